@@ -1,0 +1,46 @@
+#!/usr/bin/env bash
+# Installs the Debian packages that pvol is built from, where any are missing. tests/run and
+# samples/run call it first; it takes milliseconds when everything is there.
+set -euo pipefail
+
+packages=(
+  g++ cmake ninja-build ccache pkg-config
+  libtbb-dev
+  libopenvdb-dev libboost-iostreams-dev zlib1g-dev  # the last two are OpenVDB's, which forgets them
+  libnanovdb-dev libblosc-dev                       # .nvdb files are often compressed with blosc
+  libopenexr-dev libpng-dev
+  libcli11-dev libtomlplusplus-dev nlohmann-json3-dev
+  libzstd-dev libxxhash-dev
+  libgtest-dev libbenchmark-dev python3             # python3 runs the second reader of .pvol files
+)
+
+if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
+  echo "set-up: this is not a Debian-like system, so nothing is installed. The build needs what" \
+    "these Debian 12 packages hold: ${packages[*]}" >&2
+  exit 0
+fi
+
+missing=()
+for package in "${packages[@]}"; do
+  status=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null || true)
+  [[ $status == installed ]] || missing+=("$package")
+done
+if ((${#missing[@]} == 0)); then
+  echo "set-up: all packages are installed"
+  exit 0
+fi
+
+echo "set-up: installing ${missing[*]}"
+as_root=()
+if ((EUID != 0)); then
+  if ! command -v sudo >/dev/null; then
+    echo "set-up: error: installing packages needs root or sudo. As root, run:" \
+      "apt-get update && apt-get install --no-install-recommends ${missing[*]}" >&2
+    exit 1
+  fi
+  as_root=(sudo)
+fi
+apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive
+  apt-get -q -o DPkg::Lock::Timeout=300)
+"${apt[@]}" update
+"${apt[@]}" install --yes --no-install-recommends "${missing[@]}"

@@ -1,0 +1,157 @@
+// The walk of a ray through an octree of bounds: segment after segment of constant majorant and
+// minorant. Trackers see segments only; the walk knows nothing of trackers.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "pvol/bounds/octree.h"
+
+namespace pvol {
+
+/// A piece of a ray with bounds on mu_t. Pieces come in order and do not overlap; between them,
+/// mu_t is 0.
+struct Segment {
+  double t0, t1;    ///< world arc length from the walk's start; in double, since steps between
+                    ///< tentative collisions may be far below the last digit of a float
+  float lo, hi;     ///< lo <= mu_t <= hi on [t0, t1], hi > 0 [1/world length]
+  LeafHandle leaf;  ///< for look-ups
+};
+
+/// A place in the octree that persists along a path: its position and the nodes above it, so that a
+/// new direction starts where the last one ended, without a descent from the root.
+struct Cursor {
+  LatticePoint at;
+  int height = 0;                                ///< of the lowest node that is known to hold `at`
+  std::uint32_t nodes[Octree::kMaxHeight] = {};  ///< by height; those from `height` up are valid
+};
+
+/// A cursor at a point given in cells from the octree's origin, moved into the support's box where
+/// it lies outside: a ray starts where it enters that box.
+[[nodiscard]] inline Cursor make_cursor(const Octree& tree, Vec3d cells) {
+  Cursor c;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double whole = std::clamp(std::floor(cells[axis]), double(tree.support_lo[axis]),
+                                    double(tree.support_hi[axis] - 1));
+    c.at.cell[axis] = std::int32_t(whole);
+    c.at.frac[axis] = std::clamp(float(cells[axis] - whole), 0.0f, 1.0f);
+  }
+  c.height = tree.height;
+  return c;  // nodes[height] is 0, the root
+}
+
+/// Iterator over the segments of a ray from a cursor. `direction` is the change of the position in
+/// cells per world length (the spare lane 0); any component may be 0 or -0. The walk ends at the
+/// support's box or at `length`. Requires a direction other than 0. It uses up the cursor: only
+/// `stop_at` makes that valid again.
+class Walk {
+ public:
+  Walk(const Octree& tree, Cursor& cursor, Float4 direction,
+       float length = std::numeric_limits<float>::infinity())
+      : tree_(tree), cursor_(cursor), at_(cursor.at), d_(direction) {
+    // The reciprocal of 0 is large, not infinite: its product with a distance of 0 is 0.
+    constexpr float kTiny = std::numeric_limits<float>::min();
+    up_ = d_ >= 0;
+    inv_ = 1.0f / select(up_, max(d_, splat(kTiny)), min(d_, splat(-kTiny)));
+    const Int4 end = select(up_, tree.support_hi, tree.support_lo);
+    left_ = std::min(length, least((to_float(end - at_.cell) - at_.frac) * inv_));
+  }
+
+  /// The next segment with hi > 0, or nothing at the end.
+  [[nodiscard]] std::optional<Segment> next() {
+    if (pending_) leave();
+    while (left_ > 0) {
+      const Octree::Entry* e = descend();
+      measure_exit();
+      if (e != nullptr && step_ > 0) {
+        pending_ = true;
+        const LeafHandle leaf =
+            e->grouped ? Octree::kNodeBit | cursor_.nodes[cursor_.height] : e->link;
+        return Segment{t_, t_ + double(step_), e->lo, e->hi, leaf};
+      }
+      leave();
+    }
+    return std::nullopt;
+  }
+
+  /// The point at t of the current segment, clamped to its cube: rounding never reaches a cell
+  /// whose bounds are not the segment's.
+  [[nodiscard]] LatticePoint point(double t) const { return after(float(t - t_)); }
+
+  /// Puts the cursor at a point of the current segment, for a path that turns there.
+  void stop_at(const LatticePoint& p) { cursor_.at = p; }
+
+ private:
+  /// Finds the terminal or empty cube (null) that holds the current cell, and its size.
+  const Octree::Entry* descend() {
+    int h = cursor_.height;
+    std::uint32_t node = cursor_.nodes[h];
+    for (;;) {
+      const int shift = 3 + 2 * h;
+      const Octree::Entry* e = tree_.child(tree_.nodes[node], Octree::child_bit(at_.cell, shift));
+      if (e == nullptr || e->log2 != 0) {
+        cursor_.height = h;
+        size_ = 1 << (e == nullptr ? shift : int(e->log2));
+        return e;
+      }
+      node = e->link & ~Octree::kNodeBit;
+      cursor_.nodes[--h] = node;
+    }
+  }
+
+  /// The point a distance into the current cube, clamped to it.
+  [[nodiscard]] LatticePoint after(float distance) const {
+    const Float4 x = at_.frac + d_ * splat(distance);
+    const Int4 low = at_.cell & -size_;
+    const Int4 cell = min(max(at_.cell + floor_to_int(x), low), low + (size_ - 1));
+    const Float4 frac = x - to_float(cell - at_.cell);
+    return {cell, min(max(frac, splat(0.0f)), splat(1.0f))};
+  }
+
+  /// Distance to the faces through which the ray leaves the cube.
+  void measure_exit() {
+    const Int4 low = at_.cell & -size_;
+    const Int4 face = low + (up_ & size_);
+    exit_ = (to_float(face - at_.cell) - at_.frac) * inv_;
+    step_ = std::max(0.0f, std::min(left_, least(exit_)));
+  }
+
+  /// Moves to the nearest face, into the next cube, and up to the node that holds both. The axes
+  /// that pass no face stay in the cube: were rounding to take one back across a face that it has
+  /// passed, two axes could undo each other's steps for ever.
+  void leave() {
+    pending_ = false;
+    t_ += double(step_);
+    if (!(step_ < left_)) {
+      left_ = 0;
+      return;
+    }
+    left_ -= step_;
+    const Int4 through = exit_ <= step_;
+    const LatticePoint stay = after(step_);
+    const Int4 low = at_.cell & -size_;
+    const Int4 cell = select(through, select(up_, low + size_, low - 1), stay.cell);
+    at_.frac = select(through, select(up_, splat(0.0f), splat(1.0f)), stay.frac);
+    const std::int32_t moved = any_bits(cell ^ at_.cell);
+    at_.cell = cell;
+    const int top = 31 - std::countl_zero(std::uint32_t(moved) | 1);
+    cursor_.height = std::max(cursor_.height, (top - 3) >> 1);
+    if (cursor_.height > tree_.height) left_ = 0;  // left the root
+  }
+
+  const Octree& tree_;
+  Cursor& cursor_;
+  LatticePoint at_;  // start of the current cube's stretch
+  Float4 d_, inv_;
+  Int4 up_;                // -1 where the direction is not negative, else 0
+  Float4 exit_;            // world length to the faces ahead
+  double t_ = 0;           // world length walked to `at_`
+  float left_;             // world length left from there
+  float step_ = 0;         // world length within the current cube
+  std::int32_t size_ = 8;  // edge of the current cube in cells
+  bool pending_ = false;   // a segment was handed out and not yet left
+};
+
+}  // namespace pvol

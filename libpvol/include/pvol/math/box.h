@@ -1,0 +1,68 @@
+// Rays and axis-aligned boxes in double precision.
+#pragma once
+
+#include <limits>
+#include <optional>
+
+#include "pvol/math/affine.h"
+
+namespace pvol {
+
+/// Points o + t d. The direction need not be of unit length: the unit of t is the caller's.
+struct Ray {
+  Vec3d o, d;
+  [[nodiscard]] Vec3d at(double t) const { return o + d * t; }
+};
+
+/// Closed box [lo, hi]; empty where lo > hi on some axis (so by default).
+struct Box {
+  Vec3d lo{std::numeric_limits<double>::infinity()};
+  Vec3d hi{-std::numeric_limits<double>::infinity()};
+
+  [[nodiscard]] bool empty() const { return lo.x > hi.x || lo.y > hi.y || lo.z > hi.z; }
+  [[nodiscard]] Vec3d centre() const { return (lo + hi) * 0.5; }
+  [[nodiscard]] Vec3d extent() const { return hi - lo; }
+  [[nodiscard]] bool contains(Vec3d p) const {
+    return p.x >= lo.x && p.x <= hi.x && p.y >= lo.y && p.y <= hi.y && p.z >= lo.z && p.z <= hi.z;
+  }
+  friend bool operator==(const Box&, const Box&) = default;
+};
+
+[[nodiscard]] inline Box extend(Box b, Vec3d p) { return {min(b.lo, p), max(b.hi, p)}; }
+
+/// The box around the image of `b` under `a`; empty where `b` is.
+[[nodiscard]] inline Box transform(const Affine& a, const Box& b) {
+  Box r;
+  if (b.empty()) return r;
+  for (int corner = 0; corner < 8; ++corner) {
+    r = extend(r, a.point({corner & 1 ? b.hi.x : b.lo.x, corner & 2 ? b.hi.y : b.lo.y,
+                           corner & 4 ? b.hi.z : b.lo.z}));
+  }
+  return r;
+}
+
+struct Span {
+  double t0, t1;
+};
+
+/// The part of the ray with t in [t0, t1] inside the box, or nothing; a single point is nothing. A
+/// ray parallel to a face counts as inside where its origin lies in the closed slab; -0.0 is a
+/// direction like +0.0. The rounding error of an end is a few ulps of the largest coordinate of
+/// origin and box, over the direction's component.
+[[nodiscard]] inline std::optional<Span> intersect(const Box& b, const Ray& r, double t0,
+                                                   double t1) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (r.d[axis] == 0) {
+      if (r.o[axis] < b.lo[axis] || r.o[axis] > b.hi[axis]) return std::nullopt;
+      continue;
+    }
+    // By the direction's sign and not by size, so that an empty box stays empty.
+    const bool up = r.d[axis] > 0;
+    t0 = std::max(t0, ((up ? b.lo : b.hi)[axis] - r.o[axis]) / r.d[axis]);
+    t1 = std::min(t1, ((up ? b.hi : b.lo)[axis] - r.o[axis]) / r.d[axis]);
+  }
+  if (!(t0 < t1)) return std::nullopt;
+  return Span{t0, t1};
+}
+
+}  // namespace pvol

@@ -1,0 +1,56 @@
+// A sparse lattice of density samples in memory: what readers and recipes hand to the library.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "pvol/math/affine.h"
+
+namespace pvol {
+
+/// Samples along each edge of a brick.
+inline constexpr int kBrickEdge = 8;
+inline constexpr int kBrickSamples = kBrickEdge * kBrickEdge * kBrickEdge;
+
+/// 8^3 samples at lattice points origin + (i, j, k), 0 <= i, j, k < 8; sample (i, j, k) is
+/// values[(i * 8 + j) * 8 + k]. The origin is a multiple of 8 on each axis. Every value is finite
+/// and not negative.
+struct Brick {
+  Vec3i origin;
+  const float* values = nullptr;
+};
+
+/// edge^3 samples of one value > 0 at origin + [0, edge)^3; the edge is 8, 128 or 4096 and the
+/// origin is a multiple of it (the tiles of an OpenVDB 5-4-3 tree). Far too large to expand
+/// blindly.
+struct Tile {
+  Vec3i origin;
+  std::int32_t edge = 0;
+  float value = 0;
+};
+
+/// Density samples rho_ijk >= 0 on the integer lattice; samples in no brick and no tile are 0.
+/// Sample (i, j, k) sits at index-space point (i, j, k), as in OpenVDB: the interpolation cells are
+/// [i, i+1]^3, and the support of the field reaches one cell beyond the outermost samples.
+/// Bricks and tiles are disjoint; their order does not matter.
+struct VoxelGrid {
+  std::string name = "density";
+  Affine index_to_world;
+  std::vector<Brick> bricks;
+  std::vector<Tile> tiles;
+  std::shared_ptr<const void> owner;  ///< keeps `values` of every brick alive
+};
+
+/// How a field is interpolated between samples. Bounds hold for both.
+enum class Interpolation { nearest, trilinear };
+
+/// Sample (i, j, k) by search: slow, for tests and converters.
+[[nodiscard]] float sample(const VoxelGrid& grid, Vec3i at);
+
+/// The grid's bricks and tiles in order of their origins (x, then y, then z), so that equal fields
+/// are equal in memory and in files.
+void sort(VoxelGrid& grid);
+
+}  // namespace pvol

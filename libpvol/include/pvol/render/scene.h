@@ -1,0 +1,109 @@
+// What a picture is made of: camera, lights, the medium's optical properties and the options of the
+// estimator. Plain values: scene files and tools fill them, `render` reads them.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "pvol/math/affine.h"
+#include "pvol/medium/voxel_grid.h"
+
+namespace pvol {
+
+/// Perspective camera in world space; image x runs right, y runs down.
+struct Camera {
+  Vec3d position{0, 0, 0};
+  Vec3d target{0, 0, -1};  ///< the point at the image's centre
+  Vec3d up{0, 1, 0};       ///< must not be parallel to target - position
+  double fov = 35;         ///< vertical field of view in degrees, in (0, 180)
+  friend bool operator==(const Camera&, const Camera&) = default;
+};
+
+/// The same radiance from every direction.
+struct ConstantSky {
+  Rgb radiance{0.5f};
+  friend bool operator==(const ConstantSky&, const ConstantSky&) = default;
+};
+
+/// Radiance by height: from ground through horizon to zenith, mixed linearly in |cos| of the angle
+/// to `up`.
+struct GradientSky {
+  Rgb zenith{0.06f, 0.16f, 0.42f};
+  Rgb horizon{0.32f, 0.46f, 0.66f};
+  Rgb ground{0.16f, 0.16f, 0.15f};
+  Vec3d up{0, 1, 0};
+  friend bool operator==(const GradientSky&, const GradientSky&) = default;
+};
+
+/// A latitude-longitude picture around the scene. Pixel (x, y) covers azimuth 2 pi (x + [0,1]) /
+/// width and angle pi (y + [0,1]) / height from +y; azimuth 0 looks along +x, pi/2 along +z.
+/// Radiance is constant in each pixel, finite and not negative.
+struct ImageSky {
+  int width = 0, height = 0;
+  std::vector<Rgb> pixels;  ///< rows from the top, width * height
+  Rgb scale{1.0f};          ///< factor on every pixel
+  double rotation = 0;      ///< degrees, added to the azimuth of the picture about +y
+  friend bool operator==(const ImageSky&, const ImageSky&) = default;
+};
+
+using Environment = std::variant<ConstantSky, GradientSky, ImageSky>;
+
+/// A distant light of uniform radiance over a disc in the sky.
+struct Sun {
+  Vec3d direction{0, 1, 0};  ///< from the scene towards the sun; any length > 0
+  Rgb irradiance{3.0f};      ///< on a plane perpendicular to `direction`, outside the cloud
+  double angle = 0;          ///< angular diameter in degrees, in [0, 180); 0 is a delta light
+  friend bool operator==(const Sun&, const Sun&) = default;
+};
+
+/// Optical properties of a cloud whose density field is known: mu_t = extinction * rho.
+struct Medium {
+  double extinction = 1;   ///< per world unit and unit of density, >= 0
+  Rgb albedo{0.999f};      ///< mu_s / mu_t by channel, in [0, 1]
+  double g = 0.5;          ///< mean cosine of the Henyey-Greenstein phase function, in (-1, 1)
+  Affine object_to_world;  ///< placed after the grid's own index_to_world
+  friend bool operator==(const Medium&, const Medium&) = default;
+};
+
+/// How free paths are sampled (THEORY.md, section 3). All three give the same picture on average.
+enum class Tracker {
+  delta_global,   ///< one majorant over the box of the cloud: the baseline
+  delta,          ///< null collisions against the majorant of each segment
+  decomposition,  ///< control part from the minorant without a look-up, the residual as delta
+};
+
+/// How the transmittance of a shadow ray is estimated.
+enum class Transmittance {
+  ratio,   ///< product of null probabilities, with unbiased roulette of small products
+  analog,  ///< 1 where a sampled free path leaves the cloud, else 0
+};
+
+struct RenderOptions {
+  int width = 640, height = 480;
+  int crop_x = 0, crop_y = 0;           ///< upper left corner of the part that is rendered
+  int crop_width = 0, crop_height = 0;  ///< 0: up to the image's edge
+  std::uint32_t samples = 64;           ///< camera samples per pixel
+  std::uint64_t seed = 1;
+  int threads = 0;  ///< 0: one for each hardware thread
+  Tracker tracker = Tracker::decomposition;
+  Transmittance transmittance = Transmittance::ratio;
+  Interpolation interpolation = Interpolation::trilinear;
+  std::optional<int> depth;  ///< octree depth at which the walk stops, 0..16; else by cost
+  std::optional<std::uint32_t> max_bounces;  ///< scatterings per path; a limit makes images biased
+  bool background = true;  ///< whether camera rays see the lights behind the cloud
+  bool count = false;      ///< count look-ups and the like (slower by a few per cent)
+  friend bool operator==(const RenderOptions&, const RenderOptions&) = default;
+};
+
+struct Scene {
+  Camera camera;
+  Environment environment = GradientSky{};
+  std::vector<Sun> suns;
+  Medium medium;
+  RenderOptions options;
+  friend bool operator==(const Scene&, const Scene&) = default;
+};
+
+}  // namespace pvol

@@ -1,0 +1,46 @@
+// A cloud made ready for rendering: density in bricks, bounds as a tree with its cut chosen.
+#pragma once
+
+#include <cstdint>
+
+#include "pvol/bounds/octree.h"
+#include "pvol/bounds/pyramid.h"
+#include "pvol/math/box.h"
+#include "pvol/medium/brick_field.h"
+#include "pvol/render/scene.h"
+
+namespace pvol {
+
+/// Everything a tracker needs to know of a cloud, for one extinction and placement. Immutable and
+/// safe to read from any thread.
+struct Volume {
+  BrickField field;
+  Octree octree;
+  float extinction = 0;   ///< mu_t = extinction * rho, rounded once for bounds and look-ups alike
+  Affine world_to_cells;  ///< world to cells from the octree's origin
+  Box world_box;          ///< around the support; empty for an empty cloud
+};
+
+/// Figures about a volume that tools print at load, because a wrong unit is the commonest mistake.
+struct VolumeFacts {
+  double largest_extinction = 0;                 ///< per world unit
+  double shortest_free_path = 0;                 ///< world units, at the largest extinction
+  double mean_optical_thickness[3] = {0, 0, 0};  ///< along the index axes, over columns that hit
+  double largest_optical_thickness = 0;          ///< over all those columns
+  double null_collisions = 0;  ///< of a ray in the thin part of the worst segment, about
+  int depth = 0;               ///< largest octree depth at which the walk stops
+  std::uint64_t nodes = 0, terminals = 0;  ///< of the walk's tree
+  std::uint64_t field_bytes = 0, octree_bytes = 0;
+};
+
+/// Makes a cloud ready for the scene's medium, interpolation and tracker: the walk stops at
+/// options.depth or, without it, where the cost model says (THEORY.md, T5); at the root for the
+/// tracker delta_global.
+/// Throws Error where the map is singular, the extinction is negative or too large for a float, or
+/// the placement is so far from the origin that positions lose more than 1/1000 of a voxel.
+[[nodiscard]] Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& scene);
+
+[[nodiscard]] VolumeFacts describe(const Volume& volume, const VoxelGrid& grid,
+                                   const Medium& medium);
+
+}  // namespace pvol

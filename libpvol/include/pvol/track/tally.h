@@ -1,0 +1,29 @@
+// Counting what a tracker does, at no cost where nobody asks.
+#pragma once
+
+#include <cstdint>
+
+namespace pvol {
+
+/// Counts of one kind of flight. Trackers call these at each event.
+struct Tally {
+  std::uint64_t lookups = 0;          ///< evaluations of the exact density
+  std::uint64_t bounds_tests = 0;     ///< tentative collisions first tried against the minorant
+  std::uint64_t segments = 0;         ///< segments entered
+  std::uint64_t null_collisions = 0;  ///< tentative collisions that were none
+
+  void lookup() { ++lookups; }
+  void bounds_test() { ++bounds_tests; }
+  void segment() { ++segments; }
+  void null_collision() { ++null_collisions; }
+};
+
+/// The same calls, and nothing happens.
+struct NoTally {
+  static void lookup() {}
+  static void bounds_test() {}
+  static void segment() {}
+  static void null_collision() {}
+};
+
+}  // namespace pvol

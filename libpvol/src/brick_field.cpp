@@ -1,0 +1,95 @@
+// Copies the samples of each leaf, with its apron, out of the grid.
+#include "pvol/medium/brick_field.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+
+#include "lattice_index.h"
+
+namespace pvol {
+namespace {
+
+/// 9^3 samples from `origin` up, which is a multiple of 8.
+void gather(const detail::BlockFinder& blocks, Vec3i origin, float* out) {
+  for (int corner = 0; corner < 8; ++corner) {
+    const int far[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
+    const Vec3i offset = Vec3i(far[0], far[1], far[2]) * kLeafEdge;
+    const detail::BlockSource b = blocks.find(origin + offset);
+    const int ni = far[0] ? 1 : 8, nj = far[1] ? 1 : 8, nk = far[2] ? 1 : 8;
+    for (int i = 0; i < ni; ++i) {
+      for (int j = 0; j < nj; ++j) {
+        float* row = out + ((offset.x + i) * kFieldEdge + offset.y + j) * kFieldEdge + offset.z;
+        if (b.values) {
+          std::memcpy(row, b.values + (i * 8 + j) * 8, std::size_t(nk) * sizeof(float));
+        } else {
+          std::fill_n(row, nk, b.constant);
+        }
+      }
+    }
+  }
+}
+
+/// Bricks of one value, made on demand and shared.
+class ConstantBricks {
+ public:
+  explicit ConstantBricks(BrickField& field) : field_(field) { (void)brick(0); }
+
+  std::uint32_t brick(float value) {
+    const auto [at, fresh] =
+        index_.try_emplace(value, std::uint32_t(field_.samples.size() / kFieldSamples));
+    if (fresh) field_.samples.insert(field_.samples.end(), kFieldSamples, value);
+    return at->second;
+  }
+
+ private:
+  BrickField& field_;
+  std::map<float, std::uint32_t> index_;
+};
+
+}  // namespace
+
+FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid) {
+  FieldWithLinks r;
+  ConstantBricks constant(r.field);
+  const detail::BlockFinder blocks(grid);
+  const auto origin_of = [&](std::size_t level, std::uint64_t code) {
+    return Vec3i(pyramid.origin + Vec3l(morton_decode(code)) * (std::int64_t(kLeafEdge) << level));
+  };
+
+  r.brick_of.resize(pyramid.levels.size());
+  for (std::size_t level = 1; level < pyramid.levels.size(); ++level) {
+    const auto& nodes = pyramid.levels[level];
+    r.brick_of[level].resize(nodes.size(), kZeroBrick);
+    const auto& below = pyramid.levels[level - 1];
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      const auto child =
+          std::lower_bound(below.begin(), below.end(), nodes[i].code * 8,
+                           [](const PyramidNode& n, std::uint64_t c) { return n.code < c; });
+      if (child != below.end() && child->code / 8 == nodes[i].code) continue;  // not uniform
+      const detail::BlockSource b = blocks.find(origin_of(level, nodes[i].code));
+      r.brick_of[level][i] = constant.brick(b.values ? b.values[0] : b.constant);
+    }
+  }
+  if (pyramid.empty()) return r;
+
+  // Leaves in parallel into their places; then uniform ones give theirs back.
+  const auto& leaves = pyramid.levels[0];
+  const std::size_t first = r.field.samples.size() / kFieldSamples;
+  r.field.samples.resize(r.field.samples.size() + leaves.size() * kFieldSamples);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 64), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i != range.end(); ++i) {
+      gather(blocks, origin_of(0, leaves[i].code),
+             r.field.samples.data() + (first + i) * kFieldSamples);
+    }
+  });
+  auto& brick_of = r.brick_of[0];
+  brick_of.resize(leaves.size());
+  for (std::size_t i = 0; i < leaves.size(); ++i) brick_of[i] = std::uint32_t(first + i);
+  return r;
+}
+
+}  // namespace pvol

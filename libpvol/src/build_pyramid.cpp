@@ -1,0 +1,268 @@
+// Bounds of every leaf from all samples in its reach, then level by level to the root.
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <limits>
+#include <string>
+
+#include "lattice_index.h"
+#include "pvol/bounds/pyramid.h"
+#include "pvol/error.h"
+
+namespace pvol {
+namespace {
+
+struct Range {
+  float lo = std::numeric_limits<float>::infinity();
+  float hi = 0;
+  void add(float v) {
+    lo = std::min(lo, v);
+    hi = std::max(hi, v);
+  }
+};
+
+/// Smallest box of lattice points, in 64 bits: extents of hostile files overflow 32.
+struct PointBox {
+  Vec3l lo{std::numeric_limits<std::int64_t>::max()};
+  Vec3l hi{std::numeric_limits<std::int64_t>::min()};
+  [[nodiscard]] bool empty() const { return lo.x > hi.x; }
+  void add(const PointBox& b) {
+    lo = min(lo, b.lo);
+    hi = max(hi, b.hi);
+  }
+};
+
+PointBox nonzero_box(const Brick& brick) {
+  PointBox box;
+  for (int i = 0; i < kBrickEdge; ++i) {
+    for (int j = 0; j < kBrickEdge; ++j) {
+      const float* row = brick.values + (i * kBrickEdge + j) * kBrickEdge;
+      for (int k = 0; k < kBrickEdge; ++k) {
+        if (row[k] == 0) continue;
+        const Vec3l at = Vec3l(brick.origin) + Vec3l(i, j, k);
+        box.add({at, at});
+      }
+    }
+  }
+  return box;
+}
+
+struct Extent {
+  PointBox points;
+  float largest = 0;
+};
+
+/// Non-zero samples: where they are, and the largest.
+Extent measure(const VoxelGrid& grid) {
+  const auto join = [](Extent a, const Extent& b) {
+    a.points.add(b.points);
+    a.largest = std::max(a.largest, b.largest);
+    return a;
+  };
+  Extent e = tbb::parallel_reduce(
+      tbb::blocked_range<std::size_t>(0, grid.bricks.size(), 64), Extent{},
+      [&](const tbb::blocked_range<std::size_t>& r, Extent part) {
+        for (std::size_t i = r.begin(); i != r.end(); ++i) {
+          const Brick& b = grid.bricks[i];
+          part.points.add(nonzero_box(b));
+          part.largest =
+              std::max(part.largest, *std::max_element(b.values, b.values + kBrickSamples));
+        }
+        return part;
+      },
+      join);
+  for (const Tile& t : grid.tiles) {
+    if (t.value == 0) continue;
+    const Vec3l lo(t.origin);
+    e = join(e, {{lo, lo + Vec3l(t.edge - 1)}, t.value});
+  }
+  return e;
+}
+
+/// The root: a power-of-two multiple of leaves from the leaf below the lowest cell.
+void place_root(const Extent& extent, Pyramid& p) {
+  p.support_lo = extent.points.lo - Vec3l(1);
+  p.support_hi = extent.points.hi + Vec3l(1);
+  p.scale = extent.largest;
+  for (int axis = 0; axis < 3; ++axis) p.origin[axis] = p.support_lo[axis] & ~std::int64_t(7);
+  const std::int64_t cells = max_component(p.support_hi - p.origin);
+  int root_log2 = 3;
+  while ((std::int64_t(1) << root_log2) < cells) ++root_log2;
+  if (root_log2 > kMaxRootLog2) {
+    throw Error("the density reaches over " + std::to_string(cells) +
+                " voxels along one axis; pvol handles up to 16777216. Split the parts that lie so "
+                "far apart into clouds of their own, or remove stray voxels.");
+  }
+  p.levels.resize(std::size_t(root_log2) - 2);
+}
+
+using LeafCoord = Vec3<std::int64_t>;  // in leaves, from the pyramid's origin
+
+/// What to evaluate: leaves at bricks and at the borders of tiles, and uniform cubes inside tiles.
+struct Candidates {
+  std::vector<std::uint64_t> leaves;              // Morton codes, ascending
+  std::vector<std::vector<PyramidNode>> uniform;  // by level, with the exact value as lo and hi
+};
+
+class Collector {
+ public:
+  Collector(const Pyramid& pyramid, std::uint64_t max_leaves)
+      : origin_(pyramid.origin), root_level_(int(pyramid.levels.size()) - 1), left_(max_leaves) {
+    found_.uniform.resize(pyramid.levels.size());
+  }
+
+  void add(const Brick& brick) { add_border(leaf_of(brick.origin), 1); }
+
+  void add(const Tile& tile) {
+    if (tile.value == 0) return;
+    const std::int64_t n = tile.edge / kLeafEdge;
+    add_border(leaf_of(tile.origin), n);
+    if (n > 1) add_uniform({leaf_of(tile.origin), n - 1, tile.value}, root_level_, {});
+  }
+
+  Candidates take() {
+    auto& leaves = found_.leaves;
+    tbb::parallel_sort(leaves.begin(), leaves.end());
+    leaves.erase(std::unique(leaves.begin(), leaves.end()), leaves.end());
+    return std::move(found_);
+  }
+
+ private:
+  Vec3l origin_;
+  int root_level_;
+  std::uint64_t left_;  // how many more leaves and cubes may be collected
+  Candidates found_;
+
+  [[nodiscard]] LeafCoord leaf_of(Vec3i at) const {
+    const Vec3l d = Vec3l(at) - origin_;
+    return {d.x / kLeafEdge, d.y / kLeafEdge, d.z / kLeafEdge};
+  }
+
+  void take_from_budget(std::uint64_t count) {
+    if (count > left_) {
+      throw Error(
+          "the density takes too many leaves of 8^3 voxels to bound: the file holds huge "
+          "constant tiles. Crop the volume or resample it to larger voxels.");
+    }
+    left_ -= count;
+  }
+
+  /// The leaves that read a block of n^3 leaf-sized sample blocks from c up and others besides:
+  /// those at its upper faces, and those one lower, whose last samples are the block's first.
+  void add_border(LeafCoord c, std::int64_t n) {
+    const auto cube = [](std::int64_t e) { return std::uint64_t(e * e * e); };
+    take_from_budget(cube(n + 1) - cube(n - 1));
+    for (std::int64_t x = -1; x < n; ++x) {
+      for (std::int64_t y = -1; y < n; ++y) {
+        const bool inner = x >= 0 && x < n - 1 && y >= 0 && y < n - 1;
+        for (std::int64_t z = -1; z < n; z += inner ? n : 1) add_leaf(c + LeafCoord(x, y, z));
+      }
+    }
+  }
+
+  /// Leaves outside the root read nothing but zeros.
+  void add_leaf(LeafCoord c) {
+    const std::int64_t edge = std::int64_t(1) << root_level_;
+    if (min_component(c) < 0 || max_component(c) >= edge) return;
+    found_.leaves.push_back(morton_encode(Vec3<std::uint32_t>(c)));
+  }
+
+  struct Uniform {
+    LeafCoord lo;
+    std::int64_t edge;
+    float value;
+  };
+
+  /// Splits a cube of equal leaves into the fewest octree cubes, from the one of `level` at `at`.
+  void add_uniform(const Uniform& u, int level, LeafCoord at) {
+    const std::int64_t edge = std::int64_t(1) << level;
+    const LeafCoord lo = max(at, u.lo), hi = min(at + LeafCoord(edge), u.lo + LeafCoord(u.edge));
+    const LeafCoord common = hi - lo;
+    if (min_component(common) <= 0) return;
+    if (min_component(common) == edge) {
+      take_from_budget(1);
+      const Vec3<std::uint32_t> cube(LeafCoord(at.x >> level, at.y >> level, at.z >> level));
+      found_.uniform[std::size_t(level)].push_back({morton_encode(cube), u.value, u.value});
+      return;
+    }
+    for (int child = 0; child < 8; ++child) {
+      const LeafCoord half(child & 1, child >> 1 & 1, child >> 2);
+      add_uniform(u, level - 1, at + half * (edge / 2));
+    }
+  }
+};
+
+/// Extremes of the 9^3 samples that the interpolants of a leaf's cells read (THEORY.md, T1).
+Range leaf_range(const detail::BlockFinder& blocks, Vec3i origin) {
+  Range r;
+  for (int corner = 0; corner < 8; ++corner) {
+    const int far[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
+    const detail::BlockSource b = blocks.find(origin + Vec3i(far[0], far[1], far[2]) * kLeafEdge);
+    if (b.values == nullptr) {
+      r.add(b.constant);
+      continue;
+    }
+    const int ni = far[0] ? 1 : 8, nj = far[1] ? 1 : 8, nk = far[2] ? 1 : 8;
+    for (int i = 0; i < ni; ++i) {
+      for (int j = 0; j < nj; ++j) {
+        const float* row = b.values + (i * 8 + j) * 8;
+        for (int k = 0; k < nk; ++k) r.add(row[k]);
+      }
+    }
+  }
+  return r;
+}
+
+/// Whether all corners of the leaf's sample block are 32-bit lattice points.
+bool in_lattice(Vec3l origin) {
+  return min_component(origin) >= std::numeric_limits<std::int32_t>::min() &&
+         max_component(origin) <= std::numeric_limits<std::int32_t>::max() - 2 * kLeafEdge;
+}
+
+}  // namespace
+
+Pyramid build_pyramid(const VoxelGrid& grid, std::uint64_t max_leaves) {
+  const Extent extent = measure(grid);
+  Pyramid p;
+  if (extent.points.empty()) return p;
+  place_root(extent, p);
+  if (!in_lattice(p.origin) || !in_lattice(p.support_hi)) {
+    throw Error(
+        "voxels lie within 16 of the end of the 32-bit index range; move the volume towards "
+        "the origin of its index space.");
+  }
+
+  const detail::BlockFinder blocks(grid);
+  Collector collector(p, max_leaves);
+  for (const Brick& b : grid.bricks) collector.add(b);
+  for (const Tile& t : grid.tiles) collector.add(t);
+  Candidates candidates = collector.take();
+  std::vector<PyramidNode> leaves(candidates.leaves.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 64), [&](const auto& r) {
+    for (std::size_t i = r.begin(); i != r.end(); ++i) {
+      const std::uint64_t code = candidates.leaves[i];
+      const Vec3l at = p.origin + Vec3l(morton_decode(code)) * kLeafEdge;
+      const Range range = leaf_range(blocks, Vec3i(at));
+      leaves[i] = {code, range.lo, range.hi};
+    }
+  });
+  std::erase_if(leaves, [](const PyramidNode& n) { return n.hi == 0; });
+
+  p.levels = std::move(candidates.uniform);
+  p.levels[0].insert(p.levels[0].end(), leaves.begin(), leaves.end());
+  for (std::vector<PyramidNode>& level : p.levels) {
+    std::sort(level.begin(), level.end(),
+              [](const auto& a, const auto& b) { return a.code < b.code; });
+    for (PyramidNode& n : level) {
+      n.lo = decode(encode_down(n.lo, p.scale), p.scale);
+      n.hi = decode(encode_up(n.hi, p.scale), p.scale);
+    }
+  }
+  complete_levels(p);
+  return p;
+}
+
+}  // namespace pvol

@@ -1,0 +1,230 @@
+// Tiles, threads and options around the path tracer.
+#include "pvol/render/render.h"
+
+#include <tbb/blocked_range2d.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <string>
+
+#include "path_tracer.h"
+#include "pvol/error.h"
+
+namespace pvol {
+namespace {
+
+using detail::PathSetup;
+using detail::PathTracer;
+
+void require(bool ok, const std::string& message) {
+  if (!ok) throw Error(message);
+}
+
+void check(const Scene& scene) {
+  const RenderOptions& o = scene.options;
+  const auto number = [](double v) { return std::to_string(v); };
+  require(o.width > 0 && o.height > 0, "image size: both sides must be at least 1 pixel");
+  require(o.crop_x >= 0 && o.crop_y >= 0 && o.crop_width >= 0 && o.crop_height >= 0 &&
+              o.crop_x < o.width && o.crop_y < o.height && o.crop_width <= o.width - o.crop_x &&
+              o.crop_height <= o.height - o.crop_y,
+          "crop: the rectangle must lie inside the image of " + std::to_string(o.width) + "x" +
+              std::to_string(o.height));
+  require(o.samples > 0, "samples per pixel: at least 1 is needed");
+  const Camera& c = scene.camera;
+  require(c.fov > 0 && c.fov < 180, "camera: the field of view must lie between 0 and 180 degrees");
+  require(is_finite(c.position) && is_finite(c.target) && is_finite(c.up),
+          "camera: position, target and up must be finite");
+  const Vec3d forward = c.target - c.position;
+  require(length(cross(forward, c.up)) > 1e-12 * length(forward) * length(c.up),
+          "camera: target must differ from position, and up must not point along the view");
+  const Medium& m = scene.medium;
+  require(min_component(m.albedo) >= 0 && max_component(m.albedo) <= 1,
+          "albedo must lie in [0, 1] in every channel");
+  require(std::abs(m.g) <= 0.9999, "g = " + number(m.g) + ": must lie in [-0.9999, 0.9999]");
+  for (const Sun& s : scene.suns) {
+    require(is_finite(s.direction) && length(s.direction) > 0,
+            "sun: the direction must not be zero");
+    require(s.angle == 0 || (s.angle >= 0.01 && s.angle < 180),
+            "sun: the angle must be 0 or lie in [0.01, 180) degrees");
+    require(is_finite(s.irradiance) && min_component(s.irradiance) >= 0,
+            "sun: the irradiance must be finite and not negative");
+  }
+}
+
+Film make_film(const RenderOptions& o) {
+  Film f;
+  f.width = o.width, f.height = o.height;
+  f.x = o.crop_x, f.y = o.crop_y;
+  f.crop_width = o.crop_width ? o.crop_width : o.width - o.crop_x;
+  f.crop_height = o.crop_height ? o.crop_height : o.height - o.crop_y;
+  f.pixels.resize(std::size_t(f.crop_width) * std::size_t(f.crop_height));
+  return f;
+}
+
+/// Reports progress from one thread at a time and remembers a wish to stop.
+class Reporter {
+ public:
+  Reporter(const Progress& progress, std::uint64_t total) : progress_(progress), total_(total) {}
+
+  void add(std::uint64_t samples) {
+    const std::uint64_t done = done_ += samples;
+    if (!progress_) return;
+    const std::unique_lock lock(mutex_, std::try_to_lock);
+    if (lock && !progress_(done, total_)) stop_ = true;
+  }
+  [[nodiscard]] bool stopped() const { return stop_; }
+
+ private:
+  const Progress& progress_;
+  std::uint64_t total_;
+  std::atomic<std::uint64_t> done_ = 0;
+  std::atomic<bool> stop_ = false;
+  std::mutex mutex_;
+};
+
+void add_sample(PixelSums& p, Rgb radiance, bool scattered) {
+  const Vec3d v(radiance);
+  p.sum += v;
+  p.sum_squares += v * v;
+  p.alpha += scattered ? 1 : 0;
+  ++p.samples;
+}
+
+/// Adds samples [begin, end) of every pixel of a tile. A pixel's samples are summed in their order,
+/// whatever the tiles and threads.
+template <class Tracer, bool kCount>
+void render_tile(const PathSetup& setup, const tbb::blocked_range2d<int>& tile, std::uint32_t begin,
+                 std::uint32_t end, Film& film, Counts& counts) {
+  Tracer tracer(setup);
+  for (int y = tile.rows().begin(); y != tile.rows().end(); ++y) {
+    for (int x = tile.cols().begin(); x != tile.cols().end(); ++x) {
+      PixelSums& p = film.pixels[std::size_t(y) * std::size_t(film.crop_width) + std::size_t(x)];
+      const Tracer before = tracer;
+      for (std::uint32_t sample = begin; sample != end; ++sample) {
+        const auto r = tracer.trace(film.x + x, film.y + y, sample);
+        if (!is_finite(r.radiance)) {
+          throw Error("pixel (" + std::to_string(film.x + x) + ", " + std::to_string(film.y + y) +
+                      ") became infinite: the lights are too bright for single precision");
+        }
+        add_sample(p, r.radiance, r.scattered);
+      }
+      if constexpr (kCount) {
+        p.lookups += std::uint32_t(tracer.path_count.lookups - before.path_count.lookups +
+                                   tracer.shadow_count.lookups - before.shadow_count.lookups);
+        p.segments += std::uint32_t(tracer.path_count.segments - before.path_count.segments +
+                                    tracer.shadow_count.segments - before.shadow_count.segments);
+        p.collisions += std::uint32_t(tracer.collisions - before.collisions);
+      }
+    }
+  }
+  if constexpr (kCount) {
+    counts += {tracer.path_count.lookups,
+               tracer.shadow_count.lookups,
+               tracer.path_count.bounds_tests,
+               tracer.shadow_count.bounds_tests,
+               tracer.path_count.segments,
+               tracer.shadow_count.segments,
+               tracer.collisions,
+               tracer.path_count.null_collisions,
+               tracer.shadow_rays};
+  }
+}
+
+using TileFunction = void (*)(const PathSetup&, const tbb::blocked_range2d<int>&, std::uint32_t,
+                              std::uint32_t, Film&, Counts&);
+
+template <Interpolation kInterpolation, Tracker kTracker, Transmittance kTransmittance>
+TileFunction choose(bool count) {
+  return count ? &render_tile<PathTracer<kInterpolation, kTracker, kTransmittance, Tally>, true>
+               : &render_tile<PathTracer<kInterpolation, kTracker, kTransmittance, NoTally>, false>;
+}
+
+template <Interpolation kInterpolation, Tracker kTracker>
+TileFunction choose(const RenderOptions& o) {
+  return o.transmittance == Transmittance::ratio
+             ? choose<kInterpolation, kTracker, Transmittance::ratio>(o.count)
+             : choose<kInterpolation, kTracker, Transmittance::analog>(o.count);
+}
+
+/// The instance for the scene's options. delta_global is delta on a tree of one terminal.
+template <Interpolation kInterpolation>
+TileFunction choose(const RenderOptions& o) {
+  return o.tracker == Tracker::decomposition ? choose<kInterpolation, Tracker::decomposition>(o)
+                                             : choose<kInterpolation, Tracker::delta>(o);
+}
+
+TileFunction choose_tile_function(const RenderOptions& o) {
+  return o.interpolation == Interpolation::nearest ? choose<Interpolation::nearest>(o)
+                                                   : choose<Interpolation::trilinear>(o);
+}
+
+}  // namespace
+
+RenderResult render(const Volume& volume, const Scene& scene, const Progress& progress) {
+  check(scene);
+  const RenderOptions& o = scene.options;
+  const PathSetup setup(volume, scene);
+  const TileFunction render_part = choose_tile_function(o);
+
+  RenderResult result;
+  result.film = make_film(o);
+  Film& film = result.film;
+  Reporter reporter(progress, std::uint64_t(film.pixels.size()) * o.samples);
+  tbb::enumerable_thread_specific<Counts> counts;
+  const int threads = o.threads > 0 ? o.threads : tbb::this_task_arena::max_concurrency();
+  const tbb::global_control allow(tbb::global_control::max_allowed_parallelism,
+                                  std::size_t(threads));
+  tbb::task_arena arena(threads);
+
+  // In passes, so that an image that is stopped early has samples everywhere.
+  constexpr std::uint32_t kPass = 16;
+  constexpr std::size_t kTile = 16;
+  for (std::uint32_t begin = 0; begin < o.samples && !reporter.stopped();) {
+    const std::uint32_t end = begin + std::min(kPass, o.samples - begin);
+    arena.execute([&] {
+      tbb::parallel_for(
+          tbb::blocked_range2d<int>(0, film.crop_height, kTile, 0, film.crop_width, kTile),
+          [&](const tbb::blocked_range2d<int>& tile) {
+            if (reporter.stopped()) return;
+            render_part(setup, tile, begin, end, film, counts.local());
+            reporter.add(std::uint64_t(tile.rows().size()) * tile.cols().size() * (end - begin));
+          });
+    });
+    begin = end;
+  }
+  for (const Counts& c : counts) result.counts += c;
+  result.complete = !reporter.stopped();
+  return result;
+}
+
+Camera frame(const Box& world_box, double aspect) {
+  Camera c;
+  if (world_box.empty()) return c;
+  constexpr double kElevation = 0.12;  // of the camera above the cloud, over its distance
+  constexpr double kMargin = 1.08;
+  const Vec3d forward = normalize(Vec3d(0, -kElevation, -1));
+  const Vec3d right = normalize(cross(forward, c.up)), up = cross(right, forward);
+  const double half_height = std::tan(c.fov / 360 * std::numbers::pi) / kMargin;
+  double distance = 0;
+  const Vec3d half = world_box.extent() * 0.5;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3d p = half * Vec3d(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+    const double needed = std::max(std::abs(dot(p, up)), std::abs(dot(p, right)) / aspect);
+    distance = std::max(distance, needed / half_height - dot(p, forward));
+  }
+  c.target = world_box.centre();
+  c.position = c.target - forward * distance;
+  return c;
+}
+
+double estimate_scatterings(double optical_thickness, double albedo) {
+  return 1 / (1 / (1 + optical_thickness) + (1 - albedo));
+}
+
+}  // namespace pvol

@@ -1,0 +1,209 @@
+#include "pvol/bounds/statistics.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "lattice_index.h"
+
+namespace pvol {
+namespace {
+
+double cube_volume(std::size_t level) {
+  return std::ldexp(double(kLeafEdge) * kLeafEdge * kLeafEdge, 3 * int(level));
+}
+
+/// What the samples in a leaf's reach add up to.
+struct LeafSums {
+  double mass = 0;
+  float lo = std::numeric_limits<float>::infinity(), hi = 0;
+};
+
+/// The integral over a cell is the mean of its eight corners, so that samples on the leaf's faces
+/// count one half for each face they are on.
+LeafSums sum_leaf(const detail::BlockFinder& blocks, Vec3i origin) {
+  const auto share = [](int i) { return i == 0 || i == kLeafEdge ? 0.5 : 1.0; };
+  LeafSums s;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3i far = Vec3i(corner & 1, corner >> 1 & 1, corner >> 2) * kLeafEdge;
+    const Vec3i count(far.x ? 1 : 8, far.y ? 1 : 8, far.z ? 1 : 8);
+    const detail::BlockSource b = blocks.find(origin + far);
+    for (int i = 0; i < count.x; ++i) {
+      for (int j = 0; j < count.y; ++j) {
+        double line = 0;
+        for (int k = 0; k < count.z; ++k) {
+          const float v = b.values ? b.values[(i * 8 + j) * 8 + k] : b.constant;
+          line += share(far.z + k) * double(v);
+          s.lo = std::min(s.lo, v);
+          s.hi = std::max(s.hi, v);
+        }
+        s.mass += share(far.x + i) * share(far.y + j) * line;
+      }
+    }
+  }
+  return s;
+}
+
+/// A bound summed over volume, and over volume weighted with the mean density.
+struct BoundSums {
+  double even = 0, dense = 0;
+
+  void add(double bound, double volume, double mass) {
+    even += bound * volume;
+    dense += bound * mass;
+  }
+};
+
+/// The same sums of the density itself, over leaves: what a perfect bound would give.
+BoundSums perfect(const Pyramid& p, const PyramidContent& content) {
+  BoundSums s;
+  for (std::size_t level = 0; level < p.levels.size(); ++level) {
+    for (const NodeContent& n : content[level]) {
+      if (n.leaf) s.add(n.mass / cube_volume(level), cube_volume(level), n.mass);
+    }
+  }
+  return s;
+}
+
+CollisionCost operator/(const BoundSums& bound, const BoundSums& density) {
+  return {bound.even / density.even, bound.dense / density.dense};
+}
+
+DepthStatistics measure_depth(const Pyramid& p, const PyramidContent& content, std::size_t level,
+                              const BoundSums& density) {
+  DepthStatistics d;
+  d.depth = int(p.levels.size() - 1 - level);
+  d.edge = std::int64_t(kLeafEdge) << level;
+  d.nodes = p.levels[level].size();
+  BoundSums hi, gap;
+  for (std::size_t l = level; l < p.levels.size(); ++l) {
+    for (std::size_t i = 0; i < p.levels[l].size(); ++i) {
+      const PyramidNode& n = p.levels[l][i];
+      const NodeContent& c = content[l][i];
+      if (l == level) {
+        const double mean = c.mass / cube_volume(l);
+        d.mean_hi += double(n.hi) / mean / double(d.nodes);
+        d.mean_lo += double(n.lo) / mean / double(d.nodes);
+        d.leaves += c.leaf ? 1 : 0;
+      } else if (!c.leaf) {
+        continue;
+      }
+      hi.add(double(n.hi), cube_volume(l), c.mass);
+      gap.add(double(n.hi) - double(n.lo), cube_volume(l), c.mass);
+    }
+  }
+  d.tightness = {hi / density, gap / density};
+  return d;
+}
+
+/// Masses of the level below into their parents, which stand in the same order.
+void add_children(const Pyramid& p, std::size_t level, PyramidContent& content) {
+  std::size_t parent = 0;
+  for (std::size_t i = 0; i < content[level - 1].size(); ++i) {
+    while (p.levels[level][parent].code != p.levels[level - 1][i].code / 8) ++parent;
+    content[level][parent].mass += content[level - 1][i].mass;
+    content[level][parent].leaf = false;
+  }
+}
+
+/// The terminal that holds a cell, counted from the tree's origin; none in empty space.
+const Octree::Entry* find_terminal(const Octree& tree, Vec3i cell) {
+  std::uint32_t node = 0;
+  for (;;) {
+    const Octree::Node& n = tree.nodes[node];
+    const Octree::Entry* e = tree.child(n, Octree::child_bit(lanes(cell), 3 + 2 * int(n.height)));
+    if (e == nullptr || e->log2 != 0) return e;
+    node = e->link & ~Octree::kNodeBit;
+  }
+}
+
+/// Calls `visit(entry, volume)` for every terminal below a node; one that is a group of eight
+/// children comes child by child. The tree below terminals serves look-ups only.
+template <class Visit>
+void for_each_terminal(const Octree& tree, const Octree::Node& node, const Visit& visit) {
+  for (int k = 0; k < std::popcount(node.mask); ++k) {
+    const Octree::Entry& e = tree.entries[node.first + std::uint32_t(k)];
+    if (e.log2 != 0) {
+      visit(e, cube_volume(2 * node.height));
+    } else {
+      for_each_terminal(tree, tree.nodes[e.link & ~Octree::kNodeBit], visit);
+    }
+  }
+}
+
+}  // namespace
+
+PyramidContent measure_content(const VoxelGrid& grid, const Pyramid& pyramid) {
+  const detail::BlockFinder blocks(grid);
+  PyramidContent content(pyramid.levels.size());
+  for (std::size_t level = 0; level < pyramid.levels.size(); ++level) {
+    const auto& nodes = pyramid.levels[level];
+    content[level].assign(nodes.size(), {0, true, false});
+    if (level > 0) add_children(pyramid, level, content);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, nodes.size(), 64), [&](const auto& r) {
+      for (std::size_t i = r.begin(); i != r.end(); ++i) {
+        if (!content[level][i].leaf) continue;
+        // A leaf above the finest level is uniform: any 8^3 cells of it tell its density.
+        const Vec3l at = Vec3l(morton_decode(nodes[i].code)) * (std::int64_t(kLeafEdge) << level);
+        const LeafSums s = sum_leaf(blocks, Vec3i(pyramid.origin + at));
+        content[level][i] = {s.mass * (cube_volume(level) / cube_volume(0)), true, s.lo == s.hi};
+      }
+    });
+  }
+  return content;
+}
+
+BoundsStatistics measure_bounds(const Pyramid& pyramid, const PyramidContent& content) {
+  BoundsStatistics s;
+  if (pyramid.empty()) return s;
+  const BoundSums density = perfect(pyramid, content);
+  s.mass = density.even;
+  s.root_volume = cube_volume(pyramid.levels.size() - 1);
+  for (std::size_t level = pyramid.levels.size(); level-- > 0;) {
+    s.depths.push_back(measure_depth(pyramid, content, level, density));
+    for (const NodeContent& n : content[level]) {
+      if (!n.leaf) continue;
+      ClassStatistics& kind = n.uniform ? s.uniform : s.mixed;
+      ++kind.leaves;
+      kind.volume += cube_volume(level);
+      kind.mass += n.mass;
+    }
+  }
+  s.empty.volume = s.root_volume - s.uniform.volume - s.mixed.volume;
+  const Vec3d box = pyramid.support().extent();
+  BoundSums global;
+  global.add(double(pyramid.levels.back()[0].hi), box.x * box.y * box.z, s.mass);
+  s.global_majorant = global / density;
+  return s;
+}
+
+Tightness measure_cut(const Pyramid& pyramid, const PyramidContent& content, const Octree& tree,
+                      double extinction) {
+  BoundSums hi, gap;
+  // Over volume: every terminal, also where it covers leaves that hold nothing.
+  if (!tree.empty()) {
+    for_each_terminal(tree, tree.nodes[0], [&](const Octree::Entry& e, double volume) {
+      hi.even += double(e.hi) / extinction * volume;
+      gap.even += (double(e.hi) - double(e.lo)) / extinction * volume;
+    });
+  }
+  // Over mass: leaf by leaf, with the bounds of the terminal above it.
+  for (std::size_t level = 0; level < pyramid.levels.size(); ++level) {
+    for (std::size_t i = 0; i < pyramid.levels[level].size(); ++i) {
+      const NodeContent& c = content[level][i];
+      if (!c.leaf) continue;
+      const Vec3i cell = Vec3i(morton_decode(pyramid.levels[level][i].code)) * (kLeafEdge << level);
+      const Octree::Entry* e = find_terminal(tree, cell);
+      if (e == nullptr) continue;
+      hi.dense += double(e->hi) / extinction * c.mass;
+      gap.dense += (double(e->hi) - double(e->lo)) / extinction * c.mass;
+    }
+  }
+  const BoundSums density = perfect(pyramid, content);
+  return {hi / density, gap / density};
+}
+
+}  // namespace pvol

@@ -1,0 +1,193 @@
+// Making a cloud ready for rendering, and figures about it.
+#include "pvol/render/volume.h"
+
+#include <algorithm>
+#include <array>
+#include <cfloat>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "pvol/error.h"
+
+namespace pvol {
+namespace {
+
+std::string text(double v) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.6g", v);
+  return buffer;
+}
+
+/// Positions go from world to cells in double; what they lose is a few ulp of the largest
+/// coordinate, seen in cells (THEORY.md, T6).
+void check_placement(const Affine& to_world, const Affine& to_cells, const Box& world_box) {
+  for (int r = 0; r < 3; ++r) {
+    if (!is_finite(to_cells.m[std::size_t(r)]) || !std::isfinite(to_cells.t[r]) ||
+        !std::isfinite(to_world.t[r])) {
+      throw Error(
+          "the volume's placement in the world is singular or not finite: it flattens the "
+          "cloud. Check the grid's transform and the scene's scale, rotate and matrix.");
+    }
+  }
+  constexpr double kUlps = 4, kMaxLoss = 1e-3;
+  double loss = 0;
+  for (const Vec3d& row : to_cells.m) {
+    const Vec3d reach = max(max(world_box.lo, -world_box.lo), max(world_box.hi, -world_box.hi));
+    loss = std::max(loss, kUlps * DBL_EPSILON *
+                              dot(Vec3d(std::abs(row.x), std::abs(row.y), std::abs(row.z)), reach));
+  }
+  if (loss > kMaxLoss) {
+    throw Error(
+        "the cloud lies so far from the world's origin that positions in it are only known "
+        "to " +
+        text(loss) + " voxels, where 0.001 are needed. Move it nearer the origin.");
+  }
+}
+
+double column_length(const Affine& a, int axis) {
+  return length(Vec3d(a.m[0][axis], a.m[1][axis], a.m[2][axis]));
+}
+
+/// Where the density ramps up from 0, a flight meets about sqrt(2 depth per voxel) null collisions
+/// before a real one, and steps of 1 / depth voxels: beyond this both get out of hand.
+constexpr double kMaxVoxelDepth = 1e12;
+
+}  // namespace
+
+Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& scene) {
+  const Medium& medium = scene.medium;
+  const double largest = medium.extinction * double(pyramid.scale);
+  if (!(medium.extinction >= 0) || !(largest <= double(FLT_MAX))) {
+    throw Error("an extinction of " + text(medium.extinction) +
+                " per unit of density with a largest "
+                "density of " +
+                text(double(pyramid.scale)) + " is outside [0, 3.4e38]");
+  }
+  const Affine to_world = medium.object_to_world * grid.index_to_world;
+  const Affine to_index = inverse(to_world);
+  const double cell_length = std::cbrt(std::abs(determinant(to_world)));
+  if (largest * cell_length > kMaxVoxelDepth) {
+    throw Error(
+        "an optical depth of " + text(largest * cell_length) +
+        " per voxel is more than paths can resolve (1e12). Check the unit of the extinction.");
+  }
+
+  Volume v;
+  v.extinction = float(medium.extinction);
+  v.world_to_cells = translation(-Vec3d(pyramid.origin)) * to_index;
+  if (!pyramid.empty()) v.world_box = transform(to_world, pyramid.support());
+  check_placement(to_world, v.world_to_cells, v.world_box);
+
+  FieldWithLinks field = build_field(grid, pyramid);
+  Cut cut;
+  cut.depth = scene.options.tracker == Tracker::delta_global ? 0 : scene.options.depth;
+  v.octree = build_octree(pyramid, medium.extinction, cell_length, cut, field.brick_of, kZeroBrick);
+  v.field = std::move(field.field);
+  return v;
+}
+
+namespace {
+
+/// Sums of samples over lattice columns along one axis, 8 x 8 columns of bricks together.
+class Columns {
+ public:
+  explicit Columns(int axis) : axis_(axis) {}
+
+  void add(const Brick& brick) {
+    const int stride[3] = {kBrickEdge * kBrickEdge, kBrickEdge, 1};
+    const int along = stride[axis_], u = stride[(axis_ + 1) % 3], w = stride[(axis_ + 2) % 3];
+    Sums& sums = block(brick.origin);
+    for (int i = 0; i < kBrickEdge; ++i) {
+      for (int j = 0; j < kBrickEdge; ++j) {
+        double& sum = sums[std::size_t(i * kBrickEdge + j)];
+        for (int k = 0; k < kBrickEdge; ++k) {
+          sum += double(brick.values[i * u + j * w + k * along]);
+        }
+      }
+    }
+  }
+
+  /// A tile's columns are equal: blocks of them, but no more than a few thousand for a huge one.
+  void add(const Tile& tile) {
+    const int step = std::max(kBrickEdge, tile.edge / 64);
+    for (int i = 0; i < tile.edge; i += step) {
+      for (int j = 0; j < tile.edge; j += step) {
+        Vec3i at = tile.origin;
+        at[(axis_ + 1) % 3] += i;
+        at[(axis_ + 2) % 3] += j;
+        for (double& sum : block(at)) sum += double(tile.value) * tile.edge;
+      }
+    }
+  }
+
+  struct Result {
+    double mean = 0, largest = 0;  // of the columns that hold anything
+  };
+  [[nodiscard]] Result result() const {
+    Result r;
+    double total = 0, count = 0;
+    for (const auto& [place, sums] : blocks_) {
+      for (const double sum : sums) {
+        total += sum;
+        count += sum > 0;
+        r.largest = std::max(r.largest, sum);
+      }
+    }
+    if (count > 0) r.mean = total / count;
+    return r;
+  }
+
+ private:
+  using Sums = std::array<double, kBrickEdge * kBrickEdge>;
+
+  Sums& block(Vec3i at) {
+    const auto place = [&](int shift) {
+      return std::uint64_t(std::uint32_t(at[(axis_ + shift) % 3] / kBrickEdge));
+    };
+    return blocks_[place(1) << 32 | place(2)];
+  }
+
+  int axis_;
+  std::map<std::uint64_t, Sums> blocks_;
+};
+
+}  // namespace
+
+VolumeFacts describe(const Volume& volume, const VoxelGrid& grid, const Medium& medium) {
+  VolumeFacts f;
+  float most = 0;
+  for (const Brick& b : grid.bricks) {
+    most = std::max(most, *std::max_element(b.values, b.values + kBrickSamples));
+  }
+  for (const Tile& t : grid.tiles) most = std::max(most, t.value);
+  f.largest_extinction = medium.extinction * double(most);
+  f.shortest_free_path = 1 / f.largest_extinction;
+  const Affine to_world = medium.object_to_world * grid.index_to_world;
+  for (int axis = 0; axis < 3; ++axis) {
+    Columns columns(axis);
+    for (const Brick& b : grid.bricks) columns.add(b);
+    for (const Tile& t : grid.tiles) columns.add(t);
+    const Columns::Result r = columns.result();
+    const double step = column_length(to_world, axis) * medium.extinction;
+    f.mean_optical_thickness[axis] = r.mean * step;
+    f.largest_optical_thickness = std::max(f.largest_optical_thickness, r.largest * step);
+  }
+  f.depth = volume.octree.depth;
+  f.nodes = volume.octree.nodes.size();
+  const double cell_length = std::cbrt(std::abs(determinant(to_world)));
+  double terminals = 0;
+  for (const Octree::Entry& e : volume.octree.entries) {
+    if (e.log2 == 0) continue;
+    terminals += e.grouped ? 0.125 : 1;
+    f.null_collisions =
+        std::max(f.null_collisions, double(e.hi - e.lo) * std::ldexp(cell_length, e.log2));
+  }
+  f.terminals = std::uint64_t(terminals + 0.5);
+  f.field_bytes = volume.field.samples.size() * sizeof(float);
+  f.octree_bytes = volume.octree.nodes.size() * sizeof(Octree::Node) +
+                   volume.octree.entries.size() * sizeof(Octree::Entry);
+  return f;
+}
+
+}  // namespace pvol

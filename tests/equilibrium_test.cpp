@@ -1,0 +1,146 @@
+// A cloud that only scatters, in light that comes alike from everywhere, is in equilibrium:
+// radiance is the same at every place and in every direction, whatever the density. So tentative
+// collisions spread like the majorant and real ones like the extinction, and their ratio is known
+// exactly.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "flights.h"
+#include "pvol/track/flight.h"
+#include "statistics.h"
+
+namespace pvol::test {
+namespace {
+
+/// A cloud-like field: a noisy ball with a soft edge and clear air around it.
+Field make_cloud() {
+  return make_field("cloud", {-30, -30, -30}, {61, 61, 61}, [](Vec3i p) {
+    const Vec3d q(p);
+    const double bumps = std::sin(0.9 * q.x) * std::sin(0.7 * q.y) * std::sin(0.8 * q.z);
+    return std::clamp(1.2 - length(q) / 24 + 0.4 * bumps, 0.0, 1.0);
+  });
+}
+
+/// Volume integrals over the support of the majorant and of the minorant, in cells.
+struct BoundIntegrals {
+  double lo = 0, hi = 0;
+};
+void add_node(const Octree& tree, const Octree::Node& node, Vec3i low, BoundIntegrals& sum) {
+  const int shift = 3 + 2 * int(node.height);
+  for (std::uint32_t bit = 0; bit < 64; ++bit) {
+    const Octree::Entry* e = tree.child(node, bit);
+    if (e == nullptr) continue;
+    const Vec3i at = low + Vec3i(int(bit >> 4), int(bit >> 2 & 3), int(bit & 3)) * (1 << shift);
+    if (e->log2 == 0) {
+      add_node(tree, tree.nodes[e->link & ~Octree::kNodeBit], at, sum);
+      continue;
+    }
+    // Of a group of eight children, each adds its own cube.
+    const Vec3i end = min(at + Vec3i(1 << shift), vec3(tree.support_hi));
+    const Vec3i begin = max(at, vec3(tree.support_lo));
+    const Vec3d extent(max(end - begin, Vec3i(0)));
+    const double cells = extent.x * extent.y * extent.z;
+    sum.lo += double(e->lo) * cells;
+    sum.hi += double(e->hi) * cells;
+  }
+}
+BoundIntegrals integrate_bounds(const Octree& tree) {
+  BoundIntegrals sum;
+  add_node(tree, tree.nodes[0], {0, 0, 0}, sum);
+  return sum;
+}
+
+Vec3f isotropic(Rng& rng) {
+  const auto [a, b] = rng.uniform2();
+  const double z = 2 * double(a) - 1, r = std::sqrt(std::max(0.0, 1 - z * z));
+  const double azimuth = 2 * std::numbers::pi * double(b);
+  return Vec3f(Vec3d(r * std::cos(azimuth), r * std::sin(azimuth), z));
+}
+
+/// A ray of isotropic light entering a box: faces by area, cosine-weighted directions.
+Ray entering(const Box& box, Rng& rng) {
+  const Vec3d e = box.extent();
+  const double area[3] = {e.y * e.z, e.z * e.x, e.x * e.y};
+  double pick = double(rng.uniform()) * (area[0] + area[1] + area[2]);
+  int axis = 0;
+  while (axis < 2 && pick >= area[axis]) pick -= area[axis++];
+  const auto [u, w] = rng.uniform2();
+  const auto [a, b] = rng.uniform2();
+  const bool low = rng.uniform() < 0.5f;
+  const double cosine = std::sqrt(1 - double(a)), sine = std::sqrt(double(a));
+  const double azimuth = 2 * std::numbers::pi * double(b);
+  const int second = (axis + 1) % 3, third = (axis + 2) % 3;
+  Ray ray;
+  ray.o[axis] = low ? box.lo[axis] : box.hi[axis];
+  ray.o[second] = box.lo[second] + double(u) * e[second];
+  ray.o[third] = box.lo[third] + double(w) * e[third];
+  ray.d[axis] = low ? cosine : -cosine;
+  ray.d[second] = sine * std::cos(azimuth);
+  ray.d[third] = sine * std::sin(azimuth);
+  return ray;
+}
+
+/// What happened on a path.
+struct PathCounts {
+  double lookups, collisions;
+};
+
+template <Tracker kTracker>
+PathCounts follow(const Volume& v, Rng& rng) {
+  const Ray ray = entering(v.octree.support(), rng);
+  Cursor cursor = make_cursor(v.octree, ray.o);
+  Vec3f d(ray.d);
+  Tally tally;
+  double collisions = 0;
+  for (;;) {
+    Walk walk(v.octree, cursor, lanes(d));
+    const auto t = free_flight<kTracker>(walk, Exact<Interpolation::trilinear>{v}, rng, tally);
+    if (!t) return {double(tally.lookups), collisions};
+    ++collisions;
+    walk.stop_at(walk.point(*t));
+    d = isotropic(rng);
+  }
+}
+
+/// The claim lookups = ratio x collisions, in expectation, as a t-test of the difference by path;
+/// and the mean number of collisions, which is the mean chord 4 V / S times the mean extinction.
+template <Tracker kTracker>
+void test_equilibrium(const Volume& v, double density_sum, const std::string& name,
+                      proof::Family& family) {
+  constexpr int kPaths = 50'000;
+  const BoundIntegrals bounds = integrate_bounds(v.octree);
+  const double mass = double(v.extinction) * density_sum;
+  const double lookups = kTracker == Tracker::decomposition ? bounds.hi - bounds.lo : bounds.hi;
+  const Vec3d e = v.octree.support().extent();
+  const double surface = 2 * (e.x * e.y + e.y * e.z + e.z * e.x);
+  proof::Moments excess, collisions;
+  for (int i = 0; i < kPaths; ++i) {
+    Rng rng(kSeed, std::uint64_t(v.octree.depth) * 3 + std::uint64_t(kTracker), std::uint64_t(i));
+    const PathCounts c = follow<kTracker>(v, rng);
+    excess.add(c.lookups - lookups / mass * c.collisions);
+    collisions.add(c.collisions);
+  }
+  const double rounding = 1e-5 * 4 * mass / surface;
+  family.add(name + ", look-ups", proof::mean_p_value(excess, 0, rounding * lookups / mass));
+  family.add(name + ", collisions", proof::mean_p_value(collisions, 4 * mass / surface, rounding));
+}
+
+TEST(Equilibrium, CountsAreVolumeIntegralsOfBounds) {
+  const Field cloud = make_cloud();
+  proof::Family family;
+  for (const double extinction : {0.1, 1.0}) {
+    for (const Choice& c : choices()) {
+      const Volume v = make_test_volume(cloud, extinction, c.depth, c.tracker);
+      const std::string name = c.name + ", extinction " + std::to_string(extinction);
+      with_tracker(c.tracker, [&](auto constant) {
+        test_equilibrium<decltype(constant)::value>(v, cloud.sum, name, family);
+      });
+    }
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+}  // namespace
+}  // namespace pvol::test
