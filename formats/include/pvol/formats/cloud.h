@@ -1,0 +1,35 @@
+// One door for every kind of cloud file.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "pvol/formats/pvol_file.h"
+#include "pvol/formats/vdb.h"
+
+namespace pvol::formats {
+
+/// A cloud that is ready to render: density, bounds and where they came from.
+struct Cloud {
+  VoxelGrid grid;
+  Pyramid pyramid;
+  Metadata metadata;
+  GridReport report;
+};
+
+/// The ending of a file's name in small letters, with its dot (".vdb"): what tells kinds of files
+/// apart.
+[[nodiscard]] std::string ending(const std::filesystem::path& file);
+
+/// Density samples of a .vdb, .nvdb, .pvol or recipe (.toml) file, by its ending; a .pvol without
+/// embedded density reads its source file and refuses one whose hash differs.
+[[nodiscard]] LoadedGrid load_grid(const std::filesystem::path& file,
+                                   const GridOptions& options = {});
+
+/// Bounds of a grid read from `file`: `build_pyramid`, with the file's name in its errors.
+[[nodiscard]] Pyramid build_bounds(const VoxelGrid& grid, const std::filesystem::path& file);
+
+/// Density and bounds: those of a .pvol file as stored, else built here.
+[[nodiscard]] Cloud load_cloud(const std::filesystem::path& file, const GridOptions& options = {});
+
+}  // namespace pvol::formats

@@ -1,0 +1,75 @@
+// Reading and writing .pvol files; FORMAT.md specifies every byte.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "pvol/bounds/pyramid.h"
+#include "pvol/medium/voxel_grid.h"
+
+namespace pvol::formats {
+
+/// Where the density came from, so that a file without embedded density finds it again.
+struct Source {
+  std::string file;         ///< as given to pvol-fit; relative paths are relative to the .pvol
+  std::string grid;         ///< name of the grid in that file
+  std::uint64_t bytes = 0;  ///< size of the file
+  std::uint64_t hash = 0;   ///< XXH3-64 of the whole file
+};
+
+struct Metadata {
+  std::string grid_name = "density";
+  Affine index_to_world;
+  Source source;
+  std::string unit;  ///< of the world, free text, e.g. "m"; empty where unknown
+  std::map<std::string, std::string> options;  ///< of the fit, by name
+  std::string written_by;                      ///< tool and version
+};
+
+/// Everything in a .pvol file. Without `density` the source file is needed to render.
+struct PvolFile {
+  Metadata metadata;
+  Pyramid pyramid;
+  std::optional<VoxelGrid> density;  ///< name and map are those of the metadata
+};
+
+/// Sizes in bytes of the parts of a file, as stored. The total includes padding and chunks of later
+/// versions that this one skips.
+struct PvolSizes {
+  std::uint64_t header = 0, metadata = 0, bounds = 0, density = 0, total = 0;
+};
+
+/// `none` makes files that any program can read without a decompressor.
+enum class Compression { none, zstd };
+
+/// Writes the file aside, syncs it and renames it: after an error the old file is still there. The
+/// same content gives the same bytes (with the same zstd): density is stored in sorted order and
+/// without bricks and tiles of zeros.
+/// Throws Error for content that `read_pvol` would refuse, and where writing fails.
+PvolSizes write_pvol(const std::filesystem::path& file, const PvolFile& content,
+                     Compression compression = Compression::zstd);
+
+/// Reads and validates everything: sizes, offsets, checksums, order of nodes, finite values. Memory
+/// is that of the result and one megabyte. The file must not be truncated meanwhile; replacing it,
+/// as `write_pvol` does, is safe.
+/// Throws Error that names the file, the chunk, what was found and what was expected.
+[[nodiscard]] PvolFile read_pvol(const std::filesystem::path& file);
+
+/// The same from memory; `name` stands for the file in errors.
+[[nodiscard]] PvolFile read_pvol(std::span<const std::byte> bytes, const std::string& name);
+
+/// Sizes of the parts of a file whose header and chunk table are valid.
+[[nodiscard]] PvolSizes measure_pvol(const std::filesystem::path& file);
+
+/// XXH3-64 of a file's bytes, and its size.
+struct FileHash {
+  std::uint64_t hash = 0, bytes = 0;
+};
+[[nodiscard]] FileHash hash_file(const std::filesystem::path& file);
+
+}  // namespace pvol::formats

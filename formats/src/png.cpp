@@ -1,0 +1,76 @@
+// PNG out, by libpng's simplified interface (which needs no setjmp).
+#include <png.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "pvol/error.h"
+#include "pvol/formats/atomic_file.h"
+#include "pvol/formats/image.h"
+
+namespace pvol::formats {
+namespace {
+
+/// The transfer function of IEC 61966-2-1, linear [0, 1] to encoded [0, 1].
+double encode_srgb(double linear) {
+  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+}
+
+std::uint8_t to_byte(double v) { return static_cast<std::uint8_t>(std::lround(255 * v)); }
+
+/// The bytes of one pixel; three or four of them count.
+std::array<std::uint8_t, 4> encode_pixel(const PixelSums& sums, double factor, bool alpha) {
+  const double a = sums.samples ? std::clamp(sums.alpha / sums.samples, 0.0, 1.0) : 0;
+  Vec3d colour = mean(sums) * factor;
+  if (alpha) colour = a > 0 ? colour / a : Vec3d{};
+  const auto encode = [](double v) { return to_byte(encode_srgb(std::clamp(v, 0.0, 1.0))); };
+  return {encode(colour.x), encode(colour.y), encode(colour.z), to_byte(a)};
+}
+
+std::vector<std::uint8_t> encode_film(const std::filesystem::path& file, const Film& film,
+                                      double factor, bool alpha) {
+  const std::size_t depth = alpha ? 4 : 3;
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(film.pixels.size() * depth);
+  for (int y = 0; y < film.crop_height; ++y) {
+    for (int x = 0; x < film.crop_width; ++x) {
+      const PixelSums& sums = film.at(x, y);
+      if (!is_finite(sums.sum) || !std::isfinite(sums.alpha)) {
+        throw Error(file.string() + ": pixel (" + std::to_string(film.x + x) + ", " +
+                    std::to_string(film.y + y) +
+                    ") is not finite, and PNG cannot hold it; write EXR to look at it");
+      }
+      const std::array<std::uint8_t, 4> pixel = encode_pixel(sums, factor, alpha);
+      bytes.insert(bytes.end(), pixel.begin(), pixel.begin() + std::ptrdiff_t(depth));
+    }
+  }
+  return bytes;
+}
+
+}  // namespace
+
+void write_png(const std::filesystem::path& file, const Film& film, double exposure, bool alpha) {
+  const double factor = std::exp2(exposure);
+  if (!std::isfinite(factor) || factor == 0) {
+    throw Error(file.string() + ": exposure " + std::to_string(exposure) +
+                " is out of range; expected stops such as 1.5");
+  }
+  if (film.crop_width < 1 || film.crop_height < 1) {
+    throw Error(file.string() + ": the picture has no pixels; choose a size of at least 1 x 1");
+  }
+  const std::vector<std::uint8_t> bytes = encode_film(file, film, factor, alpha);
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = png_uint_32(film.crop_width);
+  image.height = png_uint_32(film.crop_height);
+  image.format = alpha ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;  // 8-bit formats are sRGB
+  write_atomically(file, [&](const std::filesystem::path& aside) {
+    if (!png_image_write_to_file(&image, aside.c_str(), 0, bytes.data(), 0, nullptr)) {
+      throw Error(file.string() + ": cannot be written: " + image.message);
+    }
+  });
+}
+
+}  // namespace pvol::formats

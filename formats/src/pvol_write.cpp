@@ -1,0 +1,89 @@
+// Writing .pvol files: chunk after chunk, the header last.
+#include <cstring>
+#include <fstream>
+
+#include "pvol/error.h"
+#include "pvol/formats/atomic_file.h"
+#include "pvol_chunks.h"
+
+namespace pvol::formats {
+namespace {
+
+using namespace detail;
+
+void write(std::ostream& out, const std::vector<std::byte>& bytes) {
+  out.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+}
+
+/// Writes zeros up to the next multiple of kChunkAlignment, the offset of the next chunk.
+std::uint64_t pad(std::ostream& out, std::uint64_t end) {
+  const std::uint64_t padding = (kChunkAlignment - end % kChunkAlignment) % kChunkAlignment;
+  const std::array<char, kChunkAlignment> zeros{};
+  out.write(zeros.data(), std::streamsize(padding));
+  return end + padding;
+}
+
+/// Compressed only where that is smaller: small chunks stay readable without zstd.
+ChunkEntry write_small(std::ostream& out, Id id, Bytes raw, std::uint64_t offset,
+                       Compression compression) {
+  Codec codec = Codec::raw;
+  if (compression == Compression::zstd && compressed_bytes(raw) < raw.size()) codec = Codec::zstd;
+  ChunkWriter chunk(out, id, codec, offset);
+  chunk.write(raw);
+  return chunk.finish();
+}
+
+/// Header and table for these chunks.
+std::vector<std::byte> make_header(const std::vector<ChunkEntry>& table) {
+  FileHeader header;
+  header.chunks = std::uint32_t(table.size());
+  header.file_bytes = table.back().offset + table.back().stored_bytes;
+  const std::size_t table_bytes = table.size() * sizeof(ChunkEntry);
+  std::vector<std::byte> bytes(sizeof header + table_bytes);
+  std::memcpy(bytes.data(), &header, sizeof header);
+  std::memcpy(bytes.data() + sizeof header, table.data(), table_bytes);
+  header.checksum = checksum(bytes);
+  std::memcpy(bytes.data(), &header, sizeof header);
+  return bytes;
+}
+
+std::vector<ChunkEntry> write_chunks(std::ostream& out, const PvolFile& content,
+                                     Compression compression, const std::string& place) {
+  const std::string meta = encode_metadata(content.metadata, place);
+  const std::vector<std::byte> bounds = encode_bounds(content.pyramid, place);
+  const std::size_t chunks = content.density ? 3 : 2;
+  std::vector<ChunkEntry> table(chunks);
+  write(out, make_header(table));  // to be written again, once sizes and sums are known
+
+  std::uint64_t at = pad(out, sizeof(FileHeader) + chunks * sizeof(ChunkEntry));
+  table[0] = write_small(out, kMeta, std::as_bytes(std::span(meta)), at, Compression::none);
+  at = pad(out, at + table[0].stored_bytes);
+  table[1] = write_small(out, kBounds, bounds, at, compression);
+  if (!content.density) return table;
+
+  at = pad(out, at + table[1].stored_bytes);
+  const bool packed = compression == Compression::zstd;
+  ChunkWriter density(out, kDensity, packed ? Codec::shuffled_zstd : Codec::raw, at);
+  encode_density(*content.density, content.pyramid, density, place);
+  table[2] = density.finish();
+  return table;
+}
+
+}  // namespace
+
+PvolSizes write_pvol(const std::filesystem::path& file, const PvolFile& content,
+                     Compression compression) {
+  PvolSizes sizes;
+  write_atomically(file, [&](const std::filesystem::path& aside) {
+    std::ofstream out(aside, std::ios::binary | std::ios::trunc);
+    const std::vector<ChunkEntry> table = write_chunks(out, content, compression, file.string());
+    out.seekp(0);
+    write(out, make_header(table));
+    out.close();
+    if (!out) throw Error(file.string() + ": cannot be written whole. Is there space on the disk?");
+    sizes = measure(table);
+  });
+  return sizes;
+}
+
+}  // namespace pvol::formats

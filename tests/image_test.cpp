@@ -1,0 +1,421 @@
+#include "pvol/formats/image.h"
+
+#include <ImfArray.h>
+#include <ImfChannelList.h>
+#include <ImfChromaticitiesAttribute.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfInputFile.h>
+#include <ImfOutputFile.h>
+#include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
+#include <ImfTiledOutputFile.h>
+#include <gtest/gtest.h>
+#include <png.h>
+
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <limits>
+#include <random>
+
+#include "pvol/error.h"
+
+namespace pvol::formats {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A folder of its own, removed with what is in it.
+class Image : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(testing::TempDir()) / (std::string("pvol_image_") + info->name());
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  [[nodiscard]] fs::path file(const std::string& name) const { return folder_ / name; }
+
+  fs::path folder_;
+};
+
+std::string bytes_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+void write_bytes(const fs::path& file, const std::string& bytes) {
+  std::ofstream(file, std::ios::binary) << bytes;
+}
+
+std::string error_of(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+Film random_film(int width, int height, int x, int y, int crop_width, int crop_height) {
+  Film film{width, height, x, y, crop_width, crop_height, {}};
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(0, 2);
+  for (int i = 0; i < crop_width * crop_height; ++i) {
+    PixelSums p;
+    p.samples = std::uint32_t(1 + random() % 5);
+    for (std::uint32_t s = 0; s < p.samples; ++s) {
+      const Vec3d value{uniform(random), uniform(random), uniform(random)};
+      p.sum += value;
+      p.sum_squares += value * value;
+      p.alpha += uniform(random) / 2;
+    }
+    p.lookups = std::uint32_t(random() % 100);
+    p.segments = std::uint32_t(random() % 100);
+    p.collisions = std::uint32_t(random() % 100);
+    film.pixels.push_back(p);
+  }
+  return film;
+}
+
+/// One pixel with these means.
+Film one_pixel(Vec3d colour, double alpha) {
+  Film film{1, 1, 0, 0, 1, 1, {}};
+  film.pixels.push_back({colour * 4.0, {}, alpha * 4, 4, 0, 0, 0});
+  return film;
+}
+
+std::vector<float> read_channel(const fs::path& file, const char* name) {
+  Imf::InputFile in(file.c_str());
+  const Imath::Box2i box = in.header().dataWindow();
+  const int width = box.max.x - box.min.x + 1, height = box.max.y - box.min.y + 1;
+  std::vector<float> values(std::size_t(width) * std::size_t(height));
+  Imf::FrameBuffer buffer;
+  buffer.insert(name, Imf::Slice::Make(Imf::FLOAT, values.data(), box));
+  in.setFrameBuffer(buffer);
+  in.readPixels(box.min.y, box.max.y);
+  return values;
+}
+
+std::vector<std::string> channel_names(const fs::path& file) {
+  Imf::InputFile in(file.c_str());
+  std::vector<std::string> names;
+  const Imf::ChannelList& channels = in.header().channels();
+  for (auto c = channels.begin(); c != channels.end(); ++c) names.push_back(c.name());
+  return names;
+}
+
+TEST_F(Image, ExrHoldsEveryValueOfTheFilm) {
+  const Film film = random_film(40, 60, 7, 9, 5, 37);  // taller than two zip blocks, not a multiple
+  write_exr(file("a.exr"), film, {});
+  const std::pair<const char*, std::function<double(const PixelSums&)>> channels[] = {
+      {"R", [](const PixelSums& p) { return mean(p).x; }},
+      {"G", [](const PixelSums& p) { return mean(p).y; }},
+      {"B", [](const PixelSums& p) { return mean(p).z; }},
+      {"A", [](const PixelSums& p) { return p.alpha / p.samples; }},
+      {"variance.R", [](const PixelSums& p) { return variance_of_mean(p).x; }},
+      {"variance.G", [](const PixelSums& p) { return variance_of_mean(p).y; }},
+      {"variance.B", [](const PixelSums& p) { return variance_of_mean(p).z; }},
+      {"samples", [](const PixelSums& p) { return double(p.samples); }},
+      {"count.lookups", [](const PixelSums& p) { return double(p.lookups) / p.samples; }},
+      {"count.segments", [](const PixelSums& p) { return double(p.segments) / p.samples; }},
+      {"count.collisions", [](const PixelSums& p) { return double(p.collisions) / p.samples; }}};
+  EXPECT_EQ(channel_names(file("a.exr")).size(), std::size(channels));
+  for (const auto& [name, value] : channels) {
+    const std::vector<float> read = read_channel(file("a.exr"), name);
+    ASSERT_EQ(read.size(), film.pixels.size());
+    for (std::size_t i = 0; i < read.size(); ++i) {
+      EXPECT_EQ(read[i], float(value(film.pixels[i]))) << name << " of pixel " << i;
+    }
+  }
+}
+
+TEST_F(Image, ExrHeaderTellsWindowsColoursAndAttributes) {
+  write_exr(file("a.exr"), random_film(40, 30, 7, 9, 5, 6),
+            {{"pvol.scene", "[volume]\nfile = \"a.pvol\"\n"}, {"pvol.version", "0.1.0"}});
+  Imf::InputFile in(file("a.exr").c_str());
+  const Imf::Header& header = in.header();
+  EXPECT_EQ(header.displayWindow(), Imath::Box2i({0, 0}, {39, 29}));
+  EXPECT_EQ(header.dataWindow(), Imath::Box2i({7, 9}, {11, 14}));
+  EXPECT_EQ(header.compression(), Imf::ZIP_COMPRESSION);
+  ASSERT_TRUE(Imf::hasChromaticities(header));
+  EXPECT_EQ(Imf::chromaticities(header).red, Imath::V2f(0.64f, 0.33f));
+  EXPECT_EQ(Imf::chromaticities(header).white, Imath::V2f(0.3127f, 0.329f));
+  EXPECT_EQ(header.typedAttribute<Imf::StringAttribute>("pvol.version").value(), "0.1.0");
+  EXPECT_EQ(header.typedAttribute<Imf::StringAttribute>("pvol.scene").value(),
+            "[volume]\nfile = \"a.pvol\"\n");
+}
+
+TEST_F(Image, ExrHasNoCountsWhereNothingWasCounted) {
+  Film film = random_film(4, 4, 0, 0, 4, 4);
+  for (PixelSums& p : film.pixels) p.lookups = p.segments = p.collisions = 0;
+  write_exr(file("a.exr"), film, {});
+  EXPECT_EQ(channel_names(file("a.exr")),
+            (std::vector<std::string>{"A", "B", "G", "R", "samples", "variance.B", "variance.G",
+                                      "variance.R"}));
+}
+
+TEST_F(Image, ExrOfASmallCropOfAHugeImageIsSmall) {
+  write_exr(file("a.exr"), random_film(16384, 16384, 16380, 16382, 4, 2), {});
+  EXPECT_LT(fs::file_size(file("a.exr")), 4096u);
+  EXPECT_EQ(read_channel(file("a.exr"), "R").size(), 8u);
+}
+
+TEST_F(Image, ExrOfPixelsWithoutSamplesIsZero) {
+  Film film{2, 1, 0, 0, 2, 1, std::vector<PixelSums>(2)};
+  write_exr(file("a.exr"), film, {});
+  for (const char* name : {"R", "A", "variance.G", "samples"}) {
+    EXPECT_EQ(read_channel(file("a.exr"), name), std::vector<float>(2, 0.0f)) << name;
+  }
+}
+
+TEST_F(Image, ExrBytesDependOnTheFilmAlone) {
+  const Film film = random_film(40, 30, 0, 0, 40, 30);
+  write_exr(file("a.exr"), film, {{"seed", "1"}});
+  write_exr(file("b.exr"), film, {{"seed", "1"}});
+  EXPECT_EQ(bytes_of(file("a.exr")), bytes_of(file("b.exr")));
+}
+
+TEST_F(Image, FailedWriteKeepsTheOldFileAndLeavesNothingBeside) {
+  write_bytes(file("a.exr"), "old");
+  const Film film = random_film(4, 4, 0, 0, 4, 4);
+  EXPECT_NE(error_of([&] {
+              write_exr(file("a.exr"), film, {{"channels", "x"}});
+            }).find("a.exr: the attribute channels"),
+            std::string::npos);
+  EXPECT_EQ(bytes_of(file("a.exr")), "old");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator{}), 1);
+  EXPECT_THROW(write_exr(file("none/a.exr"), film, {}), Error);
+  EXPECT_THROW(write_png(file("none/a.png"), film, 0, false), Error);
+}
+
+TEST_F(Image, EmptyFilmIsRefused) {
+  EXPECT_THROW(write_exr(file("a.exr"), Film{}, {}), Error);
+  EXPECT_THROW(write_png(file("a.png"), Film{}, 0, false), Error);
+  EXPECT_TRUE(fs::is_empty(folder_));
+}
+
+/// The samples of a PNG in its own layout.
+std::vector<int> read_png(const fs::path& file, png_uint_32 format, int width, int height) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  EXPECT_TRUE(png_image_begin_read_from_file(&image, file.c_str())) << image.message;
+  EXPECT_EQ(image.format, format);
+  EXPECT_EQ(image.width, png_uint_32(width));
+  EXPECT_EQ(image.height, png_uint_32(height));
+  std::vector<std::uint8_t> bytes(PNG_IMAGE_SIZE(image));
+  EXPECT_TRUE(png_image_finish_read(&image, nullptr, bytes.data(), 0, nullptr)) << image.message;
+  return {bytes.begin(), bytes.end()};
+}
+
+TEST_F(Image, PngHasTheCodesOfTheSrgbStandard) {
+  // Computed from IEC 61966-2-1 by hand; 0.0031308 is the join of its two pieces.
+  const std::pair<double, int> known[] = {{0, 0},      {0.001, 3}, {0.002, 7}, {0.0031308, 10},
+                                          {0.18, 118}, {0.2, 124}, {0.5, 188}, {0.999, 255},
+                                          {1.0, 255},  {7.5, 255}, {-0.25, 0}};
+  for (const auto& [linear, code] : known) {
+    write_png(file("a.png"), one_pixel(Vec3d(linear), 1), 0, false);
+    EXPECT_EQ(read_png(file("a.png"), PNG_FORMAT_RGB, 1, 1), std::vector<int>(3, code)) << linear;
+  }
+}
+
+TEST_F(Image, PngScalesByPowersOfTwo) {
+  write_png(file("a.png"), one_pixel({0.25, 0.125, 4}, 1), 1, false);
+  EXPECT_EQ(read_png(file("a.png"), PNG_FORMAT_RGB, 1, 1), (std::vector<int>{188, 137, 255}));
+  write_png(file("a.png"), one_pixel({1, 0.5, 0.4}, 1), -1, false);
+  EXPECT_EQ(read_png(file("a.png"), PNG_FORMAT_RGB, 1, 1), (std::vector<int>{188, 137, 124}));
+}
+
+TEST_F(Image, PngAlphaIsUnpremultiplied) {
+  write_png(file("a.png"), one_pixel({0.25, 0.1, 0}, 0.5), 0, true);
+  EXPECT_EQ(read_png(file("a.png"), PNG_FORMAT_RGBA, 1, 1), (std::vector<int>{188, 124, 0, 128}));
+  write_png(file("a.png"), one_pixel({0.25, 0.1, 0}, 0), 0, true);
+  EXPECT_EQ(read_png(file("a.png"), PNG_FORMAT_RGBA, 1, 1), (std::vector<int>{0, 0, 0, 0}));
+}
+
+TEST_F(Image, PngKeepsRowsInOrderAndSaysItIsSrgb) {
+  Film film{9, 9, 3, 3, 2, 3, std::vector<PixelSums>(6)};
+  for (int i = 0; i < 6; ++i) {
+    film.pixels[std::size_t(i)] = {{i == 1 ? 1.0 : 0.0, i == 4 ? 1.0 : 0.0, 0}, {}, 1, 1, 0, 0, 0};
+  }
+  write_png(file("a.png"), film, 0, false);
+  EXPECT_EQ(read_png(file("a.png"), PNG_FORMAT_RGB, 2, 3),
+            (std::vector<int>{0, 0, 0, 255, 0, 0, 0, 0, 0, 0, 0, 0, 0, 255, 0, 0, 0, 0}));
+  EXPECT_NE(bytes_of(file("a.png")).find("sRGB"), std::string::npos);
+}
+
+TEST_F(Image, PngRefusesAndNamesAPixelThatIsNotFinite) {
+  Film film = random_film(20, 20, 10, 5, 3, 3);
+  film.pixels[5].sum.y = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(error_of([&] { write_png(file("a.png"), film, 0, false); }).find("pixel (12, 6)"),
+            std::string::npos);
+  EXPECT_TRUE(fs::is_empty(folder_));
+  film.pixels[5].sum.y = 1;
+  EXPECT_THROW(write_png(file("a.png"), film, std::nan(""), false), Error);
+  EXPECT_THROW(write_png(file("a.png"), film, 1e6, false), Error);
+}
+
+/// Writes R, G, B in the order of `pixels`, with a data window that does not begin at 0.
+template <class Pixel>
+void write_sky(const fs::path& file, Imf::PixelType type, int width, int height, bool tiled,
+               const std::vector<Pixel>& rgb, const char* first_channel = "R") {
+  const Imath::Box2i data({-3, 11}, {width - 4, height + 10});
+  Imf::Header header({{0, 0}, {99, 99}}, data);
+  Imf::FrameBuffer buffer;
+  const char* names[] = {first_channel, "G", "B"};
+  for (std::size_t c = 0; c < 3; ++c) {
+    header.channels().insert(names[c], Imf::Channel(type));
+    buffer.insert(names[c], Imf::Slice::Make(type, &rgb[c], data, 3 * sizeof(Pixel),
+                                             3 * sizeof(Pixel) * std::size_t(width)));
+  }
+  if (tiled) {
+    header.setTileDescription(Imf::TileDescription(8, 8, Imf::MIPMAP_LEVELS));
+    Imf::TiledOutputFile out(file.c_str(), header);
+    out.setFrameBuffer(buffer);
+    out.writeTiles(0, out.numXTiles() - 1, 0, out.numYTiles() - 1);
+    for (int level = 1; level < out.numLevels(); ++level) {  // any values: only level 0 is read
+      out.writeTiles(0, out.numXTiles(level) - 1, 0, out.numYTiles(level) - 1, level);
+    }
+  } else {
+    Imf::OutputFile out(file.c_str(), header);
+    out.setFrameBuffer(buffer);
+    out.writePixels(height);
+  }
+}
+
+std::vector<float> ramp(int pixels) {
+  std::vector<float> values;
+  for (int i = 0; i < 3 * pixels; ++i) values.push_back(float(i) / 64);  // exact in half
+  return values;
+}
+
+void expect_ramp(const ImageSky& sky, int width, int height) {
+  ASSERT_EQ(sky.width, width);
+  ASSERT_EQ(sky.height, height);
+  ASSERT_EQ(sky.pixels.size(), std::size_t(width) * std::size_t(height));
+  for (std::size_t i = 0; i < sky.pixels.size(); ++i) {
+    const auto n = float(3 * i);
+    ASSERT_EQ(sky.pixels[i], Rgb(n / 64, (n + 1) / 64, (n + 2) / 64)) << i;
+  }
+  EXPECT_EQ(sky.scale, Rgb(1.0f));
+  EXPECT_EQ(sky.rotation, 0);
+}
+
+TEST_F(Image, SkyComesBackFromEveryLayout) {
+  const std::vector<float> values = ramp(20 * 19);
+  const std::vector<half> halves(values.begin(), values.end());
+  for (const bool tiled : {false, true}) {
+    write_sky(file("float.exr"), Imf::FLOAT, 20, 19, tiled, values);
+    expect_ramp(read_sky(file("float.exr")), 20, 19);
+    write_sky(file("half.exr"), Imf::HALF, 20, 19, tiled, halves);
+    expect_ramp(read_sky(file("half.exr")), 20, 19);
+  }
+}
+
+TEST_F(Image, SkyReadsWhatTheRendererWrote) {
+  const Film film = random_film(40, 30, 7, 9, 5, 20);
+  write_exr(file("a.exr"), film, {});
+  const ImageSky sky = read_sky(file("a.exr"));
+  ASSERT_EQ(sky.pixels.size(), film.pixels.size());
+  for (std::size_t i = 0; i < sky.pixels.size(); ++i) {
+    EXPECT_EQ(sky.pixels[i], Rgb(mean(film.pixels[i])));
+  }
+}
+
+TEST_F(Image, SkyWithoutRedSaysWhatIsThere) {
+  write_sky(file("a.exr"), Imf::FLOAT, 4, 4, false, ramp(16), "Y");
+  const std::string message = error_of([&] { (void)read_sky(file("a.exr")); });
+  EXPECT_NE(message.find("a.exr: has no channel R; expected R, G and B, found B, G, Y"),
+            std::string::npos)
+      << message;
+}
+
+TEST_F(Image, SkyNamesABadPixel) {
+  const float bad[] = {-1, std::numeric_limits<float>::infinity(),
+                       std::numeric_limits<float>::quiet_NaN()};
+  for (const float value : bad) {
+    std::vector<float> values = ramp(10 * 40);
+    values[3 * (23 * 10 + 7) + 1] = value;
+    write_sky(file("a.exr"), Imf::FLOAT, 10, 40, false, values);
+    const std::string message = error_of([&] { (void)read_sky(file("a.exr")); });
+    EXPECT_NE(message.find("a.exr: pixel (7, 23) is ("), std::string::npos) << message;
+  }
+}
+
+TEST_F(Image, SkyInOtherPrimariesIsRefused) {
+  Imf::Header header(4, 4);
+  Imf::addChromaticities(header, Imf::Chromaticities({0.713f, 0.293f}, {0.165f, 0.83f},
+                                                     {0.128f, 0.044f}, {0.32168f, 0.33767f}));
+  const std::vector<float> values = ramp(16);
+  Imf::FrameBuffer buffer;
+  for (const char* name : {"R", "G", "B"}) {
+    header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+    buffer.insert(name, Imf::Slice::Make(Imf::FLOAT, values.data(), header.dataWindow()));
+  }
+  {
+    Imf::OutputFile out(file("a.exr").c_str(), header);
+    out.setFrameBuffer(buffer);
+    out.writePixels(4);
+  }
+  EXPECT_NE(error_of([&] { (void)read_sky(file("a.exr")); }).find("Rec.709"), std::string::npos);
+}
+
+TEST_F(Image, SkyThatIsTooLargeIsRefusedBeforeItIsRead) {
+  Imf::Header header(1 << 15, 1 << 14);
+  for (const char* name : {"R", "G", "B"}) header.channels().insert(name, Imf::Channel(Imf::HALF));
+  { Imf::OutputFile out(file("a.exr").c_str(), header); }
+  EXPECT_NE(error_of([&] { (void)read_sky(file("a.exr")); }).find("32768 x 16384 pixels"),
+            std::string::npos);
+}
+
+TEST_F(Image, EveryTruncationOfASkyIsRefused) {
+  write_sky(file("a.exr"), Imf::FLOAT, 5, 18, false, ramp(5 * 18));
+  const std::string whole = bytes_of(file("a.exr"));
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    write_bytes(file("cut.exr"), whole.substr(0, size));
+    EXPECT_THROW((void)read_sky(file("cut.exr")), Error) << size << " of " << whole.size();
+  }
+}
+
+TEST_F(Image, TruncatedTilesAreRefusedUnlessOnlyCoarseLevelsAreCut) {
+  write_sky(file("a.exr"), Imf::FLOAT, 9, 10, true, ramp(9 * 10));
+  const std::string whole = bytes_of(file("a.exr"));
+  std::size_t refused = 0;
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    write_bytes(file("cut.exr"), whole.substr(0, size));
+    try {
+      expect_ramp(read_sky(file("cut.exr")), 9, 10);
+    } catch (const Error&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, whole.size() / 2);
+}
+
+TEST_F(Image, FlippedBytesOfASkyAreReadOrRefused) {
+  write_sky(file("a.exr"), Imf::FLOAT, 5, 18, false, ramp(5 * 18));
+  const std::string whole = bytes_of(file("a.exr"));
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    std::string flipped = whole;
+    flipped[at] = char(flipped[at] ^ (1 << (at % 8)));
+    write_bytes(file("flipped.exr"), flipped);
+    try {
+      const ImageSky sky = read_sky(file("flipped.exr"));
+      for (const Rgb& c : sky.pixels) ASSERT_TRUE(is_finite(c) && min_component(c) >= 0);
+    } catch (const Error& e) {
+      EXPECT_NE(std::string(e.what()).find("flipped.exr: "), std::string::npos);
+    }
+  }
+}
+
+TEST_F(Image, SkyOfAFileThatIsNotOneIsRefused) {
+  write_bytes(file("text.exr"), "This is not a picture, it is a text.");
+  EXPECT_THROW((void)read_sky(file("text.exr")), Error);
+  EXPECT_THROW((void)read_sky(file("absent.exr")), Error);
+  EXPECT_THROW((void)read_sky(folder_), Error);
+}
+
+}  // namespace
+}  // namespace pvol::formats
