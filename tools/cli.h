@@ -1,0 +1,97 @@
+// What every tool does alike: exit codes, messages, progress, interruption, readable numbers.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "pvol/error.h"
+
+namespace pvol::cli {
+
+inline constexpr int kSuccess = 0;
+inline constexpr int kFailure = 1;  ///< the input or the machine is to blame
+inline constexpr int kUsage = 2;    ///< the command line is
+
+/// Options that several tools share.
+struct Common {
+  bool quiet = false;
+};
+
+/// A command line that parses but asks for what cannot be: ends the tool with kUsage.
+struct UsageError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Runs the tool's body and returns the exit code; whatever it throws becomes one line on stderr,
+/// "pvol-fit: error: ...".
+[[nodiscard]] int run_guarded(const std::string& tool, const std::function<int()>& body);
+
+/// The result of `work`; the file's name goes in front of the message of an Error that it throws.
+template <class Work>
+[[nodiscard]] auto naming(const std::filesystem::path& file, const Work& work) {
+  try {
+    return work();
+  } catch (const Error& e) {
+    throw Error(file.string() + ": " + e.what());
+  }
+}
+
+/// "pvol-fit: warning: ..." on stderr, one line for each.
+void print_warnings(const std::string& tool, const std::vector<std::string>& warnings);
+
+/// Throws UsageError where the name lacks one of the endings (".vdb"), or Error where its folder is
+/// missing or cannot be written to: before the work is done, not after.
+void check_output(const std::filesystem::path& file, const std::vector<std::string>& endings);
+
+/// Whether two names mean the same existing file.
+[[nodiscard]] bool same_file(const std::filesystem::path& a, const std::filesystem::path& b);
+
+/// 1234567 -> "1.2 MB" (powers of 1000), "1 234 567", and 0.0123 -> "12 ms".
+[[nodiscard]] std::string readable_bytes(std::uint64_t bytes);
+[[nodiscard]] std::string readable_count(std::uint64_t count);
+[[nodiscard]] std::string readable_seconds(double seconds);
+
+/// Four significant digits.
+[[nodiscard]] std::string readable(double value);
+
+/// From here on the first Ctrl-C only makes `interrupted` true; the second one ends the tool.
+void catch_interrupt();
+[[nodiscard]] bool interrupted();
+
+/// Seconds since its making or the last lap.
+class Stopwatch {
+ public:
+  [[nodiscard]] double lap();
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+/// How far a long step has come, on stderr: a bar that is redrawn on a terminal, a plain line every
+/// tenth of the way otherwise; both with rate and remaining time. Draws nothing when quiet.
+class ProgressBar {
+ public:
+  /// `unit` is what is counted, e.g. "samples".
+  ProgressBar(std::string label, std::string unit, bool quiet);
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  void show(std::uint64_t done, std::uint64_t total);
+
+ private:
+  void draw(const std::string& line);
+
+  std::string label_, unit_;
+  bool quiet_, terminal_;
+  std::chrono::steady_clock::time_point start_, next_;
+  int tenths_ = 0;         // last tenth that got a line
+  std::size_t width_ = 0;  // of the line on the terminal
+};
+
+}  // namespace pvol::cli

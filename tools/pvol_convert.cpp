@@ -1,0 +1,115 @@
+// pvol-convert: clouds and their bounds from one file format into another.
+#include <iostream>
+
+#include "cli_app.h"
+#include "pvol/bounds/bound_grids.h"
+#include "pvol/error.h"
+#include "pvol/formats/cloud.h"
+
+namespace {
+
+using namespace pvol;
+
+constexpr const char* kExamples = R"(The endings of the names say what is converted:
+  .toml (a recipe), .nvdb or .pvol to .vdb; .vdb to .vdb keeps the one grid that pvol would render,
+  with the values it would use: non-finite and negative ones are 0. pvol-fit makes .pvol files.
+
+Examples:
+  pvol-convert samples/cumulus.toml cumulus.vdb
+      a procedural cloud for other renderers
+  pvol-convert cloud.pvol cloud.vdb --bounds
+      the density with its majorants and minorants, for any VDB viewer
+
+Exit status: 0 success, 1 failure, 2 wrong usage.)";
+
+struct Options {
+  cli::Common common;
+  std::filesystem::path input, output;
+  formats::GridOptions grid;
+  bool bounds = false;
+  bool json = false;
+};
+
+std::optional<int> read_command_line(int argc, char** argv, Options& o) {
+  CLI::App app{"Converts clouds between file formats.", "pvol-convert"};
+  cli::add_common(app, kExamples);
+  cli::add_quiet(app, o.common);
+  app.add_option("INPUT", o.input, "The cloud: .toml (a recipe), .nvdb, .pvol or .vdb")
+      ->type_name("")
+      ->required();
+  app.add_option("OUTPUT", o.output, "The .vdb file to write")->type_name("")->required();
+  app.add_flag("--bounds", o.bounds,
+               "Add the grids majorant and minorant: bounds on the density over cubes of 8^3 "
+               "voxels, one voxel at the centre of each cube");
+  app.add_option("--grid", o.grid.grid,
+                 "Grid of a .vdb or .nvdb file [density, else the only float grid]")
+      ->type_name("NAME");
+  app.add_flag("--strict", o.grid.strict, "Refuse an input that draws a warning");
+  app.add_flag("--json", o.json, "The report as JSON");
+  return cli::parse(app, argc, argv);
+}
+
+void check_pair(const Options& o) {
+  const std::string from = formats::ending(o.input), to = formats::ending(o.output);
+  const bool readable = from == ".toml" || from == ".nvdb" || from == ".pvol" || from == ".vdb";
+  if (!readable || to != ".vdb") {
+    throw cli::UsageError(o.input.string() + ": there is no conversion from '" + from + "' to '" +
+                          to +
+                          "'; there are: .toml (a recipe), .nvdb, .pvol and .vdb to .vdb. "
+                          "pvol-fit makes .pvol files.");
+  }
+  cli::check_output(o.output, {".vdb"});
+  if (cli::same_file(o.input, o.output)) {
+    throw cli::UsageError("input and output are the same file, " + o.input.string() +
+                          "; choose another name for the output");
+  }
+}
+
+void report(const Options& o, const formats::GridReport& r,
+            const std::vector<const VoxelGrid*>& grids) {
+  if (o.json) {
+    cli::Json j;
+    j["input"] = o.input.string();
+    j["output"] = o.output.string();
+    for (const VoxelGrid* g : grids) j["grids"].push_back(g->name);
+    j["active_voxels"] = r.active;
+    j["bytes"] = std::filesystem::file_size(o.output);
+    j["warnings"] = r.warnings;
+    std::cout << cli::to_text(j);
+  } else if (!o.common.quiet) {
+    std::cout << "wrote " << o.output.string() << ", "
+              << cli::readable_bytes(std::filesystem::file_size(o.output)) << ':';
+    for (const VoxelGrid* g : grids) std::cout << ' ' << g->name;
+    std::cout << '\n';
+  }
+}
+
+int run(const Options& o) {
+  check_pair(o);
+  // Bounds only where they are asked for: building them may refuse what can be converted.
+  formats::Cloud cloud;
+  BoundGrids bounds;
+  std::vector<const VoxelGrid*> grids{&cloud.grid};
+  if (o.bounds) {
+    cloud = formats::load_cloud(o.input, o.grid);
+    bounds = cli::naming(
+        o.input, [&] { return make_bound_grids(cloud.pyramid, cloud.grid.index_to_world); });
+    grids.insert(grids.end(), {&bounds.majorant, &bounds.minorant});
+  } else {
+    formats::LoadedGrid loaded = formats::load_grid(o.input, o.grid);
+    cloud.grid = std::move(loaded.grid);
+    cloud.report = std::move(loaded.report);
+  }
+  cli::print_warnings("pvol-convert", cloud.report.warnings);
+  formats::write_vdb(o.output, grids);
+  report(o, cloud.report, grids);
+  return cli::kSuccess;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  if (const auto code = read_command_line(argc, argv, options)) return *code;
+  return cli::run_guarded("pvol-convert", [&] { return run(options); });
+}

@@ -1,0 +1,196 @@
+// pvol-fit: a cloud in, a .pvol file with its bounds out.
+#include <tbb/global_control.h>
+
+#include <iostream>
+
+#include "cli_app.h"
+#include "pvol/error.h"
+#include "pvol/formats/cloud.h"
+
+namespace {
+
+using namespace pvol;
+
+constexpr const char* kExamples = R"(Examples:
+  pvol-fit cloud.vdb -o cloud.pvol
+      the grid named density, with a copy of it in the file
+  pvol-fit explosion.vdb --grid temperature --density reference --json -o explosion.pvol
+      another grid, small file: rendering will read explosion.vdb again; report as JSON
+
+The report on stdout tells the grid, its size, the bounds, and the bytes and seconds they took.
+Exit status: 0 success, 1 failure, 2 wrong usage.)";
+
+struct Options {
+  cli::Common common;
+  std::filesystem::path input, output;
+  formats::GridOptions grid;
+  std::string density = "fp32";
+  bool json = false;
+  int threads = 0;
+};
+
+std::optional<int> read_command_line(int argc, char** argv, Options& o) {
+  CLI::App app{"Fits bounds to a cloud and writes them, with its density, to a .pvol file.",
+               "pvol-fit"};
+  cli::add_common(app, kExamples);
+  cli::add_quiet(app, o.common);
+  app.add_option("INPUT", o.input, "The cloud: .vdb, .nvdb, or a recipe (.toml)")
+      ->type_name("")
+      ->required();
+  app.add_option("-o,--output", o.output, "The .pvol file to write")->type_name("FILE")->required();
+  app.add_option("--grid", o.grid.grid,
+                 "Grid of a .vdb or .nvdb file; a name that occurs several times takes an index, "
+                 "\"density[1]\" [density, else the only float grid]")
+      ->type_name("NAME");
+  app.add_option("--density", o.density,
+                 "fp32: the file holds every sample, exactly, and works alone; for large clouds it "
+                 "is about as large as the source. reference: it holds the source's name, size and "
+                 "hash, a hundredth of its bytes, and needs it to render [fp32]")
+      ->type_name("fp32|reference")
+      ->check(CLI::IsMember({"fp32", "reference"}).description(""));
+  app.add_flag("--strict", o.grid.strict,
+               "Refuse an input that draws a warning: non-finite or negative densities, say");
+  app.add_flag("--json", o.json, "The report as JSON");
+  app.add_option("--threads", o.threads, "Threads; 0 is one for each hardware thread [0]")
+      ->type_name("N")
+      ->check(CLI::Range(0, 4096).description(""));
+  return cli::parse(app, argc, argv);
+}
+
+struct Fit {
+  formats::LoadedGrid loaded;
+  formats::PvolFile file;
+  formats::PvolSizes bytes;
+  std::uint64_t source_bytes = 0;
+  double read_seconds = 0, bounds_seconds = 0, write_seconds = 0;
+};
+
+formats::Metadata describe_source(const Options& o, const formats::LoadedGrid& loaded) {
+  const formats::FileHash hash = formats::hash_file(o.input);
+  formats::Metadata m;
+  m.grid_name = loaded.grid.name;
+  m.index_to_world = loaded.grid.index_to_world;
+  const std::filesystem::path folder = std::filesystem::absolute(o.output).parent_path();
+  m.source = {std::filesystem::proximate(std::filesystem::absolute(o.input), folder).string(),
+              loaded.report.grid, hash.bytes, hash.hash};
+  m.options = {{"density", o.density}};
+  m.written_by = "pvol-fit " PVOL_VERSION;
+  return m;
+}
+
+Fit fit(const Options& o) {
+  Fit f;
+  cli::Stopwatch watch;
+  f.loaded = formats::load_grid(o.input, o.grid);
+  f.read_seconds = watch.lap();
+  f.file.pyramid = formats::build_bounds(f.loaded.grid, o.input);
+  f.bounds_seconds = watch.lap();
+  f.file.metadata = describe_source(o, f.loaded);
+  f.source_bytes = f.file.metadata.source.bytes;
+  if (o.density == "fp32") f.file.density = f.loaded.grid;
+  f.bytes = formats::write_pvol(o.output, f.file);
+  f.write_seconds = watch.lap();
+  return f;
+}
+
+std::uint64_t count_nodes(const Pyramid& p) {
+  std::uint64_t n = 0;
+  for (const auto& level : p.levels) n += level.size();
+  return n;
+}
+
+Vec3l extent(const Pyramid& p) { return p.empty() ? Vec3l{} : p.support_hi - p.support_lo; }
+Vec3d extent_world(const Fit& f) {
+  if (f.file.pyramid.empty()) return {};
+  return transform(f.loaded.grid.index_to_world, f.file.pyramid.support()).extent();
+}
+
+void report_text(const Options& o, const Fit& f) {
+  using namespace cli;
+  const Pyramid& p = f.file.pyramid;
+  const formats::GridReport& r = f.loaded.report;
+  const Vec3l cells = extent(p);
+  const Vec3d world = extent_world(f);
+  const std::size_t leaves = p.empty() ? 0 : p.levels[0].size();
+  std::cout << "grid    " << r.grid << " (" << r.type << "), " << readable_count(r.active)
+            << " active voxels, largest density " << readable(double(r.largest)) << '\n'
+            << "support " << cells.x << " x " << cells.y << " x " << cells.z << " voxels, "
+            << readable(world.x) << " x " << readable(world.y) << " x " << readable(world.z)
+            << " world units\n"
+            << "bounds  " << readable_count(leaves) << " leaves of 8^3 voxels, "
+            << readable_count(count_nodes(p)) << " nodes, octree depth "
+            << (p.empty() ? 0 : p.levels.size() - 1) << '\n'
+            << "bytes   " << readable_bytes(f.bytes.total) << ": bounds "
+            << readable_bytes(f.bytes.bounds) << ", density " << readable_bytes(f.bytes.density)
+            << ", header and metadata " << readable_bytes(f.bytes.header + f.bytes.metadata)
+            << "; the source has " << readable_bytes(f.source_bytes) << '\n'
+            << "time    read " << readable_seconds(f.read_seconds) << ", bounds "
+            << readable_seconds(f.bounds_seconds) << ", write " << readable_seconds(f.write_seconds)
+            << '\n'
+            << "wrote   " << o.output.string() << '\n';
+}
+
+void report_json(const Options& o, const Fit& f) {
+  const Pyramid& p = f.file.pyramid;
+  const formats::GridReport& r = f.loaded.report;
+  const Vec3l cells = extent(p);
+  const Vec3d world = extent_world(f);
+  cli::Json j;
+  j["input"] = o.input.string();
+  j["output"] = o.output.string();
+  j["grid"] = {{"name", r.grid},
+               {"type", r.type},
+               {"active_voxels", r.active},
+               {"non_finite", r.non_finite},
+               {"negative", r.negative},
+               {"largest", r.largest}};
+  j["support_voxels"] = {cells.x, cells.y, cells.z};
+  j["support_world"] = {world.x, world.y, world.z};
+  j["bounds"] = {{"leaves", p.empty() ? 0 : p.levels[0].size()},
+                 {"nodes", count_nodes(p)},
+                 {"depth", p.empty() ? 0 : p.levels.size() - 1}};
+  j["bytes"] = {{"header", f.bytes.header}, {"metadata", f.bytes.metadata},
+                {"bounds", f.bytes.bounds}, {"density", f.bytes.density},
+                {"total", f.bytes.total},   {"source", f.source_bytes}};
+  j["seconds"] = {
+      {"read", f.read_seconds}, {"bounds", f.bounds_seconds}, {"write", f.write_seconds}};
+  j["warnings"] = r.warnings;
+  std::cout << cli::to_text(j);
+}
+
+int run(const Options& o) {
+  const std::string kind = formats::ending(o.input);
+  if (kind != ".vdb" && kind != ".nvdb" && kind != ".toml") {
+    throw cli::UsageError("the input " + o.input.string() + " ends in '" + kind +
+                          "', expected .vdb, .nvdb or .toml (a recipe)");
+  }
+  if (kind == ".toml" && o.density == "reference") {
+    throw cli::UsageError("a recipe is always embedded; leave --density reference out");
+  }
+  cli::check_output(o.output, {".pvol"});
+  std::optional<tbb::global_control> limit;
+  if (o.threads > 0) {
+    limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(o.threads));
+  }
+
+  const Fit f = fit(o);
+  cli::print_warnings("pvol-fit", f.loaded.report.warnings);
+  if (f.file.pyramid.empty()) {
+    cli::print_warnings("pvol-fit",
+                        {o.input.string() + ": the density is 0 everywhere; nothing will be seen"});
+  }
+  if (o.json) {
+    report_json(o, f);
+  } else if (!o.common.quiet) {
+    report_text(o, f);
+  }
+  return cli::kSuccess;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  if (const auto code = read_command_line(argc, argv, options)) return *code;
+  return cli::run_guarded("pvol-fit", [&] { return run(options); });
+}

@@ -1,0 +1,263 @@
+// pvol-render: a scene, or a cloud alone, into a picture.
+#include <sys/resource.h>
+
+#include <cmath>
+#include <fstream>
+#include <iostream>
+
+#include "pvol/error.h"
+#include "pvol/formats/atomic_file.h"
+#include "pvol/formats/cloud.h"
+#include "pvol/formats/image.h"
+#include "pvol/formats/recipe_file.h"
+#include "pvol/formats/scene_file.h"
+#include "render_options.h"
+#include "render_report.h"
+
+namespace {
+
+using namespace pvol;
+using cli::RenderJob;
+using Options = cli::RenderOptionsGiven;
+using cli::TimedRender;
+
+constexpr const char* kTool = "pvol-render";
+
+// --- the scene ----------------------------------------------------------------------------------
+
+void apply(const Options& o, formats::SceneFile& file) {
+  RenderOptions& r = file.scene.options;
+  if (!o.grid.grid.empty()) file.grid = o.grid.grid;
+  if (o.size) {
+    r.width = (*o.size)[0], r.height = (*o.size)[1];
+    r.crop_x = r.crop_y = r.crop_width = r.crop_height = 0;
+  }
+  if (o.crop) {
+    r.crop_x = (*o.crop)[0], r.crop_y = (*o.crop)[1];
+    r.crop_width = (*o.crop)[2], r.crop_height = (*o.crop)[3];
+  }
+  if (o.samples) r.samples = *o.samples;
+  if (o.seed) r.seed = *o.seed;
+  if (o.tracker) r.tracker = formats::parse_tracker(*o.tracker);
+  if (o.transmittance) r.transmittance = formats::parse_transmittance(*o.transmittance);
+  if (o.interpolation) r.interpolation = formats::parse_interpolation(*o.interpolation);
+  if (o.background) r.background = *o.background == "on";
+  if (o.depth) {
+    r.depth = *o.depth == "auto" ? std::nullopt : std::optional<int>(std::stoi(*o.depth));
+  }
+  if (o.max_bounces) {
+    r.max_bounces = std::nullopt;
+    if (*o.max_bounces != "none") r.max_bounces = std::uint32_t(std::stoul(*o.max_bounces));
+  }
+  r.threads = o.threads;
+  r.count = !o.stats.empty();
+}
+
+formats::SceneFile read_scene(const Options& o) {
+  const bool is_scene = formats::ending(o.input) == ".toml" && !formats::is_recipe(o.input);
+  formats::SceneFile file =
+      is_scene ? formats::read_scene(o.input, o.sets) : formats::default_scene(o.input, o.sets);
+  apply(o, file);
+  if (!file.sky.empty()) {
+    ImageSky picture = formats::read_sky(file.sky);
+    const ImageSky& wanted = std::get<ImageSky>(file.scene.environment);
+    picture.scale = wanted.scale;
+    picture.rotation = wanted.rotation;
+    file.scene.environment = std::move(picture);
+  }
+  return file;
+}
+
+/// An extinction of three digits with which the cloud is about this many mean free paths thick,
+/// averaged over the columns along its thickest axis.
+double choose_extinction(const formats::Cloud& cloud, Medium medium) {
+  constexpr double kThickness = 40;
+  constexpr double kLargest = 3e38;  // fits a float, for clouds of denormal densities
+  medium.extinction = 1;
+  const VolumeFacts f = describe(Volume{}, cloud.grid, medium);
+  const double thickness = std::max(
+      {f.mean_optical_thickness[0], f.mean_optical_thickness[1], f.mean_optical_thickness[2]});
+  if (!(thickness > 0)) return 1;
+  char digits[32];
+  std::snprintf(digits, sizeof digits, "%.3g", kThickness / thickness);
+  return std::min(std::stod(digits), kLargest);
+}
+
+RenderJob prepare(const Options& o) {
+  RenderJob job;
+  job.input = o.input;
+  job.sets = o.sets;
+  job.file = read_scene(o);
+  Scene& scene = job.file.scene;
+  const formats::Cloud cloud = formats::load_cloud(job.file.volume, {job.file.grid, o.grid.strict});
+  cli::print_warnings(kTool, cloud.report.warnings);
+  if (!job.file.has_extinction) {
+    scene.medium.extinction = choose_extinction(cloud, scene.medium);
+    job.file.has_extinction = true;
+    if (!o.common.quiet) {
+      std::cerr << kTool << ": no extinction given; chose "
+                << cli::readable(scene.medium.extinction)
+                << " per world unit (change it with --set medium.extinction=X)\n";
+    }
+  }
+  job.volume =
+      cli::naming(job.file.volume, [&] { return make_volume(cloud.grid, cloud.pyramid, scene); });
+  job.facts = describe(job.volume, cloud.grid, scene.medium);
+  if (!job.file.has_camera) {
+    const RenderOptions& r = scene.options;
+    scene.camera = frame(job.volume.world_box, double(r.width) / r.height);
+    job.file.has_camera = true;
+  }
+  return job;
+}
+
+void print_facts(const RenderJob& job) {
+  using cli::readable;
+  const VolumeFacts& f = job.facts;
+  std::cerr << kTool << ": " << job.file.volume.string() << ": ";
+  if (job.volume.world_box.empty()) {
+    std::cerr << "the density is 0 everywhere\n";
+    return;
+  }
+  const Vec3d size = job.volume.world_box.extent();
+  std::cerr << readable(size.x) << " x " << readable(size.y) << " x " << readable(size.z)
+            << " world units\n"
+            << "  largest extinction " << readable(f.largest_extinction)
+            << " per world unit: shortest free path " << readable(f.shortest_free_path)
+            << " world units\n"
+            << "  mean optical thickness along the axes " << readable(f.mean_optical_thickness[0])
+            << ", " << readable(f.mean_optical_thickness[1]) << ", "
+            << readable(f.mean_optical_thickness[2]) << "; octree depth " << f.depth << '\n';
+}
+
+/// Refuses what would not end in reasonable time: paths that scatter for ever, nearly, in a thick
+/// cloud of albedo 1, and null collisions in empty space under an enormous majorant.
+void refuse_endless_work(const RenderJob& job) {
+  constexpr double kMostEvents = 1e6;
+  const Medium& m = job.file.scene.medium;
+  const double albedo = double(max_component(m.albedo));
+  const double thickness = job.facts.largest_optical_thickness;
+  const double scatterings = estimate_scatterings(thickness, albedo);
+  const std::string where = job.file.volume.string() + ": ";
+  const std::string limit = ", expected at most " + cli::readable(kMostEvents) + ". ";
+  if (scatterings > kMostEvents && !job.file.scene.options.max_bounces) {
+    throw Error(
+        where + "a path would scatter about " + cli::readable(scatterings) +
+        " times (optical thickness up to " + cli::readable(thickness) + ", albedo " +
+        cli::readable(albedo) + ")" + limit +
+        "Lower medium.extinction, limit paths with --max-bounces N, or insist with --force.");
+  }
+  if (job.facts.null_collisions > kMostEvents) {
+    throw Error(where + "a ray would meet about " + cli::readable(job.facts.null_collisions) +
+                " null collisions in one segment" + limit +
+                "Lower medium.extinction, leave --depth at auto and --tracker at decomposition, or "
+                "insist with --force.");
+  }
+}
+
+// --- rendering ----------------------------------------------------------------------------------
+
+double cpu_seconds() {
+  rusage u{};
+  getrusage(RUSAGE_SELF, &u);
+  const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
+  return seconds(u.ru_utime) + seconds(u.ru_stime);
+}
+
+TimedRender render_timed(const Options& o, const RenderJob& job) {
+  TimedRender t;
+  cli::ProgressBar bar("rendering", "samples", o.common.quiet);
+  cli::catch_interrupt();
+  cli::Stopwatch watch;
+  const double before = cpu_seconds();
+  t.result = render(job.volume, job.file.scene, [&](std::uint64_t done, std::uint64_t total) {
+    bar.show(done, total);
+    return !cli::interrupted();
+  });
+  t.cpu_seconds = cpu_seconds() - before;
+  t.wall_seconds = watch.lap();
+  for (const PixelSums& p : t.result.film.pixels) t.samples += p.samples;
+  t.samples_wanted = t.result.film.pixels.size() * job.file.scene.options.samples;
+  return t;
+}
+
+// --- results ------------------------------------------------------------------------------------
+
+void write_stats(const std::filesystem::path& file, const std::string& text) {
+  if (file == "-") {
+    std::cout << text;
+    return;
+  }
+  formats::write_atomically(file, [&](const std::filesystem::path& aside) {
+    std::ofstream out(aside, std::ios::binary);
+    out << text;
+    if (!out.flush()) throw Error(file.string() + ": cannot be written; is the disk full?");
+  });
+}
+
+/// Names of the files to write; empty for those that are not wanted.
+struct Outputs {
+  std::filesystem::path exr, png;
+};
+
+Outputs choose_outputs(const Options& o) {
+  if (o.output.empty()) throw cli::UsageError("--output is required: the picture to write");
+  cli::check_output(o.output, {".exr", ".png"});
+  Outputs out;
+  if (formats::ending(o.output) == ".png") {
+    if (o.no_png || !o.png.empty()) {
+      throw cli::UsageError("the output is a .png; --png and --no-png go with an .exr");
+    }
+    out.png = o.output;
+  } else {
+    out.exr = o.output;
+    if (!o.no_png) {
+      out.png = o.png.empty() ? std::filesystem::path(o.output).replace_extension(".png") : o.png;
+      cli::check_output(out.png, {".png"});
+    }
+  }
+  if (!o.stats.empty() && o.stats != "-") cli::check_output(o.stats, {".json"});
+  return out;
+}
+
+void save(const Options& o, const Outputs& out, const RenderJob& job, const TimedRender& t) {
+  const Film& film = t.result.film;
+  if (!out.exr.empty()) formats::write_exr(out.exr, film, cli::describe_picture(job, t));
+  if (!out.png.empty()) {
+    formats::write_png(out.png, film, o.exposure, !job.file.scene.options.background);
+  }
+  if (!o.stats.empty()) write_stats(o.stats, cli::stats_text(job, t));
+  if (o.common.quiet) return;
+  std::cerr << kTool << ": " << cli::readable_count(t.samples) << " samples in "
+            << cli::readable_seconds(t.wall_seconds) << ";";
+  for (const auto& name : {out.exr, out.png}) {
+    if (!name.empty()) std::cerr << " wrote " << name.string() << (name == out.png ? "" : ",");
+  }
+  std::cerr << '\n';
+}
+
+int run(const Options& o) {
+  const Outputs out = o.print_scene ? Outputs{} : choose_outputs(o);
+  const RenderJob job = prepare(o);
+  if (o.print_scene) {
+    std::cout << formats::to_toml(job.file);
+    return cli::kSuccess;
+  }
+  if (!o.common.quiet) print_facts(job);
+  if (!o.force) refuse_endless_work(job);
+
+  const TimedRender t = render_timed(o, job);
+  if (t.samples == 0) throw Error("interrupted before the first sample; nothing is saved");
+  save(o, out, job, t);
+  if (t.result.complete) return cli::kSuccess;
+  throw Error("interrupted after " + std::to_string(t.samples) + " of " +
+              std::to_string(t.samples_wanted) + " samples; what was rendered is saved");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  if (const auto code = cli::read_command_line(argc, argv, options)) return *code;
+  return cli::run_guarded(kTool, [&] { return run(options); });
+}

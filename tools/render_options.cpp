@@ -1,0 +1,154 @@
+#include "render_options.h"
+
+#include "cli_app.h"
+
+namespace pvol::cli {
+namespace {
+
+constexpr const char* kExamples =
+    R"(Without a scene file the camera frames the cloud, under a sun and a gradient sky. Where no extinction
+is given, one is chosen that makes the cloud about 40 mean free paths thick, and printed.
+World units are those of the cloud's transform; extinction is per world unit and unit of density.
+
+Examples:
+  pvol-render cloud.vdb -o cloud.exr --size 1280x720 --spp 256
+      writes cloud.exr and cloud.png
+  pvol-render scene.toml -o noon.exr --set medium.g=0.5 --tracker delta --stats noon.json
+      a scene with one value changed, and the counts of the work done
+
+Ctrl-C saves what was rendered. Exit status: 0 success, 1 failure, 2 wrong usage.)";
+
+/// Accepts one word, or a whole number from 0 to `largest`.
+CLI::Validator word_or_number(const std::string& word, std::uint32_t largest) {
+  return CLI::Validator(
+      [word, largest](const std::string& text) -> std::string {
+        std::uint32_t value = 0;
+        if (text == word || (CLI::detail::lexical_cast(text, value) && value <= largest)) return {};
+        return "found '" + text + "', expected " + word + " or a whole number up to " +
+               std::to_string(largest);
+      },
+      "");
+}
+
+CLI::Validator one_of(const std::vector<std::string>& words) {
+  return CLI::Validator(
+      [words](const std::string& text) -> std::string {
+        std::string expected;
+        for (const std::string& w : words) {
+          if (w == text) return {};
+          expected += (expected.empty() ? "" : " or ") + w;
+        }
+        return "found '" + text + "', expected " + expected;
+      },
+      "");
+}
+
+/// An option of N whole numbers from `least` up with a separator between them: 640x480.
+template <std::size_t N>
+CLI::Option* add_numbers(CLI::App& app, const std::string& name,
+                         std::optional<std::array<int, N>>& numbers, char separator, int least,
+                         const std::string& description) {
+  constexpr int kLargest = 1 << 20;  // far above any picture's edge
+  const auto read = [&numbers, separator, least](const std::string& text) -> std::string {
+    const std::vector<std::string> parts = CLI::detail::split(text, separator);
+    std::array<int, N> values{};
+    bool good = parts.size() == N;
+    for (std::size_t i = 0; good && i < N; ++i) {
+      good = CLI::detail::lexical_cast(parts[i], values[i]) && values[i] >= least &&
+             values[i] <= kLargest;
+    }
+    if (good) numbers = values;
+    return good ? ""
+                : "found '" + text + "', expected whole numbers from " + std::to_string(least) +
+                      " to " + std::to_string(kLargest);
+  };
+  return app
+      .add_option_function<std::string>(
+          name, [](const std::string&) {}, description)
+      ->check(CLI::Validator(read, ""));
+}
+
+void add_files(CLI::App& app, RenderOptionsGiven& o) {
+  app.add_option("INPUT", o.input,
+                 "Scene (.toml), or a cloud: .pvol, .vdb, .nvdb, or a recipe (.toml)")
+      ->type_name("")
+      ->required();
+  app.add_option("-o,--output", o.output,
+                 "Picture to write: .exr (linear, with a .png beside it) or .png alone")
+      ->type_name("FILE");
+  app.add_option("--png", o.png, "Name of the .png [the output's, ending in .png]")
+      ->type_name("FILE");
+  app.add_flag("--no-png", o.no_png, "Write no .png");
+  app.add_option("--exposure", o.exposure, "Exposure of the .png in stops (EV) [0]")
+      ->type_name("EV")
+      ->check(CLI::Range(-100.0, 100.0).description(""));
+  app.add_option("--stats", o.stats,
+                 "Count the work and write counts, times and errors as JSON; - is stdout")
+      ->type_name("FILE");
+  app.add_option("--grid", o.grid.grid, "Grid of a .vdb or .nvdb file [density, else the only one]")
+      ->type_name("NAME");
+  app.add_flag("--strict", o.grid.strict, "Refuse a cloud that draws a warning");
+}
+
+void add_picture(CLI::App& app, RenderOptionsGiven& o) {
+  add_numbers(app, "--size", o.size, 'x', 1, "Size of the image in pixels [640x480]")
+      ->type_name("WxH");
+  add_numbers(app, "--crop", o.crop, ',', 0, "Part of the image to render, in pixels [all]")
+      ->type_name("X,Y,W,H");
+  app.add_option("--background", o.background,
+                 "Whether the sky is seen behind the cloud; off leaves it transparent [on]")
+      ->type_name("on|off")
+      ->check(one_of({"on", "off"}));
+  app.add_option("--set", o.sets, "Set a value of the scene, e.g. medium.g=0.5; repeatable")
+      ->type_name("KEY=VALUE")
+      ->expected(1)
+      ->take_all();
+  app.add_flag("--print-scene", o.print_scene,
+               "Print the scene with every value as TOML, and render nothing");
+}
+
+void add_estimator(CLI::App& app, RenderOptionsGiven& o) {
+  app.add_option("--spp", o.samples, "Samples per pixel [64]")
+      ->type_name("N")
+      ->check(CLI::Range(1u, 4294967295u).description(""));
+  app.add_option("--seed", o.seed, "Seed of the random numbers [1]")
+      ->type_name("N")
+      ->check(CLI::Range(std::uint64_t(0), std::uint64_t(1) << 63).description(""));
+  app.add_option("--threads", o.threads, "Threads; 0 is one for each hardware thread [0]")
+      ->type_name("N")
+      ->check(CLI::Range(0, 4096).description(""));
+  app.add_option("--tracker", o.tracker,
+                 "Free paths: delta-global, delta or decomposition; same picture, other cost "
+                 "[decomposition]")
+      ->type_name("NAME")
+      ->check(one_of({"delta-global", "delta", "decomposition"}));
+  app.add_option("--transmittance", o.transmittance, "Shadow rays: ratio or analog [ratio]")
+      ->type_name("NAME")
+      ->check(one_of({"ratio", "analog"}));
+  app.add_option("--interpolation", o.interpolation,
+                 "Between voxels: nearest or trilinear [trilinear]")
+      ->type_name("NAME")
+      ->check(one_of({"nearest", "trilinear"}));
+  app.add_option("--depth", o.depth, "Octree depth where the walk stops, 0 to 16 [auto: by cost]")
+      ->type_name("N|auto")
+      ->check(word_or_number("auto", 16));
+  app.add_option("--max-bounces", o.max_bounces,
+                 "Most scatterings of a path; a limit makes the picture too dark [none]")
+      ->type_name("N|none")
+      ->check(word_or_number("none", 4294967295u));
+  app.add_flag("--force", o.force, "Render even where a path would scatter a million times");
+}
+
+}  // namespace
+
+std::optional<int> read_command_line(int argc, char** argv, RenderOptionsGiven& o) {
+  CLI::App app{"Renders a cloud by unbiased path tracing.", "pvol-render"};
+  add_common(app, kExamples);
+  add_quiet(app, o.common);
+  add_files(app, o);
+  add_picture(app, o);
+  add_estimator(app, o);
+  return parse(app, argc, argv);
+}
+
+}  // namespace pvol::cli

@@ -1,0 +1,37 @@
+// What a render leaves on record besides the picture: its options, counts, times and errors.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "pvol/formats/scene_file.h"
+#include "pvol/render/render.h"
+
+namespace pvol::cli {
+
+/// What is rendered: the scene with nothing left to choose, and its cloud made ready.
+struct RenderJob {
+  std::filesystem::path input;    ///< as given on the command line
+  std::vector<std::string> sets;  ///< likewise
+  formats::SceneFile file;
+  Volume volume;
+  VolumeFacts facts;
+};
+
+struct TimedRender {
+  RenderResult result;
+  double cpu_seconds = 0, wall_seconds = 0;
+  std::uint64_t samples = 0, samples_wanted = 0;  ///< of the camera, over all pixels
+};
+
+/// For the header of the picture: all that is needed to make it again.
+[[nodiscard]] std::map<std::string, std::string> describe_picture(const RenderJob& job,
+                                                                  const TimedRender& t);
+
+/// The JSON of --stats. mean_rgb is the mean over pixels, variance_rgb the mean over pixels of the
+/// variance of a pixel's mean; counts are totals.
+[[nodiscard]] std::string stats_text(const RenderJob& job, const TimedRender& t);
+
+}  // namespace pvol::cli
