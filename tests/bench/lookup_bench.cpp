@@ -1,0 +1,202 @@
+// What one look-up, one step of the walk and one tentative collision cost: our bricks against a
+// NanoVDB grid with a persistent accessor, and the terms of the walk's cost model (THEORY.md, T5).
+//
+//   lookup_bench CLOUD [Google Benchmark options]
+#include <benchmark/benchmark.h>
+#include <nanovdb/NanoVDB.h>
+#include <nanovdb/util/GridBuilder.h>
+#include <nanovdb/util/SampleFromVoxels.h>
+
+#include <cstdio>
+#include <exception>
+#include <vector>
+
+#include "pvol/formats/cloud.h"
+#include "pvol/medium/phase.h"
+#include "pvol/render/volume.h"
+#include "pvol/track/flight.h"
+
+namespace {
+
+using namespace pvol;
+
+/// Places where a path looks the density up: collisions of random walks through the cloud.
+struct Place {
+  LatticePoint at;
+  LeafHandle leaf;
+};
+
+struct Bench {
+  formats::Cloud cloud;
+  Volume volume;
+  std::vector<Place> coherent;   // in the order of the walks
+  std::vector<Place> scattered;  // shuffled
+  nanovdb::GridHandle<nanovdb::HostBuffer> nano;
+};
+
+Vec3f random_direction(Rng& rng) {
+  const auto [u, v] = rng.uniform2();
+  return turn({0, 0, 1}, 2 * u, v);
+}
+
+/// Follows isotropic walks from random entries until there are enough places.
+void find_places(Bench& b, std::size_t count) {
+  const Octree& tree = b.volume.octree;
+  Rng rng(1, 0, 0);
+  const auto extinction = [&](const Segment& s, const LatticePoint& p) {
+    return b.volume.extinction * density<Interpolation::trilinear>(b.volume.field, tree, s.leaf, p);
+  };
+  NoTally none;
+  while (b.coherent.size() < count) {
+    const auto [x, y] = rng.uniform2();
+    const Vec3d size = tree.support().extent();
+    Cursor cursor = make_cursor(
+        tree, tree.support().lo + size * Vec3d(double(x), double(y), double(rng.uniform())));
+    for (int k = 0; k < 1000 && b.coherent.size() < count; ++k) {
+      Walk walk(tree, cursor, lanes(random_direction(rng)));
+      double t = 0;
+      LeafHandle leaf = 0;
+      const auto seen = [&](const Segment& s, const LatticePoint& p) {
+        leaf = s.leaf;
+        return extinction(s, p);
+      };
+      const auto hit = free_flight<Tracker::delta>(walk, seen, rng, none);
+      if (!hit) break;
+      t = *hit;
+      const LatticePoint p = walk.point(t);
+      b.coherent.push_back({p, leaf});
+      walk.stop_at(p);
+    }
+  }
+  b.scattered = b.coherent;
+  for (std::size_t i = b.scattered.size(); i > 1; --i) {
+    std::swap(b.scattered[i - 1], b.scattered[std::size_t(rng.block().lo % i)]);
+  }
+}
+
+nanovdb::GridHandle<nanovdb::HostBuffer> make_nano(const VoxelGrid& grid) {
+  nanovdb::GridBuilder<float> builder(0.0f);
+  auto accessor = builder.getAccessor();
+  const auto put = [&](Vec3i at, float v) {
+    if (v != 0) accessor.setValue(nanovdb::Coord(at.x, at.y, at.z), v);
+  };
+  for (const Brick& b : grid.bricks) {
+    for (int i = 0; i < kBrickSamples; ++i) {
+      put(b.origin + Vec3i(i >> 6, i >> 3 & 7, i & 7), b.values[i]);
+    }
+  }
+  for (const Tile& t : grid.tiles) {
+    for (int i = 0; i < t.edge; ++i) {
+      for (int j = 0; j < t.edge; ++j) {
+        for (int k = 0; k < t.edge; ++k) put(t.origin + Vec3i(i, j, k), t.value);
+      }
+    }
+  }
+  return builder.getHandle<>();
+}
+
+/// Calls `lookup(place)` over all places, over and over.
+template <class Lookup>
+void run(benchmark::State& state, const std::vector<Place>& places, const Lookup& lookup) {
+  std::size_t i = 0;
+  float sum = 0;
+  for (auto _ : state) {
+    sum += lookup(places[i]);
+    i = i + 1 < places.size() ? i + 1 : 0;
+  }
+  benchmark::DoNotOptimize(sum);
+}
+
+void add_lookups(const Bench& b, const std::string& order, const std::vector<Place>& places) {
+  const Volume& v = b.volume;
+  const auto add = [&](const std::string& name, const auto& lookup) {
+    benchmark::RegisterBenchmark((name + "/" + order).c_str(),
+                                 [&, lookup](benchmark::State& s) { run(s, places, lookup); });
+  };
+  add("bricks/from_segment", [&v](const Place& p) {
+    return density<Interpolation::trilinear>(v.field, v.octree, p.leaf, p.at);
+  });
+  add("bricks/from_root", [&v](const Place& p) {
+    return density<Interpolation::trilinear>(v.field, v.octree, Octree::kNodeBit, p.at);
+  });
+  const auto* nano = b.nano.grid<float>();
+  const Vec3f origin(v.octree.origin);
+  add("nanovdb/persistent_accessor", [nano, origin](const Place& p) {
+    static thread_local auto accessor = nano->getAccessor();
+    const auto sampler = nanovdb::createSampler<1>(accessor);
+    return sampler(nanovdb::Vec3f(origin.x + float(p.at.cell[0]) + p.at.frac[0],
+                                  origin.y + float(p.at.cell[1]) + p.at.frac[1],
+                                  origin.z + float(p.at.cell[2]) + p.at.frac[2]));
+  });
+  add("nanovdb/bare_tree", [nano, origin](const Place& p) {
+    const auto sampler = nanovdb::createSampler<1>(nano->tree());
+    return sampler(nanovdb::Vec3f(origin.x + float(p.at.cell[0]) + p.at.frac[0],
+                                  origin.y + float(p.at.cell[1]) + p.at.frac[1],
+                                  origin.z + float(p.at.cell[2]) + p.at.frac[2]));
+  });
+}
+
+/// Segments of rays through the whole cloud; time is per segment.
+void walk_bench(benchmark::State& state, const Octree& tree) {
+  Rng rng(2, 0, 0);
+  const Vec3d size = tree.support().extent();
+  std::int64_t segments = 0;
+  for (auto _ : state) {
+    const auto [x, y] = rng.uniform2();
+    Cursor cursor = make_cursor(tree, tree.support().lo + size * Vec3d(double(x), double(y), 0.5));
+    Walk walk(tree, cursor, lanes(random_direction(rng)));
+    while (const auto s = walk.next()) {
+      ++segments;
+      benchmark::DoNotOptimize(s->hi);
+    }
+  }
+  state.counters["per_segment"] = benchmark::Counter(
+      double(segments), benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+
+void tentative_bench(benchmark::State& state) {
+  Rng rng(3, 0, 0);
+  float sum = 0;
+  for (auto _ : state) {
+    const Rng::Tentative t = rng.tentative();
+    sum += t.depth * t.u;
+  }
+  benchmark::DoNotOptimize(sum);
+}
+
+int run_all(int argc, char** argv) {
+  benchmark::Initialize(&argc, argv);
+  if (argc != 2) {
+    std::fprintf(stderr, "usage: lookup_bench CLOUD [--benchmark_... options]\n");
+    return 2;
+  }
+  Bench b;
+  b.cloud = formats::load_cloud(argv[1]);
+  Scene scene;
+  scene.medium.extinction = 1;
+  b.volume = make_volume(b.cloud.grid, b.cloud.pyramid, scene);
+  const VolumeFacts facts = describe(b.volume, b.cloud.grid, scene.medium);
+  scene.medium.extinction = 64 / facts.mean_optical_thickness[0];
+  b.volume = make_volume(b.cloud.grid, b.cloud.pyramid, scene);
+  b.nano = make_nano(b.cloud.grid);
+  find_places(b, 1 << 20);
+
+  add_lookups(b, "along_paths", b.coherent);
+  add_lookups(b, "shuffled", b.scattered);
+  benchmark::RegisterBenchmark("walk/ray",
+                               [&](benchmark::State& s) { walk_bench(s, b.volume.octree); });
+  benchmark::RegisterBenchmark("tentative/random_numbers", tentative_bench);
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run_all(argc, argv);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "lookup_bench: error: %s\n", e.what());
+    return 1;
+  }
+}

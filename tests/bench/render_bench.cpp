@@ -1,0 +1,145 @@
+// Whole renders of one cloud with every tracker and estimator, in turn in one process, with counts.
+//
+//   render_bench CLOUD [THICKNESS=64] [G=0] [ALBEDO=0.999] [ROUNDS=3]
+//
+// THICKNESS is the mean optical thickness along the cloud's x axis. Quote the counts and the ratios
+// of the times; the times themselves belong to one machine on one day.
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <vector>
+
+#include "pvol/formats/cloud.h"
+#include "pvol/formats/scene_file.h"
+#include "pvol/render/render.h"
+
+namespace {
+
+using namespace pvol;
+
+struct Configuration {
+  Tracker tracker;
+  Transmittance transmittance;
+  std::optional<int> depth;
+};
+
+struct Measurement {
+  double microseconds = 1e300;    // CPU time per camera sample, the least of all rounds
+  double mean = 0, variance = 0;  // luminance of the image and its variance for one sample
+  Counts counts;
+  int depth = 0;
+};
+
+double cpu_seconds() {
+  rusage u{};
+  getrusage(RUSAGE_SELF, &u);
+  return double(u.ru_utime.tv_sec + u.ru_stime.tv_sec) +
+         1e-6 * double(u.ru_utime.tv_usec + u.ru_stime.tv_usec);
+}
+
+double luminance_of(Vec3d c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
+
+void measure(const formats::Cloud& cloud, Scene scene, const Configuration& c, Measurement& m) {
+  scene.options.tracker = c.tracker;
+  scene.options.transmittance = c.transmittance;
+  scene.options.depth = c.depth;
+  const Volume volume = make_volume(cloud.grid, cloud.pyramid, scene);
+  const double begin = cpu_seconds();
+  const Film film = render(volume, scene).film;
+  const double seconds = cpu_seconds() - begin;
+  const double samples = double(film.pixels.size()) * scene.options.samples;
+  m.microseconds = std::min(m.microseconds, seconds / samples * 1e6);
+  if (m.counts.collisions > 0) return;  // the same in every round
+
+  m.depth = volume.octree.depth;
+  for (const PixelSums& p : film.pixels) {
+    m.mean += luminance_of(mean(p)) / double(film.pixels.size());
+    m.variance +=
+        luminance_of(variance_of_mean(p)) * scene.options.samples / double(film.pixels.size());
+  }
+  scene.options.count = true;
+  m.counts = render(volume, scene).counts;
+}
+
+void print(const Configuration& c, const Measurement& m, double samples) {
+  const Counts& k = m.counts;
+  const auto per_collision = [&](std::uint64_t n) { return double(n) / double(k.collisions); };
+  const auto per_sample = [&](std::uint64_t n) { return double(n) / samples; };
+  std::printf(
+      "%-13s %-6s %5d | %8.2f %8.2f %8.2f %8.2f | %8.1f %8.1f %8.1f | %7.4f %8.4f | %8.2f %9.3f\n",
+      formats::name(c.tracker), formats::name(c.transmittance), m.depth,
+      per_collision(k.lookups_path), per_collision(k.bounds_tests_path),
+      per_collision(k.segments_path), per_collision(k.null_collisions), per_sample(k.collisions),
+      per_sample(k.lookups_path + k.lookups_shadow),
+      per_sample(k.segments_path + k.segments_shadow), m.mean, m.variance, m.microseconds,
+      m.microseconds * m.variance);
+}
+
+int run(int argc, char** argv) {
+  const auto argument = [&](int i, double otherwise) {
+    return argc > i ? std::strtod(argv[i], nullptr) : otherwise;
+  };
+  if (argc < 2) {
+    std::fprintf(stderr,
+                 "usage: render_bench CLOUD [THICKNESS=64] [G=0] [ALBEDO=0.999] [ROUNDS=3]\n");
+    return 2;
+  }
+  const formats::Cloud cloud = formats::load_cloud(argv[1]);
+  const double thickness = argument(2, 64);
+  const int rounds = int(argument(5, 3));
+
+  Scene scene;
+  scene.medium.g = argument(3, 0);
+  scene.medium.albedo = Rgb(float(argument(4, 0.999)));
+  scene.environment = ConstantSky{Rgb(0.5f)};
+  scene.suns = {Sun{{0.6, 0.8, 0.35}, Rgb(3.0f), 0}};
+  scene.options.width = scene.options.height = 96;
+  scene.options.samples = 16;
+  scene.options.threads = 1;
+  Volume unit = make_volume(cloud.grid, cloud.pyramid, scene);
+  scene.camera = frame(unit.world_box, 1);
+  scene.medium.extinction =
+      thickness / describe(unit, cloud.grid, scene.medium).mean_optical_thickness[0];
+
+  std::vector<Configuration> configurations;
+  for (const Transmittance t : {Transmittance::ratio, Transmittance::analog}) {
+    configurations.push_back({Tracker::delta_global, t, std::nullopt});
+    configurations.push_back({Tracker::delta, t, 16});
+    configurations.push_back({Tracker::decomposition, t, 16});
+    configurations.push_back({Tracker::decomposition, t, std::nullopt});
+  }
+  std::vector<Measurement> results(configurations.size());
+  for (int round = 0; round < rounds; ++round) {
+    for (std::size_t i = 0; i < configurations.size(); ++i) {
+      measure(cloud, scene, configurations[i], results[i]);
+    }
+  }
+  const double samples = double(scene.options.width) * scene.options.height * scene.options.samples;
+  std::printf("%s: mean optical thickness %g along x, g %g, albedo %g, extinction %g\n", argv[1],
+              thickness, scene.medium.g, double(scene.medium.albedo.x), scene.medium.extinction);
+  std::printf(
+      "%-26s | camera path, per collision          | per camera sample          | luminance        "
+      "|\n",
+      "");
+  std::printf("%-13s %-6s %5s | %8s %8s %8s %8s | %8s %8s %8s | %7s %8s | %8s %9s\n", "tracker",
+              "shadow", "depth", "look-ups", "tests", "segments", "nulls", "collis.", "look-ups",
+              "segments", "mean", "variance", "CPU us", "us x var.");
+  for (std::size_t i = 0; i < configurations.size(); ++i) {
+    print(configurations[i], results[i], samples);
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "render_bench: error: %s\n", e.what());
+    return 1;
+  }
+}
