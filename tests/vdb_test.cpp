@@ -151,7 +151,7 @@ struct Refused {
 
 constexpr Refused kRefused[] = {
     {"embergen_fire_a_60.vdb", "temperature (half), flames (half)"},
-    {"embergen_fire_a_75.vdb", "choose one by name"},
+    {"embergen_fire_a_75.vdb", "choose one with --grid NAME"},
     {"bad/bad-bbox-bomb.d029d3.vdb", "version 225"},
     {"bad/bad-bbox-bomb.vdb", "do not fill the box"},
     {"bad/bad-bbox-empty.389d6e.vdb", "version 225"},
@@ -458,7 +458,7 @@ TEST(Vdb, SeveralGridsAreFoundByName) {
             std::string::npos);
   a.name = "minorant";
   write_vdb(folder.file("none.vdb"), {&b, &a});
-  EXPECT_NE(refusal(folder.file("none.vdb")).find("choose one by name"), std::string::npos);
+  EXPECT_NE(refusal(folder.file("none.vdb")).find("choose one with --grid NAME"), std::string::npos);
 
   a.name = b.name = "density";
   write_vdb(folder.file("same.vdb"), {&b, &a});

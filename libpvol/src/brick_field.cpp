@@ -5,6 +5,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <map>
 
@@ -32,6 +33,10 @@ void gather(const detail::BlockFinder& blocks, Vec3i origin, float* out) {
     }
   }
 }
+
+/// Whether a leaf may hold one value: its bounds, rounded outward, differ by one step of their
+/// code.
+bool nearly_equal_bounds(const PyramidNode& leaf) { return leaf.lo >= leaf.hi * (1 - 0x1p-10f); }
 
 /// Bricks of one value, made on demand and shared.
 class ConstantBricks {
@@ -76,19 +81,31 @@ FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid) {
   }
   if (pyramid.empty()) return r;
 
-  // Leaves in parallel into their places; then uniform ones give theirs back.
+  // Leaves of one value share its brick; the others get one each, filled in parallel.
   const auto& leaves = pyramid.levels[0];
-  const std::size_t first = r.field.samples.size() / kFieldSamples;
-  r.field.samples.resize(r.field.samples.size() + leaves.size() * kFieldSamples);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 64), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i != range.end(); ++i) {
-      gather(blocks, origin_of(0, leaves[i].code),
-             r.field.samples.data() + (first + i) * kFieldSamples);
-    }
-  });
   auto& brick_of = r.brick_of[0];
   brick_of.resize(leaves.size());
-  for (std::size_t i = 0; i < leaves.size(); ++i) brick_of[i] = std::uint32_t(first + i);
+  std::vector<std::size_t> own;
+  std::array<float, kFieldSamples> samples;
+  for (std::size_t i = 0; i < leaves.size(); ++i) {
+    if (nearly_equal_bounds(leaves[i])) {
+      gather(blocks, origin_of(0, leaves[i].code), samples.data());
+      if (std::equal(samples.begin() + 1, samples.end(), samples.begin())) {
+        brick_of[i] = constant.brick(samples[0]);
+        continue;
+      }
+    }
+    own.push_back(i);
+  }
+  const std::size_t first = r.field.samples.size() / kFieldSamples;
+  r.field.samples.resize((first + own.size()) * kFieldSamples);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, own.size(), 64), [&](const auto& range) {
+    for (std::size_t k = range.begin(); k != range.end(); ++k) {
+      brick_of[own[k]] = std::uint32_t(first + k);
+      gather(blocks, origin_of(0, leaves[own[k]].code),
+             r.field.samples.data() + (first + k) * kFieldSamples);
+    }
+  });
   return r;
 }
 

@@ -5,6 +5,7 @@
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 #include <string>
 
@@ -15,13 +16,21 @@
 namespace pvol {
 namespace {
 
+/// Least and largest of samples, which are never negative: their bits order as their values do, and
+/// extremes of integers vectorise where those of floats may not.
 struct Range {
-  float lo = std::numeric_limits<float>::infinity();
-  float hi = 0;
-  void add(float v) {
-    lo = std::min(lo, v);
-    hi = std::max(hi, v);
+  std::int32_t lo_bits = std::numeric_limits<std::int32_t>::max();
+  std::int32_t hi_bits = 0;
+
+  void add(const float* values, int count) {
+    for (int i = 0; i < count; ++i) {
+      const auto bits = std::bit_cast<std::int32_t>(values[i]);
+      lo_bits = std::min(lo_bits, bits);
+      hi_bits = std::max(hi_bits, bits);
+    }
   }
+  [[nodiscard]] float lo() const { return std::max(0.0f, std::bit_cast<float>(lo_bits)); }
+  [[nodiscard]] float hi() const { return std::bit_cast<float>(hi_bits); }
 };
 
 /// Smallest box of lattice points, in 64 bits: extents of hostile files overflow 32.
@@ -32,6 +41,9 @@ struct PointBox {
   void add(const PointBox& b) {
     lo = min(lo, b.lo);
     hi = max(hi, b.hi);
+  }
+  [[nodiscard]] bool contains(const PointBox& b) const {
+    return min(lo, b.lo) == lo && max(hi, b.hi) == hi;
   }
 };
 
@@ -67,9 +79,13 @@ Extent measure(const VoxelGrid& grid) {
       [&](const tbb::blocked_range<std::size_t>& r, Extent part) {
         for (std::size_t i = r.begin(); i != r.end(); ++i) {
           const Brick& b = grid.bricks[i];
-          part.points.add(nonzero_box(b));
-          part.largest =
-              std::max(part.largest, *std::max_element(b.values, b.values + kBrickSamples));
+          const Vec3l origin(b.origin);
+          if (!part.points.contains({origin, origin + Vec3l(kBrickEdge - 1)})) {
+            part.points.add(nonzero_box(b));
+          }
+          Range range;
+          range.add(b.values, kBrickSamples);
+          part.largest = std::max(part.largest, range.hi());
         }
         return part;
       },
@@ -202,18 +218,22 @@ Range leaf_range(const detail::BlockFinder& blocks, Vec3i origin) {
     const int far[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
     const detail::BlockSource b = blocks.find(origin + Vec3i(far[0], far[1], far[2]) * kLeafEdge);
     if (b.values == nullptr) {
-      r.add(b.constant);
-      continue;
-    }
-    const int ni = far[0] ? 1 : 8, nj = far[1] ? 1 : 8, nk = far[2] ? 1 : 8;
-    for (int i = 0; i < ni; ++i) {
-      for (int j = 0; j < nj; ++j) {
-        const float* row = b.values + (i * 8 + j) * 8;
-        for (int k = 0; k < nk; ++k) r.add(row[k]);
+      r.add(&b.constant, 1);
+    } else if (corner == 0) {
+      r.add(b.values, kBrickSamples);
+    } else {  // the first layer, row or sample along each far axis
+      const int ni = far[0] ? 1 : 8, nj = far[1] ? 1 : 8, nk = far[2] ? 1 : 8;
+      for (int i = 0; i < ni; ++i) {
+        for (int j = 0; j < nj; ++j) r.add(b.values + (i * 8 + j) * 8, nk);
       }
     }
   }
   return r;
+}
+
+/// The node with its bounds rounded outward to the 16-bit code.
+PyramidNode quantize(const PyramidNode& n, float scale) {
+  return {n.code, decode(encode_down(n.lo, scale), scale), decode(encode_up(n.hi, scale), scale)};
 }
 
 /// Whether all corners of the leaf's sample block are 32-bit lattice points.
@@ -246,20 +266,19 @@ Pyramid build_pyramid(const VoxelGrid& grid, std::uint64_t max_leaves) {
       const std::uint64_t code = candidates.leaves[i];
       const Vec3l at = p.origin + Vec3l(morton_decode(code)) * kLeafEdge;
       const Range range = leaf_range(blocks, Vec3i(at));
-      leaves[i] = {code, range.lo, range.hi};
+      leaves[i] = quantize({code, range.lo(), range.hi()}, p.scale);
     }
   });
   std::erase_if(leaves, [](const PyramidNode& n) { return n.hi == 0; });
 
   p.levels = std::move(candidates.uniform);
+  for (std::vector<PyramidNode>& level : p.levels) {
+    for (PyramidNode& n : level) n = quantize(n, p.scale);
+  }
   p.levels[0].insert(p.levels[0].end(), leaves.begin(), leaves.end());
   for (std::vector<PyramidNode>& level : p.levels) {
     std::sort(level.begin(), level.end(),
               [](const auto& a, const auto& b) { return a.code < b.code; });
-    for (PyramidNode& n : level) {
-      n.lo = decode(encode_down(n.lo, p.scale), p.scale);
-      n.hi = decode(encode_up(n.hi, p.scale), p.scale);
-    }
   }
   complete_levels(p);
   return p;

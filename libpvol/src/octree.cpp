@@ -71,6 +71,25 @@ Stops stops_by_cost(const Pyramid& p, double extinction, double cell_length,
   return stops;
 }
 
+/// The terminals that a walk from the root meets: how many, and the deepest.
+void count_terminals(const Pyramid& p, const Stops& stops, Octree& tree) {
+  const int root = int(p.levels.size()) - 1;
+  std::vector<std::size_t> here(p.empty() ? 0 : 1);  // nodes of a level that are reached
+  for (int level = root; level >= 0; --level) {
+    std::vector<std::size_t> below;
+    for (const std::size_t i : here) {
+      if (stops[std::size_t(level)][i]) {
+        ++tree.terminals;
+        tree.depth = root - level;
+        continue;
+      }
+      const Children c = children(p, level, i);
+      for (std::size_t k = c.begin; k < c.end; ++k) below.push_back(k);
+    }
+    here.swap(below);
+  }
+}
+
 /// Lays out one node after the other, from the root.
 class Layout {
  public:
@@ -83,6 +102,7 @@ class Layout {
     tree_.support_lo = lanes(Vec3i(p_.support_lo - p_.origin));
     tree_.support_hi = lanes(Vec3i(p_.support_hi - p_.origin));
     if (p_.empty()) return std::move(tree_);
+    count_terminals(p_, stops_, tree_);
     tree_.height = root_level() / 2;
     add_node(tree_.height, 0);
     return std::move(tree_);
@@ -155,14 +175,12 @@ class Layout {
   Octree::Entry make_entry(int h, std::size_t i) {
     const int level = 2 * h;
     if (!stops(level, i)) return {0, 0, link(level, i), 0, 0};
-    note_stop(level);
     return bounds(level, i, link(level, i));
   }
 
   /// All eight children of node g of level 2 h + 1 as one terminal.
   void add_group(int h, std::size_t g, std::array<Octree::Entry, 64>& entry, std::uint64_t& mask) {
     const int level = 2 * h + 1;
-    note_stop(level);
     const std::uint64_t code = p_.levels[std::size_t(level)][g].code;
     for (std::uint64_t k = 0; k < 8; ++k) {
       LeafHandle child_link = zero_;
@@ -187,8 +205,6 @@ class Layout {
     if (level == 0 || uniform(level, i)) return brick_of_[std::size_t(level)][i];
     return Octree::kNodeBit | add_node(level / 2 - 1, p_.levels[std::size_t(level)][i].code);
   }
-
-  void note_stop(int level) { tree_.depth = std::max(tree_.depth, root_level() - level); }
 };
 
 }  // namespace

@@ -56,13 +56,27 @@ constexpr int kMantissaBits = 11;
 constexpr std::uint32_t kHidden = 1u << kMantissaBits;
 constexpr int kScaleLog2 = 41;
 
+/// The code near v, up to rounding; v <= scale.
+std::uint32_t estimate_code(float v, float scale) {
+  const double units = std::ldexp(double(v) / double(scale), kScaleLog2);
+  if (units < kHidden) return std::uint32_t(units);
+  const int e = std::ilogb(units) - kMantissaBits;  // units are (2048 + m) 2^e
+  return (std::uint32_t(e) << kMantissaBits) + std::uint32_t(std::ldexp(units, -e));
+}
+
 /// The number of codes for which `below` holds; it must hold for a lower part of the codes only.
+/// Looks around the estimate first, then everywhere: where the scale is denormal, many codes decode
+/// to the same number.
 template <class Below>
-std::uint32_t count_codes(Below below) {
+std::uint32_t count_codes(std::uint32_t estimate, Below below) {
+  const auto holds = [&](std::uint32_t code) { return below(std::uint16_t(code)); };
   std::uint32_t lo = 0, hi = kTopCode + 1u;
+  const std::uint32_t near_lo = estimate < 2 ? 0 : estimate - 2, near_hi = estimate + 2;
+  if (near_lo > 0 && holds(near_lo - 1)) lo = near_lo;
+  if (near_hi < hi && !holds(near_hi)) hi = near_hi;
   while (lo < hi) {
     const std::uint32_t mid = (lo + hi) / 2;
-    if (below(std::uint16_t(mid))) {
+    if (holds(mid)) {
       lo = mid + 1;
     } else {
       hi = mid;
@@ -235,12 +249,15 @@ float decode(std::uint16_t code, float scale) {
 
 std::uint16_t encode_down(float v, float scale) {
   assert(0 <= v && v <= scale && std::isfinite(scale));
-  return std::uint16_t(count_codes([&](std::uint16_t c) { return decode(c, scale) <= v; }) - 1);
+  return std::uint16_t(
+      count_codes(estimate_code(v, scale), [&](std::uint16_t c) { return decode(c, scale) <= v; }) -
+      1);
 }
 
 std::uint16_t encode_up(float v, float scale) {
   assert(0 <= v && v <= scale && std::isfinite(scale));
-  return std::uint16_t(count_codes([&](std::uint16_t c) { return decode(c, scale) < v; }));
+  return std::uint16_t(
+      count_codes(estimate_code(v, scale), [&](std::uint16_t c) { return decode(c, scale) < v; }));
 }
 
 }  // namespace pvol

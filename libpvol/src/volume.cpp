@@ -58,7 +58,8 @@ constexpr double kMaxVoxelDepth = 1e12;
 Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& scene) {
   const Medium& medium = scene.medium;
   const double largest = medium.extinction * double(pyramid.scale);
-  if (!(medium.extinction >= 0) || !(largest <= double(FLT_MAX))) {
+  if (!(medium.extinction >= 0 && medium.extinction <= double(FLT_MAX) &&
+        largest <= double(FLT_MAX))) {
     throw Error("an extinction of " + text(medium.extinction) +
                 " per unit of density with a largest "
                 "density of " +
@@ -175,15 +176,12 @@ VolumeFacts describe(const Volume& volume, const VoxelGrid& grid, const Medium& 
   }
   f.depth = volume.octree.depth;
   f.nodes = volume.octree.nodes.size();
+  f.terminals = volume.octree.terminals;
   const double cell_length = std::cbrt(std::abs(determinant(to_world)));
-  double terminals = 0;
   for (const Octree::Entry& e : volume.octree.entries) {
-    if (e.log2 == 0) continue;
-    terminals += e.grouped ? 0.125 : 1;
-    f.null_collisions =
-        std::max(f.null_collisions, double(e.hi - e.lo) * std::ldexp(cell_length, e.log2));
+    const double depth = double(e.hi - e.lo) * std::ldexp(cell_length, e.log2);
+    f.null_collisions = std::max(f.null_collisions, depth);
   }
-  f.terminals = std::uint64_t(terminals + 0.5);
   f.field_bytes = volume.field.samples.size() * sizeof(float);
   f.octree_bytes = volume.octree.nodes.size() * sizeof(Octree::Node) +
                    volume.octree.entries.size() * sizeof(Octree::Entry);

@@ -50,7 +50,8 @@ struct Octree {
   Vec3l origin;                     ///< index-space cell at the low corner
   Int4 support_lo{}, support_hi{};  ///< tight box of the density, in cells from `origin`
   int height = 0;                   ///< of the root node; nodes[0] is the root
-  int depth = 0;  ///< deepest octree level at which the walk stops (0: one terminal)
+  int depth = 0;                ///< deepest octree level at which the walk stops (0: one terminal)
+  std::uint64_t terminals = 0;  ///< at which a walk stops
   std::vector<Node> nodes;
   std::vector<Entry> entries;
 
@@ -81,13 +82,13 @@ struct Octree {
 };
 
 /// What one step of the walk, one tentative collision and one look-up cost, in any common unit: the
-/// terms of the model that chooses where a walk stops (THEORY.md, T5). Defaults are nanoseconds
-/// measured by tests/bench on clouds that fit in the cache.
+/// terms of the model that chooses where a walk stops (THEORY.md, T5). The defaults are nanoseconds,
+/// solved from whole renders of one cloud at several depths and extinctions.
 struct WalkCosts {
-  double segment = 11;    ///< entering a terminal
-  double skip = 7;        ///< crossing an empty cube
-  double tentative = 14;  ///< distance, random numbers and bounds test
-  double lookup = 16;     ///< finding and interpolating the density
+  double segment = 45;    ///< entering a terminal
+  double skip = 15;       ///< crossing an empty cube
+  double tentative = 20;  ///< distance, random numbers and bounds test
+  double lookup = 20;     ///< finding and interpolating the density
 };
 
 /// Which terminals the walk stops at.
