@@ -1,6 +1,8 @@
 // Transmittance of a ray through the cloud.
 #pragma once
 
+#include <algorithm>
+
 #include "pvol/track/flight.h"
 
 namespace pvol {
@@ -12,7 +14,7 @@ inline constexpr float kTransmittanceRoulette = 0.1f;
 /// Unbiased estimate, in [0, 1], of exp(-int mu_t) over the segments.
 /// `ratio` multiplies the probabilities 1 - mu_t/hi of passing each tentative collision
 /// (Novak et al. Residual Ratio Tracking. 2014); `analog` is 1 if a free flight sampled with
-/// kTracker leaves the cloud.
+/// kTracker leaves the cloud (THEORY.md, T7).
 template <Transmittance kEstimator, Tracker kTracker, class Segments, class Extinction, class Count>
 [[nodiscard]] inline float transmittance(Segments& segments, const Extinction& extinction, Rng& rng,
                                          Count& count) {
@@ -20,28 +22,16 @@ template <Transmittance kEstimator, Tracker kTracker, class Segments, class Exti
     return free_flight<kTracker>(segments, extinction, rng, count) ? 0.0f : 1.0f;
   } else {
     float weight = 1;
-    Rng::Tentative next = rng.tentative();
-    while (const auto s = segments.next()) {
-      count.segment();
-      double t = s->t0;
-      for (;;) {
-        const float rest = s->hi * float(s->t1 - t);
-        if (!(next.depth < rest)) {
-          next.depth -= rest;
-          break;
-        }
-        t += double(next.depth / s->hi);
-        count.lookup();
-        // Rounding may lift mu_t above hi by 3 ulp; a negative weight would be noise only.
-        weight *= std::max(0.0f, 1 - extinction(*s, segments.point(t)) / s->hi);
-        if (weight < kTransmittanceRoulette) {
-          if (!(next.u * kTransmittanceRoulette < weight)) return 0;
-          weight = kTransmittanceRoulette;
-        }
-        next = rng.tentative();
-      }
-    }
-    return weight;
+    const auto ends = [&](const auto& s, double t, float u) {
+      count.lookup();
+      // Rounding may lift mu_t above hi by 3 ulp; a negative weight would be noise only.
+      weight *= std::max(0.0f, 1 - extinction(s, segments.point(t)) / s.hi);
+      if (weight >= kTransmittanceRoulette) return false;
+      if (!(u * kTransmittanceRoulette < weight)) return true;
+      weight = kTransmittanceRoulette;
+      return false;
+    };
+    return visit_tentative(segments, rng, count, ends) ? 0.0f : weight;
   }
 }
 
