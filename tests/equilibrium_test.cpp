@@ -99,7 +99,7 @@ PathCounts follow(const Volume& v, Rng& rng) {
     const auto t = free_flight<kTracker>(walk, Exact<Interpolation::trilinear>{v}, rng, tally);
     if (!t) return {double(tally.lookups), collisions};
     ++collisions;
-    walk.stop_at(walk.point(*t));
+    cursor = walk.stop_at(walk.point(*t));
     d = isotropic(rng);
   }
 }

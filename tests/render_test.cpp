@@ -420,6 +420,7 @@ TEST(Render, OptionsOutOfRangeAreRefused) {
   refused([](Scene& s) { s.camera.target = s.camera.position; });
   refused([](Scene& s) { s.camera.up = s.camera.target - s.camera.position; });
   refused([](Scene& s) { s.medium.albedo.y = 1.01f; });
+  refused([](Scene& s) { s.medium.albedo.z = std::nanf(""); });
   refused([](Scene& s) { s.medium.g = 1; });
   refused([](Scene& s) { s.medium.g = std::nan(""); });
   refused([](Scene& s) { s.medium.extinction = -1; });
@@ -427,9 +428,37 @@ TEST(Render, OptionsOutOfRangeAreRefused) {
   refused([](Scene& s) { s.medium.extinction = 2e12; });
   refused([](Scene& s) { s.medium.object_to_world = scaling({1, 0, 1}); });
   refused([](Scene& s) { s.medium.object_to_world.t.x = 1e14; });
+  refused([](Scene& s) { s.medium.object_to_world = scaling(Vec3d(1e-39)); });
+  refused([](Scene& s) { s.environment = ConstantSky{Rgb(-1.0f)}; });
+  refused([](Scene& s) {
+    s.environment = ImageSky{2, 2, std::vector<Rgb>(3, Rgb(1.0f)), Rgb(1.0f), 0};
+  });
+  refused([](Scene& s) {
+    GradientSky sky;
+    sky.up = Vec3d(0.0);
+    s.environment = sky;
+  });
   refused([](Scene& s) { s.suns[0].direction = Vec3d(0.0); });
   refused([](Scene& s) { s.suns[0].angle = 0.001; });
   refused([](Scene& s) { s.suns[0].irradiance = Rgb(-1.0f); });
+}
+
+TEST(Render, BoundsOfAnotherDensityAreRefused) {
+  const test::Field denser = test::make_field("denser", cloud().origin, cloud().size,
+                                              [](Vec3i p) { return 1.1 * double(cloud().at(p)); });
+  const Scene s = cloud_scene();
+  EXPECT_THROW((void)make_volume(denser.grid, build_pyramid(cloud().grid), s), Error);
+}
+
+TEST(Render, AVolumeMadeForAnotherSceneIsRefused) {
+  Scene s = cloud_scene();
+  const Volume volume = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
+  Scene other = s;
+  other.medium.extinction *= 2;
+  EXPECT_THROW((void)render(volume, other), Error);
+  other = s;
+  other.options.tracker = Tracker::delta_global;
+  EXPECT_THROW((void)render(volume, other), Error);
 }
 
 TEST(Render, AFramedCameraSeesTheWholeBox) {

@@ -458,7 +458,8 @@ TEST(Vdb, SeveralGridsAreFoundByName) {
             std::string::npos);
   a.name = "minorant";
   write_vdb(folder.file("none.vdb"), {&b, &a});
-  EXPECT_NE(refusal(folder.file("none.vdb")).find("choose one with --grid NAME"), std::string::npos);
+  EXPECT_NE(refusal(folder.file("none.vdb")).find("choose one with --grid NAME"),
+            std::string::npos);
 
   a.name = b.name = "density";
   write_vdb(folder.file("same.vdb"), {&b, &a});

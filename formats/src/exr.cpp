@@ -44,9 +44,9 @@ constexpr Channel kChannels[] = {
     {"samples", [](const PixelSums& p) { return double(p.samples); }},
 };
 constexpr Channel kCountChannels[] = {
-    {"count.lookups", [](const PixelSums& p) { return per_sample(p.lookups, p); }},
-    {"count.segments", [](const PixelSums& p) { return per_sample(p.segments, p); }},
-    {"count.collisions", [](const PixelSums& p) { return per_sample(p.collisions, p); }},
+    {"count.lookups", [](const PixelSums& p) { return per_sample(double(p.lookups), p); }},
+    {"count.segments", [](const PixelSums& p) { return per_sample(double(p.segments), p); }},
+    {"count.collisions", [](const PixelSums& p) { return per_sample(double(p.collisions), p); }},
 };
 
 std::vector<Channel> channels_of(const Film& film) {

@@ -8,8 +8,10 @@
 #include <array>
 #include <cstring>
 #include <map>
+#include <string>
 
 #include "lattice_index.h"
+#include "pvol/error.h"
 
 namespace pvol {
 namespace {
@@ -32,6 +34,22 @@ void gather(const detail::BlockFinder& blocks, Vec3i origin, float* out) {
       }
     }
   }
+}
+
+/// Refuses bounds that do not bound: every picture made with them would be wrong.
+void check_bounds(const PyramidNode& leaf, const float* samples) {
+  float lo = samples[0], hi = samples[0];
+  for (int i = 1; i < kFieldSamples; ++i) {
+    lo = std::min(lo, samples[i]);
+    hi = std::max(hi, samples[i]);
+  }
+  if (leaf.lo <= lo && hi <= leaf.hi) return;
+  const auto range = [](float a, float b) {
+    return "[" + std::to_string(a) + ", " + std::to_string(b) + "]";
+  };
+  throw Error("the bounds do not hold: leaf " + std::to_string(leaf.code) + " says " +
+              range(leaf.lo, leaf.hi) + ", its samples lie in " + range(lo, hi) +
+              ". They belong to another density or were damaged; fit the cloud again.");
 }
 
 /// Whether a leaf may hold one value: its bounds, rounded outward, differ by one step of their
@@ -92,6 +110,7 @@ FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid) {
       gather(blocks, origin_of(0, leaves[i].code), samples.data());
       if (std::equal(samples.begin() + 1, samples.end(), samples.begin())) {
         brick_of[i] = constant.brick(samples[0]);
+        check_bounds(leaves[i], samples.data());
         continue;
       }
     }
@@ -102,8 +121,9 @@ FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, own.size(), 64), [&](const auto& range) {
     for (std::size_t k = range.begin(); k != range.end(); ++k) {
       brick_of[own[k]] = std::uint32_t(first + k);
-      gather(blocks, origin_of(0, leaves[own[k]].code),
-             r.field.samples.data() + (first + k) * kFieldSamples);
+      float* samples_of_leaf = r.field.samples.data() + (first + k) * kFieldSamples;
+      gather(blocks, origin_of(0, leaves[own[k]].code), samples_of_leaf);
+      check_bounds(leaves[own[k]], samples_of_leaf);
     }
   });
   return r;

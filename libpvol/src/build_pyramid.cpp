@@ -170,7 +170,7 @@ class Collector {
   /// those at its upper faces, and those one lower, whose last samples are the block's first.
   void add_border(LeafCoord c, std::int64_t n) {
     const auto cube = [](std::int64_t e) { return std::uint64_t(e * e * e); };
-    take_from_budget(cube(n + 1) - cube(n - 1));
+    if (n > 1) take_from_budget(cube(n + 1) - cube(n - 1));  // bricks are there already
     for (std::int64_t x = -1; x < n; ++x) {
       for (std::int64_t y = -1; y < n; ++y) {
         const bool inner = x >= 0 && x < n - 1 && y >= 0 && y < n - 1;

@@ -133,7 +133,7 @@ class PathTracer {
       r.scattered = true;
       ++collisions;
       if (bounces == s_.max_bounces) return r;
-      flight.stop_at(flight.point(*t));
+      cursor = flight.stop_at(flight.point(*t));
       throughput *= s_.albedo;
       const float most = max_component(throughput);
       if (most < kPathRoulette) {
@@ -184,7 +184,7 @@ class PathTracer {
     return sum;
   }
 
-  [[nodiscard]] float passes(Cursor cursor, Vec3f direction, Rng& rng) {
+  [[nodiscard]] float passes(const Cursor& cursor, Vec3f direction, Rng& rng) {
     ++shadow_rays;
     Walk shadow(s_.volume.octree, cursor, in_cells(direction));
     return transmittance<kTransmittance, kTracker>(shadow, extinction_, rng, shadow_count);

@@ -114,7 +114,8 @@ std::optional<std::string> check_frame(const Pyramid& p) {
     if (origin % kLeafEdge != 0 || origin < kMinOrigin || origin > kMaxOrigin) {
       return "origin " + std::to_string(origin) + " is no multiple of 8 among 32-bit integers";
     }
-    if (lo < origin || hi <= lo || hi - origin > edge || hi > kMaxOrigin) {
+    if (lo < origin || hi <= lo || hi - origin > edge ||
+        hi > kMaxOrigin - 2 * kLeafEdge) {  // the last leaf's apron needs room
       return "support [" + std::to_string(lo) + ", " + std::to_string(hi) +
              ") is not inside the root [" + std::to_string(origin) + ", " +
              std::to_string(origin + edge) + ")";

@@ -26,7 +26,28 @@ void require(bool ok, const std::string& message) {
   if (!ok) throw Error(message);
 }
 
+bool is_light(Rgb c) { return is_finite(c) && min_component(c) >= 0; }
+
+void check(const Environment& environment) {
+  const char* const kRadiance = "sky: every radiance must be finite and not negative";
+  if (const auto* s = std::get_if<ConstantSky>(&environment)) {
+    require(is_light(s->radiance), kRadiance);
+  } else if (const auto* g = std::get_if<GradientSky>(&environment)) {
+    require(is_light(g->zenith) && is_light(g->horizon) && is_light(g->ground), kRadiance);
+    require(is_finite(g->up) && length(g->up) > 0, "sky: up must be finite and not zero");
+  } else if (const auto* p = std::get_if<ImageSky>(&environment)) {
+    require(p->width > 0 && p->height > 0 &&
+                p->pixels.size() == std::size_t(p->width) * std::size_t(p->height),
+            "sky: the picture must have width x height pixels");
+    require(std::isfinite(p->rotation), "sky: the rotation must be finite");
+    for (const Rgb pixel : p->pixels) {
+      require(is_light(pixel) && is_light(pixel * p->scale), kRadiance);
+    }
+  }
+}
+
 void check(const Scene& scene) {
+  check(scene.environment);
   const RenderOptions& o = scene.options;
   const auto number = [](double v) { return std::to_string(v); };
   require(o.width > 0 && o.height > 0, "image size: both sides must be at least 1 pixel");
@@ -44,7 +65,7 @@ void check(const Scene& scene) {
   require(length(cross(forward, c.up)) > 1e-12 * length(forward) * length(c.up),
           "camera: target must differ from position, and up must not point along the view");
   const Medium& m = scene.medium;
-  require(min_component(m.albedo) >= 0 && max_component(m.albedo) <= 1,
+  require(is_finite(m.albedo) && min_component(m.albedo) >= 0 && max_component(m.albedo) <= 1,
           "albedo must lie in [0, 1] in every channel");
   require(std::abs(m.g) <= 0.9999, "g = " + number(m.g) + ": must lie in [-0.9999, 0.9999]");
   for (const Sun& s : scene.suns) {
@@ -52,8 +73,7 @@ void check(const Scene& scene) {
             "sun: the direction must not be zero");
     require(s.angle == 0 || (s.angle >= 0.01 && s.angle < 180),
             "sun: the angle must be 0 or lie in [0.01, 180) degrees");
-    require(is_finite(s.irradiance) && min_component(s.irradiance) >= 0,
-            "sun: the irradiance must be finite and not negative");
+    require(is_light(s.irradiance), "sun: the irradiance must be finite and not negative");
   }
 }
 
@@ -73,10 +93,15 @@ class Reporter {
   Reporter(const Progress& progress, std::uint64_t total) : progress_(progress), total_(total) {}
 
   void add(std::uint64_t samples) {
-    const std::uint64_t done = done_ += samples;
+    done_ += samples;
     if (!progress_) return;
     const std::unique_lock lock(mutex_, std::try_to_lock);
-    if (lock && !progress_(done, total_)) stop_ = true;
+    if (lock && !progress_(done_, total_)) stop_ = true;
+  }
+  /// The last report, when no thread is at work; whether all is done.
+  bool finish() {
+    if (progress_) (void)progress_(done_, total_);
+    return done_ == total_;
   }
   [[nodiscard]] bool stopped() const { return stop_; }
 
@@ -115,11 +140,11 @@ void render_tile(const PathSetup& setup, const tbb::blocked_range2d<int>& tile, 
         add_sample(p, r.radiance, r.scattered);
       }
       if constexpr (kCount) {
-        p.lookups += std::uint32_t(tracer.path_count.lookups - before.path_count.lookups +
-                                   tracer.shadow_count.lookups - before.shadow_count.lookups);
-        p.segments += std::uint32_t(tracer.path_count.segments - before.path_count.segments +
-                                    tracer.shadow_count.segments - before.shadow_count.segments);
-        p.collisions += std::uint32_t(tracer.collisions - before.collisions);
+        p.lookups += (tracer.path_count.lookups - before.path_count.lookups +
+                      tracer.shadow_count.lookups - before.shadow_count.lookups);
+        p.segments += (tracer.path_count.segments - before.path_count.segments +
+                       tracer.shadow_count.segments - before.shadow_count.segments);
+        p.collisions += tracer.collisions - before.collisions;
       }
     }
   }
@@ -169,6 +194,9 @@ TileFunction choose_tile_function(const RenderOptions& o) {
 RenderResult render(const Volume& volume, const Scene& scene, const Progress& progress) {
   check(scene);
   const RenderOptions& o = scene.options;
+  require(volume.extinction == float(scene.medium.extinction) &&
+              (o.tracker != Tracker::delta_global || volume.octree.depth == 0),
+          "the volume was made for another extinction or tracker than the scene's");
   const PathSetup setup(volume, scene);
   const TileFunction render_part = choose_tile_function(o);
 
@@ -178,8 +206,11 @@ RenderResult render(const Volume& volume, const Scene& scene, const Progress& pr
   Reporter reporter(progress, std::uint64_t(film.pixels.size()) * o.samples);
   tbb::enumerable_thread_specific<Counts> counts;
   const int threads = o.threads > 0 ? o.threads : tbb::this_task_arena::max_concurrency();
-  const tbb::global_control allow(tbb::global_control::max_allowed_parallelism,
-                                  std::size_t(threads));
+  // The control is the process's: it may only raise the limit, for more threads than there are
+  // cores.
+  constexpr auto kLimit = tbb::global_control::max_allowed_parallelism;
+  const tbb::global_control allow(
+      kLimit, std::max(std::size_t(threads), tbb::global_control::active_value(kLimit)));
   tbb::task_arena arena(threads);
 
   // In passes, so that an image that is stopped early has samples everywhere.
@@ -199,7 +230,7 @@ RenderResult render(const Volume& volume, const Scene& scene, const Progress& pr
     begin = end;
   }
   for (const Counts& c : counts) result.counts += c;
-  result.complete = !reporter.stopped();
+  result.complete = reporter.finish();
   return result;
 }
 

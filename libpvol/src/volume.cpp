@@ -19,6 +19,10 @@ std::string text(double v) {
   return buffer;
 }
 
+double column_length(const Affine& a, int axis) {
+  return length(Vec3d(a.m[0][axis], a.m[1][axis], a.m[2][axis]));
+}
+
 /// Positions go from world to cells in double; what they lose is a few ulp of the largest
 /// coordinate, seen in cells (THEORY.md, T6).
 void check_placement(const Affine& to_world, const Affine& to_cells, const Box& world_box) {
@@ -28,6 +32,14 @@ void check_placement(const Affine& to_world, const Affine& to_cells, const Box& 
       throw Error(
           "the volume's placement in the world is singular or not finite: it flattens the "
           "cloud. Check the grid's transform and the scene's scale, rotate and matrix.");
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    const double cells = column_length(to_cells, axis);
+    if (!(cells > 1e-30 && cells < 1e30)) {
+      throw Error("the volume has " + text(cells) +
+                  " voxels per world unit along an axis, expected 1e-30 to 1e30. Check the grid's "
+                  "voxel size and the scene's scale.");
     }
   }
   constexpr double kUlps = 4, kMaxLoss = 1e-3;
@@ -43,10 +55,6 @@ void check_placement(const Affine& to_world, const Affine& to_cells, const Box& 
         "to " +
         text(loss) + " voxels, where 0.001 are needed. Move it nearer the origin.");
   }
-}
-
-double column_length(const Affine& a, int axis) {
-  return length(Vec3d(a.m[0][axis], a.m[1][axis], a.m[2][axis]));
 }
 
 /// Where the density ramps up from 0, a flight meets about sqrt(2 depth per voxel) null collisions

@@ -65,7 +65,7 @@ void find_places(Bench& b, std::size_t count) {
       t = *hit;
       const LatticePoint p = walk.point(t);
       b.coherent.push_back({p, leaf});
-      walk.stop_at(p);
+      cursor = walk.stop_at(p);
     }
   }
   b.scattered = b.coherent;

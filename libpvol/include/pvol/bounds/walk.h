@@ -44,19 +44,22 @@ struct Cursor {
 
 /// Iterator over the segments of a ray from a cursor. `direction` is the change of the position in
 /// cells per world length (the spare lane 0); any component may be 0 or -0. The walk ends at the
-/// support's box or at `length`. Requires a direction other than 0. It uses up the cursor: only
-/// `stop_at` makes that valid again.
+/// support's box, give or take rounding, or at `length`. Requires a direction other than 0. The
+/// walk moves a cursor of its own.
 class Walk {
  public:
-  Walk(const Octree& tree, Cursor& cursor, Float4 direction,
-       float length = std::numeric_limits<float>::infinity())
+  Walk(const Octree& tree, const Cursor& cursor, Float4 direction,
+       double length = std::numeric_limits<double>::infinity())
       : tree_(tree), cursor_(cursor), at_(cursor.at), d_(direction) {
     // The reciprocal of 0 is large, not infinite: its product with a distance of 0 is 0.
     constexpr float kTiny = std::numeric_limits<float>::min();
     up_ = d_ >= 0;
     inv_ = 1.0f / select(up_, max(d_, splat(kTiny)), min(d_, splat(-kTiny)));
     const Int4 end = select(up_, tree.support_hi, tree.support_lo);
-    left_ = std::min(length, least((to_float(end - at_.cell) - at_.frac) * inv_));
+    // A little beyond the support, where there is nothing: rounding must not end the walk before
+    // it.
+    constexpr double kBeyond = 1 + 0x1p-20;
+    left_ = std::min(length, kBeyond * double(least((to_float(end - at_.cell) - at_.frac) * inv_)));
   }
 
   /// The next segment with hi > 0, or nothing at the end.
@@ -80,8 +83,12 @@ class Walk {
   /// whose bounds are not the segment's.
   [[nodiscard]] LatticePoint point(double t) const { return after(float(t - t_)); }
 
-  /// Puts the cursor at a point of the current segment, for a path that turns there.
-  void stop_at(const LatticePoint& p) { cursor_.at = p; }
+  /// A cursor at a point of the current segment, for a path that turns there.
+  [[nodiscard]] Cursor stop_at(const LatticePoint& p) const {
+    Cursor c = cursor_;
+    c.at = p;
+    return c;
+  }
 
  private:
   /// Finds the terminal or empty cube (null) that holds the current cell, and its size.
@@ -115,20 +122,20 @@ class Walk {
     const Int4 low = at_.cell & -size_;
     const Int4 face = low + (up_ & size_);
     exit_ = (to_float(face - at_.cell) - at_.frac) * inv_;
-    step_ = std::max(0.0f, std::min(left_, least(exit_)));
+    step_ = std::max(0.0f, std::min(float(left_), least(exit_)));
   }
 
   /// Moves to the nearest face, into the next cube, and up to the node that holds both. The axes
   /// that pass no face stay in the cube: were rounding to take one back across a face that it has
-  /// passed, two axes could undo each other's steps for ever.
+  /// passed, axes could undo each other's steps for ever.
   void leave() {
     pending_ = false;
     t_ += double(step_);
-    if (!(step_ < left_)) {
+    if (!(step_ < float(left_))) {
       left_ = 0;
       return;
     }
-    left_ -= step_;
+    left_ -= double(step_);
     const Int4 through = exit_ <= step_;
     const LatticePoint stay = after(step_);
     const Int4 low = at_.cell & -size_;
@@ -142,13 +149,13 @@ class Walk {
   }
 
   const Octree& tree_;
-  Cursor& cursor_;
+  Cursor cursor_;
   LatticePoint at_;  // start of the current cube's stretch
   Float4 d_, inv_;
   Int4 up_;                // -1 where the direction is not negative, else 0
   Float4 exit_;            // world length to the faces ahead
   double t_ = 0;           // world length walked to `at_`
-  float left_;             // world length left from there
+  double left_;            // world length left from there; a float would drift over many steps
   float step_ = 0;         // world length within the current cube
   std::int32_t size_ = 8;  // edge of the current cube in cells
   bool pending_ = false;   // a segment was handed out and not yet left

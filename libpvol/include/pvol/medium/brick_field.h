@@ -60,6 +60,7 @@ struct FieldWithLinks {
   BrickField field;
   std::vector<std::vector<std::uint32_t>> brick_of;
 };
+/// Throws Error where a leaf's bounds do not hold its samples.
 [[nodiscard]] FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid);
 
 }  // namespace pvol

@@ -34,7 +34,7 @@ struct PixelSums {
   Vec3d sum_squares;  ///< of radiance squared, by channel
   double alpha = 0;   ///< of 1 - transmittance
   std::uint32_t samples = 0;
-  std::uint32_t lookups = 0, segments = 0, collisions = 0;  ///< totals; 0 where counting was off
+  std::uint64_t lookups = 0, segments = 0, collisions = 0;  ///< totals; 0 where counting was off
 };
 
 /// The rendered rectangle of an image, rows from the top.

@@ -54,7 +54,7 @@ using Environment = std::variant<ConstantSky, GradientSky, ImageSky>;
 struct Sun {
   Vec3d direction{0, 1, 0};  ///< from the scene towards the sun; any length > 0
   Rgb irradiance{3.0f};      ///< on a plane perpendicular to `direction`, outside the cloud
-  double angle = 0;          ///< angular diameter in degrees, in [0, 180); 0 is a delta light
+  double angle = 0;          ///< angular diameter in degrees, 0 (a delta light) or in [0.01, 180)
   friend bool operator==(const Sun&, const Sun&) = default;
 };
 

@@ -36,8 +36,9 @@ struct VolumeFacts {
 /// Makes a cloud ready for the scene's medium, interpolation and tracker: the walk stops at
 /// options.depth or, without it, where the cost model says (THEORY.md, T5); at the root for the
 /// tracker delta_global.
-/// Throws Error where the map is singular, the extinction is negative or too large for a float, or
-/// the placement is so far from the origin that positions lose more than 1/1000 of a voxel.
+/// Throws Error where the pyramid's bounds do not hold for the grid, the map is singular, the
+/// extinction is negative or too large for a float, or the placement is so far from the origin that
+/// positions lose more than 1/1000 of a voxel.
 [[nodiscard]] Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& scene);
 
 [[nodiscard]] VolumeFacts describe(const Volume& volume, const VoxelGrid& grid,
