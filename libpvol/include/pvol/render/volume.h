@@ -29,7 +29,8 @@ struct VolumeFacts {
   double largest_optical_thickness = 0;          ///< over all those columns
   double null_collisions = 0;  ///< of a ray in the thin part of the worst segment, about
   int depth = 0;               ///< largest octree depth at which the walk stops
-  std::uint64_t nodes = 0, terminals = 0;  ///< of the walk's tree
+  std::uint64_t nodes = 0;      ///< of the tree, those below the cut included
+  std::uint64_t terminals = 0;  ///< at which the walk stops
   std::uint64_t field_bytes = 0, octree_bytes = 0;
 };
 
