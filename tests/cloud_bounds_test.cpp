@@ -88,12 +88,7 @@ TEST_P(CloudBounds, HoldForEverySampleAndAreTight) {
       const auto i = find(p.levels[level], morton_encode(cube));
       if (!i) continue;
       if (level == 0) return true;
-      const auto below = std::lower_bound(
-          p.levels[level - 1].begin(), p.levels[level - 1].end(), p.levels[level][*i].code * 8,
-          [](const PyramidNode& n, std::uint64_t c) { return n.code < c; });
-      if (below == p.levels[level - 1].end() || below->code / 8 != p.levels[level][*i].code) {
-        return true;  // uniform
-      }
+      if (is_uniform(p, level, *i)) return true;
     }
     return false;
   };

@@ -41,13 +41,8 @@ bool is_covered(const Pyramid& p, Vec3i block) {
   if (find(p.levels[0], code)) return true;
   for (std::size_t level = 1; level < p.levels.size(); ++level) {
     code >>= 3;
-    if (!find(p.levels[level], code)) continue;
     // A node without children is uniform: then nothing lies below, not even beside the block.
-    const auto& below = p.levels[level - 1];
-    const auto child = std::lower_bound(
-        below.begin(), below.end(), PyramidNode{8 * code, 0, 0},
-        [](const PyramidNode& a, const PyramidNode& b) { return a.code < b.code; });
-    return child == below.end() || child->code >> 3 != code;
+    if (const auto i = find(p.levels[level], code)) return is_uniform(p, level, *i);
   }
   return false;
 }

@@ -87,12 +87,8 @@ FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid) {
   for (std::size_t level = 1; level < pyramid.levels.size(); ++level) {
     const auto& nodes = pyramid.levels[level];
     r.brick_of[level].resize(nodes.size(), kZeroBrick);
-    const auto& below = pyramid.levels[level - 1];
     for (std::size_t i = 0; i < nodes.size(); ++i) {
-      const auto child =
-          std::lower_bound(below.begin(), below.end(), nodes[i].code * 8,
-                           [](const PyramidNode& n, std::uint64_t c) { return n.code < c; });
-      if (child != below.end() && child->code / 8 == nodes[i].code) continue;  // not uniform
+      if (!is_uniform(pyramid, level, i)) continue;
       const detail::BlockSource b = blocks.find(origin_of(level, nodes[i].code));
       r.brick_of[level][i] = constant.brick(b.values ? b.values[0] : b.constant);
     }

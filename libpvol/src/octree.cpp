@@ -11,20 +11,6 @@ namespace {
 
 using Stops = std::vector<std::vector<char>>;  // by level and node: whether the walk stops there
 
-/// Children of node i of `level`: a range of the level below.
-struct Children {
-  std::size_t begin, end;
-};
-
-Children children(const Pyramid& p, int level, std::size_t i) {
-  const auto& below = p.levels[std::size_t(level) - 1];
-  const std::uint64_t code = p.levels[std::size_t(level)][i].code;
-  const auto less = [](const PyramidNode& n, std::uint64_t c) { return n.code < c; };
-  const auto begin = std::lower_bound(below.begin(), below.end(), code * 8, less);
-  const auto end = std::lower_bound(begin, below.end(), code * 8 + 8, less);
-  return {std::size_t(begin - below.begin()), std::size_t(end - below.begin())};
-}
-
 Stops stops_at_depth(const Pyramid& p, int depth) {
   const int root = int(p.levels.size()) - 1;
   const int cut = std::max(0, root - depth);
@@ -34,8 +20,7 @@ Stops stops_at_depth(const Pyramid& p, int depth) {
     auto& stop = stops[std::size_t(level)];
     stop.assign(nodes.size(), char(level <= cut));
     for (std::size_t i = 0; level > cut && i < nodes.size(); ++i) {
-      const Children c = children(p, level, i);
-      stop[i] = char(c.begin == c.end);  // uniform
+      stop[i] = char(is_uniform(p, std::size_t(level), i));
     }
   }
   return stops;
@@ -59,10 +44,10 @@ Stops stops_by_cost(const Pyramid& p, double extinction, double cell_length,
       const PyramidNode& n = nodes[i];
       const double hi = extinction * double(n.hi), gap = extinction * double(n.hi - n.lo);
       const double stop = costs.segment + chord * (hi * costs.tentative + gap * costs.lookup);
-      const Children c = level == 0 ? Children{0, 0} : children(p, int(level), i);
+      const NodeRange c = children(p, level, i);
       double descend = double(8 - (c.end - c.begin)) * kChildShare * costs.skip;
       for (std::size_t k = c.begin; k < c.end; ++k) descend += kChildShare * below[k];
-      const bool stops_here = c.begin == c.end || stop <= descend;
+      const bool stops_here = c.empty() || stop <= descend;
       stops[level][i] = char(stops_here);
       here[i] = stops_here ? stop : descend;
     }
@@ -83,7 +68,7 @@ void count_terminals(const Pyramid& p, const Stops& stops, Octree& tree) {
         tree.depth = root - level;
         continue;
       }
-      const Children c = children(p, level, i);
+      const NodeRange c = children(p, std::size_t(level), i);
       for (std::size_t k = c.begin; k < c.end; ++k) below.push_back(k);
     }
     here.swap(below);
@@ -128,9 +113,7 @@ class Layout {
   }
 
   [[nodiscard]] bool uniform(int level, std::size_t i) const {
-    if (level == 0) return false;
-    const Children c = children(p_, level, i);
-    return c.begin == c.end;
+    return is_uniform(p_, std::size_t(level), i);
   }
 
   /// The node of height h whose cube has this code at level 2 h + 2.

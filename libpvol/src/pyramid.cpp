@@ -196,6 +196,21 @@ std::optional<std::string> check_support(const Pyramid& p) {
 
 }  // namespace
 
+NodeRange children(const Pyramid& pyramid, std::size_t level, std::size_t i) {
+  if (level == 0) return {};
+  const auto& below = pyramid.levels[level - 1];
+  const std::uint64_t first = pyramid.levels[level][i].code * 8;
+  const auto at = [&](auto from, std::uint64_t code) {
+    return std::lower_bound(from, below.end(), PyramidNode{code, 0, 0}, by_code);
+  };
+  const auto begin = at(below.begin(), first), end = at(begin, first + 8);
+  return {std::size_t(begin - below.begin()), std::size_t(end - below.begin())};
+}
+
+bool is_uniform(const Pyramid& pyramid, std::size_t level, std::size_t i) {
+  return level > 0 && children(pyramid, level, i).empty();
+}
+
 std::optional<std::size_t> find(const std::vector<PyramidNode>& level, std::uint64_t code) {
   const auto at = std::lower_bound(level.begin(), level.end(), PyramidNode{code, 0, 0}, by_code);
   if (at == level.end() || at->code != code) return std::nullopt;

@@ -65,6 +65,16 @@ struct Pyramid {
 [[nodiscard]] Pyramid build_pyramid(const VoxelGrid& grid,
                                     std::uint64_t max_leaves = std::uint64_t(1) << 26);
 
+/// The children of node i of `level`, from index begin to end of the level below.
+struct NodeRange {
+  std::size_t begin = 0, end = 0;
+  [[nodiscard]] bool empty() const { return begin == end; }
+};
+[[nodiscard]] NodeRange children(const Pyramid& pyramid, std::size_t level, std::size_t i);
+
+/// Whether node i of `level` is a uniform cube: above the leaves, and without children.
+[[nodiscard]] bool is_uniform(const Pyramid& pyramid, std::size_t level, std::size_t i);
+
 /// Index of the node with this code in a level, if present.
 [[nodiscard]] std::optional<std::size_t> find(const std::vector<PyramidNode>& level,
                                               std::uint64_t code);
