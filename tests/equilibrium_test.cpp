@@ -96,10 +96,10 @@ PathCounts follow(const Volume& v, Rng& rng) {
   double collisions = 0;
   for (;;) {
     Walk walk(v.octree, cursor, lanes(d));
-    const auto t = free_flight<kTracker>(walk, Exact<Interpolation::trilinear>{v}, rng, tally);
-    if (!t) return {double(tally.lookups), collisions};
+    const Flight f = free_flight<kTracker>(walk, exact<Interpolation::trilinear>(v), rng, tally);
+    if (!f.collided) return {double(tally.lookups), collisions};
     ++collisions;
-    cursor = walk.stop_at(walk.point(*t));
+    cursor = walk.stop_at(walk.point(f.t));
     d = isotropic(rng);
   }
 }

@@ -28,12 +28,12 @@ class FlightHistogram {
     }
   }
 
-  void add(std::optional<double> t) {
+  void add(const Flight& flight) {
     ++flights_;
-    if (!t) {
+    if (!flight.collided) {
       ++counts_[kBins];
     } else {
-      const auto bin = std::upper_bound(edges_.begin(), edges_.end(), *t) - edges_.begin();
+      const auto bin = std::upper_bound(edges_.begin(), edges_.end(), flight.t) - edges_.begin();
       ++counts_[std::size_t(bin)];
     }
   }
@@ -84,7 +84,7 @@ FlightHistogram sample_flights(const Volume& v, const Aim& a, int flights, std::
   return with_tracker(tracker, [&](auto constant) {
     return sample_flights(v, a, flights, stream, [&v](Walk& walk, Rng& rng) {
       NoTally none;
-      return free_flight<decltype(constant)::value>(walk, Exact<kInterpolation>{v}, rng, none);
+      return free_flight<decltype(constant)::value>(walk, exact<kInterpolation>(v), rng, none);
     });
   });
 }
@@ -145,7 +145,7 @@ TEST(FlightProof, AcceptsTheTracker) {
   const auto right = [](const Volume& v) {
     return [&v](Walk& walk, Rng& rng) {
       NoTally none;
-      return free_flight<Tracker::delta>(walk, Exact<kTrilinear>{v}, rng, none);
+      return free_flight<Tracker::delta>(walk, exact<kTrilinear>(v), rng, none);
     };
   };
   EXPECT_GT(p_value_of(kMany, right), proof::kFalseAlarmRate);
@@ -156,10 +156,10 @@ TEST(FlightProof, FindsExtinctionWrongByOnePerCent) {
     const auto wrong = [factor](const Volume& v) {
       return [&v, factor](Walk& walk, Rng& rng) {
         NoTally none;
-        const auto extinction = [&](const Segment& s, const LatticePoint& p) {
-          return factor * Exact<kTrilinear>{v}(s, p);
-        };
-        return free_flight<Tracker::delta>(walk, extinction, rng, none);
+        const PlainField field{[&](const Segment& s, const LatticePoint& p) {
+          return factor * exact<kTrilinear>(v).source(s, p);
+        }};
+        return free_flight<Tracker::delta>(walk, field, rng, none);
       };
     };
     EXPECT_LT(p_value_of(kMany, wrong), kCertain) << factor;
@@ -167,37 +167,25 @@ TEST(FlightProof, FindsExtinctionWrongByOnePerCent) {
 }
 
 /// Forgets to subtract from the optical depth what a segment used up.
-std::optional<double> fly_without_carry(Walk& walk, const Volume& v, Rng& rng) {
+Flight fly_without_carry(Walk& walk, const Volume& v, Rng& rng) {
   Rng::Tentative next = rng.tentative();
   while (const auto s = walk.next()) {
     double t = s->t0;
     while (double(next.depth / s->hi) < s->t1 - t) {
       t += double(next.depth / s->hi);
-      if (next.u * s->hi < Exact<kTrilinear>{v}(*s, walk.point(t))) return t;
+      if (next.u * s->hi < exact<kTrilinear>(v).source(*s, walk.point(t))) return {t, 1, true};
       next = rng.tentative();
     }
   }
-  return std::nullopt;
+  return {};
 }
-
-/// A walk whose majorants are multiplied.
-struct ScaledMajorants {
-  Walk& walk;
-  float factor;
-  std::optional<Segment> next() {
-    auto s = walk.next();
-    if (s) s->hi *= factor;
-    return s;
-  }
-  [[nodiscard]] LatticePoint point(double t) const { return walk.point(t); }
-};
 
 double p_value_with_majorants_times(float factor) {
   return p_value_of(kFew, [factor](const Volume& v) {
     return [&v, factor](Walk& walk, Rng& rng) {
       NoTally none;
-      ScaledMajorants segments{walk, factor};
-      return free_flight<Tracker::decomposition>(segments, Exact<kTrilinear>{v}, rng, none);
+      ScaledSegments<Walk> segments{walk, factor};
+      return free_flight<Tracker::decomposition>(segments, exact<kTrilinear>(v), rng, none);
     };
   });
 }
@@ -270,7 +258,7 @@ TEST(Flight, LeavesSpaceWithoutExtinction) {
   Tally count;
   Cursor cursor = a.cursor;
   Walk walk(v.octree, cursor, a.direction);
-  EXPECT_FALSE(free_flight<Tracker::delta>(walk, Exact<kTrilinear>{v}, rng, count));
+  EXPECT_FALSE(free_flight<Tracker::delta>(walk, exact<kTrilinear>(v), rng, count).collided);
   EXPECT_EQ(count.lookups, 0u);
   EXPECT_EQ(count.segments, 0u);
 }

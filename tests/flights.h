@@ -7,19 +7,17 @@
 #include "fields.h"
 #include "oracle.h"
 #include "pvol/bounds/walk.h"
+#include "pvol/track/field.h"
 
 namespace pvol::test {
 
 inline constexpr std::uint64_t kSeed = 20240229;
 
-/// The exact mu_t that trackers look up.
+/// The exact mu_t of a volume, every question a look-up.
 template <Interpolation kInterpolation>
-struct Exact {
-  const Volume& volume;
-  [[nodiscard]] float operator()(const Segment& s, const LatticePoint& p) const {
-    return volume.extinction * density<kInterpolation>(volume.field, volume.octree, s.leaf, p);
-  }
-};
+[[nodiscard]] auto exact(const Volume& v) {
+  return PlainField{BrickExtinction<kInterpolation>{v.field, v.octree, v.extinction}};
+}
 
 /// Where a walk starts and what it must find there: the oracle's ray is the walk's, to the last
 /// bit.
@@ -57,9 +55,15 @@ auto with_tracker(Tracker tracker, const F& f) {
     case Tracker::delta:
       return f(std::integral_constant<Tracker, Tracker::delta>{});
     case Tracker::decomposition:
+      return f(std::integral_constant<Tracker, Tracker::decomposition>{});
+    case Tracker::weighted_delta:
+      return f(std::integral_constant<Tracker, Tracker::weighted_delta>{});
+    case Tracker::weighted_decomposition:
+      return f(std::integral_constant<Tracker, Tracker::weighted_decomposition>{});
+    case Tracker::regular:
       break;
   }
-  return f(std::integral_constant<Tracker, Tracker::decomposition>{});
+  return f(std::integral_constant<Tracker, Tracker::regular>{});
 }
 
 }  // namespace pvol::test

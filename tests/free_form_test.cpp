@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
+
+#include "shell_samples.h"
 
 namespace pvol {
 namespace {
@@ -37,7 +40,7 @@ FreeForm random_form(Random& random) {
   FreeForm form{random_quadric(random), {}};
   const int count = int(uniform(random, 0, 6));
   for (int i = 0; i < count; ++i) {
-    form.perturbations.push_back({random_quadric(random), uniform(random, -1, 1)});
+    form.perturbations.push_back({{random_quadric(random), {}}, uniform(random, -1, 1)});
   }
   return form;
 }
@@ -45,7 +48,8 @@ FreeForm random_form(Random& random) {
 /// A ball of radius 1 with a bulge towards +x and a dent towards +y.
 FreeForm bulged_ball() {
   return {unit_ball(),
-          {{ellipsoid({1, 0, 0}, Vec3d(0.8)), 1.5}, {ellipsoid({0, 1, 0}, Vec3d(0.6)), -2}}};
+          {{{ellipsoid({1, 0, 0}, Vec3d(0.8)), {}}, 1.5},
+           {{ellipsoid({0, 1, 0}, Vec3d(0.6)), {}}, -2}}};
 }
 
 TEST(FreeForm, RangeHoldsTheValueAtEveryPointOfTheBox) {
@@ -75,6 +79,77 @@ TEST(FreeForm, ExcessOfTheRangeFallsWithTheSquareOfTheBox) {
       EXPECT_LE(range(form, b).width(), 2 * half * slope + 600 * half * half + 1e-12);
     }
   }
+}
+
+/// Forms within forms, `levels` deep.
+FreeForm nested_form(Random& random, int levels) {
+  FreeForm form{random_quadric(random), {}};
+  for (int i = levels > 0 ? int(uniform(random, 1, 4)) : 0; i > 0; --i) {
+    form.perturbations.push_back({nested_form(random, levels - 1), uniform(random, -1, 1)});
+  }
+  return form;
+}
+
+TEST(FreeForm, RangeOfNestedFormsHoldsTheExactValueAndTheComputedOne) {
+  Random random(6);
+  for (int n = 0; n < 5000; ++n) {
+    const FreeForm form = nested_form(random, 1 + n % 3);
+    const Vec3d centre = point(random, log_uniform(random, 1e-2, 3));
+    const double half = log_uniform(random, 1e-9, 3);
+    const Box b{centre - Vec3d(half), centre + Vec3d(half)};
+    const Interval r = range(form, b);
+    const double error = rounding_error(form, b);
+    for (int s = 0; s < 30; ++s) {
+      const Vec3d p = point_in(random, b);
+      const double computed = value(form, p);
+      const long double exact = proof::exact_value(form, proof::Vec3x(p));
+      ASSERT_TRUE(r.contains(computed)) << n;
+      ASSERT_TRUE(r.lo <= exact && exact <= r.hi) << n;
+      ASSERT_LE(std::abs(computed - exact), error) << n;
+    }
+  }
+}
+
+/// Like a fitted shell: 16 perturbations with coefficients of 5 to 30 in a frame of half extent 1.
+FreeForm shell_like(proof::Draw& draw) {
+  FreeForm form{ellipsoid({}, Vec3d(1.1)), {}};
+  for (int i = 0; i < 16; ++i) {
+    form.perturbations.push_back(
+        {{proof::random_side(draw, draw.uniform(5, 20)), {}}, draw.index(3) ? -1.0 : 0.5});
+  }
+  return form;
+}
+
+double sampled_width(const FreeForm& form, const Box& b) {
+  double least = value(form, b.lo), most = least;
+  for (int i = 0; i < 9 * 9 * 9; ++i) {
+    const Vec3d step = Vec3d{double(i % 9), double(i / 9 % 9), double(i / 81)} * 0.125;
+    const double v = value(form, b.lo + b.extent() * step);
+    least = std::min(least, v);
+    most = std::max(most, v);
+  }
+  return most - least;
+}
+
+TEST(FreeForm, RangesOfShellsAreTightInSmallBoxes) {
+  proof::Draw draw(7);
+  double coarse = 0, fine = 0;
+  int boxes = 0;
+  while (boxes < 500) {
+    const FreeForm form = shell_like(draw);
+    const Vec3d corner = draw.point(1);
+    if (std::abs(value(form, corner)) > 5) continue;  // where no shell has its surface
+    const auto excess = [&](double edge) {
+      const Box b{corner, corner + Vec3d(edge)};
+      const double width = sampled_width(form, b);
+      return (range(form, b).width() - width) / width;
+    };
+    ++boxes;
+    coarse += excess(1.0 / 64);
+    fine += excess(1.0 / 1024);
+  }
+  EXPECT_LT(coarse / boxes, 0.2);
+  EXPECT_LT(fine / boxes, 0.02);
 }
 
 TEST(FreeForm, IsItsBaseOutsideAllPerturbations) {

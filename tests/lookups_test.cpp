@@ -48,16 +48,16 @@ struct Counts {
   Tally tally;
 };
 
-template <Tracker kTracker, class MakeSegments, class Extinction>
-Counts count_flights(int flights, const MakeSegments& make_segments, const Extinction& extinction) {
+template <Tracker kTracker, class MakeSegments, class F>
+Counts count_flights(int flights, const MakeSegments& make_segments, const F& field) {
   Counts c;
   for (int i = 0; i < flights; ++i) {
     Rng rng(kSeed, std::uint64_t(kTracker), std::uint64_t(i));
     auto segments = make_segments();
     Tally one;
-    const auto t = free_flight<kTracker>(segments, extinction, rng, one);
+    const Flight t = free_flight<kTracker>(segments, field, rng, one);
     c.lookups.add(double(one.lookups));
-    c.collisions.add(t ? 1 : 0);
+    c.collisions.add(t.collided ? 1 : 0);
     c.tally.lookups += one.lookups;
     c.tally.bounds_tests += one.bounds_tests;
     c.tally.null_collisions += one.null_collisions;
@@ -69,11 +69,11 @@ Counts count_flights(int flights, const MakeSegments& make_segments, const Extin
 TEST(Lookups, AreTheIntegralsOfMajorantAndResidual) {
   constexpr int kFlights = 400'000;
   const auto segments = [] { return SegmentList{kTwoSegments}; };
-  const auto extinction = [](const Segment& s, const LatticePoint& p) {
+  const PlainField field{[](const Segment& s, const LatticePoint& p) {
     return float(extinction_at(s, double(p.frac[0])));
-  };
-  const auto delta = count_flights<Tracker::delta>(kFlights, segments, extinction);
-  const auto decomposed = count_flights<Tracker::decomposition>(kFlights, segments, extinction);
+  }};
+  const auto delta = count_flights<Tracker::delta>(kFlights, segments, field);
+  const auto decomposed = count_flights<Tracker::decomposition>(kFlights, segments, field);
   const Expected e = expected_lookups();
   constexpr double kRounding = 1e-5;
   proof::Family family;
@@ -90,7 +90,7 @@ TEST(Lookups, TalliesAddUp) {
   const Volume v = make_test_volume(f, 1, 16);
   const Aim a = aim(f, v, Interpolation::trilinear, 0, 3);
   constexpr int kFlights = 20'000;
-  const Exact<Interpolation::trilinear> exact{v};
+  const auto trilinear = exact<Interpolation::trilinear>(v);
   std::uint64_t collisions = 0;
   Tally delta, decomposed;
   for (int i = 0; i < kFlights; ++i) {
@@ -100,8 +100,8 @@ TEST(Lookups, TalliesAddUp) {
       Walk walk(v.octree, cursor, a.direction);
       const bool hit =
           tally == &delta
-              ? free_flight<Tracker::delta>(walk, exact, rng, *tally).has_value()
-              : free_flight<Tracker::decomposition>(walk, exact, rng, *tally).has_value();
+              ? free_flight<Tracker::delta>(walk, trilinear, rng, *tally).collided
+              : free_flight<Tracker::decomposition>(walk, trilinear, rng, *tally).collided;
       if (tally == &delta) collisions += hit;
     }
   }
@@ -120,28 +120,30 @@ TEST(Lookups, DecompositionSavesTheShareOfTheMinorant) {
     const Field f = make_field("chequered", {0, 0, 0}, {40, 40, 40},
                                [lo](Vec3i p) { return (p.x + p.y + p.z) & 1 ? 1.0 : lo; });
     const Volume v = make_test_volume(f, 5, 16);
-    const Exact<Interpolation::trilinear> exact{v};
+    const auto trilinear = exact<Interpolation::trilinear>(v);
     const Cursor start = make_cursor(v.octree, Vec3d(20.25, 20.5, 20.75) - Vec3d(v.octree.origin));
     Cursor probe = start;
     const auto leaf = Walk(v.octree, probe, lanes(Vec3f(1, 0, 0))).next();
     ASSERT_TRUE(leaf);
     const double share = 1 - double(leaf->lo) / double(leaf->hi);
     EXPECT_NEAR(share, 1 - lo, 0x1p-10);  // the code of bounds rounds outward
-    std::uint64_t lookups[2] = {0, 0};
-    for (int i = 0; i < 600'000; ++i) {
-      for (const bool decomposed : {false, true}) {
-        Rng rng(kSeed, decomposed ? 1 : 2, std::uint64_t(i));
-        Cursor cursor = start;
-        const auto [x, y] = rng.uniform2();
-        Walk walk(v.octree, cursor, lanes(normalize(Vec3f(x - 0.5f, y - 0.5f, 0.25f))));
-        Tally tally;
-        const auto t = decomposed ? free_flight<Tracker::decomposition>(walk, exact, rng, tally)
-                                  : free_flight<Tracker::delta>(walk, exact, rng, tally);
-        ASSERT_TRUE(t && *t < 10);  // before the leaves at the border
-        lookups[decomposed] += tally.lookups;
-      }
+    std::uint64_t lookups[3] = {0, 0, 0};
+    const auto fly = [&]<Tracker kTracker>(std::uint64_t i, std::size_t which) {
+      Rng rng(kSeed, which, i);
+      const auto [x, y] = rng.uniform2();
+      Walk walk(v.octree, start, lanes(normalize(Vec3f(x - 0.5f, y - 0.5f, 0.25f))));
+      Tally tally;
+      const Flight flight = free_flight<kTracker>(walk, trilinear, rng, tally);
+      EXPECT_LT(flight.t, 10);  // before the leaves at the border
+      lookups[which] += tally.lookups;
+    };
+    for (std::uint64_t i = 0; i < 600'000; ++i) {
+      fly.operator()<Tracker::delta>(i, 0);
+      fly.operator()<Tracker::decomposition>(i, 1);
+      fly.operator()<Tracker::weighted_decomposition>(i, 2);
     }
     EXPECT_NEAR(double(lookups[1]) / double(lookups[0]) / share, 1, 0.01) << lo;
+    EXPECT_NEAR(double(lookups[2]) / double(lookups[0]) / share, 1, 0.01) << lo;
   }
 }
 

@@ -67,7 +67,22 @@ inline Metadata some_metadata() {
   return m;
 }
 
-/// A field of a few bricks and tiles, with its true bounds.
+/// A shell of the cloud's size with numbers of all kinds; it need not hold anything.
+inline Shell some_shell(const Pyramid& pyramid) {
+  Shell s;
+  s.kind = ShellKind::soft;
+  s.lo = pyramid.support_lo;
+  s.hi = pyramid.support_hi;
+  s.form.base = ellipsoid({0.1, 0.2, 0.3}, Vec3d(0.9, 0.8, 0.7));
+  s.form.perturbations = {{{half_space({0.5, 0.5, 0}, {1, 2, 3}), {}}, -0.3},
+                          {{ellipsoid({-0.5, 0, 1e-30}, Vec3d(1e-9)), {}}, 1e30}};
+  s.form = round_to_float(s.form);
+  s.certificate = {1.0 / 3, 0x123456789ab, -4};
+  s.tightness = {1.5, 1.125, 4, 2.25};
+  return s;
+}
+
+/// A field of a few bricks and tiles, with its true bounds, and a shell.
 inline PvolFile some_file(int bricks = 12, bool tiles = true) {
   VoxelGrid g;
   g.name = some_metadata().grid_name;
@@ -87,7 +102,9 @@ inline PvolFile some_file(int bricks = 12, bool tiles = true) {
     g.tiles.push_back({{-80, 0, 0}, 8, 0.0f});
   }
   g.owner = values;
-  return {some_metadata(), build_pyramid(g), g};
+  PvolFile file{some_metadata(), build_pyramid(g), g, std::nullopt};
+  file.shell = some_shell(file.pyramid);
+  return file;
 }
 
 inline PvolFile tiny_file() {
@@ -96,7 +113,7 @@ inline PvolFile tiny_file() {
   VoxelGrid g;
   g.bricks.push_back({{0, 8, -8}, values->data()});
   g.owner = values;
-  PvolFile file{{}, build_pyramid(g), std::nullopt};
+  PvolFile file{{}, build_pyramid(g), std::nullopt, std::nullopt};
   file.metadata.source = {"a.vdb", "density", 1234, 0xfedcba9876543210};
   file.metadata.written_by = "test";
   return file;

@@ -50,6 +50,7 @@ TEST_F(PvolFileTest, RoundTripKeepsEverything) {
     const PvolFile back = read_pvol(path("a.pvol"));
     expect_equal(back.metadata, content.metadata);
     EXPECT_EQ(back.pyramid, content.pyramid);
+    EXPECT_EQ(back.shell, content.shell);
     ASSERT_TRUE(back.density);
     EXPECT_EQ(back.density->name, content.metadata.grid_name);
     EXPECT_EQ(back.density->index_to_world, content.metadata.index_to_world);
@@ -70,7 +71,7 @@ TEST_F(PvolFileTest, PyramidsOfEveryDepthRoundTrip) {
     for (const int uniform : {0, 1, 20}) {
       for (const float scale : {1e-44f, 0.3f, 3e38f}) {
         const test::PyramidSpec spec{levels, 30, uniform, scale, Vec3l(-1048576, 8, 0)};
-        PvolFile content{some_metadata(), test::random_pyramid(spec, levels), std::nullopt};
+        PvolFile content{some_metadata(), test::random_pyramid(spec, levels), {}, {}};
         const auto bytes = written(content);
         ASSERT_EQ(read_pvol(bytes, "a").pyramid, content.pyramid) << levels << " " << uniform;
       }
@@ -85,12 +86,12 @@ TEST_F(PvolFileTest, UniformRootsOfEverySizeRoundTrip) {
     p.levels.resize(levels);
     p.levels.back() = {{0, 2, 2}};
     p.support_hi = Vec3l(std::int64_t(4) << levels);
-    ASSERT_EQ(read_pvol(written({{}, p, std::nullopt}), "a").pyramid, p) << levels;
+    ASSERT_EQ(read_pvol(written({{}, p, {}, {}}), "a").pyramid, p) << levels;
   }
 }
 
 TEST_F(PvolFileTest, EmptyCloudRoundTrips) {
-  const PvolFile empty{{}, {}, VoxelGrid{}};
+  const PvolFile empty{{}, {}, VoxelGrid{}, {}};
   const PvolFile back = read_pvol(written(empty), "a");
   EXPECT_TRUE(back.pyramid.empty());
   ASSERT_TRUE(back.density);
@@ -100,14 +101,17 @@ TEST_F(PvolFileTest, EmptyCloudRoundTrips) {
 TEST_F(PvolFileTest, SizesAreThoseOfTheParts) {
   const PvolSizes a = write_pvol(path("a.pvol"), some_file());
   const PvolSizes b = measure_pvol(path("a.pvol"));
-  EXPECT_EQ(a.header, 40u + 3 * 40u);
+  EXPECT_EQ(a.header, 40u + 4 * 40u);
   EXPECT_EQ(a.header, b.header);
   EXPECT_EQ(a.metadata, b.metadata);
   EXPECT_EQ(a.bounds, b.bounds);
+  EXPECT_EQ(a.shell, 48u + 40 + 2 * 44);
+  EXPECT_EQ(a.shell, b.shell);
   EXPECT_EQ(a.density, b.density);
   EXPECT_EQ(a.total, b.total);
-  EXPECT_LE(a.header + a.metadata + a.bounds + a.density, a.total);
-  EXPECT_GT(a.header + a.metadata + a.bounds + a.density + 3 * 64, a.total);
+  const std::uint64_t parts = a.header + a.metadata + a.bounds + a.shell + a.density;
+  EXPECT_LE(parts, a.total);
+  EXPECT_GT(parts + 4 * 64, a.total);
 }
 
 TEST_F(PvolFileTest, TheSameContentGivesTheSameBytes) {
@@ -254,6 +258,7 @@ std::string print(const fs::path& file) {
   const auto f = [&](float v) { return number(" %.9g", double(v)); };
   const auto at = [](auto v) {
     std::ostringstream s;
+    s.precision(9);
     s << ' ' << v.x << ' ' << v.y << ' ' << v.z;
     return s.str();
   };
@@ -288,6 +293,20 @@ std::string print(const fs::path& file) {
       const Vec3l cell =
           p.pyramid.origin + Vec3l(morton_decode(n.code)) * (std::int64_t(8) << level);
       out << "terminal " << level << at(cell) << f(n.lo) << f(n.hi) << '\n';
+    }
+  }
+  const auto quadric = [&](const Quadric& q) {
+    return at(Vec3f(q.square)) + at(Vec3f(q.mixed)) + at(Vec3f(q.linear)) + f(float(q.constant));
+  };
+  if (p.shell) {
+    const Certificate& c = p.shell->certificate;
+    const ShellTightness& t = p.shell->tightness;
+    out << "shell " << (p.shell->kind == ShellKind::soft ? "soft" : "hard")
+        << number(" %.17g", c.bound) << ' ' << c.boxes << ' ' << c.depth << f(float(t.volume_ratio))
+        << f(float(t.hit_ratio)) << f(float(t.box_volume_ratio)) << f(float(t.box_hit_ratio))
+        << "\nbase" << quadric(p.shell->form.base) << '\n';
+    for (const Perturbation& r : p.shell->form.perturbations) {
+      out << "perturbation" << quadric(r.form.base) << f(float(r.strength)) << '\n';
     }
   }
   for (const Tile& t : p.density->tiles) {

@@ -77,7 +77,10 @@ TEST_F(PvolForgeryTest, ForgedFilesAreRefusedThoughTheirSumsMatch) {
   const auto f32 = [](std::size_t chunk, std::size_t at, float v) {
     return [=](PvolBytes& f) { f.put(chunk, at, v); };
   };
-  constexpr std::size_t kMeta = 0, kBounds = 1, kDensity = 2;
+  constexpr std::size_t kMeta = 0, kBounds = 1, kShell = 2, kDensity = 3;
+  const auto f64 = [](std::size_t chunk, std::size_t at, double v) {
+    return [=](PvolBytes& f) { f.put(chunk, at, v); };
+  };
   constexpr std::size_t kNodes = 56;  // BNDS: where the masks begin
   const auto meta = [](const std::string& from, const std::string& to) {
     return [=](PvolBytes& f) { f.replace_text(kMeta, from, to); };
@@ -92,17 +95,17 @@ TEST_F(PvolForgeryTest, ForgedFilesAreRefusedThoughTheirSumsMatch) {
       {"BNDS is there 0", [](PvolBytes& f) { f.chunks.resize(1); }},
       {"DENX is unknown",
        [](PvolBytes& f) {
-         f.chunks[2].entry.id = {'D', 'E', 'N', 'X'};
+         f.chunks[kDensity].entry.id = {'D', 'E', 'N', 'X'};
        }},
       {"unprintable",
        [](PvolBytes& f) {
-         f.chunks[2].entry.id = {'\x01', 0, 0, 0};
+         f.chunks[kDensity].entry.id = {'\x01', 0, 0, 0};
        }},
       {"offset", [](PvolBytes& f) { f.chunks[1].forged_offset = 192; }},
       {"offset", [](PvolBytes& f) { f.chunks[1].forged_offset = ~std::uint64_t(0) - 63; }},
-      {"past the end", [](PvolBytes& f) { f.chunks[2].forged_stored = ~std::uint64_t(0); }},
+      {"past the end", [](PvolBytes& f) { f.chunks[3].forged_stored = ~std::uint64_t(0); }},
       {"offset", [](PvolBytes& f) { f.chunks[1].forged_stored = 1 << 10; }},
-      {"chunks end", [](PvolBytes& f) { f.chunks[2].forged_stored = 4; }},
+      {"chunks end", [](PvolBytes& f) { f.chunks[3].forged_stored = 4; }},
       {"padding", [](PvolBytes& f) { f.padding = std::byte{1}; }},
       {"codec 3", [](PvolBytes& f) { f.chunks[1].entry.codec = detail::Codec(3); }},
       {"raw ones", [](PvolBytes& f) { f.chunks[1].entry.raw_bytes += 1; }},
@@ -143,6 +146,18 @@ TEST_F(PvolForgeryTest, ForgedFilesAreRefusedThoughTheirSumsMatch) {
       {"has children", [](PvolBytes& f) { f.put(kBounds, f.groups(), std::uint8_t(1)); }},
       {"above the scale", [](PvolBytes& f) { f.put(kBounds, f.lows(), std::uint16_t(0xffff)); }},
       {"not in order", [](PvolBytes& f) { f.put(kBounds, f.highs(), std::uint16_t(0)); }},
+      {"shel is there 2", [](PvolBytes& f) { f.chunks.push_back(f.chunks[kShell]); }},
+      {"unknown kind 2", u32(kShell, 0, 2)},
+      {"perturbations do not fit", u32(kShell, 4, 1)},
+      {"perturbations do not fit", u32(kShell, 4, 0xffffffff)},
+      {"perturbations do not fit", [](PvolBytes& f) { f.set(kShell, std::vector<std::byte>(90)); }},
+      {"ends early", [](PvolBytes& f) { f.set(kShell, {}); }},
+      {"a strength of a hard shell", u32(kShell, 0, 0)},
+      {"certificate's bound", f64(kShell, 8, 0)},
+      {"certificate's bound", f64(kShell, 8, std::nan(""))},
+      {"ratio is not finite", f32(kShell, 40, std::nanf(""))},
+      {"finite float", f32(kShell, 48, std::nanf(""))},
+      {"finite float", f32(kShell, 88 + 40, HUGE_VALF)},
       {"raw bytes", u32(kDensity, 0, 0xffffffff)},
       {"raw bytes", u32(kDensity, 4, 0xffffffff)},
       {"out of order", [](PvolBytes& f) { f.swap(kDensity, 8, 28, 20); }},
@@ -188,21 +203,21 @@ TEST_F(PvolForgeryTest, ZstdBombsAreRefusedBeforeTheyTakeMemory) {
   for (int i = 1; i < 8; ++i) frames.insert(frames.end(), one.begin(), one.end());
   const std::uint64_t megabyte = detail::kFrameBytes;
   using detail::Codec;
-  EXPECT_NE(error(2, Codec::zstd, frames, std::uint64_t(1) << 60).find("whole zstd"),
+  EXPECT_NE(error(3, Codec::zstd, frames, std::uint64_t(1) << 60).find("whole zstd"),
             std::string::npos);
-  EXPECT_NE(error(2, Codec::zstd, frames, 7 * megabyte).find("after the last"), std::string::npos);
-  EXPECT_NE(error(2, Codec::zstd, frames, 8 * megabyte - 4).find("raw bytes"), std::string::npos);
-  EXPECT_NE(error(2, Codec::zstd, frames, 8 * megabyte).find("raw bytes; its counts"),
+  EXPECT_NE(error(3, Codec::zstd, frames, 7 * megabyte).find("after the last"), std::string::npos);
+  EXPECT_NE(error(3, Codec::zstd, frames, 8 * megabyte - 4).find("raw bytes"), std::string::npos);
+  EXPECT_NE(error(3, Codec::zstd, frames, 8 * megabyte).find("raw bytes; its counts"),
             std::string::npos);
   EXPECT_NE(error(1, Codec::zstd, frames, 8 * megabyte).find("raw bytes; its counts"),
             std::string::npos);
   EXPECT_NE(error(0, Codec::zstd, frames, 8 * megabyte).find("at most"), std::string::npos);
-  EXPECT_NE(error(2, Codec::shuffled_zstd, test::zstd(detail::Bytes(zeros).first(1023)), 1023)
+  EXPECT_NE(error(3, Codec::shuffled_zstd, test::zstd(detail::Bytes(zeros).first(1023)), 1023)
                 .find("words"),
             std::string::npos);
   // One frame that says it holds more than a frame may.
   EXPECT_NE(
-      error(2, Codec::zstd, test::zstd(std::vector<std::byte>(4 << 20)), 4 << 20).find("raw bytes"),
+      error(3, Codec::zstd, test::zstd(std::vector<std::byte>(4 << 20)), 4 << 20).find("raw bytes"),
       std::string::npos);
   // A frame whose content is not what its header says.
   std::vector<std::byte> wrong = test::zstd(written(tiny_file()));

@@ -121,6 +121,16 @@ def print_bounds(raw):
         print("terminal", level, *corner, *(f"{v:.9g}" for v in bounds))
 
 
+def print_shell(raw):
+    kind, count, bound, boxes, depth, _, *ratios = struct.unpack_from("<IIdQiI4f", raw)
+    require(len(raw) == 88 + 44 * count, "wrong size of shel")
+    numbers = lambda values: [f"{v:.9g}" for v in values]
+    print("shell", ("hard", "soft")[kind], f"{bound:.17g}", boxes, depth, *numbers(ratios))
+    print("base", *numbers(struct.unpack_from("<10f", raw, 48)))
+    for i in range(count):
+        print("perturbation", *numbers(struct.unpack_from("<11f", raw, 88 + 44 * i)))
+
+
 def print_density(raw):
     tiles, bricks = struct.unpack_from("<II", raw)
     require(len(raw) == 8 + 20 * tiles + 2060 * bricks, "wrong size of DENS")
@@ -144,6 +154,8 @@ def main():
     source = meta["source"]
     print("source", source["file"], source["grid"], source["bytes"], source["xxh3_64"])
     print_bounds(raw_bytes(chunks[b"BNDS"]))
+    if b"shel" in chunks:
+        print_shell(raw_bytes(chunks[b"shel"]))
     if b"DENS" in chunks:
         print_density(raw_bytes(chunks[b"DENS"]))
 

@@ -70,7 +70,13 @@ fov = 20
 extinction = 12.5
 albedo = [0.9, 0.8, 0.7]
 g = -0.3
+emission = 0.25
 translate = [1, 0, 0]
+[[medium.component]]
+share = 0.25
+albedo = 0.1
+g = 0.7
+emission = [1, 2, 3]
 [environment]
 type = "image"
 file = "sky.exr"
@@ -89,7 +95,9 @@ spp = 17
 seed = 99
 tracker = "delta-global"
 transmittance = "analog"
+micro_bounds = "1"
 interpolation = "nearest"
+shells = "off"
 depth = 5
 max_bounces = 8
 background = false
@@ -102,7 +110,12 @@ background = false
 
   Scene want;
   want.camera = {{1, 2, 3}, {4, 5, 6.5}, {0, 0, 1}, 20};
-  want.medium = {12.5, {0.9f, 0.8f, 0.7f}, -0.3, translation({1, 0, 0})};
+  want.medium = {12.5,
+                 {0.9f, 0.8f, 0.7f},
+                 -0.3,
+                 Rgb(0.25f),
+                 {{0.25, Rgb(0.1f), 0.7, {1, 2, 3}}},
+                 translation({1, 0, 0})};
   ImageSky sky;
   sky.scale = Rgb(2.0f);
   sky.rotation = 90;
@@ -115,11 +128,44 @@ background = false
   want.options.seed = 99;
   want.options.tracker = Tracker::delta_global;
   want.options.transmittance = Transmittance::analog;
+  want.options.micro_bounds = MicroBoundsUse::cells_1;
   want.options.interpolation = Interpolation::nearest;
+  want.options.shells = ShellUse::off;
   want.options.depth = 5;
   want.options.max_bounces = 8;
   want.options.background = false;
   EXPECT_EQ(file.scene, want);
+}
+
+TEST_F(SceneText, SeveralVolumesHaveMediaOfTheirOwn) {
+  const SceneFile file = read(R"([[volume]]
+file = "clouds/a.vdb"
+grid = "smoke"
+[[volume]]
+file = "b.pvol"
+[volume.medium]
+extinction = 3
+albedo = 0.5
+[[volume]]
+file = "/c.pvol"
+[medium]
+g = 0.25
+)");
+  EXPECT_EQ(file.volume, folder_ / "clouds/a.vdb");
+  EXPECT_EQ(file.scene.medium.g, 0.25);
+  ASSERT_EQ(file.others.size(), 2u);
+  EXPECT_EQ(file.others[0].file, folder_ / "b.pvol");
+  EXPECT_TRUE(file.others[0].has_extinction);
+  EXPECT_EQ(file.others[0].medium.extinction, 3);
+  EXPECT_EQ(file.others[0].medium.albedo, Rgb(0.5f));
+  EXPECT_EQ(file.others[1].file, "/c.pvol");
+  EXPECT_EQ(file.others[1].medium, Medium{});
+}
+
+TEST_F(SceneText, SharesOfComponentsSumUpToAtMostOne) {
+  const std::string component = "[[medium.component]]\nshare = 0.6\n";
+  EXPECT_EQ(read(kCloud + component).scene.medium.others.size(), 1u);
+  EXPECT_THROW((void)read(kCloud + component + component), Error);
 }
 
 TEST_F(SceneText, WhatIsAbsentHasItsDefault) {
@@ -265,8 +311,9 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
       {"[render]\nseed = -1\n",
        "s.toml:4:8: render.seed is -1; expected a whole number in 0..9223"},
       {"[render]\ntracker = \"deltta\"\n",
-       "s.toml:4:11: render.tracker is \"deltta\"; expected \"delta-global\", \"delta\" or "
-       "\"decomposition\"; did you mean \"delta\"?"},
+       "s.toml:4:11: render.tracker is \"deltta\"; expected \"delta-global\", \"delta\", "
+       "\"decomposition\", \"weighted-delta\", \"weighted-decomposition\" or \"regular\"; "
+       "did you mean \"delta\"?"},
       {"[render]\ndepth = 17\n",
        "s.toml:4:9: render.depth is 17; expected a whole number in 0..16 or \"auto\""},
       {"[render]\ndepth = \"deep\"\n",
@@ -285,10 +332,12 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
 TEST_F(SceneText, BadFrameworkIsRefused) {
   EXPECT_EQ(error(""), "s.toml: there is no [volume]; add it");
   EXPECT_EQ(error("[volume]\n"), "s.toml:1:1: [volume] has no file; expected the name of a file");
-  EXPECT_EQ(error("volume = 3\n"), "s.toml:1:10: volume is 3; expected a table [volume]");
+  EXPECT_EQ(error("volume = 3\n"),
+            "s.toml:1:10: volume is 3; expected a table [volume] or tables [[volume]]");
   EXPECT_EQ(error(kCloud + "[render]\n[[render.sun]]\n"),
             "s.toml:4:10: unknown key \"sun\" in [render]; expected one of size, crop, spp, seed, "
-            "tracker, transmittance, interpolation, depth, max_bounces or background");
+            "tracker, transmittance, micro_bounds, interpolation, shells, depth, max_bounces or "
+            "background");
   EXPECT_EQ(error("sun = [1]\n" + kCloud), "s.toml:1:8: sun[1] is 1; expected a table");
   EXPECT_NE(error("[recipe]\n").find("s.toml: is a recipe"), std::string::npos);
   EXPECT_NE(error("volume.fil = 3\n").find("s.toml:1:8: unknown key \"fil\" in [volume]"),
@@ -422,13 +471,35 @@ struct RandomScene {
     o.crop_width = whole(0, o.width - o.crop_x), o.crop_height = whole(0, o.height - o.crop_y);
     o.samples = std::uint32_t(bits() >> 32) | 1u;
     o.seed = bits() >> 1;
-    o.tracker = Tracker(whole(0, 2));
-    o.transmittance = Transmittance(whole(0, 1));
+    o.tracker = Tracker(whole(0, 5));
+    o.transmittance = Transmittance(whole(0, 4));
+    o.micro_bounds = MicroBoundsUse(whole(0, 3));
     o.interpolation = Interpolation(whole(0, 1));
+    o.shells = ShellUse(whole(0, 2));
     if (coin()) o.depth = whole(0, 16);
     if (coin()) o.max_bounces = std::uint32_t(bits() >> 32);
     o.background = coin();
     return o;
+  }
+
+  template <class Matter>
+  void fill(Matter& matter) {
+    matter.albedo = Rgb(Vec3d{uniform(0, 1), uniform(0, 1), double(whole(0, 1))});
+    matter.g = uniform(-0.9999, 0.9999);
+    matter.emission = coin() ? Rgb(0.0f) : radiance();
+  }
+
+  Medium medium() {
+    Medium m;
+    fill(m);
+    m.object_to_world = {
+        {Vec3d{1, uniform(0, 1), 0}, Vec3d{0, 1, uniform(0, 1)}, Vec3d{uniform(0, 1), 0, 1}},
+        point()};
+    for (int n = whole(0, 2); n > 0; --n) {
+      m.others.push_back({uniform(0, 0.5), {}, 0, {}});
+      fill(m.others.back());
+    }
+    return m;
   }
 
   SceneFile operator()() {
@@ -438,12 +509,12 @@ struct RandomScene {
     file.has_camera = coin();
     if (file.has_camera) file.scene.camera = camera();
     file.has_extinction = coin();
+    file.scene.medium = medium();
     if (file.has_extinction) file.scene.medium.extinction = magnitude();
-    file.scene.medium.albedo = Rgb(Vec3d{uniform(0, 1), uniform(0, 1), double(whole(0, 1))});
-    file.scene.medium.g = uniform(-0.9999, 0.9999);
-    file.scene.medium.object_to_world = {
-        {Vec3d{1, uniform(0, 1), 0}, Vec3d{0, 1, uniform(0, 1)}, Vec3d{uniform(0, 1), 0, 1}},
-        point()};
+    for (int n = whole(0, 2); n > 0; --n) {
+      file.others.push_back({"/other.vdb", coin() ? "heat" : "", medium(), coin()});
+      if (file.others.back().has_extinction) file.others.back().medium.extinction = magnitude();
+    }
     file.scene.environment = environment();
     if (std::holds_alternative<ImageSky>(file.scene.environment)) file.sky = "/sky.exr";
     for (int n = whole(0, 3); n > 0; --n) {
@@ -472,15 +543,16 @@ TEST_F(SceneText, WrittenScenesReadBackEqual) {
 }
 
 TEST(SceneNames, ComeBackFromTheirText) {
-  for (const Tracker t : {Tracker::delta_global, Tracker::delta, Tracker::decomposition}) {
-    EXPECT_EQ(parse_tracker(name(t)), t);
+  for (int i = 0; i < 6; ++i) EXPECT_EQ(parse_tracker(name(Tracker(i))), Tracker(i));
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_EQ(parse_transmittance(name(Transmittance(i))), Transmittance(i));
   }
-  for (const Transmittance t : {Transmittance::ratio, Transmittance::analog}) {
-    EXPECT_EQ(parse_transmittance(name(t)), t);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_EQ(parse_micro_bounds(name(MicroBoundsUse(i))), MicroBoundsUse(i));
   }
-  for (const Interpolation i : {Interpolation::nearest, Interpolation::trilinear}) {
-    EXPECT_EQ(parse_interpolation(name(i)), i);
-  }
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(parse_shell_use(name(ShellUse(i))), ShellUse(i));
+  for (int i = 0; i < 2; ++i)
+    EXPECT_EQ(parse_interpolation(name(Interpolation(i))), Interpolation(i));
   EXPECT_STREQ(name(Tracker::delta_global), "delta-global");
   try {
     (void)parse_tracker("woodcock");
@@ -488,7 +560,7 @@ TEST(SceneNames, ComeBackFromTheirText) {
   } catch (const Error& e) {
     EXPECT_STREQ(e.what(),
                  "tracker \"woodcock\" is unknown; expected one of delta-global, delta, "
-                 "decomposition");
+                 "decomposition, weighted-delta, weighted-decomposition, regular");
   }
 }
 

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 #include <optional>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "cli.h"
 #include "json.h"
@@ -29,6 +31,37 @@ inline void add_common(CLI::App& app, const std::string& examples) {
 
 inline void add_quiet(CLI::App& app, Common& common) {
   app.add_flag("--quiet", common.quiet, "No report and no progress; warnings and errors stay");
+}
+
+/// "a or b or c".
+[[nodiscard]] inline std::string alternatives(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& w : words) text += (text.empty() ? "" : " or ") + w;
+  return text;
+}
+
+/// Accepts one of the words.
+[[nodiscard]] inline CLI::Validator one_of(const std::vector<std::string>& words) {
+  return CLI::Validator(
+      [words](const std::string& text) -> std::string {
+        if (std::find(words.begin(), words.end(), text) != words.end()) return {};
+        return "found '" + text + "', expected " + alternatives(words);
+      },
+      "");
+}
+
+/// Accepts one of the words, or a whole number from 0 to `largest`.
+[[nodiscard]] inline CLI::Validator word_or_number(const std::vector<std::string>& words,
+                                                   std::uint32_t largest) {
+  return CLI::Validator(
+      [words, largest](const std::string& text) -> std::string {
+        std::uint32_t value = 0;
+        if (std::find(words.begin(), words.end(), text) != words.end()) return {};
+        if (CLI::detail::lexical_cast(text, value) && value <= largest) return {};
+        return "found '" + text + "', expected " + alternatives(words) +
+               " or a whole number up to " + std::to_string(largest);
+      },
+      "");
 }
 
 /// Breaks the descriptions of all options into lines of 100 columns.

@@ -5,6 +5,7 @@
 #include "pvol/bounds/bound_grids.h"
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
+#include "shell_export.h"
 
 namespace {
 
@@ -13,12 +14,16 @@ using namespace pvol;
 constexpr const char* kExamples = R"(The endings of the names say what is converted:
   .toml (a recipe), .nvdb or .pvol to .vdb; .vdb to .vdb keeps the one grid that pvol would render,
   with the values it would use: non-finite and negative ones are 0. pvol-fit makes .pvol files.
+  .pvol to .ply or .obj: the surface of its shell, in world space; to .png: slices through the cloud
+  (grey) and its shell (blue).
 
 Examples:
   pvol-convert samples/cumulus.toml cumulus.vdb
       a procedural cloud for other renderers
   pvol-convert cloud.pvol cloud.vdb --bounds
       the density with its majorants and minorants, for any VDB viewer
+  pvol-convert cloud.pvol shell.ply --resolution 256
+      the bounding shell as triangles
 
 Exit status: 0 success, 1 failure, 2 wrong usage.)";
 
@@ -27,6 +32,7 @@ struct Options {
   std::filesystem::path input, output;
   formats::GridOptions grid;
   bool bounds = false;
+  int resolution = 128;
   bool json = false;
 };
 
@@ -37,10 +43,16 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   app.add_option("INPUT", o.input, "The cloud: .toml (a recipe), .nvdb, .pvol or .vdb")
       ->type_name("")
       ->required();
-  app.add_option("OUTPUT", o.output, "The .vdb file to write")->type_name("")->required();
+  app.add_option("OUTPUT", o.output, "The file to write: .vdb, or a shell's .ply, .obj or .png")
+      ->type_name("")
+      ->required();
   app.add_flag("--bounds", o.bounds,
                "Add the grids majorant and minorant: bounds on the density over cubes of 8^3 "
                "voxels, one voxel at the centre of each cube");
+  app.add_option("--resolution", o.resolution,
+                 "Steps of a shell's triangles along its longest side, 8 to 1024 [128]")
+      ->type_name("N")
+      ->check(CLI::Range(8, 1024).description(""));
   app.add_option("--grid", o.grid.grid,
                  "Grid of a .vdb or .nvdb file [density, else the only float grid]")
       ->type_name("NAME");
@@ -49,16 +61,22 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   return cli::parse(app, argc, argv);
 }
 
+/// Whether the output shows a shell, by its ending.
+bool shows_shell(const Options& o) {
+  const std::string to = formats::ending(o.output);
+  return to == ".ply" || to == ".obj" || to == ".png";
+}
+
 void check_pair(const Options& o) {
   const std::string from = formats::ending(o.input), to = formats::ending(o.output);
   const bool readable = from == ".toml" || from == ".nvdb" || from == ".pvol" || from == ".vdb";
-  if (!readable || to != ".vdb") {
+  if (!(readable && to == ".vdb") && !(from == ".pvol" && shows_shell(o))) {
     throw cli::UsageError(o.input.string() + ": there is no conversion from '" + from + "' to '" +
                           to +
-                          "'; there are: .toml (a recipe), .nvdb, .pvol and .vdb to .vdb. "
-                          "pvol-fit makes .pvol files.");
+                          "'; there are: .toml (a recipe), .nvdb, .pvol and .vdb to .vdb, and "
+                          ".pvol to .ply, .obj and .png. pvol-fit makes .pvol files.");
   }
-  cli::check_output(o.output, {".vdb"});
+  cli::check_output(o.output, {".vdb", ".ply", ".obj", ".png"});
   if (cli::same_file(o.input, o.output)) {
     throw cli::UsageError("input and output are the same file, " + o.input.string() +
                           "; choose another name for the output");
@@ -71,6 +89,7 @@ void report(const Options& o, const formats::GridReport& r,
     cli::Json j;
     j["input"] = o.input.string();
     j["output"] = o.output.string();
+    j["grids"] = cli::Json::array();
     for (const VoxelGrid* g : grids) j["grids"].push_back(g->name);
     j["active_voxels"] = r.active;
     j["bytes"] = std::filesystem::file_size(o.output);
@@ -78,14 +97,30 @@ void report(const Options& o, const formats::GridReport& r,
     std::cout << cli::to_text(j);
   } else if (!o.common.quiet) {
     std::cout << "wrote " << o.output.string() << ", "
-              << cli::readable_bytes(std::filesystem::file_size(o.output)) << ':';
+              << cli::readable_bytes(std::filesystem::file_size(o.output))
+              << (grids.empty() ? "" : ":");
     for (const VoxelGrid* g : grids) std::cout << ' ' << g->name;
     std::cout << '\n';
   }
 }
 
+int convert_shell(const Options& o) {
+  const formats::Cloud cloud = formats::load_cloud(o.input, o.grid);
+  if (!cloud.shell) {
+    throw Error(o.input.string() + ": holds no shell; make one with pvol-fit --shells auto");
+  }
+  if (formats::ending(o.output) == ".png") {
+    cli::write_shell_slices(o.output, *cloud.shell, make_support(cloud.grid, cloud.pyramid));
+  } else {
+    cli::write_shell_mesh(o.output, *cloud.shell, cloud.grid.index_to_world, o.resolution);
+  }
+  report(o, cloud.report, {});
+  return cli::kSuccess;
+}
+
 int run(const Options& o) {
   check_pair(o);
+  if (shows_shell(o)) return convert_shell(o);
   // Bounds only where they are asked for: building them may refuse what can be converted.
   formats::Cloud cloud;
   BoundGrids bounds;

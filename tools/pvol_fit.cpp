@@ -6,6 +6,9 @@
 #include "cli_app.h"
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
+#include "pvol/shell/fit_shell.h"
+#include "shell_checks.h"
+#include "shell_report.h"
 
 namespace {
 
@@ -16,6 +19,8 @@ constexpr const char* kExamples = R"(Examples:
       the grid named density, with a copy of it in the file
   pvol-fit explosion.vdb --grid temperature --density reference --json -o explosion.pvol
       another grid, small file: rendering will read explosion.vdb again; report as JSON
+  pvol-fit cloud.vdb --shells 16 --check -o cloud.pvol
+      with a bounding shell of 16 perturbations, proven to hold the cloud and checked again by CGAL
 
 The report on stdout tells the grid, its size, the bounds, and the bytes and seconds they took.
 Exit status: 0 success, 1 failure, 2 wrong usage.)";
@@ -25,6 +30,9 @@ struct Options {
   std::filesystem::path input, output;
   formats::GridOptions grid;
   std::string density = "fp32";
+  std::string shells = "none", shell_kind = "hard";
+  int shell_effort = 1;
+  bool check = false;
   bool json = false;
   int threads = 0;
 };
@@ -48,6 +56,26 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
                  "hash, a hundredth of its bytes, and needs it to render [fp32]")
       ->type_name("fp32|reference")
       ->check(CLI::IsMember({"fp32", "reference"}).description(""));
+  app.add_option(
+         "--shells", o.shells,
+         "Fit a bounding shell of that many perturbations, 0 to 64 (soft: 32), or of as many "
+         "as should pay for themselves; takes 1 to 30 seconds and about 800 bytes [none]")
+      ->type_name("K|auto|none")
+      ->check(cli::word_or_number({"auto", "none"}, kMaxPerturbations));
+  app.add_option(
+         "--shell-kind", o.shell_kind,
+         "hard: an ellipsoid with quadrics cut away, fast for rays. soft: a smooth surface, "
+         "tests take five times as long [hard]")
+      ->type_name("hard|soft")
+      ->check(CLI::IsMember({"hard", "soft"}).description(""));
+  app.add_option("--shell-effort", o.shell_effort,
+                 "Factor on the work of fitting a shell, 1 to 10 [1]")
+      ->type_name("N")
+      ->check(CLI::Range(1, 10).description(""));
+  app.add_flag(
+      "--check", o.check,
+      "Check the shell with CGAL in exact arithmetic, independently of its certificate, and "
+      "report distances; a shell that fails is not written");
   app.add_flag("--strict", o.grid.strict,
                "Refuse an input that draws a warning: non-finite or negative densities, say");
   app.add_flag("--json", o.json, "The report as JSON");
@@ -62,7 +90,8 @@ struct Fit {
   formats::PvolFile file;
   formats::PvolSizes bytes;
   std::uint64_t source_bytes = 0;
-  double read_seconds = 0, bounds_seconds = 0, write_seconds = 0;
+  double read_seconds = 0, bounds_seconds = 0, shell_seconds = 0, write_seconds = 0;
+  std::string check;  ///< what CGAL's check found
 };
 
 formats::Metadata describe_source(const Options& o, const formats::LoadedGrid& loaded) {
@@ -73,9 +102,24 @@ formats::Metadata describe_source(const Options& o, const formats::LoadedGrid& l
   const std::filesystem::path folder = std::filesystem::absolute(o.output).parent_path();
   m.source = {std::filesystem::proximate(std::filesystem::absolute(o.input), folder).string(),
               loaded.report.grid, hash.bytes, hash.hash};
-  m.options = {{"density", o.density}};
+  m.options = {{"density", o.density}, {"shells", o.shells}};
   m.written_by = "pvol-fit " PVOL_VERSION;
   return m;
+}
+
+void add_shell(const Options& o, Fit& f) {
+  const Support support = make_support(f.loaded.grid, f.file.pyramid);
+  ShellOptions options;
+  options.kind = o.shell_kind == "soft" ? ShellKind::soft : ShellKind::hard;
+  if (o.shells != "auto") options.perturbations = std::stoi(o.shells);
+  options.effort = o.shell_effort;
+  cli::ProgressBar bar("fitting the shell", "steps", o.common.quiet);
+  f.file.shell = cli::naming(o.input, [&] {
+    return fit_shell(support, options,
+                     [&](std::uint64_t done, std::uint64_t total) { bar.show(done, total); });
+  });
+  if (o.check)
+    f.check = cli::naming(o.input, [&] { return cli::check_shell(*f.file.shell, support); });
 }
 
 Fit fit(const Options& o) {
@@ -85,6 +129,10 @@ Fit fit(const Options& o) {
   f.read_seconds = watch.lap();
   f.file.pyramid = formats::build_bounds(f.loaded.grid, o.input);
   f.bounds_seconds = watch.lap();
+  if (o.shells != "none" && !f.file.pyramid.empty()) {
+    add_shell(o, f);
+    f.shell_seconds = watch.lap();
+  }
   f.file.metadata = describe_source(o, f.loaded);
   f.source_bytes = f.file.metadata.source.bytes;
   if (o.density == "fp32") f.file.density = f.loaded.grid;
@@ -119,14 +167,16 @@ void report_text(const Options& o, const Fit& f) {
             << " world units\n"
             << "bounds  " << readable_count(leaves) << " leaves of 8^3 voxels, "
             << readable_count(count_nodes(p)) << " nodes, octree depth "
-            << (p.empty() ? 0 : p.levels.size() - 1) << '\n'
-            << "bytes   " << readable_bytes(f.bytes.total) << ": bounds "
-            << readable_bytes(f.bytes.bounds) << ", density " << readable_bytes(f.bytes.density)
-            << ", header and metadata " << readable_bytes(f.bytes.header + f.bytes.metadata)
-            << "; the source has " << readable_bytes(f.source_bytes) << '\n'
+            << (p.empty() ? 0 : p.levels.size() - 1) << '\n';
+  if (f.file.shell) print_shell(std::cout, *f.file.shell, f.bytes.shell, "shell   ");
+  std::cout << f.check << "bytes   " << readable_bytes(f.bytes.total) << ": bounds "
+            << readable_bytes(f.bytes.bounds) << ", shell " << readable_bytes(f.bytes.shell)
+            << ", density " << readable_bytes(f.bytes.density) << ", header and metadata "
+            << readable_bytes(f.bytes.header + f.bytes.metadata) << "; the source has "
+            << readable_bytes(f.source_bytes) << '\n'
             << "time    read " << readable_seconds(f.read_seconds) << ", bounds "
-            << readable_seconds(f.bounds_seconds) << ", write " << readable_seconds(f.write_seconds)
-            << '\n'
+            << readable_seconds(f.bounds_seconds) << ", shell " << readable_seconds(f.shell_seconds)
+            << ", write " << readable_seconds(f.write_seconds) << '\n'
             << "wrote   " << o.output.string() << '\n';
 }
 
@@ -149,11 +199,15 @@ void report_json(const Options& o, const Fit& f) {
   j["bounds"] = {{"leaves", p.empty() ? 0 : p.levels[0].size()},
                  {"nodes", count_nodes(p)},
                  {"depth", p.empty() ? 0 : p.levels.size() - 1}};
-  j["bytes"] = {{"header", f.bytes.header}, {"metadata", f.bytes.metadata},
-                {"bounds", f.bytes.bounds}, {"density", f.bytes.density},
-                {"total", f.bytes.total},   {"source", f.source_bytes}};
-  j["seconds"] = {
-      {"read", f.read_seconds}, {"bounds", f.bounds_seconds}, {"write", f.write_seconds}};
+  if (f.file.shell) j["shell"] = cli::to_json(*f.file.shell, f.bytes.shell);
+  j["bytes"] = {{"header", f.bytes.header},   {"metadata", f.bytes.metadata},
+                {"bounds", f.bytes.bounds},   {"shell", f.bytes.shell},
+                {"density", f.bytes.density}, {"total", f.bytes.total},
+                {"source", f.source_bytes}};
+  j["seconds"] = {{"read", f.read_seconds},
+                  {"bounds", f.bounds_seconds},
+                  {"shell", f.shell_seconds},
+                  {"write", f.write_seconds}};
   j["warnings"] = r.warnings;
   std::cout << cli::to_text(j);
 }
@@ -166,6 +220,9 @@ int run(const Options& o) {
   }
   if (kind == ".toml" && o.density == "reference") {
     throw cli::UsageError("a recipe is always embedded; leave --density reference out");
+  }
+  if (o.check && o.shells == "none") {
+    throw cli::UsageError("--check checks the shell that --shells asks for; add --shells auto");
   }
   cli::check_output(o.output, {".pvol"});
   std::optional<tbb::global_control> limit;

@@ -40,7 +40,9 @@ void apply(const Options& o, formats::SceneFile& file) {
   if (o.seed) r.seed = *o.seed;
   if (o.tracker) r.tracker = formats::parse_tracker(*o.tracker);
   if (o.transmittance) r.transmittance = formats::parse_transmittance(*o.transmittance);
+  if (o.micro_bounds) r.micro_bounds = formats::parse_micro_bounds(*o.micro_bounds);
   if (o.interpolation) r.interpolation = formats::parse_interpolation(*o.interpolation);
+  if (o.shells) r.shells = formats::parse_shell_use(*o.shells);
   if (o.background) r.background = *o.background == "on";
   if (o.depth) {
     r.depth = *o.depth == "auto" ? std::nullopt : std::optional<int>(std::stoi(*o.depth));
@@ -83,43 +85,85 @@ double choose_extinction(const formats::Cloud& cloud, Medium medium) {
   return std::min(std::stod(digits), kLargest);
 }
 
+/// Loads a volume and makes it ready for its medium, choosing an extinction where there is none.
+formats::Cloud load_volume(const Options& o, const std::filesystem::path& file,
+                           const std::string& grid, Medium& medium, bool& has_extinction) {
+  formats::Cloud cloud = formats::load_cloud(file, {grid, o.grid.strict});
+  cli::print_warnings(kTool, cloud.report.warnings);
+  if (!has_extinction) {
+    medium.extinction = choose_extinction(cloud, medium);
+    has_extinction = true;
+    if (!o.common.quiet) {
+      std::cerr << kTool << ": no extinction given; chose " << cli::readable(medium.extinction)
+                << " per world unit (change it with --set medium.extinction=X)\n";
+    }
+  }
+  return cloud;
+}
+
+/// The camera that shows all volumes.
+Camera frame_all(const RenderJob& job) {
+  Box all;
+  for (const Volume& v : job.volumes) {
+    if (!v.world_box.empty()) all = extend(extend(all, v.world_box.lo), v.world_box.hi);
+  }
+  const RenderOptions& r = job.file.scene.options;
+  return frame(all, double(r.width) / r.height);
+}
+
 RenderJob prepare(const Options& o) {
   RenderJob job;
   job.input = o.input;
   job.sets = o.sets;
   job.file = read_scene(o);
   Scene& scene = job.file.scene;
-  const formats::Cloud cloud = formats::load_cloud(job.file.volume, {job.file.grid, o.grid.strict});
-  cli::print_warnings(kTool, cloud.report.warnings);
-  if (!job.file.has_extinction) {
-    scene.medium.extinction = choose_extinction(cloud, scene.medium);
-    job.file.has_extinction = true;
-    if (!o.common.quiet) {
-      std::cerr << kTool << ": no extinction given; chose "
-                << cli::readable(scene.medium.extinction)
-                << " per world unit (change it with --set medium.extinction=X)\n";
-    }
-  }
-  job.volume =
-      cli::naming(job.file.volume, [&] { return make_volume(cloud.grid, cloud.pyramid, scene); });
-  job.facts = describe(job.volume, cloud.grid, scene.medium);
+  std::vector<std::optional<Shell>> shells;
+  const auto add = [&](const std::filesystem::path& file, const std::string& grid, Medium& medium,
+                       bool& has_extinction) {
+    formats::Cloud cloud = load_volume(o, file, grid, medium, has_extinction);
+    Scene own;
+    own.medium = medium;
+    own.options = scene.options;
+    job.volumes.push_back(
+        cli::naming(file, [&] { return make_volume(cloud.grid, cloud.pyramid, own); }));
+    job.reports.push_back({file, describe(job.volumes.back(), cloud.grid, medium), std::nullopt});
+    shells.push_back(std::move(cloud.shell));
+  };
+  add(job.file.volume, job.file.grid, scene.medium, job.file.has_extinction);
+  for (formats::FurtherVolume& v : job.file.others) add(v.file, v.grid, v.medium, v.has_extinction);
   if (!job.file.has_camera) {
-    const RenderOptions& r = scene.options;
-    scene.camera = frame(job.volume.world_box, double(r.width) / r.height);
+    scene.camera = frame_all(job);
     job.file.has_camera = true;
+  }
+  for (std::size_t i = 0; i < shells.size(); ++i) {
+    if (shells[i]) job.reports[i].shell = choose_shell(job.volumes[i], *shells[i], scene);
+  }
+  if (scene.options.transmittance == Transmittance::automatic) {
+    job.transmittance = choose_transmittance(job.volumes);
+    scene.options.transmittance = job.transmittance->estimator;
   }
   return job;
 }
 
-void print_facts(const RenderJob& job) {
+void print_shell_choice(const ShellChoice& choice, ShellUse use) {
   using cli::readable;
-  const VolumeFacts& f = job.facts;
-  std::cerr << kTool << ": " << job.file.volume.string() << ": ";
-  if (job.volume.world_box.empty()) {
+  const ShellEstimate& e = choice.estimate;
+  std::cerr << "  shell " << (choice.kept ? "used" : "left out") << " (--shells "
+            << formats::name(use) << "): it would reject "
+            << readable(e.boxed > 0 ? 100.0 * e.rejected / e.boxed : 0)
+            << " % of the camera rays in the box; a test costs about " << readable(e.spent)
+            << " ns and saves " << readable(e.saved) << " ns\n";
+}
+
+void print_facts(const Volume& volume, const cli::VolumeReport& report, ShellUse shells) {
+  using cli::readable;
+  const VolumeFacts& f = report.facts;
+  std::cerr << kTool << ": " << report.file.string() << ": ";
+  if (volume.world_box.empty()) {
     std::cerr << "the density is 0 everywhere\n";
     return;
   }
-  const Vec3d size = job.volume.world_box.extent();
+  const Vec3d size = volume.world_box.extent();
   std::cerr << readable(size.x) << " x " << readable(size.y) << " x " << readable(size.z)
             << " world units\n"
             << "  largest extinction " << readable(f.largest_extinction)
@@ -127,18 +171,37 @@ void print_facts(const RenderJob& job) {
             << " world units\n"
             << "  mean optical thickness along the axes " << readable(f.mean_optical_thickness[0])
             << ", " << readable(f.mean_optical_thickness[1]) << ", "
-            << readable(f.mean_optical_thickness[2]) << "; octree depth " << f.depth << '\n';
+            << readable(f.mean_optical_thickness[2]) << "; octree depth " << f.depth
+            << "; micro-bounds "
+            << (volume.micro.edge == 0   ? "none"
+                : volume.micro.edge == 1 ? "of single voxels"
+                                         : "of 2^3 voxels")
+            << '\n';
+  if (report.shell) print_shell_choice(*report.shell, shells);
+}
+
+void print_facts(const RenderJob& job) {
+  for (std::size_t i = 0; i < job.volumes.size(); ++i) {
+    print_facts(job.volumes[i], job.reports[i], job.file.scene.options.shells);
+  }
+  if (!job.transmittance) return;
+  std::cerr << "  shadow rays " << formats::name(job.transmittance->estimator)
+            << ": optical thickness about " << cli::readable(job.transmittance->thickness)
+            << " on average, " << cli::readable(100 * job.transmittance->control_share)
+            << " % of the majorants are minorants\n";
 }
 
 /// Refuses what would not end in reasonable time: paths that scatter for ever, nearly, in a thick
 /// cloud of albedo 1, and null collisions in empty space under an enormous majorant.
-void refuse_endless_work(const RenderJob& job) {
+void refuse_endless_work(const RenderJob& job, std::size_t i) {
   constexpr double kMostEvents = 1e6;
-  const Medium& m = job.file.scene.medium;
-  const double albedo = double(max_component(m.albedo));
-  const double thickness = job.facts.largest_optical_thickness;
+  const cli::VolumeReport& report = job.reports[i];
+  const Medium& m = job.volumes[i].medium;
+  double albedo = double(max_component(m.albedo));
+  for (const Component& c : m.others) albedo = std::max(albedo, double(max_component(c.albedo)));
+  const double thickness = report.facts.largest_optical_thickness;
   const double scatterings = estimate_scatterings(thickness, albedo);
-  const std::string where = job.file.volume.string() + ": ";
+  const std::string where = report.file.string() + ": ";
   const std::string limit = ", expected at most " + cli::readable(kMostEvents) + ". ";
   if (scatterings > kMostEvents && !job.file.scene.options.max_bounces) {
     throw Error(
@@ -147,8 +210,8 @@ void refuse_endless_work(const RenderJob& job) {
         cli::readable(albedo) + ")" + limit +
         "Lower medium.extinction, limit paths with --max-bounces N, or insist with --force.");
   }
-  if (job.facts.null_collisions > kMostEvents) {
-    throw Error(where + "a ray would meet about " + cli::readable(job.facts.null_collisions) +
+  if (report.facts.null_collisions > kMostEvents) {
+    throw Error(where + "a ray would meet about " + cli::readable(report.facts.null_collisions) +
                 " null collisions in one segment" + limit +
                 "Lower medium.extinction, leave --depth at auto and --tracker at decomposition, or "
                 "insist with --force.");
@@ -170,7 +233,7 @@ TimedRender render_timed(const Options& o, const RenderJob& job) {
   cli::catch_interrupt();
   cli::Stopwatch watch;
   const double before = cpu_seconds();
-  t.result = render(job.volume, job.file.scene, [&](std::uint64_t done, std::uint64_t total) {
+  t.result = render(job.volumes, job.file.scene, [&](std::uint64_t done, std::uint64_t total) {
     bar.show(done, total);
     return !cli::interrupted();
   });
@@ -244,7 +307,7 @@ int run(const Options& o) {
     return cli::kSuccess;
   }
   if (!o.common.quiet) print_facts(job);
-  if (!o.force) refuse_endless_work(job);
+  for (std::size_t i = 0; i < job.volumes.size() && !o.force; ++i) refuse_endless_work(job, i);
 
   const TimedRender t = render_timed(o, job);
   if (t.samples == 0) throw Error("interrupted before the first sample; nothing is saved");

@@ -1,11 +1,6 @@
-// pvol-stats: measured facts about a cloud. The verb `bounds` tells how tight its bounds are.
-#include <iostream>
-
+// pvol-stats: measured facts about a cloud.
 #include "cli_app.h"
-#include "pvol/bounds/statistics.h"
-#include "pvol/error.h"
-#include "pvol/formats/cloud.h"
-#include "pvol/render/volume.h"
+#include "stats.h"
 
 namespace {
 
@@ -16,6 +11,8 @@ constexpr const char* kExamples = R"(Examples:
       nodes, tightness and classes of space, depth by depth, and bytes by part
   pvol-stats bounds cloud.vdb --extinction 0.5 --json
       the same as JSON, and what the renderer would choose at 0.5 per world unit
+  pvol-stats shells cloud.pvol --verify
+      how tight the shell is; proves again that it holds the cloud
 
 Exit status: 0 success, 1 failure, 2 wrong usage.)";
 
@@ -32,218 +29,59 @@ constexpr const char* kBoundsHelp = R"(What the figures mean:
   thick cloud seen from outside, paths stay at the rim and the figures of a render are higher: see
   pvol-render --stats.)";
 
+constexpr const char* kShellsHelp = R"(What the figures mean:
+  Volume: of the shell over that of all voxels in which the interpolated density can be above 0.
+  Rays: of all straight lines, even in direction and place, those that meet the shell over those that
+  meet such a voxel; the excess are rays that a renderer follows for nothing.
+  Slack: how far inside the shell the cloud lies, in units of the shell's own function; any certified
+  bound above the rounding errors of ray tests proves that no ray through the cloud is lost.)";
+
 struct Options {
-  std::filesystem::path input;
-  formats::GridOptions grid;
-  std::optional<double> extinction;
-  bool json = false;
+  cli::BoundsOptions bounds;
+  cli::ShellsOptions shells;
+  bool is_shells = false;
 };
 
-std::optional<int> read_command_line(int argc, char** argv, Options& o) {
-  CLI::App app{"Measures clouds and their bounds.", "pvol-stats"};
-  cli::add_common(app, kExamples);
-  app.require_subcommand(1);
-  CLI::App* bounds = app.add_subcommand("bounds", "How tight the bounds of a cloud are");
-  cli::add_common(*bounds, std::string(kBoundsHelp) + "\n\n" + kExamples);
-  bounds->add_option("FILE", o.input, "The cloud: .pvol, .vdb, .nvdb, or a recipe (.toml)")
+void add_bounds(CLI::App& app, cli::BoundsOptions& o) {
+  CLI::App* verb = app.add_subcommand("bounds", "How tight the bounds of a cloud are");
+  cli::add_common(*verb, std::string(kBoundsHelp) + "\n\n" + kExamples);
+  verb->add_option("FILE", o.input, "The cloud: .pvol, .vdb, .nvdb, or a recipe (.toml)")
       ->type_name("")
       ->required();
-  bounds
-      ->add_option("--extinction", o.extinction,
+  verb->add_option("--extinction", o.extinction,
                    "Extinction per world unit and unit of density: adds free path, optical "
                    "thickness, and the cut that the renderer's cost model chooses")
       ->type_name("X")
       ->check(CLI::PositiveNumber.description(""));
-  bounds
-      ->add_option("--grid", o.grid.grid,
+  verb->add_option("--grid", o.grid.grid,
                    "Grid of a .vdb or .nvdb file [density, else the only float grid]")
       ->type_name("NAME");
-  bounds->add_flag("--strict", o.grid.strict, "Refuse an input that draws a warning");
-  bounds->add_flag("--json", o.json, "The report as JSON");
+  verb->add_flag("--strict", o.grid.strict, "Refuse an input that draws a warning");
+  verb->add_flag("--json", o.json, "The report as JSON");
+}
+
+void add_shells(CLI::App& app, Options& o) {
+  CLI::App* verb = app.add_subcommand("shells", "How tight a cloud's shell is, and that it holds");
+  cli::add_common(*verb, std::string(kShellsHelp) + "\n\n" + kExamples);
+  verb->add_option("FILE", o.shells.input, "The cloud: a .pvol file with a shell")
+      ->type_name("")
+      ->required();
+  verb->add_flag("--verify", o.shells.verify,
+                 "Prove again, from the density, that the shell holds every occupied voxel, and "
+                 "measure it again; a shell that does not is an error");
+  verb->add_flag("--check", o.shells.check,
+                 "Check the shell with CGAL in exact arithmetic, and report distances");
+  verb->add_flag("--json", o.shells.json, "The report as JSON");
+  verb->callback([&o] { o.is_shells = true; });
+}
+
+std::optional<int> read_command_line(int argc, char** argv, Options& o) {
+  CLI::App app{"Measures clouds, their bounds and their shells.", "pvol-stats"};
+  cli::add_common(app, kExamples);
+  app.require_subcommand(1);
+  add_bounds(app, o.bounds);
+  add_shells(app, o);
   return cli::parse(app, argc, argv);
-}
-
-/// What depends on the extinction.
-struct Cut {
-  VolumeFacts facts;
-  Tightness tightness;
-};
-
-struct Report {
-  formats::Cloud cloud;
-  BoundsStatistics bounds;
-  std::optional<Cut> cut;
-  std::optional<formats::PvolSizes> bytes;  ///< of a .pvol file
-};
-
-Report measure(const Options& o) {
-  Report r;
-  r.cloud = formats::load_cloud(o.input, o.grid);
-  const PyramidContent content = measure_content(r.cloud.grid, r.cloud.pyramid);
-  r.bounds = measure_bounds(r.cloud.pyramid, content);
-  if (o.extinction && !r.cloud.pyramid.empty()) {
-    Scene scene;
-    scene.medium.extinction = *o.extinction;
-    const Volume v =
-        cli::naming(o.input, [&] { return make_volume(r.cloud.grid, r.cloud.pyramid, scene); });
-    r.cut = {describe(v, r.cloud.grid, scene.medium),
-             measure_cut(r.cloud.pyramid, content, v.octree, *o.extinction)};
-  }
-  if (formats::ending(o.input) == ".pvol") r.bytes = formats::measure_pvol(o.input);
-  return r;
-}
-
-// --- text ---------------------------------------------------------------------------------------
-
-std::string column(const std::string& text, std::size_t width) {
-  return std::string(width > text.size() ? width - text.size() : 1, ' ') + text;
-}
-
-void print_row(const std::vector<std::string>& cells) {
-  for (std::size_t i = 0; i < cells.size(); ++i) std::cout << column(cells[i], i == 0 ? 7 : 11);
-  std::cout << '\n';
-}
-
-void print_depths(const BoundsStatistics& s) {
-  using cli::readable;
-  std::cout
-      << "\ndepth by depth; look-ups per collision for a walk that stops there\n"
-      << "                                                                 delta              "
-         " decomposition\n";
-  print_row(
-      {"depth", "edge", "nodes", "leaves", "hi/mean", "lo/mean", "even", "dense", "even", "dense"});
-  for (const DepthStatistics& d : s.depths) {
-    print_row({std::to_string(d.depth), std::to_string(d.edge), std::to_string(d.nodes),
-               std::to_string(d.leaves), readable(d.mean_hi), readable(d.mean_lo),
-               readable(d.tightness.majorant.even), readable(d.tightness.majorant.dense),
-               readable(d.tightness.residual.even), readable(d.tightness.residual.dense)});
-  }
-}
-
-void print_class(const char* name, const ClassStatistics& c, const BoundsStatistics& s) {
-  print_row({name, cli::readable_count(c.leaves),
-             cli::readable(100 * c.volume / s.root_volume) + " %",
-             cli::readable(100 * c.mass / s.mass) + " %"});
-}
-
-void print_lookups(const Report& r) {
-  const BoundsStatistics& s = r.bounds;
-  const auto row = [](const std::string& name, const CollisionCost& c) {
-    std::cout << "  " << name << std::string(name.size() < 44 ? 44 - name.size() : 1, ' ')
-              << column(cli::readable(c.even), 10) << column(cli::readable(c.dense), 10) << '\n';
-  };
-  std::cout << "\nexpected look-ups per collision                     even     dense\n";
-  row("delta, one majorant over the box", s.global_majorant);
-  row("delta, leaves of 8^3", s.depths.back().tightness.majorant);
-  row("decomposition, leaves of 8^3", s.depths.back().tightness.residual);
-  if (!r.cut) return;
-  row("delta, the cut of the cost model", r.cut->tightness.majorant);
-  row("decomposition, the cut of the cost model", r.cut->tightness.residual);
-}
-
-void print_cut(double extinction, const VolumeFacts& f) {
-  using cli::readable;
-  std::cout << "\nat extinction " << readable(extinction) << " per world unit: largest "
-            << readable(f.largest_extinction) << ", shortest free path "
-            << readable(f.shortest_free_path) << " world units\n"
-            << "mean optical thickness along the axes " << readable(f.mean_optical_thickness[0])
-            << ", " << readable(f.mean_optical_thickness[1]) << ", "
-            << readable(f.mean_optical_thickness[2]) << "; largest "
-            << readable(f.largest_optical_thickness) << '\n'
-            << "the walk stops at depth " << f.depth << " or above\n";
-}
-
-void report_text(const Options& o, const Report& r) {
-  const Pyramid& p = r.cloud.pyramid;
-  std::cout << o.input.string() << ": grid " << r.cloud.report.grid;
-  if (p.empty()) {
-    std::cout << ", the density is 0 everywhere\n";
-    return;
-  }
-  const Vec3l cells = p.support_hi - p.support_lo;
-  std::cout << ", " << cells.x << " x " << cells.y << " x " << cells.z
-            << " voxels, largest density " << cli::readable(double(p.scale)) << '\n';
-  print_depths(r.bounds);
-  std::cout << "\nclasses of space in the root's cube\n";
-  print_row({"", "leaves", "volume", "mass"});
-  print_class("empty", r.bounds.empty, r.bounds);
-  print_class("uniform", r.bounds.uniform, r.bounds);
-  print_class("mixed", r.bounds.mixed, r.bounds);
-  print_lookups(r);
-  if (r.cut) print_cut(*o.extinction, r.cut->facts);
-  if (!r.bytes) return;
-  std::cout << "\nbytes: header " << r.bytes->header << ", metadata " << r.bytes->metadata
-            << ", bounds " << r.bytes->bounds << ", density " << r.bytes->density << ", total "
-            << r.bytes->total << '\n';
-}
-
-// --- JSON ---------------------------------------------------------------------------------------
-
-cli::Json to_json(const CollisionCost& c) { return {{"even", c.even}, {"dense", c.dense}}; }
-
-cli::Json to_json(const ClassStatistics& c) {
-  return {{"leaves", c.leaves}, {"volume_voxels", c.volume}, {"mass", c.mass}};
-}
-
-cli::Json to_json(const VolumeFacts& f) {
-  return {{"largest_extinction", f.largest_extinction},
-          {"shortest_free_path", f.shortest_free_path},
-          {"mean_optical_thickness", f.mean_optical_thickness},
-          {"largest_optical_thickness", f.largest_optical_thickness},
-          {"depth", f.depth}};
-}
-
-void report_json(const Options& o, const Report& r) {
-  const BoundsStatistics& s = r.bounds;
-  cli::Json j;
-  j["file"] = o.input.string();
-  j["grid"] = r.cloud.report.grid;
-  j["largest_density"] = r.cloud.pyramid.scale;
-  j["mass"] = s.mass;
-  j["depths"] = cli::Json::array();
-  for (const DepthStatistics& d : s.depths) {
-    j["depths"].push_back({{"depth", d.depth},
-                           {"edge_voxels", d.edge},
-                           {"nodes", d.nodes},
-                           {"leaves", d.leaves},
-                           {"mean_hi_over_mean", d.mean_hi},
-                           {"mean_lo_over_mean", d.mean_lo},
-                           {"majorant_over_mass", to_json(d.tightness.majorant)},
-                           {"residual_over_mass", to_json(d.tightness.residual)}});
-  }
-  j["classes"] = {
-      {"empty", to_json(s.empty)}, {"uniform", to_json(s.uniform)}, {"mixed", to_json(s.mixed)}};
-  j["lookups_per_collision"]["delta_global"] = to_json(s.global_majorant);
-  if (!s.depths.empty()) {
-    j["lookups_per_collision"]["delta_leaves"] = to_json(s.depths.back().tightness.majorant);
-    j["lookups_per_collision"]["decomposition_leaves"] =
-        to_json(s.depths.back().tightness.residual);
-  }
-  if (r.cut) {
-    j["lookups_per_collision"]["delta_cut"] = to_json(r.cut->tightness.majorant);
-    j["lookups_per_collision"]["decomposition_cut"] = to_json(r.cut->tightness.residual);
-    j["extinction"] = *o.extinction;
-    j["volume"] = to_json(r.cut->facts);
-  }
-  if (r.bytes) {
-    j["bytes"] = {{"header", r.bytes->header},
-                  {"metadata", r.bytes->metadata},
-                  {"bounds", r.bytes->bounds},
-                  {"density", r.bytes->density},
-                  {"total", r.bytes->total}};
-  }
-  std::cout << cli::to_text(j);
-}
-
-int run(const Options& o) {
-  const Report r = measure(o);
-  cli::print_warnings("pvol-stats", r.cloud.report.warnings);
-  if (o.json) {
-    report_json(o, r);
-  } else {
-    report_text(o, r);
-  }
-  return cli::kSuccess;
 }
 
 }  // namespace
@@ -251,5 +89,7 @@ int run(const Options& o) {
 int main(int argc, char** argv) {
   Options options;
   if (const auto code = read_command_line(argc, argv, options)) return *code;
-  return cli::run_guarded("pvol-stats", [&] { return run(options); });
+  return cli::run_guarded("pvol-stats", [&] {
+    return options.is_shells ? cli::run_shells(options.shells) : cli::run_bounds(options.bounds);
+  });
 }

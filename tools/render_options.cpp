@@ -18,31 +18,6 @@ Examples:
 
 Ctrl-C saves what was rendered. Exit status: 0 success, 1 failure, 2 wrong usage.)";
 
-/// Accepts one word, or a whole number from 0 to `largest`.
-CLI::Validator word_or_number(const std::string& word, std::uint32_t largest) {
-  return CLI::Validator(
-      [word, largest](const std::string& text) -> std::string {
-        std::uint32_t value = 0;
-        if (text == word || (CLI::detail::lexical_cast(text, value) && value <= largest)) return {};
-        return "found '" + text + "', expected " + word + " or a whole number up to " +
-               std::to_string(largest);
-      },
-      "");
-}
-
-CLI::Validator one_of(const std::vector<std::string>& words) {
-  return CLI::Validator(
-      [words](const std::string& text) -> std::string {
-        std::string expected;
-        for (const std::string& w : words) {
-          if (w == text) return {};
-          expected += (expected.empty() ? "" : " or ") + w;
-        }
-        return "found '" + text + "', expected " + expected;
-      },
-      "");
-}
-
 /// An option of N whole numbers from `least` up with a separator between them: 640x480.
 template <std::size_t N>
 CLI::Option* add_numbers(CLI::App& app, const std::string& name,
@@ -118,24 +93,38 @@ void add_estimator(CLI::App& app, RenderOptionsGiven& o) {
       ->type_name("N")
       ->check(CLI::Range(0, 4096).description(""));
   app.add_option("--tracker", o.tracker,
-                 "Free paths: delta-global, delta or decomposition; same picture, other cost "
-                 "[decomposition]")
+                 "Free paths: delta-global, delta, decomposition, weighted-delta, "
+                 "weighted-decomposition or regular; same picture, other cost [decomposition]")
       ->type_name("NAME")
-      ->check(one_of({"delta-global", "delta", "decomposition"}));
-  app.add_option("--transmittance", o.transmittance, "Shadow rays: ratio or analog [ratio]")
+      ->check(one_of({"delta-global", "delta", "decomposition", "weighted-delta",
+                      "weighted-decomposition", "regular"}));
+  app.add_option("--transmittance", o.transmittance,
+                 "Shadow rays: ratio, analog, residual-ratio or regular; auto chooses by the "
+                 "cloud's bounds and says why [auto]")
       ->type_name("NAME")
-      ->check(one_of({"ratio", "analog"}));
+      ->check(one_of({"auto", "ratio", "analog", "residual-ratio", "regular"}));
+  app.add_option("--micro-bounds", o.micro_bounds,
+                 "Bounds of cubes of 2^3 or of single voxels that save look-ups; same picture to "
+                 "the last bit, auto uses them where they should save time [auto]")
+      ->type_name("auto|none|2|1")
+      ->check(one_of({"auto", "none", "2", "1"}));
   app.add_option("--interpolation", o.interpolation,
                  "Between voxels: nearest or trilinear [trilinear]")
       ->type_name("NAME")
       ->check(one_of({"nearest", "trilinear"}));
   app.add_option("--depth", o.depth, "Octree depth where the walk stops, 0 to 16 [auto: by cost]")
       ->type_name("N|auto")
-      ->check(word_or_number("auto", 16));
+      ->check(word_or_number({"auto"}, 16));
+  app.add_option(
+         "--shells", o.shells,
+         "Whether camera rays test the shell of a .pvol file before its octree: the picture "
+         "is the same; auto estimates for this camera whether it saves time [auto]")
+      ->type_name("auto|on|off")
+      ->check(one_of({"auto", "on", "off"}));
   app.add_option("--max-bounces", o.max_bounces,
                  "Most scatterings of a path; a limit makes the picture too dark [none]")
       ->type_name("N|none")
-      ->check(word_or_number("none", 4294967295u));
+      ->check(word_or_number({"none"}, 4294967295u));
   app.add_flag("--force", o.force, "Render even where a path would scatter a million times");
 }
 

@@ -23,7 +23,8 @@ struct RenderOptionsGiven {
   std::optional<std::array<int, 4>> crop;
   std::optional<std::uint32_t> samples;
   std::optional<std::uint64_t> seed;
-  std::optional<std::string> tracker, transmittance, interpolation, depth, max_bounces, background;
+  std::optional<std::string> tracker, transmittance, micro_bounds, interpolation, depth, shells,
+      max_bounces, background;
   int threads = 0;
   double exposure = 0;
   bool no_png = false, print_scene = false, force = false;

@@ -20,9 +20,13 @@ Json describe_options(const RenderJob& job) {
   j["seed"] = r.seed;
   j["tracker"] = formats::name(r.tracker);
   j["transmittance"] = formats::name(r.transmittance);
+  j["micro_bounds"] = formats::name(r.micro_bounds);
+  j["micro_bounds_used"] = job.volumes.front().micro.edge;
   j["interpolation"] = formats::name(r.interpolation);
   j["depth"] = r.depth ? Json(*r.depth) : Json("auto");
-  j["effective_depth"] = job.facts.depth;
+  j["effective_depth"] = job.reports.front().facts.depth;
+  j["shells"] = formats::name(r.shells);
+  j["shell_used"] = job.volumes.front().shell.has_value();
   j["max_bounces"] = r.max_bounces ? Json(*r.max_bounces) : Json("none");
   j["background"] = r.background ? "on" : "off";
   j["extinction"] = job.file.scene.medium.extinction;
@@ -68,6 +72,8 @@ std::string stats_text(const RenderJob& job, const TimedRender& t) {
   j["collisions"] = c.collisions;
   j["null_collisions"] = c.null_collisions;
   j["shadow_rays"] = c.shadow_rays;
+  j["shell_tests"] = c.shell_tests;
+  j["shell_rejections"] = c.shell_rejections;
   j["mean_rgb"] = {mean_rgb.x, mean_rgb.y, mean_rgb.z};
   j["variance_rgb"] = {variance_rgb.x, variance_rgb.y, variance_rgb.z};
   j["options"] = describe_options(job);

@@ -3,21 +3,32 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "pvol/formats/scene_file.h"
+#include "pvol/render/estimators.h"
 #include "pvol/render/render.h"
+#include "pvol/render/shell_choice.h"
 
 namespace pvol::cli {
+
+/// What the log says of a volume.
+struct VolumeReport {
+  std::filesystem::path file;
+  VolumeFacts facts;
+  std::optional<ShellChoice> shell;  ///< of a file that has one
+};
 
 /// What is rendered: the scene with nothing left to choose, and its cloud made ready.
 struct RenderJob {
   std::filesystem::path input;    ///< as given on the command line
   std::vector<std::string> sets;  ///< likewise
   formats::SceneFile file;
-  Volume volume;
-  VolumeFacts facts;
+  std::vector<Volume> volumes;
+  std::vector<VolumeReport> reports;                 ///< one for each volume
+  std::optional<TransmittanceChoice> transmittance;  ///< where it was left to choose
 };
 
 struct TimedRender {

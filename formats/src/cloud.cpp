@@ -126,6 +126,7 @@ Cloud load_cloud(const std::filesystem::path& file, const GridOptions& options) 
     PvolFile content = read_pvol(file);
     loaded = take_density(file, content, options);
     cloud.pyramid = std::move(content.pyramid);
+    cloud.shell = std::move(content.shell);
     cloud.metadata = std::move(content.metadata);
   } else {
     loaded = load_grid(file, options);

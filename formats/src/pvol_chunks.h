@@ -26,6 +26,7 @@ inline constexpr std::array<unsigned char, 8> kMagic = {0x89, 'P',  'V',  'L',
 inline constexpr std::uint32_t kVersion = 1;
 inline constexpr Id kMeta = {'M', 'E', 'T', 'A'};
 inline constexpr Id kBounds = {'B', 'N', 'D', 'S'};
+inline constexpr Id kShell = {'s', 'h', 'e', 'l'};
 inline constexpr Id kDensity = {'D', 'E', 'N', 'S'};
 
 inline constexpr std::uint64_t kChunkAlignment = 64;
@@ -65,6 +66,17 @@ struct BoundsHeader {
   std::uint32_t terminals = 0;  // leaves and uniform cubes
 };
 static_assert(sizeof(BoundsHeader) == 56);
+
+struct ShellHeader {
+  std::uint32_t kind = 0;  // 0 hard, 1 soft
+  std::uint32_t perturbations = 0;
+  double bound = 0;
+  std::uint64_t boxes = 0;
+  std::int32_t depth = 0;
+  std::uint32_t reserved = 0;
+  std::array<float, 4> tightness = {};  // volume, hits, volume of the box, hits of the box
+};
+static_assert(sizeof(ShellHeader) == 48);
 
 struct DensityHeader {
   std::uint32_t tiles = 0, bricks = 0;
@@ -153,6 +165,11 @@ class ChunkWriter {
 [[nodiscard]] std::vector<std::byte> encode_bounds(const Pyramid& pyramid,
                                                    const std::string& place);
 [[nodiscard]] Pyramid decode_bounds(ChunkReader& chunk);
+
+/// shel. The box is the support of the pyramid.
+[[nodiscard]] std::vector<std::byte> encode_shell(const Shell& shell, const Pyramid& pyramid,
+                                                  const std::string& place);
+[[nodiscard]] Shell decode_shell(ChunkReader& chunk, const Pyramid& pyramid);
 
 /// DENS. The samples must lie in leaves of the pyramid.
 void encode_density(const VoxelGrid& grid, const Pyramid& pyramid, ChunkWriter& chunk,

@@ -144,15 +144,16 @@ class Container {
     table_ = read_table(bytes_, name_);
     check_layout(bytes_, table_, name_);
     for (const ChunkEntry& e : table_) {
-      if (e.id != kMeta && e.id != kBounds && e.id != kDensity && !is_ancillary(e.id)) {
+      const bool known = e.id == kMeta || e.id == kBounds || e.id == kDensity;
+      if (!known && !is_ancillary(e.id)) {
         throw Error(name_ + ": chunk " + text(e.id) +
                     " is unknown to this version and cannot be skipped. Use a newer pvol.");
       }
     }
-    for (const Id id : {kMeta, kBounds, kDensity}) {
+    for (const Id id : {kMeta, kBounds, kShell, kDensity}) {
       const auto n =
           std::count_if(table_.begin(), table_.end(), [&](auto& e) { return e.id == id; });
-      if (n > 1 || (n == 0 && id != kDensity)) {
+      if (n > 1 || (n == 0 && (id == kMeta || id == kBounds))) {
         refuse(name_, "chunk " + text(id) + " is there " + std::to_string(n) + " times");
       }
     }
@@ -193,6 +194,7 @@ PvolSizes detail::measure(const std::vector<ChunkEntry>& table) {
   for (const ChunkEntry& e : table) {
     if (e.id == kMeta) sizes.metadata = e.stored_bytes;
     if (e.id == kBounds) sizes.bounds = e.stored_bytes;
+    if (e.id == kShell) sizes.shell = e.stored_bytes;
     if (e.id == kDensity) sizes.density = e.stored_bytes;
     sizes.total = e.offset + e.stored_bytes;
   }
@@ -204,6 +206,10 @@ PvolFile read_pvol(std::span<const std::byte> bytes, const std::string& name) tr
   PvolFile content;
   content.metadata = file.decode(kMeta, decode_metadata);
   content.pyramid = file.decode(kBounds, decode_bounds);
+  if (file.has(kShell)) {
+    content.shell =
+        file.decode(kShell, [&](ChunkReader& c) { return decode_shell(c, content.pyramid); });
+  }
   if (file.has(kDensity)) {
     content.density =
         file.decode(kDensity, [&](ChunkReader& c) { return decode_density(c, content.pyramid); });

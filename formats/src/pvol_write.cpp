@@ -51,21 +51,29 @@ std::vector<ChunkEntry> write_chunks(std::ostream& out, const PvolFile& content,
                                      Compression compression, const std::string& place) {
   const std::string meta = encode_metadata(content.metadata, place);
   const std::vector<std::byte> bounds = encode_bounds(content.pyramid, place);
-  const std::size_t chunks = content.density ? 3 : 2;
+  const std::size_t chunks = 2 + (content.shell ? 1 : 0) + (content.density ? 1 : 0);
   std::vector<ChunkEntry> table(chunks);
   write(out, make_header(table));  // to be written again, once sizes and sums are known
+  table.clear();
+  std::uint64_t end = sizeof(FileHeader) + chunks * sizeof(ChunkEntry);
+  const auto place_next = [&] { return pad(out, end); };
+  const auto add = [&](const ChunkEntry& entry) {
+    table.push_back(entry);
+    end = entry.offset + entry.stored_bytes;
+  };
 
-  std::uint64_t at = pad(out, sizeof(FileHeader) + chunks * sizeof(ChunkEntry));
-  table[0] = write_small(out, kMeta, std::as_bytes(std::span(meta)), at, Compression::none);
-  at = pad(out, at + table[0].stored_bytes);
-  table[1] = write_small(out, kBounds, bounds, at, compression);
-  if (!content.density) return table;
-
-  at = pad(out, at + table[1].stored_bytes);
-  const bool packed = compression == Compression::zstd;
-  ChunkWriter density(out, kDensity, packed ? Codec::shuffled_zstd : Codec::raw, at);
-  encode_density(*content.density, content.pyramid, density, place);
-  table[2] = density.finish();
+  add(write_small(out, kMeta, std::as_bytes(std::span(meta)), place_next(), Compression::none));
+  add(write_small(out, kBounds, bounds, place_next(), compression));
+  if (content.shell) {
+    const std::vector<std::byte> shell = encode_shell(*content.shell, content.pyramid, place);
+    add(write_small(out, kShell, shell, place_next(), Compression::none));
+  }
+  if (content.density) {
+    const bool packed = compression == Compression::zstd;
+    ChunkWriter density(out, kDensity, packed ? Codec::shuffled_zstd : Codec::raw, place_next());
+    encode_density(*content.density, content.pyramid, density, place);
+    add(density.finish());
+  }
   return table;
 }
 

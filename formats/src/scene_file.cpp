@@ -26,11 +26,21 @@ struct Named {
 };
 constexpr std::array kTrackers{Named{Tracker::delta_global, "delta-global"},
                                Named{Tracker::delta, "delta"},
-                               Named{Tracker::decomposition, "decomposition"}};
-constexpr std::array kTransmittances{Named{Transmittance::ratio, "ratio"},
-                                     Named{Transmittance::analog, "analog"}};
+                               Named{Tracker::decomposition, "decomposition"},
+                               Named{Tracker::weighted_delta, "weighted-delta"},
+                               Named{Tracker::weighted_decomposition, "weighted-decomposition"},
+                               Named{Tracker::regular, "regular"}};
+constexpr std::array kTransmittances{
+    Named{Transmittance::automatic, "auto"}, Named{Transmittance::ratio, "ratio"},
+    Named{Transmittance::analog, "analog"}, Named{Transmittance::residual_ratio, "residual-ratio"},
+    Named{Transmittance::regular, "regular"}};
+constexpr std::array kMicroBounds{
+    Named{MicroBoundsUse::automatic, "auto"}, Named{MicroBoundsUse::none, "none"},
+    Named{MicroBoundsUse::cells_8, "2"}, Named{MicroBoundsUse::cells_1, "1"}};
 constexpr std::array kInterpolations{Named{Interpolation::nearest, "nearest"},
                                      Named{Interpolation::trilinear, "trilinear"}};
+constexpr std::array kShellUses{Named{ShellUse::automatic, "auto"}, Named{ShellUse::on, "on"},
+                                Named{ShellUse::off, "off"}};
 
 template <class Names, class Enum>
 const char* name_of(const Names& names, Enum value) {
@@ -60,12 +70,19 @@ void assign(T& target, const std::optional<U>& value) {
 /// Makes a relative file name of the scene relative to the current folder.
 void resolve_file(TomlTable& root, std::string_view section, std::string_view key,
                   const std::filesystem::path& folder) {
-  for (TomlValue& member : root.members) {
-    auto* table = std::get_if<TomlTable>(&member.value);
-    if (member.key != section || !table) continue;
-    for (TomlValue& value : table->members) {
+  const auto resolve = [&](TomlTable& table) {
+    for (TomlValue& value : table.members) {
       auto* text = std::get_if<std::string>(&value.value);
       if (value.key == key && text && !text->empty()) *text = (folder / *text).string();
+    }
+  };
+  for (TomlValue& member : root.members) {
+    if (member.key != section) continue;
+    if (auto* table = std::get_if<TomlTable>(&member.value)) resolve(*table);
+    if (auto* array = std::get_if<TomlArray>(&member.value)) {
+      for (TomlValue& item : *array) {
+        if (auto* table = std::get_if<TomlTable>(&item.value)) resolve(*table);
+      }
     }
   }
 }
@@ -145,14 +162,61 @@ Affine read_placement(const TomlTable& table) {
   return map;
 }
 
+/// What a medium and each of its further components have in common.
+template <class Matter>
+void read_matter(const TomlTable& table, Matter& matter) {
+  assign(matter.albedo, table.rgb("albedo", Range::closed(0, 1)));
+  assign(matter.g, table.number("g", Range::closed(-kLargestG, kLargestG)));
+  assign(matter.emission, table.rgb("emission", kRadiance));
+}
+
+std::vector<Component> read_components(const TomlTable& table) {
+  std::vector<Component> components;
+  double left = 1;
+  for (const TomlTable* t : table.tables("component")) {
+    t->allow_only({"share", "albedo", "g", "emission"});
+    t->require({"share"});
+    Component c;
+    c.share = *t->number("share", Range::closed(0, 1));
+    left -= c.share;
+    if (left < -1e-9) t->fail("share", "shares of components that sum up to at most 1");
+    read_matter(*t, c);
+    components.push_back(c);
+  }
+  return components;
+}
+
 Medium read_medium(const TomlTable& table) {
-  table.allow_only({"extinction", "albedo", "g", "scale", "rotate", "translate", "matrix"});
+  table.allow_only({"extinction", "albedo", "g", "emission", "component", "scale", "rotate",
+                    "translate", "matrix"});
   Medium medium;
   assign(medium.extinction, table.number("extinction", Range::at_least(0)));
-  assign(medium.albedo, table.rgb("albedo", Range::closed(0, 1)));
-  assign(medium.g, table.number("g", Range::closed(-kLargestG, kLargestG)));
+  read_matter(table, medium);
+  medium.others = read_components(table);
   medium.object_to_world = read_placement(table);
   return medium;
+}
+
+/// The volumes of a scene: the first has the scene's [medium], the others one of their own.
+void read_volumes(const std::vector<const TomlTable*>& tables, SceneFile& result) {
+  for (std::size_t i = 0; i < tables.size(); ++i) {
+    const TomlTable& t = *tables[i];
+    if (i == 0) {
+      t.allow_only({"file", "grid"});
+      result.volume = read_file_name(t);
+      result.grid = t.string("grid").value_or("");
+      continue;
+    }
+    t.allow_only({"file", "grid", "medium"});
+    FurtherVolume v;
+    v.file = read_file_name(t);
+    v.grid = t.string("grid").value_or("");
+    if (const TomlTable* medium = t.table("medium")) {
+      v.medium = read_medium(*medium);
+      v.has_extinction = medium->has("extinction");
+    }
+    result.others.push_back(v);
+  }
 }
 
 /// The type as given, else the one whose keys are there.
@@ -228,8 +292,8 @@ void read_crop(const TomlTable& table, RenderOptions& options) {
 }
 
 RenderOptions read_render(const TomlTable& table) {
-  table.allow_only({"size", "crop", "spp", "seed", "tracker", "transmittance", "interpolation",
-                    "depth", "max_bounces", "background"});
+  table.allow_only({"size", "crop", "spp", "seed", "tracker", "transmittance", "micro_bounds",
+                    "interpolation", "shells", "depth", "max_bounces", "background"});
   constexpr auto kLargestCount = std::numeric_limits<std::uint32_t>::max();
   RenderOptions options;
   if (const auto size = table.integers("size", {2}, 1, kLargestEdge)) {
@@ -239,14 +303,23 @@ RenderOptions read_render(const TomlTable& table) {
   read_crop(table, options);
   assign(options.samples, table.integer("spp", 1, kLargestCount));
   assign(options.seed, table.integer("seed", 0, std::numeric_limits<std::int64_t>::max()));
-  if (const auto word = table.word("tracker", {"delta-global", "delta", "decomposition"})) {
+  if (const auto word =
+          table.word("tracker", {"delta-global", "delta", "decomposition", "weighted-delta",
+                                 "weighted-decomposition", "regular"})) {
     options.tracker = parse_tracker(*word);
   }
-  if (const auto word = table.word("transmittance", {"ratio", "analog"})) {
+  if (const auto word =
+          table.word("transmittance", {"auto", "ratio", "analog", "residual-ratio", "regular"})) {
     options.transmittance = parse_transmittance(*word);
+  }
+  if (const auto word = table.word("micro_bounds", {"auto", "none", "2", "1"})) {
+    options.micro_bounds = parse_micro_bounds(*word);
   }
   if (const auto word = table.word("interpolation", {"nearest", "trilinear"})) {
     options.interpolation = parse_interpolation(*word);
+  }
+  if (const auto word = table.word("shells", {"auto", "on", "off"})) {
+    options.shells = parse_shell_use(*word);
   }
   if (const auto depth = read_limit(table, "depth", kDeepest, "auto")) options.depth = int(*depth);
   if (const auto limit = read_limit(table, "max_bounces", kLargestCount, "none")) {
@@ -264,10 +337,7 @@ SceneFile read(const TomlTable& root) {
   root.allow_only({"volume", "camera", "medium", "environment", "sun", "render"});
   root.require({"volume"});
   SceneFile result;
-  const TomlTable& volume = *root.table("volume");
-  volume.allow_only({"file", "grid"});
-  result.volume = read_file_name(volume);
-  result.grid = volume.string("grid").value_or("");
+  read_volumes(root.tables("volume"), result);
   if (const TomlTable* camera = root.table("camera")) {
     result.scene.camera = read_camera(*camera);
     result.has_camera = true;
@@ -306,14 +376,20 @@ angle = 0.53
 
 const char* name(Tracker tracker) { return name_of(kTrackers, tracker); }
 const char* name(Transmittance transmittance) { return name_of(kTransmittances, transmittance); }
+const char* name(MicroBoundsUse use) { return name_of(kMicroBounds, use); }
 const char* name(Interpolation interpolation) { return name_of(kInterpolations, interpolation); }
+const char* name(ShellUse use) { return name_of(kShellUses, use); }
 
 Tracker parse_tracker(const std::string& name) { return parse_name(kTrackers, name, "tracker"); }
 Transmittance parse_transmittance(const std::string& name) {
   return parse_name(kTransmittances, name, "transmittance");
 }
+MicroBoundsUse parse_micro_bounds(const std::string& name) {
+  return parse_name(kMicroBounds, name, "micro-bounds");
+}
 Interpolation parse_interpolation(const std::string& name) {
   return parse_name(kInterpolations, name, "interpolation");
 }
+ShellUse parse_shell_use(const std::string& name) { return parse_name(kShellUses, name, "shells"); }
 
 }  // namespace pvol::formats

@@ -41,11 +41,24 @@ std::string matrix_text(const Affine& map) {
   return array_text(numbers);
 }
 
-std::string medium_text(const Medium& medium, bool has_extinction) {
-  return "\n[medium]\n" +
-         (has_extinction ? line("extinction", toml_number(medium.extinction)) : "") +
-         line("albedo", vector_text(medium.albedo)) + line("g", toml_number(medium.g)) +
-         line("matrix", matrix_text(medium.object_to_world));
+template <class Matter>
+std::string matter_text(const Matter& matter) {
+  return line("albedo", vector_text(matter.albedo)) + line("g", toml_number(matter.g)) +
+         line("emission", vector_text(matter.emission));
+}
+
+std::string medium_text(const Medium& medium, bool has_extinction, const std::string& name) {
+  std::string text = "\n[" + name + "]\n" +
+                     (has_extinction ? line("extinction", toml_number(medium.extinction)) : "") +
+                     matter_text(medium) + line("matrix", matrix_text(medium.object_to_world));
+  for (const Component& c : medium.others) {
+    text += "\n[[" + name + ".component]]\n" + line("share", toml_number(c.share)) + matter_text(c);
+  }
+  return text;
+}
+
+std::string volume_text(const std::filesystem::path& file, const std::string& grid) {
+  return line("file", toml_string(file.string())) + line("grid", toml_string(grid));
 }
 
 std::string environment_text(const Environment& environment, const std::filesystem::path& file) {
@@ -76,7 +89,9 @@ std::string render_text(const RenderOptions& o) {
          line("spp", whole(o.samples)) + line("seed", whole(o.seed)) +
          line("tracker", toml_string(name(o.tracker))) +
          line("transmittance", toml_string(name(o.transmittance))) +
+         line("micro_bounds", toml_string(name(o.micro_bounds))) +
          line("interpolation", toml_string(name(o.interpolation))) +
+         line("shells", toml_string(name(o.shells))) +
          line("depth", o.depth ? whole(*o.depth) : "\"auto\"") +
          line("max_bounces", o.max_bounces ? whole(*o.max_bounces) : "\"none\"") +
          line("background", o.background ? "true" : "false");
@@ -90,10 +105,14 @@ std::string to_toml(const SceneFile& file) {
     throw Error("seed " + std::to_string(scene.options.seed) +
                 " cannot be written to a scene; use one below 2^63");
   }
-  std::string text = "[volume]\n" + line("file", toml_string(file.volume.string())) +
-                     line("grid", toml_string(file.grid));
+  std::string text = file.others.empty() ? "[volume]\n" : "[[volume]]\n";
+  text += volume_text(file.volume, file.grid);
+  for (const FurtherVolume& v : file.others) {
+    text += "\n[[volume]]\n" + volume_text(v.file, v.grid) +
+            medium_text(v.medium, v.has_extinction, "volume.medium");
+  }
   if (file.has_camera) text += camera_text(scene.camera);
-  text += medium_text(scene.medium, file.has_extinction);
+  text += medium_text(scene.medium, file.has_extinction, "medium");
   text += environment_text(scene.environment, file.sky);
   for (const Sun& sun : scene.suns) text += sun_text(sun);
   return text + render_text(scene.options);

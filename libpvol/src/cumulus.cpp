@@ -101,7 +101,7 @@ void check(const Cumulus& c) {
   check(c.wisps >= 0 && c.wisps <= 2, "wisps", c.wisps, "a number in [0, 2]");
 }
 
-std::vector<Displacement> make_displacements(const Cumulus& c) {
+std::vector<MaskedNoise> make_displacements(const Cumulus& c) {
   const double w = c.width;
   const Quadric low = (1 / (0.6 * c.height)) * half_space({0, 0.6 * c.height, 0}, {0, -1, 0});
   const Fbm billows{c.seed, 0.11 * w, 5, 0.55, true};
@@ -126,9 +126,9 @@ Recipe make_recipe(const Cumulus& c) {
   }
   Recipe recipe;
   for (const Puff& p : puffs) {
-    recipe.forms.push_back({0.5 * p.radius * ellipsoid(p.centre, Vec3d(p.radius)), {}});
+    recipe.forms.push_back(FreeForm{0.5 * p.radius * ellipsoid(p.centre, Vec3d(p.radius)), {}});
   }
-  recipe.cuts.push_back({1.3 * half_space({0, 0, 0}, {0, 1, 0}), {}});
+  recipe.cuts.push_back(FreeForm{1.3 * half_space({0, 0, 0}, {0, 1, 0}), {}});
   recipe.displacements = make_displacements(c);
   recipe.edge = 0.012 * c.width;
   recipe.voxel = voxel_for(recipe, 256);

@@ -56,7 +56,9 @@ SkyLight::SkyLight(const Environment& environment) : environment_(environment) {
     const double solid_angle = row_y_[std::size_t(y)] - row_y_[std::size_t(y) + 1];
     rows[std::size_t(y)] = accumulate(row) * solid_angle;
   }
-  if (accumulate(rows) > 0) row_cdf_ = std::move(rows);  // a black picture is not sampled
+  const double sum = accumulate(rows);
+  mean_luminance_ = float(sum / (2 * width));
+  if (sum > 0) row_cdf_ = std::move(rows);  // a black picture is not sampled
 }
 
 SkyLight::Pixel SkyLight::pixel_at(Vec3f d) const {

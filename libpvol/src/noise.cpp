@@ -54,18 +54,66 @@ Interval lerp(Interval a, Interval b, Interval t) {
           std::max(lerp(a.hi, b.hi, t.lo), lerp(a.hi, b.hi, t.hi))};
 }
 
-/// Noise in a cell for fractions f in [lo, hi], but for rounding and the scale.
-Interval range_in_cell(const Cell& cell, Vec3d lo, Vec3d hi) {
-  std::array<Interval, 8> slope;
-  for (unsigned c = 0; c < 8; ++c) {
-    const Vec3d corner(c & 1, c >> 1 & 1, c >> 2);
-    const Vec3d a = cell.gradients[c] * (lo - corner), b = cell.gradients[c] * (hi - corner);
-    const Vec3d least = min(a, b), most = max(a, b);
-    slope[c] = {least.x + least.y + least.z, most.x + most.y + most.z};
+// Along one axis with fraction f and weight S = fade(f), a pair of corners with the components a
+// and b of their gradients adds a (1 - S) f - b S (1 - f) to the noise, before it is weighted along
+// the other axes. The components are -1, 0 or 1, so it is one of nine functions of f:
+//   near(f) = (1 - S) f rises to its one maximum at kNearPeak and falls, far(f) = near(1 - f),
+//   near + far rises to f = 1/2 and falls, near - far = f - S is monotone between its two extremes,
+// and those with the other sign. Their ranges over an interval follow from its ends and the
+// extremes inside.
+constexpr double kNearPeak = 0.39812569987582624;        // 1 - S = f S'
+constexpr double kDifferencePeak = 0.24033518882038593;  // S' = 1
+
+/// Ranges of a near(f) - b far(f): index 3 (a + 1) + b + 1.
+using PairRanges = std::array<Interval, 9>;
+
+PairRanges pair_ranges(Interval f) {
+  const auto near = [](double x) { return (1 - fade(x)) * x; };
+  const auto far = [](double x) { return fade(x) * (1 - x); };
+  const auto over = [f](auto function, std::initializer_list<double> extremes) {
+    Interval r = hull(function(f.lo), function(f.hi));
+    for (const double x : extremes) {
+      if (f.contains(x)) r = hull(r, function(x));
+    }
+    return r;
+  };
+  const Interval n = over(near, {kNearPeak}), m = over(far, {1 - kNearPeak});
+  const Interval sum = over([&](double x) { return near(x) + far(x); }, {0.5});
+  const Interval difference =
+      over([&](double x) { return near(x) - far(x); }, {kDifferencePeak, 1 - kDifferencePeak});
+  return {-difference, -n, -sum, m, 0, -m, sum, n, difference};
+}
+
+/// What a layer of cells across one axis has in common: fractions in one interval.
+struct Layer {
+  Interval weight;
+  PairRanges pairs;
+};
+
+/// For a box that reaches from `lo` to `hi` on the axis, in the cell from `first` to first + 1.
+Layer layer(double first, double lo, double hi) {
+  const Interval f{std::max(lo - first, 0.0), std::min(hi - first, 1.0)};
+  return {{fade(f.lo), fade(f.hi)}, pair_ranges(f)};
+}
+
+/// Noise in the part of a cell that lies in three layers, but for rounding and the scale: for each
+/// axis the pairs of corners along it, weighted along the two others.
+Interval range_in_cell(const Cell& cell, const std::array<const Layer*, 3>& layers) {
+  Interval total;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    const unsigned u = (axis + 1) % 3, v = (axis + 2) % 3;
+    const auto pair = [&](unsigned corner) {
+      const double a = cell.gradients[corner][int(axis)];
+      const double b = cell.gradients[corner | 1u << axis][int(axis)];
+      return layers[axis]->pairs[std::size_t(3 * (int(a) + 1) + int(b) + 1)];
+    };
+    const auto row = [&](unsigned corner) {
+      return lerp(pair(corner), pair(corner | 1u << u), layers[u]->weight);
+    };
+    const Interval part = lerp(row(0), row(1u << v), layers[v]->weight);
+    total = {total.lo + part.lo, total.hi + part.hi};
   }
-  const Interval x{fade(lo.x), fade(hi.x)}, y{fade(lo.y), fade(hi.y)}, z{fade(lo.z), fade(hi.z)};
-  return lerp(lerp(lerp(slope[0], slope[1], x), lerp(slope[2], slope[3], x), y),
-              lerp(lerp(slope[4], slope[5], x), lerp(slope[6], slope[7], x), y), z);
+  return total;
 }
 
 /// Seed and map of one octave's lattice: p -> p * scale + offset, monotone on each axis even when
@@ -123,14 +171,21 @@ Interval gradient_noise_range(std::uint64_t seed, const Box& box) {
   const Vec3d first(std::floor(box.lo.x), std::floor(box.lo.y), std::floor(box.lo.z));
   const Vec3d last(std::floor(box.hi.x), std::floor(box.hi.y), std::floor(box.hi.z));
   if (!(max_component(last - first) < kRangeCells)) return kAll;
-  const Vec3l from(first), to(last);
+  const Vec3l from(first), count = Vec3l(last) - from + Vec3l(1);
+  std::array<std::array<Layer, kRangeCells>, 3> layers;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int i = 0; i < count[axis]; ++i) {
+      layers[std::size_t(axis)][std::size_t(i)] =
+          layer(first[axis] + i, box.lo[axis], box.hi[axis]);
+    }
+  }
   Interval range{1, -1};
-  for (std::int64_t x = from.x; x <= to.x; ++x) {
-    for (std::int64_t y = from.y; y <= to.y; ++y) {
-      for (std::int64_t z = from.z; z <= to.z; ++z) {
-        const Vec3d i(Vec3l{x, y, z});
-        const Interval r = range_in_cell(cell_at(seed, x, y, z), max(box.lo - i, Vec3d(0)),
-                                         min(box.hi - i, Vec3d(1)));
+  for (std::int64_t x = 0; x < count.x; ++x) {
+    for (std::int64_t y = 0; y < count.y; ++y) {
+      for (std::int64_t z = 0; z < count.z; ++z) {
+        const Interval r = range_in_cell(
+            cell_at(seed, from.x + x, from.y + y, from.z + z),
+            {&layers[0][std::size_t(x)], &layers[1][std::size_t(y)], &layers[2][std::size_t(z)]});
         range = hull(range, {kScale * r.lo - kRounding, kScale * r.hi + kRounding});
       }
     }

@@ -13,14 +13,15 @@
 #include <mutex>
 #include <string>
 
-#include "path_tracer.h"
 #include "pvol/error.h"
+#include "pvol/render/estimators.h"
+#include "render_tile.h"
 
 namespace pvol {
 namespace {
 
 using detail::PathSetup;
-using detail::PathTracer;
+using detail::TileFunction;
 
 void require(bool ok, const std::string& message) {
   if (!ok) throw Error(message);
@@ -49,7 +50,6 @@ void check(const Environment& environment) {
 void check(const Scene& scene) {
   check(scene.environment);
   const RenderOptions& o = scene.options;
-  const auto number = [](double v) { return std::to_string(v); };
   require(o.width > 0 && o.height > 0, "image size: both sides must be at least 1 pixel");
   require(o.crop_x >= 0 && o.crop_y >= 0 && o.crop_width >= 0 && o.crop_height >= 0 &&
               o.crop_x < o.width && o.crop_y < o.height && o.crop_width <= o.width - o.crop_x &&
@@ -64,10 +64,6 @@ void check(const Scene& scene) {
   const Vec3d forward = c.target - c.position;
   require(length(cross(forward, c.up)) > 1e-12 * length(forward) * length(c.up),
           "camera: target must differ from position, and up must not point along the view");
-  const Medium& m = scene.medium;
-  require(is_finite(m.albedo) && min_component(m.albedo) >= 0 && max_component(m.albedo) <= 1,
-          "albedo must lie in [0, 1] in every channel");
-  require(std::abs(m.g) <= 0.9999, "g = " + number(m.g) + ": must lie in [-0.9999, 0.9999]");
   for (const Sun& s : scene.suns) {
     require(is_finite(s.direction) && length(s.direction) > 0,
             "sun: the direction must not be zero");
@@ -113,92 +109,63 @@ class Reporter {
   std::mutex mutex_;
 };
 
-void add_sample(PixelSums& p, Rgb radiance, bool scattered) {
-  const Vec3d v(radiance);
-  p.sum += v;
-  p.sum_squares += v * v;
-  p.alpha += scattered ? 1 : 0;
-  ++p.samples;
+bool is_share(double v) { return v >= 0 && v <= 1; }
+
+template <class Matter>
+void check_matter(const Matter& m) {
+  require(is_finite(m.albedo) && min_component(m.albedo) >= 0 && max_component(m.albedo) <= 1,
+          "albedo must lie in [0, 1] in every channel");
+  require(std::abs(m.g) <= 0.9999,
+          "g = " + std::to_string(m.g) + ": must lie in [-0.9999, 0.9999]");
+  require(is_light(m.emission), "emission must be finite and not negative");
 }
 
-/// Adds samples [begin, end) of every pixel of a tile. A pixel's samples are summed in their order,
-/// whatever the tiles and threads.
-template <class Tracer, bool kCount>
-void render_tile(const PathSetup& setup, const tbb::blocked_range2d<int>& tile, std::uint32_t begin,
-                 std::uint32_t end, Film& film, Counts& counts) {
-  Tracer tracer(setup);
-  for (int y = tile.rows().begin(); y != tile.rows().end(); ++y) {
-    for (int x = tile.cols().begin(); x != tile.cols().end(); ++x) {
-      PixelSums& p = film.pixels[std::size_t(y) * std::size_t(film.crop_width) + std::size_t(x)];
-      const Tracer before = tracer;
-      for (std::uint32_t sample = begin; sample != end; ++sample) {
-        const auto r = tracer.trace(film.x + x, film.y + y, sample);
-        if (!is_finite(r.radiance)) {
-          throw Error("pixel (" + std::to_string(film.x + x) + ", " + std::to_string(film.y + y) +
-                      ") became infinite: the lights are too bright for single precision");
-        }
-        add_sample(p, r.radiance, r.scattered);
-      }
-      if constexpr (kCount) {
-        p.lookups += (tracer.path_count.lookups - before.path_count.lookups +
-                      tracer.shadow_count.lookups - before.shadow_count.lookups);
-        p.segments += (tracer.path_count.segments - before.path_count.segments +
-                       tracer.shadow_count.segments - before.shadow_count.segments);
-        p.collisions += tracer.collisions - before.collisions;
-      }
-    }
+void check(const Volume& volume, const Medium& m, const RenderOptions& o) {
+  check_matter(m);
+  double left = 1;
+  for (const Component& c : m.others) {
+    check_matter(c);
+    require(is_share(c.share), "the share of a component must lie in [0, 1]");
+    left -= c.share;
   }
-  if constexpr (kCount) {
-    counts += {tracer.path_count.lookups,
-               tracer.shadow_count.lookups,
-               tracer.path_count.bounds_tests,
-               tracer.shadow_count.bounds_tests,
-               tracer.path_count.segments,
-               tracer.shadow_count.segments,
-               tracer.collisions,
-               tracer.path_count.null_collisions,
-               tracer.shadow_rays};
-  }
+  require(left >= -1e-9, "the shares of components sum up to more than 1");
+  require(volume.extinction == float(m.extinction) &&
+              volume.medium.object_to_world == m.object_to_world &&
+              (o.tracker != Tracker::delta_global || volume.octree.depth == 0),
+          "the volume was made for another extinction, placement or tracker than the scene's");
 }
 
-using TileFunction = void (*)(const PathSetup&, const tbb::blocked_range2d<int>&, std::uint32_t,
-                              std::uint32_t, Film&, Counts&);
-
-template <Interpolation kInterpolation, Tracker kTracker, Transmittance kTransmittance>
-TileFunction choose(bool count) {
-  return count ? &render_tile<PathTracer<kInterpolation, kTracker, kTransmittance, Tally>, true>
-               : &render_tile<PathTracer<kInterpolation, kTracker, kTransmittance, NoTally>, false>;
-}
-
-template <Interpolation kInterpolation, Tracker kTracker>
-TileFunction choose(const RenderOptions& o) {
-  return o.transmittance == Transmittance::ratio
-             ? choose<kInterpolation, kTracker, Transmittance::ratio>(o.count)
-             : choose<kInterpolation, kTracker, Transmittance::analog>(o.count);
-}
-
-/// The instance for the scene's options. delta_global is delta on a tree of one terminal.
-template <Interpolation kInterpolation>
-TileFunction choose(const RenderOptions& o) {
-  return o.tracker == Tracker::decomposition ? choose<kInterpolation, Tracker::decomposition>(o)
-                                             : choose<kInterpolation, Tracker::delta>(o);
-}
-
-TileFunction choose_tile_function(const RenderOptions& o) {
-  return o.interpolation == Interpolation::nearest ? choose<Interpolation::nearest>(o)
-                                                   : choose<Interpolation::trilinear>(o);
+/// One field for all volumes: micro-bounds where all have them.
+TileFunction choose_tile_function(std::span<const Volume> volumes, const RenderOptions& o) {
+  const int edge = volumes.front().micro.edge;
+  const bool squeezed = edge > 0 && std::all_of(volumes.begin(), volumes.end(), [&](const auto& v) {
+                          return v.micro.edge == edge;
+                        });
+  const bool many = volumes.size() > 1;
+  return squeezed ? detail::squeezed_tile_function(o.interpolation, edge, many, o.count)
+                  : detail::plain_tile_function(o.interpolation, many, o.count);
 }
 
 }  // namespace
 
 RenderResult render(const Volume& volume, const Scene& scene, const Progress& progress) {
-  check(scene);
-  const RenderOptions& o = scene.options;
-  require(volume.extinction == float(scene.medium.extinction) &&
-              (o.tracker != Tracker::delta_global || volume.octree.depth == 0),
-          "the volume was made for another extinction or tracker than the scene's");
-  const PathSetup setup(volume, scene);
-  const TileFunction render_part = choose_tile_function(o);
+  return render(std::span(&volume, 1), scene, progress);
+}
+
+RenderResult render(std::span<const Volume> volumes, const Scene& wanted,
+                    const Progress& progress) {
+  check(wanted);
+  Scene scene = wanted;
+  RenderOptions& o = scene.options;
+  require(!volumes.empty(), "there is no volume to render");
+  require(volumes.size() == 1 || !is_weighted(o.tracker),
+          "weighted trackers take one volume; choose another tracker for several");
+  if (o.transmittance == Transmittance::automatic) {
+    o.transmittance = choose_transmittance(volumes).estimator;
+  }
+  for (const Volume& v : volumes) check(v, volumes.size() == 1 ? scene.medium : v.medium, o);
+  const PathSetup setup(volumes, scene);
+  const TileFunction render_part = choose_tile_function(volumes, o);
 
   RenderResult result;
   result.film = make_film(o);

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "pvol/error.h"
+#include "pvol/render/estimators.h"
 
 namespace pvol {
 namespace {
@@ -61,6 +62,23 @@ void check_placement(const Affine& to_world, const Affine& to_cells, const Box& 
 /// before a real one, and steps of 1 / depth voxels: beyond this both get out of hand.
 constexpr double kMaxVoxelDepth = 1e12;
 
+/// Edge of the micro-bounds that the options ask for; 0: none.
+int micro_edge(const Octree& octree, const RenderOptions& o) {
+  constexpr double kWorthIt = 0.25;  // look-ups per collision without them
+  const bool of_use = !is_weighted(o.tracker) && o.tracker != Tracker::regular && !octree.empty();
+  switch (o.micro_bounds) {
+    case MicroBoundsUse::cells_8:
+      return of_use ? 2 : 0;
+    case MicroBoundsUse::cells_1:
+      return of_use ? 1 : 0;
+    case MicroBoundsUse::automatic:
+      return of_use && integrate_bounds(octree).open_share() > kWorthIt ? 2 : 0;
+    case MicroBoundsUse::none:
+      break;
+  }
+  return 0;
+}
+
 }  // namespace
 
 Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& scene) {
@@ -83,6 +101,7 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& s
   }
 
   Volume v;
+  v.medium = medium;
   v.extinction = float(medium.extinction);
   v.world_to_cells = translation(-Vec3d(pyramid.origin)) * to_index;
   if (!pyramid.empty()) v.world_box = transform(to_world, pyramid.support());
@@ -93,6 +112,9 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& s
   cut.depth = scene.options.tracker == Tracker::delta_global ? 0 : scene.options.depth;
   v.octree = build_octree(pyramid, medium.extinction, cell_length, cut, field.brick_of, kZeroBrick);
   v.field = std::move(field.field);
+  if (const int edge = micro_edge(v.octree, scene.options)) {
+    v.micro = build_micro_bounds(v.field, edge);
+  }
   return v;
 }
 

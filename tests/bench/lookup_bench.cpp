@@ -43,9 +43,8 @@ Vec3f random_direction(Rng& rng) {
 void find_places(Bench& b, std::size_t count) {
   const Octree& tree = b.volume.octree;
   Rng rng(1, 0, 0);
-  const auto extinction = [&](const Segment& s, const LatticePoint& p) {
-    return b.volume.extinction * density<Interpolation::trilinear>(b.volume.field, tree, s.leaf, p);
-  };
+  const BrickExtinction<Interpolation::trilinear> extinction{b.volume.field, tree,
+                                                             b.volume.extinction};
   NoTally none;
   while (b.coherent.size() < count) {
     const auto [x, y] = rng.uniform2();
@@ -54,16 +53,14 @@ void find_places(Bench& b, std::size_t count) {
         tree, tree.support().lo + size * Vec3d(double(x), double(y), double(rng.uniform())));
     for (int k = 0; k < 1000 && b.coherent.size() < count; ++k) {
       Walk walk(tree, cursor, lanes(random_direction(rng)));
-      double t = 0;
       LeafHandle leaf = 0;
-      const auto seen = [&](const Segment& s, const LatticePoint& p) {
+      const PlainField field{[&](const Segment& s, const LatticePoint& p) {
         leaf = s.leaf;
         return extinction(s, p);
-      };
-      const auto hit = free_flight<Tracker::delta>(walk, seen, rng, none);
-      if (!hit) break;
-      t = *hit;
-      const LatticePoint p = walk.point(t);
+      }};
+      const Flight hit = free_flight<Tracker::delta>(walk, field, rng, none);
+      if (!hit.collided) break;
+      const LatticePoint p = walk.point(hit.t);
       b.coherent.push_back({p, leaf});
       cursor = walk.stop_at(p);
     }

@@ -37,10 +37,8 @@ int main() {
   const pvol::Volume volume = pvol::make_volume(ball, pyramid, scene);
 
   // The exact extinction where a tracker asks for it; the ray runs along x through the centre.
-  const auto extinction = [&](const pvol::Segment& s, const pvol::LatticePoint& p) {
-    return volume.extinction *
-           pvol::density<pvol::Interpolation::trilinear>(volume.field, volume.octree, s.leaf, p);
-  };
+  const pvol::PlainField extinction{pvol::BrickExtinction<pvol::Interpolation::trilinear>{
+      volume.field, volume.octree, volume.extinction}};
   const pvol::Vec3d entry = volume.world_to_cells.point({0.5, 4, 4});
   const pvol::Vec3f direction(volume.world_to_cells.vector({1, 0, 0}));
 

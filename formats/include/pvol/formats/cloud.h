@@ -9,10 +9,12 @@
 
 namespace pvol::formats {
 
-/// A cloud that is ready to render: density, bounds and where they came from.
+/// A cloud that is ready to render: density, bounds, a shell if the file has one, and where they
+/// came from.
 struct Cloud {
   VoxelGrid grid;
   Pyramid pyramid;
+  std::optional<Shell> shell;
   Metadata metadata;
   GridReport report;
 };

@@ -11,6 +11,7 @@
 
 #include "pvol/bounds/pyramid.h"
 #include "pvol/medium/voxel_grid.h"
+#include "pvol/shell/shell.h"
 
 namespace pvol::formats {
 
@@ -36,12 +37,13 @@ struct PvolFile {
   Metadata metadata;
   Pyramid pyramid;
   std::optional<VoxelGrid> density;  ///< name and map are those of the metadata
+  std::optional<Shell> shell;        ///< around the support of the pyramid
 };
 
 /// Sizes in bytes of the parts of a file, as stored. The total includes padding and chunks of later
 /// versions that this one skips.
 struct PvolSizes {
-  std::uint64_t header = 0, metadata = 0, bounds = 0, density = 0, total = 0;
+  std::uint64_t header = 0, metadata = 0, bounds = 0, shell = 0, density = 0, total = 0;
 };
 
 /// `none` makes files that any program can read without a decompressor.

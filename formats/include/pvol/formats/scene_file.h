@@ -9,6 +9,15 @@
 
 namespace pvol::formats {
 
+/// A volume of a scene besides the first.
+struct FurtherVolume {
+  std::filesystem::path file;
+  std::string grid;  ///< empty: the only one, or "density"
+  Medium medium;
+  bool has_extinction = false;
+  friend bool operator==(const FurtherVolume&, const FurtherVolume&) = default;
+};
+
 /// A scene and the file names in it, still to be loaded.
 struct SceneFile {
   Scene scene;
@@ -18,6 +27,7 @@ struct SceneFile {
                                  ///< are not read: the caller fills the ImageSky's
   bool has_camera = false;       ///< false: the caller frames the cloud
   bool has_extinction = false;   ///< false: the caller may choose one that suits the cloud
+  std::vector<FurtherVolume> others;  ///< volumes besides the first; they may overlap it
   friend bool operator==(const SceneFile&, const SceneFile&) = default;
 };
 
@@ -25,12 +35,16 @@ struct SceneFile {
 ///
 ///   [volume]       file, grid
 ///   [camera]       position, target (both or no camera), up, fov (vertical, degrees)
-///   [medium]       extinction, albedo, g; placement: scale, rotate, translate, or matrix
+///   [medium]       extinction, albedo, g, emission; placement: scale, rotate, translate, or
+///                  matrix; [[medium.component]] share, albedo, g, emission
+///   [[volume]]     instead of [volume]; the first has the scene's [medium], each further one its
+///                  own [volume.medium]
 ///   [environment]  type = "constant": radiance;  "gradient": zenith, horizon, ground, up;
 ///                  "image": file, scale, rotation
 ///   [[sun]]        direction, irradiance, angle (degrees)
 ///   [render]       size = [w, h], crop = [x, y, w, h], spp, seed, tracker, transmittance,
-///                  interpolation, depth (0..16 or "auto"), max_bounces (or "none"), background
+///                  micro_bounds ("auto", "none", "2", "1"), interpolation, shells, depth (0..16 or
+///                  "auto"), max_bounces (or "none"), background
 ///
 /// Colours are one number or three. The cloud is scaled, then rotated, then moved: scale is a
 /// number or three, rotate = [x, y, z, degrees] or several of them, applied in turn; matrix is row
@@ -56,12 +70,18 @@ struct SceneFile {
 [[nodiscard]] std::string to_toml(const SceneFile& scene);
 
 /// Names as they are written in scenes and on command lines.
-[[nodiscard]] const char* name(Tracker tracker);              // delta-global, delta, decomposition
-[[nodiscard]] const char* name(Transmittance transmittance);  // ratio, analog
+[[nodiscard]] const char* name(Tracker tracker);  // delta-global, delta, decomposition,
+                                                  // weighted-delta, weighted-decomposition, regular
+[[nodiscard]] const char* name(Transmittance transmittance);  // auto, ratio, analog,
+                                                              // residual-ratio, regular
+[[nodiscard]] const char* name(MicroBoundsUse use);           // auto, none, 2, 1
 [[nodiscard]] const char* name(Interpolation interpolation);  // nearest, trilinear
+[[nodiscard]] const char* name(ShellUse use);                 // auto, on, off
 /// The other way; Error lists the names there are.
 [[nodiscard]] Tracker parse_tracker(const std::string& name);
 [[nodiscard]] Transmittance parse_transmittance(const std::string& name);
+[[nodiscard]] MicroBoundsUse parse_micro_bounds(const std::string& name);
 [[nodiscard]] Interpolation parse_interpolation(const std::string& name);
+[[nodiscard]] ShellUse parse_shell_use(const std::string& name);
 
 }  // namespace pvol::formats

@@ -64,6 +64,12 @@ class Walk {
 
   /// The next segment with hi > 0, or nothing at the end.
   [[nodiscard]] std::optional<Segment> next() {
+    return next([] {});
+  }
+
+  /// The same; calls on_skip() for each empty cube on the way.
+  template <class OnSkip>
+  [[nodiscard]] std::optional<Segment> next(const OnSkip& on_skip) {
     if (pending_) leave();
     while (left_ > 0) {
       const Octree::Entry* e = descend();
@@ -74,6 +80,7 @@ class Walk {
             e->grouped ? Octree::kNodeBit | cursor_.nodes[cursor_.height] : e->link;
         return Segment{t_, t_ + double(step_), e->lo, e->hi, leaf};
       }
+      on_skip();
       leave();
     }
     return std::nullopt;

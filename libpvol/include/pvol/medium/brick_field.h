@@ -2,6 +2,7 @@
 // of a cell lie in one brick.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "pvol/bounds/octree.h"
@@ -53,6 +54,39 @@ template <Interpolation kInterpolation>
                                    const LatticePoint& p) {
   return density_in_brick<kInterpolation>(field.brick(tree.brick_at(leaf, p.cell, kZeroBrick)), p);
 }
+
+/// mu_t at a point of a segment from bricks: scale * rho. The tree's handles name bricks of the
+/// field, and both outlive this.
+template <Interpolation kInterp>
+struct BrickExtinction {
+  static constexpr Interpolation kInterpolation = kInterp;
+
+  const BrickField& field;
+  const Octree& tree;
+  float scale;
+
+  [[nodiscard]] std::uint32_t brick(const Segment& s, const LatticePoint& p) const {
+    return tree.brick_at(s.leaf, p.cell, kZeroBrick);
+  }
+  [[nodiscard]] float in_brick(std::uint32_t brick, const LatticePoint& p) const {
+    return scale * density_in_brick<kInterp>(field.brick(brick), p);
+  }
+  [[nodiscard]] float operator()(const Segment& s, const LatticePoint& p) const {
+    return in_brick(brick(s, p), p);
+  }
+
+  /// mu_t at the corners of a cell of the segment, that of (x, y, z) in {0, 1}^3 at [4x + 2y + z].
+  [[nodiscard]] std::array<float, 8> corners(const Segment& s, Int4 cell) const {
+    const Int4 at = cell & (kLeafEdge - 1);
+    const float* const brick_samples = field.brick(tree.brick_at(s.leaf, cell, kZeroBrick));
+    std::array<float, 8> c;
+    for (int i = 0; i < 8; ++i) {
+      const int x = at[0] + (i >> 2), y = at[1] + (i >> 1 & 1), z = at[2] + (i & 1);
+      c[std::size_t(i)] = scale * brick_samples[(x * kFieldEdge + y) * kFieldEdge + z];
+    }
+    return c;
+  }
+};
 
 /// The field of a grid, and the brick of each leaf and uniform cube of its pyramid, by level and
 /// node: what `build_octree` links to.

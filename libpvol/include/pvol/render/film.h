@@ -16,6 +16,7 @@ struct Counts {
   std::uint64_t segments_path = 0, segments_shadow = 0;  ///< segments of constant bounds visited
   std::uint64_t collisions = 0, null_collisions = 0;     ///< of camera paths
   std::uint64_t shadow_rays = 0;
+  std::uint64_t shell_tests = 0, shell_rejections = 0;  ///< of camera rays that meet the box
 
   Counts& operator+=(const Counts& c) {
     lookups_path += c.lookups_path, lookups_shadow += c.lookups_shadow;
@@ -23,6 +24,7 @@ struct Counts {
     segments_path += c.segments_path, segments_shadow += c.segments_shadow;
     collisions += c.collisions, null_collisions += c.null_collisions;
     shadow_rays += c.shadow_rays;
+    shell_tests += c.shell_tests, shell_rejections += c.shell_rejections;
     return *this;
   }
   friend bool operator==(const Counts&, const Counts&) = default;

@@ -26,6 +26,8 @@ class SkyLight {
   /// Whether `sample` is worth a shadow ray.
   [[nodiscard]] bool sampled() const { return !row_cdf_.empty(); }
   [[nodiscard]] LightSample sample(Rng& rng) const;
+  /// Of a sky that is sampled: luminance averaged over all directions.
+  [[nodiscard]] float mean_luminance() const { return mean_luminance_; }
   /// Density per steradian of `sample`; 0 for a sky that is not sampled.
   [[nodiscard]] float pdf(Vec3f direction) const;
 
@@ -41,7 +43,8 @@ class SkyLight {
   double rotation_ = 0;            // of a picture, in turns
   std::vector<double> row_cdf_;    // height + 1 values from 0 to 1
   std::vector<double> pixel_cdf_;  // for each row width + 1 values from 0 to 1
-  std::vector<double> row_y_;      // height + 1 values of cos(theta) at the rows' borders
+  float mean_luminance_ = 0;
+  std::vector<double> row_y_;  // height + 1 values of cos(theta) at the rows' borders
 };
 
 /// A sun with its constants. A disc below 7e-6 degrees, which float directions do not resolve, is a

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 
 #include "pvol/render/film.h"
 #include "pvol/render/scene.h"
@@ -23,6 +24,12 @@ struct RenderResult {
 /// bytes for any number of threads. Throws Error for options out of range (sizes, crops, albedo, g,
 /// degenerate cameras).
 [[nodiscard]] RenderResult render(const Volume& volume, const Scene& scene,
+                                  const Progress& progress = {});
+
+/// The same for several volumes, which may overlap. Each has the medium that it was made for; one
+/// volume alone has that of the scene, whose extinction and placement it was made for. Throws Error
+/// for several volumes and a weighted tracker.
+[[nodiscard]] RenderResult render(std::span<const Volume> volumes, const Scene& scene,
                                   const Progress& progress = {});
 
 /// A camera that looks at `world_box` from the front and slightly above, with all of it in view.

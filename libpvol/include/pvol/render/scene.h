@@ -9,6 +9,7 @@
 
 #include "pvol/math/affine.h"
 #include "pvol/medium/voxel_grid.h"
+#include "pvol/track/tracker.h"
 
 namespace pvol {
 
@@ -58,26 +59,40 @@ struct Sun {
   friend bool operator==(const Sun&, const Sun&) = default;
 };
 
+/// A kind of matter that takes part in the extinction: droplets, soot, hot gas.
+struct Component {
+  double share = 0;    ///< of the extinction, everywhere, in [0, 1]
+  Rgb albedo{0.999f};  ///< mu_s / mu_t by channel, in [0, 1]
+  double g = 0.5;      ///< mean cosine of the Henyey-Greenstein phase function, in (-1, 1)
+  Rgb emission{0.0f};  ///< radiance L_e: the component emits mu_a L_e per unit length
+  friend bool operator==(const Component&, const Component&) = default;
+};
+
 /// Optical properties of a cloud whose density field is known: mu_t = extinction * rho.
 struct Medium {
-  double extinction = 1;   ///< per world unit and unit of density, >= 0
-  Rgb albedo{0.999f};      ///< mu_s / mu_t by channel, in [0, 1]
-  double g = 0.5;          ///< mean cosine of the Henyey-Greenstein phase function, in (-1, 1)
-  Affine object_to_world;  ///< placed after the grid's own index_to_world
+  double extinction = 1;  ///< per world unit and unit of density, >= 0
+  Rgb albedo{0.999f};     ///< these three are the first component's, whose share is what the
+  double g = 0.5;         ///< others leave
+  Rgb emission{0.0f};
+  std::vector<Component> others;  ///< further components; their shares sum up to at most 1
+  Affine object_to_world;         ///< placed after the grid's own index_to_world
   friend bool operator==(const Medium&, const Medium&) = default;
 };
 
-/// How free paths are sampled (THEORY.md, section 3). All three give the same picture on average.
-enum class Tracker {
-  delta_global,   ///< one majorant over the box of the cloud: the baseline
-  delta,          ///< null collisions against the majorant of each segment
-  decomposition,  ///< control part from the minorant without a look-up, the residual as delta
+/// Whether camera rays test a cloud's shell before its octree, where there is a shell.
+enum class ShellUse {
+  automatic,  ///< where an estimate for this camera says that it saves time
+  on,
+  off,
 };
 
-/// How the transmittance of a shadow ray is estimated.
-enum class Transmittance {
-  ratio,   ///< product of null probabilities, with unbiased roulette of small products
-  analog,  ///< 1 where a sampled free path leaves the cloud, else 0
+/// Which micro-bounds decide tentative collisions before the density is looked up. The picture is
+/// the same to the last bit; trackers with weights do not use them.
+enum class MicroBoundsUse {
+  automatic,  ///< cubes of 2^3 cells where the bounds of the segments leave much open
+  none,
+  cells_8,  ///< for cubes of 2^3 cells
+  cells_1,  ///< for single cells
 };
 
 struct RenderOptions {
@@ -88,8 +103,10 @@ struct RenderOptions {
   std::uint64_t seed = 1;
   int threads = 0;  ///< 0: one for each hardware thread
   Tracker tracker = Tracker::decomposition;
-  Transmittance transmittance = Transmittance::ratio;
+  Transmittance transmittance = Transmittance::automatic;
+  MicroBoundsUse micro_bounds = MicroBoundsUse::automatic;
   Interpolation interpolation = Interpolation::trilinear;
+  ShellUse shells = ShellUse::automatic;
   std::optional<int> depth;  ///< octree depth at which the walk stops, 0..16; else by cost
   std::optional<std::uint32_t> max_bounces;  ///< scatterings per path; a limit makes images biased
   bool background = true;  ///< whether camera rays see the lights behind the cloud

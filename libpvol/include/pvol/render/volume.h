@@ -2,12 +2,15 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
+#include "pvol/bounds/micro_bounds.h"
 #include "pvol/bounds/octree.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/math/box.h"
 #include "pvol/medium/brick_field.h"
 #include "pvol/render/scene.h"
+#include "pvol/shell/ray_shell.h"
 
 namespace pvol {
 
@@ -16,9 +19,13 @@ namespace pvol {
 struct Volume {
   BrickField field;
   Octree octree;
+  MicroBounds micro;      ///< for the squeeze; of edge 0 where there is none
+  Medium medium;          ///< that it was made for
   float extinction = 0;   ///< mu_t = extinction * rho, rounded once for bounds and look-ups alike
   Affine world_to_cells;  ///< world to cells from the octree's origin
   Box world_box;          ///< around the support; empty for an empty cloud
+  /// Tested by camera rays before they enter the octree, in its cells; see choose_shell.
+  std::optional<RayShell> shell;
 };
 
 /// Figures about a volume that tools print at load, because a wrong unit is the commonest mistake.
@@ -27,8 +34,8 @@ struct VolumeFacts {
   double shortest_free_path = 0;                 ///< world units, at the largest extinction
   double mean_optical_thickness[3] = {0, 0, 0};  ///< along the index axes, over columns that hit
   double largest_optical_thickness = 0;          ///< over all those columns
-  double null_collisions = 0;  ///< of a ray in the thin part of the worst segment, about
-  int depth = 0;               ///< largest octree depth at which the walk stops
+  double null_collisions = 0;   ///< of a ray in the thin part of the worst segment, about
+  int depth = 0;                ///< largest octree depth at which the walk stops
   std::uint64_t nodes = 0;      ///< of the tree, those below the cut included
   std::uint64_t terminals = 0;  ///< at which the walk stops
   std::uint64_t field_bytes = 0, octree_bytes = 0;
@@ -36,7 +43,7 @@ struct VolumeFacts {
 
 /// Makes a cloud ready for the scene's medium, interpolation and tracker: the walk stops at
 /// options.depth or, without it, where the cost model says (THEORY.md, T5); at the root for the
-/// tracker delta_global.
+/// tracker delta_global. Micro-bounds are built where options.micro_bounds asks for them.
 /// Throws Error where the pyramid's bounds do not hold for the grid, the map is singular, the
 /// extinction is negative or too large for a float, or the placement is so far from the origin that
 /// positions lose more than 1/1000 of a voxel.

@@ -5,10 +5,13 @@
 
 namespace pvol {
 
-/// Counts of one kind of flight. Trackers call these at each event.
+/// Counts of one kind of flight. Trackers and fields call these at each event.
 struct Tally {
-  std::uint64_t lookups = 0;          ///< evaluations of the exact density
-  std::uint64_t bounds_tests = 0;     ///< tentative collisions first tried against the minorant
+  std::uint64_t lookups = 0;  ///< evaluations of the exact density; for `regular`, cells crossed
+  /// Comparisons of a tentative collision with bounds: one with the minorant of its segment
+  /// (decomposition), one with the micro-bounds at its place (squeeze). A collision that the first
+  /// leaves open and that meets the second counts twice.
+  std::uint64_t bounds_tests = 0;
   std::uint64_t segments = 0;         ///< segments entered
   std::uint64_t null_collisions = 0;  ///< tentative collisions that were none
 

@@ -1,0 +1,34 @@
+// Bounds and support of a recipe straight from its closed form, without samples.
+#pragma once
+
+#include <cstdint>
+
+#include "pvol/bounds/pyramid.h"
+#include "pvol/medium/recipe.h"
+#include "pvol/shell/support.h"
+
+namespace pvol {
+
+/// Defaults below: octants of 4^3 cells, and support in cubes of 2^3.
+inline constexpr int kLeafRefinement = 1;
+inline constexpr int kSupportBlockLog2 = 1;
+
+/// The pyramid of a recipe from density_range() over the closed boxes of its leaves (T17): bounds
+/// of the density at every point, rounded to float, and so of every interpolant of its samples that
+/// stays within them. They are wider than those of build_pyramid(make_grid(recipe)), leaf by leaf.
+/// Each leaf is divided `refine` times (0..3) into octants whose ranges are joined: 8 times the
+/// work for each, and tighter. Cubes of one density become uniform nodes. The box of the support is
+/// as tight as those octants.
+///
+/// In parallel; the same for any number of threads. Throws Error as validate(recipe) does, for
+/// another refinement, and where there are more than `max_leaves` leaves and uniform cubes.
+[[nodiscard]] Pyramid build_pyramid(const Recipe& recipe, int refine = kLeafRefinement,
+                                    std::uint64_t max_leaves = std::uint64_t(1) << 26);
+
+/// The cells in which density_range() leaves room for density, decided for cubes of 2^block_log2
+/// cells at once (0..3, single cells to blocks of 8^3): a superset of the cells of
+/// make_support(make_grid(recipe), ...). In parallel; the same for any number of threads. Throws
+/// Error as validate(recipe) does.
+[[nodiscard]] Support make_support(const Recipe& recipe, int block_log2 = kSupportBlockLog2);
+
+}  // namespace pvol

@@ -1,0 +1,31 @@
+// Which estimators suit a volume, by its bounds.
+#pragma once
+
+#include <span>
+
+#include "pvol/render/volume.h"
+
+namespace pvol {
+
+/// Integrals of the segments' bounds over all terminals of an octree, in mu_t x cells^3.
+struct BoundIntegrals {
+  double hi = 0, lo = 0;
+  /// Look-ups of decomposition per collision that lies as the density does, taking the density to
+  /// be in the middle of its bounds.
+  [[nodiscard]] double open_share() const { return hi > 0 ? 2 * (hi - lo) / (hi + lo) : 0; }
+};
+[[nodiscard]] BoundIntegrals integrate_bounds(const Octree& octree);
+
+/// The estimator of shadow rays for `Transmittance::automatic`, and why.
+struct TransmittanceChoice {
+  Transmittance estimator = Transmittance::analog;
+  double thickness = 0;  ///< mean optical thickness of the volumes' boxes over all chords, about
+  double control_share = 0;  ///< of the majorants' integral that the minorants make up
+};
+
+/// Thick clouds take `analog`: a shadow ray ends at its first collision, where `ratio` goes on to
+/// dim. Thin ones take `ratio`, or `residual_ratio` where minorants carry most of the extinction
+/// (THEORY.md, T23). Deterministic; all choices give the same picture on average.
+[[nodiscard]] TransmittanceChoice choose_transmittance(std::span<const Volume> volumes);
+
+}  // namespace pvol

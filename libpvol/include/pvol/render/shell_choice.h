@@ -1,0 +1,35 @@
+// Whether a cloud's shell pays for a camera.
+#pragma once
+
+#include "pvol/render/scene.h"
+#include "pvol/render/volume.h"
+#include "pvol/shell/shell.h"
+
+namespace pvol {
+
+/// Counts over a coarse grid of camera rays, and what they cost in nanoseconds by the cost models
+/// of walk and shell (THEORY.md, T5 and T16).
+struct ShellEstimate {
+  int rays = 0;      ///< in the image
+  int boxed = 0;     ///< that meet the cloud's box: each tests the shell
+  int rejected = 0;  ///< by the shell
+  double spent = 0;  ///< on testing the shell, ns per ray that meets the box
+  double saved = 0;  ///< on walking rejected rays through the octree, likewise
+  [[nodiscard]] bool pays() const { return saved > spent; }
+};
+
+/// Deterministic. The volume need not have the shell.
+[[nodiscard]] ShellEstimate estimate_shell(const Volume& volume, const Shell& shell,
+                                           const Scene& scene);
+
+/// What became of a shell, for the log.
+struct ShellChoice {
+  bool kept = false;
+  ShellEstimate estimate;
+};
+
+/// Gives the volume the shell of its cloud where the scene's options say so, or leave it to the
+/// estimate and that says that it pays for the scene's camera. The picture is the same either way.
+ShellChoice choose_shell(Volume& volume, const Shell& shell, const Scene& scene);
+
+}  // namespace pvol

@@ -1,0 +1,44 @@
+// Fitting a bounding shell to the occupied cells of a cloud.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+
+#include "pvol/shell/costs.h"
+#include "pvol/shell/shell.h"
+#include "pvol/shell/support.h"
+
+namespace pvol {
+
+inline constexpr int kMaxSoftPerturbations = 32;
+
+struct ShellOptions {
+  ShellKind kind = ShellKind::hard;
+  /// Number of perturbations, 0 to kMaxPerturbations (hard) or kMaxSoftPerturbations (soft); fewer
+  /// are made where no empty cell is left to remove. Without it as many as pay for themselves by
+  /// the cost model of THEORY.md, T16.
+  std::optional<int> perturbations;
+  int effort = 1;  ///< factor on the numbers of seeds and iterations, 1 to 10
+};
+
+/// Called from one thread at a time with finished and total steps.
+using FitProgress = std::function<void(std::uint64_t done, std::uint64_t total)>;
+
+/// The shell of a support that is not empty: certified with at least `evaluator_margin`, and
+/// measured (THEORY.md, T15). Deterministic: the same for any number of threads and any speed of
+/// the machine, as all effort is counted in iterations. Throws Error for options out of range, an
+/// empty support and where no certificate can be found.
+[[nodiscard]] Shell fit_shell(const Support& support, const ShellOptions& options = {},
+                              const FitProgress& progress = {});
+
+/// Nanoseconds, as in ShellCosts, that the octree takes to find that a ray meets nothing.
+inline constexpr double kFalseHitCost = 200;
+
+/// Expected cost for a ray from outside that meets the box: of the test, and of the false hits that
+/// it leaves; and of false hits alone, without a shell. The shell pays where the first is less.
+[[nodiscard]] double expected_cost(const ShellTightness& tightness, ShellKind kind,
+                                   int perturbations);
+[[nodiscard]] double expected_cost_of_box(const ShellTightness& tightness);
+
+}  // namespace pvol

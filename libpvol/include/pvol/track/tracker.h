@@ -1,0 +1,30 @@
+// The ways to sample a free path and to estimate a transmittance.
+#pragma once
+
+namespace pvol {
+
+/// How free paths are sampled (THEORY.md, section 3). All give the same picture on average.
+enum class Tracker {
+  delta_global,    ///< one majorant over the box of the cloud: the baseline
+  delta,           ///< null collisions against the majorant of each segment
+  decomposition,   ///< control part from the minorant without a look-up, the residual as delta
+  weighted_delta,  ///< delta with weights, for majorants that may lie too low
+  weighted_decomposition,  ///< decomposition with weights, for bounds that may not bound
+  regular,                 ///< closed form, cell by cell: no null collisions, a look-up a cell
+};
+
+/// Whether flights carry weights, and bounds need not bound.
+[[nodiscard]] constexpr bool is_weighted(Tracker t) {
+  return t == Tracker::weighted_delta || t == Tracker::weighted_decomposition;
+}
+
+/// How the transmittance of a ray is estimated (THEORY.md, T7).
+enum class Transmittance {
+  automatic,       ///< one of the others, chosen by `choose_transmittance` for the volume
+  ratio,           ///< product of null probabilities, with unbiased roulette of small products
+  analog,          ///< 1 where a sampled free path leaves the cloud, else 0
+  residual_ratio,  ///< a control part in closed form times `ratio` of the rest
+  regular,         ///< exact, cell by cell
+};
+
+}  // namespace pvol

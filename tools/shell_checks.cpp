@@ -1,0 +1,31 @@
+#include "shell_checks.h"
+
+#ifdef PVOL_WITH_CGAL
+#include "shellcheck.h"
+#endif
+
+#include "pvol/error.h"
+
+namespace pvol::cli {
+
+#ifdef PVOL_WITH_CGAL
+
+std::string check_shell(const Shell& shell, const Support& support) {
+  const ShellCheck check = pvol::check_shell(shell, support);
+  if (!check.contained) {
+    throw Error("CGAL found that the shell does not hold the cloud:\n" + describe(check));
+  }
+  return describe(check);
+}
+
+#else
+
+std::string check_shell(const Shell&, const Support&) {
+  throw Error(
+      "this pvol was built without CGAL, which --check needs; configure with "
+      "-DPVOL_WITH_CGAL=ON, or rely on the certificate (pvol-stats shells --verify)");
+}
+
+#endif
+
+}  // namespace pvol::cli
