@@ -122,6 +122,19 @@ TEST(Shells, ConvertToMeshesAndSlices) {
   EXPECT_FALSE(std::filesystem::exists(f.folder / "b.ply"));
 }
 
+TEST(Shells, OfRecipesNeedNoSamples) {
+  const Files f({"--closed-form", "--shells", "2"});
+  EXPECT_EQ(f.report["bytes"]["density"], 0);
+  EXPECT_GT(f.report["bounds"]["leaves"], 0);
+  // The exact support lies in that of the closed form.
+  expect_exit(0, run_tool(PVOL_STATS, {"shells", f.cloud, "--verify"}), "verified");
+  const RunResult r = run_tool(
+      PVOL_RENDER, {f.cloud, "-o", f.folder / "a.png", "--size", "24x24", "--spp", "2", "--quiet"});
+  EXPECT_EQ(r.exit, 0) << r.err;
+  expect_exit(2, run_tool(PVOL_FIT, {f.folder / "a.vdb", "-o", f.cloud, "--closed-form"}),
+              "recipes");
+}
+
 TEST(Shells, MisuseIsRefused) {
   const Files f({});
   expect_exit(1, run_tool(PVOL_STATS, {"shells", f.cloud}), "no shell");

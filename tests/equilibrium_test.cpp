@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "flights.h"
+#include "pvol/render/estimators.h"
 #include "pvol/track/flight.h"
 #include "statistics.h"
 
@@ -21,35 +22,6 @@ Field make_cloud() {
     const double bumps = std::sin(0.9 * q.x) * std::sin(0.7 * q.y) * std::sin(0.8 * q.z);
     return std::clamp(1.2 - length(q) / 24 + 0.4 * bumps, 0.0, 1.0);
   });
-}
-
-/// Volume integrals over the support of the majorant and of the minorant, in cells.
-struct BoundIntegrals {
-  double lo = 0, hi = 0;
-};
-void add_node(const Octree& tree, const Octree::Node& node, Vec3i low, BoundIntegrals& sum) {
-  const int shift = 3 + 2 * int(node.height);
-  for (std::uint32_t bit = 0; bit < 64; ++bit) {
-    const Octree::Entry* e = tree.child(node, bit);
-    if (e == nullptr) continue;
-    const Vec3i at = low + Vec3i(int(bit >> 4), int(bit >> 2 & 3), int(bit & 3)) * (1 << shift);
-    if (e->log2 == 0) {
-      add_node(tree, tree.nodes[e->link & ~Octree::kNodeBit], at, sum);
-      continue;
-    }
-    // Of a group of eight children, each adds its own cube.
-    const Vec3i end = min(at + Vec3i(1 << shift), vec3(tree.support_hi));
-    const Vec3i begin = max(at, vec3(tree.support_lo));
-    const Vec3d extent(max(end - begin, Vec3i(0)));
-    const double cells = extent.x * extent.y * extent.z;
-    sum.lo += double(e->lo) * cells;
-    sum.hi += double(e->hi) * cells;
-  }
-}
-BoundIntegrals integrate_bounds(const Octree& tree) {
-  BoundIntegrals sum;
-  add_node(tree, tree.nodes[0], {0, 0, 0}, sum);
-  return sum;
 }
 
 Vec3f isotropic(Rng& rng) {

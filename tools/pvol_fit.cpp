@@ -4,8 +4,10 @@
 #include <iostream>
 
 #include "cli_app.h"
+#include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
+#include "pvol/formats/recipe_file.h"
 #include "pvol/shell/fit_shell.h"
 #include "shell_checks.h"
 #include "shell_report.h"
@@ -32,7 +34,7 @@ struct Options {
   std::string density = "fp32";
   std::string shells = "none", shell_kind = "hard";
   int shell_effort = 1;
-  bool check = false;
+  bool check = false, closed_form = false;
   bool json = false;
   int threads = 0;
 };
@@ -76,6 +78,10 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
       "--check", o.check,
       "Check the shell with CGAL in exact arithmetic, independently of its certificate, and "
       "report distances; a shell that fails is not written");
+  app.add_flag(
+      "--closed-form", o.closed_form,
+      "Bound a recipe by its formulas, without sampling it: for resolutions that fit into no "
+      "memory. Bounds are looser; the density stays in the recipe");
   app.add_flag("--strict", o.grid.strict,
                "Refuse an input that draws a warning: non-finite or negative densities, say");
   app.add_flag("--json", o.json, "The report as JSON");
@@ -86,7 +92,8 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
 }
 
 struct Fit {
-  formats::LoadedGrid loaded;
+  formats::LoadedGrid loaded;  ///< without samples where the bounds are a recipe's in closed form
+  Recipe recipe;               ///< of those
   formats::PvolFile file;
   formats::PvolSizes bytes;
   std::uint64_t source_bytes = 0;
@@ -108,7 +115,9 @@ formats::Metadata describe_source(const Options& o, const formats::LoadedGrid& l
 }
 
 void add_shell(const Options& o, Fit& f) {
-  const Support support = make_support(f.loaded.grid, f.file.pyramid);
+  // In closed form by cubes of the size that the bounds were refined to, so that the boxes agree.
+  const Support support = o.closed_form ? make_support(f.recipe, 3 - kLeafRefinement)
+                                        : make_support(f.loaded.grid, f.file.pyramid);
   ShellOptions options;
   options.kind = o.shell_kind == "soft" ? ShellKind::soft : ShellKind::hard;
   if (o.shells != "auto") options.perturbations = std::stoi(o.shells);
@@ -125,9 +134,17 @@ void add_shell(const Options& o, Fit& f) {
 Fit fit(const Options& o) {
   Fit f;
   cli::Stopwatch watch;
-  f.loaded = formats::load_grid(o.input, o.grid);
+  if (o.closed_form) {
+    f.recipe = formats::read_recipe(o.input);
+    f.loaded.grid.name = f.loaded.report.grid = f.recipe.name;
+    f.loaded.grid.index_to_world = scaling(Vec3d(f.recipe.voxel));
+    f.loaded.report.type = "recipe, not sampled";
+  } else {
+    f.loaded = formats::load_grid(o.input, o.grid);
+  }
   f.read_seconds = watch.lap();
-  f.file.pyramid = formats::build_bounds(f.loaded.grid, o.input);
+  f.file.pyramid = o.closed_form ? cli::naming(o.input, [&] { return build_pyramid(f.recipe); })
+                                 : formats::build_bounds(f.loaded.grid, o.input);
   f.bounds_seconds = watch.lap();
   if (o.shells != "none" && !f.file.pyramid.empty()) {
     add_shell(o, f);
@@ -135,7 +152,7 @@ Fit fit(const Options& o) {
   }
   f.file.metadata = describe_source(o, f.loaded);
   f.source_bytes = f.file.metadata.source.bytes;
-  if (o.density == "fp32") f.file.density = f.loaded.grid;
+  if (o.density == "fp32" && !o.closed_form) f.file.density = f.loaded.grid;
   f.bytes = formats::write_pvol(o.output, f.file);
   f.write_seconds = watch.lap();
   return f;
@@ -218,8 +235,9 @@ int run(const Options& o) {
     throw cli::UsageError("the input " + o.input.string() + " ends in '" + kind +
                           "', expected .vdb, .nvdb or .toml (a recipe)");
   }
-  if (kind == ".toml" && o.density == "reference") {
-    throw cli::UsageError("a recipe is always embedded; leave --density reference out");
+  if (o.closed_form && kind != ".toml") {
+    throw cli::UsageError("--closed-form is for recipes (.toml); " + o.input.string() +
+                          " holds samples");
   }
   if (o.check && o.shells == "none") {
     throw cli::UsageError("--check checks the shell that --shells asks for; add --shells auto");

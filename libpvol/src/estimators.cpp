@@ -1,25 +1,36 @@
 #include "pvol/render/estimators.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 namespace pvol {
 
+namespace {
+
+void add_node(const Octree& tree, const Octree::Node& node, Vec3i low, BoundIntegrals& sum) {
+  const int shift = 3 + 2 * int(node.height);
+  for (std::uint32_t bit = 0; bit < 64; ++bit) {
+    const Octree::Entry* e = tree.child(node, bit);
+    if (e == nullptr) continue;
+    const Vec3i at = low + Vec3i(int(bit >> 4), int(bit >> 2 & 3), int(bit & 3)) * (1 << shift);
+    if (e->log2 == 0) {
+      add_node(tree, tree.nodes[e->link & ~Octree::kNodeBit], at, sum);
+      continue;
+    }
+    // Of a group of eight children, each adds its own cube. Walks end at the support's box.
+    const Vec3i end = min(at + Vec3i(1 << shift), vec3(tree.support_hi));
+    const Vec3d extent(max(end - max(at, vec3(tree.support_lo)), Vec3i(0)));
+    const double cells = extent.x * extent.y * extent.z;
+    sum.lo += double(e->lo) * cells;
+    sum.hi += double(e->hi) * cells;
+  }
+}
+
+}  // namespace
+
 BoundIntegrals integrate_bounds(const Octree& octree) {
   BoundIntegrals sum;
-  for (const Octree::Node& node : octree.nodes) {
-    const auto children = std::uint32_t(std::popcount(node.mask));
-    for (std::uint32_t i = node.first; i < node.first + children; ++i) {
-      const Octree::Entry& e = octree.entries[i];
-      if (e.log2 == 0) continue;  // descended into
-      // A group of 2^3 children is in the tree as one entry for each that is not empty.
-      double volume = std::ldexp(1.0, 3 * int(e.log2));
-      if (e.grouped) volume /= 8;
-      sum.hi += double(e.hi) * volume;
-      sum.lo += double(e.lo) * volume;
-    }
-  }
+  if (!octree.empty()) add_node(octree, octree.nodes[0], {0, 0, 0}, sum);
   return sum;
 }
 

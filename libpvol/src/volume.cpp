@@ -103,6 +103,7 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& s
   Volume v;
   v.medium = medium;
   v.extinction = float(medium.extinction);
+  v.interpolation = scene.options.interpolation;
   v.world_to_cells = translation(-Vec3d(pyramid.origin)) * to_index;
   if (!pyramid.empty()) v.world_box = transform(to_world, pyramid.support());
   check_placement(to_world, v.world_to_cells, v.world_box);

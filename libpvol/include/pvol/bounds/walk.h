@@ -63,13 +63,13 @@ class Walk {
   }
 
   /// The next segment with hi > 0, or nothing at the end.
-  [[nodiscard]] std::optional<Segment> next() {
+  [[nodiscard, gnu::always_inline]] std::optional<Segment> next() {
     return next([] {});
   }
 
   /// The same; calls on_skip() for each empty cube on the way.
   template <class OnSkip>
-  [[nodiscard]] std::optional<Segment> next(const OnSkip& on_skip) {
+  [[nodiscard, gnu::always_inline]] std::optional<Segment> next(const OnSkip& on_skip) {
     if (pending_) leave();
     while (left_ > 0) {
       const Octree::Entry* e = descend();
@@ -88,7 +88,9 @@ class Walk {
 
   /// The point at t of the current segment, clamped to its cube: rounding never reaches a cell
   /// whose bounds are not the segment's.
-  [[nodiscard]] LatticePoint point(double t) const { return after(float(t - t_)); }
+  [[nodiscard, gnu::always_inline]] LatticePoint point(double t) const {
+    return after(float(t - t_));
+  }
 
   /// A cursor at a point of the current segment, for a path that turns there.
   [[nodiscard]] Cursor stop_at(const LatticePoint& p) const {
@@ -99,7 +101,7 @@ class Walk {
 
  private:
   /// Finds the terminal or empty cube (null) that holds the current cell, and its size.
-  const Octree::Entry* descend() {
+  [[gnu::always_inline]] const Octree::Entry* descend() {
     int h = cursor_.height;
     std::uint32_t node = cursor_.nodes[h];
     for (;;) {
@@ -116,7 +118,7 @@ class Walk {
   }
 
   /// The point a distance into the current cube, clamped to it.
-  [[nodiscard]] LatticePoint after(float distance) const {
+  [[nodiscard, gnu::always_inline]] LatticePoint after(float distance) const {
     const Float4 x = at_.frac + d_ * splat(distance);
     const Int4 low = at_.cell & -size_;
     const Int4 cell = min(max(at_.cell + floor_to_int(x), low), low + (size_ - 1));
@@ -125,7 +127,7 @@ class Walk {
   }
 
   /// Distance to the faces through which the ray leaves the cube.
-  void measure_exit() {
+  [[gnu::always_inline]] void measure_exit() {
     const Int4 low = at_.cell & -size_;
     const Int4 face = low + (up_ & size_);
     exit_ = (to_float(face - at_.cell) - at_.frac) * inv_;
@@ -135,7 +137,7 @@ class Walk {
   /// Moves to the nearest face, into the next cube, and up to the node that holds both. The axes
   /// that pass no face stay in the cube: were rounding to take one back across a face that it has
   /// passed, axes could undo each other's steps for ever.
-  void leave() {
+  [[gnu::always_inline]] void leave() {
     pending_ = false;
     t_ += double(step_);
     if (!(step_ < float(left_))) {
@@ -160,7 +162,7 @@ class Walk {
   LatticePoint at_;  // start of the current cube's stretch
   Float4 d_, inv_;
   Int4 up_;                // -1 where the direction is not negative, else 0
-  Float4 exit_;            // world length to the faces ahead
+  Float4 exit_{};          // world length to the faces ahead
   double t_ = 0;           // world length walked to `at_`
   double left_;            // world length left from there; a float would drift over many steps
   float step_ = 0;         // world length within the current cube

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +44,31 @@ struct VoxelGrid {
   std::vector<Tile> tiles;
   std::shared_ptr<const void> owner;  ///< keeps `values` of every brick alive
 };
+
+/// Samples in an array of the caller's: that of lattice point origin + (i, j, k), 0 <= (i, j, k) <
+/// size, is values[dot((i, j, k), stride)]. Only read, and only during a call.
+struct DenseArray {
+  const float* values = nullptr;
+  Vec3i size;
+  Vec3i origin{0, 0, 0};
+  std::optional<Vec3l> stride{};  ///< without: as in C's values[x][y][z], z fastest; for x fastest
+                                  ///< it is (1, size.x, size.x * size.y)
+};
+
+/// A sparse copy of the array, without bricks of zeros. Throws Error, naming the sample, where a
+/// value is not finite or negative; for a size below 1, an array of no address, and lattice points
+/// beyond +-2^30.
+[[nodiscard]] VoxelGrid make_grid(const DenseArray& array, const Affine& index_to_world = {});
+
+/// Writes the samples of the brick at `origin`, in the order of Brick::values, over zeros.
+using FillBrick = std::function<void(Vec3i origin, float* values)>;
+
+/// A grid of what `fill` writes for every brick that holds a lattice point of lo <= p < hi, without
+/// bricks of zeros, for densities that no dense array could hold. `fill` is called from several
+/// threads at once, and what it throws is passed on. Throws Error as above, and where hi > lo does
+/// not hold on each axis.
+[[nodiscard]] VoxelGrid make_grid(Vec3i lo, Vec3i hi, const FillBrick& fill,
+                                  const Affine& index_to_world = {});
 
 /// How a field is interpolated between samples. Bounds hold for both.
 enum class Interpolation { nearest, trilinear };

@@ -7,7 +7,7 @@
 
 namespace pvol {
 
-/// Integrals of the segments' bounds over all terminals of an octree, in mu_t x cells^3.
+/// Integrals over the support's box of the bounds that walks meet, in mu_t x cells^3.
 struct BoundIntegrals {
   double hi = 0, lo = 0;
   /// Look-ups of decomposition per collision that lies as the density does, taking the density to

@@ -74,8 +74,8 @@ struct Medium {
   Rgb albedo{0.999f};     ///< these three are the first component's, whose share is what the
   double g = 0.5;         ///< others leave
   Rgb emission{0.0f};
-  std::vector<Component> others;  ///< further components; their shares sum up to at most 1
-  Affine object_to_world;         ///< placed after the grid's own index_to_world
+  std::vector<Component> others{};  ///< further components; their shares sum up to at most 1
+  Affine object_to_world{};         ///< placed after the grid's own index_to_world
   friend bool operator==(const Medium&, const Medium&) = default;
 };
 

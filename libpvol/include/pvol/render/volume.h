@@ -19,9 +19,10 @@ namespace pvol {
 struct Volume {
   BrickField field;
   Octree octree;
-  MicroBounds micro;      ///< for the squeeze; of edge 0 where there is none
-  Medium medium;          ///< that it was made for
-  float extinction = 0;   ///< mu_t = extinction * rho, rounded once for bounds and look-ups alike
+  MicroBounds micro;     ///< for the squeeze; of edge 0 where there is none
+  Medium medium;         ///< that it was made for
+  float extinction = 0;  ///< mu_t = extinction * rho, rounded once for bounds and look-ups alike
+  Interpolation interpolation = Interpolation::trilinear;  ///< of the scene that it was made for
   Affine world_to_cells;  ///< world to cells from the octree's origin
   Box world_box;          ///< around the support; empty for an empty cloud
   /// Tested by camera rays before they enter the octree, in its cells; see choose_shell.

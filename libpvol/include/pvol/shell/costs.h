@@ -8,8 +8,8 @@ namespace pvol {
 /// Nanoseconds of one test of a ray that meets the box, in the same unit as WalkCosts; measured
 /// with tests/bench/shell_bench. They only affect speed (THEORY.md, T16).
 struct ShellCosts {
-  double hard = 30, hard_perturbation = 4;
-  double soft = 40, soft_perturbation = 35;
+  double hard = 50, hard_perturbation = 7;
+  double soft = 60, soft_perturbation = 20;
 };
 
 [[nodiscard]] inline double test_cost(ShellKind kind, int perturbations,

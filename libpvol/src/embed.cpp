@@ -1,0 +1,105 @@
+// The calls that are complete in themselves, compiled once.
+#include "pvol/embed.h"
+
+#include <cmath>
+
+namespace pvol {
+namespace {
+
+Vec3d unit(Vec3d direction) {
+  const double size = length(direction);
+  if (!(size > 0 && std::isfinite(size))) {
+    throw Error("a ray has a direction of length " + std::to_string(size) +
+                "; it must be finite and not zero. Check where the renderer samples directions.");
+  }
+  return direction / size;
+}
+
+}  // namespace
+
+Volume make_volume(const VoxelGrid& grid, const Medium& medium, const VolumeOptions& options) {
+  Scene scene;
+  scene.medium = medium;
+  scene.options.interpolation = options.interpolation;
+  scene.options.micro_bounds = options.micro_bounds;
+  scene.options.depth = options.depth;
+  return make_volume(grid, build_pyramid(grid), scene);
+}
+
+std::optional<RayWalk> enter(const Volume& volume, const Ray& ray, double t_max) {
+  if (!is_finite(ray.o) || std::isnan(t_max)) {
+    throw Error("a ray has an origin or a t_max that is not a number; check where it is made");
+  }
+  const Vec3d direction = unit(ray.d);
+  if (volume.octree.empty()) return std::nullopt;
+  const Ray cells{volume.world_to_cells.point(ray.o), volume.world_to_cells.vector(direction)};
+  const auto span = intersect(volume.octree.support(), cells, 0, t_max);
+  if (!span) return std::nullopt;
+  return RayWalk(volume.octree, make_cursor(volume.octree, cells.at(span->t0)), cells.d, *span);
+}
+
+RayWalk resume(const Volume& volume, const Cursor& from, Vec3d direction, double t_max) {
+  return RayWalk(volume.octree, from, volume.world_to_cells.vector(unit(direction)), {0, t_max});
+}
+
+Flight sample_flight(const Volume& volume, const Ray& ray, double t_max, Rng& rng) {
+  auto walk = enter(volume, ray, t_max);
+  if (!walk) return {};
+  return visit_field(volume, [&](const auto& field) {
+    NoTally none;
+    return free_flight<Tracker::decomposition>(*walk, field, rng, none);
+  });
+}
+
+float sample_transmittance(const Volume& volume, const Ray& ray, double t_max, Rng& rng,
+                           Transmittance estimator) {
+  if (estimator == Transmittance::automatic) {
+    throw Error(
+        "sample_transmittance does not choose an estimator ray by ray: call "
+        "choose_transmittance once and pass on its choice");
+  }
+  auto walk = enter(volume, ray, t_max);
+  if (!walk) return 1;
+  return visit_field(volume, [&](const auto& field) {
+    using enum Transmittance;
+    NoTally none;
+    switch (estimator) {
+      case analog:
+        return transmittance<analog, Tracker::decomposition>(*walk, field, rng, none);
+      case residual_ratio:
+        return transmittance<residual_ratio, Tracker::delta>(*walk, field, rng, none);
+      case regular:
+        return transmittance<regular, Tracker::delta>(*walk, field, rng, none);
+      case automatic:
+      case ratio:
+        break;
+    }
+    return transmittance<ratio, Tracker::delta>(*walk, field, rng, none);
+  });
+}
+
+double exact_transmittance(const Volume& volume, const Ray& ray, double t_max) {
+  auto walk = enter(volume, ray, t_max);
+  if (!walk) return 1;
+  return visit_field(volume, [&](const auto& field) {
+    NoTally none;
+    return std::exp(-optical_depth(*walk, field, none));
+  });
+}
+
+float density_at(const Volume& volume, Vec3d world) {
+  const Octree& tree = volume.octree;
+  const Vec3d cells = volume.world_to_cells.point(world);
+  if (tree.empty() || !tree.support().contains(cells)) return 0;
+  const LatticePoint p = make_cursor(tree, cells).at;
+  constexpr LeafHandle kRoot = Octree::kNodeBit;
+  return volume.interpolation == Interpolation::nearest
+             ? density<Interpolation::nearest>(volume.field, tree, kRoot, p)
+             : density<Interpolation::trilinear>(volume.field, tree, kRoot, p);
+}
+
+float extinction_at(const Volume& volume, Vec3d world) {
+  return volume.extinction * density_at(volume, world);
+}
+
+}  // namespace pvol
