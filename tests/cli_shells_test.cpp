@@ -77,6 +77,12 @@ TEST(Shells, ThatDoNotHoldAreFound) {
   content.shell->form.base.constant -= 0.125;
   formats::write_pvol(f.cloud, content);
   expect_exit(1, run_tool(PVOL_STATS, {"shells", f.cloud, "--verify"}), "does not hold the cloud");
+  const std::vector<std::string> render{f.cloud, "-o", f.folder / "a.png", "--size", "8x8",
+                                        "--spp", "1",  "--quiet"};
+  expect_exit(1, run_tool(PVOL_RENDER, render), "shell does not hold the cloud");
+  std::vector<std::string> without = render;
+  without.insert(without.end(), {"--shells", "off"});
+  EXPECT_EQ(run_tool(PVOL_RENDER, without).exit, 0);
   const RunResult r = run_tool(PVOL_STATS, {"shells", f.cloud, "--check"});
   if (r.err.find("without CGAL") != std::string::npos) GTEST_SKIP() << "built without CGAL";
   expect_exit(1, r, "point");
@@ -141,6 +147,9 @@ TEST(Shells, MisuseIsRefused) {
   expect_exit(2, run_tool(PVOL_STATS, {"shells", f.recipe}), ".pvol");
   expect_exit(2, run_tool(PVOL_FIT, {f.recipe, "-o", f.cloud, "--shells", "65"}), "65");
   expect_exit(2, run_tool(PVOL_FIT, {f.recipe, "-o", f.cloud, "--check"}), "--shells");
+  expect_exit(
+      2, run_tool(PVOL_FIT, {f.recipe, "-o", f.cloud, "--shells", "33", "--shell-kind", "soft"}),
+      "at most 32");
   expect_exit(2, run_tool(PVOL_RENDER, {f.cloud, "-o", f.folder / "a.png", "--shells", "yes"}),
               "auto or on or off");
 }

@@ -450,6 +450,22 @@ TEST(Render, BoundsOfAnotherDensityAreRefused) {
   EXPECT_THROW((void)make_volume(denser.grid, build_pyramid(cloud().grid), s), Error);
 }
 
+TEST(Render, SeveralVolumesAreSeenFromFarAsOneIs) {
+  // At this distance the steps between float directions are some cells wide.
+  Scene s = cloud_scene();
+  s.camera.position = {0, 0, 1e8};
+  s.camera.fov = 1.6e-5;
+  s.options.samples = 16;
+  const std::vector<Volume> volumes{make_volume(cloud().grid, build_pyramid(cloud().grid), s),
+                                    make_volume(VoxelGrid{}, Pyramid{}, s)};
+  const Film one = render(volumes.front(), s).film, two = render(volumes, s).film;
+  // The share of a pixel that the cloud covers does not depend on what is sampled in the cloud.
+  for (std::size_t i = 0; i < one.pixels.size(); ++i) {
+    EXPECT_EQ(one.pixels[i].alpha > 0, two.pixels[i].alpha > 0) << i;
+  }
+  EXPECT_EQ(render(volumes, s).counts, Counts{});
+}
+
 TEST(Render, AVolumeMadeForAnotherSceneIsRefused) {
   Scene s = cloud_scene();
   const Volume volume = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
@@ -458,6 +474,9 @@ TEST(Render, AVolumeMadeForAnotherSceneIsRefused) {
   EXPECT_THROW((void)render(volume, other), Error);
   other = s;
   other.options.tracker = Tracker::delta_global;
+  EXPECT_THROW((void)render(volume, other), Error);
+  other = s;
+  other.options.interpolation = Interpolation::nearest;
   EXPECT_THROW((void)render(volume, other), Error);
 }
 

@@ -104,17 +104,27 @@ void report(const Options& o, const formats::GridReport& r,
   }
 }
 
+const Shell& require_shell(const Options& o, const std::optional<Shell>& shell) {
+  if (shell) return *shell;
+  throw Error(o.input.string() + ": holds no shell; make one with pvol-fit --shells auto");
+}
+
+/// Slices show the density as well; a mesh needs the shell alone.
 int convert_shell(const Options& o) {
-  const formats::Cloud cloud = formats::load_cloud(o.input, o.grid);
-  if (!cloud.shell) {
-    throw Error(o.input.string() + ": holds no shell; make one with pvol-fit --shells auto");
-  }
+  if (o.bounds) throw cli::UsageError("--bounds goes with an output that ends in .vdb");
+  formats::GridReport density;
   if (formats::ending(o.output) == ".png") {
-    cli::write_shell_slices(o.output, *cloud.shell, make_support(cloud.grid, cloud.pyramid));
+    const formats::Cloud cloud = formats::load_cloud(o.input, o.grid);
+    cli::print_warnings("pvol-convert", cloud.report.warnings);
+    density = cloud.report;
+    cli::write_shell_slices(o.output, require_shell(o, cloud.shell),
+                            make_support(cloud.grid, cloud.pyramid));
   } else {
-    cli::write_shell_mesh(o.output, *cloud.shell, cloud.grid.index_to_world, o.resolution);
+    const formats::PvolFile file = formats::read_pvol(o.input);
+    cli::write_shell_mesh(o.output, require_shell(o, file.shell), file.metadata.index_to_world,
+                          o.resolution);
   }
-  report(o, cloud.report, {});
+  report(o, density, {});
   return cli::kSuccess;
 }
 

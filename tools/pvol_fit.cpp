@@ -55,19 +55,19 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   app.add_option("--density", o.density,
                  "fp32: the file holds every sample, exactly, and works alone; for large clouds it "
                  "is about as large as the source. reference: it holds the source's name, size and "
-                 "hash, a hundredth of its bytes, and needs it to render [fp32]")
+                 "hash, less than a hundredth of its bytes, and needs it to render [fp32]")
       ->type_name("fp32|reference")
       ->check(CLI::IsMember({"fp32", "reference"}).description(""));
   app.add_option(
          "--shells", o.shells,
-         "Fit a bounding shell of that many perturbations, 0 to 64 (soft: 32), or of as many "
-         "as should pay for themselves; takes 1 to 30 seconds and about 800 bytes [none]")
+         "Fit a bounding shell of that many perturbations, 0 to 64 (soft: 32), or of the number "
+         "that should cost rays least; takes 1 to 30 seconds and 88 + 44 K bytes [none]")
       ->type_name("K|auto|none")
       ->check(cli::word_or_number({"auto", "none"}, kMaxPerturbations));
   app.add_option(
          "--shell-kind", o.shell_kind,
          "hard: an ellipsoid with quadrics cut away, fast for rays. soft: a smooth surface, "
-         "tests take five times as long [hard]")
+         "tests take twice as long [hard]")
       ->type_name("hard|soft")
       ->check(CLI::IsMember({"hard", "soft"}).description(""));
   app.add_option("--shell-effort", o.shell_effort,
@@ -80,8 +80,8 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
       "report distances; a shell that fails is not written");
   app.add_flag(
       "--closed-form", o.closed_form,
-      "Bound a recipe by its formulas, without sampling it: for resolutions that fit into no "
-      "memory. Bounds are looser; the density stays in the recipe");
+      "Bound a recipe by its formulas, without sampling it. Bounds are looser, and the density "
+      "stays in the recipe, which a render samples");
   app.add_flag("--strict", o.grid.strict,
                "Refuse an input that draws a warning: non-finite or negative densities, say");
   app.add_flag("--json", o.json, "The report as JSON");
@@ -109,7 +109,11 @@ formats::Metadata describe_source(const Options& o, const formats::LoadedGrid& l
   const std::filesystem::path folder = std::filesystem::absolute(o.output).parent_path();
   m.source = {std::filesystem::proximate(std::filesystem::absolute(o.input), folder).string(),
               loaded.report.grid, hash.bytes, hash.hash};
-  m.options = {{"density", o.density}, {"shells", o.shells}};
+  m.options = {{"density", o.closed_form ? "reference" : o.density},
+               {"closed_form", o.closed_form ? "yes" : "no"},
+               {"shells", o.shells},
+               {"shell_kind", o.shell_kind},
+               {"shell_effort", std::to_string(o.shell_effort)}};
   m.written_by = "pvol-fit " PVOL_VERSION;
   return m;
 }
@@ -177,8 +181,9 @@ void report_text(const Options& o, const Fit& f) {
   const Vec3l cells = extent(p);
   const Vec3d world = extent_world(f);
   const std::size_t leaves = p.empty() ? 0 : p.levels[0].size();
-  std::cout << "grid    " << r.grid << " (" << r.type << "), " << readable_count(r.active)
-            << " active voxels, largest density " << readable(double(r.largest)) << '\n'
+  std::cout << "grid    " << r.grid << " (" << r.type << "), ";
+  if (!o.closed_form) std::cout << readable_count(r.active) << " active voxels, ";
+  std::cout << "largest density " << readable(double(o.closed_form ? p.scale : r.largest)) << '\n'
             << "support " << cells.x << " x " << cells.y << " x " << cells.z << " voxels, "
             << readable(world.x) << " x " << readable(world.y) << " x " << readable(world.z)
             << " world units\n"
@@ -210,12 +215,13 @@ void report_json(const Options& o, const Fit& f) {
                {"active_voxels", r.active},
                {"non_finite", r.non_finite},
                {"negative", r.negative},
-               {"largest", r.largest}};
+               {"largest", o.closed_form ? p.scale : r.largest}};
   j["support_voxels"] = {cells.x, cells.y, cells.z};
   j["support_world"] = {world.x, world.y, world.z};
   j["bounds"] = {{"leaves", p.empty() ? 0 : p.levels[0].size()},
                  {"nodes", count_nodes(p)},
                  {"depth", p.empty() ? 0 : p.levels.size() - 1}};
+  if (!f.check.empty()) j["check"] = f.check;
   if (f.file.shell) j["shell"] = cli::to_json(*f.file.shell, f.bytes.shell);
   j["bytes"] = {{"header", f.bytes.header},   {"metadata", f.bytes.metadata},
                 {"bounds", f.bytes.bounds},   {"shell", f.bytes.shell},
@@ -238,6 +244,17 @@ int run(const Options& o) {
   if (o.closed_form && kind != ".toml") {
     throw cli::UsageError("--closed-form is for recipes (.toml); " + o.input.string() +
                           " holds samples");
+  }
+  if (o.closed_form && !o.grid.grid.empty()) {
+    throw cli::UsageError("--grid does not go with --closed-form: a recipe makes one grid");
+  }
+  if (o.shell_kind == "soft" && o.shells != "none" && o.shells != "auto" &&
+      std::stoi(o.shells) > kMaxSoftPerturbations) {
+    throw cli::UsageError("--shells " + o.shells + ": a soft shell has at most " +
+                          std::to_string(kMaxSoftPerturbations) + " perturbations");
+  }
+  if (o.check && !cli::can_check_shells()) {
+    throw cli::UsageError("this pvol was built without CGAL, which --check needs");
   }
   if (o.check && o.shells == "none") {
     throw cli::UsageError("--check checks the shell that --shells asks for; add --shells auto");

@@ -88,7 +88,7 @@ void add_estimator(CLI::App& app, RenderOptionsGiven& o) {
       ->check(CLI::Range(1u, 4294967295u).description(""));
   app.add_option("--seed", o.seed, "Seed of the random numbers [1]")
       ->type_name("N")
-      ->check(CLI::Range(std::uint64_t(0), std::uint64_t(1) << 63).description(""));
+      ->check(CLI::Range(std::uint64_t(0), (std::uint64_t(1) << 63) - 1).description(""));
   app.add_option("--threads", o.threads, "Threads; 0 is one for each hardware thread [0]")
       ->type_name("N")
       ->check(CLI::Range(0, 4096).description(""));

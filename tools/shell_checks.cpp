@@ -10,6 +10,8 @@ namespace pvol::cli {
 
 #ifdef PVOL_WITH_CGAL
 
+bool can_check_shells() { return true; }
+
 std::string check_shell(const Shell& shell, const Support& support) {
   const ShellCheck check = pvol::check_shell(shell, support);
   if (!check.contained) {
@@ -19,6 +21,8 @@ std::string check_shell(const Shell& shell, const Support& support) {
 }
 
 #else
+
+bool can_check_shells() { return false; }
 
 std::string check_shell(const Shell&, const Support&) {
   throw Error(

@@ -259,6 +259,7 @@ Sun read_sun(const TomlTable& table) {
   assign(sun.direction, table.direction("direction"));
   assign(sun.irradiance, table.rgb("irradiance", kRadiance));
   assign(sun.angle, table.number("angle", Range::half_open(0, 180)));
+  if (sun.angle > 0 && sun.angle < 0.01) table.fail("angle", "0 or a number in [0.01, 180)");
   return sun;
 }
 

@@ -37,12 +37,7 @@ void gather(const detail::BlockFinder& blocks, Vec3i origin, float* out) {
 }
 
 /// Refuses bounds that do not bound: every picture made with them would be wrong.
-void check_bounds(const PyramidNode& leaf, const float* samples) {
-  float lo = samples[0], hi = samples[0];
-  for (int i = 1; i < kFieldSamples; ++i) {
-    lo = std::min(lo, samples[i]);
-    hi = std::max(hi, samples[i]);
-  }
+void check_bounds(const PyramidNode& leaf, float lo, float hi) {
   if (leaf.lo <= lo && hi <= leaf.hi) return;
   const auto range = [](float a, float b) {
     return "[" + std::to_string(a) + ", " + std::to_string(b) + "]";
@@ -50,6 +45,41 @@ void check_bounds(const PyramidNode& leaf, const float* samples) {
   throw Error("the bounds do not hold: leaf " + std::to_string(leaf.code) + " says " +
               range(leaf.lo, leaf.hi) + ", its samples lie in " + range(lo, hi) +
               ". They belong to another density or were damaged; fit the cloud again.");
+}
+
+void check_bounds(const PyramidNode& leaf, const float* samples) {
+  float lo = samples[0], hi = samples[0];
+  for (int i = 1; i < kFieldSamples; ++i) {
+    lo = std::min(lo, samples[i]);
+    hi = std::max(hi, samples[i]);
+  }
+  check_bounds(leaf, lo, hi);
+}
+
+/// Refuses density outside the support's box, at which walks end.
+void check_support(const VoxelGrid& grid, const Pyramid& pyramid) {
+  const auto require = [&](Vec3l lo, Vec3l hi) {  // of samples above 0
+    if (min(lo, pyramid.support_lo + Vec3l(1)) == pyramid.support_lo + Vec3l(1) &&
+        max(hi, pyramid.support_hi - Vec3l(1)) == pyramid.support_hi - Vec3l(1)) {
+      return;
+    }
+    throw Error(
+        "the bounds do not hold: there is density outside the box that they name. They belong to "
+        "another density or were damaged; fit the cloud again.");
+  };
+  for (const Tile& t : grid.tiles) {
+    if (t.value > 0) require(Vec3l(t.origin), Vec3l(t.origin) + Vec3l(t.edge - 1));
+  }
+  for (const Brick& b : grid.bricks) {
+    const Vec3l lo(b.origin), hi = lo + Vec3l(kBrickEdge - 1);
+    const bool inside = min(lo, pyramid.support_lo + Vec3l(1)) == pyramid.support_lo + Vec3l(1) &&
+                        max(hi, pyramid.support_hi - Vec3l(1)) == pyramid.support_hi - Vec3l(1);
+    if (inside) continue;
+    for (int i = 0; i < kBrickSamples; ++i) {
+      const Vec3l at = lo + Vec3l(i >> 6, i >> 3 & 7, i & 7);
+      if (b.values[i] > 0) require(at, at);
+    }
+  }
 }
 
 /// Whether a leaf may hold one value: its bounds, rounded outward, differ by one step of their
@@ -76,6 +106,7 @@ class ConstantBricks {
 }  // namespace
 
 FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid) {
+  check_support(grid, pyramid);
   FieldWithLinks r;
   ConstantBricks constant(r.field);
   const detail::BlockFinder blocks(grid);
@@ -90,7 +121,9 @@ FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid) {
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       if (!is_uniform(pyramid, level, i)) continue;
       const detail::BlockSource b = blocks.find(origin_of(level, nodes[i].code));
-      r.brick_of[level][i] = constant.brick(b.values ? b.values[0] : b.constant);
+      const float value = b.values ? b.values[0] : b.constant;
+      check_bounds(nodes[i], value, value);
+      r.brick_of[level][i] = constant.brick(value);
     }
   }
   if (pyramid.empty()) return r;

@@ -39,6 +39,7 @@ std::optional<RayWalk> enter(const Volume& volume, const Ray& ray, double t_max)
 }
 
 RayWalk resume(const Volume& volume, const Cursor& from, Vec3d direction, double t_max) {
+  if (std::isnan(t_max)) throw Error("the t_max of a ray is not a number; check where it is made");
   return RayWalk(volume.octree, from, volume.world_to_cells.vector(unit(direction)), {0, t_max});
 }
 

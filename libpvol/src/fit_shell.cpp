@@ -162,8 +162,4 @@ double expected_cost(const ShellTightness& tightness, ShellKind kind, int pertur
          kFalseHitCost * (tightness.hit_ratio - 1) / tightness.box_hit_ratio;
 }
 
-double expected_cost_of_box(const ShellTightness& tightness) {
-  return kFalseHitCost * (tightness.box_hit_ratio - 1) / tightness.box_hit_ratio;
-}
-
 }  // namespace pvol

@@ -27,6 +27,9 @@ void require(bool ok, const std::string& message) {
   if (!ok) throw Error(message);
 }
 
+/// Finite and not zero, also squared.
+bool is_direction(Vec3d d) { return std::isfinite(length(d)) && length(d) > 0; }
+
 bool is_light(Rgb c) { return is_finite(c) && min_component(c) >= 0; }
 
 void check(const Environment& environment) {
@@ -35,7 +38,7 @@ void check(const Environment& environment) {
     require(is_light(s->radiance), kRadiance);
   } else if (const auto* g = std::get_if<GradientSky>(&environment)) {
     require(is_light(g->zenith) && is_light(g->horizon) && is_light(g->ground), kRadiance);
-    require(is_finite(g->up) && length(g->up) > 0, "sky: up must be finite and not zero");
+    require(is_direction(g->up), "sky: up must be finite and not zero");
   } else if (const auto* p = std::get_if<ImageSky>(&environment)) {
     require(p->width > 0 && p->height > 0 &&
                 p->pixels.size() == std::size_t(p->width) * std::size_t(p->height),
@@ -65,8 +68,7 @@ void check(const Scene& scene) {
   require(length(cross(forward, c.up)) > 1e-12 * length(forward) * length(c.up),
           "camera: target must differ from position, and up must not point along the view");
   for (const Sun& s : scene.suns) {
-    require(is_finite(s.direction) && length(s.direction) > 0,
-            "sun: the direction must not be zero");
+    require(is_direction(s.direction), "sun: the direction must be finite and not zero");
     require(s.angle == 0 || (s.angle >= 0.01 && s.angle < 180),
             "sun: the angle must be 0 or lie in [0.01, 180) degrees");
     require(is_light(s.irradiance), "sun: the irradiance must be finite and not negative");
@@ -129,17 +131,21 @@ void check(const Volume& volume, const Medium& m, const RenderOptions& o) {
     left -= c.share;
   }
   require(left >= -1e-9, "the shares of components sum up to more than 1");
-  require(volume.extinction == float(m.extinction) &&
-              volume.medium.object_to_world == m.object_to_world &&
-              (o.tracker != Tracker::delta_global || volume.octree.depth == 0),
-          "the volume was made for another extinction, placement or tracker than the scene's");
+  require(
+      volume.extinction == float(m.extinction) &&
+          volume.medium.object_to_world == m.object_to_world &&
+          volume.interpolation == o.interpolation &&
+          (o.tracker != Tracker::delta_global || volume.octree.depth == 0),
+      "the volume was made for another extinction, placement, interpolation or tracker than the "
+      "scene's");
 }
 
-/// One field for all volumes: micro-bounds where all have them.
+/// One field for all volumes: micro-bounds where all have them, but for empty ones.
 TileFunction choose_tile_function(std::span<const Volume> volumes, const RenderOptions& o) {
-  const int edge = volumes.front().micro.edge;
+  int edge = 0;
+  for (const Volume& v : volumes) edge = std::max(edge, v.micro.edge);
   const bool squeezed = edge > 0 && std::all_of(volumes.begin(), volumes.end(), [&](const auto& v) {
-                          return v.micro.edge == edge;
+                          return v.octree.empty() || v.micro.edge == edge;
                         });
   const bool many = volumes.size() > 1;
   return squeezed ? detail::squeezed_tile_function(o.interpolation, edge, many, o.count)
@@ -164,7 +170,10 @@ RenderResult render(std::span<const Volume> volumes, const Scene& wanted,
     o.transmittance = choose_transmittance(volumes).estimator;
   }
   for (const Volume& v : volumes) check(v, volumes.size() == 1 ? scene.medium : v.medium, o);
+  require(volumes.size() == 1 || scene.medium == volumes.front().medium,
+          "the scene's medium is not that of the first volume");
   const PathSetup setup(volumes, scene);
+  require(std::isfinite(setup.shadow_unit), "the lights are too bright for single precision");
   const TileFunction render_part = choose_tile_function(volumes, o);
 
   RenderResult result;
@@ -196,7 +205,11 @@ RenderResult render(std::span<const Volume> volumes, const Scene& wanted,
     });
     begin = end;
   }
-  for (const Counts& c : counts) result.counts += c;
+  if (o.count) {
+    for (const Counts& c : counts) result.counts += c;
+  } else {  // paths through several volumes always count
+    for (PixelSums& p : film.pixels) p.lookups = p.segments = p.collisions = 0;
+  }
   result.complete = reporter.finish();
   return result;
 }

@@ -125,15 +125,18 @@ class ManyVolumes {
     for (const VolumeSetup& v : s_.volumes) fields_.push_back(MakeField{}(v.volume));
   }
 
+  /// Moves to where the first volume begins: from there on float directions are precise enough.
   [[nodiscard]] bool start(const Ray& ray) {
-    position_ = ray.o;
-    bool meets = false;
+    double first = std::numeric_limits<double>::infinity();
     for (const VolumeSetup& v : s_.volumes) {
       const Ray cells = v.in_cells(ray);
       const auto span = v.in_box(cells);
-      meets |= span && !outside_shell(v.volume, cells, *span, work);
+      if (!span || outside_shell(v.volume, cells, *span, work)) continue;
+      first = std::min(first, span->t0);
     }
-    return meets;
+    if (!std::isfinite(first)) return false;
+    position_ = ray.at(first);
+    return true;
   }
 
   [[nodiscard]] Hit fly(Vec3f direction, Rng& rng) {

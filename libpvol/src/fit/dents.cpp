@@ -79,11 +79,6 @@ Dents::Dents(const Support& support, int effort)
   covers_.assign(lattice_.empty.size(), 0);
 }
 
-double Dents::volume_ratio() const {
-  const auto left = std::count(covers_.begin(), covers_.end(), 0);
-  return 1 + double(left) * std::pow(lattice_.edge, 3) / lattice_.volume;
-}
-
 std::vector<std::uint8_t> Dents::inside(const Quadric& q) const {
   std::vector<float> values(lattice_.empty.size());
   evaluate(monomials(q), lattice_.empty, values.data());

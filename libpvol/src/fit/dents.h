@@ -27,9 +27,6 @@ class Dents {
   [[nodiscard]] const std::vector<Quadric>& quadrics() const { return quadrics_; }
   [[nodiscard]] const SupportLattice& lattice() const { return lattice_; }
 
-  /// Volume that is left, of the lattice's empty cells, over that of the occupied ones, plus 1.
-  [[nodiscard]] double volume_ratio() const;
-
  private:
   struct Found {
     Quadric quadric;

@@ -16,8 +16,8 @@ inline constexpr int kMaxSoftPerturbations = 32;
 struct ShellOptions {
   ShellKind kind = ShellKind::hard;
   /// Number of perturbations, 0 to kMaxPerturbations (hard) or kMaxSoftPerturbations (soft); fewer
-  /// are made where no empty cell is left to remove. Without it as many as pay for themselves by
-  /// the cost model of THEORY.md, T16.
+  /// are made where no empty cell is left to remove. Without it the number that
+  /// costs rays least by the model of THEORY.md, T16.
   std::optional<int> perturbations;
   int effort = 1;  ///< factor on the numbers of seeds and iterations, 1 to 10
 };
@@ -36,9 +36,8 @@ using FitProgress = std::function<void(std::uint64_t done, std::uint64_t total)>
 inline constexpr double kFalseHitCost = 200;
 
 /// Expected cost for a ray from outside that meets the box: of the test, and of the false hits that
-/// it leaves; and of false hits alone, without a shell. The shell pays where the first is less.
+/// it leaves (THEORY.md, T16).
 [[nodiscard]] double expected_cost(const ShellTightness& tightness, ShellKind kind,
                                    int perturbations);
-[[nodiscard]] double expected_cost_of_box(const ShellTightness& tightness);
 
 }  // namespace pvol
