@@ -11,7 +11,7 @@ packages=(
   libopenexr-dev libpng-dev
   libcli11-dev libtomlplusplus-dev nlohmann-json3-dev
   libzstd-dev libxxhash-dev
-  libcgal-dev libeigen3-dev libgmp-dev libmpfr-dev  # the independent check of shells
+  libcgal-dev                                       # the independent check of shells
   libgtest-dev libbenchmark-dev python3             # python3 runs the second reader of .pvol files
 )
 

@@ -24,6 +24,7 @@ struct Configuration {
   Tracker tracker;
   Transmittance transmittance;
   std::optional<int> depth;
+  MicroBoundsUse micro = MicroBoundsUse::none;
 };
 
 struct Measurement {
@@ -46,6 +47,7 @@ void measure(const formats::Cloud& cloud, Scene scene, const Configuration& c, M
   scene.options.tracker = c.tracker;
   scene.options.transmittance = c.transmittance;
   scene.options.depth = c.depth;
+  scene.options.micro_bounds = c.micro;
   const Volume volume = make_volume(cloud.grid, cloud.pyramid, scene);
   const double begin = cpu_seconds();
   const Film film = render(volume, scene).film;
@@ -69,13 +71,16 @@ void print(const Configuration& c, const Measurement& m, double samples) {
   const auto per_collision = [&](std::uint64_t n) { return double(n) / double(k.collisions); };
   const auto per_sample = [&](std::uint64_t n) { return double(n) / samples; };
   std::printf(
-      "%-13s %-6s %5d | %8.2f %8.2f %8.2f %8.2f | %8.1f %8.1f %8.1f | %7.4f %8.4f | %8.2f %9.3f\n",
-      formats::name(c.tracker), formats::name(c.transmittance), m.depth,
+      "%-22s %-14s %-4s %5d | %8.2f %8.2f %8.2f %8.2f | %8.1f %8.1f %8.1f | %7.4f %8.4f | %8.2f "
+      "%9.3f %9.3f %9.3f\n",
+      formats::name(c.tracker), formats::name(c.transmittance), formats::name(c.micro), m.depth,
       per_collision(k.lookups_path), per_collision(k.bounds_tests_path),
       per_collision(k.segments_path), per_collision(k.null_collisions), per_sample(k.collisions),
       per_sample(k.lookups_path + k.lookups_shadow),
       per_sample(k.segments_path + k.segments_shadow), m.mean, m.variance, m.microseconds,
-      m.microseconds * m.variance);
+      m.microseconds * m.variance, per_sample(k.lookups_path + k.lookups_shadow) * m.variance,
+      per_sample(k.lookups_path + k.lookups_shadow + k.bounds_tests_path + k.bounds_tests_shadow) *
+          m.variance);
 }
 
 int run(int argc, char** argv) {
@@ -104,12 +109,20 @@ int run(int argc, char** argv) {
   scene.medium.extinction =
       thickness / describe(unit, cloud.grid, scene.medium).mean_optical_thickness[0];
 
-  std::vector<Configuration> configurations;
-  for (const Transmittance t : {Transmittance::ratio, Transmittance::analog}) {
-    configurations.push_back({Tracker::delta_global, t, std::nullopt});
-    configurations.push_back({Tracker::delta, t, 16});
-    configurations.push_back({Tracker::decomposition, t, 16});
-    configurations.push_back({Tracker::decomposition, t, std::nullopt});
+  using T = Transmittance;
+  using M = MicroBoundsUse;
+  std::vector<Configuration> configurations{
+      {Tracker::delta_global, T::ratio, std::nullopt},
+      {Tracker::delta_global, T::analog, std::nullopt},
+      {Tracker::delta, T::ratio, std::nullopt},
+      {Tracker::delta, T::analog, std::nullopt},
+      {Tracker::weighted_delta, T::analog, std::nullopt},
+      {Tracker::weighted_decomposition, T::analog, std::nullopt},
+      {Tracker::regular, T::regular, std::nullopt}};
+  for (const T t : {T::analog, T::ratio, T::residual_ratio, T::regular}) {
+    for (const M m : {M::none, M::cells_8, M::cells_1}) {
+      configurations.push_back({Tracker::decomposition, t, std::nullopt, m});
+    }
   }
   std::vector<Measurement> results(configurations.size());
   for (int round = 0; round < rounds; ++round) {
@@ -121,12 +134,13 @@ int run(int argc, char** argv) {
   std::printf("%s: mean optical thickness %g along x, g %g, albedo %g, extinction %g\n", argv[1],
               thickness, scene.medium.g, double(scene.medium.albedo.x), scene.medium.extinction);
   std::printf(
-      "%-26s | camera path, per collision          | per camera sample          | luminance        "
-      "|\n",
+      "%-48s | camera path, per collision          | per camera sample          | luminance        "
+      "|            times variance\n",
       "");
-  std::printf("%-13s %-6s %5s | %8s %8s %8s %8s | %8s %8s %8s | %7s %8s | %8s %9s\n", "tracker",
-              "shadow", "depth", "look-ups", "tests", "segments", "nulls", "collis.", "look-ups",
-              "segments", "mean", "variance", "CPU us", "us x var.");
+  std::printf("%-22s %-14s %-4s %5s | %8s %8s %8s %8s | %8s %8s %8s | %7s %8s | %8s %9s %9s %9s\n",
+              "tracker", "shadow", "mic.", "depth", "look-ups", "tests", "segments", "nulls",
+              "collis.", "look-ups", "segments", "mean", "variance", "CPU us", "CPU us", "look-ups",
+              "+ tests");
   for (std::size_t i = 0; i < configurations.size(); ++i) {
     print(configurations[i], results[i], samples);
   }
