@@ -89,7 +89,8 @@ enum class ShellUse {
 /// Which micro-bounds decide tentative collisions before the density is looked up. The picture is
 /// the same to the last bit; trackers with weights do not use them.
 enum class MicroBoundsUse {
-  automatic,  ///< cubes of 2^3 cells where the bounds of the segments leave much open
+  automatic,  ///< cubes of 2^3 cells for fields that miss the cache and whose segments leave much
+              ///< open
   none,
   cells_8,  ///< for cubes of 2^3 cells
   cells_1,  ///< for single cells
