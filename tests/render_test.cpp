@@ -450,6 +450,24 @@ TEST(Render, BoundsOfAnotherDensityAreRefused) {
   EXPECT_THROW((void)make_volume(denser.grid, build_pyramid(cloud().grid), s), Error);
 }
 
+TEST(Render, BoxesAndUniformCubesThatDoNotHoldAreRefused) {
+  const Scene s = cloud_scene();
+  Pyramid small = build_pyramid(cloud().grid);
+  small.support_hi.x -= 1;
+  EXPECT_THROW((void)make_volume(cloud().grid, small, s), Error);
+
+  VoxelGrid tile;
+  tile.tiles = {{{0, 0, 0}, 128, 1.0f}};
+  Pyramid uniform = build_pyramid(tile);
+  EXPECT_NO_THROW((void)make_volume(tile, uniform, s));
+  for (std::size_t level = 1; level < uniform.levels.size(); ++level) {
+    for (std::size_t i = 0; i < uniform.levels[level].size(); ++i) {
+      if (is_uniform(uniform, level, i)) uniform.levels[level][i].hi = 0.5f;
+    }
+  }
+  EXPECT_THROW((void)make_volume(tile, uniform, s), Error);
+}
+
 TEST(Render, SeveralVolumesAreSeenFromFarAsOneIs) {
   // At this distance the steps between float directions are some cells wide.
   Scene s = cloud_scene();

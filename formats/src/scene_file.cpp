@@ -61,6 +61,16 @@ auto parse_name(const Names& names, const std::string& text, const char* what) {
               known);
 }
 
+/// The value whose name a key has, if it is there.
+template <class Names>
+auto read_name(const TomlTable& table, std::string_view key, const Names& names) {
+  std::vector<std::string_view> words;
+  for (const auto& named : names) words.push_back(named.name);
+  const auto word = table.word(key, words);
+  using Value = std::remove_cvref_t<decltype(names[0].value)>;
+  return word ? std::optional<Value>(parse_name(names, *word, "")) : std::nullopt;
+}
+
 /// Puts the value of a key, where it has one, into `target`.
 template <class T, class U>
 void assign(T& target, const std::optional<U>& value) {
@@ -304,24 +314,11 @@ RenderOptions read_render(const TomlTable& table) {
   read_crop(table, options);
   assign(options.samples, table.integer("spp", 1, kLargestCount));
   assign(options.seed, table.integer("seed", 0, std::numeric_limits<std::int64_t>::max()));
-  if (const auto word =
-          table.word("tracker", {"delta-global", "delta", "decomposition", "weighted-delta",
-                                 "weighted-decomposition", "regular"})) {
-    options.tracker = parse_tracker(*word);
-  }
-  if (const auto word =
-          table.word("transmittance", {"auto", "ratio", "analog", "residual-ratio", "regular"})) {
-    options.transmittance = parse_transmittance(*word);
-  }
-  if (const auto word = table.word("micro_bounds", {"auto", "none", "2", "1"})) {
-    options.micro_bounds = parse_micro_bounds(*word);
-  }
-  if (const auto word = table.word("interpolation", {"nearest", "trilinear"})) {
-    options.interpolation = parse_interpolation(*word);
-  }
-  if (const auto word = table.word("shells", {"auto", "on", "off"})) {
-    options.shells = parse_shell_use(*word);
-  }
+  assign(options.tracker, read_name(table, "tracker", kTrackers));
+  assign(options.transmittance, read_name(table, "transmittance", kTransmittances));
+  assign(options.micro_bounds, read_name(table, "micro_bounds", kMicroBounds));
+  assign(options.interpolation, read_name(table, "interpolation", kInterpolations));
+  assign(options.shells, read_name(table, "shells", kShellUses));
   if (const auto depth = read_limit(table, "depth", kDeepest, "auto")) options.depth = int(*depth);
   if (const auto limit = read_limit(table, "max_bounces", kLargestCount, "none")) {
     options.max_bounces = std::uint32_t(*limit);

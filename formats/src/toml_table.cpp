@@ -21,11 +21,11 @@ std::string shortest(T value) {
 }
 
 /// "a, b or c", each as `show` puts it.
-template <class T, class Show>
-std::string listed(std::initializer_list<T> items, Show show) {
+template <class Items, class Show>
+std::string listed(const Items& items, Show show) {
   std::string text;
   std::size_t left = items.size();
-  for (const T& item : items) {
+  for (const auto& item : items) {
     text += show(item);
     if (--left > 0) text += left > 1 ? ", " : " or ";
   }
@@ -54,7 +54,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 /// '; did you mean "fov"?', or nothing where every word needs more than two edits of the key, or
 /// edits of more than half of it.
-std::string suggestion(std::string_view key, std::initializer_list<std::string_view> words) {
+template <class Words>
+std::string suggestion(std::string_view key, const Words& words) {
   constexpr std::size_t kClose = 2;
   const auto nearest = std::min_element(words.begin(), words.end(), [&](auto a, auto b) {
     return edit_distance(key, a) < edit_distance(key, b);
@@ -201,7 +202,7 @@ std::optional<std::string> TomlTable::string(std::string_view key) const {
 }
 
 std::optional<std::string> TomlTable::word(std::string_view key,
-                                           std::initializer_list<std::string_view> words) const {
+                                           const std::vector<std::string_view>& words) const {
   const TomlValue* value = find(key);
   if (!value) return std::nullopt;
   const auto* text = std::get_if<std::string>(&value->value);

@@ -64,8 +64,8 @@ struct TomlTable {
   [[nodiscard]] std::optional<double> number(std::string_view key, Range range = {}) const;
   [[nodiscard]] std::optional<std::string> string(std::string_view key) const;
   /// A string that is one of `words`.
-  [[nodiscard]] std::optional<std::string> word(
-      std::string_view key, std::initializer_list<std::string_view> words) const;
+  [[nodiscard]] std::optional<std::string> word(std::string_view key,
+                                                const std::vector<std::string_view>& words) const;
 
   /// An array of numbers; `counts` are the lengths allowed, none meaning any.
   [[nodiscard]] std::optional<std::vector<double>> numbers(

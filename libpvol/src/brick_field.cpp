@@ -58,26 +58,25 @@ void check_bounds(const PyramidNode& leaf, const float* samples) {
 
 /// Refuses density outside the support's box, at which walks end.
 void check_support(const VoxelGrid& grid, const Pyramid& pyramid) {
-  const auto require = [&](Vec3l lo, Vec3l hi) {  // of samples above 0
-    if (min(lo, pyramid.support_lo + Vec3l(1)) == pyramid.support_lo + Vec3l(1) &&
-        max(hi, pyramid.support_hi - Vec3l(1)) == pyramid.support_hi - Vec3l(1)) {
-      return;
-    }
+  const Vec3l first = pyramid.support_lo + Vec3l(1), last = pyramid.support_hi - Vec3l(1);
+  const auto inside = [&](Vec3l lo, Vec3l hi) {
+    return min(lo, first) == first && max(hi, last) == last;
+  };
+  const auto require = [&](bool holds) {
+    if (holds) return;
     throw Error(
         "the bounds do not hold: there is density outside the box that they name. They belong to "
         "another density or were damaged; fit the cloud again.");
   };
   for (const Tile& t : grid.tiles) {
-    if (t.value > 0) require(Vec3l(t.origin), Vec3l(t.origin) + Vec3l(t.edge - 1));
+    require(t.value == 0 || inside(Vec3l(t.origin), Vec3l(t.origin) + Vec3l(t.edge - 1)));
   }
   for (const Brick& b : grid.bricks) {
-    const Vec3l lo(b.origin), hi = lo + Vec3l(kBrickEdge - 1);
-    const bool inside = min(lo, pyramid.support_lo + Vec3l(1)) == pyramid.support_lo + Vec3l(1) &&
-                        max(hi, pyramid.support_hi - Vec3l(1)) == pyramid.support_hi - Vec3l(1);
-    if (inside) continue;
+    const Vec3l lo(b.origin);
+    if (inside(lo, lo + Vec3l(kBrickEdge - 1))) continue;
     for (int i = 0; i < kBrickSamples; ++i) {
       const Vec3l at = lo + Vec3l(i >> 6, i >> 3 & 7, i & 7);
-      if (b.values[i] > 0) require(at, at);
+      require(b.values[i] == 0 || inside(at, at));
     }
   }
 }

@@ -64,13 +64,6 @@ Seed around(const Quadric& q, const Points& targets, double least) {
   return {q, removed.centre(), removed.radius(least)};
 }
 
-/// Points spread evenly on the unit sphere, along a spiral.
-Vec3d direction(int k, int count) {
-  const double turn = 2.399963229728653 * k, z = 1 - (2 * k + 1.0) / count;
-  const double r = std::sqrt(1 - z * z);
-  return {r * std::cos(turn), r * std::sin(turn), z};
-}
-
 }  // namespace
 
 Dents::Dents(const Support& support, int effort)

@@ -4,6 +4,8 @@
 #include <array>
 #include <numeric>
 
+#include "fit/sampling.h"
+
 namespace pvol::detail {
 namespace {
 
@@ -126,9 +128,7 @@ class Design {
 std::vector<std::size_t> extreme_points(const Points& points) {
   std::vector<std::size_t> found;
   for (int k = 0; k < kDirections; ++k) {
-    const double golden = 2.399963229728653 * k, z = 1 - (2 * k + 1.0) / kDirections;
-    const double r = std::sqrt(1 - z * z);
-    const Vec3d d{r * std::cos(golden), r * std::sin(golden), z};
+    const Vec3d d = direction(k, kDirections);
     std::size_t best = 0;
     double most = -std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < points.size(); ++i) {

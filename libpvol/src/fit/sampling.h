@@ -30,6 +30,13 @@ namespace pvol::detail {
   return few;
 }
 
+/// The k-th of `count` points spread evenly on the unit sphere, along a spiral.
+[[nodiscard]] inline Vec3d direction(int k, int count) {
+  const double turn = 2.399963229728653 * k, z = 1 - (2 * k + 1.0) / count;
+  const double r = std::sqrt(1 - z * z);
+  return {r * std::cos(turn), r * std::sin(turn), z};
+}
+
 /// The centre of some points and the radius of a ball about it that holds most of them.
 struct Cluster {
   std::size_t count = 0;
