@@ -338,6 +338,39 @@ TEST(Render, RefusesEndlessWorkUnlessLimitedOrForced) {
   expect_success(PVOL_RENDER, arguments);
 }
 
+TEST(Render, BiasedOptionsSayThatTheyAre) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder);
+  const auto report = [&](const std::vector<std::string>& more) {
+    auto arguments = small_render(vdb, folder / "a.exr");
+    arguments.insert(arguments.end(), {"--stats", "-"});
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return json::parse(expect_success(PVOL_RENDER, arguments).out);
+  };
+  EXPECT_EQ(report({})["options"]["biased"], "no");
+  EXPECT_EQ(report({"--max-bounces", "3"})["options"]["biased"], "yes: max_bounces");
+  const json homogeneous = report({"--homogenise", "1e9"});
+  EXPECT_EQ(homogeneous["options"]["biased"], "yes: homogenise");
+  EXPECT_EQ(homogeneous["lookups_path"], 0);
+  EXPECT_GT(homogeneous["options"]["homogenised"]["depth_error_bound"], 0);
+  const json preview = report({"--preview", "1", "--homogenise", "0.5"});
+  EXPECT_EQ(preview["options"]["biased"], "yes: homogenise, preview");
+  EXPECT_NE(read_text(folder / "a.exr").find("yes: homogenise, preview"), std::string::npos);
+}
+
+TEST(Render, MajorantsCanBeScaledForTrackersThatBearIt) {
+  const ScratchFolder folder;
+  auto arguments = small_render(write_ball(folder), folder / "a.exr");
+  arguments.insert(arguments.end(), {"--majorant-scale", "0.5"});
+  expect_failure(PVOL_RENDER, arguments, "weights");
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.exr"));
+  arguments.insert(arguments.end(), {"--tracker", "weighted-delta"});
+  arguments.insert(arguments.end(), {"--set", "medium.extinction=100"});
+  expect_failure(PVOL_RENDER, arguments, "weights would grow");
+  arguments.back() = "medium.extinction=0.5";
+  expect_success(PVOL_RENDER, arguments);
+}
+
 TEST(Render, RefusesMisuse) {
   const ScratchFolder folder;
   const std::string vdb = write_ball(folder);

@@ -101,6 +101,9 @@ shells = "off"
 depth = 5
 max_bounces = 8
 background = false
+majorant_scale = 2.5
+homogenise = 0.125
+preview = 2
 )");
   EXPECT_EQ(file.volume, folder_ / "clouds/a.vdb");
   EXPECT_EQ(file.grid, "smoke");
@@ -134,6 +137,9 @@ background = false
   want.options.depth = 5;
   want.options.max_bounces = 8;
   want.options.background = false;
+  want.options.majorant_scale = 2.5;
+  want.options.homogenise = 0.125;
+  want.options.preview = 2;
   EXPECT_EQ(file.scene, want);
 }
 
@@ -336,8 +342,8 @@ TEST_F(SceneText, BadFrameworkIsRefused) {
             "s.toml:1:10: volume is 3; expected a table [volume] or tables [[volume]]");
   EXPECT_EQ(error(kCloud + "[render]\n[[render.sun]]\n"),
             "s.toml:4:10: unknown key \"sun\" in [render]; expected one of size, crop, spp, seed, "
-            "tracker, transmittance, micro_bounds, interpolation, shells, depth, max_bounces or "
-            "background");
+            "tracker, transmittance, micro_bounds, interpolation, shells, depth, max_bounces, "
+            "background, majorant_scale, homogenise or preview");
   EXPECT_EQ(error("sun = [1]\n" + kCloud), "s.toml:1:8: sun[1] is 1; expected a table");
   EXPECT_NE(error("[recipe]\n").find("s.toml: is a recipe"), std::string::npos);
   EXPECT_NE(error("volume.fil = 3\n").find("s.toml:1:8: unknown key \"fil\" in [volume]"),
@@ -479,6 +485,9 @@ struct RandomScene {
     if (coin()) o.depth = whole(0, 16);
     if (coin()) o.max_bounces = std::uint32_t(bits() >> 32);
     o.background = coin();
+    if (coin()) o.majorant_scale = uniform(1.0 / 3, 1000);
+    if (coin()) o.homogenise = uniform(0, 10);
+    o.preview = whole(0, 8);
     return o;
   }
 

@@ -52,6 +52,9 @@ void apply(const Options& o, formats::SceneFile& file) {
     r.max_bounces = std::nullopt;
     if (*o.max_bounces != "none") r.max_bounces = std::uint32_t(std::stoul(*o.max_bounces));
   }
+  if (o.majorant_scale) r.majorant_scale = *o.majorant_scale;
+  if (o.homogenise) r.homogenise = *o.homogenise;
+  if (o.preview) r.preview = *o.preview;
   r.threads = o.threads;
   r.count = !o.stats.empty();
 }
@@ -86,11 +89,12 @@ double choose_extinction(const formats::Cloud& cloud, Medium medium) {
   return std::min(std::stod(digits), kLargest);
 }
 
-/// Loads a volume and makes it ready for its medium, choosing an extinction where there is none.
-formats::Cloud load_volume(const Options& o, const std::filesystem::path& file,
+/// Loads a volume, choosing an extinction for its medium where there is none.
+formats::Cloud load_volume(const Options& o, int preview, const std::filesystem::path& file,
                            const std::string& grid, Medium& medium, bool& has_extinction) {
   formats::Cloud cloud = formats::load_cloud(file, {grid, o.grid.strict});
   cli::print_warnings(kTool, cloud.report.warnings);
+  formats::coarsen(cloud, preview, file);
   if (!has_extinction) {
     medium.extinction = choose_extinction(cloud, medium);
     has_extinction = true;
@@ -100,6 +104,19 @@ formats::Cloud load_volume(const Options& o, const std::filesystem::path& file,
     }
   }
   return cloud;
+}
+
+/// Names bounds that do not hold, where trackers with weights make up for them.
+void warn_of_bounds(const std::filesystem::path& file, const Volume& volume) {
+  const BoundsExcess& e = volume.excess;
+  if (e.nodes == 0) return;
+  const auto at = [](double v) { return std::to_string(std::int64_t(v)); };
+  cli::print_warnings(
+      kTool, {file.string() + ": the bounds of " + std::to_string(e.nodes) +
+              " cubes do not hold, the worst majorant is " + cli::readable(e.factor) +
+              " times too low, at (" + at(e.worst.lo.x) + ", " + at(e.worst.lo.y) + ", " +
+              at(e.worst.lo.z) + "); the tracker's weights make up for it, with more noise. Fit " +
+              "the cloud again"});
 }
 
 /// Proves again that a shell holds its cloud: a few milliseconds, where a wrong one would cut parts
@@ -132,12 +149,14 @@ RenderJob prepare(const Options& o) {
   std::vector<std::optional<Shell>> shells;
   const auto add = [&](const std::filesystem::path& file, const std::string& grid, Medium& medium,
                        bool& has_extinction) {
-    formats::Cloud cloud = load_volume(o, file, grid, medium, has_extinction);
+    formats::Cloud cloud =
+        load_volume(o, scene.options.preview, file, grid, medium, has_extinction);
     Scene own;
     own.medium = medium;
     own.options = scene.options;
     job.volumes.push_back(
         cli::naming(file, [&] { return make_volume(cloud.grid, cloud.pyramid, own); }));
+    warn_of_bounds(file, job.volumes.back());
     job.reports.push_back({file, describe(job.volumes.back(), cloud.grid, medium), std::nullopt});
     if (cloud.shell && scene.options.shells != ShellUse::off) require_proof(file, cloud);
     shells.push_back(std::move(cloud.shell));
@@ -190,6 +209,13 @@ void print_facts(const Volume& volume, const cli::VolumeReport& report, ShellUse
                 : volume.micro.edge == 1 ? "of single voxels"
                                          : "of 2^3 voxels")
             << '\n';
+  if (const auto& h = volume.homogeneous) {
+    std::cerr << "  homogeneous parts: " << h->nodes << " nodes, "
+              << readable(100 * h->volume_share) << " % of the volume and "
+              << readable(100 * h->mass_share)
+              << " % of the mass; no ray's optical depth changes by more than "
+              << readable(h->depth_error) << '\n';
+  }
   if (report.shell) print_shell_choice(*report.shell, shells);
 }
 
@@ -222,6 +248,18 @@ void refuse_endless_work(const RenderJob& job, std::size_t i) {
         " times (optical thickness up to " + cli::readable(thickness) + ", albedo " +
         cli::readable(albedo) + ")" + limit +
         "Lower medium.extinction, limit paths with --max-bounces N, or insist with --force.");
+  }
+  // Second moments of weights grow by exp(4 (k - 1) depth) where majorants are k times too low
+  // (THEORY.md, T20).
+  constexpr double kMostGrowth = 20;
+  const double growth = 4 * (job.volumes[i].majorant_excess - 1) * thickness;
+  if (growth > kMostGrowth) {
+    throw Error(where + "weights would grow without end: majorants are up to " +
+                cli::readable(job.volumes[i].majorant_excess) +
+                " times too low in a cloud of optical thickness up to " + cli::readable(thickness) +
+                ", so that the variance grows by exp(" + cli::readable(growth) +
+                "), expected at most exp(" + cli::readable(kMostGrowth) +
+                "). Fit the cloud again, raise --majorant-scale, or insist with --force.");
   }
   if (report.facts.null_collisions > kMostEvents) {
     throw Error(where + "a ray would meet about " + cli::readable(report.facts.null_collisions) +

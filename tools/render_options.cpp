@@ -125,6 +125,21 @@ void add_estimator(CLI::App& app, RenderOptionsGiven& o) {
                  "Most scatterings of a path; a limit makes the picture too dark [none]")
       ->type_name("N|none")
       ->check(word_or_number({"none"}, 4294967295u));
+  app.add_option("--homogenise", o.homogenise,
+                 "Biased: nodes that can change the optical depth of a ray by no more than this "
+                 "count as homogeneous, without look-ups; the log has a bound on the error of "
+                 "whole rays [off]")
+      ->type_name("DEPTH")
+      ->check(CLI::NonNegativeNumber.description(""));
+  app.add_option("--preview", o.preview,
+                 "Biased: halve the number of samples along each axis that many times, 0 to 8 [0]")
+      ->type_name("N")
+      ->check(CLI::Range(0, 8).description(""));
+  app.add_option("--majorant-scale", o.majorant_scale,
+                 "For measurements: factor on majorants, 1/3 to 1000. Above 1 the picture stays "
+                 "the same; below 1 it takes a weighted tracker and more samples [1]")
+      ->type_name("X")
+      ->check(CLI::PositiveNumber.description(""));
   app.add_flag("--force", o.force, "Render even where a path would scatter a million times");
 }
 

@@ -27,6 +27,8 @@ struct RenderOptionsGiven {
       max_bounces, background;
   int threads = 0;
   double exposure = 0;
+  std::optional<double> majorant_scale, homogenise;
+  std::optional<int> preview;
   bool no_png = false, print_scene = false, force = false;
 };
 

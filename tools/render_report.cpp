@@ -6,6 +6,18 @@
 namespace pvol::cli {
 namespace {
 
+/// "no", or the options that make the picture biased.
+std::string describe_bias(const RenderOptions& o) {
+  std::string why;
+  const auto add = [&](bool biased, const char* name) {
+    if (biased) why += (why.empty() ? "yes: " : ", ") + std::string(name);
+  };
+  add(o.max_bounces.has_value(), "max_bounces");
+  add(o.homogenise.has_value(), "homogenise");
+  add(o.preview > 0, "preview");
+  return why.empty() ? "no" : why;
+}
+
 /// Every option that bears on the picture, by the name it has on the command line; not the number
 /// of threads, on which no byte of a picture depends.
 Json describe_options(const RenderJob& job) {
@@ -28,7 +40,17 @@ Json describe_options(const RenderJob& job) {
   j["shells"] = formats::name(r.shells);
   j["shell_used"] = job.volumes.front().shell.has_value();
   j["max_bounces"] = r.max_bounces ? Json(*r.max_bounces) : Json("none");
+  j["majorant_scale"] = r.majorant_scale;
+  j["homogenise"] = r.homogenise ? Json(*r.homogenise) : Json("off");
+  if (const auto& h = job.volumes.front().homogeneous) {
+    j["homogenised"] = {{"nodes", h->nodes},
+                        {"volume_share", h->volume_share},
+                        {"mass_share", h->mass_share},
+                        {"depth_error_bound", h->depth_error}};
+  }
+  j["preview"] = r.preview;
   j["background"] = r.background ? "on" : "off";
+  j["biased"] = describe_bias(r);
   j["extinction"] = job.file.scene.medium.extinction;
   j["set"] = job.sets;
   j["version"] = PVOL_VERSION;
@@ -44,7 +66,6 @@ std::map<std::string, std::string> describe_picture(const RenderJob& job, const 
     a["pvol:" + key] = value.is_string() ? value.get<std::string>() : value.dump();
   }
   a["pvol:scene"] = formats::to_toml(job.file);
-  a["pvol:biased"] = job.file.scene.options.max_bounces ? "yes: max_bounces" : "no";
   a["pvol:samples"] = std::to_string(t.samples) + " of " + std::to_string(t.samples_wanted);
   return a;
 }

@@ -6,6 +6,7 @@
 
 #include "pvol/error.h"
 #include "pvol/formats/recipe_file.h"
+#include "pvol/medium/coarsen.h"
 
 namespace pvol::formats {
 namespace {
@@ -138,6 +139,13 @@ Cloud load_cloud(const std::filesystem::path& file, const GridOptions& options) 
   cloud.grid = std::move(loaded.grid);
   cloud.report = std::move(loaded.report);
   return cloud;
+}
+
+void coarsen(Cloud& cloud, int times, const std::filesystem::path& file) {
+  if (times <= 0) return;
+  for (int i = 0; i < times; ++i) cloud.grid = pvol::coarsen(cloud.grid);
+  cloud.pyramid = build_bounds(cloud.grid, file);
+  cloud.shell.reset();
 }
 
 }  // namespace pvol::formats

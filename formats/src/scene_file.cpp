@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::int64_t kLargestEdge = 1 << 20;  // of an image; far above any picture
 constexpr int kDeepest = 16;                    // octree depth, as in RenderOptions
+constexpr int kCoarsest = 8;                    // times that a preview halves the samples
 constexpr double kLargestG = 0.9999;            // beyond it Henyey-Greenstein is one spike in float
 constexpr double kLeastSine = 1e-6;  // of the angle between up and the view; the cross product of
                                      // two unit vectors is accurate to about 1e-16
@@ -286,6 +287,16 @@ std::optional<std::int64_t> read_limit(const TomlTable& table, std::string_view 
   table.fail(key, "a whole number in 0.." + std::to_string(hi) + " or " + toml_string(nothing));
 }
 
+/// A number that is not negative, or nothing where the key is absent or "off".
+std::optional<double> read_tolerance(const TomlTable& table, std::string_view key) {
+  const TomlValue* value = table.find(key);
+  if (!value) return std::nullopt;
+  if (const auto* text = std::get_if<std::string>(&value->value); text && *text == "off") {
+    return std::nullopt;
+  }
+  return table.number(key, Range::at_least(0));
+}
+
 void read_crop(const TomlTable& table, RenderOptions& options) {
   const auto crop = table.integers("crop", {4}, 0, kLargestEdge);
   if (!crop) return;
@@ -304,7 +315,8 @@ void read_crop(const TomlTable& table, RenderOptions& options) {
 
 RenderOptions read_render(const TomlTable& table) {
   table.allow_only({"size", "crop", "spp", "seed", "tracker", "transmittance", "micro_bounds",
-                    "interpolation", "shells", "depth", "max_bounces", "background"});
+                    "interpolation", "shells", "depth", "max_bounces", "background",
+                    "majorant_scale", "homogenise", "preview"});
   constexpr auto kLargestCount = std::numeric_limits<std::uint32_t>::max();
   RenderOptions options;
   if (const auto size = table.integers("size", {2}, 1, kLargestEdge)) {
@@ -324,6 +336,10 @@ RenderOptions read_render(const TomlTable& table) {
     options.max_bounces = std::uint32_t(*limit);
   }
   assign(options.background, table.boolean("background"));
+  assign(options.majorant_scale,
+         table.number("majorant_scale", Range::closed(1 / kMostBoundsExcess, 1000)));
+  options.homogenise = read_tolerance(table, "homogenise");
+  assign(options.preview, table.integer("preview", 0, kCoarsest));
   return options;
 }
 

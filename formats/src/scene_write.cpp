@@ -94,7 +94,10 @@ std::string render_text(const RenderOptions& o) {
          line("shells", toml_string(name(o.shells))) +
          line("depth", o.depth ? whole(*o.depth) : "\"auto\"") +
          line("max_bounces", o.max_bounces ? whole(*o.max_bounces) : "\"none\"") +
-         line("background", o.background ? "true" : "false");
+         line("background", o.background ? "true" : "false") +
+         line("majorant_scale", toml_number(o.majorant_scale)) +
+         line("homogenise", o.homogenise ? toml_number(*o.homogenise) : "\"off\"") +
+         line("preview", whole(o.preview));
 }
 
 }  // namespace

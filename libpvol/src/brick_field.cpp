@@ -6,9 +6,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <cstring>
 #include <map>
+#include <mutex>
 #include <string>
+#include <tuple>
 
 #include "lattice_index.h"
 #include "pvol/error.h"
@@ -36,25 +39,67 @@ void gather(const detail::BlockFinder& blocks, Vec3i origin, float* out) {
   }
 }
 
-/// Refuses bounds that do not bound: every picture made with them would be wrong.
-void check_bounds(const PyramidNode& leaf, float lo, float hi) {
-  if (leaf.lo <= lo && hi <= leaf.hi) return;
-  const auto range = [](float a, float b) {
-    return "[" + std::to_string(a) + ", " + std::to_string(b) + "]";
-  };
-  throw Error("the bounds do not hold: leaf " + std::to_string(leaf.code) + " says " +
-              range(leaf.lo, leaf.hi) + ", its samples lie in " + range(lo, hi) +
-              ". They belong to another density or were damaged; fit the cloud again.");
-}
+/// Compares bounds with samples and keeps a record of those that do not hold; from any thread.
+class BoundsCheck {
+ public:
+  BoundsCheck(const Pyramid& pyramid, double most_excess)
+      : pyramid_(pyramid), most_excess_(most_excess) {}
 
-void check_bounds(const PyramidNode& leaf, const float* samples) {
-  float lo = samples[0], hi = samples[0];
-  for (int i = 1; i < kFieldSamples; ++i) {
-    lo = std::min(lo, samples[i]);
-    hi = std::max(hi, samples[i]);
+  /// Refuses what most_excess does not allow: every picture made with it would be wrong.
+  void add(std::size_t level, const PyramidNode& node, float lo, float hi) {
+    if (node.lo <= lo && hi <= node.hi) return;
+    const double factor = std::max(1.0, double(hi) / double(node.hi));
+    const Box cube = cube_of(level, node);
+    if (!(most_excess_ > 1 && factor <= most_excess_)) fail(cube, node, lo, hi);
+    const std::scoped_lock lock(mutex_);
+    ++excess_.nodes;
+    // Among equals the lowest place, whatever the order of threads.
+    const auto before = [](Vec3d a, Vec3d b) {
+      return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+    };
+    if (excess_.worst.empty() || factor > excess_.factor ||
+        (factor == excess_.factor && before(cube.lo, excess_.worst.lo))) {
+      excess_.factor = factor;
+      excess_.worst = cube;
+    }
   }
-  check_bounds(leaf, lo, hi);
-}
+  void add(std::size_t level, const PyramidNode& node, const float* samples) {
+    const auto [lo, hi] = std::minmax_element(samples, samples + kFieldSamples);
+    add(level, node, *lo, *hi);
+  }
+  [[nodiscard]] const BoundsExcess& excess() const { return excess_; }
+
+ private:
+  [[nodiscard]] Box cube_of(std::size_t level, const PyramidNode& node) const {
+    const std::int64_t edge = std::int64_t(kLeafEdge) << level;
+    const Vec3l lo = pyramid_.origin + Vec3l(morton_decode(node.code)) * edge;
+    return {Vec3d(lo), Vec3d(lo + Vec3l(edge))};
+  }
+
+  [[noreturn]] void fail(const Box& cube, const PyramidNode& node, float lo, float hi) const {
+    const auto range = [](float a, float b) {
+      char text[64];
+      std::snprintf(text, sizeof text, "[%.6g, %.6g]", double(a), double(b));
+      return std::string(text);
+    };
+    const auto at = [](double v) { return std::to_string(std::int64_t(v)); };
+    std::string message = "the bounds do not hold: the cube of ";
+    message += at(cube.hi.x - cube.lo.x) + "^3 voxels at (" + at(cube.lo.x) + ", " + at(cube.lo.y) +
+               ", " + at(cube.lo.z) + ") says " + range(node.lo, node.hi) +
+               ", its samples lie in " + range(lo, hi) +
+               ". They belong to another density or were damaged; fit the cloud again.";
+    if (most_excess_ > 1) {
+      message += " (Trackers with weights are right up to a factor of " +
+                 std::to_string(most_excess_) + " only.)";
+    }
+    throw Error(message);
+  }
+
+  const Pyramid& pyramid_;
+  double most_excess_;
+  BoundsExcess excess_;
+  std::mutex mutex_;
+};
 
 /// Refuses density outside the support's box, at which walks end.
 void check_support(const VoxelGrid& grid, const Pyramid& pyramid) {
@@ -104,13 +149,18 @@ class ConstantBricks {
 
 }  // namespace
 
-FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid) {
+FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid,
+                           const FieldOptions& options) {
   check_support(grid, pyramid);
   FieldWithLinks r;
   ConstantBricks constant(r.field);
+  BoundsCheck check(pyramid, options.most_excess);
   const detail::BlockFinder blocks(grid);
   const auto origin_of = [&](std::size_t level, std::uint64_t code) {
     return Vec3i(pyramid.origin + Vec3l(morton_decode(code)) * (std::int64_t(kLeafEdge) << level));
+  };
+  const auto is_constant = [&](std::size_t level, std::size_t i) {
+    return options.constant != nullptr && (*options.constant)[level][i] != 0;
   };
 
   r.brick_of.resize(pyramid.levels.size());
@@ -119,9 +169,13 @@ FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid) {
     r.brick_of[level].resize(nodes.size(), kZeroBrick);
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       if (!is_uniform(pyramid, level, i)) continue;
+      if (is_constant(level, i)) {
+        r.brick_of[level][i] = constant.brick(nodes[i].lo);
+        continue;
+      }
       const detail::BlockSource b = blocks.find(origin_of(level, nodes[i].code));
       const float value = b.values ? b.values[0] : b.constant;
-      check_bounds(nodes[i], value, value);
+      check.add(level, nodes[i], value, value);
       r.brick_of[level][i] = constant.brick(value);
     }
   }
@@ -134,11 +188,15 @@ FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid) {
   std::vector<std::size_t> own;
   std::array<float, kFieldSamples> samples;
   for (std::size_t i = 0; i < leaves.size(); ++i) {
+    if (is_constant(0, i)) {
+      brick_of[i] = constant.brick(leaves[i].lo);
+      continue;
+    }
     if (nearly_equal_bounds(leaves[i])) {
       gather(blocks, origin_of(0, leaves[i].code), samples.data());
       if (std::equal(samples.begin() + 1, samples.end(), samples.begin())) {
         brick_of[i] = constant.brick(samples[0]);
-        check_bounds(leaves[i], samples.data());
+        check.add(0, leaves[i], samples.data());
         continue;
       }
     }
@@ -151,9 +209,10 @@ FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid) {
       brick_of[own[k]] = std::uint32_t(first + k);
       float* samples_of_leaf = r.field.samples.data() + (first + k) * kFieldSamples;
       gather(blocks, origin_of(0, leaves[own[k]].code), samples_of_leaf);
-      check_bounds(leaves[own[k]], samples_of_leaf);
+      check.add(0, leaves[own[k]], samples_of_leaf);
     }
   });
+  r.excess = check.excess();
   return r;
 }
 

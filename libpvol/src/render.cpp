@@ -131,6 +131,8 @@ void check(const Volume& volume, const Medium& m, const RenderOptions& o) {
     left -= c.share;
   }
   require(left >= -1e-9, "the shares of components sum up to more than 1");
+  require(volume.majorant_excess == 1 || is_weighted(o.tracker),
+          "the volume's majorants do not hold, which takes a tracker with weights");
   require(
       volume.extinction == float(m.extinction) &&
           volume.medium.object_to_world == m.object_to_world &&

@@ -58,9 +58,37 @@ void check_placement(const Affine& to_world, const Affine& to_cells, const Box& 
   }
 }
 
+void check_majorant_scale(const RenderOptions& o) {
+  const double least = is_weighted(o.tracker) ? 1 / kMostBoundsExcess : 1;
+  constexpr double kLargest = 1000;
+  if (o.majorant_scale >= least && o.majorant_scale <= kLargest) return;
+  throw Error("a majorant scale of " + text(o.majorant_scale) + " is outside [" + text(least) +
+              ", 1000]. Below 1 majorants do not bound: that takes one of the trackers with "
+              "weights, and 1/3 is the least that they can make up for.");
+}
+
 /// Where the density ramps up from 0, a flight meets about sqrt(2 depth per voxel) null collisions
 /// before a real one, and steps of 1 / depth voxels: beyond this both get out of hand.
 constexpr double kMaxVoxelDepth = 1e12;
+
+/// The length of the longest diagonal of a cell in the world.
+double cell_diagonal(const Affine& to_world) {
+  double longest = 0;
+  for (const Vec3d d : {Vec3d(1, 1, 1), Vec3d(-1, 1, 1), Vec3d(1, -1, 1), Vec3d(1, 1, -1)}) {
+    longest = std::max(longest, length(to_world.vector(d)));
+  }
+  return longest;
+}
+
+/// Multiplies the majorants of all terminals. Where they or the minorants need not hold afterwards,
+/// minorants move away from majorants: lo = hi would promise that mu_t is known.
+void scale_majorants(Octree& octree, double factor, bool wrong) {
+  if (factor == 1 && !wrong) return;
+  for (Octree::Entry& e : octree.entries) {
+    e.hi = float(double(e.hi) * factor);
+    if (factor < 1 || wrong) e.lo = std::min(e.lo, 0.5f * e.hi);
+  }
+}
 
 /// Edge of the micro-bounds that the options ask for; 0: none.
 int micro_edge(const Octree& octree, const BrickField& field, const RenderOptions& o) {
@@ -97,6 +125,7 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& s
                 "density of " +
                 text(double(pyramid.scale)) + " is outside [0, 3.4e38]");
   }
+  check_majorant_scale(scene.options);
   const Affine to_world = medium.object_to_world * grid.index_to_world;
   const Affine to_index = inverse(to_world);
   const double cell_length = std::cbrt(std::abs(determinant(to_world)));
@@ -114,12 +143,26 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& s
   if (!pyramid.empty()) v.world_box = transform(to_world, pyramid.support());
   check_placement(to_world, v.world_to_cells, v.world_box);
 
-  FieldWithLinks field = build_field(grid, pyramid);
+  const RenderOptions& o = scene.options;
+  FieldOptions rules;
+  rules.most_excess = is_weighted(o.tracker) ? kMostBoundsExcess * o.majorant_scale : 1;
+  HomogenisedPyramid homogenised;
+  if (o.homogenise) {
+    homogenised = homogenise(pyramid, measure_content(grid, pyramid), medium.extinction,
+                             cell_diagonal(to_world), *o.homogenise);
+    rules.constant = &homogenised.constant;
+    v.homogeneous = homogenised.parts;
+  }
+  const Pyramid& bounds = o.homogenise ? homogenised.pyramid : pyramid;
+  FieldWithLinks field = build_field(grid, bounds, rules);
   Cut cut;
-  cut.depth = scene.options.tracker == Tracker::delta_global ? 0 : scene.options.depth;
-  v.octree = build_octree(pyramid, medium.extinction, cell_length, cut, field.brick_of, kZeroBrick);
+  cut.depth = o.tracker == Tracker::delta_global ? 0 : o.depth;
+  v.octree = build_octree(bounds, medium.extinction, cell_length, cut, field.brick_of, kZeroBrick);
   v.field = std::move(field.field);
-  if (const int edge = micro_edge(v.octree, v.field, scene.options)) {
+  v.excess = field.excess;
+  v.majorant_excess = std::max(1.0, field.excess.factor / o.majorant_scale);
+  scale_majorants(v.octree, o.majorant_scale, v.excess.nodes > 0);
+  if (const int edge = micro_edge(v.octree, v.field, o)) {
     v.micro = build_micro_bounds(v.field, edge);
   }
   return v;

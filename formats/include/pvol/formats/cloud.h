@@ -34,4 +34,8 @@ struct Cloud {
 /// Density and bounds: those of a .pvol file as stored, else built here.
 [[nodiscard]] Cloud load_cloud(const std::filesystem::path& file, const GridOptions& options = {});
 
+/// Halves the samples of a cloud along each axis this many times (pvol::coarsen), bounds them again
+/// and drops the shell. `file` is named in errors.
+void coarsen(Cloud& cloud, int times, const std::filesystem::path& file);
+
 }  // namespace pvol::formats

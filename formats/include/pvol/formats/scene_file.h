@@ -44,7 +44,8 @@ struct SceneFile {
 ///   [[sun]]        direction, irradiance, angle (degrees)
 ///   [render]       size = [w, h], crop = [x, y, w, h], spp, seed, tracker, transmittance,
 ///                  micro_bounds ("auto", "none", "2", "1"), interpolation, shells, depth (0..16 or
-///                  "auto"), max_bounces (or "none"), background
+///                  "auto"), max_bounces (or "none"), background, majorant_scale, homogenise (a
+///                  tolerance or "off"), preview (0..8)
 ///
 /// Colours are one number or three. The cloud is scaled, then rotated, then moved: scale is a
 /// number or three, rotate = [x, y, z, degrees] or several of them, applied in turn; matrix is row

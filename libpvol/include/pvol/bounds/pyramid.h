@@ -65,6 +65,9 @@ struct Pyramid {
 [[nodiscard]] Pyramid build_pyramid(const VoxelGrid& grid,
                                     std::uint64_t max_leaves = std::uint64_t(1) << 26);
 
+/// Marks on nodes, by level and node; not std::vector<bool>, so that threads may set them.
+using NodeMarks = std::vector<std::vector<char>>;
+
 /// The children of node i of `level`, from index begin to end of the level below.
 struct NodeRange {
   std::size_t begin = 0, end = 0;

@@ -88,13 +88,31 @@ struct BrickExtinction {
   }
 };
 
+/// Bounds that do not hold for the samples.
+struct BoundsExcess {
+  std::uint64_t nodes = 0;  ///< leaves and uniform cubes with a sample outside their bounds
+  double factor = 1;        ///< largest sample over majorant among them, at least 1
+  Box worst;                ///< the index-space cube with that factor; empty for no node
+};
+
+struct FieldOptions {
+  /// The largest factor by which samples may exceed a majorant; above 1, minorants may lie too high
+  /// as well, for trackers with weights.
+  double most_excess = 1;
+  /// Nodes over which the density is the constant lo = hi, whatever the samples (homogenise.h).
+  const NodeMarks* constant = nullptr;
+};
+
 /// The field of a grid, and the brick of each leaf and uniform cube of its pyramid, by level and
 /// node: what `build_octree` links to.
 struct FieldWithLinks {
   BrickField field;
   std::vector<std::vector<std::uint32_t>> brick_of;
+  BoundsExcess excess;
 };
-/// Throws Error where a leaf's bounds do not hold its samples.
-[[nodiscard]] FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid);
+/// Throws Error where bounds do not hold their samples by more than the options allow, and where
+/// there is density outside the support's box.
+[[nodiscard]] FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid,
+                                         const FieldOptions& options = {});
 
 }  // namespace pvol

@@ -109,6 +109,15 @@ struct RenderOptions {
   Interpolation interpolation = Interpolation::trilinear;
   ShellUse shells = ShellUse::automatic;
   std::optional<int> depth;  ///< octree depth at which the walk stops, 0..16; else by cost
+  /// Factor on majorants, for measurements: above 1 bounds get looser and the picture stays the
+  /// same; below 1, down to 1/3, they do not bound, which takes a tracker with weights.
+  double majorant_scale = 1;
+  /// Makes images biased: nodes of the octree that can change the optical depth of a ray through
+  /// them by no more than this count as homogeneous (homogenise.h).
+  std::optional<double> homogenise;
+  /// Makes images biased: how often the grid is to be coarsened (coarsen.h) before make_volume,
+  /// which takes it as it is.
+  int preview = 0;
   std::optional<std::uint32_t> max_bounces;  ///< scatterings per path; a limit makes images biased
   bool background = true;  ///< whether camera rays see the lights behind the cloud
   bool count = false;      ///< count look-ups and the like (slower by a few per cent)

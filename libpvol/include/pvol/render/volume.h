@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "pvol/bounds/homogenise.h"
 #include "pvol/bounds/micro_bounds.h"
 #include "pvol/bounds/octree.h"
 #include "pvol/bounds/pyramid.h"
@@ -23,8 +24,12 @@ struct Volume {
   Medium medium;         ///< that it was made for
   float extinction = 0;  ///< mu_t = extinction * rho, rounded once for bounds and look-ups alike
   Interpolation interpolation = Interpolation::trilinear;  ///< of the scene that it was made for
-  Affine world_to_cells;  ///< world to cells from the octree's origin
-  Box world_box;          ///< around the support; empty for an empty cloud
+  /// The largest factor by which mu_t may exceed a majorant: 1 but for trackers with weights.
+  double majorant_excess = 1;
+  BoundsExcess excess;  ///< of the pyramid's bounds; without nodes where they hold
+  std::optional<HomogeneousParts> homogeneous;  ///< where options.homogenise asked for them
+  Affine world_to_cells;                        ///< world to cells from the octree's origin
+  Box world_box;                                ///< around the support; empty for an empty cloud
   /// Tested by camera rays before they enter the octree, in its cells; see choose_shell.
   std::optional<RayShell> shell;
 };
@@ -45,9 +50,10 @@ struct VolumeFacts {
 /// Makes a cloud ready for the scene's medium, interpolation and tracker: the walk stops at
 /// options.depth or, without it, where the cost model says (THEORY.md, T5); at the root for the
 /// tracker delta_global. Micro-bounds are built where options.micro_bounds asks for them.
-/// Throws Error where the pyramid's bounds do not hold for the grid, the map is singular, the
-/// extinction is negative or too large for a float, or the placement is so far from the origin that
-/// positions lose more than 1/1000 of a voxel.
+/// Trackers with weights take bounds up to kMostBoundsExcess too low, options.majorant_scale
+/// included. Throws Error where the pyramid's bounds do not hold otherwise, the map is singular,
+/// the extinction is negative or too large for a float, or the placement is so far from the origin
+/// that positions lose more than 1/1000 of a voxel.
 [[nodiscard]] Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& scene);
 
 [[nodiscard]] VolumeFacts describe(const Volume& volume, const VoxelGrid& grid,

@@ -18,6 +18,10 @@ enum class Tracker {
   return t == Tracker::weighted_delta || t == Tracker::weighted_decomposition;
 }
 
+/// The largest factor by which mu_t may exceed a majorant for trackers with weights: beyond it
+/// their variance makes pictures useless before they are right.
+inline constexpr double kMostBoundsExcess = 3;
+
 /// How the transmittance of a ray is estimated (THEORY.md, T7).
 enum class Transmittance {
   automatic,       ///< one of the others, chosen by `choose_transmittance` for the volume
