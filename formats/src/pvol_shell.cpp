@@ -1,4 +1,5 @@
 // The shel chunk: a bounding shell with its certificate.
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -11,13 +12,15 @@ namespace {
 using StoredQuadric = std::array<float, 10>;
 
 StoredQuadric stored(const Quadric& q) {
-  const Vec3f s(q.square), m(q.mixed), l(q.linear);
-  return {s.x, s.y, s.z, m.x, m.y, m.z, l.x, l.y, l.z, float(q.constant)};
+  StoredQuadric c;
+  std::ranges::transform(terms(q), c.begin(), [](double v) { return float(v); });
+  return c;
 }
 
 Quadric loaded(const StoredQuadric& c) {
-  return {Vec3d(Vec3f(c[0], c[1], c[2])), Vec3d(Vec3f(c[3], c[4], c[5])),
-          Vec3d(Vec3f(c[6], c[7], c[8])), double(c[9])};
+  QuadricTerms t;
+  std::ranges::copy(c, t.begin());
+  return quadric(t);
 }
 
 struct StoredPerturbation {

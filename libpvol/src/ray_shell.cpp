@@ -146,9 +146,8 @@ void RayShell::add(const Quadric& q, double weight) {
     blocks_.push_back({});
     blocks_.back().coefficient[kTerms - 1] -= 1;  // spare lanes are never positive
   }
-  const double terms[kTerms] = {q.square.x, q.square.y, q.square.z, q.mixed.x,  q.mixed.y,
-                                q.mixed.z,  q.linear.x, q.linear.y, q.linear.z, q.constant};
-  for (int i = 0; i < kTerms; ++i) blocks_.back().coefficient[i][lane] = terms[i];
+  const QuadricTerms c = terms(q);
+  for (int i = 0; i < kTerms; ++i) blocks_.back().coefficient[i][lane] = c[std::size_t(i)];
   weights_.push_back(weight);
   ++count_;
 }

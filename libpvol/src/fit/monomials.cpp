@@ -19,9 +19,9 @@ double total(const Wide& v) {
 }  // namespace
 
 Monomials monomials(const Quadric& q) {
-  return {float(q.square.x), float(q.square.y), float(q.square.z), float(q.mixed.x),
-          float(q.mixed.y),  float(q.mixed.z),  float(q.linear.x), float(q.linear.y),
-          float(q.linear.z), float(q.constant)};
+  Monomials m;
+  std::ranges::transform(terms(q), m.begin(), [](double c) { return float(c); });
+  return m;
 }
 
 void evaluate(const Monomials& q, const Points& points, float* values) {
@@ -47,7 +47,7 @@ std::size_t count_positive(const Monomials& q, const Points& points) {
   return count;
 }
 
-std::array<double, 10> moments(const Points& points, const std::vector<float>& weight) {
+QuadricTerms moments(const Points& points, const std::vector<float>& weight) {
   Wide sum[10] = {};
   for (std::size_t i = 0; i < points.size(); i += kWide) {
     Wide x, y, z, w;
@@ -67,7 +67,7 @@ std::array<double, 10> moments(const Points& points, const std::vector<float>& w
     sum[8] += wz;
     sum[9] += w;
   }
-  std::array<double, 10> result;
+  QuadricTerms result;
   for (std::size_t k = 0; k < 10; ++k) result[k] = total(sum[k]);
   return result;
 }

@@ -24,9 +24,12 @@ void evaluate(const Monomials& q, const Points& points, float* values);
 
 /// Sums of weight times each of the ten monomials. Here and for `largest` the numbers of points are
 /// multiples of kWide: see `pad`.
-[[nodiscard]] std::array<double, 10> moments(const Points& points,
-                                             const std::vector<float>& weights);
+[[nodiscard]] QuadricTerms moments(const Points& points, const std::vector<float>& weights);
 [[nodiscard]] float largest(const std::vector<float>& values);
+
+/// The weights of the greatest values: a softmax with a kernel that ends, (1 - x)^4 for exp(-4 x);
+/// its reach in widths of a sigmoid.
+inline constexpr double kNearGreatest = 1.2;
 
 inline constexpr std::size_t kWide = 8;
 

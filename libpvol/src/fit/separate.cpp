@@ -11,9 +11,6 @@
 namespace pvol::detail {
 namespace {
 
-// The weights of the greatest values: a softmax with a kernel that ends, (1 - x)^4 for exp(-4 x).
-constexpr double kNearGreatest = 1.2;  // its reach, in widths of the sigmoid
-
 using Coefficients = std::array<double, 9>;  // of the monomials but 1
 
 Monomials to_float(const Coefficients& w) {
@@ -27,7 +24,7 @@ Quadric to_quadric(const Coefficients& w, double constant) {
 }
 
 /// Mean square of the gradient's length over the weighted points, from their second moments.
-double mean_square_gradient(const Coefficients& w, const std::array<double, 10>& m) {
+double mean_square_gradient(const Coefficients& w, const QuadricTerms& m) {
   // The gradient is affine, g = A p + b with the rows of A (2xx, xy, zx), ...: |g|^2 is a quadric.
   const double xx = 2 * w[0], yy = 2 * w[1], zz = 2 * w[2], yz = w[3], zx = w[4], xy = w[5];
   const double bx = w[6], by = w[7], bz = w[8];
@@ -66,8 +63,7 @@ class Search {
         adam_(9) {
     const Affine to_local = scaling(Vec3d(1 / seed.radius)) * translation(-seed.centre);
     const Quadric q = transform(to_local, seed.quadric);
-    w_ = {q.square.x, q.square.y, q.square.z, q.mixed.x, q.mixed.y,
-          q.mixed.z,  q.linear.x, q.linear.y, q.linear.z};
+    std::copy_n(terms(q).begin(), w_.size(), w_.begin());
   }
 
   Quadric run() {
@@ -101,7 +97,7 @@ class Search {
       const float near = std::max(0.0f, 1 - (most - v) * per_reach);
       v = (near * near) * (near * near);
     }
-    const std::array<double, 10> active = moments(boundary_, values_);
+    const QuadricTerms active = moments(boundary_, values_);
 
     values_.resize(targets_.size());
     evaluate(q, targets_, values_.data());
@@ -112,7 +108,7 @@ class Search {
       const float r = 1 / (1 + u * u);
       v = r * std::sqrt(r);
     }
-    const std::array<double, 10> pull = moments(targets_, values_);
+    const QuadricTerms pull = moments(targets_, values_);
 
     Coefficients gradient;
     for (std::size_t k = 0; k < 9; ++k) {

@@ -28,32 +28,21 @@ constexpr double kStifferStarts[] = {80};
 constexpr double kWidthBegin = 0.04, kWidthEnd = 0.003;
 constexpr double kRateBegin = 0.003, kRateEnd = 0.0005;
 constexpr double kProofTolerance = 1e-4;  // of results that are compared
-constexpr double kNearGreatest = 1.2;  // reach of the weights of the greatest, as in separate.cpp
-
-using Ten = std::array<double, 10>;
-
-Ten to_ten(const Quadric& q) {
-  return {q.square.x, q.square.y, q.square.z, q.mixed.x,  q.mixed.y,
-          q.mixed.z,  q.linear.x, q.linear.y, q.linear.z, q.constant};
-}
-Quadric to_quadric(const Ten& c) {
-  return {{c[0], c[1], c[2]}, {c[3], c[4], c[5]}, {c[6], c[7], c[8]}, c[9]};
-}
 
 /// Coefficients in a ball's frame, and their images as coefficients in the shell's.
 struct LocalFrame {
   Affine from_local;
-  std::array<Ten, 10> columns;
+  std::array<QuadricTerms, 10> columns;
 
   explicit LocalFrame(const Affine& map) : from_local(map) {
     for (std::size_t k = 0; k < 10; ++k) {
-      Ten unit{};
+      QuadricTerms unit{};
       unit[k] = 1;
-      columns[k] = to_ten(transform(map, to_quadric(unit)));
+      columns[k] = terms(transform(map, quadric(unit)));
     }
   }
-  [[nodiscard]] Ten pull_back(const Ten& gradient) const {
-    Ten local;
+  [[nodiscard]] QuadricTerms pull_back(const QuadricTerms& gradient) const {
+    QuadricTerms local;
     for (std::size_t k = 0; k < 10; ++k) {
       local[k] = std::inner_product(gradient.begin(), gradient.end(), columns[k].begin(), 0.0);
     }
@@ -87,7 +76,7 @@ class Chunk {
 
   /// Of sum_i weights[i] G(point i); the first also tells the sum of weights, as its last entry
   /// negated.
-  void gradient(std::vector<Ten>& result) {
+  void gradient(std::vector<QuadricTerms>& result) {
     for (std::size_t j = 0; j < values_.size(); ++j) {
       std::vector<float>& v = values_[j];
       for (std::size_t i = 0; i < v.size(); ++i) v[i] = weights[i] * (j == 0 ? -1 : 2 * v[i]);
@@ -179,15 +168,15 @@ class Softening {
     parameters_.clear();
     for (std::size_t j = 0; j < frames_.size(); ++j) {
       const Quadric q = (j == 0 ? -1 : steepness) * quadrics_[j];
-      const Ten local = to_ten(transform(inverse(frames_[j].from_local), q));
+      const QuadricTerms local = terms(transform(inverse(frames_[j].from_local), q));
       parameters_.insert(parameters_.end(), local.begin(), local.end());
     }
   }
 
   [[nodiscard]] Quadric quadric(std::size_t j) const {
-    Ten local;
+    QuadricTerms local;
     std::copy_n(parameters_.begin() + std::ptrdiff_t(10 * j), 10, local.begin());
-    return transform(frames_[j].from_local, to_quadric(local));
+    return transform(frames_[j].from_local, pvol::quadric(local));
   }
   [[nodiscard]] std::vector<Monomials> forms() const {
     std::vector<Monomials> result;
@@ -210,8 +199,8 @@ class Softening {
     for (const Chunk& chunk : boundary_) most = std::max(most, largest(chunk.sum));
 
     const float per_width = float(1 / width), per_reach = float(1 / (kNearGreatest * width));
-    std::vector<std::vector<Ten>> parts(boundary_.size() + targets_.size(),
-                                        std::vector<Ten>(frames_.size()));
+    std::vector<std::vector<QuadricTerms>> parts(boundary_.size() + targets_.size(),
+                                                 std::vector<QuadricTerms>(frames_.size()));
     for_all_chunks([&](Chunk& chunk, bool is_boundary, std::size_t c) {
       for (std::size_t i = 0; i < chunk.sum.size(); ++i) {
         const float above = chunk.sum[i] - most;
@@ -229,10 +218,10 @@ class Softening {
   }
 
   /// One step of all parameters along the pull of the targets less that of the active boundary.
-  void climb(const std::vector<std::vector<Ten>>& parts, double rate) {
-    std::vector<Ten> active(frames_.size()), pull(frames_.size());
+  void climb(const std::vector<std::vector<QuadricTerms>>& parts, double rate) {
+    std::vector<QuadricTerms> active(frames_.size()), pull(frames_.size());
     for (std::size_t c = 0; c < parts.size(); ++c) {
-      std::vector<Ten>& to = c < boundary_.size() ? active : pull;
+      std::vector<QuadricTerms>& to = c < boundary_.size() ? active : pull;
       for (std::size_t j = 0; j < to.size(); ++j) {
         for (std::size_t k = 0; k < 10; ++k) to[j][k] += parts[c][j][k];
       }
@@ -240,9 +229,9 @@ class Softening {
     const double share = pull[0][9] / active[0][9];
     std::vector<double> gradient;
     for (std::size_t j = 0; j < frames_.size(); ++j) {
-      Ten sum;
+      QuadricTerms sum;
       for (std::size_t k = 0; k < 10; ++k) sum[k] = pull[j][k] - share * active[j][k];
-      const Ten local = frames_[j].pull_back(sum);
+      const QuadricTerms local = frames_[j].pull_back(sum);
       gradient.insert(gradient.end(), local.begin(), local.end());
     }
     adam_.ascend(parameters_.data(), gradient.data(), rate);

@@ -2,6 +2,8 @@
 // bodies {Q >= 0} that they bound.
 #pragma once
 
+#include <array>
+
 #include "pvol/math/affine.h"
 #include "pvol/math/box.h"
 #include "pvol/math/interval.h"
@@ -20,6 +22,16 @@ struct Quadric {
   return {k * q.square, k * q.mixed, k * q.linear, k * q.constant};
 }
 [[nodiscard]] inline Quadric operator-(const Quadric& q) { return -1.0 * q; }
+
+/// The ten coefficients, those of x^2, y^2, z^2, yz, zx, xy, x, y, z and 1, and back.
+using QuadricTerms = std::array<double, 10>;
+[[nodiscard]] inline QuadricTerms terms(const Quadric& q) {
+  return {q.square.x, q.square.y, q.square.z, q.mixed.x,  q.mixed.y,
+          q.mixed.z,  q.linear.x, q.linear.y, q.linear.z, q.constant};
+}
+[[nodiscard]] inline Quadric quadric(const QuadricTerms& c) {
+  return {{c[0], c[1], c[2]}, {c[3], c[4], c[5]}, {c[6], c[7], c[8]}, c[9]};
+}
 
 /// Q(p) in double.
 [[nodiscard]] inline double value(const Quadric& q, Vec3d p) {
