@@ -26,7 +26,62 @@ void add_node(const Octree& tree, const Octree::Node& node, Vec3i low, BoundInte
   }
 }
 
+/// Integrals over what segments with bounds of `terminal` look up below a link.
+class OpenIntegral {
+ public:
+  explicit OpenIntegral(const Volume& volume) : v_(volume) {}
+
+  double sum = 0;
+
+  /// Below a node, under the terminal that holds it or, where there is none, from the top down.
+  void add(const Octree::Node& node, Vec3i low, const Octree::Entry* terminal) {
+    const int shift = 3 + 2 * int(node.height);
+    for (std::uint32_t bit = 0; bit < 64; ++bit) {
+      const Octree::Entry* e = v_.octree.child(node, bit);
+      if (e == nullptr) continue;
+      const Vec3i at = low + Vec3i(int(bit >> 4), int(bit >> 2 & 3), int(bit & 3)) * (1 << shift);
+      const Octree::Entry* bounds = terminal != nullptr ? terminal : e->log2 != 0 ? e : nullptr;
+      if (e->link & Octree::kNodeBit) {
+        add(v_.octree.nodes[e->link & ~Octree::kNodeBit], at, bounds);
+      } else if (shift == 3) {  // larger cubes have one density, which micro-bounds know
+        add_leaf(e->link, at, *bounds);
+      }
+    }
+  }
+
+ private:
+  const Volume& v_;
+
+  void add_leaf(std::uint32_t brick, Vec3i low, const Octree::Entry& bounds) {
+    const int edge = v_.micro.edge, n = kLeafEdge / edge;
+    const Vec3i first = vec3(v_.octree.support_lo), last = vec3(v_.octree.support_hi);
+    for (Vec3i c; c.x < n; ++c.x) {
+      for (c.y = 0; c.y < n; ++c.y) {
+        for (c.z = 0; c.z < n; ++c.z) {
+          const Vec3i at = low + c * edge;
+          const Vec3d extent(max(min(at + Vec3i(edge), last) - max(at, first), Vec3i(0)));
+          const DensityRange r = edge == 1 ? micro_range<1>(v_.micro, brick, lanes(at))
+                                           : micro_range<2>(v_.micro, brick, lanes(at));
+          const double open = double(std::min(v_.extinction * r.hi, bounds.hi)) -
+                              double(std::max(v_.extinction * r.lo, bounds.lo));
+          sum += std::max(0.0, open) * extent.x * extent.y * extent.z;
+        }
+      }
+    }
+  }
+};
+
 }  // namespace
+
+double integrate_open(const Volume& volume) {
+  if (volume.micro.edge == 0) {
+    const BoundIntegrals b = integrate_bounds(volume.octree);
+    return b.hi - b.lo;
+  }
+  OpenIntegral open(volume);
+  if (!volume.octree.empty()) open.add(volume.octree.nodes[0], {0, 0, 0}, nullptr);
+  return open.sum;
+}
 
 BoundIntegrals integrate_bounds(const Octree& octree) {
   BoundIntegrals sum;

@@ -16,6 +16,11 @@ struct BoundIntegrals {
 };
 [[nodiscard]] BoundIntegrals integrate_bounds(const Octree& octree);
 
+/// The same integral of the part of [lo, hi) that micro-bounds leave open as well: over that of
+/// mu_t, the look-ups of `decomposition` per collision that lies as the density does. hi - lo for a
+/// volume without micro-bounds.
+[[nodiscard]] double integrate_open(const Volume& volume);
+
 /// The estimator of shadow rays for `Transmittance::automatic`, and why.
 struct TransmittanceChoice {
   Transmittance estimator = Transmittance::analog;

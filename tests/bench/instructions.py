@@ -1,0 +1,63 @@
+#!/usr/bin/env python3
+"""Instructions per camera sample, for every tracker and estimator of shadow rays.
+
+  instructions.py PVOL_RENDER INPUT [OPTION...]
+
+Runs pvol-render under callgrind, which counts what the tiles of a picture execute, 16 samples in each of
+16 x 16 pixels unless the options say otherwise, and prints it beside the counts of the work and the
+bytes that look-ups, bounds tests and segments read. The numbers are the same on every machine; the
+program must be one that valgrind can run: build it with -DPVOL_ARCH=x86-64-v3 -DPVOL_WITH_CGAL=OFF
+(it knows no AVX-512) and -DCMAKE_CXX_FLAGS=-g1.
+"""
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+TRACKERS = ["delta-global", "delta", "decomposition", "weighted-delta", "weighted-decomposition", "regular"]
+CONFIGURATIONS = (
+    [(t, "ratio", "none") for t in TRACKERS]
+    + [(t, "analog", "none") for t in TRACKERS]
+    + [("decomposition", t, "none") for t in ("residual-ratio", "regular")]
+    + [("decomposition", t, m) for t in ("analog", "ratio") for m in ("2", "1")]
+)
+# A look-up reads eight floats, a bounds test a pair of bytes and a scale, a segment a node and an entry.
+BYTES = {"lookups": 32, "bounds_tests": 10, "segments": 32}
+
+
+def measure(program, arguments, folder):
+    """Instructions in the tiles, and the statistics that pvol-render wrote."""
+    counts, stats = folder / "counts", folder / "stats.json"
+    command = ["valgrind", "--tool=callgrind", "--toggle-collect=*render_tile*", f"--callgrind-out-file={counts}",
+               program, *arguments, "--threads", "1", "--quiet", "--stats", str(stats), "-o", str(folder / "a.exr"),
+               "--no-png"]
+    run = subprocess.run(command, capture_output=True, text=True)
+    if run.returncode != 0:
+        raise SystemExit(f"instructions.py: {' '.join(command)} failed:\n{run.stderr}")
+    totals = [line for line in counts.read_text().splitlines() if line.startswith("totals:")]
+    return int(totals[0].split()[1]), json.loads(stats.read_text())
+
+
+def main():
+    if len(sys.argv) < 3:
+        raise SystemExit(__doc__)
+    program, arguments = sys.argv[1], sys.argv[2:]
+    for option, value in (("--size", "16x16"), ("--spp", "16")):
+        if option not in arguments:
+            arguments += [option, value]
+    print(f"{'tracker':24}{'shadow rays':16}{'micro':>6}{'instr.':>10}{'look-ups':>10}{'tests':>10}{'segments':>10}"
+          f"{'bytes':>10}   per camera sample")
+    with tempfile.TemporaryDirectory() as name:
+        for tracker, shadow, micro in CONFIGURATIONS:
+            options = ["--tracker", tracker, "--transmittance", shadow, "--micro-bounds", micro]
+            instructions, s = measure(program, arguments + options, pathlib.Path(name))
+            n = s["samples"]
+            work = {k: (s[k + "_path"] + s[k + "_shadow"]) / n for k in BYTES}
+            read = sum(work[k] * BYTES[k] for k in BYTES)
+            print(f"{tracker:24}{shadow:16}{micro:>6}{instructions / n:10.0f}{work['lookups']:10.2f}"
+                  f"{work['bounds_tests']:10.2f}{work['segments']:10.2f}{read:10.0f}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
