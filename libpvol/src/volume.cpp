@@ -85,9 +85,15 @@ int micro_edge(const Octree& octree, const BrickField& field, const RenderOption
   return 0;
 }
 
+/// Whether stored micro-bounds speak of this interpolant: those of files do of two.
+bool is_bounded(Interpolation interpolation) {
+  return interpolation == Interpolation::nearest || interpolation == Interpolation::trilinear;
+}
+
 }  // namespace
 
-Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& scene) {
+Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& scene,
+                   const LeafMicroBounds* stored) {
   const Medium& medium = scene.medium;
   const double largest = medium.extinction * double(pyramid.scale);
   if (!(medium.extinction >= 0 && medium.extinction <= double(FLT_MAX) &&
@@ -120,7 +126,9 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& s
   v.octree = build_octree(pyramid, medium.extinction, cell_length, cut, field.brick_of, kZeroBrick);
   v.field = std::move(field.field);
   if (const int edge = micro_edge(v.octree, v.field, scene.options)) {
-    v.micro = build_micro_bounds(v.field, edge);
+    v.micro_stored = stored && stored->by_leaf.edge == edge && is_bounded(v.interpolation);
+    v.micro = v.micro_stored ? arrange(*stored, v.field, field.brick_of, pyramid)
+                             : build_micro_bounds(v.field, edge);
   }
   return v;
 }
