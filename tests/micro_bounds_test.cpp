@@ -113,6 +113,17 @@ TEST(MicroBounds, AreExactWhereABrickIsConstant) {
   }
 }
 
+/// Where steps are so small that codes share densities, too.
+TEST(MicroBounds, KeepTheirCodesInOrder) {
+  const BrickField f = random_bricks(20, 4, [](Rng& r) {
+    const float u = r.uniform();
+    return u < 0.5f ? 1 : u < 0.9f ? 1 - 0x1p-22f : 1 - 0x1p-20f * r.uniform();
+  });
+  for (const int edge : {1, 2}) {
+    for (const MicroBounds::Codes c : build_micro_bounds(f, edge).codes) ASSERT_LE(c.lo, c.hi);
+  }
+}
+
 TEST(MicroBounds, DoNotDependOnThreads) {
   const BrickField f = random_bricks(300, 2, [](Rng& r) { return r.uniform(); });
   const MicroBounds many = build_micro_bounds(f, 1);

@@ -107,6 +107,33 @@ inline PvolFile some_file(int bricks = 12, bool tiles = true) {
   return file;
 }
 
+/// A cloud of few leaves, some of them of one density: small enough to be read thousands of times.
+inline PvolFile compact_file() {
+  PvolFile file = some_file(12, false);
+  for (int i = 0; i < 8; ++i) {
+    file.density->tiles.push_back(
+        {Vec3i(-64, 0, 0) + Vec3i(i >> 2, i >> 1 & 1, i & 1) * 8, 8, 0.125f});
+  }
+  file.pyramid = build_pyramid(*file.density);
+  file.shell = some_shell(file.pyramid);
+  return file;
+}
+
+/// The same with micro-bounds of its density, or of what its codes stand for.
+inline PvolFile with_micro_bounds(PvolFile file) {
+  const VoxelGrid grid = file.codes ? decode(*file.codes) : *file.density;
+  file.micro = build_leaf_micro_bounds(grid, file.pyramid, 2);
+  return file;
+}
+
+/// The same with codes in place of its density, and bounds of what they stand for.
+inline PvolFile with_codes(PvolFile file, const Quantisation& how) {
+  file.codes = quantise(*file.density, how);
+  file.density.reset();
+  file.pyramid = build_pyramid(decode(*file.codes));  // of the same support, so a shell stays
+  return file;
+}
+
 inline PvolFile tiny_file() {
   auto values = std::make_shared<std::vector<float>>(std::size_t(kBrickSamples));
   values->at(kBrickSamples - 1) = 0.75f;

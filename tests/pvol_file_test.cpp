@@ -264,7 +264,7 @@ std::string print(const fs::path& file) {
   };
   const PvolFile p = read_pvol(file);
   const PvolBytes bytes(test::load(file));
-  out << "version 1\n";
+  out << "version " << bytes.header.version << '\n';
   for (const PvolBytes::Chunk& c : bytes.chunks) {
     out << "chunk " << std::string(c.entry.id.begin(), c.entry.id.end()) << ' '
         << std::uint32_t(c.entry.codec) << ' ' << c.entry.offset << ' ' << c.entry.stored_bytes
@@ -295,6 +295,16 @@ std::string print(const fs::path& file) {
       out << "terminal " << level << at(cell) << f(n.lo) << f(n.hi) << '\n';
     }
   }
+  for (std::size_t i = 0; p.micro && i < p.pyramid.levels[0].size(); ++i) {
+    const MicroBounds& micro = p.micro->by_leaf;
+    const auto [base, step] = micro.scales[i];
+    out << "micro"
+        << at(p.pyramid.origin + Vec3l(morton_decode(p.pyramid.levels[0][i].code)) * kLeafEdge);
+    for (std::size_t c = 64 * i; c < 64 * (i + 1); ++c) {
+      out << f(base + float(micro.codes[c].lo) * step) << f(base + float(micro.codes[c].hi) * step);
+    }
+    out << '\n';
+  }
   const auto quadric = [&](const Quadric& q) {
     return at(Vec3f(q.square)) + at(Vec3f(q.mixed)) + at(Vec3f(q.linear)) + f(float(q.constant));
   };
@@ -308,6 +318,9 @@ std::string print(const fs::path& file) {
     for (const Perturbation& r : p.shell->form.perturbations) {
       out << "perturbation" << quadric(r.form.base) << f(float(r.strength)) << '\n';
     }
+  }
+  if (bytes.chunks.back().entry.id == detail::kQuantised) {
+    out << "precision " << name(m.quantisation.precision) << '\n';
   }
   for (const Tile& t : p.density->tiles) {
     out << "tile" << at(t.origin) << ' ' << t.edge << f(t.value) << '\n';
@@ -323,16 +336,34 @@ std::string print(const fs::path& file) {
 TEST_F(PvolFileTest, AnIndependentReaderSeesTheSame) {
   if (std::system("python3 -c 'pass' > /dev/null 2>&1") != 0) GTEST_SKIP() << "there is no python3";
   const bool zstd = std::system("zstd --version > /dev/null 2>&1") == 0;
-  for (const Compression compression : {Compression::none, Compression::zstd}) {
-    if (compression == Compression::zstd && !zstd) continue;
-    write_pvol(path("a.pvol"), some_file(), compression);
-    const std::string command = "python3 \"" PVOL_READ_PVOL "\" \"" + path("a.pvol").string() +
-                                "\" > \"" + path("print").string() + "\"";
-    ASSERT_EQ(std::system(command.c_str()), 0);
-    const auto bytes = test::load(path("print"));
-    EXPECT_EQ(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()),
-              print(path("a.pvol")));
+  const std::string command = "python3 \"" PVOL_READ_PVOL "\" \"" + path("a.pvol").string() +
+                              "\" > \"" + path("print").string() + "\" 2>&1";
+  std::vector<PvolFile> contents{some_file(), test::with_micro_bounds(test::compact_file())};
+  for (const Precision p : {Precision::fp16, Precision::fp8, Precision::fpn}) {
+    contents.push_back(test::with_micro_bounds(test::with_codes(test::compact_file(), {p, 0.1})));
   }
+  for (const PvolFile& content : contents) {
+    for (const Compression compression : {Compression::none, Compression::zstd}) {
+      if (compression == Compression::zstd && !zstd) continue;
+      if (compression == Compression::none && zstd && content.codes) continue;  // takes a second
+      write_pvol(path("a.pvol"), content, compression);
+      ASSERT_EQ(std::system(command.c_str()), 0);
+      const auto bytes = test::load(path("print"));
+      EXPECT_EQ(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()),
+                print(path("a.pvol")));
+    }
+  }
+
+  // It finds micro-bounds that do not hold, too.
+  PvolFile wrong = test::with_micro_bounds(test::compact_file());
+  auto& codes = wrong.micro->by_leaf.codes;
+  ++std::find_if(codes.begin(), codes.end(), [](auto c) { return c.lo < c.hi; })->lo;
+  write_pvol(path("a.pvol"), wrong, Compression::none);
+  EXPECT_NE(std::system(command.c_str()), 0);
+  const auto bytes = test::load(path("print"));
+  EXPECT_NE(
+      std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()).find("do not hold"),
+      std::string::npos);
 }
 
 }  // namespace

@@ -86,7 +86,7 @@ TEST_F(PvolForgeryTest, ForgedFilesAreRefusedThoughTheirSumsMatch) {
     return [=](PvolBytes& f) { f.replace_text(kMeta, from, to); };
   };
   const Forgery forgeries[] = {
-      {"newer pvol", [](PvolBytes& f) { f.header.version = f.header.reader_version = 2; }},
+      {"newer pvol", [](PvolBytes& f) { f.header.version = f.header.reader_version = 3; }},
       {"makes no sense", [](PvolBytes& f) { f.header.version = 0; }},
       {"makes no sense", [](PvolBytes& f) { f.header.reader_version = 2; }},
       {"do not fit", [](PvolBytes& f) { f.forged_count = 0xffffffff; }},

@@ -26,7 +26,7 @@ def read_container(data):
     """Header and chunk table: id -> (codec, stored bytes, raw size)."""
     magic, version, reader, size, count, reserved, checksum = struct.unpack_from("<8sIIQIIQ", data)
     require(magic == b"\x89PVL\r\n\x1a\n", "not a .pvol file")
-    require(reader == 1, "needs a newer reader")
+    require(reader <= 2, "needs a newer reader")
     require(size == len(data), "truncated")
     table_end = 40 + 40 * count
     if xxhash:
@@ -82,7 +82,13 @@ def decode_bound(code, scale):
     return struct.unpack("<f", struct.pack("<f", units * scale / 2**41))[0]
 
 
+def f32(value):
+    """The nearest 32-bit float."""
+    return struct.unpack("<f", struct.pack("<f", value))[0]
+
+
 def print_bounds(raw):
+    """Returns the corners of the leaves, in the order of the file."""
     *box, scale, levels, upper, lower, terminals = struct.unpack_from("<9ifIIII", raw)
     print("origin", *box[0:3])
     print("support", *box[3:9])
@@ -116,9 +122,51 @@ def print_bounds(raw):
             node += 1
         codes = inner
     require((node, len(cubes)) == (nodes, terminals), "wrong number of nodes or terminals")
+    corner = lambda level, cube: [box[i] + (v << level + 3) for i, v in enumerate(morton_decode(cube))]
     for level, cube, bounds in sorted(cubes):
-        corner = (box[i] + (v << level + 3) for i, v in enumerate(morton_decode(cube)))
-        print("terminal", level, *corner, *(f"{v:.9g}" for v in bounds))
+        print("terminal", level, *corner(level, cube), *(f"{v:.9g}" for v in bounds))
+    return [corner(0, cube) for level, cube, _ in cubes if level == 0]
+
+
+def print_micro(raw, leaves):
+    """Returns (corner, bounds) of every cube of 2^3 cells."""
+    edge, count, open_count, _ = struct.unpack_from("<IIII", raw)
+    layout = f"<{count}f{count}f{64 * open_count}B{64 * open_count}B"
+    require((edge, count) == (2, len(leaves)), "micr belongs to other bounds")
+    require(len(raw) == 16 + struct.calcsize(layout), "wrong size of micr")
+    values = struct.unpack_from(layout, raw, 16)
+    base, step, codes = values[:count], values[count:2 * count], values[2 * count:]
+    at, cubes = 0, []
+    for leaf, corner in enumerate(leaves):
+        pairs = [(0, 0)] * 64
+        if step[leaf] > 0:
+            pairs = [(codes[i], codes[64 * open_count + i]) for i in range(at, at + 64)]
+            at += 64
+        bound = lambda code: f32(base[leaf] + f32(code * step[leaf]))
+        bounds = [(bound(lo), bound(hi)) for lo, hi in pairs]
+        print("micro", *corner, *(f"{v:.9g}" for pair in bounds for v in pair))
+        for i, pair in enumerate(bounds):
+            at_cube = (i >> 4, i >> 2 & 3, i & 3)
+            cubes.append(([c + 2 * a for c, a in zip(corner, at_cube)], pair))
+    require(at == 64 * open_count, "wrong number of leaves with codes")
+    return cubes
+
+
+def check_micro(cubes, bricks, tiles):
+    """Micro-bounds against the samples that interpolation reads."""
+    edges = {edge for *_, edge, _ in tiles}
+    tile_at = {tuple(tile[:4]): tile[4] for tile in tiles}
+
+    def sample(x, y, z):
+        brick = bricks.get((x & -8, y & -8, z & -8))
+        if brick:
+            return brick[((x & 7) * 8 + (y & 7)) * 8 + (z & 7)]
+        found = (tile_at.get((x & -e, y & -e, z & -e, e)) for e in edges)
+        return next((v for v in found if v is not None), 0.0)
+
+    for (x, y, z), (lo, hi) in cubes:
+        near = [sample(x + i // 9, y + i // 3 % 3, z + i % 3) for i in range(27)]
+        require(lo <= min(near) and max(near) <= hi, f"micro-bounds at {x} {y} {z} do not hold")
 
 
 def print_shell(raw):
@@ -131,16 +179,57 @@ def print_shell(raw):
         print("perturbation", *numbers(struct.unpack_from("<11f", raw, 88 + 44 * i)))
 
 
+def print_blocks(raw, at, tiles, bricks, samples_of):
+    """Tiles and origins from byte `at` on; samples_of(i) are those of brick i."""
+    all_tiles, all_bricks = [], {}
+    for i in range(tiles):
+        *tile, value = struct.unpack_from("<4if", raw, at + 20 * i)
+        print("tile", *tile, f"{value:.9g}")
+        all_tiles.append((*tile, value))
+    for i in range(bricks):
+        origin = struct.unpack_from("<3i", raw, at + 20 * tiles + 12 * i)
+        samples = samples_of(i)
+        print("brick", *origin, *(f"{v:.9g}" for v in samples))
+        all_bricks[origin] = samples
+    return all_bricks, all_tiles
+
+
 def print_density(raw):
     tiles, bricks = struct.unpack_from("<II", raw)
     require(len(raw) == 8 + 20 * tiles + 2060 * bricks, "wrong size of DENS")
-    for i in range(tiles):
-        *tile, value = struct.unpack_from("<4if", raw, 8 + 20 * i)
-        print("tile", *tile, f"{value:.9g}")
-    for i in range(bricks):
-        origin = struct.unpack_from("<3i", raw, 8 + 20 * tiles + 12 * i)
-        samples = struct.unpack_from("<512f", raw, 8 + 20 * tiles + 12 * bricks + 2048 * i)
-        print("brick", *origin, *(f"{v:.9g}" for v in samples))
+    samples = 8 + 20 * tiles + 12 * bricks
+    samples_of = lambda i: struct.unpack_from("<512f", raw, samples + 2048 * i)
+    return print_blocks(raw, 8, tiles, bricks, samples_of)
+
+
+def print_quantised(raw, meta):
+    precision, exponent, tiles, bricks = struct.unpack_from("<IiII", raw)
+    names = {1: "fp16", 2: "fp8", 3: "fpn"}
+    require(names[precision] == meta["density"]["precision"], "META tells of another precision")
+    print("precision", names[precision])
+    at = 16 + 20 * tiles + 12 * bricks
+    if precision == 1:
+        require(len(raw) == at + 1024 * bricks, "wrong size of DENQ")
+        halves = lambda i: struct.unpack_from("<512e", raw, at + 1024 * i)
+        samples_of = lambda i: [f32(v * 2.0**exponent) for v in halves(i)]
+        return print_blocks(raw, 16, tiles, bricks, samples_of)
+    lo = struct.unpack_from(f"<{bricks}f", raw, at)
+    hi = struct.unpack_from(f"<{bricks}f", raw, at + 4 * bricks)
+    widths = raw[at + 8 * bricks:at + 9 * bricks]
+    start = [at + 8 * bricks + (bricks + 3) // 4 * 4]
+    for width in widths:
+        start.append(start[-1] + 64 * (width & 127))
+    require(len(raw) == start[-1], "wrong size of DENQ")
+
+    def samples_of(i):
+        bits, zero = widths[i] & 127, widths[i] >> 7
+        word = int.from_bytes(raw[start[i]:start[i + 1]], "little")
+        n = (1 << bits) - 1 - zero
+        step = (hi[i] - lo[i]) / n if n else 0.0
+        codes = [word >> bits * s & (1 << bits) - 1 for s in range(512)]
+        return [0.0 if zero and c == 0 else f32(lo[i] + (c - zero) * step) for c in codes]
+
+    return print_blocks(raw, 16, tiles, bricks, samples_of)
 
 
 def main():
@@ -153,11 +242,17 @@ def main():
         print("map", *(f"{v:.17g}" for v in row))
     source = meta["source"]
     print("source", source["file"], source["grid"], source["bytes"], source["xxh3_64"])
-    print_bounds(raw_bytes(chunks[b"BNDS"]))
+    leaves = print_bounds(raw_bytes(chunks[b"BNDS"]))
+    if b"micr" in chunks:
+        cubes = print_micro(raw_bytes(chunks[b"micr"]), leaves)
     if b"shel" in chunks:
         print_shell(raw_bytes(chunks[b"shel"]))
     if b"DENS" in chunks:
-        print_density(raw_bytes(chunks[b"DENS"]))
+        samples = print_density(raw_bytes(chunks[b"DENS"]))
+    if b"DENQ" in chunks:
+        samples = print_quantised(raw_bytes(chunks[b"DENQ"]), meta)
+    if b"micr" in chunks and (b"DENS" in chunks or b"DENQ" in chunks):
+        check_micro(cubes, *samples)
 
 
 main()

@@ -101,10 +101,13 @@ shells = "off"
 depth = 5
 max_bounces = 8
 background = false
+density = "fpn"
+density_tolerance = 0.125
 majorant_scale = 2.5
 homogenise = 0.125
 preview = 2
 )");
+  EXPECT_EQ(file.density, (Quantisation{Precision::fpn, 0.125}));
   EXPECT_EQ(file.volume, folder_ / "clouds/a.vdb");
   EXPECT_EQ(file.grid, "smoke");
   EXPECT_EQ(file.sky, folder_ / "sky.exr");
@@ -335,6 +338,15 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
   }
 }
 
+TEST_F(SceneText, DensityIsAsStoredUnlessItSaysOtherwise) {
+  EXPECT_EQ(read(kCloud).density, std::nullopt);
+  EXPECT_EQ(read(kCloud + "[render]\ndensity = \"stored\"\n").density, std::nullopt);
+  EXPECT_EQ(read(kCloud + "[render]\ndensity = \"fp8\"\n").density, Quantisation{Precision::fp8});
+  EXPECT_EQ(error(kCloud + "[render]\ndensity_tolerance = 0.1\n").find("s.toml:4:21"), 0u);
+  EXPECT_NE(error(kCloud + "[render]\ndensity = \"fpn\"\ndensity_tolerance = 0\n").find("s.toml:5"),
+            std::string::npos);
+}
+
 TEST_F(SceneText, BadFrameworkIsRefused) {
   EXPECT_EQ(error(""), "s.toml: there is no [volume]; add it");
   EXPECT_EQ(error("[volume]\n"), "s.toml:1:1: [volume] has no file; expected the name of a file");
@@ -343,7 +355,7 @@ TEST_F(SceneText, BadFrameworkIsRefused) {
   EXPECT_EQ(error(kCloud + "[render]\n[[render.sun]]\n"),
             "s.toml:4:10: unknown key \"sun\" in [render]; expected one of size, crop, spp, seed, "
             "tracker, transmittance, micro_bounds, interpolation, shells, depth, max_bounces, "
-            "background, majorant_scale, homogenise or preview");
+            "background, density, density_tolerance, majorant_scale, homogenise or preview");
   EXPECT_EQ(error("sun = [1]\n" + kCloud), "s.toml:1:8: sun[1] is 1; expected a table");
   EXPECT_NE(error("[recipe]\n").find("s.toml: is a recipe"), std::string::npos);
   EXPECT_NE(error("volume.fil = 3\n").find("s.toml:1:8: unknown key \"fil\" in [volume]"),
@@ -530,6 +542,10 @@ struct RandomScene {
       file.scene.suns.push_back({point(), radiance(), uniform(0, 179)});
     }
     file.scene.options = options();
+    if (coin()) file.density = Quantisation{Precision(whole(0, 3))};
+    if (file.density && file.density->precision == Precision::fpn) {
+      file.density->tolerance = uniform(kLeastTolerance, kLargestTolerance);
+    }
     return file;
   }
 };

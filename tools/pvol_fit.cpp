@@ -4,6 +4,7 @@
 #include <iostream>
 
 #include "cli_app.h"
+#include "pvol/bounds/leaf_micro_bounds.h"
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
@@ -32,6 +33,8 @@ struct Options {
   std::filesystem::path input, output;
   formats::GridOptions grid;
   std::string density = "fp32";
+  std::optional<double> tolerance;
+  std::string micro_bounds = "none";
   std::string shells = "none", shell_kind = "hard";
   int shell_effort = 1;
   bool check = false, closed_form = false;
@@ -54,10 +57,24 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
       ->type_name("NAME");
   app.add_option("--density", o.density,
                  "fp32: the file holds every sample, exactly, and works alone; for large clouds it "
-                 "is about as large as the source. reference: it holds the source's name, size and "
-                 "hash, less than a hundredth of its bytes, and needs it to render [fp32]")
-      ->type_name("fp32|reference")
-      ->check(CLI::IsMember({"fp32", "reference"}).description(""));
+                 "is about as large as the source. fp16: halves, fp8: 8 bits of the range of each "
+                 "brick of 8^3, fpn: 1 to 16 bits, as few as keep to --density-tolerance; smaller "
+                 "files whose pictures are biased, by an error that the report states. reference: "
+                 "it holds the source's name, size and hash, less than a hundredth of its bytes, "
+                 "and needs it to render [fp32]")
+      ->type_name("NAME")
+      ->check(cli::one_of({"fp32", "fp16", "fp8", "fpn", "reference"}));
+  app.add_option("--density-tolerance", o.tolerance,
+                 "Largest error of a sample with --density fpn, relative to the largest sample, "
+                 "0.00001 to 1 [0.01]")
+      ->type_name("X")
+      ->check(CLI::Range(kLeastTolerance, kLargestTolerance).description(""));
+  app.add_option("--micro-bounds", o.micro_bounds,
+                 "Store bounds of cubes of 2^3 voxels, which save look-ups in fields that miss the "
+                 "cache and are else built at load. Those of single voxels are nearly as large as "
+                 "the source and never stored: pvol-render --micro-bounds 1 builds them [none]")
+      ->type_name("none|2")
+      ->check(cli::one_of({"none", "2", "1"}));
   app.add_option(
          "--shells", o.shells,
          "Fit a bounding shell of that many perturbations, 0 to 64 (soft: 32), or of the number "
@@ -110,6 +127,7 @@ formats::Metadata describe_source(const Options& o, const formats::LoadedGrid& l
   m.source = {std::filesystem::proximate(std::filesystem::absolute(o.input), folder).string(),
               loaded.report.grid, hash.bytes, hash.hash};
   m.options = {{"density", o.closed_form ? "reference" : o.density},
+               {"micro_bounds", o.micro_bounds},
                {"closed_form", o.closed_form ? "yes" : "no"},
                {"shells", o.shells},
                {"shell_kind", o.shell_kind},
@@ -135,6 +153,16 @@ void add_shell(const Options& o, Fit& f) {
     f.check = cli::naming(o.input, [&] { return cli::check_shell(*f.file.shell, support); });
 }
 
+bool is_quantised(const Options& o) { return o.density != "fp32" && o.density != "reference"; }
+
+/// Turns the samples into codes and from there on takes what these stand for as the density.
+void quantise_density(const Options& o, Fit& f) {
+  Quantisation how{parse_precision(o.density)};
+  if (o.tolerance) how.tolerance = *o.tolerance;
+  f.file.codes = quantise(f.loaded.grid, how);
+  f.loaded.grid = decode(*f.file.codes);
+}
+
 Fit fit(const Options& o) {
   Fit f;
   cli::Stopwatch watch;
@@ -147,8 +175,12 @@ Fit fit(const Options& o) {
     f.loaded = formats::load_grid(o.input, o.grid);
   }
   f.read_seconds = watch.lap();
+  if (is_quantised(o)) quantise_density(o, f);
   f.file.pyramid = o.closed_form ? cli::naming(o.input, [&] { return build_pyramid(f.recipe); })
                                  : formats::build_bounds(f.loaded.grid, o.input);
+  if (o.micro_bounds == "2") {
+    f.file.micro = build_leaf_micro_bounds(f.loaded.grid, f.file.pyramid, 2);
+  }
   f.bounds_seconds = watch.lap();
   if (o.shells != "none" && !f.file.pyramid.empty()) {
     add_shell(o, f);
@@ -190,10 +222,18 @@ void report_text(const Options& o, const Fit& f) {
             << "bounds  " << readable_count(leaves) << " leaves of 8^3 voxels, "
             << readable_count(count_nodes(p)) << " nodes, octree depth "
             << (p.empty() ? 0 : p.levels.size() - 1) << '\n';
+  if (f.file.codes) {
+    const QuantisationError& e = f.file.codes->error;
+    std::cout << "density " << o.density
+              << (e.absolute == 0 ? ", exact for this cloud\n"
+                                  : ", biased: samples are off by up to " + readable(e.absolute) +
+                                        ", their sum by " + readable(100 * e.mass) + " %\n");
+  }
   if (f.file.shell) print_shell(std::cout, *f.file.shell, f.bytes.shell, "shell   ");
   std::cout << f.check << "bytes   " << readable_bytes(f.bytes.total) << ": bounds "
-            << readable_bytes(f.bytes.bounds) << ", shell " << readable_bytes(f.bytes.shell)
-            << ", density " << readable_bytes(f.bytes.density) << ", header and metadata "
+            << readable_bytes(f.bytes.bounds) << ", micro-bounds " << readable_bytes(f.bytes.micro)
+            << ", shell " << readable_bytes(f.bytes.shell) << ", density "
+            << readable_bytes(f.bytes.density) << ", header and metadata "
             << readable_bytes(f.bytes.header + f.bytes.metadata) << "; the source has "
             << readable_bytes(f.source_bytes) << '\n'
             << "time    read " << readable_seconds(f.read_seconds) << ", bounds "
@@ -221,18 +261,42 @@ void report_json(const Options& o, const Fit& f) {
   j["bounds"] = {{"leaves", p.empty() ? 0 : p.levels[0].size()},
                  {"nodes", count_nodes(p)},
                  {"depth", p.empty() ? 0 : p.levels.size() - 1}};
+  j["density"] = {{"precision", o.closed_form ? "reference" : o.density}};
+  if (f.file.codes) {
+    const QuantisationError& e = f.file.codes->error;
+    j["density"]["absolute_error"] = e.absolute;
+    j["density"]["relative_error"] = e.relative;
+    j["density"]["mass_error"] = e.mass;
+    if (o.density == "fpn") j["density"]["tolerance"] = f.file.codes->how.tolerance;
+  }
   if (!f.check.empty()) j["check"] = f.check;
   if (f.file.shell) j["shell"] = cli::to_json(*f.file.shell, f.bytes.shell);
-  j["bytes"] = {{"header", f.bytes.header},   {"metadata", f.bytes.metadata},
-                {"bounds", f.bytes.bounds},   {"shell", f.bytes.shell},
-                {"density", f.bytes.density}, {"total", f.bytes.total},
-                {"source", f.source_bytes}};
+  j["bytes"] = {{"header", f.bytes.header}, {"metadata", f.bytes.metadata},
+                {"bounds", f.bytes.bounds}, {"micro", f.bytes.micro},
+                {"shell", f.bytes.shell},   {"density", f.bytes.density},
+                {"total", f.bytes.total},   {"source", f.source_bytes}};
   j["seconds"] = {{"read", f.read_seconds},
                   {"bounds", f.bounds_seconds},
                   {"shell", f.shell_seconds},
                   {"write", f.write_seconds}};
   j["warnings"] = r.warnings;
   std::cout << cli::to_text(j);
+}
+
+/// Refuses what the options of density and micro-bounds cannot mean together.
+void check_density(const Options& o) {
+  if (o.micro_bounds == "1") {
+    throw cli::UsageError(
+        "--micro-bounds 1: bounds of single voxels would take 70 to 120 % of the source; a file "
+        "holds those of 2^3 voxels, and pvol-render --micro-bounds 1 builds single ones at load");
+  }
+  if (o.closed_form && (o.micro_bounds != "none" || is_quantised(o))) {
+    throw cli::UsageError(
+        "--closed-form takes no samples: --micro-bounds and --density fp16, fp8 and fpn need them");
+  }
+  if (o.tolerance && o.density != "fpn") {
+    throw cli::UsageError("--density-tolerance goes with --density fpn");
+  }
 }
 
 int run(const Options& o) {
@@ -245,6 +309,7 @@ int run(const Options& o) {
     throw cli::UsageError("--closed-form is for recipes (.toml); " + o.input.string() +
                           " holds samples");
   }
+  check_density(o);
   if (o.closed_form && !o.grid.grid.empty()) {
     throw cli::UsageError("--grid does not go with --closed-form: a recipe makes one grid");
   }

@@ -52,6 +52,10 @@ void apply(const Options& o, formats::SceneFile& file) {
     r.max_bounces = std::nullopt;
     if (*o.max_bounces != "none") r.max_bounces = std::uint32_t(std::stoul(*o.max_bounces));
   }
+  if (o.density) {
+    file.density = Quantisation{parse_precision(*o.density)};
+    if (o.density_tolerance) file.density->tolerance = *o.density_tolerance;
+  }
   if (o.majorant_scale) r.majorant_scale = *o.majorant_scale;
   if (o.homogenise) r.homogenise = *o.homogenise;
   if (o.preview) r.preview = *o.preview;
@@ -90,11 +94,13 @@ double choose_extinction(const formats::Cloud& cloud, Medium medium) {
 }
 
 /// Loads a volume, choosing an extinction for its medium where there is none.
-formats::Cloud load_volume(const Options& o, int preview, const std::filesystem::path& file,
-                           const std::string& grid, Medium& medium, bool& has_extinction) {
+formats::Cloud load_volume(const Options& o, const formats::SceneFile& scene,
+                           const std::filesystem::path& file, const std::string& grid,
+                           Medium& medium, bool& has_extinction) {
   formats::Cloud cloud = formats::load_cloud(file, {grid, o.grid.strict});
   cli::print_warnings(kTool, cloud.report.warnings);
-  formats::coarsen(cloud, preview, file);
+  if (scene.density) formats::quantise(cloud, *scene.density, file);
+  formats::coarsen(cloud, scene.scene.options.preview, file);
   if (!has_extinction) {
     medium.extinction = choose_extinction(cloud, medium);
     has_extinction = true;
@@ -149,15 +155,16 @@ RenderJob prepare(const Options& o) {
   std::vector<std::optional<Shell>> shells;
   const auto add = [&](const std::filesystem::path& file, const std::string& grid, Medium& medium,
                        bool& has_extinction) {
-    formats::Cloud cloud =
-        load_volume(o, scene.options.preview, file, grid, medium, has_extinction);
+    formats::Cloud cloud = load_volume(o, job.file, file, grid, medium, has_extinction);
     Scene own;
     own.medium = medium;
     own.options = scene.options;
+    const LeafMicroBounds* micro = cloud.micro ? &*cloud.micro : nullptr;
     job.volumes.push_back(
-        cli::naming(file, [&] { return make_volume(cloud.grid, cloud.pyramid, own); }));
+        cli::naming(file, [&] { return make_volume(cloud.grid, cloud.pyramid, own, micro); }));
     warn_of_bounds(file, job.volumes.back());
-    job.reports.push_back({file, describe(job.volumes.back(), cloud.grid, medium), std::nullopt});
+    job.reports.push_back({file, describe(job.volumes.back(), cloud.grid, medium), std::nullopt,
+                           cloud.metadata.quantisation, cloud.metadata.quantisation_error});
     if (cloud.shell && scene.options.shells != ShellUse::off) require_proof(file, cloud);
     shells.push_back(std::move(cloud.shell));
   };
@@ -204,11 +211,14 @@ void print_facts(const Volume& volume, const cli::VolumeReport& report, ShellUse
             << "  mean optical thickness along the axes " << readable(f.mean_optical_thickness[0])
             << ", " << readable(f.mean_optical_thickness[1]) << ", "
             << readable(f.mean_optical_thickness[2]) << "; octree depth " << f.depth
-            << "; micro-bounds "
-            << (volume.micro.edge == 0   ? "none"
-                : volume.micro.edge == 1 ? "of single voxels"
-                                         : "of 2^3 voxels")
-            << '\n';
+            << "; micro-bounds: " << cli::micro_bounds_text(volume) << '\n';
+  if (report.density.precision != Precision::fp32) {
+    const QuantisationError& e = report.density_error;
+    std::cerr << "  density " << name(report.density.precision)
+              << (e.absolute == 0 ? ", exact for this cloud\n"
+                                  : ", biased: samples are off by up to " + readable(e.absolute) +
+                                        ", their sum by " + readable(100 * e.mass) + " %\n");
+  }
   if (const auto& h = volume.homogeneous) {
     std::cerr << "  homogeneous parts: " << h->nodes << " nodes, "
               << readable(100 * h->volume_share) << " % of the volume and "
@@ -351,6 +361,9 @@ void save(const Options& o, const Outputs& out, const RenderJob& job, const Time
 }
 
 int run(const Options& o) {
+  if (o.density_tolerance && o.density != "fpn") {
+    throw cli::UsageError("--density-tolerance goes with --density fpn");
+  }
   const Outputs out = o.print_scene ? Outputs{} : choose_outputs(o);
   const RenderJob job = prepare(o);
   if (o.print_scene) {

@@ -1,6 +1,7 @@
 #include "render_options.h"
 
 #include "cli_app.h"
+#include "pvol/medium/quantise.h"
 
 namespace pvol::cli {
 namespace {
@@ -105,13 +106,25 @@ void add_estimator(CLI::App& app, RenderOptionsGiven& o) {
       ->check(one_of({"auto", "ratio", "analog", "residual-ratio", "regular"}));
   app.add_option("--micro-bounds", o.micro_bounds,
                  "Bounds of cubes of 2^3 or of single voxels that save look-ups; same picture to "
-                 "the last bit, auto uses them where they should save time [auto]")
+                 "the last bit, auto uses 2^3 where they should save time. Those of 2^3 are taken "
+                 "from a .pvol file that has them, else built [auto]")
       ->type_name("auto|none|2|1")
       ->check(one_of({"auto", "none", "2", "1"}));
   app.add_option("--interpolation", o.interpolation,
                  "Between voxels: nearest or trilinear [trilinear]")
       ->type_name("NAME")
       ->check(one_of({"nearest", "trilinear"}));
+  app.add_option(
+         "--density", o.density,
+         "Round the density to fp16, fp8 or fpn, as pvol-fit explains them: a biased picture "
+         "that shows what such a file would lose [as stored]")
+      ->type_name("NAME")
+      ->check(one_of({"fp32", "fp16", "fp8", "fpn"}));
+  app.add_option("--density-tolerance", o.density_tolerance,
+                 "Largest error of a sample with --density fpn, relative to the largest sample, "
+                 "0.00001 to 1 [0.01]")
+      ->type_name("X")
+      ->check(CLI::Range(kLeastTolerance, kLargestTolerance).description(""));
   app.add_option("--depth", o.depth, "Octree depth where the walk stops, 0 to 16 [auto: by cost]")
       ->type_name("N|auto")
       ->check(word_or_number({"auto"}, 16));

@@ -1,21 +1,43 @@
 #include "render_report.h"
 
+#include <algorithm>
+
 #include "json.h"
 #include "pvol/version.h"
 
 namespace pvol::cli {
 namespace {
 
-/// "no", or the options that make the picture biased.
-std::string describe_bias(const RenderOptions& o) {
-  std::string why;
-  const auto add = [&](bool biased, const char* name) {
-    if (biased) why += (why.empty() ? "yes: " : ", ") + std::string(name);
-  };
-  add(o.max_bounces.has_value(), "max_bounces");
-  add(o.homogenise.has_value(), "homogenise");
-  add(o.preview > 0, "preview");
-  return why.empty() ? "no" : why;
+/// The precision of a volume's density and, unless that is exact, how far samples are off.
+Json describe_density(const VolumeReport& v) {
+  Json j;
+  j["precision"] = name(v.density.precision);
+  if (v.density.precision == Precision::fp32) return j;
+  if (v.density.precision == Precision::fpn) j["tolerance"] = v.density.tolerance;
+  j["absolute_error"] = v.density_error.absolute;
+  j["relative_error"] = v.density_error.relative;
+  j["mass_error"] = v.density_error.mass;
+  return j;
+}
+
+/// "no", or "yes: " and what makes the picture biased.
+std::string describe_bias(const RenderJob& job) {
+  std::vector<std::string> reasons;
+  const RenderOptions& o = job.file.scene.options;
+  if (o.max_bounces) reasons.emplace_back("max_bounces");
+  if (o.homogenise) reasons.emplace_back("homogenise");
+  if (o.preview > 0) reasons.emplace_back("preview");
+  for (const VolumeReport& v : job.reports) {
+    if (v.density_error.absolute == 0) continue;  // exact, in whatever precision
+    std::string reason = "density ";
+    reason += name(v.density.precision);
+    if (std::find(reasons.begin(), reasons.end(), reason) == reasons.end()) {
+      reasons.push_back(reason);
+    }
+  }
+  std::string text = reasons.empty() ? "no" : "yes: ";
+  for (const std::string& r : reasons) text += (&r == &reasons.front() ? "" : ", ") + r;
+  return text;
 }
 
 /// Every option that bears on the picture, by the name it has on the command line; not the number
@@ -34,7 +56,9 @@ Json describe_options(const RenderJob& job) {
   j["transmittance"] = formats::name(r.transmittance);
   j["micro_bounds"] = formats::name(r.micro_bounds);
   j["micro_bounds_used"] = job.volumes.front().micro.edge;
+  j["micro_bounds_from"] = micro_bounds_text(job.volumes.front());
   j["interpolation"] = formats::name(r.interpolation);
+  for (const VolumeReport& v : job.reports) j["density"].push_back(describe_density(v));
   j["depth"] = r.depth ? Json(*r.depth) : Json("auto");
   j["effective_depth"] = job.reports.front().facts.depth;
   j["shells"] = formats::name(r.shells);
@@ -50,7 +74,7 @@ Json describe_options(const RenderJob& job) {
   }
   j["preview"] = r.preview;
   j["background"] = r.background ? "on" : "off";
-  j["biased"] = describe_bias(r);
+  j["biased"] = describe_bias(job);
   j["extinction"] = job.file.scene.medium.extinction;
   j["set"] = job.sets;
   j["version"] = PVOL_VERSION;
@@ -58,6 +82,12 @@ Json describe_options(const RenderJob& job) {
 }
 
 }  // namespace
+
+std::string micro_bounds_text(const Volume& volume) {
+  if (volume.micro.edge == 0) return "none";
+  if (volume.micro.edge == 1) return "single voxels, built at load";
+  return volume.micro_stored ? "2^3 from the file" : "2^3 built at load";
+}
 
 std::map<std::string, std::string> describe_picture(const RenderJob& job, const TimedRender& t) {
   std::map<std::string, std::string> a;

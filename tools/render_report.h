@@ -19,6 +19,8 @@ struct VolumeReport {
   std::filesystem::path file;
   VolumeFacts facts;
   std::optional<ShellChoice> shell;  ///< of a file that has one
+  Quantisation density{};            ///< that it is rendered with
+  QuantisationError density_error{};
 };
 
 /// What is rendered: the scene with nothing left to choose, and its cloud made ready.
@@ -36,6 +38,9 @@ struct TimedRender {
   double cpu_seconds = 0, wall_seconds = 0;
   std::uint64_t samples = 0, samples_wanted = 0;  ///< of the camera, over all pixels
 };
+
+/// "none", "2^3 from the file", "2^3 built at load" or "single voxels, built at load".
+[[nodiscard]] std::string micro_bounds_text(const Volume& volume);
 
 /// For the header of the picture: all that is needed to make it again.
 [[nodiscard]] std::map<std::string, std::string> describe_picture(const RenderJob& job,

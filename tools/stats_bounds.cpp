@@ -116,8 +116,9 @@ void report_text(const BoundsOptions& o, const Report& r) {
   if (r.cut) print_cut(*o.extinction, r.cut->facts);
   if (!r.bytes) return;
   std::cout << "\nbytes: header " << r.bytes->header << ", metadata " << r.bytes->metadata
-            << ", bounds " << r.bytes->bounds << ", shell " << r.bytes->shell << ", density "
-            << r.bytes->density << ", total " << r.bytes->total << '\n';
+            << ", bounds " << r.bytes->bounds << ", micro-bounds " << r.bytes->micro << ", shell "
+            << r.bytes->shell << ", density " << r.bytes->density << ", total " << r.bytes->total
+            << '\n';
 }
 
 // --- JSON ---------------------------------------------------------------------------------------
@@ -169,9 +170,10 @@ void report_json(const BoundsOptions& o, const Report& r) {
     j["volume"] = to_json(r.cut->facts);
   }
   if (r.bytes) {
-    j["bytes"] = {{"header", r.bytes->header},   {"metadata", r.bytes->metadata},
-                  {"bounds", r.bytes->bounds},   {"shell", r.bytes->shell},
-                  {"density", r.bytes->density}, {"total", r.bytes->total}};
+    j["bytes"] = {{"header", r.bytes->header}, {"metadata", r.bytes->metadata},
+                  {"bounds", r.bytes->bounds}, {"micro", r.bytes->micro},
+                  {"shell", r.bytes->shell},   {"density", r.bytes->density},
+                  {"total", r.bytes->total}};
   }
   std::cout << to_text(j);
 }

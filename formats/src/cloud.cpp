@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdio>
+#include <sstream>
 
 #include "pvol/error.h"
 #include "pvol/formats/recipe_file.h"
@@ -128,6 +129,7 @@ Cloud load_cloud(const std::filesystem::path& file, const GridOptions& options) 
     loaded = take_density(file, content, options);
     cloud.pyramid = std::move(content.pyramid);
     cloud.shell = std::move(content.shell);
+    cloud.micro = std::move(content.micro);
     cloud.metadata = std::move(content.metadata);
   } else {
     loaded = load_grid(file, options);
@@ -145,7 +147,26 @@ void coarsen(Cloud& cloud, int times, const std::filesystem::path& file) {
   if (times <= 0) return;
   for (int i = 0; i < times; ++i) cloud.grid = pvol::coarsen(cloud.grid);
   cloud.pyramid = build_bounds(cloud.grid, file);
+  cloud.micro.reset();
   cloud.shell.reset();
+}
+
+void quantise(Cloud& cloud, const Quantisation& how, const std::filesystem::path& file) {
+  Metadata& m = cloud.metadata;
+  const Quantisation& stored = m.quantisation;
+  const bool same_tolerance = how.precision != Precision::fpn || how.tolerance == stored.tolerance;
+  if (how.precision == stored.precision && same_tolerance) return;
+  if (stored.precision != Precision::fp32) {
+    std::ostringstream kept;
+    kept << name(stored.precision) << " with a tolerance of " << stored.tolerance;
+    throw Error(file.string() + ": its density is kept in " +
+                (stored.precision == Precision::fpn ? kept.str() : name(stored.precision)) +
+                "; render it as it is stored, or take its source, " + m.source.file);
+  }
+  m.quantisation = how;
+  m.quantisation_error = quantise_in_place(cloud.grid, how);
+  cloud.pyramid = build_bounds(cloud.grid, file);
+  cloud.micro.reset();
 }
 
 }  // namespace pvol::formats

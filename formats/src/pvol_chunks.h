@@ -23,11 +23,13 @@ using Id = std::array<char, 4>;
 
 inline constexpr std::array<unsigned char, 8> kMagic = {0x89, 'P',  'V',  'L',
                                                         '\r', '\n', 0x1a, '\n'};
-inline constexpr std::uint32_t kVersion = 1;
+inline constexpr std::uint32_t kVersion = 2;  // the newest this one knows
 inline constexpr Id kMeta = {'M', 'E', 'T', 'A'};
 inline constexpr Id kBounds = {'B', 'N', 'D', 'S'};
+inline constexpr Id kMicro = {'m', 'i', 'c', 'r'};
 inline constexpr Id kShell = {'s', 'h', 'e', 'l'};
 inline constexpr Id kDensity = {'D', 'E', 'N', 'S'};
+inline constexpr Id kQuantised = {'D', 'E', 'N', 'Q'};
 
 inline constexpr std::uint64_t kChunkAlignment = 64;
 inline constexpr std::size_t kFrameBytes = std::size_t(1) << 20;  // raw bytes of a zstd frame
@@ -36,8 +38,8 @@ inline constexpr std::uint64_t kMaxTerminals = std::uint64_t(1) << 26;  // as `b
 
 struct FileHeader {
   std::array<unsigned char, 8> magic = kMagic;
-  std::uint32_t version = kVersion;
-  std::uint32_t reader_version = kVersion;  // the oldest reader that understands the file
+  std::uint32_t version = 1;         // the oldest that has all that is in the file
+  std::uint32_t reader_version = 1;  // the oldest reader that understands the file
   std::uint64_t file_bytes = 0;
   std::uint32_t chunks = 0;
   std::uint32_t reserved = 0;
@@ -78,9 +80,24 @@ struct ShellHeader {
 };
 static_assert(sizeof(ShellHeader) == 48);
 
+struct MicroHeader {
+  std::uint32_t edge = 0;    // of a cube, in cells
+  std::uint32_t leaves = 0;  // of the pyramid
+  std::uint32_t open = 0;    // those of more than one density, which have codes
+  std::uint32_t reserved = 0;
+};
+static_assert(sizeof(MicroHeader) == 16);
+
 struct DensityHeader {
   std::uint32_t tiles = 0, bricks = 0;
 };
+
+struct QuantisedHeader {
+  std::uint32_t precision = 0;  // 1 fp16, 2 fp8, 3 fpn
+  std::int32_t exponent = 0;    // of fp16
+  std::uint32_t tiles = 0, bricks = 0;
+};
+static_assert(sizeof(QuantisedHeader) == 16);
 
 struct TileRecord {
   std::array<std::int32_t, 3> origin = {};
@@ -137,6 +154,10 @@ class ChunkWriter {
   ~ChunkWriter();
 
   void write(Bytes raw);
+  template <class T>
+  void put(const T& value) {
+    write(std::as_bytes(std::span<const T>(&value, 1)));
+  }
   /// Writes what is pending.
   [[nodiscard]] ChunkEntry finish();
 
@@ -166,6 +187,11 @@ class ChunkWriter {
                                                    const std::string& place);
 [[nodiscard]] Pyramid decode_bounds(ChunkReader& chunk);
 
+/// micr.
+void encode_micro(const LeafMicroBounds& micro, const Pyramid& pyramid, ChunkWriter& chunk,
+                  const std::string& place);
+[[nodiscard]] LeafMicroBounds decode_micro(ChunkReader& chunk, const Pyramid& pyramid);
+
 /// shel. The box is the support of the pyramid.
 [[nodiscard]] std::vector<std::byte> encode_shell(const Shell& shell, const Pyramid& pyramid,
                                                   const std::string& place);
@@ -175,5 +201,11 @@ class ChunkWriter {
 void encode_density(const VoxelGrid& grid, const Pyramid& pyramid, ChunkWriter& chunk,
                     const std::string& place);
 [[nodiscard]] VoxelGrid decode_density(ChunkReader& chunk, const Pyramid& pyramid);
+
+/// DENQ. The metadata must state the same precision.
+void encode_quantised(const QuantisedGrid& grid, const Pyramid& pyramid, ChunkWriter& chunk,
+                      const std::string& place);
+[[nodiscard]] VoxelGrid decode_quantised(ChunkReader& chunk, const Pyramid& pyramid,
+                                         const Metadata& metadata);
 
 }  // namespace pvol::formats::detail

@@ -37,6 +37,16 @@ Json to_json(const Affine& a) {
   return rows;
 }
 
+/// How the density is kept, and how far that is off.
+Json to_json(const Metadata& m) {
+  const QuantisationError& e = m.quantisation_error;
+  return {{"precision", name(m.quantisation.precision)},
+          {"tolerance", m.quantisation.tolerance},
+          {"absolute_error", e.absolute},
+          {"relative_error", e.relative},
+          {"mass_error", e.mass}};
+}
+
 /// A JSON object with checked access; `path` names it in errors.
 struct Object {
   const Json& json;
@@ -61,6 +71,11 @@ struct Object {
   [[nodiscard]] std::uint64_t count(const char* key) const {
     if (!at(key).is_number_unsigned()) wrong(key, "a non-negative integer");
     return at(key).get<std::uint64_t>();
+  }
+
+  [[nodiscard]] double number(const char* key) const {
+    if (!at(key).is_number()) wrong(key, "a number");
+    return at(key).get<double>();
   }
 
   [[nodiscard]] std::uint64_t hash(const char* key) const {
@@ -95,6 +110,17 @@ struct Object {
   }
 };
 
+void read_quantisation(const Object& density, Metadata& m) {
+  const std::string precision = density.text("precision");
+  for (const Precision p : {Precision::fp16, Precision::fp8, Precision::fpn}) {
+    if (precision == name(p)) m.quantisation.precision = p;
+  }
+  if (m.quantisation.precision == Precision::fp32) density.wrong("precision", "fp16, fp8 or fpn");
+  m.quantisation.tolerance = density.number("tolerance");
+  m.quantisation_error = {density.number("absolute_error"), density.number("relative_error"),
+                          density.number("mass_error")};
+}
+
 }  // namespace
 
 std::string encode_metadata(const Metadata& m, const std::string& place) {
@@ -113,6 +139,7 @@ std::string encode_metadata(const Metadata& m, const std::string& place) {
   json["options"] = Json::object();
   for (const auto& [key, value] : m.options) json["options"][key] = value;
   json["written_by"] = m.written_by;
+  if (m.quantisation.precision != Precision::fp32) json["density"] = to_json(m);
   try {
     std::string s = json.dump() + "\n";
     if (s.size() <= kMaxMetaBytes) return s;
@@ -154,6 +181,7 @@ Metadata decode_metadata(ChunkReader& chunk) {
     m.options[key] = value.get<std::string>();
   }
   m.written_by = root.text("written_by");
+  if (json.contains("density")) read_quantisation(root.object("density"), m);
   return m;
 }
 

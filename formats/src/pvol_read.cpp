@@ -144,19 +144,20 @@ class Container {
     table_ = read_table(bytes_, name_);
     check_layout(bytes_, table_, name_);
     for (const ChunkEntry& e : table_) {
-      const bool known = e.id == kMeta || e.id == kBounds || e.id == kDensity;
+      const bool known = e.id == kMeta || e.id == kBounds || e.id == kDensity || e.id == kQuantised;
       if (!known && !is_ancillary(e.id)) {
         throw Error(name_ + ": chunk " + text(e.id) +
                     " is unknown to this version and cannot be skipped. Use a newer pvol.");
       }
     }
-    for (const Id id : {kMeta, kBounds, kShell, kDensity}) {
+    for (const Id id : {kMeta, kBounds, kMicro, kShell, kDensity, kQuantised}) {
       const auto n =
           std::count_if(table_.begin(), table_.end(), [&](auto& e) { return e.id == id; });
       if (n > 1 || (n == 0 && (id == kMeta || id == kBounds))) {
         refuse(name_, "chunk " + text(id) + " is there " + std::to_string(n) + " times");
       }
     }
+    if (has(kDensity) && has(kQuantised)) refuse(name_, "DENS and DENQ are both there");
   }
 
   [[nodiscard]] const std::vector<ChunkEntry>& table() const { return table_; }
@@ -194,8 +195,9 @@ PvolSizes detail::measure(const std::vector<ChunkEntry>& table) {
   for (const ChunkEntry& e : table) {
     if (e.id == kMeta) sizes.metadata = e.stored_bytes;
     if (e.id == kBounds) sizes.bounds = e.stored_bytes;
+    if (e.id == kMicro) sizes.micro = e.stored_bytes;
     if (e.id == kShell) sizes.shell = e.stored_bytes;
-    if (e.id == kDensity) sizes.density = e.stored_bytes;
+    if (e.id == kDensity || e.id == kQuantised) sizes.density = e.stored_bytes;
     sizes.total = e.offset + e.stored_bytes;
   }
   return sizes;
@@ -206,6 +208,10 @@ PvolFile read_pvol(std::span<const std::byte> bytes, const std::string& name) tr
   PvolFile content;
   content.metadata = file.decode(kMeta, decode_metadata);
   content.pyramid = file.decode(kBounds, decode_bounds);
+  if (file.has(kMicro)) {
+    content.micro =
+        file.decode(kMicro, [&](ChunkReader& c) { return decode_micro(c, content.pyramid); });
+  }
   if (file.has(kShell)) {
     content.shell =
         file.decode(kShell, [&](ChunkReader& c) { return decode_shell(c, content.pyramid); });
@@ -213,6 +219,16 @@ PvolFile read_pvol(std::span<const std::byte> bytes, const std::string& name) tr
   if (file.has(kDensity)) {
     content.density =
         file.decode(kDensity, [&](ChunkReader& c) { return decode_density(c, content.pyramid); });
+  }
+  if (file.has(kQuantised)) {
+    content.density = file.decode(kQuantised, [&](ChunkReader& c) {
+      return decode_quantised(c, content.pyramid, content.metadata);
+    });
+  }
+  if (!content.density && content.metadata.quantisation.precision != Precision::fp32) {
+    refuse(name, "the metadata speak of a density of less precision, which is not there");
+  }
+  if (content.density) {
     content.density->name = content.metadata.grid_name;
     content.density->index_to_world = content.metadata.index_to_world;
   }

@@ -37,6 +37,10 @@ ChunkEntry write_small(std::ostream& out, Id id, Bytes raw, std::uint64_t offset
 std::vector<std::byte> make_header(const std::vector<ChunkEntry>& table) {
   FileHeader header;
   header.chunks = std::uint32_t(table.size());
+  for (const ChunkEntry& e : table) {
+    if (e.id == kMicro || e.id == kQuantised) header.version = 2;
+    if (e.id == kQuantised) header.reader_version = 2;
+  }
   header.file_bytes = table.back().offset + table.back().stored_bytes;
   const std::size_t table_bytes = table.size() * sizeof(ChunkEntry);
   std::vector<std::byte> bytes(sizeof header + table_bytes);
@@ -49,9 +53,19 @@ std::vector<std::byte> make_header(const std::vector<ChunkEntry>& table) {
 
 std::vector<ChunkEntry> write_chunks(std::ostream& out, const PvolFile& content,
                                      Compression compression, const std::string& place) {
-  const std::string meta = encode_metadata(content.metadata, place);
+  if (content.density && content.codes) {
+    throw Error(place + ": a file holds either samples or codes for them, not both.");
+  }
+  Metadata metadata = content.metadata;
+  if (content.codes) {
+    metadata.quantisation = content.codes->how;
+    metadata.quantisation_error = content.codes->error;
+  }
+  const std::string meta = encode_metadata(metadata, place);
   const std::vector<std::byte> bounds = encode_bounds(content.pyramid, place);
-  const std::size_t chunks = 2 + (content.shell ? 1 : 0) + (content.density ? 1 : 0);
+  const bool packed = compression == Compression::zstd;
+  const std::size_t chunks = 2 + (content.micro ? 1 : 0) + (content.shell ? 1 : 0) +
+                             (content.density || content.codes ? 1 : 0);
   std::vector<ChunkEntry> table(chunks);
   write(out, make_header(table));  // to be written again, once sizes and sums are known
   table.clear();
@@ -64,14 +78,25 @@ std::vector<ChunkEntry> write_chunks(std::ostream& out, const PvolFile& content,
 
   add(write_small(out, kMeta, std::as_bytes(std::span(meta)), place_next(), Compression::none));
   add(write_small(out, kBounds, bounds, place_next(), compression));
+  if (content.micro) {
+    ChunkWriter micro(out, kMicro, packed ? Codec::zstd : Codec::raw, place_next());
+    encode_micro(*content.micro, content.pyramid, micro, place);
+    add(micro.finish());
+  }
   if (content.shell) {
     const std::vector<std::byte> shell = encode_shell(*content.shell, content.pyramid, place);
     add(write_small(out, kShell, shell, place_next(), Compression::none));
   }
   if (content.density) {
-    const bool packed = compression == Compression::zstd;
     ChunkWriter density(out, kDensity, packed ? Codec::shuffled_zstd : Codec::raw, place_next());
     encode_density(*content.density, content.pyramid, density, place);
+    add(density.finish());
+  }
+  if (content.codes) {
+    const bool half = content.codes->how.precision == Precision::fp16;
+    const Codec codec = half ? Codec::shuffled_zstd : Codec::zstd;
+    ChunkWriter density(out, kQuantised, packed ? codec : Codec::raw, place_next());
+    encode_quantised(*content.codes, content.pyramid, density, place);
     add(density.finish());
   }
   return table;

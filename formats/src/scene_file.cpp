@@ -315,8 +315,8 @@ void read_crop(const TomlTable& table, RenderOptions& options) {
 
 RenderOptions read_render(const TomlTable& table) {
   table.allow_only({"size", "crop", "spp", "seed", "tracker", "transmittance", "micro_bounds",
-                    "interpolation", "shells", "depth", "max_bounces", "background",
-                    "majorant_scale", "homogenise", "preview"});
+                    "interpolation", "shells", "depth", "max_bounces", "background", "density",
+                    "density_tolerance", "majorant_scale", "homogenise", "preview"});
   constexpr auto kLargestCount = std::numeric_limits<std::uint32_t>::max();
   RenderOptions options;
   if (const auto size = table.integers("size", {2}, 1, kLargestEdge)) {
@@ -343,6 +343,19 @@ RenderOptions read_render(const TomlTable& table) {
   return options;
 }
 
+std::optional<Quantisation> read_density(const TomlTable& table) {
+  const auto word = table.word("density", {"stored", "fp32", "fp16", "fp8", "fpn"});
+  const auto tolerance =
+      table.number("density_tolerance", Range::closed(kLeastTolerance, kLargestTolerance));
+  if (tolerance && word != "fpn") {
+    table.fail("density_tolerance", "density = \"fpn\", with which it goes");
+  }
+  if (!word || *word == "stored") return std::nullopt;
+  Quantisation density{parse_precision(*word)};
+  assign(density.tolerance, tolerance);
+  return density;
+}
+
 SceneFile read(const TomlTable& root) {
   if (root.has("recipe")) {
     throw Error(root.where + ": is a recipe of a cloud; expected a scene, with the recipe as the " +
@@ -362,7 +375,10 @@ SceneFile read(const TomlTable& root) {
   }
   if (const TomlTable* sky = root.table("environment")) read_environment(*sky, result);
   for (const TomlTable* sun : root.tables("sun")) result.scene.suns.push_back(read_sun(*sun));
-  if (const TomlTable* render = root.table("render")) result.scene.options = read_render(*render);
+  if (const TomlTable* render = root.table("render")) {
+    result.scene.options = read_render(*render);
+    result.density = read_density(*render);
+  }
   return result;
 }
 

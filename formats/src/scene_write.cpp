@@ -100,6 +100,13 @@ std::string render_text(const RenderOptions& o) {
          line("preview", whole(o.preview));
 }
 
+std::string density_text(const std::optional<Quantisation>& density) {
+  if (!density) return "";
+  const std::string word = line("density", toml_string(name(density->precision)));
+  if (density->precision != Precision::fpn) return word;
+  return word + line("density_tolerance", toml_number(density->tolerance));
+}
+
 }  // namespace
 
 std::string to_toml(const SceneFile& file) {
@@ -118,7 +125,7 @@ std::string to_toml(const SceneFile& file) {
   text += medium_text(scene.medium, file.has_extinction, "medium");
   text += environment_text(scene.environment, file.sky);
   for (const Sun& sun : scene.suns) text += sun_text(sun);
-  return text + render_text(scene.options);
+  return text + render_text(scene.options) + density_text(file.density);
 }
 
 }  // namespace pvol::formats

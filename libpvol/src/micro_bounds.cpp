@@ -89,7 +89,9 @@ void encode_brick(const float* samples, int edge, MicroBounds::Scale& scale,
   const auto [lo, hi] = std::minmax_element(samples, samples + kFieldSamples);
   scale = make_scale(reach_of_lookups(*lo, *hi));
   for_cubes(samples, edge, [&](std::size_t at, DensityRange r) {
-    codes[at] = {std::uint8_t(code_down(scale, r.lo)), std::uint8_t(code_up(scale, r.hi))};
+    // Where steps are lost in rounding several codes stand for one density; the order is kept.
+    const int up = code_up(scale, r.hi), down = std::min(code_down(scale, r.lo), up);
+    codes[at] = {std::uint8_t(down), std::uint8_t(up)};
   });
 }
 
@@ -117,11 +119,8 @@ MicroBounds build_micro_bounds(const BrickField& field, int edge) {
   return m;
 }
 
-bool hold(const MicroBounds& bounds, const BrickField& field) {
-  if (bounds.edge != 1 && bounds.edge != 2) return false;
-  const std::size_t bricks = brick_count(field), cubes = micro_cubes_per_brick(bounds.edge);
-  if (bounds.scales.size() != bricks || bounds.codes.size() != bricks * cubes) return false;
-  const tbb::blocked_range<std::size_t> all(0, bricks, kGrain);
+std::optional<std::uint32_t> find_violation(const MicroBounds& bounds, const BrickField& field) {
+  const std::size_t cubes = micro_cubes_per_brick(bounds.edge);
   const auto brick_holds = [&](std::size_t b) {
     bool good = true;
     for_cubes(field.brick(std::uint32_t(b)), bounds.edge, [&](std::size_t at, DensityRange r) {
@@ -131,13 +130,25 @@ bool hold(const MicroBounds& bounds, const BrickField& field) {
     });
     return good;
   };
-  return tbb::parallel_reduce(
-      all, true,
-      [&](const auto& range, bool good) {
-        for (std::size_t b = range.begin(); good && b != range.end(); ++b) good = brick_holds(b);
-        return good;
+  const std::size_t none = brick_count(field);
+  const std::size_t first = tbb::parallel_reduce(
+      tbb::blocked_range<std::size_t>(0, none, kGrain), none,
+      [&](const auto& range, std::size_t found) {
+        for (std::size_t b = range.begin(); b < std::min(range.end(), found); ++b) {
+          if (!brick_holds(b)) return b;
+        }
+        return found;
       },
-      [](bool a, bool b) { return a && b; });
+      [](std::size_t x, std::size_t y) { return std::min(x, y); });
+  if (first == none) return std::nullopt;
+  return std::uint32_t(first);
+}
+
+bool hold(const MicroBounds& bounds, const BrickField& field) {
+  if (bounds.edge != 1 && bounds.edge != 2) return false;
+  const std::size_t bricks = brick_count(field), cubes = micro_cubes_per_brick(bounds.edge);
+  if (bounds.scales.size() != bricks || bounds.codes.size() != bricks * cubes) return false;
+  return !find_violation(bounds, field);
 }
 
 }  // namespace pvol

@@ -113,9 +113,15 @@ int micro_edge(const Octree& octree, const BrickField& field, const RenderOption
   return 0;
 }
 
+/// Whether stored micro-bounds speak of this interpolant: those of files do of two.
+bool is_bounded(Interpolation interpolation) {
+  return interpolation == Interpolation::nearest || interpolation == Interpolation::trilinear;
+}
+
 }  // namespace
 
-Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& scene) {
+Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& scene,
+                   const LeafMicroBounds* stored) {
   const Medium& medium = scene.medium;
   const double largest = medium.extinction * double(pyramid.scale);
   if (!(medium.extinction >= 0 && medium.extinction <= double(FLT_MAX) &&
@@ -163,7 +169,10 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& s
   v.majorant_excess = std::max(1.0, field.excess.factor / o.majorant_scale);
   scale_majorants(v.octree, o.majorant_scale, v.excess.nodes > 0);
   if (const int edge = micro_edge(v.octree, v.field, o)) {
-    v.micro = build_micro_bounds(v.field, edge);
+    v.micro_stored =
+        stored && stored->by_leaf.edge == edge && is_bounded(v.interpolation) && !o.homogenise;
+    v.micro = v.micro_stored ? arrange(*stored, v.field, field.brick_of, pyramid)
+                             : build_micro_bounds(v.field, edge);
   }
   return v;
 }

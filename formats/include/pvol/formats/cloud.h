@@ -15,6 +15,7 @@ struct Cloud {
   VoxelGrid grid;
   Pyramid pyramid;
   std::optional<Shell> shell;
+  std::optional<LeafMicroBounds> micro;  ///< of edge 2, if the file has them
   Metadata metadata;
   GridReport report;
 };
@@ -34,8 +35,14 @@ struct Cloud {
 /// Density and bounds: those of a .pvol file as stored, else built here.
 [[nodiscard]] Cloud load_cloud(const std::filesystem::path& file, const GridOptions& options = {});
 
+/// Rounds the density of a loaded cloud to what a precision can keep, as pvol-fit does before it
+/// writes a file: the bounds are built again and micro-bounds dropped; a shell stays, since the
+/// support does. A cloud that was read in that precision stays as it is. Throws Error for one that
+/// was read in another but fp32.
+void quantise(Cloud& cloud, const Quantisation& how, const std::filesystem::path& file);
+
 /// Halves the samples of a cloud along each axis this many times (pvol::coarsen), bounds them again
-/// and drops the shell. `file` is named in errors.
+/// and drops shell and micro-bounds. `file` is named in errors.
 void coarsen(Cloud& cloud, int times, const std::filesystem::path& file);
 
 }  // namespace pvol::formats

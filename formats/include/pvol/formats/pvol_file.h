@@ -9,7 +9,9 @@
 #include <span>
 #include <string>
 
+#include "pvol/bounds/leaf_micro_bounds.h"
 #include "pvol/bounds/pyramid.h"
+#include "pvol/medium/quantise.h"
 #include "pvol/medium/voxel_grid.h"
 #include "pvol/shell/shell.h"
 
@@ -30,20 +32,26 @@ struct Metadata {
   std::string unit;  ///< of the world, free text, e.g. "m"; empty where unknown
   std::map<std::string, std::string> options;  ///< of the fit, by name
   std::string written_by;                      ///< tool and version
+  Quantisation quantisation{};                 ///< of the density; fp32: it is exact
+  QuantisationError quantisation_error{};      ///< against the source
 };
 
 /// Everything in a .pvol file. Without `density` the source file is needed to render.
 struct PvolFile {
   Metadata metadata;
   Pyramid pyramid;
-  std::optional<VoxelGrid> density;  ///< name and map are those of the metadata
-  std::optional<Shell> shell;        ///< around the support of the pyramid
+  std::optional<VoxelGrid> density;        ///< name and map are those of the metadata
+  std::optional<Shell> shell;              ///< around the support of the pyramid
+  std::optional<LeafMicroBounds> micro{};  ///< of edge 2
+  /// To be written in place of `density`, with precision and error in the metadata. Readers decode
+  /// it: then `density` holds what the codes stand for.
+  std::optional<QuantisedGrid> codes{};
 };
 
 /// Sizes in bytes of the parts of a file, as stored. The total includes padding and chunks of later
 /// versions that this one skips.
 struct PvolSizes {
-  std::uint64_t header = 0, metadata = 0, bounds = 0, shell = 0, density = 0, total = 0;
+  std::uint64_t header = 0, metadata = 0, bounds = 0, micro = 0, shell = 0, density = 0, total = 0;
 };
 
 /// `none` makes files that any program can read without a decompressor.
@@ -57,9 +65,9 @@ PvolSizes write_pvol(const std::filesystem::path& file, const PvolFile& content,
                      Compression compression = Compression::zstd);
 
 /// Reads and validates everything: sizes, offsets, checksums, order of nodes, finite values. Memory
-/// is that of the result and one megabyte. The file must not be truncated meanwhile; replacing it,
-/// as `write_pvol` does, is safe.
-/// Throws Error that names the file, the chunk, what was found and what was expected.
+/// is that of the result, of the codes of a quantised density, and one megabyte. The file must not
+/// be truncated meanwhile; replacing it, as `write_pvol` does, is safe. Throws Error that names the
+/// file, the chunk, what was found and what was expected.
 [[nodiscard]] PvolFile read_pvol(const std::filesystem::path& file);
 
 /// The same from memory; `name` stands for the file in errors.

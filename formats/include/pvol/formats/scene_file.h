@@ -2,9 +2,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "pvol/medium/quantise.h"
 #include "pvol/render/scene.h"
 
 namespace pvol::formats {
@@ -27,7 +29,8 @@ struct SceneFile {
                                  ///< are not read: the caller fills the ImageSky's
   bool has_camera = false;       ///< false: the caller frames the cloud
   bool has_extinction = false;   ///< false: the caller may choose one that suits the cloud
-  std::vector<FurtherVolume> others;  ///< volumes besides the first; they may overlap it
+  std::optional<Quantisation> density;  ///< of all volumes; without: as each file has it
+  std::vector<FurtherVolume> others;    ///< volumes besides the first; they may overlap it
   friend bool operator==(const SceneFile&, const SceneFile&) = default;
 };
 
@@ -44,8 +47,9 @@ struct SceneFile {
 ///   [[sun]]        direction, irradiance, angle (degrees)
 ///   [render]       size = [w, h], crop = [x, y, w, h], spp, seed, tracker, transmittance,
 ///                  micro_bounds ("auto", "none", "2", "1"), interpolation, shells, depth (0..16 or
-///                  "auto"), max_bounces (or "none"), background, majorant_scale, homogenise (a
-///                  tolerance or "off"), preview (0..8)
+///                  "auto"), max_bounces (or "none"), background, density ("stored", "fp32",
+///                  "fp16", "fp8", "fpn"), density_tolerance (of fpn), majorant_scale, homogenise
+///                  (a tolerance or "off"), preview (0..8)
 ///
 /// Colours are one number or three. The cloud is scaled, then rotated, then moved: scale is a
 /// number or three, rotate = [x, y, z, degrees] or several of them, applied in turn; matrix is row

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "pvol/medium/brick_field.h"
@@ -64,8 +65,13 @@ template <int kEdge>
 /// Throws Error for an edge other than 1 or 2.
 [[nodiscard]] MicroBounds build_micro_bounds(const BrickField& field, int edge);
 
+/// The first brick whose micro-bounds do not hold, if there is one. The number of bricks must be
+/// right. Takes about as long as building them.
+[[nodiscard]] std::optional<std::uint32_t> find_violation(const MicroBounds& bounds,
+                                                          const BrickField& field);
+
 /// Whether these are micro-bounds of this field: right in number, and none but holds. What a reader
-/// asks before it trusts a file; takes about as long as building them.
+/// asks before it trusts a file.
 [[nodiscard]] bool hold(const MicroBounds& bounds, const BrickField& field);
 
 }  // namespace pvol

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "pvol/bounds/homogenise.h"
+#include "pvol/bounds/leaf_micro_bounds.h"
 #include "pvol/bounds/micro_bounds.h"
 #include "pvol/bounds/octree.h"
 #include "pvol/bounds/pyramid.h"
@@ -20,8 +21,9 @@ namespace pvol {
 struct Volume {
   BrickField field;
   Octree octree;
-  MicroBounds micro;     ///< for the squeeze; of edge 0 where there is none
-  Medium medium;         ///< that it was made for
+  MicroBounds micro;          ///< for the squeeze; of edge 0 where there is none
+  bool micro_stored = false;  ///< whether they were given, not built
+  Medium medium;              ///< that it was made for
   float extinction = 0;  ///< mu_t = extinction * rho, rounded once for bounds and look-ups alike
   Interpolation interpolation = Interpolation::trilinear;  ///< of the scene that it was made for
   /// The largest factor by which mu_t may exceed a majorant: 1 but for trackers with weights.
@@ -49,12 +51,14 @@ struct VolumeFacts {
 
 /// Makes a cloud ready for the scene's medium, interpolation and tracker: the walk stops at
 /// options.depth or, without it, where the cost model says (THEORY.md, T5); at the root for the
-/// tracker delta_global. Micro-bounds are built where options.micro_bounds asks for them.
+/// tracker delta_global. Micro-bounds are made where options.micro_bounds asks for them: of those
+/// `stored`, where they are there and of the size that is wanted, else built.
 /// Trackers with weights take bounds up to kMostBoundsExcess too low, options.majorant_scale
-/// included. Throws Error where the pyramid's bounds do not hold otherwise, the map is singular,
-/// the extinction is negative or too large for a float, or the placement is so far from the origin
-/// that positions lose more than 1/1000 of a voxel.
-[[nodiscard]] Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& scene);
+/// included. Throws Error where bounds or stored micro-bounds do not hold for the grid otherwise,
+/// the map is singular, the extinction is negative or too large for a float, or the placement is so
+/// far from the origin that positions lose more than 1/1000 of a voxel.
+[[nodiscard]] Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& scene,
+                                 const LeafMicroBounds* stored = nullptr);
 
 [[nodiscard]] VolumeFacts describe(const Volume& volume, const VoxelGrid& grid,
                                    const Medium& medium);
