@@ -8,6 +8,7 @@
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/recipe_file.h"
+#include "pvol/formats/scene_file.h"
 #include "pvol/shell/fit_shell.h"
 #include "shell_checks.h"
 #include "shell_report.h"
@@ -31,7 +32,7 @@ struct Options {
   cli::Common common;
   std::filesystem::path input, output;
   formats::GridOptions grid;
-  std::string density = "fp32";
+  std::string density = "fp32", interpolation = "trilinear";
   std::string shells = "none", shell_kind = "hard";
   int shell_effort = 1;
   bool check = false, closed_form = false;
@@ -58,6 +59,12 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
                  "hash, less than a hundredth of its bytes, and needs it to render [fp32]")
       ->type_name("fp32|reference")
       ->check(CLI::IsMember({"fp32", "reference"}).description(""));
+  app.add_option(
+         "--interpolation", o.interpolation,
+         "What the bounds hold for: trilinear (and nearest); tricubic, somewhat looser, which "
+         "holds for all three and pvol-render --interpolation tricubic needs [trilinear]")
+      ->type_name("trilinear|tricubic")
+      ->check(CLI::IsMember({"trilinear", "tricubic"}).description(""));
   app.add_option(
          "--shells", o.shells,
          "Fit a bounding shell of that many perturbations, 0 to 64 (soft: 32), or of the number "
@@ -101,7 +108,8 @@ struct Fit {
   std::string check;  ///< what CGAL's check found
 };
 
-formats::Metadata describe_source(const Options& o, const formats::LoadedGrid& loaded) {
+formats::Metadata describe_source(const Options& o, const Fit& f) {
+  const formats::LoadedGrid& loaded = f.loaded;
   const formats::FileHash hash = formats::hash_file(o.input);
   formats::Metadata m;
   m.grid_name = loaded.grid.name;
@@ -111,6 +119,7 @@ formats::Metadata describe_source(const Options& o, const formats::LoadedGrid& l
               loaded.report.grid, hash.bytes, hash.hash};
   m.options = {{"density", o.closed_form ? "reference" : o.density},
                {"closed_form", o.closed_form ? "yes" : "no"},
+               {"interpolation", formats::name(f.file.pyramid.interpolation)},
                {"shells", o.shells},
                {"shell_kind", o.shell_kind},
                {"shell_effort", std::to_string(o.shell_effort)}};
@@ -147,14 +156,16 @@ Fit fit(const Options& o) {
     f.loaded = formats::load_grid(o.input, o.grid);
   }
   f.read_seconds = watch.lap();
-  f.file.pyramid = o.closed_form ? cli::naming(o.input, [&] { return build_pyramid(f.recipe); })
-                                 : formats::build_bounds(f.loaded.grid, o.input);
+  f.file.pyramid = o.closed_form
+                       ? cli::naming(o.input, [&] { return build_pyramid(f.recipe); })
+                       : formats::build_bounds(f.loaded.grid, o.input,
+                                               formats::parse_interpolation(o.interpolation));
   f.bounds_seconds = watch.lap();
   if (o.shells != "none" && !f.file.pyramid.empty()) {
     add_shell(o, f);
     f.shell_seconds = watch.lap();
   }
-  f.file.metadata = describe_source(o, f.loaded);
+  f.file.metadata = describe_source(o, f);
   f.source_bytes = f.file.metadata.source.bytes;
   if (o.density == "fp32" && !o.closed_form) f.file.density = f.loaded.grid;
   f.bytes = formats::write_pvol(o.output, f.file);
@@ -247,6 +258,11 @@ int run(const Options& o) {
   }
   if (o.closed_form && !o.grid.grid.empty()) {
     throw cli::UsageError("--grid does not go with --closed-form: a recipe makes one grid");
+  }
+  if (o.closed_form && o.interpolation == "tricubic") {
+    throw cli::UsageError(
+        "--closed-form bounds the recipe itself, for procedural, trilinear and nearest look-ups; "
+        "leave it out for --interpolation tricubic");
   }
   if (o.shell_kind == "soft" && o.shells != "none" && o.shells != "auto" &&
       std::stoi(o.shells) > kMaxSoftPerturbations) {

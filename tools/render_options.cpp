@@ -108,10 +108,12 @@ void add_estimator(CLI::App& app, RenderOptionsGiven& o) {
                  "the last bit, auto uses them where they should save time [auto]")
       ->type_name("auto|none|2|1")
       ->check(one_of({"auto", "none", "2", "1"}));
-  app.add_option("--interpolation", o.interpolation,
-                 "Between voxels: nearest or trilinear [trilinear]")
+  app.add_option(
+         "--interpolation", o.interpolation,
+         "Between voxels: nearest, trilinear, or tricubic (B-spline; a .pvol must be fitted "
+         "for it); procedural evaluates a recipe without sampling it [trilinear]")
       ->type_name("NAME")
-      ->check(one_of({"nearest", "trilinear"}));
+      ->check(one_of({"nearest", "trilinear", "tricubic", "procedural"}));
   app.add_option("--depth", o.depth, "Octree depth where the walk stops, 0 to 16 [auto: by cost]")
       ->type_name("N|auto")
       ->check(word_or_number({"auto"}, 16));

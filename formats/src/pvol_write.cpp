@@ -49,7 +49,7 @@ std::vector<std::byte> make_header(const std::vector<ChunkEntry>& table) {
 
 std::vector<ChunkEntry> write_chunks(std::ostream& out, const PvolFile& content,
                                      Compression compression, const std::string& place) {
-  const std::string meta = encode_metadata(content.metadata, place);
+  const std::string meta = encode_metadata(content.metadata, content.pyramid.interpolation, place);
   const std::vector<std::byte> bounds = encode_bounds(content.pyramid, place);
   const std::size_t chunks = 2 + (content.shell ? 1 : 0) + (content.density ? 1 : 0);
   std::vector<ChunkEntry> table(chunks);

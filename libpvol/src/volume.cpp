@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <string>
+#include <utility>
 
 #include "pvol/error.h"
 #include "pvol/render/estimators.h"
@@ -58,37 +59,80 @@ void check_placement(const Affine& to_world, const Affine& to_cells, const Box& 
   }
 }
 
+/// About what a look-up costs, in the unit of the model of T5; a recipe may be cheaper or dearer.
+constexpr double kTricubicCost = 35, kProceduralCost = 1000;
+
 /// Where the density ramps up from 0, a flight meets about sqrt(2 depth per voxel) null collisions
 /// before a real one, and steps of 1 / depth voxels: beyond this both get out of hand.
 constexpr double kMaxVoxelDepth = 1e12;
 
-/// Edge of the micro-bounds that the options ask for; 0: none.
-int micro_edge(const Octree& octree, const BrickField& field, const RenderOptions& o) {
+/// Whether micro-bounds save more time than they cost, where segments leave much open.
+bool pay(const Volume& v, const Pyramid& pyramid, const RenderOptions& o) {
   // Look-ups in bricks are cheap until they miss the cache: measured on whole renders, micro-bounds
-  // cost 3 % of the time with a field of 3 MB and save 7 % with one of 57 MB.
-  constexpr double kOpen = 0.25;  // look-ups per collision without them
+  // cost 3 % of the time with a field of 3 MB and save 7 % with one of 57 MB; with tricubic
+  // look-ups 13 % with one of 19 MB.
   constexpr std::size_t kLarge = std::size_t(32) << 20;
-  const bool of_use = !is_weighted(o.tracker) && o.tracker != Tracker::regular && !octree.empty();
+  if (v.interpolation == Interpolation::tricubic) return true;
+  if (v.interpolation == Interpolation::trilinear || v.interpolation == Interpolation::nearest) {
+    return v.field.samples.size() * sizeof(float) > kLarge;
+  }
+  // Of a recipe those of single cells save some 10 us of a camera sample, half of it, and take 4 ms
+  // of a leaf to make.
+  constexpr double kSamplesPerLeaf = 400;
+  const double pixels = double(o.crop_width > 0 ? o.crop_width : o.width) *
+                        double(o.crop_height > 0 ? o.crop_height : o.height);
+  return pixels * o.samples > kSamplesPerLeaf * double(pyramid.levels[0].size());
+}
+
+/// Edge of the micro-bounds that the options ask for; 0: none.
+int micro_edge(const Volume& v, const Pyramid& pyramid, const RenderOptions& o) {
+  constexpr double kOpen = 0.25;  // look-ups per collision without them
+  const bool of_use = !is_weighted(o.tracker) && o.tracker != Tracker::regular && !v.octree.empty();
   switch (o.micro_bounds) {
     case MicroBoundsUse::cells_8:
       return of_use ? 2 : 0;
     case MicroBoundsUse::cells_1:
       return of_use ? 1 : 0;
     case MicroBoundsUse::automatic:
-      return of_use && field.samples.size() * sizeof(float) > kLarge &&
-                     integrate_bounds(octree).open_share() > kOpen
-                 ? 2
-                 : 0;
+      if (!of_use || !pay(v, pyramid, o)) return 0;
+      if (integrate_bounds(v.octree).open_share() <= kOpen) return 0;
+      return v.interpolation == Interpolation::procedural ? 1 : 2;
     case MicroBoundsUse::none:
       break;
   }
   return 0;
 }
 
-}  // namespace
+/// Where a walk should stop, for what look-ups of this kind cost.
+Cut choose_cut(const RenderOptions& o) {
+  Cut cut;
+  cut.depth = o.tracker == Tracker::delta_global ? 0 : o.depth;
+  if (o.interpolation == Interpolation::tricubic) cut.costs.lookup = kTricubicCost;
+  if (o.interpolation == Interpolation::procedural) cut.costs.lookup = kProceduralCost;
+  return cut;
+}
 
-Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& scene) {
+const char* name(Interpolation interpolation) {
+  constexpr const char* kNames[] = {"nearest", "trilinear", "tricubic", "procedural"};
+  return kNames[std::size_t(interpolation)];
+}
+
+void check_interpolation(const Pyramid& pyramid, Interpolation wanted) {
+  if (pyramid.empty() || holds_for(pyramid.interpolation, wanted)) return;
+  throw Error(std::string("the bounds were made for ") + name(pyramid.interpolation) +
+              " interpolation and do not hold for " + name(wanted) +
+              "; fit the cloud again with --interpolation " + name(wanted) +
+              ", or render it with --interpolation " + name(pyramid.interpolation));
+}
+
+/// A volume without its field, and the world length of its cells' edges.
+struct Placed {
+  Volume volume;
+  double cell_length;
+};
+Placed place(const Affine& index_to_world, const Pyramid& pyramid, const Scene& scene) {
   const Medium& medium = scene.medium;
+  check_interpolation(pyramid, scene.options.interpolation);
   const double largest = medium.extinction * double(pyramid.scale);
   if (!(medium.extinction >= 0 && medium.extinction <= double(FLT_MAX) &&
         largest <= double(FLT_MAX))) {
@@ -97,7 +141,7 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& s
                 "density of " +
                 text(double(pyramid.scale)) + " is outside [0, 3.4e38]");
   }
-  const Affine to_world = medium.object_to_world * grid.index_to_world;
+  const Affine to_world = medium.object_to_world * index_to_world;
   const Affine to_index = inverse(to_world);
   const double cell_length = std::cbrt(std::abs(determinant(to_world)));
   if (largest * cell_length > kMaxVoxelDepth) {
@@ -113,16 +157,42 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& s
   v.world_to_cells = translation(-Vec3d(pyramid.origin)) * to_index;
   if (!pyramid.empty()) v.world_box = transform(to_world, pyramid.support());
   check_placement(to_world, v.world_to_cells, v.world_box);
+  return {std::move(v), cell_length};
+}
 
-  FieldWithLinks field = build_field(grid, pyramid);
-  Cut cut;
-  cut.depth = scene.options.tracker == Tracker::delta_global ? 0 : scene.options.depth;
-  v.octree = build_octree(pyramid, medium.extinction, cell_length, cut, field.brick_of, kZeroBrick);
+}  // namespace
+
+Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& scene) {
+  const RenderOptions& o = scene.options;
+  if (o.interpolation == Interpolation::procedural) {
+    throw Error("samples have no procedural look-ups, which are for recipes");
+  }
+  auto [v, cell_length] = place(grid.index_to_world, pyramid, scene);
+  FieldWithLinks field = build_field(grid, pyramid, o.interpolation);
+  v.octree = build_octree(pyramid, scene.medium.extinction, cell_length, choose_cut(o),
+                          field.brick_of, kZeroBrick);
   v.field = std::move(field.field);
-  if (const int edge = micro_edge(v.octree, v.field, scene.options)) {
+  if (const int edge = micro_edge(v, pyramid, o)) {
     v.micro = build_micro_bounds(v.field, edge);
   }
-  return v;
+  return std::move(v);
+}
+
+Volume make_volume(std::shared_ptr<const Recipe> recipe, const Pyramid& pyramid,
+                   const Scene& scene) {
+  const RenderOptions& o = scene.options;
+  if (o.interpolation != Interpolation::procedural) {
+    throw Error("a recipe without samples has procedural look-ups only; sample it with make_grid");
+  }
+  auto [v, cell_length] = place(scaling(Vec3d(recipe->voxel)), pyramid, scene);
+  ProceduralWithLinks field = make_procedural_field(std::move(recipe), pyramid);
+  v.octree = build_octree(pyramid, scene.medium.extinction, cell_length, choose_cut(o),
+                          field.brick_of, kZeroBrick);
+  v.procedure = std::move(field.field);
+  if (const int edge = micro_edge(v, pyramid, o)) {
+    v.micro = build_micro_bounds(*v.procedure, edge);
+  }
+  return std::move(v);
 }
 
 namespace {
@@ -190,6 +260,19 @@ class Columns {
   std::map<std::uint64_t, Sums> blocks_;
 };
 
+/// What the octree tells.
+void add_facts(const Volume& volume, double cell_length, VolumeFacts& f) {
+  f.depth = volume.octree.depth;
+  f.nodes = volume.octree.nodes.size();
+  f.terminals = volume.octree.terminals;
+  for (const Octree::Entry& e : volume.octree.entries) {
+    const double depth = double(e.hi - e.lo) * std::ldexp(cell_length, e.log2);
+    f.null_collisions = std::max(f.null_collisions, depth);
+  }
+  f.octree_bytes = volume.octree.nodes.size() * sizeof(Octree::Node) +
+                   volume.octree.entries.size() * sizeof(Octree::Entry);
+}
+
 }  // namespace
 
 VolumeFacts describe(const Volume& volume, const VoxelGrid& grid, const Medium& medium) {
@@ -211,17 +294,18 @@ VolumeFacts describe(const Volume& volume, const VoxelGrid& grid, const Medium& 
     f.mean_optical_thickness[axis] = r.mean * step;
     f.largest_optical_thickness = std::max(f.largest_optical_thickness, r.largest * step);
   }
-  f.depth = volume.octree.depth;
-  f.nodes = volume.octree.nodes.size();
-  f.terminals = volume.octree.terminals;
-  const double cell_length = std::cbrt(std::abs(determinant(to_world)));
-  for (const Octree::Entry& e : volume.octree.entries) {
-    const double depth = double(e.hi - e.lo) * std::ldexp(cell_length, e.log2);
-    f.null_collisions = std::max(f.null_collisions, depth);
-  }
+  add_facts(volume, std::cbrt(std::abs(determinant(to_world))), f);
   f.field_bytes = volume.field.samples.size() * sizeof(float);
-  f.octree_bytes = volume.octree.nodes.size() * sizeof(Octree::Node) +
-                   volume.octree.entries.size() * sizeof(Octree::Entry);
+  return f;
+}
+
+VolumeFacts describe(const Volume& volume, const Recipe& recipe, const Medium& medium) {
+  Recipe coarse = recipe;
+  coarse.voxel = voxel_for(recipe, kCoarseResolution);
+  VolumeFacts f = describe(Volume{}, make_grid(coarse), medium);
+  const Affine to_world = medium.object_to_world * scaling(Vec3d(recipe.voxel));
+  add_facts(volume, std::cbrt(std::abs(determinant(to_world))), f);
+  f.field_bytes = volume.procedure ? count_bytes(*volume.procedure) : 0;
   return f;
 }
 
