@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "pvol/bounds/micro_bounds.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/formats/cloud.h"
 #include "pvol/math/rng.h"
@@ -120,6 +121,43 @@ TEST_P(CloudBounds, HoldForEverySampleAndAreTight) {
   EXPECT_EQ(uncovered, 0u);
   EXPECT_EQ(lo, p.support_lo);
   EXPECT_EQ(hi, p.support_hi);
+}
+
+/// Tricubic look-ups keep the bounds of their leaf, and to the last bit those of the cubes of cells
+/// around them.
+TEST_P(CloudBounds, HoldForTricubicLookups) {
+  constexpr auto kTricubic = Interpolation::tricubic;
+  const formats::LoadedGrid loaded = load(GetParam());
+  const Pyramid p = build_pyramid(loaded.grid, kTricubic);
+  EXPECT_EQ(validate(p), std::nullopt);
+  FieldWithLinks f = build_field(loaded.grid, p, {.interpolation = kTricubic});
+  constexpr std::size_t kLeaves = 400;  // spread over the cloud, in a field of their own
+  BrickField some;
+  some.interpolation = kTricubic;
+  std::vector<PyramidNode> nodes;
+  const std::size_t step = 1 + p.levels[0].size() / kLeaves;
+  for (std::size_t i = 0; i < p.levels[0].size(); i += step) {
+    const float* s = f.field.brick<kTricubic>(f.brick_of[0][i]);
+    some.samples.insert(some.samples.end(), s, s + field_samples(kTricubic));
+    nodes.push_back(p.levels[0][i]);
+  }
+  const MicroBounds one = build_micro_bounds(some, 1), two = build_micro_bounds(some, 2);
+  Rng rng(4, 5, 6);
+  std::size_t wrong = 0;
+  for (std::uint32_t b = 0; b < nodes.size(); ++b) {
+    for (int k = 0; k < 2000; ++k) {
+      const LatticePoint at{Int4{k & 7, k >> 3 & 7, k >> 6 & 7, 0},
+                            Float4{rng.uniform(), rng.uniform(), k & 1 ? 1 : rng.uniform(), 0}};
+      const float v = density_in_brick<kTricubic>(some.brick<kTricubic>(b), at);
+      const float slack = 6 * FLT_EPSILON * nodes[b].hi;
+      wrong += v < nodes[b].lo - slack || v > nodes[b].hi + slack;
+      for (const DensityRange r :
+           {micro_range<1>(one, b, at.cell), micro_range<2>(two, b, at.cell)}) {
+        wrong += !(r.lo <= v && v <= r.hi);
+      }
+    }
+  }
+  EXPECT_EQ(wrong, 0u);
 }
 
 std::string test_name(const testing::TestParamInfo<fs::path>& info) {

@@ -166,12 +166,13 @@ Vec3d random_point_near_density(const Field& field, Rng& rng) {
 }
 
 Volume make_test_volume(const Field& field, double extinction, std::optional<int> depth,
-                        Tracker tracker) {
+                        Tracker tracker, Interpolation interpolation) {
   Scene scene;
   scene.medium.extinction = extinction;
   scene.options.depth = depth;
   scene.options.tracker = tracker;
-  return make_volume(field.grid, build_pyramid(field.grid), scene);
+  scene.options.interpolation = interpolation;
+  return make_volume(field.grid, build_pyramid(field.grid, interpolation), scene);
 }
 
 }  // namespace pvol::test

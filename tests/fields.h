@@ -56,6 +56,7 @@ enum class Tiles { none, edge_8, edge_128 };
 /// A field ready for tracking. The world is the grid's index space unless the field has larger or
 /// smaller voxels; without a depth the cost model cuts.
 [[nodiscard]] Volume make_test_volume(const Field& field, double extinction,
-                                      std::optional<int> depth, Tracker tracker = Tracker::delta);
+                                      std::optional<int> depth, Tracker tracker = Tracker::delta,
+                                      Interpolation interpolation = Interpolation::trilinear);
 
 }  // namespace pvol::test

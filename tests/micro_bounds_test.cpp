@@ -11,6 +11,7 @@
 #include <functional>
 
 #include "flights.h"
+#include "nasty_offset.h"
 #include "pvol/error.h"
 #include "pvol/track/transmittance.h"
 
@@ -25,13 +26,6 @@ BrickField random_bricks(int bricks, std::uint64_t stream, const Value& value) {
   Rng rng(kSeed, stream, 0);
   for (int i = 0; i < bricks * kFieldSamples; ++i) f.samples.push_back(value(rng));
   return f;
-}
-
-/// Offsets where interpolation rounds worst: next to 0 and 1, and anywhere.
-float nasty_offset(Rng& rng) {
-  constexpr float kNasty[] = {0, 0x1p-149f, 0x1p-24f, 0.5f, 0x1.fffffep-1f, 1};
-  const auto pick = rng.block().lo % 9;
-  return pick < 6 ? kNasty[pick] : rng.uniform();
 }
 
 /// How many of many look-ups, spread over all bricks, leave their micro-bounds.

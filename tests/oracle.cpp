@@ -18,17 +18,39 @@ double trilinear(const Field& field, Vec3i cell, Vec3d p) {
   return sum;
 }
 
+/// The cubic B-spline of unit knots about 0.
+double cubic_kernel(double x) {
+  x = std::abs(x);
+  if (x >= 2) return 0;
+  return x < 1 ? (4 - 6 * x * x + 3 * x * x * x) / 6 : (2 - x) * (2 - x) * (2 - x) / 6;
+}
+
+/// The tricubic polynomial of a cell, at a point in it.
+double tricubic(const Field& field, Vec3i cell, Vec3d p) {
+  double sum = 0;
+  for (int i = -1; i <= 2; ++i) {
+    for (int j = -1; j <= 2; ++j) {
+      for (int k = -1; k <= 2; ++k) {
+        const Vec3i at = cell + Vec3i(i, j, k);
+        const Vec3d d = p - Vec3d(at);
+        sum += cubic_kernel(d.x) * cubic_kernel(d.y) * cubic_kernel(d.z) * double(field.at(at));
+      }
+    }
+  }
+  return sum;
+}
+
 Vec3i floor_of(Vec3d p) {
   return {int(std::floor(p.x)), int(std::floor(p.y)), int(std::floor(p.z))};
 }
 
-/// The cell of trilinear interpolation, or the lattice point nearest to p, the upper one if two
-/// are.
+/// The cell of interpolation, or the lattice point nearest to p, the upper one if two are.
 Vec3i piece_of(Interpolation interpolation, Vec3d p) {
-  return floor_of(interpolation == Interpolation::trilinear ? p : p + Vec3d(0.5));
+  return floor_of(interpolation == Interpolation::nearest ? p + Vec3d(0.5) : p);
 }
 
 double density_in_piece(const Field& field, Interpolation interpolation, Vec3i piece, Vec3d p) {
+  if (interpolation == Interpolation::tricubic) return tricubic(field, piece, p);
   return interpolation == Interpolation::trilinear ? trilinear(field, piece, p)
                                                    : double(field.at(piece));
 }
@@ -53,10 +75,12 @@ double density_at(const Field& field, Interpolation interpolation, Vec3d p) {
 RayOracle::RayOracle(const Field& field, Interpolation interpolation, const Ray& ray,
                      double extinction, double end)
     : field_(&field), interpolation_(interpolation), ray_(ray), scale_(extinction) {
-  const Box box{Vec3d(field.origin) - Vec3d(1), Vec3d(field.origin + field.size)};
+  const int reach = interpolation == Interpolation::tricubic ? 2 : 1;
+  const Box box{Vec3d(field.origin - Vec3i(reach)),
+                Vec3d(field.origin + field.size + Vec3i(reach - 1))};
   const auto span = intersect(box, ray, 0, end);
   if (!span) return;
-  const double offset = interpolation == Interpolation::trilinear ? 0 : 0.5;
+  const double offset = interpolation == Interpolation::nearest ? 0.5 : 0;
   knots_ = {span->t0, span->t1};
   for (int axis = 0; axis < 3; ++axis) add_crossings(ray, axis, offset, *span, knots_);
   std::sort(knots_.begin(), knots_.end());
@@ -74,11 +98,20 @@ double RayOracle::in_piece(std::size_t piece, double t) const {
          density_in_piece(*field_, interpolation_, piece_of(interpolation_, middle), ray_.at(t));
 }
 
-/// int of mu_t from the piece's start to t, by Simpson's rule, which is exact for cubics.
+/// int of mu_t from the piece's start to t: by Simpson's rule, which is exact for cubics, or that
+/// of Gauss with five points, which is for the polynomials of degree 9 of tricubic fields.
 double RayOracle::integral(std::size_t piece, double t) const {
-  const double a = knots_[piece];
-  return (t - a) / 6 *
-         (in_piece(piece, a) + 4 * in_piece(piece, 0.5 * (a + t)) + in_piece(piece, t));
+  const double a = knots_[piece], middle = 0.5 * (a + t), half = 0.5 * (t - a);
+  if (interpolation_ != Interpolation::tricubic) {
+    return half / 3 * (in_piece(piece, a) + 4 * in_piece(piece, middle) + in_piece(piece, t));
+  }
+  const double root = 2 * std::sqrt(10.0 / 7), part = 13 * std::sqrt(70.0);
+  double sum = 128.0 / 225 * in_piece(piece, middle);
+  for (const double sign : {-1.0, 1.0}) {
+    const double x = half * std::sqrt(5 + sign * root) / 3, weight = (322 - sign * part) / 900;
+    sum += weight * (in_piece(piece, middle - x) + in_piece(piece, middle + x));
+  }
+  return half * sum;
 }
 
 std::size_t RayOracle::piece_at(double t) const {

@@ -14,7 +14,8 @@ namespace pvol::test {
 [[nodiscard]] double density_at(const Field& field, Interpolation interpolation, Vec3d p);
 
 /// Density along the ray o + t d, 0 <= t <= end, in index space: zero outside the intervals between
-/// knots, in each of which it is a cubic of t (trilinear) or constant (nearest).
+/// knots, in each of which it is a polynomial of t: of degree 3 (trilinear), 9 (tricubic) or 0
+/// (nearest).
 class RayOracle {
  public:
   /// `extinction` is per unit of t and density. The direction need not be of unit length.

@@ -122,6 +122,7 @@ TEST_F(PvolForgeryTest, ForgedFilesAreRefusedThoughTheirSumsMatch) {
       {"index_to_world", meta("[0.1,", "[")},
       {"index_to_world", meta("[0.1,", "[null,")},
       {"interpolation", meta("trilinear", "tricubic")},
+      {"interpolation", meta("\"trilinear\"]", "\"trilinear\",\"cubic\"]")},
       {"xxh3_64", meta("0123456789abcdef", "0123456789abcdeF")},
       {"xxh3_64", meta("0123456789abcdef", "123456789abcdef")},
       {"source.bytes", meta("18446744073709551615", "-1")},

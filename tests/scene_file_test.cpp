@@ -492,7 +492,7 @@ struct RandomScene {
     o.tracker = Tracker(whole(0, 5));
     o.transmittance = Transmittance(whole(0, 4));
     o.micro_bounds = MicroBoundsUse(whole(0, 3));
-    o.interpolation = Interpolation(whole(0, 1));
+    o.interpolation = Interpolation(whole(0, 3));
     o.shells = ShellUse(whole(0, 2));
     if (coin()) o.depth = whole(0, 16);
     if (coin()) o.max_bounces = std::uint32_t(bits() >> 32);
@@ -576,7 +576,7 @@ TEST(SceneNames, ComeBackFromTheirText) {
     EXPECT_EQ(parse_micro_bounds(name(MicroBoundsUse(i))), MicroBoundsUse(i));
   }
   for (int i = 0; i < 3; ++i) EXPECT_EQ(parse_shell_use(name(ShellUse(i))), ShellUse(i));
-  for (int i = 0; i < 2; ++i)
+  for (int i = 0; i < 4; ++i)
     EXPECT_EQ(parse_interpolation(name(Interpolation(i))), Interpolation(i));
   EXPECT_STREQ(name(Tracker::delta_global), "delta-global");
   try {

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iostream>
 
+#include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
 #include "pvol/formats/cloud.h"
@@ -78,13 +79,18 @@ formats::SceneFile read_scene(const Options& o) {
   return file;
 }
 
+VolumeFacts describe(const Volume& volume, const formats::Cloud& cloud, const Medium& medium) {
+  return cloud.recipe ? describe(volume, *cloud.recipe, medium)
+                      : describe(volume, cloud.grid, medium);
+}
+
 /// An extinction of three digits with which the cloud is about this many mean free paths thick,
 /// averaged over the columns along its thickest axis.
 double choose_extinction(const formats::Cloud& cloud, Medium medium) {
   constexpr double kThickness = 40;
   constexpr double kLargest = 3e38;  // fits a float, for clouds of denormal densities
   medium.extinction = 1;
-  const VolumeFacts f = describe(Volume{}, cloud.grid, medium);
+  const VolumeFacts f = describe(Volume{}, cloud, medium);
   const double thickness = std::max(
       {f.mean_optical_thickness[0], f.mean_optical_thickness[1], f.mean_optical_thickness[2]});
   if (!(thickness > 0)) return 1;
@@ -97,10 +103,11 @@ double choose_extinction(const formats::Cloud& cloud, Medium medium) {
 formats::Cloud load_volume(const Options& o, const formats::SceneFile& scene,
                            const std::filesystem::path& file, const std::string& grid,
                            Medium& medium, bool& has_extinction) {
-  formats::Cloud cloud = formats::load_cloud(file, {grid, o.grid.strict});
+  const RenderOptions& r = scene.scene.options;
+  formats::Cloud cloud = formats::load_cloud(file, {grid, o.grid.strict}, r.interpolation);
   cli::print_warnings(kTool, cloud.report.warnings);
   if (scene.density) formats::quantise(cloud, *scene.density, file);
-  formats::coarsen(cloud, scene.scene.options.preview, file);
+  formats::coarsen(cloud, r.preview, file);
   if (!has_extinction) {
     medium.extinction = choose_extinction(cloud, medium);
     has_extinction = true;
@@ -130,7 +137,8 @@ void warn_of_bounds(const std::filesystem::path& file, const Volume& volume) {
 void require_proof(const std::filesystem::path& file, const formats::Cloud& cloud) {
   CertifyOptions enough;
   enough.enough = evaluator_margin(*cloud.shell);
-  const Support support = make_support(cloud.grid, cloud.pyramid);
+  const Support support = cloud.recipe ? make_support(*cloud.recipe, 3 - kLeafRefinement)
+                                       : make_support(cloud.grid, cloud.pyramid);
   if (certify(*cloud.shell, support, enough).bound >= enough.enough) return;
   throw Error(file.string() +
               ": its shell does not hold the cloud; fit it again, or render with --shells off");
@@ -160,10 +168,12 @@ RenderJob prepare(const Options& o) {
     own.medium = medium;
     own.options = scene.options;
     const LeafMicroBounds* micro = cloud.micro ? &*cloud.micro : nullptr;
-    job.volumes.push_back(
-        cli::naming(file, [&] { return make_volume(cloud.grid, cloud.pyramid, own, micro); }));
+    job.volumes.push_back(cli::naming(file, [&] {
+      return cloud.recipe ? make_volume(cloud.recipe, cloud.pyramid, own)
+                          : make_volume(cloud.grid, cloud.pyramid, own, micro);
+    }));
     warn_of_bounds(file, job.volumes.back());
-    job.reports.push_back({file, describe(job.volumes.back(), cloud.grid, medium), std::nullopt,
+    job.reports.push_back({file, describe(job.volumes.back(), cloud, medium), std::nullopt,
                            cloud.metadata.quantisation, cloud.metadata.quantisation_error});
     if (cloud.shell && scene.options.shells != ShellUse::off) require_proof(file, cloud);
     shells.push_back(std::move(cloud.shell));

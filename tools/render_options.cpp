@@ -110,10 +110,12 @@ void add_estimator(CLI::App& app, RenderOptionsGiven& o) {
                  "from a .pvol file that has them, else built [auto]")
       ->type_name("auto|none|2|1")
       ->check(one_of({"auto", "none", "2", "1"}));
-  app.add_option("--interpolation", o.interpolation,
-                 "Between voxels: nearest or trilinear [trilinear]")
+  app.add_option(
+         "--interpolation", o.interpolation,
+         "Between voxels: nearest, trilinear, or tricubic (B-spline; a .pvol must be fitted "
+         "for it); procedural evaluates a recipe without sampling it [trilinear]")
       ->type_name("NAME")
-      ->check(one_of({"nearest", "trilinear"}));
+      ->check(one_of({"nearest", "trilinear", "tricubic", "procedural"}));
   app.add_option(
          "--density", o.density,
          "Round the density to fp16, fp8 or fpn, as pvol-fit explains them: a biased picture "

@@ -5,8 +5,10 @@
 #include <cstdio>
 #include <sstream>
 
+#include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
 #include "pvol/formats/recipe_file.h"
+#include "pvol/formats/scene_file.h"
 #include "pvol/medium/coarsen.h"
 
 namespace pvol::formats {
@@ -44,8 +46,8 @@ void check_grid_name(const std::filesystem::path& file, const Metadata& m,
               "\"; fit a file of its own to that grid");
 }
 
-/// The density that a .pvol file refers to, only if the file it was fitted to is unchanged.
-LoadedGrid read_source(const std::filesystem::path& file, const Metadata& m, bool strict) {
+/// The file with the density that a .pvol file refers to, only if it is unchanged.
+std::filesystem::path find_source(const std::filesystem::path& file, const Metadata& m) {
   const std::filesystem::path source = file.parent_path() / m.source.file;
   const std::string advice =
       "; put the original back, or fit again (--density fp32 for a .pvol that "
@@ -62,33 +64,99 @@ LoadedGrid read_source(const std::filesystem::path& file, const Metadata& m, boo
                 hex(found.hash) + ", expected " + std::to_string(m.source.bytes) + " with " +
                 hex(m.source.hash) + advice);
   }
-  return load_grid(source, {m.source.grid, strict});
+  return source;
 }
 
 LoadedGrid take_density(const std::filesystem::path& file, PvolFile& content,
                         const GridOptions& options) {
   check_grid_name(file, content.metadata, options);
-  if (!content.density) return read_source(file, content.metadata, options.strict);
+  if (!content.density) {
+    const Metadata& m = content.metadata;
+    return load_grid(find_source(file, m), {m.source.grid, options.strict});
+  }
   LoadedGrid loaded;
   loaded.grid = std::move(*content.density);
   loaded.report = describe_samples(loaded.grid, "float");
   return loaded;
 }
 
-LoadedGrid load_recipe(const std::filesystem::path& file, const GridOptions& options) {
+Recipe read_recipe_of(const std::filesystem::path& file, const GridOptions& options) {
   if (!is_recipe(file)) {
     throw Error(file.string() +
                 ": is a scene, expected a cloud: a .vdb, .nvdb or .pvol file, or a "
                 "recipe, which is a .toml file with a [recipe] table");
   }
-  LoadedGrid loaded;
-  loaded.grid = make_grid(read_recipe(file));
-  loaded.report = describe_samples(loaded.grid, "recipe");
-  if (!options.grid.empty() && options.grid != loaded.grid.name) {
-    throw Error(file.string() + ": a recipe makes the grid \"" + loaded.grid.name + "\", not \"" +
+  Recipe recipe = read_recipe(file);
+  if (!options.grid.empty() && options.grid != recipe.name) {
+    throw Error(file.string() + ": a recipe makes the grid \"" + recipe.name + "\", not \"" +
                 options.grid + "\"");
   }
+  return recipe;
+}
+
+LoadedGrid load_recipe(const std::filesystem::path& file, const GridOptions& options) {
+  LoadedGrid loaded;
+  loaded.grid = make_grid(read_recipe_of(file, options));
+  loaded.report = describe_samples(loaded.grid, "recipe");
   return loaded;
+}
+
+[[noreturn]] void refuse_procedural(const std::filesystem::path& file) {
+  throw Error(file.string() +
+              ": procedural look-ups are for recipes (.toml), and for .pvol files of recipes that "
+              "were fitted with --closed-form; this one holds samples. Choose another "
+              "interpolation.");
+}
+
+/// A recipe for procedural look-ups, without its bounds.
+Cloud load_unsampled(const std::filesystem::path& file, const GridOptions& options) {
+  Cloud cloud;
+  cloud.recipe = std::make_shared<const Recipe>(read_recipe_of(file, options));
+  cloud.grid.name = cloud.recipe->name;
+  cloud.grid.index_to_world = scaling(Vec3d(cloud.recipe->voxel));
+  cloud.report.grid = cloud.recipe->name;
+  cloud.report.type = "recipe, not sampled";
+  return cloud;
+}
+
+/// `f()`, with the file's name in its errors.
+template <class F>
+auto naming(const std::filesystem::path& file, const F& f) {
+  try {
+    return f();
+  } catch (const Error& e) {
+    throw Error(file.string() + ": " + e.what());
+  }
+}
+
+/// Refuses bounds that were made for another interpolation than the wanted one.
+void check_interpolation(const std::filesystem::path& file, const Pyramid& pyramid,
+                         Interpolation wanted) {
+  if (holds_for(pyramid.interpolation, wanted)) return;
+  if (wanted == Interpolation::procedural) refuse_procedural(file);
+  throw Error(file.string() + ": its bounds were made for " + name(pyramid.interpolation) +
+              " interpolation and do not hold for " + name(wanted) +
+              "; fit the cloud again with pvol-fit --interpolation " + name(wanted));
+}
+
+Cloud load_pvol(const std::filesystem::path& file, const GridOptions& options,
+                Interpolation interpolation) {
+  PvolFile content = read_pvol(file);
+  check_interpolation(file, content.pyramid, interpolation);
+  Cloud cloud;
+  if (interpolation == Interpolation::procedural) {
+    check_grid_name(file, content.metadata, options);
+    cloud = load_unsampled(find_source(file, content.metadata), {content.metadata.source.grid});
+  } else {
+    LoadedGrid loaded = take_density(file, content, options);
+    cloud.grid = std::move(loaded.grid);
+    cloud.report = std::move(loaded.report);
+  }
+  cloud.pyramid = std::move(content.pyramid);
+  cloud.shell = std::move(content.shell);
+  cloud.micro = std::move(content.micro);
+  cloud.metadata = std::move(content.metadata);
+  return cloud;
 }
 
 }  // namespace
@@ -113,40 +181,47 @@ LoadedGrid load_grid(const std::filesystem::path& file, const GridOptions& optio
               "', expected .vdb, .nvdb, .pvol or .toml (a recipe)");
 }
 
-Pyramid build_bounds(const VoxelGrid& grid, const std::filesystem::path& file) {
-  try {
-    return build_pyramid(grid);
-  } catch (const Error& e) {
-    throw Error(file.string() + ": " + e.what());
-  }
+Pyramid build_bounds(const VoxelGrid& grid, const std::filesystem::path& file,
+                     Interpolation interpolation) {
+  return naming(file, [&] { return build_pyramid(grid, interpolation); });
 }
 
-Cloud load_cloud(const std::filesystem::path& file, const GridOptions& options) {
+Cloud load_cloud(const std::filesystem::path& file, const GridOptions& options,
+                 Interpolation interpolation) {
+  if (ending(file) == ".pvol") return load_pvol(file, options, interpolation);
   Cloud cloud;
-  LoadedGrid loaded;
-  if (ending(file) == ".pvol") {
-    PvolFile content = read_pvol(file);
-    loaded = take_density(file, content, options);
-    cloud.pyramid = std::move(content.pyramid);
-    cloud.shell = std::move(content.shell);
-    cloud.micro = std::move(content.micro);
-    cloud.metadata = std::move(content.metadata);
+  if (interpolation == Interpolation::procedural) {
+    if (ending(file) != ".toml") refuse_procedural(file);
+    cloud = load_unsampled(file, options);
+    cloud.pyramid = naming(file, [&] { return build_pyramid(*cloud.recipe); });
   } else {
-    loaded = load_grid(file, options);
-    cloud.pyramid = build_bounds(loaded.grid, file);
-    cloud.metadata.grid_name = loaded.grid.name;
-    cloud.metadata.index_to_world = loaded.grid.index_to_world;
-    cloud.metadata.source = {file.string(), loaded.report.grid, 0, 0};
+    LoadedGrid loaded = load_grid(file, options);
+    cloud.grid = std::move(loaded.grid);
+    cloud.report = std::move(loaded.report);
+    cloud.pyramid = build_bounds(cloud.grid, file, interpolation);
   }
-  cloud.grid = std::move(loaded.grid);
-  cloud.report = std::move(loaded.report);
+  cloud.metadata.grid_name = cloud.grid.name;
+  cloud.metadata.index_to_world = cloud.grid.index_to_world;
+  cloud.metadata.source = {file.string(), cloud.report.grid, 0, 0};
   return cloud;
 }
 
+namespace {
+
+/// Refuses to change the samples of a cloud that has none.
+void require_samples(const Cloud& cloud, const char* what, const std::filesystem::path& file) {
+  if (cloud.recipe == nullptr) return;
+  throw Error(file.string() + ": a recipe with procedural look-ups has no samples, which " + what +
+              " would change; choose another interpolation");
+}
+
+}  // namespace
+
 void coarsen(Cloud& cloud, int times, const std::filesystem::path& file) {
   if (times <= 0) return;
+  require_samples(cloud, "a preview", file);
   for (int i = 0; i < times; ++i) cloud.grid = pvol::coarsen(cloud.grid);
-  cloud.pyramid = build_bounds(cloud.grid, file);
+  cloud.pyramid = build_bounds(cloud.grid, file, cloud.pyramid.interpolation);
   cloud.micro.reset();
   cloud.shell.reset();
 }
@@ -163,9 +238,10 @@ void quantise(Cloud& cloud, const Quantisation& how, const std::filesystem::path
                 (stored.precision == Precision::fpn ? kept.str() : name(stored.precision)) +
                 "; render it as it is stored, or take its source, " + m.source.file);
   }
+  require_samples(cloud, "another precision", file);
   m.quantisation = how;
   m.quantisation_error = quantise_in_place(cloud.grid, how);
-  cloud.pyramid = build_bounds(cloud.grid, file);
+  cloud.pyramid = build_bounds(cloud.grid, file, cloud.pyramid.interpolation);
   cloud.micro.reset();
 }
 

@@ -179,13 +179,18 @@ class ChunkWriter {
 [[nodiscard]] PvolSizes measure(const std::vector<ChunkEntry>& table);
 
 /// META.
-[[nodiscard]] std::string encode_metadata(const Metadata& metadata, const std::string& place);
-[[nodiscard]] Metadata decode_metadata(ChunkReader& chunk);
+struct DecodedMetadata {
+  Metadata metadata;
+  Interpolation bounds_made_for;  ///< Pyramid::interpolation
+};
+[[nodiscard]] std::string encode_metadata(const Metadata& metadata, Interpolation bounds_made_for,
+                                          const std::string& place);
+[[nodiscard]] DecodedMetadata decode_metadata(ChunkReader& chunk);
 
 /// BNDS.
 [[nodiscard]] std::vector<std::byte> encode_bounds(const Pyramid& pyramid,
                                                    const std::string& place);
-[[nodiscard]] Pyramid decode_bounds(ChunkReader& chunk);
+[[nodiscard]] Pyramid decode_bounds(ChunkReader& chunk, Interpolation made_for);
 
 /// micr.
 void encode_micro(const LeafMicroBounds& micro, const Pyramid& pyramid, ChunkWriter& chunk,

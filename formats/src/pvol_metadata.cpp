@@ -121,16 +121,34 @@ void read_quantisation(const Object& density, Metadata& m) {
                           density.number("mass_error")};
 }
 
+/// META's list of the interpolants for which bounds hold.
+Json interpolants(Interpolation made) {
+  Json list = Json::array({"nearest", "trilinear"});
+  if (made == Interpolation::tricubic) list.push_back("tricubic");
+  if (made == Interpolation::procedural) list.push_back("procedural");
+  return list;
+}
+
+Interpolation interpolation_of(const Object& root) {
+  for (const auto made :
+       {Interpolation::trilinear, Interpolation::tricubic, Interpolation::procedural}) {
+    if (root.at("interpolation") == interpolants(made)) return made;
+  }
+  root.wrong("interpolation",
+             "[\"nearest\",\"trilinear\"] or that with \"tricubic\" or \"procedural\" at the end");
+}
+
 }  // namespace
 
-std::string encode_metadata(const Metadata& m, const std::string& place) {
+std::string encode_metadata(const Metadata& m, Interpolation bounds_made_for,
+                            const std::string& place) {
   if (!is_usable(m.index_to_world)) {
     throw Error(place + ": the map from index to world space has no inverse or is not finite.");
   }
   Json json;
   json["grid"] = m.grid_name;
   json["index_to_world"] = to_json(m.index_to_world);
-  json["interpolation"] = Json::array({"nearest", "trilinear"});
+  json["interpolation"] = interpolants(bounds_made_for);
   json["unit"] = m.unit;
   json["source"] = {{"file", m.source.file},
                     {"grid", m.source.grid},
@@ -149,7 +167,7 @@ std::string encode_metadata(const Metadata& m, const std::string& place) {
   throw Error(place + ": the metadata take more than " + std::to_string(kMaxMetaBytes) + " bytes.");
 }
 
-Metadata decode_metadata(ChunkReader& chunk) {
+DecodedMetadata decode_metadata(ChunkReader& chunk) {
   if (chunk.raw_bytes() > kMaxMetaBytes) {
     refuse(chunk.place(), std::to_string(chunk.raw_bytes()) + " bytes; expected at most " +
                               std::to_string(kMaxMetaBytes));
@@ -168,9 +186,7 @@ Metadata decode_metadata(ChunkReader& chunk) {
   Metadata m;
   m.grid_name = root.text("grid");
   m.index_to_world = root.map("index_to_world");
-  if (root.at("interpolation") != Json::array({"nearest", "trilinear"})) {
-    root.wrong("interpolation", "[\"nearest\",\"trilinear\"]");
-  }
+  const Interpolation bounds_made_for = interpolation_of(root);
   m.unit = root.text("unit");
   const Object source = root.object("source");
   m.source = {source.text("file"), source.text("grid"), source.count("bytes"),
@@ -182,7 +198,7 @@ Metadata decode_metadata(ChunkReader& chunk) {
   }
   m.written_by = root.text("written_by");
   if (json.contains("density")) read_quantisation(root.object("density"), m);
-  return m;
+  return {std::move(m), bounds_made_for};
 }
 
 }  // namespace pvol::formats::detail

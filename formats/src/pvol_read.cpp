@@ -206,8 +206,10 @@ PvolSizes detail::measure(const std::vector<ChunkEntry>& table) {
 PvolFile read_pvol(std::span<const std::byte> bytes, const std::string& name) try {
   const Container file(bytes, name);
   PvolFile content;
-  content.metadata = file.decode(kMeta, decode_metadata);
-  content.pyramid = file.decode(kBounds, decode_bounds);
+  DecodedMetadata metadata = file.decode(kMeta, decode_metadata);
+  content.metadata = std::move(metadata.metadata);
+  content.pyramid = file.decode(
+      kBounds, [&](ChunkReader& c) { return decode_bounds(c, metadata.bounds_made_for); });
   if (file.has(kMicro)) {
     content.micro =
         file.decode(kMicro, [&](ChunkReader& c) { return decode_micro(c, content.pyramid); });

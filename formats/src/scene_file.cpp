@@ -38,8 +38,9 @@ constexpr std::array kTransmittances{
 constexpr std::array kMicroBounds{
     Named{MicroBoundsUse::automatic, "auto"}, Named{MicroBoundsUse::none, "none"},
     Named{MicroBoundsUse::cells_8, "2"}, Named{MicroBoundsUse::cells_1, "1"}};
-constexpr std::array kInterpolations{Named{Interpolation::nearest, "nearest"},
-                                     Named{Interpolation::trilinear, "trilinear"}};
+constexpr std::array kInterpolations{
+    Named{Interpolation::nearest, "nearest"}, Named{Interpolation::trilinear, "trilinear"},
+    Named{Interpolation::tricubic, "tricubic"}, Named{Interpolation::procedural, "procedural"}};
 constexpr std::array kShellUses{Named{ShellUse::automatic, "auto"}, Named{ShellUse::on, "on"},
                                 Named{ShellUse::off, "off"}};
 

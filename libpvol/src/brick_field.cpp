@@ -5,7 +5,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <cstring>
 #include <map>
@@ -19,24 +18,26 @@
 namespace pvol {
 namespace {
 
-/// 9^3 samples from `origin` up, which is a multiple of 8.
-void gather(const detail::BlockFinder& blocks, Vec3i origin, float* out) {
-  for (int corner = 0; corner < 8; ++corner) {
-    const int far[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
-    const Vec3i offset = Vec3i(far[0], far[1], far[2]) * kLeafEdge;
-    const detail::BlockSource b = blocks.find(origin + offset);
-    const int ni = far[0] ? 1 : 8, nj = far[1] ? 1 : 8, nk = far[2] ? 1 : 8;
-    for (int i = 0; i < ni; ++i) {
-      for (int j = 0; j < nj; ++j) {
-        float* row = out + ((offset.x + i) * kFieldEdge + offset.y + j) * kFieldEdge + offset.z;
+/// The samples that interpolation in the leaf at `origin`, a multiple of 8, reads.
+void gather(const detail::BlockFinder& blocks, Vec3i origin, Interpolation interpolation,
+            float* out) {
+  const KernelReach reach = reach_of(interpolation);
+  const int edge = field_edge(interpolation);
+  const auto copy = [&](const detail::BlockSource& b, Vec3i from, Vec3i count, Vec3i to) {
+    const Vec3i first = to + Vec3i(reach.below);
+    for (int i = 0; i < count.x; ++i) {
+      for (int j = 0; j < count.y; ++j) {
+        float* row = out + ((first.x + i) * edge + first.y + j) * edge + first.z;
         if (b.values) {
-          std::memcpy(row, b.values + (i * 8 + j) * 8, std::size_t(nk) * sizeof(float));
+          const float* source = b.values + ((from.x + i) * 8 + from.y + j) * 8 + from.z;
+          std::memcpy(row, source, std::size_t(count.z) * sizeof(float));
         } else {
-          std::fill_n(row, nk, b.constant);
+          std::fill_n(row, count.z, b.constant);
         }
       }
     }
-  }
+  };
+  detail::for_blocks_in_reach(blocks, origin, reach, copy);
 }
 
 /// Compares bounds with samples and keeps a record of those that do not hold; from any thread.
@@ -63,8 +64,8 @@ class BoundsCheck {
       excess_.worst = cube;
     }
   }
-  void add(std::size_t level, const PyramidNode& node, const float* samples) {
-    const auto [lo, hi] = std::minmax_element(samples, samples + kFieldSamples);
+  void add(std::size_t level, const PyramidNode& node, const float* samples, int count) {
+    const auto [lo, hi] = std::minmax_element(samples, samples + count);
     add(level, node, *lo, *hi);
   }
   [[nodiscard]] const BoundsExcess& excess() const { return excess_; }
@@ -102,8 +103,10 @@ class BoundsCheck {
 };
 
 /// Refuses density outside the support's box, at which walks end.
-void check_support(const VoxelGrid& grid, const Pyramid& pyramid) {
-  const Vec3l first = pyramid.support_lo + Vec3l(1), last = pyramid.support_hi - Vec3l(1);
+void check_support(const VoxelGrid& grid, const Pyramid& pyramid, Interpolation interpolation) {
+  const KernelReach reach = reach_of(interpolation);
+  const Vec3l first = pyramid.support_lo + Vec3l(reach.above);
+  const Vec3l last = pyramid.support_hi - Vec3l(reach.below + 1);
   const auto inside = [&](Vec3l lo, Vec3l hi) {
     return min(lo, first) == first && max(hi, last) == last;
   };
@@ -136,9 +139,9 @@ class ConstantBricks {
   explicit ConstantBricks(BrickField& field) : field_(field) { (void)brick(0); }
 
   std::uint32_t brick(float value) {
-    const auto [at, fresh] =
-        index_.try_emplace(value, std::uint32_t(field_.samples.size() / kFieldSamples));
-    if (fresh) field_.samples.insert(field_.samples.end(), kFieldSamples, value);
+    const auto [at, fresh] = index_.try_emplace(value, std::uint32_t(field_.bricks()));
+    const auto count = std::size_t(field_samples(field_.interpolation));
+    if (fresh) field_.samples.insert(field_.samples.end(), count, value);
     return at->second;
   }
 
@@ -151,8 +154,11 @@ class ConstantBricks {
 
 FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid,
                            const FieldOptions& options) {
-  check_support(grid, pyramid);
+  const Interpolation interpolation = options.interpolation;
+  check_support(grid, pyramid, interpolation);
   FieldWithLinks r;
+  if (interpolation == Interpolation::tricubic) r.field.interpolation = interpolation;
+  const int count = field_samples(interpolation);
   ConstantBricks constant(r.field);
   BoundsCheck check(pyramid, options.most_excess);
   const detail::BlockFinder blocks(grid);
@@ -186,30 +192,30 @@ FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid,
   auto& brick_of = r.brick_of[0];
   brick_of.resize(leaves.size());
   std::vector<std::size_t> own;
-  std::array<float, kFieldSamples> samples;
+  std::vector<float> samples(static_cast<std::size_t>(count));
   for (std::size_t i = 0; i < leaves.size(); ++i) {
     if (is_constant(0, i)) {
       brick_of[i] = constant.brick(leaves[i].lo);
       continue;
     }
     if (nearly_equal_bounds(leaves[i])) {
-      gather(blocks, origin_of(0, leaves[i].code), samples.data());
+      gather(blocks, origin_of(0, leaves[i].code), interpolation, samples.data());
       if (std::equal(samples.begin() + 1, samples.end(), samples.begin())) {
         brick_of[i] = constant.brick(samples[0]);
-        check.add(0, leaves[i], samples.data());
+        check.add(0, leaves[i], samples.data(), count);
         continue;
       }
     }
     own.push_back(i);
   }
-  const std::size_t first = r.field.samples.size() / kFieldSamples;
-  r.field.samples.resize((first + own.size()) * kFieldSamples);
+  const std::size_t first = r.field.bricks();
+  r.field.samples.resize((first + own.size()) * samples.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, own.size(), 64), [&](const auto& range) {
     for (std::size_t k = range.begin(); k != range.end(); ++k) {
       brick_of[own[k]] = std::uint32_t(first + k);
-      float* samples_of_leaf = r.field.samples.data() + (first + k) * kFieldSamples;
-      gather(blocks, origin_of(0, leaves[own[k]].code), samples_of_leaf);
-      check.add(0, leaves[own[k]], samples_of_leaf);
+      float* samples_of_leaf = r.field.samples.data() + (first + k) * samples.size();
+      gather(blocks, origin_of(0, leaves[own[k]].code), interpolation, samples_of_leaf);
+      check.add(0, leaves[own[k]], samples_of_leaf, count);
     }
   });
   r.excess = check.excess();

@@ -100,8 +100,9 @@ Extent measure(const VoxelGrid& grid) {
 
 /// The root: a power-of-two multiple of leaves from the leaf below the lowest cell.
 void place_root(const Extent& extent, Pyramid& p) {
-  p.support_lo = extent.points.lo - Vec3l(1);
-  p.support_hi = extent.points.hi + Vec3l(1);
+  const KernelReach reach = reach_of(p.interpolation);
+  p.support_lo = extent.points.lo - Vec3l(reach.above);
+  p.support_hi = extent.points.hi + Vec3l(reach.below + 1);
   p.scale = extent.largest;
   for (int axis = 0; axis < 3; ++axis) p.origin[axis] = p.support_lo[axis] & ~std::int64_t(7);
   const std::int64_t cells = max_component(p.support_hi - p.origin);
@@ -126,7 +127,10 @@ struct Candidates {
 class Collector {
  public:
   Collector(const Pyramid& pyramid, std::uint64_t max_leaves)
-      : origin_(pyramid.origin), root_level_(int(pyramid.levels.size()) - 1), left_(max_leaves) {
+      : origin_(pyramid.origin),
+        root_level_(int(pyramid.levels.size()) - 1),
+        below_(reach_of(pyramid.interpolation).below),
+        left_(max_leaves) {
     found_.uniform.resize(pyramid.levels.size());
   }
 
@@ -136,7 +140,10 @@ class Collector {
     if (tile.value == 0) return;
     const std::int64_t n = tile.edge / kLeafEdge;
     add_border(leaf_of(tile.origin), n);
-    if (n > 1) add_uniform({leaf_of(tile.origin), n - 1, tile.value}, root_level_, {});
+    const std::int64_t inner = n - 1 - below_;
+    if (inner > 0) {
+      add_uniform({leaf_of(tile.origin) + LeafCoord(below_), inner, tile.value}, root_level_, {});
+    }
   }
 
   Candidates take() {
@@ -149,6 +156,7 @@ class Collector {
  private:
   Vec3l origin_;
   int root_level_;
+  std::int64_t below_;  // 1 where leaves read the block before their own, else 0
   std::uint64_t left_;  // how many more leaves and cubes may be collected
   Candidates found_;
 
@@ -167,14 +175,19 @@ class Collector {
   }
 
   /// The leaves that read a block of n^3 leaf-sized sample blocks from c up and others besides:
-  /// those at its upper faces, and those one lower, whose last samples are the block's first.
+  /// those at its upper faces, and those one lower, whose last samples are the block's first; where
+  /// kernels reach below their cell, also those at its lower faces and those one higher.
   void add_border(LeafCoord c, std::int64_t n) {
     const auto cube = [](std::int64_t e) { return std::uint64_t(e * e * e); };
-    if (n > 1) take_from_budget(cube(n + 1) - cube(n - 1));  // bricks are there already
-    for (std::int64_t x = -1; x < n; ++x) {
-      for (std::int64_t y = -1; y < n; ++y) {
-        const bool inner = x >= 0 && x < n - 1 && y >= 0 && y < n - 1;
-        for (std::int64_t z = -1; z < n; z += inner ? n : 1) add_leaf(c + LeafCoord(x, y, z));
+    const std::int64_t inner = std::max<std::int64_t>(0, n - 1 - below_);
+    if (n > 1) take_from_budget(cube(n + 1 + below_) - cube(inner));  // bricks are there already
+    const auto is_inner = [&](std::int64_t v) { return v >= below_ && v < n - 1; };
+    for (std::int64_t x = -1; x < n + below_; ++x) {
+      for (std::int64_t y = -1; y < n + below_; ++y) {
+        for (std::int64_t z = -1; z < n + below_; ++z) {
+          if (is_inner(x) && is_inner(y) && is_inner(z)) z = n - 1;
+          add_leaf(c + LeafCoord(x, y, z));
+        }
       }
     }
   }
@@ -211,23 +224,23 @@ class Collector {
   }
 };
 
-/// Extremes of the 9^3 samples that the interpolants of a leaf's cells read (THEORY.md, T1).
-Range leaf_range(const detail::BlockFinder& blocks, Vec3i origin) {
+/// Extremes of the samples that the interpolants of a leaf's cells read (THEORY.md, T1, T24).
+Range leaf_range(const detail::BlockFinder& blocks, Vec3i origin, KernelReach reach) {
   Range r;
-  for (int corner = 0; corner < 8; ++corner) {
-    const int far[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
-    const detail::BlockSource b = blocks.find(origin + Vec3i(far[0], far[1], far[2]) * kLeafEdge);
+  const auto add = [&](const detail::BlockSource& b, Vec3i from, Vec3i count, Vec3i) {
     if (b.values == nullptr) {
       r.add(&b.constant, 1);
-    } else if (corner == 0) {
+    } else if (count == Vec3i(kBrickEdge)) {
       r.add(b.values, kBrickSamples);
-    } else {  // the first layer, row or sample along each far axis
-      const int ni = far[0] ? 1 : 8, nj = far[1] ? 1 : 8, nk = far[2] ? 1 : 8;
-      for (int i = 0; i < ni; ++i) {
-        for (int j = 0; j < nj; ++j) r.add(b.values + (i * 8 + j) * 8, nk);
+    } else {
+      for (int i = from.x; i < from.x + count.x; ++i) {
+        for (int j = from.y; j < from.y + count.y; ++j) {
+          r.add(b.values + (i * 8 + j) * 8 + from.z, count.z);
+        }
       }
     }
-  }
+  };
+  detail::for_blocks_in_reach(blocks, origin, reach, add);
   return r;
 }
 
@@ -236,20 +249,27 @@ PyramidNode quantize(const PyramidNode& n, float scale) {
   return {n.code, decode(encode_down(n.lo, scale), scale), decode(encode_up(n.hi, scale), scale)};
 }
 
-/// Whether all corners of the leaf's sample block are 32-bit lattice points.
-bool in_lattice(Vec3l origin) {
-  return min_component(origin) >= std::numeric_limits<std::int32_t>::min() &&
+/// Whether all corners of the sample blocks that a leaf reads are 32-bit lattice points.
+bool in_lattice(Vec3l origin, KernelReach reach) {
+  const std::int64_t below = reach.below > 0 ? kLeafEdge : 0;
+  return min_component(origin) - below >= std::numeric_limits<std::int32_t>::min() &&
          max_component(origin) <= std::numeric_limits<std::int32_t>::max() - 2 * kLeafEdge;
 }
 
 }  // namespace
 
-Pyramid build_pyramid(const VoxelGrid& grid, std::uint64_t max_leaves) {
+Pyramid build_pyramid(const VoxelGrid& grid, Interpolation interpolation,
+                      std::uint64_t max_leaves) {
+  if (interpolation == Interpolation::procedural) {
+    throw Error("samples have no procedural look-ups; bound the recipe that they are of");
+  }
   const Extent extent = measure(grid);
   Pyramid p;
+  if (interpolation == Interpolation::tricubic) p.interpolation = interpolation;
+  const KernelReach reach = reach_of(p.interpolation);
   if (extent.points.empty()) return p;
   place_root(extent, p);
-  if (!in_lattice(p.origin) || !in_lattice(p.support_hi)) {
+  if (!in_lattice(p.origin, reach) || !in_lattice(p.support_hi, reach)) {
     throw Error(
         "voxels lie within 16 of the end of the 32-bit index range; move the volume towards "
         "the origin of its index space.");
@@ -265,7 +285,7 @@ Pyramid build_pyramid(const VoxelGrid& grid, std::uint64_t max_leaves) {
     for (std::size_t i = r.begin(); i != r.end(); ++i) {
       const std::uint64_t code = candidates.leaves[i];
       const Vec3l at = p.origin + Vec3l(morton_decode(code)) * kLeafEdge;
-      const Range range = leaf_range(blocks, Vec3i(at));
+      const Range range = leaf_range(blocks, Vec3i(at), reach);
       leaves[i] = quantize({code, range.lo(), range.hi()}, p.scale);
     }
   });

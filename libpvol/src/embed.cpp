@@ -2,6 +2,9 @@
 #include "pvol/embed.h"
 
 #include <cmath>
+#include <type_traits>
+
+#include "pvol/bounds/recipe_bounds.h"
 
 namespace pvol {
 namespace {
@@ -15,15 +18,31 @@ Vec3d unit(Vec3d direction) {
   return direction / size;
 }
 
-}  // namespace
-
-Volume make_volume(const VoxelGrid& grid, const Medium& medium, const VolumeOptions& options) {
+Scene make_scene(const Medium& medium, const VolumeOptions& options) {
   Scene scene;
   scene.medium = medium;
   scene.options.interpolation = options.interpolation;
   scene.options.micro_bounds = options.micro_bounds;
   scene.options.depth = options.depth;
-  return make_volume(grid, build_pyramid(grid), scene);
+  return scene;
+}
+
+[[noreturn]] void refuse_closed_form() {
+  throw Error(
+      "there is a closed form of the optical depth for nearest and trilinear interpolation only; "
+      "estimate the transmittance of this volume with another estimator");
+}
+
+}  // namespace
+
+Volume make_volume(const VoxelGrid& grid, const Medium& medium, const VolumeOptions& options) {
+  return make_volume(grid, build_pyramid(grid, options.interpolation), make_scene(medium, options));
+}
+
+Volume make_volume(const Recipe& recipe, const Medium& medium, const VolumeOptions& options) {
+  Scene scene = make_scene(medium, options);
+  scene.options.interpolation = Interpolation::procedural;
+  return make_volume(std::make_shared<const Recipe>(recipe), build_pyramid(recipe), scene);
 }
 
 std::optional<RayWalk> enter(const Volume& volume, const Ray& ray, double t_max) {
@@ -70,7 +89,10 @@ float sample_transmittance(const Volume& volume, const Ray& ray, double t_max, R
       case residual_ratio:
         return transmittance<residual_ratio, Tracker::delta>(*walk, field, rng, none);
       case regular:
-        return transmittance<regular, Tracker::delta>(*walk, field, rng, none);
+        if constexpr (CellField<std::remove_cvref_t<decltype(field)>>) {
+          return transmittance<regular, Tracker::delta>(*walk, field, rng, none);
+        }
+        refuse_closed_form();
       case automatic:
       case ratio:
         break;
@@ -82,9 +104,12 @@ float sample_transmittance(const Volume& volume, const Ray& ray, double t_max, R
 double exact_transmittance(const Volume& volume, const Ray& ray, double t_max) {
   auto walk = enter(volume, ray, t_max);
   if (!walk) return 1;
-  return visit_field(volume, [&](const auto& field) {
-    NoTally none;
-    return std::exp(-optical_depth(*walk, field, none));
+  return visit_field(volume, [&](const auto& field) -> double {
+    if constexpr (CellField<std::remove_cvref_t<decltype(field)>>) {
+      NoTally none;
+      return std::exp(-optical_depth(*walk, field, none));
+    }
+    refuse_closed_form();
   });
 }
 
@@ -94,9 +119,18 @@ float density_at(const Volume& volume, Vec3d world) {
   if (tree.empty() || !tree.support().contains(cells)) return 0;
   const LatticePoint p = make_cursor(tree, cells).at;
   constexpr LeafHandle kRoot = Octree::kNodeBit;
-  return volume.interpolation == Interpolation::nearest
-             ? density<Interpolation::nearest>(volume.field, tree, kRoot, p)
-             : density<Interpolation::trilinear>(volume.field, tree, kRoot, p);
+  using enum Interpolation;
+  switch (volume.interpolation) {
+    case nearest:
+      return density<nearest>(volume.field, tree, kRoot, p);
+    case tricubic:
+      return density<tricubic>(volume.field, tree, kRoot, p);
+    case procedural:
+      return density_in_brick(*volume.procedure, tree.brick_at(kRoot, p.cell, kZeroBrick), p);
+    case trilinear:
+      break;
+  }
+  return density<trilinear>(volume.field, tree, kRoot, p);
 }
 
 float extinction_at(const Volume& volume, Vec3d world) {

@@ -86,4 +86,23 @@ class BlockFinder {
   std::uint32_t edges_ = 0;  // the tile edges that occur, each a bit
 };
 
+/// Calls `f(source, from, count, to)` for each aligned block of samples that interpolation in the
+/// leaf at `leaf` reads: its `count` samples from `from` on are those of the leaf from `to` on,
+/// where the leaf's cells begin at 0.
+template <class F>
+void for_blocks_in_reach(const BlockFinder& blocks, Vec3i leaf, KernelReach reach, const F& f) {
+  constexpr int kEdge = kBrickEdge;
+  const int from[3] = {kEdge - reach.below, 0, 0}, count[3] = {reach.below, kEdge, reach.above};
+  const int first = reach.below > 0 ? -1 : 0;
+  for (int z = first; z <= 1; ++z) {
+    for (int y = first; y <= 1; ++y) {
+      for (int x = first; x <= 1; ++x) {
+        const Vec3i start{from[x + 1], from[y + 1], from[z + 1]};
+        f(blocks.find(leaf + Vec3i(x, y, z) * kEdge), start,
+          Vec3i(count[x + 1], count[y + 1], count[z + 1]), Vec3i(x, y, z) * kEdge + start);
+      }
+    }
+  }
+}
+
 }  // namespace pvol::detail

@@ -56,7 +56,7 @@ MicroBounds arrange(const LeafMicroBounds& bounds, const BrickField& field,
   }
   MicroBounds m;
   m.edge = stored.edge;
-  m.scales.resize(field.samples.size() / kFieldSamples);
+  m.scales.resize(field.bricks());
   m.codes.resize(m.scales.size() * cubes);
   std::vector<bool> filled(m.scales.size());
   for (std::size_t leaf = 0; leaf < leaves; ++leaf) {

@@ -96,7 +96,9 @@ std::string place(std::size_t level, const PyramidNode& n) {
 }
 
 std::optional<std::string> check_empty(const Pyramid& p) {
-  if (p == Pyramid{}) return std::nullopt;
+  Pyramid empty;
+  empty.interpolation = p.interpolation;
+  if (p == empty) return std::nullopt;
   return "a pyramid without levels must have origin, scale and support 0";
 }
 
@@ -108,10 +110,13 @@ std::optional<std::string> check_frame(const Pyramid& p) {
   if (!(p.scale > 0) || !std::isfinite(p.scale)) {
     return "scale " + text(p.scale) + "; expected a positive number";
   }
+  if (p.interpolation == Interpolation::nearest) return "bounds for nearest samples alone";
   const std::int64_t edge = std::int64_t(1) << p.root_log2();
+  // The first leaf's apron needs room.
+  const std::int64_t least = kMinOrigin + (reach_of(p.interpolation).below > 0 ? kLeafEdge : 0);
   for (int axis = 0; axis < 3; ++axis) {
     const std::int64_t origin = p.origin[axis], lo = p.support_lo[axis], hi = p.support_hi[axis];
-    if (origin % kLeafEdge != 0 || origin < kMinOrigin || origin > kMaxOrigin) {
+    if (origin % kLeafEdge != 0 || origin < least || origin > kMaxOrigin) {
       return "origin " + std::to_string(origin) + " is no multiple of 8 among 32-bit integers";
     }
     if (lo < origin || hi <= lo || hi - origin > edge ||

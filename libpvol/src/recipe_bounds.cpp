@@ -166,12 +166,13 @@ Interval refined_range(const RecipeView& view, const Cube& cube, Interval range,
 
 Pyramid assemble(const Cube& root, const std::vector<FoundNodes>& found) {
   Pyramid p;
+  p.interpolation = Interpolation::procedural;
   CellBox support;
   for (const FoundNodes& f : found) {
     for (const auto& [level, node] : f.nodes) p.scale = std::max(p.scale, node.hi);
     support.add(f.support.lo, f.support.hi);
   }
-  if (p.scale == 0) return {};
+  if (p.scale == 0) return p;
   p.origin = root.lo;
   p.support_lo = support.lo;
   p.support_hi = support.hi;
@@ -227,7 +228,7 @@ Pyramid build_pyramid(const Recipe& recipe, int refine, std::uint64_t max_leaves
   validate(recipe);
   check_range(refine, "the refinement of leaves");
   const Box box = support(recipe);
-  if (box.empty()) return {};
+  if (box.empty()) return assemble({}, {});
   const Cube root = root_of(recipe, box);
   std::atomic<std::uint64_t> count = 0;
   const auto add = [&](const Cube& cube, Interval range, FoundNodes& found) {

@@ -133,6 +133,11 @@ void check(const Volume& volume, const Medium& m, const RenderOptions& o) {
   require(left >= -1e-9, "the shares of components sum up to more than 1");
   require(volume.majorant_excess == 1 || is_weighted(o.tracker),
           "the volume's majorants do not hold, which takes a tracker with weights");
+  const bool cells =
+      o.interpolation == Interpolation::nearest || o.interpolation == Interpolation::trilinear;
+  require(cells || (o.tracker != Tracker::regular && o.transmittance != Transmittance::regular),
+          "regular tracking and regular transmittance have closed forms for nearest and trilinear "
+          "interpolation only; choose another tracker, transmittance or interpolation");
   require(
       volume.extinction == float(m.extinction) &&
           volume.medium.object_to_world == m.object_to_world &&
@@ -150,6 +155,12 @@ TileFunction choose_tile_function(std::span<const Volume> volumes, const RenderO
                           return v.octree.empty() || v.micro.edge == edge;
                         });
   const bool many = volumes.size() > 1;
+  if (o.interpolation == Interpolation::tricubic) {
+    return detail::tricubic_tile_function(squeezed ? edge : 0, many, o.count);
+  }
+  if (o.interpolation == Interpolation::procedural) {
+    return detail::procedural_tile_function(squeezed ? edge : 0, many, o.count);
+  }
   return squeezed ? detail::squeezed_tile_function(o.interpolation, edge, many, o.count)
                   : detail::plain_tile_function(o.interpolation, many, o.count);
 }

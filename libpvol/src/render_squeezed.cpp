@@ -1,16 +1,8 @@
-// Paths through fields with micro-bounds.
+// Paths through nearest and trilinear fields with micro-bounds.
 #include "render_tile.h"
 
 namespace pvol::detail {
 namespace {
-
-template <Interpolation kInterpolation, int kEdge>
-struct MakeSqueezed {
-  [[nodiscard]] auto operator()(const Volume& v) const {
-    return SqueezedField<kEdge, BrickExtinction<kInterpolation>>{
-        brick_extinction<kInterpolation>(v), v.micro};
-  }
-};
 
 template <Interpolation kInterpolation>
 TileFunction choose(int edge, bool many, bool count) {

@@ -3,6 +3,8 @@
 
 #include <tbb/blocked_range2d.h>
 
+#include <type_traits>
+
 #include "path_tracer.h"
 #include "pvol/error.h"
 
@@ -17,6 +19,9 @@ using TileFunction = void (*)(const PathSetup&, const tbb::blocked_range2d<int>&
 [[nodiscard]] TileFunction plain_tile_function(Interpolation interpolation, bool many, bool count);
 [[nodiscard]] TileFunction squeezed_tile_function(Interpolation interpolation, int edge, bool many,
                                                   bool count);
+/// Those for tricubic and for procedural look-ups; edge 0: without micro-bounds.
+[[nodiscard]] TileFunction tricubic_tile_function(int edge, bool many, bool count);
+[[nodiscard]] TileFunction procedural_tile_function(int edge, bool many, bool count);
 
 inline void add_sample(PixelSums& p, Rgb radiance, float alpha) {
   const Vec3d v(radiance);
@@ -75,8 +80,18 @@ template <class MakeField>
 }
 
 template <Interpolation kInterpolation>
-[[nodiscard]] BrickExtinction<kInterpolation> brick_extinction(const Volume& v) {
-  return {v.field, v.octree, v.extinction};
-}
+struct MakePlain {
+  [[nodiscard]] auto operator()(const Volume& v) const {
+    return PlainField{extinction_source<kInterpolation>(v)};
+  }
+};
+
+template <Interpolation kInterpolation, int kEdge>
+struct MakeSqueezed {
+  [[nodiscard]] auto operator()(const Volume& v) const {
+    const auto source = extinction_source<kInterpolation>(v);
+    return SqueezedField<kEdge, std::remove_const_t<decltype(source)>>{source, v.micro};
+  }
+};
 
 }  // namespace pvol::detail

@@ -22,28 +22,35 @@ struct LeafSums {
   float lo = std::numeric_limits<float>::infinity(), hi = 0;
 };
 
-/// The integral over a cell is the mean of its eight corners, so that samples on the leaf's faces
-/// count one half for each face they are on.
-LeafSums sum_leaf(const detail::BlockFinder& blocks, Vec3i origin) {
-  const auto share = [](int i) { return i == 0 || i == kLeafEdge ? 0.5 : 1.0; };
+/// The integral over a leaf, along one axis, of the kernel of sample i, which counts from the
+/// leaf's first cell. Trilinear: a sample on a face is shared with the leaf beyond. Tricubic: a
+/// cell integrates its four samples with weights 1/24, 11/24, 11/24, 1/24.
+double kernel_share(Interpolation interpolation, int i) {
+  const int inward = std::min(i, kLeafEdge - i);  // of the nearer face; -1 outside
+  if (interpolation != Interpolation::tricubic) return inward == 0 ? 0.5 : 1;
+  constexpr double kShares[] = {1.0 / 24, 12.0 / 24, 23.0 / 24, 1};
+  return kShares[std::min(inward + 1, 3)];
+}
+
+LeafSums sum_leaf(const detail::BlockFinder& blocks, Vec3i origin, Interpolation interpolation) {
+  const auto share = [&](int i) { return kernel_share(interpolation, i); };
   LeafSums s;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3i far = Vec3i(corner & 1, corner >> 1 & 1, corner >> 2) * kLeafEdge;
-    const Vec3i count(far.x ? 1 : 8, far.y ? 1 : 8, far.z ? 1 : 8);
-    const detail::BlockSource b = blocks.find(origin + far);
+  const auto add = [&](const detail::BlockSource& b, Vec3i from, Vec3i count, Vec3i to) {
     for (int i = 0; i < count.x; ++i) {
       for (int j = 0; j < count.y; ++j) {
         double line = 0;
         for (int k = 0; k < count.z; ++k) {
-          const float v = b.values ? b.values[(i * 8 + j) * 8 + k] : b.constant;
-          line += share(far.z + k) * double(v);
+          const int at = ((from.x + i) * 8 + from.y + j) * 8 + from.z + k;
+          const float v = b.values ? b.values[at] : b.constant;
+          line += share(to.z + k) * double(v);
           s.lo = std::min(s.lo, v);
           s.hi = std::max(s.hi, v);
         }
-        s.mass += share(far.x + i) * share(far.y + j) * line;
+        s.mass += share(to.x + i) * share(to.y + j) * line;
       }
     }
-  }
+  };
+  detail::for_blocks_in_reach(blocks, origin, reach_of(interpolation), add);
   return s;
 }
 
@@ -148,7 +155,7 @@ PyramidContent measure_content(const VoxelGrid& grid, const Pyramid& pyramid) {
         if (!content[level][i].leaf) continue;
         // A leaf above the finest level is uniform: any 8^3 cells of it tell its density.
         const Vec3l at = Vec3l(morton_decode(nodes[i].code)) * (std::int64_t(kLeafEdge) << level);
-        const LeafSums s = sum_leaf(blocks, Vec3i(pyramid.origin + at));
+        const LeafSums s = sum_leaf(blocks, Vec3i(pyramid.origin + at), pyramid.interpolation);
         content[level][i] = {s.mass * (cube_volume(level) / cube_volume(0)), true, s.lo == s.hi};
       }
     });

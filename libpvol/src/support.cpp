@@ -16,41 +16,48 @@ namespace {
 constexpr CellMask kAllCells = {~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull};
 constexpr CellMask kNoCells{};
 
-/// Which of the 9^3 samples that a leaf's cells read are above 0: bit z of row[x][y].
+/// Which of the samples that a leaf's cells read are above 0: bit z of row[x][y]; 9^3 of them, or
+/// 11^3 for tricubic interpolation.
 struct SampleBits {
-  std::uint16_t row[9][9] = {};
+  KernelReach reach;
+  std::uint16_t row[11][11] = {};
 };
 
-SampleBits samples_above_zero(const detail::BlockFinder& blocks, Vec3i origin) {
-  SampleBits bits;
-  for (int corner = 0; corner < 8; ++corner) {
-    const int fx = corner & 1, fy = corner >> 1 & 1, fz = corner >> 2;
-    const detail::BlockSource b = blocks.find(origin + Vec3i(fx, fy, fz) * kLeafEdge);
-    if (b.values == nullptr && b.constant == 0) continue;
-    const int nx = fx ? 1 : 8, ny = fy ? 1 : 8, nz = fz ? 1 : 8;
-    for (int x = 0; x < nx; ++x) {
-      for (int y = 0; y < ny; ++y) {
+SampleBits samples_above_zero(const detail::BlockFinder& blocks, Vec3i origin, KernelReach reach) {
+  SampleBits bits{reach};
+  const auto add = [&](const detail::BlockSource& b, Vec3i from, Vec3i count, Vec3i to) {
+    if (b.values == nullptr && b.constant == 0) return;
+    const Vec3i first = to + Vec3i(reach.below);
+    for (int x = 0; x < count.x; ++x) {
+      for (int y = 0; y < count.y; ++y) {
+        const int start = ((from.x + x) * 8 + from.y + y) * 8 + from.z;
         unsigned row = 0;
-        for (int z = 0; z < nz; ++z) {
-          const bool above = b.values == nullptr || b.values[(x * 8 + y) * 8 + z] > 0;
+        for (int z = 0; z < count.z; ++z) {
+          const bool above = b.values == nullptr || b.values[start + z] > 0;
           row |= unsigned(above) << z;
         }
-        std::uint16_t& to = bits.row[8 * fx + x][8 * fy + y];
-        to = std::uint16_t(to | row << (8 * fz));
+        std::uint16_t& to_row = bits.row[first.x + x][first.y + y];
+        to_row = std::uint16_t(to_row | row << first.z);
       }
     }
-  }
+  };
+  detail::for_blocks_in_reach(blocks, origin, reach, add);
   return bits;
 }
 
-/// A cell is occupied where one of its eight corners is above 0.
+/// A cell is occupied where a sample that it reads is above 0.
 CellMask occupied_cells(const SampleBits& bits) {
+  const int width = bits.reach.below + bits.reach.above + 1;
   CellMask mask{};
-  for (std::size_t x = 0; x < 8; ++x) {
-    for (std::size_t y = 0; y < 8; ++y) {
-      const unsigned corners =
-          bits.row[x][y] | bits.row[x][y + 1] | bits.row[x + 1][y] | bits.row[x + 1][y + 1];
-      mask[x] |= std::uint64_t((corners | corners >> 1) & 0xff) << (8 * y);
+  for (int x = 0; x < 8; ++x) {
+    for (int y = 0; y < 8; ++y) {
+      unsigned read = 0;
+      for (int i = 0; i < width; ++i) {
+        for (int j = 0; j < width; ++j) read |= bits.row[x + i][y + j];
+      }
+      unsigned cells = 0;
+      for (int k = 0; k < width; ++k) cells |= read >> k;
+      mask[std::size_t(x)] |= std::uint64_t(cells & 0xff) << (8 * y);
     }
   }
   return mask;
@@ -185,11 +192,12 @@ Support make_support(Vec3l origin, int root_log2, std::vector<MaskedBlock> parts
 Support make_support(const VoxelGrid& grid, const Pyramid& pyramid) {
   if (pyramid.empty()) return {};
   const detail::BlockFinder blocks(grid);
+  const KernelReach reach = reach_of(pyramid.interpolation);
   const std::vector<PyramidNode>& leaves = pyramid.levels[0];
   std::vector<MaskedBlock> parts(leaves.size());
   tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t i) {
     const Vec3l at = pyramid.origin + Vec3l(morton_decode(leaves[i].code)) * kLeafEdge;
-    parts[i] = {leaves[i].code, occupied_cells(samples_above_zero(blocks, Vec3i(at)))};
+    parts[i] = {leaves[i].code, occupied_cells(samples_above_zero(blocks, Vec3i(at), reach))};
   });
   std::vector<SupportBlock> full;
   for (std::size_t level = 1; level < pyramid.levels.size(); ++level) {

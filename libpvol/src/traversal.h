@@ -25,7 +25,10 @@ template <class Segments, class Field, class Count>
     case Tracker::weighted_decomposition:
       return free_flight<Tracker::weighted_decomposition>(segments, field, rng, count);
     case Tracker::regular:
-      return free_flight<Tracker::regular>(segments, field, rng, count);
+      if constexpr (CellField<Field>) {
+        return free_flight<Tracker::regular>(segments, field, rng, count);
+      }
+      break;                     // was refused by render()
     case Tracker::delta_global:  // delta on a tree of one terminal
     case Tracker::delta:
       break;
@@ -46,7 +49,10 @@ template <class Segments, class Field, class Count>
       return transmittance<Transmittance::residual_ratio, Tracker::delta>(segments, field, rng,
                                                                           count);
     case Transmittance::regular:
-      return transmittance<Transmittance::regular, Tracker::delta>(segments, field, rng, count);
+      if constexpr (CellField<Field>) {
+        return transmittance<Transmittance::regular, Tracker::delta>(segments, field, rng, count);
+      }
+      break;                        // was refused by render()
     case Transmittance::automatic:  // was resolved by render()
     case Transmittance::analog:
       break;

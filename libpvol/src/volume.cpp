@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <string>
+#include <utility>
 
 #include "pvol/error.h"
 #include "pvol/render/estimators.h"
@@ -66,6 +67,8 @@ void check_majorant_scale(const RenderOptions& o) {
               ", 1000]. Below 1 majorants do not bound: that takes one of the trackers with "
               "weights, and 1/3 is the least that they can make up for.");
 }
+/// About what a look-up costs, in the unit of the model of T5; a recipe may be cheaper or dearer.
+constexpr double kTricubicCost = 35, kProceduralCost = 1000;
 
 /// Where the density ramps up from 0, a flight meets about sqrt(2 depth per voxel) null collisions
 /// before a real one, and steps of 1 / depth voxels: beyond this both get out of hand.
@@ -82,31 +85,47 @@ double cell_diagonal(const Affine& to_world) {
 
 /// Multiplies the majorants of all terminals. Where they or the minorants need not hold afterwards,
 /// minorants move away from majorants: lo = hi would promise that mu_t is known.
-void scale_majorants(Octree& octree, double factor, bool wrong) {
-  if (factor == 1 && !wrong) return;
-  for (Octree::Entry& e : octree.entries) {
+void scale_majorants(Volume& v, double factor) {
+  v.majorant_excess = std::max(1.0, v.excess.factor / factor);
+  const bool doubtful = factor < 1 || v.excess.nodes > 0;
+  if (factor == 1 && !doubtful) return;
+  for (Octree::Entry& e : v.octree.entries) {
     e.hi = float(double(e.hi) * factor);
-    if (factor < 1 || wrong) e.lo = std::min(e.lo, 0.5f * e.hi);
+    if (doubtful) e.lo = std::min(e.lo, 0.5f * e.hi);
   }
 }
 
-/// Edge of the micro-bounds that the options ask for; 0: none.
-int micro_edge(const Octree& octree, const BrickField& field, const RenderOptions& o) {
+/// Whether micro-bounds save more time than they cost, where segments leave much open.
+bool pay(const Volume& v, const Pyramid& pyramid, const RenderOptions& o) {
   // Look-ups in bricks are cheap until they miss the cache: measured on whole renders, micro-bounds
-  // cost 3 % of the time with a field of 3 MB and save 7 % with one of 57 MB.
-  constexpr double kOpen = 0.25;  // look-ups per collision without them
+  // cost 3 % of the time with a field of 3 MB and save 7 % with one of 57 MB; with tricubic
+  // look-ups 13 % with one of 19 MB.
   constexpr std::size_t kLarge = std::size_t(32) << 20;
-  const bool of_use = !is_weighted(o.tracker) && o.tracker != Tracker::regular && !octree.empty();
+  if (v.interpolation == Interpolation::tricubic) return true;
+  if (v.interpolation == Interpolation::trilinear || v.interpolation == Interpolation::nearest) {
+    return v.field.samples.size() * sizeof(float) > kLarge;
+  }
+  // Of a recipe those of single cells save some 10 us of a camera sample, half of it, and take 4 ms
+  // of a leaf to make.
+  constexpr double kSamplesPerLeaf = 400;
+  const double pixels = double(o.crop_width > 0 ? o.crop_width : o.width) *
+                        double(o.crop_height > 0 ? o.crop_height : o.height);
+  return pixels * o.samples > kSamplesPerLeaf * double(pyramid.levels[0].size());
+}
+
+/// Edge of the micro-bounds that the options ask for; 0: none.
+int micro_edge(const Volume& v, const Pyramid& pyramid, const RenderOptions& o) {
+  constexpr double kOpen = 0.25;  // look-ups per collision without them
+  const bool of_use = !is_weighted(o.tracker) && o.tracker != Tracker::regular && !v.octree.empty();
   switch (o.micro_bounds) {
     case MicroBoundsUse::cells_8:
       return of_use ? 2 : 0;
     case MicroBoundsUse::cells_1:
       return of_use ? 1 : 0;
     case MicroBoundsUse::automatic:
-      return of_use && field.samples.size() * sizeof(float) > kLarge &&
-                     integrate_bounds(octree).open_share() > kOpen
-                 ? 2
-                 : 0;
+      if (!of_use || !pay(v, pyramid, o)) return 0;
+      if (integrate_bounds(v.octree).open_share() <= kOpen) return 0;
+      return v.interpolation == Interpolation::procedural ? 1 : 2;
     case MicroBoundsUse::none:
       break;
   }
@@ -118,11 +137,36 @@ bool is_bounded(Interpolation interpolation) {
   return interpolation == Interpolation::nearest || interpolation == Interpolation::trilinear;
 }
 
-}  // namespace
+/// Where a walk should stop, for what look-ups of this kind cost.
+Cut choose_cut(const RenderOptions& o) {
+  Cut cut;
+  cut.depth = o.tracker == Tracker::delta_global ? 0 : o.depth;
+  if (o.interpolation == Interpolation::tricubic) cut.costs.lookup = kTricubicCost;
+  if (o.interpolation == Interpolation::procedural) cut.costs.lookup = kProceduralCost;
+  return cut;
+}
 
-Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& scene,
-                   const LeafMicroBounds* stored) {
+const char* name(Interpolation interpolation) {
+  constexpr const char* kNames[] = {"nearest", "trilinear", "tricubic", "procedural"};
+  return kNames[std::size_t(interpolation)];
+}
+
+void check_interpolation(const Pyramid& pyramid, Interpolation wanted) {
+  if (pyramid.empty() || holds_for(pyramid.interpolation, wanted)) return;
+  throw Error(std::string("the bounds were made for ") + name(pyramid.interpolation) +
+              " interpolation and do not hold for " + name(wanted) +
+              "; fit the cloud again with --interpolation " + name(wanted) +
+              ", or render it with --interpolation " + name(pyramid.interpolation));
+}
+
+/// A volume without its field, and the world length of its cells' edges.
+struct Placed {
+  Volume volume;
+  double cell_length;
+};
+Placed place(const Affine& index_to_world, const Pyramid& pyramid, const Scene& scene) {
   const Medium& medium = scene.medium;
+  check_interpolation(pyramid, scene.options.interpolation);
   const double largest = medium.extinction * double(pyramid.scale);
   if (!(medium.extinction >= 0 && medium.extinction <= double(FLT_MAX) &&
         largest <= double(FLT_MAX))) {
@@ -132,7 +176,7 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& s
                 text(double(pyramid.scale)) + " is outside [0, 3.4e38]");
   }
   check_majorant_scale(scene.options);
-  const Affine to_world = medium.object_to_world * grid.index_to_world;
+  const Affine to_world = medium.object_to_world * index_to_world;
   const Affine to_index = inverse(to_world);
   const double cell_length = std::cbrt(std::abs(determinant(to_world)));
   if (largest * cell_length > kMaxVoxelDepth) {
@@ -148,33 +192,64 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& s
   v.world_to_cells = translation(-Vec3d(pyramid.origin)) * to_index;
   if (!pyramid.empty()) v.world_box = transform(to_world, pyramid.support());
   check_placement(to_world, v.world_to_cells, v.world_box);
+  return {std::move(v), cell_length};
+}
 
+}  // namespace
+
+Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& scene,
+                   const LeafMicroBounds* stored) {
   const RenderOptions& o = scene.options;
+  if (o.interpolation == Interpolation::procedural) {
+    throw Error("samples have no procedural look-ups, which are for recipes");
+  }
+  auto [v, cell_length] = place(grid.index_to_world, pyramid, scene);
   FieldOptions rules;
+  rules.interpolation = o.interpolation;
   rules.most_excess = is_weighted(o.tracker) ? kMostBoundsExcess * o.majorant_scale : 1;
   HomogenisedPyramid homogenised;
   if (o.homogenise) {
-    homogenised = homogenise(pyramid, measure_content(grid, pyramid), medium.extinction,
+    const Affine to_world = scene.medium.object_to_world * grid.index_to_world;
+    homogenised = homogenise(pyramid, measure_content(grid, pyramid), scene.medium.extinction,
                              cell_diagonal(to_world), *o.homogenise);
     rules.constant = &homogenised.constant;
     v.homogeneous = homogenised.parts;
   }
   const Pyramid& bounds = o.homogenise ? homogenised.pyramid : pyramid;
   FieldWithLinks field = build_field(grid, bounds, rules);
-  Cut cut;
-  cut.depth = o.tracker == Tracker::delta_global ? 0 : o.depth;
-  v.octree = build_octree(bounds, medium.extinction, cell_length, cut, field.brick_of, kZeroBrick);
+  v.octree = build_octree(bounds, scene.medium.extinction, cell_length, choose_cut(o),
+                          field.brick_of, kZeroBrick);
   v.field = std::move(field.field);
   v.excess = field.excess;
-  v.majorant_excess = std::max(1.0, field.excess.factor / o.majorant_scale);
-  scale_majorants(v.octree, o.majorant_scale, v.excess.nodes > 0);
-  if (const int edge = micro_edge(v.octree, v.field, o)) {
+  scale_majorants(v, o.majorant_scale);
+  if (const int edge = micro_edge(v, bounds, o)) {
     v.micro_stored =
         stored && stored->by_leaf.edge == edge && is_bounded(v.interpolation) && !o.homogenise;
     v.micro = v.micro_stored ? arrange(*stored, v.field, field.brick_of, pyramid)
                              : build_micro_bounds(v.field, edge);
   }
-  return v;
+  return std::move(v);
+}
+
+Volume make_volume(std::shared_ptr<const Recipe> recipe, const Pyramid& pyramid,
+                   const Scene& scene) {
+  const RenderOptions& o = scene.options;
+  if (o.interpolation != Interpolation::procedural) {
+    throw Error("a recipe without samples has procedural look-ups only; sample it with make_grid");
+  }
+  if (o.homogenise) {
+    throw Error("procedural look-ups leave nothing to homogenise; choose another interpolation");
+  }
+  auto [v, cell_length] = place(scaling(Vec3d(recipe->voxel)), pyramid, scene);
+  ProceduralWithLinks field = make_procedural_field(std::move(recipe), pyramid);
+  v.octree = build_octree(pyramid, scene.medium.extinction, cell_length, choose_cut(o),
+                          field.brick_of, kZeroBrick);
+  v.procedure = std::move(field.field);
+  scale_majorants(v, o.majorant_scale);
+  if (const int edge = micro_edge(v, pyramid, o)) {
+    v.micro = build_micro_bounds(*v.procedure, edge);
+  }
+  return std::move(v);
 }
 
 namespace {
@@ -242,6 +317,19 @@ class Columns {
   std::map<std::uint64_t, Sums> blocks_;
 };
 
+/// What the octree tells.
+void add_facts(const Volume& volume, double cell_length, VolumeFacts& f) {
+  f.depth = volume.octree.depth;
+  f.nodes = volume.octree.nodes.size();
+  f.terminals = volume.octree.terminals;
+  for (const Octree::Entry& e : volume.octree.entries) {
+    const double depth = double(e.hi - e.lo) * std::ldexp(cell_length, e.log2);
+    f.null_collisions = std::max(f.null_collisions, depth);
+  }
+  f.octree_bytes = volume.octree.nodes.size() * sizeof(Octree::Node) +
+                   volume.octree.entries.size() * sizeof(Octree::Entry);
+}
+
 }  // namespace
 
 VolumeFacts describe(const Volume& volume, const VoxelGrid& grid, const Medium& medium) {
@@ -263,17 +351,18 @@ VolumeFacts describe(const Volume& volume, const VoxelGrid& grid, const Medium& 
     f.mean_optical_thickness[axis] = r.mean * step;
     f.largest_optical_thickness = std::max(f.largest_optical_thickness, r.largest * step);
   }
-  f.depth = volume.octree.depth;
-  f.nodes = volume.octree.nodes.size();
-  f.terminals = volume.octree.terminals;
-  const double cell_length = std::cbrt(std::abs(determinant(to_world)));
-  for (const Octree::Entry& e : volume.octree.entries) {
-    const double depth = double(e.hi - e.lo) * std::ldexp(cell_length, e.log2);
-    f.null_collisions = std::max(f.null_collisions, depth);
-  }
+  add_facts(volume, std::cbrt(std::abs(determinant(to_world))), f);
   f.field_bytes = volume.field.samples.size() * sizeof(float);
-  f.octree_bytes = volume.octree.nodes.size() * sizeof(Octree::Node) +
-                   volume.octree.entries.size() * sizeof(Octree::Entry);
+  return f;
+}
+
+VolumeFacts describe(const Volume& volume, const Recipe& recipe, const Medium& medium) {
+  Recipe coarse = recipe;
+  coarse.voxel = voxel_for(recipe, kCoarseResolution);
+  VolumeFacts f = describe(Volume{}, make_grid(coarse), medium);
+  const Affine to_world = medium.object_to_world * scaling(Vec3d(recipe.voxel));
+  add_facts(volume, std::cbrt(std::abs(determinant(to_world))), f);
+  f.field_bytes = volume.procedure ? count_bytes(*volume.procedure) : 0;
   return f;
 }
 

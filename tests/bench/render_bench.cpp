@@ -1,7 +1,8 @@
 // Whole renders of one cloud with every tracker and estimator, in turn in one process, with counts.
 //
-//   render_bench CLOUD [THICKNESS=64] [G=0] [ALBEDO=0.999] [ROUNDS=3]
+//   render_bench CLOUD [THICKNESS=64] [G=0] [ALBEDO=0.999] [ROUNDS=3] [INTERPOLATION=trilinear]
 //
+// With tricubic or procedural look-ups (of a recipe) closed forms are left out.
 // THICKNESS is the mean optical thickness along the cloud's x axis. Quote the counts and the ratios
 // of the times; the times themselves belong to one machine on one day.
 #include <sys/resource.h>
@@ -27,7 +28,12 @@ struct Configuration {
   MicroBoundsUse micro = MicroBoundsUse::none;
 };
 
+bool has_closed_form(const Configuration& c) {
+  return c.tracker == Tracker::regular || c.transmittance == Transmittance::regular;
+}
+
 struct Measurement {
+  double load = 1e300;            // CPU seconds to make the volume
   double microseconds = 1e300;    // CPU time per camera sample, the least of all rounds
   double mean = 0, variance = 0;  // luminance of the image and its variance for one sample
   Counts counts;
@@ -43,12 +49,19 @@ double cpu_seconds() {
 
 double luminance_of(Vec3d c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
+Volume make(const formats::Cloud& cloud, const Scene& scene) {
+  return cloud.recipe ? make_volume(cloud.recipe, cloud.pyramid, scene)
+                      : make_volume(cloud.grid, cloud.pyramid, scene);
+}
+
 void measure(const formats::Cloud& cloud, Scene scene, const Configuration& c, Measurement& m) {
   scene.options.tracker = c.tracker;
   scene.options.transmittance = c.transmittance;
   scene.options.depth = c.depth;
   scene.options.micro_bounds = c.micro;
-  const Volume volume = make_volume(cloud.grid, cloud.pyramid, scene);
+  const double start = cpu_seconds();
+  const Volume volume = make(cloud, scene);
+  m.load = std::min(m.load, cpu_seconds() - start);
   const double begin = cpu_seconds();
   const Film film = render(volume, scene).film;
   const double seconds = cpu_seconds() - begin;
@@ -72,7 +85,7 @@ void print(const Configuration& c, const Measurement& m, double samples) {
   const auto per_sample = [&](std::uint64_t n) { return double(n) / samples; };
   std::printf(
       "%-22s %-14s %-4s %5d | %8.2f %8.2f %8.2f %8.2f | %8.1f %8.1f %8.1f | %7.4f %8.4f | %8.2f "
-      "%9.3f %9.3f %9.3f\n",
+      "%9.3f %9.3f %9.3f | %6.2f\n",
       formats::name(c.tracker), formats::name(c.transmittance), formats::name(c.micro), m.depth,
       per_collision(k.lookups_path), per_collision(k.bounds_tests_path),
       per_collision(k.segments_path), per_collision(k.null_collisions), per_sample(k.collisions),
@@ -80,7 +93,8 @@ void print(const Configuration& c, const Measurement& m, double samples) {
       per_sample(k.segments_path + k.segments_shadow), m.mean, m.variance, m.microseconds,
       m.microseconds * m.variance, per_sample(k.lookups_path + k.lookups_shadow) * m.variance,
       per_sample(k.lookups_path + k.lookups_shadow + k.bounds_tests_path + k.bounds_tests_shadow) *
-          m.variance);
+          m.variance,
+      m.load);
 }
 
 int run(int argc, char** argv) {
@@ -89,10 +103,13 @@ int run(int argc, char** argv) {
   };
   if (argc < 2) {
     std::fprintf(stderr,
-                 "usage: render_bench CLOUD [THICKNESS=64] [G=0] [ALBEDO=0.999] [ROUNDS=3]\n");
+                 "usage: render_bench CLOUD [THICKNESS=64] [G=0] [ALBEDO=0.999] [ROUNDS=3] "
+                 "[INTERPOLATION=trilinear]\n");
     return 2;
   }
-  const formats::Cloud cloud = formats::load_cloud(argv[1]);
+  const Interpolation interpolation =
+      formats::parse_interpolation(argc > 6 ? argv[6] : "trilinear");
+  const formats::Cloud cloud = formats::load_cloud(argv[1], {}, interpolation);
   const double thickness = argument(2, 64);
   const int rounds = int(argument(5, 3));
 
@@ -104,10 +121,12 @@ int run(int argc, char** argv) {
   scene.options.width = scene.options.height = 96;
   scene.options.samples = 16;
   scene.options.threads = 1;
-  Volume unit = make_volume(cloud.grid, cloud.pyramid, scene);
+  scene.options.interpolation = interpolation;
+  const Volume unit = make(cloud, scene);
   scene.camera = frame(unit.world_box, 1);
-  scene.medium.extinction =
-      thickness / describe(unit, cloud.grid, scene.medium).mean_optical_thickness[0];
+  const VolumeFacts facts = cloud.recipe ? describe(unit, *cloud.recipe, scene.medium)
+                                         : describe(unit, cloud.grid, scene.medium);
+  scene.medium.extinction = thickness / facts.mean_optical_thickness[0];
 
   using T = Transmittance;
   using M = MicroBoundsUse;
@@ -124,6 +143,9 @@ int run(int argc, char** argv) {
       configurations.push_back({Tracker::decomposition, t, std::nullopt, m});
     }
   }
+  if (interpolation == Interpolation::tricubic || interpolation == Interpolation::procedural) {
+    std::erase_if(configurations, has_closed_form);
+  }
   std::vector<Measurement> results(configurations.size());
   for (int round = 0; round < rounds; ++round) {
     for (std::size_t i = 0; i < configurations.size(); ++i) {
@@ -137,10 +159,11 @@ int run(int argc, char** argv) {
       "%-48s | camera path, per collision          | per camera sample          | luminance        "
       "|            times variance\n",
       "");
-  std::printf("%-22s %-14s %-4s %5s | %8s %8s %8s %8s | %8s %8s %8s | %7s %8s | %8s %9s %9s %9s\n",
-              "tracker", "shadow", "mic.", "depth", "look-ups", "tests", "segments", "nulls",
-              "collis.", "look-ups", "segments", "mean", "variance", "CPU us", "CPU us", "look-ups",
-              "+ tests");
+  std::printf(
+      "%-22s %-14s %-4s %5s | %8s %8s %8s %8s | %8s %8s %8s | %7s %8s | %8s %9s %9s %9s | %6s\n",
+      "tracker", "shadow", "mic.", "depth", "look-ups", "tests", "segments", "nulls", "collis.",
+      "look-ups", "segments", "mean", "variance", "CPU us", "CPU us", "look-ups", "+ tests",
+      "load s");
   for (std::size_t i = 0; i < configurations.size(); ++i) {
     print(configurations[i], results[i], samples);
   }

@@ -57,6 +57,11 @@ struct VolumeOptions {
 [[nodiscard]] Volume make_volume(const VoxelGrid& grid, const Medium& medium,
                                  const VolumeOptions& options = {});
 
+/// The same for a recipe (medium/recipe.h), whose look-ups are procedural, whatever the options'
+/// own interpolation: bounds in closed form, no samples.
+[[nodiscard]] Volume make_volume(const Recipe& recipe, const Medium& medium,
+                                 const VolumeOptions& options = {});
+
 // 2. One call a ray.
 
 /// The distance to the next collision, at most t_max, or none: `collided` is false. Analog, so that
@@ -70,7 +75,8 @@ struct VolumeOptions {
                                          Rng& rng, Transmittance estimator = Transmittance::ratio);
 
 /// exp(-int mu_t) up to t_max in closed form, cell by cell, exact but for the rounding of positions
-/// to 2^-24 cells a step (THEORY.md, T6).
+/// to 2^-24 cells a step (THEORY.md, T6). Throws Error for tricubic and procedural volumes, which
+/// have no closed form.
 [[nodiscard]] double exact_transmittance(const Volume& volume, const Ray& ray, double t_max);
 
 /// rho and mu_t at a point of the world; 0 outside the cloud, and where the point is not finite.
@@ -145,9 +151,11 @@ class RayWalk {
 [[nodiscard]] RayWalk resume(const Volume& volume, const Cursor& from, Vec3d direction,
                              double t_max = std::numeric_limits<double>::infinity());
 
-/// f(field), and its result, with the field of the volume's interpolation and micro-bounds, which
-/// is an ExtinctionField and a CellField (track/field.h). f is compiled for each kind of field; the
-/// choice costs a branch or two, so make it outside of loops.
+/// f(field), and its result, with the field of the volume's interpolation and micro-bounds. That is
+/// an ExtinctionField and, where the interpolation is nearest or trilinear, a CellField
+/// (track/field.h): f needs `if constexpr (CellField<decltype(...)>)` around what regular.h has. f
+/// is compiled for each kind of field; the choice costs a branch or two, so make it outside of
+/// loops.
 template <class F>
 decltype(auto) visit_field(const Volume& volume, const F& f) {
   const auto visit = [&](const auto& source) -> decltype(auto) {
@@ -162,10 +170,17 @@ decltype(auto) visit_field(const Volume& volume, const F& f) {
     }
   };
   using enum Interpolation;
-  if (volume.interpolation == nearest) {
-    return visit(BrickExtinction<nearest>{volume.field, volume.octree, volume.extinction});
+  switch (volume.interpolation) {
+    case nearest:
+      return visit(extinction_source<nearest>(volume));
+    case tricubic:
+      return visit(extinction_source<tricubic>(volume));
+    case procedural:
+      return visit(extinction_source<procedural>(volume));
+    case trilinear:
+      break;
   }
-  return visit(BrickExtinction<trilinear>{volume.field, volume.octree, volume.extinction});
+  return visit(extinction_source<trilinear>(volume));
 }
 
 /// The trackers along a RayWalk: as along any other segments, with t from the ray's origin.

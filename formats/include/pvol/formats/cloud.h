@@ -2,17 +2,21 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
 
 #include "pvol/formats/pvol_file.h"
 #include "pvol/formats/vdb.h"
+#include "pvol/medium/recipe.h"
 
 namespace pvol::formats {
 
 /// A cloud that is ready to render: density, bounds, a shell if the file has one, and where they
-/// came from.
+/// came from. For procedural look-ups `recipe` is the density, and the grid has a name and a map
+/// but no samples.
 struct Cloud {
   VoxelGrid grid;
+  std::shared_ptr<const Recipe> recipe;  ///< null unless loaded for procedural look-ups
   Pyramid pyramid;
   std::optional<Shell> shell;
   std::optional<LeafMicroBounds> micro;  ///< of edge 2, if the file has them
@@ -30,10 +34,14 @@ struct Cloud {
                                    const GridOptions& options = {});
 
 /// Bounds of a grid read from `file`: `build_pyramid`, with the file's name in its errors.
-[[nodiscard]] Pyramid build_bounds(const VoxelGrid& grid, const std::filesystem::path& file);
+[[nodiscard]] Pyramid build_bounds(const VoxelGrid& grid, const std::filesystem::path& file,
+                                   Interpolation interpolation = Interpolation::trilinear);
 
-/// Density and bounds: those of a .pvol file as stored, else built here.
-[[nodiscard]] Cloud load_cloud(const std::filesystem::path& file, const GridOptions& options = {});
+/// Density and bounds for an interpolation: bounds of a .pvol file as stored, else built here.
+/// `procedural` is for recipes and for .pvol files of recipes that were bounded in closed form.
+/// Throws Error for stored bounds that were not made for the interpolation (`holds_for`).
+[[nodiscard]] Cloud load_cloud(const std::filesystem::path& file, const GridOptions& options = {},
+                               Interpolation interpolation = Interpolation::trilinear);
 
 /// Rounds the density of a loaded cloud to what a precision can keep, as pvol-fit does before it
 /// writes a file: the bounds are built again and micro-bounds dropped; a shell stays, since the

@@ -46,7 +46,8 @@ struct SceneFile {
 ///                  "image": file, scale, rotation
 ///   [[sun]]        direction, irradiance, angle (degrees)
 ///   [render]       size = [w, h], crop = [x, y, w, h], spp, seed, tracker, transmittance,
-///                  micro_bounds ("auto", "none", "2", "1"), interpolation, shells, depth (0..16 or
+///                  micro_bounds ("auto", "none", "2", "1"), interpolation ("nearest",
+///                  "trilinear", "tricubic", or "procedural" for recipes), shells, depth (0..16 or
 ///                  "auto"), max_bounces (or "none"), background, density ("stored", "fp32",
 ///                  "fp16", "fp8", "fpn"), density_tolerance (of fpn), majorant_scale, homogenise
 ///                  (a tolerance or "off"), preview (0..8)
@@ -80,7 +81,7 @@ struct SceneFile {
 [[nodiscard]] const char* name(Transmittance transmittance);  // auto, ratio, analog,
                                                               // residual-ratio, regular
 [[nodiscard]] const char* name(MicroBoundsUse use);           // auto, none, 2, 1
-[[nodiscard]] const char* name(Interpolation interpolation);  // nearest, trilinear
+[[nodiscard]] const char* name(Interpolation interpolation);  // nearest, trilinear, ...
 [[nodiscard]] const char* name(ShellUse use);                 // auto, on, off
 /// The other way; Error lists the names there are.
 [[nodiscard]] Tracker parse_tracker(const std::string& name);

@@ -48,6 +48,8 @@ struct Pyramid {
   float scale = 0;   ///< unit of the 16-bit code: the largest sample
   Vec3l support_lo;  ///< tight box of cells with density above 0: [support_lo, support_hi)
   Vec3l support_hi;
+  /// Bounds and support hold for this, and see `holds_for`: trilinear, tricubic or procedural.
+  Interpolation interpolation = Interpolation::trilinear;
   std::vector<std::vector<PyramidNode>> levels;
 
   [[nodiscard]] bool empty() const { return levels.empty(); }
@@ -58,11 +60,20 @@ struct Pyramid {
   friend bool operator==(const Pyramid&, const Pyramid&) = default;
 };
 
-/// Bounds of the trilinear and of the nearest interpolant of `grid`, from all 9^3 samples in each
-/// leaf's reach (THEORY.md, T1), in parallel; the result does not depend on the number of threads.
-/// Throws Error where the support spans more than 2^24 cells, or where it would take more than
-/// `max_leaves` leaves (a few bytes can describe a tile of 4096^3 samples).
+/// Whether bounds that were made for an interpolation hold for another one. All bound every sample
+/// in reach of the trilinear interpolant and so hold for that, and for the nearest one.
+[[nodiscard]] constexpr bool holds_for(Interpolation made, Interpolation wanted) {
+  return wanted == made || wanted == Interpolation::nearest || wanted == Interpolation::trilinear;
+}
+
+/// Bounds of the interpolants of `grid`, from all samples in each leaf's reach, in parallel; the
+/// result does not depend on the number of threads. `trilinear`, which `nearest` is short for,
+/// takes 9^3 samples of a leaf (THEORY.md, T1), `tricubic` 11^3, and its support is a cell wider on
+/// each side (T24). Throws Error for `procedural`, where the support spans more than 2^24 cells, or
+/// where it would take more than `max_leaves` leaves (a few bytes can describe a tile of 4096^3
+/// samples).
 [[nodiscard]] Pyramid build_pyramid(const VoxelGrid& grid,
+                                    Interpolation interpolation = Interpolation::trilinear,
                                     std::uint64_t max_leaves = std::uint64_t(1) << 26);
 
 /// Marks on nodes, by level and node; not std::vector<bool>, so that threads may set them.

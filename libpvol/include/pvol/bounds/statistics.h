@@ -10,8 +10,9 @@
 
 namespace pvol {
 
-/// What a node of a pyramid holds. Mass is the integral of the trilinear density over the node's
-/// cube, in density times cells; it is exact but for rounding.
+/// What a node of a pyramid holds. Mass is the integral of the trilinear density, or of the
+/// tricubic one where the bounds are made for that, over the node's cube, in density times cells;
+/// it is exact but for rounding.
 struct NodeContent {
   double mass = 0;
   bool leaf = false;     ///< nothing below it

@@ -7,21 +7,37 @@
 
 #include "pvol/bounds/octree.h"
 #include "pvol/bounds/walk.h"
+#include "pvol/medium/tricubic.h"
 #include "pvol/medium/voxel_grid.h"
 
 namespace pvol {
 
-/// Samples along each edge of a field's brick: 8 cells have 9 corners.
-inline constexpr int kFieldEdge = kLeafEdge + 1;
-inline constexpr int kFieldSamples = kFieldEdge * kFieldEdge * kFieldEdge;
+/// Samples along each edge of a field's brick: those that interpolation in its 8 cells reads.
+[[nodiscard]] constexpr int field_edge(Interpolation interpolation) {
+  return kLeafEdge + reach_of(interpolation).below + reach_of(interpolation).above;
+}
+[[nodiscard]] constexpr int field_samples(Interpolation interpolation) {
+  return field_edge(interpolation) * field_edge(interpolation) * field_edge(interpolation);
+}
 
-/// Bricks of 9^3 samples of rho, sample (i, j, k) of brick b at samples[b * 729 + (i * 9 + j) * 9 +
-/// k]. Brick 0 is all zero. A brick whose samples are all equal serves every cube with that value.
+/// The same for trilinear and nearest look-ups: 8 cells have 9 corners.
+inline constexpr int kFieldEdge = field_edge(Interpolation::trilinear);
+inline constexpr int kFieldSamples = field_samples(Interpolation::trilinear);
+
+/// Bricks of n^3 samples of rho, n = 9, or 11 for tricubic look-ups. Sample (i, j, k) of brick b is
+/// samples[b * n^3 + (i * n + j) * n + k]; it lies at the brick's lattice point (i, j, k), of
+/// tricubic ones at (i - 1, j - 1, k - 1). Brick 0 is all zero. A brick whose samples are all equal
+/// serves every cube with that value.
 struct BrickField {
   std::vector<float> samples;
+  Interpolation interpolation = Interpolation::trilinear;  ///< trilinear (or nearest), or tricubic
 
+  template <Interpolation kInterpolation = Interpolation::trilinear>
   [[nodiscard]] const float* brick(std::uint32_t b) const {
-    return samples.data() + std::size_t(b) * kFieldSamples;
+    return samples.data() + std::size_t(b) * field_samples(kInterpolation);
+  }
+  [[nodiscard]] std::size_t bricks() const {
+    return samples.size() / std::size_t(field_samples(interpolation));
   }
 };
 
@@ -29,16 +45,19 @@ inline constexpr std::uint32_t kZeroBrick = 0;
 
 /// Density at a point of a brick; the point's cell counts modulo the leaf's edge.
 /// Trilinear: exact in the samples' convex hull but for rounding of at most 3 ulp of the largest
-/// corner; between equal corners the value is exactly theirs.
+/// corner; between equal corners the value is exactly theirs. Tricubic: see tricubic.h.
 template <Interpolation kInterpolation>
 [[nodiscard]] inline float density_in_brick(const float* brick, const LatticePoint& p) {
+  static_assert(kInterpolation != Interpolation::procedural);
   constexpr int kMask = kLeafEdge - 1;
-  constexpr int kX = kFieldEdge * kFieldEdge, kY = kFieldEdge;
+  constexpr int kY = field_edge(kInterpolation), kX = kY * kY;
   const Int4 in_leaf = p.cell & kMask;
   const float* s = brick + in_leaf[0] * kX + in_leaf[1] * kY + in_leaf[2];
   const Float4 f = p.frac;
   if constexpr (kInterpolation == Interpolation::nearest) {
     return s[(f[0] < 0.5f ? 0 : kX) + (f[1] < 0.5f ? 0 : kY) + (f[2] < 0.5f ? 0 : 1)];
+  } else if constexpr (kInterpolation == Interpolation::tricubic) {
+    return tricubic<kX, kY>(s, f);
   } else {
     const auto lerp = [](float a, float b, float t) { return a + (b - a) * t; };
     const float c00 = lerp(s[0], s[1], f[2]), c01 = lerp(s[kY], s[kY + 1], f[2]);
@@ -52,7 +71,8 @@ template <Interpolation kInterpolation>
 template <Interpolation kInterpolation>
 [[nodiscard]] inline float density(const BrickField& field, const Octree& tree, LeafHandle leaf,
                                    const LatticePoint& p) {
-  return density_in_brick<kInterpolation>(field.brick(tree.brick_at(leaf, p.cell, kZeroBrick)), p);
+  const std::uint32_t brick = tree.brick_at(leaf, p.cell, kZeroBrick);
+  return density_in_brick<kInterpolation>(field.brick<kInterpolation>(brick), p);
 }
 
 /// mu_t at a point of a segment from bricks: scale * rho. The tree's handles name bricks of the
@@ -69,14 +89,15 @@ struct BrickExtinction {
     return tree.brick_at(s.leaf, p.cell, kZeroBrick);
   }
   [[nodiscard]] float in_brick(std::uint32_t brick, const LatticePoint& p) const {
-    return scale * density_in_brick<kInterp>(field.brick(brick), p);
+    return scale * density_in_brick<kInterp>(field.brick<kInterp>(brick), p);
   }
   [[nodiscard]] float operator()(const Segment& s, const LatticePoint& p) const {
     return in_brick(brick(s, p), p);
   }
 
   /// mu_t at the corners of a cell of the segment, that of (x, y, z) in {0, 1}^3 at [4x + 2y + z].
-  [[nodiscard]] std::array<float, 8> corners(const Segment& s, Int4 cell) const {
+  [[nodiscard]] std::array<float, 8> corners(const Segment& s, Int4 cell) const
+      requires(kInterp != Interpolation::tricubic) {
     const Int4 at = cell & (kLeafEdge - 1);
     const float* const brick_samples = field.brick(tree.brick_at(s.leaf, cell, kZeroBrick));
     std::array<float, 8> c;
@@ -96,6 +117,7 @@ struct BoundsExcess {
 };
 
 struct FieldOptions {
+  Interpolation interpolation = Interpolation::trilinear;
   /// The largest factor by which samples may exceed a majorant; above 1, minorants may lie too high
   /// as well, for trackers with weights.
   double most_excess = 1;
@@ -103,8 +125,8 @@ struct FieldOptions {
   const NodeMarks* constant = nullptr;
 };
 
-/// The field of a grid, and the brick of each leaf and uniform cube of its pyramid, by level and
-/// node: what `build_octree` links to.
+/// The field of a grid for these look-ups, and the brick of each leaf and uniform cube of its
+/// pyramid, by level and node: what `build_octree` links to.
 struct FieldWithLinks {
   BrickField field;
   std::vector<std::vector<std::uint32_t>> brick_of;

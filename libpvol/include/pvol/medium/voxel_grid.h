@@ -70,8 +70,21 @@ using FillBrick = std::function<void(Vec3i origin, float* values)>;
 [[nodiscard]] VoxelGrid make_grid(Vec3i lo, Vec3i hi, const FillBrick& fill,
                                   const Affine& index_to_world = {});
 
-/// How a field is interpolated between samples. Bounds hold for both.
-enum class Interpolation { nearest, trilinear };
+/// How the density at a point is found.
+enum class Interpolation {
+  nearest,
+  trilinear,
+  tricubic,    ///< the uniform cubic B-spline: C2, and never outside the hull of its 4^3 samples
+  procedural,  ///< no samples: a recipe is evaluated at the point
+};
+
+/// Along each axis, interpolation in cell i reads the samples i - below .. i + above.
+struct KernelReach {
+  int below, above;
+};
+[[nodiscard]] constexpr KernelReach reach_of(Interpolation interpolation) {
+  return interpolation == Interpolation::tricubic ? KernelReach{1, 2} : KernelReach{0, 1};
+}
 
 /// Sample (i, j, k) by search: slow, for tests and converters.
 [[nodiscard]] float sample(const VoxelGrid& grid, Vec3i at);

@@ -22,7 +22,7 @@ struct RenderResult {
 
 /// Renders the scene with the volume that `make_volume` made for it. The same scene gives the same
 /// bytes for any number of threads. Throws Error for options out of range (sizes, crops, albedo, g,
-/// degenerate cameras).
+/// degenerate cameras), and for regular tracking or transmittance of tricubic or procedural fields.
 [[nodiscard]] RenderResult render(const Volume& volume, const Scene& scene,
                                   const Progress& progress = {});
 

@@ -89,8 +89,8 @@ enum class ShellUse {
 /// Which micro-bounds decide tentative collisions before the density is looked up. The picture is
 /// the same to the last bit; trackers with weights do not use them.
 enum class MicroBoundsUse {
-  automatic,  ///< cubes of 2^3 cells for fields that miss the cache and whose segments leave much
-              ///< open
+  automatic,  ///< where segments leave much open and look-ups cost: cubes of 2^3 cells for tricubic
+              ///< fields and those that miss the cache, single cells for large pictures of recipes
   none,
   cells_8,  ///< for cubes of 2^3 cells
   cells_1,  ///< for single cells

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 
 #include "pvol/bounds/homogenise.h"
@@ -11,6 +12,7 @@
 #include "pvol/bounds/pyramid.h"
 #include "pvol/math/box.h"
 #include "pvol/medium/brick_field.h"
+#include "pvol/medium/procedural.h"
 #include "pvol/render/scene.h"
 #include "pvol/shell/ray_shell.h"
 
@@ -19,7 +21,8 @@ namespace pvol {
 /// Everything a tracker needs to know of a cloud, for one extinction and placement. Immutable and
 /// safe to read from any thread.
 struct Volume {
-  BrickField field;
+  BrickField field;                                    ///< empty where look-ups are procedural
+  std::shared_ptr<const ProceduralField> procedure{};  ///< null where they are not
   Octree octree;
   MicroBounds micro;          ///< for the squeeze; of edge 0 where there is none
   bool micro_stored = false;  ///< whether they were given, not built
@@ -35,6 +38,16 @@ struct Volume {
   /// Tested by camera rays before they enter the octree, in its cells; see choose_shell.
   std::optional<RayShell> shell;
 };
+
+/// What look-ups of a volume with this interpolation read (track/field.h). Refers to the volume.
+template <Interpolation kInterpolation>
+[[nodiscard]] auto extinction_source(const Volume& v) {
+  if constexpr (kInterpolation == Interpolation::procedural) {
+    return ProceduralExtinction{*v.procedure, v.octree, v.extinction};
+  } else {
+    return BrickExtinction<kInterpolation>{v.field, v.octree, v.extinction};
+  }
+}
 
 /// Figures about a volume that tools print at load, because a wrong unit is the commonest mistake.
 struct VolumeFacts {
@@ -54,13 +67,25 @@ struct VolumeFacts {
 /// tracker delta_global. Micro-bounds are made where options.micro_bounds asks for them: of those
 /// `stored`, where they are there and of the size that is wanted, else built.
 /// Trackers with weights take bounds up to kMostBoundsExcess too low, options.majorant_scale
-/// included. Throws Error where bounds or stored micro-bounds do not hold for the grid otherwise,
-/// the map is singular, the extinction is negative or too large for a float, or the placement is so
-/// far from the origin that positions lose more than 1/1000 of a voxel.
+/// included. Throws Error where bounds or stored micro-bounds do not hold for the grid otherwise or
+/// were not made for the scene's interpolation, the map is singular, the extinction is negative or
+/// too large for a float, or the placement is so far from the origin that positions lose more than
+/// 1/1000 of a voxel.
 [[nodiscard]] Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& scene,
                                  const LeafMicroBounds* stored = nullptr);
 
+/// The same for procedural look-ups, which the scene must ask for. The pyramid is that of
+/// build_pyramid(*recipe, ...); cells are the recipe's voxels.
+[[nodiscard]] Volume make_volume(std::shared_ptr<const Recipe> recipe, const Pyramid& pyramid,
+                                 const Scene& scene);
+
 [[nodiscard]] VolumeFacts describe(const Volume& volume, const VoxelGrid& grid,
                                    const Medium& medium);
+
+/// The same for procedural look-ups. The largest density and the thickness are estimates from
+/// samples of the recipe, kCoarseResolution along its longest side.
+[[nodiscard]] VolumeFacts describe(const Volume& volume, const Recipe& recipe,
+                                   const Medium& medium);
+inline constexpr int kCoarseResolution = 64;
 
 }  // namespace pvol

@@ -36,8 +36,8 @@ struct Support {
 };
 
 /// The cells with a corner whose sample is above 0: outside them the trilinear interpolant is 0,
-/// and so is the nearest one. The pyramid is that of the grid. In parallel; the same for any number
-/// of threads.
+/// and so is the nearest one. For bounds of the tricubic one, the cells that read such a sample.
+/// The pyramid is that of the grid. In parallel; the same for any number of threads.
 [[nodiscard]] Support make_support(const VoxelGrid& grid, const Pyramid& pyramid);
 
 /// From occupied cells in any order, with repetitions. Throws Error where they span more than 2^24
