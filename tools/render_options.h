@@ -24,7 +24,7 @@ struct RenderOptionsGiven {
   std::optional<std::uint32_t> samples;
   std::optional<std::uint64_t> seed;
   std::optional<std::string> tracker, transmittance, micro_bounds, interpolation, depth, shells,
-      max_bounces, background;
+      guide, max_bounces, background;
   int threads = 0;
   double exposure = 0;
   bool no_png = false, print_scene = false, force = false;

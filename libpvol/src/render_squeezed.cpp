@@ -4,14 +4,6 @@
 namespace pvol::detail {
 namespace {
 
-template <Interpolation kInterpolation, int kEdge>
-struct MakeSqueezed {
-  [[nodiscard]] auto operator()(const Volume& v) const {
-    return SqueezedField<kEdge, BrickExtinction<kInterpolation>>{
-        brick_extinction<kInterpolation>(v), v.micro};
-  }
-};
-
 template <Interpolation kInterpolation>
 TileFunction choose(int edge, bool many, bool count) {
   return edge == 1 ? tile_function<MakeSqueezed<kInterpolation, 1>>(many, count)

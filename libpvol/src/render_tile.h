@@ -12,11 +12,15 @@ namespace pvol::detail {
 using TileFunction = void (*)(const PathSetup&, const tbb::blocked_range2d<int>& tile,
                               std::uint32_t begin, std::uint32_t end, Film&, Counts& counts);
 
-/// The functions for fields without and with micro-bounds; `many`: for more than one volume. In
-/// sources of their own, since each takes long to compile.
+/// The functions for fields without and with micro-bounds, for plain paths through one volume or
+/// `many` and for guided ones through one. In sources of their own, since each takes long to
+/// compile and compilers inline less in large ones.
 [[nodiscard]] TileFunction plain_tile_function(Interpolation interpolation, bool many, bool count);
 [[nodiscard]] TileFunction squeezed_tile_function(Interpolation interpolation, int edge, bool many,
                                                   bool count);
+[[nodiscard]] TileFunction guided_tile_function(Interpolation interpolation, bool count);
+[[nodiscard]] TileFunction guided_squeezed_tile_function(Interpolation interpolation, int edge,
+                                                         bool count);
 
 inline void add_sample(PixelSums& p, Rgb radiance, float alpha) {
   const Vec3d v(radiance);
@@ -72,11 +76,6 @@ template <class MakeField>
   if (many) return &render_tile<PathTracer<ManyVolumes<MakeField, Tally>>, true>;
   return count ? &render_tile<PathTracer<OneVolume<MakeField, Tally>>, true>
                : &render_tile<PathTracer<OneVolume<MakeField, NoTally>>, false>;
-}
-
-template <Interpolation kInterpolation>
-[[nodiscard]] BrickExtinction<kInterpolation> brick_extinction(const Volume& v) {
-  return {v.field, v.octree, v.extinction};
 }
 
 }  // namespace pvol::detail
