@@ -2,10 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <numbers>
 #include <random>
 
 #include "pvol/math/affine.h"
 #include "pvol/math/box.h"
+#include "pvol/math/circle.h"
 #include "pvol/math/vec.h"
 
 namespace pvol {
@@ -354,6 +356,18 @@ TEST(Luminance, OfWhiteIsOne) {
   EXPECT_NEAR(luminance(Rgb(1.0f)), 1, 1e-7);
   EXPECT_GT(luminance({0, 1, 0}), luminance({1, 0, 0}));
   EXPECT_GT(luminance({1, 0, 0}), luminance({0, 0, 1}));
+}
+
+TEST(Circle, PointsLieWithinTheStatedError) {
+  double worst = 0;
+  for (int i = 0; i <= 1'000'000; ++i) {
+    const float u = float(i) * 1e-6f;
+    const double angle = 2 * std::numbers::pi * double(u);
+    const CirclePoint p = point_at_turns(u);
+    worst = std::max({worst, std::abs(double(p.cosine) - std::cos(angle)),
+                      std::abs(double(p.sine) - std::sin(angle))});
+  }
+  EXPECT_LT(worst, 2e-7);
 }
 
 }  // namespace

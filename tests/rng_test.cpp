@@ -365,5 +365,30 @@ TEST(Rng, TentativeDepthsAreExponentialAndIndependentOfTheirDecision) {
   EXPECT_TRUE(family.passes());
 }
 
+/// Uniform each, and in pairs; in [0, 1) up to the last of their bits.
+TEST(Rng, FourNumbersOfABlockAreUniformAndIndependent) {
+  Family family;
+  constexpr std::size_t kBins = 16;
+  std::array<Histogram, 4> each{Histogram(64), Histogram(64), Histogram(64), Histogram(64)};
+  std::array<Histogram, 4> pairs{Histogram(256), Histogram(256), Histogram(256), Histogram(256)};
+  Rng rng(7, 3, 1);
+  for (int i = 0; i < 100'000; ++i) {
+    const auto [a, b, c, d] = rng.uniform4();
+    const std::array<float, 4> x{a, b, c, d};
+    for (std::size_t k = 0; k < 4; ++k) {
+      each[k].add(double(x[k]));
+      const double first = std::floor(double(x[k]) * kBins);
+      pairs[k].add((first + double(x[(k + 1) % 4])) / kBins);
+    }
+  }
+  for (std::size_t k = 0; k < 4; ++k) {
+    family.add("number " + std::to_string(k), each[k].uniform_p_value());
+    family.add("pair " + std::to_string(k), pairs[k].uniform_p_value());
+  }
+  EXPECT_TRUE(family.passes());
+  EXPECT_EQ(to_uniform_32(0), 0);
+  EXPECT_LT(to_uniform_32(~std::uint32_t{0}), 1.0f);
+}
+
 }  // namespace
 }  // namespace pvol

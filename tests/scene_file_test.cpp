@@ -98,6 +98,7 @@ transmittance = "analog"
 micro_bounds = "1"
 interpolation = "nearest"
 shells = "off"
+guide = "on"
 depth = 5
 max_bounces = 8
 background = false
@@ -137,6 +138,7 @@ preview = 2
   want.options.micro_bounds = MicroBoundsUse::cells_1;
   want.options.interpolation = Interpolation::nearest;
   want.options.shells = ShellUse::off;
+  want.options.guide = GuideUse::on;
   want.options.depth = 5;
   want.options.max_bounces = 8;
   want.options.background = false;
@@ -352,10 +354,11 @@ TEST_F(SceneText, BadFrameworkIsRefused) {
   EXPECT_EQ(error("[volume]\n"), "s.toml:1:1: [volume] has no file; expected the name of a file");
   EXPECT_EQ(error("volume = 3\n"),
             "s.toml:1:10: volume is 3; expected a table [volume] or tables [[volume]]");
-  EXPECT_EQ(error(kCloud + "[render]\n[[render.sun]]\n"),
-            "s.toml:4:10: unknown key \"sun\" in [render]; expected one of size, crop, spp, seed, "
-            "tracker, transmittance, micro_bounds, interpolation, shells, depth, max_bounces, "
-            "background, density, density_tolerance, majorant_scale, homogenise or preview");
+  EXPECT_EQ(
+      error(kCloud + "[render]\n[[render.sun]]\n"),
+      "s.toml:4:10: unknown key \"sun\" in [render]; expected one of size, crop, spp, seed, "
+      "tracker, transmittance, micro_bounds, interpolation, shells, guide, depth, max_bounces, "
+      "background, density, density_tolerance, majorant_scale, homogenise or preview");
   EXPECT_EQ(error("sun = [1]\n" + kCloud), "s.toml:1:8: sun[1] is 1; expected a table");
   EXPECT_NE(error("[recipe]\n").find("s.toml: is a recipe"), std::string::npos);
   EXPECT_NE(error("volume.fil = 3\n").find("s.toml:1:8: unknown key \"fil\" in [volume]"),
@@ -494,6 +497,7 @@ struct RandomScene {
     o.micro_bounds = MicroBoundsUse(whole(0, 3));
     o.interpolation = Interpolation(whole(0, 3));
     o.shells = ShellUse(whole(0, 2));
+    o.guide = GuideUse(whole(0, 2));
     if (coin()) o.depth = whole(0, 16);
     if (coin()) o.max_bounces = std::uint32_t(bits() >> 32);
     o.background = coin();

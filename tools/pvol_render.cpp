@@ -45,6 +45,7 @@ void apply(const Options& o, formats::SceneFile& file) {
   if (o.micro_bounds) r.micro_bounds = formats::parse_micro_bounds(*o.micro_bounds);
   if (o.interpolation) r.interpolation = formats::parse_interpolation(*o.interpolation);
   if (o.shells) r.shells = formats::parse_shell_use(*o.shells);
+  if (o.guide) r.guide = formats::parse_guide_use(*o.guide);
   if (o.background) r.background = *o.background == "on";
   if (o.depth) {
     r.depth = *o.depth == "auto" ? std::nullopt : std::optional<int>(std::stoi(*o.depth));
@@ -191,6 +192,7 @@ RenderJob prepare(const Options& o) {
     job.transmittance = choose_transmittance(job.volumes);
     scene.options.transmittance = job.transmittance->estimator;
   }
+  job.guide = choose_guide(job.volumes, scene);
   return job;
 }
 
@@ -239,10 +241,22 @@ void print_facts(const Volume& volume, const cli::VolumeReport& report, ShellUse
   if (report.shell) print_shell_choice(*report.shell, shells);
 }
 
+void print_guide(const RenderJob& job) {
+  const RenderOptions& o = job.file.scene.options;
+  const GuideChoice& guide = job.guide;
+  std::cerr << "  paths " << (guide.used ? "guided" : "not guided") << " (--guide "
+            << formats::name(o.guide) << "): " << guide.reason;
+  if (guide.scatterings > 0) {
+    std::cerr << ", about " << cli::readable(guide.scatterings) << " scatterings";
+  }
+  std::cerr << '\n';
+}
+
 void print_facts(const RenderJob& job) {
   for (std::size_t i = 0; i < job.volumes.size(); ++i) {
     print_facts(job.volumes[i], job.reports[i], job.file.scene.options.shells);
   }
+  print_guide(job);
   if (!job.transmittance) return;
   std::cerr << "  shadow rays " << formats::name(job.transmittance->estimator)
             << ": optical thickness about " << cli::readable(job.transmittance->thickness)
@@ -362,6 +376,10 @@ void save(const Options& o, const Outputs& out, const RenderJob& job, const Time
   }
   if (!o.stats.empty()) write_stats(o.stats, cli::stats_text(job, t));
   if (o.common.quiet) return;
+  if (job.guide.used && !t.result.guided) {
+    std::cerr << kTool << ": paths were not guided: no light but the constant part of the sky "
+              << "reaches what the camera sees\n";
+  }
   std::cerr << kTool << ": " << cli::readable_count(t.samples) << " samples in "
             << cli::readable_seconds(t.wall_seconds) << ";";
   for (const auto& name : {out.exr, out.png}) {

@@ -136,6 +136,11 @@ void add_estimator(CLI::App& app, RenderOptionsGiven& o) {
          "is the same; auto estimates for this camera whether it saves time [auto]")
       ->type_name("auto|on|off")
       ->check(one_of({"auto", "on", "off"}));
+  app.add_option("--guide", o.guide,
+                 "Whether paths are guided by a coarse estimate of where the light is: less noise "
+                 "in thick clouds, same picture on average; auto guides where it should pay [auto]")
+      ->type_name("auto|on|off")
+      ->check(one_of({"auto", "on", "off"}));
   app.add_option("--max-bounces", o.max_bounces,
                  "Most scatterings of a path; a limit makes the picture too dark [none]")
       ->type_name("N|none")

@@ -63,6 +63,7 @@ Json describe_options(const RenderJob& job) {
   j["effective_depth"] = job.reports.front().facts.depth;
   j["shells"] = formats::name(r.shells);
   j["shell_used"] = job.volumes.front().shell.has_value();
+  j["guide"] = formats::name(r.guide);
   j["max_bounces"] = r.max_bounces ? Json(*r.max_bounces) : Json("none");
   j["majorant_scale"] = r.majorant_scale;
   j["homogenise"] = r.homogenise ? Json(*r.homogenise) : Json("off");
@@ -128,6 +129,7 @@ std::string stats_text(const RenderJob& job, const TimedRender& t) {
   j["mean_rgb"] = {mean_rgb.x, mean_rgb.y, mean_rgb.z};
   j["variance_rgb"] = {variance_rgb.x, variance_rgb.y, variance_rgb.z};
   j["options"] = describe_options(job);
+  j["options"]["guided"] = t.result.guided;
   j["options"]["threads"] = job.file.scene.options.threads;
   return to_text(j);
 }

@@ -31,6 +31,7 @@ struct RenderJob {
   std::vector<Volume> volumes;
   std::vector<VolumeReport> reports;                 ///< one for each volume
   std::optional<TransmittanceChoice> transmittance;  ///< where it was left to choose
+  GuideChoice guide;
 };
 
 struct TimedRender {

@@ -43,6 +43,8 @@ constexpr std::array kInterpolations{
     Named{Interpolation::tricubic, "tricubic"}, Named{Interpolation::procedural, "procedural"}};
 constexpr std::array kShellUses{Named{ShellUse::automatic, "auto"}, Named{ShellUse::on, "on"},
                                 Named{ShellUse::off, "off"}};
+constexpr std::array kGuideUses{Named{GuideUse::automatic, "auto"}, Named{GuideUse::on, "on"},
+                                Named{GuideUse::off, "off"}};
 
 template <class Names, class Enum>
 const char* name_of(const Names& names, Enum value) {
@@ -316,8 +318,8 @@ void read_crop(const TomlTable& table, RenderOptions& options) {
 
 RenderOptions read_render(const TomlTable& table) {
   table.allow_only({"size", "crop", "spp", "seed", "tracker", "transmittance", "micro_bounds",
-                    "interpolation", "shells", "depth", "max_bounces", "background", "density",
-                    "density_tolerance", "majorant_scale", "homogenise", "preview"});
+                    "interpolation", "shells", "guide", "depth", "max_bounces", "background",
+                    "density", "density_tolerance", "majorant_scale", "homogenise", "preview"});
   constexpr auto kLargestCount = std::numeric_limits<std::uint32_t>::max();
   RenderOptions options;
   if (const auto size = table.integers("size", {2}, 1, kLargestEdge)) {
@@ -332,6 +334,7 @@ RenderOptions read_render(const TomlTable& table) {
   assign(options.micro_bounds, read_name(table, "micro_bounds", kMicroBounds));
   assign(options.interpolation, read_name(table, "interpolation", kInterpolations));
   assign(options.shells, read_name(table, "shells", kShellUses));
+  assign(options.guide, read_name(table, "guide", kGuideUses));
   if (const auto depth = read_limit(table, "depth", kDeepest, "auto")) options.depth = int(*depth);
   if (const auto limit = read_limit(table, "max_bounces", kLargestCount, "none")) {
     options.max_bounces = std::uint32_t(*limit);
@@ -410,6 +413,7 @@ const char* name(Transmittance transmittance) { return name_of(kTransmittances, 
 const char* name(MicroBoundsUse use) { return name_of(kMicroBounds, use); }
 const char* name(Interpolation interpolation) { return name_of(kInterpolations, interpolation); }
 const char* name(ShellUse use) { return name_of(kShellUses, use); }
+const char* name(GuideUse use) { return name_of(kGuideUses, use); }
 
 Tracker parse_tracker(const std::string& name) { return parse_name(kTrackers, name, "tracker"); }
 Transmittance parse_transmittance(const std::string& name) {
@@ -422,5 +426,6 @@ Interpolation parse_interpolation(const std::string& name) {
   return parse_name(kInterpolations, name, "interpolation");
 }
 ShellUse parse_shell_use(const std::string& name) { return parse_name(kShellUses, name, "shells"); }
+GuideUse parse_guide_use(const std::string& name) { return parse_name(kGuideUses, name, "guide"); }
 
 }  // namespace pvol::formats

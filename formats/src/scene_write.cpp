@@ -91,7 +91,7 @@ std::string render_text(const RenderOptions& o) {
          line("transmittance", toml_string(name(o.transmittance))) +
          line("micro_bounds", toml_string(name(o.micro_bounds))) +
          line("interpolation", toml_string(name(o.interpolation))) +
-         line("shells", toml_string(name(o.shells))) +
+         line("shells", toml_string(name(o.shells))) + line("guide", toml_string(name(o.guide))) +
          line("depth", o.depth ? whole(*o.depth) : "\"auto\"") +
          line("max_bounces", o.max_bounces ? whole(*o.max_bounces) : "\"none\"") +
          line("background", o.background ? "true" : "false") +

@@ -33,8 +33,7 @@ using RangesOfBrick = std::function<void(std::size_t b, int edge, CubeRanges&)>;
 
 /// The first brick for which bounds that fit do not hold.
 [[nodiscard]] std::optional<std::uint32_t> find_violation(const MicroBounds& bounds,
-                                                          std::size_t bricks,
-                                                          const RangesOfBrick&);
+                                                          std::size_t bricks, const RangesOfBrick&);
 
 /// Ranges of a brick of 11^3 samples under tricubic look-ups (THEORY.md, T24).
 void tricubic_ranges(const float* samples, int edge, CubeRanges& ranges);

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -38,19 +39,19 @@ struct Projection {
 struct Matter {
   float share_up_to;  ///< of the extinction: its own and those of the components before it
   Rgb albedo;
-  Rgb emitted;  ///< (1 - albedo) L_e: the source of a collision (THEORY.md, T9)
+  Rgb emitted;  ///< (1 - albedo) (L_e - constant): the source of a collision (THEORY.md, T9, T27)
   HenyeyGreenstein phase;
 };
 
-[[nodiscard]] inline std::vector<Matter> make_matter(const Medium& medium) {
+[[nodiscard]] inline std::vector<Matter> make_matter(const Medium& medium, Rgb constant) {
   double first = 1;
   for (const Component& c : medium.others) first -= c.share;
   std::vector<Matter> all;
   double sum = 0;
   const auto add = [&](double share, const auto& m) {
     sum += share;
-    all.push_back(
-        {float(sum), m.albedo, (Rgb(1.0f) - m.albedo) * m.emission, HenyeyGreenstein(m.g)});
+    all.push_back({float(sum), m.albedo, (Rgb(1.0f) - m.albedo) * (m.emission - constant),
+                   HenyeyGreenstein(m.g)});
   };
   add(std::max(0.0, first), medium);
   for (const Component& c : medium.others) add(c.share, c);
@@ -64,12 +65,12 @@ struct VolumeSetup {
       cells_z;  // change of the position in cells per unit along each world axis
   std::vector<Matter> matter;
 
-  VolumeSetup(const Volume& v, const Medium& medium)
+  VolumeSetup(const Volume& v, const Medium& medium, Rgb constant)
       : volume(v),
         cells_x(lanes(Vec3f(v.world_to_cells.vector({1, 0, 0})))),
         cells_y(lanes(Vec3f(v.world_to_cells.vector({0, 1, 0})))),
         cells_z(lanes(Vec3f(v.world_to_cells.vector({0, 0, 1})))),
-        matter(make_matter(medium)) {}
+        matter(make_matter(medium, constant)) {}
 
   [[nodiscard]] Float4 in_cells(Vec3f direction) const {
     return cells_x * splat(direction.x) + cells_y * splat(direction.y) +
@@ -98,7 +99,13 @@ struct VolumeSetup {
   }
 };
 
+class Importance;
+
 struct PathSetup {
+  /// Radiance that is everywhere and is left out of sky, emission and paths, to be added to every
+  /// camera path as it is (THEORY.md, T27); 0 where paths are not guided.
+  Rgb constant;
+  std::shared_ptr<const Importance> importance;  ///< of guided paths
   std::vector<VolumeSetup> volumes;
   Projection projection;
   SkyLight sky;
@@ -109,10 +116,11 @@ struct PathSetup {
   bool background;
   std::uint32_t max_bounces;
   std::uint64_t seed;
-  int width;
+  int width, height;
 
-  PathSetup(std::span<const Volume> all, const Scene& scene)
-      : projection(scene.camera, scene.options.width, scene.options.height),
+  PathSetup(std::span<const Volume> all, const Scene& scene, Rgb constant_ = Rgb(0.0f))
+      : constant(constant_),
+        projection(scene.camera, scene.options.width, scene.options.height),
         sky(scene.environment),
         suns(scene.suns.begin(), scene.suns.end()),
         tracker(scene.options.tracker),
@@ -120,9 +128,10 @@ struct PathSetup {
         background(scene.options.background),
         max_bounces(scene.options.max_bounces.value_or(~0u)),
         seed(scene.options.seed),
-        width(scene.options.width) {
+        width(scene.options.width),
+        height(scene.options.height) {
     for (const Volume& v : all) {
-      volumes.emplace_back(v, all.size() == 1 ? scene.medium : v.medium);
+      volumes.emplace_back(v, all.size() == 1 ? scene.medium : v.medium, constant);
     }
     constexpr float kUnit = 0.1f;  // of the light that falls on the cloud
     float light = sky.sampled() ? sky.mean_luminance() * 4 * float(std::numbers::pi) : 0;

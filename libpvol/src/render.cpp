@@ -13,6 +13,7 @@
 #include <mutex>
 #include <string>
 
+#include "importance.h"
 #include "pvol/error.h"
 #include "pvol/render/estimators.h"
 #include "render_tile.h"
@@ -148,12 +149,17 @@ void check(const Volume& volume, const Medium& m, const RenderOptions& o) {
 }
 
 /// One field for all volumes: micro-bounds where all have them, but for empty ones.
-TileFunction choose_tile_function(std::span<const Volume> volumes, const RenderOptions& o) {
+TileFunction choose_tile_function(std::span<const Volume> volumes, const RenderOptions& o,
+                                  bool guided) {
   int edge = 0;
   for (const Volume& v : volumes) edge = std::max(edge, v.micro.edge);
   const bool squeezed = edge > 0 && std::all_of(volumes.begin(), volumes.end(), [&](const auto& v) {
                           return v.octree.empty() || v.micro.edge == edge;
                         });
+  if (guided) {
+    return squeezed ? detail::guided_squeezed_tile_function(o.interpolation, edge, o.count)
+                    : detail::guided_tile_function(o.interpolation, o.count);
+  }
   const bool many = volumes.size() > 1;
   if (o.interpolation == Interpolation::tricubic) {
     return detail::tricubic_tile_function(squeezed ? edge : 0, many, o.count);
@@ -185,10 +191,6 @@ RenderResult render(std::span<const Volume> volumes, const Scene& wanted,
   for (const Volume& v : volumes) check(v, volumes.size() == 1 ? scene.medium : v.medium, o);
   require(volumes.size() == 1 || scene.medium == volumes.front().medium,
           "the scene's medium is not that of the first volume");
-  const PathSetup setup(volumes, scene);
-  require(std::isfinite(setup.shadow_unit), "the lights are too bright for single precision");
-  const TileFunction render_part = choose_tile_function(volumes, o);
-
   RenderResult result;
   result.film = make_film(o);
   Film& film = result.film;
@@ -201,6 +203,14 @@ RenderResult render(std::span<const Volume> volumes, const Scene& wanted,
   const tbb::global_control allow(
       kLimit, std::max(std::size_t(threads), tbb::global_control::active_value(kLimit)));
   tbb::task_arena arena(threads);
+
+  PathSetup setup(volumes, scene);
+  if (choose_guide(volumes, scene).used) {
+    arena.execute([&] { detail::guide_paths(volumes, scene, setup); });
+  }
+  result.guided = setup.importance != nullptr;
+  require(std::isfinite(setup.shadow_unit), "the lights are too bright for single precision");
+  const TileFunction render_part = choose_tile_function(volumes, o, result.guided);
 
   // In passes, so that an image that is stopped early has samples everywhere.
   constexpr std::uint32_t kPass = 16;

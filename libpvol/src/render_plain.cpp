@@ -2,7 +2,6 @@
 #include "render_tile.h"
 
 namespace pvol::detail {
-
 TileFunction plain_tile_function(Interpolation interpolation, bool many, bool count) {
   return interpolation == Interpolation::nearest
              ? tile_function<MakePlain<Interpolation::nearest>>(many, count)

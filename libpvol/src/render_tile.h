@@ -14,14 +14,18 @@ namespace pvol::detail {
 using TileFunction = void (*)(const PathSetup&, const tbb::blocked_range2d<int>& tile,
                               std::uint32_t begin, std::uint32_t end, Film&, Counts& counts);
 
-/// The functions for fields without and with micro-bounds; `many`: for more than one volume. In
-/// sources of their own, since each takes long to compile.
+/// The functions for fields without and with micro-bounds, for plain paths through one volume or
+/// `many` and for guided ones through one. In sources of their own, since each takes long to
+/// compile and compilers inline less in large ones.
 [[nodiscard]] TileFunction plain_tile_function(Interpolation interpolation, bool many, bool count);
 [[nodiscard]] TileFunction squeezed_tile_function(Interpolation interpolation, int edge, bool many,
                                                   bool count);
 /// Those for tricubic and for procedural look-ups; edge 0: without micro-bounds.
 [[nodiscard]] TileFunction tricubic_tile_function(int edge, bool many, bool count);
 [[nodiscard]] TileFunction procedural_tile_function(int edge, bool many, bool count);
+[[nodiscard]] TileFunction guided_tile_function(Interpolation interpolation, bool count);
+[[nodiscard]] TileFunction guided_squeezed_tile_function(Interpolation interpolation, int edge,
+                                                         bool count);
 
 inline void add_sample(PixelSums& p, Rgb radiance, float alpha) {
   const Vec3d v(radiance);
@@ -78,20 +82,5 @@ template <class MakeField>
   return count ? &render_tile<PathTracer<OneVolume<MakeField, Tally>>, true>
                : &render_tile<PathTracer<OneVolume<MakeField, NoTally>>, false>;
 }
-
-template <Interpolation kInterpolation>
-struct MakePlain {
-  [[nodiscard]] auto operator()(const Volume& v) const {
-    return PlainField{extinction_source<kInterpolation>(v)};
-  }
-};
-
-template <Interpolation kInterpolation, int kEdge>
-struct MakeSqueezed {
-  [[nodiscard]] auto operator()(const Volume& v) const {
-    const auto source = extinction_source<kInterpolation>(v);
-    return SqueezedField<kEdge, std::remove_const_t<decltype(source)>>{source, v.micro};
-  }
-};
 
 }  // namespace pvol::detail

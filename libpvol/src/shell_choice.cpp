@@ -30,7 +30,7 @@ ShellEstimate estimate_shell(const Volume& volume, const Shell& shell, const Sce
   const RayShell rays(shell, volume.octree.origin);
   const RenderOptions& o = scene.options;
   const detail::Projection projection(scene.camera, scene.options.width, scene.options.height);
-  const detail::VolumeSetup setup(volume, volume.medium);
+  const detail::VolumeSetup setup(volume, volume.medium, Rgb(0.0f));
   const double width = o.crop_width ? o.crop_width : o.width - o.crop_x;
   const double height = o.crop_height ? o.crop_height : o.height - o.crop_y;
   for (int i = 0; i < kRaysAlong * kRaysAlong; ++i) {

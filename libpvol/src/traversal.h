@@ -6,6 +6,23 @@
 
 namespace pvol::detail {
 
+/// The field in which every question is a look-up.
+template <Interpolation kInterpolation>
+struct MakePlain {
+  [[nodiscard]] auto operator()(const Volume& v) const {
+    return PlainField{extinction_source<kInterpolation>(v)};
+  }
+};
+
+/// The field with micro-bounds.
+template <Interpolation kInterpolation, int kEdge>
+struct MakeSqueezed {
+  [[nodiscard]] auto operator()(const Volume& v) const {
+    const auto source = extinction_source<kInterpolation>(v);
+    return SqueezedField<kEdge, std::remove_const_t<decltype(source)>>{source, v.micro};
+  }
+};
+
 /// Where a flight of a path ended.
 struct Hit {
   const Matter* matter = nullptr;  ///< what it collided with; null where it left
@@ -104,6 +121,10 @@ class OneVolume {
     cursor_ = walk.stop_at(walk.point(f.t));
     return {&v_.choose_matter(rng), f.weight};
   }
+
+  /// The path's place, to come back to.
+  [[nodiscard]] const Cursor& place() const { return cursor_; }
+  void return_to(const Cursor& place) { cursor_ = place; }
 
   /// Transmittance from the path's place to the outside.
   [[nodiscard]] float pass(Vec3f direction, Rng& rng) {

@@ -47,10 +47,10 @@ struct SceneFile {
 ///   [[sun]]        direction, irradiance, angle (degrees)
 ///   [render]       size = [w, h], crop = [x, y, w, h], spp, seed, tracker, transmittance,
 ///                  micro_bounds ("auto", "none", "2", "1"), interpolation ("nearest",
-///                  "trilinear", "tricubic", or "procedural" for recipes), shells, depth (0..16 or
-///                  "auto"), max_bounces (or "none"), background, density ("stored", "fp32",
-///                  "fp16", "fp8", "fpn"), density_tolerance (of fpn), majorant_scale, homogenise
-///                  (a tolerance or "off"), preview (0..8)
+///                  "trilinear", "tricubic", or "procedural" for recipes), shells, guide, depth
+///                  (0..16 or "auto"), max_bounces (or "none"), background, density ("stored",
+///                  "fp32", "fp16", "fp8", "fpn"), density_tolerance (of fpn), majorant_scale,
+///                  homogenise (a tolerance or "off"), preview (0..8)
 ///
 /// Colours are one number or three. The cloud is scaled, then rotated, then moved: scale is a
 /// number or three, rotate = [x, y, z, degrees] or several of them, applied in turn; matrix is row
@@ -83,11 +83,13 @@ struct SceneFile {
 [[nodiscard]] const char* name(MicroBoundsUse use);           // auto, none, 2, 1
 [[nodiscard]] const char* name(Interpolation interpolation);  // nearest, trilinear, ...
 [[nodiscard]] const char* name(ShellUse use);                 // auto, on, off
+[[nodiscard]] const char* name(GuideUse use);                 // auto, on, off
 /// The other way; Error lists the names there are.
 [[nodiscard]] Tracker parse_tracker(const std::string& name);
 [[nodiscard]] Transmittance parse_transmittance(const std::string& name);
 [[nodiscard]] MicroBoundsUse parse_micro_bounds(const std::string& name);
 [[nodiscard]] Interpolation parse_interpolation(const std::string& name);
 [[nodiscard]] ShellUse parse_shell_use(const std::string& name);
+[[nodiscard]] GuideUse parse_guide_use(const std::string& name);
 
 }  // namespace pvol::formats

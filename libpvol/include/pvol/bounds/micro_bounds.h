@@ -51,8 +51,8 @@ struct MicroBounds {
 /// The bounds of the cube that holds a cell, counted from the octree's origin. kEdge is
 /// bounds.edge.
 template <int kEdge>
-[[nodiscard]] inline DensityRange micro_range(const MicroBounds& bounds, std::uint32_t brick,
-                                              Int4 cell) {
+[[nodiscard, gnu::always_inline]] inline DensityRange micro_range(const MicroBounds& bounds,
+                                                                  std::uint32_t brick, Int4 cell) {
   static_assert(kEdge == 1 || kEdge == 2);
   constexpr int kShift = kEdge - 1, kCubes = kLeafEdge / kEdge;
   const Int4 cube = (cell & (kLeafEdge - 1)) >> kShift;

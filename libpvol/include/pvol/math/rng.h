@@ -42,6 +42,13 @@ struct Philox {
   return u < 1.0f ? u : 0x1.fffffep-1f;
 }
 
+/// 32 random bits as a number in [0, 1), in steps of 2^-32 near 0: for angles and choices, not for
+/// free flights.
+[[nodiscard]] inline float to_uniform_32(std::uint32_t bits) {
+  const float u = static_cast<float>(static_cast<std::int64_t>(bits)) * 0x1p-32f;
+  return u < 1.0f ? u : 0x1.fffffep-1f;
+}
+
 /// 64 random bits as a double in [0, 1), in steps of 2^-53: for choices among very many, where the
 /// steps of 2^-24 between floats below 1 would starve what is there.
 [[nodiscard]] inline double to_uniform_double(std::uint64_t bits) {
@@ -87,12 +94,24 @@ class Rng {
     return {to_uniform(r.lo), to_uniform(r.hi)};
   }
 
+  struct Four {
+    float a, b, c, d;
+  };
+  /// Four independent numbers uniform in [0, 1), each from 32 bits.
+  [[nodiscard]] Four uniform4() {
+    const Philox::Block r = block();
+    const auto of = [](std::uint64_t bits) {
+      return to_uniform_32(static_cast<std::uint32_t>(bits));
+    };
+    return {of(r.lo), of(r.lo >> 32), of(r.hi), of(r.hi >> 32)};
+  }
+
   /// What a tentative collision takes.
   struct Tentative {
     float depth;  ///< optical depth up to it, exponentially distributed with mean 1
     float u;      ///< uniform in [0, 1), to decide what it is
   };
-  [[nodiscard]] Tentative tentative() {
+  [[nodiscard, gnu::always_inline]] Tentative tentative() {
     const Philox::Block r = block();
     return {to_exponential(r.lo), to_uniform(r.hi)};
   }

@@ -47,8 +47,8 @@ inline constexpr std::uint32_t kZeroBrick = 0;
 /// Trilinear: exact in the samples' convex hull but for rounding of at most 3 ulp of the largest
 /// corner; between equal corners the value is exactly theirs. Tricubic: see tricubic.h.
 template <Interpolation kInterpolation>
-[[nodiscard]] inline float density_in_brick(const float* brick, const LatticePoint& p) {
-  static_assert(kInterpolation != Interpolation::procedural);
+[[nodiscard, gnu::always_inline]] inline float density_in_brick(const float* brick,
+                                                                const LatticePoint& p) {
   constexpr int kMask = kLeafEdge - 1;
   constexpr int kY = field_edge(kInterpolation), kX = kY * kY;
   const Int4 in_leaf = p.cell & kMask;

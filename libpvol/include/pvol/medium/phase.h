@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "pvol/math/circle.h"
 #include "pvol/math/rng.h"
 #include "pvol/math/vec.h"
 
@@ -39,18 +40,21 @@ struct HenyeyGreenstein {
 [[nodiscard]] inline Vec3f turn(Vec3f axis, float one_minus_cos, float u) {
   Vec3f s, t;
   orthonormal_basis(axis, s, t);
-  const float azimuth = float(2 * std::numbers::pi) * u;
+  const auto [cosine, side] = point_at_turns(u);
   const float sine = std::sqrt(one_minus_cos * (2 - one_minus_cos));
-  const Vec3f v =
-      s * (sine * std::cos(azimuth)) + t * (sine * std::sin(azimuth)) + axis * (1 - one_minus_cos);
+  const Vec3f v = s * (sine * cosine) + t * (sine * side) + axis * (1 - one_minus_cos);
   return v * (1.5f - 0.5f * dot(v, v));  // one Newton step towards unit length stops the drift
+}
+
+/// Density per steradian of scattering at an angle to the peak with this 1 - cos, in [0, 2].
+[[nodiscard]] inline float pdf_of_angle(const HenyeyGreenstein& hg, float one_minus_cos) {
+  const float d = hg.one_minus_g * hg.one_minus_g + 2 * hg.g * one_minus_cos;
+  return float(0.25 / std::numbers::pi) * hg.one_minus_g2 / (d * std::sqrt(d));
 }
 
 /// Density per steradian of scattering from direction `from` into `to`, both along the flight.
 [[nodiscard]] inline float pdf_phase(const HenyeyGreenstein& hg, Vec3f from, Vec3f to) {
-  const float c = one_minus_cos(from * hg.axis, to);
-  const float d = hg.one_minus_g * hg.one_minus_g + 2 * hg.g * c;
-  return float(0.25 / std::numbers::pi) * hg.one_minus_g2 / (d * std::sqrt(d));
+  return pdf_of_angle(hg, one_minus_cos(from * hg.axis, to));
 }
 
 /// The 1 - cos of the angle to the peak within which the share u of all scattering lies: the

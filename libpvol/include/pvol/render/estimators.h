@@ -3,6 +3,7 @@
 
 #include <span>
 
+#include "pvol/render/scene.h"
 #include "pvol/render/volume.h"
 
 namespace pvol {
@@ -32,5 +33,17 @@ struct TransmittanceChoice {
 /// dim. Thin ones take `ratio`, or `residual_ratio` where minorants carry most of the extinction
 /// (THEORY.md, T23). Deterministic; all choices give the same picture on average.
 [[nodiscard]] TransmittanceChoice choose_transmittance(std::span<const Volume> volumes);
+
+/// Whether paths are guided, and a reason in a few words for the log.
+struct GuideChoice {
+  bool used = false;
+  const char* reason = "";
+  double scatterings = 0;  ///< of a path, expected; 0 where other things decide
+};
+
+/// `automatic` guides where paths scatter so often, and are so many, that it should pay. Guiding
+/// needs one volume, a tracker without weights and no limit on bounces: `on` throws Error without
+/// them. Deterministic, from the scene alone; the size of the crop does not matter.
+[[nodiscard]] GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene);
 
 }  // namespace pvol

@@ -17,6 +17,7 @@ using Progress = std::function<bool(std::uint64_t done, std::uint64_t total)>;
 struct RenderResult {
   Film film;
   Counts counts;         ///< all zero unless options.count
+  bool guided = false;   ///< whether paths were guided by importance
   bool complete = true;  ///< false where `progress` stopped it; pixels then hold fewer samples
 };
 

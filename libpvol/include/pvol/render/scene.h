@@ -96,6 +96,15 @@ enum class MicroBoundsUse {
   cells_1,  ///< for single cells
 };
 
+/// Whether paths are ended, split and turned by a coarse estimate of the light that they may meet,
+/// made before the picture: much less noise in thick, bright clouds, and the same picture on
+/// average (THEORY.md, T27).
+enum class GuideUse {
+  automatic,  ///< where it should pay, see choose_guide
+  on,
+  off,
+};
+
 struct RenderOptions {
   int width = 640, height = 480;
   int crop_x = 0, crop_y = 0;           ///< upper left corner of the part that is rendered
@@ -108,6 +117,7 @@ struct RenderOptions {
   MicroBoundsUse micro_bounds = MicroBoundsUse::automatic;
   Interpolation interpolation = Interpolation::trilinear;
   ShellUse shells = ShellUse::automatic;
+  GuideUse guide = GuideUse::automatic;
   std::optional<int> depth;  ///< octree depth at which the walk stops, 0..16; else by cost
   /// Factor on majorants, for measurements: above 1 bounds get looser and the picture stays the
   /// same; below 1, down to 1/3, they do not bound, which takes a tracker with weights.
