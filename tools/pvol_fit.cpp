@@ -159,7 +159,7 @@ void add_shell(const Options& o, Fit& f) {
                      [&](std::uint64_t done, std::uint64_t total) { bar.show(done, total); });
   });
   if (o.check)
-    f.check = cli::naming(o.input, [&] { return cli::check_shell(*f.file.shell, support); });
+    f.check = cli::naming(o.input, [&] { return cli::check_shell(*f.file.shell, support).text; });
 }
 
 bool is_quantised(const Options& o) { return o.density != "fp32" && o.density != "reference"; }

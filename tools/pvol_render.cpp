@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iostream>
 
+#include "load_scene.h"
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
@@ -66,51 +67,19 @@ void apply(const Options& o, formats::SceneFile& file) {
 }
 
 formats::SceneFile read_scene(const Options& o) {
-  const bool is_scene = formats::ending(o.input) == ".toml" && !formats::is_recipe(o.input);
-  formats::SceneFile file =
-      is_scene ? formats::read_scene(o.input, o.sets) : formats::default_scene(o.input, o.sets);
+  formats::SceneFile file = cli::read_scene(o.input, o.sets);
   apply(o, file);
-  if (!file.sky.empty()) {
-    ImageSky picture = formats::read_sky(file.sky);
-    const ImageSky& wanted = std::get<ImageSky>(file.scene.environment);
-    picture.scale = wanted.scale;
-    picture.rotation = wanted.rotation;
-    file.scene.environment = std::move(picture);
-  }
+  cli::load_sky(file);
   return file;
-}
-
-VolumeFacts describe(const Volume& volume, const formats::Cloud& cloud, const Medium& medium) {
-  return cloud.recipe ? describe(volume, *cloud.recipe, medium)
-                      : describe(volume, cloud.grid, medium);
-}
-
-/// An extinction of three digits with which the cloud is about this many mean free paths thick,
-/// averaged over the columns along its thickest axis.
-double choose_extinction(const formats::Cloud& cloud, Medium medium) {
-  constexpr double kThickness = 40;
-  constexpr double kLargest = 3e38;  // fits a float, for clouds of denormal densities
-  medium.extinction = 1;
-  const VolumeFacts f = describe(Volume{}, cloud, medium);
-  const double thickness = std::max(
-      {f.mean_optical_thickness[0], f.mean_optical_thickness[1], f.mean_optical_thickness[2]});
-  if (!(thickness > 0)) return 1;
-  char digits[32];
-  std::snprintf(digits, sizeof digits, "%.3g", kThickness / thickness);
-  return std::min(std::stod(digits), kLargest);
 }
 
 /// Loads a volume, choosing an extinction for its medium where there is none.
 formats::Cloud load_volume(const Options& o, const formats::SceneFile& scene,
                            const std::filesystem::path& file, const std::string& grid,
                            Medium& medium, bool& has_extinction) {
-  const RenderOptions& r = scene.scene.options;
-  formats::Cloud cloud = formats::load_cloud(file, {grid, o.grid.strict}, r.interpolation);
-  cli::print_warnings(kTool, cloud.report.warnings);
-  if (scene.density) formats::quantise(cloud, *scene.density, file);
-  formats::coarsen(cloud, r.preview, file);
+  formats::Cloud cloud = cli::load_cloud(kTool, file, {grid, o.grid.strict}, scene);
   if (!has_extinction) {
-    medium.extinction = choose_extinction(cloud, medium);
+    medium.extinction = cli::choose_extinction(cloud, medium);
     has_extinction = true;
     if (!o.common.quiet) {
       std::cerr << kTool << ": no extinction given; chose " << cli::readable(medium.extinction)
@@ -145,16 +114,6 @@ void require_proof(const std::filesystem::path& file, const formats::Cloud& clou
               ": its shell does not hold the cloud; fit it again, or render with --shells off");
 }
 
-/// The camera that shows all volumes.
-Camera frame_all(const RenderJob& job) {
-  Box all;
-  for (const Volume& v : job.volumes) {
-    if (!v.world_box.empty()) all = extend(extend(all, v.world_box.lo), v.world_box.hi);
-  }
-  const RenderOptions& r = job.file.scene.options;
-  return frame(all, double(r.width) / r.height);
-}
-
 RenderJob prepare(const Options& o) {
   RenderJob job;
   job.input = o.input;
@@ -168,13 +127,9 @@ RenderJob prepare(const Options& o) {
     Scene own;
     own.medium = medium;
     own.options = scene.options;
-    const LeafMicroBounds* micro = cloud.micro ? &*cloud.micro : nullptr;
-    job.volumes.push_back(cli::naming(file, [&] {
-      return cloud.recipe ? make_volume(cloud.recipe, cloud.pyramid, own)
-                          : make_volume(cloud.grid, cloud.pyramid, own, micro);
-    }));
+    job.volumes.push_back(cli::naming(file, [&] { return cli::make_volume(cloud, own); }));
     warn_of_bounds(file, job.volumes.back());
-    job.reports.push_back({file, describe(job.volumes.back(), cloud, medium), std::nullopt,
+    job.reports.push_back({file, cli::describe(job.volumes.back(), cloud, medium), std::nullopt,
                            cloud.metadata.quantisation, cloud.metadata.quantisation_error});
     if (cloud.shell && scene.options.shells != ShellUse::off) require_proof(file, cloud);
     shells.push_back(std::move(cloud.shell));
@@ -182,7 +137,7 @@ RenderJob prepare(const Options& o) {
   add(job.file.volume, job.file.grid, scene.medium, job.file.has_extinction);
   for (formats::FurtherVolume& v : job.file.others) add(v.file, v.grid, v.medium, v.has_extinction);
   if (!job.file.has_camera) {
-    scene.camera = frame_all(job);
+    scene.camera = cli::frame_all(job.volumes, scene.options);
     job.file.has_camera = true;
   }
   for (std::size_t i = 0; i < shells.size(); ++i) {
@@ -262,45 +217,6 @@ void print_facts(const RenderJob& job) {
             << ": optical thickness about " << cli::readable(job.transmittance->thickness)
             << " on average, " << cli::readable(100 * job.transmittance->control_share)
             << " % of the majorants are minorants\n";
-}
-
-/// Refuses what would not end in reasonable time: paths that scatter for ever, nearly, in a thick
-/// cloud of albedo 1, and null collisions in empty space under an enormous majorant.
-void refuse_endless_work(const RenderJob& job, std::size_t i) {
-  constexpr double kMostEvents = 1e6;
-  const cli::VolumeReport& report = job.reports[i];
-  const Medium& m = job.volumes[i].medium;
-  double albedo = double(max_component(m.albedo));
-  for (const Component& c : m.others) albedo = std::max(albedo, double(max_component(c.albedo)));
-  const double thickness = report.facts.largest_optical_thickness;
-  const double scatterings = estimate_scatterings(thickness, albedo);
-  const std::string where = report.file.string() + ": ";
-  const std::string limit = ", expected at most " + cli::readable(kMostEvents) + ". ";
-  if (scatterings > kMostEvents && !job.file.scene.options.max_bounces) {
-    throw Error(
-        where + "a path would scatter about " + cli::readable(scatterings) +
-        " times (optical thickness up to " + cli::readable(thickness) + ", albedo " +
-        cli::readable(albedo) + ")" + limit +
-        "Lower medium.extinction, limit paths with --max-bounces N, or insist with --force.");
-  }
-  // Second moments of weights grow by exp(4 (k - 1) depth) where majorants are k times too low
-  // (THEORY.md, T20).
-  constexpr double kMostGrowth = 20;
-  const double growth = 4 * (job.volumes[i].majorant_excess - 1) * thickness;
-  if (growth > kMostGrowth) {
-    throw Error(where + "weights would grow without end: majorants are up to " +
-                cli::readable(job.volumes[i].majorant_excess) +
-                " times too low in a cloud of optical thickness up to " + cli::readable(thickness) +
-                ", so that the variance grows by exp(" + cli::readable(growth) +
-                "), expected at most exp(" + cli::readable(kMostGrowth) +
-                "). Fit the cloud again, raise --majorant-scale, or insist with --force.");
-  }
-  if (report.facts.null_collisions > kMostEvents) {
-    throw Error(where + "a ray would meet about " + cli::readable(report.facts.null_collisions) +
-                " null collisions in one segment" + limit +
-                "Lower medium.extinction, leave --depth at auto and --tracker at decomposition, or "
-                "insist with --force.");
-  }
 }
 
 // --- rendering ----------------------------------------------------------------------------------
@@ -399,7 +315,10 @@ int run(const Options& o) {
     return cli::kSuccess;
   }
   if (!o.common.quiet) print_facts(job);
-  for (std::size_t i = 0; i < job.volumes.size() && !o.force; ++i) refuse_endless_work(job, i);
+  for (std::size_t i = 0; i < job.volumes.size() && !o.force; ++i) {
+    cli::refuse_endless_work(job.reports[i].file, job.volumes[i], job.reports[i].facts,
+                             job.file.scene.options);
+  }
 
   const TimedRender t = render_timed(o, job);
   if (t.samples == 0) throw Error("interrupted before the first sample; nothing is saved");

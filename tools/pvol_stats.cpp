@@ -1,6 +1,9 @@
-// pvol-stats: measured facts about a cloud.
+// pvol-stats: measured facts about clouds, and about pictures of them.
+#include <functional>
+
 #include "cli_app.h"
 #include "stats.h"
+#include "trade_options.h"
 
 namespace {
 
@@ -13,6 +16,8 @@ constexpr const char* kExamples = R"(Examples:
       the same as JSON, and what the renderer would choose at 0.5 per world unit
   pvol-stats shells cloud.pvol --verify
       how tight the shell is; proves again that it holds the cloud
+  pvol-stats image fast.exr reference.exr --html compare.html
+      whether the pictures differ by more than noise, and where
 
 Exit status: 0 success, 1 failure, 2 wrong usage.)";
 
@@ -36,13 +41,24 @@ constexpr const char* kShellsHelp = R"(What the figures mean:
   Slack: how far inside the shell the cloud lies, in units of the shell's own function; any certified
   bound above the rounding errors of ray tests proves that no ray through the cloud is lost.)";
 
+constexpr const char* kImageHelp = R"(What the figures mean:
+  Noise is the variance of each pixel's mean, from its own samples, as pvol-render writes it; the
+  pictures are taken to be independent (other seeds). Bias: the mean difference, with its confidence
+  interval. Systematic MSE: the MSE less what noise explains, an unbiased estimate that may fall
+  below 0. The verdict tests the means of the picture, of its quarters, of their quarters and so on,
+  and the systematic MSE, in every channel; --level is for all of these together.)";
+
 struct Options {
   cli::BoundsOptions bounds;
   cli::ShellsOptions shells;
-  bool is_shells = false;
+  cli::ImageOptions image;
+  cli::DepthOptions depth;
+  cli::TradeOptions trade;
+  std::function<int()> run;  ///< the verb that was given
 };
 
-void add_bounds(CLI::App& app, cli::BoundsOptions& o) {
+void add_bounds(CLI::App& app, Options& all) {
+  cli::BoundsOptions& o = all.bounds;
   CLI::App* verb = app.add_subcommand("bounds", "How tight the bounds of a cloud are");
   cli::add_common(*verb, std::string(kBoundsHelp) + "\n\n" + kExamples);
   verb->add_option("FILE", o.input, "The cloud: .pvol, .vdb, .nvdb, or a recipe (.toml)")
@@ -57,7 +73,18 @@ void add_bounds(CLI::App& app, cli::BoundsOptions& o) {
                    "Grid of a .vdb or .nvdb file [density, else the only float grid]")
       ->type_name("NAME");
   verb->add_flag("--strict", o.grid.strict, "Refuse an input that draws a warning");
+  verb->add_flag(
+      "--measure", o.measure,
+      "Render a small picture and count what collisions cost; without --extinction, with "
+      "the one that makes the cloud 10 optical depths thick on average");
+  verb->add_flag("--verify", o.verify,
+                 "Compare every bound with every sample in its reach, and name those that do not "
+                 "hold; one that does not is an error");
+  verb->add_option("--html", o.html,
+                   "Write a page with plots, slices and maps of look-ups; measures, too")
+      ->type_name("FILE");
   verb->add_flag("--json", o.json, "The report as JSON");
+  verb->callback([&all] { all.run = [&all] { return cli::run_bounds(all.bounds); }; });
 }
 
 void add_shells(CLI::App& app, Options& o) {
@@ -71,16 +98,46 @@ void add_shells(CLI::App& app, Options& o) {
                  "measure it again; a shell that does not is an error");
   verb->add_flag("--check", o.shells.check,
                  "Check the shell with CGAL in exact arithmetic, and report distances");
+  verb->add_option("--html", o.shells.html,
+                   "Write a page with slices, and with what the shell costs and saves a render")
+      ->type_name("FILE");
   verb->add_flag("--json", o.shells.json, "The report as JSON");
-  verb->callback([&o] { o.is_shells = true; });
+  verb->callback([&o] { o.run = [&o] { return cli::run_shells(o.shells); }; });
+}
+
+void add_image(CLI::App& app, Options& all) {
+  cli::ImageOptions& o = all.image;
+  CLI::App* verb = app.add_subcommand("image", "How far two pictures differ beyond their noise");
+  cli::add_common(*verb, std::string(kImageHelp) + "\n\n" + kExamples);
+  verb->add_option("A", o.a, "The picture to judge (.exr)")->type_name("")->required();
+  verb->add_option("B", o.b, "The picture to compare it with (.exr), of the same view")
+      ->type_name("")
+      ->required();
+  verb->add_option("--confidence", o.confidence, "Of the intervals [0.95]")
+      ->type_name("P")
+      ->check(CLI::Range(0.0, 0.999999).description(""));
+  verb->add_option("--level", o.level, "Probability of finding a bias where there is none [0.001]")
+      ->type_name("P")
+      ->check(CLI::Range(1e-12, 0.5).description(""));
+  verb->add_option("--html", o.html, "Write a page with both pictures and maps of the difference")
+      ->type_name("FILE");
+  verb->add_option("--map", o.map, "Write the difference: .exr as numbers, .png in colours")
+      ->type_name("FILE");
+  verb->add_flag("--fail-on-bias", o.fail_on_bias, "Exit with status 1 where a bias is detected");
+  verb->add_flag("--json", o.json, "The report as JSON");
+  verb->callback([&all] { all.run = [&all] { return cli::run_image(all.image); }; });
 }
 
 std::optional<int> read_command_line(int argc, char** argv, Options& o) {
-  CLI::App app{"Measures clouds, their bounds and their shells.", "pvol-stats"};
+  CLI::App app{"Measures clouds, their bounds and their shells, and compares pictures of them.",
+               "pvol-stats"};
   cli::add_common(app, kExamples);
   app.require_subcommand(1);
-  add_bounds(app, o.bounds);
+  add_bounds(app, o);
   add_shells(app, o);
+  add_image(app, o);
+  cli::add_depth(app, o.depth, o.run);
+  cli::add_trade(app, o.trade, o.run);
   return cli::parse(app, argc, argv);
 }
 
@@ -89,7 +146,5 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
 int main(int argc, char** argv) {
   Options options;
   if (const auto code = read_command_line(argc, argv, options)) return *code;
-  return cli::run_guarded("pvol-stats", [&] {
-    return options.is_shells ? cli::run_shells(options.shells) : cli::run_bounds(options.bounds);
-  });
+  return cli::run_guarded("pvol-stats", options.run);
 }

@@ -12,19 +12,20 @@ namespace pvol::cli {
 
 bool can_check_shells() { return true; }
 
-std::string check_shell(const Shell& shell, const Support& support) {
+CheckedShell check_shell(const Shell& shell, const Support& support) {
   const ShellCheck check = pvol::check_shell(shell, support);
   if (!check.contained) {
     throw Error("CGAL found that the shell does not hold the cloud:\n" + describe(check));
   }
-  return describe(check);
+  return {describe(check),          check.support_to_shell,       check.shell_to_support,
+          check.shell_volume_ratio, check.ellipsoid_volume_ratio, check.hull_volume_ratio};
 }
 
 #else
 
 bool can_check_shells() { return false; }
 
-std::string check_shell(const Shell&, const Support&) {
+CheckedShell check_shell(const Shell&, const Support&) {
   throw Error(
       "this pvol was built without CGAL, which --check needs; configure with "
       "-DPVOL_WITH_CGAL=ON, or rely on the certificate (pvol-stats shells --verify)");

@@ -1,45 +1,43 @@
-// The verb `bounds`: how tight the bounds of a cloud are.
+// The verb `bounds`: how tight the bounds of a cloud are, and whether they hold.
 #include <iostream>
 
-#include "json.h"
-#include "pvol/bounds/statistics.h"
-#include "pvol/render/volume.h"
+#include "bounds_report.h"
+#include "pvol/error.h"
 #include "stats.h"
 
 namespace pvol::cli {
 namespace {
 
-/// What depends on the extinction.
-struct Cut {
-  VolumeFacts facts;
-  Tightness tightness;
-};
+constexpr std::size_t kNamed = 20;  // wrong bounds in the text; JSON has all
 
-struct Report {
-  formats::Cloud cloud;
-  BoundsStatistics bounds;
-  std::optional<Cut> cut;
-  std::optional<formats::PvolSizes> bytes;  ///< of a .pvol file
-};
-
-Report measure(const BoundsOptions& o) {
-  Report r;
-  r.cloud = formats::load_cloud(o.input, o.grid);
-  const PyramidContent content = measure_content(r.cloud.grid, r.cloud.pyramid);
-  r.bounds = measure_bounds(r.cloud.pyramid, content);
-  if (o.extinction && !r.cloud.pyramid.empty()) {
-    Scene scene;
-    scene.medium.extinction = *o.extinction;
-    const Volume v =
-        naming(o.input, [&] { return make_volume(r.cloud.grid, r.cloud.pyramid, scene); });
-    r.cut = {describe(v, r.cloud.grid, scene.medium),
-             measure_cut(r.cloud.pyramid, content, v.octree, *o.extinction)};
-  }
-  if (formats::ending(o.input) == ".pvol") r.bytes = formats::measure_pvol(o.input);
-  return r;
+void measure_cut(BoundsReport& r, const PyramidContent& content, const BoundsOptions& o) {
+  const double extinction = r.probe ? r.probe->extinction : *o.extinction;
+  Scene scene;
+  scene.medium.extinction = extinction;
+  const Volume v =
+      naming(o.input, [&] { return make_volume(r.cloud.grid, r.cloud.pyramid, scene); });
+  r.cut = {extinction, describe(v, r.cloud.grid, scene.medium),
+           pvol::measure_cut(r.cloud.pyramid, content, v.octree, extinction)};
 }
 
-// --- text ---------------------------------------------------------------------------------------
+BoundsReport measure(const BoundsOptions& o, formats::Cloud cloud) {
+  BoundsReport r;
+  r.file = o.input.string();
+  r.cloud = std::move(cloud);
+  const PyramidContent content = measure_content(r.cloud.grid, r.cloud.pyramid);
+  r.bounds = measure_bounds(r.cloud.pyramid, content);
+  r.distributions = measure_distributions(r.cloud.pyramid, content);
+  r.empty_share_of_box = empty_share_of_box(r.cloud.pyramid);
+  if (formats::ending(o.input) == ".pvol") r.bytes = formats::measure_pvol(o.input);
+  if (r.cloud.pyramid.empty()) return r;
+  if (o.measure || o.html) {
+    ProbeOptions options;
+    options.extinction = o.extinction;
+    r.probe = naming(o.input, [&] { return probe(r.cloud.grid, r.cloud.pyramid, options); });
+  }
+  if (o.extinction || r.probe) measure_cut(r, content, o);
+  return r;
+}
 
 std::string column(const std::string& text, std::size_t width) {
   return std::string(width > text.size() ? width - text.size() : 1, ' ') + text;
@@ -65,28 +63,46 @@ void print_depths(const BoundsStatistics& s) {
   }
 }
 
+void print_quantiles(const std::string& name, const TwoDistributions& d) {
+  for (const auto& [by, distribution] :
+       {std::pair("volume", &d.by_volume), std::pair("mass", &d.by_mass)}) {
+    std::cout << column(name, 10) << column(by, 8);
+    for (const double q : distribution->quantiles) std::cout << column(readable(q), 11);
+    std::cout << '\n';
+  }
+}
+
+void print_distributions(const BoundsReport& r) {
+  std::cout << "\nin the leaves: what 5, 25, 50, 75 and 95 % of volume or mass do not exceed\n";
+  const DepthDistributions& d = r.distributions.back();
+  print_quantiles("hi/mean", d.hi);
+  print_quantiles("lo/mean", d.lo);
+  print_quantiles("gap/mean", d.gap);
+}
+
 void print_class(const char* name, const ClassStatistics& c, const BoundsStatistics& s) {
   print_row({name, readable_count(c.leaves), readable(100 * c.volume / s.root_volume) + " %",
              readable(100 * c.mass / s.mass) + " %"});
 }
 
-void print_lookups(const Report& r) {
-  const BoundsStatistics& s = r.bounds;
-  const auto row = [](const std::string& name, const CollisionCost& c) {
-    std::cout << "  " << name << std::string(name.size() < 44 ? 44 - name.size() : 1, ' ')
-              << column(readable(c.even), 10) << column(readable(c.dense), 10) << '\n';
-  };
-  std::cout << "\nexpected look-ups per collision                     even     dense\n";
-  row("delta, one majorant over the box", s.global_majorant);
-  row("delta, leaves of 8^3", s.depths.back().tightness.majorant);
-  row("decomposition, leaves of 8^3", s.depths.back().tightness.residual);
-  if (!r.cut) return;
-  row("delta, the cut of the cost model", r.cut->tightness.majorant);
-  row("decomposition, the cut of the cost model", r.cut->tightness.residual);
+void print_lookups(const BoundsReport& r) {
+  std::cout << "\nexpected look-ups per collision                     even     dense"
+            << (r.probe ? "   measured" : "") << '\n';
+  for (const LookupFigure& f : lookup_figures(r)) {
+    std::cout << "  " << f.name << std::string(f.name.size() < 44 ? 44 - f.name.size() : 1, ' ')
+              << column(f.expected ? readable(f.expected->even) : "", 10)
+              << column(f.expected && f.expected->dense > 0 ? readable(f.expected->dense) : "", 10);
+    if (f.measured) {
+      std::cout << column(readable(f.measured->value), 11) << " +- "
+                << readable(f.measured->half_width);
+    }
+    std::cout << '\n';
+  }
 }
 
-void print_cut(double extinction, const VolumeFacts& f) {
-  std::cout << "\nat extinction " << readable(extinction) << " per world unit: largest "
+void print_cut(const BoundsReport::Cut& cut) {
+  const VolumeFacts& f = cut.facts;
+  std::cout << "\nat extinction " << readable(cut.extinction) << " per world unit: largest "
             << readable(f.largest_extinction) << ", shortest free path "
             << readable(f.shortest_free_path) << " world units\n"
             << "mean optical thickness along the axes " << readable(f.mean_optical_thickness[0])
@@ -96,97 +112,88 @@ void print_cut(double extinction, const VolumeFacts& f) {
             << "the walk stops at depth " << f.depth << " or above\n";
 }
 
-void report_text(const BoundsOptions& o, const Report& r) {
-  const Pyramid& p = r.cloud.pyramid;
-  std::cout << o.input.string() << ": grid " << r.cloud.report.grid;
-  if (p.empty()) {
-    std::cout << ", the density is 0 everywhere\n";
-    return;
+void print_bytes(const BoundsReport& r) {
+  if (r.bytes) {
+    std::cout << "\nbytes: header " << r.bytes->header << ", metadata " << r.bytes->metadata
+              << ", bounds " << r.bytes->bounds << ", micro-bounds " << r.bytes->micro << ", shell "
+              << r.bytes->shell << ", density " << r.bytes->density << ", total " << r.bytes->total
+              << '\n';
   }
-  const Vec3l cells = p.support_hi - p.support_lo;
-  std::cout << ", " << cells.x << " x " << cells.y << " x " << cells.z
-            << " voxels, largest density " << readable(double(p.scale)) << '\n';
+  if (r.cut) {
+    std::cout << "in memory: density " << readable_bytes(r.cut->facts.field_bytes) << ", octree "
+              << readable_bytes(r.cut->facts.octree_bytes);
+    if (r.probe) {
+      std::cout << ", micro-bounds of 2^3 voxels " << readable_bytes(r.probe->squeezed.micro_bytes);
+    }
+    std::cout << '\n';
+  }
+}
+
+void report_text(const BoundsReport& r) {
+  std::cout << r.file << ": grid " << r.cloud.report.grid << ", " << describe_size(r) << '\n';
+  if (r.check) {
+    std::cout << "verified: " << readable_count(r.check->leaves) << " leaves and "
+              << readable_count(r.check->uniform) << " uniform cubes hold their samples\n";
+  }
+  if (r.cloud.pyramid.empty()) return;
   print_depths(r.bounds);
+  print_distributions(r);
   std::cout << "\nclasses of space in the root's cube\n";
   print_row({"", "leaves", "volume", "mass"});
   print_class("empty", r.bounds.empty, r.bounds);
   print_class("uniform", r.bounds.uniform, r.bounds);
   print_class("mixed", r.bounds.mixed, r.bounds);
+  std::cout << "walks skip " << readable(100 * r.empty_share_of_box)
+            << " % of the box around the density\n";
   print_lookups(r);
-  if (r.cut) print_cut(*o.extinction, r.cut->facts);
-  if (!r.bytes) return;
-  std::cout << "\nbytes: header " << r.bytes->header << ", metadata " << r.bytes->metadata
-            << ", bounds " << r.bytes->bounds << ", micro-bounds " << r.bytes->micro << ", shell "
-            << r.bytes->shell << ", density " << r.bytes->density << ", total " << r.bytes->total
-            << '\n';
+  if (r.cut) print_cut(*r.cut);
+  print_bytes(r);
 }
 
-// --- JSON ---------------------------------------------------------------------------------------
-
-Json to_json(const CollisionCost& c) { return {{"even", c.even}, {"dense", c.dense}}; }
-
-Json to_json(const ClassStatistics& c) {
-  return {{"leaves", c.leaves}, {"volume_voxels", c.volume}, {"mass", c.mass}};
-}
-
-Json to_json(const VolumeFacts& f) {
-  return {{"largest_extinction", f.largest_extinction},
-          {"shortest_free_path", f.shortest_free_path},
-          {"mean_optical_thickness", f.mean_optical_thickness},
-          {"largest_optical_thickness", f.largest_optical_thickness},
-          {"depth", f.depth}};
-}
-
-void report_json(const BoundsOptions& o, const Report& r) {
-  const BoundsStatistics& s = r.bounds;
-  Json j;
-  j["file"] = o.input.string();
-  j["grid"] = r.cloud.report.grid;
-  j["largest_density"] = r.cloud.pyramid.scale;
-  j["mass"] = s.mass;
-  j["depths"] = Json::array();
-  for (const DepthStatistics& d : s.depths) {
-    j["depths"].push_back({{"depth", d.depth},
-                           {"edge_voxels", d.edge},
-                           {"nodes", d.nodes},
-                           {"leaves", d.leaves},
-                           {"mean_hi_over_mean", d.mean_hi},
-                           {"mean_lo_over_mean", d.mean_lo},
-                           {"majorant_over_mass", to_json(d.tightness.majorant)},
-                           {"residual_over_mass", to_json(d.tightness.residual)}});
+/// Names what is wrong and fails.
+[[noreturn]] void refuse(const BoundsOptions& o, const formats::Cloud& cloud,
+                         const BoundsCheck& check) {
+  const Affine& to_world = cloud.grid.index_to_world;
+  if (o.json) {
+    Json j;
+    j["file"] = o.input.string();
+    j["verified"] = to_json(check, to_world);
+    std::cout << to_text(j);
+  } else {
+    if (check.support) std::cout << describe(*check.support) << '\n';
+    for (std::size_t i = 0; i < std::min(kNamed, check.wrong.size()); ++i) {
+      std::cout << describe(check.wrong[i], to_world) << '\n';
+    }
+    if (check.wrong.size() > kNamed) {
+      std::cout << "and " << readable_count(check.wrong.size() - kNamed)
+                << " more; --json names all\n";
+    }
   }
-  j["classes"] = {
-      {"empty", to_json(s.empty)}, {"uniform", to_json(s.uniform)}, {"mixed", to_json(s.mixed)}};
-  j["lookups_per_collision"]["delta_global"] = to_json(s.global_majorant);
-  if (!s.depths.empty()) {
-    j["lookups_per_collision"]["delta_leaves"] = to_json(s.depths.back().tightness.majorant);
-    j["lookups_per_collision"]["decomposition_leaves"] =
-        to_json(s.depths.back().tightness.residual);
-  }
-  if (r.cut) {
-    j["lookups_per_collision"]["delta_cut"] = to_json(r.cut->tightness.majorant);
-    j["lookups_per_collision"]["decomposition_cut"] = to_json(r.cut->tightness.residual);
-    j["extinction"] = *o.extinction;
-    j["volume"] = to_json(r.cut->facts);
-  }
-  if (r.bytes) {
-    j["bytes"] = {{"header", r.bytes->header}, {"metadata", r.bytes->metadata},
-                  {"bounds", r.bytes->bounds}, {"micro", r.bytes->micro},
-                  {"shell", r.bytes->shell},   {"density", r.bytes->density},
-                  {"total", r.bytes->total}};
-  }
-  std::cout << to_text(j);
+  std::cout.flush();
+  throw Error(o.input.string() + ": the bounds do not hold: " + readable_count(check.wrong.size()) +
+              " of " + readable_count(check.leaves + check.uniform) + " cubes are wrong" +
+              (check.support ? ", and so is the box around them" : "") +
+              ". They belong to another density or were damaged; fit the cloud again.");
 }
 
 }  // namespace
 
 int run_bounds(const BoundsOptions& o) {
-  const Report r = measure(o);
-  print_warnings("pvol-stats", r.cloud.report.warnings);
+  if (o.html) check_output(*o.html, {".html", ".htm"});
+  formats::Cloud cloud = formats::load_cloud(o.input, o.grid);
+  print_warnings("pvol-stats", cloud.report.warnings);
+  std::optional<BoundsCheck> check;
+  if (o.verify) {
+    check = verify_bounds(cloud.grid, cloud.pyramid);
+    if (!check->holds()) refuse(o, cloud, *check);
+  }
+  BoundsReport r = measure(o, std::move(cloud));
+  r.check = std::move(check);
+  if (o.html) html::write_page(*o.html, bounds_page(r));
   if (o.json) {
-    report_json(o, r);
+    std::cout << to_text(to_json(r));
   } else {
-    report_text(o, r);
+    report_text(r);
   }
   return kSuccess;
 }

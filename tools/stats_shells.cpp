@@ -3,25 +3,16 @@
 
 #include "json.h"
 #include "pvol/error.h"
-#include "pvol/shell/certificate.h"
 #include "pvol/shell/tightness.h"
-#include "shell_checks.h"
+#include "shell_page.h"
 #include "shell_report.h"
 #include "stats.h"
 
 namespace pvol::cli {
 namespace {
 
-/// The certificate computed again from the density, and the tightness measured again.
-struct Replay {
-  Certificate certificate;
-  ShellTightness tightness;
-  double margin = 0;   ///< that rays need
-  double seconds = 0;  ///< of the certificate
-};
-
-Replay replay(const Shell& shell, const Support& support) {
-  Replay r;
+ShellReplay replay(const Shell& shell, const Support& support) {
+  ShellReplay r;
   Stopwatch watch;
   r.certificate = certify(shell, support);
   r.seconds = watch.lap();
@@ -31,7 +22,7 @@ Replay replay(const Shell& shell, const Support& support) {
 }
 
 /// Throws Error where the shell does not keep what the file promises.
-void require_proof(const ShellsOptions& o, const Shell& shell, const Replay& r) {
+void require_proof(const ShellsOptions& o, const Shell& shell, const ShellReplay& r) {
   // Either search may end its tolerance away from the true minimum.
   const double promised = std::max(shell.certificate.bound - CertifyOptions{}.tolerance, r.margin);
   if (r.certificate.bound >= promised) return;
@@ -43,7 +34,7 @@ void require_proof(const ShellsOptions& o, const Shell& shell, const Replay& r) 
 }
 
 void report_text(const ShellsOptions& o, const Shell& shell, std::uint64_t bytes,
-                 const std::optional<Replay>& r, const std::string& check) {
+                 const std::optional<ShellReplay>& r, const std::optional<CheckedShell>& check) {
   std::cout << o.input.string() << ":\n";
   print_shell(std::cout, shell, bytes, "  ");
   if (r) {
@@ -54,12 +45,13 @@ void report_text(const ShellsOptions& o, const Shell& shell, std::uint64_t bytes
               << "\n  measured again: volume " << readable(r->tightness.volume_ratio) << ", rays "
               << readable(r->tightness.hit_ratio) << '\n';
   }
-  std::cout << check;
+  if (check) std::cout << check->text;
 }
 
 }  // namespace
 
 int run_shells(const ShellsOptions& o) {
+  if (o.html) check_output(*o.html, {".html", ".htm"});
   if (formats::ending(o.input) != ".pvol") {
     throw UsageError(o.input.string() +
                      ": shells are kept in .pvol files; make one with pvol-fit "
@@ -71,9 +63,9 @@ int run_shells(const ShellsOptions& o) {
   }
   const Shell& shell = *file.shell;
   const std::uint64_t bytes = formats::measure_pvol(o.input).shell;
-  std::optional<Replay> r;
-  std::string check;
-  if (o.verify || o.check) {
+  std::optional<ShellReplay> r;
+  std::optional<CheckedShell> check;
+  if (o.verify || o.check || o.html) {
     const formats::Cloud cloud = formats::load_cloud(o.input);
     print_warnings("pvol-stats", cloud.report.warnings);
     const Support support = make_support(cloud.grid, cloud.pyramid);
@@ -82,6 +74,11 @@ int run_shells(const ShellsOptions& o) {
       require_proof(o, shell, *r);
     }
     if (o.check) check = naming(o.input, [&] { return check_shell(shell, support); });
+    if (o.html) {
+      const ShellProbe probe =
+          naming(o.input, [&] { return probe_shell(cloud.grid, cloud.pyramid, shell); });
+      html::write_page(*o.html, shell_page(o.input.string(), cloud, bytes, probe, r, check));
+    }
   }
   if (!o.json) {
     report_text(o, shell, bytes, r, check);
@@ -96,7 +93,13 @@ int run_shells(const ShellsOptions& o) {
     j["verified"]["seconds"] = r->seconds;
     j["verified"]["margin"] = r->margin;
   }
-  if (!check.empty()) j["check"] = check;
+  if (check) {
+    j["check"] = check->text;
+    j["distances"] = {{"cloud_to_shell", check->cloud_to_shell},
+                      {"shell_to_cloud", check->shell_to_cloud}};
+    j["ellipsoid_volume_ratio"] = check->ellipsoid_volume_ratio;
+    j["hull_volume_ratio"] = check->hull_volume_ratio;
+  }
   std::cout << to_text(j);
   return kSuccess;
 }

@@ -1,6 +1,6 @@
-// OpenEXR, the only file that sees it: pictures out, sky pictures in.
+// Pictures out to OpenEXR, sky pictures in.
 #include <ImfChannelList.h>
-#include <ImfChromaticitiesAttribute.h>
+#include <ImfChromaticities.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfInputFile.h>
@@ -13,6 +13,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "exr_check.h"
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
 #include "pvol/formats/image.h"
@@ -21,9 +22,6 @@ namespace pvol::formats {
 namespace {
 
 constexpr int kBlockRows = 16;  // the rows that OpenEXR's zip compresses together
-constexpr std::int64_t kLargestSky = std::int64_t{1} << 28;      // pixels
-constexpr std::int64_t kLargestSkyEdge = std::int64_t{1} << 16;  // longer ones are damaged headers
-constexpr float kPrimaryTolerance = 0.002f;  // chromaticities are published with 2 to 4 digits
 
 /// A channel and how it follows from a pixel.
 struct Channel {
@@ -101,44 +99,6 @@ void write_pixels(Imf::OutputFile& out, const Film& film, const std::vector<Chan
   }
 }
 
-std::string names_of(const Imf::ChannelList& channels) {
-  std::string names;
-  for (auto c = channels.begin(); c != channels.end(); ++c) {
-    names += (names.empty() ? "" : ", ") + std::string(c.name());
-  }
-  return names.empty() ? "none" : names;
-}
-
-bool close(const Imath::V2f& a, const Imath::V2f& b) {
-  return std::abs(a.x - b.x) <= kPrimaryTolerance && std::abs(a.y - b.y) <= kPrimaryTolerance;
-}
-
-/// Throws for what cannot be a sky, before any pixel is read.
-void check_sky(const Imf::InputFile& in) {
-  for (const char* name : {"R", "G", "B"}) {
-    if (!in.header().channels().findChannel(name)) {
-      throw Error(std::string("has no channel ") + name + "; expected R, G and B, found " +
-                  names_of(in.header().channels()));
-    }
-  }
-  const Imath::Box2i& box = in.header().dataWindow();
-  const std::int64_t width = std::int64_t(box.max.x) - box.min.x + 1;
-  const std::int64_t height = std::int64_t(box.max.y) - box.min.y + 1;
-  if (width < 1 || height < 1 || width > kLargestSkyEdge || height > kLargestSkyEdge ||
-      width * height > kLargestSky) {
-    throw Error("has " + std::to_string(width) + " x " + std::to_string(height) +
-                " pixels; expected 1 to 2^16 along each edge and at most 2^28 in all");
-  }
-  if (Imf::hasChromaticities(in.header())) {
-    const Imf::Chromaticities found = Imf::chromaticities(in.header()), rec709;
-    if (!close(found.red, rec709.red) || !close(found.green, rec709.green) ||
-        !close(found.blue, rec709.blue) || !close(found.white, rec709.white)) {
-      throw Error("has primaries other than linear Rec.709; convert it first");
-    }
-  }
-  if (!in.isComplete()) throw Error("is incomplete: pixels are missing; copy or write it again");
-}
-
 void check_radiance(Rgb c, std::size_t index, std::size_t width) {
   if (is_finite(c) && min_component(c) >= 0) return;
   throw Error("pixel (" + std::to_string(index % width) + ", " + std::to_string(index / width) +
@@ -202,7 +162,7 @@ void write_exr(const std::filesystem::path& file, const Film& film,
 ImageSky read_sky(const std::filesystem::path& file) {
   try {
     Imf::InputFile in(file.c_str());
-    check_sky(in);
+    detail::check_picture(in);
     return read_pixels(in);
   } catch (const Error& e) {
     throw Error(file.string() + ": " + e.what());

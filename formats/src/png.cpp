@@ -49,6 +49,24 @@ std::vector<std::uint8_t> encode_film(const std::filesystem::path& file, const F
   return bytes;
 }
 
+png_image describe(int width, int height, png_uint_32 format) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = png_uint_32(width);
+  image.height = png_uint_32(height);
+  image.format = format;  // 8-bit formats are sRGB
+  return image;
+}
+
+void write_bytes(const std::filesystem::path& file, png_image image,
+                 const std::vector<std::uint8_t>& bytes) {
+  write_atomically(file, [&](const std::filesystem::path& aside) {
+    if (!png_image_write_to_file(&image, aside.c_str(), 0, bytes.data(), 0, nullptr)) {
+      throw Error(file.string() + ": cannot be written: " + image.message);
+    }
+  });
+}
+
 }  // namespace
 
 void write_png(const std::filesystem::path& file, const Film& film, double exposure, bool alpha) {
@@ -61,16 +79,35 @@ void write_png(const std::filesystem::path& file, const Film& film, double expos
     throw Error(file.string() + ": the picture has no pixels; choose a size of at least 1 x 1");
   }
   const std::vector<std::uint8_t> bytes = encode_film(file, film, factor, alpha);
-  png_image image{};
-  image.version = PNG_IMAGE_VERSION;
-  image.width = png_uint_32(film.crop_width);
-  image.height = png_uint_32(film.crop_height);
-  image.format = alpha ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;  // 8-bit formats are sRGB
-  write_atomically(file, [&](const std::filesystem::path& aside) {
-    if (!png_image_write_to_file(&image, aside.c_str(), 0, bytes.data(), 0, nullptr)) {
-      throw Error(file.string() + ": cannot be written: " + image.message);
-    }
-  });
+  write_bytes(file,
+              describe(film.crop_width, film.crop_height, alpha ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB),
+              bytes);
+}
+
+Picture to_picture(const Film& film, double exposure) {
+  Picture p{film.crop_width, film.crop_height, {}};
+  p.rgb.reserve(3 * film.pixels.size());
+  for (const PixelSums& sums : film.pixels) {
+    std::array<std::uint8_t, 4> pixel{255, 0, 255, 255};
+    if (is_finite(sums.sum)) pixel = encode_pixel(sums, std::exp2(exposure), false);
+    p.rgb.insert(p.rgb.end(), pixel.begin(), pixel.begin() + 3);
+  }
+  return p;
+}
+
+std::vector<std::byte> encode_png(const Picture& picture) {
+  png_image image = describe(picture.width, picture.height, PNG_FORMAT_RGB);
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+  std::vector<std::byte> bytes(size);
+  if (!png_image_write_to_memory(&image, bytes.data(), &size, 0, picture.rgb.data(), 0, nullptr)) {
+    throw Error(std::string("a picture cannot be encoded: ") + image.message);
+  }
+  bytes.resize(size);
+  return bytes;
+}
+
+void write_png(const std::filesystem::path& file, const Picture& picture) {
+  write_bytes(file, describe(picture.width, picture.height, PNG_FORMAT_RGB), picture.rgb);
 }
 
 }  // namespace pvol::formats

@@ -48,6 +48,7 @@ class LatticeIndex {
 struct BlockSource {
   const float* values = nullptr;  ///< 512 samples, or null
   float constant = 0;             ///< of the tile, where `values` is null; 0 outside everything
+  std::int32_t edge = 0;          ///< of that tile, whose origin is a multiple of it
 };
 
 /// Finds the samples of aligned 8^3 blocks in a grid. Keeps a reference to the grid.
@@ -67,14 +68,14 @@ class BlockFinder {
   /// `origin` is a multiple of 8 on each axis.
   [[nodiscard]] BlockSource find(Vec3i origin) const {
     if (const auto i = bricks_.find(origin); i != LatticeIndex::kAbsent) {
-      return {grid_.bricks[std::size_t(i)].values, 0};
+      return {grid_.bricks[std::size_t(i)].values, 0, 0};
     }
     for (std::uint32_t left = edges_; left != 0; left &= left - 1) {  // each edge that occurs
       const auto edge = std::int32_t(left & (~left + 1));
       const Vec3i at{origin.x & -edge, origin.y & -edge, origin.z & -edge};
       const auto i = tiles_.find(at);
       if (i != LatticeIndex::kAbsent && grid_.tiles[std::size_t(i)].edge == edge) {
-        return {nullptr, grid_.tiles[std::size_t(i)].value};
+        return {nullptr, grid_.tiles[std::size_t(i)].value, edge};
       }
     }
     return {};

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <mutex>
 #include <string>
@@ -206,7 +207,10 @@ RenderResult render(std::span<const Volume> volumes, const Scene& wanted,
 
   PathSetup setup(volumes, scene);
   if (choose_guide(volumes, scene).used) {
+    const auto begin = std::chrono::steady_clock::now();
     arena.execute([&] { detail::guide_paths(volumes, scene, setup); });
+    result.guide_seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   }
   result.guided = setup.importance != nullptr;
   require(std::isfinite(setup.shadow_unit), "the lights are too bright for single precision");

@@ -4,13 +4,17 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
+#include "box_volume.h"
 #include "lattice_index.h"
 
 namespace pvol {
 namespace {
+
+using detail::volume_in_box;
 
 double cube_volume(std::size_t level) {
   return std::ldexp(double(kLeafEdge) * kLeafEdge * kLeafEdge, 3 * int(level));
@@ -90,16 +94,17 @@ DepthStatistics measure_depth(const Pyramid& p, const PyramidContent& content, s
     for (std::size_t i = 0; i < p.levels[l].size(); ++i) {
       const PyramidNode& n = p.levels[l][i];
       const NodeContent& c = content[l][i];
+      const double volume = volume_in_box(p, l, n.code);
       if (l == level) {
-        const double mean = c.mass / cube_volume(l);
+        const double mean = c.mass / volume;
         d.mean_hi += double(n.hi) / mean / double(d.nodes);
         d.mean_lo += double(n.lo) / mean / double(d.nodes);
         d.leaves += c.leaf ? 1 : 0;
       } else if (!c.leaf) {
         continue;
       }
-      hi.add(double(n.hi), cube_volume(l), c.mass);
-      gap.add(double(n.hi) - double(n.lo), cube_volume(l), c.mass);
+      hi.add(double(n.hi), volume, c.mass);
+      gap.add(double(n.hi) - double(n.lo), volume, c.mass);
     }
   }
   d.tightness = {hi / density, gap / density};
@@ -127,16 +132,22 @@ const Octree::Entry* find_terminal(const Octree& tree, Vec3i cell) {
   }
 }
 
-/// Calls `visit(entry, volume)` for every terminal below a node; one that is a group of eight
-/// children comes child by child. The tree below terminals serves look-ups only.
+/// Calls `visit(entry, origin, edge)` for every terminal below a node at `origin`, in cells; one
+/// that is a group of eight children comes child by child. The tree below terminals serves look-ups
+/// only.
 template <class Visit>
-void for_each_terminal(const Octree& tree, const Octree::Node& node, const Visit& visit) {
-  for (int k = 0; k < std::popcount(node.mask); ++k) {
-    const Octree::Entry& e = tree.entries[node.first + std::uint32_t(k)];
+void for_each_terminal(const Octree& tree, const Octree::Node& node, Vec3l origin,
+                       const Visit& visit) {
+  const std::int64_t edge = std::int64_t(kLeafEdge) << 2 * node.height;
+  std::uint64_t left = node.mask;
+  for (std::uint32_t k = 0; left != 0; ++k, left &= left - 1) {
+    const int bit = std::countr_zero(left);
+    const Octree::Entry& e = tree.entries[node.first + k];
+    const Vec3l at = origin + Vec3l(bit >> 4, bit >> 2 & 3, bit & 3) * edge;
     if (e.log2 != 0) {
-      visit(e, cube_volume(2 * node.height));
+      visit(e, at, edge);
     } else {
-      for_each_terminal(tree, tree.nodes[e.link & ~Octree::kNodeBit], visit);
+      for_each_terminal(tree, tree.nodes[e.link & ~Octree::kNodeBit], at, visit);
     }
   }
 }
@@ -192,10 +203,12 @@ Tightness measure_cut(const Pyramid& pyramid, const PyramidContent& content, con
   BoundSums hi, gap;
   // Over volume: every terminal, also where it covers leaves that hold nothing.
   if (!tree.empty()) {
-    for_each_terminal(tree, tree.nodes[0], [&](const Octree::Entry& e, double volume) {
+    const auto add = [&](const Octree::Entry& e, Vec3l origin, std::int64_t edge) {
+      const double volume = volume_in_box(pyramid, origin, edge);
       hi.even += double(e.hi) / extinction * volume;
       gap.even += (double(e.hi) - double(e.lo)) / extinction * volume;
-    });
+    };
+    for_each_terminal(tree, tree.nodes[0], pyramid.origin, add);
   }
   // Over mass: leaf by leaf, with the bounds of the terminal above it.
   for (std::size_t level = 0; level < pyramid.levels.size(); ++level) {

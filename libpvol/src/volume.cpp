@@ -252,6 +252,15 @@ Volume make_volume(std::shared_ptr<const Recipe> recipe, const Pyramid& pyramid,
   return std::move(v);
 }
 
+double worst_null_collisions(const Volume& volume) {
+  const double cell_length = std::cbrt(1 / std::abs(determinant(volume.world_to_cells)));
+  double most = 0;
+  for (const Octree::Entry& e : volume.octree.entries) {
+    if (e.log2 > 0) most = std::max(most, double(e.hi - e.lo) * std::ldexp(cell_length, e.log2));
+  }
+  return most;
+}
+
 namespace {
 
 /// Sums of samples over lattice columns along one axis, 8 x 8 columns of bricks together.
@@ -318,14 +327,11 @@ class Columns {
 };
 
 /// What the octree tells.
-void add_facts(const Volume& volume, double cell_length, VolumeFacts& f) {
+void add_facts(const Volume& volume, VolumeFacts& f) {
   f.depth = volume.octree.depth;
   f.nodes = volume.octree.nodes.size();
   f.terminals = volume.octree.terminals;
-  for (const Octree::Entry& e : volume.octree.entries) {
-    const double depth = double(e.hi - e.lo) * std::ldexp(cell_length, e.log2);
-    f.null_collisions = std::max(f.null_collisions, depth);
-  }
+  f.null_collisions = worst_null_collisions(volume);
   f.octree_bytes = volume.octree.nodes.size() * sizeof(Octree::Node) +
                    volume.octree.entries.size() * sizeof(Octree::Entry);
 }
@@ -351,7 +357,7 @@ VolumeFacts describe(const Volume& volume, const VoxelGrid& grid, const Medium& 
     f.mean_optical_thickness[axis] = r.mean * step;
     f.largest_optical_thickness = std::max(f.largest_optical_thickness, r.largest * step);
   }
-  add_facts(volume, std::cbrt(std::abs(determinant(to_world))), f);
+  add_facts(volume, f);
   f.field_bytes = volume.field.samples.size() * sizeof(float);
   return f;
 }
@@ -360,8 +366,7 @@ VolumeFacts describe(const Volume& volume, const Recipe& recipe, const Medium& m
   Recipe coarse = recipe;
   coarse.voxel = voxel_for(recipe, kCoarseResolution);
   VolumeFacts f = describe(Volume{}, make_grid(coarse), medium);
-  const Affine to_world = medium.object_to_world * scaling(Vec3d(recipe.voxel));
-  add_facts(volume, std::cbrt(std::abs(determinant(to_world))), f);
+  add_facts(volume, f);
   f.field_bytes = volume.procedure ? count_bytes(*volume.procedure) : 0;
   return f;
 }

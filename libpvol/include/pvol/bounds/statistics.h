@@ -34,7 +34,7 @@ struct CollisionCost {
   double even = 0, dense = 0;
 };
 
-/// Bounds that tile the density.
+/// Bounds that tile the density. Volumes end at the box of the support, as walks do.
 struct Tightness {
   CollisionCost majorant;  ///< hi per collision: look-ups of delta tracking
   CollisionCost residual;  ///< hi - lo per collision: look-ups of decomposition tracking
@@ -46,7 +46,7 @@ struct DepthStatistics {
   std::int64_t edge = 0;     ///< of a cube, in cells
   std::uint64_t nodes = 0;   ///< of this depth
   std::uint64_t leaves = 0;  ///< those of them with nothing below
-  /// Means over nodes of hi / (mean density) and lo / (mean density).
+  /// Means over nodes of hi / (mean density in the support's box) and lo / (the same).
   double mean_hi = 0, mean_lo = 0;
   /// For a walk that stops here, or at a leaf above.
   Tightness tightness;

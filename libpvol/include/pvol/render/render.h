@@ -16,9 +16,10 @@ using Progress = std::function<bool(std::uint64_t done, std::uint64_t total)>;
 
 struct RenderResult {
   Film film;
-  Counts counts;         ///< all zero unless options.count
-  bool guided = false;   ///< whether paths were guided by importance
-  bool complete = true;  ///< false where `progress` stopped it; pixels then hold fewer samples
+  Counts counts;             ///< all zero unless options.count
+  bool guided = false;       ///< whether paths were guided by importance
+  double guide_seconds = 0;  ///< of the clock, to find out by what
+  bool complete = true;      ///< false where `progress` stopped it; pixels then hold fewer samples
 };
 
 /// Renders the scene with the volume that `make_volume` made for it. The same scene gives the same

@@ -55,10 +55,10 @@ struct VolumeFacts {
   double shortest_free_path = 0;                 ///< world units, at the largest extinction
   double mean_optical_thickness[3] = {0, 0, 0};  ///< along the index axes, over columns that hit
   double largest_optical_thickness = 0;          ///< over all those columns
-  double null_collisions = 0;   ///< of a ray in the thin part of the worst segment, about
-  int depth = 0;                ///< largest octree depth at which the walk stops
-  std::uint64_t nodes = 0;      ///< of the tree, those below the cut included
-  std::uint64_t terminals = 0;  ///< at which the walk stops
+  double null_collisions = 0;                    ///< see worst_null_collisions
+  int depth = 0;                                 ///< largest octree depth at which the walk stops
+  std::uint64_t nodes = 0;                       ///< of the tree, those below the cut included
+  std::uint64_t terminals = 0;                   ///< at which the walk stops
   std::uint64_t field_bytes = 0, octree_bytes = 0;
 };
 
@@ -78,6 +78,9 @@ struct VolumeFacts {
 /// build_pyramid(*recipe, ...); cells are the recipe's voxels.
 [[nodiscard]] Volume make_volume(std::shared_ptr<const Recipe> recipe, const Pyramid& pyramid,
                                  const Scene& scene);
+
+/// About how many null collisions a ray meets in the thin part of the worst segment.
+[[nodiscard]] double worst_null_collisions(const Volume& volume);
 
 [[nodiscard]] VolumeFacts describe(const Volume& volume, const VoxelGrid& grid,
                                    const Medium& medium);

@@ -1,0 +1,84 @@
+// Judging settings of a render against each other: ratios of what was measured in turn, the Pareto
+// front, and which setting reaches an error or a time (THEORY.md, T29).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "pvol/render/film.h"
+
+namespace pvol {
+
+/// A median with an interval that holds the true one with probability `coverage`, whatever the
+/// distribution.
+struct Estimate {
+  double value = 0, low = 0, high = 0;
+  double coverage = 0;  ///< in [0, 1); 0 for fewer than two values, whose interval is the value
+};
+
+/// The median of independent values of one distribution, between the narrowest pair of them that
+/// holds it with probability `coverage`; with too few values for that, between the outermost two,
+/// and the estimate's own coverage says what they reach: 1 - 2^(1-n). Takes at least one value.
+[[nodiscard]] Estimate estimate_median(std::vector<double> values, double coverage = 0.95);
+
+/// Median of a[i] / b[i]: both measured in the same round i, so that what slows the machine down
+/// for a while slows both.
+[[nodiscard]] Estimate estimate_ratio(std::span<const double> a, std::span<const double> b,
+                                      double coverage = 0.95);
+
+/// Level of each of `comparisons` tests with which all of them together raise a false alarm with
+/// probability `family` at most, if they are independent or positively dependent (Sidak 1967).
+[[nodiscard]] double sidak_level(double family, std::size_t comparisons);
+
+/// Adds the samples of a film of the same size, rendered with another seed.
+void add_samples(Film& to, const Film& from);
+
+/// Luminance (BT.709) averaged over the film's pixels.
+[[nodiscard]] double mean_luminance(const Film& film);
+
+/// Variance of the luminance of one sample, averaged over the film's pixels, where a pixel's
+/// channels rise and fall together (see `luminance_deviation`); 0 for fewer than two samples a
+/// pixel.
+[[nodiscard]] double sample_variance(const Film& film);
+
+/// What a setting costs in three ways, each better when less.
+using Costs = std::array<double, 3>;
+
+/// The settings that no other one beats: none is at most as dear in every way and less in one.
+/// Ascending; equal ones are all on the front. Quadratic in the number of settings.
+[[nodiscard]] std::vector<std::size_t> pareto_front(std::span<const Costs> settings);
+
+/// A setting as measured.
+struct Setting {
+  double seconds = 0;   ///< CPU time of a sample
+  double set_up = 0;    ///< CPU seconds before the first sample
+  double variance = 0;  ///< of a sample, averaged over the pixels
+  double offset = 0;    ///< mean over the pixels of the squared systematic error; 0 where unbiased
+  /// Factor by which time x variance may be larger than measured, for settings that have to prove
+  /// that they beat the first one; at least 1.
+  double doubt = 1;
+};
+
+/// How to render with the setting chosen.
+struct Advice {
+  std::size_t setting = 0;
+  double samples = 0;  ///< a pixel
+  double seconds = 0;  ///< CPU time of the picture
+  double error = 0;    ///< root of the mean squared error, in the unit of the variance
+};
+
+/// The setting that renders a picture of this many pixels with at most this error in least time, if
+/// any can: one whose offset alone exceeds the error cannot.
+[[nodiscard]] std::optional<Advice> advise_for_error(std::span<const Setting> settings,
+                                                     double pixels, double error);
+
+/// The setting with the least error after this much CPU time, if any takes one sample a pixel in
+/// it.
+[[nodiscard]] std::optional<Advice> advise_for_time(std::span<const Setting> settings,
+                                                    double pixels, double seconds);
+
+}  // namespace pvol
