@@ -44,7 +44,8 @@ TEST(Depth, ReportsEachDepthAgainstTheFirst) {
   const Recipe recipe;
   const std::string page = recipe.folder / "depth.html";
   const RunResult r = run_tool(
-      PVOL_STATS, quick("depth", recipe.file, {"--budget", "3", "--json", "--html", page}));
+      PVOL_STATS,
+      quick("depth", recipe.file, {"--budget", "60", "--spp", "64", "--json", "--html", page}));
   ASSERT_EQ(r.exit, 0) << r.err;
   const json j = json::parse(r.out);
   EXPECT_EQ(j.at("tracker"), "decomposition");

@@ -7,6 +7,7 @@
 #include "instructions.h"
 #include "load_scene.h"
 #include "pvol/bounds/recipe_bounds.h"
+#include "pvol/medium/procedural.h"
 #include "pvol/error.h"
 #include "pvol/render/estimators.h"
 #include "stats_trade.h"
@@ -86,10 +87,16 @@ std::vector<Measured> measure(const DepthReport& report, const DepthOptions& opt
   o.progress = [&](const std::string& next, double left) { announce(next, left); };
   std::vector<std::string> names;
   for (const int d : depths) names.push_back("depth " + std::to_string(d));
+  const bool procedural = report.loaded.clouds.front().recipe != nullptr;
   return sweep(names, o, [&](const RunRequest& r) {
     const int depth = depths[r.setting];
+    // Samples are found whatever the octree's depth; a recipe only as far as the octree divides it.
+    ChangeCloud limit;
+    if (procedural) {
+      limit = [depth](formats::Cloud& c) { c.pyramid = limit_depth(c.pyramid, depth); };
+    }
     return render_changed(
-        report.loaded, [depth](Scene& s) { s.options.depth = depth; }, {}, r, 1);
+        report.loaded, [depth](Scene& s) { s.options.depth = depth; }, limit, r, 1);
   });
 }
 

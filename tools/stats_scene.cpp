@@ -165,10 +165,8 @@ Run render_changed(const LoadedScene& loaded, const ChangeScene& change_scene,
   RenderResult result =
       render(volumes, scene, [&](std::uint64_t, std::uint64_t) { return clock_seconds() < stop; });
   run.seconds = cpu_seconds() - ready;
-  if (threads == 1) {  // else the clock's seconds are not the processors'
-    run.set_up.seconds += result.guide_seconds;
-    run.seconds -= result.guide_seconds;
-  }
+  run.set_up.seconds += result.guide_seconds;
+  run.seconds -= result.guide_seconds;
   run.instructions = instructions.read();
   run.film = std::move(result.film);
   run.counts = result.counts;

@@ -121,6 +121,13 @@ float density_in_brick(const ProceduralField& field, std::uint32_t brick, const 
   return float(density(field.bricks[brick].view, at * field.recipe->voxel));
 }
 
+Pyramid limit_depth(const Pyramid& pyramid, int depth) {
+  Pyramid limited = pyramid;
+  const int deeper = int(pyramid.levels.size()) - 1 - depth;
+  for (int level = 0; level < deeper; ++level) limited.levels[std::size_t(level)].clear();
+  return limited;
+}
+
 ProceduralWithLinks make_procedural_field(std::shared_ptr<const Recipe> recipe,
                                           const Pyramid& pyramid) {
   validate(*recipe);
@@ -154,9 +161,13 @@ MicroBounds build_micro_bounds(const ProceduralField& field, int edge) {
     }
     const auto& [view, cube] = field.bricks[b];
     ranges.all = {std::numeric_limits<float>::max(), 0};
-    // A uniform cube is the same in all its leaves.
-    const Cube leaf{cube.lo, std::min<std::int64_t>(cube.edge, kLeafEdge)};
-    add_ranges(view, field.recipe->voxel, leaf, leaf, size, ranges);
+    if (cube.edge > kLeafEdge) {  // one set of codes for all the leaves in it
+      const Interval all = narrow(view, box_of(field.recipe->voxel, cube)).density;
+      ranges.all = {float(all.lo), float(all.hi)};
+      ranges.cube.fill(ranges.all);
+      return;
+    }
+    add_ranges(view, field.recipe->voxel, cube, cube, size, ranges);
   };
   return detail::make_micro_bounds(field.bricks.size(), edge, ranges_of);
 }

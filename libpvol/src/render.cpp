@@ -9,8 +9,8 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <mutex>
 #include <string>
 
@@ -207,10 +207,9 @@ RenderResult render(std::span<const Volume> volumes, const Scene& wanted,
 
   PathSetup setup(volumes, scene);
   if (choose_guide(volumes, scene).used) {
-    const auto begin = std::chrono::steady_clock::now();
+    const std::clock_t begin = std::clock();
     arena.execute([&] { detail::guide_paths(volumes, scene, setup); });
-    result.guide_seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    result.guide_seconds = double(std::clock() - begin) / CLOCKS_PER_SEC;
   }
   result.guided = setup.importance != nullptr;
   require(std::isfinite(setup.shadow_unit), "the lights are too bright for single precision");

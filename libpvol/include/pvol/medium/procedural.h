@@ -48,7 +48,12 @@ struct ProceduralWithLinks {
   std::vector<std::vector<std::uint32_t>> brick_of;
 };
 
-/// `pyramid` is that of build_pyramid(*recipe, ...). In parallel; the same for any number of
+/// The pyramid without what lies deeper than an octree depth >= 0. Its lowest nodes need not be of
+/// one density, as those of other pyramids are that have no children: it serves procedural look-ups
+/// alone, which then know no more of the recipe than an octree of that depth can tell them.
+[[nodiscard]] Pyramid limit_depth(const Pyramid& pyramid, int depth);
+
+/// `pyramid` is that of build_pyramid(*recipe, ...), or limit_depth of it. In parallel; the same for any number of
 /// threads. Throws Error as validate(*recipe) does, and where a density at a corner or in the
 /// middle of a leaf leaves its bounds: they belong to another recipe.
 [[nodiscard]] ProceduralWithLinks make_procedural_field(std::shared_ptr<const Recipe> recipe,

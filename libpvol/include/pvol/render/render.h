@@ -18,7 +18,7 @@ struct RenderResult {
   Film film;
   Counts counts;             ///< all zero unless options.count
   bool guided = false;       ///< whether paths were guided by importance
-  double guide_seconds = 0;  ///< of the clock, to find out by what
+  double guide_seconds = 0;  ///< CPU time of the process for finding out by what
   bool complete = true;      ///< false where `progress` stopped it; pixels then hold fewer samples
 };
 
