@@ -287,7 +287,8 @@ TEST(Importance, PhotonsCountTheLightOfAThinCube) {
   for (const double m : cells.mass) mass += m;
   EXPECT_NEAR(mass, 1e-3 * 13 * 13 * 13, 1e-6);
   constexpr int kPhotons = 1'000'000;
-  const detail::IncidentLight light = detail::trace_photons(setup, cells, kPhotons);
+  const detail::IncidentLight light =
+      detail::trace_photons(setup, cells, kPhotons, [] { return false; });
   for (const auto& row : light.collided) {
     straight += double(row[0]);
     for (const float power : row) collided += double(power);
@@ -309,7 +310,7 @@ TEST(Importance, IsThePhaseFunctionInAThinCube) {
   const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
   s.camera = frame(v.world_box, 1);
   const detail::PathSetup setup(std::span(&v, 1), s, Rgb(0.5f));
-  const auto importance = detail::make_importance(setup);
+  const auto importance = detail::make_importance(setup, [] { return false; });
   ASSERT_TRUE(importance);
   const detail::Importance::Row& row = importance->row(lanes(Vec3i(6, 6, 6)));
   const double scale = double(row.of(0.5f)) / phase(0.5, 0.5);

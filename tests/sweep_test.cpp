@@ -117,11 +117,20 @@ TEST(Sweep, TakesTurnsAndAnotherSeedEachTime) {
 
 TEST(Sweep, LeavesOutWhatDoesNotFitAndSaysWhy) {
   FakeRenderer renderer{{{0, 1e-3}, {0, 10}, {0, 1e-3, 1, 1, "the scene does not allow it"}}};
-  const std::vector<Measured> m = run_sweep(renderer, 20);
+  const std::vector<Measured> m = run_sweep(renderer, 60);
   EXPECT_EQ(m[0].left_out, "");
   EXPECT_NE(m[1].left_out, "");
   EXPECT_EQ(m[2].left_out, "the scene does not allow it");
-  EXPECT_LE(renderer.now - 100, 20 * 1.5);  // one sample of 10 s cannot be interrupted
+  EXPECT_LE(renderer.now - 100, 60 * 1.2);  // one sample of 10 s cannot be interrupted
+}
+
+TEST(Sweep, StartsNoPilotsOnceTheyHaveTakenTheirPart) {
+  // Making bounds takes 3 s, which no limit on samples shortens.
+  FakeRenderer renderer{{{0, 1e-3}, {3, 1e-3}, {3, 1e-3}, {3, 1e-3}, {3, 1e-3}, {3, 1e-3}}};
+  const std::vector<Measured> m = run_sweep(renderer, 20);
+  EXPECT_EQ(m[0].left_out, "");
+  EXPECT_EQ(m[5].left_out, "the budget leaves no time to find out what it costs");
+  EXPECT_LE(renderer.now - 100, 20.1);
 }
 
 TEST(Sweep, StopsWhatCostsMoreThanItsPilotSaid) {

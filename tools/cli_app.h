@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
+#include <limits>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -62,6 +63,24 @@ inline void add_quiet(CLI::App& app, Common& common) {
                " or a whole number up to " + std::to_string(largest);
       },
       "");
+}
+
+/// Accepts a finite number from `least` to `most`, as the words say.
+[[nodiscard]] inline CLI::Validator number_from(double least, double most,
+                                                const std::string& words) {
+  return CLI::Validator(
+      [least, most, words](const std::string& text) -> std::string {
+        double value = 0;
+        if (CLI::detail::lexical_cast(text, value) && value >= least && value <= most) return {};
+        return "found '" + text + "', expected " + words;
+      },
+      "");
+}
+
+/// Accepts a finite number above 0.
+[[nodiscard]] inline CLI::Validator above_zero() {
+  constexpr double kLeast = std::numeric_limits<double>::min();
+  return number_from(kLeast, std::numeric_limits<double>::max(), "a number above 0");
 }
 
 /// Breaks the descriptions of all options into lines of 100 columns.

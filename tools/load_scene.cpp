@@ -4,10 +4,12 @@
 #include <cstdio>
 
 #include "cli.h"
+#include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
 #include "pvol/formats/recipe_file.h"
 #include "pvol/render/render.h"
+#include "pvol/shell/certificate.h"
 
 namespace pvol::cli {
 
@@ -57,6 +59,17 @@ Volume make_volume(const formats::Cloud& cloud, const Scene& scene) {
 VolumeFacts describe(const Volume& volume, const formats::Cloud& cloud, const Medium& medium) {
   return cloud.recipe ? pvol::describe(volume, *cloud.recipe, medium)
                       : pvol::describe(volume, cloud.grid, medium);
+}
+
+void require_proof(const std::filesystem::path& file, const formats::Cloud& cloud) {
+  if (!cloud.shell) return;
+  CertifyOptions enough;
+  enough.enough = evaluator_margin(*cloud.shell);
+  const Support support = cloud.recipe ? make_support(*cloud.recipe, 3 - kLeafRefinement)
+                                       : make_support(cloud.grid, cloud.pyramid);
+  if (certify(*cloud.shell, support, enough).bound >= enough.enough) return;
+  throw Error(file.string() +
+              ": its shell does not hold the cloud; fit it again, or render with --shells off");
 }
 
 Camera frame_all(std::span<const Volume> volumes, const RenderOptions& options) {

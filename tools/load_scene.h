@@ -38,6 +38,10 @@ void load_sky(formats::SceneFile& file);
 [[nodiscard]] VolumeFacts describe(const Volume& volume, const formats::Cloud& cloud,
                                    const Medium& medium);
 
+/// Proves again that a cloud's shell, if it has one, holds it: a few milliseconds, where a wrong
+/// one would cut parts of the cloud off without a word. Throws Error otherwise.
+void require_proof(const std::filesystem::path& file, const formats::Cloud& cloud);
+
 /// The camera that shows all volumes.
 [[nodiscard]] Camera frame_all(std::span<const Volume> volumes, const RenderOptions& options);
 

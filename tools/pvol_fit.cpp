@@ -73,7 +73,9 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   app.add_option("--micro-bounds", o.micro_bounds,
                  "Store bounds of cubes of 2^3 voxels, which save look-ups in fields that miss the "
                  "cache and are else built at load. Those of single voxels are nearly as large as "
-                 "the source and never stored: pvol-render --micro-bounds 1 builds them [none]")
+                 "the source and never stored: pvol-render --micro-bounds 1 builds them, and those "
+                 "of tricubic "
+                 "interpolation [none]")
       ->type_name("none|2")
       ->check(cli::one_of({"none", "2", "1"}));
   app.add_option(

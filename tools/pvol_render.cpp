@@ -1,10 +1,9 @@
 // pvol-render: a scene, or a cloud alone, into a picture.
-#include <sys/resource.h>
-
 #include <cmath>
 #include <fstream>
 #include <iostream>
 
+#include "instructions.h"
 #include "load_scene.h"
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
@@ -102,18 +101,6 @@ void warn_of_bounds(const std::filesystem::path& file, const Volume& volume) {
               "the cloud again"});
 }
 
-/// Proves again that a shell holds its cloud: a few milliseconds, where a wrong one would cut parts
-/// of the cloud off without a word.
-void require_proof(const std::filesystem::path& file, const formats::Cloud& cloud) {
-  CertifyOptions enough;
-  enough.enough = evaluator_margin(*cloud.shell);
-  const Support support = cloud.recipe ? make_support(*cloud.recipe, 3 - kLeafRefinement)
-                                       : make_support(cloud.grid, cloud.pyramid);
-  if (certify(*cloud.shell, support, enough).bound >= enough.enough) return;
-  throw Error(file.string() +
-              ": its shell does not hold the cloud; fit it again, or render with --shells off");
-}
-
 RenderJob prepare(const Options& o) {
   RenderJob job;
   job.input = o.input;
@@ -131,7 +118,7 @@ RenderJob prepare(const Options& o) {
     warn_of_bounds(file, job.volumes.back());
     job.reports.push_back({file, cli::describe(job.volumes.back(), cloud, medium), std::nullopt,
                            cloud.metadata.quantisation, cloud.metadata.quantisation_error});
-    if (cloud.shell && scene.options.shells != ShellUse::off) require_proof(file, cloud);
+    if (scene.options.shells != ShellUse::off) cli::require_proof(file, cloud);
     shells.push_back(std::move(cloud.shell));
   };
   add(job.file.volume, job.file.grid, scene.medium, job.file.has_extinction);
@@ -221,24 +208,17 @@ void print_facts(const RenderJob& job) {
 
 // --- rendering ----------------------------------------------------------------------------------
 
-double cpu_seconds() {
-  rusage u{};
-  getrusage(RUSAGE_SELF, &u);
-  const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
-  return seconds(u.ru_utime) + seconds(u.ru_stime);
-}
-
 TimedRender render_timed(const Options& o, const RenderJob& job) {
   TimedRender t;
   cli::ProgressBar bar("rendering", "samples", o.common.quiet);
   cli::catch_interrupt();
   cli::Stopwatch watch;
-  const double before = cpu_seconds();
+  const double before = cli::cpu_seconds();
   t.result = render(job.volumes, job.file.scene, [&](std::uint64_t done, std::uint64_t total) {
     bar.show(done, total);
     return !cli::interrupted();
   });
-  t.cpu_seconds = cpu_seconds() - before;
+  t.cpu_seconds = cli::cpu_seconds() - before;
   t.wall_seconds = watch.lap();
   for (const PixelSums& p : t.result.film.pixels) t.samples += p.samples;
   t.samples_wanted = t.result.film.pixels.size() * job.file.scene.options.samples;
@@ -289,6 +269,11 @@ void save(const Options& o, const Outputs& out, const RenderJob& job, const Time
   if (!out.exr.empty()) formats::write_exr(out.exr, film, cli::describe_picture(job, t));
   if (!out.png.empty()) {
     formats::write_png(out.png, film, o.exposure, !job.file.scene.options.background);
+  }
+  if (out.exr.empty() && cli::describe_bias(job) != "no") {
+    cli::print_warnings(kTool,
+                        {out.png.string() + ": the picture is biased (" + cli::describe_bias(job) +
+                         "), which only an .exr can say of itself"});
   }
   if (!o.stats.empty()) write_stats(o.stats, cli::stats_text(job, t));
   if (o.common.quiet) return;

@@ -68,7 +68,7 @@ void add_bounds(CLI::App& app, Options& all) {
                    "Extinction per world unit and unit of density: adds free path, optical "
                    "thickness, and the cut that the renderer's cost model chooses")
       ->type_name("X")
-      ->check(CLI::PositiveNumber.description(""));
+      ->check(cli::above_zero());
   verb->add_option("--grid", o.grid.grid,
                    "Grid of a .vdb or .nvdb file [density, else the only float grid]")
       ->type_name("NAME");

@@ -2,6 +2,7 @@
 
 #include "cli_app.h"
 #include "pvol/medium/quantise.h"
+#include "pvol/track/tracker.h"
 
 namespace pvol::cli {
 namespace {
@@ -78,7 +79,8 @@ void add_picture(CLI::App& app, RenderOptionsGiven& o) {
   app.add_option("--set", o.sets, "Set a value of the scene, e.g. medium.g=0.5; repeatable")
       ->type_name("KEY=VALUE")
       ->expected(1)
-      ->take_all();
+      ->take_all()
+      ->allow_extra_args(false);
   app.add_flag("--print-scene", o.print_scene,
                "Print the scene with every value as TOML, and render nothing");
 }
@@ -150,7 +152,7 @@ void add_estimator(CLI::App& app, RenderOptionsGiven& o) {
                  "count as homogeneous, without look-ups; the log has a bound on the error of "
                  "whole rays [off]")
       ->type_name("DEPTH")
-      ->check(CLI::NonNegativeNumber.description(""));
+      ->check(number_from(0, std::numeric_limits<double>::max(), "a number from 0 up"));
   app.add_option("--preview", o.preview,
                  "Biased: halve the number of samples along each axis that many times, 0 to 8 [0]")
       ->type_name("N")
@@ -159,7 +161,7 @@ void add_estimator(CLI::App& app, RenderOptionsGiven& o) {
                  "For measurements: factor on majorants, 1/3 to 1000. Above 1 the picture stays "
                  "the same; below 1 it takes a weighted tracker and more samples [1]")
       ->type_name("X")
-      ->check(CLI::PositiveNumber.description(""));
+      ->check(number_from(1 / kMostBoundsExcess, 1000, "a number from 1/3 to 1000"));
   app.add_flag("--force", o.force, "Render even where a path would scatter a million times");
 }
 

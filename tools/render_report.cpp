@@ -20,24 +20,23 @@ Json describe_density(const VolumeReport& v) {
   return j;
 }
 
-/// "no", or "yes: " and what makes the picture biased.
-std::string describe_bias(const RenderJob& job) {
-  std::vector<std::string> reasons;
-  const RenderOptions& o = job.file.scene.options;
-  if (o.max_bounces) reasons.emplace_back("max_bounces");
-  if (o.homogenise) reasons.emplace_back("homogenise");
-  if (o.preview > 0) reasons.emplace_back("preview");
-  for (const VolumeReport& v : job.reports) {
-    if (v.density_error.absolute == 0) continue;  // exact, in whatever precision
-    std::string reason = "density ";
-    reason += name(v.density.precision);
-    if (std::find(reasons.begin(), reasons.end(), reason) == reasons.end()) {
-      reasons.push_back(reason);
+/// What was made of each volume; the options above it hold for the first.
+Json describe_volumes(const RenderJob& job) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < job.volumes.size(); ++i) {
+    const Volume& v = job.volumes[i];
+    Json one = {{"file", job.reports[i].file.string()},
+                {"extinction", v.medium.extinction},
+                {"effective_depth", job.reports[i].facts.depth},
+                {"micro_bounds", micro_bounds_text(v)},
+                {"shell_used", v.shell.has_value()}};
+    if (v.homogeneous) {
+      one["homogenised_nodes"] = v.homogeneous->nodes;
+      one["depth_error_bound"] = v.homogeneous->depth_error;
     }
+    list.push_back(std::move(one));
   }
-  std::string text = reasons.empty() ? "no" : "yes: ";
-  for (const std::string& r : reasons) text += (&r == &reasons.front() ? "" : ", ") + r;
-  return text;
+  return list;
 }
 
 /// Every option that bears on the picture, by the name it has on the command line; not the number
@@ -74,6 +73,7 @@ Json describe_options(const RenderJob& job) {
                         {"depth_error_bound", h->depth_error}};
   }
   j["preview"] = r.preview;
+  j["volumes"] = describe_volumes(job);
   j["background"] = r.background ? "on" : "off";
   j["biased"] = describe_bias(job);
   j["extinction"] = job.file.scene.medium.extinction;
@@ -83,6 +83,28 @@ Json describe_options(const RenderJob& job) {
 }
 
 }  // namespace
+
+std::string describe_bias(const RenderJob& job) {
+  std::vector<std::string> reasons;
+  const RenderOptions& o = job.file.scene.options;
+  if (o.max_bounces) reasons.emplace_back("max_bounces");
+  const bool homogenised = std::any_of(job.volumes.begin(), job.volumes.end(), [](const Volume& v) {
+    return v.homogeneous && v.homogeneous->nodes > 0;
+  });
+  if (homogenised) reasons.emplace_back("homogenise");
+  if (o.preview > 0) reasons.emplace_back("preview");
+  for (const VolumeReport& v : job.reports) {
+    if (v.density_error.absolute == 0) continue;  // exact, in whatever precision
+    std::string reason = "density ";
+    reason += name(v.density.precision);
+    if (std::find(reasons.begin(), reasons.end(), reason) == reasons.end()) {
+      reasons.push_back(reason);
+    }
+  }
+  std::string text = reasons.empty() ? "no" : "yes: ";
+  for (const std::string& r : reasons) text += (&r == &reasons.front() ? "" : ", ") + r;
+  return text;
+}
 
 std::string micro_bounds_text(const Volume& volume) {
   if (volume.micro.edge == 0) return "none";

@@ -43,6 +43,9 @@ struct TimedRender {
 /// "none", "2^3 from the file", "2^3 built at load" or "single voxels, built at load".
 [[nodiscard]] std::string micro_bounds_text(const Volume& volume);
 
+/// "no", or "yes: " and what makes the picture biased.
+[[nodiscard]] std::string describe_bias(const RenderJob& job);
+
 /// For the header of the picture: all that is needed to make it again.
 [[nodiscard]] std::map<std::string, std::string> describe_picture(const RenderJob& job,
                                                                   const TimedRender& t);

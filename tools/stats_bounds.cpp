@@ -176,6 +176,12 @@ void report_text(const BoundsReport& r) {
               ". They belong to another density or were damaged; fit the cloud again.");
 }
 
+/// Throws Error, naming a leaf, for stored micro-bounds that do not hold.
+void prove_micro_bounds(const formats::Cloud& cloud) {
+  const FieldWithLinks field = build_field(cloud.grid, cloud.pyramid);
+  (void)arrange(*cloud.micro, field.field, field.brick_of, cloud.pyramid);
+}
+
 }  // namespace
 
 int run_bounds(const BoundsOptions& o) {
@@ -186,6 +192,7 @@ int run_bounds(const BoundsOptions& o) {
   if (o.verify) {
     check = verify_bounds(cloud.grid, cloud.pyramid);
     if (!check->holds()) refuse(o, cloud, *check);
+    if (cloud.micro) naming(o.input, [&] { prove_micro_bounds(cloud); });
   }
   BoundsReport r = measure(o, std::move(cloud));
   r.check = std::move(check);

@@ -7,8 +7,8 @@
 #include "instructions.h"
 #include "load_scene.h"
 #include "pvol/bounds/recipe_bounds.h"
-#include "pvol/medium/procedural.h"
 #include "pvol/error.h"
+#include "pvol/medium/procedural.h"
 #include "pvol/render/estimators.h"
 #include "stats_trade.h"
 #include "sweep.h"
@@ -16,8 +16,8 @@
 namespace pvol::cli {
 namespace {
 
-constexpr double kReferencePart = 0.2;
-constexpr int kBuildRounds = 6, kPixels = 96 * 96;
+constexpr double kReferencePart = 0.2, kBuildPart = 0.2;
+constexpr int kBuildRounds = 6, kFewestBuildRounds = 2, kPixels = 96 * 96;
 
 int deepest(const LoadedScene& loaded) {
   int depth = 0;
@@ -36,6 +36,7 @@ void fix_choices(const DepthOptions& o, LoadedScene& loaded) {
     throw UsageError("the tracker delta-global uses no octree; choose another one");
   }
   if (r.micro_bounds == MicroBoundsUse::automatic) r.micro_bounds = MicroBoundsUse::none;
+  if (r.guide == GuideUse::automatic) r.guide = GuideUse::off;  // it is tracking that is measured
   if (r.transmittance != Transmittance::automatic) return;
   Scene scene = loaded.file.scene;
   scene.options.depth = deepest(loaded);
@@ -44,20 +45,22 @@ void fix_choices(const DepthOptions& o, LoadedScene& loaded) {
 }
 
 /// Builds bounds and trees of all clouds for each depth, in turn.
-std::vector<BuildTimes> time_building(const LoadedScene& loaded, const std::vector<int>& depths) {
+std::vector<BuildTimes> time_building(const LoadedScene& loaded, const std::vector<int>& depths,
+                                      double end) {
   std::vector<BuildTimes> times(depths.size());
+  std::vector<formats::Cloud> clouds = loaded.clouds;
   for (int round = 0; round < kBuildRounds && !interrupted(); ++round) {
+    if (round >= kFewestBuildRounds && clock_seconds() > end) break;
     for (std::size_t i = 0; i < depths.size(); ++i) {
       Scene scene = loaded.file.scene;
       scene.options.depth = depths[i];
       double bounds = 0, tree = 0;
-      for (const formats::Cloud& c : loaded.clouds) {
+      for (formats::Cloud& c : clouds) {
         const double begin = cpu_seconds();
-        formats::Cloud own = c;
-        own.pyramid =
+        c.pyramid =
             c.recipe ? build_pyramid(*c.recipe) : build_pyramid(c.grid, c.pyramid.interpolation);
         const double middle = cpu_seconds();
-        const Volume volume = make_volume(own, scene);
+        const Volume volume = make_volume(c, scene);
         bounds += middle - begin, tree += cpu_seconds() - middle;
       }
       times[i].bounds.push_back(bounds), times[i].tree.push_back(tree);
@@ -113,7 +116,8 @@ DepthReport measure_depth(const DepthOptions& o) {
   const int last = deepest(report.loaded);
   const std::vector<int> depths = distinct(o.depths, last);
   announce("building for " + std::to_string(depths.size()) + " depths", left());
-  const std::vector<BuildTimes> build = time_building(report.loaded, depths);
+  const std::vector<BuildTimes> build =
+      time_building(report.loaded, depths, begin + kBuildPart * o.budget);
   announce("the reference", left());
   constexpr std::uint64_t kReferenceSeeds = std::uint64_t(1) << 40;  // far from all others
   LoadedScene deep = report.loaded;

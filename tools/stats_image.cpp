@@ -130,6 +130,9 @@ void write_map(const std::filesystem::path& file, const ImagePair& p) {
 
 int run_image(const ImageOptions& o) {
   if (o.map) check_output(*o.map, {".exr", ".png"});
+  if (o.map && (same_file(*o.map, o.a) || same_file(*o.map, o.b))) {
+    throw UsageError("the map " + o.map->string() + " is one of the pictures to be compared");
+  }
   if (o.html) check_output(*o.html, {".html", ".htm"});
   ImagePair pair{o.a.string(), o.b.string(), formats::read_film(o.a), formats::read_film(o.b)};
   const FilmComparison r = naming(o.a, [&] {

@@ -135,6 +135,11 @@ LoadedScene load_scene(const SceneOptions& o, int pixels) {
   };
   add(loaded.file.volume, loaded.file.grid);
   for (const formats::FurtherVolume& v : loaded.file.others) add(v.file, v.grid);
+  if (loaded.file.scene.options.shells != ShellUse::off) {
+    for (std::size_t i = 0; i < loaded.clouds.size(); ++i) {
+      require_proof(i == 0 ? loaded.file.volume : loaded.file.others[i - 1].file, loaded.clouds[i]);
+    }
+  }
   set_extinction(o, loaded);
   for (std::size_t i = 0; i < loaded.clouds.size(); ++i) {
     const Medium& medium = i == 0 ? loaded.file.scene.medium : loaded.file.others[i - 1].medium;
@@ -183,7 +188,7 @@ Film render_reference(const LoadedScene& loaded, double seconds, std::uint64_t s
     const Run run = render_changed(loaded, {}, {}, request, threads);
     if (!run.complete) {
       throw Error("the budget is too short: two samples a pixel for the reference take more than " +
-                  readable_seconds(seconds) + "; raise --budget or lower --size");
+                  readable_seconds(std::max(0.0, seconds)) + "; raise --budget or lower --size");
     }
     if (sum.pixels.empty()) {
       sum = run.film;

@@ -145,6 +145,7 @@ TradeReport measure_trade(const TradeOptions& o) {
   }
   const std::uint64_t plain = file_bytes(report.loaded.clouds, {});
   for (TradeRow& row : report.rows) {
+    if (!row.good()) continue;
     row.file_bytes =
         row.variant.cloud ? file_bytes(report.loaded.clouds, row.variant.cloud) : plain;
   }
@@ -159,6 +160,7 @@ void Announcer::operator()(const std::string& next, double seconds_left) {
   constexpr double kPause = 5;
   if (quiet_ || clock_seconds() < last_ + kPause) return;
   last_ = clock_seconds();
+  seconds_left = std::max(0.0, seconds_left);
   std::cerr << "pvol-stats: " << next << "; " << readable_seconds(seconds_left) << " left\n";
 }
 

@@ -14,6 +14,10 @@ namespace {
 constexpr int kFewestRounds = 4;
 constexpr std::uint32_t kFewestSamples = 2;
 
+/// Part of the time left that all pilots may take together: then no other begins. Making bounds
+/// cannot be stopped, so that the last one may take longer.
+constexpr double kPilotsShare = 0.35;
+
 /// Part of its share that a pilot may take at most.
 constexpr double kPilotShare = 0.25;
 
@@ -52,7 +56,14 @@ class Sweep {
 
   void plan() {
     std::vector<PilotCost> costs(names_.size());
-    for (std::size_t i = 0; i < names_.size(); ++i) costs[i] = pilot(i);
+    const double pilots_end = o_.clock() + kPilotsShare * left();
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+      if (i == 0 || o_.clock() < pilots_end) {
+        costs[i] = pilot(i);
+      } else {
+        leave_out(i, "the budget leaves no time to find out what it costs");
+      }
+    }
     const double first = plan_first(costs[0]);
     // What settings that are left out would take goes to the others.
     const auto share = [&] {
@@ -116,8 +127,9 @@ class Sweep {
         kFewestRounds * (cost.set_up + kFewestSamples * cost.sample * double(o_.pixels));
     const std::string needs = "needs about " + readable_seconds(least);
     if (i == 0) {
-      throw Error("the budget is too short: " + names_[0] + " alone " + needs +
-                  " of it; raise --budget or lower --size");
+      throw Error("the budget is too short: " + names_[0] + " alone " + needs + ", and " +
+                  readable_seconds(std::max(0.0, left())) +
+                  " are left after pilot renders; raise --budget or lower --size");
     }
     leave_out(i, needs + ", more than its share of the budget");
   }

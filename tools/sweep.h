@@ -86,7 +86,8 @@ struct Plan {
 /// Measures settings of these names, the first of which is the one that the others are compared
 /// with. A small pilot render of each shows what it costs; each gets an equal share of the time
 /// left, the first one more where it needs it, and they are rendered in turn, round by round, each
-/// time with another seed. No render begins that would not end within the budget, and one that
+/// time with another seed; settings for whose pilots the time does not suffice are left out. No
+/// render begins that would not end within the budget, and one that
 /// takes too long is stopped, so that the whole takes hardly more than the budget. Throws Error
 /// where the first setting cannot be measured in it, and what `render` throws for the first.
 [[nodiscard]] std::vector<Measured> sweep(const std::vector<std::string>& names,

@@ -8,8 +8,8 @@ namespace pvol::cli {
 namespace {
 
 constexpr const char* kTradeHelp = R"(What is measured:
-  Settings of one option each (octree depth, micro-bounds, tracker, shadow rays, interpolation,
-  shells, bounce limit), then combinations of those that gained most, each against the default in the
+  Settings of one option each (octree depth, micro-bounds, tracker, shadow rays, guided paths, shells,
+  interpolation, precision of the density, homogenised nodes, previews, bounce limit), then combinations of those that gained most, each against the default in the
   same rounds. time: CPU time of a sample, on one thread. variance: of a sample's luminance, averaged
   over the pixels. time x variance: what a picture of given noise costs. Bias: the mean against many
   samples of the default; the report calls a setting biased where the means of the picture's parts or
@@ -66,17 +66,18 @@ void add_scene(CLI::App& verb, SceneOptions& o) {
   verb.add_option("--set", o.sets, "Set a value of the scene, e.g. medium.g=0.5; repeatable")
       ->type_name("KEY=VALUE")
       ->expected(1)
-      ->take_all();
+      ->take_all()
+      ->allow_extra_args(false);
   CLI::Option* thickness =
       verb.add_option("--thickness", o.thickness,
                       "Mean optical thickness along the cloud's thickest axis; sets the extinction "
                       "[the scene's, else 40]")
           ->type_name("X")
-          ->check(CLI::PositiveNumber.description(""));
+          ->check(above_zero());
   verb.add_option("--extinction", o.extinction,
                   "Extinction per world unit and unit of density, instead")
       ->type_name("X")
-      ->check(CLI::PositiveNumber.description(""))
+      ->check(above_zero())
       ->excludes(thickness);
   verb.add_option_function<std::string>(
           "--size", [](const std::string&) {}, "Size of the pictures measured [about 96x96]")

@@ -78,6 +78,7 @@ void add_interpolations(const LoadedScene& loaded, std::vector<Variant>& list) {
       if (holds_for(c.pyramid.interpolation, i)) return;
       c.pyramid = formats::build_bounds(c.grid, c.metadata.source.file, i);
       c.micro.reset();
+      c.shell.reset();  // proven for the support that the other interpolation has
     };
     list.push_back({.factor = kInterpolation,
                     .option = std::string("--interpolation ") + formats::name(i),

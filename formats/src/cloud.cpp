@@ -215,13 +215,21 @@ void require_samples(const Cloud& cloud, const char* what, const std::filesystem
               " would change; choose another interpolation");
 }
 
+/// Bounds for new samples, for the interpolation that the old ones were for. Those of a recipe in
+/// closed form served its samples, too.
+void bound_again(Cloud& cloud, const std::filesystem::path& file) {
+  const Interpolation made = cloud.pyramid.interpolation;
+  cloud.pyramid = build_bounds(cloud.grid, file,
+                               made == Interpolation::tricubic ? made : Interpolation::trilinear);
+}
+
 }  // namespace
 
 void coarsen(Cloud& cloud, int times, const std::filesystem::path& file) {
   if (times <= 0) return;
   require_samples(cloud, "a preview", file);
   for (int i = 0; i < times; ++i) cloud.grid = pvol::coarsen(cloud.grid);
-  cloud.pyramid = build_bounds(cloud.grid, file, cloud.pyramid.interpolation);
+  bound_again(cloud, file);
   cloud.micro.reset();
   cloud.shell.reset();
 }
@@ -241,7 +249,7 @@ void quantise(Cloud& cloud, const Quantisation& how, const std::filesystem::path
   require_samples(cloud, "another precision", file);
   m.quantisation = how;
   m.quantisation_error = quantise_in_place(cloud.grid, how);
-  cloud.pyramid = build_bounds(cloud.grid, file, cloud.pyramid.interpolation);
+  bound_again(cloud, file);
   cloud.micro.reset();
 }
 

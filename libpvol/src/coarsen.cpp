@@ -33,9 +33,11 @@ class Blocks {
         for (std::int32_t z = first.z; z <= last.z; z += kBrickEdge) found_.push_back({x, y, z});
       }
     }
-    constexpr std::size_t kMost = std::size_t(1) << 26;
+    constexpr std::size_t kMost = std::size_t(1) << 21;  // 4 GB
     if (found_.size() > kMost) {
-      throw Error("the cloud's tiles are too large for a preview: more than 2^26 bricks");
+      throw Error(
+          "the cloud is too large for a preview, which would take more than 2^21 bricks; render it "
+          "without --preview");
     }
   }
 

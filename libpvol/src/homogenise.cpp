@@ -5,6 +5,8 @@
 #include <cmath>
 #include <functional>
 
+#include "box_volume.h"
+
 namespace pvol {
 namespace {
 
@@ -46,8 +48,8 @@ class Chooser {
 
   void decide(std::size_t level, std::size_t i) {
     const PyramidNode& node = p_.levels[level][i];
-    const double mean =
-        std::clamp(content_[level][i].mass / cells_of(level), double(node.lo), double(node.hi));
+    // Walks end at the box of the support: the mass has to lie in it.
+    const double mean = content_[level][i].mass / detail::volume_in_box(p_, level, node.code);
     choice_.mean[level][i] = std::clamp(float(mean), node.lo, node.hi);
     const bool gone = choice_.gone[level][i] != 0;
     const double error =
@@ -106,6 +108,7 @@ HomogenisedPyramid apply(const Pyramid& p, const Choice& c) {
   HomogenisedPyramid r;
   r.pyramid.origin = p.origin;
   r.pyramid.scale = p.scale;
+  r.pyramid.interpolation = p.interpolation;
   r.pyramid.support_lo = p.support_lo, r.pyramid.support_hi = p.support_hi;
   r.pyramid.levels.resize(p.levels.size());
   r.constant.resize(p.levels.size());

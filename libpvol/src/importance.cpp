@@ -213,12 +213,13 @@ Rgb constant_part(const Environment& environment) {
 
 }  // namespace
 
-std::optional<Importance> make_importance(const PathSetup& setup) {
+std::optional<Importance> make_importance(const PathSetup& setup,
+                                          const std::function<bool()>& stopped) {
   const VolumeSetup& volume = setup.volumes.front();
   if (volume.volume.octree.empty()) return std::nullopt;
   CoarseCells cells = make_coarse_cells(volume.volume);
-  const IncidentLight light = trace_photons(setup, cells, kPhotons);
-  if (!(light.power > 0)) return std::nullopt;
+  const IncidentLight light = trace_photons(setup, cells, kPhotons, stopped);
+  if (!(light.power > 0) || stopped()) return std::nullopt;
   const auto power = scattered_power(light, scattering_kernel(volume.matter));
   std::vector<Importance::Row> rows = make_rows(cells, blurred_radiance(cells, power));
   const HenyeyGreenstein lobe = mean_lobe(volume.matter);
@@ -231,9 +232,10 @@ std::optional<Importance> make_importance(const PathSetup& setup) {
   return Importance(std::move(cells), light.axis, lobe, std::move(rows), std::move(worths));
 }
 
-void guide_paths(std::span<const Volume> volumes, const Scene& scene, PathSetup& setup) {
+void guide_paths(std::span<const Volume> volumes, const Scene& scene, PathSetup& setup,
+                 const std::function<bool()>& stopped) {
   PathSetup guided(volumes, scene, constant_part(scene.environment));
-  std::optional<Importance> importance = make_importance(guided);
+  std::optional<Importance> importance = make_importance(guided, stopped);
   if (!importance) return;
   guided.importance = std::make_shared<const Importance>(std::move(*importance));
   setup = std::move(guided);

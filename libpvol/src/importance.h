@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -66,9 +67,12 @@ class Importance {
 /// Estimates it for the one volume of the setup, whose `constant` is that of guided paths; nothing
 /// where no light but the constant falls on the volume or the camera does not see it.
 /// Deterministic for any number of threads.
-[[nodiscard]] std::optional<Importance> make_importance(const PathSetup& setup);
+[[nodiscard]] std::optional<Importance> make_importance(const PathSetup& setup,
+                                                        const std::function<bool()>& stopped);
 
 /// Makes the setup one of guided paths, where there is something to guide them by.
-void guide_paths(std::span<const Volume> volumes, const Scene& scene, PathSetup& setup);
+/// `stopped` is asked now and then, from any thread; once it says so, nothing is guided.
+void guide_paths(std::span<const Volume> volumes, const Scene& scene, PathSetup& setup,
+                 const std::function<bool()>& stopped);
 
 }  // namespace pvol::detail

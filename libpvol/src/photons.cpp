@@ -105,7 +105,8 @@ class Sources {
   [[nodiscard]] double power() const { return up_to_.back(); }
   [[nodiscard]] Vec3f axis() const { return axis_; }
 
-  /// A photon, whose luminance is power() on average.
+  /// A photon, whose luminance is 1 on average, a share of power(): in units of the world powers
+  /// may be beyond what a float holds.
   [[nodiscard]] Photon sample(Rng& rng) const {
     const double u = double(rng.uniform()) * power();
     std::size_t i = 0;
@@ -170,13 +171,13 @@ class Sources {
 
   [[nodiscard]] Photon from_sun(const SunLight& sun, Rng& rng) const {
     const Vec3f d = -sun.sample(rng).direction;
-    return {target_.ray(d, rng), sun.irradiance * float(target_.shadow(d))};
+    return {target_.ray(d, rng), sun.irradiance * float(target_.shadow(d) / power())};
   }
 
   [[nodiscard]] Photon from_sky(Rng& rng) const {
     const LightSample l = sample_sky(rng);
     const Vec3f d = -l.direction;
-    return {target_.ray(d, rng), l.radiance * float(target_.shadow(d) / double(l.pdf))};
+    return {target_.ray(d, rng), l.radiance * float(target_.shadow(d) / (double(l.pdf) * power()))};
   }
 
   [[nodiscard]] Photon from_matter(Rng& rng) const {
@@ -185,7 +186,7 @@ class Sources {
     const auto row = std::uint32_t(above - mass_up_to_.begin());
     const Vec3d at = target_.point(cells_, row, rng);
     return {{at, Vec3d(uniform_direction(rng))},
-            emitted() * float(4 * double(kPi) * mass_up_to_.back())};
+            emitted() * float(4 * double(kPi) * mass_up_to_.back() / power())};
   }
 
   const PathSetup& s_;
@@ -257,7 +258,8 @@ void trace(const Sources& sources, const PathSetup& setup, const CoarseCells& ce
   Rng rng(kKey, 0, number);
   Photon p = sources.sample(rng);
   if (!traversal.start(p.ray)) return;
-  Rgb power = p.power * float(1 / sources.power());
+  Rgb power = p.power;
+  if (!is_finite(power)) return;
   Vec3f d(p.ray.d);
   for (int flight = 0; flight < kMostFlights; ++flight) {
     const Hit hit = traversal.fly(d, rng);
@@ -278,8 +280,12 @@ void trace(const Sources& sources, const PathSetup& setup, const CoarseCells& ce
 
 template <Interpolation kInterpolation>
 void trace_all(const Sources& sources, const PathSetup& setup, const CoarseCells& cells,
-               int photons, LightCounts& counts) {
+               int photons, const std::function<bool()>& stopped, LightCounts& counts) {
+  std::atomic<bool> stop = false;
   tbb::parallel_for(0, photons, [&](int i) {
+    constexpr int kAsk = 64;  // photons between questions
+    if (i % kAsk == 0 && stopped()) stop = true;
+    if (stop) return;
     trace<OneVolume<MakePlain<kInterpolation>, NoTally>>(sources, setup, cells, std::uint64_t(i),
                                                          counts);
   });
@@ -287,7 +293,8 @@ void trace_all(const Sources& sources, const PathSetup& setup, const CoarseCells
 
 }  // namespace
 
-IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells, int photons) {
+IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells, int photons,
+                            const std::function<bool()>& stopped) {
   const Sources sources(setup, cells);
   IncidentLight light;
   light.axis = sources.axis();
@@ -298,9 +305,9 @@ IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells, in
   }
   LightCounts counts(light, cells.count(), setup.suns.size(), photons);
   if (setup.volumes.front().volume.interpolation == Interpolation::nearest) {
-    trace_all<Interpolation::nearest>(sources, setup, cells, photons, counts);
+    trace_all<Interpolation::nearest>(sources, setup, cells, photons, stopped, counts);
   } else {
-    trace_all<Interpolation::trilinear>(sources, setup, cells, photons, counts);
+    trace_all<Interpolation::trilinear>(sources, setup, cells, photons, stopped, counts);
   }
   light.collided = counts.sums();
   light.direct = counts.direct();

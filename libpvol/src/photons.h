@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <vector>
 
 #include "coarse_cells.h"
@@ -31,8 +32,8 @@ struct IncidentLight {
 };
 
 /// Traces `photons` photons with the scene's tracker. Needs one volume, which is not empty.
-/// Deterministic for any number of threads.
+/// Deterministic for any number of threads, but where `stopped`, asked now and then, ends it early.
 [[nodiscard]] IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells,
-                                          int photons);
+                                          int photons, const std::function<bool()>& stopped);
 
 }  // namespace pvol::detail

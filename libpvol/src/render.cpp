@@ -208,7 +208,11 @@ RenderResult render(std::span<const Volume> volumes, const Scene& wanted,
   PathSetup setup(volumes, scene);
   if (choose_guide(volumes, scene).used) {
     const std::clock_t begin = std::clock();
-    arena.execute([&] { detail::guide_paths(volumes, scene, setup); });
+    const auto stopped = [&] {
+      reporter.add(0);
+      return reporter.stopped();
+    };
+    arena.execute([&] { detail::guide_paths(volumes, scene, setup, stopped); });
     result.guide_seconds = double(std::clock() - begin) / CLOCKS_PER_SEC;
   }
   result.guided = setup.importance != nullptr;

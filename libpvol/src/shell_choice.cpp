@@ -54,7 +54,9 @@ ShellEstimate estimate_shell(const Volume& volume, const Shell& shell, const Sce
 ShellChoice choose_shell(Volume& volume, const Shell& shell, const Scene& scene) {
   ShellChoice choice;
   choice.estimate = estimate_shell(volume, shell, scene);
-  const ShellUse use = scene.options.shells;
+  // Homogeneous parts reach beyond the cells that the shell was proven for.
+  const bool fits = !volume.homogeneous || volume.homogeneous->nodes == 0;
+  const ShellUse use = fits ? scene.options.shells : ShellUse::off;
   choice.kept = use == ShellUse::on || (use == ShellUse::automatic && choice.estimate.pays());
   volume.shell.reset();
   if (choice.kept) volume.shell.emplace(shell, volume.octree.origin);

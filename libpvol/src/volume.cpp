@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "pvol/bounds/verify.h"
 #include "pvol/error.h"
 #include "pvol/render/estimators.h"
 
@@ -81,6 +82,16 @@ double cell_diagonal(const Affine& to_world) {
     longest = std::max(longest, length(to_world.vector(d)));
   }
   return longest;
+}
+
+/// Refuses to homogenise by bounds that do not hold: its bound on the error rests on them.
+void require_bounds(const VoxelGrid& grid, const Pyramid& pyramid) {
+  const BoundsCheck check = verify_bounds(grid, pyramid);
+  if (check.holds()) return;
+  throw Error("the bounds do not hold in " + std::to_string(check.wrong.size()) +
+              " cubes, so that nothing can be said of homogenised ones. They belong to another "
+              "density or were damaged; fit the cloud again, or check it by pvol-stats bounds "
+              "--verify.");
 }
 
 /// Multiplies the majorants of all terminals. Where they or the minorants need not hold afterwards,
@@ -209,6 +220,7 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& s
   rules.most_excess = is_weighted(o.tracker) ? kMostBoundsExcess * o.majorant_scale : 1;
   HomogenisedPyramid homogenised;
   if (o.homogenise) {
+    require_bounds(grid, pyramid);
     const Affine to_world = scene.medium.object_to_world * grid.index_to_world;
     homogenised = homogenise(pyramid, measure_content(grid, pyramid), scene.medium.extinction,
                              cell_diagonal(to_world), *o.homogenise);

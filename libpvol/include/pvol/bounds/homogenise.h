@@ -16,8 +16,9 @@ struct HomogeneousParts {
   double depth_error = 0;  ///< no ray's optical depth changes by more (THEORY.md, T29)
 };
 
-/// A pyramid with nodes in which the density counts as constant: their mean, so that the mass stays
-/// as it is. Below them there is nothing, and lo = hi = mean, which is no 16-bit code.
+/// A pyramid with nodes in which the density counts as constant: their mean over the part of them
+/// in the support's box, where walks end, so that the mass stays as it is. Below them there is
+/// nothing, and lo = hi = mean, which is no 16-bit code.
 struct HomogenisedPyramid {
   Pyramid pyramid;
   NodeMarks constant;  ///< by level and node

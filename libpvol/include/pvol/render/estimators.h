@@ -19,7 +19,7 @@ struct BoundIntegrals {
 
 /// The same integral of the part of [lo, hi) that micro-bounds leave open as well: over that of
 /// mu_t, the look-ups of `decomposition` per collision that lies as the density does. hi - lo for a
-/// volume without micro-bounds.
+/// volume without micro-bounds. For complete pyramids, not those of limit_depth.
 [[nodiscard]] double integrate_open(const Volume& volume);
 
 /// The estimator of shadow rays for `Transmittance::automatic`, and why.
