@@ -76,6 +76,14 @@ TEST_F(Interpolations, FilesSayWhatTheirBoundsHoldFor) {
   for (const char* i : {"nearest", "trilinear", "procedural"}) expect_renders(closed, i);
   expect_refused(closed, "tricubic", "pvol-fit --interpolation tricubic");
 
+  // New samples get new bounds, also where the old ones were in closed form.
+  EXPECT_EQ(render(closed, "trilinear", {"--preview", "1"}).exit, 0);
+  EXPECT_EQ(render(closed, "trilinear", {"--density", "fp8"}).exit, 0);
+  EXPECT_EQ(render(wide, "tricubic", {"--density", "fp8", "--preview", "1"}).exit, 0);
+  const RunResult unsampled = render(closed, "procedural", {"--preview", "1"});
+  EXPECT_EQ(unsampled.exit, 1);
+  EXPECT_NE(unsampled.err.find("no samples"), std::string::npos) << unsampled.err;
+
   std::ofstream(recipe_, std::ios::app) << "# changed\n";
   expect_refused(closed, "procedural", "has changed");
 }

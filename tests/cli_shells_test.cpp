@@ -98,6 +98,20 @@ TEST(Shells, AreCheckedByCgal) {
   expect_exit(0, r, "contained: no occupied point");
 }
 
+TEST(Shells, AreLeftOutWhereNodesAreHomogenised) {
+  // Homogeneous nodes have density where the shell was proven to leave none out.
+  const Files f({"--shells", "3"});
+  for (const std::string use : {"on", "off"}) {
+    const RunResult r =
+        run_tool(PVOL_RENDER, {f.cloud, "-o", f.folder / (use + ".png"), "--shells", use, "--size",
+                               "40x40", "--spp", "4", "--stats", "-", "--set",
+                               "medium.extinction=8", "--homogenise", "100"});
+    ASSERT_EQ(r.exit, 0) << r.err;
+    EXPECT_EQ(json::parse(r.out)["options"]["shell_used"], false);
+  }
+  EXPECT_EQ(read_text(f.folder / "on.png"), read_text(f.folder / "off.png"));
+}
+
 TEST(Shells, ChangeNoPixel) {
   const Files f({"--shells", "3"});
   std::string stats[2];

@@ -131,6 +131,25 @@ TEST(StatsImage, MisuseIsRefused) {
   expect_exit(2, run_tool(PVOL_STATS, {"image", a, a, "--html", "m.txt"}), ".html");
 }
 
+TEST(StatsImage, DoesNotWriteOverItsPictures) {
+  const Ball ball;
+  const std::string a = ball.render("a.exr", {}), b = ball.render("b.exr", {"--seed", "2"});
+  const std::string before = testing::read_text(a);
+  expect_exit(2, run_tool(PVOL_STATS, {"image", a, b, "--map", a}), "to be compared");
+  EXPECT_EQ(testing::read_text(a), before);
+}
+
+TEST(StatsBounds, WrongMicroBoundsAreFound) {
+  const Ball ball;
+  ASSERT_EQ(run_tool(PVOL_FIT, {ball.recipe, "-o", ball.cloud, "--micro-bounds", "2"}).exit, 0);
+  expect_exit(0, run_tool(PVOL_STATS, {"bounds", ball.cloud, "--verify"}), "verified");
+  formats::PvolFile content = formats::read_pvol(ball.cloud);
+  ASSERT_TRUE(content.micro);
+  for (MicroBounds::Codes& c : content.micro->by_leaf.codes) c.hi = c.lo;
+  formats::write_pvol(ball.cloud, content);
+  expect_exit(1, run_tool(PVOL_STATS, {"bounds", ball.cloud, "--verify"}), "micro-bounds of leaf");
+}
+
 TEST(StatsBounds, AWrongBoundIsFoundAndNamed) {
   const Ball ball;
   expect_exit(0, run_tool(PVOL_STATS, {"bounds", ball.cloud, "--verify"}), "verified");

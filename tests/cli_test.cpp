@@ -371,6 +371,21 @@ TEST(Render, MajorantsCanBeScaledForTrackersThatBearIt) {
   expect_success(PVOL_RENDER, arguments);
 }
 
+TEST(Render, NumbersAreNumbers) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder);
+  for (const char* option : {"--homogenise", "--majorant-scale", "--density-tolerance"}) {
+    for (const char* value : {"nan", "inf", "-1"}) {
+      auto arguments = small_render(vdb, folder / "a.exr");
+      arguments.insert(arguments.end(), {"--density", "fpn", option, value});
+      expect_usage_error(PVOL_RENDER, arguments, option);
+    }
+  }
+  // An option with a value does not take the name that follows.
+  expect_success(PVOL_RENDER, {"--set", "medium.g=0.1", vdb, "-o", folder / "b.png", "--size",
+                               "4x4", "--spp", "1", "--quiet"});
+}
+
 TEST(Render, RefusesMisuse) {
   const ScratchFolder folder;
   const std::string vdb = write_ball(folder);

@@ -69,7 +69,7 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
                  "Largest error of a sample with --density fpn, relative to the largest sample, "
                  "0.00001 to 1 [0.01]")
       ->type_name("X")
-      ->check(CLI::Range(kLeastTolerance, kLargestTolerance).description(""));
+      ->check(cli::number_from(kLeastTolerance, kLargestTolerance, "a number from 0.00001 to 1"));
   app.add_option("--micro-bounds", o.micro_bounds,
                  "Store bounds of cubes of 2^3 voxels, which save look-ups in fields that miss the "
                  "cache and are else built at load. Those of single voxels are nearly as large as "

@@ -115,10 +115,10 @@ void add_image(CLI::App& app, Options& all) {
       ->required();
   verb->add_option("--confidence", o.confidence, "Of the intervals [0.95]")
       ->type_name("P")
-      ->check(CLI::Range(0.0, 0.999999).description(""));
+      ->check(cli::number_from(0, 0.999999, "a number from 0 to 0.999999"));
   verb->add_option("--level", o.level, "Probability of finding a bias where there is none [0.001]")
       ->type_name("P")
-      ->check(CLI::Range(1e-12, 0.5).description(""));
+      ->check(cli::number_from(1e-12, 0.5, "a number from 1e-12 to 0.5"));
   verb->add_option("--html", o.html, "Write a page with both pictures and maps of the difference")
       ->type_name("FILE");
   verb->add_option("--map", o.map, "Write the difference: .exr as numbers, .png in colours")

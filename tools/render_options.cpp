@@ -58,7 +58,7 @@ void add_files(CLI::App& app, RenderOptionsGiven& o) {
   app.add_flag("--no-png", o.no_png, "Write no .png");
   app.add_option("--exposure", o.exposure, "Exposure of the .png in stops (EV) [0]")
       ->type_name("EV")
-      ->check(CLI::Range(-100.0, 100.0).description(""));
+      ->check(number_from(-100, 100, "a number from -100 to 100"));
   app.add_option("--stats", o.stats,
                  "Count the work and write counts, times and errors as JSON; - is stdout")
       ->type_name("FILE");
@@ -128,7 +128,7 @@ void add_estimator(CLI::App& app, RenderOptionsGiven& o) {
                  "Largest error of a sample with --density fpn, relative to the largest sample, "
                  "0.00001 to 1 [0.01]")
       ->type_name("X")
-      ->check(CLI::Range(kLeastTolerance, kLargestTolerance).description(""));
+      ->check(number_from(kLeastTolerance, kLargestTolerance, "a number from 0.00001 to 1"));
   app.add_option("--depth", o.depth, "Octree depth where the walk stops, 0 to 16 [auto: by cost]")
       ->type_name("N|auto")
       ->check(word_or_number({"auto"}, 16));

@@ -89,7 +89,7 @@ void add_output(CLI::App& verb, double& budget, std::optional<std::filesystem::p
                 bool& json, bool& quiet) {
   verb.add_option("--budget", budget, "Seconds that measuring may take, after loading")
       ->type_name("SECONDS")
-      ->check(CLI::Range(0.1, 1e6).description(""));
+      ->check(number_from(0.1, 1e6, "a number from 0.1 to 1e6"));
   verb.add_flag("--json", json, "The report as JSON");
   verb.add_option("--html", html, "Write the report as a page, too")->type_name("FILE");
   verb.add_flag("--quiet", quiet, "No progress and no text; warnings, errors and files stay");
@@ -131,12 +131,12 @@ void add_trade(CLI::App& app, TradeOptions& o, std::function<int()>& run) {
                        "Recommend the fastest setting for this error: root mean squared over the "
                        "mean luminance, e.g. 0.02 [0.1, 0.03 and 0.01]")
           ->type_name("X")
-          ->check(CLI::Range(1e-9, 1e3).description(""));
+          ->check(number_from(1e-9, 1e3, "a number from 1e-9 to 1000"));
   verb->add_option("--max-time", o.most_time,
                    "Recommend the setting of least error in this CPU time of the picture, in "
                    "seconds")
       ->type_name("SECONDS")
-      ->check(CLI::Range(1e-3, 1e9).description(""))
+      ->check(number_from(1e-3, 1e9, "a number from 0.001 to 1e9"))
       ->excludes(error);
   verb->add_option("--threads", o.threads,
                    "Threads for the reference; all else is timed on one. 0 is one for each "
