@@ -4,15 +4,7 @@
 namespace pvol::detail {
 
 TileFunction procedural_tile_function(int edge, bool many, bool count) {
-  constexpr auto kInterpolation = Interpolation::procedural;
-  switch (edge) {
-    case 1:
-      return tile_function<MakeSqueezed<kInterpolation, 1>>(many, count);
-    case 2:
-      return tile_function<MakeSqueezed<kInterpolation, 2>>(many, count);
-    default:
-      return tile_function<MakePlain<kInterpolation>>(many, count);
-  }
+  return tile_function_of<Interpolation::procedural>(edge, many, count);
 }
 
 }  // namespace pvol::detail

@@ -83,4 +83,17 @@ template <class MakeField>
                : &render_tile<PathTracer<OneVolume<MakeField, NoTally>>, false>;
 }
 
+/// For one interpolation; edge 0: without micro-bounds.
+template <Interpolation kInterpolation>
+[[nodiscard]] TileFunction tile_function_of(int edge, bool many, bool count) {
+  switch (edge) {
+    case 1:
+      return tile_function<MakeSqueezed<kInterpolation, 1>>(many, count);
+    case 2:
+      return tile_function<MakeSqueezed<kInterpolation, 2>>(many, count);
+    default:
+      return tile_function<MakePlain<kInterpolation>>(many, count);
+  }
+}
+
 }  // namespace pvol::detail

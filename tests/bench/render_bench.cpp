@@ -121,6 +121,7 @@ int run(int argc, char** argv) {
   scene.options.width = scene.options.height = 96;
   scene.options.samples = 16;
   scene.options.threads = 1;
+  scene.options.guide = GuideUse::off;  // it is trackers that are compared
   scene.options.interpolation = interpolation;
   const Volume unit = make(cloud, scene);
   scene.camera = frame(unit.world_box, 1);
