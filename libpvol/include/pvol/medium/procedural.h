@@ -53,9 +53,9 @@ struct ProceduralWithLinks {
 /// alone, which then know no more of the recipe than an octree of that depth can tell them.
 [[nodiscard]] Pyramid limit_depth(const Pyramid& pyramid, int depth);
 
-/// `pyramid` is that of build_pyramid(*recipe, ...), or limit_depth of it. In parallel; the same for any number of
-/// threads. Throws Error as validate(*recipe) does, and where a density at a corner or in the
-/// middle of a leaf leaves its bounds: they belong to another recipe.
+/// `pyramid` is that of build_pyramid(*recipe, ...), or limit_depth of it. In parallel; the same
+/// for any number of threads. Throws Error as validate(*recipe) does, and where a density at a
+/// corner or in the middle of a leaf leaves its bounds: they belong to another recipe.
 [[nodiscard]] ProceduralWithLinks make_procedural_field(std::shared_ptr<const Recipe> recipe,
                                                         const Pyramid& pyramid);
 
