@@ -233,7 +233,8 @@ TEST(TricubicMicroBounds, HoldForEveryLookupToTheLastBit) {
 /// hull of 4^3 samples is three times as wide.
 TEST(TricubicMicroBounds, AreFarTighterThanTheHull) {
   const Field& f = field("gaussian");
-  const FieldWithLinks linked = build_field(f.grid, build_pyramid(f.grid, kTricubic), {.interpolation = kTricubic});
+  const FieldWithLinks linked =
+      build_field(f.grid, build_pyramid(f.grid, kTricubic), {.interpolation = kTricubic});
   const MicroBounds m = build_micro_bounds(linked.field, 1);
   double width = 0, hull = 0, truth = 0, code = 0;
   for (std::uint32_t b = 1; b < linked.field.bricks(); ++b) {
