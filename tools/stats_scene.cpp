@@ -58,6 +58,10 @@ void set_extinction(const SceneOptions& o, LoadedScene& loaded) {
   }
 }
 
+const Medium& medium_of(const LoadedScene& loaded, std::size_t i) {
+  return i == 0 ? loaded.file.scene.medium : loaded.file.others[i - 1].medium;
+}
+
 /// The volumes of a scene, each made for its own medium.
 std::vector<Volume> make_volumes(const LoadedScene& loaded,
                                  const std::vector<formats::Cloud>& clouds, const Scene& scene) {
@@ -132,18 +136,15 @@ LoadedScene load_scene(const SceneOptions& o, int pixels) {
     if (loaded.clouds.back().pyramid.empty()) {
       throw Error(file.string() + ": the density is 0 everywhere; there is nothing to measure");
     }
+    if (loaded.file.scene.options.shells != ShellUse::off) {
+      require_proof(file, loaded.clouds.back());
+    }
   };
   add(loaded.file.volume, loaded.file.grid);
   for (const formats::FurtherVolume& v : loaded.file.others) add(v.file, v.grid);
-  if (loaded.file.scene.options.shells != ShellUse::off) {
-    for (std::size_t i = 0; i < loaded.clouds.size(); ++i) {
-      require_proof(i == 0 ? loaded.file.volume : loaded.file.others[i - 1].file, loaded.clouds[i]);
-    }
-  }
   set_extinction(o, loaded);
   for (std::size_t i = 0; i < loaded.clouds.size(); ++i) {
-    const Medium& medium = i == 0 ? loaded.file.scene.medium : loaded.file.others[i - 1].medium;
-    loaded.facts.push_back(describe(Volume{}, loaded.clouds[i], medium));
+    loaded.facts.push_back(describe(Volume{}, loaded.clouds[i], medium_of(loaded, i)));
   }
   choose_camera(loaded);
   return loaded;

@@ -2,12 +2,14 @@
 
 #include <tbb/parallel_for.h>
 
+#include "octree_children.h"
+
 namespace pvol::detail {
 namespace {
 
 /// Integral of the interpolated density over the 8^3 cells of each brick, in cells^3.
 std::vector<double> brick_integrals(const BrickField& field) {
-  std::vector<double> all(field.samples.size() / kFieldSamples);
+  std::vector<double> all(field.bricks());
   tbb::parallel_for(std::size_t(0), all.size(), [&](std::size_t b) {
     const float* s = field.brick(std::uint32_t(b));
     // A sample on a face belongs to the leaf by half along that axis.
@@ -33,17 +35,13 @@ struct MassOfCubes {
   std::vector<double>& sums;
 
   void add_node(const Octree::Node& node, Vec3i at) {
-    const int shift = 3 + 2 * int(node.height);
-    for (std::uint32_t bit = 0; bit < 64; ++bit) {
-      const Octree::Entry* e = tree.child(node, bit);
-      if (e == nullptr) continue;
-      const Vec3i low = at + Vec3i(int(bit >> 4), int(bit >> 2 & 3), int(bit & 3)) * (1 << shift);
-      if (e->link & Octree::kNodeBit) {
-        add_node(tree.nodes[e->link & ~Octree::kNodeBit], low);
+    for_children(tree, node, at, [&](const Octree::Entry& e, Vec3i low, int edge) {
+      if (e.link & Octree::kNodeBit) {
+        add_node(tree.nodes[e.link & ~Octree::kNodeBit], low);
       } else {
-        add_cube(low, 1 << shift, of_brick[e->link] / (kLeafEdge * kLeafEdge * kLeafEdge));
+        add_cube(low, edge, of_brick[e.link] / (kLeafEdge * kLeafEdge * kLeafEdge));
       }
-    }
+    });
   }
 
   /// A leaf, or a uniform cube, which may span several coarse ones.

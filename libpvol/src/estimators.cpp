@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "octree_children.h"
 #include "pvol/error.h"
 #include "pvol/render/render.h"
 
@@ -11,22 +12,15 @@ namespace pvol {
 namespace {
 
 void add_node(const Octree& tree, const Octree::Node& node, Vec3i low, BoundIntegrals& sum) {
-  const int shift = 3 + 2 * int(node.height);
-  for (std::uint32_t bit = 0; bit < 64; ++bit) {
-    const Octree::Entry* e = tree.child(node, bit);
-    if (e == nullptr) continue;
-    const Vec3i at = low + Vec3i(int(bit >> 4), int(bit >> 2 & 3), int(bit & 3)) * (1 << shift);
-    if (e->log2 == 0) {
-      add_node(tree, tree.nodes[e->link & ~Octree::kNodeBit], at, sum);
-      continue;
-    }
+  detail::for_children(tree, node, low, [&](const Octree::Entry& e, Vec3i at, int edge) {
+    if (e.log2 == 0) return add_node(tree, tree.nodes[e.link & ~Octree::kNodeBit], at, sum);
     // Of a group of eight children, each adds its own cube. Walks end at the support's box.
-    const Vec3i end = min(at + Vec3i(1 << shift), vec3(tree.support_hi));
+    const Vec3i end = min(at + Vec3i(edge), vec3(tree.support_hi));
     const Vec3d extent(max(end - max(at, vec3(tree.support_lo)), Vec3i(0)));
     const double cells = extent.x * extent.y * extent.z;
-    sum.lo += double(e->lo) * cells;
-    sum.hi += double(e->hi) * cells;
-  }
+    sum.lo += double(e.lo) * cells;
+    sum.hi += double(e.hi) * cells;
+  });
 }
 
 /// Integrals over what segments with bounds of `terminal` look up below a link.
@@ -38,18 +32,14 @@ class OpenIntegral {
 
   /// Below a node, under the terminal that holds it or, where there is none, from the top down.
   void add(const Octree::Node& node, Vec3i low, const Octree::Entry* terminal) {
-    const int shift = 3 + 2 * int(node.height);
-    for (std::uint32_t bit = 0; bit < 64; ++bit) {
-      const Octree::Entry* e = v_.octree.child(node, bit);
-      if (e == nullptr) continue;
-      const Vec3i at = low + Vec3i(int(bit >> 4), int(bit >> 2 & 3), int(bit & 3)) * (1 << shift);
-      const Octree::Entry* bounds = terminal != nullptr ? terminal : e->log2 != 0 ? e : nullptr;
-      if (e->link & Octree::kNodeBit) {
-        add(v_.octree.nodes[e->link & ~Octree::kNodeBit], at, bounds);
-      } else if (shift == 3) {  // larger cubes have one density, which micro-bounds know
-        add_leaf(e->link, at, *bounds);
+    detail::for_children(v_.octree, node, low, [&](const Octree::Entry& e, Vec3i at, int edge) {
+      const Octree::Entry* bounds = terminal != nullptr ? terminal : e.log2 != 0 ? &e : nullptr;
+      if (e.link & Octree::kNodeBit) {
+        add(v_.octree.nodes[e.link & ~Octree::kNodeBit], at, bounds);
+      } else if (edge == kLeafEdge) {  // larger cubes have one density, which micro-bounds know
+        add_leaf(e.link, at, *bounds);
       }
-    }
+    });
   }
 
  private:

@@ -12,6 +12,11 @@ namespace {
 
 double cells_of(std::size_t level) { return std::ldexp(1.0, 3 * (int(level) + 3)); }
 
+/// The most that the density in a node can differ from `mean`.
+double deviation(const PyramidNode& node, float mean) {
+  return std::max(double(node.hi) - double(mean), double(mean) - double(node.lo));
+}
+
 /// Nodes of a level that are replaced, by what value, and which are under one that is.
 struct Choice {
   NodeMarks constant, gone;
@@ -62,10 +67,6 @@ class Chooser {
     const NodeRange below = children(p_, level, i);
     for (std::size_t k = below.begin; k < below.end; ++k) choice_.gone[level - 1][k] = 1;
   }
-
-  static double deviation(const PyramidNode& node, float mean) {
-    return std::max(double(node.hi) - double(mean), double(mean) - double(node.lo));
-  }
 };
 
 /// An upper bound, over all rays, of the sum of deviations times lengths in the replaced nodes of
@@ -82,8 +83,7 @@ double bound_depth_error(const Pyramid& p, const Choice& c, double unit) {
       const PyramidNode& node = p.levels[level][i];
       const double diagonals = std::ldexp(1.0, int(level) + 3);
       if (c.constant[level][i]) {
-        const double mean = double(c.mean[level][i]);
-        const double d = std::max(double(node.hi) - mean, mean - double(node.lo));
+        const double d = deviation(node, c.mean[level][i]);
         here[i] = {d, d * diagonals};
         continue;
       }
@@ -106,13 +106,10 @@ double bound_depth_error(const Pyramid& p, const Choice& c, double unit) {
 /// The pyramid without what lies below replaced nodes.
 HomogenisedPyramid apply(const Pyramid& p, const Choice& c) {
   HomogenisedPyramid r;
-  r.pyramid.origin = p.origin;
-  r.pyramid.scale = p.scale;
-  r.pyramid.interpolation = p.interpolation;
-  r.pyramid.support_lo = p.support_lo, r.pyramid.support_hi = p.support_hi;
-  r.pyramid.levels.resize(p.levels.size());
+  r.pyramid = p;
   r.constant.resize(p.levels.size());
   for (std::size_t level = 0; level < p.levels.size(); ++level) {
+    r.pyramid.levels[level].clear();
     for (std::size_t i = 0; i < p.levels[level].size(); ++i) {
       if (c.gone[level][i]) continue;
       PyramidNode node = p.levels[level][i];

@@ -68,6 +68,7 @@ void check_majorant_scale(const RenderOptions& o) {
               ", 1000]. Below 1 majorants do not bound: that takes one of the trackers with "
               "weights, and 1/3 is the least that they can make up for.");
 }
+
 /// About what a look-up costs, in the unit of the model of T5; a recipe may be cheaper or dearer.
 constexpr double kTricubicCost = 35, kProceduralCost = 1000;
 

@@ -1,0 +1,20 @@
+// The children of a node of the octree with their cubes, for what looks at all of a tree.
+#pragma once
+
+#include "pvol/bounds/octree.h"
+
+namespace pvol::detail {
+
+/// Calls visit(entry, at, edge) for every child of `node` that is not empty: its cube is at + [0,
+/// edge)^3, in cells from the octree's origin, as `low` is the low corner of the node's.
+template <class Visit>
+void for_children(const Octree& tree, const Octree::Node& node, Vec3i low, const Visit& visit) {
+  const int edge = 1 << (3 + 2 * int(node.height));
+  for (std::uint32_t bit = 0; bit < 64; ++bit) {
+    const Octree::Entry* e = tree.child(node, bit);
+    if (e == nullptr) continue;
+    visit(*e, low + Vec3i(int(bit >> 4), int(bit >> 2 & 3), int(bit & 3)) * edge, edge);
+  }
+}
+
+}  // namespace pvol::detail
