@@ -102,8 +102,7 @@ SetUp set_up_of(const std::vector<Volume>& volumes, double seconds) {
   s.seconds = seconds;
   for (const Volume& v : volumes) {
     s.field_bytes += v.field.samples.size() * sizeof(float);
-    s.octree_bytes += v.octree.nodes.size() * sizeof(Octree::Node) +
-                      v.octree.entries.size() * sizeof(Octree::Entry);
+    s.octree_bytes += v.octree.bytes();
     s.micro_bytes += v.micro.bytes();
     s.depth = std::max(s.depth, v.octree.depth);
   }

@@ -5,24 +5,9 @@
 #include "pvol_blocks.h"
 
 namespace pvol::formats::detail {
-namespace {
-
-/// What the file holds of a grid: sorted, without zeros.
-VoxelGrid canonical(const VoxelGrid& grid) {
-  VoxelGrid g = grid;
-  std::erase_if(g.bricks, [](const Brick& b) {
-    return std::all_of(b.values, b.values + kBrickSamples, [](float v) { return v == 0; });
-  });
-  std::erase_if(g.tiles, [](const Tile& t) { return t.value == 0; });
-  sort(g);
-  return g;
-}
-
-}  // namespace
-
 void encode_density(const VoxelGrid& grid, const Pyramid& pyramid, ChunkWriter& chunk,
                     const std::string& place) {
-  const VoxelGrid g = canonical(grid);
+  const VoxelGrid g = occupied(grid);
   if (const auto wrong = check_blocks(g, pyramid)) {
     throw Error(place + ": the density to be written is wrong: " + *wrong + ".");
   }

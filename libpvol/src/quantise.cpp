@@ -155,17 +155,6 @@ std::vector<std::size_t> brick_offsets(const QuantisedGrid& q) {
   return at;
 }
 
-/// The grid's bricks and tiles in order, without those of zeros; the samples stay where they are.
-VoxelGrid occupied(const VoxelGrid& grid) {
-  VoxelGrid g = grid;
-  std::erase_if(g.bricks, [](const Brick& b) {
-    return std::all_of(b.values, b.values + kBrickSamples, [](float v) { return v == 0; });
-  });
-  std::erase_if(g.tiles, [](const Tile& t) { return t.value == 0; });
-  sort(g);
-  return g;
-}
-
 float largest_sample(const VoxelGrid& grid) {
   float largest = 0;
   for (const Brick& b : grid.bricks) {

@@ -345,8 +345,7 @@ void add_facts(const Volume& volume, VolumeFacts& f) {
   f.nodes = volume.octree.nodes.size();
   f.terminals = volume.octree.terminals;
   f.null_collisions = worst_null_collisions(volume);
-  f.octree_bytes = volume.octree.nodes.size() * sizeof(Octree::Node) +
-                   volume.octree.entries.size() * sizeof(Octree::Entry);
+  f.octree_bytes = volume.octree.bytes();
 }
 
 }  // namespace

@@ -141,4 +141,14 @@ void sort(VoxelGrid& grid) {
   std::sort(grid.tiles.begin(), grid.tiles.end(), kByOrigin);
 }
 
+VoxelGrid occupied(const VoxelGrid& grid) {
+  VoxelGrid g = grid;
+  std::erase_if(g.bricks, [](const Brick& b) {
+    return std::all_of(b.values, b.values + kBrickSamples, [](float v) { return v == 0; });
+  });
+  std::erase_if(g.tiles, [](const Tile& t) { return t.value == 0; });
+  sort(g);
+  return g;
+}
+
 }  // namespace pvol

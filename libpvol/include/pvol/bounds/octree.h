@@ -56,6 +56,9 @@ struct Octree {
   std::vector<Entry> entries;
 
   [[nodiscard]] bool empty() const { return nodes.empty(); }
+  [[nodiscard]] std::size_t bytes() const {
+    return nodes.size() * sizeof(Node) + entries.size() * sizeof(Entry);
+  }
   [[nodiscard]] Box support() const { return {Vec3d(vec3(support_lo)), Vec3d(vec3(support_hi))}; }
 
   [[nodiscard]] static std::uint32_t child_bit(Int4 cell, int shift) {

@@ -93,4 +93,8 @@ struct KernelReach {
 /// are equal in memory and in files.
 void sort(VoxelGrid& grid);
 
+/// The grid's bricks and tiles in that order, without those of zeros; the samples stay where they
+/// are.
+[[nodiscard]] VoxelGrid occupied(const VoxelGrid& grid);
+
 }  // namespace pvol
