@@ -1,11 +1,12 @@
 // pvol-convert: clouds and their bounds from one file format into another.
 #include <iostream>
 
-#include "cli_app.h"
+#include "cli/cli_app.h"
+#include "cli/shell_export.h"
 #include "pvol/bounds/bound_grids.h"
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
-#include "shell_export.h"
+#include "pvol/shell/recipe_support.h"
 
 namespace {
 

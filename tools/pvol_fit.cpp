@@ -3,16 +3,17 @@
 
 #include <iostream>
 
-#include "cli_app.h"
-#include "pvol/bounds/leaf_micro_bounds.h"
+#include "cli/cli_app.h"
+#include "cli/shell_checks.h"
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
+#include "pvol/field/leaf_micro_bounds.h"
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/recipe_file.h"
 #include "pvol/formats/scene_file.h"
 #include "pvol/shell/fit_shell.h"
-#include "shell_checks.h"
-#include "shell_report.h"
+#include "pvol/shell/recipe_support.h"
+#include "stats/shell_report.h"
 
 namespace {
 

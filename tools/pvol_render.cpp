@@ -3,8 +3,10 @@
 #include <fstream>
 #include <iostream>
 
-#include "instructions.h"
-#include "load_scene.h"
+#include "cli/instructions.h"
+#include "cli/load_scene.h"
+#include "cli/render_options.h"
+#include "cli/render_report.h"
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
@@ -12,9 +14,9 @@
 #include "pvol/formats/image.h"
 #include "pvol/formats/recipe_file.h"
 #include "pvol/formats/scene_file.h"
+#include "pvol/render/scene_volume.h"
 #include "pvol/shell/certificate.h"
-#include "render_options.h"
-#include "render_report.h"
+#include "pvol/volume/facts.h"
 
 namespace {
 

@@ -1,9 +1,9 @@
 // pvol-stats: measured facts about clouds, and about pictures of them.
 #include <functional>
 
-#include "cli_app.h"
-#include "stats.h"
-#include "trade_options.h"
+#include "cli/cli_app.h"
+#include "stats/stats.h"
+#include "stats/trade_options.h"
 
 namespace {
 

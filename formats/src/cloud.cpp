@@ -6,10 +6,10 @@
 #include <sstream>
 
 #include "pvol/bounds/recipe_bounds.h"
+#include "pvol/density/coarsen.h"
 #include "pvol/error.h"
 #include "pvol/formats/recipe_file.h"
 #include "pvol/formats/scene_file.h"
-#include "pvol/medium/coarsen.h"
 
 namespace pvol::formats {
 namespace {

@@ -12,9 +12,11 @@
 #include <vector>
 
 #include "pvol/formats/cloud.h"
-#include "pvol/medium/phase.h"
-#include "pvol/render/volume.h"
+#include "pvol/render/scene_volume.h"
 #include "pvol/track/flight.h"
+#include "pvol/volume/facts.h"
+#include "pvol/volume/phase.h"
+#include "pvol/volume/volume.h"
 
 namespace {
 

@@ -16,6 +16,8 @@
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/scene_file.h"
 #include "pvol/render/render.h"
+#include "pvol/render/scene_volume.h"
+#include "pvol/volume/facts.h"
 
 namespace {
 

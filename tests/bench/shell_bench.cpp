@@ -20,10 +20,12 @@
 #include "pvol/formats/cloud.h"
 #include "pvol/math/rng.h"
 #include "pvol/render/render.h"
+#include "pvol/render/scene_volume.h"
 #include "pvol/render/shell_choice.h"
 #include "pvol/shell/costs.h"
 #include "pvol/shell/fit_shell.h"
 #include "pvol/shell/ray_shell.h"
+#include "pvol/shell/recipe_support.h"
 #include "pvol/shell/tightness.h"
 
 namespace {

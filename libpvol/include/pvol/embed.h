@@ -35,21 +35,14 @@
 #include <limits>
 #include <optional>
 
+#include "pvol/density/voxel_grid.h"
 #include "pvol/error.h"
-#include "pvol/medium/voxel_grid.h"
-#include "pvol/render/volume.h"
 #include "pvol/track/transmittance.h"
+#include "pvol/volume/volume.h"
 
 namespace pvol {
 
 // 1. Making a volume.
-
-/// What a volume is made for, besides its medium.
-struct VolumeOptions {
-  Interpolation interpolation = Interpolation::trilinear;
-  MicroBoundsUse micro_bounds = MicroBoundsUse::automatic;  ///< never changes a result
-  std::optional<int> depth{};  ///< octree depth at which walks stop, 0..16; else by cost
-};
 
 /// Bounds the grid's density and makes it ready for tracking: build_pyramid, then the make_volume
 /// of volume.h, whose errors it throws. Of the medium, tracking needs `extinction` and
@@ -57,7 +50,7 @@ struct VolumeOptions {
 [[nodiscard]] Volume make_volume(const VoxelGrid& grid, const Medium& medium,
                                  const VolumeOptions& options = {});
 
-/// The same for a recipe (medium/recipe.h), whose look-ups are procedural, whatever the options'
+/// The same for a recipe (density/recipe.h), whose look-ups are procedural, whatever the options'
 /// own interpolation: bounds in closed form, no samples.
 [[nodiscard]] Volume make_volume(const Recipe& recipe, const Medium& medium,
                                  const VolumeOptions& options = {});
@@ -70,7 +63,7 @@ struct VolumeOptions {
 
 /// An unbiased estimate of the transmittance up to t_max, in [0, 1] give or take rounding. `ratio`
 /// suits most rays. `analog`, which is 0 or 1, costs less in thick clouds; choose_transmittance
-/// (render/estimators.h) says once for a volume what suits it. Throws Error for `automatic`.
+/// (volume/estimators.h) says once for a volume what suits it. Throws Error for `automatic`.
 [[nodiscard]] float sample_transmittance(const Volume& volume, const Ray& ray, double t_max,
                                          Rng& rng, Transmittance estimator = Transmittance::ratio);
 

@@ -5,9 +5,9 @@
 #include <memory>
 #include <string>
 
+#include "pvol/density/recipe.h"
 #include "pvol/formats/pvol_file.h"
 #include "pvol/formats/vdb.h"
-#include "pvol/medium/recipe.h"
 
 namespace pvol::formats {
 

@@ -9,10 +9,10 @@
 #include <span>
 #include <string>
 
-#include "pvol/bounds/leaf_micro_bounds.h"
 #include "pvol/bounds/pyramid.h"
-#include "pvol/medium/quantise.h"
-#include "pvol/medium/voxel_grid.h"
+#include "pvol/density/quantise.h"
+#include "pvol/density/voxel_grid.h"
+#include "pvol/field/leaf_micro_bounds.h"
 #include "pvol/shell/shell.h"
 
 namespace pvol::formats {

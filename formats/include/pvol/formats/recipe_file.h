@@ -11,7 +11,7 @@
 //                         # units of edge and density, the first density 0, say
 //                         # [[0, 0], [1, 1], [4, 0.5]]
 //
-//   [cumulus]             # a whole cumulus, after struct Cumulus in pvol/medium/cumulus.h
+//   [cumulus]             # a whole cumulus, after struct Cumulus in pvol/density/cumulus.h
 //   seed = 3
 //   width = 2.0
 //   height = 1.1         # 0.55 widths where left out
@@ -56,7 +56,7 @@
 //   point = [0, 0, 0]
 //   inward = [0, 1, 0]
 //
-//   [[displacement]]      # noise on the surface, after struct MaskedNoise in pvol/medium/recipe.h
+//   [[displacement]]      # noise on the surface, after struct MaskedNoise in pvol/density/recipe.h
 //   kind = "billow"       # or "smooth"
 //   amplitude = 0.1       # world units
 //   cell = 0.2            # world units, size of the largest features
@@ -88,7 +88,7 @@
 #include <string>
 #include <string_view>
 
-#include "pvol/medium/recipe.h"
+#include "pvol/density/recipe.h"
 
 namespace pvol::formats {
 

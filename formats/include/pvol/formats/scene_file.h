@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "pvol/medium/quantise.h"
+#include "pvol/density/quantise.h"
 #include "pvol/render/scene.h"
 
 namespace pvol::formats {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "pvol/medium/voxel_grid.h"
+#include "pvol/density/voxel_grid.h"
 
 namespace pvol::formats {
 

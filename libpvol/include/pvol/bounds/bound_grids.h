@@ -2,7 +2,7 @@
 #pragma once
 
 #include "pvol/bounds/pyramid.h"
-#include "pvol/medium/voxel_grid.h"
+#include "pvol/density/voxel_grid.h"
 
 namespace pvol {
 

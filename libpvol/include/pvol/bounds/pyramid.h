@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "pvol/density/voxel_grid.h"
 #include "pvol/math/box.h"
-#include "pvol/medium/voxel_grid.h"
 
 namespace pvol {
 

@@ -1,17 +1,15 @@
-// Bounds and support of a recipe straight from its closed form, without samples.
+// Bounds of a recipe straight from its closed form, without samples.
 #pragma once
 
 #include <cstdint>
 
 #include "pvol/bounds/pyramid.h"
-#include "pvol/medium/recipe.h"
-#include "pvol/shell/support.h"
+#include "pvol/density/recipe.h"
 
 namespace pvol {
 
-/// Defaults below: octants of 4^3 cells, and support in cubes of 2^3.
+/// Default below: octants of 4^3 cells.
 inline constexpr int kLeafRefinement = 1;
-inline constexpr int kSupportBlockLog2 = 1;
 
 /// The pyramid of a recipe from density_range() over the closed boxes of its leaves (T17): bounds
 /// of the density at every point, rounded to float: for procedural look-ups, and so for trilinear
@@ -24,11 +22,5 @@ inline constexpr int kSupportBlockLog2 = 1;
 /// another refinement, and where there are more than `max_leaves` leaves and uniform cubes.
 [[nodiscard]] Pyramid build_pyramid(const Recipe& recipe, int refine = kLeafRefinement,
                                     std::uint64_t max_leaves = std::uint64_t(1) << 26);
-
-/// The cells in which density_range() leaves room for density, decided for cubes of 2^block_log2
-/// cells at once (0..3, single cells to blocks of 8^3): a superset of the cells of
-/// make_support(make_grid(recipe), ...). In parallel; the same for any number of threads. Throws
-/// Error as validate(recipe) does.
-[[nodiscard]] Support make_support(const Recipe& recipe, int block_log2 = kSupportBlockLog2);
 
 }  // namespace pvol

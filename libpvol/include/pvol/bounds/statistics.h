@@ -6,7 +6,7 @@
 
 #include "pvol/bounds/octree.h"
 #include "pvol/bounds/pyramid.h"
-#include "pvol/medium/voxel_grid.h"
+#include "pvol/density/voxel_grid.h"
 
 namespace pvol {
 

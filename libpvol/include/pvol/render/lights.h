@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "pvol/math/rng.h"
-#include "pvol/medium/phase.h"
 #include "pvol/render/scene.h"
+#include "pvol/volume/phase.h"
 
 namespace pvol {
 

@@ -6,7 +6,7 @@
 
 #include "pvol/render/film.h"
 #include "pvol/render/scene.h"
-#include "pvol/render/volume.h"
+#include "pvol/volume/volume.h"
 
 namespace pvol {
 

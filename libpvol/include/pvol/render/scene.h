@@ -7,9 +7,11 @@
 #include <variant>
 #include <vector>
 
+#include "pvol/density/voxel_grid.h"
 #include "pvol/math/affine.h"
-#include "pvol/medium/voxel_grid.h"
 #include "pvol/track/tracker.h"
+#include "pvol/volume/medium.h"
+#include "pvol/volume/volume.h"
 
 namespace pvol {
 
@@ -59,41 +61,11 @@ struct Sun {
   friend bool operator==(const Sun&, const Sun&) = default;
 };
 
-/// A kind of matter that takes part in the extinction: droplets, soot, hot gas.
-struct Component {
-  double share = 0;    ///< of the extinction, everywhere, in [0, 1]
-  Rgb albedo{0.999f};  ///< mu_s / mu_t by channel, in [0, 1]
-  double g = 0.5;      ///< mean cosine of the Henyey-Greenstein phase function, in (-1, 1)
-  Rgb emission{0.0f};  ///< radiance L_e: the component emits mu_a L_e per unit length
-  friend bool operator==(const Component&, const Component&) = default;
-};
-
-/// Optical properties of a cloud whose density field is known: mu_t = extinction * rho.
-struct Medium {
-  double extinction = 1;  ///< per world unit and unit of density, >= 0
-  Rgb albedo{0.999f};     ///< these three are the first component's, whose share is what the
-  double g = 0.5;         ///< others leave
-  Rgb emission{0.0f};
-  std::vector<Component> others{};  ///< further components; their shares sum up to at most 1
-  Affine object_to_world{};         ///< placed after the grid's own index_to_world
-  friend bool operator==(const Medium&, const Medium&) = default;
-};
-
 /// Whether camera rays test a cloud's shell before its octree, where there is a shell.
 enum class ShellUse {
   automatic,  ///< where an estimate for this camera says that it saves time
   on,
   off,
-};
-
-/// Which micro-bounds decide tentative collisions before the density is looked up. The picture is
-/// the same to the last bit; trackers with weights do not use them.
-enum class MicroBoundsUse {
-  automatic,  ///< where segments leave much open and look-ups cost: cubes of 2^3 cells for tricubic
-              ///< fields and those that miss the cache, single cells for large pictures of recipes
-  none,
-  cells_8,  ///< for cubes of 2^3 cells
-  cells_1,  ///< for single cells
 };
 
 /// Whether paths are ended, split and turned by a coarse estimate of the light that they may meet,

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "pvol/render/scene.h"
-#include "pvol/render/volume.h"
 #include "pvol/shell/shell.h"
+#include "pvol/volume/volume.h"
 
 namespace pvol {
 

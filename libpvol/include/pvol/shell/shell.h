@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "pvol/form/free_form.h"
 #include "pvol/math/vec.h"
-#include "pvol/shell/free_form.h"
 
 namespace pvol {
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <concepts>
 
-#include "pvol/bounds/micro_bounds.h"
 #include "pvol/bounds/walk.h"
+#include "pvol/field/micro_bounds.h"
 #include "pvol/track/tally.h"
 
 namespace pvol {

@@ -1,0 +1,52 @@
+#include "file/density_values.h"
+
+#include <sstream>
+
+#include "file/grid_choice.h"
+#include "pvol/error.h"
+
+namespace pvol::formats::detail {
+
+namespace {
+
+std::string of_active(std::uint64_t count, const ValueCounts& counts) {
+  return std::to_string(count) + " of " + std::to_string(counts.active) + " active voxels";
+}
+
+}  // namespace
+
+void finish_report(const std::filesystem::path& file, const ValueCounts& counts, float background,
+                   bool strict, GridReport& report) {
+  report.active = counts.active;
+  report.non_finite = counts.non_finite;
+  report.negative = counts.negative;
+  report.largest = counts.largest;
+
+  std::vector<std::string>& warnings = report.warnings;
+  if (counts.non_finite > 0) {
+    warnings.push_back(of_active(counts.non_finite, counts) +
+                       " are not finite; they are taken as 0");
+  }
+  if (counts.negative > 0) {
+    warnings.push_back(of_active(counts.negative, counts) + " are negative; they are taken as 0");
+  }
+  if (background != 0) {
+    std::ostringstream value;
+    value << background;
+    warnings.push_back("the empty space of the grid holds " + value.str() +
+                       " (its background); it is taken as 0");
+  }
+  if (counts.stray > 0) {
+    warnings.push_back(std::to_string(counts.stray) +
+                       " inactive voxels hold values other than 0; they are taken as 0");
+  }
+  if (counts.largest == 0) warnings.push_back("the grid is empty: no voxel has a density above 0");
+
+  if (!strict || warnings.empty()) return;
+  std::string text =
+      file.string() + ": grid '" + printable(report.grid) + "' is refused (strict): ";
+  for (std::size_t i = 0; i < warnings.size(); ++i) text += (i ? "; " : "") + warnings[i];
+  throw Error(text);
+}
+
+}  // namespace pvol::formats::detail

@@ -1,0 +1,58 @@
+// The DENS chunk: samples in bricks and tiles.
+#include <algorithm>
+
+#include "pvol/error.h"
+#include "pvol/pvol_blocks.h"
+
+namespace pvol::formats::detail {
+void encode_density(const VoxelGrid& grid, const Pyramid& pyramid, ChunkWriter& chunk,
+                    const std::string& place) {
+  const VoxelGrid g = occupied(grid);
+  if (const auto wrong = check_blocks(g, pyramid)) {
+    throw Error(place + ": the density to be written is wrong: " + *wrong + ".");
+  }
+  chunk.put(DensityHeader{std::uint32_t(g.tiles.size()), std::uint32_t(g.bricks.size())});
+  write_blocks(g, chunk);
+  for (const Brick& b : g.bricks) {
+    std::array<float, kBrickSamples> values;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (!is_density(b.values[i])) {
+        throw Error(place + ": the density to be written is wrong: brick at " + text(b.origin) +
+                    ": a sample is negative or not finite.");
+      }
+      values[i] = b.values[i] + 0.0f;  // -0 becomes 0, so that equal fields give equal bytes
+    }
+    chunk.put(values);
+  }
+}
+
+VoxelGrid decode_density(ChunkReader& chunk, const Pyramid& pyramid) {
+  const auto header = chunk.get<DensityHeader>();
+  const std::uint64_t expected = sizeof(DensityHeader) + block_bytes(header.tiles, header.bricks) +
+                                 kBrickSamples * sizeof(float) * std::uint64_t(header.bricks);
+  if (chunk.raw_bytes() != expected) {
+    refuse(chunk.place(), std::to_string(chunk.raw_bytes()) + " raw bytes; its counts of " +
+                              std::to_string(header.tiles) + " tiles and " +
+                              std::to_string(header.bricks) + " bricks take " +
+                              std::to_string(expected));
+  }
+  VoxelGrid grid = read_blocks(chunk, header.tiles, header.bricks);
+  if (const auto bad = check_blocks(grid, pyramid)) refuse(chunk.place(), *bad);
+
+  const std::size_t count = std::size_t(header.bricks) * kBrickSamples;
+  const auto values = std::make_shared_for_overwrite<float[]>(count);
+  const std::span<float> samples(values.get(), count);
+  chunk.read(std::as_writable_bytes(samples));
+  const auto wrong = std::find_if_not(samples.begin(), samples.end(), is_density);
+  if (wrong != samples.end()) {
+    refuse(chunk.place(), "brick " + std::to_string((wrong - samples.begin()) / kBrickSamples) +
+                              ": a sample is negative or not finite");
+  }
+  for (std::size_t b = 0; b < grid.bricks.size(); ++b) {
+    grid.bricks[b].values = samples.data() + b * kBrickSamples;
+  }
+  grid.owner = values;
+  return grid;
+}
+
+}  // namespace pvol::formats::detail

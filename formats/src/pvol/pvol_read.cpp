@@ -1,0 +1,257 @@
+// Reading .pvol files: header and table are checked whole before any chunk is looked at.
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <new>
+#include <system_error>
+
+#include "pvol/error.h"
+#include "pvol/pvol_chunks.h"
+
+namespace pvol::formats {
+namespace {
+
+using namespace detail;
+namespace fs = std::filesystem;
+
+/// The bytes of a file, mapped for reading.
+class MappedFile {
+ public:
+  explicit MappedFile(const fs::path& file) {
+    const int fd = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+    if (fd < 0) fail(file);
+    struct stat info {};
+    const bool is_file = ::fstat(fd, &info) == 0 && S_ISREG(info.st_mode);
+    if (is_file && info.st_size > 0) {
+      void* at = ::mmap(nullptr, std::size_t(info.st_size), PROT_READ, MAP_PRIVATE, fd, 0);
+      if (at != MAP_FAILED) bytes_ = {static_cast<const std::byte*>(at), std::size_t(info.st_size)};
+    }
+    ::close(fd);
+    if (!is_file) throw Error(file.string() + ": is not a file.");
+    if (info.st_size > 0 && bytes_.empty()) fail(file);
+  }
+  ~MappedFile() {
+    if (!bytes_.empty()) ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
+  }
+  MappedFile(const MappedFile&) = delete;
+  MappedFile& operator=(const MappedFile&) = delete;
+
+  [[nodiscard]] Bytes bytes() const { return bytes_; }
+
+ private:
+  [[noreturn]] static void fail(const fs::path& file) {
+    throw Error(file.string() + ": cannot be read (" + std::generic_category().message(errno) +
+                ").");
+  }
+
+  Bytes bytes_;
+};
+
+template <class T>
+T copy_at(Bytes bytes, std::size_t offset) {
+  T value;
+  std::memcpy(&value, bytes.data() + offset, sizeof(T));
+  return value;
+}
+
+std::string text(Id id) {
+  const bool printable =
+      std::all_of(id.begin(), id.end(), [](char c) { return c > 32 && c < 127; });
+  return printable ? std::string(id.begin(), id.end()) : "with an unprintable name";
+}
+
+std::string expected(std::uint64_t found, std::uint64_t wanted) {
+  return std::to_string(found) + "; expected " + std::to_string(wanted);
+}
+
+FileHeader read_header(Bytes bytes, const std::string& name) {
+  const std::size_t known = std::min(bytes.size(), kMagic.size());
+  if (known < kMagic.size() || std::memcmp(bytes.data(), kMagic.data(), known) != 0) {
+    refuse(name, "does not begin as a .pvol file does");
+  }
+  if (bytes.size() < sizeof(FileHeader)) {
+    refuse(name, "a file of " + std::to_string(bytes.size()) + " bytes is too short for a header");
+  }
+  const auto h = copy_at<FileHeader>(bytes, 0);
+  if (h.version < 1 || h.reader_version < 1 || h.reader_version > h.version) {
+    refuse(name, "header: format version " + std::to_string(h.version) +
+                     " for readers of version " + std::to_string(h.reader_version) +
+                     " makes no sense");
+  }
+  if (h.reader_version > kVersion) {
+    throw Error(name + ": a file of format version " + std::to_string(h.version) +
+                ", which takes a reader of version " + std::to_string(h.reader_version) +
+                "; this one knows version " + std::to_string(kVersion) + ". Use a newer pvol.");
+  }
+  if (h.file_bytes != bytes.size()) {
+    refuse(name, "header: file size " + expected(bytes.size(), h.file_bytes) +
+                     ", so the file is truncated or has grown");
+  }
+  if (h.chunks > (bytes.size() - sizeof(FileHeader)) / sizeof(ChunkEntry)) {
+    refuse(name, "header: " + std::to_string(h.chunks) + " chunks do not fit into the file");
+  }
+  return h;
+}
+
+/// Header and table, with the checksum of both.
+std::vector<ChunkEntry> read_table(Bytes bytes, const std::string& name) {
+  const FileHeader h = read_header(bytes, name);
+  const std::size_t end = sizeof(FileHeader) + h.chunks * sizeof(ChunkEntry);
+  std::vector<std::byte> head(bytes.begin(), bytes.begin() + std::ptrdiff_t(end));
+  std::memset(head.data() + offsetof(FileHeader, checksum), 0, sizeof h.checksum);
+  if (checksum(head) != h.checksum) refuse(name, "header: the checksum does not match");
+
+  std::vector<ChunkEntry> table(h.chunks);
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    table[i] = copy_at<ChunkEntry>(bytes, sizeof(FileHeader) + i * sizeof(ChunkEntry));
+  }
+  return table;
+}
+
+/// Chunks follow each other in the table's order with zeros between: nothing overlaps, nothing is
+/// left over.
+void check_layout(Bytes bytes, const std::vector<ChunkEntry>& table, const std::string& name) {
+  std::uint64_t end = sizeof(FileHeader) + table.size() * sizeof(ChunkEntry);
+  for (const ChunkEntry& e : table) {
+    const std::string place = name + ": chunk " + text(e.id);
+    const std::uint64_t start = (end + kChunkAlignment - 1) / kChunkAlignment * kChunkAlignment;
+    if (e.offset != start) refuse(place, "offset " + expected(e.offset, start));
+    if (start > bytes.size() || e.stored_bytes > bytes.size() - start) {
+      refuse(place, "its " + std::to_string(e.stored_bytes) + " bytes from " +
+                        std::to_string(start) + " reach past the end of the file");
+    }
+    const Bytes padding = bytes.subspan(end, start - end);
+    if (std::any_of(padding.begin(), padding.end(), [](std::byte b) { return b != std::byte{}; })) {
+      refuse(place, "the padding before it is not zero");
+    }
+    end = start + e.stored_bytes;
+  }
+  if (end != bytes.size()) refuse(name, "chunks end at " + expected(end, bytes.size()));
+}
+
+/// What later versions may add without harm has an id that begins in lower case.
+bool is_ancillary(Id id) { return id[0] >= 'a' && id[0] <= 'z'; }
+
+/// The chunks of a file, found and checked.
+class Container {
+ public:
+  Container(Bytes bytes, std::string name) : bytes_(bytes), name_(std::move(name)) {
+    table_ = read_table(bytes_, name_);
+    check_layout(bytes_, table_, name_);
+    for (const ChunkEntry& e : table_) {
+      const bool known = e.id == kMeta || e.id == kBounds || e.id == kDensity || e.id == kQuantised;
+      if (!known && !is_ancillary(e.id)) {
+        throw Error(name_ + ": chunk " + text(e.id) +
+                    " is unknown to this version and cannot be skipped. Use a newer pvol.");
+      }
+    }
+    for (const Id id : {kMeta, kBounds, kMicro, kShell, kDensity, kQuantised}) {
+      const auto n =
+          std::count_if(table_.begin(), table_.end(), [&](auto& e) { return e.id == id; });
+      if (n > 1 || (n == 0 && (id == kMeta || id == kBounds))) {
+        refuse(name_, "chunk " + text(id) + " is there " + std::to_string(n) + " times");
+      }
+    }
+    if (has(kDensity) && has(kQuantised)) refuse(name_, "DENS and DENQ are both there");
+  }
+
+  [[nodiscard]] const std::vector<ChunkEntry>& table() const { return table_; }
+  [[nodiscard]] bool has(Id id) const { return find(id) != nullptr; }
+
+  /// What decode_chunk makes of the chunk, once its checksum is found to be right.
+  template <class Decode>
+  [[nodiscard]] auto decode(Id id, const Decode& decode_chunk) const {
+    const ChunkEntry& e = *find(id);
+    const std::string place =
+        name_ + ": chunk " + text(id) + " at byte " + std::to_string(e.offset);
+    const Bytes stored = bytes_.subspan(e.offset, e.stored_bytes);
+    if (checksum(stored) != e.checksum) refuse(place, "the checksum does not match");
+    ChunkReader chunk(e, stored, place);
+    return decode_chunk(chunk);
+  }
+
+ private:
+  [[nodiscard]] const ChunkEntry* find(Id id) const {
+    const auto at = std::find_if(table_.begin(), table_.end(), [&](auto& e) { return e.id == id; });
+    return at == table_.end() ? nullptr : &*at;
+  }
+
+  Bytes bytes_;
+  std::string name_;
+  std::vector<ChunkEntry> table_;
+};
+
+}  // namespace
+
+PvolSizes detail::measure(const std::vector<ChunkEntry>& table) {
+  PvolSizes sizes;
+  sizes.header = sizeof(FileHeader) + table.size() * sizeof(ChunkEntry);
+  sizes.total = sizes.header;
+  for (const ChunkEntry& e : table) {
+    if (e.id == kMeta) sizes.metadata = e.stored_bytes;
+    if (e.id == kBounds) sizes.bounds = e.stored_bytes;
+    if (e.id == kMicro) sizes.micro = e.stored_bytes;
+    if (e.id == kShell) sizes.shell = e.stored_bytes;
+    if (e.id == kDensity || e.id == kQuantised) sizes.density = e.stored_bytes;
+    sizes.total = e.offset + e.stored_bytes;
+  }
+  return sizes;
+}
+
+PvolFile read_pvol(std::span<const std::byte> bytes, const std::string& name) try {
+  const Container file(bytes, name);
+  PvolFile content;
+  DecodedMetadata metadata = file.decode(kMeta, decode_metadata);
+  content.metadata = std::move(metadata.metadata);
+  content.pyramid = file.decode(
+      kBounds, [&](ChunkReader& c) { return decode_bounds(c, metadata.bounds_made_for); });
+  if (file.has(kMicro)) {
+    content.micro =
+        file.decode(kMicro, [&](ChunkReader& c) { return decode_micro(c, content.pyramid); });
+  }
+  if (file.has(kShell)) {
+    content.shell =
+        file.decode(kShell, [&](ChunkReader& c) { return decode_shell(c, content.pyramid); });
+  }
+  if (file.has(kDensity)) {
+    content.density =
+        file.decode(kDensity, [&](ChunkReader& c) { return decode_density(c, content.pyramid); });
+  }
+  if (file.has(kQuantised)) {
+    content.density = file.decode(kQuantised, [&](ChunkReader& c) {
+      return decode_quantised(c, content.pyramid, content.metadata);
+    });
+  }
+  if (!content.density && content.metadata.quantisation.precision != Precision::fp32) {
+    refuse(name, "the metadata speak of a density of less precision, which is not there");
+  }
+  if (content.density) {
+    content.density->name = content.metadata.grid_name;
+    content.density->index_to_world = content.metadata.index_to_world;
+  }
+  return content;
+} catch (const std::bad_alloc&) {
+  throw Error(name + ": there is not enough memory for what the file holds.");
+}
+
+PvolFile read_pvol(const fs::path& file) {
+  const MappedFile mapped(file);
+  return read_pvol(mapped.bytes(), file.string());
+}
+
+PvolSizes measure_pvol(const fs::path& file) {
+  const MappedFile mapped(file);
+  return measure(Container(mapped.bytes(), file.string()).table());
+}
+
+FileHash hash_file(const fs::path& file) {
+  const MappedFile mapped(file);
+  return {checksum(mapped.bytes()), mapped.bytes().size()};
+}
+
+}  // namespace pvol::formats

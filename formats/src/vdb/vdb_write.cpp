@@ -1,0 +1,134 @@
+// Fog volumes to OpenVDB files.
+#include <openvdb/io/io.h>
+#include <openvdb/openvdb.h>
+#include <xxhash.h>
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+#include <string_view>
+
+#include "pvol/error.h"
+#include "pvol/formats/atomic_file.h"
+#include "pvol/formats/vdb.h"
+#include "vdb/openvdb_start.h"
+#include "vdb/vdb_inspect.h"
+
+namespace pvol::formats {
+
+namespace {
+
+using openvdb::FloatTree;
+using Leaf = FloatTree::LeafNodeType;
+
+constexpr std::streamoff kUuidOffset = 8 + 4 + 4 + 4 + 1;  // after magic, versions and a flag
+
+void add_brick(FloatTree& tree, const Brick& brick) {
+  const openvdb::Coord origin(brick.origin.x, brick.origin.y, brick.origin.z);
+  auto* leaf = new Leaf(origin, 0.0f);
+  for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
+    if (brick.values[i] > 0) leaf->setValueOn(i, brick.values[i]);
+  }
+  tree.addLeaf(leaf);  // takes it over
+}
+
+openvdb::Index tile_level(const Tile& tile) {
+  return tile.edge == 8 ? 1 : tile.edge == 128 ? 2 : 3;
+}
+
+/// The plainest map that fits: other programs handle uniform voxels best.
+openvdb::math::MapBase::Ptr map(const Affine& a) {
+  namespace om = openvdb::math;
+  const openvdb::Vec3d scale(a.m[0].x, a.m[1].y, a.m[2].z), move(a.t.x, a.t.y, a.t.z);
+  if (a == translation(a.t) * scaling({scale.x(), scale.y(), scale.z()})) {
+    if (scale.x() == scale.y() && scale.x() == scale.z()) {
+      return std::make_shared<om::UniformScaleTranslateMap>(scale.x(), move);
+    }
+    return std::make_shared<om::ScaleTranslateMap>(scale, move);
+  }
+  auto matrix = openvdb::Mat4d::identity();
+  for (int c = 0; c < 3; ++c) {
+    // OpenVDB multiplies row vectors from the left: the transpose.
+    for (int r = 0; r < 3; ++r) matrix(c, r) = a.m[std::size_t(r)][c];
+    matrix(3, c) = a.t[c];
+  }
+  return std::make_shared<om::AffineMap>(matrix);
+}
+
+/// A transform with exactly this map. Its constructor would simplify the map once more and lose
+/// digits of the scale where the translation is large; reading one does not.
+openvdb::math::Transform::Ptr transform(const VoxelGrid& grid) try {
+  const openvdb::math::MapBase::Ptr m = map(grid.index_to_world);
+  std::stringstream text;
+  openvdb::io::setCurrentVersion(text);
+  openvdb::writeString(text, m->type());
+  m->write(text);
+  auto result = std::make_shared<openvdb::math::Transform>();
+  result->read(text);
+  return result;
+} catch (const openvdb::ArithmeticError&) {
+  throw Error("grid '" + grid.name +
+              "': OpenVDB takes no map to the world that is flat or whose voxels are below about "
+              "1e-5; scale the world up");
+}
+
+openvdb::FloatGrid::Ptr fog_volume(const VoxelGrid& grid) {
+  auto out = openvdb::FloatGrid::create(0.0f);
+  for (const Brick& b : grid.bricks) add_brick(out->tree(), b);
+  for (const Tile& t : grid.tiles) {
+    out->tree().addTile(tile_level(t), {t.origin.x, t.origin.y, t.origin.z}, t.value, true);
+  }
+  out->setName(grid.name);
+  out->setGridClass(openvdb::GRID_FOG_VOLUME);
+  out->setTransform(transform(grid));
+  return out;
+}
+
+/// OpenVDB gives every file a random UUID; one made from the other bytes makes equal content equal
+/// files, and different content still different ones.
+void set_uuid(const std::filesystem::path& file) {
+  std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
+  std::vector<char> bytes(std::size_t(1) << 20);
+  XXH3_state_t* state = XXH3_createState();
+  XXH3_128bits_reset(state);
+  stream.seekg(kUuidOffset + 36);
+  while (stream.read(bytes.data(), std::streamsize(bytes.size())), stream.gcount() > 0) {
+    XXH3_128bits_update(state, bytes.data(), std::size_t(stream.gcount()));
+  }
+  const XXH128_hash_t hash = XXH3_128bits_digest(state);
+  XXH3_freeState(state);
+  std::array<char, 37> uuid = {};
+  std::snprintf(uuid.data(), uuid.size(), "%08x-%04x-%04x-%04x-%012llx",
+                unsigned(hash.high64 >> 32), unsigned(hash.high64 >> 16 & 0xffff),
+                unsigned(hash.high64 & 0xffff), unsigned(hash.low64 >> 48),
+                static_cast<unsigned long long>(hash.low64 & 0xffffffffffffu));
+  stream.clear();
+  stream.seekp(kUuidOffset);
+  stream.write(uuid.data(), 36);
+  if (!stream.flush()) throw Error("cannot write " + file.string());
+}
+
+}  // namespace
+
+void write_vdb(const std::filesystem::path& file, const std::vector<const VoxelGrid*>& grids) {
+  try {
+    detail::start_openvdb();
+    openvdb::GridCPtrVec out;
+    for (const VoxelGrid* grid : grids) out.push_back(fog_volume(*grid));
+    write_atomically(file, [&](const std::filesystem::path& aside) {
+      openvdb::io::File to(aside.string());
+      to.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
+      to.write(out);
+      to.close();
+      set_uuid(aside);
+      // OpenVDB does not notice a full disk: what it wrote is inspected like any file.
+      detail::ByteSource written(aside);
+      static_cast<void>(inspect_vdb(written));
+    });
+  } catch (const std::exception& e) {
+    throw Error("cannot write " + file.string() + ": " + e.what());
+  }
+}
+
+}  // namespace pvol::formats

@@ -1,0 +1,23 @@
+// Whether guiding pays for a scene.
+#pragma once
+
+#include <span>
+
+#include "pvol/render/scene.h"
+#include "pvol/volume/volume.h"
+
+namespace pvol {
+
+/// Whether paths are guided, and a reason in a few words for the log.
+struct GuideChoice {
+  bool used = false;
+  const char* reason = "";
+  double scatterings = 0;  ///< of a path, expected; 0 where other things decide
+};
+
+/// `automatic` guides where paths scatter so often, and are so many, that it should pay. Guiding
+/// needs one volume, a tracker without weights and no limit on bounces: `on` throws Error without
+/// them. Deterministic, from the scene alone; the size of the crop does not matter.
+[[nodiscard]] GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene);
+
+}  // namespace pvol

@@ -1,0 +1,36 @@
+// Figures about a volume.
+#pragma once
+
+#include <cstdint>
+
+#include "pvol/volume/facts.h"
+#include "pvol/volume/volume.h"
+
+namespace pvol {
+
+/// Figures about a volume that tools print at load, because a wrong unit is the commonest mistake.
+struct VolumeFacts {
+  double largest_extinction = 0;                 ///< per world unit
+  double shortest_free_path = 0;                 ///< world units, at the largest extinction
+  double mean_optical_thickness[3] = {0, 0, 0};  ///< along the index axes, over columns that hit
+  double largest_optical_thickness = 0;          ///< over all those columns
+  double null_collisions = 0;                    ///< see worst_null_collisions
+  int depth = 0;                                 ///< largest octree depth at which the walk stops
+  std::uint64_t nodes = 0;                       ///< of the tree, those below the cut included
+  std::uint64_t terminals = 0;                   ///< at which the walk stops
+  std::uint64_t field_bytes = 0, octree_bytes = 0;
+};
+
+/// About how many null collisions a ray meets in the thin part of the worst segment.
+[[nodiscard]] double worst_null_collisions(const Volume& volume);
+
+[[nodiscard]] VolumeFacts describe(const Volume& volume, const VoxelGrid& grid,
+                                   const Medium& medium);
+
+/// The same for procedural look-ups. The largest density and the thickness are estimates from
+/// samples of the recipe, kCoarseResolution along its longest side.
+[[nodiscard]] VolumeFacts describe(const Volume& volume, const Recipe& recipe,
+                                   const Medium& medium);
+inline constexpr int kCoarseResolution = 64;
+
+}  // namespace pvol

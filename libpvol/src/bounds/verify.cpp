@@ -1,0 +1,259 @@
+#include "pvol/bounds/verify.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "density/lattice_index.h"
+
+namespace pvol {
+namespace {
+
+using detail::BlockFinder;
+using detail::BlockSource;
+
+/// A range that grows with what is added.
+struct Range {
+  float lo = std::numeric_limits<float>::infinity(), hi = -lo;
+
+  void add(float v) { lo = std::min(lo, v), hi = std::max(hi, v); }
+};
+
+/// Adds the samples at the lattice points lo <= p <= hi of one aligned block.
+void add_block(const BlockSource& b, Vec3i lo, Vec3i hi, Range& range) {
+  if (b.values == nullptr) {
+    range.add(b.constant);
+    return;
+  }
+  const Vec3i first(lo.x & 7, lo.y & 7, lo.z & 7), last = first + (hi - lo);
+  for (int i = first.x; i <= last.x; ++i) {
+    for (int j = first.y; j <= last.y; ++j) {
+      for (int k = first.z; k <= last.z; ++k) range.add(b.values[(i * 8 + j) * 8 + k]);
+    }
+  }
+}
+
+/// Adds the samples at lattice points lo <= p <= hi, where lo is a multiple of 8. Inside one tile
+/// they are equal; elsewhere the box is halved until it lies in one block, so that huge uniform
+/// cubes over huge tiles take no time.
+void add_box(const BlockFinder& blocks, Vec3i lo, Vec3i hi, Range& range) {
+  const BlockSource b = blocks.find(lo);
+  const std::int32_t edge = b.values == nullptr && b.edge > 0 ? b.edge : kBrickEdge;
+  const Vec3i room = Vec3i(lo.x & -edge, lo.y & -edge, lo.z & -edge) + Vec3i(edge - 1);
+  int axis = -1;  // along which the box leaves the block or tile by most
+  for (int a = 0; a < 3; ++a) {
+    if (hi[a] > room[a] && (axis < 0 || hi[a] - lo[a] > hi[axis] - lo[axis])) axis = a;
+  }
+  if (axis < 0) {
+    add_block(b, lo, hi, range);
+    return;
+  }
+  const int middle = std::max(lo[axis] + kBrickEdge, (lo[axis] + (hi[axis] - lo[axis]) / 2) & -8);
+  Vec3i low_end = hi, high_begin = lo;
+  low_end[axis] = middle - 1, high_begin[axis] = middle;
+  add_box(blocks, lo, low_end, range);
+  add_box(blocks, high_begin, hi, range);
+}
+
+/// The cubes of a pyramid in index space.
+struct Cubes {
+  const Pyramid& pyramid;
+
+  [[nodiscard]] std::int64_t edge(std::size_t level) const {
+    return std::int64_t(kLeafEdge) << level;
+  }
+  [[nodiscard]] Vec3l origin(std::size_t level, std::uint64_t code) const {
+    return pyramid.origin + Vec3l(morton_decode(code)) * edge(level);
+  }
+  [[nodiscard]] WrongBound describe(WrongBound::Kind kind, std::size_t level,
+                                    std::uint64_t code) const {
+    WrongBound w;
+    w.kind = kind;
+    w.depth = int(pyramid.levels.size() - 1 - level);
+    w.lo_cell = origin(level, code);
+    w.hi_cell = w.lo_cell + Vec3l(edge(level));
+    return w;
+  }
+};
+
+/// Blocks of 8^3 samples that may hold something: a cube of more blocks is not full.
+double filled_blocks(const VoxelGrid& grid) {
+  double count = double(grid.bricks.size());
+  for (const Tile& t : grid.tiles) count += std::pow(double(t.edge) / kBrickEdge, 3);
+  return count;
+}
+
+/// The samples in the reach of a closed cube. Of one that cannot be full, which a damaged file may
+/// make as large as it likes, only the first block and the emptiness.
+Range range_of(const BlockFinder& blocks, double filled, Vec3i lo, std::int64_t edge) {
+  Range range;
+  if (std::pow(double(edge) / kBrickEdge, 3) > filled) {
+    range.add(0);
+    edge = kBrickEdge;
+  }
+  add_box(blocks, lo, lo + Vec3i(int(edge)), range);
+  return range;
+}
+
+/// Leaves and uniform cubes against their samples.
+void check_cubes(const Cubes& cubes, const BlockFinder& blocks, double filled, std::size_t level,
+                 BoundsCheck& check) {
+  const auto& nodes = cubes.pyramid.levels[level];
+  std::vector<std::size_t> own;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (level == 0 || is_uniform(cubes.pyramid, level, i)) own.push_back(i);
+  }
+  (level == 0 ? check.leaves : check.uniform) += own.size();
+  std::vector<Range> found(own.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, own.size(), 64), [&](const auto& part) {
+    for (std::size_t k = part.begin(); k != part.end(); ++k) {
+      const Vec3i lo(cubes.origin(level, nodes[own[k]].code));
+      found[k] = range_of(blocks, level == 0 ? filled + 1 : filled, lo, cubes.edge(level));
+    }
+  });
+  for (std::size_t k = 0; k < own.size(); ++k) {
+    const PyramidNode& n = nodes[own[k]];
+    const bool one_value = level == 0 || found[k].lo == found[k].hi;
+    if (n.lo <= found[k].lo && found[k].hi <= n.hi && one_value) continue;
+    WrongBound w = cubes.describe(level == 0 ? WrongBound::Kind::leaf : WrongBound::Kind::uniform,
+                                  level, n.code);
+    w.stored_lo = n.lo, w.stored_hi = n.hi;
+    w.found_lo = found[k].lo, w.found_hi = found[k].hi;
+    check.wrong.push_back(w);
+  }
+}
+
+/// Finds places that the pyramid holds to be empty in boxes of cells that are not.
+class MissingCubes {
+ public:
+  MissingCubes(const Cubes& cubes, const BlockFinder& blocks) : cubes_(cubes), blocks_(blocks) {}
+
+  /// Cells lo <= c <= hi.
+  void look(Vec3l lo, Vec3l hi) {
+    if (!cubes_.pyramid.empty()) descend(cubes_.pyramid.levels.size() - 1, 0, true, lo, hi);
+  }
+
+  /// Each place once.
+  void put(std::vector<WrongBound>& wrong) {
+    std::sort(places_.begin(), places_.end());
+    places_.erase(std::unique(places_.begin(), places_.end()), places_.end());
+    for (const auto& [level, code] : places_) {
+      WrongBound w = cubes_.describe(WrongBound::Kind::missing, level, code);
+      Range found;
+      add_box(blocks_, Vec3i(w.lo_cell), Vec3i(w.hi_cell), found);
+      w.found_lo = found.lo, w.found_hi = found.hi;
+      wrong.push_back(w);
+    }
+  }
+
+ private:
+  /// Below a cube that is not there, on to the leaves or what the box fills.
+  void descend(std::size_t level, std::uint64_t code, bool there, Vec3l lo, Vec3l hi) {
+    const Vec3l first = cubes_.origin(level, code), last = first + Vec3l(cubes_.edge(level) - 1);
+    for (int a = 0; a < 3; ++a) {
+      if (hi[a] < first[a] || lo[a] > last[a]) return;
+    }
+    const auto node = there ? find(cubes_.pyramid.levels[level], code) : std::nullopt;
+    if (node && (level == 0 || is_uniform(cubes_.pyramid, level, *node))) return;
+    const bool filled = min(lo, first) == lo && max(hi, last) == hi;
+    if (!node && (level == 0 || filled)) {
+      places_.emplace_back(level, code);
+      return;
+    }
+    for (std::uint64_t child = 0; child < 8; ++child) {
+      descend(level - 1, 8 * code + child, node.has_value(), lo, hi);
+    }
+  }
+
+  const Cubes& cubes_;
+  const BlockFinder& blocks_;
+  std::vector<std::pair<std::size_t, std::uint64_t>> places_;
+};
+
+/// The box of the samples above 0 in a brick, and whether there is one.
+struct SampleBox {
+  Vec3l lo{std::numeric_limits<std::int64_t>::max()}, hi{std::numeric_limits<std::int64_t>::min()};
+  [[nodiscard]] bool empty() const { return lo.x > hi.x; }
+  void add(Vec3l a, Vec3l b) { lo = min(lo, a), hi = max(hi, b); }
+};
+
+SampleBox box_of(const Brick& brick) {
+  SampleBox box;
+  for (int i = 0; i < kBrickSamples; ++i) {
+    const Vec3l at = Vec3l(brick.origin) + Vec3l(i >> 6, i >> 3 & 7, i & 7);
+    if (brick.values[i] > 0) box.add(at, at);
+  }
+  return box;
+}
+
+/// Every sample above 0 has density in the eight cells around it. Of a brick these may lie in eight
+/// leaves, each of which a sample on the common face, edge or corner reaches.
+void check_places(const VoxelGrid& grid, const Cubes& cubes, const BlockFinder& blocks,
+                  BoundsCheck& check) {
+  MissingCubes missing(cubes, blocks);
+  SampleBox all;
+  for (const Brick& b : grid.bricks) {
+    const SampleBox box = box_of(b);
+    if (box.empty()) continue;
+    all.add(box.lo, box.hi);
+    missing.look(max(box.lo - Vec3l(1), Vec3l(b.origin)), box.hi);  // cells of the brick's own leaf
+    const bool low[3] = {box.lo.x == b.origin.x, box.lo.y == b.origin.y, box.lo.z == b.origin.z};
+    for (int corner = 1; corner < 8; ++corner) {
+      const bool reach[3] = {(corner & 1) != 0, (corner & 2) != 0, (corner & 4) != 0};
+      if ((reach[0] && !low[0]) || (reach[1] && !low[1]) || (reach[2] && !low[2])) continue;
+      for (int i = 0; i < kBrickSamples; ++i) {
+        const Vec3l in_brick(i >> 6, i >> 3 & 7, i & 7);
+        if (!(b.values[i] > 0) || (reach[0] && in_brick.x > 0) || (reach[1] && in_brick.y > 0) ||
+            (reach[2] && in_brick.z > 0)) {
+          continue;
+        }
+        const Vec3l cell = Vec3l(b.origin) + in_brick - Vec3l(reach[0], reach[1], reach[2]);
+        missing.look(cell, cell);
+        break;  // one is enough: the leaf is there, or it is not
+      }
+    }
+  }
+  for (const Tile& t : grid.tiles) {
+    if (!(t.value > 0)) continue;
+    const Vec3l lo(t.origin), hi = lo + Vec3l(t.edge - 1);
+    all.add(lo, hi);
+    missing.look(lo - Vec3l(1), hi);
+  }
+  missing.put(check.wrong);
+  if (all.empty()) return;
+  const WrongSupport s{cubes.pyramid.support_lo, cubes.pyramid.support_hi, all.lo - Vec3l(1),
+                       all.hi + Vec3l(1)};
+  if (min(s.stored_lo, s.found_lo) != s.stored_lo || max(s.stored_hi, s.found_hi) != s.stored_hi) {
+    check.support = s;
+  }
+}
+
+}  // namespace
+
+double WrongBound::off() const {
+  double worst = 0;
+  if (found_hi > stored_hi) worst = (double(found_hi) - double(stored_hi)) / double(found_hi);
+  if (stored_lo > found_lo) {
+    worst = std::max(worst, (double(stored_lo) - double(found_lo)) / double(stored_lo));
+  }
+  return worst;
+}
+
+BoundsCheck verify_bounds(const VoxelGrid& grid, const Pyramid& pyramid) {
+  BoundsCheck check;
+  const BlockFinder blocks(grid);
+  const Cubes cubes{pyramid};
+  for (std::size_t level = 0; level < pyramid.levels.size(); ++level) {
+    check_cubes(cubes, blocks, filled_blocks(grid), level, check);
+  }
+  check_places(grid, cubes, blocks, check);
+  std::stable_sort(check.wrong.begin(), check.wrong.end(),
+                   [](const WrongBound& a, const WrongBound& b) { return a.off() > b.off(); });
+  return check;
+}
+
+}  // namespace pvol

@@ -1,0 +1,41 @@
+// From the densities of cubes to micro-bounds: a byte for each end, relative to the brick.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+
+#include "pvol/field/micro_bounds.h"
+
+namespace pvol::detail {
+
+/// The least and the largest density that look-ups can compute in the cubes of a brick.
+struct CubeRanges {
+  DensityRange all;                                         ///< holds those of all cubes
+  std::array<DensityRange, micro_cubes_per_brick(1)> cube;  ///< in the order of the codes
+};
+
+/// The densities that float look-ups can compute where exact ones lie in [lo, hi], 0 <= lo: up to
+/// `slack` beyond, though never below 0.
+[[nodiscard]] DensityRange widened(double lo, double hi, double slack);
+
+/// Ranges of brick b in cubes of `edge` cells, which are written to the last argument.
+using RangesOfBrick = std::function<void(std::size_t b, int edge, CubeRanges&)>;
+
+/// In parallel; the result does not depend on the number of threads. Throws Error for an edge other
+/// than 1 or 2.
+[[nodiscard]] MicroBounds make_micro_bounds(std::size_t bricks, int edge, const RangesOfBrick&);
+
+/// Whether these are micro-bounds of so many bricks.
+[[nodiscard]] bool fit(const MicroBounds& bounds, std::size_t bricks);
+
+/// The first brick for which bounds that fit do not hold.
+[[nodiscard]] std::optional<std::uint32_t> find_violation(const MicroBounds& bounds,
+                                                          std::size_t bricks, const RangesOfBrick&);
+
+/// Ranges of a brick of 11^3 samples under tricubic look-ups (THEORY.md, T24).
+void tricubic_ranges(const float* samples, int edge, CubeRanges& ranges);
+
+}  // namespace pvol::detail

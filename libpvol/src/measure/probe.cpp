@@ -1,0 +1,155 @@
+#include "pvol/measure/probe.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "pvol/bounds/statistics.h"
+#include "pvol/error.h"
+#include "pvol/measure/student.h"
+#include "pvol/render/render.h"
+#include "pvol/render/scene_volume.h"
+#include "pvol/render/shell_choice.h"
+#include "pvol/volume/estimators.h"
+#include "pvol/volume/facts.h"
+
+namespace pvol {
+namespace {
+
+constexpr std::uint32_t kReplicates = 8;
+constexpr double kMeanThickness = 10;  // of the extinction chosen
+
+/// Several renders of the same, each with a seed of its own.
+struct Replicates {
+  std::vector<Counts> counts;
+  Film film;  // all of them together
+};
+
+Replicates replicate(const Volume& volume, Scene scene) {
+  const std::uint32_t samples = scene.options.samples;
+  scene.options.samples = (samples + kReplicates - 1) / kReplicates;
+  Replicates r;
+  for (std::uint32_t i = 0; i < kReplicates; ++i) {
+    scene.options.seed = i + 1;
+    RenderResult one = render(volume, scene);
+    r.counts.push_back(one.counts);
+    if (i == 0) {
+      r.film = std::move(one.film);
+      continue;
+    }
+    for (std::size_t k = 0; k < r.film.pixels.size(); ++k) {
+      PixelSums& p = r.film.pixels[k];
+      const PixelSums& q = one.film.pixels[k];
+      p.sum += q.sum, p.sum_squares += q.sum_squares, p.alpha += q.alpha;
+      p.samples += q.samples;
+      p.lookups += q.lookups, p.segments += q.segments, p.collisions += q.collisions;
+    }
+  }
+  return r;
+}
+
+Counts total(const Replicates& r) {
+  Counts all;
+  for (const Counts& c : r.counts) all += c;
+  return all;
+}
+
+/// The ratio of two totals.
+CountRatio ratio(const Replicates& r, std::uint64_t Counts::*above, std::uint64_t Counts::*below) {
+  const Counts all = total(r);
+  if (all.*below == 0) return {};
+  const double value = double(all.*above) / double(all.*below);
+  double squares = 0;
+  for (const Counts& c : r.counts) {
+    const double residual = double(c.*above) - value * double(c.*below);
+    squares += residual * residual;
+  }
+  const double n = double(r.counts.size());
+  return {value,
+          student_quantile(0.95, n - 1) * std::sqrt(squares * n / (n - 1)) / double(all.*below)};
+}
+
+PathCosts summarise(const Replicates& r, std::uint64_t micro_bytes) {
+  PathCosts c;
+  c.counts = total(r);
+  c.lookups = ratio(r, &Counts::lookups_path, &Counts::collisions);
+  c.micro_bytes = micro_bytes;
+  const double collisions = double(c.counts.collisions);
+  if (collisions == 0) return c;
+  c.tentative = (collisions + double(c.counts.null_collisions)) / collisions;
+  c.bounds_tests = double(c.counts.bounds_tests_path) / collisions;
+  c.segments = double(c.counts.segments_path) / collisions;
+  return c;
+}
+
+double choose_extinction(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& scene) {
+  const VolumeFacts f = describe(make_volume(grid, pyramid, scene), grid, scene.medium);
+  const double* t = f.mean_optical_thickness;
+  const double mean = (t[0] + t[1] + t[2]) / 3;
+  if (!(mean > 0)) throw Error("the cloud is too thin to choose an extinction for; give one");
+  return kMeanThickness / mean;
+}
+
+/// The cloud in front of the camera.
+struct Stage {
+  Scene scene;
+  Volume volume;
+};
+
+Stage set_up(const VoxelGrid& grid, const Pyramid& pyramid, const ProbeOptions& options) {
+  Stage s;
+  Scene& scene = s.scene;
+  scene.medium.albedo = options.albedo;
+  scene.medium.g = options.g;
+  scene.environment = ConstantSky{};
+  scene.options.samples = options.samples;
+  scene.options.width = options.width;
+  scene.options.micro_bounds = MicroBoundsUse::none;
+  scene.options.guide = GuideUse::off;
+  scene.options.count = true;
+  scene.medium.extinction =
+      options.extinction ? *options.extinction : choose_extinction(grid, pyramid, scene);
+  s.volume = make_volume(grid, pyramid, scene);
+  const Vec3d size = s.volume.world_box.extent();
+  scene.options.height = std::clamp(int(options.width * size.y / std::max(size.x, size.y)),
+                                    std::max(1, options.width / 4), options.width);
+  scene.camera = frame(s.volume.world_box, double(options.width) / scene.options.height);
+  return s;
+}
+
+}  // namespace
+
+Probe probe(const VoxelGrid& grid, const Pyramid& pyramid, const ProbeOptions& options) {
+  auto [scene, volume] = set_up(grid, pyramid, options);
+  Probe p;
+  p.extinction = scene.medium.extinction;
+  p.facts = describe(volume, grid, scene.medium);
+  scene.options.tracker = Tracker::delta;
+  p.delta = summarise(replicate(volume, scene), 0);
+  scene.options.tracker = Tracker::decomposition;
+  Replicates decomposed = replicate(volume, scene);
+  p.decomposition = summarise(decomposed, 0);
+  p.film = std::move(decomposed.film);
+  volume.micro = build_micro_bounds(volume.field, 2);
+  p.squeezed = summarise(replicate(volume, scene), volume.micro.bytes());
+  const double mass = measure_content(grid, pyramid).back()[0].mass;
+  p.squeezed_expected = integrate_open(volume) / (double(volume.extinction) * mass);
+  return p;
+}
+
+ShellProbe probe_shell(const VoxelGrid& grid, const Pyramid& pyramid, const Shell& shell,
+                       const ProbeOptions& options) {
+  auto [scene, volume] = set_up(grid, pyramid, options);
+  ShellProbe p;
+  p.extinction = scene.medium.extinction;
+  p.without = total(replicate(volume, scene));
+  scene.options.shells = ShellUse::on;
+  p.estimate = choose_shell(volume, shell, scene).estimate;
+  const Replicates with_shell = replicate(volume, scene);
+  p.with_shell = total(with_shell);
+  for (const PixelSums& pixel : with_shell.film.pixels) p.rays += pixel.samples;
+  p.rejected = ratio(with_shell, &Counts::shell_rejections, &Counts::shell_tests);
+  return p;
+}
+
+}  // namespace pvol

@@ -1,0 +1,155 @@
+// One camera path and its branches, guided by importance.
+#pragma once
+
+#include "render/guide/importance.h"
+#include "render/path/path_tracer.h"
+
+namespace pvol::detail {
+
+/// Importance below which paths are ended by roulette, and above which they are split.
+inline constexpr float kEndBelow = 0.5f, kSplitAbove = 2;
+
+/// Traces paths that end, split and turn by their importance, for one volume and a tracker without
+/// weights (THEORY.md, T27). The picture is that of the plain tracer on average.
+/// Based on: Vorba, Krivanek. Adjoint-Driven Russian Roulette and Splitting. 2016; Talbot et al.
+/// Importance Resampling for Global Illumination. 2005.
+template <class Traversal>
+class GuidedTracer {
+ public:
+  explicit GuidedTracer(const PathSetup& setup)
+      : traversal(setup), s_(setup), importance_(*setup.importance) {}
+
+  [[nodiscard]] PathResult trace(int x, int y, std::uint32_t sample) {
+    Rng rng(s_.seed, std::uint64_t(y) * std::uint64_t(s_.width) + std::uint64_t(x), sample);
+    const auto [jitter_x, jitter_y] = rng.uniform2();
+    const Ray ray{s_.projection.origin,
+                  s_.projection.direction(x + double(jitter_x), y + double(jitter_y))};
+    direction_ = Vec3f(ray.d);
+    const Hit first = traversal.start(ray) ? traversal.fly(direction_, rng) : Hit{};
+    if (first.matter == nullptr) {
+      return {s_.background ? s_.constant + seen_light(s_, direction_) : Rgb(0.0f), 0};
+    }
+    PathResult r{s_.constant, 1};
+    throughput_ = Rgb(1.0f);
+    bool alive = collide(*first.matter, r.radiance, rng);
+    while (alive) {
+      const Vec3f from = direction_;
+      turn_path(rng);
+      const Hit hit = traversal.fly(direction_, rng);
+      if (hit.matter != nullptr) {
+        alive = collide(*hit.matter, r.radiance, rng) || resume();
+      } else {
+        r.radiance += throughput_ * scattered_light(s_, matter_->phase, from, direction_);
+        alive = resume();
+      }
+    }
+    return r;
+  }
+
+  Traversal traversal;
+  std::uint64_t collisions = 0, shadow_rays = 0;
+
+ private:
+  /// Equal paths that wait at a collision to be scattered.
+  struct Branch {
+    Cursor place;
+    const Matter* matter;
+    const Importance::Row* row;
+    Vec3f direction;  ///< of the flight that ended there
+    Rgb throughput;   ///< of each
+    int copies;
+  };
+
+  /// Collisions at which branches may wait; while all are taken, paths are not split.
+  static constexpr std::size_t kPlaces = 16;
+  static constexpr float kMostCopies = 8;
+
+  const PathSetup& s_;
+  const Importance& importance_;
+  Vec3f direction_;                       // of the flight, in the world
+  Rgb throughput_;                        // of the path
+  const Matter* matter_ = nullptr;        // of the last collision
+  const Importance::Row* row_ = nullptr;  // of its place
+  std::array<Branch, kPlaces> waiting_;
+  std::size_t waiting_count_ = 0;
+
+  /// Adds what a collision gives of its own and by next-event estimation; whether the path goes on
+  /// from there, by itself or split.
+  [[nodiscard]] bool collide(const Matter& matter, Rgb& radiance, Rng& rng) {
+    ++collisions;
+    radiance += throughput_ * matter.emitted;
+    matter_ = &matter;
+    row_ = &importance_.row(traversal.place().at.cell);
+    const float worth = largest(throughput_) * row_->of(importance_.half_sine(direction_));
+    if (worth < kEndBelow) {
+      if (!(rng.uniform() < worth)) return false;
+      throughput_ *= 1 / worth;
+    }
+    throughput_ *= matter.albedo;
+    if (!(largest(throughput_) > 0)) return false;
+    const float* worths = importance_.shadow_worth(*row_);
+    radiance += light_here(
+        s_, matter.phase, direction_, throughput_, [&](std::size_t light) { return worths[light]; },
+        traversal, rng, shadow_rays);
+    if (worth > kSplitAbove && waiting_count_ < kPlaces) split(int(std::min(worth, kMostCopies)));
+    return true;
+  }
+
+  /// Makes the path one of several equal ones that share its throughput.
+  void split(int copies) {
+    throughput_ *= 1 / float(copies);
+    waiting_[waiting_count_++] = {traversal.place(), matter_,     row_,
+                                  direction_,        throughput_, copies - 1};
+  }
+
+  /// Goes on with a branch that waits; false where none does.
+  [[nodiscard]] bool resume() {
+    if (waiting_count_ == 0) return false;
+    Branch& branch = waiting_[waiting_count_ - 1];
+    traversal.return_to(branch.place);
+    matter_ = branch.matter;
+    row_ = branch.row;
+    direction_ = branch.direction;
+    throughput_ = branch.throughput;
+    if (--branch.copies == 0) --waiting_count_;
+    return true;
+  }
+
+  /// Scatters the path. Where light comes mostly from the axis, its direction is one of two from
+  /// the phase function and one from the axis' lobe, chosen in proportion to phase function times
+  /// importance over the sum of their densities.
+  void turn_path(Rng& rng) {
+    const HenyeyGreenstein& phase = matter_->phase;
+    if (!row_->turns()) {
+      direction_ = sample_phase(phase, direction_, rng);
+      return;
+    }
+    const HenyeyGreenstein& lobe = importance_.lobe();
+    const Vec3f axis = importance_.axis(), peak = direction_ * phase.axis;
+    std::array<Vec3f, 3> d;
+    std::array<float, 3> value, weight;
+    float sum = 0;
+    const auto propose = [&](std::size_t i, Vec3f to, float from_peak, float from_axis) {
+      const float p = pdf_of_angle(phase, from_peak), q = pdf_of_angle(lobe, from_axis);
+      d[i] = to;
+      value[i] = row_->of(std::sqrt(0.5f * from_axis));
+      weight[i] = value[i] * p / (2 * p + q);
+      sum += weight[i];
+    };
+    const auto [u0, azimuth0, u1, azimuth1] = rng.uniform4();
+    const auto [u2, azimuth2, choice, spare] = rng.uniform4();
+    const float c0 = one_minus_cos_of_share(phase, u0), c1 = one_minus_cos_of_share(phase, u1);
+    const float c2 = one_minus_cos_of_share(lobe, u2);
+    const Vec3f d0 = turn(peak, c0, azimuth0), d1 = turn(peak, c1, azimuth1);
+    const Vec3f d2 = turn(axis, c2, azimuth2);
+    propose(0, d0, c0, one_minus_cos(d0, axis));
+    propose(1, d1, c1, one_minus_cos(d1, axis));
+    propose(2, d2, one_minus_cos(d2, peak), c2);
+    const float u = choice * sum;
+    const std::size_t chosen = u < weight[0] ? 0 : u < weight[0] + weight[1] ? 1 : 2;
+    throughput_ *= sum / value[chosen];
+    direction_ = d[chosen];
+  }
+};
+
+}  // namespace pvol::detail

@@ -1,0 +1,244 @@
+#include "render/guide/importance.h"
+
+#include <tbb/parallel_for.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "render/path/direct_light.h"
+#include "render/path/traversal.h"
+#include "shell/fit/sampling.h"
+
+namespace pvol::detail {
+namespace {
+
+constexpr int kPhotons = 20'000;
+constexpr double kUnit = 0.5;    // of the mean importance where camera rays meet the cloud
+constexpr double kFloor = 0.02;  // of the mean importance of the cloud
+
+using Nodes = std::array<double, kDirectionNodes>;
+
+/// Solid angle of the directions nearest to a node.
+double solid_angle(int node) {
+  constexpr double kStep = 1.0 / (kDirectionNodes - 1);
+  const double lo = std::max(0.0, (node - 0.5) * kStep), hi = std::min(1.0, (node + 0.5) * kStep);
+  return 4 * std::numbers::pi * (hi * hi - lo * lo);
+}
+
+/// Mean phase function between light that comes from a node of `IncidentLight` and directions of
+/// flight nearest to a node, around the axis.
+using Kernel = std::array<Nodes, kLightNodes>;
+
+void add_phase(const HenyeyGreenstein& phase, double weight, Kernel& kernel) {
+  // Evenly over the shares of what is scattered and over half the circle, by symmetry.
+  constexpr int kShares = 256, kTurns = 16;
+  for (int i = 0; i < kLightNodes; ++i) {
+    const double u = double(i) / (kLightNodes - 1);
+    const Vec3f light(Vec3d(2 * u * std::sqrt(1 - u * u), 0, 1 - 2 * u * u));
+    for (int share = 0; share < kShares; ++share) {
+      const float c = one_minus_cos_of_share(phase, (float(share) + 0.5f) / kShares);
+      for (int k = 0; k < kTurns; ++k) {
+        const Vec3f d = turn(light * phase.axis, c, (float(k) + 0.5f) / (2 * kTurns));
+        const float at = half_sine(d, Vec3f(0, 0, 1)) * float(kDirectionNodes - 1) + 0.5f;
+        const int node = std::min(int(at), kDirectionNodes - 1);
+        kernel[std::size_t(i)][std::size_t(node)] +=
+            weight / (kShares * kTurns * solid_angle(node));
+      }
+    }
+  }
+}
+
+/// What all components together make of incident light.
+Kernel scattering_kernel(const std::vector<Matter>& matter) {
+  Kernel kernel{};
+  float before = 0;
+  for (const Matter& m : matter) {
+    add_phase(m.phase, double((m.share_up_to - before) * luminance(m.albedo)), kernel);
+    before = m.share_up_to;
+  }
+  return kernel;
+}
+
+/// The lobe of directions from which the axis' light scatters, for all components together.
+HenyeyGreenstein mean_lobe(const std::vector<Matter>& matter) {
+  float sum = 0, before = 0;
+  for (const Matter& m : matter) {
+    sum += (m.share_up_to - before) * m.phase.g * m.phase.axis;
+    before = m.share_up_to;
+  }
+  return HenyeyGreenstein(std::clamp(double(sum), 0.0, 0.9999));
+}
+
+/// Power scattered per steradian of each cell, by direction of flight.
+std::vector<Nodes> scattered_power(const IncidentLight& light, const Kernel& kernel) {
+  std::vector<Nodes> all(light.collided.size());
+  tbb::parallel_for(std::size_t(0), all.size(), [&](std::size_t row) {
+    for (std::size_t i = 0; i < kLightNodes; ++i) {
+      const double power = double(light.collided[row][i]);
+      if (power == 0) continue;
+      for (std::size_t j = 0; j < kDirectionNodes; ++j) all[row][j] += power * kernel[i][j];
+    }
+  });
+  return all;
+}
+
+/// Calls visit(row, weight) for a row and its neighbours, with the weights of a blur by 1-2-1 along
+/// each axis.
+template <class Visit>
+void visit_neighbours(const CoarseCells& cells, std::size_t row, const Visit& visit) {
+  for (int neighbour = 0; neighbour < 27; ++neighbour) {
+    const Vec3i step(neighbour / 9 - 1, neighbour / 3 % 3 - 1, neighbour % 3 - 1);
+    const Vec3i c = cells.places[row] + step;
+    if (min(c, Vec3i(0)) != Vec3i(0) || max(c + Vec3i(1), cells.size) != cells.size) continue;
+    visit(cells.rows[cells.index(c)], (step.x ? 1 : 2) * (step.y ? 1 : 2) * (step.z ? 1 : 2));
+  }
+}
+
+/// Power over mass, both blurred.
+std::vector<Nodes> blurred_radiance(const CoarseCells& cells, const std::vector<Nodes>& power) {
+  std::vector<Nodes> all(cells.count());
+  tbb::parallel_for(std::size_t(1), cells.count(), [&](std::size_t row) {
+    double mass = 0;
+    visit_neighbours(cells, row, [&](std::uint32_t other, int weight) {
+      mass += weight * cells.mass[other];
+      for (std::size_t j = 0; j < kDirectionNodes; ++j) all[row][j] += weight * power[other][j];
+    });
+    for (double& v : all[row]) v /= mass;
+  });
+  return all;
+}
+
+/// In proportion to the spread of an analog shadow ray, nearly: the root of the mean transmittance
+/// T, which is the power that collides straight from the sun over mass and irradiance, and of a
+/// little besides, because T is not the same all over a cell.
+std::vector<float> shadow_worths(const PathSetup& setup, const CoarseCells& cells,
+                                 const IncidentLight& light) {
+  constexpr double kGain = 5;  // over the plain tracer, where light arrives for certain
+  constexpr double kLeast = 0.02;
+  const std::size_t suns = setup.suns.size();
+  std::vector<float> all(cells.count() * (suns + 1), 1.0f);
+  tbb::parallel_for(std::size_t(1), cells.count(), [&](std::size_t row) {
+    for (std::size_t i = 0; i < suns; ++i) {
+      double power = 0, mass = 0;
+      visit_neighbours(cells, row, [&](std::uint32_t other, int weight) {
+        power += weight * double(light.direct[other * suns + i]);
+        mass += weight * cells.mass[other];
+      });
+      const double full = mass * double(luminance(setup.suns[i].irradiance));
+      const double t = full > 0 ? power / full : 0;
+      all[row * (suns + 1) + i] = float(kGain * std::sqrt(std::min(1.0, t + kLeast)));
+    }
+  });
+  return all;
+}
+
+double mean_over_directions(const Nodes& v) {
+  double sum = 0;
+  for (int j = 0; j < kDirectionNodes; ++j) sum += v[std::size_t(j)] * solid_angle(j);
+  return sum / (4 * std::numbers::pi);
+}
+
+/// Rows of the sum of the radiance and a floor under it; row 0, of no density, holds the mean.
+std::vector<Importance::Row> make_rows(const CoarseCells& cells,
+                                       const std::vector<Nodes>& radiance) {
+  double sum = 0, mass = 0;
+  for (std::size_t row = 1; row < cells.count(); ++row) {
+    sum += cells.mass[row] * mean_over_directions(radiance[row]);
+    mass += cells.mass[row];
+  }
+  const double mean = mass > 0 ? sum / mass : 0;
+  std::vector<Importance::Row> rows(cells.count());
+  rows[0].at.fill(float(mean));
+  for (std::size_t row = 1; row < cells.count(); ++row) {
+    for (std::size_t j = 0; j < kDirectionNodes; ++j) {
+      rows[row].at[j] = float(radiance[row][j] + kFloor * mean);
+    }
+  }
+  return rows;
+}
+
+/// Mean importance where camera rays of the whole image first collide; 0 where none does.
+template <class Traversal>
+double mean_seen(const PathSetup& setup, const Importance& importance) {
+  constexpr int kRays = 4096;
+  constexpr std::uint64_t kKey = 0x63616d657261;
+  Traversal traversal(setup);
+  double sum = 0;
+  int hits = 0;
+  for (int i = 0; i < kRays; ++i) {
+    Rng rng(kKey, 0, std::uint64_t(i));
+    const auto [x, y] = rng.uniform2();
+    const Ray ray{setup.projection.origin,
+                  setup.projection.direction(double(x) * setup.width, double(y) * setup.height)};
+    const Vec3f d(ray.d);
+    if (!traversal.start(ray) || traversal.fly(d, rng).matter == nullptr) continue;
+    sum += double(importance.row(traversal.place().at.cell).of(importance.half_sine(d)));
+    ++hits;
+  }
+  return hits > 0 ? sum / hits : 0;
+}
+
+double mean_seen(const PathSetup& setup, const Importance& importance) {
+  return setup.volumes.front().volume.interpolation == Interpolation::nearest
+             ? mean_seen<OneVolume<MakePlain<Interpolation::nearest>, NoTally>>(setup, importance)
+             : mean_seen<OneVolume<MakePlain<Interpolation::trilinear>, NoTally>>(setup,
+                                                                                  importance);
+}
+
+/// The value that half of the sky lies below, by channel.
+Rgb median_radiance(const SkyLight& sky) {
+  constexpr int kDirections = 4096;
+  std::vector<Rgb> samples;
+  for (int i = 0; i < kDirections; ++i) {
+    samples.push_back(sky.radiance(Vec3f(direction(i, kDirections))));
+  }
+  Rgb median;
+  for (int c = 0; c < 3; ++c) {
+    const auto middle = samples.begin() + kDirections / 2;
+    std::nth_element(samples.begin(), middle, samples.end(),
+                     [&](const Rgb& a, const Rgb& b) { return a[c] < b[c]; });
+    median[c] = (*middle)[c];
+  }
+  return median;
+}
+
+/// The radiance that is best left out of guided paths: what most of the sky has.
+Rgb constant_part(const Environment& environment) {
+  if (const auto* sky = std::get_if<ConstantSky>(&environment)) return sky->radiance;
+  if (const auto* sky = std::get_if<GradientSky>(&environment)) {
+    return sky->horizon * 0.5f + (sky->zenith + sky->ground) * 0.25f;  // the mean
+  }
+  return median_radiance(SkyLight(environment));
+}
+
+}  // namespace
+
+std::optional<Importance> make_importance(const PathSetup& setup,
+                                          const std::function<bool()>& stopped) {
+  const VolumeSetup& volume = setup.volumes.front();
+  if (volume.volume.octree.empty()) return std::nullopt;
+  CoarseCells cells = make_coarse_cells(volume.volume);
+  const IncidentLight light = trace_photons(setup, cells, kPhotons, stopped);
+  if (!(light.power > 0) || stopped()) return std::nullopt;
+  const auto power = scattered_power(light, scattering_kernel(volume.matter));
+  std::vector<Importance::Row> rows = make_rows(cells, blurred_radiance(cells, power));
+  const HenyeyGreenstein lobe = mean_lobe(volume.matter);
+  std::vector<float> worths = shadow_worths(setup, cells, light);
+  const double seen = mean_seen(setup, {cells, light.axis, lobe, rows, worths});
+  if (!(seen > 0)) return std::nullopt;
+  for (Importance::Row& row : rows) {
+    for (float& v : row.at) v = float(double(v) / (kUnit * seen));
+  }
+  return Importance(std::move(cells), light.axis, lobe, std::move(rows), std::move(worths));
+}
+
+void guide_paths(std::span<const Volume> volumes, const Scene& scene, PathSetup& setup,
+                 const std::function<bool()>& stopped) {
+  PathSetup guided(volumes, scene, constant_part(scene.environment));
+  std::optional<Importance> importance = make_importance(guided, stopped);
+  if (!importance) return;
+  guided.importance = std::make_shared<const Importance>(std::move(*importance));
+  setup = std::move(guided);
+}
+
+}  // namespace pvol::detail

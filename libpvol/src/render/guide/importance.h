@@ -1,0 +1,78 @@
+// How much light a path may expect at a place and in a direction, coarsely: it decides where paths
+// are ended, split and turned, never what they are worth.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "render/guide/photons.h"
+
+namespace pvol::detail {
+
+/// Directions of flight have this many nodes, node i at half_sine(direction, axis) = i / (n - 1).
+inline constexpr int kDirectionNodes = 16;
+
+/// The in-scattered radiance per unit of extinction, averaged over coarse cells and around the
+/// strongest light's axis, in units of what a path of throughput 1 should be worth (THEORY.md,
+/// T27). Never 0.
+class Importance {
+ public:
+  struct Row {
+    std::array<float, kDirectionNodes> at;
+    /// Of a direction of flight.
+    [[nodiscard]] float of(float half_sine) const {
+      const float x = half_sine * float(kDirectionNodes - 1);
+      const int i = std::min(int(x), kDirectionNodes - 2);
+      const auto k = std::size_t(i);
+      return at[k] + (at[k + 1] - at[k]) * (x - float(i));
+    }
+    /// Whether paths should be turned towards the axis.
+    [[nodiscard]] bool turns() const { return at.front() > 2 * at.back(); }
+  };
+
+  Importance(CoarseCells cells, Vec3f axis, HenyeyGreenstein lobe, std::vector<Row> rows,
+             std::vector<float> shadow_worth)
+      : cells_(std::move(cells)),
+        rows_(std::move(rows)),
+        shadow_worth_(std::move(shadow_worth)),
+        axis_(axis),
+        lobe_(lobe) {}
+
+  /// Of a cell of the volume, counted from the octree's origin.
+  [[nodiscard]] const Row& row(Int4 cell) const { return rows_[cells_.row(cell)]; }
+  /// What a shadow ray from there is worth, by sun and then for the sky, in units of about the
+  /// plain tracer's shadow unit: the more of them arrive, the more.
+  [[nodiscard]] const float* shadow_worth(const Row& row) const {
+    const auto lights = shadow_worth_.size() / rows_.size();
+    return shadow_worth_.data() + std::size_t(&row - rows_.data()) * lights;
+  }
+  [[nodiscard]] float half_sine(Vec3f direction) const {
+    return detail::half_sine(direction, axis_);
+  }
+  [[nodiscard]] Vec3f axis() const { return axis_; }
+  /// About the axis: where paths that are turned should go.
+  [[nodiscard]] const HenyeyGreenstein& lobe() const { return lobe_; }
+
+ private:
+  CoarseCells cells_;
+  std::vector<Row> rows_;
+  std::vector<float> shadow_worth_;  // by row and light
+  Vec3f axis_;
+  HenyeyGreenstein lobe_;
+};
+
+/// Estimates it for the one volume of the setup, whose `constant` is that of guided paths; nothing
+/// where no light but the constant falls on the volume or the camera does not see it.
+/// Deterministic for any number of threads.
+[[nodiscard]] std::optional<Importance> make_importance(const PathSetup& setup,
+                                                        const std::function<bool()>& stopped);
+
+/// Makes the setup one of guided paths, where there is something to guide them by.
+/// `stopped` is asked now and then, from any thread; once it says so, nothing is guided.
+void guide_paths(std::span<const Volume> volumes, const Scene& scene, PathSetup& setup,
+                 const std::function<bool()>& stopped);
+
+}  // namespace pvol::detail

@@ -1,0 +1,39 @@
+// Where the light of a scene goes: photons from its suns, its sky and its matter, counted by coarse
+// cell and direction.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <vector>
+
+#include "render/guide/coarse_cells.h"
+#include "render/path/path_setup.h"
+
+namespace pvol::detail {
+
+/// Directions are told apart by the sine u of half their angle to an axis, in [0, 1]: half the
+/// distance of two unit vectors, and finest around the axis. Incident light has this many nodes,
+/// node i at u = i / (n - 1).
+inline constexpr int kLightNodes = 32;
+
+/// Sine of half the angle between unit vectors.
+[[nodiscard]] inline float half_sine(Vec3f a, Vec3f b) { return 0.5f * length(a - b); }
+
+/// The light that arrives in each coarse cell, as estimated by photons, all of it taken to be
+/// positive: the luminance of what suns, sky and emission have less or more than `constant`.
+struct IncidentLight {
+  Vec3f axis;        ///< towards the strongest light
+  double power = 0;  ///< of all photons; 0: there is nothing to guide towards
+  /// Power that collides in a cell, by row of the cells and by node of the direction that it comes
+  /// from.
+  std::vector<std::array<float, kLightNodes>> collided;
+  /// The part of it that came straight from each sun, by row and sun.
+  std::vector<float> direct;
+};
+
+/// Traces `photons` photons with the scene's tracker. Needs one volume, which is not empty.
+/// Deterministic for any number of threads, but where `stopped`, asked now and then, ends it early.
+[[nodiscard]] IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells,
+                                          int photons, const std::function<bool()>& stopped);
+
+}  // namespace pvol::detail

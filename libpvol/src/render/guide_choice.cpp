@@ -1,0 +1,54 @@
+#include "pvol/render/guide_choice.h"
+
+#include <algorithm>
+#include <string>
+
+#include "pvol/error.h"
+#include "pvol/render/render.h"
+#include "pvol/volume/estimators.h"
+
+namespace pvol {
+namespace {
+
+/// Why paths cannot be guided, or null.
+const char* obstacle(std::span<const Volume> volumes, const RenderOptions& o) {
+  if (volumes.size() != 1) return "there are several volumes";
+  if (is_weighted(o.tracker)) return "the tracker has weights";
+  if (o.max_bounces) return "bounces are limited";
+  if (o.interpolation != Interpolation::nearest && o.interpolation != Interpolation::trilinear) {
+    return "the interpolation is neither nearest nor trilinear";
+  }
+  return nullptr;
+}
+
+double largest_albedo(const Medium& medium) {
+  double albedo = double(max_component(medium.albedo));
+  for (const Component& c : medium.others) {
+    if (c.share > 0) albedo = std::max(albedo, double(max_component(c.albedo)));
+  }
+  return albedo;
+}
+
+}  // namespace
+
+GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene) {
+  constexpr double kScatterings = 5;  // of a path, from which on guiding has something to choose
+  constexpr double kPaths = 1 << 17;  // that take longer than the photons
+  const RenderOptions& o = scene.options;
+  if (o.guide == GuideUse::off) return {false, "as told"};
+  if (const char* reason = obstacle(volumes, o)) {
+    if (o.guide == GuideUse::automatic) return {false, reason};
+    throw Error(std::string("paths cannot be guided: ") + reason +
+                "; leave guide at auto, or change that");
+  }
+  if (o.guide == GuideUse::on) return {true, "as told"};
+  const double thickness = choose_transmittance(volumes).thickness;
+  const double scatterings = estimate_scatterings(thickness, largest_albedo(scene.medium));
+  if (scatterings < kScatterings) return {false, "paths are short", scatterings};
+  if (double(o.width) * o.height * o.samples < kPaths) {
+    return {false, "the picture takes less time than a guide", scatterings};
+  }
+  return {true, "paths are long", scatterings};
+}
+
+}  // namespace pvol

@@ -1,0 +1,143 @@
+// What all paths of an image share, computed once a render.
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "pvol/render/film.h"
+#include "pvol/render/lights.h"
+#include "pvol/volume/phase.h"
+#include "pvol/volume/volume.h"
+
+namespace pvol::detail {
+
+/// Perspective projection with its constants.
+struct Projection {
+  Vec3d origin, corner, right,
+      down;  // the point at image (0, 0) and steps of one pixel, at distance 1
+
+  Projection(const Camera& camera, int width, int height) : origin(camera.position) {
+    const Vec3d forward = normalize(camera.target - camera.position);
+    const Vec3d x = normalize(cross(forward, camera.up)), y = cross(forward, x);
+    const double pixel = 2 * std::tan(camera.fov / 360 * std::numbers::pi) / height;
+    right = x * pixel;
+    down = y * pixel;
+    corner = forward - right * (width / 2.0) - down * (height / 2.0);
+  }
+
+  [[nodiscard]] Vec3d direction(double x, double y) const {
+    return normalize(corner + right * x + down * y);
+  }
+};
+
+/// A component of a medium as a collision meets it.
+struct Matter {
+  float share_up_to;  ///< of the extinction: its own and those of the components before it
+  Rgb albedo;
+  Rgb emitted;  ///< (1 - albedo) (L_e - constant): the source of a collision (THEORY.md, T9, T27)
+  HenyeyGreenstein phase;
+};
+
+[[nodiscard]] inline std::vector<Matter> make_matter(const Medium& medium, Rgb constant) {
+  double first = 1;
+  for (const Component& c : medium.others) first -= c.share;
+  std::vector<Matter> all;
+  double sum = 0;
+  const auto add = [&](double share, const auto& m) {
+    sum += share;
+    all.push_back({float(sum), m.albedo, (Rgb(1.0f) - m.albedo) * (m.emission - constant),
+                   HenyeyGreenstein(m.g)});
+  };
+  add(std::max(0.0, first), medium);
+  for (const Component& c : medium.others) add(c.share, c);
+  return all;
+}
+
+/// One of the volumes that paths walk through.
+struct VolumeSetup {
+  const Volume& volume;
+  Float4 cells_x, cells_y,
+      cells_z;  // change of the position in cells per unit along each world axis
+  std::vector<Matter> matter;
+
+  VolumeSetup(const Volume& v, const Medium& medium, Rgb constant)
+      : volume(v),
+        cells_x(lanes(Vec3f(v.world_to_cells.vector({1, 0, 0})))),
+        cells_y(lanes(Vec3f(v.world_to_cells.vector({0, 1, 0})))),
+        cells_z(lanes(Vec3f(v.world_to_cells.vector({0, 0, 1})))),
+        matter(make_matter(medium, constant)) {}
+
+  [[nodiscard]] Float4 in_cells(Vec3f direction) const {
+    return cells_x * splat(direction.x) + cells_y * splat(direction.y) +
+           cells_z * splat(direction.z);
+  }
+
+  /// A ray of the world in cells from the octree's origin; its t is world length still.
+  [[nodiscard]] Ray in_cells(const Ray& ray) const {
+    return {volume.world_to_cells.point(ray.o), volume.world_to_cells.vector(ray.d)};
+  }
+
+  /// The part of such a ray in the box of the support.
+  [[nodiscard]] std::optional<Span> in_box(const Ray& cells) const {
+    if (volume.octree.empty()) return std::nullopt;
+    return intersect(volume.octree.support(), cells, 0, std::numeric_limits<double>::infinity());
+  }
+
+  /// The component that a collision belongs to, in proportion to the shares.
+  [[nodiscard]] const Matter& choose_matter(Rng& rng) const {
+    if (matter.size() == 1) return matter.front();
+    const float u = rng.uniform();
+    for (const Matter& m : matter) {
+      if (u < m.share_up_to) return m;
+    }
+    return matter.back();
+  }
+};
+
+class Importance;
+
+struct PathSetup {
+  /// Radiance that is everywhere and is left out of sky, emission and paths, to be added to every
+  /// camera path as it is (THEORY.md, T27); 0 where paths are not guided.
+  Rgb constant;
+  std::shared_ptr<const Importance> importance;  ///< of guided paths
+  std::vector<VolumeSetup> volumes;
+  Projection projection;
+  SkyLight sky;
+  std::vector<SunLight> suns;
+  float shadow_unit;  ///< radiance that is worth one shadow ray (THEORY.md, T22)
+  Tracker tracker;
+  Transmittance transmittance;
+  bool background;
+  std::uint32_t max_bounces;
+  std::uint64_t seed;
+  int width, height;
+
+  PathSetup(std::span<const Volume> all, const Scene& scene, Rgb constant_ = Rgb(0.0f))
+      : constant(constant_),
+        projection(scene.camera, scene.options.width, scene.options.height),
+        sky(scene.environment),
+        suns(scene.suns.begin(), scene.suns.end()),
+        tracker(scene.options.tracker),
+        transmittance(scene.options.transmittance),
+        background(scene.options.background),
+        max_bounces(scene.options.max_bounces.value_or(~0u)),
+        seed(scene.options.seed),
+        width(scene.options.width),
+        height(scene.options.height) {
+    for (const Volume& v : all) {
+      volumes.emplace_back(v, all.size() == 1 ? scene.medium : v.medium, constant);
+    }
+    constexpr float kUnit = 0.1f;  // of the light that falls on the cloud
+    float light = sky.sampled() ? sky.mean_luminance() * 4 * float(std::numbers::pi) : 0;
+    for (const SunLight& sun : suns) light += luminance(sun.irradiance);
+    shadow_unit = kUnit * light;
+  }
+};
+
+}  // namespace pvol::detail

@@ -1,0 +1,66 @@
+#include "pvol/render/shell_choice.h"
+
+#include "pvol/bounds/walk.h"
+#include "pvol/shell/costs.h"
+#include "render/path/path_setup.h"
+
+namespace pvol {
+namespace {
+
+/// Nanoseconds that a ray spends in the octree if it meets no density: every tentative collision on
+/// its way is null.
+double empty_walk_cost(const Volume& volume, const Cursor& start, Float4 direction) {
+  const WalkCosts costs;
+  double cost = 0;
+  Walk walk(volume.octree, start, direction);
+  while (const auto s = walk.next([&] { cost += costs.skip; })) {
+    const double length = s->t1 - s->t0;
+    cost += costs.segment +
+            length * (double(s->hi) * costs.tentative + double(s->hi - s->lo) * costs.lookup);
+  }
+  return cost;
+}
+
+}  // namespace
+
+ShellEstimate estimate_shell(const Volume& volume, const Shell& shell, const Scene& scene) {
+  ShellEstimate e;
+  if (volume.octree.empty()) return e;
+  constexpr int kRaysAlong = 64;
+  const RayShell rays(shell, volume.octree.origin);
+  const RenderOptions& o = scene.options;
+  const detail::Projection projection(scene.camera, scene.options.width, scene.options.height);
+  const detail::VolumeSetup setup(volume, volume.medium, Rgb(0.0f));
+  const double width = o.crop_width ? o.crop_width : o.width - o.crop_x;
+  const double height = o.crop_height ? o.crop_height : o.height - o.crop_y;
+  for (int i = 0; i < kRaysAlong * kRaysAlong; ++i) {
+    const double x = o.crop_x + width * (i % kRaysAlong + 0.5) / kRaysAlong;
+    const double y = o.crop_y + height * (i / kRaysAlong + 0.5) / kRaysAlong;
+    const Ray ray = setup.in_cells(Ray{projection.origin, projection.direction(x, y)});
+    ++e.rays;
+    const auto span = setup.in_box(ray);
+    if (!span) continue;
+    ++e.boxed;
+    if (!rays.misses(ray, span->t0, span->t1)) continue;
+    ++e.rejected;
+    e.saved +=
+        empty_walk_cost(volume, make_cursor(volume.octree, ray.at(span->t0)), lanes(Vec3f(ray.d)));
+  }
+  if (e.boxed > 0) e.saved /= e.boxed;
+  e.spent = test_cost(shell);
+  return e;
+}
+
+ShellChoice choose_shell(Volume& volume, const Shell& shell, const Scene& scene) {
+  ShellChoice choice;
+  choice.estimate = estimate_shell(volume, shell, scene);
+  // Homogeneous parts reach beyond the cells that the shell was proven for.
+  const bool fits = !volume.homogeneous || volume.homogeneous->nodes == 0;
+  const ShellUse use = fits ? scene.options.shells : ShellUse::off;
+  choice.kept = use == ShellUse::on || (use == ShellUse::automatic && choice.estimate.pays());
+  volume.shell.reset();
+  if (choice.kept) volume.shell.emplace(shell, volume.octree.origin);
+  return choice;
+}
+
+}  // namespace pvol

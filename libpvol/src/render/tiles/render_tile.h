@@ -1,0 +1,99 @@
+// The inner part of a render: samples of the pixels of a tile, for one kind of volume and field.
+#pragma once
+
+#include <tbb/blocked_range2d.h>
+
+#include <type_traits>
+
+#include "pvol/error.h"
+#include "render/path/path_tracer.h"
+
+namespace pvol::detail {
+
+/// Adds samples [begin, end) of every pixel of a tile to the film and their counts to `counts`.
+using TileFunction = void (*)(const PathSetup&, const tbb::blocked_range2d<int>& tile,
+                              std::uint32_t begin, std::uint32_t end, Film&, Counts& counts);
+
+/// The functions for fields without and with micro-bounds, for plain paths through one volume or
+/// `many` and for guided ones through one. In sources of their own, since each takes long to
+/// compile and compilers inline less in large ones.
+[[nodiscard]] TileFunction plain_tile_function(Interpolation interpolation, bool many, bool count);
+[[nodiscard]] TileFunction squeezed_tile_function(Interpolation interpolation, int edge, bool many,
+                                                  bool count);
+/// Those for tricubic and for procedural look-ups; edge 0: without micro-bounds.
+[[nodiscard]] TileFunction tricubic_tile_function(int edge, bool many, bool count);
+[[nodiscard]] TileFunction procedural_tile_function(int edge, bool many, bool count);
+[[nodiscard]] TileFunction guided_tile_function(Interpolation interpolation, bool count);
+[[nodiscard]] TileFunction guided_squeezed_tile_function(Interpolation interpolation, int edge,
+                                                         bool count);
+
+inline void add_sample(PixelSums& p, Rgb radiance, float alpha) {
+  const Vec3d v(radiance);
+  p.sum += v;
+  p.sum_squares += v * v;
+  p.alpha += double(alpha);
+  ++p.samples;
+}
+
+/// What a tracer has done so far.
+template <class Tracer>
+[[nodiscard]] Counts counts_of(const Tracer& tracer) {
+  const auto& work = tracer.traversal.work;
+  return {work.path.lookups,        work.shadow.lookups,       work.path.bounds_tests,
+          work.shadow.bounds_tests, work.path.segments,        work.shadow.segments,
+          tracer.collisions,        work.path.null_collisions, tracer.shadow_rays,
+          work.shell_tests,         work.shell_rejections};
+}
+
+/// A pixel's samples are summed in their order, whatever the tiles and threads.
+template <class Tracer, bool kCount>
+void render_tile(const PathSetup& setup, const tbb::blocked_range2d<int>& tile, std::uint32_t begin,
+                 std::uint32_t end, Film& film, Counts& counts) {
+  Tracer tracer(setup);
+  Counts before;
+  for (int y = tile.rows().begin(); y != tile.rows().end(); ++y) {
+    for (int x = tile.cols().begin(); x != tile.cols().end(); ++x) {
+      PixelSums& p = film.pixels[std::size_t(y) * std::size_t(film.crop_width) + std::size_t(x)];
+      for (std::uint32_t sample = begin; sample != end; ++sample) {
+        const auto r = tracer.trace(film.x + x, film.y + y, sample);
+        if (!is_finite(r.radiance)) {
+          throw Error("pixel (" + std::to_string(film.x + x) + ", " + std::to_string(film.y + y) +
+                      ") became infinite: the lights are too bright for single precision");
+        }
+        add_sample(p, r.radiance, r.alpha);
+      }
+      if constexpr (kCount) {
+        const Counts now = counts_of(tracer);
+        p.lookups +=
+            now.lookups_path + now.lookups_shadow - before.lookups_path - before.lookups_shadow;
+        p.segments +=
+            now.segments_path + now.segments_shadow - before.segments_path - before.segments_shadow;
+        p.collisions += now.collisions - before.collisions;
+        before = now;
+      }
+    }
+  }
+  if constexpr (kCount) counts += before;
+}
+
+template <class MakeField>
+[[nodiscard]] TileFunction tile_function(bool many, bool count) {
+  if (many) return &render_tile<PathTracer<ManyVolumes<MakeField, Tally>>, true>;
+  return count ? &render_tile<PathTracer<OneVolume<MakeField, Tally>>, true>
+               : &render_tile<PathTracer<OneVolume<MakeField, NoTally>>, false>;
+}
+
+/// For one interpolation; edge 0: without micro-bounds.
+template <Interpolation kInterpolation>
+[[nodiscard]] TileFunction tile_function_of(int edge, bool many, bool count) {
+  switch (edge) {
+    case 1:
+      return tile_function<MakeSqueezed<kInterpolation, 1>>(many, count);
+    case 2:
+      return tile_function<MakeSqueezed<kInterpolation, 2>>(many, count);
+    default:
+      return tile_function<MakePlain<kInterpolation>>(many, count);
+  }
+}
+
+}  // namespace pvol::detail

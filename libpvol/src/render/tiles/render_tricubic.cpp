@@ -1,0 +1,10 @@
+// Paths through tricubic fields, with micro-bounds or without.
+#include "render/tiles/render_tile.h"
+
+namespace pvol::detail {
+
+TileFunction tricubic_tile_function(int edge, bool many, bool count) {
+  return tile_function_of<Interpolation::tricubic>(edge, many, count);
+}
+
+}  // namespace pvol::detail

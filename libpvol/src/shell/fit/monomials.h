@@ -1,0 +1,41 @@
+// Quadrics over many points at once: values, extremes and the moments that gradients are made of.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "pvol/form/quadric.h"
+#include "shell/fit/points.h"
+
+namespace pvol::detail {
+
+/// Coefficients of the monomials x^2 y^2 z^2 yz zx xy x y z 1, in float for loops over points.
+using Monomials = std::array<float, 10>;
+[[nodiscard]] Monomials monomials(const Quadric& q);
+
+/// q at each of the points.
+void evaluate(const Monomials& q, const Points& points, float* values);
+
+/// The greatest value at the points.
+[[nodiscard]] float greatest(const Monomials& q, const Points& points);
+
+/// How many of the points have a value above 0.
+[[nodiscard]] std::size_t count_positive(const Monomials& q, const Points& points);
+
+/// Sums of weight times each of the ten monomials. Here and for `largest` the numbers of points are
+/// multiples of kWide: see `pad`.
+[[nodiscard]] QuadricTerms moments(const Points& points, const std::vector<float>& weights);
+[[nodiscard]] float largest(const std::vector<float>& values);
+
+/// The weights of the greatest values: a softmax with a kernel that ends, (1 - x)^4 for exp(-4 x);
+/// its reach in widths of a sigmoid.
+inline constexpr double kNearGreatest = 1.2;
+
+inline constexpr std::size_t kWide = 8;
+
+/// Repeats points until their number is a multiple of kWide.
+inline void pad(Points& points) {
+  for (std::size_t i = 0; points.size() % kWide != 0; ++i) points.add(points[i]);
+}
+
+}  // namespace pvol::detail

@@ -1,0 +1,132 @@
+// The calls that are complete in themselves, compiled once.
+#include "pvol/embed.h"
+
+#include <cmath>
+#include <type_traits>
+
+#include "pvol/bounds/recipe_bounds.h"
+
+namespace pvol {
+namespace {
+
+Vec3d unit(Vec3d direction) {
+  const double size = length(direction);
+  if (!(size > 0 && std::isfinite(size))) {
+    throw Error("a ray has a direction of length " + std::to_string(size) +
+                "; it must be finite and not zero. Check where the renderer samples directions.");
+  }
+  return direction / size;
+}
+
+[[noreturn]] void refuse_closed_form() {
+  throw Error(
+      "there is a closed form of the optical depth for nearest and trilinear interpolation only; "
+      "estimate the transmittance of this volume with another estimator");
+}
+
+}  // namespace
+
+Volume make_volume(const VoxelGrid& grid, const Medium& medium, const VolumeOptions& options) {
+  return make_volume(grid, build_pyramid(grid, options.interpolation), medium, options);
+}
+
+Volume make_volume(const Recipe& recipe, const Medium& medium, const VolumeOptions& options) {
+  VolumeOptions procedural = options;
+  procedural.interpolation = Interpolation::procedural;
+  return make_volume(std::make_shared<const Recipe>(recipe), build_pyramid(recipe), medium,
+                     procedural);
+}
+
+std::optional<RayWalk> enter(const Volume& volume, const Ray& ray, double t_max) {
+  if (!is_finite(ray.o) || std::isnan(t_max)) {
+    throw Error("a ray has an origin or a t_max that is not a number; check where it is made");
+  }
+  const Vec3d direction = unit(ray.d);
+  if (volume.octree.empty()) return std::nullopt;
+  const Ray cells{volume.world_to_cells.point(ray.o), volume.world_to_cells.vector(direction)};
+  const auto span = intersect(volume.octree.support(), cells, 0, t_max);
+  if (!span) return std::nullopt;
+  return RayWalk(volume.octree, make_cursor(volume.octree, cells.at(span->t0)), cells.d, *span);
+}
+
+RayWalk resume(const Volume& volume, const Cursor& from, Vec3d direction, double t_max) {
+  if (std::isnan(t_max)) throw Error("the t_max of a ray is not a number; check where it is made");
+  return RayWalk(volume.octree, from, volume.world_to_cells.vector(unit(direction)), {0, t_max});
+}
+
+Flight sample_flight(const Volume& volume, const Ray& ray, double t_max, Rng& rng) {
+  auto walk = enter(volume, ray, t_max);
+  if (!walk) return {};
+  return visit_field(volume, [&](const auto& field) {
+    NoTally none;
+    return free_flight<Tracker::decomposition>(*walk, field, rng, none);
+  });
+}
+
+float sample_transmittance(const Volume& volume, const Ray& ray, double t_max, Rng& rng,
+                           Transmittance estimator) {
+  if (estimator == Transmittance::automatic) {
+    throw Error(
+        "sample_transmittance does not choose an estimator ray by ray: call "
+        "choose_transmittance once and pass on its choice");
+  }
+  auto walk = enter(volume, ray, t_max);
+  if (!walk) return 1;
+  return visit_field(volume, [&](const auto& field) {
+    using enum Transmittance;
+    NoTally none;
+    switch (estimator) {
+      case analog:
+        return transmittance<analog, Tracker::decomposition>(*walk, field, rng, none);
+      case residual_ratio:
+        return transmittance<residual_ratio, Tracker::delta>(*walk, field, rng, none);
+      case regular:
+        if constexpr (CellField<std::remove_cvref_t<decltype(field)>>) {
+          return transmittance<regular, Tracker::delta>(*walk, field, rng, none);
+        }
+        refuse_closed_form();
+      case automatic:
+      case ratio:
+        break;
+    }
+    return transmittance<ratio, Tracker::delta>(*walk, field, rng, none);
+  });
+}
+
+double exact_transmittance(const Volume& volume, const Ray& ray, double t_max) {
+  auto walk = enter(volume, ray, t_max);
+  if (!walk) return 1;
+  return visit_field(volume, [&](const auto& field) -> double {
+    if constexpr (CellField<std::remove_cvref_t<decltype(field)>>) {
+      NoTally none;
+      return std::exp(-optical_depth(*walk, field, none));
+    }
+    refuse_closed_form();
+  });
+}
+
+float density_at(const Volume& volume, Vec3d world) {
+  const Octree& tree = volume.octree;
+  const Vec3d cells = volume.world_to_cells.point(world);
+  if (tree.empty() || !tree.support().contains(cells)) return 0;
+  const LatticePoint p = make_cursor(tree, cells).at;
+  constexpr LeafHandle kRoot = Octree::kNodeBit;
+  using enum Interpolation;
+  switch (volume.interpolation) {
+    case nearest:
+      return density<nearest>(volume.field, tree, kRoot, p);
+    case tricubic:
+      return density<tricubic>(volume.field, tree, kRoot, p);
+    case procedural:
+      return density_in_brick(*volume.procedure, tree.brick_at(kRoot, p.cell, kZeroBrick), p);
+    case trilinear:
+      break;
+  }
+  return density<trilinear>(volume.field, tree, kRoot, p);
+}
+
+float extinction_at(const Volume& volume, Vec3d world) {
+  return volume.extinction * density_at(volume, world);
+}
+
+}  // namespace pvol

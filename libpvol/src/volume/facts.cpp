@@ -1,0 +1,131 @@
+#include "pvol/volume/facts.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+namespace pvol {
+namespace {
+
+double column_length(const Affine& a, int axis) {
+  return length(Vec3d(a.m[0][axis], a.m[1][axis], a.m[2][axis]));
+}
+
+/// Sums of samples over lattice columns along one axis, 8 x 8 columns of bricks together.
+class Columns {
+ public:
+  explicit Columns(int axis) : axis_(axis) {}
+
+  void add(const Brick& brick) {
+    const int stride[3] = {kBrickEdge * kBrickEdge, kBrickEdge, 1};
+    const int along = stride[axis_], u = stride[(axis_ + 1) % 3], w = stride[(axis_ + 2) % 3];
+    Sums& sums = block(brick.origin);
+    for (int i = 0; i < kBrickEdge; ++i) {
+      for (int j = 0; j < kBrickEdge; ++j) {
+        double& sum = sums[std::size_t(i * kBrickEdge + j)];
+        for (int k = 0; k < kBrickEdge; ++k) {
+          sum += double(brick.values[i * u + j * w + k * along]);
+        }
+      }
+    }
+  }
+
+  /// A tile's columns are equal: blocks of them, but no more than a few thousand for a huge one.
+  void add(const Tile& tile) {
+    const int step = std::max(kBrickEdge, tile.edge / 64);
+    for (int i = 0; i < tile.edge; i += step) {
+      for (int j = 0; j < tile.edge; j += step) {
+        Vec3i at = tile.origin;
+        at[(axis_ + 1) % 3] += i;
+        at[(axis_ + 2) % 3] += j;
+        for (double& sum : block(at)) sum += double(tile.value) * tile.edge;
+      }
+    }
+  }
+
+  struct Result {
+    double mean = 0, largest = 0;  // of the columns that hold anything
+  };
+  [[nodiscard]] Result result() const {
+    Result r;
+    double total = 0, count = 0;
+    for (const auto& [place, sums] : blocks_) {
+      for (const double sum : sums) {
+        total += sum;
+        count += sum > 0;
+        r.largest = std::max(r.largest, sum);
+      }
+    }
+    if (count > 0) r.mean = total / count;
+    return r;
+  }
+
+ private:
+  using Sums = std::array<double, kBrickEdge * kBrickEdge>;
+
+  Sums& block(Vec3i at) {
+    const auto place = [&](int shift) {
+      return std::uint64_t(std::uint32_t(at[(axis_ + shift) % 3] / kBrickEdge));
+    };
+    return blocks_[place(1) << 32 | place(2)];
+  }
+
+  int axis_;
+  std::map<std::uint64_t, Sums> blocks_;
+};
+
+/// What the octree tells.
+void add_facts(const Volume& volume, VolumeFacts& f) {
+  f.depth = volume.octree.depth;
+  f.nodes = volume.octree.nodes.size();
+  f.terminals = volume.octree.terminals;
+  f.null_collisions = worst_null_collisions(volume);
+  f.octree_bytes = volume.octree.bytes();
+}
+
+}  // namespace
+
+double worst_null_collisions(const Volume& volume) {
+  const double cell_length = std::cbrt(1 / std::abs(determinant(volume.world_to_cells)));
+  double most = 0;
+  for (const Octree::Entry& e : volume.octree.entries) {
+    if (e.log2 > 0) most = std::max(most, double(e.hi - e.lo) * std::ldexp(cell_length, e.log2));
+  }
+  return most;
+}
+
+VolumeFacts describe(const Volume& volume, const VoxelGrid& grid, const Medium& medium) {
+  VolumeFacts f;
+  float most = 0;
+  for (const Brick& b : grid.bricks) {
+    most = std::max(most, *std::max_element(b.values, b.values + kBrickSamples));
+  }
+  for (const Tile& t : grid.tiles) most = std::max(most, t.value);
+  f.largest_extinction = medium.extinction * double(most);
+  f.shortest_free_path = 1 / f.largest_extinction;
+  const Affine to_world = medium.object_to_world * grid.index_to_world;
+  for (int axis = 0; axis < 3; ++axis) {
+    Columns columns(axis);
+    for (const Brick& b : grid.bricks) columns.add(b);
+    for (const Tile& t : grid.tiles) columns.add(t);
+    const Columns::Result r = columns.result();
+    const double step = column_length(to_world, axis) * medium.extinction;
+    f.mean_optical_thickness[axis] = r.mean * step;
+    f.largest_optical_thickness = std::max(f.largest_optical_thickness, r.largest * step);
+  }
+  add_facts(volume, f);
+  f.field_bytes = volume.field.samples.size() * sizeof(float);
+  return f;
+}
+
+VolumeFacts describe(const Volume& volume, const Recipe& recipe, const Medium& medium) {
+  Recipe coarse = recipe;
+  coarse.voxel = voxel_for(recipe, kCoarseResolution);
+  VolumeFacts f = describe(Volume{}, make_grid(coarse), medium);
+  add_facts(volume, f);
+  f.field_bytes = volume.procedure ? count_bytes(*volume.procedure) : 0;
+  return f;
+}
+
+}  // namespace pvol

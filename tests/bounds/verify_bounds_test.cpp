@@ -1,0 +1,138 @@
+#include "pvol/bounds/verify.h"
+
+#include <gtest/gtest.h>
+
+#include "support/fields.h"
+
+namespace pvol {
+namespace {
+
+/// Noise without zeros in an odd place, so that leaves, faces and corners all matter.
+test::Field noise() {
+  return test::make_field("noise", {-13, 5, 9}, {40, 33, 29}, [](Vec3i p) {
+    return 0.25 + 0.75 * to_uniform_double(mix64(std::uint64_t(p.x * 10007 + p.y * 101 + p.z)));
+  });
+}
+
+std::size_t index_of_largest_below(const Pyramid& p, float limit) {
+  std::size_t best = 0;
+  for (std::size_t i = 0; i < p.levels[0].size(); ++i) {
+    if (p.levels[0][i].hi < limit && p.levels[0][i].hi > p.levels[0][best].hi) best = i;
+  }
+  return best;
+}
+
+Vec3l cell_of(const Pyramid& p, std::size_t level, std::size_t i) {
+  return p.origin +
+         Vec3l(morton_decode(p.levels[level][i].code)) * (std::int64_t(kLeafEdge) << level);
+}
+
+TEST(VerifyBounds, BoundsOfEveryFieldHold) {
+  for (const test::Field& f : test::fields()) {
+    const Pyramid p = build_pyramid(f.grid);
+    const BoundsCheck c = verify_bounds(f.grid, p);
+    EXPECT_TRUE(c.holds()) << f.name << ": " << c.wrong.size();
+    EXPECT_EQ(c.leaves, p.levels.at(0).size());
+  }
+  EXPECT_TRUE(verify_bounds({}, {}).holds());
+}
+
+TEST(VerifyBounds, AMajorantTenPercentTooLowIsFound) {
+  const test::Field f = noise();
+  Pyramid p = build_pyramid(f.grid);
+  const std::size_t i = index_of_largest_below(p, 0.9999f * p.scale);
+  const float true_hi = p.levels[0][i].hi;
+  p.levels[0][i].hi = 0.9f * true_hi;
+  const BoundsCheck c = verify_bounds(f.grid, p);
+  ASSERT_EQ(c.wrong.size(), 1u);
+  const WrongBound& w = c.wrong[0];
+  EXPECT_EQ(w.kind, WrongBound::Kind::leaf);
+  EXPECT_EQ(w.depth, int(p.levels.size()) - 1);
+  EXPECT_EQ(w.lo_cell, cell_of(p, 0, i));
+  EXPECT_EQ(w.hi_cell, w.lo_cell + Vec3l(8));
+  EXPECT_EQ(w.stored_hi, 0.9f * true_hi);
+  EXPECT_LE(w.found_hi, true_hi);
+  EXPECT_NEAR(w.off(), 0.1, 1e-3);
+  EXPECT_FALSE(c.support);
+}
+
+TEST(VerifyBounds, AMinorantTooHighIsFoundAndTheWorstComesFirst) {
+  const test::Field f = noise();
+  Pyramid p = build_pyramid(f.grid);
+  std::size_t full = 0;  // a leaf without zeros
+  while (p.levels[0][full].lo == 0) ++full;
+  p.levels[0][full].lo *= 1.25f;
+  p.levels[0].back().hi *= 0.5f;
+  const BoundsCheck c = verify_bounds(f.grid, p);
+  ASSERT_EQ(c.wrong.size(), 2u);
+  EXPECT_GT(c.wrong[0].off(), 0.4);
+  EXPECT_EQ(c.wrong[1].lo_cell, cell_of(p, 0, full));
+  EXPECT_NEAR(c.wrong[1].off(), 0.2, 1e-2);
+}
+
+TEST(VerifyBounds, EveryMissingLeafIsFound) {
+  const test::Field f = noise();
+  const Pyramid good = build_pyramid(f.grid);
+  for (std::size_t i = 0; i < good.levels[0].size(); ++i) {
+    Pyramid p = good;
+    p.levels[0].erase(p.levels[0].begin() + std::ptrdiff_t(i));
+    const BoundsCheck c = verify_bounds(f.grid, p);
+    // Its parent may now look like a uniform cube, which is wrong as well.
+    ASSERT_FALSE(c.holds()) << i;
+    bool found = false;
+    for (const WrongBound& w : c.wrong) {
+      const Vec3l at = cell_of(good, 0, i);
+      found =
+          found || (min(w.lo_cell, at) == w.lo_cell && max(w.hi_cell, at + Vec3l(8)) == w.hi_cell);
+    }
+    EXPECT_TRUE(found) << i;
+  }
+}
+
+/// A tile in a corner of another pyramid: uniform cubes above the leaves.
+VoxelGrid tile(Vec3i origin, int edge) {
+  VoxelGrid g;
+  g.tiles.push_back({origin, edge, 0.5f});
+  return g;
+}
+
+TEST(VerifyBounds, UniformCubesAreComparedWithTheirTiles) {
+  const VoxelGrid g = tile({0, 0, 0}, 128);
+  Pyramid p = build_pyramid(g);
+  const BoundsCheck good = verify_bounds(g, p);
+  EXPECT_TRUE(good.holds());
+  EXPECT_GT(good.uniform, 0u);
+  for (std::size_t level = 1; level < p.levels.size(); ++level) {
+    for (std::size_t i = 0; i < p.levels[level].size(); ++i) {
+      if (!is_uniform(p, level, i)) continue;
+      PyramidNode& n = p.levels[level][i];
+      const PyramidNode before = n;
+      n.lo = n.hi = 0.4f;
+      const BoundsCheck c = verify_bounds(g, p);
+      ASSERT_EQ(c.wrong.size(), 1u);
+      EXPECT_EQ(c.wrong[0].kind, WrongBound::Kind::uniform);
+      EXPECT_EQ(c.wrong[0].lo_cell, cell_of(p, level, i));
+      n = before;
+    }
+  }
+}
+
+TEST(VerifyBounds, BoundsOfAnotherPlaceAreMissingThere) {
+  const Pyramid p = build_pyramid(tile({0, 0, 0}, 128));
+  const BoundsCheck c = verify_bounds(tile({128, 0, 0}, 128), p);
+  EXPECT_FALSE(c.holds());
+  ASSERT_TRUE(c.support);
+  EXPECT_EQ(c.support->found_lo, Vec3l(127, -1, -1));
+  EXPECT_EQ(c.support->found_hi, Vec3l(256, 128, 128));
+}
+
+TEST(VerifyBounds, HugeCubesOverNothingTakeNoTime) {
+  Pyramid p = build_pyramid(tile({0, 0, 0}, 4096));
+  const VoxelGrid one = tile({0, 0, 0}, 8);
+  const BoundsCheck c = verify_bounds(one, p);
+  EXPECT_FALSE(c.holds());
+  for (const WrongBound& w : c.wrong) EXPECT_EQ(w.found_lo, 0);
+}
+
+}  // namespace
+}  // namespace pvol

@@ -1,0 +1,143 @@
+"""Reads every include line and fails on an arrow that climbs: check_rooms.py FOLDER_OF_THE_PROJECT
+
+The rooms and what each may see are described in libpvol/ROOMS.md. A room sees itself and the rooms
+listed before it, whether as public headers ("pvol/ROOM/x.h") or as its sources' own ("ROOM/x.h").
+"""
+import pathlib
+import re
+import sys
+import tempfile
+
+LIBRARY = ["math", "form", "density", "bounds", "field", "shell", "track", "volume", "render",
+           "measure"]
+DOORS = {"pvol/error.h": "math", "pvol/version.h": "math", "pvol/embed.h": "volume"}
+TOOLS = ["cli", "report", "stats"]
+FORMATS = ["file", "image", "toml", "vdb", "pvol"]
+# What the library is built from: the standard library, oneTBB and nothing else.
+AT_HOME_IN_LIBRARY = re.compile(r"<(tbb/\w+\.h|[a-z_0-9]+)>$")
+
+INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|(<[^>]+>))')
+
+
+def room_of_library_file(path):
+    """The room of libpvol/src/ROOM/... or libpvol/include/pvol/ROOM/..."""
+    parts = path.parts
+    below = parts[parts.index("src") + 1:] if "src" in parts else parts[parts.index("pvol") + 1:]
+    return below[0] if len(below) > 1 else DOORS.get("pvol/" + below[0])
+
+
+def library_target(name):
+    """The library's room that an include names, or None."""
+    if name in DOORS:
+        return DOORS[name]
+    parts = name.removeprefix("pvol/").split("/")
+    return parts[0] if len(parts) > 1 and parts[0] in LIBRARY else None
+
+
+def climbs(order, own, other):
+    return order.index(other) > order.index(own)
+
+
+def check_library(path, name, foreign):
+    if foreign:
+        return not AT_HOME_IN_LIBRARY.match(foreign) and "libpvol needs oneTBB only"
+    if name.startswith("pvol/formats/"):
+        return "libpvol does not see formats"
+    own, other = room_of_library_file(path), library_target(name)
+    if own is None:
+        return "this file is in no room"
+    if other is None:
+        return "this is no room of libpvol"
+    return climbs(LIBRARY, own, other) and f"{own} does not see {other}"
+
+
+def formats_target(name):
+    """The room of formats/src that an include names, or None. One of them is called pvol."""
+    public = name in DOORS or name.startswith("pvol/formats/") or library_target(name)
+    first = name.split("/")[0]
+    return first if first in FORMATS and not public else None
+
+
+def check_formats(path, name, foreign):
+    if foreign:
+        return False
+    if name.split("/")[0] in TOOLS:
+        return "formats do not see tools"
+    if library_target(name) and not name.startswith("pvol/"):
+        return "formats see the library's public headers only"
+    own = path.parts[path.parts.index("src") + 1] if "src" in path.parts else None
+    other = formats_target(name)
+    return own in FORMATS and other not in (None, own, "file") and f"{own} does not see {other}"
+
+
+def check_tools(path, name, foreign):
+    if foreign:
+        return False
+    own = path.parts[path.parts.index("tools") + 1]
+    first = name.split("/")[0]
+    if library_target(name) and not name.startswith("pvol/"):
+        return "tools see the library's public headers only"
+    if own in TOOLS and first in TOOLS:
+        return climbs(TOOLS, own, first) and f"{own} does not see {first}"
+    return first in ("tests", "support") and "nothing sees tests"
+
+
+def find_climbing(project):
+    checks = {"libpvol": check_library, "formats": check_formats, "tools": check_tools}
+    found, lines = [], 0
+    for top, check in checks.items():
+        for path in sorted((project / top).rglob("*")):  # none where the folder is absent
+            if path.suffix not in (".h", ".cpp", ".in") or not path.is_file():
+                continue
+            for number, line in enumerate(path.read_text().splitlines(), 1):
+                include = INCLUDE.match(line)
+                if not include:
+                    continue
+                lines += 1
+                complaint = check(path.relative_to(project), include[1], include[2])
+                if complaint:
+                    found.append(f"{path.relative_to(project)}:{number}: {line.strip()}: {complaint}")
+    return found, lines
+
+
+PLANTED = {
+    "libpvol/src/form/quadric.cpp": "pvol/bounds/pyramid.h",
+    "libpvol/include/pvol/math/box.h": "pvol/form/quadric.h",
+    "libpvol/src/shell/fit/adam.h": "volume/placement.h",
+    "libpvol/include/pvol/embed.h": "pvol/render/scene.h",
+    "libpvol/src/render/lights.cpp": "pvol/formats/image.h",
+    "libpvol/src/density/noise.cpp": "<openvdb/openvdb.h>",
+    "libpvol/src/stray.cpp": "pvol/math/vec.h",
+    "formats/src/image/png.cpp": "toml/toml_table.h",
+    "formats/src/vdb/vdb_read.cpp": "cli/cli.h",
+    "formats/src/toml/scene_file.cpp": "render/path/path_tracer.h",
+    "tools/report/html.cpp": "stats/trade_report.h",
+    "tools/pvol_fit.cpp": "support/statistics.h",
+}
+
+
+def self_test():
+    """Each planted line alone in a project must be found."""
+    for path, name in PLANTED.items():
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / path
+            file.parent.mkdir(parents=True)
+            file.write_text(f"#include {name}\n" if name[0] == "<" else f'#include "{name}"\n')
+            found, _ = find_climbing(pathlib.Path(folder))
+            assert len(found) == 1, f"{path} may include {name}"
+    print(f"{len(PLANTED)} planted arrows found")
+
+
+def main():
+    if sys.argv[1:] == ["--self-test"]:
+        return self_test()
+    project = pathlib.Path(sys.argv[1])
+    found, lines = find_climbing(project)
+    print("\n".join(found))
+    print(f"{lines} include lines, {len(found)} that climb")
+    # A wrong folder has no include lines, and that is no proof.
+    sys.exit(1 if found or lines < int(sys.argv[2] if len(sys.argv) > 2 else 1) else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,237 @@
+// Micro-bounds against every density that look-ups can compute, and the squeeze against plain
+// tracking.
+#include "pvol/field/micro_bounds.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <cfloat>
+#include <cmath>
+#include <functional>
+
+#include "pvol/error.h"
+#include "pvol/track/transmittance.h"
+#include "support/flights.h"
+#include "support/nasty_offset.h"
+
+namespace pvol::test {
+namespace {
+
+/// A field of bricks by `value(rng)`, the first of them zero as in every field.
+template <class Value>
+BrickField random_bricks(int bricks, std::uint64_t stream, const Value& value) {
+  BrickField f;
+  f.samples.assign(kFieldSamples, 0.0f);
+  Rng rng(kSeed, stream, 0);
+  for (int i = 0; i < bricks * kFieldSamples; ++i) f.samples.push_back(value(rng));
+  return f;
+}
+
+/// How many of many look-ups, spread over all bricks, leave their micro-bounds.
+template <int kEdge>
+int violations(const BrickField& f, std::uint64_t stream) {
+  const MicroBounds m = build_micro_bounds(f, kEdge);
+  EXPECT_TRUE(hold(m, f));
+  Rng rng(kSeed, stream, kEdge);
+  int wrong = 0;
+  for (std::size_t b = 0; b < m.scales.size(); ++b) {
+    for (int i = 0; i < 8 * 512; ++i) {
+      const Int4 cell{(i >> 6) & 7, (i >> 3) & 7, i & 7, 0};
+      const LatticePoint p{cell,
+                           Float4{nasty_offset(rng), nasty_offset(rng), nasty_offset(rng), 0}};
+      const auto brick = std::uint32_t(b);
+      const DensityRange r = micro_range<kEdge>(m, brick, cell);
+      for (const float rho : {density_in_brick<Interpolation::trilinear>(f.brick(brick), p),
+                              density_in_brick<Interpolation::nearest>(f.brick(brick), p)}) {
+        wrong += !(r.lo <= rho && rho <= r.hi);
+      }
+    }
+  }
+  return wrong;
+}
+
+TEST(MicroBounds, HoldForEveryLookupToTheLastBit) {
+  using Value = std::function<float(Rng&)>;
+  const std::vector<Value> values{
+      [](Rng& r) { return r.uniform(); },
+      [](Rng& r) { return 1 + 0x1p-23f * std::floor(4 * r.uniform()); },  // a few ulp apart
+      [](Rng& r) { return r.uniform() < 0.5f ? 1 : 0x1.fffffep-1f; },     // about a power of two
+      [](Rng& r) { return std::exp2(-140 * r.uniform()); },               // down to subnormals
+      [](Rng& r) { return 0x1p-149f * std::floor(9 * r.uniform()); },
+      [](Rng& r) { return r.uniform() < 0.9f ? 1e-6f : 1.0f; },
+      [](Rng& r) { return FLT_MAX * r.uniform(); },
+      [](Rng& r) { return r.uniform() < 0.02f ? r.uniform() : 0; },
+  };
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const BrickField f = random_bricks(20, i, values[i]);
+    EXPECT_EQ(violations<1>(f, i), 0) << i;
+    EXPECT_EQ(violations<2>(f, i), 0) << i;
+  }
+}
+
+/// Both ends within a code, and a few ulp, of the samples' extremes.
+TEST(MicroBounds, AreTight) {
+  const BrickField f =
+      random_bricks(50, 1, [](Rng& r) { return 0.3f + r.uniform() * r.uniform(); });
+  const MicroBounds m = build_micro_bounds(f, 2);
+  for (std::size_t b = 1; b < m.scales.size(); ++b) {
+    const float* samples = f.brick(std::uint32_t(b));
+    const float tolerance = m.scales[b].step + 0x1p-20f;
+    EXPECT_LT(m.scales[b].step * 255, 1.01f);
+    for (int cube = 0; cube < 64; ++cube) {
+      const Vec3i low(2 * (cube >> 4), 2 * (cube >> 2 & 3), 2 * (cube & 3));
+      float least = FLT_MAX, most = 0;
+      for (int i = 0; i < 27; ++i) {
+        const Vec3i at = low + Vec3i(i / 9, i / 3 % 3, i % 3);
+        const float v = samples[(at.x * kFieldEdge + at.y) * kFieldEdge + at.z];
+        least = std::min(least, v), most = std::max(most, v);
+      }
+      const DensityRange r = micro_range<2>(m, std::uint32_t(b), lanes(low));
+      EXPECT_TRUE(least - tolerance < r.lo && r.hi < most + tolerance) << r.lo << " " << r.hi;
+    }
+  }
+}
+
+TEST(MicroBounds, AreExactWhereABrickIsConstant) {
+  BrickField f;
+  f.samples.assign(kFieldSamples, 0.0f);
+  f.samples.insert(f.samples.end(), kFieldSamples, 0.7f);
+  for (const int edge : {1, 2}) {
+    const MicroBounds m = build_micro_bounds(f, edge);
+    const DensityRange zero =
+        edge == 1 ? micro_range<1>(m, 0, Int4{}) : micro_range<2>(m, 0, Int4{});
+    const DensityRange one =
+        edge == 1 ? micro_range<1>(m, 1, Int4{}) : micro_range<2>(m, 1, Int4{});
+    EXPECT_TRUE(zero.lo == 0 && zero.hi == 0 && one.lo == 0.7f && one.hi == 0.7f);
+  }
+}
+
+/// Where steps are so small that codes share densities, too.
+TEST(MicroBounds, KeepTheirCodesInOrder) {
+  const BrickField f = random_bricks(20, 4, [](Rng& r) {
+    const float u = r.uniform();
+    return u < 0.5f ? 1 : u < 0.9f ? 1 - 0x1p-22f : 1 - 0x1p-20f * r.uniform();
+  });
+  for (const int edge : {1, 2}) {
+    for (const MicroBounds::Codes c : build_micro_bounds(f, edge).codes) ASSERT_LE(c.lo, c.hi);
+  }
+}
+
+TEST(MicroBounds, DoNotDependOnThreads) {
+  const BrickField f = random_bricks(300, 2, [](Rng& r) { return r.uniform(); });
+  const MicroBounds many = build_micro_bounds(f, 1);
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  EXPECT_EQ(many, build_micro_bounds(f, 1));
+}
+
+TEST(MicroBounds, ThatDoNotHoldAreFound) {
+  const BrickField f = random_bricks(3, 3, [](Rng& r) { return r.uniform(); });
+  const MicroBounds good = build_micro_bounds(f, 2);
+  const auto breaks = [&](const auto& change) {
+    MicroBounds bad = good;
+    change(bad);
+    EXPECT_FALSE(hold(bad, f));
+  };
+  breaks([](MicroBounds& m) { ++m.codes[100].lo; });
+  breaks([](MicroBounds& m) { --m.codes[100].hi; });
+  breaks([](MicroBounds& m) { m.scales[2].base += 0.1f; });
+  breaks([](MicroBounds& m) { m.scales[2].step = std::nanf(""); });
+  breaks([](MicroBounds& m) { m.codes.pop_back(); });
+  breaks([](MicroBounds& m) { m.scales.emplace_back(); });
+  breaks([](MicroBounds& m) { m.edge = 3; });
+  EXPECT_THROW((void)build_micro_bounds(f, 3), Error);
+}
+
+struct Saving {
+  std::uint64_t plain = 0, squeezed = 0;  // look-ups
+};
+
+/// The same flights with and without micro-bounds: equal to the last bit, as are the random numbers
+/// that follow.
+template <Tracker kTracker, int kEdge, Interpolation kInterpolation>
+void compare(const Volume& v, const Aim& a, int flights, Saving& saving) {
+  const MicroBounds m = build_micro_bounds(v.field, kEdge);
+  const BrickExtinction<kInterpolation> source{v.field, v.octree, v.extinction};
+  const PlainField plain{source};
+  const SqueezedField<kEdge, BrickExtinction<kInterpolation>> squeezed{source, m};
+  int different = 0;
+  for (int i = 0; i < flights; ++i) {
+    Rng rng(kSeed, 5, std::uint64_t(i)), same = rng;
+    Walk walk(v.octree, a.cursor, a.direction), again = walk;
+    Tally tally, fewer;
+    const Flight f = free_flight<kTracker>(walk, plain, rng, tally);
+    const Flight g = free_flight<kTracker>(again, squeezed, same, fewer);
+    different += !(f.collided == g.collided && f.t == g.t && g.weight == 1);
+    different += tally.null_collisions != fewer.null_collisions;
+    different += rng.block().lo != same.block().lo;
+    EXPECT_LE(fewer.lookups, tally.lookups);
+    saving.plain += tally.lookups, saving.squeezed += fewer.lookups;
+  }
+  EXPECT_EQ(different, 0);
+}
+
+template <Interpolation kInterpolation>
+void compare_all() {
+  for (const Field& f : fields()) {
+    SCOPED_TRACE(f.name);
+    Saving single, cubes;
+    for (const std::optional<int> depth : {std::optional<int>(16), std::optional<int>(1)}) {
+      const Volume v = make_test_volume(f, 1, depth);
+      for (int ray = 0; ray < kRays; ++ray) {
+        const Aim a = aim(f, v, kInterpolation, ray, 2);
+        compare<Tracker::delta, 1, kInterpolation>(v, a, 1000, single);
+        compare<Tracker::delta, 2, kInterpolation>(v, a, 1000, cubes);
+        compare<Tracker::decomposition, 1, kInterpolation>(v, a, 1000, single);
+        compare<Tracker::decomposition, 2, kInterpolation>(v, a, 1000, cubes);
+      }
+    }
+    EXPECT_LE(single.squeezed, cubes.squeezed);
+  }
+}
+
+TEST(Squeeze, IsBitIdenticalToPlainTrilinearTracking) { compare_all<Interpolation::trilinear>(); }
+TEST(Squeeze, IsBitIdenticalToPlainNearestTracking) { compare_all<Interpolation::nearest>(); }
+
+/// A smooth field: cells span little of a leaf's range, and few decisions stay open.
+TEST(Squeeze, SavesMostLookupsOnSmoothFields) {
+  const Field& f = field("gaussian");
+  const Volume v = make_test_volume(f, 1, 16);
+  const Aim a = aim(f, v, Interpolation::trilinear, 0, 3);
+  Saving single, cubes;
+  compare<Tracker::delta, 1, Interpolation::trilinear>(v, a, 20'000, single);
+  compare<Tracker::delta, 2, Interpolation::trilinear>(v, a, 20'000, cubes);
+  EXPECT_LT(double(single.squeezed), 0.3 * double(single.plain));
+  EXPECT_LT(double(cubes.squeezed), 0.5 * double(cubes.plain));
+}
+
+/// Bounds tests: one for each tentative collision that delta tracking squeezes; with decomposition
+/// one for the control part and one for the micro-bounds of those it left open.
+TEST(Squeeze, CountsEachComparison) {
+  const Field& f = field("gaussian");
+  const Volume v = make_test_volume(f, 1, 16);
+  const Aim a = aim(f, v, Interpolation::trilinear, 0, 3);
+  const MicroBounds m = build_micro_bounds(v.field, 1);
+  const BrickExtinction<Interpolation::trilinear> source{v.field, v.octree, v.extinction};
+  const SqueezedField<1, BrickExtinction<Interpolation::trilinear>> squeezed{source, m};
+  Tally plain, delta, decomposed, bare;
+  for (std::uint64_t i = 0; i < 2000; ++i) {
+    const auto fly = [&]<Tracker kTracker>(const auto& model, Tally& tally) {
+      Rng rng(kSeed, 6, i);
+      Walk walk(v.octree, a.cursor, a.direction);
+      (void)free_flight<kTracker>(walk, model, rng, tally);
+    };
+    fly.operator()<Tracker::delta>(PlainField{source}, plain);
+    fly.operator()<Tracker::decomposition>(PlainField{source}, bare);
+    fly.operator()<Tracker::delta>(squeezed, delta);
+    fly.operator()<Tracker::decomposition>(squeezed, decomposed);
+  }
+  const std::uint64_t tentative = plain.lookups;
+  EXPECT_EQ(plain.bounds_tests, 0u);
+  EXPECT_EQ(bare.bounds_tests, tentative);
+  EXPECT_EQ(delta.bounds_tests, tentative);
+  EXPECT_EQ(decomposed.bounds_tests, tentative + bare.lookups);
+}
+
+}  // namespace
+}  // namespace pvol::test

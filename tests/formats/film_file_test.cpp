@@ -1,0 +1,174 @@
+// Films written and read again, and EXR files of other programs.
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfOutputFile.h>
+#include <gtest/gtest.h>
+#include <png.h>
+
+#include <functional>
+#include <limits>
+#include <map>
+#include <random>
+#include <vector>
+
+#include "pvol/error.h"
+#include "pvol/formats/image.h"
+#include "support/temporary_folder.h"
+
+namespace pvol::formats {
+namespace {
+
+std::string error_of(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+/// A crop of an image with noise, pixels without variance and pixels of a few samples.
+Film some_film() {
+  std::mt19937 random(3);
+  std::exponential_distribution<double> law(1);
+  Film f;
+  f.width = 100, f.height = 80;
+  f.x = 13, f.y = 7;
+  f.crop_width = 21, f.crop_height = 37;
+  for (int i = 0; i < f.crop_width * f.crop_height; ++i) {
+    PixelSums p;
+    p.samples = std::uint32_t(1 + i % 50);
+    for (std::uint32_t s = 0; s < p.samples; ++s) {
+      const Vec3d v = i % 7 == 0 ? Vec3d(0.25) : Vec3d(law(random), law(random), law(random));
+      p.sum += v, p.sum_squares += v * v, p.alpha += 0.5;
+    }
+    p.lookups = std::uint64_t(i) * 1000, p.segments = 3 * p.samples, p.collisions = 7;
+    f.pixels.push_back(p);
+  }
+  return f;
+}
+
+TEST(FilmFile, IsReadAsItWasWritten) {
+  const TemporaryFolder folder;
+  const Film film = some_film();
+  write_exr(folder.file("a.exr"), film, {{"pvol:seed", "17"}, {"pvol:biased", "no"}});
+  const StoredFilm s = read_film(folder.file("a.exr"));
+  EXPECT_TRUE(s.has_variances);
+  EXPECT_EQ(s.attributes.at("pvol:seed"), "17");
+  EXPECT_EQ(s.film.width, 100);
+  EXPECT_EQ(s.film.height, 80);
+  EXPECT_EQ(s.film.x, 13);
+  EXPECT_EQ(s.film.y, 7);
+  ASSERT_EQ(s.film.crop_width, 21);
+  ASSERT_EQ(s.film.crop_height, 37);
+  ASSERT_EQ(s.film.pixels.size(), film.pixels.size());
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    const PixelSums &a = film.pixels[i], &b = s.film.pixels[i];
+    EXPECT_EQ(a.samples, b.samples);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(mean(a)[c], mean(b)[c], 1e-7 * mean(a)[c]);
+      const double va = variance_of_mean(a)[c], vb = variance_of_mean(b)[c];
+      EXPECT_NEAR(va, vb, 1e-6 * va);
+      EXPECT_EQ(va == 0, vb == 0) << i;
+    }
+    EXPECT_NEAR(a.alpha, b.alpha, 1e-5);
+    EXPECT_EQ(a.segments, b.segments);
+    EXPECT_EQ(a.collisions, b.collisions);
+    EXPECT_NEAR(double(a.lookups), double(b.lookups), 1e-6 * double(a.lookups));
+  }
+}
+
+TEST(FilmFile, WritingItAgainGivesTheSameChannels) {
+  const TemporaryFolder folder;
+  write_exr(folder.file("a.exr"), some_film(), {});
+  const Film once = read_film(folder.file("a.exr")).film;
+  write_exr(folder.file("b.exr"), once, {});
+  const Film twice = read_film(folder.file("b.exr")).film;
+  for (std::size_t i = 0; i < once.pixels.size(); ++i) {
+    EXPECT_EQ(float(mean(once.pixels[i]).x), float(mean(twice.pixels[i]).x));
+    EXPECT_EQ(float(variance_of_mean(once.pixels[i]).y),
+              float(variance_of_mean(twice.pixels[i]).y));
+  }
+}
+
+/// An EXR of 4 x 2 pixels with these channels, of one value each.
+void write_channels(const std::filesystem::path& file, const std::map<std::string, float>& values) {
+  Imf::Header header(4, 2);
+  Imf::FrameBuffer buffer;
+  std::map<std::string, std::vector<float>> pixels;
+  for (const auto& [name, value] : values) {
+    header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+    pixels[name].assign(8, value);
+    buffer.insert(name, Imf::Slice::Make(Imf::FLOAT, pixels[name].data(), header.dataWindow()));
+  }
+  Imf::OutputFile out(file.c_str(), header);
+  out.setFrameBuffer(buffer);
+  out.writePixels(2);
+}
+
+TEST(FilmFile, OtherProgramsPicturesHaveNoVariance) {
+  const TemporaryFolder folder;
+  write_channels(folder.file("a.exr"), {{"R", 0.5f}, {"G", -0.25f}, {"B", 2}, {"Z", 7}});
+  const StoredFilm s = read_film(folder.file("a.exr"));
+  EXPECT_FALSE(s.has_variances);
+  ASSERT_EQ(s.film.pixels.size(), 8u);
+  for (const PixelSums& p : s.film.pixels) {
+    EXPECT_EQ(p.samples, 1u);
+    EXPECT_EQ(mean(p), Vec3d(0.5, -0.25, 2));
+  }
+}
+
+TEST(FilmFile, WhatMakesNoSenseIsRefused) {
+  const TemporaryFolder folder;
+  const std::map<std::string, float> good{{"R", 1},          {"G", 1},          {"B", 1},
+                                          {"variance.R", 1}, {"variance.G", 1}, {"variance.B", 1},
+                                          {"samples", 4}};
+  const auto refused = [&](const std::string& channel, float value) {
+    std::map<std::string, float> bad = good;
+    bad[channel] = value;
+    write_channels(folder.file("a.exr"), bad);
+    return error_of([&] { (void)read_film(folder.file("a.exr")); });
+  };
+  EXPECT_EQ(refused("R", 3), "no error");
+  EXPECT_NE(refused("variance.G", -1).find("a.exr: pixel (0, 0) holds"), std::string::npos);
+  EXPECT_NE(refused("samples", 2.5f).find("samples 2.5"), std::string::npos);
+  EXPECT_NE(refused("samples", 1e20f).find("samples"), std::string::npos);
+  EXPECT_NE(refused("R", std::numeric_limits<float>::infinity()).find("finite"), std::string::npos);
+  write_channels(folder.file("b.exr"), {{"R", 1}, {"Y", 1}});
+  EXPECT_NE(error_of([&] {
+              (void)read_film(folder.file("b.exr"));
+            }).find("no channel G; expected R, G and B, found R, Y"),
+            std::string::npos);
+  EXPECT_THROW((void)read_film(folder.file("absent.exr")), Error);
+}
+
+TEST(FilmFile, EveryTruncationIsRefused) {
+  const TemporaryFolder folder;
+  write_channels(folder.file("a.exr"), {{"R", 1}, {"G", 2}, {"B", 3}});
+  const std::string whole = read_bytes(folder.file("a.exr"));
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    std::ofstream(folder.file("cut.exr"), std::ios::binary) << whole.substr(0, size);
+    EXPECT_THROW((void)read_film(folder.file("cut.exr")), Error) << size;
+  }
+}
+
+TEST(PictureFile, BytesAreThoseOfTheFilmsPng) {
+  const TemporaryFolder folder;
+  const Film film = some_film();
+  write_png(folder.file("film.png"), film, 0.5, false);
+  const Picture picture = to_picture(film, 0.5);
+  write_png(folder.file("picture.png"), picture);
+  EXPECT_EQ(read_bytes(folder.file("film.png")), read_bytes(folder.file("picture.png")));
+  const std::vector<std::byte> encoded = encode_png(picture);
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  ASSERT_TRUE(png_image_begin_read_from_memory(&image, encoded.data(), encoded.size()));
+  image.format = PNG_FORMAT_RGB;
+  std::vector<std::uint8_t> rgb(PNG_IMAGE_SIZE(image));
+  ASSERT_TRUE(png_image_finish_read(&image, nullptr, rgb.data(), 0, nullptr));
+  EXPECT_EQ(rgb, picture.rgb);
+}
+
+}  // namespace
+}  // namespace pvol::formats

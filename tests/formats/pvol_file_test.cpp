@@ -1,0 +1,370 @@
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <functional>
+#include <random>
+#include <sstream>
+
+#include "pvol/error.h"
+#include "pvol/formats/atomic_file.h"
+#include "pvol/formats/pvol_file.h"
+#include "support/pvol_bytes.h"
+#include "support/pvol_content.h"
+#include "support/random_pyramid.h"
+
+namespace pvol::formats {
+namespace {
+
+namespace fs = std::filesystem;
+using test::error_of;
+using test::expect_equal_samples;
+using test::PvolBytes;
+using test::PvolFileTest;
+using test::some_file;
+using test::some_metadata;
+using test::tiny_file;
+
+void expect_equal(const Metadata& a, const Metadata& b) {
+  EXPECT_EQ(a.grid_name, b.grid_name);
+  EXPECT_EQ(std::memcmp(&a.index_to_world, &b.index_to_world, sizeof(Affine)), 0);
+  EXPECT_EQ(a.source.file, b.source.file);
+  EXPECT_EQ(a.source.grid, b.source.grid);
+  EXPECT_EQ(a.source.bytes, b.source.bytes);
+  EXPECT_EQ(a.source.hash, b.source.hash);
+  EXPECT_EQ(a.unit, b.unit);
+  EXPECT_EQ(a.options, b.options);
+  EXPECT_EQ(a.written_by, b.written_by);
+}
+
+TEST_F(PvolFileTest, RoundTripKeepsEverything) {
+  for (const Compression compression : {Compression::none, Compression::zstd}) {
+    const PvolFile content = some_file();
+    const PvolSizes sizes = write_pvol(path("a.pvol"), content, compression);
+    EXPECT_EQ(sizes.total, fs::file_size(path("a.pvol")));
+    const PvolFile back = read_pvol(path("a.pvol"));
+    expect_equal(back.metadata, content.metadata);
+    EXPECT_EQ(back.pyramid, content.pyramid);
+    EXPECT_EQ(back.shell, content.shell);
+    ASSERT_TRUE(back.density);
+    EXPECT_EQ(back.density->name, content.metadata.grid_name);
+    EXPECT_EQ(back.density->index_to_world, content.metadata.index_to_world);
+    expect_equal_samples(*back.density, *content.density);
+    EXPECT_EQ(back.density->tiles.size(), 2u);  // the one of zeros is left out
+  }
+}
+
+TEST_F(PvolFileTest, DensityOfManyFramesRoundTrips) {
+  const PvolFile content = some_file(1500, false);
+  write_pvol(path("a.pvol"), content);
+  expect_equal_samples(*read_pvol(path("a.pvol")).density, *content.density);
+  EXPECT_LT(measure_pvol(path("a.pvol")).density, 1500 * sizeof(float) * kBrickSamples);
+}
+
+TEST_F(PvolFileTest, PyramidsOfEveryDepthRoundTrip) {
+  for (std::size_t levels = 1; levels <= 22; ++levels) {
+    for (const int uniform : {0, 1, 20}) {
+      for (const float scale : {1e-44f, 0.3f, 3e38f}) {
+        const test::PyramidSpec spec{levels, 30, uniform, scale, Vec3l(-1048576, 8, 0)};
+        PvolFile content{some_metadata(), test::random_pyramid(spec, levels), {}, {}};
+        const auto bytes = written(content);
+        ASSERT_EQ(read_pvol(bytes, "a").pyramid, content.pyramid) << levels << " " << uniform;
+      }
+    }
+  }
+}
+
+TEST_F(PvolFileTest, UniformRootsOfEverySizeRoundTrip) {
+  for (std::size_t levels = 1; levels <= 22; ++levels) {
+    Pyramid p;
+    p.scale = 2;
+    p.levels.resize(levels);
+    p.levels.back() = {{0, 2, 2}};
+    p.support_hi = Vec3l(std::int64_t(4) << levels);
+    ASSERT_EQ(read_pvol(written({{}, p, {}, {}}), "a").pyramid, p) << levels;
+  }
+}
+
+TEST_F(PvolFileTest, EmptyCloudRoundTrips) {
+  const PvolFile empty{{}, {}, VoxelGrid{}, {}};
+  const PvolFile back = read_pvol(written(empty), "a");
+  EXPECT_TRUE(back.pyramid.empty());
+  ASSERT_TRUE(back.density);
+  EXPECT_TRUE(back.density->bricks.empty());
+}
+
+TEST_F(PvolFileTest, SizesAreThoseOfTheParts) {
+  const PvolSizes a = write_pvol(path("a.pvol"), some_file());
+  const PvolSizes b = measure_pvol(path("a.pvol"));
+  EXPECT_EQ(a.header, 40u + 4 * 40u);
+  EXPECT_EQ(a.header, b.header);
+  EXPECT_EQ(a.metadata, b.metadata);
+  EXPECT_EQ(a.bounds, b.bounds);
+  EXPECT_EQ(a.shell, 48u + 40 + 2 * 44);
+  EXPECT_EQ(a.shell, b.shell);
+  EXPECT_EQ(a.density, b.density);
+  EXPECT_EQ(a.total, b.total);
+  const std::uint64_t parts = a.header + a.metadata + a.bounds + a.shell + a.density;
+  EXPECT_LE(parts, a.total);
+  EXPECT_GT(parts + 4 * 64, a.total);
+}
+
+TEST_F(PvolFileTest, TheSameContentGivesTheSameBytes) {
+  PvolFile a = some_file();
+  PvolFile b = some_file();
+  std::reverse(b.density->bricks.begin(), b.density->bricks.end());
+  std::reverse(b.density->tiles.begin(), b.density->tiles.end());
+  std::vector<float> minus_zeros(b.density->bricks[0].values,
+                                 b.density->bricks[0].values + kBrickSamples);
+  for (float& v : minus_zeros) v = v == 0 ? -0.0f : v;
+  b.density->bricks[0].values = minus_zeros.data();
+  EXPECT_EQ(written(a), written(b));
+}
+
+TEST_F(PvolFileTest, HashIsXxh3OfTheWholeFile) {
+  test::save(path("empty"), {});
+  EXPECT_EQ(hash_file(path("empty")).hash, 0x2d06800538d394c2u);  // the empty string's
+  const std::vector<std::byte> bytes(3'000'001, std::byte{7});
+  test::save(path("large"), bytes);
+  EXPECT_EQ(hash_file(path("large")).bytes, bytes.size());
+  EXPECT_EQ(hash_file(path("large")).hash, test::xxh3(bytes));
+  EXPECT_NE(error_of([&] { (void)hash_file(path("absent")); }).find("absent"), std::string::npos);
+  EXPECT_NE(error_of([&] { (void)hash_file(folder_); }).find("not a file"), std::string::npos);
+}
+
+const char* const kGoldenTinyFile =
+    "\n8950564c0d0a1a0a010000000100000005020000000000000200000000000000"
+    "\n3acb1ce902634e344d4554410000000080000000000000000401000000000000"
+    "\n040100000000000092084998e8e4c41e424e445300000000c001000000000000"
+    "\n45000000000000004500000000000000a9e97f1fdd2140960000000000000000"
+    "\n7b2267726964223a2264656e73697479222c22696e6465785f746f5f776f726c"
+    "\n64223a5b5b312e302c302e302c302e302c302e305d2c5b302e302c312e302c30"
+    "\n2e302c302e305d2c5b302e302c302e302c312e302c302e305d5d2c22696e7465"
+    "\n72706f6c6174696f6e223a5b226e656172657374222c227472696c696e656172"
+    "\n225d2c226f7074696f6e73223a7b7d2c22736f75726365223a7b226279746573"
+    "\n223a313233342c2266696c65223a22612e766462222c2267726964223a226465"
+    "\n6e73697479222c22787868335f3634223a226665646362613938373635343332"
+    "\n3130227d2c22756e6974223a22222c227772697474656e5f6279223a22746573"
+    "\n74227d0a00000000000000000000000000000000000000000000000000000000"
+    "\n0000000000000000000000000000000000000000000000000000000000000000"
+    "\n0000000008000000f8ffffff060000000e000000feffffff0800000010000000"
+    "\n000000000000403f010000000000000001000000010000000100000000000000"
+    "\n000000f800";
+
+// Any change of these bytes is a change of the format, which needs a new version number.
+TEST_F(PvolFileTest, GoldenBytes) {
+  const std::vector<std::byte> bytes = written(tiny_file(), Compression::none);
+  EXPECT_EQ(test::hex(bytes), kGoldenTinyFile);
+  expect_equal(read_pvol(bytes, "a").metadata, tiny_file().metadata);
+}
+
+TEST_F(PvolFileTest, WrongContentIsNotWritten) {
+  const auto error = [&](const std::function<void(PvolFile&)>& damage) {
+    PvolFile content = some_file();
+    damage(content);
+    const std::string message = error_of([&] { write_pvol(path("a.pvol"), content); });
+    EXPECT_TRUE(files().empty());
+    return message;
+  };
+  EXPECT_NE(error([](PvolFile& f) { f.metadata.index_to_world.m[0] = {}; }).find("inverse"),
+            std::string::npos);
+  EXPECT_NE(error([](PvolFile& f) { f.metadata.unit = std::string(1, '\xff'); }).find("UTF-8"),
+            std::string::npos);
+  EXPECT_NE(error([](PvolFile& f) { f.metadata.unit.resize(2 << 20, 'm'); }).find("1048576"),
+            std::string::npos);
+  EXPECT_NE(error([](PvolFile& f) { f.pyramid.levels[0].pop_back(); }).find("bounds"),
+            std::string::npos);
+  EXPECT_NE(error([](PvolFile& f) { f.density->bricks[0].origin.x = 1; }).find("aligned"),
+            std::string::npos);
+  EXPECT_NE(error([](PvolFile& f) {
+              f.density->bricks.push_back(f.density->bricks[0]);
+            }).find("out of order"),
+            std::string::npos);
+}
+
+TEST_F(PvolFileTest, FailureMidwayLeavesTheOldFile) {
+  write_pvol(path("a.pvol"), tiny_file());
+  const auto old = test::load(path("a.pvol"));
+
+  PvolFile bad = some_file();
+  std::vector<float> samples(kBrickSamples, 1.0f);
+  samples.back() = std::nanf("");
+  bad.density->bricks.front().values = samples.data();
+  EXPECT_THROW(write_pvol(path("a.pvol"), bad), Error);
+
+  // A full disk, as far as a test can have one.
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit limit{};
+  getrlimit(RLIMIT_FSIZE, &limit);
+  const rlimit small{4096, limit.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &small);
+  const std::string error = error_of([&] { write_pvol(path("a.pvol"), some_file(100)); });
+  setrlimit(RLIMIT_FSIZE, &limit);
+  EXPECT_NE(error.find("space"), std::string::npos) << error;
+
+  EXPECT_EQ(test::load(path("a.pvol")), old);
+  EXPECT_EQ(files(), std::vector<std::string>{"a.pvol"});
+}
+
+TEST_F(PvolFileTest, OutputsThatCannotBeFilesAreRefused) {
+  EXPECT_THROW(write_pvol(path("absent/a.pvol"), tiny_file()), Error);
+  EXPECT_THROW(write_pvol(folder_, tiny_file()), Error);
+  EXPECT_THROW(write_pvol("/dev/null", tiny_file()), Error);
+  EXPECT_FALSE(fs::is_regular_file("/dev/null"));
+  EXPECT_THROW((void)read_pvol(path("absent.pvol")), Error);
+  EXPECT_THROW((void)read_pvol(folder_), Error);
+  EXPECT_THROW((void)read_pvol("/dev/null"), Error);
+}
+
+TEST_F(PvolFileTest, LinksAreFollowed) {
+  write_pvol(path("a.pvol"), tiny_file());
+  fs::create_symlink("a.pvol", path("link.pvol"));
+  write_pvol(path("link.pvol"), some_file());
+  EXPECT_TRUE(fs::is_symlink(path("link.pvol")));
+  EXPECT_EQ(read_pvol(path("a.pvol")).pyramid, some_file().pyramid);
+}
+
+TEST_F(PvolFileTest, AtomicWriterPassesOnWhatTheCallerThrows) {
+  const auto fail = [](const fs::path& aside) {
+    std::ofstream(aside) << "half";
+    throw std::logic_error("mine");
+  };
+  EXPECT_THROW(write_atomically(path("a"), fail), std::logic_error);
+  EXPECT_TRUE(files().empty());
+  EXPECT_THROW(write_atomically(path("a"), [](const fs::path& aside) { fs::remove(aside); }),
+               Error);
+  EXPECT_TRUE(files().empty());
+}
+
+bool has_children(const Pyramid& p, std::size_t level, std::uint64_t code) {
+  if (level == 0) return false;
+  return std::any_of(p.levels[level - 1].begin(), p.levels[level - 1].end(),
+                     [&](const PyramidNode& n) { return n.code >> 3 == code; });
+}
+
+/// What tests/read_pvol.py prints for a file, from pvol's own reader.
+std::string print(const fs::path& file) {
+  std::ostringstream out;
+  const auto number = [](const char* format, double v) {
+    char s[40];
+    std::snprintf(s, sizeof s, format, v);
+    return std::string(s);
+  };
+  const auto f = [&](float v) { return number(" %.9g", double(v)); };
+  const auto at = [](auto v) {
+    std::ostringstream s;
+    s.precision(9);
+    s << ' ' << v.x << ' ' << v.y << ' ' << v.z;
+    return s.str();
+  };
+  const PvolFile p = read_pvol(file);
+  const PvolBytes bytes(test::load(file));
+  out << "version " << bytes.header.version << '\n';
+  for (const PvolBytes::Chunk& c : bytes.chunks) {
+    out << "chunk " << std::string(c.entry.id.begin(), c.entry.id.end()) << ' '
+        << std::uint32_t(c.entry.codec) << ' ' << c.entry.offset << ' ' << c.entry.stored_bytes
+        << ' ' << c.entry.raw_bytes << '\n';
+  }
+  const Metadata& m = p.metadata;
+  out << "grid " << m.grid_name << '\n';
+  for (int r = 0; r < 3; ++r) {
+    const Vec3d row = m.index_to_world.m[std::size_t(r)];
+    out << "map";
+    for (const double v : {row.x, row.y, row.z, m.index_to_world.t[r]}) {
+      out << ' ' << number("%.17g", v);
+    }
+    out << '\n';
+  }
+  char hash[17];
+  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(m.source.hash));
+  out << "source " << m.source.file << ' ' << m.source.grid << ' ' << m.source.bytes << ' ' << hash
+      << '\n'
+      << "origin" << at(p.pyramid.origin) << "\nsupport" << at(p.pyramid.support_lo)
+      << at(p.pyramid.support_hi) << "\nscale" << f(p.pyramid.scale) << "\nlevels "
+      << p.pyramid.levels.size() << '\n';
+  for (std::size_t level = 0; level < p.pyramid.levels.size(); ++level) {
+    for (const PyramidNode& n : p.pyramid.levels[level]) {
+      if (has_children(p.pyramid, level, n.code)) continue;
+      const Vec3l cell =
+          p.pyramid.origin + Vec3l(morton_decode(n.code)) * (std::int64_t(8) << level);
+      out << "terminal " << level << at(cell) << f(n.lo) << f(n.hi) << '\n';
+    }
+  }
+  for (std::size_t i = 0; p.micro && i < p.pyramid.levels[0].size(); ++i) {
+    const MicroBounds& micro = p.micro->by_leaf;
+    const auto [base, step] = micro.scales[i];
+    out << "micro"
+        << at(p.pyramid.origin + Vec3l(morton_decode(p.pyramid.levels[0][i].code)) * kLeafEdge);
+    for (std::size_t c = 64 * i; c < 64 * (i + 1); ++c) {
+      out << f(base + float(micro.codes[c].lo) * step) << f(base + float(micro.codes[c].hi) * step);
+    }
+    out << '\n';
+  }
+  const auto quadric = [&](const Quadric& q) {
+    return at(Vec3f(q.square)) + at(Vec3f(q.mixed)) + at(Vec3f(q.linear)) + f(float(q.constant));
+  };
+  if (p.shell) {
+    const Certificate& c = p.shell->certificate;
+    const ShellTightness& t = p.shell->tightness;
+    out << "shell " << (p.shell->kind == ShellKind::soft ? "soft" : "hard")
+        << number(" %.17g", c.bound) << ' ' << c.boxes << ' ' << c.depth << f(float(t.volume_ratio))
+        << f(float(t.hit_ratio)) << f(float(t.box_volume_ratio)) << f(float(t.box_hit_ratio))
+        << "\nbase" << quadric(p.shell->form.base) << '\n';
+    for (const Perturbation& r : p.shell->form.perturbations) {
+      out << "perturbation" << quadric(r.form.base) << f(float(r.strength)) << '\n';
+    }
+  }
+  if (bytes.chunks.back().entry.id == detail::kQuantised) {
+    out << "precision " << name(m.quantisation.precision) << '\n';
+  }
+  for (const Tile& t : p.density->tiles) {
+    out << "tile" << at(t.origin) << ' ' << t.edge << f(t.value) << '\n';
+  }
+  for (const Brick& b : p.density->bricks) {
+    out << "brick" << at(b.origin);
+    for (int i = 0; i < kBrickSamples; ++i) out << f(b.values[i]);
+    out << '\n';
+  }
+  return out.str();
+}
+
+TEST_F(PvolFileTest, AnIndependentReaderSeesTheSame) {
+  if (std::system("python3 -c 'pass' > /dev/null 2>&1") != 0) GTEST_SKIP() << "there is no python3";
+  const bool zstd = std::system("zstd --version > /dev/null 2>&1") == 0;
+  const std::string command = "python3 \"" PVOL_READ_PVOL "\" \"" + path("a.pvol").string() +
+                              "\" > \"" + path("print").string() + "\" 2>&1";
+  std::vector<PvolFile> contents{some_file(), test::with_micro_bounds(test::compact_file())};
+  for (const Precision p : {Precision::fp16, Precision::fp8, Precision::fpn}) {
+    contents.push_back(test::with_micro_bounds(test::with_codes(test::compact_file(), {p, 0.1})));
+  }
+  for (const PvolFile& content : contents) {
+    for (const Compression compression : {Compression::none, Compression::zstd}) {
+      if (compression == Compression::zstd && !zstd) continue;
+      if (compression == Compression::none && zstd && content.codes) continue;  // takes a second
+      write_pvol(path("a.pvol"), content, compression);
+      ASSERT_EQ(std::system(command.c_str()), 0);
+      const auto bytes = test::load(path("print"));
+      EXPECT_EQ(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()),
+                print(path("a.pvol")));
+    }
+  }
+
+  // It finds micro-bounds that do not hold, too.
+  PvolFile wrong = test::with_micro_bounds(test::compact_file());
+  auto& codes = wrong.micro->by_leaf.codes;
+  ++std::find_if(codes.begin(), codes.end(), [](auto c) { return c.lo < c.hi; })->lo;
+  write_pvol(path("a.pvol"), wrong, Compression::none);
+  EXPECT_NE(std::system(command.c_str()), 0);
+  const auto bytes = test::load(path("print"));
+  EXPECT_NE(
+      std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()).find("do not hold"),
+      std::string::npos);
+}
+
+}  // namespace
+}  // namespace pvol::formats

@@ -1,0 +1,294 @@
+// Damaged and hostile .pvol files: each is refused with an Error, whether its sums are right or
+// not.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "pvol/error.h"
+#include "pvol/formats/pvol_file.h"
+#include "support/pvol_bytes.h"
+#include "support/pvol_content.h"
+
+namespace pvol::formats {
+namespace {
+
+using test::error_of;
+using test::expect_equal_samples;
+using test::PvolBytes;
+using test::some_file;
+using test::tiny_file;
+
+using PvolForgeryTest = test::PvolFileTest;
+
+TEST_F(PvolForgeryTest, EveryTruncationIsRefused) {
+  for (const PvolFile& content : {tiny_file(), some_file(3, false)}) {
+    std::vector<std::byte> bytes = written(content);
+    while (!bytes.empty()) {
+      bytes.pop_back();
+      ASSERT_THROW((void)read_pvol(bytes, "a"), Error) << bytes.size();
+    }
+  }
+}
+
+TEST_F(PvolForgeryTest, AppendedBytesAreRefused) {
+  std::vector<std::byte> bytes = written(tiny_file());
+  bytes.push_back(std::byte{0});
+  EXPECT_THROW((void)read_pvol(bytes, "a"), Error);
+}
+
+TEST_F(PvolForgeryTest, EveryFlippedBitIsRefused) {
+  const std::vector<std::byte> good = written(tiny_file());
+  for (std::size_t bit = 0; bit < 8 * good.size(); ++bit) {
+    std::vector<std::byte> bad = good;
+    bad[bit / 8] ^= std::byte(1 << bit % 8);
+    ASSERT_THROW((void)read_pvol(bad, "a"), Error) << "byte " << bit / 8 << " bit " << bit % 8;
+  }
+}
+
+TEST_F(PvolForgeryTest, DamageInTransitIsRefused) {
+  const std::vector<std::byte> good = written(tiny_file());
+  std::vector<std::byte> seven_bits = good, unix_text, dos_text;
+  for (std::byte& b : seven_bits) b &= std::byte{0x7f};
+  for (std::size_t i = 0; i < good.size(); ++i) {
+    const bool crlf =
+        i + 1 < good.size() && good[i] == std::byte{'\r'} && good[i + 1] == std::byte{'\n'};
+    if (!crlf) unix_text.push_back(good[i]);
+    if (good[i] == std::byte{'\n'}) dos_text.push_back(std::byte{'\r'});
+    dos_text.push_back(good[i]);
+  }
+  for (const auto& bad : {seven_bits, unix_text, dos_text}) {
+    EXPECT_NE(error_of([&] { (void)read_pvol(bad, "a"); }).find("does not begin"),
+              std::string::npos);
+  }
+}
+
+/// Damage to the parts of a file, with all sums made right again.
+struct Forgery {
+  const char* named;  // in the error
+  std::function<void(PvolBytes&)> forge;
+};
+
+TEST_F(PvolForgeryTest, ForgedFilesAreRefusedThoughTheirSumsMatch) {
+  const auto u32 = [](std::size_t chunk, std::size_t at, std::uint32_t v) {
+    return [=](PvolBytes& f) { f.put(chunk, at, v); };
+  };
+  const auto f32 = [](std::size_t chunk, std::size_t at, float v) {
+    return [=](PvolBytes& f) { f.put(chunk, at, v); };
+  };
+  constexpr std::size_t kMeta = 0, kBounds = 1, kShell = 2, kDensity = 3;
+  const auto f64 = [](std::size_t chunk, std::size_t at, double v) {
+    return [=](PvolBytes& f) { f.put(chunk, at, v); };
+  };
+  constexpr std::size_t kNodes = 56;  // BNDS: where the masks begin
+  const auto meta = [](const std::string& from, const std::string& to) {
+    return [=](PvolBytes& f) { f.replace_text(kMeta, from, to); };
+  };
+  const Forgery forgeries[] = {
+      {"newer pvol", [](PvolBytes& f) { f.header.version = f.header.reader_version = 3; }},
+      {"makes no sense", [](PvolBytes& f) { f.header.version = 0; }},
+      {"makes no sense", [](PvolBytes& f) { f.header.reader_version = 2; }},
+      {"do not fit", [](PvolBytes& f) { f.forged_count = 0xffffffff; }},
+      {"META is there 0", [](PvolBytes& f) { f.chunks.erase(f.chunks.begin()); }},
+      {"META is there 2", [](PvolBytes& f) { f.chunks.push_back(f.chunks[0]); }},
+      {"BNDS is there 0", [](PvolBytes& f) { f.chunks.resize(1); }},
+      {"DENX is unknown",
+       [](PvolBytes& f) {
+         f.chunks[kDensity].entry.id = {'D', 'E', 'N', 'X'};
+       }},
+      {"unprintable",
+       [](PvolBytes& f) {
+         f.chunks[kDensity].entry.id = {'\x01', 0, 0, 0};
+       }},
+      {"offset", [](PvolBytes& f) { f.chunks[1].forged_offset = 192; }},
+      {"offset", [](PvolBytes& f) { f.chunks[1].forged_offset = ~std::uint64_t(0) - 63; }},
+      {"past the end", [](PvolBytes& f) { f.chunks[3].forged_stored = ~std::uint64_t(0); }},
+      {"offset", [](PvolBytes& f) { f.chunks[1].forged_stored = 1 << 10; }},
+      {"chunks end", [](PvolBytes& f) { f.chunks[3].forged_stored = 4; }},
+      {"padding", [](PvolBytes& f) { f.padding = std::byte{1}; }},
+      {"codec 3", [](PvolBytes& f) { f.chunks[1].entry.codec = detail::Codec(3); }},
+      {"raw ones", [](PvolBytes& f) { f.chunks[1].entry.raw_bytes += 1; }},
+      {"no whole zstd frame", [](PvolBytes& f) { f.chunks[1].entry.codec = detail::Codec::zstd; }},
+      {"ends early", [](PvolBytes& f) { f.set(kBounds, {}); }},
+      {"ends early", [](PvolBytes& f) { f.set(kDensity, {}); }},
+      {"not JSON", [](PvolBytes& f) { f.set(kMeta, {}); }},
+      {"not JSON", meta("\"unit\":", "\"unit\"")},
+      {"not JSON", meta("dichte", "\xff\xff\xff\xff\xff\xff")},
+      {"not JSON", meta("3000000000.0", "3e99999")},
+      {"unit is missing", meta("\"unit\"", "\"Unit\"")},
+      {"unit is 12", meta("\"unit\":\"m\"", "\"unit\":12")},
+      {"index_to_world", meta("0.1", "0.0")},
+      {"index_to_world", meta("[0.1,", "[")},
+      {"index_to_world", meta("[0.1,", "[null,")},
+      {"interpolation", meta("trilinear", "tricubic")},
+      {"interpolation", meta("\"trilinear\"]", "\"trilinear\",\"cubic\"]")},
+      {"xxh3_64", meta("0123456789abcdef", "0123456789abcdeF")},
+      {"xxh3_64", meta("0123456789abcdef", "123456789abcdef")},
+      {"source.bytes", meta("18446744073709551615", "-1")},
+      {"source is", meta("\"source\":{", "\"source\":[],\"x\":{")},
+      {"options.depth", meta("\"auto\"", "[[]]")},
+      {"at most 1048576", [](PvolBytes& f) { f.set(kMeta, std::vector<std::byte>(2 << 20)); }},
+      {"multiple of 8", u32(kBounds, 0, 3)},
+      {"not inside the root", u32(kBounds, 12, 0x80000000)},
+      {"does not end in", u32(kBounds, 12, 16)},
+      {"scale", f32(kBounds, 36, -1)},
+      {"scale", f32(kBounds, 36, std::nanf(""))},
+      {"the masks lead to", u32(kBounds, 40, 0)},
+      {"the masks lead to", u32(kBounds, 40, 1)},
+      {"levels", u32(kBounds, 40, 23)},
+      {"levels", u32(kBounds, 40, 0xffffffff)},
+      {"raw bytes", u32(kBounds, 44, 0xffffffff)},
+      {"raw bytes", u32(kBounds, 48, 0)},
+      {"raw bytes", u32(kBounds, 52, 0xffffffff)},
+      {"no children", [](PvolBytes& f) { f.put(kBounds, kNodes, std::uint64_t(0)); }},
+      {"the masks lead to", [](PvolBytes& f) { f.put(kBounds, kNodes, ~std::uint64_t(0)); }},
+      {"as uniform", [](PvolBytes& f) { f.put(kBounds, f.stops(), ~std::uint64_t(0)); }},
+      {"has children", [](PvolBytes& f) { f.put(kBounds, f.groups(), std::uint8_t(1)); }},
+      {"above the scale", [](PvolBytes& f) { f.put(kBounds, f.lows(), std::uint16_t(0xffff)); }},
+      {"not in order", [](PvolBytes& f) { f.put(kBounds, f.highs(), std::uint16_t(0)); }},
+      {"shel is there 2", [](PvolBytes& f) { f.chunks.push_back(f.chunks[kShell]); }},
+      {"unknown kind 2", u32(kShell, 0, 2)},
+      {"perturbations do not fit", u32(kShell, 4, 1)},
+      {"perturbations do not fit", u32(kShell, 4, 0xffffffff)},
+      {"perturbations do not fit", [](PvolBytes& f) { f.set(kShell, std::vector<std::byte>(90)); }},
+      {"ends early", [](PvolBytes& f) { f.set(kShell, {}); }},
+      {"a strength of a hard shell", u32(kShell, 0, 0)},
+      {"certificate's bound", f64(kShell, 8, 0)},
+      {"certificate's bound", f64(kShell, 8, std::nan(""))},
+      {"ratio is not finite", f32(kShell, 40, std::nanf(""))},
+      {"finite float", f32(kShell, 48, std::nanf(""))},
+      {"finite float", f32(kShell, 88 + 40, HUGE_VALF)},
+      {"raw bytes", u32(kDensity, 0, 0xffffffff)},
+      {"raw bytes", u32(kDensity, 4, 0xffffffff)},
+      {"out of order", [](PvolBytes& f) { f.swap(kDensity, 8, 28, 20); }},
+      {"not aligned", u32(kDensity, 8, 0x7fffffff)},
+      {"expected 8, 128 or 4096", u32(kDensity, 20, 0)},
+      {"expected 8, 128 or 4096", u32(kDensity, 20, 0x80000000)},
+      {"positive", f32(kDensity, 24, -1)},
+      {"positive", f32(kDensity, 24, std::nanf(""))},
+      {"positive", f32(kDensity, 24, 0)},
+      {"not aligned", u32(kDensity, 48, 1)},
+      {"outside the bounds", u32(kDensity, 48, 0x80000000)},
+      {"out of order", [](PvolBytes& f) { f.swap(kDensity, 48, 60, 12); }},
+      {"out of order", [](PvolBytes& f) { f.copy(kDensity, 48, 60, 12); }},
+      {"inside a tile", [](PvolBytes& f) { f.copy(kDensity, 8, 48, 12); }},
+      {"not finite", [](PvolBytes& f) { f.put(kDensity, f.size(kDensity) - 4, -1e-30f); }},
+      {"not finite", [](PvolBytes& f) { f.put(kDensity, f.size(kDensity) - 4, std::nanf("")); }},
+  };
+  const PvolBytes good(written(some_file(), Compression::none));
+  ASSERT_NO_THROW((void)read_pvol(good.bytes(), "a"));
+  for (const Forgery& forgery : forgeries) {
+    PvolBytes bad = good;
+    forgery.forge(bad);
+    const std::string error = error_of([&] { (void)read_pvol(bad.bytes(), "a.pvol"); });
+    EXPECT_NE(error.find(forgery.named), std::string::npos)
+        << forgery.named << " is not in: " << (error.empty() ? "no error" : error);
+    EXPECT_EQ(error.find("a.pvol"), 0u);
+  }
+}
+
+TEST_F(PvolForgeryTest, ZstdBombsAreRefusedBeforeTheyTakeMemory) {
+  const PvolBytes good(written(some_file(), Compression::none));
+  const auto error = [&](std::size_t chunk, detail::Codec codec, std::vector<std::byte> stored,
+                         std::uint64_t raw) {
+    PvolBytes bad = good;
+    bad.chunks[chunk].entry.codec = codec;
+    bad.chunks[chunk].stored = std::move(stored);
+    bad.chunks[chunk].entry.raw_bytes = raw;
+    return error_of([&] { (void)read_pvol(bad.bytes(), "a"); });
+  };
+  const std::vector<std::byte> zeros(detail::kFrameBytes);
+  std::vector<std::byte> frames = test::zstd(zeros);
+  const auto one = frames;
+  for (int i = 1; i < 8; ++i) frames.insert(frames.end(), one.begin(), one.end());
+  const std::uint64_t megabyte = detail::kFrameBytes;
+  using detail::Codec;
+  EXPECT_NE(error(3, Codec::zstd, frames, std::uint64_t(1) << 60).find("whole zstd"),
+            std::string::npos);
+  EXPECT_NE(error(3, Codec::zstd, frames, 7 * megabyte).find("after the last"), std::string::npos);
+  EXPECT_NE(error(3, Codec::zstd, frames, 8 * megabyte - 4).find("raw bytes"), std::string::npos);
+  EXPECT_NE(error(3, Codec::zstd, frames, 8 * megabyte).find("raw bytes; its counts"),
+            std::string::npos);
+  EXPECT_NE(error(1, Codec::zstd, frames, 8 * megabyte).find("raw bytes; its counts"),
+            std::string::npos);
+  EXPECT_NE(error(0, Codec::zstd, frames, 8 * megabyte).find("at most"), std::string::npos);
+  EXPECT_NE(error(3, Codec::shuffled_zstd, test::zstd(detail::Bytes(zeros).first(1023)), 1023)
+                .find("words"),
+            std::string::npos);
+  // One frame that says it holds more than a frame may.
+  EXPECT_NE(
+      error(3, Codec::zstd, test::zstd(std::vector<std::byte>(4 << 20)), 4 << 20).find("raw bytes"),
+      std::string::npos);
+  // A frame whose content is not what its header says.
+  std::vector<std::byte> wrong = test::zstd(written(tiny_file()));
+  wrong[wrong.size() / 2] ^= std::byte{0xff};
+  EXPECT_FALSE(error(0, Codec::zstd, wrong, written(tiny_file()).size()).empty());
+}
+
+TEST_F(PvolForgeryTest, UnknownAncillaryChunksAreSkipped) {
+  PvolBytes file(written(some_file()));
+  PvolBytes::Chunk extra;
+  extra.entry.id = {'s', 'H', 'E', 'L'};
+  extra.entry.codec = detail::Codec(77);
+  extra.stored.resize(1000);
+  file.chunks.insert(file.chunks.begin() + 1, extra);
+  file.chunks.push_back(extra);
+  const PvolFile back = read_pvol(file.bytes(), "a");
+  EXPECT_EQ(back.pyramid, some_file().pyramid);
+  expect_equal_samples(*back.density, *some_file().density);
+}
+
+TEST_F(PvolForgeryTest, NewerFilesThatThisReaderUnderstandsAreRead) {
+  PvolBytes file(written(some_file()));
+  file.header.version = 9;
+  EXPECT_EQ(read_pvol(file.bytes(), "a").pyramid, some_file().pyramid);
+}
+
+/// One input of a fuzzer: any bytes give a valid file's content or an Error.
+void fuzz_pvol(const std::uint8_t* data, std::size_t size) {
+  try {
+    const PvolFile file = read_pvol(std::as_bytes(std::span(data, size)), "fuzz");
+    ASSERT_EQ(validate(file.pyramid), std::nullopt);
+  } catch (const Error&) {
+  }
+}
+
+TEST_F(PvolForgeryTest, RandomDamageWithRightSumsNeverCrashes) {
+  std::mt19937_64 random(11);
+  for (const Compression compression : {Compression::none, Compression::zstd}) {
+    const PvolBytes good(written(some_file(4, false), compression));
+    for (int i = 0; i < 20000; ++i) {
+      PvolBytes bad = good;
+      for (std::uint64_t n = 1 + random() % 3; n > 0; --n) {
+        PvolBytes::Chunk& chunk = bad.chunks[random() % bad.chunks.size()];
+        const std::size_t at = random() % std::min<std::size_t>(chunk.stored.size(), 400);
+        switch (random() % 5) {
+          case 0:
+            chunk.stored[at] ^= std::byte(1 << random() % 8);
+            break;
+          case 1:
+            chunk.stored[at] = std::byte(random() % 2 ? 0xff : 0x00);
+            break;
+          case 2:
+            chunk.stored.resize(random() % 2 ? at + 1 : chunk.stored.size() + 8);
+            break;
+          case 3:
+            chunk.entry.raw_bytes = random() >> random() % 64;
+            break;
+          default:
+            chunk.stored[at] = std::byte(random());
+            break;
+        }
+        if (chunk.entry.codec == detail::Codec::raw && random() % 4) {
+          chunk.entry.raw_bytes = chunk.stored.size();
+        }
+      }
+      const std::vector<std::byte> bytes = bad.bytes();
+      fuzz_pvol(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace pvol::formats

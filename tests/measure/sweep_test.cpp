@@ -1,0 +1,215 @@
+// Measuring in turn within a budget, with a clock that counts the work instead of the time.
+#include "stats/sweep.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "cli/instructions.h"
+#include "pvol/error.h"
+#include "pvol/math/rng.h"
+
+namespace pvol::cli {
+namespace {
+
+/// What a setting of the test costs, in seconds of the counted clock.
+struct FakeSetting {
+  double set_up = 0, sample = 1e-3;
+  double deviation = 1;   // of a sample
+  double surprise = 1;    // factor by which samples cost more than in the pilot
+  std::string refusal{};  // thrown instead
+};
+
+/// Renders noise, and lets a clock run by what that costs.
+struct FakeRenderer {
+  std::vector<FakeSetting> settings;
+  double now = 100;
+  std::vector<RunRequest> requests{};
+
+  static constexpr int kPixels = 64;
+
+  Run operator()(const RunRequest& r) {
+    const FakeSetting& s = settings[r.setting];
+    if (!s.refusal.empty()) throw Error(s.refusal);
+    requests.push_back(r);
+    const double start = now, cost = s.sample * (r.pilot ? 1 : s.surprise);
+    now += s.set_up;
+    Run run;
+    run.set_up.seconds = s.set_up;
+    run.film.width = run.film.crop_width = r.pilot ? kPixels / 16 : kPixels;
+    run.film.height = run.film.crop_height = 1;
+    run.film.pixels.resize(std::size_t(run.film.crop_width));
+    for (std::size_t p = 0; p < run.film.pixels.size(); ++p) {
+      Rng rng(r.seed, p, 0);
+      for (std::uint32_t k = 0; k < r.samples && run.complete; ++k) {
+        const Vec3d v(10 + s.deviation * (double(rng.uniform()) - 0.5));
+        run.film.pixels[p].sum += v;
+        run.film.pixels[p].sum_squares += v * v;
+        ++run.film.pixels[p].samples;
+        now += cost, run.seconds += cost;
+        run.complete = now - start <= r.most_seconds;
+      }
+    }
+    return run;
+  }
+};
+
+SweepOptions options_for(const FakeRenderer& renderer, double budget) {
+  SweepOptions o;
+  o.budget = budget;
+  o.pixels = FakeRenderer::kPixels;
+  o.clock = [&renderer] { return renderer.now; };
+  return o;
+}
+
+std::vector<Measured> run_sweep(FakeRenderer& renderer, double budget) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < renderer.settings.size(); ++i) {
+    names.push_back("setting " + std::to_string(i));
+  }
+  return sweep(names, options_for(renderer, budget), std::ref(renderer));
+}
+
+TEST(Sweep, KeepsItsBudgetAndUsesMostOfIt) {
+  for (const double budget : {30.0, 100.0, 2000.0}) {
+    FakeRenderer renderer{{{0.1, 1e-3}, {0.01, 4e-3}, {0.3, 1e-3}, {0, 1e-4}}};
+    const std::vector<Measured> m = run_sweep(renderer, budget);
+    EXPECT_LE(renderer.now - 100, budget);
+    EXPECT_GE(renderer.now - 100, 0.7 * budget);
+    for (const Measured& s : m) EXPECT_EQ(s.left_out, "");
+  }
+}
+
+TEST(Sweep, MeasuresCostAndVarianceOfEachInEveryRound) {
+  FakeRenderer renderer{{{0, 1e-3, 1}, {0.2, 3e-3, 2}}};
+  const std::vector<Measured> m = run_sweep(renderer, 200);
+  ASSERT_EQ(m.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    ASSERT_EQ(m[i].rounds(), 6);  // and one that counts
+    for (const double s : m[i].seconds) EXPECT_NEAR(s, i == 0 ? 1e-3 : 3e-3, 1e-9);
+    for (const double v : m[i].variance)
+      EXPECT_NEAR(v, (i == 0 ? 1.0 : 4.0) / 12, 0.05 * double(i + 1));
+    EXPECT_EQ(m[i].counted, std::uint64_t(m[i].samples) * FakeRenderer::kPixels);
+    EXPECT_EQ(m[i].film.pixels[0].samples, 7 * m[i].samples);
+  }
+  EXPECT_GT(m[0].samples, 2 * m[1].samples);  // the same time for both
+}
+
+TEST(Sweep, TakesTurnsAndAnotherSeedEachTime) {
+  FakeRenderer renderer{{{}, {}, {}}};
+  (void)run_sweep(renderer, 60);
+  std::set<std::uint64_t> seeds;
+  std::vector<std::size_t> order;
+  for (const RunRequest& r : renderer.requests) {
+    if (r.pilot) continue;
+    EXPECT_TRUE(seeds.insert(r.seed).second);
+    order.push_back(r.setting);
+  }
+  ASSERT_EQ(order.size(), 21u);
+  for (std::size_t round = 0; round < 7; ++round) {
+    std::set<std::size_t> in_round(order.begin() + std::ptrdiff_t(3 * round),
+                                   order.begin() + std::ptrdiff_t(3 * round + 3));
+    EXPECT_EQ(in_round.size(), 3u);
+    EXPECT_EQ(order[3 * round], round % 3);  // another one is first each time
+  }
+}
+
+TEST(Sweep, LeavesOutWhatDoesNotFitAndSaysWhy) {
+  FakeRenderer renderer{{{0, 1e-3}, {0, 10}, {0, 1e-3, 1, 1, "the scene does not allow it"}}};
+  const std::vector<Measured> m = run_sweep(renderer, 60);
+  EXPECT_EQ(m[0].left_out, "");
+  EXPECT_NE(m[1].left_out, "");
+  EXPECT_EQ(m[2].left_out, "the scene does not allow it");
+  EXPECT_LE(renderer.now - 100, 60 * 1.2);  // one sample of 10 s cannot be interrupted
+}
+
+TEST(Sweep, StartsNoPilotsOnceTheyHaveTakenTheirPart) {
+  // Making bounds takes 3 s, which no limit on samples shortens.
+  FakeRenderer renderer{{{0, 1e-3}, {3, 1e-3}, {3, 1e-3}, {3, 1e-3}, {3, 1e-3}, {3, 1e-3}}};
+  const std::vector<Measured> m = run_sweep(renderer, 20);
+  EXPECT_EQ(m[0].left_out, "");
+  EXPECT_EQ(m[5].left_out, "the budget leaves no time to find out what it costs");
+  EXPECT_LE(renderer.now - 100, 20.1);
+}
+
+TEST(Sweep, StopsWhatCostsMoreThanItsPilotSaid) {
+  FakeRenderer renderer{{{0, 1e-3}, {0, 1e-3, 1, 50}}};
+  const std::vector<Measured> m = run_sweep(renderer, 20);
+  EXPECT_LE(renderer.now - 100, 20.1);
+  EXPECT_NE(m[1].left_out, "");
+}
+
+TEST(Sweep, KeepsItsBudgetWhereTheMachineSlowsDown) {
+  FakeRenderer renderer{{{0.1, 1e-3, 1, 2}, {0.1, 2e-3, 1, 2}, {0, 1e-3, 1, 2}}};
+  const std::vector<Measured> m = run_sweep(renderer, 50);
+  EXPECT_LE(renderer.now - 100, 50.1);
+  for (const Measured& s : m) {
+    EXPECT_EQ(s.left_out, "");
+    EXPECT_LT(s.rounds(), 6);
+    EXPECT_GE(s.rounds(), 3);
+  }
+}
+
+TEST(Sweep, NeedsItsFirstSetting) {
+  FakeRenderer slow{{{0, 1}, {0, 1e-3}}};
+  EXPECT_THROW((void)run_sweep(slow, 20), Error);
+  FakeRenderer refused{{{0, 1e-3, 1, 1, "no"}, {0, 1e-3}}};
+  EXPECT_THROW((void)run_sweep(refused, 20), Error);
+}
+
+TEST(Sweep, GivesTheFirstSettingMoreThanItsShareWhereItNeedsIt) {
+  FakeRenderer renderer{{{0, 0.02}, {}, {}, {}, {}, {}, {}, {}}};  // 18 s for 7 x 2 samples
+  const std::vector<Measured> m = run_sweep(renderer, 70);
+  EXPECT_GE(m[0].rounds(), 3);
+  EXPECT_GE(m[7].rounds(), 3);
+  EXPECT_LE(renderer.now - 100, 70);
+}
+
+TEST(Sweep, SaysWhatComesNext) {
+  FakeRenderer renderer{{{}, {}}};
+  std::vector<std::string> said;
+  SweepOptions o = options_for(renderer, 10);
+  o.progress = [&](const std::string& next, double left) {
+    said.push_back(next);
+    EXPECT_GE(left, 0);
+    EXPECT_LE(left, 10);
+  };
+  (void)sweep({"one", "two"}, o, std::ref(renderer));
+  ASSERT_GE(said.size(), 4u);
+  EXPECT_EQ(said[0], "pilot render of one");
+  EXPECT_EQ(said[2], "round 1 of 7: one");
+}
+
+TEST(Plan, GivesFewerSamplesThenFewerRoundsThenNone) {
+  SweepOptions o;
+  o.pixels = 1000;
+  const PilotCost cost{0.1, 1e-4};  // 0.1 s a picture of one sample
+  const Plan rich = plan_rounds(cost, 100, o), poor = plan_rounds(cost, 2, o);
+  EXPECT_EQ(rich.rounds, o.rounds);
+  EXPECT_GT(rich.samples, 50u);
+  EXPECT_LE(rich.seconds, 100);
+  EXPECT_LT(poor.rounds, o.rounds);
+  EXPECT_GE(poor.rounds, 4);
+  EXPECT_GE(poor.samples, 2u);
+  EXPECT_LE(poor.seconds, 2);
+  EXPECT_EQ(plan_rounds(cost, 1, o).rounds, 0);
+}
+
+TEST(Work, IsCountedInSecondsAndWhereTheMachineCanInInstructions) {
+  const InstructionCounter counter;
+  const double begin = cpu_seconds();
+  Rng rng(1, 2, 3);
+  std::uint64_t drawn = 0;
+  double sum = 0;
+  for (; cpu_seconds() < begin + 0.02; drawn += 1000) {
+    for (int i = 0; i < 1000; ++i) sum += double(rng.uniform());
+  }
+  EXPECT_GT(sum, 0);
+  const auto first = counter.read();
+  EXPECT_TRUE(!first || *first > drawn);
+  EXPECT_GE(counter.read(), first);
+}
+
+}  // namespace
+}  // namespace pvol::cli

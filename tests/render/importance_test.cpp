@@ -1,0 +1,325 @@
+// Paths guided by importance: the same picture on average as plain ones, with less noise, from an
+// importance that is what closed forms say.
+#include "render/guide/importance.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "pvol/error.h"
+#include "pvol/render/guide_choice.h"
+#include "support/bodies.h"
+
+namespace pvol::test {
+namespace {
+
+/// A body of density 1 with soft, uneven edges, some cells across.
+const Field& puff() {
+  static const Field f = make_field("puff", {0, 0, 0}, {40, 32, 36}, [](Vec3i p) {
+    const Vec3d d = (Vec3d(p) - Vec3d(20, 16, 18)) * 0.065;
+    const double bumps = 0.15 * std::sin(0.9 * p.x) * std::sin(0.7 * p.y + 1) * std::sin(0.8 * p.z);
+    return std::clamp(3 * (1 - dot(d, d) + bumps), 0.0, 1.0);
+  });
+  return f;
+}
+
+/// The puff in the sun, before a constant sky; its optical thickness is about 12.
+Scene sunny() {
+  Scene s;
+  s.medium = matter(0.4, Rgb(0.999f), 0.877);
+  s.environment = ConstantSky{Rgb(0.5f)};
+  s.suns = {Sun{{0.6, 0.8, 0.35}, Rgb(3.0f), 0}};
+  s.options.width = s.options.height = 16;
+  s.options.samples = 100;
+  s.options.threads = 1;
+  s.options.guide = GuideUse::on;
+  return s;
+}
+
+Volume volume_of(Scene& s) {
+  Volume v = make_volumes(puff(), std::vector{s.medium}, s).front();
+  if (s.camera == Camera{}) s.camera = frame(v.world_box, 1);
+  return v;
+}
+
+struct Case {
+  std::string name;
+  Scene scene;
+};
+
+std::vector<Case> cases() {
+  std::vector<Case> all;
+  const auto add = [&](const std::string& name, const std::function<void(Scene&)>& change) {
+    Scene s = sunny();
+    change(s);
+    all.push_back({name, s});
+  };
+  add("forward", [](Scene&) {});
+  add("isotropic", [](Scene& s) { s.medium.g = 0; });
+  add("backward", [](Scene& s) { s.medium.g = -0.5; });
+  add("coloured", [](Scene& s) { s.medium.albedo = Rgb(0.9f, 0.97f, 0.6f); });
+  add("two components", [](Scene& s) {
+    s.medium.others = {{0.4, Rgb(0.7f, 0.8f, 0.9f), -0.2, Rgb(0.0f)}};
+  });
+  add("emission", [](Scene& s) {
+    s.medium.albedo = Rgb(0.8f);
+    s.medium.emission = Rgb(2.0f, 1.0f, 0.2f);
+  });
+  add("emission alone", [](Scene& s) {
+    s.medium.albedo = Rgb(0.95f);
+    s.medium.emission = Rgb(2.0f, 1.0f, 0.2f);
+    s.suns.clear();
+  });
+  add("sun disc", [](Scene& s) { s.suns.front().angle = 20; });
+  add("two suns", [](Scene& s) { s.suns.push_back({{-1, 0.2, 0.1}, Rgb(2.0f, 1.0f, 0.5f), 5}); });
+  add("gradient", [](Scene& s) { s.environment = GradientSky{}; });
+  add("picture with a sun", [](Scene& s) {
+    ImageSky sky{16, 8, std::vector<Rgb>(128, Rgb(0.4f, 0.5f, 0.6f)), Rgb(1.0f), 30};
+    sky.pixels[20] = Rgb(40.0f, 35.0f, 30.0f);
+    for (std::size_t i = 64; i < 128; ++i) sky.pixels[i] = Rgb(0.0f);
+    s.environment = sky;
+    s.suns.clear();
+  });
+  add("thin", [](Scene& s) { s.medium.extinction = 0.01; });
+  add("inside", [](Scene& s) {
+    s.camera.position = {20, 16, 18};
+    s.camera.target = {26, 21, 20};
+    s.camera.fov = 90;
+  });
+  add("no background", [](Scene& s) {
+    s.options.background = false;
+    s.medium.albedo = Rgb(0.9f);
+  });
+  return all;
+}
+
+TEST(Importance, GuidedPathsKeepTheMean) {
+  proof::Family family;
+  proof::Moments all;
+  for (Case& c : cases()) {
+    c.scene.options.samples = 200;
+    const Volume v = volume_of(c.scene);
+    const RenderResult guided = render(v, c.scene);
+    EXPECT_TRUE(guided.guided) << c.name;
+    c.scene.options.guide = GuideUse::off;
+    c.scene.options.samples *= 3;
+    ++c.scene.options.seed;
+    const RenderResult plain = render(v, c.scene);
+    EXPECT_FALSE(plain.guided) << c.name;
+    compare(guided.film, plain.film, c.name, family);
+    all.add(compare(average(guided.film), average(plain.film), c.name, family));
+  }
+  add_all_together(all, family);
+  EXPECT_TRUE(family.passes());
+}
+
+/// Of many small pictures, so that a variance that is not known, or without limit, would show.
+TEST(Importance, MeansOfManySeedsAgree) {
+  Scene s = sunny();
+  const Volume v = volume_of(s);
+  proof::Moments guided, plain;
+  s.options.samples = 24;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    s.options.seed = seed;
+    s.options.guide = GuideUse::on;
+    guided.add(average(render(v, s).film).mean.y);
+    s.options.guide = GuideUse::off;
+    s.options.seed += 1000;
+    plain.add(average(render(v, s).film).mean.y);
+  }
+  proof::Family family;
+  const double deviation = (guided.mean() - plain.mean()) /
+                           std::sqrt(guided.variance_of_mean() + plain.variance_of_mean());
+  family.add("mean", proof::normal_p_value(deviation));
+  EXPECT_TRUE(family.passes());
+  EXPECT_LT(guided.variance(), 0.5 * plain.variance());
+}
+
+/// Light of radiance 1 from everywhere, in part from a constant sky and in part from two suns that
+/// are a hemisphere each, but for a belt between them; a body that absorbs glows as brightly.
+struct Furnace {
+  double g;
+  Rgb albedo;
+  float sky;
+};
+
+TEST(Importance, WhiteFurnace) {
+  proof::Family family;
+  proof::Moments all;
+  for (const Furnace& f : {Furnace{0, Rgb(1.0f), 0.5f}, Furnace{0.877, Rgb(1.0f), 0},
+                           Furnace{0.5, Rgb(0.9f, 0.8f, 0.7f), 0.5f}, Furnace{0.3, Rgb(0.6f), 0}}) {
+    constexpr double kDegree = std::numbers::pi / 180;
+    Scene s = sunny();
+    s.options.samples = 1200;
+    s.medium = matter(1, f.albedo, f.g, Rgb(1.0f));
+    s.environment = ConstantSky{Rgb(f.sky)};
+    const double sine = std::sin(89.95 * kDegree);
+    const Rgb irradiance(Vec3d((1 - double(f.sky)) * std::numbers::pi * sine * sine));
+    s.suns = {Sun{{0.1, 0.3, 1}, irradiance, 179.9}, Sun{{-0.1, -0.3, -1}, irradiance, 179.9}};
+    const RenderResult r = render(volume_of(s), s);
+    EXPECT_TRUE(r.guided);
+    const double belt = (1 - double(f.sky)) * std::sin(0.05 * kDegree);  // none of it is to be seen
+    all.add(compare(average(r.film), {Vec3d(1 - belt / 2), Vec3d(0.0)}, "g " + std::to_string(f.g),
+                    family, belt / 2));
+  }
+  add_all_together(all, family);
+  EXPECT_TRUE(family.passes());
+}
+
+/// Unstable guiding shows first as a variance that differs from one half of the picture's samples
+/// to the other.
+TEST(Importance, NoiseIsStableAndLess) {
+  for (const double g : {0.0, 0.877}) {
+    Scene s = sunny();
+    s.medium.g = g;
+    const Volume v = volume_of(s);
+    const auto variance = [&](std::uint64_t seed, GuideUse use) {
+      s.options.seed = seed;
+      s.options.guide = use;
+      double sum = 0;
+      for (const PixelSums& p : render(v, s).film.pixels) sum += variance_of_mean(p).y;
+      return sum;
+    };
+    const double first = variance(1, GuideUse::on), second = variance(2, GuideUse::on);
+    EXPECT_LT(std::abs(first - second), 0.2 * (first + second) / 2) << g;
+    EXPECT_LT(first, (g == 0 ? 0.75 : 0.4) * variance(3, GuideUse::off)) << g;
+  }
+}
+
+TEST(Importance, ThreadsAndMicroBoundsChangeNoBit) {
+  Scene s = sunny();
+  s.options.samples = 8;
+  const Film reference = render(volume_of(s), s).film;
+  for (const int threads : {2, 5}) {
+    s.options.threads = threads;
+    for (const auto use :
+         {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1}) {
+      s.options.micro_bounds = use;
+      for (const bool count : {false, true}) {
+        s.options.count = count;
+        EXPECT_TRUE(same_bytes(reference, render(volume_of(s), s).film));
+      }
+    }
+  }
+}
+
+/// Alpha is decided by the first flight, which is the same.
+TEST(Importance, AlphaIsThatOfPlainPaths) {
+  Scene s = sunny();
+  const Volume v = volume_of(s);
+  const Film guided = render(v, s).film;
+  s.options.guide = GuideUse::off;
+  const Film plain = render(v, s).film;
+  for (std::size_t i = 0; i < plain.pixels.size(); ++i) {
+    EXPECT_EQ(guided.pixels[i].alpha, plain.pixels[i].alpha);
+  }
+}
+
+TEST(Importance, GuidesWhereItMayAndShould) {
+  Scene s = sunny();
+  s.options.guide = GuideUse::automatic;
+  const auto choose = [&](std::size_t copies = 1) {
+    const std::vector<Medium> media(copies, s.medium);
+    return choose_guide(make_volumes(puff(), media, s), s);
+  };
+  EXPECT_FALSE(choose().used) << "too few samples";
+  s.options.samples = 2000;
+  s.medium.extinction = 2;
+  EXPECT_TRUE(choose().used) << choose().reason << choose().scatterings;
+  EXPECT_FALSE(choose(2).used);
+  for (const auto use : {GuideUse::automatic, GuideUse::on}) {
+    s.options.guide = use;
+    const auto check = [&](const char* what) {
+      if (use == GuideUse::automatic) {
+        EXPECT_FALSE(choose().used) << what;
+      } else {
+        EXPECT_THROW((void)choose(), Error) << what;
+      }
+    };
+    s.options.max_bounces = 10;
+    check("bounces are limited");
+    s.options.max_bounces.reset();
+    s.options.tracker = Tracker::weighted_delta;
+    check("weights");
+    s.options.tracker = Tracker::decomposition;
+  }
+  s.options.guide = GuideUse::automatic;
+  s.medium.albedo = Rgb(0.5f);
+  EXPECT_FALSE(choose().used) << "short paths";
+}
+
+/// Nothing but the constant, darkness, nothing in view, and no cloud at all.
+TEST(Importance, WithoutLightOrCloudPathsArePlain) {
+  Scene s = sunny();
+  s.options.samples = 2;
+  s.suns.clear();
+  s.medium.albedo = Rgb(1.0f);
+  EXPECT_FALSE(render(volume_of(s), s).guided);
+  s.environment = ConstantSky{Rgb(0.0f)};
+  EXPECT_FALSE(render(volume_of(s), s).guided);
+  s = sunny();
+  s.options.samples = 2;
+  const Volume v = volume_of(s);
+  s.camera.target = s.camera.position * 2.0 - s.camera.target;
+  EXPECT_FALSE(render(v, s).guided);
+  const Field none = make_field("none", {0, 0, 0}, {3, 3, 3}, [](Vec3i) { return 0.0; });
+  s = sunny();
+  s.options.samples = 2;
+  s.camera.position = {0, 0, 10};
+  EXPECT_FALSE(render(make_volumes(none, std::vector{s.medium}, s).front(), s).guided);
+}
+
+/// In a thin cube the light of a delta sun arrives undimmed, and photons count its irradiance; the
+/// mass of the coarse cells is the cube's.
+TEST(Importance, PhotonsCountTheLightOfAThinCube) {
+  Scene s = sunny();
+  s.options.interpolation = Interpolation::nearest;
+  s.medium = matter(1e-3, Rgb(0.9f), 0.5);
+  const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
+  s.camera = frame(v.world_box, 1);
+  const detail::PathSetup setup(std::span(&v, 1), s, Rgb(0.5f));
+  const detail::CoarseCells cells = detail::make_coarse_cells(v);
+  double mass = 0, collided = 0, straight = 0, direct = 0;
+  for (const double m : cells.mass) mass += m;
+  EXPECT_NEAR(mass, 1e-3 * 13 * 13 * 13, 1e-6);
+  constexpr int kPhotons = 1'000'000;
+  const detail::IncidentLight light =
+      detail::trace_photons(setup, cells, kPhotons, [] { return false; });
+  for (const auto& row : light.collided) {
+    straight += double(row[0]);
+    for (const float power : row) collided += double(power);
+  }
+  for (const float power : light.direct) direct += double(power);
+  EXPECT_GT(dot(light.axis, Vec3f(normalize(Vec3d(0.6, 0.8, 0.35)))), 1 - 1e-6f);
+  // About 0.7 % of the photons collide, so that the relative deviation is 1.2 %; a twentieth of the
+  // light is emission's negative part, which adds to `collided`, and light scattered twice is less.
+  EXPECT_NEAR(direct / (3 * mass), 1, 0.05);
+  EXPECT_GE(straight, direct);
+  EXPECT_LT(collided, 1.2 * direct);
+}
+
+/// There the importance is the phase function about the sun, averaged over nodes.
+TEST(Importance, IsThePhaseFunctionInAThinCube) {
+  Scene s = sunny();
+  s.options.interpolation = Interpolation::nearest;
+  s.medium = matter(1e-2, Rgb(1.0f), 0.5);
+  const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
+  s.camera = frame(v.world_box, 1);
+  const detail::PathSetup setup(std::span(&v, 1), s, Rgb(0.5f));
+  const auto importance = detail::make_importance(setup, [] { return false; });
+  ASSERT_TRUE(importance);
+  const detail::Importance::Row& row = importance->row(lanes(Vec3i(6, 6, 6)));
+  const double scale = double(row.of(0.5f)) / phase(0.5, 0.5);
+  for (double u = 0.1; u < 1; u += 0.1) {
+    const double cosine = 1 - 2 * u * u;
+    EXPECT_NEAR(double(row.of(float(u))) / (scale * phase(0.5, cosine)), 1, 0.25) << u;
+  }
+  EXPECT_TRUE(row.turns());
+}
+
+}  // namespace
+}  // namespace pvol::test

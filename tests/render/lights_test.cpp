@@ -1,0 +1,438 @@
+// Suns and skies: what is sampled is what is there, at the density that is claimed.
+#include "pvol/render/lights.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <random>
+#include <string>
+
+#include "pvol/volume/phase.h"
+#include "support/statistics.h"
+
+namespace pvol {
+namespace {
+
+using proof::Family;
+using proof::Histogram;
+using proof::Moments;
+using std::numbers::pi;
+
+constexpr int kSamples = 200'000;
+constexpr double kAngles[] = {0.01, 0.1, 0.53, 5, 30, 90, 170};  // diameters of suns, degrees
+const Rgb kIrradiance{3, 2, 0.5f};
+
+Sun make_sun(double angle, Vec3d direction = {-1, 3, 2}) { return {direction, kIrradiance, angle}; }
+
+/// 1 - cos of the sun's radius.
+double exact_cap(double angle) {
+  const double s = std::sin(angle / 4 * pi / 180);
+  return 2 * s * s;
+}
+
+double one_minus_cos_exact(Vec3f a, Vec3f b) {
+  const Vec3d d = Vec3d(a) - Vec3d(b);
+  return 0.5 * dot(d, d);
+}
+
+double cosine(Vec3f a, Vec3f b) { return 1 - one_minus_cos_exact(a, b); }
+
+/// A direction at 1 - cos = c from n, computed in double.
+Vec3f tilted(Vec3d n, double c, double azimuth) {
+  Vec3d s, t;
+  orthonormal_basis(n, s, t);
+  const double sine = std::sqrt(c * (2 - c));
+  return Vec3f(s * (sine * std::cos(azimuth)) + t * (sine * std::sin(azimuth)) + n * (1 - c));
+}
+
+TEST(SunLight, HasItsSolidAngleAsDensity) {
+  for (const double angle : kAngles) {
+    const SunLight sun(make_sun(angle));
+    EXPECT_FALSE(sun.delta());
+    EXPECT_NEAR(double(sun.pdf) * 2 * pi * exact_cap(angle), 1, 1e-6) << angle;
+    EXPECT_NEAR(length(Vec3d(sun.direction)), 1, 1e-7);
+  }
+}
+
+TEST(SunLight, DiscIntegratesToTheGivenIrradiance) {
+  // Sum of radiance x cos over the directions that hit, by rings of equal solid angle.
+  constexpr int kRings = 20'000;
+  for (const double angle : kAngles) {
+    const SunLight sun(make_sun(angle));
+    const Vec3d n = normalize(Vec3d{-1, 3, 2});
+    const double wide = std::min(2.0, 1.5 * exact_cap(angle)), ring = wide / kRings;
+    double sum = 0;
+    for (int i = 0; i < kRings; ++i) {
+      const double c = (i + 0.5) * ring;
+      if (sun.hit(tilted(n, c, i * 0.7))) sum += (1 - c) * 2 * pi * ring;
+    }
+    // hit() sees directions in float: the disc's edge is blurred by 1e-7 of an angle.
+    const double radius = angle / 2 * pi / 180, blur = 2e-4 + 2e-7 / radius;
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_NEAR(sum * double(sun.radiance[i]) / double(kIrradiance[i]), 1, blur) << angle;
+    }
+  }
+}
+
+TEST(SunLight, SamplesFillTheDiscEvenlyAndCarryTheIrradiance) {
+  Family family;
+  for (const double angle : kAngles) {
+    const SunLight sun(make_sun(angle));
+    const double cap = exact_cap(angle);
+    const auto name = [&](const char* what) { return what + (" " + std::to_string(angle)); };
+    Rng rng(31, std::uint64_t(angle * 100), 0);
+    Moments irradiance;
+    Histogram area(32), azimuth(32);
+    const Vec3d n(sun.direction), s = normalize(cross(n, Vec3d{0, 0, 1})), t = cross(n, s);
+    for (int i = 0; i < kSamples; ++i) {
+      const LightSample l = sun.sample(rng);
+      ASSERT_EQ(l.pdf, sun.pdf);
+      ASSERT_EQ(l.radiance, sun.radiance);
+      const double c = one_minus_cos_exact(l.direction, sun.direction);
+      const double rounding = 3e-7 * std::sqrt(2 * cap) + 1e-13;
+      ASSERT_LE(c, cap + rounding);
+      ASSERT_TRUE(sun.hit(l.direction) || c >= cap - rounding) << c / cap;
+      irradiance.add(double(l.radiance.x / l.pdf) * cosine(l.direction, sun.direction));
+      area.add(std::min(c / cap, 1.0));
+      azimuth.add(0.5 +
+                  std::atan2(dot(t, Vec3d(l.direction)), dot(s, Vec3d(l.direction))) / (2 * pi));
+    }
+    family.add(name("irradiance"), proof::mean_p_value(irradiance, double(kIrradiance.x), 1e-6));
+    family.add(name("area"), area.uniform_p_value());
+    family.add(name("azimuth"), azimuth.uniform_p_value());
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+TEST(SunLight, HitIsTheDiscAndNothingElse) {
+  for (const double angle : kAngles) {
+    for (const Vec3d toward : {Vec3d{0, 1, 0}, Vec3d{0, 0, -5}, Vec3d{1e-3, 1e-3, 1e-3}}) {
+      const SunLight sun(make_sun(angle, toward));
+      const double cap = exact_cap(angle);
+      const double margin = 1e-3 + 2e-7 / std::sqrt(cap);
+      EXPECT_TRUE(sun.hit(sun.direction));
+      EXPECT_FALSE(sun.hit(-sun.direction));
+      for (int i = 0; i < 100; ++i) {
+        const Vec3d n = normalize(toward);
+        EXPECT_TRUE(sun.hit(tilted(n, cap * (1 - margin), i))) << angle;
+        EXPECT_FALSE(sun.hit(tilted(n, cap * (1 + margin), i))) << angle;
+      }
+    }
+  }
+}
+
+TEST(SunLight, OfNoExtentIsOneDirection) {
+  // From exactly 0 up to discs that float directions cannot resolve, whose density may overflow.
+  for (const double angle : {0.0, 1e-300, 1e-18, 1e-6}) {
+    const SunLight sun(make_sun(angle));
+    Rng rng(32, 0, 0);
+    const LightSample l = sun.sample(rng);
+    EXPECT_TRUE(sun.delta()) << angle;
+    EXPECT_EQ(l.direction, sun.direction);
+    EXPECT_EQ(l.radiance, kIrradiance);
+    EXPECT_EQ(l.pdf, 1);
+    EXPECT_FALSE(sun.hit(sun.direction)) << "no ray meets a delta light by chance";
+    EXPECT_EQ(sun.radiance, Rgb(0.0f));
+  }
+  EXPECT_FALSE(SunLight(make_sun(1e-4)).delta());
+}
+
+TEST(SunLight, RadianceAndDensityAreFiniteOverAllAngles) {
+  for (double angle = 1e-10; angle < 180; angle *= 1.5) {
+    const SunLight sun(make_sun(angle));
+    EXPECT_TRUE(is_finite(sun.radiance) && std::isfinite(sun.pdf)) << angle;
+    Rng rng(33, 0, 0);
+    EXPECT_TRUE(is_finite(sun.sample(rng).direction));
+  }
+}
+
+TEST(SkyLight, ConstantSkyIsTheSameEverywhereAndNotSampled) {
+  const SkyLight sky(ConstantSky{{1, 2, 3}});
+  EXPECT_FALSE(sky.sampled());
+  for (const Vec3f d : {Vec3f{1, 0, 0}, Vec3f{0, -1, 0}, Vec3f{0.6f, 0, -0.8f}}) {
+    EXPECT_EQ(sky.radiance(d), (Rgb{1, 2, 3}));
+    EXPECT_EQ(sky.pdf(d), 0);
+  }
+}
+
+void expect_near(Rgb found, Rgb expected) {
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(found[i], expected[i], 1e-6f * (1 + expected[i]));
+}
+
+TEST(SkyLight, GradientMixesByTheCosineToUp) {
+  const Rgb zenith{1, 2, 4}, horizon{0.5f, 0.25f, 1}, ground{0.125f, 0, 2};
+  for (const Vec3d up : {Vec3d{0, 1, 0}, Vec3d{0, 0, 7}, Vec3d{-1e-3, 2e-3, 1e-3}}) {
+    const SkyLight sky(GradientSky{zenith, horizon, ground, up});
+    EXPECT_FALSE(sky.sampled());
+    const Vec3d n = normalize(up);
+    Vec3d s, t;
+    orthonormal_basis(n, s, t);
+    expect_near(sky.radiance(Vec3f(n)), zenith);
+    expect_near(sky.radiance(Vec3f(-n)), ground);
+    expect_near(sky.radiance(Vec3f(s)), horizon);
+    expect_near(sky.radiance(Vec3f(-t)), horizon);
+    const Vec3d side = s * std::sqrt(0.75);
+    expect_near(sky.radiance(Vec3f(n * 0.5 + side)), (zenith + horizon) * 0.5f);
+    expect_near(sky.radiance(Vec3f(n * -0.5 - side)), (ground + horizon) * 0.5f);
+  }
+}
+
+/// A picture and the integrals that the tests compare with.
+struct Picture {
+  std::string name;
+  ImageSky sky;
+
+  [[nodiscard]] Rgb pixel(int x, int y) const {
+    return sky.pixels[std::size_t(y) * std::size_t(sky.width) + std::size_t(x)] * sky.scale;
+  }
+  /// The direction at (x, y) in pixels, by the convention of ImageSky.
+  [[nodiscard]] Vec3f direction(double x, double y) const {
+    const double azimuth = 2 * pi * x / sky.width + sky.rotation * pi / 180;
+    const double theta = pi * y / sky.height;
+    return Vec3f(Vec3d{std::sin(theta) * std::cos(azimuth), std::cos(theta),
+                       std::sin(theta) * std::sin(azimuth)});
+  }
+  [[nodiscard]] double solid_angle(int y) const {
+    // cos a - cos b, without its cancellation.
+    return 2 * pi / sky.width * 2 * std::sin(pi * (y + 0.5) / sky.height) *
+           std::sin(pi * 0.5 / sky.height);
+  }
+  template <class F>
+  void for_each_pixel(F f) const {
+    for (int y = 0; y < sky.height; ++y) {
+      for (int x = 0; x < sky.width; ++x) f(x, y);
+    }
+  }
+};
+
+Picture make_picture(std::string name, int width, int height) {
+  Picture p{std::move(name), {width, height, {}, Rgb(1.0f), 0}};
+  p.sky.pixels.assign(std::size_t(width) * std::size_t(height), Rgb(0.0f));
+  return p;
+}
+
+void set(Picture& p, int x, int y, Rgb c) {
+  p.sky.pixels[std::size_t(y) * std::size_t(p.sky.width) + std::size_t(x)] = c;
+}
+
+Picture noise_picture(int width, int height, unsigned seed) {
+  Picture p =
+      make_picture("noise " + std::to_string(width) + "x" + std::to_string(height), width, height);
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> uniform(0.1f, 2);
+  for (Rgb& c : p.sky.pixels) c = {uniform(random), uniform(random), uniform(random)};
+  return p;
+}
+
+std::vector<Picture> pictures() {
+  std::vector<Picture> all{noise_picture(16, 8, 1), noise_picture(1, 5, 2), noise_picture(5, 1, 3),
+                           noise_picture(1, 1, 4)};
+  all[0].sky.rotation = 77.7;
+  all[0].sky.scale = {2, 0.25f, 1};
+  all[1].sky.rotation = -1234.5;
+  Picture hot = noise_picture(32, 16, 5);
+  hot.name = "one hot pixel";
+  set(hot, 20, 5, {4e5f, 3e5f, 1e5f});
+  Picture poles = make_picture("poles only", 12, 9);
+  for (int x = 0; x < 12; ++x) set(poles, x, 0, Rgb(1.0f + float(x)));
+  for (int x = 0; x < 12; ++x) set(poles, x, 8, Rgb(3.0f));
+  Picture blue = make_picture("one blue pixel", 6, 4);
+  set(blue, 5, 3, {0, 0, 1e-20f});
+  Picture holes = noise_picture(16, 8, 6);
+  holes.name = "black pixels";
+  for (int i = 0; i < 16; ++i) set(holes, i, i / 2, Rgb(0.0f));
+  for (int x = 0; x < 16; ++x) set(holes, x, 3, Rgb(0.0f));
+  for (Picture& p : std::vector{hot, poles, blue, holes}) all.push_back(std::move(p));
+  return all;
+}
+
+TEST(SkyLight, PictureHasItsPixelsWhereTheConventionSays) {
+  for (const Picture& p : pictures()) {
+    const SkyLight sky(p.sky);
+    p.for_each_pixel([&](int x, int y) {
+      EXPECT_EQ(sky.radiance(p.direction(x + 0.5, y + 0.5)), p.pixel(x, y)) << p.name;
+      for (const double dx : {0.001, 0.999}) {
+        for (const double dy : {0.001, 0.999}) {
+          EXPECT_EQ(sky.radiance(p.direction(x + dx, y + dy)), p.pixel(x, y))
+              << p.name << " " << x << " " << y;
+        }
+      }
+    });
+  }
+}
+
+TEST(SkyLight, AzimuthRunsFromXTowardsZAndRowsFromTheTop) {
+  Picture p = make_picture("octants", 4, 2);
+  for (int i = 0; i < 8; ++i) p.sky.pixels[std::size_t(i)] = Rgb(float(i + 1));
+  const auto seen = [&](Vec3d d) { return SkyLight(p.sky).radiance(Vec3f(normalize(d))).x; };
+  EXPECT_EQ(seen({1, 1, 1}), 1);
+  EXPECT_EQ(seen({-1, 1, 1}), 2);
+  EXPECT_EQ(seen({-1, 1, -1}), 3);
+  EXPECT_EQ(seen({1, 1, -1}), 4);
+  EXPECT_EQ(seen({1, -1, 1}), 5);
+  EXPECT_EQ(seen({1, -1, -1}), 8);
+  p.sky.rotation = 90;  // what looked along +x looks along +z
+  EXPECT_EQ(seen({-1, 1, 1}), 1);
+  p.sky.rotation = -90;
+  EXPECT_EQ(seen({1, 1, -1}), 1);
+}
+
+TEST(SkyLight, SeamAndPolesOfAPictureAreInsideIt) {
+  const Picture p = noise_picture(7, 5, 8);
+  for (const double rotation : {0.0, 360.0, -360.0, 1e-20, -1e-20, 123.0}) {
+    ImageSky image = p.sky;
+    image.rotation = rotation;
+    const SkyLight sky(image);
+    for (const float tiny : {0.0f, -0.0f, 1e-38f, -1e-38f, 1e-10f, -1e-10f}) {
+      for (const Vec3f d : {Vec3f{1, tiny, tiny}, Vec3f{-1, tiny, tiny}, Vec3f{tiny, 1, tiny},
+                            Vec3f{tiny, -1, tiny}, Vec3f{0.6f, 0.8f, tiny}}) {
+        EXPECT_GT(sky.radiance(d).x, 0);
+        EXPECT_GT(sky.pdf(d), 0);
+      }
+    }
+    // Directions that rounding made a little too long.
+    EXPECT_EQ(sky.radiance({0, 1.0000001f, 0}), sky.radiance({0, 1, 0}));
+  }
+}
+
+TEST(SkyLight, DensityIsProportionalToLuminanceAndIntegratesToOne) {
+  for (const Picture& p : pictures()) {
+    const SkyLight sky(p.sky);
+    ASSERT_TRUE(sky.sampled()) << p.name;
+    double total = 0, power = 0;
+    p.for_each_pixel([&](int x, int y) {
+      total += double(sky.pdf(p.direction(x + 0.5, y + 0.5))) * p.solid_angle(y);
+      power += double(luminance(p.pixel(x, y))) * p.solid_angle(y);
+    });
+    EXPECT_NEAR(total, 1, 1e-6) << p.name;
+    p.for_each_pixel([&](int x, int y) {
+      const double expected = double(luminance(p.pixel(x, y))) / power;
+      EXPECT_NEAR(double(sky.pdf(p.direction(x + 0.5, y + 0.5))), expected, 1e-5 * expected)
+          << p.name;
+    });
+  }
+}
+
+TEST(SkyLight, SamplesFallIntoPixelsAtTheirDensityAndEstimateTheLight) {
+  Family family;
+  std::uint64_t stream = 0;
+  for (const Picture& p : pictures()) {
+    const SkyLight sky(p.sky);
+    Rng rng(34, stream++, 0);
+    std::vector<std::uint64_t> observed(p.sky.pixels.size());
+    std::vector<double> expected;
+    Vec3d light;
+    p.for_each_pixel([&](int x, int y) {
+      expected.push_back(kSamples * double(sky.pdf(p.direction(x + 0.5, y + 0.5))) *
+                         p.solid_angle(y));
+      light += Vec3d(p.pixel(x, y)) * p.solid_angle(y);
+    });
+    Moments estimate[3];
+    int misplaced = 0;
+    for (int i = 0; i < kSamples; ++i) {
+      const LightSample l = sky.sample(rng);
+      ASSERT_GT(l.pdf, 0);
+      ASSERT_NEAR(length(Vec3d(l.direction)), 1, 2e-7);
+      // Rounding the direction to float may put it across a border, rarely.
+      misplaced += l.pdf != sky.pdf(l.direction) || l.radiance != sky.radiance(l.direction);
+      const double theta = std::acos(std::clamp(double(l.direction.y), -1.0, 1.0)) / pi;
+      double turns = std::atan2(double(l.direction.z), double(l.direction.x)) / (2 * pi) -
+                     p.sky.rotation / 360;
+      turns -= std::floor(turns);
+      const int x = std::min(int(turns * p.sky.width), p.sky.width - 1);
+      const int y = std::min(int(theta * p.sky.height), p.sky.height - 1);
+      const std::size_t pixel = std::size_t(y) * std::size_t(p.sky.width) + std::size_t(x);
+      if (expected[pixel] > 0) ++observed[pixel];
+      for (int c = 0; c < 3; ++c) estimate[c].add(double(l.radiance[c]) / double(l.pdf));
+    }
+    EXPECT_LE(misplaced, kSamples / 50'000) << p.name;
+    double counted = 0, sum = 0;
+    for (const std::uint64_t n : observed) counted += double(n);
+    EXPECT_GE(counted, kSamples * (1 - 2e-5)) << p.name << ": samples in black pixels";
+    for (const double n : expected) sum += n;
+    for (double& n : expected) n *= counted / sum;
+    if (p.sky.pixels.size() > 1 && p.name != "one blue pixel") {
+      family.add("pixels of " + p.name, proof::counts_p_value(observed, expected));
+    }
+    for (int c = 0; c < 3; ++c) {
+      family.add("light of " + p.name,
+                 proof::mean_p_value(estimate[c], light[c], 3e-7 * std::abs(light[c])));
+    }
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+TEST(SkyLight, SamplesAreEvenInAPixelsSolidAngle) {
+  const Picture p = noise_picture(1, 1, 9);  // the whole sphere is one pixel
+  const SkyLight sky(p.sky);
+  Histogram heights(32), turns(32);
+  Rng rng(35, 0, 0);
+  for (int i = 0; i < kSamples; ++i) {
+    const Vec3f d = sky.sample(rng).direction;
+    heights.add(std::clamp((1 + double(d.y)) / 2, 0.0, 1.0));
+    turns.add(0.5 + std::atan2(double(d.z), double(d.x)) / (2 * pi));
+  }
+  Family family;
+  family.add("heights", heights.uniform_p_value());
+  family.add("azimuths", turns.uniform_p_value());
+  EXPECT_TRUE(family.passes());
+}
+
+TEST(SkyLight, BlackPictureIsNotSampled) {
+  const SkyLight sky(make_picture("black", 8, 4).sky);
+  EXPECT_FALSE(sky.sampled());
+  EXPECT_EQ(sky.pdf({1, 0, 0}), 0);
+  EXPECT_EQ(sky.radiance({1, 0, 0}), Rgb(0.0f));
+  Picture scaled = noise_picture(8, 4, 10);
+  scaled.sky.scale = Rgb(0.0f);
+  EXPECT_FALSE(SkyLight(scaled.sky).sampled());
+}
+
+TEST(SkyLight, RowsAtThePolesOfTallPicturesAreFoundAgain) {
+  // A row of 0.02 degrees: there the y of a float direction is 1 to the last digit.
+  Picture p = make_picture("tall", 2, 8192);
+  for (int row = 0; row < 8; ++row) {
+    for (const int y : {row, 8191 - row}) {
+      set(p, 0, y, Rgb(1.0f + float(y)));
+      set(p, 1, y, Rgb(0.5f + float(y)));
+    }
+  }
+  const SkyLight sky(p.sky);
+  Rng rng(36, 0, 0);
+  int misplaced = 0;
+  for (int i = 0; i < 10'000; ++i) {
+    const LightSample l = sky.sample(rng);
+    misplaced += l.radiance != sky.radiance(l.direction) || l.pdf != sky.pdf(l.direction);
+  }
+  EXPECT_LE(misplaced, 10);
+}
+
+TEST(SkyLight, FaintPixelsBesideAHotOneAreAllFoundAtTheirRate) {
+  // The faint ones share the last 1e-3 of a row, 1.5e-8 each: less than the step of a float there.
+  // If only every fourth could be drawn, repeated draws would be four times as common.
+  constexpr int kFaint = 1 << 16, kDraws = 4'000'000;
+  Picture p = make_picture("hot first", kFaint + 1, 1);
+  for (Rgb& c : p.sky.pixels) c = Rgb(1.0f);
+  set(p, 0, 0, Rgb(999.0f * kFaint));
+  const SkyLight sky(p.sky);
+  Rng rng(37, 0, 0);
+  std::vector<std::uint64_t> found(kFaint + 1);
+  double draws = 0;
+  for (int i = 0; i < kDraws; ++i) {
+    const LightSample l = sky.sample(rng);
+    if (l.radiance.x > 1) continue;
+    double turns = std::atan2(double(l.direction.z), double(l.direction.x)) / (2 * pi);
+    turns -= std::floor(turns);
+    ++found[std::min(std::size_t(turns * (kFaint + 1)), std::size_t{kFaint})];
+    ++draws;
+  }
+  std::uint64_t repeats = 0;
+  for (const std::uint64_t n : found) repeats += n * (n - (n > 0)) / 2;
+  Family family;
+  family.add("faint draws", proof::poisson_p_value(std::uint64_t(draws), kDraws * 1e-3));
+  family.add("repeats", proof::poisson_p_value(repeats, draws * (draws - 1) / 2 / kFaint));
+  EXPECT_TRUE(family.passes());
+}
+
+}  // namespace
+}  // namespace pvol

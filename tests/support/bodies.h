@@ -1,0 +1,161 @@
+// Homogeneous cubes whose pictures are integrals along one ray, for tests of media and estimators.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "pvol/bounds/pyramid.h"
+#include "pvol/math/box.h"
+#include "pvol/render/render.h"
+#include "pvol/render/scene_volume.h"
+#include "support/fields.h"
+#include "support/pictures.h"
+
+namespace pvol::test {
+
+/// With the nearest interpolation, density 1 in [-0.5, 12.5]^3: the faces lie amid leaves.
+inline const Field& cube() {
+  static const Field f = make_field("cube", {0, 0, 0}, {13, 13, 13}, [](Vec3i) { return 1.0; });
+  return f;
+}
+inline const Box kCube{Vec3d(-0.5), Vec3d(12.5)};
+
+/// A medium of one component.
+[[nodiscard]] inline Medium matter(double extinction, Rgb albedo, double g, Rgb emission = {},
+                                   const Affine& place = {}) {
+  return {extinction, albedo, g, emission, {}, place};
+}
+
+/// The field filled with each of the media, ready for the scene's options.
+[[nodiscard]] inline std::vector<Volume> make_volumes(const Field& field,
+                                                      std::span<const Medium> media, Scene scene) {
+  const Pyramid pyramid = build_pyramid(field.grid);
+  std::vector<Volume> volumes;
+  for (const Medium& m : media) {
+    scene.medium = m;
+    volumes.push_back(make_volume(field.grid, pyramid, scene));
+  }
+  return volumes;
+}
+
+/// One pixel, so small that its rays are one, in which cubes of these media lie before a sky.
+struct OneRay {
+  std::vector<Medium> bodies;
+  Scene scene;
+  Ray ray;
+
+  OneRay(std::vector<Medium> media, Vec3d from, Vec3d to) : bodies(std::move(media)) {
+    scene.camera.position = from;
+    scene.camera.target = to;
+    scene.camera.fov = 1e-4;
+    scene.environment = ConstantSky{Rgb(0.0f)};
+    scene.medium = bodies.front();
+    scene.options.width = scene.options.height = 1;
+    scene.options.samples = 20'000;
+    scene.options.max_bounces = 1;
+    scene.options.interpolation = Interpolation::nearest;
+    scene.options.threads = 1;
+    ray = {from, normalize(to - from)};
+  }
+};
+
+/// The part of a ray in a body.
+[[nodiscard]] inline std::optional<Span> inside(const Medium& body, const Ray& ray) {
+  const Affine back = inverse(body.object_to_world);
+  return intersect(kCube, {back.point(ray.o), back.vector(ray.d)}, 0, 1e9);
+}
+
+[[nodiscard]] inline double optical_depth(std::span<const Medium> bodies, const Ray& ray) {
+  double sum = 0;
+  for (const Medium& body : bodies) {
+    if (const auto s = inside(body, ray)) sum += body.extinction * (s->t1 - s->t0);
+  }
+  return sum;
+}
+
+/// All components, with the share that the others leave to the first.
+[[nodiscard]] inline std::vector<Component> components(const Medium& m) {
+  std::vector<Component> all{{1, m.albedo, m.g, m.emission}};
+  for (const Component& c : m.others) {
+    all.front().share -= c.share;
+    all.push_back(c);
+  }
+  return all;
+}
+
+[[nodiscard]] inline double phase(double g, double cosine) {
+  return (1 - g * g) / (4 * std::numbers::pi * std::pow(1 + g * g - 2 * g * cosine, 1.5));
+}
+
+/// What collisions in a body send back along a ray, for each of them: emission and the light of
+/// delta suns in the absence of any matter.
+[[nodiscard]] inline std::vector<Vec3d> sources(const Medium& body, const Scene& scene,
+                                                const Ray& ray) {
+  std::vector<Vec3d> by_sun(scene.suns.size() + 1);
+  for (const Component& c : components(body)) {
+    const Vec3d albedo(c.albedo);
+    by_sun.back() += (Vec3d(1.0) - albedo) * Vec3d(c.emission) * c.share;
+    if (scene.options.max_bounces == 0u) continue;
+    for (std::size_t i = 0; i < scene.suns.size(); ++i) {
+      const double cosine = dot(ray.d, normalize(scene.suns[i].direction));
+      by_sun[i] += albedo * Vec3d(scene.suns[i].irradiance) * (c.share * phase(c.g, cosine));
+    }
+  }
+  return by_sun;
+}
+
+/// The radiance of the pixel: sky behind, emission and single scattering, light from suns
+/// taken from the middle of each step. Not
+/// for emission and scattering together, where light that was scattered once is emitted, too.
+[[nodiscard]] inline Vec3d radiance(const OneRay& r) {
+  std::vector<double> ends;
+  for (const Medium& body : r.bodies) {
+    if (const auto s = inside(body, r.ray)) ends.insert(ends.end(), {s->t0, s->t1});
+  }
+  std::sort(ends.begin(), ends.end());
+  Vec3d sum;
+  double depth = 0;
+  for (std::size_t i = 1; i < ends.size(); ++i) {
+    const double middle = 0.5 * (ends[i - 1] + ends[i]);
+    double mu = 0;
+    std::vector<Vec3d> source(r.scene.suns.size() + 1);  // the last: emission
+    for (const Medium& body : r.bodies) {
+      const auto s = inside(body, r.ray);
+      if (!s || middle < s->t0 || middle > s->t1) continue;
+      mu += body.extinction;
+      const std::vector<Vec3d> of_body = sources(body, r.scene, r.ray);
+      for (std::size_t j = 0; j < source.size(); ++j) source[j] += of_body[j] * body.extinction;
+    }
+    constexpr int kSteps = 1000;
+    const double dt = (ends[i] - ends[i - 1]) / kSteps;
+    const double met = mu > 0 ? -std::expm1(-mu * dt) / mu : dt;  // int exp(-mu t) of a step
+    for (int k = 0; k < kSteps; ++k, depth += mu * dt) {
+      const Vec3d p = r.ray.at(ends[i - 1] + (k + 0.5) * dt);
+      Vec3d light = source.back();
+      for (std::size_t j = 0; j < r.scene.suns.size(); ++j) {
+        const Ray shadow{p, normalize(r.scene.suns[j].direction)};
+        light += source[j] * std::exp(-optical_depth(r.bodies, shadow));
+      }
+      sum += light * (std::exp(-depth) * met);
+    }
+  }
+  return sum + Vec3d(std::get<ConstantSky>(r.scene.environment).radiance) * std::exp(-depth);
+}
+
+/// Adds the test of a rendered pixel against its radiance; returns its excess as for averages.
+inline double compare(const OneRay& r, const Film& film, const std::string& name,
+                      proof::Family& family) {
+  const Vec3d expected = radiance(r);
+  constexpr double kRounding = 2e-5;  // of float directions, the pixel's extent and the integral
+  return compare(average(film), {expected, Vec3d(0.0)}, name, family,
+                 kRounding * min_component(expected));
+}
+inline double compare(const OneRay& r, const std::string& name, proof::Family& family) {
+  return compare(r, render(make_volumes(cube(), r.bodies, r.scene), r.scene).film, name, family);
+}
+
+}  // namespace pvol::test

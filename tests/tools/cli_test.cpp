@@ -1,0 +1,430 @@
+// The command-line tools: what they accept, refuse, print and leave behind.
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "pvol/formats/cloud.h"
+#include "pvol/version.h"
+#include "support/run_tool.h"
+
+namespace pvol {
+namespace {
+
+using nlohmann::json;
+using testing::read_text;
+using testing::run_tool;
+using testing::RunResult;
+using testing::ScratchFolder;
+
+const char* const kTools[] = {PVOL_FIT, PVOL_RENDER, PVOL_STATS, PVOL_CONVERT};
+
+/// A ball of radius 12 around (20, 20, 20), density 1 at its centre and 0 at its surface.
+VoxelGrid make_ball() {
+  const auto samples = std::make_shared<std::vector<std::array<float, kBrickSamples>>>(125);
+  VoxelGrid g;
+  g.index_to_world = scaling(Vec3d(0.1));
+  for (int b = 0; b < 125; ++b) {
+    const Vec3i origin = Vec3i(b / 25, b / 5 % 5, b % 5) * kBrickEdge;
+    auto& values = (*samples)[std::size_t(b)];
+    for (int s = 0; s < kBrickSamples; ++s) {
+      const Vec3i p = origin + Vec3i(s / 64, s / 8 % 8, s % 8);
+      values[std::size_t(s)] = std::max(0.0f, 1 - length(Vec3f(p) - Vec3f(20)) / 12);
+    }
+    g.bricks.push_back({origin, values.data()});
+  }
+  g.owner = samples;
+  return g;
+}
+
+std::string write_ball(const ScratchFolder& folder) {
+  const VoxelGrid ball = make_ball();
+  formats::write_vdb(folder / "ball.vdb", {&ball});
+  return folder / "ball.vdb";
+}
+
+void expect_same_samples(const VoxelGrid& a, const VoxelGrid& b) {
+  for (int x = 6; x < 34; ++x) {
+    for (int y = 6; y < 34; ++y) {
+      for (int z = 6; z < 34; ++z) {
+        ASSERT_EQ(sample(a, {x, y, z}), sample(b, {x, y, z})) << x << ' ' << y << ' ' << z;
+      }
+    }
+  }
+}
+
+void expect_usage_error(const char* tool, const std::vector<std::string>& arguments,
+                        const std::string& mentions) {
+  const RunResult r = run_tool(tool, arguments);
+  EXPECT_EQ(r.exit, 2) << r.err;
+  EXPECT_EQ(r.out, "");
+  EXPECT_NE(r.err.find(": error: "), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find(mentions), std::string::npos) << r.err;
+}
+
+void expect_failure(const char* tool, const std::vector<std::string>& arguments,
+                    const std::string& mentions) {
+  const RunResult r = run_tool(tool, arguments);
+  EXPECT_EQ(r.exit, 1) << r.err;
+  EXPECT_EQ(r.out, "");
+  EXPECT_NE(r.err.find(": error: "), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find(mentions), std::string::npos) << r.err;
+}
+
+RunResult expect_success(const char* tool, const std::vector<std::string>& arguments) {
+  RunResult r = run_tool(tool, arguments);
+  EXPECT_EQ(r.exit, 0) << r.err << " signal " << r.signal;
+  return r;
+}
+
+// --- all tools ----------------------------------------------------------------------------------
+
+TEST(Tools, HelpGoesToStdoutAndEndsWithTwoExamples) {
+  for (const char* tool : kTools) {
+    const RunResult r = expect_success(tool, {"--help"});
+    const auto examples = r.out.find("Examples:");
+    ASSERT_NE(examples, std::string::npos) << tool;
+    const std::string name = "\n  " + std::filesystem::path(tool).filename().string() + " ";
+    const auto first = r.out.find(name, examples);
+    EXPECT_NE(first, std::string::npos) << tool;
+    EXPECT_NE(r.out.find(name, first + 1), std::string::npos) << tool;
+    EXPECT_EQ(r.err, "");
+  }
+}
+
+TEST(Tools, VersionIsThatOfTheLibrary) {
+  for (const char* tool : kTools) {
+    EXPECT_EQ(expect_success(tool, {"--version"}).out, PVOL_VERSION "\n");
+  }
+}
+
+TEST(Tools, MisuseIsToldOnStderrWithStatusTwo) {
+  for (const char* tool : kTools) {
+    expect_usage_error(tool, {}, "required");
+    expect_usage_error(tool, {"--no-such-option", "x", "y"}, "");
+  }
+}
+
+TEST(Tools, MissingFilesAreNamed) {
+  const ScratchFolder folder;
+  const std::string none = folder / "none.vdb";
+  expect_failure(PVOL_FIT, {none, "-o", folder / "x.pvol"}, none);
+  expect_failure(PVOL_RENDER, {none, "-o", folder / "x.exr"}, none);
+  expect_failure(PVOL_CONVERT, {none, folder / "x.vdb"}, none);
+  expect_failure(PVOL_STATS, {"bounds", none}, none);
+  expect_failure(PVOL_STATS, {"bounds", folder / "none.pvol"}, folder / "none.pvol");
+  expect_failure(PVOL_RENDER, {folder / "none.toml", "-o", folder / "x.exr"}, "none.toml");
+  EXPECT_TRUE(folder.empty());
+}
+
+// --- pvol-fit -----------------------------------------------------------------------------------
+
+TEST(Fit, WritesAFileThatHoldsTheSameSamples) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder), pvol = folder / "ball.pvol";
+  expect_success(PVOL_FIT, {vdb, "-o", pvol});
+  expect_same_samples(formats::load_grid(pvol).grid, make_ball());
+}
+
+TEST(Fit, ReportsAsJson) {
+  const ScratchFolder folder;
+  const RunResult r =
+      expect_success(PVOL_FIT, {write_ball(folder), "-o", folder / "ball.pvol", "--json"});
+  const json j = json::parse(r.out);
+  EXPECT_EQ(j["grid"]["name"], "density");
+  EXPECT_EQ(j["bytes"]["total"], std::filesystem::file_size(folder / "ball.pvol"));
+  EXPECT_GT(j["bounds"]["leaves"], 8);
+}
+
+TEST(Fit, QuietPrintsNothing) {
+  const ScratchFolder folder;
+  const RunResult r =
+      expect_success(PVOL_FIT, {write_ball(folder), "-o", folder / "ball.pvol", "--quiet"});
+  EXPECT_EQ(r.out + r.err, "");
+}
+
+TEST(Fit, GivesTheSameBytesForAnyNumberOfThreads) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder);
+  expect_success(PVOL_FIT, {vdb, "-o", folder / "1.pvol", "--threads", "1"});
+  expect_success(PVOL_FIT, {vdb, "-o", folder / "3.pvol", "--threads", "3"});
+  EXPECT_EQ(read_text(folder / "1.pvol"), read_text(folder / "3.pvol"));
+}
+
+TEST(Fit, ByReferenceReadsTheSourceAgainAndRefusesAChangedOne) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder), pvol = folder / "ball.pvol";
+  expect_success(PVOL_FIT, {vdb, "-o", pvol, "--density", "reference"});
+  EXPECT_LT(std::filesystem::file_size(pvol), std::filesystem::file_size(vdb) / 4);
+  expect_same_samples(formats::load_grid(pvol).grid, make_ball());
+
+  const std::vector<std::string> stats{"bounds", pvol};
+  std::filesystem::rename(vdb, folder / "gone.vdb");
+  expect_failure(PVOL_STATS, stats, "ball.vdb, which is not there");
+  std::ofstream(vdb, std::ios::binary) << read_text(folder / "gone.vdb") << 'x';
+  expect_failure(PVOL_STATS, stats, "which has changed");
+}
+
+TEST(Fit, RefusesWrongNamesBeforeAnyWork) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder);
+  expect_usage_error(PVOL_FIT, {vdb, "-o", folder / "x.vdb"}, ".pvol");
+  expect_usage_error(PVOL_FIT, {folder / "x.obj", "-o", folder / "x.pvol"}, "x.obj");
+  expect_usage_error(PVOL_FIT, {vdb, "-o", folder / "x.pvol", "--density", "fp7"}, "--density");
+  expect_usage_error(PVOL_FIT, {vdb, "-o", folder / "x.pvol", "--threads", "many"}, "--threads");
+  expect_failure(PVOL_FIT, {vdb, "-o", folder / "no/x.pvol"}, "there is no folder");
+  expect_failure(PVOL_FIT, {vdb, "-o", folder / "x.pvol", "--grid", "heat"}, "density");
+  EXPECT_FALSE(std::filesystem::exists(folder / "x.pvol"));
+}
+
+// --- pvol-stats ---------------------------------------------------------------------------------
+
+TEST(Stats, BoundsAgreeBetweenSourceAndFile) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder), pvol = folder / "ball.pvol";
+  expect_success(PVOL_FIT, {vdb, "-o", pvol});
+  json of_vdb = json::parse(expect_success(PVOL_STATS, {"bounds", vdb, "--json"}).out);
+  json of_pvol = json::parse(expect_success(PVOL_STATS, {"bounds", pvol, "--json"}).out);
+  EXPECT_EQ(of_pvol["bytes"]["total"], std::filesystem::file_size(pvol));
+  of_vdb.erase("file");
+  of_pvol.erase("file");
+  of_pvol.erase("bytes");
+  EXPECT_EQ(of_vdb, of_pvol);
+}
+
+TEST(Stats, ExtinctionAddsTheCutOfTheCostModel) {
+  const ScratchFolder folder;
+  const RunResult r =
+      expect_success(PVOL_STATS, {"bounds", write_ball(folder), "--json", "--extinction", "10"});
+  const json j = json::parse(r.out);
+  EXPECT_DOUBLE_EQ(j["volume"]["largest_extinction"].get<double>(), 10);
+  const json& lookups = j["lookups_per_collision"];
+  EXPECT_LE(lookups["decomposition_cut"]["even"], lookups["delta_cut"]["even"]);
+  EXPECT_LE(lookups["delta_leaves"]["even"], lookups["delta_cut"]["even"]);
+}
+
+TEST(Stats, TextHasEveryPart) {
+  const ScratchFolder folder;
+  const std::string out = expect_success(PVOL_STATS, {"bounds", write_ball(folder)}).out;
+  for (const char* part : {"depth by depth", "classes of space", "expected look-ups"}) {
+    EXPECT_NE(out.find(part), std::string::npos) << part;
+  }
+}
+
+TEST(Stats, RefusesMisuse) {
+  expect_usage_error(PVOL_STATS, {"shape", "x.vdb"}, "");
+  expect_usage_error(PVOL_STATS, {"bounds"}, "FILE");
+  expect_usage_error(PVOL_STATS, {"bounds", "x.vdb", "--extinction", "-1"}, "--extinction");
+}
+
+// --- pvol-convert -------------------------------------------------------------------------------
+
+TEST(Convert, BringsPvolBackToVdbWithItsBounds) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder), pvol = folder / "ball.pvol";
+  const std::string back = folder / "back.vdb";
+  expect_success(PVOL_FIT, {vdb, "-o", pvol});
+  expect_success(PVOL_CONVERT, {pvol, back, "--bounds"});
+  expect_same_samples(formats::load_grid(back).grid, make_ball());
+  const VoxelGrid hi = formats::load_grid(back, {"majorant", false}).grid;
+  const VoxelGrid lo = formats::load_grid(back, {"minorant", false}).grid;
+  // The centre (20, 20, 20) of the ball lies in the cube [16, 24)^3, a cube's own centre.
+  EXPECT_EQ(sample(hi, {2, 2, 2}), 1.0f);
+  EXPECT_GT(sample(lo, {2, 2, 2}), 0.0f);
+  EXPECT_EQ(sample(lo, {1, 1, 1}), 0.0f);
+  EXPECT_NEAR(hi.index_to_world.point({2, 2, 2}).x, 2.0, 1e-6);
+}
+
+TEST(Convert, ListsTheConversionsThereAre) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder);
+  expect_usage_error(PVOL_CONVERT, {vdb, folder / "x.obj"}, ".nvdb, .pvol and .vdb to .vdb");
+  expect_usage_error(PVOL_CONVERT, {folder / "x.pbrt", folder / "x.vdb"}, ".pbrt");
+  expect_usage_error(PVOL_CONVERT, {vdb, vdb}, "same file");
+}
+
+// --- pvol-render --------------------------------------------------------------------------------
+
+std::vector<std::string> small_render(const std::string& input, const std::string& output) {
+  return {input, "-o", output, "--size", "12x8", "--spp", "4", "--quiet"};
+}
+
+TEST(Render, WritesExrAndPng) {
+  const ScratchFolder folder;
+  const RunResult r =
+      expect_success(PVOL_RENDER, small_render(write_ball(folder), folder / "a.exr"));
+  EXPECT_EQ(r.out + r.err, "");
+  EXPECT_EQ(read_text(folder / "a.exr").substr(0, 4), "\x76\x2f\x31\x01");
+  EXPECT_EQ(read_text(folder / "a.png").substr(1, 3), "PNG");
+}
+
+TEST(Render, WritesOnlyWhatIsAskedFor) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder);
+  auto arguments = small_render(vdb, folder / "a.exr");
+  arguments.push_back("--no-png");
+  expect_success(PVOL_RENDER, arguments);
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.png"));
+  expect_success(PVOL_RENDER, small_render(vdb, folder / "b.png"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "b.png"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "b.exr"));
+}
+
+TEST(Render, GivesTheSameBytesForAnyNumberOfThreads) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder);
+  for (const char* threads : {"1", "2", "7"}) {
+    auto arguments = small_render(vdb, folder / (std::string(threads) + ".exr"));
+    arguments.insert(arguments.end(), {"--threads", threads});
+    expect_success(PVOL_RENDER, arguments);
+  }
+  EXPECT_EQ(read_text(folder / "1.exr"), read_text(folder / "2.exr"));
+  EXPECT_EQ(read_text(folder / "1.exr"), read_text(folder / "7.exr"));
+  EXPECT_EQ(read_text(folder / "1.png"), read_text(folder / "7.png"));
+}
+
+TEST(Render, StatsHoldTheNamesThatScriptsRelyOn) {
+  const ScratchFolder folder;
+  auto arguments = small_render(write_ball(folder), folder / "a.exr");
+  arguments.insert(arguments.end(), {"--stats", "-"});
+  const json j = json::parse(expect_success(PVOL_RENDER, arguments).out);
+  for (const char* key :
+       {"samples", "cpu_seconds", "wall_seconds", "lookups_path", "lookups_shadow",
+        "bounds_tests_path", "bounds_tests_shadow", "segments_path", "segments_shadow",
+        "collisions", "null_collisions", "shadow_rays", "mean_rgb", "variance_rgb", "options"}) {
+    EXPECT_TRUE(j.contains(key)) << key;
+  }
+  EXPECT_EQ(j["samples"], 12 * 8 * 4);
+  EXPECT_GT(j["collisions"], 0);
+  EXPECT_GT(j["mean_rgb"][0], 0);
+}
+
+TEST(Render, PrintedSceneMakesTheSamePicture) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder), scene = folder / "scene.toml";
+  auto arguments = small_render(vdb, folder / "a.png");
+  arguments.insert(arguments.end(), {"--set", "medium.g=0.25"});
+  expect_success(PVOL_RENDER, arguments);
+  arguments.push_back("--print-scene");
+  const std::string text = expect_success(PVOL_RENDER, arguments).out;
+  EXPECT_NE(text.find("0.25"), std::string::npos);
+  std::ofstream(scene) << text;
+  expect_success(PVOL_RENDER, {scene, "-o", folder / "b.png", "--quiet"});
+  EXPECT_EQ(read_text(folder / "a.png"), read_text(folder / "b.png"));
+}
+
+TEST(Render, ChoosesAnExtinctionAndSaysWhich) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder);
+  const std::vector<std::string> arguments{vdb,     "-o", folder / "a.png", "--size", "2x2",
+                                           "--spp", "1"};
+  const std::string told = expect_success(PVOL_RENDER, arguments).err;
+  EXPECT_NE(told.find("no extinction given"), std::string::npos) << told;
+  EXPECT_NE(told.find("shortest free path"), std::string::npos) << told;
+  auto given = arguments;
+  given.insert(given.end(), {"--set", "medium.extinction=2"});
+  EXPECT_EQ(expect_success(PVOL_RENDER, given).err.find("no extinction given"), std::string::npos);
+}
+
+TEST(Render, RefusesEndlessWorkUnlessLimitedOrForced) {
+  const ScratchFolder folder;
+  auto arguments = small_render(write_ball(folder), folder / "a.png");
+  arguments.insert(arguments.end(),
+                   {"--set", "medium.albedo=1", "--set", "medium.extinction=1.2e6"});
+  expect_failure(PVOL_RENDER, arguments, "--max-bounces");
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.png"));
+  arguments.insert(arguments.end(), {"--max-bounces", "3"});
+  expect_success(PVOL_RENDER, arguments);
+}
+
+TEST(Render, BiasedOptionsSayThatTheyAre) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder);
+  const auto report = [&](const std::vector<std::string>& more) {
+    auto arguments = small_render(vdb, folder / "a.exr");
+    arguments.insert(arguments.end(), {"--stats", "-"});
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return json::parse(expect_success(PVOL_RENDER, arguments).out);
+  };
+  EXPECT_EQ(report({})["options"]["biased"], "no");
+  EXPECT_EQ(report({"--max-bounces", "3"})["options"]["biased"], "yes: max_bounces");
+  const json homogeneous = report({"--homogenise", "1e9"});
+  EXPECT_EQ(homogeneous["options"]["biased"], "yes: homogenise");
+  EXPECT_EQ(homogeneous["lookups_path"], 0);
+  EXPECT_GT(homogeneous["options"]["homogenised"]["depth_error_bound"], 0);
+  const json preview = report({"--preview", "1", "--homogenise", "0.5"});
+  EXPECT_EQ(preview["options"]["biased"], "yes: homogenise, preview");
+  EXPECT_NE(read_text(folder / "a.exr").find("yes: homogenise, preview"), std::string::npos);
+}
+
+TEST(Render, MajorantsCanBeScaledForTrackersThatBearIt) {
+  const ScratchFolder folder;
+  auto arguments = small_render(write_ball(folder), folder / "a.exr");
+  arguments.insert(arguments.end(), {"--majorant-scale", "0.5"});
+  expect_failure(PVOL_RENDER, arguments, "weights");
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.exr"));
+  arguments.insert(arguments.end(), {"--tracker", "weighted-delta"});
+  arguments.insert(arguments.end(), {"--set", "medium.extinction=100"});
+  expect_failure(PVOL_RENDER, arguments, "weights would grow");
+  arguments.back() = "medium.extinction=0.5";
+  expect_success(PVOL_RENDER, arguments);
+}
+
+TEST(Render, NumbersAreNumbers) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder);
+  for (const char* option : {"--homogenise", "--majorant-scale", "--density-tolerance"}) {
+    for (const char* value : {"nan", "inf", "-1"}) {
+      auto arguments = small_render(vdb, folder / "a.exr");
+      arguments.insert(arguments.end(), {"--density", "fpn", option, value});
+      expect_usage_error(PVOL_RENDER, arguments, option);
+    }
+  }
+  // An option with a value does not take the name that follows.
+  expect_success(PVOL_RENDER, {"--set", "medium.g=0.1", vdb, "-o", folder / "b.png", "--size",
+                               "4x4", "--spp", "1", "--quiet"});
+}
+
+TEST(Render, RefusesMisuse) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder);
+  const auto refuse = [&](const std::vector<std::string>& more, const std::string& mentions) {
+    auto arguments = small_render(vdb, folder / "a.exr");
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    expect_usage_error(PVOL_RENDER, arguments, mentions);
+  };
+  refuse({"--crop", "1,2,3"}, "--crop");
+  refuse({"--tracker", "fast"}, "decomposition");
+  refuse({"--max-bounces", "-1"}, "--max-bounces");
+  refuse({"--depth", "17"}, "--depth");
+  refuse({"--background", "maybe"}, "--background");
+  refuse({"--seed", "-3"}, "--seed");
+  refuse({"--stats", "counts.txt"}, ".json");
+  expect_usage_error(PVOL_RENDER, {vdb, "-o", folder / "a.exr", "--size", "0x4"}, "--size");
+  expect_usage_error(PVOL_RENDER, {vdb, "-o", folder / "a.exr", "--spp", "0"}, "--spp");
+  expect_usage_error(PVOL_RENDER, {vdb, "-o", folder / "a.jpg"}, ".exr");
+  expect_usage_error(PVOL_RENDER, {vdb}, "--output");
+  auto arguments = small_render(vdb, folder / "a.exr");
+  arguments.insert(arguments.end(), {"--set", "medium.colour=1"});
+  expect_failure(PVOL_RENDER, arguments, "colour");
+}
+
+TEST(Render, InterruptedRenderSavesWhatItHas) {
+  const ScratchFolder folder;
+  const std::string exr = folder / "a.exr";
+  int calls = 0;
+  const RunResult r = run_tool(
+      PVOL_RENDER, {write_ball(folder), "-o", exr, "--size", "64x48", "--spp", "4000000000"},
+      [&](int pid, const std::string& err) {
+        // Half a second after rendering began.
+        if (err.find("octree depth") != std::string::npos && ++calls == 25) kill(pid, SIGINT);
+      });
+  EXPECT_EQ(r.exit, 1) << r.err;
+  EXPECT_NE(r.err.find("interrupted after"), std::string::npos) << r.err;
+  EXPECT_TRUE(std::filesystem::exists(exr));
+  EXPECT_NE(read_text(exr).find("pvol:samples"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace pvol

@@ -1,0 +1,159 @@
+// pvol-stats depth and trade as users call them.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "support/html_check.h"
+#include "support/run_tool.h"
+
+namespace pvol {
+namespace {
+
+using nlohmann::json;
+using testing::read_text;
+using testing::run_tool;
+using testing::RunResult;
+using testing::ScratchFolder;
+
+struct Recipe {
+  ScratchFolder folder;
+  std::string file = folder / "ball & co.toml";
+
+  Recipe() {
+    std::ofstream(file) << "[recipe]\nresolution = 40\nedge = 0.05\n[[form]]\n"
+                           "shape = \"ellipsoid\"\ncentre = [0, 0, 0]\nradii = [1, 1, 1]\n";
+  }
+};
+
+/// Arguments for a small picture that is measured quickly.
+std::vector<std::string> quick(const std::string& verb, const std::string& file,
+                               std::vector<std::string> more) {
+  std::vector<std::string> a{verb, file, "--size", "16x12", "--thickness", "10", "--quiet"};
+  a.insert(a.end(), more.begin(), more.end());
+  return a;
+}
+
+void expect_estimate(const json& e) {
+  EXPECT_LE(e.at("low"), e.at("value"));
+  EXPECT_LE(e.at("value"), e.at("high"));
+  EXPECT_GT(e.at("coverage"), 0);
+}
+
+TEST(Depth, ReportsEachDepthAgainstTheFirst) {
+  const Recipe recipe;
+  const std::string page = recipe.folder / "depth.html";
+  const RunResult r = run_tool(
+      PVOL_STATS,
+      quick("depth", recipe.file, {"--budget", "60", "--spp", "64", "--json", "--html", page}));
+  ASSERT_EQ(r.exit, 0) << r.err;
+  const json j = json::parse(r.out);
+  EXPECT_EQ(j.at("tracker"), "decomposition");
+  EXPECT_EQ(j.at("size"), json({16, 12}));
+  EXPECT_EQ(j.at("paper").at(1).at("build_ratio"), 11.47);
+  ASSERT_EQ(j.at("depths").size(), 4u);
+  const json& first = j["depths"][0];
+  EXPECT_EQ(first.at("depth"), 0);
+  EXPECT_EQ(first.at("effective_depth"), 0);
+  EXPECT_EQ(first.at("time_ratio").at("value"), 1);
+  for (const json& d : j["depths"]) {
+    if (d.contains("left_out")) continue;
+    EXPECT_LE(d.at("effective_depth"), d.at("depth"));
+    for (const char* key : {"build_ratio", "tree_ratio", "time_ratio", "time_x_variance_ratio"}) {
+      expect_estimate(d.at(key));
+    }
+    for (const char* key :
+         {"bounds_cpu_seconds", "tree_cpu_seconds", "lookups_per_sample", "bounds_tests_per_sample",
+          "segments_per_sample", "relative_rmse_of_one_sample", "lookups_x_variance"}) {
+      EXPECT_GE(d.at(key), 0) << key;
+    }
+    EXPECT_FALSE(d.at("bias_detected"));
+  }
+  EXPECT_GT(first.at("lookups_per_sample"), j["depths"][3].at("lookups_per_sample"));
+  EXPECT_TRUE(!testing::has_python() || testing::is_page(page));
+  const std::string text = read_text(page);
+  EXPECT_EQ(text.find("<!DOCTYPE html>"), 0u);
+  EXPECT_NE(text.find("ball &amp; co.toml"), std::string::npos);
+}
+
+TEST(Depth, PrintsThePaperBesideItsTable) {
+  const Recipe recipe;
+  const RunResult r =
+      run_tool(PVOL_STATS, {"depth", recipe.file, "--size", "16x12", "--thickness", "5", "--budget",
+                            "2", "--depths", "0,16", "--tracker", "delta"});
+  ASSERT_EQ(r.exit, 0) << r.err;
+  EXPECT_NE(r.out.find("4.92 / 11.47 / 14.31"), std::string::npos);
+  EXPECT_NE(r.out.find("tracker delta"), std::string::npos);
+  EXPECT_NE(r.out.find("16 = 3"), std::string::npos) << r.out;
+  EXPECT_NE(r.err.find("left"), std::string::npos);  // says what is measured next
+}
+
+TEST(Trade, ReportsEverySettingAgainstTheDefault) {
+  const Recipe recipe;
+  const std::string page = recipe.folder / "trade.html";
+  const RunResult r = run_tool(
+      PVOL_STATS, quick("trade", recipe.file,
+                        {"--budget", "8", "--json", "--html", page, "--max-error", "0.1"}));
+  ASSERT_EQ(r.exit, 0) << r.err;
+  const json j = json::parse(r.out);
+  EXPECT_EQ(j.at("false_alarm_rate"), 0.01);
+  EXPECT_GT(j.at("reference").at("samples"), 0);
+  ASSERT_GT(j.at("settings").size(), 15u);
+  EXPECT_EQ(j["settings"][0].at("setting"), "default");
+  bool any_front = false;
+  for (const json& s : j["settings"]) {
+    for (const char* key : {"setting", "factor", "biased_by_design"}) EXPECT_TRUE(s.contains(key));
+    if (s.contains("left_out")) continue;
+    for (const char* key : {"time", "variance", "time_x_variance"}) expect_estimate(s.at(key));
+    EXPECT_GT(s.at("counts").at("samples"), 0);
+    EXPECT_GT(s.at("bytes").at("file"), 0);
+    EXPECT_TRUE(s.at("bias").at("detected").is_boolean());
+    EXPECT_TRUE(s.contains("instructions"));  // null where the machine counts none
+    any_front = any_front || s.at("on_front");
+  }
+  EXPECT_TRUE(any_front);
+  const json& advice = j.at("goals").at(0).at("advice");
+  EXPECT_LE(advice.at("relative_error"), 0.1);
+  EXPECT_EQ(advice.at("command").get<std::string>().find("pvol-render '"), 0u);
+  EXPECT_TRUE(!testing::has_python() || testing::is_page(page));
+  const std::string text = read_text(page);
+  EXPECT_NE(text.find("data:image/png"), std::string::npos);
+  EXPECT_EQ(text.find("nan"), std::string::npos);
+}
+
+void expect_exit(int code, const std::vector<std::string>& arguments, const std::string& mentions) {
+  const RunResult r = run_tool(PVOL_STATS, arguments);
+  EXPECT_EQ(r.exit, code) << r.err;
+  EXPECT_EQ(r.out, "");
+  EXPECT_NE(r.err.find(mentions), std::string::npos) << r.err;
+}
+
+TEST(Trade, RefusesWhatCannotBe) {
+  const Recipe recipe;
+  expect_exit(2, {"trade", recipe.file, "--max-error", "0.1", "--max-time", "3"}, "excludes");
+  expect_exit(2, {"trade", recipe.file, "--budget", "0"}, "--budget");
+  expect_exit(2, {"trade", recipe.file, "--size", "0x3"}, "WxH");
+  expect_exit(2, {"trade", recipe.file, "--html", "trade.txt"}, ".html");
+  expect_exit(2, {"depth", recipe.file, "--depths", "3,17"}, "--depths");
+  expect_exit(2, {"depth", recipe.file, "--tracker", "delta-global"}, "--tracker");
+  expect_exit(2, {"depth", recipe.file, "--thickness", "3", "--extinction", "1"}, "excludes");
+  expect_exit(1, {"trade", recipe.folder / "none.vdb"}, "none.vdb");
+  // A thick cloud without absorption would keep its paths for ever.
+  expect_exit(1, {"trade", recipe.file, "--thickness", "1e8", "--set", "medium.albedo=1"},
+              "scatter");
+  // Nothing can be measured of a black picture.
+  expect_exit(1,
+              {"trade", recipe.file, "--set", "environment.type=constant", "--set",
+               "environment.radiance=0", "--set", "sun.irradiance=0", "--quiet", "--size", "16x12",
+               "--budget", "1"},
+              "black");
+}
+
+TEST(Trade, SaysWhereTheBudgetIsTooShort) {
+  const Recipe recipe;
+  expect_exit(1, {"trade", recipe.file, "--size", "4096x4096", "--budget", "0.1", "--quiet"},
+              "budget");
+}
+
+}  // namespace
+}  // namespace pvol

@@ -1,0 +1,152 @@
+// The judgement of pvol-stats trade: biased settings are caught, others are not, and the advice can
+// be typed.
+#include "stats/trade_report.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "support/run_tool.h"
+
+namespace pvol::cli {
+namespace {
+
+/// A ball of 40 voxels, 30 mean free paths thick, at 32 x 24 pixels.
+struct ThickBall {
+  testing::ScratchFolder folder;
+  LoadedScene loaded;
+
+  ThickBall() {
+    const std::string recipe = folder / "ball.toml";
+    std::ofstream(recipe) << "[recipe]\nresolution = 40\nedge = 0.05\n[[form]]\n"
+                             "shape = \"ellipsoid\"\ncentre = [0, 0, 0]\nradii = [1, 1, 1]\n";
+    SceneOptions o;
+    o.input = recipe;
+    o.thickness = 30;
+    o.size = {32, 24};
+    loaded = load_scene(o, 1);
+  }
+
+  static double work(const Counts& c) {
+    return double(c.segments_path + c.segments_shadow + c.collisions + c.null_collisions +
+                  c.lookups_path + c.lookups_shadow);
+  }
+
+  /// The setting measured with a fixed number of samples in a few rounds.
+  [[nodiscard]] Measured measure(const Variant& v, std::uint64_t seed) const {
+    Measured m;
+    m.samples = 16;
+    for (std::uint64_t round = 0; round < 3; ++round) {
+      const RunRequest request{
+          .samples = m.samples, .seed = seed + round, .count = true, .most_seconds = 1e9};
+      const Run run = render_changed(loaded, v.scene, v.cloud, request, 1);
+      const double n = double(run.film.pixels.size()) * m.samples;
+      if (round == 0) {
+        m.film = m.counted_film = run.film;
+        m.counts = run.counts;
+        m.counted = std::uint64_t(n);
+        continue;
+      }
+      add_samples(m.film, run.film);
+      m.set_up = run.set_up;
+      // Work in place of time, which depends on what else the machine does.
+      m.set_up_seconds.push_back(0.01);
+      m.seconds.push_back(1e-7 * work(run.counts) / n);
+      m.variance.push_back(sample_variance(run.film));
+    }
+    return m;
+  }
+
+  [[nodiscard]] TradeReport judged(const std::vector<Variant>& variants) const {
+    TradeReport report;
+    report.name = "my cloud.vdb";
+    report.loaded = loaded;
+    report.goals = {{.error = 0.05}, {.seconds = 10}};
+    const RunRequest many{.samples = 128, .seed = 1u << 20, .most_seconds = 1e9};
+    report.reference = render_changed(loaded, {}, {}, many, 2).film;
+    report.reference_mean = mean_luminance(report.reference);
+    report.reference_samples = many.samples;
+    std::vector<Measured> measured;
+    for (std::size_t i = 0; i < variants.size(); ++i) {
+      measured.push_back(measure(variants[i], 100 * (i + 1)));
+    }
+    report.rows = make_rows(variants, std::move(measured));
+    judge(report);
+    return report;
+  }
+};
+
+TEST(Trade, CatchesABounceLimitAndNoUnbiasedSetting) {
+  const ThickBall ball;
+  std::vector<Variant> variants{default_variant()};
+  for (const Variant& v : single_variants(ball.loaded)) {
+    if (!v.biased) variants.push_back(v);
+  }
+  variants.push_back({.factor = "bounce limit",
+                      .option = "--max-bounces 2",
+                      .biased = true,
+                      .scene = [](Scene& s) { s.options.max_bounces = 2; }});
+  // 1 % over the whole report, at fixed seeds.
+  const TradeReport report = ball.judged(variants);
+  for (const TradeRow& row : report.rows) {
+    EXPECT_EQ(row.detected(), row.variant.biased) << label(row.variant);
+    EXPECT_EQ(verdict_text(row).find("BIASED") == 0, row.variant.biased);
+    EXPECT_EQ(row.offset() > 0, row.variant.biased);
+  }
+  const TradeRow& limited = report.rows.back();
+  EXPECT_LT(limited.bias.luminance.bias, 0);
+  EXPECT_GE(limited.offset(), -limited.bias.luminance.relative_bias);
+  EXPECT_NE(verdict_text(limited).find("BIASED: mean -"), std::string::npos);
+  EXPECT_TRUE(limited.on_front);  // much faster: nothing beats it in time
+
+  ASSERT_TRUE(report.goals[0].advice);
+  EXPECT_FALSE(report.rows[report.goals[0].advice->setting].variant.biased);
+  EXPECT_LE(report.goals[0].advice->error, 0.05);
+  EXPECT_EQ(command_line(report, *report.goals[0].advice).find("pvol-render 'my cloud.vdb' "), 0u);
+}
+
+TEST(Trade, ComparesTheDefaultWithItself) {
+  const ThickBall ball;
+  const TradeReport report = ball.judged({default_variant()});
+  EXPECT_EQ(report.rows[0].time.value, 1);
+  EXPECT_EQ(report.rows[0].cost.low, 1);
+  EXPECT_EQ(report.rows[0].cost.high, 1);
+  EXPECT_TRUE(report.rows[0].on_front);
+  EXPECT_EQ(label(report.rows[0].variant), "default");
+}
+
+// --- combinations -------------------------------------------------------------------------------
+
+std::vector<Variant> three_factors() {
+  const auto limit = [](std::uint32_t n) { return [n](Scene& s) { s.options.max_bounces = n; }; };
+  return {{.factor = "a", .option = "--a1", .scene = [](Scene& s) { s.options.depth = 1; }},
+          {.factor = "a", .option = "--a2", .scene = [](Scene& s) { s.options.depth = 2; }},
+          {.factor = "b", .option = "--b1", .scene = [](Scene& s) { s.options.seed = 7; }},
+          {.factor = "c", .option = "--c1"},
+          {.factor = "d", .option = "--d1", .biased = true, .scene = limit(3)},
+          {.factor = "e", .option = "--e1", .biased = true, .scene = limit(4)}};
+}
+
+TEST(Combinations, JoinTheBestOfEachFactorThatGains) {
+  const std::vector<Variant> singles = three_factors();
+  const std::vector<VariantResult> results{{true, 0.9, 0.95},      {true, 0.7, 0.8},
+                                           {true, 0.8, 0.9},       {true, 0.5, 1.1},  // not proven
+                                           {true, 0.3, 0.4, 0.01}, {true, 0.2, 0.3, 0.5}};
+  const std::vector<Variant> found = combinations(singles, results);
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].option, "--a2 --b1");
+  EXPECT_FALSE(found[0].biased);
+  EXPECT_EQ(found[1].option, "--d1 --a2");  // e is too far off
+  EXPECT_TRUE(found[1].biased);
+  Scene scene;
+  found[0].scene(scene);
+  EXPECT_EQ(scene.options.depth, 2);
+  EXPECT_EQ(scene.options.seed, 7u);
+}
+
+TEST(Combinations, AreNoneWhereNothingGains) {
+  EXPECT_TRUE(combinations(three_factors(), std::vector<VariantResult>(6)).empty());
+}
+
+}  // namespace
+}  // namespace pvol::cli

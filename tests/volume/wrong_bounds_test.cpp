@@ -1,0 +1,161 @@
+// Bounds that do not bound: found and named, made up for by trackers with weights up to a factor of
+// three, refused by the others and beyond.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "pvol/error.h"
+#include "pvol/render/render.h"
+#include "pvol/render/scene_volume.h"
+#include "support/estimators.h"
+#include "support/fields.h"
+#include "support/pictures.h"
+#include "support/statistics.h"
+
+namespace pvol::test {
+namespace {
+
+/// Thin enough for weights to stay tame: an optical depth of about one half.
+constexpr double kExtinction = 0.04;
+
+Scene scene_of(Tracker tracker, std::uint64_t seed) {
+  Scene s;
+  s.medium.extinction = kExtinction;
+  s.medium.albedo = Rgb(0.9f);
+  s.environment = ConstantSky{Rgb(1.0f)};
+  s.suns = {Sun{{0.3, 0.8, 0.4}, Rgb(2.0f), 0}};
+  s.options.tracker = tracker;
+  s.options.transmittance = Transmittance::ratio;
+  s.options.width = s.options.height = 16;
+  s.options.samples = 1024;
+  s.options.seed = seed;
+  return s;
+}
+
+const Field& cloud() {
+  static const Field f = make_field("cloud", {0, 0, 0}, {20, 20, 20}, [](Vec3i p) {
+    return 0.5 + 0.5 * double((p.x * 5 + p.y * 3 + p.z * 7) % 8) / 8;
+  });
+  return f;
+}
+
+/// The pyramid with all majorants of leaves, and those above, divided.
+Pyramid too_low(double by) {
+  Pyramid p = build_pyramid(cloud().grid);
+  for (auto& level : p.levels) {
+    for (PyramidNode& n : level) {
+      n.hi = float(double(n.hi) / by);
+      n.lo = std::min(n.lo, n.hi);
+    }
+  }
+  return p;
+}
+
+Film picture(Scene s, const Pyramid& p) {
+  const Volume v = make_volume(cloud().grid, p, s);
+  s.camera = frame(v.world_box, 1);
+  return render(v, s).film;
+}
+
+TEST(WrongBounds, WeightsMakeUpForThem) {
+  const Film truth = picture(scene_of(Tracker::delta, 1), build_pyramid(cloud().grid));
+  proof::Family family;
+  std::uint64_t seed = 2;
+  for (const Tracker tracker : {Tracker::weighted_delta, Tracker::weighted_decomposition}) {
+    for (const Transmittance t :
+         {Transmittance::ratio, Transmittance::analog, Transmittance::residual_ratio}) {
+      for (const double factor : {1.5, 2.9}) {
+        Scene s = scene_of(tracker, ++seed);
+        s.options.transmittance = t;
+        const std::string name =
+            std::string(label(tracker)) + " " + label(t) + " " + std::to_string(factor);
+        compare(truth, picture(s, too_low(factor)), name, family);
+        s.options.majorant_scale = 1 / factor;
+        s.options.seed = ++seed;
+        compare(truth, picture(s, build_pyramid(cloud().grid)), name + " by option", family);
+      }
+    }
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+TEST(WrongBounds, AreCountedAndPlaced) {
+  Scene s = scene_of(Tracker::weighted_delta, 1);
+  const Volume v = make_volume(cloud().grid, too_low(2), s);
+  EXPECT_GT(v.excess.nodes, 0u);
+  EXPECT_NEAR(v.excess.factor, 2, 0.01);
+  EXPECT_NEAR(v.majorant_excess, 2, 0.01);
+  EXPECT_EQ(v.excess.worst.extent(), Vec3d(8));
+  s.options.majorant_scale = 0.8;
+  EXPECT_NEAR(make_volume(cloud().grid, too_low(2), s).majorant_excess, 2.5, 0.01);
+  s.options.majorant_scale = 2.5;
+  EXPECT_EQ(make_volume(cloud().grid, too_low(2), s).majorant_excess, 1);
+  EXPECT_EQ(make_volume(cloud().grid, build_pyramid(cloud().grid), scene_of(Tracker::delta, 1))
+                .excess.nodes,
+            0u);
+}
+
+std::string refusal(const Scene& s, const Pyramid& p) {
+  try {
+    (void)make_volume(cloud().grid, p, s);
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(WrongBounds, AreRefusedByOtherTrackersAndBeyondThree) {
+  for (const Tracker t : kTrackers) {
+    const std::string message = refusal(scene_of(t, 1), too_low(1.1));
+    if (is_weighted(t)) {
+      EXPECT_EQ(message, "");
+      EXPECT_NE(refusal(scene_of(t, 1), too_low(3.1)).find("8^3 voxels at ("), std::string::npos);
+    } else {
+      EXPECT_NE(message.find("the bounds do not hold: the cube of 8^3 voxels at ("),
+                std::string::npos)
+          << message;
+    }
+  }
+  // The factors of the file and of the option multiply.
+  Scene s = scene_of(Tracker::weighted_delta, 1);
+  s.options.majorant_scale = 0.5;
+  EXPECT_EQ(refusal(s, too_low(1.4)), "");
+  EXPECT_NE(refusal(s, too_low(1.6)), "");
+}
+
+TEST(WrongBounds, ScalesOutsideTheRangeAreRefused) {
+  for (const Tracker t : kTrackers) {
+    Scene s = scene_of(t, 1);
+    for (const double scale : {0.0, -1.0, 0.3, 1001.0, 0.5}) {
+      s.options.majorant_scale = scale;
+      const bool refused = !refusal(s, build_pyramid(cloud().grid)).empty();
+      EXPECT_EQ(refused, !(scale == 0.5 && is_weighted(t))) << label(t) << ' ' << scale;
+    }
+  }
+}
+
+TEST(WrongBounds, NoOtherTrackerRendersAVolumeMadeForWeights) {
+  Scene s = scene_of(Tracker::weighted_delta, 1);
+  s.options.majorant_scale = 0.5;
+  const Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
+  s.options.tracker = Tracker::delta;
+  EXPECT_THROW((void)render(v, s), Error);
+}
+
+TEST(WrongBounds, LooserOnesChangeNoMean) {
+  const Film truth = picture(scene_of(Tracker::delta, 1), build_pyramid(cloud().grid));
+  proof::Family family;
+  std::uint64_t seed = 100;
+  for (const Tracker tracker : kTrackers) {
+    for (const double scale : {2.0, 10.0}) {
+      Scene s = scene_of(tracker, ++seed);
+      s.options.majorant_scale = scale;
+      compare(truth, picture(s, build_pyramid(cloud().grid)),
+              std::string(label(tracker)) + " " + std::to_string(scale), family);
+    }
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+}  // namespace
+}  // namespace pvol::test

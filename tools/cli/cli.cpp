@@ -1,0 +1,173 @@
+#include "cli/cli.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <iostream>
+#include <new>
+
+#include "pvol/error.h"
+#include "pvol/formats/cloud.h"
+
+namespace pvol::cli {
+namespace {
+
+// The one thing a signal handler may touch.
+volatile std::sig_atomic_t interrupt_seen = 0;
+
+std::string formatted(const char* format, double value, const char* unit = "") {
+  char text[64];
+  std::snprintf(text, sizeof text, format, value, unit);
+  return text;
+}
+
+}  // namespace
+
+int run_guarded(const std::string& tool, const std::function<int()>& body) {
+  const auto complain = [&](const char* what) {
+    std::cout.flush();
+    std::cerr << tool << ": error: " << what << '\n';
+  };
+  try {
+    const int code = body();
+    std::cout.flush();
+    if (std::cout) return code;
+    complain("cannot write to standard output");
+  } catch (const UsageError& e) {
+    complain(e.what());
+    std::cerr << "Run with --help for the options.\n";
+    return kUsage;
+  } catch (const std::bad_alloc&) {
+    complain("not enough memory for this input");
+  } catch (const std::exception& e) {
+    complain(e.what());
+  }
+  return kFailure;
+}
+
+void print_warnings(const std::string& tool, const std::vector<std::string>& warnings) {
+  for (const std::string& w : warnings) std::cerr << tool << ": warning: " << w << '\n';
+}
+
+void check_output(const std::filesystem::path& file, const std::vector<std::string>& endings) {
+  const std::string found = formats::ending(file);
+  if (std::find(endings.begin(), endings.end(), found) == endings.end()) {
+    std::string expected;
+    for (const std::string& e : endings) expected += (expected.empty() ? "" : " or ") + e;
+    throw UsageError("the output " + file.string() + " ends in '" + found + "', expected " +
+                     expected);
+  }
+  std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored)) {
+    throw Error(file.string() + ": is a folder, expected the name of a file to write");
+  }
+  const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
+  if (!std::filesystem::is_directory(folder, ignored)) {
+    throw Error(file.string() + ": there is no folder " + folder.string() + "; make it first");
+  }
+  if (access(folder.c_str(), W_OK) != 0) {
+    throw Error(file.string() + ": the folder " + folder.string() + " cannot be written to");
+  }
+}
+
+bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
+  std::error_code missing;
+  return std::filesystem::equivalent(a, b, missing);
+}
+
+std::string readable_bytes(std::uint64_t bytes) {
+  static constexpr const char* kUnits[] = {"B", "kB", "MB", "GB", "TB"};
+  double value = double(bytes);
+  std::size_t unit = 0;
+  while (value >= 999.5 && unit + 1 < std::size(kUnits)) value /= 1000, ++unit;
+  return formatted(unit == 0 || value >= 99.5 ? "%.0f %s" : "%.1f %s", value, kUnits[unit]);
+}
+
+std::string readable_count(std::uint64_t count) {
+  const std::string digits = std::to_string(count);
+  std::string text;
+  for (std::size_t i = 0; i < digits.size(); ++i) {
+    if (i > 0 && (digits.size() - i) % 3 == 0) text += ' ';
+    text += digits[i];
+  }
+  return text;
+}
+
+std::string readable_seconds(double seconds) {
+  if (seconds < 0.9995) return formatted("%.0f %s", seconds * 1000, "ms");
+  if (seconds < 99.5) return formatted("%.1f %s", seconds, "s");
+  const auto whole = std::uint64_t(std::min(seconds, 1e15));
+  const std::uint64_t hours = whole / 3600, minutes = whole / 60 % 60;
+  if (hours > 0) return readable_count(hours) + " h " + std::to_string(minutes) + " min";
+  return std::to_string(minutes) + " min " + std::to_string(whole % 60) + " s";
+}
+
+std::string readable(double value) { return formatted("%.4g", value); }
+
+void catch_interrupt() {
+  struct sigaction action {};
+  action.sa_handler = [](int) { interrupt_seen = 1; };
+  action.sa_flags = SA_RESETHAND | SA_RESTART;
+  sigaction(SIGINT, &action, nullptr);
+}
+
+bool interrupted() { return interrupt_seen != 0; }
+
+double Stopwatch::lap() {
+  const auto now = std::chrono::steady_clock::now();
+  const double seconds = std::chrono::duration<double>(now - last_).count();
+  last_ = now;
+  return seconds;
+}
+
+ProgressBar::ProgressBar(std::string label, std::string unit, bool quiet)
+    : label_(std::move(label)),
+      unit_(std::move(unit)),
+      quiet_(quiet),
+      terminal_(isatty(STDERR_FILENO) != 0),
+      start_(std::chrono::steady_clock::now()),
+      next_(start_) {}
+
+ProgressBar::~ProgressBar() {
+  if (terminal_ && width_ > 0) std::cerr << '\n';
+}
+
+void ProgressBar::show(std::uint64_t done, std::uint64_t total) {
+  if (quiet_ || total == 0) return;
+  const auto now = std::chrono::steady_clock::now();
+  const double part = double(done) / double(total);
+  const int tenths = int(part * 10);
+  // Ten times a second is smooth enough for eyes; files want ten lines, not thousands.
+  if (terminal_ ? now < next_ && done < total : tenths <= tenths_) return;
+  next_ = now + std::chrono::milliseconds(100);
+  tenths_ = tenths;
+
+  const double seconds = std::chrono::duration<double>(now - start_).count();
+  std::string line = label_ + formatted(" %3.0f %%", std::floor(part * 100));
+  if (terminal_) {
+    const auto full = std::size_t(part * 30);
+    line += " [" + std::string(full, '#') + std::string(30 - full, '.') + "]";
+  }
+  if (seconds > 0)
+    line += ", " + readable_count(std::uint64_t(double(done) / seconds)) + ' ' + unit_ + "/s";
+  if (done > 0 && done < total) {
+    line += ", " + readable_seconds(seconds / part * (1 - part)) + " left";
+  }
+  draw(line);
+}
+
+void ProgressBar::draw(const std::string& line) {
+  if (!terminal_) {
+    std::cerr << line << '\n';
+    return;
+  }
+  // Blanks cover what a longer line left behind.
+  std::cerr << '\r' << line << std::string(width_ > line.size() ? width_ - line.size() : 0, ' ')
+            << std::flush;
+  width_ = std::max(width_, line.size());
+}
+
+}  // namespace pvol::cli

@@ -1,0 +1,116 @@
+// The command line itself, with CLI11: included once by each tool, for it takes seconds to compile.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <limits>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "cli/cli.h"
+#include "cli/json.h"
+#include "pvol/version.h"
+
+namespace pvol::cli {
+
+inline constexpr std::size_t kColumn = 32;  ///< where descriptions begin in the help
+
+/// Version, help and messages as all tools have them. `examples` ends the help.
+inline void add_common(CLI::App& app, const std::string& examples) {
+  app.set_version_flag("--version", std::string(PVOL_VERSION), "Print the version and exit");
+  app.set_help_flag("-h,--help", "Print this help and exit");
+  app.get_formatter()->column_width(kColumn);
+  app.footer(examples);
+  app.failure_message([](const CLI::App* a, const CLI::Error& e) {
+    while (a->get_parent() != nullptr) a = a->get_parent();
+    return a->get_name() + ": error: " + e.what() + "\nRun with --help for the options.\n";
+  });
+}
+
+inline void add_quiet(CLI::App& app, Common& common) {
+  app.add_flag("--quiet", common.quiet, "No report and no progress; warnings and errors stay");
+}
+
+/// "a or b or c".
+[[nodiscard]] inline std::string alternatives(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& w : words) text += (text.empty() ? "" : " or ") + w;
+  return text;
+}
+
+/// Accepts one of the words.
+[[nodiscard]] inline CLI::Validator one_of(const std::vector<std::string>& words) {
+  return CLI::Validator(
+      [words](const std::string& text) -> std::string {
+        if (std::find(words.begin(), words.end(), text) != words.end()) return {};
+        return "found '" + text + "', expected " + alternatives(words);
+      },
+      "");
+}
+
+/// Accepts one of the words, or a whole number from 0 to `largest`.
+[[nodiscard]] inline CLI::Validator word_or_number(const std::vector<std::string>& words,
+                                                   std::uint32_t largest) {
+  return CLI::Validator(
+      [words, largest](const std::string& text) -> std::string {
+        std::uint32_t value = 0;
+        if (std::find(words.begin(), words.end(), text) != words.end()) return {};
+        if (CLI::detail::lexical_cast(text, value) && value <= largest) return {};
+        return "found '" + text + "', expected " + alternatives(words) +
+               " or a whole number up to " + std::to_string(largest);
+      },
+      "");
+}
+
+/// Accepts a finite number from `least` to `most`, as the words say.
+[[nodiscard]] inline CLI::Validator number_from(double least, double most,
+                                                const std::string& words) {
+  return CLI::Validator(
+      [least, most, words](const std::string& text) -> std::string {
+        double value = 0;
+        if (CLI::detail::lexical_cast(text, value) && value >= least && value <= most) return {};
+        return "found '" + text + "', expected " + words;
+      },
+      "");
+}
+
+/// Accepts a finite number above 0.
+[[nodiscard]] inline CLI::Validator above_zero() {
+  constexpr double kLeast = std::numeric_limits<double>::min();
+  return number_from(kLeast, std::numeric_limits<double>::max(), "a number above 0");
+}
+
+/// Breaks the descriptions of all options into lines of 100 columns.
+inline void wrap_descriptions(CLI::App& app) {
+  constexpr std::size_t kWidth = 100 - kColumn;
+  for (CLI::Option* option : app.get_options()) {
+    std::istringstream words(option->get_description());
+    std::string text, line, word;
+    while (words >> word) {
+      if (!line.empty() && line.size() + 1 + word.size() > kWidth) {
+        text += line + '\n';  // CLI11 indents what follows
+        line.clear();
+      }
+      line += (line.empty() ? "" : " ") + word;
+    }
+    option->description(text + line);
+  }
+  for (CLI::App* verb : app.get_subcommands({})) wrap_descriptions(*verb);
+}
+
+/// Nothing where the tool goes on, else its exit code: help and version on stdout with success,
+/// misuse on stderr.
+[[nodiscard]] inline std::optional<int> parse(CLI::App& app, int argc, char** argv) {
+  wrap_descriptions(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? kSuccess : kUsage;
+  }
+  return std::nullopt;
+}
+
+}  // namespace pvol::cli

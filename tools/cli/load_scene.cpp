@@ -1,0 +1,123 @@
+#include "cli/load_scene.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "cli/cli.h"
+#include "pvol/bounds/recipe_bounds.h"
+#include "pvol/error.h"
+#include "pvol/formats/image.h"
+#include "pvol/formats/recipe_file.h"
+#include "pvol/render/render.h"
+#include "pvol/render/scene_volume.h"
+#include "pvol/shell/certificate.h"
+#include "pvol/shell/recipe_support.h"
+#include "pvol/volume/facts.h"
+
+namespace pvol::cli {
+
+formats::SceneFile read_scene(const std::filesystem::path& input,
+                              const std::vector<std::string>& sets) {
+  const bool is_scene = formats::ending(input) == ".toml" && !formats::is_recipe(input);
+  return is_scene ? formats::read_scene(input, sets) : formats::default_scene(input, sets);
+}
+
+void load_sky(formats::SceneFile& file) {
+  if (file.sky.empty()) return;
+  ImageSky picture = formats::read_sky(file.sky);
+  const auto& wanted = std::get<ImageSky>(file.scene.environment);
+  picture.scale = wanted.scale;
+  picture.rotation = wanted.rotation;
+  file.scene.environment = std::move(picture);
+}
+
+formats::Cloud load_cloud(const std::string& tool, const std::filesystem::path& file,
+                          const formats::GridOptions& grid, const formats::SceneFile& scene) {
+  const RenderOptions& o = scene.scene.options;
+  formats::Cloud cloud = formats::load_cloud(file, grid, o.interpolation);
+  print_warnings(tool, cloud.report.warnings);
+  if (scene.density) formats::quantise(cloud, *scene.density, file);
+  formats::coarsen(cloud, o.preview, file);
+  return cloud;
+}
+
+double choose_extinction(const formats::Cloud& cloud, Medium medium, double thickness) {
+  medium.extinction = 1;
+  const VolumeFacts f = describe(Volume{}, cloud, medium);
+  const double unit =
+      *std::max_element(std::begin(f.mean_optical_thickness), std::end(f.mean_optical_thickness));
+  if (!(unit > 0)) return 1;
+  char digits[32];
+  std::snprintf(digits, sizeof digits, "%.3g", thickness / unit);
+  constexpr double kLargest = 3e38;  // fits a float, for clouds of denormal densities
+  return std::min(std::stod(digits), kLargest);
+}
+
+Volume make_volume(const formats::Cloud& cloud, const Scene& scene) {
+  if (cloud.recipe) return pvol::make_volume(cloud.recipe, cloud.pyramid, scene);
+  const LeafMicroBounds* stored = cloud.micro ? &*cloud.micro : nullptr;
+  return pvol::make_volume(cloud.grid, cloud.pyramid, scene, stored);
+}
+
+VolumeFacts describe(const Volume& volume, const formats::Cloud& cloud, const Medium& medium) {
+  return cloud.recipe ? pvol::describe(volume, *cloud.recipe, medium)
+                      : pvol::describe(volume, cloud.grid, medium);
+}
+
+void require_proof(const std::filesystem::path& file, const formats::Cloud& cloud) {
+  if (!cloud.shell) return;
+  CertifyOptions enough;
+  enough.enough = evaluator_margin(*cloud.shell);
+  const Support support = cloud.recipe ? make_support(*cloud.recipe, 3 - kLeafRefinement)
+                                       : make_support(cloud.grid, cloud.pyramid);
+  if (certify(*cloud.shell, support, enough).bound >= enough.enough) return;
+  throw Error(file.string() +
+              ": its shell does not hold the cloud; fit it again, or render with --shells off");
+}
+
+Camera frame_all(std::span<const Volume> volumes, const RenderOptions& options) {
+  Box all;
+  for (const Volume& v : volumes) {
+    if (!v.world_box.empty()) all = extend(extend(all, v.world_box.lo), v.world_box.hi);
+  }
+  return frame(all, double(options.width) / options.height);
+}
+
+void refuse_endless_work(const std::filesystem::path& file, const Volume& volume,
+                         const VolumeFacts& facts, const RenderOptions& options) {
+  constexpr double kMostEvents = 1e6;
+  const Medium& m = volume.medium;
+  double albedo = double(max_component(m.albedo));
+  for (const Component& c : m.others) albedo = std::max(albedo, double(max_component(c.albedo)));
+  const double thickness = facts.largest_optical_thickness;
+  const double scatterings = estimate_scatterings(thickness, albedo);
+  const std::string where = file.string() + ": ";
+  const std::string limit = ", expected at most " + readable(kMostEvents) + ". ";
+  if (scatterings > kMostEvents && !options.max_bounces) {
+    throw Error(
+        where + "a path would scatter about " + readable(scatterings) +
+        " times (optical thickness up to " + readable(thickness) + ", albedo " + readable(albedo) +
+        ")" + limit +
+        "Lower medium.extinction, limit paths with --max-bounces N, or insist with --force.");
+  }
+  // Second moments of weights grow by exp(4 (k - 1) depth) where majorants are k times too low
+  // (THEORY.md, T20).
+  constexpr double kMostGrowth = 20;
+  const double growth = 4 * (volume.majorant_excess - 1) * thickness;
+  if (growth > kMostGrowth) {
+    throw Error(where + "weights would grow without end: majorants are up to " +
+                readable(volume.majorant_excess) +
+                " times too low in a cloud of optical thickness up to " + readable(thickness) +
+                ", so that the variance grows by exp(" + readable(growth) +
+                "), expected at most exp(" + readable(kMostGrowth) +
+                "). Fit the cloud again, raise --majorant-scale, or insist with --force.");
+  }
+  if (facts.null_collisions > kMostEvents) {
+    throw Error(where + "a ray would meet about " + readable(facts.null_collisions) +
+                " null collisions in one segment" + limit +
+                "Lower medium.extinction, leave --depth at auto and --tracker at decomposition, or "
+                "insist with --force.");
+  }
+}
+
+}  // namespace pvol::cli

@@ -1,0 +1,56 @@
+// From what the user names to volumes ready for rendering, for every tool that renders.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "pvol/formats/cloud.h"
+#include "pvol/formats/scene_file.h"
+#include "pvol/render/scene_volume.h"
+#include "pvol/volume/facts.h"
+#include "pvol/volume/volume.h"
+
+namespace pvol::cli {
+
+/// Mean optical thickness along the thickest axis where no extinction is given.
+inline constexpr double kChosenThickness = 40;
+
+/// A scene file, or the default scene around a cloud, with values set.
+[[nodiscard]] formats::SceneFile read_scene(const std::filesystem::path& input,
+                                            const std::vector<std::string>& sets);
+
+/// Reads the pixels of the scene's sky, where it is a picture.
+void load_sky(formats::SceneFile& file);
+
+/// A cloud as the scene's options want it: bounds for the interpolation, precision, preview. Prints
+/// the reader's warnings in the tool's name.
+[[nodiscard]] formats::Cloud load_cloud(const std::string& tool, const std::filesystem::path& file,
+                                        const formats::GridOptions& grid,
+                                        const formats::SceneFile& scene);
+
+/// The extinction of three digits with which the cloud is this many mean free paths thick, averaged
+/// over the columns along its thickest axis; 1 for a cloud of nothing.
+[[nodiscard]] double choose_extinction(const formats::Cloud& cloud, Medium medium,
+                                       double thickness = kChosenThickness);
+
+/// pvol::make_volume and pvol::describe of a cloud with samples, or of one that is a recipe.
+[[nodiscard]] Volume make_volume(const formats::Cloud& cloud, const Scene& scene);
+[[nodiscard]] VolumeFacts describe(const Volume& volume, const formats::Cloud& cloud,
+                                   const Medium& medium);
+
+/// Proves again that a cloud's shell, if it has one, holds it: a few milliseconds, where a wrong
+/// one would cut parts of the cloud off without a word. Throws Error otherwise.
+void require_proof(const std::filesystem::path& file, const formats::Cloud& cloud);
+
+/// The camera that shows all volumes.
+[[nodiscard]] Camera frame_all(std::span<const Volume> volumes, const RenderOptions& options);
+
+/// Throws Error for what would not end in reasonable time: paths that scatter for ever, nearly, in
+/// a thick cloud of albedo 1, weights that grow without end, and null collisions in empty space
+/// under an enormous majorant. `file` is named.
+void refuse_endless_work(const std::filesystem::path& file, const Volume& volume,
+                         const VolumeFacts& facts, const RenderOptions& options);
+
+}  // namespace pvol::cli

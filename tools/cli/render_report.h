@@ -1,0 +1,59 @@
+// What a render leaves on record besides the picture: its options, counts, times and errors.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pvol/formats/scene_file.h"
+#include "pvol/render/guide_choice.h"
+#include "pvol/render/render.h"
+#include "pvol/render/shell_choice.h"
+#include "pvol/volume/estimators.h"
+#include "pvol/volume/facts.h"
+
+namespace pvol::cli {
+
+/// What the log says of a volume.
+struct VolumeReport {
+  std::filesystem::path file;
+  VolumeFacts facts;
+  std::optional<ShellChoice> shell;  ///< of a file that has one
+  Quantisation density{};            ///< that it is rendered with
+  QuantisationError density_error{};
+};
+
+/// What is rendered: the scene with nothing left to choose, and its cloud made ready.
+struct RenderJob {
+  std::filesystem::path input;    ///< as given on the command line
+  std::vector<std::string> sets;  ///< likewise
+  formats::SceneFile file;
+  std::vector<Volume> volumes;
+  std::vector<VolumeReport> reports;                 ///< one for each volume
+  std::optional<TransmittanceChoice> transmittance;  ///< where it was left to choose
+  GuideChoice guide;
+};
+
+struct TimedRender {
+  RenderResult result;
+  double cpu_seconds = 0, wall_seconds = 0;
+  std::uint64_t samples = 0, samples_wanted = 0;  ///< of the camera, over all pixels
+};
+
+/// "none", "2^3 from the file", "2^3 built at load" or "single voxels, built at load".
+[[nodiscard]] std::string micro_bounds_text(const Volume& volume);
+
+/// "no", or "yes: " and what makes the picture biased.
+[[nodiscard]] std::string describe_bias(const RenderJob& job);
+
+/// For the header of the picture: all that is needed to make it again.
+[[nodiscard]] std::map<std::string, std::string> describe_picture(const RenderJob& job,
+                                                                  const TimedRender& t);
+
+/// The JSON of --stats. mean_rgb is the mean over pixels, variance_rgb the mean over pixels of the
+/// variance of a pixel's mean; counts are totals.
+[[nodiscard]] std::string stats_text(const RenderJob& job, const TimedRender& t);
+
+}  // namespace pvol::cli

@@ -1,0 +1,58 @@
+// The report of the verb `bounds`: what is measured, and its forms.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/json.h"
+#include "pvol/bounds/distribution.h"
+#include "pvol/bounds/statistics.h"
+#include "pvol/bounds/verify.h"
+#include "pvol/formats/cloud.h"
+#include "pvol/measure/probe.h"
+#include "pvol/volume/facts.h"
+#include "pvol/volume/volume.h"
+#include "report/html.h"
+
+namespace pvol::cli {
+
+struct BoundsReport {
+  std::string file;
+  formats::Cloud cloud;
+  BoundsStatistics bounds;
+  std::vector<DepthDistributions> distributions;
+  double empty_share_of_box = 0;
+
+  /// What depends on the extinction.
+  struct Cut {
+    double extinction = 0;
+    VolumeFacts facts;
+    Tightness tightness;
+  };
+  std::optional<Cut> cut;
+  std::optional<Probe> probe;               ///< where a render was asked for
+  std::optional<BoundsCheck> check;         ///< where the bounds were verified
+  std::optional<formats::PvolSizes> bytes;  ///< of a .pvol file
+};
+
+/// "64 x 64 x 40 voxels" and the like.
+[[nodiscard]] std::string describe_size(const BoundsReport& r);
+
+/// A line of the table of look-ups for each collision.
+struct LookupFigure {
+  std::string name;
+  std::optional<CollisionCost> expected;  ///< dense: 0 where not known
+  std::optional<CountRatio> measured;
+};
+[[nodiscard]] std::vector<LookupFigure> lookup_figures(const BoundsReport& r);
+
+/// A wrong bound in a sentence: what is wrong, where, and by how much.
+[[nodiscard]] std::string describe(const WrongBound& wrong, const Affine& index_to_world);
+[[nodiscard]] std::string describe(const WrongSupport& wrong);
+
+[[nodiscard]] Json to_json(const BoundsReport& r);
+[[nodiscard]] Json to_json(const BoundsCheck& check, const Affine& index_to_world);
+[[nodiscard]] html::Page bounds_page(const BoundsReport& r);
+
+}  // namespace pvol::cli

@@ -1,0 +1,228 @@
+#include "stats/stats_scene.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "cli/cli.h"
+#include "cli/instructions.h"
+#include "cli/load_scene.h"
+#include "pvol/error.h"
+#include "pvol/measure/trade.h"
+#include "pvol/render/guide_choice.h"
+#include "pvol/render/render.h"
+#include "pvol/render/scene_volume.h"
+#include "pvol/render/shell_choice.h"
+#include "pvol/volume/facts.h"
+
+namespace pvol::cli {
+namespace {
+
+formats::SceneFile read(const SceneOptions& o) {
+  formats::SceneFile file = read_scene(o.input, o.sets);
+  if (!o.grid.grid.empty()) file.grid = o.grid.grid;
+  load_sky(file);
+  return file;
+}
+
+void choose_size(const SceneOptions& o, int pixels, LoadedScene& loaded) {
+  RenderOptions& r = loaded.file.scene.options;
+  loaded.picture_width = r.crop_width > 0 ? r.crop_width : r.width;
+  loaded.picture_height = r.crop_height > 0 ? r.crop_height : r.height;
+  r.crop_x = r.crop_y = r.crop_width = r.crop_height = 0;
+  if (o.size) {
+    r.width = (*o.size)[0], r.height = (*o.size)[1];
+    return;
+  }
+  const double scale = std::sqrt(double(pixels) / (double(r.width) * r.height));
+  if (scale >= 1) return;
+  r.width = std::max(1, int(std::lround(r.width * scale)));
+  r.height = std::max(1, int(std::lround(r.height * scale)));
+}
+
+void set_extinction(const SceneOptions& o, LoadedScene& loaded) {
+  Medium& medium = loaded.file.scene.medium;
+  if (o.extinction) {
+    medium.extinction = *o.extinction;
+  } else if (o.thickness || !loaded.file.has_extinction) {
+    loaded.chose_extinction = !o.thickness;
+    medium.extinction =
+        choose_extinction(loaded.clouds.front(), medium, o.thickness.value_or(kChosenThickness));
+  }
+  loaded.file.has_extinction = true;
+  for (std::size_t i = 0; i < loaded.file.others.size(); ++i) {
+    formats::FurtherVolume& other = loaded.file.others[i];
+    if (other.has_extinction) continue;
+    other.medium.extinction = choose_extinction(loaded.clouds[i + 1], other.medium);
+    other.has_extinction = true;
+  }
+}
+
+const Medium& medium_of(const LoadedScene& loaded, std::size_t i) {
+  return i == 0 ? loaded.file.scene.medium : loaded.file.others[i - 1].medium;
+}
+
+/// The volumes of a scene, each made for its own medium.
+std::vector<Volume> make_volumes(const LoadedScene& loaded,
+                                 const std::vector<formats::Cloud>& clouds, const Scene& scene) {
+  std::vector<Volume> volumes;
+  for (std::size_t i = 0; i < clouds.size(); ++i) {
+    Scene own = scene;
+    if (i > 0) own.medium = loaded.file.others[i - 1].medium;
+    volumes.push_back(make_volume(clouds[i], own));
+    VolumeFacts facts = loaded.facts[i];
+    facts.null_collisions = worst_null_collisions(volumes.back());
+    refuse_endless_work(i == 0 ? loaded.file.volume : loaded.file.others[i - 1].file,
+                        volumes.back(), facts, own.options);
+    if (clouds[i].shell) (void)choose_shell(volumes.back(), *clouds[i].shell, scene);
+  }
+  return volumes;
+}
+
+void choose_camera(LoadedScene& loaded) {
+  Scene& scene = loaded.file.scene;
+  if (loaded.file.has_camera) return;
+  scene.camera = frame_all(make_volumes(loaded, loaded.clouds, scene), scene.options);
+  loaded.file.has_camera = true;
+  loaded.framed = true;
+}
+
+/// What the user's picture would get, of which only a small one is rendered.
+void choose_guide_as_for_picture(const LoadedScene& loaded, std::span<const Volume> volumes,
+                                 Scene& scene) {
+  if (scene.options.guide != GuideUse::automatic) return;
+  Scene whole = scene;
+  whole.options.width = loaded.picture_width, whole.options.height = loaded.picture_height;
+  whole.options.samples = loaded.file.scene.options.samples;
+  scene.options.guide = choose_guide(volumes, whole).used ? GuideUse::on : GuideUse::off;
+}
+
+SetUp set_up_of(const std::vector<Volume>& volumes, double seconds) {
+  SetUp s;
+  s.seconds = seconds;
+  for (const Volume& v : volumes) {
+    s.field_bytes += v.field.samples.size() * sizeof(float);
+    s.octree_bytes += v.octree.bytes();
+    s.micro_bytes += v.micro.bytes();
+    s.depth = std::max(s.depth, v.octree.depth);
+  }
+  return s;
+}
+
+/// The scene that a request asks for. A pilot's picture has a sixteenth of the pixels.
+Scene requested(const LoadedScene& loaded, const RunRequest& request, int threads) {
+  Scene scene = loaded.file.scene;
+  RenderOptions& r = scene.options;
+  r.samples = request.samples;
+  r.seed = request.seed;
+  r.count = request.count;
+  r.threads = threads;
+  if (request.pilot) {
+    r.width = std::max(1, r.width / 4);
+    r.height = std::max(1, r.height / 4);
+  }
+  return scene;
+}
+
+}  // namespace
+
+LoadedScene load_scene(const SceneOptions& o, int pixels) {
+  LoadedScene loaded;
+  loaded.file = read(o);
+  choose_size(o, pixels, loaded);
+  const auto add = [&](const std::filesystem::path& file, const std::string& grid) {
+    loaded.clouds.push_back(load_cloud("pvol-stats", file, {grid, o.grid.strict}, loaded.file));
+    if (loaded.clouds.back().pyramid.empty()) {
+      throw Error(file.string() + ": the density is 0 everywhere; there is nothing to measure");
+    }
+    if (loaded.file.scene.options.shells != ShellUse::off) {
+      require_proof(file, loaded.clouds.back());
+    }
+  };
+  add(loaded.file.volume, loaded.file.grid);
+  for (const formats::FurtherVolume& v : loaded.file.others) add(v.file, v.grid);
+  set_extinction(o, loaded);
+  for (std::size_t i = 0; i < loaded.clouds.size(); ++i) {
+    loaded.facts.push_back(describe(Volume{}, loaded.clouds[i], medium_of(loaded, i)));
+  }
+  choose_camera(loaded);
+  return loaded;
+}
+
+Run render_changed(const LoadedScene& loaded, const ChangeScene& change_scene,
+                   const ChangeCloud& change_cloud, const RunRequest& request, int threads) {
+  Scene scene = requested(loaded, request, threads);
+  if (change_scene) change_scene(scene);
+  std::vector<formats::Cloud> changed;
+  if (change_cloud) {
+    changed = loaded.clouds;
+    for (formats::Cloud& cloud : changed) change_cloud(cloud);
+  }
+  const double stop = clock_seconds() + request.most_seconds;
+  const double begin = cpu_seconds();
+  const std::vector<Volume> volumes =
+      make_volumes(loaded, change_cloud ? changed : loaded.clouds, scene);
+  const double ready = cpu_seconds();
+  Run run;
+  run.set_up = set_up_of(volumes, ready - begin);
+  choose_guide_as_for_picture(loaded, volumes, scene);
+  const InstructionCounter instructions;
+  RenderResult result =
+      render(volumes, scene, [&](std::uint64_t, std::uint64_t) { return clock_seconds() < stop; });
+  run.seconds = cpu_seconds() - ready;
+  run.set_up.seconds += result.guide_seconds;
+  run.seconds -= result.guide_seconds;
+  run.instructions = instructions.read();
+  run.film = std::move(result.film);
+  run.counts = result.counts;
+  run.complete = result.complete;
+  return run;
+}
+
+Film render_reference(const LoadedScene& loaded, double seconds, std::uint64_t seed, int threads) {
+  const double end = clock_seconds() + seconds;
+  RunRequest request{.samples = 2, .seed = seed, .most_seconds = seconds};
+  Film sum;
+  for (;;) {
+    const double begin = clock_seconds();
+    const Run run = render_changed(loaded, {}, {}, request, threads);
+    if (!run.complete) {
+      throw Error("the budget is too short: two samples a pixel for the reference take more than " +
+                  readable_seconds(std::max(0.0, seconds)) + "; raise --budget or lower --size");
+    }
+    if (sum.pixels.empty()) {
+      sum = run.film;
+    } else {
+      add_samples(sum, run.film);
+    }
+    // Growing chunks, so that setting up takes little of the time whatever a sample costs.
+    const double took = clock_seconds() - begin, left = end - clock_seconds();
+    const double grown = std::min(4.0, 0.8 * left / took) * request.samples;
+    if (grown < 1 || left < 0.1 * seconds || interrupted()) return sum;
+    request.samples = std::uint32_t(std::min(grown, 65536.0));
+    ++request.seed;
+    request.most_seconds = std::numeric_limits<double>::infinity();
+  }
+}
+
+double clock_seconds() {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return std::chrono::duration<double>(now).count();
+}
+
+std::string describe(const LoadedScene& loaded) {
+  const Scene& scene = loaded.file.scene;
+  const VolumeFacts& f = loaded.facts.front();
+  const Medium& m = scene.medium;
+  return "mean optical thickness " + readable(f.mean_optical_thickness[0]) + ", " +
+         readable(f.mean_optical_thickness[1]) + ", " + readable(f.mean_optical_thickness[2]) +
+         " along the axes (extinction " + readable(m.extinction) +
+         (loaded.chose_extinction ? ", chosen" : "") + "), albedo " +
+         readable(double(luminance(m.albedo))) + ", g " + readable(m.g) + "; " +
+         std::to_string(scene.options.width) + "x" + std::to_string(scene.options.height) +
+         " pixels" + (loaded.framed ? ", framed" : "");
+}
+
+}  // namespace pvol::cli

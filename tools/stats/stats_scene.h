@@ -1,0 +1,64 @@
+// A scene and its clouds in memory, for the verbs of pvol-stats that render.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pvol/formats/cloud.h"
+#include "pvol/formats/scene_file.h"
+#include "pvol/volume/facts.h"
+#include "pvol/volume/volume.h"
+#include "stats/sweep.h"
+
+namespace pvol::cli {
+
+/// What the user says of the scene to measure.
+struct SceneOptions {
+  std::filesystem::path input;  ///< a scene (.toml) or a cloud
+  formats::GridOptions grid;
+  std::vector<std::string> sets;
+  std::optional<std::array<int, 2>> size;
+  std::optional<double> extinction;  ///< per world unit and unit of density
+  std::optional<double>
+      thickness;  ///< mean optical thickness along the first cloud's thickest axis
+};
+
+struct LoadedScene {
+  formats::SceneFile file;
+  std::vector<formats::Cloud> clouds;
+  std::vector<VolumeFacts> facts;             ///< of each cloud, without its octree
+  bool chose_extinction = false;              ///< neither the user nor the scene gave one
+  bool framed = false;                        ///< nor a camera
+  int picture_width = 0, picture_height = 0;  ///< of the scene, which is measured at another size
+};
+
+/// Reads everything and completes it as pvol-render does: an extinction that makes the thickest
+/// axis 40 mean free paths thick, a camera that frames the clouds. Pictures get the size asked for,
+/// or else one of about `pixels` pixels in the scene's proportions, without a crop.
+[[nodiscard]] LoadedScene load_scene(const SceneOptions& o, int pixels);
+
+/// A way to change a scene and its clouds before they are rendered.
+using ChangeScene = std::function<void(Scene&)>;
+using ChangeCloud = std::function<void(formats::Cloud&)>;
+
+/// Makes the volumes of the changed scene, timed, and renders them on this many threads.
+[[nodiscard]] Run render_changed(const LoadedScene& loaded, const ChangeScene& change_scene,
+                                 const ChangeCloud& change_cloud, const RunRequest& request,
+                                 int threads);
+
+/// The unchanged scene for about this many seconds of the clock: whole films of `chunk` samples a
+/// pixel with seeds from `seed` on, added up.
+[[nodiscard]] Film render_reference(const LoadedScene& loaded, double seconds, std::uint64_t seed,
+                                    int threads);
+
+/// Seconds of a clock that never goes back.
+[[nodiscard]] double clock_seconds();
+
+/// The scene in one line: size of the cloud, extinction, optical thickness, picture, albedo, g.
+[[nodiscard]] std::string describe(const LoadedScene& loaded);
+
+}  // namespace pvol::cli

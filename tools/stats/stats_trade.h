@@ -1,0 +1,47 @@
+// The verbs of pvol-stats that render: depth and trade.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "stats/stats_scene.h"
+
+namespace pvol::cli {
+
+struct DepthOptions {
+  SceneOptions scene;
+  std::vector<int> depths{0, 4, 8, 16};
+  std::optional<std::string> tracker;
+  std::uint32_t most_samples = 65536;  ///< a pixel and round
+  double budget = 120;                 ///< seconds of the clock
+  std::optional<std::filesystem::path> html;
+  bool json = false, quiet = false;
+};
+[[nodiscard]] int run_depth(const DepthOptions& o);
+
+struct TradeOptions {
+  SceneOptions scene;
+  std::optional<double> most_error;  ///< relative
+  std::optional<double> most_time;   ///< CPU seconds of the picture
+  double budget = 300;               ///< seconds of the clock
+  int threads = 0;                   ///< of the reference
+  std::optional<std::filesystem::path> html;
+  bool json = false, quiet = false;
+};
+[[nodiscard]] int run_trade(const TradeOptions& o);
+
+/// Says on stderr what is measured next, every few seconds.
+class Announcer {
+ public:
+  explicit Announcer(bool quiet) : quiet_(quiet) {}
+  void operator()(const std::string& next, double seconds_left);
+
+ private:
+  bool quiet_;
+  double last_ = 0;
+};
+
+}  // namespace pvol::cli

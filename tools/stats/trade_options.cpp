@@ -1,0 +1,151 @@
+#include "stats/trade_options.h"
+
+#include <array>
+
+#include "cli/cli_app.h"
+
+namespace pvol::cli {
+namespace {
+
+constexpr const char* kTradeHelp = R"(What is measured:
+  Settings of one option each (octree depth, micro-bounds, tracker, shadow rays, guided paths, shells,
+  interpolation, precision of the density, homogenised nodes, previews, bounce limit), then combinations of those that gained most, each against the default in the
+  same rounds. time: CPU time of a sample, on one thread. variance: of a sample's luminance, averaged
+  over the pixels. time x variance: what a picture of given noise costs. Bias: the mean against many
+  samples of the default; the report calls a setting biased where the means of the picture's parts or
+  its pixels differ more than noise explains, and errs once in a hundred reports.
+
+Examples:
+  pvol-stats trade cloud.vdb --budget 120 --html trade.html
+      two minutes of measuring, a page to look at
+  pvol-stats trade scene.toml --max-error 0.02
+      the setting that renders the scene with a relative error of 2 % in least time
+
+Exit status: 0 success, 1 failure, 2 wrong usage.)";
+
+constexpr const char* kDepthHelp = R"(What is measured:
+  The effect of the octree's depth, after table 1 of "Rendering of inhomogeneous volumes using
+  perturbation functions": building time and tracking time for each depth, in turn, with their ratios
+  to the first depth's. bounds: extremes of all voxels down to leaves of 8^3, alike for every depth;
+  tree: bricks of samples and the octree cut at the depth. Depths below the cloud's leaves are those
+  of its leaves.
+
+Examples:
+  pvol-stats depth cloud.vdb
+      depths 0, 4, 8 and 16 of the cloud at 40 mean free paths
+  pvol-stats depth cloud.vdb --tracker delta --thickness 10 --html depth.html
+      another tracker, a thinner cloud, and a page with the plots
+
+Exit status: 0 success, 1 failure, 2 wrong usage.)";
+
+/// "96x64" into two whole numbers from 1 to 4096.
+CLI::Validator size_reader(std::optional<std::array<int, 2>>& size) {
+  constexpr int kLargest = 4096;
+  return CLI::Validator(
+      [&size](const std::string& text) -> std::string {
+        const std::vector<std::string> parts = CLI::detail::split(text, 'x');
+        std::array<int, 2> v{};
+        bool good = parts.size() == 2;
+        for (std::size_t i = 0; good && i < 2; ++i) {
+          good = CLI::detail::lexical_cast(parts[i], v[i]) && v[i] >= 1 && v[i] <= kLargest;
+        }
+        if (good) size = v;
+        return good ? "" : "found '" + text + "', expected WxH, whole numbers from 1 to 4096";
+      },
+      "");
+}
+
+void add_scene(CLI::App& verb, SceneOptions& o) {
+  verb.add_option("FILE", o.input,
+                  "Scene (.toml), or a cloud: .pvol, .vdb, .nvdb, or a recipe (.toml)")
+      ->type_name("")
+      ->required();
+  verb.add_option("--grid", o.grid.grid,
+                  "Grid of a .vdb or .nvdb file [density, else the only one]")
+      ->type_name("NAME");
+  verb.add_option("--set", o.sets, "Set a value of the scene, e.g. medium.g=0.5; repeatable")
+      ->type_name("KEY=VALUE")
+      ->expected(1)
+      ->take_all()
+      ->allow_extra_args(false);
+  CLI::Option* thickness =
+      verb.add_option("--thickness", o.thickness,
+                      "Mean optical thickness along the cloud's thickest axis; sets the extinction "
+                      "[the scene's, else 40]")
+          ->type_name("X")
+          ->check(above_zero());
+  verb.add_option("--extinction", o.extinction,
+                  "Extinction per world unit and unit of density, instead")
+      ->type_name("X")
+      ->check(above_zero())
+      ->excludes(thickness);
+  verb.add_option_function<std::string>(
+          "--size", [](const std::string&) {}, "Size of the pictures measured [about 96x96]")
+      ->type_name("WxH")
+      ->check(size_reader(o.size));
+}
+
+void add_output(CLI::App& verb, double& budget, std::optional<std::filesystem::path>& html,
+                bool& json, bool& quiet) {
+  verb.add_option("--budget", budget, "Seconds that measuring may take, after loading")
+      ->type_name("SECONDS")
+      ->check(number_from(0.1, 1e6, "a number from 0.1 to 1e6"));
+  verb.add_flag("--json", json, "The report as JSON");
+  verb.add_option("--html", html, "Write the report as a page, too")->type_name("FILE");
+  verb.add_flag("--quiet", quiet, "No progress and no text; warnings, errors and files stay");
+}
+
+}  // namespace
+
+void add_depth(CLI::App& app, DepthOptions& o, std::function<int()>& run) {
+  CLI::App* verb = app.add_subcommand("depth", "What the octree's depth costs and gains");
+  add_common(*verb, kDepthHelp);
+  add_scene(*verb, o.scene);
+  verb->add_option(
+          "--depths", o.depths,
+          "Octree depths from 0 to 16, with commas between them; the first is the one that "
+          "the others are compared with [0,4,8,16]")
+      ->type_name("N,N,...")
+      ->delimiter(',')
+      ->check(CLI::Range(0, 16).description(""));
+  verb->add_option("--tracker", o.tracker,
+                   "Free paths: delta, decomposition, weighted-delta, weighted-decomposition or "
+                   "regular [the scene's, else decomposition]")
+      ->type_name("NAME")
+      ->check(one_of(
+          {"delta", "decomposition", "weighted-delta", "weighted-decomposition", "regular"}));
+  verb->add_option("--spp", o.most_samples, "Most samples a pixel in one round [65536]")
+      ->type_name("N")
+      ->check(CLI::Range(2u, 65536u).description(""));
+  add_output(*verb, o.budget, o.html, o.json, o.quiet);
+  verb->get_option("--budget")->description("Seconds that measuring may take, after loading [120]");
+  verb->callback([&] { run = [&] { return run_depth(o); }; });
+}
+
+void add_trade(CLI::App& app, TradeOptions& o, std::function<int()>& run) {
+  CLI::App* verb = app.add_subcommand("trade", "What each option gains in time and costs in error");
+  add_common(*verb, kTradeHelp);
+  add_scene(*verb, o.scene);
+  CLI::Option* error =
+      verb->add_option("--max-error", o.most_error,
+                       "Recommend the fastest setting for this error: root mean squared over the "
+                       "mean luminance, e.g. 0.02 [0.1, 0.03 and 0.01]")
+          ->type_name("X")
+          ->check(number_from(1e-9, 1e3, "a number from 1e-9 to 1000"));
+  verb->add_option("--max-time", o.most_time,
+                   "Recommend the setting of least error in this CPU time of the picture, in "
+                   "seconds")
+      ->type_name("SECONDS")
+      ->check(number_from(1e-3, 1e9, "a number from 0.001 to 1e9"))
+      ->excludes(error);
+  verb->add_option("--threads", o.threads,
+                   "Threads for the reference; all else is timed on one. 0 is one for each "
+                   "hardware thread [0]")
+      ->type_name("N")
+      ->check(CLI::Range(0, 4096).description(""));
+  add_output(*verb, o.budget, o.html, o.json, o.quiet);
+  verb->get_option("--budget")->description("Seconds that measuring may take, after loading [300]");
+  verb->callback([&] { run = [&] { return run_trade(o); }; });
+}
+
+}  // namespace pvol::cli
