@@ -1,5 +1,6 @@
 // What one look-up, one step of the walk and one tentative collision cost: our bricks against a
-// NanoVDB grid with a persistent accessor, and the terms of the walk's cost model (THEORY.md, T5).
+// NanoVDB grid with a persistent accessor, and the terms of the walk's cost model (THEORY.md,
+// T2.1).
 //
 //   lookup_bench CLOUD [Google Benchmark options]
 #include <benchmark/benchmark.h>

@@ -62,7 +62,7 @@ float look_up(const float* brick, Vec3i cell, Float4 offset) {
   return density_in_brick<kTricubic>(brick, {lanes(cell), offset});
 }
 
-/// (T24): 2^-17 of the largest sample off the exact value, 6 ulp off the hull, never below 0.
+/// (T1.4): 2^-17 of the largest sample off the exact value, 6 ulp off the hull, never below 0.
 TEST(Tricubic, IsTheSplineAndStaysInTheHull) {
   for (std::size_t v = 0; v < values().size(); ++v) {
     const BrickField f = random_bricks(1, v, values()[v]);

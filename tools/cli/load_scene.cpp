@@ -101,7 +101,7 @@ void refuse_endless_work(const std::filesystem::path& file, const Volume& volume
         "Lower medium.extinction, limit paths with --max-bounces N, or insist with --force.");
   }
   // Second moments of weights grow by exp(4 (k - 1) depth) where majorants are k times too low
-  // (THEORY.md, T20).
+  // (THEORY.md, T3.5).
   constexpr double kMostGrowth = 20;
   const double growth = 4 * (volume.majorant_excess - 1) * thickness;
   if (growth > kMostGrowth) {

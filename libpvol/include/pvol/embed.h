@@ -68,7 +68,7 @@ namespace pvol {
                                          Rng& rng, Transmittance estimator = Transmittance::ratio);
 
 /// exp(-int mu_t) up to t_max in closed form, cell by cell, exact but for the rounding of positions
-/// to 2^-24 cells a step (THEORY.md, T6). Throws Error for tricubic and procedural volumes, which
+/// to 2^-24 cells a step (THEORY.md, T1.3). Throws Error for tricubic and procedural volumes, which
 /// have no closed form.
 [[nodiscard]] double exact_transmittance(const Volume& volume, const Ray& ray, double t_max);
 

@@ -224,7 +224,7 @@ class Collector {
   }
 };
 
-/// Extremes of the samples that the interpolants of a leaf's cells read (THEORY.md, T1, T24).
+/// Extremes of the samples that the interpolants of a leaf's cells read (THEORY.md, T1.1, T1.4).
 Range leaf_range(const detail::BlockFinder& blocks, Vec3i origin, KernelReach reach) {
   Range r;
   const auto add = [&](const detail::BlockSource& b, Vec3i from, Vec3i count, Vec3i) {

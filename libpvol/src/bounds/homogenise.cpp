@@ -70,7 +70,7 @@ class Chooser {
 };
 
 /// An upper bound, over all rays, of the sum of deviations times lengths in the replaced nodes of
-/// each node, bottom up (THEORY.md, T29).
+/// each node, bottom up (THEORY.md, T3.7).
 double bound_depth_error(const Pyramid& p, const Choice& c, double unit) {
   struct Error {
     double most = 0;   // largest deviation

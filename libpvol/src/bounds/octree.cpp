@@ -26,7 +26,7 @@ Stops stops_at_depth(const Pyramid& p, int depth) {
   return stops;
 }
 
-/// The cheapest cut, bottom up (THEORY.md, T5). The cost of a node is that of a ray that crosses
+/// The cheapest cut, bottom up (THEORY.md, T2.1). The cost of a node is that of a ray that crosses
 /// it: a mean chord of 2/3 of its edge if the walk stops, else each child's cost times the share of
 /// crossing rays that cross the child, 1/4 (its surface over its parent's).
 Stops stops_by_cost(const Pyramid& p, double extinction, double cell_length,

@@ -1,4 +1,4 @@
-// Codes of samples, brick by brick (THEORY.md, T26).
+// Codes of samples, brick by brick (THEORY.md, T1.5).
 #include "pvol/density/quantise.h"
 
 #include <tbb/parallel_for.h>

@@ -10,7 +10,7 @@ namespace pvol {
 namespace {
 
 /// The densities that trilinear and nearest look-ups can compute where samples lie in [lo, hi]: on
-/// plateaus exactly the samples, else up to 3 ulp beyond (THEORY.md, T2). An ulp is at most 2^-23
+/// plateaus exactly the samples, else up to 3 ulp beyond (THEORY.md, T1.2). An ulp is at most 2^-23
 /// of the value: 2^-21 of the largest covers 4 of them.
 DensityRange reach_of_lookups(float lo, float hi) {
   if (lo == hi) return {lo, hi};

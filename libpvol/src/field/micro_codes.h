@@ -35,7 +35,7 @@ using RangesOfBrick = std::function<void(std::size_t b, int edge, CubeRanges&)>;
 [[nodiscard]] std::optional<std::uint32_t> find_violation(const MicroBounds& bounds,
                                                           std::size_t bricks, const RangesOfBrick&);
 
-/// Ranges of a brick of 11^3 samples under tricubic look-ups (THEORY.md, T24).
+/// Ranges of a brick of 11^3 samples under tricubic look-ups (THEORY.md, T1.4).
 void tricubic_ranges(const float* samples, int edge, CubeRanges& ranges);
 
 }  // namespace pvol::detail

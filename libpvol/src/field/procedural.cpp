@@ -26,7 +26,7 @@ struct Cube {
 };
 
 /// Holds the places of all look-ups in the closed cube: sums with an offset in [0, 1] and products
-/// with the voxel round monotonically (T25).
+/// with the voxel round monotonically (T8.2).
 Box box_of(double voxel, const Cube& cube) {
   return {Vec3d(cube.lo) * voxel, Vec3d(cube.lo + Vec3l(cube.edge)) * voxel};
 }

@@ -80,7 +80,7 @@ void tricubic_ranges(const float* samples, int edge, CubeRanges& ranges) {
   v = convert(v, kPoints * kPoints);
   const Extremes bezier = extremes_of(std::move(v), kPoints, n, 3 * edge, 3 * edge + 1);
 
-  // What look-ups and conversion are off the exact value, and look-ups alone off the hull (T24).
+  // What look-ups and conversion are off the exact value, and look-ups alone off the hull (T1.4).
   constexpr double kOffExact = 0x1p-17, kOffHull = 0x1p-20;
   constexpr double kTiny = 64 * double(std::numeric_limits<float>::denorm_min());
   ranges.all = {std::numeric_limits<float>::max(), 0};

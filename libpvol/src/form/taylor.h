@@ -6,7 +6,7 @@
 namespace pvol {
 
 /// Encloses a form over the box of all c + d, |d_i| <= h_i, by a quadric in d and a rest:
-/// local(d) + rest.lo <= form(c + d) <= local(d) + rest.hi (THEORY.md, T12). The enclosure holds
+/// local(d) + rest.lo <= form(c + d) <= local(d) + rest.hi (THEORY.md, T7.1). The enclosure holds
 /// for exact arithmetic; what rounding does to it is part of the rest. Based on: Makino, Berz.
 /// Taylor Models and Other Validated Functional Inclusion Methods. 2003.
 struct TaylorForm {

@@ -1,4 +1,4 @@
-// Comparison of films (THEORY.md, T28).
+// Comparison of films (THEORY.md, T9.1).
 #include "pvol/measure/compare.h"
 
 #include <algorithm>

@@ -14,7 +14,7 @@
 
 // Marching tetrahedra: Doi and Koide. An Efficient Method of Triangulating Equi-Valued Surfaces by
 // Using Tetrahedral Cells. IEICE Transactions E74(1), 1991; in Kuhn's split of a cube into six
-// tetrahedra along one diagonal, which neighbouring cubes agree upon (THEORY.md, T18).
+// tetrahedra along one diagonal, which neighbouring cubes agree upon (THEORY.md, T7.6).
 namespace pvol {
 namespace {
 

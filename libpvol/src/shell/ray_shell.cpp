@@ -8,7 +8,7 @@ namespace pvol {
 namespace {
 
 // Everything is scaled so that magnitudes of values are at most 1. All rounding errors of a
-// polynomial and of its roots together stay below kRounding (THEORY.md, T14).
+// polynomial and of its roots together stay below kRounding (THEORY.md, T7.3).
 constexpr double kRounding = 0x1p-44;
 constexpr double kUlp = 0x1p-52;
 // Beyond it quadrics are no longer blurred in proportion.

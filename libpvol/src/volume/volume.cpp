@@ -25,7 +25,7 @@ double column_length(const Affine& a, int axis) {
 }
 
 /// Positions go from world to cells in double; what they lose is a few ulp of the largest
-/// coordinate, seen in cells (THEORY.md, T6).
+/// coordinate, seen in cells (THEORY.md, T1.3).
 void check_placement(const Affine& to_world, const Affine& to_cells, const Box& world_box) {
   for (int r = 0; r < 3; ++r) {
     if (!is_finite(to_cells.m[std::size_t(r)]) || !std::isfinite(to_cells.t[r]) ||
@@ -67,7 +67,7 @@ void check_majorant_scale(const VolumeOptions& o) {
               "weights, and 1/3 is the least that they can make up for.");
 }
 
-/// About what a look-up costs, in the unit of the model of T5; a recipe may be cheaper or dearer.
+/// About what a look-up costs, in the unit of the model of T2.1; a recipe may be cheaper or dearer.
 constexpr double kTricubicCost = 35, kProceduralCost = 1000;
 
 /// Where the density ramps up from 0, a flight meets about sqrt(2 depth per voxel) null collisions

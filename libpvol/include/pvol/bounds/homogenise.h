@@ -13,7 +13,7 @@ namespace pvol {
 struct HomogeneousParts {
   std::uint64_t nodes = 0;
   double volume_share = 0, mass_share = 0;  ///< of all cubes that hold density, and of the mass
-  double depth_error = 0;  ///< no ray's optical depth changes by more (THEORY.md, T29)
+  double depth_error = 0;  ///< no ray's optical depth changes by more (THEORY.md, T3.7)
 };
 
 /// A pyramid with nodes in which the density counts as constant: their mean over the part of them

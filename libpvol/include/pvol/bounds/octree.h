@@ -85,7 +85,7 @@ struct Octree {
 };
 
 /// What one step of the walk, one tentative collision and one look-up cost, in any common unit: the
-/// terms of the model that chooses where a walk stops (THEORY.md, T5). The defaults are
+/// terms of the model that chooses where a walk stops (THEORY.md, T2.1). The defaults are
 /// nanoseconds, solved from whole renders of one cloud at several depths and extinctions.
 struct WalkCosts {
   double segment = 45;    ///< entering a terminal

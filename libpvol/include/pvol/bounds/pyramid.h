@@ -68,10 +68,10 @@ struct Pyramid {
 
 /// Bounds of the interpolants of `grid`, from all samples in each leaf's reach, in parallel; the
 /// result does not depend on the number of threads. `trilinear`, which `nearest` is short for,
-/// takes 9^3 samples of a leaf (THEORY.md, T1), `tricubic` 11^3, and its support is a cell wider on
-/// each side (T24). Throws Error for `procedural`, where the support spans more than 2^24 cells, or
-/// where it would take more than `max_leaves` leaves (a few bytes can describe a tile of 4096^3
-/// samples).
+/// takes 9^3 samples of a leaf (THEORY.md, T1.1), `tricubic` 11^3, and its support is a cell wider
+/// on each side (T1.4). Throws Error for `procedural`, where the support spans more than 2^24
+/// cells, or where it would take more than `max_leaves` leaves (a few bytes can describe a tile of
+/// 4096^3 samples).
 [[nodiscard]] Pyramid build_pyramid(const VoxelGrid& grid,
                                     Interpolation interpolation = Interpolation::trilinear,
                                     std::uint64_t max_leaves = std::uint64_t(1) << 26);

@@ -11,7 +11,7 @@ namespace pvol {
 /// Default below: octants of 4^3 cells.
 inline constexpr int kLeafRefinement = 1;
 
-/// The pyramid of a recipe from density_range() over the closed boxes of its leaves (T17): bounds
+/// The pyramid of a recipe from density_range() over the closed boxes of its leaves (T8.1): bounds
 /// of the density at every point, rounded to float: for procedural look-ups, and so for trilinear
 /// and nearest ones of its samples. They are wider than those of build_pyramid(make_grid(recipe)),
 /// leaf by leaf. Each leaf is divided `refine` times (0..3) into octants whose ranges are joined: 8

@@ -69,7 +69,7 @@ void validate(const Recipe& recipe);
 [[nodiscard]] double density(const Recipe& recipe, Vec3d world);
 
 /// Holds density(p), as computed, for every p of the finite box; equal ends where it is certainly
-/// constant (T17).
+/// constant (T8.1).
 [[nodiscard]] Interval density_range(const Recipe& recipe, const Box& world);
 
 /// A box outside which the density is 0, as if the noise took its largest value everywhere; empty

@@ -18,8 +18,8 @@ struct DensityRange {
 /// For every brick of a field, in its order, the bounds of each cube of edge^3 cells: 64 pairs of
 /// bytes for edge 2, 512 for single cells. Code c of a brick stands for base + c * step, computed
 /// in floats as written. The bounds hold for every density that look-ups compute, rounding
-/// included: of bricks of 9^3 samples nearest and trilinear ones (THEORY.md, T19), of those of 11^3
-/// tricubic ones (T24).
+/// included: of bricks of 9^3 samples nearest and trilinear ones (THEORY.md, T3.4), of those of
+/// 11^3 tricubic ones (T1.4).
 ///
 /// Plain arrays without pointers or padding: a file may hold both as they are. A decision reads 8
 /// bytes of `scales` and 2 of `codes`, whose addresses are known together.

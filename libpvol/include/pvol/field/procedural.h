@@ -59,7 +59,7 @@ struct ProceduralWithLinks {
 [[nodiscard]] ProceduralWithLinks make_procedural_field(std::shared_ptr<const Recipe> recipe,
                                                         const Pyramid& pyramid);
 
-/// Bounds of each cube of edge^3 cells from density_range() (THEORY.md, T25), which hold for every
+/// Bounds of each cube of edge^3 cells from density_range() (THEORY.md, T8.2), which hold for every
 /// look-up, rounding included. As build_micro_bounds of a BrickField, but it takes some 10 us for
 /// each cube that is not far from the recipe's surface.
 [[nodiscard]] MicroBounds build_micro_bounds(const ProceduralField& field, int edge);

@@ -10,7 +10,7 @@ namespace pvol {
 /// The B-spline of four samples at the offset t in [0, 1] of the cell between the middle two is
 ///   w0 s0 + w1 s1 + w2 s2 + w3 s3 = lerp(lerp(s0, s1, low), lerp(s2, s3, high), outer),
 /// low = w1 / (w0 + w1), high = w3 / (w2 + w3), outer = w2 + w3, for three axes at once. Every
-/// factor is in [0, 1] and right to 2^-21 (THEORY.md, T24). Based on: Sigg and Hadwiger. Fast
+/// factor is in [0, 1] and right to 2^-21 (THEORY.md, T1.4). Based on: Sigg and Hadwiger. Fast
 /// Third-Order Texture Filtering. GPU Gems 2. 2005.
 struct CubicFactors {
   Float4 low, high, outer;
@@ -28,7 +28,7 @@ struct CubicFactors {
 /// The tricubic density at offset `t` of a cell: sample (i, j, k) of the 4^3 around it, none of
 /// them negative, is s[i * kX + j * kY + k]. Not negative; in the samples' hull but for 6 ulp of
 /// the largest, and the exact value but for 2^-17 of that; between equal samples exactly theirs
-/// (T24).
+/// (T1.4).
 template <int kX, int kY>
 [[nodiscard]] inline float tricubic(const float* s, Float4 t) {
   const CubicFactors f = cubic_factors(t);

@@ -40,7 +40,7 @@ inline bool operator==(const FreeForm& a, const FreeForm& b) {
 
 /// Holds F'(p), exact and as value() computes it, for every p of the finite box: the natural form,
 /// from the ranges of F and Q_i, cut with a second-order form whose excess falls with the square of
-/// the box's size, and with its cube where no Q_i changes its sign (THEORY.md, T12). About 50 ns
+/// the box's size, and with its cube where no Q_i changes its sign (THEORY.md, T7.1). About 50 ns
 /// for each perturbation that acts in the box, less for the others.
 [[nodiscard]] Interval range(const FreeForm& form, const Box& box);
 

@@ -59,7 +59,7 @@ struct RegionDifference {
   double p_value = 1;              ///< of this one test
 };
 
-/// The verdict: whether the expectations differ, at the level of the options (THEORY.md, T28).
+/// The verdict: whether the expectations differ, at the level of the options (THEORY.md, T9.1).
 /// Two tests share the level. `regions_p_value`: means of the whole picture, of its quarters, of
 /// their quarters and so on, so that opposite errors in different places do not cancel; rectangles
 /// end at 8 pixels along an edge, and where fewer than 4096 samples would be left: with fewer, the

@@ -1,5 +1,5 @@
 // Judging settings of a render against each other: ratios of what was measured in turn, the Pareto
-// front, and which setting reaches an error or a time (THEORY.md, T30).
+// front, and which setting reaches an error or a time (THEORY.md, T9.2).
 #pragma once
 
 #include <array>

@@ -38,7 +38,7 @@ struct RenderResult {
 [[nodiscard]] Camera frame(const Box& world_box, double aspect);
 
 /// Rough number of scatterings of a path that enters a cloud of this mean optical thickness: with
-/// albedo 1 it grows without limit, and so does the time of a picture (THEORY.md, T11).
+/// albedo 1 it grows without limit, and so does the time of a picture (THEORY.md, T6.1).
 [[nodiscard]] double estimate_scatterings(double optical_thickness, double albedo);
 
 }  // namespace pvol

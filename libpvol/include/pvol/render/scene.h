@@ -70,7 +70,7 @@ enum class ShellUse {
 
 /// Whether paths are ended, split and turned by a coarse estimate of the light that they may meet,
 /// made before the picture: much less noise in thick, bright clouds, and the same picture on
-/// average (THEORY.md, T27).
+/// average (THEORY.md, T5.5).
 enum class GuideUse {
   automatic,  ///< where it should pay, see choose_guide
   on,

@@ -8,7 +8,7 @@
 namespace pvol {
 
 /// Counts over a coarse grid of camera rays, and what they cost in nanoseconds by the cost models
-/// of walk and shell (THEORY.md, T5 and T16).
+/// of walk and shell (THEORY.md, T2.1 and T7.5).
 struct ShellEstimate {
   int rays = 0;      ///< in the image
   int boxed = 0;     ///< that meet the cloud's box: each tests the shell

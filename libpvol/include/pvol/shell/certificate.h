@@ -19,7 +19,7 @@ struct CertifyOptions {
 /// minimum unless one of the other limits came first. Depth first over the support's octree, full
 /// nodes as whole boxes, single cells divided further where needed. The bound holds for the
 /// coefficients as they are, for the exact slack and for the one computed in double (THEORY.md,
-/// T13). Infinite without cells. Sequential, so the same on every machine.
+/// T7.2). Infinite without cells. Sequential, so the same on every machine.
 [[nodiscard]] Certificate certify(const Shell& shell, const Support& support,
                                   const CertifyOptions& options = {});
 
@@ -33,7 +33,7 @@ struct CertifyOptions {
 /// The least slack that covers every error of the ray evaluator, so that an occupied point on a ray
 /// lies inside the spans that it computes: shells are only written with a certified bound at or
 /// above this. It is the excess of RayShell for rays from two diagonals away; RayShell itself
-/// covers its errors at any distance, so this is for evaluators that do not (THEORY.md, T14).
+/// covers its errors at any distance, so this is for evaluators that do not (THEORY.md, T7.3).
 [[nodiscard]] double evaluator_margin(const Shell& shell);
 
 }  // namespace pvol

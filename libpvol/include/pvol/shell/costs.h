@@ -6,7 +6,7 @@
 namespace pvol {
 
 /// Nanoseconds of one test of a ray that meets the box, in the same unit as WalkCosts; measured
-/// with tests/bench/shell_bench. They only affect speed (THEORY.md, T16).
+/// with tests/bench/shell_bench. They only affect speed (THEORY.md, T7.5).
 struct ShellCosts {
   double hard = 50, hard_perturbation = 7;
   double soft = 60, soft_perturbation = 20;

@@ -17,7 +17,7 @@ struct ShellOptions {
   ShellKind kind = ShellKind::hard;
   /// Number of perturbations, 0 to kMaxPerturbations (hard) or kMaxSoftPerturbations (soft); fewer
   /// are made where no empty cell is left to remove. Without it the number that
-  /// costs rays least by the model of THEORY.md, T16.
+  /// costs rays least by the model of THEORY.md, T7.5.
   std::optional<int> perturbations;
   int effort = 1;  ///< factor on the numbers of seeds and iterations, 1 to 10
 };
@@ -26,7 +26,7 @@ struct ShellOptions {
 using FitProgress = std::function<void(std::uint64_t done, std::uint64_t total)>;
 
 /// The shell of a support that is not empty: certified with at least `evaluator_margin`, and
-/// measured (THEORY.md, T15). Deterministic: the same for any number of threads and any speed of
+/// measured (THEORY.md, T7.4). Deterministic: the same for any number of threads and any speed of
 /// the machine, as all effort is counted in iterations. Throws Error for options out of range, an
 /// empty support and where no certificate can be found.
 [[nodiscard]] Shell fit_shell(const Support& support, const ShellOptions& options = {},
@@ -36,7 +36,7 @@ using FitProgress = std::function<void(std::uint64_t done, std::uint64_t total)>
 inline constexpr double kFalseHitCost = 200;
 
 /// Expected cost for a ray from outside that meets the box: of the test, and of the false hits that
-/// it leaves (THEORY.md, T16).
+/// it leaves (THEORY.md, T7.5).
 [[nodiscard]] double expected_cost(const ShellTightness& tightness, ShellKind kind,
                                    int perturbations);
 

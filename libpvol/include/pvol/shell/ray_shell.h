@@ -14,7 +14,7 @@ namespace pvol {
 /// [0, 1] along the part in the box, from Bernstein coefficients over it. The promise is
 /// containment: the spans hold every t at which the ray with exactly the given origin and direction
 /// is inside the shell, its box and its surface included; what they hold besides has a slack above
-/// -excess() and is no farther from the box than rounding takes it (THEORY.md, T14). Both hold for
+/// -excess() and is no farther from the box than rounding takes it (THEORY.md, T7.3). Both hold for
 /// finite rays of any distance; beyond 2^37 half extents the spans are those of the box.
 class RayShell {
  public:

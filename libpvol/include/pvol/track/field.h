@@ -53,7 +53,7 @@ struct PlainField {
 template <class Source>
 PlainField(Source) -> PlainField<Source>;
 
-/// Micro-bounds first, and a look-up only where they leave the decision open (THEORY.md, T19). The
+/// Micro-bounds first, and a look-up only where they leave the decision open (THEORY.md, T3.4). The
 /// source is made of bricks, as BrickExtinction is: source.brick(s, p), source.in_brick(brick, p)
 /// and source.scale, the factor from density to mu_t. `bounds` has cubes of kEdge cells.
 template <int kEdge, class Source>

@@ -60,11 +60,11 @@ template <Tracker kTracker, class Field, class Count>
 /// place is segments.point(t). `field` is an ExtinctionField; a CellField for `regular`.
 ///
 /// `delta` and `delta_global` decide every tentative collision by the field, `decomposition` only
-/// those that the control part leaves open, the share 1 - lo/hi (THEORY.md, T3, T4). Both need
+/// those that the control part leaves open, the share 1 - lo/hi (THEORY.md, T3.1, T3.2). Both need
 /// bounds that hold; their flights weigh 1. `regular` needs none.
 ///
 /// `weighted_delta` is right for any hi > 0, `weighted_decomposition` for any 0 <= lo < hi (or lo =
-/// hi = mu_t) (T20). Weights are 1 as long as bounds hold, else of either sign and without limit:
+/// hi = mu_t) (T3.5). Weights are 1 as long as bounds hold, else of either sign and without limit:
 /// their second moment grows as exp(int ((mu_t + |hi - mu_t|)^2 / hi - hi) dt) along the ray.
 ///
 /// Based on: Woodcock et al. 1965; Galtier et al. Integral Formulation of Null-Collision Monte

@@ -143,8 +143,8 @@ template <class Segments, class Field, class Count, class Visit>
 
 }  // namespace detail
 
-/// The optical depth along all segments, exact but for the rounding of positions to floats (T6), on
-/// trilinear and nearest fields. `field` is a CellField; every cell crossed is a look-up.
+/// The optical depth along all segments, exact but for the rounding of positions to floats (T1.3),
+/// on trilinear and nearest fields. `field` is a CellField; every cell crossed is a look-up.
 template <class Segments, class Field, class Count>
 [[nodiscard]] double optical_depth(Segments& segments, const Field& field, Count& count) {
   static_assert(CellField<Field>);
@@ -161,7 +161,7 @@ template <class Segments, class Field, class Count>
 
 /// The distance at which the optical depth along the segments reaches `depth` >= 0, with the same
 /// accuracy; nothing where it never does. Regular tracking (Amanatides and Woo 1987 for the cells;
-/// Sutton et al. 1999 for the idea) with the quartic inverted in full precision (THEORY.md, T21).
+/// Sutton et al. 1999 for the idea) with the quartic inverted in full precision (THEORY.md, T3.6).
 template <class Segments, class Field, class Count>
 [[nodiscard]] std::optional<double> regular_flight(Segments& segments, const Field& field,
                                                    double depth, Count& count) {

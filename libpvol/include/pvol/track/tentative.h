@@ -13,7 +13,7 @@ namespace pvol {
 /// collision ahead.
 ///
 /// The optical depth that a segment did not use up stays in `next` for the segment that follows, so
-/// there is one logarithm per tentative collision and none per segment (THEORY.md, T3).
+/// there is one logarithm per tentative collision and none per segment (THEORY.md, T3.1).
 template <class Visit>
 [[nodiscard, gnu::always_inline]] inline bool visit_segment(const Segment& s, float rate,
                                                             Rng::Tentative& next, Rng& rng,

@@ -22,7 +22,7 @@ enum class Tracker {
 /// their variance makes pictures useless before they are right.
 inline constexpr double kMostBoundsExcess = 3;
 
-/// How the transmittance of a ray is estimated (THEORY.md, T7).
+/// How the transmittance of a ray is estimated (THEORY.md, T3.3).
 enum class Transmittance {
   automatic,       ///< one of the others, chosen by `choose_transmittance` for the volume
   ratio,           ///< product of null probabilities, with unbiased roulette of small products

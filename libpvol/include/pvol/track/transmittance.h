@@ -67,17 +67,15 @@ template <class Segments, class Field, class Count, class Control>
 
 }  // namespace detail
 
-/// Unbiased estimate of exp(-int mu_t) over the segments (THEORY.md, T7), of an ExtinctionField; a
-/// CellField for `regular`.
-/// `analog`: the weight of a free flight of kTracker that leaves the cloud, else 0.
-/// `ratio` multiplies the probabilities 1 - mu_t/hi of passing each tentative collision (Novak et
-/// al. Residual Ratio Tracking. 2014). In [0, 1]; with a weighted kTracker bounds need not bound,
-/// and the estimate has either sign and no limit.
-/// `residual_ratio` takes the factor exp(-c length) of a control c = control(segment) in closed
-/// form and tracks the rest at the rate r = max(hi - c, c - lo) by factors 1 - (mu_t - c)/r, which
-/// lie in [0, 2] where bounds hold, in [0, 1] for c <= lo. c >= 0 may be any constant of the
-/// segment, such as its mean; with c = lo = hi it must be mu_t itself. `regular` is exact, without
-/// random numbers.
+/// Unbiased estimate of exp(-int mu_t) over the segments (THEORY.md, T3.3), of an ExtinctionField;
+/// a CellField for `regular`. `analog`: the weight of a free flight of kTracker that leaves the
+/// cloud, else 0. `ratio` multiplies the probabilities 1 - mu_t/hi of passing each tentative
+/// collision (Novak et al. Residual Ratio Tracking. 2014). In [0, 1]; with a weighted kTracker
+/// bounds need not bound, and the estimate has either sign and no limit. `residual_ratio` takes the
+/// factor exp(-c length) of a control c = control(segment) in closed form and tracks the rest at
+/// the rate r = max(hi - c, c - lo) by factors 1 - (mu_t - c)/r, which lie in [0, 2] where bounds
+/// hold, in [0, 1] for c <= lo. c >= 0 may be any constant of the segment, such as its mean; with c
+/// = lo = hi it must be mu_t itself. `regular` is exact, without random numbers.
 template <Transmittance kEstimator, Tracker kTracker, class Segments, class Field, class Count,
           class Control = MinorantControl>
 [[nodiscard]] inline float transmittance(Segments& segments, const Field& field, Rng& rng,

@@ -22,7 +22,7 @@ struct TransmittanceChoice {
 
 /// Thick clouds take `analog`: a shadow ray ends at its first collision, where `ratio` goes on to
 /// dim. Thin ones take `ratio`, or `residual_ratio` where minorants carry most of the extinction
-/// (THEORY.md, T23). Deterministic; all choices give the same picture on average.
+/// (THEORY.md, T5.3). Deterministic; all choices give the same picture on average.
 [[nodiscard]] TransmittanceChoice choose_transmittance(std::span<const Volume> volumes);
 
 }  // namespace pvol

@@ -13,7 +13,7 @@ namespace pvol {
 /// Based on: Henyey, Greenstein. Diffuse radiation in the galaxy. 1941. Backward scattering is
 /// forward scattering about the opposite axis, and everything is written in 1 - |g| and 1 - cos:
 /// peaks near |g| = 1 keep their digits in float, and g = 0 needs no case of its own (THEORY.md,
-/// T8).
+/// T4.1).
 struct HenyeyGreenstein {
   float g = 0;            ///< |mean cosine|, in [0, 1)
   float one_minus_g = 1;  ///< rounded from double

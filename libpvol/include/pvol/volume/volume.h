@@ -78,7 +78,7 @@ template <Interpolation kInterpolation>
 }
 
 /// Makes a cloud ready for a medium, an interpolation and a tracker: the walk stops at
-/// options.depth or, without it, where the cost model says (THEORY.md, T5); at the root for the
+/// options.depth or, without it, where the cost model says (THEORY.md, T2.1); at the root for the
 /// tracker delta_global. Micro-bounds are made where options.micro_bounds asks for them: of those
 /// `stored`, where they are there and of the size that is wanted, else built.
 /// Trackers with weights take bounds up to kMostBoundsExcess too low, options.majorant_scale

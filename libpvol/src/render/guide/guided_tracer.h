@@ -10,7 +10,7 @@ namespace pvol::detail {
 inline constexpr float kEndBelow = 0.5f, kSplitAbove = 2;
 
 /// Traces paths that end, split and turn by their importance, for one volume and a tracker without
-/// weights (THEORY.md, T27). The picture is that of the plain tracer on average.
+/// weights (THEORY.md, T5.5). The picture is that of the plain tracer on average.
 /// Based on: Vorba, Krivanek. Adjoint-Driven Russian Roulette and Splitting. 2016; Talbot et al.
 /// Importance Resampling for Global Illumination. 2005.
 template <class Traversal>

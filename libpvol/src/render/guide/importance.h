@@ -17,7 +17,7 @@ inline constexpr int kDirectionNodes = 16;
 
 /// The in-scattered radiance per unit of extinction, averaged over coarse cells and around the
 /// strongest light's axis, in units of what a path of throughput 1 should be worth (THEORY.md,
-/// T27). Never 0.
+/// T5.5). Never 0.
 class Importance {
  public:
   struct Row {

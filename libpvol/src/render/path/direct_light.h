@@ -48,7 +48,7 @@ inline constexpr int kMostShadowRays = 8;
 
 /// `light` times an estimate of the transmittance in its direction. The more light, and the more a
 /// ray of it is worth, the more shadow rays: none or one by roulette, or the mean over several
-/// (THEORY.md, T22).
+/// (THEORY.md, T5.2).
 template <class Traversal>
 [[nodiscard]] inline Rgb shadowed(const PathSetup& s, Rgb light, Vec3f direction, float worth,
                                   Traversal& traversal, Rng& rng, std::uint64_t& shadow_rays) {

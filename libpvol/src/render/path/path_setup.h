@@ -39,7 +39,8 @@ struct Projection {
 struct Matter {
   float share_up_to;  ///< of the extinction: its own and those of the components before it
   Rgb albedo;
-  Rgb emitted;  ///< (1 - albedo) (L_e - constant): the source of a collision (THEORY.md, T9, T27)
+  Rgb emitted;  ///< (1 - albedo) (L_e - constant): the source of a collision (THEORY.md, T5.1,
+                ///< T5.5)
   HenyeyGreenstein phase;
 };
 
@@ -103,14 +104,14 @@ class Importance;
 
 struct PathSetup {
   /// Radiance that is everywhere and is left out of sky, emission and paths, to be added to every
-  /// camera path as it is (THEORY.md, T27); 0 where paths are not guided.
+  /// camera path as it is (THEORY.md, T5.5); 0 where paths are not guided.
   Rgb constant;
   std::shared_ptr<const Importance> importance;  ///< of guided paths
   std::vector<VolumeSetup> volumes;
   Projection projection;
   SkyLight sky;
   std::vector<SunLight> suns;
-  float shadow_unit;  ///< radiance that is worth one shadow ray (THEORY.md, T22)
+  float shadow_unit;  ///< radiance that is worth one shadow ray (THEORY.md, T5.2)
   Tracker tracker;
   Transmittance transmittance;
   bool background;

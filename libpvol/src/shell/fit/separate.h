@@ -35,8 +35,8 @@ struct Separation {
 };
 
 /// Maximises sum_t s((Q(t) - max_b Q(b)) / w) over the nine coefficients beside the constant, for a
-/// sigmoid s whose width w shrinks, by Adam (Kingma, Ba. 2015) from the seed: THEORY.md, T15. `key`
-/// selects the random subsets of points. Sequential and deterministic.
+/// sigmoid s whose width w shrinks, by Adam (Kingma, Ba. 2015) from the seed: THEORY.md, T7.4.
+/// `key` selects the random subsets of points. Sequential and deterministic.
 [[nodiscard]] Separation separate(const Points& boundary, const Points& targets, const Seed& seed,
                                   const SearchEffort& effort, std::uint64_t key);
 
