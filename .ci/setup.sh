@@ -9,7 +9,7 @@ packages=(
   libopenvdb-dev libboost-iostreams-dev zlib1g-dev  # the last two are OpenVDB's, which forgets them
   libnanovdb-dev libblosc-dev                       # .nvdb files are often compressed with blosc
   libopenexr-dev libpng-dev
-  libcli11-dev libtomlplusplus-dev nlohmann-json3-dev
+  libcli11-dev libfmt-dev libtomlplusplus-dev nlohmann-json3-dev
   libzstd-dev libxxhash-dev
   libcgal-dev                                       # the independent check of shells
   libgtest-dev libbenchmark-dev python3             # python3 runs the second reader of .pvol files
