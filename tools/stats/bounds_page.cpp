@@ -187,7 +187,7 @@ void add_histograms(html::Page& page, const BoundsReport& r) {
 void add_slices(html::Page& page, const BoundsReport& r) {
   html::add_heading(page, "Slices through the middle");
   const Shell* const shell = r.cloud.shell ? &*r.cloud.shell : nullptr;
-  const std::vector<BoundsSlice> slices = slice_bounds(r.cloud.grid, r.cloud.pyramid, shell);
+  const std::vector<BoundsSlice> slices = slice_bounds(r.cloud.grid(), r.cloud.pyramid, shell);
   std::vector<html::Figure> figures;
   for (const BoundsSlice& s : slices) {
     const std::string across = std::string("across ") + "xyz"[s.across];

@@ -219,7 +219,7 @@ Json to_json(const DepthRow& r, const DepthRow& base) {
 Json depth_json(const DepthReport& report) {
   const RenderOptions& o = report.loaded.file.scene.options;
   Json j{{"file", report.name},
-         {"extinction", report.loaded.file.scene.medium.extinction},
+         {"extinction", report.loaded.file.volumes.front().medium.extinction},
          {"mean_optical_thickness", report.loaded.facts.front().mean_optical_thickness},
          {"size", {o.width, o.height}},
          {"tracker", formats::name(o.tracker)},

@@ -106,7 +106,7 @@ html::Page shell_page(const std::string& file, const formats::Cloud& cloud, std:
                                 std::to_string(shell.form.perturbations.size()) +
                                 " perturbations, " + readable_bytes(bytes) + ".");
   std::vector<html::Figure> figures;
-  for (const BoundsSlice& s : slice_bounds(cloud.grid, cloud.pyramid, &shell)) {
+  for (const BoundsSlice& s : slice_bounds(cloud.grid(), cloud.pyramid, &shell)) {
     const std::string across = std::string("across ") + "xyz"[s.across];
     figures.push_back(
         {html::image(formats::encode_png(s.picture), "slice " + across, false), across});

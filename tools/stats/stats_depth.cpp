@@ -41,7 +41,8 @@ void fix_choices(const DepthOptions& o, LoadedScene& loaded) {
   if (r.transmittance != Transmittance::automatic) return;
   Scene scene = loaded.file.scene;
   scene.options.depth = deepest(loaded);
-  const Volume volume = make_volume(loaded.clouds.front(), scene);
+  const Volume volume =
+      make_volume(loaded.clouds.front(), loaded.file.volumes.front(), scene.options);
   r.transmittance = choose_transmittance(std::span(&volume, 1)).estimator;
 }
 
@@ -56,12 +57,13 @@ std::vector<BuildTimes> time_building(const LoadedScene& loaded, const std::vect
       Scene scene = loaded.file.scene;
       scene.options.depth = depths[i];
       double bounds = 0, tree = 0;
-      for (formats::Cloud& c : clouds) {
+      for (std::size_t k = 0; k < clouds.size(); ++k) {
+        formats::Cloud& c = clouds[k];
         const double begin = cpu_seconds();
         c.pyramid =
-            c.recipe ? build_pyramid(*c.recipe) : build_pyramid(c.grid, c.pyramid.interpolation);
+            c.recipe() ? build_pyramid(*c.recipe()) : build_pyramid(c.grid(), c.pyramid.look_up);
         const double middle = cpu_seconds();
-        const Volume volume = make_volume(c, scene);
+        const Volume volume = make_volume(c, loaded.file.volumes[k], scene.options);
         bounds += middle - begin, tree += cpu_seconds() - middle;
       }
       times[i].bounds.push_back(bounds), times[i].tree.push_back(tree);
@@ -91,7 +93,7 @@ std::vector<Measured> measure(const DepthReport& report, const DepthOptions& opt
   o.progress = [&](const std::string& next, double left) { announce(next, left); };
   std::vector<std::string> names;
   for (const int d : depths) names.push_back("depth " + std::to_string(d));
-  const bool procedural = report.loaded.clouds.front().recipe != nullptr;
+  const bool procedural = report.loaded.clouds.front().recipe() != nullptr;
   return sweep(names, o, [&](const RunRequest& r) {
     const int depth = depths[r.setting];
     // Samples are found whatever the octree's depth; a recipe only as far as the octree divides it.

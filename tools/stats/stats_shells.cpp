@@ -69,7 +69,7 @@ int run_shells(const ShellsOptions& o) {
   if (o.verify || o.check || o.html) {
     const formats::Cloud cloud = formats::load_cloud(o.input);
     print_warnings("pvol-stats", cloud.report.warnings);
-    const Support support = make_support(cloud.grid, cloud.pyramid);
+    const Support support = make_support(cloud.grid(), cloud.pyramid);
     if (o.verify) {
       r = replay(shell, support);
       require_proof(o, shell, *r);
@@ -77,7 +77,7 @@ int run_shells(const ShellsOptions& o) {
     if (o.check) check = naming(o.input, [&] { return check_shell(shell, support); });
     if (o.html) {
       const ShellProbe probe =
-          naming(o.input, [&] { return probe_shell(cloud.grid, cloud.pyramid, shell); });
+          naming(o.input, [&] { return probe_shell(cloud.grid(), cloud.pyramid, shell); });
       html::write_page(*o.html, shell_page(o.input.string(), cloud, bytes, probe, r, check));
     }
   }

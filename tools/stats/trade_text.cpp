@@ -206,7 +206,7 @@ Json to_json(const TradeReport& report, const Goal& g) {
 Json trade_json(const TradeReport& report) {
   const RenderOptions& o = report.loaded.file.scene.options;
   Json j{{"file", report.name},
-         {"extinction", report.loaded.file.scene.medium.extinction},
+         {"extinction", report.loaded.file.volumes.front().medium.extinction},
          {"mean_optical_thickness", report.loaded.facts.front().mean_optical_thickness},
          {"size", {o.width, o.height}},
          {"picture_size", {report.loaded.picture_width, report.loaded.picture_height}},
