@@ -27,9 +27,9 @@ Json describe_volumes(const RenderJob& job) {
     const Volume& v = job.volumes[i];
     Json one = {{"file", job.reports[i].file.string()},
                 {"extinction", v.medium.extinction},
-                {"effective_depth", job.reports[i].facts.depth},
+                {"effective_depth", job.facts[i].depth},
                 {"micro_bounds", micro_bounds_text(v)},
-                {"shell_used", v.shell.has_value()}};
+                {"shell_used", job.plan.shells[i].kept}};
     if (v.density.homogeneous) {
       one["homogenised_nodes"] = v.density.homogeneous->nodes;
       one["depth_error_bound"] = v.density.homogeneous->depth_error;
@@ -59,9 +59,9 @@ Json describe_options(const RenderJob& job) {
   j["interpolation"] = formats::name(r.look_up);
   for (const VolumeReport& v : job.reports) j["density"].push_back(describe_density(v));
   j["depth"] = r.depth ? Json(*r.depth) : Json("auto");
-  j["effective_depth"] = job.reports.front().facts.depth;
+  j["effective_depth"] = job.facts.front().depth;
   j["shells"] = formats::name(r.shells);
-  j["shell_used"] = job.volumes.front().shell.has_value();
+  j["shell_used"] = job.plan.shells.front().kept;
   j["guide"] = formats::name(r.guide);
   j["max_bounces"] = r.max_bounces ? Json(*r.max_bounces) : Json("none");
   j["majorant_scale"] = r.majorant_scale;

@@ -61,12 +61,7 @@ std::vector<Volume> make_volumes(const LoadedScene& loaded,
                                  const std::vector<formats::Cloud>& clouds, const Scene& scene) {
   std::vector<Volume> volumes;
   for (std::size_t i = 0; i < clouds.size(); ++i) {
-    const formats::SceneVolume& v = loaded.file.volumes[i];
-    volumes.push_back(make_volume(clouds[i], v, scene.options));
-    VolumeFacts facts = loaded.facts[i];
-    facts.null_collisions = worst_null_collisions(volumes.back());
-    refuse_endless_work(v.file, volumes.back(), facts, scene.options);
-    if (clouds[i].shell) (void)choose_shell(volumes.back(), *clouds[i].shell, scene);
+    volumes.push_back(make_volume(clouds[i], loaded.file.volumes[i], scene.options));
   }
   return volumes;
 }
@@ -77,16 +72,6 @@ void choose_camera(LoadedScene& loaded) {
   scene.camera = frame_all(make_volumes(loaded, loaded.clouds, scene), scene.options);
   loaded.file.has_camera = true;
   loaded.framed = true;
-}
-
-/// What the user's picture would get, of which only a small one is rendered.
-void choose_guide_as_for_picture(const LoadedScene& loaded, std::span<const Volume> volumes,
-                                 Scene& scene) {
-  if (scene.options.guide != GuideUse::automatic) return;
-  Scene whole = scene;
-  whole.options.width = loaded.picture_width, whole.options.height = loaded.picture_height;
-  whole.options.samples = loaded.file.scene.options.samples;
-  scene.options.guide = choose_guide(volumes, whole).used ? GuideUse::on : GuideUse::off;
 }
 
 SetUp set_up_of(const std::vector<Volume>& volumes, double seconds) {
@@ -155,10 +140,13 @@ Run render_changed(const LoadedScene& loaded, const ChangeScene& change_scene,
   const double ready = cpu_seconds();
   Run run;
   run.set_up = set_up_of(volumes, ready - begin);
-  choose_guide_as_for_picture(loaded, volumes, scene);
+  // Chosen as for the user's picture, of which only a small one is rendered.
+  const double paths =
+      double(loaded.picture_width) * loaded.picture_height * loaded.file.scene.options.samples;
+  const RenderPlan p = plan(volumes, scene, {.facts = loaded.facts, .paths = paths});
   const InstructionCounter instructions;
   RenderResult result =
-      render(volumes, scene, [&](std::uint64_t, std::uint64_t) { return clock_seconds() < stop; });
+      render(p, [&](std::uint64_t, std::uint64_t) { return clock_seconds() < stop; });
   run.seconds = cpu_seconds() - ready;
   run.set_up.seconds += result.guide_seconds;
   run.seconds -= result.guide_seconds;

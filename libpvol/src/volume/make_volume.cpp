@@ -139,7 +139,7 @@ Placed place(const Affine& index_to_object, const Pyramid& pyramid, const Medium
         " per voxel is more than paths can resolve (1e12). Check the unit of the extinction.");
   }
 
-  Volume v{.medium = medium, .object_to_world = o.object_to_world, .density = {}, .shell = {}};
+  Volume v{.medium = medium, .object_to_world = o.object_to_world};
   VolumeField& f = v.density;
   f.scale = float(medium.extinction);
   f.look_up = look_up;
