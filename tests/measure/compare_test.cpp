@@ -15,7 +15,7 @@
 #include "support/fields.h"
 #include "support/statistics.h"
 
-namespace pvol {
+namespace pvol::measure {
 namespace {
 
 /// What a sample of a pixel is, in one channel.
@@ -324,4 +324,4 @@ TEST(Compare, WhatCannotBeComparedIsRefused) {
 }
 
 }  // namespace
-}  // namespace pvol
+}  // namespace pvol::measure

@@ -1,16 +1,15 @@
 // Measuring in turn within a budget, with a clock that counts the work instead of the time.
-#include "stats/sweep.h"
+#include "pvol/measure/sweep.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <set>
 
-#include "cli/instructions.h"
 #include "pvol/error.h"
 #include "pvol/math/rng.h"
 
-namespace pvol::cli {
+namespace pvol::measure {
 namespace {
 
 /// What a setting of the test costs, in seconds of the counted clock.
@@ -196,20 +195,5 @@ TEST(Plan, GivesFewerSamplesThenFewerRoundsThenNone) {
   EXPECT_EQ(plan_rounds(cost, 1, o).rounds, 0);
 }
 
-TEST(Work, IsCountedInSecondsAndWhereTheMachineCanInInstructions) {
-  const InstructionCounter counter;
-  const double begin = cpu_seconds();
-  Rng rng(1, 2, 3);
-  std::uint64_t drawn = 0;
-  double sum = 0;
-  for (; cpu_seconds() < begin + 0.02; drawn += 1000) {
-    for (int i = 0; i < 1000; ++i) sum += double(rng.uniform());
-  }
-  EXPECT_GT(sum, 0);
-  const auto first = counter.read();
-  EXPECT_TRUE(!first || *first > drawn);
-  EXPECT_GE(counter.read(), first);
-}
-
 }  // namespace
-}  // namespace pvol::cli
+}  // namespace pvol::measure

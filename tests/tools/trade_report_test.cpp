@@ -33,13 +33,13 @@ struct ThickBall {
   }
 
   /// The setting measured with a fixed number of samples in a few rounds.
-  [[nodiscard]] Measured measure(const Variant& v, std::uint64_t seed) const {
-    Measured m;
+  [[nodiscard]] measure::Measured measure(const Variant& v, std::uint64_t seed) const {
+    measure::Measured m;
     m.samples = 16;
     for (std::uint64_t round = 0; round < 3; ++round) {
-      const RunRequest request{
+      const measure::RunRequest request{
           .samples = m.samples, .seed = seed + round, .count = true, .most_seconds = 1e9};
-      const Run run = render_changed(loaded, v.scene, v.cloud, request, 1);
+      const measure::Run run = render_changed(loaded, v.scene, v.cloud, request, 1);
       const double n = double(run.film.pixels.size()) * m.samples;
       if (round == 0) {
         m.film = m.counted_film = run.film;
@@ -47,12 +47,12 @@ struct ThickBall {
         m.counted = std::uint64_t(n);
         continue;
       }
-      add_samples(m.film, run.film);
+      measure::add_samples(m.film, run.film);
       m.set_up = run.set_up;
       // Work in place of time, which depends on what else the machine does.
       m.set_up_seconds.push_back(0.01);
       m.seconds.push_back(1e-7 * work(run.counts) / n);
-      m.variance.push_back(sample_variance(run.film));
+      m.variance.push_back(measure::sample_variance(run.film));
     }
     return m;
   }
@@ -62,11 +62,11 @@ struct ThickBall {
     report.name = "my cloud.vdb";
     report.loaded = loaded;
     report.goals = {{.error = 0.05}, {.seconds = 10}};
-    const RunRequest many{.samples = 128, .seed = 1u << 20, .most_seconds = 1e9};
+    const measure::RunRequest many{.samples = 128, .seed = 1u << 20, .most_seconds = 1e9};
     report.reference = render_changed(loaded, {}, {}, many, 2).film;
-    report.reference_mean = mean_luminance(report.reference);
+    report.reference_mean = measure::mean_luminance(report.reference);
     report.reference_samples = many.samples;
-    std::vector<Measured> measured;
+    std::vector<measure::Measured> measured;
     for (std::size_t i = 0; i < variants.size(); ++i) {
       measured.push_back(measure(variants[i], 100 * (i + 1)));
     }

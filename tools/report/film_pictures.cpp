@@ -22,7 +22,8 @@ std::vector<double> block_differences(const Film& a, const Film& b) {
       const int x1 = std::min(w, x0 + kBlock), y1 = std::min(h, y0 + kBlock);
       double sum = 0;
       for (int y = y0; y < y1; ++y) {
-        for (int x = x0; x < x1; ++x) sum += luminance(mean(a.at(x, y)) - mean(b.at(x, y)));
+        for (int x = x0; x < x1; ++x)
+          sum += measure::luminance(mean(a.at(x, y)) - mean(b.at(x, y)));
       }
       for (int y = y0; y < y1; ++y) {
         for (int x = x0; x < x1; ++x) {
@@ -42,7 +43,7 @@ double lookups_of(const PixelSums& p) {
 
 double choose_exposure(const Film& film) {
   constexpr double kMiddle = 0.35;  // the mean of a picture that looks well exposed
-  const double mean = mean_luminance(film);
+  const double mean = measure::mean_luminance(film);
   return mean > 0 ? std::clamp(std::log2(kMiddle / mean), -60.0, 60.0) : 0;
 }
 

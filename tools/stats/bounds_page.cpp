@@ -204,7 +204,7 @@ void add_slices(html::Page& page, const BoundsReport& r) {
            (shell != nullptr ? " Orange: the shell." : "")});
 }
 
-void add_heat_map(html::Page& page, const Probe& p) {
+void add_heat_map(html::Page& page, const measure::Probe& p) {
   html::add_heading(page, "Where the look-ups are");
   std::vector<double> lookups, collisions;
   for (const PixelSums& s : p.film.pixels) {

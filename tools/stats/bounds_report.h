@@ -31,7 +31,7 @@ struct BoundsReport {
     Tightness tightness;
   };
   std::optional<Cut> cut;
-  std::optional<Probe> probe;               ///< where a render was asked for
+  std::optional<measure::Probe> probe;      ///< where a render was asked for
   std::optional<BoundsCheck> check;         ///< where the bounds were verified
   std::optional<formats::PvolSizes> bytes;  ///< of a .pvol file
 };
@@ -43,7 +43,7 @@ struct BoundsReport {
 struct LookupFigure {
   std::string name;
   std::optional<CollisionCost> expected;  ///< dense: 0 where not known
-  std::optional<CountRatio> measured;
+  std::optional<measure::CountRatio> measured;
 };
 [[nodiscard]] std::vector<LookupFigure> lookup_figures(const BoundsReport& r);
 

@@ -39,39 +39,45 @@ std::vector<double> sums(const std::vector<double>& a, const std::vector<double>
 }
 
 /// n x (MSE - what the reference's own noise adds), over the reference's mean.
-double rmse_of_one_sample(const FilmComparison& c, const Film& film, const Film& reference) {
+double rmse_of_one_sample(const measure::FilmComparison& c, const Film& film,
+                          const Film& reference) {
   double noise = 0;
   for (const PixelSums& p : reference.pixels) {
-    noise += luminance_deviation(p) * luminance_deviation(p) / double(reference.pixels.size());
+    noise += measure::luminance_deviation(p) * measure::luminance_deviation(p) /
+             double(reference.pixels.size());
   }
   const double n = film.pixels.front().samples;
   return std::sqrt(std::max(0.0, n * (c.luminance.mse - noise))) / std::abs(c.luminance.mean_b);
 }
 
 void relate(DepthRow& row, const DepthRow& base, const Film& reference, double level) {
-  const Measured& m = row.measured;
-  row.build_ratio = estimate_ratio(sums(row.build.bounds, row.build.tree),
-                                   sums(base.build.bounds, base.build.tree));
-  row.tree_ratio = estimate_ratio(row.build.tree, base.build.tree);
-  row.time = estimate_ratio(m.seconds, base.measured.seconds);
-  row.cost = estimate_ratio(products(m.seconds, m.variance),
-                            products(base.measured.seconds, base.measured.variance));
+  const measure::Measured& m = row.measured;
+  row.build_ratio = measure::estimate_ratio(sums(row.build.bounds, row.build.tree),
+                                            sums(base.build.bounds, base.build.tree));
+  row.tree_ratio = measure::estimate_ratio(row.build.tree, base.build.tree);
+  row.time = measure::estimate_ratio(m.seconds, base.measured.seconds);
+  row.cost = measure::estimate_ratio(products(m.seconds, m.variance),
+                                     products(base.measured.seconds, base.measured.variance));
   const Counts& k = m.counts;
   const double n = double(m.counted);
   row.lookups = double(k.lookups_path + k.lookups_shadow) / n;
   row.tests = double(k.bounds_tests_path + k.bounds_tests_shadow) / n;
   row.segments = double(k.segments_path + k.segments_shadow) / n;
-  row.bias = compare(m.film, reference, {.level = level});
+  row.bias = measure::compare(m.film, reference, {.level = level});
   row.rmse = rmse_of_one_sample(row.bias, m.film, reference);
-  row.lookup_cost = row.lookups * sample_variance(m.film);
+  row.lookup_cost = row.lookups * measure::sample_variance(m.film);
 }
 
-double median(const std::vector<double>& v) { return v.empty() ? 0 : estimate_median(v).value; }
+double median(const std::vector<double>& v) {
+  return v.empty() ? 0 : measure::estimate_median(v).value;
+}
 
 /// How many times less than the base: the ratio upside down.
-Estimate inverse(const Estimate& e) { return {1 / e.value, 1 / e.high, 1 / e.low, e.coverage}; }
+measure::Estimate inverse(const measure::Estimate& e) {
+  return {1 / e.value, 1 / e.high, 1 / e.low, e.coverage};
+}
 
-std::string with_interval(const Estimate& e) {
+std::string with_interval(const measure::Estimate& e) {
   return formatted("%.2f", e.value) + " (" + formatted("%.2f", e.low) + "-" +
          formatted("%.2f", e.high) + ")";
 }
@@ -145,7 +151,7 @@ std::string bias_note(const DepthReport& report) {
 void relate(DepthReport& report) {
   std::size_t tests = 0;
   for (const DepthRow& r : report.rows) tests += r.good();
-  const double level = sidak_level(kFalseAlarms, tests);
+  const double level = measure::sidak_level(kFalseAlarms, tests);
   for (DepthRow& r : report.rows) {
     if (r.good()) relate(r, report.rows.front(), report.reference, level);
   }
@@ -181,12 +187,12 @@ void print_depth(const DepthReport& report) {
 
 namespace {
 
-Json to_json(const Estimate& e) {
+Json to_json(const measure::Estimate& e) {
   return {{"value", e.value}, {"low", e.low}, {"high", e.high}, {"coverage", e.coverage}};
 }
 
 Json to_json(const DepthRow& r, const DepthRow& base) {
-  const Measured& m = r.measured;
+  const measure::Measured& m = r.measured;
   Json j{{"depth", r.asked}, {"effective_depth", r.depth}};
   if (!r.good()) {
     j["left_out"] = m.left_out;
@@ -204,7 +210,7 @@ Json to_json(const DepthRow& r, const DepthRow& base) {
   j["lookups_per_sample"] = r.lookups;
   j["bounds_tests_per_sample"] = r.tests;
   j["segments_per_sample"] = r.segments;
-  j["variance_per_sample"] = sample_variance(m.film);
+  j["variance_per_sample"] = measure::sample_variance(m.film);
   j["relative_rmse_of_one_sample"] = r.rmse;
   j["lookups_x_variance"] = r.lookup_cost;
   j["lookups_x_variance_ratio"] = r.lookup_cost / base.lookup_cost;

@@ -22,17 +22,17 @@ struct BuildTimes {
 struct DepthRow {
   int asked = 0;
   int depth = 0;  ///< at which the walk stops: not below the cloud's leaves
-  Measured measured;
+  measure::Measured measured;
   BuildTimes build;
   // Where it was measured, relative to the first row:
-  Estimate build_ratio;                         ///< building, over the first row's
-  Estimate tree_ratio;                          ///< its second part alone
-  Estimate time;                                ///< of a sample
-  Estimate cost;                                ///< time x variance
+  measure::Estimate build_ratio;                ///< building, over the first row's
+  measure::Estimate tree_ratio;                 ///< its second part alone
+  measure::Estimate time;                       ///< of a sample
+  measure::Estimate cost;                       ///< time x variance
   double lookup_cost = 0;                       ///< look-ups x variance
   double lookups = 0, tests = 0, segments = 0;  ///< a sample
   double rmse = 0;  ///< of one sample a pixel, against the reference, over its mean
-  FilmComparison bias;
+  measure::FilmComparison bias;
   [[nodiscard]] bool good() const { return measured.left_out.empty(); }
 };
 

@@ -64,7 +64,7 @@ void add_proof(html::Page& page, const Shell& shell, const std::optional<ShellRe
   }
 }
 
-void add_cost(html::Page& page, const ShellProbe& p) {
+void add_cost(html::Page& page, const measure::ShellProbe& p) {
   html::add_heading(page, "What it costs and saves");
   const ShellEstimate& e = p.estimate;
   const double rays = double(p.rays);
@@ -97,7 +97,7 @@ void add_cost(html::Page& page, const ShellProbe& p) {
 }  // namespace
 
 html::Page shell_page(const std::string& file, const formats::Cloud& cloud, std::uint64_t bytes,
-                      const ShellProbe& probe, const std::optional<ShellReplay>& replay,
+                      const measure::ShellProbe& probe, const std::optional<ShellReplay>& replay,
                       const std::optional<CheckedShell>& check) {
   const Shell& shell = *cloud.shell;
   html::Page page;

@@ -22,7 +22,7 @@ struct ShellReplay {
 
 /// `cloud` has a shell and density.
 [[nodiscard]] html::Page shell_page(const std::string& file, const formats::Cloud& cloud,
-                                    std::uint64_t bytes, const ShellProbe& probe,
+                                    std::uint64_t bytes, const measure::ShellProbe& probe,
                                     const std::optional<ShellReplay>& replay,
                                     const std::optional<CheckedShell>& check);
 

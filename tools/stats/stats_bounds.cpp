@@ -33,7 +33,7 @@ BoundsReport measure(const BoundsOptions& o, formats::Cloud cloud) {
   if (formats::ending(o.input) == ".pvol") r.bytes = formats::measure_pvol(o.input);
   if (r.cloud.pyramid.empty()) return r;
   if (o.measure || o.html) {
-    ProbeOptions options;
+    measure::ProbeOptions options;
     options.extinction = o.extinction;
     r.probe = naming(o.input, [&] { return probe(r.cloud.grid, r.cloud.pyramid, options); });
   }

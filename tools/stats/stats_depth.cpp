@@ -8,11 +8,11 @@
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
 #include "pvol/field/procedural.h"
+#include "pvol/measure/sweep.h"
 #include "pvol/render/scene_volume.h"
 #include "pvol/volume/estimators.h"
 #include "stats/depth_report.h"
 #include "stats/stats_trade.h"
-#include "stats/sweep.h"
 
 namespace pvol::cli {
 namespace {
@@ -80,19 +80,21 @@ std::vector<int> distinct(const std::vector<int>& asked, int deepest) {
   return depths;
 }
 
-std::vector<Measured> measure(const DepthReport& report, const DepthOptions& options,
-                              const std::vector<int>& depths, double budget, Announcer& announce) {
-  SweepOptions o;
+std::vector<measure::Measured> measure(const DepthReport& report, const DepthOptions& options,
+                                       const std::vector<int>& depths, double budget,
+                                       Announcer& announce) {
+  measure::SweepOptions o;
   o.budget = budget;
   o.most_samples = options.most_samples;
   o.pixels = report.reference.pixels.size();
   o.clock = clock_seconds;
+  o.remedy = "raise --budget or lower --size";
   o.interrupted = interrupted;
   o.progress = [&](const std::string& next, double left) { announce(next, left); };
   std::vector<std::string> names;
   for (const int d : depths) names.push_back("depth " + std::to_string(d));
   const bool procedural = report.loaded.clouds.front().recipe != nullptr;
-  return sweep(names, o, [&](const RunRequest& r) {
+  return measure::sweep(names, o, [&](const measure::RunRequest& r) {
     const int depth = depths[r.setting];
     // Samples are found whatever the octree's depth; a recipe only as far as the octree divides it.
     ChangeCloud limit;
@@ -124,10 +126,10 @@ DepthReport measure_depth(const DepthOptions& o) {
   LoadedScene deep = report.loaded;
   deep.file.scene.options.depth = last;
   report.reference = render_reference(deep, kReferencePart * left(), kReferenceSeeds, 0);
-  if (!(mean_luminance(report.reference) > 0)) {
+  if (!(measure::mean_luminance(report.reference) > 0)) {
     throw Error(report.name + ": the picture is black; there is no error to measure");
   }
-  const std::vector<Measured> measured = measure(report, o, depths, left(), announce);
+  const std::vector<measure::Measured> measured = measure(report, o, depths, left(), announce);
   for (const int asked : o.depths) {
     DepthRow row;
     row.asked = asked;

@@ -39,14 +39,14 @@ std::vector<std::string> warnings_of(const ImagePair& p) {
 
 // --- text ---------------------------------------------------------------------------------------
 
-void report_text(const ImagePair& p, const FilmComparison& r) {
+void report_text(const ImagePair& p, const measure::FilmComparison& r) {
   std::cout << p.name_a << " against " << p.name_b << ": " << p.a.film.crop_width << " x "
             << p.a.film.crop_height << " pixels\n\n"
             << std::setw(36) << "luminance" << std::setw(13) << "R" << std::setw(13) << "G"
             << std::setw(13) << "B" << '\n';
   for (const ImageFigure& f : image_figures(r)) {
     std::cout << "  " << f.name << std::setw(34 - int(f.name.size())) << f.text(r.luminance);
-    for (const ChannelComparison& c : r.channels) std::cout << std::setw(13) << f.text(c);
+    for (const measure::ChannelComparison& c : r.channels) std::cout << std::setw(13) << f.text(c);
     std::cout << '\n';
   }
   std::cout << '\n';
@@ -59,7 +59,7 @@ void report_text(const ImagePair& p, const FilmComparison& r) {
 /// Numbers that are not known are null.
 Json number(double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); }
 
-Json to_json(const ChannelComparison& c) {
+Json to_json(const measure::ChannelComparison& c) {
   return {{"mean_a", number(c.mean_a)},
           {"mean_b", number(c.mean_b)},
           {"bias", number(c.bias)},
@@ -74,8 +74,8 @@ Json to_json(const ChannelComparison& c) {
           {"systematic_half_width", number(c.systematic_half_width)}};
 }
 
-Json to_json(const BiasVerdict& v) {
-  const RegionDifference& w = v.worst;
+Json to_json(const measure::BiasVerdict& v) {
+  const measure::RegionDifference& w = v.worst;
   return {{"bias_detected", v.detected},
           {"p_value", v.p_value},
           {"regions_p_value", v.regions_p_value},
@@ -89,7 +89,7 @@ Json to_json(const BiasVerdict& v) {
             {"p_value", w.p_value}}}};
 }
 
-void report_json(const ImagePair& p, const FilmComparison& r) {
+void report_json(const ImagePair& p, const measure::FilmComparison& r) {
   Json j;
   j["a"] = p.name_a;
   j["b"] = p.name_b;
@@ -107,7 +107,7 @@ void report_json(const ImagePair& p, const FilmComparison& r) {
   }
   if (r.variances_known) {
     j["tails"] = Json::array();
-    for (const PixelTail& t : r.tails) {
+    for (const measure::PixelTail& t : r.tails) {
       j["tails"].push_back({{"sigmas", t.sigmas}, {"found", t.found}, {"expected", t.expected}});
     }
   }
@@ -135,8 +135,8 @@ int run_image(const ImageOptions& o) {
   }
   if (o.html) check_output(*o.html, {".html", ".htm"});
   ImagePair pair{o.a.string(), o.b.string(), formats::read_film(o.a), formats::read_film(o.b)};
-  const FilmComparison r = naming(o.a, [&] {
-    return compare(pair.a.film, pair.b.film, {o.confidence, o.level});
+  const measure::FilmComparison r = naming(o.a, [&] {
+    return measure::compare(pair.a.film, pair.b.film, {o.confidence, o.level});
   });
   print_warnings("pvol-stats", warnings_of(pair));
   if (o.map) write_map(*o.map, pair);

@@ -36,9 +36,9 @@ struct Differences {
 Differences measure(const Film& a, const Film& b) {
   Differences d;
   for (std::size_t i = 0; i < a.pixels.size(); ++i) {
-    const double difference = luminance(mean(a.pixels[i]) - mean(b.pixels[i]));
-    const double deviation =
-        std::hypot(luminance_deviation(a.pixels[i]), luminance_deviation(b.pixels[i]));
+    const double difference = measure::luminance(mean(a.pixels[i]) - mean(b.pixels[i]));
+    const double deviation = std::hypot(measure::luminance_deviation(a.pixels[i]),
+                                        measure::luminance_deviation(b.pixels[i]));
     d.values.push_back(difference);
     d.sigmas.push_back(deviation > 0 ? difference / deviation : 0);
   }
@@ -56,7 +56,7 @@ double limit_of(std::vector<double> values) {
 double exposure_of(const ImagePair& p) {
   std::vector<double> bright;
   for (const Film* f : {&p.a.film, &p.b.film}) {
-    for (const PixelSums& s : f->pixels) bright.push_back(luminance(mean(s)));
+    for (const PixelSums& s : f->pixels) bright.push_back(measure::luminance(mean(s)));
   }
   const double white = quantile(bright, kMapShare);
   return white > 0 ? std::clamp(-std::log2(white), -60.0, 60.0) : 0;
@@ -104,7 +104,7 @@ svg::Plot sigma_plot(const std::vector<double>& sigmas) {
   return plot;
 }
 
-void add_maps(html::Page& page, const ImagePair& p, const FilmComparison& r) {
+void add_maps(html::Page& page, const ImagePair& p, const measure::FilmComparison& r) {
   const double exposure = exposure_of(p);
   const std::string stops = " (exposure " + readable(exposure) + " stops)";
   const html::Figure films[] = {film_figure(p.name_a + stops, p.a.film, exposure),
@@ -131,8 +131,8 @@ void add_maps(html::Page& page, const ImagePair& p, const FilmComparison& r) {
 
 }  // namespace
 
-std::vector<ImageFigure> image_figures(const FilmComparison& r) {
-  using C = ChannelComparison;
+std::vector<ImageFigure> image_figures(const measure::FilmComparison& r) {
+  using C = measure::ChannelComparison;
   std::vector<ImageFigure> f{
       {"mean of the first", [](const C& c) { return known(c.mean_a); }, false},
       {"mean of the second", [](const C& c) { return known(c.mean_b); }, false},
@@ -152,7 +152,7 @@ std::vector<ImageFigure> image_figures(const FilmComparison& r) {
   return f;
 }
 
-std::vector<std::string> describe_pixels(const FilmComparison& r) {
+std::vector<std::string> describe_pixels(const measure::FilmComparison& r) {
   std::vector<std::string> lines;
   if (r.largest) {
     lines.push_back("largest difference of a pixel: " + readable(r.largest->sigmas) + " sigma at " +
@@ -161,7 +161,7 @@ std::vector<std::string> describe_pixels(const FilmComparison& r) {
   }
   if (!r.variances_known) return lines;
   std::string tails = "pixels beyond";
-  for (const PixelTail& t : r.tails) {
+  for (const measure::PixelTail& t : r.tails) {
     if (t.sigmas == 0) continue;
     tails += (t.sigmas > 3 ? ", " : " ") + readable(t.sigmas) +
              " sigma: " + readable_count(t.found) + " (noise: " + readable(t.expected) + ")";
@@ -170,17 +170,17 @@ std::vector<std::string> describe_pixels(const FilmComparison& r) {
   return lines;
 }
 
-std::string describe_verdict(const FilmComparison& r) {
+std::string describe_verdict(const measure::FilmComparison& r) {
   if (!r.verdict) {
     return "whether there is a bias is not known: that takes the variances of both pictures, of "
            "two samples a pixel at least";
   }
-  const BiasVerdict& v = *r.verdict;
+  const measure::BiasVerdict& v = *r.verdict;
   const std::string odds = probability(v.p_value) + ", level " + readable(r.options.level);
   if (!v.detected) return "no bias detected (" + odds + ")";
   std::string text = "bias detected (" + odds + ")";
   if (v.regions_p_value <= v.pixels_p_value) {
-    const RegionDifference& w = v.worst;
+    const measure::RegionDifference& w = v.worst;
     text += ": " + std::to_string(w.width) + " x " + std::to_string(w.height) + " pixels at " +
             place(w.x, w.y) + " differ by " + with_sign(w.bias) + " +- " + readable(w.deviation) +
             " (one sigma) in " + std::string(1, "RGB"[w.channel]);
@@ -214,7 +214,7 @@ DifferenceMap difference_map(const ImagePair& pair) {
   return m;
 }
 
-html::Page image_page(const ImagePair& pair, const FilmComparison& r) {
+html::Page image_page(const ImagePair& pair, const measure::FilmComparison& r) {
   html::Page page;
   page.title = std::filesystem::path(pair.name_a).filename().string() + " against " +
                std::filesystem::path(pair.name_b).filename().string();
@@ -230,7 +230,7 @@ html::Page image_page(const ImagePair& pair, const FilmComparison& r) {
   table.header = {"", "luminance", "R", "G", "B"};
   for (const ImageFigure& f : image_figures(r)) {
     table.rows.push_back({f.name, f.text(r.luminance)});
-    for (const ChannelComparison& c : r.channels) table.rows.back().push_back(f.text(c));
+    for (const measure::ChannelComparison& c : r.channels) table.rows.back().push_back(f.text(c));
   }
   table.caption = "Means over " + readable_count(r.pixels) + " pixels; intervals at " +
                   readable(100 * r.options.confidence) + " % confidence";

@@ -18,16 +18,16 @@ struct ImagePair {
 /// A line of the table: one figure of each channel.
 struct ImageFigure {
   std::string name;
-  std::string (*text)(const ChannelComparison&);
+  std::string (*text)(const measure::ChannelComparison&);
   bool needs_variances = true;
 };
-[[nodiscard]] std::vector<ImageFigure> image_figures(const FilmComparison& r);
+[[nodiscard]] std::vector<ImageFigure> image_figures(const measure::FilmComparison& r);
 
 /// About the largest difference, and how many pixels differ by much.
-[[nodiscard]] std::vector<std::string> describe_pixels(const FilmComparison& r);
+[[nodiscard]] std::vector<std::string> describe_pixels(const measure::FilmComparison& r);
 
 /// Whether a bias was found, how sure that is, and where.
-[[nodiscard]] std::string describe_verdict(const FilmComparison& r);
+[[nodiscard]] std::string describe_verdict(const measure::FilmComparison& r);
 
 /// The first film less the second, with the variance of the difference and all samples.
 [[nodiscard]] Film difference_film(const Film& a, const Film& b);
@@ -40,6 +40,6 @@ struct DifferenceMap {
 [[nodiscard]] DifferenceMap difference_map(const ImagePair& pair);
 
 /// The page: both pictures, where they differ, and the figures.
-[[nodiscard]] html::Page image_page(const ImagePair& pair, const FilmComparison& r);
+[[nodiscard]] html::Page image_page(const ImagePair& pair, const measure::FilmComparison& r);
 
 }  // namespace pvol::cli

@@ -99,8 +99,8 @@ void choose_guide_as_for_picture(const LoadedScene& loaded, std::span<const Volu
   scene.options.guide = choose_guide(volumes, whole).used ? GuideUse::on : GuideUse::off;
 }
 
-SetUp set_up_of(const std::vector<Volume>& volumes, double seconds) {
-  SetUp s;
+measure::SetUp set_up_of(const std::vector<Volume>& volumes, double seconds) {
+  measure::SetUp s;
   s.seconds = seconds;
   for (const Volume& v : volumes) {
     s.field_bytes += v.field.samples.size() * sizeof(float);
@@ -112,7 +112,7 @@ SetUp set_up_of(const std::vector<Volume>& volumes, double seconds) {
 }
 
 /// The scene that a request asks for. A pilot's picture has a sixteenth of the pixels.
-Scene requested(const LoadedScene& loaded, const RunRequest& request, int threads) {
+Scene requested(const LoadedScene& loaded, const measure::RunRequest& request, int threads) {
   Scene scene = loaded.file.scene;
   RenderOptions& r = scene.options;
   r.samples = request.samples;
@@ -151,8 +151,9 @@ LoadedScene load_scene(const SceneOptions& o, int pixels) {
   return loaded;
 }
 
-Run render_changed(const LoadedScene& loaded, const ChangeScene& change_scene,
-                   const ChangeCloud& change_cloud, const RunRequest& request, int threads) {
+measure::Run render_changed(const LoadedScene& loaded, const ChangeScene& change_scene,
+                            const ChangeCloud& change_cloud, const measure::RunRequest& request,
+                            int threads) {
   Scene scene = requested(loaded, request, threads);
   if (change_scene) change_scene(scene);
   std::vector<formats::Cloud> changed;
@@ -165,7 +166,7 @@ Run render_changed(const LoadedScene& loaded, const ChangeScene& change_scene,
   const std::vector<Volume> volumes =
       make_volumes(loaded, change_cloud ? changed : loaded.clouds, scene);
   const double ready = cpu_seconds();
-  Run run;
+  measure::Run run;
   run.set_up = set_up_of(volumes, ready - begin);
   choose_guide_as_for_picture(loaded, volumes, scene);
   const InstructionCounter instructions;
@@ -183,11 +184,11 @@ Run render_changed(const LoadedScene& loaded, const ChangeScene& change_scene,
 
 Film render_reference(const LoadedScene& loaded, double seconds, std::uint64_t seed, int threads) {
   const double end = clock_seconds() + seconds;
-  RunRequest request{.samples = 2, .seed = seed, .most_seconds = seconds};
+  measure::RunRequest request{.samples = 2, .seed = seed, .most_seconds = seconds};
   Film sum;
   for (;;) {
     const double begin = clock_seconds();
-    const Run run = render_changed(loaded, {}, {}, request, threads);
+    const measure::Run run = render_changed(loaded, {}, {}, request, threads);
     if (!run.complete) {
       throw Error("the budget is too short: two samples a pixel for the reference take more than " +
                   readable_seconds(std::max(0.0, seconds)) + "; raise --budget or lower --size");
@@ -195,7 +196,7 @@ Film render_reference(const LoadedScene& loaded, double seconds, std::uint64_t s
     if (sum.pixels.empty()) {
       sum = run.film;
     } else {
-      add_samples(sum, run.film);
+      measure::add_samples(sum, run.film);
     }
     // Growing chunks, so that setting up takes little of the time whatever a sample costs.
     const double took = clock_seconds() - begin, left = end - clock_seconds();

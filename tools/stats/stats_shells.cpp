@@ -76,8 +76,8 @@ int run_shells(const ShellsOptions& o) {
     }
     if (o.check) check = naming(o.input, [&] { return check_shell(shell, support); });
     if (o.html) {
-      const ShellProbe probe =
-          naming(o.input, [&] { return probe_shell(cloud.grid, cloud.pyramid, shell); });
+      const measure::ShellProbe probe =
+          naming(o.input, [&] { return measure::probe_shell(cloud.grid, cloud.pyramid, shell); });
       html::write_page(*o.html, shell_page(o.input.string(), cloud, bytes, probe, r, check));
     }
   }

@@ -6,8 +6,8 @@
 #include "cli/cli.h"
 #include "pvol/error.h"
 #include "pvol/formats/pvol_file.h"
+#include "pvol/measure/sweep.h"
 #include "stats/stats_trade.h"
-#include "stats/sweep.h"
 #include "stats/trade_report.h"
 
 namespace pvol::cli {
@@ -61,18 +61,20 @@ std::uint64_t file_bytes(const std::vector<formats::Cloud>& clouds, const Change
 }
 
 /// Within `part` seconds of the clock; `after` are left of the budget then.
-std::vector<Measured> measure(const TradeReport& report, const std::vector<Variant>& variants,
-                              double part, double after, std::uint64_t seed, Announcer& announce) {
-  SweepOptions o;
+std::vector<measure::Measured> measure(const TradeReport& report,
+                                       const std::vector<Variant>& variants, double part,
+                                       double after, std::uint64_t seed, Announcer& announce) {
+  measure::SweepOptions o;
   o.budget = part;
   o.seed = seed;
   o.pixels = report.reference.pixels.size();
   o.clock = clock_seconds;
+  o.remedy = "raise --budget or lower --size";
   o.interrupted = interrupted;
   o.progress = [&](const std::string& next, double left) { announce(next, left + after); };
   std::vector<std::string> names;
   for (const Variant& v : variants) names.push_back(label(v));
-  return sweep(names, o, [&](const RunRequest& r) {
+  return measure::sweep(names, o, [&](const measure::RunRequest& r) {
     // One thread: times and instructions are then those of the work alone.
     return render_changed(report.loaded, variants[r.setting].scene, variants[r.setting].cloud, r,
                           1);
@@ -118,7 +120,7 @@ TradeReport measure_trade(const TradeOptions& o) {
   constexpr std::uint64_t kReferenceSeeds = std::uint64_t(1) << 40;  // far from all others
   report.reference =
       render_reference(report.loaded, kReferencePart * left(), kReferenceSeeds, o.threads);
-  report.reference_mean = mean_luminance(report.reference);
+  report.reference_mean = measure::mean_luminance(report.reference);
   report.reference_samples = report.reference.pixels.front().samples;
   if (!(report.reference_mean > 0)) {
     throw Error(report.name + ": the picture is black; there is no error to measure");

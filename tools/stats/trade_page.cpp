@@ -47,11 +47,11 @@ svg::Plot front_plot(const TradeReport& report) {
       .name = "unbiased: 0", .points = {}, .style = svg::Style::points, .colour = 0};
   svg::Series biased{.name = "biased", .points = {}, .style = svg::Style::points, .colour = 1};
   svg::Series front{.name = "front", .points = {}, .style = svg::Style::steps, .colour = 6};
-  std::vector<Costs> costs;
+  std::vector<measure::Costs> costs;
   for (const TradeRow* r : rows) {
     costs.push_back({r->proven_cost(), std::max(100 * r->offset(), bottom), 0});
   }
-  const std::vector<std::size_t> best = pareto_front(costs);
+  const std::vector<std::size_t> best = measure::pareto_front(costs);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const bool named = i == 0 || std::find(best.begin(), best.end(), i) != best.end();
     (rows[i]->variant.biased ? biased : unbiased)
@@ -84,7 +84,7 @@ svg::Plot convergence_plot(const TradeReport& report) {
   for (const TradeRow* r : shown) {
     svg::Series s{.name = label(r->variant), .points = {}, .dashed = r->variant.biased};
     for (double samples = 1; samples <= 1 << 16; samples *= 2) {
-      const Setting& m = r->setting;
+      const measure::Setting& m = r->setting;
       s.points.push_back({.x = m.set_up + samples * pixels * m.seconds,
                           .y = 100 * std::sqrt(m.offset + m.variance / samples)});
     }
@@ -93,7 +93,8 @@ svg::Plot convergence_plot(const TradeReport& report) {
   return plot;
 }
 
-std::string bars(const TradeReport& report, const std::string& title, Estimate TradeRow::*ratio) {
+std::string bars(const TradeReport& report, const std::string& title,
+                 measure::Estimate TradeRow::*ratio) {
   std::vector<svg::RatioBar> list;
   for (const TradeRow* r : good_rows(report)) {
     if (r == &report.rows.front() || !((r->*ratio).low > 0)) continue;

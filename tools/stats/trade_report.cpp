@@ -8,31 +8,31 @@
 namespace pvol::cli {
 namespace {
 
-double median(const std::vector<double>& values) { return estimate_median(values).value; }
+double median(const std::vector<double>& values) { return measure::estimate_median(values).value; }
 
 /// The ratio where the default varies, and 1 where nothing does.
 void relate(TradeRow& row, const TradeRow& base) {
-  const Measured &m = row.measured, &b = base.measured;
-  row.time = estimate_ratio(m.seconds, b.seconds);
-  row.variance = estimate_ratio(m.variance, b.variance);
-  const auto products = [](const Measured& of) {
+  const measure::Measured &m = row.measured, &b = base.measured;
+  row.time = measure::estimate_ratio(m.seconds, b.seconds);
+  row.variance = measure::estimate_ratio(m.variance, b.variance);
+  const auto products = [](const measure::Measured& of) {
     std::vector<double> p;
     for (std::size_t i = 0; i < of.seconds.size(); ++i) p.push_back(of.seconds[i] * of.variance[i]);
     return p;
   };
-  row.cost = estimate_ratio(products(m), products(b));
+  row.cost = measure::estimate_ratio(products(m), products(b));
   if (!m.instructions.empty() && !b.instructions.empty()) {
-    row.instructions = estimate_ratio(m.instructions, b.instructions);
+    row.instructions = measure::estimate_ratio(m.instructions, b.instructions);
   }
 }
 
 /// In units of the reference's mean luminance. Time and variance are the default's times the ratios
 /// measured in turn, so that a busy spell of the machine favours none.
-Setting setting_of(const TradeRow& row, const TradeRow& base, double mean) {
-  Setting s;
+measure::Setting setting_of(const TradeRow& row, const TradeRow& base, double mean) {
+  measure::Setting s;
   s.seconds = median(base.measured.seconds) * row.time.value;
   s.set_up = median(row.measured.set_up_seconds);
-  s.variance = sample_variance(base.measured.film) / (mean * mean) * row.variance.value;
+  s.variance = measure::sample_variance(base.measured.film) / (mean * mean) * row.variance.value;
   s.offset = row.offset() * row.offset();
   const double cost = row.time.value * row.variance.value;
   if (&row != &base && cost > 0) s.doubt = std::max(1.0, row.cost.high / cost);
@@ -63,7 +63,7 @@ std::string goal(const Goal& g) {
 
 double TradeRow::offset() const {
   if (!variant.biased && !detected()) return 0;
-  const ChannelComparison& c = bias.luminance;
+  const measure::ChannelComparison& c = bias.luminance;
   const double spread = c.systematic_half_width, mean = std::abs(c.mean_b);
   const double squared = c.systematic_mse + (std::isfinite(spread) ? spread : 0);
   // The mean's own bias is part of the systematic error, and known better.
@@ -77,7 +77,7 @@ double TradeRow::proven_cost() const {
 }
 
 std::vector<TradeRow> make_rows(const std::vector<Variant>& variants,
-                                std::vector<Measured> measured) {
+                                std::vector<measure::Measured> measured) {
   std::vector<TradeRow> rows(variants.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     rows[i].variant = variants[i];
@@ -90,18 +90,18 @@ std::vector<TradeRow> make_rows(const std::vector<Variant>& variants,
 void test_biases(TradeReport& report) {
   std::size_t tests = 0;
   for (const TradeRow& row : report.rows) tests += row.good();
-  report.level = sidak_level(kTradeFalseAlarms, tests);
+  report.level = measure::sidak_level(kTradeFalseAlarms, tests);
   for (TradeRow& row : report.rows) {
     if (!row.good()) continue;
-    row.bias = compare(row.measured.film, report.reference, {.level = report.level});
+    row.bias = measure::compare(row.measured.film, report.reference, {.level = report.level});
   }
 }
 
 void judge(TradeReport& report) {
   test_biases(report);
   std::vector<std::size_t> good;
-  std::vector<Costs> costs;
-  std::vector<Setting> settings;
+  std::vector<measure::Costs> costs;
+  std::vector<measure::Setting> settings;
   for (std::size_t i = 0; i < report.rows.size(); ++i) {
     TradeRow& row = report.rows[i];
     if (!row.good()) continue;
@@ -112,11 +112,11 @@ void judge(TradeReport& report) {
     const double bytes = std::round(100 * bytes_of(row) / bytes_of(report.rows[0]));
     costs.push_back({row.proven_cost(), row.offset(), bytes});
   }
-  for (const std::size_t i : pareto_front(costs)) report.rows[good[i]].on_front = true;
+  for (const std::size_t i : measure::pareto_front(costs)) report.rows[good[i]].on_front = true;
   const double pixels = double(report.loaded.picture_width) * report.loaded.picture_height;
   for (Goal& g : report.goals) {
-    g.advice = g.error ? advise_for_error(settings, pixels, *g.error)
-                       : advise_for_time(settings, pixels, *g.seconds);
+    g.advice = g.error ? measure::advise_for_error(settings, pixels, *g.error)
+                       : measure::advise_for_time(settings, pixels, *g.seconds);
     if (g.advice) g.advice->setting = good[g.advice->setting];
   }
 }
@@ -125,7 +125,7 @@ std::string label(const Variant& variant) {
   return variant.option.empty() ? "default" : variant.option;
 }
 
-std::string command_line(const TradeReport& report, const Advice& advice) {
+std::string command_line(const TradeReport& report, const measure::Advice& advice) {
   std::string text = "pvol-render " + quoted(report.name);
   for (const std::string& word : report.given) text += ' ' + quoted(word);
   const std::string& option = report.rows[advice.setting].variant.option;
@@ -139,7 +139,7 @@ std::string advice_text(const TradeReport& report, const Goal& g) {
     return goal(g) + ": no setting measured reaches that" +
            (g.error ? " error" : ": one sample a pixel takes longer");
   }
-  const Advice& a = *g.advice;
+  const measure::Advice& a = *g.advice;
   const TradeRow& row = report.rows[a.setting];
   std::string text = goal(g) + ", " + std::to_string(report.loaded.picture_width) + "x" +
                      std::to_string(report.loaded.picture_height) + " pixels: about " +

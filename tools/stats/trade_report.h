@@ -19,14 +19,14 @@ inline constexpr double kTradeFalseAlarms = 0.01;
 /// One setting with its figures relative to the default.
 struct TradeRow {
   Variant variant;
-  Measured measured;
+  measure::Measured measured;
   // Where it was measured:
-  Estimate time, variance, cost;         ///< ratios to the default's; cost: time x variance
-  std::optional<Estimate> instructions;  ///< a sample, of the default's
-  FilmComparison bias;                   ///< against the reference
-  std::uint64_t file_bytes = 0;          ///< of a .pvol file that holds the clouds so
+  measure::Estimate time, variance, cost;  ///< ratios to the default's; cost: time x variance
+  std::optional<measure::Estimate> instructions;  ///< a sample, of the default's
+  measure::FilmComparison bias;                   ///< against the reference
+  std::uint64_t file_bytes = 0;                   ///< of a .pvol file that holds the clouds so
   bool on_front = false;
-  Setting setting;  ///< for advice
+  measure::Setting setting;  ///< for advice
   [[nodiscard]] bool good() const { return measured.left_out.empty(); }
   /// Root of the mean squared systematic error over the reference's mean luminance, as far as its
   /// interval allows it to be; 0 for settings without bias.
@@ -39,9 +39,9 @@ struct TradeRow {
 
 /// What a picture is to reach: an error or a time.
 struct Goal {
-  std::optional<double> error{};    ///< root mean squared, over the mean luminance
-  std::optional<double> seconds{};  ///< of CPU time
-  std::optional<Advice> advice{};   ///< its setting is the number of a row
+  std::optional<double> error{};            ///< root mean squared, over the mean luminance
+  std::optional<double> seconds{};          ///< of CPU time
+  std::optional<measure::Advice> advice{};  ///< its setting is the number of a row
 };
 
 struct TradeReport {
@@ -59,7 +59,7 @@ struct TradeReport {
 
 /// Puts the default's row first and compares the others with it.
 [[nodiscard]] std::vector<TradeRow> make_rows(const std::vector<Variant>& variants,
-                                              std::vector<Measured> measured);
+                                              std::vector<measure::Measured> measured);
 
 /// Tests every row against the reference, all together at the level of `kTradeFalseAlarms`.
 void test_biases(TradeReport& report);
@@ -68,7 +68,7 @@ void test_biases(TradeReport& report);
 void judge(TradeReport& report);
 
 /// The command line that renders with a row's setting.
-[[nodiscard]] std::string command_line(const TradeReport& report, const Advice& advice);
+[[nodiscard]] std::string command_line(const TradeReport& report, const measure::Advice& advice);
 
 /// The advice in a sentence, or why there is none.
 [[nodiscard]] std::string advice_text(const TradeReport& report, const Goal& goal);

@@ -14,11 +14,11 @@ std::string ratio(double v) {
   return formatted(v < 9.995 ? "%.2f" : v < 99.95 ? "%.1f" : "%.0f", v);
 }
 
-std::string with_interval(const Estimate& e) {
+std::string with_interval(const measure::Estimate& e) {
   return ratio(e.value) + " (" + ratio(e.low) + "-" + ratio(e.high) + ")";
 }
 
-double per_sample(const Measured& m, std::uint64_t count) {
+double per_sample(const measure::Measured& m, std::uint64_t count) {
   return m.counted > 0 ? double(count) / double(m.counted) : 0;
 }
 
@@ -30,7 +30,7 @@ std::vector<std::string> trade_header() {
 }
 
 std::string bias_text(const TradeRow& row) {
-  const ChannelComparison& c = row.bias.luminance;
+  const measure::ChannelComparison& c = row.bias.luminance;
   const double percent = 100 / c.mean_b;
   if (!std::isfinite(percent)) return "-";
   return formatted("%+.2f", c.bias * percent) + " +- " +
@@ -38,7 +38,7 @@ std::string bias_text(const TradeRow& row) {
 }
 
 std::vector<std::string> trade_cells(const TradeRow& row) {
-  const Measured& m = row.measured;
+  const measure::Measured& m = row.measured;
   const Counts& k = m.counts;
   return {label(row.variant),
           with_interval(row.time),
@@ -51,7 +51,7 @@ std::vector<std::string> trade_cells(const TradeRow& row) {
 
 std::string verdict_text(const TradeRow& row) {
   if (!row.detected()) return row.variant.biased ? "biased by design, not detected" : "";
-  const ChannelComparison& c = row.bias.luminance;
+  const measure::ChannelComparison& c = row.bias.luminance;
   std::string text = "BIASED: mean " + bias_text(row);
   if (std::abs(c.bias) <= c.bias_half_width) {
     text += ", by place: " + formatted("%.2g", 100 * row.offset()) + " % or less";
@@ -125,7 +125,7 @@ void print_trade(const TradeReport& report) {
 
 namespace {
 
-Json to_json(const Estimate& e) {
+Json to_json(const measure::Estimate& e) {
   return {{"value", e.value}, {"low", e.low}, {"high", e.high}, {"coverage", e.coverage}};
 }
 
@@ -145,7 +145,7 @@ Json to_json(const Counts& c, std::uint64_t samples) {
 }
 
 Json bias_json(const TradeRow& row) {
-  const ChannelComparison& c = row.bias.luminance;
+  const measure::ChannelComparison& c = row.bias.luminance;
   Json j{{"mean", c.mean_a},
          {"bias", c.bias},
          {"bias_half_width", c.bias_half_width},
@@ -160,7 +160,7 @@ Json bias_json(const TradeRow& row) {
 }
 
 Json to_json(const TradeRow& row) {
-  const Measured& m = row.measured;
+  const measure::Measured& m = row.measured;
   Json j{{"setting", label(row.variant)},
          {"factor", row.variant.factor},
          {"biased_by_design", row.variant.biased}};
@@ -171,7 +171,7 @@ Json to_json(const TradeRow& row) {
   j["samples_per_round"] = m.samples;
   j["rounds"] = m.rounds();
   j["cpu_seconds_per_sample"] = row.setting.seconds;
-  j["variance_per_sample"] = sample_variance(m.film);
+  j["variance_per_sample"] = measure::sample_variance(m.film);
   j["time"] = to_json(row.time);
   j["variance"] = to_json(row.variance);
   j["time_x_variance"] = to_json(row.cost);

@@ -6,7 +6,7 @@
 #include "pvol/error.h"
 #include "pvol/measure/compare.h"
 
-namespace pvol {
+namespace pvol::measure {
 namespace {
 
 /// Probability that fewer than k of n fair coins show heads: that the k-th smallest of n values
@@ -142,4 +142,4 @@ std::optional<Advice> advise_for_time(std::span<const Setting> settings, double 
   return describe(settings, *best, pixels, samples_in(settings[*best]));
 }
 
-}  // namespace pvol
+}  // namespace pvol::measure

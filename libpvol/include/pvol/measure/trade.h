@@ -11,7 +11,7 @@
 
 #include "pvol/render/film.h"
 
-namespace pvol {
+namespace pvol::measure {
 
 /// A median with an interval that holds the true one with probability `coverage`, whatever the
 /// distribution.
@@ -81,4 +81,4 @@ struct Advice {
 [[nodiscard]] std::optional<Advice> advise_for_time(std::span<const Setting> settings,
                                                     double pixels, double seconds);
 
-}  // namespace pvol
+}  // namespace pvol::measure

@@ -1,13 +1,13 @@
-#include "stats/sweep.h"
+#include "pvol/measure/sweep.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
-#include "cli/cli.h"
 #include "pvol/error.h"
 #include "pvol/measure/trade.h"
 
-namespace pvol::cli {
+namespace pvol::measure {
 namespace {
 
 /// Fewest rounds, the counted one included, and samples a pixel that give a figure with an error.
@@ -23,6 +23,17 @@ constexpr double kPilotShare = 0.25;
 
 /// How many times as long as its pilot foretold a render may take: the machine may be busy.
 constexpr double kPatience = 4;
+
+std::string text_of_seconds(double seconds) {
+  char text[32];
+  const bool brief = seconds < 0.9995;
+  std::snprintf(text, sizeof text,
+                brief            ? "%.0f ms"
+                : seconds < 99.5 ? "%.1f s"
+                                 : "%.0f s",
+                brief ? 1000 * seconds : seconds);
+  return text;
+}
 
 double samples_in(const Film& film) {
   double n = 0;
@@ -108,7 +119,7 @@ class Sweep {
       const double seconds = o_.clock() - begin;
       const double n = samples_in(run.film);
       if (n == 0) {
-        leave_out(i, "one sample takes more than " + readable_seconds(request.most_seconds));
+        leave_out(i, "one sample takes more than " + text_of_seconds(request.most_seconds));
         return {};
       }
       const double own = run.seconds + run.set_up.seconds;
@@ -125,11 +136,11 @@ class Sweep {
   void too_slow(std::size_t i, const PilotCost& cost) {
     const double least =
         kFewestRounds * (cost.set_up + kFewestSamples * cost.sample * double(o_.pixels));
-    const std::string needs = "needs about " + readable_seconds(least);
+    const std::string needs = "needs about " + text_of_seconds(least);
     if (i == 0) {
       throw Error("the budget is too short: " + names_[0] + " alone " + needs + ", and " +
-                  readable_seconds(std::max(0.0, left())) +
-                  " are left after pilot renders; raise --budget or lower --size");
+                  text_of_seconds(std::max(0.0, left())) + " are left after pilot renders; " +
+                  o_.remedy);
     }
     leave_out(i, needs + ", more than its share of the budget");
   }
@@ -227,4 +238,4 @@ std::vector<Measured> sweep(const std::vector<std::string>& names, const SweepOp
   return Sweep(names, options, render).measure();
 }
 
-}  // namespace pvol::cli
+}  // namespace pvol::measure
