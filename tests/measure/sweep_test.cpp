@@ -155,6 +155,14 @@ TEST(Sweep, NeedsItsFirstSetting) {
   EXPECT_THROW((void)run_sweep(slow, 20), Error);
   FakeRenderer refused{{{0, 1e-3, 1, 1, "no"}, {0, 1e-3}}};
   EXPECT_THROW((void)run_sweep(refused, 20), Error);
+  const FakeRenderer clock{{}};
+  const auto stopped_before_a_sample = [](const RunRequest&) {
+    measure::Run run;
+    run.complete = false;
+    run.film.pixels.resize(1);
+    return run;
+  };
+  EXPECT_THROW((void)sweep({"one"}, options_for(clock, 20), stopped_before_a_sample), Error);
 }
 
 TEST(Sweep, GivesTheFirstSettingMoreThanItsShareWhereItNeedsIt) {

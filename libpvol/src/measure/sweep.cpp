@@ -119,7 +119,11 @@ class Sweep {
       const double seconds = o_.clock() - begin;
       const double n = samples_in(run.film);
       if (n == 0) {
-        leave_out(i, "one sample takes more than " + text_of_seconds(request.most_seconds));
+        const std::string why =
+            "one sample takes more than " + text_of_seconds(request.most_seconds);
+        if (i == 0)
+          throw Error("the budget is too short: of " + names_[0] + ' ' + why + "; " + o_.remedy);
+        leave_out(i, why);
         return {};
       }
       const double own = run.seconds + run.set_up.seconds;
