@@ -188,6 +188,33 @@ TEST(Sweep, SaysWhatComesNext) {
   EXPECT_EQ(said[2], "round 1 of 7: one");
 }
 
+TEST(Reference, TakesItsBudgetInGrowingFilmsOfTheFirstSetting) {
+  FakeRenderer renderer{{{0.5, 1e-3}, {}}};
+  SweepOptions o = options_for(renderer, 100);
+  o.seed = 1000;
+  const Film film = render_reference(o, std::ref(renderer));
+  EXPECT_GE(renderer.now - 100, 90);
+  EXPECT_LE(renderer.now - 100, 101);
+  std::uint32_t samples = 0;
+  for (std::size_t i = 0; i < renderer.requests.size(); ++i) {
+    const RunRequest& r = renderer.requests[i];
+    EXPECT_EQ(r.setting, 0u);
+    EXPECT_EQ(r.seed, 1000 + i);
+    samples += r.samples;
+  }
+  EXPECT_EQ(renderer.requests[1].samples, 4 * renderer.requests[0].samples);
+  EXPECT_EQ(film.pixels[0].samples, samples);
+}
+
+TEST(Reference, NeedsTimeForTwoSamplesAndEndsWhenInterrupted) {
+  FakeRenderer slow{{{0, 1}}};
+  EXPECT_THROW((void)render_reference(options_for(slow, 20), std::ref(slow)), Error);
+  FakeRenderer renderer{{{}}};
+  SweepOptions o = options_for(renderer, 100);
+  o.interrupted = [] { return true; };
+  EXPECT_EQ(render_reference(o, std::ref(renderer)).pixels[0].samples, 2u);
+}
+
 TEST(Plan, GivesFewerSamplesThenFewerRoundsThenNone) {
   SweepOptions o;
   o.pixels = 1000;

@@ -4,13 +4,11 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 
 #include "cli/cli.h"
 #include "cli/instructions.h"
 #include "cli/load_scene.h"
 #include "pvol/error.h"
-#include "pvol/measure/trade.h"
 #include "pvol/render/guide_choice.h"
 #include "pvol/render/render.h"
 #include "pvol/render/scene_volume.h"
@@ -180,32 +178,6 @@ measure::Run render_changed(const LoadedScene& loaded, const ChangeScene& change
   run.counts = result.counts;
   run.complete = result.complete;
   return run;
-}
-
-Film render_reference(const LoadedScene& loaded, double seconds, std::uint64_t seed, int threads) {
-  const double end = clock_seconds() + seconds;
-  measure::RunRequest request{.samples = 2, .seed = seed, .most_seconds = seconds};
-  Film sum;
-  for (;;) {
-    const double begin = clock_seconds();
-    const measure::Run run = render_changed(loaded, {}, {}, request, threads);
-    if (!run.complete) {
-      throw Error("the budget is too short: two samples a pixel for the reference take more than " +
-                  readable_seconds(std::max(0.0, seconds)) + "; raise --budget or lower --size");
-    }
-    if (sum.pixels.empty()) {
-      sum = run.film;
-    } else {
-      measure::add_samples(sum, run.film);
-    }
-    // Growing chunks, so that setting up takes little of the time whatever a sample costs.
-    const double took = clock_seconds() - begin, left = end - clock_seconds();
-    const double grown = std::min(4.0, 0.8 * left / took) * request.samples;
-    if (grown < 1 || left < 0.1 * seconds || interrupted()) return sum;
-    request.samples = std::uint32_t(std::min(grown, 65536.0));
-    ++request.seed;
-    request.most_seconds = std::numeric_limits<double>::infinity();
-  }
 }
 
 double clock_seconds() {

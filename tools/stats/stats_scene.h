@@ -51,11 +51,6 @@ using ChangeCloud = std::function<void(formats::Cloud&)>;
                                           const ChangeCloud& change_cloud,
                                           const measure::RunRequest& request, int threads);
 
-/// The unchanged scene for about this many seconds of the clock: whole films of `chunk` samples a
-/// pixel with seeds from `seed` on, added up.
-[[nodiscard]] Film render_reference(const LoadedScene& loaded, double seconds, std::uint64_t seed,
-                                    int threads);
-
 /// Seconds of a clock that never goes back.
 [[nodiscard]] double clock_seconds();
 

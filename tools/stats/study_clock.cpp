@@ -25,10 +25,23 @@ void StudyClock::announce(const std::string& next, double seconds_left) {
                            readable_seconds(std::max(0.0, seconds_left)));
 }
 
+measure::SweepOptions StudyClock::options(double seconds, std::uint64_t seed) const {
+  measure::SweepOptions o;
+  o.budget = seconds;
+  o.seed = seed;
+  o.pixels = report_.study.reference.pixels.size();
+  o.clock = clock_seconds;
+  o.interrupted = interrupted;
+  o.remedy = "raise --budget or lower --size";
+  return o;
+}
+
 void StudyClock::measure_reference(const LoadedScene& loaded, double part, int threads) {
-  constexpr std::uint64_t kReferenceSeeds = std::uint64_t(1) << 40;  // far from all others
+  constexpr std::uint64_t kSeeds = std::uint64_t(1) << 40;  // far from all others
   announce("the reference");
-  Film film = render_reference(loaded, part * left(), kReferenceSeeds, threads);
+  Film film = measure::render_reference(
+      options(part * left(), kSeeds),
+      [&](const measure::RunRequest& r) { return render_changed(loaded, {}, {}, r, threads); });
   naming(report_.name, [&] { measure::set_reference(report_.study, std::move(film)); });
 }
 
@@ -37,14 +50,8 @@ std::vector<measure::Measured> StudyClock::sweep(const std::vector<std::string>&
                                                  std::uint32_t most_samples,
                                                  const measure::Render& render) {
   const double after = left() - seconds;
-  measure::SweepOptions o;
-  o.budget = seconds;
-  o.seed = seed;
+  measure::SweepOptions o = options(seconds, seed);
   o.most_samples = most_samples;
-  o.pixels = report_.study.reference.pixels.size();
-  o.clock = clock_seconds;
-  o.interrupted = interrupted;
-  o.remedy = "raise --budget or lower --size";
   o.progress = [&](const std::string& next, double rest) { announce(next, rest + after); };
   return measure::sweep(names, o, render);
 }

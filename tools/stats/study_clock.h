@@ -35,6 +35,7 @@ class StudyClock {
 
  private:
   void announce(const std::string& next, double seconds_left);
+  [[nodiscard]] measure::SweepOptions options(double seconds, std::uint64_t seed) const;
 
   StudyReport& report_;
   bool quiet_;

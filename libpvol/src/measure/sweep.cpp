@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "pvol/error.h"
 #include "pvol/measure/trade.h"
@@ -240,6 +241,32 @@ Plan plan_rounds(const PilotCost& cost, double share, const SweepOptions& o) {
 std::vector<Measured> sweep(const std::vector<std::string>& names, const SweepOptions& options,
                             const Render& render) {
   return Sweep(names, options, render).measure();
+}
+
+Film render_reference(const SweepOptions& o, const Render& render) {
+  const double end = o.clock() + o.budget;
+  RunRequest request{.samples = 2, .seed = o.seed, .most_seconds = o.budget};
+  Film sum;
+  for (;;) {
+    const double begin = o.clock();
+    const Run run = render(request);
+    if (!run.complete) {
+      throw Error("the budget is too short: two samples a pixel for the reference take more than " +
+                  text_of_seconds(std::max(0.0, o.budget)) + "; " + o.remedy);
+    }
+    if (sum.pixels.empty()) {
+      sum = run.film;
+    } else {
+      add_samples(sum, run.film);
+    }
+    // Growing chunks, so that setting up takes little of the time whatever a sample costs.
+    const double took = o.clock() - begin, left = end - o.clock();
+    const double grown = std::min(4.0, 0.8 * left / took) * request.samples;
+    if (grown < 1 || left < 0.1 * o.budget || (o.interrupted && o.interrupted())) return sum;
+    request.samples = std::uint32_t(std::min(grown, double(o.most_samples)));
+    ++request.seed;
+    request.most_seconds = std::numeric_limits<double>::infinity();
+  }
 }
 
 }  // namespace pvol::measure

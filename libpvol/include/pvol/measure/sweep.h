@@ -96,4 +96,10 @@ struct Plan {
 [[nodiscard]] std::vector<Measured> sweep(const std::vector<std::string>& names,
                                           const SweepOptions& options, const Render& render);
 
+/// What a sweep is judged against: setting 0 rendered for about the budget, in whole films of more
+/// and more samples a pixel with seeds from `options.seed` on, added up. `pixels`, `rounds` and
+/// `progress` do not count. Throws Error where two samples a pixel take
+/// longer.
+[[nodiscard]] Film render_reference(const SweepOptions& options, const Render& render);
+
 }  // namespace pvol::measure
