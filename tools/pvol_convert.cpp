@@ -119,7 +119,7 @@ int convert_shell(const Options& o) {
     cli::print_warnings("pvol-convert", cloud.report.warnings);
     density = cloud.report;
     cli::write_shell_slices(o.output, require_shell(o, cloud.shell),
-                            make_support(cloud.grid, cloud.pyramid));
+                            make_support(cloud.grid(), cloud.pyramid));
   } else {
     const formats::PvolFile file = formats::read_pvol(o.input);
     cli::write_shell_mesh(o.output, require_shell(o, file.shell), file.metadata.index_to_world,
@@ -135,15 +135,15 @@ int run(const Options& o) {
   // Bounds only where they are asked for: building them may refuse what can be converted.
   formats::Cloud cloud;
   BoundGrids bounds;
-  std::vector<const VoxelGrid*> grids{&cloud.grid};
+  std::vector<const VoxelGrid*> grids{&cloud.grid()};
   if (o.bounds) {
     cloud = formats::load_cloud(o.input, o.grid);
     bounds = cli::naming(
-        o.input, [&] { return make_bound_grids(cloud.pyramid, cloud.grid.index_to_world); });
+        o.input, [&] { return make_bound_grids(cloud.pyramid, cloud.grid().index_to_world); });
     grids.insert(grids.end(), {&bounds.majorant, &bounds.minorant});
   } else {
     formats::LoadedGrid loaded = formats::load_grid(o.input, o.grid);
-    cloud.grid = std::move(loaded.grid);
+    cloud.density = std::move(loaded.grid);
     cloud.report = std::move(loaded.report);
   }
   cli::print_warnings("pvol-convert", cloud.report.warnings);

@@ -34,7 +34,7 @@ struct Options {
   cli::Common common;
   std::filesystem::path input, output;
   formats::GridOptions grid;
-  std::string density = "fp32", interpolation = "trilinear";
+  std::string density = "fp32", look_up = "trilinear";
   std::optional<double> tolerance;
   std::string micro_bounds = "none";
   std::string shells = "none", shell_kind = "hard";
@@ -80,7 +80,7 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
       ->type_name("none|2")
       ->check(cli::one_of({"none", "2", "1"}));
   app.add_option(
-         "--interpolation", o.interpolation,
+         "--interpolation", o.look_up,
          "What the bounds hold for: trilinear (and nearest); tricubic, somewhat looser, which "
          "holds for all three and pvol-render --interpolation tricubic needs [trilinear]")
       ->type_name("trilinear|tricubic")
@@ -140,7 +140,7 @@ formats::Metadata describe_source(const Options& o, const Fit& f) {
   m.options = {{"density", o.closed_form ? "reference" : o.density},
                {"micro_bounds", o.micro_bounds},
                {"closed_form", o.closed_form ? "yes" : "no"},
-               {"interpolation", formats::name(f.file.pyramid.interpolation)},
+               {"interpolation", formats::name(f.file.pyramid.look_up)},
                {"shells", o.shells},
                {"shell_kind", o.shell_kind},
                {"shell_effort", std::to_string(o.shell_effort)}};
@@ -188,10 +188,9 @@ Fit fit(const Options& o) {
   }
   f.read_seconds = watch.lap();
   if (is_quantised(o)) quantise_density(o, f);
-  f.file.pyramid = o.closed_form
-                       ? cli::naming(o.input, [&] { return build_pyramid(f.recipe); })
-                       : formats::build_bounds(f.loaded.grid, o.input,
-                                               formats::parse_interpolation(o.interpolation));
+  f.file.pyramid = o.closed_form ? cli::naming(o.input, [&] { return build_pyramid(f.recipe); })
+                                 : formats::build_bounds(f.loaded.grid, o.input,
+                                                         formats::parse_interpolation(o.look_up));
   if (o.micro_bounds == "2") {
     f.file.micro = build_leaf_micro_bounds(f.loaded.grid, f.file.pyramid, 2);
   }
@@ -327,7 +326,7 @@ int run(const Options& o) {
   if (o.closed_form && !o.grid.grid.empty()) {
     throw cli::UsageError("--grid does not go with --closed-form: a recipe makes one grid");
   }
-  if (o.closed_form && o.interpolation == "tricubic") {
+  if (o.closed_form && o.look_up == "tricubic") {
     throw cli::UsageError(
         "--closed-form bounds the recipe itself, for procedural, trilinear and nearest look-ups; "
         "leave it out for --interpolation tricubic");

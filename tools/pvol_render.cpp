@@ -31,7 +31,7 @@ constexpr const char* kTool = "pvol-render";
 
 void apply(const Options& o, formats::SceneFile& file) {
   RenderOptions& r = file.scene.options;
-  if (!o.grid.grid.empty()) file.grid = o.grid.grid;
+  if (!o.grid.grid.empty()) file.volumes.front().grid = o.grid.grid;
   if (o.size) {
     r.width = (*o.size)[0], r.height = (*o.size)[1];
     r.crop_x = r.crop_y = r.crop_width = r.crop_height = 0;
@@ -45,7 +45,7 @@ void apply(const Options& o, formats::SceneFile& file) {
   if (o.tracker) r.tracker = formats::parse_tracker(*o.tracker);
   if (o.transmittance) r.transmittance = formats::parse_transmittance(*o.transmittance);
   if (o.micro_bounds) r.micro_bounds = formats::parse_micro_bounds(*o.micro_bounds);
-  if (o.interpolation) r.interpolation = formats::parse_interpolation(*o.interpolation);
+  if (o.look_up) r.look_up = formats::parse_interpolation(*o.look_up);
   if (o.shells) r.shells = formats::parse_shell_use(*o.shells);
   if (o.guide) r.guide = formats::parse_guide_use(*o.guide);
   if (o.background) r.background = *o.background == "on";
@@ -76,14 +76,14 @@ formats::SceneFile read_scene(const Options& o) {
 
 /// Loads a volume, choosing an extinction for its medium where there is none.
 formats::Cloud load_volume(const Options& o, const formats::SceneFile& scene,
-                           const std::filesystem::path& file, const std::string& grid,
-                           Medium& medium, bool& has_extinction) {
-  formats::Cloud cloud = cli::load_cloud(kTool, file, {grid, o.grid.strict}, scene);
-  if (!has_extinction) {
-    medium.extinction = cli::choose_extinction(cloud, medium);
-    has_extinction = true;
+                           formats::SceneVolume& volume) {
+  formats::Cloud cloud = cli::load_cloud(kTool, volume.file, {volume.grid, o.grid.strict}, scene);
+  if (!volume.has_extinction) {
+    volume.medium.extinction = cli::choose_extinction(cloud, volume.object_to_world);
+    volume.has_extinction = true;
     if (!o.common.quiet) {
-      std::cerr << kTool << ": no extinction given; chose " << cli::readable(medium.extinction)
+      std::cerr << kTool << ": no extinction given; chose "
+                << cli::readable(volume.medium.extinction)
                 << " per world unit (change it with --set medium.extinction=X)\n";
     }
   }
@@ -92,7 +92,7 @@ formats::Cloud load_volume(const Options& o, const formats::SceneFile& scene,
 
 /// Names bounds that do not hold, where trackers with weights make up for them.
 void warn_of_bounds(const std::filesystem::path& file, const Volume& volume) {
-  const BoundsExcess& e = volume.excess;
+  const BoundsExcess& e = volume.density.excess;
   if (e.nodes == 0) return;
   const auto at = [](double v) { return std::to_string(std::int64_t(v)); };
   cli::print_warnings(
@@ -110,21 +110,17 @@ RenderJob prepare(const Options& o) {
   job.file = read_scene(o);
   Scene& scene = job.file.scene;
   std::vector<std::optional<Shell>> shells;
-  const auto add = [&](const std::filesystem::path& file, const std::string& grid, Medium& medium,
-                       bool& has_extinction) {
-    formats::Cloud cloud = load_volume(o, job.file, file, grid, medium, has_extinction);
-    Scene own;
-    own.medium = medium;
-    own.options = scene.options;
-    job.volumes.push_back(cli::naming(file, [&] { return cli::make_volume(cloud, own); }));
-    warn_of_bounds(file, job.volumes.back());
-    job.reports.push_back({file, cli::describe(job.volumes.back(), cloud, medium), std::nullopt,
-                           cloud.metadata.quantisation, cloud.metadata.quantisation_error});
-    if (scene.options.shells != ShellUse::off) cli::require_proof(file, cloud);
+  for (formats::SceneVolume& v : job.file.volumes) {
+    formats::Cloud cloud = load_volume(o, job.file, v);
+    job.volumes.push_back(
+        cli::naming(v.file, [&] { return cli::make_volume(cloud, v, scene.options); }));
+    warn_of_bounds(v.file, job.volumes.back());
+    job.reports.push_back({v.file, describe(job.volumes.back(), cli::describe(cloud, v)),
+                           std::nullopt, cloud.metadata.quantisation,
+                           cloud.metadata.quantisation_error});
+    if (scene.options.shells != ShellUse::off) cli::require_proof(v.file, cloud);
     shells.push_back(std::move(cloud.shell));
-  };
-  add(job.file.volume, job.file.grid, scene.medium, job.file.has_extinction);
-  for (formats::FurtherVolume& v : job.file.others) add(v.file, v.grid, v.medium, v.has_extinction);
+  }
   if (!job.file.has_camera) {
     scene.camera = cli::frame_all(job.volumes, scene.options);
     job.file.has_camera = true;
@@ -154,11 +150,11 @@ void print_facts(const Volume& volume, const cli::VolumeReport& report, ShellUse
   using cli::readable;
   const VolumeFacts& f = report.facts;
   std::cerr << kTool << ": " << report.file.string() << ": ";
-  if (volume.world_box.empty()) {
+  if (volume.density.world_box.empty()) {
     std::cerr << "the density is 0 everywhere\n";
     return;
   }
-  const Vec3d size = volume.world_box.extent();
+  const Vec3d size = volume.density.world_box.extent();
   std::cerr << readable(size.x) << " x " << readable(size.y) << " x " << readable(size.z)
             << " world units\n"
             << "  largest extinction " << readable(f.largest_extinction)
@@ -175,7 +171,7 @@ void print_facts(const Volume& volume, const cli::VolumeReport& report, ShellUse
                                   : ", biased: samples are off by up to " + readable(e.absolute) +
                                         ", their sum by " + readable(100 * e.mass) + " %\n");
   }
-  if (const auto& h = volume.homogeneous) {
+  if (const auto& h = volume.density.homogeneous) {
     std::cerr << "  homogeneous parts: " << h->nodes << " nodes, "
               << readable(100 * h->volume_share) << " % of the volume and "
               << readable(100 * h->mass_share)

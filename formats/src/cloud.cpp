@@ -111,10 +111,8 @@ LoadedGrid load_recipe(const std::filesystem::path& file, const GridOptions& opt
 /// A recipe for procedural look-ups, without its bounds.
 Cloud load_unsampled(const std::filesystem::path& file, const GridOptions& options) {
   Cloud cloud;
-  cloud.recipe = std::make_shared<const Recipe>(read_recipe_of(file, options));
-  cloud.grid.name = cloud.recipe->name;
-  cloud.grid.index_to_world = scaling(Vec3d(cloud.recipe->voxel));
-  cloud.report.grid = cloud.recipe->name;
+  cloud.density = std::make_shared<const Recipe>(read_recipe_of(file, options));
+  cloud.report.grid = cloud.recipe()->name;
   cloud.report.type = "recipe, not sampled";
   return cloud;
 }
@@ -130,26 +128,24 @@ auto naming(const std::filesystem::path& file, const F& f) {
 }
 
 /// Refuses bounds that were made for another interpolation than the wanted one.
-void check_interpolation(const std::filesystem::path& file, const Pyramid& pyramid,
-                         Interpolation wanted) {
-  if (holds_for(pyramid.interpolation, wanted)) return;
-  if (wanted == Interpolation::procedural) refuse_procedural(file);
-  throw Error(file.string() + ": its bounds were made for " + name(pyramid.interpolation) +
+void check_interpolation(const std::filesystem::path& file, const Pyramid& pyramid, LookUp wanted) {
+  if (holds_for(pyramid.look_up, wanted)) return;
+  if (wanted == LookUp::procedural) refuse_procedural(file);
+  throw Error(file.string() + ": its bounds were made for " + name(pyramid.look_up) +
               " interpolation and do not hold for " + name(wanted) +
               "; fit the cloud again with pvol-fit --interpolation " + name(wanted));
 }
 
-Cloud load_pvol(const std::filesystem::path& file, const GridOptions& options,
-                Interpolation interpolation) {
+Cloud load_pvol(const std::filesystem::path& file, const GridOptions& options, LookUp look_up) {
   PvolFile content = read_pvol(file);
-  check_interpolation(file, content.pyramid, interpolation);
+  check_interpolation(file, content.pyramid, look_up);
   Cloud cloud;
-  if (interpolation == Interpolation::procedural) {
+  if (look_up == LookUp::procedural) {
     check_grid_name(file, content.metadata, options);
     cloud = load_unsampled(find_source(file, content.metadata), {content.metadata.source.grid});
   } else {
     LoadedGrid loaded = take_density(file, content, options);
-    cloud.grid = std::move(loaded.grid);
+    cloud.density = std::move(loaded.grid);
     cloud.report = std::move(loaded.report);
   }
   cloud.pyramid = std::move(content.pyramid);
@@ -181,27 +177,26 @@ LoadedGrid load_grid(const std::filesystem::path& file, const GridOptions& optio
               "', expected .vdb, .nvdb, .pvol or .toml (a recipe)");
 }
 
-Pyramid build_bounds(const VoxelGrid& grid, const std::filesystem::path& file,
-                     Interpolation interpolation) {
-  return naming(file, [&] { return build_pyramid(grid, interpolation); });
+Pyramid build_bounds(const VoxelGrid& grid, const std::filesystem::path& file, LookUp look_up) {
+  return naming(file, [&] { return build_pyramid(grid, look_up); });
 }
 
-Cloud load_cloud(const std::filesystem::path& file, const GridOptions& options,
-                 Interpolation interpolation) {
-  if (ending(file) == ".pvol") return load_pvol(file, options, interpolation);
+Cloud load_cloud(const std::filesystem::path& file, const GridOptions& options, LookUp look_up) {
+  if (ending(file) == ".pvol") return load_pvol(file, options, look_up);
   Cloud cloud;
-  if (interpolation == Interpolation::procedural) {
+  if (look_up == LookUp::procedural) {
     if (ending(file) != ".toml") refuse_procedural(file);
     cloud = load_unsampled(file, options);
-    cloud.pyramid = naming(file, [&] { return build_pyramid(*cloud.recipe); });
+    cloud.pyramid = naming(file, [&] { return build_pyramid(*cloud.recipe()); });
   } else {
     LoadedGrid loaded = load_grid(file, options);
-    cloud.grid = std::move(loaded.grid);
+    cloud.density = std::move(loaded.grid);
     cloud.report = std::move(loaded.report);
-    cloud.pyramid = build_bounds(cloud.grid, file, interpolation);
+    cloud.pyramid = build_bounds(cloud.grid(), file, look_up);
   }
-  cloud.metadata.grid_name = cloud.grid.name;
-  cloud.metadata.index_to_world = cloud.grid.index_to_world;
+  const Recipe* recipe = cloud.recipe();
+  cloud.metadata.grid_name = recipe ? recipe->name : cloud.grid().name;
+  cloud.metadata.index_to_world = index_to_object(cloud.density);
   cloud.metadata.source = {file.string(), cloud.report.grid, 0, 0};
   return cloud;
 }
@@ -210,7 +205,7 @@ namespace {
 
 /// Refuses to change the samples of a cloud that has none.
 void require_samples(const Cloud& cloud, const char* what, const std::filesystem::path& file) {
-  if (cloud.recipe == nullptr) return;
+  if (cloud.recipe() == nullptr) return;
   throw Error(file.string() + ": a recipe with procedural look-ups has no samples, which " + what +
               " would change; choose another interpolation");
 }
@@ -218,9 +213,9 @@ void require_samples(const Cloud& cloud, const char* what, const std::filesystem
 /// Bounds for new samples, for the interpolation that the old ones were for. Those of a recipe in
 /// closed form served its samples, too.
 void bound_again(Cloud& cloud, const std::filesystem::path& file) {
-  const Interpolation made = cloud.pyramid.interpolation;
-  cloud.pyramid = build_bounds(cloud.grid, file,
-                               made == Interpolation::tricubic ? made : Interpolation::trilinear);
+  const LookUp made = cloud.pyramid.look_up;
+  cloud.pyramid =
+      build_bounds(cloud.grid(), file, made == LookUp::tricubic ? made : LookUp::trilinear);
 }
 
 }  // namespace
@@ -228,7 +223,7 @@ void bound_again(Cloud& cloud, const std::filesystem::path& file) {
 void coarsen(Cloud& cloud, int times, const std::filesystem::path& file) {
   if (times <= 0) return;
   require_samples(cloud, "a preview", file);
-  for (int i = 0; i < times; ++i) cloud.grid = pvol::coarsen(cloud.grid);
+  for (int i = 0; i < times; ++i) cloud.density = pvol::coarsen(cloud.grid());
   bound_again(cloud, file);
   cloud.micro.reset();
   cloud.shell.reset();
@@ -248,7 +243,7 @@ void quantise(Cloud& cloud, const Quantisation& how, const std::filesystem::path
   }
   require_samples(cloud, "another precision", file);
   m.quantisation = how;
-  m.quantisation_error = quantise_in_place(cloud.grid, how);
+  m.quantisation_error = quantise_in_place(cloud.grid(), how);
   bound_again(cloud, file);
   cloud.micro.reset();
 }

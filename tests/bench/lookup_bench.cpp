@@ -44,10 +44,10 @@ Vec3f random_direction(Rng& rng) {
 
 /// Follows isotropic walks from random entries until there are enough places.
 void find_places(Bench& b, std::size_t count) {
-  const Octree& tree = b.volume.octree;
+  const Octree& tree = b.volume.density.octree;
   Rng rng(1, 0, 0);
-  const BrickExtinction<Interpolation::trilinear> extinction{b.volume.field, tree,
-                                                             b.volume.extinction};
+  const BrickExtinction<LookUp::trilinear> extinction{b.volume.density.bricks(), tree,
+                                                      b.volume.density.scale};
   NoTally none;
   while (b.coherent.size() < count) {
     const auto [x, y] = rng.uniform2();
@@ -114,13 +114,13 @@ void add_lookups(const Bench& b, const std::string& order, const std::vector<Pla
                                  [&, lookup](benchmark::State& s) { run(s, places, lookup); });
   };
   add("bricks/from_segment", [&v](const Place& p) {
-    return density<Interpolation::trilinear>(v.field, v.octree, p.leaf, p.at);
+    return density<LookUp::trilinear>(v.density.bricks(), v.density.octree, p.leaf, p.at);
   });
   add("bricks/from_root", [&v](const Place& p) {
-    return density<Interpolation::trilinear>(v.field, v.octree, Octree::kNodeBit, p.at);
+    return density<LookUp::trilinear>(v.density.bricks(), v.density.octree, Octree::kNodeBit, p.at);
   });
   const auto* nano = b.nano.grid<float>();
-  const Vec3f origin(v.octree.origin);
+  const Vec3f origin(v.density.octree.origin);
   add("nanovdb/persistent_accessor", [nano, origin](const Place& p) {
     static thread_local auto accessor = nano->getAccessor();
     const auto sampler = nanovdb::createSampler<1>(accessor);
@@ -183,8 +183,8 @@ int run_all(int argc, char** argv) {
 
   add_lookups(b, "along_paths", b.coherent);
   add_lookups(b, "shuffled", b.scattered);
-  benchmark::RegisterBenchmark("walk/ray",
-                               [&](benchmark::State& s) { walk_bench(s, b.volume.octree); });
+  benchmark::RegisterBenchmark(
+      "walk/ray", [&](benchmark::State& s) { walk_bench(s, b.volume.density.octree); });
   benchmark::RegisterBenchmark("tentative/random_numbers", tentative_bench);
   benchmark::RunSpecifiedBenchmarks();
   return 0;

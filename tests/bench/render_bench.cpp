@@ -71,7 +71,7 @@ void measure(const formats::Cloud& cloud, Scene scene, const Configuration& c, M
   m.microseconds = std::min(m.microseconds, seconds / samples * 1e6);
   if (m.counts.collisions > 0) return;  // the same in every round
 
-  m.depth = volume.octree.depth;
+  m.depth = volume.density.octree.depth;
   for (const PixelSums& p : film.pixels) {
     m.mean += luminance_of(mean(p)) / double(film.pixels.size());
     m.variance +=
@@ -109,9 +109,8 @@ int run(int argc, char** argv) {
                  "[INTERPOLATION=trilinear]\n");
     return 2;
   }
-  const Interpolation interpolation =
-      formats::parse_interpolation(argc > 6 ? argv[6] : "trilinear");
-  const formats::Cloud cloud = formats::load_cloud(argv[1], {}, interpolation);
+  const LookUp look_up = formats::parse_interpolation(argc > 6 ? argv[6] : "trilinear");
+  const formats::Cloud cloud = formats::load_cloud(argv[1], {}, look_up);
   const double thickness = argument(2, 64);
   const int rounds = int(argument(5, 3));
 
@@ -124,9 +123,9 @@ int run(int argc, char** argv) {
   scene.options.samples = 16;
   scene.options.threads = 1;
   scene.options.guide = GuideUse::off;  // it is trackers that are compared
-  scene.options.interpolation = interpolation;
+  scene.options.look_up = look_up;
   const Volume unit = make(cloud, scene);
-  scene.camera = frame(unit.world_box, 1);
+  scene.camera = frame(unit.density.world_box, 1);
   const VolumeFacts facts = cloud.recipe ? describe(unit, *cloud.recipe, scene.medium)
                                          : describe(unit, cloud.grid, scene.medium);
   scene.medium.extinction = thickness / facts.mean_optical_thickness[0];
@@ -146,7 +145,7 @@ int run(int argc, char** argv) {
       configurations.push_back({Tracker::decomposition, t, std::nullopt, m});
     }
   }
-  if (interpolation == Interpolation::tricubic || interpolation == Interpolation::procedural) {
+  if (look_up == LookUp::tricubic || look_up == LookUp::procedural) {
     std::erase_if(configurations, has_closed_form);
   }
   std::vector<Measurement> results(configurations.size());

@@ -182,7 +182,8 @@ std::function<std::size_t()> counter(const std::vector<Ray>& lines, const Box& b
 }
 
 void bench_rays(const Support& support, const Volume& volume, const std::vector<Shell>& shells) {
-  const Box box{Vec3d(support.lo - volume.octree.origin), Vec3d(support.hi - volume.octree.origin)};
+  const Box box{Vec3d(support.lo - volume.density.octree.origin),
+                Vec3d(support.hi - volume.density.octree.origin)};
   const std::vector<Ray> lines = make_lines(box, 1 << 16);
   std::vector<Method> methods;
   const double cells = double(support.cells);
@@ -193,8 +194,8 @@ void bench_rays(const Support& support, const Volume& volume, const std::vector<
     double sum = 0;
     for (CellBox& b : boxes) {
       sum += b.volume();
-      b.lo -= volume.octree.origin;
-      b.hi -= volume.octree.origin;
+      b.lo -= volume.density.octree.origin;
+      b.hi -= volume.density.octree.origin;
     }
     const auto set = std::make_shared<BoxSet>(boxes);
     methods.push_back(
@@ -202,16 +203,16 @@ void bench_rays(const Support& support, const Volume& volume, const std::vector<
          counter(lines, box, [set](const Ray& r, const Span&) { return set->hit(r); })});
   }
   methods.push_back({"octree",
-                     volume.octree.nodes.size() * sizeof(Octree::Node) +
-                         volume.octree.entries.size() * sizeof(Octree::Entry),
+                     volume.density.octree.nodes.size() * sizeof(Octree::Node) +
+                         volume.density.octree.entries.size() * sizeof(Octree::Entry),
                      0, counter(lines, box, [&](const Ray& r, const Span& s) {
-                       Walk walk(volume.octree, make_cursor(volume.octree, r.at(s.t0)),
-                                 lanes(Vec3f(r.d)));
+                       Walk walk(volume.density.octree,
+                                 make_cursor(volume.density.octree, r.at(s.t0)), lanes(Vec3f(r.d)));
                        return walk.next().has_value();
                      })});
   for (const Shell& shell : shells) {
     const std::size_t k = shell.form.perturbations.size();
-    const auto rays = std::make_shared<RayShell>(shell, volume.octree.origin);
+    const auto rays = std::make_shared<RayShell>(shell, volume.density.octree.origin);
     const std::string kind = shell.kind == ShellKind::hard ? "hard" : "soft";
     methods.push_back(
         {kind + " shell K=" + std::to_string(k), 88 + 44 * k, shell.tightness.volume_ratio,
@@ -233,7 +234,7 @@ void bench_rays(const Support& support, const Volume& volume, const std::vector<
   }
   std::size_t true_hits = 0;
   for (const Ray& ray : lines) {
-    const Ray in_index{ray.o + Vec3d(volume.octree.origin), ray.d};
+    const Ray in_index{ray.o + Vec3d(volume.density.octree.origin), ray.d};
     true_hits += first_and_last(support, in_index).has_value();
   }
   std::printf("\n%-20s %9s %9s %9s %9s\n", "rays", "bytes", "volume", "hits", "ns/line");
@@ -301,13 +302,14 @@ void bench_renders(Volume& volume, const Shell& shell, const Scene& scene) {
 /// How many segments along isotropic lines have bounds within `tolerance` of each other, and how
 /// many of those continue the one before: what uniform cores could merge at best.
 void count_plateaus(const Volume& volume, double tolerance) {
-  const Box box = volume.octree.support();
+  const Box box = volume.density.octree.support();
   std::size_t segments = 0, uniform = 0, merged = 0;
   double length_all = 0, length_uniform = 0;
   for (const Ray& ray : make_lines(box, 1 << 14)) {
     const auto span = intersect(box, ray, 0, kInfinity);
     if (!span) continue;
-    Walk walk(volume.octree, make_cursor(volume.octree, ray.at(span->t0)), lanes(Vec3f(ray.d)));
+    Walk walk(volume.density.octree, make_cursor(volume.density.octree, ray.at(span->t0)),
+              lanes(Vec3f(ray.d)));
     std::optional<Segment> before;
     while (const auto s = walk.next()) {
       ++segments;
@@ -341,7 +343,7 @@ int run(int argc, char** argv) {
   const Volume unit = make_volume(cloud.grid, cloud.pyramid, scene);
   scene.medium.extinction = (argc > 3 ? std::strtod(argv[3], nullptr) : 64) /
                             describe(unit, cloud.grid, scene.medium).mean_optical_thickness[0];
-  scene.camera = frame(unit.world_box, 1);
+  scene.camera = frame(unit.density.world_box, 1);
   Volume volume = make_volume(cloud.grid, cloud.pyramid, scene);
 
   const Support support = make_support(cloud.grid, cloud.pyramid);

@@ -7,11 +7,13 @@
 #include <numeric>
 
 #include "pvol/measure/probe.h"
-#include "pvol/render/scene_volume.h"
+#include "support/cloud_scene.h"
 #include "support/fields.h"
 
 namespace pvol {
 namespace {
+
+using test::CloudScene;
 
 struct Measured {
   Pyramid pyramid;
@@ -118,10 +120,11 @@ TEST(Probe, ThinCloudsCostWhatTheirBoundsLeadToExpect) {
   options.width = 96;
   options.samples = 128;
   const measure::Probe probe = measure::probe(f.grid, p, options);
-  Scene scene;
+  CloudScene scene;
   scene.medium.extinction = *options.extinction;
   const Volume v = make_volume(f.grid, p, scene);
-  const Tightness t = measure_cut(p, measure_content(f.grid, p), v.octree, *options.extinction);
+  const Tightness t =
+      measure_cut(p, measure_content(f.grid, p), v.density.octree, *options.extinction);
   // Perspective favours what is near, which changes little for a ball.
   const auto near = [](const measure::CountRatio& r, double expected) {
     return std::abs(r.value - expected) < 2 * r.half_width + 0.03 * expected;

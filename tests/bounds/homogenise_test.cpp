@@ -9,7 +9,7 @@
 #include "pvol/embed.h"
 #include "pvol/error.h"
 #include "pvol/render/render.h"
-#include "pvol/render/scene_volume.h"
+#include "support/cloud_scene.h"
 #include "support/estimators.h"
 #include "support/fields.h"
 #include "support/pictures.h"
@@ -34,8 +34,8 @@ double visible_mass(const Pyramid& p) {
   return sum;
 }
 
-Scene scene_of(double extinction, std::optional<double> tolerance) {
-  Scene s;
+CloudScene scene_of(double extinction, std::optional<double> tolerance) {
+  CloudScene s;
   s.medium.extinction = extinction;
   s.options.homogenise = tolerance;
   return s;
@@ -47,8 +47,8 @@ Volume volume_of(const Field& f, double extinction, std::optional<double> tolera
 
 Ray random_line(const Volume& v, Rng& rng) {
   const auto u = [&] { return double(rng.uniform()); };
-  const Vec3d size = v.world_box.extent();
-  const auto inside = [&] { return v.world_box.lo + size * Vec3d(u(), u(), u()); };
+  const Vec3d size = v.density.world_box.extent();
+  const auto inside = [&] { return v.density.world_box.lo + size * Vec3d(u(), u(), u()); };
   const Vec3d a = inside(), b = inside();
   const Vec3d d = normalize(b - a);
   return {a - d * (2 * length(size)), d};
@@ -71,10 +71,10 @@ TEST(Homogenise, KeepsTheMass) {
 TEST(Homogenise, ChangesNothingWithoutTolerance) {
   for (const Field& f : fields()) {
     const Volume plain = volume_of(f, 0.3, std::nullopt), none = volume_of(f, 0.3, 0);
-    EXPECT_EQ(none.homogeneous->nodes, 0u) << f.name;
-    EXPECT_EQ(none.homogeneous->depth_error, 0) << f.name;
-    EXPECT_EQ(plain.field.samples, none.field.samples) << f.name;
-    EXPECT_EQ(plain.octree.terminals, none.octree.terminals) << f.name;
+    EXPECT_EQ(none.density.homogeneous->nodes, 0u) << f.name;
+    EXPECT_EQ(none.density.homogeneous->depth_error, 0) << f.name;
+    EXPECT_EQ(plain.density.bricks().samples, none.density.bricks().samples) << f.name;
+    EXPECT_EQ(plain.density.octree.terminals, none.density.octree.terminals) << f.name;
   }
 }
 
@@ -83,14 +83,14 @@ TEST(Homogenise, BoundsTheErrorOfEveryRay) {
     const Volume exact = volume_of(f, 0.3, std::nullopt);
     for (const double tolerance : {0.01, 0.3, 3.0, 100.0}) {
       const Volume v = volume_of(f, 0.3, tolerance);
-      ASSERT_TRUE(v.homogeneous);
+      ASSERT_TRUE(v.density.homogeneous);
       Rng rng(11, std::uint64_t(tolerance * 100), 3);
       constexpr double kEverything = std::numeric_limits<double>::infinity();
       for (int i = 0; i < 300; ++i) {
         const Ray ray = random_line(exact, rng);
         const double a = -std::log(exact_transmittance(exact, ray, kEverything));
         const double b = -std::log(exact_transmittance(v, ray, kEverything));
-        ASSERT_LE(std::abs(a - b), v.homogeneous->depth_error + 1e-5 * (a + 1))
+        ASSERT_LE(std::abs(a - b), v.density.homogeneous->depth_error + 1e-5 * (a + 1))
             << f.name << ", tolerance " << tolerance;
       }
     }
@@ -119,7 +119,7 @@ TEST(Homogenise, RefusesBoundsThatDoNotHold) {
   Pyramid p = build_pyramid(f.grid);
   for (PyramidNode& n : p.levels[0]) n.hi *= 0.9f;
   for (const Tracker tracker : {Tracker::decomposition, Tracker::weighted_delta}) {
-    Scene s = scene_of(0.3, 0.5);
+    CloudScene s = scene_of(0.3, 0.5);
     s.options.tracker = tracker;
     EXPECT_THROW((void)make_volume(f.grid, p, s), Error);
   }
@@ -130,19 +130,19 @@ TEST(Homogenise, IsOneMediumToAllTrackers) {
   proof::Family family;
   std::optional<Average> first;
   for (const Tracker tracker : kTrackers) {
-    Scene s = scene_of(0.4, 5.0);
+    CloudScene s = scene_of(0.4, 5.0);
     s.medium.albedo = Rgb(0.8f);
     s.environment = ConstantSky{Rgb(1.0f)};
-    s.suns = {Sun{{0.3, 0.8, 0.4}, Rgb(2.0f), 0}};
+    s.lights = {Sun{{0.3, 0.8, 0.4}, Rgb(2.0f), 0}};
     s.options.tracker = tracker;
     s.options.width = s.options.height = 24;
     s.options.samples = 96;
     s.options.seed = 7 + std::uint64_t(tracker);
     s.options.count = true;
     const Volume v = make_volume(f.grid, build_pyramid(f.grid), s);
-    ASSERT_GT(v.homogeneous->mass_share, 0.1);
-    ASSERT_LT(v.homogeneous->mass_share, 0.9);
-    s.camera = frame(v.world_box, 1);
+    ASSERT_GT(v.density.homogeneous->mass_share, 0.1);
+    ASSERT_LT(v.density.homogeneous->mass_share, 0.9);
+    s.camera = frame(v.density.world_box, 1);
     const RenderResult r = render(v, s);
     const Average a = average(r.film);
     if (first) compare(a, *first, label(tracker), family);
@@ -152,10 +152,10 @@ TEST(Homogenise, IsOneMediumToAllTrackers) {
 }
 
 TEST(Homogenise, NeedsNoLookUpsWhereAllIsHomogeneous) {
-  Scene s = scene_of(0.4, 1e30);
+  CloudScene s = scene_of(0.4, 1e30);
   const Field& f = field("gaussian");
   const Volume v = make_volume(f.grid, build_pyramid(f.grid), s);
-  s.camera = frame(v.world_box, 1);
+  s.camera = frame(v.density.world_box, 1);
   s.options.width = s.options.height = 16;
   s.options.samples = 16;
   s.options.count = true;

@@ -31,8 +31,8 @@ Vec3d uniform_in(Rng& rng, const Box& b) {
 }
 
 Box support_of(const Volume& v) {
-  const Box b = v.octree.support();
-  return {b.lo + Vec3d(v.octree.origin), b.hi + Vec3d(v.octree.origin)};
+  const Box b = v.density.octree.support();
+  return {b.lo + Vec3d(v.density.octree.origin), b.hi + Vec3d(v.density.octree.origin)};
 }
 
 /// A direction of components -1, 0, -0 and 1 in turn, never zero.
@@ -99,14 +99,13 @@ struct Start {
 };
 std::optional<Start> start(const Volume& v, const Ray& in_index, double cells_per_length = 1) {
   const Vec3f direction(in_index.d * cells_per_length);
-  const Ray ray{in_index.o - Vec3d(v.octree.origin), Vec3d(direction)};
-  const auto span = intersect(v.octree.support(), ray, 0, std::numeric_limits<double>::infinity());
+  const Ray ray{in_index.o - Vec3d(v.density.octree.origin), Vec3d(direction)};
+  const auto span =
+      intersect(v.density.octree.support(), ray, 0, std::numeric_limits<double>::infinity());
   if (!span) return std::nullopt;
   const Vec3d o = ray.at(span->t0);
-  return Start{make_cursor(v.octree, o), lanes(direction), {o, ray.d}};
+  return Start{make_cursor(v.density.octree, o), lanes(direction), {o, ray.d}};
 }
-
-Vec3d position(const LatticePoint& p) { return Vec3d(vec3(p.cell)) + Vec3d(vec3(p.frac)); }
 
 /// Largest distance from a walk's point to the exact one: rounding of steps and of t.
 double tolerance(const Ray& exact, double t) { return kPlace * (1 + t * length(exact.d)); }
@@ -118,22 +117,22 @@ void check_segment(const Field& f, const Volume& v, const Start& from, const Wal
   ASSERT_LE(0, s.lo);
   ASSERT_LE(s.lo, s.hi);
   constexpr int kSteps = 12;
-  const Terminal home = terminal_at(v.octree, vec3(walk.point(0.5 * (s.t0 + s.t1)).cell));
+  const Terminal home = terminal_at(v.density.octree, vec3(walk.point(0.5 * (s.t0 + s.t1)).cell));
   ASSERT_NE(home.entry, nullptr);
   for (int i = 0; i <= kSteps; ++i) {
     const double t = std::min(s.t1, s.t0 + (s.t1 - s.t0) * i / kSteps);
     const LatticePoint p = walk.point(t);
     ASSERT_GE(min_component(vec3(p.frac)), 0);
     ASSERT_LE(max_component(vec3(p.frac)), 1);
-    const Terminal terminal = terminal_at(v.octree, vec3(p.cell));
+    const Terminal terminal = terminal_at(v.density.octree, vec3(p.cell));
     ASSERT_EQ(terminal.entry ? terminal.low : Vec3i(-1), home.low);
     ASSERT_EQ(terminal.entry->lo, s.lo);
     ASSERT_EQ(terminal.entry->hi, s.hi);
     const Vec3d exact = from.exact.at(t);
     ASSERT_LE(length(position(p) - exact), tolerance(from.exact, t));
-    for (const auto interpolation : {Interpolation::trilinear, Interpolation::nearest}) {
-      const double mu =
-          double(v.extinction) * density_at(f, interpolation, position(p) + Vec3d(v.octree.origin));
+    for (const auto look_up : {LookUp::trilinear, LookUp::nearest}) {
+      const double mu = double(v.density.scale) *
+                        density_at(f, look_up, position(p) + Vec3d(v.density.octree.origin));
       ASSERT_GE(mu, double(s.lo) * (1 - kValue));
       ASSERT_LE(mu, double(s.hi) * (1 + kValue));
     }
@@ -147,7 +146,7 @@ void check_gap(const Field& f, const Volume& v, const Start& from, double t0, do
   for (int i = 0; i <= kSteps; ++i) {
     const double t = t0 + (t1 - t0) * i / kSteps;
     const double steepest = 4 * double(f.largest);  // per cell, generously
-    ASSERT_LE(density_at(f, Interpolation::trilinear, from.exact.at(t) + Vec3d(v.octree.origin)),
+    ASSERT_LE(density_at(f, LookUp::trilinear, from.exact.at(t) + Vec3d(v.density.octree.origin)),
               steepest * tolerance(from.exact, t))
         << "at t = " << t << " of a gap from " << t0 << " to " << t1;
   }
@@ -155,14 +154,14 @@ void check_gap(const Field& f, const Volume& v, const Start& from, double t0, do
 
 /// Leaves that a line in the support can cross: each step passes a face of one axis.
 int most_segments(const Volume& v) {
-  const Vec3d extent = v.octree.support().extent() * (1.0 / kLeafEdge);
+  const Vec3d extent = v.density.octree.support().extent() * (1.0 / kLeafEdge);
   return int(extent.x + extent.y + extent.z) + 6;
 }
 
 void check_walk(const Field& f, const Volume& v, const Start& from) {
-  const auto end = intersect(v.octree.support(), from.exact, 0, 1e38);
+  const auto end = intersect(v.density.octree.support(), from.exact, 0, 1e38);
   Cursor cursor = from.cursor;
-  Walk walk(v.octree, cursor, from.direction);
+  Walk walk(v.density.octree, cursor, from.direction);
   double last = 0;
   int count = 0;
   while (const auto s = walk.next()) {
@@ -211,7 +210,7 @@ TEST_P(WalkOver, NeighboursInNonEmptySpaceAbut) {
     const auto from = start(v, ray);
     if (!from) continue;
     Cursor cursor = from->cursor;
-    Walk walk(v.octree, cursor, from->direction);
+    Walk walk(v.density.octree, cursor, from->direction);
     std::optional<Segment> last;
     while (const auto s = walk.next()) {
       if (last && last->t1 < s->t0) {
@@ -221,7 +220,7 @@ TEST_P(WalkOver, NeighboursInNonEmptySpaceAbut) {
         const double gap = (s->t0 - last->t1) * length(from->exact.d);
         // In a gap that is more than rounding lies an empty cube.
         if (gap > 10 * tolerance(from->exact, s->t0)) {
-          ASSERT_EQ(terminal_at(v.octree, cell).entry, nullptr);
+          ASSERT_EQ(terminal_at(v.density.octree, cell).entry, nullptr);
         }
       }
       last = s;
@@ -233,20 +232,20 @@ TEST_P(WalkOver, PersistentCursorWalksLikeAFreshOne) {
   const Field& f = field(GetParam());
   for (const std::optional<int> depth : {std::optional<int>{}, std::optional<int>{16}}) {
     const Volume v = make_test_volume(f, 1, depth);
-    const Box support = v.octree.support();
+    const Box support = v.density.octree.support();
     Rng rng(4, 5, 6);
     int turns = 0;
     for (int path = 0; path < 100; ++path) {
-      Cursor cursor =
-          make_cursor(v.octree, random_point_near_density(f, rng) - Vec3d(v.octree.origin));
+      Cursor cursor = make_cursor(
+          v.density.octree, random_point_near_density(f, rng) - Vec3d(v.density.octree.origin));
       for (int turn = 0; turn < 60; ++turn) {
         Cursor fresh;
         fresh.at = cursor.at;
-        fresh.height = v.octree.height;
+        fresh.height = v.density.octree.height;
         const Vec3d aim = uniform_in(rng, support) - position(cursor.at);
         const Float4 d =
             lanes(Vec3f(turn % 4 == 0 ? lattice_direction(rng.block().lo) : normalize(aim)));
-        Walk walk(v.octree, cursor, d), plain(v.octree, fresh, d);
+        Walk walk(v.density.octree, cursor, d), plain(v.density.octree, fresh, d);
         const std::uint64_t stop = rng.block().lo % 5;
         bool turned = false;
         for (std::uint64_t i = 0; !turned; ++i) {
@@ -279,7 +278,8 @@ TEST_P(WalkOver, LengthEndsTheWalk) {
     if (!from) continue;
     const float end = float(uniform(rng, 0, 40));
     Cursor a = from->cursor, b = from->cursor;
-    Walk whole(v.octree, a, from->direction), part(v.octree, b, from->direction, end);
+    Walk whole(v.density.octree, a, from->direction),
+        part(v.density.octree, b, from->direction, end);
     const double rounding = 1e-5 * (1 + double(end));
     while (const auto s = part.next()) {
       const auto t = whole.next();
@@ -310,8 +310,9 @@ TEST(Walk, EndsForEveryDirection) {
       for (const float y : components) {
         for (const float z : components) {
           if (x == 0 && y == 0 && z == 0) continue;
-          Cursor cursor = make_cursor(v.octree, uniform_in(rng, v.octree.support()));
-          Walk walk(v.octree, cursor, lanes(Vec3f(x, y, z)));
+          Cursor cursor =
+              make_cursor(v.density.octree, uniform_in(rng, v.density.octree.support()));
+          Walk walk(v.density.octree, cursor, lanes(Vec3f(x, y, z)));
           int count = 0;
           while (const auto s = walk.next()) {
             ASSERT_LE(++count, most_segments(v)) << x << ' ' << y << ' ' << z;
@@ -351,14 +352,14 @@ TEST(Walk, CrossesTheLargestCloud) {
   grid.bricks = {{{8, 8, 8}, one.data()}, {{8 + kFar, 8 + kFar, 8 + kFar}, one.data()}};
   const Volume v = make_volume(grid, Medium{});
   // Along the diagonal all places are exact.
-  Cursor cursor = make_cursor(v.octree, Vec3d(8.0) - Vec3d(v.octree.origin));
-  Walk walk(v.octree, cursor, lanes(Vec3f(1.0f)));
+  Cursor cursor = make_cursor(v.density.octree, Vec3d(8.0) - Vec3d(v.density.octree.origin));
+  Walk walk(v.density.octree, cursor, lanes(Vec3f(1.0f)));
   const auto first = walk.next(), second = walk.next();
   ASSERT_TRUE(first && second);
   EXPECT_EQ(first->t0, 0);
   EXPECT_NEAR(second->t0, double(kFar) - 1, 8);
   // At least to the end of the support, and not beyond its leaf.
-  const Vec3d end = position(walk.point(second->t1)), support = v.octree.support().hi;
+  const Vec3d end = position(walk.point(second->t1)), support = v.density.octree.support().hi;
   EXPECT_GE(min_component(end - support), 0);
   EXPECT_LE(max_component(end - support), kLeafEdge);
   EXPECT_FALSE(walk.next());
@@ -385,14 +386,14 @@ TEST(Walk, ReachesTheEndOfALongCloud) {
 
 TEST(Walk, OfAnEmptyCloudHasNoSegments) {
   const Field f = make_field("empty", {0, 0, 0}, {8, 8, 8}, [](Vec3i) { return 0; });
-  EXPECT_TRUE(make_test_volume(f, 1, std::nullopt).octree.empty());
+  EXPECT_TRUE(make_test_volume(f, 1, std::nullopt).density.octree.empty());
 }
 
 TEST(Walk, WithoutExtinctionHasNoSegments) {
   const Volume v = make_test_volume(field("gaussian"), 0, std::nullopt);
   for (const Ray& ray : rays_through(v)) {
     if (auto from = start(v, ray)) {
-      EXPECT_FALSE(Walk(v.octree, from->cursor, from->direction).next());
+      EXPECT_FALSE(Walk(v.density.octree, from->cursor, from->direction).next());
     }
   }
 }

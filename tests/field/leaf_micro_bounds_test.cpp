@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "pvol/error.h"
-#include "pvol/render/scene_volume.h"
 #include "pvol/volume/volume.h"
 #include "support/bodies.h"
+#include "support/cloud_scene.h"
 #include "support/fields.h"
 
 namespace pvol::test {
@@ -73,23 +73,23 @@ TEST(LeafMicroBounds, AreUsedWhereTheSceneWantsThem) {
   const VoxelGrid g = mixed_grid();
   const Pyramid p = build_pyramid(g);
   const LeafMicroBounds stored = build_leaf_micro_bounds(g, p, 2);
-  Scene s;
+  CloudScene s;
   s.medium.extinction = 1;
-  for (const Interpolation i : {Interpolation::nearest, Interpolation::trilinear}) {
-    s.options.interpolation = i;
+  for (const LookUp i : {LookUp::nearest, LookUp::trilinear}) {
+    s.options.look_up = i;
     s.options.micro_bounds = MicroBoundsUse::cells_8;
     const Volume built = make_volume(g, p, s), taken = make_volume(g, p, s, &stored);
-    EXPECT_FALSE(built.micro_stored);
-    EXPECT_TRUE(taken.micro_stored);
-    EXPECT_EQ(built.micro, taken.micro);
+    EXPECT_FALSE(built.density.micro_stored);
+    EXPECT_TRUE(taken.density.micro_stored);
+    EXPECT_EQ(built.density.micro, taken.density.micro);
   }
   s.options.micro_bounds = MicroBoundsUse::cells_1;
-  EXPECT_FALSE(make_volume(g, p, s, &stored).micro_stored);
-  EXPECT_EQ(make_volume(g, p, s, &stored).micro.edge, 1);
+  EXPECT_FALSE(make_volume(g, p, s, &stored).density.micro_stored);
+  EXPECT_EQ(make_volume(g, p, s, &stored).density.micro.edge, 1);
   s.options.micro_bounds = MicroBoundsUse::none;
-  EXPECT_FALSE(make_volume(g, p, s, &stored).micro_stored);
+  EXPECT_FALSE(make_volume(g, p, s, &stored).density.micro_stored);
   s.options.micro_bounds = MicroBoundsUse::automatic;  // a small field wants none
-  EXPECT_EQ(make_volume(g, p, s, &stored).micro.edge, 0);
+  EXPECT_EQ(make_volume(g, p, s, &stored).density.micro.edge, 0);
 }
 
 TEST(LeafMicroBounds, OfAnotherDensityMakeNoVolume) {
@@ -97,7 +97,7 @@ TEST(LeafMicroBounds, OfAnotherDensityMakeNoVolume) {
   const Pyramid p = build_pyramid(g);
   LeafMicroBounds stored = build_leaf_micro_bounds(g, p, 2);
   for (auto& scale : stored.by_leaf.scales) scale.base *= 1.01f;
-  Scene s;
+  CloudScene s;
   s.medium.extinction = 1;
   s.options.micro_bounds = MicroBoundsUse::cells_8;
   EXPECT_NE(error_of([&] { (void)make_volume(g, p, s, &stored); }).find("do not hold"),

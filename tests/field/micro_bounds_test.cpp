@@ -42,8 +42,8 @@ int violations(const BrickField& f, std::uint64_t stream) {
                            Float4{nasty_offset(rng), nasty_offset(rng), nasty_offset(rng), 0}};
       const auto brick = std::uint32_t(b);
       const DensityRange r = micro_range<kEdge>(m, brick, cell);
-      for (const float rho : {density_in_brick<Interpolation::trilinear>(f.brick(brick), p),
-                              density_in_brick<Interpolation::nearest>(f.brick(brick), p)}) {
+      for (const float rho : {density_in_brick<LookUp::trilinear>(f.brick(brick), p),
+                              density_in_brick<LookUp::nearest>(f.brick(brick), p)}) {
         wrong += !(r.lo <= rho && rho <= r.hi);
       }
     }
@@ -149,16 +149,16 @@ struct Saving {
 
 /// The same flights with and without micro-bounds: equal to the last bit, as are the random numbers
 /// that follow.
-template <Tracker kTracker, int kEdge, Interpolation kInterpolation>
+template <Tracker kTracker, int kEdge, LookUp kLookUp>
 void compare(const Volume& v, const Aim& a, int flights, Saving& saving) {
-  const MicroBounds m = build_micro_bounds(v.field, kEdge);
-  const BrickExtinction<kInterpolation> source{v.field, v.octree, v.extinction};
+  const MicroBounds m = build_micro_bounds(v.density.bricks(), kEdge);
+  const BrickExtinction<kLookUp> source{v.density.bricks(), v.density.octree, v.density.scale};
   const PlainField plain{source};
-  const SqueezedField<kEdge, BrickExtinction<kInterpolation>> squeezed{source, m};
+  const SqueezedField<kEdge, BrickExtinction<kLookUp>> squeezed{source, m};
   int different = 0;
   for (int i = 0; i < flights; ++i) {
     Rng rng(kSeed, 5, std::uint64_t(i)), same = rng;
-    Walk walk(v.octree, a.cursor, a.direction), again = walk;
+    Walk walk(v.density.octree, a.cursor, a.direction), again = walk;
     Tally tally, fewer;
     const Flight f = free_flight<kTracker>(walk, plain, rng, tally);
     const Flight g = free_flight<kTracker>(again, squeezed, same, fewer);
@@ -171,7 +171,7 @@ void compare(const Volume& v, const Aim& a, int flights, Saving& saving) {
   EXPECT_EQ(different, 0);
 }
 
-template <Interpolation kInterpolation>
+template <LookUp kLookUp>
 void compare_all() {
   for (const Field& f : fields()) {
     SCOPED_TRACE(f.name);
@@ -179,28 +179,28 @@ void compare_all() {
     for (const std::optional<int> depth : {std::optional<int>(16), std::optional<int>(1)}) {
       const Volume v = make_test_volume(f, 1, depth);
       for (int ray = 0; ray < kRays; ++ray) {
-        const Aim a = aim(f, v, kInterpolation, ray, 2);
-        compare<Tracker::delta, 1, kInterpolation>(v, a, 1000, single);
-        compare<Tracker::delta, 2, kInterpolation>(v, a, 1000, cubes);
-        compare<Tracker::decomposition, 1, kInterpolation>(v, a, 1000, single);
-        compare<Tracker::decomposition, 2, kInterpolation>(v, a, 1000, cubes);
+        const Aim a = aim(f, v, kLookUp, ray, 2);
+        compare<Tracker::delta, 1, kLookUp>(v, a, 1000, single);
+        compare<Tracker::delta, 2, kLookUp>(v, a, 1000, cubes);
+        compare<Tracker::decomposition, 1, kLookUp>(v, a, 1000, single);
+        compare<Tracker::decomposition, 2, kLookUp>(v, a, 1000, cubes);
       }
     }
     EXPECT_LE(single.squeezed, cubes.squeezed);
   }
 }
 
-TEST(Squeeze, IsBitIdenticalToPlainTrilinearTracking) { compare_all<Interpolation::trilinear>(); }
-TEST(Squeeze, IsBitIdenticalToPlainNearestTracking) { compare_all<Interpolation::nearest>(); }
+TEST(Squeeze, IsBitIdenticalToPlainTrilinearTracking) { compare_all<LookUp::trilinear>(); }
+TEST(Squeeze, IsBitIdenticalToPlainNearestTracking) { compare_all<LookUp::nearest>(); }
 
 /// A smooth field: cells span little of a leaf's range, and few decisions stay open.
 TEST(Squeeze, SavesMostLookupsOnSmoothFields) {
   const Field& f = field("gaussian");
   const Volume v = make_test_volume(f, 1, 16);
-  const Aim a = aim(f, v, Interpolation::trilinear, 0, 3);
+  const Aim a = aim(f, v, LookUp::trilinear, 0, 3);
   Saving single, cubes;
-  compare<Tracker::delta, 1, Interpolation::trilinear>(v, a, 20'000, single);
-  compare<Tracker::delta, 2, Interpolation::trilinear>(v, a, 20'000, cubes);
+  compare<Tracker::delta, 1, LookUp::trilinear>(v, a, 20'000, single);
+  compare<Tracker::delta, 2, LookUp::trilinear>(v, a, 20'000, cubes);
   EXPECT_LT(double(single.squeezed), 0.3 * double(single.plain));
   EXPECT_LT(double(cubes.squeezed), 0.5 * double(cubes.plain));
 }
@@ -210,15 +210,16 @@ TEST(Squeeze, SavesMostLookupsOnSmoothFields) {
 TEST(Squeeze, CountsEachComparison) {
   const Field& f = field("gaussian");
   const Volume v = make_test_volume(f, 1, 16);
-  const Aim a = aim(f, v, Interpolation::trilinear, 0, 3);
-  const MicroBounds m = build_micro_bounds(v.field, 1);
-  const BrickExtinction<Interpolation::trilinear> source{v.field, v.octree, v.extinction};
-  const SqueezedField<1, BrickExtinction<Interpolation::trilinear>> squeezed{source, m};
+  const Aim a = aim(f, v, LookUp::trilinear, 0, 3);
+  const MicroBounds m = build_micro_bounds(v.density.bricks(), 1);
+  const BrickExtinction<LookUp::trilinear> source{v.density.bricks(), v.density.octree,
+                                                  v.density.scale};
+  const SqueezedField<1, BrickExtinction<LookUp::trilinear>> squeezed{source, m};
   Tally plain, delta, decomposed, bare;
   for (std::uint64_t i = 0; i < 2000; ++i) {
     const auto fly = [&]<Tracker kTracker>(const auto& model, Tally& tally) {
       Rng rng(kSeed, 6, i);
-      Walk walk(v.octree, a.cursor, a.direction);
+      Walk walk(v.density.octree, a.cursor, a.direction);
       (void)free_flight<kTracker>(walk, model, rng, tally);
     };
     fly.operator()<Tracker::delta>(PlainField{source}, plain);

@@ -13,8 +13,8 @@
 #include "pvol/error.h"
 #include "pvol/field/micro_bounds.h"
 #include "pvol/render/render.h"
-#include "pvol/render/scene_volume.h"
 #include "pvol/shell/support.h"
+#include "support/cloud_scene.h"
 #include "support/fields.h"
 #include "support/nasty_offset.h"
 #include "support/oracle.h"
@@ -22,7 +22,7 @@
 namespace pvol::test {
 namespace {
 
-constexpr auto kTricubic = Interpolation::tricubic;
+constexpr auto kTricubic = LookUp::tricubic;
 constexpr int kEdge = field_edge(kTricubic), kCount = field_samples(kTricubic);
 constexpr std::uint64_t kSeed = 20260101;
 
@@ -43,7 +43,7 @@ const std::vector<Value>& values() {
 /// Bricks of samples by `value`, the first of them zero as in every field.
 BrickField random_bricks(int bricks, std::uint64_t stream, const Value& value) {
   BrickField f;
-  f.interpolation = kTricubic;
+  f.look_up = kTricubic;
   f.samples.assign(std::size_t(kCount), 0.0f);
   Rng rng(kSeed, stream, 0);
   for (int i = 0; i < bricks * kCount; ++i) f.samples.push_back(value(rng));
@@ -156,7 +156,7 @@ TEST(TricubicBounds, AreThoseOfAllSamplesInReach) {
   for (const Field& f : fields()) {
     const Pyramid p = build_pyramid(f.grid, kTricubic);
     ASSERT_EQ(validate(p), std::nullopt) << f.name;
-    EXPECT_EQ(p.interpolation, kTricubic);
+    EXPECT_EQ(p.look_up, kTricubic);
     const auto floor8 = [](Vec3i v) { return Vec3i(v.x & -8, v.y & -8, v.z & -8); };
     const Vec3i first = floor8(f.origin - Vec3i(2)), last = f.origin + f.size + Vec3i(1);
     int wrong = 0;
@@ -235,7 +235,7 @@ TEST(TricubicMicroBounds, HoldForEveryLookupToTheLastBit) {
 TEST(TricubicMicroBounds, AreFarTighterThanTheHull) {
   const Field& f = field("gaussian");
   const FieldWithLinks linked =
-      build_field(f.grid, build_pyramid(f.grid, kTricubic), {.interpolation = kTricubic});
+      build_field(f.grid, build_pyramid(f.grid, kTricubic), {.look_up = kTricubic});
   const MicroBounds m = build_micro_bounds(linked.field, 1);
   double width = 0, hull = 0, truth = 0, code = 0;
   for (std::uint32_t b = 1; b < linked.field.bricks(); ++b) {
@@ -277,9 +277,9 @@ TEST(TricubicMicroBounds, ThatDoNotHoldAreFoundAndThreadsDoNotMatter) {
 TEST(TricubicBounds, AreAskedForAndRefusedWhereTheyDoNotHold) {
   const Field& f = field("gaussian");
   const Pyramid narrow = build_pyramid(f.grid), wide = build_pyramid(f.grid, kTricubic);
-  Scene s;
+  CloudScene s;
   EXPECT_NO_THROW((void)make_volume(f.grid, wide, s));  // holds for trilinear look-ups too
-  s.options.interpolation = kTricubic;
+  s.options.look_up = kTricubic;
   EXPECT_NO_THROW((void)make_volume(f.grid, wide, s));
   try {
     (void)make_volume(f.grid, narrow, s);
@@ -289,11 +289,11 @@ TEST(TricubicBounds, AreAskedForAndRefusedWhereTheyDoNotHold) {
         << e.what();
   }
   Pyramid forged = narrow;  // the bounds of the other kernel under a false name
-  forged.interpolation = kTricubic;
+  forged.look_up = kTricubic;
   EXPECT_THROW((void)make_volume(f.grid, forged, s), Error);
-  s.options.interpolation = Interpolation::procedural;
+  s.options.look_up = LookUp::procedural;
   EXPECT_THROW((void)make_volume(f.grid, wide, s), Error);
-  EXPECT_THROW((void)build_pyramid(f.grid, Interpolation::procedural), Error);
+  EXPECT_THROW((void)build_pyramid(f.grid, LookUp::procedural), Error);
 }
 
 }  // namespace

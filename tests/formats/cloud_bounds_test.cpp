@@ -72,8 +72,8 @@ TEST_P(CloudBounds, HoldForEverySampleAndAreTight) {
         at.cell[axis] = int(cell * 8);
         at.frac[axis] = offset < 0.25f ? 0.0f : offset > 0.75f ? 1.0f : offset;
       }
-      const float v = density_in_brick<Interpolation::trilinear>(s, at);
-      const float nearest = density_in_brick<Interpolation::nearest>(s, at);
+      const float v = density_in_brick<LookUp::trilinear>(s, at);
+      const float nearest = density_in_brick<LookUp::nearest>(s, at);
       const float slack = 3 * FLT_EPSILON * leaf.hi;
       wrong += v < leaf.lo - slack || v > leaf.hi + slack || nearest < leaf.lo || nearest > leaf.hi;
     }
@@ -126,14 +126,14 @@ TEST_P(CloudBounds, HoldForEverySampleAndAreTight) {
 /// Tricubic look-ups keep the bounds of their leaf, and to the last bit those of the cubes of cells
 /// around them.
 TEST_P(CloudBounds, HoldForTricubicLookups) {
-  constexpr auto kTricubic = Interpolation::tricubic;
+  constexpr auto kTricubic = LookUp::tricubic;
   const formats::LoadedGrid loaded = load(GetParam());
   const Pyramid p = build_pyramid(loaded.grid, kTricubic);
   EXPECT_EQ(validate(p), std::nullopt);
-  FieldWithLinks f = build_field(loaded.grid, p, {.interpolation = kTricubic});
+  FieldWithLinks f = build_field(loaded.grid, p, {.look_up = kTricubic});
   constexpr std::size_t kLeaves = 400;  // spread over the cloud, in a field of their own
   BrickField some;
-  some.interpolation = kTricubic;
+  some.look_up = kTricubic;
   std::vector<PyramidNode> nodes;
   const std::size_t step = 1 + p.levels[0].size() / kLeaves;
   for (std::size_t i = 0; i < p.levels[0].size(); i += step) {

@@ -359,7 +359,7 @@ TEST_F(PvolPrecisionTest, FileAndLoadTimeGiveTheSameCloud) {
     const Cloud stored = load_cloud(path("a.pvol"));
     Cloud rounded = load_cloud(path("exact.pvol"));
     quantise(rounded, how, "exact.pvol");
-    expect_equal_samples(stored.grid, rounded.grid);
+    expect_equal_samples(stored.grid(), rounded.grid());
     EXPECT_EQ(stored.pyramid, rounded.pyramid);
     EXPECT_EQ(stored.metadata.quantisation, rounded.metadata.quantisation);
     EXPECT_EQ(stored.metadata.quantisation_error, rounded.metadata.quantisation_error);
@@ -369,9 +369,9 @@ TEST_F(PvolPrecisionTest, FileAndLoadTimeGiveTheSameCloud) {
 TEST_F(PvolPrecisionTest, CloudsAreRoundedOnce) {
   write_pvol(path("a.pvol"), full_file(Precision::fpn));
   Cloud cloud = load_cloud(path("a.pvol"));
-  const float* samples = cloud.grid.bricks[0].values;
+  const float* samples = cloud.grid().bricks[0].values;
   quantise(cloud, {Precision::fpn, 0.1}, "a.pvol");
-  EXPECT_EQ(cloud.grid.bricks[0].values, samples);
+  EXPECT_EQ(cloud.grid().bricks[0].values, samples);
   EXPECT_TRUE(cloud.micro);
   for (const Quantisation& other : {Quantisation{Precision::fp32}, Quantisation{Precision::fp8},
                                     Quantisation{Precision::fpn, 0.2}}) {

@@ -52,6 +52,8 @@ class SceneText : public testing::Test {
 
 const std::string kCloud = "[volume]\nfile = \"cloud.pvol\"\n";  // two lines: sections begin at 3
 
+const Sun& sun(const SceneFile& file, std::size_t i) { return std::get<Sun>(file.scene.lights[i]); }
+
 void expect_near(Vec3d a, Vec3d b) {
   EXPECT_LT(length(a - b), 1e-12) << a.x << " " << a.y << " " << a.z;
 }
@@ -109,25 +111,25 @@ homogenise = 0.125
 preview = 2
 )");
   EXPECT_EQ(file.density, (Quantisation{Precision::fpn, 0.125}));
-  EXPECT_EQ(file.volume, folder_ / "clouds/a.vdb");
-  EXPECT_EQ(file.grid, "smoke");
+  ASSERT_EQ(file.volumes.size(), 1u);
+  const SceneVolume& volume = file.volumes[0];
+  EXPECT_EQ(volume.file, folder_ / "clouds/a.vdb");
+  EXPECT_EQ(volume.grid, "smoke");
   EXPECT_EQ(file.sky, folder_ / "sky.exr");
   EXPECT_TRUE(file.has_camera);
-  EXPECT_TRUE(file.has_extinction);
+  EXPECT_TRUE(volume.has_extinction);
+  EXPECT_EQ(volume.medium, (Medium{12.5,
+                                   {{0.75, {0.9f, 0.8f, 0.7f}, HenyeyGreenstein(-0.3), Rgb(0.25f)},
+                                    {0.25, Rgb(0.1f), HenyeyGreenstein(0.7), {1, 2, 3}}}}));
+  EXPECT_EQ(volume.object_to_world, translation({1, 0, 0}));
 
   Scene want;
   want.camera = {{1, 2, 3}, {4, 5, 6.5}, {0, 0, 1}, 20};
-  want.medium = {12.5,
-                 {0.9f, 0.8f, 0.7f},
-                 -0.3,
-                 Rgb(0.25f),
-                 {{0.25, Rgb(0.1f), 0.7, {1, 2, 3}}},
-                 translation({1, 0, 0})};
   ImageSky sky;
   sky.scale = Rgb(2.0f);
   sky.rotation = 90;
   want.environment = sky;
-  want.suns = {{{1, 1, 0}, {1, 2, 3}, 0.5}, {{0, 1, 0}, Rgb(7.0f), 0}};
+  want.lights = {Sun{{1, 1, 0}, {1, 2, 3}, 0.5}, Sun{{0, 1, 0}, Rgb(7.0f), 0}};
   want.options.width = 320, want.options.height = 200;
   want.options.crop_x = 10, want.options.crop_y = 20;
   want.options.crop_width = 30, want.options.crop_height = 40;
@@ -136,7 +138,7 @@ preview = 2
   want.options.tracker = Tracker::delta_global;
   want.options.transmittance = Transmittance::analog;
   want.options.micro_bounds = MicroBoundsUse::cells_1;
-  want.options.interpolation = Interpolation::nearest;
+  want.options.look_up = LookUp::nearest;
   want.options.shells = ShellUse::off;
   want.options.guide = GuideUse::on;
   want.options.depth = 5;
@@ -162,30 +164,31 @@ file = "/c.pvol"
 [medium]
 g = 0.25
 )");
-  EXPECT_EQ(file.volume, folder_ / "clouds/a.vdb");
-  EXPECT_EQ(file.scene.medium.g, 0.25);
-  ASSERT_EQ(file.others.size(), 2u);
-  EXPECT_EQ(file.others[0].file, folder_ / "b.pvol");
-  EXPECT_TRUE(file.others[0].has_extinction);
-  EXPECT_EQ(file.others[0].medium.extinction, 3);
-  EXPECT_EQ(file.others[0].medium.albedo, Rgb(0.5f));
-  EXPECT_EQ(file.others[1].file, "/c.pvol");
-  EXPECT_EQ(file.others[1].medium, Medium{});
+  ASSERT_EQ(file.volumes.size(), 3u);
+  const SceneVolume &a = file.volumes[0], &b = file.volumes[1], &c = file.volumes[2];
+  EXPECT_EQ(a.file, folder_ / "clouds/a.vdb");
+  EXPECT_EQ(mean_cosine(a.medium.components[0].phase), 0.25);
+  EXPECT_EQ(b.file, folder_ / "b.pvol");
+  EXPECT_TRUE(b.has_extinction);
+  EXPECT_EQ(b.medium.extinction, 3);
+  EXPECT_EQ(b.medium.components[0].albedo, Rgb(0.5f));
+  EXPECT_EQ(c.file, "/c.pvol");
+  EXPECT_EQ(c.medium, Medium{});
 }
 
 TEST_F(SceneText, SharesOfComponentsSumUpToAtMostOne) {
   const std::string component = "[[medium.component]]\nshare = 0.6\n";
-  EXPECT_EQ(read(kCloud + component).scene.medium.others.size(), 1u);
+  const Medium medium = read(kCloud + component).volumes[0].medium;
+  ASSERT_EQ(medium.components.size(), 2u);
+  EXPECT_EQ(medium.components[0].share, 1 - 0.6);
   EXPECT_THROW((void)read(kCloud + component + component), Error);
 }
 
 TEST_F(SceneText, WhatIsAbsentHasItsDefault) {
   const SceneFile file = read(kCloud);
   EXPECT_EQ(file.scene, Scene{});
-  EXPECT_EQ(file.volume, folder_ / "cloud.pvol");
-  EXPECT_EQ(file.grid, "");
+  EXPECT_EQ(file.volumes, (std::vector{SceneVolume{.file = folder_ / "cloud.pvol"}}));
   EXPECT_FALSE(file.has_camera);
-  EXPECT_FALSE(file.has_extinction);
 }
 
 TEST_F(SceneText, WordsForNoLimitAreTheDefaults) {
@@ -207,36 +210,38 @@ TEST_F(SceneText, EnvironmentWithoutTypeIsWhatItsKeysSay) {
 
 TEST_F(SceneText, PlainSunTableIsOneSun) {
   const SceneFile file = read(kCloud + "[sun]\nirradiance = 5\n");
-  ASSERT_EQ(file.scene.suns.size(), 1u);
-  EXPECT_EQ(file.scene.suns[0].irradiance, Rgb(5.0f));
+  ASSERT_EQ(file.scene.lights.size(), 1u);
+  EXPECT_EQ(sun(file, 0).irradiance, Rgb(5.0f));
 }
 
 TEST_F(SceneText, PlacementScalesThenRotatesThenMoves) {
   const SceneFile file = read(
       kCloud + "[medium]\ntranslate = [10, 20, 30]\nscale = [2, 3, 4]\nrotate = [0, 0, 5, 90]\n");
   // (1, 1, 1) becomes (2, 3, 4), a quarter turn about z makes (-3, 2, 4) of it.
-  expect_near(file.scene.medium.object_to_world.point({1, 1, 1}), {7, 22, 34});
+  expect_near(file.volumes[0].object_to_world.point({1, 1, 1}), {7, 22, 34});
 }
 
 TEST_F(SceneText, SeveralRotationsApplyInTheirOrder) {
   const SceneFile file =
       read(kCloud + "[medium]\nrotate = [[0, 0, 1, 90], [1, 0, 0, 90]]\nscale = 2\n");
   // x turns to y about z, then to z about x.
-  expect_near(file.scene.medium.object_to_world.point({1, 0, 0}), {0, 0, 2});
+  expect_near(file.volumes[0].object_to_world.point({1, 0, 0}), {0, 0, 2});
 }
 
 TEST_F(SceneText, MatrixIsRowByRow) {
   const Affine want{{Vec3d{1, 2, 3}, Vec3d{0, 1, 4}, Vec3d{5, 6, 0}}, {7, 8, 9}};
   EXPECT_EQ(read(kCloud + "[medium]\nmatrix = [1, 2, 3, 7, 0, 1, 4, 8, 5, 6, 0, 9]\n")
-                .scene.medium.object_to_world,
+                .volumes[0]
+                .object_to_world,
             want);
   EXPECT_EQ(read(kCloud + "[medium]\nmatrix = [1, 2, 3, 7, 0, 1, 4, 8, 5, 6, 0, 9, 0, 0, 0, 1]\n")
-                .scene.medium.object_to_world,
+                .volumes[0]
+                .object_to_world,
             want);
 }
 
 TEST_F(SceneText, AbsoluteFileNamesStay) {
-  EXPECT_EQ(read("[volume]\nfile = \"/clouds/a.vdb\"").volume, fs::path("/clouds/a.vdb"));
+  EXPECT_EQ(read("[volume]\nfile = \"/clouds/a.vdb\"").volumes[0].file, fs::path("/clouds/a.vdb"));
 }
 
 TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
@@ -374,33 +379,35 @@ TEST_F(SceneText, SetsReplaceAndAddValues) {
       text, {"medium.g=0.5", " medium.albedo = [1, 0.5, 0] ", "render.tracker=delta",
              "render.size=[64,32]", "sun.angle=3", "environment.radiance=1", "volume.file=b.vdb",
              "render.background=false", "volume.grid='fog'", "render.depth=auto"});
-  EXPECT_EQ(file.scene.medium.g, 0.5);
-  EXPECT_EQ(file.scene.medium.albedo, Rgb(1, 0.5f, 0));
+  const Component& matter = file.volumes[0].medium.components[0];
+  EXPECT_EQ(mean_cosine(matter.phase), 0.5);
+  EXPECT_EQ(matter.albedo, Rgb(1, 0.5f, 0));
   EXPECT_EQ(file.scene.options.tracker, Tracker::delta);
   EXPECT_EQ(file.scene.options.width, 64);
-  ASSERT_EQ(file.scene.suns.size(), 2u);
-  EXPECT_EQ(file.scene.suns[0].angle, 3);
-  EXPECT_EQ(file.scene.suns[1].angle, 2);
+  ASSERT_EQ(file.scene.lights.size(), 2u);
+  EXPECT_EQ(sun(file, 0).angle, 3);
+  EXPECT_EQ(sun(file, 1).angle, 2);
   EXPECT_EQ(file.scene.environment, Environment(ConstantSky{Rgb(1.0f)}));
-  EXPECT_EQ(file.volume, fs::path("b.vdb"));  // from the current folder, not the scene's
-  EXPECT_EQ(file.grid, "fog");
+  // From the current folder, not the scene's.
+  EXPECT_EQ(file.volumes[0].file, fs::path("b.vdb"));
+  EXPECT_EQ(file.volumes[0].grid, "fog");
   EXPECT_FALSE(file.scene.options.background);
   EXPECT_FALSE(file.scene.options.depth);
 }
 
 TEST_F(SceneText, SunIsAddedByASetWhereThereIsNone) {
   const SceneFile file = read(kCloud, {"sun.angle=3", "sun.irradiance=4"});
-  ASSERT_EQ(file.scene.suns.size(), 1u);
-  EXPECT_EQ(file.scene.suns[0].angle, 3);
-  EXPECT_EQ(file.scene.suns[0].irradiance, Rgb(4.0f));
-  EXPECT_EQ(read("sun = []\n" + kCloud, {"sun.angle=3"}).scene.suns.size(), 1u);
+  ASSERT_EQ(file.scene.lights.size(), 1u);
+  EXPECT_EQ(sun(file, 0).angle, 3);
+  EXPECT_EQ(sun(file, 0).irradiance, Rgb(4.0f));
+  EXPECT_EQ(read("sun = []\n" + kCloud, {"sun.angle=3"}).scene.lights.size(), 1u);
 }
 
 TEST_F(SceneText, SetReplacesAWholeSection) {
   const SceneFile file = read(kCloud + "[environment]\ntype = \"gradient\"\nzenith = 1\n[[sun]]\n",
                               {"environment={type='constant', radiance=2}", "sun=[]"});
   EXPECT_EQ(file.scene.environment, Environment(ConstantSky{Rgb(2.0f)}));
-  EXPECT_TRUE(file.scene.suns.empty());
+  EXPECT_TRUE(file.scene.lights.empty());
 }
 
 TEST_F(SceneText, LaterSetsWin) {
@@ -438,22 +445,20 @@ TEST_F(SceneText, BadSetsAreRefusedWithTheirText) {
 
 TEST(DefaultScene, HasAGradientSkyAndOneSun) {
   const SceneFile file = default_scene("clouds/my \"best\".vdb");
-  EXPECT_EQ(file.volume, fs::path("clouds/my \"best\".vdb"));
+  EXPECT_EQ(file.volumes, (std::vector{SceneVolume{.file = "clouds/my \"best\".vdb"}}));
   EXPECT_EQ(file.scene.environment, Environment(GradientSky{}));
-  ASSERT_EQ(file.scene.suns.size(), 1u);
-  EXPECT_EQ(file.scene.suns[0], (Sun{{-0.75, 0.62, 0.35}, Rgb(3.3f, 3.0f, 2.6f), 0.53}));
-  EXPECT_EQ(file.scene.medium, Medium{});
+  ASSERT_EQ(file.scene.lights.size(), 1u);
+  EXPECT_EQ(sun(file, 0), (Sun{{-0.75, 0.62, 0.35}, Rgb(3.3f, 3.0f, 2.6f), 0.53}));
   EXPECT_FALSE(file.has_camera);
-  EXPECT_FALSE(file.has_extinction);
 }
 
 TEST(DefaultScene, IsChangedBySets) {
   const SceneFile file = default_scene(
       "a.vdb", {"medium.extinction=4", "sun.angle=0", "camera={position=[0,0,9],target=[0,0,0]}"});
   EXPECT_TRUE(file.has_camera);
-  EXPECT_TRUE(file.has_extinction);
-  EXPECT_EQ(file.scene.medium.extinction, 4);
-  EXPECT_EQ(file.scene.suns[0], (Sun{{-0.75, 0.62, 0.35}, Rgb(3.3f, 3.0f, 2.6f), 0}));
+  EXPECT_TRUE(file.volumes[0].has_extinction);
+  EXPECT_EQ(file.volumes[0].medium.extinction, 4);
+  EXPECT_EQ(sun(file, 0), (Sun{{-0.75, 0.62, 0.35}, Rgb(3.3f, 3.0f, 2.6f), 0}));
 }
 
 /// Scenes with values of all magnitudes that a scene may hold.
@@ -495,7 +500,7 @@ struct RandomScene {
     o.tracker = Tracker(whole(0, 5));
     o.transmittance = Transmittance(whole(0, 4));
     o.micro_bounds = MicroBoundsUse(whole(0, 3));
-    o.interpolation = Interpolation(whole(0, 3));
+    o.look_up = LookUp(whole(0, 3));
     o.shells = ShellUse(whole(0, 2));
     o.guide = GuideUse(whole(0, 2));
     if (coin()) o.depth = whole(0, 16);
@@ -507,43 +512,35 @@ struct RandomScene {
     return o;
   }
 
-  template <class Matter>
-  void fill(Matter& matter) {
-    matter.albedo = Rgb(Vec3d{uniform(0, 1), uniform(0, 1), double(whole(0, 1))});
-    matter.g = uniform(-0.9999, 0.9999);
-    matter.emission = coin() ? Rgb(0.0f) : radiance();
+  Component component(double share) {
+    return {share, Rgb(Vec3d{uniform(0, 1), uniform(0, 1), double(whole(0, 1))}),
+            HenyeyGreenstein(uniform(-0.9999, 0.9999)), coin() ? Rgb(0.0f) : radiance()};
   }
 
-  Medium medium() {
-    Medium m;
-    fill(m);
-    m.object_to_world = {
+  SceneVolume volume(const char* file) {
+    SceneVolume v{file, coin() ? "density[1]" : "", {}, {}, coin()};
+    if (v.has_extinction) v.medium.extinction = magnitude();
+    v.medium.components = {component(1)};
+    for (int n = whole(0, 2); n > 0; --n) {
+      v.medium.components.push_back(component(uniform(0, 0.5)));
+      v.medium.components.front().share -= v.medium.components.back().share;
+    }
+    v.object_to_world = {
         {Vec3d{1, uniform(0, 1), 0}, Vec3d{0, 1, uniform(0, 1)}, Vec3d{uniform(0, 1), 0, 1}},
         point()};
-    for (int n = whole(0, 2); n > 0; --n) {
-      m.others.push_back({uniform(0, 0.5), {}, 0, {}});
-      fill(m.others.back());
-    }
-    return m;
+    return v;
   }
 
   SceneFile operator()() {
     SceneFile file;
-    file.volume = "/a folder/\"quoted\" \\ back\tslash \u00e9.vdb";
-    file.grid = coin() ? "density[1]" : "";
+    file.volumes = {volume("/a folder/\"quoted\" \\ back\tslash \u00e9.vdb")};
+    for (int n = whole(0, 2); n > 0; --n) file.volumes.push_back(volume("/other.vdb"));
     file.has_camera = coin();
     if (file.has_camera) file.scene.camera = camera();
-    file.has_extinction = coin();
-    file.scene.medium = medium();
-    if (file.has_extinction) file.scene.medium.extinction = magnitude();
-    for (int n = whole(0, 2); n > 0; --n) {
-      file.others.push_back({"/other.vdb", coin() ? "heat" : "", medium(), coin()});
-      if (file.others.back().has_extinction) file.others.back().medium.extinction = magnitude();
-    }
     file.scene.environment = environment();
     if (std::holds_alternative<ImageSky>(file.scene.environment)) file.sky = "/sky.exr";
     for (int n = whole(0, 3); n > 0; --n) {
-      file.scene.suns.push_back({point(), radiance(), uniform(0, 179)});
+      file.scene.lights.push_back(Sun{point(), radiance(), uniform(0, 179)});
     }
     file.scene.options = options();
     if (coin()) file.density = Quantisation{Precision(whole(0, 3))};
@@ -563,10 +560,9 @@ TEST_F(SceneText, WrittenScenesReadBackEqual) {
     ASSERT_EQ(to_toml(read(text)), text);
   }
   SceneFile largest;
-  largest.volume = "/a";
-  largest.has_extinction = true;
+  largest.volumes = {{.file = "/a", .has_extinction = true}};
   for (const double extinction : {0.0, 1e17, 1.2345678901234567e20, 1e300, 5e-324}) {
-    largest.scene.medium.extinction = extinction;
+    largest.volumes[0].medium.extinction = extinction;
     EXPECT_EQ(read(to_toml(largest)), largest) << to_toml(largest);
   }
 }
@@ -580,8 +576,7 @@ TEST(SceneNames, ComeBackFromTheirText) {
     EXPECT_EQ(parse_micro_bounds(name(MicroBoundsUse(i))), MicroBoundsUse(i));
   }
   for (int i = 0; i < 3; ++i) EXPECT_EQ(parse_shell_use(name(ShellUse(i))), ShellUse(i));
-  for (int i = 0; i < 4; ++i)
-    EXPECT_EQ(parse_interpolation(name(Interpolation(i))), Interpolation(i));
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(parse_interpolation(name(LookUp(i))), LookUp(i));
   EXPECT_STREQ(name(Tracker::delta_global), "delta-global");
   try {
     (void)parse_tracker("woodcock");
@@ -594,7 +589,7 @@ TEST(SceneNames, ComeBackFromTheirText) {
 }
 
 TEST(SceneNames, SeedThatTomlCannotHoldIsRefused) {
-  SceneFile file;
+  SceneFile file{.volumes = {{.file = "/a"}}};
   file.scene.options.seed = ~std::uint64_t{0};
   EXPECT_THROW((void)to_toml(file), Error);
 }

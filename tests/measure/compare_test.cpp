@@ -11,12 +11,14 @@
 #include "pvol/error.h"
 #include "pvol/measure/student.h"
 #include "pvol/render/render.h"
-#include "pvol/render/scene_volume.h"
+#include "support/cloud_scene.h"
 #include "support/fields.h"
 #include "support/statistics.h"
 
 namespace pvol::measure {
 namespace {
+
+using test::CloudScene;
 
 /// What a sample of a pixel is, in one channel.
 using Law = std::function<double(Rng&, int x, int y, int channel)>;
@@ -189,17 +191,17 @@ class Cloud {
 
   [[nodiscard]] Film render(std::uint64_t seed,
                             std::optional<std::uint32_t> max_bounces = {}) const {
-    Scene s = scene_;
+    CloudScene s = scene_;
     s.options.seed = seed;
     s.options.max_bounces = max_bounces;
-    return pvol::render(volume_, s).film;
+    return test::render(volume_, s).film;
   }
 
  private:
   Volume make_scene_and_volume() {
     scene_.medium.extinction = 0.6;
     scene_.medium.albedo = Rgb(0.95f, 0.9f, 0.8f);
-    scene_.suns = {Sun{}};
+    scene_.lights = {Sun{}};
     scene_.options.width = scene_.options.height = 32;
     scene_.options.samples = 16;
     scene_.options.tracker = Tracker::delta;
@@ -207,11 +209,11 @@ class Cloud {
       return std::max(0.0, 1 - length(Vec3d(p) - Vec3d(8)) / 8);
     });
     Volume v = make_volume(field_.grid, build_pyramid(field_.grid), scene_);
-    scene_.camera = frame(v.world_box, 1);
+    scene_.camera = frame(v.density.world_box, 1);
     return v;
   }
 
-  Scene scene_;
+  CloudScene scene_;
   test::Field field_;
   Volume volume_;
 };

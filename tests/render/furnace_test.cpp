@@ -11,12 +11,14 @@
 #include "pvol/bounds/pyramid.h"
 #include "pvol/formats/recipe_file.h"
 #include "pvol/render/render.h"
-#include "pvol/render/scene_volume.h"
+#include "support/cloud_scene.h"
 #include "support/estimators.h"
 #include "support/statistics.h"
 
 namespace pvol {
 namespace {
+
+using test::CloudScene;
 
 using test::is_slow;
 using test::kTrackers;
@@ -53,10 +55,10 @@ const std::vector<Cloud>& clouds() {
 }
 
 /// The cloud at an optical thickness of 15 across the middle of a homogeneous body of its size.
-Scene scene_of(const Cloud& cloud, Tracker tracker) {
-  const Scene unit;
-  const Box box = make_volume(cloud.grid, cloud.pyramid, unit).world_box;
-  Scene s;
+CloudScene scene_of(const Cloud& cloud, Tracker tracker) {
+  const CloudScene unit;
+  const Box box = make_volume(cloud.grid, cloud.pyramid, unit).density.world_box;
+  CloudScene s;
   s.medium.extinction = 15 / min_component(box.extent());
   s.medium.albedo = Rgb(1.0f);
   s.environment = ConstantSky{Rgb(1.0f)};
@@ -86,10 +88,10 @@ TEST(Furnace, EveryPixelIsTheSky) {
   ASSERT_GE(clouds().size(), 3u);
   for (const Cloud& cloud : clouds()) {
     for (const Tracker tracker : kTrackers) {
-      Scene s = scene_of(cloud, tracker);
+      CloudScene s = scene_of(cloud, tracker);
       const Volume volume = make_volume(cloud.grid, cloud.pyramid, s);
       double scattered = 0;
-      for (const Camera& camera : cameras(volume.world_box)) {
+      for (const Camera& camera : cameras(volume.density.world_box)) {
         for (const double g : {-0.9, 0.0, 0.9}) {
           s.camera = camera;
           s.medium.g = g;
@@ -126,10 +128,10 @@ TEST(Furnace, ShadowRaysFindTheSameSky) {
   for (const Cloud& cloud : clouds()) {
     std::uint64_t turn = 0;
     for (const Tracker tracker : kTrackers) {
-      Scene s = scene_of(cloud, tracker);
+      CloudScene s = scene_of(cloud, tracker);
       s.environment = ImageSky{6, 3, std::vector<Rgb>(18, Rgb(1.0f)), Rgb(1.0f), 20};
       const Volume volume = make_volume(cloud.grid, cloud.pyramid, s);
-      const std::vector<Camera> views = cameras(volume.world_box);
+      const std::vector<Camera> views = cameras(volume.density.world_box);
       for (const Transmittance transmittance : kTransmittances) {
         for (const double g : {-0.9, 0.0, 0.9}) {
           s.options.transmittance = transmittance;
@@ -156,11 +158,11 @@ TEST(Furnace, ShadowRaysFindTheSameSky) {
 TEST(Furnace, AbsorptionDarkensByChannel) {
   for (const Cloud& cloud : clouds()) {
     for (const Tracker tracker : kTrackers) {
-      Scene s = scene_of(cloud, tracker);
+      CloudScene s = scene_of(cloud, tracker);
       s.medium.albedo = Rgb(0.9f, 0.99f, 0.6f);
       s.options.samples = 16;
       const Volume volume = make_volume(cloud.grid, cloud.pyramid, s);
-      for (const Camera& camera : cameras(volume.world_box)) {
+      for (const Camera& camera : cameras(volume.density.world_box)) {
         s.camera = camera;
         for (const PixelSums& p : render(volume, s).film.pixels) {
           const Vec3d m = mean(p);

@@ -13,6 +13,7 @@
 #include "pvol/error.h"
 #include "pvol/render/guide_choice.h"
 #include "support/bodies.h"
+#include "support/cloud_scene.h"
 
 namespace pvol::test {
 namespace {
@@ -28,11 +29,11 @@ const Field& puff() {
 }
 
 /// The puff in the sun, before a constant sky; its optical thickness is about 12.
-Scene sunny() {
-  Scene s;
+CloudScene sunny() {
+  CloudScene s;
   s.medium = matter(0.4, Rgb(0.999f), 0.877);
   s.environment = ConstantSky{Rgb(0.5f)};
-  s.suns = {Sun{{0.6, 0.8, 0.35}, Rgb(3.0f), 0}};
+  s.lights = {Sun{{0.6, 0.8, 0.35}, Rgb(3.0f), 0}};
   s.options.width = s.options.height = 16;
   s.options.samples = 100;
   s.options.threads = 1;
@@ -40,57 +41,59 @@ Scene sunny() {
   return s;
 }
 
-Volume volume_of(Scene& s) {
+Volume volume_of(CloudScene& s) {
   Volume v = make_volumes(puff(), std::vector{s.medium}, s).front();
-  if (s.camera == Camera{}) s.camera = frame(v.world_box, 1);
+  if (s.camera == Camera{}) s.camera = frame(v.density.world_box, 1);
   return v;
 }
 
 struct Case {
   std::string name;
-  Scene scene;
+  CloudScene scene;
 };
 
 std::vector<Case> cases() {
   std::vector<Case> all;
-  const auto add = [&](const std::string& name, const std::function<void(Scene&)>& change) {
-    Scene s = sunny();
+  const auto add = [&](const std::string& name, const std::function<void(CloudScene&)>& change) {
+    CloudScene s = sunny();
     change(s);
     all.push_back({name, s});
   };
-  add("forward", [](Scene&) {});
-  add("isotropic", [](Scene& s) { s.medium.g = 0; });
-  add("backward", [](Scene& s) { s.medium.g = -0.5; });
-  add("coloured", [](Scene& s) { s.medium.albedo = Rgb(0.9f, 0.97f, 0.6f); });
-  add("two components", [](Scene& s) {
-    s.medium.others = {{0.4, Rgb(0.7f, 0.8f, 0.9f), -0.2, Rgb(0.0f)}};
+  add("forward", [](CloudScene&) {});
+  add("isotropic", [](CloudScene& s) { s.medium.g = 0; });
+  add("backward", [](CloudScene& s) { s.medium.g = -0.5; });
+  add("coloured", [](CloudScene& s) { s.medium.albedo = Rgb(0.9f, 0.97f, 0.6f); });
+  add("two components", [](CloudScene& s) {
+    s.medium.others = {{0.4, Rgb(0.7f, 0.8f, 0.9f), HenyeyGreenstein(-0.2), Rgb(0.0f)}};
   });
-  add("emission", [](Scene& s) {
+  add("emission", [](CloudScene& s) {
     s.medium.albedo = Rgb(0.8f);
     s.medium.emission = Rgb(2.0f, 1.0f, 0.2f);
   });
-  add("emission alone", [](Scene& s) {
+  add("emission alone", [](CloudScene& s) {
     s.medium.albedo = Rgb(0.95f);
     s.medium.emission = Rgb(2.0f, 1.0f, 0.2f);
-    s.suns.clear();
+    s.lights.clear();
   });
-  add("sun disc", [](Scene& s) { s.suns.front().angle = 20; });
-  add("two suns", [](Scene& s) { s.suns.push_back({{-1, 0.2, 0.1}, Rgb(2.0f, 1.0f, 0.5f), 5}); });
-  add("gradient", [](Scene& s) { s.environment = GradientSky{}; });
-  add("picture with a sun", [](Scene& s) {
+  add("sun disc", [](CloudScene& s) { std::get<Sun>(s.lights.front()).angle = 20; });
+  add("two suns", [](CloudScene& s) {
+    s.lights.push_back(Sun{{-1, 0.2, 0.1}, Rgb(2.0f, 1.0f, 0.5f), 5});
+  });
+  add("gradient", [](CloudScene& s) { s.environment = GradientSky{}; });
+  add("picture with a sun", [](CloudScene& s) {
     ImageSky sky{16, 8, std::vector<Rgb>(128, Rgb(0.4f, 0.5f, 0.6f)), Rgb(1.0f), 30};
     sky.pixels[20] = Rgb(40.0f, 35.0f, 30.0f);
     for (std::size_t i = 64; i < 128; ++i) sky.pixels[i] = Rgb(0.0f);
     s.environment = sky;
-    s.suns.clear();
+    s.lights.clear();
   });
-  add("thin", [](Scene& s) { s.medium.extinction = 0.01; });
-  add("inside", [](Scene& s) {
+  add("thin", [](CloudScene& s) { s.medium.extinction = 0.01; });
+  add("inside", [](CloudScene& s) {
     s.camera.position = {20, 16, 18};
     s.camera.target = {26, 21, 20};
     s.camera.fov = 90;
   });
-  add("no background", [](Scene& s) {
+  add("no background", [](CloudScene& s) {
     s.options.background = false;
     s.medium.albedo = Rgb(0.9f);
   });
@@ -119,7 +122,7 @@ TEST(Importance, GuidedPathsKeepTheMean) {
 
 /// Of many small pictures, so that a variance that is not known, or without limit, would show.
 TEST(Importance, MeansOfManySeedsAgree) {
-  Scene s = sunny();
+  CloudScene s = sunny();
   const Volume v = volume_of(s);
   proof::Moments guided, plain;
   s.options.samples = 24;
@@ -153,13 +156,13 @@ TEST(Importance, WhiteFurnace) {
   for (const Furnace& f : {Furnace{0, Rgb(1.0f), 0.5f}, Furnace{0.877, Rgb(1.0f), 0},
                            Furnace{0.5, Rgb(0.9f, 0.8f, 0.7f), 0.5f}, Furnace{0.3, Rgb(0.6f), 0}}) {
     constexpr double kDegree = std::numbers::pi / 180;
-    Scene s = sunny();
+    CloudScene s = sunny();
     s.options.samples = 1200;
     s.medium = matter(1, f.albedo, f.g, Rgb(1.0f));
     s.environment = ConstantSky{Rgb(f.sky)};
     const double sine = std::sin(89.95 * kDegree);
     const Rgb irradiance(Vec3d((1 - double(f.sky)) * std::numbers::pi * sine * sine));
-    s.suns = {Sun{{0.1, 0.3, 1}, irradiance, 179.9}, Sun{{-0.1, -0.3, -1}, irradiance, 179.9}};
+    s.lights = {Sun{{0.1, 0.3, 1}, irradiance, 179.9}, Sun{{-0.1, -0.3, -1}, irradiance, 179.9}};
     const RenderResult r = render(volume_of(s), s);
     EXPECT_TRUE(r.guided);
     const double belt = (1 - double(f.sky)) * std::sin(0.05 * kDegree);  // none of it is to be seen
@@ -174,7 +177,7 @@ TEST(Importance, WhiteFurnace) {
 /// to the other.
 TEST(Importance, NoiseIsStableAndLess) {
   for (const double g : {0.0, 0.877}) {
-    Scene s = sunny();
+    CloudScene s = sunny();
     s.medium.g = g;
     const Volume v = volume_of(s);
     const auto variance = [&](std::uint64_t seed, GuideUse use) {
@@ -191,7 +194,7 @@ TEST(Importance, NoiseIsStableAndLess) {
 }
 
 TEST(Importance, ThreadsAndMicroBoundsChangeNoBit) {
-  Scene s = sunny();
+  CloudScene s = sunny();
   s.options.samples = 8;
   const Film reference = render(volume_of(s), s).film;
   for (const int threads : {2, 5}) {
@@ -209,7 +212,7 @@ TEST(Importance, ThreadsAndMicroBoundsChangeNoBit) {
 
 /// Alpha is decided by the first flight, which is the same.
 TEST(Importance, AlphaIsThatOfPlainPaths) {
-  Scene s = sunny();
+  CloudScene s = sunny();
   const Volume v = volume_of(s);
   const Film guided = render(v, s).film;
   s.options.guide = GuideUse::off;
@@ -220,11 +223,11 @@ TEST(Importance, AlphaIsThatOfPlainPaths) {
 }
 
 TEST(Importance, GuidesWhereItMayAndShould) {
-  Scene s = sunny();
+  CloudScene s = sunny();
   s.options.guide = GuideUse::automatic;
   const auto choose = [&](std::size_t copies = 1) {
-    const std::vector<Medium> media(copies, s.medium);
-    return choose_guide(make_volumes(puff(), media, s), s);
+    const std::vector<Body> media(copies, s.medium);
+    return choose_guide(make_volumes(puff(), media, s), s.scene());
   };
   EXPECT_FALSE(choose().used) << "too few samples";
   s.options.samples = 2000;
@@ -254,9 +257,9 @@ TEST(Importance, GuidesWhereItMayAndShould) {
 
 /// Nothing but the constant, darkness, nothing in view, and no cloud at all.
 TEST(Importance, WithoutLightOrCloudPathsArePlain) {
-  Scene s = sunny();
+  CloudScene s = sunny();
   s.options.samples = 2;
-  s.suns.clear();
+  s.lights.clear();
   s.medium.albedo = Rgb(1.0f);
   EXPECT_FALSE(render(volume_of(s), s).guided);
   s.environment = ConstantSky{Rgb(0.0f)};
@@ -276,12 +279,12 @@ TEST(Importance, WithoutLightOrCloudPathsArePlain) {
 /// In a thin cube the light of a delta sun arrives undimmed, and photons count its irradiance; the
 /// mass of the coarse cells is the cube's.
 TEST(Importance, PhotonsCountTheLightOfAThinCube) {
-  Scene s = sunny();
-  s.options.interpolation = Interpolation::nearest;
+  CloudScene s = sunny();
+  s.options.look_up = LookUp::nearest;
   s.medium = matter(1e-3, Rgb(0.9f), 0.5);
   const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
-  s.camera = frame(v.world_box, 1);
-  const detail::PathSetup setup(std::span(&v, 1), s, Rgb(0.5f));
+  s.camera = frame(v.density.world_box, 1);
+  const detail::PathSetup setup(std::span(&v, 1), s.scene(), Rgb(0.5f));
   const detail::CoarseCells cells = detail::make_coarse_cells(v);
   double mass = 0, collided = 0, straight = 0, direct = 0;
   for (const double m : cells.mass) mass += m;
@@ -304,12 +307,12 @@ TEST(Importance, PhotonsCountTheLightOfAThinCube) {
 
 /// There the importance is the phase function about the sun, averaged over nodes.
 TEST(Importance, IsThePhaseFunctionInAThinCube) {
-  Scene s = sunny();
-  s.options.interpolation = Interpolation::nearest;
+  CloudScene s = sunny();
+  s.options.look_up = LookUp::nearest;
   s.medium = matter(1e-2, Rgb(1.0f), 0.5);
   const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
-  s.camera = frame(v.world_box, 1);
-  const detail::PathSetup setup(std::span(&v, 1), s, Rgb(0.5f));
+  s.camera = frame(v.density.world_box, 1);
+  const detail::PathSetup setup(std::span(&v, 1), s.scene(), Rgb(0.5f));
   const auto importance = detail::make_importance(setup, [] { return false; });
   ASSERT_TRUE(importance);
   const detail::Importance::Row& row = importance->row(lanes(Vec3i(6, 6, 6)));

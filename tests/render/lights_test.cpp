@@ -24,6 +24,10 @@ const Rgb kIrradiance{3, 2, 0.5f};
 
 Sun make_sun(double angle, Vec3d direction = {-1, 3, 2}) { return {direction, kIrradiance, angle}; }
 
+constexpr auto kAnywhere = [] { return Vec3d(0.0); };
+
+bool hit(const SunLight& sun, Vec3f d) { return max_component(sun.seen(d)) > 0; }
+
 /// 1 - cos of the sun's radius.
 double exact_cap(double angle) {
   const double s = std::sin(angle / 4 * pi / 180);
@@ -49,7 +53,7 @@ TEST(SunLight, HasItsSolidAngleAsDensity) {
   for (const double angle : kAngles) {
     const SunLight sun(make_sun(angle));
     EXPECT_FALSE(sun.delta());
-    EXPECT_NEAR(double(sun.pdf) * 2 * pi * exact_cap(angle), 1, 1e-6) << angle;
+    EXPECT_NEAR(double(sun.disc_pdf) * 2 * pi * exact_cap(angle), 1, 1e-6) << angle;
     EXPECT_NEAR(length(Vec3d(sun.direction)), 1, 1e-7);
   }
 }
@@ -64,12 +68,12 @@ TEST(SunLight, DiscIntegratesToTheGivenIrradiance) {
     double sum = 0;
     for (int i = 0; i < kRings; ++i) {
       const double c = (i + 0.5) * ring;
-      if (sun.hit(tilted(n, c, i * 0.7))) sum += (1 - c) * 2 * pi * ring;
+      if (hit(sun, tilted(n, c, i * 0.7))) sum += (1 - c) * 2 * pi * ring;
     }
     // hit() sees directions in float: the disc's edge is blurred by 1e-7 of an angle.
     const double radius = angle / 2 * pi / 180, blur = 2e-4 + 2e-7 / radius;
     for (int i = 0; i < 3; ++i) {
-      EXPECT_NEAR(sum * double(sun.radiance[i]) / double(kIrradiance[i]), 1, blur) << angle;
+      EXPECT_NEAR(sum * double(sun.disc_radiance[i]) / double(kIrradiance[i]), 1, blur) << angle;
     }
   }
 }
@@ -85,13 +89,13 @@ TEST(SunLight, SamplesFillTheDiscEvenlyAndCarryTheIrradiance) {
     Histogram area(32), azimuth(32);
     const Vec3d n(sun.direction), s = normalize(cross(n, Vec3d{0, 0, 1})), t = cross(n, s);
     for (int i = 0; i < kSamples; ++i) {
-      const LightSample l = sun.sample(rng);
-      ASSERT_EQ(l.pdf, sun.pdf);
-      ASSERT_EQ(l.radiance, sun.radiance);
+      const LightSample l = sun.sample(kAnywhere, rng);
+      ASSERT_EQ(l.pdf, sun.disc_pdf);
+      ASSERT_EQ(l.radiance, sun.disc_radiance);
       const double c = one_minus_cos_exact(l.direction, sun.direction);
       const double rounding = 3e-7 * std::sqrt(2 * cap) + 1e-13;
       ASSERT_LE(c, cap + rounding);
-      ASSERT_TRUE(sun.hit(l.direction) || c >= cap - rounding) << c / cap;
+      ASSERT_TRUE(hit(sun, l.direction) || c >= cap - rounding) << c / cap;
       irradiance.add(double(l.radiance.x / l.pdf) * cosine(l.direction, sun.direction));
       area.add(std::min(c / cap, 1.0));
       azimuth.add(0.5 +
@@ -110,12 +114,12 @@ TEST(SunLight, HitIsTheDiscAndNothingElse) {
       const SunLight sun(make_sun(angle, toward));
       const double cap = exact_cap(angle);
       const double margin = 1e-3 + 2e-7 / std::sqrt(cap);
-      EXPECT_TRUE(sun.hit(sun.direction));
-      EXPECT_FALSE(sun.hit(-sun.direction));
+      EXPECT_TRUE(hit(sun, sun.direction));
+      EXPECT_FALSE(hit(sun, -sun.direction));
       for (int i = 0; i < 100; ++i) {
         const Vec3d n = normalize(toward);
-        EXPECT_TRUE(sun.hit(tilted(n, cap * (1 - margin), i))) << angle;
-        EXPECT_FALSE(sun.hit(tilted(n, cap * (1 + margin), i))) << angle;
+        EXPECT_TRUE(hit(sun, tilted(n, cap * (1 - margin), i))) << angle;
+        EXPECT_FALSE(hit(sun, tilted(n, cap * (1 + margin), i))) << angle;
       }
     }
   }
@@ -126,13 +130,13 @@ TEST(SunLight, OfNoExtentIsOneDirection) {
   for (const double angle : {0.0, 1e-300, 1e-18, 1e-6}) {
     const SunLight sun(make_sun(angle));
     Rng rng(32, 0, 0);
-    const LightSample l = sun.sample(rng);
+    const LightSample l = sun.sample(kAnywhere, rng);
     EXPECT_TRUE(sun.delta()) << angle;
     EXPECT_EQ(l.direction, sun.direction);
     EXPECT_EQ(l.radiance, kIrradiance);
     EXPECT_EQ(l.pdf, 1);
-    EXPECT_FALSE(sun.hit(sun.direction)) << "no ray meets a delta light by chance";
-    EXPECT_EQ(sun.radiance, Rgb(0.0f));
+    EXPECT_FALSE(hit(sun, sun.direction)) << "no ray meets a delta light by chance";
+    EXPECT_EQ(sun.disc_radiance, Rgb(0.0f));
   }
   EXPECT_FALSE(SunLight(make_sun(1e-4)).delta());
 }
@@ -140,9 +144,9 @@ TEST(SunLight, OfNoExtentIsOneDirection) {
 TEST(SunLight, RadianceAndDensityAreFiniteOverAllAngles) {
   for (double angle = 1e-10; angle < 180; angle *= 1.5) {
     const SunLight sun(make_sun(angle));
-    EXPECT_TRUE(is_finite(sun.radiance) && std::isfinite(sun.pdf)) << angle;
+    EXPECT_TRUE(is_finite(sun.disc_radiance) && std::isfinite(sun.disc_pdf)) << angle;
     Rng rng(33, 0, 0);
-    EXPECT_TRUE(is_finite(sun.sample(rng).direction));
+    EXPECT_TRUE(is_finite(sun.sample(kAnywhere, rng).direction));
   }
 }
 

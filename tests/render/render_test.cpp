@@ -9,12 +9,14 @@
 #include <string>
 
 #include "pvol/error.h"
-#include "pvol/render/scene_volume.h"
+#include "support/cloud_scene.h"
 #include "support/fields.h"
 #include "support/statistics.h"
 
 namespace pvol {
 namespace {
+
+using test::CloudScene;
 
 using std::numbers::pi;
 
@@ -40,15 +42,15 @@ const test::Field& cube() {
   return f;
 }
 
-Scene cloud_scene() {
-  Scene s;
+CloudScene cloud_scene() {
+  CloudScene s;
   s.camera.position = {5, 8, 60};
   s.camera.target = {0, 0, 0};
   s.camera.fov = 24;
   s.medium.extinction = 0.6;
   s.medium.albedo = Rgb(0.9f, 0.95f, 0.99f);
   s.medium.g = 0.7;
-  s.suns = {Sun{{0.6, 0.8, 0.35}, Rgb(3.0f), 0}};
+  s.lights = {Sun{{0.6, 0.8, 0.35}, Rgb(3.0f), 0}};
   s.options.width = 12;
   s.options.height = 12;
   s.options.samples = 64;
@@ -56,7 +58,7 @@ Scene cloud_scene() {
   return s;
 }
 
-RenderResult run(const test::Field& field, const Scene& scene) {
+RenderResult run(const test::Field& field, const CloudScene& scene) {
   return render(make_volume(field.grid, build_pyramid(field.grid), scene), scene);
 }
 
@@ -110,16 +112,16 @@ bool same_bytes(const Film& a, const Film& b) {
 
 /// Every path in a cloud of albedo 1 ends in the sky with its throughput untouched.
 TEST(Render, WhiteFurnaceIsExactInEveryPixel) {
-  Scene s = cloud_scene();
-  s.suns.clear();
+  CloudScene s = cloud_scene();
+  s.lights.clear();
   s.environment = ConstantSky{Rgb(0.5f, 0.25f, 2.0f)};
   s.medium.albedo = Rgb(1.0f);
   s.options.samples = 8;
   for (const Tracker tracker : kTrackers) {
-    for (const Interpolation interpolation : {Interpolation::nearest, Interpolation::trilinear}) {
+    for (const LookUp look_up : {LookUp::nearest, LookUp::trilinear}) {
       for (const double g : {-0.9999, 0.0, 0.9999}) {
         s.options.tracker = tracker;
-        s.options.interpolation = interpolation;
+        s.options.look_up = look_up;
         s.medium.g = g;
         for (const PixelSums& p : run(cloud(), s).film.pixels) {
           EXPECT_EQ(mean(p), Vec3d(0.5, 0.25, 2.0));
@@ -132,13 +134,13 @@ TEST(Render, WhiteFurnaceIsExactInEveryPixel) {
 /// Two suns that fill a hemisphere each are a constant sky: next-event estimation and the balance
 /// heuristic against a closed form, for forward, isotropic and backward phase functions.
 TEST(Render, WhiteFurnaceOfTwoHemisphericalSuns) {
-  Scene s = cloud_scene();
+  CloudScene s = cloud_scene();
   s.environment = ConstantSky{Rgb(0.0f)};
   s.medium.albedo = Rgb(1.0f);
   const double angle = 179.9;
   const double sine = std::sin(angle / 2 * pi / 180);
   const float irradiance = float(0.7 * pi * sine * sine);  // radiance 0.7
-  s.suns = {Sun{{1, 2, 3}, Rgb(irradiance), angle}, Sun{{-1, -2, -3}, Rgb(irradiance), angle}};
+  s.lights = {Sun{{1, 2, 3}, Rgb(irradiance), angle}, Sun{{-1, -2, -3}, Rgb(irradiance), angle}};
   proof::Family family;
   for (const Transmittance estimator : kEstimators) {
     for (const double g : {-0.8, 0.0, 0.95}) {
@@ -155,8 +157,8 @@ TEST(Render, WhiteFurnaceOfTwoHemisphericalSuns) {
 
 /// A constant picture as sky is sampled by next-event estimation, too.
 TEST(Render, WhiteFurnaceOfAPicture) {
-  Scene s = cloud_scene();
-  s.suns.clear();
+  CloudScene s = cloud_scene();
+  s.lights.clear();
   s.medium.albedo = Rgb(1.0f);
   s.environment = ImageSky{8, 4, std::vector<Rgb>(32, Rgb(0.8f)), Rgb(1.0f), 30};
   proof::Family family;
@@ -169,8 +171,8 @@ TEST(Render, WhiteFurnaceOfAPicture) {
 }
 
 /// A camera far away that sees the middle of the cube's front face, along -z.
-Scene cube_scene(double extinction) {
-  Scene s;
+CloudScene cube_scene(double extinction) {
+  CloudScene s;
   s.camera.position = {7.5, 7.5, 4000};
   s.camera.target = {7.5, 7.5, 0};
   s.camera.fov = 0.02;
@@ -179,14 +181,14 @@ Scene cube_scene(double extinction) {
   s.medium.g = 0;
   s.options.width = s.options.height = 4;
   s.options.samples = 4000;
-  s.options.interpolation = Interpolation::nearest;
+  s.options.look_up = LookUp::nearest;
   return s;
 }
 
 TEST(Render, AbsorptionFollowsBeerAndLambert) {
   proof::Family family;
   for (const double extinction : {1e-12, 0.001, 0.02, 0.3}) {
-    Scene s = cube_scene(extinction);
+    CloudScene s = cube_scene(extinction);
     s.medium.albedo = Rgb(0.0f);
     s.environment = ConstantSky{Rgb(2.0f)};
     for (const Tracker tracker : kTrackers) {
@@ -212,9 +214,9 @@ TEST(Render, AbsorptionFollowsBeerAndLambert) {
 TEST(Render, SingleScatteringHasItsClosedForm) {
   proof::Family family;
   for (const double extinction : {0.01, 0.1, 0.4}) {
-    Scene s = cube_scene(extinction);
+    CloudScene s = cube_scene(extinction);
     s.medium.albedo = Rgb(0.8f);
-    s.suns = {Sun{{0, 1, 0}, Rgb(5.0f), 0}};
+    s.lights = {Sun{{0, 1, 0}, Rgb(5.0f), 0}};
     s.options.max_bounces = 1;
     const double expected =
         double(0.8f) * 5 / (4 * pi) * std::exp(-8 * extinction) * (1 - std::exp(-16 * extinction));
@@ -228,9 +230,9 @@ TEST(Render, SingleScatteringHasItsClosedForm) {
 }
 
 TEST(Render, TrackersAndEstimatorsAgree) {
-  Scene s = cloud_scene();
+  CloudScene s = cloud_scene();
   s.options.samples = 256;
-  s.suns.push_back(Sun{{-1, 0.2, 0.1}, Rgb(2.0f, 1.0f, 0.5f), 25});
+  s.lights.push_back(Sun{{-1, 0.2, 0.1}, Rgb(2.0f, 1.0f, 0.5f), 25});
   std::vector<Film> films;
   for (const Tracker tracker : kTrackers) {
     for (const Transmittance estimator : kEstimators) {
@@ -256,7 +258,7 @@ TEST(Render, TrackersAndEstimatorsAgree) {
 }
 
 TEST(Render, AnyNumberOfThreadsGivesTheSameBytes) {
-  Scene s = cloud_scene();
+  CloudScene s = cloud_scene();
   s.options.width = 40;
   s.options.height = 24;
   s.options.samples = 20;
@@ -274,7 +276,7 @@ TEST(Render, AnyNumberOfThreadsGivesTheSameBytes) {
 }
 
 TEST(Render, CountingChangesNothing) {
-  Scene s = cloud_scene();
+  CloudScene s = cloud_scene();
   const Film plain = run(cloud(), s).film;
   s.options.count = true;
   const RenderResult counted = run(cloud(), s);
@@ -285,7 +287,7 @@ TEST(Render, CountingChangesNothing) {
 }
 
 TEST(Render, ACropHoldsThePixelsOfTheWhole) {
-  Scene s = cloud_scene();
+  CloudScene s = cloud_scene();
   const Film whole = run(cloud(), s).film;
   s.options.crop_x = 3, s.options.crop_y = 2, s.options.crop_width = 5, s.options.crop_height = 7;
   const Film crop = run(cloud(), s).film;
@@ -298,19 +300,19 @@ TEST(Render, ACropHoldsThePixelsOfTheWhole) {
 /// Instances scaled, moved or mirrored with their camera and lights look the same; the optical
 /// depth scales with the size unless the extinction is divided by it.
 TEST(Render, PlacementInTheWorldChangesNothing) {
-  const Scene s = cloud_scene();
+  const CloudScene s = cloud_scene();
   const Estimate reference = image_mean(run(cloud(), s).film, 1);
   proof::Family family;
   for (const double scale : {1e-6, 1.0, 1e6}) {
     for (const double mirror : {1.0, -1.0}) {
       Affine a = scaling(Vec3d(mirror * scale, scale, scale));
       a.t = Vec3d(7, -3, 11) * scale;
-      Scene placed = s;
+      CloudScene placed = s;
       placed.medium.object_to_world = a;
       placed.medium.extinction = s.medium.extinction / scale;
       placed.camera.position = a.point(s.camera.position);
       placed.camera.target = a.point(s.camera.target);
-      placed.suns[0].direction = a.vector(s.suns[0].direction);
+      std::get<Sun>(placed.lights[0]).direction = a.vector(std::get<Sun>(s.lights[0]).direction);
       placed.options.seed = 7;
       family.add("scale " + std::to_string(scale * mirror),
                  p_value(reference, image_mean(run(cloud(), placed).film, 1)));
@@ -320,7 +322,7 @@ TEST(Render, PlacementInTheWorldChangesNothing) {
 }
 
 TEST(Render, WithoutBackgroundOnlyScatteredLightIsLeft) {
-  Scene s = cloud_scene();
+  CloudScene s = cloud_scene();
   s.environment = ConstantSky{Rgb(0.5f)};
   s.options.max_bounces = 0;
   const Film with = run(cloud(), s).film;
@@ -335,7 +337,7 @@ TEST(Render, WithoutBackgroundOnlyScatteredLightIsLeft) {
 }
 
 TEST(Render, ExtremesGiveFiniteImages) {
-  Scene s = cloud_scene();
+  CloudScene s = cloud_scene();
   s.options.samples = 2;
   s.medium.albedo = Rgb(0.5f);
   struct Case {
@@ -364,8 +366,8 @@ TEST(Render, ExtremesGiveFiniteImages) {
 }
 
 TEST(Render, ACameraInsideTheCloudAndOneFarAwayWork) {
-  Scene s = cloud_scene();
-  s.suns.clear();
+  CloudScene s = cloud_scene();
+  s.lights.clear();
   s.medium.albedo = Rgb(1.0f);
   s.environment = ConstantSky{Rgb(1.0f)};
   for (const Vec3d position : {Vec3d(0, 0, 0), Vec3d(0, 0, 10), Vec3d(0, 0, 1e7)}) {
@@ -385,8 +387,8 @@ TEST(Render, ACameraInsideTheCloudAndOneFarAwayWork) {
 TEST(Render, AnEmptyCloudShowsTheSky) {
   const test::Field empty =
       test::make_field("empty", {0, 0, 0}, {3, 3, 3}, [](Vec3i) { return 0.0; });
-  Scene s = cloud_scene();
-  s.suns.clear();
+  CloudScene s = cloud_scene();
+  s.lights.clear();
   s.environment = ConstantSky{Rgb(0.25f)};
   for (const PixelSums& p : run(empty, s).film.pixels) {
     EXPECT_EQ(mean(p), Vec3d(0.25));
@@ -395,7 +397,7 @@ TEST(Render, AnEmptyCloudShowsTheSky) {
 }
 
 TEST(Render, StoppingKeepsWhatIsDone) {
-  Scene s = cloud_scene();
+  CloudScene s = cloud_scene();
   s.options.width = s.options.height = 64;
   const Volume volume = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
   const RenderResult r =
@@ -409,50 +411,50 @@ TEST(Render, StoppingKeepsWhatIsDone) {
 
 TEST(Render, OptionsOutOfRangeAreRefused) {
   const auto refused = [](auto change) {
-    Scene s = cloud_scene();
+    CloudScene s = cloud_scene();
     change(s);
     EXPECT_THROW((void)run(cloud(), s), Error);
   };
-  refused([](Scene& s) { s.options.width = 0; });
-  refused([](Scene& s) { s.options.crop_x = 12; });
-  refused([](Scene& s) { s.options.crop_width = 13; });
-  refused([](Scene& s) { s.options.samples = 0; });
-  refused([](Scene& s) { s.camera.fov = 180; });
-  refused([](Scene& s) { s.camera.target = s.camera.position; });
-  refused([](Scene& s) { s.camera.up = s.camera.target - s.camera.position; });
-  refused([](Scene& s) { s.medium.albedo.y = 1.01f; });
-  refused([](Scene& s) { s.medium.albedo.z = std::nanf(""); });
-  refused([](Scene& s) { s.medium.g = 1; });
-  refused([](Scene& s) { s.medium.g = std::nan(""); });
-  refused([](Scene& s) { s.medium.extinction = -1; });
-  refused([](Scene& s) { s.medium.extinction = 1e39; });
-  refused([](Scene& s) { s.medium.extinction = 2e12; });
-  refused([](Scene& s) { s.medium.object_to_world = scaling({1, 0, 1}); });
-  refused([](Scene& s) { s.medium.object_to_world.t.x = 1e14; });
-  refused([](Scene& s) { s.medium.object_to_world = scaling(Vec3d(1e-39)); });
-  refused([](Scene& s) { s.environment = ConstantSky{Rgb(-1.0f)}; });
-  refused([](Scene& s) {
+  refused([](CloudScene& s) { s.options.width = 0; });
+  refused([](CloudScene& s) { s.options.crop_x = 12; });
+  refused([](CloudScene& s) { s.options.crop_width = 13; });
+  refused([](CloudScene& s) { s.options.samples = 0; });
+  refused([](CloudScene& s) { s.camera.fov = 180; });
+  refused([](CloudScene& s) { s.camera.target = s.camera.position; });
+  refused([](CloudScene& s) { s.camera.up = s.camera.target - s.camera.position; });
+  refused([](CloudScene& s) { s.medium.albedo.y = 1.01f; });
+  refused([](CloudScene& s) { s.medium.albedo.z = std::nanf(""); });
+  refused([](CloudScene& s) { s.medium.g = 1; });
+  refused([](CloudScene& s) { s.medium.g = std::nan(""); });
+  refused([](CloudScene& s) { s.medium.extinction = -1; });
+  refused([](CloudScene& s) { s.medium.extinction = 1e39; });
+  refused([](CloudScene& s) { s.medium.extinction = 2e12; });
+  refused([](CloudScene& s) { s.medium.object_to_world = scaling({1, 0, 1}); });
+  refused([](CloudScene& s) { s.medium.object_to_world.t.x = 1e14; });
+  refused([](CloudScene& s) { s.medium.object_to_world = scaling(Vec3d(1e-39)); });
+  refused([](CloudScene& s) { s.environment = ConstantSky{Rgb(-1.0f)}; });
+  refused([](CloudScene& s) {
     s.environment = ImageSky{2, 2, std::vector<Rgb>(3, Rgb(1.0f)), Rgb(1.0f), 0};
   });
-  refused([](Scene& s) {
+  refused([](CloudScene& s) {
     GradientSky sky;
     sky.up = Vec3d(0.0);
     s.environment = sky;
   });
-  refused([](Scene& s) { s.suns[0].direction = Vec3d(0.0); });
-  refused([](Scene& s) { s.suns[0].angle = 0.001; });
-  refused([](Scene& s) { s.suns[0].irradiance = Rgb(-1.0f); });
+  refused([](CloudScene& s) { std::get<Sun>(s.lights[0]).direction = Vec3d(0.0); });
+  refused([](CloudScene& s) { std::get<Sun>(s.lights[0]).angle = 0.001; });
+  refused([](CloudScene& s) { std::get<Sun>(s.lights[0]).irradiance = Rgb(-1.0f); });
 }
 
 TEST(Render, BoundsOfAnotherDensityAreRefused) {
   const test::Field denser = test::make_field("denser", cloud().origin, cloud().size,
                                               [](Vec3i p) { return 1.1 * double(cloud().at(p)); });
-  const Scene s = cloud_scene();
+  const CloudScene s = cloud_scene();
   EXPECT_THROW((void)make_volume(denser.grid, build_pyramid(cloud().grid), s), Error);
 }
 
 TEST(Render, BoxesAndUniformCubesThatDoNotHoldAreRefused) {
-  const Scene s = cloud_scene();
+  const CloudScene s = cloud_scene();
   Pyramid small = build_pyramid(cloud().grid);
   small.support_hi.x -= 1;
   EXPECT_THROW((void)make_volume(cloud().grid, small, s), Error);
@@ -471,7 +473,7 @@ TEST(Render, BoxesAndUniformCubesThatDoNotHoldAreRefused) {
 
 TEST(Render, SeveralVolumesAreSeenFromFarAsOneIs) {
   // At this distance the steps between float directions are some cells wide.
-  Scene s = cloud_scene();
+  CloudScene s = cloud_scene();
   s.camera.position = {0, 0, 1e8};
   s.camera.fov = 1.6e-5;
   s.options.samples = 16;
@@ -486,16 +488,16 @@ TEST(Render, SeveralVolumesAreSeenFromFarAsOneIs) {
 }
 
 TEST(Render, AVolumeMadeForAnotherSceneIsRefused) {
-  Scene s = cloud_scene();
+  CloudScene s = cloud_scene();
   const Volume volume = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
-  Scene other = s;
+  CloudScene other = s;
   other.medium.extinction *= 2;
   EXPECT_THROW((void)render(volume, other), Error);
   other = s;
   other.options.tracker = Tracker::delta_global;
   EXPECT_THROW((void)render(volume, other), Error);
   other = s;
-  other.options.interpolation = Interpolation::nearest;
+  other.options.look_up = LookUp::nearest;
   EXPECT_THROW((void)render(volume, other), Error);
 }
 

@@ -3,18 +3,20 @@
 
 #include "pvol/density/recipe.h"
 #include "pvol/render/render.h"
-#include "pvol/render/scene_volume.h"
 #include "pvol/render/shell_choice.h"
 #include "pvol/shell/fit_shell.h"
+#include "support/cloud_scene.h"
 
 namespace pvol {
 namespace {
+
+using test::CloudScene;
 
 struct Sample {
   VoxelGrid grid;
   Pyramid pyramid;
   Support support;
-  Scene scene;
+  CloudScene scene;
   Volume volume;
 };
 
@@ -32,12 +34,12 @@ Sample tilted_ellipsoid() {
   s.support = make_support(s.grid, s.pyramid);
   s.scene.medium.extinction = 8;
   s.scene.medium.albedo = Rgb(0.9f);
-  s.scene.suns = {Sun{}};
+  s.scene.lights = {Sun{}};
   s.scene.options.width = s.scene.options.height = 48;
   s.scene.options.samples = 4;
   s.scene.options.count = true;
   s.volume = make_volume(s.grid, s.pyramid, s.scene);
-  s.scene.camera = frame(s.volume.world_box, 1);
+  s.scene.camera = frame(s.volume.density.world_box, 1);
   return s;
 }
 
@@ -54,7 +56,7 @@ TEST(ShellRender, RejectsRaysAndChangesNoBit) {
   for (const ShellKind kind : {ShellKind::hard, ShellKind::soft}) {
     const Shell shell = fit_shell(s.support, {kind, 4});
     for (const double distance : {0.0, 0.3, 1.0, 6.0}) {  // 0: from the middle of the cloud
-      Scene scene = s.scene;
+      CloudScene scene = s.scene;
       Camera& c = scene.camera;
       c.position = c.target + (c.position - c.target) * distance;
       if (distance == 0) c.target = c.position + Vec3d(1, 0.3, 0.2);
@@ -62,7 +64,7 @@ TEST(ShellRender, RejectsRaysAndChangesNoBit) {
       const RenderResult without = render(s.volume, scene);
       EXPECT_EQ(without.counts.shell_tests, 0u);
       scene.options.shells = ShellUse::on;
-      EXPECT_TRUE(choose_shell(s.volume, shell, scene).kept);
+      EXPECT_TRUE(choose_shell(s.volume, shell, scene.scene()).kept);
       const RenderResult with = render(s.volume, scene);
       EXPECT_TRUE(equal(without.film, with.film)) << distance;
       EXPECT_EQ(with.counts.collisions, without.counts.collisions);
@@ -79,9 +81,9 @@ TEST(ShellRender, RejectsRaysAndChangesNoBit) {
 TEST(ShellRender, TheEstimateCountsWhatTheRenderDoes) {
   Sample s = tilted_ellipsoid();
   const Shell shell = fit_shell(s.support, {ShellKind::hard, 2});
-  Scene scene = s.scene;
+  CloudScene scene = s.scene;
   scene.options.shells = ShellUse::on;
-  const ShellChoice choice = choose_shell(s.volume, shell, scene);
+  const ShellChoice choice = choose_shell(s.volume, shell, scene.scene());
   const Counts counts = render(s.volume, scene).counts;
   const double samples = 48 * 48 * 4, rays = choice.estimate.rays;
   EXPECT_NEAR(choice.estimate.boxed / rays, double(counts.shell_tests) / samples, 0.02);
@@ -91,22 +93,22 @@ TEST(ShellRender, TheEstimateCountsWhatTheRenderDoes) {
 TEST(ShellRender, AutomaticFollowsTheEstimate) {
   Sample s = tilted_ellipsoid();
   const Shell shell = fit_shell(s.support, {ShellKind::hard, 2});
-  Scene scene = s.scene;
+  CloudScene scene = s.scene;
   scene.options.shells = ShellUse::automatic;
-  ShellChoice choice = choose_shell(s.volume, shell, scene);
+  ShellChoice choice = choose_shell(s.volume, shell, scene.scene());
   EXPECT_EQ(choice.kept, choice.estimate.pays());
   EXPECT_EQ(s.volume.shell.has_value(), choice.kept);
 
   // A camera amid the cloud rejects nothing: the shell cannot pay.
   scene.camera.position = scene.camera.target;
   scene.camera.target += Vec3d(1, 0, 0);
-  choice = choose_shell(s.volume, shell, scene);
+  choice = choose_shell(s.volume, shell, scene.scene());
   EXPECT_EQ(choice.estimate.rejected, 0);
   EXPECT_FALSE(choice.kept);
   EXPECT_FALSE(s.volume.shell);
 
   scene.options.shells = ShellUse::off;
-  EXPECT_FALSE(choose_shell(s.volume, shell, scene).kept);
+  EXPECT_FALSE(choose_shell(s.volume, shell, scene.scene()).kept);
 }
 
 }  // namespace

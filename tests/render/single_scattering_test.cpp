@@ -13,13 +13,15 @@
 #include "pvol/bounds/pyramid.h"
 #include "pvol/math/box.h"
 #include "pvol/render/render.h"
-#include "pvol/render/scene_volume.h"
+#include "support/cloud_scene.h"
 #include "support/estimators.h"
 #include "support/fields.h"
 #include "support/statistics.h"
 
 namespace pvol {
 namespace {
+
+using test::CloudScene;
 
 using std::numbers::pi;
 
@@ -116,8 +118,8 @@ struct Pixel {
 constexpr Pixel kPixels[] = {{0.5, 0.5}, {0.4, 0.56}, {0.61, 0.47}};
 constexpr int kSize = 100'000;
 
-Scene scene_of(const View& view, Pixel pixel) {
-  Scene s;
+CloudScene scene_of(const View& view, Pixel pixel) {
+  CloudScene s;
   s.camera.position = view.position;
   s.camera.target = view.target;
   // The whole cube, or a good part of it where one is closer.
@@ -127,14 +129,14 @@ Scene scene_of(const View& view, Pixel pixel) {
   s.options.crop_x = int(pixel.x * kSize);
   s.options.crop_y = int(pixel.y * kSize);
   s.options.crop_width = s.options.crop_height = 1;
-  s.options.interpolation = Interpolation::nearest;
+  s.options.look_up = LookUp::nearest;
   s.options.max_bounces = 1;
   s.options.threads = 1;
   return s;
 }
 
 /// The ray through the middle of the pixel.
-Ray view_ray(const Scene& s) {
+Ray view_ray(const CloudScene& s) {
   const Vec3d forward = normalize(s.camera.target - s.camera.position);
   const Vec3d right = normalize(cross(forward, s.camera.up)), up = cross(right, forward);
   const double scale = 2 * std::tan(s.camera.fov * pi / 360);
@@ -145,12 +147,13 @@ Ray view_ray(const Scene& s) {
 
 /// The pixel's mean against the closed form, by channel; returns the first one's excess in standard
 /// deviations.
-double compare(const Scene& s, const std::string& name, proof::Family& family) {
+double compare(const CloudScene& s, const std::string& name, proof::Family& family) {
   const Volume volume = make_volume(cube().grid, build_pyramid(cube().grid), s);
   const PixelSums pixel = render(volume, s).film.at(0, 0);
-  const double one =
-      radiance(view_ray(s), normalize(s.suns[0].direction), s.medium.extinction, s.medium.g);
-  const Vec3d expected = Vec3d(s.medium.albedo) * Vec3d(s.suns[0].irradiance) * one;
+  const double one = radiance(view_ray(s), normalize(std::get<Sun>(s.lights[0]).direction),
+                              s.medium.extinction, s.medium.g);
+  const Vec3d expected =
+      Vec3d(s.medium.albedo) * Vec3d(std::get<Sun>(s.lights[0]).irradiance) * one;
   EXPECT_GT(one, 0) << name;
   double first = 0;
   for (int c = 0; c < 3; ++c) {
@@ -177,7 +180,7 @@ TEST(SingleScattering, PicturesOfACubeHaveItsClosedForm) {
           // Phase functions, thicknesses and albedos take turns.
           constexpr double kMeanCosines[] = {0, 0.8, -0.6, 0.3, -0.3};
           constexpr double kExtinctions[] = {0.2, 0.1, 0.3};
-          Scene s = scene_of(view, pixel);
+          CloudScene s = scene_of(view, pixel);
           s.options.tracker = tracker;
           s.options.transmittance = transmittance;
           s.options.samples = test::is_slow(tracker, transmittance) ? 10'000 : 30'000;
@@ -185,7 +188,7 @@ TEST(SingleScattering, PicturesOfACubeHaveItsClosedForm) {
           s.medium.g = kMeanCosines[number % 5];
           s.medium.extinction = kExtinctions[number / 5 % 3];
           s.medium.albedo = albedos[number % 7 == 0];
-          s.suns = {Sun{{0.5, 0.7, -0.3}, Rgb(2.0f, 3.0f, 1.5f), 0}};
+          s.lights = {Sun{{0.5, 0.7, -0.3}, Rgb(2.0f, 3.0f, 1.5f), 0}};
           const std::string of_tracker = std::string("tracker ") + test::label(tracker);
           const std::string of_estimator = std::string("estimator ") + test::label(transmittance);
           const double deviation =

@@ -9,9 +9,9 @@
 
 #include "pvol/bounds/pyramid.h"
 #include "pvol/render/render.h"
-#include "pvol/render/scene_volume.h"
 #include "pvol/track/flight.h"
 #include "pvol/volume/phase.h"
+#include "support/cloud_scene.h"
 #include "support/estimators.h"
 #include "support/flights.h"
 #include "support/slab_oracle.h"
@@ -81,14 +81,14 @@ const std::vector<Layer>& layers() {
 }
 
 /// A scene whose slab has this optical thickness.
-Scene scene_of(const Layer& layer, double depth, Tracker tracker) {
-  Scene s;
+CloudScene scene_of(const Layer& layer, double depth, Tracker tracker) {
+  CloudScene s;
   s.medium.extinction = depth / layer.mass;
   s.options.tracker = tracker;
   return s;
 }
 
-Volume volume_of(const Layer& layer, const Scene& scene) {
+Volume volume_of(const Layer& layer, const CloudScene& scene) {
   return make_volume(layer.grid, layer.pyramid, scene);
 }
 
@@ -97,7 +97,7 @@ using Fates = std::array<std::uint64_t, kFates>;
 
 /// Whether a ray leaves the support through another face than those across z.
 bool leaves_sideways(const Volume& v, const Cursor& cursor, Vec3d direction) {
-  const Box support = v.octree.support();
+  const Box support = v.density.octree.support();
   const Ray ray{Vec3d(vec3(cursor.at.cell)) + Vec3d(vec3(cursor.at.frac)), direction};
   const auto span = intersect(support, ray, 0, std::numeric_limits<double>::infinity());
   if (!span) return false;  // by rounding, from the face itself
@@ -114,16 +114,16 @@ bool leaves_sideways(const Volume& v, const Cursor& cursor, Vec3d direction) {
 template <Tracker kTracker>
 Fate follow(const Volume& v, double cosine, double albedo, const HenyeyGreenstein& phase, Rng& rng,
             std::uint64_t& sideways) {
-  const Vec3d middle = (v.world_box.lo + v.world_box.hi) * 0.5;
+  const Vec3d middle = (v.density.world_box.lo + v.density.world_box.hi) * 0.5;
   Cursor cursor =
-      make_cursor(v.octree, v.world_to_cells.point({middle.x, middle.y, v.world_box.hi.z}));
+      make_cursor(v.density.octree,
+                  v.density.world_to_cells.point({middle.x, middle.y, v.density.world_box.hi.z}));
   Vec3f d(Vec3d(std::sqrt(1 - cosine * cosine), 0, -cosine));
   NoTally tally;
   for (bool scattered = false;; scattered = true) {
-    const Vec3d in_cells = v.world_to_cells.vector(Vec3d(d));
-    Walk walk(v.octree, cursor, lanes(Vec3f(in_cells)));
-    const Flight flight =
-        free_flight<kTracker>(walk, exact<Interpolation::trilinear>(v), rng, tally);
+    const Vec3d in_cells = v.density.world_to_cells.vector(Vec3d(d));
+    Walk walk(v.density.octree, cursor, lanes(Vec3f(in_cells)));
+    const Flight flight = free_flight<kTracker>(walk, exact<LookUp::trilinear>(v), rng, tally);
     if (!flight.collided) {
       sideways += leaves_sideways(v, cursor, in_cells);
       return d.z > 0 ? reflected : scattered ? transmitted : direct;
@@ -293,7 +293,7 @@ TEST(Slab, ThickSlabsReflectAsTheHFunctionSays) {
 
 /// A camera that looks at the middle of the slab at this cosine, from above or from below.
 Camera looking_at(const Volume& v, double cosine, bool from_above) {
-  const Vec3d middle = (v.world_box.lo + v.world_box.hi) * 0.5;
+  const Vec3d middle = (v.density.world_box.lo + v.density.world_box.hi) * 0.5;
   const double sine = std::sqrt(1 - cosine * cosine);
   Camera c;
   c.target = middle;
@@ -304,8 +304,8 @@ Camera looking_at(const Volume& v, double cosine, bool from_above) {
 }
 
 /// The slab in the dark, of optical thickness `depth`; the channels' albedos are kAlbedos.
-Scene dark_scene(const Layer& layer, double depth, Tracker tracker) {
-  Scene s = scene_of(layer, depth, tracker);
+CloudScene dark_scene(const Layer& layer, double depth, Tracker tracker) {
+  CloudScene s = scene_of(layer, depth, tracker);
   s.medium.albedo = Rgb(float(kAlbedos[0]), float(kAlbedos[1]), float(kAlbedos[2]));
   s.environment = ConstantSky{Rgb(0.0f)};
   s.options.width = s.options.height = 4;
@@ -315,8 +315,8 @@ Scene dark_scene(const Layer& layer, double depth, Tracker tracker) {
 }
 
 /// Compares the mean of each channel with the expected one.
-void compare(const Volume& v, const Scene& scene, const std::string& name, const Vec3d& expected,
-             proof::Family& family, Combined& all) {
+void compare(const Volume& v, const CloudScene& scene, const std::string& name,
+             const Vec3d& expected, proof::Family& family, Combined& all) {
   const Film film = render(v, scene).film;
   const double n = double(film.pixels.size());
   Vec3d average, variance;
@@ -346,7 +346,7 @@ std::vector<std::array<Slab, 3>> oracles(double depth) {
   return slabs;
 }
 
-std::string case_name(const Scene& s, double depth, double cosine) {
+std::string case_name(const CloudScene& s, double depth, double cosine) {
   return std::string(label(s.options.tracker)) + ", " + label(s.options.transmittance) +
          ", depth " + std::to_string(depth) + ", g " + std::to_string(s.medium.g) + ", cosine " +
          std::to_string(cosine);
@@ -361,7 +361,7 @@ TEST(Slab, PicturesInConstantLightShowItsPlaneAlbedo) {
   for (const double depth : kDepths) {
     const auto slabs = oracles(depth);
     for (const Tracker tracker : kTrackers) {
-      Scene s = dark_scene(layer, depth, tracker);
+      CloudScene s = dark_scene(layer, depth, tracker);
       s.environment = ConstantSky{Rgb(1.0f)};
       if (is_slow(tracker, s.options.transmittance)) s.options.samples /= 5;
       const Volume v = volume_of(layer, s);
@@ -393,7 +393,7 @@ TEST(Slab, PicturesInTheSunShowItsReflectionFunction) {
     const auto slabs = oracles(depth);
     std::size_t turn = 0;
     for (const Tracker tracker : kTrackers) {
-      Scene s = dark_scene(layer, depth, tracker);
+      CloudScene s = dark_scene(layer, depth, tracker);
       const Volume v = volume_of(layer, s);
       for (const Transmittance transmittance : kTransmittances) {
         const std::size_t phase = (turn + turn / 4) % slabs.size();
@@ -407,7 +407,7 @@ TEST(Slab, PicturesInTheSunShowItsReflectionFunction) {
           const bool from_above = i < 2;
           const std::size_t sun = 2 + i % 2;  // its entry among the oracle's cosines
           const double mu = kCosines[i % 2];
-          s.suns = {Sun{{std::sqrt(1 - mu * mu), 0, mu}, Rgb(2.0f), 0}};
+          s.lights = {Sun{{std::sqrt(1 - mu * mu), 0, mu}, Rgb(2.0f), 0}};
           s.camera = looking_at(v, kCosines[view], from_above);
           s.options.seed = turn * 4 + i;
           Vec3d expected;

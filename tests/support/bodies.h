@@ -11,7 +11,7 @@
 #include "pvol/bounds/pyramid.h"
 #include "pvol/math/box.h"
 #include "pvol/render/render.h"
-#include "pvol/render/scene_volume.h"
+#include "support/cloud_scene.h"
 #include "support/fields.h"
 #include "support/pictures.h"
 
@@ -25,17 +25,18 @@ inline const Field& cube() {
 inline const Box kCube{Vec3d(-0.5), Vec3d(12.5)};
 
 /// A medium of one component.
-[[nodiscard]] inline Medium matter(double extinction, Rgb albedo, double g, Rgb emission = {},
-                                   const Affine& place = {}) {
+[[nodiscard]] inline Body matter(double extinction, Rgb albedo, double g, Rgb emission = {},
+                                 const Affine& place = {}) {
   return {extinction, albedo, g, emission, {}, place};
 }
 
 /// The field filled with each of the media, ready for the scene's options.
 [[nodiscard]] inline std::vector<Volume> make_volumes(const Field& field,
-                                                      std::span<const Medium> media, Scene scene) {
+                                                      std::span<const Body> media,
+                                                      CloudScene scene) {
   const Pyramid pyramid = build_pyramid(field.grid);
   std::vector<Volume> volumes;
-  for (const Medium& m : media) {
+  for (const Body& m : media) {
     scene.medium = m;
     volumes.push_back(make_volume(field.grid, pyramid, scene));
   }
@@ -44,11 +45,11 @@ inline const Box kCube{Vec3d(-0.5), Vec3d(12.5)};
 
 /// One pixel, so small that its rays are one, in which cubes of these media lie before a sky.
 struct OneRay {
-  std::vector<Medium> bodies;
-  Scene scene;
+  std::vector<Body> bodies;
+  CloudScene scene;
   Ray ray;
 
-  OneRay(std::vector<Medium> media, Vec3d from, Vec3d to) : bodies(std::move(media)) {
+  OneRay(std::vector<Body> media, Vec3d from, Vec3d to) : bodies(std::move(media)) {
     scene.camera.position = from;
     scene.camera.target = to;
     scene.camera.fov = 1e-4;
@@ -57,34 +58,24 @@ struct OneRay {
     scene.options.width = scene.options.height = 1;
     scene.options.samples = 20'000;
     scene.options.max_bounces = 1;
-    scene.options.interpolation = Interpolation::nearest;
+    scene.options.look_up = LookUp::nearest;
     scene.options.threads = 1;
     ray = {from, normalize(to - from)};
   }
 };
 
 /// The part of a ray in a body.
-[[nodiscard]] inline std::optional<Span> inside(const Medium& body, const Ray& ray) {
+[[nodiscard]] inline std::optional<Span> inside(const Body& body, const Ray& ray) {
   const Affine back = inverse(body.object_to_world);
   return intersect(kCube, {back.point(ray.o), back.vector(ray.d)}, 0, 1e9);
 }
 
-[[nodiscard]] inline double optical_depth(std::span<const Medium> bodies, const Ray& ray) {
+[[nodiscard]] inline double optical_depth(std::span<const Body> bodies, const Ray& ray) {
   double sum = 0;
-  for (const Medium& body : bodies) {
+  for (const Body& body : bodies) {
     if (const auto s = inside(body, ray)) sum += body.extinction * (s->t1 - s->t0);
   }
   return sum;
-}
-
-/// All components, with the share that the others leave to the first.
-[[nodiscard]] inline std::vector<Component> components(const Medium& m) {
-  std::vector<Component> all{{1, m.albedo, m.g, m.emission}};
-  for (const Component& c : m.others) {
-    all.front().share -= c.share;
-    all.push_back(c);
-  }
-  return all;
 }
 
 [[nodiscard]] inline double phase(double g, double cosine) {
@@ -93,16 +84,17 @@ struct OneRay {
 
 /// What collisions in a body send back along a ray, for each of them: emission and the light of
 /// delta suns in the absence of any matter.
-[[nodiscard]] inline std::vector<Vec3d> sources(const Medium& body, const Scene& scene,
+[[nodiscard]] inline std::vector<Vec3d> sources(const Body& body, const CloudScene& scene,
                                                 const Ray& ray) {
-  std::vector<Vec3d> by_sun(scene.suns.size() + 1);
-  for (const Component& c : components(body)) {
+  std::vector<Vec3d> by_sun(scene.lights.size() + 1);
+  for (const Component& c : body.medium().components) {
     const Vec3d albedo(c.albedo);
     by_sun.back() += (Vec3d(1.0) - albedo) * Vec3d(c.emission) * c.share;
     if (scene.options.max_bounces == 0u) continue;
-    for (std::size_t i = 0; i < scene.suns.size(); ++i) {
-      const double cosine = dot(ray.d, normalize(scene.suns[i].direction));
-      by_sun[i] += albedo * Vec3d(scene.suns[i].irradiance) * (c.share * phase(c.g, cosine));
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+      const Sun& sun = std::get<Sun>(scene.lights[i]);
+      const double p = phase(mean_cosine(c.phase), dot(ray.d, normalize(sun.direction)));
+      by_sun[i] += albedo * Vec3d(sun.irradiance) * (c.share * p);
     }
   }
   return by_sun;
@@ -113,7 +105,7 @@ struct OneRay {
 /// for emission and scattering together, where light that was scattered once is emitted, too.
 [[nodiscard]] inline Vec3d radiance(const OneRay& r) {
   std::vector<double> ends;
-  for (const Medium& body : r.bodies) {
+  for (const Body& body : r.bodies) {
     if (const auto s = inside(body, r.ray)) ends.insert(ends.end(), {s->t0, s->t1});
   }
   std::sort(ends.begin(), ends.end());
@@ -122,8 +114,8 @@ struct OneRay {
   for (std::size_t i = 1; i < ends.size(); ++i) {
     const double middle = 0.5 * (ends[i - 1] + ends[i]);
     double mu = 0;
-    std::vector<Vec3d> source(r.scene.suns.size() + 1);  // the last: emission
-    for (const Medium& body : r.bodies) {
+    std::vector<Vec3d> source(r.scene.lights.size() + 1);  // the last: emission
+    for (const Body& body : r.bodies) {
       const auto s = inside(body, r.ray);
       if (!s || middle < s->t0 || middle > s->t1) continue;
       mu += body.extinction;
@@ -136,8 +128,8 @@ struct OneRay {
     for (int k = 0; k < kSteps; ++k, depth += mu * dt) {
       const Vec3d p = r.ray.at(ends[i - 1] + (k + 0.5) * dt);
       Vec3d light = source.back();
-      for (std::size_t j = 0; j < r.scene.suns.size(); ++j) {
-        const Ray shadow{p, normalize(r.scene.suns[j].direction)};
+      for (std::size_t j = 0; j < r.scene.lights.size(); ++j) {
+        const Ray shadow{p, normalize(std::get<Sun>(r.scene.lights[j]).direction)};
         light += source[j] * std::exp(-optical_depth(r.bodies, shadow));
       }
       sum += light * (std::exp(-depth) * met);

@@ -7,7 +7,7 @@
 
 #include "pvol/bounds/pyramid.h"
 #include "pvol/math/rng.h"
-#include "pvol/render/scene_volume.h"
+#include "support/cloud_scene.h"
 
 namespace pvol::test {
 namespace {
@@ -167,13 +167,13 @@ Vec3d random_point_near_density(const Field& field, Rng& rng) {
 }
 
 Volume make_test_volume(const Field& field, double extinction, std::optional<int> depth,
-                        Tracker tracker, Interpolation interpolation) {
-  Scene scene;
+                        Tracker tracker, LookUp look_up) {
+  CloudScene scene;
   scene.medium.extinction = extinction;
   scene.options.depth = depth;
   scene.options.tracker = tracker;
-  scene.options.interpolation = interpolation;
-  return make_volume(field.grid, build_pyramid(field.grid, interpolation), scene);
+  scene.options.look_up = look_up;
+  return make_volume(field.grid, build_pyramid(field.grid, look_up), scene);
 }
 
 }  // namespace pvol::test

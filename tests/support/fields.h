@@ -57,6 +57,6 @@ enum class Tiles { none, edge_8, edge_128 };
 /// smaller voxels; without a depth the cost model cuts.
 [[nodiscard]] Volume make_test_volume(const Field& field, double extinction,
                                       std::optional<int> depth, Tracker tracker = Tracker::delta,
-                                      Interpolation interpolation = Interpolation::trilinear);
+                                      LookUp look_up = LookUp::trilinear);
 
 }  // namespace pvol::test

@@ -24,26 +24,25 @@ Ray random_ray(const Field& field, const Box& support, int kind, Rng& rng) {
 /// The ray as a walk has it, in index space, scaled.
 Ray of_walk(const Volume& volume, const Cursor& cursor, Float4 direction) {
   const Vec3d at = Vec3d(vec3(cursor.at.cell)) + Vec3d(vec3(cursor.at.frac));
-  return {at + Vec3d(volume.octree.origin), Vec3d(vec3(direction))};
+  return {at + Vec3d(volume.density.octree.origin), Vec3d(vec3(direction))};
 }
 
 }  // namespace
 
-Aim aim(const Field& field, const Volume& volume, Interpolation interpolation, int kind,
-        double depth) {
-  const Vec3d origin(volume.octree.origin);
-  const Box support = volume.octree.support();
-  const double largest = double(volume.extinction) * double(field.largest);
+Aim aim(const Field& field, const Volume& volume, LookUp look_up, int kind, double depth) {
+  const Vec3d origin(volume.density.octree.origin);
+  const Box support = volume.density.octree.support();
+  const double largest = double(volume.density.scale) * double(field.largest);
   Rng rng(kSeed, 1, std::uint64_t(kind));
   for (;;) {
     const Ray ray = random_ray(field, {support.lo + origin, support.hi + origin}, kind, rng);
     const auto span = intersect(support, {ray.o - origin, ray.d}, 0, 1e9);
     if (!span) continue;
-    const Cursor cursor = make_cursor(volume.octree, ray.at(span->t0) - origin);
+    const Cursor cursor = make_cursor(volume.density.octree, ray.at(span->t0) - origin);
     Float4 direction = lanes(Vec3f(ray.d));
     const auto oracle = [&] {
-      return RayOracle(field, interpolation, of_walk(volume, cursor, direction),
-                       double(volume.extinction));
+      return RayOracle(field, look_up, of_walk(volume, cursor, direction),
+                       double(volume.density.scale));
     };
     const double in_cells = oracle().optical_depth();
     constexpr double kEnoughCells = 0.25;  // of the largest density; else the ray misses the point

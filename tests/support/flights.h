@@ -14,9 +14,10 @@ namespace pvol::test {
 inline constexpr std::uint64_t kSeed = 20240229;
 
 /// The exact mu_t of a volume, every question a look-up.
-template <Interpolation kInterpolation>
+template <LookUp kLookUp>
 [[nodiscard]] auto exact(const Volume& v) {
-  return PlainField{BrickExtinction<kInterpolation>{v.field, v.octree, v.extinction}};
+  return PlainField{
+      BrickExtinction<kLookUp>{v.density.bricks(), v.density.octree, v.density.scale}};
 }
 
 /// Where a walk starts and what it must find there: the oracle's ray is the walk's, to the last
@@ -33,8 +34,8 @@ inline constexpr int kRays = 3;
 
 /// A ray through density of the field. Lengths are in units that make the optical depth `depth`; 0
 /// leaves them in cells.
-[[nodiscard]] Aim aim(const Field& field, const Volume& volume, Interpolation interpolation,
-                      int kind, double depth);
+[[nodiscard]] Aim aim(const Field& field, const Volume& volume, LookUp look_up, int kind,
+                      double depth);
 
 /// A tracker and a depth at which its walk stops.
 struct Choice {

@@ -45,14 +45,13 @@ Vec3i floor_of(Vec3d p) {
 }
 
 /// The cell of interpolation, or the lattice point nearest to p, the upper one if two are.
-Vec3i piece_of(Interpolation interpolation, Vec3d p) {
-  return floor_of(interpolation == Interpolation::nearest ? p + Vec3d(0.5) : p);
+Vec3i piece_of(LookUp look_up, Vec3d p) {
+  return floor_of(look_up == LookUp::nearest ? p + Vec3d(0.5) : p);
 }
 
-double density_in_piece(const Field& field, Interpolation interpolation, Vec3i piece, Vec3d p) {
-  if (interpolation == Interpolation::tricubic) return tricubic(field, piece, p);
-  return interpolation == Interpolation::trilinear ? trilinear(field, piece, p)
-                                                   : double(field.at(piece));
+double density_in_piece(const Field& field, LookUp look_up, Vec3i piece, Vec3d p) {
+  if (look_up == LookUp::tricubic) return tricubic(field, piece, p);
+  return look_up == LookUp::trilinear ? trilinear(field, piece, p) : double(field.at(piece));
 }
 
 /// Where the ray crosses planes x_axis = offset + integer, between t0 and t1.
@@ -68,19 +67,19 @@ void add_crossings(const Ray& ray, int axis, double offset, Span span, std::vect
 
 }  // namespace
 
-double density_at(const Field& field, Interpolation interpolation, Vec3d p) {
-  return density_in_piece(field, interpolation, piece_of(interpolation, p), p);
+double density_at(const Field& field, LookUp look_up, Vec3d p) {
+  return density_in_piece(field, look_up, piece_of(look_up, p), p);
 }
 
-RayOracle::RayOracle(const Field& field, Interpolation interpolation, const Ray& ray,
-                     double extinction, double end)
-    : field_(&field), interpolation_(interpolation), ray_(ray), scale_(extinction) {
-  const int reach = interpolation == Interpolation::tricubic ? 2 : 1;
+RayOracle::RayOracle(const Field& field, LookUp look_up, const Ray& ray, double extinction,
+                     double end)
+    : field_(&field), look_up_(look_up), ray_(ray), scale_(extinction) {
+  const int reach = look_up == LookUp::tricubic ? 2 : 1;
   const Box box{Vec3d(field.origin - Vec3i(reach)),
                 Vec3d(field.origin + field.size + Vec3i(reach - 1))};
   const auto span = intersect(box, ray, 0, end);
   if (!span) return;
-  const double offset = interpolation == Interpolation::nearest ? 0.5 : 0;
+  const double offset = look_up == LookUp::nearest ? 0.5 : 0;
   knots_ = {span->t0, span->t1};
   for (int axis = 0; axis < 3; ++axis) add_crossings(ray, axis, offset, *span, knots_);
   std::sort(knots_.begin(), knots_.end());
@@ -94,15 +93,14 @@ RayOracle::RayOracle(const Field& field, Interpolation interpolation, const Ray&
 /// mu_t at t by the polynomial of a piece, which its midpoint identifies beyond doubt.
 double RayOracle::in_piece(std::size_t piece, double t) const {
   const Vec3d middle = ray_.at(0.5 * (knots_[piece] + knots_[piece + 1]));
-  return scale_ *
-         density_in_piece(*field_, interpolation_, piece_of(interpolation_, middle), ray_.at(t));
+  return scale_ * density_in_piece(*field_, look_up_, piece_of(look_up_, middle), ray_.at(t));
 }
 
 /// int of mu_t from the piece's start to t: by Simpson's rule, which is exact for cubics, or that
 /// of Gauss with five points, which is for the polynomials of degree 9 of tricubic fields.
 double RayOracle::integral(std::size_t piece, double t) const {
   const double a = knots_[piece], middle = 0.5 * (a + t), half = 0.5 * (t - a);
-  if (interpolation_ != Interpolation::tricubic) {
+  if (look_up_ != LookUp::tricubic) {
     return half / 3 * (in_piece(piece, a) + 4 * in_piece(piece, middle) + in_piece(piece, t));
   }
   const double root = 2 * std::sqrt(10.0 / 7), part = 13 * std::sqrt(70.0);

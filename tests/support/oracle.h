@@ -11,7 +11,7 @@
 namespace pvol::test {
 
 /// Density of the field at a point of index space.
-[[nodiscard]] double density_at(const Field& field, Interpolation interpolation, Vec3d p);
+[[nodiscard]] double density_at(const Field& field, LookUp look_up, Vec3d p);
 
 /// Density along the ray o + t d, 0 <= t <= end, in index space: zero outside the intervals between
 /// knots, in each of which it is a polynomial of t: of degree 3 (trilinear), 9 (tricubic) or 0
@@ -19,7 +19,7 @@ namespace pvol::test {
 class RayOracle {
  public:
   /// `extinction` is per unit of t and density. The direction need not be of unit length.
-  RayOracle(const Field& field, Interpolation interpolation, const Ray& ray, double extinction,
+  RayOracle(const Field& field, LookUp look_up, const Ray& ray, double extinction,
             double end = std::numeric_limits<double>::infinity());
 
   [[nodiscard]] double extinction(double t) const;     ///< mu_t at t
@@ -41,7 +41,7 @@ class RayOracle {
   [[nodiscard]] std::size_t piece_at(double t) const;
 
   const Field* field_;
-  Interpolation interpolation_;
+  LookUp look_up_;
   Ray ray_;
   double scale_;
   std::vector<double> knots_, depth_;  // places, and optical depths there

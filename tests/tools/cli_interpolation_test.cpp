@@ -24,22 +24,22 @@ class Interpolations : public ::testing::Test {
   }
 
   /// A tiny picture of the cloud; its statistics are on stdout.
-  [[nodiscard]] RunResult render(const std::string& cloud, const std::string& interpolation,
+  [[nodiscard]] RunResult render(const std::string& cloud, const std::string& look_up,
                                  std::vector<std::string> more = {}) const {
     std::vector<std::string> arguments{
-        cloud,     "-o", folder_ / "out.exr", "--size",      "16x16",  "--spp", "4",
-        "--stats", "-",  "--interpolation",   interpolation, "--quiet"};
+        cloud,     "-o", folder_ / "out.exr", "--size", "16x16",  "--spp", "4",
+        "--stats", "-",  "--interpolation",   look_up,  "--quiet"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run_tool(PVOL_RENDER, arguments);
   }
-  void expect_renders(const std::string& cloud, const std::string& interpolation) const {
-    const RunResult r = render(cloud, interpolation);
+  void expect_renders(const std::string& cloud, const std::string& look_up) const {
+    const RunResult r = render(cloud, look_up);
     EXPECT_EQ(r.exit, 0) << r.err;
-    EXPECT_NE(r.out.find('"' + interpolation + '"'), std::string::npos) << r.out;
+    EXPECT_NE(r.out.find('"' + look_up + '"'), std::string::npos) << r.out;
   }
-  void expect_refused(const std::string& cloud, const std::string& interpolation,
+  void expect_refused(const std::string& cloud, const std::string& look_up,
                       const std::string& reason) const {
-    const RunResult r = render(cloud, interpolation);
+    const RunResult r = render(cloud, look_up);
     EXPECT_EQ(r.exit, 1) << cloud;
     EXPECT_NE(r.err.find(cloud), std::string::npos) << r.err;
     EXPECT_NE(r.err.find(reason), std::string::npos) << r.err;
@@ -64,9 +64,9 @@ TEST_F(Interpolations, FilesSayWhatTheirBoundsHoldFor) {
       run_tool(PVOL_FIT, {grid_, "-o", wide, "--interpolation", "tricubic", "--shells", "4"}).exit,
       0);
   ASSERT_EQ(run_tool(PVOL_FIT, {recipe_, "-o", closed, "--closed-form"}).exit, 0);
-  EXPECT_EQ(formats::read_pvol(narrow).pyramid.interpolation, Interpolation::trilinear);
-  EXPECT_EQ(formats::read_pvol(wide).pyramid.interpolation, Interpolation::tricubic);
-  EXPECT_EQ(formats::read_pvol(closed).pyramid.interpolation, Interpolation::procedural);
+  EXPECT_EQ(formats::read_pvol(narrow).pyramid.look_up, LookUp::trilinear);
+  EXPECT_EQ(formats::read_pvol(wide).pyramid.look_up, LookUp::tricubic);
+  EXPECT_EQ(formats::read_pvol(closed).pyramid.look_up, LookUp::procedural);
 
   expect_renders(narrow, "trilinear");
   expect_refused(narrow, "tricubic", "pvol-fit --interpolation tricubic");

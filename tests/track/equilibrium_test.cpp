@@ -62,13 +62,13 @@ struct PathCounts {
 
 template <Tracker kTracker, class Field>
 PathCounts follow(const Volume& v, const Field& field, Rng& rng) {
-  const Ray ray = entering(v.octree.support(), rng);
-  Cursor cursor = make_cursor(v.octree, ray.o);
+  const Ray ray = entering(v.density.octree.support(), rng);
+  Cursor cursor = make_cursor(v.density.octree, ray.o);
   Vec3f d(ray.d);
   Tally tally;
   double collisions = 0;
   for (;;) {
-    Walk walk(v.octree, cursor, lanes(d));
+    Walk walk(v.density.octree, cursor, lanes(d));
     const Flight f = free_flight<kTracker>(walk, field, rng, tally);
     if (!f.collided) return {double(tally.lookups), collisions};
     ++collisions;
@@ -83,15 +83,16 @@ template <Tracker kTracker>
 void test_equilibrium(const Volume& v, double density_sum, const std::string& name,
                       proof::Family& family) {
   constexpr int kPaths = 50'000;
-  const BoundIntegrals bounds = integrate_bounds(v.octree);
-  const double mass = double(v.extinction) * density_sum;
+  const BoundIntegrals bounds = integrate_bounds(v.density.octree);
+  const double mass = double(v.density.scale) * density_sum;
   const double lookups = kTracker == Tracker::decomposition ? bounds.hi - bounds.lo : bounds.hi;
-  const Vec3d e = v.octree.support().extent();
+  const Vec3d e = v.density.octree.support().extent();
   const double surface = 2 * (e.x * e.y + e.y * e.z + e.z * e.x);
   proof::Moments excess, collisions;
   for (int i = 0; i < kPaths; ++i) {
-    Rng rng(kSeed, std::uint64_t(v.octree.depth) * 3 + std::uint64_t(kTracker), std::uint64_t(i));
-    const PathCounts c = follow<kTracker>(v, exact<Interpolation::trilinear>(v), rng);
+    Rng rng(kSeed, std::uint64_t(v.density.octree.depth) * 3 + std::uint64_t(kTracker),
+            std::uint64_t(i));
+    const PathCounts c = follow<kTracker>(v, exact<LookUp::trilinear>(v), rng);
     excess.add(c.lookups - lookups / mass * c.collisions);
     collisions.add(c.collisions);
   }
@@ -120,9 +121,9 @@ template <int kEdge>
 void test_squeeze(const Volume& v, double density_sum, const std::string& name,
                   proof::Family& family) {
   constexpr int kPaths = 700'000;
-  const auto source = exact<Interpolation::trilinear>(v).source;
-  const SqueezedField<kEdge, std::remove_const_t<decltype(source)>> field{source, v.micro};
-  const double lookups = integrate_open(v) / (double(v.extinction) * density_sum);
+  const auto source = exact<LookUp::trilinear>(v).source;
+  const SqueezedField<kEdge, std::remove_const_t<decltype(source)>> field{source, v.density.micro};
+  const double lookups = integrate_open(v) / (double(v.density.scale) * density_sum);
   proof::Moments excess, collisions;
   for (int i = 0; i < kPaths; ++i) {
     Rng rng(kSeed, std::uint64_t(100 + kEdge), std::uint64_t(i));
@@ -143,7 +144,7 @@ TEST(Equilibrium, MicroBoundsLeaveTheirIntegralOpen) {
     Volume v = make_test_volume(cloud, 0.3, depth, Tracker::decomposition);
     const double plain = integrate_open(v);
     for (const int edge : {2, 1}) {
-      v.micro = build_micro_bounds(v.field, edge);
+      v.density.micro = build_micro_bounds(v.density.bricks(), edge);
       EXPECT_LT(integrate_open(v), plain);
       const std::string name = std::to_string(edge) + (depth ? ", shallow" : ", by cost");
       edge == 1 ? test_squeeze<1>(v, cloud.sum, name, family)

@@ -11,7 +11,7 @@
 namespace pvol::test {
 namespace {
 
-constexpr auto kTrilinear = Interpolation::trilinear;
+constexpr auto kTrilinear = LookUp::trilinear;
 /// `fly(walk, rng)` again and again.
 template <class Fly>
 FlightHistogram sample_flights(const Volume& v, const Aim& a, int flights, std::uint64_t stream,
@@ -20,19 +20,19 @@ FlightHistogram sample_flights(const Volume& v, const Aim& a, int flights, std::
   for (int i = 0; i < flights; ++i) {
     Rng rng(kSeed, stream, std::uint64_t(i));
     Cursor cursor = a.cursor;
-    Walk walk(v.octree, cursor, a.direction);
+    Walk walk(v.density.octree, cursor, a.direction);
     histogram.add(fly(walk, rng));
   }
   return histogram;
 }
 
-template <Interpolation kInterpolation>
+template <LookUp kLookUp>
 FlightHistogram sample_flights(const Volume& v, const Aim& a, int flights, std::uint64_t stream,
                                Tracker tracker) {
   return with_tracker(tracker, [&](auto constant) {
     return sample_flights(v, a, flights, stream, [&v](Walk& walk, Rng& rng) {
       NoTally none;
-      return free_flight<decltype(constant)::value>(walk, exact<kInterpolation>(v), rng, none);
+      return free_flight<decltype(constant)::value>(walk, exact<kLookUp>(v), rng, none);
     });
   });
 }
@@ -42,7 +42,7 @@ constexpr double kDepth = 2;
 
 /// Every tracker, depth, field and ray: each by itself, each tracker over all fields and rays, and
 /// all together.
-template <Interpolation kInterpolation>
+template <LookUp kLookUp>
 void test_all(int flights) {
   proof::Family family, together;
   std::map<std::string, FlightHistogram> sums;
@@ -51,8 +51,8 @@ void test_all(int flights) {
     for (const Choice& c : choices()) {
       const Volume v = make_test_volume(f, 1, c.depth, c.tracker);
       for (int ray = 0; ray < kRays; ++ray) {
-        const Aim a = aim(f, v, kInterpolation, ray, kDepth);
-        const auto h = sample_flights<kInterpolation>(v, a, flights, ++stream, c.tracker);
+        const Aim a = aim(f, v, kLookUp, ray, kDepth);
+        const auto h = sample_flights<kLookUp>(v, a, flights, ++stream, c.tracker);
         family.add(f.name + ", ray " + std::to_string(ray) + ", " + c.name, h.p_value());
         for (const std::string& sum : {c.name, std::string("all together")}) {
           sums.try_emplace(sum, FlightHistogram(a.oracle)).first->second.add(h);
@@ -67,7 +67,7 @@ void test_all(int flights) {
 
 TEST(Flight, DistancesFollowTheTrilinearOpticalDepth) { test_all<kTrilinear>(20'000); }
 
-TEST(Flight, DistancesFollowTheNearestOpticalDepth) { test_all<Interpolation::nearest>(5'000); }
+TEST(Flight, DistancesFollowTheNearestOpticalDepth) { test_all<LookUp::nearest>(5'000); }
 
 /// The p-value of a tracker over a few fields; the tests above have more flights by far.
 template <class MakeFly>
@@ -205,7 +205,7 @@ TEST(Flight, LeavesSpaceWithoutExtinction) {
   Rng rng(kSeed, 1, 1);
   Tally count;
   Cursor cursor = a.cursor;
-  Walk walk(v.octree, cursor, a.direction);
+  Walk walk(v.density.octree, cursor, a.direction);
   EXPECT_FALSE(free_flight<Tracker::delta>(walk, exact<kTrilinear>(v), rng, count).collided);
   EXPECT_EQ(count.lookups, 0u);
   EXPECT_EQ(count.segments, 0u);

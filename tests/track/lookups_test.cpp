@@ -88,16 +88,16 @@ TEST(Lookups, AreTheIntegralsOfMajorantAndResidual) {
 TEST(Lookups, TalliesAddUp) {
   const Field& f = field("gaussian");
   const Volume v = make_test_volume(f, 1, 16);
-  const Aim a = aim(f, v, Interpolation::trilinear, 0, 3);
+  const Aim a = aim(f, v, LookUp::trilinear, 0, 3);
   constexpr int kFlights = 20'000;
-  const auto trilinear = exact<Interpolation::trilinear>(v);
+  const auto trilinear = exact<LookUp::trilinear>(v);
   std::uint64_t collisions = 0;
   Tally delta, decomposed;
   for (int i = 0; i < kFlights; ++i) {
     for (Tally* tally : {&delta, &decomposed}) {
       Rng rng(kSeed, 3, std::uint64_t(i));
       Cursor cursor = a.cursor;
-      Walk walk(v.octree, cursor, a.direction);
+      Walk walk(v.density.octree, cursor, a.direction);
       const bool hit =
           tally == &delta
               ? free_flight<Tracker::delta>(walk, trilinear, rng, *tally).collided
@@ -120,10 +120,11 @@ TEST(Lookups, DecompositionSavesTheShareOfTheMinorant) {
     const Field f = make_field("chequered", {0, 0, 0}, {40, 40, 40},
                                [lo](Vec3i p) { return (p.x + p.y + p.z) & 1 ? 1.0 : lo; });
     const Volume v = make_test_volume(f, 5, 16);
-    const auto trilinear = exact<Interpolation::trilinear>(v);
-    const Cursor start = make_cursor(v.octree, Vec3d(20.25, 20.5, 20.75) - Vec3d(v.octree.origin));
+    const auto trilinear = exact<LookUp::trilinear>(v);
+    const Cursor start =
+        make_cursor(v.density.octree, Vec3d(20.25, 20.5, 20.75) - Vec3d(v.density.octree.origin));
     Cursor probe = start;
-    const auto leaf = Walk(v.octree, probe, lanes(Vec3f(1, 0, 0))).next();
+    const auto leaf = Walk(v.density.octree, probe, lanes(Vec3f(1, 0, 0))).next();
     ASSERT_TRUE(leaf);
     const double share = 1 - double(leaf->lo) / double(leaf->hi);
     EXPECT_NEAR(share, 1 - lo, 0x1p-10);  // the code of bounds rounds outward
@@ -131,7 +132,7 @@ TEST(Lookups, DecompositionSavesTheShareOfTheMinorant) {
     const auto fly = [&]<Tracker kTracker>(std::uint64_t i, std::size_t which) {
       Rng rng(kSeed, which, i);
       const auto [x, y] = rng.uniform2();
-      Walk walk(v.octree, start, lanes(normalize(Vec3f(x - 0.5f, y - 0.5f, 0.25f))));
+      Walk walk(v.density.octree, start, lanes(normalize(Vec3f(x - 0.5f, y - 0.5f, 0.25f))));
       Tally tally;
       const Flight flight = free_flight<kTracker>(walk, trilinear, rng, tally);
       EXPECT_LT(flight.t, 10);  // before the leaves at the border

@@ -39,7 +39,7 @@ TEST(BernsteinCubic, InvertsItsIntegral) {
 /// density on the way: a few per cell crossed.
 constexpr double kRelative = 3e-6;
 
-template <Interpolation kInterpolation>
+template <LookUp kLookUp>
 void test_all() {
   for (const Field& f : fields()) {
     for (const std::optional<int> depth : {std::optional<int>(16), std::optional<int>(0)}) {
@@ -47,37 +47,37 @@ void test_all() {
       for (int ray = 0; ray < kRays; ++ray) {
         SCOPED_TRACE(f.name + ", ray " + std::to_string(ray));
         constexpr double kDepth = 3;
-        const Aim a = aim(f, v, kInterpolation, ray, kDepth);
-        const auto trilinear = exact<kInterpolation>(v);
+        const Aim a = aim(f, v, kLookUp, ray, kDepth);
+        const auto trilinear = exact<kLookUp>(v);
         NoTally none;
-        Walk through(v.octree, a.cursor, a.direction);
+        Walk through(v.density.octree, a.cursor, a.direction);
         const double all = a.oracle.optical_depth();
         EXPECT_NEAR(optical_depth(through, trilinear, none), all, kRelative * all);
         for (const double share : {1e-9, 1e-4, 0.1, 0.3, 0.5, 0.9, 0.9999}) {
-          Walk walk(v.octree, a.cursor, a.direction);
+          Walk walk(v.density.octree, a.cursor, a.direction);
           const auto t = regular_flight(walk, trilinear, share * all, none);
           ASSERT_TRUE(t);
           EXPECT_NEAR(a.oracle.optical_depth(*t), share * all, kRelative * all) << share;
         }
-        Walk beyond(v.octree, a.cursor, a.direction);
+        Walk beyond(v.density.octree, a.cursor, a.direction);
         EXPECT_FALSE(regular_flight(beyond, trilinear, 1.0001 * all, none));
       }
     }
   }
 }
 
-TEST(Regular, FollowsTheTrilinearOpticalDepth) { test_all<Interpolation::trilinear>(); }
-TEST(Regular, FollowsTheNearestOpticalDepth) { test_all<Interpolation::nearest>(); }
+TEST(Regular, FollowsTheTrilinearOpticalDepth) { test_all<LookUp::trilinear>(); }
+TEST(Regular, FollowsTheNearestOpticalDepth) { test_all<LookUp::nearest>(); }
 
 TEST(Regular, TransmittanceTakesNoRandomNumbers) {
   const Field& f = field("gaussian");
   const Volume v = make_test_volume(f, 1, 16);
-  const Aim a = aim(f, v, Interpolation::trilinear, 0, 2);
+  const Aim a = aim(f, v, LookUp::trilinear, 0, 2);
   Rng rng(kSeed, 1, 1), same = rng;
   NoTally none;
-  Walk walk(v.octree, a.cursor, a.direction);
+  Walk walk(v.density.octree, a.cursor, a.direction);
   const float t = transmittance<Transmittance::regular, Tracker::delta>(
-      walk, exact<Interpolation::trilinear>(v), rng, none);
+      walk, exact<LookUp::trilinear>(v), rng, none);
   EXPECT_NEAR(double(t), a.oracle.transmittance(), 1e-5 * a.oracle.transmittance());
   EXPECT_EQ(rng.block().lo, same.block().lo);
 }
@@ -86,10 +86,12 @@ TEST(Regular, TransmittanceTakesNoRandomNumbers) {
 TEST(Regular, LooksUpEachCellOnce) {
   const Field& f = field("constant");
   const Volume v = make_test_volume(f, 1, 16);
-  Walk walk(v.octree, make_cursor(v.octree, Vec3d(v.octree.support().lo) + Vec3d(0, 2.25, 3.5)),
-            lanes(Vec3f(1, 0, -0.0f)));
+  Walk walk(
+      v.density.octree,
+      make_cursor(v.density.octree, Vec3d(v.density.octree.support().lo) + Vec3d(0, 2.25, 3.5)),
+      lanes(Vec3f(1, 0, -0.0f)));
   Tally tally;
-  EXPECT_NEAR(optical_depth(walk, exact<Interpolation::trilinear>(v), tally), 20, 1e-5);
+  EXPECT_NEAR(optical_depth(walk, exact<LookUp::trilinear>(v), tally), 20, 1e-5);
   EXPECT_TRUE(tally.lookups == 21 || tally.lookups == 22);  // walks end a little beyond the support
 }
 
@@ -97,17 +99,17 @@ TEST(Regular, LooksUpEachCellOnce) {
 TEST(Regular, IsRightInFacesAndEdges) {
   const Field& f = field("checkerboard");
   const Volume v = make_test_volume(f, 1, 16);
-  const Vec3d low = v.octree.support().lo;
+  const Vec3d low = v.density.octree.support().lo;
   for (const Vec3d at : {Vec3d(0, 8, 8), Vec3d(0, 8, 8.5), Vec3d(0, 9, 3.25), Vec3d(0, 1, 24)}) {
     for (const float y : {0.0f, -0.0f, 1.0f}) {
       const Vec3f d(1, y, 0);
-      const Cursor cursor = make_cursor(v.octree, low + at);
-      const RayOracle oracle(f, Interpolation::trilinear,
-                             {low + at + Vec3d(v.octree.origin), Vec3d(d)}, 1);
-      Walk walk(v.octree, cursor, lanes(d));
+      const Cursor cursor = make_cursor(v.density.octree, low + at);
+      const RayOracle oracle(f, LookUp::trilinear,
+                             {low + at + Vec3d(v.density.octree.origin), Vec3d(d)}, 1);
+      Walk walk(v.density.octree, cursor, lanes(d));
       NoTally none;
-      EXPECT_NEAR(optical_depth(walk, exact<Interpolation::trilinear>(v), none),
-                  oracle.optical_depth(), 1e-5 * (1 + oracle.optical_depth()))
+      EXPECT_NEAR(optical_depth(walk, exact<LookUp::trilinear>(v), none), oracle.optical_depth(),
+                  1e-5 * (1 + oracle.optical_depth()))
           << at.y << " " << at.z << " " << y;
     }
   }

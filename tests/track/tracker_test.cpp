@@ -17,7 +17,7 @@
 namespace pvol::test {
 namespace {
 
-constexpr auto kTrilinear = Interpolation::trilinear;
+constexpr auto kTrilinear = LookUp::trilinear;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Weighted flights against their law. Weights of all flights have the mean 1: nothing is lost. The
@@ -85,7 +85,7 @@ void test_tracker(const Bounds& bounds, int flights, proof::Family& family) {
       for (int i = 0; i < flights; ++i) {
         Rng rng(kSeed, 100 * stream + std::uint64_t(ray), std::uint64_t(i));
         NoTally none;
-        Walk walk(v.octree, a.cursor, a.direction);
+        Walk walk(v.density.octree, a.cursor, a.direction);
         ScaledSegments<Walk> segments{walk, bounds.hi, bounds.lo};
         const Flight flight = free_flight<kTracker>(segments, medium, rng, none);
         all.add(flight, flight.collided ? a.oracle.optical_depth(flight.t) : bounds.depth);
@@ -159,7 +159,7 @@ TEST(Trackers, WithWeightsDecideAsAnalogOnesDo) {
     for (int i = 0; i < kFlights; ++i) {
       const auto fly = [&]<Tracker kTracker>() {
         Rng rng(kSeed, 41, std::uint64_t(i));
-        Walk walk(v.octree, a.cursor, a.direction);
+        Walk walk(v.density.octree, a.cursor, a.direction);
         Tally tally;
         const Flight flight = free_flight<kTracker>(walk, medium, rng, tally);
         return std::array{flight.t, double(tally.lookups), double(tally.null_collisions)};
@@ -262,13 +262,14 @@ TEST(TrackerEdges, NegativeZerosInDirectionsAreZeros) {
   const Field& f = field("gaussian");
   const Volume v = make_test_volume(f, 1, std::nullopt);
   const auto medium = exact<kTrilinear>(v);
-  const Cursor cursor = make_cursor(v.octree, v.octree.support().lo + Vec3d(0, 20.5, 21));
+  const Cursor cursor =
+      make_cursor(v.density.octree, v.density.octree.support().lo + Vec3d(0, 20.5, 21));
   const auto test = [&](auto constant) {
     for (std::uint64_t i = 0; i < 500; ++i) {
       Rng rng(kSeed, 71, i), same = rng;
       NoTally none;
-      Walk plus(v.octree, cursor, lanes(Vec3f(0.1f, 0.0f, 0.0f)));
-      Walk minus(v.octree, cursor, lanes(Vec3f(0.1f, -0.0f, -0.0f)));
+      Walk plus(v.density.octree, cursor, lanes(Vec3f(0.1f, 0.0f, 0.0f)));
+      Walk minus(v.density.octree, cursor, lanes(Vec3f(0.1f, -0.0f, -0.0f)));
       constexpr Tracker kTracker = decltype(constant)::value;
       const Flight a = free_flight<kTracker>(plus, medium, rng, none);
       const Flight b = free_flight<kTracker>(minus, medium, same, none);

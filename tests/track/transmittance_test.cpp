@@ -13,7 +13,7 @@
 namespace pvol::test {
 namespace {
 
-constexpr auto kTrilinear = Interpolation::trilinear;
+constexpr auto kTrilinear = LookUp::trilinear;
 
 /// Near the mean of each segment along the ray; beside it, so that no factor is 1.
 struct MeanControl {
@@ -40,7 +40,7 @@ void add_samples(const Volume& v, const Aim& a, Tracker tracker, int rays, std::
   with_tracker(tracker, [&](auto constant) {
     for (int i = 0; i < rays; ++i) {
       Rng rng(kSeed, stream, std::uint64_t(i));
-      Walk walk(v.octree, a.cursor, a.direction);
+      Walk walk(v.density.octree, a.cursor, a.direction);
       NoTally none;
       const float t =
           transmittance<kEstimator, decltype(constant)::value>(walk, medium, rng, none, control);
@@ -148,7 +148,7 @@ TEST(Transmittance, DoesNotDependOnHowTightMajorantsAre) {
     proof::Moments m;
     for (std::uint64_t i = 0; i < 50'000; ++i) {
       Rng rng(kSeed, 81, i);
-      Walk walk(v.octree, a.cursor, a.direction);
+      Walk walk(v.density.octree, a.cursor, a.direction);
       ScaledSegments<Walk> segments{walk, hi, lo};
       NoTally none;
       m.add(double(transmittance<kEstimator, kTracker>(segments, medium, rng, none)));

@@ -8,7 +8,7 @@
 #include "pvol/error.h"
 #include "pvol/field/micro_bounds.h"
 #include "pvol/render/render.h"
-#include "pvol/render/scene_volume.h"
+#include "support/cloud_scene.h"
 #include "support/estimators.h"
 #include "support/field_proof.h"
 #include "support/flights.h"
@@ -17,7 +17,7 @@
 namespace pvol::test {
 namespace {
 
-constexpr auto kTricubic = Interpolation::tricubic;
+constexpr auto kTricubic = LookUp::tricubic;
 constexpr double kDepth = 2;
 
 Volume make_tricubic(const Field& f, std::optional<int> depth) {
@@ -33,8 +33,8 @@ TEST(TricubicTracking, FollowsTheOpticalDepth) {
       const Volume v = make_tricubic(f, depth);
       for (int ray = 0; ray < kRays; ++ray) {
         const Aim a = aim(f, v, kTricubic, ray, kDepth);
-        prove(v.octree, a, exact<kTricubic>(v), 2000, f.name + ", ray " + std::to_string(ray),
-              stream, family, sums);
+        prove(v.density.octree, a, exact<kTricubic>(v), 2000,
+              f.name + ", ray " + std::to_string(ray), stream, family, sums);
       }
     }
   }
@@ -50,9 +50,9 @@ TEST(TricubicTracking, BoundsServeTrilinearLookups) {
   std::uint64_t stream = 50'000;
   for (const char* name : {"gaussian", "sparse", "tiles_128"}) {
     const Field& f = field(name);
-    const Volume v = make_volume(f.grid, build_pyramid(f.grid, kTricubic), Scene{});
-    const Aim a = aim(f, v, Interpolation::trilinear, 0, kDepth);
-    prove(v.octree, a, exact<Interpolation::trilinear>(v), 4000, name, stream, family, sums);
+    const Volume v = make_volume(f.grid, build_pyramid(f.grid, kTricubic), CloudScene{});
+    const Aim a = aim(f, v, LookUp::trilinear, 0, kDepth);
+    prove(v.density.octree, a, exact<LookUp::trilinear>(v), 4000, name, stream, family, sums);
   }
   EXPECT_TRUE(family.passes());
 }
@@ -69,7 +69,7 @@ double p_value_with_extinction_times(float factor) {
         return factor * exact<kTricubic>(v).source(s, p);
       }};
       if (!sum) sum.emplace(a.oracle);
-      sum->add(sample_flights<Tracker::delta>(v.octree, a, wrong, 60'000, ++stream));
+      sum->add(sample_flights<Tracker::delta>(v.density.octree, a, wrong, 60'000, ++stream));
     }
   }
   return sum->p_value();
@@ -84,16 +84,18 @@ TEST(TricubicSqueeze, IsBitIdenticalToPlainTracking) {
   for (const Field& f : fields()) {
     SCOPED_TRACE(f.name);
     const Volume v = make_tricubic(f, 16);
-    const BrickExtinction<kTricubic> source{v.field, v.octree, v.extinction};
-    const MicroBounds one = build_micro_bounds(v.field, 1), two = build_micro_bounds(v.field, 2);
+    const BrickExtinction<kTricubic> source{v.density.bricks(), v.density.octree, v.density.scale};
+    const MicroBounds one = build_micro_bounds(v.density.bricks(), 1),
+                      two = build_micro_bounds(v.density.bricks(), 2);
     const SqueezedField<1, BrickExtinction<kTricubic>> single{source, one};
     const SqueezedField<2, BrickExtinction<kTricubic>> cubes{source, two};
     for (int ray = 0; ray < kRays; ++ray) {
       const Aim a = aim(f, v, kTricubic, ray, kDepth);
       const PlainField plain{source};
-      const double fine = compare_flights<Tracker::delta>(v.octree, a, plain, single, 2000);
-      const double coarse = compare_flights<Tracker::delta>(v.octree, a, plain, cubes, 2000);
-      (void)compare_flights<Tracker::decomposition>(v.octree, a, plain, single, 2000);
+      const double fine = compare_flights<Tracker::delta>(v.density.octree, a, plain, single, 2000);
+      const double coarse =
+          compare_flights<Tracker::delta>(v.density.octree, a, plain, cubes, 2000);
+      (void)compare_flights<Tracker::decomposition>(v.density.octree, a, plain, single, 2000);
       if (f.name == "gaussian") {
         EXPECT_LT(fine, 0.25);
         EXPECT_LT(coarse, 0.45);
@@ -102,11 +104,11 @@ TEST(TricubicSqueeze, IsBitIdenticalToPlainTracking) {
   }
 }
 
-Scene small_scene(Tracker tracker) {
-  Scene s;
+CloudScene small_scene(Tracker tracker) {
+  CloudScene s;
   s.medium.extinction = 0.8;
   s.options.tracker = tracker;
-  s.options.interpolation = kTricubic;
+  s.options.look_up = kTricubic;
   s.options.width = s.options.height = 24;
   s.options.samples = 8;
   return s;
@@ -117,7 +119,7 @@ TEST(TricubicSqueeze, LeavesEveryImageAsItIs) {
   const Field& f = field("gaussian");
   const Pyramid p = build_pyramid(f.grid, kTricubic);
   for (const Tracker tracker : {Tracker::delta_global, Tracker::delta, Tracker::decomposition}) {
-    Scene s = small_scene(tracker);
+    CloudScene s = small_scene(tracker);
     std::optional<Film> first;
     std::uint64_t lookups = ~std::uint64_t(0);
     for (const auto micro :
@@ -125,7 +127,7 @@ TEST(TricubicSqueeze, LeavesEveryImageAsItIs) {
       s.options.micro_bounds = micro;
       s.options.count = true;
       const Volume v = make_volume(f.grid, p, s);
-      s.camera = frame(v.world_box, 1);
+      s.camera = frame(v.density.world_box, 1);
       const RenderResult r = render(v, s);
       if (!first) first = r.film;
       EXPECT_TRUE(same_bytes(*first, r.film)) << label(tracker);
@@ -140,11 +142,11 @@ TEST(TricubicImages, AreTheSkyInAFurnace) {
     const Field& f = field(name);
     for (const Tracker tracker : kTrackers) {
       if (tracker == Tracker::regular) continue;
-      Scene s = small_scene(tracker);
+      CloudScene s = small_scene(tracker);
       s.medium.albedo = Rgb(1.0f);
       s.environment = ConstantSky{Rgb(1.0f)};
       const Volume v = make_volume(f.grid, build_pyramid(f.grid, kTricubic), s);
-      s.camera = frame(v.world_box, 1);
+      s.camera = frame(v.density.world_box, 1);
       double scattered = 0;
       for (const PixelSums& p : render(v, s).film.pixels) {
         // Weights move by the rounding of look-ups above their majorants, if at all.
@@ -158,9 +160,9 @@ TEST(TricubicImages, AreTheSkyInAFurnace) {
 
 TEST(TricubicImages, HaveNoClosedForm) {
   const Field& f = field("gaussian");
-  Scene s = small_scene(Tracker::regular);
+  CloudScene s = small_scene(Tracker::regular);
   const Volume v = make_volume(f.grid, build_pyramid(f.grid, kTricubic), s);
-  s.camera = frame(v.world_box, 1);
+  s.camera = frame(v.density.world_box, 1);
   EXPECT_THROW((void)render(v, s), Error);
   s.options.tracker = Tracker::delta;
   s.options.transmittance = Transmittance::regular;
@@ -173,7 +175,7 @@ TEST(TricubicImages, HaveNoClosedForm) {
 
 TEST(TricubicEmbedding, LooksUpAndEstimates) {
   const Field& f = field("gaussian");
-  const Volume v = make_volume(f.grid, {.extinction = 0.3}, {.interpolation = kTricubic});
+  const Volume v = make_volume(f.grid, {.extinction = 0.3}, {.look_up = kTricubic});
   Rng rng(kSeed, 3, 0);
   for (int i = 0; i < 1000; ++i) {
     const Vec3d p = random_point_near_density(f, rng);

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint64_t kSeed = 20240607;
 constexpr double kFar = std::numeric_limits<double>::infinity();
-constexpr auto kTrilinear = Interpolation::trilinear, kNearest = Interpolation::nearest;
+constexpr auto kTrilinear = LookUp::trilinear, kNearest = LookUp::nearest;
 
 /// Cell edges of a map, about.
 double cell_length(const Affine& to_world) { return std::cbrt(std::abs(determinant(to_world))); }
@@ -62,11 +62,8 @@ struct Cloud {
   [[nodiscard]] RayOracle oracle(const Ray& ray, double t_max = kFar) const {
     const Affine to_index = inverse(to_world);
     const Vec3d unit = normalize(ray.d);
-    return {field,
-            options.interpolation,
-            {to_index.point(ray.o), to_index.vector(unit)},
-            extinction,
-            t_max};
+    return {
+        field, options.look_up, {to_index.point(ray.o), to_index.vector(unit)}, extinction, t_max};
   }
 
   /// A place of the world near density, or anywhere about the cloud.
@@ -202,8 +199,8 @@ TEST(MakeGrid, RefusesWhatIsNoDensity) {
 
 TEST(Embed, RaysThatMissSeeThrough) {
   const Cloud cloud(field("gaussian"), placements()[1].to_world, 1);
-  const Vec3d centre = cloud.volume.world_box.centre();
-  const double radius = length(cloud.volume.world_box.extent());
+  const Vec3d centre = cloud.volume.density.world_box.centre();
+  const double radius = length(cloud.volume.density.world_box.extent());
   const Vec3d outside = centre + Vec3d(radius, 0, 0);
   const Field nothing = make_field("nothing", {0, 0, 0}, {9, 9, 9}, [](Vec3i) { return 0; });
   const Cloud empty(nothing, {}, 1);
@@ -250,7 +247,7 @@ TEST(Embed, RefusesRaysThatAreNone) {
 constexpr double kRounding = 2e-5;
 
 TEST(Embed, TransmittanceIsThatOfTheWorld) {
-  for (const Interpolation interpolation : {kTrilinear, kNearest}) {
+  for (const LookUp look_up : {kTrilinear, kNearest}) {
     Rng rng(kSeed, 4, 0);
     for_clouds(
         [&](const Cloud& cloud, const std::string& name) {
@@ -261,7 +258,7 @@ TEST(Embed, TransmittanceIsThatOfTheWorld) {
                 << name << ", ray " << i;
           }
         },
-        {.interpolation = interpolation});
+        {.look_up = look_up});
   }
 }
 
@@ -303,7 +300,7 @@ TEST(Embed, LengthIsThatOfTheWorldWhateverThatOfTheDirection) {
   for (int i = 0; i < 100; ++i) {
     Rng rng(kSeed, 6, std::uint64_t(i));
     const Ray ray = cloud.aim(0, rng).ray;
-    const double t_max = length(cloud.volume.world_box.centre() - ray.o);
+    const double t_max = length(cloud.volume.density.world_box.centre() - ray.o);
     const double expected = exact_transmittance(cloud.volume, ray, t_max);
     for (const double scale : {1e-9, 0.5, 4096.0}) {
       const Ray longer{ray.o, ray.d * scale};
@@ -424,7 +421,7 @@ TEST(Embed, PathsGoOnWhereTheyCollided) {
 // Look-ups.
 
 TEST(Embed, DensityAtAPointIsThatOfTheField) {
-  for (const Interpolation interpolation : {kTrilinear, kNearest}) {
+  for (const LookUp look_up : {kTrilinear, kNearest}) {
     Rng rng(kSeed, 9, 0);
     for_clouds(
         [&](const Cloud& cloud, const std::string& name) {
@@ -436,19 +433,19 @@ TEST(Embed, DensityAtAPointIsThatOfTheField) {
                                             40.0 -
                                         Vec3d(5);
             // Nearest: off the faces between lattice points, where rounding decides.
-            const Vec3d q = interpolation == kTrilinear
+            const Vec3d q = look_up == kTrilinear
                                 ? p
                                 : Vec3d(std::floor(p.x), std::floor(p.y), std::floor(p.z)) +
                                       Vec3d(0.3, 0.6, -0.2);
             const Vec3d world = cloud.to_world.point(q);
-            const double expected = density_at(cloud.field, interpolation, q);
+            const double expected = density_at(cloud.field, look_up, q);
             EXPECT_NEAR(double(density_at(cloud.volume, world)), expected, 3e-5) << name;
             EXPECT_NEAR(double(extinction_at(cloud.volume, world)), cloud.extinction * expected,
                         3e-5 * cloud.extinction)
                 << name;
           }
         },
-        {.interpolation = interpolation});
+        {.look_up = look_up});
   }
 }
 
@@ -456,7 +453,7 @@ TEST(Embed, DensityAtAPointIsThatOfTheField) {
 TEST(Embed, DensityIsZeroBeyondTheBox) {
   const Field cube = make_field("cube", {1, 1, 1}, {31, 31, 31}, [](Vec3i) { return 1; });
   const Cloud cloud(cube, {}, 2);
-  EXPECT_EQ(cloud.volume.octree.support_hi[0], 32);
+  EXPECT_EQ(cloud.volume.density.octree.support_hi[0], 32);
   EXPECT_EQ(density_at(cloud.volume, {31.5, 31, 31}), 0.5f);
   EXPECT_EQ(extinction_at(cloud.volume, {31.5, 31, 31}), 1.0f);
   for (const double far : {32.0, 33.0, 1e30, kFar, -kFar, double(std::nanf(""))}) {
@@ -486,7 +483,7 @@ TEST(Embed, MicroBoundsChangeNothing) {
   for (const std::string name : {"gaussian", "contrast", "sparse"}) {
     const auto with = [&](MicroBoundsUse use, int edge) {
       const Cloud cloud(field(name), placements()[1].to_world, 0.5, {.micro_bounds = use});
-      EXPECT_EQ(cloud.volume.micro.edge, edge);
+      EXPECT_EQ(cloud.volume.density.micro.edge, edge);
       return results(cloud, 0, 2000);
     };
     const auto plain = with(MicroBoundsUse::none, 0);
@@ -498,8 +495,8 @@ TEST(Embed, MicroBoundsChangeNothing) {
 TEST(Embed, DepthIsAnOption) {
   for (const int depth : {0, 1, 16}) {
     const Cloud cloud(field("gaussian"), {}, 0.5, {.depth = depth});
-    EXPECT_EQ(cloud.volume.octree.depth == 0, depth == 0);
-    EXPECT_LE(cloud.volume.octree.depth, depth);
+    EXPECT_EQ(cloud.volume.density.octree.depth == 0, depth == 0);
+    EXPECT_LE(cloud.volume.density.octree.depth, depth);
   }
 }
 

@@ -1,7 +1,6 @@
 // How pictures are estimated must not show in them: micro-bounds, weights, the choice of the
 // transmittance's estimator, and the number of shadow rays.
 #include "pvol/volume/estimators.h"
-#include "pvol/render/scene_volume.h"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "support/bodies.h"
+#include "support/cloud_scene.h"
 #include "support/estimators.h"
 
 namespace pvol::test {
@@ -20,12 +20,12 @@ constexpr MicroBoundsUse kUses[] = {MicroBoundsUse::cells_8, MicroBoundsUse::cel
                                     MicroBoundsUse::automatic};
 
 /// The field, optically 4 thick where it is dense, under two suns and a picture as sky.
-Scene scene_of(const Field& field) {
-  Scene s;
+CloudScene scene_of(const Field& field) {
+  CloudScene s;
   s.medium = matter(4.0 / std::min({field.size.x, field.size.y, field.size.z}),
                     Rgb(0.9f, 0.95f, 0.99f), 0.5, Rgb(0.1f));
   s.environment = ImageSky{2, 2, {Rgb(1.0f), Rgb(0.2f), Rgb(0.1f), Rgb(0.5f)}, Rgb(1.0f), 30};
-  s.suns = {Sun{{0.6, 0.8, 0.35}, Rgb(3.0f), 0}, Sun{{-1, 0.2, 0.1}, Rgb(2.0f, 1.0f, 0.5f), 10}};
+  s.lights = {Sun{{0.6, 0.8, 0.35}, Rgb(3.0f), 0}, Sun{{-1, 0.2, 0.1}, Rgb(2.0f, 1.0f, 0.5f), 10}};
   s.options.width = s.options.height = 12;
   s.options.samples = 6;
   s.options.threads = 1;
@@ -37,11 +37,11 @@ std::uint64_t lookups(const Counts& c) { return c.lookups_path + c.lookups_shado
 
 /// With all micro-bounds, the same picture for fewer look-ups; for as many where there is no cell
 /// without both air and the densest sample.
-void test_squeeze(const Field& field, const Pyramid& pyramid, Scene s) {
+void test_squeeze(const Field& field, const Pyramid& pyramid, CloudScene s) {
   s.options.micro_bounds = MicroBoundsUse::none;
   const Volume plain = make_volume(field.grid, pyramid, s);
-  EXPECT_EQ(plain.micro.edge, 0);
-  s.camera = frame(plain.world_box, 1);
+  EXPECT_EQ(plain.density.micro.edge, 0);
+  s.camera = frame(plain.density.world_box, 1);
   const RenderResult reference = render(plain, s);
   for (const MicroBoundsUse use : kUses) {
     s.options.micro_bounds = use;
@@ -49,14 +49,14 @@ void test_squeeze(const Field& field, const Pyramid& pyramid, Scene s) {
     const RenderResult squeezed = render(volume, s);
     const std::string name = field.name + ", " + label(s.options.tracker) + ", " +
                              label(s.options.transmittance) + ", edge " +
-                             std::to_string(volume.micro.edge);
+                             std::to_string(volume.density.micro.edge);
     EXPECT_TRUE(same_bytes(reference.film, squeezed.film)) << name;
     EXPECT_EQ(reference.counts.collisions, squeezed.counts.collisions) << name;
     EXPECT_EQ(reference.counts.null_collisions, squeezed.counts.null_collisions) << name;
     EXPECT_EQ(reference.counts.shadow_rays, squeezed.counts.shadow_rays) << name;
     EXPECT_LE(lookups(squeezed.counts), lookups(reference.counts)) << name;
     const bool is_thin = std::min({field.size.x, field.size.y, field.size.z}) == 1;
-    if (volume.micro.edge > 0 && !is_thin && reference.counts.lookups_path > 100) {
+    if (volume.density.micro.edge > 0 && !is_thin && reference.counts.lookups_path > 100) {
       EXPECT_LT(squeezed.counts.lookups_path, reference.counts.lookups_path) << name;
     }
   }
@@ -66,14 +66,13 @@ TEST(Estimators, MicroBoundsChangeNoBit) {
   constexpr Tracker kAnalog[] = {Tracker::delta_global, Tracker::delta, Tracker::decomposition};
   for (const Field& f : fields()) {
     const Pyramid pyramid = build_pyramid(f.grid);
-    Scene s = scene_of(f);
+    CloudScene s = scene_of(f);
     for (const Tracker tracker : kAnalog) {
       for (const auto transmittance : {Transmittance::analog, Transmittance::ratio}) {
         s.options.tracker = tracker;
         s.options.transmittance = transmittance;
         ++s.options.seed;
-        s.options.interpolation =
-            s.options.seed % 2 ? Interpolation::nearest : Interpolation::trilinear;
+        s.options.look_up = s.options.seed % 2 ? LookUp::nearest : LookUp::trilinear;
         test_squeeze(f, pyramid, s);
       }
     }
@@ -82,8 +81,8 @@ TEST(Estimators, MicroBoundsChangeNoBit) {
 
 TEST(Estimators, MicroBoundsOfSeveralVolumesChangeNoBit) {
   const Field& f = field("gaussian");
-  Scene s = scene_of(f);
-  std::vector<Medium> media{s.medium, s.medium};
+  CloudScene s = scene_of(f);
+  std::vector<Body> media{s.medium, s.medium};
   media[1].object_to_world = translation({4, 5, -3});
   std::vector<std::vector<Volume>> all;
   for (const auto use : {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1}) {
@@ -92,7 +91,7 @@ TEST(Estimators, MicroBoundsOfSeveralVolumesChangeNoBit) {
   }
   all.push_back({all[1][0], all[0][1]});  // used by all volumes or by none
   all.push_back({all[1][0], all[2][1]});
-  s.camera = frame(all[0][0].world_box, 1);
+  s.camera = frame(all[0][0].density.world_box, 1);
   const RenderResult reference = render(all[0], s);
   for (std::size_t i = 1; i < all.size(); ++i) {
     const RenderResult r = render(all[i], s);
@@ -106,11 +105,11 @@ TEST(Estimators, MicroBoundsOfSeveralVolumesChangeNoBit) {
 }
 
 TEST(Estimators, CountingChangesNoBit) {
-  Scene s = scene_of(field("checkerboard"));
+  CloudScene s = scene_of(field("checkerboard"));
   for (const auto use : {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1}) {
     s.options.micro_bounds = use;
     const Volume v = make_volumes(field("checkerboard"), std::vector{s.medium}, s).front();
-    s.camera = frame(v.world_box, 1);
+    s.camera = frame(v.density.world_box, 1);
     s.options.count = true;
     const Film counted = render(v, s).film;
     s.options.count = false;
@@ -129,11 +128,11 @@ const Field& block() {
 /// no tracker would ask.
 TEST(Estimators, MicroBoundsAreBuiltWhereTheyAreOfUse) {
   const auto edge = [](const Field& f, MicroBoundsUse use, Tracker tracker = Tracker::delta) {
-    Scene s = scene_of(f);
+    CloudScene s = scene_of(f);
     s.options.depth = 16;
     s.options.micro_bounds = use;
     s.options.tracker = tracker;
-    return make_volumes(f, std::vector{s.medium}, s).front().micro.edge;
+    return make_volumes(f, std::vector{s.medium}, s).front().density.micro.edge;
   };
   const Field none = make_field("none", {0, 0, 0}, {3, 3, 3}, [](Vec3i) { return 0.0; });
   const Vec3i large(208);
@@ -157,9 +156,9 @@ TEST(Estimators, MicroBoundsAreBuiltWhereTheyAreOfUse) {
 /// Where bounds hold, weights are 1: samples of alpha are 0 or 1.
 TEST(Estimators, WeightedTrackersAgreeWithAnalogOnes) {
   const Field& f = field("gaussian");
-  Scene s = scene_of(f);
+  CloudScene s = scene_of(f);
   s.options.samples = 60;
-  s.camera = frame(make_volumes(f, std::vector{s.medium}, s).front().world_box, 1);
+  s.camera = frame(make_volumes(f, std::vector{s.medium}, s).front().density.world_box, 1);
   const auto picture = [&](Tracker tracker, Transmittance transmittance) {
     s.options.tracker = tracker;
     s.options.transmittance = transmittance;
@@ -181,7 +180,7 @@ TEST(Estimators, WeightedTrackersAgreeWithAnalogOnes) {
 /// A volume whose bounds do not bound: majorants fall below the extinction, and minorants are near
 /// them.
 Volume with_wrong_bounds(Volume v) {
-  for (Octree::Entry& e : v.octree.entries) {
+  for (Octree::Entry& e : v.density.octree.entries) {
     e.lo = 0.5f * e.hi;
     e.hi *= 0.8f;
   }
@@ -199,7 +198,7 @@ TEST(Estimators, WeightedTrackersNeedNoBounds) {
     for (const Transmittance transmittance : kUnbounded) {
       for (const Rgb albedo : {Rgb(0.03f, 0.02f, 0.04f), Rgb(0.9f)}) {
         OneRay r({matter(0.15, albedo, 0.3)}, {30, 25, 28}, {6, 6, 6});
-        r.scene.suns = {Sun{{0.5, 0.7, -0.3}, Rgb(2.0f, 3.0f, 1.5f), 0}};
+        r.scene.lights = {Sun{{0.5, 0.7, -0.3}, Rgb(2.0f, 3.0f, 1.5f), 0}};
         r.scene.options.tracker = tracker;
         r.scene.options.transmittance = transmittance;
         r.scene.options.samples = 100'000;
@@ -209,8 +208,8 @@ TEST(Estimators, WeightedTrackersNeedNoBounds) {
         all.add(
             compare(r, film, std::string(label(tracker)) + ", " + label(transmittance), family));
         // Light behind shows the weights of flights that left; alpha is what they lack of 1.
-        Scene lit = r.scene;
-        lit.suns.clear();
+        CloudScene lit = r.scene;
+        lit.lights.clear();
         lit.environment = ConstantSky{Rgb(1.0f)};
         lit.options.max_bounces = 0;
         const Film behind = render(v, lit).film;
@@ -228,10 +227,10 @@ TEST(Estimators, WeightedTrackersNeedNoBounds) {
 /// optical thickness over the chords of its box is 4 V / S mu.
 TEST(Estimators, TheChoiceFollowsThicknessAndMinorants) {
   const auto choose = [](const Field& f, double extinction, int copies = 1, double size = 1) {
-    Scene s;
+    CloudScene s;
     s.options.depth = 16;
-    const Medium m = matter(extinction, Rgb(1.0f), 0, {}, scaling(Vec3d(size)));
-    return choose_transmittance(make_volumes(f, std::vector<Medium>(std::size_t(copies), m), s));
+    const Body m = matter(extinction, Rgb(1.0f), 0, {}, scaling(Vec3d(size)));
+    return choose_transmittance(make_volumes(f, std::vector<Body>(std::size_t(copies), m), s));
   };
   const TransmittanceChoice thick = choose(block(), 1);
   EXPECT_EQ(thick.estimator, Transmittance::analog);
@@ -254,10 +253,10 @@ TEST(Estimators, TheChoiceFollowsThicknessAndMinorants) {
 TEST(Estimators, AutomaticIsTheOneItNames) {
   for (const char* name : {"constant", "gaussian", "contrast"}) {
     for (const double extinction : {0.01, 0.1, 2.0}) {
-      Scene s = scene_of(field(name));
+      CloudScene s = scene_of(field(name));
       s.medium.extinction = extinction;
       const Volume v = make_volumes(field(name), std::vector{s.medium}, s).front();
-      s.camera = frame(v.world_box, 1);
+      s.camera = frame(v.density.world_box, 1);
       s.options.transmittance = Transmittance::automatic;
       const Film automatic = render(v, s).film;
       s.options.transmittance = choose_transmittance(std::span(&v, 1)).estimator;
@@ -300,7 +299,7 @@ TEST(Estimators, ShadowRaysByValueKeepTheMean) {
     for (const Transmittance transmittance :
          {Transmittance::residual_ratio, Transmittance::analog}) {
       OneRay r({matter(0.04, Rgb(1.0f), lights.g)}, {30, 25, 28}, {6, 6, 6});
-      r.scene.suns = lights.suns;
+      r.scene.lights.assign(lights.suns.begin(), lights.suns.end());
       r.scene.options.transmittance = transmittance;
       r.scene.options.samples = transmittance == Transmittance::analog ? 100'000 : 400'000;
       r.scene.options.seed = ++number;
@@ -331,22 +330,22 @@ TEST(Estimators, ShadowRaysByValueKeepTheMean) {
 /// Light adds up, with all orders of scattering, although more suns make each ray worth less.
 TEST(Estimators, TwoSunsAreTheSumOfEach) {
   const Field& f = field("gaussian");
-  Scene s = scene_of(f);
+  CloudScene s = scene_of(f);
   s.environment = ConstantSky{Rgb(0.0f)};
   s.medium.emission = Rgb(0.0f);
   s.options.samples = 300;
-  s.suns[1].irradiance = Rgb(0.02f, 0.1f, 0.01f);
-  s.suns[1].angle = 0;
+  std::get<Sun>(s.lights[1]).irradiance = Rgb(0.02f, 0.1f, 0.01f);
+  std::get<Sun>(s.lights[1]).angle = 0;
   const Volume v = make_volumes(f, std::vector{s.medium}, s).front();
-  s.camera = frame(v.world_box, 1);
-  const auto light_of = [&](std::vector<Sun> suns) {
-    Scene lit = s;
-    lit.suns = std::move(suns);
+  s.camera = frame(v.density.world_box, 1);
+  const auto light_of = [&](std::vector<Light> lights) {
+    CloudScene lit = s;
+    lit.lights = std::move(lights);
     lit.options.seed = ++s.options.seed;
     return average(render(v, lit).film);
   };
   proof::Family family;
-  compare(light_of(s.suns), light_of({s.suns[0]}) + light_of({s.suns[1]}), "both", family);
+  compare(light_of(s.lights), light_of({s.lights[0]}) + light_of({s.lights[1]}), "both", family);
   EXPECT_TRUE(family.passes());
 }
 

@@ -8,6 +8,7 @@
 
 #include "pvol/error.h"
 #include "support/bodies.h"
+#include "support/cloud_scene.h"
 #include "support/estimators.h"
 
 namespace pvol::test {
@@ -16,14 +17,15 @@ namespace {
 const Rgb kBlack(0.0f);
 
 /// From `from` to the middle of the cube.
-OneRay towards_middle(std::vector<Medium> bodies, Vec3d from) {
+OneRay towards_middle(std::vector<Body> bodies, Vec3d from) {
   return {std::move(bodies), from, {6, 6, 6}};
 }
 
 /// Three kinds of matter that differ in everything.
-Medium mixture(double extinction) {
-  Medium m = matter(extinction, Rgb(0.9f, 0.1f, 0.3f), -0.5);
-  m.others = {{0.3, Rgb(0.2f, 0.8f, 0.1f), 0.6, kBlack}, {0.2, Rgb(0.0f, 0.5f, 1.0f), 0, kBlack}};
+Body mixture(double extinction) {
+  Body m = matter(extinction, Rgb(0.9f, 0.1f, 0.3f), -0.5);
+  m.others = {{0.3, Rgb(0.2f, 0.8f, 0.1f), HenyeyGreenstein(0.6), kBlack},
+              {0.2, Rgb(0.0f, 0.5f, 1.0f), HenyeyGreenstein(0), kBlack}};
   return m;
 }
 
@@ -39,22 +41,22 @@ const Field& cloud() {
 }
 
 /// The cloud, optically 5 thick, under a sun and a bright sky.
-Scene cloud_scene() {
-  Scene s;
+CloudScene cloud_scene() {
+  CloudScene s;
   s.camera.position = {5, 8, 60};
   s.camera.target = {0, 0, 0};
   s.camera.fov = 24;
   s.environment = ConstantSky{Rgb(0.2f, 0.3f, 0.5f)};
   s.medium = matter(0.4, Rgb(0.95f, 0.9f, 0.8f), 0.6);
-  s.suns = {Sun{{0.6, 0.8, 0.35}, Rgb(3.0f), 0}};
+  s.lights = {Sun{{0.6, 0.8, 0.35}, Rgb(3.0f), 0}};
   s.options.width = s.options.height = 8;
   s.options.samples = 300;
   s.options.threads = 1;
   return s;
 }
 
-Film picture(const std::vector<Medium>& media, const Scene& s) {
-  Scene scene = s;
+Film picture(const std::vector<Body>& media, const CloudScene& s) {
+  CloudScene scene = s;
   scene.medium = media.front();
   return render(make_volumes(cloud(), media, scene), scene).film;
 }
@@ -71,7 +73,7 @@ TEST(Media, ComponentsScatterInProportionToTheirShares) {
       for (const Transmittance transmittance : kTransmittances) {
         for (const Sun& sun : suns) {
           OneRay r = towards_middle({mixture(extinction)}, {30, 25, 28});
-          r.scene.suns = {sun};
+          r.scene.lights = {sun};
           r.scene.options.samples = 60'000;
           r.scene.options.tracker = tracker;
           r.scene.options.transmittance = transmittance;
@@ -87,8 +89,9 @@ TEST(Media, ComponentsScatterInProportionToTheirShares) {
 
 /// Each glows in a colour of its own; every ray ends in one of them.
 TEST(Media, CollisionsFallToComponentsByTheirShares) {
-  Medium m = matter(5, kBlack, 0, Rgb(1.0f, 0.0f, 0.0f));
-  m.others = {{0.35, kBlack, 0, Rgb(0.0f, 1.0f, 0.0f)}, {0.2, kBlack, 0, Rgb(0.0f, 0.0f, 1.0f)}};
+  Body m = matter(5, kBlack, 0, Rgb(1.0f, 0.0f, 0.0f));
+  m.others = {{0.35, kBlack, HenyeyGreenstein(0), Rgb(0.0f, 1.0f, 0.0f)},
+              {0.2, kBlack, HenyeyGreenstein(0), Rgb(0.0f, 0.0f, 1.0f)}};
   OneRay r = towards_middle({m}, {30, 25, 28});
   r.scene.options.samples = 1'000'000;
   proof::Family family;
@@ -97,17 +100,17 @@ TEST(Media, CollisionsFallToComponentsByTheirShares) {
 }
 
 TEST(Media, AComponentInPartsIsOne) {
-  const Scene s = cloud_scene();
-  const Medium& whole = s.medium;
+  const CloudScene s = cloud_scene();
+  const Body& whole = s.medium;
   const Film reference = picture({whole}, s);
   proof::Family family;
   std::uint64_t number = 0;
   for (const std::vector<double>& shares : {std::vector{0.3, 0.2}, {1.0}, {0.0}, {0.5, 0.5}}) {
-    Medium split = whole;
+    Body split = whole;
     for (const double share : shares) {
-      split.others.push_back({share, whole.albedo, whole.g, whole.emission});
+      split.others.push_back({share, whole.albedo, HenyeyGreenstein(whole.g), whole.emission});
     }
-    Scene other = s;
+    CloudScene other = s;
     other.options.seed = 100 + ++number;
     compare(reference, picture({split}, other), "split " + std::to_string(number), family);
   }
@@ -116,11 +119,12 @@ TEST(Media, AComponentInPartsIsOne) {
 
 /// Where phase functions agree, only the mean albedo counts.
 TEST(Media, AbsorbersLowerTheAlbedo) {
-  const Scene s = cloud_scene();
-  Medium mixed = matter(0.4, Rgb(1.0f, 0.9f, 0.4f), 0.6);
-  mixed.others = {{0.25, kBlack, 0.6, kBlack}, {0.25, Rgb(1.0f, 0.2f, 0.8f), 0.6, kBlack}};
-  const Medium mean = matter(0.4, Rgb(0.75f, 0.5f, 0.4f), 0.6);
-  Scene other = s;
+  const CloudScene s = cloud_scene();
+  Body mixed = matter(0.4, Rgb(1.0f, 0.9f, 0.4f), 0.6);
+  mixed.others = {{0.25, kBlack, HenyeyGreenstein(0.6), kBlack},
+                  {0.25, Rgb(1.0f, 0.2f, 0.8f), HenyeyGreenstein(0.6), kBlack}};
+  const Body mean = matter(0.4, Rgb(0.75f, 0.5f, 0.4f), 0.6);
+  CloudScene other = s;
   other.options.seed = 2;
   proof::Family family;
   compare(picture({mixed}, s), picture({mean}, other), "mean albedo", family);
@@ -135,9 +139,9 @@ TEST(Media, EmissionFollowsBeerAndLambert) {
   for (const Tracker tracker : kTrackers) {
     for (const double extinction : {1e-3, 0.05, 0.3, 5.0}) {
       for (const Vec3d from : {Vec3d(30, 25, 28), Vec3d(6.5, 7, 3000), Vec3d(3, 4, 9)}) {
-        Medium m = matter(extinction, kBlack, 0, Rgb(2.0f, 0.5f, 0.1f));
+        Body m = matter(extinction, kBlack, 0, Rgb(2.0f, 0.5f, 0.1f));
         if (number % 2 != 0) {
-          m.others = {{0.4, Rgb(0.5f, 0.0f, 1.0f), 0.3, Rgb(1.0f, 4.0f, 50.0f)}};
+          m.others = {{0.4, Rgb(0.5f, 0.0f, 1.0f), HenyeyGreenstein(0.3), Rgb(1.0f, 4.0f, 50.0f)}};
         }
         OneRay r = towards_middle({m}, from);
         r.scene.environment = ConstantSky{Rgb(0.3f, 1.0f, 0.1f)};
@@ -162,11 +166,12 @@ TEST(Media, MatterInThermalEquilibriumIsInvisible) {
   std::uint64_t number = 0;
   for (const Rgb albedo : {Rgb(0.0f), Rgb(0.5f), Rgb(0.99f, 0.2f, 0.7f), Rgb(1.0f)}) {
     for (const double g : {-0.7, 0.0, 0.9}) {
-      Scene s = cloud_scene();
-      s.suns.clear();
+      CloudScene s = cloud_scene();
+      s.lights.clear();
       s.environment = ConstantSky{glow};
-      Medium m = matter(0.5, albedo, g, glow);
-      if (number % 2 != 0) m.others = {{0.3, Rgb(0.1f, 0.9f, 0.6f) * albedo, -0.2, glow}};
+      Body m = matter(0.5, albedo, g, glow);
+      if (number % 2 != 0)
+        m.others = {{0.3, Rgb(0.1f, 0.9f, 0.6f) * albedo, HenyeyGreenstein(-0.2), glow}};
       s.options.seed = ++number;
       const std::string name = "albedo " + std::to_string(albedo.y) + ", g " + std::to_string(g);
       const Film film = picture({m}, s);
@@ -184,9 +189,9 @@ TEST(Media, MatterInThermalEquilibriumIsInvisible) {
 }
 
 TEST(Media, TwoHalvesAreOneWhole) {
-  const Scene s = cloud_scene();
+  const CloudScene s = cloud_scene();
   const Film whole = picture({s.medium}, s);
-  Medium half = s.medium;
+  Body half = s.medium;
   half.extinction /= 2;
   proof::Family family;
   std::uint64_t number = 0;
@@ -195,7 +200,7 @@ TEST(Media, TwoHalvesAreOneWhole) {
   for (const Tracker tracker : trackers) {
     for (const Transmittance transmittance : kTransmittances) {
       if (is_slow(tracker, transmittance) && number % 3 != 0) continue;
-      Scene other = s;
+      CloudScene other = s;
       other.options.tracker = tracker;
       other.options.transmittance = transmittance;
       other.options.seed = 100 + ++number;
@@ -217,8 +222,8 @@ Affine quarter_turn() {
 /// A second grid that holds the same cloud, turned, in cells of half the size, but placed back: the
 /// volumes' frames differ, the density is the same.
 TEST(Media, EachVolumeHasAFrameOfItsOwn) {
-  Scene s = cloud_scene();
-  s.options.interpolation = Interpolation::nearest;
+  CloudScene s = cloud_scene();
+  s.options.look_up = LookUp::nearest;
   const Film whole = picture({s.medium}, s);
   const Affine turn = quarter_turn();
   // Samples of half the size: two for one along each axis, their middles a quarter of a cell aside.
@@ -231,7 +236,6 @@ TEST(Media, EachVolumeHasAFrameOfItsOwn) {
   s.medium.extinction *= 0.7 / 0.3;
   s.medium.object_to_world = turn * translation(Vec3d(-0.25)) * scaling(Vec3d(0.5));
   volumes.push_back(make_volumes(fine, std::vector{s.medium}, s).front());
-  s.medium = volumes.front().medium;
   s.options.seed = 2;
   proof::Family family;
   compare(whole, render(volumes, s).film, "turned", family);
@@ -247,7 +251,7 @@ Affine skew_place(Vec3d stretch, Vec3d to) {
 }
 
 /// Bodies in all positions to each other, as the camera sees them.
-std::vector<std::vector<Medium>> arrangements(bool glowing) {
+std::vector<std::vector<Body>> arrangements(bool glowing) {
   const auto of = [glowing](double extinction, Rgb colour, double g, const Affine& place) {
     return glowing ? matter(extinction, colour * 0.3f, g, Rgb(3.0f) * colour, place)
                    : matter(extinction, colour, g, kBlack, place);
@@ -270,7 +274,7 @@ TEST(Media, BodiesAbsorbAndGlowInTurn) {
   proof::Family family;
   proof::Moments all;
   std::uint64_t number = 0;
-  for (std::vector<Medium> bodies : arrangements(true)) {
+  for (std::vector<Body> bodies : arrangements(true)) {
     for (const Tracker tracker :
          {Tracker::delta_global, Tracker::delta, Tracker::decomposition, Tracker::regular}) {
       std::reverse(bodies.begin(), bodies.end());  // the order does not count
@@ -293,12 +297,12 @@ TEST(Media, BodiesThrowShadowsOnEachOther) {
   proof::Family family;
   proof::Moments all;
   std::uint64_t number = 0;
-  for (std::vector<Medium> bodies : arrangements(false)) {
+  for (std::vector<Body> bodies : arrangements(false)) {
     for (const Transmittance transmittance : kTransmittances) {
       std::reverse(bodies.begin(), bodies.end());
       for (const Vec3d to_sun : {Vec3d(0.1, 1, -0.1), Vec3d(-0.6, -0.5, -0.8)}) {
         OneRay r = towards_middle(bodies, {30, 25, 28});
-        r.scene.suns = {Sun{to_sun, Rgb(4.0f), 0}};
+        r.scene.lights = {Sun{to_sun, Rgb(4.0f), 0}};
         r.scene.options.samples = transmittance == Transmittance::regular ? 20'000 : 80'000;
         r.scene.options.transmittance = transmittance;
         r.scene.options.seed = ++number;
@@ -313,9 +317,9 @@ TEST(Media, BodiesThrowShadowsOnEachOther) {
 
 /// Two clouds of different matter that overlap in part, with all orders of scattering.
 TEST(Media, TheOrderOfVolumesDoesNotCount) {
-  Scene s = cloud_scene();
+  CloudScene s = cloud_scene();
   s.environment = ImageSky{2, 1, {Rgb(1.0f, 0.2f, 0.3f), Rgb(0.1f, 0.8f, 2.0f)}, Rgb(1.0f), 40};
-  const Medium a = mixture(0.3), b = matter(0.5, Rgb(0.99f), 0.8, kBlack, translation({3, 4, -5}));
+  const Body a = mixture(0.3), b = matter(0.5, Rgb(0.99f), 0.8, kBlack, translation({3, 4, -5}));
   const Film one = picture({a, b}, s);
   s.options.seed = 2;
   proof::Family family;
@@ -324,11 +328,11 @@ TEST(Media, TheOrderOfVolumesDoesNotCount) {
 }
 
 TEST(Media, OverlappingWhiteBodiesAreInvisible) {
-  Scene s = cloud_scene();
-  s.suns.clear();
+  CloudScene s = cloud_scene();
+  s.lights.clear();
   s.environment = ConstantSky{Rgb(1.0f)};
   s.options.samples = 50;
-  const std::vector<Medium> white{
+  const std::vector<Body> white{
       matter(0.3, Rgb(1.0f), 0.9),
       matter(0.4, Rgb(1.0f), -0.5, kBlack, skew_place({0.8, 1.2, 1}, {2, 3, 1}))};
   for (const PixelSums& p : picture(white, s).pixels) EXPECT_EQ(mean(p), Vec3d(1.0));
@@ -345,7 +349,7 @@ TEST(Media, OverlappingWhiteBodiesAreInvisible) {
 }
 
 TEST(Media, EmptyVolumesTakeNoPart) {
-  Scene s = cloud_scene();
+  CloudScene s = cloud_scene();
   const Field none = make_field("none", {0, 0, 0}, {3, 3, 3}, [](Vec3i) { return 0.0; });
   const Volume full = make_volumes(cloud(), std::vector{s.medium}, s).front();
   const Volume empty = make_volumes(none, std::vector{s.medium}, s).front();
@@ -363,30 +367,30 @@ TEST(Media, EmptyVolumesTakeNoPart) {
 }
 
 TEST(Media, WhatMakesNoSenseIsRefused) {
-  Scene s = cloud_scene();
-  const std::vector<Medium> two{s.medium, s.medium};
+  CloudScene s = cloud_scene();
+  const std::vector<Body> two{s.medium, s.medium};
   for (const Tracker tracker : {Tracker::weighted_delta, Tracker::weighted_decomposition}) {
-    Scene weighted = s;
+    CloudScene weighted = s;
     weighted.options.tracker = tracker;
     EXPECT_THROW((void)picture(two, weighted), Error);
     EXPECT_NO_THROW((void)picture({s.medium}, weighted));
   }
   EXPECT_THROW((void)render(std::vector<Volume>{}, s), Error);
   const auto refused = [&](auto change) {
-    Medium m = s.medium;
-    m.others = {{0.5, Rgb(0.5f), 0, kBlack}};
+    Body m = s.medium;
+    m.others = {{0.5, Rgb(0.5f), HenyeyGreenstein(0), kBlack}};
     change(m);
     EXPECT_THROW((void)picture({m}, s), Error);
     EXPECT_THROW((void)picture({s.medium, m}, s), Error);
   };
-  refused([](Medium& m) { m.others[0].share = 1.01; });
-  refused([](Medium& m) { m.others[0].share = -0.01; });
-  refused([](Medium& m) { m.others[0].share = std::nan(""); });
-  refused([](Medium& m) { m.others.push_back({0.6, Rgb(0.5f), 0, kBlack}); });
-  refused([](Medium& m) { m.others[0].albedo.x = 1.5f; });
-  refused([](Medium& m) { m.others[0].g = -1; });
-  refused([](Medium& m) { m.others[0].emission.z = -1; });
-  refused([](Medium& m) { m.emission.y = std::nanf(""); });
+  refused([](Body& m) { m.others[0].share = 1.01; });
+  refused([](Body& m) { m.others[0].share = -0.01; });
+  refused([](Body& m) { m.others[0].share = std::nan(""); });
+  refused([](Body& m) { m.others.push_back({0.6, Rgb(0.5f), {}, kBlack}); });
+  refused([](Body& m) { m.others[0].albedo.x = 1.5f; });
+  refused([](Body& m) { m.others[0].phase = HenyeyGreenstein(-1); });
+  refused([](Body& m) { m.others[0].emission.z = -1; });
+  refused([](Body& m) { m.emission.y = std::nanf(""); });
 }
 
 }  // namespace

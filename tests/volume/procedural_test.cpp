@@ -13,8 +13,8 @@
 #include "pvol/error.h"
 #include "pvol/formats/recipe_file.h"
 #include "pvol/render/render.h"
-#include "pvol/render/scene_volume.h"
 #include "pvol/volume/facts.h"
+#include "support/cloud_scene.h"
 #include "support/estimators.h"
 #include "support/field_proof.h"
 #include "support/flights.h"
@@ -24,7 +24,7 @@
 namespace pvol::test {
 namespace {
 
-constexpr auto kProcedural = Interpolation::procedural;
+constexpr auto kProcedural = LookUp::procedural;
 
 /// A sample's recipe with the voxels of a small test.
 struct Cloud {
@@ -48,25 +48,25 @@ const std::vector<Cloud>& clouds() {
   return all;
 }
 
-Scene scene_for(const Cloud& c, Tracker tracker = Tracker::delta) {
-  Scene s;
+CloudScene scene_for(const Cloud& c, Tracker tracker = Tracker::delta) {
+  CloudScene s;
   s.medium.extinction = 15 / min_component(c.pyramid.support().extent()) / c.recipe->voxel;
   s.options.tracker = tracker;
-  s.options.interpolation = kProcedural;
+  s.options.look_up = kProcedural;
   s.options.width = s.options.height = 16;
   s.options.samples = 4;
   return s;
 }
 
 std::uint32_t brick_of(const Volume& v, Int4 cell) {
-  return v.octree.brick_at(Octree::kNodeBit, cell, kZeroBrick);
+  return v.density.octree.brick_at(Octree::kNodeBit, cell, kZeroBrick);
 }
 
 Int4 random_cell(const Volume& v, Rng& rng) {
   Int4 cell{};
   for (int axis = 0; axis < 3; ++axis) {
-    const int size = v.octree.support_hi[axis] - v.octree.support_lo[axis];
-    cell[axis] = v.octree.support_lo[axis] + int(rng.block().lo % std::uint64_t(size));
+    const int size = v.density.octree.support_hi[axis] - v.density.octree.support_lo[axis];
+    cell[axis] = v.density.octree.support_lo[axis] + int(rng.block().lo % std::uint64_t(size));
   }
   return cell;
 }
@@ -75,18 +75,19 @@ Int4 random_cell(const Volume& v, Rng& rng) {
 /// of their leaf and of the cube around them.
 TEST(Procedural, LookupsAreTheRecipeAndKeepAllBounds) {
   for (const Cloud& c : clouds()) {
-    Scene s = scene_for(c);
+    CloudScene s = scene_for(c);
     s.options.depth = 16;
     const Volume v = make_volume(c.recipe, c.pyramid, s);
-    const MicroBounds one = build_micro_bounds(*v.procedure, 1);
-    const MicroBounds two = build_micro_bounds(*v.procedure, 2);
+    const MicroBounds one = build_micro_bounds(v.density.recipe(), 1);
+    const MicroBounds two = build_micro_bounds(v.density.recipe(), 2);
     Rng rng(kSeed, 1, 0);
     int wrong = 0, outside = 0, inside = 0;
     for (int i = 0; i < 60'000; ++i) {
       const LatticePoint p{random_cell(v, rng), nasty_offsets(rng)};
       const std::uint32_t brick = brick_of(v, p.cell);
-      const float rho = density_in_brick(*v.procedure, brick, p);
-      const Vec3d index = Vec3d(vec3(p.cell)) + Vec3d(v.octree.origin) + Vec3d(vec3(p.frac));
+      const float rho = density_in_brick(v.density.recipe(), brick, p);
+      const Vec3d index =
+          Vec3d(vec3(p.cell)) + Vec3d(v.density.octree.origin) + Vec3d(vec3(p.frac));
       wrong += rho != float(density(*c.recipe, index * c.recipe->voxel));
       for (const DensityRange r :
            {micro_range<1>(one, brick, p.cell), micro_range<2>(two, brick, p.cell)}) {
@@ -145,7 +146,7 @@ struct Start {
 
 /// A ray from outside through the cloud, its lengths scaled to an optical depth of 2.
 Start find_ray(const Cloud& c, const Volume& v, std::uint64_t stream) {
-  const Box box = v.octree.support();
+  const Box box = v.density.octree.support();
   Rng rng(kSeed, 2, stream);
   for (;;) {
     const auto number = [&] { return 2 * double(rng.uniform()) - 1; };
@@ -153,12 +154,12 @@ Start find_ray(const Cloud& c, const Volume& v, std::uint64_t stream) {
     const Vec3d middle = box.centre() + box.extent() * 0.3 * Vec3d(number(), number(), number());
     const auto span = intersect(box, {middle - d * 1000.0, d}, 0, 1e9);
     if (!span) continue;
-    const Cursor cursor = make_cursor(v.octree, middle + d * (span->t0 - 1000));
+    const Cursor cursor = make_cursor(v.density.octree, middle + d * (span->t0 - 1000));
     const Vec3d from = Vec3d(vec3(cursor.at.cell)) + Vec3d(vec3(cursor.at.frac));
     const Float4 unit = lanes(Vec3f(d));
     const auto mu = [&](double t) {
-      const Vec3d p = from + Vec3d(vec3(unit)) * t + Vec3d(v.octree.origin);
-      return double(v.extinction) * density(*c.recipe, p * c.recipe->voxel);
+      const Vec3d p = from + Vec3d(vec3(unit)) * t + Vec3d(v.density.octree.origin);
+      return double(v.density.scale) * density(*c.recipe, p * c.recipe->voxel);
     };
     const TabulatedRay ray(mu, span->t1 - span->t0);
     const auto factor = float(ray.optical_depth() / 2);
@@ -181,7 +182,7 @@ const Start& aim(const Cloud& c, const Volume& v, std::uint64_t ray) {
 Start start_in(const Cloud& c, const Volume& v, std::uint64_t ray) {
   Start s = aim(c, v, ray);
   const LatticePoint at = s.cursor.at;
-  s.cursor = make_cursor(v.octree, Vec3d(vec3(at.cell)) + Vec3d(vec3(at.frac)));
+  s.cursor = make_cursor(v.density.octree, Vec3d(vec3(at.cell)) + Vec3d(vec3(at.frac)));
   return s;
 }
 
@@ -191,12 +192,12 @@ TEST(ProceduralTracking, FollowsTheOpticalDepthOfTheRecipe) {
   std::uint64_t stream = 0;
   for (const Cloud& c : clouds()) {
     for (const std::optional<int> depth : {std::optional<int>(16), std::optional<int>()}) {
-      Scene s = scene_for(c);
+      CloudScene s = scene_for(c);
       s.options.depth = depth;
       const Volume v = make_volume(c.recipe, c.pyramid, s);
       for (std::uint64_t ray = 0; ray < kRaysOfCloud; ++ray) {
-        const PlainField field{extinction_source<kProcedural>(v)};
-        prove(v.octree, start_in(c, v, ray), field, 2000, c.name, stream, family, sums);
+        const PlainField field{extinction_source<kProcedural>(v.density)};
+        prove(v.density.octree, start_in(c, v, ray), field, 2000, c.name, stream, family, sums);
       }
     }
   }
@@ -210,16 +211,16 @@ double p_value_with_extinction_times(float factor, int flights) {
   std::optional<FlightHistogram> sum;
   for (std::size_t i = 0; i < 2; ++i) {
     const Cloud& c = clouds()[i];
-    Scene s = scene_for(c);
+    CloudScene s = scene_for(c);
     s.options.micro_bounds = MicroBoundsUse::cells_8;
     const Volume v = make_volume(c.recipe, c.pyramid, s);
     for (std::uint64_t ray = 0; ray < kRaysOfCloud; ++ray) {
       const Start a = start_in(c, v, ray);
-      auto source = extinction_source<kProcedural>(v);
+      auto source = extinction_source<kProcedural>(v.density);
       source.scale *= factor;
-      const SqueezedField<2, ProceduralExtinction> wrong{source, v.micro};
+      const SqueezedField<2, ProceduralExtinction> wrong{source, v.density.micro};
       if (!sum) sum.emplace(a.oracle);
-      sum->add(sample_flights<Tracker::delta>(v.octree, a, wrong, flights, 900 + ray));
+      sum->add(sample_flights<Tracker::delta>(v.density.octree, a, wrong, flights, 900 + ray));
     }
   }
   return sum->p_value();
@@ -233,20 +234,22 @@ TEST(ProceduralTracking, TheProofFindsAnErrorOfOnePerCent) {
 TEST(ProceduralSqueeze, IsBitIdenticalToPlainTracking) {
   for (const Cloud& c : clouds()) {
     SCOPED_TRACE(c.name);
-    Scene s = scene_for(c);
+    CloudScene s = scene_for(c);
     const Volume v = make_volume(c.recipe, c.pyramid, s);
-    const auto source = extinction_source<kProcedural>(v);
+    const auto source = extinction_source<kProcedural>(v.density);
     const PlainField plain{source};
-    const MicroBounds one = build_micro_bounds(*v.procedure, 1);
-    const MicroBounds two = build_micro_bounds(*v.procedure, 2);
+    const MicroBounds one = build_micro_bounds(v.density.recipe(), 1);
+    const MicroBounds two = build_micro_bounds(v.density.recipe(), 2);
     const SqueezedField<1, ProceduralExtinction> single{source, one};
     const SqueezedField<2, ProceduralExtinction> cubes{source, two};
     for (std::uint64_t ray = 0; ray < kRaysOfCloud; ++ray) {
       const Start a = start_in(c, v, ray);
-      const double fine = compare_flights<Tracker::delta>(v.octree, a, plain, single, 2000);
-      const double coarse = compare_flights<Tracker::delta>(v.octree, a, plain, cubes, 2000);
+      const double fine = compare_flights<Tracker::delta>(v.density.octree, a, plain, single, 2000);
+      const double coarse =
+          compare_flights<Tracker::delta>(v.density.octree, a, plain, cubes, 2000);
       EXPECT_LE(fine, coarse);
-      EXPECT_LE(compare_flights<Tracker::decomposition>(v.octree, a, plain, cubes, 2000), 1);
+      EXPECT_LE(compare_flights<Tracker::decomposition>(v.density.octree, a, plain, cubes, 2000),
+                1);
       EXPECT_LT(fine, c.name == "column" ? 0.7 : 1);  // its cells are finer than its noise
     }
   }
@@ -255,14 +258,14 @@ TEST(ProceduralSqueeze, IsBitIdenticalToPlainTracking) {
 TEST(ProceduralSqueeze, LeavesEveryImageAsItIs) {
   for (const Cloud& c : clouds()) {
     for (const Tracker tracker : {Tracker::delta_global, Tracker::delta, Tracker::decomposition}) {
-      Scene s = scene_for(c, tracker);
+      CloudScene s = scene_for(c, tracker);
       std::optional<Film> first;
       for (const auto micro :
            {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1}) {
         s.options.micro_bounds = micro;
         s.options.threads = micro == MicroBoundsUse::none ? 1 : 3;
         const Volume v = make_volume(c.recipe, c.pyramid, s);
-        s.camera = frame(v.world_box, 1);
+        s.camera = frame(v.density.world_box, 1);
         const RenderResult r = render(v, s);
         if (!first) first = r.film;
         EXPECT_TRUE(same_bytes(*first, r.film)) << c.name << ", " << label(tracker);
@@ -275,11 +278,11 @@ TEST(ProceduralImages, AreTheSkyInAFurnace) {
   for (const Cloud& c : clouds()) {
     for (const Tracker tracker : kTrackers) {
       if (tracker == Tracker::regular) continue;
-      Scene s = scene_for(c, tracker);
+      CloudScene s = scene_for(c, tracker);
       s.medium.albedo = Rgb(1.0f);
       s.environment = ConstantSky{Rgb(1.0f)};
       const Volume v = make_volume(c.recipe, c.pyramid, s);
-      s.camera = frame(v.world_box, 1);
+      s.camera = frame(v.density.world_box, 1);
       double scattered = 0;
       for (const PixelSums& p : render(v, s).film.pixels) {
         EXPECT_EQ(mean(p), Vec3d(1.0)) << c.name << ", " << label(tracker);
@@ -293,26 +296,26 @@ TEST(ProceduralImages, AreTheSkyInAFurnace) {
 /// Two clouds at once, and one of them far away: placement works as it does for samples.
 TEST(ProceduralImages, MayHoldSeveralRecipes) {
   const Cloud& c = clouds()[0];
-  Scene s = scene_for(c);
+  CloudScene s = scene_for(c);
   s.medium.albedo = Rgb(1.0f);
   s.environment = ConstantSky{Rgb(1.0f)};
   std::vector<Volume> volumes;
   volumes.push_back(make_volume(c.recipe, c.pyramid, s));
-  Scene moved = s;
+  CloudScene moved = s;
   moved.medium.object_to_world = translation({0.3, 0.2, 0.1});
   volumes.push_back(make_volume(clouds()[1].recipe, clouds()[1].pyramid, moved));
-  s.camera = frame(volumes[0].world_box, 1);
+  s.camera = frame(volumes[0].density.world_box, 1);
   for (const PixelSums& p : render(volumes, s).film.pixels) EXPECT_EQ(mean(p), Vec3d(1.0));
 }
 
 TEST(Procedural, IsDescribedByCoarseSamples) {
   for (const Cloud& c : clouds()) {
-    const Scene s = scene_for(c);
+    const CloudScene s = scene_for(c);
     const Volume v = make_volume(c.recipe, c.pyramid, s);
-    const VolumeFacts f = describe(v, *c.recipe, s.medium);
+    const VolumeFacts f = describe(v, describe(*c.recipe, s.medium.extinction, {}));
     Recipe fine = *c.recipe;
     fine.voxel = voxel_for(fine, 128);
-    const VolumeFacts g = describe(Volume{}, make_grid(fine), s.medium);
+    const VolumeFacts g = describe(make_grid(fine), s.medium.extinction, {});
     for (int axis = 0; axis < 3; ++axis) {
       const double expected = g.mean_optical_thickness[axis];
       EXPECT_NEAR(f.mean_optical_thickness[axis], expected, 0.2 * expected) << c.name;
@@ -329,11 +332,11 @@ TEST(Procedural, IsEmbeddedAsAnyVolume) {
   Rng rng(kSeed, 9, 0);
   for (int i = 0; i < 2000; ++i) {
     const LatticePoint p{random_cell(v, rng), Float4{0.5f, 0.25f, 0.75f, 0}};
-    const Vec3d index = Vec3d(vec3(p.cell)) + Vec3d(v.octree.origin) + Vec3d(vec3(p.frac));
+    const Vec3d index = Vec3d(vec3(p.cell)) + Vec3d(v.density.octree.origin) + Vec3d(vec3(p.frac));
     const Vec3d world = index * c.recipe->voxel;
     EXPECT_NEAR(double(density_at(v, world)), density(*c.recipe, world), 1e-4);
   }
-  const Ray ray{v.world_box.centre() - Vec3d(10, 0, 0), {1, 0, 0}};
+  const Ray ray{v.density.world_box.centre() - Vec3d(10, 0, 0), {1, 0, 0}};
   const TabulatedRay oracle([&](double t) { return 3 * density(*c.recipe, ray.at(t)); }, 20);
   proof::Moments m;
   for (int i = 0; i < 20'000; ++i) m.add(double(sample_transmittance(v, ray, 20, rng)));
@@ -342,24 +345,26 @@ TEST(Procedural, IsEmbeddedAsAnyVolume) {
 
 TEST(Procedural, RefusesWhatDoesNotFit) {
   const Cloud& c = clouds()[0];
-  Scene s = scene_for(c);
+  CloudScene s = scene_for(c);
   const VoxelGrid grid = make_grid(*c.recipe);
   EXPECT_THROW((void)make_volume(grid, c.pyramid, s), Error);                // samples
   EXPECT_THROW((void)make_volume(c.recipe, build_pyramid(grid), s), Error);  // of the samples alone
   Recipe denser = *c.recipe;
   denser.density *= 1.01;
   EXPECT_THROW((void)make_volume(std::make_shared<const Recipe>(denser), c.pyramid, s), Error);
-  Scene regular = s;
+  CloudScene regular = s;
   regular.options.tracker = Tracker::regular;
   const Volume v = make_volume(c.recipe, c.pyramid, regular);
-  regular.camera = frame(v.world_box, 1);
+  regular.camera = frame(v.density.world_box, 1);
   EXPECT_THROW((void)render(v, regular), Error);
-  EXPECT_THROW((void)build_micro_bounds(*v.procedure, 3), Error);
-  s.options.interpolation = Interpolation::tricubic;
+  EXPECT_THROW((void)build_micro_bounds(v.density.recipe(), 3), Error);
+  s.options.look_up = LookUp::tricubic;
   EXPECT_THROW((void)make_volume(grid, c.pyramid, s), Error);  // the wider kernel leaves the bounds
-  s.options.interpolation = Interpolation::trilinear;
+  s.options.look_up = LookUp::trilinear;
   EXPECT_NO_THROW((void)make_volume(grid, c.pyramid, s));
-  EXPECT_THROW((void)make_volume(c.recipe, c.pyramid, s), Error);
+  const Volume evaluated = make_volume(c.recipe, c.pyramid, s);  // whatever the options say
+  EXPECT_EQ(evaluated.density.look_up, LookUp::procedural);
+  EXPECT_THROW((void)render(evaluated, s), Error);
 }
 
 TEST(Procedural, MayBeEmpty) {
@@ -369,10 +374,10 @@ TEST(Procedural, MayBeEmpty) {
   const auto empty = std::make_shared<const Recipe>(r);
   const Pyramid p = build_pyramid(r);
   ASSERT_TRUE(p.empty());
-  Scene s = scene_for(clouds()[0]);
+  CloudScene s = scene_for(clouds()[0]);
   const Volume v = make_volume(empty, p, s);
   EXPECT_TRUE(render(v, s).complete);
-  EXPECT_EQ(describe(v, r, s.medium).largest_optical_thickness, 0);
+  EXPECT_EQ(describe(v, describe(r, s.medium.extinction, {})).largest_optical_thickness, 0);
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 
 #include "pvol/error.h"
 #include "pvol/render/render.h"
-#include "pvol/render/scene_volume.h"
+#include "support/cloud_scene.h"
 #include "support/estimators.h"
 #include "support/fields.h"
 #include "support/pictures.h"
@@ -18,12 +18,12 @@ namespace {
 /// Thin enough for weights to stay tame: an optical depth of about one half.
 constexpr double kExtinction = 0.04;
 
-Scene scene_of(Tracker tracker, std::uint64_t seed) {
-  Scene s;
+CloudScene scene_of(Tracker tracker, std::uint64_t seed) {
+  CloudScene s;
   s.medium.extinction = kExtinction;
   s.medium.albedo = Rgb(0.9f);
   s.environment = ConstantSky{Rgb(1.0f)};
-  s.suns = {Sun{{0.3, 0.8, 0.4}, Rgb(2.0f), 0}};
+  s.lights = {Sun{{0.3, 0.8, 0.4}, Rgb(2.0f), 0}};
   s.options.tracker = tracker;
   s.options.transmittance = Transmittance::ratio;
   s.options.width = s.options.height = 16;
@@ -51,9 +51,9 @@ Pyramid too_low(double by) {
   return p;
 }
 
-Film picture(Scene s, const Pyramid& p) {
+Film picture(CloudScene s, const Pyramid& p) {
   const Volume v = make_volume(cloud().grid, p, s);
-  s.camera = frame(v.world_box, 1);
+  s.camera = frame(v.density.world_box, 1);
   return render(v, s).film;
 }
 
@@ -65,7 +65,7 @@ TEST(WrongBounds, WeightsMakeUpForThem) {
     for (const Transmittance t :
          {Transmittance::ratio, Transmittance::analog, Transmittance::residual_ratio}) {
       for (const double factor : {1.5, 2.9}) {
-        Scene s = scene_of(tracker, ++seed);
+        CloudScene s = scene_of(tracker, ++seed);
         s.options.transmittance = t;
         const std::string name =
             std::string(label(tracker)) + " " + label(t) + " " + std::to_string(factor);
@@ -80,22 +80,22 @@ TEST(WrongBounds, WeightsMakeUpForThem) {
 }
 
 TEST(WrongBounds, AreCountedAndPlaced) {
-  Scene s = scene_of(Tracker::weighted_delta, 1);
+  CloudScene s = scene_of(Tracker::weighted_delta, 1);
   const Volume v = make_volume(cloud().grid, too_low(2), s);
-  EXPECT_GT(v.excess.nodes, 0u);
-  EXPECT_NEAR(v.excess.factor, 2, 0.01);
-  EXPECT_NEAR(v.majorant_excess, 2, 0.01);
-  EXPECT_EQ(v.excess.worst.extent(), Vec3d(8));
+  EXPECT_GT(v.density.excess.nodes, 0u);
+  EXPECT_NEAR(v.density.excess.factor, 2, 0.01);
+  EXPECT_NEAR(v.density.majorant_excess, 2, 0.01);
+  EXPECT_EQ(v.density.excess.worst.extent(), Vec3d(8));
   s.options.majorant_scale = 0.8;
-  EXPECT_NEAR(make_volume(cloud().grid, too_low(2), s).majorant_excess, 2.5, 0.01);
+  EXPECT_NEAR(make_volume(cloud().grid, too_low(2), s).density.majorant_excess, 2.5, 0.01);
   s.options.majorant_scale = 2.5;
-  EXPECT_EQ(make_volume(cloud().grid, too_low(2), s).majorant_excess, 1);
+  EXPECT_EQ(make_volume(cloud().grid, too_low(2), s).density.majorant_excess, 1);
   EXPECT_EQ(make_volume(cloud().grid, build_pyramid(cloud().grid), scene_of(Tracker::delta, 1))
-                .excess.nodes,
+                .density.excess.nodes,
             0u);
 }
 
-std::string refusal(const Scene& s, const Pyramid& p) {
+std::string refusal(const CloudScene& s, const Pyramid& p) {
   try {
     (void)make_volume(cloud().grid, p, s);
   } catch (const Error& e) {
@@ -117,7 +117,7 @@ TEST(WrongBounds, AreRefusedByOtherTrackersAndBeyondThree) {
     }
   }
   // The factors of the file and of the option multiply.
-  Scene s = scene_of(Tracker::weighted_delta, 1);
+  CloudScene s = scene_of(Tracker::weighted_delta, 1);
   s.options.majorant_scale = 0.5;
   EXPECT_EQ(refusal(s, too_low(1.4)), "");
   EXPECT_NE(refusal(s, too_low(1.6)), "");
@@ -125,7 +125,7 @@ TEST(WrongBounds, AreRefusedByOtherTrackersAndBeyondThree) {
 
 TEST(WrongBounds, ScalesOutsideTheRangeAreRefused) {
   for (const Tracker t : kTrackers) {
-    Scene s = scene_of(t, 1);
+    CloudScene s = scene_of(t, 1);
     for (const double scale : {0.0, -1.0, 0.3, 1001.0, 0.5}) {
       s.options.majorant_scale = scale;
       const bool refused = !refusal(s, build_pyramid(cloud().grid)).empty();
@@ -135,7 +135,7 @@ TEST(WrongBounds, ScalesOutsideTheRangeAreRefused) {
 }
 
 TEST(WrongBounds, NoOtherTrackerRendersAVolumeMadeForWeights) {
-  Scene s = scene_of(Tracker::weighted_delta, 1);
+  CloudScene s = scene_of(Tracker::weighted_delta, 1);
   s.options.majorant_scale = 0.5;
   const Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
   s.options.tracker = Tracker::delta;
@@ -148,7 +148,7 @@ TEST(WrongBounds, LooserOnesChangeNoMean) {
   std::uint64_t seed = 100;
   for (const Tracker tracker : kTrackers) {
     for (const double scale : {2.0, 10.0}) {
-      Scene s = scene_of(tracker, ++seed);
+      CloudScene s = scene_of(tracker, ++seed);
       s.options.majorant_scale = scale;
       compare(truth, picture(s, build_pyramid(cloud().grid)),
               std::string(label(tracker)) + " " + std::to_string(scale), family);

@@ -34,16 +34,16 @@ void load_sky(formats::SceneFile& file) {
 formats::Cloud load_cloud(const std::string& tool, const std::filesystem::path& file,
                           const formats::GridOptions& grid, const formats::SceneFile& scene) {
   const RenderOptions& o = scene.scene.options;
-  formats::Cloud cloud = formats::load_cloud(file, grid, o.interpolation);
+  formats::Cloud cloud = formats::load_cloud(file, grid, o.look_up);
   print_warnings(tool, cloud.report.warnings);
   if (scene.density) formats::quantise(cloud, *scene.density, file);
   formats::coarsen(cloud, o.preview, file);
   return cloud;
 }
 
-double choose_extinction(const formats::Cloud& cloud, Medium medium, double thickness) {
-  medium.extinction = 1;
-  const VolumeFacts f = describe(Volume{}, cloud, medium);
+double choose_extinction(const formats::Cloud& cloud, const Affine& object_to_world,
+                         double thickness) {
+  const VolumeFacts f = pvol::describe(cloud.density, 1, object_to_world);
   const double unit =
       *std::max_element(std::begin(f.mean_optical_thickness), std::end(f.mean_optical_thickness));
   if (!(unit > 0)) return 1;
@@ -53,23 +53,24 @@ double choose_extinction(const formats::Cloud& cloud, Medium medium, double thic
   return std::min(std::stod(digits), kLargest);
 }
 
-Volume make_volume(const formats::Cloud& cloud, const Scene& scene) {
-  if (cloud.recipe) return pvol::make_volume(cloud.recipe, cloud.pyramid, scene);
+Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volume,
+                   const RenderOptions& options) {
+  VolumeOptions o = volume_options(options);
+  o.object_to_world = volume.object_to_world;
   const LeafMicroBounds* stored = cloud.micro ? &*cloud.micro : nullptr;
-  return pvol::make_volume(cloud.grid, cloud.pyramid, scene, stored);
+  return pvol::make_volume(cloud.density, cloud.pyramid, volume.medium, o, stored);
 }
 
-VolumeFacts describe(const Volume& volume, const formats::Cloud& cloud, const Medium& medium) {
-  return cloud.recipe ? pvol::describe(volume, *cloud.recipe, medium)
-                      : pvol::describe(volume, cloud.grid, medium);
+VolumeFacts describe(const formats::Cloud& cloud, const formats::SceneVolume& volume) {
+  return pvol::describe(cloud.density, volume.medium.extinction, volume.object_to_world);
 }
 
 void require_proof(const std::filesystem::path& file, const formats::Cloud& cloud) {
   if (!cloud.shell) return;
   CertifyOptions enough;
   enough.enough = evaluator_margin(*cloud.shell);
-  const Support support = cloud.recipe ? make_support(*cloud.recipe, 3 - kLeafRefinement)
-                                       : make_support(cloud.grid, cloud.pyramid);
+  const Support support = cloud.recipe() ? make_support(*cloud.recipe(), 3 - kLeafRefinement)
+                                         : make_support(cloud.grid(), cloud.pyramid);
   if (certify(*cloud.shell, support, enough).bound >= enough.enough) return;
   throw Error(file.string() +
               ": its shell does not hold the cloud; fit it again, or render with --shells off");
@@ -78,7 +79,8 @@ void require_proof(const std::filesystem::path& file, const formats::Cloud& clou
 Camera frame_all(std::span<const Volume> volumes, const RenderOptions& options) {
   Box all;
   for (const Volume& v : volumes) {
-    if (!v.world_box.empty()) all = extend(extend(all, v.world_box.lo), v.world_box.hi);
+    if (!v.density.world_box.empty())
+      all = extend(extend(all, v.density.world_box.lo), v.density.world_box.hi);
   }
   return frame(all, double(options.width) / options.height);
 }
@@ -86,9 +88,7 @@ Camera frame_all(std::span<const Volume> volumes, const RenderOptions& options) 
 void refuse_endless_work(const std::filesystem::path& file, const Volume& volume,
                          const VolumeFacts& facts, const RenderOptions& options) {
   constexpr double kMostEvents = 1e6;
-  const Medium& m = volume.medium;
-  double albedo = double(max_component(m.albedo));
-  for (const Component& c : m.others) albedo = std::max(albedo, double(max_component(c.albedo)));
+  const double albedo = double(largest_albedo(volume.medium));
   const double thickness = facts.largest_optical_thickness;
   const double scatterings = estimate_scatterings(thickness, albedo);
   const std::string where = file.string() + ": ";
@@ -103,10 +103,10 @@ void refuse_endless_work(const std::filesystem::path& file, const Volume& volume
   // Second moments of weights grow by exp(4 (k - 1) depth) where majorants are k times too low
   // (THEORY.md, T3.5).
   constexpr double kMostGrowth = 20;
-  const double growth = 4 * (volume.majorant_excess - 1) * thickness;
+  const double growth = 4 * (volume.density.majorant_excess - 1) * thickness;
   if (growth > kMostGrowth) {
     throw Error(where + "weights would grow without end: majorants are up to " +
-                readable(volume.majorant_excess) +
+                readable(volume.density.majorant_excess) +
                 " times too low in a cloud of optical thickness up to " + readable(thickness) +
                 ", so that the variance grows by exp(" + readable(growth) +
                 "), expected at most exp(" + readable(kMostGrowth) +

@@ -32,13 +32,15 @@ void load_sky(formats::SceneFile& file);
 
 /// The extinction of three digits with which the cloud is this many mean free paths thick, averaged
 /// over the columns along its thickest axis; 1 for a cloud of nothing.
-[[nodiscard]] double choose_extinction(const formats::Cloud& cloud, Medium medium,
+[[nodiscard]] double choose_extinction(const formats::Cloud& cloud, const Affine& object_to_world,
                                        double thickness = kChosenThickness);
 
-/// pvol::make_volume and pvol::describe of a cloud with samples, or of one that is a recipe.
-[[nodiscard]] Volume make_volume(const formats::Cloud& cloud, const Scene& scene);
-[[nodiscard]] VolumeFacts describe(const Volume& volume, const formats::Cloud& cloud,
-                                   const Medium& medium);
+/// The cloud with the medium and placement of a scene's volume, for the scene's options.
+[[nodiscard]] Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volume,
+                                 const RenderOptions& options);
+
+/// Figures about a cloud as a volume of a scene.
+[[nodiscard]] VolumeFacts describe(const formats::Cloud& cloud, const formats::SceneVolume& volume);
 
 /// Proves again that a cloud's shell, if it has one, holds it: a few milliseconds, where a wrong
 /// one would cut parts of the cloud off without a word. Throws Error otherwise.

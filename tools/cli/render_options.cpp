@@ -113,7 +113,7 @@ void add_estimator(CLI::App& app, RenderOptionsGiven& o) {
       ->type_name("auto|none|2|1")
       ->check(one_of({"auto", "none", "2", "1"}));
   app.add_option(
-         "--interpolation", o.interpolation,
+         "--interpolation", o.look_up,
          "Between voxels: nearest, trilinear, or tricubic (B-spline; a .pvol must be fitted "
          "for it); procedural evaluates a recipe without sampling it [trilinear]")
       ->type_name("NAME")

@@ -23,8 +23,8 @@ struct RenderOptionsGiven {
   std::optional<std::array<int, 4>> crop;
   std::optional<std::uint32_t> samples;
   std::optional<std::uint64_t> seed;
-  std::optional<std::string> tracker, transmittance, micro_bounds, interpolation, depth, shells,
-      guide, max_bounces, background, density;
+  std::optional<std::string> tracker, transmittance, micro_bounds, look_up, depth, shells, guide,
+      max_bounces, background, density;
   std::optional<double> density_tolerance;  ///< with density fpn only
   int threads = 0;
   double exposure = 0;

@@ -30,9 +30,9 @@ Json describe_volumes(const RenderJob& job) {
                 {"effective_depth", job.reports[i].facts.depth},
                 {"micro_bounds", micro_bounds_text(v)},
                 {"shell_used", v.shell.has_value()}};
-    if (v.homogeneous) {
-      one["homogenised_nodes"] = v.homogeneous->nodes;
-      one["depth_error_bound"] = v.homogeneous->depth_error;
+    if (v.density.homogeneous) {
+      one["homogenised_nodes"] = v.density.homogeneous->nodes;
+      one["depth_error_bound"] = v.density.homogeneous->depth_error;
     }
     list.push_back(std::move(one));
   }
@@ -45,8 +45,8 @@ Json describe_options(const RenderJob& job) {
   const RenderOptions& r = job.file.scene.options;
   Json j;
   j["input"] = job.input.string();
-  j["volume"] = job.file.volume.string();
-  j["grid"] = job.file.grid;
+  j["volume"] = job.file.volumes.front().file.string();
+  j["grid"] = job.file.volumes.front().grid;
   j["size"] = {r.width, r.height};
   j["crop"] = {r.crop_x, r.crop_y, r.crop_width, r.crop_height};
   j["spp"] = r.samples;
@@ -54,9 +54,9 @@ Json describe_options(const RenderJob& job) {
   j["tracker"] = formats::name(r.tracker);
   j["transmittance"] = formats::name(r.transmittance);
   j["micro_bounds"] = formats::name(r.micro_bounds);
-  j["micro_bounds_used"] = job.volumes.front().micro.edge;
+  j["micro_bounds_used"] = job.volumes.front().density.micro.edge;
   j["micro_bounds_from"] = micro_bounds_text(job.volumes.front());
-  j["interpolation"] = formats::name(r.interpolation);
+  j["interpolation"] = formats::name(r.look_up);
   for (const VolumeReport& v : job.reports) j["density"].push_back(describe_density(v));
   j["depth"] = r.depth ? Json(*r.depth) : Json("auto");
   j["effective_depth"] = job.reports.front().facts.depth;
@@ -66,7 +66,7 @@ Json describe_options(const RenderJob& job) {
   j["max_bounces"] = r.max_bounces ? Json(*r.max_bounces) : Json("none");
   j["majorant_scale"] = r.majorant_scale;
   j["homogenise"] = r.homogenise ? Json(*r.homogenise) : Json("off");
-  if (const auto& h = job.volumes.front().homogeneous) {
+  if (const auto& h = job.volumes.front().density.homogeneous) {
     j["homogenised"] = {{"nodes", h->nodes},
                         {"volume_share", h->volume_share},
                         {"mass_share", h->mass_share},
@@ -76,7 +76,7 @@ Json describe_options(const RenderJob& job) {
   j["volumes"] = describe_volumes(job);
   j["background"] = r.background ? "on" : "off";
   j["biased"] = describe_bias(job);
-  j["extinction"] = job.file.scene.medium.extinction;
+  j["extinction"] = job.volumes.front().medium.extinction;
   j["set"] = job.sets;
   j["version"] = PVOL_VERSION;
   return j;
@@ -89,7 +89,7 @@ std::string describe_bias(const RenderJob& job) {
   const RenderOptions& o = job.file.scene.options;
   if (o.max_bounces) reasons.emplace_back("max_bounces");
   const bool homogenised = std::any_of(job.volumes.begin(), job.volumes.end(), [](const Volume& v) {
-    return v.homogeneous && v.homogeneous->nodes > 0;
+    return v.density.homogeneous && v.density.homogeneous->nodes > 0;
   });
   if (homogenised) reasons.emplace_back("homogenise");
   if (o.preview > 0) reasons.emplace_back("preview");
@@ -107,9 +107,9 @@ std::string describe_bias(const RenderJob& job) {
 }
 
 std::string micro_bounds_text(const Volume& volume) {
-  if (volume.micro.edge == 0) return "none";
-  if (volume.micro.edge == 1) return "single voxels, built at load";
-  return volume.micro_stored ? "2^3 from the file" : "2^3 built at load";
+  if (volume.density.micro.edge == 0) return "none";
+  if (volume.density.micro.edge == 1) return "single voxels, built at load";
+  return volume.density.micro_stored ? "2^3 from the file" : "2^3 built at load";
 }
 
 std::map<std::string, std::string> describe_picture(const RenderJob& job, const TimedRender& t) {

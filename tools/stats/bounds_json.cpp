@@ -99,7 +99,7 @@ Json to_json(const BoundsReport& r) {
     j["volume"] = to_json(r.cut->facts);
   }
   if (r.probe) j["measured"] = to_json(*r.probe);
-  if (r.check) j["verified"] = to_json(*r.check, r.cloud.grid.index_to_world);
+  if (r.check) j["verified"] = to_json(*r.check, r.cloud.grid().index_to_world);
   if (r.bytes) {
     j["bytes"] = {{"header", r.bytes->header}, {"metadata", r.bytes->metadata},
                   {"bounds", r.bytes->bounds}, {"micro", r.bytes->micro},

@@ -164,7 +164,7 @@ std::string cube_name(std::int64_t edge) {
 std::vector<report::Figure> slice_figures(const formats::Cloud& cloud, bool name_cubes) {
   std::vector<report::Figure> figures;
   const Shell* const shell = cloud.shell ? &*cloud.shell : nullptr;
-  for (const BoundsSlice& s : slice_bounds(cloud.grid, cloud.pyramid, shell)) {
+  for (const BoundsSlice& s : slice_bounds(cloud.grid(), cloud.pyramid, shell)) {
     const std::string across = fmt::format("across {}", "xyz"[s.across]);
     figures.push_back({html::image(formats::encode_png(s.picture), "slice " + across, false),
                        name_cubes ? across + ", cubes of " + cube_name(s.edge) : across});

@@ -18,19 +18,19 @@ constexpr std::size_t kNamed = 20;  // wrong bounds in the text; JSON has all
 
 void measure_cut(BoundsReport& r, const PyramidContent& content, const BoundsOptions& o) {
   const double extinction = r.probe ? r.probe->extinction : *o.extinction;
-  Scene scene;
-  scene.medium.extinction = extinction;
-  const Volume v =
-      naming(o.input, [&] { return make_volume(r.cloud.grid, r.cloud.pyramid, scene); });
-  r.cut = {extinction, describe(v, r.cloud.grid, scene.medium),
-           pvol::measure_cut(r.cloud.pyramid, content, v.octree, extinction)};
+  const Medium medium{.extinction = extinction};
+  const Volume v = naming(o.input, [&] {
+    return make_volume(r.cloud.grid(), r.cloud.pyramid, medium, VolumeOptions{});
+  });
+  r.cut = {extinction, describe(v, pvol::describe(r.cloud.grid(), extinction, {})),
+           pvol::measure_cut(r.cloud.pyramid, content, v.density.octree, extinction)};
 }
 
 BoundsReport measure(const BoundsOptions& o, formats::Cloud cloud) {
   BoundsReport r;
   r.file = o.input.string();
   r.cloud = std::move(cloud);
-  const PyramidContent content = measure_content(r.cloud.grid, r.cloud.pyramid);
+  const PyramidContent content = measure_content(r.cloud.grid(), r.cloud.pyramid);
   r.bounds = measure_bounds(r.cloud.pyramid, content);
   r.distributions = measure_distributions(r.cloud.pyramid, content);
   r.empty_share_of_box = empty_share_of_box(r.cloud.pyramid);
@@ -39,7 +39,7 @@ BoundsReport measure(const BoundsOptions& o, formats::Cloud cloud) {
   if (o.measure || o.html) {
     measure::ProbeOptions options;
     options.extinction = o.extinction;
-    r.probe = naming(o.input, [&] { return probe(r.cloud.grid, r.cloud.pyramid, options); });
+    r.probe = naming(o.input, [&] { return probe(r.cloud.grid(), r.cloud.pyramid, options); });
   }
   if (o.extinction || r.probe) measure_cut(r, content, o);
   return r;
@@ -48,7 +48,7 @@ BoundsReport measure(const BoundsOptions& o, formats::Cloud cloud) {
 /// Names what is wrong and fails.
 [[noreturn]] void refuse(const BoundsOptions& o, const formats::Cloud& cloud,
                          const BoundsCheck& check) {
-  const Affine& to_world = cloud.grid.index_to_world;
+  const Affine& to_world = cloud.grid().index_to_world;
   if (o.json) {
     Json j;
     j["file"] = o.input.string();
@@ -75,7 +75,7 @@ BoundsReport measure(const BoundsOptions& o, formats::Cloud cloud) {
 
 /// Throws Error, naming a leaf, for stored micro-bounds that do not hold.
 void prove_micro_bounds(const formats::Cloud& cloud) {
-  const FieldWithLinks field = build_field(cloud.grid, cloud.pyramid);
+  const FieldWithLinks field = build_field(cloud.grid(), cloud.pyramid);
   (void)arrange(*cloud.micro, field.field, field.brick_of, cloud.pyramid);
 }
 
@@ -87,7 +87,7 @@ int run_bounds(const BoundsOptions& o) {
   print_warnings("pvol-stats", cloud.report.warnings);
   std::optional<BoundsCheck> check;
   if (o.verify) {
-    check = verify_bounds(cloud.grid, cloud.pyramid);
+    check = verify_bounds(cloud.grid(), cloud.pyramid);
     if (!check->holds()) refuse(o, cloud, *check);
     if (cloud.micro) naming(o.input, [&] { prove_micro_bounds(cloud); });
   }

@@ -46,7 +46,8 @@ void fix_choices(const DepthOptions& o, LoadedScene& loaded) {
   if (r.transmittance != Transmittance::automatic) return;
   Scene scene = loaded.file.scene;
   scene.options.depth = deepest(loaded);
-  const Volume volume = make_volume(loaded.clouds.front(), scene);
+  const Volume volume =
+      make_volume(loaded.clouds.front(), loaded.file.volumes.front(), scene.options);
   r.transmittance = choose_transmittance(std::span(&volume, 1)).estimator;
 }
 
@@ -61,12 +62,13 @@ std::vector<measure::BuildTimes> time_building(const LoadedScene& loaded,
       Scene scene = loaded.file.scene;
       scene.options.depth = depths[i];
       double bounds = 0, tree = 0;
-      for (formats::Cloud& c : clouds) {
+      for (std::size_t k = 0; k < clouds.size(); ++k) {
+        formats::Cloud& c = clouds[k];
         const double begin = cpu_seconds();
         c.pyramid =
-            c.recipe ? build_pyramid(*c.recipe) : build_pyramid(c.grid, c.pyramid.interpolation);
+            c.recipe() ? build_pyramid(*c.recipe()) : build_pyramid(c.grid(), c.pyramid.look_up);
         const double middle = cpu_seconds();
-        const Volume volume = make_volume(c, scene);
+        const Volume volume = make_volume(c, loaded.file.volumes[k], scene.options);
         bounds += middle - begin, tree += cpu_seconds() - middle;
       }
       times[i].bounds.push_back(bounds), times[i].tree.push_back(tree);
@@ -90,7 +92,7 @@ std::vector<measure::Measured> measure(StudyClock& clock, const StudyReport& rep
                                        const std::vector<int>& depths, std::uint32_t most_samples) {
   std::vector<std::string> names;
   for (const int d : depths) names.push_back(fmt::format("depth {}", d));
-  const bool procedural = report.loaded.clouds.front().recipe != nullptr;
+  const bool procedural = report.loaded.clouds.front().recipe() != nullptr;
   return clock.sweep(names, clock.left(), 1, most_samples, [&](const measure::RunRequest& r) {
     const int depth = depths[r.setting];
     // Samples are found whatever the octree's depth; a recipe only as far as the octree divides it.

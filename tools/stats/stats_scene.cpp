@@ -20,7 +20,7 @@ namespace {
 
 formats::SceneFile read(const SceneOptions& o) {
   formats::SceneFile file = read_scene(o.input, o.sets);
-  if (!o.grid.grid.empty()) file.grid = o.grid.grid;
+  if (!o.grid.grid.empty()) file.volumes.front().grid = o.grid.grid;
   load_sky(file);
   return file;
 }
@@ -41,25 +41,17 @@ void choose_size(const SceneOptions& o, int pixels, LoadedScene& loaded) {
 }
 
 void set_extinction(const SceneOptions& o, LoadedScene& loaded) {
-  Medium& medium = loaded.file.scene.medium;
-  if (o.extinction) {
-    medium.extinction = *o.extinction;
-  } else if (o.thickness || !loaded.file.has_extinction) {
-    loaded.chose_extinction = !o.thickness;
-    medium.extinction =
-        choose_extinction(loaded.clouds.front(), medium, o.thickness.value_or(kChosenThickness));
+  for (std::size_t i = 0; i < loaded.clouds.size(); ++i) {
+    formats::SceneVolume& v = loaded.file.volumes[i];
+    const bool asked = i == 0 && (o.extinction || o.thickness);
+    if (v.has_extinction && !asked) continue;
+    if (i == 0) loaded.chose_extinction = !asked;
+    const double thickness = i == 0 ? o.thickness.value_or(kChosenThickness) : kChosenThickness;
+    v.medium.extinction = i == 0 && o.extinction
+                              ? *o.extinction
+                              : choose_extinction(loaded.clouds[i], v.object_to_world, thickness);
+    v.has_extinction = true;
   }
-  loaded.file.has_extinction = true;
-  for (std::size_t i = 0; i < loaded.file.others.size(); ++i) {
-    formats::FurtherVolume& other = loaded.file.others[i];
-    if (other.has_extinction) continue;
-    other.medium.extinction = choose_extinction(loaded.clouds[i + 1], other.medium);
-    other.has_extinction = true;
-  }
-}
-
-const Medium& medium_of(const LoadedScene& loaded, std::size_t i) {
-  return i == 0 ? loaded.file.scene.medium : loaded.file.others[i - 1].medium;
 }
 
 /// The volumes of a scene, each made for its own medium.
@@ -67,13 +59,11 @@ std::vector<Volume> make_volumes(const LoadedScene& loaded,
                                  const std::vector<formats::Cloud>& clouds, const Scene& scene) {
   std::vector<Volume> volumes;
   for (std::size_t i = 0; i < clouds.size(); ++i) {
-    Scene own = scene;
-    if (i > 0) own.medium = loaded.file.others[i - 1].medium;
-    volumes.push_back(make_volume(clouds[i], own));
+    const formats::SceneVolume& v = loaded.file.volumes[i];
+    volumes.push_back(make_volume(clouds[i], v, scene.options));
     VolumeFacts facts = loaded.facts[i];
     facts.null_collisions = worst_null_collisions(volumes.back());
-    refuse_endless_work(i == 0 ? loaded.file.volume : loaded.file.others[i - 1].file,
-                        volumes.back(), facts, own.options);
+    refuse_endless_work(v.file, volumes.back(), facts, scene.options);
     if (clouds[i].shell) (void)choose_shell(volumes.back(), *clouds[i].shell, scene);
   }
   return volumes;
@@ -101,10 +91,10 @@ measure::SetUp set_up_of(const std::vector<Volume>& volumes, double seconds) {
   measure::SetUp s;
   s.seconds = seconds;
   for (const Volume& v : volumes) {
-    s.field_bytes += v.field.samples.size() * sizeof(float);
-    s.octree_bytes += v.octree.bytes();
-    s.micro_bytes += v.micro.bytes();
-    s.depth = std::max(s.depth, v.octree.depth);
+    s.field_bytes += v.density.value_bytes();
+    s.octree_bytes += v.density.octree.bytes();
+    s.micro_bytes += v.density.micro.bytes();
+    s.depth = std::max(s.depth, v.density.octree.depth);
   }
   return s;
 }
@@ -130,20 +120,18 @@ LoadedScene load_scene(const SceneOptions& o, int pixels) {
   LoadedScene loaded;
   loaded.file = read(o);
   choose_size(o, pixels, loaded);
-  const auto add = [&](const std::filesystem::path& file, const std::string& grid) {
-    loaded.clouds.push_back(load_cloud("pvol-stats", file, {grid, o.grid.strict}, loaded.file));
+  for (const formats::SceneVolume& v : loaded.file.volumes) {
+    loaded.clouds.push_back(load_cloud("pvol-stats", v.file, {v.grid, o.grid.strict}, loaded.file));
     if (loaded.clouds.back().pyramid.empty()) {
-      throw Error(file.string() + ": the density is 0 everywhere; there is nothing to measure");
+      throw Error(v.file.string() + ": the density is 0 everywhere; there is nothing to measure");
     }
     if (loaded.file.scene.options.shells != ShellUse::off) {
-      require_proof(file, loaded.clouds.back());
+      require_proof(v.file, loaded.clouds.back());
     }
-  };
-  add(loaded.file.volume, loaded.file.grid);
-  for (const formats::FurtherVolume& v : loaded.file.others) add(v.file, v.grid);
+  }
   set_extinction(o, loaded);
   for (std::size_t i = 0; i < loaded.clouds.size(); ++i) {
-    loaded.facts.push_back(describe(Volume{}, loaded.clouds[i], medium_of(loaded, i)));
+    loaded.facts.push_back(describe(loaded.clouds[i], loaded.file.volumes[i]));
   }
   choose_camera(loaded);
   return loaded;
@@ -188,13 +176,14 @@ double clock_seconds() {
 std::string describe(const LoadedScene& loaded) {
   const Scene& scene = loaded.file.scene;
   const VolumeFacts& f = loaded.facts.front();
-  const Medium& m = scene.medium;
+  const Medium& m = loaded.file.volumes.front().medium;
+  const Component& matter = m.components.front();
   return "mean optical thickness " + readable(f.mean_optical_thickness[0]) + ", " +
          readable(f.mean_optical_thickness[1]) + ", " + readable(f.mean_optical_thickness[2]) +
          " along the axes (extinction " + readable(m.extinction) +
          (loaded.chose_extinction ? ", chosen" : "") + "), albedo " +
-         readable(double(luminance(m.albedo))) + ", g " + readable(m.g) + "; " +
-         std::to_string(scene.options.width) + "x" + std::to_string(scene.options.height) +
+         readable(double(luminance(matter.albedo))) + ", g " + readable(mean_cosine(matter.phase)) +
+         "; " + std::to_string(scene.options.width) + "x" + std::to_string(scene.options.height) +
          " pixels" + (loaded.framed ? ", framed" : "");
 }
 

@@ -62,15 +62,15 @@ Json report_json(const ShellReport& report) {
 void measure(const ShellsOptions& o, ShellReport& r) {
   r.cloud = formats::load_cloud(o.input);
   print_warnings("pvol-stats", r.cloud.report.warnings);
-  const Support support = make_support(r.cloud.grid, r.cloud.pyramid);
+  const Support support = make_support(r.cloud.grid(), r.cloud.pyramid);
   if (o.verify) {
     r.replay = replay(r.shell, support);
     require_proof(r.file, r.shell, *r.replay);
   }
   if (o.check) r.check = naming(o.input, [&] { return check_shell(r.shell, support); });
   if (!o.html) return;
-  r.probe =
-      naming(o.input, [&] { return measure::probe_shell(r.cloud.grid, r.cloud.pyramid, r.shell); });
+  r.probe = naming(o.input,
+                   [&] { return measure::probe_shell(r.cloud.grid(), r.cloud.pyramid, r.shell); });
 }
 
 }  // namespace

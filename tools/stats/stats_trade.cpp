@@ -54,12 +54,12 @@ std::uint64_t file_bytes(const std::vector<formats::Cloud>& clouds, const Change
     file.pyramid = cloud.pyramid;
     file.shell = cloud.shell;
     if (cloud.metadata.quantisation.precision != Precision::fp32) {
-      file.codes = quantise(cloud.grid, cloud.metadata.quantisation);
-    } else if (!cloud.recipe) {
-      file.density = cloud.grid;
+      file.codes = quantise(cloud.grid(), cloud.metadata.quantisation);
+    } else if (!cloud.recipe()) {
+      file.density = cloud.grid();
     }
-    file.metadata.grid_name = cloud.grid.name;
-    file.metadata.index_to_world = cloud.grid.index_to_world;
+    file.metadata.grid_name = cloud.grid().name;
+    file.metadata.index_to_world = cloud.grid().index_to_world;
     bytes += formats::write_pvol(scratch.path(), file).total;
   }
   return bytes;
@@ -92,7 +92,7 @@ std::vector<std::string> words_of(const SceneOptions& o, const LoadedScene& load
   if (!o.grid.grid.empty()) words.insert(words.end(), {"--grid", o.grid.grid});
   for (const std::string& s : o.sets) words.insert(words.end(), {"--set", s});
   if (o.extinction || o.thickness) {
-    const double extinction = loaded.file.scene.medium.extinction;
+    const double extinction = loaded.file.volumes.front().medium.extinction;
     words.insert(words.end(), {"--set", fmt::format("medium.extinction={:.17g}", extinction)});
   }
   return words;

@@ -52,11 +52,11 @@ Json to_json(const measure::Estimate& e) {
 }
 
 Json scene_json(const StudyReport& report) {
-  const Scene& scene = report.loaded.file.scene;
+  const RenderOptions& o = report.loaded.file.scene.options;
   return {{"file", report.name},
-          {"extinction", scene.medium.extinction},
+          {"extinction", report.loaded.file.volumes.front().medium.extinction},
           {"mean_optical_thickness", report.loaded.facts.front().mean_optical_thickness},
-          {"size", {scene.options.width, scene.options.height}}};
+          {"size", {o.width, o.height}}};
 }
 
 }  // namespace pvol::cli

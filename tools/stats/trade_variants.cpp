@@ -14,7 +14,7 @@ constexpr const char* kDepth = "octree depth";
 constexpr const char* kMicroBounds = "micro-bounds";
 constexpr const char* kTracker = "tracker";
 constexpr const char* kTransmittance = "shadow rays";
-constexpr const char* kInterpolation = "interpolation";
+constexpr const char* kLookUp = "interpolation";
 constexpr const char* kShells = "shells";
 constexpr const char* kBounces = "bounce limit";
 constexpr const char* kGuide = "guided paths";
@@ -67,21 +67,20 @@ void add_transmittances(std::vector<Candidate>& list) {
 
 /// Another interpolant is another field: its picture is not the default's.
 void add_interpolations(const LoadedScene& loaded, std::vector<Candidate>& list) {
-  using I = Interpolation;
-  const I own = loaded.file.scene.options.interpolation;
+  using I = LookUp;
+  const I own = loaded.file.scene.options.look_up;
   if (own == I::procedural) return;  // there are no samples
   for (const I i : {I::nearest, I::trilinear, I::tricubic}) {
     if (i == own) continue;
     const auto bound_again = [i](formats::Cloud& c) {
-      if (holds_for(c.pyramid.interpolation, i)) return;
-      c.pyramid = formats::build_bounds(c.grid, c.metadata.source.file, i);
+      if (holds_for(c.pyramid.look_up, i)) return;
+      c.pyramid = formats::build_bounds(c.grid(), c.metadata.source.file, i);
       c.micro.reset();
       c.shell.reset();  // proven for the support that the other interpolation has
     };
-    list.push_back(
-        {.variant = {kInterpolation, fmt::format("--interpolation {}", formats::name(i)), true},
-         .scene = [i](Scene& s) { s.options.interpolation = i; },
-         .cloud = bound_again});
+    list.push_back({.variant = {kLookUp, fmt::format("--interpolation {}", formats::name(i)), true},
+                    .scene = [i](Scene& s) { s.options.look_up = i; },
+                    .cloud = bound_again});
   }
 }
 
@@ -95,7 +94,7 @@ void add_guides(std::vector<Candidate>& list) {
 /// Clouds that were not rounded before.
 void add_densities(const LoadedScene& loaded, std::vector<Candidate>& list) {
   for (const formats::Cloud& c : loaded.clouds) {
-    if (c.recipe || c.metadata.quantisation.precision != Precision::fp32) return;
+    if (c.recipe() || c.metadata.quantisation.precision != Precision::fp32) return;
   }
   for (const Precision p : {Precision::fp16, Precision::fp8, Precision::fpn}) {
     const auto round = [p](formats::Cloud& c) {
@@ -107,7 +106,7 @@ void add_densities(const LoadedScene& loaded, std::vector<Candidate>& list) {
 }
 
 void add_homogenised(const LoadedScene& loaded, std::vector<Candidate>& list) {
-  if (loaded.clouds.front().recipe || loaded.file.scene.options.homogenise) return;
+  if (loaded.clouds.front().recipe() || loaded.file.scene.options.homogenise) return;
   for (const double tolerance : {0.1, 1.0, 10.0}) {
     list.push_back({.variant = {kHomogenise, fmt::format("--homogenise {:.4g}", tolerance), true},
                     .scene = [tolerance](Scene& s) { s.options.homogenise = tolerance; }});
@@ -116,7 +115,7 @@ void add_homogenised(const LoadedScene& loaded, std::vector<Candidate>& list) {
 
 void add_previews(const LoadedScene& loaded, std::vector<Candidate>& list) {
   const int own = loaded.file.scene.options.preview;
-  if (loaded.clouds.front().recipe) return;
+  if (loaded.clouds.front().recipe()) return;
   for (const int more : {1, 2, 3}) {
     const auto halve = [more](formats::Cloud& c) {
       formats::coarsen(c, more, c.metadata.source.file);

@@ -256,10 +256,10 @@ std::vector<std::byte> encode_bounds(const Pyramid& pyramid, const std::string& 
   return encoder.bytes();
 }
 
-Pyramid decode_bounds(ChunkReader& chunk, Interpolation made_for) {
+Pyramid decode_bounds(ChunkReader& chunk, LookUp made_for) {
   const auto header = chunk.get<BoundsHeader>();
   Pyramid p = Decoder(chunk, header).pyramid();
-  p.interpolation = made_for;
+  p.look_up = made_for;
   complete_levels(p);
   if (const auto wrong = validate(p)) refuse(chunk.place(), *wrong);
   return p;

@@ -181,16 +181,16 @@ class ChunkWriter {
 /// META.
 struct DecodedMetadata {
   Metadata metadata;
-  Interpolation bounds_made_for;  ///< Pyramid::interpolation
+  LookUp bounds_made_for;  ///< Pyramid::interpolation
 };
-[[nodiscard]] std::string encode_metadata(const Metadata& metadata, Interpolation bounds_made_for,
+[[nodiscard]] std::string encode_metadata(const Metadata& metadata, LookUp bounds_made_for,
                                           const std::string& place);
 [[nodiscard]] DecodedMetadata decode_metadata(ChunkReader& chunk);
 
 /// BNDS.
 [[nodiscard]] std::vector<std::byte> encode_bounds(const Pyramid& pyramid,
                                                    const std::string& place);
-[[nodiscard]] Pyramid decode_bounds(ChunkReader& chunk, Interpolation made_for);
+[[nodiscard]] Pyramid decode_bounds(ChunkReader& chunk, LookUp made_for);
 
 /// micr.
 void encode_micro(const LeafMicroBounds& micro, const Pyramid& pyramid, ChunkWriter& chunk,

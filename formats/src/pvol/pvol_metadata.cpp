@@ -122,16 +122,15 @@ void read_quantisation(const Object& density, Metadata& m) {
 }
 
 /// META's list of the interpolants for which bounds hold.
-Json interpolants(Interpolation made) {
+Json interpolants(LookUp made) {
   Json list = Json::array({"nearest", "trilinear"});
-  if (made == Interpolation::tricubic) list.push_back("tricubic");
-  if (made == Interpolation::procedural) list.push_back("procedural");
+  if (made == LookUp::tricubic) list.push_back("tricubic");
+  if (made == LookUp::procedural) list.push_back("procedural");
   return list;
 }
 
-Interpolation interpolation_of(const Object& root) {
-  for (const auto made :
-       {Interpolation::trilinear, Interpolation::tricubic, Interpolation::procedural}) {
+LookUp look_up_of(const Object& root) {
+  for (const auto made : {LookUp::trilinear, LookUp::tricubic, LookUp::procedural}) {
     if (root.at("interpolation") == interpolants(made)) return made;
   }
   root.wrong("interpolation",
@@ -140,8 +139,7 @@ Interpolation interpolation_of(const Object& root) {
 
 }  // namespace
 
-std::string encode_metadata(const Metadata& m, Interpolation bounds_made_for,
-                            const std::string& place) {
+std::string encode_metadata(const Metadata& m, LookUp bounds_made_for, const std::string& place) {
   if (!is_usable(m.index_to_world)) {
     throw Error(place + ": the map from index to world space has no inverse or is not finite.");
   }
@@ -186,7 +184,7 @@ DecodedMetadata decode_metadata(ChunkReader& chunk) {
   Metadata m;
   m.grid_name = root.text("grid");
   m.index_to_world = root.map("index_to_world");
-  const Interpolation bounds_made_for = interpolation_of(root);
+  const LookUp bounds_made_for = look_up_of(root);
   m.unit = root.text("unit");
   const Object source = root.object("source");
   m.source = {source.text("file"), source.text("grid"), source.count("bytes"),

@@ -61,7 +61,7 @@ std::vector<ChunkEntry> write_chunks(std::ostream& out, const PvolFile& content,
     metadata.quantisation = content.codes->how;
     metadata.quantisation_error = content.codes->error;
   }
-  const std::string meta = encode_metadata(metadata, content.pyramid.interpolation, place);
+  const std::string meta = encode_metadata(metadata, content.pyramid.look_up, place);
   const std::vector<std::byte> bounds = encode_bounds(content.pyramid, place);
   const bool packed = compression == Compression::zstd;
   const std::size_t chunks = 2 + (content.micro ? 1 : 0) + (content.shell ? 1 : 0) +

@@ -1,6 +1,6 @@
 #include "pvol/formats/scene_file.h"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -13,7 +13,6 @@ namespace {
 constexpr std::int64_t kLargestEdge = 1 << 20;  // of an image; far above any picture
 constexpr int kDeepest = 16;                    // octree depth, as in RenderOptions
 constexpr int kCoarsest = 8;                    // times that a preview halves the samples
-constexpr double kLargestG = 0.9999;            // beyond it Henyey-Greenstein is one spike in float
 constexpr double kLeastSine = 1e-6;  // of the angle between up and the view; the cross product of
                                      // two unit vectors is accurate to about 1e-16
 
@@ -21,58 +20,21 @@ constexpr double kLeastSine = 1e-6;  // of the angle between up and the view; th
 const Range kRadiance = Range::closed(0, 1e30);
 
 template <class Enum>
-struct Named {
-  Enum value;
-  const char* name;
-};
-constexpr std::array kTrackers{Named{Tracker::delta_global, "delta-global"},
-                               Named{Tracker::delta, "delta"},
-                               Named{Tracker::decomposition, "decomposition"},
-                               Named{Tracker::weighted_delta, "weighted-delta"},
-                               Named{Tracker::weighted_decomposition, "weighted-decomposition"},
-                               Named{Tracker::regular, "regular"}};
-constexpr std::array kTransmittances{
-    Named{Transmittance::automatic, "auto"}, Named{Transmittance::ratio, "ratio"},
-    Named{Transmittance::analog, "analog"}, Named{Transmittance::residual_ratio, "residual-ratio"},
-    Named{Transmittance::regular, "regular"}};
-constexpr std::array kMicroBounds{
-    Named{MicroBoundsUse::automatic, "auto"}, Named{MicroBoundsUse::none, "none"},
-    Named{MicroBoundsUse::cells_8, "2"}, Named{MicroBoundsUse::cells_1, "1"}};
-constexpr std::array kInterpolations{
-    Named{Interpolation::nearest, "nearest"}, Named{Interpolation::trilinear, "trilinear"},
-    Named{Interpolation::tricubic, "tricubic"}, Named{Interpolation::procedural, "procedural"}};
-constexpr std::array kShellUses{Named{ShellUse::automatic, "auto"}, Named{ShellUse::on, "on"},
-                                Named{ShellUse::off, "off"}};
-constexpr std::array kGuideUses{Named{GuideUse::automatic, "auto"}, Named{GuideUse::on, "on"},
-                                Named{GuideUse::off, "off"}};
-
-template <class Names, class Enum>
-const char* name_of(const Names& names, Enum value) {
-  for (const auto& named : names) {
-    if (named.value == value) return named.name;
-  }
-  return "";
-}
-
-template <class Names>
-auto parse_name(const Names& names, const std::string& text, const char* what) {
+Enum parse_name(const std::string& text, const char* what) {
+  if (const auto value = find_named<Enum>(text)) return *value;
   std::string known;
-  for (const auto& named : names) {
-    if (text == named.name) return named.value;
-    known += (known.empty() ? "" : ", ") + std::string(named.name);
+  for (const std::string_view n : all_names<Enum>()) {
+    known += (known.empty() ? "" : ", ") + std::string(n);
   }
   throw Error(std::string(what) + " " + toml_string(text) + " is unknown; expected one of " +
               known);
 }
 
 /// The value whose name a key has, if it is there.
-template <class Names>
-auto read_name(const TomlTable& table, std::string_view key, const Names& names) {
-  std::vector<std::string_view> words;
-  for (const auto& named : names) words.push_back(named.name);
-  const auto word = table.word(key, words);
-  using Value = std::remove_cvref_t<decltype(names[0].value)>;
-  return word ? std::optional<Value>(parse_name(names, *word, "")) : std::nullopt;
+template <class Enum>
+std::optional<Enum> read_name(const TomlTable& table, std::string_view key) {
+  const auto word = table.word(key, all_names<Enum>());
+  return word ? find_named<Enum>(*word) : std::nullopt;
 }
 
 /// Puts the value of a key, where it has one, into `target`.
@@ -177,15 +139,17 @@ Affine read_placement(const TomlTable& table) {
 }
 
 /// What a medium and each of its further components have in common.
-template <class Matter>
-void read_matter(const TomlTable& table, Matter& matter) {
+void read_matter(const TomlTable& table, Component& matter) {
   assign(matter.albedo, table.rgb("albedo", Range::closed(0, 1)));
-  assign(matter.g, table.number("g", Range::closed(-kLargestG, kLargestG)));
+  const Range g = Range::closed(-kLargestMeanCosine, kLargestMeanCosine);
+  if (const auto cosine = table.number("g", g)) matter.phase = HenyeyGreenstein(*cosine);
   assign(matter.emission, table.rgb("emission", kRadiance));
 }
 
+/// The component that the table itself describes, with the share that the others leave, and those.
 std::vector<Component> read_components(const TomlTable& table) {
-  std::vector<Component> components;
+  std::vector<Component> components{Component{}};
+  read_matter(table, components.front());
   double left = 1;
   for (const TomlTable* t : table.tables("component")) {
     t->allow_only({"share", "albedo", "g", "emission"});
@@ -193,44 +157,42 @@ std::vector<Component> read_components(const TomlTable& table) {
     Component c;
     c.share = *t->number("share", Range::closed(0, 1));
     left -= c.share;
-    if (left < -1e-9) t->fail("share", "shares of components that sum up to at most 1");
+    if (left < -kShareSlack) t->fail("share", "shares of components that sum up to at most 1");
     read_matter(*t, c);
     components.push_back(c);
   }
+  components.front().share = std::max(0.0, left);
   return components;
 }
 
-Medium read_medium(const TomlTable& table) {
+/// The medium and the placement of a volume.
+void read_medium(const TomlTable& table, SceneVolume& volume) {
   table.allow_only({"extinction", "albedo", "g", "emission", "component", "scale", "rotate",
                     "translate", "matrix"});
-  Medium medium;
-  assign(medium.extinction, table.number("extinction", Range::at_least(0)));
-  read_matter(table, medium);
-  medium.others = read_components(table);
-  medium.object_to_world = read_placement(table);
-  return medium;
+  assign(volume.medium.extinction, table.number("extinction", Range::at_least(0)));
+  volume.has_extinction = table.has("extinction");
+  volume.medium.components = read_components(table);
+  volume.object_to_world = read_placement(table);
 }
 
 /// The volumes of a scene: the first has the scene's [medium], the others one of their own.
-void read_volumes(const std::vector<const TomlTable*>& tables, SceneFile& result) {
-  for (std::size_t i = 0; i < tables.size(); ++i) {
-    const TomlTable& t = *tables[i];
-    if (i == 0) {
-      t.allow_only({"file", "grid"});
-      result.volume = read_file_name(t);
-      result.grid = t.string("grid").value_or("");
-      continue;
+std::vector<SceneVolume> read_volumes(const std::vector<const TomlTable*>& tables,
+                                      const TomlTable* medium_of_first) {
+  std::vector<SceneVolume> volumes;
+  for (const TomlTable* t : tables) {
+    const bool first = volumes.empty();
+    if (first) {
+      t->allow_only({"file", "grid"});
+    } else {
+      t->allow_only({"file", "grid", "medium"});
     }
-    t.allow_only({"file", "grid", "medium"});
-    FurtherVolume v;
-    v.file = read_file_name(t);
-    v.grid = t.string("grid").value_or("");
-    if (const TomlTable* medium = t.table("medium")) {
-      v.medium = read_medium(*medium);
-      v.has_extinction = medium->has("extinction");
-    }
-    result.others.push_back(v);
+    SceneVolume& v = volumes.emplace_back();
+    v.file = read_file_name(*t);
+    v.grid = t->string("grid").value_or("");
+    const TomlTable* medium = first ? medium_of_first : t->table("medium");
+    if (medium) read_medium(*medium, v);
   }
+  return volumes;
 }
 
 /// The type as given, else the one whose keys are there.
@@ -329,12 +291,12 @@ RenderOptions read_render(const TomlTable& table) {
   read_crop(table, options);
   assign(options.samples, table.integer("spp", 1, kLargestCount));
   assign(options.seed, table.integer("seed", 0, std::numeric_limits<std::int64_t>::max()));
-  assign(options.tracker, read_name(table, "tracker", kTrackers));
-  assign(options.transmittance, read_name(table, "transmittance", kTransmittances));
-  assign(options.micro_bounds, read_name(table, "micro_bounds", kMicroBounds));
-  assign(options.interpolation, read_name(table, "interpolation", kInterpolations));
-  assign(options.shells, read_name(table, "shells", kShellUses));
-  assign(options.guide, read_name(table, "guide", kGuideUses));
+  assign(options.tracker, read_name<Tracker>(table, "tracker"));
+  assign(options.transmittance, read_name<Transmittance>(table, "transmittance"));
+  assign(options.micro_bounds, read_name<MicroBoundsUse>(table, "micro_bounds"));
+  assign(options.look_up, read_name<LookUp>(table, "interpolation"));
+  assign(options.shells, read_name<ShellUse>(table, "shells"));
+  assign(options.guide, read_name<GuideUse>(table, "guide"));
   if (const auto depth = read_limit(table, "depth", kDeepest, "auto")) options.depth = int(*depth);
   if (const auto limit = read_limit(table, "max_bounces", kLargestCount, "none")) {
     options.max_bounces = std::uint32_t(*limit);
@@ -368,17 +330,15 @@ SceneFile read(const TomlTable& root) {
   root.allow_only({"volume", "camera", "medium", "environment", "sun", "render"});
   root.require({"volume"});
   SceneFile result;
-  read_volumes(root.tables("volume"), result);
+  const auto tables = root.tables("volume");
+  const TomlTable* medium = root.table("medium");
   if (const TomlTable* camera = root.table("camera")) {
     result.scene.camera = read_camera(*camera);
     result.has_camera = true;
   }
-  if (const TomlTable* medium = root.table("medium")) {
-    result.scene.medium = read_medium(*medium);
-    result.has_extinction = medium->has("extinction");
-  }
+  result.volumes = read_volumes(tables, medium);
   if (const TomlTable* sky = root.table("environment")) read_environment(*sky, result);
-  for (const TomlTable* sun : root.tables("sun")) result.scene.suns.push_back(read_sun(*sun));
+  for (const TomlTable* sun : root.tables("sun")) result.scene.lights.push_back(read_sun(*sun));
   if (const TomlTable* render = root.table("render")) {
     result.scene.options = read_render(*render);
     result.density = read_density(*render);
@@ -408,24 +368,17 @@ angle = 0.53
   return read(root);
 }
 
-const char* name(Tracker tracker) { return name_of(kTrackers, tracker); }
-const char* name(Transmittance transmittance) { return name_of(kTransmittances, transmittance); }
-const char* name(MicroBoundsUse use) { return name_of(kMicroBounds, use); }
-const char* name(Interpolation interpolation) { return name_of(kInterpolations, interpolation); }
-const char* name(ShellUse use) { return name_of(kShellUses, use); }
-const char* name(GuideUse use) { return name_of(kGuideUses, use); }
-
-Tracker parse_tracker(const std::string& name) { return parse_name(kTrackers, name, "tracker"); }
+Tracker parse_tracker(const std::string& name) { return parse_name<Tracker>(name, "tracker"); }
 Transmittance parse_transmittance(const std::string& name) {
-  return parse_name(kTransmittances, name, "transmittance");
+  return parse_name<Transmittance>(name, "transmittance");
 }
 MicroBoundsUse parse_micro_bounds(const std::string& name) {
-  return parse_name(kMicroBounds, name, "micro-bounds");
+  return parse_name<MicroBoundsUse>(name, "micro-bounds");
 }
-Interpolation parse_interpolation(const std::string& name) {
-  return parse_name(kInterpolations, name, "interpolation");
+LookUp parse_interpolation(const std::string& name) {
+  return parse_name<LookUp>(name, "interpolation");
 }
-ShellUse parse_shell_use(const std::string& name) { return parse_name(kShellUses, name, "shells"); }
-GuideUse parse_guide_use(const std::string& name) { return parse_name(kGuideUses, name, "guide"); }
+ShellUse parse_shell_use(const std::string& name) { return parse_name<ShellUse>(name, "shells"); }
+GuideUse parse_guide_use(const std::string& name) { return parse_name<GuideUse>(name, "guide"); }
 
 }  // namespace pvol::formats

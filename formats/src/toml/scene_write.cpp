@@ -41,24 +41,28 @@ std::string matrix_text(const Affine& map) {
   return array_text(numbers);
 }
 
-template <class Matter>
-std::string matter_text(const Matter& matter) {
-  return line("albedo", vector_text(matter.albedo)) + line("g", toml_number(matter.g)) +
-         line("emission", vector_text(matter.emission));
+std::string matter_text(const Component& c) {
+  return line("albedo", vector_text(c.albedo)) +
+         line("g", toml_number(std::get<HenyeyGreenstein>(c.phase).mean_cosine)) +
+         line("emission", vector_text(c.emission));
 }
 
-std::string medium_text(const Medium& medium, bool has_extinction, const std::string& name) {
-  std::string text = "\n[" + name + "]\n" +
-                     (has_extinction ? line("extinction", toml_number(medium.extinction)) : "") +
-                     matter_text(medium) + line("matrix", matrix_text(medium.object_to_world));
-  for (const Component& c : medium.others) {
-    text += "\n[[" + name + ".component]]\n" + line("share", toml_number(c.share)) + matter_text(c);
+/// The first component is what the medium's table itself describes; its share follows from theirs.
+std::string medium_text(const SceneVolume& v, const std::string& name) {
+  const std::vector<Component>& all = v.medium.components;
+  std::string text =
+      "\n[" + name + "]\n" +
+      (v.has_extinction ? line("extinction", toml_number(v.medium.extinction)) : "") +
+      matter_text(all.front()) + line("matrix", matrix_text(v.object_to_world));
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    text += "\n[[" + name + ".component]]\n" + line("share", toml_number(all[i].share)) +
+            matter_text(all[i]);
   }
   return text;
 }
 
-std::string volume_text(const std::filesystem::path& file, const std::string& grid) {
-  return line("file", toml_string(file.string())) + line("grid", toml_string(grid));
+std::string volume_text(const SceneVolume& v) {
+  return line("file", toml_string(v.file.string())) + line("grid", toml_string(v.grid));
 }
 
 std::string environment_text(const Environment& environment, const std::filesystem::path& file) {
@@ -76,10 +80,12 @@ std::string environment_text(const Environment& environment, const std::filesyst
          line("scale", vector_text(sky.scale)) + line("rotation", toml_number(sky.rotation));
 }
 
-std::string sun_text(const Sun& sun) {
-  return "\n[[sun]]\n" + line("direction", vector_text(sun.direction)) +
-         line("irradiance", vector_text(sun.irradiance)) + line("angle", toml_number(sun.angle));
-}
+struct LightText {
+  std::string operator()(const Sun& sun) const {
+    return "\n[[sun]]\n" + line("direction", vector_text(sun.direction)) +
+           line("irradiance", vector_text(sun.irradiance)) + line("angle", toml_number(sun.angle));
+  }
+};
 
 std::string render_text(const RenderOptions& o) {
   const auto whole = [](auto v) { return std::to_string(v); };
@@ -90,7 +96,7 @@ std::string render_text(const RenderOptions& o) {
          line("tracker", toml_string(name(o.tracker))) +
          line("transmittance", toml_string(name(o.transmittance))) +
          line("micro_bounds", toml_string(name(o.micro_bounds))) +
-         line("interpolation", toml_string(name(o.interpolation))) +
+         line("interpolation", toml_string(name(o.look_up))) +
          line("shells", toml_string(name(o.shells))) + line("guide", toml_string(name(o.guide))) +
          line("depth", o.depth ? whole(*o.depth) : "\"auto\"") +
          line("max_bounces", o.max_bounces ? whole(*o.max_bounces) : "\"none\"") +
@@ -115,16 +121,17 @@ std::string to_toml(const SceneFile& file) {
     throw Error("seed " + std::to_string(scene.options.seed) +
                 " cannot be written to a scene; use one below 2^63");
   }
-  std::string text = file.others.empty() ? "[volume]\n" : "[[volume]]\n";
-  text += volume_text(file.volume, file.grid);
-  for (const FurtherVolume& v : file.others) {
-    text += "\n[[volume]]\n" + volume_text(v.file, v.grid) +
-            medium_text(v.medium, v.has_extinction, "volume.medium");
+  const SceneVolume& first = file.volumes.front();
+  std::string text = file.volumes.size() == 1 ? "[volume]\n" : "[[volume]]\n";
+  text += volume_text(first);
+  for (std::size_t i = 1; i < file.volumes.size(); ++i) {
+    const SceneVolume& v = file.volumes[i];
+    text += "\n[[volume]]\n" + volume_text(v) + medium_text(v, "volume.medium");
   }
   if (file.has_camera) text += camera_text(scene.camera);
-  text += medium_text(scene.medium, file.has_extinction, "medium");
+  text += medium_text(first, "medium");
   text += environment_text(scene.environment, file.sky);
-  for (const Sun& sun : scene.suns) text += sun_text(sun);
+  for (const Light& light : scene.lights) text += std::visit(LightText{}, light);
   return text + render_text(scene.options) + density_text(file.density);
 }
 

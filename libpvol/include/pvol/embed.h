@@ -46,7 +46,8 @@ namespace pvol {
 
 /// Bounds the grid's density and makes it ready for tracking: build_pyramid, then the make_volume
 /// of volume.h, whose errors it throws. Of the medium, tracking needs `extinction` and
-/// `object_to_world`, which is applied after the grid's map. volume.world_box bounds the density.
+/// `object_to_world`, which is applied after the grid's map. volume.density.world_box bounds the
+/// density.
 [[nodiscard]] Volume make_volume(const VoxelGrid& grid, const Medium& medium,
                                  const VolumeOptions& options = {});
 
@@ -151,29 +152,18 @@ class RayWalk {
 /// loops.
 template <class F>
 decltype(auto) visit_field(const Volume& volume, const F& f) {
-  const auto visit = [&](const auto& source) -> decltype(auto) {
+  return visit_look_up(volume.density.look_up, [&](auto look_up) -> decltype(auto) {
+    const auto source = extinction_source<look_up>(volume.density);
     using Source = std::remove_cvref_t<decltype(source)>;
-    switch (volume.micro.edge) {
+    switch (volume.density.micro.edge) {
       case 1:
-        return f(SqueezedField<1, Source>{source, volume.micro});
+        return f(SqueezedField<1, Source>{source, volume.density.micro});
       case 2:
-        return f(SqueezedField<2, Source>{source, volume.micro});
+        return f(SqueezedField<2, Source>{source, volume.density.micro});
       default:
         return f(PlainField<Source>{source});
     }
-  };
-  using enum Interpolation;
-  switch (volume.interpolation) {
-    case nearest:
-      return visit(extinction_source<nearest>(volume));
-    case tricubic:
-      return visit(extinction_source<tricubic>(volume));
-    case procedural:
-      return visit(extinction_source<procedural>(volume));
-    case trilinear:
-      break;
-  }
-  return visit(extinction_source<trilinear>(volume));
+  });
 }
 
 /// The trackers along a RayWalk: as along any other segments, with t from the ray's origin.

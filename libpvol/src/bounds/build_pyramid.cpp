@@ -100,7 +100,7 @@ Extent measure(const VoxelGrid& grid) {
 
 /// The root: a power-of-two multiple of leaves from the leaf below the lowest cell.
 void place_root(const Extent& extent, Pyramid& p) {
-  const KernelReach reach = reach_of(p.interpolation);
+  const KernelReach reach = reach_of(p.look_up);
   p.support_lo = extent.points.lo - Vec3l(reach.above);
   p.support_hi = extent.points.hi + Vec3l(reach.below + 1);
   p.scale = extent.largest;
@@ -129,7 +129,7 @@ class Collector {
   Collector(const Pyramid& pyramid, std::uint64_t max_leaves)
       : origin_(pyramid.origin),
         root_level_(int(pyramid.levels.size()) - 1),
-        below_(reach_of(pyramid.interpolation).below),
+        below_(reach_of(pyramid.look_up).below),
         left_(max_leaves) {
     found_.uniform.resize(pyramid.levels.size());
   }
@@ -258,15 +258,14 @@ bool in_lattice(Vec3l origin, KernelReach reach) {
 
 }  // namespace
 
-Pyramid build_pyramid(const VoxelGrid& grid, Interpolation interpolation,
-                      std::uint64_t max_leaves) {
-  if (interpolation == Interpolation::procedural) {
+Pyramid build_pyramid(const VoxelGrid& grid, LookUp look_up, std::uint64_t max_leaves) {
+  if (look_up == LookUp::procedural) {
     throw Error("samples have no procedural look-ups; bound the recipe that they are of");
   }
   const Extent extent = measure(grid);
   Pyramid p;
-  if (interpolation == Interpolation::tricubic) p.interpolation = interpolation;
-  const KernelReach reach = reach_of(p.interpolation);
+  if (look_up == LookUp::tricubic) p.look_up = look_up;
+  const KernelReach reach = reach_of(p.look_up);
   if (extent.points.empty()) return p;
   place_root(extent, p);
   if (!in_lattice(p.origin, reach) || !in_lattice(p.support_hi, reach)) {

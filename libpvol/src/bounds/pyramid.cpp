@@ -97,7 +97,7 @@ std::string place(std::size_t level, const PyramidNode& n) {
 
 std::optional<std::string> check_empty(const Pyramid& p) {
   Pyramid empty;
-  empty.interpolation = p.interpolation;
+  empty.look_up = p.look_up;
   if (p == empty) return std::nullopt;
   return "a pyramid without levels must have origin, scale and support 0";
 }
@@ -110,10 +110,10 @@ std::optional<std::string> check_frame(const Pyramid& p) {
   if (!(p.scale > 0) || !std::isfinite(p.scale)) {
     return "scale " + text(p.scale) + "; expected a positive number";
   }
-  if (p.interpolation == Interpolation::nearest) return "bounds for nearest samples alone";
+  if (p.look_up == LookUp::nearest) return "bounds for nearest samples alone";
   const std::int64_t edge = std::int64_t(1) << p.root_log2();
   // The first leaf's apron needs room.
-  const std::int64_t least = kMinOrigin + (reach_of(p.interpolation).below > 0 ? kLeafEdge : 0);
+  const std::int64_t least = kMinOrigin + (reach_of(p.look_up).below > 0 ? kLeafEdge : 0);
   for (int axis = 0; axis < 3; ++axis) {
     const std::int64_t origin = p.origin[axis], lo = p.support_lo[axis], hi = p.support_hi[axis];
     if (origin % kLeafEdge != 0 || origin < least || origin > kMaxOrigin) {

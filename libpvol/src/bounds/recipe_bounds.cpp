@@ -78,7 +78,7 @@ Interval refined_range(const RecipeView& view, const Cube& cube, Interval range,
 
 Pyramid assemble(const Cube& root, const std::vector<FoundNodes>& found) {
   Pyramid p;
-  p.interpolation = Interpolation::procedural;
+  p.look_up = LookUp::procedural;
   CellBox support;
   for (const FoundNodes& f : found) {
     for (const auto& [level, node] : f.nodes) p.scale = std::max(p.scale, node.hi);

@@ -29,15 +29,15 @@ struct LeafSums {
 /// The integral over a leaf, along one axis, of the kernel of sample i, which counts from the
 /// leaf's first cell. Trilinear: a sample on a face is shared with the leaf beyond. Tricubic: a
 /// cell integrates its four samples with weights 1/24, 11/24, 11/24, 1/24.
-double kernel_share(Interpolation interpolation, int i) {
+double kernel_share(LookUp look_up, int i) {
   const int inward = std::min(i, kLeafEdge - i);  // of the nearer face; -1 outside
-  if (interpolation != Interpolation::tricubic) return inward == 0 ? 0.5 : 1;
+  if (look_up != LookUp::tricubic) return inward == 0 ? 0.5 : 1;
   constexpr double kShares[] = {1.0 / 24, 12.0 / 24, 23.0 / 24, 1};
   return kShares[std::min(inward + 1, 3)];
 }
 
-LeafSums sum_leaf(const detail::BlockFinder& blocks, Vec3i origin, Interpolation interpolation) {
-  const auto share = [&](int i) { return kernel_share(interpolation, i); };
+LeafSums sum_leaf(const detail::BlockFinder& blocks, Vec3i origin, LookUp look_up) {
+  const auto share = [&](int i) { return kernel_share(look_up, i); };
   LeafSums s;
   const auto add = [&](const detail::BlockSource& b, Vec3i from, Vec3i count, Vec3i to) {
     for (int i = 0; i < count.x; ++i) {
@@ -54,7 +54,7 @@ LeafSums sum_leaf(const detail::BlockFinder& blocks, Vec3i origin, Interpolation
       }
     }
   };
-  detail::for_blocks_in_reach(blocks, origin, reach_of(interpolation), add);
+  detail::for_blocks_in_reach(blocks, origin, reach_of(look_up), add);
   return s;
 }
 
@@ -166,7 +166,7 @@ PyramidContent measure_content(const VoxelGrid& grid, const Pyramid& pyramid) {
         if (!content[level][i].leaf) continue;
         // A leaf above the finest level is uniform: any 8^3 cells of it tell its density.
         const Vec3l at = Vec3l(morton_decode(nodes[i].code)) * (std::int64_t(kLeafEdge) << level);
-        const LeafSums s = sum_leaf(blocks, Vec3i(pyramid.origin + at), pyramid.interpolation);
+        const LeafSums s = sum_leaf(blocks, Vec3i(pyramid.origin + at), pyramid.look_up);
         content[level][i] = {s.mass * (cube_volume(level) / cube_volume(0)), true, s.lo == s.hi};
       }
     });

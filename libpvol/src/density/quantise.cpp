@@ -188,16 +188,10 @@ void for_bricks(std::size_t count, const F& f) {
   tbb::parallel_for(std::size_t{0}, count, f);
 }
 
-constexpr const char* kNames[] = {"fp32", "fp16", "fp8", "fpn"};
-
 }  // namespace
 
-const char* name(Precision precision) { return kNames[std::size_t(precision)]; }
-
 Precision parse_precision(const std::string& name) {
-  for (std::size_t i = 0; i < std::size(kNames); ++i) {
-    if (name == kNames[i]) return Precision(i);
-  }
+  if (const auto precision = find_named<Precision>(name)) return *precision;
   throw Error("density precision \"" + name + "\" is unknown; expected fp32, fp16, fp8 or fpn");
 }
 

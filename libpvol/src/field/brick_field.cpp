@@ -19,10 +19,9 @@ namespace pvol {
 namespace {
 
 /// The samples that interpolation in the leaf at `origin`, a multiple of 8, reads.
-void gather(const detail::BlockFinder& blocks, Vec3i origin, Interpolation interpolation,
-            float* out) {
-  const KernelReach reach = reach_of(interpolation);
-  const int edge = field_edge(interpolation);
+void gather(const detail::BlockFinder& blocks, Vec3i origin, LookUp look_up, float* out) {
+  const KernelReach reach = reach_of(look_up);
+  const int edge = field_edge(look_up);
   const auto copy = [&](const detail::BlockSource& b, Vec3i from, Vec3i count, Vec3i to) {
     const Vec3i first = to + Vec3i(reach.below);
     for (int i = 0; i < count.x; ++i) {
@@ -103,8 +102,8 @@ class BoundsCheck {
 };
 
 /// Refuses density outside the support's box, at which walks end.
-void check_support(const VoxelGrid& grid, const Pyramid& pyramid, Interpolation interpolation) {
-  const KernelReach reach = reach_of(interpolation);
+void check_support(const VoxelGrid& grid, const Pyramid& pyramid, LookUp look_up) {
+  const KernelReach reach = reach_of(look_up);
   const Vec3l first = pyramid.support_lo + Vec3l(reach.above);
   const Vec3l last = pyramid.support_hi - Vec3l(reach.below + 1);
   const auto inside = [&](Vec3l lo, Vec3l hi) {
@@ -140,7 +139,7 @@ class ConstantBricks {
 
   std::uint32_t brick(float value) {
     const auto [at, fresh] = index_.try_emplace(value, std::uint32_t(field_.bricks()));
-    const auto count = std::size_t(field_samples(field_.interpolation));
+    const auto count = std::size_t(field_samples(field_.look_up));
     if (fresh) field_.samples.insert(field_.samples.end(), count, value);
     return at->second;
   }
@@ -154,11 +153,11 @@ class ConstantBricks {
 
 FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid,
                            const FieldOptions& options) {
-  const Interpolation interpolation = options.interpolation;
-  check_support(grid, pyramid, interpolation);
+  const LookUp look_up = options.look_up;
+  check_support(grid, pyramid, look_up);
   FieldWithLinks r;
-  if (interpolation == Interpolation::tricubic) r.field.interpolation = interpolation;
-  const int count = field_samples(interpolation);
+  if (look_up == LookUp::tricubic) r.field.look_up = look_up;
+  const int count = field_samples(look_up);
   ConstantBricks constant(r.field);
   BoundsCheck check(pyramid, options.most_excess);
   const detail::BlockFinder blocks(grid);
@@ -199,7 +198,7 @@ FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid,
       continue;
     }
     if (nearly_equal_bounds(leaves[i])) {
-      gather(blocks, origin_of(0, leaves[i].code), interpolation, samples.data());
+      gather(blocks, origin_of(0, leaves[i].code), look_up, samples.data());
       if (std::equal(samples.begin() + 1, samples.end(), samples.begin())) {
         brick_of[i] = constant.brick(samples[0]);
         check.add(0, leaves[i], samples.data(), count);
@@ -214,7 +213,7 @@ FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid,
     for (std::size_t k = range.begin(); k != range.end(); ++k) {
       brick_of[own[k]] = std::uint32_t(first + k);
       float* samples_of_leaf = r.field.samples.data() + (first + k) * samples.size();
-      gather(blocks, origin_of(0, leaves[own[k]].code), interpolation, samples_of_leaf);
+      gather(blocks, origin_of(0, leaves[own[k]].code), look_up, samples_of_leaf);
       check.add(0, leaves[own[k]], samples_of_leaf, count);
     }
   });

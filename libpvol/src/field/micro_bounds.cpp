@@ -48,10 +48,10 @@ void trilinear_ranges(const float* samples, int edge, detail::CubeRanges& ranges
 }
 
 detail::RangesOfBrick ranges_of(const BrickField& field) {
-  using enum Interpolation;
+  using enum LookUp;
   return [&field](std::size_t b, int edge, detail::CubeRanges& ranges) {
     const auto brick = std::uint32_t(b);
-    if (field.interpolation == tricubic) {
+    if (field.look_up == tricubic) {
       detail::tricubic_ranges(field.brick<tricubic>(brick), edge, ranges);
     } else {
       trilinear_ranges(field.brick(brick), edge, ranges);

@@ -8,7 +8,7 @@
 namespace pvol::detail {
 namespace {
 
-constexpr int kSamples = field_edge(Interpolation::tricubic);
+constexpr int kSamples = field_edge(LookUp::tricubic);
 constexpr int kPoints = 3 * kLeafEdge + 1;  // Bezier points of 8 cells, which share their ends
 
 /// The Bezier points of a spline with these samples, `step` apart, to places `to_step` apart. The

@@ -82,8 +82,8 @@ PathCosts summarise(const Replicates& r, std::uint64_t micro_bytes) {
   return c;
 }
 
-double choose_extinction(const VoxelGrid& grid, const Pyramid& pyramid, const Scene& scene) {
-  const VolumeFacts f = describe(make_volume(grid, pyramid, scene), grid, scene.medium);
+double choose_extinction(const VoxelGrid& grid) {
+  const VolumeFacts f = describe(grid, 1, {});
   const double* t = f.mean_optical_thickness;
   const double mean = (t[0] + t[1] + t[2]) / 3;
   if (!(mean > 0)) throw Error("the cloud is too thin to choose an extinction for; give one");
@@ -99,21 +99,20 @@ struct Stage {
 Stage set_up(const VoxelGrid& grid, const Pyramid& pyramid, const ProbeOptions& options) {
   Stage s;
   Scene& scene = s.scene;
-  scene.medium.albedo = options.albedo;
-  scene.medium.g = options.g;
   scene.environment = ConstantSky{};
   scene.options.samples = options.samples;
   scene.options.width = options.width;
   scene.options.micro_bounds = MicroBoundsUse::none;
   scene.options.guide = GuideUse::off;
   scene.options.count = true;
-  scene.medium.extinction =
-      options.extinction ? *options.extinction : choose_extinction(grid, pyramid, scene);
-  s.volume = make_volume(grid, pyramid, scene);
-  const Vec3d size = s.volume.world_box.extent();
+  const Medium medium{
+      .extinction = options.extinction ? *options.extinction : choose_extinction(grid),
+      .components = {{.albedo = options.albedo, .phase = HenyeyGreenstein(options.g)}}};
+  s.volume = make_volume(grid, pyramid, medium, volume_options(scene.options));
+  const Vec3d size = s.volume.density.world_box.extent();
   scene.options.height = std::clamp(int(options.width * size.y / std::max(size.x, size.y)),
                                     std::max(1, options.width / 4), options.width);
-  scene.camera = frame(s.volume.world_box, double(options.width) / scene.options.height);
+  scene.camera = frame(s.volume.density.world_box, double(options.width) / scene.options.height);
   return s;
 }
 
@@ -122,18 +121,18 @@ Stage set_up(const VoxelGrid& grid, const Pyramid& pyramid, const ProbeOptions& 
 Probe probe(const VoxelGrid& grid, const Pyramid& pyramid, const ProbeOptions& options) {
   auto [scene, volume] = set_up(grid, pyramid, options);
   Probe p;
-  p.extinction = scene.medium.extinction;
-  p.facts = describe(volume, grid, scene.medium);
+  p.extinction = volume.medium.extinction;
+  p.facts = describe(volume, describe(grid, volume.medium.extinction, volume.object_to_world));
   scene.options.tracker = Tracker::delta;
   p.delta = summarise(replicate(volume, scene), 0);
   scene.options.tracker = Tracker::decomposition;
   Replicates decomposed = replicate(volume, scene);
   p.decomposition = summarise(decomposed, 0);
   p.film = std::move(decomposed.film);
-  volume.micro = build_micro_bounds(volume.field, 2);
-  p.squeezed = summarise(replicate(volume, scene), volume.micro.bytes());
+  volume.density.micro = build_micro_bounds(volume.density.bricks(), 2);
+  p.squeezed = summarise(replicate(volume, scene), volume.density.micro.bytes());
   const double mass = measure_content(grid, pyramid).back()[0].mass;
-  p.squeezed_expected = integrate_open(volume) / (double(volume.extinction) * mass);
+  p.squeezed_expected = integrate_open(volume) / (double(volume.density.scale) * mass);
   return p;
 }
 
@@ -141,7 +140,7 @@ ShellProbe probe_shell(const VoxelGrid& grid, const Pyramid& pyramid, const Shel
                        const ProbeOptions& options) {
   auto [scene, volume] = set_up(grid, pyramid, options);
   ShellProbe p;
-  p.extinction = scene.medium.extinction;
+  p.extinction = volume.medium.extinction;
   p.without = total(replicate(volume, scene));
   scene.options.shells = ShellUse::on;
   p.estimate = choose_shell(volume, shell, scene).estimate;

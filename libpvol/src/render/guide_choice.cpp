@@ -15,18 +15,10 @@ const char* obstacle(std::span<const Volume> volumes, const RenderOptions& o) {
   if (volumes.size() != 1) return "there are several volumes";
   if (is_weighted(o.tracker)) return "the tracker has weights";
   if (o.max_bounces) return "bounces are limited";
-  if (o.interpolation != Interpolation::nearest && o.interpolation != Interpolation::trilinear) {
+  if (o.look_up != LookUp::nearest && o.look_up != LookUp::trilinear) {
     return "the interpolation is neither nearest nor trilinear";
   }
   return nullptr;
-}
-
-double largest_albedo(const Medium& medium) {
-  double albedo = double(max_component(medium.albedo));
-  for (const Component& c : medium.others) {
-    if (c.share > 0) albedo = std::max(albedo, double(max_component(c.albedo)));
-  }
-  return albedo;
 }
 
 }  // namespace
@@ -43,7 +35,8 @@ GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene) {
   }
   if (o.guide == GuideUse::on) return {true, "as told"};
   const double thickness = choose_transmittance(volumes).thickness;
-  const double scatterings = estimate_scatterings(thickness, largest_albedo(scene.medium));
+  const double scatterings =
+      estimate_scatterings(thickness, double(largest_albedo(volumes.front().medium)));
   if (scatterings < kScatterings) return {false, "paths are short", scatterings};
   if (double(o.width) * o.height * o.samples < kPaths) {
     return {false, "the picture takes less time than a guide", scatterings};

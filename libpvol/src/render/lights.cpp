@@ -126,13 +126,21 @@ SunLight::SunLight(const Sun& sun)
   // uniform radiance L on the plane that faces it is L pi sin^2(radius).
   const double half = std::sin(radius / 2), sine = std::sin(radius);
   one_minus_cos_radius = float(2 * half * half);
-  pdf = float(1 / (4 * pi * half * half));
-  radiance = irradiance * float(1 / (pi * sine * sine));
+  disc_pdf = float(1 / (4 * pi * half * half));
+  disc_radiance = irradiance * float(1 / (pi * sine * sine));
 }
 
 LightSample SunLight::sample_disc(Rng& rng) const {
   const auto [u, azimuth] = rng.uniform2();
-  return {turn(direction, one_minus_cos_radius * u, azimuth), radiance, pdf};
+  return {turn(direction, one_minus_cos_radius * u, azimuth), disc_radiance, disc_pdf};
+}
+
+std::vector<LightSource> make_light_sources(std::span<const Light> lights) {
+  std::vector<LightSource> sources;
+  for (const Light& light : lights) {
+    std::visit([&](const Sun& sun) { sources.emplace_back(SunLight(sun)); }, light);
+  }
+  return sources;
 }
 
 }  // namespace pvol

@@ -30,31 +30,9 @@ void require(bool ok, const std::string& message) {
   if (!ok) throw Error(message);
 }
 
-/// Finite and not zero, also squared.
-bool is_direction(Vec3d d) { return std::isfinite(length(d)) && length(d) > 0; }
-
-bool is_light(Rgb c) { return is_finite(c) && min_component(c) >= 0; }
-
-void check(const Environment& environment) {
-  const char* const kRadiance = "sky: every radiance must be finite and not negative";
-  if (const auto* s = std::get_if<ConstantSky>(&environment)) {
-    require(is_light(s->radiance), kRadiance);
-  } else if (const auto* g = std::get_if<GradientSky>(&environment)) {
-    require(is_light(g->zenith) && is_light(g->horizon) && is_light(g->ground), kRadiance);
-    require(is_direction(g->up), "sky: up must be finite and not zero");
-  } else if (const auto* p = std::get_if<ImageSky>(&environment)) {
-    require(p->width > 0 && p->height > 0 &&
-                p->pixels.size() == std::size_t(p->width) * std::size_t(p->height),
-            "sky: the picture must have width x height pixels");
-    require(std::isfinite(p->rotation), "sky: the rotation must be finite");
-    for (const Rgb pixel : p->pixels) {
-      require(is_light(pixel) && is_light(pixel * p->scale), kRadiance);
-    }
-  }
-}
-
 void check(const Scene& scene) {
-  check(scene.environment);
+  validate(scene.environment);
+  for (const Light& light : scene.lights) validate(light);
   const RenderOptions& o = scene.options;
   require(o.width > 0 && o.height > 0, "image size: both sides must be at least 1 pixel");
   require(o.crop_x >= 0 && o.crop_y >= 0 && o.crop_width >= 0 && o.crop_height >= 0 &&
@@ -70,12 +48,6 @@ void check(const Scene& scene) {
   const Vec3d forward = c.target - c.position;
   require(length(cross(forward, c.up)) > 1e-12 * length(forward) * length(c.up),
           "camera: target must differ from position, and up must not point along the view");
-  for (const Sun& s : scene.suns) {
-    require(is_direction(s.direction), "sun: the direction must be finite and not zero");
-    require(s.angle == 0 || (s.angle >= 0.01 && s.angle < 180),
-            "sun: the angle must be 0 or lie in [0.01, 180) degrees");
-    require(is_light(s.irradiance), "sun: the irradiance must be finite and not negative");
-  }
 }
 
 Film make_film(const RenderOptions& o) {
@@ -114,63 +86,41 @@ class Reporter {
   std::mutex mutex_;
 };
 
-bool is_share(double v) { return v >= 0 && v <= 1; }
-
-template <class Matter>
-void check_matter(const Matter& m) {
-  require(is_finite(m.albedo) && min_component(m.albedo) >= 0 && max_component(m.albedo) <= 1,
-          "albedo must lie in [0, 1] in every channel");
-  require(std::abs(m.g) <= 0.9999,
-          "g = " + std::to_string(m.g) + ": must lie in [-0.9999, 0.9999]");
-  require(is_light(m.emission), "emission must be finite and not negative");
-}
-
-void check(const Volume& volume, const Medium& m, const RenderOptions& o) {
-  check_matter(m);
-  double left = 1;
-  for (const Component& c : m.others) {
-    check_matter(c);
-    require(is_share(c.share), "the share of a component must lie in [0, 1]");
-    left -= c.share;
-  }
-  require(left >= -1e-9, "the shares of components sum up to more than 1");
-  require(volume.majorant_excess == 1 || is_weighted(o.tracker),
+void check(const Volume& volume, const RenderOptions& o) {
+  validate(volume.medium);
+  require(volume.density.majorant_excess == 1 || is_weighted(o.tracker),
           "the volume's majorants do not hold, which takes a tracker with weights");
-  const bool cells =
-      o.interpolation == Interpolation::nearest || o.interpolation == Interpolation::trilinear;
+  const bool cells = o.look_up == LookUp::nearest || o.look_up == LookUp::trilinear;
   require(cells || (o.tracker != Tracker::regular && o.transmittance != Transmittance::regular),
           "regular tracking and regular transmittance have closed forms for nearest and trilinear "
           "interpolation only; choose another tracker, transmittance or interpolation");
-  require(
-      volume.extinction == float(m.extinction) &&
-          volume.medium.object_to_world == m.object_to_world &&
-          volume.interpolation == o.interpolation &&
-          (o.tracker != Tracker::delta_global || volume.octree.depth == 0),
-      "the volume was made for another extinction, placement, interpolation or tracker than the "
-      "scene's");
+  require(volume.density.scale == float(volume.medium.extinction) &&
+              volume.density.look_up == o.look_up &&
+              (o.tracker != Tracker::delta_global || volume.density.octree.depth == 0),
+          "the volume was made for another extinction, interpolation or tracker than the scene's");
 }
 
 /// One field for all volumes: micro-bounds where all have them, but for empty ones.
 TileFunction choose_tile_function(std::span<const Volume> volumes, const RenderOptions& o,
                                   bool guided) {
   int edge = 0;
-  for (const Volume& v : volumes) edge = std::max(edge, v.micro.edge);
+  for (const Volume& v : volumes) edge = std::max(edge, v.density.micro.edge);
   const bool squeezed = edge > 0 && std::all_of(volumes.begin(), volumes.end(), [&](const auto& v) {
-                          return v.octree.empty() || v.micro.edge == edge;
+                          return v.density.octree.empty() || v.density.micro.edge == edge;
                         });
   if (guided) {
-    return squeezed ? detail::guided_squeezed_tile_function(o.interpolation, edge, o.count)
-                    : detail::guided_tile_function(o.interpolation, o.count);
+    return squeezed ? detail::guided_squeezed_tile_function(o.look_up, edge, o.count)
+                    : detail::guided_tile_function(o.look_up, o.count);
   }
   const bool many = volumes.size() > 1;
-  if (o.interpolation == Interpolation::tricubic) {
+  if (o.look_up == LookUp::tricubic) {
     return detail::tricubic_tile_function(squeezed ? edge : 0, many, o.count);
   }
-  if (o.interpolation == Interpolation::procedural) {
+  if (o.look_up == LookUp::procedural) {
     return detail::procedural_tile_function(squeezed ? edge : 0, many, o.count);
   }
-  return squeezed ? detail::squeezed_tile_function(o.interpolation, edge, many, o.count)
-                  : detail::plain_tile_function(o.interpolation, many, o.count);
+  return squeezed ? detail::squeezed_tile_function(o.look_up, edge, many, o.count)
+                  : detail::plain_tile_function(o.look_up, many, o.count);
 }
 
 }  // namespace
@@ -190,9 +140,7 @@ RenderResult render(std::span<const Volume> volumes, const Scene& wanted,
   if (o.transmittance == Transmittance::automatic) {
     o.transmittance = choose_transmittance(volumes).estimator;
   }
-  for (const Volume& v : volumes) check(v, volumes.size() == 1 ? scene.medium : v.medium, o);
-  require(volumes.size() == 1 || scene.medium == volumes.front().medium,
-          "the scene's medium is not that of the first volume");
+  for (const Volume& v : volumes) check(v, o);
   RenderResult result;
   result.film = make_film(o);
   Film& film = result.film;

@@ -12,7 +12,7 @@ namespace {
 double empty_walk_cost(const Volume& volume, const Cursor& start, Float4 direction) {
   const WalkCosts costs;
   double cost = 0;
-  Walk walk(volume.octree, start, direction);
+  Walk walk(volume.density.octree, start, direction);
   while (const auto s = walk.next([&] { cost += costs.skip; })) {
     const double length = s->t1 - s->t0;
     cost += costs.segment +
@@ -25,12 +25,12 @@ double empty_walk_cost(const Volume& volume, const Cursor& start, Float4 directi
 
 ShellEstimate estimate_shell(const Volume& volume, const Shell& shell, const Scene& scene) {
   ShellEstimate e;
-  if (volume.octree.empty()) return e;
+  if (volume.density.octree.empty()) return e;
   constexpr int kRaysAlong = 64;
-  const RayShell rays(shell, volume.octree.origin);
+  const RayShell rays(shell, volume.density.octree.origin);
   const RenderOptions& o = scene.options;
   const detail::Projection projection(scene.camera, scene.options.width, scene.options.height);
-  const detail::VolumeSetup setup(volume, volume.medium, Rgb(0.0f));
+  const detail::VolumeSetup setup(volume, Rgb(0.0f));
   const double width = o.crop_width ? o.crop_width : o.width - o.crop_x;
   const double height = o.crop_height ? o.crop_height : o.height - o.crop_y;
   for (int i = 0; i < kRaysAlong * kRaysAlong; ++i) {
@@ -43,8 +43,8 @@ ShellEstimate estimate_shell(const Volume& volume, const Shell& shell, const Sce
     ++e.boxed;
     if (!rays.misses(ray, span->t0, span->t1)) continue;
     ++e.rejected;
-    e.saved +=
-        empty_walk_cost(volume, make_cursor(volume.octree, ray.at(span->t0)), lanes(Vec3f(ray.d)));
+    e.saved += empty_walk_cost(volume, make_cursor(volume.density.octree, ray.at(span->t0)),
+                               lanes(Vec3f(ray.d)));
   }
   if (e.boxed > 0) e.saved /= e.boxed;
   e.spent = test_cost(shell);
@@ -55,11 +55,11 @@ ShellChoice choose_shell(Volume& volume, const Shell& shell, const Scene& scene)
   ShellChoice choice;
   choice.estimate = estimate_shell(volume, shell, scene);
   // Homogeneous parts reach beyond the cells that the shell was proven for.
-  const bool fits = !volume.homogeneous || volume.homogeneous->nodes == 0;
+  const bool fits = !volume.density.homogeneous || volume.density.homogeneous->nodes == 0;
   const ShellUse use = fits ? scene.options.shells : ShellUse::off;
   choice.kept = use == ShellUse::on || (use == ShellUse::automatic && choice.estimate.pays());
   volume.shell.reset();
-  if (choice.kept) volume.shell.emplace(shell, volume.octree.origin);
+  if (choice.kept) volume.shell.emplace(shell, volume.density.octree.origin);
   return choice;
 }
 

@@ -192,7 +192,7 @@ Support make_support(Vec3l origin, int root_log2, std::vector<MaskedBlock> parts
 Support make_support(const VoxelGrid& grid, const Pyramid& pyramid) {
   if (pyramid.empty()) return {};
   const detail::BlockFinder blocks(grid);
-  const KernelReach reach = reach_of(pyramid.interpolation);
+  const KernelReach reach = reach_of(pyramid.look_up);
   const std::vector<PyramidNode>& leaves = pyramid.levels[0];
   std::vector<MaskedBlock> parts(leaves.size());
   tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t i) {

@@ -27,14 +27,12 @@ Vec3d unit(Vec3d direction) {
 }  // namespace
 
 Volume make_volume(const VoxelGrid& grid, const Medium& medium, const VolumeOptions& options) {
-  return make_volume(grid, build_pyramid(grid, options.interpolation), medium, options);
+  return make_volume(grid, build_pyramid(grid, options.look_up), medium, options);
 }
 
 Volume make_volume(const Recipe& recipe, const Medium& medium, const VolumeOptions& options) {
-  VolumeOptions procedural = options;
-  procedural.interpolation = Interpolation::procedural;
   return make_volume(std::make_shared<const Recipe>(recipe), build_pyramid(recipe), medium,
-                     procedural);
+                     options);
 }
 
 std::optional<RayWalk> enter(const Volume& volume, const Ray& ray, double t_max) {
@@ -42,16 +40,19 @@ std::optional<RayWalk> enter(const Volume& volume, const Ray& ray, double t_max)
     throw Error("a ray has an origin or a t_max that is not a number; check where it is made");
   }
   const Vec3d direction = unit(ray.d);
-  if (volume.octree.empty()) return std::nullopt;
-  const Ray cells{volume.world_to_cells.point(ray.o), volume.world_to_cells.vector(direction)};
-  const auto span = intersect(volume.octree.support(), cells, 0, t_max);
+  if (volume.density.octree.empty()) return std::nullopt;
+  const Ray cells{volume.density.world_to_cells.point(ray.o),
+                  volume.density.world_to_cells.vector(direction)};
+  const auto span = intersect(volume.density.octree.support(), cells, 0, t_max);
   if (!span) return std::nullopt;
-  return RayWalk(volume.octree, make_cursor(volume.octree, cells.at(span->t0)), cells.d, *span);
+  return RayWalk(volume.density.octree, make_cursor(volume.density.octree, cells.at(span->t0)),
+                 cells.d, *span);
 }
 
 RayWalk resume(const Volume& volume, const Cursor& from, Vec3d direction, double t_max) {
   if (std::isnan(t_max)) throw Error("the t_max of a ray is not a number; check where it is made");
-  return RayWalk(volume.octree, from, volume.world_to_cells.vector(unit(direction)), {0, t_max});
+  return RayWalk(volume.density.octree, from, volume.density.world_to_cells.vector(unit(direction)),
+                 {0, t_max});
 }
 
 Flight sample_flight(const Volume& volume, const Ray& ray, double t_max, Rng& rng) {
@@ -106,27 +107,19 @@ double exact_transmittance(const Volume& volume, const Ray& ray, double t_max) {
 }
 
 float density_at(const Volume& volume, Vec3d world) {
-  const Octree& tree = volume.octree;
-  const Vec3d cells = volume.world_to_cells.point(world);
+  const Octree& tree = volume.density.octree;
+  const Vec3d cells = volume.density.world_to_cells.point(world);
   if (tree.empty() || !tree.support().contains(cells)) return 0;
   const LatticePoint p = make_cursor(tree, cells).at;
   constexpr LeafHandle kRoot = Octree::kNodeBit;
-  using enum Interpolation;
-  switch (volume.interpolation) {
-    case nearest:
-      return density<nearest>(volume.field, tree, kRoot, p);
-    case tricubic:
-      return density<tricubic>(volume.field, tree, kRoot, p);
-    case procedural:
-      return density_in_brick(*volume.procedure, tree.brick_at(kRoot, p.cell, kZeroBrick), p);
-    case trilinear:
-      break;
-  }
-  return density<trilinear>(volume.field, tree, kRoot, p);
+  return visit_look_up(volume.density.look_up, [&](auto look_up) {
+    const auto source = extinction_source<look_up>(volume.density);
+    return source.density(kRoot, p);
+  });
 }
 
 float extinction_at(const Volume& volume, Vec3d world) {
-  return volume.extinction * density_at(volume, world);
+  return volume.density.scale * density_at(volume, world);
 }
 
 }  // namespace pvol

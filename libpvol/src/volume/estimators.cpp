@@ -18,31 +18,33 @@ class OpenIntegral {
 
   /// Below a node, under the terminal that holds it or, where there is none, from the top down.
   void add(const Octree::Node& node, Vec3i low, const Octree::Entry* terminal) {
-    detail::for_children(v_.octree, node, low, [&](const Octree::Entry& e, Vec3i at, int edge) {
-      const Octree::Entry* bounds = terminal != nullptr ? terminal : e.log2 != 0 ? &e : nullptr;
-      if (e.link & Octree::kNodeBit) {
-        add(v_.octree.nodes[e.link & ~Octree::kNodeBit], at, bounds);
-      } else if (edge == kLeafEdge) {  // larger cubes have one density, which micro-bounds know
-        add_leaf(e.link, at, *bounds);
-      }
-    });
+    detail::for_children(
+        v_.density.octree, node, low, [&](const Octree::Entry& e, Vec3i at, int edge) {
+          const Octree::Entry* bounds = terminal != nullptr ? terminal : e.log2 != 0 ? &e : nullptr;
+          if (e.link & Octree::kNodeBit) {
+            add(v_.density.octree.nodes[e.link & ~Octree::kNodeBit], at, bounds);
+          } else if (edge == kLeafEdge) {  // larger cubes have one density, which micro-bounds know
+            add_leaf(e.link, at, *bounds);
+          }
+        });
   }
 
  private:
   const Volume& v_;
 
   void add_leaf(std::uint32_t brick, Vec3i low, const Octree::Entry& bounds) {
-    const int edge = v_.micro.edge, n = kLeafEdge / edge;
-    const Vec3i first = vec3(v_.octree.support_lo), last = vec3(v_.octree.support_hi);
+    const int edge = v_.density.micro.edge, n = kLeafEdge / edge;
+    const Vec3i first = vec3(v_.density.octree.support_lo),
+                last = vec3(v_.density.octree.support_hi);
     for (Vec3i c; c.x < n; ++c.x) {
       for (c.y = 0; c.y < n; ++c.y) {
         for (c.z = 0; c.z < n; ++c.z) {
           const Vec3i at = low + c * edge;
           const Vec3d extent(max(min(at + Vec3i(edge), last) - max(at, first), Vec3i(0)));
-          const DensityRange r = edge == 1 ? micro_range<1>(v_.micro, brick, lanes(at))
-                                           : micro_range<2>(v_.micro, brick, lanes(at));
-          const double open = double(std::min(v_.extinction * r.hi, bounds.hi)) -
-                              double(std::max(v_.extinction * r.lo, bounds.lo));
+          const DensityRange r = edge == 1 ? micro_range<1>(v_.density.micro, brick, lanes(at))
+                                           : micro_range<2>(v_.density.micro, brick, lanes(at));
+          const double open = double(std::min(v_.density.scale * r.hi, bounds.hi)) -
+                              double(std::max(v_.density.scale * r.lo, bounds.lo));
           sum += std::max(0.0, open) * extent.x * extent.y * extent.z;
         }
       }
@@ -53,12 +55,12 @@ class OpenIntegral {
 }  // namespace
 
 double integrate_open(const Volume& volume) {
-  if (volume.micro.edge == 0) {
-    const BoundIntegrals b = integrate_bounds(volume.octree);
+  if (volume.density.micro.edge == 0) {
+    const BoundIntegrals b = integrate_bounds(volume.density.octree);
     return b.hi - b.lo;
   }
   OpenIntegral open(volume);
-  if (!volume.octree.empty()) open.add(volume.octree.nodes[0], {0, 0, 0}, nullptr);
+  if (!volume.density.octree.empty()) open.add(volume.density.octree.nodes[0], {0, 0, 0}, nullptr);
   return open.sum;
 }
 
@@ -67,11 +69,11 @@ TransmittanceChoice choose_transmittance(std::span<const Volume> volumes) {
   TransmittanceChoice choice;
   BoundIntegrals all;
   for (const Volume& v : volumes) {
-    if (v.octree.empty()) continue;
-    const BoundIntegrals i = integrate_bounds(v.octree);
-    const Vec3d size = v.octree.support().extent();
+    if (v.density.octree.empty()) continue;
+    const BoundIntegrals i = integrate_bounds(v.density.octree);
+    const Vec3d size = v.density.octree.support().extent();
     const double surface = 2 * (size.x * size.y + size.y * size.z + size.z * size.x);
-    const double cell = std::cbrt(1 / std::abs(determinant(v.world_to_cells)));
+    const double cell = std::cbrt(1 / std::abs(determinant(v.density.world_to_cells)));
     // The mean chord of a convex body is 4 V / S (Cauchy).
     choice.thickness += 4 * 0.5 * (i.hi + i.lo) / surface * cell;
     all.hi += i.hi;

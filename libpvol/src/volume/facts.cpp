@@ -5,12 +5,10 @@
 #include <cmath>
 #include <map>
 
+#include "volume/placement.h"
+
 namespace pvol {
 namespace {
-
-double column_length(const Affine& a, int axis) {
-  return length(Vec3d(a.m[0][axis], a.m[1][axis], a.m[2][axis]));
-}
 
 /// Sums of samples over lattice columns along one axis, 8 x 8 columns of bricks together.
 class Columns {
@@ -75,56 +73,60 @@ class Columns {
   std::map<std::uint64_t, Sums> blocks_;
 };
 
-/// What the octree tells.
-void add_facts(const Volume& volume, VolumeFacts& f) {
-  f.depth = volume.octree.depth;
-  f.nodes = volume.octree.nodes.size();
-  f.terminals = volume.octree.terminals;
-  f.null_collisions = worst_null_collisions(volume);
-  f.octree_bytes = volume.octree.bytes();
-}
-
 }  // namespace
 
 double worst_null_collisions(const Volume& volume) {
-  const double cell_length = std::cbrt(1 / std::abs(determinant(volume.world_to_cells)));
+  const double cell_length = std::cbrt(1 / std::abs(determinant(volume.density.world_to_cells)));
   double most = 0;
-  for (const Octree::Entry& e : volume.octree.entries) {
+  for (const Octree::Entry& e : volume.density.octree.entries) {
     if (e.log2 > 0) most = std::max(most, double(e.hi - e.lo) * std::ldexp(cell_length, e.log2));
   }
   return most;
 }
 
-VolumeFacts describe(const Volume& volume, const VoxelGrid& grid, const Medium& medium) {
+VolumeFacts describe(const VoxelGrid& grid, double extinction, const Affine& object_to_world) {
   VolumeFacts f;
   float most = 0;
   for (const Brick& b : grid.bricks) {
     most = std::max(most, *std::max_element(b.values, b.values + kBrickSamples));
   }
   for (const Tile& t : grid.tiles) most = std::max(most, t.value);
-  f.largest_extinction = medium.extinction * double(most);
+  f.largest_extinction = extinction * double(most);
   f.shortest_free_path = 1 / f.largest_extinction;
-  const Affine to_world = medium.object_to_world * grid.index_to_world;
+  const Affine to_world = object_to_world * grid.index_to_world;
   for (int axis = 0; axis < 3; ++axis) {
     Columns columns(axis);
     for (const Brick& b : grid.bricks) columns.add(b);
     for (const Tile& t : grid.tiles) columns.add(t);
     const Columns::Result r = columns.result();
-    const double step = column_length(to_world, axis) * medium.extinction;
+    const double step = detail::column_length(to_world, axis) * extinction;
     f.mean_optical_thickness[axis] = r.mean * step;
     f.largest_optical_thickness = std::max(f.largest_optical_thickness, r.largest * step);
   }
-  add_facts(volume, f);
-  f.field_bytes = volume.field.samples.size() * sizeof(float);
   return f;
 }
 
-VolumeFacts describe(const Volume& volume, const Recipe& recipe, const Medium& medium) {
+VolumeFacts describe(const Recipe& recipe, double extinction, const Affine& object_to_world) {
   Recipe coarse = recipe;
   coarse.voxel = voxel_for(recipe, kCoarseResolution);
-  VolumeFacts f = describe(Volume{}, make_grid(coarse), medium);
-  add_facts(volume, f);
-  f.field_bytes = volume.procedure ? count_bytes(*volume.procedure) : 0;
+  return describe(make_grid(coarse), extinction, object_to_world);
+}
+
+VolumeFacts describe(const Density& density, double extinction, const Affine& object_to_world) {
+  if (const auto* grid = std::get_if<VoxelGrid>(&density)) {
+    return describe(*grid, extinction, object_to_world);
+  }
+  return describe(*std::get<1>(density), extinction, object_to_world);
+}
+
+VolumeFacts describe(const Volume& volume, VolumeFacts f) {
+  const Octree& octree = volume.density.octree;
+  f.depth = octree.depth;
+  f.nodes = octree.nodes.size();
+  f.terminals = octree.terminals;
+  f.null_collisions = worst_null_collisions(volume);
+  f.octree_bytes = octree.bytes();
+  f.field_bytes = volume.density.value_bytes();
   return f;
 }
 

@@ -2,26 +2,32 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
+#include <optional>
 #include <string>
 
-#include "pvol/density/recipe.h"
+#include "pvol/density/density.h"
 #include "pvol/formats/pvol_file.h"
 #include "pvol/formats/vdb.h"
 
 namespace pvol::formats {
 
 /// A cloud that is ready to render: density, bounds, a shell if the file has one, and where they
-/// came from. For procedural look-ups `recipe` is the density, and the grid has a name and a map
-/// but no samples.
+/// came from. The density is a recipe only where it was loaded for procedural look-ups.
 struct Cloud {
-  VoxelGrid grid;
-  std::shared_ptr<const Recipe> recipe;  ///< null unless loaded for procedural look-ups
+  Density density;
   Pyramid pyramid;
   std::optional<Shell> shell;
   std::optional<LeafMicroBounds> micro;  ///< of edge 2, if the file has them
   Metadata metadata;
   GridReport report;
+
+  /// The samples of a density that has them.
+  [[nodiscard]] const VoxelGrid& grid() const { return std::get<VoxelGrid>(density); }
+  [[nodiscard]] VoxelGrid& grid() { return std::get<VoxelGrid>(density); }
+  /// The recipe of one that has none, else null.
+  [[nodiscard]] const Recipe* recipe() const {
+    return is_sampled(density) ? nullptr : std::get<1>(density).get();
+  }
 };
 
 /// The ending of a file's name in small letters, with its dot (".vdb"): what tells kinds of files
@@ -35,13 +41,13 @@ struct Cloud {
 
 /// Bounds of a grid read from `file`: `build_pyramid`, with the file's name in its errors.
 [[nodiscard]] Pyramid build_bounds(const VoxelGrid& grid, const std::filesystem::path& file,
-                                   Interpolation interpolation = Interpolation::trilinear);
+                                   LookUp look_up = LookUp::trilinear);
 
 /// Density and bounds for an interpolation: bounds of a .pvol file as stored, else built here.
 /// `procedural` is for recipes and for .pvol files of recipes that were bounded in closed form.
 /// Throws Error for stored bounds that were not made for the interpolation (`holds_for`).
 [[nodiscard]] Cloud load_cloud(const std::filesystem::path& file, const GridOptions& options = {},
-                               Interpolation interpolation = Interpolation::trilinear);
+                               LookUp look_up = LookUp::trilinear);
 
 /// Rounds the density of a loaded cloud to what a precision can keep, as pvol-fit does before it
 /// writes a file: the bounds are built again and micro-bounds dropped; a shell stays, since the

@@ -7,30 +7,29 @@
 #include <vector>
 
 #include "pvol/density/quantise.h"
+#include "pvol/math/names.h"
 #include "pvol/render/scene.h"
 
 namespace pvol::formats {
 
-/// A volume of a scene besides the first.
-struct FurtherVolume {
-  std::filesystem::path file;
-  std::string grid;  ///< empty: the only one, or "density"
-  Medium medium;
-  bool has_extinction = false;
-  friend bool operator==(const FurtherVolume&, const FurtherVolume&) = default;
+/// A volume of a scene, still to be loaded.
+struct SceneVolume {
+  std::filesystem::path file{};
+  std::string grid{};  ///< empty: the only one, or "density"
+  Medium medium{};
+  Affine object_to_world{};     ///< placed after the grid's own map
+  bool has_extinction = false;  ///< false: the caller may choose one that suits the cloud
+  friend bool operator==(const SceneVolume&, const SceneVolume&) = default;
 };
 
 /// A scene and the file names in it, still to be loaded.
 struct SceneFile {
-  Scene scene;
-  std::filesystem::path volume;  ///< the cloud
-  std::string grid;              ///< name of the grid in it; empty for the default
-  std::filesystem::path sky;     ///< picture of the environment; empty unless it is one. Its pixels
-                                 ///< are not read: the caller fills the ImageSky's
-  bool has_camera = false;       ///< false: the caller frames the cloud
-  bool has_extinction = false;   ///< false: the caller may choose one that suits the cloud
-  std::optional<Quantisation> density;  ///< of all volumes; without: as each file has it
-  std::vector<FurtherVolume> others;    ///< volumes besides the first; they may overlap it
+  Scene scene{};
+  std::vector<SceneVolume> volumes{};  ///< at least one; they may overlap
+  std::filesystem::path sky{};         ///< picture of the environment; empty unless it is one. Its
+                                       ///< pixels are not read: the caller fills the ImageSky's
+  bool has_camera = false;             ///< false: the caller frames the cloud
+  std::optional<Quantisation> density{};  ///< of all volumes; without: as each file has it
   friend bool operator==(const SceneFile&, const SceneFile&) = default;
 };
 
@@ -75,20 +74,12 @@ struct SceneFile {
 /// where the scene has none. Throws Error for a seed above 2^63 - 1, which TOML cannot write.
 [[nodiscard]] std::string to_toml(const SceneFile& scene);
 
-/// Names as they are written in scenes and on command lines.
-[[nodiscard]] const char* name(Tracker tracker);  // delta-global, delta, decomposition,
-                                                  // weighted-delta, weighted-decomposition, regular
-[[nodiscard]] const char* name(Transmittance transmittance);  // auto, ratio, analog,
-                                                              // residual-ratio, regular
-[[nodiscard]] const char* name(MicroBoundsUse use);           // auto, none, 2, 1
-[[nodiscard]] const char* name(Interpolation interpolation);  // nearest, trilinear, ...
-[[nodiscard]] const char* name(ShellUse use);                 // auto, on, off
-[[nodiscard]] const char* name(GuideUse use);                 // auto, on, off
+using pvol::name;  // of enumerations, as they are written in scenes and on command lines
 /// The other way; Error lists the names there are.
 [[nodiscard]] Tracker parse_tracker(const std::string& name);
 [[nodiscard]] Transmittance parse_transmittance(const std::string& name);
 [[nodiscard]] MicroBoundsUse parse_micro_bounds(const std::string& name);
-[[nodiscard]] Interpolation parse_interpolation(const std::string& name);
+[[nodiscard]] LookUp parse_interpolation(const std::string& name);
 [[nodiscard]] ShellUse parse_shell_use(const std::string& name);
 [[nodiscard]] GuideUse parse_guide_use(const std::string& name);
 

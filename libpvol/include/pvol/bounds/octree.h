@@ -21,6 +21,11 @@ struct LatticePoint {
   Float4 frac{};
 };
 
+/// In cells from the octree's origin.
+[[nodiscard]] inline Vec3d position(const LatticePoint& p) {
+  return Vec3d(vec3(p.cell)) + Vec3d(vec3(p.frac));
+}
+
 /// Where the samples under a segment are: a brick, or a node of the octree to search from.
 /// Opaque to trackers; fields and `Octree::brick_at` understand it.
 using LeafHandle = std::uint32_t;

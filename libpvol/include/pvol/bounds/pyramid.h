@@ -49,7 +49,7 @@ struct Pyramid {
   Vec3l support_lo;  ///< tight box of cells with density above 0: [support_lo, support_hi)
   Vec3l support_hi;
   /// Bounds and support hold for this, and see `holds_for`: trilinear, tricubic or procedural.
-  Interpolation interpolation = Interpolation::trilinear;
+  LookUp look_up = LookUp::trilinear;
   std::vector<std::vector<PyramidNode>> levels;
 
   [[nodiscard]] bool empty() const { return levels.empty(); }
@@ -62,8 +62,8 @@ struct Pyramid {
 
 /// Whether bounds that were made for an interpolation hold for another one. All bound every sample
 /// in reach of the trilinear interpolant and so hold for that, and for the nearest one.
-[[nodiscard]] constexpr bool holds_for(Interpolation made, Interpolation wanted) {
-  return wanted == made || wanted == Interpolation::nearest || wanted == Interpolation::trilinear;
+[[nodiscard]] constexpr bool holds_for(LookUp made, LookUp wanted) {
+  return wanted == made || wanted == LookUp::nearest || wanted == LookUp::trilinear;
 }
 
 /// Bounds of the interpolants of `grid`, from all samples in each leaf's reach, in parallel; the
@@ -72,8 +72,7 @@ struct Pyramid {
 /// on each side (T1.4). Throws Error for `procedural`, where the support spans more than 2^24
 /// cells, or where it would take more than `max_leaves` leaves (a few bytes can describe a tile of
 /// 4096^3 samples).
-[[nodiscard]] Pyramid build_pyramid(const VoxelGrid& grid,
-                                    Interpolation interpolation = Interpolation::trilinear,
+[[nodiscard]] Pyramid build_pyramid(const VoxelGrid& grid, LookUp look_up = LookUp::trilinear,
                                     std::uint64_t max_leaves = std::uint64_t(1) << 26);
 
 /// Marks on nodes, by level and node; not std::vector<bool>, so that threads may set them.

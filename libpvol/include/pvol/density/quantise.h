@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "pvol/density/voxel_grid.h"
+#include "pvol/math/names.h"
 
 namespace pvol {
 
@@ -18,9 +19,16 @@ namespace pvol {
 /// bricks share. fp8: 8 bits of a scale of its brick. fpn: as few of 1, 2, 4, 8 or 16 bits as keep
 /// the brick's error below a tolerance.
 enum class Precision { fp32, fp16, fp8, fpn };
+[[nodiscard]] constexpr auto names(Precision) {
+  return std::to_array<Named<Precision>>({
+      {Precision::fp32, "fp32"},
+      {Precision::fp16, "fp16"},
+      {Precision::fp8, "fp8"},
+      {Precision::fpn, "fpn"},
+  });
+}
 
-/// "fp32", "fp16", "fp8" or "fpn"; the other way throws Error for another name.
-[[nodiscard]] const char* name(Precision precision);
+/// Throws Error for another name.
 [[nodiscard]] Precision parse_precision(const std::string& name);
 
 /// Sixteen bits can keep any error above the smaller limit.

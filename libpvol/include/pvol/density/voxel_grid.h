@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pvol/math/affine.h"
+#include "pvol/math/names.h"
 
 namespace pvol {
 
@@ -71,19 +72,27 @@ using FillBrick = std::function<void(Vec3i origin, float* values)>;
                                   const Affine& index_to_world = {});
 
 /// How the density at a point is found.
-enum class Interpolation {
+enum class LookUp {
   nearest,
   trilinear,
   tricubic,    ///< the uniform cubic B-spline: C2, and never outside the hull of its 4^3 samples
   procedural,  ///< no samples: a recipe is evaluated at the point
 };
+[[nodiscard]] constexpr auto names(LookUp) {
+  return std::to_array<Named<LookUp>>({
+      {LookUp::nearest, "nearest"},
+      {LookUp::trilinear, "trilinear"},
+      {LookUp::tricubic, "tricubic"},
+      {LookUp::procedural, "procedural"},
+  });
+}
 
 /// Along each axis, interpolation in cell i reads the samples i - below .. i + above.
 struct KernelReach {
   int below, above;
 };
-[[nodiscard]] constexpr KernelReach reach_of(Interpolation interpolation) {
-  return interpolation == Interpolation::tricubic ? KernelReach{1, 2} : KernelReach{0, 1};
+[[nodiscard]] constexpr KernelReach reach_of(LookUp look_up) {
+  return look_up == LookUp::tricubic ? KernelReach{1, 2} : KernelReach{0, 1};
 }
 
 /// Sample (i, j, k) by search: slow, for tests and converters.

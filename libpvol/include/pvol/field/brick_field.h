@@ -13,16 +13,16 @@
 namespace pvol {
 
 /// Samples along each edge of a field's brick: those that interpolation in its 8 cells reads.
-[[nodiscard]] constexpr int field_edge(Interpolation interpolation) {
-  return kLeafEdge + reach_of(interpolation).below + reach_of(interpolation).above;
+[[nodiscard]] constexpr int field_edge(LookUp look_up) {
+  return kLeafEdge + reach_of(look_up).below + reach_of(look_up).above;
 }
-[[nodiscard]] constexpr int field_samples(Interpolation interpolation) {
-  return field_edge(interpolation) * field_edge(interpolation) * field_edge(interpolation);
+[[nodiscard]] constexpr int field_samples(LookUp look_up) {
+  return field_edge(look_up) * field_edge(look_up) * field_edge(look_up);
 }
 
 /// The same for trilinear and nearest look-ups: 8 cells have 9 corners.
-inline constexpr int kFieldEdge = field_edge(Interpolation::trilinear);
-inline constexpr int kFieldSamples = field_samples(Interpolation::trilinear);
+inline constexpr int kFieldEdge = field_edge(LookUp::trilinear);
+inline constexpr int kFieldSamples = field_samples(LookUp::trilinear);
 
 /// Bricks of n^3 samples of rho, n = 9, or 11 for tricubic look-ups. Sample (i, j, k) of brick b is
 /// samples[b * n^3 + (i * n + j) * n + k]; it lies at the brick's lattice point (i, j, k), of
@@ -30,14 +30,14 @@ inline constexpr int kFieldSamples = field_samples(Interpolation::trilinear);
 /// serves every cube with that value.
 struct BrickField {
   std::vector<float> samples;
-  Interpolation interpolation = Interpolation::trilinear;  ///< trilinear (or nearest), or tricubic
+  LookUp look_up = LookUp::trilinear;  ///< trilinear (or nearest), or tricubic
 
-  template <Interpolation kInterpolation = Interpolation::trilinear>
+  template <LookUp kLookUp = LookUp::trilinear>
   [[nodiscard]] const float* brick(std::uint32_t b) const {
-    return samples.data() + std::size_t(b) * field_samples(kInterpolation);
+    return samples.data() + std::size_t(b) * field_samples(kLookUp);
   }
   [[nodiscard]] std::size_t bricks() const {
-    return samples.size() / std::size_t(field_samples(interpolation));
+    return samples.size() / std::size_t(field_samples(look_up));
   }
 };
 
@@ -46,17 +46,17 @@ inline constexpr std::uint32_t kZeroBrick = 0;
 /// Density at a point of a brick; the point's cell counts modulo the leaf's edge.
 /// Trilinear: exact in the samples' convex hull but for rounding of at most 3 ulp of the largest
 /// corner; between equal corners the value is exactly theirs. Tricubic: see tricubic.h.
-template <Interpolation kInterpolation>
+template <LookUp kLookUp>
 [[nodiscard, gnu::always_inline]] inline float density_in_brick(const float* brick,
                                                                 const LatticePoint& p) {
   constexpr int kMask = kLeafEdge - 1;
-  constexpr int kY = field_edge(kInterpolation), kX = kY * kY;
+  constexpr int kY = field_edge(kLookUp), kX = kY * kY;
   const Int4 in_leaf = p.cell & kMask;
   const float* s = brick + in_leaf[0] * kX + in_leaf[1] * kY + in_leaf[2];
   const Float4 f = p.frac;
-  if constexpr (kInterpolation == Interpolation::nearest) {
+  if constexpr (kLookUp == LookUp::nearest) {
     return s[(f[0] < 0.5f ? 0 : kX) + (f[1] < 0.5f ? 0 : kY) + (f[2] < 0.5f ? 0 : 1)];
-  } else if constexpr (kInterpolation == Interpolation::tricubic) {
+  } else if constexpr (kLookUp == LookUp::tricubic) {
     return tricubic<kX, kY>(s, f);
   } else {
     const auto lerp = [](float a, float b, float t) { return a + (b - a) * t; };
@@ -68,18 +68,18 @@ template <Interpolation kInterpolation>
 }
 
 /// Density at a point of the segment with handle `leaf`.
-template <Interpolation kInterpolation>
+template <LookUp kLookUp>
 [[nodiscard]] inline float density(const BrickField& field, const Octree& tree, LeafHandle leaf,
                                    const LatticePoint& p) {
   const std::uint32_t brick = tree.brick_at(leaf, p.cell, kZeroBrick);
-  return density_in_brick<kInterpolation>(field.brick<kInterpolation>(brick), p);
+  return density_in_brick<kLookUp>(field.brick<kLookUp>(brick), p);
 }
 
 /// mu_t at a point of a segment from bricks: scale * rho. The tree's handles name bricks of the
 /// field, and both outlive this.
-template <Interpolation kInterp>
+template <LookUp kKind>
 struct BrickExtinction {
-  static constexpr Interpolation kInterpolation = kInterp;
+  static constexpr LookUp kLookUp = kKind;
 
   const BrickField& field;
   const Octree& tree;
@@ -89,15 +89,20 @@ struct BrickExtinction {
     return tree.brick_at(s.leaf, p.cell, kZeroBrick);
   }
   [[nodiscard]] float in_brick(std::uint32_t brick, const LatticePoint& p) const {
-    return scale * density_in_brick<kInterp>(field.brick<kInterp>(brick), p);
+    return scale * density_in_brick<kKind>(field.brick<kKind>(brick), p);
   }
   [[nodiscard]] float operator()(const Segment& s, const LatticePoint& p) const {
     return in_brick(brick(s, p), p);
   }
+  /// The density at a point of the cube with a handle, without the scale.
+  [[nodiscard]] float density(LeafHandle leaf, const LatticePoint& p) const {
+    const std::uint32_t b = tree.brick_at(leaf, p.cell, kZeroBrick);
+    return density_in_brick<kKind>(field.brick<kKind>(b), p);
+  }
 
   /// mu_t at the corners of a cell of the segment, that of (x, y, z) in {0, 1}^3 at [4x + 2y + z].
   [[nodiscard]] std::array<float, 8> corners(const Segment& s, Int4 cell) const
-      requires(kInterp != Interpolation::tricubic) {
+      requires(kKind != LookUp::tricubic) {
     const Int4 at = cell & (kLeafEdge - 1);
     const float* const brick_samples = field.brick(tree.brick_at(s.leaf, cell, kZeroBrick));
     std::array<float, 8> c;
@@ -117,7 +122,7 @@ struct BoundsExcess {
 };
 
 struct FieldOptions {
-  Interpolation interpolation = Interpolation::trilinear;
+  LookUp look_up = LookUp::trilinear;
   /// The largest factor by which samples may exceed a majorant; above 1, minorants may lie too high
   /// as well, for trackers with weights.
   double most_excess = 1;

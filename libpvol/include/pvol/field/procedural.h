@@ -24,7 +24,7 @@ struct ProceduralField;
 /// mu_t at a point of a segment: scale * rho. As BrickExtinction, but for `corners`. The tree's
 /// handles name bricks of the field, and both outlive this.
 struct ProceduralExtinction {
-  static constexpr Interpolation kInterpolation = Interpolation::procedural;
+  static constexpr LookUp kLookUp = LookUp::procedural;
 
   const ProceduralField& field;
   const Octree& tree;
@@ -38,6 +38,9 @@ struct ProceduralExtinction {
   }
   [[nodiscard]] float operator()(const Segment& s, const LatticePoint& p) const {
     return in_brick(brick(s, p), p);
+  }
+  [[nodiscard]] float density(LeafHandle leaf, const LatticePoint& p) const {
+    return density_in_brick(field, tree.brick_at(leaf, p.cell, kZeroBrick), p);
   }
 };
 

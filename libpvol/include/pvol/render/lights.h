@@ -1,19 +1,23 @@
 // Lights of a scene made ready for sampling.
 #pragma once
 
+#include <limits>
+#include <span>
+#include <variant>
 #include <vector>
 
+#include "pvol/math/direction.h"
 #include "pvol/math/rng.h"
 #include "pvol/render/scene.h"
-#include "pvol/volume/phase.h"
 
 namespace pvol {
 
 /// A direction towards a light with what comes from there.
 struct LightSample {
   Vec3f direction;  ///< unit, from the scene
-  Rgb radiance;     ///< for a delta sun: perpendicular irradiance, with pdf 1
+  Rgb radiance;     ///< for a delta light: perpendicular irradiance, with pdf 1
   float pdf = 0;    ///< per steradian; 0: nothing to sample
+  double distance = std::numeric_limits<double>::infinity();  ///< to the light, world units
 };
 
 /// The sky with importance sampling of pictures: pixels in proportion to luminance x solid angle.
@@ -52,22 +56,41 @@ class SkyLight {
 struct SunLight {
   Vec3f direction;  ///< unit, towards the sun
   Rgb irradiance;
-  Rgb radiance;                    ///< 0 for a delta sun
+  Rgb disc_radiance;               ///< 0 for a delta sun
   float one_minus_cos_radius = 0;  ///< of the disc; 0: delta
-  float pdf = 0;                   ///< 1 / solid angle; 0: delta
+  float disc_pdf = 0;              ///< 1 / solid angle; 0: delta
 
   explicit SunLight(const Sun& sun);
-  [[nodiscard]] bool delta() const { return pdf == 0; }
-  /// Whether a unit direction points into the disc.
-  [[nodiscard]] bool hit(Vec3f d) const {
-    return one_minus_cos(d, direction) < one_minus_cos_radius;
+
+  // The questions that every light answers. Directions are unit.
+
+  /// Whether the light is never met by chance: `seen` is 0 everywhere.
+  [[nodiscard]] bool delta() const { return disc_pdf == 0; }
+  /// Radiance that a ray meets which has left everything in this direction.
+  [[nodiscard]] Rgb seen(Vec3f d) const {
+    return one_minus_cos(d, direction) < one_minus_cos_radius ? disc_radiance : Rgb(0.0f);
   }
-  [[nodiscard]] LightSample sample(Rng& rng) const {
+  /// Density of `sample` where `seen` is not 0.
+  [[nodiscard]] float pdf() const { return disc_pdf; }
+  /// Light that arrives at where(), a place in the world.
+  template <class Where>
+  [[nodiscard]] LightSample sample(const Where&, Rng& rng) const {
     return delta() ? LightSample{direction, irradiance, 1} : sample_disc(rng);
   }
+  /// Irradiance on a plane that faces the light at a place.
+  [[nodiscard]] Rgb irradiance_at(Vec3d) const { return irradiance; }
 
  private:
   [[nodiscard]] LightSample sample_disc(Rng& rng) const;
 };
+
+/// The lights of a scene, ready for sampling: each a member of its own kind. To add one, see
+/// libpvol/ROOMS.md.
+using LightSource = std::variant<SunLight>;
+[[nodiscard]] std::vector<LightSource> make_light_sources(std::span<const Light> lights);
+
+/// Throws Error, which says what is wrong, for values out of range.
+void validate(const Environment& environment);
+void validate(const Light& light);
 
 }  // namespace pvol

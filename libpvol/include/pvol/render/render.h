@@ -28,9 +28,8 @@ struct RenderResult {
 [[nodiscard]] RenderResult render(const Volume& volume, const Scene& scene,
                                   const Progress& progress = {});
 
-/// The same for several volumes, which may overlap. Each has the medium that it was made for; one
-/// volume alone has that of the scene, whose extinction and placement it was made for. Throws Error
-/// for several volumes and a weighted tracker.
+/// The same for several volumes, which may overlap. Throws Error for several and a weighted
+/// tracker.
 [[nodiscard]] RenderResult render(std::span<const Volume> volumes, const Scene& scene,
                                   const Progress& progress = {});
 

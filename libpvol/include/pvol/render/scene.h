@@ -1,5 +1,5 @@
-// What a picture is made of: camera, lights, the medium's optical properties and the options of the
-// estimator. Plain values: scene files and tools fill them, `render` reads them.
+// What a picture is made of besides its volumes: camera, lights and the options of the estimator.
+// Plain values: scene files and tools fill them, `render` reads them.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 #include "pvol/density/voxel_grid.h"
 #include "pvol/math/affine.h"
+#include "pvol/math/names.h"
 #include "pvol/track/tracker.h"
-#include "pvol/volume/medium.h"
 #include "pvol/volume/volume.h"
 
 namespace pvol {
@@ -67,6 +67,13 @@ enum class ShellUse {
   on,
   off,
 };
+[[nodiscard]] constexpr auto names(ShellUse) {
+  return std::to_array<Named<ShellUse>>({
+      {ShellUse::automatic, "auto"},
+      {ShellUse::on, "on"},
+      {ShellUse::off, "off"},
+  });
+}
 
 /// Whether paths are ended, split and turned by a coarse estimate of the light that they may meet,
 /// made before the picture: much less noise in thick, bright clouds, and the same picture on
@@ -76,6 +83,13 @@ enum class GuideUse {
   on,
   off,
 };
+[[nodiscard]] constexpr auto names(GuideUse) {
+  return std::to_array<Named<GuideUse>>({
+      {GuideUse::automatic, "auto"},
+      {GuideUse::on, "on"},
+      {GuideUse::off, "off"},
+  });
+}
 
 struct RenderOptions {
   int width = 640, height = 480;
@@ -87,7 +101,7 @@ struct RenderOptions {
   Tracker tracker = Tracker::decomposition;
   Transmittance transmittance = Transmittance::automatic;
   MicroBoundsUse micro_bounds = MicroBoundsUse::automatic;
-  Interpolation interpolation = Interpolation::trilinear;
+  LookUp look_up = LookUp::trilinear;
   ShellUse shells = ShellUse::automatic;
   GuideUse guide = GuideUse::automatic;
   std::optional<int> depth;  ///< octree depth at which the walk stops, 0..16; else by cost
@@ -106,11 +120,14 @@ struct RenderOptions {
   friend bool operator==(const RenderOptions&, const RenderOptions&) = default;
 };
 
+/// Lights besides the environment.
+using Light = std::variant<Sun>;
+
+/// What surrounds volumes, and how they are rendered.
 struct Scene {
   Camera camera;
   Environment environment = GradientSky{};
-  std::vector<Sun> suns;
-  Medium medium;
+  std::vector<Light> lights;
   RenderOptions options;
   friend bool operator==(const Scene&, const Scene&) = default;
 };

@@ -26,10 +26,10 @@ concept ExtinctionField = requires(const F& field, const Segment& s, const Latti
 /// A field that closed forms can use too. Its `source` knows
 ///   source.corners(s, cell)  mu_t at the corners of a cell of s, that of (x, y, z) in {0, 1}^3 at
 ///                            [4x + 2y + z];
-/// and Source::kInterpolation.
+/// and Source::kLookUp.
 template <class F>
 concept CellField = requires(const F& field, const Segment& s, Int4 cell) {
-  { field.source.kInterpolation } -> std::convertible_to<Interpolation>;
+  { field.source.kLookUp } -> std::convertible_to<LookUp>;
   { field.source.corners(s, cell) } -> std::same_as<std::array<float, 8>>;
 };
 

@@ -120,7 +120,7 @@ struct SegmentLine {
 template <class Segments, class Field, class Count, class Visit>
 [[nodiscard]] bool visit_pieces(const Segments& segments, const Segment& s, const Field& field,
                                 Count& count, const Visit& visit) {
-  constexpr bool kNearest = decltype(field.source)::kInterpolation == Interpolation::nearest;
+  constexpr bool kNearest = decltype(field.source)::kLookUp == LookUp::nearest;
   const SegmentLine line(segments, s);
   for (double x = 0; x < 1;) {
     const double end = line.next_crossing(x, kNearest ? 0.5 : 0);

@@ -1,6 +1,8 @@
 // The ways to sample a free path and to estimate a transmittance.
 #pragma once
 
+#include "pvol/math/names.h"
+
 namespace pvol {
 
 /// How free paths are sampled (THEORY.md, section 3). All give the same picture on average.
@@ -12,6 +14,16 @@ enum class Tracker {
   weighted_decomposition,  ///< decomposition with weights, for bounds that may not bound
   regular,                 ///< closed form, cell by cell: no null collisions, a look-up a cell
 };
+[[nodiscard]] constexpr auto names(Tracker) {
+  return std::to_array<Named<Tracker>>({
+      {Tracker::delta_global, "delta-global"},
+      {Tracker::delta, "delta"},
+      {Tracker::decomposition, "decomposition"},
+      {Tracker::weighted_delta, "weighted-delta"},
+      {Tracker::weighted_decomposition, "weighted-decomposition"},
+      {Tracker::regular, "regular"},
+  });
+}
 
 /// Whether flights carry weights, and bounds need not bound.
 [[nodiscard]] constexpr bool is_weighted(Tracker t) {
@@ -30,5 +42,14 @@ enum class Transmittance {
   residual_ratio,  ///< a control part in closed form times `ratio` of the rest
   regular,         ///< exact, cell by cell
 };
+[[nodiscard]] constexpr auto names(Transmittance) {
+  return std::to_array<Named<Transmittance>>({
+      {Transmittance::automatic, "auto"},
+      {Transmittance::ratio, "ratio"},
+      {Transmittance::analog, "analog"},
+      {Transmittance::residual_ratio, "residual-ratio"},
+      {Transmittance::regular, "regular"},
+  });
+}
 
 }  // namespace pvol

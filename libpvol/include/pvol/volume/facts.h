@@ -24,13 +24,17 @@ struct VolumeFacts {
 /// About how many null collisions a ray meets in the thin part of the worst segment.
 [[nodiscard]] double worst_null_collisions(const Volume& volume);
 
-[[nodiscard]] VolumeFacts describe(const Volume& volume, const VoxelGrid& grid,
-                                   const Medium& medium);
-
-/// The same for procedural look-ups. The largest density and the thickness are estimates from
-/// samples of the recipe, kCoarseResolution along its longest side.
-[[nodiscard]] VolumeFacts describe(const Volume& volume, const Recipe& recipe,
-                                   const Medium& medium);
+/// What follows from a density without its bounds. Those of a recipe are estimates from samples of
+/// it, kCoarseResolution along its longest side.
+[[nodiscard]] VolumeFacts describe(const VoxelGrid& grid, double extinction,
+                                   const Affine& object_to_world);
+[[nodiscard]] VolumeFacts describe(const Recipe& recipe, double extinction,
+                                   const Affine& object_to_world);
+[[nodiscard]] VolumeFacts describe(const Density& density, double extinction,
+                                   const Affine& object_to_world);
 inline constexpr int kCoarseResolution = 64;
+
+/// The same with what the volume's tree and field tell.
+[[nodiscard]] VolumeFacts describe(const Volume& volume, VolumeFacts of_density);
 
 }  // namespace pvol

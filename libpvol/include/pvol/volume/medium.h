@@ -3,15 +3,16 @@
 
 #include <vector>
 
-#include "pvol/math/affine.h"
+#include "pvol/math/vec.h"
+#include "pvol/volume/phase.h"
 
 namespace pvol {
 
 /// A kind of matter that takes part in the extinction: droplets, soot, hot gas.
 struct Component {
-  double share = 0;    ///< of the extinction, everywhere, in [0, 1]
+  double share = 1;    ///< of the extinction, everywhere, in [0, 1]
   Rgb albedo{0.999f};  ///< mu_s / mu_t by channel, in [0, 1]
-  double g = 0.5;      ///< mean cosine of the Henyey-Greenstein phase function, in (-1, 1)
+  PhaseFunction phase = HenyeyGreenstein(0.5);
   Rgb emission{0.0f};  ///< radiance L_e: the component emits mu_a L_e per unit length
   friend bool operator==(const Component&, const Component&) = default;
 };
@@ -19,12 +20,18 @@ struct Component {
 /// Optical properties of a cloud whose density field is known: mu_t = extinction * rho.
 struct Medium {
   double extinction = 1;  ///< per world unit and unit of density, >= 0
-  Rgb albedo{0.999f};     ///< these three are the first component's, whose share is what the
-  double g = 0.5;         ///< others leave
-  Rgb emission{0.0f};
-  std::vector<Component> others{};  ///< further components; their shares sum up to at most 1
-  Affine object_to_world{};         ///< placed after the grid's own index_to_world
+  /// At least one; their shares sum up to 1.
+  std::vector<Component> components{Component{}};
   friend bool operator==(const Medium&, const Medium&) = default;
 };
+
+/// How far the sum of the shares may be off 1.
+inline constexpr double kShareSlack = 1e-9;
+
+/// Throws Error, which says what is wrong, for a medium whose components are out of range.
+void validate(const Medium& medium);
+
+/// The largest albedo of any component and channel.
+[[nodiscard]] float largest_albedo(const Medium& medium);
 
 }  // namespace pvol

@@ -64,7 +64,7 @@ struct MassOfCubes {
 
 CoarseCells make_coarse_cells(const Volume& volume) {
   constexpr std::size_t kMost = std::size_t(1) << 18;
-  const Octree& tree = volume.octree;
+  const Octree& tree = volume.density.octree;
   CoarseCells cells;
   std::size_t count = 0;
   for (;; ++cells.shift) {
@@ -75,9 +75,11 @@ CoarseCells make_coarse_cells(const Volume& volume) {
     if (count <= kMost) break;
   }
   std::vector<double> sums(count);
-  MassOfCubes{tree, brick_integrals(volume.field), cells, sums}.add_node(tree.nodes[0], {0, 0, 0});
+  MassOfCubes{tree, brick_integrals(volume.density.bricks()), cells, sums}.add_node(tree.nodes[0],
+                                                                                    {0, 0, 0});
 
-  const double scale = double(volume.extinction) / std::abs(determinant(volume.world_to_cells));
+  const double scale =
+      double(volume.density.scale) / std::abs(determinant(volume.density.world_to_cells));
   cells.rows.resize(count);
   cells.places.resize(1);
   cells.mass.resize(1);

@@ -119,32 +119,32 @@ class GuidedTracer {
   /// the phase function and one from the axis' lobe, chosen in proportion to phase function times
   /// importance over the sum of their densities.
   void turn_path(Rng& rng) {
-    const HenyeyGreenstein& phase = matter_->phase;
+    const PhaseFunction& phase = matter_->phase;
     if (!row_->turns()) {
       direction_ = sample_phase(phase, direction_, rng);
       return;
     }
     const HenyeyGreenstein& lobe = importance_.lobe();
-    const Vec3f axis = importance_.axis(), peak = direction_ * phase.axis;
+    const Vec3f axis = importance_.axis();
     std::array<Vec3f, 3> d;
     std::array<float, 3> value, weight;
     float sum = 0;
-    const auto propose = [&](std::size_t i, Vec3f to, float from_peak, float from_axis) {
-      const float p = pdf_of_angle(phase, from_peak), q = pdf_of_angle(lobe, from_axis);
-      d[i] = to;
+    const auto propose = [&](std::size_t i, PhaseSample to, float from_axis) {
+      const float q = pdf_of_angle(lobe, from_axis);
+      d[i] = to.direction;
       value[i] = row_->of(std::sqrt(0.5f * from_axis));
-      weight[i] = value[i] * p / (2 * p + q);
+      weight[i] = value[i] * to.pdf / (2 * to.pdf + q);
       sum += weight[i];
     };
     const auto [u0, azimuth0, u1, azimuth1] = rng.uniform4();
     const auto [u2, azimuth2, choice, spare] = rng.uniform4();
-    const float c0 = one_minus_cos_of_share(phase, u0), c1 = one_minus_cos_of_share(phase, u1);
+    const PhaseSample s0 = sample_phase(phase, direction_, u0, azimuth0);
+    const PhaseSample s1 = sample_phase(phase, direction_, u1, azimuth1);
     const float c2 = one_minus_cos_of_share(lobe, u2);
-    const Vec3f d0 = turn(peak, c0, azimuth0), d1 = turn(peak, c1, azimuth1);
     const Vec3f d2 = turn(axis, c2, azimuth2);
-    propose(0, d0, c0, one_minus_cos(d0, axis));
-    propose(1, d1, c1, one_minus_cos(d1, axis));
-    propose(2, d2, one_minus_cos(d2, peak), c2);
+    propose(0, s0, one_minus_cos(s0.direction, axis));
+    propose(1, s1, one_minus_cos(s1.direction, axis));
+    propose(2, {d2, pdf_phase(phase, direction_, d2)}, c2);
     const float u = choice * sum;
     const std::size_t chosen = u < weight[0] ? 0 : u < weight[0] + weight[1] ? 1 : 2;
     throughput_ *= sum / value[chosen];

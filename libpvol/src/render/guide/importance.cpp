@@ -5,9 +5,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "pvol/math/direction.h"
 #include "render/path/direct_light.h"
 #include "render/path/traversal.h"
-#include "shell/fit/sampling.h"
 
 namespace pvol::detail {
 namespace {
@@ -29,16 +29,17 @@ double solid_angle(int node) {
 /// flight nearest to a node, around the axis.
 using Kernel = std::array<Nodes, kLightNodes>;
 
-void add_phase(const HenyeyGreenstein& phase, double weight, Kernel& kernel) {
+void add_phase(const PhaseFunction& phase, double weight, Kernel& kernel) {
   // Evenly over the shares of what is scattered and over half the circle, by symmetry.
   constexpr int kShares = 256, kTurns = 16;
   for (int i = 0; i < kLightNodes; ++i) {
     const double u = double(i) / (kLightNodes - 1);
     const Vec3f light(Vec3d(2 * u * std::sqrt(1 - u * u), 0, 1 - 2 * u * u));
     for (int share = 0; share < kShares; ++share) {
-      const float c = one_minus_cos_of_share(phase, (float(share) + 0.5f) / kShares);
+      const float u_share = (float(share) + 0.5f) / kShares;
       for (int k = 0; k < kTurns; ++k) {
-        const Vec3f d = turn(light * phase.axis, c, (float(k) + 0.5f) / (2 * kTurns));
+        const float azimuth = (float(k) + 0.5f) / (2 * kTurns);
+        const Vec3f d = sample_phase(phase, light, u_share, azimuth).direction;
         const float at = half_sine(d, Vec3f(0, 0, 1)) * float(kDirectionNodes - 1) + 0.5f;
         const int node = std::min(int(at), kDirectionNodes - 1);
         kernel[std::size_t(i)][std::size_t(node)] +=
@@ -63,7 +64,7 @@ Kernel scattering_kernel(const std::vector<Matter>& matter) {
 HenyeyGreenstein mean_lobe(const std::vector<Matter>& matter) {
   float sum = 0, before = 0;
   for (const Matter& m : matter) {
-    sum += (m.share_up_to - before) * m.phase.g * m.phase.axis;
+    sum += (m.share_up_to - before) * float(mean_cosine(m.phase));
     before = m.share_up_to;
   }
   return HenyeyGreenstein(std::clamp(double(sum), 0.0, 0.9999));
@@ -108,6 +109,15 @@ std::vector<Nodes> blurred_radiance(const CoarseCells& cells, const std::vector<
   return all;
 }
 
+/// Irradiance of a light in the middle of a coarse cell.
+Rgb irradiance_in(const PathSetup& setup, const CoarseCells& cells, std::size_t light,
+                  std::size_t row) {
+  const Vec3d centre = Vec3d(cells.places[row] + vec3(cells.low)) + Vec3d(0.5);
+  const Vec3d place =
+      setup.volumes.front().cells_to_world.point(centre * std::ldexp(1.0, cells.shift));
+  return std::visit([&](const auto& l) { return l.irradiance_at(place); }, setup.lights[light]);
+}
+
 /// In proportion to the spread of an analog shadow ray, nearly: the root of the mean transmittance
 /// T, which is the power that collides straight from the sun over mass and irradiance, and of a
 /// little besides, because T is not the same all over a cell.
@@ -115,18 +125,18 @@ std::vector<float> shadow_worths(const PathSetup& setup, const CoarseCells& cell
                                  const IncidentLight& light) {
   constexpr double kGain = 5;  // over the plain tracer, where light arrives for certain
   constexpr double kLeast = 0.02;
-  const std::size_t suns = setup.suns.size();
-  std::vector<float> all(cells.count() * (suns + 1), 1.0f);
+  const std::size_t lights = setup.lights.size();
+  std::vector<float> all(cells.count() * (lights + 1), 1.0f);
   tbb::parallel_for(std::size_t(1), cells.count(), [&](std::size_t row) {
-    for (std::size_t i = 0; i < suns; ++i) {
+    for (std::size_t i = 0; i < lights; ++i) {
       double power = 0, mass = 0;
       visit_neighbours(cells, row, [&](std::uint32_t other, int weight) {
-        power += weight * double(light.direct[other * suns + i]);
+        power += weight * double(light.direct[other * lights + i]);
         mass += weight * cells.mass[other];
       });
-      const double full = mass * double(luminance(setup.suns[i].irradiance));
+      const double full = mass * double(luminance(irradiance_in(setup, cells, i, row)));
       const double t = full > 0 ? power / full : 0;
-      all[row * (suns + 1) + i] = float(kGain * std::sqrt(std::min(1.0, t + kLeast)));
+      all[row * (lights + 1) + i] = float(kGain * std::sqrt(std::min(1.0, t + kLeast)));
     }
   });
   return all;
@@ -179,10 +189,9 @@ double mean_seen(const PathSetup& setup, const Importance& importance) {
 }
 
 double mean_seen(const PathSetup& setup, const Importance& importance) {
-  return setup.volumes.front().volume.interpolation == Interpolation::nearest
-             ? mean_seen<OneVolume<MakePlain<Interpolation::nearest>, NoTally>>(setup, importance)
-             : mean_seen<OneVolume<MakePlain<Interpolation::trilinear>, NoTally>>(setup,
-                                                                                  importance);
+  return visit_cells(setup.volumes.front().volume.density.look_up, [&](auto look_up) {
+    return mean_seen<OneVolume<MakePlain<look_up>, NoTally>>(setup, importance);
+  });
 }
 
 /// The value that half of the sky lies below, by channel.
@@ -190,7 +199,7 @@ Rgb median_radiance(const SkyLight& sky) {
   constexpr int kDirections = 4096;
   std::vector<Rgb> samples;
   for (int i = 0; i < kDirections; ++i) {
-    samples.push_back(sky.radiance(Vec3f(direction(i, kDirections))));
+    samples.push_back(sky.radiance(Vec3f(direction_on_spiral(i, kDirections))));
   }
   Rgb median;
   for (int c = 0; c < 3; ++c) {
@@ -216,7 +225,7 @@ Rgb constant_part(const Environment& environment) {
 std::optional<Importance> make_importance(const PathSetup& setup,
                                           const std::function<bool()>& stopped) {
   const VolumeSetup& volume = setup.volumes.front();
-  if (volume.volume.octree.empty()) return std::nullopt;
+  if (volume.volume.density.octree.empty()) return std::nullopt;
   CoarseCells cells = make_coarse_cells(volume.volume);
   const IncidentLight light = trace_photons(setup, cells, kPhotons, stopped);
   if (!(light.power > 0) || stopped()) return std::nullopt;

@@ -43,7 +43,7 @@ class Importance {
 
   /// Of a cell of the volume, counted from the octree's origin.
   [[nodiscard]] const Row& row(Int4 cell) const { return rows_[cells_.row(cell)]; }
-  /// What a shadow ray from there is worth, by sun and then for the sky, in units of about the
+  /// What a shadow ray from there is worth, by light and then for the sky, in units of about the
   /// plain tracer's shadow unit: the more of them arrive, the more.
   [[nodiscard]] const float* shadow_worth(const Row& row) const {
     const auto lights = shadow_worth_.size() / rows_.size();

@@ -26,14 +26,14 @@ constexpr float kPi = float(std::numbers::pi);
 struct Photon {
   Ray ray;
   Rgb power{0.0f};
-  std::size_t source = 0;  ///< number of its sun; larger ones are the sky and matter
+  std::size_t source = 0;  ///< number of its light; larger ones are the sky and matter
 };
 
 /// The box of the support as light from afar sees it.
 class Target {
  public:
-  explicit Target(const Volume& volume) : to_world_(inverse(volume.world_to_cells)) {
-    const Box box = volume.octree.support();
+  explicit Target(const Volume& volume) : to_world_(inverse(volume.density.world_to_cells)) {
+    const Box box = volume.density.octree.support();
     low_ = to_world_.point(box.lo);
     for (int axis = 0; axis < 3; ++axis) {
       Vec3d step;
@@ -82,6 +82,23 @@ class Target {
   std::array<Vec3d, 3> edges_, faces_;
 };
 
+/// What a light sends to the target: about its power, and the direction that it lies in.
+struct Beam {
+  double power = 0;
+  Vec3f axis;  ///< unit, towards the light
+};
+
+// A kind of light is known here by two questions: its beam, and a photon of it, in units of power.
+
+Beam beam(const SunLight& sun, const Target& target) {
+  return {double(luminance(sun.irradiance)) * target.shadow(sun.direction), sun.direction};
+}
+
+Photon emit(const SunLight& sun, const Target& target, double unit, Rng& rng) {
+  const Vec3f d = -sun.sample([] {}, rng).direction;
+  return {target.ray(d, rng), sun.irradiance * float(target.shadow(d) / unit)};
+}
+
 /// The lights of the scene less its constant, to draw photons from in proportion to their power.
 class Sources {
  public:
@@ -93,10 +110,11 @@ class Sources {
     const auto propose_axis = [&](double power, Vec3f axis) {
       if (power > strongest) strongest = power, axis_ = axis;
     };
-    for (const SunLight& sun : s_.suns) {
-      const double power = double(luminance(sun.irradiance)) * target_.shadow(sun.direction);
+    for (const LightSource& source : s_.lights) {
+      const auto [power, axis] =
+          std::visit([&](const auto& light) { return beam(light, target_); }, source);
       add(power);
-      propose_axis(power, sun.direction);
+      propose_axis(power, axis);
     }
     add_sky(add, propose_axis);
     add(matter_power());
@@ -112,9 +130,9 @@ class Sources {
     std::size_t i = 0;
     while (i + 1 < up_to_.size() && u >= up_to_[i]) ++i;
     const double own = up_to_[i] - (i > 0 ? up_to_[i - 1] : 0);
-    Photon p = i < s_.suns.size()    ? from_sun(s_.suns[i], rng)
-               : i == s_.suns.size() ? from_sky(rng)
-                                     : from_matter(rng);
+    Photon p = i < s_.lights.size()    ? from_light(s_.lights[i], rng)
+               : i == s_.lights.size() ? from_sky(rng)
+                                       : from_matter(rng);
     p.power *= float(power() / own);
     p.source = i;
     return p;
@@ -169,9 +187,9 @@ class Sources {
     return 4 * double(kPi) * sum * double(luminance(emitted()));
   }
 
-  [[nodiscard]] Photon from_sun(const SunLight& sun, Rng& rng) const {
-    const Vec3f d = -sun.sample(rng).direction;
-    return {target_.ray(d, rng), sun.irradiance * float(target_.shadow(d) / power())};
+  [[nodiscard]] Photon from_light(const LightSource& source, Rng& rng) const {
+    return std::visit([&](const auto& light) { return emit(light, target_, power(), rng); },
+                      source);
   }
 
   [[nodiscard]] Photon from_sky(Rng& rng) const {
@@ -193,19 +211,19 @@ class Sources {
   const CoarseCells& cells_;
   Target target_;
   Vec3f axis_{0, 1, 0};
-  std::vector<double> up_to_;       // powers: suns, the sky, matter
+  std::vector<double> up_to_;       // powers: lights, the sky, matter
   std::vector<double> mass_up_to_;  // by row of the cells
 };
 
 /// Sums of photons as whole numbers, so that the order in which threads add does not matter.
 class LightCounts {
  public:
-  LightCounts(const IncidentLight& light, std::size_t rows, std::size_t suns, int photons)
-      : suns_(suns),
+  LightCounts(const IncidentLight& light, std::size_t rows, std::size_t lights, int photons)
+      : lights_(lights),
         axis_(light.axis),
         unit_(light.power / (double(photons) * kSteps)),
         counts_(rows * kLightNodes),
-        direct_(rows * suns) {}
+        direct_(rows * lights) {}
 
   void add(std::uint32_t row, Vec3f towards_light, float power) {
     const auto node = std::size_t(half_sine(towards_light, axis_) * float(kLightNodes - 1) + 0.5f);
@@ -215,7 +233,7 @@ class LightCounts {
 
   /// Of a photon that comes straight from its source.
   void add_direct(std::uint32_t row, std::size_t source, float power) {
-    if (source < suns_) add(direct_[row * suns_ + source], power);
+    if (source < lights_) add(direct_[row * lights_ + source], power);
   }
 
   [[nodiscard]] std::vector<float> direct() const {
@@ -241,7 +259,7 @@ class LightCounts {
     std::atomic_ref(count).fetch_add(std::uint64_t(steps), std::memory_order_relaxed);
   }
 
-  std::size_t suns_;
+  std::size_t lights_;
   Vec3f axis_;
   double unit_;
   std::vector<std::uint64_t> counts_, direct_;
@@ -278,7 +296,7 @@ void trace(const Sources& sources, const PathSetup& setup, const CoarseCells& ce
   }
 }
 
-template <Interpolation kInterpolation>
+template <LookUp kLookUp>
 void trace_all(const Sources& sources, const PathSetup& setup, const CoarseCells& cells,
                int photons, const std::function<bool()>& stopped, LightCounts& counts) {
   std::atomic<bool> stop = false;
@@ -286,8 +304,7 @@ void trace_all(const Sources& sources, const PathSetup& setup, const CoarseCells
     constexpr int kAsk = 64;  // photons between questions
     if (i % kAsk == 0 && stopped()) stop = true;
     if (stop) return;
-    trace<OneVolume<MakePlain<kInterpolation>, NoTally>>(sources, setup, cells, std::uint64_t(i),
-                                                         counts);
+    trace<OneVolume<MakePlain<kLookUp>, NoTally>>(sources, setup, cells, std::uint64_t(i), counts);
   });
 }
 
@@ -303,12 +320,10 @@ IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells, in
     light.power = 0;
     return light;
   }
-  LightCounts counts(light, cells.count(), setup.suns.size(), photons);
-  if (setup.volumes.front().volume.interpolation == Interpolation::nearest) {
-    trace_all<Interpolation::nearest>(sources, setup, cells, photons, stopped, counts);
-  } else {
-    trace_all<Interpolation::trilinear>(sources, setup, cells, photons, stopped, counts);
-  }
+  LightCounts counts(light, cells.count(), setup.lights.size(), photons);
+  visit_cells(setup.volumes.front().volume.density.look_up, [&](auto look_up) {
+    trace_all<look_up>(sources, setup, cells, photons, stopped, counts);
+  });
   light.collided = counts.sums();
   light.direct = counts.direct();
   return light;

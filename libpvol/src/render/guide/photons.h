@@ -1,5 +1,5 @@
-// Where the light of a scene goes: photons from its suns, its sky and its matter, counted by coarse
-// cell and direction.
+// Where the light of a scene goes: photons from its lights, its sky and its matter, counted by
+// coarse cell and direction.
 #pragma once
 
 #include <array>
@@ -20,14 +20,14 @@ inline constexpr int kLightNodes = 32;
 [[nodiscard]] inline float half_sine(Vec3f a, Vec3f b) { return 0.5f * length(a - b); }
 
 /// The light that arrives in each coarse cell, as estimated by photons, all of it taken to be
-/// positive: the luminance of what suns, sky and emission have less or more than `constant`.
+/// positive: the luminance of what lights, sky and emission have less or more than `constant`.
 struct IncidentLight {
   Vec3f axis;        ///< towards the strongest light
   double power = 0;  ///< of all photons; 0: there is nothing to guide towards
   /// Power that collides in a cell, by row of the cells and by node of the direction that it comes
   /// from.
   std::vector<std::array<float, kLightNodes>> collided;
-  /// The part of it that came straight from each sun, by row and sun.
+  /// The part of it that came straight from each light, by row and light.
   std::vector<float> direct;
 };
 

@@ -27,66 +27,77 @@ inline constexpr int kMostShadowRays = 8;
 /// Light in the direction of a camera ray that met nothing.
 [[nodiscard]] inline Rgb seen_light(const PathSetup& s, Vec3f direction) {
   Rgb sum = s.sky.radiance(direction) - s.constant;
-  for (const SunLight& sun : s.suns) {
-    if (sun.hit(direction)) sum += sun.radiance;
+  for (const LightSource& source : s.lights) {
+    sum += std::visit([&](const auto& light) { return light.seen(direction); }, source);
   }
   return sum;
 }
 
 /// Light in the direction of a ray that left the cloud after it was scattered out of `from`,
 /// weighted against `light_here`.
-[[nodiscard]] inline Rgb scattered_light(const PathSetup& s, const HenyeyGreenstein& phase,
-                                         Vec3f from, Vec3f direction) {
+[[nodiscard]] inline Rgb scattered_light(const PathSetup& s, const PhaseFunction& phase, Vec3f from,
+                                         Vec3f direction) {
   const auto pdf = [&] { return pdf_phase(phase, from, direction); };
   Rgb sum = s.sky.radiance(direction) - s.constant;
   if (s.sky.sampled()) sum *= balance(pdf(), s.sky.pdf(direction));
-  for (const SunLight& sun : s.suns) {
-    if (sun.hit(direction)) sum += sun.radiance * balance(pdf(), sun.pdf);
+  for (const LightSource& source : s.lights) {
+    std::visit(
+        [&](const auto& light) {
+          const Rgb seen = light.seen(direction);
+          if (largest(seen) > 0) sum += seen * balance(pdf(), light.pdf());
+        },
+        source);
   }
   return sum;
 }
 
-/// `light` times an estimate of the transmittance in its direction. The more light, and the more a
+/// `light` times an estimate of the transmittance on the way to it. The more light, and the more a
 /// ray of it is worth, the more shadow rays: none or one by roulette, or the mean over several
 /// (THEORY.md, T5.2).
 template <class Traversal>
-[[nodiscard]] inline Rgb shadowed(const PathSetup& s, Rgb light, Vec3f direction, float worth,
-                                  Traversal& traversal, Rng& rng, std::uint64_t& shadow_rays) {
+[[nodiscard]] inline Rgb shadowed(const PathSetup& s, Rgb light, const LightSample& towards,
+                                  float worth, Traversal& traversal, Rng& rng,
+                                  std::uint64_t& shadow_rays) {
+  const auto pass = [&] { return traversal.pass(towards.direction, towards.distance, rng); };
   const float value = absolute_luminance(light) * worth / s.shadow_unit;
   if (!(value > 0)) return Rgb(0.0f);
   if (value < 1) {
     if (!(rng.uniform() < value)) return Rgb(0.0f);
     ++shadow_rays;
-    return light * (traversal.pass(direction, rng) / value);
+    return light * (pass() / value);
   }
   const int rays = value < float(kMostShadowRays) ? int(value) : kMostShadowRays;
   shadow_rays += std::uint64_t(rays);
   float sum = 0;
-  for (int i = 0; i < rays; ++i) sum += traversal.pass(direction, rng);
+  for (int i = 0; i < rays; ++i) sum += pass();
   return light * (sum / float(rays));
 }
 
-/// Next-event estimation: light of every sun and of a sampled sky that scatters at the traversal's
-/// place into a path of this throughput and flight direction. `worth(i)` is what a shadow ray to
-/// sun i is worth there, above 0.
+/// Next-event estimation: light of every source and of a sampled sky that scatters at the
+/// traversal's place into a path of this throughput and flight direction. `worth(i)` is what a
+/// shadow ray to light i is worth there, above 0; the sky comes after the lights.
 template <class Traversal, class Worth>
-[[nodiscard]] inline Rgb light_here(const PathSetup& s, const HenyeyGreenstein& phase, Vec3f from,
+[[nodiscard]] inline Rgb light_here(const PathSetup& s, const PhaseFunction& phase, Vec3f from,
                                     Rgb throughput, const Worth& worth, Traversal& traversal,
                                     Rng& rng, std::uint64_t& shadow_rays) {
   Rgb sum(0.0f);
-  for (std::size_t i = 0; i < s.suns.size(); ++i) {
-    const SunLight& sun = s.suns[i];
-    const LightSample l = sun.sample(rng);
-    const float p = pdf_phase(phase, from, l.direction);
-    const float weight = sun.delta() ? 1 : balance(l.pdf, p);
-    sum += shadowed(s, throughput * l.radiance * (weight * p / l.pdf), l.direction, worth(i),
-                    traversal, rng, shadow_rays);
+  const auto place = [&] { return traversal.position(); };
+  for (std::size_t i = 0; i < s.lights.size(); ++i) {
+    std::visit(
+        [&](const auto& light) {
+          const LightSample l = light.sample(place, rng);
+          const float p = pdf_phase(phase, from, l.direction);
+          const float weight = light.delta() ? 1 : balance(l.pdf, p);
+          sum += shadowed(s, throughput * l.radiance * (weight * p / l.pdf), l, worth(i), traversal,
+                          rng, shadow_rays);
+        },
+        s.lights[i]);
   }
   if (s.sky.sampled()) {
     const LightSample l = s.sky.sample(rng);
     const float p = pdf_phase(phase, from, l.direction);
-    sum += shadowed(s, throughput * (l.radiance - s.constant) * (p / (l.pdf + p)), l.direction,
-                    worth(s.suns.size()), traversal, rng, shadow_rays);
+    sum += shadowed(s, throughput * (l.radiance - s.constant) * (p / (l.pdf + p)), l,
+                    worth(s.lights.size()), traversal, rng, shadow_rays);
   }
   return sum;
 }

@@ -41,21 +41,17 @@ struct Matter {
   Rgb albedo;
   Rgb emitted;  ///< (1 - albedo) (L_e - constant): the source of a collision (THEORY.md, T5.1,
                 ///< T5.5)
-  HenyeyGreenstein phase;
+  PhaseFunction phase;
 };
 
 [[nodiscard]] inline std::vector<Matter> make_matter(const Medium& medium, Rgb constant) {
-  double first = 1;
-  for (const Component& c : medium.others) first -= c.share;
   std::vector<Matter> all;
   double sum = 0;
-  const auto add = [&](double share, const auto& m) {
-    sum += share;
-    all.push_back({float(sum), m.albedo, (Rgb(1.0f) - m.albedo) * (m.emission - constant),
-                   HenyeyGreenstein(m.g)});
-  };
-  add(std::max(0.0, first), medium);
-  for (const Component& c : medium.others) add(c.share, c);
+  for (const Component& c : medium.components) {
+    sum += c.share;
+    all.push_back(
+        {float(sum), c.albedo, (Rgb(1.0f) - c.albedo) * (c.emission - constant), c.phase});
+  }
   return all;
 }
 
@@ -64,14 +60,16 @@ struct VolumeSetup {
   const Volume& volume;
   Float4 cells_x, cells_y,
       cells_z;  // change of the position in cells per unit along each world axis
+  Affine cells_to_world;
   std::vector<Matter> matter;
 
-  VolumeSetup(const Volume& v, const Medium& medium, Rgb constant)
+  VolumeSetup(const Volume& v, Rgb constant)
       : volume(v),
-        cells_x(lanes(Vec3f(v.world_to_cells.vector({1, 0, 0})))),
-        cells_y(lanes(Vec3f(v.world_to_cells.vector({0, 1, 0})))),
-        cells_z(lanes(Vec3f(v.world_to_cells.vector({0, 0, 1})))),
-        matter(make_matter(medium, constant)) {}
+        cells_x(lanes(Vec3f(v.density.world_to_cells.vector({1, 0, 0})))),
+        cells_y(lanes(Vec3f(v.density.world_to_cells.vector({0, 1, 0})))),
+        cells_z(lanes(Vec3f(v.density.world_to_cells.vector({0, 0, 1})))),
+        cells_to_world(inverse(v.density.world_to_cells)),
+        matter(make_matter(v.medium, constant)) {}
 
   [[nodiscard]] Float4 in_cells(Vec3f direction) const {
     return cells_x * splat(direction.x) + cells_y * splat(direction.y) +
@@ -80,13 +78,15 @@ struct VolumeSetup {
 
   /// A ray of the world in cells from the octree's origin; its t is world length still.
   [[nodiscard]] Ray in_cells(const Ray& ray) const {
-    return {volume.world_to_cells.point(ray.o), volume.world_to_cells.vector(ray.d)};
+    return {volume.density.world_to_cells.point(ray.o),
+            volume.density.world_to_cells.vector(ray.d)};
   }
 
   /// The part of such a ray in the box of the support.
   [[nodiscard]] std::optional<Span> in_box(const Ray& cells) const {
-    if (volume.octree.empty()) return std::nullopt;
-    return intersect(volume.octree.support(), cells, 0, std::numeric_limits<double>::infinity());
+    if (volume.density.octree.empty()) return std::nullopt;
+    return intersect(volume.density.octree.support(), cells, 0,
+                     std::numeric_limits<double>::infinity());
   }
 
   /// The component that a collision belongs to, in proportion to the shares.
@@ -110,7 +110,7 @@ struct PathSetup {
   std::vector<VolumeSetup> volumes;
   Projection projection;
   SkyLight sky;
-  std::vector<SunLight> suns;
+  std::vector<LightSource> lights;
   float shadow_unit;  ///< radiance that is worth one shadow ray (THEORY.md, T5.2)
   Tracker tracker;
   Transmittance transmittance;
@@ -123,7 +123,7 @@ struct PathSetup {
       : constant(constant_),
         projection(scene.camera, scene.options.width, scene.options.height),
         sky(scene.environment),
-        suns(scene.suns.begin(), scene.suns.end()),
+        lights(make_light_sources(scene.lights)),
         tracker(scene.options.tracker),
         transmittance(scene.options.transmittance),
         background(scene.options.background),
@@ -131,12 +131,14 @@ struct PathSetup {
         seed(scene.options.seed),
         width(scene.options.width),
         height(scene.options.height) {
-    for (const Volume& v : all) {
-      volumes.emplace_back(v, all.size() == 1 ? scene.medium : v.medium, constant);
-    }
+    for (const Volume& v : all) volumes.emplace_back(v, constant);
     constexpr float kUnit = 0.1f;  // of the light that falls on the cloud
     float light = sky.sampled() ? sky.mean_luminance() * 4 * float(std::numbers::pi) : 0;
-    for (const SunLight& sun : suns) light += luminance(sun.irradiance);
+    const Vec3d centre = all.empty() ? Vec3d{} : all.front().density.world_box.centre();
+    for (const LightSource& source : lights) {
+      light +=
+          std::visit([&](const auto& l) { return luminance(l.irradiance_at(centre)); }, source);
+    }
     shadow_unit = kUnit * light;
   }
 };

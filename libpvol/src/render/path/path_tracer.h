@@ -36,9 +36,9 @@ class PathTracer {
 
  private:
   const PathSetup& s_;
-  Vec3f direction_;                          // of the flight, in the world
-  Vec3f from_;                               // before the last scattering
-  const HenyeyGreenstein* phase_ = nullptr;  // of the last scattering
+  Vec3f direction_;                       // of the flight, in the world
+  Vec3f from_;                            // before the last scattering
+  const PhaseFunction* phase_ = nullptr;  // of the last scattering
 
   PathResult walk(Rng& rng) {
     PathResult r;

@@ -7,21 +7,28 @@
 namespace pvol::detail {
 
 /// The field in which every question is a look-up.
-template <Interpolation kInterpolation>
+template <LookUp kLookUp>
 struct MakePlain {
   [[nodiscard]] auto operator()(const Volume& v) const {
-    return PlainField{extinction_source<kInterpolation>(v)};
+    return PlainField{extinction_source<kLookUp>(v.density)};
   }
 };
 
 /// The field with micro-bounds.
-template <Interpolation kInterpolation, int kEdge>
+template <LookUp kLookUp, int kEdge>
 struct MakeSqueezed {
   [[nodiscard]] auto operator()(const Volume& v) const {
-    const auto source = extinction_source<kInterpolation>(v);
-    return SqueezedField<kEdge, std::remove_const_t<decltype(source)>>{source, v.micro};
+    const auto source = extinction_source<kLookUp>(v.density);
+    return SqueezedField<kEdge, std::remove_const_t<decltype(source)>>{source, v.density.micro};
   }
 };
+
+/// f(constant) with a way of look-up that has closed forms in each cell: nearest or trilinear.
+template <class F>
+decltype(auto) visit_cells(LookUp look_up, const F& f) {
+  if (look_up == LookUp::nearest) return f(std::integral_constant<LookUp, LookUp::nearest>{});
+  return f(std::integral_constant<LookUp, LookUp::trilinear>{});
+}
 
 /// Where a flight of a path ended.
 struct Hit {
@@ -110,12 +117,12 @@ class OneVolume {
     const Ray cells = v_.in_cells(ray);
     const auto span = v_.in_box(cells);
     if (!span || outside_shell(v_.volume, cells, *span, work)) return false;
-    cursor_ = make_cursor(v_.volume.octree, cells.at(span->t0));
+    cursor_ = make_cursor(v_.volume.density.octree, cells.at(span->t0));
     return true;
   }
 
   [[nodiscard]] Hit fly(Vec3f direction, Rng& rng) {
-    Walk walk(v_.volume.octree, cursor_, v_.in_cells(direction));
+    Walk walk(v_.volume.density.octree, cursor_, v_.in_cells(direction));
     const Flight f = detail::fly(s_.tracker, walk, field_, rng, work.path);
     if (!f.collided) return {nullptr, f.weight};
     cursor_ = walk.stop_at(walk.point(f.t));
@@ -126,9 +133,14 @@ class OneVolume {
   [[nodiscard]] const Cursor& place() const { return cursor_; }
   void return_to(const Cursor& place) { cursor_ = place; }
 
-  /// Transmittance from the path's place to the outside.
-  [[nodiscard]] float pass(Vec3f direction, Rng& rng) {
-    Walk walk(v_.volume.octree, cursor_, v_.in_cells(direction));
+  /// Where the path is, in the world.
+  [[nodiscard]] Vec3d position() const {
+    return v_.cells_to_world.point(pvol::position(cursor_.at));
+  }
+
+  /// Transmittance from the path's place over a distance, or to the outside.
+  [[nodiscard]] float pass(Vec3f direction, double distance, Rng& rng) {
+    Walk walk(v_.volume.density.octree, cursor_, v_.in_cells(direction), distance);
     return detail::pass(s_.transmittance, s_.tracker, walk, field_, rng, work.shadow);
   }
 
@@ -175,7 +187,7 @@ class ManyVolumes {
       const Ray cells = v.in_cells(ray);
       const auto span = v.in_box(cells);
       if (!span || span->t0 >= nearest) continue;
-      Walk walk(v.volume.octree, make_cursor(v.volume.octree, cells.at(span->t0)),
+      Walk walk(v.volume.density.octree, make_cursor(v.volume.density.octree, cells.at(span->t0)),
                 v.in_cells(direction), nearest - span->t0);
       const Flight f = detail::fly(s_.tracker, walk, fields_[i], rng, work.path);
       if (!f.collided || !(span->t0 + f.t < nearest)) continue;
@@ -187,16 +199,18 @@ class ManyVolumes {
     return {&hit->choose_matter(rng), 1};
   }
 
-  [[nodiscard]] float pass(Vec3f direction, Rng& rng) {
+  [[nodiscard]] Vec3d position() const { return position_; }
+
+  [[nodiscard]] float pass(Vec3f direction, double distance, Rng& rng) {
     const Ray ray{position_, Vec3d(direction)};
     float product = 1;
     for (std::size_t i = 0; i < s_.volumes.size() && product != 0; ++i) {
       const VolumeSetup& v = s_.volumes[i];
       const Ray cells = v.in_cells(ray);
       const auto span = v.in_box(cells);
-      if (!span) continue;
-      Walk walk(v.volume.octree, make_cursor(v.volume.octree, cells.at(span->t0)),
-                v.in_cells(direction));
+      if (!span || span->t0 >= distance) continue;
+      Walk walk(v.volume.density.octree, make_cursor(v.volume.density.octree, cells.at(span->t0)),
+                v.in_cells(direction), distance - span->t0);
       product *= detail::pass(s_.transmittance, s_.tracker, walk, fields_[i], rng, work.shadow);
     }
     return product;

@@ -5,18 +5,18 @@
 namespace pvol::detail {
 namespace {
 
-template <Interpolation kInterpolation>
+template <LookUp kLookUp>
 TileFunction choose(bool count) {
-  using Field = MakePlain<kInterpolation>;
+  using Field = MakePlain<kLookUp>;
   return count ? &render_tile<GuidedTracer<OneVolume<Field, Tally>>, true>
                : &render_tile<GuidedTracer<OneVolume<Field, NoTally>>, false>;
 }
 
 }  // namespace
 
-TileFunction guided_tile_function(Interpolation interpolation, bool count) {
-  return interpolation == Interpolation::nearest ? choose<Interpolation::nearest>(count)
-                                                 : choose<Interpolation::trilinear>(count);
+TileFunction guided_tile_function(LookUp look_up, bool count) {
+  return look_up == LookUp::nearest ? choose<LookUp::nearest>(count)
+                                    : choose<LookUp::trilinear>(count);
 }
 
 }  // namespace pvol::detail

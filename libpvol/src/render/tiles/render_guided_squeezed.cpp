@@ -5,23 +5,23 @@
 namespace pvol::detail {
 namespace {
 
-template <Interpolation kInterpolation, int kEdge>
+template <LookUp kLookUp, int kEdge>
 TileFunction choose(bool count) {
-  using Field = MakeSqueezed<kInterpolation, kEdge>;
+  using Field = MakeSqueezed<kLookUp, kEdge>;
   return count ? &render_tile<GuidedTracer<OneVolume<Field, Tally>>, true>
                : &render_tile<GuidedTracer<OneVolume<Field, NoTally>>, false>;
 }
 
-template <Interpolation kInterpolation>
+template <LookUp kLookUp>
 TileFunction choose(int edge, bool count) {
-  return edge == 1 ? choose<kInterpolation, 1>(count) : choose<kInterpolation, 2>(count);
+  return edge == 1 ? choose<kLookUp, 1>(count) : choose<kLookUp, 2>(count);
 }
 
 }  // namespace
 
-TileFunction guided_squeezed_tile_function(Interpolation interpolation, int edge, bool count) {
-  return interpolation == Interpolation::nearest ? choose<Interpolation::nearest>(edge, count)
-                                                 : choose<Interpolation::trilinear>(edge, count);
+TileFunction guided_squeezed_tile_function(LookUp look_up, int edge, bool count) {
+  return look_up == LookUp::nearest ? choose<LookUp::nearest>(edge, count)
+                                    : choose<LookUp::trilinear>(edge, count);
 }
 
 }  // namespace pvol::detail

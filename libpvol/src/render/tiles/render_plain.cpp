@@ -2,10 +2,9 @@
 #include "render/tiles/render_tile.h"
 
 namespace pvol::detail {
-TileFunction plain_tile_function(Interpolation interpolation, bool many, bool count) {
-  return interpolation == Interpolation::nearest
-             ? tile_function<MakePlain<Interpolation::nearest>>(many, count)
-             : tile_function<MakePlain<Interpolation::trilinear>>(many, count);
+TileFunction plain_tile_function(LookUp look_up, bool many, bool count) {
+  return look_up == LookUp::nearest ? tile_function<MakePlain<LookUp::nearest>>(many, count)
+                                    : tile_function<MakePlain<LookUp::trilinear>>(many, count);
 }
 
 }  // namespace pvol::detail

@@ -4,7 +4,7 @@
 namespace pvol::detail {
 
 TileFunction procedural_tile_function(int edge, bool many, bool count) {
-  return tile_function_of<Interpolation::procedural>(edge, many, count);
+  return tile_function_of<LookUp::procedural>(edge, many, count);
 }
 
 }  // namespace pvol::detail

@@ -4,18 +4,17 @@
 namespace pvol::detail {
 namespace {
 
-template <Interpolation kInterpolation>
+template <LookUp kLookUp>
 TileFunction choose(int edge, bool many, bool count) {
-  return edge == 1 ? tile_function<MakeSqueezed<kInterpolation, 1>>(many, count)
-                   : tile_function<MakeSqueezed<kInterpolation, 2>>(many, count);
+  return edge == 1 ? tile_function<MakeSqueezed<kLookUp, 1>>(many, count)
+                   : tile_function<MakeSqueezed<kLookUp, 2>>(many, count);
 }
 
 }  // namespace
 
-TileFunction squeezed_tile_function(Interpolation interpolation, int edge, bool many, bool count) {
-  return interpolation == Interpolation::nearest
-             ? choose<Interpolation::nearest>(edge, many, count)
-             : choose<Interpolation::trilinear>(edge, many, count);
+TileFunction squeezed_tile_function(LookUp look_up, int edge, bool many, bool count) {
+  return look_up == LookUp::nearest ? choose<LookUp::nearest>(edge, many, count)
+                                    : choose<LookUp::trilinear>(edge, many, count);
 }
 
 }  // namespace pvol::detail

@@ -17,15 +17,13 @@ using TileFunction = void (*)(const PathSetup&, const tbb::blocked_range2d<int>&
 /// The functions for fields without and with micro-bounds, for plain paths through one volume or
 /// `many` and for guided ones through one. In sources of their own, since each takes long to
 /// compile and compilers inline less in large ones.
-[[nodiscard]] TileFunction plain_tile_function(Interpolation interpolation, bool many, bool count);
-[[nodiscard]] TileFunction squeezed_tile_function(Interpolation interpolation, int edge, bool many,
-                                                  bool count);
+[[nodiscard]] TileFunction plain_tile_function(LookUp look_up, bool many, bool count);
+[[nodiscard]] TileFunction squeezed_tile_function(LookUp look_up, int edge, bool many, bool count);
 /// Those for tricubic and for procedural look-ups; edge 0: without micro-bounds.
 [[nodiscard]] TileFunction tricubic_tile_function(int edge, bool many, bool count);
 [[nodiscard]] TileFunction procedural_tile_function(int edge, bool many, bool count);
-[[nodiscard]] TileFunction guided_tile_function(Interpolation interpolation, bool count);
-[[nodiscard]] TileFunction guided_squeezed_tile_function(Interpolation interpolation, int edge,
-                                                         bool count);
+[[nodiscard]] TileFunction guided_tile_function(LookUp look_up, bool count);
+[[nodiscard]] TileFunction guided_squeezed_tile_function(LookUp look_up, int edge, bool count);
 
 inline void add_sample(PixelSums& p, Rgb radiance, float alpha) {
   const Vec3d v(radiance);
@@ -84,15 +82,15 @@ template <class MakeField>
 }
 
 /// For one interpolation; edge 0: without micro-bounds.
-template <Interpolation kInterpolation>
+template <LookUp kLookUp>
 [[nodiscard]] TileFunction tile_function_of(int edge, bool many, bool count) {
   switch (edge) {
     case 1:
-      return tile_function<MakeSqueezed<kInterpolation, 1>>(many, count);
+      return tile_function<MakeSqueezed<kLookUp, 1>>(many, count);
     case 2:
-      return tile_function<MakeSqueezed<kInterpolation, 2>>(many, count);
+      return tile_function<MakeSqueezed<kLookUp, 2>>(many, count);
     default:
-      return tile_function<MakePlain<kInterpolation>>(many, count);
+      return tile_function<MakePlain<kLookUp>>(many, count);
   }
 }
 

@@ -4,7 +4,7 @@
 namespace pvol::detail {
 
 TileFunction tricubic_tile_function(int edge, bool many, bool count) {
-  return tile_function_of<Interpolation::tricubic>(edge, many, count);
+  return tile_function_of<LookUp::tricubic>(edge, many, count);
 }
 
 }  // namespace pvol::detail

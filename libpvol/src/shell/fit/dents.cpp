@@ -171,7 +171,7 @@ std::vector<Seed> Dents::make_seeds(const std::vector<std::uint32_t>& cells) con
   std::vector<std::uint32_t> sample;
   for (const std::uint32_t i : spread(order.size(), kPlaneTargets, 4)) sample.push_back(order[i]);
   for (int k = 0; k < kDirections; ++k) {
-    const Vec3d n = direction(k, kDirections);
+    const Vec3d n = direction_on_spiral(k, kDirections);
     Quadric plane{{}, {}, n, 0};
     plane.constant = -double(greatest(monomials(plane), lattice_.boundary));
     Cluster removed;

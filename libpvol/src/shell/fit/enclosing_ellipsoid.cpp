@@ -128,7 +128,7 @@ class Design {
 std::vector<std::size_t> extreme_points(const Points& points) {
   std::vector<std::size_t> found;
   for (int k = 0; k < kDirections; ++k) {
-    const Vec3d d = direction(k, kDirections);
+    const Vec3d d = direction_on_spiral(k, kDirections);
     std::size_t best = 0;
     double most = -std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < points.size(); ++i) {

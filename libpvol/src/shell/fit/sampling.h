@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "pvol/math/direction.h"
 #include "pvol/math/rng.h"
 #include "shell/fit/points.h"
 
@@ -28,13 +29,6 @@ namespace pvol::detail {
   Points few;
   for (const std::uint32_t i : spread(all.size(), most, key)) few.add(all[i]);
   return few;
-}
-
-/// The k-th of `count` points spread evenly on the unit sphere, along a spiral.
-[[nodiscard]] inline Vec3d direction(int k, int count) {
-  const double turn = 2.399963229728653 * k, z = 1 - (2 * k + 1.0) / count;
-  const double r = std::sqrt(1 - z * z);
-  return {r * std::cos(turn), r * std::sin(turn), z};
 }
 
 /// The centre of some points and the radius of a ball about it that holds most of them.

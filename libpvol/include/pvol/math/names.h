@@ -1,0 +1,52 @@
+// Names of enumerations, as users write them: each stands once, beside its enumeration.
+//
+//   enum class Fruit { apple, pear };
+//   constexpr auto names(Fruit) {
+//     return std::to_array<Named<Fruit>>({{Fruit::apple, "apple"}, {Fruit::pear, "pear"}});
+//   }
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+namespace pvol {
+
+template <class Enum>
+struct Named {
+  Enum value;
+  const char* name;
+};
+
+template <class Enum>
+concept HasNames = requires(Enum value) {
+  names(value);
+};
+
+template <HasNames Enum>
+[[nodiscard]] constexpr const char* name(Enum value) {
+  for (const Named<Enum>& n : names(value)) {
+    if (n.value == value) return n.name;
+  }
+  return "";
+}
+
+/// The value of a name; nothing for one that is unknown.
+template <HasNames Enum>
+[[nodiscard]] constexpr std::optional<Enum> find_named(std::string_view text) {
+  for (const Named<Enum>& n : names(Enum{})) {
+    if (n.name == text) return n.value;
+  }
+  return std::nullopt;
+}
+
+/// All names, in their order.
+template <HasNames Enum>
+[[nodiscard]] std::vector<std::string_view> all_names() {
+  std::vector<std::string_view> all;
+  for (const Named<Enum>& n : names(Enum{})) all.emplace_back(n.name);
+  return all;
+}
+
+}  // namespace pvol

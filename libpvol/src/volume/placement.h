@@ -1,0 +1,25 @@
+// Where a volume lies in the world.
+#pragma once
+
+#include <string>
+
+#include "pvol/math/affine.h"
+#include "pvol/math/box.h"
+
+namespace pvol::detail {
+
+/// Six significant digits, for messages.
+[[nodiscard]] std::string text(double v);
+
+/// Length in the world of a step along an axis.
+[[nodiscard]] double column_length(const Affine& to_world, int axis);
+
+/// The length of the longest diagonal of a cell in the world.
+[[nodiscard]] double cell_diagonal(const Affine& to_world);
+
+/// Positions go from world to cells in double; what they lose is a few ulp of the largest
+/// coordinate, seen in cells (THEORY.md, T1.3). Throws Error for maps that are singular, out of
+/// range or lose more than 1/1000 of a cell.
+void check_placement(const Affine& to_world, const Affine& to_cells, const Box& world_box);
+
+}  // namespace pvol::detail
