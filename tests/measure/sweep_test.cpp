@@ -173,6 +173,22 @@ TEST(Sweep, GivesTheFirstSettingMoreThanItsShareWhereItNeedsIt) {
   EXPECT_LE(renderer.now - 100, 70);
 }
 
+TEST(Sweep, LetsABusyMachineFinishTheFirstPilotHoweverManySettingsThereAre) {
+  FakeRenderer renderer{std::vector<FakeSetting>(10)};
+  // A stall of a second: more than a tenth of what pilots may take, and less than all of it.
+  const auto stalled = [&](const RunRequest& r) {
+    if (!r.pilot || r.setting > 0 || r.most_seconds > 1) return renderer(r);
+    measure::Run run;
+    run.complete = false;
+    run.film.pixels.resize(1);
+    return run;
+  };
+  const std::vector<std::string> names(10, "a setting");
+  for (const Measured& m : sweep(names, options_for(renderer, 20), stalled)) {
+    EXPECT_EQ(m.left_out, "");
+  }
+}
+
 TEST(Sweep, SaysWhatComesNext) {
   FakeRenderer renderer{{{}, {}}};
   std::vector<std::string> said;

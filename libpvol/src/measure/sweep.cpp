@@ -19,7 +19,7 @@ constexpr std::uint32_t kFewestSamples = 2;
 /// cannot be stopped, so that the last one may take longer.
 constexpr double kPilotsShare = 0.35;
 
-/// Part of its share that a pilot may take at most.
+/// Part of its share that a pilot may take at most; of all the time left for the first one.
 constexpr double kPilotShare = 0.25;
 
 /// How many times as long as its pilot foretold a render may take: the machine may be busy.
@@ -113,7 +113,9 @@ class Sweep {
   PilotCost pilot(std::size_t i) {
     tell("pilot render of " + names_[i]);
     RunRequest request{.setting = i, .seed = o_.seed, .pilot = true};
-    request.most_seconds = kPilotShare * left() / double(names_.size() - i);
+    // Without the first setting there is nothing to compare: a busy machine must not stop its
+    // pilot.
+    request.most_seconds = kPilotShare * left() / (i == 0 ? 1 : double(names_.size() - i));
     const double begin = o_.clock();
     try {
       const Run run = render_(request);
