@@ -47,12 +47,12 @@ Table quantile_table(const DepthDistributions& d) {
     t.rows.push_back({name});
     for (const double q : values.quantiles) t.rows.back().push_back(number(q));
   };
-  add("hi/mean  by volume", d.hi.by_volume);
-  add("hi/mean  by mass", d.hi.by_mass);
-  add("lo/mean  by volume", d.lo.by_volume);
-  add("lo/mean  by mass", d.lo.by_mass);
-  add("gap/mean by volume", d.gap.by_volume);
-  add("gap/mean by mass", d.gap.by_mass);
+  add("hi/mean, by volume", d.hi.by_volume);
+  add("hi/mean, by mass", d.hi.by_mass);
+  add("lo/mean, by volume", d.lo.by_volume);
+  add("lo/mean, by mass", d.lo.by_mass);
+  add("gap/mean, by volume", d.gap.by_volume);
+  add("gap/mean, by mass", d.gap.by_mass);
   return t;
 }
 
