@@ -13,7 +13,7 @@
 #include "pvol/volume/estimators.h"
 #include "pvol/volume/facts.h"
 
-namespace pvol {
+namespace pvol::measure {
 namespace {
 
 constexpr std::uint32_t kReplicates = 8;
@@ -152,4 +152,4 @@ ShellProbe probe_shell(const VoxelGrid& grid, const Pyramid& pyramid, const Shel
   return p;
 }
 
-}  // namespace pvol
+}  // namespace pvol::measure
