@@ -10,6 +10,7 @@
 #include "pvol/bounds/pyramid.h"
 #include "pvol/field/brick_field.h"
 #include "pvol/field/micro_bounds.h"
+#include "pvol/field/micro_range.h"
 #include "pvol/formats/cloud.h"
 #include "pvol/math/rng.h"
 

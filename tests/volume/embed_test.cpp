@@ -9,6 +9,9 @@
 #include <functional>
 #include <thread>
 
+#include "pvol/bounds/pyramid.h"
+#include "pvol/trackers.h"
+
 #include "support/oracle.h"
 #include "support/statistics.h"
 
