@@ -32,32 +32,40 @@ BYTES = {"lookups": 32, "bounds_tests": 10, "segments": 32}
 LARGEST_CHANGE = 0.01  # of --compare
 
 
-def measure(program, arguments, folder):
-    """Instructions in the tiles, and the statistics that pvol-render wrote."""
-    counts, stats = folder / "counts", folder / "stats.json"
+def measure(program, arguments, folder, *report):
+    """Instructions in the tiles."""
+    counts = folder / "counts"
     command = ["valgrind", "--tool=callgrind", "--toggle-collect=*render_tile*", f"--callgrind-out-file={counts}",
-               program, *arguments, "--threads", "1", "--quiet", "--stats", str(stats), "-o", str(folder / "a.exr"),
-               "--no-png"]
+               program, *arguments, "--threads", "1", "--quiet", *report, "-o", str(folder / "a.exr"), "--no-png"]
     run = subprocess.run(command, capture_output=True, text=True)
     if run.returncode != 0:
         raise SystemExit(f"instructions.py: {' '.join(command)} failed:\n{run.stderr}")
     totals = [line for line in counts.read_text().splitlines() if line.startswith("totals:")]
-    return int(totals[0].split()[1]), json.loads(stats.read_text())
+    return int(totals[0].split()[1])
+
+
+def measure_counting(program, arguments, folder):
+    """The same while the work is counted, and the statistics that pvol-render wrote."""
+    stats = folder / "stats.json"
+    return measure(program, arguments, folder, "--stats", str(stats)), json.loads(stats.read_text())
+
+
+def count_samples(arguments):
+    """Those that --size and --spp ask for."""
+    value = dict(zip(arguments, arguments[1:]))
+    width, height = value["--size"].split("x")
+    return int(width) * int(height) * int(value["--spp"])
 
 
 def compare(old, new, arguments):
-    """Both programs on the same input, plain and guided. The exit status: 1 where they differ by 1 %."""
+    """Both programs on the same input, plain and guided; returns the exit status."""
     print(f"{'paths':10}{'old':>12}{'new':>12}{'new/old':>10}   instructions per camera sample")
-    status = 0
+    status, samples = 0, count_samples(arguments)
     with tempfile.TemporaryDirectory() as name:
         for paths, guide in (("plain", "off"), ("guided", "on")):
-            per_sample = []
-            for program in (old, new):
-                instructions, s = measure(program, arguments + ["--guide", guide], pathlib.Path(name))
-                per_sample.append(instructions / s["samples"])
-            ratio = per_sample[1] / per_sample[0]
-            status |= abs(ratio - 1) > LARGEST_CHANGE
-            print(f"{paths:10}{per_sample[0]:12.0f}{per_sample[1]:12.0f}{ratio:10.4f}", flush=True)
+            a, b = (measure(program, arguments + ["--guide", guide], pathlib.Path(name)) for program in (old, new))
+            status |= abs(b / a - 1) > LARGEST_CHANGE
+            print(f"{paths:10}{a / samples:12.0f}{b / samples:12.0f}{b / a:10.4f}", flush=True)
     return status
 
 
@@ -80,7 +88,7 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         for tracker, shadow, micro in CONFIGURATIONS:
             options = ["--tracker", tracker, "--transmittance", shadow, "--micro-bounds", micro]
-            instructions, s = measure(program, arguments + options, pathlib.Path(name))
+            instructions, s = measure_counting(program, arguments + options, pathlib.Path(name))
             n = s["samples"]
             work = {k: (s[k + "_path"] + s[k + "_shadow"]) / n for k in BYTES}
             read = sum(work[k] * BYTES[k] for k in BYTES)
