@@ -109,7 +109,7 @@ int run(int argc, char** argv) {
                  "[INTERPOLATION=trilinear]\n");
     return 2;
   }
-  const LookUp look_up = formats::parse_interpolation(argc > 6 ? argv[6] : "trilinear");
+  const LookUp look_up = find_named<LookUp>(argc > 6 ? argv[6] : "trilinear").value();
   const formats::Cloud cloud = formats::load_cloud(argv[1], {}, look_up);
   const double thickness = argument(2, 64);
   const int rounds = int(argument(5, 3));

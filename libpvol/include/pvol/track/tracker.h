@@ -34,6 +34,9 @@ enum class Tracker {
 /// their variance makes pictures useless before they are right.
 inline constexpr double kMostBoundsExcess = 3;
 
+/// The largest factor by which majorants may be scaled: looser bounds measure nothing new.
+inline constexpr double kMostMajorantScale = 1000;
+
 /// How the transmittance of a ray is estimated (THEORY.md, T3.3).
 enum class Transmittance {
   automatic,       ///< one of the others, chosen by `choose_transmittance` for the volume
