@@ -169,7 +169,7 @@ bool is_quantised(const Options& o) { return o.density != "fp32" && o.density !=
 
 /// Turns the samples into codes and from there on takes what these stand for as the density.
 void quantise_density(const Options& o, Fit& f) {
-  Quantisation how{parse_precision(o.density)};
+  Quantisation how{find_named<Precision>(o.density).value()};
   if (o.tolerance) how.tolerance = *o.tolerance;
   f.file.codes = quantise(f.loaded.grid, how);
   f.loaded.grid = decode(*f.file.codes);
@@ -190,7 +190,7 @@ Fit fit(const Options& o) {
   if (is_quantised(o)) quantise_density(o, f);
   f.file.pyramid = o.closed_form ? cli::naming(o.input, [&] { return build_pyramid(f.recipe); })
                                  : formats::build_bounds(f.loaded.grid, o.input,
-                                                         formats::parse_interpolation(o.look_up));
+                                                         find_named<LookUp>(o.look_up).value());
   if (o.micro_bounds == "2") {
     f.file.micro = build_leaf_micro_bounds(f.loaded.grid, f.file.pyramid, 2);
   }

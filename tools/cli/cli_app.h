@@ -1,6 +1,7 @@
 // The command line itself, with CLI11: included once by each tool, for it takes seconds to compile.
 #pragma once
 
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
@@ -12,6 +13,7 @@
 
 #include "cli/cli.h"
 #include "cli/json.h"
+#include "pvol/math/limits.h"
 #include "pvol/version.h"
 
 namespace pvol::cli {
@@ -36,9 +38,17 @@ inline void add_quiet(CLI::App& app, Common& common) {
 
 /// "a or b or c".
 [[nodiscard]] inline std::string alternatives(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& w : words) text += (text.empty() ? "" : " or ") + w;
-  return text;
+  return fmt::format("{}", fmt::join(words, " or "));
+}
+
+/// Accepts what a row of a table does (pvol/math/keys.h).
+[[nodiscard]] inline CLI::Validator fits(const Limits& limits) {
+  return CLI::Validator(
+      [limits](const std::string& text) -> std::string {
+        const auto refusal = refuse(limits, parse_value(limits, text));
+        return refusal ? fmt::format("found '{}', expected {}", text, refusal->expected) : "";
+      },
+      "");
 }
 
 /// Accepts one of the words.
@@ -46,7 +56,7 @@ inline void add_quiet(CLI::App& app, Common& common) {
   return CLI::Validator(
       [words](const std::string& text) -> std::string {
         if (std::find(words.begin(), words.end(), text) != words.end()) return {};
-        return "found '" + text + "', expected " + alternatives(words);
+        return fmt::format("found '{}', expected {}", text, alternatives(words));
       },
       "");
 }
@@ -59,8 +69,8 @@ inline void add_quiet(CLI::App& app, Common& common) {
         std::uint32_t value = 0;
         if (std::find(words.begin(), words.end(), text) != words.end()) return {};
         if (CLI::detail::lexical_cast(text, value) && value <= largest) return {};
-        return "found '" + text + "', expected " + alternatives(words) +
-               " or a whole number up to " + std::to_string(largest);
+        return fmt::format("found '{}', expected {} or a whole number up to {}", text,
+                           alternatives(words), largest);
       },
       "");
 }
@@ -72,7 +82,7 @@ inline void add_quiet(CLI::App& app, Common& common) {
       [least, most, words](const std::string& text) -> std::string {
         double value = 0;
         if (CLI::detail::lexical_cast(text, value) && value >= least && value <= most) return {};
-        return "found '" + text + "', expected " + words;
+        return fmt::format("found '{}', expected {}", text, words);
       },
       "");
 }
