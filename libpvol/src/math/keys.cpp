@@ -61,9 +61,9 @@ std::string help_of(const Entry& entry) {
   std::string text = about.help;
   if (metavar_of(about) == "NAME") {
     const auto words = about.limits.all_words();
-    text += ": " + listed({words.begin(), words.end()});
+    text += " (" + listed({words.begin(), words.end()}) + ")";
   }
-  if (const std::string ends = ends_of(about.limits); !ends.empty()) text += ", " + ends;
+  if (const std::string ends = ends_of(about.limits); !ends.empty()) text += " (" + ends + ")";
   const std::string otherwise =
       *about.otherwise != 0 ? about.otherwise : command_text(about.limits, entry.value());
   return otherwise.empty() ? text : text + " [" + otherwise + "]";
