@@ -65,12 +65,12 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
                  "it holds the source's name, size and hash, less than a hundredth of its bytes, "
                  "and needs it to render [fp32]")
       ->type_name("NAME")
-      ->check(cli::one_of({"fp32", "fp16", "fp8", "fpn", "reference"}));
+      ->check(cli::fits(name_of<Precision>().or_word("reference")));
   app.add_option("--density-tolerance", o.tolerance,
                  "Largest error of a sample with --density fpn, relative to the largest sample, "
                  "0.00001 to 1 [0.01]")
       ->type_name("X")
-      ->check(cli::number_from(kLeastTolerance, kLargestTolerance, "a number from 0.00001 to 1"));
+      ->check(cli::fits(number(kToleranceRange)));
   app.add_option("--micro-bounds", o.micro_bounds,
                  "Store bounds of cubes of 2^3 voxels, which save look-ups in fields that miss the "
                  "cache and are else built at load. Those of single voxels are nearly as large as "
@@ -84,7 +84,7 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
          "What the bounds hold for: trilinear (and nearest); tricubic, somewhat looser, which "
          "holds for all three and pvol-render --interpolation tricubic needs [trilinear]")
       ->type_name("trilinear|tricubic")
-      ->check(CLI::IsMember({"trilinear", "tricubic"}).description(""));
+      ->check(cli::one_of({name(LookUp::trilinear), name(LookUp::tricubic)}));
   app.add_option(
          "--shells", o.shells,
          "Fit a bounding shell of that many perturbations, 0 to 64 (soft: 32), or of the number "
@@ -96,7 +96,7 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
          "hard: an ellipsoid with quadrics cut away, fast for rays. soft: a smooth surface, "
          "tests take twice as long [hard]")
       ->type_name("hard|soft")
-      ->check(CLI::IsMember({"hard", "soft"}).description(""));
+      ->check(cli::one_of({"hard", "soft"}));
   app.add_option("--shell-effort", o.shell_effort,
                  "Factor on the work of fitting a shell, 1 to 10 [1]")
       ->type_name("N")
@@ -114,7 +114,7 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   app.add_flag("--json", o.json, "The report as JSON");
   app.add_option("--threads", o.threads, "Threads; 0 is one for each hardware thread [0]")
       ->type_name("N")
-      ->check(CLI::Range(0, 4096).description(""));
+      ->check(cli::fits(whole(0, kMostThreads)));
   return cli::parse(app, argc, argv);
 }
 

@@ -77,30 +77,22 @@ RenderJob prepare(const Options& o) {
   job.sets = o.sets;
   job.file = read_scene(o);
   Scene& scene = job.file.scene;
-  std::vector<std::optional<Shell>> shells;
   for (formats::SceneVolume& v : job.file.volumes) {
     formats::Cloud cloud = load_volume(o, job.file, v);
     job.volumes.push_back(
         cli::naming(v.file, [&] { return cli::make_volume(cloud, v, scene.options); }));
     warn_of_bounds(v.file, job.volumes.back());
-    job.reports.push_back({v.file, describe(job.volumes.back(), cli::describe(cloud, v)),
-                           std::nullopt, cloud.metadata.quantisation,
-                           cloud.metadata.quantisation_error});
+    job.reports.push_back({v.file, cloud.metadata.quantisation, cloud.metadata.quantisation_error});
+    job.facts.push_back(describe(job.volumes.back(), cli::describe(cloud, v)));
     if (scene.options.shells != ShellUse::off) cli::require_proof(v.file, cloud);
-    shells.push_back(std::move(cloud.shell));
   }
   if (!job.file.has_camera) {
     scene.camera = cli::frame_all(job.volumes, scene.options);
     job.file.has_camera = true;
   }
-  for (std::size_t i = 0; i < shells.size(); ++i) {
-    if (shells[i]) job.reports[i].shell = choose_shell(job.volumes[i], *shells[i], scene);
-  }
-  if (scene.options.transmittance == Transmittance::automatic) {
-    job.transmittance = choose_transmittance(job.volumes);
-    scene.options.transmittance = job.transmittance->estimator;
-  }
-  job.guide = choose_guide(job.volumes, scene);
+  job.chose_transmittance = scene.options.transmittance == Transmittance::automatic;
+  job.plan = plan(job.volumes, scene, {.facts = job.facts, .force = o.force || o.print_scene});
+  scene.options.transmittance = job.plan.scene.options.transmittance;
   return job;
 }
 
@@ -114,24 +106,8 @@ void print_shell_choice(const ShellChoice& choice, ShellUse use) {
             << " ns and saves " << readable(e.saved) << " ns\n";
 }
 
-void print_facts(const Volume& volume, const cli::VolumeReport& report, ShellUse shells) {
+void print_density(const Volume& volume, const cli::VolumeReport& report) {
   using cli::readable;
-  const VolumeFacts& f = report.facts;
-  std::cerr << kTool << ": " << report.file.string() << ": ";
-  if (volume.density.world_box.empty()) {
-    std::cerr << "the density is 0 everywhere\n";
-    return;
-  }
-  const Vec3d size = volume.density.world_box.extent();
-  std::cerr << readable(size.x) << " x " << readable(size.y) << " x " << readable(size.z)
-            << " world units\n"
-            << "  largest extinction " << readable(f.largest_extinction)
-            << " per world unit: shortest free path " << readable(f.shortest_free_path)
-            << " world units\n"
-            << "  mean optical thickness along the axes " << readable(f.mean_optical_thickness[0])
-            << ", " << readable(f.mean_optical_thickness[1]) << ", "
-            << readable(f.mean_optical_thickness[2]) << "; octree depth " << f.depth
-            << "; micro-bounds: " << cli::micro_bounds_text(volume) << '\n';
   if (report.density.precision != Precision::fp32) {
     const QuantisationError& e = report.density_error;
     std::cerr << "  density " << name(report.density.precision)
@@ -146,14 +122,31 @@ void print_facts(const Volume& volume, const cli::VolumeReport& report, ShellUse
               << " % of the mass; no ray's optical depth changes by more than "
               << readable(h->depth_error) << '\n';
   }
-  if (report.shell) print_shell_choice(*report.shell, shells);
+}
+
+void print_facts(const Volume& volume, const VolumeFacts& f) {
+  using cli::readable;
+  std::cerr << kTool << ": " << volume.name << ": ";
+  if (volume.density.world_box.empty()) {
+    std::cerr << "the density is 0 everywhere\n";
+    return;
+  }
+  const Vec3d size = volume.density.world_box.extent();
+  std::cerr << readable(size.x) << " x " << readable(size.y) << " x " << readable(size.z)
+            << " world units\n"
+            << "  largest extinction " << readable(f.largest_extinction)
+            << " per world unit: shortest free path " << readable(f.shortest_free_path)
+            << " world units\n"
+            << "  mean optical thickness along the axes " << readable(f.mean_optical_thickness[0])
+            << ", " << readable(f.mean_optical_thickness[1]) << ", "
+            << readable(f.mean_optical_thickness[2]) << "; octree depth " << f.depth
+            << "; micro-bounds: " << cli::micro_bounds_text(volume) << '\n';
 }
 
 void print_guide(const RenderJob& job) {
-  const RenderOptions& o = job.file.scene.options;
-  const GuideChoice& guide = job.guide;
+  const GuideChoice& guide = job.plan.guide;
   std::cerr << "  paths " << (guide.used ? "guided" : "not guided") << " (--guide "
-            << formats::name(o.guide) << "): " << guide.reason;
+            << formats::name(job.file.scene.options.guide) << "): " << guide.reason;
   if (guide.scatterings > 0) {
     std::cerr << ", about " << cli::readable(guide.scatterings) << " scatterings";
   }
@@ -162,14 +155,24 @@ void print_guide(const RenderJob& job) {
 
 void print_facts(const RenderJob& job) {
   for (std::size_t i = 0; i < job.volumes.size(); ++i) {
-    print_facts(job.volumes[i], job.reports[i], job.file.scene.options.shells);
+    print_facts(job.volumes[i], job.facts[i]);
+    if (job.volumes[i].density.world_box.empty()) continue;
+    print_density(job.volumes[i], job.reports[i]);
+    if (job.volumes[i].shell) {
+      print_shell_choice(job.plan.shells[i], job.file.scene.options.shells);
+    }
   }
   print_guide(job);
-  if (!job.transmittance) return;
-  std::cerr << "  shadow rays " << formats::name(job.transmittance->estimator)
-            << ": optical thickness about " << cli::readable(job.transmittance->thickness)
-            << " on average, " << cli::readable(100 * job.transmittance->control_share)
-            << " % of the majorants are minorants\n";
+  const TransmittanceChoice& t = job.plan.transmittance;
+  if (job.chose_transmittance) {
+    std::cerr << "  shadow rays " << formats::name(t.estimator) << ": optical thickness about "
+              << cli::readable(t.thickness) << " on average, "
+              << cli::readable(100 * t.control_share) << " % of the majorants are minorants\n";
+  }
+  const Forecast& f = job.plan.forecast;
+  std::cerr << "  roughly " << cli::readable(f.collisions / f.samples)
+            << " collisions per sample and " << cli::readable_seconds(f.cpu_seconds)
+            << " of CPU time to expect\n";
 }
 
 // --- rendering ----------------------------------------------------------------------------------
@@ -180,7 +183,7 @@ TimedRender render_timed(const Options& o, const RenderJob& job) {
   cli::catch_interrupt();
   cli::Stopwatch watch;
   const double before = cli::cpu_seconds();
-  t.result = render(job.volumes, job.file.scene, [&](std::uint64_t done, std::uint64_t total) {
+  t.result = render(job.plan, [&](std::uint64_t done, std::uint64_t total) {
     bar.show(done, total);
     return !cli::interrupted();
   });
@@ -243,7 +246,7 @@ void save(const Options& o, const Outputs& out, const RenderJob& job, const Time
   }
   if (!o.stats.empty()) write_stats(o.stats, cli::stats_text(job, t));
   if (o.common.quiet) return;
-  if (job.guide.used && !t.result.guided) {
+  if (job.plan.guide.used && !t.result.guided) {
     std::cerr << kTool << ": paths were not guided: no light but the constant part of the sky "
               << "reaches what the camera sees\n";
   }
@@ -263,11 +266,6 @@ int run(const Options& o) {
     return cli::kSuccess;
   }
   if (!o.common.quiet) print_facts(job);
-  for (std::size_t i = 0; i < job.volumes.size() && !o.force; ++i) {
-    cli::refuse_endless_work(job.reports[i].file, job.volumes[i], job.reports[i].facts,
-                             job.file.scene.options);
-  }
-
   const TimedRender t = render_timed(o, job);
   if (t.samples == 0) throw Error("interrupted before the first sample; nothing is saved");
   save(o, out, job, t);

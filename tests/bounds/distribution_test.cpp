@@ -21,7 +21,7 @@ struct Measured {
   std::vector<DepthDistributions> depths;
 };
 
-Measured measure(const VoxelGrid& grid) {
+Measured measured(const VoxelGrid& grid) {
   Measured m;
   m.pyramid = build_pyramid(grid);
   const PyramidContent content = measure_content(grid, m.pyramid);
@@ -45,7 +45,7 @@ std::pair<double, double> mean_range(const Distribution& d) {
 
 TEST(Distribution, SharesAddUpAndQuantilesAscend) {
   for (const test::Field& f : test::fields()) {
-    for (const DepthDistributions& d : measure(f.grid).depths) {
+    for (const DepthDistributions& d : measured(f.grid).depths) {
       for (const TwoDistributions* t : {&d.hi, &d.lo, &d.gap}) {
         for (const Distribution* one : {&t->by_volume, &t->by_mass}) {
           EXPECT_NEAR(total(*one), 1, 1e-9) << f.name;
@@ -61,7 +61,7 @@ TEST(Distribution, SharesAddUpAndQuantilesAscend) {
 TEST(Distribution, ByMassItsMeanIsTheIntegralOfTheBoundOverTheMass) {
   for (const char* name : {"gaussian", "linear", "exponential"}) {
     SCOPED_TRACE(name);
-    const Measured m = measure(test::field(name).grid);
+    const Measured m = measured(test::field(name).grid);
     int compared = 0;
     for (std::size_t i = 0; i < m.depths.size(); ++i) {
       const Distribution& d = m.depths[i].hi.by_mass;
@@ -78,7 +78,7 @@ TEST(Distribution, ByMassItsMeanIsTheIntegralOfTheBoundOverTheMass) {
 TEST(Distribution, OfAUniformCubeIsOne) {
   VoxelGrid g;
   g.tiles.push_back({{0, 0, 0}, 128, 0.5f});
-  const Measured m = measure(g);
+  const Measured m = measured(g);
   const DepthDistributions& leaves = m.depths.back();
   // Most of the volume is inside, where both bounds are the density.
   EXPECT_NEAR(leaves.hi.by_mass.quantiles[1], 1, 1e-3);
@@ -115,18 +115,18 @@ test::Field ball() {
 TEST(Probe, ThinCloudsCostWhatTheirBoundsLeadToExpect) {
   const test::Field f = ball();
   const Pyramid p = build_pyramid(f.grid);
-  ProbeOptions options;
+  measure::ProbeOptions options;
   options.extinction = 1e-3;  // one collision in a hundred rays: light reaches every place alike
   options.width = 96;
   options.samples = 128;
-  const Probe probe = pvol::probe(f.grid, p, options);
+  const measure::Probe probe = measure::probe(f.grid, p, options);
   CloudScene scene;
   scene.medium.extinction = *options.extinction;
   const Volume v = make_volume(f.grid, p, scene);
   const Tightness t =
       measure_cut(p, measure_content(f.grid, p), v.density.octree, *options.extinction);
   // Perspective favours what is near, which changes little for a ball.
-  const auto near = [](const CountRatio& r, double expected) {
+  const auto near = [](const measure::CountRatio& r, double expected) {
     return std::abs(r.value - expected) < 2 * r.half_width + 0.03 * expected;
   };
   EXPECT_TRUE(near(probe.delta.lookups, t.majorant.even))
@@ -138,11 +138,11 @@ TEST(Probe, ThinCloudsCostWhatTheirBoundsLeadToExpect) {
 TEST(Probe, CountsAreInOrderAndIntervalsHoldTheTruth) {
   const test::Field f = ball();
   const Pyramid p = build_pyramid(f.grid);
-  ProbeOptions options;
+  measure::ProbeOptions options;
   options.width = 64;
-  const Probe few = probe(f.grid, p, options);
+  const measure::Probe few = measure::probe(f.grid, p, options);
   options.samples = 128;
-  const Probe many = probe(f.grid, p, options);
+  const measure::Probe many = measure::probe(f.grid, p, options);
   EXPECT_EQ(few.extinction, many.extinction);
   const double* t = few.facts.mean_optical_thickness;
   EXPECT_NEAR((t[0] + t[1] + t[2]) / 3, 10, 1e-9);

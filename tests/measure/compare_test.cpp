@@ -15,7 +15,7 @@
 #include "support/fields.h"
 #include "support/statistics.h"
 
-namespace pvol {
+namespace pvol::measure {
 namespace {
 
 using test::CloudScene;
@@ -326,4 +326,4 @@ TEST(Compare, WhatCannotBeComparedIsRefused) {
 }
 
 }  // namespace
-}  // namespace pvol
+}  // namespace pvol::measure

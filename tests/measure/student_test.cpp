@@ -8,7 +8,7 @@
 
 #include "support/statistics.h"
 
-namespace pvol {
+namespace pvol::measure {
 namespace {
 
 TEST(Student, HasItsClosedForms) {
@@ -66,4 +66,4 @@ TEST(Student, TheSmallestOfManyIsAsRareAsItIs) {
 }
 
 }  // namespace
-}  // namespace pvol
+}  // namespace pvol::measure

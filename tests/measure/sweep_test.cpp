@@ -1,16 +1,15 @@
 // Measuring in turn within a budget, with a clock that counts the work instead of the time.
-#include "stats/sweep.h"
+#include "pvol/measure/sweep.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <set>
 
-#include "cli/instructions.h"
 #include "pvol/error.h"
 #include "pvol/math/rng.h"
 
-namespace pvol::cli {
+namespace pvol::measure {
 namespace {
 
 /// What a setting of the test costs, in seconds of the counted clock.
@@ -156,6 +155,14 @@ TEST(Sweep, NeedsItsFirstSetting) {
   EXPECT_THROW((void)run_sweep(slow, 20), Error);
   FakeRenderer refused{{{0, 1e-3, 1, 1, "no"}, {0, 1e-3}}};
   EXPECT_THROW((void)run_sweep(refused, 20), Error);
+  const FakeRenderer clock{{}};
+  const auto stopped_before_a_sample = [](const RunRequest&) {
+    measure::Run run;
+    run.complete = false;
+    run.film.pixels.resize(1);
+    return run;
+  };
+  EXPECT_THROW((void)sweep({"one"}, options_for(clock, 20), stopped_before_a_sample), Error);
 }
 
 TEST(Sweep, GivesTheFirstSettingMoreThanItsShareWhereItNeedsIt) {
@@ -164,6 +171,22 @@ TEST(Sweep, GivesTheFirstSettingMoreThanItsShareWhereItNeedsIt) {
   EXPECT_GE(m[0].rounds(), 3);
   EXPECT_GE(m[7].rounds(), 3);
   EXPECT_LE(renderer.now - 100, 70);
+}
+
+TEST(Sweep, LetsABusyMachineFinishTheFirstPilotHoweverManySettingsThereAre) {
+  FakeRenderer renderer{std::vector<FakeSetting>(10)};
+  // A stall of a second: more than a tenth of what pilots may take, and less than all of it.
+  const auto stalled = [&](const RunRequest& r) {
+    if (!r.pilot || r.setting > 0 || r.most_seconds > 1) return renderer(r);
+    measure::Run run;
+    run.complete = false;
+    run.film.pixels.resize(1);
+    return run;
+  };
+  const std::vector<std::string> names(10, "a setting");
+  for (const Measured& m : sweep(names, options_for(renderer, 20), stalled)) {
+    EXPECT_EQ(m.left_out, "");
+  }
 }
 
 TEST(Sweep, SaysWhatComesNext) {
@@ -181,6 +204,33 @@ TEST(Sweep, SaysWhatComesNext) {
   EXPECT_EQ(said[2], "round 1 of 7: one");
 }
 
+TEST(Reference, TakesItsBudgetInGrowingFilmsOfTheFirstSetting) {
+  FakeRenderer renderer{{{0.5, 1e-3}, {}}};
+  SweepOptions o = options_for(renderer, 100);
+  o.seed = 1000;
+  const Film film = render_reference(o, std::ref(renderer));
+  EXPECT_GE(renderer.now - 100, 90);
+  EXPECT_LE(renderer.now - 100, 101);
+  std::uint32_t samples = 0;
+  for (std::size_t i = 0; i < renderer.requests.size(); ++i) {
+    const RunRequest& r = renderer.requests[i];
+    EXPECT_EQ(r.setting, 0u);
+    EXPECT_EQ(r.seed, 1000 + i);
+    samples += r.samples;
+  }
+  EXPECT_EQ(renderer.requests[1].samples, 4 * renderer.requests[0].samples);
+  EXPECT_EQ(film.pixels[0].samples, samples);
+}
+
+TEST(Reference, NeedsTimeForTwoSamplesAndEndsWhenInterrupted) {
+  FakeRenderer slow{{{0, 1}}};
+  EXPECT_THROW((void)render_reference(options_for(slow, 20), std::ref(slow)), Error);
+  FakeRenderer renderer{{{}}};
+  SweepOptions o = options_for(renderer, 100);
+  o.interrupted = [] { return true; };
+  EXPECT_EQ(render_reference(o, std::ref(renderer)).pixels[0].samples, 2u);
+}
+
 TEST(Plan, GivesFewerSamplesThenFewerRoundsThenNone) {
   SweepOptions o;
   o.pixels = 1000;
@@ -196,20 +246,5 @@ TEST(Plan, GivesFewerSamplesThenFewerRoundsThenNone) {
   EXPECT_EQ(plan_rounds(cost, 1, o).rounds, 0);
 }
 
-TEST(Work, IsCountedInSecondsAndWhereTheMachineCanInInstructions) {
-  const InstructionCounter counter;
-  const double begin = cpu_seconds();
-  Rng rng(1, 2, 3);
-  std::uint64_t drawn = 0;
-  double sum = 0;
-  for (; cpu_seconds() < begin + 0.02; drawn += 1000) {
-    for (int i = 0; i < 1000; ++i) sum += double(rng.uniform());
-  }
-  EXPECT_GT(sum, 0);
-  const auto first = counter.read();
-  EXPECT_TRUE(!first || *first > drawn);
-  EXPECT_GE(counter.read(), first);
-}
-
 }  // namespace
-}  // namespace pvol::cli
+}  // namespace pvol::measure

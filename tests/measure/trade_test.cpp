@@ -8,7 +8,7 @@
 #include "pvol/error.h"
 #include "pvol/math/rng.h"
 
-namespace pvol {
+namespace pvol::measure {
 namespace {
 
 TEST(Median, LiesBetweenThePairThatHoldsItWithTheCoverageAsked) {
@@ -167,4 +167,4 @@ TEST(Advice, IsNoneWhereNoSettingIsGoodEnough) {
 }
 
 }  // namespace
-}  // namespace pvol
+}  // namespace pvol::measure

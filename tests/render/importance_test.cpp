@@ -227,7 +227,8 @@ TEST(Importance, GuidesWhereItMayAndShould) {
   s.options.guide = GuideUse::automatic;
   const auto choose = [&](std::size_t copies = 1) {
     const std::vector<Body> media(copies, s.medium);
-    return choose_guide(make_volumes(puff(), media, s), s.scene());
+    const double paths = double(s.options.width) * s.options.height * s.options.samples;
+    return choose_guide(make_volumes(puff(), media, s), s.scene(), paths);
   };
   EXPECT_FALSE(choose().used) << "too few samples";
   s.options.samples = 2000;
@@ -284,7 +285,7 @@ TEST(Importance, PhotonsCountTheLightOfAThinCube) {
   s.medium = matter(1e-3, Rgb(0.9f), 0.5);
   const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
   s.camera = frame(v.density.world_box, 1);
-  const detail::PathSetup setup(std::span(&v, 1), s.scene(), Rgb(0.5f));
+  const detail::PathSetup setup(plan(std::span(&v, 1), s.scene()), Rgb(0.5f));
   const detail::CoarseCells cells = detail::make_coarse_cells(v);
   double mass = 0, collided = 0, straight = 0, direct = 0;
   for (const double m : cells.mass) mass += m;
@@ -312,7 +313,7 @@ TEST(Importance, IsThePhaseFunctionInAThinCube) {
   s.medium = matter(1e-2, Rgb(1.0f), 0.5);
   const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
   s.camera = frame(v.density.world_box, 1);
-  const detail::PathSetup setup(std::span(&v, 1), s.scene(), Rgb(0.5f));
+  const detail::PathSetup setup(plan(std::span(&v, 1), s.scene()), Rgb(0.5f));
   const auto importance = detail::make_importance(setup, [] { return false; });
   ASSERT_TRUE(importance);
   const detail::Importance::Row& row = importance->row(lanes(Vec3i(6, 6, 6)));

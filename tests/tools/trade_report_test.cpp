@@ -6,6 +6,7 @@
 
 #include <fstream>
 
+#include "stats/trade_variants.h"
 #include "support/run_tool.h"
 
 namespace pvol::cli {
@@ -33,13 +34,13 @@ struct ThickBall {
   }
 
   /// The setting measured with a fixed number of samples in a few rounds.
-  [[nodiscard]] Measured measure(const Variant& v, std::uint64_t seed) const {
-    Measured m;
+  [[nodiscard]] measure::Measured measure(const Candidate& v, std::uint64_t seed) const {
+    measure::Measured m;
     m.samples = 16;
     for (std::uint64_t round = 0; round < 3; ++round) {
-      const RunRequest request{
+      const measure::RunRequest request{
           .samples = m.samples, .seed = seed + round, .count = true, .most_seconds = 1e9};
-      const Run run = render_changed(loaded, v.scene, v.cloud, request, 1);
+      const measure::Run run = render_changed(loaded, v.scene, v.cloud, request, 1);
       const double n = double(run.film.pixels.size()) * m.samples;
       if (round == 0) {
         m.film = m.counted_film = run.film;
@@ -47,97 +48,99 @@ struct ThickBall {
         m.counted = std::uint64_t(n);
         continue;
       }
-      add_samples(m.film, run.film);
+      measure::add_samples(m.film, run.film);
       m.set_up = run.set_up;
       // Work in place of time, which depends on what else the machine does.
       m.set_up_seconds.push_back(0.01);
       m.seconds.push_back(1e-7 * work(run.counts) / n);
-      m.variance.push_back(sample_variance(run.film));
+      m.variance.push_back(measure::sample_variance(run.film));
     }
     return m;
   }
 
-  [[nodiscard]] TradeReport judged(const std::vector<Variant>& variants) const {
-    TradeReport report;
+  [[nodiscard]] StudyReport judged(const std::vector<Candidate>& candidates) const {
+    StudyReport report;
     report.name = "my cloud.vdb";
     report.loaded = loaded;
-    report.goals = {{.error = 0.05}, {.seconds = 10}};
-    const RunRequest many{.samples = 128, .seed = 1u << 20, .most_seconds = 1e9};
-    report.reference = render_changed(loaded, {}, {}, many, 2).film;
-    report.reference_mean = mean_luminance(report.reference);
-    report.reference_samples = many.samples;
-    std::vector<Measured> measured;
-    for (std::size_t i = 0; i < variants.size(); ++i) {
-      measured.push_back(measure(variants[i], 100 * (i + 1)));
+    measure::Study& study = report.study;
+    study.goals = {{.error = 0.05}, {.seconds = 10}};
+    study.picture_pixels = double(loaded.picture_width) * loaded.picture_height;
+    const measure::RunRequest many{.samples = 128, .seed = 1u << 20, .most_seconds = 1e9};
+    measure::set_reference(study, render_changed(loaded, {}, {}, many, 2).film);
+    std::vector<measure::Variant> variants;
+    std::vector<measure::Measured> measured;
+    for (const Candidate& c : candidates) {
+      variants.push_back(c.variant);
+      measured.push_back(measure(c, 100 * variants.size()));
     }
-    report.rows = make_rows(variants, std::move(measured));
-    judge(report);
+    study.rows = measure::make_rows(variants, std::move(measured));
+    measure::judge(study);
     return report;
   }
 };
 
 TEST(Trade, CatchesABounceLimitAndNoUnbiasedSetting) {
   const ThickBall ball;
-  std::vector<Variant> variants{default_variant()};
-  for (const Variant& v : single_variants(ball.loaded)) {
-    if (!v.biased) variants.push_back(v);
+  std::vector<Candidate> candidates{default_candidate()};
+  for (const Candidate& c : single_candidates(ball.loaded)) {
+    if (!c.variant.biased) candidates.push_back(c);
   }
-  variants.push_back({.factor = "bounce limit",
-                      .option = "--max-bounces 2",
-                      .biased = true,
-                      .scene = [](Scene& s) { s.options.max_bounces = 2; }});
+  candidates.push_back({.variant = {"bounce limit", "--max-bounces 2", true},
+                        .scene = [](Scene& s) { s.options.max_bounces = 2; }});
   // 1 % over the whole report, at fixed seeds.
-  const TradeReport report = ball.judged(variants);
-  for (const TradeRow& row : report.rows) {
+  const StudyReport report = ball.judged(candidates);
+  const measure::Study& study = report.study;
+  for (const measure::Row& row : study.rows) {
     EXPECT_EQ(row.detected(), row.variant.biased) << label(row.variant);
     EXPECT_EQ(verdict_text(row).find("BIASED") == 0, row.variant.biased);
     EXPECT_EQ(row.offset() > 0, row.variant.biased);
   }
-  const TradeRow& limited = report.rows.back();
+  const measure::Row& limited = study.rows.back();
   EXPECT_LT(limited.bias.luminance.bias, 0);
   EXPECT_GE(limited.offset(), -limited.bias.luminance.relative_bias);
   EXPECT_NE(verdict_text(limited).find("BIASED: mean -"), std::string::npos);
   EXPECT_TRUE(limited.on_front);  // much faster: nothing beats it in time
 
-  ASSERT_TRUE(report.goals[0].advice);
-  EXPECT_FALSE(report.rows[report.goals[0].advice->setting].variant.biased);
-  EXPECT_LE(report.goals[0].advice->error, 0.05);
-  EXPECT_EQ(command_line(report, *report.goals[0].advice).find("pvol-render 'my cloud.vdb' "), 0u);
+  ASSERT_TRUE(study.goals[0].advice);
+  EXPECT_FALSE(study.rows[study.goals[0].advice->setting].variant.biased);
+  EXPECT_LE(study.goals[0].advice->error, 0.05);
+  EXPECT_EQ(command_line(report, *study.goals[0].advice).find("pvol-render 'my cloud.vdb' "), 0u);
 }
 
 TEST(Trade, ComparesTheDefaultWithItself) {
   const ThickBall ball;
-  const TradeReport report = ball.judged({default_variant()});
-  EXPECT_EQ(report.rows[0].time.value, 1);
-  EXPECT_EQ(report.rows[0].cost.low, 1);
-  EXPECT_EQ(report.rows[0].cost.high, 1);
-  EXPECT_TRUE(report.rows[0].on_front);
-  EXPECT_EQ(label(report.rows[0].variant), "default");
+  const measure::Study study = ball.judged({default_candidate()}).study;
+  EXPECT_EQ(study.rows[0].time.value, 1);
+  EXPECT_EQ(study.rows[0].cost.low, 1);
+  EXPECT_EQ(study.rows[0].cost.high, 1);
+  EXPECT_TRUE(study.rows[0].on_front);
+  EXPECT_EQ(label(study.rows[0].variant), "default");
 }
 
 // --- combinations -------------------------------------------------------------------------------
 
-std::vector<Variant> three_factors() {
+std::vector<Candidate> three_factors() {
   const auto limit = [](std::uint32_t n) { return [n](Scene& s) { s.options.max_bounces = n; }; };
-  return {{.factor = "a", .option = "--a1", .scene = [](Scene& s) { s.options.depth = 1; }},
-          {.factor = "a", .option = "--a2", .scene = [](Scene& s) { s.options.depth = 2; }},
-          {.factor = "b", .option = "--b1", .scene = [](Scene& s) { s.options.seed = 7; }},
-          {.factor = "c", .option = "--c1"},
-          {.factor = "d", .option = "--d1", .biased = true, .scene = limit(3)},
-          {.factor = "e", .option = "--e1", .biased = true, .scene = limit(4)}};
+  return {{.variant = {"a", "--a1"}, .scene = [](Scene& s) { s.options.depth = 1; }},
+          {.variant = {"a", "--a2"}, .scene = [](Scene& s) { s.options.depth = 2; }},
+          {.variant = {"b", "--b1"}, .scene = [](Scene& s) { s.options.seed = 7; }},
+          {.variant = {"c", "--c1"}},
+          {.variant = {"d", "--d1", true}, .scene = limit(3)},
+          {.variant = {"e", "--e1", true}, .scene = limit(4)}};
 }
 
 TEST(Combinations, JoinTheBestOfEachFactorThatGains) {
-  const std::vector<Variant> singles = three_factors();
-  const std::vector<VariantResult> results{{true, 0.9, 0.95},      {true, 0.7, 0.8},
-                                           {true, 0.8, 0.9},       {true, 0.5, 1.1},  // not proven
-                                           {true, 0.3, 0.4, 0.01}, {true, 0.2, 0.3, 0.5}};
-  const std::vector<Variant> found = combinations(singles, results);
+  const std::vector<Candidate> singles = three_factors();
+  const std::vector<measure::VariantResult> results{
+      {true, 0.9, 0.95},      {true, 0.7, 0.8},
+      {true, 0.8, 0.9},       {true, 0.5, 1.1},  // not proven
+      {true, 0.3, 0.4, 0.01}, {true, 0.2, 0.3, 0.5}};
+  const std::vector<Candidate> found = combinations(singles, results);
   ASSERT_EQ(found.size(), 2u);
-  EXPECT_EQ(found[0].option, "--a2 --b1");
-  EXPECT_FALSE(found[0].biased);
-  EXPECT_EQ(found[1].option, "--d1 --a2");  // e is too far off
-  EXPECT_TRUE(found[1].biased);
+  EXPECT_EQ(found[0].variant.option, "--a2 --b1");
+  EXPECT_FALSE(found[0].variant.biased);
+  EXPECT_EQ(found[1].variant.option, "--d1 --a2");  // e is too far off
+  EXPECT_TRUE(found[1].variant.biased);
   Scene scene;
   found[0].scene(scene);
   EXPECT_EQ(scene.options.depth, 2);
@@ -145,7 +148,7 @@ TEST(Combinations, JoinTheBestOfEachFactorThatGains) {
 }
 
 TEST(Combinations, AreNoneWhereNothingGains) {
-  EXPECT_TRUE(combinations(three_factors(), std::vector<VariantResult>(6)).empty());
+  EXPECT_TRUE(combinations(three_factors(), std::vector<measure::VariantResult>(6)).empty());
 }
 
 }  // namespace

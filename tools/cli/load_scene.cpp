@@ -58,7 +58,10 @@ Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volu
   VolumeOptions o = volume_options(options);
   o.object_to_world = volume.object_to_world;
   const LeafMicroBounds* stored = cloud.micro ? &*cloud.micro : nullptr;
-  return pvol::make_volume(cloud.density, cloud.pyramid, volume.medium, o, stored);
+  Volume v = pvol::make_volume(cloud.density, cloud.pyramid, volume.medium, o, stored);
+  v.shell = cloud.shell;
+  v.name = volume.file.string();
+  return v;
 }
 
 VolumeFacts describe(const formats::Cloud& cloud, const formats::SceneVolume& volume) {
@@ -83,41 +86,6 @@ Camera frame_all(std::span<const Volume> volumes, const RenderOptions& options) 
       all = extend(extend(all, v.density.world_box.lo), v.density.world_box.hi);
   }
   return frame(all, double(options.width) / options.height);
-}
-
-void refuse_endless_work(const std::filesystem::path& file, const Volume& volume,
-                         const VolumeFacts& facts, const RenderOptions& options) {
-  constexpr double kMostEvents = 1e6;
-  const double albedo = double(largest_albedo(volume.medium));
-  const double thickness = facts.largest_optical_thickness;
-  const double scatterings = estimate_scatterings(thickness, albedo);
-  const std::string where = file.string() + ": ";
-  const std::string limit = ", expected at most " + readable(kMostEvents) + ". ";
-  if (scatterings > kMostEvents && !options.max_bounces) {
-    throw Error(
-        where + "a path would scatter about " + readable(scatterings) +
-        " times (optical thickness up to " + readable(thickness) + ", albedo " + readable(albedo) +
-        ")" + limit +
-        "Lower medium.extinction, limit paths with --max-bounces N, or insist with --force.");
-  }
-  // Second moments of weights grow by exp(4 (k - 1) depth) where majorants are k times too low
-  // (THEORY.md, T3.5).
-  constexpr double kMostGrowth = 20;
-  const double growth = 4 * (volume.density.majorant_excess - 1) * thickness;
-  if (growth > kMostGrowth) {
-    throw Error(where + "weights would grow without end: majorants are up to " +
-                readable(volume.density.majorant_excess) +
-                " times too low in a cloud of optical thickness up to " + readable(thickness) +
-                ", so that the variance grows by exp(" + readable(growth) +
-                "), expected at most exp(" + readable(kMostGrowth) +
-                "). Fit the cloud again, raise --majorant-scale, or insist with --force.");
-  }
-  if (facts.null_collisions > kMostEvents) {
-    throw Error(where + "a ray would meet about " + readable(facts.null_collisions) +
-                " null collisions in one segment" + limit +
-                "Lower medium.extinction, leave --depth at auto and --tracker at decomposition, or "
-                "insist with --force.");
-  }
 }
 
 }  // namespace pvol::cli

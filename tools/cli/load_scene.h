@@ -49,10 +49,4 @@ void require_proof(const std::filesystem::path& file, const formats::Cloud& clou
 /// The camera that shows all volumes.
 [[nodiscard]] Camera frame_all(std::span<const Volume> volumes, const RenderOptions& options);
 
-/// Throws Error for what would not end in reasonable time: paths that scatter for ever, nearly, in
-/// a thick cloud of albedo 1, weights that grow without end, and null collisions in empty space
-/// under an enormous majorant. `file` is named.
-void refuse_endless_work(const std::filesystem::path& file, const Volume& volume,
-                         const VolumeFacts& facts, const RenderOptions& options);
-
 }  // namespace pvol::cli

@@ -57,6 +57,27 @@ void add_options(CLI::App& app, RenderOptionsGiven& o) {
   }
 }
 
+/// Every key of a scene, for the man page.
+std::vector<ManualPart> scene_manual() {
+  std::vector<ManualPart> parts;
+  parts.push_back(
+      {"SCENE FILE",
+       false,
+       "A scene is a TOML file of these sections; [volume] alone is needed. Colours are "
+       "one number or three, file names are relative to the scene file, and --set "
+       "SECTION.KEY=VALUE replaces a value.",
+       {}});
+  for (const formats::SectionManual& section : formats::describe_sections()) {
+    ManualPart& part = parts.emplace_back(ManualPart{section.heading, true, section.about, {}});
+    for (const auto& line : section.lines) {
+      const std::string otherwise = line.otherwise.empty() ? "" : "; default " + line.otherwise;
+      part.terms.emplace_back(line.key,
+                              fmt::format("{}. Value: {}{}.", line.help, line.expected, otherwise));
+    }
+  }
+  return parts;
+}
+
 void add_scene(CLI::App& app, RenderOptionsGiven& o) {
   app.add_option("--set", o.sets, "Set a value of the scene, e.g. medium.g=0.5; repeatable")
       ->type_name("KEY=VALUE")
@@ -94,7 +115,7 @@ std::optional<int> read_command_line(int argc, char** argv, RenderOptionsGiven& 
   add_files(app, o);
   add_options(app, o);
   add_scene(app, o);
-  return parse(app, argc, argv);
+  return parse(app, argc, argv, scene_manual());
 }
 
 }  // namespace pvol::cli

@@ -29,9 +29,9 @@ Json describe_volumes(const RenderJob& job) {
     const Volume& v = job.volumes[i];
     Json one = {{"file", job.reports[i].file.string()},
                 {"extinction", v.medium.extinction},
-                {"effective_depth", job.reports[i].facts.depth},
+                {"effective_depth", job.facts[i].depth},
                 {"micro_bounds", micro_bounds_text(v)},
-                {"shell_used", v.shell.has_value()}};
+                {"shell_used", job.plan.shells[i].kept}};
     if (v.density.homogeneous) {
       one["homogenised_nodes"] = v.density.homogeneous->nodes;
       one["depth_error_bound"] = v.density.homogeneous->depth_error;
@@ -57,8 +57,8 @@ void describe_choices(const RenderJob& job, Json& j) {
   j["micro_bounds_used"] = first.density.micro.edge;
   j["micro_bounds_from"] = micro_bounds_text(first);
   for (const VolumeReport& v : job.reports) j["density"].push_back(describe_density(v));
-  j["effective_depth"] = job.reports.front().facts.depth;
-  j["shell_used"] = first.shell.has_value();
+  j["effective_depth"] = job.facts.front().depth;
+  j["shell_used"] = job.plan.shells.front().kept;
   if (const auto& h = first.density.homogeneous) {
     j["homogenised"] = {{"nodes", h->nodes},
                         {"volume_share", h->volume_share},

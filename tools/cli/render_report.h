@@ -8,32 +8,27 @@
 #include <vector>
 
 #include "pvol/formats/scene_file.h"
-#include "pvol/render/guide_choice.h"
 #include "pvol/render/render.h"
-#include "pvol/render/shell_choice.h"
-#include "pvol/volume/estimators.h"
-#include "pvol/volume/facts.h"
 
 namespace pvol::cli {
 
-/// What the log says of a volume.
+/// What a volume's density lost before it was made.
 struct VolumeReport {
   std::filesystem::path file;
-  VolumeFacts facts;
-  std::optional<ShellChoice> shell;  ///< of a file that has one
-  Quantisation density{};            ///< that it is rendered with
+  Quantisation density{};  ///< that it is rendered with
   QuantisationError density_error{};
 };
 
-/// What is rendered: the scene with nothing left to choose, and its cloud made ready.
+/// What is rendered: the scene with nothing left to choose, and its clouds made ready.
 struct RenderJob {
   std::filesystem::path input;    ///< as given on the command line
   std::vector<std::string> sets;  ///< likewise
   formats::SceneFile file;
   std::vector<Volume> volumes;
-  std::vector<VolumeReport> reports;                 ///< one for each volume
-  std::optional<TransmittanceChoice> transmittance;  ///< where it was left to choose
-  GuideChoice guide;
+  std::vector<VolumeReport> reports;  ///< one for each volume
+  std::vector<VolumeFacts> facts;     ///< likewise
+  RenderPlan plan;                    ///< refers to `volumes`
+  bool chose_transmittance = false;   ///< it was left to choose
 };
 
 struct TimedRender {

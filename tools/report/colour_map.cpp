@@ -1,8 +1,9 @@
 #include "report/colour_map.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "report/html.h"
 #include "report/svg.h"
@@ -25,11 +26,7 @@ Srgb between(const std::array<Srgb, kCount>& stops, double t) {
   return c;
 }
 
-std::string hex(Srgb c) {
-  char text[8];
-  std::snprintf(text, sizeof text, "#%02x%02x%02x", unsigned(c[0]), unsigned(c[1]), unsigned(c[2]));
-  return text;
-}
+std::string hex(Srgb c) { return fmt::format("#{:02x}{:02x}{:02x}", c[0], c[1], c[2]); }
 
 }  // namespace
 
@@ -59,31 +56,18 @@ std::string colour_bar(ColourMap map, double lo, double hi, const std::string& l
   std::string out =
       "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"bar\" role=\"img\" viewBox=\"0 0 360 "
       "52\">";
-  char text[128];
   for (int i = 0; i < kSteps; ++i) {
-    const double x0 = kLeft + double(kLength) * i / kSteps;
-    std::snprintf(text, sizeof text,
-                  "<rect x=\"%.2f\" y=\"20\" width=\"%.2f\" height=\"12\" fill=\"", x0,
-                  double(kLength) / kSteps + 0.3);
-    out += text + hex(colour_at(map, (i + 0.5) / kSteps)) + "\"/>";
+    out += fmt::format("<rect x=\"{:.2f}\" y=\"20\" width=\"{:.2f}\" height=\"12\" fill=\"{}\"/>",
+                       kLeft + double(kLength) * i / kSteps, double(kLength) / kSteps + 0.3,
+                       hex(colour_at(map, (i + 0.5) / kSteps)));
   }
-  std::snprintf(text, sizeof text, "<text x=\"%d\" y=\"13\">", kLeft);
-  out += text + html::escape(label) + "</text>";
+  out += fmt::format("<text x=\"{}\" y=\"13\">{}</text>", kLeft, html::escape(label));
   for (const svg::Mark& m : svg::marks(lo, hi, false, 6)) {
-    const double x = kLeft + kLength * (m.at - lo) / (hi - lo);
-    std::snprintf(text, sizeof text,
-                  "<text class=\"faint\" x=\"%.2f\" y=\"47\" text-anchor=\"middle\">", x);
-    out += text + m.text + "</text>";
+    out +=
+        fmt::format("<text class=\"faint\" x=\"{:.2f}\" y=\"47\" text-anchor=\"middle\">{}</text>",
+                    kLeft + kLength * (m.at - lo) / (hi - lo), m.text);
   }
   return out + "</svg>\n";
-}
-
-double quantile(std::vector<double> values, double share) {
-  std::erase_if(values, [](double v) { return !std::isfinite(v); });
-  if (values.empty()) return 0;
-  const auto at = std::ptrdiff_t(share * double(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[std::size_t(at)];
 }
 
 }  // namespace pvol::cli

@@ -28,7 +28,4 @@ using Srgb = std::array<std::uint8_t, 3>;
 /// An <svg> of the colours with their values and what they stand for.
 [[nodiscard]] std::string colour_bar(ColourMap map, double lo, double hi, const std::string& label);
 
-/// The value below which a share in [0, 1] of all finite values lies; 0 where there is none.
-[[nodiscard]] double quantile(std::vector<double> values, double share);
-
 }  // namespace pvol::cli

@@ -1,14 +1,13 @@
 // Films as pictures for pages: as they are, their differences, and the work that they took.
 #pragma once
 
+#include <span>
 #include <string>
 
 #include "pvol/render/film.h"
+#include "report/document.h"
 
 namespace pvol::cli {
-
-/// Stops with which a film of this mean luminance looks neither dark nor burnt out.
-[[nodiscard]] double choose_exposure(const Film& film);
 
 /// An <img> of the film at an exposure in stops.
 [[nodiscard]] std::string film_image(const Film& film, double exposure,
@@ -19,12 +18,16 @@ namespace pvol::cli {
 [[nodiscard]] std::string difference_image(const Film& a, const Film& b, double full,
                                            const std::string& description);
 
-/// An <img> of look-ups per sample by pixel, from dark to light by their logarithm; the brightest
-/// is `most` or more.
-[[nodiscard]] std::string lookup_image(const Film& film, double most,
-                                       const std::string& description);
-
-/// Most look-ups per sample of a pixel.
-[[nodiscard]] double most_lookups(const Film& film);
+/// Look-ups per sample by pixel, each from dark to light by their logarithm on a scale that all the
+/// films share.
+struct NamedFilm {
+  std::string name;
+  const Film* film;
+};
+struct LookupMaps {
+  double most = 0;  ///< at the end of the scale
+  std::vector<report::Figure> figures;
+};
+[[nodiscard]] LookupMaps lookup_maps(std::span<const NamedFilm> films);
 
 }  // namespace pvol::cli

@@ -1,6 +1,9 @@
 #include "report/html.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cctype>
 #include <cstdint>
 #include <fstream>
 
@@ -99,18 +102,67 @@ std::string base64(std::span<const std::byte> bytes) {
   return text;
 }
 
-void add_row(std::string& out, const std::vector<std::string>& cells, const char* cell,
-             bool marked) {
-  out += marked ? "<tr class=\"marked\">" : "<tr>";
-  for (const std::string& c : cells) {
-    out += std::string("<") + cell + ">" + escape(c) + "</" + cell + ">";
-  }
-  out += "</tr>\n";
+/// As the beginning of a sentence.
+std::string capital(std::string text) {
+  if (!text.empty()) text[0] = char(std::toupper(static_cast<unsigned char>(text[0])));
+  return text;
 }
 
-std::string to_text(const Figure& f) {
-  return "<figure>" + f.markup + "<figcaption>" + escape(f.caption) + "</figcaption></figure>\n";
+std::string row(const std::vector<std::string>& cells, const char* cell, bool marked) {
+  std::string out = marked ? "<tr class=\"marked\">" : "<tr>";
+  for (const std::string& c : cells) out += fmt::format("<{0}>{1}</{0}>", cell, escape(c));
+  return out + "</tr>\n";
 }
+
+/// The blocks of a document as elements of the body.
+class Printer {
+ public:
+  void operator()(const report::Heading& h) { put("<h2>{}</h2>\n", escape(h.text)); }
+  void operator()(const report::Text& t) { put("<p>{}</p>\n", escape(capital(t.text))); }
+  void operator()(const report::Verdict& v) {
+    using report::Mood;
+    const char* const kind = v.mood == Mood::good ? " good" : v.mood == Mood::bad ? " bad" : "";
+    const char* const sign = v.mood == Mood::good  ? "&#10003; "
+                             : v.mood == Mood::bad ? "&#10007; "
+                                                   : "";
+    const std::string text = v.command.empty() ? v.text : v.text + ":  " + v.command;
+    put("<p class=\"verdict{}\">{}{}</p>\n", kind, sign, escape(capital(text)));
+  }
+  void operator()(const report::Table& t) {
+    std::string caption = t.caption;
+    if (!t.marked.empty() && !t.marks.empty()) caption += " Rows that stand out: " + t.marks + '.';
+    out_ += "<div class=\"wide\"><table>";
+    if (!caption.empty()) put("<caption>{}</caption>", escape(capital(caption)));
+    put("<thead>{}</thead><tbody>\n", row(t.header, "th", false));
+    for (std::size_t i = 0; i < t.rows.size(); ++i) {
+      const bool marked = std::find(t.marked.begin(), t.marked.end(), i) != t.marked.end();
+      out_ += row(t.rows[i], "td", marked);
+    }
+    out_ += "</tbody></table></div>\n";
+  }
+  void operator()(const report::Figures& f) {
+    const bool several = f.figures.size() > 1;
+    if (several) out_ += "<div class=\"figures\">\n";
+    for (const report::Figure& figure : f.figures) {
+      put("<figure>{}<figcaption>{}</figcaption></figure>\n", figure.markup,
+          escape(figure.caption));
+    }
+    if (several) out_ += "</div>\n";
+  }
+  void operator()(const report::Details& d) {
+    put("<details><summary>{}</summary><pre>{}</pre></details>\n", escape(d.summary),
+        escape(d.text));
+  }
+  [[nodiscard]] std::string result() { return std::move(out_); }
+
+ private:
+  template <class... Parts>
+  void put(fmt::format_string<const Parts&...> format, const Parts&... parts) {
+    fmt::format_to(std::back_inserter(out_), format, parts...);
+  }
+
+  std::string out_;
+};
 
 }  // namespace
 
@@ -142,63 +194,27 @@ std::string escape(std::string_view text) {
   return out;
 }
 
-void add_heading(Page& page, std::string_view text) {
-  page.body += "<h2>" + escape(text) + "</h2>\n";
-}
-
-void add_paragraph(Page& page, std::string_view text) {
-  page.body += "<p>" + escape(text) + "</p>\n";
-}
-
-void add_verdict(Page& page, std::string_view text, Mood mood) {
-  const char* const kind = mood == Mood::good ? " good" : mood == Mood::bad ? " bad" : "";
-  const char* const sign = mood == Mood::good ? "&#10003; " : mood == Mood::bad ? "&#10007; " : "";
-  page.body += std::string("<p class=\"verdict") + kind + "\">" + sign + escape(text) + "</p>\n";
-}
-
-void add_table(Page& page, const Table& table) {
-  std::string& out = page.body;
-  out += "<div class=\"wide\"><table>";
-  if (!table.caption.empty()) out += "<caption>" + escape(table.caption) + "</caption>";
-  out += "<thead>";
-  add_row(out, table.header, "th", false);
-  out += "</thead><tbody>\n";
-  for (std::size_t i = 0; i < table.rows.size(); ++i) {
-    const bool marked =
-        std::find(table.marked.begin(), table.marked.end(), i) != table.marked.end();
-    add_row(out, table.rows[i], "td", marked);
-  }
-  out += "</tbody></table></div>\n";
-}
-
-void add_figure(Page& page, const Figure& figure) { page.body += to_text(figure); }
-
-void add_figures(Page& page, std::span<const Figure> figures) {
-  page.body += "<div class=\"figures\">\n";
-  for (const Figure& f : figures) page.body += to_text(f);
-  page.body += "</div>\n";
-}
-
 std::string image(std::span<const std::byte> png, std::string_view description, bool crisp) {
-  return std::string("<img") + (crisp ? " class=\"crisp\"" : "") + " alt=\"" + escape(description) +
-         "\" src=\"data:image/png;base64," + base64(png) + "\">";
+  return fmt::format("<img{} alt=\"{}\" src=\"data:image/png;base64,{}\">",
+                     crisp ? " class=\"crisp\"" : "", escape(description), base64(png));
 }
 
-void add_details(Page& page, std::string_view summary, std::string_view text) {
-  page.body += "<details><summary>" + escape(summary) + "</summary><pre>" + escape(text) +
-               "</pre></details>\n";
+std::string to_page(const report::Document& document) {
+  Printer print;
+  if (!document.lead.empty()) print(report::Text{document.lead + '.'});
+  for (const report::Block& b : document.blocks) {
+    if (b.shown != report::Shown::on_terminal) std::visit(print, b.content);
+  }
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<title>{0}</title>\n<style>{1}</style>\n</head>\n<body>\n<h1>{0}</h1>\n{2}"
+      "<footer>pvol-stats {3}</footer>\n</body>\n</html>\n",
+      escape(document.title), kStyle, print.result(), PVOL_VERSION);
 }
 
-std::string to_text(const Page& page) {
-  const std::string title = escape(page.title);
-  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
-         title + "</title>\n<style>" + kStyle + "</style>\n</head>\n<body>\n<h1>" + title +
-         "</h1>\n" + page.body + "<footer>pvol-stats " PVOL_VERSION "</footer>\n</body>\n</html>\n";
-}
-
-void write_page(const std::filesystem::path& file, const Page& page) {
-  const std::string text = to_text(page);
+void write_page(const std::filesystem::path& file, const report::Document& document) {
+  const std::string text = to_page(document);
   formats::write_atomically(file, [&](const std::filesystem::path& aside) {
     std::ofstream out(aside, std::ios::binary);
     out.write(text.data(), std::streamsize(text.size()));

@@ -10,8 +10,8 @@ namespace pvol::svg {
 
 struct RatioBar {
   std::string label;
-  Estimate ratio;      ///< above 0
-  bool faint = false;  ///< biased settings, which stand back
+  measure::Estimate ratio;  ///< above 0
+  bool faint = false;       ///< biased settings, which stand back
 };
 
 /// An <svg> of one line for each bar, on a logarithmic axis: below 1 to the left, in the colour of

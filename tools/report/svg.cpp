@@ -1,8 +1,9 @@
 #include "report/svg.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <utility>
 
@@ -19,35 +20,25 @@ constexpr double kMarker = 4;     // radius
 constexpr double kMargin = 0.04;  // free space around what is drawn, of the axis
 constexpr int kColours = 8;
 
-std::string text_of(double v) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.2f", v);
-  return buffer;
-}
-
-std::string exact(double v) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.6g", v);
-  return buffer;
-}
-
 /// Letters, not bytes.
 double text_width(const std::string& s) {
   const auto letters = std::count_if(s.begin(), s.end(), [](char c) { return (c & 0xC0) != 0x80; });
   return kGlyph * double(letters);
 }
 
-std::string variable(int colour) { return "var(--c" + std::to_string(colour % kColours) + ")"; }
+std::string variable(int colour) { return fmt::format("var(--c{})", colour % kColours); }
 
 std::string text(double x, double y, const char* anchor, const std::string& what,
-                 const char* attributes = "") {
-  return "<text x=\"" + text_of(x) + "\" y=\"" + text_of(y) + "\" text-anchor=\"" + anchor + "\"" +
-         attributes + ">" + html::escape(what) + "</text>\n";
+                 const std::string& attributes = "") {
+  return fmt::format("<text x=\"{:.2f}\" y=\"{:.2f}\" text-anchor=\"{}\"{}>{}</text>\n", x, y,
+                     anchor, attributes, html::escape(what));
 }
 
-std::string line(double x0, double y0, double x1, double y1, const std::string& attributes) {
-  return "<line x1=\"" + text_of(x0) + "\" y1=\"" + text_of(y0) + "\" x2=\"" + text_of(x1) +
-         "\" y2=\"" + text_of(y1) + "\" " + attributes + "/>\n";
+/// Of the grid.
+std::string line(double x0, double y0, double x1, double y1) {
+  constexpr const char* kLineElement =
+      "<line x1=\"{:.2f}\" y1=\"{:.2f}\" x2=\"{:.2f}\" y2=\"{:.2f}\" class=\"grid\"/>\n";
+  return fmt::format(kLineElement, x0, y0, x1, y1);
 }
 
 /// An axis with its range chosen.
@@ -115,9 +106,10 @@ class Canvas {
   }
 
   [[nodiscard]] std::string result() const {
-    return "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" viewBox=\"0 0 " +
-           text_of(kWidth) + " " + text_of(kHeight) + "\" aria-label=\"" +
-           html::escape(plot_.title) + "\">\n" + out_ + "</svg>\n";
+    return fmt::format(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" viewBox=\"0 0 {:.2f} {:.2f}\" "
+        "aria-label=\"{}\">\n{}</svg>\n",
+        kWidth, kHeight, html::escape(plot_.title), out_);
   }
 
  private:
@@ -139,9 +131,8 @@ class Canvas {
       if (name.empty()) return;
       const double width = 24 + text_width(name) + 14;
       if (x > kLeft && x + width > kWidth - kRight) x = kLeft, y += kLine;
-      out_ += std::string("<path d=\"M") + text_of(x) + " " + text_of(y - 8) + shape +
-              "\" style=\"stroke:" + variable(colour) + ";fill:" + variable(colour) +
-              ";stroke-width:2" + (dashed ? ";stroke-dasharray:4 3" : "") + "\"/>\n";
+      put("<path d=\"M{0:.2f} {1:.2f}{2}\" style=\"stroke:{3};fill:{3};stroke-width:2{4}\"/>\n", x,
+          y - 8, shape, variable(colour), dashed ? ";stroke-dasharray:4 3" : "");
       out_ += text(x + 22, y - 4, "start", name, " class=\"faint\"");
       x += width;
     };
@@ -177,15 +168,15 @@ class Canvas {
 
   void draw_axes() {
     for (const Mark& m : marks(x_.lo, x_.hi, x_.logarithmic, 7)) {
-      out_ += line(x_(m.at), y_.from, x_(m.at), y_.to, "class=\"grid\"");
+      out_ += line(x_(m.at), y_.from, x_(m.at), y_.to);
       out_ += text(x_(m.at), y_.from + kLine, "middle", m.text, " class=\"faint\"");
     }
     for (const Mark& m : marks(y_.lo, y_.hi, y_.logarithmic, 6)) {
-      out_ += line(x_.from, y_(m.at), x_.to, y_(m.at), "class=\"grid\"");
+      out_ += line(x_.from, y_(m.at), x_.to, y_(m.at));
       out_ += text(x_.from - 7, y_(m.at) + 4.5, "end", m.text, " class=\"faint\"");
     }
-    out_ += "<path class=\"axis\" d=\"M" + text_of(x_.from) + " " + text_of(y_.to) + "V" +
-            text_of(y_.from) + "H" + text_of(x_.to) + "\"/>\n";
+    put("<path class=\"axis\" d=\"M{:.2f} {:.2f}V{:.2f}H{:.2f}\"/>\n", x_.from, y_.to, y_.from,
+        x_.to);
     out_ += text((x_.from + x_.to) / 2, kHeight - 8, "middle", plot_.x.label);
     out_ += text(6, y_.to - 11, "start", plot_.y.label);
   }
@@ -195,11 +186,10 @@ class Canvas {
       if (!x_.holds(b.x0) || !x_.holds(b.x1) || !y_.holds(b.y)) continue;
       const double x0 = x_.clamped(b.x0), x1 = x_.clamped(b.x1);
       const double ground = y_.logarithmic ? y_.from : y_.clamped(0), y = y_.clamped(b.y);
-      out_ += "<rect x=\"" + text_of(x0) + "\" y=\"" + text_of(std::min(y, ground)) +
-              "\" width=\"" + text_of(std::max(0.5, x1 - x0 - 0.5)) + "\" height=\"" +
-              text_of(std::abs(ground - y)) + "\" style=\"fill:" + variable(colour) +
-              "\" fill-opacity=\"" + (plot_.bars.size() > 1 ? "0.55" : "0.85") + "\"><title>" +
-              exact(b.x0) + " to " + exact(b.x1) + ": " + exact(b.y) + "</title></rect>\n";
+      put("<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" style=\"fill:{}\" "
+          "fill-opacity=\"{}\"><title>{:.6g} to {:.6g}: {:.6g}</title></rect>\n",
+          x0, std::min(y, ground), std::max(0.5, x1 - x0 - 0.5), std::abs(ground - y),
+          variable(colour), plot_.bars.size() > 1 ? "0.55" : "0.85", b.x0, b.x1, b.y);
     }
   }
 
@@ -212,18 +202,13 @@ class Canvas {
     std::string path;
     for (const Point& p : s.points) {
       if (!is_drawn(p)) continue;
-      const std::string x = text_of(x_(p.x)), y = text_of(y_(p.y));
-      if (path.empty()) {
-        path = "M" + x + " " + y;
-      } else if (s.style == Style::steps) {
-        path += "H" + x + "V" + y;
-      } else {
-        path += "L" + x + " " + y;
-      }
+      const bool stair = s.style == Style::steps && !path.empty();
+      path += path.empty() ? 'M' : stair ? 'H' : 'L';
+      path += fmt::format("{:.2f}{}{:.2f}", x_(p.x), stair ? 'V' : ' ', y_(p.y));
     }
     if (s.style != Style::points && !path.empty()) {
-      out_ += "<path d=\"" + path + "\" fill=\"none\" style=\"stroke:" + variable(colour) +
-              ";stroke-width:2" + (s.dashed ? ";stroke-dasharray:5 4" : "") + "\"/>\n";
+      put("<path d=\"{}\" fill=\"none\" style=\"stroke:{};stroke-width:2{}\"/>\n", path,
+          variable(colour), s.dashed ? ";stroke-dasharray:5 4" : "");
     }
     if (s.style == Style::steps || s.style == Style::curve) return;
     for (const Point& p : s.points) draw_point(p, colour);
@@ -234,14 +219,14 @@ class Canvas {
     const double x = x_(p.x), y = y_(p.y);
     if (p.error > 0) {
       const double low = y_.clamped(p.y - p.error), high = y_.clamped(p.y + p.error);
-      out_ += "<path d=\"M" + text_of(x) + " " + text_of(low) + "V" + text_of(high) + "m-4 0h8M" +
-              text_of(x - 4) + " " + text_of(low) +
-              "h8\" fill=\"none\" style=\"stroke:" + variable(colour) + ";stroke-width:1.3\"/>\n";
+      put("<path d=\"M{0:.2f} {1:.2f}V{2:.2f}m-4 0h8M{3:.2f} {1:.2f}h8\" fill=\"none\" "
+          "style=\"stroke:{4};stroke-width:1.3\"/>\n",
+          x, low, high, x - 4, variable(colour));
     }
-    out_ += "<circle cx=\"" + text_of(x) + "\" cy=\"" + text_of(y) + "\" r=\"" + text_of(kMarker) +
-            "\" style=\"fill:" + variable(colour) + "\"><title>" +
-            html::escape(p.label.empty() ? "" : p.label + ": ") + exact(p.x) + ", " + exact(p.y) +
-            (p.error > 0 ? " ± " + exact(p.error) : "") + "</title></circle>\n";
+    put("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{:.2f}\" style=\"fill:{}\"><title>{}{:.6g}, "
+        "{:.6g}{}</title></circle>\n",
+        x, y, kMarker, variable(colour), html::escape(p.label.empty() ? "" : p.label + ": "), p.x,
+        p.y, p.error > 0 ? fmt::format(" ± {:.6g}", p.error) : "");
     taken_.push_back({x - kMarker, y - kMarker, x + kMarker, y + kMarker});
   }
 
@@ -272,14 +257,18 @@ class Canvas {
         }
         if (away > 4) {
           const double end_x = std::clamp(x, box.x0, box.x1), end_y = ty > y ? box.y0 : box.y1;
-          out_ += line(x, y, end_x, end_y, "class=\"grid\"");
+          out_ += line(x, y, end_x, end_y);
         }
-        out_ +=
-            text(tx, ty, "start", p.label, (" style=\"fill:" + variable(colour) + "\"").c_str());
+        out_ += text(tx, ty, "start", p.label, fmt::format(" style=\"fill:{}\"", variable(colour)));
         taken_.push_back(box);
         return;
       }
     }
+  }
+
+  template <class... Parts>
+  void put(fmt::format_string<const Parts&...> format, const Parts&... parts) {
+    fmt::format_to(std::back_inserter(out_), format, parts...);
   }
 
   const Plot& plot_;

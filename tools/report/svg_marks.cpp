@@ -1,7 +1,8 @@
 // Where the axes of plots have marks.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <initializer_list>
 
 #include "report/svg.h"
@@ -13,21 +14,13 @@ namespace {
 std::string number(double v) {
   if (v < 0) return "−" + number(-v);
   const double size = v;
-  char buffer[64];
-  if (size == 0 || (size >= 1e-3 && size < 1e5)) {
-    std::snprintf(buffer, sizeof buffer, "%.4g", v);
-    return buffer;
-  }
+  if (size == 0 || (size >= 1e-3 && size < 1e5)) return fmt::format("{:.4g}", v);
   const int exponent = int(std::floor(std::log10(size) + 1e-12));
   const double mantissa = v / std::pow(10.0, exponent);
-  std::string text;
-  if (std::abs(mantissa - 1) > 1e-9) {
-    std::snprintf(buffer, sizeof buffer, "%.3g·", mantissa);
-    text = buffer;
-  }
+  std::string text = std::abs(mantissa - 1) > 1e-9 ? fmt::format("{:.3g}·", mantissa) : "";
   constexpr const char* kDigits[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
   text += exponent < 0 ? "10⁻" : "10";
-  for (const char c : std::to_string(std::abs(exponent))) text += kDigits[c - '0'];
+  for (const char c : fmt::format("{}", std::abs(exponent))) text += kDigits[c - '0'];
   return text;
 }
 

@@ -1,4 +1,6 @@
 // Wrong bounds, named.
+#include <fmt/format.h>
+
 #include <array>
 
 #include "cli/cli.h"
@@ -19,16 +21,11 @@ const char* name(WrongBound::Kind kind) {
   return "missing cube";
 }
 
-std::string text(Vec3l p) {
-  return '(' + std::to_string(p.x) + ", " + std::to_string(p.y) + ", " + std::to_string(p.z) + ')';
-}
-
-std::string text(Vec3d p) {
-  return '(' + readable(p.x) + ", " + readable(p.y) + ", " + readable(p.z) + ')';
-}
+std::string text(Vec3l p) { return fmt::format("({}, {}, {})", p.x, p.y, p.z); }
+std::string text(Vec3d p) { return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x, p.y, p.z); }
 
 std::string range(float lo, float hi) {
-  return '[' + readable(double(lo)) + ", " + readable(double(hi)) + ']';
+  return fmt::format("[{:.4g}, {:.4g}]", double(lo), double(hi));
 }
 
 Box world_box(const WrongBound& w, const Affine& index_to_world) {
@@ -42,27 +39,29 @@ std::array<double, 3> array(Vec3d v) { return {v.x, v.y, v.z}; }
 
 std::string describe(const WrongBound& w, const Affine& index_to_world) {
   const Box world = world_box(w, index_to_world);
-  std::string s = name(w.kind);
-  s += " of depth " + std::to_string(w.depth) + ", cells " + text(w.lo_cell) + " to " +
-       text(w.hi_cell) + ", world " + text(world.lo) + " to " + text(world.hi) + ": ";
-  if (w.kind == WrongBound::Kind::missing) {
-    return s + "no bounds, but density up to " + readable(double(w.found_hi));
-  }
-  s +=
-      "stored " + range(w.stored_lo, w.stored_hi) + ", samples in " + range(w.found_lo, w.found_hi);
+  std::string s =
+      fmt::format("{} of depth {}, cells {} to {}, world {} to {}: ", name(w.kind), w.depth,
+                  text(w.lo_cell), text(w.hi_cell), text(world.lo), text(world.hi));
   const double found = double(w.found_hi), stored = double(w.stored_hi);
-  if (found > stored) s += ", majorant " + readable(100 * (found - stored) / found) + " % too low";
+  if (w.kind == WrongBound::Kind::missing) {
+    return s + fmt::format("no bounds, but density up to {:.4g}", found);
+  }
+  s += fmt::format("stored {}, samples in {}", range(w.stored_lo, w.stored_hi),
+                   range(w.found_lo, w.found_hi));
+  if (found > stored)
+    s += fmt::format(", majorant {:.4g} % too low", 100 * (found - stored) / found);
   if (w.stored_lo > w.found_lo) {
     const double lo = double(w.stored_lo);
-    s += ", minorant " + readable(100 * (lo - double(w.found_lo)) / lo) + " % too high";
+    s += fmt::format(", minorant {:.4g} % too high", 100 * (lo - double(w.found_lo)) / lo);
   }
   if (w.kind == WrongBound::Kind::uniform && w.found_lo != w.found_hi) s += ", not uniform";
   return s;
 }
 
 std::string describe(const WrongSupport& w) {
-  return "density outside the box of the support: stored cells " + text(w.stored_lo) + " to " +
-         text(w.stored_hi) + ", density in " + text(w.found_lo) + " to " + text(w.found_hi);
+  return fmt::format(
+      "density outside the box of the support: stored cells {} to {}, density in {} to {}",
+      text(w.stored_lo), text(w.stored_hi), text(w.found_lo), text(w.found_hi));
 }
 
 Json to_json(const BoundsCheck& check, const Affine& index_to_world) {

@@ -34,13 +34,13 @@ Json to_json(const TwoDistributions& d) {
   return {{"by_volume", to_json(d.by_volume)}, {"by_mass", to_json(d.by_mass)}};
 }
 
-Json to_json(const PathCosts& c) {
+Json to_json(const measure::PathCosts& c) {
   return {{"lookups", c.lookups.value}, {"lookups_half_width", c.lookups.half_width},
           {"tentative", c.tentative},   {"bounds_tests", c.bounds_tests},
           {"segments", c.segments},     {"collisions", c.counts.collisions}};
 }
 
-Json to_json(const Probe& p) {
+Json to_json(const measure::Probe& p) {
   return {{"extinction", p.extinction},
           {"volume", to_json(p.facts)},
           {"per_collision",

@@ -13,7 +13,7 @@
 #include "pvol/measure/probe.h"
 #include "pvol/volume/facts.h"
 #include "pvol/volume/volume.h"
-#include "report/html.h"
+#include "report/document.h"
 
 namespace pvol::cli {
 
@@ -31,21 +31,10 @@ struct BoundsReport {
     Tightness tightness;
   };
   std::optional<Cut> cut;
-  std::optional<Probe> probe;               ///< where a render was asked for
+  std::optional<measure::Probe> probe;      ///< where a render was asked for
   std::optional<BoundsCheck> check;         ///< where the bounds were verified
   std::optional<formats::PvolSizes> bytes;  ///< of a .pvol file
 };
-
-/// "64 x 64 x 40 voxels" and the like.
-[[nodiscard]] std::string describe_size(const BoundsReport& r);
-
-/// A line of the table of look-ups for each collision.
-struct LookupFigure {
-  std::string name;
-  std::optional<CollisionCost> expected;  ///< dense: 0 where not known
-  std::optional<CountRatio> measured;
-};
-[[nodiscard]] std::vector<LookupFigure> lookup_figures(const BoundsReport& r);
 
 /// A wrong bound in a sentence: what is wrong, where, and by how much.
 [[nodiscard]] std::string describe(const WrongBound& wrong, const Affine& index_to_world);
@@ -53,6 +42,16 @@ struct LookupFigure {
 
 [[nodiscard]] Json to_json(const BoundsReport& r);
 [[nodiscard]] Json to_json(const BoundsCheck& check, const Affine& index_to_world);
-[[nodiscard]] html::Page bounds_page(const BoundsReport& r);
+/// With `pictures` what only pages show is drawn, too.
+[[nodiscard]] report::Document bounds_document(const BoundsReport& r, bool pictures);
+
+// --- the parts that a page draws (bounds_figures.cpp) -------------------------------------------
+
+/// Slices through the middle, and where the look-ups are.
+[[nodiscard]] std::vector<report::Content> picture_parts(const BoundsReport& r);
+/// Look-ups and tightness by depth.
+[[nodiscard]] report::Figures depth_figures(const BoundsReport& r);
+/// Histograms of majorants, minorants and gaps of the leaves and of larger cubes.
+[[nodiscard]] std::vector<report::Content> histogram_parts(const BoundsReport& r);
 
 }  // namespace pvol::cli

@@ -1,11 +1,14 @@
 #include "stats/bounds_slices.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "pvol/field/brick_field.h"
 #include "report/colour_map.h"
+#include "report/html.h"
 
 namespace pvol::cli {
 namespace {
@@ -152,6 +155,21 @@ std::vector<BoundsSlice> slice_bounds(const VoxelGrid& grid, const Pyramid& pyra
     slices.push_back(std::move(s));
   }
   return slices;
+}
+
+std::string cube_name(std::int64_t edge) {
+  return fmt::format("{}³ voxels{}", edge, edge == kLeafEdge ? ", the leaves" : "");
+}
+
+std::vector<report::Figure> slice_figures(const formats::Cloud& cloud, bool name_cubes) {
+  std::vector<report::Figure> figures;
+  const Shell* const shell = cloud.shell ? &*cloud.shell : nullptr;
+  for (const BoundsSlice& s : slice_bounds(cloud.grid(), cloud.pyramid, shell)) {
+    const std::string across = fmt::format("across {}", "xyz"[s.across]);
+    figures.push_back({html::image(formats::encode_png(s.picture), "slice " + across, false),
+                       name_cubes ? across + ", cubes of " + cube_name(s.edge) : across});
+  }
+  return figures;
 }
 
 }  // namespace pvol::cli

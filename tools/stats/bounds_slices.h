@@ -1,11 +1,15 @@
 // Slices through the middle of a cloud: density, the cubes of its bounds, and its shell.
 #pragma once
 
+#include <cstdint>
+#include <string>
 #include <vector>
 
 #include "pvol/bounds/pyramid.h"
+#include "pvol/formats/cloud.h"
 #include "pvol/formats/image.h"
 #include "pvol/shell/shell.h"
+#include "report/document.h"
 
 namespace pvol::cli {
 
@@ -22,5 +26,12 @@ struct BoundsSlice {
 /// not empty.
 [[nodiscard]] std::vector<BoundsSlice> slice_bounds(const VoxelGrid& grid, const Pyramid& pyramid,
                                                     const Shell* shell);
+
+/// "8³ voxels, the leaves".
+[[nodiscard]] std::string cube_name(std::int64_t edge);
+
+/// The slices of a cloud, with its shell where it has one, named by axis and perhaps by cubes.
+[[nodiscard]] std::vector<report::Figure> slice_figures(const formats::Cloud& cloud,
+                                                        bool name_cubes);
 
 }  // namespace pvol::cli

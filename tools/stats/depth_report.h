@@ -1,54 +1,35 @@
-// What the octree's depth costs and gains, as measured: the table and figures of pvol-stats depth.
+// What the octree's depth costs and gains, as measured: the report of pvol-stats depth, a study
+// whose settings are depths.
 #pragma once
 
-#include <filesystem>
-#include <string>
 #include <vector>
 
 #include "cli/json.h"
-#include "pvol/measure/compare.h"
-#include "pvol/measure/trade.h"
-#include "stats/stats_scene.h"
+#include "pvol/measure/study.h"
+#include "report/document.h"
+#include "stats/study_report.h"
 
 namespace pvol::cli {
 
-/// CPU seconds of building, by round.
-struct BuildTimes {
-  std::vector<double> bounds;  ///< extremes of all voxels down to leaves of 8^3
-  std::vector<double> tree;    ///< bricks and octree
-};
-
-/// One depth that the user asked for, which may stop where another one does.
+/// One depth that the user asked for, which may stop where another one does. Its row of the study
+/// has the same number.
 struct DepthRow {
   int asked = 0;
   int depth = 0;  ///< at which the walk stops: not below the cloud's leaves
-  Measured measured;
-  BuildTimes build;
-  // Where it was measured, relative to the first row:
-  Estimate build_ratio;                         ///< building, over the first row's
-  Estimate tree_ratio;                          ///< its second part alone
-  Estimate time;                                ///< of a sample
-  Estimate cost;                                ///< time x variance
-  double lookup_cost = 0;                       ///< look-ups x variance
-  double lookups = 0, tests = 0, segments = 0;  ///< a sample
-  double rmse = 0;  ///< of one sample a pixel, against the reference, over its mean
-  FilmComparison bias;
-  [[nodiscard]] bool good() const { return measured.left_out.empty(); }
+  measure::BuildTimes build;
 };
 
 struct DepthReport {
-  std::string name;  ///< of the input
-  LoadedScene loaded;
-  double budget = 0, used = 0;
-  Film reference;
-  std::vector<DepthRow> rows;  ///< the first is what the others are compared with
+  StudyReport base;
+  std::vector<DepthRow> depths;
 };
 
-/// Fills what follows from `measured` and `build`.
-void relate(DepthReport& report);
+/// "8 = 5" where the depth asked for is that of the leaves, at 5.
+[[nodiscard]] std::string depth_text(const DepthRow& row);
 
-void print_depth(const DepthReport& report);
+/// With `pictures` what only pages show is drawn, too.
+[[nodiscard]] report::Document depth_document(const DepthReport& report, bool pictures);
+
 [[nodiscard]] Json depth_json(const DepthReport& report);
-void write_depth_page(const std::filesystem::path& file, const DepthReport& report);
 
 }  // namespace pvol::cli

@@ -1,6 +1,7 @@
 #include "stats/shell_report.h"
 
-#include <cmath>
+#include <fmt/format.h>
+
 #include <ostream>
 
 #include "cli/cli.h"
@@ -11,25 +12,28 @@ namespace {
 
 /// "4 voxels", "1/16 voxel".
 std::string edge(int log2) {
-  if (log2 < 0) return "1/" + readable_count(std::uint64_t(1) << -log2) + " voxel";
-  return readable_count(std::uint64_t(1) << log2) + (log2 == 0 ? " voxel" : " voxels");
+  const std::string size = readable_count(std::uint64_t(1) << (log2 < 0 ? -log2 : log2));
+  return log2 < 0 ? "1/" + size + " voxel" : size + (log2 == 0 ? " voxel" : " voxels");
 }
 
 }  // namespace
 
-void print_shell(std::ostream& out, const Shell& shell, std::uint64_t bytes,
-                 const std::string& indent) {
+std::array<std::string, 4> shell_lines(const Shell& shell, std::uint64_t bytes) {
   const ShellTightness& t = shell.tightness;
   const Certificate& c = shell.certificate;
-  out << indent << name(shell.kind) << ", " << shell.form.perturbations.size() << " perturbations, "
-      << readable_bytes(bytes) << '\n'
-      << indent << "volume " << readable(t.volume_ratio)
-      << " times the cloud's (its box: " << readable(t.box_volume_ratio) << "); rays that enter "
-      << readable(t.hit_ratio)
-      << " times those that meet the cloud (its box: " << readable(t.box_hit_ratio) << ")\n"
-      << indent << "certified with " << readable_count(c.boxes) << " boxes down to "
-      << edge(c.depth) << ": slack at least " << readable(c.bound) << '\n'
-      << indent << "about " << readable(test_cost(shell)) << " ns for a ray in the box\n";
+  return {fmt::format("{}, {} perturbations, {}", name(shell.kind), shell.form.perturbations.size(),
+                      readable_bytes(bytes)),
+          fmt::format("volume {:.4g} times the cloud's (its box: {:.4g}); rays that enter {:.4g} "
+                      "times those that meet the cloud (its box: {:.4g})",
+                      t.volume_ratio, t.box_volume_ratio, t.hit_ratio, t.box_hit_ratio),
+          fmt::format("certified with {} boxes down to {}: slack at least {:.4g}",
+                      readable_count(c.boxes), edge(c.depth), c.bound),
+          fmt::format("about {:.4g} ns for a ray in the box", test_cost(shell))};
+}
+
+void print_shell(std::ostream& out, const Shell& shell, std::uint64_t bytes,
+                 const std::string& indent) {
+  for (const std::string& line : shell_lines(shell, bytes)) out << indent << line << '\n';
 }
 
 Json to_json(const Shell& shell, std::uint64_t bytes) {

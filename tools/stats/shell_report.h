@@ -1,7 +1,10 @@
 // What the tools say about a shell.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <iosfwd>
+#include <string>
 
 #include "cli/json.h"
 #include "pvol/shell/shell.h"
@@ -12,7 +15,10 @@ namespace pvol::cli {
   return kind == ShellKind::soft ? "soft" : "hard";
 }
 
-/// Kind, size, tightness, certificate and expected cost, four lines that begin with `indent`.
+/// Kind and size, tightness, certificate, expected cost: a line each.
+[[nodiscard]] std::array<std::string, 4> shell_lines(const Shell& shell, std::uint64_t bytes);
+
+/// The same lines, each with `indent` before it.
 void print_shell(std::ostream& out, const Shell& shell, std::uint64_t bytes,
                  const std::string& indent);
 

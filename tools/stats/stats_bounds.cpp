@@ -1,9 +1,13 @@
 // The verb `bounds`: how tight the bounds of a cloud are, and whether they hold.
+#include <fmt/format.h>
+
 #include <iostream>
 
 #include "pvol/error.h"
 #include "pvol/render/scene_volume.h"
 #include "pvol/volume/facts.h"
+#include "report/html.h"
+#include "report/terminal.h"
 #include "stats/bounds_report.h"
 #include "stats/stats.h"
 
@@ -33,123 +37,12 @@ BoundsReport measure(const BoundsOptions& o, formats::Cloud cloud) {
   if (formats::ending(o.input) == ".pvol") r.bytes = formats::measure_pvol(o.input);
   if (r.cloud.pyramid.empty()) return r;
   if (o.measure || o.html) {
-    ProbeOptions options;
+    measure::ProbeOptions options;
     options.extinction = o.extinction;
     r.probe = naming(o.input, [&] { return probe(r.cloud.grid(), r.cloud.pyramid, options); });
   }
   if (o.extinction || r.probe) measure_cut(r, content, o);
   return r;
-}
-
-std::string column(const std::string& text, std::size_t width) {
-  return std::string(width > text.size() ? width - text.size() : 1, ' ') + text;
-}
-
-void print_row(const std::vector<std::string>& cells) {
-  for (std::size_t i = 0; i < cells.size(); ++i) std::cout << column(cells[i], i == 0 ? 7 : 11);
-  std::cout << '\n';
-}
-
-void print_depths(const BoundsStatistics& s) {
-  std::cout
-      << "\ndepth by depth; look-ups per collision for a walk that stops there\n"
-      << "                                                                 delta              "
-         " decomposition\n";
-  print_row(
-      {"depth", "edge", "nodes", "leaves", "hi/mean", "lo/mean", "even", "dense", "even", "dense"});
-  for (const DepthStatistics& d : s.depths) {
-    print_row({std::to_string(d.depth), std::to_string(d.edge), std::to_string(d.nodes),
-               std::to_string(d.leaves), readable(d.mean_hi), readable(d.mean_lo),
-               readable(d.tightness.majorant.even), readable(d.tightness.majorant.dense),
-               readable(d.tightness.residual.even), readable(d.tightness.residual.dense)});
-  }
-}
-
-void print_quantiles(const std::string& name, const TwoDistributions& d) {
-  for (const auto& [by, distribution] :
-       {std::pair("volume", &d.by_volume), std::pair("mass", &d.by_mass)}) {
-    std::cout << column(name, 10) << column(by, 8);
-    for (const double q : distribution->quantiles) std::cout << column(readable(q), 11);
-    std::cout << '\n';
-  }
-}
-
-void print_distributions(const BoundsReport& r) {
-  std::cout << "\nin the leaves: what 5, 25, 50, 75 and 95 % of volume or mass do not exceed\n";
-  const DepthDistributions& d = r.distributions.back();
-  print_quantiles("hi/mean", d.hi);
-  print_quantiles("lo/mean", d.lo);
-  print_quantiles("gap/mean", d.gap);
-}
-
-void print_class(const char* name, const ClassStatistics& c, const BoundsStatistics& s) {
-  print_row({name, readable_count(c.leaves), readable(100 * c.volume / s.root_volume) + " %",
-             readable(100 * c.mass / s.mass) + " %"});
-}
-
-void print_lookups(const BoundsReport& r) {
-  std::cout << "\nexpected look-ups per collision                     even     dense"
-            << (r.probe ? "   measured" : "") << '\n';
-  for (const LookupFigure& f : lookup_figures(r)) {
-    std::cout << "  " << f.name << std::string(f.name.size() < 44 ? 44 - f.name.size() : 1, ' ')
-              << column(f.expected ? readable(f.expected->even) : "", 10)
-              << column(f.expected && f.expected->dense > 0 ? readable(f.expected->dense) : "", 10);
-    if (f.measured) {
-      std::cout << column(readable(f.measured->value), 11) << " +- "
-                << readable(f.measured->half_width);
-    }
-    std::cout << '\n';
-  }
-}
-
-void print_cut(const BoundsReport::Cut& cut) {
-  const VolumeFacts& f = cut.facts;
-  std::cout << "\nat extinction " << readable(cut.extinction) << " per world unit: largest "
-            << readable(f.largest_extinction) << ", shortest free path "
-            << readable(f.shortest_free_path) << " world units\n"
-            << "mean optical thickness along the axes " << readable(f.mean_optical_thickness[0])
-            << ", " << readable(f.mean_optical_thickness[1]) << ", "
-            << readable(f.mean_optical_thickness[2]) << "; largest "
-            << readable(f.largest_optical_thickness) << '\n'
-            << "the walk stops at depth " << f.depth << " or above\n";
-}
-
-void print_bytes(const BoundsReport& r) {
-  if (r.bytes) {
-    std::cout << "\nbytes: header " << r.bytes->header << ", metadata " << r.bytes->metadata
-              << ", bounds " << r.bytes->bounds << ", micro-bounds " << r.bytes->micro << ", shell "
-              << r.bytes->shell << ", density " << r.bytes->density << ", total " << r.bytes->total
-              << '\n';
-  }
-  if (r.cut) {
-    std::cout << "in memory: density " << readable_bytes(r.cut->facts.field_bytes) << ", octree "
-              << readable_bytes(r.cut->facts.octree_bytes);
-    if (r.probe) {
-      std::cout << ", micro-bounds of 2^3 voxels " << readable_bytes(r.probe->squeezed.micro_bytes);
-    }
-    std::cout << '\n';
-  }
-}
-
-void report_text(const BoundsReport& r) {
-  std::cout << r.file << ": grid " << r.cloud.report.grid << ", " << describe_size(r) << '\n';
-  if (r.check) {
-    std::cout << "verified: " << readable_count(r.check->leaves) << " leaves and "
-              << readable_count(r.check->uniform) << " uniform cubes hold their samples\n";
-  }
-  if (r.cloud.pyramid.empty()) return;
-  print_depths(r.bounds);
-  print_distributions(r);
-  std::cout << "\nclasses of space in the root's cube\n";
-  print_row({"", "leaves", "volume", "mass"});
-  print_class("empty", r.bounds.empty, r.bounds);
-  print_class("uniform", r.bounds.uniform, r.bounds);
-  print_class("mixed", r.bounds.mixed, r.bounds);
-  std::cout << "walks skip " << readable(100 * r.empty_share_of_box)
-            << " % of the box around the density\n";
-  print_lookups(r);
-  if (r.cut) print_cut(*r.cut);
-  print_bytes(r);
 }
 
 /// Names what is wrong and fails.
@@ -172,10 +65,12 @@ void report_text(const BoundsReport& r) {
     }
   }
   std::cout.flush();
-  throw Error(o.input.string() + ": the bounds do not hold: " + readable_count(check.wrong.size()) +
-              " of " + readable_count(check.leaves + check.uniform) + " cubes are wrong" +
-              (check.support ? ", and so is the box around them" : "") +
-              ". They belong to another density or were damaged; fit the cloud again.");
+  throw Error(fmt::format(
+      "{}: the bounds do not hold: {} of {} cubes are wrong{}. They belong to another density or "
+      "were damaged; fit the cloud again.",
+      o.input.string(), readable_count(check.wrong.size()),
+      readable_count(check.leaves + check.uniform),
+      check.support ? ", and so is the box around them" : ""));
 }
 
 /// Throws Error, naming a leaf, for stored micro-bounds that do not hold.
@@ -198,12 +93,9 @@ int run_bounds(const BoundsOptions& o) {
   }
   BoundsReport r = measure(o, std::move(cloud));
   r.check = std::move(check);
-  if (o.html) html::write_page(*o.html, bounds_page(r));
-  if (o.json) {
-    std::cout << to_text(to_json(r));
-  } else {
-    report_text(r);
-  }
+  const report::Document document = bounds_document(r, o.html.has_value());
+  if (o.html) html::write_page(*o.html, document);
+  std::cout << (o.json ? to_text(to_json(r)) : report::to_terminal(document));
   return kSuccess;
 }
 

@@ -1,4 +1,6 @@
 // The verb `depth`: what the octree's depth costs and gains on the user's own cloud.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <iostream>
 
@@ -8,11 +10,14 @@
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
 #include "pvol/field/procedural.h"
+#include "pvol/measure/study.h"
 #include "pvol/render/scene_volume.h"
 #include "pvol/volume/estimators.h"
+#include "report/html.h"
+#include "report/terminal.h"
 #include "stats/depth_report.h"
 #include "stats/stats_trade.h"
-#include "stats/sweep.h"
+#include "stats/study_clock.h"
 
 namespace pvol::cli {
 namespace {
@@ -47,9 +52,9 @@ void fix_choices(const DepthOptions& o, LoadedScene& loaded) {
 }
 
 /// Builds bounds and trees of all clouds for each depth, in turn.
-std::vector<BuildTimes> time_building(const LoadedScene& loaded, const std::vector<int>& depths,
-                                      double end) {
-  std::vector<BuildTimes> times(depths.size());
+std::vector<measure::BuildTimes> time_building(const LoadedScene& loaded,
+                                               const std::vector<int>& depths, double end) {
+  std::vector<measure::BuildTimes> times(depths.size());
   std::vector<formats::Cloud> clouds = loaded.clouds;
   for (int round = 0; round < kBuildRounds && !interrupted(); ++round) {
     if (round >= kFewestBuildRounds && clock_seconds() > end) break;
@@ -82,19 +87,13 @@ std::vector<int> distinct(const std::vector<int>& asked, int deepest) {
   return depths;
 }
 
-std::vector<Measured> measure(const DepthReport& report, const DepthOptions& options,
-                              const std::vector<int>& depths, double budget, Announcer& announce) {
-  SweepOptions o;
-  o.budget = budget;
-  o.most_samples = options.most_samples;
-  o.pixels = report.reference.pixels.size();
-  o.clock = clock_seconds;
-  o.interrupted = interrupted;
-  o.progress = [&](const std::string& next, double left) { announce(next, left); };
+/// Each of these depths, in turn.
+std::vector<measure::Measured> measure(StudyClock& clock, const StudyReport& report,
+                                       const std::vector<int>& depths, std::uint32_t most_samples) {
   std::vector<std::string> names;
-  for (const int d : depths) names.push_back("depth " + std::to_string(d));
+  for (const int d : depths) names.push_back(fmt::format("depth {}", d));
   const bool procedural = report.loaded.clouds.front().recipe() != nullptr;
-  return sweep(names, o, [&](const RunRequest& r) {
+  return clock.sweep(names, clock.left(), 1, most_samples, [&](const measure::RunRequest& r) {
     const int depth = depths[r.setting];
     // Samples are found whatever the octree's depth; a recipe only as far as the octree divides it.
     ChangeCloud limit;
@@ -106,41 +105,41 @@ std::vector<Measured> measure(const DepthReport& report, const DepthOptions& opt
   });
 }
 
+/// A row for each depth asked for, of the depths measured.
+void study_depths(DepthReport& report, const std::vector<int>& asked, int last,
+                  const std::vector<int>& depths, const std::vector<measure::Measured>& measured,
+                  const std::vector<measure::BuildTimes>& build) {
+  std::vector<measure::Variant> variants;
+  std::vector<measure::Measured> of_variants;
+  for (const int a : asked) {
+    const int depth = std::min(a, last);
+    const auto i = std::size_t(std::find(depths.begin(), depths.end(), depth) - depths.begin());
+    report.depths.push_back({a, depth, build[i]});
+    variants.push_back({"octree depth", "depth " + depth_text(report.depths.back())});
+    of_variants.push_back(measured[i]);
+  }
+  report.base.study.rows = measure::make_rows(variants, std::move(of_variants));
+  measure::test_biases(report.base.study);
+}
+
 DepthReport measure_depth(const DepthOptions& o) {
   DepthReport report;
-  report.name = o.scene.input.string();
-  report.budget = o.budget;
-  report.loaded = load_scene(o.scene, kPixels);
-  fix_choices(o, report.loaded);
-  const double begin = clock_seconds();
-  const auto left = [&] { return o.budget - (clock_seconds() - begin); };
-  Announcer announce(o.quiet);
-  catch_interrupt();
-  const int last = deepest(report.loaded);
+  StudyReport& base = report.base;
+  base.name = o.scene.input.string();
+  base.budget = o.budget;
+  base.loaded = load_scene(o.scene, kPixels);
+  fix_choices(o, base.loaded);
+  StudyClock clock(base, o.quiet);
+  const int last = deepest(base.loaded);
   const std::vector<int> depths = distinct(o.depths, last);
-  announce("building for " + std::to_string(depths.size()) + " depths", left());
-  const std::vector<BuildTimes> build =
-      time_building(report.loaded, depths, begin + kBuildPart * o.budget);
-  announce("the reference", left());
-  constexpr std::uint64_t kReferenceSeeds = std::uint64_t(1) << 40;  // far from all others
-  LoadedScene deep = report.loaded;
+  clock.announce(fmt::format("building for {} depths", depths.size()));
+  const std::vector<measure::BuildTimes> build =
+      time_building(base.loaded, depths, clock_seconds() + kBuildPart * clock.left());
+  LoadedScene deep = base.loaded;
   deep.file.scene.options.depth = last;
-  report.reference = render_reference(deep, kReferencePart * left(), kReferenceSeeds, 0);
-  if (!(mean_luminance(report.reference) > 0)) {
-    throw Error(report.name + ": the picture is black; there is no error to measure");
-  }
-  const std::vector<Measured> measured = measure(report, o, depths, left(), announce);
-  for (const int asked : o.depths) {
-    DepthRow row;
-    row.asked = asked;
-    row.depth = std::min(asked, last);
-    const auto i = std::size_t(std::find(depths.begin(), depths.end(), row.depth) - depths.begin());
-    row.measured = measured[i];
-    row.build = build[i];
-    report.rows.push_back(std::move(row));
-  }
-  relate(report);
-  report.used = clock_seconds() - begin;
+  clock.measure_reference(deep, kReferencePart, 0);
+  study_depths(report, o.depths, last, depths, measure(clock, base, depths, o.most_samples), build);
+  clock.stop();
   return report;
 }
 
@@ -149,11 +148,12 @@ DepthReport measure_depth(const DepthOptions& o) {
 int run_depth(const DepthOptions& o) {
   if (o.html) check_output(*o.html, {".html", ".htm"});
   const DepthReport report = measure_depth(o);
-  if (o.html) write_depth_page(*o.html, report);
+  const report::Document document = depth_document(report, o.html.has_value());
+  if (o.html) html::write_page(*o.html, document);
   if (o.json) {
     std::cout << to_text(depth_json(report));
   } else if (!o.quiet) {
-    print_depth(report);
+    std::cout << report::to_terminal(document);
   }
   return kSuccess;
 }

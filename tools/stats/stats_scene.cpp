@@ -4,17 +4,13 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 
 #include "cli/cli.h"
 #include "cli/instructions.h"
 #include "cli/load_scene.h"
 #include "pvol/error.h"
-#include "pvol/measure/trade.h"
-#include "pvol/render/guide_choice.h"
 #include "pvol/render/render.h"
 #include "pvol/render/scene_volume.h"
-#include "pvol/render/shell_choice.h"
 #include "pvol/volume/facts.h"
 
 namespace pvol::cli {
@@ -61,12 +57,7 @@ std::vector<Volume> make_volumes(const LoadedScene& loaded,
                                  const std::vector<formats::Cloud>& clouds, const Scene& scene) {
   std::vector<Volume> volumes;
   for (std::size_t i = 0; i < clouds.size(); ++i) {
-    const formats::SceneVolume& v = loaded.file.volumes[i];
-    volumes.push_back(make_volume(clouds[i], v, scene.options));
-    VolumeFacts facts = loaded.facts[i];
-    facts.null_collisions = worst_null_collisions(volumes.back());
-    refuse_endless_work(v.file, volumes.back(), facts, scene.options);
-    if (clouds[i].shell) (void)choose_shell(volumes.back(), *clouds[i].shell, scene);
+    volumes.push_back(make_volume(clouds[i], loaded.file.volumes[i], scene.options));
   }
   return volumes;
 }
@@ -79,18 +70,8 @@ void choose_camera(LoadedScene& loaded) {
   loaded.framed = true;
 }
 
-/// What the user's picture would get, of which only a small one is rendered.
-void choose_guide_as_for_picture(const LoadedScene& loaded, std::span<const Volume> volumes,
-                                 Scene& scene) {
-  if (scene.options.guide != GuideUse::automatic) return;
-  Scene whole = scene;
-  whole.options.width = loaded.picture_width, whole.options.height = loaded.picture_height;
-  whole.options.samples = loaded.file.scene.options.samples;
-  scene.options.guide = choose_guide(volumes, whole).used ? GuideUse::on : GuideUse::off;
-}
-
-SetUp set_up_of(const std::vector<Volume>& volumes, double seconds) {
-  SetUp s;
+measure::SetUp set_up_of(const std::vector<Volume>& volumes, double seconds) {
+  measure::SetUp s;
   s.seconds = seconds;
   for (const Volume& v : volumes) {
     s.field_bytes += v.density.value_bytes();
@@ -102,7 +83,7 @@ SetUp set_up_of(const std::vector<Volume>& volumes, double seconds) {
 }
 
 /// The scene that a request asks for. A pilot's picture has a sixteenth of the pixels.
-Scene requested(const LoadedScene& loaded, const RunRequest& request, int threads) {
+Scene requested(const LoadedScene& loaded, const measure::RunRequest& request, int threads) {
   Scene scene = loaded.file.scene;
   RenderOptions& r = scene.options;
   r.samples = request.samples;
@@ -139,8 +120,9 @@ LoadedScene load_scene(const SceneOptions& o, int pixels) {
   return loaded;
 }
 
-Run render_changed(const LoadedScene& loaded, const ChangeScene& change_scene,
-                   const ChangeCloud& change_cloud, const RunRequest& request, int threads) {
+measure::Run render_changed(const LoadedScene& loaded, const ChangeScene& change_scene,
+                            const ChangeCloud& change_cloud, const measure::RunRequest& request,
+                            int threads) {
   Scene scene = requested(loaded, request, threads);
   if (change_scene) change_scene(scene);
   std::vector<formats::Cloud> changed;
@@ -152,13 +134,16 @@ Run render_changed(const LoadedScene& loaded, const ChangeScene& change_scene,
   const double begin = cpu_seconds();
   const std::vector<Volume> volumes =
       make_volumes(loaded, change_cloud ? changed : loaded.clouds, scene);
+  // Chosen as for the user's picture, of which only a small one is rendered.
+  const double paths =
+      double(loaded.picture_width) * loaded.picture_height * loaded.file.scene.options.samples;
+  const RenderPlan p = plan(volumes, scene, {.facts = loaded.facts, .paths = paths});
   const double ready = cpu_seconds();
-  Run run;
+  measure::Run run;
   run.set_up = set_up_of(volumes, ready - begin);
-  choose_guide_as_for_picture(loaded, volumes, scene);
   const InstructionCounter instructions;
   RenderResult result =
-      render(volumes, scene, [&](std::uint64_t, std::uint64_t) { return clock_seconds() < stop; });
+      render(p, [&](std::uint64_t, std::uint64_t) { return clock_seconds() < stop; });
   run.seconds = cpu_seconds() - ready;
   run.set_up.seconds += result.guide_seconds;
   run.seconds -= result.guide_seconds;
@@ -167,32 +152,6 @@ Run render_changed(const LoadedScene& loaded, const ChangeScene& change_scene,
   run.counts = result.counts;
   run.complete = result.complete;
   return run;
-}
-
-Film render_reference(const LoadedScene& loaded, double seconds, std::uint64_t seed, int threads) {
-  const double end = clock_seconds() + seconds;
-  RunRequest request{.samples = 2, .seed = seed, .most_seconds = seconds};
-  Film sum;
-  for (;;) {
-    const double begin = clock_seconds();
-    const Run run = render_changed(loaded, {}, {}, request, threads);
-    if (!run.complete) {
-      throw Error("the budget is too short: two samples a pixel for the reference take more than " +
-                  readable_seconds(std::max(0.0, seconds)) + "; raise --budget or lower --size");
-    }
-    if (sum.pixels.empty()) {
-      sum = run.film;
-    } else {
-      add_samples(sum, run.film);
-    }
-    // Growing chunks, so that setting up takes little of the time whatever a sample costs.
-    const double took = clock_seconds() - begin, left = end - clock_seconds();
-    const double grown = std::min(4.0, 0.8 * left / took) * request.samples;
-    if (grown < 1 || left < 0.1 * seconds || interrupted()) return sum;
-    request.samples = std::uint32_t(std::min(grown, 65536.0));
-    ++request.seed;
-    request.most_seconds = std::numeric_limits<double>::infinity();
-  }
 }
 
 double clock_seconds() {

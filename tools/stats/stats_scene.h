@@ -10,9 +10,9 @@
 
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/scene_file.h"
+#include "pvol/measure/sweep.h"
 #include "pvol/volume/facts.h"
 #include "pvol/volume/volume.h"
-#include "stats/sweep.h"
 
 namespace pvol::cli {
 
@@ -46,14 +46,10 @@ using ChangeScene = std::function<void(Scene&)>;
 using ChangeCloud = std::function<void(formats::Cloud&)>;
 
 /// Makes the volumes of the changed scene, timed, and renders them on this many threads.
-[[nodiscard]] Run render_changed(const LoadedScene& loaded, const ChangeScene& change_scene,
-                                 const ChangeCloud& change_cloud, const RunRequest& request,
-                                 int threads);
-
-/// The unchanged scene for about this many seconds of the clock: whole films of `chunk` samples a
-/// pixel with seeds from `seed` on, added up.
-[[nodiscard]] Film render_reference(const LoadedScene& loaded, double seconds, std::uint64_t seed,
-                                    int threads);
+[[nodiscard]] measure::Run render_changed(const LoadedScene& loaded,
+                                          const ChangeScene& change_scene,
+                                          const ChangeCloud& change_cloud,
+                                          const measure::RunRequest& request, int threads);
 
 /// Seconds of a clock that never goes back.
 [[nodiscard]] double clock_seconds();

@@ -1,11 +1,15 @@
 // The verb `shells`: how tight a cloud's shell is, and whether it holds.
+#include <fmt/format.h>
+
 #include <iostream>
 
 #include "cli/json.h"
 #include "pvol/error.h"
 #include "pvol/shell/recipe_support.h"
 #include "pvol/shell/tightness.h"
-#include "stats/shell_page.h"
+#include "report/html.h"
+#include "report/terminal.h"
+#include "stats/shell_document.h"
 #include "stats/shell_report.h"
 #include "stats/stats.h"
 
@@ -23,30 +27,50 @@ ShellReplay replay(const Shell& shell, const Support& support) {
 }
 
 /// Throws Error where the shell does not keep what the file promises.
-void require_proof(const ShellsOptions& o, const Shell& shell, const ShellReplay& r) {
+void require_proof(const std::string& file, const Shell& shell, const ShellReplay& r) {
   // Either search may end its tolerance away from the true minimum.
   const double promised = std::max(shell.certificate.bound - CertifyOptions{}.tolerance, r.margin);
   if (r.certificate.bound >= promised) return;
-  throw Error(o.input.string() +
-              ": the shell does not hold the cloud as promised: its slack is at "
-              "least " +
-              readable(r.certificate.bound) + ", expected " + readable(promised) +
-              " or more. Fit it again, or drop it with pvol-fit --shells none.");
+  throw Error(fmt::format(
+      "{}: the shell does not hold the cloud as promised: its slack is at least {:.4g}, expected "
+      "{:.4g} or more. Fit it again, or drop it with pvol-fit --shells none.",
+      file, r.certificate.bound, promised));
 }
 
-void report_text(const ShellsOptions& o, const Shell& shell, std::uint64_t bytes,
-                 const std::optional<ShellReplay>& r, const std::optional<CheckedShell>& check) {
-  std::cout << o.input.string() << ":\n";
-  print_shell(std::cout, shell, bytes, "  ");
-  if (r) {
-    std::cout << "  verified: the proof was found again with "
-              << readable_count(r->certificate.boxes) << " boxes in "
-              << readable_seconds(r->seconds) << ", slack at least "
-              << readable(r->certificate.bound) << " where rays need " << readable(r->margin)
-              << "\n  measured again: volume " << readable(r->tightness.volume_ratio) << ", rays "
-              << readable(r->tightness.hit_ratio) << '\n';
+Json report_json(const ShellReport& report) {
+  Json j = to_json(report.shell, report.bytes);
+  if (report.replay) {
+    Shell again = report.shell;
+    again.certificate = report.replay->certificate;
+    again.tightness = report.replay->tightness;
+    j["verified"] = to_json(again, report.bytes);
+    j["verified"]["seconds"] = report.replay->seconds;
+    j["verified"]["margin"] = report.replay->margin;
   }
-  if (check) std::cout << check->text;
+  if (report.check) {
+    const CheckedShell& check = *report.check;
+    j["check"] = check.text;
+    j["distances"] = {{"cloud_to_shell", check.cloud_to_shell},
+                      {"shell_to_cloud", check.shell_to_cloud}};
+    j["ellipsoid_volume_ratio"] = check.ellipsoid_volume_ratio;
+    j["hull_volume_ratio"] = check.hull_volume_ratio;
+  }
+  return j;
+}
+
+/// Whatever takes the density.
+void measure(const ShellsOptions& o, ShellReport& r) {
+  r.cloud = formats::load_cloud(o.input);
+  print_warnings("pvol-stats", r.cloud.report.warnings);
+  const Support support = make_support(r.cloud.grid(), r.cloud.pyramid);
+  if (o.verify) {
+    r.replay = replay(r.shell, support);
+    require_proof(r.file, r.shell, *r.replay);
+  }
+  if (o.check) r.check = naming(o.input, [&] { return check_shell(r.shell, support); });
+  if (!o.html) return;
+  r.probe = naming(o.input,
+                   [&] { return measure::probe_shell(r.cloud.grid(), r.cloud.pyramid, r.shell); });
 }
 
 }  // namespace
@@ -55,53 +79,20 @@ int run_shells(const ShellsOptions& o) {
   if (o.html) check_output(*o.html, {".html", ".htm"});
   if (formats::ending(o.input) != ".pvol") {
     throw UsageError(o.input.string() +
-                     ": shells are kept in .pvol files; make one with pvol-fit "
-                     "--shells auto");
+                     ": shells are kept in .pvol files; make one with pvol-fit --shells auto");
   }
   const formats::PvolFile file = formats::read_pvol(o.input);
   if (!file.shell) {
     throw Error(o.input.string() + ": holds no shell; make one with pvol-fit --shells auto");
   }
-  const Shell& shell = *file.shell;
-  const std::uint64_t bytes = formats::measure_pvol(o.input).shell;
-  std::optional<ShellReplay> r;
-  std::optional<CheckedShell> check;
-  if (o.verify || o.check || o.html) {
-    const formats::Cloud cloud = formats::load_cloud(o.input);
-    print_warnings("pvol-stats", cloud.report.warnings);
-    const Support support = make_support(cloud.grid(), cloud.pyramid);
-    if (o.verify) {
-      r = replay(shell, support);
-      require_proof(o, shell, *r);
-    }
-    if (o.check) check = naming(o.input, [&] { return check_shell(shell, support); });
-    if (o.html) {
-      const ShellProbe probe =
-          naming(o.input, [&] { return probe_shell(cloud.grid(), cloud.pyramid, shell); });
-      html::write_page(*o.html, shell_page(o.input.string(), cloud, bytes, probe, r, check));
-    }
-  }
-  if (!o.json) {
-    report_text(o, shell, bytes, r, check);
-    return kSuccess;
-  }
-  Json j = to_json(shell, bytes);
-  if (r) {
-    Shell again = shell;
-    again.certificate = r->certificate;
-    again.tightness = r->tightness;
-    j["verified"] = to_json(again, bytes);
-    j["verified"]["seconds"] = r->seconds;
-    j["verified"]["margin"] = r->margin;
-  }
-  if (check) {
-    j["check"] = check->text;
-    j["distances"] = {{"cloud_to_shell", check->cloud_to_shell},
-                      {"shell_to_cloud", check->shell_to_cloud}};
-    j["ellipsoid_volume_ratio"] = check->ellipsoid_volume_ratio;
-    j["hull_volume_ratio"] = check->hull_volume_ratio;
-  }
-  std::cout << to_text(j);
+  ShellReport r;
+  r.file = o.input.string();
+  r.shell = *file.shell;
+  r.bytes = formats::measure_pvol(o.input).shell;
+  if (o.verify || o.check || o.html) measure(o, r);
+  const report::Document document = shell_document(r);
+  if (o.html) html::write_page(*o.html, document);
+  std::cout << (o.json ? to_text(report_json(r)) : report::to_terminal(document));
   return kSuccess;
 }
 

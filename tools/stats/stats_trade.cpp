@@ -1,14 +1,19 @@
 // The verb `trade`: what each option of the renderer costs and gains on the user's own scene.
-#include <iomanip>
+#include <fmt/format.h>
+
 #include <iostream>
-#include <sstream>
+#include <iterator>
 
 #include "cli/cli.h"
 #include "pvol/error.h"
 #include "pvol/formats/pvol_file.h"
+#include "pvol/measure/study.h"
+#include "report/html.h"
+#include "report/terminal.h"
 #include "stats/stats_trade.h"
-#include "stats/sweep.h"
+#include "stats/study_clock.h"
 #include "stats/trade_report.h"
+#include "stats/trade_variants.h"
 
 namespace pvol::cli {
 namespace {
@@ -60,28 +65,25 @@ std::uint64_t file_bytes(const std::vector<formats::Cloud>& clouds, const Change
   return bytes;
 }
 
-/// Within `part` seconds of the clock; `after` are left of the budget then.
-std::vector<Measured> measure(const TradeReport& report, const std::vector<Variant>& variants,
-                              double part, double after, std::uint64_t seed, Announcer& announce) {
-  SweepOptions o;
-  o.budget = part;
-  o.seed = seed;
-  o.pixels = report.reference.pixels.size();
-  o.clock = clock_seconds;
-  o.interrupted = interrupted;
-  o.progress = [&](const std::string& next, double left) { announce(next, left + after); };
+/// The default and these candidates, in turn.
+std::vector<measure::Row> measure(StudyClock& clock, const LoadedScene& loaded,
+                                  std::vector<Candidate> candidates, double seconds,
+                                  std::uint64_t seed) {
+  candidates.insert(candidates.begin(), default_candidate());
   std::vector<std::string> names;
-  for (const Variant& v : variants) names.push_back(label(v));
-  return sweep(names, o, [&](const RunRequest& r) {
-    // One thread: times and instructions are then those of the work alone.
-    return render_changed(report.loaded, variants[r.setting].scene, variants[r.setting].cloud, r,
-                          1);
-  });
-}
-
-VariantResult result_of(const TradeRow& row) {
-  if (!row.good()) return {};
-  return {true, row.cost.value, row.cost.high, row.offset()};
+  std::vector<measure::Variant> variants;
+  for (const Candidate& c : candidates) {
+    names.push_back(label(c.variant));
+    variants.push_back(c.variant);
+  }
+  constexpr std::uint32_t kMostSamples = 1u << 16;
+  std::vector<measure::Measured> measured =
+      clock.sweep(names, seconds, seed, kMostSamples, [&](const measure::RunRequest& r) {
+        // One thread: times and instructions are then those of the work alone.
+        const Candidate& c = candidates[r.setting];
+        return render_changed(loaded, c.scene, c.cloud, r, 1);
+      });
+  return measure::make_rows(variants, std::move(measured));
 }
 
 /// What the user said of the scene, as pvol-render takes it.
@@ -90,88 +92,76 @@ std::vector<std::string> words_of(const SceneOptions& o, const LoadedScene& load
   if (!o.grid.grid.empty()) words.insert(words.end(), {"--grid", o.grid.grid});
   for (const std::string& s : o.sets) words.insert(words.end(), {"--set", s});
   if (o.extinction || o.thickness) {
-    std::ostringstream number;
-    number << std::setprecision(17) << loaded.file.volumes.front().medium.extinction;
-    words.insert(words.end(), {"--set", "medium.extinction=" + number.str()});
+    const double extinction = loaded.file.volumes.front().medium.extinction;
+    words.insert(words.end(), {"--set", fmt::format("medium.extinction={:.17g}", extinction)});
   }
   return words;
 }
 
-std::vector<Goal> goals_of(const TradeOptions& o) {
+std::vector<measure::Goal> goals_of(const TradeOptions& o) {
   if (o.most_error) return {{.error = *o.most_error}};
   if (o.most_time) return {{.seconds = *o.most_time}};
   return {{.error = 0.1}, {.error = 0.03}, {.error = 0.01}};
 }
 
-TradeReport measure_trade(const TradeOptions& o) {
-  TradeReport report;
+/// Sizes of files that hold the clouds as each setting wants them.
+void measure_files(StudyReport& report, const std::vector<Candidate>& candidates) {
+  const std::uint64_t plain = file_bytes(report.loaded.clouds, {});
+  for (std::size_t i = 0; i < report.study.rows.size(); ++i) {
+    measure::Row& row = report.study.rows[i];
+    if (!row.good()) continue;
+    const ChangeCloud change = i == 0 ? ChangeCloud{} : candidates[i - 1].cloud;
+    row.file_bytes = change ? file_bytes(report.loaded.clouds, change) : plain;
+  }
+}
+
+StudyReport measure_trade(const TradeOptions& o) {
+  StudyReport report;
+  measure::Study& study = report.study;
   report.loaded = load_scene(o.scene, kPixels);
-  const double begin = clock_seconds();
-  const auto left = [&] { return o.budget - (clock_seconds() - begin); };
-  Announcer announce(o.quiet);
-  catch_interrupt();
   report.name = o.scene.input.string();
   report.given = words_of(o.scene, report.loaded);
-  report.goals = goals_of(o);
   report.budget = o.budget;
-  announce("the reference", left());
-  constexpr std::uint64_t kReferenceSeeds = std::uint64_t(1) << 40;  // far from all others
-  report.reference =
-      render_reference(report.loaded, kReferencePart * left(), kReferenceSeeds, o.threads);
-  report.reference_mean = mean_luminance(report.reference);
-  report.reference_samples = report.reference.pixels.front().samples;
-  if (!(report.reference_mean > 0)) {
-    throw Error(report.name + ": the picture is black; there is no error to measure");
-  }
+  study.goals = goals_of(o);
+  study.picture_pixels = double(report.loaded.picture_width) * report.loaded.picture_height;
+  StudyClock clock(report, o.quiet);
+  clock.measure_reference(report.loaded, kReferencePart, o.threads);
 
-  const std::vector<Variant> singles = single_variants(report.loaded);
-  std::vector<Variant> variants{default_variant()};
-  variants.insert(variants.end(), singles.begin(), singles.end());
+  std::vector<Candidate> candidates = single_candidates(report.loaded);
   const double part = kSinglesPart / (1 - kReferencePart);
-  report.rows = make_rows(
-      variants, measure(report, variants, part * left(), (1 - part) * left(), 1, announce));
-  test_biases(report);
+  study.rows = measure(clock, report.loaded, candidates, part * clock.left(), 1);
+  measure::test_biases(study);
 
-  std::vector<VariantResult> results;
-  for (std::size_t i = 1; i < report.rows.size(); ++i) results.push_back(result_of(report.rows[i]));
-  const std::vector<Variant> pairs = combinations(singles, results);
-  if (!pairs.empty() && !interrupted()) {
-    variants.assign(1, default_variant());
-    variants.insert(variants.end(), pairs.begin(), pairs.end());
+  std::vector<measure::VariantResult> results;
+  for (std::size_t i = 1; i < study.rows.size(); ++i) {
+    results.push_back(measure::result_of(study.rows[i]));
+  }
+  const std::vector<Candidate> joined = combinations(candidates, results);
+  if (!joined.empty() && !interrupted()) {
     constexpr std::uint64_t kCombinationSeeds = std::uint64_t(1) << 20;
-    std::vector<TradeRow> rows =
-        make_rows(variants, measure(report, variants, left(), 0, kCombinationSeeds, announce));
-    for (std::size_t i = 1; i < rows.size(); ++i) report.rows.push_back(std::move(rows[i]));
+    std::vector<measure::Row> rows =
+        measure(clock, report.loaded, joined, clock.left(), kCombinationSeeds);
+    study.rows.insert(study.rows.end(), std::make_move_iterator(rows.begin() + 1),
+                      std::make_move_iterator(rows.end()));
+    candidates.insert(candidates.end(), joined.begin(), joined.end());
   }
-  const std::uint64_t plain = file_bytes(report.loaded.clouds, {});
-  for (TradeRow& row : report.rows) {
-    if (!row.good()) continue;
-    row.file_bytes =
-        row.variant.cloud ? file_bytes(report.loaded.clouds, row.variant.cloud) : plain;
-  }
-  judge(report);
-  report.used = clock_seconds() - begin;
+  measure_files(report, candidates);
+  measure::judge(study);
+  clock.stop();
   return report;
 }
 
 }  // namespace
 
-void Announcer::operator()(const std::string& next, double seconds_left) {
-  constexpr double kPause = 5;
-  if (quiet_ || clock_seconds() < last_ + kPause) return;
-  last_ = clock_seconds();
-  seconds_left = std::max(0.0, seconds_left);
-  std::cerr << "pvol-stats: " << next << "; " << readable_seconds(seconds_left) << " left\n";
-}
-
 int run_trade(const TradeOptions& o) {
   if (o.html) check_output(*o.html, {".html", ".htm"});
-  const TradeReport report = measure_trade(o);
-  if (o.html) write_trade_page(*o.html, report);
+  const StudyReport report = measure_trade(o);
+  const report::Document document = trade_document(report, o.html.has_value());
+  if (o.html) html::write_page(*o.html, document);
   if (o.json) {
     std::cout << to_text(trade_json(report));
   } else if (!o.quiet) {
-    print_trade(report);
+    std::cout << report::to_terminal(document);
   }
   return kSuccess;
 }

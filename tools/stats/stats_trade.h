@@ -33,15 +33,4 @@ struct TradeOptions {
 };
 [[nodiscard]] int run_trade(const TradeOptions& o);
 
-/// Says on stderr what is measured next, every few seconds.
-class Announcer {
- public:
-  explicit Announcer(bool quiet) : quiet_(quiet) {}
-  void operator()(const std::string& next, double seconds_left);
-
- private:
-  bool quiet_;
-  double last_ = 0;
-};
-
 }  // namespace pvol::cli

@@ -1,5 +1,7 @@
 #include "stats/trade_report.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -8,41 +10,14 @@
 namespace pvol::cli {
 namespace {
 
-double median(const std::vector<double>& values) { return estimate_median(values).value; }
+using measure::Row;
+using measure::Study;
+using report::Content;
+using report::Heading;
+using report::Shown;
+using report::Text;
 
-/// The ratio where the default varies, and 1 where nothing does.
-void relate(TradeRow& row, const TradeRow& base) {
-  const Measured &m = row.measured, &b = base.measured;
-  row.time = estimate_ratio(m.seconds, b.seconds);
-  row.variance = estimate_ratio(m.variance, b.variance);
-  const auto products = [](const Measured& of) {
-    std::vector<double> p;
-    for (std::size_t i = 0; i < of.seconds.size(); ++i) p.push_back(of.seconds[i] * of.variance[i]);
-    return p;
-  };
-  row.cost = estimate_ratio(products(m), products(b));
-  if (!m.instructions.empty() && !b.instructions.empty()) {
-    row.instructions = estimate_ratio(m.instructions, b.instructions);
-  }
-}
-
-/// In units of the reference's mean luminance. Time and variance are the default's times the ratios
-/// measured in turn, so that a busy spell of the machine favours none.
-Setting setting_of(const TradeRow& row, const TradeRow& base, double mean) {
-  Setting s;
-  s.seconds = median(base.measured.seconds) * row.time.value;
-  s.set_up = median(row.measured.set_up_seconds);
-  s.variance = sample_variance(base.measured.film) / (mean * mean) * row.variance.value;
-  s.offset = row.offset() * row.offset();
-  const double cost = row.time.value * row.variance.value;
-  if (&row != &base && cost > 0) s.doubt = std::max(1.0, row.cost.high / cost);
-  return s;
-}
-
-/// In memory and in the file.
-double bytes_of(const TradeRow& row) {
-  return double(row.measured.set_up.bytes()) + double(row.file_bytes);
-}
+// --- words --------------------------------------------------------------------------------------
 
 /// Words with what a shell would split or expand in quotes.
 std::string quoted(const std::string& word) {
@@ -54,101 +29,164 @@ std::string quoted(const std::string& word) {
   return text + "'";
 }
 
-std::string goal(const Goal& g) {
-  return g.error ? "for a relative error of " + readable(100 * *g.error) + " %"
-                 : "in " + readable_seconds(*g.seconds) + " of CPU time";
+std::string goal_text(const measure::Goal& g) {
+  return g.error ? fmt::format("for a relative error of {:.4g} %", 100 * *g.error)
+                 : fmt::format("in {} of CPU time", readable_seconds(*g.seconds));
+}
+
+/// Three significant digits, never in powers of ten for what ratios are.
+std::string ratio(double v) { return fmt::format("{:.{}f}", v, v < 9.995 ? 2 : v < 99.95 ? 1 : 0); }
+
+std::string with_interval(const measure::Estimate& e) {
+  return fmt::format("{} ({}-{})", ratio(e.value), ratio(e.low), ratio(e.high));
+}
+
+std::string bias_text(const Row& row) {
+  const measure::ChannelComparison& c = row.bias.luminance;
+  const double percent = 100 / c.mean_b;
+  if (!std::isfinite(percent)) return "-";
+  return fmt::format("{:+.2f} +- {:.2f} %", c.bias * percent,
+                     c.bias_half_width * std::abs(percent));
+}
+
+/// What the intervals of the table hold, and how often it is wrong.
+std::vector<Content> notes(const Study& study) {
+  const measure::Coverage c = measure::coverage(study);
+  return {
+      Text{fmt::format("Ratios to the default: medians of {} rounds or more, in which the settings "
+                       "took turns; intervals hold the median with {:.0f} % or more.",
+                       c.rounds, 100 * c.probability)},
+      Text{fmt::format(
+          "Bias: against {} samples a pixel of the default, with 95 % intervals. No unbiased "
+          "setting is called biased but with {:.0f} % probability for the whole table.",
+          study.reference_samples, 100 * measure::kFalseAlarms)},
+      Text{fmt::format("Look-ups: per sample. {}", study.rows[0].instructions
+                                                       ? "Instructions are in --json."
+                                                       : "Instructions: not counted on this "
+                                                         "machine.")}};
+}
+
+// --- parts --------------------------------------------------------------------------------------
+
+report::Table trade_table(const Study& study) {
+  report::Table t{.caption = "Ratios to the default with their intervals; look-ups a sample.",
+                  .header = {"setting", "time", "variance", "time x variance", "look-ups", "bytes",
+                             "bias of the mean"},
+                  .marks =
+                      "on the Pareto front of time x variance, systematic error, and bytes in "
+                      "memory and file; the default stands for settings that noise does not "
+                      "tell from it"};
+  for (const Row* r : good_rows(study)) {
+    if (r->on_front) t.marked.push_back(t.rows.size());
+    t.rows.push_back({label(r->variant), with_interval(r->time), ratio(r->variance.value),
+                      with_interval(r->cost), fmt::format("{:.4g}", r->work.lookups),
+                      readable_bytes(r->measured.set_up.bytes()), bias_text(*r)});
+  }
+  return t;
+}
+
+std::vector<Content> verdicts(const Study& study) {
+  std::vector<Content> list;
+  for (const Row* r : good_rows(study)) {
+    const std::string text = verdict_text(*r);
+    if (text.empty()) continue;
+    list.push_back(report::Verdict{fmt::format("{}: {}", label(r->variant), text),
+                                   r->detected() ? report::Mood::bad : report::Mood::plain});
+  }
+  return list;
+}
+
+/// With this a page begins and a terminal ends.
+std::vector<Content> advice_part(const StudyReport& report) {
+  std::vector<Content> part{Heading{"What to type"}};
+  for (const measure::Goal& g : report.study.goals) {
+    part.push_back(report::Verdict{advice_text(report, g), report::Mood::plain,
+                                   g.advice ? command_line(report, *g.advice) : ""});
+  }
+  return part;
+}
+
+bool any_wrongly_biased(const Study& study) {
+  return std::any_of(study.rows.begin(), study.rows.end(),
+                     [](const Row& r) { return r.good() && r.detected() && !r.variant.biased; });
+}
+
+/// The rows whose look-ups a page shows.
+std::vector<const Row*> rows_of_interest(const Study& study) {
+  constexpr std::size_t kMost = 6;
+  std::vector<const Row*> rows = good_rows(study);
+  std::erase_if(rows, [&](const Row* r) {
+    const std::string& factor = r->variant.factor;
+    return r != &study.rows.front() && factor != "tracker" && factor != "micro-bounds";
+  });
+  if (rows.size() > kMost) rows.resize(kMost);
+  return rows;
 }
 
 }  // namespace
 
-double TradeRow::offset() const {
-  if (!variant.biased && !detected()) return 0;
-  const ChannelComparison& c = bias.luminance;
-  const double spread = c.systematic_half_width, mean = std::abs(c.mean_b);
-  const double squared = c.systematic_mse + (std::isfinite(spread) ? spread : 0);
-  // The mean's own bias is part of the systematic error, and known better.
-  return mean > 0 ? std::max(std::sqrt(std::max(0.0, squared)), std::abs(c.bias)) / mean : 0;
-}
-
-double TradeRow::proven_cost() const {
-  constexpr double kHair = 1e-9;
-  if (variant.option.empty()) return 1;
-  return cost.low <= 1 && cost.high >= 1 ? 1 + kHair : cost.value;
-}
-
-std::vector<TradeRow> make_rows(const std::vector<Variant>& variants,
-                                std::vector<Measured> measured) {
-  std::vector<TradeRow> rows(variants.size());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    rows[i].variant = variants[i];
-    rows[i].measured = std::move(measured[i]);
-    if (rows[i].good()) relate(rows[i], rows[0]);
-  }
-  return rows;
-}
-
-void test_biases(TradeReport& report) {
-  std::size_t tests = 0;
-  for (const TradeRow& row : report.rows) tests += row.good();
-  report.level = sidak_level(kTradeFalseAlarms, tests);
-  for (TradeRow& row : report.rows) {
-    if (!row.good()) continue;
-    row.bias = compare(row.measured.film, report.reference, {.level = report.level});
-  }
-}
-
-void judge(TradeReport& report) {
-  test_biases(report);
-  std::vector<std::size_t> good;
-  std::vector<Costs> costs;
-  std::vector<Setting> settings;
-  for (std::size_t i = 0; i < report.rows.size(); ++i) {
-    TradeRow& row = report.rows[i];
-    if (!row.good()) continue;
-    row.setting = setting_of(row, report.rows[0], report.reference_mean);
-    good.push_back(i);
-    settings.push_back(row.setting);
-    // Less than a per cent of the bytes is no reason to choose a setting.
-    const double bytes = std::round(100 * bytes_of(row) / bytes_of(report.rows[0]));
-    costs.push_back({row.proven_cost(), row.offset(), bytes});
-  }
-  for (const std::size_t i : pareto_front(costs)) report.rows[good[i]].on_front = true;
-  const double pixels = double(report.loaded.picture_width) * report.loaded.picture_height;
-  for (Goal& g : report.goals) {
-    g.advice = g.error ? advise_for_error(settings, pixels, *g.error)
-                       : advise_for_time(settings, pixels, *g.seconds);
-    if (g.advice) g.advice->setting = good[g.advice->setting];
-  }
-}
-
-std::string label(const Variant& variant) {
-  return variant.option.empty() ? "default" : variant.option;
-}
-
-std::string command_line(const TradeReport& report, const Advice& advice) {
+std::string command_line(const StudyReport& report, const measure::Advice& advice) {
   std::string text = "pvol-render " + quoted(report.name);
   for (const std::string& word : report.given) text += ' ' + quoted(word);
-  const std::string& option = report.rows[advice.setting].variant.option;
+  const std::string& option = report.study.rows[advice.setting].variant.option;
   if (!option.empty()) text += ' ' + option;
   const auto samples = std::uint32_t(std::min(advice.samples, 4294967295.0));
-  return text + " --spp " + std::to_string(samples) + " -o picture.exr";
+  return fmt::format("{} --spp {} -o picture.exr", text, samples);
 }
 
-std::string advice_text(const TradeReport& report, const Goal& g) {
+std::string advice_text(const StudyReport& report, const measure::Goal& g) {
   if (!g.advice) {
-    return goal(g) + ": no setting measured reaches that" +
-           (g.error ? " error" : ": one sample a pixel takes longer");
+    return fmt::format("{}: no setting measured reaches that{}", goal_text(g),
+                       g.error ? " error" : ": one sample a pixel takes longer");
   }
-  const Advice& a = *g.advice;
-  const TradeRow& row = report.rows[a.setting];
-  std::string text = goal(g) + ", " + std::to_string(report.loaded.picture_width) + "x" +
-                     std::to_string(report.loaded.picture_height) + " pixels: about " +
-                     readable_seconds(a.seconds) + " of CPU time, relative error " +
-                     readable(100 * a.error) + " %";
-  if (row.offset() > 0) {
-    text += ", of which up to " + readable(100 * row.offset()) + " % is bias that stays";
+  const Row& row = report.study.rows[g.advice->setting];
+  const std::string bias =
+      fmt::format(", of which up to {:.4g} % is bias that stays", 100 * row.offset());
+  return fmt::format("{}, {}x{} pixels: about {} of CPU time, relative error {:.4g} %{}",
+                     goal_text(g), report.loaded.picture_width, report.loaded.picture_height,
+                     readable_seconds(g.advice->seconds), 100 * g.advice->error,
+                     row.offset() > 0 ? bias : "");
+}
+
+std::string verdict_text(const Row& row) {
+  if (!row.detected()) return row.variant.biased ? "biased by design, not detected" : "";
+  const measure::ChannelComparison& c = row.bias.luminance;
+  const bool by_place = std::abs(c.bias) <= c.bias_half_width;
+  return fmt::format(
+      "BIASED: mean {}{}{}", bias_text(row),
+      by_place ? fmt::format(", by place: {:.2g} % or less", 100 * row.offset()) : "",
+      row.variant.biased ? "" : ", though it should not be: please report this");
+}
+
+report::Document trade_document(const StudyReport& report, bool pictures) {
+  const Study& study = report.study;
+  report::Document d{.title = "Speed and accuracy: " + report.name,
+                     .subject = report.name,
+                     .lead = describe(report.loaded)};
+  add(d,
+      Text{fmt::format("Measured in {} of a budget of {}.", readable_seconds(report.used),
+                       readable_seconds(report.budget))},
+      Shown::on_page);
+  add(d, advice_part(report), Shown::on_page);
+  add(d, Heading{"The trade"});
+  if (pictures) add(d, trade_plots(report), Shown::on_page);
+  add(d, trade_table(study));
+  add(d, notes(study), Shown::everywhere);
+  if (pictures) add(d, ratio_parts(study), Shown::on_page);
+  add(d, Heading{"Bias"});
+  add(d, verdicts(study), Shown::everywhere);
+  if (!any_wrongly_biased(study)) {
+    add(d,
+        report::Verdict{"No setting that should be unbiased was found biased.", report::Mood::good},
+        Shown::on_page);
   }
-  return text;
+  if (pictures) add(d, bias_parts(study), Shown::on_page);
+  const std::vector<Content> left_out = left_out_lines(study);
+  if (!left_out.empty()) add(d, Heading{"Left out"}, Shown::on_page);
+  add(d, left_out, Shown::everywhere);
+  add(d, advice_part(report), Shown::on_terminal);
+  if (pictures) add(d, lookup_part(rows_of_interest(study), "", {}), Shown::on_page);
+  return d;
 }
 
 }  // namespace pvol::cli

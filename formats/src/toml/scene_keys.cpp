@@ -21,8 +21,8 @@ SectionManual section(const std::string& heading, const std::string& about,
   SectionManual manual{heading, about, {}};
   for (const Entry& e : entries) {
     if (!e.about.in_scenes) continue;
-    manual.lines.push_back({e.about.key, metavar_of(e.about), e.about.help,
-                            expected(e.about.limits), otherwise_text(e)});
+    manual.lines.push_back(
+        {e.about.key, e.about.help, expected(e.about.limits), otherwise_text(e)});
   }
   return manual;
 }
@@ -63,23 +63,24 @@ Entries render_keys(SceneFile& file) {
 }
 
 std::vector<SectionManual> describe_sections() {
-  SceneFile file{.volumes = {SceneVolume{}}};
+  // The tolerance has a default where the precision is one that has a tolerance.
+  SceneFile file{.volumes = {SceneVolume{}}, .density = Quantisation{.precision = Precision::fpn}};
   std::vector<Component> components;
   Placement placement;
   const Entries component = all_component_keys(components);
   std::vector<SectionManual> all;
   all.push_back(section("[volume]", "The cloud; [[volume]] for each of several, which may overlap.",
                         entries(file.volumes.front())));
-  all.push_back(section("[camera]", "Without it the camera frames the clouds.",
-                        entries(file.scene.camera)));
-  all.push_back(section("[medium]",
-                        "What the first volume is made of, and where it lies; each further volume "
-                        "has a [volume.medium].",
-                        joined(joined(entries(file.volumes.front().medium),
-                                      without(component, "share")),
-                               entries(placement))));
-  all.push_back(section("[[medium.component]]", "Another kind of matter in the same cloud.",
-                        component));
+  all.push_back(
+      section("[camera]", "Without it the camera frames the clouds.", entries(file.scene.camera)));
+  all.push_back(
+      section("[medium]",
+              "What the first volume is made of, and where it lies; each further volume "
+              "has a [volume.medium].",
+              joined(joined(entries(file.volumes.front().medium), without(component, "share")),
+                     entries(placement))));
+  all.push_back(
+      section("[[medium.component]]", "Another kind of matter in the same cloud.", component));
   for (Environment& sky : all_kinds<Environment>()) {
     const std::string type = kind_name(sky);
     all.push_back(section("[environment] type = \"" + type + "\"", "", entries(sky)));

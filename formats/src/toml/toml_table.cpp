@@ -97,7 +97,9 @@ std::string TomlValue::text() const {
       return v.size() <= kShownText ? toml_string(v) : toml_string(v.substr(0, kShownText)) + "...";
     }
     std::string operator()(TomlDate) const { return "a date or time"; }
-    std::string operator()(const TomlArray& v) const { return fmt::format("an array of {}", v.size()); }
+    std::string operator()(const TomlArray& v) const {
+      return fmt::format("an array of {}", v.size());
+    }
     std::string operator()(const TomlTable&) const { return "a table"; }
   };
   return std::visit(Shown{}, value);

@@ -10,7 +10,7 @@
 #include "pvol/error.h"
 #include "pvol/measure/student.h"
 
-namespace pvol {
+namespace pvol::measure {
 namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
@@ -321,4 +321,4 @@ FilmComparison compare(const Film& a, const Film& b, const CompareOptions& optio
   return r;
 }
 
-}  // namespace pvol
+}  // namespace pvol::measure

@@ -13,7 +13,7 @@
 #include "pvol/volume/estimators.h"
 #include "pvol/volume/facts.h"
 
-namespace pvol {
+namespace pvol::measure {
 namespace {
 
 constexpr std::uint32_t kReplicates = 8;
@@ -143,7 +143,8 @@ ShellProbe probe_shell(const VoxelGrid& grid, const Pyramid& pyramid, const Shel
   p.extinction = volume.medium.extinction;
   p.without = total(replicate(volume, scene));
   scene.options.shells = ShellUse::on;
-  p.estimate = choose_shell(volume, shell, scene).estimate;
+  volume.shell = shell;
+  p.estimate = choose_shell(volume, scene).estimate;
   const Replicates with_shell = replicate(volume, scene);
   p.with_shell = total(with_shell);
   for (const PixelSums& pixel : with_shell.film.pixels) p.rays += pixel.samples;
@@ -151,4 +152,4 @@ ShellProbe probe_shell(const VoxelGrid& grid, const Pyramid& pyramid, const Shel
   return p;
 }
 
-}  // namespace pvol
+}  // namespace pvol::measure

@@ -4,7 +4,7 @@
 #include <initializer_list>
 #include <limits>
 
-namespace pvol {
+namespace pvol::measure {
 namespace {
 
 constexpr double kNormal = 1e8;  // degrees of freedom from which on the normal law is used
@@ -74,4 +74,4 @@ double sidak_p_value(double p, double count) {
   return count > 0 ? -std::expm1(std::log1p(-p) * count) : 1;
 }
 
-}  // namespace pvol
+}  // namespace pvol::measure

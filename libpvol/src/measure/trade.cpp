@@ -6,7 +6,7 @@
 #include "pvol/error.h"
 #include "pvol/measure/compare.h"
 
-namespace pvol {
+namespace pvol::measure {
 namespace {
 
 /// Probability that fewer than k of n fair coins show heads: that the k-th smallest of n values
@@ -25,9 +25,9 @@ double error_after(const Setting& s, double samples) {
 }
 
 Advice describe(std::span<const Setting> settings, std::size_t i, double pixels, double samples) {
-  const Setting& s = settings[i];
-  return {i, samples, s.set_up + samples * pixels * s.seconds,
-          std::sqrt(s.offset + s.variance / samples)};
+  Advice a = forecast(settings[i], pixels, samples);
+  a.setting = i;
+  return a;
 }
 
 }  // namespace
@@ -53,6 +53,12 @@ Estimate estimate_ratio(std::span<const double> a, std::span<const double> b, do
     ratios.push_back(a[i] == b[i] ? 1 : a[i] / b[i]);
   }
   return estimate_median(std::move(ratios), coverage);
+}
+
+Estimate inverse(const Estimate& e) { return {1 / e.value, 1 / e.high, 1 / e.low, e.coverage}; }
+
+double median(const std::vector<double>& values) {
+  return values.empty() ? 0 : estimate_median(values).value;
 }
 
 double sidak_level(double family, std::size_t comparisons) {
@@ -107,6 +113,11 @@ std::vector<std::size_t> pareto_front(std::span<const Costs> settings) {
   return front;
 }
 
+Advice forecast(const Setting& s, double pixels, double samples) {
+  return {0, samples, s.set_up + samples * pixels * s.seconds,
+          std::sqrt(s.offset + s.variance / samples)};
+}
+
 std::optional<Advice> advise_for_error(std::span<const Setting> settings, double pixels,
                                        double error) {
   const auto samples_for = [&](const Setting& s, double doubt) {
@@ -142,4 +153,4 @@ std::optional<Advice> advise_for_time(std::span<const Setting> settings, double 
   return describe(settings, *best, pixels, samples_in(settings[*best]));
 }
 
-}  // namespace pvol
+}  // namespace pvol::measure

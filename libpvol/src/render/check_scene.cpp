@@ -1,69 +1,46 @@
-// What cameras, lights and options may be: each value by its row, and what rows cannot say.
-#include <cmath>
+#include "render/check_scene.h"
+
 #include <string>
 
 #include "pvol/error.h"
 #include "pvol/render/lights.h"
-#include "pvol/render/scene.h"
 
-namespace pvol {
+namespace pvol::detail {
 namespace {
 
 void require(bool ok, const std::string& message) {
   if (!ok) throw Error(message);
 }
 
-void require_fit(const std::string& what, const std::optional<Misfit>& misfit) {
-  if (misfit) throw Error(what + ": " + misfit->keys.front() + ": expected " + misfit->expected);
+void check(const Scene& scene) {
+  validate(scene.environment);
+  for (const Light& light : scene.lights) validate(light);
+  validate(scene.options);
+  validate(scene.camera);
+}
+
+void check(const Volume& volume, const RenderOptions& o) {
+  validate(volume.medium);
+  require(volume.density.majorant_excess == 1 || is_weighted(o.tracker),
+          "the volume's majorants do not hold, which takes a tracker with weights");
+  const bool cells = o.look_up == LookUp::nearest || o.look_up == LookUp::trilinear;
+  require(cells || (o.tracker != Tracker::regular && o.transmittance != Transmittance::regular),
+          "regular tracking and regular transmittance have closed forms for nearest and trilinear "
+          "interpolation only; choose another tracker, transmittance or interpolation");
+  require(volume.density.scale == float(volume.medium.extinction) &&
+              volume.density.look_up == o.look_up &&
+              (o.tracker != Tracker::delta_global || volume.density.octree.depth == 0),
+          "the volume was made for another extinction, interpolation or tracker than the scene's");
 }
 
 }  // namespace
 
-std::optional<Misfit> misfit(const Camera& c) {
-  constexpr double kLeastSine = 1e-6;  // of the angle between up and the view; the cross product of
-                                       // two unit vectors is accurate to about 1e-16
-  const Vec3d view = c.target - c.position;
-  if (view == Vec3d{}) return Misfit{{"target"}, "another point than position"};
-  const double sine = length(cross(normalize(view), normalize(c.up)));
-  if (sine > kLeastSine) return std::nullopt;
-  return Misfit{{"up", "target"},
-                "up, by default [0, 1, 0], not along the line from position to target"};
+void check(std::span<const Volume> volumes, const Scene& scene) {
+  check(scene);
+  require(!volumes.empty(), "there is no volume to render");
+  require(volumes.size() == 1 || !is_weighted(scene.options.tracker),
+          "weighted trackers take one volume; choose another tracker for several");
+  for (const Volume& v : volumes) check(v, scene.options);
 }
 
-void validate(const Camera& camera) {
-  require_limits("camera", entries(camera));
-  require_fit("camera", misfit(camera));
-}
-
-std::optional<Misfit> misfit(const RenderOptions& o) {
-  if (o.crop_x < o.width && o.crop_y < o.height && o.crop_width <= o.width - o.crop_x &&
-      o.crop_height <= o.height - o.crop_y) {
-    return std::nullopt;
-  }
-  return Misfit{{"crop"},
-                "[x, y, width, height] inside the image of " + std::to_string(o.width) + " x " +
-                    std::to_string(o.height) + " pixels"};
-}
-
-void validate(const RenderOptions& options) {
-  require_limits("render", without(entries(options), "seed"));  // any in memory
-  require_fit("render", misfit(options));
-}
-
-void validate(const Environment& environment) {
-  const auto* picture = std::get_if<ImageSky>(&environment);
-  if (!picture) return require_limits("sky", entries(environment));
-  require_limits("sky", without(entries(environment), "file"));  // which pixels in memory lack
-  require(picture->width > 0 && picture->height > 0 &&
-              picture->pixels.size() == std::size_t(picture->width) * std::size_t(picture->height),
-          "sky: the picture must have width x height pixels");
-  const auto is_light = [](Rgb c) { return is_finite(c) && min_component(c) >= 0; };
-  for (const Rgb pixel : picture->pixels) {
-    require(is_light(pixel) && is_light(pixel * picture->scale),
-            "sky: every radiance must be finite and not negative");
-  }
-}
-
-void validate(const Light& light) { require_limits(kind_name(light), entries(light)); }
-
-}  // namespace pvol
+}  // namespace pvol::detail

@@ -1,10 +1,9 @@
 #include "pvol/render/guide_choice.h"
 
-#include <algorithm>
 #include <string>
 
 #include "pvol/error.h"
-#include "pvol/render/render.h"
+#include "pvol/render/plan.h"
 #include "pvol/volume/estimators.h"
 
 namespace pvol {
@@ -23,7 +22,7 @@ const char* obstacle(std::span<const Volume> volumes, const RenderOptions& o) {
 
 }  // namespace
 
-GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene) {
+GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene, double paths) {
   constexpr double kScatterings = 5;  // of a path, from which on guiding has something to choose
   constexpr double kPaths = 1 << 17;  // that take longer than the photons
   const RenderOptions& o = scene.options;
@@ -38,7 +37,7 @@ GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene) {
   const double scatterings =
       estimate_scatterings(thickness, double(largest_albedo(volumes.front().medium)));
   if (scatterings < kScatterings) return {false, "paths are short", scatterings};
-  if (double(o.width) * o.height * o.samples < kPaths) {
+  if (paths < kPaths) {
     return {false, "the picture takes less time than a guide", scatterings};
   }
   return {true, "paths are long", scatterings};

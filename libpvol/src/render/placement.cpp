@@ -86,7 +86,8 @@ void assign_matrix(Placement& p, const Value& value) {
 
 std::optional<Misfit> misfit(const Placement& p) {
   if (p.matrix && (p.scale || !p.rotate.empty() || p.translate)) {
-    return Misfit{{"scale", "rotate", "translate"}, "either matrix, or scale, rotate and translate"};
+    return Misfit{{"scale", "rotate", "translate"},
+                  "either matrix, or scale, rotate and translate"};
   }
   const Affine back = inverse(p.map());
   if (is_finite(back.m[0]) && is_finite(back.m[1]) && is_finite(back.m[2])) return std::nullopt;

@@ -51,15 +51,15 @@ ShellEstimate estimate_shell(const Volume& volume, const Shell& shell, const Sce
   return e;
 }
 
-ShellChoice choose_shell(Volume& volume, const Shell& shell, const Scene& scene) {
+ShellChoice choose_shell(const Volume& volume, const Scene& scene) {
   ShellChoice choice;
-  choice.estimate = estimate_shell(volume, shell, scene);
+  if (!volume.shell) return choice;
+  choice.estimate = estimate_shell(volume, *volume.shell, scene);
   // Homogeneous parts reach beyond the cells that the shell was proven for.
-  const bool fits = !volume.density.homogeneous || volume.density.homogeneous->nodes == 0;
+  const auto& homogeneous = volume.density.homogeneous;
+  const bool fits = !homogeneous || homogeneous->nodes == 0;
   const ShellUse use = fits ? scene.options.shells : ShellUse::off;
   choice.kept = use == ShellUse::on || (use == ShellUse::automatic && choice.estimate.pays());
-  volume.shell.reset();
-  if (choice.kept) volume.shell.emplace(shell, volume.density.octree.origin);
   return choice;
 }
 

@@ -21,7 +21,8 @@ void check_majorant_scale(const VolumeOptions& o) {
   const double least = is_weighted(o.tracker) ? 1 / kMostBoundsExcess : 1;
   if (o.majorant_scale >= least && o.majorant_scale <= kMostMajorantScale) return;
   throw Error("a majorant scale of " + text(o.majorant_scale) + " is outside [" + text(least) +
-              ", " + text(kMostMajorantScale) + "]. Below 1 majorants do not bound: that takes one of the trackers with "
+              ", " + text(kMostMajorantScale) +
+              "]. Below 1 majorants do not bound: that takes one of the trackers with "
               "weights, and 1/3 is the least that they can make up for.");
 }
 
@@ -138,7 +139,7 @@ Placed place(const Affine& index_to_object, const Pyramid& pyramid, const Medium
         " per voxel is more than paths can resolve (1e12). Check the unit of the extinction.");
   }
 
-  Volume v{.medium = medium, .object_to_world = o.object_to_world, .density = {}, .shell = {}};
+  Volume v{.medium = medium, .object_to_world = o.object_to_world};
   VolumeField& f = v.density;
   f.scale = float(medium.extinction);
   f.look_up = look_up;

@@ -92,8 +92,8 @@ struct SceneFile {
 /// A section of a scene for manuals.
 struct SectionManual {
   struct Line {
-    std::string key, metavar, help;
-    std::string expected;  ///< "a number in (0, 180)"
+    std::string key, help;
+    std::string expected;   ///< "a number in (0, 180)"
     std::string otherwise;  ///< the default as TOML, or in words; empty where there is none
   };
   std::string heading;  ///< "[camera]"

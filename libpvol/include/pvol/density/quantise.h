@@ -32,6 +32,7 @@ enum class Precision { fp32, fp16, fp8, fpn };
 
 /// Sixteen bits can keep any error above the smaller limit.
 inline constexpr double kLeastTolerance = 1e-5, kLargestTolerance = 1;
+inline constexpr Range kToleranceRange = Range::closed(kLeastTolerance, kLargestTolerance);
 
 struct Quantisation {
   Precision precision = Precision::fp32;
@@ -61,12 +62,14 @@ struct Quantisation {
        }},
       {{.key = "density_tolerance",
         .metavar = "X",
-        .limits = number(Range::closed(kLeastTolerance, kLargestTolerance)),
+        .limits = number(kToleranceRange),
         .help = "Largest error of a sample in fpn, relative to the largest sample",
         .effect = Effect::bias,
         .goes_with = "density",
         .of_value = "fpn"},
-       [](const Q& q) { return q && q->precision == Precision::fpn ? Value(q->tolerance) : Value(); },
+       [](const Q& q) {
+         return q && q->precision == Precision::fpn ? Value(q->tolerance) : Value();
+       },
        [](Q& q, const Value& v) {
          if (q) assign(q->tolerance, v);
        }},

@@ -7,7 +7,8 @@
 //   };
 //   constexpr auto keys(const Fog&) {
 //     return std::to_array<Key<Fog>>({
-//         key<&Fog::thickness>({.key = "thickness", .metavar = "X", .limits = number(Range::above(0)),
+//         key<&Fog::thickness>({.key = "thickness", .metavar = "X", .limits =
+//         number(Range::above(0)),
 //                               .help = "Thickness in world units"}),
 //         key<&Fog::kind>({.key = "kind", .help = "What it is made of"}),
 //     });
@@ -41,8 +42,8 @@ struct Description {
   const char* help = "";       ///< a sentence without its full stop, with the unit
   const char* otherwise = "";  ///< the default as help puts it, where its value would not tell
   Effect effect = Effect::picture;
-  bool required = false;      ///< in a section of a scene
-  bool in_scenes = true;      ///< false: no picture depends on it, so scenes do not have it
+  bool required = false;       ///< in a section of a scene
+  bool in_scenes = true;       ///< false: no picture depends on it, so scenes do not have it
   const char* goes_with = "";  ///< another key, to which this one adds; "" is none
   const char* of_value = "";   ///< ... and the value that the other one must have
   const char* factor = "";     ///< what a study of trade-offs calls it; "" is left out of them
@@ -58,7 +59,7 @@ struct Description {
 /// A row bound to a thing: reading and writing it take no more than this.
 struct Entry {
   Description about;
-  std::function<Value()> get;               ///< nothing where there is nothing to write
+  std::function<Value()> get;                ///< nothing where there is nothing to write
   std::function<void(const Value&)> assign;  ///< of what the limits allow; empty for constants
 
   /// The value, or the word for none.
@@ -124,7 +125,8 @@ template <class T>
       all.insert(all.end(), part.begin(), part.end());
       continue;
     }
-    Entry& e = all.emplace_back(Entry{row.about, [&thing, get = row.get] { return get(thing); }, {}});
+    Entry& e =
+        all.emplace_back(Entry{row.about, [&thing, get = row.get] { return get(thing); }, {}});
     if constexpr (!std::is_const_v<T>) {
       e.assign = [&thing, set = row.set](const Value& v) { set(thing, v); };
     }

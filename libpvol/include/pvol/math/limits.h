@@ -45,12 +45,12 @@ struct Limits {
 
   Shape shape = Shape::word;
   Layout layout = Layout::one;
-  Range range{};                                 ///< of numbers
-  std::int64_t least = 0, most = 0;              ///< of whole numbers
-  std::array<std::size_t, 2> counts{};           ///< lengths of a list; 0 is none
-  char separator = ',';                          ///< of a list on a command line
-  std::string_view nothing{};                    ///< a word besides, for no value; may be empty
-  std::span<const std::string_view> words{};     ///< other words, in static memory
+  Range range{};                              ///< of numbers
+  std::int64_t least = 0, most = 0;           ///< of whole numbers
+  std::array<std::size_t, 2> counts{};        ///< lengths of a list; 0 is none
+  char separator = ',';                       ///< of a list on a command line
+  std::string_view nothing{};                 ///< a word besides, for no value; may be empty
+  std::span<const std::string_view> words{};  ///< other words, in static memory
   Also extra = nullptr;
 
   [[nodiscard]] constexpr Limits or_word(std::string_view word) const {

@@ -76,7 +76,7 @@ template <class T>
 inline void assign(bool& to, const Value& v) { to = std::get<bool>(v.data); }
 inline void assign(std::string& to, const Value& v) { to = *v.word(); }
 template <class T>
-  requires std::integral<T> || std::floating_point<T>
+requires std::integral<T> || std::floating_point<T>
 void assign(T& to, const Value& v) {
   if constexpr (std::integral<T>) {
     to = T(*v.whole());

@@ -11,7 +11,7 @@
 
 #include "pvol/render/film.h"
 
-namespace pvol {
+namespace pvol::measure {
 
 struct CompareOptions {
   double confidence = 0.95;  ///< of the intervals, in [0, 1)
@@ -106,4 +106,4 @@ struct FilmComparison {
 /// that of grey pictures, and never too small.
 [[nodiscard]] double luminance_deviation(const PixelSums& pixel);
 
-}  // namespace pvol
+}  // namespace pvol::measure

@@ -10,7 +10,7 @@
 #include "pvol/volume/facts.h"
 #include "pvol/volume/volume.h"
 
-namespace pvol {
+namespace pvol::measure {
 
 /// A ratio of two counts, and the half width of its 95 % interval: from how the counts of several
 /// renders with seeds of their own scatter around it (the delta method, Student's t).
@@ -64,4 +64,4 @@ struct ShellProbe {
 [[nodiscard]] ShellProbe probe_shell(const VoxelGrid& grid, const Pyramid& pyramid,
                                      const Shell& shell, const ProbeOptions& options = {});
 
-}  // namespace pvol
+}  // namespace pvol::measure

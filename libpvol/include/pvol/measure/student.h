@@ -1,7 +1,7 @@
 // Student's t: from a deviation to a probability, and from a confidence to an interval.
 #pragma once
 
-namespace pvol {
+namespace pvol::measure {
 
 /// Probability that a Student variable with `dof` > 0 degrees of freedom (which need not be whole)
 /// is farther from 0 than t; 1 for t = 0, 0 for an infinite one. Relative accuracy about 1e-8 down
@@ -20,4 +20,4 @@ namespace pvol {
 /// Distributions. JASA 62, 1967.
 [[nodiscard]] double sidak_p_value(double p, double count);
 
-}  // namespace pvol
+}  // namespace pvol::measure

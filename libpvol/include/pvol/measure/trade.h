@@ -11,7 +11,7 @@
 
 #include "pvol/render/film.h"
 
-namespace pvol {
+namespace pvol::measure {
 
 /// A median with an interval that holds the true one with probability `coverage`, whatever the
 /// distribution.
@@ -29,6 +29,12 @@ struct Estimate {
 /// for a while slows both.
 [[nodiscard]] Estimate estimate_ratio(std::span<const double> a, std::span<const double> b,
                                       double coverage = 0.95);
+
+/// How many times less: the ratio upside down. None of the three numbers is 0.
+[[nodiscard]] Estimate inverse(const Estimate& ratio);
+
+/// The median alone; 0 for no values.
+[[nodiscard]] double median(const std::vector<double>& values);
 
 /// Level of each of `comparisons` tests with which all of them together raise a false alarm with
 /// probability `family` at most, if they are independent or positively dependent (Sidak 1967).
@@ -71,6 +77,10 @@ struct Advice {
   double error = 0;    ///< root of the mean squared error, in the unit of the variance
 };
 
+/// What rendering a picture of this many pixels takes and errs with so many samples a pixel. The
+/// number of the setting is 0.
+[[nodiscard]] Advice forecast(const Setting& setting, double pixels, double samples);
+
 /// The setting that renders a picture of this many pixels with at most this error in least time, if
 /// any can: one whose offset alone exceeds the error cannot.
 [[nodiscard]] std::optional<Advice> advise_for_error(std::span<const Setting> settings,
@@ -81,4 +91,4 @@ struct Advice {
 [[nodiscard]] std::optional<Advice> advise_for_time(std::span<const Setting> settings,
                                                     double pixels, double seconds);
 
-}  // namespace pvol
+}  // namespace pvol::measure

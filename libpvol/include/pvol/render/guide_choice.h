@@ -17,7 +17,8 @@ struct GuideChoice {
 
 /// `automatic` guides where paths scatter so often, and are so many, that it should pay. Guiding
 /// needs one volume, a tracker without weights and no limit on bounces: `on` throws Error without
-/// them. Deterministic, from the scene alone; the size of the crop does not matter.
-[[nodiscard]] GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene);
+/// them. Deterministic, from the scene and the number of camera paths alone.
+[[nodiscard]] GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene,
+                                       double paths);
 
 }  // namespace pvol

@@ -86,7 +86,9 @@ inline constexpr int kMostThreads = 4096;
         .metavar = "WxH",
         .limits = whole(1, kLargestEdge).times(2, 'x'),
         .help = "Size of the image in pixels"},
-       [](const O& o) { return Value(Value::List{to_value(o.width), to_value(o.height)}); },
+       [](const O& o) {
+         return Value(Value::List{to_value(o.width), to_value(o.height)});
+       },
        [](O& o, const Value& v) {  // the crop of another size means nothing
          o.crop_x = o.crop_y = o.crop_width = o.crop_height = 0;
          assign(o.width, (*v.list())[0]), assign(o.height, (*v.list())[1]);
@@ -170,13 +172,14 @@ inline constexpr int kMostThreads = 4096;
                       .effect = Effect::cost,
                       .factor = "octree depth",
                       .sweep = "0 2 3 4 6 8"}),
-      key<&O::max_bounces>({.key = "max_bounces",
-                            .metavar = "N|none",
-                            .limits = whole(0, kMost32).or_word("none"),
-                            .help = "Most scatterings of a path; a limit makes the picture too dark",
-                            .effect = Effect::bias,
-                            .factor = "bounce limit",
-                            .sweep = "4 16 64 256"}),
+      key<&O::max_bounces>(
+          {.key = "max_bounces",
+           .metavar = "N|none",
+           .limits = whole(0, kMost32).or_word("none"),
+           .help = "Most scatterings of a path; a limit makes the picture too dark",
+           .effect = Effect::bias,
+           .factor = "bounce limit",
+           .sweep = "4 16 64 256"}),
       key<&O::background>(
           {.key = "background",
            .help = "Whether the sky is seen behind the cloud; off leaves it transparent"}),

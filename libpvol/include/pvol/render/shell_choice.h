@@ -28,8 +28,9 @@ struct ShellChoice {
   ShellEstimate estimate;
 };
 
-/// Gives the volume the shell of its cloud where the scene's options say so, or leave it to the
-/// estimate and that says that it pays for the scene's camera. The picture is the same either way.
-ShellChoice choose_shell(Volume& volume, const Shell& shell, const Scene& scene);
+/// Whether camera rays test the volume's shell before its octree: where there is one and the
+/// scene's options say so, or leave it to the estimate and that says that it pays for the scene's
+/// camera. The picture is the same either way.
+[[nodiscard]] ShellChoice choose_shell(const Volume& volume, const Scene& scene);
 
 }  // namespace pvol

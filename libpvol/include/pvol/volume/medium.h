@@ -56,7 +56,7 @@ struct Medium {
                                 .metavar = "X",
                                 .limits = number(Range::at_least(0)),
                                 .help = "Extinction per world unit and unit of density",
-                                .otherwise = "one that makes the cloud 40 mean free paths thick"}),
+                                .otherwise = "chosen for the cloud, and printed"}),
   });
 }
 

@@ -18,7 +18,7 @@
 #include "pvol/field/procedural.h"
 #include "pvol/math/box.h"
 #include "pvol/math/names.h"
-#include "pvol/shell/ray_shell.h"
+#include "pvol/shell/shell.h"
 #include "pvol/track/tracker.h"
 #include "pvol/volume/medium.h"
 
@@ -92,11 +92,12 @@ struct VolumeField {
 /// from any thread. The medium's components may be exchanged for others; its extinction and the
 /// placement are those of the bounds.
 struct Volume {
-  Medium medium;
-  Affine object_to_world;
-  VolumeField density;  ///< scaled to mu_t by the medium's extinction
-  /// Tested by camera rays before they enter the octree, in its cells; see choose_shell.
-  std::optional<RayShell> shell;
+  Medium medium{};
+  Affine object_to_world{};
+  VolumeField density{};  ///< scaled to mu_t by the medium's extinction
+  /// Certified to hold the density, in its index space; a plan decides whether rays test it.
+  std::optional<Shell> shell{};
+  std::string name{};  ///< for messages
 };
 
 /// What look-ups of this kind read (track/field.h). Refers to the field.

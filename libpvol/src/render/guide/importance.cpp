@@ -241,9 +241,8 @@ std::optional<Importance> make_importance(const PathSetup& setup,
   return Importance(std::move(cells), light.axis, lobe, std::move(rows), std::move(worths));
 }
 
-void guide_paths(std::span<const Volume> volumes, const Scene& scene, PathSetup& setup,
-                 const std::function<bool()>& stopped) {
-  PathSetup guided(volumes, scene, constant_part(scene.environment));
+void guide_paths(const RenderPlan& plan, PathSetup& setup, const std::function<bool()>& stopped) {
+  PathSetup guided(plan, constant_part(plan.scene.environment));
   std::optional<Importance> importance = make_importance(guided, stopped);
   if (!importance) return;
   guided.importance = std::make_shared<const Importance>(std::move(*importance));

@@ -72,7 +72,6 @@ class Importance {
 
 /// Makes the setup one of guided paths, where there is something to guide them by.
 /// `stopped` is asked now and then, from any thread; once it says so, nothing is guided.
-void guide_paths(std::span<const Volume> volumes, const Scene& scene, PathSetup& setup,
-                 const std::function<bool()>& stopped);
+void guide_paths(const RenderPlan& plan, PathSetup& setup, const std::function<bool()>& stopped);
 
 }  // namespace pvol::detail

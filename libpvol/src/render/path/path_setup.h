@@ -11,6 +11,8 @@
 
 #include "pvol/render/film.h"
 #include "pvol/render/lights.h"
+#include "pvol/render/plan.h"
+#include "pvol/shell/ray_shell.h"
 #include "pvol/volume/phase.h"
 #include "pvol/volume/volume.h"
 
@@ -62,6 +64,9 @@ struct VolumeSetup {
       cells_z;  // change of the position in cells per unit along each world axis
   Affine cells_to_world;
   std::vector<Matter> matter;
+
+  /// Tested by camera rays before they enter the octree; none where a plan leaves it out.
+  std::optional<RayShell> shell{};
 
   VolumeSetup(const Volume& v, Rgb constant)
       : volume(v),
@@ -119,22 +124,27 @@ struct PathSetup {
   std::uint64_t seed;
   int width, height;
 
-  PathSetup(std::span<const Volume> all, const Scene& scene, Rgb constant_ = Rgb(0.0f))
+  PathSetup(const RenderPlan& plan, Rgb constant_ = Rgb(0.0f))
       : constant(constant_),
-        projection(scene.camera, scene.options.width, scene.options.height),
-        sky(scene.environment),
-        lights(make_light_sources(scene.lights)),
-        tracker(scene.options.tracker),
-        transmittance(scene.options.transmittance),
-        background(scene.options.background),
-        max_bounces(scene.options.max_bounces.value_or(~0u)),
-        seed(scene.options.seed),
-        width(scene.options.width),
-        height(scene.options.height) {
-    for (const Volume& v : all) volumes.emplace_back(v, constant);
+        projection(plan.scene.camera, plan.scene.options.width, plan.scene.options.height),
+        sky(plan.scene.environment),
+        lights(make_light_sources(plan.scene.lights)),
+        tracker(plan.scene.options.tracker),
+        transmittance(plan.scene.options.transmittance),
+        background(plan.scene.options.background),
+        max_bounces(plan.scene.options.max_bounces.value_or(~0u)),
+        seed(plan.scene.options.seed),
+        width(plan.scene.options.width),
+        height(plan.scene.options.height) {
+    for (std::size_t i = 0; i < plan.volumes.size(); ++i) {
+      const Volume& v = plan.volumes[i];
+      volumes.emplace_back(v, constant);
+      if (plan.shells[i].kept) volumes.back().shell.emplace(*v.shell, v.density.octree.origin);
+    }
     constexpr float kUnit = 0.1f;  // of the light that falls on the cloud
     float light = sky.sampled() ? sky.mean_luminance() * 4 * float(std::numbers::pi) : 0;
-    const Vec3d centre = all.empty() ? Vec3d{} : all.front().density.world_box.centre();
+    const Vec3d centre =
+        volumes.empty() ? Vec3d{} : volumes.front().volume.density.world_box.centre();
     for (const LightSource& source : lights) {
       light +=
           std::visit([&](const auto& l) { return luminance(l.irradiance_at(centre)); }, source);

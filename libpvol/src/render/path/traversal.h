@@ -95,7 +95,7 @@ struct Work {
 /// Whether a camera ray misses the volume's shell. It would meet no density then, and random
 /// numbers are keyed by sample: the picture stays the same to the last bit.
 template <class Count>
-[[nodiscard]] bool outside_shell(const Volume& volume, const Ray& cells, const Span& span,
+[[nodiscard]] bool outside_shell(const VolumeSetup& volume, const Ray& cells, const Span& span,
                                  Work<Count>& work) {
   if (!volume.shell) return false;
   ++work.shell_tests;
@@ -116,7 +116,7 @@ class OneVolume {
   [[nodiscard]] bool start(const Ray& ray) {
     const Ray cells = v_.in_cells(ray);
     const auto span = v_.in_box(cells);
-    if (!span || outside_shell(v_.volume, cells, *span, work)) return false;
+    if (!span || outside_shell(v_, cells, *span, work)) return false;
     cursor_ = make_cursor(v_.volume.density.octree, cells.at(span->t0));
     return true;
   }
@@ -170,7 +170,7 @@ class ManyVolumes {
     for (const VolumeSetup& v : s_.volumes) {
       const Ray cells = v.in_cells(ray);
       const auto span = v.in_box(cells);
-      if (!span || outside_shell(v.volume, cells, *span, work)) continue;
+      if (!span || outside_shell(v, cells, *span, work)) continue;
       first = std::min(first, span->t0);
     }
     if (!std::isfinite(first)) return false;

@@ -6,24 +6,11 @@
 #include <type_traits>
 
 #include "pvol/error.h"
+#include "render/guide/guided_tracer.h"
 #include "render/path/path_tracer.h"
+#include "render/tiles/kernels.h"
 
 namespace pvol::detail {
-
-/// Adds samples [begin, end) of every pixel of a tile to the film and their counts to `counts`.
-using TileFunction = void (*)(const PathSetup&, const tbb::blocked_range2d<int>& tile,
-                              std::uint32_t begin, std::uint32_t end, Film&, Counts& counts);
-
-/// The functions for fields without and with micro-bounds, for plain paths through one volume or
-/// `many` and for guided ones through one. In sources of their own, since each takes long to
-/// compile and compilers inline less in large ones.
-[[nodiscard]] TileFunction plain_tile_function(LookUp look_up, bool many, bool count);
-[[nodiscard]] TileFunction squeezed_tile_function(LookUp look_up, int edge, bool many, bool count);
-/// Those for tricubic and for procedural look-ups; edge 0: without micro-bounds.
-[[nodiscard]] TileFunction tricubic_tile_function(int edge, bool many, bool count);
-[[nodiscard]] TileFunction procedural_tile_function(int edge, bool many, bool count);
-[[nodiscard]] TileFunction guided_tile_function(LookUp look_up, bool count);
-[[nodiscard]] TileFunction guided_squeezed_tile_function(LookUp look_up, int edge, bool count);
 
 inline void add_sample(PixelSums& p, Rgb radiance, float alpha) {
   const Vec3d v(radiance);
@@ -74,23 +61,31 @@ void render_tile(const PathSetup& setup, const tbb::blocked_range2d<int>& tile, 
   if constexpr (kCount) counts += before;
 }
 
-template <class MakeField>
-[[nodiscard]] TileFunction tile_function(bool many, bool count) {
-  if (many) return &render_tile<PathTracer<ManyVolumes<MakeField, Tally>>, true>;
-  return count ? &render_tile<PathTracer<OneVolume<MakeField, Tally>>, true>
-               : &render_tile<PathTracer<OneVolume<MakeField, NoTally>>, false>;
+/// For one field: paths through several volumes always count, which costs little beside them.
+template <bool kGuided, class MakeField>
+[[nodiscard]] TileFunction choose_paths(const Kernel& kernel) {
+  if constexpr (kGuided) {
+    return kernel.count ? &render_tile<GuidedTracer<OneVolume<MakeField, Tally>>, true>
+                        : &render_tile<GuidedTracer<OneVolume<MakeField, NoTally>>, false>;
+  } else {
+    if (kernel.paths == Paths::many_volumes) {
+      return &render_tile<PathTracer<ManyVolumes<MakeField, Tally>>, true>;
+    }
+    return kernel.count ? &render_tile<PathTracer<OneVolume<MakeField, Tally>>, true>
+                        : &render_tile<PathTracer<OneVolume<MakeField, NoTally>>, false>;
+  }
 }
 
-/// For one interpolation; edge 0: without micro-bounds.
-template <LookUp kLookUp>
-[[nodiscard]] TileFunction tile_function_of(int edge, bool many, bool count) {
-  switch (edge) {
+/// For one way of look-up.
+template <LookUp kLookUp, bool kGuided>
+[[nodiscard]] TileFunction choose_kernel(const Kernel& kernel) {
+  switch (kernel.micro_edge) {
     case 1:
-      return tile_function<MakeSqueezed<kLookUp, 1>>(many, count);
+      return choose_paths<kGuided, MakeSqueezed<kLookUp, 1>>(kernel);
     case 2:
-      return tile_function<MakeSqueezed<kLookUp, 2>>(many, count);
+      return choose_paths<kGuided, MakeSqueezed<kLookUp, 2>>(kernel);
     default:
-      return tile_function<MakePlain<kLookUp>>(many, count);
+      return choose_paths<kGuided, MakePlain<kLookUp>>(kernel);
   }
 }
 

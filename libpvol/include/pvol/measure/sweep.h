@@ -1,4 +1,5 @@
-// Measuring several settings in turn within a budget of time.
+// Measuring several settings in turn within a budget of time, whatever renders them (THEORY.md,
+// T9.2).
 #pragma once
 
 #include <cstdint>
@@ -9,7 +10,7 @@
 
 #include "pvol/render/film.h"
 
-namespace pvol::cli {
+namespace pvol::measure {
 
 /// What a setting takes besides its samples.
 struct SetUp {
@@ -65,6 +66,8 @@ struct SweepOptions {
   std::uint64_t pixels = 1;           ///< of the picture
   std::function<double()> clock;      ///< seconds since any time
   std::function<bool()> interrupted;  ///< measure no more
+  /// What the error about a budget that is too short tells the user to do.
+  std::string remedy = "raise the budget or make the picture smaller";
   /// Told before each render: what comes next ("round 2 of 6: depth 4"), and seconds left.
   std::function<void(const std::string& next, double seconds_left)> progress;
 };
@@ -93,4 +96,10 @@ struct Plan {
 [[nodiscard]] std::vector<Measured> sweep(const std::vector<std::string>& names,
                                           const SweepOptions& options, const Render& render);
 
-}  // namespace pvol::cli
+/// What a sweep is judged against: setting 0 rendered for about the budget, in whole films of more
+/// and more samples a pixel with seeds from `options.seed` on, added up. `pixels`, `rounds` and
+/// `progress` do not count. Throws Error where two samples a pixel take
+/// longer.
+[[nodiscard]] Film render_reference(const SweepOptions& options, const Render& render);
+
+}  // namespace pvol::measure

@@ -1,13 +1,14 @@
-#include "stats/sweep.h"
+#include "pvol/measure/sweep.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <limits>
 
-#include "cli/cli.h"
 #include "pvol/error.h"
 #include "pvol/measure/trade.h"
 
-namespace pvol::cli {
+namespace pvol::measure {
 namespace {
 
 /// Fewest rounds, the counted one included, and samples a pixel that give a figure with an error.
@@ -18,11 +19,22 @@ constexpr std::uint32_t kFewestSamples = 2;
 /// cannot be stopped, so that the last one may take longer.
 constexpr double kPilotsShare = 0.35;
 
-/// Part of its share that a pilot may take at most.
+/// Part of its share that a pilot may take at most; of all the time left for the first one.
 constexpr double kPilotShare = 0.25;
 
 /// How many times as long as its pilot foretold a render may take: the machine may be busy.
 constexpr double kPatience = 4;
+
+std::string text_of_seconds(double seconds) {
+  char text[32];
+  const bool brief = seconds < 0.9995;
+  std::snprintf(text, sizeof text,
+                brief            ? "%.0f ms"
+                : seconds < 99.5 ? "%.1f s"
+                                 : "%.0f s",
+                brief ? 1000 * seconds : seconds);
+  return text;
+}
 
 double samples_in(const Film& film) {
   double n = 0;
@@ -101,14 +113,20 @@ class Sweep {
   PilotCost pilot(std::size_t i) {
     tell("pilot render of " + names_[i]);
     RunRequest request{.setting = i, .seed = o_.seed, .pilot = true};
-    request.most_seconds = kPilotShare * left() / double(names_.size() - i);
+    // Without the first setting there is nothing to compare: a busy machine must not stop its
+    // pilot.
+    request.most_seconds = kPilotShare * left() / (i == 0 ? 1 : double(names_.size() - i));
     const double begin = o_.clock();
     try {
       const Run run = render_(request);
       const double seconds = o_.clock() - begin;
       const double n = samples_in(run.film);
       if (n == 0) {
-        leave_out(i, "one sample takes more than " + readable_seconds(request.most_seconds));
+        const std::string why =
+            "one sample takes more than " + text_of_seconds(request.most_seconds);
+        if (i == 0)
+          throw Error("the budget is too short: of " + names_[0] + ' ' + why + "; " + o_.remedy);
+        leave_out(i, why);
         return {};
       }
       const double own = run.seconds + run.set_up.seconds;
@@ -125,11 +143,11 @@ class Sweep {
   void too_slow(std::size_t i, const PilotCost& cost) {
     const double least =
         kFewestRounds * (cost.set_up + kFewestSamples * cost.sample * double(o_.pixels));
-    const std::string needs = "needs about " + readable_seconds(least);
+    const std::string needs = "needs about " + text_of_seconds(least);
     if (i == 0) {
       throw Error("the budget is too short: " + names_[0] + " alone " + needs + ", and " +
-                  readable_seconds(std::max(0.0, left())) +
-                  " are left after pilot renders; raise --budget or lower --size");
+                  text_of_seconds(std::max(0.0, left())) + " are left after pilot renders; " +
+                  o_.remedy);
     }
     leave_out(i, needs + ", more than its share of the budget");
   }
@@ -227,4 +245,30 @@ std::vector<Measured> sweep(const std::vector<std::string>& names, const SweepOp
   return Sweep(names, options, render).measure();
 }
 
-}  // namespace pvol::cli
+Film render_reference(const SweepOptions& o, const Render& render) {
+  const double end = o.clock() + o.budget;
+  RunRequest request{.samples = 2, .seed = o.seed, .most_seconds = o.budget};
+  Film sum;
+  for (;;) {
+    const double begin = o.clock();
+    const Run run = render(request);
+    if (!run.complete) {
+      throw Error("the budget is too short: two samples a pixel for the reference take more than " +
+                  text_of_seconds(std::max(0.0, o.budget)) + "; " + o.remedy);
+    }
+    if (sum.pixels.empty()) {
+      sum = run.film;
+    } else {
+      add_samples(sum, run.film);
+    }
+    // Growing chunks, so that setting up takes little of the time whatever a sample costs.
+    const double took = o.clock() - begin, left = end - o.clock();
+    const double grown = std::min(4.0, 0.8 * left / took) * request.samples;
+    if (grown < 1 || left < 0.1 * o.budget || (o.interrupted && o.interrupted())) return sum;
+    request.samples = std::uint32_t(std::min(grown, double(o.most_samples)));
+    ++request.seed;
+    request.most_seconds = std::numeric_limits<double>::infinity();
+  }
+}
+
+}  // namespace pvol::measure

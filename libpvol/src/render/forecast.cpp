@@ -1,0 +1,92 @@
+#include "render/forecast.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "pvol/bounds/integrals.h"
+#include "render/path/path_setup.h"
+
+namespace pvol::detail {
+namespace {
+
+/// Optical depth of a ray through a volume by one look-up in each segment, right on average.
+template <LookUp kLookUp>
+[[nodiscard]] double sample_depth(const VolumeSetup& v, const Ray& world, Rng& rng) {
+  const Ray ray = v.in_cells(world);
+  const auto span = v.in_box(ray);
+  if (!span) return 0;
+  const VolumeField& f = v.volume.density;
+  const auto mu = extinction_source<kLookUp>(f);
+  Walk walk(f.octree, make_cursor(f.octree, ray.at(span->t0)), v.in_cells(Vec3f(world.d)));
+  double depth = 0;
+  while (const auto s = walk.next()) {
+    const double length = s->t1 - s->t0;
+    depth += double(mu(*s, walk.point(s->t0 + double(rng.uniform()) * length))) * length;
+  }
+  return depth;
+}
+
+/// Collisions of a camera path, from a coarse grid of camera rays: those that collide scatter about
+/// as often as the cloud is thick there.
+[[nodiscard]] double collisions_per_sample(const PathSetup& setup, const RenderOptions& o,
+                                           double albedo) {
+  constexpr int kRaysAlong = 24;
+  constexpr std::uint64_t kKey = 0x666f726563617374;
+  const double width = o.crop_width ? o.crop_width : o.width - o.crop_x;
+  const double height = o.crop_height ? o.crop_height : o.height - o.crop_y;
+  double sum = 0;
+  for (int i = 0; i < kRaysAlong * kRaysAlong; ++i) {
+    Rng rng(kKey, 0, std::uint64_t(i));
+    const double x = o.crop_x + width * (i % kRaysAlong + 0.5) / kRaysAlong;
+    const double y = o.crop_y + height * (i / kRaysAlong + 0.5) / kRaysAlong;
+    const Ray ray{setup.projection.origin, setup.projection.direction(x, y)};
+    double depth = 0;
+    for (const VolumeSetup& v : setup.volumes) {
+      depth += visit_look_up(v.volume.density.look_up,
+                             [&](auto look_up) { return sample_depth<look_up>(v, ray, rng); });
+    }
+    double scatterings = estimate_scatterings(depth, albedo);
+    if (o.max_bounces) scatterings = std::min(scatterings, double(*o.max_bounces) + 1);
+    sum += -std::expm1(-depth) * scatterings;
+  }
+  return sum / (kRaysAlong * kRaysAlong);
+}
+
+/// Nanoseconds of a flight that ends in a collision: tentative collisions as many as the bounds
+/// lead to expect, with look-ups for those that they leave open.
+double flight_cost(std::span<const Volume> volumes) {
+  constexpr double kSegments = 3;  // of a free path, where a walk stops by cost
+  const WalkCosts costs;
+  BoundIntegrals all;
+  for (const Volume& v : volumes) {
+    const BoundIntegrals b = integrate_bounds(v.density.octree);
+    all.hi += b.hi;
+    all.lo += b.lo;
+  }
+  if (!(all.hi > 0)) return 0;
+  const double tentative = 2 * all.hi / (all.hi + all.lo);
+  return kSegments * costs.segment + tentative * costs.tentative + all.open_share() * costs.lookup;
+}
+
+}  // namespace
+
+Forecast forecast(const RenderPlan& plan) {
+  const RenderOptions& o = plan.scene.options;
+  const PathSetup setup(plan);
+  Forecast f;
+  const double width = o.crop_width ? o.crop_width : o.width - o.crop_x;
+  const double height = o.crop_height ? o.crop_height : o.height - o.crop_y;
+  f.samples = width * height * o.samples;
+  double albedo = 0;
+  for (const Volume& v : plan.volumes) {
+    albedo = std::max(albedo, double(largest_albedo(v.medium)));
+  }
+  f.collisions = f.samples * collisions_per_sample(setup, o, albedo);
+  const double lights = double(setup.lights.size()) + (setup.sky.sampled() ? 1 : 0);
+  constexpr double kSample = 200, kScattering = 100;  // ns besides flights
+  f.cpu_seconds = 1e-9 * (f.samples * kSample +
+                          f.collisions * (kScattering + (1 + lights) * flight_cost(plan.volumes)));
+  return f;
+}
+
+}  // namespace pvol::detail

@@ -1,0 +1,125 @@
+#include "pvol/render/plan.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "render/check_scene.h"
+#include "render/endless.h"
+#include "render/forecast.h"
+
+namespace pvol {
+namespace {
+
+/// Four significant digits.
+std::string readable(double v) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.4g", v);
+  return buffer;
+}
+
+double count_paths(const RenderOptions& o) { return double(o.width) * o.height * o.samples; }
+
+/// Micro-bounds serve where all volumes have them, but for empty ones.
+int common_micro_edge(std::span<const Volume> volumes) {
+  int edge = 0;
+  for (const Volume& v : volumes) edge = std::max(edge, v.density.micro.edge);
+  const bool all = std::all_of(volumes.begin(), volumes.end(), [&](const Volume& v) {
+    return v.density.octree.empty() || v.density.micro.edge == edge;
+  });
+  return all ? edge : 0;
+}
+
+Kernel choose_kernel(const RenderPlan& p) {
+  return {.look_up = p.scene.options.look_up,
+          .micro_edge = common_micro_edge(p.volumes),
+          .paths = p.guide.used           ? Paths::guided
+                   : p.volumes.size() > 1 ? Paths::many_volumes
+                                          : Paths::one_volume,
+          .count = p.scene.options.count};
+}
+
+Decision decide_cut(const Volume& v, const RenderOptions& o) {
+  return {"octree", "walks stop at depth " + std::to_string(v.density.octree.depth) + " or above",
+          o.depth                              ? "as told"
+          : o.tracker == Tracker::delta_global ? "the tracker takes one majorant"
+                                               : "where segments cost least"};
+}
+
+Decision decide_micro_bounds(const Volume& v, const RenderOptions& o) {
+  const VolumeField& f = v.density;
+  const std::string edge = std::to_string(f.micro.edge);
+  const std::string choice = f.micro.edge == 0 ? "none" : "of " + edge + "^3 voxels";
+  if (o.micro_bounds != MicroBoundsUse::automatic) return {"micro-bounds", choice, "as told"};
+  return {"micro-bounds", choice,
+          f.micro.edge == 0 ? "look-ups cost little or segments leave little open"
+          : f.micro_stored  ? "from the file: look-ups cost more than they do"
+                            : "built: look-ups cost more than they do"};
+}
+
+Decision decide_shell(const ShellChoice& shell, ShellUse use) {
+  const ShellEstimate& e = shell.estimate;
+  const double rejected = e.boxed > 0 ? 100.0 * e.rejected / e.boxed : 0;
+  return {"shell", shell.kept ? "used" : "left out",
+          use == ShellUse::automatic
+              ? "it would reject " + readable(rejected) +
+                    " % of the camera rays in the box; a test costs about " + readable(e.spent) +
+                    " ns and saves " + readable(e.saved) + " ns"
+              : "as told"};
+}
+
+Decision decide_guide(const GuideChoice& guide) {
+  std::string reason = guide.reason;
+  if (guide.scatterings > 0) reason += ", about " + readable(guide.scatterings) + " scatterings";
+  return {"paths", guide.used ? "guided" : "not guided", std::move(reason)};
+}
+
+Decision decide_transmittance(const TransmittanceChoice& t, bool by_user) {
+  return {"shadow rays", name(t.estimator),
+          by_user ? "as told"
+                  : "optical thickness about " + readable(t.thickness) + " on average, " +
+                        readable(100 * t.control_share) + " % of the majorants are minorants"};
+}
+
+/// The choices in words, in the order in which they bear on each other.
+std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted) {
+  std::vector<Decision> all;
+  for (std::size_t i = 0; i < p.volumes.size(); ++i) {
+    const Volume& v = p.volumes[i];
+    all.push_back(decide_cut(v, wanted));
+    all.push_back(decide_micro_bounds(v, wanted));
+    if (v.shell) all.push_back(decide_shell(p.shells[i], wanted.shells));
+  }
+  all.push_back(decide_guide(p.guide));
+  all.push_back(
+      decide_transmittance(p.transmittance, wanted.transmittance != Transmittance::automatic));
+  return all;
+}
+
+}  // namespace
+
+RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanOptions& options) {
+  RenderPlan p{.volumes = volumes, .scene = scene};
+  RenderOptions& o = p.scene.options;
+  p.transmittance = choose_transmittance(volumes);
+  if (o.transmittance == Transmittance::automatic) {
+    o.transmittance = p.transmittance.estimator;
+  } else {
+    p.transmittance.estimator = o.transmittance;
+  }
+  detail::check(volumes, p.scene);
+  for (std::size_t i = 0; i < options.facts.size() && !options.force; ++i) {
+    detail::refuse_endless_work(volumes[i], options.facts[i], o);
+  }
+  for (const Volume& v : volumes) p.shells.push_back(choose_shell(v, scene));
+  p.guide = choose_guide(volumes, scene, options.paths > 0 ? options.paths : count_paths(o));
+  p.kernel = choose_kernel(p);
+  p.decisions = decide(p, scene.options);
+  p.forecast = detail::forecast(p);
+  return p;
+}
+
+double estimate_scatterings(double optical_thickness, double albedo) {
+  return 1 / (1 / (1 + optical_thickness) + (1 - albedo));
+}
+
+}  // namespace pvol

@@ -1,0 +1,45 @@
+// Measuring a study within its budget.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "pvol/measure/sweep.h"
+#include "stats/study_report.h"
+
+namespace pvol::cli {
+
+/// Measures for a report and keeps the clock; catches interruptions. Says on stderr what is
+/// measured next, every few seconds.
+class StudyClock {
+ public:
+  StudyClock(StudyReport& report, bool quiet);
+
+  /// Seconds of the budget.
+  [[nodiscard]] double left() const;
+  void announce(const std::string& next) { announce(next, left()); }
+
+  /// Renders the reference for a part of what is left, on so many threads (see RenderOptions).
+  void measure_reference(const LoadedScene& loaded, double part, int threads);
+
+  /// Sweeps settings of these names for so many seconds of what is left, and with seeds from `seed`
+  /// on.
+  [[nodiscard]] std::vector<measure::Measured> sweep(const std::vector<std::string>& names,
+                                                     double seconds, std::uint64_t seed,
+                                                     std::uint32_t most_samples,
+                                                     const measure::Render& render);
+
+  /// Notes the time used.
+  void stop();
+
+ private:
+  void announce(const std::string& next, double seconds_left);
+  [[nodiscard]] measure::SweepOptions options(double seconds, std::uint64_t seed) const;
+
+  StudyReport& report_;
+  bool quiet_;
+  double begin_, last_ = 0;
+};
+
+}  // namespace pvol::cli
