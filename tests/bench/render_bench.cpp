@@ -89,12 +89,12 @@ void print(const Configuration& c, const Measurement& m, double samples) {
       "%-22s %-14s %-4s %5d | %8.2f %8.2f %8.2f %8.2f | %8.1f %8.1f %8.1f | %7.4f %8.4f | %8.2f "
       "%9.3f %9.3f %9.3f | %6.2f\n",
       formats::name(c.tracker), formats::name(c.transmittance), formats::name(c.micro), m.depth,
-      per_collision(k.lookups_path), per_collision(k.bounds_tests_path),
-      per_collision(k.segments_path), per_collision(k.null_collisions), per_sample(k.collisions),
-      per_sample(k.lookups_path + k.lookups_shadow),
-      per_sample(k.segments_path + k.segments_shadow), m.mean, m.variance, m.microseconds,
-      m.microseconds * m.variance, per_sample(k.lookups_path + k.lookups_shadow) * m.variance,
-      per_sample(k.lookups_path + k.lookups_shadow + k.bounds_tests_path + k.bounds_tests_shadow) *
+      per_collision(k.path.lookups), per_collision(k.path.bounds_tests),
+      per_collision(k.path.segments), per_collision(k.null_collisions), per_sample(k.collisions),
+      per_sample(k.path.lookups + k.shadow.lookups),
+      per_sample(k.path.segments + k.shadow.segments), m.mean, m.variance, m.microseconds,
+      m.microseconds * m.variance, per_sample(k.path.lookups + k.shadow.lookups) * m.variance,
+      per_sample(k.path.lookups + k.shadow.lookups + k.path.bounds_tests + k.shadow.bounds_tests) *
           m.variance,
       m.load);
 }

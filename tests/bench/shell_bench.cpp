@@ -280,7 +280,7 @@ void bench_render(const char* name, Volume& volume, const Shell& shell, Scene sc
       "%-10s %8.3f %9.3f %9.3f %9.3f %9.3f %8.3f %8.3f %8.4f  %s; estimate: spent %.1f ns, "
       "saved %.1f ns\n",
       name, double(on.shell_tests) / samples, double(on.shell_rejections) / samples,
-      double(off.segments_path) / samples, double(on.segments_path) / samples,
+      double(off.path.segments) / samples, double(on.path.segments) / samples,
       double(off.null_collisions - on.null_collisions) / samples, best[0] / samples * 1e6,
       best[1] / samples * 1e6, best[1] / best[0],
       equal(films[0], films[1]) ? "bits equal" : "BITS DIFFER", choice.estimate.spent,

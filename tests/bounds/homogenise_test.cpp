@@ -161,7 +161,7 @@ TEST(Homogenise, NeedsNoLookUpsWhereAllIsHomogeneous) {
   s.options.count = true;
   const Counts c = render(v, s).counts;
   EXPECT_GT(c.collisions, 0u);
-  EXPECT_EQ(c.lookups_path + c.lookups_shadow, 0u);
+  EXPECT_EQ(c.path.lookups + c.shadow.lookups, 0u);
 }
 
 }  // namespace

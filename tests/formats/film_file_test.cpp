@@ -43,7 +43,9 @@ Film some_film() {
       const Vec3d v = i % 7 == 0 ? Vec3d(0.25) : Vec3d(law(random), law(random), law(random));
       p.sum += v, p.sum_squares += v * v, p.alpha += 0.5;
     }
-    p.lookups = std::uint64_t(i) * 1000, p.segments = 3 * p.samples, p.collisions = 7;
+    p.counts[std::size_t(PixelCounter::lookups)] = std::uint64_t(i) * 1000,
+    p.counts[std::size_t(PixelCounter::segments)] = 3 * p.samples,
+    p.counts[std::size_t(PixelCounter::collisions)] = 7;
     f.pixels.push_back(p);
   }
   return f;
@@ -73,9 +75,13 @@ TEST(FilmFile, IsReadAsItWasWritten) {
       EXPECT_EQ(va == 0, vb == 0) << i;
     }
     EXPECT_NEAR(a.alpha, b.alpha, 1e-5);
-    EXPECT_EQ(a.segments, b.segments);
-    EXPECT_EQ(a.collisions, b.collisions);
-    EXPECT_NEAR(double(a.lookups), double(b.lookups), 1e-6 * double(a.lookups));
+    EXPECT_EQ(a.counts[std::size_t(PixelCounter::segments)],
+              b.counts[std::size_t(PixelCounter::segments)]);
+    EXPECT_EQ(a.counts[std::size_t(PixelCounter::collisions)],
+              b.counts[std::size_t(PixelCounter::collisions)]);
+    EXPECT_NEAR(double(a.counts[std::size_t(PixelCounter::lookups)]),
+                double(b.counts[std::size_t(PixelCounter::lookups)]),
+                1e-6 * double(a.counts[std::size_t(PixelCounter::lookups)]));
   }
 }
 

@@ -72,9 +72,9 @@ Film random_film(int width, int height, int x, int y, int crop_width, int crop_h
       p.sum_squares += value * value;
       p.alpha += uniform(random) / 2;
     }
-    p.lookups = std::uint32_t(random() % 100);
-    p.segments = std::uint32_t(random() % 100);
-    p.collisions = std::uint32_t(random() % 100);
+    p.counts[std::size_t(PixelCounter::lookups)] = std::uint32_t(random() % 100);
+    p.counts[std::size_t(PixelCounter::segments)] = std::uint32_t(random() % 100);
+    p.counts[std::size_t(PixelCounter::collisions)] = std::uint32_t(random() % 100);
     film.pixels.push_back(p);
   }
   return film;
@@ -119,9 +119,17 @@ TEST_F(Image, ExrHoldsEveryValueOfTheFilm) {
       {"variance.G", [](const PixelSums& p) { return variance_of_mean(p).y; }},
       {"variance.B", [](const PixelSums& p) { return variance_of_mean(p).z; }},
       {"samples", [](const PixelSums& p) { return double(p.samples); }},
-      {"count.lookups", [](const PixelSums& p) { return double(p.lookups) / p.samples; }},
-      {"count.segments", [](const PixelSums& p) { return double(p.segments) / p.samples; }},
-      {"count.collisions", [](const PixelSums& p) { return double(p.collisions) / p.samples; }}};
+      {"count.lookups",
+       [](const PixelSums& p) {
+         return double(p.counts[std::size_t(PixelCounter::lookups)]) / p.samples;
+       }},
+      {"count.segments",
+       [](const PixelSums& p) {
+         return double(p.counts[std::size_t(PixelCounter::segments)]) / p.samples;
+       }},
+      {"count.collisions", [](const PixelSums& p) {
+         return double(p.counts[std::size_t(PixelCounter::collisions)]) / p.samples;
+       }}};
   EXPECT_EQ(channel_names(file("a.exr")).size(), std::size(channels));
   for (const auto& [name, value] : channels) {
     const std::vector<float> read = read_channel(file("a.exr"), name);
@@ -150,7 +158,9 @@ TEST_F(Image, ExrHeaderTellsWindowsColoursAndAttributes) {
 
 TEST_F(Image, ExrHasNoCountsWhereNothingWasCounted) {
   Film film = random_film(4, 4, 0, 0, 4, 4);
-  for (PixelSums& p : film.pixels) p.lookups = p.segments = p.collisions = 0;
+  for (PixelSums& p : film.pixels)
+    p.counts[std::size_t(PixelCounter::lookups)] = p.counts[std::size_t(PixelCounter::segments)] =
+        p.counts[std::size_t(PixelCounter::collisions)] = 0;
   write_exr(file("a.exr"), film, {});
   EXPECT_EQ(channel_names(file("a.exr")),
             (std::vector<std::string>{"A", "B", "G", "R", "samples", "variance.B", "variance.G",

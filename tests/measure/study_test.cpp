@@ -40,8 +40,8 @@ Measured measured(double seconds, double variance, double value, std::uint64_t s
   m.samples = 16;
   m.film = m.counted_film = noise(value, 16, seed);
   m.counted = 10;
-  m.counts.lookups_path = 20, m.counts.lookups_shadow = 5;
-  m.counts.segments_shadow = 30;
+  m.counts.path.lookups = 20, m.counts.shadow.lookups = 5;
+  m.counts.shadow.segments = 30;
   m.set_up.octree_bytes = 1000;
   return m;
 }

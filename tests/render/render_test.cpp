@@ -281,7 +281,7 @@ TEST(Render, CountingChangesNothing) {
   s.options.count = true;
   const RenderResult counted = run(cloud(), s);
   EXPECT_TRUE(same_bytes(plain, counted.film));
-  EXPECT_GT(counted.counts.lookups_path, 0u);
+  EXPECT_GT(counted.counts.path.lookups, 0u);
   EXPECT_GT(counted.counts.collisions, 0u);
   EXPECT_GT(counted.counts.shadow_rays, 0u);
 }

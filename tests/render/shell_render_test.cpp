@@ -69,7 +69,7 @@ TEST(ShellRender, RejectsRaysAndChangesNoBit) {
       const RenderResult with = render(s.volume, scene);
       EXPECT_TRUE(equal(without.film, with.film)) << distance;
       EXPECT_EQ(with.counts.collisions, without.counts.collisions);
-      EXPECT_LE(with.counts.segments_path, without.counts.segments_path);
+      EXPECT_LE(with.counts.path.segments, without.counts.path.segments);
       EXPECT_GT(with.counts.shell_tests, 0u);
       if (distance >= 1) {
         EXPECT_GT(double(with.counts.shell_rejections), 0.3 * double(with.counts.shell_tests));

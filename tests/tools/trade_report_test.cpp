@@ -29,8 +29,8 @@ struct ThickBall {
   }
 
   static double work(const Counts& c) {
-    return double(c.segments_path + c.segments_shadow + c.collisions + c.null_collisions +
-                  c.lookups_path + c.lookups_shadow);
+    return double(c.path.segments + c.shadow.segments + c.collisions + c.path.null_collisions +
+                  c.path.lookups + c.shadow.lookups);
   }
 
   /// The setting measured with a fixed number of samples in a few rounds.
@@ -48,7 +48,7 @@ struct ThickBall {
         m.counted = std::uint64_t(n);
         continue;
       }
-      measure::add_samples(m.film, run.film);
+      add_samples(m.film, run.film);
       m.set_up = run.set_up;
       // Work in place of time, which depends on what else the machine does.
       m.set_up_seconds.push_back(0.01);

@@ -131,8 +131,8 @@ TEST(TricubicSqueeze, LeavesEveryImageAsItIs) {
       const RenderResult r = render(v, s);
       if (!first) first = r.film;
       EXPECT_TRUE(same_bytes(*first, r.film)) << label(tracker);
-      EXPECT_LT(r.counts.lookups_path, lookups) << label(tracker);
-      lookups = r.counts.lookups_path;
+      EXPECT_LT(r.counts.path.lookups, lookups) << label(tracker);
+      lookups = r.counts.path.lookups;
     }
   }
 }

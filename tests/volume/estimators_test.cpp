@@ -33,7 +33,7 @@ CloudScene scene_of(const Field& field) {
   return s;
 }
 
-std::uint64_t lookups(const Counts& c) { return c.lookups_path + c.lookups_shadow; }
+std::uint64_t lookups(const Counts& c) { return c.path.lookups + c.shadow.lookups; }
 
 /// With all micro-bounds, the same picture for fewer look-ups; for as many where there is no cell
 /// without both air and the densest sample.
@@ -52,12 +52,12 @@ void test_squeeze(const Field& field, const Pyramid& pyramid, CloudScene s) {
                              std::to_string(volume.density.micro.edge);
     EXPECT_TRUE(same_bytes(reference.film, squeezed.film)) << name;
     EXPECT_EQ(reference.counts.collisions, squeezed.counts.collisions) << name;
-    EXPECT_EQ(reference.counts.null_collisions, squeezed.counts.null_collisions) << name;
+    EXPECT_EQ(reference.counts.path.null_collisions, squeezed.counts.path.null_collisions) << name;
     EXPECT_EQ(reference.counts.shadow_rays, squeezed.counts.shadow_rays) << name;
     EXPECT_LE(lookups(squeezed.counts), lookups(reference.counts)) << name;
     const bool is_thin = std::min({field.size.x, field.size.y, field.size.z}) == 1;
-    if (volume.density.micro.edge > 0 && !is_thin && reference.counts.lookups_path > 100) {
-      EXPECT_LT(squeezed.counts.lookups_path, reference.counts.lookups_path) << name;
+    if (volume.density.micro.edge > 0 && !is_thin && reference.counts.path.lookups > 100) {
+      EXPECT_LT(squeezed.counts.path.lookups, reference.counts.path.lookups) << name;
     }
   }
 }

@@ -128,7 +128,6 @@ std::map<std::string, std::string> describe_picture(const RenderJob& job, const 
 }
 
 std::string stats_text(const RenderJob& job, const TimedRender& t) {
-  const Counts& c = t.result.counts;
   Vec3d mean_rgb, variance_rgb;
   for (const PixelSums& p : t.result.film.pixels) {
     mean_rgb += mean(p);
@@ -141,17 +140,7 @@ std::string stats_text(const RenderJob& job, const TimedRender& t) {
   j["samples"] = t.samples;
   j["cpu_seconds"] = t.cpu_seconds;
   j["wall_seconds"] = t.wall_seconds;
-  j["lookups_path"] = c.lookups_path;
-  j["lookups_shadow"] = c.lookups_shadow;
-  j["bounds_tests_path"] = c.bounds_tests_path;
-  j["bounds_tests_shadow"] = c.bounds_tests_shadow;
-  j["segments_path"] = c.segments_path;
-  j["segments_shadow"] = c.segments_shadow;
-  j["collisions"] = c.collisions;
-  j["null_collisions"] = c.null_collisions;
-  j["shadow_rays"] = c.shadow_rays;
-  j["shell_tests"] = c.shell_tests;
-  j["shell_rejections"] = c.shell_rejections;
+  for (const Counter& counter : kCounters) j[counter.name] = value(counter, t.result.counts);
   j["mean_rgb"] = {mean_rgb.x, mean_rgb.y, mean_rgb.z};
   j["variance_rgb"] = {variance_rgb.x, variance_rgb.y, variance_rgb.z};
   j["options"] = describe_options(job);

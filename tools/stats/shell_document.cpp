@@ -78,11 +78,11 @@ std::vector<Content> cost_part(const measure::ShellProbe& p) {
       .header = {"", "without the shell", "with it"},
       .rows = {{"tests of the shell", "0", per_ray(p.with_shell.shell_tests)},
                {"rays rejected", "0", per_ray(p.with_shell.shell_rejections)},
-               {"segments walked", per_ray(p.without.segments_path),
-                per_ray(p.with_shell.segments_path)},
-               {"null collisions", per_ray(p.without.null_collisions),
-                per_ray(p.with_shell.null_collisions)},
-               {"look-ups", per_ray(p.without.lookups_path), per_ray(p.with_shell.lookups_path)}}};
+               {"segments walked", per_ray(p.without.path.segments),
+                per_ray(p.with_shell.path.segments)},
+               {"null collisions", per_ray(p.without.path.null_collisions),
+                per_ray(p.with_shell.path.null_collisions)},
+               {"look-ups", per_ray(p.without.path.lookups), per_ray(p.with_shell.path.lookups)}}};
   return {Heading{"What it costs and saves"}, table,
           Text{fmt::format("Of the rays that meet the box the shell rejects {:.4g} % ± {:.4g} % "
                            "(95 % interval). By the cost model a test takes {:.4g} ns and saves "

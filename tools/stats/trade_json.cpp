@@ -6,14 +6,14 @@ namespace {
 
 Json counts_json(const Counts& c, std::uint64_t samples) {
   return {{"samples", samples},
-          {"lookups_path", c.lookups_path},
-          {"lookups_shadow", c.lookups_shadow},
-          {"bounds_tests_path", c.bounds_tests_path},
-          {"bounds_tests_shadow", c.bounds_tests_shadow},
-          {"segments_path", c.segments_path},
-          {"segments_shadow", c.segments_shadow},
+          {"lookups_path", c.path.lookups},
+          {"lookups_shadow", c.shadow.lookups},
+          {"bounds_tests_path", c.path.bounds_tests},
+          {"bounds_tests_shadow", c.shadow.bounds_tests},
+          {"segments_path", c.path.segments},
+          {"segments_shadow", c.shadow.segments},
           {"collisions", c.collisions},
-          {"null_collisions", c.null_collisions},
+          {"null_collisions", c.path.null_collisions},
           {"shadow_rays", c.shadow_rays},
           {"shell_tests", c.shell_tests},
           {"shell_rejections", c.shell_rejections}};

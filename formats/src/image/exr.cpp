@@ -17,47 +17,26 @@
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
 #include "pvol/formats/image.h"
+#include "pvol/render/film_channels.h"
 
 namespace pvol::formats {
 namespace {
 
 constexpr int kBlockRows = 16;  // the rows that OpenEXR's zip compresses together
 
-/// A channel and how it follows from a pixel.
-struct Channel {
-  const char* name;
-  double (*value)(const PixelSums&);
-};
-
-double per_sample(double sum, const PixelSums& p) { return p.samples ? sum / p.samples : 0; }
-
-constexpr Channel kChannels[] = {
-    {"R", [](const PixelSums& p) { return mean(p).x; }},
-    {"G", [](const PixelSums& p) { return mean(p).y; }},
-    {"B", [](const PixelSums& p) { return mean(p).z; }},
-    {"A", [](const PixelSums& p) { return per_sample(p.alpha, p); }},
-    {"variance.R", [](const PixelSums& p) { return variance_of_mean(p).x; }},
-    {"variance.G", [](const PixelSums& p) { return variance_of_mean(p).y; }},
-    {"variance.B", [](const PixelSums& p) { return variance_of_mean(p).z; }},
-    {"samples", [](const PixelSums& p) { return double(p.samples); }},
-};
-constexpr Channel kCountChannels[] = {
-    {"count.lookups", [](const PixelSums& p) { return per_sample(double(p.lookups), p); }},
-    {"count.segments", [](const PixelSums& p) { return per_sample(double(p.segments), p); }},
-    {"count.collisions", [](const PixelSums& p) { return per_sample(double(p.collisions), p); }},
-};
-
-std::vector<Channel> channels_of(const Film& film) {
-  std::vector<Channel> channels(std::begin(kChannels), std::end(kChannels));
+/// The channels that a film has something in.
+std::vector<const FilmChannel*> channels_of(const Film& film) {
   const bool counted = std::any_of(film.pixels.begin(), film.pixels.end(), [](const PixelSums& p) {
-    return p.lookups > 0 || p.segments > 0 || p.collisions > 0;
+    return p.counts != PixelSums{}.counts;
   });
-  if (counted)
-    channels.insert(channels.end(), std::begin(kCountChannels), std::end(kCountChannels));
+  std::vector<const FilmChannel*> channels;
+  for (const FilmChannel& c : kFilmChannels) {
+    if (counted || !c.counted) channels.push_back(&c);
+  }
   return channels;
 }
 
-Imf::Header header_of(const Film& film, const std::vector<Channel>& channels,
+Imf::Header header_of(const Film& film, const std::vector<const FilmChannel*>& channels,
                       const std::map<std::string, std::string>& attributes) {
   const Imath::Box2i display({0, 0}, {film.width - 1, film.height - 1});
   const Imath::Box2i data({film.x, film.y},
@@ -65,7 +44,7 @@ Imf::Header header_of(const Film& film, const std::vector<Channel>& channels,
   Imf::Header header(display, data);
   header.compression() = Imf::ZIP_COMPRESSION;
   Imf::addChromaticities(header, Imf::Chromaticities());  // the default is Rec.709 with D65
-  for (const Channel& c : channels) header.channels().insert(c.name, Imf::Channel(Imf::FLOAT));
+  for (const FilmChannel* c : channels) header.channels().insert(c->name, Imf::Channel(Imf::FLOAT));
   for (const auto& [name, text] : attributes) {
     if (header.find(name) != header.end()) {
       throw Error("the attribute " + name + " has a meaning of its own in EXR files; rename it");
@@ -76,7 +55,8 @@ Imf::Header header_of(const Film& film, const std::vector<Channel>& channels,
 }
 
 /// Writes block by block, so that no second copy of the picture is needed.
-void write_pixels(Imf::OutputFile& out, const Film& film, const std::vector<Channel>& channels) {
+void write_pixels(Imf::OutputFile& out, const Film& film,
+                  const std::vector<const FilmChannel*>& channels) {
   const std::size_t pixel_bytes = channels.size() * sizeof(float);
   const std::size_t row_bytes = std::size_t(film.crop_width) * pixel_bytes;
   std::vector<float> block(row_bytes / sizeof(float) * kBlockRows);
@@ -85,12 +65,12 @@ void write_pixels(Imf::OutputFile& out, const Film& film, const std::vector<Chan
     std::size_t next = 0;
     for (int y = begin; y < begin + rows; ++y) {
       for (int x = 0; x < film.crop_width; ++x) {
-        for (const Channel& c : channels) block[next++] = float(c.value(film.at(x, y)));
+        for (const FilmChannel* c : channels) block[next++] = float(c->get(film.at(x, y)));
       }
     }
     Imf::FrameBuffer buffer;
     for (std::size_t c = 0; c < channels.size(); ++c) {
-      buffer.insert(channels[c].name,
+      buffer.insert(channels[c]->name,
                     Imf::Slice::Make(Imf::FLOAT, &block[c], {film.x, film.y + begin},
                                      film.crop_width, rows, pixel_bytes, row_bytes));
     }
@@ -142,7 +122,7 @@ void write_exr(const std::filesystem::path& file, const Film& film,
   }
   write_atomically(file, [&](const std::filesystem::path& aside) {
     try {
-      const std::vector<Channel> channels = channels_of(film);
+      const std::vector<const FilmChannel*> channels = channels_of(film);
       const Imf::Header header = header_of(film, channels, attributes);
       std::ofstream stream(aside, std::ios::binary);
       {

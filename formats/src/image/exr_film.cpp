@@ -15,25 +15,16 @@
 #include "image/exr_check.h"
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
+#include "pvol/render/film_channels.h"
 
 namespace pvol::formats {
 namespace {
 
 constexpr int kBlockRows = 16;
+constexpr std::size_t kSamples = 0;  // first in the table
 
-/// The channels that a film is made of; those that are not there read as 0.
-constexpr std::array<const char*, 11> kNames = {"R",
-                                                "G",
-                                                "B",
-                                                "A",
-                                                "variance.R",
-                                                "variance.G",
-                                                "variance.B",
-                                                "samples",
-                                                "count.lookups",
-                                                "count.segments",
-                                                "count.collisions"};
-using Values = std::array<float, kNames.size()>;
+/// The values of a pixel's channels, in the order of the table; those that are not there are 0.
+using Values = std::array<float, kFilmChannels.size()>;
 
 bool has(const Imf::InputFile& in, const char* channel) {
   return in.header().channels().findChannel(channel) != nullptr;
@@ -45,35 +36,28 @@ bool has_variances(const Imf::InputFile& in) {
 }
 
 /// Sums whose mean and variance of the mean are those given.
-PixelSums to_sums(const Values& v, bool variances) {
+PixelSums to_sums(Values v, bool variances) {
+  if (!variances) v[kSamples] = 1;
   PixelSums p;
-  p.samples = variances ? std::uint32_t(std::lround(v[7])) : 1;
-  const double n = p.samples;
-  p.sum = Vec3d(double(v[0]), double(v[1]), double(v[2])) * n;
-  p.alpha = double(v[3]) * n;
-  if (p.samples > 0) {
-    const Vec3d variance{double(v[4]), double(v[5]), double(v[6])};
-    p.sum_squares = variance * (n * (n - 1)) + p.sum * p.sum / n;
-  }
-  p.lookups = std::uint64_t(std::llround(double(v[8]) * n));
-  p.segments = std::uint64_t(std::llround(double(v[9]) * n));
-  p.collisions = std::uint64_t(std::llround(double(v[10]) * n));
+  for (std::size_t i = 0; i < v.size(); ++i) kFilmChannels[i].put(p, double(v[i]));
   return p;
 }
 
+bool is_possible(const FilmChannel& c, float v) {
+  constexpr float kMost = 0x1p31f;  // of samples and counts; no pixel gets near
+  const bool counts = c.counted || c.name == kFilmChannels[kSamples].name;
+  return std::isfinite(v) && (v >= 0 || !c.positive) && (v <= kMost || !counts);
+}
+
 void check(const Values& v, int x, int y) {
-  // Floats above are whole and fit the sums' counter; no pixel gets near.
-  constexpr float kMostSamples = 0x1p31f, kMostCounts = 0x1p31f;
-  bool ok = true;
-  for (const float f : v) ok = ok && std::isfinite(f);
-  for (std::size_t i = 4; i < v.size(); ++i) ok = ok && v[i] >= 0;
-  ok = ok && v[7] <= kMostSamples && v[7] == std::floor(v[7]);
-  for (std::size_t i = 8; i < v.size(); ++i) ok = ok && v[i] <= kMostCounts;
+  bool ok = v[kSamples] == std::floor(v[kSamples]);
+  for (std::size_t i = 0; i < v.size(); ++i) ok = ok && is_possible(kFilmChannels[i], v[i]);
   if (ok) return;
   std::string found;
   for (std::size_t i = 0; i < v.size(); ++i) {
-    if (v[i] != 0)
-      found += (found.empty() ? "" : ", ") + std::string(kNames[i]) + ' ' + std::to_string(v[i]);
+    if (v[i] == 0) continue;
+    found += (found.empty() ? "" : ", ") + std::string(kFilmChannels[i].name) + ' ' +
+             std::to_string(v[i]);
   }
   throw Error("pixel (" + std::to_string(x) + ", " + std::to_string(y) + ") holds " + found +
               "; expected finite values, and variances, samples and counts of at least 0");
@@ -109,10 +93,10 @@ Film read_pixels(Imf::InputFile& in) {
     const int rows = std::min(kBlockRows, film.crop_height - begin);
     std::vector<Values> block(width * std::size_t(rows));
     Imf::FrameBuffer buffer;
-    for (std::size_t c = 0; c < kNames.size(); ++c) {
-      if (!has(in, kNames[c])) continue;
+    for (std::size_t c = 0; c < kFilmChannels.size(); ++c) {
+      if (!has(in, kFilmChannels[c].name)) continue;
       buffer.insert(
-          kNames[c],
+          kFilmChannels[c].name,
           Imf::Slice::Make(Imf::FLOAT, &block[0][c], Imath::V2i{data.min.x, data.min.y + begin},
                            film.crop_width, rows, sizeof(Values), sizeof(Values) * width));
     }

@@ -73,13 +73,15 @@ Film difference_film(const Film& a, const Film& b) {
 
 std::vector<double> lookups_per_sample(const Film& film) {
   return by_pixel(film, [](const PixelSums& p) {
-    return p.samples > 0 ? double(p.lookups) / double(p.samples) : 0;
+    return p.samples > 0 ? double(p.count(PixelCounter::lookups)) / double(p.samples) : 0;
   });
 }
 
 std::vector<double> lookups_per_collision(const Film& film) {
   return by_pixel(film, [](const PixelSums& p) {
-    return p.collisions > 0 ? double(p.lookups) / double(p.collisions) : 0;
+    return p.count(PixelCounter::collisions) > 0
+               ? double(p.count(PixelCounter::lookups)) / double(p.count(PixelCounter::collisions))
+               : 0;
   });
 }
 

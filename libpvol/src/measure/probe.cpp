@@ -37,13 +37,7 @@ Replicates replicate(const Volume& volume, Scene scene) {
       r.film = std::move(one.film);
       continue;
     }
-    for (std::size_t k = 0; k < r.film.pixels.size(); ++k) {
-      PixelSums& p = r.film.pixels[k];
-      const PixelSums& q = one.film.pixels[k];
-      p.sum += q.sum, p.sum_squares += q.sum_squares, p.alpha += q.alpha;
-      p.samples += q.samples;
-      p.lookups += q.lookups, p.segments += q.segments, p.collisions += q.collisions;
-    }
+    add_samples(r.film, one.film);
   }
   return r;
 }
@@ -54,31 +48,35 @@ Counts total(const Replicates& r) {
   return all;
 }
 
+using Count = std::uint64_t (*)(const Counts&);
+
 /// The ratio of two totals.
-CountRatio ratio(const Replicates& r, std::uint64_t Counts::*above, std::uint64_t Counts::*below) {
+CountRatio ratio(const Replicates& r, Count above, Count below) {
   const Counts all = total(r);
-  if (all.*below == 0) return {};
-  const double value = double(all.*above) / double(all.*below);
+  if (below(all) == 0) return {};
+  const double value = double(above(all)) / double(below(all));
   double squares = 0;
   for (const Counts& c : r.counts) {
-    const double residual = double(c.*above) - value * double(c.*below);
+    const double residual = double(above(c)) - value * double(below(c));
     squares += residual * residual;
   }
   const double n = double(r.counts.size());
   return {value,
-          student_quantile(0.95, n - 1) * std::sqrt(squares * n / (n - 1)) / double(all.*below)};
+          student_quantile(0.95, n - 1) * std::sqrt(squares * n / (n - 1)) / double(below(all))};
 }
 
 PathCosts summarise(const Replicates& r, std::uint64_t micro_bytes) {
   PathCosts c;
   c.counts = total(r);
-  c.lookups = ratio(r, &Counts::lookups_path, &Counts::collisions);
+  c.lookups = ratio(
+      r, [](const Counts& k) { return k.path.lookups; },
+      [](const Counts& k) { return k.collisions; });
   c.micro_bytes = micro_bytes;
   const double collisions = double(c.counts.collisions);
   if (collisions == 0) return c;
-  c.tentative = (collisions + double(c.counts.null_collisions)) / collisions;
-  c.bounds_tests = double(c.counts.bounds_tests_path) / collisions;
-  c.segments = double(c.counts.segments_path) / collisions;
+  c.tentative = (collisions + double(c.counts.path.null_collisions)) / collisions;
+  c.bounds_tests = double(c.counts.path.bounds_tests) / collisions;
+  c.segments = double(c.counts.path.segments) / collisions;
   return c;
 }
 
@@ -148,7 +146,9 @@ ShellProbe probe_shell(const VoxelGrid& grid, const Pyramid& pyramid, const Shel
   const Replicates with_shell = replicate(volume, scene);
   p.with_shell = total(with_shell);
   for (const PixelSums& pixel : with_shell.film.pixels) p.rays += pixel.samples;
-  p.rejected = ratio(with_shell, &Counts::shell_rejections, &Counts::shell_tests);
+  p.rejected = ratio(
+      with_shell, [](const Counts& k) { return k.shell_rejections; },
+      [](const Counts& k) { return k.shell_tests; });
   return p;
 }
 

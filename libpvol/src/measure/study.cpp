@@ -22,9 +22,9 @@ Work work_of(const Measured& m) {
   if (m.counted == 0) return {};
   const Counts& k = m.counts;
   const double n = double(m.counted);
-  return {double(k.lookups_path + k.lookups_shadow) / n,
-          double(k.bounds_tests_path + k.bounds_tests_shadow) / n,
-          double(k.segments_path + k.segments_shadow) / n};
+  return {double(k.path.lookups + k.shadow.lookups) / n,
+          double(k.path.bounds_tests + k.shadow.bounds_tests) / n,
+          double(k.path.segments + k.shadow.segments) / n};
 }
 
 /// The ratio where the first varies, and 1 where nothing does.

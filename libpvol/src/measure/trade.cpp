@@ -65,21 +65,6 @@ double sidak_level(double family, std::size_t comparisons) {
   return comparisons == 0 ? family : -std::expm1(std::log1p(-family) / double(comparisons));
 }
 
-void add_samples(Film& to, const Film& from) {
-  if (to.pixels.size() != from.pixels.size() || to.crop_width != from.crop_width) {
-    throw Error("films of different sizes cannot be added");
-  }
-  for (std::size_t i = 0; i < to.pixels.size(); ++i) {
-    PixelSums& p = to.pixels[i];
-    const PixelSums& q = from.pixels[i];
-    p.sum += q.sum;
-    p.sum_squares += q.sum_squares;
-    p.alpha += q.alpha;
-    p.samples += q.samples;
-    p.lookups += q.lookups, p.segments += q.segments, p.collisions += q.collisions;
-  }
-}
-
 double mean_luminance(const Film& film) {
   double sum = 0;
   for (const PixelSums& p : film.pixels) sum += luminance(mean(p));

@@ -126,7 +126,7 @@ RenderResult render(const RenderPlan& plan, const Progress& progress) {
   if (o.count) {
     for (const Counts& c : counts) result.counts += c;
   } else {  // paths through several volumes always count
-    for (PixelSums& p : film.pixels) p.lookups = p.segments = p.collisions = 0;
+    for (PixelSums& p : film.pixels) p.counts = {};
   }
   result.complete = reporter.finish();
   return result;

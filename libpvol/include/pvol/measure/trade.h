@@ -40,9 +40,6 @@ struct Estimate {
 /// probability `family` at most, if they are independent or positively dependent (Sidak 1967).
 [[nodiscard]] double sidak_level(double family, std::size_t comparisons);
 
-/// Adds the samples of a film of the same size, rendered with another seed.
-void add_samples(Film& to, const Film& from);
-
 /// Luminance (BT.709) averaged over the film's pixels.
 [[nodiscard]] double mean_luminance(const Film& film);
 

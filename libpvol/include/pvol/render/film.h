@@ -1,34 +1,15 @@
 // The picture with its statistics.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "pvol/math/vec.h"
+#include "pvol/render/counts.h"
 
 namespace pvol {
-
-/// What one camera path cost, summed over paths; all zero where counting was off.
-/// "Path" counts belong to the camera path's own free flights, "shadow" ones to transmittance.
-struct Counts {
-  std::uint64_t lookups_path = 0, lookups_shadow = 0;  ///< evaluations of the exact density
-  std::uint64_t bounds_tests_path = 0, bounds_tests_shadow = 0;  ///< decisions from bounds alone
-  std::uint64_t segments_path = 0, segments_shadow = 0;  ///< segments of constant bounds visited
-  std::uint64_t collisions = 0, null_collisions = 0;     ///< of camera paths
-  std::uint64_t shadow_rays = 0;
-  std::uint64_t shell_tests = 0, shell_rejections = 0;  ///< of camera rays that meet the box
-
-  Counts& operator+=(const Counts& c) {
-    lookups_path += c.lookups_path, lookups_shadow += c.lookups_shadow;
-    bounds_tests_path += c.bounds_tests_path, bounds_tests_shadow += c.bounds_tests_shadow;
-    segments_path += c.segments_path, segments_shadow += c.segments_shadow;
-    collisions += c.collisions, null_collisions += c.null_collisions;
-    shadow_rays += c.shadow_rays;
-    shell_tests += c.shell_tests, shell_rejections += c.shell_rejections;
-    return *this;
-  }
-  friend bool operator==(const Counts&, const Counts&) = default;
-};
 
 /// Sums over the samples of one pixel, in sample order and in double.
 struct PixelSums {
@@ -36,7 +17,16 @@ struct PixelSums {
   Vec3d sum_squares;  ///< of radiance squared, by channel
   double alpha = 0;   ///< of 1 - transmittance
   std::uint32_t samples = 0;
-  std::uint64_t lookups = 0, segments = 0, collisions = 0;  ///< totals; 0 where counting was off
+  /// Totals by PixelCounter; 0 where counting was off.
+  std::array<std::uint64_t, kPixelCounts.size()> counts{};
+
+  [[nodiscard]] std::uint64_t count(PixelCounter c) const { return counts[std::size_t(c)]; }
+};
+
+/// A part of the radiance, such as that of one light.
+struct Layer {
+  std::string name;         ///< as the first part of its channels' names: "sun.1"
+  std::vector<Vec3d> sums;  ///< over the samples of each pixel
 };
 
 /// The rendered rectangle of an image, rows from the top.
@@ -45,10 +35,12 @@ struct Film {
   int x = 0, y = 0;                     ///< upper left corner of the rectangle in the image
   int crop_width = 0, crop_height = 0;  ///< of the rectangle
   std::vector<PixelSums> pixels;        ///< crop_width * crop_height
+  std::vector<Layer> layers{};          ///< where they were asked for; together the radiance
 
-  [[nodiscard]] const PixelSums& at(int px, int py) const {
-    return pixels[std::size_t(py) * std::size_t(crop_width) + std::size_t(px)];
+  [[nodiscard]] std::size_t index(int px, int py) const {
+    return std::size_t(py) * std::size_t(crop_width) + std::size_t(px);
   }
+  [[nodiscard]] const PixelSums& at(int px, int py) const { return pixels[index(px, py)]; }
 };
 
 /// Mean radiance of a pixel; 0 without samples.
@@ -62,5 +54,8 @@ struct Film {
   const double n = p.samples;
   return max((p.sum_squares - p.sum * p.sum / n) / (n * (n - 1)), Vec3d{});
 }
+
+/// Adds the samples of a film of the same size, with the same layers, rendered with another seed.
+void add_samples(Film& to, const Film& from);
 
 }  // namespace pvol

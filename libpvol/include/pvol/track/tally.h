@@ -19,6 +19,7 @@ struct Tally {
   void bounds_test() { ++bounds_tests; }
   void segment() { ++segments; }
   void null_collision() { ++null_collisions; }
+  friend bool operator==(const Tally&, const Tally&) = default;
 };
 
 /// The same calls, and nothing happens.

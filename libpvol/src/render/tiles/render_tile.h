@@ -24,10 +24,14 @@ inline void add_sample(PixelSums& p, Rgb radiance, float alpha) {
 template <class Tracer>
 [[nodiscard]] Counts counts_of(const Tracer& tracer) {
   const auto& work = tracer.traversal.work;
-  return {work.path.lookups,        work.shadow.lookups,       work.path.bounds_tests,
-          work.shadow.bounds_tests, work.path.segments,        work.shadow.segments,
-          tracer.collisions,        work.path.null_collisions, tracer.shadow_rays,
-          work.shell_tests,         work.shell_rejections};
+  Counts c;
+  c.path = work.path;
+  c.shadow = work.shadow;
+  c.collisions = tracer.collisions;
+  c.shadow_rays = tracer.shadow_rays;
+  c.shell_tests = work.shell_tests;
+  c.shell_rejections = work.shell_rejections;
+  return c;
 }
 
 /// A pixel's samples are summed in their order, whatever the tiles and threads.
@@ -38,7 +42,7 @@ void render_tile(const PathSetup& setup, const tbb::blocked_range2d<int>& tile, 
   Counts before;
   for (int y = tile.rows().begin(); y != tile.rows().end(); ++y) {
     for (int x = tile.cols().begin(); x != tile.cols().end(); ++x) {
-      PixelSums& p = film.pixels[std::size_t(y) * std::size_t(film.crop_width) + std::size_t(x)];
+      PixelSums& p = film.pixels[film.index(x, y)];
       for (std::uint32_t sample = begin; sample != end; ++sample) {
         const auto r = tracer.trace(film.x + x, film.y + y, sample);
         if (!is_finite(r.radiance)) {
@@ -49,11 +53,9 @@ void render_tile(const PathSetup& setup, const tbb::blocked_range2d<int>& tile, 
       }
       if constexpr (kCount) {
         const Counts now = counts_of(tracer);
-        p.lookups +=
-            now.lookups_path + now.lookups_shadow - before.lookups_path - before.lookups_shadow;
-        p.segments +=
-            now.segments_path + now.segments_shadow - before.segments_path - before.segments_shadow;
-        p.collisions += now.collisions - before.collisions;
+        for (std::size_t k = 0; k < kPixelCounts.size(); ++k) {
+          p.counts[k] += kPixelCounts[k].of(now) - kPixelCounts[k].of(before);
+        }
         before = now;
       }
     }

@@ -1,0 +1,26 @@
+#include "pvol/render/film.h"
+
+#include "pvol/error.h"
+
+namespace pvol {
+
+void add_samples(Film& to, const Film& from) {
+  if (from.pixels.size() != to.pixels.size() || from.crop_width != to.crop_width ||
+      from.layers.size() != to.layers.size()) {
+    throw Error("films of different sizes or layers cannot be added");
+  }
+  for (std::size_t i = 0; i < to.pixels.size(); ++i) {
+    PixelSums& p = to.pixels[i];
+    const PixelSums& q = from.pixels[i];
+    p.sum += q.sum, p.sum_squares += q.sum_squares, p.alpha += q.alpha;
+    p.samples += q.samples;
+    for (std::size_t k = 0; k < p.counts.size(); ++k) p.counts[k] += q.counts[k];
+  }
+  for (std::size_t k = 0; k < to.layers.size(); ++k) {
+    for (std::size_t i = 0; i < to.pixels.size(); ++i) {
+      to.layers[k].sums[i] += from.layers[k].sums[i];
+    }
+  }
+}
+
+}  // namespace pvol
