@@ -65,12 +65,12 @@ void add_density(CLI::App& app, Options& o) {
                  "it holds the source's name, size and hash, less than a hundredth of its bytes, "
                  "and needs it to render [fp32]")
       ->type_name("NAME")
-      ->check(cli::one_of({"fp32", "fp16", "fp8", "fpn", "reference"}));
+      ->check(cli::fits(name_of<Precision>().or_word("reference")));
   app.add_option("--density-tolerance", o.tolerance,
                  "Largest error of a sample with --density fpn, relative to the largest sample, "
                  "0.00001 to 1 [0.01]")
       ->type_name("X")
-      ->check(cli::number_from(kLeastTolerance, kLargestTolerance, "a number from 0.00001 to 1"));
+      ->check(cli::fits(number(kToleranceRange)));
 }
 
 void add_bounds(CLI::App& app, Options& o) {
@@ -87,7 +87,7 @@ void add_bounds(CLI::App& app, Options& o) {
          "What the bounds hold for: trilinear (and nearest); tricubic, somewhat looser, which "
          "holds for all three and pvol-render --interpolation tricubic needs [trilinear]")
       ->type_name("trilinear|tricubic")
-      ->check(CLI::IsMember({"trilinear", "tricubic"}).description(""));
+      ->check(cli::one_of({name(LookUp::trilinear), name(LookUp::tricubic)}));
 }
 
 void add_shells(CLI::App& app, Options& o) {
@@ -102,7 +102,7 @@ void add_shells(CLI::App& app, Options& o) {
          "hard: an ellipsoid with quadrics cut away, fast for rays. soft: a smooth surface, "
          "tests take twice as long [hard]")
       ->type_name("hard|soft")
-      ->check(CLI::IsMember({"hard", "soft"}).description(""));
+      ->check(cli::one_of({"hard", "soft"}));
   app.add_option("--shell-effort", o.shell_effort,
                  "Factor on the work of fitting a shell, 1 to 10 [1]")
       ->type_name("N")
@@ -131,7 +131,7 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   app.add_flag("--json", o.json, "The report as JSON");
   app.add_option("--threads", o.threads, "Threads; 0 is one for each hardware thread [0]")
       ->type_name("N")
-      ->check(CLI::Range(0, 4096).description(""));
+      ->check(cli::fits(whole(0, kMostThreads)));
   return cli::parse(app, argc, argv);
 }
 
@@ -186,7 +186,7 @@ bool is_quantised(const Options& o) { return o.density != "fp32" && o.density !=
 
 /// Turns the samples into codes and from there on takes what these stand for as the density.
 void quantise_density(const Options& o, Fit& f) {
-  Quantisation how{parse_precision(o.density)};
+  Quantisation how{find_named<Precision>(o.density).value()};
   if (o.tolerance) how.tolerance = *o.tolerance;
   f.file.codes = quantise(f.loaded.grid, how);
   f.loaded.grid = decode(*f.file.codes);
@@ -207,7 +207,7 @@ Fit fit(const Options& o) {
   if (is_quantised(o)) quantise_density(o, f);
   f.file.pyramid = o.closed_form ? cli::naming(o.input, [&] { return build_pyramid(f.recipe); })
                                  : formats::build_bounds(f.loaded.grid, o.input,
-                                                         formats::parse_interpolation(o.look_up));
+                                                         find_named<LookUp>(o.look_up).value());
   if (o.micro_bounds == "2") {
     f.file.micro = build_leaf_micro_bounds(f.loaded.grid, f.file.pyramid, 2);
   }

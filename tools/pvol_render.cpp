@@ -31,41 +31,9 @@ constexpr const char* kTool = "pvol-render";
 // --- the scene ----------------------------------------------------------------------------------
 
 void apply(const Options& o, formats::SceneFile& file) {
-  RenderOptions& r = file.scene.options;
   if (!o.grid.grid.empty()) file.volumes.front().grid = o.grid.grid;
-  if (o.size) {
-    r.width = (*o.size)[0], r.height = (*o.size)[1];
-    r.crop_x = r.crop_y = r.crop_width = r.crop_height = 0;
-  }
-  if (o.crop) {
-    r.crop_x = (*o.crop)[0], r.crop_y = (*o.crop)[1];
-    r.crop_width = (*o.crop)[2], r.crop_height = (*o.crop)[3];
-  }
-  if (o.samples) r.samples = *o.samples;
-  if (o.seed) r.seed = *o.seed;
-  if (o.tracker) r.tracker = formats::parse_tracker(*o.tracker);
-  if (o.transmittance) r.transmittance = formats::parse_transmittance(*o.transmittance);
-  if (o.micro_bounds) r.micro_bounds = formats::parse_micro_bounds(*o.micro_bounds);
-  if (o.look_up) r.look_up = formats::parse_interpolation(*o.look_up);
-  if (o.shells) r.shells = formats::parse_shell_use(*o.shells);
-  if (o.guide) r.guide = formats::parse_guide_use(*o.guide);
-  if (o.background) r.background = *o.background == "on";
-  if (o.depth) {
-    r.depth = *o.depth == "auto" ? std::nullopt : std::optional<int>(std::stoi(*o.depth));
-  }
-  if (o.max_bounces) {
-    r.max_bounces = std::nullopt;
-    if (*o.max_bounces != "none") r.max_bounces = std::uint32_t(std::stoul(*o.max_bounces));
-  }
-  if (o.density) {
-    file.density = Quantisation{parse_precision(*o.density)};
-    if (o.density_tolerance) file.density->tolerance = *o.density_tolerance;
-  }
-  if (o.majorant_scale) r.majorant_scale = *o.majorant_scale;
-  if (o.homogenise) r.homogenise = *o.homogenise;
-  if (o.preview) r.preview = *o.preview;
-  r.threads = o.threads;
-  r.count = !o.stats.empty();
+  cli::apply(o.options, formats::render_keys(file));
+  file.scene.options.count = !o.stats.empty();
 }
 
 formats::SceneFile read_scene(const Options& o) {
@@ -292,9 +260,6 @@ void save(const Options& o, const Outputs& out, const RenderJob& job, const Time
 }
 
 int run(const Options& o) {
-  if (o.density_tolerance && o.density != "fpn") {
-    throw cli::UsageError("--density-tolerance goes with --density fpn");
-  }
   const Outputs out = o.print_scene ? Outputs{} : choose_outputs(o);
   const RenderJob job = prepare(o);
   if (o.print_scene) {

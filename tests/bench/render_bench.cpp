@@ -173,7 +173,7 @@ int run(int argc, char** argv) {
   }
   const double thickness = argument(2, 64), g = argument(3, 0), albedo = argument(4, 0.999);
   const int rounds = int(argument(5, 3));
-  const LookUp look_up = formats::parse_interpolation(argc > 6 ? argv[6] : "trilinear");
+  const LookUp look_up = find_named<LookUp>(argc > 6 ? argv[6] : "trilinear").value();
   const Subject subject =
       make_subject(formats::load_cloud(argv[1], {}, look_up), look_up, thickness, g, albedo);
 

@@ -115,7 +115,6 @@ preview = 2
   const SceneVolume& volume = file.volumes[0];
   EXPECT_EQ(volume.file, folder_ / "clouds/a.vdb");
   EXPECT_EQ(volume.grid, "smoke");
-  EXPECT_EQ(file.sky, folder_ / "sky.exr");
   EXPECT_TRUE(file.has_camera);
   EXPECT_TRUE(volume.has_extinction);
   EXPECT_EQ(volume.medium, (Medium{12.5,
@@ -128,6 +127,7 @@ preview = 2
   ImageSky sky;
   sky.scale = Rgb(2.0f);
   sky.rotation = 90;
+  sky.file = folder_ / "sky.exr";
   want.environment = sky;
   want.lights = {Sun{{1, 1, 0}, {1, 2, 3}, 0.5}, Sun{{0, 1, 0}, Rgb(7.0f), 0}};
   want.options.width = 320, want.options.height = 200;
@@ -538,7 +538,7 @@ struct RandomScene {
     file.has_camera = coin();
     if (file.has_camera) file.scene.camera = camera();
     file.scene.environment = environment();
-    if (std::holds_alternative<ImageSky>(file.scene.environment)) file.sky = "/sky.exr";
+    if (auto* sky = std::get_if<ImageSky>(&file.scene.environment)) sky->file = "/sky.exr";
     for (int n = whole(0, 3); n > 0; --n) {
       file.scene.lights.push_back(Sun{point(), radiance(), uniform(0, 179)});
     }
@@ -568,24 +568,24 @@ TEST_F(SceneText, WrittenScenesReadBackEqual) {
 }
 
 TEST(SceneNames, ComeBackFromTheirText) {
-  for (int i = 0; i < 6; ++i) EXPECT_EQ(parse_tracker(name(Tracker(i))), Tracker(i));
+  for (int i = 0; i < 6; ++i) EXPECT_EQ(find_named<Tracker>(name(Tracker(i))), Tracker(i));
   for (int i = 0; i < 5; ++i) {
-    EXPECT_EQ(parse_transmittance(name(Transmittance(i))), Transmittance(i));
+    EXPECT_EQ(find_named<Transmittance>(name(Transmittance(i))), Transmittance(i));
   }
   for (int i = 0; i < 4; ++i) {
-    EXPECT_EQ(parse_micro_bounds(name(MicroBoundsUse(i))), MicroBoundsUse(i));
+    EXPECT_EQ(find_named<MicroBoundsUse>(name(MicroBoundsUse(i))), MicroBoundsUse(i));
   }
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(parse_shell_use(name(ShellUse(i))), ShellUse(i));
-  for (int i = 0; i < 4; ++i) EXPECT_EQ(parse_interpolation(name(LookUp(i))), LookUp(i));
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(find_named<ShellUse>(name(ShellUse(i))), ShellUse(i));
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(find_named<LookUp>(name(LookUp(i))), LookUp(i));
   EXPECT_STREQ(name(Tracker::delta_global), "delta-global");
-  try {
-    (void)parse_tracker("woodcock");
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_STREQ(e.what(),
-                 "tracker \"woodcock\" is unknown; expected one of delta-global, delta, "
-                 "decomposition, weighted-delta, weighted-decomposition, regular");
-  }
+  EXPECT_EQ(find_named<Tracker>("woodcock"), std::nullopt);
+  RenderOptions options;
+  const auto refusal = find_key(entries(options), "tracker")->set("woodcock");
+  ASSERT_TRUE(refusal);
+  EXPECT_EQ(refusal->expected,
+            "\"delta-global\", \"delta\", \"decomposition\", \"weighted-delta\", "
+            "\"weighted-decomposition\" or \"regular\"");
+  EXPECT_EQ(options, RenderOptions{});
 }
 
 TEST(SceneNames, SeedThatTomlCannotHoldIsRefused) {

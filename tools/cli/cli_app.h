@@ -1,6 +1,7 @@
 // The command line itself, with CLI11: included once by each tool, for it takes seconds to compile.
 #pragma once
 
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
@@ -12,6 +13,8 @@
 
 #include "cli/cli.h"
 #include "cli/json.h"
+#include "cli/manual.h"
+#include "pvol/math/limits.h"
 #include "pvol/version.h"
 
 namespace pvol::cli {
@@ -36,33 +39,48 @@ inline void add_quiet(CLI::App& app, Common& common) {
 
 /// "a or b or c".
 [[nodiscard]] inline std::string alternatives(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& w : words) text += (text.empty() ? "" : " or ") + w;
-  return text;
+  return fmt::format("{}", fmt::join(words, " or "));
+}
+
+// A check that takes words has them for a name, which shell completion shows (manual.h).
+
+/// Accepts what a row of a table does (pvol/math/limits.h).
+[[nodiscard]] inline CLI::Validator fits(const Limits& limits) {
+  const bool flag = limits.shape == Limits::Shape::flag;
+  return CLI::Validator(
+             [limits](const std::string& text) -> std::string {
+               const auto refusal = refuse(limits, parse_value(limits, text));
+               return refusal ? fmt::format("found '{}', expected {}", text, refusal->expected)
+                              : "";
+             },
+             "")
+      .name(flag ? "on off" : fmt::format("{}", fmt::join(limits.all_words(), " ")));
 }
 
 /// Accepts one of the words.
 [[nodiscard]] inline CLI::Validator one_of(const std::vector<std::string>& words) {
   return CLI::Validator(
-      [words](const std::string& text) -> std::string {
-        if (std::find(words.begin(), words.end(), text) != words.end()) return {};
-        return "found '" + text + "', expected " + alternatives(words);
-      },
-      "");
+             [words](const std::string& text) -> std::string {
+               if (std::find(words.begin(), words.end(), text) != words.end()) return {};
+               return fmt::format("found '{}', expected {}", text, alternatives(words));
+             },
+             "")
+      .name(fmt::format("{}", fmt::join(words, " ")));
 }
 
 /// Accepts one of the words, or a whole number from 0 to `largest`.
 [[nodiscard]] inline CLI::Validator word_or_number(const std::vector<std::string>& words,
                                                    std::uint32_t largest) {
   return CLI::Validator(
-      [words, largest](const std::string& text) -> std::string {
-        std::uint32_t value = 0;
-        if (std::find(words.begin(), words.end(), text) != words.end()) return {};
-        if (CLI::detail::lexical_cast(text, value) && value <= largest) return {};
-        return "found '" + text + "', expected " + alternatives(words) +
-               " or a whole number up to " + std::to_string(largest);
-      },
-      "");
+             [words, largest](const std::string& text) -> std::string {
+               std::uint32_t value = 0;
+               if (std::find(words.begin(), words.end(), text) != words.end()) return {};
+               if (CLI::detail::lexical_cast(text, value) && value <= largest) return {};
+               return fmt::format("found '{}', expected {} or a whole number up to {}", text,
+                                  alternatives(words), largest);
+             },
+             "")
+      .name(fmt::format("{}", fmt::join(words, " ")));
 }
 
 /// Accepts a finite number from `least` to `most`, as the words say.
@@ -72,7 +90,7 @@ inline void add_quiet(CLI::App& app, Common& common) {
       [least, most, words](const std::string& text) -> std::string {
         double value = 0;
         if (CLI::detail::lexical_cast(text, value) && value >= least && value <= most) return {};
-        return "found '" + text + "', expected " + words;
+        return fmt::format("found '{}', expected {}", text, words);
       },
       "");
 }
@@ -101,9 +119,27 @@ inline void wrap_descriptions(CLI::App& app) {
   for (CLI::App* verb : app.get_subcommands({})) wrap_descriptions(*verb);
 }
 
-/// Nothing where the tool goes on, else its exit code: help and version on stdout with success,
-/// misuse on stderr.
-[[nodiscard]] inline std::optional<int> parse(CLI::App& app, int argc, char** argv) {
+/// `--man` alone prints the man page and `--completion bash` a script; neither is in the help, for
+/// they are there for the build. Whether one of them was given.
+[[nodiscard]] inline bool print_manual(CLI::App& app, int argc, char** argv,
+                                       const std::vector<ManualPart>& parts) {
+  const std::vector<std::string> given(argv + 1, argv + argc);
+  if (given == std::vector<std::string>{"--man"}) {
+    std::cout << man_page(app, parts);
+    return true;
+  }
+  if (given == std::vector<std::string>{"--completion", "bash"}) {
+    std::cout << bash_completion(app);
+    return true;
+  }
+  return false;
+}
+
+/// Nothing where the tool goes on, else its exit code: help, version and manual on stdout with
+/// success, misuse on stderr. `parts` are those of the man page besides the options.
+[[nodiscard]] inline std::optional<int> parse(CLI::App& app, int argc, char** argv,
+                                              const std::vector<ManualPart>& parts = {}) {
+  if (print_manual(app, argc, argv, parts)) return kSuccess;
   wrap_descriptions(app);
   try {
     app.parse(argc, argv);

@@ -26,12 +26,12 @@ formats::SceneFile read_scene(const std::filesystem::path& input,
 }
 
 void load_sky(formats::SceneFile& file) {
-  if (file.sky.empty()) return;
-  ImageSky picture = formats::read_sky(file.sky);
-  const auto& wanted = std::get<ImageSky>(file.scene.environment);
-  picture.scale = wanted.scale;
-  picture.rotation = wanted.rotation;
-  file.scene.environment = std::move(picture);
+  auto* sky = std::get_if<ImageSky>(&file.scene.environment);
+  if (!sky) return;
+  ImageSky picture = formats::read_sky(sky->file);
+  sky->width = picture.width;
+  sky->height = picture.height;
+  sky->pixels = std::move(picture.pixels);
 }
 
 formats::Cloud load_cloud(const std::string& tool, const std::filesystem::path& file,

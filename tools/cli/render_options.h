@@ -1,37 +1,33 @@
 // The command line of pvol-render, apart from the rest because CLI11 takes long to compile.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "cli/cli.h"
 #include "pvol/formats/vdb.h"
+#include "pvol/math/keys.h"
 
 namespace pvol::cli {
 
-/// What the user gave; absent values are left to the scene.
+/// What the user gave.
 struct RenderOptionsGiven {
   Common common;
   std::filesystem::path input, output, png, stats;
   formats::GridOptions grid;
   std::vector<std::string> sets;
-  std::optional<std::array<int, 2>> size;
-  std::optional<std::array<int, 4>> crop;
-  std::optional<std::uint32_t> samples;
-  std::optional<std::uint64_t> seed;
-  std::optional<std::string> tracker, transmittance, micro_bounds, look_up, depth, shells, guide,
-      max_bounces, background, density;
-  std::optional<double> density_tolerance;  ///< with density fpn only
-  int threads = 0;
+  /// Flags of formats::render_keys, as written, by key; absent ones are left to the scene.
+  std::map<std::string, std::string> options;
   double exposure = 0;
-  std::optional<double> majorant_scale, homogenise;
-  std::optional<int> preview;
   bool no_png = false, print_scene = false, force = false;
 };
+
+/// Sets what was given. Throws UsageError for a value out of its limits and for one that goes with
+/// another that the scene does not have.
+void apply(const std::map<std::string, std::string>& options, const Entries& entries);
 
 /// Nothing where the tool goes on, else its exit code.
 [[nodiscard]] std::optional<int> read_command_line(int argc, char** argv, RenderOptionsGiven& o);

@@ -1,5 +1,7 @@
 #include "cli/render_report.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "cli/json.h"
@@ -40,44 +42,46 @@ Json describe_volumes(const RenderJob& job) {
   return list;
 }
 
-/// Every option that bears on the picture, by the name it has on the command line; not the number
-/// of threads, on which no byte of a picture depends.
-Json describe_options(const RenderJob& job) {
-  const RenderOptions& r = job.file.scene.options;
-  Json j;
-  j["input"] = job.input.string();
-  j["volume"] = job.file.volumes.front().file.string();
-  j["grid"] = job.file.volumes.front().grid;
-  j["size"] = {r.width, r.height};
-  j["crop"] = {r.crop_x, r.crop_y, r.crop_width, r.crop_height};
-  j["spp"] = r.samples;
-  j["seed"] = r.seed;
-  j["tracker"] = formats::name(r.tracker);
-  j["transmittance"] = formats::name(r.transmittance);
-  j["micro_bounds"] = formats::name(r.micro_bounds);
-  j["micro_bounds_used"] = job.volumes.front().density.micro.edge;
-  j["micro_bounds_from"] = micro_bounds_text(job.volumes.front());
-  j["interpolation"] = formats::name(r.look_up);
+Json to_json(const Value& value) {
+  if (const auto* on = std::get_if<bool>(&value.data)) return *on ? "on" : "off";
+  if (const auto whole = value.whole()) return *whole;
+  if (const auto number = value.number()) return *number;
+  if (const std::string* word = value.word()) return *word;
+  Json list = Json::array();
+  for (const Value& item : *value.list()) list.push_back(to_json(item));
+  return list;
+}
+
+/// What was made of the options for the first volume, and of the density for each.
+void describe_choices(const RenderJob& job, Json& j) {
+  const Volume& first = job.volumes.front();
+  j["micro_bounds_used"] = first.density.micro.edge;
+  j["micro_bounds_from"] = micro_bounds_text(first);
   for (const VolumeReport& v : job.reports) j["density"].push_back(describe_density(v));
-  j["depth"] = r.depth ? Json(*r.depth) : Json("auto");
   j["effective_depth"] = job.facts.front().depth;
-  j["shells"] = formats::name(r.shells);
   j["shell_used"] = job.plan.shells.front().kept;
-  j["guide"] = formats::name(r.guide);
-  j["max_bounces"] = r.max_bounces ? Json(*r.max_bounces) : Json("none");
-  j["majorant_scale"] = r.majorant_scale;
-  j["homogenise"] = r.homogenise ? Json(*r.homogenise) : Json("off");
-  if (const auto& h = job.volumes.front().density.homogeneous) {
+  if (const auto& h = first.density.homogeneous) {
     j["homogenised"] = {{"nodes", h->nodes},
                         {"volume_share", h->volume_share},
                         {"mass_share", h->mass_share},
                         {"depth_error_bound", h->depth_error}};
   }
-  j["preview"] = r.preview;
   j["volumes"] = describe_volumes(job);
-  j["background"] = r.background ? "on" : "off";
   j["biased"] = describe_bias(job);
-  j["extinction"] = job.volumes.front().medium.extinction;
+  j["extinction"] = first.medium.extinction;
+}
+
+/// Every option that bears on the picture, by its key; not the number of threads, on which no byte
+/// of a picture depends.
+Json describe_options(const RenderJob& job) {
+  Json j;
+  j["input"] = job.input.string();
+  j["volume"] = job.file.volumes.front().file.string();
+  j["grid"] = job.file.volumes.front().grid;
+  for (const Entry& e : entries(job.file.scene.options)) {
+    if (e.about.in_scenes) j[e.about.key] = to_json(e.value());
+  }
+  describe_choices(job, j);
   j["set"] = job.sets;
   j["version"] = PVOL_VERSION;
   return j;
@@ -87,24 +91,24 @@ Json describe_options(const RenderJob& job) {
 
 std::string describe_bias(const RenderJob& job) {
   std::vector<std::string> reasons;
-  const RenderOptions& o = job.file.scene.options;
-  if (o.max_bounces) reasons.emplace_back("max_bounces");
   const bool homogenised = std::any_of(job.volumes.begin(), job.volumes.end(), [](const Volume& v) {
     return v.density.homogeneous && v.density.homogeneous->nodes > 0;
   });
-  if (homogenised) reasons.emplace_back("homogenise");
-  if (o.preview > 0) reasons.emplace_back("preview");
+  const RenderOptions unbiased;
+  const Entries defaults = entries(unbiased);
+  for (const Entry& e : entries(job.file.scene.options)) {
+    const std::string key = e.about.key;
+    if (e.about.effect != Effect::bias || e.value() == find_key(defaults, key)->value()) continue;
+    if (key != "homogenise" || homogenised) reasons.push_back(key);
+  }
   for (const VolumeReport& v : job.reports) {
     if (v.density_error.absolute == 0) continue;  // exact, in whatever precision
-    std::string reason = "density ";
-    reason += name(v.density.precision);
+    const std::string reason = fmt::format("density {}", name(v.density.precision));
     if (std::find(reasons.begin(), reasons.end(), reason) == reasons.end()) {
       reasons.push_back(reason);
     }
   }
-  std::string text = reasons.empty() ? "no" : "yes: ";
-  for (const std::string& r : reasons) text += (&r == &reasons.front() ? "" : ", ") + r;
-  return text;
+  return reasons.empty() ? "no" : fmt::format("yes: {}", fmt::join(reasons, ", "));
 }
 
 std::string micro_bounds_text(const Volume& volume) {
@@ -120,7 +124,7 @@ std::map<std::string, std::string> describe_picture(const RenderJob& job, const 
     a["pvol:" + key] = value.is_string() ? value.get<std::string>() : value.dump();
   }
   a["pvol:scene"] = formats::to_toml(job.file);
-  a["pvol:samples"] = std::to_string(t.samples) + " of " + std::to_string(t.samples_wanted);
+  a["pvol:samples"] = fmt::format("{} of {}", t.samples, t.samples_wanted);
   return a;
 }
 

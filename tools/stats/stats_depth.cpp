@@ -37,7 +37,7 @@ int deepest(const LoadedScene& loaded) {
 /// changes.
 void fix_choices(const DepthOptions& o, LoadedScene& loaded) {
   RenderOptions& r = loaded.file.scene.options;
-  if (o.tracker) r.tracker = formats::parse_tracker(*o.tracker);
+  if (o.tracker) r.tracker = find_named<Tracker>(*o.tracker).value();
   if (r.tracker == Tracker::delta_global) {
     throw UsageError("the tracker delta-global uses no octree; choose another one");
   }

@@ -101,19 +101,22 @@ void add_depth(CLI::App& app, DepthOptions& o, std::function<int()>& run) {
   CLI::App* verb = app.add_subcommand("depth", "What the octree's depth costs and gains");
   add_common(*verb, kDepthHelp);
   add_scene(*verb, o.scene);
+  std::vector<std::string> trackers;  // but the one that uses no octree
+  for (const Named<Tracker>& t : names(Tracker{})) {
+    if (t.value != Tracker::delta_global) trackers.emplace_back(t.name);
+  }
   verb->add_option(
           "--depths", o.depths,
           "Octree depths from 0 to 16, with commas between them; the first is the one that "
           "the others are compared with [0,4,8,16]")
       ->type_name("N,N,...")
       ->delimiter(',')
-      ->check(CLI::Range(0, 16).description(""));
+      ->check(fits(whole(0, kDeepestOctree)));
   verb->add_option("--tracker", o.tracker,
-                   "Free paths: delta, decomposition, weighted-delta, weighted-decomposition or "
-                   "regular [the scene's, else decomposition]")
+                   fmt::format("Free paths: {} [the scene's, else decomposition]",
+                               listed(trackers)))
       ->type_name("NAME")
-      ->check(one_of(
-          {"delta", "decomposition", "weighted-delta", "weighted-decomposition", "regular"}));
+      ->check(one_of(trackers));
   verb->add_option("--spp", o.most_samples, "Most samples a pixel in one round [65536]")
       ->type_name("N")
       ->check(CLI::Range(2u, 65536u).description(""));
@@ -142,7 +145,7 @@ void add_trade(CLI::App& app, TradeOptions& o, std::function<int()>& run) {
                    "Threads for the reference; all else is timed on one. 0 is one for each "
                    "hardware thread [0]")
       ->type_name("N")
-      ->check(CLI::Range(0, 4096).description(""));
+      ->check(fits(whole(0, kMostThreads)));
   add_output(*verb, o.budget, o.html, o.json, o.quiet);
   verb->get_option("--budget")->description("Seconds that measuring may take, after loading [300]");
   verb->callback([&] { run = [&] { return run_trade(o); }; });

@@ -3,145 +3,126 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
+#include <sstream>
 
 #include "cli/cli.h"
 
 namespace pvol::cli {
 namespace {
 
-/// The factors in the order of the report.
-constexpr const char* kDepth = "octree depth";
-constexpr const char* kMicroBounds = "micro-bounds";
-constexpr const char* kTracker = "tracker";
-constexpr const char* kTransmittance = "shadow rays";
-constexpr const char* kLookUp = "interpolation";
-constexpr const char* kShells = "shells";
-constexpr const char* kBounces = "bounce limit";
-constexpr const char* kGuide = "guided paths";
-constexpr const char* kDensity = "density";
-constexpr const char* kHomogenise = "homogenised nodes";
-constexpr const char* kPreview = "preview";
+const RenderOptions& own(const LoadedScene& loaded) { return loaded.file.scene.options; }
 
-void add_depths(const LoadedScene& loaded, std::vector<Candidate>& list) {
-  int deepest = 0;
+bool sampled(const LoadedScene& loaded) { return !loaded.clouds.front().recipe(); }
+
+/// The level of the deepest cloud's leaves.
+int deepest(const LoadedScene& loaded) {
+  int depth = 0;
   for (const formats::Cloud& c : loaded.clouds) {
-    deepest = std::max(deepest, int(c.pyramid.levels.size()) - 1);
+    depth = std::max(depth, int(c.pyramid.levels.size()) - 1);
   }
-  std::vector<int> depths{0, 2, 3, 4, 6, 8, deepest};
-  std::sort(depths.begin(), depths.end());
-  depths.erase(std::unique(depths.begin(), depths.end()), depths.end());
-  for (const int depth : depths) {
-    if (depth > deepest) break;
-    list.push_back({.variant = {kDepth, fmt::format("--depth {}", depth)},
-                    .scene = [depth](Scene& s) { s.options.depth = depth; }});
-  }
+  return depth;
 }
 
-void add_micro_bounds(std::vector<Candidate>& list) {
-  using M = MicroBoundsUse;
-  for (const M use : {M::none, M::cells_8, M::cells_1}) {
-    list.push_back({.variant = {kMicroBounds, fmt::format("--micro-bounds {}", formats::name(use))},
-                    .scene = [use](Scene& s) { s.options.micro_bounds = use; }});
-  }
-}
-
-void add_trackers(const LoadedScene& loaded, std::vector<Candidate>& list) {
-  using T = Tracker;
-  for (const T tracker : {T::delta_global, T::delta, T::decomposition, T::weighted_delta,
-                          T::weighted_decomposition, T::regular}) {
-    if (tracker == loaded.file.scene.options.tracker) continue;
-    if (is_weighted(tracker) && loaded.clouds.size() > 1) continue;
-    list.push_back({.variant = {kTracker, fmt::format("--tracker {}", formats::name(tracker))},
-                    .scene = [tracker](Scene& s) { s.options.tracker = tracker; }});
-  }
-}
-
-void add_transmittances(std::vector<Candidate>& list) {
-  using T = Transmittance;
-  for (const T t : {T::analog, T::ratio, T::residual_ratio, T::regular}) {
-    list.push_back(
-        {.variant = {kTransmittance, fmt::format("--transmittance {}", formats::name(t))},
-         .scene = [t](Scene& s) { s.options.transmittance = t; }});
-  }
+bool other_tracker(const LoadedScene& loaded, const Value& value) {
+  const Tracker tracker = find_named<Tracker>(*value.word()).value();
+  return tracker != own(loaded).tracker && !(is_weighted(tracker) && loaded.clouds.size() > 1);
 }
 
 /// Another interpolant is another field: its picture is not the default's.
-void add_interpolations(const LoadedScene& loaded, std::vector<Candidate>& list) {
-  using I = LookUp;
-  const I own = loaded.file.scene.options.look_up;
-  if (own == I::procedural) return;  // there are no samples
-  for (const I i : {I::nearest, I::trilinear, I::tricubic}) {
-    if (i == own) continue;
-    const auto bound_again = [i](formats::Cloud& c) {
-      if (holds_for(c.pyramid.look_up, i)) return;
-      c.pyramid = formats::build_bounds(c.grid(), c.metadata.source.file, i);
-      c.micro.reset();
-      c.shell.reset();  // proven for the support that the other interpolation has
-    };
-    list.push_back({.variant = {kLookUp, fmt::format("--interpolation {}", formats::name(i)), true},
-                    .scene = [i](Scene& s) { s.options.look_up = i; },
-                    .cloud = bound_again});
-  }
+bool other_look_up(const LoadedScene& loaded, const Value& value) {
+  const LookUp look_up = own(loaded).look_up;
+  return look_up != LookUp::procedural && *value.word() != name(look_up);
 }
 
-void add_guides(std::vector<Candidate>& list) {
-  for (const GuideUse use : {GuideUse::on, GuideUse::off}) {
-    list.push_back({.variant = {kGuide, fmt::format("--guide {}", formats::name(use))},
-                    .scene = [use](Scene& s) { s.options.guide = use; }});
-  }
+ChangeCloud bound_again(const Value& value) {
+  const LookUp look_up = find_named<LookUp>(*value.word()).value();
+  return [look_up](formats::Cloud& c) {
+    if (holds_for(c.pyramid.look_up, look_up)) return;
+    c.pyramid = formats::build_bounds(c.grid(), c.metadata.source.file, look_up);
+    c.micro.reset();
+    c.shell.reset();  // proven for the support that the other interpolation has
+  };
 }
 
 /// Clouds that were not rounded before.
-void add_densities(const LoadedScene& loaded, std::vector<Candidate>& list) {
-  for (const formats::Cloud& c : loaded.clouds) {
-    if (c.recipe() || c.metadata.quantisation.precision != Precision::fp32) return;
-  }
-  for (const Precision p : {Precision::fp16, Precision::fp8, Precision::fpn}) {
-    const auto round = [p](formats::Cloud& c) {
-      formats::quantise(c, Quantisation{.precision = p}, c.metadata.source.file);
-    };
-    list.push_back(
-        {.variant = {kDensity, fmt::format("--density {}", name(p)), true}, .cloud = round});
-  }
+bool exact(const LoadedScene& loaded, const Value&) {
+  return std::all_of(loaded.clouds.begin(), loaded.clouds.end(), [](const formats::Cloud& c) {
+    return !c.recipe() && c.metadata.quantisation.precision == Precision::fp32;
+  });
 }
 
-void add_homogenised(const LoadedScene& loaded, std::vector<Candidate>& list) {
-  if (loaded.clouds.front().recipe() || loaded.file.scene.options.homogenise) return;
-  for (const double tolerance : {0.1, 1.0, 10.0}) {
-    list.push_back({.variant = {kHomogenise, fmt::format("--homogenise {:.4g}", tolerance), true},
-                    .scene = [tolerance](Scene& s) { s.options.homogenise = tolerance; }});
-  }
+ChangeCloud rounded(const Value& value) {
+  const Quantisation how{.precision = find_named<Precision>(*value.word()).value()};
+  return [how](formats::Cloud& c) { formats::quantise(c, how, c.metadata.source.file); };
 }
 
-void add_previews(const LoadedScene& loaded, std::vector<Candidate>& list) {
-  const int own = loaded.file.scene.options.preview;
-  if (loaded.clouds.front().recipe()) return;
-  for (const int more : {1, 2, 3}) {
-    const auto halve = [more](formats::Cloud& c) {
-      formats::coarsen(c, more, c.metadata.source.file);
-    };
-    list.push_back(
-        {.variant = {kPreview, fmt::format("--preview {}", own + more), true}, .cloud = halve});
-  }
+ChangeCloud halved(const Value& value) {
+  return [more = int(*value.whole())](formats::Cloud& c) {
+    formats::coarsen(c, more, c.metadata.source.file);
+  };
 }
 
-void add_shells(const LoadedScene& loaded, std::vector<Candidate>& list) {
-  const bool any = std::any_of(loaded.clouds.begin(), loaded.clouds.end(),
-                               [](const formats::Cloud& c) { return c.shell.has_value(); });
-  if (!any) return;
-  for (const ShellUse use : {ShellUse::on, ShellUse::off}) {
-    list.push_back({.variant = {kShells, fmt::format("--shells {}", formats::name(use))},
-                    .scene = [use](Scene& s) { s.options.shells = use; }});
-  }
+/// What a swept value of an option needs besides being set; options without a rule need nothing.
+struct Rule {
+  const char* key;
+  bool (*matters)(const LoadedScene&, const Value&);  ///< whether it can, to this scene
+  ChangeCloud (*cloud)(const Value&) = nullptr;
+};
+constexpr Rule kRules[] = {
+    {"depth", [](const LoadedScene& l, const Value& v) { return *v.whole() <= deepest(l); }},
+    {"tracker", other_tracker},
+    {"shells",
+     [](const LoadedScene& l, const Value&) {
+       return std::any_of(l.clouds.begin(), l.clouds.end(),
+                          [](const formats::Cloud& c) { return c.shell.has_value(); });
+     }},
+    {"interpolation", other_look_up, bound_again},
+    {"density", exact, rounded},
+    {"homogenise",
+     [](const LoadedScene& l, const Value&) { return sampled(l) && !own(l).homogenise; }},
+    {"preview", [](const LoadedScene& l, const Value&) { return sampled(l); }, halved},
+    {"max_bounces",
+     [](const LoadedScene& l, const Value& v) {
+       return !own(l).max_bounces || *v.whole() < std::int64_t(*own(l).max_bounces);
+     }},
+};
+
+const Rule* find_rule(std::string_view key) {
+  const auto at = std::find_if(std::begin(kRules), std::end(kRules),
+                               [&](const Rule& rule) { return rule.key == key; });
+  return at == std::end(kRules) ? nullptr : &*at;
 }
 
-void add_bounce_limits(const LoadedScene& loaded, std::vector<Candidate>& list) {
-  const auto& own = loaded.file.scene.options.max_bounces;
-  for (const std::uint32_t most : {4u, 16u, 64u, 256u}) {
-    if (own && *own <= most) continue;
-    list.push_back({.variant = {kBounces, fmt::format("--max-bounces {}", most), true},
-                    .scene = [most](Scene& s) { s.options.max_bounces = most; }});
+/// The values of a row's sweep; of depths with that of the deepest leaves.
+std::vector<Value> swept_values(const LoadedScene& loaded, const Description& about) {
+  std::vector<Value> values;
+  std::istringstream words(about.sweep);
+  for (std::string word; words >> word;) values.push_back(parse_value(about.limits, word));
+  const Value last = std::int64_t(deepest(loaded));
+  if (std::string_view(about.key) == "depth" &&
+      std::find(values.begin(), values.end(), last) == values.end()) {
+    values.push_back(last);
   }
+  return values;
+}
+
+/// The scene's option set to the value; the density is no option of the scene's, and a preview's
+/// clouds have been coarsened by the scene's own before.
+Candidate make_candidate(const LoadedScene& loaded, const Description& about, const Value& value,
+                         const Rule* rule) {
+  Candidate c;
+  const bool preview = std::string_view(about.key) == "preview";
+  const Value shown = preview ? Value(*value.whole() + own(loaded).preview) : value;
+  c.variant = {about.factor,
+               fmt::format("{} {}", flag_of(about), command_text(about.limits, shown)),
+               about.effect == Effect::bias || about.effect == Effect::field};
+  c.scene = [key = std::string(about.key), value](Scene& s) {
+    const Entries all = entries(s.options);
+    if (const Entry* e = find_key(all, key)) (void)e->set(value);
+  };
+  if (rule && rule->cloud) c.cloud = rule->cloud(value);
+  return c;
 }
 
 }  // namespace
@@ -150,17 +131,15 @@ Candidate default_candidate() { return {.variant = {"default", ""}}; }
 
 std::vector<Candidate> single_candidates(const LoadedScene& loaded) {
   std::vector<Candidate> list;
-  add_depths(loaded, list);
-  add_micro_bounds(list);
-  add_trackers(loaded, list);
-  add_transmittances(list);
-  add_guides(list);
-  add_shells(loaded, list);
-  add_interpolations(loaded, list);
-  add_densities(loaded, list);
-  add_homogenised(loaded, list);
-  add_previews(loaded, list);
-  add_bounce_limits(loaded, list);
+  formats::SceneFile defaults;
+  for (const Entry& e : formats::render_keys(defaults)) {
+    if (*e.about.factor == 0) continue;
+    const Rule* rule = find_rule(e.about.key);
+    for (const Value& value : swept_values(loaded, e.about)) {
+      if (rule && !rule->matters(loaded, value)) continue;
+      list.push_back(make_candidate(loaded, e.about, value, rule));
+    }
+  }
   return list;
 }
 

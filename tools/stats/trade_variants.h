@@ -9,8 +9,8 @@
 
 namespace pvol::cli {
 
-/// One setting, and how to change the scene to it. A new option of the renderer becomes one entry
-/// of `single_candidates`.
+/// One setting, and how to change the scene to it. Options whose rows have a `factor` are swept
+/// over the values of their rows.
 struct Candidate {
   measure::Variant variant;  ///< its option as on the command line of pvol-render
   ChangeScene scene{};

@@ -43,7 +43,7 @@ Shape read_ellipsoid(const TomlTable& table) {
 
 Shape read_coefficients(const TomlTable& table) {
   table.require({"coefficients"});
-  const std::vector<double> c = *table.numbers("coefficients", {10});
+  const std::vector<double> c = *table.numbers("coefficients", 10);
   return {{{c[0], c[1], c[2]}, {c[3], c[4], c[5]}, {c[6], c[7], c[8]}, c[9]}};
 }
 

@@ -13,52 +13,38 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <initializer_list>
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
 
+#include "pvol/math/keys.h"
 #include "pvol/math/vec.h"
 
 namespace pvol::formats {
 
-/// Finite numbers between two ends; `text` is how messages put it.
-struct Range {
-  double lo = -std::numeric_limits<double>::infinity();
-  double hi = std::numeric_limits<double>::infinity();
-  bool lo_open = false, hi_open = false;  ///< whether the end itself is out
-
-  [[nodiscard]] static Range closed(double lo, double hi) { return {lo, hi}; }
-  [[nodiscard]] static Range open(double lo, double hi) { return {lo, hi, true, true}; }
-  [[nodiscard]] static Range half_open(double lo, double hi) { return {lo, hi, false, true}; }
-  [[nodiscard]] static Range at_least(double lo) { return {.lo = lo}; }
-  [[nodiscard]] static Range above(double lo) { return {.lo = lo, .lo_open = true}; }
-
-  [[nodiscard]] bool contains(double v) const;  ///< false for what is not finite
-  [[nodiscard]] std::string text() const;       ///< e.g. "in [0, 1)", "above 0"; "" for any number
-};
-
 struct TomlValue;
 
 /// One table, with getters that return nothing for a key that is absent and throw Error for a value
-/// of another type or out of range. An integer is accepted where a number is expected.
+/// of another type or out of range.
 struct TomlTable {
   std::string name;   ///< dotted path from the root, e.g. "camera" or "sun[1]"; the root's is empty
   std::string where;  ///< "cloud.toml:3:7", or "--set camera.fov=20"; the root's is the file
   std::vector<TomlValue> members;  ///< in order of their keys
 
   /// Throws Error for the first key that is not listed, naming those that are.
-  void allow_only(std::initializer_list<std::string_view> keys) const;
+  void allow_only(const std::vector<std::string_view>& keys) const;
   /// Throws Error for the first listed key that is absent.
-  void require(std::initializer_list<std::string_view> keys) const;
+  void require(const std::vector<std::string_view>& keys) const;
 
   [[nodiscard]] const TomlValue* find(std::string_view key) const;
   [[nodiscard]] bool has(std::string_view key) const { return find(key) != nullptr; }
 
-  [[nodiscard]] std::optional<bool> boolean(std::string_view key) const;
+  /// A value within limits (pvol/math/limits.h).
+  [[nodiscard]] std::optional<Value> take(std::string_view key, const Limits& limits) const;
+
+  // The same for the types that recipes have.
   [[nodiscard]] std::optional<std::int64_t> integer(std::string_view key, std::int64_t lo,
                                                     std::int64_t hi) const;
   [[nodiscard]] std::optional<double> number(std::string_view key, Range range = {}) const;
@@ -66,25 +52,18 @@ struct TomlTable {
   /// A string that is one of `words`.
   [[nodiscard]] std::optional<std::string> word(std::string_view key,
                                                 const std::vector<std::string_view>& words) const;
-
-  /// An array of numbers; `counts` are the lengths allowed, none meaning any.
-  [[nodiscard]] std::optional<std::vector<double>> numbers(
-      std::string_view key, std::initializer_list<std::size_t> counts = {}, Range range = {}) const;
-  /// An array of whole numbers in [lo, hi]; `counts` as above.
-  [[nodiscard]] std::optional<std::vector<std::int64_t>> integers(
-      std::string_view key, std::initializer_list<std::size_t> counts, std::int64_t lo,
-      std::int64_t hi) const;
+  /// An array of `count` numbers.
+  [[nodiscard]] std::optional<std::vector<double>> numbers(std::string_view key,
+                                                           std::size_t count) const;
   /// An array of `width` numbers, or an array of such arrays.
   [[nodiscard]] std::optional<std::vector<std::vector<double>>> rows(std::string_view key,
-                                                                     std::size_t width,
-                                                                     Range range = {}) const;
+                                                                     std::size_t width) const;
   /// An array of three numbers.
-  [[nodiscard]] std::optional<Vec3d> vector(std::string_view key, Range range = {}) const;
+  [[nodiscard]] std::optional<Vec3d> vector(std::string_view key) const;
   /// The same that is not zero.
   [[nodiscard]] std::optional<Vec3d> direction(std::string_view key) const;
   /// One number for all three components, or an array of three.
   [[nodiscard]] std::optional<Vec3d> number_or_vector(std::string_view key, Range range = {}) const;
-  [[nodiscard]] std::optional<Rgb> rgb(std::string_view key, Range range) const;
 
   /// A table, or null where the key is absent.
   [[nodiscard]] const TomlTable* table(std::string_view key) const;
@@ -130,5 +109,8 @@ void apply_set(TomlTable& root, const std::string& set);
 
 /// A string in TOML's quotes, with escapes.
 [[nodiscard]] std::string toml_string(std::string_view text);
+
+/// Any of these, and arrays of them.
+[[nodiscard]] std::string toml_text(const Value& value);
 
 }  // namespace pvol::formats

@@ -190,11 +190,6 @@ void for_bricks(std::size_t count, const F& f) {
 
 }  // namespace
 
-Precision parse_precision(const std::string& name) {
-  if (const auto precision = find_named<Precision>(name)) return *precision;
-  throw Error("density precision \"" + name + "\" is unknown; expected fp32, fp16, fp8 or fpn");
-}
-
 float decode_half(std::uint16_t code, int exponent) {
   const int e = code >> kHalfMantissa, m = code & ((1 << kHalfMantissa) - 1);
   const int shift = std::max(0, e - 1) + kHalfMinExponent + exponent;

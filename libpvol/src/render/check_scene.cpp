@@ -1,6 +1,5 @@
 #include "render/check_scene.h"
 
-#include <cmath>
 #include <string>
 
 #include "pvol/error.h"
@@ -16,21 +15,8 @@ void require(bool ok, const std::string& message) {
 void check(const Scene& scene) {
   validate(scene.environment);
   for (const Light& light : scene.lights) validate(light);
-  const RenderOptions& o = scene.options;
-  require(o.width > 0 && o.height > 0, "image size: both sides must be at least 1 pixel");
-  require(o.crop_x >= 0 && o.crop_y >= 0 && o.crop_width >= 0 && o.crop_height >= 0 &&
-              o.crop_x < o.width && o.crop_y < o.height && o.crop_width <= o.width - o.crop_x &&
-              o.crop_height <= o.height - o.crop_y,
-          "crop: the rectangle must lie inside the image of " + std::to_string(o.width) + "x" +
-              std::to_string(o.height));
-  require(o.samples > 0, "samples per pixel: at least 1 is needed");
-  const Camera& c = scene.camera;
-  require(c.fov > 0 && c.fov < 180, "camera: the field of view must lie between 0 and 180 degrees");
-  require(is_finite(c.position) && is_finite(c.target) && is_finite(c.up),
-          "camera: position, target and up must be finite");
-  const Vec3d forward = c.target - c.position;
-  require(length(cross(forward, c.up)) > 1e-12 * length(forward) * length(c.up),
-          "camera: target must differ from position, and up must not point along the view");
+  validate(scene.options);
+  validate(scene.camera);
 }
 
 void check(const Volume& volume, const RenderOptions& o) {

@@ -23,10 +23,10 @@ using detail::text;
 
 void check_majorant_scale(const VolumeOptions& o) {
   const double least = is_weighted(o.tracker) ? 1 / kMostBoundsExcess : 1;
-  constexpr double kLargest = 1000;
-  if (o.majorant_scale >= least && o.majorant_scale <= kLargest) return;
+  if (o.majorant_scale >= least && o.majorant_scale <= kMostMajorantScale) return;
   throw Error("a majorant scale of " + text(o.majorant_scale) + " is outside [" + text(least) +
-              ", 1000]. Below 1 majorants do not bound: that takes one of the trackers with "
+              ", " + text(kMostMajorantScale) +
+              "]. Below 1 majorants do not bound: that takes one of the trackers with "
               "weights, and 1/3 is the least that they can make up for.");
 }
 

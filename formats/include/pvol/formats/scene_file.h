@@ -8,6 +8,7 @@
 
 #include "pvol/density/quantise.h"
 #include "pvol/math/names.h"
+#include "pvol/render/placement.h"
 #include "pvol/render/scene.h"
 
 namespace pvol::formats {
@@ -22,39 +23,53 @@ struct SceneVolume {
   friend bool operator==(const SceneVolume&, const SceneVolume&) = default;
 };
 
-/// A scene and the file names in it, still to be loaded.
+/// Of its [volume] alone.
+[[nodiscard]] constexpr auto keys(const SceneVolume&) {
+  using V = SceneVolume;
+  return std::to_array<Key<V>>({
+      {{.key = "file",
+        .metavar = "FILE",
+        .limits = file_name(),
+        .help = "The cloud: .pvol, .vdb, .nvdb, or a recipe (.toml)",
+        .required = true},
+       [](const V& v) { return to_value(v.file.string()); },
+       [](V& v, const Value& value) { v.file = *value.word(); }},
+      key<&V::grid>({.key = "grid",
+                     .metavar = "NAME",
+                     .limits = any_text(),
+                     .help = "Grid of a .vdb or .nvdb file",
+                     .otherwise = "density, else the only one"}),
+  });
+}
+
+/// A scene and the file names in it, still to be loaded. The pixels of an ImageSky are not read:
+/// the caller fills them from its file.
 struct SceneFile {
   Scene scene{};
-  std::vector<SceneVolume> volumes{};  ///< at least one; they may overlap
-  std::filesystem::path sky{};         ///< picture of the environment; empty unless it is one. Its
-                                       ///< pixels are not read: the caller fills the ImageSky's
-  bool has_camera = false;             ///< false: the caller frames the cloud
+  std::vector<SceneVolume> volumes{};     ///< at least one; they may overlap
+  bool has_camera = false;                ///< false: the caller frames the cloud
   std::optional<Quantisation> density{};  ///< of all volumes; without: as each file has it
   friend bool operator==(const SceneFile&, const SceneFile&) = default;
 };
 
-/// Reads a scene. Sections and keys, all optional but volume.file:
+/// Everything that [render] may set: the options and the precision of the density. Bound to the
+/// scene, which must outlive them; with those that scenes do not have (Description::in_scenes).
+[[nodiscard]] Entries render_keys(SceneFile& scene);
+
+/// Reads a scene. Sections, all optional but [volume]; their keys are the rows of the structs
+/// beside them, and `describe_sections` lists them all:
 ///
-///   [volume]       file, grid
-///   [camera]       position, target (both or no camera), up, fov (vertical, degrees)
-///   [medium]       extinction, albedo, g, emission; placement: scale, rotate, translate, or
-///                  matrix; [[medium.component]] share, albedo, g, emission
-///   [[volume]]     instead of [volume]; the first has the scene's [medium], each further one its
-///                  own [volume.medium]
-///   [environment]  type = "constant": radiance;  "gradient": zenith, horizon, ground, up;
-///                  "image": file, scale, rotation
-///   [[sun]]        direction, irradiance, angle (degrees)
-///   [render]       size = [w, h], crop = [x, y, w, h], spp, seed, tracker, transmittance,
-///                  micro_bounds ("auto", "none", "2", "1"), interpolation ("nearest",
-///                  "trilinear", "tricubic", or "procedural" for recipes), shells, guide, depth
-///                  (0..16 or "auto"), max_bounces (or "none"), background, density ("stored",
-///                  "fp32", "fp16", "fp8", "fpn"), density_tolerance (of fpn), majorant_scale,
-///                  homogenise (a tolerance or "off"), preview (0..8)
+///   [volume]       SceneVolume; or [[volume]] for several: the first has the scene's [medium],
+///                  each further one its own [volume.medium]
+///   [camera]       Camera
+///   [medium]       Medium, its first Component with the phase function's keys, Placement;
+///                  [[medium.component]] each further Component, whose share the first one lacks
+///   [environment]  type = "constant", "gradient" or "image": ConstantSky, GradientSky, ImageSky;
+///                  without `type` it is the one whose first key is there, else a gradient
+///   [[sun]]        Sun; each kind of Light has sections of its name
+///   [render]       RenderOptions and Quantisation
 ///
-/// Colours are one number or three. The cloud is scaled, then rotated, then moved: scale is a
-/// number or three, rotate = [x, y, z, degrees] or several of them, applied in turn; matrix is row
-/// by row, 12 or 16 numbers, the translation in the last column. File names are relative to the
-/// scene file. Without `type` an environment is what its keys say, else a gradient.
+/// Colours are one number or three. File names are relative to the scene file.
 ///
 /// `sets` are "section.key=value" with values in TOML syntax (a bare word is taken as a string)
 /// that replace or add to what the file says, e.g. "medium.g=0.5"; sun.* means the first sun, and
@@ -74,13 +89,21 @@ struct SceneFile {
 /// where the scene has none. Throws Error for a seed above 2^63 - 1, which TOML cannot write.
 [[nodiscard]] std::string to_toml(const SceneFile& scene);
 
+/// A section of a scene for manuals.
+struct SectionManual {
+  struct Line {
+    std::string key, help;
+    std::string expected;   ///< "a number in (0, 180)"
+    std::string otherwise;  ///< the default as TOML, or in words; empty where there is none
+  };
+  std::string heading;  ///< "[camera]"
+  std::string about;    ///< a sentence or two
+  std::vector<Line> lines;
+};
+
+/// Every section and key that a scene may have.
+[[nodiscard]] std::vector<SectionManual> describe_sections();
+
 using pvol::name;  // of enumerations, as they are written in scenes and on command lines
-/// The other way; Error lists the names there are.
-[[nodiscard]] Tracker parse_tracker(const std::string& name);
-[[nodiscard]] Transmittance parse_transmittance(const std::string& name);
-[[nodiscard]] MicroBoundsUse parse_micro_bounds(const std::string& name);
-[[nodiscard]] LookUp parse_interpolation(const std::string& name);
-[[nodiscard]] ShellUse parse_shell_use(const std::string& name);
-[[nodiscard]] GuideUse parse_guide_use(const std::string& name);
 
 }  // namespace pvol::formats

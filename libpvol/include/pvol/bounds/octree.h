@@ -100,9 +100,11 @@ struct WalkCosts {
   double lookup = 20;     ///< finding and interpolating the density
 };
 
+inline constexpr int kDeepestOctree = 16;  ///< level at which a walk may be told to stop
+
 /// Which terminals the walk stops at.
 struct Cut {
-  std::optional<int> depth;  ///< octree level 0 (root) to 16, or by cost
+  std::optional<int> depth;  ///< octree level 0 (root) to kDeepestOctree, or by cost
   WalkCosts costs;
 };
 

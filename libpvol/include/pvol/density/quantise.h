@@ -7,10 +7,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "pvol/density/voxel_grid.h"
+#include "pvol/math/keys.h"
 #include "pvol/math/names.h"
 
 namespace pvol {
@@ -28,11 +30,9 @@ enum class Precision { fp32, fp16, fp8, fpn };
   });
 }
 
-/// Throws Error for another name.
-[[nodiscard]] Precision parse_precision(const std::string& name);
-
 /// Sixteen bits can keep any error above the smaller limit.
 inline constexpr double kLeastTolerance = 1e-5, kLargestTolerance = 1;
+inline constexpr Range kToleranceRange = Range::closed(kLeastTolerance, kLargestTolerance);
 
 struct Quantisation {
   Precision precision = Precision::fp32;
@@ -41,6 +41,40 @@ struct Quantisation {
   double tolerance = 0.01;
   friend bool operator==(const Quantisation&, const Quantisation&) = default;
 };
+
+/// Of a density that is to be rounded, or stays as it is stored.
+[[nodiscard]] constexpr auto keys(const std::optional<Quantisation>&) {
+  using Q = std::optional<Quantisation>;
+  return std::to_array<Key<Q>>({
+      {{.key = "density",
+        .metavar = "NAME",
+        .limits = name_of<Precision>().or_word("stored"),
+        .help = "Round the density, as pvol-fit explains it: a biased picture that shows what such "
+                "a file would lose",
+        .otherwise = "as stored",
+        .effect = Effect::bias,
+        .factor = "density",
+        .sweep = "fp16 fp8 fpn"},
+       [](const Q& q) { return q ? to_value(q->precision) : Value(); },
+       [](Q& q, const Value& v) {
+         const auto precision = find_named<Precision>(*v.word());
+         q = precision ? Q(Quantisation{.precision = *precision}) : Q();
+       }},
+      {{.key = "density_tolerance",
+        .metavar = "X",
+        .limits = number(kToleranceRange),
+        .help = "Largest error of a sample in fpn, relative to the largest sample",
+        .effect = Effect::bias,
+        .goes_with = "density",
+        .of_value = "fpn"},
+       [](const Q& q) {
+         return q && q->precision == Precision::fpn ? Value(q->tolerance) : Value();
+       },
+       [](Q& q, const Value& v) {
+         if (q) assign(q->tolerance, v);
+       }},
+  });
+}
 
 /// How far decoded samples are off.
 struct QuantisationError {

@@ -90,7 +90,6 @@ using LightSource = std::variant<SunLight>;
 [[nodiscard]] std::vector<LightSource> make_light_sources(std::span<const Light> lights);
 
 /// Throws Error, which says what is wrong, for values out of range.
-void validate(const Environment& environment);
 void validate(const Light& light);
 
 }  // namespace pvol

@@ -45,6 +45,9 @@ struct Flight {
   bool collided = false;
 };
 
+/// The largest factor by which majorants may be scaled: looser bounds measure nothing new.
+inline constexpr double kMostMajorantScale = 1000;
+
 /// How the transmittance of a ray is estimated (THEORY.md, T3.3).
 enum class Transmittance {
   automatic,       ///< one of the others, chosen by `choose_transmittance` for the volume

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "pvol/math/direction.h"
+#include "pvol/math/keys.h"
 #include "pvol/math/vec.h"
 
 namespace pvol {
@@ -24,6 +25,7 @@ struct PhaseSample {
 /// peaks near |g| = 1 keep their digits in float, and g = 0 needs no case of its own (THEORY.md,
 /// T4.1).
 struct HenyeyGreenstein {
+  static constexpr const char* kName = "henyey-greenstein";
   double mean_cosine = 0;  ///< in [-kLargestMeanCosine, kLargestMeanCosine]
   float g = 0;             ///< |mean cosine|, in [0, 1)
   float one_minus_g = 1;   ///< rounded from double
@@ -68,7 +70,17 @@ struct HenyeyGreenstein {
   return {turn(from * hg.axis, c, azimuth), pdf_of_angle(hg, c)};
 }
 
-/// Throws Error for a mean cosine out of range.
-void validate(const HenyeyGreenstein& hg);
+/// What scenes say of it.
+[[nodiscard]] constexpr auto keys(const HenyeyGreenstein&) {
+  using H = HenyeyGreenstein;
+  return std::to_array<Key<H>>({
+      {{.key = "g",
+        .metavar = "G",
+        .limits = number(Range::closed(-kLargestMeanCosine, kLargestMeanCosine)),
+        .help = "Mean cosine of the scattering angle (Henyey-Greenstein): above 0 is forward"},
+       [](const H& hg) { return to_value(hg.mean_cosine); },
+       [](H& hg, const Value& v) { hg = H(*v.number()); }},
+  });
+}
 
 }  // namespace pvol

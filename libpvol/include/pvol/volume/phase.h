@@ -1,7 +1,8 @@
 // Phase functions: how matter scatters light, by the angle between the directions of flight.
 //
-// To add one: a header like henyey_greenstein.h with a plain struct and the four questions below, a
-// name in PhaseFunction, and its keys in scene files (libpvol/ROOMS.md).
+// To add one: a header like henyey_greenstein.h with a plain struct, the three questions below and
+// its keys in scene files; and its name in PhaseFunction (libpvol/ROOMS.md). In scenes a phase
+// function is known by the first of its keys.
 #pragma once
 
 #include <variant>
@@ -33,11 +34,6 @@ using PhaseFunction = std::variant<HenyeyGreenstein>;
 [[nodiscard]] inline Vec3f sample_phase(const PhaseFunction& phase, Vec3f from, Rng& rng) {
   const auto [u, azimuth] = rng.uniform2();
   return sample_phase(phase, from, u, azimuth).direction;
-}
-
-/// Throws Error for parameters out of range.
-inline void validate(const PhaseFunction& phase) {
-  std::visit([](const auto& p) { validate(p); }, phase);
 }
 
 }  // namespace pvol

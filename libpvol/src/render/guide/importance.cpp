@@ -67,7 +67,7 @@ HenyeyGreenstein mean_lobe(const std::vector<Matter>& matter) {
     sum += (m.share_up_to - before) * float(mean_cosine(m.phase));
     before = m.share_up_to;
   }
-  return HenyeyGreenstein(std::clamp(double(sum), 0.0, 0.9999));
+  return HenyeyGreenstein(std::clamp(double(sum), 0.0, kLargestMeanCosine));
 }
 
 /// Power scattered per steradian of each cell, by direction of flight.

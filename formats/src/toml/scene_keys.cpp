@@ -1,0 +1,96 @@
+#include "toml/scene_keys.h"
+
+#include <algorithm>
+
+#include "toml/toml_table.h"
+
+namespace pvol::formats {
+namespace {
+
+/// The default of an entry as TOML, or in the words that its row has for it.
+std::string otherwise_text(const Entry& e) {
+  if (*e.about.otherwise != 0) return e.about.otherwise;
+  if (e.about.required) return "";
+  const Value value = e.value();
+  return value.nothing() ? "" : toml_text(value);
+}
+
+/// A section with the keys of a thing that has its defaults.
+SectionManual section(const std::string& heading, const std::string& about,
+                      const Entries& entries) {
+  SectionManual manual{heading, about, {}};
+  for (const Entry& e : entries) {
+    if (!e.about.in_scenes) continue;
+    manual.lines.push_back(
+        {e.about.key, e.about.help, expected(e.about.limits), otherwise_text(e)});
+  }
+  return manual;
+}
+
+/// A component with every kind of phase function in turn: the keys of all.
+Entries all_component_keys(std::vector<Component>& storage) {
+  Entries all;
+  const auto kinds = all_kinds<PhaseFunction>();
+  storage.resize(kinds.size());
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    if (i > 0) storage[i].phase = kinds[i];
+    for (const Entry& e : entries(storage[i])) {
+      if (!find_key(all, e.about.key)) all.push_back(e);
+    }
+  }
+  return all;
+}
+
+}  // namespace
+
+std::vector<std::string_view> section_names() {
+  std::vector<std::string_view> names{"volume", "camera", "medium", "environment"};
+  static const std::vector<Light> kinds = all_kinds<Light>();
+  for (const Light& kind : kinds) names.emplace_back(kind_name(kind));
+  names.emplace_back("render");
+  return names;
+}
+
+Entries render_keys(SceneFile& file) {
+  // The density's come before those that only measurements and previews need.
+  Entries all = entries(file.scene.options);
+  const Entries density = entries(file.density);
+  const auto place = std::find_if(all.begin(), all.end(), [](const Entry& e) {
+    return std::string_view(e.about.key) == "majorant_scale";
+  });
+  all.insert(place, density.begin(), density.end());
+  return all;
+}
+
+std::vector<SectionManual> describe_sections() {
+  // The tolerance has a default where the precision is one that has a tolerance.
+  SceneFile file{.volumes = {SceneVolume{}}, .density = Quantisation{.precision = Precision::fpn}};
+  std::vector<Component> components;
+  Placement placement;
+  const Entries component = all_component_keys(components);
+  std::vector<SectionManual> all;
+  all.push_back(section("[volume]", "The cloud; [[volume]] for each of several, which may overlap.",
+                        entries(file.volumes.front())));
+  all.push_back(
+      section("[camera]", "Without it the camera frames the clouds.", entries(file.scene.camera)));
+  all.push_back(
+      section("[medium]",
+              "What the first volume is made of, and where it lies; each further volume "
+              "has a [volume.medium].",
+              joined(joined(entries(file.volumes.front().medium), without(component, "share")),
+                     entries(placement))));
+  all.push_back(
+      section("[[medium.component]]", "Another kind of matter in the same cloud.", component));
+  for (Environment& sky : all_kinds<Environment>()) {
+    const std::string type = kind_name(sky);
+    all.push_back(section("[environment] type = \"" + type + "\"", "", entries(sky)));
+  }
+  for (Light& light : all_kinds<Light>()) {
+    all.push_back(section(std::string("[[") + kind_name(light) + "]]", "", entries(light)));
+  }
+  all.push_back(section("[render]", "How it is rendered; the command line has the same options.",
+                        render_keys(file)));
+  return all;
+}
+
+}  // namespace pvol::formats

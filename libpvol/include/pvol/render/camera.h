@@ -1,0 +1,50 @@
+// The camera.
+#pragma once
+
+#include <optional>
+
+#include "pvol/math/keys.h"
+#include "pvol/math/vec.h"
+
+namespace pvol {
+
+/// Perspective camera in world space; image x runs right, y runs down.
+struct Camera {
+  Vec3d position{0, 0, 0};
+  Vec3d target{0, 0, -1};  ///< the point at the image's centre
+  Vec3d up{0, 1, 0};       ///< must not be parallel to target - position
+  double fov = 35;         ///< vertical field of view in degrees, in (0, 180)
+  friend bool operator==(const Camera&, const Camera&) = default;
+};
+
+[[nodiscard]] constexpr auto keys(const Camera&) {
+  using C = Camera;
+  return std::to_array<Key<C>>({
+      key<&C::position>({.key = "position",
+                         .metavar = "XYZ",
+                         .limits = number().times(3),
+                         .help = "Where the camera is, in world units",
+                         .required = true}),
+      key<&C::target>({.key = "target",
+                       .metavar = "XYZ",
+                       .limits = number().times(3),
+                       .help = "The point at the image's centre",
+                       .required = true}),
+      key<&C::up>({.key = "up",
+                   .metavar = "XYZ",
+                   .limits = direction(),
+                   .help = "The direction that is up in the image"}),
+      key<&C::fov>({.key = "fov",
+                    .metavar = "DEGREES",
+                    .limits = number(Range::open(0, 180)),
+                    .help = "Vertical field of view in degrees"}),
+  });
+}
+
+/// A target where the camera is, or `up` along the view.
+[[nodiscard]] std::optional<Misfit> misfit(const Camera& camera);
+
+/// Throws Error for values out of range, alone or together.
+void validate(const Camera& camera);
+
+}  // namespace pvol

@@ -1,0 +1,220 @@
+// How a scene is rendered. To add an option: its member, its row in `keys`, and the code that obeys
+// it; scene files, the command line, reports and manuals follow from the row.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+#include "pvol/bounds/octree.h"
+#include "pvol/density/coarsen.h"
+#include "pvol/math/keys.h"
+#include "pvol/math/names.h"
+#include "pvol/track/tracker.h"
+#include "pvol/volume/volume.h"
+
+namespace pvol {
+
+/// Whether camera rays test a cloud's shell before its octree, where there is a shell.
+enum class ShellUse {
+  automatic,  ///< where an estimate for this camera says that it saves time
+  on,
+  off,
+};
+[[nodiscard]] constexpr auto names(ShellUse) {
+  return std::to_array<Named<ShellUse>>({
+      {ShellUse::automatic, "auto"},
+      {ShellUse::on, "on"},
+      {ShellUse::off, "off"},
+  });
+}
+
+/// Whether paths are ended, split and turned by a coarse estimate of the light that they may meet,
+/// made before the picture: much less noise in thick, bright clouds, and the same picture on
+/// average (THEORY.md, T5.5).
+enum class GuideUse {
+  automatic,  ///< where it should pay, see choose_guide
+  on,
+  off,
+};
+[[nodiscard]] constexpr auto names(GuideUse) {
+  return std::to_array<Named<GuideUse>>({
+      {GuideUse::automatic, "auto"},
+      {GuideUse::on, "on"},
+      {GuideUse::off, "off"},
+  });
+}
+
+struct RenderOptions {
+  int width = 640, height = 480;
+  int crop_x = 0, crop_y = 0;           ///< upper left corner of the part that is rendered
+  int crop_width = 0, crop_height = 0;  ///< 0: up to the image's edge
+  std::uint32_t samples = 64;           ///< camera samples per pixel
+  std::uint64_t seed = 1;
+  int threads = 0;  ///< 0: one for each hardware thread
+  Tracker tracker = Tracker::decomposition;
+  Transmittance transmittance = Transmittance::automatic;
+  MicroBoundsUse micro_bounds = MicroBoundsUse::automatic;
+  LookUp look_up = LookUp::trilinear;
+  ShellUse shells = ShellUse::automatic;
+  GuideUse guide = GuideUse::automatic;
+  std::optional<int> depth;  ///< octree depth at which the walk stops, 0..16; else by cost
+  /// Factor on majorants, for measurements: above 1 bounds get looser and the picture stays the
+  /// same; below 1, down to 1/3, they do not bound, which takes a tracker with weights.
+  double majorant_scale = 1;
+  /// Makes images biased: nodes of the octree that can change the optical depth of a ray through
+  /// them by no more than this count as homogeneous (homogenise.h).
+  std::optional<double> homogenise;
+  /// Makes images biased: how often the grid is to be coarsened (coarsen.h) before make_volume,
+  /// which takes it as it is.
+  int preview = 0;
+  std::optional<std::uint32_t> max_bounces;  ///< scatterings per path; a limit makes images biased
+  bool background = true;  ///< whether camera rays see the lights behind the cloud
+  bool count = false;      ///< count look-ups and the like (slower by a few per cent)
+  friend bool operator==(const RenderOptions&, const RenderOptions&) = default;
+};
+
+inline constexpr std::int64_t kLargestEdge = 1 << 20;  ///< of an image; far above any picture
+inline constexpr int kMostThreads = 4096;
+
+[[nodiscard]] constexpr auto keys(const RenderOptions&) {
+  using O = RenderOptions;
+  constexpr std::int64_t kMost32 = std::numeric_limits<std::uint32_t>::max();
+  constexpr std::int64_t kMost63 = std::numeric_limits<std::int64_t>::max();
+  return std::to_array<Key<O>>({
+      {{.key = "size",
+        .metavar = "WxH",
+        .limits = whole(1, kLargestEdge).times(2, 'x'),
+        .help = "Size of the image in pixels"},
+       [](const O& o) {
+         return Value(Value::List{to_value(o.width), to_value(o.height)});
+       },
+       [](O& o, const Value& v) {  // the crop of another size means nothing
+         o.crop_x = o.crop_y = o.crop_width = o.crop_height = 0;
+         assign(o.width, (*v.list())[0]), assign(o.height, (*v.list())[1]);
+       }},
+      {{.key = "crop",
+        .metavar = "X,Y,W,H",
+        .limits = whole(0, kLargestEdge).times(4),
+        .help = "Part of the image to render, in pixels",
+        .otherwise = "all"},
+       [](const O& o) {
+         return Value(Value::List{to_value(o.crop_x), to_value(o.crop_y), to_value(o.crop_width),
+                                  to_value(o.crop_height)});
+       },
+       [](O& o, const Value& v) {
+         assign(o.crop_x, (*v.list())[0]), assign(o.crop_y, (*v.list())[1]);
+         assign(o.crop_width, (*v.list())[2]), assign(o.crop_height, (*v.list())[3]);
+       }},
+      key<&O::samples>({.key = "spp",
+                        .metavar = "N",
+                        .limits = whole(1, kMost32),
+                        .help = "Samples per pixel",
+                        .effect = Effect::cost}),
+      key<&O::seed>({.key = "seed",
+                     .metavar = "N",
+                     .limits = whole(0, kMost63),
+                     .help = "Seed of the random numbers",
+                     .effect = Effect::cost}),
+      key<&O::threads>({.key = "threads",
+                        .metavar = "N",
+                        .limits = whole(0, kMostThreads),
+                        .help = "Threads; 0 is one for each hardware thread",
+                        .effect = Effect::cost,
+                        .in_scenes = false}),
+      key<&O::tracker>({.key = "tracker",
+                        .help = "Free paths: same picture, other cost",
+                        .effect = Effect::cost,
+                        .factor = "tracker",
+                        .sweep = "delta-global delta decomposition weighted-delta "
+                                 "weighted-decomposition regular"}),
+      key<&O::transmittance>(
+          {.key = "transmittance",
+           .help = "Shadow rays; auto chooses by the cloud's bounds and says why",
+           .effect = Effect::cost,
+           .factor = "shadow rays",
+           .sweep = "analog ratio residual-ratio regular"}),
+      key<&O::micro_bounds>(
+          {.key = "micro_bounds",
+           .help = "Bounds of cubes of 2^3 or of single voxels that save look-ups; same picture to "
+                   "the last bit, auto uses 2^3 where they should save time. Those of 2^3 are "
+                   "taken from a .pvol file that has them, else built",
+           .effect = Effect::cost,
+           .factor = "micro-bounds",
+           .sweep = "none 2 1"}),
+      key<&O::look_up>(
+          {.key = "interpolation",
+           .help = "Between voxels; tricubic is a B-spline, and a .pvol must be fitted for it; "
+                   "procedural evaluates a recipe without sampling it",
+           .effect = Effect::field,
+           .factor = "interpolation",
+           .sweep = "nearest trilinear tricubic"}),
+      key<&O::shells>(
+          {.key = "shells",
+           .help = "Whether camera rays test the shell of a .pvol file before its octree: the "
+                   "picture is the same; auto estimates for this camera whether it saves time",
+           .effect = Effect::cost,
+           .factor = "shells",
+           .sweep = "on off"}),
+      key<&O::guide>(
+          {.key = "guide",
+           .help = "Whether paths are guided by a coarse estimate of where the light is: less "
+                   "noise in thick clouds, same picture on average; auto guides where it should "
+                   "pay",
+           .effect = Effect::cost,
+           .factor = "guided paths",
+           .sweep = "on off"}),
+      key<&O::depth>({.key = "depth",
+                      .metavar = "N|auto",
+                      .limits = whole(0, kDeepestOctree).or_word("auto"),
+                      .help = "Octree depth where the walk stops",
+                      .otherwise = "auto: by cost",
+                      .effect = Effect::cost,
+                      .factor = "octree depth",
+                      .sweep = "0 2 3 4 6 8"}),
+      key<&O::max_bounces>(
+          {.key = "max_bounces",
+           .metavar = "N|none",
+           .limits = whole(0, kMost32).or_word("none"),
+           .help = "Most scatterings of a path; a limit makes the picture too dark",
+           .effect = Effect::bias,
+           .factor = "bounce limit",
+           .sweep = "4 16 64 256"}),
+      key<&O::background>(
+          {.key = "background",
+           .help = "Whether the sky is seen behind the cloud; off leaves it transparent"}),
+      key<&O::majorant_scale>(
+          {.key = "majorant_scale",
+           .metavar = "X",
+           .limits = number(Range::closed(1 / kMostBoundsExcess, kMostMajorantScale)),
+           .help = "For measurements: factor on majorants. Above 1 the picture stays the same; "
+                   "below 1 it takes a weighted tracker and more samples",
+           .effect = Effect::cost}),
+      key<&O::homogenise>(
+          {.key = "homogenise",
+           .metavar = "DEPTH",
+           .limits = number(Range::at_least(0)).or_word("off"),
+           .help = "Biased: nodes that can change the optical depth of a ray by no more than this "
+                   "count as homogeneous, without look-ups; the log has a bound on the error of "
+                   "whole rays",
+           .effect = Effect::bias,
+           .factor = "homogenised nodes",
+           .sweep = "0.1 1 10"}),
+      key<&O::preview>({.key = "preview",
+                        .metavar = "N",
+                        .limits = whole(0, kMostCoarsenings),
+                        .help = "Biased: halve the number of samples along each axis that many "
+                                "times",
+                        .effect = Effect::bias,
+                        .factor = "preview",
+                        .sweep = "1 2 3"}),
+  });
+}
+
+/// A crop that does not lie inside the image.
+[[nodiscard]] std::optional<Misfit> misfit(const RenderOptions& options);
+
+/// Throws Error for values out of range, alone or together.
+void validate(const RenderOptions& options);
+
+}  // namespace pvol

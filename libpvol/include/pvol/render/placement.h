@@ -1,0 +1,66 @@
+// Where a cloud lies in the world, as users say it.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "pvol/math/affine.h"
+#include "pvol/math/keys.h"
+
+namespace pvol {
+
+/// A turn about an axis through the origin.
+struct Turn {
+  Vec3d axis{0, 1, 0};  ///< of any length > 0
+  double degrees = 0;
+};
+
+/// Scaled, then turned, then moved; or a matrix instead of all these.
+struct Placement {
+  std::optional<Vec3d> scale;
+  std::vector<Turn> rotate;  ///< in this order
+  std::optional<Vec3d> translate;
+  std::optional<Affine> matrix;
+
+  [[nodiscard]] Affine map() const;
+};
+
+/// What the rows of `rotate` and `matrix` check besides their numbers.
+[[nodiscard]] const char* expect_axes(const Value& value);
+[[nodiscard]] const char* expect_affine(const Value& value);
+
+[[nodiscard]] Value turns_value(const Placement& placement);
+void assign_turns(Placement& placement, const Value& value);
+[[nodiscard]] Value matrix_value(const Placement& placement);
+void assign_matrix(Placement& placement, const Value& value);
+
+[[nodiscard]] constexpr auto keys(const Placement&) {
+  using P = Placement;
+  return std::to_array<Key<P>>({
+      key<&P::scale>({.key = "scale",
+                      .metavar = "XYZ",
+                      .limits = number().or_three(),
+                      .help = "Factors on the cloud's axes, applied first"}),
+      {{.key = "rotate",
+        .metavar = "XYZ,DEGREES",
+        .limits = number().times(4).in_rows().also(expect_axes),
+        .help = "Axis and angle in degrees of a turn, or several in turn, applied second"},
+       turns_value,
+       assign_turns},
+      key<&P::translate>({.key = "translate",
+                          .metavar = "XYZ",
+                          .limits = number().times(3),
+                          .help = "Move in world units, applied last"}),
+      {{.key = "matrix",
+        .metavar = "NUMBERS",
+        .limits = number().times({12, 16}).also(expect_affine),
+        .help = "All of these as a matrix, row by row, the translation in the last column"},
+       matrix_value,
+       assign_matrix},
+  });
+}
+
+/// A matrix besides the rest, or a map that cannot be undone.
+[[nodiscard]] std::optional<Misfit> misfit(const Placement& placement);
+
+}  // namespace pvol

@@ -1,0 +1,99 @@
+// What surrounds a scene. Each kind of sky has its name and its keys in scene files beside it.
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "pvol/math/keys.h"
+#include "pvol/math/vec.h"
+#include "pvol/volume/medium.h"
+
+namespace pvol {
+
+/// The same radiance from every direction.
+struct ConstantSky {
+  static constexpr const char* kName = "constant";
+  Rgb radiance{0.5f};
+  friend bool operator==(const ConstantSky&, const ConstantSky&) = default;
+};
+[[nodiscard]] constexpr auto keys(const ConstantSky&) {
+  return std::to_array<Key<ConstantSky>>({
+      key<&ConstantSky::radiance>({.key = "radiance",
+                                   .metavar = "RGB",
+                                   .limits = number(kRadianceRange).or_three(),
+                                   .help = "Radiance from every direction"}),
+  });
+}
+
+/// Radiance by height: from ground through horizon to zenith, mixed linearly in |cos| of the angle
+/// to `up`.
+struct GradientSky {
+  static constexpr const char* kName = "gradient";
+  Rgb zenith{0.06f, 0.16f, 0.42f};
+  Rgb horizon{0.32f, 0.46f, 0.66f};
+  Rgb ground{0.16f, 0.16f, 0.15f};
+  Vec3d up{0, 1, 0};
+  friend bool operator==(const GradientSky&, const GradientSky&) = default;
+};
+[[nodiscard]] constexpr auto keys(const GradientSky&) {
+  using S = GradientSky;
+  constexpr Limits kRadiance = number(kRadianceRange).or_three();
+  return std::to_array<Key<S>>({
+      key<&S::zenith>({.key = "zenith",
+                       .metavar = "RGB",
+                       .limits = kRadiance,
+                       .help = "Radiance from straight above"}),
+      key<&S::horizon>({.key = "horizon",
+                        .metavar = "RGB",
+                        .limits = kRadiance,
+                        .help = "Radiance from the horizon"}),
+      key<&S::ground>({.key = "ground",
+                       .metavar = "RGB",
+                       .limits = kRadiance,
+                       .help = "Radiance from straight below"}),
+      key<&S::up>({.key = "up",
+                   .metavar = "XYZ",
+                   .limits = direction(),
+                   .help = "The direction of the zenith"}),
+  });
+}
+
+/// A latitude-longitude picture around the scene. Pixel (x, y) covers azimuth 2 pi (x + [0,1]) /
+/// width and angle pi (y + [0,1]) / height from +y; azimuth 0 looks along +x, pi/2 along +z.
+/// Radiance is constant in each pixel, finite and not negative.
+struct ImageSky {
+  static constexpr const char* kName = "image";
+  int width = 0, height = 0;
+  std::vector<Rgb> pixels;  ///< rows from the top, width * height
+  Rgb scale{1.0f};          ///< factor on every pixel
+  double rotation = 0;      ///< degrees, added to the azimuth of the picture about +y
+  std::string file{};       ///< that the pixels come from; empty where they come from memory
+  friend bool operator==(const ImageSky&, const ImageSky&) = default;
+};
+[[nodiscard]] constexpr auto keys(const ImageSky&) {
+  using S = ImageSky;
+  return std::to_array<Key<S>>({
+      key<&S::file>({.key = "file",
+                     .metavar = "FILE",
+                     .limits = file_name(),
+                     .help = "Latitude-longitude picture (.exr)",
+                     .required = true}),
+      key<&S::scale>({.key = "scale",
+                      .metavar = "RGB",
+                      .limits = number(kRadianceRange).or_three(),
+                      .help = "Factor on every pixel"}),
+      key<&S::rotation>({.key = "rotation",
+                         .metavar = "DEGREES",
+                         .limits = number(),
+                         .help = "Turn of the picture about +y in degrees"}),
+  });
+}
+
+using Environment = std::variant<ConstantSky, GradientSky, ImageSky>;
+
+/// Throws Error, which says what is wrong, for values out of range and for a picture without
+/// pixels.
+void validate(const Environment& environment);
+
+}  // namespace pvol

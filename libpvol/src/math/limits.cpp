@@ -1,0 +1,201 @@
+#include "pvol/math/limits.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace pvol {
+namespace {
+
+using Shape = Limits::Shape;
+using Layout = Limits::Layout;
+
+/// "a whole number in 1..8"; "" for words alone.
+std::string shape_text(const Limits& l) {
+  switch (l.shape) {
+    case Shape::flag:
+      return "true or false";
+    case Shape::whole:
+      return "a whole number in " + std::to_string(l.least) + ".." + std::to_string(l.most);
+    case Shape::number:
+      return l.range.text().empty() ? "a finite number" : "a number " + l.range.text();
+    case Shape::text:
+      return "a string in quotes";
+    case Shape::file:
+      return "the name of a file";
+    case Shape::word:
+      break;
+  }
+  return "";
+}
+
+std::string one_text(const Limits& l) {
+  std::vector<std::string> items;
+  if (l.shape != Shape::word) items.push_back(shape_text(l));
+  for (const std::string_view w : l.all_words()) items.push_back('"' + std::string(w) + '"');
+  return listed(items);
+}
+
+std::string list_text(const Limits& l) {
+  std::vector<std::string> lengths;
+  for (const std::size_t n : l.counts) {
+    if (n > 0) lengths.push_back(std::to_string(n));
+  }
+  return "an array of " + listed(lengths) +
+         (l.shape == Shape::whole ? " whole numbers" : " numbers");
+}
+
+bool has_word(const Limits& l, const std::string& text) {
+  return (!l.nothing.empty() && text == l.nothing) ||
+         std::find(l.words.begin(), l.words.end(), text) != l.words.end();
+}
+
+bool is_one(const Limits& l, const Value& v) {
+  if (const std::string* text = v.word()) {
+    return has_word(l, *text) || l.shape == Shape::text ||
+           (l.shape == Shape::file && !text->empty());
+  }
+  switch (l.shape) {
+    case Shape::flag:
+      return std::holds_alternative<bool>(v.data);
+    case Shape::whole:
+      return v.whole() && *v.whole() >= l.least && *v.whole() <= l.most;
+    case Shape::number:
+      return v.number() && l.range.contains(*v.number());
+    default:
+      return false;
+  }
+}
+
+bool is_list(const Limits& l, const Value& v) {
+  return v.list() && v.list()->size() > 0 &&
+         std::find(l.counts.begin(), l.counts.end(), v.list()->size()) != l.counts.end();
+}
+
+std::optional<Refusal> refuse_list(const Limits& l, const Value& v) {
+  if (!is_list(l, v)) return Refusal{list_text(l)};
+  for (std::size_t i = 0; i < v.list()->size(); ++i) {
+    if (!is_one(l, (*v.list())[i])) return Refusal{one_text(l), {i}};
+  }
+  return std::nullopt;
+}
+
+std::optional<Refusal> refuse_rows(const Limits& l, const Value& v) {
+  const Value::List* rows = v.list();
+  if (!rows || rows->empty() || !rows->front().list()) return refuse_list(l, v);
+  for (std::size_t i = 0; i < rows->size(); ++i) {
+    if (auto refusal = refuse_list(l, (*rows)[i])) {
+      refusal->item.insert(refusal->item.begin(), i);
+      return refusal;
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Refusal> refuse_shape(const Limits& l, const Value& v) {
+  switch (l.layout) {
+    case Layout::list:
+      return refuse_list(l, v);
+    case Layout::list_or_rows:
+      return refuse_rows(l, v);
+    case Layout::one_or_three:
+      if (is_list(l, v)) return refuse_list(l, v);
+      if (v.list()) return Refusal{expected(l)};
+      break;
+    case Layout::one:
+      break;
+  }
+  return is_one(l, v) ? std::nullopt : std::optional(Refusal{one_text(l)});
+}
+
+/// A whole number, a number, or the text itself.
+Value parse_number(std::string_view text) {
+  const char* const end = text.data() + text.size();
+  const char* const begin = text.data() + (text.starts_with('+') ? 1 : 0);
+  std::int64_t integer = 0;
+  const auto as_integer = std::from_chars(begin, end, integer);
+  if (as_integer.ec == std::errc{} && as_integer.ptr == end) return integer;
+  double real = 0;
+  const auto as_real = std::from_chars(begin, end, real);
+  if (as_real.ec == std::errc{} && as_real.ptr == end) return real;
+  return std::string(text);
+}
+
+Value parse_one(const Limits& l, std::string_view text) {
+  if (l.shape == Shape::flag && text == "on") return true;
+  if (l.shape == Shape::flag && text == "off") return false;
+  if (has_word(l, std::string(text))) return std::string(text);
+  if (l.shape == Shape::whole || l.shape == Shape::number) return parse_number(text);
+  return std::string(text);
+}
+
+}  // namespace
+
+bool Range::contains(double v) const {
+  return std::isfinite(v) && (lo_open ? v > lo : v >= lo) && (hi_open ? v < hi : v <= hi);
+}
+
+std::string Range::text() const {
+  const bool below = std::isfinite(hi), above_ = std::isfinite(lo);
+  if (below && above_) {
+    return std::string("in ") + (lo_open ? "(" : "[") + number_text(lo) + ", " + number_text(hi) +
+           (hi_open ? ")" : "]");
+  }
+  if (above_) return (lo_open ? "above " : "of at least ") + number_text(lo);
+  if (below) return (hi_open ? "below " : "of at most ") + number_text(hi);
+  return "";
+}
+
+std::vector<std::string_view> Limits::all_words() const {
+  std::vector<std::string_view> all(words.begin(), words.end());
+  if (!nothing.empty()) all.insert(all.begin(), nothing);
+  return all;
+}
+
+const char* expect_direction(const Value& v) {
+  Vec3d d;
+  assign(d, v);
+  if (d == Vec3d{}) return "a direction that is not zero";
+  return length(d) > 0 && std::isfinite(length(d)) ? nullptr : "a direction whose length is finite";
+}
+
+std::optional<Refusal> refuse(const Limits& limits, const Value& value) {
+  if (auto refusal = refuse_shape(limits, value)) return refusal;
+  const char* const wanted = limits.extra ? limits.extra(value) : nullptr;
+  return wanted ? std::optional(Refusal{wanted}) : std::nullopt;
+}
+
+std::string expected(const Limits& limits) {
+  switch (limits.layout) {
+    case Layout::one:
+      return one_text(limits);
+    case Layout::list:
+      return list_text(limits);
+    case Layout::one_or_three:
+      return one_text(limits) + ", or an array of 3 of them";
+    case Layout::list_or_rows:
+      break;
+  }
+  return list_text(limits) + ", or several";
+}
+
+Value parse_value(const Limits& limits, std::string_view text) {
+  if (limits.layout == Layout::one) return parse_one(limits, text);
+  if (limits.layout == Layout::one_or_three && text.find(limits.separator) == text.npos) {
+    return parse_one(limits, text);
+  }
+  Value::List items;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(limits.separator, begin), text.size());
+    items.push_back(parse_one(limits, text.substr(begin, end - begin)));
+    begin = end + 1;
+  }
+  return items;
+}
+
+std::string command_text(const Limits& limits, const Value& value) {
+  if (const auto* on = std::get_if<bool>(&value.data)) return *on ? "on" : "off";
+  return plain_text(value, limits.separator);
+}
+
+}  // namespace pvol

@@ -1,0 +1,69 @@
+// What cameras, lights and options may be: each value by its row, and what rows cannot say.
+#include <cmath>
+#include <string>
+
+#include "pvol/error.h"
+#include "pvol/render/lights.h"
+#include "pvol/render/scene.h"
+
+namespace pvol {
+namespace {
+
+void require(bool ok, const std::string& message) {
+  if (!ok) throw Error(message);
+}
+
+void require_fit(const std::string& what, const std::optional<Misfit>& misfit) {
+  if (misfit) throw Error(what + ": " + misfit->keys.front() + ": expected " + misfit->expected);
+}
+
+}  // namespace
+
+std::optional<Misfit> misfit(const Camera& c) {
+  constexpr double kLeastSine = 1e-6;  // of the angle between up and the view; the cross product of
+                                       // two unit vectors is accurate to about 1e-16
+  const Vec3d view = c.target - c.position;
+  if (view == Vec3d{}) return Misfit{{"target"}, "another point than position"};
+  const double sine = length(cross(normalize(view), normalize(c.up)));
+  if (sine > kLeastSine) return std::nullopt;
+  return Misfit{{"up", "target"},
+                "up, by default [0, 1, 0], not along the line from position to target"};
+}
+
+void validate(const Camera& camera) {
+  require_limits("camera", entries(camera));
+  require_fit("camera", misfit(camera));
+}
+
+std::optional<Misfit> misfit(const RenderOptions& o) {
+  if (o.crop_x < o.width && o.crop_y < o.height && o.crop_width <= o.width - o.crop_x &&
+      o.crop_height <= o.height - o.crop_y) {
+    return std::nullopt;
+  }
+  return Misfit{{"crop"},
+                "[x, y, width, height] inside the image of " + std::to_string(o.width) + " x " +
+                    std::to_string(o.height) + " pixels"};
+}
+
+void validate(const RenderOptions& options) {
+  require_limits("render", without(entries(options), "seed"));  // any in memory
+  require_fit("render", misfit(options));
+}
+
+void validate(const Environment& environment) {
+  const auto* picture = std::get_if<ImageSky>(&environment);
+  if (!picture) return require_limits("sky", entries(environment));
+  require_limits("sky", without(entries(environment), "file"));  // which pixels in memory lack
+  require(picture->width > 0 && picture->height > 0 &&
+              picture->pixels.size() == std::size_t(picture->width) * std::size_t(picture->height),
+          "sky: the picture must have width x height pixels");
+  const auto is_light = [](Rgb c) { return is_finite(c) && min_component(c) >= 0; };
+  for (const Rgb pixel : picture->pixels) {
+    require(is_light(pixel) && is_light(pixel * picture->scale),
+            "sky: every radiance must be finite and not negative");
+  }
+}
+
+void validate(const Light& light) { require_limits(kind_name(light), entries(light)); }
+
+}  // namespace pvol

@@ -1,0 +1,188 @@
+// Tables of keys: what they take, what they refuse and say of it, and that every table is whole.
+#include "pvol/math/keys.h"
+
+#include <gtest/gtest.h>
+
+#include <cctype>
+#include <cmath>
+#include <set>
+
+#include "pvol/density/quantise.h"
+#include "pvol/error.h"
+#include "pvol/render/placement.h"
+#include "pvol/render/scene.h"
+
+namespace pvol {
+namespace {
+
+std::string refusal(const Limits& limits, const Value& value) {
+  const auto r = refuse(limits, value);
+  if (!r) return "";
+  std::string text = r->expected;
+  for (const std::size_t i : r->item) text += " at " + std::to_string(i);
+  return text;
+}
+
+TEST(Limits, TakeWhatTheySayAndNameWhatTheyExpected) {
+  const Limits half = number(Range{0, 1, true, false});
+  EXPECT_EQ(refusal(half, 1.0), "");
+  EXPECT_EQ(refusal(half, std::int64_t(1)), "");
+  for (const double v : {0.0, -0.5, 1.5, std::nan(""), double(INFINITY)}) {
+    EXPECT_EQ(refusal(half, v), "a number in (0, 1]") << v;
+  }
+  EXPECT_EQ(refusal(number(), "x"), "a finite number");
+  EXPECT_EQ(refusal(whole(1, 5), 2.0), "a whole number in 1..5");
+  EXPECT_EQ(refusal(whole(1, 5), std::int64_t(6)), "a whole number in 1..5");
+  EXPECT_EQ(refusal(whole(1, 5).or_word("none"), "many"), "a whole number in 1..5 or \"none\"");
+  EXPECT_EQ(refusal(whole(1, 5).or_word("none"), "none"), "");
+  EXPECT_EQ(refusal(flag(), "on"), "true or false");
+  EXPECT_EQ(refusal(file_name(), ""), "the name of a file");
+  EXPECT_EQ(refusal(name_of<Precision>(), "fp7"), "\"fp32\", \"fp16\", \"fp8\" or \"fpn\"");
+  EXPECT_EQ(refusal(number(), Value()), "a finite number");
+}
+
+TEST(Limits, OfListsSayWhichItemIsToBlame) {
+  const Limits colour = number(Range::closed(0, 1)).or_three();
+  EXPECT_EQ(refusal(colour, 0.5), "");
+  EXPECT_EQ(refusal(colour, Value::List{0.0, 1.0, 0.5}), "");
+  EXPECT_EQ(refusal(colour, 2.0), "a number in [0, 1]");
+  EXPECT_EQ(refusal(colour, Value::List{0.0, 1.0, 1.5}), "a number in [0, 1] at 2");
+  EXPECT_EQ(refusal(colour, Value::List{0.0, 1.0}), "a number in [0, 1], or an array of 3 of them");
+  EXPECT_EQ(refusal(number().times({12, 16}), Value::List{}), "an array of 12 or 16 numbers");
+  const Limits rows = number().times(2).in_rows();
+  EXPECT_EQ(refusal(rows, Value::List{1.0, 2.0}), "");
+  EXPECT_EQ(refusal(rows, Value::List{Value::List{1.0, 2.0}, Value::List{3.0, "x"}}),
+            "a finite number at 1 at 1");
+  EXPECT_EQ(refusal(rows, Value::List{Value::List{1.0, 2.0}, 3.0}), "an array of 2 numbers at 1");
+  EXPECT_EQ(refusal(direction(), Value::List{0.0, 0.0, 0.0}), "a direction that is not zero");
+}
+
+TEST(Limits, TextsOfCommandLinesBecomeValuesAndComeBack) {
+  const std::pair<Limits, const char*> cases[] = {{whole(1, 9999).times(2, 'x'), "640x480"},
+                                                  {whole(0, 9).times(4), "1,2,3,4"},
+                                                  {number(), "0.125"},
+                                                  {whole(0, 16).or_word("auto"), "auto"},
+                                                  {whole(0, 16).or_word("auto"), "7"},
+                                                  {name_of<MicroBoundsUse>(), "2"},
+                                                  {flag(), "on"},
+                                                  {flag(), "off"},
+                                                  {any_text(), "density"}};
+  for (const auto& [limits, text] : cases) {
+    const Value value = parse_value(limits, text);
+    EXPECT_EQ(refusal(limits, value), "") << text;
+    EXPECT_EQ(command_text(limits, value), text);
+  }
+  for (const char* text : {"", "1x", "x", "1x2x3", "0x4", "1,2", "1.5x2", "axb"}) {
+    EXPECT_NE(refusal(whole(1, 9999).times(2, 'x'), parse_value(whole(1, 9).times(2, 'x'), text)),
+              "")
+        << text;
+  }
+  EXPECT_EQ(parse_value(number(), "+1e3"), Value(1000.0));
+}
+
+/// The entries of every table, each bound to a thing with its defaults.
+struct Tables {
+  RenderOptions options;
+  Camera camera;
+  Medium medium;
+  Component component;
+  Placement placement;
+  std::optional<Quantisation> density = Quantisation{.precision = Precision::fpn};
+  std::vector<Environment> skies = all_kinds<Environment>();
+  std::vector<Light> lights = all_kinds<Light>();
+  std::vector<PhaseFunction> phases = all_kinds<PhaseFunction>();
+
+  std::vector<Entries> all() {
+    std::vector<Entries> tables{entries(options),   entries(camera),    entries(medium),
+                                entries(component), entries(placement), entries(density)};
+    for (Environment& sky : skies) tables.push_back(entries(sky));
+    for (Light& light : lights) tables.push_back(entries(light));
+    for (PhaseFunction& phase : phases) tables.push_back(entries(phase));
+    return tables;
+  }
+};
+
+TEST(Keys, AreLowerCaseWithHelpAndOnceInATable) {
+  Tables tables;
+  for (const Entries& table : tables.all()) {
+    std::set<std::string> seen;
+    for (const Entry& e : table) {
+      const std::string key = e.about.key, help = e.about.help;
+      EXPECT_TRUE(seen.insert(key).second) << key;
+      EXPECT_FALSE(key.empty());
+      for (const char c : key) EXPECT_TRUE(std::islower(c) || std::isdigit(c) || c == '_') << key;
+      ASSERT_FALSE(help.empty()) << key;
+      EXPECT_TRUE(std::isupper(help.front()) && help.back() != '.') << key << ": " << help;
+      EXPECT_FALSE(metavar_of(e.about).empty()) << key;
+    }
+  }
+}
+
+TEST(Keys, TakeTheirOwnDefaultsAndWhatTheyAreSweptOver) {
+  Tables tables;
+  for (const Entries& table : tables.all()) {
+    for (const Entry& e : table) {
+      const Value value = e.value();
+      if (!value.nothing() && e.about.limits.shape != Limits::Shape::file) {
+        EXPECT_FALSE(e.set(value)) << e.about.key;
+        EXPECT_EQ(e.value(), value) << e.about.key;
+      }
+      std::istringstream words(e.about.sweep);
+      for (std::string word; words >> word;) {
+        const Value swept = parse_value(e.about.limits, word);
+        EXPECT_FALSE(e.set(swept)) << e.about.key << ' ' << word;
+        EXPECT_EQ(e.value(), swept) << e.about.key << ' ' << word;
+      }
+      EXPECT_EQ(*e.about.factor == 0, *e.about.sweep == 0) << e.about.key;
+    }
+  }
+}
+
+TEST(Keys, RefuseAndChangeNothing) {
+  RenderOptions options;
+  const Entries all = entries(options);
+  for (const auto& [key, text] : {std::pair{"depth", "17"},
+                                  {"majorant_scale", "1001"},
+                                  {"majorant_scale", "0.33"},
+                                  {"preview", "9"},
+                                  {"seed", "9223372036854775808"},
+                                  {"spp", "0"},
+                                  {"size", "0x9"},
+                                  {"max_bounces", "4294967296"},
+                                  {"threads", "4097"},
+                                  {"homogenise", "nan"}}) {
+    const Entry& e = *find_key(all, key);
+    EXPECT_TRUE(e.set(parse_value(e.about.limits, text))) << key << ' ' << text;
+  }
+  EXPECT_EQ(options, RenderOptions{});
+}
+
+TEST(Keys, SayWhatHelpNeeds) {
+  const RenderOptions options;
+  const auto help = [&](const char* key) { return help_of(*find_key(entries(options), key)); };
+  EXPECT_EQ(help("depth"), "Octree depth where the walk stops (0 to 16) [auto: by cost]");
+  EXPECT_EQ(help("size"), "Size of the image in pixels [640x480]");
+  EXPECT_EQ(help("spp"), "Samples per pixel [64]");
+  EXPECT_NE(help("background").find("[on]"), std::string::npos);
+  EXPECT_NE(help("tracker").find("weighted-decomposition or regular) [decomposition]"),
+            std::string::npos);
+  EXPECT_EQ(flag_of(find_key(entries(options), "micro_bounds")->about), "--micro-bounds");
+  EXPECT_EQ(metavar_of(find_key(entries(options), "micro_bounds")->about), "auto|none|2|1");
+}
+
+TEST(Keys, OfAKindComeWithTheirMember) {
+  Component component;
+  EXPECT_FALSE(find_key(entries(component), "g")->set(-0.25));
+  EXPECT_EQ(component.phase, PhaseFunction(HenyeyGreenstein(-0.25)));
+  const Component constant = component;
+  EXPECT_EQ(find_key(entries(constant), "g")->value(), Value(-0.25));
+  EXPECT_THROW(require_limits("medium", entries(Component{.share = 2})), Error);
+}
+
+TEST(Keys, OfFloatsAreWrittenInAsFewDigitsAsBringThemBack) {
+  const Component component{.albedo = {0.9f, 0.8f, 1.0f / 3}};
+  EXPECT_EQ(plain_text(find_key(entries(component), "albedo")->value()), "0.9,0.8,0.33333334");
+}
+
+}  // namespace
+}  // namespace pvol
