@@ -1,18 +1,10 @@
 // Text in columns and lines for terminals.
 #pragma once
 
-#include <cstdio>
 #include <sstream>
 #include <string>
 
 namespace pvol::cli {
-
-/// A number as printf writes it.
-[[nodiscard]] inline std::string formatted(const char* format, double value) {
-  char text[64];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
 
 /// The text at the left or the right end of a column; a text too long takes what it needs and has
 /// one blank on the column's other side.
