@@ -1,4 +1,6 @@
 // pvol-render: a scene, or a cloud alone, into a picture.
+#include <fmt/format.h>
+
 #include <cmath>
 #include <fstream>
 #include <iostream>
@@ -63,13 +65,12 @@ formats::Cloud load_volume(const Options& o, const formats::SceneFile& scene,
 void warn_of_bounds(const std::filesystem::path& file, const Volume& volume) {
   const BoundsExcess& e = volume.density.excess;
   if (e.nodes == 0) return;
-  const auto at = [](double v) { return std::to_string(std::int64_t(v)); };
   cli::print_warnings(
-      kTool, {file.string() + ": the bounds of " + std::to_string(e.nodes) +
-              " cubes do not hold, the worst majorant is " + cli::readable(e.factor) +
-              " times too low, at (" + at(e.worst.lo.x) + ", " + at(e.worst.lo.y) + ", " +
-              at(e.worst.lo.z) + "); the tracker's weights make up for it, with more noise. Fit " +
-              "the cloud again"});
+      kTool, {fmt::format("{}: the bounds of {} cubes do not hold, the worst majorant is {} times "
+                          "too low, at ({:.0f}, {:.0f}, {:.0f}); the tracker's weights make up for "
+                          "it, with more noise. Fit the cloud again",
+                          file.string(), e.nodes, cli::readable(e.factor), e.worst.lo.x,
+                          e.worst.lo.y, e.worst.lo.z)});
 }
 
 RenderJob prepare(const Options& o) {
@@ -271,8 +272,8 @@ int run(const Options& o) {
   if (t.samples == 0) throw Error("interrupted before the first sample; nothing is saved");
   save(o, out, job, t);
   if (t.result.complete) return cli::kSuccess;
-  throw Error("interrupted after " + std::to_string(t.samples) + " of " +
-              std::to_string(t.samples_wanted) + " samples; what was rendered is saved");
+  throw Error(fmt::format("interrupted after {} of {} samples; what was rendered is saved",
+                          t.samples, t.samples_wanted));
 }
 
 }  // namespace

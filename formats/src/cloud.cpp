@@ -1,9 +1,9 @@
 #include "pvol/formats/cloud.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
-#include <cstdio>
-#include <sstream>
 
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/density/coarsen.h"
@@ -14,11 +14,7 @@
 namespace pvol::formats {
 namespace {
 
-std::string hex(std::uint64_t v) {
-  char text[24];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(v));
-  return text;
-}
+std::string hex(std::uint64_t v) { return fmt::format("{:016x}", v); }
 
 /// What a reader would have reported for samples that are known to be clean.
 GridReport describe_samples(const VoxelGrid& grid, const std::string& type) {
@@ -59,10 +55,10 @@ std::filesystem::path find_source(const std::filesystem::path& file, const Metad
   }
   const FileHash found = hash_file(source);
   if (found.bytes != m.source.bytes || found.hash != m.source.hash) {
-    throw Error(file.string() + ": its density is in " + source.string() +
-                ", which has changed: " + std::to_string(found.bytes) + " bytes with hash " +
-                hex(found.hash) + ", expected " + std::to_string(m.source.bytes) + " with " +
-                hex(m.source.hash) + advice);
+    throw Error(fmt::format(
+        "{}: its density is in {}, which has changed: {} bytes with hash {}, expected {} with {}{}",
+        file.string(), source.string(), found.bytes, hex(found.hash), m.source.bytes,
+        hex(m.source.hash), advice));
   }
   return source;
 }
@@ -235,11 +231,12 @@ void quantise(Cloud& cloud, const Quantisation& how, const std::filesystem::path
   const bool same_tolerance = how.precision != Precision::fpn || how.tolerance == stored.tolerance;
   if (how.precision == stored.precision && same_tolerance) return;
   if (stored.precision != Precision::fp32) {
-    std::ostringstream kept;
-    kept << name(stored.precision) << " with a tolerance of " << stored.tolerance;
-    throw Error(file.string() + ": its density is kept in " +
-                (stored.precision == Precision::fpn ? kept.str() : name(stored.precision)) +
-                "; render it as it is stored, or take its source, " + m.source.file);
+    const std::string tolerance = stored.precision == Precision::fpn
+                                      ? fmt::format(" with a tolerance of {:g}", stored.tolerance)
+                                      : "";
+    throw Error(fmt::format(
+        "{}: its density is kept in {}{}; render it as it is stored, or take its source, {}",
+        file.string(), name(stored.precision), tolerance, m.source.file));
   }
   require_samples(cloud, "another precision", file);
   m.quantisation = how;

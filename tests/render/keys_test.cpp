@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cmath>
 #include <set>
+#include <sstream>
 
 #include "pvol/density/quantise.h"
 #include "pvol/error.h"
@@ -176,7 +177,8 @@ TEST(Keys, OfAKindComeWithTheirMember) {
   EXPECT_EQ(component.phase, PhaseFunction(HenyeyGreenstein(-0.25)));
   const Component constant = component;
   EXPECT_EQ(find_key(entries(constant), "g")->value(), Value(-0.25));
-  EXPECT_THROW(require_limits("medium", entries(Component{.share = 2})), Error);
+  component.share = 2;
+  EXPECT_THROW(require_limits("medium", entries(component)), Error);
 }
 
 TEST(Keys, OfFloatsAreWrittenInAsFewDigitsAsBringThemBack) {

@@ -1,11 +1,11 @@
 #include "cli/cli.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <csignal>
-#include <cstdio>
 #include <iostream>
 #include <new>
 
@@ -17,12 +17,6 @@ namespace {
 
 // The one thing a signal handler may touch.
 volatile std::sig_atomic_t interrupt_seen = 0;
-
-std::string formatted(const char* format, double value, const char* unit = "") {
-  char text[64];
-  std::snprintf(text, sizeof text, format, value, unit);
-  return text;
-}
 
 }  // namespace
 
@@ -83,11 +77,11 @@ std::string readable_bytes(std::uint64_t bytes) {
   double value = double(bytes);
   std::size_t unit = 0;
   while (value >= 999.5 && unit + 1 < std::size(kUnits)) value /= 1000, ++unit;
-  return formatted(unit == 0 || value >= 99.5 ? "%.0f %s" : "%.1f %s", value, kUnits[unit]);
+  return fmt::format("{:.{}f} {}", value, unit == 0 || value >= 99.5 ? 0 : 1, kUnits[unit]);
 }
 
 std::string readable_count(std::uint64_t count) {
-  const std::string digits = std::to_string(count);
+  const std::string digits = fmt::to_string(count);
   std::string text;
   for (std::size_t i = 0; i < digits.size(); ++i) {
     if (i > 0 && (digits.size() - i) % 3 == 0) text += ' ';
@@ -97,15 +91,15 @@ std::string readable_count(std::uint64_t count) {
 }
 
 std::string readable_seconds(double seconds) {
-  if (seconds < 0.9995) return formatted("%.0f %s", seconds * 1000, "ms");
-  if (seconds < 99.5) return formatted("%.1f %s", seconds, "s");
+  if (seconds < 0.9995) return fmt::format("{:.0f} ms", seconds * 1000);
+  if (seconds < 99.5) return fmt::format("{:.1f} s", seconds);
   const auto whole = std::uint64_t(std::min(seconds, 1e15));
   const std::uint64_t hours = whole / 3600, minutes = whole / 60 % 60;
-  if (hours > 0) return readable_count(hours) + " h " + std::to_string(minutes) + " min";
-  return std::to_string(minutes) + " min " + std::to_string(whole % 60) + " s";
+  if (hours > 0) return fmt::format("{} h {} min", readable_count(hours), minutes);
+  return fmt::format("{} min {} s", minutes, whole % 60);
 }
 
-std::string readable(double value) { return formatted("%.4g", value); }
+std::string readable(double value) { return fmt::format("{:.4g}", value); }
 
 void catch_interrupt() {
   struct sigaction action {};
@@ -146,7 +140,7 @@ void ProgressBar::show(std::uint64_t done, std::uint64_t total) {
   tenths_ = tenths;
 
   const double seconds = std::chrono::duration<double>(now - start_).count();
-  std::string line = label_ + formatted(" %3.0f %%", std::floor(part * 100));
+  std::string line = fmt::format("{} {:3.0f} %", label_, std::floor(part * 100));
   if (terminal_) {
     const auto full = std::size_t(part * 30);
     line += " [" + std::string(full, '#') + std::string(30 - full, '.') + "]";

@@ -1,7 +1,8 @@
 #include "cli/load_scene.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <memory>
 
 #include "cli/cli.h"
@@ -50,10 +51,8 @@ double choose_extinction(const formats::Cloud& cloud, const Affine& object_to_wo
   const double unit =
       *std::max_element(std::begin(f.mean_optical_thickness), std::end(f.mean_optical_thickness));
   if (!(unit > 0)) return 1;
-  char digits[32];
-  std::snprintf(digits, sizeof digits, "%.3g", thickness / unit);
   constexpr double kLargest = 3e38;  // fits a float, for clouds of denormal densities
-  return std::min(std::stod(digits), kLargest);
+  return std::min(std::stod(fmt::format("{:.3g}", thickness / unit)), kLargest);
 }
 
 Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volume,

@@ -1,6 +1,8 @@
 // Writing aside, syncing and renaming, as POSIX promises it: a rename replaces a file in one step.
 #include "pvol/formats/atomic_file.h"
 
+#include <fmt/format.h>
+
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -56,7 +58,7 @@ void sync(const fs::path& path, int flags) {
 void write_atomically(const fs::path& file, const std::function<void(const fs::path&)>& write) {
   const fs::path target = resolve(file);
   fs::path aside = target;
-  aside += ".tmp-" + std::to_string(::getpid());
+  aside += fmt::format(".tmp-{}", ::getpid());
   create(aside);
   try {
     write(aside);

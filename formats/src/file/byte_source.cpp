@@ -1,5 +1,7 @@
 #include "file/byte_source.h"
 
+#include <fmt/format.h>
+
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -39,8 +41,9 @@ void ByteSource::read(std::uint64_t position, std::size_t count, char* to) const
     const ssize_t got = ::pread(descriptor_, to, count, off_t(position));
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) {
-      throw Error("cannot read " + file_.string() + " at byte " + std::to_string(position) + ": " +
-                  (got < 0 ? std::strerror(errno) : "the file became shorter meanwhile"));
+      throw Error(
+          fmt::format("cannot read {} at byte {}: {}", file_.string(), position,
+                      (got < 0 ? std::strerror(errno) : "the file became shorter meanwhile")));
     }
     to += got;
     position += std::uint64_t(got);
@@ -67,7 +70,7 @@ void ByteSource::copy(std::uint64_t position, std::uint64_t count, char* to) {
 std::string ByteCursor::string() {
   const std::uint32_t length = value<std::uint32_t>();
   if (length > kLongestString) {
-    fail("a name of " + std::to_string(length) + " bytes; the file is damaged");
+    fail(fmt::format("a name of {} bytes; the file is damaged", length));
   }
   const char* b = bytes(length);
   return {b, length};
@@ -75,13 +78,13 @@ std::string ByteCursor::string() {
 
 void ByteCursor::need(std::uint64_t count) const {
   if (count <= left()) return;
-  fail("needs " + std::to_string(count) + " more bytes, but only " + std::to_string(left()) +
-       " are there; the file is damaged or cut off");
+  fail(fmt::format("needs {} more bytes, but only {} are there; the file is damaged or cut off",
+                   count, left()));
 }
 
 void ByteCursor::fail(const std::string& found) const {
-  throw Error(source_->file().string() + ": " + place_ + ", byte " + std::to_string(position()) +
-              ": " + found);
+  throw Error(
+      fmt::format("{}: {}, byte {}: {}", source_->file().string(), place_, position(), found));
 }
 
 }  // namespace pvol::formats::detail

@@ -1,6 +1,6 @@
 #include "file/density_values.h"
 
-#include <sstream>
+#include <fmt/format.h>
 
 #include "file/grid_choice.h"
 #include "pvol/error.h"
@@ -10,7 +10,7 @@ namespace pvol::formats::detail {
 namespace {
 
 std::string of_active(std::uint64_t count, const ValueCounts& counts) {
-  return std::to_string(count) + " of " + std::to_string(counts.active) + " active voxels";
+  return fmt::format("{} of {} active voxels", count, counts.active);
 }
 
 }  // namespace
@@ -31,14 +31,12 @@ void finish_report(const std::filesystem::path& file, const ValueCounts& counts,
     warnings.push_back(of_active(counts.negative, counts) + " are negative; they are taken as 0");
   }
   if (background != 0) {
-    std::ostringstream value;
-    value << background;
-    warnings.push_back("the empty space of the grid holds " + value.str() +
-                       " (its background); it is taken as 0");
+    warnings.push_back(fmt::format(
+        "the empty space of the grid holds {:g} (its background); it is taken as 0", background));
   }
   if (counts.stray > 0) {
-    warnings.push_back(std::to_string(counts.stray) +
-                       " inactive voxels hold values other than 0; they are taken as 0");
+    warnings.push_back(fmt::format(
+        "{} inactive voxels hold values other than 0; they are taken as 0", counts.stray));
   }
   if (counts.largest == 0) warnings.push_back("the grid is empty: no voxel has a density above 0");
 

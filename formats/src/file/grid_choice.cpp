@@ -1,5 +1,7 @@
 #include "file/grid_choice.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "pvol/error.h"
@@ -34,9 +36,8 @@ std::size_t first_of(const std::vector<GridChoice>& grids, const Indices& same,
                                    [&](std::size_t i) { return grids[i].refusal.empty(); });
   const std::size_t taken = usable == same.end() ? same.front() : *usable;
   if (same.size() > 1) {
-    warnings.push_back(std::to_string(same.size()) + " grids are called '" +
-                       printable(grids[taken].base) + "'; '" + printable(grids[taken].name) +
-                       "' is read");
+    warnings.push_back(fmt::format("{} grids are called '{}'; '{}' is read", same.size(),
+                                   printable(grids[taken].base), printable(grids[taken].name)));
   }
   return taken;
 }
@@ -59,7 +60,7 @@ std::string list_grids(const std::vector<GridChoice>& grids) {
     text += (i ? ", " : "") + printable(grids[i].name) + " (" + printable(grids[i].type) + ")";
   }
   if (grids.size() > kLongestList) {
-    text += " and " + std::to_string(grids.size() - kLongestList) + " more";
+    text += fmt::format(" and {} more", grids.size() - kLongestList);
   }
   return text;
 }

@@ -1,5 +1,7 @@
 #include "pvol/formats/mesh_file.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <charconv>
@@ -39,9 +41,9 @@ void append(std::string& bytes, const T& value) {
 /// PLY as in Turk. The PLY Polygon File Format. 1994.
 std::string encode_ply(const TriangleMesh& mesh) {
   std::string bytes = "ply\nformat binary_little_endian 1.0\n";
-  bytes += std::to_string(mesh.vertices.size()).insert(0, "element vertex ") + '\n';
+  bytes += fmt::format("element vertex {}\n", mesh.vertices.size());
   bytes += "property double x\nproperty double y\nproperty double z\n";
-  bytes += std::to_string(mesh.triangles.size()).insert(0, "element face ") + '\n';
+  bytes += fmt::format("element face {}\n", mesh.triangles.size());
   bytes += "property list uchar uint vertex_indices\nend_header\n";
   bytes.reserve(bytes.size() + 24 * mesh.vertices.size() + 13 * mesh.triangles.size());
   for (const Vec3d v : mesh.vertices) append(bytes, v.x), append(bytes, v.y), append(bytes, v.z);

@@ -1,4 +1,6 @@
 // Pictures out to OpenEXR, sky pictures in.
+#include <fmt/format.h>
+
 #include <ImfChannelList.h>
 #include <ImfChromaticities.h>
 #include <ImfFrameBuffer.h>
@@ -95,9 +97,9 @@ void write_pixels(Imf::OutputFile& out, const Film& film, const std::vector<Chan
 
 void check_radiance(Rgb c, std::size_t index, std::size_t width) {
   if (is_finite(c) && min_component(c) >= 0) return;
-  throw Error("pixel (" + std::to_string(index % width) + ", " + std::to_string(index / width) +
-              ") is (" + std::to_string(c.x) + ", " + std::to_string(c.y) + ", " +
-              std::to_string(c.z) + "); expected finite radiance of at least 0");
+  throw Error(
+      fmt::format("pixel ({}, {}) is ({:f}, {:f}, {:f}); expected finite radiance of at least 0",
+                  index % width, index / width, c.x, c.y, c.z));
 }
 
 ImageSky read_pixels(Imf::InputFile& in) {

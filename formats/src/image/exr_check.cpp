@@ -1,5 +1,7 @@
 #include "image/exr_check.h"
 
+#include <fmt/format.h>
+
 #include <ImfChannelList.h>
 #include <ImfChromaticities.h>
 #include <ImfHeader.h>
@@ -43,8 +45,9 @@ void check_picture(const Imf::InputFile& in) {
   const std::int64_t height = std::int64_t(box.max.y) - box.min.y + 1;
   if (width < 1 || height < 1 || width > kLargestEdge || height > kLargestEdge ||
       width * height > kMostPixels) {
-    throw Error("has " + std::to_string(width) + " x " + std::to_string(height) +
-                " pixels; expected 1 to 2^16 along each edge and at most 2^28 in all");
+    throw Error(fmt::format(
+        "has {} x {} pixels; expected 1 to 2^16 along each edge and at most 2^28 in all", width,
+        height));
   }
   if (Imf::hasChromaticities(in.header())) {
     const Imf::Chromaticities found = Imf::chromaticities(in.header()), rec709;

@@ -1,4 +1,6 @@
 // Films in from the EXR files that write_exr made, and what can be had of others.
+#include <fmt/format.h>
+
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
@@ -56,11 +58,13 @@ void check(const Values& v, int x, int y) {
   std::string found;
   for (std::size_t i = 0; i < v.size(); ++i) {
     if (v[i] == 0) continue;
-    found += (found.empty() ? "" : ", ") + std::string(kFilmChannels[i].name) + ' ' +
-             std::to_string(v[i]);
+    found += fmt::format("{}{} {:f}", (found.empty() ? "" : ", "),
+                         std::string(kFilmChannels[i].name), v[i]);
   }
-  throw Error("pixel (" + std::to_string(x) + ", " + std::to_string(y) + ") holds " + found +
-              "; expected finite values, and variances, samples and counts of at least 0");
+  throw Error(
+      fmt::format("pixel ({}, {}) holds {}; expected finite values, and variances, samples and "
+                  "counts of at least 0",
+                  x, y, found));
 }
 
 Film film_of(const Imf::Header& header) {

@@ -1,4 +1,6 @@
 // PNG out, by libpng's simplified interface (which needs no setjmp).
+#include <fmt/format.h>
+
 #include <png.h>
 
 #include <algorithm>
@@ -38,9 +40,9 @@ std::vector<std::uint8_t> encode_film(const std::filesystem::path& file, const F
     for (int x = 0; x < film.crop_width; ++x) {
       const PixelSums& sums = film.at(x, y);
       if (!is_finite(sums.sum) || !std::isfinite(sums.alpha)) {
-        throw Error(file.string() + ": pixel (" + std::to_string(film.x + x) + ", " +
-                    std::to_string(film.y + y) +
-                    ") is not finite, and PNG cannot hold it; write EXR to look at it");
+        throw Error(fmt::format(
+            "{}: pixel ({}, {}) is not finite, and PNG cannot hold it; write EXR to look at it",
+            file.string(), film.x + x, film.y + y));
       }
       const std::array<std::uint8_t, 4> pixel = encode_pixel(sums, factor, alpha);
       bytes.insert(bytes.end(), pixel.begin(), pixel.begin() + std::ptrdiff_t(depth));
@@ -72,8 +74,8 @@ void write_bytes(const std::filesystem::path& file, png_image image,
 void write_png(const std::filesystem::path& file, const Film& film, double exposure, bool alpha) {
   const double factor = std::exp2(exposure);
   if (!std::isfinite(factor) || factor == 0) {
-    throw Error(file.string() + ": exposure " + std::to_string(exposure) +
-                " is out of range; expected stops such as 1.5");
+    throw Error(fmt::format("{}: exposure {:f} is out of range; expected stops such as 1.5",
+                            file.string(), exposure));
   }
   if (film.crop_width < 1 || film.crop_height < 1) {
     throw Error(file.string() + ": the picture has no pixels; choose a size of at least 1 x 1");

@@ -1,8 +1,9 @@
 #include "pvol/pvol_blocks.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <tuple>
 
 namespace pvol::formats::detail {
@@ -41,11 +42,7 @@ Vec3i as_vec(std::array<std::int32_t, 3> v) { return {v[0], v[1], v[2]}; }
 
 }  // namespace
 
-std::string text(Vec3i v) {
-  std::ostringstream s;
-  s << '(' << v.x << ", " << v.y << ", " << v.z << ')';
-  return s.str();
-}
+std::string text(Vec3i v) { return fmt::format("({}, {}, {})", v.x, v.y, v.z); }
 
 bool is_density(float v) { return v >= 0 && std::isfinite(v); }
 
@@ -61,9 +58,9 @@ std::optional<std::string> check_blocks(const VoxelGrid& grid, const Pyramid& py
   };
   for (std::size_t i = 0; i < grid.tiles.size(); ++i) {
     const Tile& t = grid.tiles[i];
-    const std::string tile = "tile " + std::to_string(i) + " at " + text(t.origin) + ": ";
+    const std::string tile = fmt::format("tile {} at {}: ", i, text(t.origin));
     if (std::find(std::begin(kTileEdges), std::end(kTileEdges), t.edge) == std::end(kTileEdges)) {
-      return tile + "edge " + std::to_string(t.edge) + "; expected 8, 128 or 4096";
+      return fmt::format("{}edge {}; expected 8, 128 or 4096", tile, t.edge);
     }
     if (!is_multiple(t.origin, t.edge)) return tile + "not aligned to its edge";
     if (i > 0 && !by_origin(grid.tiles[i - 1], t)) return tile + "out of order";
@@ -76,7 +73,7 @@ std::optional<std::string> check_blocks(const VoxelGrid& grid, const Pyramid& py
   }
   for (std::size_t i = 0; i < grid.bricks.size(); ++i) {
     const Vec3i origin = grid.bricks[i].origin;
-    const std::string brick = "brick " + std::to_string(i) + " at " + text(origin) + ": ";
+    const std::string brick = fmt::format("brick {} at {}: ", i, text(origin));
     if (!is_multiple(origin, kBrickEdge)) return brick + "not aligned to 8";
     if (i > 0 && !by_origin(grid.bricks[i - 1], grid.bricks[i])) return brick + "out of order";
     if (in_tile(origin, kBrickEdge)) return brick + "inside a tile";

@@ -1,4 +1,6 @@
 // The BNDS chunk: the pyramid as wide nodes with masks, and the bounds of its terminals.
+#include <fmt/format.h>
+
 #include <bit>
 #include <cstring>
 
@@ -160,10 +162,8 @@ class Decoder {
     p.levels.resize(h_.levels);
     if (!p.empty()) descend(p);
     if (next_node_ != nodes_.children.size() || next_terminal_ != lo_.size()) {
-      refuse(place_, "the masks lead to " + std::to_string(next_node_) + " nodes and " +
-                         std::to_string(next_terminal_) + " terminals; expected " +
-                         std::to_string(nodes_.children.size()) + " and " +
-                         std::to_string(lo_.size()));
+      refuse(place_, fmt::format("the masks lead to {} nodes and {} terminals; expected {} and {}",
+                                 next_node_, next_terminal_, nodes_.children.size(), lo_.size()));
     }
     return p;
   }
@@ -174,18 +174,17 @@ class Decoder {
     const std::uint64_t expected = sizeof(BoundsHeader) + 9 * nodes + 8 * std::uint64_t(h_.upper) +
                                    4 * std::uint64_t(h_.terminals);
     if (raw_bytes != expected) {
-      refuse(place_, std::to_string(raw_bytes) + " raw bytes; its counts of " +
-                         std::to_string(h_.upper) + " and " + std::to_string(h_.lower) +
-                         " nodes and " + std::to_string(h_.terminals) + " terminals take " +
-                         std::to_string(expected));
+      refuse(place_,
+             fmt::format("{} raw bytes; its counts of {} and {} nodes and {} terminals take {}",
+                         raw_bytes, h_.upper, h_.lower, h_.terminals, expected));
     }
     if (h_.terminals > kMaxTerminals) {
-      refuse(place_, std::to_string(h_.terminals) + " terminals; at most " +
-                         std::to_string(kMaxTerminals) + " can be read");
+      refuse(place_,
+             fmt::format("{} terminals; at most {} can be read", h_.terminals, kMaxTerminals));
     }
     if (h_.levels > std::uint32_t(kMaxRootLog2) - 2) {
-      refuse(place_, std::to_string(h_.levels) + " levels; at most " +
-                         std::to_string(kMaxRootLog2 - 2) + " are possible");
+      refuse(place_,
+             fmt::format("{} levels; at most {} are possible", h_.levels, kMaxRootLog2 - 2));
     }
   }
 
@@ -201,8 +200,8 @@ class Decoder {
   void take(std::uint64_t code, int height, Codes& inner, Pyramid& p) {
     const std::size_t i = next_node_++;
     if (i >= nodes_.children.size() || (height > 0) != (i < h_.upper)) {
-      refuse(place_, "the masks lead to more nodes of height " + std::to_string(height) +
-                         " than there are");
+      refuse(place_,
+             fmt::format("the masks lead to more nodes of height {} than there are", height));
     }
     const std::uint64_t children = nodes_.children[i];
     const std::uint64_t stops = height > 0 ? nodes_.stops[i] : children;
@@ -214,12 +213,12 @@ class Decoder {
 
   void check_masks(std::size_t i, std::uint64_t children, std::uint64_t stops,
                    std::uint32_t groups) const {
-    const std::string node = "node " + std::to_string(i) + ": ";
+    const std::string node = fmt::format("node {}: ", i);
     if (children == 0 && groups == 0) refuse(place_, node + "no children");
     if ((stops & ~children) != 0) refuse(place_, node + "an empty child is marked as uniform");
     for (std::uint32_t g = 0; g < 8; ++g) {
       if ((groups >> g & 1) && (children >> 8 * g & 0xff) != 0) {
-        refuse(place_, node + "group " + std::to_string(g) + " is uniform but has children");
+        refuse(place_, fmt::format("{}group {} is uniform but has children", node, g));
       }
     }
   }
@@ -229,7 +228,7 @@ class Decoder {
     if (i >= lo_.size()) refuse(place_, "the masks lead to more terminals than it holds");
     if (std::size_t(level) >= p.levels.size()) refuse(place_, "a cube larger than the root");
     if (lo_[i] > kTopCode || hi_[i] > kTopCode) {
-      refuse(place_, "terminal " + std::to_string(i) + ": a bound above the scale");
+      refuse(place_, fmt::format("terminal {}: a bound above the scale", i));
     }
     p.levels[std::size_t(level)].push_back(
         {code, decode(lo_[i], p.scale), decode(hi_[i], p.scale)});
@@ -250,8 +249,8 @@ std::vector<std::byte> encode_bounds(const Pyramid& pyramid, const std::string& 
   }
   const Encoder encoder(pyramid);
   if (encoder.terminals() > kMaxTerminals) {
-    throw Error(place + ": the bounds have " + std::to_string(encoder.terminals()) +
-                " leaves; a file holds at most " + std::to_string(kMaxTerminals) + ".");
+    throw Error(fmt::format("{}: the bounds have {} leaves; a file holds at most {}.", place,
+                            encoder.terminals(), kMaxTerminals));
   }
   return encoder.bytes();
 }

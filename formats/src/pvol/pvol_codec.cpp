@@ -1,5 +1,7 @@
 // The raw bytes of chunks from their stored bytes and back: zstd frames of one megabyte, so that
 // neither direction holds more than that of a chunk besides the data itself.
+#include <fmt/format.h>
+
 #include <xxhash.h>
 #include <zstd.h>
 
@@ -18,7 +20,7 @@ namespace {
 constexpr int kDensityLevel = 1;
 constexpr int kBoundsLevel = 9;
 
-std::string number(std::uint64_t n) { return std::to_string(n); }
+std::string number(std::uint64_t n) { return fmt::to_string(n); }
 
 /// Word i of `out` is made of byte i of each of the four quarters of `in`.
 void unshuffle(Bytes in, std::byte* out) {

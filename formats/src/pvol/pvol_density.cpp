@@ -1,4 +1,6 @@
 // The DENS chunk: samples in bricks and tiles.
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "pvol/error.h"
@@ -31,10 +33,8 @@ VoxelGrid decode_density(ChunkReader& chunk, const Pyramid& pyramid) {
   const std::uint64_t expected = sizeof(DensityHeader) + block_bytes(header.tiles, header.bricks) +
                                  kBrickSamples * sizeof(float) * std::uint64_t(header.bricks);
   if (chunk.raw_bytes() != expected) {
-    refuse(chunk.place(), std::to_string(chunk.raw_bytes()) + " raw bytes; its counts of " +
-                              std::to_string(header.tiles) + " tiles and " +
-                              std::to_string(header.bricks) + " bricks take " +
-                              std::to_string(expected));
+    refuse(chunk.place(), fmt::format("{} raw bytes; its counts of {} tiles and {} bricks take {}",
+                                      chunk.raw_bytes(), header.tiles, header.bricks, expected));
   }
   VoxelGrid grid = read_blocks(chunk, header.tiles, header.bricks);
   if (const auto bad = check_blocks(grid, pyramid)) refuse(chunk.place(), *bad);
@@ -45,8 +45,8 @@ VoxelGrid decode_density(ChunkReader& chunk, const Pyramid& pyramid) {
   chunk.read(std::as_writable_bytes(samples));
   const auto wrong = std::find_if_not(samples.begin(), samples.end(), is_density);
   if (wrong != samples.end()) {
-    refuse(chunk.place(), "brick " + std::to_string((wrong - samples.begin()) / kBrickSamples) +
-                              ": a sample is negative or not finite");
+    refuse(chunk.place(), fmt::format("brick {}: a sample is negative or not finite",
+                                      (wrong - samples.begin()) / kBrickSamples));
   }
   for (std::size_t b = 0; b < grid.bricks.size(); ++b) {
     grid.bricks[b].values = samples.data() + b * kBrickSamples;

@@ -1,4 +1,6 @@
 // The META chunk: where a cloud comes from, as JSON.
+#include <fmt/format.h>
+
 #include <charconv>
 #include <nlohmann/json.hpp>
 
@@ -162,13 +164,13 @@ std::string encode_metadata(const Metadata& m, LookUp bounds_made_for, const std
   } catch (const Json::exception&) {
     throw Error(place + ": a name or an option is not UTF-8 text, which the file cannot hold.");
   }
-  throw Error(place + ": the metadata take more than " + std::to_string(kMaxMetaBytes) + " bytes.");
+  throw Error(fmt::format("{}: the metadata take more than {} bytes.", place, kMaxMetaBytes));
 }
 
 DecodedMetadata decode_metadata(ChunkReader& chunk) {
   if (chunk.raw_bytes() > kMaxMetaBytes) {
-    refuse(chunk.place(), std::to_string(chunk.raw_bytes()) + " bytes; expected at most " +
-                              std::to_string(kMaxMetaBytes));
+    refuse(chunk.place(),
+           fmt::format("{} bytes; expected at most {}", chunk.raw_bytes(), kMaxMetaBytes));
   }
   std::vector<char> bytes(std::size_t(chunk.raw_bytes()));
   chunk.read(bytes);

@@ -1,4 +1,6 @@
 // The micr chunk: bounds of cubes of 2^3 cells, leaf by leaf.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -24,7 +26,7 @@ std::size_t count_open(const std::vector<MicroBounds::Scale>& scales) {
 std::optional<std::string> check(const MicroBounds& m) {
   const auto good = [](float v) { return v >= 0 && std::isfinite(v); };
   for (std::size_t i = 0; i < m.scales.size(); ++i) {
-    const std::string leaf = "leaf " + std::to_string(i) + ": ";
+    const std::string leaf = fmt::format("leaf {}: ", i);
     if (!good(m.scales[i].base)) return leaf + "its base is negative or not finite";
     if (!good(m.scales[i].step)) return leaf + "its step is negative or not finite";
     for (std::size_t c = i * kCubes; c < (i + 1) * kCubes; ++c) {
@@ -80,20 +82,20 @@ void encode_micro(const LeafMicroBounds& micro, const Pyramid& pyramid, ChunkWri
 LeafMicroBounds decode_micro(ChunkReader& chunk, const Pyramid& pyramid) {
   const auto h = chunk.get<MicroHeader>();
   if (h.edge != kEdge) {
-    throw Error(chunk.place() + ": micro-bounds of the unknown edge " + std::to_string(h.edge) +
-                ". Use a newer pvol.");
+    throw Error(fmt::format("{}: micro-bounds of the unknown edge {}. Use a newer pvol.",
+                            chunk.place(), h.edge));
   }
   const std::size_t leaves = leaf_count(pyramid);
   if (h.leaves != leaves || h.open > h.leaves) {
-    refuse(chunk.place(), std::to_string(h.leaves) + " leaves, of which " + std::to_string(h.open) +
-                              " have codes; the bounds have " + std::to_string(leaves));
+    refuse(chunk.place(), fmt::format("{} leaves, of which {} have codes; the bounds have {}",
+                                      h.leaves, h.open, leaves));
   }
   const std::uint64_t expected = sizeof(MicroHeader) + sizeof(MicroBounds::Scale) * leaves +
                                  sizeof(MicroBounds::Codes) * kCubes * h.open;
   if (chunk.raw_bytes() != expected) {
-    refuse(chunk.place(), std::to_string(chunk.raw_bytes()) + " raw bytes; its counts of " +
-                              std::to_string(h.leaves) + " leaves and " + std::to_string(h.open) +
-                              " with codes take " + std::to_string(expected));
+    refuse(chunk.place(),
+           fmt::format("{} raw bytes; its counts of {} leaves and {} with codes take {}",
+                       chunk.raw_bytes(), h.leaves, h.open, expected));
   }
   LeafMicroBounds micro;
   MicroBounds& m = micro.by_leaf;
@@ -105,8 +107,8 @@ LeafMicroBounds decode_micro(ChunkReader& chunk, const Pyramid& pyramid) {
     for (std::size_t i = 0; i < leaves; ++i) m.scales[i].*member = row[i];
   }
   if (count_open(m.scales) != h.open) {
-    refuse(chunk.place(), std::to_string(count_open(m.scales)) + " leaves have a step above 0; " +
-                              std::to_string(h.open) + " should");
+    refuse(chunk.place(),
+           fmt::format("{} leaves have a step above 0; {} should", count_open(m.scales), h.open));
   }
   m.codes.resize(leaves * kCubes);
   for (const Byte member : kBytes) {

@@ -1,4 +1,6 @@
 // The DENQ chunk: samples as codes in bricks, and tiles.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -34,11 +36,11 @@ bool is_width(int bits) { return bits == 1 || bits == 2 || bits == 4 || bits == 
 
 std::optional<std::string> check_scale(const QuantisedGrid::Scale& s, Precision precision) {
   if (!is_width(s.bits) || (precision == Precision::fp8 && s.bits != 8)) {
-    return "codes of " + std::to_string(s.bits) + " bits";
+    return fmt::format("codes of {} bits", s.bits);
   }
   if (!(s.lo > 0 && s.lo <= s.hi && std::isfinite(s.hi))) {
-    return "its samples reach from " + std::to_string(s.lo) + " to " + std::to_string(s.hi) +
-           "; expected positive numbers in order";
+    return fmt::format("its samples reach from {:f} to {:f}; expected positive numbers in order",
+                       s.lo, s.hi);
   }
   if (s.bits == 1 && s.zero && s.lo != s.hi) return "one code for two values";
   return std::nullopt;
@@ -46,7 +48,7 @@ std::optional<std::string> check_scale(const QuantisedGrid::Scale& s, Precision 
 
 /// A sentence about the first thing that is wrong with scales, or with halves.
 std::optional<std::string> check_codes(const QuantisedGrid& q) {
-  const auto brick = [](std::size_t i) { return "brick " + std::to_string(i) + ": "; };
+  const auto brick = [](std::size_t i) { return fmt::format("brick {}: ", i); };
   for (std::size_t i = 0; i < q.scales.size(); ++i) {
     if (const auto wrong = check_scale(q.scales[i], q.how.precision)) return brick(i) + *wrong;
   }
@@ -55,7 +57,7 @@ std::optional<std::string> check_codes(const QuantisedGrid& q) {
     return std::nullopt;
   }
   if (q.exponent < kLeastExponent || q.exponent > kLargestExponent) {
-    return "an exponent of " + std::to_string(q.exponent) + "; expected -164 to 112";
+    return fmt::format("an exponent of {}; expected -164 to 112", q.exponent);
   }
   for (std::size_t i = 0; i + 1 < q.codes.size(); i += 2) {
     if ((q.codes[i] | q.codes[i + 1] << 8) >= kInfiniteHalf) {
@@ -127,8 +129,9 @@ void encode_quantised(const QuantisedGrid& q, const Pyramid& pyramid, ChunkWrite
 VoxelGrid decode_quantised(ChunkReader& chunk, const Pyramid& pyramid, const Metadata& metadata) {
   const auto h = chunk.get<QuantisedHeader>();
   if (h.precision == 0 || h.precision != std::uint32_t(metadata.quantisation.precision)) {
-    refuse(chunk.place(), "precision " + std::to_string(h.precision) +
-                              "; expected 1, 2 or 3 (fp16, fp8, fpn), as the metadata say");
+    refuse(chunk.place(),
+           fmt::format("precision {}; expected 1, 2 or 3 (fp16, fp8, fpn), as the metadata say",
+                       h.precision));
   }
   QuantisedGrid q;
   q.how = metadata.quantisation;
@@ -136,10 +139,10 @@ VoxelGrid decode_quantised(ChunkReader& chunk, const Pyramid& pyramid, const Met
   const bool half = q.how.precision == Precision::fp16;
   const auto require_size = [&](std::uint64_t least, std::uint64_t most) {
     if (chunk.raw_bytes() >= least && chunk.raw_bytes() <= most) return;
-    refuse(chunk.place(), std::to_string(chunk.raw_bytes()) + " raw bytes; its counts of " +
-                              std::to_string(h.tiles) + " tiles and " + std::to_string(h.bricks) +
-                              " bricks take " + std::to_string(least) +
-                              (most > least ? " or more" : ""));
+    refuse(
+        chunk.place(),
+        fmt::format("{} raw bytes; its counts of {} tiles and {} bricks take {}{}",
+                    chunk.raw_bytes(), h.tiles, h.bricks, least, (most > least ? " or more" : "")));
   };
   const std::uint64_t head = head_bytes(h, half), bricks = h.bricks;
   require_size(head + code_bytes(half ? 16 : 1) * bricks, head + code_bytes(16) * bricks);

@@ -1,4 +1,6 @@
 // Reading .pvol files: header and table are checked whole before any chunk is looked at.
+#include <fmt/format.h>
+
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -66,7 +68,7 @@ std::string text(Id id) {
 }
 
 std::string expected(std::uint64_t found, std::uint64_t wanted) {
-  return std::to_string(found) + "; expected " + std::to_string(wanted);
+  return fmt::format("{}; expected {}", found, wanted);
 }
 
 FileHeader read_header(Bytes bytes, const std::string& name) {
@@ -75,25 +77,25 @@ FileHeader read_header(Bytes bytes, const std::string& name) {
     refuse(name, "does not begin as a .pvol file does");
   }
   if (bytes.size() < sizeof(FileHeader)) {
-    refuse(name, "a file of " + std::to_string(bytes.size()) + " bytes is too short for a header");
+    refuse(name, fmt::format("a file of {} bytes is too short for a header", bytes.size()));
   }
   const auto h = copy_at<FileHeader>(bytes, 0);
   if (h.version < 1 || h.reader_version < 1 || h.reader_version > h.version) {
-    refuse(name, "header: format version " + std::to_string(h.version) +
-                     " for readers of version " + std::to_string(h.reader_version) +
-                     " makes no sense");
+    refuse(name, fmt::format("header: format version {} for readers of version {} makes no sense",
+                             h.version, h.reader_version));
   }
   if (h.reader_version > kVersion) {
-    throw Error(name + ": a file of format version " + std::to_string(h.version) +
-                ", which takes a reader of version " + std::to_string(h.reader_version) +
-                "; this one knows version " + std::to_string(kVersion) + ". Use a newer pvol.");
+    throw Error(
+        fmt::format("{}: a file of format version {}, which takes a reader of version {}; this one "
+                    "knows version {}. Use a newer pvol.",
+                    name, h.version, h.reader_version, kVersion));
   }
   if (h.file_bytes != bytes.size()) {
     refuse(name, "header: file size " + expected(bytes.size(), h.file_bytes) +
                      ", so the file is truncated or has grown");
   }
   if (h.chunks > (bytes.size() - sizeof(FileHeader)) / sizeof(ChunkEntry)) {
-    refuse(name, "header: " + std::to_string(h.chunks) + " chunks do not fit into the file");
+    refuse(name, fmt::format("header: {} chunks do not fit into the file", h.chunks));
   }
   return h;
 }
@@ -122,8 +124,8 @@ void check_layout(Bytes bytes, const std::vector<ChunkEntry>& table, const std::
     const std::uint64_t start = (end + kChunkAlignment - 1) / kChunkAlignment * kChunkAlignment;
     if (e.offset != start) refuse(place, "offset " + expected(e.offset, start));
     if (start > bytes.size() || e.stored_bytes > bytes.size() - start) {
-      refuse(place, "its " + std::to_string(e.stored_bytes) + " bytes from " +
-                        std::to_string(start) + " reach past the end of the file");
+      refuse(place, fmt::format("its {} bytes from {} reach past the end of the file",
+                                e.stored_bytes, start));
     }
     const Bytes padding = bytes.subspan(end, start - end);
     if (std::any_of(padding.begin(), padding.end(), [](std::byte b) { return b != std::byte{}; })) {
@@ -154,7 +156,7 @@ class Container {
       const auto n =
           std::count_if(table_.begin(), table_.end(), [&](auto& e) { return e.id == id; });
       if (n > 1 || (n == 0 && (id == kMeta || id == kBounds))) {
-        refuse(name_, "chunk " + text(id) + " is there " + std::to_string(n) + " times");
+        refuse(name_, fmt::format("chunk {} is there {} times", text(id), n));
       }
     }
     if (has(kDensity) && has(kQuantised)) refuse(name_, "DENS and DENQ are both there");
@@ -167,8 +169,7 @@ class Container {
   template <class Decode>
   [[nodiscard]] auto decode(Id id, const Decode& decode_chunk) const {
     const ChunkEntry& e = *find(id);
-    const std::string place =
-        name_ + ": chunk " + text(id) + " at byte " + std::to_string(e.offset);
+    const std::string place = fmt::format("{}: chunk {} at byte {}", name_, text(id), e.offset);
     const Bytes stored = bytes_.subspan(e.offset, e.stored_bytes);
     if (checksum(stored) != e.checksum) refuse(place, "the checksum does not match");
     ChunkReader chunk(e, stored, place);

@@ -1,4 +1,6 @@
 // The shel chunk: a bounding shell with its certificate.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -69,14 +71,14 @@ std::vector<std::byte> encode_shell(const Shell& shell, const Pyramid& pyramid,
 Shell decode_shell(ChunkReader& chunk, const Pyramid& pyramid) {
   const auto h = chunk.get<ShellHeader>();
   if (h.kind > 1) {
-    throw Error(chunk.place() + ": a shell of the unknown kind " + std::to_string(h.kind) +
-                ". Use a newer pvol.");
+    throw Error(fmt::format("{}: a shell of the unknown kind {}. Use a newer pvol.", chunk.place(),
+                            h.kind));
   }
   const std::uint64_t expected = sizeof(ShellHeader) + sizeof(StoredQuadric) +
                                  std::uint64_t(h.perturbations) * sizeof(StoredPerturbation);
   if (h.perturbations > std::uint32_t(kMaxPerturbations) || chunk.raw_bytes() != expected) {
-    refuse(chunk.place(), std::to_string(h.perturbations) + " perturbations do not fit into " +
-                              std::to_string(chunk.raw_bytes()) + " bytes");
+    refuse(chunk.place(), fmt::format("{} perturbations do not fit into {} bytes", h.perturbations,
+                                      chunk.raw_bytes()));
   }
   Shell shell;
   shell.kind = h.kind == 1 ? ShellKind::soft : ShellKind::hard;

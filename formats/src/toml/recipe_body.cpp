@@ -1,5 +1,7 @@
 #include "toml/recipe_body.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -90,8 +92,8 @@ std::vector<Perturbation> read_perturbations(const TomlTable& table, int level =
   std::vector<Perturbation> result;
   for (const TomlTable* p : table.tables("perturbation")) {
     if (level > kDeepestTree) {
-      throw Error(p->where + ": there are more than " + std::to_string(kDeepestTree) +
-                  " levels of perturbations; expected fewer");
+      throw Error(fmt::format("{}: there are more than {} levels of perturbations; expected fewer",
+                              p->where, kDeepestTree));
     }
     p->require({"strength"});
     const Quadric quadric = read_shape(*p, Role::perturbation).quadric;
@@ -144,8 +146,9 @@ Body BodyReader::read(const TomlTable& table) {
   if (op) return placed(read_tree(table), table);
   if (use) return placed(read_used(table), table);
   if (++forms_ > kMostForms) {
-    throw Error(table.where + ": this is form " + std::to_string(forms_) + "; expected at most " +
-                std::to_string(kMostForms) + ", each use of a named body counted");
+    throw Error(
+        fmt::format("{}: this is form {}; expected at most {}, each use of a named body counted",
+                    table.where, forms_, kMostForms));
   }
   return placed(read_form(table), table);
 }
@@ -166,7 +169,7 @@ Body BodyReader::read_used(const TomlTable& table) {
     table.fail("use", "a body that is not made of this one");
   }
   if (open_.size() >= std::size_t(kDeepestTree)) {
-    table.fail("use", "at most " + std::to_string(kDeepestTree) + " bodies that use one another");
+    table.fail("use", fmt::format("at most {} bodies that use one another", kDeepestTree));
   }
   if (const auto known = done_.find(name); known != done_.end()) {
     forms_ += count_forms(known->second);
@@ -176,8 +179,8 @@ Body BodyReader::read_used(const TomlTable& table) {
     open_.pop_back();
   }
   if (forms_ > kMostForms) {
-    table.fail("use", "at most " + std::to_string(kMostForms) +
-                          " forms in all, each use of a named body counted");
+    table.fail("use", fmt::format("at most {} forms in all, each use of a named body counted",
+                                  kMostForms));
   }
   return done_[name];
 }

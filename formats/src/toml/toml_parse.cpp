@@ -1,4 +1,6 @@
 // From toml++'s nodes to ours; the only file that sees toml++.
+#include <fmt/format.h>
+
 #include <toml++/toml.h>
 #include <algorithm>
 #include <fstream>
@@ -32,7 +34,7 @@ TomlValue convert(const toml::node& node, std::string name, const std::string& o
     } else if constexpr (toml::is_array<Node>) {
       TomlArray items;
       for (const toml::node& item : v) {
-        const std::string item_name = value.name + "[" + std::to_string(items.size() + 1) + "]";
+        const std::string item_name = fmt::format("{}[{}]", value.name, items.size() + 1);
         items.push_back(convert(item, item_name, value.where, place));
       }
       value.value = std::move(items);
@@ -129,8 +131,7 @@ TomlTable& section(TomlTable& table, const std::string& key, const std::string& 
 TomlTable parse_toml(std::string_view text, const std::string& source) {
   const Place place = [&](const toml::source_region& region, const std::string& outer) {
     if (region.begin.line == 0) return outer;
-    return source + ":" + std::to_string(region.begin.line) + ":" +
-           std::to_string(region.begin.column);
+    return fmt::format("{}:{}:{}", source, region.begin.line, region.begin.column);
   };
   try {
     return convert_table(toml::parse(text), "", source, place);

@@ -2,6 +2,8 @@
 // every offset is checked before it is followed, sizes are checked before memory is taken, and the
 // values are copied into bricks of our own. NanoVDB's headers give the layout of its nodes, nothing
 // else.
+#include <fmt/format.h>
+
 #include <nanovdb/NanoVDB.h>
 #include <zlib.h>
 
@@ -50,8 +52,7 @@ class TreeCopy {
       }
     }
     if (tree.mVoxelCount != 0 && counts_.active != tree.mVoxelCount) {
-      memory_.fail(std::to_string(counts_.active) + " active voxels instead of " +
-                   std::to_string(tree.mVoxelCount));
+      memory_.fail(fmt::format("{} active voxels instead of {}", counts_.active, tree.mVoxelCount));
     }
     if (background_ > 0 && mirrored_) {
       throw Error(memory_.where +

@@ -1,5 +1,7 @@
 #include "vdb/nvdb_file.h"
 
+#include <fmt/format.h>
+
 #include <blosc.h>
 #include <zlib.h>
 
@@ -57,10 +59,10 @@ void check_start(ByteSource& source) {
 void check_version(const ByteCursor& cursor, std::uint32_t version) {
   const std::uint32_t major = version >> 21, minor = version >> 10 & 0x7ff;
   if (major == kMajorVersion) return;
-  cursor.fail("NanoVDB version " + std::to_string(major) + "." + std::to_string(minor) + ", but " +
-              std::to_string(kMajorVersion) +
-              " is expected; write the file again with a current NanoVDB, or convert the original "
-              ".vdb file");
+  cursor.fail(
+      fmt::format("NanoVDB version {}.{}, but {} is expected; write the file again with a current "
+                  "NanoVDB, or convert the original .vdb file",
+                  major, minor, kMajorVersion));
 }
 
 NvdbGrid take_entry(ByteCursor& cursor, std::uint16_t segment_codec) {
@@ -88,10 +90,9 @@ void check_size(const ByteCursor& cursor, const NvdbGrid& e) {
   const bool fits =
       e.codec == kPlain ? e.size == stored : e.size / kBestRatio[e.codec] <= stored && e.size > 0;
   if (fits && stored <= cursor.left()) return;
-  cursor.fail("a grid of " + std::to_string(e.size) + " bytes, stored in " +
-              std::to_string(stored) + ", of which " +
-              std::to_string(std::min(stored, cursor.left())) +
-              " are there; the file is damaged or cut off");
+  cursor.fail(fmt::format(
+      "a grid of {} bytes, stored in {}, of which {} are there; the file is damaged or cut off",
+      e.size, stored, std::min(stored, cursor.left())));
 }
 
 /// Grids that share a name get an index, as OpenVDB does it.
@@ -101,7 +102,7 @@ void number_names(std::vector<NvdbGrid>& entries) {
   for (NvdbGrid& e : entries) {
     e.name = e.base;
     if (count[e.base] == 1 && !e.base.empty()) continue;
-    e.name.append("[").append(std::to_string(next[e.base]++)).append("]");
+    e.name.append("[").append(fmt::to_string(next[e.base]++)).append("]");
   }
 }
 
@@ -112,7 +113,7 @@ void decode_blosc(ByteCursor& cursor, NvdbMemory& memory) {
     const auto size = cursor.value<std::uint64_t>();
     const std::uint64_t plain = std::min(kBloscPiece, memory.size - done);
     if (size > cursor.left() || size < BLOSC_MIN_HEADER_LENGTH) {
-      memory.fail("a compressed piece of " + std::to_string(size) + " bytes");
+      memory.fail(fmt::format("a compressed piece of {} bytes", size));
     }
     std::vector<char> packed(size);
     cursor.copy(packed.data(), size);
@@ -127,7 +128,7 @@ void decode_blosc(ByteCursor& cursor, NvdbMemory& memory) {
 
 void decode_zip(ByteCursor& cursor, NvdbMemory& memory) {
   const auto size = cursor.value<std::uint64_t>();
-  if (size > cursor.left()) memory.fail("compressed data of " + std::to_string(size) + " bytes");
+  if (size > cursor.left()) memory.fail(fmt::format("compressed data of {} bytes", size));
   std::vector<Bytef> packed(size);
   cursor.copy(reinterpret_cast<char*>(packed.data()), size);
   uLongf plain = memory.size;
@@ -151,7 +152,7 @@ std::string nvdb_type(GridType type) {
       "unknown", "float", "double", "int16", "int32", "int64", "vec3s", "vec3d", "mask",  "half",
       "uint32",  "bool",  "rgba8",  "fp4",   "fp8",   "fp16",  "fpN",   "vec4s", "vec4d", "index"};
   const auto i = std::size_t(type);
-  return i < std::size(kNames) ? kNames[i] : "type " + std::to_string(i);
+  return i < std::size(kNames) ? kNames[i] : fmt::format("type {}", i);
 }
 
 std::vector<GridChoice> choices(const std::vector<NvdbGrid>& grids) {

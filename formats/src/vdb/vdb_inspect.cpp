@@ -1,5 +1,7 @@
 #include "vdb/vdb_inspect.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <string_view>
 
@@ -46,24 +48,26 @@ void check_magic(ByteSource& source) {
     throw Error(where + " is not a .vdb file: it does not begin with the bytes ' BDV'");
   }
   if (source.size() < kHeaderBytes) {
-    throw Error(where + " is cut off: it has " + std::to_string(source.size()) +
-                " bytes, less than the header of a .vdb file; copy or download it again");
+    throw Error(
+        fmt::format("{} is cut off: it has {} bytes, less than the header of a .vdb file; copy or "
+                    "download it again",
+                    where, source.size()));
   }
 }
 
 void check_version(const ByteCursor& cursor, const VdbFile& file) {
-  const std::string version = std::to_string(file.version);
+  const std::string version = fmt::to_string(file.version);
   if (file.version > kNewestVdb) {
-    cursor.fail("format version " + version + " (OpenVDB " + std::to_string(file.library_major) +
-                "." + std::to_string(file.library_minor) + "), but versions up to " +
-                std::to_string(kNewestVdb) +
-                " can be read; write it again with OpenVDB 12 or older");
+    cursor.fail(
+        fmt::format("format version {} (OpenVDB {}.{}), but versions up to {} can be read; write "
+                    "it again with OpenVDB 12 or older",
+                    version, file.library_major, file.library_minor, kNewestVdb));
   }
   if (file.version < kOldestVdb) {
     cursor.fail(
-        "format version " + version + ", but versions from " + std::to_string(kOldestVdb) +
-        " (OpenVDB 1.1) can be read; the file is damaged, or load and save it with a current"
-        " OpenVDB tool");
+        fmt::format("format version {}, but versions from {} (OpenVDB 1.1) can be read; the file "
+                    "is damaged, or load and save it with a current OpenVDB tool",
+                    version, kOldestVdb));
   }
 }
 
@@ -130,8 +134,7 @@ void take_names(ByteCursor& cursor, VdbGrid& grid) {
 void take_head(ByteCursor& cursor, VdbGrid& grid) {
   grid.compression = cursor.value<std::uint32_t>();
   if (grid.compression > (kVdbZip | kVdbActiveMask | kVdbBlosc)) {
-    cursor.fail("unknown compression " + std::to_string(grid.compression) +
-                "; the file is damaged");
+    cursor.fail(fmt::format("unknown compression {}; the file is damaged", grid.compression));
   }
   take_metadata(cursor, &grid);
   grid.map_bytes.begin = cursor.position();
@@ -149,15 +152,16 @@ std::uint64_t take_grid(ByteSource& source, std::uint64_t begin, VdbGrid& grid) 
   const auto values = cursor.value<std::uint64_t>();
   const auto end = cursor.value<std::uint64_t>();
   if (end > source.size() && end < std::uint64_t(1) << 62) {
-    throw Error(source.file().string() + ": " + label(grid) + " ends at byte " +
-                std::to_string(end) + ", but the file has " + std::to_string(source.size()) +
-                " bytes: it is cut off or damaged; copy or download it again");
+    throw Error(
+        fmt::format("{}: {} ends at byte {}, but the file has {} bytes: it is cut off or damaged; "
+                    "copy or download it again",
+                    source.file().string(), label(grid), end, source.size()));
   }
   const bool own = grid.parent.empty();
   if (head != cursor.position() || end < head || end > source.size() ||
       (own && (values < head || values > end))) {
-    cursor.fail("offsets " + std::to_string(head) + ", " + std::to_string(values) + ", " +
-                std::to_string(end) + " are out of order; the file is damaged");
+    cursor.fail(
+        fmt::format("offsets {}, {}, {} are out of order; the file is damaged", head, values, end));
   }
   ByteCursor body(source, {head, end}, label(grid));
   take_head(body, grid);
@@ -198,8 +202,8 @@ VdbFile inspect_vdb(ByteSource& source) {
   constexpr std::uint64_t kSmallestGrid = 48;  // descriptor, compression, number of metadata
   if (count == 0) cursor.fail("the file holds no grids");
   if (count > cursor.left() / kSmallestGrid) {
-    cursor.fail(std::to_string(count) + " grids in " + std::to_string(cursor.left()) +
-                " bytes; the file is damaged or cut off");
+    cursor.fail(
+        fmt::format("{} grids in {} bytes; the file is damaged or cut off", count, cursor.left()));
   }
   std::uint64_t position = cursor.position();
   file.grids.resize(count);
@@ -208,8 +212,8 @@ VdbFile inspect_vdb(ByteSource& source) {
                            : take_streamed_grid(source, position, grid);
   }
   if (position < source.size()) {
-    file.warnings.push_back(std::to_string(source.size() - position) +
-                            " bytes follow the last grid; they are ignored");
+    file.warnings.push_back(
+        fmt::format("{} bytes follow the last grid; they are ignored", source.size() - position));
   }
   return file;
 }

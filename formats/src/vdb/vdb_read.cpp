@@ -1,6 +1,8 @@
 // Density grids through OpenVDB. The file is inspected first; OpenVDB then reads, as a stream with
 // one grid, a header made here and the checked bytes of that grid's map and tree. So no other grid
 // costs memory, and no metadata or offset of the file reaches OpenVDB.
+#include <fmt/format.h>
+
 #include <openvdb/openvdb.h>
 
 #include <oneapi/tbb/blocked_range.h>
@@ -130,8 +132,8 @@ openvdb::GridBase::Ptr load(ByteSource& source, const VdbFile& file, const VdbGr
   const std::string where =
       source.file().string() + ": grid '" + detail::printable(grid.name) + "': ";
   if (size.end != owner.tree.end) {
-    throw Error(where + "ends at byte " + std::to_string(size.end) + " instead of " +
-                std::to_string(owner.tree.end) + "; the file is damaged");
+    throw Error(fmt::format("{}ends at byte {} instead of {}; the file is damaged", where, size.end,
+                            owner.tree.end));
   }
   try {
     detail::start_openvdb();
@@ -287,12 +289,10 @@ LoadedGrid read_vdb(const std::filesystem::path& path, const GridOptions& option
   Found found = add_tiles(*tree, grid);
   found += add_bricks(*tree, grid);
   if (tree->background() > 0 && found.mirrored > 0) {
-    throw Error(path.string() + ": grid '" + detail::printable(chosen.name) +
-                "' is a level set though it does not say so: its empty space holds " +
-                std::to_string(tree->background()) +
-                " outside and minus that inside; convert it to "
-                "a fog volume first; the file has: " +
-                list_grids(list));
+    throw Error(fmt::format(
+        "{}: grid '{}' is a level set though it does not say so: its empty space holds {:f} "
+        "outside and minus that inside; convert it to a fog volume first; the file has: {}",
+        path.string(), detail::printable(chosen.name), tree->background(), list_grids(list)));
   }
   sort(grid);
   grid.owner = tree;

@@ -1,6 +1,8 @@
 // The structure of a VDB tree of 5-4-3 layout in a file. Topology first, depth first: the root's
 // tiles and children, then for each internal node its child mask, value mask and values, then its
 // children; a leaf is its mask alone. The values of all leaves follow, each with its mask again.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <map>
@@ -87,8 +89,8 @@ void TreeWalk::payload(std::size_t count) {
   if (size <= 0) {
     // Minus the size of an array that did not get smaller.
     if (0 - std::uint64_t(size) != expected) {
-      cursor.fail("an array of a wrong size (" + std::to_string(size) + " instead of -" +
-                  std::to_string(expected) + "); the file is damaged");
+      cursor.fail(fmt::format("an array of a wrong size ({} instead of -{}); the file is damaged",
+                              size, expected));
     }
     return cursor.skip(expected);
   }
@@ -110,8 +112,8 @@ void TreeWalk::values(std::size_t active, std::size_t entries) {
   const auto mode = cursor.value<std::uint8_t>();
   constexpr std::uint8_t kOneInactive = 2, kMask = 3, kMaskAndOne = 4, kMaskAndTwo = 5, kAll = 6;
   if (mode > kAll) {
-    cursor.fail("inactive values stored in an unknown way (" + std::to_string(mode) +
-                "); the file is damaged");
+    cursor.fail(
+        fmt::format("inactive values stored in an unknown way ({}); the file is damaged", mode));
   }
   if (mode == kOneInactive || mode == kMaskAndOne) cursor.skip(layout.bytes);
   if (mode == kMaskAndTwo) cursor.skip(2 * layout.bytes);
@@ -186,13 +188,14 @@ VdbTreeSize check_vdb_tree(ByteSource& source, const VdbGrid& grid, std::uint64_
   }
   walk.root();
   if (grid.values && cursor.position() != *grid.values) {
-    cursor.fail("the tree ends here, but its values begin at byte " + std::to_string(*grid.values) +
-                "; the file is damaged");
+    cursor.fail(fmt::format(
+        "the tree ends here, but its values begin at byte {}; the file is damaged", *grid.values));
   }
   walk.all_leaf_values();
   if (grid.voxel_count && walk.active_voxels != *grid.voxel_count) {
-    cursor.fail(std::to_string(walk.active_voxels) + " active voxels instead of " +
-                std::to_string(*grid.voxel_count) + ", as its metadata say; the file is damaged");
+    cursor.fail(
+        fmt::format("{} active voxels instead of {}, as its metadata say; the file is damaged",
+                    walk.active_voxels, *grid.voxel_count));
   }
   return {cursor.position(), walk.active_voxels};
 }

@@ -1,10 +1,10 @@
 // Fog volumes to OpenVDB files.
+#include <fmt/format.h>
 #include <openvdb/io/io.h>
 #include <openvdb/openvdb.h>
 #include <xxhash.h>
 
 #include <array>
-#include <cstdio>
 #include <fstream>
 #include <sstream>
 #include <string_view>
@@ -98,14 +98,12 @@ void set_uuid(const std::filesystem::path& file) {
   }
   const XXH128_hash_t hash = XXH3_128bits_digest(state);
   XXH3_freeState(state);
-  std::array<char, 37> uuid = {};
-  std::snprintf(uuid.data(), uuid.size(), "%08x-%04x-%04x-%04x-%012llx",
-                unsigned(hash.high64 >> 32), unsigned(hash.high64 >> 16 & 0xffff),
-                unsigned(hash.high64 & 0xffff), unsigned(hash.low64 >> 48),
-                static_cast<unsigned long long>(hash.low64 & 0xffffffffffffu));
+  const std::string uuid = fmt::format("{:08x}-{:04x}-{:04x}-{:04x}-{:012x}", hash.high64 >> 32,
+                                       hash.high64 >> 16 & 0xffff, hash.high64 & 0xffff,
+                                       hash.low64 >> 48, hash.low64 & 0xffffffffffffu);
   stream.clear();
   stream.seekp(kUuidOffset);
-  stream.write(uuid.data(), 36);
+  stream.write(uuid.data(), std::streamsize(uuid.size()));
   if (!stream.flush()) throw Error("cannot write " + file.string());
 }
 

@@ -125,7 +125,11 @@ Value parse_one(const Limits& l, std::string_view text) {
   if (l.shape == Shape::flag && text == "on") return true;
   if (l.shape == Shape::flag && text == "off") return false;
   if (has_word(l, std::string(text))) return std::string(text);
-  if (l.shape == Shape::whole || l.shape == Shape::number) return parse_number(text);
+  if (l.shape == Shape::whole) return parse_number(text);
+  if (l.shape == Shape::number) {
+    const Value value = parse_number(text);
+    return value.number() ? Value(*value.number()) : value;
+  }
   return std::string(text);
 }
 
