@@ -10,7 +10,8 @@ import tempfile
 
 LIBRARY = ["math", "form", "density", "bounds", "field", "shell", "track", "volume", "render",
            "measure"]
-DOORS = {"pvol/error.h": "math", "pvol/version.h": "math", "pvol/embed.h": "volume"}
+DOORS = {"pvol/error.h": "math", "pvol/version.h": "math", "pvol/embed.h": "volume",
+         "pvol/trackers.h": "volume"}
 TOOLS = ["cli", "report", "stats"]
 FORMATS = ["file", "image", "toml", "vdb", "pvol"]
 # What the library is built from: the standard library, oneTBB and nothing else.
@@ -105,6 +106,8 @@ PLANTED = {
     "libpvol/include/pvol/math/box.h": "pvol/form/quadric.h",
     "libpvol/src/shell/fit/adam.h": "volume/placement.h",
     "libpvol/include/pvol/embed.h": "pvol/render/scene.h",
+    "libpvol/include/pvol/trackers.h": "pvol/render/film.h",
+    "libpvol/include/pvol/track/field.h": "pvol/trackers.h",
     "libpvol/src/render/lights.cpp": "pvol/formats/image.h",
     "libpvol/src/density/noise.cpp": "<openvdb/openvdb.h>",
     "libpvol/src/stray.cpp": "pvol/math/vec.h",

@@ -1,4 +1,6 @@
 // pvol-convert: clouds and their bounds from one file format into another.
+#include <fmt/format.h>
+
 #include <iostream>
 
 #include "cli/cli_app.h"
@@ -72,15 +74,16 @@ void check_pair(const Options& o) {
   const std::string from = formats::ending(o.input), to = formats::ending(o.output);
   const bool readable = from == ".toml" || from == ".nvdb" || from == ".pvol" || from == ".vdb";
   if (!(readable && to == ".vdb") && !(from == ".pvol" && shows_shell(o))) {
-    throw cli::UsageError(o.input.string() + ": there is no conversion from '" + from + "' to '" +
-                          to +
-                          "'; there are: .toml (a recipe), .nvdb, .pvol and .vdb to .vdb, and "
-                          ".pvol to .ply, .obj and .png. pvol-fit makes .pvol files.");
+    throw cli::UsageError(fmt::format(
+        "{}: there is no conversion from '{}' to '{}'; there are: .toml (a recipe), .nvdb, .pvol "
+        "and .vdb to .vdb, and .pvol to .ply, .obj and .png. pvol-fit makes .pvol files.",
+        o.input.string(), from, to));
   }
   cli::check_output(o.output, {".vdb", ".ply", ".obj", ".png"});
   if (cli::same_file(o.input, o.output)) {
-    throw cli::UsageError("input and output are the same file, " + o.input.string() +
-                          "; choose another name for the output");
+    throw cli::UsageError(
+        fmt::format("input and output are the same file, {}; choose another name for the output",
+                    o.input.string()));
   }
 }
 
@@ -97,17 +100,17 @@ void report(const Options& o, const formats::GridReport& r,
     j["warnings"] = r.warnings;
     std::cout << cli::to_text(j);
   } else if (!o.common.quiet) {
-    std::cout << "wrote " << o.output.string() << ", "
-              << cli::readable_bytes(std::filesystem::file_size(o.output))
-              << (grids.empty() ? "" : ":");
-    for (const VoxelGrid* g : grids) std::cout << ' ' << g->name;
-    std::cout << '\n';
+    std::string names = grids.empty() ? "" : ":";
+    for (const VoxelGrid* g : grids) names += ' ' + g->name;
+    std::cout << fmt::format("wrote {}, {}{}\n", o.output.string(),
+                             cli::readable_bytes(std::filesystem::file_size(o.output)), names);
   }
 }
 
 const Shell& require_shell(const Options& o, const std::optional<Shell>& shell) {
   if (shell) return *shell;
-  throw Error(o.input.string() + ": holds no shell; make one with pvol-fit --shells auto");
+  throw Error(
+      fmt::format("{}: holds no shell; make one with pvol-fit --shells auto", o.input.string()));
 }
 
 /// Slices show the density as well; a mesh needs the shell alone.

@@ -1,4 +1,5 @@
 // pvol-fit: a cloud in, a .pvol file with its bounds out.
+#include <fmt/format.h>
 #include <tbb/global_control.h>
 
 #include <iostream>
@@ -44,11 +45,7 @@ struct Options {
   int threads = 0;
 };
 
-std::optional<int> read_command_line(int argc, char** argv, Options& o) {
-  CLI::App app{"Fits bounds to a cloud and writes them, with its density, to a .pvol file.",
-               "pvol-fit"};
-  cli::add_common(app, kExamples);
-  cli::add_quiet(app, o.common);
+void add_files(CLI::App& app, Options& o) {
   app.add_option("INPUT", o.input, "The cloud: .vdb, .nvdb, or a recipe (.toml)")
       ->type_name("")
       ->required();
@@ -57,6 +54,9 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
                  "Grid of a .vdb or .nvdb file; a name that occurs several times takes an index, "
                  "\"density[1]\" [density, else the only float grid]")
       ->type_name("NAME");
+}
+
+void add_density(CLI::App& app, Options& o) {
   app.add_option("--density", o.density,
                  "fp32: the file holds every sample, exactly, and works alone; for large clouds it "
                  "is about as large as the source. fp16: halves, fp8: 8 bits of the range of each "
@@ -71,6 +71,9 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
                  "0.00001 to 1 [0.01]")
       ->type_name("X")
       ->check(cli::fits(number(kToleranceRange)));
+}
+
+void add_bounds(CLI::App& app, Options& o) {
   app.add_option("--micro-bounds", o.micro_bounds,
                  "Store bounds of cubes of 2^3 voxels, which save look-ups in fields that miss the "
                  "cache and are else built at load. Those of single voxels are nearly as large as "
@@ -85,6 +88,9 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
          "holds for all three and pvol-render --interpolation tricubic needs [trilinear]")
       ->type_name("trilinear|tricubic")
       ->check(cli::one_of({name(LookUp::trilinear), name(LookUp::tricubic)}));
+}
+
+void add_shells(CLI::App& app, Options& o) {
   app.add_option(
          "--shells", o.shells,
          "Fit a bounding shell of that many perturbations, 0 to 64 (soft: 32), or of the number "
@@ -105,6 +111,17 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
       "--check", o.check,
       "Check the shell with CGAL in exact arithmetic, independently of its certificate, and "
       "report distances; a shell that fails is not written");
+}
+
+std::optional<int> read_command_line(int argc, char** argv, Options& o) {
+  CLI::App app{"Fits bounds to a cloud and writes them, with its density, to a .pvol file.",
+               "pvol-fit"};
+  cli::add_common(app, kExamples);
+  cli::add_quiet(app, o.common);
+  add_files(app, o);
+  add_density(app, o);
+  add_bounds(app, o);
+  add_shells(app, o);
   app.add_flag(
       "--closed-form", o.closed_form,
       "Bound a recipe by its formulas, without sampling it. Bounds are looser, and the density "
@@ -143,7 +160,7 @@ formats::Metadata describe_source(const Options& o, const Fit& f) {
                {"interpolation", formats::name(f.file.pyramid.look_up)},
                {"shells", o.shells},
                {"shell_kind", o.shell_kind},
-               {"shell_effort", std::to_string(o.shell_effort)}};
+               {"shell_effort", fmt::to_string(o.shell_effort)}};
   m.written_by = "pvol-fit " PVOL_VERSION;
   return m;
 }
@@ -213,46 +230,54 @@ std::uint64_t count_nodes(const Pyramid& p) {
   return n;
 }
 
+std::size_t count_leaves(const Pyramid& p) { return p.empty() ? 0 : p.levels[0].size(); }
+std::size_t depth(const Pyramid& p) { return p.empty() ? 0 : p.levels.size() - 1; }
 Vec3l extent(const Pyramid& p) { return p.empty() ? Vec3l{} : p.support_hi - p.support_lo; }
 Vec3d extent_world(const Fit& f) {
   if (f.file.pyramid.empty()) return {};
   return transform(f.loaded.grid.index_to_world, f.file.pyramid.support()).extent();
 }
 
+/// How far samples are off the exact ones.
+std::string error_text(const QuantisationError& e) {
+  if (e.absolute == 0) return ", exact for this cloud";
+  return fmt::format(", biased: samples are off by up to {}, their sum by {} %",
+                     cli::readable(e.absolute), cli::readable(100 * e.mass));
+}
+
 void report_text(const Options& o, const Fit& f) {
   using namespace cli;
   const Pyramid& p = f.file.pyramid;
   const formats::GridReport& r = f.loaded.report;
+  const formats::PvolSizes& bytes = f.bytes;
   const Vec3l cells = extent(p);
   const Vec3d world = extent_world(f);
-  const std::size_t leaves = p.empty() ? 0 : p.levels[0].size();
-  std::cout << "grid    " << r.grid << " (" << r.type << "), ";
-  if (!o.closed_form) std::cout << readable_count(r.active) << " active voxels, ";
-  std::cout << "largest density " << readable(double(o.closed_form ? p.scale : r.largest)) << '\n'
-            << "support " << cells.x << " x " << cells.y << " x " << cells.z << " voxels, "
-            << readable(world.x) << " x " << readable(world.y) << " x " << readable(world.z)
-            << " world units\n"
-            << "bounds  " << readable_count(leaves) << " leaves of 8^3 voxels, "
-            << readable_count(count_nodes(p)) << " nodes, octree depth "
-            << (p.empty() ? 0 : p.levels.size() - 1) << '\n';
+  std::cout << fmt::format(
+      "grid    {} ({}), {}largest density {}\n", r.grid, r.type,
+      o.closed_form ? "" : fmt::format("{} active voxels, ", readable_count(r.active)),
+      readable(double(o.closed_form ? p.scale : r.largest)));
+  std::cout << fmt::format("support {} x {} x {} voxels, {} x {} x {} world units\n", cells.x,
+                           cells.y, cells.z, readable(world.x), readable(world.y),
+                           readable(world.z));
+  std::cout << fmt::format("bounds  {} leaves of 8^3 voxels, {} nodes, octree depth {}\n",
+                           readable_count(count_leaves(p)), readable_count(count_nodes(p)),
+                           depth(p));
   if (f.file.codes) {
-    const QuantisationError& e = f.file.codes->error;
-    std::cout << "density " << o.density
-              << (e.absolute == 0 ? ", exact for this cloud\n"
-                                  : ", biased: samples are off by up to " + readable(e.absolute) +
-                                        ", their sum by " + readable(100 * e.mass) + " %\n");
+    std::cout << fmt::format("density {}{}\n", o.density, error_text(f.file.codes->error));
   }
-  if (f.file.shell) print_shell(std::cout, *f.file.shell, f.bytes.shell, "shell   ");
-  std::cout << f.check << "bytes   " << readable_bytes(f.bytes.total) << ": bounds "
-            << readable_bytes(f.bytes.bounds) << ", micro-bounds " << readable_bytes(f.bytes.micro)
-            << ", shell " << readable_bytes(f.bytes.shell) << ", density "
-            << readable_bytes(f.bytes.density) << ", header and metadata "
-            << readable_bytes(f.bytes.header + f.bytes.metadata) << "; the source has "
-            << readable_bytes(f.source_bytes) << '\n'
-            << "time    read " << readable_seconds(f.read_seconds) << ", bounds "
-            << readable_seconds(f.bounds_seconds) << ", shell " << readable_seconds(f.shell_seconds)
-            << ", write " << readable_seconds(f.write_seconds) << '\n'
-            << "wrote   " << o.output.string() << '\n';
+  if (f.file.shell) print_shell(std::cout, *f.file.shell, bytes.shell, "shell   ");
+  std::cout << f.check
+            << fmt::format(
+                   "bytes   {}: bounds {}, micro-bounds {}, shell {}, density {}, "
+                   "header and metadata {}; the source has {}\n",
+                   readable_bytes(bytes.total), readable_bytes(bytes.bounds),
+                   readable_bytes(bytes.micro), readable_bytes(bytes.shell),
+                   readable_bytes(bytes.density), readable_bytes(bytes.header + bytes.metadata),
+                   readable_bytes(f.source_bytes))
+            << fmt::format("time    read {}, bounds {}, shell {}, write {}\n",
+                           readable_seconds(f.read_seconds), readable_seconds(f.bounds_seconds),
+                           readable_seconds(f.shell_seconds), readable_seconds(f.write_seconds))
+            << fmt::format("wrote   {}\n", o.output.string());
 }
 
 void report_json(const Options& o, const Fit& f) {
@@ -271,9 +296,7 @@ void report_json(const Options& o, const Fit& f) {
                {"largest", o.closed_form ? p.scale : r.largest}};
   j["support_voxels"] = {cells.x, cells.y, cells.z};
   j["support_world"] = {world.x, world.y, world.z};
-  j["bounds"] = {{"leaves", p.empty() ? 0 : p.levels[0].size()},
-                 {"nodes", count_nodes(p)},
-                 {"depth", p.empty() ? 0 : p.levels.size() - 1}};
+  j["bounds"] = {{"leaves", count_leaves(p)}, {"nodes", count_nodes(p)}, {"depth", depth(p)}};
   j["density"] = {{"precision", o.closed_form ? "reference" : o.density}};
   if (f.file.codes) {
     const QuantisationError& e = f.file.codes->error;
@@ -315,12 +338,13 @@ void check_density(const Options& o) {
 int run(const Options& o) {
   const std::string kind = formats::ending(o.input);
   if (kind != ".vdb" && kind != ".nvdb" && kind != ".toml") {
-    throw cli::UsageError("the input " + o.input.string() + " ends in '" + kind +
-                          "', expected .vdb, .nvdb or .toml (a recipe)");
+    throw cli::UsageError(
+        fmt::format("the input {} ends in '{}', expected .vdb, .nvdb or .toml (a recipe)",
+                    o.input.string(), kind));
   }
   if (o.closed_form && kind != ".toml") {
-    throw cli::UsageError("--closed-form is for recipes (.toml); " + o.input.string() +
-                          " holds samples");
+    throw cli::UsageError(
+        fmt::format("--closed-form is for recipes (.toml); {} holds samples", o.input.string()));
   }
   check_density(o);
   if (o.closed_form && !o.grid.grid.empty()) {
@@ -333,8 +357,8 @@ int run(const Options& o) {
   }
   if (o.shell_kind == "soft" && o.shells != "none" && o.shells != "auto" &&
       std::stoi(o.shells) > kMaxSoftPerturbations) {
-    throw cli::UsageError("--shells " + o.shells + ": a soft shell has at most " +
-                          std::to_string(kMaxSoftPerturbations) + " perturbations");
+    throw cli::UsageError(fmt::format("--shells {}: a soft shell has at most {} perturbations",
+                                      o.shells, kMaxSoftPerturbations));
   }
   if (o.check && !cli::can_check_shells()) {
     throw cli::UsageError("this pvol was built without CGAL, which --check needs");
@@ -351,8 +375,9 @@ int run(const Options& o) {
   const Fit f = fit(o);
   cli::print_warnings("pvol-fit", f.loaded.report.warnings);
   if (f.file.pyramid.empty()) {
-    cli::print_warnings("pvol-fit",
-                        {o.input.string() + ": the density is 0 everywhere; nothing will be seen"});
+    cli::print_warnings(
+        "pvol-fit",
+        {fmt::format("{}: the density is 0 everywhere; nothing will be seen", o.input.string())});
   }
   if (o.json) {
     report_json(o, f);

@@ -9,6 +9,7 @@
 #include "cli/load_scene.h"
 #include "cli/render_options.h"
 #include "cli/render_report.h"
+#include "pvol/bounds/homogenise.h"
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"

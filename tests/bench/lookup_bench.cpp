@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "pvol/formats/cloud.h"
-#include "pvol/render/scene_volume.h"
+#include "pvol/math/direction.h"
 #include "pvol/track/flight.h"
 #include "pvol/volume/facts.h"
 #include "pvol/volume/phase.h"
@@ -172,13 +172,10 @@ int run_all(int argc, char** argv) {
   }
   Bench b;
   b.cloud = formats::load_cloud(argv[1]);
-  Scene scene;
-  scene.medium.extinction = 1;
-  b.volume = make_volume(b.cloud.grid, b.cloud.pyramid, scene);
-  const VolumeFacts facts = describe(b.volume, b.cloud.grid, scene.medium);
-  scene.medium.extinction = 64 / facts.mean_optical_thickness[0];
-  b.volume = make_volume(b.cloud.grid, b.cloud.pyramid, scene);
-  b.nano = make_nano(b.cloud.grid);
+  const VolumeFacts of_unit = describe(b.cloud.grid(), 1, {});
+  const Medium medium{.extinction = 64 / of_unit.mean_optical_thickness[0]};
+  b.volume = make_volume(b.cloud.grid(), b.cloud.pyramid, medium, {});
+  b.nano = make_nano(b.cloud.grid());
   find_places(b, 1 << 20);
 
   add_lookups(b, "along_paths", b.coherent);

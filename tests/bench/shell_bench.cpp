@@ -14,19 +14,21 @@
 #include <functional>
 #include <memory>
 #include <numbers>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "pvol/formats/cloud.h"
 #include "pvol/math/rng.h"
+#include "pvol/render/plan.h"
 #include "pvol/render/render.h"
 #include "pvol/render/scene_volume.h"
-#include "pvol/render/shell_choice.h"
 #include "pvol/shell/costs.h"
 #include "pvol/shell/fit_shell.h"
 #include "pvol/shell/ray_shell.h"
 #include "pvol/shell/recipe_support.h"
 #include "pvol/shell/tightness.h"
+#include "pvol/volume/facts.h"
 
 namespace {
 
@@ -181,51 +183,63 @@ std::function<std::size_t()> counter(const std::vector<Ray>& lines, const Box& b
   };
 }
 
+Method box_method(const std::vector<Ray>& lines, const Box& box, double cells) {
+  return {"box", 24, box.extent().x * box.extent().y * box.extent().z / cells,
+          counter(lines, box, [](const Ray&, const Span&) { return true; })};
+}
+
+Method boxes_method(const std::vector<Ray>& lines, const Box& box, const Support& support,
+                    Vec3l origin, std::size_t count) {
+  std::vector<CellBox> boxes = split_into_boxes(support, count);
+  double sum = 0;
+  for (CellBox& b : boxes) {
+    sum += b.volume();
+    b.lo -= origin;
+    b.hi -= origin;
+  }
+  const auto set = std::make_shared<BoxSet>(boxes);
+  return {std::to_string(boxes.size()) + " boxes", 24 * boxes.size(), sum / double(support.cells),
+          counter(lines, box, [set](const Ray& r, const Span&) { return set->hit(r); })};
+}
+
+Method octree_method(const std::vector<Ray>& lines, const Box& box, const Octree& tree) {
+  return {"octree",
+          tree.nodes.size() * sizeof(Octree::Node) + tree.entries.size() * sizeof(Octree::Entry), 0,
+          counter(lines, box, [&](const Ray& r, const Span& s) {
+            Walk walk(tree, make_cursor(tree, r.at(s.t0)), lanes(Vec3f(r.d)));
+            return walk.next().has_value();
+          })};
+}
+
+/// Whether a ray misses the shell, and the spans in it.
+void add_shell_methods(const std::vector<Ray>& lines, const Box& box, const Shell& shell,
+                       Vec3l origin, std::vector<Method>& methods) {
+  const std::size_t k = shell.form.perturbations.size();
+  const auto rays = std::make_shared<RayShell>(shell, origin);
+  const std::string kind = shell.kind == ShellKind::hard ? "hard" : "soft";
+  methods.push_back(
+      {kind + " shell K=" + std::to_string(k), 88 + 44 * k, shell.tightness.volume_ratio,
+       counter(lines, box,
+               [rays](const Ray& r, const Span& s) { return !rays->misses(r, s.t0, s.t1); })});
+  methods.push_back(
+      {"  its spans", 88 + 44 * k, shell.tightness.volume_ratio,
+       counter(lines, box,
+               [rays, spans = std::vector<Span>()](const Ray& r, const Span& s) mutable {
+                 rays->intersect(r, s.t0, s.t1, spans);
+                 return !spans.empty();
+               })});
+}
+
 void bench_rays(const Support& support, const Volume& volume, const std::vector<Shell>& shells) {
-  const Box box{Vec3d(support.lo - volume.density.octree.origin),
-                Vec3d(support.hi - volume.density.octree.origin)};
+  const Octree& tree = volume.density.octree;
+  const Box box{Vec3d(support.lo - tree.origin), Vec3d(support.hi - tree.origin)};
   const std::vector<Ray> lines = make_lines(box, 1 << 16);
-  std::vector<Method> methods;
-  const double cells = double(support.cells);
-  methods.push_back({"box", 24, box.extent().x * box.extent().y * box.extent().z / cells,
-                     counter(lines, box, [](const Ray&, const Span&) { return true; })});
+  std::vector<Method> methods{box_method(lines, box, double(support.cells))};
   for (const std::size_t count : {16, 64}) {
-    std::vector<CellBox> boxes = split_into_boxes(support, count);
-    double sum = 0;
-    for (CellBox& b : boxes) {
-      sum += b.volume();
-      b.lo -= volume.density.octree.origin;
-      b.hi -= volume.density.octree.origin;
-    }
-    const auto set = std::make_shared<BoxSet>(boxes);
-    methods.push_back(
-        {std::to_string(boxes.size()) + " boxes", 24 * boxes.size(), sum / cells,
-         counter(lines, box, [set](const Ray& r, const Span&) { return set->hit(r); })});
+    methods.push_back(boxes_method(lines, box, support, tree.origin, count));
   }
-  methods.push_back({"octree",
-                     volume.density.octree.nodes.size() * sizeof(Octree::Node) +
-                         volume.density.octree.entries.size() * sizeof(Octree::Entry),
-                     0, counter(lines, box, [&](const Ray& r, const Span& s) {
-                       Walk walk(volume.density.octree,
-                                 make_cursor(volume.density.octree, r.at(s.t0)), lanes(Vec3f(r.d)));
-                       return walk.next().has_value();
-                     })});
-  for (const Shell& shell : shells) {
-    const std::size_t k = shell.form.perturbations.size();
-    const auto rays = std::make_shared<RayShell>(shell, volume.density.octree.origin);
-    const std::string kind = shell.kind == ShellKind::hard ? "hard" : "soft";
-    methods.push_back(
-        {kind + " shell K=" + std::to_string(k), 88 + 44 * k, shell.tightness.volume_ratio,
-         counter(lines, box,
-                 [rays](const Ray& r, const Span& s) { return !rays->misses(r, s.t0, s.t1); })});
-    methods.push_back(
-        {"  its spans", 88 + 44 * k, shell.tightness.volume_ratio,
-         counter(lines, box,
-                 [rays, spans = std::vector<Span>()](const Ray& r, const Span& s) mutable {
-                   rays->intersect(r, s.t0, s.t1, spans);
-                   return !spans.empty();
-                 })});
-  }
+  methods.push_back(octree_method(lines, box, tree));
+  for (const Shell& shell : shells) add_shell_methods(lines, box, shell, tree.origin, methods);
   for (int round = 0; round < kRounds; ++round) {
     for (Method& m : methods) {
       const double s = seconds_of([&] { m.hits = m.count_hits(); });
@@ -234,7 +248,7 @@ void bench_rays(const Support& support, const Volume& volume, const std::vector<
   }
   std::size_t true_hits = 0;
   for (const Ray& ray : lines) {
-    const Ray in_index{ray.o + Vec3d(volume.density.octree.origin), ray.d};
+    const Ray in_index{ray.o + Vec3d(tree.origin), ray.d};
     true_hits += first_and_last(support, in_index).has_value();
   }
   std::printf("\n%-20s %9s %9s %9s %9s\n", "rays", "bytes", "volume", "hits", "ns/line");
@@ -253,29 +267,26 @@ bool equal(const Film& a, const Film& b) {
                     });
 }
 
-void bench_render(const char* name, Volume& volume, const Shell& shell, Scene scene,
-                  double distance) {
+void bench_render(const char* name, const Volume& volume, Scene scene, double distance) {
   Camera& c = scene.camera;
   c.position = c.target + (c.position - c.target) * distance;
-  scene.options.shells = ShellUse::on;
-  const ShellChoice choice = choose_shell(volume, shell, scene);
-  const std::optional<RayShell> with = volume.shell;
+  const auto plan_with = [&](ShellUse use) {
+    scene.options.shells = use;
+    return plan(std::span(&volume, 1), scene);
+  };
+  RenderPlan plans[2] = {plan_with(ShellUse::off), plan_with(ShellUse::on)};
+  const ShellEstimate estimate = plans[1].shells[0].estimate;
   double best[2] = {kInfinity, kInfinity};
   Film films[2];
   for (int round = 0; round < kRounds; ++round) {
     for (const int on : {0, 1}) {
-      volume.shell = on ? with : std::nullopt;
-      best[on] = std::min(best[on], seconds_of([&] { films[on] = render(volume, scene).film; }));
+      best[on] = std::min(best[on], seconds_of([&] { films[on] = render(plans[on]).film; }));
     }
   }
   scene.options.count = true;
-  Counts counts[2];
-  for (const int on : {0, 1}) {
-    volume.shell = on ? with : std::nullopt;
-    counts[on] = render(volume, scene).counts;
-  }
+  const Counts off = render(plan_with(ShellUse::off)).counts;
+  const Counts on = render(plan_with(ShellUse::on)).counts;
   const double samples = double(scene.options.width) * scene.options.height * scene.options.samples;
-  const Counts &off = counts[0], &on = counts[1];
   std::printf(
       "%-10s %8.3f %9.3f %9.3f %9.3f %9.3f %8.3f %8.3f %8.4f  %s; estimate: spent %.1f ns, "
       "saved %.1f ns\n",
@@ -283,18 +294,17 @@ void bench_render(const char* name, Volume& volume, const Shell& shell, Scene sc
       double(off.path.segments) / samples, double(on.path.segments) / samples,
       double(off.null_collisions - on.null_collisions) / samples, best[0] / samples * 1e6,
       best[1] / samples * 1e6, best[1] / best[0],
-      equal(films[0], films[1]) ? "bits equal" : "BITS DIFFER", choice.estimate.spent,
-      choice.estimate.saved);
+      equal(films[0], films[1]) ? "bits equal" : "BITS DIFFER", estimate.spent, estimate.saved);
 }
 
-void bench_renders(Volume& volume, const Shell& shell, const Scene& scene) {
+void bench_renders(const Volume& volume, const Scene& scene) {
   std::printf("\nrenders with the hard shell of %zu perturbations; per camera sample\n",
-              shell.form.perturbations.size());
+              volume.shell->form.perturbations.size());
   std::printf("%-10s %8s %9s %9s %9s %9s %8s %8s %8s\n", "camera", "in box", "rejected",
               "segm. off", "segm. on", "- nulls", "us off", "us on", "on/off");
-  bench_render("close-up", volume, shell, scene, 0.45);
-  bench_render("framed", volume, shell, scene, 1);
-  bench_render("far", volume, shell, scene, 8);
+  bench_render("close-up", volume, scene, 0.45);
+  bench_render("framed", volume, scene, 1);
+  bench_render("far", volume, scene, 8);
 }
 
 // --- plateaus -----------------------------------------------------------------------------------
@@ -339,14 +349,14 @@ int run(int argc, char** argv) {
   scene.options.width = scene.options.height = 128;
   scene.options.samples = 16;
   scene.options.threads = 1;
-  scene.medium.g = 0.85;
-  const Volume unit = make_volume(cloud.grid, cloud.pyramid, scene);
-  scene.medium.extinction = (argc > 3 ? std::strtod(argv[3], nullptr) : 64) /
-                            describe(unit, cloud.grid, scene.medium).mean_optical_thickness[0];
-  scene.camera = frame(unit.density.world_box, 1);
-  Volume volume = make_volume(cloud.grid, cloud.pyramid, scene);
+  const VolumeFacts of_unit = describe(cloud.grid(), 1, {});
+  const double thickness = argc > 3 ? std::strtod(argv[3], nullptr) : 64;
+  const Medium medium{thickness / of_unit.mean_optical_thickness[0],
+                      {Component{.phase = HenyeyGreenstein(0.85)}}};
+  Volume volume = make_volume(cloud.grid(), cloud.pyramid, medium, volume_options(scene.options));
+  scene.camera = frame(volume.density.world_box, 1);
 
-  const Support support = make_support(cloud.grid, cloud.pyramid);
+  const Support support = make_support(cloud.grid(), cloud.pyramid);
   std::printf("%s: %lld x %lld x %lld cells, %llu of them occupied\n", argv[1],
               static_cast<long long>((support.hi - support.lo).x),
               static_cast<long long>((support.hi - support.lo).y),
@@ -366,7 +376,8 @@ int run(int argc, char** argv) {
     std::printf("fitted soft K=%d in %.1f s\n", k, s);
   }
   bench_rays(support, volume, shells);
-  bench_renders(volume, shells[2], scene);
+  volume.shell = shells[2];
+  bench_renders(volume, scene);
   std::printf(
       "\nplateaus: share of segments with bounds within a tolerance, of those that could be\n"
       "merged with the one before, and of the length\n%8s %9s %9s %9s\n",

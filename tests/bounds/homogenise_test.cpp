@@ -8,6 +8,7 @@
 
 #include "pvol/embed.h"
 #include "pvol/error.h"
+#include "pvol/field/brick_field.h"
 #include "pvol/render/render.h"
 #include "support/cloud_scene.h"
 #include "support/estimators.h"

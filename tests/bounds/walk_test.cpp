@@ -5,8 +5,11 @@
 
 #include <cmath>
 
+#include "pvol/bounds/pyramid.h"
 #include "pvol/embed.h"
 #include "pvol/math/rng.h"
+#include "pvol/trackers.h"
+#include "pvol/volume/make_volume.h"
 #include "support/fields.h"
 #include "support/oracle.h"
 

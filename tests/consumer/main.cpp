@@ -1,12 +1,14 @@
 // What a renderer does that has its density in memory: a volume from a dense array, then free
 // flights and transmittance along rays of the world from several threads, here checked against the
-// law of Beer and Lambert. Everything else is in the manual, pvol/embed.h.
+// law of Beer and Lambert. The manual is pvol/embed.h. Trackers of its own and a picture are in
+// trackers.cpp and picture.cpp.
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <thread>
 #include <vector>
 
+#include "consumer.h"
 #include "pvol/embed.h"
 
 namespace {
@@ -17,8 +19,9 @@ constexpr double kVoxel = 0.05, kExtinction = 3;
 /// Waves on a slope, equal in y and z: rays along x have a simple closed form.
 float density(int x) { return 0.02f * float(x) * (1.2f + std::sin(0.5f * float(x))); }
 
-/// Means over one thread's rays: transmittance, flights that left, transmittance to collisions.
-using Means = std::array<double, 3>;
+/// Means over one thread's rays: transmittance, flights that left, transmittance to collisions, and
+/// flights that left by a tracker of the consumer's own.
+using Means = std::array<double, 4>;
 Means trace(const pvol::Volume& cloud, int thread) {
   constexpr pvol::Ray kRay{{-1, 1, 1}, {1, 0, 0}};
   constexpr double kFar = 100;
@@ -32,6 +35,7 @@ Means trace(const pvol::Volume& cloud, int thread) {
     } else {
       sum[1] += 1.0 / kRays;
     }
+    if (passes(cloud, kRay, rng)) sum[3] += 1.0 / kRays;
   }
   return sum;
 }
@@ -58,13 +62,20 @@ int main() {
   for (std::thread& t : threads) t.join();
 
   // A flight ends where the transmittance has fallen to a number uniform in [0, 1].
-  const double t = std::exp(-depth), exact[3] = {t, t, (1 - t * t) / 2};
+  const double t = std::exp(-depth), exact[4] = {t, t, (1 - t * t) / 2, t};
   bool ok = true;
-  for (std::size_t k = 0; k < 3; ++k) {
+  for (std::size_t k = 0; k < 4; ++k) {
     double mean = 0;
     for (const Means& m : found) mean += m[k] / kThreads;
     std::printf("%.4f, exactly %.4f\n", mean, exact[k]);
     ok &= std::abs(mean - exact[k]) < 0.003;  // 5 standard errors
   }
+
+  pvol::Rng rng(/*seed=*/2, /*stream=*/0, /*sample=*/0);
+  int turns = 0;
+  for (int i = 0; i < 1000; ++i) turns += count_turns(cloud, {{-1, 1, 1}, {1, 0, 0}}, rng);
+  const double mean = mean_of_picture(cloud);
+  std::printf("%d turns of 1000 paths; white furnace: %.4f, exactly 1\n", turns, mean);
+  ok &= turns > 0 && std::abs(mean - 1) < 1e-3;
   return ok ? 0 : 1;
 }

@@ -11,7 +11,9 @@
 
 #include "pvol/bounds/statistics.h"
 #include "pvol/error.h"
+#include "pvol/field/brick_field.h"
 #include "pvol/field/micro_bounds.h"
+#include "pvol/field/micro_range.h"
 #include "pvol/render/render.h"
 #include "pvol/shell/support.h"
 #include "support/cloud_scene.h"

@@ -10,6 +10,7 @@
 #include "pvol/bounds/pyramid.h"
 #include "pvol/field/brick_field.h"
 #include "pvol/field/micro_bounds.h"
+#include "pvol/field/micro_range.h"
 #include "pvol/formats/cloud.h"
 #include "pvol/math/rng.h"
 
@@ -47,16 +48,9 @@ formats::LoadedGrid load(const fs::path& file) {
 
 class CloudBounds : public testing::TestWithParam<fs::path> {};
 
-/// Every sample that any interpolation kernel in a leaf can read lies within the leaf's bounds, the
-/// bounds are the tightest that 16 bits hold, and what lies in no leaf is empty.
-TEST_P(CloudBounds, HoldForEverySampleAndAreTight) {
-  const formats::LoadedGrid loaded = load(GetParam());
-  const VoxelGrid& grid = loaded.grid;
-  const Pyramid p = build_pyramid(grid);
-  ASSERT_FALSE(p.empty());
-  EXPECT_EQ(validate(p), std::nullopt);
-
-  const FieldWithLinks f = build_field(grid, p);
+/// How many leaves have other bounds than the tightest that 16 bits hold, and how many look-ups in
+/// them, on corners, faces and inside, leave those bounds.
+std::size_t count_wrong(const Pyramid& p, const FieldWithLinks& f) {
   Rng rng(1, 2, 3);
   std::size_t wrong = 0;
   for (std::size_t i = 0; i < p.levels[0].size(); ++i) {
@@ -65,7 +59,7 @@ TEST_P(CloudBounds, HoldForEverySampleAndAreTight) {
     const auto [least, most] = std::minmax_element(s, s + kFieldSamples);
     wrong += leaf.lo != decode(encode_down(*least, p.scale), p.scale) ||
              leaf.hi != decode(encode_up(*most, p.scale), p.scale);
-    for (int k = 0; k < 64; ++k) {  // the look-up itself, on corners, faces and inside
+    for (int k = 0; k < 64; ++k) {
       LatticePoint at;
       for (int axis = 0; axis < 3; ++axis) {
         const auto [cell, offset] = rng.uniform2();
@@ -78,49 +72,70 @@ TEST_P(CloudBounds, HoldForEverySampleAndAreTight) {
       wrong += v < leaf.lo - slack || v > leaf.hi + slack || nearest < leaf.lo || nearest > leaf.hi;
     }
   }
-  EXPECT_EQ(wrong, 0u);
+  return wrong;
+}
 
-  // Every non-zero sample is in the leaves of all eight cells around it.
-  const auto covered = [&](Vec3l cell) {
-    const Vec3l at = cell - p.origin;
-    for (std::size_t level = 0; level < p.levels.size(); ++level) {
-      const int shift = 3 + int(level);
-      const Vec3<std::uint32_t> cube(Vec3l(at.x >> shift, at.y >> shift, at.z >> shift));
-      const auto i = find(p.levels[level], morton_encode(cube));
-      if (!i) continue;
-      if (level == 0) return true;
-      if (is_uniform(p, level, *i)) return true;
-    }
-    return false;
-  };
+/// Whether the cell is in a leaf, or in a node of one density.
+bool is_covered(const Pyramid& p, Vec3l cell) {
+  const Vec3l at = cell - p.origin;
+  for (std::size_t level = 0; level < p.levels.size(); ++level) {
+    const int shift = 3 + int(level);
+    const Vec3<std::uint32_t> cube(Vec3l(at.x >> shift, at.y >> shift, at.z >> shift));
+    const auto i = find(p.levels[level], morton_encode(cube));
+    if (!i) continue;
+    if (level == 0) return true;
+    if (is_uniform(p, level, *i)) return true;
+  }
+  return false;
+}
+
+/// The cells around what is not 0 in a grid: how many of them the bounds leave out, and their box.
+struct Cover {
   std::size_t uncovered = 0;
-  Vec3l lo = p.support_hi, hi = p.support_lo;
+  Vec3l lo, hi;
+};
+
+Cover cover(const VoxelGrid& grid, const Pyramid& p) {
+  Cover c{0, p.support_hi, p.support_lo};
   for (const Brick& b : grid.bricks) {
     for (int v = 0; v < kBrickSamples; ++v) {
       if (b.values[v] == 0) continue;
       const Vec3l at = Vec3l(b.origin) + Vec3l(v >> 6, v >> 3 & 7, v & 7);
-      lo = min(lo, at - Vec3l(1));
-      hi = max(hi, at + Vec3l(1));
-      for (int c = 0; c < 8; ++c) {
-        const bool edge = (v & 7) % 7 == 0 || (v >> 3 & 7) % 7 == 0 || (v >> 6) % 7 == 0;
-        if (edge || c == 0) uncovered += !covered(at - Vec3l(c & 1, c >> 1 & 1, c >> 2));
+      c.lo = min(c.lo, at - Vec3l(1));
+      c.hi = max(c.hi, at + Vec3l(1));
+      const bool edge = (v & 7) % 7 == 0 || (v >> 3 & 7) % 7 == 0 || (v >> 6) % 7 == 0;
+      for (int k = 0; k < (edge ? 8 : 1); ++k) {
+        c.uncovered += !is_covered(p, at - Vec3l(k & 1, k >> 1 & 1, k >> 2));
       }
     }
   }
   for (const Tile& t : grid.tiles) {
-    lo = min(lo, Vec3l(t.origin) - Vec3l(1));
-    hi = max(hi, Vec3l(t.origin) + Vec3l(t.edge));
-    for (int c = 0; c < 64; ++c) {  // corners of the tile and one cell below them
+    c.lo = min(c.lo, Vec3l(t.origin) - Vec3l(1));
+    c.hi = max(c.hi, Vec3l(t.origin) + Vec3l(t.edge));
+    for (int k = 0; k < 64; ++k) {  // corners of the tile and one cell below them
       const auto at = [&](int axis, int shift) {
-        const int pick = c >> shift & 3;
+        const int pick = k >> shift & 3;
         return std::int64_t(t.origin[axis]) + (pick & 1 ? t.edge - 1 : 0) - (pick >> 1);
       };
-      uncovered += !covered({at(0, 0), at(1, 2), at(2, 4)});
+      c.uncovered += !is_covered(p, {at(0, 0), at(1, 2), at(2, 4)});
     }
   }
-  EXPECT_EQ(uncovered, 0u);
-  EXPECT_EQ(lo, p.support_lo);
-  EXPECT_EQ(hi, p.support_hi);
+  return c;
+}
+
+/// Every sample that any interpolation kernel in a leaf can read lies within the leaf's bounds, the
+/// bounds are the tightest that 16 bits hold, and what lies in no leaf is empty: every non-zero
+/// sample is in the leaves of all eight cells around it.
+TEST_P(CloudBounds, HoldForEverySampleAndAreTight) {
+  const formats::LoadedGrid loaded = load(GetParam());
+  const Pyramid p = build_pyramid(loaded.grid);
+  ASSERT_FALSE(p.empty());
+  EXPECT_EQ(validate(p), std::nullopt);
+  EXPECT_EQ(count_wrong(p, build_field(loaded.grid, p)), 0u);
+  const Cover c = cover(loaded.grid, p);
+  EXPECT_EQ(c.uncovered, 0u);
+  EXPECT_EQ(c.lo, p.support_lo);
+  EXPECT_EQ(c.hi, p.support_hi);
 }
 
 /// Tricubic look-ups keep the bounds of their leaf, and to the last bit those of the cubes of cells

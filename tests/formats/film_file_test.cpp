@@ -98,6 +98,32 @@ TEST(FilmFile, WritingItAgainGivesTheSameChannels) {
   }
 }
 
+/// Layers are named parts of the radiance, beside the film's own channels.
+TEST(FilmFile, LayersComeBackWithTheirNames) {
+  const TemporaryFolder folder;
+  Film film = some_film();
+  film.layers = {{"emission", {}}, {"sun.1", {}}};
+  for (const PixelSums& p : film.pixels) {
+    film.layers[0].sums.push_back(p.sum * 0.25);
+    film.layers[1].sums.push_back(p.sum * -0.75);  // guided paths may have negative parts
+  }
+  write_exr(folder.file("a.exr"), film, {});
+  const Film back = read_film(folder.file("a.exr")).film;
+  ASSERT_EQ(back.layers.size(), 2u);
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_EQ(back.layers[k].name, film.layers[k].name);
+    ASSERT_EQ(back.layers[k].sums.size(), film.pixels.size());
+    for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+      const Vec3d a = film.layers[k].sums[i], b = back.layers[k].sums[i];
+      EXPECT_LE(length(a - b), 1e-6 * length(a)) << i;
+    }
+  }
+  film.layers[1].sums[5].y = std::nan("");
+  write_exr(folder.file("b.exr"), film, {});
+  EXPECT_NE(error_of([&] { (void)read_film(folder.file("b.exr")); }).find("layer sun.1"),
+            std::string::npos);
+}
+
 /// An EXR of 4 x 2 pixels with these channels, of one value each.
 void write_channels(const std::filesystem::path& file, const std::map<std::string, float>& values) {
   Imf::Header header(4, 2);

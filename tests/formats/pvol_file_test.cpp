@@ -247,30 +247,38 @@ bool has_children(const Pyramid& p, std::size_t level, std::uint64_t code) {
                      [&](const PyramidNode& n) { return n.code >> 3 == code; });
 }
 
-/// What tests/read_pvol.py prints for a file, from pvol's own reader.
-std::string print(const fs::path& file) {
-  std::ostringstream out;
-  const auto number = [](const char* format, double v) {
-    char s[40];
-    std::snprintf(s, sizeof s, format, v);
-    return std::string(s);
-  };
-  const auto f = [&](float v) { return number(" %.9g", double(v)); };
-  const auto at = [](auto v) {
-    std::ostringstream s;
-    s.precision(9);
-    s << ' ' << v.x << ' ' << v.y << ' ' << v.z;
-    return s.str();
-  };
-  const PvolFile p = read_pvol(file);
-  const PvolBytes bytes(test::load(file));
+// What tests/formats/read_pvol.py prints of the parts of a file, from pvol's own reader.
+
+std::string number(const char* format, double v) {
+  char s[40];
+  std::snprintf(s, sizeof s, format, v);
+  return s;
+}
+
+std::string single(float v) { return number(" %.9g", double(v)); }
+
+template <class T>
+std::string at(const Vec3<T>& v) {
+  std::ostringstream s;
+  s.precision(9);
+  s << ' ' << v.x << ' ' << v.y << ' ' << v.z;
+  return s.str();
+}
+
+std::string text(const Quadric& q) {
+  return at(Vec3f(q.square)) + at(Vec3f(q.mixed)) + at(Vec3f(q.linear)) + single(float(q.constant));
+}
+
+void print_chunks(std::ostream& out, const PvolBytes& bytes) {
   out << "version " << bytes.header.version << '\n';
   for (const PvolBytes::Chunk& c : bytes.chunks) {
     out << "chunk " << std::string(c.entry.id.begin(), c.entry.id.end()) << ' '
         << std::uint32_t(c.entry.codec) << ' ' << c.entry.offset << ' ' << c.entry.stored_bytes
         << ' ' << c.entry.raw_bytes << '\n';
   }
-  const Metadata& m = p.metadata;
+}
+
+void print_metadata(std::ostream& out, const Metadata& m) {
   out << "grid " << m.grid_name << '\n';
   for (int r = 0; r < 3; ++r) {
     const Vec3d row = m.index_to_world.m[std::size_t(r)];
@@ -283,53 +291,69 @@ std::string print(const fs::path& file) {
   char hash[17];
   std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(m.source.hash));
   out << "source " << m.source.file << ' ' << m.source.grid << ' ' << m.source.bytes << ' ' << hash
-      << '\n'
-      << "origin" << at(p.pyramid.origin) << "\nsupport" << at(p.pyramid.support_lo)
-      << at(p.pyramid.support_hi) << "\nscale" << f(p.pyramid.scale) << "\nlevels "
-      << p.pyramid.levels.size() << '\n';
-  for (std::size_t level = 0; level < p.pyramid.levels.size(); ++level) {
-    for (const PyramidNode& n : p.pyramid.levels[level]) {
-      if (has_children(p.pyramid, level, n.code)) continue;
-      const Vec3l cell =
-          p.pyramid.origin + Vec3l(morton_decode(n.code)) * (std::int64_t(8) << level);
-      out << "terminal " << level << at(cell) << f(n.lo) << f(n.hi) << '\n';
+      << '\n';
+}
+
+void print_bounds(std::ostream& out, const Pyramid& p) {
+  out << "origin" << at(p.origin) << "\nsupport" << at(p.support_lo) << at(p.support_hi)
+      << "\nscale" << single(p.scale) << "\nlevels " << p.levels.size() << '\n';
+  for (std::size_t level = 0; level < p.levels.size(); ++level) {
+    for (const PyramidNode& n : p.levels[level]) {
+      if (has_children(p, level, n.code)) continue;
+      const Vec3l cell = p.origin + Vec3l(morton_decode(n.code)) * (std::int64_t(8) << level);
+      out << "terminal " << level << at(cell) << single(n.lo) << single(n.hi) << '\n';
     }
   }
-  for (std::size_t i = 0; p.micro && i < p.pyramid.levels[0].size(); ++i) {
-    const MicroBounds& micro = p.micro->by_leaf;
+}
+
+void print_micro_bounds(std::ostream& out, const Pyramid& p, const MicroBounds& micro) {
+  for (std::size_t i = 0; i < p.levels[0].size(); ++i) {
     const auto [base, step] = micro.scales[i];
-    out << "micro"
-        << at(p.pyramid.origin + Vec3l(morton_decode(p.pyramid.levels[0][i].code)) * kLeafEdge);
+    out << "micro" << at(p.origin + Vec3l(morton_decode(p.levels[0][i].code)) * kLeafEdge);
     for (std::size_t c = 64 * i; c < 64 * (i + 1); ++c) {
-      out << f(base + float(micro.codes[c].lo) * step) << f(base + float(micro.codes[c].hi) * step);
+      out << single(base + float(micro.codes[c].lo) * step)
+          << single(base + float(micro.codes[c].hi) * step);
     }
     out << '\n';
   }
-  const auto quadric = [&](const Quadric& q) {
-    return at(Vec3f(q.square)) + at(Vec3f(q.mixed)) + at(Vec3f(q.linear)) + f(float(q.constant));
-  };
-  if (p.shell) {
-    const Certificate& c = p.shell->certificate;
-    const ShellTightness& t = p.shell->tightness;
-    out << "shell " << (p.shell->kind == ShellKind::soft ? "soft" : "hard")
-        << number(" %.17g", c.bound) << ' ' << c.boxes << ' ' << c.depth << f(float(t.volume_ratio))
-        << f(float(t.hit_ratio)) << f(float(t.box_volume_ratio)) << f(float(t.box_hit_ratio))
-        << "\nbase" << quadric(p.shell->form.base) << '\n';
-    for (const Perturbation& r : p.shell->form.perturbations) {
-      out << "perturbation" << quadric(r.form.base) << f(float(r.strength)) << '\n';
-    }
+}
+
+void print_shell(std::ostream& out, const Shell& shell) {
+  const Certificate& c = shell.certificate;
+  const ShellTightness& t = shell.tightness;
+  out << "shell " << (shell.kind == ShellKind::soft ? "soft" : "hard") << number(" %.17g", c.bound)
+      << ' ' << c.boxes << ' ' << c.depth << single(float(t.volume_ratio))
+      << single(float(t.hit_ratio)) << single(float(t.box_volume_ratio))
+      << single(float(t.box_hit_ratio)) << "\nbase" << text(shell.form.base) << '\n';
+  for (const Perturbation& r : shell.form.perturbations) {
+    out << "perturbation" << text(r.form.base) << single(float(r.strength)) << '\n';
   }
-  if (bytes.chunks.back().entry.id == detail::kQuantised) {
-    out << "precision " << name(m.quantisation.precision) << '\n';
+}
+
+void print_density(std::ostream& out, const VoxelGrid& grid) {
+  for (const Tile& t : grid.tiles) {
+    out << "tile" << at(t.origin) << ' ' << t.edge << single(t.value) << '\n';
   }
-  for (const Tile& t : p.density->tiles) {
-    out << "tile" << at(t.origin) << ' ' << t.edge << f(t.value) << '\n';
-  }
-  for (const Brick& b : p.density->bricks) {
+  for (const Brick& b : grid.bricks) {
     out << "brick" << at(b.origin);
-    for (int i = 0; i < kBrickSamples; ++i) out << f(b.values[i]);
+    for (int i = 0; i < kBrickSamples; ++i) out << single(b.values[i]);
     out << '\n';
   }
+}
+
+std::string print(const fs::path& file) {
+  std::ostringstream out;
+  const PvolFile p = read_pvol(file);
+  const PvolBytes bytes(test::load(file));
+  print_chunks(out, bytes);
+  print_metadata(out, p.metadata);
+  print_bounds(out, p.pyramid);
+  if (p.micro) print_micro_bounds(out, p.pyramid, p.micro->by_leaf);
+  if (p.shell) print_shell(out, *p.shell);
+  if (bytes.chunks.back().entry.id == detail::kQuantised) {
+    out << "precision " << name(p.metadata.quantisation.precision) << '\n';
+  }
+  print_density(out, *p.density);
   return out.str();
 }
 

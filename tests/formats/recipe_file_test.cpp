@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+#include <vector>
+
 #include "pvol/density/cumulus.h"
 #include "pvol/error.h"
 
@@ -220,12 +223,14 @@ std::string chained(int count) {
   return text + "[[body.b" + std::to_string(10 + count) + "]]\n" + kBall;
 }
 
-TEST(RecipeFile, RefusesWithFileLineAndName) {
+struct Refusal {
+  std::string text, place, word;
+};
+
+std::vector<Refusal> refusals() {
   const std::string head = "[recipe]\n", form = "[[form]]\nshape = \"ellipsoid\"\n";
   const std::string ball = form + "centre = [0, 0, 0]\nradii = 1\n";
-  const struct {
-    std::string text, place, word;
-  } cases[] = {
+  return {
       {"", "r.toml", "[recipe]"},
       {head, "r.toml", "[cumulus]"},
       {head + "voxel = 0\n" + ball, "r.toml:2:", "voxel"},
@@ -289,7 +294,10 @@ TEST(RecipeFile, RefusesWithFileLineAndName) {
       {head + "[cumulus]\ntowers = 99\n", "r.toml:3:", "towers"},
       {head + "[cumulus]\nheight = 99\n", "r.toml:2:", "height"},
   };
-  for (const auto& c : cases) {
+}
+
+TEST(RecipeFile, RefusesWithFileLineAndName) {
+  for (const Refusal& c : refusals()) {
     const std::string message = refusal(c.text);
     EXPECT_EQ(message.rfind(c.place, 0), 0u) << c.text << "\n" << message;
     EXPECT_NE(message.find(c.word), std::string::npos) << c.text << "\n" << message;

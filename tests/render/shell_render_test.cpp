@@ -1,6 +1,8 @@
 // Shells in renders: they save work and change no bit of a picture.
 #include <gtest/gtest.h>
 
+#include <memory>
+
 #include "pvol/density/recipe.h"
 #include "pvol/render/render.h"
 #include "pvol/render/shell_choice.h"
@@ -64,7 +66,7 @@ TEST(ShellRender, RejectsRaysAndChangesNoBit) {
       const RenderResult without = render(s.volume, scene);
       EXPECT_EQ(without.counts.shell_tests, 0u);
       scene.options.shells = ShellUse::on;
-      s.volume.shell = shell;
+      s.volume.shell = std::make_shared<const Shell>(shell);
       EXPECT_TRUE(choose_shell(s.volume, scene.scene()).kept);
       const RenderResult with = render(s.volume, scene);
       EXPECT_TRUE(equal(without.film, with.film)) << distance;
@@ -84,7 +86,7 @@ TEST(ShellRender, TheEstimateCountsWhatTheRenderDoes) {
   const Shell shell = fit_shell(s.support, {ShellKind::hard, 2});
   CloudScene scene = s.scene;
   scene.options.shells = ShellUse::on;
-  s.volume.shell = shell;
+  s.volume.shell = std::make_shared<const Shell>(shell);
   const ShellChoice choice = choose_shell(s.volume, scene.scene());
   const Counts counts = render(s.volume, scene).counts;
   const double samples = 48 * 48 * 4, rays = choice.estimate.rays;
@@ -97,7 +99,7 @@ TEST(ShellRender, AutomaticFollowsTheEstimate) {
   const Shell shell = fit_shell(s.support, {ShellKind::hard, 2});
   CloudScene scene = s.scene;
   scene.options.shells = ShellUse::automatic;
-  s.volume.shell = shell;
+  s.volume.shell = std::make_shared<const Shell>(shell);
   ShellChoice choice = choose_shell(s.volume, scene.scene());
   EXPECT_EQ(choice.kept, choice.estimate.pays());
   const auto tests = [&] { return render(s.volume, scene).counts.shell_tests; };

@@ -6,8 +6,11 @@
 #include <utility>
 #include <vector>
 
+#include "pvol/bounds/pyramid.h"
+#include "pvol/field/leaf_micro_bounds.h"
 #include "pvol/render/render.h"
 #include "pvol/render/scene_volume.h"
+#include "pvol/volume/make_volume.h"
 
 namespace pvol::test {
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "pvol/bounds/walk.h"
+#include "pvol/field/brick_field.h"
 #include "pvol/track/field.h"
 #include "support/fields.h"
 #include "support/oracle.h"

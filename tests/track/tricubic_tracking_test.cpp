@@ -8,6 +8,7 @@
 #include "pvol/error.h"
 #include "pvol/field/micro_bounds.h"
 #include "pvol/render/render.h"
+#include "pvol/trackers.h"
 #include "support/cloud_scene.h"
 #include "support/estimators.h"
 #include "support/field_proof.h"

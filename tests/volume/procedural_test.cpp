@@ -13,6 +13,8 @@
 #include "pvol/error.h"
 #include "pvol/formats/recipe_file.h"
 #include "pvol/render/render.h"
+#include "pvol/trackers.h"
+#include "pvol/volume/extinction_source.h"
 #include "pvol/volume/facts.h"
 #include "support/cloud_scene.h"
 #include "support/estimators.h"

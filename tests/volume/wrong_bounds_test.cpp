@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "pvol/bounds/pyramid.h"
 #include "pvol/error.h"
 #include "pvol/render/render.h"
 #include "support/cloud_scene.h"

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <memory>
 
 #include "cli/cli.h"
 #include "pvol/bounds/recipe_bounds.h"
@@ -13,7 +14,9 @@
 #include "pvol/render/scene_volume.h"
 #include "pvol/shell/certificate.h"
 #include "pvol/shell/recipe_support.h"
+#include "pvol/shell/shell.h"
 #include "pvol/volume/facts.h"
+#include "pvol/volume/make_volume.h"
 
 namespace pvol::cli {
 
@@ -58,7 +61,7 @@ Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volu
   o.object_to_world = volume.object_to_world;
   const LeafMicroBounds* stored = cloud.micro ? &*cloud.micro : nullptr;
   Volume v = pvol::make_volume(cloud.density, cloud.pyramid, volume.medium, o, stored);
-  v.shell = cloud.shell;
+  if (cloud.shell) v.shell = std::make_shared<const Shell>(*cloud.shell);
   v.name = volume.file.string();
   return v;
 }

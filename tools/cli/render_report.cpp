@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "cli/json.h"
+#include "pvol/bounds/homogenise.h"
 #include "pvol/version.h"
 
 namespace pvol::cli {

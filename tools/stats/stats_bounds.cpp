@@ -6,6 +6,7 @@
 #include "pvol/error.h"
 #include "pvol/render/scene_volume.h"
 #include "pvol/volume/facts.h"
+#include "pvol/volume/make_volume.h"
 #include "report/html.h"
 #include "report/terminal.h"
 #include "stats/bounds_report.h"

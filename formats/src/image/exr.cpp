@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <functional>
 
 #include "image/exr_check.h"
 #include "pvol/error.h"
@@ -26,19 +27,33 @@ namespace {
 
 constexpr int kBlockRows = 16;  // the rows that OpenEXR's zip compresses together
 
+/// A channel of a file, and its value at a pixel.
+struct Channel {
+  std::string name;
+  std::function<double(std::size_t pixel)> value;
+};
+
 /// The channels that a film has something in.
-std::vector<const FilmChannel*> channels_of(const Film& film) {
+std::vector<Channel> channels_of(const Film& film) {
   const bool counted = std::any_of(film.pixels.begin(), film.pixels.end(), [](const PixelSums& p) {
     return p.counts != PixelSums{}.counts;
   });
-  std::vector<const FilmChannel*> channels;
+  std::vector<Channel> channels;
   for (const FilmChannel& c : kFilmChannels) {
-    if (counted || !c.counted) channels.push_back(&c);
+    if (c.counted && !counted) continue;
+    channels.push_back({c.name, [&](std::size_t i) { return c.get(film.pixels[i]); }});
+  }
+  for (const Layer& layer : film.layers) {
+    for (int axis = 0; axis < 3; ++axis) {
+      channels.push_back({layer.name + kLayerParts[axis], [&, axis](std::size_t i) {
+                            return per_sample(film.pixels[i], layer.sums[i][axis]);
+                          }});
+    }
   }
   return channels;
 }
 
-Imf::Header header_of(const Film& film, const std::vector<const FilmChannel*>& channels,
+Imf::Header header_of(const Film& film, const std::vector<Channel>& channels,
                       const std::map<std::string, std::string>& attributes) {
   const Imath::Box2i display({0, 0}, {film.width - 1, film.height - 1});
   const Imath::Box2i data({film.x, film.y},
@@ -46,7 +61,7 @@ Imf::Header header_of(const Film& film, const std::vector<const FilmChannel*>& c
   Imf::Header header(display, data);
   header.compression() = Imf::ZIP_COMPRESSION;
   Imf::addChromaticities(header, Imf::Chromaticities());  // the default is Rec.709 with D65
-  for (const FilmChannel* c : channels) header.channels().insert(c->name, Imf::Channel(Imf::FLOAT));
+  for (const Channel& c : channels) header.channels().insert(c.name, Imf::Channel(Imf::FLOAT));
   for (const auto& [name, text] : attributes) {
     if (header.find(name) != header.end()) {
       throw Error("the attribute " + name + " has a meaning of its own in EXR files; rename it");
@@ -57,8 +72,7 @@ Imf::Header header_of(const Film& film, const std::vector<const FilmChannel*>& c
 }
 
 /// Writes block by block, so that no second copy of the picture is needed.
-void write_pixels(Imf::OutputFile& out, const Film& film,
-                  const std::vector<const FilmChannel*>& channels) {
+void write_pixels(Imf::OutputFile& out, const Film& film, const std::vector<Channel>& channels) {
   const std::size_t pixel_bytes = channels.size() * sizeof(float);
   const std::size_t row_bytes = std::size_t(film.crop_width) * pixel_bytes;
   std::vector<float> block(row_bytes / sizeof(float) * kBlockRows);
@@ -67,12 +81,12 @@ void write_pixels(Imf::OutputFile& out, const Film& film,
     std::size_t next = 0;
     for (int y = begin; y < begin + rows; ++y) {
       for (int x = 0; x < film.crop_width; ++x) {
-        for (const FilmChannel* c : channels) block[next++] = float(c->get(film.at(x, y)));
+        for (const Channel& c : channels) block[next++] = float(c.value(film.index(x, y)));
       }
     }
     Imf::FrameBuffer buffer;
     for (std::size_t c = 0; c < channels.size(); ++c) {
-      buffer.insert(channels[c]->name,
+      buffer.insert(channels[c].name,
                     Imf::Slice::Make(Imf::FLOAT, &block[c], {film.x, film.y + begin},
                                      film.crop_width, rows, pixel_bytes, row_bytes));
     }
@@ -124,7 +138,7 @@ void write_exr(const std::filesystem::path& file, const Film& film,
   }
   write_atomically(file, [&](const std::filesystem::path& aside) {
     try {
-      const std::vector<const FilmChannel*> channels = channels_of(film);
+      const std::vector<Channel> channels = channels_of(film);
       const Imf::Header header = header_of(film, channels, attributes);
       std::ofstream stream(aside, std::ios::binary);
       {

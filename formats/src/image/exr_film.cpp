@@ -87,29 +87,83 @@ Film film_of(const Imf::Header& header) {
   return f;
 }
 
+/// Names of layers: what other channels have all three parts, but for the variance.
+std::vector<Layer> layers_of(const Imf::InputFile& in) {
+  std::vector<Layer> layers;
+  const Imf::ChannelList& channels = in.header().channels();
+  for (auto c = channels.begin(); c != channels.end(); ++c) {
+    const std::string name = c.name();
+    if (!name.ends_with(kLayerParts[0])) continue;
+    const std::string stem = name.substr(0, name.size() - std::string(kLayerParts[0]).size());
+    const bool whole =
+        has(in, (stem + kLayerParts[1]).c_str()) && has(in, (stem + kLayerParts[2]).c_str());
+    if (whole && !stem.empty() && stem != "variance") layers.push_back({stem, {}});
+  }
+  return layers;
+}
+
+/// Where a block of rows is read to: values of the film's channels and of its layers.
+struct Block {
+  int begin, rows;
+  std::size_t width;
+  std::vector<Values> values;
+  std::vector<std::vector<Vec3f>> layers;
+
+  Block(int begin_, int rows_, std::size_t width_, std::size_t layer_count)
+      : begin(begin_),
+        rows(rows_),
+        width(width_),
+        values(width * std::size_t(rows)),
+        layers(layer_count, std::vector<Vec3f>(values.size())) {}
+};
+
+void read_block(Imf::InputFile& in, const Film& film, Block& b) {
+  const Imath::V2i origin{in.header().dataWindow().min.x, in.header().dataWindow().min.y + b.begin};
+  Imf::FrameBuffer buffer;
+  const auto insert = [&](const std::string& name, float* to, std::size_t stride) {
+    buffer.insert(name, Imf::Slice::Make(Imf::FLOAT, to, origin, film.crop_width, b.rows, stride,
+                                         stride * b.width));
+  };
+  for (std::size_t c = 0; c < kFilmChannels.size(); ++c) {
+    if (has(in, kFilmChannels[c].name)) {
+      insert(kFilmChannels[c].name, &b.values[0][c], sizeof(Values));
+    }
+  }
+  for (std::size_t k = 0; k < b.layers.size(); ++k) {
+    for (int axis = 0; axis < 3; ++axis) {
+      insert(film.layers[k].name + kLayerParts[std::size_t(axis)], &b.layers[k][0][axis],
+             sizeof(Vec3f));
+    }
+  }
+  in.setFrameBuffer(buffer);
+  in.readPixels(origin.y, origin.y + b.rows - 1);
+}
+
+void add_block(const Block& b, bool variances, Film& film) {
+  for (std::size_t i = 0; i < b.values.size(); ++i) {
+    const int x = film.x + int(i % b.width), y = film.y + b.begin + int(i / b.width);
+    check(b.values[i], x, y);
+    film.pixels.push_back(to_sums(b.values[i], variances));
+    for (std::size_t k = 0; k < b.layers.size(); ++k) {
+      if (!is_finite(b.layers[k][i])) {
+        throw Error("pixel (" + std::to_string(x) + ", " + std::to_string(y) + ") of the layer " +
+                    film.layers[k].name + " is not finite");
+      }
+      film.layers[k].sums.push_back(Vec3d(b.layers[k][i]) * double(film.pixels.back().samples));
+    }
+  }
+}
+
 Film read_pixels(Imf::InputFile& in) {
-  const Imath::Box2i& data = in.header().dataWindow();
   const bool variances = has_variances(in);
   Film film = film_of(in.header());
-  const auto width = std::size_t(film.crop_width);
+  film.layers = layers_of(in);
   // Memory grows with what was decoded: a small damaged file cannot ask for gigabytes.
   for (int begin = 0; begin < film.crop_height; begin += kBlockRows) {
-    const int rows = std::min(kBlockRows, film.crop_height - begin);
-    std::vector<Values> block(width * std::size_t(rows));
-    Imf::FrameBuffer buffer;
-    for (std::size_t c = 0; c < kFilmChannels.size(); ++c) {
-      if (!has(in, kFilmChannels[c].name)) continue;
-      buffer.insert(
-          kFilmChannels[c].name,
-          Imf::Slice::Make(Imf::FLOAT, &block[0][c], Imath::V2i{data.min.x, data.min.y + begin},
-                           film.crop_width, rows, sizeof(Values), sizeof(Values) * width));
-    }
-    in.setFrameBuffer(buffer);
-    in.readPixels(data.min.y + begin, data.min.y + begin + rows - 1);
-    for (std::size_t i = 0; i < block.size(); ++i) {
-      check(block[i], film.x + int(i % width), film.y + begin + int(i / width));
-      film.pixels.push_back(to_sums(block[i], variances));
-    }
+    Block block(begin, std::min(kBlockRows, film.crop_height - begin), std::size_t(film.crop_width),
+                film.layers.size());
+    read_block(in, film, block);
+    add_block(block, variances, film);
   }
   return film;
 }

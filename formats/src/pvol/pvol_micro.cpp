@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "pvol/error.h"
+#include "pvol/field/micro_range.h"
 #include "pvol/pvol_chunks.h"
 
 namespace pvol::formats::detail {

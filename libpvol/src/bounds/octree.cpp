@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "pvol/bounds/pyramid.h"
 #include "pvol/error.h"
 
 namespace pvol {

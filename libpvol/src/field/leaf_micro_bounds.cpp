@@ -5,6 +5,7 @@
 #include <string>
 
 #include "pvol/error.h"
+#include "pvol/field/micro_range.h"
 
 namespace pvol {
 namespace {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "field/micro_codes.h"
+#include "pvol/field/brick_field.h"
 
 namespace pvol {
 namespace {

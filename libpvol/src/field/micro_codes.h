@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "pvol/field/micro_bounds.h"
+#include "pvol/field/micro_range.h"
 
 namespace pvol::detail {
 

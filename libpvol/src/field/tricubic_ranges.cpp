@@ -3,6 +3,8 @@
 #include <limits>
 #include <vector>
 
+#include "pvol/field/brick_field.h"
+
 #include "field/micro_codes.h"
 
 namespace pvol::detail {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <vector>
 
 #include "pvol/bounds/statistics.h"
@@ -10,8 +11,10 @@
 #include "pvol/render/render.h"
 #include "pvol/render/scene_volume.h"
 #include "pvol/render/shell_choice.h"
+#include "pvol/shell/shell.h"
 #include "pvol/volume/estimators.h"
 #include "pvol/volume/facts.h"
+#include "pvol/volume/make_volume.h"
 
 namespace pvol::measure {
 namespace {
@@ -141,7 +144,7 @@ ShellProbe probe_shell(const VoxelGrid& grid, const Pyramid& pyramid, const Shel
   p.extinction = volume.medium.extinction;
   p.without = total(replicate(volume, scene));
   scene.options.shells = ShellUse::on;
-  volume.shell = shell;
+  volume.shell = std::make_shared<const Shell>(shell);
   p.estimate = choose_shell(volume, scene).estimate;
   const Replicates with_shell = replicate(volume, scene);
   p.with_shell = total(with_shell);

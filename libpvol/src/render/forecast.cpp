@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "pvol/bounds/integrals.h"
+#include "pvol/bounds/walk.h"
+#include "pvol/volume/extinction_source.h"
 #include "render/path/path_setup.h"
 
 namespace pvol::detail {

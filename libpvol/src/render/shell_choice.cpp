@@ -1,5 +1,6 @@
 #include "pvol/render/shell_choice.h"
 
+#include "pvol/bounds/homogenise.h"
 #include "pvol/bounds/walk.h"
 #include "pvol/shell/costs.h"
 #include "render/path/path_setup.h"

@@ -5,6 +5,8 @@
 
 #include "bounds/octree_children.h"
 #include "pvol/bounds/integrals.h"
+#include "pvol/bounds/pyramid.h"
+#include "pvol/field/micro_range.h"
 
 namespace pvol {
 namespace {

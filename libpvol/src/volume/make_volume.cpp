@@ -1,5 +1,5 @@
 // Making a cloud ready for rendering.
-#include "pvol/volume/volume.h"
+#include "pvol/volume/make_volume.h"
 
 #include <algorithm>
 #include <cfloat>
@@ -7,9 +7,13 @@
 #include <string>
 #include <utility>
 
+#include "pvol/bounds/homogenise.h"
 #include "pvol/bounds/integrals.h"
 #include "pvol/bounds/verify.h"
 #include "pvol/error.h"
+#include "pvol/field/brick_field.h"
+#include "pvol/field/leaf_micro_bounds.h"
+#include "pvol/field/procedural.h"
 #include "volume/placement.h"
 
 namespace pvol {
@@ -151,9 +155,11 @@ Placed place(const Affine& index_to_object, const Pyramid& pyramid, const Medium
 
 }  // namespace
 
+FieldValues empty_values() { return std::make_shared<const BrickField>(); }
+
 std::uint64_t VolumeField::value_bytes() const {
-  if (const auto* bricks = std::get_if<BrickField>(&values)) {
-    return bricks->samples.size() * sizeof(float);
+  if (std::holds_alternative<std::shared_ptr<const BrickField>>(values)) {
+    return bricks().samples.size() * sizeof(float);
   }
   return count_bytes(recipe());
 }
@@ -176,20 +182,20 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Medium& 
     homogenised = homogenise(pyramid, measure_content(grid, pyramid), medium.extinction,
                              detail::cell_diagonal(to_world), *o.homogenise);
     rules.constant = &homogenised.constant;
-    f.homogeneous = homogenised.parts;
+    f.homogeneous = std::make_shared<const HomogeneousParts>(homogenised.parts);
   }
   const Pyramid& bounds = o.homogenise ? homogenised.pyramid : pyramid;
   FieldWithLinks built = build_field(grid, bounds, rules);
   f.octree = build_octree(bounds, medium.extinction, cell_length, choose_cut(o, f.look_up),
                           built.brick_of, kZeroBrick);
   f.excess = built.excess;
-  const BrickField& bricks = f.values.emplace<BrickField>(std::move(built.field));
+  f.values = std::make_shared<const BrickField>(std::move(built.field));
   scale_majorants(f, o.majorant_scale);
   if (const int edge = micro_edge(f, bounds, o)) {
     f.micro_stored =
         stored && stored->by_leaf.edge == edge && is_bounded(f.look_up) && !o.homogenise;
-    f.micro = f.micro_stored ? arrange(*stored, bricks, built.brick_of, pyramid)
-                             : build_micro_bounds(bricks, edge);
+    f.micro = f.micro_stored ? arrange(*stored, f.bricks(), built.brick_of, pyramid)
+                             : build_micro_bounds(f.bricks(), edge);
   }
   return std::move(v);
 }

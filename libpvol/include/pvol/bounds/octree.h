@@ -2,16 +2,17 @@
 #pragma once
 
 #include <bit>
-#include <cassert>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
-#include "pvol/bounds/pyramid.h"
 #include "pvol/math/box.h"
 #include "pvol/math/lanes.h"
 
 namespace pvol {
+
+struct Pyramid;  // pyramid.h
 
 /// A position in the lattice: an integer cell, counted from the octree's origin, and an offset in
 /// [0, 1]^3 within it. Near any voxel its resolution is that of a float in [0, 1], however large

@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "pvol/bounds/octree.h"
+#include "pvol/bounds/pyramid.h"
 #include "pvol/bounds/walk.h"
 #include "pvol/density/voxel_grid.h"
+#include "pvol/field/bounds_excess.h"
 #include "pvol/field/tricubic.h"
 
 namespace pvol {
@@ -112,13 +114,6 @@ struct BrickExtinction {
     }
     return c;
   }
-};
-
-/// Bounds that do not hold for the samples.
-struct BoundsExcess {
-  std::uint64_t nodes = 0;  ///< leaves and uniform cubes with a sample outside their bounds
-  double factor = 1;        ///< largest sample over majorant among them, at least 1
-  Box worst;                ///< the index-space cube with that factor; empty for no node
 };
 
 struct FieldOptions {

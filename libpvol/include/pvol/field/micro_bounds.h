@@ -2,18 +2,14 @@
 // deciding tentative collisions without a look-up. Walks do not see them.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
-#include "pvol/field/brick_field.h"
-
 namespace pvol {
 
-/// lo <= rho <= hi.
-struct DensityRange {
-  float lo, hi;
-};
+struct BrickField;  // brick_field.h
 
 /// For every brick of a field, in its order, the bounds of each cube of edge^3 cells: 64 pairs of
 /// bytes for edge 2, 512 for single cells. Code c of a brick stands for base + c * step, computed
@@ -42,25 +38,6 @@ struct MicroBounds {
   }
   friend bool operator==(const MicroBounds&, const MicroBounds&) = default;
 };
-
-[[nodiscard]] constexpr std::size_t micro_cubes_per_brick(int edge) {
-  return std::size_t(kLeafEdge / edge) * std::size_t(kLeafEdge / edge) *
-         std::size_t(kLeafEdge / edge);
-}
-
-/// The bounds of the cube that holds a cell, counted from the octree's origin. kEdge is
-/// bounds.edge.
-template <int kEdge>
-[[nodiscard, gnu::always_inline]] inline DensityRange micro_range(const MicroBounds& bounds,
-                                                                  std::uint32_t brick, Int4 cell) {
-  static_assert(kEdge == 1 || kEdge == 2);
-  constexpr int kShift = kEdge - 1, kCubes = kLeafEdge / kEdge;
-  const Int4 cube = (cell & (kLeafEdge - 1)) >> kShift;
-  const auto at = std::size_t((cube[0] * kCubes + cube[1]) * kCubes + cube[2]);
-  const MicroBounds::Codes c = bounds.codes[brick * micro_cubes_per_brick(kEdge) + at];
-  const auto [base, step] = bounds.scales[brick];
-  return {base + float(c.lo) * step, base + float(c.hi) * step};
-}
 
 /// Micro-bounds of a field, in parallel; the result does not depend on the number of threads.
 /// Throws Error for an edge other than 1 or 2.

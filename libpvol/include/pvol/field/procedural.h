@@ -6,10 +6,12 @@
 #include <vector>
 
 #include "pvol/bounds/walk.h"
-#include "pvol/density/recipe.h"
+#include "pvol/field/brick_field.h"
 #include "pvol/field/micro_bounds.h"
 
 namespace pvol {
+
+struct Recipe;  // density/recipe.h
 
 /// A recipe, and for each terminal of its pyramid (a brick, though without samples) those of its
 /// parts that decide the density there: a look-up evaluates these alone. Opaque, immutable, safe to

@@ -72,4 +72,7 @@ inline constexpr std::array kFilmChannels = std::to_array<FilmChannel>({
     detail::count_channel<PixelCounter::collisions>("count.collisions", "collisions a sample"),
 });
 
+/// A layer is three channels, "NAME.R" and so on: means, as the radiance's.
+inline constexpr std::array kLayerParts = {".R", ".G", ".B"};
+
 }  // namespace pvol

@@ -2,10 +2,11 @@
 #pragma once
 
 #include "pvol/render/scene.h"
-#include "pvol/shell/shell.h"
 #include "pvol/volume/volume.h"
 
 namespace pvol {
+
+struct Shell;  // shell/shell.h
 
 /// Counts over a coarse grid of camera rays, and what they cost in nanoseconds by the cost models
 /// of walk and shell (THEORY.md, T2.1 and T7.5).

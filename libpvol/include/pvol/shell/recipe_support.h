@@ -2,7 +2,6 @@
 #pragma once
 
 #include "pvol/density/recipe.h"
-#include "pvol/shell/recipe_support.h"
 #include "pvol/shell/support.h"
 
 namespace pvol {

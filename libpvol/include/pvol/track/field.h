@@ -5,7 +5,8 @@
 #include <concepts>
 
 #include "pvol/bounds/walk.h"
-#include "pvol/field/micro_bounds.h"
+#include "pvol/density/voxel_grid.h"
+#include "pvol/field/micro_range.h"
 #include "pvol/track/tally.h"
 
 namespace pvol {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cmath>
-#include <limits>
 
 #include "pvol/track/field.h"
 #include "pvol/track/regular.h"
@@ -10,15 +9,6 @@
 #include "pvol/track/tracker.h"
 
 namespace pvol {
-
-/// A sampled free flight. For any function g of the distance that is 0 where the ray leaves, the
-/// mean of `weight g(t)` over flights that collided is int g(t) mu_t(t) exp(-int_0^t mu_t) dt; the
-/// mean of `weight` over those that left is the transmittance.
-struct Flight {
-  double t = std::numeric_limits<double>::infinity();  ///< of the collision; infinite without one
-  float weight = 1;  ///< exactly 1 for analog and regular trackers; else see `free_flight`
-  bool collided = false;
-};
 
 namespace detail {
 

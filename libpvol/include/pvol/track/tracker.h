@@ -1,5 +1,7 @@
-// The ways to sample a free path and to estimate a transmittance.
+// The ways to sample a free path, what one is, and the ways to estimate a transmittance.
 #pragma once
+
+#include <limits>
 
 #include "pvol/math/names.h"
 
@@ -36,6 +38,15 @@ inline constexpr double kMostBoundsExcess = 3;
 
 /// The largest factor by which majorants may be scaled: looser bounds measure nothing new.
 inline constexpr double kMostMajorantScale = 1000;
+
+/// A sampled free flight. For any function g of the distance that is 0 where the ray leaves, the
+/// mean of `weight g(t)` over flights that collided is int g(t) mu_t(t) exp(-int_0^t mu_t) dt; the
+/// mean of `weight` over those that left is the transmittance.
+struct Flight {
+  double t = std::numeric_limits<double>::infinity();  ///< of the collision; infinite without one
+  float weight = 1;  ///< exactly 1 for analog and regular trackers; else see flight.h
+  bool collided = false;
+};
 
 /// How the transmittance of a ray is estimated (THEORY.md, T3.3).
 enum class Transmittance {

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "pvol/volume/facts.h"
+#include "pvol/density/density.h"
 #include "pvol/volume/volume.h"
 
 namespace pvol {

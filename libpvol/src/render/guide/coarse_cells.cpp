@@ -3,6 +3,8 @@
 #include <tbb/parallel_for.h>
 
 #include "bounds/octree_children.h"
+#include "pvol/bounds/pyramid.h"
+#include "pvol/field/brick_field.h"
 
 namespace pvol::detail {
 namespace {

@@ -17,9 +17,10 @@ template <class Traversal>
 class GuidedTracer {
  public:
   explicit GuidedTracer(const PathSetup& setup)
-      : traversal(setup), s_(setup), importance_(*setup.importance) {}
+      : traversal(setup), s_(setup), importance_(*setup.importance), r_(setup) {}
 
-  [[nodiscard]] PathResult trace(int x, int y, std::uint32_t sample) {
+  [[nodiscard]] const PathResult& trace(int x, int y, std::uint32_t sample) {
+    r_.reset();
     Rng rng(s_.seed, std::uint64_t(y) * std::uint64_t(s_.width) + std::uint64_t(x), sample);
     const auto [jitter_x, jitter_y] = rng.uniform2();
     const Ray ray{s_.projection.origin,
@@ -27,23 +28,28 @@ class GuidedTracer {
     direction_ = Vec3f(ray.d);
     const Hit first = traversal.start(ray) ? traversal.fly(direction_, rng) : Hit{};
     if (first.matter == nullptr) {
-      return {s_.background ? s_.constant + seen_light(s_, direction_) : Rgb(0.0f), 0};
+      if (s_.background) {
+        add_constant(s_, r_);
+        add_seen(s_, direction_, Rgb(1.0f), r_);
+      }
+      return r_;
     }
-    PathResult r{s_.constant, 1};
+    add_constant(s_, r_);
+    r_.alpha = 1;
     throughput_ = Rgb(1.0f);
-    bool alive = collide(*first.matter, r.radiance, rng);
+    bool alive = collide(*first.matter, rng);
     while (alive) {
       const Vec3f from = direction_;
       turn_path(rng);
       const Hit hit = traversal.fly(direction_, rng);
       if (hit.matter != nullptr) {
-        alive = collide(*hit.matter, r.radiance, rng) || resume();
+        alive = collide(*hit.matter, rng) || resume();
       } else {
-        r.radiance += throughput_ * scattered_light(s_, matter_->phase, from, direction_);
+        add_scattered(s_, matter_->phase, from, direction_, throughput_, r_);
         alive = resume();
       }
     }
-    return r;
+    return r_;
   }
 
   Traversal traversal;
@@ -66,6 +72,7 @@ class GuidedTracer {
 
   const PathSetup& s_;
   const Importance& importance_;
+  PathResult r_;
   Vec3f direction_;                       // of the flight, in the world
   Rgb throughput_;                        // of the path
   const Matter* matter_ = nullptr;        // of the last collision
@@ -75,9 +82,9 @@ class GuidedTracer {
 
   /// Adds what a collision gives of its own and by next-event estimation; whether the path goes on
   /// from there, by itself or split.
-  [[nodiscard]] bool collide(const Matter& matter, Rgb& radiance, Rng& rng) {
+  [[nodiscard]] bool collide(const Matter& matter, Rng& rng) {
     ++collisions;
-    radiance += throughput_ * matter.emitted;
+    add_emitted(matter, throughput_, r_);
     matter_ = &matter;
     row_ = &importance_.row(traversal.place().at.cell);
     const float worth = largest(throughput_) * row_->of(importance_.half_sine(direction_));
@@ -88,9 +95,9 @@ class GuidedTracer {
     throughput_ *= matter.albedo;
     if (!(largest(throughput_) > 0)) return false;
     const float* worths = importance_.shadow_worth(*row_);
-    radiance += light_here(
-        s_, matter.phase, direction_, throughput_, [&](std::size_t light) { return worths[light]; },
-        traversal, rng, shadow_rays);
+    const auto worth_of = [&](std::size_t light) { return worths[light]; };
+    add_light_here(s_, matter.phase, direction_, throughput_, worth_of, traversal, rng, shadow_rays,
+                   r_);
     if (worth > kSplitAbove && waiting_count_ < kPlaces) split(int(std::min(worth, kMostCopies)));
     return true;
   }

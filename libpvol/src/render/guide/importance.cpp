@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "pvol/math/direction.h"
-#include "render/path/direct_light.h"
+#include "render/path/gather_light.h"
 #include "render/path/traversal.h"
 
 namespace pvol::detail {

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "render/path/direct_light.h"
+#include "render/path/gather_light.h"
 #include "render/path/traversal.h"
 
 namespace pvol::detail {

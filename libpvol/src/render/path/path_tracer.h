@@ -1,7 +1,7 @@
 // One camera path: free flights, emission, next-event estimation, scattering.
 #pragma once
 
-#include "render/path/direct_light.h"
+#include "render/path/gather_light.h"
 #include "render/path/traversal.h"
 
 namespace pvol::detail {
@@ -9,26 +9,26 @@ namespace pvol::detail {
 /// Paths of a throughput below this are continued with probability throughput / threshold.
 inline constexpr float kPathRoulette = 1.0f / 16;
 
-struct PathResult {
-  Rgb radiance{0.0f};
-  float alpha = 0;  ///< estimate of 1 - transmittance
-};
-
 /// Traces paths through what `Traversal` makes of the scene's volumes. That is chosen once a scene,
 /// not once a collision.
 template <class Traversal>
 class PathTracer {
  public:
-  explicit PathTracer(const PathSetup& setup) : traversal(setup), s_(setup) {}
+  explicit PathTracer(const PathSetup& setup) : traversal(setup), s_(setup), r_(setup) {}
 
-  [[nodiscard]] PathResult trace(int x, int y, std::uint32_t sample) {
+  [[nodiscard]] const PathResult& trace(int x, int y, std::uint32_t sample) {
+    r_.reset();
     Rng rng(s_.seed, std::uint64_t(y) * std::uint64_t(s_.width) + std::uint64_t(x), sample);
     const auto [jitter_x, jitter_y] = rng.uniform2();
     const Ray ray{s_.projection.origin,
                   s_.projection.direction(x + double(jitter_x), y + double(jitter_y))};
     direction_ = Vec3f(ray.d);
-    if (!traversal.start(ray)) return {s_.background ? seen_light(s_, direction_) : Rgb(0.0f), 0};
-    return walk(rng);
+    if (traversal.start(ray)) {
+      walk(rng);
+    } else if (s_.background) {
+      add_seen(s_, direction_, Rgb(1.0f), r_);
+    }
+    return r_;
   }
 
   Traversal traversal;
@@ -36,36 +36,35 @@ class PathTracer {
 
  private:
   const PathSetup& s_;
+  PathResult r_;
   Vec3f direction_;                       // of the flight, in the world
   Vec3f from_;                            // before the last scattering
   const PhaseFunction* phase_ = nullptr;  // of the last scattering
 
-  PathResult walk(Rng& rng) {
-    PathResult r;
+  void walk(Rng& rng) {
     Rgb throughput(1.0f);
     for (std::uint32_t bounces = 0;; ++bounces) {
       const Hit hit = traversal.fly(direction_, rng);
       throughput *= hit.weight;
       if (hit.matter == nullptr) {
         if (bounces > 0) {
-          r.radiance += throughput * scattered_light(s_, *phase_, from_, direction_);
+          add_scattered(s_, *phase_, from_, direction_, throughput, r_);
         } else {
-          r.alpha = 1 - hit.weight;
-          if (s_.background) r.radiance += throughput * seen_light(s_, direction_);
+          r_.alpha = 1 - hit.weight;
+          if (s_.background) add_seen(s_, direction_, throughput, r_);
         }
-        return r;
+        return;
       }
-      if (bounces == 0) r.alpha = 1;
+      if (bounces == 0) r_.alpha = 1;
       ++collisions;
       const Matter& matter = *hit.matter;
-      r.radiance += throughput * matter.emitted;
-      if (bounces == s_.max_bounces) return r;
+      add_emitted(matter, throughput, r_);
+      if (bounces == s_.max_bounces) return;
       throughput *= matter.albedo;
-      if (!survives(throughput, rng)) return r;
+      if (!survives(throughput, rng)) return;
       phase_ = &matter.phase;
       const auto worth = [](std::size_t) { return 1.0f; };
-      r.radiance +=
-          light_here(s_, *phase_, direction_, throughput, worth, traversal, rng, shadow_rays);
+      add_light_here(s_, *phase_, direction_, throughput, worth, traversal, rng, shadow_rays, r_);
       from_ = direction_;
       direction_ = sample_phase(*phase_, from_, rng);
     }

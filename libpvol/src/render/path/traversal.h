@@ -1,7 +1,9 @@
 // How paths move: free flights and shadow rays through one volume, or through several at once.
 #pragma once
 
+#include "pvol/track/field.h"
 #include "pvol/track/transmittance.h"
+#include "pvol/volume/extinction_source.h"
 #include "render/path/path_setup.h"
 
 namespace pvol::detail {

@@ -1,5 +1,6 @@
 #include "render/tiles/kernels.h"
 
+#include "pvol/volume/extinction_source.h"
 #include "render/path/traversal.h"
 
 namespace pvol::detail {

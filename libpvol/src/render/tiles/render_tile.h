@@ -12,14 +12,6 @@
 
 namespace pvol::detail {
 
-inline void add_sample(PixelSums& p, Rgb radiance, float alpha) {
-  const Vec3d v(radiance);
-  p.sum += v;
-  p.sum_squares += v * v;
-  p.alpha += double(alpha);
-  ++p.samples;
-}
-
 /// What a tracer has done so far.
 template <class Tracer>
 [[nodiscard]] Counts counts_of(const Tracer& tracer) {
@@ -42,19 +34,19 @@ void render_tile(const PathSetup& setup, const tbb::blocked_range2d<int>& tile, 
   Counts before;
   for (int y = tile.rows().begin(); y != tile.rows().end(); ++y) {
     for (int x = tile.cols().begin(); x != tile.cols().end(); ++x) {
-      PixelSums& p = film.pixels[film.index(x, y)];
+      const std::size_t pixel = film.index(x, y);
       for (std::uint32_t sample = begin; sample != end; ++sample) {
-        const auto r = tracer.trace(film.x + x, film.y + y, sample);
+        const PathResult& r = tracer.trace(film.x + x, film.y + y, sample);
         if (!is_finite(r.radiance)) {
           throw Error("pixel (" + std::to_string(film.x + x) + ", " + std::to_string(film.y + y) +
                       ") became infinite: the lights are too bright for single precision");
         }
-        add_sample(p, r.radiance, r.alpha);
+        add_sample(r, pixel, film);
       }
       if constexpr (kCount) {
         const Counts now = counts_of(tracer);
         for (std::size_t k = 0; k < kPixelCounts.size(); ++k) {
-          p.counts[k] += kPixelCounts[k].of(now) - kPixelCounts[k].of(before);
+          film.pixels[pixel].counts[k] += kPixelCounts[k].of(now) - kPixelCounts[k].of(before);
         }
         before = now;
       }

@@ -1,11 +1,11 @@
-// The light of the sky and the suns at the end of a ray, and by next-event estimation at a
-// collision.
+// All light that a path gathers: at the end of a ray, by emission, and by next-event estimation at
+// a collision.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 
-#include "render/path/path_setup.h"
+#include "render/path/path_result.h"
 
 namespace pvol::detail {
 
@@ -24,19 +24,27 @@ inline constexpr int kMostShadowRays = 8;
   return luminance(Rgb(std::abs(c.x), std::abs(c.y), std::abs(c.z)));
 }
 
+/// The constant that is left out of all else.
+inline void add_constant(const PathSetup& s, PathResult& r) { r.radiance += s.constant; }
+
+/// What a collision of a path of this throughput emits.
+inline void add_emitted(const Matter& matter, Rgb throughput, PathResult& r) {
+  r.radiance += throughput * matter.emitted;
+}
+
 /// Light in the direction of a camera ray that met nothing.
-[[nodiscard]] inline Rgb seen_light(const PathSetup& s, Vec3f direction) {
+inline void add_seen(const PathSetup& s, Vec3f direction, Rgb throughput, PathResult& r) {
   Rgb sum = s.sky.radiance(direction) - s.constant;
   for (const LightSource& source : s.lights) {
     sum += std::visit([&](const auto& light) { return light.seen(direction); }, source);
   }
-  return sum;
+  r.radiance += throughput * sum;
 }
 
 /// Light in the direction of a ray that left the cloud after it was scattered out of `from`,
-/// weighted against `light_here`.
-[[nodiscard]] inline Rgb scattered_light(const PathSetup& s, const PhaseFunction& phase, Vec3f from,
-                                         Vec3f direction) {
+/// weighted against `add_light_here`.
+inline void add_scattered(const PathSetup& s, const PhaseFunction& phase, Vec3f from,
+                          Vec3f direction, Rgb throughput, PathResult& r) {
   const auto pdf = [&] { return pdf_phase(phase, from, direction); };
   Rgb sum = s.sky.radiance(direction) - s.constant;
   if (s.sky.sampled()) sum *= balance(pdf(), s.sky.pdf(direction));
@@ -48,7 +56,7 @@ inline constexpr int kMostShadowRays = 8;
         },
         source);
   }
-  return sum;
+  r.radiance += throughput * sum;
 }
 
 /// `light` times an estimate of the transmittance on the way to it. The more light, and the more a
@@ -77,9 +85,9 @@ template <class Traversal>
 /// traversal's place into a path of this throughput and flight direction. `worth(i)` is what a
 /// shadow ray to light i is worth there, above 0; the sky comes after the lights.
 template <class Traversal, class Worth>
-[[nodiscard]] inline Rgb light_here(const PathSetup& s, const PhaseFunction& phase, Vec3f from,
-                                    Rgb throughput, const Worth& worth, Traversal& traversal,
-                                    Rng& rng, std::uint64_t& shadow_rays) {
+inline void add_light_here(const PathSetup& s, const PhaseFunction& phase, Vec3f from,
+                           Rgb throughput, const Worth& worth, Traversal& traversal, Rng& rng,
+                           std::uint64_t& shadow_rays, PathResult& r) {
   Rgb sum(0.0f);
   const auto place = [&] { return traversal.position(); };
   for (std::size_t i = 0; i < s.lights.size(); ++i) {
@@ -99,7 +107,7 @@ template <class Traversal, class Worth>
     sum += shadowed(s, throughput * (l.radiance - s.constant) * (p / (l.pdf + p)), l,
                     worth(s.lights.size()), traversal, rng, shadow_rays);
   }
-  return sum;
+  r.radiance += sum;
 }
 
 }  // namespace pvol::detail
