@@ -16,6 +16,7 @@
 #include "pvol/math/direction.h"
 #include "pvol/track/flight.h"
 #include "pvol/volume/facts.h"
+#include "pvol/volume/make_volume.h"
 #include "pvol/volume/phase.h"
 #include "pvol/volume/volume.h"
 

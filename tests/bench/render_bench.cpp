@@ -20,6 +20,7 @@
 #include "pvol/render/render.h"
 #include "pvol/render/scene_volume.h"
 #include "pvol/volume/facts.h"
+#include "pvol/volume/make_volume.h"
 
 namespace {
 

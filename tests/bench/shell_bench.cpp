@@ -29,6 +29,7 @@
 #include "pvol/shell/recipe_support.h"
 #include "pvol/shell/tightness.h"
 #include "pvol/volume/facts.h"
+#include "pvol/volume/make_volume.h"
 
 namespace {
 
@@ -292,7 +293,7 @@ void bench_render(const char* name, const Volume& volume, Scene scene, double di
       "saved %.1f ns\n",
       name, double(on.shell_tests) / samples, double(on.shell_rejections) / samples,
       double(off.path.segments) / samples, double(on.path.segments) / samples,
-      double(off.null_collisions - on.null_collisions) / samples, best[0] / samples * 1e6,
+      double(off.path.null_collisions - on.path.null_collisions) / samples, best[0] / samples * 1e6,
       best[1] / samples * 1e6, best[1] / best[0],
       equal(films[0], films[1]) ? "bits equal" : "BITS DIFFER", estimate.spent, estimate.saved);
 }
@@ -376,7 +377,7 @@ int run(int argc, char** argv) {
     std::printf("fitted soft K=%d in %.1f s\n", k, s);
   }
   bench_rays(support, volume, shells);
-  volume.shell = shells[2];
+  volume.shell = std::make_shared<const Shell>(shells[2]);
   bench_renders(volume, scene);
   std::printf(
       "\nplateaus: share of segments with bounds within a tolerance, of those that could be\n"
