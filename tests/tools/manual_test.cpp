@@ -118,12 +118,13 @@ TEST(Manual, IsRoffWithoutErrors) {
 
 /// What the script offers for a line of words whose last one is to be completed.
 std::set<std::string> completed(const Tool& tool, const std::string& words) {
-  std::string function = "_" + std::string(tool.name);
+  std::string function = std::string("_") + tool.name;
   std::replace(function.begin(), function.end(), '-', '_');
-  const auto r =
-      run_tool("/bin/bash", {"-c", "source '" + script_of(tool) + "'; COMP_WORDS=(" + words +
-                                       "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); " + function +
-                                       "; printf '%s\\n' \"${COMPREPLY[@]}\""});
+  std::string command = "source '";
+  command.append(script_of(tool)).append("'; COMP_WORDS=(").append(words).append(")");
+  command.append("; COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); ").append(function);
+  command.append("; printf '%s\\n' \"${COMPREPLY[@]}\"");
+  const auto r = run_tool("/bin/bash", {"-c", command});
   EXPECT_EQ(r.err, "");
   std::istringstream lines(r.out);
   std::set<std::string> found;

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "pvol/error.h"
+#include "pvol/volume/medium_keys.h"
 
 namespace pvol {
 namespace {

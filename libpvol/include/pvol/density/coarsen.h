@@ -12,6 +12,4 @@ namespace pvol {
 /// would make more than 2^26 bricks.
 [[nodiscard]] VoxelGrid coarsen(const VoxelGrid& grid);
 
-inline constexpr int kMostCoarsenings = 8;  ///< of a preview: a 256th of the samples along an axis
-
 }  // namespace pvol

@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "pvol/bounds/octree.h"
-#include "pvol/density/coarsen.h"
 #include "pvol/math/keys.h"
 #include "pvol/math/names.h"
 #include "pvol/track/tracker.h"
@@ -76,6 +75,7 @@ struct RenderOptions {
 
 inline constexpr std::int64_t kLargestEdge = 1 << 20;  ///< of an image; far above any picture
 inline constexpr int kMostThreads = 4096;
+inline constexpr int kMostCoarsenings = 8;  ///< of a preview: a 256th of the samples along an axis
 
 [[nodiscard]] constexpr auto keys(const RenderOptions&) {
   using O = RenderOptions;

@@ -7,7 +7,7 @@
 
 #include "pvol/math/keys.h"
 #include "pvol/math/vec.h"
-#include "pvol/volume/medium.h"
+#include "pvol/volume/medium_keys.h"
 
 namespace pvol {
 

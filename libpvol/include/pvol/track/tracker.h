@@ -36,6 +36,9 @@ enum class Tracker {
 /// their variance makes pictures useless before they are right.
 inline constexpr double kMostBoundsExcess = 3;
 
+/// The largest factor by which majorants may be scaled: looser bounds measure nothing new.
+inline constexpr double kMostMajorantScale = 1000;
+
 /// A sampled free flight. For any function g of the distance that is 0 where the ray leaves, the
 /// mean of `weight g(t)` over flights that collided is int g(t) mu_t(t) exp(-int_0^t mu_t) dt; the
 /// mean of `weight` over those that left is the transmittance.
@@ -44,9 +47,6 @@ struct Flight {
   float weight = 1;  ///< exactly 1 for analog and regular trackers; else see flight.h
   bool collided = false;
 };
-
-/// The largest factor by which majorants may be scaled: looser bounds measure nothing new.
-inline constexpr double kMostMajorantScale = 1000;
 
 /// How the transmittance of a ray is estimated (THEORY.md, T3.3).
 enum class Transmittance {

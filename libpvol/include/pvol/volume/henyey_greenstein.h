@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "pvol/math/direction.h"
-#include "pvol/math/keys.h"
 #include "pvol/math/vec.h"
 
 namespace pvol {
@@ -68,19 +67,6 @@ struct HenyeyGreenstein {
                                               float azimuth) {
   const float c = one_minus_cos_of_share(hg, u);
   return {turn(from * hg.axis, c, azimuth), pdf_of_angle(hg, c)};
-}
-
-/// What scenes say of it.
-[[nodiscard]] constexpr auto keys(const HenyeyGreenstein&) {
-  using H = HenyeyGreenstein;
-  return std::to_array<Key<H>>({
-      {{.key = "g",
-        .metavar = "G",
-        .limits = number(Range::closed(-kLargestMeanCosine, kLargestMeanCosine)),
-        .help = "Mean cosine of the scattering angle (Henyey-Greenstein): above 0 is forward"},
-       [](const H& hg) { return to_value(hg.mean_cosine); },
-       [](H& hg, const Value& v) { hg = H(*v.number()); }},
-  });
 }
 
 }  // namespace pvol

@@ -1,7 +1,7 @@
 // Phase functions: how matter scatters light, by the angle between the directions of flight.
 //
-// To add one: a header like henyey_greenstein.h with a plain struct, the three questions below and
-// its keys in scene files; and its name in PhaseFunction (libpvol/ROOMS.md). In scenes a phase
+// To add one: a header like henyey_greenstein.h with a plain struct and the three questions below,
+// its name in PhaseFunction, and its rows in medium_keys.h (libpvol/ROOMS.md). In scenes a phase
 // function is known by the first of its keys.
 #pragma once
 

@@ -1,0 +1,55 @@
+// What users set of a medium: the rows of its components and of every phase function.
+#pragma once
+
+#include "pvol/math/keys.h"
+#include "pvol/volume/medium.h"
+
+namespace pvol {
+
+/// Of radiance, emission and irradiance: sums of their squares over all samples stay far inside
+/// double, and they themselves inside float.
+inline constexpr Range kRadianceRange = Range::closed(0, 1e30);
+
+[[nodiscard]] constexpr auto keys(const HenyeyGreenstein&) {
+  using H = HenyeyGreenstein;
+  return std::to_array<Key<H>>({
+      {{.key = "g",
+        .metavar = "G",
+        .limits = number(Range::closed(-kLargestMeanCosine, kLargestMeanCosine)),
+        .help = "Mean cosine of the scattering angle (Henyey-Greenstein): above 0 is forward"},
+       [](const H& hg) { return to_value(hg.mean_cosine); },
+       [](H& hg, const Value& v) { hg = H(*v.number()); }},
+  });
+}
+
+[[nodiscard]] constexpr auto keys(const Component&) {
+  using C = Component;
+  return std::to_array<Key<C>>({
+      key<&C::share>({.key = "share",
+                      .metavar = "X",
+                      .limits = number(Range::closed(0, 1)),
+                      .help = "Share of the extinction; the medium itself has what is left",
+                      .required = true}),
+      key<&C::albedo>({.key = "albedo",
+                       .metavar = "RGB",
+                       .limits = number(Range::closed(0, 1)).or_three(),
+                       .help = "Scattering over extinction"}),
+      keys_of_kind<&C::phase>(),
+      key<&C::emission>({.key = "emission",
+                         .metavar = "RGB",
+                         .limits = number(kRadianceRange).or_three(),
+                         .help = "Radiance that absorbing matter emits"}),
+  });
+}
+
+[[nodiscard]] constexpr auto keys(const Medium&) {
+  return std::to_array<Key<Medium>>({
+      key<&Medium::extinction>({.key = "extinction",
+                                .metavar = "X",
+                                .limits = number(Range::at_least(0)),
+                                .help = "Extinction per world unit and unit of density",
+                                .otherwise = "chosen for the cloud, and printed"}),
+  });
+}
+
+}  // namespace pvol
