@@ -135,10 +135,17 @@ LightSample SunLight::sample_disc(Rng& rng) const {
   return {turn(direction, one_minus_cos_radius * u, azimuth), disc_radiance, disc_pdf};
 }
 
+namespace {
+
+/// One for each kind of light.
+LightSource make_ready(const Sun& sun) { return SunLight(sun); }
+
+}  // namespace
+
 std::vector<LightSource> make_light_sources(std::span<const Light> lights) {
   std::vector<LightSource> sources;
   for (const Light& light : lights) {
-    std::visit([&](const Sun& sun) { sources.emplace_back(SunLight(sun)); }, light);
+    sources.push_back(std::visit([](const auto& l) { return make_ready(l); }, light));
   }
   return sources;
 }

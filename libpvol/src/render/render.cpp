@@ -15,6 +15,7 @@
 
 #include "pvol/error.h"
 #include "render/guide/importance.h"
+#include "render/path/path_result.h"
 #include "render/tiles/kernels.h"
 
 namespace pvol {
@@ -115,6 +116,8 @@ RenderResult render(const RenderPlan& plan, const Progress& progress) {
     throw Error("the lights are too bright for single precision");
   }
   const TileFunction render_part = detail::find_kernel(kernel);
+  film.layers = detail::make_layers(setup);
+  for (Layer& layer : film.layers) layer.sums.resize(film.pixels.size());
 
   // In passes, so that an image that is stopped early has samples everywhere.
   constexpr std::uint32_t kPass = 16;

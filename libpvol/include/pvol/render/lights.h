@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "pvol/math/box.h"
 #include "pvol/math/direction.h"
 #include "pvol/math/rng.h"
 #include "pvol/render/scene.h"
@@ -77,8 +78,8 @@ struct SunLight {
   [[nodiscard]] LightSample sample(const Where&, Rng& rng) const {
     return delta() ? LightSample{direction, irradiance, 1} : sample_disc(rng);
   }
-  /// Irradiance on a plane that faces the light at a place.
-  [[nodiscard]] Rgb irradiance_at(Vec3d) const { return irradiance; }
+  /// About the irradiance in a box of the world, on planes that face the light.
+  [[nodiscard]] Rgb irradiance_on(const Box&) const { return irradiance; }
 
  private:
   [[nodiscard]] LightSample sample_disc(Rng& rng) const;

@@ -21,14 +21,15 @@ class GuidedTracer {
 
   [[nodiscard]] const PathResult& trace(int x, int y, std::uint32_t sample) {
     r_.reset();
-    Rng rng(s_.seed, std::uint64_t(y) * std::uint64_t(s_.width) + std::uint64_t(x), sample);
+    Rng rng(s_.options.seed, std::uint64_t(y) * std::uint64_t(s_.options.width) + std::uint64_t(x),
+            sample);
     const auto [jitter_x, jitter_y] = rng.uniform2();
     const Ray ray{s_.projection.origin,
                   s_.projection.direction(x + double(jitter_x), y + double(jitter_y))};
     direction_ = Vec3f(ray.d);
     const Hit first = traversal.start(ray) ? traversal.fly(direction_, rng) : Hit{};
     if (first.matter == nullptr) {
-      if (s_.background) {
+      if (s_.options.background) {
         add_constant(s_, r_);
         add_seen(s_, direction_, Rgb(1.0f), r_);
       }

@@ -109,13 +109,14 @@ std::vector<Nodes> blurred_radiance(const CoarseCells& cells, const std::vector<
   return all;
 }
 
-/// Irradiance of a light in the middle of a coarse cell.
+/// Irradiance of a light in a coarse cell.
 Rgb irradiance_in(const PathSetup& setup, const CoarseCells& cells, std::size_t light,
                   std::size_t row) {
-  const Vec3d centre = Vec3d(cells.places[row] + vec3(cells.low)) + Vec3d(0.5);
-  const Vec3d place =
-      setup.volumes.front().cells_to_world.point(centre * std::ldexp(1.0, cells.shift));
-  return std::visit([&](const auto& l) { return l.irradiance_at(place); }, setup.lights[light]);
+  const Vec3d low(cells.places[row] + vec3(cells.low));
+  const double edge = std::ldexp(1.0, cells.shift);
+  const Box box =
+      transform(setup.volumes.front().cells_to_world, Box{low * edge, (low + Vec3d(1.0)) * edge});
+  return std::visit([&](const auto& l) { return l.irradiance_on(box); }, setup.lights[light]);
 }
 
 /// In proportion to the spread of an analog shadow ray, nearly: the root of the mean transmittance
@@ -179,7 +180,8 @@ double mean_seen(const PathSetup& setup, const Importance& importance) {
     Rng rng(kKey, 0, std::uint64_t(i));
     const auto [x, y] = rng.uniform2();
     const Ray ray{setup.projection.origin,
-                  setup.projection.direction(double(x) * setup.width, double(y) * setup.height)};
+                  setup.projection.direction(double(x) * setup.options.width,
+                                             double(y) * setup.options.height)};
     const Vec3f d(ray.d);
     if (!traversal.start(ray) || traversal.fly(d, rng).matter == nullptr) continue;
     sum += double(importance.row(traversal.place().at.cell).of(importance.half_sine(d)));

@@ -14,6 +14,9 @@ struct PathResult {
   void reset() { radiance = Rgb(0.0f), alpha = 0; }
 };
 
+/// The layers that a film of these paths has.
+[[nodiscard]] inline std::vector<Layer> make_layers(const PathSetup&) { return {}; }
+
 /// Adds a sample to the film.
 inline void add_sample(const PathResult& r, std::size_t pixel, Film& film) {
   PixelSums& p = film.pixels[pixel];

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "pvol/render/film.h"
@@ -117,25 +118,20 @@ struct PathSetup {
   SkyLight sky;
   std::vector<LightSource> lights;
   float shadow_unit;  ///< radiance that is worth one shadow ray (THEORY.md, T5.2)
-  Tracker tracker;
-  Transmittance transmittance;
-  bool background;
   std::uint32_t max_bounces;
-  std::uint64_t seed;
-  int width, height;
+  RenderOptions options;
+  std::vector<std::string> light_names;  ///< "sun.1" and so on, in the order of `lights`
 
   PathSetup(const RenderPlan& plan, Rgb constant_ = Rgb(0.0f))
       : constant(constant_),
         projection(plan.scene.camera, plan.scene.options.width, plan.scene.options.height),
         sky(plan.scene.environment),
         lights(make_light_sources(plan.scene.lights)),
-        tracker(plan.scene.options.tracker),
-        transmittance(plan.scene.options.transmittance),
-        background(plan.scene.options.background),
         max_bounces(plan.scene.options.max_bounces.value_or(~0u)),
-        seed(plan.scene.options.seed),
-        width(plan.scene.options.width),
-        height(plan.scene.options.height) {
+        options(plan.scene.options) {
+    for (const Light& light : plan.scene.lights) {
+      light_names.push_back(kind_name(light) + ('.' + std::to_string(light_names.size() + 1)));
+    }
     for (std::size_t i = 0; i < plan.volumes.size(); ++i) {
       const Volume& v = plan.volumes[i];
       volumes.emplace_back(v, constant);
@@ -143,11 +139,9 @@ struct PathSetup {
     }
     constexpr float kUnit = 0.1f;  // of the light that falls on the cloud
     float light = sky.sampled() ? sky.mean_luminance() * 4 * float(std::numbers::pi) : 0;
-    const Vec3d centre =
-        volumes.empty() ? Vec3d{} : volumes.front().volume.density.world_box.centre();
+    const Box box = volumes.empty() ? Box{} : volumes.front().volume.density.world_box;
     for (const LightSource& source : lights) {
-      light +=
-          std::visit([&](const auto& l) { return luminance(l.irradiance_at(centre)); }, source);
+      light += std::visit([&](const auto& l) { return luminance(l.irradiance_on(box)); }, source);
     }
     shadow_unit = kUnit * light;
   }

@@ -18,14 +18,15 @@ class PathTracer {
 
   [[nodiscard]] const PathResult& trace(int x, int y, std::uint32_t sample) {
     r_.reset();
-    Rng rng(s_.seed, std::uint64_t(y) * std::uint64_t(s_.width) + std::uint64_t(x), sample);
+    Rng rng(s_.options.seed, std::uint64_t(y) * std::uint64_t(s_.options.width) + std::uint64_t(x),
+            sample);
     const auto [jitter_x, jitter_y] = rng.uniform2();
     const Ray ray{s_.projection.origin,
                   s_.projection.direction(x + double(jitter_x), y + double(jitter_y))};
     direction_ = Vec3f(ray.d);
     if (traversal.start(ray)) {
       walk(rng);
-    } else if (s_.background) {
+    } else if (s_.options.background) {
       add_seen(s_, direction_, Rgb(1.0f), r_);
     }
     return r_;
@@ -51,7 +52,7 @@ class PathTracer {
           add_scattered(s_, *phase_, from_, direction_, throughput, r_);
         } else {
           r_.alpha = 1 - hit.weight;
-          if (s_.background) add_seen(s_, direction_, throughput, r_);
+          if (s_.options.background) add_seen(s_, direction_, throughput, r_);
         }
         return;
       }

@@ -125,7 +125,7 @@ class OneVolume {
 
   [[nodiscard]] Hit fly(Vec3f direction, Rng& rng) {
     Walk walk(v_.volume.density.octree, cursor_, v_.in_cells(direction));
-    const Flight f = detail::fly(s_.tracker, walk, field_, rng, work.path);
+    const Flight f = detail::fly(s_.options.tracker, walk, field_, rng, work.path);
     if (!f.collided) return {nullptr, f.weight};
     cursor_ = walk.stop_at(walk.point(f.t));
     return {&v_.choose_matter(rng), f.weight};
@@ -143,7 +143,8 @@ class OneVolume {
   /// Transmittance from the path's place over a distance, or to the outside.
   [[nodiscard]] float pass(Vec3f direction, double distance, Rng& rng) {
     Walk walk(v_.volume.density.octree, cursor_, v_.in_cells(direction), distance);
-    return detail::pass(s_.transmittance, s_.tracker, walk, field_, rng, work.shadow);
+    return detail::pass(s_.options.transmittance, s_.options.tracker, walk, field_, rng,
+                        work.shadow);
   }
 
   Work<Count> work;
@@ -191,7 +192,7 @@ class ManyVolumes {
       if (!span || span->t0 >= nearest) continue;
       Walk walk(v.volume.density.octree, make_cursor(v.volume.density.octree, cells.at(span->t0)),
                 v.in_cells(direction), nearest - span->t0);
-      const Flight f = detail::fly(s_.tracker, walk, fields_[i], rng, work.path);
+      const Flight f = detail::fly(s_.options.tracker, walk, fields_[i], rng, work.path);
       if (!f.collided || !(span->t0 + f.t < nearest)) continue;
       nearest = span->t0 + f.t;
       hit = &v;
@@ -213,7 +214,8 @@ class ManyVolumes {
       if (!span || span->t0 >= distance) continue;
       Walk walk(v.volume.density.octree, make_cursor(v.volume.density.octree, cells.at(span->t0)),
                 v.in_cells(direction), distance - span->t0);
-      product *= detail::pass(s_.transmittance, s_.tracker, walk, fields_[i], rng, work.shadow);
+      product *= detail::pass(s_.options.transmittance, s_.options.tracker, walk, fields_[i], rng,
+                              work.shadow);
     }
     return product;
   }
