@@ -512,9 +512,15 @@ struct RandomScene {
     return o;
   }
 
+  PhaseFunction phase() {
+    const auto lobe = [&] { return HenyeyGreenstein(uniform(-0.9999, 0.9999)); };
+    if (coin()) return lobe();
+    return TwoLobes{lobe(), lobe(), uniform(0, 1)};
+  }
+
   Component component(double share) {
-    return {share, Rgb(Vec3d{uniform(0, 1), uniform(0, 1), double(whole(0, 1))}),
-            HenyeyGreenstein(uniform(-0.9999, 0.9999)), coin() ? Rgb(0.0f) : radiance()};
+    return {share, Rgb(Vec3d{uniform(0, 1), uniform(0, 1), double(whole(0, 1))}), phase(),
+            coin() ? Rgb(0.0f) : radiance()};
   }
 
   SceneVolume volume(const char* file) {

@@ -393,5 +393,29 @@ TEST(Media, WhatMakesNoSenseIsRefused) {
   refused([](Body& m) { m.emission.y = std::nanf(""); });
 }
 
+/// A component of two lobes is two components of one lobe each.
+TEST(Media, TwoLobesAreTwoComponents) {
+  const CloudScene s = cloud_scene();
+  proof::Family family;
+  for (const GuideUse guide : {GuideUse::off, GuideUse::on}) {
+    CloudScene one = s, two = s;
+    one.options.guide = two.options.guide = guide;
+    two.options.seed = 77;
+    const TwoLobes lobes{HenyeyGreenstein(0.8), HenyeyGreenstein(-0.5), 0.75};
+    Volume volume = make_volumes(cloud(), std::vector{s.medium}, one).front();
+    const Component matter = volume.medium.components.front();
+    volume.medium.components = {matter};
+    volume.medium.components[0].phase = lobes;
+    const Film lobed = pvol::render(volume, one.scene()).film;
+    volume.medium.components = {matter, matter};
+    volume.medium.components[0].share = lobes.share;
+    volume.medium.components[0].phase = lobes.forward;
+    volume.medium.components[1].share = 1 - lobes.share;
+    volume.medium.components[1].phase = lobes.backward;
+    compare(lobed, pvol::render(volume, two.scene()).film, name(guide), family);
+  }
+  EXPECT_TRUE(family.passes());
+}
+
 }  // namespace
 }  // namespace pvol::test

@@ -263,5 +263,71 @@ TEST(Turn, OneMinusCosOfSmallAnglesKeepsItsDigits) {
   }
 }
 
+const TwoLobes kTwoLobes[] = {{HenyeyGreenstein(0.9), HenyeyGreenstein(-0.4), 0.7},
+                              {HenyeyGreenstein(0), HenyeyGreenstein(0.6), 0.2},
+                              {HenyeyGreenstein(0.5), HenyeyGreenstein(-0.9), 0},
+                              {HenyeyGreenstein(0.5), HenyeyGreenstein(-0.9), 1}};
+
+TEST(TwoLobes, DensityIntegratesToOneAndItsMeanCosineIsStated) {
+  for (const TwoLobes& p : kTwoLobes) {
+    constexpr int kSteps = 200'000;
+    double sum = 0, cosines = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      const double c = -1 + 2 * (i + 0.5) / kSteps;
+      const Vec3f to(Vec3d(std::sqrt(1 - c * c), 0, c));
+      const double part = double(pdf_phase(p, {0, 0, 1}, to)) * 4 * pi / kSteps;
+      sum += part, cosines += c * part;
+    }
+    EXPECT_NEAR(sum, 1, 1e-4);
+    EXPECT_NEAR(cosines, mean_cosine(p), 1e-4);
+  }
+}
+
+TEST(TwoLobes, IsTheSameWithItsDirectionsExchangedOrBothReversed) {
+  std::mt19937_64 random(7);
+  for (const TwoLobes& p : kTwoLobes) {
+    const Vec3f a = any_direction(random), b = any_direction(random);
+    EXPECT_EQ(pdf_phase(p, a, b), pdf_phase(p, b, a));
+    EXPECT_EQ(pdf_phase(p, a, b), pdf_phase(p, -a, -b));
+  }
+}
+
+/// By chi-square over cosines, against the density; an error of 1 % in the share would be found.
+TEST(TwoLobes, SamplesHaveTheDensityThatTheyState) {
+  constexpr int kDraws = 400'000, kBins = 40;
+  std::mt19937_64 random(8);
+  Rng rng(3, 0, 0);
+  for (const TwoLobes& p : kTwoLobes) {
+    const auto chi_square = [&](const TwoLobes& sampled) {
+      std::array<double, kBins> found{}, expected{};
+      for (int i = 0; i < kDraws; ++i) {
+        const Vec3f from = any_direction(random);
+        const auto [u, azimuth] = rng.uniform2();
+        const PhaseSample s = sample_phase(sampled, from, u, azimuth);
+        EXPECT_EQ(s.pdf, pdf_phase(sampled, from, s.direction));
+        const double c = double(dot(from, s.direction));
+        ++found[std::size_t(std::clamp(int((c + 1) / 2 * kBins), 0, kBins - 1))];
+      }
+      constexpr int kSteps = 400;
+      for (int i = 0; i < kBins * kSteps; ++i) {
+        const double c = -1 + 2 * (i + 0.5) / (kBins * kSteps);
+        const Vec3f to(Vec3d(std::sqrt(1 - c * c), 0, c));
+        expected[std::size_t(i / kSteps)] +=
+            kDraws * double(pdf_phase(p, {0, 0, 1}, to)) * 4 * pi / (kBins * kSteps);
+      }
+      double sum = 0;
+      for (int i = 0; i < kBins; ++i) {
+        const double e = expected[std::size_t(i)], d = found[std::size_t(i)] - e;
+        sum += d * d / e;
+      }
+      return sum;
+    };
+    EXPECT_LT(chi_square(p), 85) << "39 degrees of freedom: beyond by chance once in 30 000";
+    TwoLobes off = p;
+    off.share += off.share > 0.5 ? -0.02 : 0.02;
+    EXPECT_GT(chi_square(off), 85);
+  }
+}
+
 }  // namespace
 }  // namespace pvol

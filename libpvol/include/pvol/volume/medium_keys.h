@@ -22,6 +22,29 @@ inline constexpr Range kRadianceRange = Range::closed(0, 1e30);
   });
 }
 
+[[nodiscard]] constexpr auto keys(const TwoLobes&) {
+  using P = TwoLobes;
+  constexpr Limits kCosine = number(Range::closed(-kLargestMeanCosine, kLargestMeanCosine));
+  return std::to_array<Key<P>>({
+      {{.key = "g_forward",
+        .metavar = "G",
+        .limits = kCosine,
+        .help = "Mean cosine of the first of two Henyey-Greenstein lobes, instead of g"},
+       [](const P& p) { return to_value(p.forward.mean_cosine); },
+       [](P& p, const Value& v) { p.forward = HenyeyGreenstein(*v.number()); }},
+      {{.key = "g_backward",
+        .metavar = "G",
+        .limits = kCosine,
+        .help = "Mean cosine of the second lobe"},
+       [](const P& p) { return to_value(p.backward.mean_cosine); },
+       [](P& p, const Value& v) { p.backward = HenyeyGreenstein(*v.number()); }},
+      key<&P::share>({.key = "forward_share",
+                      .metavar = "X",
+                      .limits = number(Range::closed(0, 1)),
+                      .help = "Share of the first lobe"}),
+  });
+}
+
 [[nodiscard]] constexpr auto keys(const Component&) {
   using C = Component;
   return std::to_array<Key<C>>({

@@ -9,10 +9,11 @@
 
 #include "pvol/math/rng.h"
 #include "pvol/volume/henyey_greenstein.h"
+#include "pvol/volume/two_lobes.h"
 
 namespace pvol {
 
-using PhaseFunction = std::variant<HenyeyGreenstein>;
+using PhaseFunction = std::variant<HenyeyGreenstein, TwoLobes>;
 
 /// Mean cosine of the scattering angle, in (-1, 1).
 [[nodiscard]] inline double mean_cosine(const PhaseFunction& phase) {
