@@ -361,7 +361,8 @@ TEST_F(SceneText, BadFrameworkIsRefused) {
             "s.toml:1:10: volume is 3; expected a table [volume] or tables [[volume]]");
   EXPECT_EQ(
       error(kCloud + "[render]\n[[render.sun]]\n"),
-      "s.toml:4:10: unknown key \"sun\" in [render]; expected one of size, crop, spp, seed, "
+      "s.toml:4:10: unknown key \"sun\" in [render]; expected one of size, crop, spp, "
+      "first_sample, seed, "
       "tracker, transmittance, micro_bounds, interpolation, shells, guide, depth, max_bounces, "
       "background, density, density_tolerance, majorant_scale, homogenise or preview");
   EXPECT_EQ(error("sun = [1]\n" + kCloud), "s.toml:1:8: sun[1] is 1; expected a table");
@@ -496,6 +497,7 @@ struct RandomScene {
     o.crop_x = whole(0, o.width - 1), o.crop_y = whole(0, o.height - 1);
     o.crop_width = whole(0, o.width - o.crop_x), o.crop_height = whole(0, o.height - o.crop_y);
     o.samples = std::uint32_t(bits() >> 32) | 1u;
+    o.first_sample = std::uint32_t(bits() >> 33);
     o.seed = bits() >> 1;
     o.tracker = Tracker(whole(0, 5));
     o.transmittance = Transmittance(whole(0, 4));

@@ -261,5 +261,33 @@ TEST(Render, AFramedCameraSeesTheWholeBox) {
   }
 }
 
+/// Samples of a pixel are numbered: parts of them add up to the whole picture, to rounding.
+TEST(Render, PartsOfTheSamplesAddUpToTheWhole) {
+  CloudScene s = cloud_scene();
+  s.options.samples = 40;
+  const Volume volume = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
+  const Film whole = render(volume, s).film;
+  Film parts;
+  for (const std::uint32_t begin : {0u, 17u, 33u}) {
+    s.options.first_sample = begin;
+    s.options.samples = begin == 0 ? 17 : begin == 17 ? 16 : 7;
+    const Film part = render(volume, s).film;
+    if (begin == 0) {
+      parts = part;
+    } else {
+      add_samples(parts, part);
+    }
+  }
+  for (std::size_t i = 0; i < whole.pixels.size(); ++i) {
+    const PixelSums &a = whole.pixels[i], &b = parts.pixels[i];
+    ASSERT_EQ(a.samples, b.samples);
+    ASSERT_EQ(a.alpha, b.alpha);
+    ASSERT_LE(length(a.sum - b.sum), 1e-12 * length(a.sum));
+    ASSERT_LE(length(a.sum_squares - b.sum_squares), 1e-12 * length(a.sum_squares));
+  }
+  s.options.first_sample = 4294967290u;
+  EXPECT_THROW((void)render(volume, s), Error);
+}
+
 }  // namespace
 }  // namespace pvol

@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cmath>
 #include <ctime>
+#include <limits>
 #include <mutex>
 
 #include "pvol/error.h"
@@ -119,10 +120,16 @@ RenderResult render(const RenderPlan& plan, const Progress& progress) {
   film.layers = detail::make_layers(setup);
   for (Layer& layer : film.layers) layer.sums.resize(film.pixels.size());
 
+  const std::uint64_t last = std::uint64_t(o.first_sample) + o.samples;
+  if (last > std::numeric_limits<std::uint32_t>::max()) {
+    throw Error("samples up to number " + std::to_string(last) +
+                " are asked for; expected at most 4294967295");
+  }
+
   // In passes, so that an image that is stopped early has samples everywhere.
   constexpr std::uint32_t kPass = 16;
-  for (std::uint32_t begin = 0; begin < o.samples && !reporter.stopped();) {
-    const std::uint32_t end = begin + std::min(kPass, o.samples - begin);
+  for (std::uint32_t begin = o.first_sample; begin < last && !reporter.stopped();) {
+    const std::uint32_t end = begin + std::uint32_t(std::min<std::uint64_t>(kPass, last - begin));
     arena.execute([&] { render_pass(render_part, setup, begin, end, film, counts, reporter); });
     begin = end;
   }

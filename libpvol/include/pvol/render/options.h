@@ -49,6 +49,7 @@ struct RenderOptions {
   int crop_x = 0, crop_y = 0;           ///< upper left corner of the part that is rendered
   int crop_width = 0, crop_height = 0;  ///< 0: up to the image's edge
   std::uint32_t samples = 64;           ///< camera samples per pixel
+  std::uint32_t first_sample = 0;  ///< number of the first of them: pictures of one seed add up
   std::uint64_t seed = 1;
   int threads = 0;  ///< 0: one for each hardware thread
   Tracker tracker = Tracker::decomposition;
@@ -111,6 +112,12 @@ inline constexpr int kMostCoarsenings = 8;  ///< of a preview: a 256th of the sa
                         .limits = whole(1, kMost32),
                         .help = "Samples per pixel",
                         .effect = Effect::cost}),
+      key<&O::first_sample>({.key = "first_sample",
+                             .metavar = "N",
+                             .limits = whole(0, kMost32),
+                             .help = "Number of the first sample of each pixel: pictures of one "
+                                     "seed with other samples are parts of one picture",
+                             .effect = Effect::cost}),
       key<&O::seed>({.key = "seed",
                      .metavar = "N",
                      .limits = whole(0, kMost63),
