@@ -364,7 +364,7 @@ TEST_F(SceneText, BadFrameworkIsRefused) {
       "s.toml:4:10: unknown key \"sun\" in [render]; expected one of size, crop, spp, "
       "first_sample, seed, "
       "tracker, transmittance, micro_bounds, interpolation, shells, guide, depth, max_bounces, "
-      "background, density, density_tolerance, majorant_scale, homogenise or preview");
+      "background, light_layers, density, density_tolerance, majorant_scale, homogenise or preview");
   EXPECT_EQ(error("sun = [1]\n" + kCloud), "s.toml:1:8: sun[1] is 1; expected a table");
   EXPECT_NE(error("[recipe]\n").find("s.toml: is a recipe"), std::string::npos);
   EXPECT_NE(error("volume.fil = 3\n").find("s.toml:1:8: unknown key \"fil\" in [volume]"),
@@ -508,6 +508,7 @@ struct RandomScene {
     if (coin()) o.depth = whole(0, 16);
     if (coin()) o.max_bounces = std::uint32_t(bits() >> 32);
     o.background = coin();
+    o.light_layers = coin();
     if (coin()) o.majorant_scale = uniform(1.0 / 3, 1000);
     if (coin()) o.homogenise = uniform(0, 10);
     o.preview = whole(0, 8);

@@ -69,8 +69,9 @@ struct RenderOptions {
   /// which takes it as it is.
   int preview = 0;
   std::optional<std::uint32_t> max_bounces;  ///< scatterings per path; a limit makes images biased
-  bool background = true;  ///< whether camera rays see the lights behind the cloud
-  bool count = false;      ///< count look-ups and the like (slower by a few per cent)
+  bool background = true;     ///< whether camera rays see the lights behind the cloud
+  bool light_layers = false;  ///< keep the light of the sky, each light and emission apart, too
+  bool count = false;         ///< count look-ups and the like (slower by a few per cent)
   friend bool operator==(const RenderOptions&, const RenderOptions&) = default;
 };
 
@@ -190,6 +191,11 @@ inline constexpr int kMostCoarsenings = 8;  ///< of a preview: a 256th of the sa
       key<&O::background>(
           {.key = "background",
            .help = "Whether the sky is seen behind the cloud; off leaves it transparent"}),
+      key<&O::light_layers>(
+          {.key = "light_layers",
+           .help = "Whether the .exr keeps the light of the sky, of each light and of emission in "
+                   "layers of their own, whose sum is the picture",
+           .effect = Effect::cost}),
       key<&O::majorant_scale>(
           {.key = "majorant_scale",
            .metavar = "X",

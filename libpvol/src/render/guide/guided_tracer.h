@@ -85,7 +85,7 @@ class GuidedTracer {
   /// from there, by itself or split.
   [[nodiscard]] bool collide(const Matter& matter, Rng& rng) {
     ++collisions;
-    add_emitted(matter, throughput_, r_);
+    add_emitted(s_, matter, throughput_, r_);
     matter_ = &matter;
     row_ = &importance_.row(traversal.place().at.cell);
     const float worth = largest(throughput_) * row_->of(importance_.half_sine(direction_));

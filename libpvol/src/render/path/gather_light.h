@@ -25,18 +25,30 @@ inline constexpr int kMostShadowRays = 8;
 }
 
 /// The constant that is left out of all else.
-inline void add_constant(const PathSetup& s, PathResult& r) { r.radiance += s.constant; }
+inline void add_constant(const PathSetup& s, PathResult& r) {
+  r.radiance += s.constant;
+  if (r.in_layers()) r.sky() += s.constant;
+}
 
-/// What a collision of a path of this throughput emits.
-inline void add_emitted(const Matter& matter, Rgb throughput, PathResult& r) {
+/// What a collision of a path of this throughput emits, less what it absorbs of the constant, which
+/// is the sky's.
+inline void add_emitted(const PathSetup& s, const Matter& matter, Rgb throughput, PathResult& r) {
   r.radiance += throughput * matter.emitted;
+  if (!r.in_layers()) return;
+  const Rgb absorbed = (Rgb(1.0f) - matter.albedo) * s.constant;
+  r.emission() += throughput * (matter.emitted + absorbed);
+  r.sky() -= throughput * absorbed;
 }
 
 /// Light in the direction of a camera ray that met nothing.
 inline void add_seen(const PathSetup& s, Vec3f direction, Rgb throughput, PathResult& r) {
   Rgb sum = s.sky.radiance(direction) - s.constant;
-  for (const LightSource& source : s.lights) {
-    sum += std::visit([&](const auto& light) { return light.seen(direction); }, source);
+  if (r.in_layers()) r.sky() += throughput * sum;
+  for (std::size_t i = 0; i < s.lights.size(); ++i) {
+    const Rgb seen =
+        std::visit([&](const auto& light) { return light.seen(direction); }, s.lights[i]);
+    sum += seen;
+    if (r.in_layers()) r.layers[i] += throughput * seen;
   }
   r.radiance += throughput * sum;
 }
@@ -48,13 +60,17 @@ inline void add_scattered(const PathSetup& s, const PhaseFunction& phase, Vec3f 
   const auto pdf = [&] { return pdf_phase(phase, from, direction); };
   Rgb sum = s.sky.radiance(direction) - s.constant;
   if (s.sky.sampled()) sum *= balance(pdf(), s.sky.pdf(direction));
-  for (const LightSource& source : s.lights) {
+  if (r.in_layers()) r.sky() += throughput * sum;
+  for (std::size_t i = 0; i < s.lights.size(); ++i) {
     std::visit(
         [&](const auto& light) {
           const Rgb seen = light.seen(direction);
-          if (largest(seen) > 0) sum += seen * balance(pdf(), light.pdf());
+          if (!(largest(seen) > 0)) return;
+          const Rgb weighted = seen * balance(pdf(), light.pdf());
+          sum += weighted;
+          if (r.in_layers()) r.layers[i] += throughput * weighted;
         },
-        source);
+        s.lights[i]);
   }
   r.radiance += throughput * sum;
 }
@@ -96,16 +112,20 @@ inline void add_light_here(const PathSetup& s, const PhaseFunction& phase, Vec3f
           const LightSample l = light.sample(place, rng);
           const float p = pdf_phase(phase, from, l.direction);
           const float weight = light.delta() ? 1 : balance(l.pdf, p);
-          sum += shadowed(s, throughput * l.radiance * (weight * p / l.pdf), l, worth(i), traversal,
-                          rng, shadow_rays);
+          const Rgb light_of_it = shadowed(s, throughput * l.radiance * (weight * p / l.pdf), l,
+                                           worth(i), traversal, rng, shadow_rays);
+          sum += light_of_it;
+          if (r.in_layers()) r.layers[i] += light_of_it;
         },
         s.lights[i]);
   }
   if (s.sky.sampled()) {
     const LightSample l = s.sky.sample(rng);
     const float p = pdf_phase(phase, from, l.direction);
-    sum += shadowed(s, throughput * (l.radiance - s.constant) * (p / (l.pdf + p)), l,
-                    worth(s.lights.size()), traversal, rng, shadow_rays);
+    const Rgb light_of_it = shadowed(s, throughput * (l.radiance - s.constant) * (p / (l.pdf + p)),
+                                     l, worth(s.lights.size()), traversal, rng, shadow_rays);
+    sum += light_of_it;
+    if (r.in_layers()) r.sky() += light_of_it;
   }
   r.radiance += sum;
 }

@@ -59,7 +59,7 @@ class PathTracer {
       if (bounces == 0) r_.alpha = 1;
       ++collisions;
       const Matter& matter = *hit.matter;
-      add_emitted(matter, throughput, r_);
+      add_emitted(s_, matter, throughput, r_);
       if (bounces == s_.max_bounces) return;
       throughput *= matter.albedo;
       if (!survives(throughput, rng)) return;
