@@ -81,6 +81,18 @@ TEST(Limits, TextsOfCommandLinesBecomeValuesAndComeBack) {
   EXPECT_EQ(parse_value(number(), "+1e3"), Value(1000.0));
 }
 
+TEST(Limits, SpeakTheLanguageOfCommandLines) {
+  const auto told = [](const Limits& limits, const char* text) {
+    const auto r = refuse(limits, parse_value(limits, text));
+    return r ? command_expected(limits, *r) : "";
+  };
+  EXPECT_EQ(told(flag(), "maybe"), "on or off");
+  EXPECT_EQ(told(name_of<ShellUse>(), "yes"), "auto or on or off");
+  EXPECT_EQ(told(whole(0, 16).or_word("auto"), "17"), "auto or a whole number in 0..16");
+  EXPECT_EQ(told(whole(1, 9).times(2, 'x'), "3x0"), "a whole number in 1..9");
+  EXPECT_EQ(told(number(Range::at_least(0)), "-1"), "a number of at least 0");
+}
+
 /// The entries of every table, each bound to a thing with its defaults.
 struct Tables {
   RenderOptions options;

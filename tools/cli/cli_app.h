@@ -50,8 +50,9 @@ inline void add_quiet(CLI::App& app, Common& common) {
   return CLI::Validator(
              [limits](const std::string& text) -> std::string {
                const auto refusal = refuse(limits, parse_value(limits, text));
-               return refusal ? fmt::format("found '{}', expected {}", text, refusal->expected)
-                              : "";
+               if (!refusal) return {};
+               return fmt::format("found '{}', expected {}", text,
+                                  command_expected(limits, *refusal));
              },
              "")
       .name(flag ? "on off" : fmt::format("{}", fmt::join(limits.all_words(), " ")));

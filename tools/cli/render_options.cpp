@@ -98,7 +98,7 @@ void apply(const std::map<std::string, std::string>& options, const Entries& ent
     const auto refusal = e.set(parse_value(e.about.limits, given->second));
     if (refusal) {
       throw UsageError(fmt::format("{}: found '{}', expected {}", flag_of(e.about), given->second,
-                                   refusal->expected));
+                                   command_expected(e.about.limits, *refusal)));
     }
     if (*e.about.goes_with == 0) continue;
     const Entry& other = *find_key(entries, e.about.goes_with);

@@ -197,6 +197,19 @@ Value parse_value(const Limits& limits, std::string_view text) {
   return items;
 }
 
+std::string command_expected(const Limits& limits, const Refusal& refusal) {
+  const std::vector<std::string_view> words = limits.all_words();
+  if (limits.layout != Layout::one) return refusal.expected;
+  if (limits.shape == Shape::flag) return "on or off";
+  if (words.empty()) return refusal.expected;
+  std::string text;
+  for (const std::string_view w : words) {
+    if (!text.empty()) text += " or ";
+    text += w;
+  }
+  return limits.shape == Shape::word ? text : text + " or " + shape_text(limits);
+}
+
 std::string command_text(const Limits& limits, const Value& value) {
   if (const auto* on = std::get_if<bool>(&value.data)) return *on ? "on" : "off";
   return plain_text(value, limits.separator);

@@ -132,7 +132,11 @@ struct Refusal {
 /// 1e-3. What is neither of the words nor a number is a word that `refuse` will not let pass.
 [[nodiscard]] Value parse_value(const Limits& limits, std::string_view text);
 
-/// The other way.
+/// What was expected of a value that was refused, in the words of a command line: auto or a whole
+/// number in 0..16.
+[[nodiscard]] std::string command_expected(const Limits& limits, const Refusal& refusal);
+
+/// The text that `parse_value` takes for the value.
 [[nodiscard]] std::string command_text(const Limits& limits, const Value& value);
 
 }  // namespace pvol
