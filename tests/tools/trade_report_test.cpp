@@ -71,7 +71,7 @@ struct ThickBall {
     std::vector<measure::Measured> measured;
     for (const Candidate& c : candidates) {
       variants.push_back(c.variant);
-      measured.push_back(measure(c, 100 * variants.size()));
+      measured.push_back(measure(c, 137 * variants.size()));
     }
     study.rows = measure::make_rows(variants, std::move(measured));
     measure::judge(study);
