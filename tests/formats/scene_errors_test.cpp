@@ -1,0 +1,161 @@
+// Scenes that are refused: every message with its place.
+#include <gtest/gtest.h>
+
+#include "pvol/formats/scene_file.h"
+#include "support/scene_text.h"
+
+namespace pvol::formats {
+namespace {
+
+TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
+  const std::pair<const char*, const char*> cases[] = {
+      // text after the two lines of kCloud, and the whole message
+      {"[camera\n", "s.toml:3:8: not valid TOML: "},
+      {"x = = 1", "s.toml:3:5: not valid TOML: "},
+      {"[volume]\n", "s.toml:3:1: not valid TOML: "},
+      {"[light]\n",
+       "s.toml:3:2: unknown section or key \"light\"; expected one of volume, camera, medium, "
+       "environment, sun or render"},
+      {"[rendr]\n", "environment, sun or render; did you mean \"render\"?"},
+      {"[camera]\nposition = [0, 0, 0]\n", "s.toml:3:1: [camera] has no target; add it"},
+      {"[camera]\n  fovv = 3\n",
+       "s.toml:4:3: unknown key \"fovv\" in [camera]; expected one of position, target, up or "
+       "fov; did you mean \"fov\"?"},
+      {"[camera]\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nfov = 180\n",
+       "s.toml:6:7: camera.fov is 180; expected a number in (0, 180)"},
+      {"[camera]\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nfov = \"wide\"\n",
+       "s.toml:6:7: camera.fov is \"wide\"; expected a number in (0, 180)"},
+      {"[camera]\nposition = [0, 0]\ntarget = [0, 0, 1]\n",
+       "s.toml:4:12: camera.position is an array of 2; expected an array of 3 numbers"},
+      {"[camera]\nposition = [0, \"a\", 0]\ntarget = [0, 0, 1]\n",
+       "s.toml:4:16: camera.position[2] is \"a\"; expected a finite number"},
+      {"[camera]\nposition = [0, 0, nan]\ntarget = [0, 0, 1]\n",
+       "s.toml:4:19: camera.position[3] is nan; expected a finite number"},
+      {"[camera]\nposition = [1, 1, 1]\ntarget = [1, 1, 1]\n",
+       "s.toml:5:10: camera.target is an array of 3; expected another point than position"},
+      {"[camera]\nposition = [0, 0, 0]\ntarget = [0, -2, 0]\n",
+       "s.toml:5:10: camera.target is an array of 3; expected up, by default [0, 1, 0], not along"},
+      {"[camera]\nposition = [0, 0, 0]\ntarget = [0, 0, 2]\nup = [0, 0, -1]\n",
+       "s.toml:6:6: camera.up is an array of 3; expected up"},
+      {"[camera]\nposition = [0, 0, 0]\ntarget = [0, 0, 2]\nup = [0, 0, 0]\n",
+       "s.toml:6:6: camera.up is an array of 3; expected a direction that is not zero"},
+      {"[medium]\nalbedo = 1.01\n",
+       "s.toml:4:10: medium.albedo is 1.01; expected a number in [0, 1]"},
+      {"[medium]\nalbedo = [0.5, 0.5, -0.5]\n",
+       "s.toml:4:21: medium.albedo[3] is -0.5; expected a number in [0, 1]"},
+      {"[medium]\nalbedo = [0.5, 0.5]\n",
+       "medium.albedo is an array of 2; expected a number in [0, 1], or an array of 3 of them"},
+      {"[medium]\ng = 1\n", "s.toml:4:5: medium.g is 1; expected a number in [-0.9999, 0.9999]"},
+      {"[medium]\nextinction = -1\n",
+       "s.toml:4:14: medium.extinction is -1; expected a number of at least 0"},
+      {"[medium]\nextinction = inf\n",
+       "s.toml:4:14: medium.extinction is inf; expected a number of at least 0"},
+      {"[medium]\nscale = 0\n",
+       "s.toml:4:9: medium.scale is 0; expected a placement that can be undone"},
+      {"[medium]\nrotate = [0, 0, 0, 30]\n",
+       "s.toml:4:10: medium.rotate is an array of 4; expected an axis that is not zero"},
+      {"[medium]\nrotate = [[0, 0, 1, 30], [0, 1]]\n",
+       "s.toml:4:26: medium.rotate[2] is an array of 2; expected an array of 4 numbers"},
+      {"[medium]\nmatrix = [1, 2]\n", "expected an array of 12 or 16 numbers"},
+      {"[medium]\nmatrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1]\n",
+       "s.toml:4:10: medium.matrix is an array of 16; expected a last row of 0, 0, 0, 1; the"},
+      {"[medium]\nmatrix = [1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0]\n",
+       "s.toml:4:10: medium.matrix is an array of 12; expected a placement that can be undone"},
+      {"[medium]\nmatrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]\nscale = 2\n",
+       "s.toml:5:9: medium.scale is 2; expected either matrix, or scale, rotate and translate"},
+      {"[environment]\ntype = \"imge\"\n",
+       "s.toml:4:8: environment.type is \"imge\"; expected \"constant\", \"gradient\" or "
+       "\"image\"; "
+       "did you mean \"image\"?"},
+      {"[environment]\ntype = \"image\"\n",
+       "s.toml:3:1: [environment] has no file; expected the name of a file"},
+      {"[environment]\ntype = \"constant\"\nzenith = 1\n",
+       "s.toml:5:1: unknown key \"zenith\" in [environment]; expected one of type or radiance"},
+      {"[environment]\nradiance = -1\n",
+       "s.toml:4:12: environment.radiance is -1; expected a number in [0, 1e+30]"},
+      {"[[sun]]\n[[sun]]\nangle = 180.0\n",
+       "s.toml:5:9: sun[2].angle is 180.0; expected a number in [0, 180)"},
+      {"[[sun]]\nirradiance = [1, 1, 1e39]\n",
+       "s.toml:4:21: sun[1].irradiance[3] is 1e+39; expected a number in [0, 1e+30]"},
+      {"[sun]\ndirection = [0, 0, 0]\n",
+       "s.toml:4:13: sun.direction is an array of 3; expected a direction that is not zero"},
+      {"[render]\nsun = 5\n", "s.toml:4:1: unknown key \"sun\" in [render]"},
+      {"[render]\nsize = [0, 10]\n",
+       "s.toml:4:9: render.size[1] is 0; expected a whole number in 1..1048576"},
+      {"[render]\nsize = [10.5, 10]\n", "s.toml:4:9: render.size[1] is 10.5; expected a whole"},
+      {"[render]\nsize = [100, 50]\ncrop = [90, 0, 11, 50]\n",
+       "s.toml:5:8: render.crop is an array of 4; expected [x, y, width, height] inside the image "
+       "of 100 x 50 pixels"},
+      {"[render]\nspp = 0\n", "s.toml:4:7: render.spp is 0; expected a whole number in 1..429496"},
+      {"[render]\nseed = -1\n",
+       "s.toml:4:8: render.seed is -1; expected a whole number in 0..9223"},
+      {"[render]\ntracker = \"deltta\"\n",
+       "s.toml:4:11: render.tracker is \"deltta\"; expected \"delta-global\", \"delta\", "
+       "\"decomposition\", \"weighted-delta\", \"weighted-decomposition\" or \"regular\"; "
+       "did you mean \"delta\"?"},
+      {"[render]\ndepth = 17\n",
+       "s.toml:4:9: render.depth is 17; expected a whole number in 0..16 or \"auto\""},
+      {"[render]\ndepth = \"deep\"\n",
+       "s.toml:4:9: render.depth is \"deep\"; expected a whole number in 0..16 or \"auto\""},
+      {"[render]\nmax_bounces = 1979-05-27\n",
+       "s.toml:4:15: render.max_bounces is a date or time; expected a whole number in"},
+      {"[render]\nbackground = \"off\"\n",
+       "s.toml:4:14: render.background is \"off\"; expected true or false"},
+  };
+  for (const auto& [text, message] : cases) {
+    EXPECT_NE(error(kCloud + text).find(message), std::string::npos)
+        << text << "gave\n  " << error(kCloud + text) << "\nexpected\n  " << message;
+  }
+}
+
+TEST_F(SceneText, BadFrameworkIsRefused) {
+  EXPECT_EQ(error(""), "s.toml: there is no [volume]; add it");
+  EXPECT_EQ(error("[volume]\n"), "s.toml:1:1: [volume] has no file; expected the name of a file");
+  EXPECT_EQ(error("volume = 3\n"),
+            "s.toml:1:10: volume is 3; expected a table [volume] or tables [[volume]]");
+  EXPECT_EQ(error(kCloud + "[render]\n[[render.sun]]\n"),
+            "s.toml:4:10: unknown key \"sun\" in [render]; expected one of size, crop, spp, "
+            "first_sample, seed, tracker, transmittance, micro_bounds, interpolation, shells, "
+            "guide, depth, max_bounces, "
+            "background, light_layers, density, density_tolerance, majorant_scale, homogenise or "
+            "preview");
+  EXPECT_EQ(error("sun = [1]\n" + kCloud), "s.toml:1:8: sun[1] is 1; expected a table");
+  EXPECT_NE(error("[recipe]\n").find("s.toml: is a recipe"), std::string::npos);
+  EXPECT_NE(error("volume.fil = 3\n").find("s.toml:1:8: unknown key \"fil\" in [volume]"),
+            std::string::npos);
+  EXPECT_NE(error(std::string("a = \"\xff\"")).find("s.toml:1:"), std::string::npos);
+  EXPECT_THROW((void)read_scene(folder_), Error);
+  EXPECT_THROW((void)read_scene(folder_ / "absent.toml"), Error);
+}
+
+TEST_F(SceneText, BadSetsAreRefusedWithTheirText) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"medium.g=2", "--set medium.g=2: medium.g is 2; expected a number in [-0.9999, 0.9999]"},
+      {"medium.g", "--set medium.g: expected SECTION.KEY=VALUE, e.g. medium.g=0.5"},
+      {"medium.g=", "--set medium.g=: expected SECTION.KEY=VALUE"},
+      {"=3", "--set =3: expected SECTION.KEY=VALUE"},
+      {"medium..g=3", "--set medium..g=3: expected SECTION.KEY=VALUE"},
+      {"", "--set : expected SECTION.KEY=VALUE"},
+      {"medium.G=0", "--set medium.G=0: unknown key \"G\" in [medium]; expected one of"},
+      {"medium.g=0.5.5", "--set medium.g=0.5.5: medium.g is \"0.5.5\"; expected a number in"},
+      {"medium.albedo=[1, 2", "--set medium.albedo=[1, 2: the value is not valid TOML: "},
+      {"medium.albedo=[1, 2, 1]",
+       "--set medium.albedo=[1, 2, 1]: medium.albedo[2] is 2; expected a number in [0, 1]"},
+      {
+          "volume.file.x=1",
+          "--set volume.file.x=1: volume.file is \"cloud.pvol\" and has no keys",
+      },
+      {"camera.fov=30", "--set camera.fov=30: [camera] has no position; add it"},
+      {"g=0.5", "--set g=0.5: unknown section or key \"g\"; expected one of volume, camera"},
+  };
+  for (const auto& [set, message] : cases) {
+    std::string found = error("[volume]\nfile = \"cloud.pvol\"\n", {set});
+    if (const auto at = found.find((folder_ / "").string()); at != std::string::npos) {
+      found.erase(at, (folder_ / "").string().size());
+    }
+    EXPECT_EQ(found.substr(0, std::string(message).size()), message);
+  }
+}
+
+}  // namespace
+}  // namespace pvol::formats

@@ -1,0 +1,134 @@
+// Scenes as text, and back.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "pvol/error.h"
+#include "pvol/formats/scene_file.h"
+#include "support/scene_text.h"
+
+namespace pvol::formats {
+namespace {
+
+/// Scenes with values of all magnitudes that a scene may hold.
+struct RandomScene {
+  std::mt19937_64 bits{11};
+
+  double uniform(double lo, double hi) { return std::uniform_real_distribution(lo, hi)(bits); }
+  int whole(int lo, int hi) { return std::uniform_int_distribution(lo, hi)(bits); }
+  bool coin() { return whole(0, 1) == 1; }
+  double magnitude() { return std::exp2(uniform(-40, 40)); }
+  double signed_magnitude() { return coin() ? magnitude() : -magnitude(); }
+  Vec3d point() { return {signed_magnitude(), signed_magnitude(), signed_magnitude()}; }
+  Rgb radiance() { return Rgb(Vec3d{magnitude(), magnitude(), coin() ? magnitude() : 0}); }
+
+  Environment environment() {
+    switch (whole(0, 2)) {
+      case 0:
+        return ConstantSky{radiance()};
+      case 1:
+        return GradientSky{radiance(), radiance(), radiance(), point()};
+      default:
+        return ImageSky{0, 0, {}, radiance(), signed_magnitude()};
+    }
+  }
+
+  Camera camera() {
+    const Vec3d position = point(), target = point(), view = normalize(target - position);
+    const Vec3d off_axis{view.z, -view.x, view.y};
+    return {position, target, off_axis * magnitude(), uniform(0.1, 179)};
+  }
+
+  RenderOptions options() {
+    RenderOptions o;
+    o.width = whole(1, 1 << 20), o.height = whole(1, 1 << 20);
+    o.crop_x = whole(0, o.width - 1), o.crop_y = whole(0, o.height - 1);
+    o.crop_width = whole(0, o.width - o.crop_x), o.crop_height = whole(0, o.height - o.crop_y);
+    o.samples = std::uint32_t(bits() >> 32) | 1u;
+    o.first_sample = std::uint32_t(bits() >> 33);
+    o.seed = bits() >> 1;
+    o.tracker = Tracker(whole(0, 5));
+    o.transmittance = Transmittance(whole(0, 4));
+    o.micro_bounds = MicroBoundsUse(whole(0, 3));
+    o.look_up = LookUp(whole(0, 3));
+    o.shells = ShellUse(whole(0, 2));
+    o.guide = GuideUse(whole(0, 2));
+    if (coin()) o.depth = whole(0, 16);
+    if (coin()) o.max_bounces = std::uint32_t(bits() >> 32);
+    o.background = coin();
+    o.light_layers = coin();
+    if (coin()) o.majorant_scale = uniform(1.0 / 3, 1000);
+    if (coin()) o.homogenise = uniform(0, 10);
+    o.preview = whole(0, 8);
+    return o;
+  }
+
+  PhaseFunction phase() {
+    const auto lobe = [&] { return HenyeyGreenstein(uniform(-0.9999, 0.9999)); };
+    if (coin()) return lobe();
+    return TwoLobes{lobe(), lobe(), uniform(0, 1)};
+  }
+
+  Component component(double share) {
+    return {share, Rgb(Vec3d{uniform(0, 1), uniform(0, 1), double(whole(0, 1))}), phase(),
+            coin() ? Rgb(0.0f) : radiance()};
+  }
+
+  SceneVolume volume(const char* file) {
+    SceneVolume v{file, coin() ? "density[1]" : "", {}, {}, coin()};
+    if (v.has_extinction) v.medium.extinction = magnitude();
+    v.medium.components = {component(1)};
+    for (int n = whole(0, 2); n > 0; --n) {
+      v.medium.components.push_back(component(uniform(0, 0.5)));
+      v.medium.components.front().share -= v.medium.components.back().share;
+    }
+    v.object_to_world = {
+        {Vec3d{1, uniform(0, 1), 0}, Vec3d{0, 1, uniform(0, 1)}, Vec3d{uniform(0, 1), 0, 1}},
+        point()};
+    return v;
+  }
+
+  SceneFile operator()() {
+    SceneFile file;
+    file.volumes = {volume("/a folder/\"quoted\" \\ back\tslash \u00e9.vdb")};
+    for (int n = whole(0, 2); n > 0; --n) file.volumes.push_back(volume("/other.vdb"));
+    file.has_camera = coin();
+    if (file.has_camera) file.scene.camera = camera();
+    file.scene.environment = environment();
+    if (auto* sky = std::get_if<ImageSky>(&file.scene.environment)) sky->file = "/sky.exr";
+    for (int n = whole(0, 3); n > 0; --n) {
+      file.scene.lights.push_back(Sun{point(), radiance(), uniform(0, 179)});
+    }
+    file.scene.options = options();
+    if (coin()) file.density = Quantisation{Precision(whole(0, 3))};
+    if (file.density && file.density->precision == Precision::fpn) {
+      file.density->tolerance = uniform(kLeastTolerance, kLargestTolerance);
+    }
+    return file;
+  }
+};
+
+TEST_F(SceneText, WrittenScenesReadBackEqual) {
+  RandomScene random;
+  for (int i = 0; i < 300; ++i) {
+    const SceneFile file = random();
+    const std::string text = to_toml(file);
+    ASSERT_EQ(read(text), file) << text;
+    ASSERT_EQ(to_toml(read(text)), text);
+  }
+  SceneFile largest;
+  largest.volumes = {{.file = "/a", .has_extinction = true}};
+  for (const double extinction : {0.0, 1e17, 1.2345678901234567e20, 1e300, 5e-324}) {
+    largest.volumes[0].medium.extinction = extinction;
+    EXPECT_EQ(read(to_toml(largest)), largest) << to_toml(largest);
+  }
+}
+
+TEST(SceneNames, SeedThatTomlCannotHoldIsRefused) {
+  SceneFile file{.volumes = {{.file = "/a"}}};
+  file.scene.options.seed = ~std::uint64_t{0};
+  EXPECT_THROW((void)to_toml(file), Error);
+}
+
+}  // namespace
+}  // namespace pvol::formats
