@@ -98,14 +98,14 @@ RenderJob prepare(const Options& o) {
   return job;
 }
 
-void print_shell_choice(const ShellChoice& choice, ShellUse use) {
-  using cli::readable;
-  const ShellEstimate& e = choice.estimate;
-  std::cerr << "  shell " << (choice.kept ? "used" : "left out") << " (--shells "
-            << formats::name(use) << "): it would reject "
-            << readable(e.boxed > 0 ? 100.0 * e.rejected / e.boxed : 0)
-            << " % of the camera rays in the box; a test costs about " << readable(e.spent)
-            << " ns and saves " << readable(e.saved) << " ns\n";
+/// "  paths guided (--guide auto): ...", for the decision of this name about a volume, or all.
+void print_decision(const RenderPlan& plan, const std::string& what, const std::string& told,
+                    int volume = -1) {
+  for (const Decision& d : plan.decisions) {
+    if (d.what == what && d.volume == volume) {
+      std::cerr << "  " << what << ' ' << d.choice << told << ": " << d.reason << '\n';
+    }
+  }
 }
 
 void print_density(const Volume& volume, const cli::VolumeReport& report) {
@@ -145,32 +145,19 @@ void print_facts(const Volume& volume, const VolumeFacts& f) {
             << "; micro-bounds: " << cli::micro_bounds_text(volume) << '\n';
 }
 
-void print_guide(const RenderJob& job) {
-  const GuideChoice& guide = job.plan.guide;
-  std::cerr << "  paths " << (guide.used ? "guided" : "not guided") << " (--guide "
-            << formats::name(job.file.scene.options.guide) << "): " << guide.reason;
-  if (guide.scatterings > 0) {
-    std::cerr << ", about " << cli::readable(guide.scatterings) << " scatterings";
-  }
-  std::cerr << '\n';
-}
-
 void print_facts(const RenderJob& job) {
+  const RenderOptions& o = job.file.scene.options;
+  const auto told = [](const char* flag, const char* value) {
+    return fmt::format(" ({} {})", flag, value);
+  };
   for (std::size_t i = 0; i < job.volumes.size(); ++i) {
     print_facts(job.volumes[i], job.facts[i]);
     if (job.volumes[i].density.world_box.empty()) continue;
     print_density(job.volumes[i], job.reports[i]);
-    if (job.volumes[i].shell) {
-      print_shell_choice(job.plan.shells[i], job.file.scene.options.shells);
-    }
+    print_decision(job.plan, "shell", told("--shells", name(o.shells)), int(i));
   }
-  print_guide(job);
-  const TransmittanceChoice& t = job.plan.transmittance;
-  if (job.chose_transmittance) {
-    std::cerr << "  shadow rays " << formats::name(t.estimator) << ": optical thickness about "
-              << cli::readable(t.thickness) << " on average, "
-              << cli::readable(100 * t.control_share) << " % of the majorants are minorants\n";
-  }
+  print_decision(job.plan, "paths", told("--guide", name(o.guide)));
+  if (job.chose_transmittance) print_decision(job.plan, "shadow rays", "");
   const Forecast& f = job.plan.forecast;
   std::cerr << "  roughly " << cli::readable(f.collisions / f.samples)
             << " collisions per sample and " << cli::readable_seconds(f.cpu_seconds)

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "pvol/error.h"
 
+#include "math/digits.h"
+
 namespace pvol {
 namespace {
+
+using detail::digits;
 
 std::string bar_separated(const Limits& limits) {
   if (limits.shape == Limits::Shape::flag) return "on|off";
@@ -16,13 +19,6 @@ std::string bar_separated(const Limits& limits) {
     if (!text.empty()) text += '|';
     text += w;
   }
-  return text;
-}
-
-/// Four significant digits.
-std::string rounded(double v) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", v);
   return text;
 }
 
@@ -35,7 +31,7 @@ std::string ends_of(const Limits& l) {
   }
   if (single && l.shape == Limits::Shape::number && std::isfinite(l.range.lo) &&
       std::isfinite(l.range.hi)) {
-    return rounded(l.range.lo) + " to " + rounded(l.range.hi);
+    return digits(l.range.lo) + " to " + digits(l.range.hi);
   }
   return "";
 }

@@ -1,8 +1,8 @@
 #include "render/endless.h"
 
-#include <cstdio>
 #include <string>
 
+#include "math/digits.h"
 #include "pvol/error.h"
 #include "pvol/render/plan.h"
 
@@ -11,30 +11,23 @@ namespace {
 
 constexpr double kMostEvents = 1e6;
 
-/// Four significant digits.
-std::string readable(double v) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.4g", v);
-  return buffer;
-}
-
 std::string scatterings(double count, double thickness, double albedo) {
-  return "a path would scatter about " + readable(count) + " times (optical thickness up to " +
-         readable(thickness) + ", albedo " + readable(albedo) + "), expected at most " +
-         readable(kMostEvents) +
+  return "a path would scatter about " + digits(count) + " times (optical thickness up to " +
+         digits(thickness) + ", albedo " + digits(albedo) + "), expected at most " +
+         digits(kMostEvents) +
          ". Lower medium.extinction, limit paths with --max-bounces N, or insist with --force.";
 }
 
 std::string growing_weights(double excess, double thickness, double growth, double most) {
-  return "weights would grow without end: majorants are up to " + readable(excess) +
-         " times too low in a cloud of optical thickness up to " + readable(thickness) +
-         ", so that the variance grows by exp(" + readable(growth) + "), expected at most exp(" +
-         readable(most) + "). Fit the cloud again, raise --majorant-scale, or insist with --force.";
+  return "weights would grow without end: majorants are up to " + digits(excess) +
+         " times too low in a cloud of optical thickness up to " + digits(thickness) +
+         ", so that the variance grows by exp(" + digits(growth) + "), expected at most exp(" +
+         digits(most) + "). Fit the cloud again, raise --majorant-scale, or insist with --force.";
 }
 
 std::string null_collisions(double count) {
-  return "a ray would meet about " + readable(count) +
-         " null collisions in one segment, expected at most " + readable(kMostEvents) +
+  return "a ray would meet about " + digits(count) +
+         " null collisions in one segment, expected at most " + digits(kMostEvents) +
          ". Lower medium.extinction, leave --depth at auto and --tracker at decomposition, or "
          "insist with --force.";
 }

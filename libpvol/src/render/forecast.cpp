@@ -6,7 +6,7 @@
 #include "pvol/bounds/integrals.h"
 #include "pvol/bounds/walk.h"
 #include "pvol/volume/extinction_source.h"
-#include "render/path/path_setup.h"
+#include "render/path/camera_rays.h"
 
 namespace pvol::detail {
 namespace {
@@ -30,27 +30,25 @@ template <LookUp kLookUp>
 
 /// Collisions of a camera path, from a coarse grid of camera rays: those that collide scatter about
 /// as often as the cloud is thick there.
-[[nodiscard]] double collisions_per_sample(const PathSetup& setup, const RenderOptions& o,
-                                           double albedo) {
+[[nodiscard]] double collisions_per_sample(const RenderPlan& plan, double albedo) {
   constexpr int kRaysAlong = 24;
   constexpr std::uint64_t kKey = 0x666f726563617374;
-  const double width = o.crop_width ? o.crop_width : o.width - o.crop_x;
-  const double height = o.crop_height ? o.crop_height : o.height - o.crop_y;
+  const RenderOptions& o = plan.scene.options;
+  const Projection projection(plan.scene.camera, o.width, o.height);
+  std::vector<VolumeSetup> volumes;
+  for (const Volume& v : plan.volumes) volumes.emplace_back(v, Rgb(0.0f));
   double sum = 0;
-  for (int i = 0; i < kRaysAlong * kRaysAlong; ++i) {
+  visit_coarse_rays(projection, o, kRaysAlong, [&](const Ray& ray, int i) {
     Rng rng(kKey, 0, std::uint64_t(i));
-    const double x = o.crop_x + width * (i % kRaysAlong + 0.5) / kRaysAlong;
-    const double y = o.crop_y + height * (i / kRaysAlong + 0.5) / kRaysAlong;
-    const Ray ray{setup.projection.origin, setup.projection.direction(x, y)};
     double depth = 0;
-    for (const VolumeSetup& v : setup.volumes) {
+    for (const VolumeSetup& v : volumes) {
       depth += visit_look_up(v.volume.density.look_up,
                              [&](auto look_up) { return sample_depth<look_up>(v, ray, rng); });
     }
     double scatterings = estimate_scatterings(depth, albedo);
     if (o.max_bounces) scatterings = std::min(scatterings, double(*o.max_bounces) + 1);
     sum += -std::expm1(-depth) * scatterings;
-  }
+  });
   return sum / (kRaysAlong * kRaysAlong);
 }
 
@@ -73,18 +71,18 @@ double flight_cost(std::span<const Volume> volumes) {
 }  // namespace
 
 Forecast forecast(const RenderPlan& plan) {
-  const RenderOptions& o = plan.scene.options;
-  const PathSetup setup(plan);
+  const Scene& scene = plan.scene;
+  const ImagePart part = image_part(scene.options);
   Forecast f;
-  const double width = o.crop_width ? o.crop_width : o.width - o.crop_x;
-  const double height = o.crop_height ? o.crop_height : o.height - o.crop_y;
-  f.samples = width * height * o.samples;
+  f.samples = double(part.width) * part.height * scene.options.samples;
   double albedo = 0;
   for (const Volume& v : plan.volumes) {
     albedo = std::max(albedo, double(largest_albedo(v.medium)));
   }
-  f.collisions = f.samples * collisions_per_sample(setup, o, albedo);
-  const double lights = double(setup.lights.size()) + (setup.sky.sampled() ? 1 : 0);
+  f.collisions = f.samples * collisions_per_sample(plan, albedo);
+  // Pictures of skies are sampled as lights are.
+  const bool picture = std::holds_alternative<ImageSky>(scene.environment);
+  const double lights = double(scene.lights.size()) + (picture ? 1 : 0);
   constexpr double kSample = 200, kScattering = 100;  // ns besides flights
   f.cpu_seconds = 1e-9 * (f.samples * kSample +
                           f.collisions * (kScattering + (1 + lights) * flight_cost(plan.volumes)));

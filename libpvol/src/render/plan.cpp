@@ -1,8 +1,8 @@
 #include "pvol/render/plan.h"
 
 #include <algorithm>
-#include <cstdio>
 
+#include "math/digits.h"
 #include "render/check_scene.h"
 #include "render/endless.h"
 #include "render/forecast.h"
@@ -10,12 +10,7 @@
 namespace pvol {
 namespace {
 
-/// Four significant digits.
-std::string readable(double v) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.4g", v);
-  return buffer;
-}
+using detail::digits;
 
 double count_paths(const RenderOptions& o) { return double(o.width) * o.height * o.samples; }
 
@@ -56,28 +51,27 @@ Decision decide_micro_bounds(const Volume& v, const RenderOptions& o) {
                             : "built: look-ups cost more than they do"};
 }
 
-Decision decide_shell(const ShellChoice& shell, ShellUse use) {
+/// The reason is the estimate, whoever chose: it is worth knowing.
+Decision decide_shell(const ShellChoice& shell) {
   const ShellEstimate& e = shell.estimate;
   const double rejected = e.boxed > 0 ? 100.0 * e.rejected / e.boxed : 0;
   return {"shell", shell.kept ? "used" : "left out",
-          use == ShellUse::automatic
-              ? "it would reject " + readable(rejected) +
-                    " % of the camera rays in the box; a test costs about " + readable(e.spent) +
-                    " ns and saves " + readable(e.saved) + " ns"
-              : "as told"};
+          "it would reject " + digits(rejected) +
+              " % of the camera rays in the box; a test costs about " + digits(e.spent) +
+              " ns and saves " + digits(e.saved) + " ns"};
 }
 
 Decision decide_guide(const GuideChoice& guide) {
   std::string reason = guide.reason;
-  if (guide.scatterings > 0) reason += ", about " + readable(guide.scatterings) + " scatterings";
+  if (guide.scatterings > 0) reason += ", about " + digits(guide.scatterings) + " scatterings";
   return {"paths", guide.used ? "guided" : "not guided", std::move(reason)};
 }
 
 Decision decide_transmittance(const TransmittanceChoice& t, bool by_user) {
   return {"shadow rays", name(t.estimator),
           by_user ? "as told"
-                  : "optical thickness about " + readable(t.thickness) + " on average, " +
-                        readable(100 * t.control_share) + " % of the majorants are minorants"};
+                  : "optical thickness about " + digits(t.thickness) + " on average, " +
+                        digits(100 * t.control_share) + " % of the majorants are minorants"};
 }
 
 /// The choices in words, in the order in which they bear on each other.
@@ -85,9 +79,11 @@ std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted) {
   std::vector<Decision> all;
   for (std::size_t i = 0; i < p.volumes.size(); ++i) {
     const Volume& v = p.volumes[i];
+    const std::size_t first = all.size();
     all.push_back(decide_cut(v, wanted));
     all.push_back(decide_micro_bounds(v, wanted));
-    if (v.shell) all.push_back(decide_shell(p.shells[i], wanted.shells));
+    if (v.shell) all.push_back(decide_shell(p.shells[i]));
+    for (std::size_t k = first; k < all.size(); ++k) all[k].volume = int(i);
   }
   all.push_back(decide_guide(p.guide));
   all.push_back(

@@ -28,9 +28,9 @@ using detail::TileFunction;
 Film make_film(const RenderOptions& o) {
   Film f;
   f.width = o.width, f.height = o.height;
-  f.x = o.crop_x, f.y = o.crop_y;
-  f.crop_width = o.crop_width ? o.crop_width : o.width - o.crop_x;
-  f.crop_height = o.crop_height ? o.crop_height : o.height - o.crop_y;
+  const detail::ImagePart part = detail::image_part(o);
+  f.x = part.x, f.y = part.y;
+  f.crop_width = part.width, f.crop_height = part.height;
   f.pixels.resize(std::size_t(f.crop_width) * std::size_t(f.crop_height));
   return f;
 }

@@ -3,7 +3,7 @@
 #include "pvol/bounds/homogenise.h"
 #include "pvol/bounds/walk.h"
 #include "pvol/shell/costs.h"
-#include "render/path/path_setup.h"
+#include "render/path/camera_rays.h"
 
 namespace pvol {
 namespace {
@@ -29,24 +29,19 @@ ShellEstimate estimate_shell(const Volume& volume, const Shell& shell, const Sce
   if (volume.density.octree.empty()) return e;
   constexpr int kRaysAlong = 64;
   const RayShell rays(shell, volume.density.octree.origin);
-  const RenderOptions& o = scene.options;
   const detail::Projection projection(scene.camera, scene.options.width, scene.options.height);
   const detail::VolumeSetup setup(volume, Rgb(0.0f));
-  const double width = o.crop_width ? o.crop_width : o.width - o.crop_x;
-  const double height = o.crop_height ? o.crop_height : o.height - o.crop_y;
-  for (int i = 0; i < kRaysAlong * kRaysAlong; ++i) {
-    const double x = o.crop_x + width * (i % kRaysAlong + 0.5) / kRaysAlong;
-    const double y = o.crop_y + height * (i / kRaysAlong + 0.5) / kRaysAlong;
-    const Ray ray = setup.in_cells(Ray{projection.origin, projection.direction(x, y)});
+  detail::visit_coarse_rays(projection, scene.options, kRaysAlong, [&](const Ray& world, int) {
+    const Ray ray = setup.in_cells(world);
     ++e.rays;
     const auto span = setup.in_box(ray);
-    if (!span) continue;
+    if (!span) return;
     ++e.boxed;
-    if (!rays.misses(ray, span->t0, span->t1)) continue;
+    if (!rays.misses(ray, span->t0, span->t1)) return;
     ++e.rejected;
     e.saved += empty_walk_cost(volume, make_cursor(volume.density.octree, ray.at(span->t0)),
                                lanes(Vec3f(ray.d)));
-  }
+  });
   if (e.boxed > 0) e.saved /= e.boxed;
   e.spent = test_cost(shell);
   return e;

@@ -124,7 +124,6 @@ VolumeFacts describe(const Volume& volume, VolumeFacts f) {
   f.depth = octree.depth;
   f.nodes = octree.nodes.size();
   f.terminals = octree.terminals;
-  f.null_collisions = worst_null_collisions(volume);
   f.octree_bytes = octree.bytes();
   f.field_bytes = volume.density.value_bytes();
   return f;

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "math/digits.h"
 #include "pvol/bounds/homogenise.h"
 #include "pvol/bounds/integrals.h"
 #include "pvol/bounds/verify.h"
@@ -19,13 +20,11 @@
 namespace pvol {
 namespace {
 
-using detail::text;
-
 void check_majorant_scale(const VolumeOptions& o) {
   const double least = is_weighted(o.tracker) ? 1 / kMostBoundsExcess : 1;
   if (o.majorant_scale >= least && o.majorant_scale <= kMostMajorantScale) return;
-  throw Error("a majorant scale of " + text(o.majorant_scale) + " is outside [" + text(least) +
-              ", " + text(kMostMajorantScale) +
+  throw Error("a majorant scale of " + detail::digits(o.majorant_scale, 6) + " is outside [" +
+              detail::digits(least, 6) + ", " + detail::digits(kMostMajorantScale, 6) +
               "]. Below 1 majorants do not bound: that takes one of the trackers with "
               "weights, and 1/3 is the least that they can make up for.");
 }
@@ -128,10 +127,10 @@ Placed place(const Affine& index_to_object, const Pyramid& pyramid, const Medium
   const double largest = medium.extinction * double(pyramid.scale);
   if (!(medium.extinction >= 0 && medium.extinction <= double(FLT_MAX) &&
         largest <= double(FLT_MAX))) {
-    throw Error("an extinction of " + text(medium.extinction) +
+    throw Error("an extinction of " + detail::digits(medium.extinction, 6) +
                 " per unit of density with a largest "
                 "density of " +
-                text(double(pyramid.scale)) + " is outside [0, 3.4e38]");
+                detail::digits(double(pyramid.scale), 6) + " is outside [0, 3.4e38]");
   }
   check_majorant_scale(o);
   const Affine to_world = o.object_to_world * index_to_object;
@@ -139,7 +138,7 @@ Placed place(const Affine& index_to_object, const Pyramid& pyramid, const Medium
   const double cell_length = std::cbrt(std::abs(determinant(to_world)));
   if (largest * cell_length > kMaxVoxelDepth) {
     throw Error(
-        "an optical depth of " + text(largest * cell_length) +
+        "an optical depth of " + detail::digits(largest * cell_length, 6) +
         " per voxel is more than paths can resolve (1e12). Check the unit of the extinction.");
   }
 

@@ -3,17 +3,11 @@
 #include <algorithm>
 #include <cfloat>
 #include <cmath>
-#include <cstdio>
 
+#include "math/digits.h"
 #include "pvol/error.h"
 
 namespace pvol::detail {
-
-std::string text(double v) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.6g", v);
-  return buffer;
-}
 
 double column_length(const Affine& a, int axis) {
   return length(Vec3d(a.m[0][axis], a.m[1][axis], a.m[2][axis]));
@@ -31,7 +25,7 @@ void check_placement(const Affine& to_world, const Affine& to_cells, const Box& 
   for (int axis = 0; axis < 3; ++axis) {
     const double cells = column_length(to_cells, axis);
     if (!(cells > 1e-30 && cells < 1e30)) {
-      throw Error("the volume has " + text(cells) +
+      throw Error("the volume has " + digits(cells, 6) +
                   " voxels per world unit along an axis, expected 1e-30 to 1e30. Check the grid's "
                   "voxel size and the scene's scale.");
     }
@@ -47,7 +41,7 @@ void check_placement(const Affine& to_world, const Affine& to_cells, const Box& 
     throw Error(
         "the cloud lies so far from the world's origin that positions in it are only known "
         "to " +
-        text(loss) + " voxels, where 0.001 are needed. Move it nearer the origin.");
+        digits(loss, 6) + " voxels, where 0.001 are needed. Move it nearer the origin.");
   }
 }
 

@@ -1,15 +1,10 @@
 // Where a volume lies in the world.
 #pragma once
 
-#include <string>
-
 #include "pvol/math/affine.h"
 #include "pvol/math/box.h"
 
 namespace pvol::detail {
-
-/// Six significant digits, for messages.
-[[nodiscard]] std::string text(double v);
 
 /// Length in the world of a step along an axis.
 [[nodiscard]] double column_length(const Affine& to_world, int axis);

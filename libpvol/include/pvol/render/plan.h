@@ -42,6 +42,7 @@ struct Decision {
   std::string what;    ///< "shadow rays"
   std::string choice;  ///< "analog"
   std::string reason;  ///< "optical thickness about 12 on average, ..."
+  int volume = -1;     ///< number of the one that it is about; -1: all
 };
 
 /// What the render will take, by the bounds and the cost model (THEORY.md, T6.1): within a factor

@@ -14,7 +14,6 @@ struct VolumeFacts {
   double shortest_free_path = 0;                 ///< world units, at the largest extinction
   double mean_optical_thickness[3] = {0, 0, 0};  ///< along the index axes, over columns that hit
   double largest_optical_thickness = 0;          ///< over all those columns
-  double null_collisions = 0;                    ///< see worst_null_collisions
   int depth = 0;                                 ///< largest octree depth at which the walk stops
   std::uint64_t nodes = 0;                       ///< of the tree, those below the cut included
   std::uint64_t terminals = 0;                   ///< at which the walk stops

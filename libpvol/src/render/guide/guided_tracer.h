@@ -21,11 +21,7 @@ class GuidedTracer {
 
   [[nodiscard]] const PathResult& trace(int x, int y, std::uint32_t sample) {
     r_.reset();
-    Rng rng(s_.options.seed, std::uint64_t(y) * std::uint64_t(s_.options.width) + std::uint64_t(x),
-            sample);
-    const auto [jitter_x, jitter_y] = rng.uniform2();
-    const Ray ray{s_.projection.origin,
-                  s_.projection.direction(x + double(jitter_x), y + double(jitter_y))};
+    auto [rng, ray] = CameraSample(s_, x, y, sample);
     direction_ = Vec3f(ray.d);
     const Hit first = traversal.start(ray) ? traversal.fly(direction_, rng) : Hit{};
     if (first.matter == nullptr) {

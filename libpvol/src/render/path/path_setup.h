@@ -38,6 +38,15 @@ struct Projection {
   }
 };
 
+/// The part of an image that is rendered, in pixels.
+struct ImagePart {
+  int x, y, width, height;
+};
+[[nodiscard]] inline ImagePart image_part(const RenderOptions& o) {
+  return {o.crop_x, o.crop_y, o.crop_width ? o.crop_width : o.width - o.crop_x,
+          o.crop_height ? o.crop_height : o.height - o.crop_y};
+}
+
 /// A component of a medium as a collision meets it.
 struct Matter {
   float share_up_to;  ///< of the extinction: its own and those of the components before it

@@ -1,6 +1,7 @@
 // One camera path: free flights, emission, next-event estimation, scattering.
 #pragma once
 
+#include "render/path/camera_rays.h"
 #include "render/path/gather_light.h"
 #include "render/path/traversal.h"
 
@@ -18,11 +19,7 @@ class PathTracer {
 
   [[nodiscard]] const PathResult& trace(int x, int y, std::uint32_t sample) {
     r_.reset();
-    Rng rng(s_.options.seed, std::uint64_t(y) * std::uint64_t(s_.options.width) + std::uint64_t(x),
-            sample);
-    const auto [jitter_x, jitter_y] = rng.uniform2();
-    const Ray ray{s_.projection.origin,
-                  s_.projection.direction(x + double(jitter_x), y + double(jitter_y))};
+    auto [rng, ray] = CameraSample(s_, x, y, sample);
     direction_ = Vec3f(ray.d);
     if (traversal.start(ray)) {
       walk(rng);
