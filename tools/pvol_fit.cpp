@@ -157,7 +157,7 @@ formats::Metadata describe_source(const Options& o, const Fit& f) {
   m.options = {{"density", o.closed_form ? "reference" : o.density},
                {"micro_bounds", o.micro_bounds},
                {"closed_form", o.closed_form ? "yes" : "no"},
-               {"interpolation", formats::name(f.file.pyramid.look_up)},
+               {"interpolation", name(f.file.pyramid.look_up)},
                {"shells", o.shells},
                {"shell_kind", o.shell_kind},
                {"shell_effort", fmt::to_string(o.shell_effort)}};

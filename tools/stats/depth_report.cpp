@@ -71,9 +71,8 @@ report::Table depth_table(const DepthReport& report) {
 
 std::string settings_text(const StudyReport& report) {
   const RenderOptions& o = report.loaded.file.scene.options;
-  return fmt::format("tracker {}, shadow rays {}, micro-bounds {} at every depth",
-                     formats::name(o.tracker), formats::name(o.transmittance),
-                     formats::name(o.micro_bounds));
+  return fmt::format("tracker {}, shadow rays {}, micro-bounds {} at every depth", name(o.tracker),
+                     name(o.transmittance), name(o.micro_bounds));
 }
 
 Text notes(const Study& study) {
@@ -206,8 +205,8 @@ Json depth_json(const DepthReport& report) {
   const StudyReport& base = report.base;
   const RenderOptions& o = base.loaded.file.scene.options;
   Json j = scene_json(base);
-  j["tracker"] = formats::name(o.tracker);
-  j["transmittance"] = formats::name(o.transmittance);
+  j["tracker"] = name(o.tracker);
+  j["transmittance"] = name(o.transmittance);
   j["budget_seconds"] = base.budget;
   j["used_seconds"] = base.used;
   j["reference_samples"] = base.study.reference_samples;

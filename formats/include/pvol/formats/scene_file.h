@@ -104,6 +104,4 @@ struct SectionManual {
 /// Every section and key that a scene may have.
 [[nodiscard]] std::vector<SectionManual> describe_sections();
 
-using pvol::name;  // of enumerations, as they are written in scenes and on command lines
-
 }  // namespace pvol::formats
