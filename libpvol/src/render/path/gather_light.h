@@ -82,19 +82,13 @@ template <class Traversal>
 [[nodiscard]] inline Rgb shadowed(const PathSetup& s, Rgb light, const LightSample& towards,
                                   float worth, Traversal& traversal, Rng& rng,
                                   std::uint64_t& shadow_rays) {
-  const auto pass = [&] { return traversal.pass(towards.direction, towards.distance, rng); };
   const float value = absolute_luminance(light) * worth / s.shadow_unit;
-  if (!(value > 0)) return Rgb(0.0f);
-  if (value < 1) {
-    if (!(rng.uniform() < value)) return Rgb(0.0f);
-    ++shadow_rays;
-    return light * (pass() / value);
-  }
-  const int rays = value < float(kMostShadowRays) ? int(value) : kMostShadowRays;
+  if (!(value > 0) || (value < 1 && !(rng.uniform() < value))) return Rgb(0.0f);
+  const int rays = value < 1 ? 1 : value < float(kMostShadowRays) ? int(value) : kMostShadowRays;
   shadow_rays += std::uint64_t(rays);
   float sum = 0;
-  for (int i = 0; i < rays; ++i) sum += pass();
-  return light * (sum / float(rays));
+  for (int i = 0; i < rays; ++i) sum += traversal.pass(towards.direction, towards.distance, rng);
+  return light * (sum / (value < 1 ? value : float(rays)));
 }
 
 /// Next-event estimation: light of every source and of a sampled sky that scatters at the
@@ -106,26 +100,29 @@ inline void add_light_here(const PathSetup& s, const PhaseFunction& phase, Vec3f
                            std::uint64_t& shadow_rays, PathResult& r) {
   Rgb sum(0.0f);
   const auto place = [&] { return traversal.position(); };
-  for (std::size_t i = 0; i < s.lights.size(); ++i) {
-    std::visit(
-        [&](const auto& light) {
-          const LightSample l = light.sample(place, rng);
-          const float p = pdf_phase(phase, from, l.direction);
-          const float weight = light.delta() ? 1 : balance(l.pdf, p);
-          const Rgb light_of_it = shadowed(s, throughput * l.radiance * (weight * p / l.pdf), l,
-                                           worth(i), traversal, rng, shadow_rays);
-          sum += light_of_it;
-          if (r.in_layers()) r.layers[i] += light_of_it;
-        },
-        s.lights[i]);
-  }
-  if (s.sky.sampled()) {
-    const LightSample l = s.sky.sample(rng);
-    const float p = pdf_phase(phase, from, l.direction);
-    const Rgb light_of_it = shadowed(s, throughput * (l.radiance - s.constant) * (p / (l.pdf + p)),
-                                     l, worth(s.lights.size()), traversal, rng, shadow_rays);
+  const std::size_t lights = s.lights.size();
+  for (std::size_t i = 0; i < lights + s.sky.sampled(); ++i) {
+    LightSample l;
+    float p, weighted;  // the phase function's density, and that times the weight over the light's
+    if (i == lights) {
+      l = s.sky.sample(rng);
+      l.radiance -= s.constant;
+      p = pdf_phase(phase, from, l.direction);
+      weighted = p / (l.pdf + p);
+    } else {
+      const auto sample = [&](const auto& light) {
+        l = light.sample(place, rng);
+        return light.delta();
+      };
+      const bool delta = std::visit(sample, s.lights[i]);
+      p = pdf_phase(phase, from, l.direction);
+      weighted = (delta ? 1 : balance(l.pdf, p)) * p / l.pdf;
+    }
+    // One call for all lights: it is a large part of the compiled tracer.
+    const Rgb light_of_it =
+        shadowed(s, throughput * l.radiance * weighted, l, worth(i), traversal, rng, shadow_rays);
     sum += light_of_it;
-    if (r.in_layers()) r.sky() += light_of_it;
+    if (r.in_layers()) r.layers[i] += light_of_it;
   }
   r.radiance += sum;
 }
