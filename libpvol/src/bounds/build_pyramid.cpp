@@ -1,15 +1,14 @@
 // Bounds of every leaf from all samples in its reach, then level by level to the root.
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_reduce.h>
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <bit>
 #include <limits>
+#include <mutex>
 #include <string>
 
 #include "density/lattice_index.h"
+#include "math/parallel.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/error.h"
 
@@ -74,22 +73,23 @@ Extent measure(const VoxelGrid& grid) {
     a.largest = std::max(a.largest, b.largest);
     return a;
   };
-  Extent e = tbb::parallel_reduce(
-      tbb::blocked_range<std::size_t>(0, grid.bricks.size(), 64), Extent{},
-      [&](const tbb::blocked_range<std::size_t>& r, Extent part) {
-        for (std::size_t i = r.begin(); i != r.end(); ++i) {
-          const Brick& b = grid.bricks[i];
-          const Vec3l origin(b.origin);
-          if (!part.points.contains({origin, origin + Vec3l(kBrickEdge - 1)})) {
-            part.points.add(nonzero_box(b));
-          }
-          Range range;
-          range.add(b.values, kBrickSamples);
-          part.largest = std::max(part.largest, range.hi());
-        }
-        return part;
-      },
-      join);
+  Extent e;
+  std::mutex mutex;
+  parallel_parts(0, grid.bricks.size(), 64, [&](std::size_t begin, std::size_t end) {
+    Extent part;
+    for (std::size_t i = begin; i != end; ++i) {
+      const Brick& b = grid.bricks[i];
+      const Vec3l origin(b.origin);
+      if (!part.points.contains({origin, origin + Vec3l(kBrickEdge - 1)})) {
+        part.points.add(nonzero_box(b));
+      }
+      Range range;
+      range.add(b.values, kBrickSamples);
+      part.largest = std::max(part.largest, range.hi());
+    }
+    const std::lock_guard lock(mutex);
+    e = join(e, part);
+  });
   for (const Tile& t : grid.tiles) {
     if (t.value == 0) continue;
     const Vec3l lo(t.origin);
@@ -280,8 +280,8 @@ Pyramid build_pyramid(const VoxelGrid& grid, LookUp look_up, std::uint64_t max_l
   for (const Tile& t : grid.tiles) collector.add(t);
   Candidates candidates = collector.take();
   std::vector<PyramidNode> leaves(candidates.leaves.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 64), [&](const auto& r) {
-    for (std::size_t i = r.begin(); i != r.end(); ++i) {
+  parallel_parts(0, leaves.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i != end; ++i) {
       const std::uint64_t code = candidates.leaves[i];
       const Vec3l at = p.origin + Vec3l(morton_decode(code)) * kLeafEdge;
       const Range range = leaf_range(blocks, Vec3i(at), reach);

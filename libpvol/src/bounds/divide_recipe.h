@@ -2,14 +2,13 @@
 // support.
 #pragma once
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
 
 #include "density/recipe_view.h"
+#include "math/parallel.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/error.h"
 
@@ -85,7 +84,7 @@ template <class Found, class Whole, class Leaf>
         tasks.push_back({near, cube});
       });
   found.resize(tasks.size() + 1);
-  tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t i) {
+  parallel_for(0, tasks.size(), [&](std::size_t i) {
     Found& mine = found[i + 1];
     divide(
         tasks[i].view, tasks[i].cube, kLeafLog2,

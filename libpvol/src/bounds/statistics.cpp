@@ -1,8 +1,5 @@
 #include "pvol/bounds/statistics.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -10,6 +7,7 @@
 
 #include "bounds/box_volume.h"
 #include "density/lattice_index.h"
+#include "math/parallel.h"
 
 namespace pvol {
 namespace {
@@ -161,8 +159,8 @@ PyramidContent measure_content(const VoxelGrid& grid, const Pyramid& pyramid) {
     const auto& nodes = pyramid.levels[level];
     content[level].assign(nodes.size(), {0, true, false});
     if (level > 0) add_children(pyramid, level, content);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, nodes.size(), 64), [&](const auto& r) {
-      for (std::size_t i = r.begin(); i != r.end(); ++i) {
+    parallel_parts(0, nodes.size(), 64, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i != end; ++i) {
         if (!content[level][i].leaf) continue;
         // A leaf above the finest level is uniform: any 8^3 cells of it tell its density.
         const Vec3l at = Vec3l(morton_decode(nodes[i].code)) * (std::int64_t(kLeafEdge) << level);

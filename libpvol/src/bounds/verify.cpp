@@ -1,14 +1,12 @@
 #include "pvol/bounds/verify.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "density/lattice_index.h"
+#include "math/parallel.h"
 
 namespace pvol {
 namespace {
@@ -109,8 +107,8 @@ void check_cubes(const Cubes& cubes, const BlockFinder& blocks, double filled, s
   }
   (level == 0 ? check.leaves : check.uniform) += own.size();
   std::vector<Range> found(own.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, own.size(), 64), [&](const auto& part) {
-    for (std::size_t k = part.begin(); k != part.end(); ++k) {
+  parallel_parts(0, own.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k != end; ++k) {
       const Vec3i lo(cubes.origin(level, nodes[own[k]].code));
       found[k] = range_of(blocks, level == 0 ? filled + 1 : filled, lo, cubes.edge(level));
     }

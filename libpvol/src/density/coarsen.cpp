@@ -1,7 +1,5 @@
 #include "pvol/density/coarsen.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -9,6 +7,7 @@
 #include <string>
 
 #include "density/lattice_index.h"
+#include "math/parallel.h"
 #include "pvol/error.h"
 
 namespace pvol {
@@ -113,7 +112,7 @@ VoxelGrid coarsen(const VoxelGrid& grid) {
   const std::vector<Vec3i> origins = reached.take();
   const auto values = std::make_shared<std::vector<float>>(origins.size() * kBrickSamples);
   const detail::BlockFinder blocks(grid);
-  tbb::parallel_for(std::size_t{0}, origins.size(), [&](std::size_t i) {
+  parallel_for(0, origins.size(), [&](std::size_t i) {
     fill(blocks, origins[i], values->data() + i * kBrickSamples);
   });
 

@@ -1,13 +1,12 @@
 // Codes of samples, brick by brick (THEORY.md, T1.5).
 #include "pvol/density/quantise.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
+#include "math/parallel.h"
 #include "pvol/error.h"
 
 namespace pvol {
@@ -185,7 +184,7 @@ void fill(float* to, const Value& value) {
 
 template <class F>
 void for_bricks(std::size_t count, const F& f) {
-  tbb::parallel_for(std::size_t{0}, count, f);
+  parallel_for(0, count, f);
 }
 
 }  // namespace

@@ -1,11 +1,11 @@
 // A recipe's samples: blocks divided down to bricks, and left out where the density is constant.
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
 
 #include "density/recipe_view.h"
+#include "math/parallel.h"
 #include "pvol/density/recipe.h"
 
 namespace pvol {
@@ -130,7 +130,7 @@ VoxelGrid make_grid(const Recipe& recipe) {
     });
   }
   std::vector<Found> found(tasks.size());
-  tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t i) {
+  parallel_for(0, tasks.size(), [&](std::size_t i) {
     divide(
         tasks[i].part, tasks[i].block, kBrickEdge, found[i].tiles,
         [&](const RecipeView& part, const Block& block) { sample_brick(part, block, found[i]); });

@@ -1,11 +1,10 @@
 #include "pvol/density/voxel_grid.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <tuple>
 
+#include "math/parallel.h"
 #include "pvol/error.h"
 
 namespace pvol {
@@ -88,7 +87,7 @@ VoxelGrid make_grid(Vec3i lo, Vec3i hi, const FillBrick& fill, const Affine& ind
   for (int axis = 0; axis < 3; ++axis) lo[axis] &= -kBrickEdge;
   const std::int64_t width = std::int64_t(hi.x) - lo.x;
   const auto slabs = std::make_shared<std::vector<Slab>>(std::size_t((width - 1) / kBrickEdge + 1));
-  tbb::parallel_for(std::size_t{0}, slabs->size(), [&](std::size_t i) {
+  parallel_for(0, slabs->size(), [&](std::size_t i) {
     const Vec3i at(lo.x + std::int32_t(i) * kBrickEdge, lo.y, lo.z);
     (*slabs)[i] = fill_slab(at, hi, fill);
   });

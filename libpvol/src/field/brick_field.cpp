@@ -1,9 +1,6 @@
 // Copies the samples of each leaf, with its apron, out of the grid.
 #include "pvol/field/brick_field.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
@@ -13,6 +10,7 @@
 #include <tuple>
 
 #include "density/lattice_index.h"
+#include "math/parallel.h"
 #include "pvol/error.h"
 
 namespace pvol {
@@ -209,8 +207,8 @@ FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid,
   }
   const std::size_t first = r.field.bricks();
   r.field.samples.resize((first + own.size()) * samples.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, own.size(), 64), [&](const auto& range) {
-    for (std::size_t k = range.begin(); k != range.end(); ++k) {
+  parallel_parts(0, own.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k != end; ++k) {
       brick_of[own[k]] = std::uint32_t(first + k);
       float* samples_of_leaf = r.field.samples.data() + (first + k) * samples.size();
       gather(blocks, origin_of(0, leaves[own[k]].code), look_up, samples_of_leaf);

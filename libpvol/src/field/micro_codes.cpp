@@ -1,14 +1,12 @@
 #include "field/micro_codes.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_reduce.h>
-
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <string>
 
+#include "math/parallel.h"
 #include "pvol/error.h"
 
 namespace pvol::detail {
@@ -61,10 +59,9 @@ MicroBounds make_micro_bounds(std::size_t bricks, int edge, const RangesOfBrick&
   m.edge = edge;
   m.scales.resize(bricks);
   m.codes.resize(bricks * cubes);
-  const tbb::blocked_range<std::size_t> all(0, bricks, kGrain);
-  tbb::parallel_for(all, [&](const auto& part) {
+  parallel_parts(0, bricks, kGrain, [&](std::size_t begin, std::size_t end) {
     CubeRanges ranges;
-    for (std::size_t b = part.begin(); b != part.end(); ++b) {
+    for (std::size_t b = begin; b != end; ++b) {
       ranges_of(b, edge, ranges);
       const MicroBounds::Scale s = m.scales[b] = make_scale(ranges.all);
       for (std::size_t i = 0; i < cubes; ++i) {
@@ -96,16 +93,16 @@ std::optional<std::uint32_t> find_violation(const MicroBounds& bounds, std::size
     }
     return good;
   };
-  const std::size_t first = tbb::parallel_reduce(
-      tbb::blocked_range<std::size_t>(0, bricks, kGrain), bricks,
-      [&](const auto& part, std::size_t found) {
-        CubeRanges ranges;
-        for (std::size_t b = part.begin(); b < std::min(part.end(), found); ++b) {
-          if (!brick_holds(b, ranges)) return b;
-        }
-        return found;
-      },
-      [](std::size_t x, std::size_t y) { return std::min(x, y); });
+  std::atomic<std::size_t> first = bricks;
+  parallel_parts(0, bricks, kGrain, [&](std::size_t begin, std::size_t end) {
+    CubeRanges ranges;
+    for (std::size_t b = begin; b < std::min(end, first.load()); ++b) {
+      if (brick_holds(b, ranges)) continue;
+      std::size_t found = first;
+      while (b < found && !first.compare_exchange_weak(found, b)) {
+      }
+    }
+  });
   if (first == bricks) return std::nullopt;
   return std::uint32_t(first);
 }

@@ -1,7 +1,5 @@
 #include "pvol/field/procedural.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <limits>
 #include <string>
@@ -9,6 +7,7 @@
 
 #include "density/recipe_view.h"
 #include "field/micro_codes.h"
+#include "math/parallel.h"
 #include "pvol/error.h"
 
 namespace pvol {
@@ -64,8 +63,8 @@ class Narrowing {
       field_.bricks[brick_of_[level][i]] = {std::move(here.view), cube};
       return;
     }
-    tbb::parallel_for(below.begin, below.end,
-                      [&](std::size_t child) { descend(level - 1, child, here.view); });
+    parallel_for(below.begin, below.end,
+                 [&](std::size_t child) { descend(level - 1, child, here.view); });
   }
 
  private:

@@ -68,10 +68,13 @@ void render_pass(TileFunction render_part, const PathSetup& setup, std::uint32_t
   constexpr std::size_t kTile = 16;
   tbb::parallel_for(
       tbb::blocked_range2d<int>(0, film.crop_height, kTile, 0, film.crop_width, kTile),
-      [&](const tbb::blocked_range2d<int>& tile) {
+      [&](const tbb::blocked_range2d<int>& range) {
         if (reporter.stopped()) return;
+        const auto &rows = range.rows(), &columns = range.cols();
+        const detail::ImagePart tile{columns.begin(), rows.begin(), int(columns.size()),
+                                     int(rows.size())};
         render_part(setup, tile, begin, end, film, counts.local());
-        reporter.add(std::uint64_t(tile.rows().size()) * tile.cols().size() * (end - begin));
+        reporter.add(std::uint64_t(tile.width) * std::uint64_t(tile.height) * (end - begin));
       });
 }
 

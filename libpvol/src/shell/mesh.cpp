@@ -1,6 +1,5 @@
 #include "pvol/shell/mesh.h"
 
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
@@ -9,6 +8,7 @@
 #include <string>
 #include <tuple>
 
+#include "math/parallel.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/error.h"
 
@@ -164,7 +164,7 @@ std::vector<EdgeTriangle> march(const Lattice& lattice) {
                     (lattice.cubes().z + kTask - 1) / kTask};
   std::vector<std::vector<EdgeTriangle>> parts(std::size_t(tasks.x) * std::size_t(tasks.y) *
                                                std::size_t(tasks.z));
-  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
+  parallel_for(0, parts.size(), [&](std::size_t i) {
     const Vec3i at{int(i) % tasks.x, int(i) / tasks.x % tasks.y, int(i) / tasks.x / tasks.y};
     add_part(lattice, at * kTask, kTask, parts[i]);
   });
@@ -279,10 +279,10 @@ TriangleMesh make_mesh(const Shell& shell, int resolution) {
 
   TriangleMesh mesh;
   mesh.vertices.resize(keys.size());
-  tbb::parallel_for(std::size_t{0}, keys.size(),
-                    [&](std::size_t i) { mesh.vertices[i] = place_vertex(lattice, keys[i]); });
+  parallel_for(0, keys.size(),
+               [&](std::size_t i) { mesh.vertices[i] = place_vertex(lattice, keys[i]); });
   mesh.triangles.resize(triangles.size());
-  tbb::parallel_for(std::size_t{0}, triangles.size(), [&](std::size_t i) {
+  parallel_for(0, triangles.size(), [&](std::size_t i) {
     for (std::size_t k = 0; k < 3; ++k) {
       mesh.triangles[i][k] = find(keys, triangles[i][k], std::less<>());
     }
@@ -307,7 +307,7 @@ TriangleMesh make_mesh(const Support& support) {
   mesh.vertices.reserve(points.size());
   for (const Vec3i p : points) mesh.vertices.push_back(Vec3d(support.origin + Vec3l(p)));
   mesh.triangles.resize(2 * faces.size());
-  tbb::parallel_for(std::size_t{0}, faces.size(), [&](std::size_t i) {
+  parallel_for(0, faces.size(), [&](std::size_t i) {
     std::array<std::uint32_t, 4> v{};
     const std::array<Vec3i, 4> c = faces[i].corners();
     for (std::size_t k = 0; k < 4; ++k) v[k] = find(points, c[k], less);

@@ -1,13 +1,12 @@
 #include "pvol/shell/support.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <bit>
 #include <limits>
 #include <string>
 
 #include "density/lattice_index.h"
+#include "math/parallel.h"
 #include "pvol/error.h"
 
 namespace pvol {
@@ -195,7 +194,7 @@ Support make_support(const VoxelGrid& grid, const Pyramid& pyramid) {
   const KernelReach reach = reach_of(pyramid.look_up);
   const std::vector<PyramidNode>& leaves = pyramid.levels[0];
   std::vector<MaskedBlock> parts(leaves.size());
-  tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t i) {
+  parallel_for(0, leaves.size(), [&](std::size_t i) {
     const Vec3l at = pyramid.origin + Vec3l(morton_decode(leaves[i].code)) * kLeafEdge;
     parts[i] = {leaves[i].code, occupied_cells(samples_above_zero(blocks, Vec3i(at), reach))};
   });

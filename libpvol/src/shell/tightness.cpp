@@ -1,13 +1,11 @@
 #include "pvol/shell/tightness.h"
 
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_reduce.h>
-
 #include <array>
+#include <atomic>
 #include <bit>
 #include <numbers>
 
+#include "math/parallel.h"
 #include "pvol/math/rng.h"
 #include "pvol/shell/ray_shell.h"
 
@@ -34,7 +32,7 @@ class VolumeMeter {
                               std::size_t(bricks_.z));
     const std::size_t count = shell_.form.perturbations.size();
     const Acting acting = count == 0 ? 0 : ~Acting{0} >> (64 - count);
-    tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
+    parallel_for(0, parts.size(), [&](std::size_t i) {
       const auto nx = std::size_t(bricks_.x), ny = std::size_t(bricks_.y);
       const Vec3l brick{std::int64_t(i % nx), std::int64_t(i / nx % ny), std::int64_t(i / nx / ny)};
       parts[i] = inside({brick * (kBrick * step_) + shell_.lo, kBrick * step_}, acting);
@@ -201,22 +199,20 @@ Hits count_hits(const Shell& shell, const Support& support, std::uint64_t lines)
   const Box box{Vec3d(shell.lo), Vec3d(shell.hi)};
   const SupportNode top = root(support);
   const double through = length(box.extent());
-  tbb::enumerable_thread_specific<std::vector<Span>> scratch;
-  return tbb::parallel_reduce(
-      tbb::blocked_range<std::uint64_t>(0, lines, 256), Hits{},
-      [&](const auto& range, Hits hits) {
-        std::vector<Span>& spans = scratch.local();
-        for (std::uint64_t i = range.begin(); i < range.end(); ++i) {
-          const Ray line = random_line(box, i);
-          hits.support += first_entry(support, top, line) <= through;
-          rays.intersect(line, 0, through, spans);
-          hits.shell += !spans.empty();
-        }
-        return hits;
-      },
-      [](Hits a, Hits b) {
-        return Hits{a.shell + b.shell, a.support + b.support};
-      });
+  std::atomic<std::uint64_t> in_shell = 0, in_support = 0;
+  parallel_parts(0, lines, 256, [&](std::size_t begin, std::size_t end) {
+    std::vector<Span> spans;
+    Hits hits;
+    for (std::size_t i = begin; i != end; ++i) {
+      const Ray line = random_line(box, i);
+      hits.support += first_entry(support, top, line) <= through;
+      rays.intersect(line, 0, through, spans);
+      hits.shell += !spans.empty();
+    }
+    in_shell += hits.shell;
+    in_support += hits.support;
+  });
+  return {in_shell, in_support};
 }
 
 }  // namespace

@@ -1,8 +1,7 @@
 #include "render/guide/coarse_cells.h"
 
-#include <tbb/parallel_for.h>
-
 #include "bounds/octree_children.h"
+#include "math/parallel.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/field/brick_field.h"
 
@@ -12,7 +11,7 @@ namespace {
 /// Integral of the interpolated density over the 8^3 cells of each brick, in cells^3.
 std::vector<double> brick_integrals(const BrickField& field) {
   std::vector<double> all(field.bricks());
-  tbb::parallel_for(std::size_t(0), all.size(), [&](std::size_t b) {
+  parallel_for(0, all.size(), [&](std::size_t b) {
     const float* s = field.brick(std::uint32_t(b));
     // A sample on a face belongs to the leaf by half along that axis.
     const auto weight = [](int i) { return i == 0 || i == kLeafEdge ? 0.5f : 1.0f; };

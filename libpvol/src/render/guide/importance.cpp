@@ -1,10 +1,9 @@
 #include "render/guide/importance.h"
 
-#include <tbb/parallel_for.h>
-
 #include <cmath>
 #include <numbers>
 
+#include "math/parallel.h"
 #include "pvol/math/direction.h"
 #include "render/path/gather_light.h"
 #include "render/path/traversal.h"
@@ -73,7 +72,7 @@ HenyeyGreenstein mean_lobe(const std::vector<Matter>& matter) {
 /// Power scattered per steradian of each cell, by direction of flight.
 std::vector<Nodes> scattered_power(const IncidentLight& light, const Kernel& kernel) {
   std::vector<Nodes> all(light.collided.size());
-  tbb::parallel_for(std::size_t(0), all.size(), [&](std::size_t row) {
+  parallel_for(0, all.size(), [&](std::size_t row) {
     for (std::size_t i = 0; i < kLightNodes; ++i) {
       const double power = double(light.collided[row][i]);
       if (power == 0) continue;
@@ -98,7 +97,7 @@ void visit_neighbours(const CoarseCells& cells, std::size_t row, const Visit& vi
 /// Power over mass, both blurred.
 std::vector<Nodes> blurred_radiance(const CoarseCells& cells, const std::vector<Nodes>& power) {
   std::vector<Nodes> all(cells.count());
-  tbb::parallel_for(std::size_t(1), cells.count(), [&](std::size_t row) {
+  parallel_for(1, cells.count(), [&](std::size_t row) {
     double mass = 0;
     visit_neighbours(cells, row, [&](std::uint32_t other, int weight) {
       mass += weight * cells.mass[other];
@@ -128,7 +127,7 @@ std::vector<float> shadow_worths(const PathSetup& setup, const CoarseCells& cell
   constexpr double kLeast = 0.02;
   const std::size_t lights = setup.lights.size();
   std::vector<float> all(cells.count() * (lights + 1), 1.0f);
-  tbb::parallel_for(std::size_t(1), cells.count(), [&](std::size_t row) {
+  parallel_for(1, cells.count(), [&](std::size_t row) {
     for (std::size_t i = 0; i < lights; ++i) {
       double power = 0, mass = 0;
       visit_neighbours(cells, row, [&](std::uint32_t other, int weight) {

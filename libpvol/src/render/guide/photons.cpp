@@ -3,12 +3,11 @@
 // Function. 1998 (importance from the other end). What is estimated here only steers paths.
 #include "render/guide/photons.h"
 
-#include <tbb/parallel_for.h>
-
 #include <atomic>
 #include <cmath>
 #include <numbers>
 
+#include "math/parallel.h"
 #include "render/path/gather_light.h"
 #include "render/path/traversal.h"
 
@@ -300,11 +299,11 @@ template <LookUp kLookUp>
 void trace_all(const Sources& sources, const PathSetup& setup, const CoarseCells& cells,
                int photons, const std::function<bool()>& stopped, LightCounts& counts) {
   std::atomic<bool> stop = false;
-  tbb::parallel_for(0, photons, [&](int i) {
-    constexpr int kAsk = 64;  // photons between questions
+  parallel_for(0, std::size_t(photons), [&](std::size_t i) {
+    constexpr std::size_t kAsk = 64;  // photons between questions
     if (i % kAsk == 0 && stopped()) stop = true;
     if (stop) return;
-    trace<OneVolume<MakePlain<kLookUp>, NoTally>>(sources, setup, cells, std::uint64_t(i), counts);
+    trace<OneVolume<MakePlain<kLookUp>, NoTally>>(sources, setup, cells, i, counts);
   });
 }
 

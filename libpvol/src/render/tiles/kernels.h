@@ -1,15 +1,14 @@
 // From a plan's kernel to the function compiled for it.
 #pragma once
 
-#include <tbb/blocked_range2d.h>
-
 #include "render/path/path_setup.h"
 
 namespace pvol::detail {
 
-/// Adds samples [begin, end) of every pixel of a tile to the film and their counts to `counts`.
-using TileFunction = void (*)(const PathSetup&, const tbb::blocked_range2d<int>& tile,
-                              std::uint32_t begin, std::uint32_t end, Film&, Counts& counts);
+/// Adds samples [begin, end) of every pixel of a tile, a part of the film, to it and their counts
+/// to `counts`.
+using TileFunction = void (*)(const PathSetup&, const ImagePart& tile, std::uint32_t begin,
+                              std::uint32_t end, Film&, Counts& counts);
 
 [[nodiscard]] TileFunction find_kernel(const Kernel& kernel);
 

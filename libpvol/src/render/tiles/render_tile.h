@@ -1,8 +1,6 @@
 // The inner part of a render: samples of the pixels of a tile, for one kind of volume and field.
 #pragma once
 
-#include <tbb/blocked_range2d.h>
-
 #include <type_traits>
 
 #include "pvol/error.h"
@@ -28,12 +26,12 @@ template <class Tracer>
 
 /// A pixel's samples are summed in their order, whatever the tiles and threads.
 template <class Tracer, bool kCount>
-void render_tile(const PathSetup& setup, const tbb::blocked_range2d<int>& tile, std::uint32_t begin,
+void render_tile(const PathSetup& setup, const ImagePart& tile, std::uint32_t begin,
                  std::uint32_t end, Film& film, Counts& counts) {
   Tracer tracer(setup);
   Counts before;
-  for (int y = tile.rows().begin(); y != tile.rows().end(); ++y) {
-    for (int x = tile.cols().begin(); x != tile.cols().end(); ++x) {
+  for (int y = tile.y; y != tile.y + tile.height; ++y) {
+    for (int x = tile.x; x != tile.x + tile.width; ++x) {
       const std::size_t pixel = film.index(x, y);
       for (std::uint32_t sample = begin; sample != end; ++sample) {
         const PathResult& r = tracer.trace(film.x + x, film.y + y, sample);

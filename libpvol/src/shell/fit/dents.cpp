@@ -1,9 +1,8 @@
 #include "shell/fit/dents.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 
+#include "math/parallel.h"
 #include "pvol/shell/certificate.h"
 #include "shell/fit/enclosing_ellipsoid.h"
 #include "shell/fit/monomials.h"
@@ -196,7 +195,7 @@ Dents::Found Dents::best(const std::vector<std::uint32_t>& cells, std::vector<Se
   }
   std::vector<Separation> found(seeds.size());
   const auto search = [&](const SearchEffort& effort) {
-    tbb::parallel_for(std::size_t{0}, seeds.size(), [&](std::size_t i) {
+    parallel_for(0, seeds.size(), [&](std::size_t i) {
       found[i] = separate(lattice_.boundary, targets, seeds[i], effort, i);
     });
   };
@@ -212,7 +211,7 @@ Dents::Found Dents::best(const std::vector<std::uint32_t>& cells, std::vector<Se
   search(long_look(effort_));
   // The proof may cost a search what it gained between boundary points: compare what is proven.
   std::vector<Found> proven(found.size());
-  tbb::parallel_for(std::size_t{0}, found.size(), [&](std::size_t i) {
+  parallel_for(0, found.size(), [&](std::size_t i) {
     proven[i].quadric = settle(found[i].quadric);
     const std::vector<std::uint8_t> covered = inside(proven[i].quadric);
     for (const std::uint32_t c : cells) proven[i].removed += covered[c];

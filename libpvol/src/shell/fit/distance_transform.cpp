@@ -1,8 +1,8 @@
 #include "shell/fit/distance_transform.h"
 
-#include <tbb/parallel_for.h>
-
 #include <limits>
+
+#include "math/parallel.h"
 
 namespace pvol::detail {
 namespace {
@@ -57,12 +57,12 @@ std::vector<float> squared_distances(const std::vector<std::uint8_t>& marked, Ve
   const std::size_t stride[3] = {1, std::size_t(size.x), std::size_t(size.x) * std::size_t(size.y)};
   for (int axis = 0; axis < 3; ++axis) {
     const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-    tbb::parallel_for(tbb::blocked_range<int>(0, size[v]), [&](const auto& range) {
+    parallel_parts(0, std::size_t(size[v]), 1, [&](std::size_t begin, std::size_t end) {
       Envelope envelope(size[axis]);
-      for (int j = range.begin(); j < range.end(); ++j) {
+      for (std::size_t j = begin; j != end; ++j) {
         for (int i = 0; i < size[u]; ++i) {
-          envelope.apply(&distance[std::size_t(i) * stride[u] + std::size_t(j) * stride[v]],
-                         stride[axis], size[axis]);
+          envelope.apply(&distance[std::size_t(i) * stride[u] + j * stride[v]], stride[axis],
+                         size[axis]);
         }
       }
     });

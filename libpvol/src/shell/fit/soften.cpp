@@ -1,12 +1,11 @@
 #include "shell/fit/soften.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
 
+#include "math/parallel.h"
 #include "pvol/shell/certificate.h"
 #include "shell/fit/adam.h"
 #include "shell/fit/monomials.h"
@@ -186,7 +185,7 @@ class Softening {
 
   template <class Visit>
   void for_all_chunks(const Visit& visit) {
-    tbb::parallel_for(std::size_t{0}, boundary_.size() + targets_.size(), [&](std::size_t c) {
+    parallel_for(0, boundary_.size() + targets_.size(), [&](std::size_t c) {
       const bool first = c < boundary_.size();
       visit(first ? boundary_[c] : targets_[c - boundary_.size()], first, c);
     });

@@ -1,0 +1,32 @@
+// Loops in parallel. oneTBB behind them takes half a second to compile in each source that sees it;
+// so few do.
+#pragma once
+
+#include <cstddef>
+
+namespace pvol {
+
+/// A part of a loop, begin to end, and what it is a part of.
+using PartFunction = void (*)(const void* body, std::size_t begin, std::size_t end);
+void parallel_parts(std::size_t begin, std::size_t end, std::size_t grain, const void* body,
+                    PartFunction part);
+
+/// Calls body(begin, end) for parts that together are [begin, end), in any order, on the threads of
+/// the caller's arena; a part is divided further only where it has more than `grain` steps. What a
+/// body throws, the call throws.
+template <class Body>
+void parallel_parts(std::size_t begin, std::size_t end, std::size_t grain, const Body& body) {
+  parallel_parts(begin, end, grain, &body, [](const void* b, std::size_t first, std::size_t last) {
+    (*static_cast<const Body*>(b))(first, last);
+  });
+}
+
+/// Calls body(i) for each i of [begin, end).
+template <class Body>
+void parallel_for(std::size_t begin, std::size_t end, const Body& body) {
+  parallel_parts(begin, end, 1, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i != last; ++i) body(i);
+  });
+}
+
+}  // namespace pvol
