@@ -15,8 +15,8 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
       {"[volume]\n", "s.toml:3:1: not valid TOML: "},
       {"[light]\n",
        "s.toml:3:2: unknown section or key \"light\"; expected one of volume, camera, medium, "
-       "environment, sun or render"},
-      {"[rendr]\n", "environment, sun or render; did you mean \"render\"?"},
+       "environment, sun, point or render"},
+      {"[rendr]\n", "environment, sun, point or render; did you mean \"render\"?"},
       {"[camera]\nposition = [0, 0, 0]\n", "s.toml:3:1: [camera] has no target; add it"},
       {"[camera]\n  fovv = 3\n",
        "s.toml:4:3: unknown key \"fovv\" in [camera]; expected one of position, target, up or "

@@ -99,6 +99,9 @@ struct RandomScene {
     for (int n = whole(0, 3); n > 0; --n) {
       file.scene.lights.push_back(Sun{point(), radiance(), uniform(0, 179)});
     }
+    for (int n = whole(0, 2); n > 0; --n) {
+      file.scene.lights.push_back(PointLight{point(), radiance()});
+    }
     file.scene.options = options();
     if (coin()) file.density = Quantisation{Precision(whole(0, 3))};
     if (file.density && file.density->precision == Precision::fpn) {

@@ -79,6 +79,12 @@ std::vector<Case> cases() {
   add("two suns", [](CloudScene& s) {
     s.lights.push_back(Sun{{-1, 0.2, 0.1}, Rgb(2.0f, 1.0f, 0.5f), 5});
   });
+  add("point light", [](CloudScene& s) {
+    s.lights = {PointLight{{60, 30, 40}, Rgb(6e3f, 3e3f, 5e3f)}};
+  });
+  add("point light behind, and a sun", [](CloudScene& s) {
+    s.lights.push_back(PointLight{{-10, 16, -15}, Rgb(2e3f)});
+  });
   add("gradient", [](CloudScene& s) { s.environment = GradientSky{}; });
   add("picture with a sun", [](CloudScene& s) {
     ImageSky sky{16, 8, std::vector<Rgb>(128, Rgb(0.4f, 0.5f, 0.6f)), Rgb(1.0f), 30};
@@ -304,6 +310,42 @@ TEST(Importance, PhotonsCountTheLightOfAThinCube) {
   EXPECT_NEAR(direct / (3 * mass), 1, 0.05);
   EXPECT_GE(straight, direct);
   EXPECT_LT(collided, 1.2 * direct);
+}
+
+/// From outside, from so far away that float directions do not tell the cube's corners apart, and
+/// from within.
+TEST(Importance, PhotonsCountTheLightOfAPoint) {
+  constexpr double kExtinction = 0.05;
+  for (const Vec3d& place : {Vec3d(20, 3, 9), Vec3d(1e9, -2e9, 3e9), Vec3d(6, 8.34, 7.17)}) {
+    CloudScene s = sunny();
+    s.options.look_up = LookUp::nearest;
+    s.medium = matter(kExtinction, Rgb(1.0f), 0.5);
+    const double squared_distance = dot(place, place);
+    s.lights = {PointLight{place, Rgb(float(squared_distance))}};
+    const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
+    s.camera = frame(v.density.world_box, 1);
+    const detail::PathSetup setup(plan(std::span(&v, 1), s.scene()), Rgb(0.5f));
+    const detail::CoarseCells cells = detail::make_coarse_cells(v);
+    const detail::IncidentLight light =
+        detail::trace_photons(setup, cells, 400'000, [] { return false; });
+    double direct = 0, expected = 0;
+    for (const float power : light.direct) direct += double(power);
+    constexpr int kPoints = 100;  // along each edge
+    const double step = 13.0 / kPoints;
+    for (int i = 0; i < kPoints * kPoints * kPoints; ++i) {
+      const Vec3i at(i % kPoints, i / kPoints % kPoints, i / kPoints / kPoints);
+      const Vec3d p = Vec3d(-0.5) + (Vec3d(at) + Vec3d(0.5)) * step;
+      const double distance = length(place - p);
+      const double depth =
+          optical_depth(std::vector{s.medium}, {p, (place - p) / distance}, distance);
+      expected += kExtinction * std::exp(-depth) * squared_distance / (distance * distance);
+    }
+    EXPECT_NEAR(direct / (expected * step * step * step), 1, 0.025) << place.x;
+    const Vec3f axis(normalize(place - Vec3d(6)));
+    if (!kCube.contains(place)) {
+      EXPECT_GT(dot(light.axis, axis), 1 - 1e-6f);
+    }
+  }
 }
 
 /// There the importance is the phase function about the sun, averaged over nodes.

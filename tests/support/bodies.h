@@ -64,16 +64,18 @@ struct OneRay {
   }
 };
 
-/// The part of a ray in a body.
-[[nodiscard]] inline std::optional<Span> inside(const Body& body, const Ray& ray) {
+/// The part of a ray, up to a distance, in a body.
+[[nodiscard]] inline std::optional<Span> inside(const Body& body, const Ray& ray,
+                                                double distance = 1e9) {
   const Affine back = inverse(body.object_to_world);
-  return intersect(kCube, {back.point(ray.o), back.vector(ray.d)}, 0, 1e9);
+  return intersect(kCube, {back.point(ray.o), back.vector(ray.d)}, 0, distance);
 }
 
-[[nodiscard]] inline double optical_depth(std::span<const Body> bodies, const Ray& ray) {
+[[nodiscard]] inline double optical_depth(std::span<const Body> bodies, const Ray& ray,
+                                          double distance = 1e9) {
   double sum = 0;
   for (const Body& body : bodies) {
-    if (const auto s = inside(body, ray)) sum += body.extinction * (s->t1 - s->t0);
+    if (const auto s = inside(body, ray, distance)) sum += body.extinction * (s->t1 - s->t0);
   }
   return sum;
 }
@@ -82,27 +84,47 @@ struct OneRay {
   return (1 - g * g) / (4 * std::numbers::pi * std::pow(1 + g * g - 2 * g * cosine, 1.5));
 }
 
-/// What collisions in a body send back along a ray, for each of them: emission and the light of
-/// delta suns in the absence of any matter.
-[[nodiscard]] inline std::vector<Vec3d> sources(const Body& body, const CloudScene& scene,
-                                                const Ray& ray) {
-  std::vector<Vec3d> by_sun(scene.lights.size() + 1);
-  for (const Component& c : body.medium().components) {
-    const Vec3d albedo(c.albedo);
-    by_sun.back() += (Vec3d(1.0) - albedo) * Vec3d(c.emission) * c.share;
-    if (scene.options.max_bounces == 0u) continue;
-    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
-      const Sun& sun = std::get<Sun>(scene.lights[i]);
-      const double p = phase(mean_cosine(c.phase), dot(ray.d, normalize(sun.direction)));
-      by_sun[i] += albedo * Vec3d(sun.irradiance) * (c.share * p);
-    }
+/// Light of a delta sun or a point as it arrives at a place in the absence of any matter.
+struct Arriving {
+  Vec3d towards;  ///< the light
+  double distance;
+  Vec3d irradiance;
+};
+[[nodiscard]] inline Arriving arriving(const Sun& sun, Vec3d) {
+  return {normalize(sun.direction), 1e9, Vec3d(sun.irradiance)};
+}
+[[nodiscard]] inline Arriving arriving(const PointLight& light, Vec3d place) {
+  const Vec3d way = light.position - place;
+  return {normalize(way), length(way), Vec3d(light.intensity) / dot(way, way)};
+}
+[[nodiscard]] inline std::vector<Arriving> arriving(const CloudScene& scene, Vec3d place) {
+  std::vector<Arriving> all;
+  if (scene.options.max_bounces == 0u) return all;
+  for (const Light& light : scene.lights) {
+    all.push_back(std::visit([&](const auto& l) { return arriving(l, place); }, light));
   }
-  return by_sun;
+  return all;
 }
 
-/// The radiance of the pixel: sky behind, emission and single scattering, light from suns
-/// taken from the middle of each step. Not
-/// for emission and scattering together, where light that was scattered once is emitted, too.
+/// What collisions in a body send back along a ray, for each of them: the scattered light of each
+/// light, and emission as the last.
+[[nodiscard]] inline std::vector<Vec3d> sources(const Medium& medium, Vec3d ray,
+                                                std::span<const Arriving> lights) {
+  std::vector<Vec3d> all(lights.size() + 1);
+  for (const Component& c : medium.components) {
+    const Vec3d albedo(c.albedo);
+    all.back() += (Vec3d(1.0) - albedo) * Vec3d(c.emission) * c.share;
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+      const double p = phase(mean_cosine(c.phase), dot(ray, lights[i].towards));
+      all[i] += albedo * lights[i].irradiance * (c.share * p);
+    }
+  }
+  return all;
+}
+
+/// The radiance of the pixel: sky behind, emission and single scattering, with the light in the
+/// middle of each step. Not for emission and scattering together, where light that was scattered
+/// once is emitted, too.
 [[nodiscard]] inline Vec3d radiance(const OneRay& r) {
   std::vector<double> ends;
   for (const Body& body : r.bodies) {
@@ -114,25 +136,30 @@ struct OneRay {
   for (std::size_t i = 1; i < ends.size(); ++i) {
     const double middle = 0.5 * (ends[i - 1] + ends[i]);
     double mu = 0;
-    std::vector<Vec3d> source(r.scene.lights.size() + 1);  // the last: emission
+    std::vector<Medium> media;  // of bodies that are here
     for (const Body& body : r.bodies) {
       const auto s = inside(body, r.ray);
       if (!s || middle < s->t0 || middle > s->t1) continue;
       mu += body.extinction;
-      const std::vector<Vec3d> of_body = sources(body, r.scene, r.ray);
-      for (std::size_t j = 0; j < source.size(); ++j) source[j] += of_body[j] * body.extinction;
+      media.push_back(body.medium());
     }
     constexpr int kSteps = 1000;
     const double dt = (ends[i] - ends[i - 1]) / kSteps;
     const double met = mu > 0 ? -std::expm1(-mu * dt) / mu : dt;  // int exp(-mu t) of a step
     for (int k = 0; k < kSteps; ++k, depth += mu * dt) {
       const Vec3d p = r.ray.at(ends[i - 1] + (k + 0.5) * dt);
-      Vec3d light = source.back();
-      for (std::size_t j = 0; j < r.scene.lights.size(); ++j) {
-        const Ray shadow{p, normalize(std::get<Sun>(r.scene.lights[j]).direction)};
-        light += source[j] * std::exp(-optical_depth(r.bodies, shadow));
+      const std::vector<Arriving> lights = arriving(r.scene, p);
+      std::vector<double> seen;  // of each light, and of emission
+      for (const Arriving& l : lights) {
+        seen.push_back(std::exp(-optical_depth(r.bodies, {p, l.towards}, l.distance)));
       }
-      sum += light * (std::exp(-depth) * met);
+      seen.push_back(1);
+      for (const Medium& medium : media) {
+        const std::vector<Vec3d> source = sources(medium, r.ray.d, lights);
+        for (std::size_t j = 0; j < source.size(); ++j) {
+          sum += source[j] * (medium.extinction * seen[j] * std::exp(-depth) * met);
+        }
+      }
     }
   }
   return sum + Vec3d(std::get<ConstantSky>(r.scene.environment).radiance) * std::exp(-depth);

@@ -1,4 +1,4 @@
-// Skies and suns.
+// Skies, suns and points.
 #include "pvol/render/lights.h"
 
 #include <algorithm>
@@ -135,10 +135,27 @@ LightSample SunLight::sample_disc(Rng& rng) const {
   return {turn(direction, one_minus_cos_radius * u, azimuth), disc_radiance, disc_pdf};
 }
 
+LightSample PointSource::arriving_at(Vec3d place) const {
+  const Vec3d way = position - place;
+  const double distance = length(way);
+  const Rgb irradiance(Vec3d(intensity) / (distance * distance));
+  // At the light itself, or so near that a float does not hold what arrives: places of no volume.
+  if (!(distance > 0) || !is_finite(irradiance)) return {Vec3f(0, 0, 1), Rgb(0.0f), 1};
+  return {Vec3f(way / distance), irradiance, 1, distance};
+}
+
+Rgb PointSource::irradiance_on(const Box& box) const {
+  const Vec3d way = position - box.centre(), rim = box.extent() * 0.5;
+  return Rgb(Vec3d(intensity) / std::max(dot(way, way), dot(rim, rim)));
+}
+
 namespace {
 
 /// One for each kind of light.
 LightSource make_ready(const Sun& sun) { return SunLight(sun); }
+LightSource make_ready(const PointLight& light) {
+  return PointSource{light.position, light.intensity};
+}
 
 }  // namespace
 

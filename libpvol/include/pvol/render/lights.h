@@ -85,9 +85,28 @@ struct SunLight {
   [[nodiscard]] LightSample sample_disc(Rng& rng) const;
 };
 
+/// A point light, with the questions that every light answers.
+struct PointSource {
+  Vec3d position;
+  Rgb intensity;
+
+  [[nodiscard]] static constexpr bool delta() { return true; }
+  [[nodiscard]] static Rgb seen(Vec3f) { return Rgb(0.0f); }
+  [[nodiscard]] static constexpr float pdf() { return 0; }
+  template <class Where>
+  [[nodiscard]] LightSample sample(const Where& where, Rng&) const {
+    return arriving_at(where());
+  }
+  /// In a box as large as its distance, or around the light, that at its rim.
+  [[nodiscard]] Rgb irradiance_on(const Box& box) const;
+
+ private:
+  [[nodiscard]] LightSample arriving_at(Vec3d place) const;
+};
+
 /// The lights of a scene, ready for sampling: each a member of its own kind. To add one, see
 /// libpvol/ROOMS.md.
-using LightSource = std::variant<SunLight>;
+using LightSource = std::variant<SunLight, PointSource>;
 [[nodiscard]] std::vector<LightSource> make_light_sources(std::span<const Light> lights);
 
 /// Throws Error, which says what is wrong, for values out of range.

@@ -7,6 +7,7 @@
 
 #include "pvol/render/camera.h"
 #include "pvol/render/options.h"
+#include "pvol/render/point_light.h"
 #include "pvol/render/sky.h"
 #include "pvol/render/sun.h"
 
@@ -14,7 +15,7 @@ namespace pvol {
 
 /// Lights besides the environment. To add one: a header like sun.h, its name here, and how it is
 /// sampled in lights.h.
-using Light = std::variant<Sun>;
+using Light = std::variant<Sun, PointLight>;
 
 /// What surrounds volumes, and how they are rendered.
 struct Scene {

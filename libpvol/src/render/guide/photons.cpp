@@ -28,6 +28,14 @@ struct Photon {
   std::size_t source = 0;  ///< number of its light; larger ones are the sky and matter
 };
 
+/// Directions around an axis.
+struct Cap {
+  Vec3d axis;  ///< unit
+  double one_minus_cos;
+
+  [[nodiscard]] double solid_angle() const { return 2 * double(kPi) * one_minus_cos; }
+};
+
 /// The box of the support as light from afar sees it.
 class Target {
  public:
@@ -67,6 +75,21 @@ class Target {
     return {entry, Vec3d(d)};
   }
 
+  /// Around all directions in which the box lies from a place; all that there are, near it.
+  [[nodiscard]] Cap seen_from(Vec3d place) const {
+    const Vec3d diagonal = edges_[0] + edges_[1] + edges_[2], way = low_ + diagonal * 0.5 - place;
+    double squared_radius = 0;  // of a sphere around the box, which need not have right angles
+    for (const double y : {-1.0, 1.0}) {
+      for (const double z : {-1.0, 1.0}) {
+        const Vec3d half = (edges_[0] + edges_[1] * y + edges_[2] * z) * 0.5;
+        squared_radius = std::max(squared_radius, dot(half, half));
+      }
+    }
+    const double squared_sine = squared_radius / dot(way, way);
+    if (!(squared_sine < 1)) return {{0, 1, 0}, 2};
+    return {normalize(way), squared_sine / (1 + std::sqrt(1 - squared_sine))};
+  }
+
   /// A point uniform in a coarse cell.
   [[nodiscard]] Vec3d point(const CoarseCells& cells, std::uint32_t row, Rng& rng) const {
     const auto [u, v] = rng.uniform2();
@@ -96,6 +119,24 @@ Beam beam(const SunLight& sun, const Target& target) {
 Photon emit(const SunLight& sun, const Target& target, double unit, Rng& rng) {
   const Vec3f d = -sun.sample([] {}, rng).direction;
   return {target.ray(d, rng), sun.irradiance * float(target.shadow(d) / unit)};
+}
+
+Beam beam(const PointSource& light, const Target& target) {
+  const Cap cap = target.seen_from(light.position);
+  return {double(luminance(light.intensity)) * cap.solid_angle(), Vec3f(-cap.axis)};
+}
+
+Photon emit(const PointSource& light, const Target& target, double unit, Rng& rng) {
+  const Cap cap = target.seen_from(light.position);
+  const auto [u, turns] = rng.uniform2();
+  // In double: from afar the cap is narrower than the spacing of float directions.
+  const double c = cap.one_minus_cos * double(u), sine = std::sqrt(c * (2 - c)),
+               azimuth = 2 * double(kPi) * double(turns);
+  Vec3d s, t;
+  orthonormal_basis(cap.axis, s, t);
+  const Vec3d d =
+      cap.axis * (1 - c) + s * (sine * std::cos(azimuth)) + t * (sine * std::sin(azimuth));
+  return {{light.position, d}, light.intensity * float(cap.solid_angle() / unit)};
 }
 
 /// The lights of the scene less its constant, to draw photons from in proportion to their power.

@@ -1,0 +1,35 @@
+// A light of no extent at a place in the scene.
+#pragma once
+
+#include "pvol/math/keys.h"
+#include "pvol/math/vec.h"
+#include "pvol/volume/medium_keys.h"
+
+namespace pvol {
+
+/// Shines evenly in all directions, outside clouds or inside. No ray meets it: light comes from it
+/// by next-event estimation alone, whose variance has no bound where matter touches the light
+/// (THEORY.md, T5.6).
+struct PointLight {
+  static constexpr const char* kName = "point";
+  Vec3d position{0, 0, 0};  ///< in world units
+  Rgb intensity{1.0f};      ///< irradiance at distance 1, in world units, of a plane that faces it
+  friend bool operator==(const PointLight&, const PointLight&) = default;
+};
+
+[[nodiscard]] constexpr auto keys(const PointLight&) {
+  return std::to_array<Key<PointLight>>({
+      key<&PointLight::position>({.key = "position",
+                                  .metavar = "XYZ",
+                                  .limits = number().times(3),
+                                  .help = "Where the light is, in world units",
+                                  .required = true}),
+      key<&PointLight::intensity>({.key = "intensity",
+                                   .metavar = "RGB",
+                                   .limits = number(kRadianceRange).or_three(),
+                                   .help = "Irradiance one world unit away; it falls with the "
+                                           "square of the distance"}),
+  });
+}
+
+}  // namespace pvol

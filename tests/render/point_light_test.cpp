@@ -1,0 +1,107 @@
+// Point lights: what arrives is the inverse square of the distance through what lies between.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "pvol/render/lights.h"
+#include "support/bodies.h"
+#include "support/estimators.h"
+
+namespace pvol::test {
+namespace {
+
+LightSample sample_at(const PointSource& light, Vec3d place) {
+  Rng rng(41, 0, 0);
+  return light.sample([&] { return place; }, rng);
+}
+
+TEST(PointLight, FallsWithTheSquareOfTheDistance) {
+  const PointSource light{{3, -4, 12}, Rgb(2.0f, 0.5f, 0.0f)};
+  const LightSample l = sample_at(light, {0, 0, 0});
+  EXPECT_EQ(l.distance, 13);
+  EXPECT_EQ(l.pdf, 1);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_FLOAT_EQ(l.radiance[c], light.intensity[c] / 169);
+    EXPECT_FLOAT_EQ(l.direction[c], float(light.position[c] / 13));
+  }
+  EXPECT_TRUE(light.delta());
+  EXPECT_EQ(light.seen(l.direction), Rgb(0.0f)) << "no ray meets a point";
+}
+
+TEST(PointLight, IsFiniteEverywhere) {
+  const PointSource light{{1, 1, 1}, Rgb(1e30f)};
+  for (const double distance : {0.0, 1e-300, 1e-20, 1e-8, 1.0, 1e20, 1e100}) {
+    const LightSample l = sample_at(light, {1, 1 + distance, 1});
+    EXPECT_TRUE(is_finite(l.radiance) && is_finite(l.direction)) << distance;
+    EXPECT_NEAR(length(Vec3d(l.direction)), 1, 1e-6) << distance;
+    EXPECT_EQ(l.pdf, 1);
+    EXPECT_TRUE(is_finite(light.irradiance_on({Vec3d(distance), Vec3d(distance + 1)})));
+  }
+}
+
+TEST(PointLight, OnABoxIsThatOfItsMiddleOrItsRim) {
+  const PointSource light{{0, 0, 0}, Rgb(6.0f)};
+  EXPECT_FLOAT_EQ(light.irradiance_on({{9, -1, -1}, {11, 1, 1}}).x, 0.06f);
+  EXPECT_FLOAT_EQ(light.irradiance_on({Vec3d(-1), Vec3d(1)}).x, 2) << "the light is in the box";
+}
+
+/// A cube or two that overlap, of different media, in the light of points.
+struct Lit {
+  const char* name;
+  std::vector<PointLight> lights;
+};
+const Lit kLit[] = {
+    {"outside", {{{20, 15, 9}, Rgb(50.0f, 100.0f, 25.0f)}}},
+    {"within, where a ray beyond the light would be dimmed", {{{10, 4, 5}, Rgb(20.0f)}}},
+    {"one within, one behind", {{{3, 9, 8}, Rgb(9.0f, 3.0f, 6.0f)}, {{6, 7, -20}, Rgb(80.0f)}}},
+    {"close to a face", {{{6, 13, 6}, Rgb(10.0f)}}},
+};
+
+TEST(PointLight, SingleScatteringIsItsIntegral) {
+  const Affine aside{{Vec3d{0.8, 0.1, 0}, Vec3d{0, 0.7, 0.1}, Vec3d{0.1, 0, 0.9}}, {5, 3, -2}};
+  const std::vector<Body> one{matter(0.15, Rgb(1.0f, 0.5f, 0.25f), 0.4)};
+  const std::vector<Body> two{one.front(), matter(0.2, Rgb(0.9f), -0.3, Rgb(0.0f), aside)};
+  proof::Family family;
+  proof::Moments all;
+  std::uint64_t seed = 0;
+  for (const Tracker tracker : kTrackers) {
+    for (const Transmittance transmittance : kTransmittances) {
+      for (const Lit& lit : kLit) {
+        for (const std::vector<Body>& bodies : {one, two}) {
+          if (bodies.size() > 1 && is_weighted(tracker)) continue;
+          OneRay r(bodies, {6, 25, 30}, {6.5, 6, 5});
+          r.scene.lights.assign(lit.lights.begin(), lit.lights.end());
+          r.scene.options.tracker = tracker;
+          r.scene.options.transmittance = transmittance;
+          r.scene.options.seed = ++seed;
+          if (is_slow(tracker, transmittance)) r.scene.options.samples = 8'000;
+          all.add(compare(r,
+                          std::string(lit.name) + ", " + label(tracker) + ", " +
+                              label(transmittance) + ", " + std::to_string(bodies.size()),
+                          family));
+        }
+      }
+    }
+  }
+  add_all_together(all, family);
+  EXPECT_TRUE(family.passes());
+}
+
+/// Light that was scattered often, too: from far away a point is a sun.
+TEST(PointLight, FarAwayIsASun) {
+  const Vec3d far = Vec3d(0.5, 0.7, -0.3) * 1e9;
+  OneRay r({matter(0.3, Rgb(0.99f), 0.6)}, {30, 25, 30}, {6, 6, 6});
+  r.scene.options.max_bounces.reset();
+  r.scene.options.guide = GuideUse::off;
+  const auto picture = [&](const Light& light) {
+    r.scene.lights = {light};
+    return average(render(make_volumes(cube(), r.bodies, r.scene), r.scene).film).mean;
+  };
+  const Vec3d sun = picture(Sun{far, Rgb(2.0f), 0});
+  const Vec3d point = picture(PointLight{far, Rgb(float(2 * dot(far, far)))});
+  EXPECT_NEAR(point.x / sun.x, 1, 1e-3);
+}
+
+}  // namespace
+}  // namespace pvol::test
