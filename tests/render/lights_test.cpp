@@ -52,7 +52,7 @@ Vec3f tilted(Vec3d n, double c, double azimuth) {
 TEST(SunLight, HasItsSolidAngleAsDensity) {
   for (const double angle : kAngles) {
     const SunLight sun(make_sun(angle));
-    EXPECT_FALSE(sun.delta());
+    EXPECT_GT(sun.disc_pdf, 0);
     EXPECT_NEAR(double(sun.disc_pdf) * 2 * pi * exact_cap(angle), 1, 1e-6) << angle;
     EXPECT_NEAR(length(Vec3d(sun.direction)), 1, 1e-7);
   }
@@ -131,14 +131,14 @@ TEST(SunLight, OfNoExtentIsOneDirection) {
     const SunLight sun(make_sun(angle));
     Rng rng(32, 0, 0);
     const LightSample l = sun.sample(kAnywhere, rng);
-    EXPECT_TRUE(sun.delta()) << angle;
+    EXPECT_EQ(sun.disc_pdf, 0) << angle;
     EXPECT_EQ(l.direction, sun.direction);
     EXPECT_EQ(l.radiance, kIrradiance);
-    EXPECT_EQ(l.pdf, 1);
+    EXPECT_EQ(l.pdf, 0);
     EXPECT_FALSE(hit(sun, sun.direction)) << "no ray meets a delta light by chance";
     EXPECT_EQ(sun.disc_radiance, Rgb(0.0f));
   }
-  EXPECT_FALSE(SunLight(make_sun(1e-4)).delta());
+  EXPECT_GT(SunLight(make_sun(1e-4)).disc_pdf, 0);
 }
 
 TEST(SunLight, RadianceAndDensityAreFiniteOverAllAngles) {

@@ -140,8 +140,8 @@ LightSample PointSource::arriving_at(Vec3d place) const {
   const double distance = length(way);
   const Rgb irradiance(Vec3d(intensity) / (distance * distance));
   // At the light itself, or so near that a float does not hold what arrives: places of no volume.
-  if (!(distance > 0) || !is_finite(irradiance)) return {Vec3f(0, 0, 1), Rgb(0.0f), 1};
-  return {Vec3f(way / distance), irradiance, 1, distance};
+  if (!(distance > 0) || !is_finite(irradiance)) return {Vec3f(0, 0, 1), Rgb(0.0f)};
+  return {Vec3f(way / distance), irradiance, 0, distance};
 }
 
 Rgb PointSource::irradiance_on(const Box& box) const {

@@ -16,8 +16,8 @@ namespace pvol {
 /// A direction towards a light with what comes from there.
 struct LightSample {
   Vec3f direction;  ///< unit, from the scene
-  Rgb radiance;     ///< for a delta light: perpendicular irradiance, with pdf 1
-  float pdf = 0;    ///< per steradian; 0: nothing to sample
+  Rgb radiance;     ///< of a delta light: irradiance of a plane that faces it
+  float pdf = 0;    ///< per steradian; 0 of a delta light, which no ray meets by chance
   double distance = std::numeric_limits<double>::infinity();  ///< to the light, world units
 };
 
@@ -65,8 +65,6 @@ struct SunLight {
 
   // The questions that every light answers. Directions are unit.
 
-  /// Whether the light is never met by chance: `seen` is 0 everywhere.
-  [[nodiscard]] bool delta() const { return disc_pdf == 0; }
   /// Radiance that a ray meets which has left everything in this direction.
   [[nodiscard]] Rgb seen(Vec3f d) const {
     return one_minus_cos(d, direction) < one_minus_cos_radius ? disc_radiance : Rgb(0.0f);
@@ -76,7 +74,7 @@ struct SunLight {
   /// Light that arrives at where(), a place in the world.
   template <class Where>
   [[nodiscard]] LightSample sample(const Where&, Rng& rng) const {
-    return delta() ? LightSample{direction, irradiance, 1} : sample_disc(rng);
+    return disc_pdf == 0 ? LightSample{direction, irradiance} : sample_disc(rng);
   }
   /// About the irradiance in a box of the world, on planes that face the light.
   [[nodiscard]] Rgb irradiance_on(const Box&) const { return irradiance; }
@@ -90,7 +88,6 @@ struct PointSource {
   Vec3d position;
   Rgb intensity;
 
-  [[nodiscard]] static constexpr bool delta() { return true; }
   [[nodiscard]] static Rgb seen(Vec3f) { return Rgb(0.0f); }
   [[nodiscard]] static constexpr float pdf() { return 0; }
   template <class Where>

@@ -19,7 +19,8 @@ class GuidedTracer {
   explicit GuidedTracer(const PathSetup& setup)
       : traversal(setup), s_(setup), importance_(*setup.importance), r_(setup) {}
 
-  [[nodiscard]] const PathResult& trace(int x, int y, std::uint32_t sample) {
+  /// In one function, like PathTracer::trace.
+  [[nodiscard, gnu::flatten]] const PathResult& trace(int x, int y, std::uint32_t sample) {
     r_.reset();
     auto [rng, ray] = CameraSample(s_, x, y, sample);
     direction_ = Vec3f(ray.d);

@@ -100,29 +100,25 @@ inline void add_light_here(const PathSetup& s, const PhaseFunction& phase, Vec3f
                            std::uint64_t& shadow_rays, PathResult& r) {
   Rgb sum(0.0f);
   const auto place = [&] { return traversal.position(); };
-  const std::size_t lights = s.lights.size();
-  for (std::size_t i = 0; i < lights + s.sky.sampled(); ++i) {
-    LightSample l;
-    float p, weighted;  // the phase function's density, and that times the weight over the light's
-    if (i == lights) {
-      l = s.sky.sample(rng);
-      l.radiance -= s.constant;
-      p = pdf_phase(phase, from, l.direction);
-      weighted = p / (l.pdf + p);
-    } else {
-      const auto sample = [&](const auto& light) {
-        l = light.sample(place, rng);
-        return light.delta();
-      };
-      const bool delta = std::visit(sample, s.lights[i]);
-      p = pdf_phase(phase, from, l.direction);
-      weighted = (delta ? 1 : balance(l.pdf, p)) * p / l.pdf;
-    }
-    // One call for all lights: it is a large part of the compiled tracer.
-    const Rgb light_of_it =
+  std::size_t i = 0;
+  for (const LightSource& source : s.lights) {
+    const LightSample l =
+        std::visit([&](const auto& light) { return light.sample(place, rng); }, source);
+    const float p = pdf_phase(phase, from, l.direction);
+    const float weighted = l.pdf > 0 ? balance(l.pdf, p) * p / l.pdf : p;
+    const Rgb arrived =
         shadowed(s, throughput * l.radiance * weighted, l, worth(i), traversal, rng, shadow_rays);
-    sum += light_of_it;
-    if (r.in_layers()) r.layers[i] += light_of_it;
+    sum += arrived;
+    if (r.in_layers()) r.layers[i] += arrived;
+    ++i;
+  }
+  if (s.sky.sampled()) {
+    const LightSample l = s.sky.sample(rng);
+    const float p = pdf_phase(phase, from, l.direction);
+    const Rgb arrived = shadowed(s, throughput * (l.radiance - s.constant) * (p / (l.pdf + p)), l,
+                                 worth(i), traversal, rng, shadow_rays);
+    sum += arrived;
+    if (r.in_layers()) r.layers[i] += arrived;
   }
   r.radiance += sum;
 }

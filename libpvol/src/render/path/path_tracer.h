@@ -17,7 +17,9 @@ class PathTracer {
  public:
   explicit PathTracer(const PathSetup& setup) : traversal(setup), s_(setup), r_(setup) {}
 
-  [[nodiscard]] const PathResult& trace(int x, int y, std::uint32_t sample) {
+  /// Compiled into one function, but for flights and shadow rays: the cost of a path does not hang
+  /// on how a compiler weighs many small ones.
+  [[nodiscard, gnu::flatten]] const PathResult& trace(int x, int y, std::uint32_t sample) {
     r_.reset();
     auto [rng, ray] = CameraSample(s_, x, y, sample);
     direction_ = Vec3f(ray.d);

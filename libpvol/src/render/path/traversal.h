@@ -41,8 +41,8 @@ struct Hit {
 /// The scene's tracker is chosen once a flight; it is the same all the time, so the branch costs
 /// nothing, and the loops inside know it.
 template <class Segments, class Field, class Count>
-[[nodiscard]] Flight fly(Tracker tracker, Segments& segments, const Field& field, Rng& rng,
-                         Count& count) {
+[[nodiscard, gnu::noinline]] Flight fly(Tracker tracker, Segments& segments, const Field& field,
+                                        Rng& rng, Count& count) {
   switch (tracker) {
     case Tracker::decomposition:
       return free_flight<Tracker::decomposition>(segments, field, rng, count);
@@ -141,7 +141,7 @@ class OneVolume {
   }
 
   /// Transmittance from the path's place over a distance, or to the outside.
-  [[nodiscard]] float pass(Vec3f direction, double distance, Rng& rng) {
+  [[nodiscard, gnu::noinline]] float pass(Vec3f direction, double distance, Rng& rng) {
     Walk walk(v_.volume.density.octree, cursor_, v_.in_cells(direction), distance);
     return detail::pass(s_.options.transmittance, s_.options.tracker, walk, field_, rng,
                         work.shadow);
@@ -204,7 +204,7 @@ class ManyVolumes {
 
   [[nodiscard]] Vec3d position() const { return position_; }
 
-  [[nodiscard]] float pass(Vec3f direction, double distance, Rng& rng) {
+  [[nodiscard, gnu::noinline]] float pass(Vec3f direction, double distance, Rng& rng) {
     const Ray ray{position_, Vec3d(direction)};
     float product = 1;
     for (std::size_t i = 0; i < s_.volumes.size() && product != 0; ++i) {
