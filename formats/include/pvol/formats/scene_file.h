@@ -24,8 +24,8 @@ struct SceneVolume {
 };
 
 /// Of its [volume] alone.
-[[nodiscard]] constexpr auto keys(const SceneVolume&) {
-  using V = SceneVolume;
+template <std::same_as<SceneVolume> V>
+[[nodiscard]] constexpr auto keys(const V&) {
   return std::to_array<Key<V>>({
       {{.key = "file",
         .metavar = "FILE",

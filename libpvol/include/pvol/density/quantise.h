@@ -43,8 +43,8 @@ struct Quantisation {
 };
 
 /// Of a density that is to be rounded, or stays as it is stored.
-[[nodiscard]] constexpr auto keys(const std::optional<Quantisation>&) {
-  using Q = std::optional<Quantisation>;
+template <std::same_as<std::optional<Quantisation>> Q>
+[[nodiscard]] constexpr auto keys(const Q&) {
   return std::to_array<Key<Q>>({
       {{.key = "density",
         .metavar = "NAME",

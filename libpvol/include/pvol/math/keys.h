@@ -5,12 +5,13 @@
 //     double thickness = 1;
 //     Kind kind = Kind::dry;             // an enumeration with names, see names.h
 //   };
-//   constexpr auto keys(const Fog&) {
-//     return std::to_array<Key<Fog>>({
-//         key<&Fog::thickness>({.key = "thickness", .metavar = "X", .limits =
+//   template <std::same_as<Fog> F>       // a template so that only who asks for it compiles it
+//   constexpr auto keys(const F&) {
+//     return std::to_array<Key<F>>({
+//         key<&F::thickness>({.key = "thickness", .metavar = "X", .limits =
 //         number(Range::above(0)),
 //                               .help = "Thickness in world units"}),
-//         key<&Fog::kind>({.key = "kind", .help = "What it is made of"}),
+//         key<&F::kind>({.key = "kind", .help = "What it is made of"}),
 //     });
 //   }
 //
@@ -19,6 +20,7 @@
 // (`phase` in volume/medium.h).
 #pragma once
 
+#include <concepts>
 #include <functional>
 #include <type_traits>
 

@@ -17,8 +17,8 @@ struct Camera {
   friend bool operator==(const Camera&, const Camera&) = default;
 };
 
-[[nodiscard]] constexpr auto keys(const Camera&) {
-  using C = Camera;
+template <std::same_as<Camera> C>
+[[nodiscard]] constexpr auto keys(const C&) {
   return std::to_array<Key<C>>({
       key<&C::position>({.key = "position",
                          .metavar = "XYZ",

@@ -79,8 +79,8 @@ inline constexpr std::int64_t kLargestEdge = 1 << 20;  ///< of an image; far abo
 inline constexpr int kMostThreads = 4096;
 inline constexpr int kMostCoarsenings = 8;  ///< of a preview: a 256th of the samples along an axis
 
-[[nodiscard]] constexpr auto keys(const RenderOptions&) {
-  using O = RenderOptions;
+template <std::same_as<RenderOptions> O>
+[[nodiscard]] constexpr auto keys(const O&) {
   constexpr std::int64_t kMost32 = std::numeric_limits<std::uint32_t>::max();
   constexpr std::int64_t kMost63 = std::numeric_limits<std::int64_t>::max();
   return std::to_array<Key<O>>({

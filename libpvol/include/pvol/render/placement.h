@@ -34,8 +34,8 @@ void assign_turns(Placement& placement, const Value& value);
 [[nodiscard]] Value matrix_value(const Placement& placement);
 void assign_matrix(Placement& placement, const Value& value);
 
-[[nodiscard]] constexpr auto keys(const Placement&) {
-  using P = Placement;
+template <std::same_as<Placement> P>
+[[nodiscard]] constexpr auto keys(const P&) {
   return std::to_array<Key<P>>({
       key<&P::scale>({.key = "scale",
                       .metavar = "XYZ",

@@ -17,18 +17,19 @@ struct PointLight {
   friend bool operator==(const PointLight&, const PointLight&) = default;
 };
 
-[[nodiscard]] constexpr auto keys(const PointLight&) {
-  return std::to_array<Key<PointLight>>({
-      key<&PointLight::position>({.key = "position",
-                                  .metavar = "XYZ",
-                                  .limits = number().times(3),
-                                  .help = "Where the light is, in world units",
-                                  .required = true}),
-      key<&PointLight::intensity>({.key = "intensity",
-                                   .metavar = "RGB",
-                                   .limits = number(kRadianceRange).or_three(),
-                                   .help = "Irradiance one world unit away; it falls with the "
-                                           "square of the distance"}),
+template <std::same_as<PointLight> T>
+[[nodiscard]] constexpr auto keys(const T&) {
+  return std::to_array<Key<T>>({
+      key<&T::position>({.key = "position",
+                         .metavar = "XYZ",
+                         .limits = number().times(3),
+                         .help = "Where the light is, in world units",
+                         .required = true}),
+      key<&T::intensity>({.key = "intensity",
+                          .metavar = "RGB",
+                          .limits = number(kRadianceRange).or_three(),
+                          .help = "Irradiance one world unit away; it falls with the "
+                                  "square of the distance"}),
   });
 }
 

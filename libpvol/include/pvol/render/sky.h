@@ -17,12 +17,13 @@ struct ConstantSky {
   Rgb radiance{0.5f};
   friend bool operator==(const ConstantSky&, const ConstantSky&) = default;
 };
-[[nodiscard]] constexpr auto keys(const ConstantSky&) {
-  return std::to_array<Key<ConstantSky>>({
-      key<&ConstantSky::radiance>({.key = "radiance",
-                                   .metavar = "RGB",
-                                   .limits = number(kRadianceRange).or_three(),
-                                   .help = "Radiance from every direction"}),
+template <std::same_as<ConstantSky> T>
+[[nodiscard]] constexpr auto keys(const T&) {
+  return std::to_array<Key<T>>({
+      key<&T::radiance>({.key = "radiance",
+                         .metavar = "RGB",
+                         .limits = number(kRadianceRange).or_three(),
+                         .help = "Radiance from every direction"}),
   });
 }
 
@@ -36,8 +37,8 @@ struct GradientSky {
   Vec3d up{0, 1, 0};
   friend bool operator==(const GradientSky&, const GradientSky&) = default;
 };
-[[nodiscard]] constexpr auto keys(const GradientSky&) {
-  using S = GradientSky;
+template <std::same_as<GradientSky> S>
+[[nodiscard]] constexpr auto keys(const S&) {
   constexpr Limits kRadiance = number(kRadianceRange).or_three();
   return std::to_array<Key<S>>({
       key<&S::zenith>({.key = "zenith",
@@ -71,8 +72,8 @@ struct ImageSky {
   std::string file{};       ///< that the pixels come from; empty where they come from memory
   friend bool operator==(const ImageSky&, const ImageSky&) = default;
 };
-[[nodiscard]] constexpr auto keys(const ImageSky&) {
-  using S = ImageSky;
+template <std::same_as<ImageSky> S>
+[[nodiscard]] constexpr auto keys(const S&) {
   return std::to_array<Key<S>>({
       key<&S::file>({.key = "file",
                      .metavar = "FILE",

@@ -23,20 +23,21 @@ struct Sun {
   return degrees == 0 || degrees >= 0.01 ? nullptr : "0 or a number in [0.01, 180)";
 }
 
-[[nodiscard]] constexpr auto keys(const Sun&) {
-  return std::to_array<Key<Sun>>({
-      key<&Sun::direction>({.key = "direction",
-                            .metavar = "XYZ",
-                            .limits = direction(),
-                            .help = "From the scene towards the sun"}),
-      key<&Sun::irradiance>({.key = "irradiance",
-                             .metavar = "RGB",
-                             .limits = number(kRadianceRange).or_three(),
-                             .help = "Irradiance of a plane that faces the sun"}),
-      key<&Sun::angle>({.key = "angle",
-                        .metavar = "DEGREES",
-                        .limits = number(Range::half_open(0, 180)).also(expect_disc),
-                        .help = "Diameter of its disc in degrees, 0 or at least 0.01"}),
+template <std::same_as<Sun> T>
+[[nodiscard]] constexpr auto keys(const T&) {
+  return std::to_array<Key<T>>({
+      key<&T::direction>({.key = "direction",
+                          .metavar = "XYZ",
+                          .limits = direction(),
+                          .help = "From the scene towards the sun"}),
+      key<&T::irradiance>({.key = "irradiance",
+                           .metavar = "RGB",
+                           .limits = number(kRadianceRange).or_three(),
+                           .help = "Irradiance of a plane that faces the sun"}),
+      key<&T::angle>({.key = "angle",
+                      .metavar = "DEGREES",
+                      .limits = number(Range::half_open(0, 180)).also(expect_disc),
+                      .help = "Diameter of its disc in degrees, 0 or at least 0.01"}),
   });
 }
 

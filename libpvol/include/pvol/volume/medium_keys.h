@@ -10,8 +10,8 @@ namespace pvol {
 /// double, and they themselves inside float.
 inline constexpr Range kRadianceRange = Range::closed(0, 1e30);
 
-[[nodiscard]] constexpr auto keys(const HenyeyGreenstein&) {
-  using H = HenyeyGreenstein;
+template <std::same_as<HenyeyGreenstein> H>
+[[nodiscard]] constexpr auto keys(const H&) {
   return std::to_array<Key<H>>({
       {{.key = "g",
         .metavar = "G",
@@ -22,8 +22,8 @@ inline constexpr Range kRadianceRange = Range::closed(0, 1e30);
   });
 }
 
-[[nodiscard]] constexpr auto keys(const TwoLobes&) {
-  using P = TwoLobes;
+template <std::same_as<TwoLobes> P>
+[[nodiscard]] constexpr auto keys(const P&) {
   constexpr Limits kCosine = number(Range::closed(-kLargestMeanCosine, kLargestMeanCosine));
   return std::to_array<Key<P>>({
       {{.key = "g_forward",
@@ -45,8 +45,8 @@ inline constexpr Range kRadianceRange = Range::closed(0, 1e30);
   });
 }
 
-[[nodiscard]] constexpr auto keys(const Component&) {
-  using C = Component;
+template <std::same_as<Component> C>
+[[nodiscard]] constexpr auto keys(const C&) {
   return std::to_array<Key<C>>({
       key<&C::share>({.key = "share",
                       .metavar = "X",
@@ -65,13 +65,14 @@ inline constexpr Range kRadianceRange = Range::closed(0, 1e30);
   });
 }
 
-[[nodiscard]] constexpr auto keys(const Medium&) {
-  return std::to_array<Key<Medium>>({
-      key<&Medium::extinction>({.key = "extinction",
-                                .metavar = "X",
-                                .limits = number(Range::at_least(0)),
-                                .help = "Extinction per world unit and unit of density",
-                                .otherwise = "chosen for the cloud, and printed"}),
+template <std::same_as<Medium> T>
+[[nodiscard]] constexpr auto keys(const T&) {
+  return std::to_array<Key<T>>({
+      key<&T::extinction>({.key = "extinction",
+                           .metavar = "X",
+                           .limits = number(Range::at_least(0)),
+                           .help = "Extinction per world unit and unit of density",
+                           .otherwise = "chosen for the cloud, and printed"}),
   });
 }
 
