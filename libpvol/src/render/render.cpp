@@ -17,7 +17,7 @@
 #include "pvol/error.h"
 #include "render/guide/importance.h"
 #include "render/path/path_result.h"
-#include "render/tiles/kernels.h"
+#include "render/tiles/render_tile.h"
 
 namespace pvol {
 namespace {
@@ -104,8 +104,8 @@ RenderResult render(const RenderPlan& plan, const Progress& progress) {
   tbb::task_arena arena(threads);
 
   PathSetup setup(plan);
-  Kernel kernel = plan.kernel;
-  if (kernel.paths == Paths::guided) {
+  Paths paths = plan.kernel.paths;
+  if (paths == Paths::guided) {
     const std::clock_t begin = std::clock();
     const auto stopped = [&] {
       reporter.add(0);
@@ -114,12 +114,12 @@ RenderResult render(const RenderPlan& plan, const Progress& progress) {
     arena.execute([&] { detail::guide_paths(plan, setup, stopped); });
     result.guide_seconds = double(std::clock() - begin) / CLOCKS_PER_SEC;
     result.guided = setup.importance != nullptr;
-    if (!result.guided) kernel.paths = Paths::one_volume;  // nothing to be guided by
+    if (!result.guided) paths = Paths::one_volume;  // nothing to be guided by
   }
   if (!std::isfinite(setup.shadow_unit)) {
     throw Error("the lights are too bright for single precision");
   }
-  const TileFunction render_part = detail::find_kernel(kernel);
+  const TileFunction render_part = detail::find_tile_function(paths);
   film.layers = detail::make_layers(setup);
   for (Layer& layer : film.layers) layer.sums.resize(film.pixels.size());
 
@@ -136,11 +136,7 @@ RenderResult render(const RenderPlan& plan, const Progress& progress) {
     arena.execute([&] { render_pass(render_part, setup, begin, end, film, counts, reporter); });
     begin = end;
   }
-  if (o.count) {
-    for (const Counts& c : counts) result.counts += c;
-  } else {  // paths through several volumes always count
-    for (PixelSums& p : film.pixels) p.counts = {};
-  }
+  for (const Counts& c : counts) result.counts += c;
   result.complete = reporter.finish();
   return result;
 }

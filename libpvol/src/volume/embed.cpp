@@ -10,9 +10,18 @@
 #include "pvol/density/recipe.h"
 #include "pvol/trackers.h"
 #include "pvol/volume/make_volume.h"
+#include "volume/flights.h"
 
 namespace pvol {
 namespace {
+
+[[nodiscard]] detail::Flights flights_of(const VolumeField& f) {
+  return detail::find_flights(f.look_up, f.micro.edge, false);
+}
+
+[[nodiscard]] bool has_closed_form(const VolumeField& f) {
+  return f.look_up == LookUp::nearest || f.look_up == LookUp::trilinear;
+}
 
 [[noreturn]] void refuse_closed_form() {
   throw Error(
@@ -34,10 +43,11 @@ Volume make_volume(const Recipe& recipe, const Medium& medium, const VolumeOptio
 Flight sample_flight(const Volume& volume, const Ray& ray, double t_max, Rng& rng) {
   auto walk = enter(volume, ray, t_max);
   if (!walk) return {};
-  return visit_field(volume, [&](const auto& field) {
-    NoTally none;
-    return free_flight<Tracker::decomposition>(*walk, field, rng, none);
-  });
+  Tally unused;
+  Flight flight = flights_of(volume.density)
+                      .fly(Tracker::decomposition, volume.density, walk->local(), rng, unused);
+  if (flight.collided) flight.t = walk->world(flight.t);
+  return flight;
 }
 
 float sample_transmittance(const Volume& volume, const Ray& ray, double t_max, Rng& rng,
@@ -49,25 +59,12 @@ float sample_transmittance(const Volume& volume, const Ray& ray, double t_max, R
   }
   auto walk = enter(volume, ray, t_max);
   if (!walk) return 1;
-  return visit_field(volume, [&](const auto& field) {
-    using enum Transmittance;
-    NoTally none;
-    switch (estimator) {
-      case analog:
-        return transmittance<analog, Tracker::decomposition>(*walk, field, rng, none);
-      case residual_ratio:
-        return transmittance<residual_ratio, Tracker::delta>(*walk, field, rng, none);
-      case regular:
-        if constexpr (CellField<std::remove_cvref_t<decltype(field)>>) {
-          return transmittance<regular, Tracker::delta>(*walk, field, rng, none);
-        }
-        refuse_closed_form();
-      case automatic:
-      case ratio:
-        break;
-    }
-    return transmittance<ratio, Tracker::delta>(*walk, field, rng, none);
-  });
+  if (estimator == Transmittance::regular && !has_closed_form(volume.density)) refuse_closed_form();
+  const Tracker tracker =
+      estimator == Transmittance::analog ? Tracker::decomposition : Tracker::delta;
+  Tally unused;
+  return flights_of(volume.density)
+      .pass(estimator, tracker, volume.density, walk->local(), rng, unused);
 }
 
 double exact_transmittance(const Volume& volume, const Ray& ray, double t_max) {

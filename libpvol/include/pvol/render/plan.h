@@ -28,7 +28,7 @@ enum class Paths { one_volume, many_volumes, guided };
                                       {Paths::guided, "guided"}});
 }
 
-/// Which compiled loop renders. Each is one of a list in libpvol/CMakeLists.txt.
+/// Which compiled loops render: those through the field and those of paths.
 struct Kernel {
   LookUp look_up = LookUp::trilinear;
   int micro_edge = 0;  ///< of micro-bounds that all volumes have: 0 (none), 1 or 2 cells

@@ -168,11 +168,10 @@ std::vector<Importance::Row> make_rows(const CoarseCells& cells,
 }
 
 /// Mean importance where camera rays of the whole image first collide; 0 where none does.
-template <class Traversal>
 double mean_seen(const PathSetup& setup, const Importance& importance) {
   constexpr int kRays = 4096;
   constexpr std::uint64_t kKey = 0x63616d657261;
-  Traversal traversal(setup);
+  OneVolume traversal(setup);
   double sum = 0;
   int hits = 0;
   for (int i = 0; i < kRays; ++i) {
@@ -187,12 +186,6 @@ double mean_seen(const PathSetup& setup, const Importance& importance) {
     ++hits;
   }
   return hits > 0 ? sum / hits : 0;
-}
-
-double mean_seen(const PathSetup& setup, const Importance& importance) {
-  return visit_cells(setup.volumes.front().volume.density.look_up, [&](auto look_up) {
-    return mean_seen<OneVolume<MakePlain<look_up>, NoTally>>(setup, importance);
-  });
 }
 
 /// The value that half of the sky lies below, by channel.

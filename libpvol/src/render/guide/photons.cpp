@@ -308,11 +308,10 @@ class LightCounts {
 /// Photons that scatter more often have seen all of the cloud.
 constexpr int kMostFlights = 1000;
 
-template <class Traversal>
 void trace(const Sources& sources, const PathSetup& setup, const CoarseCells& cells,
            std::uint64_t number, LightCounts& counts) {
   constexpr std::uint64_t kKey = 0x70686f746f6e;
-  Traversal traversal(setup);
+  OneVolume traversal(setup);
   Rng rng(kKey, 0, number);
   Photon p = sources.sample(rng);
   if (!traversal.start(p.ray)) return;
@@ -336,7 +335,6 @@ void trace(const Sources& sources, const PathSetup& setup, const CoarseCells& ce
   }
 }
 
-template <LookUp kLookUp>
 void trace_all(const Sources& sources, const PathSetup& setup, const CoarseCells& cells,
                int photons, const std::function<bool()>& stopped, LightCounts& counts) {
   std::atomic<bool> stop = false;
@@ -344,7 +342,7 @@ void trace_all(const Sources& sources, const PathSetup& setup, const CoarseCells
     constexpr std::size_t kAsk = 64;  // photons between questions
     if (i % kAsk == 0 && stopped()) stop = true;
     if (stop) return;
-    trace<OneVolume<MakePlain<kLookUp>, NoTally>>(sources, setup, cells, i, counts);
+    trace(sources, setup, cells, i, counts);
   });
 }
 
@@ -361,9 +359,7 @@ IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells, in
     return light;
   }
   LightCounts counts(light, cells.count(), setup.lights.size(), photons);
-  visit_cells(setup.volumes.front().volume.density.look_up, [&](auto look_up) {
-    trace_all<look_up>(sources, setup, cells, photons, stopped, counts);
-  });
+  trace_all(sources, setup, cells, photons, stopped, counts);
   light.collided = counts.sums();
   light.direct = counts.direct();
   return light;

@@ -16,6 +16,7 @@
 #include "pvol/shell/ray_shell.h"
 #include "pvol/volume/phase.h"
 #include "pvol/volume/volume.h"
+#include "volume/flights.h"
 
 namespace pvol::detail {
 
@@ -129,6 +130,7 @@ struct PathSetup {
   float shadow_unit;  ///< radiance that is worth one shadow ray (THEORY.md, T5.2)
   std::uint32_t max_bounces;
   RenderOptions options;
+  Flights flights;                       ///< of the plan's kernel
   std::vector<std::string> light_names;  ///< "sun.1" and so on, in the order of `lights`
 
   PathSetup(const RenderPlan& plan, Rgb constant_ = Rgb(0.0f))
@@ -137,7 +139,8 @@ struct PathSetup {
         sky(plan.scene.environment),
         lights(make_light_sources(plan.scene.lights)),
         max_bounces(plan.scene.options.max_bounces.value_or(~0u)),
-        options(plan.scene.options) {
+        options(plan.scene.options),
+        flights(find_flights(plan.kernel.look_up, plan.kernel.micro_edge, plan.kernel.count)) {
     for (const Light& light : plan.scene.lights) {
       light_names.push_back(kind_name(light) + ('.' + std::to_string(light_names.size() + 1)));
     }

@@ -1,0 +1,69 @@
+#include "render/tiles/render_tile.h"
+
+#include <string>
+
+#include "pvol/error.h"
+#include "render/guide/guided_tracer.h"
+#include "render/path/path_tracer.h"
+
+namespace pvol::detail {
+namespace {
+
+/// What a tracer has done so far.
+template <class Tracer>
+[[nodiscard]] Counts counts_of(const Tracer& tracer) {
+  const auto& work = tracer.traversal.work;
+  Counts c;
+  c.path = work.path;
+  c.shadow = work.shadow;
+  c.collisions = tracer.collisions;
+  c.shadow_rays = tracer.shadow_rays;
+  c.shell_tests = work.shell_tests;
+  c.shell_rejections = work.shell_rejections;
+  return c;
+}
+
+/// A pixel's samples are summed in their order, whatever the tiles and threads.
+template <class Tracer>
+void render_tile(const PathSetup& setup, const ImagePart& tile, std::uint32_t begin,
+                 std::uint32_t end, Film& film, Counts& counts) {
+  Tracer tracer(setup);
+  Counts before;
+  for (int y = tile.y; y != tile.y + tile.height; ++y) {
+    for (int x = tile.x; x != tile.x + tile.width; ++x) {
+      const std::size_t pixel = film.index(x, y);
+      for (std::uint32_t sample = begin; sample != end; ++sample) {
+        const PathResult& r = tracer.trace(film.x + x, film.y + y, sample);
+        if (!is_finite(r.radiance)) {
+          throw Error("pixel (" + std::to_string(film.x + x) + ", " + std::to_string(film.y + y) +
+                      ") became infinite: the lights are too bright for single precision");
+        }
+        add_sample(r, pixel, film);
+      }
+      if (setup.options.count) {
+        const Counts now = counts_of(tracer);
+        for (std::size_t k = 0; k < kPixelCounts.size(); ++k) {
+          film.pixels[pixel].counts[k] += kPixelCounts[k].of(now) - kPixelCounts[k].of(before);
+        }
+        before = now;
+      }
+    }
+  }
+  if (setup.options.count) counts += before;
+}
+
+}  // namespace
+
+TileFunction find_tile_function(Paths paths) {
+  switch (paths) {
+    case Paths::guided:
+      return &render_tile<GuidedTracer<OneVolume>>;
+    case Paths::many_volumes:
+      return &render_tile<PathTracer<ManyVolumes>>;
+    case Paths::one_volume:
+      break;
+  }
+  return &render_tile<PathTracer<OneVolume>>;
+}
+
+}  // namespace pvol::detail

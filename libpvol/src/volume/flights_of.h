@@ -1,0 +1,105 @@
+// The loops behind flights.h: from a tracker's or an estimator's name to the code for it.
+#pragma once
+
+#include "pvol/track/field.h"
+#include "pvol/volume/extinction_source.h"
+#include "volume/flights.h"
+
+namespace pvol::detail {
+
+/// The field of a volume: every question a look-up, or micro-bounds of this edge first.
+template <LookUp kLookUp, int kMicroEdge>
+[[nodiscard]] auto make_field(const VolumeField& f) {
+  const auto source = extinction_source<kLookUp>(f);
+  if constexpr (kMicroEdge == 0) {
+    return PlainField{source};
+  } else {
+    return SqueezedField<kMicroEdge, std::remove_const_t<decltype(source)>>{source, f.micro};
+  }
+}
+
+/// The scene's tracker is chosen once a flight; it is the same all the time, so the branch costs
+/// nothing, and the loops inside know it.
+template <class Field, class Count>
+[[nodiscard, gnu::flatten]] Flight fly(Tracker tracker, const Field& field, Walk& walk, Rng& rng,
+                                       Count& count) {
+  switch (tracker) {
+    case Tracker::decomposition:
+      return free_flight<Tracker::decomposition>(walk, field, rng, count);
+    case Tracker::weighted_delta:
+      return free_flight<Tracker::weighted_delta>(walk, field, rng, count);
+    case Tracker::weighted_decomposition:
+      return free_flight<Tracker::weighted_decomposition>(walk, field, rng, count);
+    case Tracker::regular:
+      if constexpr (CellField<Field>) {
+        return free_flight<Tracker::regular>(walk, field, rng, count);
+      }
+      break;                     // was refused
+    case Tracker::delta_global:  // delta on a tree of one terminal
+    case Tracker::delta:
+      break;
+  }
+  return free_flight<Tracker::delta>(walk, field, rng, count);
+}
+
+template <class Field, class Count>
+[[nodiscard]] float pass(Transmittance estimator, Tracker tracker, const Field& field, Walk& walk,
+                         Rng& rng, Count& count) {
+  switch (estimator) {
+    case Transmittance::ratio:
+      return is_weighted(tracker)
+                 ? transmittance<Transmittance::ratio, Tracker::weighted_delta>(walk, field, rng,
+                                                                                count)
+                 : transmittance<Transmittance::ratio, Tracker::delta>(walk, field, rng, count);
+    case Transmittance::residual_ratio:
+      return transmittance<Transmittance::residual_ratio, Tracker::delta>(walk, field, rng, count);
+    case Transmittance::regular:
+      if constexpr (CellField<Field>) {
+        return transmittance<Transmittance::regular, Tracker::delta>(walk, field, rng, count);
+      }
+      break;                        // was refused
+    case Transmittance::automatic:  // was resolved
+    case Transmittance::analog:
+      break;
+  }
+  const Flight f = fly(tracker, field, walk, rng, count);
+  return f.collided ? 0.0f : f.weight;
+}
+
+/// f of the tally, or of one that costs nothing.
+template <bool kCount, class F>
+[[nodiscard]] auto with_count(Tally& tally, const F& f) {
+  if constexpr (kCount) {
+    return f(tally);
+  } else {
+    NoTally none;
+    return f(none);
+  }
+}
+
+template <LookUp kLookUp, int kMicroEdge, bool kCount>
+[[nodiscard]] Flights make_flights() {
+  return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, Tally& tally) {
+            return with_count<kCount>(tally, [&](auto& count) {
+              return fly(tracker, make_field<kLookUp, kMicroEdge>(f), walk, rng, count);
+            });
+          },
+          [](Transmittance estimator, Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng,
+             Tally& tally) {
+            return with_count<kCount>(tally, [&](auto& count) {
+              return pass(estimator, tracker, make_field<kLookUp, kMicroEdge>(f), walk, rng, count);
+            });
+          }};
+}
+
+template <LookUp kLookUp>
+[[nodiscard]] Flights choose_flights(int micro_edge, bool count) {
+  const auto choose = [&](auto edge) {
+    return count ? make_flights<kLookUp, edge, true>() : make_flights<kLookUp, edge, false>();
+  };
+  if (micro_edge == 1) return choose(std::integral_constant<int, 1>{});
+  if (micro_edge == 2) return choose(std::integral_constant<int, 2>{});
+  return choose(std::integral_constant<int, 0>{});
+}
+
+}  // namespace pvol::detail
