@@ -66,9 +66,11 @@ void add_density(CLI::App& app, Options& o) {
                  "and needs it to render [fp32]")
       ->type_name("NAME")
       ->check(cli::fits(name_of<Precision>().or_word("reference")));
-  app.add_option("--density-tolerance", o.tolerance,
-                 "Largest error of a sample with --density fpn, relative to the largest sample, "
-                 "0.00001 to 1 [0.01]")
+  app.add_option(
+         "--density-tolerance", o.tolerance,
+         fmt::format("Largest error of a sample with --density fpn, relative to the largest "
+                     "sample, {} [0.01]",
+                     ends_of(number(kToleranceRange))))
       ->type_name("X")
       ->check(cli::fits(number(kToleranceRange)));
 }
@@ -93,8 +95,10 @@ void add_bounds(CLI::App& app, Options& o) {
 void add_shells(CLI::App& app, Options& o) {
   app.add_option(
          "--shells", o.shells,
-         "Fit a bounding shell of that many perturbations, 0 to 64 (soft: 32), or of the number "
-         "that should cost rays least; takes 1 to 30 seconds and 88 + 44 K bytes [none]")
+         fmt::format("Fit a bounding shell of that many perturbations, 0 to {} (soft: {}), or of "
+                     "the number that should cost rays least; takes 1 to 30 seconds and 88 + 44 K "
+                     "bytes [none]",
+                     kMaxPerturbations, kMaxSoftPerturbations))
       ->type_name("K|auto|none")
       ->check(cli::word_or_number({"auto", "none"}, kMaxPerturbations));
   app.add_option(

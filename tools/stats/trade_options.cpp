@@ -107,14 +107,15 @@ void add_depth(CLI::App& app, DepthOptions& o, std::function<int()>& run) {
   }
   verb->add_option(
           "--depths", o.depths,
-          "Octree depths from 0 to 16, with commas between them; the first is the one that "
-          "the others are compared with [0,4,8,16]")
+          fmt::format("Octree depths, {}, with commas between them; the first is the one that the "
+                      "others are compared with [0,4,8,16]",
+                      ends_of(whole(0, kDeepestOctree))))
       ->type_name("N,N,...")
       ->delimiter(',')
       ->check(fits(whole(0, kDeepestOctree)));
-  verb->add_option("--tracker", o.tracker,
-                   fmt::format("Free paths: {} [the scene's, else decomposition]",
-                               listed(trackers)))
+  verb->add_option(
+          "--tracker", o.tracker,
+          fmt::format("Free paths: {} [the scene's, else decomposition]", listed(trackers)))
       ->type_name("NAME")
       ->check(one_of(trackers));
   verb->add_option("--spp", o.most_samples, "Most samples a pixel in one round [65536]")

@@ -201,7 +201,7 @@ QuantisedGrid quantise(const VoxelGrid& grid, const Quantisation& how) {
   }
   if (!(how.tolerance >= kLeastTolerance && how.tolerance <= kLargestTolerance)) {
     throw Error("a tolerance of " + std::to_string(how.tolerance) +
-                " of the largest density; expected 0.00001 to 1");
+                " of the largest density; expected " + expected(number(kToleranceRange)));
   }
   const VoxelGrid g = occupied(grid);
   const float largest = largest_sample(g);

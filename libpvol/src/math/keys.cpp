@@ -1,16 +1,11 @@
 #include "pvol/math/keys.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "pvol/error.h"
 
-#include "math/digits.h"
-
 namespace pvol {
 namespace {
-
-using detail::digits;
 
 std::string bar_separated(const Limits& limits) {
   if (limits.shape == Limits::Shape::flag) return "on|off";
@@ -20,20 +15,6 @@ std::string bar_separated(const Limits& limits) {
     text += w;
   }
   return text;
-}
-
-/// "0 to 16" of numbers with two ends that say something.
-std::string ends_of(const Limits& l) {
-  constexpr std::int64_t kTelling = 1 << 16;  // larger ones are what the machine can count to
-  const bool single = l.layout == Limits::Layout::one;
-  if (single && l.shape == Limits::Shape::whole && l.most <= kTelling) {
-    return std::to_string(l.least) + " to " + std::to_string(l.most);
-  }
-  if (single && l.shape == Limits::Shape::number && std::isfinite(l.range.lo) &&
-      std::isfinite(l.range.hi)) {
-    return digits(l.range.lo) + " to " + digits(l.range.hi);
-  }
-  return "";
 }
 
 }  // namespace

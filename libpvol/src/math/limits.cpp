@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "math/digits.h"
+
 namespace pvol {
 namespace {
 
@@ -167,6 +169,19 @@ std::optional<Refusal> refuse(const Limits& limits, const Value& value) {
   if (auto refusal = refuse_shape(limits, value)) return refusal;
   const char* const wanted = limits.extra ? limits.extra(value) : nullptr;
   return wanted ? std::optional(Refusal{wanted}) : std::nullopt;
+}
+
+std::string ends_of(const Limits& l) {
+  constexpr std::int64_t kTelling = 1 << 16;  // larger ones are what the machine can count to
+  const bool single = l.layout == Limits::Layout::one;
+  if (single && l.shape == Limits::Shape::whole && l.most <= kTelling) {
+    return std::to_string(l.least) + " to " + std::to_string(l.most);
+  }
+  if (single && l.shape == Limits::Shape::number && std::isfinite(l.range.lo) &&
+      std::isfinite(l.range.hi)) {
+    return detail::digits(l.range.lo) + " to " + detail::digits(l.range.hi);
+  }
+  return "";
 }
 
 std::string expected(const Limits& limits) {

@@ -128,6 +128,9 @@ struct Refusal {
 /// E.g. `a number in [0, 1]`, `a whole number in 0..16 or "auto"`, `an array of 4 numbers`.
 [[nodiscard]] std::string expected(const Limits& limits);
 
+/// For help: "0 to 16" of one number whose ends say something, else nothing.
+[[nodiscard]] std::string ends_of(const Limits& limits);
+
 /// The value that a text means under these limits, as command lines write it: 640x480, on, auto,
 /// 1e-3. What is neither of the words nor a number is a word that `refuse` will not let pass.
 [[nodiscard]] Value parse_value(const Limits& limits, std::string_view text);
