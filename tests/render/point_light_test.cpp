@@ -1,7 +1,9 @@
 // Point lights: what arrives is the inverse square of the distance through what lies between.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "pvol/render/lights.h"
@@ -85,6 +87,40 @@ TEST(PointLight, SingleScatteringIsItsIntegral) {
   }
   add_all_together(all, family);
   EXPECT_TRUE(family.passes());
+}
+
+/// A lamp beside a small volume is far brighter there than in a large one, whose shadow rays must
+/// not be saved on for that.
+TEST(PointLight, NoVolumeIsSpecial) {
+  const Affine small = scaling(Vec3d(1e-3));
+  OneRay r({matter(0.3, Rgb(0.9f), 0.2), matter(300, Rgb(0.9f), 0.2, Rgb(0.0f), small)},
+           {6, 25, 30}, {6.5, 6, 5});
+  r.scene.lights = {PointLight{{-0.02, 0.005, 0.005}, Rgb(20.0f)}};
+  r.scene.options.samples = 4000;
+  proof::Family family;
+  compare(r, "small volume second", family);
+  std::swap(r.bodies[0], r.bodies[1]);
+  compare(r, "small volume first", family);
+  EXPECT_TRUE(family.passes());
+}
+
+TEST(PointLight, OrderOfKindsDoesNotMatter) {
+  OneRay r({matter(0.3, Rgb(0.9f), 0.2)}, {30, 25, 30}, {6, 6, 6});
+  const Sun sun{{0.3, 1, 0.2}, Rgb(2.0f), 10};
+  const PointLight red{{20, 9, 1}, Rgb(90.0f, 0.0f, 0.0f)},
+      blue{{9, 1, 20}, Rgb(0.0f, 0.0f, 90.0f)};
+  r.scene.options.samples = 10;
+  r.scene.options.light_layers = true;
+  r.scene.lights = {sun, red, blue};
+  const Film a = render(make_volumes(cube(), r.bodies, r.scene), r.scene).film;
+  r.scene.lights = {red, sun, blue};
+  const Film b = render(make_volumes(cube(), r.bodies, r.scene), r.scene).film;
+  EXPECT_TRUE(same_bytes(a, b));
+  ASSERT_EQ(b.layers.size(), 5u);
+  for (const std::size_t i : {0u, 1u, 2u}) {
+    EXPECT_EQ(b.layers[i].name, (std::array{"sun.1", "point.1", "point.2"})[i]);
+    EXPECT_EQ(a.layers[i].sums, b.layers[i].sums);
+  }
 }
 
 /// Light that was scattered often, too: from far away a point is a sun.

@@ -131,11 +131,14 @@ TEST(Render, AnEmptyCloudShowsTheSky) {
   const test::Field empty =
       test::make_field("empty", {0, 0, 0}, {3, 3, 3}, [](Vec3i) { return 0.0; });
   CloudScene s = cloud_scene();
-  s.lights.clear();
   s.environment = ConstantSky{Rgb(0.25f)};
-  for (const PixelSums& p : run(empty, s).film.pixels) {
-    EXPECT_EQ(mean(p), Vec3d(0.25));
-    EXPECT_EQ(p.alpha, 0);
+  using Lights = std::vector<Light>;
+  for (const Lights& lights : {Lights{}, Lights{Sun{}}, Lights{PointLight{}, Sun{}}}) {
+    s.lights = lights;
+    for (const PixelSums& p : run(empty, s).film.pixels) {
+      EXPECT_EQ(mean(p), Vec3d(0.25));
+      EXPECT_EQ(p.alpha, 0);
+    }
   }
 }
 

@@ -182,11 +182,6 @@ void fill(float* to, const Value& value) {
   for (std::size_t i = 0; i < std::size_t(kBrickSamples); ++i) to[i] = value(i);
 }
 
-template <class F>
-void for_bricks(std::size_t count, const F& f) {
-  parallel_for(0, count, f);
-}
-
 }  // namespace
 
 float decode_half(std::uint16_t code, int exponent) {
@@ -217,7 +212,7 @@ QuantisedGrid quantise(const VoxelGrid& grid, const Quantisation& how) {
     q.exponent = half_exponent(largest);
   } else {
     q.scales.resize(count);
-    for_bricks(count, [&](std::size_t b) {
+    parallel_for(0, count, [&](std::size_t b) {
       q.scales[b] = how.precision == Precision::fp8
                         ? make_scale(g.bricks[b].values, 8)
                         : narrowest_scale(g.bricks[b].values, how.tolerance * double(largest));
@@ -226,7 +221,7 @@ QuantisedGrid quantise(const VoxelGrid& grid, const Quantisation& how) {
   const std::vector<std::size_t> at = brick_offsets(q);
   if (count > 0) q.codes.resize(at.back() + code_bytes(half ? 16 : q.scales.back().bits));
   std::vector<BrickError> errors(count);
-  for_bricks(count, [&](std::size_t b) {
+  parallel_for(0, count, [&](std::size_t b) {
     errors[b] = half ? encode_halves(g.bricks[b].values, q.exponent, &q.codes[at[b]])
                      : encode_steps(g.bricks[b].values, q.scales[b], &q.codes[at[b]]);
   });
@@ -242,7 +237,7 @@ VoxelGrid decode(const QuantisedGrid& q) {
   const std::size_t count = q.origins.size();
   const auto values = std::make_shared_for_overwrite<float[]>(count * kBrickSamples);
   const std::vector<std::size_t> at = brick_offsets(q);
-  for_bricks(count, [&](std::size_t b) {
+  parallel_for(0, count, [&](std::size_t b) {
     float* to = values.get() + b * kBrickSamples;
     const std::uint8_t* codes = &q.codes[at[b]];
     if (q.scales.empty()) {

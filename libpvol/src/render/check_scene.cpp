@@ -23,8 +23,8 @@ void check(const Volume& volume, const RenderOptions& o) {
   validate(volume.medium);
   require(volume.density.majorant_excess == 1 || is_weighted(o.tracker),
           "the volume's majorants do not hold, which takes a tracker with weights");
-  const bool cells = o.look_up == LookUp::nearest || o.look_up == LookUp::trilinear;
-  require(cells || (o.tracker != Tracker::regular && o.transmittance != Transmittance::regular),
+  require(has_closed_form(o.look_up) ||
+              (o.tracker != Tracker::regular && o.transmittance != Transmittance::regular),
           "regular tracking and regular transmittance have closed forms for nearest and trilinear "
           "interpolation only; choose another tracker, transmittance or interpolation");
   require(volume.density.scale == float(volume.medium.extinction) &&

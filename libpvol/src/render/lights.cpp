@@ -139,7 +139,7 @@ LightSample PointSource::arriving_at(Vec3d place) const {
   const Vec3d way = position - place;
   const double distance = length(way);
   const Rgb irradiance(Vec3d(intensity) / (distance * distance));
-  // At the light itself, or so near that a float does not hold what arrives: places of no volume.
+  // At the light, or nearer than sqrt(I / 3e38), a float does not hold what arrives.
   if (!(distance > 0) || !is_finite(irradiance)) return {Vec3f(0, 0, 1), Rgb(0.0f)};
   return {Vec3f(way / distance), irradiance, 0, distance};
 }

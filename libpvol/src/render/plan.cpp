@@ -95,6 +95,9 @@ std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted) {
 
 RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanOptions& options) {
   RenderPlan p{.volumes = volumes, .scene = scene};
+  // Lights by kind, as scene files have them: a picture can be repeated from its header to the bit.
+  std::stable_sort(p.scene.lights.begin(), p.scene.lights.end(),
+                   [](const Light& a, const Light& b) { return a.index() < b.index(); });
   RenderOptions& o = p.scene.options;
   p.transmittance = choose_transmittance(volumes);
   if (o.transmittance == Transmittance::automatic) {

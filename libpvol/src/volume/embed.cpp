@@ -19,10 +19,6 @@ namespace {
   return detail::find_flights(f.look_up, f.micro.edge, false);
 }
 
-[[nodiscard]] bool has_closed_form(const VolumeField& f) {
-  return f.look_up == LookUp::nearest || f.look_up == LookUp::trilinear;
-}
-
 [[noreturn]] void refuse_closed_form() {
   throw Error(
       "there is a closed form of the optical depth for nearest and trilinear interpolation only; "
@@ -59,7 +55,8 @@ float sample_transmittance(const Volume& volume, const Ray& ray, double t_max, R
   }
   auto walk = enter(volume, ray, t_max);
   if (!walk) return 1;
-  if (estimator == Transmittance::regular && !has_closed_form(volume.density)) refuse_closed_form();
+  if (estimator == Transmittance::regular && !has_closed_form(volume.density.look_up))
+    refuse_closed_form();
   const Tracker tracker =
       estimator == Transmittance::analog ? Tracker::decomposition : Tracker::delta;
   Tally unused;

@@ -1,10 +1,11 @@
 // Flights and transmittances through a volume's field, compiled once for each kind of field: paths,
-// photons and the embedder's calls share them.
+// photons and the embedder's samples share them.
 #pragma once
 
 #include "pvol/bounds/walk.h"
-#include "pvol/track/flight.h"
-#include "pvol/track/transmittance.h"
+#include "pvol/math/rng.h"
+#include "pvol/track/tally.h"
+#include "pvol/track/tracker.h"
 #include "pvol/volume/volume.h"
 
 namespace pvol::detail {
@@ -22,8 +23,8 @@ struct Flights {
 /// before.
 [[nodiscard]] Flights find_flights(LookUp look_up, int micro_edge, bool count);
 
-/// The same for one way of look-up. Each is defined in a source of its own, made of
-/// flights_of.cpp.in by the list in libpvol/CMakeLists.txt.
+/// The same for one way of look-up (flights_of.h). Each is instantiated in a source of its own,
+/// made of flights_of.cpp.in by the list in libpvol/CMakeLists.txt.
 template <LookUp kLookUp>
 [[nodiscard]] Flights find_flights_of(int micro_edge, bool count);
 

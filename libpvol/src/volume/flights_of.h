@@ -1,7 +1,11 @@
 // The loops behind flights.h: from a tracker's or an estimator's name to the code for it.
 #pragma once
 
+#include <utility>
+
 #include "pvol/track/field.h"
+#include "pvol/track/flight.h"
+#include "pvol/track/transmittance.h"
 #include "pvol/volume/extinction_source.h"
 #include "volume/flights.h"
 
@@ -93,7 +97,9 @@ template <LookUp kLookUp, int kMicroEdge, bool kCount>
 }
 
 template <LookUp kLookUp>
-[[nodiscard]] Flights choose_flights(int micro_edge, bool count) {
+Flights find_flights_of(int micro_edge, bool count) {
+  static_assert(has_closed_form(kLookUp) ==
+                CellField<decltype(make_field<kLookUp, 0>(std::declval<const VolumeField&>()))>);
   const auto choose = [&](auto edge) {
     return count ? make_flights<kLookUp, edge, true>() : make_flights<kLookUp, edge, false>();
   };

@@ -66,7 +66,8 @@ struct SceneFile {
 ///                  [[medium.component]] each further Component, whose share the first one lacks
 ///   [environment]  type = "constant", "gradient" or "image": ConstantSky, GradientSky, ImageSky;
 ///                  without `type` it is the one whose first key is there, else a gradient
-///   [[sun]]        Sun; each kind of Light has sections of its name
+///   [[sun]]        Sun; each kind of Light has sections of its name, and lights are in the order
+///                  of their kinds
 ///   [render]       RenderOptions and Quantisation
 ///
 /// Colours are one number or three. File names are relative to the scene file.
@@ -84,7 +85,8 @@ struct SceneFile {
                                       const std::vector<std::string>& sets = {});
 
 /// The scene as TOML, with every value that changes the picture (so without the number of threads
-/// and whether to count): `read_scene` makes an equal scene of it. File names stay as they are, so
+/// and whether to count): `read_scene` makes an equal scene of it, but for lights of several kinds,
+/// which it puts into the order of their kinds as `plan` does. File names stay as they are, so
 /// relative ones need the text to be in the current folder. Camera and extinction are left out
 /// where the scene has none. Throws Error for a seed above 2^63 - 1, which TOML cannot write.
 [[nodiscard]] std::string to_toml(const SceneFile& scene);

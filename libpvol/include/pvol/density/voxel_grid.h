@@ -86,6 +86,11 @@ enum class LookUp {
       {LookUp::procedural, "procedural"},
   });
 }
+/// Whether a field of such look-ups is a polynomial in each cell, so that optical depths have
+/// closed forms.
+[[nodiscard]] constexpr bool has_closed_form(LookUp look_up) {
+  return look_up == LookUp::nearest || look_up == LookUp::trilinear;
+}
 
 /// Along each axis, interpolation in cell i reads the samples i - below .. i + above.
 struct KernelReach {

@@ -94,7 +94,8 @@ struct PointSource {
   [[nodiscard]] LightSample sample(const Where& where, Rng&) const {
     return arriving_at(where());
   }
-  /// In a box as large as its distance, or around the light, that at its rim.
+  /// That at the centre of the box or, where the light is nearer to it than the corners are, that
+  /// at the corners' distance.
   [[nodiscard]] Rgb irradiance_on(const Box& box) const;
 
  private:

@@ -13,8 +13,7 @@
 
 namespace pvol {
 
-/// Lights besides the environment. To add one: a header like sun.h, its name here, and how it is
-/// sampled in lights.h.
+/// Lights besides the environment. To add one, see libpvol/ROOMS.md.
 using Light = std::variant<Sun, PointLight>;
 
 /// What surrounds volumes, and how they are rendered.

@@ -6,8 +6,8 @@
 
 namespace pvol {
 
-/// Of radiance, emission and irradiance: sums of their squares over all samples stay far inside
-/// double, and they themselves inside float.
+/// Of radiance, emission, irradiance and intensity: sums of their squares over all samples stay far
+/// inside double, and they themselves inside float.
 inline constexpr Range kRadianceRange = Range::closed(0, 1e30);
 
 template <std::same_as<HenyeyGreenstein> H>

@@ -119,8 +119,9 @@ Rgb irradiance_in(const PathSetup& setup, const CoarseCells& cells, std::size_t 
 }
 
 /// In proportion to the spread of an analog shadow ray, nearly: the root of the mean transmittance
-/// T, which is the power that collides straight from the sun over mass and irradiance, and of a
-/// little besides, because T is not the same all over a cell.
+/// T, which is the power that collides straight from the light over mass and irradiance, and of
+/// a little besides, because T is not the same all over a cell. Rough near a point light, whose
+/// irradiance varies from cell to cell.
 std::vector<float> shadow_worths(const PathSetup& setup, const CoarseCells& cells,
                                  const IncidentLight& light) {
   constexpr double kGain = 5;  // over the plain tracer, where light arrives for certain

@@ -36,7 +36,7 @@ struct Cap {
   [[nodiscard]] double solid_angle() const { return 2 * double(kPi) * one_minus_cos; }
 };
 
-/// The box of the support as light from afar sees it.
+/// The box of the support as lights see it.
 class Target {
  public:
   explicit Target(const Volume& volume) : to_world_(inverse(volume.density.world_to_cells)) {
@@ -107,7 +107,8 @@ class Target {
 /// What a light sends to the target: about its power, and the direction that it lies in.
 struct Beam {
   double power = 0;
-  Vec3f axis;  ///< unit, towards the light
+  Vec3f axis;            ///< unit, towards the light
+  bool has_axis = true;  ///< false: it comes from more than half of all directions
 };
 
 // A kind of light is known here by two questions: its beam, and a photon of it, in units of power.
@@ -123,7 +124,8 @@ Photon emit(const SunLight& sun, const Target& target, double unit, Rng& rng) {
 
 Beam beam(const PointSource& light, const Target& target) {
   const Cap cap = target.seen_from(light.position);
-  return {double(luminance(light.intensity)) * cap.solid_angle(), Vec3f(-cap.axis)};
+  return {double(luminance(light.intensity)) * cap.solid_angle(), Vec3f(-cap.axis),
+          cap.one_minus_cos < 1};
 }
 
 Photon emit(const PointSource& light, const Target& target, double unit, Rng& rng) {
@@ -151,10 +153,9 @@ class Sources {
       if (power > strongest) strongest = power, axis_ = axis;
     };
     for (const LightSource& source : s_.lights) {
-      const auto [power, axis] =
-          std::visit([&](const auto& light) { return beam(light, target_); }, source);
-      add(power);
-      propose_axis(power, axis);
+      const Beam b = std::visit([&](const auto& light) { return beam(light, target_); }, source);
+      add(b.power);
+      if (b.has_axis) propose_axis(b.power, b.axis);
     }
     add_sky(add, propose_axis);
     add(matter_power());

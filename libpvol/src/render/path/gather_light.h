@@ -118,7 +118,7 @@ inline void add_light_here(const PathSetup& s, const PhaseFunction& phase, Vec3f
     const Rgb arrived = shadowed(s, throughput * (l.radiance - s.constant) * (p / (l.pdf + p)), l,
                                  worth(i), traversal, rng, shadow_rays);
     sum += arrived;
-    if (r.in_layers()) r.layers[i] += arrived;
+    if (r.in_layers()) r.sky() += arrived;
   }
   r.radiance += sum;
 }

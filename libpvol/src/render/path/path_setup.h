@@ -131,7 +131,8 @@ struct PathSetup {
   std::uint32_t max_bounces;
   RenderOptions options;
   Flights flights;                       ///< of the plan's kernel
-  std::vector<std::string> light_names;  ///< "sun.1" and so on, in the order of `lights`
+  bool count;                            ///< whether they do
+  std::vector<std::string> light_names;  ///< "sun.1", "sun.2", "point.1": as `lights`
 
   PathSetup(const RenderPlan& plan, Rgb constant_ = Rgb(0.0f))
       : constant(constant_),
@@ -140,19 +141,25 @@ struct PathSetup {
         lights(make_light_sources(plan.scene.lights)),
         max_bounces(plan.scene.options.max_bounces.value_or(~0u)),
         options(plan.scene.options),
-        flights(find_flights(plan.kernel.look_up, plan.kernel.micro_edge, plan.kernel.count)) {
+        flights(find_flights(plan.kernel.look_up, plan.kernel.micro_edge, plan.kernel.count)),
+        count(plan.kernel.count) {
+    std::vector<int> of_kind(std::variant_size_v<Light>);
     for (const Light& light : plan.scene.lights) {
-      light_names.push_back(kind_name(light) + ('.' + std::to_string(light_names.size() + 1)));
+      const int number = ++of_kind[light.index()];
+      light_names.push_back(kind_name(light) + ('.' + std::to_string(number)));
     }
+    Box box;  // around all that is not empty
     for (std::size_t i = 0; i < plan.volumes.size(); ++i) {
       const Volume& v = plan.volumes[i];
       volumes.emplace_back(v, constant);
       if (plan.shells[i].kept) volumes.back().shell.emplace(*v.shell, v.density.octree.origin);
+      if (v.density.octree.empty()) continue;
+      box = extend(extend(box, v.density.world_box.lo), v.density.world_box.hi);
     }
-    constexpr float kUnit = 0.1f;  // of the light that falls on the cloud
+    constexpr float kUnit = 0.1f;  // of the light that falls on the volumes
     float light = sky.sampled() ? sky.mean_luminance() * 4 * float(std::numbers::pi) : 0;
-    const Box box = volumes.empty() ? Box{} : volumes.front().volume.density.world_box;
     for (const LightSource& source : lights) {
+      if (box.empty()) break;
       light += std::visit([&](const auto& l) { return luminance(l.irradiance_on(box)); }, source);
     }
     shadow_unit = kUnit * light;

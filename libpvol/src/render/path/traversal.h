@@ -11,7 +11,7 @@ struct Hit {
   float weight = 1;                ///< of the flight
 };
 
-/// Counts of a traversal, where they are asked for.
+/// Counts of a traversal; its tallies stay 0 where nobody asks for counts.
 struct Work {
   Tally path, shadow;
   std::uint64_t shell_tests = 0, shell_rejections = 0;

@@ -40,7 +40,7 @@ void render_tile(const PathSetup& setup, const ImagePart& tile, std::uint32_t be
         }
         add_sample(r, pixel, film);
       }
-      if (setup.options.count) {
+      if (setup.count) {
         const Counts now = counts_of(tracer);
         for (std::size_t k = 0; k < kPixelCounts.size(); ++k) {
           film.pixels[pixel].counts[k] += kPixelCounts[k].of(now) - kPixelCounts[k].of(before);
@@ -49,7 +49,7 @@ void render_tile(const PathSetup& setup, const ImagePart& tile, std::uint32_t be
       }
     }
   }
-  if (setup.options.count) counts += before;
+  if (setup.count) counts += before;
 }
 
 }  // namespace
