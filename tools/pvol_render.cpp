@@ -205,6 +205,7 @@ struct Outputs {
 Outputs choose_outputs(const Options& o) {
   if (o.output.empty()) throw cli::UsageError("--output is required: the picture to write");
   cli::check_output(o.output, {".exr", ".png"});
+  if (o.no_png && !o.png.empty()) throw cli::UsageError("--png and --no-png exclude each other");
   Outputs out;
   if (formats::ending(o.output) == ".png") {
     if (o.no_png || !o.png.empty()) {
@@ -240,11 +241,8 @@ void save(const Options& o, const Outputs& out, const RenderJob& job, const Time
               << "reaches what the camera sees\n";
   }
   std::cerr << kTool << ": " << cli::readable_count(t.samples) << " samples in "
-            << cli::readable_seconds(t.wall_seconds) << ";";
-  for (const auto& name : {out.exr, out.png}) {
-    if (!name.empty()) std::cerr << " wrote " << name.string() << (name == out.png ? "" : ",");
-  }
-  std::cerr << '\n';
+            << cli::readable_seconds(t.wall_seconds) << "; wrote " << out.exr.string()
+            << (out.exr.empty() || out.png.empty() ? "" : " and ") << out.png.string() << '\n';
 }
 
 int run(const Options& o) {

@@ -40,6 +40,10 @@ TEST(Student, EndsAreThere) {
   const double infinity = std::numeric_limits<double>::infinity();
   EXPECT_EQ(student_p_value(0, 5), 1);
   EXPECT_EQ(student_p_value(infinity, 5), 0);
+  for (const double none : {0.0, -1.0}) {
+    EXPECT_EQ(student_p_value(3, none), 1);
+    EXPECT_EQ(student_quantile(0.95, none), infinity);
+  }
   EXPECT_TRUE(std::isnan(student_p_value(std::nan(""), 5)));
   EXPECT_GT(student_p_value(30, 1e6), 0);
   EXPECT_LT(student_p_value(30, 1e6), 1e-190);

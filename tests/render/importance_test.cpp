@@ -348,6 +348,25 @@ TEST(Importance, PhotonsCountTheLightOfAPoint) {
   }
 }
 
+/// Paths that no photon foresaw must not vanish: light may still come to them.
+TEST(Importance, IsNowhereZero) {
+  CloudScene s = sunny();
+  s.medium.g = 0.95;
+  s.medium.extinction = 4;  // so thick that no photon reaches most of the cells
+  s.environment = ConstantSky{Rgb(0.0f)};
+  const Volume v = volume_of(s);
+  const detail::PathSetup setup(plan(std::span(&v, 1), s.scene()));
+  const auto importance = detail::make_importance(setup, [] { return false; });
+  ASSERT_TRUE(importance);
+  const Vec3i last = vec3(v.density.octree.support_hi) - Vec3i(1);
+  for (int i = 0; i < 8 * 8 * 8; ++i) {
+    const Vec3i part(i % 8, i / 8 % 8, i / 64);
+    const Vec3i cell(last.x * part.x / 7, last.y * part.y / 7, last.z * part.z / 7);
+    const detail::Importance::Row& row = importance->row(lanes(cell));
+    for (float u = 0; u <= 1; u += 0.125f) ASSERT_GT(row.of(u), 0) << i << ", " << u;
+  }
+}
+
 /// There the importance is the phase function about the sun, averaged over nodes.
 TEST(Importance, IsThePhaseFunctionInAThinCube) {
   CloudScene s = sunny();

@@ -53,6 +53,16 @@ TEST(Render, CountingChangesNothing) {
   EXPECT_GT(counted.counts.shadow_rays, 0u);
 }
 
+TEST(Render, WithoutCountingCountsStayZero) {
+  CloudScene s = cloud_scene();
+  const std::vector<Volume> volumes(2, make_volume(cloud().grid, build_pyramid(cloud().grid), s));
+  for (const std::size_t count : {1u, 2u}) {
+    const RenderResult r = render(std::span(volumes).first(count), s);
+    EXPECT_EQ(r.counts, Counts{}) << count;
+    for (const PixelSums& p : r.film.pixels) EXPECT_EQ(p.counts, PixelSums{}.counts) << count;
+  }
+}
+
 TEST(Render, ACropHoldsThePixelsOfTheWhole) {
   CloudScene s = cloud_scene();
   const Film whole = run(cloud(), s).film;

@@ -13,6 +13,16 @@ namespace pvol::testing {
   return std::system("python3 -c 'pass' > /dev/null 2>&1") == 0;
 }
 
+/// The page without its embedded pictures, whose base64 may spell any word.
+[[nodiscard]] inline std::string without_pictures(std::string page) {
+  const std::string opening = ";base64,";
+  for (std::size_t at = 0; (at = page.find(opening, at)) != std::string::npos;) {
+    at += opening.size();
+    page.erase(at, page.find_first_of("\"')", at) - at);
+  }
+  return page;
+}
+
 /// Fails where check_html.py refuses the page, whose name holds no quotes.
 [[nodiscard]] inline ::testing::AssertionResult is_page(const std::filesystem::path& file) {
   const std::string command =

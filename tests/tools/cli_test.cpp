@@ -269,6 +269,23 @@ TEST(Render, WritesOnlyWhatIsAskedFor) {
   expect_success(PVOL_RENDER, small_render(vdb, folder / "b.png"));
   EXPECT_TRUE(std::filesystem::exists(folder / "b.png"));
   EXPECT_FALSE(std::filesystem::exists(folder / "b.exr"));
+  arguments.insert(arguments.end(), {"--png", folder / "c.png"});
+  expect_usage_error(PVOL_RENDER, arguments, "--png and --no-png exclude each other");
+}
+
+TEST(Render, SaysWhatItWrote) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder), exr = folder / "a.exr", png = folder / "a.png";
+  const auto expect_end = [&](const std::string& output, const char* option,
+                              const std::string& end) {
+    auto arguments = small_render(vdb, output);
+    arguments.back() = option;  // instead of --quiet
+    const std::string err = expect_success(PVOL_RENDER, arguments).err;
+    EXPECT_TRUE(err.ends_with(end)) << err;
+  };
+  expect_end(exr, "--no-png", "; wrote " + exr + "\n");
+  expect_end(png, "--shells=auto", "; wrote " + png + "\n");
+  expect_end(exr, "--shells=auto", "; wrote " + exr + " and " + png + "\n");
 }
 
 TEST(Render, GivesTheSameBytesForAnyNumberOfThreads) {

@@ -42,7 +42,7 @@ double beta_fraction(double a, double b, double x) {
 double student_p_value(double t, double dof) {
   t = std::abs(t);
   if (std::isnan(t) || std::isnan(dof)) return std::numeric_limits<double>::quiet_NaN();
-  if (t == 0) return 1;
+  if (t == 0 || !(dof > 0)) return 1;  // without data nothing is far from 0
   if (std::isinf(t)) return 0;
   if (dof > kNormal) return std::erfc(t / std::sqrt(2.0));
   // I_x(dof / 2, 1/2) at x = dof / (dof + t^2), from whichever side converges (DLMF 8.17.4).
