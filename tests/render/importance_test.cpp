@@ -351,8 +351,7 @@ TEST(Importance, PhotonsCountTheLightOfAPoint) {
 /// Paths that no photon foresaw must not vanish: light may still come to them.
 TEST(Importance, IsNowhereZero) {
   CloudScene s = sunny();
-  s.medium.g = 0.95;
-  s.medium.extinction = 4;  // so thick that no photon reaches most of the cells
+  s.medium = matter(4, Rgb(0.3f), 0.95);  // so thick that no photon reaches most of the cells
   s.environment = ConstantSky{Rgb(0.0f)};
   const Volume v = volume_of(s);
   const detail::PathSetup setup(plan(std::span(&v, 1), s.scene()));
