@@ -152,6 +152,20 @@ TEST(Render, AnEmptyCloudShowsTheSky) {
   }
 }
 
+/// Sums of samples keep far more digits than the samples.
+TEST(Render, ManySamplesLoseNoDigits) {
+  const test::Field empty =
+      test::make_field("empty", {0, 0, 0}, {3, 3, 3}, [](Vec3i) { return 0.0; });
+  CloudScene s = cloud_scene();
+  s.environment = ConstantSky{Rgb(0.1f)};
+  s.options.width = s.options.height = 2;
+  s.options.samples = 100'000;
+  for (const PixelSums& p : run(empty, s).film.pixels) {
+    EXPECT_NEAR(mean(p).x / double(0.1f), 1, 1e-11);
+    EXPECT_LE(variance_of_mean(p).x, 1e-16);
+  }
+}
+
 TEST(Render, StoppingKeepsWhatIsDone) {
   CloudScene s = cloud_scene();
   s.options.width = s.options.height = 64;
