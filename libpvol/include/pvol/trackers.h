@@ -103,15 +103,13 @@ class RayWalk {
 template <class F>
 decltype(auto) visit_field(const Volume& volume, const F& f) {
   return visit_look_up(volume.density.look_up, [&](auto look_up) -> decltype(auto) {
-    const auto source = extinction_source<look_up>(volume.density);
-    using Source = std::remove_cvref_t<decltype(source)>;
     switch (volume.density.micro.edge) {
       case 1:
-        return f(SqueezedField<1, Source>{source, volume.density.micro});
+        return f(make_field<look_up, 1>(volume.density));
       case 2:
-        return f(SqueezedField<2, Source>{source, volume.density.micro});
+        return f(make_field<look_up, 2>(volume.density));
       default:
-        return f(PlainField<Source>{source});
+        return f(make_field<look_up, 0>(volume.density));
     }
   });
 }

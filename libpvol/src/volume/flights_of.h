@@ -3,24 +3,12 @@
 
 #include <utility>
 
-#include "pvol/track/field.h"
 #include "pvol/track/flight.h"
 #include "pvol/track/transmittance.h"
 #include "pvol/volume/extinction_source.h"
 #include "volume/flights.h"
 
 namespace pvol::detail {
-
-/// The field of a volume: every question a look-up, or micro-bounds of this edge first.
-template <LookUp kLookUp, int kMicroEdge>
-[[nodiscard]] auto make_field(const VolumeField& f) {
-  const auto source = extinction_source<kLookUp>(f);
-  if constexpr (kMicroEdge == 0) {
-    return PlainField{source};
-  } else {
-    return SqueezedField<kMicroEdge, std::remove_const_t<decltype(source)>>{source, f.micro};
-  }
-}
 
 /// The scene's tracker is chosen once a flight; it is the same all the time, so the branch costs
 /// nothing, and the loops inside know it.

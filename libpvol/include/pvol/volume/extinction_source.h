@@ -1,10 +1,11 @@
-// The look-ups of a volume's field, by their kind.
+// The look-ups of a volume's field, by their kind, and the field that trackers ask.
 #pragma once
 
 #include <type_traits>
 
 #include "pvol/field/brick_field.h"
 #include "pvol/field/procedural.h"
+#include "pvol/track/field.h"
 #include "pvol/volume/volume.h"
 
 namespace pvol {
@@ -16,6 +17,18 @@ template <LookUp kLookUp>
     return ProceduralExtinction{f.recipe(), f.octree, f.scale};
   } else {
     return BrickExtinction<kLookUp>{f.bricks(), f.octree, f.scale};
+  }
+}
+
+/// The field of trackers: every question a look-up, or the field's micro-bounds first, whose edge
+/// it must be; 0: none are used. Refers to the field.
+template <LookUp kLookUp, int kMicroEdge>
+[[nodiscard]] auto make_field(const VolumeField& f) {
+  const auto source = extinction_source<kLookUp>(f);
+  if constexpr (kMicroEdge == 0) {
+    return PlainField{source};
+  } else {
+    return SqueezedField<kMicroEdge, std::remove_const_t<decltype(source)>>{source, f.micro};
   }
 }
 
