@@ -94,6 +94,7 @@ RenderJob prepare(const Options& o) {
   }
   job.chose_transmittance = scene.options.transmittance == Transmittance::automatic;
   job.plan = plan(job.volumes, scene, {.facts = job.facts, .force = o.force || o.print_scene});
+  cli::print_warnings(kTool, job.plan.doubts);
   scene.options.transmittance = job.plan.scene.options.transmittance;
   return job;
 }

@@ -297,8 +297,7 @@ TEST(Importance, PhotonsCountTheLightOfAThinCube) {
   for (const double m : cells.mass) mass += m;
   EXPECT_NEAR(mass, 1e-3 * 13 * 13 * 13, 1e-6);
   constexpr int kPhotons = 1'000'000;
-  const detail::IncidentLight light =
-      detail::trace_photons(setup, cells, kPhotons, [] { return false; });
+  const detail::IncidentLight light = detail::trace_photons(setup, cells, kPhotons);
   for (const auto& row : light.collided) {
     straight += double(row[0]);
     for (const float power : row) collided += double(power);
@@ -326,8 +325,7 @@ TEST(Importance, PhotonsCountTheLightOfAPoint) {
     s.camera = frame(v.density.world_box, 1);
     const detail::PathSetup setup(plan(std::span(&v, 1), s.scene()), Rgb(0.5f));
     const detail::CoarseCells cells = detail::make_coarse_cells(v);
-    const detail::IncidentLight light =
-        detail::trace_photons(setup, cells, 400'000, [] { return false; });
+    const detail::IncidentLight light = detail::trace_photons(setup, cells, 400'000);
     double direct = 0, expected = 0;
     for (const float power : light.direct) direct += double(power);
     constexpr int kPoints = 100;  // along each edge
@@ -355,7 +353,7 @@ TEST(Importance, IsNowhereZero) {
   s.environment = ConstantSky{Rgb(0.0f)};
   const Volume v = volume_of(s);
   const detail::PathSetup setup(plan(std::span(&v, 1), s.scene()));
-  const auto importance = detail::make_importance(setup, [] { return false; });
+  const auto importance = detail::make_importance(setup);
   ASSERT_TRUE(importance);
   const Vec3i last = vec3(v.density.octree.support_hi) - Vec3i(1);
   for (int i = 0; i < 8 * 8 * 8; ++i) {
@@ -374,7 +372,7 @@ TEST(Importance, IsThePhaseFunctionInAThinCube) {
   const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
   s.camera = frame(v.density.world_box, 1);
   const detail::PathSetup setup(plan(std::span(&v, 1), s.scene()), Rgb(0.5f));
-  const auto importance = detail::make_importance(setup, [] { return false; });
+  const auto importance = detail::make_importance(setup);
   ASSERT_TRUE(importance);
   const detail::Importance::Row& row = importance->row(lanes(Vec3i(6, 6, 6)));
   const double scale = double(row.of(0.5f)) / phase(0.5, 0.5);

@@ -7,6 +7,8 @@
 
 #include "pvol/error.h"
 #include "pvol/render/render.h"
+#include "pvol/volume/estimators.h"
+#include "render/camera_probe.h"
 #include "support/bodies.h"
 #include "support/cloud_scene.h"
 #include "support/fields.h"
@@ -115,27 +117,109 @@ TEST(Plan, ForecastsLessForACropAndABounceLimit) {
   EXPECT_LT(half.forecast.collisions, first);
 }
 
-TEST(Plan, RefusesEndlessWorkByFactsUnlessForced) {
-  const Field& f = field("constant");
-  Volume v = make_test_volume(f, 1e5, std::nullopt);
-  v.medium.components[0].albedo = Rgb(1.0f);
+/// Volumes of 8 x 12 x 7 cells of density 1, more or less.
+Volume make_thick_volume(double extinction, float albedo) {
+  Volume v = make_test_volume(field("constant"), extinction, std::nullopt, Tracker::decomposition);
+  v.medium.components[0].albedo = Rgb(albedo);
   v.name = "thick.vdb";
+  return v;
+}
+
+TEST(Plan, RefusesEndlessWorkUnlessForced) {
+  const Volume v = make_thick_volume(5e4, 1);
   const CloudScene s = scene_around(v);
-  const std::vector<VolumeFacts> facts{describe(v, describe(f.grid, 1e5, {}))};
   const auto refusal = [&](const Scene& scene, bool force) -> std::string {
     try {
-      (void)plan(std::span(&v, 1), scene, {.facts = facts, .force = force});
+      (void)plan(std::span(&v, 1), scene, {.force = force});
     } catch (const Error& e) {
       return e.what();
     }
     return "";
   };
   EXPECT_EQ(refusal(s.scene(), false).find("thick.vdb: a path would scatter about "), 0u);
+  EXPECT_NE(refusal(s.scene(), false).find("medium.extinction = "), std::string::npos);
   EXPECT_EQ(refusal(s.scene(), true), "");
-  EXPECT_NO_THROW((void)plan(std::span(&v, 1), s.scene())) << "without facts there is no limit";
   Scene limited = s.scene();
   limited.options.max_bounces = 4;
   EXPECT_EQ(refusal(limited, false), "");
+}
+
+/// What plan doubts about a scene, in one string.
+std::string doubts(std::span<const Volume> volumes, const CloudScene& s) {
+  std::string all;
+  for (const std::string& d : plan(volumes, s.scene()).doubts) all += d + '\n';
+  return all;
+}
+std::string doubts(const Volume& v, const CloudScene& s) { return doubts(std::span(&v, 1), s); }
+
+TEST(Plan, DoubtsUnitsByThicknessAndSaysWhatWouldMakeSense) {
+  for (const double extinction : {1e-2, 1.0, 100.0}) {
+    const Volume v = make_thick_volume(extinction, 0.9f);
+    EXPECT_EQ(doubts(v, scene_around(v)), "") << extinction;
+  }
+  for (const double extinction : {1e-30, 1e-4, 1e4}) {
+    const Volume v = make_thick_volume(extinction, 0.9f);
+    const std::string text = doubts(v, scene_around(v));
+    EXPECT_EQ(text.find("thick.vdb: the cloud is about "), 0u) << text;
+    const std::size_t at = text.find("medium.extinction = ");
+    ASSERT_NE(at, std::string::npos) << text;
+    const Volume proposed = make_thick_volume(std::stod(text.substr(at + 20)), 0.9f);
+    const double thickness = choose_transmittance(std::span(&proposed, 1)).thickness;
+    EXPECT_GT(thickness, 20) << text;
+    EXPECT_LT(thickness, 80) << text;
+  }
+  const Volume none = make_thick_volume(0, 0.9f);
+  EXPECT_EQ(doubts(none, scene_around(none)),
+            "thick.vdb: medium.extinction is 0: nothing of it is seen\n");
+}
+
+TEST(Plan, DoubtsCamerasThatSeeNothing) {
+  const Volume v = make_test_volume(field("gaussian"), 2, std::nullopt);
+  CloudScene s = scene_around(v);
+  EXPECT_EQ(doubts(v, s), "");
+  CloudScene away = s;
+  away.camera.target = s.camera.position * 2.0 - s.camera.target;
+  EXPECT_EQ(doubts(v, away).find("none of 576 rays over the picture meets a volume: "), 0u)
+      << doubts(v, away);
+  s.options.width = 1024;
+  s.options.crop_width = 16;
+  EXPECT_EQ(doubts(v, s).find("none of 576 rays over the picture meets a volume: "), 0u)
+      << doubts(v, s);
+}
+
+TEST(Plan, DoubtsCloudsLostInTheirBox) {
+  const auto faint = [](const char* name, const Field& f, double extinction) {
+    const Volume v = make_test_volume(f, extinction, std::nullopt);
+    const std::string text = doubts(v, scene_around(v));
+    EXPECT_EQ(text.find("of the camera's rays"), 0u) << name << ": " << text;
+  };
+  // One voxel so far away that the frame around both shows neither, and one so dense that an
+  // extinction chosen for it makes all others vanish.
+  const Vec3i stray(200);
+  faint("stray",
+        make_field("stray", {0, 0, 0}, stray + Vec3i(1),
+                   [&](Vec3i p) { return p == stray || dot(Vec3d(p), Vec3d(p)) < 9 ? 1.0 : 0.0; }),
+        10);
+  faint("hot",
+        make_field("hot", {0, 0, 0}, {64, 64, 64},
+                   [](Vec3i p) { return p == Vec3i(32) ? 1e30 : 1.0; }),
+        1e-29);
+}
+
+TEST(Plan, ForecastCostsLittleHoweverThickTheCloudAndManyItsLights) {
+  for (const double extinction : {1.0, 1e4, 1e8}) {
+    const Volume v = make_thick_volume(extinction, 1);
+    CloudScene s = scene_around(v);
+    s.lights.assign(300, Sun{});
+    RenderPlan p = plan(std::span(&v, 1), s.scene(), {.force = true});
+    p.kernel.paths = Paths::one_volume;
+    const detail::CameraProbe probe = detail::probe_camera(p);
+    EXPECT_GT(probe.paths, 0);
+    std::uint64_t steps = 0;
+    for (const Counter& c : kCounters) steps += value(c, probe.counts);
+    // One path of 256 bounces with 300 shadow rays each may go beyond the million.
+    EXPECT_LT(steps, 5e6) << extinction;
+  }
 }
 
 }  // namespace

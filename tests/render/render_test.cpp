@@ -316,5 +316,46 @@ TEST(Render, PartsOfTheSamplesAddUpToTheWhole) {
   EXPECT_THROW((void)render(volume, s), Error);
 }
 
+/// Scatters for ever, nearly: 10^8 free paths thick and without absorption.
+CloudScene endless_scene() {
+  CloudScene s = cloud_scene();
+  s.medium.extinction = 1e7;
+  s.medium.albedo = Rgb(1.0f);
+  s.options.samples = 16;
+  return s;
+}
+
+TEST(Render, StopsWithinAPath) {
+  for (const GuideUse guide : {GuideUse::off, GuideUse::on}) {
+    CloudScene s = endless_scene();
+    s.options.guide = guide;
+    const Volume v = make_volume(cube().grid, build_pyramid(cube().grid), s);
+    const RenderResult r = render(v, s, [](std::uint64_t, std::uint64_t) { return false; });
+    EXPECT_FALSE(r.complete);
+  }
+}
+
+TEST(Render, ThrowsWhatProgressThrowsHoweverLongPathsAre) {
+  const CloudScene s = endless_scene();
+  const Volume v = make_volume(cube().grid, build_pyramid(cube().grid), s);
+  EXPECT_THROW((void)render(v, s, [](std::uint64_t, std::uint64_t) -> bool { throw Error("no"); }),
+               Error);
+}
+
+TEST(Render, StoppedPictureHasSamplesEverywhere) {
+  CloudScene s = cloud_scene();
+  s.options.width = s.options.height = 64;
+  const std::uint64_t pixels = 64 * 64;
+  const RenderResult r = render(make_volume(cloud().grid, build_pyramid(cloud().grid), s), s,
+                                [&](std::uint64_t done, std::uint64_t) { return done < pixels; });
+  EXPECT_FALSE(r.complete);
+  std::uint64_t samples = 0;
+  for (const PixelSums& p : r.film.pixels) {
+    EXPECT_GE(p.samples, 1u);
+    samples += p.samples;
+  }
+  EXPECT_LT(samples, pixels * s.options.samples);
+}
+
 }  // namespace
 }  // namespace pvol

@@ -443,5 +443,34 @@ TEST(Render, InterruptedRenderSavesWhatItHas) {
   EXPECT_NE(read_text(exr).find("pvol:samples"), std::string::npos);
 }
 
+/// A scene in a wrong unit, whose paths take hours each.
+TEST(Render, SignalsEndEndlessPathsAndSaveThePicture) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const ScratchFolder folder;
+    const std::string exr = folder / "a.exr";
+    bool sent = false;
+    const RunResult r = run_tool(PVOL_RENDER,
+                                 {write_ball(folder), "-o", exr, "--size", "64x48", "--set",
+                                  "medium.extinction=1e8", "--set", "medium.albedo=1", "--force"},
+                                 [&](int pid, const std::string& err) {
+                                   // The sign of life of the first second.
+                                   if (!sent && err.find("rendering   0 %") != std::string::npos) {
+                                     sent = true;
+                                     kill(pid, signal);
+                                   }
+                                 });
+    EXPECT_TRUE(sent) << r.err;
+    EXPECT_EQ(r.exit, 1) << r.err;
+    EXPECT_NE(r.err.find("interrupted "), std::string::npos) << r.err;
+  }
+}
+
+TEST(Render, RefusesPathsThatHardlyEndAndProposesAnExtinction) {
+  const ScratchFolder folder;
+  auto arguments = small_render(write_ball(folder), folder / "a.exr");
+  arguments.insert(arguments.end(), {"--set", "medium.extinction=1e8", "--set", "medium.albedo=1"});
+  expect_failure(PVOL_RENDER, arguments, "would make it about 40");
+}
+
 }  // namespace
 }  // namespace pvol

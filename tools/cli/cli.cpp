@@ -106,6 +106,7 @@ void catch_interrupt() {
   action.sa_handler = [](int) { interrupt_seen = 1; };
   action.sa_flags = SA_RESETHAND | SA_RESTART;
   sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
 }
 
 bool interrupted() { return interrupt_seen != 0; }
@@ -123,7 +124,7 @@ ProgressBar::ProgressBar(std::string label, std::string unit, bool quiet)
       quiet_(quiet),
       terminal_(isatty(STDERR_FILENO) != 0),
       start_(std::chrono::steady_clock::now()),
-      next_(start_) {}
+      next_(start_ + std::chrono::seconds(terminal_ ? 0 : 1)) {}
 
 ProgressBar::~ProgressBar() {
   if (terminal_ && width_ > 0) std::cerr << '\n';
@@ -134,9 +135,11 @@ void ProgressBar::show(std::uint64_t done, std::uint64_t total) {
   const auto now = std::chrono::steady_clock::now();
   const double part = double(done) / double(total);
   const int tenths = int(part * 10);
-  // Ten times a second is smooth enough for eyes; files want ten lines, not thousands.
-  if (terminal_ ? now < next_ && done < total : tenths <= tenths_) return;
-  next_ = now + std::chrono::milliseconds(100);
+  // Ten times a second is smooth enough for eyes; files want ten lines, not thousands, and a sign
+  // of life where those are far apart.
+  const bool due = now >= next_ || (terminal_ ? done >= total : tenths > tenths_);
+  if (!due) return;
+  next_ = now + (terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(10));
   tenths_ = tenths;
 
   const double seconds = std::chrono::duration<double>(now - start_).count();

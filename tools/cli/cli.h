@@ -59,7 +59,8 @@ void check_output(const std::filesystem::path& file, const std::vector<std::stri
 /// Four significant digits.
 [[nodiscard]] std::string readable(double value);
 
-/// From here on the first Ctrl-C only makes `interrupted` true; the second one ends the tool.
+/// From here on the first Ctrl-C or SIGTERM only makes `interrupted` true; a second one ends the
+/// tool.
 void catch_interrupt();
 [[nodiscard]] bool interrupted();
 
@@ -72,8 +73,9 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-/// How far a long step has come, on stderr: a bar that is redrawn on a terminal, a plain line every
-/// tenth of the way otherwise; both with rate and remaining time. Draws nothing when quiet.
+/// How far a long step has come, on stderr: a bar that is redrawn on a terminal, otherwise a plain
+/// line every tenth of the way, after the first second and after ten without one; both with rate
+/// and remaining time. Draws nothing when quiet.
 class ProgressBar {
  public:
   /// `unit` is what is counted, e.g. "samples".

@@ -86,7 +86,7 @@ void add_scene(CLI::App& app, RenderOptionsGiven& o) {
       ->allow_extra_args(false);
   app.add_flag("--print-scene", o.print_scene,
                "Print the scene with every value as TOML, and render nothing");
-  app.add_flag("--force", o.force, "Render even where a path would scatter a million times");
+  app.add_flag("--force", o.force, "Render even what would hardly end");
 }
 
 }  // namespace

@@ -62,12 +62,16 @@ std::vector<Volume> make_volumes(const LoadedScene& loaded,
   return volumes;
 }
 
+/// Frames the clouds where the scene has no camera; refuses or doubts what pvol-render would.
 void choose_camera(LoadedScene& loaded) {
   Scene& scene = loaded.file.scene;
-  if (loaded.file.has_camera) return;
-  scene.camera = frame_all(make_volumes(loaded, loaded.clouds, scene), scene.options);
-  loaded.file.has_camera = true;
-  loaded.framed = true;
+  const std::vector<Volume> volumes = make_volumes(loaded, loaded.clouds, scene);
+  if (!loaded.file.has_camera) {
+    scene.camera = frame_all(volumes, scene.options);
+    loaded.file.has_camera = true;
+    loaded.framed = true;
+  }
+  print_warnings("pvol-stats", plan(volumes, scene, {.facts = loaded.facts}).doubts);
 }
 
 measure::SetUp set_up_of(const std::vector<Volume>& volumes, double seconds) {
@@ -137,7 +141,8 @@ measure::Run render_changed(const LoadedScene& loaded, const ChangeScene& change
   // Chosen as for the user's picture, of which only a small one is rendered.
   const double paths =
       double(loaded.picture_width) * loaded.picture_height * loaded.file.scene.options.samples;
-  const RenderPlan p = plan(volumes, scene, {.facts = loaded.facts, .paths = paths});
+  const RenderPlan p =
+      plan(volumes, scene, {.facts = loaded.facts, .forecast = false, .paths = paths});
   const double ready = cpu_seconds();
   measure::Run run;
   run.set_up = set_up_of(volumes, ready - begin);

@@ -1,11 +1,11 @@
 // What a render will take.
 #pragma once
 
-#include "pvol/render/plan.h"
+#include "render/camera_probe.h"
 
 namespace pvol::detail {
 
-/// For a plan whose choices are made; see Forecast.
-[[nodiscard]] Forecast forecast(const RenderPlan& plan);
+/// For a plan whose choices are made, by what a few of its paths meet; see Forecast.
+[[nodiscard]] Forecast forecast(const RenderPlan& plan, const CameraProbe& probe);
 
 }  // namespace pvol::detail

@@ -4,8 +4,8 @@
 
 #include "math/digits.h"
 #include "render/check_scene.h"
-#include "render/endless.h"
 #include "render/forecast.h"
+#include "render/sanity.h"
 
 namespace pvol {
 namespace {
@@ -106,14 +106,19 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
     p.transmittance.estimator = o.transmittance;
   }
   detail::check(volumes, p.scene);
-  for (std::size_t i = 0; i < options.facts.size() && !options.force; ++i) {
-    detail::refuse_endless_work(volumes[i], options.facts[i], o);
+  for (std::size_t i = 0; i < volumes.size() && !options.force; ++i) {
+    detail::refuse_endless_flights(volumes[i],
+                                   i < options.facts.size() ? &options.facts[i] : nullptr, o);
   }
   for (const Volume& v : volumes) p.shells.push_back(choose_shell(v, scene));
   p.guide = choose_guide(volumes, scene, options.paths > 0 ? options.paths : count_paths(o));
   p.kernel = choose_kernel(p);
   p.decisions = decide(p, scene.options);
-  p.forecast = detail::forecast(p);
+  if (!options.forecast) return p;
+  const detail::CameraProbe probe = detail::probe_camera(p);
+  if (!options.force) detail::refuse_endless_paths(p, probe);
+  p.doubts = detail::find_doubts(p, probe);
+  p.forecast = detail::forecast(p, probe);
   return p;
 }
 

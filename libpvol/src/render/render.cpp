@@ -8,21 +8,21 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <ctime>
 #include <limits>
-#include <mutex>
 
 #include "pvol/error.h"
 #include "render/guide/importance.h"
 #include "render/path/path_result.h"
+#include "render/reporter.h"
 #include "render/tiles/render_tile.h"
 
 namespace pvol {
 namespace {
 
 using detail::PathSetup;
+using detail::Reporter;
 using detail::TileFunction;
 
 Film make_film(const RenderOptions& o) {
@@ -35,32 +35,6 @@ Film make_film(const RenderOptions& o) {
   return f;
 }
 
-/// Reports progress from one thread at a time and remembers a wish to stop.
-class Reporter {
- public:
-  Reporter(const Progress& progress, std::uint64_t total) : progress_(progress), total_(total) {}
-
-  void add(std::uint64_t samples) {
-    done_ += samples;
-    if (!progress_) return;
-    const std::unique_lock lock(mutex_, std::try_to_lock);
-    if (lock && !progress_(done_, total_)) stop_ = true;
-  }
-  /// The last report, when no thread is at work; whether all is done.
-  bool finish() {
-    if (progress_) (void)progress_(done_, total_);
-    return done_ == total_;
-  }
-  [[nodiscard]] bool stopped() const { return stop_; }
-
- private:
-  const Progress& progress_;
-  std::uint64_t total_;
-  std::atomic<std::uint64_t> done_ = 0;
-  std::atomic<bool> stop_ = false;
-  std::mutex mutex_;
-};
-
 /// Samples [begin, end) of every pixel.
 void render_pass(TileFunction render_part, const PathSetup& setup, std::uint32_t begin,
                  std::uint32_t end, Film& film, tbb::enumerable_thread_specific<Counts>& counts,
@@ -69,11 +43,11 @@ void render_pass(TileFunction render_part, const PathSetup& setup, std::uint32_t
   tbb::parallel_for(
       tbb::blocked_range2d<int>(0, film.crop_height, kTile, 0, film.crop_width, kTile),
       [&](const tbb::blocked_range2d<int>& range) {
-        if (reporter.stopped()) return;
+        if (reporter.stop()) return;
         const auto &rows = range.rows(), &columns = range.cols();
         const detail::ImagePart tile{columns.begin(), rows.begin(), int(columns.size()),
                                      int(rows.size())};
-        render_part(setup, tile, begin, end, film, counts.local());
+        if (!render_part(setup, tile, begin, end, film, counts.local())) return;
         reporter.add(std::uint64_t(tile.width) * std::uint64_t(tile.height) * (end - begin));
       });
 }
@@ -85,7 +59,7 @@ RenderResult render(const Volume& volume, const Scene& scene, const Progress& pr
 }
 
 RenderResult render(std::span<const Volume> volumes, const Scene& scene, const Progress& progress) {
-  return render(plan(volumes, scene), progress);
+  return render(plan(volumes, scene, {.force = true, .forecast = false}), progress);
 }
 
 RenderResult render(const RenderPlan& plan, const Progress& progress) {
@@ -104,14 +78,11 @@ RenderResult render(const RenderPlan& plan, const Progress& progress) {
   tbb::task_arena arena(threads);
 
   PathSetup setup(plan);
+  setup.stop = &reporter.stop();
   Paths paths = plan.kernel.paths;
   if (paths == Paths::guided) {
     const std::clock_t begin = std::clock();
-    const auto stopped = [&] {
-      reporter.add(0);
-      return reporter.stopped();
-    };
-    arena.execute([&] { detail::guide_paths(plan, setup, stopped); });
+    arena.execute([&] { detail::guide_paths(plan, setup); });
     result.guide_seconds = double(std::clock() - begin) / CLOCKS_PER_SEC;
     result.guided = setup.importance != nullptr;
     if (!result.guided) paths = Paths::one_volume;  // nothing to be guided by
@@ -129,11 +100,13 @@ RenderResult render(const RenderPlan& plan, const Progress& progress) {
                 " are asked for; expected at most 4294967295");
   }
 
-  // In passes, so that an image that is stopped early has samples everywhere.
-  constexpr std::uint32_t kPass = 16;
-  for (std::uint32_t begin = o.first_sample; begin < last && !reporter.stopped();) {
-    const std::uint32_t end = begin + std::uint32_t(std::min<std::uint64_t>(kPass, last - begin));
+  // In passes, the first of them short, so that an image that is stopped has samples everywhere.
+  constexpr std::uint64_t kLongestPass = 16;
+  std::uint64_t pass = 1;
+  for (std::uint32_t begin = o.first_sample; begin < last && !reporter.stop();) {
+    const std::uint32_t end = begin + std::uint32_t(std::min(pass, last - begin));
     arena.execute([&] { render_pass(render_part, setup, begin, end, film, counts, reporter); });
+    pass = std::min(2 * pass, kLongestPass);
     begin = end;
   }
   for (const Counts& c : counts) result.counts += c;

@@ -45,8 +45,8 @@ struct Decision {
   int volume = -1;     ///< number of the one that it is about; -1: all
 };
 
-/// What the render will take, by the bounds and the cost model (THEORY.md, T6.1): within a factor
-/// of about three, on one core of the machine that the model was solved on.
+/// What the render will take, by a few of its paths and the cost model (THEORY.md, T6.1): within a
+/// factor of about three, on one core of the machine that the model was solved on.
 struct Forecast {
   double samples = 0;      ///< of the camera
   double collisions = 0;   ///< of all paths
@@ -61,14 +61,24 @@ struct RenderPlan {
   std::vector<ShellChoice> shells{};  ///< one for each volume
   Kernel kernel{};
   std::vector<Decision> decisions{};
-  Forecast forecast{};
+  /// Whole sentences about what is likely to be a mistake, such as an extinction in another unit or
+  /// a camera that looks away.
+  std::vector<std::string> doubts{};
+  Forecast forecast{};  ///< all 0 where nobody asked for it
 };
 
+/// Collisions of a camera path, on average, above which a picture is refused: on one core 10^5
+/// samples then take minutes.
+inline constexpr double kMostScatterings = 5000;
+
 struct PlanOptions {
-  /// Facts about each volume, for the refusal of endless work; without them nothing is refused.
+  /// Facts about each volume, for the refusal of weights that grow without end.
   std::span<const VolumeFacts> facts{};
   /// Plan what would hardly end, too.
   bool force = false;
+  /// Follow a few paths of the camera. Without them there is no forecast, and neither long paths
+  /// are refused nor a camera doubted.
+  bool forecast = true;
   /// Camera paths that choices reckon with; 0: those of the scene. For measurements on small
   /// pictures that stand for large ones.
   double paths = 0;
@@ -76,10 +86,11 @@ struct PlanOptions {
 
 /// Throws Error for values out of range (sizes, crops, lights, degenerate cameras), for volumes
 /// that were not made for the scene's options, for several volumes and a tracker with weights, for
-/// regular tracking or transmittance of tricubic or procedural fields, and, by facts, for what
-/// would not end in reasonable time: paths that scatter for ever, nearly, weights that grow without
-/// end, and null collisions in empty space under an enormous majorant; messages then begin with
-/// the volume's name. Deterministic.
+/// regular tracking or transmittance of tricubic or procedural fields, and for what would not end
+/// in reasonable time: paths that scatter more often than kMostScatterings, weights that grow
+/// without end, and null collisions in empty space under an enormous majorant; messages then begin
+/// with the volume's name. The paths of the forecast take about a million steps at most.
+/// Deterministic.
 [[nodiscard]] RenderPlan plan(std::span<const Volume> volumes, const Scene& scene,
                               const PlanOptions& options = {});
 

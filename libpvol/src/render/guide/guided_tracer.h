@@ -81,7 +81,7 @@ class GuidedTracer {
   /// Adds what a collision gives of its own and by next-event estimation; whether the path goes on
   /// from there, by itself or split.
   [[nodiscard]] bool collide(const Matter& matter, Rng& rng) {
-    ++collisions;
+    if (s_.ends_path(++collisions)) return false;
     add_emitted(s_, matter, throughput_, r_);
     matter_ = &matter;
     row_ = &importance_.row(traversal.place().at.cell);

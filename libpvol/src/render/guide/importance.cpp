@@ -217,13 +217,12 @@ Rgb constant_part(const Environment& environment) {
 
 }  // namespace
 
-std::optional<Importance> make_importance(const PathSetup& setup,
-                                          const std::function<bool()>& stopped) {
+std::optional<Importance> make_importance(const PathSetup& setup) {
   const VolumeSetup& volume = setup.volumes.front();
   if (volume.volume.density.octree.empty()) return std::nullopt;
   CoarseCells cells = make_coarse_cells(volume.volume);
-  const IncidentLight light = trace_photons(setup, cells, kPhotons, stopped);
-  if (!(light.power > 0) || stopped()) return std::nullopt;
+  const IncidentLight light = trace_photons(setup, cells, kPhotons);
+  if (!(light.power > 0) || *setup.stop) return std::nullopt;
   const auto power = scattered_power(light, scattering_kernel(volume.matter));
   std::vector<Importance::Row> rows = make_rows(cells, blurred_radiance(cells, power));
   const HenyeyGreenstein lobe = mean_lobe(volume.matter);
@@ -236,9 +235,10 @@ std::optional<Importance> make_importance(const PathSetup& setup,
   return Importance(std::move(cells), light.axis, lobe, std::move(rows), std::move(worths));
 }
 
-void guide_paths(const RenderPlan& plan, PathSetup& setup, const std::function<bool()>& stopped) {
+void guide_paths(const RenderPlan& plan, PathSetup& setup) {
   PathSetup guided(plan, constant_part(plan.scene.environment));
-  std::optional<Importance> importance = make_importance(guided, stopped);
+  guided.stop = setup.stop;
+  std::optional<Importance> importance = make_importance(guided);
   if (!importance) return;
   guided.importance = std::make_shared<const Importance>(std::move(*importance));
   setup = std::move(guided);

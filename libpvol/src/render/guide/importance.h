@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <functional>
 #include <optional>
 #include <vector>
 
@@ -67,11 +66,10 @@ class Importance {
 /// Estimates it for the one volume of the setup, whose `constant` is that of guided paths; nothing
 /// where no light but the constant falls on the volume or the camera does not see it.
 /// Deterministic for any number of threads.
-[[nodiscard]] std::optional<Importance> make_importance(const PathSetup& setup,
-                                                        const std::function<bool()>& stopped);
+[[nodiscard]] std::optional<Importance> make_importance(const PathSetup& setup);
 
 /// Makes the setup one of guided paths, where there is something to guide them by.
-/// `stopped` is asked now and then, from any thread; once it says so, nothing is guided.
-void guide_paths(const RenderPlan& plan, PathSetup& setup, const std::function<bool()>& stopped);
+/// Nothing is guided once it says stop.
+void guide_paths(const RenderPlan& plan, PathSetup& setup);
 
 }  // namespace pvol::detail

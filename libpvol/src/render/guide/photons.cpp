@@ -336,21 +336,9 @@ void trace(const Sources& sources, const PathSetup& setup, const CoarseCells& ce
   }
 }
 
-void trace_all(const Sources& sources, const PathSetup& setup, const CoarseCells& cells,
-               int photons, const std::function<bool()>& stopped, LightCounts& counts) {
-  std::atomic<bool> stop = false;
-  parallel_for(0, std::size_t(photons), [&](std::size_t i) {
-    constexpr std::size_t kAsk = 64;  // photons between questions
-    if (i % kAsk == 0 && stopped()) stop = true;
-    if (stop) return;
-    trace(sources, setup, cells, i, counts);
-  });
-}
-
 }  // namespace
 
-IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells, int photons,
-                            const std::function<bool()>& stopped) {
+IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells, int photons) {
   const Sources sources(setup, cells);
   IncidentLight light;
   light.axis = sources.axis();
@@ -360,7 +348,9 @@ IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells, in
     return light;
   }
   LightCounts counts(light, cells.count(), setup.lights.size(), photons);
-  trace_all(sources, setup, cells, photons, stopped, counts);
+  parallel_for(0, std::size_t(photons), [&](std::size_t i) {
+    if (!*setup.stop) trace(sources, setup, cells, i, counts);
+  });
   light.collided = counts.sums();
   light.direct = counts.direct();
   return light;

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <functional>
 #include <vector>
 
 #include "render/guide/coarse_cells.h"
@@ -32,8 +31,8 @@ struct IncidentLight {
 };
 
 /// Traces `photons` photons with the scene's tracker. Needs one volume, which is not empty.
-/// Deterministic for any number of threads, but where `stopped`, asked now and then, ends it early.
+/// Deterministic for any number of threads, but where the setup's `stop` ends it early.
 [[nodiscard]] IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells,
-                                          int photons, const std::function<bool()>& stopped);
+                                          int photons);
 
 }  // namespace pvol::detail

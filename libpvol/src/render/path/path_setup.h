@@ -1,6 +1,7 @@
 // What all paths of an image share, computed once a render.
 #pragma once
 
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -118,6 +119,9 @@ struct VolumeSetup {
 
 class Importance;
 
+/// For setups of paths that nobody stops.
+inline const std::atomic<bool> kNeverStop = false;
+
 struct PathSetup {
   /// Radiance that is everywhere and is left out of sky, emission and paths, to be added to every
   /// camera path as it is (THEORY.md, T5.5); 0 where paths are not guided.
@@ -133,6 +137,8 @@ struct PathSetup {
   Flights flights;                       ///< of the plan's kernel
   bool count;                            ///< whether they do
   std::vector<std::string> light_names;  ///< "sun.1", "sun.2", "point.1": as `lights`
+  /// Once it is true, paths end as they please, and what they bring is to be dropped.
+  const std::atomic<bool>* stop = &kNeverStop;
 
   PathSetup(const RenderPlan& plan, Rgb constant_ = Rgb(0.0f))
       : constant(constant_),
@@ -163,6 +169,12 @@ struct PathSetup {
       light += std::visit([&](const auto& l) { return luminance(l.irradiance_on(box)); }, source);
     }
     shadow_unit = kUnit * light;
+  }
+
+  /// Whether a path is to end at this collision, counted over all of a thread's; asked at each, and
+  /// looked at now and then.
+  [[nodiscard]] bool ends_path(std::uint64_t collision) const {
+    return collision % 64 == 0 && stop->load(std::memory_order_relaxed);
   }
 };
 

@@ -56,7 +56,7 @@ class PathTracer {
         return;
       }
       if (bounces == 0) r_.alpha = 1;
-      ++collisions;
+      if (s_.ends_path(++collisions)) return;
       const Matter& matter = *hit.matter;
       add_emitted(s_, matter, throughput, r_);
       if (bounces == s_.max_bounces) return;

@@ -25,7 +25,7 @@ template <class Tracer>
 
 /// A pixel's samples are summed in their order, whatever the tiles and threads.
 template <class Tracer>
-void render_tile(const PathSetup& setup, const ImagePart& tile, std::uint32_t begin,
+bool render_tile(const PathSetup& setup, const ImagePart& tile, std::uint32_t begin,
                  std::uint32_t end, Film& film, Counts& counts) {
   Tracer tracer(setup);
   Counts before;
@@ -34,6 +34,7 @@ void render_tile(const PathSetup& setup, const ImagePart& tile, std::uint32_t be
       const std::size_t pixel = film.index(x, y);
       for (std::uint32_t sample = begin; sample != end; ++sample) {
         const PathResult& r = tracer.trace(film.x + x, film.y + y, sample);
+        if (setup.stop->load(std::memory_order_relaxed)) return false;
         if (!is_finite(r.radiance)) {
           throw Error("pixel (" + std::to_string(film.x + x) + ", " + std::to_string(film.y + y) +
                       ") became infinite: the lights are too bright for single precision");
@@ -50,6 +51,7 @@ void render_tile(const PathSetup& setup, const ImagePart& tile, std::uint32_t be
     }
   }
   if (setup.count) counts += before;
+  return true;
 }
 
 }  // namespace

@@ -1,0 +1,134 @@
+#include "render/sanity.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "math/digits.h"
+#include "pvol/error.h"
+#include "pvol/volume/estimators.h"
+#include "render/path/path_setup.h"
+
+namespace pvol::detail {
+namespace {
+
+constexpr double kMostNullCollisions = 1e6;           // in one segment
+constexpr double kThinnest = 0.05, kThickest = 2000;  // of clouds, in mean free paths
+constexpr double kUsual = 40;                         // what the tools choose, about
+constexpr double kFaintest = 0.002;                   // share of camera rays that collide
+
+[[nodiscard]] std::string named(const Volume& v, const std::string& text) {
+  return v.name.empty() ? text : v.name + ": " + text;
+}
+
+[[nodiscard]] double thickness(const Volume& v) {
+  return choose_transmittance(std::span(&v, 1)).thickness;
+}
+
+/// "medium.extinction = 0.83 would make it about 40 thick"
+[[nodiscard]] std::string usual_extinction(const Volume& v) {
+  return "medium.extinction = " + digits(v.medium.extinction * kUsual / thickness(v), 2) +
+         " would make it about " + digits(kUsual);
+}
+
+[[nodiscard]] std::string growing_weights(double excess, double thickness, double growth,
+                                          double most) {
+  return "weights would grow without end: majorants are up to " + digits(excess) +
+         " times too low in a cloud of optical thickness up to " + digits(thickness) +
+         ", so that the variance grows by exp(" + digits(growth) + "), expected at most exp(" +
+         digits(most) + "). Fit the cloud again, raise --majorant-scale, or insist with --force.";
+}
+
+[[nodiscard]] std::string null_collisions(const Volume& v, double count) {
+  return "a ray would meet about " + digits(count) +
+         " null collisions in one segment, expected at most " + digits(kMostNullCollisions) + ". " +
+         usual_extinction(v) +
+         "; or leave --depth at auto and --tracker at decomposition, or insist with --force.";
+}
+
+[[nodiscard]] std::string scatterings(const Volume& v, double count) {
+  return "a path would scatter about " + digits(count) + " times, expected at most " +
+         digits(kMostScatterings) + ": the cloud is about " + digits(thickness(v)) +
+         " mean free paths thick and has albedo " + digits(double(largest_albedo(v.medium))) +
+         ". " + usual_extinction(v) +
+         "; or limit paths with --max-bounces N, or insist with --force.";
+}
+
+[[nodiscard]] std::string point(const Vec3d& p) {
+  return '(' + digits(p.x) + ", " + digits(p.y) + ", " + digits(p.z) + ')';
+}
+
+[[nodiscard]] std::string unseen(const RenderPlan& plan, int rays) {
+  Box all;
+  for (const Volume& v : plan.volumes) {
+    if (v.density.octree.empty()) continue;
+    all = extend(extend(all, v.density.world_box.lo), v.density.world_box.hi);
+  }
+  const Camera& c = plan.scene.camera;
+  return "none of " + std::to_string(rays) + " rays over the picture meets a volume: from " +
+         point(c.position) + " the camera looks towards " + point(c.target) +
+         ", and the density lies between " + point(all.lo) + " and " + point(all.hi);
+}
+
+/// What is wrong with a volume's thickness, if anything.
+[[nodiscard]] std::string doubt_thickness(const Volume& v) {
+  if (v.density.octree.empty()) return named(v, "the density is 0 everywhere");
+  if (v.medium.extinction == 0) return named(v, "medium.extinction is 0: nothing of it is seen");
+  const double t = thickness(v);
+  if (t >= kThinnest && t <= kThickest) return {};
+  return named(v, "the cloud is about " + digits(t) + " mean free paths thick, expected " +
+                      digits(kThinnest) + " to " + digits(kThickest) + ": is its extinction of " +
+                      digits(v.medium.extinction) + " meant for another unit? " +
+                      usual_extinction(v));
+}
+
+/// Share of the camera's rays through boxes that collide.
+[[nodiscard]] double opacity(const CameraProbe& probe) {
+  double sum = 0;
+  for (const double depth : probe.depths) sum += -std::expm1(-depth);
+  return sum / double(probe.depths.size());
+}
+
+}  // namespace
+
+void refuse_endless_flights(const Volume& v, const VolumeFacts* facts, const RenderOptions& o) {
+  // Second moments of weights grow by exp(4 (k - 1) depth) where majorants are k times too low
+  // (THEORY.md, T3.5).
+  constexpr double kMostGrowth = 20;
+  const double thickest = facts != nullptr ? facts->largest_optical_thickness : 0;
+  const double excess = v.density.majorant_excess, growth = 4 * (excess - 1) * thickest;
+  if (growth > kMostGrowth) {
+    throw Error(named(v, growing_weights(excess, thickest, growth, kMostGrowth)));
+  }
+  const double null = worst_null_collisions(v);
+  if (!(null > kMostNullCollisions)) return;
+  const double count = estimate_scatterings(thickness(v), double(largest_albedo(v.medium)));
+  const bool long_paths = count > kMostScatterings && !o.max_bounces;
+  throw Error(named(v, long_paths ? scatterings(v, count) : null_collisions(v, null)));
+}
+
+void refuse_endless_paths(const RenderPlan& plan, const CameraProbe& probe) {
+  if (!(probe.collisions() > kMostScatterings)) return;
+  const Volume& thickest = *std::max_element(
+      plan.volumes.begin(), plan.volumes.end(),
+      [](const Volume& a, const Volume& b) { return thickness(a) < thickness(b); });
+  throw Error(named(thickest, scatterings(thickest, probe.collisions())));
+}
+
+std::vector<std::string> find_doubts(const RenderPlan& plan, const CameraProbe& probe) {
+  std::vector<std::string> all;
+  for (const Volume& v : plan.volumes) {
+    if (std::string doubt = doubt_thickness(v); !doubt.empty()) all.push_back(std::move(doubt));
+  }
+  const bool any = std::any_of(plan.volumes.begin(), plan.volumes.end(),
+                               [](const Volume& v) { return !v.density.octree.empty(); });
+  if (any && probe.depths.empty()) all.push_back(unseen(plan, probe.rays));
+  if (all.empty() && opacity(probe) < kFaintest) {
+    all.push_back("of the camera's rays through the volumes' boxes a share of " +
+                  digits(opacity(probe), 2) +
+                  " collides: the picture is empty, nearly. Do single voxels lie far outside the "
+                  "cloud, or far above its other values? pvol-stats bounds tells");
+  }
+  return all;
+}
+
+}  // namespace pvol::detail
