@@ -184,6 +184,35 @@ TEST(Compare, RareBrightSamplesRaiseNoFalseAlarms) {
   expect_honest(rates_of(film, reference, 120, 0.1), 0.1);
 }
 
+/// As at the edge of a flame: skewness 32, and most short films miss what makes the mean.
+double flames(Rng& rng, int, int, int channel) {
+  return rng.uniform() < 0.001f && channel == 0 ? 500 : 0;
+}
+
+/// The reference of the trade has many times the samples of a setting, and all settings have it.
+TEST(Compare, ShortFilmsOfSkewedLawsAreNotCalledTooDark) {
+  const auto film = [](std::uint64_t seed) { return make_film(flames, 64, 64, 8, seed); };
+  Film reference;
+  const auto shared = [&](std::uint64_t seed) {
+    constexpr std::uint64_t kPairs = 40;
+    if (seed / 2 % kPairs == 0) reference = make_film(flames, 64, 64, 512, ~seed);
+    return reference;
+  };
+  const Rates r = rates_of(film, shared, 1000, 0.01);
+  EXPECT_GT(at_least(r.alarms, r.count, 0.01), 1e-3) << r.alarms << " of " << r.count;
+  EXPECT_GT(at_least(r.regions, r.count, 0.01), 1e-3) << r.regions << " of " << r.count;
+}
+
+TEST(Compare, AnErrorOfASkewedLawIsFoundAgainstALongReference) {
+  const Film reference = make_film(flames, 64, 64, 512, 1);
+  for (const double factor : {0.5, 2.0}) {
+    const Law wrong = [&](Rng& rng, int x, int y, int c) { return factor * flames(rng, x, y, c); };
+    EXPECT_TRUE(
+        compare(make_film(wrong, 64, 64, 32, 2), reference, {0.95, 0.001}).verdict->detected)
+        << factor;
+  }
+}
+
 /// A cloud in the sun, few samples a pixel.
 class Cloud {
  public:
@@ -222,6 +251,44 @@ TEST(Compare, RendersWithOtherSeedsAreNotFlagged) {
   const Cloud cloud;
   const auto film = [&](std::uint64_t seed) { return cloud.render(seed); };
   expect_honest(rates_of(film, film, 150, 0.1), 0.1);
+}
+
+/// Short films of real paths against long ones, as trade compares them: a thin cloud that scatters
+/// forwards under a small sun, without guiding and with, and a red fire in it.
+TEST(Compare, ShortRendersAreNotCalledBiasedAgainstALongReference) {
+  const test::Field f = test::make_field("wisps", {0, 0, 0}, Vec3i(33), [](Vec3i p) {
+    return (p.x * 7 + p.y * 5 + p.z * 3) % 11 == 0 ? 1.0 : 0.0;
+  });
+  const auto scene = [](GuideUse guide, Rgb emission) {
+    CloudScene s;
+    s.medium.extinction = 0.5;
+    s.medium.albedo = Rgb(emission.x > 0 ? 0.3f : 0.99f);
+    s.medium.g = 0.9;
+    s.medium.emission = emission;
+    if (!(emission.x > 0)) s.lights = {Sun{{0.2, 0.3, -1}, Rgb(3.0f), 0}};
+    s.environment = ConstantSky{Rgb(0.0f)};
+    s.options.width = s.options.height = 32;
+    s.options.guide = guide;
+    return s;
+  };
+  const Rgb dark(0.0f), red(40, 0, 0);
+  for (CloudScene s :
+       {scene(GuideUse::off, dark), scene(GuideUse::on, dark), scene(GuideUse::off, red)}) {
+    const Volume v = make_volume(f.grid, build_pyramid(f.grid), s);
+    s.camera = frame(v.density.world_box, 1);
+    const auto film = [&](std::uint64_t seed, std::uint32_t samples) {
+      s.options.seed = seed, s.options.samples = samples;
+      return test::render(v, s).film;
+    };
+    Film reference;
+    const auto shared = [&](std::uint64_t seed) {
+      constexpr std::uint64_t kPairs = 40;
+      if (seed / 2 % kPairs == 0) reference = film(~seed, 256);
+      return reference;
+    };
+    const Rates r = rates_of([&](std::uint64_t seed) { return film(seed, 8); }, shared, 150, 0.01);
+    EXPECT_GT(at_least(r.alarms, r.count, 0.01), 1e-3) << r.alarms << " of " << r.count;
+  }
 }
 
 TEST(Compare, ABounceLimitIsFound) {

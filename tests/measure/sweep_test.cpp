@@ -204,6 +204,53 @@ TEST(Sweep, SaysWhatComesNext) {
   EXPECT_EQ(said[2], "round 1 of 7: one");
 }
 
+TEST(Sweep, LeavesOutTheDearestUntilAllOthersFit) {
+  // Seven of 2 s do not fit beside one of 9 s, but they do without it.
+  std::vector<FakeSetting> settings(8, FakeSetting{0.5, 1e-4});
+  settings[1].set_up = 2.2;
+  FakeRenderer renderer{settings};
+  const std::vector<Measured> m = run_sweep(renderer, 25);
+  EXPECT_NE(m[1].left_out, "");
+  for (const std::size_t i : {0u, 2u, 3u, 4u, 5u, 6u, 7u}) EXPECT_EQ(m[i].left_out, "") << i;
+}
+
+TEST(Sweep, LeavesOutWhatDoesTheSameAsTheFirst) {
+  // All of them have the same noise; the third costs more look-ups, the fourth more memory.
+  FakeRenderer renderer{std::vector<FakeSetting>(5)};
+  const measure::Render render = [&](const RunRequest& r) {
+    measure::Run run = renderer(r);
+    run.counts.path.lookups = r.setting == 2 ? 20 : 10;
+    run.set_up.micro_bytes = r.setting == 3 ? 1 : 0;
+    return run;
+  };
+  const std::vector<std::string> names{"default", "same", "work", "memory", "told"};
+  SweepOptions o = options_for(renderer, 60);
+  o.always = [](std::size_t i) { return i == 4; };
+  const std::vector<Measured> m = sweep(names, o, render);
+  EXPECT_EQ(m[1].left_out, "does what default does");
+  for (const std::size_t i : {0u, 2u, 3u, 4u}) EXPECT_EQ(m[i].left_out, "") << names[i];
+}
+
+TEST(Sweep, KeepsWhatWasMeasuredWhenInterrupted) {
+  // In the pilots, in the counted round, within the first timed one; after it and later.
+  for (const std::size_t renders : {1u, 4u, 8u, 9u, 13u}) {
+    FakeRenderer renderer{std::vector<FakeSetting>(3)};
+    SweepOptions o = options_for(renderer, 60);
+    o.interrupted = [&] { return renderer.requests.size() >= renders; };
+    const std::vector<std::string> names{"a", "b", "c"};
+    if (renders < 9) {
+      EXPECT_THROW((void)sweep(names, o, std::ref(renderer)), Error);
+      continue;
+    }
+    const std::vector<Measured> m = sweep(names, o, std::ref(renderer));
+    for (const Measured& s : m) {
+      EXPECT_EQ(s.left_out, "");
+      EXPECT_GE(s.rounds(), 1);
+      EXPECT_LE(s.rounds(), 3);
+    }
+  }
+}
+
 TEST(Reference, TakesItsBudgetInGrowingFilmsOfTheFirstSetting) {
   FakeRenderer renderer{{{0.5, 1e-3}, {}}};
   SweepOptions o = options_for(renderer, 100);

@@ -56,7 +56,7 @@ std::vector<measure::BuildTimes> time_building(const LoadedScene& loaded,
                                                const std::vector<int>& depths, double end) {
   std::vector<measure::BuildTimes> times(depths.size());
   std::vector<formats::Cloud> clouds = loaded.clouds;
-  for (int round = 0; round < kBuildRounds && !interrupted(); ++round) {
+  for (int round = 0; round < kBuildRounds && (round == 0 || !interrupted()); ++round) {
     if (round >= kFewestBuildRounds && clock_seconds() > end) break;
     for (std::size_t i = 0; i < depths.size(); ++i) {
       Scene scene = loaded.file.scene;
@@ -93,7 +93,7 @@ std::vector<measure::Measured> measure(StudyClock& clock, const StudyReport& rep
   std::vector<std::string> names;
   for (const int d : depths) names.push_back(fmt::format("depth {}", d));
   const bool procedural = report.loaded.clouds.front().recipe() != nullptr;
-  return clock.sweep(names, clock.left(), 1, most_samples, [&](const measure::RunRequest& r) {
+  return clock.sweep(names, clock.left(), 1, most_samples, {}, [&](const measure::RunRequest& r) {
     const int depth = depths[r.setting];
     // Samples are found whatever the octree's depth; a recipe only as far as the octree divides it.
     ChangeCloud limit;
@@ -155,6 +155,7 @@ int run_depth(const DepthOptions& o) {
   } else if (!o.quiet) {
     std::cout << report::to_terminal(document);
   }
+  StudyClock::require_whole();
   return kSuccess;
 }
 

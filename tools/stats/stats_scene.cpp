@@ -147,8 +147,8 @@ measure::Run render_changed(const LoadedScene& loaded, const ChangeScene& change
   measure::Run run;
   run.set_up = set_up_of(volumes, ready - begin);
   const InstructionCounter instructions;
-  RenderResult result =
-      render(p, [&](std::uint64_t, std::uint64_t) { return clock_seconds() < stop; });
+  RenderResult result = render(
+      p, [&](std::uint64_t, std::uint64_t) { return clock_seconds() < stop && !interrupted(); });
   run.seconds = cpu_seconds() - ready;
   run.set_up.seconds += result.guide_seconds;
   run.seconds -= result.guide_seconds;

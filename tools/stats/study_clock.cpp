@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "cli/cli.h"
+#include "pvol/error.h"
 
 namespace pvol::cli {
 
@@ -48,12 +49,18 @@ void StudyClock::measure_reference(const LoadedScene& loaded, double part, int t
 std::vector<measure::Measured> StudyClock::sweep(const std::vector<std::string>& names,
                                                  double seconds, std::uint64_t seed,
                                                  std::uint32_t most_samples,
+                                                 const std::function<bool(std::size_t)>& always,
                                                  const measure::Render& render) {
   const double after = left() - seconds;
   measure::SweepOptions o = options(seconds, seed);
   o.most_samples = most_samples;
+  o.always = always;
   o.progress = [&](const std::string& next, double rest) { announce(next, rest + after); };
   return measure::sweep(names, o, render);
+}
+
+void StudyClock::require_whole() {
+  if (interrupted()) throw Error("interrupted; the report holds what was measured until then");
 }
 
 void StudyClock::stop() { report_.used = clock_seconds() - begin_; }

@@ -24,14 +24,18 @@ class StudyClock {
   void measure_reference(const LoadedScene& loaded, double part, int threads);
 
   /// Sweeps settings of these names for so many seconds of what is left, and with seeds from `seed`
-  /// on.
+  /// on. For `always` see SweepOptions.
   [[nodiscard]] std::vector<measure::Measured> sweep(const std::vector<std::string>& names,
                                                      double seconds, std::uint64_t seed,
                                                      std::uint32_t most_samples,
+                                                     const std::function<bool(std::size_t)>& always,
                                                      const measure::Render& render);
 
   /// Notes the time used.
   void stop();
+
+  /// Throws Error where the study was interrupted: for after the report of what was measured.
+  static void require_whole();
 
  private:
   void announce(const std::string& next, double seconds_left);

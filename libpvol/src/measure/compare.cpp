@@ -24,7 +24,7 @@ using Four = std::array<double, 4>;      // by channel: R, G, B, luminance
 /// The four channels of a pixel's mean in one film.
 struct PixelMean {
   Four value{}, variance{};
-  double dof = 0;  // of the variance
+  double samples = 0, dof = 0;  // of the variance
 };
 
 PixelMean measure(const PixelSums& p) {
@@ -33,6 +33,7 @@ PixelMean measure(const PixelSums& p) {
   const double deviation = luminance_deviation(p);
   m.value = {value.x, value.y, value.z, luminance(value)};
   m.variance = {variance.x, variance.y, variance.z, deviation * deviation};
+  m.samples = double(p.samples);
   m.dof = p.samples > 1 ? double(p.samples) - 1 : 0;
   return m;
 }
@@ -66,6 +67,49 @@ struct Difference {
   }
   [[nodiscard]] double half_width(double confidence) const {
     return variance > 0 ? student_quantile(confidence, dof()) * deviation() : 0;
+  }
+};
+
+/// The variance of a sum of means in one film by its own samples, and what those of the other film
+/// say it is if they follow the same law. Each with sum of variance^2 / degrees of freedom.
+struct TwoVariances {
+  double own = 0, own_spread = 0, other = 0, other_spread = 0;
+
+  void add(const PixelMean& of, const PixelMean& by, std::size_t channel) {
+    const double v = of.variance[channel], w = by.variance[channel] * (by.samples / of.samples);
+    own += v, other += w;
+    if (v > 0) own_spread += v * v / of.dof;
+    if (w > 0) other_spread += w * w / by.dof;
+  }
+  TwoVariances& operator+=(const TwoVariances& t) {
+    own += t.own, own_spread += t.own_spread;
+    other += t.other, other_spread += t.other_spread;
+    return *this;
+  }
+  [[nodiscard]] double larger() const { return std::max(own, other); }
+  [[nodiscard]] double spread_of_larger() const { return own < other ? other_spread : own_spread; }
+};
+
+/// A difference that is tested with the larger of two variances for either film: a film that has
+/// missed rare bright samples is too dark and believes itself too exact.
+struct CautiousDifference {
+  Difference own;
+  TwoVariances a, b;
+
+  void add(const PixelMean& in_a, const PixelMean& in_b, std::size_t channel) {
+    own.add(in_a, in_b, channel);
+    a.add(in_a, in_b, channel);
+    b.add(in_b, in_a, channel);
+  }
+  CautiousDifference& operator+=(const CautiousDifference& d) {
+    own += d.own, a += d.a, b += d.b;
+    return *this;
+  }
+  [[nodiscard]] Difference cautious() const {
+    Difference d = own;
+    d.variance = a.larger() + b.larger();
+    d.spread = a.spread_of_larger() + b.spread_of_larger();
+    return d;
   }
 };
 
@@ -122,7 +166,7 @@ class Regions {
   [[nodiscard]] const RegionDifference& worst() const { return worst_; }
 
  private:
-  using Sums = std::array<Difference, 3>;
+  using Sums = std::array<CautiousDifference, 3>;
 
   [[nodiscard]] Sums test(int x, int y, int width, int height) {
     Sums sums;
@@ -145,7 +189,7 @@ class Regions {
         }
       }
     }
-    for (std::size_t c = 0; c < 3; ++c) note(sums[c], int(c), x, y, width, height);
+    for (std::size_t c = 0; c < 3; ++c) note(sums[c].cautious(), int(c), x, y, width, height);
     return sums;
   }
 

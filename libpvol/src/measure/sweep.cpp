@@ -1,6 +1,7 @@
 #include "pvol/measure/sweep.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -36,6 +37,23 @@ std::string text_of_seconds(double seconds) {
   return text;
 }
 
+/// The same sums everywhere.
+bool same_pixels(const Film& a, const Film& b) {
+  return std::equal(a.pixels.begin(), a.pixels.end(), b.pixels.begin(), b.pixels.end(),
+                    [](const PixelSums& p, const PixelSums& q) {
+                      return p.samples == q.samples && p.sum == q.sum &&
+                             p.sum_squares == q.sum_squares && p.alpha == q.alpha;
+                    });
+}
+
+bool same_work(const Run& a, const Run& b) {
+  const auto bytes = [](const SetUp& s) {
+    return std::array{s.field_bytes, s.octree_bytes, s.micro_bytes};
+  };
+  return a.complete && b.complete && a.counts == b.counts && bytes(a.set_up) == bytes(b.set_up) &&
+         same_pixels(a.film, b.film);
+}
+
 double samples_in(const Film& film) {
   double n = 0;
   for (const PixelSums& p : film.pixels) n += p.samples;
@@ -61,6 +79,7 @@ class Sweep {
 
  private:
   [[nodiscard]] double left() const { return end_ - o_.clock(); }
+  [[nodiscard]] bool cut() const { return o_.interrupted && o_.interrupted(); }
 
   void tell(const std::string& next) const {
     if (o_.progress) o_.progress(next, std::max(0.0, left()));
@@ -70,7 +89,9 @@ class Sweep {
     std::vector<PilotCost> costs(names_.size());
     const double pilots_end = o_.clock() + kPilotsShare * left();
     for (std::size_t i = 0; i < names_.size(); ++i) {
-      if (i == 0 || o_.clock() < pilots_end) {
+      if (cut()) {
+        check(i);
+      } else if (i == 0 || o_.clock() < pilots_end) {
         costs[i] = pilot(i);
       } else {
         leave_out(i, "the budget leaves no time to find out what it costs");
@@ -83,9 +104,17 @@ class Sweep {
                                       [](const Measured& m) { return m.left_out.empty(); });
       return (left() - first) / double(open);
     };
-    for (std::size_t i = names_.size(); i-- > 1;) {
-      if (!results_[i].left_out.empty()) continue;
-      if (plan_rounds(costs[i], share(), o_).rounds == 0) too_slow(i, costs[i]);
+    // The dearest leaves first: what it would take may be enough for all others.
+    std::vector<std::size_t> order;
+    for (std::size_t i = 1; i < names_.size(); ++i) {
+      if (results_[i].left_out.empty()) order.push_back(i);
+    }
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return least(costs[a]) > least(costs[b]);
+    });
+    for (const std::size_t i : order) {
+      if (plan_rounds(costs[i], share(), o_).rounds > 0) break;
+      too_slow(i, costs[i]);
     }
     for (std::size_t i = 1; i < names_.size(); ++i) {
       if (results_[i].left_out.empty()) plans_[i] = plan_rounds(costs[i], share(), o_);
@@ -112,15 +141,16 @@ class Sweep {
 
   PilotCost pilot(std::size_t i) {
     tell("pilot render of " + names_[i]);
-    RunRequest request{.setting = i, .seed = o_.seed, .pilot = true};
+    RunRequest request{.setting = i, .seed = o_.seed, .count = true, .pilot = true};
     // Without the first setting there is nothing to compare: a busy machine must not stop its
     // pilot.
     request.most_seconds = kPilotShare * left() / (i == 0 ? 1 : double(names_.size() - i));
     const double begin = o_.clock();
     try {
-      const Run run = render_(request);
+      Run run = render_(request);
       const double seconds = o_.clock() - begin;
       const double n = samples_in(run.film);
+      if (n == 0 && cut()) check(i);
       if (n == 0) {
         const std::string why =
             "one sample takes more than " + text_of_seconds(request.most_seconds);
@@ -132,6 +162,11 @@ class Sweep {
       const double own = run.seconds + run.set_up.seconds;
       const double samples_share = own > 0 ? run.seconds / own : 0;
       results_[i].set_up = run.set_up;
+      if (i == 0) {
+        first_ = std::move(run);
+      } else if (o_.always && !o_.always(i) && same_work(run, first_)) {
+        leave_out(i, "does what " + names_[0] + " does");
+      }
       return {seconds * (1 - samples_share), seconds * samples_share / n};
     } catch (const Error& e) {
       if (i == 0) throw;
@@ -140,10 +175,13 @@ class Sweep {
     }
   }
 
+  /// Seconds that a setting takes to be measured at all.
+  [[nodiscard]] double least(const PilotCost& cost) const {
+    return kFewestRounds * (cost.set_up + kFewestSamples * cost.sample * double(o_.pixels));
+  }
+
   void too_slow(std::size_t i, const PilotCost& cost) {
-    const double least =
-        kFewestRounds * (cost.set_up + kFewestSamples * cost.sample * double(o_.pixels));
-    const std::string needs = "needs about " + text_of_seconds(least);
+    const std::string needs = "needs about " + text_of_seconds(least(cost));
     if (i == 0) {
       throw Error("the budget is too short: " + names_[0] + " alone " + needs + ", and " +
                   text_of_seconds(std::max(0.0, left())) + " are left after pilot renders; " +
@@ -166,7 +204,7 @@ class Sweep {
       const std::size_t i = (k + std::size_t(round)) % n;
       if (round >= plans_[i].rounds) continue;
       if (left() < expected(i)) continue;
-      if (o_.interrupted && o_.interrupted()) return;
+      if (cut()) return;
       tell("round " + std::to_string(round + 1) + " of " + std::to_string(most) + ": " + names_[i]);
       take(i, round);
     }
@@ -206,11 +244,12 @@ class Sweep {
 
   void check(std::size_t i) {
     const Measured& m = results_[i];
-    if (!m.left_out.empty() || (m.rounds() >= kFewestRounds - 1 && m.counted > 0)) return;
-    const std::string why =
-        o_.interrupted && o_.interrupted() ? "interrupted before it was measured"
-        : plans_[i].rounds == 0            ? "took far longer than its pilot render had foretold"
-                                           : "the budget ran out before it was measured";
+    const int enough = cut() ? 1 : kFewestRounds - 1;
+    if (!m.left_out.empty() || (m.rounds() >= enough && m.counted > 0)) return;
+    const std::string why = cut() ? "interrupted before it was measured"
+                            : plans_[i].rounds == 0
+                                ? "took far longer than its pilot render had foretold"
+                                : "the budget ran out before it was measured";
     if (i == 0) throw Error(names_[0] + ": " + why);
     leave_out(i, why);
   }
@@ -220,6 +259,7 @@ class Sweep {
   const Render& render_;
   std::vector<Measured> results_;
   std::vector<Plan> plans_;
+  Run first_;  // the first setting's pilot
   double end_ = 0;
 };
 
@@ -252,6 +292,10 @@ Film render_reference(const SweepOptions& o, const Render& render) {
   for (;;) {
     const double begin = o.clock();
     const Run run = render(request);
+    if (!run.complete && o.interrupted && o.interrupted()) {
+      if (sum.pixels.empty()) throw Error("interrupted before anything was measured");
+      return sum;
+    }
     if (!run.complete) {
       throw Error("the budget is too short: two samples a pixel for the reference take more than " +
                   text_of_seconds(std::max(0.0, o.budget)) + "; " + o.remedy);

@@ -66,10 +66,11 @@ struct RegionDifference {
 /// tails of rare bright samples are not yet those of the normal law. `pixels_p_value`: the
 /// systematic MSE, which finds errors of a size of pixels. Every channel counts.
 ///
-/// The level holds for films whose samples follow one law (the same estimator), and for others
-/// whose samples have moderate tails. A film that lacks the rare bright samples of its law (a
-/// strongly forward phase function under a delta sun, without guided paths) is darker than its own
-/// variance can tell, and is called different from one that has them.
+/// The level holds for films whose samples follow one law (the same estimator), however rare its
+/// bright samples are and however many more of them one of the films has, and for others whose
+/// samples have moderate tails. A film that lacks the rare bright samples of its law (a strongly
+/// forward phase function under a delta sun, without guided paths) is darker than its own variance
+/// can tell, and is called different from one of a law without such a tail.
 struct BiasVerdict {
   bool detected = false;
   double p_value = 1;  ///< of both together

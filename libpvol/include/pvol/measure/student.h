@@ -4,9 +4,9 @@
 namespace pvol::measure {
 
 /// Probability that a Student variable with `dof` > 0 degrees of freedom (which need not be whole)
-/// is farther from 0 than t; 1 for t = 0 or without degrees of freedom, 0 for an infinite t. Relative accuracy about 1e-8 down
-/// to 1e-300; above 1e8 degrees of freedom the normal law stands in, which is off by t^4 / (4
-/// dof).
+/// is farther from 0 than t; 1 for t = 0 or without degrees of freedom, 0 for an infinite t.
+/// Relative accuracy about 1e-8 down to 1e-300; above 1e8 degrees of freedom the normal law stands
+/// in, which is off by t^4 / (4 dof).
 [[nodiscard]] double student_p_value(double t, double dof);
 
 /// The t that a Student variable stays below in absolute value with probability `confidence`, in

@@ -66,6 +66,9 @@ struct SweepOptions {
   std::uint64_t pixels = 1;           ///< of the picture
   std::function<double()> clock;      ///< seconds since any time
   std::function<bool()> interrupted;  ///< measure no more
+  /// Settings that are measured even where they do what the first one does, to the last bit and
+  /// count: they are left out else. Absent: all of them.
+  std::function<bool(std::size_t setting)> always{};
   /// What the error about a budget that is too short tells the user to do.
   std::string remedy = "raise the budget or make the picture smaller";
   /// Told before each render: what comes next ("round 2 of 6: depth 4"), and seconds left.
@@ -90,9 +93,10 @@ struct Plan {
 /// with. A small pilot render of each shows what it costs; each gets an equal share of the time
 /// left, the first one more where it needs it, and they are rendered in turn, round by round, each
 /// time with another seed; settings for whose pilots the time does not suffice are left out. No
-/// render begins that would not end within the budget, and one that
-/// takes too long is stopped, so that the whole takes hardly more than the budget. Throws Error
-/// where the first setting cannot be measured in it, and what `render` throws for the first.
+/// render begins that would not end within the budget, and one that takes too long is stopped, so
+/// that the whole takes hardly more than the budget. Interrupted, it returns what was measured
+/// until then, in whole rounds. Throws Error where the first setting cannot be measured in it, and
+/// what `render` throws for the first.
 [[nodiscard]] std::vector<Measured> sweep(const std::vector<std::string>& names,
                                           const SweepOptions& options, const Render& render);
 
