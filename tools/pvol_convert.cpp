@@ -1,6 +1,7 @@
 // pvol-convert: clouds and their bounds from one file format into another.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <iostream>
 
 #include "cli/cli_app.h"
@@ -87,6 +88,20 @@ void check_pair(const Options& o) {
   }
 }
 
+/// Active voxels of what was written: zeros are not.
+std::uint64_t count_active(const VoxelGrid& grid) {
+  std::uint64_t count = 0;
+  for (const Brick& b : grid.bricks) {
+    count += std::uint64_t(
+        std::count_if(b.values, b.values + kBrickSamples, [](float v) { return v > 0; }));
+  }
+  for (const Tile& t : grid.tiles) {
+    const auto edge = std::uint64_t(t.edge);
+    if (t.value > 0) count += edge * edge * edge;
+  }
+  return count;
+}
+
 void report(const Options& o, const formats::GridReport& r,
             const std::vector<const VoxelGrid*>& grids) {
   if (o.json) {
@@ -95,7 +110,7 @@ void report(const Options& o, const formats::GridReport& r,
     j["output"] = o.output.string();
     j["grids"] = cli::Json::array();
     for (const VoxelGrid* g : grids) j["grids"].push_back(g->name);
-    j["active_voxels"] = r.active;
+    if (!grids.empty()) j["active_voxels"] = count_active(*grids.front());
     j["bytes"] = std::filesystem::file_size(o.output);
     j["warnings"] = r.warnings;
     std::cout << cli::to_text(j);

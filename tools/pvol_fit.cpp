@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
+#include <cmath>
 #include <iostream>
 
 #include "cli/cli_app.h"
@@ -14,6 +15,7 @@
 #include "pvol/formats/scene_file.h"
 #include "pvol/shell/fit_shell.h"
 #include "pvol/shell/recipe_support.h"
+#include "pvol/volume/make_volume.h"
 #include "stats/shell_report.h"
 
 namespace {
@@ -35,6 +37,7 @@ struct Options {
   cli::Common common;
   std::filesystem::path input, output;
   formats::GridOptions grid;
+  std::string unit;
   std::string density = "fp32", look_up = "trilinear";
   std::optional<double> tolerance;
   std::string micro_bounds = "none";
@@ -53,6 +56,10 @@ void add_files(CLI::App& app, Options& o) {
   app.add_option("--grid", o.grid.grid,
                  "Grid of a .vdb or .nvdb file; a name that occurs several times takes an index, "
                  "\"density[1]\" [density, else the only float grid]")
+      ->type_name("NAME");
+  app.add_option("--unit", o.unit,
+                 "Unit of the world, as a note for readers of the file, e.g. m; extinction is per "
+                 "this unit")
       ->type_name("NAME");
 }
 
@@ -157,7 +164,13 @@ formats::Metadata describe_source(const Options& o, const Fit& f) {
   m.index_to_world = loaded.grid.index_to_world;
   const std::filesystem::path folder = std::filesystem::absolute(o.output).parent_path();
   m.source = {std::filesystem::proximate(std::filesystem::absolute(o.input), folder).string(),
-              loaded.report.grid, hash.bytes, hash.hash};
+              loaded.report.grid,
+              hash.bytes,
+              hash.hash,
+              loaded.report.non_finite,
+              loaded.report.negative,
+              loaded.report.type == "double" ? "double" : ""};
+  m.unit = o.unit;
   m.options = {{"density", o.closed_form ? "reference" : o.density},
                {"micro_bounds", o.micro_bounds},
                {"closed_form", o.closed_form ? "yes" : "no"},
@@ -177,6 +190,7 @@ void add_shell(const Options& o, Fit& f) {
   options.kind = o.shell_kind == "soft" ? ShellKind::soft : ShellKind::hard;
   if (o.shells != "auto") options.perturbations = std::stoi(o.shells);
   options.effort = o.shell_effort;
+  options.index_to_world = f.loaded.grid.index_to_world;
   cli::ProgressBar bar("fitting the shell", "steps", o.common.quiet);
   f.file.shell = cli::naming(o.input, [&] {
     return fit_shell(support, options,
@@ -323,6 +337,44 @@ void report_json(const Options& o, const Fit& f) {
   std::cout << cli::to_text(j);
 }
 
+/// What is written and perhaps not what was wanted, in whole sentences.
+std::vector<std::string> doubts(const Options& o, const Fit& f) {
+  std::vector<std::string> all;
+  const auto doubt = [&](std::string text) {
+    all.push_back(fmt::format("{}: {}", o.input.string(), std::move(text)));
+  };
+  if (f.file.pyramid.empty()) doubt("the density is 0 everywhere; nothing will be seen");
+  if (f.file.codes) {
+    constexpr double kMostMass = 0.01;
+    const QuantisationError& e = f.file.codes->error;
+    if (std::abs(e.mass) > kMostMass) {
+      doubt(fmt::format(
+          "--density {} changes the cloud's mass by {} %, because most of it is "
+          "fainter than the largest error; {}",
+          o.density, cli::readable(100 * e.mass),
+          o.density == "fpn" ? "lower --density-tolerance, or take fp16" : "take fp16 or fp32"));
+    }
+    if (e.absolute == 0 && o.density == "fp16" && f.loaded.report.type == "half") {
+      doubt(
+          "its samples are halves already: --density fp32 keeps them as exactly, and often in "
+          "fewer bytes");
+    }
+  }
+  if (f.file.shell && o.shells != "auto") {
+    const std::size_t made = f.file.shell->form.perturbations.size();
+    if (made < std::size_t(std::stoi(o.shells))) {
+      doubt(fmt::format("the shell has {} of {} perturbations: no other removes an empty cell",
+                        made, o.shells));
+    }
+  }
+  try {
+    validate_placement(f.loaded.grid.index_to_world, f.file.pyramid);
+  } catch (const Error& e) {
+    doubt(fmt::format("as it lies in the world it cannot be rendered: {}", e.what()));
+  }
+  return all;
+}
+
 /// Refuses what the options of density and micro-bounds cannot mean together.
 void check_density(const Options& o) {
   if (o.micro_bounds == "1") {
@@ -378,11 +430,7 @@ int run(const Options& o) {
 
   const Fit f = fit(o);
   cli::print_warnings("pvol-fit", f.loaded.report.warnings);
-  if (f.file.pyramid.empty()) {
-    cli::print_warnings(
-        "pvol-fit",
-        {fmt::format("{}: the density is 0 everywhere; nothing will be seen", o.input.string())});
-  }
+  cli::print_warnings("pvol-fit", doubts(o, f));
   if (o.json) {
     report_json(o, f);
   } else if (!o.common.quiet) {

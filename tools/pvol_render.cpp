@@ -1,6 +1,7 @@
 // pvol-render: a scene, or a cloud alone, into a picture.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iostream>
@@ -45,9 +46,10 @@ formats::SceneFile read_scene(const Options& o) {
   return file;
 }
 
-/// Loads a volume, choosing an extinction for its medium where there is none.
+/// Loads a volume, choosing an extinction for its medium where there is none. `key` is what to set
+/// for another.
 formats::Cloud load_volume(const Options& o, const formats::SceneFile& scene,
-                           formats::SceneVolume& volume) {
+                           const std::string& key, formats::SceneVolume& volume) {
   formats::Cloud cloud = cli::load_cloud(kTool, volume.file, {volume.grid, o.grid.strict}, scene);
   if (!volume.has_extinction) {
     volume.medium.extinction = cli::choose_extinction(cloud, volume.object_to_world);
@@ -55,7 +57,7 @@ formats::Cloud load_volume(const Options& o, const formats::SceneFile& scene,
     if (!o.common.quiet) {
       std::cerr << kTool << ": no extinction given; chose "
                 << cli::readable(volume.medium.extinction)
-                << " per world unit (change it with --set medium.extinction=X)\n";
+                << " per world unit (change it with --set " << key << "=X)\n";
     }
   }
   return cloud;
@@ -80,7 +82,10 @@ RenderJob prepare(const Options& o) {
   job.file = read_scene(o);
   Scene& scene = job.file.scene;
   for (formats::SceneVolume& v : job.file.volumes) {
-    formats::Cloud cloud = load_volume(o, job.file, v);
+    const std::size_t number = job.volumes.size() + 1;
+    const std::string key =
+        number == 1 ? "medium.extinction" : fmt::format("volume[{}].medium.extinction", number);
+    formats::Cloud cloud = load_volume(o, job.file, key, v);
     job.volumes.push_back(
         cli::naming(v.file, [&] { return cli::make_volume(cloud, v, scene.options); }));
     warn_of_bounds(v.file, job.volumes.back());
@@ -89,13 +94,19 @@ RenderJob prepare(const Options& o) {
     if (scene.options.shells != ShellUse::off) cli::require_proof(v.file, cloud);
   }
   if (!job.file.has_camera) {
-    scene.camera = cli::frame_all(job.volumes, scene.options);
+    scene.camera = cli::frame_all(job.volumes, scene);
     job.file.has_camera = true;
   }
   job.chose_transmittance = scene.options.transmittance == Transmittance::automatic;
   job.plan = plan(job.volumes, scene, {.facts = job.facts, .force = o.force || o.print_scene});
   cli::print_warnings(kTool, job.plan.doubts);
-  scene.options.transmittance = job.plan.scene.options.transmittance;
+  const bool any_shell = std::any_of(job.volumes.begin(), job.volumes.end(),
+                                     [](const Volume& v) { return v.shell != nullptr; });
+  if (scene.options.shells == ShellUse::on && !any_shell) {
+    cli::print_warnings(kTool, {"--shells on: no volume has a shell; fit one with pvol-fit CLOUD "
+                                "--shells auto"});
+  }
+  if (!o.print_scene) scene.options.transmittance = job.plan.scene.options.transmittance;
   return job;
 }
 
@@ -156,6 +167,10 @@ void print_facts(const RenderJob& job) {
     if (job.volumes[i].density.world_box.empty()) continue;
     print_density(job.volumes[i], job.reports[i]);
     print_decision(job.plan, "shell", told("--shells", name(o.shells)), int(i));
+  }
+  if (std::all_of(job.volumes.begin(), job.volumes.end(),
+                  [](const Volume& v) { return v.density.octree.empty(); })) {
+    return;
   }
   print_decision(job.plan, "paths", told("--guide", name(o.guide)));
   if (job.chose_transmittance) print_decision(job.plan, "shadow rays", "");

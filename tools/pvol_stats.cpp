@@ -128,6 +128,15 @@ void add_image(CLI::App& app, Options& all) {
   verb->callback([&all] { all.run = [&all] { return cli::run_image(all.image); }; });
 }
 
+/// Refuses a first word that is no verb; CLI11 would only say that one is missing.
+void require_verb(const CLI::App& app, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return;
+  std::vector<std::string> verbs;
+  for (const CLI::App* verb : app.get_subcommands({})) verbs.push_back(verb->get_name());
+  if (std::find(verbs.begin(), verbs.end(), argv[1]) != verbs.end()) return;
+  throw cli::UsageError(fmt::format("found '{}', expected {}", argv[1], cli::alternatives(verbs)));
+}
+
 std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   CLI::App app{"Measures clouds, their bounds and their shells, and compares pictures of them.",
                "pvol-stats"};
@@ -138,13 +147,16 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   add_image(app, o);
   cli::add_depth(app, o.depth, o.run);
   cli::add_trade(app, o.trade, o.run);
+  require_verb(app, argc, argv);
   return cli::parse(app, argc, argv);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  Options options;
-  if (const auto code = read_command_line(argc, argv, options)) return *code;
-  return cli::run_guarded("pvol-stats", options.run);
+  return cli::run_guarded("pvol-stats", [&] {
+    Options options;
+    const auto code = read_command_line(argc, argv, options);
+    return code ? *code : options.run();
+  });
 }

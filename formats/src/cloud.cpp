@@ -170,7 +170,8 @@ LoadedGrid load_grid(const std::filesystem::path& file, const GridOptions& optio
     return take_density(file, content, options);
   }
   throw Error(file.string() + ": the name ends in '" + kind +
-              "', expected .vdb, .nvdb, .pvol or .toml (a recipe)");
+              "', expected .vdb, .nvdb, .pvol or .toml (a recipe)" +
+              (kind == ".gz" ? "; unpack it first: gunzip " + file.string() : ""));
 }
 
 Pyramid build_bounds(const VoxelGrid& grid, const std::filesystem::path& file, LookUp look_up) {

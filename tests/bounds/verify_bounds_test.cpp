@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "pvol/error.h"
+#include "pvol/volume/make_volume.h"
 #include "support/fields.h"
 
 namespace pvol {
@@ -132,6 +134,68 @@ TEST(VerifyBounds, HugeCubesOverNothingTakeNoTime) {
   const BoundsCheck c = verify_bounds(one, p);
   EXPECT_FALSE(c.holds());
   for (const WrongBound& w : c.wrong) EXPECT_EQ(w.found_lo, 0);
+}
+
+TEST(VerifyBounds, LeavesBelowATileAreMissed) {
+  const VoxelGrid g = tile({0, 0, 0}, 128);
+  const Pyramid good = build_pyramid(g);
+  std::size_t below = 0;  // cells that only the tile's lowest samples reach
+  for (std::size_t i = 0; i < good.levels[0].size(); ++i) {
+    const Vec3l at = cell_of(good, 0, i);
+    if (min(at, Vec3l(0)) != at || at.y >= 0 || at.z >= 0 || at.x >= 0) continue;
+    ++below;
+    Pyramid p = good;
+    p.levels[0].erase(p.levels[0].begin() + std::ptrdiff_t(i));
+    const BoundsCheck c = verify_bounds(g, p);
+    ASSERT_EQ(c.wrong.size(), 1u);
+    EXPECT_EQ(c.wrong[0].kind, WrongBound::Kind::missing);
+    EXPECT_EQ(c.wrong[0].lo_cell, at);
+    EXPECT_FALSE(verify_cover(g, p).holds());
+  }
+  EXPECT_GT(below, 0u);
+}
+
+/// Bounds made for trilinear interpolation and said to be for another one, and the other way round.
+TEST(VerifyBounds, InterpolationsReadOtherSamples) {
+  for (const test::Field& f : test::fields()) {
+    const Pyramid cubic = build_pyramid(f.grid, LookUp::tricubic);
+    EXPECT_TRUE(verify_bounds(f.grid, cubic).holds()) << f.name;
+  }
+  const test::Field f = noise();
+  Pyramid p = build_pyramid(f.grid);
+  p.look_up = LookUp::tricubic;
+  EXPECT_FALSE(verify_bounds(f.grid, p).holds());
+}
+
+TEST(VerifyCover, VolumesAreNotMadeOfBoundsThatLackALeafOrHideOthers) {
+  const auto refused = [](const VoxelGrid& g, const Pyramid& p, LookUp look_up) -> std::string {
+    try {
+      (void)make_volume(g, p, Medium{}, {.look_up = look_up});
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "";
+  };
+  const test::Field f = noise();
+  for (const LookUp look_up : {LookUp::trilinear, LookUp::tricubic}) {
+    const Pyramid good = build_pyramid(f.grid, look_up);
+    EXPECT_EQ(refused(f.grid, good, look_up), "");
+    for (std::size_t i = 0; i < good.levels[0].size(); ++i) {
+      Pyramid p = good;
+      p.levels[0].erase(p.levels[0].begin() + std::ptrdiff_t(i));
+      EXPECT_EQ(refused(f.grid, p, look_up).find("the bounds do not hold: "), 0u) << i;
+    }
+  }
+  // Samples of one value but for one, under the bounds of a tile.
+  const VoxelGrid one_value = tile({0, 0, 0}, 128);
+  const test::Field nearly = test::make_field("nearly", {0, 0, 0}, Vec3i(128), [](Vec3i at) {
+    return at == Vec3i(77, 85, 69) ? 0.25 : 0.5;
+  });
+  const Pyramid p = build_pyramid(one_value);
+  EXPECT_EQ(refused(one_value, p, LookUp::trilinear), "");
+  EXPECT_FALSE(verify_cover(nearly.grid, p).holds());
+  EXPECT_EQ(refused(nearly.grid, p, LookUp::trilinear).find("the bounds do not hold: one value"),
+            0u);
 }
 
 }  // namespace

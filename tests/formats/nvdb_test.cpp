@@ -146,7 +146,7 @@ TEST(Nvdb, SharedFileHasTheValuesOfItsOriginal) {
   }
   const fs::path old = folder / "bad/teapot_cloud-RENDER-0.85.old.nvdb";
   EXPECT_NE(refusal(old).find("NanoVDB version"), std::string::npos);
-  EXPECT_NE(refusal(folder / "smoke1.vdb").find("is not a .nvdb file"), std::string::npos);
+  EXPECT_NE(refusal(folder / "smoke1.vdb").find("is an OpenVDB file"), std::string::npos);
   EXPECT_NE(refusal(folder / "bad/zero_bytes.vdb").find("is empty"), std::string::npos);
 }
 

@@ -145,7 +145,13 @@ TEST_F(SceneText, BadSetsAreRefusedWithTheirText) {
           "volume.file.x=1",
           "--set volume.file.x=1: volume.file is \"cloud.pvol\" and has no keys",
       },
-      {"camera.fov=30", "--set camera.fov=30: [camera] has no position; add it"},
+      {"camera.target=[0, 0, 0]",
+       "--set camera.target=[0, 0, 0]: [camera] has no position; add it"},
+      {"volume[2].grid=smoke",
+       "--set volume[2].grid=smoke: there is one volume, and no list of them"},
+      {"sun[2].angle=1", "--set sun[2].angle=1: there is no sun[2]; expected a number up to 1"},
+      {"sun[0].angle=1",
+       "--set sun[0].angle=1: expected a number from 1 in the brackets of sun[0]"},
       {"g=0.5", "--set g=0.5: unknown section or key \"g\"; expected one of volume, camera"},
   };
   for (const auto& [set, message] : cases) {

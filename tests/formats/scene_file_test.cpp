@@ -146,7 +146,11 @@ TEST_F(SceneText, SharesOfComponentsSumUpToAtMostOne) {
 
 TEST_F(SceneText, WhatIsAbsentHasItsDefault) {
   const SceneFile file = read(kCloud);
-  EXPECT_EQ(file.scene, Scene{});
+  Scene lit;  // as a cloud without a scene is
+  lit.lights = default_scene("cloud.pvol", {}).scene.lights;
+  EXPECT_EQ(lit.lights.size(), 1u);
+  EXPECT_EQ(file.scene, lit);
+  EXPECT_EQ(read(kCloud + "[environment]\nradiance = 1\n").scene.lights.size(), 0u);
   EXPECT_EQ(file.volumes, (std::vector{SceneVolume{.file = folder_ / "cloud.pvol"}}));
   EXPECT_FALSE(file.has_camera);
 }
@@ -270,6 +274,42 @@ TEST(DefaultScene, IsChangedBySets) {
   EXPECT_TRUE(file.volumes[0].has_extinction);
   EXPECT_EQ(file.volumes[0].medium.extinction, 4);
   EXPECT_EQ(sun(file, 0), (Sun{{-0.75, 0.62, 0.35}, Rgb(3.3f, 3.0f, 2.6f), 0}));
+}
+
+TEST(DefaultScene, TakesNumbersAsPeopleWriteThem) {
+  const SceneFile file =
+      default_scene("a.vdb", {"medium.extinction=.25", "medium.albedo=[.9, 1., 5e-1]",
+                              "medium.g=-.5", "environment.radiance=1."});
+  EXPECT_EQ(file.volumes[0].medium.extinction, 0.25);
+  EXPECT_EQ(file.volumes[0].medium.components[0].albedo, Rgb(0.9f, 1.0f, 0.5f));
+  EXPECT_EQ(mean_cosine(file.volumes[0].medium.components[0].phase), -0.5);
+  EXPECT_EQ(file.scene.environment, Environment(ConstantSky{Rgb(1.0f)}));
+}
+
+TEST(DefaultScene, CameraMayHaveNoPlace) {
+  const SceneFile file = default_scene("a.vdb", {"camera.fov=10", "camera.up=[0,0,1]"});
+  EXPECT_FALSE(file.has_camera);
+  EXPECT_EQ(file.scene.camera.fov, 10);
+  EXPECT_EQ(file.scene.camera.up, Vec3d(0, 0, 1));
+}
+
+TEST_F(SceneText, SetsReachEachOfAList) {
+  const SceneFile file = read("[[volume]]\nfile = \"a.vdb\"\n[[volume]]\nfile = \"b.vdb\"\n",
+                              {"volume[2].grid=smoke", "volume[2].medium.extinction=3",
+                               "volume[1].grid=fire", "medium.extinction=2"});
+  EXPECT_EQ(file.volumes[0].grid, "fire");
+  EXPECT_EQ(file.volumes[0].medium.extinction, 2);
+  EXPECT_EQ(file.volumes[1].grid, "smoke");
+  EXPECT_EQ(file.volumes[1].medium.extinction, 3);
+}
+
+TEST_F(SceneText, AnotherSkyMayBeSetOverThatOfTheFile) {
+  const std::string gradient = kCloud + "[environment]\nzenith = [1, 2, 3]\n";
+  EXPECT_EQ(
+      read(gradient, {"environment.type=constant", "environment.radiance=4"}).scene.environment,
+      Environment(ConstantSky{Rgb(4.0f)}));
+  const SceneFile same = read(gradient, {"environment.type=gradient"});
+  EXPECT_EQ(std::get<GradientSky>(same.scene.environment).zenith, Rgb(1, 2, 3));
 }
 
 TEST(SceneNames, ComeBackFromTheirText) {

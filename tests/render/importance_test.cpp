@@ -258,6 +258,15 @@ TEST(Importance, GuidesWhereItMayAndShould) {
     s.options.tracker = Tracker::decomposition;
   }
   s.options.guide = GuideUse::automatic;
+  EXPECT_TRUE(choose().used);
+  s.lights.clear();
+  EXPECT_FALSE(choose().used) << "a smooth sky alone";
+  s.medium.emission = Rgb(1.0f);
+  EXPECT_TRUE(choose().used) << "light from within";
+  s = sunny();
+  s.options.guide = GuideUse::automatic;
+  s.options.samples = 2000;
+  s.medium.extinction = 2;
   s.medium.albedo = Rgb(0.5f);
   EXPECT_FALSE(choose().used) << "short paths";
 }

@@ -72,6 +72,23 @@ TEST(Tightness, OfABoxAroundABallIsSixOverPi) {
   }
 }
 
+/// By Cauchy's formula the mean shadow of a convex body is a quarter of its surface. In the world
+/// the ball of cells is an ellipsoid of radii 1, 1 and 2.
+TEST(Tightness, LinesAreThoseOfTheWorld) {
+  const Support support = ball_of_cells(40);
+  const double unit = frame(support.lo, support.hi).unit;
+  const Shell ball = shell_around(support, ShellKind::hard, {ellipsoid({}, Vec3d(40 / unit)), {}});
+  const double e = std::sqrt(0.75), ellipsoid_surface = 2 * pi * (1 + 2 / e * std::asin(e));
+  const double box_surface = 2 * (2 * 2 + 2 * 4 + 4 * 2);
+  Affine turned;  // by 37 degrees about x
+  turned.m = {Vec3d{1, 0, 0}, Vec3d{0, 0.8, -0.6}, Vec3d{0, 0.6, 0.8}};
+  for (const Affine& place : {Affine{}, turned}) {
+    const ShellTightness t =
+        measure_tightness(ball, support, 1 << 18, place * scaling(Vec3d(20, 20, 40)));
+    EXPECT_NEAR(t.box_hit_ratio / t.hit_ratio, box_surface / ellipsoid_surface, 0.012);
+  }
+}
+
 // Half of a unit-strength dent's body {Q > 0} lies in the ball, where it is cut away; a soft dent
 // cuts less.
 TEST(Tightness, KnowsWhatDentsAndBulgesDo) {

@@ -142,8 +142,8 @@ TEST_F(Density, PrintedScenesKeepIt) {
   std::ofstream(folder_ / "scene.toml") << expect_success(PVOL_RENDER, arguments).out;
   expect_success(PVOL_RENDER, {folder_ / "scene.toml", "-o", folder_ / "b.png"});
   EXPECT_EQ(read_text(folder_ / "a.png"), read_text(folder_ / "b.png"));
-  expect_error(1, PVOL_RENDER, render(vdb_, "c.png", {"--set", "render.density=fp7"}), "stored");
-  expect_error(1, PVOL_RENDER, render(vdb_, "c.png", {"--set", "render.density_tolerance=0.1"}),
+  expect_error(2, PVOL_RENDER, render(vdb_, "c.png", {"--set", "render.density=fp7"}), "stored");
+  expect_error(2, PVOL_RENDER, render(vdb_, "c.png", {"--set", "render.density_tolerance=0.1"}),
                "density = \"fpn\"");
 }
 

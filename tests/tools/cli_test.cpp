@@ -424,7 +424,7 @@ TEST(Render, RefusesMisuse) {
   expect_usage_error(PVOL_RENDER, {vdb}, "--output");
   auto arguments = small_render(vdb, folder / "a.exr");
   arguments.insert(arguments.end(), {"--set", "medium.colour=1"});
-  expect_failure(PVOL_RENDER, arguments, "colour");
+  expect_usage_error(PVOL_RENDER, arguments, "colour");
 }
 
 TEST(Render, InterruptedRenderSavesWhatItHas) {
@@ -441,6 +441,28 @@ TEST(Render, InterruptedRenderSavesWhatItHas) {
   EXPECT_NE(r.err.find("interrupted after"), std::string::npos) << r.err;
   EXPECT_TRUE(std::filesystem::exists(exr));
   EXPECT_NE(read_text(exr).find("pvol:samples"), std::string::npos);
+}
+
+TEST(Render, TheLastOfRepeatedOptionsCounts) {
+  const ScratchFolder folder;
+  auto arguments = small_render(write_ball(folder), folder / "a.exr");
+  arguments.insert(arguments.end(), {"--spp", "3", "--spp", "5", "--stats", "-"});
+  const json j = json::parse(expect_success(PVOL_RENDER, arguments).out);
+  EXPECT_EQ(j.at("options").at("spp"), 5) << j.dump(1);
+}
+
+TEST(Stats, UnknownVerbsAreNamed) {
+  expect_usage_error(PVOL_STATS, {"bouds", "a.vdb"}, "found 'bouds', expected bounds or shells");
+}
+
+TEST(Fit, NamesWhatGzipHides) {
+  const ScratchFolder folder;
+  const std::string vdb = folder / "a.vdb", nvdb = folder / "a.nvdb";
+  for (const std::string& file : {vdb, nvdb}) {
+    std::ofstream(file, std::ios::binary) << "\x1f\x8b\x08 and so on";
+    expect_failure(PVOL_FIT, {file, "-o", folder / "a.pvol"}, "gunzip");
+  }
+  expect_failure(PVOL_RENDER, {folder / "a.vdb.gz", "-o", folder / "a.exr"}, "gunzip");
 }
 
 /// A scene in a wrong unit, whose paths take hours each.

@@ -23,6 +23,8 @@ inline constexpr std::size_t kColumn = 32;  ///< where descriptions begin in the
 
 /// Version, help and messages as all tools have them. `examples` ends the help.
 inline void add_common(CLI::App& app, const std::string& examples) {
+  // So that scripts around a tool can be called with options that they set themselves.
+  app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   app.set_version_flag("--version", std::string(PVOL_VERSION), "Print the version and exit");
   app.set_help_flag("-h,--help", "Print this help and exit");
   app.get_formatter()->column_width(kColumn);

@@ -23,7 +23,13 @@ namespace pvol::cli {
 formats::SceneFile read_scene(const std::filesystem::path& input,
                               const std::vector<std::string>& sets) {
   const bool is_scene = formats::ending(input) == ".toml" && !formats::is_recipe(input);
-  return is_scene ? formats::read_scene(input, sets) : formats::default_scene(input, sets);
+  try {
+    return is_scene ? formats::read_scene(input, sets) : formats::default_scene(input, sets);
+  } catch (const Error& e) {
+    // What the command line set is the command line's fault.
+    if (std::string_view(e.what()).starts_with("--set ")) throw UsageError(e.what());
+    throw;
+  }
 }
 
 void load_sky(formats::SceneFile& file) {
@@ -81,13 +87,14 @@ void require_proof(const std::filesystem::path& file, const formats::Cloud& clou
               ": its shell does not hold the cloud; fit it again, or render with --shells off");
 }
 
-Camera frame_all(std::span<const Volume> volumes, const RenderOptions& options) {
+Camera frame_all(std::span<const Volume> volumes, const Scene& scene) {
   Box all;
   for (const Volume& v : volumes) {
     if (!v.density.world_box.empty())
       all = extend(extend(all, v.density.world_box.lo), v.density.world_box.hi);
   }
-  return frame(all, double(options.width) / options.height);
+  const RenderOptions& o = scene.options;
+  return frame(all, double(o.width) / o.height, scene.camera);
 }
 
 }  // namespace pvol::cli

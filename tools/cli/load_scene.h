@@ -47,6 +47,6 @@ void load_sky(formats::SceneFile& file);
 void require_proof(const std::filesystem::path& file, const formats::Cloud& cloud);
 
 /// The camera that shows all volumes.
-[[nodiscard]] Camera frame_all(std::span<const Volume> volumes, const RenderOptions& options);
+[[nodiscard]] Camera frame_all(std::span<const Volume> volumes, const Scene& scene);
 
 }  // namespace pvol::cli

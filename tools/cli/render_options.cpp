@@ -79,7 +79,9 @@ std::vector<ManualPart> scene_manual() {
 }
 
 void add_scene(CLI::App& app, RenderOptionsGiven& o) {
-  app.add_option("--set", o.sets, "Set a value of the scene, e.g. medium.g=0.5; repeatable")
+  app.add_option("--set", o.sets,
+                 "Set a value of the scene, e.g. medium.g=0.5; of lists by number, "
+                 "volume[2].medium.g=0.5; repeatable")
       ->type_name("KEY=VALUE")
       ->expected(1)
       ->take_all()

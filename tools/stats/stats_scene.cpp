@@ -67,7 +67,7 @@ void choose_camera(LoadedScene& loaded) {
   Scene& scene = loaded.file.scene;
   const std::vector<Volume> volumes = make_volumes(loaded, loaded.clouds, scene);
   if (!loaded.file.has_camera) {
-    scene.camera = frame_all(volumes, scene.options);
+    scene.camera = frame_all(volumes, scene);
     loaded.file.has_camera = true;
     loaded.framed = true;
   }

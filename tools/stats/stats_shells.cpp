@@ -16,12 +16,12 @@
 namespace pvol::cli {
 namespace {
 
-ShellReplay replay(const Shell& shell, const Support& support) {
+ShellReplay replay(const Shell& shell, const Support& support, const Affine& index_to_world) {
   ShellReplay r;
   Stopwatch watch;
   r.certificate = certify(shell, support);
   r.seconds = watch.lap();
-  r.tightness = measure_tightness(shell, support);
+  r.tightness = measure_tightness(shell, support, kTightnessLines, index_to_world);
   r.margin = evaluator_margin(shell);
   return r;
 }
@@ -64,7 +64,7 @@ void measure(const ShellsOptions& o, ShellReport& r) {
   print_warnings("pvol-stats", r.cloud.report.warnings);
   const Support support = make_support(r.cloud.grid(), r.cloud.pyramid);
   if (o.verify) {
-    r.replay = replay(r.shell, support);
+    r.replay = replay(r.shell, support, index_to_object(r.cloud.density));
     require_proof(r.file, r.shell, *r.replay);
   }
   if (o.check) r.check = naming(o.input, [&] { return check_shell(r.shell, support); });

@@ -94,4 +94,11 @@ std::size_t choose_grid(const std::filesystem::path& file, const std::vector<Gri
   throw Error(where + "no grid holds a density" + there);
 }
 
+void warn_of_others(const std::vector<GridChoice>& grids, const GridOptions& options,
+                    GridReport& report) {
+  if (report.largest > 0 || !options.grid.empty() || grids.size() < 2) return;
+  report.warnings.push_back("choose another grid with --grid NAME; the file has: " +
+                            list_grids(grids));
+}
+
 }  // namespace pvol::formats::detail

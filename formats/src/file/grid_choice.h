@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "pvol/formats/vdb.h"
+
 namespace pvol::formats::detail {
 
 struct GridChoice {
@@ -25,6 +27,10 @@ struct GridChoice {
                                       const std::vector<GridChoice>& grids,
                                       const std::string& wanted,
                                       std::vector<std::string>& warnings);
+
+/// Warns where the grid that nobody named turned out to be empty and others are there.
+void warn_of_others(const std::vector<GridChoice>& grids, const GridOptions& options,
+                    GridReport& report);
 
 /// Text from a file as messages show it: control characters replaced, at most 80 bytes.
 [[nodiscard]] std::string printable(const std::string& text);

@@ -154,6 +154,9 @@ std::string encode_metadata(const Metadata& m, LookUp bounds_made_for, const std
                     {"grid", m.source.grid},
                     {"bytes", m.source.bytes},
                     {"xxh3_64", hex(m.source.hash)}};
+  if (m.source.non_finite > 0) json["source"]["non_finite"] = m.source.non_finite;
+  if (m.source.negative > 0) json["source"]["negative"] = m.source.negative;
+  if (!m.source.rounded_from.empty()) json["source"]["rounded_from"] = m.source.rounded_from;
   json["options"] = Json::object();
   for (const auto& [key, value] : m.options) json["options"][key] = value;
   json["written_by"] = m.written_by;
@@ -189,8 +192,13 @@ DecodedMetadata decode_metadata(ChunkReader& chunk) {
   const LookUp bounds_made_for = look_up_of(root);
   m.unit = root.text("unit");
   const Object source = root.object("source");
-  m.source = {source.text("file"), source.text("grid"), source.count("bytes"),
-              source.hash("xxh3_64")};
+  m.source.file = source.text("file");
+  m.source.grid = source.text("grid");
+  m.source.bytes = source.count("bytes");
+  m.source.hash = source.hash("xxh3_64");
+  if (source.json.contains("non_finite")) m.source.non_finite = source.count("non_finite");
+  if (source.json.contains("negative")) m.source.negative = source.count("negative");
+  if (source.json.contains("rounded_from")) m.source.rounded_from = source.text("rounded_from");
   const Object options = root.object("options");
   for (const auto& [key, value] : options.json.items()) {
     if (!value.is_string()) refuse(chunk.place(), "options." + key + " is not a string");

@@ -81,9 +81,13 @@ void choose_kind(const TomlTable& table, Variant& thing) {
 
 void read_camera(const TomlTable& table, SceneFile& file) {
   Camera& camera = file.scene.camera;
-  read_keys(table, entries(camera));
-  refuse_misfit(table, misfit(camera));
-  file.has_camera = true;
+  Entries all = entries(camera);
+  file.has_camera = table.has("position") || table.has("target");
+  if (!file.has_camera) {  // framed; the rest holds
+    for (Entry& e : all) e.about.required = false;
+  }
+  read_keys(table, all);
+  if (file.has_camera) refuse_misfit(table, misfit(camera));
 }
 
 /// The medium and the placement of a volume. The table itself describes the first component, which
@@ -127,6 +131,20 @@ void read_volumes(const TomlTable& root, SceneFile& file) {
   }
 }
 
+/// Without the keys of the file that belong to another kind of sky, where the command line chose
+/// one.
+TomlTable of_chosen_kind(TomlTable table, const std::vector<std::string_view>& allowed) {
+  constexpr std::string_view kSet = "--set ";
+  const auto type = std::find_if(table.members.begin(), table.members.end(),
+                                 [](const TomlValue& m) { return m.key == "type"; });
+  if (type == table.members.end() || !type->key_where.starts_with(kSet)) return table;
+  std::erase_if(table.members, [&](const TomlValue& m) {
+    return !m.key_where.starts_with(kSet) &&
+           std::find(allowed.begin(), allowed.end(), m.key) == allowed.end();
+  });
+  return table;
+}
+
 void read_environment(const TomlTable& table, Environment& environment) {
   std::vector<Environment> kinds = all_kinds<Environment>();
   std::vector<std::string_view> names;
@@ -140,7 +158,7 @@ void read_environment(const TomlTable& table, Environment& environment) {
   const Entries own = entries(environment);
   std::vector<std::string_view> allowed = key_names(own);
   allowed.insert(allowed.begin(), "type");
-  read_keys(table, own, allowed);
+  read_keys(of_chosen_kind(table, allowed), own, allowed);
 }
 
 void read_lights(const TomlTable& root, std::vector<Light>& lights) {
@@ -177,23 +195,37 @@ SceneFile read(const TomlTable& root) {
   return result;
 }
 
+/// Lights a scene that says nothing of light by a sun of the afternoon, from the left.
+void add_usual_sun(TomlTable& root) {
+  constexpr const char* kSun = R"([[sun]]
+direction = [-0.75, 0.62, 0.35]
+irradiance = [3.3, 3.0, 2.6]
+angle = 0.53
+)";
+  for (const Light& kind : all_kinds<Light>()) {
+    if (root.has(kind_name(kind))) return;
+  }
+  if (root.has("environment")) return;
+  TomlTable sun = parse_toml(kSun, "usual light");
+  root.members.push_back(std::move(sun.members.front()));
+  std::sort(root.members.begin(), root.members.end(),
+            [](const TomlValue& a, const TomlValue& b) { return a.key < b.key; });
+}
+
 }  // namespace
 
 SceneFile read_scene(const std::filesystem::path& file, const std::vector<std::string>& sets) {
   TomlTable root = parse_toml_file(file);
   resolve_files(root, file.parent_path());
+  add_usual_sun(root);
   for (const std::string& set : sets) apply_set(root, set);
   return read(root);
 }
 
 SceneFile default_scene(const std::filesystem::path& volume, const std::vector<std::string>& sets) {
-  const std::string text = "[volume]\nfile = " + toml_string(volume.string()) + R"(
-[[sun]]
-direction = [-0.75, 0.62, 0.35]
-irradiance = [3.3, 3.0, 2.6]
-angle = 0.53
-)";
+  const std::string text = "[volume]\nfile = " + toml_string(volume.string());
   TomlTable root = parse_toml(text, "default scene");
+  add_usual_sun(root);
   for (const std::string& set : sets) apply_set(root, set);
   return read(root);
 }

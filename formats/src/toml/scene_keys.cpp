@@ -71,8 +71,8 @@ std::vector<SectionManual> describe_sections() {
   std::vector<SectionManual> all;
   all.push_back(section("[volume]", "The cloud; [[volume]] for each of several, which may overlap.",
                         entries(file.volumes.front())));
-  all.push_back(
-      section("[camera]", "Without it the camera frames the clouds.", entries(file.scene.camera)));
+  all.push_back(section("[camera]", "Without position and target the camera frames the clouds.",
+                        entries(file.scene.camera)));
   all.push_back(
       section("[medium]",
               "What the first volume is made of, and where it lies; each further volume "

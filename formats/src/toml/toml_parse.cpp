@@ -3,6 +3,7 @@
 
 #include <toml++/toml.h>
 #include <algorithm>
+#include <charconv>
 #include <fstream>
 #include <functional>
 #include <iterator>
@@ -61,11 +62,27 @@ TomlTable convert_table(const toml::table& table, std::string name, std::string 
   return result;
 }
 
+/// Numbers and lists of numbers as TOML wants them: ".1" and "5." with all their digits.
+std::string with_all_digits(const std::string& text) {
+  constexpr std::string_view kNumeric = "0123456789.+-eE_[], \t";
+  if (text.find_first_not_of(kNumeric) != std::string::npos) return text;
+  const auto is_digit = [&](std::size_t i) {
+    return i < text.size() && text[i] >= '0' && text[i] <= '9';
+  };
+  std::string full;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '.' && (i == 0 || !is_digit(i - 1))) full += '0';
+    full += text[i];
+    if (text[i] == '.' && !is_digit(i + 1)) full += '0';
+  }
+  return full;
+}
+
 /// The value after '=', or a string where it is a bare word.
 TomlValue parse_value(const std::string& text, const std::string& name, const std::string& where) {
   const Place place = [&](const toml::source_region&, const std::string&) { return where; };
   try {
-    const toml::table parsed = toml::parse("value = " + text);
+    const toml::table parsed = toml::parse("value = " + with_all_digits(text));
     if (parsed.size() == 1) return convert(*parsed.get("value"), name, where, place);
   } catch (const toml::parse_error& e) {
     constexpr std::string_view kNeverBare = "\"'[{";
@@ -112,15 +129,36 @@ TomlValue& member(TomlTable& table, const std::string& key, const std::string& w
   return *table.members.insert(at, std::move(added));
 }
 
-/// The table `key` of a table, added where it is absent; of an array of tables the first.
-TomlTable& section(TomlTable& table, const std::string& key, const std::string& where) {
+/// "volume[2]" as "volume" and 2; without a number it is the first.
+std::pair<std::string, std::size_t> split_number(const std::string& key, const std::string& where) {
+  const std::size_t bracket = key.find('[');
+  if (bracket == std::string::npos) return {key, 1};
+  std::size_t number = 0;
+  const char* end = key.data() + key.size() - 1;
+  const auto read = std::from_chars(key.data() + bracket + 1, end, number);
+  if (read.ec != std::errc() || read.ptr != end || *end != ']' || number == 0) {
+    throw Error(where + ": expected a number from 1 in the brackets of " + key);
+  }
+  return {key.substr(0, bracket), number};
+}
+
+/// The table of this name in a table, added where it is absent; of an array of tables the one of
+/// its number.
+TomlTable& section(TomlTable& table, const std::string& numbered, const std::string& where) {
+  const auto [key, number] = split_number(numbered, where);
   const bool absent = !table.has(key);
   TomlValue& value = member(table, key, where);
   if (absent) value.value = TomlTable{value.name, where, {}};
   if (auto* array = std::get_if<TomlArray>(&value.value)) {
     const std::string name = value.name + "[1]";
     if (array->empty()) array->push_back({"", name, "", where, TomlTable{name, where, {}}});
-    if (auto* first = std::get_if<TomlTable>(&array->front().value)) return *first;
+    if (number > array->size()) {
+      throw Error(fmt::format("{}: there is no {}[{}]; expected a number up to {}", where,
+                              value.name, number, array->size()));
+    }
+    if (auto* found = std::get_if<TomlTable>(&(*array)[number - 1].value)) return *found;
+  } else if (number > 1) {
+    throw Error(fmt::format("{}: there is one {}, and no list of them", where, value.name));
   }
   if (auto* found = std::get_if<TomlTable>(&value.value)) return *found;
   throw Error(where + ": " + value.name + " is " + value.text() + " and has no keys");

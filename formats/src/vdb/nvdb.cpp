@@ -209,8 +209,8 @@ LoadedGrid read_nvdb(const std::filesystem::path& file, const GridOptions& optio
   ByteSource source(file);
   const std::vector<NvdbGrid> grids = inspect_nvdb(source);
   LoadedGrid loaded;
-  const NvdbGrid& chosen =
-      grids[choose_grid(file, choices(grids), options.grid, loaded.report.warnings)];
+  const std::vector<detail::GridChoice> list = choices(grids);
+  const NvdbGrid& chosen = grids[choose_grid(file, list, options.grid, loaded.report.warnings)];
   loaded.report.grid = chosen.name;
   loaded.report.type = detail::nvdb_type(chosen.type);
   if (!chosen.base.empty()) loaded.grid.name = chosen.base;
@@ -242,6 +242,7 @@ LoadedGrid read_nvdb(const std::filesystem::path& file, const GridOptions& optio
     default:
       copy_grid<float>(memory, options, source, loaded);
   }
+  detail::warn_of_others(list, options, loaded.report);
   return loaded;
 } catch (const std::bad_alloc&) {
   throw Error(file.string() + ": not enough memory to load it");

@@ -41,11 +41,17 @@ std::string why_not_density(const NvdbGrid& e) {
 }
 
 void check_start(ByteSource& source) {
-  constexpr std::string_view kAnyMagic = "NanoVDB";
+  constexpr std::string_view kAnyMagic = "NanoVDB", kVdbStart = " BDV", kGzipMagic = "\x1f\x8b";
   const std::string where = source.file().string();
   if (source.size() == 0) throw Error(where + " is empty (0 bytes), not a .nvdb file");
   const auto n = std::size_t(std::min<std::uint64_t>(source.size(), kSegmentMagic.size()));
   const std::string_view start(source.at(0, n), n);
+  if (start.starts_with(kGzipMagic)) {
+    throw Error(where + " is compressed by gzip; unpack it first: gunzip -c FILE > CLOUD.nvdb");
+  }
+  if (start.starts_with(kVdbStart)) {
+    throw Error(where + " is an OpenVDB file, not a NanoVDB one; give it the ending .vdb");
+  }
   if (!start.starts_with(kAnyMagic)) {
     throw Error(where + " is not a .nvdb file: it does not begin with 'NanoVDB'");
   }

@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::uint64_t kVdbMagic = 0x56444220;     // "VDB ", in 8 bytes
 constexpr std::string_view kNanoMagic = "NanoVDB";  // and a digit
+constexpr std::string_view kGzipMagic = "\x1f\x8b";
 constexpr std::string_view kLfsStart = "version https://git-lfs";
 constexpr std::uint64_t kHeaderBytes = 8 + 4 + 4 + 4 + 1 + 36;  // up to and with the UUID
 constexpr char kIndexSeparator = 30;                            // between a name and its index
@@ -39,6 +40,9 @@ void check_magic(ByteSource& source) {
   }
   if (starts_with(source, kNanoMagic)) {
     throw Error(where + " is a NanoVDB file, not an OpenVDB one; give it the ending .nvdb");
+  }
+  if (starts_with(source, kGzipMagic)) {
+    throw Error(where + " is compressed by gzip; unpack it first: gunzip -c FILE > CLOUD.vdb");
   }
   if (is_text(source)) throw Error(where + " is a text file, not a .vdb file");
   std::uint64_t magic = 0;

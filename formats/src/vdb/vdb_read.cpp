@@ -297,6 +297,7 @@ LoadedGrid read_vdb(const std::filesystem::path& path, const GridOptions& option
   sort(grid);
   grid.owner = tree;
   detail::finish_report(path, found.counts, tree->background(), options.strict, report);
+  detail::warn_of_others(list, options, report);
   return loaded;
 } catch (const std::bad_alloc&) {
   throw Error(path.string() + ": not enough memory to load it");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <utility>
 
 #include "density/lattice_index.h"
@@ -57,6 +58,22 @@ void add_box(const BlockFinder& blocks, Vec3i lo, Vec3i hi, Range& range) {
   add_box(blocks, high_begin, hi, range);
 }
 
+/// The same for boxes that begin anywhere.
+void add_layers(const BlockFinder& blocks, Vec3i lo, Vec3i hi, Range& range) {
+  const Vec3i first(lo.x & -8, lo.y & -8, lo.z & -8);
+  if (first == lo) {
+    add_box(blocks, lo, hi, range);
+    return;
+  }
+  for (Vec3i b = first; b.x <= hi.x; b.x += kBrickEdge) {
+    for (b.y = first.y; b.y <= hi.y; b.y += kBrickEdge) {
+      for (b.z = first.z; b.z <= hi.z; b.z += kBrickEdge) {
+        add_block(blocks.find(b), max(lo, b), min(hi, b + Vec3i(kBrickEdge - 1)), range);
+      }
+    }
+  }
+}
+
 /// The cubes of a pyramid in index space.
 struct Cubes {
   const Pyramid& pyramid;
@@ -85,22 +102,40 @@ double filled_blocks(const VoxelGrid& grid) {
   return count;
 }
 
-/// The samples in the reach of a closed cube. Of one that cannot be full, which a damaged file may
-/// make as large as it likes, only the first block and the emptiness.
-Range range_of(const BlockFinder& blocks, double filled, Vec3i lo, std::int64_t edge) {
+/// The samples that interpolation in a cube of cells reads. Of one that cannot be full, which a
+/// damaged file may make as large as it likes, only those around the first block and the emptiness.
+Range range_of(const BlockFinder& blocks, double filled, Vec3i lo, std::int64_t edge,
+               KernelReach reach) {
   Range range;
   if (std::pow(double(edge) / kBrickEdge, 3) > filled) {
     range.add(0);
     edge = kBrickEdge;
   }
-  add_box(blocks, lo, lo + Vec3i(int(edge)), range);
+  const Vec3i hi = lo + Vec3i(int(edge) - 1 + reach.above);
+  if (reach.below == 0) {
+    add_box(blocks, lo, hi, range);
+    return range;
+  }
+  // Boxes begin at a block: the layers below the cube are boxes of their own.
+  for (int corner = 0; corner < 8; ++corner) {
+    Vec3i from = lo, to = hi;
+    for (int a = 0; a < 3; ++a) {
+      if (corner >> a & 1) from[a] = lo[a] - reach.below, to[a] = lo[a] - 1;
+    }
+    add_layers(blocks, from, to, range);
+  }
   return range;
 }
 
+/// What is asked of cubes: bounds of their samples, or no more than one value of those that are
+/// uniform.
+enum class Ask { bounds, one_value };
+
 /// Leaves and uniform cubes against their samples.
 void check_cubes(const Cubes& cubes, const BlockFinder& blocks, double filled, std::size_t level,
-                 BoundsCheck& check) {
+                 Ask ask, BoundsCheck& check) {
   const auto& nodes = cubes.pyramid.levels[level];
+  const KernelReach reach = reach_of(cubes.pyramid.look_up);
   std::vector<std::size_t> own;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (level == 0 || is_uniform(cubes.pyramid, level, i)) own.push_back(i);
@@ -110,13 +145,14 @@ void check_cubes(const Cubes& cubes, const BlockFinder& blocks, double filled, s
   parallel_parts(0, own.size(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k != end; ++k) {
       const Vec3i lo(cubes.origin(level, nodes[own[k]].code));
-      found[k] = range_of(blocks, level == 0 ? filled + 1 : filled, lo, cubes.edge(level));
+      found[k] = range_of(blocks, level == 0 ? filled + 1 : filled, lo, cubes.edge(level), reach);
     }
   });
   for (std::size_t k = 0; k < own.size(); ++k) {
     const PyramidNode& n = nodes[own[k]];
     const bool one_value = level == 0 || found[k].lo == found[k].hi;
-    if (n.lo <= found[k].lo && found[k].hi <= n.hi && one_value) continue;
+    const bool bounded = n.lo <= found[k].lo && found[k].hi <= n.hi;
+    if (one_value && (bounded || ask == Ask::one_value)) continue;
     WrongBound w = cubes.describe(level == 0 ? WrongBound::Kind::leaf : WrongBound::Kind::uniform,
                                   level, n.code);
     w.stored_lo = n.lo, w.stored_hi = n.hi;
@@ -133,6 +169,10 @@ class MissingCubes {
   /// Cells lo <= c <= hi.
   void look(Vec3l lo, Vec3l hi) {
     if (!cubes_.pyramid.empty()) descend(cubes_.pyramid.levels.size() - 1, 0, true, lo, hi);
+  }
+
+  void add(const MissingCubes& other) {
+    places_.insert(places_.end(), other.places_.begin(), other.places_.end());
   }
 
   /// Each place once.
@@ -188,43 +228,69 @@ SampleBox box_of(const Brick& brick) {
   return box;
 }
 
-/// Every sample above 0 has density in the eight cells around it. Of a brick these may lie in eight
-/// leaves, each of which a sample on the common face, edge or corner reaches.
-void check_places(const VoxelGrid& grid, const Cubes& cubes, const BlockFinder& blocks,
-                  BoundsCheck& check) {
-  MissingCubes missing(cubes, blocks);
-  SampleBox all;
-  for (const Brick& b : grid.bricks) {
-    const SampleBox box = box_of(b);
-    if (box.empty()) continue;
-    all.add(box.lo, box.hi);
-    missing.look(max(box.lo - Vec3l(1), Vec3l(b.origin)), box.hi);  // cells of the brick's own leaf
-    const bool low[3] = {box.lo.x == b.origin.x, box.lo.y == b.origin.y, box.lo.z == b.origin.z};
-    for (int corner = 1; corner < 8; ++corner) {
-      const bool reach[3] = {(corner & 1) != 0, (corner & 2) != 0, (corner & 4) != 0};
-      if ((reach[0] && !low[0]) || (reach[1] && !low[1]) || (reach[2] && !low[2])) continue;
-      for (int i = 0; i < kBrickSamples; ++i) {
-        const Vec3l in_brick(i >> 6, i >> 3 & 7, i & 7);
-        if (!(b.values[i] > 0) || (reach[0] && in_brick.x > 0) || (reach[1] && in_brick.y > 0) ||
-            (reach[2] && in_brick.z > 0)) {
-          continue;
-        }
-        const Vec3l cell = Vec3l(b.origin) + in_brick - Vec3l(reach[0], reach[1], reach[2]);
-        missing.look(cell, cell);
-        break;  // one is enough: the leaf is there, or it is not
+/// What the samples of a brick need: cubes around all cells in which they have density. These lie
+/// in its own leaf and, where samples reach across its faces, in the leaves around it, for each of
+/// which one cell is enough: the leaf is there, or it is not.
+void look_around(const Brick& brick, const SampleBox& box, KernelReach reach,
+                 MissingCubes& missing) {
+  const Vec3l origin(brick.origin), last(kBrickEdge - 1);
+  missing.look(max(box.lo - Vec3l(reach.above), origin),
+               min(box.hi + Vec3l(reach.below), origin + last));
+  const Vec3l lo = box.lo - origin, hi = box.hi - origin;
+  for (int neighbour = 0; neighbour < 27; ++neighbour) {
+    const Vec3l step(neighbour / 9 - 1, neighbour / 3 % 3 - 1, neighbour % 3 - 1);
+    const auto reaches = [&](Vec3l from, Vec3l to) {  // some of the samples from .. to
+      for (int a = 0; a < 3; ++a) {
+        if (step[a] < 0 && from[a] >= reach.above) return false;
+        if (step[a] > 0 && to[a] < kBrickEdge - reach.below) return false;
       }
+      return true;
+    };
+    if (step == Vec3l(0) || !reaches(lo, hi)) continue;
+    for (int i = 0; i < kBrickSamples; ++i) {
+      const Vec3l at(i >> 6, i >> 3 & 7, i & 7);
+      if (!(brick.values[i] > 0) || !reaches(at, at)) continue;
+      Vec3l cell = at;
+      for (int a = 0; a < 3; ++a) {
+        if (step[a] != 0) cell[a] = step[a] < 0 ? -1 : kBrickEdge;
+      }
+      missing.look(origin + cell, origin + cell);
+      break;
     }
   }
+}
+
+/// Every sample above 0 against the cubes and the box around the cells in which it has density.
+void check_places(const VoxelGrid& grid, const Cubes& cubes, const BlockFinder& blocks,
+                  BoundsCheck& check) {
+  const KernelReach reach = reach_of(cubes.pyramid.look_up);
+  const Vec3l above(reach.above), below(reach.below);
+  MissingCubes missing(cubes, blocks);
+  SampleBox all;
+  std::mutex mutex;
+  parallel_parts(0, grid.bricks.size(), 64, [&](std::size_t begin, std::size_t end) {
+    MissingCubes part(cubes, blocks);
+    SampleBox of_part;
+    for (std::size_t k = begin; k != end; ++k) {
+      const SampleBox box = box_of(grid.bricks[k]);
+      if (box.empty()) continue;
+      of_part.add(box.lo, box.hi);
+      look_around(grid.bricks[k], box, reach, part);
+    }
+    const std::scoped_lock lock(mutex);
+    missing.add(part);
+    if (!of_part.empty()) all.add(of_part.lo, of_part.hi);
+  });
   for (const Tile& t : grid.tiles) {
     if (!(t.value > 0)) continue;
     const Vec3l lo(t.origin), hi = lo + Vec3l(t.edge - 1);
     all.add(lo, hi);
-    missing.look(lo - Vec3l(1), hi);
+    missing.look(lo - above, hi + below);
   }
   missing.put(check.wrong);
   if (all.empty()) return;
-  const WrongSupport s{cubes.pyramid.support_lo, cubes.pyramid.support_hi, all.lo - Vec3l(1),
-                       all.hi + Vec3l(1)};
+  const WrongSupport s{cubes.pyramid.support_lo, cubes.pyramid.support_hi, all.lo - above,
+                       all.hi + below + Vec3l(1)};
   if (min(s.stored_lo, s.found_lo) != s.stored_lo || max(s.stored_hi, s.found_hi) != s.stored_hi) {
     check.support = s;
   }
@@ -246,11 +312,22 @@ BoundsCheck verify_bounds(const VoxelGrid& grid, const Pyramid& pyramid) {
   const BlockFinder blocks(grid);
   const Cubes cubes{pyramid};
   for (std::size_t level = 0; level < pyramid.levels.size(); ++level) {
-    check_cubes(cubes, blocks, filled_blocks(grid), level, check);
+    check_cubes(cubes, blocks, filled_blocks(grid), level, Ask::bounds, check);
   }
   check_places(grid, cubes, blocks, check);
   std::stable_sort(check.wrong.begin(), check.wrong.end(),
                    [](const WrongBound& a, const WrongBound& b) { return a.off() > b.off(); });
+  return check;
+}
+
+BoundsCheck verify_cover(const VoxelGrid& grid, const Pyramid& pyramid) {
+  BoundsCheck check;
+  const BlockFinder blocks(grid);
+  const Cubes cubes{pyramid};
+  for (std::size_t level = 1; level < pyramid.levels.size(); ++level) {
+    check_cubes(cubes, blocks, filled_blocks(grid), level, Ask::one_value, check);
+  }
+  check_places(grid, cubes, blocks, check);
   return check;
 }
 

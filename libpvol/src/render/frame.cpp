@@ -6,13 +6,27 @@
 
 namespace pvol {
 
-Camera frame(const Box& world_box, double aspect) {
+namespace {
+
+/// Where a level camera looks, in the plane across `up`.
+Vec3d level_view(Vec3d up) {
+  const auto across = [&](Vec3d v) { return v - up * dot(v, up); };
+  const Vec3d away = across({0, 0, -1});
+  return normalize(length(away) > 0.1 ? away : across({0, 1, 0}));
+}
+
+}  // namespace
+
+Camera frame(const Box& world_box, double aspect, const Camera& like) {
   Camera c;
+  c.up = like.up;
+  c.fov = like.fov;
   if (world_box.empty()) return c;
   constexpr double kElevation = 0.12;  // of the camera above the cloud, over its distance
   constexpr double kMargin = 1.08;
-  const Vec3d forward = normalize(Vec3d(0, -kElevation, -1));
-  const Vec3d right = normalize(cross(forward, c.up)), up = cross(right, forward);
+  const Vec3d above = normalize(c.up);
+  const Vec3d forward = normalize(level_view(above) - above * kElevation);
+  const Vec3d right = normalize(cross(forward, above)), up = cross(right, forward);
   const double half_height = std::tan(c.fov / 360 * std::numbers::pi) / kMargin;
   double distance = 0;
   const Vec3d half = world_box.extent() * 0.5;

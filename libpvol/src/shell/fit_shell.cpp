@@ -104,8 +104,9 @@ void certify_or_loosen(Shell& shell, const Support& support) {
 }
 
 /// The number of perturbations that costs least, from a fit that is extended as long as it may pay.
-std::size_t count_that_pays(detail::Dents& dents, const Support& support, ShellKind kind,
-                            Steps& steps) {
+std::size_t count_that_pays(detail::Dents& dents, const Support& support,
+                            const ShellOptions& options, Steps& steps) {
+  const ShellKind kind = options.kind;
   std::size_t best = 1;
   double least = std::numeric_limits<double>::infinity();
   for (const int k : kCandidates) {
@@ -116,8 +117,9 @@ std::size_t count_that_pays(detail::Dents& dents, const Support& support, ShellK
     }
     const std::vector<Quadric>& quadrics = dents.quadrics();
     const Shell shell = carve(support, quadrics, quadrics.size());
-    const double cost = expected_cost(measure_tightness(shell, support, kLines), kind,
-                                      int(shell.form.perturbations.size()));
+    const double cost =
+        expected_cost(measure_tightness(shell, support, kLines, options.index_to_world), kind,
+                      int(shell.form.perturbations.size()));
     if (cost < least) least = cost, best = quadrics.size();
     if (int(quadrics.size()) <= k) break;
   }
@@ -137,7 +139,7 @@ Shell fit_shell(const Support& support, const ShellOptions& options, const FitPr
   if (options.perturbations) {
     for (std::uint64_t j = 0; j < quadrics && dents.add(); ++j) steps.tick();
   } else {
-    dents.keep(count_that_pays(dents, support, options.kind, steps));
+    dents.keep(count_that_pays(dents, support, options, steps));
   }
   for (std::size_t j = 0; j < dents.quadrics().size(); ++j) {
     dents.refit(j);
@@ -152,7 +154,7 @@ Shell fit_shell(const Support& support, const ShellOptions& options, const FitPr
     }
   }
   certify_or_loosen(shell, support);
-  shell.tightness = measure_tightness(shell, support);
+  shell.tightness = measure_tightness(shell, support, kTightnessLines, options.index_to_world);
   steps.finish();
   return shell;
 }

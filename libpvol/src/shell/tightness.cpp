@@ -138,29 +138,75 @@ class VolumeMeter {
   Vec3i bricks_;
 };
 
-/// A line through a box, of the measure that is invariant under motions: a point of the surface,
-/// uniform by area, and a direction inwards, by the cosine with the normal.
-Ray random_line(const Box& box, std::uint64_t index) {
-  Rng rng(kSeed, index, 0);
-  const Philox::Block a = rng.block(), b = rng.block(), c = rng.block();
-  const Vec3d e = box.extent();
-  const Vec3d areas{e.y * e.z, e.z * e.x, e.x * e.y};
-  double choice = to_uniform_double(a.lo) * (areas.x + areas.y + areas.z);
-  int axis = 0;
-  while (axis < 2 && choice >= areas[axis]) choice -= areas[axis++];
-  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-  const bool high = a.hi >> 63;
-  Ray line;
-  line.o[axis] = high ? box.hi[axis] : box.lo[axis];
-  line.o[u] = box.lo[u] + e[u] * to_uniform_double(b.lo);
-  line.o[v] = box.lo[v] + e[v] * to_uniform_double(b.hi);
-  const double sine2 = to_uniform_double(c.lo), sine = std::sqrt(sine2);
-  const double angle = 2 * std::numbers::pi * to_uniform_double(c.hi);
-  line.d[axis] = (high ? -1 : 1) * std::sqrt(1 - sine2);
-  line.d[u] = sine * std::cos(angle);
-  line.d[v] = sine * std::sin(angle);
-  return line;
+/// The linear part of the map, or the unit where it keeps all angles: lines are then isotropic
+/// already.
+Affine shape_of(const Affine& map) {
+  Affine linear = map;
+  linear.t = Vec3d{};
+  const double unit = std::cbrt(std::abs(determinant(linear)));
+  constexpr double kEqual = 1e-9;
+  Vec3d axes[3];
+  for (int a = 0; a < 3; ++a) {
+    Vec3d e;
+    e[a] = 1;
+    axes[a] = linear.vector(e) / unit;
+  }
+  bool similar = true;
+  for (int a = 0; a < 3; ++a) {
+    for (int b = a; b < 3; ++b) {
+      similar = similar && std::abs(dot(axes[a], axes[b]) - (a == b)) < kEqual;
+    }
+  }
+  return similar ? Affine{} : linear;
 }
+
+/// Lines through a box of index space, of the measure that is invariant under motions of the world:
+/// a point of the surface, uniform by area there, and a direction inwards, by the cosine with the
+/// normal there.
+class Lines {
+ public:
+  Lines(const Box& box, const Affine& index_to_world)
+      : box_(box), shape_(shape_of(index_to_world)), back_(inverse(shape_)) {
+    for (int a = 0; a < 3; ++a) {
+      Vec3d edge;
+      edge[a] = box.extent()[a];
+      edges_[a] = shape_.vector(edge);
+    }
+    for (int a = 0; a < 3; ++a) {
+      areas_[a] = length(cross(edges_[(a + 1) % 3], edges_[(a + 2) % 3]));
+    }
+  }
+
+  [[nodiscard]] Ray line(std::uint64_t index) const {
+    Rng rng(kSeed, index, 0);
+    const Philox::Block a = rng.block(), b = rng.block(), c = rng.block();
+    double choice = to_uniform_double(a.lo) * (areas_.x + areas_.y + areas_.z);
+    int axis = 0;
+    while (axis < 2 && choice >= areas_[axis]) choice -= areas_[axis++];
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    const bool high = a.hi >> 63;
+    Ray line;
+    line.o[axis] = high ? box_.hi[axis] : box_.lo[axis];
+    line.o[u] = box_.lo[u] + box_.extent()[u] * to_uniform_double(b.lo);
+    line.o[v] = box_.lo[v] + box_.extent()[v] * to_uniform_double(b.hi);
+    // Around the face's inward normal in the world; the other two axes are the face's own where it
+    // has right angles.
+    const Vec3d normal = cross(edges_[u], edges_[v]) / areas_[axis];
+    const Vec3d in = normal * ((dot(normal, edges_[axis]) > 0) == high ? -1.0 : 1.0);
+    const Vec3d along = normalize(edges_[u]), across = cross(normal, along);
+    const double sine2 = to_uniform_double(c.lo), sine = std::sqrt(sine2);
+    const double angle = 2 * std::numbers::pi * to_uniform_double(c.hi);
+    line.d = normalize(back_.vector(in * std::sqrt(1 - sine2) + along * (sine * std::cos(angle)) +
+                                    across * (sine * std::sin(angle))));
+    return line;
+  }
+
+ private:
+  Box box_;
+  Affine shape_, back_;
+  Vec3d edges_[3];  // of the box in the world
+  Vec3d areas_;     // of its faces across each axis
+};
 
 /// Entry into the first occupied cell of the node along the ray, with t in [t0, t1]; infinite if it
 /// meets none.
@@ -194,9 +240,11 @@ struct Hits {
   std::uint64_t shell = 0, support = 0;
 };
 
-Hits count_hits(const Shell& shell, const Support& support, std::uint64_t lines) {
+Hits count_hits(const Shell& shell, const Support& support, std::uint64_t lines,
+                const Affine& index_to_world) {
   const RayShell rays(shell);
   const Box box{Vec3d(shell.lo), Vec3d(shell.hi)};
+  const Lines random(box, index_to_world);
   const SupportNode top = root(support);
   const double through = length(box.extent());
   std::atomic<std::uint64_t> in_shell = 0, in_support = 0;
@@ -204,7 +252,7 @@ Hits count_hits(const Shell& shell, const Support& support, std::uint64_t lines)
     std::vector<Span> spans;
     Hits hits;
     for (std::size_t i = begin; i != end; ++i) {
-      const Ray line = random_line(box, i);
+      const Ray line = random.line(i);
       hits.support += first_entry(support, top, line) <= through;
       rays.intersect(line, 0, through, spans);
       hits.shell += !spans.empty();
@@ -217,13 +265,14 @@ Hits count_hits(const Shell& shell, const Support& support, std::uint64_t lines)
 
 }  // namespace
 
-ShellTightness measure_tightness(const Shell& shell, const Support& support, std::uint64_t lines) {
+ShellTightness measure_tightness(const Shell& shell, const Support& support, std::uint64_t lines,
+                                 const Affine& index_to_world) {
   const Vec3d extent(shell.hi - shell.lo);
   const double cells = double(support.cells);
   ShellTightness t;
   t.box_volume_ratio = extent.x * extent.y * extent.z / cells;
   t.volume_ratio = VolumeMeter(shell).measure() * std::pow(frame(shell).unit, 3) / cells;
-  const Hits hits = count_hits(shell, support, lines);
+  const Hits hits = count_hits(shell, support, lines, index_to_world);
   const double met = double(std::max<std::uint64_t>(1, hits.support));
   t.hit_ratio = double(hits.shell) / met;
   t.box_hit_ratio = double(lines) / met;

@@ -10,7 +10,8 @@
 namespace pvol {
 namespace {
 
-/// Sums of samples over lattice columns along one axis, 8 x 8 columns of bricks together.
+/// Sums of samples over lattice columns along one axis, 8 x 8 columns of bricks together. Below
+/// huge tiles one such block stands for several.
 class Columns {
  public:
   explicit Columns(int axis) : axis_(axis) {}
@@ -18,7 +19,7 @@ class Columns {
   void add(const Brick& brick) {
     const int stride[3] = {kBrickEdge * kBrickEdge, kBrickEdge, 1};
     const int along = stride[axis_], u = stride[(axis_ + 1) % 3], w = stride[(axis_ + 2) % 3];
-    Sums& sums = block(brick.origin);
+    std::array<double, kColumns>& sums = block(brick.origin).sums;
     for (int i = 0; i < kBrickEdge; ++i) {
       for (int j = 0; j < kBrickEdge; ++j) {
         double& sum = sums[std::size_t(i * kBrickEdge + j)];
@@ -37,7 +38,9 @@ class Columns {
         Vec3i at = tile.origin;
         at[(axis_ + 1) % 3] += i;
         at[(axis_ + 2) % 3] += j;
-        for (double& sum : block(at)) sum += double(tile.value) * tile.edge;
+        Block& b = block(at);
+        for (double& sum : b.sums) sum += double(tile.value) * tile.edge;
+        b.stands_for = std::max(b.stands_for, step / kBrickEdge);
       }
     }
   }
@@ -48,10 +51,11 @@ class Columns {
   [[nodiscard]] Result result() const {
     Result r;
     double total = 0, count = 0;
-    for (const auto& [place, sums] : blocks_) {
-      for (const double sum : sums) {
-        total += sum;
-        count += sum > 0;
+    for (const auto& [place, b] : blocks_) {
+      const double weight = double(b.stands_for) * b.stands_for;
+      for (const double sum : b.sums) {
+        total += weight * sum;
+        count += sum > 0 ? weight : 0;
         r.largest = std::max(r.largest, sum);
       }
     }
@@ -60,9 +64,13 @@ class Columns {
   }
 
  private:
-  using Sums = std::array<double, kBrickEdge * kBrickEdge>;
+  static constexpr std::size_t kColumns = kBrickEdge * kBrickEdge;
+  struct Block {
+    std::array<double, kColumns> sums{};
+    int stands_for = 1;  ///< blocks along an edge
+  };
 
-  Sums& block(Vec3i at) {
+  Block& block(Vec3i at) {
     const auto place = [&](int shift) {
       return std::uint64_t(std::uint32_t(at[(axis_ + shift) % 3] / kBrickEdge));
     };
@@ -70,7 +78,7 @@ class Columns {
   }
 
   int axis_;
-  std::map<std::uint64_t, Sums> blocks_;
+  std::map<std::uint64_t, Block> blocks_;
 };
 
 }  // namespace

@@ -46,6 +46,22 @@ void require_bounds(const VoxelGrid& grid, const Pyramid& pyramid) {
               "--verify.");
 }
 
+/// Refuses what no tracker makes up for: density where there is no cube, and uniform cubes around
+/// several values.
+void require_cover(const VoxelGrid& grid, const Pyramid& pyramid) {
+  const BoundsCheck check = verify_cover(grid, pyramid);
+  if (check.wrong.empty()) return;
+  const WrongBound& w = check.wrong.front();
+  const auto at = [](std::int64_t v) { return std::to_string(v); };
+  throw Error("the bounds do not hold: " +
+              std::string(w.kind == WrongBound::Kind::missing ? "there is density outside them in"
+                                                              : "one value is said to fill") +
+              " the cube of " + at(w.hi_cell.x - w.lo_cell.x) + "^3 voxels at (" + at(w.lo_cell.x) +
+              ", " + at(w.lo_cell.y) + ", " + at(w.lo_cell.z) + "), its samples lie in [" +
+              detail::digits(double(w.found_lo), 6) + ", " + detail::digits(double(w.found_hi), 6) +
+              "]. They belong to another density or were damaged; fit the cloud again.");
+}
+
 /// Multiplies the majorants of all terminals. Where they or the minorants need not hold afterwards,
 /// minorants move away from majorants: lo = hi would promise that mu_t is known.
 void scale_majorants(VolumeField& v, double factor) {
@@ -115,6 +131,10 @@ void check_look_up(const Pyramid& pyramid, LookUp wanted) {
               ", or render it with --interpolation " + name(pyramid.look_up));
 }
 
+Box world_box(const Affine& to_world, const Pyramid& pyramid) {
+  return pyramid.empty() ? Box{} : transform(to_world, pyramid.support());
+}
+
 /// A volume without its field's values, and the world length of its cells' edges.
 struct Placed {
   Volume volume;
@@ -147,7 +167,7 @@ Placed place(const Affine& index_to_object, const Pyramid& pyramid, const Medium
   f.scale = float(medium.extinction);
   f.look_up = look_up;
   f.world_to_cells = translation(-Vec3d(pyramid.origin)) * to_index;
-  if (!pyramid.empty()) f.world_box = transform(to_world, pyramid.support());
+  f.world_box = world_box(to_world, pyramid);
   detail::check_placement(to_world, f.world_to_cells, f.world_box);
   return {std::move(v), cell_length};
 }
@@ -163,6 +183,12 @@ std::uint64_t VolumeField::value_bytes() const {
   return count_bytes(recipe());
 }
 
+void validate_placement(const Affine& index_to_world, const Pyramid& pyramid) {
+  detail::check_placement(index_to_world,
+                          translation(-Vec3d(pyramid.origin)) * inverse(index_to_world),
+                          world_box(index_to_world, pyramid));
+}
+
 Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Medium& medium,
                    const VolumeOptions& o, const LeafMicroBounds* stored) {
   if (o.look_up == LookUp::procedural) {
@@ -175,7 +201,9 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Medium& 
   rules.look_up = o.look_up;
   rules.most_excess = is_weighted(o.tracker) ? kMostBoundsExcess * o.majorant_scale : 1;
   HomogenisedPyramid homogenised;
-  if (o.homogenise) {
+  if (!o.homogenise) {
+    require_cover(grid, pyramid);
+  } else {
     require_bounds(grid, pyramid);
     const Affine to_world = o.object_to_world * grid.index_to_world;
     homogenised = homogenise(pyramid, measure_content(grid, pyramid), medium.extinction,

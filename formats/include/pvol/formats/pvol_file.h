@@ -23,6 +23,9 @@ struct Source {
   std::string grid;         ///< name of the grid in that file
   std::uint64_t bytes = 0;  ///< size of the file
   std::uint64_t hash = 0;   ///< XXH3-64 of the whole file
+  /// Samples that are 0 in the density: NaN or infinite, and below 0.
+  std::uint64_t non_finite = 0, negative = 0;
+  std::string rounded_from{};  ///< type of the samples where a float does not hold it ("double")
 };
 
 struct Metadata {

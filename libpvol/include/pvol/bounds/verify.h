@@ -44,8 +44,13 @@ struct BoundsCheck {
 
 /// Compares every leaf and uniform cube with all samples in its reach, and every sample above 0
 /// with the cubes and the box that have to be around its cells. In parallel; the same for any
-/// number of threads. Interpolation never leaves the range of the samples that it reads, so that
-/// bounds of samples are bounds of the density (THEORY.md, T1.1).
+/// number of threads. The reach is that of the pyramid's interpolation, which never leaves the
+/// range of the samples that it reads, so that bounds of samples are bounds of the density
+/// (THEORY.md, T1.1).
 [[nodiscard]] BoundsCheck verify_bounds(const VoxelGrid& grid, const Pyramid& pyramid);
+
+/// The part of it that is about places instead of bounds, and quick: no cell with density lies
+/// outside all cubes or the box, and no uniform cube holds more than one value.
+[[nodiscard]] BoundsCheck verify_cover(const VoxelGrid& grid, const Pyramid& pyramid);
 
 }  // namespace pvol

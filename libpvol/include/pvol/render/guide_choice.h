@@ -15,7 +15,8 @@ struct GuideChoice {
   double scatterings = 0;  ///< of a path, expected; 0 where other things decide
 };
 
-/// `automatic` guides where paths scatter so often, and are so many, that it should pay. Guiding
+/// `automatic` guides where paths scatter so often, and are so many, that it should pay, and where
+/// light comes from more than a smooth sky. Guiding
 /// needs one volume, a tracker without weights and no limit on bounces: `on` throws Error without
 /// them. Deterministic, from the scene and the number of camera paths alone.
 [[nodiscard]] GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene,

@@ -34,6 +34,8 @@ struct RenderResult {
                                   const Progress& progress = {});
 
 /// A camera that looks at `world_box` from the front and slightly above, with all of it in view.
-[[nodiscard]] Camera frame(const Box& world_box, double aspect);
+/// `up` and the field of view are those of `like`; the front is where z is largest or, where z is
+/// up, y least.
+[[nodiscard]] Camera frame(const Box& world_box, double aspect, const Camera& like = {});
 
 }  // namespace pvol

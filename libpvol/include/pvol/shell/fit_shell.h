@@ -19,7 +19,8 @@ struct ShellOptions {
   /// are made where no empty cell is left to remove. Without it the number that
   /// costs rays least by the model of THEORY.md, T7.5.
   std::optional<int> perturbations;
-  int effort = 1;  ///< factor on the numbers of seeds and iterations, 1 to 10
+  int effort = 1;           ///< factor on the numbers of seeds and iterations, 1 to 10
+  Affine index_to_world{};  ///< of the lines that measure tightness, see measure_tightness
 };
 
 /// Called from one thread at a time with finished and total steps.

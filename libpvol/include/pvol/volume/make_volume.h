@@ -24,6 +24,10 @@ struct LeafMicroBounds;  // field/leaf_micro_bounds.h
                                  const Medium& medium, const VolumeOptions& options,
                                  const LeafMicroBounds* stored = nullptr);
 
+/// Throws Error for a map under which no volume can be made: singular, out of range, or so far from
+/// the origin that positions lose more than 1/1000 of a voxel.
+void validate_placement(const Affine& index_to_world, const Pyramid& pyramid);
+
 /// The same for a recipe, which is not null. The pyramid is that of build_pyramid(*recipe, ...);
 /// cells are the recipe's voxels. Throws Error for options.homogenise, too.
 [[nodiscard]] Volume make_volume(std::shared_ptr<const Recipe> recipe, const Pyramid& pyramid,

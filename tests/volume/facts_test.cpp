@@ -1,0 +1,33 @@
+// Figures that tools print at load.
+#include "pvol/volume/facts.h"
+
+#include <gtest/gtest.h>
+
+#include "support/fields.h"
+
+namespace pvol::test {
+namespace {
+
+TEST(Facts, ThicknessIsTheMeanOverColumnsThatHoldAnything) {
+  const Field f =
+      make_field("slab", {0, 0, 0}, {16, 24, 40}, [](Vec3i p) { return p.x < 8 ? 1.0 : 0.0; });
+  const VolumeFacts v = describe(f.grid, 0.5, {});
+  EXPECT_DOUBLE_EQ(v.mean_optical_thickness[0], 4);
+  EXPECT_DOUBLE_EQ(v.mean_optical_thickness[1], 12);
+  EXPECT_DOUBLE_EQ(v.mean_optical_thickness[2], 20);
+  EXPECT_DOUBLE_EQ(v.largest_optical_thickness, 20);
+}
+
+/// A tile of 4096^3 voxels beside one of 128^3: columns count by how many there are.
+TEST(Facts, HugeTilesWeighWhatTheyAre) {
+  VoxelGrid grid;
+  grid.tiles = {{{0, 0, 0}, 4096, 1.0f}, {{4096, 4096, 4096}, 128, 1.0f}};
+  const double large = 4096.0 * 4096, small = 128.0 * 128;
+  const VolumeFacts v = describe(grid, 1, {});
+  for (const double thickness : v.mean_optical_thickness) {
+    EXPECT_NEAR(thickness, (large * 4096 + small * 128) / (large + small), 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace pvol::test
