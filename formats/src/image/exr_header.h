@@ -1,0 +1,27 @@
+// What the headers of an EXR file announce, read and checked without OpenEXR, which takes memory
+// for whatever they say.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "file/byte_source.h"
+
+namespace pvol::formats::detail {
+
+/// A part of a file: most files have one.
+struct ExrPart {
+  std::int64_t width = 0, height = 0;            ///< of the data window; 0: it has none
+  std::int64_t tile_width = 0, tile_height = 0;  ///< 0: it does not say
+  std::int64_t block_rows = 1;                   ///< that are compressed together without tiles
+  std::uint64_t pixel_bytes = 0;                 ///< of all channels together
+  bool tiled = false;
+  bool deep = false;  ///< pixels have several samples each
+};
+
+/// Walks the headers of all parts: what is read here lies in the file and has the size that it
+/// says. Throws Error for what is no EXR file, is damaged or cut off.
+[[nodiscard]] std::vector<ExrPart> read_exr_headers(ByteSource& source);
+
+}  // namespace pvol::formats::detail
