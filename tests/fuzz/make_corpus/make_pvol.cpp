@@ -26,8 +26,15 @@ PvolFile empty_file() {
   return {{}, build_pyramid(none), none, std::nullopt};
 }
 
-PvolFile tricubic_file() {
+/// A file of few bricks, where a renderer can place it.
+PvolFile small_file() {
   PvolFile file = test::some_file(2, false);
+  file.metadata.index_to_world = scaling(Vec3d(0.5));
+  return file;
+}
+
+PvolFile tricubic_file() {
+  PvolFile file = small_file();
   file.pyramid = build_pyramid(*file.density, LookUp::tricubic);
   file.shell.reset();
   return file;
@@ -46,7 +53,7 @@ void make_pvol_corpus(const std::filesystem::path& folder) {
   write("shell", test::some_file(3));
   write("procedural", procedural_file());
   write("tricubic", tricubic_file());
-  const PvolFile small = test::some_file(2, false);
+  const PvolFile small = small_file();
   write("micro", test::with_micro_bounds(small));
   for (const Precision p : {Precision::fp16, Precision::fp8, Precision::fpn}) {
     write(name(p), test::with_micro_bounds(test::with_codes(small, {.precision = p})));
