@@ -101,6 +101,7 @@ void read(Bytes file) {
   PvolFile content;
   if (!accepts([&] { content = read_pvol(file, "input.pvol"); })) return;
   write_and_read_again(content);
+  if (content.shell) use_shell(*content.shell);
   if (!content.density) return;
   accepts([&] {
     use_cloud(*content.density, content.pyramid, content.micro ? &*content.micro : nullptr);

@@ -4,6 +4,7 @@
 
 #include "fuzz.h"
 #include "pvol/embed.h"
+#include "pvol/shell/ray_shell.h"
 #include "pvol/volume/make_volume.h"
 
 namespace pvol::fuzz {
@@ -59,6 +60,22 @@ void use_cloud(const Density& density, const Pyramid& pyramid, const LeafMicroBo
   const Volume volume =
       make_volume(density, pyramid, {.extinction = usual ? extinction : 1}, options, micro);
   if (usual) send_rays(volume);
+}
+
+void use_shell(const Shell& shell) {
+  const RayShell ready(shell);
+  const Vec3d middle = 0.5 * (Vec3d(shell.lo) + Vec3d(shell.hi));
+  std::vector<Span> inside;
+  for (const Vec3d d : {Vec3d{1, 0, 0}, Vec3d{0, -1, 0}, Vec3d{0, 0, 1e-3}, Vec3d{3, 2, 1}}) {
+    const Ray ray{middle - 5.0 * d, d};
+    ready.intersect(ray, 0, 10, inside);
+    double end = 0;
+    for (const Span& span : inside) {
+      require(span.t0 >= end && span.t1 >= span.t0 && span.t1 <= 10, "spans are out of order");
+      end = span.t1;
+    }
+    require(inside.empty() || !ready.misses(ray, 0, 10), "a ray misses a shell that it meets");
+  }
 }
 
 void use_grid(const VoxelGrid& grid) {

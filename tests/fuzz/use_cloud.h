@@ -4,6 +4,7 @@
 #include "pvol/bounds/pyramid.h"
 #include "pvol/density/density.h"
 #include "pvol/field/leaf_micro_bounds.h"
+#include "pvol/shell/shell.h"
 
 namespace pvol::fuzz {
 
@@ -12,7 +13,11 @@ namespace pvol::fuzz {
 void use_cloud(const Density& density, const Pyramid& pyramid,
                const LeafMicroBounds* micro = nullptr);
 
-/// The same with bounds built here, for a grid of few samples; tiles are counted by their volume.
+/// Sends a few rays through a valid shell.
+void use_shell(const Shell& shell);
+
+/// As use_cloud with bounds built here, for a grid of few samples; tiles are counted by their
+/// volume.
 void use_grid(const VoxelGrid& grid);
 
 }  // namespace pvol::fuzz
