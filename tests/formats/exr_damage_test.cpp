@@ -86,6 +86,28 @@ TEST(ExrDamage, MoreBlocksThanAFileHoldsAreRefused) {
   EXPECT_NE(message.find("do not hold 268435456 blocks"), std::string::npos) << message;
 }
 
+/// Another data window, three times as wide.
+std::string widened(std::string bytes) {
+  const std::string window("dataWindow\0box2i\0\x10\0\0\0", 21);
+  char* corners = bytes.data() + bytes.find(window) + window.size();
+  std::int32_t right = 0;
+  std::memcpy(&right, corners + 8, sizeof right);
+  right = 3 * right + 2;
+  std::memcpy(corners + 8, &right, sizeof right);
+  return bytes;
+}
+
+TEST(ExrDamage, PixelsThatDoNotFillThePictureAreRefused) {
+  const TemporaryFolder folder;
+  const Film film{4, 3, 0, 0, 4, 3, std::vector<PixelSums>(12)};
+  write_exr(folder.file("a.exr"), film, {});
+  EXPECT_EQ(refusal(folder.file("a.exr")), "");
+  write_bytes(folder.file("b.exr"), widened(read_bytes(folder.file("a.exr"))));
+  // They were what happened to be in memory.
+  const std::string message = refusal(folder.file("b.exr"));
+  EXPECT_NE(message.find("b.exr: its first pixels do not fill"), std::string::npos) << message;
+}
+
 TEST(ExrDamage, TilesBeyondEveryPictureAreRefused) {
   Imf::Header header = header_of(16, 16);
   header.setTileDescription(Imf::TileDescription(16, 65537));

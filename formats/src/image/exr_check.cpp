@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "image/exr_block.h"
 #include "image/exr_header.h"
 #include "pvol/error.h"
 
@@ -76,16 +77,18 @@ void check_blocks(const ExrPart& p, std::uint64_t file_bytes) {
 
 void check_exr_file(const std::filesystem::path& file) {
   ByteSource source(file);
-  const std::vector<ExrPart> parts = read_exr_headers(source);
+  const ExrHeaders headers = read_exr_headers(source);
   try {
-    if (parts.front().deep) throw Error("has deep pixels; expected one sample each: flatten it");
-    for (const ExrPart& part : parts) {
+    if (headers.parts.front().deep)
+      throw Error("has deep pixels; expected one sample each: flatten it");
+    for (const ExrPart& part : headers.parts) {
       check_window(part);
       check_blocks(part, source.size());
     }
   } catch (const Error& e) {
     throw Error(file.string() + ": " + e.what());
   }
+  check_first_block(source, headers);
 }
 
 void check_picture(const Imf::InputFile& in) {

@@ -78,6 +78,8 @@ void take_compression(ByteCursor& cursor, ExrPart& part) {
     cursor.fail(fmt::format("compression {} is unknown; write the picture with another", method));
   }
   part.block_rows = kBlockRows[method];
+  constexpr std::uint8_t kZips = 2, kZip = 3;
+  part.zipped = method == kZips || method == kZip;
 }
 
 /// Adds channels to those of earlier lists, as OpenEXR does.
@@ -87,7 +89,9 @@ void take_channels(ByteCursor& cursor, ExrPart& part) {
     const auto type = cursor.value<std::uint32_t>();
     if (type >= std::size(kBytes)) cursor.fail("a channel of unknown type; the file is damaged");
     part.pixel_bytes += kBytes[type];
-    cursor.skip(4 + 8);  // a flag and padding, sampling along x and y
+    cursor.skip(4);  // a flag and padding
+    const auto along_x = cursor.value<std::int32_t>(), along_y = cursor.value<std::int32_t>();
+    part.subsampled |= along_x != 1 || along_y != 1;
   }
 }
 
@@ -129,24 +133,27 @@ ExrPart take_header(ByteCursor& cursor, std::string name) {
 
 }  // namespace
 
-std::vector<ExrPart> read_exr_headers(ByteSource& source) {
+ExrHeaders read_exr_headers(ByteSource& source) {
   ByteCursor cursor(source, {0, source.size()}, "the header");
   if (source.size() < 2 * sizeof kMagic || cursor.value<std::uint32_t>() != kMagic) {
     throw Error(source.file().string() + ": is not an EXR picture");
   }
   const auto flags = cursor.value<std::uint32_t>();
-  std::vector<ExrPart> parts;
-  if (flags & kMultiPart) {
+  ExrHeaders headers;
+  headers.several = (flags & kMultiPart) != 0;
+  if (headers.several) {
     for (std::string name = take_name(cursor); !name.empty(); name = take_name(cursor)) {
-      parts.push_back(take_header(cursor, name));
+      headers.parts.push_back(take_header(cursor, name));
     }
-    if (parts.empty()) cursor.fail("no part; the file is damaged");
-    return parts;
+    if (headers.parts.empty()) cursor.fail("no part; the file is damaged");
+  } else {
+    ExrPart part = take_header(cursor, take_name(cursor));
+    part.tiled = (flags & kTiled) != 0;  // the type may be wrong, says OpenEXR
+    part.deep |= (flags & kDeep) != 0;
+    headers.parts.push_back(part);
   }
-  parts.push_back(take_header(cursor, take_name(cursor)));
-  parts.front().tiled = (flags & kTiled) != 0;  // the type may be wrong, says OpenEXR
-  parts.front().deep |= (flags & kDeep) != 0;
-  return parts;
+  headers.end = cursor.position();
+  return headers;
 }
 
 }  // namespace pvol::formats::detail
