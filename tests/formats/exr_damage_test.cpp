@@ -106,6 +106,20 @@ TEST(ExrDamage, PixelsThatDoNotFillThePictureAreRefused) {
   // They were what happened to be in memory.
   const std::string message = refusal(folder.file("b.exr"));
   EXPECT_NE(message.find("b.exr: its first pixels do not fill"), std::string::npos) << message;
+
+  // Without a word about its compression a file is zipped.
+  std::string bytes = widened(read_bytes(folder.file("a.exr")));
+  bytes[bytes.find("compression")] = 'C';
+  write_bytes(folder.file("b.exr"), bytes);
+  EXPECT_EQ(refusal(folder.file("b.exr")), message);
+}
+
+TEST(ExrDamage, ChannelsOfFewerSamplesAreRefused) {
+  Imf::Header header = header_of(4, 4);
+  header.channels().insert("Z", Imf::Channel(Imf::HALF, 2, 1));
+  const std::string message = refusal(header);
+  EXPECT_NE(message.find("has fewer samples than pixels in its channel Z"), std::string::npos)
+      << message;
 }
 
 TEST(ExrDamage, TilesBeyondEveryPictureAreRefused) {

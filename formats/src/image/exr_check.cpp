@@ -98,6 +98,12 @@ void check_picture(const Imf::InputFile& in) {
                   names_of(in.header().channels()));
     }
   }
+  const Imf::ChannelList& channels = in.header().channels();
+  for (auto c = channels.begin(); c != channels.end(); ++c) {
+    if (c.channel().xSampling == 1 && c.channel().ySampling == 1) continue;
+    throw Error(std::string("has fewer samples than pixels in its channel ") + c.name() +
+                "; write it without that channel, or with all samples");
+  }
   if (Imf::hasChromaticities(in.header())) {
     const Imf::Chromaticities found = Imf::chromaticities(in.header()), rec709;
     if (!close(found.red, rec709.red) || !close(found.green, rec709.green) ||

@@ -15,7 +15,7 @@ namespace pvol::formats::detail {
 void check_exr_file(const std::filesystem::path& file);
 
 /// Throws Error for what cannot be used as a picture, before any pixel is read: without R, G and B,
-/// with primaries other than Rec.709, or incomplete.
+/// with channels of fewer samples, with primaries other than Rec.709, or incomplete.
 void check_picture(const Imf::InputFile& in);
 
 }  // namespace pvol::formats::detail
