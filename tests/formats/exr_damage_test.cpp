@@ -107,6 +107,15 @@ TEST(ExrDamage, PixelsThatDoNotFillThePictureAreRefused) {
   const std::string message = refusal(folder.file("b.exr"));
   EXPECT_NE(message.find("b.exr: its first pixels do not fill"), std::string::npos) << message;
 
+  // A block of no bytes, which the table's first entry leads to.
+  std::string none = read_bytes(folder.file("a.exr"));
+  std::uint64_t block = 0;
+  const std::string last("screenWindowWidth\0float\0\4\0\0\0\0\0\x80?\0", 33);
+  std::memcpy(&block, none.data() + none.find(last) + last.size(), sizeof block);
+  std::memset(none.data() + block + 4, 0, 4);
+  write_bytes(folder.file("b.exr"), none);
+  EXPECT_NE(refusal(folder.file("b.exr")).find("its first pixels"), std::string::npos);
+
   // Without a word about its compression a file is zipped.
   std::string bytes = widened(read_bytes(folder.file("a.exr")));
   bytes[bytes.find("compression")] = 'C';
