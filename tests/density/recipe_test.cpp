@@ -79,6 +79,25 @@ TEST(Recipe, DensityIsZeroOutsideTheSupport) {
   }
 }
 
+TEST(Recipe, DensityRangeIsZeroOutsideTheSupport) {
+  // Far from a tall form the range of the bump upon it is loose: sampling took a minute.
+  Recipe r;
+  r.voxel = 0.6;
+  FreeForm dome{0.25 * ellipsoid({1, 0.85, 0}, Vec3d{0.5, 80.4, 0.5}), {}};
+  dome.perturbations = {{ball({0, 1.25, 0}, 0.3), 0.35}};
+  dome.perturbations[0].form.perturbations = {{ball({0, 1.5, 0}, 0.2), 1.5}};
+  r.forms = {dome};
+  const Box b = support(r);
+  for (const double away : {1e-6, 1.0, 40.0, 1000.0}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      Box outside = b;
+      outside.lo[axis] = b.hi[axis] + away;
+      outside.hi[axis] = outside.lo[axis] + 5;
+      EXPECT_EQ(density_range(r, outside), Interval(0)) << away;
+    }
+  }
+}
+
 TEST(Recipe, DensityRisesOverTheEdge) {
   Recipe r;
   r.forms = {FreeForm{half_space({}, {0, -1, 0}), {}}};

@@ -88,7 +88,7 @@ TEST(Body, NarrowedViewHasTheSameValuesInTheBoxAndItsRangeHoldsThem) {
     const Box box = random_box(random);
     const NarrowedBody near = narrow(view(body), box);
     EXPECT_EQ(range(body, box), near.range);
-    parts += count_forms(body);
+    parts += leaves(leaves, view(body));
     left += leaves(leaves, near.view);
     for (int s = 0; s < 40; ++s) {
       const Vec3d p = point_in(random, box);
@@ -140,13 +140,15 @@ TEST(Body, MovesAndScalesAsAWhole) {
   }
 }
 
-TEST(Body, CountsItsFormsAndLevels) {
+TEST(Body, CountsItsQuadricsAndLevels) {
   const FreeForm a = ball({}, 1);
-  EXPECT_EQ(count_forms(a), 1u);
+  EXPECT_EQ(count_quadrics(a), 1u);
   EXPECT_EQ(depth(Body(a)), 0);
   const Body tree{BodyOp::difference, {Body{BodyOp::join, {a, a}}, a}};
-  EXPECT_EQ(count_forms(tree), 3u);
+  EXPECT_EQ(count_quadrics(tree), 3u);
   EXPECT_EQ(depth(tree), 2);
+  const FreeForm bump{a.base, {{{a.base, {{a, 1}}}, 1}, {a, 1}}};
+  EXPECT_EQ(count_quadrics(Body{BodyOp::join, {bump, a}}), 5u);
 }
 
 }  // namespace

@@ -118,6 +118,10 @@ std::vector<Forgery> forgeries() {
       {"source.bytes", meta("18446744073709551615", "-1")},
       {"source is", meta("\"source\":{", "\"source\":[],\"x\":{")},
       {"options.depth", meta("\"auto\"", "[[]]")},
+      {"more than 32 levels", meta("\"m\"", std::string(33, '[') + std::string(33, ']'))},
+      {"more than 32 levels",  // printing it overflowed the stack
+       meta("\"m\"", std::string(400000, '[') + std::string(400000, ']'))},
+      {"kkk...; expected a string", meta("\"m\"", "[\"" + std::string(900, 'k') + "\"]")},
       {"at most 1048576", [](PvolBytes& f) { f.set(kMeta, std::vector<std::byte>(2 << 20)); }},
       {"multiple of 8", u32(kBounds, 0, 3)},
       {"not inside the root", u32(kBounds, 12, 0x80000000)},

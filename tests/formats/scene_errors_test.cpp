@@ -163,5 +163,47 @@ TEST_F(SceneText, BadSetsAreRefusedWithTheirText) {
   }
 }
 
+/// "a.a.a" of so many keys.
+std::string path(std::size_t keys) {
+  std::string text = "a";
+  for (std::size_t i = 1; i < keys; ++i) text += ".a";
+  return text;
+}
+
+TEST_F(SceneText, TablesThatNestTooDeepAreRefused) {
+  // A key of 100000 levels overflowed the stack.
+  const std::string many = path(100000), some = path(150);
+  const std::pair<std::string, const char*> cases[] = {
+      {"[" + many + "]\n", "s.toml:3: tables and arrays nest more than 256 levels"},
+      {"[[" + many + "]]\n", "s.toml:3: "},
+      {"\n" + many + " = 1\n", "s.toml:4: "},
+      {"\"a\"." + many + " = 1\n", "s.toml:3: "},
+      {"[" + some + "]\n" + some + " = 1\n", "s.toml:4: "},
+      {"x = [{" + some + " = {" + some + " = 1}}]\n", "s.toml:3: "},
+      {"x = {y = \"\"\"\"\\\"\n'\"\"\", " + many + " = 1}\n", "s.toml:4: "},
+  };
+  for (const auto& [text, message] : cases) {
+    const std::string found = error(kCloud + text);
+    EXPECT_EQ(found.find(message), 0u) << found.substr(0, 200);
+    EXPECT_NE(found.find("levels deep"), std::string::npos) << found.substr(0, 200);
+  }
+  const std::string set = error(kCloud, {many + "=1"}) + error(kCloud, {"a={" + many + "=1}"});
+  EXPECT_NE(set.find("levels deep"), std::string::npos);
+}
+
+TEST_F(SceneText, NamesOfKeysAreLimited) {
+  const std::string key(5000, 'k');
+  EXPECT_NE(error(kCloud + key + " = 1\n").find("a key of 5007 bytes"), std::string::npos);
+}
+
+TEST_F(SceneText, DotsThatAreNoLevelsAreAllowed) {
+  std::string text = "# " + path(999) + "\n[camera]\nposition = [0, 0, 0]\ntarget = [";
+  for (int i = 0; i < 999; ++i) text += "1.0, ";
+  const std::string refusal = error(kCloud + text + "]\n");
+  EXPECT_NE(refusal.find("camera.target is an array of 999"), std::string::npos) << refusal;
+  EXPECT_NE(error(kCloud + "[" + path(200) + "]\n").find("unknown section"), std::string::npos);
+  EXPECT_NE(error(kCloud + "x = \"" + path(999) + "\"\n").find("unknown"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace pvol::formats

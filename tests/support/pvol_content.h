@@ -61,7 +61,7 @@ inline Metadata some_metadata() {
   m.index_to_world = scaling({0.1, -1e-9, 3e9});
   m.index_to_world.t = {1.0 / 3, -0.0, 1e308};
   m.source = {"clouds/a b.vdb", "density[1]", 0xffffffffffffffff, 0x0123456789abcdef};
-  m.unit = "m";
+  m.unit = std::string("m");  // GCC 12 warns of a literal here, in some programs
   m.options = {{"depth", "auto"}, {"", "empty"}, {"shells", ""}};
   m.written_by = "pvol-fit 0.1.0";
   return m;

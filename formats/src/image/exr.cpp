@@ -156,6 +156,7 @@ void write_exr(const std::filesystem::path& file, const Film& film,
 }
 
 ImageSky read_sky(const std::filesystem::path& file) {
+  detail::check_exr_file(file);
   try {
     Imf::InputFile in(file.c_str());
     detail::check_picture(in);

@@ -7,16 +7,21 @@
 #include <ImfHeader.h>
 #include <ImfStandardAttributes.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
+#include "image/exr_block.h"
+#include "image/exr_header.h"
 #include "pvol/error.h"
 
 namespace pvol::formats::detail {
 namespace {
 
 constexpr std::int64_t kMostPixels = std::int64_t{1} << 28;
-constexpr std::int64_t kLargestEdge = std::int64_t{1} << 16;  // longer ones are damaged headers
+constexpr std::int64_t kLargestEdge = std::int64_t{1} << 16;     // longer ones are damaged headers
+constexpr std::uint64_t kLargestBlock = std::uint64_t{1} << 28;  // bytes
+constexpr std::uint64_t kBestRatio = 1032;   // of zlib, and so of blocks that are not of one colour
 constexpr float kPrimaryTolerance = 0.002f;  // chromaticities are published with 2 to 4 digits
 
 std::string names_of(const Imf::ChannelList& channels) {
@@ -31,7 +36,60 @@ bool close(const Imath::V2f& a, const Imath::V2f& b) {
   return std::abs(a.x - b.x) <= kPrimaryTolerance && std::abs(a.y - b.y) <= kPrimaryTolerance;
 }
 
+void check_window(const ExrPart& p) {
+  if (p.width >= 1 && p.height >= 1 && p.width <= kLargestEdge && p.height <= kLargestEdge &&
+      p.width * p.height <= kMostPixels) {
+    return;
+  }
+  throw Error(
+      fmt::format("has {} x {} pixels; expected 1 to 2^16 along each edge and at most 2^28 in all",
+                  p.width, p.height));
+}
+
+/// Compares what OpenEXR takes memory for, the table of blocks and a row of them, with the file.
+void check_blocks(const ExrPart& p, std::uint64_t file_bytes) {
+  const std::int64_t width = p.tiled ? p.tile_width : p.width;
+  const std::int64_t rows = p.tiled ? p.tile_height : p.block_rows;
+  if (width < 1 || rows < 1 || width > kLargestEdge || rows > kLargestEdge) {
+    throw Error(fmt::format("has tiles of {} x {} pixels; expected 1 to 2^16 along each edge",
+                            width, rows));
+  }
+  const auto count = [](std::int64_t pixels, std::int64_t each) {
+    return std::uint64_t((pixels + each - 1) / each);
+  };
+  const std::uint64_t blocks = count(p.width, width) * count(p.height, rows);
+  if (blocks > file_bytes / sizeof(std::uint64_t)) {  // the offset of each
+    throw Error(fmt::format(
+        "is incomplete: its {} bytes do not hold {} blocks of pixels; copy or write it again",
+        file_bytes, blocks));
+  }
+  const std::uint64_t row_bytes =
+      std::uint64_t(std::max(width, p.width)) * std::uint64_t(rows) * p.pixel_bytes;
+  if (row_bytes > std::max(kLargestBlock, kBestRatio * file_bytes)) {
+    throw Error(fmt::format(
+        "has blocks of {} rows that take {} bytes; expected at most 2^28, or a thousand times the "
+        "file: write it with smaller tiles, fewer channels or another compression",
+        rows, row_bytes));
+  }
+}
+
 }  // namespace
+
+void check_exr_file(const std::filesystem::path& file) {
+  ByteSource source(file);
+  const ExrHeaders headers = read_exr_headers(source);
+  try {
+    if (headers.parts.front().deep)
+      throw Error("has deep pixels; expected one sample each: flatten it");
+    for (const ExrPart& part : headers.parts) {
+      check_window(part);
+      check_blocks(part, source.size());
+    }
+  } catch (const Error& e) {
+    throw Error(file.string() + ": " + e.what());
+  }
+  check_first_block(source, headers);
+}
 
 void check_picture(const Imf::InputFile& in) {
   for (const char* name : {"R", "G", "B"}) {
@@ -40,14 +98,11 @@ void check_picture(const Imf::InputFile& in) {
                   names_of(in.header().channels()));
     }
   }
-  const Imath::Box2i& box = in.header().dataWindow();
-  const std::int64_t width = std::int64_t(box.max.x) - box.min.x + 1;
-  const std::int64_t height = std::int64_t(box.max.y) - box.min.y + 1;
-  if (width < 1 || height < 1 || width > kLargestEdge || height > kLargestEdge ||
-      width * height > kMostPixels) {
-    throw Error(fmt::format(
-        "has {} x {} pixels; expected 1 to 2^16 along each edge and at most 2^28 in all", width,
-        height));
+  const Imf::ChannelList& channels = in.header().channels();
+  for (auto c = channels.begin(); c != channels.end(); ++c) {
+    if (c.channel().xSampling == 1 && c.channel().ySampling == 1) continue;
+    throw Error(std::string("has fewer samples than pixels in its channel ") + c.name() +
+                "; write it without that channel, or with all samples");
   }
   if (Imf::hasChromaticities(in.header())) {
     const Imf::Chromaticities found = Imf::chromaticities(in.header()), rec709;

@@ -171,6 +171,7 @@ Film read_pixels(Imf::InputFile& in) {
 }  // namespace
 
 StoredFilm read_film(const std::filesystem::path& file) {
+  detail::check_exr_file(file);
   try {
     Imf::InputFile in(file.c_str());
     detail::check_picture(in);

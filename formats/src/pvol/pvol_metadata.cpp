@@ -13,6 +13,8 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr int kHashDigits = 16;
+constexpr int kDeepestJson = 32;        // the parser has no limit, and printing overflows the stack
+constexpr std::size_t kShownJson = 80;  // characters of a wrong value in messages
 
 // JSON numbers are doubles to most readers, so that 64-bit hashes go as text.
 std::string hex(std::uint64_t v) {
@@ -62,7 +64,9 @@ struct Object {
   }
 
   [[noreturn]] void wrong(const char* key, const std::string& expected) const {
-    refuse(place, path + key + " is " + at(key).dump(-1, ' ', true) + "; expected " + expected);
+    std::string found = at(key).dump(-1, ' ', /*ensure_ascii=*/true);
+    if (found.size() > kShownJson) found = found.substr(0, kShownJson) + "...";
+    refuse(place, path + key + " is " + found + "; expected " + expected);
   }
 
   [[nodiscard]] std::string text(const char* key) const {
@@ -139,6 +143,18 @@ LookUp look_up_of(const Object& root) {
              "[\"nearest\",\"trilinear\"] or that with \"tricubic\" or \"procedural\" at the end");
 }
 
+Json parse(const std::vector<char>& bytes, const std::string& place) {
+  const auto check_depth = [&](int depth, Json::parse_event_t, const Json&) {
+    if (depth <= kDeepestJson) return true;
+    refuse(place, fmt::format("JSON of more than {} levels", kDeepestJson));
+  };
+  try {
+    return Json::parse(bytes.begin(), bytes.end(), check_depth);
+  } catch (const Json::exception& e) {
+    refuse(place, std::string("not JSON (") + e.what() + ")");
+  }
+}
+
 }  // namespace
 
 std::string encode_metadata(const Metadata& m, LookUp bounds_made_for, const std::string& place) {
@@ -177,12 +193,7 @@ DecodedMetadata decode_metadata(ChunkReader& chunk) {
   }
   std::vector<char> bytes(std::size_t(chunk.raw_bytes()));
   chunk.read(bytes);
-  Json json;
-  try {
-    json = Json::parse(bytes.begin(), bytes.end());
-  } catch (const Json::exception& e) {
-    refuse(chunk.place(), std::string("not JSON (") + e.what() + ")");
-  }
+  const Json json = parse(bytes, chunk.place());
   if (!json.is_object()) refuse(chunk.place(), "not a JSON object");
 
   const Object root{json, chunk.place(), ""};

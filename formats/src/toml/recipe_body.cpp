@@ -120,6 +120,12 @@ Body placed(const Body& body, const TomlTable& table) {
   return steepness * min_component(factor) * transform(map, body);
 }
 
+/// "65536 forms ...".
+std::string limit() {
+  return fmt::format("{} forms and perturbations in all, each use of a named body counted",
+                     kMostQuadrics);
+}
+
 Body united(std::vector<Body> parts) {
   if (parts.size() == 1) return std::move(parts.front());
   return {BodyOp::join, std::move(parts)};
@@ -145,12 +151,10 @@ Body BodyReader::read(const TomlTable& table) {
   }
   if (op) return placed(read_tree(table), table);
   if (use) return placed(read_used(table), table);
-  if (++forms_ > kMostForms) {
-    throw Error(
-        fmt::format("{}: this is form {}; expected at most {}, each use of a named body counted",
-                    table.where, forms_, kMostForms));
-  }
-  return placed(read_form(table), table);
+  const FreeForm form = read_form(table);
+  quadrics_ += count_quadrics(form);
+  if (quadrics_ > kMostQuadrics) throw Error(table.where + ": there are more than " + limit());
+  return placed(form, table);
 }
 
 std::vector<Body> BodyReader::read_all(const TomlTable& parent, std::string_view key) {
@@ -172,16 +176,13 @@ Body BodyReader::read_used(const TomlTable& table) {
     table.fail("use", fmt::format("at most {} bodies that use one another", kDeepestTree));
   }
   if (const auto known = done_.find(name); known != done_.end()) {
-    forms_ += count_forms(known->second);
+    quadrics_ += count_quadrics(known->second);
   } else {
     open_.push_back(name);
     done_[name] = united(read_all(*named_, name));
     open_.pop_back();
   }
-  if (forms_ > kMostForms) {
-    table.fail("use", fmt::format("at most {} forms in all, each use of a named body counted",
-                                  kMostForms));
-  }
+  if (quadrics_ > kMostQuadrics) table.fail("use", "at most " + limit());
   return done_[name];
 }
 

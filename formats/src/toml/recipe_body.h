@@ -10,8 +10,9 @@
 
 namespace pvol::formats {
 
-/// Most forms in all bodies of a file together, each use of a named one counted.
-inline constexpr std::size_t kMostForms = 1 << 16;
+/// Most forms and perturbations in all bodies of a file together, each use of a named one counted:
+/// a few kB can double a body again and again.
+inline constexpr std::size_t kMostQuadrics = 1 << 16;
 
 /// Reads body tables ([[form]], [[cut]], [[form.part]] ...) and keeps the named ones,
 /// [[body.NAME]].
@@ -27,7 +28,7 @@ class BodyReader {
   const TomlTable* named_;  // [body], or null
   std::map<std::string, Body> done_;
   std::vector<std::string> open_;  // names that are being read, each used by the one before it
-  std::size_t forms_ = 0;
+  std::size_t quadrics_ = 0;
 
   Body read_used(const TomlTable& table);
   Body read_tree(const TomlTable& table);

@@ -9,12 +9,14 @@
 #include <iterator>
 
 #include "pvol/error.h"
+#include "toml/toml_depth.h"
 #include "toml/toml_table.h"
 
 namespace pvol::formats {
 namespace {
 
 constexpr std::uintmax_t kLargestFile = std::uintmax_t{64} << 20;  // hand-written text, with room
+constexpr std::size_t kLongestPath = 4096;  // of the keys to a value: each value has its name
 
 /// How places in a text are called; `outer` is the place of the table around, for tables that only
 /// dotted keys imply and that have no place of their own.
@@ -54,6 +56,10 @@ TomlTable convert_table(const toml::table& table, std::string name, std::string 
   for (const auto& [key, node] : table) {
     const std::string key_name =
         (result.name.empty() ? "" : result.name + ".") + std::string(key.str());
+    if (key_name.size() > kLongestPath) {
+      throw Error(fmt::format("{}: a key of {} bytes, its tables included; expected at most {}",
+                              place(key.source(), result.where), key_name.size(), kLongestPath));
+    }
     TomlValue value = convert(node, key_name, result.where, place);
     value.key = key.str();
     value.key_where = place(key.source(), result.where);
@@ -78,11 +84,18 @@ std::string with_all_digits(const std::string& text) {
   return full;
 }
 
+std::string too_deep() {
+  return fmt::format("tables and arrays nest more than {} levels deep; expected fewer",
+                     detail::kDeepestToml);
+}
+
 /// The value after '=', or a string where it is a bare word.
 TomlValue parse_value(const std::string& text, const std::string& name, const std::string& where) {
   const Place place = [&](const toml::source_region&, const std::string&) { return where; };
+  const std::string line = "value = " + with_all_digits(text);
+  if (detail::find_too_deep(line) != 0) throw Error(where + ": " + too_deep());
   try {
-    const toml::table parsed = toml::parse("value = " + with_all_digits(text));
+    const toml::table parsed = toml::parse(line);
     if (parsed.size() == 1) return convert(*parsed.get("value"), name, where, place);
   } catch (const toml::parse_error& e) {
     constexpr std::string_view kNeverBare = "\"'[{";
@@ -171,6 +184,9 @@ TomlTable parse_toml(std::string_view text, const std::string& source) {
     if (region.begin.line == 0) return outer;
     return fmt::format("{}:{}:{}", source, region.begin.line, region.begin.column);
   };
+  if (const std::size_t line = detail::find_too_deep(text)) {
+    throw Error(fmt::format("{}:{}: {}", source, line, too_deep()));
+  }
   try {
     return convert_table(toml::parse(text), "", source, place);
   } catch (const toml::parse_error& e) {
@@ -204,6 +220,7 @@ void apply_set(TomlTable& root, const std::string& set) {
   if (path.empty() || text.empty()) {
     throw Error(where + ": expected SECTION.KEY=VALUE, e.g. medium.g=0.5");
   }
+  if (path.size() > detail::kDeepestToml) throw Error("--set: " + too_deep());
   TomlTable* table = &root;
   for (std::size_t i = 0; i + 1 < path.size(); ++i) table = &section(*table, path[i], where);
   TomlValue& target = member(*table, path.back(), where);

@@ -90,8 +90,9 @@ struct TomlValue {
   [[nodiscard]] std::string text() const;  ///< as messages show it: 200, "fog", an array of 2
 };
 
-/// Throws Error with file, line and column for text that is not TOML, and for files that cannot be
-/// read or have more than 64 MiB.
+/// Throws Error with file, line and column for text that is not TOML, for tables that nest more than
+/// 256 levels deep and keys of more than 4096 bytes with those of their tables, and for files that
+/// cannot be read or have more than 64 MiB.
 [[nodiscard]] TomlTable parse_toml_file(const std::filesystem::path& file);
 
 /// The same for text in memory, which messages call `source`.

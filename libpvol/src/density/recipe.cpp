@@ -122,7 +122,8 @@ RecipeView view(const Recipe& recipe) {
   std::vector<BodyView> all = views(recipe.cuts);
   all.push_back(combine(BodyView::Op::max, views(recipe.forms)));
   RecipeView result{
-      &recipe, total(recipe.displacements), combine(BodyView::Op::min, std::move(all)), {}};
+      &recipe, total(recipe.displacements), combine(BodyView::Op::min, std::move(all)), {},
+      support(recipe)};
   for (const Solid& solid : recipe.solids) result.solids.push_back({&solid, view(solid.body)});
   return result;
 }
@@ -136,10 +137,12 @@ double density(const RecipeView& view, Vec3d p) {
 }
 
 NarrowedRecipe narrow(const RecipeView& view, const Box& box) {
+  const Box inside{max(view.support.lo, box.lo), min(view.support.hi, box.hi)};
+  if (inside.empty()) return {{view.recipe, view.displacement, {}, {}, {}}, 0};
   NarrowedBody cloud = narrow(view.cloud, box);
   const Interval cloud_rho = cloud_range(view, cloud.range, box);
   Interval rho = cloud_rho;
-  RecipeView near{view.recipe, view.displacement, std::move(cloud.view), {}};
+  RecipeView near{view.recipe, view.displacement, std::move(cloud.view), {}, view.support};
   for (const SolidView& s : view.solids) {
     NarrowedBody body = narrow(s.body, box);
     const Interval solid_rho = density_at_depth(*s.solid, body.range);

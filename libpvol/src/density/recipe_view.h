@@ -18,6 +18,7 @@ struct RecipeView {
   Interval displacement;  ///< all that displacements may add to the depth, anywhere
   BodyView cloud;         ///< min(max of the forms, min of the cuts)
   std::vector<SolidView> solids;
+  Box support;  ///< where there may be any density: far away ranges alone are loose
 };
 
 [[nodiscard]] RecipeView view(const Recipe& recipe);

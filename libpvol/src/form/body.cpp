@@ -72,9 +72,9 @@ Body transform(const Affine& map, const Body& body) {
   return moved;
 }
 
-std::size_t count_forms(const Body& body) {
-  std::size_t count = body.op == BodyOp::form;
-  for (const Body& part : body.parts) count += count_forms(part);
+std::size_t count_quadrics(const Body& body) {
+  std::size_t count = body.op == BodyOp::form ? count_quadrics(body.form) : 0;
+  for (const Body& part : body.parts) count += count_quadrics(part);
   return count;
 }
 

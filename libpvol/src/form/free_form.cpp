@@ -76,6 +76,12 @@ FreeForm operator*(double k, const FreeForm& form) {
   return scaled;
 }
 
+std::size_t count_quadrics(const FreeForm& form) {
+  std::size_t count = 1;
+  for (const Perturbation& p : form.perturbations) count += count_quadrics(p.form);
+  return count;
+}
+
 FreeForm transform(const Affine& map, const FreeForm& form) {
   FreeForm moved = form;
   moved.base = transform(map, form.base);

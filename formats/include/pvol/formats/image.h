@@ -61,8 +61,8 @@ struct StoredFilm {
 /// The R, G, B channels of an EXR (half, float or integer; scanlines or the finest level of tiles)
 /// as a sky picture of the size of its data window; scale and rotation are the defaults. Throws
 /// Error for files that are damaged or incomplete, without those channels (the message lists what
-/// is there), with primaries other than Rec.709, with non-finite or negative pixels, of more than
-/// 2^28 pixels or with an edge above 2^16.
+/// is there), with primaries other than Rec.709, with non-finite or negative pixels, with deep ones,
+/// with channels of fewer samples than pixels, of more than 2^28 pixels or with an edge above 2^16.
 [[nodiscard]] ImageSky read_sky(const std::filesystem::path& file);
 
 }  // namespace pvol::formats

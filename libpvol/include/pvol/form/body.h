@@ -44,8 +44,8 @@ struct Body {
 /// The moved body: transform(a, body)(a(p)) = body(p). The map must be invertible.
 [[nodiscard]] Body transform(const Affine& map, const Body& body);
 
-/// Forms in the tree, and the levels of parts above the lowest of them.
-[[nodiscard]] std::size_t count_forms(const Body& body);
+/// Quadrics in the tree, those of perturbations included, and the levels of parts above the lowest.
+[[nodiscard]] std::size_t count_quadrics(const Body& body);
 [[nodiscard]] int depth(const Body& body);
 
 /// Those forms of a body that decide its value in the box at hand: a tree of max and min over forms

@@ -1,6 +1,7 @@
 // Free forms: a base quadric with perturbations, after the method's second-order functions.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "pvol/form/quadric.h"
@@ -50,6 +51,9 @@ inline bool operator==(const FreeForm& a, const FreeForm& b) {
 
 /// k F', k > 0: the same body with other values.
 [[nodiscard]] FreeForm operator*(double k, const FreeForm& form);
+
+/// The base and those of perturbations, of whatever level.
+[[nodiscard]] std::size_t count_quadrics(const FreeForm& form);
 
 /// The moved body: transform(a, form)(a(p)) = form(p). The map must be invertible.
 [[nodiscard]] FreeForm transform(const Affine& map, const FreeForm& form);

@@ -1,0 +1,152 @@
+// Small EXR files that announce more than memory holds. Damage to pixels is in image_test.cpp.
+#include <ImfChannelList.h>
+#include <ImfDeepScanLineOutputFile.h>
+#include <ImfHeader.h>
+#include <ImfOutputFile.h>
+#include <ImfPartType.h>
+#include <ImfTiledOutputFile.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "pvol/error.h"
+#include "pvol/formats/image.h"
+#include "support/temporary_folder.h"
+
+namespace pvol::formats {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string refusal(const fs::path& file) {
+  try {
+    static_cast<void>(read_sky(file));
+    return {};
+  } catch (const Error& e) {
+    return e.what();
+  }
+}
+
+Imf::Header header_of(int width, int height, int channels = 3) {
+  Imf::Header header(width, height);
+  for (const char* name : {"R", "G", "B"}) header.channels().insert(name, Imf::Channel(Imf::HALF));
+  for (int i = 3; i < channels; ++i) {
+    header.channels().insert(std::to_string(i), Imf::Channel(Imf::FLOAT));
+  }
+  return header;
+}
+
+/// What is said about a file with this header and without pixels.
+std::string refusal(const Imf::Header& header) {
+  const TemporaryFolder folder;
+  const fs::path file = folder.file("a.exr");
+  if (header.hasTileDescription()) {
+    const Imf::TiledOutputFile out(file.c_str(), header);
+  } else {
+    const Imf::OutputFile out(file.c_str(), header);
+  }
+  return refusal(file);
+}
+
+TEST(ExrDamage, AttributesAreInTheFileAndOfTheSizeOfTheirType) {
+  const TemporaryFolder folder;
+  const Film film{1, 1, 0, 0, 1, 1, {PixelSums{}}};
+  write_exr(folder.file("a.exr"), film, {});
+  const std::string whole = read_bytes(folder.file("a.exr"));
+  EXPECT_EQ(refusal(folder.file("a.exr")), "");
+  const std::string attribute("pixelAspectRatio\0float\0", 23);
+  const std::size_t at = whole.find(attribute) + attribute.size();
+  for (const std::uint32_t size : {0u, 5u, 0x61616161u, 0xffffffffu}) {
+    std::string bytes = whole;
+    std::memcpy(bytes.data() + at, &size, sizeof size);
+    write_bytes(folder.file("b.exr"), bytes);
+    const std::string message = refusal(folder.file("b.exr"));
+    EXPECT_NE(message.find("the attribute 'pixelAspectRatio' has"), std::string::npos) << message;
+  }
+}
+
+TEST(ExrDamage, BlocksOfGigabytesAreRefused) {
+  Imf::Header header = header_of(40000, 300, 100);
+  header.compression() = Imf::DWAB_COMPRESSION;
+  const std::string message = refusal(header);
+  EXPECT_NE(message.find("has blocks of 256 rows that take"), std::string::npos) << message;
+}
+
+TEST(ExrDamage, MoreBlocksThanAFileHoldsAreRefused) {
+  const TemporaryFolder folder;
+  Imf::Header header = header_of(16, 16);
+  header.setTileDescription(Imf::TileDescription(1, 1));
+  { const Imf::TiledOutputFile out(folder.file("a.exr").c_str(), header); }
+  std::string bytes = read_bytes(folder.file("a.exr"));
+  const std::string window("dataWindow\0box2i\0\x10\0\0\0", 21);
+  const std::int32_t corners[] = {0, 0, 16383, 16383};
+  std::memcpy(bytes.data() + bytes.find(window) + window.size(), corners, sizeof corners);
+  write_bytes(folder.file("a.exr"), bytes);
+  const std::string message = refusal(folder.file("a.exr"));
+  EXPECT_NE(message.find("do not hold 268435456 blocks"), std::string::npos) << message;
+}
+
+/// Another data window, three times as wide.
+std::string widened(std::string bytes) {
+  const std::string window("dataWindow\0box2i\0\x10\0\0\0", 21);
+  char* corners = bytes.data() + bytes.find(window) + window.size();
+  std::int32_t right = 0;
+  std::memcpy(&right, corners + 8, sizeof right);
+  right = 3 * right + 2;
+  std::memcpy(corners + 8, &right, sizeof right);
+  return bytes;
+}
+
+TEST(ExrDamage, PixelsThatDoNotFillThePictureAreRefused) {
+  const TemporaryFolder folder;
+  const Film film{4, 3, 0, 0, 4, 3, std::vector<PixelSums>(12)};
+  write_exr(folder.file("a.exr"), film, {});
+  EXPECT_EQ(refusal(folder.file("a.exr")), "");
+  write_bytes(folder.file("b.exr"), widened(read_bytes(folder.file("a.exr"))));
+  // They were what happened to be in memory.
+  const std::string message = refusal(folder.file("b.exr"));
+  EXPECT_NE(message.find("b.exr: its first pixels do not fill"), std::string::npos) << message;
+
+  // A block of no bytes, which the table's first entry leads to.
+  std::string none = read_bytes(folder.file("a.exr"));
+  std::uint64_t block = 0;
+  const std::string last("screenWindowWidth\0float\0\4\0\0\0\0\0\x80?\0", 33);
+  std::memcpy(&block, none.data() + none.find(last) + last.size(), sizeof block);
+  std::memset(none.data() + block + 4, 0, 4);
+  write_bytes(folder.file("b.exr"), none);
+  EXPECT_NE(refusal(folder.file("b.exr")).find("its first pixels"), std::string::npos);
+
+  // Without a word about its compression a file is zipped.
+  std::string bytes = widened(read_bytes(folder.file("a.exr")));
+  bytes[bytes.find("compression")] = 'C';
+  write_bytes(folder.file("b.exr"), bytes);
+  EXPECT_EQ(refusal(folder.file("b.exr")), message);
+}
+
+TEST(ExrDamage, ChannelsOfFewerSamplesAreRefused) {
+  Imf::Header header = header_of(4, 4);
+  header.channels().insert("Z", Imf::Channel(Imf::HALF, 2, 1));
+  const std::string message = refusal(header);
+  EXPECT_NE(message.find("has fewer samples than pixels in its channel Z"), std::string::npos)
+      << message;
+}
+
+TEST(ExrDamage, TilesBeyondEveryPictureAreRefused) {
+  Imf::Header header = header_of(16, 16);
+  header.setTileDescription(Imf::TileDescription(16, 65537));
+  const std::string message = refusal(header);
+  EXPECT_NE(message.find("has tiles of 16 x 65537 pixels"), std::string::npos) << message;
+}
+
+TEST(ExrDamage, DeepPixelsAreRefused) {
+  const TemporaryFolder folder;
+  Imf::Header header = header_of(2, 2);
+  header.setType(Imf::DEEPSCANLINE);
+  header.compression() = Imf::ZIPS_COMPRESSION;
+  { const Imf::DeepScanLineOutputFile out(folder.file("a.exr").c_str(), header); }
+  const std::string message = refusal(folder.file("a.exr"));
+  EXPECT_NE(message.find("has deep pixels"), std::string::npos) << message;
+}
+
+}  // namespace
+}  // namespace pvol::formats
