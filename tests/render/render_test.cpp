@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <cmath>
+#include <fstream>
 #include <numbers>
 #include <vector>
 
@@ -355,6 +358,31 @@ TEST(Render, StoppedPictureHasSamplesEverywhere) {
     samples += p.samples;
   }
   EXPECT_LT(samples, pixels * s.options.samples);
+}
+
+/// Resident memory of this process in bytes.
+double resident_bytes() {
+  std::ifstream in("/proc/self/statm");
+  double total = 0, resident = 0;
+  in >> total >> resident;
+  return resident * double(sysconf(_SC_PAGESIZE));
+}
+
+/// As a service renders thumbnails: with progress, guided and not.
+TEST(Render, AHundredThousandTinyRendersDoNotGrow) {
+  CloudScene s = cloud_scene();
+  s.options.width = s.options.height = 1;
+  s.options.samples = 1;
+  const Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
+  double early = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    if (i == 20'000) early = resident_bytes();
+    const bool watched = i % 8 == 0;
+    const RenderResult r =
+        watched ? render(v, s, [](std::uint64_t, std::uint64_t) { return true; }) : render(v, s);
+    ASSERT_EQ(r.film.pixels[0].samples, 1u);
+  }
+  EXPECT_LT(resident_bytes() - early, 4e6);
 }
 
 }  // namespace

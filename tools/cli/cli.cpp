@@ -1,11 +1,13 @@
 #include "cli/cli.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <csignal>
+#include <cstdlib>
 #include <iostream>
 #include <new>
 
@@ -17,6 +19,13 @@ namespace {
 
 // The one thing a signal handler may touch.
 volatile std::sig_atomic_t interrupt_seen = 0;
+
+/// " within 500 MB", where there is a limit.
+std::string memory_limit_text() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return "";
+  return " within " + readable_bytes(limit.rlim_cur);
+}
 
 }  // namespace
 
@@ -35,7 +44,7 @@ int run_guarded(const std::string& tool, const std::function<int()>& body) {
     std::cerr << "Run with --help for the options.\n";
     return kUsage;
   } catch (const std::bad_alloc&) {
-    complain("not enough memory for this input");
+    complain(("not enough memory for this input" + memory_limit_text()).c_str());
   } catch (const std::exception& e) {
     complain(e.what());
   }
@@ -100,6 +109,26 @@ std::string readable_seconds(double seconds) {
 }
 
 std::string readable(double value) { return fmt::format("{:.4g}", value); }
+
+std::optional<double> parse_bytes(const std::string& text) {
+  constexpr std::string_view kUnits = "kMGT";
+  char* end = nullptr;
+  double bytes = std::strtod(text.c_str(), &end);
+  if (end == text.c_str() || !(bytes > 0) || !std::isfinite(bytes)) return std::nullopt;
+  std::string_view unit = end;
+  if (unit.ends_with('B')) unit.remove_suffix(1);
+  if (unit.empty()) return bytes;
+  const std::size_t power = kUnits.find(unit == "K" ? 'k' : unit.front());
+  if (unit.size() > 1 || power == std::string_view::npos) return std::nullopt;
+  return bytes * std::pow(1000.0, double(power + 1));
+}
+
+void limit_memory(double bytes) {
+  rlimit limit{};
+  getrlimit(RLIMIT_AS, &limit);
+  limit.rlim_cur = std::min(limit.rlim_max, rlim_t(std::min(bytes, 1e18)));
+  setrlimit(RLIMIT_AS, &limit);
+}
 
 void catch_interrupt() {
   struct sigaction action {};

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -58,6 +59,13 @@ void check_output(const std::filesystem::path& file, const std::vector<std::stri
 
 /// Four significant digits.
 [[nodiscard]] std::string readable(double value);
+
+/// Bytes as people write them: "500M", "1.5G" (powers of 1000) or plain; nothing for other text.
+[[nodiscard]] std::optional<double> parse_bytes(const std::string& text);
+
+/// From here on the process gets no more address space than this: what needs more fails with a
+/// message instead of taking the machine's memory.
+void limit_memory(double bytes);
 
 /// From here on the first Ctrl-C or SIGTERM only makes `interrupted` true; a second one ends the
 /// tool.

@@ -21,12 +21,29 @@ namespace pvol::cli {
 
 inline constexpr std::size_t kColumn = 32;  ///< where descriptions begin in the help
 
+/// Takes effect while the line is parsed, before anything is loaded.
+inline void add_memory_limit(CLI::App& app) {
+  constexpr double kLeast = 1e8;  // what the tools and their libraries take themselves
+  app.add_option_function<std::string>(
+         "--memory-limit", [](const std::string& text) { limit_memory(*parse_bytes(text)); },
+         "Fail with a message rather than take more address space than this, e.g. 4G")
+      ->type_name("BYTES")
+      ->check(CLI::Validator(
+          [](const std::string& text) -> std::string {
+            const std::optional<double> bytes = parse_bytes(text);
+            if (bytes && *bytes >= kLeast) return {};
+            return fmt::format("found '{}', expected a size of 100M or more, such as 4G", text);
+          },
+          ""));
+}
+
 /// Version, help and messages as all tools have them. `examples` ends the help.
 inline void add_common(CLI::App& app, const std::string& examples) {
   // So that scripts around a tool can be called with options that they set themselves.
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   app.set_version_flag("--version", std::string(PVOL_VERSION), "Print the version and exit");
   app.set_help_flag("-h,--help", "Print this help and exit");
+  add_memory_limit(app);
   app.get_formatter()->column_width(kColumn);
   app.footer(examples);
   app.failure_message([](const CLI::App* a, const CLI::Error& e) {

@@ -4,11 +4,15 @@
 #include <fmt/format.h>
 
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include "pvol/error.h"
 
@@ -34,10 +38,55 @@ fs::path resolve(const fs::path& file) {
   return fs::canonical(file);
 }
 
-void create(const fs::path& file) {
-  const int fd = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0666);
-  if (fd < 0) fail("cannot be created", file);
-  ::close(fd);
+/// A file that is open and locked as long as this lives. A lock ends with its process, however that
+/// ends: files beside without one are litter of the killed.
+class LockedFile {
+ public:
+  explicit LockedFile(int descriptor) : descriptor_(descriptor) {}
+  LockedFile(LockedFile&& o) noexcept : descriptor_(std::exchange(o.descriptor_, -1)) {}
+  LockedFile& operator=(LockedFile&&) = delete;
+  ~LockedFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  [[nodiscard]] bool gone() const {
+    struct stat info = {};
+    return ::fstat(descriptor_, &info) == 0 && info.st_nlink == 0;
+  }
+
+ private:
+  int descriptor_;
+};
+
+constexpr const char* kAside = ".tmp-";
+
+/// Removes what writers of the same file left behind when they were killed.
+void remove_litter(const fs::path& target) {
+  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  const std::string start = target.filename().string() + kAside;
+  std::error_code ignored;
+  for (const fs::directory_entry& e : fs::directory_iterator(folder, ignored)) {
+    if (!e.path().filename().string().starts_with(start)) continue;
+    const int fd = ::open(e.path().c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+    if (fd < 0) continue;
+    const LockedFile file(fd);
+    if (::flock(fd, LOCK_EX | LOCK_NB) == 0) fs::remove(e.path(), ignored);
+  }
+}
+
+/// A new, empty and locked file beside the target, under a name that no other writer has.
+LockedFile create(const fs::path& target, fs::path& aside) {
+  static std::atomic<int> number = 0;
+  for (;;) {
+    aside = target;
+    aside += fmt::format("{}{}-{}", kAside, ::getpid(), ++number);
+    const int fd =
+        ::open(aside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
+    if (fd < 0 && errno == EEXIST) continue;
+    if (fd < 0) fail("cannot be created", aside);
+    LockedFile file(fd);
+    (void)::flock(fd, LOCK_EX);     // file systems without locks have no litter removed
+    if (!file.gone()) return file;  // else another took it for litter before it was locked
+  }
 }
 
 /// Waits until a file or a folder's entries are on the disk.
@@ -57,9 +106,9 @@ void sync(const fs::path& path, int flags) {
 
 void write_atomically(const fs::path& file, const std::function<void(const fs::path&)>& write) {
   const fs::path target = resolve(file);
-  fs::path aside = target;
-  aside += fmt::format(".tmp-{}", ::getpid());
-  create(aside);
+  remove_litter(target);
+  fs::path aside;
+  const LockedFile lock = create(target, aside);
   try {
     write(aside);
     sync(aside, O_RDONLY);
