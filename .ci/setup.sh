@@ -13,6 +13,7 @@ packages=(
   libzstd-dev libxxhash-dev
   libcgal-dev                                       # the independent check of shells
   libgtest-dev libbenchmark-dev python3             # python3 runs the second reader of .pvol files
+  cppcheck                                          # tests/analyse
 )
 
 if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then

@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include "pvol/bounds/pyramid.h"
+#include "pvol/embed.h"
+#include "pvol/field/brick_field.h"
+#include "pvol/volume/make_volume.h"
 #include "support/fields.h"
 
 namespace pvol::test {
@@ -16,6 +20,20 @@ TEST(Facts, ThicknessIsTheMeanOverColumnsThatHoldAnything) {
   EXPECT_DOUBLE_EQ(v.mean_optical_thickness[1], 12);
   EXPECT_DOUBLE_EQ(v.mean_optical_thickness[2], 20);
   EXPECT_DOUBLE_EQ(v.largest_optical_thickness, 20);
+}
+
+/// Leaves at the faces of a tile are alike: millions of them take a handful of bricks.
+TEST(Facts, HugeTilesTakeLittleMemory) {
+  VoxelGrid grid;
+  grid.tiles = {{{0, 0, 0}, 1024, 1.0f}};
+  for (const LookUp look_up : {LookUp::trilinear, LookUp::tricubic}) {
+    const Pyramid p = build_pyramid(grid, look_up);
+    const Volume v = make_volume(grid, p, Medium{}, {.look_up = look_up});
+    EXPECT_LT(v.density.bricks().bricks(), 128u);
+    EXPECT_EQ(density_at(v, {-0.5, 100.25, 7}), 0.5f);
+    EXPECT_EQ(density_at(v, {500, 100.25, 7}), 1.0f);
+    EXPECT_EQ(density_at(v, {1023.5, 100.25, 500}), 0.5f);
+  }
 }
 
 /// A tile of 4096^3 voxels beside one of 128^3: columns count by how many there are.

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cstdint>
 #include <fstream>
+#include <sstream>
 
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
@@ -55,6 +56,9 @@ figure img { max-height: 36rem; object-fit: contain; object-position: left top; 
 figure svg.bar { max-width: 26rem; }
 figure img.crisp { image-rendering: pixelated; }
 figcaption { color: var(--faint); font-size: .88rem; margin-top: .3rem; }
+.word { white-space: nowrap; }
+@media (max-width: 30rem) { table { font-size: .75rem; min-width: 0; }
+  th, td { padding: .2rem .3rem; } th { white-space: normal; } }
 details { margin: .8rem 0; color: var(--faint); }
 details pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .85rem; }
 svg text { fill: var(--ink); font: 13px system-ui, -apple-system, "Segoe UI", sans-serif; }
@@ -108,6 +112,16 @@ std::string capital(std::string text) {
   return text;
 }
 
+/// A command that lines break only between words of, not at the hyphens of options.
+std::string whole_words(const std::string& command) {
+  std::istringstream words(command);
+  std::string out;
+  for (std::string word; words >> word;) {
+    out += fmt::format("{}<span class=\"word\">{}</span>", out.empty() ? "" : " ", escape(word));
+  }
+  return out;
+}
+
 std::string row(const std::vector<std::string>& cells, const char* cell, bool marked) {
   std::string out = marked ? "<tr class=\"marked\">" : "<tr>";
   for (const std::string& c : cells) out += fmt::format("<{0}>{1}</{0}>", cell, escape(c));
@@ -125,8 +139,8 @@ class Printer {
     const char* const sign = v.mood == Mood::good  ? "&#10003; "
                              : v.mood == Mood::bad ? "&#10007; "
                                                    : "";
-    const std::string text = v.command.empty() ? v.text : v.text + ":  " + v.command;
-    put("<p class=\"verdict{}\">{}{}</p>\n", kind, sign, escape(capital(text)));
+    const std::string text = escape(capital(v.text)) + (v.command.empty() ? "" : ":  ");
+    put("<p class=\"verdict{}\">{}{}{}</p>\n", kind, sign, text, whole_words(v.command));
   }
   void operator()(const report::Table& t) {
     std::string caption = t.caption;

@@ -259,7 +259,10 @@ class Canvas {
           const double end_x = std::clamp(x, box.x0, box.x1), end_y = ty > y ? box.y0 : box.y1;
           out_ += line(x, y, end_x, end_y);
         }
-        out_ += text(tx, ty, "start", p.label, fmt::format(" style=\"fill:{}\"", variable(colour)));
+        out_ += text(tx, ty, "start", p.label,
+                     fmt::format(" style=\"fill:{};stroke:var(--paper);stroke-width:3px;"
+                                 "paint-order:stroke\"",
+                                 variable(colour)));
         taken_.push_back(box);
         return;
       }

@@ -3,6 +3,7 @@
 
 #include <iostream>
 
+#include "cli/load_scene.h"
 #include "pvol/error.h"
 #include "pvol/render/scene_volume.h"
 #include "pvol/volume/facts.h"
@@ -39,7 +40,8 @@ BoundsReport measure(const BoundsOptions& o, formats::Cloud cloud) {
   if (r.cloud.pyramid.empty()) return r;
   if (o.measure || o.html) {
     measure::ProbeOptions options;
-    options.extinction = o.extinction;
+    // As pvol-render would, so that the page is about the picture.
+    options.extinction = o.extinction ? *o.extinction : choose_extinction(r.cloud, {});
     r.probe = naming(o.input, [&] { return probe(r.cloud.grid(), r.cloud.pyramid, options); });
   }
   if (o.extinction || r.probe) measure_cut(r, content, o);

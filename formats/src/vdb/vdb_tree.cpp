@@ -18,7 +18,7 @@ namespace {
 using Coord = std::array<std::int32_t, 3>;
 using LeafMask = std::array<std::uint64_t, 8>;
 
-constexpr int kUpper = 2, kLower = 1;  // levels of internal nodes; leaves are level 0
+constexpr int kUpper = 2;  // level of the root's children; the nodes below are 1, leaves 0
 constexpr std::size_t kEntries[] = {512, 4096, 32768};       // of a node of each level
 constexpr std::uint64_t kTileVolume[] = {1, 512, 1u << 21};  // of one entry
 constexpr std::uint64_t kRootTileVolume = std::uint64_t(1) << 36;

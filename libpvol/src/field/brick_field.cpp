@@ -6,6 +6,7 @@
 #include <cstring>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <tuple>
 
@@ -147,6 +148,50 @@ class ConstantBricks {
   std::map<float, std::uint32_t> index_;
 };
 
+/// Bricks of leaves at the faces of tiles, where all samples come from tiles and empty space: equal
+/// ones, which huge tiles have millions of, are made once.
+class TileBricks {
+ public:
+  TileBricks(const detail::BlockFinder& blocks, BrickField& field)
+      : blocks_(blocks), field_(field) {}
+
+  struct Made {
+    std::uint32_t brick;
+    float lo, hi;  ///< of its samples
+  };
+
+  /// Nothing where some of the samples are a brick's own.
+  [[nodiscard]] std::optional<Made> find(Vec3i leaf) {
+    if (blocks_.find(leaf).values != nullptr) return std::nullopt;
+    key_.clear();
+    bool plain = true;
+    detail::for_blocks_in_reach(blocks_, leaf, reach_of(field_.look_up),
+                                [&](const detail::BlockSource& b, Vec3i, Vec3i, Vec3i) {
+                                  plain = plain && b.values == nullptr;
+                                  key_.push_back(b.constant);
+                                });
+    if (!plain) return std::nullopt;
+    const auto [at, fresh] = made_.try_emplace(key_);
+    if (fresh) {
+      const std::size_t first = field_.samples.size(),
+                        count = std::size_t(field_samples(field_.look_up));
+      at->second.brick = std::uint32_t(field_.bricks());
+      field_.samples.resize(first + count);
+      gather(blocks_, leaf, field_.look_up, field_.samples.data() + first);
+      const auto [lo, hi] =
+          std::minmax_element(field_.samples.begin() + std::ptrdiff_t(first), field_.samples.end());
+      at->second.lo = *lo, at->second.hi = *hi;
+    }
+    return at->second;
+  }
+
+ private:
+  const detail::BlockFinder& blocks_;
+  BrickField& field_;
+  std::vector<float> key_;
+  std::map<std::vector<float>, Made> made_;
+};
+
 }  // namespace
 
 FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid,
@@ -190,6 +235,7 @@ FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid,
   brick_of.resize(leaves.size());
   std::vector<std::size_t> own;
   std::vector<float> samples(static_cast<std::size_t>(count));
+  TileBricks of_tiles(blocks, r.field);
   for (std::size_t i = 0; i < leaves.size(); ++i) {
     if (is_constant(0, i)) {
       brick_of[i] = constant.brick(leaves[i].lo);
@@ -200,6 +246,13 @@ FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid,
       if (std::equal(samples.begin() + 1, samples.end(), samples.begin())) {
         brick_of[i] = constant.brick(samples[0]);
         check.add(0, leaves[i], samples.data(), count);
+        continue;
+      }
+    }
+    if (!grid.tiles.empty()) {
+      if (const auto made = of_tiles.find(origin_of(0, leaves[i].code))) {
+        brick_of[i] = made->brick;
+        check.add(0, leaves[i], made->lo, made->hi);
         continue;
       }
     }

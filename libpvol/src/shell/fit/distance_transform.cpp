@@ -18,7 +18,7 @@ class Envelope {
   void apply(float* row, std::size_t stride, int n) {
     int count = 0;
     for (int q = 0; q < n; ++q) {
-      const double f = row[std::size_t(q) * stride];
+      const auto f = double(row[std::size_t(q) * stride]);
       f_[std::size_t(q)] = f;
       if (f == double(kInfinity)) continue;
       double start = -std::numeric_limits<double>::infinity();
