@@ -139,6 +139,26 @@ TEST(RecipeBounds, LeavesHoldTheDensityAtEveryPoint) {
   }
 }
 
+/// Rounding goes outward, though densities rounded to float would stay inside without.
+TEST(RecipeBounds, NodesHoldTheRangesOfTheirCubes) {
+  for (const Recipe& r : kRecipes) {
+    const Pyramid p = build_pyramid(r, 0);
+    std::size_t varying = 0;
+    double most = 0;
+    for (const PyramidNode& n : p.levels[0]) {
+      const Vec3d lo(corner_of(p, n.code, 0));
+      const Interval range = density_range(r, {lo * r.voxel, (lo + Vec3d(8)) * r.voxel});
+      if (range.lo == range.hi) continue;
+      ++varying;
+      most = std::max(most, range.hi);
+      EXPECT_LE(double(n.lo), range.lo);
+      EXPECT_GE(double(n.hi), range.hi);
+    }
+    EXPECT_GT(varying, 20u);
+    EXPECT_GE(double(p.scale), most);
+  }
+}
+
 TEST(RecipeBounds, RefinementTightens) {
   const auto majorants = [](const Pyramid& p) {
     double sum = 0;
