@@ -135,6 +135,8 @@ TEST(Homogenise, CountsFourOctantsOfANode) {
   const double tolerance = 0.4 * 8 * unit;  // enough for leaves, not for the root
   const HomogenisedPyramid h = homogenise(p, content, 1, unit, tolerance);
   EXPECT_EQ(h.parts.nodes, 4u);
+  EXPECT_EQ(h.parts.volume_share, 0.5);
+  EXPECT_EQ(h.parts.mass_share, 0.5);
   EXPECT_NEAR(h.parts.depth_error, (0.375 + 3 * 0.0625) * 8 * unit, 1e-12);
 }
 

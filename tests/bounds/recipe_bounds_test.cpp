@@ -185,6 +185,18 @@ TEST(RecipeBounds, ConstantInsideBecomesUniformCubes) {
   EXPECT_GT(uniform, 20u);
 }
 
+/// Larger ones than what is divided in parallel.
+TEST(RecipeBounds, OfAHugeBallHoldHugeUniformCubes) {
+  Recipe r = make_plateau();
+  r.voxel = voxel_for(r, 600);
+  const Pyramid p = build_pyramid(r, 0);
+  EXPECT_EQ(validate(p), std::nullopt);
+  constexpr std::size_t kLevel = 4;  // 128^3 voxels
+  std::size_t uniform = 0;
+  for (std::size_t i = 0; i < p.levels.at(kLevel).size(); ++i) uniform += is_uniform(p, kLevel, i);
+  EXPECT_GE(uniform, 8u);
+}
+
 TEST(RecipeBounds, SupportEnclosesTheExactOne) {
   for (const Recipe& r : kRecipes) {
     const VoxelGrid grid = make_grid(r);

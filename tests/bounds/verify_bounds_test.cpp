@@ -128,6 +128,15 @@ TEST(VerifyBounds, BoundsOfAnotherPlaceAreMissingThere) {
   EXPECT_EQ(c.support->found_hi, Vec3l(256, 128, 128));
 }
 
+/// Tiles, which a few bytes can describe, are limited by the leaves around them; bricks are not.
+TEST(VerifyBounds, TheLimitOfLeavesIsOneOfTiles) {
+  EXPECT_NO_THROW((void)build_pyramid(noise().grid, LookUp::trilinear, 0));
+  const VoxelGrid g = tile({0, 0, 0}, 128);
+  const std::size_t leaves = build_pyramid(g).levels[0].size();
+  EXPECT_NO_THROW((void)build_pyramid(g, LookUp::trilinear, 2 * leaves));
+  EXPECT_THROW((void)build_pyramid(g, LookUp::trilinear, leaves / 2), Error);
+}
+
 TEST(VerifyBounds, HugeCubesOverNothingTakeNoTime) {
   Pyramid p = build_pyramid(tile({0, 0, 0}, 4096));
   const VoxelGrid one = tile({0, 0, 0}, 8);
