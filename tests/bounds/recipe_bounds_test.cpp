@@ -82,8 +82,12 @@ Vec3l corner_of(const Pyramid& p, std::uint64_t code, std::size_t level) {
 TEST(RecipeBounds, PyramidIsValidAtEveryRefinement) {
   for (const Recipe& r : kRecipes) {
     for (int refine = 0; refine <= 2; ++refine) {
-      const auto wrong = validate(build_pyramid(r, refine));
+      const Pyramid p = build_pyramid(r, refine);
+      const auto wrong = validate(p);
       EXPECT_FALSE(wrong.has_value()) << *wrong;
+      // The root is hardly larger than it must be.
+      const Vec3l size = p.support_hi - p.support_lo;
+      EXPECT_LE(std::int64_t(1) << p.root_log2(), 4 * max_component(size));
     }
   }
 }

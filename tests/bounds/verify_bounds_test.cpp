@@ -176,6 +176,36 @@ TEST(VerifyBounds, InterpolationsReadOtherSamples) {
   EXPECT_FALSE(verify_bounds(f.grid, p).holds());
 }
 
+/// A tricubic look-up reads a sample before its own cell: the last one of a brick bounds the leaf
+/// above, and gives it density.
+TEST(VerifyBounds, TricubicLeavesReadTheSampleBeforeThem) {
+  const Vec3i last(7, 4, 4);
+  const auto leaf_above = [](const Pyramid& p) {
+    std::size_t i = 0;
+    while (cell_of(p, 0, i) != Vec3l(8, 0, 0)) ++i;
+    return i;
+  };
+  const test::Field bump = test::make_field("bump", {0, 0, 0}, Vec3i(16),
+                                            [&](Vec3i at) { return at == last ? 1.0 : 0.5; });
+  Pyramid p = build_pyramid(bump.grid, LookUp::tricubic);
+  p.levels[0][leaf_above(p)].hi = 0.75f;
+  const BoundsCheck low = verify_bounds(bump.grid, p);
+  ASSERT_EQ(low.wrong.size(), 1u);
+  EXPECT_EQ(low.wrong[0].lo_cell, Vec3l(8, 0, 0));
+  EXPECT_EQ(low.wrong[0].found_hi, 1);
+
+  const test::Field one = test::make_field("one", {0, 0, 0}, Vec3i(8),
+                                           [&](Vec3i at) { return at == last ? 1.0 : 0.0; });
+  p = build_pyramid(one.grid, LookUp::tricubic);
+  EXPECT_TRUE(verify_bounds(one.grid, p).holds());
+  p.levels[0].erase(p.levels[0].begin() + std::ptrdiff_t(leaf_above(p)));
+  const BoundsCheck lack = verify_bounds(one.grid, p);
+  ASSERT_EQ(lack.wrong.size(), 1u);
+  EXPECT_EQ(lack.wrong[0].kind, WrongBound::Kind::missing);
+  EXPECT_EQ(lack.wrong[0].lo_cell, Vec3l(8, 0, 0));
+  EXPECT_FALSE(verify_cover(one.grid, p).holds());
+}
+
 TEST(VerifyCover, VolumesAreNotMadeOfBoundsThatLackALeafOrHideOthers) {
   const auto refused = [](const VoxelGrid& g, const Pyramid& p, LookUp look_up) -> std::string {
     try {

@@ -198,6 +198,22 @@ TEST_F(ScriptedPaths, BranchesGoOnFromTheirOwnCollision) {
   }
 }
 
+/// Of both tracers; a path that meets nothing sees the sky.
+TEST_F(ScriptedPaths, AlphaIsWhetherTheFirstFlightCollides) {
+  const detail::PathSetup s = setup(), t = setup({flat(1)});
+  Plain plain(s);
+  Guided guided(t);
+  for (const int collisions : {0, 1}) {
+    script.collisions.assign(std::size_t(collisions), scattering(0.5f));
+    EXPECT_EQ(trace(plain), collisions ? 0.5f : 1);
+    EXPECT_EQ(trace(guided), collisions ? 0.5f : 1);
+    script.flown.clear();
+    EXPECT_EQ(plain.trace(0, 0, 0).alpha, float(collisions));
+    script.flown.clear();
+    EXPECT_EQ(guided.trace(0, 0, 0).alpha, float(collisions));
+  }
+}
+
 /// Where the place of the last collision, which ended the path, would turn it and change its
 /// weight, and that of the branch does not.
 TEST_F(ScriptedPaths, BranchesAreTurnedByTheirOwnPlace) {
