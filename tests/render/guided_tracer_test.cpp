@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "support/bodies.h"
@@ -212,6 +213,31 @@ TEST_F(ScriptedPaths, AlphaIsWhetherTheFirstFlightCollides) {
     script.flown.clear();
     EXPECT_EQ(guided.trace(0, 0, 0).alpha, float(collisions));
   }
+}
+
+TEST(ImportanceRow, IsLinearBetweenItsNodes) {
+  constexpr int kLast = detail::kDirectionNodes - 1;
+  std::vector<Row> rows(2, flat(std::numeric_limits<float>::quiet_NaN()));  // nothing of the next
+  for (int i = 0; i <= kLast; ++i) rows[0].at[std::size_t(i)] = float(i * i);
+  for (int i = 0; i <= kLast; ++i) {
+    EXPECT_NEAR(rows[0].of(float(i) / kLast), i * i, 1e-3) << i;
+    if (i == kLast) break;
+    const float half = 0.5f * float(i * i + (i + 1) * (i + 1));
+    EXPECT_NEAR(rows[0].of((float(i) + 0.5f) / kLast), half, 1e-3) << i;
+  }
+}
+
+TEST(CoarseCells, HaveTheRowOfTheCubeAroundACell) {
+  detail::CoarseCells cells;
+  cells.low = Int4{1, 2, 3, 0};
+  cells.last = Int4{1, 0, 2, 0};
+  cells.size = Vec3i(2, 1, 3);
+  cells.rows = {10, 11, 12, 13, 14, 15};
+  EXPECT_EQ(cells.row(Int4{8, 16, 24, 0}), 10u);
+  EXPECT_EQ(cells.row(Int4{15, 23, 32, 0}), 11u);
+  EXPECT_EQ(cells.row(Int4{16, 23, 31, 0}), 13u);
+  EXPECT_EQ(cells.row(Int4{23, 16, 47, 0}), 15u);
+  EXPECT_EQ(cells.row(Int4{0, 99, 99, 0}), 12u);  // the nearest
 }
 
 /// Where the place of the last collision, which ended the path, would turn it and change its

@@ -373,6 +373,26 @@ TEST(Importance, IsNowhereZero) {
   }
 }
 
+/// What matters is optical depth: nothing hangs on the unit of length.
+TEST(Importance, OfASmallCopyIsTheSame) {
+  std::vector<detail::Importance> both;
+  for (const double scale : {1.0, 1e-3}) {
+    CloudScene s = sunny();
+    s.options.look_up = LookUp::nearest;
+    s.medium = matter(0.5 / scale, Rgb(0.9f), 0.5, {}, scaling(Vec3d(scale)));
+    const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
+    s.camera = frame(v.density.world_box, 1);
+    const detail::PathSetup setup(plan(std::span(&v, 1), s.scene()), Rgb(0.5f));
+    both.push_back(*detail::make_importance(setup));
+  }
+  for (int i = 0; i < 8; ++i) {
+    const Int4 cell = lanes(Vec3i(i >> 2, i >> 1 & 1, i & 1) * 12);
+    const detail::Importance::Row &a = both[0].row(cell), &b = both[1].row(cell);
+    for (std::size_t k = 0; k < a.at.size(); ++k) EXPECT_NEAR(b.at[k] / a.at[k], 1, 0.1) << i;
+    EXPECT_NEAR(*both[1].shadow_worth(b) / *both[0].shadow_worth(a), 1, 0.1) << i;
+  }
+}
+
 /// There the importance is the phase function about the sun, averaged over nodes.
 TEST(Importance, IsThePhaseFunctionInAThinCube) {
   CloudScene s = sunny();
