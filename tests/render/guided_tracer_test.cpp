@@ -17,6 +17,7 @@ namespace {
 struct Script {
   std::vector<detail::Matter> collisions;
   std::vector<Vec3f> flown;  ///< the directions of flight
+  std::uint64_t passed = 0;  ///< shadow rays
   std::vector<int> from;     ///< where the flights began, by number of the collision
 };
 Script script;
@@ -37,7 +38,10 @@ class ScriptedTraversal {
   [[nodiscard]] const Cursor& place() const { return place_; }
   void return_to(const Cursor& place) { place_ = place; }
   [[nodiscard]] Vec3d position() const { return Vec3d(place_.at.cell[0], 0, 0); }
-  [[nodiscard]] float pass(Vec3f, double, Rng&) { return 1; }
+  [[nodiscard]] float pass(Vec3f, double, Rng&) {
+    ++script.passed;
+    return 1;
+  }
 
  private:
   Cursor place_;
@@ -77,9 +81,8 @@ detail::Importance importance_of(const std::vector<Row>& rows) {
 /// A setup for scripted paths before a sky of radiance 1, which next-event estimation leaves out.
 class ScriptedPaths : public testing::Test {
  protected:
-  [[nodiscard]] detail::PathSetup setup() {
-    CloudScene s;
-    s.environment = ConstantSky{Rgb(1.0f)};
+  [[nodiscard]] detail::PathSetup setup(std::vector<Light> lights = {}) {
+    CloudScene s{{}, ConstantSky{Rgb(1.0f)}, std::move(lights), {}, {}};
     s.options.width = s.options.height = 1;
     s.options.look_up = LookUp::nearest;
     volumes_ = make_volumes(cube(), std::vector{s.medium}, s);
@@ -213,6 +216,17 @@ TEST_F(ScriptedPaths, AlphaIsWhetherTheFirstFlightCollides) {
     script.flown.clear();
     EXPECT_EQ(guided.trace(0, 0, 0).alpha, float(collisions));
   }
+}
+
+TEST_F(ScriptedPaths, ShadowRaysAreCounted) {
+  script.collisions = {scattering(1), scattering(1)};
+  script.passed = 0;
+  const detail::PathSetup s = setup({Sun{{0, 1, 0}, Rgb(3.0f), 0}, Sun{{1, 0, 0}, Rgb(0.1f), 0}});
+  Plain tracer(s);
+  for (std::uint32_t i = 0; i < 100; ++i) (void)trace(tracer, i);
+  EXPECT_GT(script.passed, 0u);
+  EXPECT_EQ(tracer.shadow_rays, script.passed);
+  EXPECT_EQ(tracer.collisions, 200u);
 }
 
 TEST(ImportanceRow, IsLinearBetweenItsNodes) {

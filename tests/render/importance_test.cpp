@@ -279,10 +279,13 @@ TEST(Importance, WithoutLightOrCloudPathsArePlain) {
   s.medium.albedo = Rgb(1.0f);
   EXPECT_FALSE(render(volume_of(s), s).guided);
   s.environment = ConstantSky{Rgb(0.0f)};
-  EXPECT_FALSE(render(volume_of(s), s).guided);
+  const Volume v = volume_of(s);
+  EXPECT_FALSE(render(v, s).guided);
+  const detail::PathSetup dark(plan(std::span(&v, 1), s.scene()));
+  EXPECT_EQ(detail::trace_photons(dark, detail::make_coarse_cells(v), 100).power, 0);
   s = sunny();
   s.options.samples = 2;
-  const Volume v = volume_of(s);
+  s.camera = frame(v.density.world_box, 1);
   s.camera.target = s.camera.position * 2.0 - s.camera.target;
   EXPECT_FALSE(render(v, s).guided);
   const Field none = make_field("none", {0, 0, 0}, {3, 3, 3}, [](Vec3i) { return 0.0; });
