@@ -147,6 +147,7 @@ std::vector<Forgery> forgeries() {
       {"more than 32 levels", meta("\"m\"", std::string(33, '[') + std::string(33, ']'))},
       {"more than 32 levels",  // printing it overflowed the stack
        meta("\"m\"", std::string(400000, '[') + std::string(400000, ']'))},
+      {" is [\"kkk", meta("\"m\"", "[\"" + std::string(900, 'k') + "\"]")},
       {"kkk...; expected a string", meta("\"m\"", "[\"" + std::string(900, 'k') + "\"]")},
       {"at most 1048576", [](PvolBytes& f) { f.set(kMeta, std::vector<std::byte>(2 << 20)); }},
       {"multiple of 8", u32(kBounds, 0, 3)},

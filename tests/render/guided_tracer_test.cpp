@@ -229,6 +229,13 @@ TEST_F(ScriptedPaths, ShadowRaysAreCounted) {
   EXPECT_EQ(tracer.collisions, 200u);
 }
 
+/// So the number of shadow rays does not hang on the unit of light.
+TEST_F(ScriptedPaths, ATenthOfTheLightIsWorthAShadowRay) {
+  EXPECT_EQ(setup().shadow_unit, 0);
+  EXPECT_NEAR(setup({Sun{{0, 1, 0}, Rgb(3.0f), 0}}).shadow_unit, 0.3, 1e-6);
+  EXPECT_NEAR(setup({Sun{{0, 1, 0}, Rgb(3e-6f), 0}}).shadow_unit, 3e-7, 1e-12);
+}
+
 TEST(ImportanceRow, IsLinearBetweenItsNodes) {
   constexpr int kLast = detail::kDirectionNodes - 1;
   std::vector<Row> rows(2, flat(std::numeric_limits<float>::quiet_NaN()));  // nothing of the next
