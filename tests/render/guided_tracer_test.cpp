@@ -218,6 +218,18 @@ TEST_F(ScriptedPaths, AlphaIsWhetherTheFirstFlightCollides) {
   }
 }
 
+/// Before absorption, and what later collisions emit after that of earlier ones.
+TEST_F(ScriptedPaths, EveryCollisionEmits) {
+  detail::Matter glowing = scattering(0.5f);
+  glowing.emitted = Rgb(0.25f);
+  script.collisions = {glowing, glowing};
+  const detail::PathSetup s = setup(), t = setup({flat(1), flat(2)});
+  Plain plain(s);
+  Guided guided(t);
+  EXPECT_EQ(trace(plain), 0.25f + 0.5f * 0.25f + 0.25f);  // and the sky
+  EXPECT_EQ(trace(guided), 0.25f + 0.5f * 0.25f + 0.25f);
+}
+
 TEST_F(ScriptedPaths, ShadowRaysAreCounted) {
   script.collisions = {scattering(1), scattering(1)};
   script.passed = 0;
