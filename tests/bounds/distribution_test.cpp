@@ -75,6 +75,24 @@ TEST(Distribution, ByMassItsMeanIsTheIntegralOfTheBoundOverTheMass) {
   }
 }
 
+TEST(Distribution, RatiosAreThoseOfTheBoundsToTheMean) {
+  Pyramid p;
+  p.scale = 1;
+  p.support_hi = Vec3l(8);
+  p.levels = {{{0, 0.25f, 1}}};
+  const PyramidContent content{{{.mass = 0.5 * 512, .leaf = true}}};
+  const DepthDistributions d = measure_distributions(p, content).at(0);
+  const auto expect_one = [](const TwoDistributions& t, double ratio, std::size_t bin) {
+    for (const Distribution& one : {t.by_volume, t.by_mass}) {
+      for (const double q : one.quantiles) EXPECT_DOUBLE_EQ(q, ratio);
+      EXPECT_EQ(one.share[bin], 1);
+    }
+  };
+  expect_one(d.hi, 2, 44);
+  expect_one(d.lo, 0.5, 36);
+  expect_one(d.gap, 1.5, 42);
+}
+
 TEST(Distribution, OfAUniformCubeIsOne) {
   VoxelGrid g;
   g.tiles.push_back({{0, 0, 0}, 128, 0.5f});

@@ -115,6 +115,31 @@ TEST(Homogenise, BoundsOneNodeByTheTolerance) {
   EXPECT_LT(nodes(needed * 0.9999).lo, nodes(needed * 0.9999).hi);
 }
 
+/// A line meets four octants of a cube at most; here those on one deviate, the first of them more
+/// than the others together, so that their sum is below the root's own bound.
+TEST(Homogenise, CountsFourOctantsOfANode) {
+  Pyramid p;
+  p.scale = 1;
+  p.support_hi = Vec3l(16);
+  p.levels.resize(2);
+  PyramidContent content(2);
+  for (std::uint64_t code = 0; code < 8; ++code) {
+    const bool on_line = (code & (code + 1)) == 0;  // 0, 1, 3 and 7: one step along an axis each
+    const float d = code == 0 ? 0.375f : on_line ? 0.0625f : 0;
+    p.levels[0].push_back({code, 0.5f - d, 0.5f + d});
+    content[0].push_back({.mass = 0.5 * 512, .leaf = true, .uniform = !on_line});
+  }
+  p.levels[1] = {{0, 0.125f, 0.875f}};
+  content[1] = {{.mass = 0.5 * 4096}};
+  const double unit = 0.01;                 // of a cell's diagonal
+  const double tolerance = 0.4 * 8 * unit;  // enough for leaves, not for the root
+  const HomogenisedPyramid h = homogenise(p, content, 1, unit, tolerance);
+  EXPECT_EQ(h.parts.nodes, 4u);
+  EXPECT_EQ(h.parts.volume_share, 0.5);
+  EXPECT_EQ(h.parts.mass_share, 0.5);
+  EXPECT_NEAR(h.parts.depth_error, (0.375 + 3 * 0.0625) * 8 * unit, 1e-12);
+}
+
 TEST(Homogenise, RefusesBoundsThatDoNotHold) {
   const Field& f = field("gaussian");
   Pyramid p = build_pyramid(f.grid);

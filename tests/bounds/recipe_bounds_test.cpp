@@ -82,8 +82,12 @@ Vec3l corner_of(const Pyramid& p, std::uint64_t code, std::size_t level) {
 TEST(RecipeBounds, PyramidIsValidAtEveryRefinement) {
   for (const Recipe& r : kRecipes) {
     for (int refine = 0; refine <= 2; ++refine) {
-      const auto wrong = validate(build_pyramid(r, refine));
+      const Pyramid p = build_pyramid(r, refine);
+      const auto wrong = validate(p);
       EXPECT_FALSE(wrong.has_value()) << *wrong;
+      // The root is hardly larger than it must be.
+      const Vec3l size = p.support_hi - p.support_lo;
+      EXPECT_LE(std::int64_t(1) << p.root_log2(), 4 * max_component(size));
     }
   }
 }
@@ -139,6 +143,26 @@ TEST(RecipeBounds, LeavesHoldTheDensityAtEveryPoint) {
   }
 }
 
+/// Rounding goes outward, though densities rounded to float would stay inside without.
+TEST(RecipeBounds, NodesHoldTheRangesOfTheirCubes) {
+  for (const Recipe& r : kRecipes) {
+    const Pyramid p = build_pyramid(r, 0);
+    std::size_t varying = 0;
+    double most = 0;
+    for (const PyramidNode& n : p.levels[0]) {
+      const Vec3d lo(corner_of(p, n.code, 0));
+      const Interval range = density_range(r, {lo * r.voxel, (lo + Vec3d(8)) * r.voxel});
+      if (range.lo == range.hi) continue;
+      ++varying;
+      most = std::max(most, range.hi);
+      EXPECT_LE(double(n.lo), range.lo);
+      EXPECT_GE(double(n.hi), range.hi);
+    }
+    EXPECT_GT(varying, 20u);
+    EXPECT_GE(double(p.scale), most);
+  }
+}
+
 TEST(RecipeBounds, RefinementTightens) {
   const auto majorants = [](const Pyramid& p) {
     double sum = 0;
@@ -163,6 +187,18 @@ TEST(RecipeBounds, ConstantInsideBecomesUniformCubes) {
     }
   }
   EXPECT_GT(uniform, 20u);
+}
+
+/// Larger ones than what is divided in parallel.
+TEST(RecipeBounds, OfAHugeBallHoldHugeUniformCubes) {
+  Recipe r = make_plateau();
+  r.voxel = voxel_for(r, 600);
+  const Pyramid p = build_pyramid(r, 0);
+  EXPECT_EQ(validate(p), std::nullopt);
+  constexpr std::size_t kLevel = 4;  // 128^3 voxels
+  std::size_t uniform = 0;
+  for (std::size_t i = 0; i < p.levels.at(kLevel).size(); ++i) uniform += is_uniform(p, kLevel, i);
+  EXPECT_GE(uniform, 8u);
 }
 
 TEST(RecipeBounds, SupportEnclosesTheExactOne) {

@@ -68,6 +68,27 @@ TEST(Statistics, EveryLevelAndTheLeavesAboveItHoldTheWholeMass) {
   }
 }
 
+TEST(Statistics, MeansAreThoseOverTheNodesOfADepth) {
+  Pyramid p;
+  p.scale = 1;
+  p.support_hi = Vec3l(16, 8, 8);
+  p.levels = {{{0, 0.25f, 1}, {morton_encode({1, 0, 0}), 0.5f, 0.5f}}, {{0, 0, 1}}};
+  const PyramidContent content{
+      {{.mass = 0.5 * 512, .leaf = true}, {.mass = 0.5 * 512, .leaf = true, .uniform = true}},
+      {{.mass = 0.5 * 1024}}};
+  const BoundsStatistics s = measure_bounds(p, content);
+  ASSERT_EQ(s.depths.size(), 2u);
+  const DepthStatistics &root = s.depths[0], &leaves = s.depths[1];
+  EXPECT_EQ(root.nodes, 1u);
+  EXPECT_EQ(root.leaves, 0u);
+  EXPECT_DOUBLE_EQ(root.mean_hi, 2);
+  EXPECT_DOUBLE_EQ(root.mean_lo, 0);
+  EXPECT_EQ(leaves.nodes, 2u);
+  EXPECT_EQ(leaves.leaves, 2u);
+  EXPECT_DOUBLE_EQ(leaves.mean_hi, (2 + 1) / 2.0);
+  EXPECT_DOUBLE_EQ(leaves.mean_lo, (0.5 + 1) / 2.0);
+}
+
 TEST(Statistics, ClassesFillTheRoot) {
   const VoxelGrid g = make_tile();
   const Pyramid p = build_pyramid(g);

@@ -128,6 +128,15 @@ TEST(VerifyBounds, BoundsOfAnotherPlaceAreMissingThere) {
   EXPECT_EQ(c.support->found_hi, Vec3l(256, 128, 128));
 }
 
+/// Tiles, which a few bytes can describe, are limited by the leaves around them; bricks are not.
+TEST(VerifyBounds, TheLimitOfLeavesIsOneOfTiles) {
+  EXPECT_NO_THROW((void)build_pyramid(noise().grid, LookUp::trilinear, 0));
+  const VoxelGrid g = tile({0, 0, 0}, 128);
+  const std::size_t leaves = build_pyramid(g).levels[0].size();
+  EXPECT_NO_THROW((void)build_pyramid(g, LookUp::trilinear, 2 * leaves));
+  EXPECT_THROW((void)build_pyramid(g, LookUp::trilinear, leaves / 2), Error);
+}
+
 TEST(VerifyBounds, HugeCubesOverNothingTakeNoTime) {
   Pyramid p = build_pyramid(tile({0, 0, 0}, 4096));
   const VoxelGrid one = tile({0, 0, 0}, 8);
@@ -165,6 +174,36 @@ TEST(VerifyBounds, InterpolationsReadOtherSamples) {
   Pyramid p = build_pyramid(f.grid);
   p.look_up = LookUp::tricubic;
   EXPECT_FALSE(verify_bounds(f.grid, p).holds());
+}
+
+/// A tricubic look-up reads a sample before its own cell: the last one of a brick bounds the leaf
+/// above, and gives it density.
+TEST(VerifyBounds, TricubicLeavesReadTheSampleBeforeThem) {
+  const Vec3i last(7, 4, 4);
+  const auto leaf_above = [](const Pyramid& p) {
+    std::size_t i = 0;
+    while (cell_of(p, 0, i) != Vec3l(8, 0, 0)) ++i;
+    return i;
+  };
+  const test::Field bump = test::make_field("bump", {0, 0, 0}, Vec3i(16),
+                                            [&](Vec3i at) { return at == last ? 1.0 : 0.5; });
+  Pyramid p = build_pyramid(bump.grid, LookUp::tricubic);
+  p.levels[0][leaf_above(p)].hi = 0.75f;
+  const BoundsCheck low = verify_bounds(bump.grid, p);
+  ASSERT_EQ(low.wrong.size(), 1u);
+  EXPECT_EQ(low.wrong[0].lo_cell, Vec3l(8, 0, 0));
+  EXPECT_EQ(low.wrong[0].found_hi, 1);
+
+  const test::Field one = test::make_field("one", {0, 0, 0}, Vec3i(8),
+                                           [&](Vec3i at) { return at == last ? 1.0 : 0.0; });
+  p = build_pyramid(one.grid, LookUp::tricubic);
+  EXPECT_TRUE(verify_bounds(one.grid, p).holds());
+  p.levels[0].erase(p.levels[0].begin() + std::ptrdiff_t(leaf_above(p)));
+  const BoundsCheck lack = verify_bounds(one.grid, p);
+  ASSERT_EQ(lack.wrong.size(), 1u);
+  EXPECT_EQ(lack.wrong[0].kind, WrongBound::Kind::missing);
+  EXPECT_EQ(lack.wrong[0].lo_cell, Vec3l(8, 0, 0));
+  EXPECT_FALSE(verify_cover(one.grid, p).holds());
 }
 
 TEST(VerifyCover, VolumesAreNotMadeOfBoundsThatLackALeafOrHideOthers) {

@@ -205,6 +205,37 @@ TEST(Squeeze, SavesMostLookupsOnSmoothFields) {
   EXPECT_LT(double(cubes.squeezed), 0.5 * double(cubes.plain));
 }
 
+/// Exactly, also where the threshold is the density or one of its bounds.
+TEST(Squeeze, DecidesAsTheLookUpDoes) {
+  const Field& f = field("gaussian");
+  const Volume v = make_test_volume(f, 1, 16);
+  const MicroBounds m = build_micro_bounds(v.density.bricks(), 1);
+  const BrickExtinction<LookUp::trilinear> source{v.density.bricks(), v.density.octree,
+                                                  v.density.scale};
+  const PlainField plain{source};
+  const SqueezedField<1, BrickExtinction<LookUp::trilinear>> squeezed{source, m};
+  Tally tally;
+  std::uint64_t questions = 0;
+  for (int i = 0; i < 20; ++i) {
+    const Aim a = aim(f, v, LookUp::trilinear, i, 3);
+    Walk walk(v.density.octree, a.cursor, a.direction);
+    while (const auto s = walk.next()) {
+      const LatticePoint p = walk.point(0.5 * (s->t0 + s->t1));
+      const DensityRange range = micro_range<1>(m, source.brick(*s, p), p.cell);
+      const float mu_t = plain.extinction(*s, p, tally);
+      EXPECT_EQ(squeezed.extinction(*s, p, tally), mu_t);
+      for (const float bound : {mu_t, source.scale * range.lo, source.scale * range.hi}) {
+        for (const float mu : {bound, std::nextafter(bound, 0.0f), std::nextafter(bound, 1e30f)}) {
+          EXPECT_EQ(plain.exceeds(*s, p, mu, tally), mu < mu_t);
+          EXPECT_EQ(squeezed.exceeds(*s, p, mu, tally), mu < mu_t);
+          ++questions;
+        }
+      }
+    }
+  }
+  EXPECT_GT(questions, 100u);
+}
+
 /// Bounds tests: one for each tentative collision that delta tracking squeezes; with decomposition
 /// one for the control part and one for the micro-bounds of those it left open.
 TEST(Squeeze, CountsEachComparison) {

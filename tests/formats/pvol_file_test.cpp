@@ -66,6 +66,19 @@ TEST_F(PvolFileTest, DensityOfManyFramesRoundTrips) {
   EXPECT_LT(measure_pvol(path("a.pvol")).density, 1500 * sizeof(float) * kBrickSamples);
 }
 
+/// Where the support begins within the first block, that lies in the corner of the root.
+TEST_F(PvolFileTest, ABlockInTheCornerOfTheRootRoundTrips) {
+  auto values = std::make_shared<std::vector<float>>(std::size_t(kBrickSamples));
+  values->back() = 0.75f;
+  VoxelGrid g;
+  g.bricks.push_back({{0, 8, -8}, values->data()});
+  g.owner = values;
+  const Pyramid p = build_pyramid(g);
+  ASSERT_EQ(p.origin, Vec3l(0, 8, -8));
+  PvolFile content{{}, p, g, std::nullopt};
+  test::expect_equal_samples(*read_pvol(written(content), "a").density, g);
+}
+
 TEST_F(PvolFileTest, PyramidsOfEveryDepthRoundTrip) {
   for (std::size_t levels = 1; levels <= 22; ++levels) {
     for (const int uniform : {0, 1, 20}) {
@@ -179,6 +192,10 @@ TEST_F(PvolFileTest, WrongContentIsNotWritten) {
             std::string::npos);
   EXPECT_NE(error([](PvolFile& f) { f.pyramid.levels[0].pop_back(); }).find("bounds"),
             std::string::npos);
+  for (const char* what : {"lo", "hi"}) {
+    const auto move = [&](PvolFile& f) { ++(what[0] == 'l' ? f.shell->lo : f.shell->hi).x; };
+    EXPECT_NE(error(move).find("another cloud"), std::string::npos) << what;
+  }
   EXPECT_NE(error([](PvolFile& f) { f.density->bricks[0].origin.x = 1; }).find("aligned"),
             std::string::npos);
   EXPECT_NE(error([](PvolFile& f) {

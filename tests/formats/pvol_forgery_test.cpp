@@ -20,6 +20,8 @@ using test::expect_equal_samples;
 using test::PvolBytes;
 using test::some_file;
 using test::tiny_file;
+using test::with_codes;
+using test::with_micro_bounds;
 
 using PvolForgeryTest = test::PvolFileTest;
 
@@ -45,6 +47,30 @@ TEST_F(PvolForgeryTest, EveryFlippedBitIsRefused) {
     std::vector<std::byte> bad = good;
     bad[bit / 8] ^= std::byte(1 << bit % 8);
     ASSERT_THROW((void)read_pvol(bad, "a"), Error) << "byte " << bit / 8 << " bit " << bit % 8;
+  }
+}
+
+/// Of every chunk that a file can have, by its sum: decoders need not notice.
+TEST_F(PvolForgeryTest, OneWrongByteInAnyChunkIsNamed) {
+  const PvolFile plain = with_micro_bounds(some_file(3, false));
+  const PvolFile coded = with_micro_bounds(with_codes(some_file(3, false), {Precision::fp16}));
+  for (const PvolFile& content : {plain, coded}) {
+    for (const Compression compression : {Compression::zstd, Compression::none}) {
+      const std::vector<std::byte> good = written(content, compression);
+      const PvolBytes parts(good);
+      EXPECT_EQ(parts.chunks.size(), 5u);
+      for (const PvolBytes::Chunk& c : parts.chunks) {
+        const std::string id(c.entry.id.begin(), c.entry.id.end());
+        for (const std::uint64_t at :
+             {std::uint64_t(0), c.entry.stored_bytes / 2, c.entry.stored_bytes - 1}) {
+          std::vector<std::byte> bad = good;
+          bad[c.entry.offset + at] ^= std::byte{16};
+          const std::string error = error_of([&] { (void)read_pvol(bad, "a"); });
+          EXPECT_NE(error.find("chunk " + id), std::string::npos) << id << ": " << error;
+          EXPECT_NE(error.find("the checksum does not match"), std::string::npos) << error;
+        }
+      }
+    }
   }
 }
 
@@ -121,6 +147,7 @@ std::vector<Forgery> forgeries() {
       {"more than 32 levels", meta("\"m\"", std::string(33, '[') + std::string(33, ']'))},
       {"more than 32 levels",  // printing it overflowed the stack
        meta("\"m\"", std::string(400000, '[') + std::string(400000, ']'))},
+      {" is [\"kkk", meta("\"m\"", "[\"" + std::string(900, 'k') + "\"]")},
       {"kkk...; expected a string", meta("\"m\"", "[\"" + std::string(900, 'k') + "\"]")},
       {"at most 1048576", [](PvolBytes& f) { f.set(kMeta, std::vector<std::byte>(2 << 20)); }},
       {"multiple of 8", u32(kBounds, 0, 3)},

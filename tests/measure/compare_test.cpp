@@ -94,6 +94,19 @@ TEST(Compare, MeansErrorsAndDeviationsAreRight) {
   EXPECT_NEAR(r.largest->sigmas, -2 / std::sqrt(5.0 / 3), 1e-12);
 }
 
+/// Four blocks, the fewest that have a spread, of one pixel's difference each and no variance:
+/// their squares are 0, 1, 4 and 9.
+TEST(Compare, TheErrorOfSquaresIsThatOfTheSpreadBetweenBlocks) {
+  Film a = make_film([](Rng&, int, int, int) { return 4; }, 16, 16, 4, 1);
+  const Film b = a;
+  for (int k = 0; k < 4; ++k) add(a, k % 2 * 8 + 3, k / 2 * 8 + 5, 1, 1, Vec3d(k));
+  const ChannelComparison c = compare(a, b, {0.95, 0.01}).channels[1];
+  EXPECT_NEAR(c.systematic_mse, 14.0 / 256, 1e-12);
+  // Their mean is 3.5: the variance of a sum of four is 4 (3.5^2 + 2.5^2 + 0.5^2 + 5.5^2) / 3.
+  EXPECT_NEAR(c.systematic_half_width, student_quantile(0.95, 3) * std::sqrt(4 * 49.0 / 3) / 256,
+              1e-5);
+}
+
 TEST(Compare, EqualFilmsHaveNoBias) {
   const Film a = make_film(exponential, 32, 32, 16, 1);
   const FilmComparison r = compare(a, a);

@@ -279,10 +279,13 @@ TEST(Importance, WithoutLightOrCloudPathsArePlain) {
   s.medium.albedo = Rgb(1.0f);
   EXPECT_FALSE(render(volume_of(s), s).guided);
   s.environment = ConstantSky{Rgb(0.0f)};
-  EXPECT_FALSE(render(volume_of(s), s).guided);
+  const Volume v = volume_of(s);
+  EXPECT_FALSE(render(v, s).guided);
+  const detail::PathSetup dark(plan(std::span(&v, 1), s.scene()));
+  EXPECT_EQ(detail::trace_photons(dark, detail::make_coarse_cells(v), 100).power, 0);
   s = sunny();
   s.options.samples = 2;
-  const Volume v = volume_of(s);
+  s.camera = frame(v.density.world_box, 1);
   s.camera.target = s.camera.position * 2.0 - s.camera.target;
   EXPECT_FALSE(render(v, s).guided);
   const Field none = make_field("none", {0, 0, 0}, {3, 3, 3}, [](Vec3i) { return 0.0; });
@@ -370,6 +373,26 @@ TEST(Importance, IsNowhereZero) {
     const Vec3i cell(last.x * part.x / 7, last.y * part.y / 7, last.z * part.z / 7);
     const detail::Importance::Row& row = importance->row(lanes(cell));
     for (float u = 0; u <= 1; u += 0.125f) ASSERT_GT(row.of(u), 0) << i << ", " << u;
+  }
+}
+
+/// What matters is optical depth: nothing hangs on the unit of length.
+TEST(Importance, OfASmallCopyIsTheSame) {
+  std::vector<detail::Importance> both;
+  for (const double scale : {1.0, 1e-3}) {
+    CloudScene s = sunny();
+    s.options.look_up = LookUp::nearest;
+    s.medium = matter(0.5 / scale, Rgb(0.9f), 0.5, {}, scaling(Vec3d(scale)));
+    const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
+    s.camera = frame(v.density.world_box, 1);
+    const detail::PathSetup setup(plan(std::span(&v, 1), s.scene()), Rgb(0.5f));
+    both.push_back(*detail::make_importance(setup));
+  }
+  for (int i = 0; i < 8; ++i) {
+    const Int4 cell = lanes(Vec3i(i >> 2, i >> 1 & 1, i & 1) * 12);
+    const detail::Importance::Row &a = both[0].row(cell), &b = both[1].row(cell);
+    for (std::size_t k = 0; k < a.at.size(); ++k) EXPECT_NEAR(b.at[k] / a.at[k], 1, 0.1) << i;
+    EXPECT_NEAR(*both[1].shadow_worth(b) / *both[0].shadow_worth(a), 1, 0.1) << i;
   }
 }
 

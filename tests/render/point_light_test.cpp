@@ -104,6 +104,17 @@ TEST(PointLight, NoVolumeIsSpecial) {
   EXPECT_TRUE(family.passes());
 }
 
+/// Between two clouds apart, one of which holds the lamp: its light comes through half of that one.
+TEST(PointLight, WithinAnotherCloudIsDimmedUpToIt) {
+  OneRay r({matter(0.15, Rgb(0.9f), 0.2),
+            matter(0.3, Rgb(0.9f), 0.2, Rgb(0.0f), translation({20, 0, 0}))},
+           {6, 25, 30}, {6.5, 6, 5});
+  r.scene.lights = {PointLight{{26, 6, 6}, Rgb(500.0f)}};
+  proof::Family family;
+  compare(r, "lamp within the other", family);
+  EXPECT_TRUE(family.passes());
+}
+
 TEST(PointLight, OrderOfKindsDoesNotMatter) {
   OneRay r({matter(0.3, Rgb(0.9f), 0.2)}, {30, 25, 30}, {6, 6, 6});
   const Sun sun{{0.3, 1, 0.2}, Rgb(2.0f), 10};

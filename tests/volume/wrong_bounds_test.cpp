@@ -2,6 +2,7 @@
 // three, refused by the others and beyond.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 
 #include "pvol/bounds/pyramid.h"
@@ -80,6 +81,27 @@ TEST(WrongBounds, WeightsMakeUpForThem) {
   EXPECT_TRUE(family.passes());
 }
 
+/// Minorants that equal majorants promise that mu_t is known, which bounds in doubt cannot.
+TEST(WrongBounds, NoOtherCubesClaimToKnowTheDensity) {
+  const auto claims = [](const CloudScene& s, const Pyramid& p) {
+    std::size_t count = 0;
+    const Volume v = make_volume(cloud().grid, p, s);
+    for (const Octree::Entry& e : v.density.octree.entries) {
+      EXPECT_LE(e.lo, e.hi);
+      count += e.hi > 0 && e.lo > 0.5f * e.hi;
+    }
+    return count;
+  };
+  CloudScene s = scene_of(Tracker::weighted_decomposition, 1);
+  s.options.depth = 16;
+  EXPECT_GT(claims(s, build_pyramid(cloud().grid)), 0u);
+  EXPECT_EQ(claims(s, too_low(2.9)), 0u);
+  s.options.majorant_scale = 0.5;
+  EXPECT_EQ(claims(s, build_pyramid(cloud().grid)), 0u);
+  s.options.majorant_scale = 1.5;
+  EXPECT_EQ(claims(s, too_low(1.4)), 0u);
+}
+
 TEST(WrongBounds, AreCountedAndPlaced) {
   CloudScene s = scene_of(Tracker::weighted_delta, 1);
   const Volume v = make_volume(cloud().grid, too_low(2), s);
@@ -122,6 +144,20 @@ TEST(WrongBounds, AreRefusedByOtherTrackersAndBeyondThree) {
   s.options.majorant_scale = 0.5;
   EXPECT_EQ(refusal(s, too_low(1.4)), "");
   EXPECT_NE(refusal(s, too_low(1.6)), "");
+}
+
+/// A minorant above one of its samples, in a cube whose majorant holds.
+TEST(WrongBounds, MinorantsAreCheckedToo) {
+  Pyramid p = build_pyramid(cloud().grid);
+  const auto inner = std::find_if(p.levels[0].begin(), p.levels[0].end(),
+                                  [](const PyramidNode& n) { return n.lo > 0 && n.lo < n.hi; });
+  ASSERT_NE(inner, p.levels[0].end());
+  inner->lo = 0.5f * (inner->lo + inner->hi);
+  EXPECT_NE(refusal(scene_of(Tracker::decomposition, 1), p).find("8^3 voxels at ("),
+            std::string::npos);
+  const Volume v = make_volume(cloud().grid, p, scene_of(Tracker::weighted_decomposition, 1));
+  EXPECT_EQ(v.density.excess.nodes, 1u);
+  EXPECT_EQ(v.density.excess.factor, 1);
 }
 
 TEST(WrongBounds, ScalesOutsideTheRangeAreRefused) {
