@@ -98,7 +98,9 @@ RenderJob prepare(const Options& o) {
     job.file.has_camera = true;
   }
   job.chose_transmittance = scene.options.transmittance == Transmittance::automatic;
-  job.plan = plan(job.volumes, scene, {.facts = job.facts, .force = o.force || o.print_scene});
+  job.plan =
+      plan(job.volumes, scene,
+           {.facts = job.facts, .force = o.force || o.print_scene, .forecast = !o.print_scene});
   cli::print_warnings(kTool, job.plan.doubts);
   const bool any_shell = std::any_of(job.volumes.begin(), job.volumes.end(),
                                      [](const Volume& v) { return v.shell != nullptr; });

@@ -258,6 +258,19 @@ TEST_F(PvolFileTest, AtomicWriterPassesOnWhatTheCallerThrows) {
   EXPECT_TRUE(files().empty());
 }
 
+/// What a killed writer left is removed; what only looks like it stays.
+TEST_F(PvolFileTest, OnlyLitterIsRemoved) {
+  const std::vector<std::string> own{"a.tmp-backup", "a.tmp-1-2-3", "a.tmp-", "a.tmp-1-",
+                                     "ab.tmp-1-2"};
+  for (const std::string& name : own) std::ofstream(path(name)) << "mine";
+  fs::create_directory(path("a.tmp-4-5"));
+  std::ofstream(path("a.tmp-999999-7")) << "litter";
+  write_atomically(path("a"), [](const fs::path& aside) { std::ofstream(aside) << "whole"; });
+  for (const std::string& name : own) EXPECT_TRUE(fs::exists(path(name))) << name;
+  EXPECT_TRUE(fs::exists(path("a.tmp-4-5")));
+  EXPECT_FALSE(fs::exists(path("a.tmp-999999-7")));
+}
+
 bool has_children(const Pyramid& p, std::size_t level, std::uint64_t code) {
   if (level == 0) return false;
   return std::any_of(p.levels[level - 1].begin(), p.levels[level - 1].end(),

@@ -151,6 +151,7 @@ TEST_F(SceneText, WhatIsAbsentHasItsDefault) {
   EXPECT_EQ(lit.lights.size(), 1u);
   EXPECT_EQ(file.scene, lit);
   EXPECT_EQ(read(kCloud + "[environment]\nradiance = 1\n").scene.lights.size(), 0u);
+  EXPECT_EQ(read(kCloud + "[medium]\nemission = 1\n").scene.lights.size(), 0u) << "a fire";
   EXPECT_EQ(file.volumes, (std::vector{SceneVolume{.file = folder_ / "cloud.pvol"}}));
   EXPECT_FALSE(file.has_camera);
 }

@@ -375,6 +375,16 @@ TEST(Compare, LuminanceHasNoSmallerDeviationThanItsChannelsAllow) {
   EXPECT_GT(r.luminance.bias_deviation, independent);
 }
 
+/// As an interrupted render leaves them.
+TEST(Compare, PixelsWithoutSamplesHideNoDifference) {
+  Film a = make_film(grey, 64, 64, 64, 1);
+  const Film b = make_film(grey, 64, 64, 64, 2);
+  add(a, 0, 0, 64, 64, Vec3d(0.1));
+  a.pixels[5] = {};
+  const FilmComparison r = compare(a, b);
+  EXPECT_FALSE(r.verdict && std::isnan(r.verdict->p_value));
+}
+
 TEST(Compare, WithoutVariancesThereIsNoVerdict) {
   const Film a = make_film(grey, 8, 8, 1, 1), b = make_film(grey, 8, 8, 64, 2);
   const FilmComparison r = compare(a, b);

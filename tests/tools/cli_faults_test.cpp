@@ -89,6 +89,10 @@ TEST(Faults, ALimitOnFilesIsAnErrorAndLeavesTheOldFile) {
 TEST(Faults, AFullDiskIsAnErrorAndLeavesTheOldFile) {
   const ScratchFolder folder;
   const std::string disk = folder / "disk";
+  struct Unmount {
+    std::string disk;
+    ~Unmount() { umount(disk.c_str()); }
+  } unmount{disk};
   std::filesystem::create_directory(disk);
   if (mount("pvol-test", disk.c_str(), "tmpfs", 0, "size=8k") != 0) {
     GTEST_SKIP() << "mounting a small disk takes root; ALimitOnFiles... covers the rest";
@@ -102,17 +106,16 @@ TEST(Faults, AFullDiskIsAnErrorAndLeavesTheOldFile) {
     EXPECT_TRUE(read_text(w.output) == "old");
     std::filesystem::remove(w.output);
   }
-  mount("pvol-test", disk.c_str(), "tmpfs", MS_REMOUNT | MS_RDONLY, "size=8k");
+  ASSERT_EQ(mount("pvol-test", disk.c_str(), "tmpfs", MS_REMOUNT | MS_RDONLY, "size=8k"), 0);
   for (const Writer& w : writers(write_recipe(folder), disk)) {
     expect_failure(run_tool(w.tool, w.arguments), disk);
     EXPECT_TRUE(names_in(disk).empty());
   }
-  umount(disk.c_str());
 }
 
 /// Too little for the samples of the recipe, enough for the tools.
 TEST(Faults, LittleMemoryIsAnErrorThatSaysSo) {
-#if defined(__SANITIZE_ADDRESS__)
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers reserve address space";
 #endif
   const ScratchFolder folder;

@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cerrno>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -59,17 +60,31 @@ class LockedFile {
 
 constexpr const char* kAside = ".tmp-";
 
+/// Whether a file beside the target has a name that `create` gives: NAME.tmp-PROCESS-NUMBER.
+bool is_aside(const std::string& name, const std::string& start) {
+  if (!name.starts_with(start)) return false;
+  const std::string_view rest = std::string_view(name).substr(start.size());
+  const std::size_t dash = rest.find('-');
+  const auto digits = [](std::string_view s) {
+    return !s.empty() && s.find_first_not_of("0123456789") == std::string_view::npos;
+  };
+  return dash != std::string_view::npos && digits(rest.substr(0, dash)) &&
+         digits(rest.substr(dash + 1));
+}
+
 /// Removes what writers of the same file left behind when they were killed.
 void remove_litter(const fs::path& target) {
   const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
   const std::string start = target.filename().string() + kAside;
-  std::error_code ignored;
-  for (const fs::directory_entry& e : fs::directory_iterator(folder, ignored)) {
-    if (!e.path().filename().string().starts_with(start)) continue;
-    const int fd = ::open(e.path().c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+  std::error_code failed, ignored;
+  for (fs::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed)) {
+    if (!is_aside(at->path().filename().string(), start)) continue;
+    const int fd = ::open(at->path().c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
     if (fd < 0) continue;
     const LockedFile file(fd);
-    if (::flock(fd, LOCK_EX | LOCK_NB) == 0) fs::remove(e.path(), ignored);
+    struct stat info = {};
+    const bool plain = ::fstat(fd, &info) == 0 && S_ISREG(info.st_mode);
+    if (plain && ::flock(fd, LOCK_EX | LOCK_NB) == 0) fs::remove(at->path(), ignored);
   }
 }
 

@@ -179,7 +179,9 @@ Body BodyReader::read_used(const TomlTable& table) {
     quadrics_ += count_quadrics(known->second);
   } else {
     open_.push_back(name);
-    done_[name] = united(read_all(*named_, name));
+    std::vector<Body> parts = read_all(*named_, name);
+    if (parts.empty()) table.fail("use", "a body that has a form");
+    done_[name] = united(std::move(parts));
     open_.pop_back();
   }
   if (quadrics_ > kMostQuadrics) table.fail("use", "at most " + limit());

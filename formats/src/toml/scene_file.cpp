@@ -138,8 +138,13 @@ TomlTable of_chosen_kind(TomlTable table, const std::vector<std::string_view>& a
   const auto type = std::find_if(table.members.begin(), table.members.end(),
                                  [](const TomlValue& m) { return m.key == "type"; });
   if (type == table.members.end() || !type->key_where.starts_with(kSet)) return table;
+  std::vector<Environment> kinds = all_kinds<Environment>();
+  const auto is_known = [&](const std::string& key) {
+    return std::any_of(kinds.begin(), kinds.end(),
+                       [&](Environment& kind) { return find_key(entries(kind), key) != nullptr; });
+  };
   std::erase_if(table.members, [&](const TomlValue& m) {
-    return !m.key_where.starts_with(kSet) &&
+    return !m.key_where.starts_with(kSet) && is_known(m.key) &&
            std::find(allowed.begin(), allowed.end(), m.key) == allowed.end();
   });
   return table;
@@ -195,7 +200,21 @@ SceneFile read(const TomlTable& root) {
   return result;
 }
 
-/// Lights a scene that says nothing of light by a sun of the afternoon, from the left.
+/// Whether a table, or one within it, has the key.
+bool mentions(const TomlTable& table, std::string_view key) {
+  const auto in = [&](const TomlValue& v) {
+    const auto* inner = std::get_if<TomlTable>(&v.value);
+    return inner != nullptr && mentions(*inner, key);
+  };
+  return std::any_of(table.members.begin(), table.members.end(), [&](const TomlValue& m) {
+    const auto* list = std::get_if<TomlArray>(&m.value);
+    return m.key == key || in(m) ||
+           (list != nullptr && std::any_of(list->begin(), list->end(), in));
+  });
+}
+
+/// Lights a scene that says nothing of light, and does not glow, by a sun of the afternoon, from
+/// the left.
 void add_usual_sun(TomlTable& root) {
   constexpr const char* kSun = R"([[sun]]
 direction = [-0.75, 0.62, 0.35]
@@ -205,7 +224,7 @@ angle = 0.53
   for (const Light& kind : all_kinds<Light>()) {
     if (root.has(kind_name(kind))) return;
   }
-  if (root.has("environment")) return;
+  if (root.has("environment") || mentions(root, "emission")) return;
   TomlTable sun = parse_toml(kSun, "usual light");
   root.members.push_back(std::move(sun.members.front()));
   std::sort(root.members.begin(), root.members.end(),

@@ -147,9 +147,12 @@ std::pair<std::string, std::size_t> split_number(const std::string& key, const s
   const std::size_t bracket = key.find('[');
   if (bracket == std::string::npos) return {key, 1};
   std::size_t number = 0;
+  if (key.back() != ']') {
+    throw Error(where + ": expected a number from 1 in brackets at the end of " + key);
+  }
   const char* end = key.data() + key.size() - 1;
   const auto read = std::from_chars(key.data() + bracket + 1, end, number);
-  if (read.ec != std::errc() || read.ptr != end || *end != ']' || number == 0) {
+  if (read.ec != std::errc() || read.ptr != end || number == 0) {
     throw Error(where + ": expected a number from 1 in the brackets of " + key);
   }
   return {key.substr(0, bracket), number};

@@ -76,6 +76,7 @@ struct TwoVariances {
   double own = 0, own_spread = 0, other = 0, other_spread = 0;
 
   void add(const PixelMean& of, const PixelMean& by, std::size_t channel) {
+    if (!(of.samples > 0)) return;  // of a picture that was interrupted
     const double v = of.variance[channel], w = by.variance[channel] * (by.samples / of.samples);
     own += v, other += w;
     if (v > 0) own_spread += v * v / of.dof;

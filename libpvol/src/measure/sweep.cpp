@@ -150,7 +150,10 @@ class Sweep {
       Run run = render_(request);
       const double seconds = o_.clock() - begin;
       const double n = samples_in(run.film);
-      if (n == 0 && cut()) check(i);
+      if (n == 0 && cut()) {
+        check(i);
+        return {};
+      }
       if (n == 0) {
         const std::string why =
             "one sample takes more than " + text_of_seconds(request.most_seconds);

@@ -26,13 +26,14 @@ namespace {
 Forecast forecast(const RenderPlan& plan, const CameraProbe& probe) {
   constexpr double kSample = 200;  // ns besides collisions
   const ImagePart part = image_part(plan.scene.options);
+  const Counts& beyond = probe.cut_counts.collisions > 0 ? probe.cut_counts : probe.counts;
   Forecast f;
   f.samples = double(part.width) * part.height * plan.scene.options.samples;
   f.collisions = f.samples * probe.collisions();
   f.cpu_seconds =
       f.samples * 1e-9 * kSample +
       f.samples * probe.followed() * seconds_per_collision(probe.counts) +
-      f.samples * (probe.collisions() - probe.followed()) * seconds_per_collision(probe.cut_counts);
+      f.samples * (probe.collisions() - probe.followed()) * seconds_per_collision(beyond);
   return f;
 }
 

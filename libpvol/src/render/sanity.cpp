@@ -11,7 +11,6 @@
 namespace pvol::detail {
 namespace {
 
-constexpr double kMostNullCollisions = 1e6;           // in one segment
 constexpr double kThinnest = 0.05, kThickest = 2000;  // of clouds, in mean free paths
 constexpr double kUsual = 40;                         // what the tools choose, about
 constexpr double kFaintest = 0.002;                   // share of camera rays that collide
@@ -27,7 +26,7 @@ constexpr double kFaintest = 0.002;                   // share of camera rays th
 /// "medium.extinction = 0.83 would make it about 40 thick"
 [[nodiscard]] std::string usual_extinction(const Volume& v) {
   return "medium.extinction = " + digits(v.medium.extinction * kUsual / thickness(v), 2) +
-         " would make it about " + digits(kUsual);
+         " would make it about " + digits(kUsual) + " mean free paths thick";
 }
 
 [[nodiscard]] std::string growing_weights(double excess, double thickness, double growth,

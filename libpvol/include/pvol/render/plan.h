@@ -89,8 +89,8 @@ struct PlanOptions {
 /// regular tracking or transmittance of tricubic or procedural fields, and for what would not end
 /// in reasonable time: paths that scatter more often than kMostScatterings, weights that grow
 /// without end, and null collisions in empty space under an enormous majorant; messages then begin
-/// with the volume's name. The paths of the forecast take about a million steps at most.
-/// Deterministic.
+/// with the volume's name. The paths of the forecast take about a million steps, and one path
+/// beyond them. Deterministic.
 [[nodiscard]] RenderPlan plan(std::span<const Volume> volumes, const Scene& scene,
                               const PlanOptions& options = {});
 

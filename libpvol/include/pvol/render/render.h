@@ -11,8 +11,9 @@
 
 namespace pvol {
 
-/// Called between batches of work, from one thread at a time, with finished and total camera
-/// samples; returning false stops the render, and what is finished is kept.
+/// Called with finished and total camera samples, from one thread at a time but not always the same
+/// one: between batches of work and, however long those take, ten times a second. Returning false
+/// stops the render, and what is finished is kept; what it throws, render throws.
 using Progress = std::function<bool(std::uint64_t done, std::uint64_t total)>;
 
 struct RenderResult {

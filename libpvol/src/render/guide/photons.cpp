@@ -319,7 +319,7 @@ void trace(const Sources& sources, const PathSetup& setup, const CoarseCells& ce
   Rgb power = p.power;
   if (!is_finite(power)) return;
   Vec3f d(p.ray.d);
-  for (int flight = 0; flight < kMostFlights; ++flight) {
+  for (int flight = 0; flight < kMostFlights && !*setup.stop; ++flight) {
     const Hit hit = traversal.fly(d, rng);
     if (hit.matter == nullptr) return;
     const std::uint32_t row = cells.row(traversal.place().at.cell);

@@ -29,29 +29,34 @@ bool render_tile(const PathSetup& setup, const ImagePart& tile, std::uint32_t be
                  std::uint32_t end, Film& film, Counts& counts) {
   Tracer tracer(setup);
   Counts before;
-  for (int y = tile.y; y != tile.y + tile.height; ++y) {
-    for (int x = tile.x; x != tile.x + tile.width; ++x) {
+  const auto count_pixel = [&](PixelSums& p) {
+    const Counts now = counts_of(tracer);
+    for (std::size_t k = 0; k < kPixelCounts.size(); ++k) {
+      p.counts[k] += kPixelCounts[k].of(now) - kPixelCounts[k].of(before);
+    }
+    before = now;
+  };
+  bool whole = true;
+  for (int y = tile.y; whole && y != tile.y + tile.height; ++y) {
+    for (int x = tile.x; whole && x != tile.x + tile.width; ++x) {
       const std::size_t pixel = film.index(x, y);
       for (std::uint32_t sample = begin; sample != end; ++sample) {
         const PathResult& r = tracer.trace(film.x + x, film.y + y, sample);
-        if (setup.stop->load(std::memory_order_relaxed)) return false;
+        if (setup.stop->load(std::memory_order_relaxed)) {
+          whole = false;
+          break;
+        }
         if (!is_finite(r.radiance)) {
           throw Error("pixel (" + std::to_string(film.x + x) + ", " + std::to_string(film.y + y) +
                       ") became infinite: the lights are too bright for single precision");
         }
         add_sample(r, pixel, film);
       }
-      if (setup.count) {
-        const Counts now = counts_of(tracer);
-        for (std::size_t k = 0; k < kPixelCounts.size(); ++k) {
-          film.pixels[pixel].counts[k] += kPixelCounts[k].of(now) - kPixelCounts[k].of(before);
-        }
-        before = now;
-      }
+      if (setup.count) count_pixel(film.pixels[pixel]);
     }
   }
   if (setup.count) counts += before;
-  return true;
+  return whole;
 }
 
 }  // namespace
