@@ -189,6 +189,18 @@ TEST(RecipeBounds, ConstantInsideBecomesUniformCubes) {
   EXPECT_GT(uniform, 20u);
 }
 
+TEST(RecipeBounds, AwayFromTheOriginHoldTheWholeCloud) {
+  for (const double side : {-1.0, 1.0}) {
+    Recipe r;
+    r.forms = {ball(Vec3d(6, 7, 8) * side, 1)};
+    r.voxel = 0.05;
+    const Pyramid bounds = build_pyramid(r, 0), exact = build_pyramid(make_grid(r));
+    ASSERT_FALSE(bounds.empty());
+    EXPECT_EQ(min(bounds.support_lo, exact.support_lo), bounds.support_lo);
+    EXPECT_EQ(max(bounds.support_hi, exact.support_hi), bounds.support_hi);
+  }
+}
+
 /// Larger ones than what is divided in parallel.
 TEST(RecipeBounds, OfAHugeBallHoldHugeUniformCubes) {
   Recipe r = make_plateau();

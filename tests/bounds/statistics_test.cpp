@@ -89,6 +89,29 @@ TEST(Statistics, MeansAreThoseOverTheNodesOfADepth) {
   EXPECT_DOUBLE_EQ(leaves.mean_lo, (0.5 + 1) / 2.0);
 }
 
+/// By the cost model cubes of equal bounds are divided alike, wherever they stand.
+TEST(Statistics, EqualHalvesAreCutAlike) {
+  Pyramid p;
+  p.scale = 1;
+  p.support_hi = Vec3l(32, 16, 16);
+  p.levels.resize(3);
+  for (const std::uint64_t half : {morton_encode({0, 0, 0}), morton_encode({1, 0, 0})}) {
+    for (std::uint64_t k = 0; k < 8; ++k) {
+      p.levels[0].push_back({8 * half + k, 0.25f, k == 0 ? 1 : 0.5f});
+    }
+  }
+  complete_levels(p);
+  std::vector<std::vector<std::uint32_t>> bricks;
+  for (const auto& level : p.levels) bricks.emplace_back(level.size(), kZeroBrick);
+  bool halves = false, leaves = false;
+  for (double extinction = 1e-4; extinction < 100; extinction *= 1.1) {
+    const std::uint64_t n = build_octree(p, extinction, 1, {}, bricks, kZeroBrick).terminals;
+    ASSERT_TRUE(n == 2 || n == 16) << n << " at " << extinction;
+    halves |= n == 2, leaves |= n == 16;
+  }
+  EXPECT_TRUE(halves && leaves);
+}
+
 TEST(Statistics, ClassesFillTheRoot) {
   const VoxelGrid g = make_tile();
   const Pyramid p = build_pyramid(g);

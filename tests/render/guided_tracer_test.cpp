@@ -248,6 +248,24 @@ TEST_F(ScriptedPaths, ATenthOfTheLightIsWorthAShadowRay) {
   EXPECT_NEAR(setup({Sun{{0, 1, 0}, Rgb(3e-6f), 0}}).shadow_unit, 3e-7, 1e-12);
 }
 
+/// All over its pixel, and nowhere else.
+TEST_F(ScriptedPaths, CameraRaysBeginInTheirPixel) {
+  const detail::PathSetup s = setup();
+  const detail::Projection& p = s.projection;
+  const Vec3d forward = normalize(p.corner + p.right * 0.5 + p.down * 0.5);
+  proof::Histogram across(8), down(8);
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    const Vec3d d = detail::CameraSample(s, 2, 5, i).ray.d;
+    const Vec3d at = d / dot(d, forward) - p.corner;
+    across.add(dot(at, p.right) / dot(p.right, p.right) - 2);
+    down.add(dot(at, p.down) / dot(p.down, p.down) - 5);
+  }
+  proof::Family family;
+  family.add("across", across.uniform_p_value());
+  family.add("down", down.uniform_p_value());
+  EXPECT_TRUE(family.passes());
+}
+
 TEST(ImportanceRow, IsLinearBetweenItsNodes) {
   constexpr int kLast = detail::kDirectionNodes - 1;
   std::vector<Row> rows(2, flat(std::numeric_limits<float>::quiet_NaN()));  // nothing of the next

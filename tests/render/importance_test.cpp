@@ -295,6 +295,20 @@ TEST(Importance, WithoutLightOrCloudPathsArePlain) {
   EXPECT_FALSE(render(make_volumes(none, std::vector{s.medium}, s).front(), s).guided);
 }
 
+/// Two bricks far apart: more cubes of 8^3 cells in their box than are kept.
+TEST(Importance, OfAWideCloudHasLargerCells) {
+  const std::vector<float> ones(kBrickSamples, 1.0f);
+  VoxelGrid g;
+  for (const int at : {0, 1016}) g.bricks.push_back({Vec3i(at), ones.data()});
+  const CloudScene s = sunny();
+  const Volume v = make_volume(g, build_pyramid(g), s);
+  const detail::CoarseCells cells = detail::make_coarse_cells(v);
+  EXPECT_EQ(cells.shift, 5);  // 65^3 cubes of 16^3 cells are too many still
+  double mass = 0;
+  for (const double m : cells.mass) mass += m;
+  EXPECT_NEAR(mass, s.medium.extinction * 2 * kBrickSamples, 1e-3);
+}
+
 /// In a thin cube the light of a delta sun arrives undimmed, and photons count its irradiance; the
 /// mass of the coarse cells is the cube's.
 TEST(Importance, PhotonsCountTheLightOfAThinCube) {

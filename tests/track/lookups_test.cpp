@@ -66,6 +66,15 @@ Counts count_flights(int flights, const MakeSegments& make_segments, const F& fi
   return c;
 }
 
+TEST(Lookups, AreCountedUp) {
+  Tally t;
+  t.lookup(), t.bounds_test(), t.segment(), t.null_collision();
+  EXPECT_EQ(t.lookups, 1u);
+  EXPECT_EQ(t.bounds_tests, 1u);
+  EXPECT_EQ(t.segments, 1u);
+  EXPECT_EQ(t.null_collisions, 1u);
+}
+
 TEST(Lookups, AreTheIntegralsOfMajorantAndResidual) {
   constexpr int kFlights = 400'000;
   const auto segments = [] { return SegmentList{kTwoSegments}; };
