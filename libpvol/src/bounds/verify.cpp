@@ -296,6 +296,20 @@ void check_places(const VoxelGrid& grid, const Cubes& cubes, const BlockFinder& 
   }
 }
 
+/// Cubes from this level up, and places.
+BoundsCheck verify(const VoxelGrid& grid, const Pyramid& pyramid, std::size_t first_level,
+                   Ask ask) {
+  BoundsCheck check;
+  const BlockFinder blocks(grid);
+  const Cubes cubes{pyramid};
+  const double filled = filled_blocks(grid);
+  for (std::size_t level = first_level; level < pyramid.levels.size(); ++level) {
+    check_cubes(cubes, blocks, filled, level, ask, check);
+  }
+  check_places(grid, cubes, blocks, check);
+  return check;
+}
+
 }  // namespace
 
 double WrongBound::off() const {
@@ -308,27 +322,14 @@ double WrongBound::off() const {
 }
 
 BoundsCheck verify_bounds(const VoxelGrid& grid, const Pyramid& pyramid) {
-  BoundsCheck check;
-  const BlockFinder blocks(grid);
-  const Cubes cubes{pyramid};
-  for (std::size_t level = 0; level < pyramid.levels.size(); ++level) {
-    check_cubes(cubes, blocks, filled_blocks(grid), level, Ask::bounds, check);
-  }
-  check_places(grid, cubes, blocks, check);
+  BoundsCheck check = verify(grid, pyramid, 0, Ask::bounds);
   std::stable_sort(check.wrong.begin(), check.wrong.end(),
                    [](const WrongBound& a, const WrongBound& b) { return a.off() > b.off(); });
   return check;
 }
 
 BoundsCheck verify_cover(const VoxelGrid& grid, const Pyramid& pyramid) {
-  BoundsCheck check;
-  const BlockFinder blocks(grid);
-  const Cubes cubes{pyramid};
-  for (std::size_t level = 1; level < pyramid.levels.size(); ++level) {
-    check_cubes(cubes, blocks, filled_blocks(grid), level, Ask::one_value, check);
-  }
-  check_places(grid, cubes, blocks, check);
-  return check;
+  return verify(grid, pyramid, 1, Ask::one_value);
 }
 
 }  // namespace pvol
