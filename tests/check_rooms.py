@@ -15,7 +15,7 @@ DOORS = {"pvol/error.h": "math", "pvol/version.h": "math", "pvol/embed.h": "volu
 TOOLS = ["cli", "report", "stats"]
 FORMATS = ["file", "image", "toml", "vdb", "pvol"]
 # What the library is built from: the standard library, oneTBB and nothing else.
-AT_HOME_IN_LIBRARY = re.compile(r"<(tbb/\w+\.h|[a-z_0-9]+)>$")
+AT_HOME_IN_LIBRARY = re.compile(r"<(tbb/\w+\.h|hwy/\w+\.h|sys/mman\.h|[a-z_0-9]+)>$")
 
 INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|(<[^>]+>))')
 
@@ -41,7 +41,7 @@ def climbs(order, own, other):
 
 def check_library(path, name, foreign):
     if foreign:
-        return not AT_HOME_IN_LIBRARY.match(foreign) and "libpvol needs oneTBB only"
+        return not AT_HOME_IN_LIBRARY.match(foreign) and "libpvol needs oneTBB and Highway only"
     if name.startswith("pvol/formats/"):
         return "libpvol does not see formats"
     own, other = room_of_library_file(path), library_target(name)

@@ -74,7 +74,8 @@ detail::Importance importance_of(const std::vector<Row>& rows) {
   cells.last = Int4{int(rows.size()) - 1, 0, 0, 0};
   cells.size = Vec3i(int(rows.size()), 1, 1);
   for (std::uint32_t i = 0; i < rows.size(); ++i) cells.rows.push_back(i);
-  return {std::move(cells), Vec3f(0, 0, 1), HenyeyGreenstein(0), rows,
+  return {std::move(cells), Vec3f(0, 0, 1), HenyeyGreenstein(0),
+          PagedVector<Row>(rows.begin(), rows.end()),
           std::vector<float>(rows.size(), 1.0f)};
 }
 

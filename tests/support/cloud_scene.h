@@ -11,6 +11,7 @@
 #include "pvol/render/render.h"
 #include "pvol/render/scene_volume.h"
 #include "pvol/volume/make_volume.h"
+#include "support/kernel.h"
 
 namespace pvol::test {
 
@@ -59,17 +60,19 @@ struct CloudScene {
   return pvol::make_volume(std::move(recipe), pyramid, s.medium.medium(), s.volume_options());
 }
 
+/// Renders volumes with the matter that they were made with.
+[[nodiscard]] inline RenderResult render(std::span<const Volume> volumes, const CloudScene& s,
+                                         const Progress& progress = {}) {
+  Scene scene = s.scene();
+  scene.options.kernel = kernel_for(volumes, scene);
+  return pvol::render(volumes, scene, progress);
+}
+
 /// Renders the volume with the matter that the scene's body has now.
 [[nodiscard]] inline RenderResult render(Volume volume, const CloudScene& s,
                                          const Progress& progress = {}) {
   volume.medium = s.medium.medium();
-  return pvol::render(volume, s.scene(), progress);
-}
-
-/// Renders volumes with the matter that they were made with.
-[[nodiscard]] inline RenderResult render(std::span<const Volume> volumes, const CloudScene& s,
-                                         const Progress& progress = {}) {
-  return pvol::render(volumes, s.scene(), progress);
+  return render(std::span<const Volume>(&volume, 1), s, progress);
 }
 
 }  // namespace pvol::test

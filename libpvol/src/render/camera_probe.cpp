@@ -58,6 +58,7 @@ template <LookUp kLookUp>
   p.shells = plan.shells;
   p.kernel = plan.kernel;
   p.kernel.count = true;
+  p.kernel.lanes = Lanes::scalar;
   if (p.kernel.paths == Paths::guided) p.kernel.paths = Paths::one_volume;
   p.scene.camera = plan.scene.camera;
   p.scene.lights = plan.scene.lights;

@@ -5,6 +5,7 @@
 #include "math/digits.h"
 #include "render/check_scene.h"
 #include "render/forecast.h"
+#include "render/lanes/choose_lanes.h"
 #include "render/sanity.h"
 
 namespace pvol {
@@ -30,7 +31,8 @@ Kernel choose_kernel(const RenderPlan& p) {
           .paths = p.guide.used           ? Paths::guided
                    : p.volumes.size() > 1 ? Paths::many_volumes
                                           : Paths::one_volume,
-          .count = p.scene.options.count};
+          .count = p.scene.options.count,
+          .lanes = p.scene.options.kernel};
 }
 
 Decision decide_cut(const Volume& v, const RenderOptions& o) {
@@ -67,15 +69,17 @@ Decision decide_guide(const GuideChoice& guide) {
   return {"paths", guide.used ? "guided" : "not guided", std::move(reason)};
 }
 
-Decision decide_transmittance(const TransmittanceChoice& t, bool by_user) {
+Decision decide_transmittance(const TransmittanceChoice& t, bool by_user, bool in_lanes) {
   return {"shadow rays", name(t.estimator),
-          by_user ? "as told"
-                  : "optical thickness about " + digits(t.thickness) + " on average, " +
-                        digits(100 * t.control_share) + " % of the majorants are minorants"};
+          by_user    ? "as told"
+          : in_lanes ? "those of many paths at once"
+                     : "optical thickness about " + digits(t.thickness) + " on average, " +
+                           digits(100 * t.control_share) + " % of the majorants are minorants"};
 }
 
 /// The choices in words, in the order in which they bear on each other.
-std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted) {
+std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted,
+                             const std::string& lane_reason) {
   std::vector<Decision> all;
   for (std::size_t i = 0; i < p.volumes.size(); ++i) {
     const Volume& v = p.volumes[i];
@@ -86,8 +90,10 @@ std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted) {
     for (std::size_t k = first; k < all.size(); ++k) all[k].volume = int(i);
   }
   all.push_back(decide_guide(p.guide));
-  all.push_back(
-      decide_transmittance(p.transmittance, wanted.transmittance != Transmittance::automatic));
+  all.push_back({"kernel", name(p.kernel.lanes), lane_reason});
+  all.push_back(decide_transmittance(p.transmittance,
+                                     wanted.transmittance != Transmittance::automatic,
+                                     p.kernel.lanes != Lanes::scalar));
   return all;
 }
 
@@ -100,12 +106,13 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
                    [](const Light& a, const Light& b) { return a.index() < b.index(); });
   RenderOptions& o = p.scene.options;
   p.transmittance = choose_transmittance(volumes);
-  if (o.transmittance == Transmittance::automatic) {
-    o.transmittance = p.transmittance.estimator;
-  } else {
-    p.transmittance.estimator = o.transmittance;
-  }
+  if (o.transmittance != Transmittance::automatic) p.transmittance.estimator = o.transmittance;
+  o.transmittance = p.transmittance.estimator;
   detail::check(volumes, p.scene);
+  const detail::LaneChoice lanes = detail::choose_lanes(volumes, scene);
+  if (lanes.lanes != Lanes::scalar) o.transmittance = Transmittance::analog;
+  p.transmittance.estimator = o.transmittance;
+  o.kernel = lanes.lanes;
   for (std::size_t i = 0; i < volumes.size() && !options.force; ++i) {
     detail::refuse_endless_flights(volumes[i],
                                    i < options.facts.size() ? &options.facts[i] : nullptr, o);
@@ -113,7 +120,7 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
   for (const Volume& v : volumes) p.shells.push_back(choose_shell(v, scene));
   p.guide = choose_guide(volumes, scene, options.paths > 0 ? options.paths : count_paths(o));
   p.kernel = choose_kernel(p);
-  p.decisions = decide(p, scene.options);
+  p.decisions = decide(p, scene.options, lanes.reason);
   if (!options.forecast) return p;
   const detail::CameraProbe probe = detail::probe_camera(p);
   if (!options.force) detail::refuse_endless_paths(p, probe);

@@ -1,7 +1,6 @@
 // Tiles, threads and options around the path tracer.
 #include "pvol/render/render.h"
 
-#include <tbb/blocked_range2d.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
@@ -16,14 +15,14 @@
 #include "render/guide/importance.h"
 #include "render/path/path_result.h"
 #include "render/reporter.h"
-#include "render/tiles/render_tile.h"
+#include "render/tiles/tile_renderer.h"
 
 namespace pvol {
 namespace {
 
 using detail::PathSetup;
 using detail::Reporter;
-using detail::TileFunction;
+using detail::TileRenderer;
 
 Film make_film(const RenderOptions& o) {
   Film f;
@@ -36,20 +35,18 @@ Film make_film(const RenderOptions& o) {
 }
 
 /// Samples [begin, end) of every pixel.
-void render_pass(TileFunction render_part, const PathSetup& setup, std::uint32_t begin,
-                 std::uint32_t end, Film& film, tbb::enumerable_thread_specific<Counts>& counts,
-                 Reporter& reporter) {
-  constexpr std::size_t kTile = 16;
-  tbb::parallel_for(
-      tbb::blocked_range2d<int>(0, film.crop_height, kTile, 0, film.crop_width, kTile),
-      [&](const tbb::blocked_range2d<int>& range) {
-        if (reporter.stop()) return;
-        const auto &rows = range.rows(), &columns = range.cols();
-        const detail::ImagePart tile{columns.begin(), rows.begin(), int(columns.size()),
-                                     int(rows.size())};
-        if (!render_part(setup, tile, begin, end, film, counts.local())) return;
-        reporter.add(std::uint64_t(tile.width) * std::uint64_t(tile.height) * (end - begin));
-      });
+void render_pass(TileRenderer& renderer, int edge, std::uint32_t begin, std::uint32_t end,
+                 Film& film, tbb::enumerable_thread_specific<Counts>& counts, Reporter& reporter) {
+  const int columns = (film.crop_width + edge - 1) / edge;
+  const int rows = (film.crop_height + edge - 1) / edge;
+  tbb::parallel_for(std::int64_t(0), std::int64_t(columns) * rows, [&](std::int64_t i) {
+    if (reporter.stop()) return;
+    const int x = int(i % columns) * edge, y = int(i / columns) * edge;
+    const detail::ImagePart tile{x, y, std::min(edge, film.crop_width - x),
+                                 std::min(edge, film.crop_height - y)};
+    if (!renderer.render(tile, begin, end, film, counts.local())) return;
+    reporter.add(std::uint64_t(tile.width) * std::uint64_t(tile.height) * (end - begin));
+  });
 }
 
 }  // namespace
@@ -90,7 +87,7 @@ RenderResult render(const RenderPlan& plan, const Progress& progress) {
   if (!std::isfinite(setup.shadow_unit)) {
     throw Error("the lights are too bright for single precision");
   }
-  const TileFunction render_part = detail::find_tile_function(paths);
+  TileRenderer renderer(plan, setup, paths);
   film.layers = detail::make_layers(setup);
   for (Layer& layer : film.layers) layer.sums.resize(film.pixels.size());
 
@@ -105,7 +102,8 @@ RenderResult render(const RenderPlan& plan, const Progress& progress) {
   std::uint64_t pass = 1;
   for (std::uint32_t begin = o.first_sample; begin < last && !reporter.stop();) {
     const std::uint32_t end = begin + std::uint32_t(std::min(pass, last - begin));
-    arena.execute([&] { render_pass(render_part, setup, begin, end, film, counts, reporter); });
+    const int edge = renderer.edge(end - begin, film, threads);
+    arena.execute([&] { render_pass(renderer, edge, begin, end, film, counts, reporter); });
     pass = std::min(2 * pass, kLongestPass);
     begin = end;
   }

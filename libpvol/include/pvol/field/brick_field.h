@@ -11,6 +11,7 @@
 #include "pvol/density/voxel_grid.h"
 #include "pvol/field/bounds_excess.h"
 #include "pvol/field/tricubic.h"
+#include "pvol/math/pages.h"
 
 namespace pvol {
 
@@ -31,7 +32,7 @@ inline constexpr int kFieldSamples = field_samples(LookUp::trilinear);
 /// tricubic ones at (i - 1, j - 1, k - 1). Brick 0 is all zero. A brick whose samples are all equal
 /// serves every cube with that value.
 struct BrickField {
-  std::vector<float> samples;
+  PagedVector<float> samples;
   LookUp look_up = LookUp::trilinear;  ///< trilinear (or nearest), or tricubic
 
   template <LookUp kLookUp = LookUp::trilinear>

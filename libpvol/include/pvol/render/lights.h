@@ -28,6 +28,9 @@ class SkyLight {
   explicit SkyLight(const Environment& environment);
 
   [[nodiscard]] Rgb radiance(Vec3f direction) const;
+  [[nodiscard]] bool is_constant() const {
+    return std::holds_alternative<ConstantSky>(environment_);
+  }
   /// Whether `sample` is worth a shadow ray.
   [[nodiscard]] bool sampled() const { return !row_cdf_.empty(); }
   [[nodiscard]] LightSample sample(Rng& rng) const;

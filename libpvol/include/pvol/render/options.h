@@ -44,6 +44,23 @@ enum class GuideUse {
   });
 }
 
+/// How many paths a thread follows at once. The picture is the same on average; the random numbers
+/// are others in lanes, and the same for any number of them.
+enum class Lanes {
+  automatic,  ///< as many as the machine has, where the scene is one that lanes serve
+  scalar,     ///< one path at a time
+  avx2,       ///< 8
+  avx512,     ///< 16
+};
+[[nodiscard]] constexpr auto names(Lanes) {
+  return std::to_array<Named<Lanes>>({
+      {Lanes::automatic, "auto"},
+      {Lanes::scalar, "scalar"},
+      {Lanes::avx2, "avx2"},
+      {Lanes::avx512, "avx512"},
+  });
+}
+
 struct RenderOptions {
   int width = 640, height = 480;
   int crop_x = 0, crop_y = 0;           ///< upper left corner of the part that is rendered
@@ -58,6 +75,7 @@ struct RenderOptions {
   LookUp look_up = LookUp::trilinear;
   ShellUse shells = ShellUse::automatic;
   GuideUse guide = GuideUse::automatic;
+  Lanes kernel = Lanes::automatic;
   std::optional<int> depth;  ///< octree depth at which the walk stops, 0..16; else by cost
   /// Factor on majorants, for measurements: above 1 bounds get looser and the picture stays the
   /// same; below 1, down to 1/3, they do not bound, which takes a tracker with weights.
@@ -172,6 +190,11 @@ template <std::same_as<RenderOptions> O>
            .effect = Effect::cost,
            .factor = "guided paths",
            .sweep = "on off"}),
+      key<&O::kernel>(
+          {.key = "kernel",
+           .help = "How many paths a thread follows at once: auto takes the most that the machine "
+                   "and the scene allow, and says why; the picture is the same on average",
+           .effect = Effect::cost}),
       key<&O::depth>({.key = "depth",
                       .metavar = "N|auto",
                       .limits = whole(0, kDeepestOctree).or_word("auto"),

@@ -8,6 +8,8 @@ namespace pvol::detail {
 
 /// Importance below which paths are ended by roulette, and above which they are split.
 inline constexpr float kEndBelow = 0.5f, kSplitAbove = 2;
+/// The most that one of them is split into.
+inline constexpr float kMostCopies = 8;
 
 /// Traces paths that end, split and turn by their importance, for one volume and a tracker without
 /// weights (THEORY.md, T5.5). The picture is that of the plain tracer on average.
@@ -43,7 +45,8 @@ class GuidedTracer {
       if (hit.matter != nullptr) {
         alive = collide(*hit.matter, rng) || resume();
       } else {
-        add_scattered(s_, matter_->phase, from, direction_, throughput_, r_);
+        const auto pdf = [&] { return pdf_phase(matter_->phase, from, direction_); };
+        add_scattered(s_, pdf, direction_, throughput_, r_);
         alive = resume();
       }
     }
@@ -66,7 +69,6 @@ class GuidedTracer {
 
   /// Collisions at which branches may wait; while all are taken, paths are not split.
   static constexpr std::size_t kPlaces = 16;
-  static constexpr float kMostCopies = 8;
 
   const PathSetup& s_;
   const Importance& importance_;

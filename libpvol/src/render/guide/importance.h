@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "pvol/math/pages.h"
 #include "render/guide/photons.h"
 
 namespace pvol::detail {
@@ -19,7 +20,7 @@ inline constexpr int kDirectionNodes = 16;
 /// T5.5). Never 0.
 class Importance {
  public:
-  struct Row {
+  struct alignas(64) Row {  // in a cache line
     std::array<float, kDirectionNodes> at;
     /// Of a direction of flight.
     [[nodiscard]] float of(float half_sine) const {
@@ -32,7 +33,7 @@ class Importance {
     [[nodiscard]] bool turns() const { return at.front() > 2 * at.back(); }
   };
 
-  Importance(CoarseCells cells, Vec3f axis, HenyeyGreenstein lobe, std::vector<Row> rows,
+  Importance(CoarseCells cells, Vec3f axis, HenyeyGreenstein lobe, PagedVector<Row> rows,
              std::vector<float> shadow_worth)
       : cells_(std::move(cells)),
         rows_(std::move(rows)),
@@ -52,12 +53,17 @@ class Importance {
     return detail::half_sine(direction, axis_);
   }
   [[nodiscard]] Vec3f axis() const { return axis_; }
+  // The tables themselves, for kernels that read them in lanes.
+  [[nodiscard]] const CoarseCells& cells() const { return cells_; }
+  [[nodiscard]] const PagedVector<Row>& rows() const { return rows_; }
+  [[nodiscard]] const float* shadow_worths() const { return shadow_worth_.data(); }
+
   /// About the axis: where paths that are turned should go.
   [[nodiscard]] const HenyeyGreenstein& lobe() const { return lobe_; }
 
  private:
   CoarseCells cells_;
-  std::vector<Row> rows_;
+  PagedVector<Row> rows_;
   std::vector<float> shadow_worth_;  // by row and light
   Vec3f axis_;
   HenyeyGreenstein lobe_;

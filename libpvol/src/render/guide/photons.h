@@ -30,6 +30,13 @@ struct IncidentLight {
   std::vector<float> direct;
 };
 
+/// Random numbers of photon i are those of (kPhotonKey, 0, i).
+inline constexpr std::uint64_t kPhotonKey = 0x70686f746f6e;
+/// Photons that scatter more often have seen all of the cloud.
+inline constexpr int kMostPhotonFlights = 1000;
+/// Photons of less power go on with probability power / threshold.
+inline constexpr float kPhotonRoulette = 0.25f;
+
 /// Traces `photons` photons with the scene's tracker. Needs one volume, which is not empty.
 /// Deterministic for any number of threads, but where the setup's `stop` ends it early.
 [[nodiscard]] IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells,

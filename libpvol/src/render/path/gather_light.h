@@ -53,11 +53,11 @@ inline void add_seen(const PathSetup& s, Vec3f direction, Rgb throughput, PathRe
   r.radiance += throughput * sum;
 }
 
-/// Light in the direction of a ray that left the cloud after it was scattered out of `from`,
-/// weighted against `add_light_here`.
-inline void add_scattered(const PathSetup& s, const PhaseFunction& phase, Vec3f from,
-                          Vec3f direction, Rgb throughput, PathResult& r) {
-  const auto pdf = [&] { return pdf_phase(phase, from, direction); };
+/// Light in the direction of a ray that left the cloud after it was scattered there with the
+/// density pdf(), weighted against `add_light_here`.
+template <class Pdf>
+inline void add_scattered(const PathSetup& s, const Pdf& pdf, Vec3f direction, Rgb throughput,
+                          PathResult& r) {
   Rgb sum = s.sky.radiance(direction) - s.constant;
   if (s.sky.sampled()) sum *= balance(pdf(), s.sky.pdf(direction));
   if (r.in_layers()) r.sky() += throughput * sum;

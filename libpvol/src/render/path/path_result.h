@@ -1,6 +1,9 @@
 // What a camera path brings home.
 #pragma once
 
+#include <string>
+
+#include "pvol/error.h"
 #include "render/path/path_setup.h"
 
 namespace pvol::detail {
@@ -33,6 +36,13 @@ struct PathResult {
   layers.push_back({"sky", {}});
   layers.push_back({"emission", {}});
   return layers;
+}
+
+/// Throws Error for a sample of pixel (x, y) that is more than a float holds.
+inline void require_finite(const PathResult& r, int x, int y) {
+  if (is_finite(r.radiance)) return;
+  throw Error("pixel (" + std::to_string(x) + ", " + std::to_string(y) +
+              ") became infinite: the lights are too bright for single precision");
 }
 
 /// Adds a sample to the film.

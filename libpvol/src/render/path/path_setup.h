@@ -17,6 +17,7 @@
 #include "pvol/shell/ray_shell.h"
 #include "pvol/volume/phase.h"
 #include "pvol/volume/volume.h"
+#include "volume/dense_bounds.h"
 #include "volume/flights.h"
 
 namespace pvol::detail {
@@ -139,8 +140,12 @@ struct PathSetup {
   std::vector<std::string> light_names;  ///< "sun.1", "sun.2", "point.1": as `lights`
   /// Once it is true, paths end as they please, and what they bring is to be dropped.
   const std::atomic<bool>* stop = &kNeverStop;
+  Lanes lanes;  ///< the kernel; not automatic
+  /// Of the one volume, where the kernel is one of lanes; setups may share them.
+  std::shared_ptr<const DenseBounds> dense;
 
-  PathSetup(const RenderPlan& plan, Rgb constant_ = Rgb(0.0f))
+  PathSetup(const RenderPlan& plan, Rgb constant_ = Rgb(0.0f),
+            std::shared_ptr<const DenseBounds> dense_ = nullptr)
       : constant(constant_),
         projection(plan.scene.camera, plan.scene.options.width, plan.scene.options.height),
         sky(plan.scene.environment),
@@ -148,7 +153,12 @@ struct PathSetup {
         max_bounces(plan.scene.options.max_bounces.value_or(~0u)),
         options(plan.scene.options),
         flights(find_flights(plan.kernel.look_up, plan.kernel.micro_edge, plan.kernel.count)),
-        count(plan.kernel.count) {
+        count(plan.kernel.count),
+        lanes(plan.kernel.lanes),
+        dense(std::move(dense_)) {
+    if (lanes != Lanes::scalar && dense == nullptr) {
+      dense = std::make_shared<const DenseBounds>(make_dense_bounds(plan.volumes.front().density));
+    }
     std::vector<int> of_kind(std::variant_size_v<Light>);
     for (const Light& light : plan.scene.lights) {
       const int number = ++of_kind[light.index()];

@@ -48,7 +48,8 @@ class PathTracer {
       throughput *= hit.weight;
       if (hit.matter == nullptr) {
         if (bounces > 0) {
-          add_scattered(s_, *phase_, from_, direction_, throughput, r_);
+          const auto pdf = [&] { return pdf_phase(*phase_, from_, direction_); };
+          add_scattered(s_, pdf, direction_, throughput, r_);
         } else {
           r_.alpha = 1 - hit.weight;
           if (s_.options.background) add_seen(s_, direction_, throughput, r_);

@@ -1,8 +1,5 @@
 #include "render/tiles/render_tile.h"
 
-#include <string>
-
-#include "pvol/error.h"
 #include "render/guide/guided_tracer.h"
 #include "render/path/path_tracer.h"
 
@@ -46,10 +43,7 @@ bool render_tile(const PathSetup& setup, const ImagePart& tile, std::uint32_t be
           whole = false;
           break;
         }
-        if (!is_finite(r.radiance)) {
-          throw Error("pixel (" + std::to_string(film.x + x) + ", " + std::to_string(film.y + y) +
-                      ") became infinite: the lights are too bright for single precision");
-        }
+        require_finite(r, film.x + x, film.y + y);
         add_sample(r, pixel, film);
       }
       if (setup.count) count_pixel(film.pixels[pixel]);

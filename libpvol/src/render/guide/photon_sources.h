@@ -1,0 +1,53 @@
+// Where photons come from: the lights of a scene, its sky and its matter.
+#pragma once
+
+#include <vector>
+
+#include "render/guide/target.h"
+#include "render/path/path_setup.h"
+
+namespace pvol::detail {
+
+/// A photon about to fly: its ray in the world and its power.
+struct Photon {
+  Ray ray;
+  Rgb power{0.0f};
+  std::size_t source = 0;  ///< number of its light; larger ones are the sky and matter
+};
+
+/// The lights of the scene less its constant, to draw photons from in proportion to their power.
+/// The setup has one volume, which is not empty; it and the cells outlive this.
+class PhotonSources {
+ public:
+  PhotonSources(const PathSetup& setup, const CoarseCells& cells);
+
+  [[nodiscard]] double power() const { return up_to_.back(); }
+  /// Towards the strongest light, unit.
+  [[nodiscard]] Vec3f axis() const { return axis_; }
+
+  /// A photon, whose luminance is 1 on average, a share of power(): in units of the world powers
+  /// may be beyond what a float holds.
+  [[nodiscard]] Photon sample(Rng& rng) const;
+
+ private:
+  void add_sky(double& strongest);
+  void add(double power) { up_to_.push_back((up_to_.empty() ? 0 : up_to_.back()) + power); }
+  void propose_axis(double power, Vec3f axis, double& strongest) {
+    if (power > strongest) strongest = power, axis_ = axis;
+  }
+  [[nodiscard]] LightSample sample_sky(Rng& rng) const;
+  [[nodiscard]] Rgb emitted() const;
+  [[nodiscard]] double matter_power();
+  [[nodiscard]] Photon from_light(const LightSource& source, Rng& rng) const;
+  [[nodiscard]] Photon from_sky(Rng& rng) const;
+  [[nodiscard]] Photon from_matter(Rng& rng) const;
+
+  const PathSetup& s_;
+  const CoarseCells& cells_;
+  Target target_;
+  Vec3f axis_{0, 1, 0};
+  std::vector<double> up_to_;       // powers: lights, the sky, matter
+  std::vector<double> mass_up_to_;  // by row of the cells
+};
+
+}  // namespace pvol::detail

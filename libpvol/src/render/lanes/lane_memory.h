@@ -1,0 +1,112 @@
+// What a thread keeps while it traces a batch of samples in lanes.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "pvol/render/counts.h"
+#include "render/lanes/exact_sum.h"
+#include "render/lanes/records.h"
+#include "render/path/gather_light.h"
+
+namespace pvol::detail {
+
+/// Rays of a queue that fly at once. Queues are taken from their ends, so that they stay short
+/// however paths branch.
+inline constexpr std::size_t kSlice = 1024;
+
+/// What flights leave behind, and what becomes of it: arrays of kSlice and a register more.
+struct Events {
+  template <class T>
+  using Array = std::array<T, kSlice + kMostLanes>;
+
+  std::size_t n = 0;                 ///< rays that used up their optical depth
+  Array<float> x, y, z, left;        ///< where, and the distance that is left
+  Array<std::uint32_t> source;       ///< number in the slice
+  std::size_t gone = 0;              ///< rays that left
+  Array<std::uint32_t> gone_source;  ///< likewise
+
+  // Of decisions, for each event:
+  Array<float> mu;  ///< u times the majorant
+  Array<std::uint32_t> rng0, rng1, brick, cube, sample;
+  std::array<std::uint32_t, kSlice / 4 + 1> real, open;  ///< masks of registers
+  std::size_t undecided = 0;
+  Array<std::uint32_t> which;  ///< events that need a look-up
+  Array<std::uint32_t> at;     ///< their first sample
+};
+
+/// Samples of a batch: each has a slot with its sums.
+class Slots {
+ public:
+  /// `setup` outlives this.
+  explicit Slots(const PathSetup& setup)
+      : setup_(setup), result_(setup), colours_(1 + result_.layers.size()) {}
+
+  void start(std::size_t count) {
+    sums_.assign(count * colours_ * 3, {});
+    collided_.assign(count, {});
+    alpha.assign(count, 0);
+    counts.assign(count, {});
+  }
+
+  /// Calls add(result) with an empty result, and adds what it then holds to the slot.
+  template <class Add>
+  void add(std::uint32_t slot, const Add& add) {
+    result_.reset();
+    add(result_);
+    ExactSum* const sums = &sums_[slot * colours_ * 3];
+    add_colour(sums, result_.radiance);
+    for (std::size_t k = 1; k < colours_; ++k) add_colour(sums + 3 * k, result_.layers[k - 1]);
+  }
+
+  /// Adds the weight of a path that collided, where there is but one component: what that emits is
+  /// added at the end.
+  void add_collision(std::uint32_t slot, float weight) { collided_[slot].add(weight); }
+
+  [[nodiscard]] const PathResult& result(std::size_t slot) {
+    const ExactSum* const sums = &sums_[slot * colours_ * 3];
+    result_.radiance = colour(sums);
+    for (std::size_t k = 1; k < colours_; ++k) result_.layers[k - 1] = colour(sums + 3 * k);
+    if (const double weight = collided_[slot].value(); weight != 0) {
+      add_emitted(setup_, setup_.volumes.front().matter.front(), Rgb(float(weight)), result_);
+    }
+    result_.alpha = alpha[slot];
+    return result_;
+  }
+
+  std::vector<float> alpha;
+  std::vector<std::array<std::uint32_t, kPixelCounts.size()>> counts;  ///< where they are asked for
+
+ private:
+  const PathSetup& setup_;
+  PathResult result_;
+  std::size_t colours_;
+  std::vector<ExactSum> sums_, collided_;
+
+  static void add_colour(ExactSum* sums, Rgb c) {
+    for (int k = 0; k < 3; ++k) sums[k].add(c[k]);
+  }
+  [[nodiscard]] static Rgb colour(const ExactSum* sums) {
+    return {float(sums[0].value()), float(sums[1].value()), float(sums[2].value())};
+  }
+};
+
+struct LaneMemory {
+  Records camera, paths, shadows;  ///< rays that wait to fly
+  Records flying{kSlice};          ///< those that do
+  Records collisions, straight, turned;
+  std::array<Events::Array<float>, 3> step, inverse;  ///< of the flying: cells per world length
+  Events events;
+  Slots slots;
+  Counts counts;
+
+  explicit LaneMemory(const PathSetup& setup) : slots(setup) {}
+};
+
+/// Numbers of samples in a batch go into 16 bits of a record's id.
+inline constexpr std::uint32_t kMostSlots = 1u << 16;
+[[nodiscard]] inline std::uint32_t slot_of(std::uint32_t id) { return id & (kMostSlots - 1); }
+/// Above them, bounces of a path, and the number of its light of a shadow ray.
+[[nodiscard]] inline std::uint32_t number_of(std::uint32_t id) { return id >> 16; }
+
+}  // namespace pvol::detail

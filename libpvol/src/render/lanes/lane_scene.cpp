@@ -1,0 +1,138 @@
+#include "render/lanes/lane_scene.h"
+
+#include <cmath>
+
+#include "pvol/field/brick_field.h"
+#include "render/path/gather_light.h"
+
+namespace pvol::detail {
+namespace {
+
+void add_lobe(const HenyeyGreenstein& hg, MatterTable::Lobe& to) {
+  to.g.push_back(hg.g);
+  to.one_minus_g.push_back(hg.one_minus_g);
+  to.one_minus_g2.push_back(hg.one_minus_g2);
+  to.axis.push_back(hg.axis);
+}
+
+MatterTable make_matter_table(const std::vector<Matter>& all) {
+  MatterTable t;
+  for (const Matter& m : all) {
+    t.share_up_to.push_back(m.share_up_to);
+    for (std::size_t c = 0; c < 3; ++c) t.albedo[c].push_back(m.albedo[int(c)]);
+    if (const auto* one = std::get_if<HenyeyGreenstein>(&m.phase)) {
+      t.lobe_share.push_back(1);
+      add_lobe(*one, t.lobes[0]);
+      add_lobe(*one, t.lobes[1]);
+    } else {
+      const TwoLobes& two = std::get<TwoLobes>(m.phase);
+      t.lobe_share.push_back(float(two.share));
+      add_lobe(two.forward, t.lobes[0]);
+      add_lobe(two.backward, t.lobes[1]);
+    }
+  }
+  return t;
+}
+
+bool has_one_lobe(const std::vector<Matter>& all) {
+  const Matter& m = all.front();
+  return all.size() == 1 && std::holds_alternative<HenyeyGreenstein>(m.phase) &&
+         m.albedo.x == m.albedo.y && m.albedo.y == m.albedo.z;
+}
+
+LaneLight make_lane_light(const LightSource& source, const Affine& world_to_cells) {
+  LaneLight l;
+  if (const auto* sun = std::get_if<SunLight>(&source)) {
+    l.kind = sun->disc_pdf == 0 ? LaneLight::Kind::delta : LaneLight::Kind::disc;
+    l.direction = sun->direction;
+    l.one_minus_cos_radius = sun->one_minus_cos_radius;
+    l.pdf = sun->disc_pdf;
+    l.radiance = sun->disc_pdf == 0 ? sun->irradiance : sun->disc_radiance;
+  } else {
+    const PointSource& point = std::get<PointSource>(source);
+    l.kind = LaneLight::Kind::point;
+    l.place = Vec3f(world_to_cells.point(point.position) + Vec3d(DenseBounds::kBorder));
+    l.radiance = point.intensity;
+  }
+  l.value = absolute_luminance(l.radiance);
+  return l;
+}
+
+}  // namespace
+
+LaneScene::LaneScene(const PathSetup& s)
+    : setup(s),
+      volume(s.volumes.front()),
+      to_world{Vec3f(volume.cells_to_world.m[0]), Vec3f(volume.cells_to_world.m[1]),
+               Vec3f(volume.cells_to_world.m[2])},
+      bounds(*s.dense),
+      samples(volume.volume.density.bricks().samples.data()),
+      matter(make_matter_table(volume.matter)),
+      one_lobe(has_one_lobe(volume.matter)) {
+  const MicroBounds& micro = volume.volume.density.micro;
+  if (micro.edge > 0) {
+    micro_codes = reinterpret_cast<const std::uint16_t*>(micro.codes.data());
+    micro_scales = reinterpret_cast<const float*>(micro.scales.data());
+    micro_shift = micro.edge - 1;  // of 1 and 2
+  }
+  emits = s.options.light_layers && largest(s.constant) > 0;  // what is absorbed is in layers
+  for (const Matter& m : volume.matter) emits = emits || largest(m.emitted) > 0;
+  count = s.count;
+  limited = false;
+  weighted = s.sky.sampled();
+  dark_sky = !s.sky.sampled() && largest(s.sky.radiance({0, 1, 0}) - s.constant) == 0 &&
+             s.sky.is_constant();
+  for (const LightSource& source : s.lights) {
+    lights.push_back(make_lane_light(source, volume.volume.density.world_to_cells));
+    limited = limited || std::holds_alternative<PointSource>(source);
+    const bool seen = lights.back().kind == LaneLight::Kind::disc;
+    weighted = weighted || seen;
+    dark_sky = dark_sky && !seen;
+  }
+  if (s.sky.sampled()) lights.emplace_back();
+  const auto bit = [](Field f) { return std::uint32_t(1) << f; };
+  fields = bit(kX) | bit(kY) | bit(kZ) | bit(kDX) | bit(kDY) | bit(kDZ) | bit(kW0) | bit(kDepth) |
+           bit(kRng0) | bit(kRng1) | bit(kId);
+  if (!one_lobe) fields |= bit(kW1) | bit(kW2);
+  if (limited) fields |= bit(kLeft);
+  if (weighted) fields |= bit(kPdf);
+}
+
+const char* lane_obstacle(std::span<const Volume> volumes, const Scene& scene) {
+  const RenderOptions& o = scene.options;
+  if (volumes.size() != 1) return "there are several volumes";
+  if (o.tracker != Tracker::decomposition) return "the tracker is not decomposition";
+  if (o.transmittance != Transmittance::automatic && o.transmittance != Transmittance::analog) {
+    return "shadow rays are not analog";
+  }
+  if (o.look_up != LookUp::nearest && o.look_up != LookUp::trilinear) {
+    return "the interpolation is neither nearest nor trilinear";
+  }
+  if (o.depth) return "the octree's depth is set";
+  if (o.majorant_scale != 1) return "majorants are scaled";
+  // Their constants would reach beyond the support's box, to the ends of leaves.
+  if (o.homogenise) return "nodes count as homogeneous";
+  if (o.max_bounces && *o.max_bounces > kMostLaneBounces) return "the limit on bounces is high";
+  const VolumeField& f = volumes.front().density;
+  if (f.octree.empty()) return "the volume is empty";
+  constexpr std::size_t kMostLights = 255;
+  if (scene.lights.size() > kMostLights) return "there are more than 255 lights";
+  // Places of rays are floats: of the largest clouds, and of the thickest per voxel, they would
+  // lose what matters.
+  constexpr int kLargestEdge = 4000;
+  const Vec3i end = vec3(f.octree.support_hi);
+  if (max_component(end) > kLargestEdge)
+    return "the volume has more than 4000 voxels along an axis";
+  constexpr std::uint64_t kMostWords = 1u << 24;
+  if (count_words(f.octree) > kMostWords) return "the volume's box has more than 2^24 leaves";
+  constexpr std::size_t kMostBricks = (std::size_t(1) << 31) / kFieldSamples - 1;
+  if (f.bricks().bricks() > kMostBricks) return "the volume has more than 2.9 million bricks";
+  float most = 0;
+  for (const Octree::Entry& e : f.octree.entries) most = std::max(most, e.hi);
+  const double cell = std::cbrt(std::abs(determinant(inverse(f.world_to_cells))));
+  constexpr double kThickest = 64;  // per voxel: steps of 64 of the float's at 4000 voxels
+  if (double(most) * cell > kThickest) return "a voxel is thicker than 64 free paths";
+  return nullptr;
+}
+
+}  // namespace pvol::detail

@@ -1,0 +1,30 @@
+// The lane kernels: many paths at once, in stages with queues between them, 16 or 8 in a register.
+// The scalar tracers (path/path_tracer.h, guide/guided_tracer.h) are their reference.
+#pragma once
+
+#include "render/guide/light_counts.h"
+#include "render/guide/photon_sources.h"
+#include "render/lanes/lane_memory.h"
+#include "render/lanes/lane_scene.h"
+
+namespace pvol::detail {
+
+/// Adds samples [begin, end) of every pixel of a tile to the film, as a TileFunction does; they are
+/// at most kMostSlots. Each sample's value is the same whatever else is in the tile.
+using LaneKernel = bool (*)(const LaneScene&, LaneMemory&, const ImagePart& tile,
+                            std::uint32_t begin, std::uint32_t end, Film&, Counts&);
+
+[[nodiscard]] LaneKernel find_lane_kernel(Lanes lanes, bool guided, bool one_lobe);
+
+/// Photons [begin, end) to trace and to count.
+struct PhotonTask {
+  const CoarseCells& cells;
+  const PhotonSources& sources;
+  std::uint64_t begin, end;
+  LightCounts& counts;
+};
+using PhotonKernel = void (*)(const LaneScene&, LaneMemory&, const PhotonTask&);
+
+[[nodiscard]] PhotonKernel find_photon_kernel(Lanes lanes, bool one_lobe);
+
+}  // namespace pvol::detail

@@ -1,0 +1,33 @@
+#include "render/tiles/tile_renderer.h"
+
+namespace pvol::detail {
+
+TileRenderer::TileRenderer(const RenderPlan& plan, const PathSetup& setup, Paths paths)
+    : setup_(setup),
+      scalar_(find_tile_function(paths)),
+      memory_([&setup] { return LaneMemory(setup); }) {
+  if (plan.kernel.lanes == Lanes::scalar) return;
+  lanes_.emplace(setup);
+  kernel_ = find_lane_kernel(plan.kernel.lanes, paths == Paths::guided, lanes_->one_lobe);
+}
+
+bool TileRenderer::render(const ImagePart& tile, std::uint32_t begin, std::uint32_t end, Film& film,
+                          Counts& counts) {
+  if (kernel_ == nullptr) return scalar_(setup_, tile, begin, end, film, counts);
+  return kernel_(*lanes_, memory_.local(), tile, begin, end, film, counts);
+}
+
+int TileRenderer::edge(std::uint32_t samples, const Film& film, int threads) const {
+  int edge = 16;
+  if (kernel_ == nullptr) return edge;
+  constexpr std::int64_t kPaths = 8192;  // of a tile: its last ones leave lanes idle
+  constexpr std::int64_t kTiles = 4;     // for each thread
+  const std::int64_t pixels = std::int64_t(film.crop_width) * film.crop_height;
+  while (4 * std::int64_t(edge) * edge * samples <= kPaths &&
+         pixels >= kTiles * threads * 4 * edge * edge) {
+    edge *= 2;
+  }
+  return edge;
+}
+
+}  // namespace pvol::detail

@@ -1,0 +1,55 @@
+// Bounds of every leaf of a volume in one array, for kernels that follow many rays at once: a step
+// is one look-up at a computed place, without a tree to descend.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include "pvol/math/pages.h"
+#include "pvol/volume/volume.h"
+
+namespace pvol::detail {
+
+/// A word for each leaf of 8^3 cells in the box of the support, and for a border around it. Places
+/// are counted in cells from the first word's low corner, so that they are never negative; that is
+/// `kBorder` cells below the octree's origin along each axis.
+///
+/// The word of a leaf that holds density has the majorant of mu_t [1/world length] in its upper 20
+/// bits, those of a float, rounded up; and in its lower 12 the minorant, as a share of that
+/// majorant, rounded down. Other words are below kFirstSolid: kOutside, or the log2 of the edge, in
+/// cells, of an aligned empty cube around the leaf. The bounds hold for what trilinear and nearest
+/// look-ups compute, rounding included (THEORY.md, T2.2).
+struct DenseBounds {
+  static constexpr int kBorder = 32;                  ///< a multiple of the largest empty cube
+  static constexpr int kLargestEmpty = 5;             ///< log2 of its edge
+  static constexpr std::uint32_t kOutside = 31;       ///< walks end there
+  static constexpr std::uint32_t kShareBits = 0xfff;  ///< of a word: of 2^-12 of the majorant each
+  static constexpr std::uint32_t kFirstSolid = kShareBits + 1;
+
+  Vec3i size;                        ///< in leaves
+  std::vector<std::uint32_t> word;   ///< of leaf (x, y, z) at (x * size.y + y) * size.z + z
+  PagedVector<std::uint32_t> brick;  ///< likewise, of leaves that hold density
+
+  [[nodiscard]] std::size_t index(Vec3i leaf) const {
+    return (std::size_t(leaf.x) * std::size_t(size.y) + std::size_t(leaf.y)) * std::size_t(size.z) +
+           std::size_t(leaf.z);
+  }
+};
+
+/// The word for these bounds, 0 <= lo <= hi: 0 where hi is.
+[[nodiscard]] std::uint32_t pack_bounds(float lo, float hi);
+
+/// What a word of a leaf with density stands for.
+[[nodiscard]] inline float majorant(std::uint32_t word) {
+  return std::bit_cast<float>(word & ~DenseBounds::kShareBits);
+}
+[[nodiscard]] inline float minorant(std::uint32_t word) {
+  return float(word & DenseBounds::kShareBits) * 0x1p-12f * majorant(word);
+}
+
+/// Number of words that the field would take.
+[[nodiscard]] std::uint64_t count_words(const Octree& tree);
+
+/// Bounds of a field of bricks for trilinear or nearest look-ups, which is not empty, in parallel.
+[[nodiscard]] DenseBounds make_dense_bounds(const VolumeField& field);
+
+}  // namespace pvol::detail

@@ -1,0 +1,210 @@
+// The lane kernels against the scalar tracers, and against themselves.
+#include "render/lanes/wavefront.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "render/lanes/choose_lanes.h"
+#include "support/lit_scenes.h"
+#include "support/pictures.h"
+
+namespace pvol::test {
+namespace {
+
+std::vector<Lanes> lane_kernels() {
+  std::vector<Lanes> all;
+  for (const Lanes lanes : {Lanes::avx2, Lanes::avx512}) {
+    if (detail::has_kernel(lanes)) all.push_back(lanes);
+  }
+  return all;
+}
+
+/// What the guide's cases lack.
+std::vector<Case> more_cases() {
+  std::vector<Case> all;
+  const auto add = [&](const std::string& name, const auto& change) {
+    CloudScene s = sunny();
+    change(s);
+    all.push_back({name, s});
+  };
+  add("nearest", [](CloudScene& s) { s.options.look_up = LookUp::nearest; });
+  add("micro-bounds of cells",
+      [](CloudScene& s) { s.options.micro_bounds = MicroBoundsUse::cells_1; });
+  add("micro-bounds of 2^3",
+      [](CloudScene& s) { s.options.micro_bounds = MicroBoundsUse::cells_8; });
+  add("two lobes", [](CloudScene& s) {
+    s.medium.others = {{0.999, Rgb(0.99f), TwoLobes{}, Rgb(0.0f)}};
+  });
+  add("skewed and turned", [](CloudScene& s) {
+    s.medium.object_to_world =
+        Affine{{Vec3d{0.02, 0.004, 0}, {0, 0.03, -0.01}, {0.005, 0, 0.025}}, {7, -3, 2}};
+    s.medium.extinction = 16;
+  });
+  add("absorbing", [](CloudScene& s) { s.medium.albedo = Rgb(0.0f); });
+  add("black sky, thick", [](CloudScene& s) {
+    s.environment = ConstantSky{Rgb(0.0f)};
+    s.medium.extinction = 1;
+  });
+  return all;
+}
+
+/// Every case, guided and plain.
+template <class Visit>
+void visit_scenes(const Visit& visit) {
+  std::vector<Case> all = cases();
+  for (Case& c : more_cases()) all.push_back(std::move(c));
+  for (const Case& c : all) {
+    for (const GuideUse guide : {GuideUse::on, GuideUse::off}) {
+      Case scene = c;
+      scene.scene.options.guide = guide;
+      scene.name += guide == GuideUse::on ? ", guided" : ", plain";
+      visit(scene.name, scene.scene);
+    }
+  }
+}
+
+Film render_with(Lanes kernel, const Volume& v, CloudScene s) {
+  s.options.kernel = kernel;
+  return render(v, s).film;
+}
+
+TEST(LaneKernels, HaveTheMeansOfTheScalarTracer) {
+  const std::vector<Lanes> kernels = lane_kernels();
+  if (kernels.empty()) GTEST_SKIP() << "the machine has no lane kernel";
+  proof::Family family;
+  proof::Moments deviations;
+  visit_scenes([&](const std::string& name, CloudScene s) {
+    s.options.samples = 300;
+    const Volume v = volume_of(s);
+    const Film scalar = render_with(Lanes::scalar, v, s);
+    s.options.samples = 600;
+    s.options.seed = 2;
+    const Film lanes = render_with(kernels.back(), v, s);
+    compare(scalar, lanes, name, family);
+    deviations.add(compare(average(lanes), average(scalar), name + ", again", family));
+  });
+  add_all_together(deviations, family);
+  EXPECT_TRUE(family.passes());
+}
+
+TEST(LaneKernels, OfEveryWidthGiveTheSameBytes) {
+  const std::vector<Lanes> kernels = lane_kernels();
+  if (kernels.size() < 2) GTEST_SKIP() << "the machine has one lane kernel at most";
+  visit_scenes([&](const std::string& name, CloudScene s) {
+    s.options.samples = 5;
+    const Volume v = volume_of(s);
+    EXPECT_TRUE(same_bytes(render_with(kernels[0], v, s), render_with(kernels[1], v, s))) << name;
+  });
+}
+
+/// Which samples and pixels are traced together is a matter of threads, passes and crops.
+TEST(LaneKernels, CompanyChangesNoBit) {
+  for (const Lanes kernel : lane_kernels()) {
+    visit_scenes([&](const std::string& name, CloudScene s) {
+      s.options.samples = 20;
+      const Volume v = volume_of(s);
+      const Film whole = render_with(kernel, v, s);
+      CloudScene part = s;
+      part.options.threads = 7;
+      EXPECT_TRUE(same_bytes(whole, render_with(kernel, v, part))) << name;
+      part.options.crop_x = 5, part.options.crop_y = 6;
+      part.options.crop_width = 3, part.options.crop_height = 4;
+      const Film crop = render_with(kernel, v, part);
+      for (int y = 0; y < 4; ++y) {
+        for (int x = 0; x < 3; ++x) {
+          EXPECT_TRUE(same_bytes(crop.at(x, y), whole.at(5 + x, 6 + y))) << name;
+        }
+      }
+    });
+  }
+}
+
+TEST(LaneKernels, MicroBoundsAndCountsChangeNoBit) {
+  for (const Lanes kernel : lane_kernels()) {
+    CloudScene s = sunny();
+    s.options.samples = 10;
+    s.options.micro_bounds = MicroBoundsUse::none;
+    const Volume without = volume_of(s);
+    const Film plain = render_with(kernel, without, s);
+    for (const MicroBoundsUse use : {MicroBoundsUse::cells_8, MicroBoundsUse::cells_1}) {
+      for (const bool count : {false, true}) {
+        s.options.micro_bounds = use;
+        s.options.count = count;
+        EXPECT_TRUE(same_bytes(plain, render_with(kernel, volume_of(s), s)));
+      }
+    }
+  }
+}
+
+TEST(LaneKernels, CountWhatTheScalarTracerCounts) {
+  for (const Lanes kernel : lane_kernels()) {
+    for (const GuideUse guide : {GuideUse::on, GuideUse::off}) {
+      CloudScene s = sunny();
+      s.options.count = true;
+      s.options.guide = guide;
+      s.options.samples = 400;
+      s.options.transmittance = Transmittance::analog;
+      s.options.micro_bounds = MicroBoundsUse::cells_8;
+      const Volume v = volume_of(s);
+      s.options.kernel = Lanes::scalar;
+      const Counts a = render(v, s).counts;
+      s.options.kernel = kernel;
+      const RenderResult r = render(v, s);
+      const Counts& b = r.counts;
+      const auto near = [](std::uint64_t x, std::uint64_t y) {
+        return std::abs(double(x) / double(y) - 1) < 0.1;
+      };
+      EXPECT_PRED2(near, a.collisions, b.collisions);
+      EXPECT_PRED2(near, a.shadow_rays, b.shadow_rays);
+      // Leaves have bounds as tight as larger cubes, but are not cut off at the support's box.
+      EXPECT_LE(b.path.null_collisions, a.path.null_collisions + a.path.null_collisions / 4);
+      EXPECT_LE(b.path.lookups, a.path.lookups + a.path.lookups / 20);
+      EXPECT_GT(b.path.null_collisions, a.path.null_collisions / 4);
+      EXPECT_GT(b.path.lookups, a.path.lookups / 4);
+      EXPECT_EQ(b.path.bounds_tests >= b.collisions, true);
+      std::uint64_t collisions = 0, lookups = 0, segments = 0;
+      for (const PixelSums& p : r.film.pixels) {
+        collisions += p.count(PixelCounter::collisions);
+        lookups += p.count(PixelCounter::lookups);
+        segments += p.count(PixelCounter::segments);
+      }
+      EXPECT_EQ(collisions, b.collisions);
+      EXPECT_EQ(lookups, b.path.lookups + b.shadow.lookups);
+      EXPECT_EQ(segments, b.path.segments + b.shadow.segments);
+    }
+  }
+}
+
+TEST(LaneKernels, BouncesAreLimited) {
+  for (const Lanes kernel : lane_kernels()) {
+    proof::Family family;
+    for (const std::uint32_t limit : {0u, 1u, 3u}) {
+      CloudScene s = sunny();
+      s.options.guide = GuideUse::off;
+      s.options.max_bounces = limit;
+      s.options.samples = 400;
+      const Volume v = volume_of(s);
+      compare(render_with(Lanes::scalar, v, s), render_with(kernel, v, s),
+              "limit " + std::to_string(limit), family);
+    }
+    EXPECT_TRUE(family.passes());
+  }
+}
+
+TEST(ChooseLanes, RefusesWhatItDoesNotServeAndSaysWhy) {
+  CloudScene s = sunny();
+  s.options.tracker = Tracker::delta;
+  const std::vector<Volume> volumes = make_volumes(puff(), std::vector{s.medium}, s);
+  const detail::LaneChoice choice = detail::choose_lanes(volumes, s.scene());
+  EXPECT_EQ(choice.lanes, Lanes::scalar);
+  EXPECT_EQ(choice.reason, "the tracker is not decomposition");
+  for (const Lanes kernel : lane_kernels()) {
+    s.options.kernel = kernel;
+    EXPECT_THROW((void)detail::choose_lanes(volumes, s.scene()), Error);
+  }
+}
+
+}  // namespace
+}  // namespace pvol::test
