@@ -88,13 +88,8 @@ void require_proof(const std::filesystem::path& file, const formats::Cloud& clou
 }
 
 Camera frame_all(std::span<const Volume> volumes, const Scene& scene) {
-  Box all;
-  for (const Volume& v : volumes) {
-    if (!v.density.world_box.empty())
-      all = extend(extend(all, v.density.world_box.lo), v.density.world_box.hi);
-  }
   const RenderOptions& o = scene.options;
-  return frame(all, double(o.width) / o.height, scene.camera);
+  return frame(world_box(volumes), double(o.width) / o.height, scene.camera);
 }
 
 }  // namespace pvol::cli
