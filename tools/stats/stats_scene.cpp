@@ -71,7 +71,8 @@ void choose_camera(LoadedScene& loaded) {
     loaded.file.has_camera = true;
     loaded.framed = true;
   }
-  print_warnings("pvol-stats", plan(volumes, scene, {.facts = loaded.facts}).doubts);
+  print_warnings("pvol-stats",
+                 plan(volumes, scene, {.facts = loaded.facts, .force = loaded.force}).doubts);
 }
 
 measure::SetUp set_up_of(const std::vector<Volume>& volumes, double seconds) {
@@ -106,6 +107,7 @@ Scene requested(const LoadedScene& loaded, const measure::RunRequest& request, i
 LoadedScene load_scene(const SceneOptions& o, int pixels) {
   LoadedScene loaded;
   loaded.file = read(o);
+  loaded.force = o.force;
   choose_size(o, pixels, loaded);
   for (const formats::SceneVolume& v : loaded.file.volumes) {
     loaded.clouds.push_back(load_cloud("pvol-stats", v.file, {v.grid, o.grid.strict}, loaded.file));
@@ -142,7 +144,8 @@ measure::Run render_changed(const LoadedScene& loaded, const ChangeScene& change
   const double paths =
       double(loaded.picture_width) * loaded.picture_height * loaded.file.scene.options.samples;
   const RenderPlan p =
-      plan(volumes, scene, {.facts = loaded.facts, .forecast = false, .paths = paths});
+      plan(volumes, scene,
+           {.facts = loaded.facts, .force = loaded.force, .forecast = false, .paths = paths});
   const double ready = cpu_seconds();
   measure::Run run;
   run.set_up = set_up_of(volumes, ready - begin);

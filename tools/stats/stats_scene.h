@@ -24,7 +24,8 @@ struct SceneOptions {
   std::optional<std::array<int, 2>> size;
   std::optional<double> extinction;  ///< per world unit and unit of density
   std::optional<double>
-      thickness;  ///< mean optical thickness along the first cloud's thickest axis
+      thickness;       ///< mean optical thickness along the first cloud's thickest axis
+  bool force = false;  ///< measure what would hardly end, too
 };
 
 struct LoadedScene {
@@ -33,6 +34,7 @@ struct LoadedScene {
   std::vector<VolumeFacts> facts;             ///< of each cloud, without its octree
   bool chose_extinction = false;              ///< neither the user nor the scene gave one
   bool framed = false;                        ///< nor a camera
+  bool force = false;                         ///< as asked for
   int picture_width = 0, picture_height = 0;  ///< of the scene, which is measured at another size
 };
 

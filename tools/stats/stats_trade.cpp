@@ -99,6 +99,7 @@ std::vector<std::string> words_of(const SceneOptions& o, const LoadedScene& load
     const double extinction = loaded.file.volumes.front().medium.extinction;
     words.insert(words.end(), {"--set", fmt::format("medium.extinction={:.17g}", extinction)});
   }
+  if (o.force) words.emplace_back("--force");
   return words;
 }
 
