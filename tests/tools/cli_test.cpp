@@ -331,6 +331,16 @@ TEST(Render, PrintedSceneMakesTheSamePicture) {
   EXPECT_EQ(read_text(folder / "a.png"), read_text(folder / "b.png"));
 }
 
+/// What would not end is printed at once: to be put right.
+TEST(Render, PrintsScenesOfEnormousExtinction) {
+  const ScratchFolder folder;
+  const RunResult r =
+      expect_success(PVOL_RENDER, {write_ball(folder), "--print-scene", "--set",
+                                   "medium.extinction=1e8", "--set", "medium.albedo=1"});
+  EXPECT_NE(r.out.find("extinction = 1"), std::string::npos) << r.out;
+  EXPECT_EQ(r.err.find("error"), std::string::npos) << r.err;
+}
+
 TEST(Render, ChoosesAnExtinctionAndSaysWhich) {
   const ScratchFolder folder;
   const std::string vdb = write_ball(folder);
