@@ -104,13 +104,14 @@ Scene requested(const LoadedScene& loaded, const measure::RunRequest& request, i
 
 }  // namespace
 
-LoadedScene load_scene(const SceneOptions& o, int pixels) {
+LoadedScene load_scene(const SceneOptions& o, int pixels, bool quiet) {
   LoadedScene loaded;
   loaded.file = read(o);
   loaded.force = o.force;
   choose_size(o, pixels, loaded);
   for (const formats::SceneVolume& v : loaded.file.volumes) {
-    loaded.clouds.push_back(load_cloud("pvol-stats", v.file, {v.grid, o.grid.strict}, loaded.file));
+    loaded.clouds.push_back(
+        load_cloud({"pvol-stats", quiet}, v.file, {v.grid, o.grid.strict}, loaded.file));
     if (loaded.clouds.back().pyramid.empty()) {
       throw Error(v.file.string() + ": the density is 0 everywhere; there is nothing to measure");
     }

@@ -41,7 +41,7 @@ struct LoadedScene {
 /// Reads everything and completes it as pvol-render does: an extinction that makes the thickest
 /// axis 40 mean free paths thick, a camera that frames the clouds. Pictures get the size asked for,
 /// or else one of about `pixels` pixels in the scene's proportions, without a crop.
-[[nodiscard]] LoadedScene load_scene(const SceneOptions& o, int pixels);
+[[nodiscard]] LoadedScene load_scene(const SceneOptions& o, int pixels, bool quiet);
 
 /// A way to change a scene and its clouds before they are rendered.
 using ChangeScene = std::function<void(Scene&)>;

@@ -142,7 +142,7 @@ std::vector<measure::Row> measure_combinations(StudyClock& clock, const LoadedSc
 StudyReport measure_trade(const TradeOptions& o) {
   StudyReport report;
   measure::Study& study = report.study;
-  report.loaded = load_scene(o.scene, kPixels);
+  report.loaded = load_scene(o.scene, kPixels, o.quiet);
   report.name = o.scene.input.string();
   report.given = words_of(o.scene, report.loaded);
   report.budget = o.budget;
