@@ -34,6 +34,7 @@ struct Kernel {
   int micro_edge = 0;  ///< of micro-bounds that all volumes have: 0 (none), 1 or 2 cells
   Paths paths = Paths::one_volume;
   bool count = false;
+  bool endless = false;  ///< flights may be, so that they ask whether to stop
   friend bool operator==(const Kernel&, const Kernel&) = default;
 };
 

@@ -120,9 +120,6 @@ struct VolumeSetup {
 
 class Importance;
 
-/// For setups of paths that nobody stops.
-inline const std::atomic<bool> kNeverStop = false;
-
 struct PathSetup {
   /// Radiance that is everywhere and is left out of sky, emission and paths, to be added to every
   /// camera path as it is (THEORY.md, T5.5); 0 where paths are not guided.
@@ -148,7 +145,10 @@ struct PathSetup {
         lights(make_light_sources(plan.scene.lights)),
         max_bounces(plan.scene.options.max_bounces.value_or(~0u)),
         options(plan.scene.options),
-        flights(find_flights(plan.kernel.look_up, plan.kernel.micro_edge, plan.kernel.count)),
+        flights(find_flights(plan.kernel.look_up, plan.kernel.micro_edge,
+                             plan.kernel.endless ? Watching::stop
+                             : plan.kernel.count ? Watching::count
+                                                 : Watching::none)),
         count(plan.kernel.count) {
     std::vector<int> of_kind(std::variant_size_v<Light>);
     for (const Light& light : plan.scene.lights) {
