@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "cli/cli_app.h"
+#include "cli/load_scene.h"
 #include "cli/shell_export.h"
 #include "pvol/bounds/bound_grids.h"
 #include "pvol/error.h"
@@ -14,6 +15,8 @@
 namespace {
 
 using namespace pvol;
+
+constexpr const char* kTool = "pvol-convert";
 
 constexpr const char* kExamples = R"(The endings of the names say what is converted:
   .toml (a recipe), .nvdb or .pvol to .vdb; .vdb to .vdb keeps the one grid that pvol would render,
@@ -41,7 +44,7 @@ struct Options {
 };
 
 std::optional<int> read_command_line(int argc, char** argv, Options& o) {
-  CLI::App app{"Converts clouds between file formats.", "pvol-convert"};
+  CLI::App app{"Converts clouds between file formats.", kTool};
   cli::add_common(app, kExamples);
   cli::add_quiet(app, o.common);
   app.add_option("INPUT", o.input, "The cloud: .toml (a recipe), .nvdb, .pvol or .vdb")
@@ -133,8 +136,7 @@ int convert_shell(const Options& o) {
   if (o.bounds) throw cli::UsageError("--bounds goes with an output that ends in .vdb");
   formats::GridReport density;
   if (formats::ending(o.output) == ".png") {
-    const formats::Cloud cloud = formats::load_cloud(o.input, o.grid);
-    cli::print_warnings("pvol-convert", cloud.report.warnings);
+    const formats::Cloud cloud = cli::load_cloud({kTool, o.common.quiet}, o.input, o.grid);
     density = cloud.report;
     cli::write_shell_slices(o.output, require_shell(o, cloud.shell),
                             make_support(cloud.grid(), cloud.pyramid));
@@ -155,16 +157,15 @@ int run(const Options& o) {
   BoundGrids bounds;
   std::vector<const VoxelGrid*> grids{&cloud.grid()};
   if (o.bounds) {
-    cloud = formats::load_cloud(o.input, o.grid);
+    cloud = cli::load_cloud({kTool, o.common.quiet}, o.input, o.grid);
     bounds = cli::naming(
         o.input, [&] { return make_bound_grids(cloud.pyramid, cloud.grid().index_to_world); });
     grids.insert(grids.end(), {&bounds.majorant, &bounds.minorant});
   } else {
-    formats::LoadedGrid loaded = formats::load_grid(o.input, o.grid);
+    formats::LoadedGrid loaded = cli::load_grid({kTool, o.common.quiet}, o.input, o.grid);
     cloud.density = std::move(loaded.grid);
     cloud.report = std::move(loaded.report);
   }
-  cli::print_warnings("pvol-convert", cloud.report.warnings);
   formats::write_vdb(o.output, grids);
   report(o, cloud.report, grids);
   return cli::kSuccess;
@@ -175,5 +176,5 @@ int run(const Options& o) {
 int main(int argc, char** argv) {
   Options options;
   if (const auto code = read_command_line(argc, argv, options)) return *code;
-  return cli::run_guarded("pvol-convert", [&] { return run(options); });
+  return cli::run_guarded(kTool, [&] { return run(options); });
 }

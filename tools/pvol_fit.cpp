@@ -213,6 +213,7 @@ void quantise_density(const Options& o, Fit& f) {
 Fit fit(const Options& o) {
   Fit f;
   cli::Stopwatch watch;
+  cli::StageLine stage("reading " + o.input.filename().string(), o.common.quiet);
   if (o.closed_form) {
     f.recipe = formats::read_recipe(o.input);
     f.loaded.grid.name = f.loaded.report.grid = f.recipe.name;
@@ -222,6 +223,7 @@ Fit fit(const Options& o) {
     f.loaded = formats::load_grid(o.input, o.grid);
   }
   f.read_seconds = watch.lap();
+  stage.show("building bounds");
   if (is_quantised(o)) quantise_density(o, f);
   f.file.pyramid = o.closed_form ? cli::naming(o.input, [&] { return build_pyramid(f.recipe); })
                                  : formats::build_bounds(f.loaded.grid, o.input,
@@ -229,11 +231,13 @@ Fit fit(const Options& o) {
   if (o.micro_bounds == "2") {
     f.file.micro = build_leaf_micro_bounds(f.loaded.grid, f.file.pyramid, 2);
   }
+  stage.erase();
   f.bounds_seconds = watch.lap();
   if (o.shells != "none" && !f.file.pyramid.empty()) {
     add_shell(o, f);
     f.shell_seconds = watch.lap();
   }
+  stage.show("writing " + o.output.filename().string());
   f.file.metadata = describe_source(o, f);
   f.source_bytes = f.file.metadata.source.bytes;
   if (o.density == "fp32" && !o.closed_form) f.file.density = f.loaded.grid;

@@ -50,7 +50,8 @@ formats::SceneFile read_scene(const Options& o) {
 /// for another.
 formats::Cloud load_volume(const Options& o, const formats::SceneFile& scene,
                            const std::string& key, formats::SceneVolume& volume) {
-  formats::Cloud cloud = cli::load_cloud(kTool, volume.file, {volume.grid, o.grid.strict}, scene);
+  formats::Cloud cloud =
+      cli::load_cloud({kTool, o.common.quiet}, volume.file, {volume.grid, o.grid.strict}, scene);
   if (!volume.has_extinction) {
     volume.medium.extinction = cli::choose_extinction(cloud, volume.object_to_world);
     volume.has_extinction = true;
@@ -86,8 +87,10 @@ RenderJob prepare(const Options& o) {
     const std::string key =
         number == 1 ? "medium.extinction" : fmt::format("volume[{}].medium.extinction", number);
     formats::Cloud cloud = load_volume(o, job.file, key, v);
-    job.volumes.push_back(
-        cli::naming(v.file, [&] { return cli::make_volume(cloud, v, scene.options); }));
+    job.volumes.push_back(cli::naming(v.file, [&] {
+      const cli::StageLine stage("preparing " + v.file.filename().string(), o.common.quiet);
+      return cli::make_volume(cloud, v, scene.options);
+    }));
     warn_of_bounds(v.file, job.volumes.back());
     job.reports.push_back({v.file, cloud.metadata.quantisation, cloud.metadata.quantisation_error});
     job.facts.push_back(describe(job.volumes.back(), cli::describe(cloud, v)));
@@ -175,6 +178,7 @@ void print_facts(const RenderJob& job) {
     return;
   }
   print_decision(job.plan, "paths", told("--guide", name(o.guide)));
+  print_decision(job.plan, "kernel", "");
   if (job.chose_transmittance) print_decision(job.plan, "shadow rays", "");
   const Forecast& f = job.plan.forecast;
   std::cerr << "  roughly " << cli::readable(f.collisions / f.samples)

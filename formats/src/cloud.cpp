@@ -178,17 +178,20 @@ Pyramid build_bounds(const VoxelGrid& grid, const std::filesystem::path& file, L
   return naming(file, [&] { return build_pyramid(grid, look_up); });
 }
 
-Cloud load_cloud(const std::filesystem::path& file, const GridOptions& options, LookUp look_up) {
+Cloud load_cloud(const std::filesystem::path& file, const GridOptions& options, LookUp look_up,
+                 const std::function<void()>& before_bounds) {
   if (ending(file) == ".pvol") return load_pvol(file, options, look_up);
   Cloud cloud;
   if (look_up == LookUp::procedural) {
     if (ending(file) != ".toml") refuse_procedural(file);
     cloud = load_unsampled(file, options);
+    before_bounds();
     cloud.pyramid = naming(file, [&] { return build_pyramid(*cloud.recipe()); });
   } else {
     LoadedGrid loaded = load_grid(file, options);
     cloud.density = std::move(loaded.grid);
     cloud.report = std::move(loaded.report);
+    before_bounds();
     cloud.pyramid = build_bounds(cloud.grid(), file, look_up);
   }
   const Recipe* recipe = cloud.recipe();

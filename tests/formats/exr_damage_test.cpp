@@ -1,6 +1,7 @@
 // Small EXR files that announce more than memory holds. Damage to pixels is in image_test.cpp.
 #include <ImfChannelList.h>
 #include <ImfDeepScanLineOutputFile.h>
+#include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfOutputFile.h>
 #include <ImfPartType.h>
@@ -105,7 +106,8 @@ TEST(ExrDamage, PixelsThatDoNotFillThePictureAreRefused) {
   write_bytes(folder.file("b.exr"), widened(read_bytes(folder.file("a.exr"))));
   // They were what happened to be in memory.
   const std::string message = refusal(folder.file("b.exr"));
-  EXPECT_NE(message.find("b.exr: its first pixels do not fill"), std::string::npos) << message;
+  EXPECT_NE(message.find("b.exr: block 0 of its pixels does not fill"), std::string::npos)
+      << message;
 
   // A block of no bytes, which the table's first entry leads to.
   std::string none = read_bytes(folder.file("a.exr"));
@@ -114,13 +116,112 @@ TEST(ExrDamage, PixelsThatDoNotFillThePictureAreRefused) {
   std::memcpy(&block, none.data() + none.find(last) + last.size(), sizeof block);
   std::memset(none.data() + block + 4, 0, 4);
   write_bytes(folder.file("b.exr"), none);
-  EXPECT_NE(refusal(folder.file("b.exr")).find("its first pixels"), std::string::npos);
+  EXPECT_NE(refusal(folder.file("b.exr")).find("block 0 of its pixels"), std::string::npos);
 
   // Without a word about its compression a file is zipped.
   std::string bytes = widened(read_bytes(folder.file("a.exr")));
   bytes[bytes.find("compression")] = 'C';
   write_bytes(folder.file("b.exr"), bytes);
   EXPECT_EQ(refusal(folder.file("b.exr")), message);
+}
+
+/// A picture of 40 x 40 pixels with something in each.
+void write_half(const fs::path& file, Imf::Compression compression, bool tiled) {
+  constexpr int kEdge = 40;
+  std::vector<half> values(kEdge * kEdge);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = half(float(i % 97 / 8));
+  Imf::Header header = header_of(kEdge, kEdge);
+  header.compression() = compression;
+  Imf::FrameBuffer pixels;
+  for (const char* name : {"R", "G", "B"}) {
+    pixels.insert(name, Imf::Slice::Make(Imf::HALF, values.data(), header.dataWindow()));
+  }
+  if (tiled) {
+    header.setTileDescription(Imf::TileDescription(16, 16));
+    Imf::TiledOutputFile out(file.c_str(), header);
+    out.setFrameBuffer(pixels);
+    out.writeTiles(0, out.numXTiles() - 1, 0, out.numYTiles() - 1);
+  } else {
+    Imf::OutputFile out(file.c_str(), header);
+    out.setFrameBuffer(pixels);
+    out.writePixels(kEdge);
+  }
+}
+
+/// The entries of the table of blocks, which begins where they lead behind its own end.
+std::vector<std::uint64_t> table_of(const std::string& bytes, std::size_t blocks) {
+  std::vector<std::uint64_t> offsets(blocks);
+  for (std::size_t at = 0; at + 8 * blocks <= bytes.size(); ++at) {
+    std::memcpy(offsets.data(), bytes.data() + at, 8 * blocks);
+    if (offsets.front() == at + 8 * blocks) return offsets;
+  }
+  return {};
+}
+
+/// A block as it is stored, from its size on.
+std::string stored_block(const std::string& bytes, std::uint64_t at) {
+  std::uint32_t size = 0;
+  std::memcpy(&size, bytes.data() + at, sizeof size);
+  return bytes.substr(at, sizeof size + size);
+}
+
+/// What a block of so many bytes less is stored as.
+std::string shortened(std::string block, std::uint32_t less) {
+  const std::uint32_t size = std::uint32_t(block.size() - sizeof size) - less;
+  std::memcpy(block.data(), &size, sizeof size);
+  return block;
+}
+
+/// Of each packing that OpenEXR fills up with what is in memory.
+TEST(ExrDamage, NoBlockIsShorterThanItsHeaderSays) {
+  const TemporaryFolder folder;
+  const fs::path whole = folder.file("a.exr"), bad = folder.file("b.exr");
+  const std::pair<Imf::Compression, std::size_t> cases[] = {
+      {Imf::NO_COMPRESSION, 40}, {Imf::RLE_COMPRESSION, 40}, {Imf::ZIP_COMPRESSION, 3}};
+  for (const auto& [compression, blocks] : cases) {
+    for (const bool tiled : {false, true}) {
+      write_half(whole, compression, tiled);
+      ASSERT_EQ(refusal(whole), "") << compression << ' ' << tiled;
+      const std::string bytes = read_bytes(whole);
+      const std::vector<std::uint64_t> offsets = table_of(bytes, tiled ? 9 : blocks);
+      ASSERT_FALSE(offsets.empty());
+      const auto block_at = [&](std::size_t i) { return offsets[i] + (tiled ? 16 : 4); };
+      const std::size_t middle = offsets.size() / 2;
+      // The last block is smaller: zipped, it comes whole in the middle one's place.
+      const std::string block = compression == Imf::ZIP_COMPRESSION
+                                    ? stored_block(bytes, block_at(offsets.size() - 1))
+                                    : shortened(stored_block(bytes, block_at(middle)), 2);
+      ASSERT_LE(block.size(), stored_block(bytes, block_at(middle)).size());
+      write_bytes(bad, std::string(bytes).replace(block_at(middle), block.size(), block));
+      const std::string message = refusal(bad);
+      EXPECT_NE(message.find("block " + std::to_string(middle) + " of its pixels does not fill"),
+                std::string::npos)
+          << compression << ' ' << tiled << ' ' << message;
+    }
+  }
+}
+
+TEST(ExrDamage, KilobytesDoNotFillMemory) {
+  const TemporaryFolder folder;
+  const fs::path file = folder.file("a.exr");
+  constexpr int kWidth = 8192, kHeight = 4096;
+  const std::vector<half> row(kWidth, half(1.0f));
+  Imf::Header header = header_of(kWidth, kHeight);
+  header.compression() = Imf::DWAB_COMPRESSION;
+  {
+    Imf::OutputFile out(file.c_str(), header);
+    Imf::FrameBuffer pixels;
+    for (const char* name : {"R", "G", "B"}) {
+      pixels.insert(
+          name, Imf::Slice(Imf::HALF, const_cast<char*>(reinterpret_cast<const char*>(row.data())),
+                           sizeof(half), 0));
+    }
+    out.setFrameBuffer(pixels);
+    out.writePixels(kHeight);
+  }
+  ASSERT_LT(fs::file_size(file), 100'000u);
+  const std::string message = refusal(file);
+  EXPECT_NE(message.find("has 8192 x 4096 pixels in "), std::string::npos) << message;
 }
 
 TEST(ExrDamage, ChannelsOfFewerSamplesAreRefused) {

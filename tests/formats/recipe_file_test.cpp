@@ -206,15 +206,19 @@ std::string refusal(const std::string& text) {
 }
 
 /// Bodies b1, b2 ... each of which is twice the one before it, or the next one and nothing else.
-std::string doubled(int count, int bumps = 0) {
-  std::string text = "[[body.b0]]\n" + kBall;
-  for (int i = 0; i < bumps; ++i) text += "[[body.b0.perturbation]]\nstrength = 1\n" + kBall;
+std::string doublings(int count, const std::string& first) {
+  std::string text;
   for (int i = 1; i <= count; ++i) {
-    const std::string use = "use = \"b" + std::to_string(i - 1) + "\"\n";
+    const std::string use = "use = \"" + (i > 1 ? "b" + std::to_string(i - 1) : first) + "\"\n";
     const std::string name = "[[body.b" + std::to_string(i) + "]]\n";
     text += name + use + name + use;
   }
   return text;
+}
+std::string doubled(int count, int bumps = 0) {
+  std::string text = "[[body.b0]]\n" + kBall;
+  for (int i = 0; i < bumps; ++i) text += "[[body.b0.perturbation]]\nstrength = 1\n" + kBall;
+  return text + doublings(count, "b0");
 }
 std::string chained(int count) {
   std::string text;
@@ -276,6 +280,9 @@ std::vector<Refusal> refusals() {
       {head + "[[body.a]]\nuse = \"a\"\n" + ball, "r.toml:3:", "not made of this one"},
       {head + doubled(20) + "[[form]]\nuse = \"b20\"\n", "r.toml:", "65536 forms"},
       {head + doubled(10, 100) + "[[form]]\nuse = \"b10\"\n", "r.toml:", "65536 forms"},
+      // An empty body costs nothing of that, whether it is read before its uses or by the first.
+      {head + ball + "[body]\na = []\n" + doublings(40, "a"), "r.toml:9:", "has a form"},
+      {head + ball + "[body]\nz = []\n" + doublings(40, "z"), "r.toml:9:", "has a form"},
       {head + chained(40) + "[[form]]\nuse = \"b10\"\n", "r.toml:", "32"},
       {head + ball + "scale = 0\n", "r.toml:6:", "scale"},
       {head + ball + "scale = [1, 2]\n", "r.toml:6:", "scale"},

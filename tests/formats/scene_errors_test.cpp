@@ -201,6 +201,9 @@ TEST_F(SceneText, DotsThatAreNoLevelsAreAllowed) {
   for (int i = 0; i < 999; ++i) text += "1.0, ";
   const std::string refusal = error(kCloud + text + "]\n");
   EXPECT_NE(refusal.find("camera.target is an array of 999"), std::string::npos) << refusal;
+  std::string forgotten = "[camera]\ntarget = [0, 0, 0\n";
+  for (int i = 0; i < 999; ++i) forgotten += "sun.angle = 0.5\n";
+  EXPECT_EQ(error(kCloud + forgotten).find("s.toml:5:"), 0u) << error(kCloud + forgotten);
   EXPECT_NE(error(kCloud + "[" + path(200) + "]\n").find("unknown section"), std::string::npos);
   EXPECT_NE(error(kCloud + "x = \"" + path(999) + "\"\n").find("unknown"), std::string::npos);
 }

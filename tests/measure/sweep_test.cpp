@@ -251,6 +251,26 @@ TEST(Sweep, KeepsWhatWasMeasuredWhenInterrupted) {
   }
 }
 
+TEST(Sweep, NamesAStopWithinAPilotAndNotItsCost) {
+  // Without a sample of it, as a stop leaves it and a budget that is too short.
+  for (const std::size_t stopped : {0u, 1u, 2u}) {
+    FakeRenderer renderer{std::vector<FakeSetting>(3)};
+    SweepOptions o = options_for(renderer, 60);
+    o.interrupted = [&] { return renderer.requests.size() > stopped; };
+    const measure::Render render = [&](const RunRequest& r) {
+      measure::Run run = renderer(r);
+      if (r.setting == stopped) std::ranges::fill(run.film.pixels, PixelSums{});
+      return run;
+    };
+    try {
+      (void)sweep({"a", "b", "c"}, o, render);
+      ADD_FAILURE() << "nothing was measured";
+    } catch (const Error& e) {
+      EXPECT_STREQ(e.what(), "a: interrupted before it was measured") << stopped;
+    }
+  }
+}
+
 TEST(Reference, TakesItsBudgetInGrowingFilmsOfTheFirstSetting) {
   FakeRenderer renderer{{{0.5, 1e-3}, {}}};
   SweepOptions o = options_for(renderer, 100);

@@ -339,6 +339,24 @@ TEST(Render, StopsWithinAPath) {
   }
 }
 
+/// Empty but for two voxels far from each other, under one majorant: a camera ray meets 10^14 null
+/// collisions.
+TEST(Render, StopsWithinAFlight) {
+  const test::Field f = test::make_field("stray", {0, 0, 0}, {64, 64, 64}, [](Vec3i p) {
+    return p == Vec3i(0) || p == Vec3i(63) ? 1.0 : 0.0;
+  });
+  for (const GuideUse guide : {GuideUse::off, GuideUse::on}) {
+    CloudScene s = cloud_scene();
+    s.camera = {.position = {32, 33, 200}, .target = {32, 33, 0}, .fov = 10};
+    s.medium.extinction = 1e12;
+    s.options.depth = 0;
+    s.options.guide = guide;
+    const Volume v = make_volume(f.grid, build_pyramid(f.grid), s);
+    const RenderResult r = render(v, s, [](std::uint64_t, std::uint64_t) { return false; });
+    EXPECT_FALSE(r.complete);
+  }
+}
+
 TEST(Render, ThrowsWhatProgressThrowsHoweverLongPathsAre) {
   const CloudScene s = endless_scene();
   const Volume v = make_volume(cube().grid, build_pyramid(cube().grid), s);

@@ -14,12 +14,12 @@
 namespace pvol::testing {
 namespace {
 
-/// In the child: becomes the program, with its streams in files.
+/// In the child: becomes the program, with its streams in files or on a terminal.
 [[noreturn]] void become(const std::string& program, const std::vector<std::string>& arguments,
                          const std::string& out, const std::string& err) {
   const int null = open("/dev/null", O_RDONLY);
   const int to_out = open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-  const int to_err = open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  const int to_err = open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOCTTY, 0600);
   dup2(null, STDIN_FILENO);
   dup2(to_out, STDOUT_FILENO);
   dup2(to_err, STDERR_FILENO);
@@ -28,6 +28,13 @@ namespace {
   argv.push_back(nullptr);
   execv(program.c_str(), argv.data());
   _exit(127);
+}
+
+RunResult result_of(int status) {
+  RunResult r;
+  if (WIFEXITED(status)) r.exit = WEXITSTATUS(status);
+  if (WIFSIGNALED(status)) r.signal = WTERMSIG(status);
+  return r;
 }
 
 }  // namespace
@@ -55,11 +62,41 @@ RunResult run_tool(const std::string& program, const std::vector<std::string>& a
     if (while_running) while_running(pid, read_text(err));
     std::this_thread::sleep_for(std::chrono::milliseconds(while_running ? 20 : 2));
   }
-  RunResult r;
-  if (WIFEXITED(status)) r.exit = WEXITSTATUS(status);
-  if (WIFSIGNALED(status)) r.signal = WTERMSIG(status);
+  RunResult r = result_of(status);
   r.out = read_text(out);
   r.err = read_text(err);
+  return r;
+}
+
+RunResult run_on_terminal(const std::string& program, const std::vector<std::string>& arguments) {
+  const ScratchFolder streams;
+  const int screen = posix_openpt(O_RDWR | O_NOCTTY);
+  if (screen < 0 || grantpt(screen) != 0 || unlockpt(screen) != 0) {
+    throw std::runtime_error("no terminal");
+  }
+  const std::string terminal = ptsname(screen);
+  const int held = open(terminal.c_str(), O_RDWR | O_NOCTTY);  // until the child has it, too
+  const int pid = fork();
+  if (pid < 0) throw std::runtime_error("fork failed");
+  if (pid == 0) become(program, arguments, streams / "out", terminal);
+  std::string err;
+  int status = 0;
+  // What was written stays to be read; the terminal's end would come as an error.
+  fcntl(screen, F_SETFL, O_NONBLOCK);
+  for (bool ended = false;;) {
+    char text[4096];
+    const ssize_t size = read(screen, text, sizeof text);
+    if (size > 0) err.append(text, std::size_t(size));
+    if (size > 0) continue;
+    if (ended) break;
+    ended = waitpid(pid, &status, WNOHANG) != 0;
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  close(held);
+  close(screen);
+  RunResult r = result_of(status);
+  r.out = read_text(streams / "out");
+  r.err = err;
   return r;
 }
 

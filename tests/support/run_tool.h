@@ -20,6 +20,10 @@ struct RunResult {
     const std::string& program, const std::vector<std::string>& arguments,
     const std::function<void(int pid, const std::string& err)>& while_running = {});
 
+/// The same with stderr on a terminal, which ends lines by "\r\n".
+[[nodiscard]] RunResult run_on_terminal(const std::string& program,
+                                        const std::vector<std::string>& arguments);
+
 /// A new folder, removed with everything in it at the end.
 class ScratchFolder {
  public:

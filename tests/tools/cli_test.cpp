@@ -344,17 +344,6 @@ TEST(Render, ChoosesAnExtinctionAndSaysWhich) {
   EXPECT_EQ(expect_success(PVOL_RENDER, given).err.find("no extinction given"), std::string::npos);
 }
 
-TEST(Render, RefusesEndlessWorkUnlessLimitedOrForced) {
-  const ScratchFolder folder;
-  auto arguments = small_render(write_ball(folder), folder / "a.png");
-  arguments.insert(arguments.end(),
-                   {"--set", "medium.albedo=1", "--set", "medium.extinction=1.2e6"});
-  expect_failure(PVOL_RENDER, arguments, "--max-bounces");
-  EXPECT_FALSE(std::filesystem::exists(folder / "a.png"));
-  arguments.insert(arguments.end(), {"--max-bounces", "3"});
-  expect_success(PVOL_RENDER, arguments);
-}
-
 TEST(Render, BiasedOptionsSayThatTheyAre) {
   const ScratchFolder folder;
   const std::string vdb = write_ball(folder);
@@ -463,35 +452,6 @@ TEST(Fit, NamesWhatGzipHides) {
     expect_failure(PVOL_FIT, {file, "-o", folder / "a.pvol"}, "gunzip");
   }
   expect_failure(PVOL_RENDER, {folder / "a.vdb.gz", "-o", folder / "a.exr"}, "gunzip");
-}
-
-/// A scene in a wrong unit, whose paths take hours each.
-TEST(Render, SignalsEndEndlessPathsAndSaveThePicture) {
-  for (const int signal : {SIGINT, SIGTERM}) {
-    const ScratchFolder folder;
-    const std::string exr = folder / "a.exr";
-    bool sent = false;
-    const RunResult r = run_tool(PVOL_RENDER,
-                                 {write_ball(folder), "-o", exr, "--size", "64x48", "--set",
-                                  "medium.extinction=1e8", "--set", "medium.albedo=1", "--force"},
-                                 [&](int pid, const std::string& err) {
-                                   // The sign of life of the first second.
-                                   if (!sent && err.find("rendering   0 %") != std::string::npos) {
-                                     sent = true;
-                                     kill(pid, signal);
-                                   }
-                                 });
-    EXPECT_TRUE(sent) << r.err;
-    EXPECT_EQ(r.exit, 1) << r.err;
-    EXPECT_NE(r.err.find("interrupted "), std::string::npos) << r.err;
-  }
-}
-
-TEST(Render, RefusesPathsThatHardlyEndAndProposesAnExtinction) {
-  const ScratchFolder folder;
-  auto arguments = small_render(write_ball(folder), folder / "a.exr");
-  arguments.insert(arguments.end(), {"--set", "medium.extinction=1e8", "--set", "medium.albedo=1"});
-  expect_failure(PVOL_RENDER, arguments, "would make it about 40");
 }
 
 }  // namespace

@@ -149,6 +149,20 @@ TEST(Trade, RefusesWhatCannotBe) {
               "black");
 }
 
+/// A million null collisions a flight, of which each pixel has one.
+TEST(Trade, MeasuresWhatHardlyEndsWhereUsersInsist) {
+  const Recipe recipe;
+  for (const char* verb : {"depth", "trade"}) {
+    std::vector<std::string> a{verb, recipe.file, "--size", "3x3", "--budget", "5", "--quiet"};
+    a.insert(a.end(), {"--extinction", "4e5", "--set", "medium.albedo=0"});
+    a.insert(a.end(), {"--set", "render.depth=0"});
+    expect_exit(1, a, "insist with --force");
+    a.emplace_back("--force");
+    const RunResult r = run_tool(PVOL_STATS, a);
+    EXPECT_EQ(r.exit, 0) << verb << ": " << r.err;
+  }
+}
+
 TEST(Trade, SaysWhereTheBudgetIsTooShort) {
   const Recipe recipe;
   expect_exit(1, {"trade", recipe.file, "--size", "4096x4096", "--budget", "0.1", "--quiet"},

@@ -25,7 +25,7 @@ struct ThickBall {
     o.input = recipe;
     o.thickness = 30;
     o.size = {32, 24};
-    loaded = load_scene(o, 1);
+    loaded = load_scene(o, 1, true);
   }
 
   static double work(const Counts& c) {

@@ -22,6 +22,19 @@ TEST(Facts, ThicknessIsTheMeanOverColumnsThatHoldAnything) {
   EXPECT_DOUBLE_EQ(v.largest_optical_thickness, 20);
 }
 
+TEST(Facts, TheWorldsBoxHoldsAllVolumesThatHoldAnything) {
+  const auto cube = [](double at, float value) {
+    VoxelGrid grid;
+    grid.tiles = {{{0, 0, 0}, 8, value}};
+    return make_volume(grid, Medium{}, {.object_to_world = translation(Vec3d(at))});
+  };
+  const Volume near = cube(0, 1), nothing = cube(1000, 0), far = cube(50, 1);
+  EXPECT_TRUE(world_box(std::vector{nothing}).empty());
+  const Box box = world_box(std::vector{near, nothing, far});
+  EXPECT_EQ(box.lo, near.density.world_box.lo);
+  EXPECT_EQ(box.hi, far.density.world_box.hi);
+}
+
 /// Leaves at the faces of a tile are alike: millions of them take a handful of bricks.
 TEST(Facts, HugeTilesTakeLittleMemory) {
   VoxelGrid grid;

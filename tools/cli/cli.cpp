@@ -27,6 +27,16 @@ std::string memory_limit_text() {
   return " within " + readable_bytes(limit.rlim_cur);
 }
 
+/// Draws a line on the terminal over the last one, of this width.
+void redraw(const std::string& line, std::size_t& width) {
+  // Blanks cover what a longer line left behind.
+  std::cerr << '\r' << line << std::string(width > line.size() ? width - line.size() : 0, ' ')
+            << std::flush;
+  width = line.size();
+}
+
+bool on_terminal() { return isatty(STDERR_FILENO) != 0; }
+
 }  // namespace
 
 int run_guarded(const std::string& tool, const std::function<int()>& body) {
@@ -147,11 +157,27 @@ double Stopwatch::lap() {
   return seconds;
 }
 
+StageLine::StageLine(const std::string& stage, bool quiet) : shown_(!quiet && on_terminal()) {
+  show(stage);
+}
+
+StageLine::~StageLine() { erase(); }
+
+void StageLine::show(const std::string& next) {
+  if (shown_) redraw(next, width_);
+}
+
+void StageLine::erase() {
+  if (width_ == 0) return;
+  redraw("", width_);
+  std::cerr << '\r' << std::flush;
+}
+
 ProgressBar::ProgressBar(std::string label, std::string unit, bool quiet)
     : label_(std::move(label)),
       unit_(std::move(unit)),
       quiet_(quiet),
-      terminal_(isatty(STDERR_FILENO) != 0),
+      terminal_(on_terminal()),
       start_(std::chrono::steady_clock::now()),
       next_(start_ + std::chrono::seconds(terminal_ ? 0 : 1)) {}
 
@@ -186,14 +212,11 @@ void ProgressBar::show(std::uint64_t done, std::uint64_t total) {
 }
 
 void ProgressBar::draw(const std::string& line) {
-  if (!terminal_) {
+  if (terminal_) {
+    redraw(line, width_);
+  } else {
     std::cerr << line << '\n';
-    return;
   }
-  // Blanks cover what a longer line left behind.
-  std::cerr << '\r' << line << std::string(width_ > line.size() ? width_ - line.size() : 0, ' ')
-            << std::flush;
-  width_ = std::max(width_, line.size());
 }
 
 }  // namespace pvol::cli

@@ -81,6 +81,23 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
+/// Names a long step in a line on the terminal that is there as long as the step takes: "reading
+/// cloud.vdb". Nothing where stderr is no terminal, or when quiet.
+class StageLine {
+ public:
+  StageLine(const std::string& stage, bool quiet);
+  ~StageLine();
+  StageLine(const StageLine&) = delete;
+  StageLine& operator=(const StageLine&) = delete;
+
+  void show(const std::string& next);
+  void erase();
+
+ private:
+  bool shown_;
+  std::size_t width_ = 0;  // of the line on the terminal
+};
+
 /// How far a long step has come, on stderr: a bar that is redrawn on a terminal, otherwise a plain
 /// line every tenth of the way, after the first second and after ten without one; both with rate
 /// and remaining time. Draws nothing when quiet.

@@ -19,6 +19,13 @@
 #include "pvol/volume/make_volume.h"
 
 namespace pvol::cli {
+namespace {
+
+StageLine reading(const Loader& by, const std::filesystem::path& file) {
+  return {"reading " + file.filename().string(), by.quiet};
+}
+
+}  // namespace
 
 formats::SceneFile read_scene(const std::filesystem::path& input,
                               const std::vector<std::string>& sets) {
@@ -41,11 +48,29 @@ void load_sky(formats::SceneFile& file) {
   sky->pixels = std::move(picture.pixels);
 }
 
-formats::Cloud load_cloud(const std::string& tool, const std::filesystem::path& file,
+formats::LoadedGrid load_grid(const Loader& by, const std::filesystem::path& file,
+                              const formats::GridOptions& grid) {
+  StageLine stage = reading(by, file);
+  formats::LoadedGrid loaded = formats::load_grid(file, grid);
+  stage.erase();
+  print_warnings(by.tool, loaded.report.warnings);
+  return loaded;
+}
+
+formats::Cloud load_cloud(const Loader& by, const std::filesystem::path& file,
+                          const formats::GridOptions& grid, LookUp look_up) {
+  StageLine stage = reading(by, file);
+  formats::Cloud cloud =
+      formats::load_cloud(file, grid, look_up, [&] { stage.show("building bounds"); });
+  stage.erase();
+  print_warnings(by.tool, cloud.report.warnings);
+  return cloud;
+}
+
+formats::Cloud load_cloud(const Loader& by, const std::filesystem::path& file,
                           const formats::GridOptions& grid, const formats::SceneFile& scene) {
   const RenderOptions& o = scene.scene.options;
-  formats::Cloud cloud = formats::load_cloud(file, grid, o.look_up);
-  print_warnings(tool, cloud.report.warnings);
+  formats::Cloud cloud = load_cloud(by, file, grid, o.look_up);
   if (scene.density) formats::quantise(cloud, *scene.density, file);
   formats::coarsen(cloud, o.preview, file);
   return cloud;
@@ -88,13 +113,8 @@ void require_proof(const std::filesystem::path& file, const formats::Cloud& clou
 }
 
 Camera frame_all(std::span<const Volume> volumes, const Scene& scene) {
-  Box all;
-  for (const Volume& v : volumes) {
-    if (!v.density.world_box.empty())
-      all = extend(extend(all, v.density.world_box.lo), v.density.world_box.hi);
-  }
   const RenderOptions& o = scene.options;
-  return frame(all, double(o.width) / o.height, scene.camera);
+  return frame(world_box(volumes), double(o.width) / o.height, scene.camera);
 }
 
 }  // namespace pvol::cli

@@ -24,9 +24,22 @@ inline constexpr double kChosenThickness = 40;
 /// Reads the pixels of the scene's sky, where it is a picture.
 void load_sky(formats::SceneFile& file);
 
-/// A cloud as the scene's options want it: bounds for the interpolation, precision, preview. Prints
-/// the reader's warnings in the tool's name.
-[[nodiscard]] formats::Cloud load_cloud(const std::string& tool, const std::filesystem::path& file,
+/// Who loads a cloud: a tool that shows on a terminal what takes long, unless it is quiet, and
+/// prints the reader's warnings.
+struct Loader {
+  std::string tool;
+  bool quiet = false;
+};
+
+/// A cloud's samples, and a cloud with its bounds (formats::load_grid, load_cloud).
+[[nodiscard]] formats::LoadedGrid load_grid(const Loader& by, const std::filesystem::path& file,
+                                            const formats::GridOptions& grid);
+[[nodiscard]] formats::Cloud load_cloud(const Loader& by, const std::filesystem::path& file,
+                                        const formats::GridOptions& grid = {},
+                                        LookUp look_up = LookUp::trilinear);
+
+/// The same as the scene's options want it: bounds for the interpolation, precision, preview.
+[[nodiscard]] formats::Cloud load_cloud(const Loader& by, const std::filesystem::path& file,
                                         const formats::GridOptions& grid,
                                         const formats::SceneFile& scene);
 

@@ -55,6 +55,7 @@ Json to_json(const Value& value) {
 /// What was made of the options for the first volume, and of the density for each.
 void describe_choices(const RenderJob& job, Json& j) {
   const Volume& first = job.volumes.front();
+  j["kernel_used"] = name(job.plan.kernel.lanes);
   j["micro_bounds_used"] = first.density.micro.edge;
   j["micro_bounds_from"] = micro_bounds_text(first);
   for (const VolumeReport& v : job.reports) j["density"].push_back(describe_density(v));

@@ -86,8 +86,7 @@ void prove_micro_bounds(const formats::Cloud& cloud) {
 
 int run_bounds(const BoundsOptions& o) {
   if (o.html) check_output(*o.html, {".html", ".htm"});
-  formats::Cloud cloud = formats::load_cloud(o.input, o.grid);
-  print_warnings("pvol-stats", cloud.report.warnings);
+  formats::Cloud cloud = load_cloud({"pvol-stats"}, o.input, o.grid);
   std::optional<BoundsCheck> check;
   if (o.verify) {
     check = verify_bounds(cloud.grid(), cloud.pyramid);

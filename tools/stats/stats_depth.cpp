@@ -127,7 +127,7 @@ DepthReport measure_depth(const DepthOptions& o) {
   StudyReport& base = report.base;
   base.name = o.scene.input.string();
   base.budget = o.budget;
-  base.loaded = load_scene(o.scene, kPixels);
+  base.loaded = load_scene(o.scene, kPixels, o.quiet);
   fix_choices(o, base.loaded);
   StudyClock clock(base, o.quiet);
   const int last = deepest(base.loaded);

@@ -71,7 +71,8 @@ void choose_camera(LoadedScene& loaded) {
     loaded.file.has_camera = true;
     loaded.framed = true;
   }
-  print_warnings("pvol-stats", plan(volumes, scene, {.facts = loaded.facts}).doubts);
+  print_warnings("pvol-stats",
+                 plan(volumes, scene, {.facts = loaded.facts, .force = loaded.force}).doubts);
 }
 
 measure::SetUp set_up_of(const std::vector<Volume>& volumes, double seconds) {
@@ -103,12 +104,14 @@ Scene requested(const LoadedScene& loaded, const measure::RunRequest& request, i
 
 }  // namespace
 
-LoadedScene load_scene(const SceneOptions& o, int pixels) {
+LoadedScene load_scene(const SceneOptions& o, int pixels, bool quiet) {
   LoadedScene loaded;
   loaded.file = read(o);
+  loaded.force = o.force;
   choose_size(o, pixels, loaded);
   for (const formats::SceneVolume& v : loaded.file.volumes) {
-    loaded.clouds.push_back(load_cloud("pvol-stats", v.file, {v.grid, o.grid.strict}, loaded.file));
+    loaded.clouds.push_back(
+        load_cloud({"pvol-stats", quiet}, v.file, {v.grid, o.grid.strict}, loaded.file));
     if (loaded.clouds.back().pyramid.empty()) {
       throw Error(v.file.string() + ": the density is 0 everywhere; there is nothing to measure");
     }
@@ -142,7 +145,8 @@ measure::Run render_changed(const LoadedScene& loaded, const ChangeScene& change
   const double paths =
       double(loaded.picture_width) * loaded.picture_height * loaded.file.scene.options.samples;
   const RenderPlan p =
-      plan(volumes, scene, {.facts = loaded.facts, .forecast = false, .paths = paths});
+      plan(volumes, scene,
+           {.facts = loaded.facts, .force = loaded.force, .forecast = false, .paths = paths});
   const double ready = cpu_seconds();
   measure::Run run;
   run.set_up = set_up_of(volumes, ready - begin);

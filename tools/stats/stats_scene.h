@@ -24,7 +24,8 @@ struct SceneOptions {
   std::optional<std::array<int, 2>> size;
   std::optional<double> extinction;  ///< per world unit and unit of density
   std::optional<double>
-      thickness;  ///< mean optical thickness along the first cloud's thickest axis
+      thickness;       ///< mean optical thickness along the first cloud's thickest axis
+  bool force = false;  ///< measure what would hardly end, too
 };
 
 struct LoadedScene {
@@ -33,13 +34,14 @@ struct LoadedScene {
   std::vector<VolumeFacts> facts;             ///< of each cloud, without its octree
   bool chose_extinction = false;              ///< neither the user nor the scene gave one
   bool framed = false;                        ///< nor a camera
+  bool force = false;                         ///< as asked for
   int picture_width = 0, picture_height = 0;  ///< of the scene, which is measured at another size
 };
 
 /// Reads everything and completes it as pvol-render does: an extinction that makes the thickest
 /// axis 40 mean free paths thick, a camera that frames the clouds. Pictures get the size asked for,
 /// or else one of about `pixels` pixels in the scene's proportions, without a crop.
-[[nodiscard]] LoadedScene load_scene(const SceneOptions& o, int pixels);
+[[nodiscard]] LoadedScene load_scene(const SceneOptions& o, int pixels, bool quiet);
 
 /// A way to change a scene and its clouds before they are rendered.
 using ChangeScene = std::function<void(Scene&)>;

@@ -4,6 +4,7 @@
 #include <iostream>
 
 #include "cli/json.h"
+#include "cli/load_scene.h"
 #include "pvol/error.h"
 #include "pvol/shell/recipe_support.h"
 #include "pvol/shell/tightness.h"
@@ -60,8 +61,7 @@ Json report_json(const ShellReport& report) {
 
 /// Whatever takes the density.
 void measure(const ShellsOptions& o, ShellReport& r) {
-  r.cloud = formats::load_cloud(o.input);
-  print_warnings("pvol-stats", r.cloud.report.warnings);
+  r.cloud = load_cloud({"pvol-stats"}, o.input);
   const Support support = make_support(r.cloud.grid(), r.cloud.pyramid);
   if (o.verify) {
     r.replay = replay(r.shell, support, index_to_object(r.cloud.density));

@@ -99,6 +99,7 @@ std::vector<std::string> words_of(const SceneOptions& o, const LoadedScene& load
     const double extinction = loaded.file.volumes.front().medium.extinction;
     words.insert(words.end(), {"--set", fmt::format("medium.extinction={:.17g}", extinction)});
   }
+  if (o.force) words.emplace_back("--force");
   return words;
 }
 
@@ -141,7 +142,7 @@ std::vector<measure::Row> measure_combinations(StudyClock& clock, const LoadedSc
 StudyReport measure_trade(const TradeOptions& o) {
   StudyReport report;
   measure::Study& study = report.study;
-  report.loaded = load_scene(o.scene, kPixels);
+  report.loaded = load_scene(o.scene, kPixels, o.quiet);
   report.name = o.scene.input.string();
   report.given = words_of(o.scene, report.loaded);
   report.budget = o.budget;

@@ -83,6 +83,7 @@ void add_scene(CLI::App& verb, SceneOptions& o) {
           "--size", [](const std::string&) {}, "Size of the pictures measured [about 96x96]")
       ->type_name("WxH")
       ->check(size_reader(o.size));
+  verb.add_flag("--force", o.force, "Measure even what would hardly end");
 }
 
 void add_output(CLI::App& verb, double& budget, std::optional<std::filesystem::path>& html,

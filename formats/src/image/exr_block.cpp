@@ -5,7 +5,6 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <optional>
 #include <vector>
 
 #include "pvol/error.h"
@@ -13,44 +12,85 @@
 namespace pvol::formats::detail {
 namespace {
 
-/// The bytes of the first block as they are stored, or none where it is not in the file: OpenEXR
-/// finds that.
-std::optional<std::vector<Bytef>> take_first_block(ByteSource& source, const ExrHeaders& headers) {
+using Bytes = std::vector<Bytef>;
+
+/// A block as the table has it.
+struct Block {
+  std::uint64_t offset;  ///< in the file
+  std::uint64_t bytes;   ///< of its pixels
+  std::int64_t number;
+};
+
+/// The blocks of a part, or its tiles of full resolution, in their order in the file.
+std::vector<Block> take_blocks(ByteSource& source, const ExrHeaders& headers) {
+  const ExrPart& p = headers.parts.front();
+  const std::int64_t width = p.tiled ? p.tile_width : p.width;
+  const std::int64_t rows = p.tiled ? p.tile_height : p.block_rows;
   ByteCursor table(source, {headers.end, source.size()}, "the table of blocks");
-  const auto offset = table.value<std::uint64_t>();
-  const std::uint64_t place = (headers.several ? 4 : 0) + (headers.parts.front().tiled ? 16 : 4);
-  if (offset < headers.end || offset > source.size()) return std::nullopt;
-  ByteCursor block(source, {offset, source.size()}, "the first block of pixels");
-  block.skip(place);
-  const auto size = block.value<std::uint32_t>();
-  if (size > block.left()) return std::nullopt;
-  std::vector<Bytef> bytes(size);
-  block.copy(reinterpret_cast<char*>(bytes.data()), size);
-  return bytes;
+  std::vector<Block> blocks;
+  for (std::int64_t y = 0; y < p.height; y += rows) {
+    for (std::int64_t x = 0; x < p.width; x += width) {
+      const std::int64_t pixels = std::min(width, p.width - x) * std::min(rows, p.height - y);
+      const auto offset = table.value<std::uint64_t>();
+      blocks.push_back(
+          {offset, std::uint64_t(pixels) * p.pixel_bytes, std::int64_t(blocks.size())});
+    }
+  }
+  std::ranges::sort(blocks, {}, &Block::offset);
+  return blocks;
+}
+
+/// Whether zip unpacks to so many bytes. `room` is used again for each block.
+bool unzips_to(std::uint64_t bytes, const Bytes& stored, Bytes& room) {
+  constexpr std::uint64_t kBestRatio = 1032;
+  if (bytes / kBestRatio > stored.size()) return false;
+  room.resize(std::max<std::size_t>(room.size(), bytes));
+  uLongf found = bytes;
+  return ::uncompress(room.data(), &found, stored.data(), stored.size()) == Z_OK && found == bytes;
+}
+
+/// Whether runs do: each begins with a count of bytes that are repeated, less one, or of those that
+/// follow, negated.
+bool runs_to(std::uint64_t bytes, const Bytes& stored) {
+  std::uint64_t found = 0;
+  std::size_t at = 0;
+  while (at < stored.size()) {
+    const int count = static_cast<signed char>(stored[at]);
+    found += std::uint64_t(count < 0 ? -count : count + 1);
+    at += count < 0 ? std::size_t(1 - count) : 2;
+  }
+  return at == stored.size() && found == bytes;
+}
+
+bool fills(std::uint64_t bytes, ExrPacking packing, const Bytes& stored, Bytes& room) {
+  if (stored.size() == bytes) return true;  // not compressed
+  return packing == ExrPacking::zip    ? unzips_to(bytes, stored, room)
+         : packing == ExrPacking::runs ? runs_to(bytes, stored)
+                                       : false;
 }
 
 }  // namespace
 
-void check_first_block(ByteSource& source, const ExrHeaders& headers) {
+void check_blocks(ByteSource& source, const ExrHeaders& headers) {
   const ExrPart& p = headers.parts.front();
-  if (!p.zipped || p.subsampled) return;
-  const std::optional<std::vector<Bytef>> stored = take_first_block(source, headers);
-  const std::int64_t width = p.tiled ? std::min(p.tile_width, p.width) : p.width;
-  const std::int64_t rows = std::min(p.tiled ? p.tile_height : p.block_rows, p.height);
-  const std::uint64_t expected = std::uint64_t(width * rows) * p.pixel_bytes;
-  constexpr std::uint64_t kBestRatio = 1032;          // of zlib
-  if (!stored || stored->size() == expected) return;  // the latter is not compressed
-  uLongf found = 0;
-  if (expected / kBestRatio <= stored->size()) {
-    std::vector<Bytef> plain(expected);
-    found = expected;
-    if (::uncompress(plain.data(), &found, stored->data(), stored->size()) != Z_OK) found = 0;
+  if (p.packing == ExrPacking::other || p.subsampled) return;
+  const std::uint64_t place = (headers.several ? 4 : 0) + (p.tiled ? 16 : 4);
+  Bytes stored, room;
+  for (const Block& b : take_blocks(source, headers)) {
+    // OpenEXR finds which blocks are not in the file.
+    if (b.offset < headers.end || b.offset > source.size()) continue;
+    ByteCursor block(source, {b.offset, source.size()}, fmt::format("block {}", b.number));
+    block.skip(place);
+    const auto size = block.value<std::uint32_t>();
+    if (size > block.left()) continue;
+    stored.resize(size);
+    block.copy(reinterpret_cast<char*>(stored.data()), size);
+    if (fills(b.bytes, p.packing, stored, room)) continue;
+    throw Error(
+        fmt::format("{}: block {} of its pixels does not fill {} bytes, as its header says; the "
+                    "file is damaged",
+                    source.file().string(), b.number, b.bytes));
   }
-  if (found == expected) return;
-  throw Error(
-      fmt::format("{}: its first pixels do not fill {} bytes, as its header says; the file "
-                  "is damaged",
-                  source.file().string(), expected));
 }
 
 }  // namespace pvol::formats::detail

@@ -1,4 +1,4 @@
-// The first pixels of an EXR file against its header.
+// The pixels of an EXR file against its header.
 #pragma once
 
 #include "file/byte_source.h"
@@ -6,9 +6,10 @@
 
 namespace pvol::formats::detail {
 
-/// OpenEXR does not notice where a block of pixels that zlib compressed is shorter than its header
-/// says: the rest of the picture is what happened to be in memory. A header that does not belong to
-/// the pixels shows in the first block already. Throws Error where that has another size.
-void check_first_block(ByteSource& source, const ExrHeaders& headers);
+/// OpenEXR does not notice where a block of pixels is shorter than its header says, as it is stored
+/// or once zip or runs are unpacked: the rest of it is what happened to be in memory. Unpacks all
+/// blocks of the first part, of full size where there are several, and throws Error for one of
+/// another size. The part's window and blocks were checked before.
+void check_blocks(ByteSource& source, const ExrHeaders& headers);
 
 }  // namespace pvol::formats::detail

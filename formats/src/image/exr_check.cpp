@@ -19,6 +19,7 @@ namespace pvol::formats::detail {
 namespace {
 
 constexpr std::int64_t kMostPixels = std::int64_t{1} << 28;
+constexpr std::uint64_t kFewPixels = std::uint64_t{1} << 24;
 constexpr std::int64_t kLargestEdge = std::int64_t{1} << 16;     // longer ones are damaged headers
 constexpr std::uint64_t kLargestBlock = std::uint64_t{1} << 28;  // bytes
 constexpr std::uint64_t kBestRatio = 1032;   // of zlib, and so of blocks that are not of one colour
@@ -46,8 +47,18 @@ void check_window(const ExrPart& p) {
                   p.width, p.height));
 }
 
+/// Some compressions make kilobytes of a picture of one colour that fills memory.
+void check_ratio(const ExrPart& p, std::uint64_t file_bytes) {
+  const auto pixels = std::uint64_t(p.width * p.height);
+  if (pixels <= kFewPixels || pixels * p.pixel_bytes / kBestRatio <= file_bytes) return;
+  throw Error(fmt::format(
+      "has {} x {} pixels in {} bytes; expected at most 2^24 in less than a thousandth of what "
+      "they take: write it smaller, or with another compression",
+      p.width, p.height, file_bytes));
+}
+
 /// Compares what OpenEXR takes memory for, the table of blocks and a row of them, with the file.
-void check_blocks(const ExrPart& p, std::uint64_t file_bytes) {
+void check_table(const ExrPart& p, std::uint64_t file_bytes) {
   const std::int64_t width = p.tiled ? p.tile_width : p.width;
   const std::int64_t rows = p.tiled ? p.tile_height : p.block_rows;
   if (width < 1 || rows < 1 || width > kLargestEdge || rows > kLargestEdge) {
@@ -83,12 +94,13 @@ void check_exr_file(const std::filesystem::path& file) {
       throw Error("has deep pixels; expected one sample each: flatten it");
     for (const ExrPart& part : headers.parts) {
       check_window(part);
-      check_blocks(part, source.size());
+      check_table(part, source.size());
+      check_ratio(part, source.size());
     }
   } catch (const Error& e) {
     throw Error(file.string() + ": " + e.what());
   }
-  check_first_block(source, headers);
+  check_blocks(source, headers);
 }
 
 void check_picture(const Imf::InputFile& in) {

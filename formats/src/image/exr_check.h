@@ -9,9 +9,10 @@ namespace pvol::formats::detail {
 
 /// To be called before OpenEXR opens the file. Throws Error where its headers are damaged, its
 /// pixels have several samples each, or a part is too large: of more than 2^28 pixels or with an
-/// edge above 2^16; of more blocks than the file has room for; or of blocks that take more than
-/// 256 MiB and more than a thousand times the file, so that a small file takes little memory; or
-/// where the first pixels do not belong to the header.
+/// edge above 2^16; of more than 2^24 pixels that take more than a thousand times the file; of more
+/// blocks than the file has room for; or of blocks that take more than 256 MiB and more than a
+/// thousand times the file, so that a small file takes little memory; or where a block's pixels do
+/// not belong to the header.
 void check_exr_file(const std::filesystem::path& file);
 
 /// Throws Error for what cannot be used as a picture, before any pixel is read: without R, G and B,

@@ -15,9 +15,18 @@ constexpr std::uint32_t kMagic = 20000630;
 constexpr std::uint32_t kTiled = 0x200, kDeep = 0x800, kMultiPart = 0x1000;  // beside the version
 constexpr std::size_t kLongestName = 255;
 
-/// Rows that each compression takes together: none, rle, zips, zip, piz, pxr24, b44, b44a, dwaa,
-/// dwab.
-constexpr std::int64_t kBlockRows[] = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
+/// A compression, and the rows that it takes together.
+struct Compression {
+  ExrPacking packing;
+  std::int64_t rows;
+};
+constexpr Compression kCompressions[] = {
+    {ExrPacking::none, 1},   {ExrPacking::runs, 1},    // rle
+    {ExrPacking::zip, 1},    {ExrPacking::zip, 16},    // zips, zip
+    {ExrPacking::other, 32}, {ExrPacking::other, 16},  // piz, pxr24
+    {ExrPacking::other, 32}, {ExrPacking::other, 32},  // b44, b44a
+    {ExrPacking::other, 32}, {ExrPacking::other, 256}  // dwaa, dwab
+};
 
 /// Types whose values have always as many bytes: that many OpenEXR reads, whatever the size says.
 struct FixedType {
@@ -74,12 +83,11 @@ void take_tiles(ByteCursor& cursor, ExrPart& part) {
 
 void take_compression(ByteCursor& cursor, ExrPart& part) {
   const auto method = cursor.value<std::uint8_t>();
-  if (method >= std::size(kBlockRows)) {
+  if (method >= std::size(kCompressions)) {
     cursor.fail(fmt::format("compression {} is unknown; write the picture with another", method));
   }
-  part.block_rows = kBlockRows[method];
-  constexpr std::uint8_t kZips = 2, kZip = 3;
-  part.zipped = method == kZips || method == kZip;
+  part.packing = kCompressions[method].packing;
+  part.block_rows = kCompressions[method].rows;
 }
 
 /// Adds channels to those of earlier lists, as OpenEXR does.

@@ -10,14 +10,17 @@
 
 namespace pvol::formats::detail {
 
+/// How the pixels of a block are packed. The others find for themselves where a block is too short.
+enum class ExrPacking { none, runs, zip, other };
+
 /// A part of a file: most files have one.
 struct ExrPart {
   std::int64_t width = 0, height = 0;            ///< of the data window; 0: it has none
   std::int64_t tile_width = 0, tile_height = 0;  ///< 0: it does not say
   std::int64_t block_rows = 16;   ///< compressed together where there are no tiles; zip by default
   std::uint64_t pixel_bytes = 0;  ///< of all channels together
-  bool zipped = true;             ///< blocks are compressed by zlib alone
-  bool subsampled = false;        ///< some channel has fewer samples than there are pixels
+  ExrPacking packing = ExrPacking::zip;
+  bool subsampled = false;  ///< some channel has fewer samples than there are pixels
   bool tiled = false;
   bool deep = false;  ///< pixels have several samples each
 };

@@ -179,11 +179,11 @@ Body BodyReader::read_used(const TomlTable& table) {
     quadrics_ += count_quadrics(known->second);
   } else {
     open_.push_back(name);
-    std::vector<Body> parts = read_all(*named_, name);
-    if (parts.empty()) table.fail("use", "a body that has a form");
-    done_[name] = united(std::move(parts));
+    done_[name] = united(read_all(*named_, name));
     open_.pop_back();
   }
+  // Uses of nothing would cost nothing of the limit below, and double without end.
+  if (count_quadrics(done_[name]) == 0) table.fail("use", "a body that has a form");
   if (quadrics_ > kMostQuadrics) table.fail("use", "at most " + limit());
   return done_[name];
 }

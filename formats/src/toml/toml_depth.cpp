@@ -60,10 +60,14 @@ class DepthScan {
     }
   }
 
-  /// A statement ends with its line, but for what brackets keep together.
+  /// A statement ends with its line, but for what brackets keep together; a key does in any case,
+  /// or each line after a forgotten bracket would seem to nest in the one before it.
   void end_line() {
     ++line_;
-    if (!around_.empty()) return;
+    if (!around_.empty()) {
+      depth_ = around_.back() + 1;
+      return;
+    }
     if (in_header_) header_ = depth_;
     in_header_ = false;
     begins_ = true;

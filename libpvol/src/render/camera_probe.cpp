@@ -5,7 +5,6 @@
 
 #include "pvol/bounds/walk.h"
 #include "pvol/volume/extinction_source.h"
-#include "pvol/volume/facts.h"
 #include "render/path/camera_rays.h"
 #include "render/tiles/render_tile.h"
 
@@ -123,9 +122,7 @@ CameraProbe probe_camera(const RenderPlan& plan) {
     sum += -std::expm1(-*depth) * scatterings;
   });
   probe.by_depth = sum / probe.rays;
-  for (const Volume& v : plan.volumes) {
-    if (worst_null_collisions(v) > kMostNullCollisions) return probe;
-  }
+  if (plan.kernel.endless) return probe;
   const ImagePart part = image_part(o);
   follow_paths(plain_plan, setup, std::min(kRaysAlong, part.width),
                std::min(kRaysAlong, part.height), probe);

@@ -8,9 +8,6 @@
 
 namespace pvol::detail {
 
-/// Null collisions in one segment above which flights are refused, and not followed if insisted on.
-inline constexpr double kMostNullCollisions = 1e6;
-
 struct CameraProbe {
   int rays = 0;  ///< evenly over the part of the image that is rendered
   /// Optical depths along those that enter a volume's box, each right on average.

@@ -32,7 +32,8 @@ Kernel choose_kernel(const RenderPlan& p) {
                    : p.volumes.size() > 1 ? Paths::many_volumes
                                           : Paths::one_volume,
           .count = p.scene.options.count,
-          .lanes = p.scene.options.kernel};
+          .lanes = p.scene.options.kernel,
+          .endless = std::ranges::any_of(p.volumes, detail::has_endless_flights)};
 }
 
 Decision decide_cut(const Volume& v, const RenderOptions& o) {

@@ -6,6 +6,7 @@
 #include "math/digits.h"
 #include "pvol/error.h"
 #include "pvol/volume/estimators.h"
+#include "pvol/volume/facts.h"
 #include "render/path/path_setup.h"
 
 namespace pvol::detail {
@@ -57,11 +58,7 @@ constexpr double kFaintest = 0.002;                   // share of camera rays th
 }
 
 [[nodiscard]] std::string unseen(const RenderPlan& plan, int rays) {
-  Box all;
-  for (const Volume& v : plan.volumes) {
-    if (v.density.octree.empty()) continue;
-    all = extend(extend(all, v.density.world_box.lo), v.density.world_box.hi);
-  }
+  const Box all = world_box(plan.volumes);
   const Camera& c = plan.scene.camera;
   return "none of " + std::to_string(rays) + " rays over the picture meets a volume: from " +
          point(c.position) + " the camera looks towards " + point(c.target) +

@@ -9,6 +9,12 @@
 
 namespace pvol::detail {
 
+/// Null collisions in one segment above which flights are refused, and not followed if insisted on.
+inline constexpr double kMostNullCollisions = 1e6;
+[[nodiscard]] inline bool has_endless_flights(const Volume& volume) {
+  return worst_null_collisions(volume) > kMostNullCollisions;
+}
+
 /// Throws Error where a picture would take for ever, nearly: null collisions without number in
 /// empty space under an enormous majorant and, by the facts if there are any, weights that grow
 /// without end.

@@ -16,7 +16,7 @@ namespace pvol {
 namespace {
 
 [[nodiscard]] detail::Flights flights_of(const VolumeField& f) {
-  return detail::find_flights(f.look_up, f.micro.edge, false);
+  return detail::find_flights(f.look_up, f.micro.edge, detail::Watching::none);
 }
 
 [[noreturn]] void refuse_closed_form() {
@@ -39,7 +39,7 @@ Volume make_volume(const Recipe& recipe, const Medium& medium, const VolumeOptio
 Flight sample_flight(const Volume& volume, const Ray& ray, double t_max, Rng& rng) {
   auto walk = enter(volume, ray, t_max);
   if (!walk) return {};
-  Tally unused;
+  detail::Watch unused;
   Flight flight = flights_of(volume.density)
                       .fly(Tracker::decomposition, volume.density, walk->local(), rng, unused);
   if (flight.collided) flight.t = walk->world(flight.t);
@@ -59,7 +59,7 @@ float sample_transmittance(const Volume& volume, const Ray& ray, double t_max, R
     refuse_closed_form();
   const Tracker tracker =
       estimator == Transmittance::analog ? Tracker::decomposition : Tracker::delta;
-  Tally unused;
+  detail::Watch unused;
   return flights_of(volume.density)
       .pass(estimator, tracker, volume.density, walk->local(), rng, unused);
 }

@@ -83,6 +83,15 @@ class Columns {
 
 }  // namespace
 
+Box world_box(std::span<const Volume> volumes) {
+  Box all;
+  for (const Volume& v : volumes) {
+    const Box& box = v.density.world_box;
+    if (!box.empty()) all = extend(extend(all, box.lo), box.hi);
+  }
+  return all;
+}
+
 double worst_null_collisions(const Volume& volume) {
   const double cell_length = std::cbrt(1 / std::abs(determinant(volume.density.world_to_cells)));
   double most = 0;

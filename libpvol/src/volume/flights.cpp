@@ -4,9 +4,12 @@
 
 namespace pvol::detail {
 
-Flights find_flights(LookUp look_up, int micro_edge, bool count) {
-  return visit_look_up(look_up,
-                       [&](auto kind) { return find_flights_of<kind>(micro_edge, count); });
+Flights find_flights(LookUp look_up, int micro_edge, Watching watching) {
+  return visit_look_up(look_up, [&](auto kind) {
+    return watching == Watching::stop
+               ? find_watched_flights_of<kind>(micro_edge)
+               : find_flights_of<kind>(micro_edge, watching == Watching::count);
+  });
 }
 
 }  // namespace pvol::detail

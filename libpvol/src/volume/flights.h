@@ -2,6 +2,8 @@
 // photons and the embedder's samples share them.
 #pragma once
 
+#include <atomic>
+
 #include "pvol/bounds/walk.h"
 #include "pvol/math/rng.h"
 #include "pvol/track/tally.h"
@@ -10,22 +12,37 @@
 
 namespace pvol::detail {
 
+/// For flights that nobody stops.
+inline const std::atomic<bool> kNeverStop = false;
+
+/// What flights count, and what ends watched ones: once it is true, they end as they please, and
+/// what they bring is to be dropped.
+struct Watch : Tally {
+  const std::atomic<bool>* stop = &kNeverStop;
+};
+
+/// Whether flights count what they do, or are watched and count: only these end when they are told
+/// to, at the cost of asking at each look-up.
+enum class Watching { none, count, stop };
+
 /// The loops for one kind of field, along a walk through its octree.
 struct Flights {
-  Flight (*fly)(Tracker, const VolumeField&, Walk&, Rng&, Tally&);
+  Flight (*fly)(Tracker, const VolumeField&, Walk&, Rng&, Watch&);
   /// An estimate of the transmittance; flights of `analog` are those of the tracker.
-  float (*pass)(Transmittance, Tracker, const VolumeField&, Walk&, Rng&, Tally&);
+  float (*pass)(Transmittance, Tracker, const VolumeField&, Walk&, Rng&, Watch&);
 };
 
 /// For fields of this look-up; `micro_edge` is that of the micro-bounds which they have and which
-/// are to be used, or 0. Without `count` tallies stay as they are. Estimators that are chosen by
+/// are to be used, or 0. Without counts tallies stay as they are. Estimators that are chosen by
 /// volume (`automatic`), and closed forms (`regular`) for fields that have none, were refused
 /// before.
-[[nodiscard]] Flights find_flights(LookUp look_up, int micro_edge, bool count);
+[[nodiscard]] Flights find_flights(LookUp look_up, int micro_edge, Watching watching);
 
-/// The same for one way of look-up (flights_of.h). Each is instantiated in a source of its own,
-/// made of flights_of.cpp.in by the list in libpvol/CMakeLists.txt.
+/// The same for one way of look-up (flights_of.h). Each is instantiated in sources of its own, made
+/// of flights_of.cpp.in and watched_flights_of.cpp.in by the list in libpvol/CMakeLists.txt.
 template <LookUp kLookUp>
 [[nodiscard]] Flights find_flights_of(int micro_edge, bool count);
+template <LookUp kLookUp>
+[[nodiscard]] Flights find_watched_flights_of(int micro_edge);
 
 }  // namespace pvol::detail

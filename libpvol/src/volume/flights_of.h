@@ -71,17 +71,70 @@ template <bool kCount, class F>
 
 template <LookUp kLookUp, int kMicroEdge, bool kCount>
 [[nodiscard]] Flights make_flights() {
-  return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, Tally& tally) {
-            return with_count<kCount>(tally, [&](auto& count) {
+  return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, Watch& watch) {
+            return with_count<kCount>(watch, [&](auto& count) {
               return fly(tracker, make_field<kLookUp, kMicroEdge>(f), walk, rng, count);
             });
           },
           [](Transmittance estimator, Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng,
-             Tally& tally) {
-            return with_count<kCount>(tally, [&](auto& count) {
+             Watch& watch) {
+            return with_count<kCount>(watch, [&](auto& count) {
               return pass(estimator, tracker, make_field<kLookUp, kMicroEdge>(f), walk, rng, count);
             });
           }};
+}
+
+/// A field that ends flights once it is to stop, however many null collisions lie ahead: all it is
+/// asked about collides, and nothing passes it.
+template <class Field>
+struct WatchedField : Field {
+  const std::atomic<bool>& stop;
+
+  template <class Count>
+  [[nodiscard]] float extinction(const Segment& s, const LatticePoint& p, Count& count) const {
+    if (stop.load(std::memory_order_relaxed)) return s.hi;
+    return Field::extinction(s, p, count);
+  }
+
+  template <class Count>
+  [[nodiscard]] bool exceeds(const Segment& s, const LatticePoint& p, float mu,
+                             Count& count) const {
+    return stop.load(std::memory_order_relaxed) || Field::exceeds(s, p, mu, count);
+  }
+};
+
+template <LookUp kLookUp, int kMicroEdge>
+[[nodiscard]] auto make_watched_field(const VolumeField& f, const Watch& watch) {
+  using Field = decltype(make_field<kLookUp, kMicroEdge>(f));
+  return WatchedField<Field>{make_field<kLookUp, kMicroEdge>(f), *watch.stop};
+}
+
+template <LookUp kLookUp, int kMicroEdge>
+[[nodiscard]] Flights make_watched_flights() {
+  return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, Watch& watch) {
+            Tally& tally = watch;
+            return fly(tracker, make_watched_field<kLookUp, kMicroEdge>(f, watch), walk, rng,
+                       tally);
+          },
+          [](Transmittance estimator, Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng,
+             Watch& watch) {
+            Tally& tally = watch;
+            return pass(estimator, tracker, make_watched_field<kLookUp, kMicroEdge>(f, watch), walk,
+                        rng, tally);
+          }};
+}
+
+/// f(edge) of micro-bounds as a std::integral_constant.
+template <class F>
+[[nodiscard]] Flights with_edge(int micro_edge, const F& f) {
+  if (micro_edge == 1) return f(std::integral_constant<int, 1>{});
+  if (micro_edge == 2) return f(std::integral_constant<int, 2>{});
+  return f(std::integral_constant<int, 0>{});
+}
+
+template <LookUp kLookUp>
+Flights find_watched_flights_of(int micro_edge) {
+  return with_edge(micro_edge, [](auto edge) { return make_watched_flights<kLookUp, edge>(); });
 }
 
 template <LookUp kLookUp>
@@ -91,9 +144,7 @@ Flights find_flights_of(int micro_edge, bool count) {
   const auto choose = [&](auto edge) {
     return count ? make_flights<kLookUp, edge, true>() : make_flights<kLookUp, edge, false>();
   };
-  if (micro_edge == 1) return choose(std::integral_constant<int, 1>{});
-  if (micro_edge == 2) return choose(std::integral_constant<int, 2>{});
-  return choose(std::integral_constant<int, 0>{});
+  return with_edge(micro_edge, choose);
 }
 
 }  // namespace pvol::detail

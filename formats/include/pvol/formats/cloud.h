@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -43,11 +44,13 @@ struct Cloud {
 [[nodiscard]] Pyramid build_bounds(const VoxelGrid& grid, const std::filesystem::path& file,
                                    LookUp look_up = LookUp::trilinear);
 
-/// Density and bounds for an interpolation: bounds of a .pvol file as stored, else built here.
-/// `procedural` is for recipes and for .pvol files of recipes that were bounded in closed form.
-/// Throws Error for stored bounds that were not made for the interpolation (`holds_for`).
-[[nodiscard]] Cloud load_cloud(const std::filesystem::path& file, const GridOptions& options = {},
-                               LookUp look_up = LookUp::trilinear);
+/// Density and bounds for an interpolation: bounds of a .pvol file as stored, else built here, once
+/// `before_bounds` was called. `procedural` is for recipes and for .pvol files of recipes that were
+/// bounded in closed form. Throws Error for stored bounds that were not made for the interpolation
+/// (`holds_for`).
+[[nodiscard]] Cloud load_cloud(
+    const std::filesystem::path& file, const GridOptions& options = {},
+    LookUp look_up = LookUp::trilinear, const std::function<void()>& before_bounds = [] {});
 
 /// Rounds the density of a loaded cloud to what a precision can keep, as pvol-fit does before it
 /// writes a file: the bounds are built again and micro-bounds dropped; a shell stays, since the

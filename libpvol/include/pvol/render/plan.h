@@ -35,6 +35,7 @@ struct Kernel {
   Paths paths = Paths::one_volume;
   bool count = false;
   Lanes lanes = Lanes::scalar;  ///< not automatic
+  bool endless = false;  ///< flights may be, so that they ask whether to stop
   friend bool operator==(const Kernel&, const Kernel&) = default;
 };
 

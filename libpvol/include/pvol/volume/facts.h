@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "pvol/density/density.h"
 #include "pvol/volume/volume.h"
@@ -19,6 +20,9 @@ struct VolumeFacts {
   std::uint64_t terminals = 0;                   ///< at which the walk stops
   std::uint64_t field_bytes = 0, octree_bytes = 0;
 };
+
+/// Around all volumes of the world that hold anything; empty where none does.
+[[nodiscard]] Box world_box(std::span<const Volume> volumes);
 
 /// About how many null collisions a ray meets in the thin part of the worst segment.
 [[nodiscard]] double worst_null_collisions(const Volume& volume);

@@ -193,7 +193,7 @@ bool trace(const LaneScene& s, LaneMemory& m, const ImagePart& tile, std::uint32
   m.slots.start(samples.count());
   m.counts = {};
   m.camera.n = m.paths.n = m.shadows.n = m.collisions.n = m.straight.n = m.turned.n = 0;
-  Work work;
+  Work work(s.setup);
   std::uint32_t next = 0;
   for (;;) {
     if (s.setup.stop->load(std::memory_order_relaxed)) return false;

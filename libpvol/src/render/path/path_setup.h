@@ -15,6 +15,7 @@
 #include "pvol/render/lights.h"
 #include "pvol/render/plan.h"
 #include "pvol/shell/ray_shell.h"
+#include "pvol/volume/facts.h"
 #include "pvol/volume/phase.h"
 #include "pvol/volume/volume.h"
 #include "volume/dense_bounds.h"
@@ -120,9 +121,6 @@ struct VolumeSetup {
 
 class Importance;
 
-/// For setups of paths that nobody stops.
-inline const std::atomic<bool> kNeverStop = false;
-
 struct PathSetup {
   /// Radiance that is everywhere and is left out of sky, emission and paths, to be added to every
   /// camera path as it is (THEORY.md, T5.5); 0 where paths are not guided.
@@ -152,7 +150,10 @@ struct PathSetup {
         lights(make_light_sources(plan.scene.lights)),
         max_bounces(plan.scene.options.max_bounces.value_or(~0u)),
         options(plan.scene.options),
-        flights(find_flights(plan.kernel.look_up, plan.kernel.micro_edge, plan.kernel.count)),
+        flights(find_flights(plan.kernel.look_up, plan.kernel.micro_edge,
+                             plan.kernel.endless ? Watching::stop
+                             : plan.kernel.count ? Watching::count
+                                                 : Watching::none)),
         count(plan.kernel.count),
         lanes(plan.kernel.lanes),
         dense(std::move(dense_)) {
@@ -164,14 +165,12 @@ struct PathSetup {
       const int number = ++of_kind[light.index()];
       light_names.push_back(kind_name(light) + ('.' + std::to_string(number)));
     }
-    Box box;  // around all that is not empty
     for (std::size_t i = 0; i < plan.volumes.size(); ++i) {
       const Volume& v = plan.volumes[i];
       volumes.emplace_back(v, constant);
       if (plan.shells[i].kept) volumes.back().shell.emplace(*v.shell, v.density.octree.origin);
-      if (v.density.octree.empty()) continue;
-      box = extend(extend(box, v.density.world_box.lo), v.density.world_box.hi);
     }
+    const Box box = world_box(plan.volumes);
     constexpr float kUnit = 0.1f;  // of the light that falls on the volumes
     float light = sky.sampled() ? sky.mean_luminance() * 4 * float(std::numbers::pi) : 0;
     for (const LightSource& source : lights) {

@@ -11,10 +11,12 @@ struct Hit {
   float weight = 1;                ///< of the flight
 };
 
-/// Counts of a traversal; its tallies stay 0 where nobody asks for counts.
+/// Counts of a traversal; its tallies stay 0 where flights do not count.
 struct Work {
-  Tally path, shadow;
+  Watch path, shadow;
   std::uint64_t shell_tests = 0, shell_rejections = 0;
+
+  explicit Work(const PathSetup& setup) : path{{}, setup.stop}, shadow{{}, setup.stop} {}
 };
 
 /// Whether a camera ray misses the volume's shell. It would meet no density then, and random
@@ -32,7 +34,7 @@ struct Work {
 /// has left the convex box cannot come back.
 class OneVolume {
  public:
-  explicit OneVolume(const PathSetup& setup) : s_(setup), v_(setup.volumes.front()) {}
+  explicit OneVolume(const PathSetup& setup) : work(setup), s_(setup), v_(setup.volumes.front()) {}
 
   /// Whether the camera's ray may meet the volume.
   [[nodiscard]] bool start(const Ray& ray) {
@@ -81,7 +83,7 @@ class OneVolume {
 /// analog here.
 class ManyVolumes {
  public:
-  explicit ManyVolumes(const PathSetup& setup) : s_(setup) {}
+  explicit ManyVolumes(const PathSetup& setup) : work(setup), s_(setup) {}
 
   /// Moves to where the first volume begins: from there on float directions are precise enough.
   [[nodiscard]] bool start(const Ray& ray) {
