@@ -43,9 +43,11 @@ std::vector<Case> more_cases() {
     s.medium.extinction = 16;
   });
   add("absorbing", [](CloudScene& s) { s.medium.albedo = Rgb(0.0f); });
+  // Paths are long, and all they bring is found after many roulettes.
   add("black sky, thick", [](CloudScene& s) {
     s.environment = ConstantSky{Rgb(0.0f)};
-    s.medium.extinction = 1;
+    s.medium.extinction = 6;
+    s.options.width = s.options.height = 8;
   });
   return all;
 }
