@@ -288,6 +288,17 @@ TEST(RecipeBounds, OfNoCloudAreEmpty) {
   EXPECT_TRUE(make_support(r, 0).empty());
 }
 
+TEST(RecipeBounds, TheLimitOfLeavesIsWhatTheyMayTake) {
+  const Recipe r = make_plateau();
+  const Pyramid p = build_pyramid(r);
+  std::uint64_t leaves = p.levels[0].size();  // and uniform cubes, which count as one each
+  for (std::size_t level = 1; level < p.levels.size(); ++level) {
+    for (std::size_t i = 0; i < p.levels[level].size(); ++i) leaves += is_uniform(p, level, i);
+  }
+  EXPECT_NO_THROW(static_cast<void>(build_pyramid(r, 1, leaves)));
+  EXPECT_THROW(static_cast<void>(build_pyramid(r, 1, leaves - 1)), Error);
+}
+
 TEST(RecipeBounds, RefuseWhatIsOutOfRange) {
   const Recipe r = make_modelled();
   EXPECT_THROW(static_cast<void>(build_pyramid(r, 4)), Error);
