@@ -2,6 +2,10 @@
 #include <gtest/gtest.h>
 #include <openvdb/openvdb.h>
 
+#include "pvol/bounds/pyramid.h"
+#include "pvol/error.h"
+#include "pvol/formats/cloud.h"
+#include "pvol/formats/pvol_file.h"
 #include "pvol/formats/vdb.h"
 #include "support/temporary_folder.h"
 #include "support/vdb_files.h"
@@ -55,6 +59,32 @@ TEST(GridChoice, AnEmptyGridPointsToTheOthers) {
                         "smoke (float)"),
       std::string::npos);
   EXPECT_EQ(warnings("density").find("--grid"), std::string::npos) << "it was asked for by name";
+}
+
+/// Files of one grid: another name is a mistake.
+TEST(GridChoice, RecipesAndPvolFilesHoldOneGrid) {
+  const TemporaryFolder folder;
+  const std::filesystem::path pvol = folder.file("a.pvol"), samples = PVOL_SAMPLES;
+  const VoxelGrid grid = grid_called("smoke");
+  PvolFile file;
+  file.metadata.grid_name = "smoke";
+  file.pyramid = build_pyramid(grid);
+  file.density = grid;
+  write_pvol(pvol, file);
+  const auto refused = [](const std::filesystem::path& cloud, const char* name) -> std::string {
+    try {
+      (void)load_grid(cloud, {name, false});
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refused(pvol, "smoke"), "");
+  EXPECT_NE(refused(pvol, "fire").find("a.pvol: holds the grid \"smoke\", not \"fire\""),
+            std::string::npos);
+  EXPECT_NE(refused(samples / "column.toml", "fire").find("not \"fire\""), std::string::npos);
+  EXPECT_NE(refused(samples / "cumulus_scene.toml", "").find("is a scene, expected a cloud"),
+            std::string::npos);
 }
 
 }  // namespace
