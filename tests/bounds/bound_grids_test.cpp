@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <random>
 
@@ -73,10 +74,11 @@ TEST(BoundGrids, SamplesLieAtTheCentresOfTheirCubes) {
   EXPECT_EQ(b.majorant.index_to_world, b.minorant.index_to_world);
 }
 
-TEST(BoundGrids, BrickOriginsAreMultiplesOfEight) {
+TEST(BoundGrids, BricksLieAtMultiplesOfEightAndHoldSomething) {
   const VoxelGrid grid = make_grid(true);
   for (const Brick& b :
        make_bound_grids(build_pyramid(grid), grid.index_to_world).majorant.bricks) {
+    EXPECT_GT(*std::max_element(b.values, b.values + kBrickSamples), 0);
     EXPECT_EQ(b.origin.x & 7, 0);
     EXPECT_EQ(b.origin.y & 7, 0);
     EXPECT_EQ(b.origin.z & 7, 0);

@@ -93,6 +93,30 @@ TEST(Distribution, RatiosAreThoseOfTheBoundsToTheMean) {
   expect_one(d.gap, 1.5, 42);
 }
 
+TEST(Distribution, RatiosBeyondAllBinsAreCountedApart) {
+  Pyramid p;
+  p.scale = 1;
+  p.support_hi = Vec3l(8);
+  p.levels = {{{0, 0, 1}}};
+  const PyramidContent content{{{.mass = 0x1p-16 * 512, .leaf = true}}};
+  const DepthDistributions d = measure_distributions(p, content).at(0);
+  EXPECT_EQ(d.hi.by_mass.above, 1);  // 2^16 is the edge, and not below it
+  EXPECT_EQ(d.lo.by_mass.below, 1);
+}
+
+/// A share that is reached exactly is the quantile's: half of the volume does not exceed 2.
+TEST(Distribution, MedianOfTwoEqualHalvesIsTheLower) {
+  Pyramid p;
+  p.scale = 1;
+  p.support_hi = {16, 8, 8};
+  p.levels = {{{0, 0, 1}, {1, 0, 1}}, {{0, 0, 1}}};
+  const PyramidContent content{
+      {{.mass = 0.25 * 512, .leaf = true}, {.mass = 0.5 * 512, .leaf = true}},
+      {{.mass = 0.75 * 512, .leaf = false}}};
+  const DepthDistributions d = measure_distributions(p, content).at(1);
+  EXPECT_EQ(d.hi.by_volume.quantiles, (std::array<double, 5>{2, 2, 2, 4, 4}));
+}
+
 TEST(Distribution, OfAUniformCubeIsOne) {
   VoxelGrid g;
   g.tiles.push_back({{0, 0, 0}, 128, 0.5f});

@@ -208,6 +208,15 @@ TEST(Pyramid, EveryBrokenInvariantIsNamed) {
   }
 }
 
+TEST(Pyramid, BrokenInvariantsAreNamedWithTheirValues) {
+  Pyramid p;
+  p.scale = 1;
+  p.support_hi = Vec3l(8);
+  p.levels = {{{0, 0.75f, 0.5f}}};
+  EXPECT_EQ(validate(p),
+            "level 0, node 0: bounds [0.75, 0.5] are not in order between 0 and the scale 1");
+}
+
 TEST(Pyramid, UniformCubesMayTakeTwoAdjacentCodes) {
   Pyramid p;
   p.scale = 1;

@@ -164,16 +164,24 @@ TEST(RecipeBounds, NodesHoldTheRangesOfTheirCubes) {
 }
 
 TEST(RecipeBounds, RefinementTightens) {
-  const auto majorants = [](const Pyramid& p) {
+  const auto sum_of = [](const Pyramid& p, float PyramidNode::*bound) {
     double sum = 0;
-    for (const PyramidNode& n : p.levels[0]) sum += double(n.hi);
+    for (const PyramidNode& n : p.levels[0]) sum += double(n.*bound);
     return sum;
   };
   for (const Recipe& r : {make_modelled(), make_small_cumulus()}) {
-    const double coarse = majorants(build_pyramid(r, 0)), fine = majorants(build_pyramid(r, 2));
+    const double coarse = sum_of(build_pyramid(r, 0), &PyramidNode::hi),
+                 fine = sum_of(build_pyramid(r, 2), &PyramidNode::hi);
     EXPECT_LT(fine, 0.95 * coarse);
-    EXPECT_GE(fine, majorants(build_pyramid(make_grid(r))));
+    EXPECT_GE(fine, sum_of(build_pyramid(make_grid(r)), &PyramidNode::hi));
   }
+  // With minorants above 0, which noise of such strength as above does not leave.
+  Recipe r = make_modelled();
+  r.modulations.clear();
+  const double coarse = sum_of(build_pyramid(r, 0), &PyramidNode::lo),
+               fine = sum_of(build_pyramid(r, 2), &PyramidNode::lo);
+  EXPECT_GT(fine, 1.2 * coarse);
+  EXPECT_LE(fine, sum_of(build_pyramid(make_grid(r)), &PyramidNode::lo));
 }
 
 TEST(RecipeBounds, ConstantInsideBecomesUniformCubes) {
@@ -278,6 +286,17 @@ TEST(RecipeBounds, OfNoCloudAreEmpty) {
   r.voxel = 0.05;
   EXPECT_EQ(validate(build_pyramid(r, 2)), std::nullopt);
   EXPECT_TRUE(make_support(r, 0).empty());
+}
+
+TEST(RecipeBounds, TheLimitOfLeavesIsWhatTheyMayTake) {
+  const Recipe r = make_plateau();
+  const Pyramid p = build_pyramid(r);
+  std::uint64_t leaves = p.levels[0].size();  // and uniform cubes, which count as one each
+  for (std::size_t level = 1; level < p.levels.size(); ++level) {
+    for (std::size_t i = 0; i < p.levels[level].size(); ++i) leaves += is_uniform(p, level, i);
+  }
+  EXPECT_NO_THROW(static_cast<void>(build_pyramid(r, 1, leaves)));
+  EXPECT_THROW(static_cast<void>(build_pyramid(r, 1, leaves - 1)), Error);
 }
 
 TEST(RecipeBounds, RefuseWhatIsOutOfRange) {

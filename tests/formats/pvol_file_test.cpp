@@ -192,6 +192,8 @@ TEST_F(PvolFileTest, WrongContentIsNotWritten) {
             std::string::npos);
   EXPECT_NE(error([](PvolFile& f) { f.pyramid.levels[0].pop_back(); }).find("bounds"),
             std::string::npos);
+  EXPECT_NE(error([](PvolFile& f) { f.shell->certificate.bound = 0; }).find("certificate"),
+            std::string::npos);
   for (const char* what : {"lo", "hi"}) {
     const auto move = [&](PvolFile& f) { ++(what[0] == 'l' ? f.shell->lo : f.shell->hi).x; };
     EXPECT_NE(error(move).find("another cloud"), std::string::npos) << what;

@@ -260,6 +260,20 @@ TEST_F(PvolForgeryTest, UnknownAncillaryChunksAreSkipped) {
   expect_equal_samples(*back.density, *some_file().density);
 }
 
+TEST_F(PvolForgeryTest, TheFirstLetterSaysWhetherAnUnknownChunkMayBeSkipped) {
+  for (const char first : {'a', 'z', 'A', 'Z', '`', '{'}) {
+    PvolBytes file(written(tiny_file()));
+    PvolBytes::Chunk extra;
+    extra.entry.id = {first, 'N', 'E', 'W'};
+    file.chunks.push_back(extra);
+    if ('a' <= first && first <= 'z') {
+      EXPECT_NO_THROW((void)read_pvol(file.bytes(), "a")) << first;
+    } else {
+      test::expect_refused(file, "unknown to this version");
+    }
+  }
+}
+
 TEST_F(PvolForgeryTest, NewerFilesThatThisReaderUnderstandsAreRead) {
   PvolBytes file(written(some_file()));
   file.header.version = 9;

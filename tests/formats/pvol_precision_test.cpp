@@ -337,6 +337,15 @@ TEST_F(PvolPrecisionTest, ForgedFilesAreRefusedThoughTheirSumsMatch) {
 }
 
 /// Codes are free, so damage to them may pass; but nothing crashes, and all that passes is valid.
+TEST_F(PvolPrecisionTest, WidthsAreFilledUpWithZeros) {
+  const PvolFile tiny = tiny_file(k8);
+  const std::size_t bricks = tiny.codes->origins.size(), tiles = tiny.codes->tiles.size();
+  ASSERT_NE(bricks % 4, 0u);
+  PvolBytes bad(written(tiny, Compression::none));
+  bad.put(bad.chunks.size() - 1, 16 + 20 * tiles + 20 * bricks + bricks, std::uint8_t(1));
+  test::expect_refused(bad, "filled up with zeros");
+}
+
 TEST_F(PvolPrecisionTest, RandomDamageWithRightSumsNeverCrashes) {
   std::mt19937_64 random(12);
   for (const Precision p : kCoded) {

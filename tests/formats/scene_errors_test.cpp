@@ -152,6 +152,10 @@ TEST_F(SceneText, BadSetsAreRefusedWithTheirText) {
       {"sun[2].angle=1", "--set sun[2].angle=1: there is no sun[2]; expected a number up to 1"},
       {"sun[0].angle=1",
        "--set sun[0].angle=1: expected a number from 1 in the brackets of sun[0]"},
+      {"sun[1.angle=1",
+       "--set sun[1.angle=1: expected a number from 1 in brackets at the end of sun[1"},
+      {"camera.fov=true", "--set camera.fov=true: camera.fov is true; expected a number in"},
+      {"camera.fov.x=1", "--set camera.fov.x=1: camera.fov is a table; expected a number in"},
       {"g=0.5", "--set g=0.5: unknown section or key \"g\"; expected one of volume, camera"},
   };
   for (const auto& [set, message] : cases) {

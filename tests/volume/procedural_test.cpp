@@ -108,6 +108,35 @@ TEST(Procedural, LookupsAreTheRecipeAndKeepAllBounds) {
   }
 }
 
+/// Bounds that end at a depth of the octree: what is above stays as it is, and all that is asked of
+/// the recipe below is inside them.
+TEST(Procedural, BoundsOfALimitedDepthHold) {
+  for (const Cloud& c : clouds()) {
+    CloudScene s = scene_for(c);
+    s.options.depth = 16;
+    const int deepest = int(c.pyramid.levels.size()) - 1;
+    EXPECT_EQ(limit_depth(c.pyramid, deepest), c.pyramid) << c.name;
+    const Pyramid limited = limit_depth(c.pyramid, deepest - 1);
+    EXPECT_EQ(limited.levels[1], c.pyramid.levels[1]) << c.name;
+    const Volume v = make_volume(c.recipe, limited, s), whole = make_volume(c.recipe, c.pyramid, s);
+    const MicroBounds codes = build_micro_bounds(v.density.recipe(), 1);
+    EXPECT_LT(codes.scales.size(), build_micro_bounds(whole.density.recipe(), 1).scales.size());
+    Rng rng(kSeed, 2, 0);
+    int inside = 0;
+    for (int i = 0; i < 20'000; ++i) {
+      const LatticePoint p{random_cell(v, rng), nasty_offsets(rng)};
+      const std::uint32_t brick = brick_of(v, p.cell);
+      const float rho = density_in_brick(v.density.recipe(), brick, p);
+      ASSERT_EQ(rho, density_in_brick(whole.density.recipe(), brick_of(whole, p.cell), p));
+      const DensityRange r = micro_range<1>(codes, brick, p.cell);
+      ASSERT_LE(r.lo, rho) << c.name;
+      ASSERT_GE(r.hi, rho) << c.name;
+      inside += rho > 0;
+    }
+    EXPECT_GT(inside, 200) << c.name;
+  }
+}
+
 /// mu(t) by the recipe itself, tabulated: Simpson's rule on panels far finer than a voxel.
 class TabulatedRay {
  public:

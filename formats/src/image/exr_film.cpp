@@ -45,15 +45,16 @@ PixelSums to_sums(Values v, bool variances) {
   return p;
 }
 
-bool is_possible(const FilmChannel& c, float v) {
+bool is_possible(std::size_t channel, float v) {
   constexpr float kMost = 0x1p31f;  // of samples and counts; no pixel gets near
-  const bool counts = c.counted || c.name == kFilmChannels[kSamples].name;
+  const FilmChannel& c = kFilmChannels[channel];
+  const bool counts = c.counted || channel == kSamples;
   return std::isfinite(v) && (v >= 0 || !c.positive) && (v <= kMost || !counts);
 }
 
 void check(const Values& v, int x, int y) {
   bool ok = v[kSamples] == std::floor(v[kSamples]);
-  for (std::size_t i = 0; i < v.size(); ++i) ok = ok && is_possible(kFilmChannels[i], v[i]);
+  for (std::size_t i = 0; i < v.size(); ++i) ok = ok && is_possible(i, v[i]);
   if (ok) return;
   std::string found;
   for (std::size_t i = 0; i < v.size(); ++i) {

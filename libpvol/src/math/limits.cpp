@@ -70,7 +70,7 @@ bool is_one(const Limits& l, const Value& v) {
 }
 
 bool is_list(const Limits& l, const Value& v) {
-  return v.list() && v.list()->size() > 0 &&
+  return v.list() && !v.list()->empty() &&
          std::find(l.counts.begin(), l.counts.end(), v.list()->size()) != l.counts.end();
 }
 

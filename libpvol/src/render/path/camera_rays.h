@@ -26,8 +26,9 @@ void visit_coarse_rays(const Projection& projection, const RenderOptions& o, int
                        const Visit& visit) {
   const ImagePart part = image_part(o);
   for (int i = 0; i < count * count; ++i) {
+    const int row = i / count;
     const double x = part.x + part.width * (i % count + 0.5) / count;
-    const double y = part.y + part.height * (i / count + 0.5) / count;
+    const double y = part.y + part.height * (row + 0.5) / count;
     visit(Ray{projection.origin, projection.direction(x, y)}, i);
   }
 }

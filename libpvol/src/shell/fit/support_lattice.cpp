@@ -153,7 +153,8 @@ class Builder {
     }
     for (const std::uint32_t k : spread(full.size(), kInterior, 0)) {
       const auto nx = std::size_t(box_.size.x), ny = std::size_t(box_.size.y);
-      const Vec3d c{double(full[k] % nx), double(full[k] / nx % ny), double(full[k] / nx / ny)};
+      const Vec3<std::size_t> place(full[k] % nx, full[k] / nx % ny, full[k] / nx / ny);
+      const Vec3d c(place);
       lattice.boundary.add(Vec3f(frame_.to_shell(Vec3d(box_.lo) + (c + Vec3d(0.5)) * edge)));
     }
   }

@@ -1,0 +1,91 @@
+// Which grid of a file is taken, and what is said where none can be.
+#include <gtest/gtest.h>
+#include <openvdb/openvdb.h>
+
+#include "pvol/bounds/pyramid.h"
+#include "pvol/error.h"
+#include "pvol/formats/cloud.h"
+#include "pvol/formats/pvol_file.h"
+#include "pvol/formats/vdb.h"
+#include "support/temporary_folder.h"
+#include "support/vdb_files.h"
+
+namespace pvol::formats {
+namespace {
+
+using test::refusal;
+
+VoxelGrid grid_called(const std::string& name, bool empty = false) {
+  VoxelGrid g;
+  g.name = name;
+  if (!empty) g.tiles.push_back({{0, 0, 0}, 8, 0.5f});
+  return g;
+}
+
+TEST(GridChoice, LongListsOfGridsEnd) {
+  const TemporaryFolder folder;
+  std::vector<VoxelGrid> grids;
+  for (int i = 0; i < 14; ++i) grids.push_back(grid_called("part" + std::to_string(i)));
+  std::vector<const VoxelGrid*> all;
+  for (const VoxelGrid& g : grids) all.push_back(&g);
+  write_vdb(folder.file("many.vdb"), all);
+  EXPECT_NE(refusal(folder.file("many.vdb")).find("part11 (float) and 2 more"), std::string::npos);
+}
+
+TEST(GridChoice, WhereNoneHoldsADensityAllAreListed) {
+  const TemporaryFolder folder;
+  openvdb::initialize();
+  openvdb::GridPtrVec grids;
+  for (const char* name : {"a", "b"}) {
+    grids.push_back(openvdb::Vec3SGrid::create());
+    grids.back()->setName(name);
+  }
+  const std::string file = folder.file("none.vdb").string();
+  openvdb::io::File(file).write(grids);
+  EXPECT_NE(refusal(file).find("no grid holds a density; the file has: a (vec3s), b (vec3s)"),
+            std::string::npos);
+}
+
+/// An empty cloud is most likely the wrong grid of the file.
+TEST(GridChoice, AnEmptyGridPointsToTheOthers) {
+  const TemporaryFolder folder;
+  const VoxelGrid empty = grid_called("density", true), full = grid_called("smoke");
+  write_vdb(folder.file("two.vdb"), {&empty, &full});
+  const auto warnings = [&](const char* grid) {
+    return test::all(read_vdb(folder.file("two.vdb"), {grid, false}).report.warnings);
+  };
+  EXPECT_NE(
+      warnings("").find("choose another grid with --grid NAME; the file has: density (float), "
+                        "smoke (float)"),
+      std::string::npos);
+  EXPECT_EQ(warnings("density").find("--grid"), std::string::npos) << "it was asked for by name";
+}
+
+/// Files of one grid: another name is a mistake.
+TEST(GridChoice, RecipesAndPvolFilesHoldOneGrid) {
+  const TemporaryFolder folder;
+  const std::filesystem::path pvol = folder.file("a.pvol"), samples = PVOL_SAMPLES;
+  const VoxelGrid grid = grid_called("smoke");
+  PvolFile file;
+  file.metadata.grid_name = "smoke";
+  file.pyramid = build_pyramid(grid);
+  file.density = grid;
+  write_pvol(pvol, file);
+  const auto refused = [](const std::filesystem::path& cloud, const char* name) -> std::string {
+    try {
+      (void)load_grid(cloud, {name, false});
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refused(pvol, "smoke"), "");
+  EXPECT_NE(refused(pvol, "fire").find("a.pvol: holds the grid \"smoke\", not \"fire\""),
+            std::string::npos);
+  EXPECT_NE(refused(samples / "column.toml", "fire").find("not \"fire\""), std::string::npos);
+  EXPECT_NE(refused(samples / "cumulus_scene.toml", "").find("is a scene, expected a cloud"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace pvol::formats
