@@ -47,7 +47,6 @@ std::vector<Case> more_cases() {
   add("black sky, thick", [](CloudScene& s) {
     s.environment = ConstantSky{Rgb(0.0f)};
     s.medium.extinction = 6;
-    s.options.width = s.options.height = 8;
   });
   return all;
 }
