@@ -138,41 +138,47 @@ HWY_NOINLINE void decide_by_look_ups(const LaneScene& s, LaneMemory& m) {
   }
 }
 
-/// Copies chosen events as records: their places from here, the rest from the rays they were.
-HWY_INLINE void put_event(const LaneScene& s, const LaneMemory& m, std::size_t at, M chosen,
-                          const Random& rng, Records& to) {
-  const Events& e = m.events;
-  const Records& q = m.flying;
-  const std::size_t n = to.n;
-  pack(chosen, load(&e.x[at]), to[kX] + n);
-  pack(chosen, load(&e.y[at]), to[kY] + n);
-  pack(chosen, load(&e.z[at]), to[kZ] + n);
-  pack(chosen, rng.s0, to.bits(kRng0) + n);
-  pack(chosen, rng.s1, to.bits(kRng1) + n);
-  const I source = where(chosen, as_int(load(&e.source[at])));
-  const auto copy = [&](Field f) { pack(chosen, gather(q[f], source), to[f] + n); };
-  copy(kDX), copy(kDY), copy(kDZ), copy(kW0), copy(kId);
-  if (!s.one_lobe) copy(kW1), copy(kW2);
-  if (s.weighted) copy(kPdf);
-  to.n += count(chosen);
-}
+/// Events of a register on their way to a queue: their places, and the rest of the rays they were.
+struct Moving {
+  F x, y, z, dx, dy, dz, w0, w1, w2, pdf;
+  U rng0, rng1, id;
 
-/// Copies real collisions; of guided paths with their row of the importance, which is fetched.
-HWY_INLINE void put_collisions(const LaneScene& s, const LaneMemory& m, std::size_t at, M real,
-                               const Random& rng, Records& to) {
-  if (const Importance* const importance = s.importance()) {
+  HWY_INLINE Moving(const LaneScene& s, const LaneMemory& m, std::size_t at, M on) {
     const Events& e = m.events;
-    const Place p(s.bounds, load(&e.x[at]), load(&e.y[at]), load(&e.z[at]));
-    const I row = row_of(importance->cells(), p.x, p.y, p.z);
-    std::uint32_t* const rows = to.bits(kAux) + to.n;
-    pack(real, as_bits(row), rows);
-    const std::size_t lights = s.setup.lights.size() + 1;
-    for (std::size_t k = 0; k < count(real); ++k) {
-      prefetch(&importance->rows()[rows[k]]);
-      prefetch(importance->shadow_worths() + rows[k] * lights);
-    }
+    const Records& q = m.flying;
+    x = load(&e.x[at]), y = load(&e.y[at]), z = load(&e.z[at]);
+    const I source = where(on, as_int(load(&e.source[at])));
+    dx = gather(q[kDX], source), dy = gather(q[kDY], source), dz = gather(q[kDZ], source);
+    w0 = gather(q[kW0], source);
+    id = gather(q.bits(kId), source);
+    if (!s.one_lobe) w1 = gather(q[kW1], source), w2 = gather(q[kW2], source);
+    if (s.weighted) pdf = gather(q[kPdf], source);
   }
-  put_event(s, m, at, real, rng, to);
+
+  HWY_INLINE void put(const LaneScene& s, M chosen, const Random& rng, Records& to) const {
+    const std::size_t n = to.n;
+    pack(chosen, x, to[kX] + n), pack(chosen, y, to[kY] + n), pack(chosen, z, to[kZ] + n);
+    pack(chosen, dx, to[kDX] + n), pack(chosen, dy, to[kDY] + n), pack(chosen, dz, to[kDZ] + n);
+    pack(chosen, w0, to[kW0] + n);
+    pack(chosen, id, to.bits(kId) + n);
+    pack(chosen, rng.s0, to.bits(kRng0) + n), pack(chosen, rng.s1, to.bits(kRng1) + n);
+    if (!s.one_lobe) pack(chosen, w1, to[kW1] + n), pack(chosen, w2, to[kW2] + n);
+    if (s.weighted) pack(chosen, pdf, to[kPdf] + n);
+    to.n += count(chosen);
+  }
+};
+
+/// Adds the rows of the importance to real collisions of guided paths, and fetches them.
+HWY_INLINE void put_rows(const LaneScene& s, const Importance& importance, const Moving& e, M real,
+                         Records& to) {
+  const Place p(s.bounds, e.x, e.y, e.z);
+  std::uint32_t* const rows = to.bits(kAux) + to.n;
+  pack(real, as_bits(row_of(importance.cells(), p.x, p.y, p.z)), rows);
+  const std::size_t lights = s.setup.lights.size() + 1;
+  for (std::size_t k = 0; k < count(real); ++k) {
+    prefetch(&importance.rows()[rows[k]]);
+    prefetch(importance.shadow_worths() + rows[k] * lights);
+  }
 }
 
 HWY_NOINLINE void count_decisions(LaneMemory& m, const LaneScene& s, Tally& tally) {
@@ -207,11 +213,14 @@ HWY_NOINLINE void decide(const LaneScene& s, LaneMemory& m, Records& back, Recor
     const M on = first(e.n - at), is_real = mask_of(e.real[at / kLanes]);
     Random rng{load(&e.rng0[at]), load(&e.rng1[at])};
     const M null = hn::AndNot(is_real, on);
-    if (real != nullptr) put_collisions(s, m, at, is_real, rng, *real);
-    const F depth = rng.exponential();
-    pack(null, depth, back[kDepth] + back.n);
+    const Moving moving(s, m, at, on);
+    if (real != nullptr) {
+      if (s.importance() != nullptr) put_rows(s, *s.importance(), moving, is_real, *real);
+      moving.put(s, is_real, rng, *real);
+    }
+    pack(null, rng.exponential(), back[kDepth] + back.n);
     if (s.limited) pack(null, load(&e.left[at]), back[kLeft] + back.n);
-    put_event(s, m, at, null, rng, back);
+    moving.put(s, null, rng, back);
   }
 }
 

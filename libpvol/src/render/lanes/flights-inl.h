@@ -56,37 +56,6 @@ HWY_NOINLINE void count_each(LaneMemory& m, const Records& q, const std::uint32_
   }
 }
 
-/// Rays in flight, one a lane.
-template <bool kLimited>
-struct Flying {
-  F x, y, z, sx, sy, sz, ix, iy, iz, depth, left;
-  U source;
-
-  /// Moves the lanes that live to the front, and rays from `at` on behind them.
-  HWY_INLINE void refill(const LaneMemory& m, M live, std::size_t busy, std::size_t at) {
-    const M old = first(busy);
-    const std::size_t from = at - busy;
-    const auto next = [&](F& v, const float* records) {
-      v = select(old, compress(live, v), load(records + from));
-    };
-    const Records& q = m.flying;
-    next(x, q[kX]), next(y, q[kY]), next(z, q[kZ]);
-    next(sx, m.step[0].data()), next(sy, m.step[1].data()), next(sz, m.step[2].data());
-    next(ix, m.inverse[0].data()), next(iy, m.inverse[1].data()), next(iz, m.inverse[2].data());
-    next(depth, q[kDepth]);
-    if constexpr (kLimited) next(left, q[kLeft]);
-    source = select(old, compress(live, source), hn::Iota(kU, std::uint32_t(from)));
-  }
-
-  HWY_INLINE void put_ended(M ended, Events& e) const {
-    pack(ended, x, e.x.data() + e.n), pack(ended, y, e.y.data() + e.n);
-    pack(ended, z, e.z.data() + e.n);
-    if constexpr (kLimited) pack(ended, left, e.left.data() + e.n);
-    pack(ended, source, e.source.data() + e.n);
-    e.n += count(ended);
-  }
-};
-
 /// The index of the face ahead of a cube, as a place a little beyond it, so that the step into the
 /// next cube needs no epsilon, which would stick where it is below the spacing of floats.
 HWY_INLINE F face_ahead(I cell, I low_bits, M downward) {
@@ -95,75 +64,109 @@ HWY_INLINE F face_ahead(I cell, I low_bits, M downward) {
   return hn::BitCast(kF, face - where(downward, splat_int(1)));
 }
 
-/// Flies the slice to its end; fills the events and those that are gone.
+/// Rays in flight, one a lane.
 template <bool kLimited>
-HWY_NOINLINE void fly(const LaneScene& s, LaneMemory& m, Tally& tally) {
-  aim(s, m);
-  const DenseBounds& bounds = s.bounds;
-  const std::uint32_t* const words = bounds.word.data();
-  const std::size_t rays = m.flying.n;
-  constexpr std::size_t kIdle = kLanes * 3 / 8;  // lanes at which a refill pays
-  Events& e = m.events;
-  e.n = e.gone = 0;
-  Flying<kLimited> r{};
-  std::size_t at = 0;
-  M live = first(0), ended = first(0);
-  for (;;) {
+struct Flying {
+  F x, y, z, sx, sy, sz, ix, iy, iz, depth, left;
+  U source;
+  M live = first(0), ended = first(0);  ///< those that fly, and those that used up their depth
+
+  /// Hands out the ended rays and, where enough lanes are idle, takes rays from `at` on behind
+  /// those that live, which move to the front. Returns whether any ray flies.
+  HWY_INLINE bool refill(LaneMemory& m, std::size_t& at) {
+    constexpr std::size_t kIdle = kLanes * 3 / 8;  // lanes at which a refill pays
     const std::size_t busy = count(live);
-    if (busy + kIdle <= kLanes || busy == 0) {
-      r.put_ended(ended, e);
-      ended = first(0);
-      if (at < rays) {
-        r.refill(m, live, busy, at);
-        const std::size_t fresh = std::min(kLanes - busy, rays - at);
-        at += fresh;
-        live = first(busy + fresh);
-      } else if (busy == 0) {
-        break;
-      }
-    }
-    // One cube for every ray that lives.
-    const Place p(bounds, r.x, r.y, r.z);
-    const I word = as_int(gather(words, where(live, p.leaf)));
+    if (busy + kIdle > kLanes) return true;
+    put_ended(m.events);
+    const Records& q = m.flying;
+    if (at == q.n) return busy > 0;
+    const M old = first(busy);
+    const std::size_t from = at - busy;
+    const auto next = [&](F& v, const float* records) {
+      v = select(old, compress(live, v), load(records + from));
+    };
+    next(x, q[kX]), next(y, q[kY]), next(z, q[kZ]);
+    next(sx, m.step[0].data()), next(sy, m.step[1].data()), next(sz, m.step[2].data());
+    next(ix, m.inverse[0].data()), next(iy, m.inverse[1].data()), next(iz, m.inverse[2].data());
+    next(depth, q[kDepth]);
+    if constexpr (kLimited) next(left, q[kLeft]);
+    source = select(old, compress(live, source), hn::Iota(kU, std::uint32_t(from)));
+    const std::size_t fresh = std::min(kLanes - busy, q.n - at);
+    at += fresh;
+    live = first(busy + fresh);
+    return true;
+  }
+
+  /// Moves every ray that lives through one cube.
+  HWY_INLINE void step(const LaneScene& s, LaneMemory& m, Tally& tally) {
+    const Place p(s.bounds, x, y, z);
+    const I word = as_int(gather(s.bounds.word.data(), where(live, p.leaf)));
     const M solid = mask(hn::Gt(word, splat_int(DenseBounds::kFirstSolid - 1)));
     const M outside = mask(hn::Eq(word, splat_int(DenseBounds::kOutside)));
     const F hi = majorant(as_bits(word));  // 0 in empty cubes
     const I log2 = select(solid, splat_int(3), word);
     const I low_bits = hn::Not(hn::Shl(splat_int(-1), log2));
-    const F fx = face_ahead(p.x, low_bits, hn::Lt(r.ix, splat(0)));
-    const F fy = face_ahead(p.y, low_bits, hn::Lt(r.iy, splat(0)));
-    const F fz = face_ahead(p.z, low_bits, hn::Lt(r.iz, splat(0)));
-    const F tx = (fx - r.x) * r.ix, ty = (fy - r.y) * r.iy, tz = (fz - r.z) * r.iz;
+    const F fx = face_ahead(p.x, low_bits, hn::Lt(ix, splat(0)));
+    const F fy = face_ahead(p.y, low_bits, hn::Lt(iy, splat(0)));
+    const F fz = face_ahead(p.z, low_bits, hn::Lt(iz, splat(0)));
+    const F tx = (fx - x) * ix, ty = (fy - y) * iy, tz = (fz - z) * iz;
     F t = hn::Min(tx, hn::Min(ty, tz));
-    if constexpr (kLimited) t = hn::Min(t, r.left);
+    if constexpr (kLimited) t = hn::Min(t, left);
     const F tau = hi * t;
-    const M inside = hn::AndNot(outside, live);
-    const M hit = hn::And(inside, hn::And(solid, hn::Lt(r.depth, tau)));
-    const F go = select(hit, r.depth / hi, t);
-    r.depth = r.depth - tau;
-    const M moves = inside, passes = hn::AndNot(hit, inside);
-    r.x = select(moves, hn::MulAdd(r.sx, go, r.x), r.x);
-    r.y = select(moves, hn::MulAdd(r.sy, go, r.y), r.y);
-    r.z = select(moves, hn::MulAdd(r.sz, go, r.z), r.z);
-    r.x = select(hn::And(passes, hn::Le(tx, t)), fx, r.x);
-    r.y = select(hn::And(passes, hn::Le(ty, t)), fy, r.y);
-    r.z = select(hn::And(passes, hn::Le(tz, t)), fz, r.z);
+    const M moves = hn::AndNot(outside, live);
+    const M hit = hn::And(moves, hn::And(solid, hn::Lt(depth, tau)));
+    const M passes = hn::AndNot(hit, moves);
+    const F go = select(hit, depth / hi, t);
+    depth = depth - tau;
+    x = select(moves, hn::MulAdd(sx, go, x), x);
+    y = select(moves, hn::MulAdd(sy, go, y), y);
+    z = select(moves, hn::MulAdd(sz, go, z), z);
+    x = select(hn::And(passes, hn::Le(tx, t)), fx, x);
+    y = select(hn::And(passes, hn::Le(ty, t)), fy, y);
+    z = select(hn::And(passes, hn::Le(tz, t)), fz, z);
     M leaves = hn::And(outside, live);
     if constexpr (kLimited) {
-      r.left = select(moves, r.left - go, r.left);
-      leaves = hn::Or(leaves, hn::And(passes, hn::Le(r.left, splat(0))));
+      left = select(moves, left - go, left);
+      leaves = hn::Or(leaves, hn::And(passes, hn::Le(left, splat(0))));
     }
-    if (s.count) {
-      const M entered = hn::And(inside, solid);
-      tally.segments += count(entered);
-      alignas(64) std::uint32_t sources[kLanes];
-      store(r.source, sources);
-      count_each(m, m.flying, sources, bits_of(entered), PixelCounter::segments);
-    }
-    pack(leaves, r.source, e.gone_source.data() + e.gone);
-    e.gone += count(leaves);
+    if (s.count) count_segments(m, hn::And(moves, solid), tally);
+    pack(leaves, source, m.events.gone_source.data() + m.events.gone);
+    m.events.gone += count(leaves);
     ended = hn::Or(ended, hit);
     live = hn::AndNot(hn::Or(leaves, hit), live);
+  }
+
+ private:
+  HWY_INLINE void put_ended(Events& e) {
+    pack(ended, x, e.x.data() + e.n), pack(ended, y, e.y.data() + e.n);
+    pack(ended, z, e.z.data() + e.n);
+    if constexpr (kLimited) pack(ended, left, e.left.data() + e.n);
+    pack(ended, source, e.source.data() + e.n);
+    e.n += count(ended);
+    ended = first(0);
+  }
+
+  HWY_INLINE void count_segments(LaneMemory& m, M entered, Tally& tally) const {
+    tally.segments += count(entered);
+    alignas(64) std::uint32_t sources[kLanes];
+    store(source, sources);
+    count_each(m, m.flying, sources, bits_of(entered), PixelCounter::segments);
+  }
+};
+
+/// Flies the slice to its end; fills the events and those that are gone. Two registers of rays take
+/// turns: a step waits for its bounds for most of its time.
+template <bool kLimited>
+HWY_NOINLINE void fly(const LaneScene& s, LaneMemory& m, Tally& tally) {
+  aim(s, m);
+  m.events.n = m.events.gone = 0;
+  Flying<kLimited> a{}, b{};
+  std::size_t at = 0;
+  for (;;) {
+    const bool flies_a = a.refill(m, at), flies_b = b.refill(m, at);
+    if (!flies_a && !flies_b) break;
+    a.step(s, m, tally);
+    b.step(s, m, tally);
   }
 }
 
