@@ -84,7 +84,8 @@ class Configuration:
              "--stats", str(stats)])
         weights = (0.2126, 0.7152, 0.0722)
         read = json.loads(stats.read_text())
-        self.noise = sum(w * v for w, v in zip(weights, read["variance_rgb"]))
+        # The report has the variance of a pixel's mean.
+        self.noise = spp * sum(w * v for w, v in zip(weights, read["variance_rgb"]))
         self.mean = sum(w * v for w, v in zip(weights, read["mean_rgb"]))
 
 
