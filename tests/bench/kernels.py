@@ -41,11 +41,10 @@ def build(revision):
     folder = ROOT / "build" / f"old-{revision}"
     program = folder / "build" / "tools" / "pvol-render"
     if not program.exists():
-        folder.mkdir(parents=True, exist_ok=True)
         source = folder / "source"
-        if not source.exists():
-            subprocess.run(["git", "-C", ROOT, "worktree", "prune"], check=True)
-            subprocess.run(["git", "-C", ROOT, "worktree", "add", "--detach", source, revision], check=True)
+        source.mkdir(parents=True, exist_ok=True)
+        files = subprocess.run(["git", "-C", ROOT, "archive", revision], check=True, capture_output=True).stdout
+        subprocess.run(["tar", "-x", "-C", source], input=files, check=True)
         subprocess.run(["cmake", "-S", source, "-B", folder / "build", "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
                         "-DPVOL_ARCH=native", "-DPVOL_WITH_CGAL=OFF", "-DPVOL_BUILD_TESTS=OFF"],
                        check=True, stdout=subprocess.DEVNULL)

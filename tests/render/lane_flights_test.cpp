@@ -1,9 +1,10 @@
-// Flights of the lane kernels against closed forms: how many of a camera ray's flights collide, and
-// how many shadow rays arrive.
+// Flights of the lane kernels against closed forms: how many of a camera ray's
+// flights collide, and how many shadow rays arrive.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -34,8 +35,8 @@ CloudScene one_ray(Vec3d from, Vec3d to) {
   return s;
 }
 
-/// In fields of every kind, along rays across and askew: the share of flights that collide is 1 -
-/// exp(-tau).
+/// In fields of every kind, along rays across and askew: the share of flights
+/// that collide is 1 - exp(-tau).
 TEST(LaneFlights, CollideAsOftenAsTheOpticalDepthSays) {
   proof::Family family;
   for (const Field& f : fields()) {
@@ -67,8 +68,9 @@ TEST(LaneFlights, CollideAsOftenAsTheOpticalDepthSays) {
   EXPECT_TRUE(family.passes());
 }
 
-/// Light that scattered once: where the first flights end, how many shadow rays arrive, and what
-/// they weigh, against the scalar tracer in closed form (regular tracking and transmittance).
+/// Light that scattered once: where the first flights end, how many shadow rays
+/// arrive, and what they weigh, against the scalar tracer in closed form
+/// (regular tracking and transmittance).
 TEST(LaneFlights, BringTheLightOfOneScattering) {
   proof::Family family;
   proof::Moments deviations;
@@ -80,7 +82,7 @@ TEST(LaneFlights, BringTheLightOfOneScattering) {
       s.lights = {Sun{{0.3, 0.8, 0.4}, Rgb(2.0f), 0}};
       s.medium = matter(0.15, Rgb(1.0f), g);
       s.options.width = s.options.height = 32;
-      s.options.samples = 100;
+      s.options.samples = 600;
       s.options.max_bounces = 1;
       s.options.guide = GuideUse::off;
       s.options.tracker = Tracker::regular;
@@ -101,7 +103,8 @@ TEST(LaneFlights, BringTheLightOfOneScattering) {
   EXPECT_TRUE(family.passes());
 }
 
-/// What guiding does to weights, in each of its steps, at a noise that shows 1 %.
+/// What guiding does to weights, in each of its steps, at a noise that shows 1
+/// %.
 TEST(LaneFlights, GuidedOnesBringWhatPlainOnesDo) {
   proof::Family family;
   for (Case& c : cases()) {
@@ -121,6 +124,32 @@ TEST(LaneFlights, GuidedOnesBringWhatPlainOnesDo) {
       s.options.seed = 2;
       compare(guided, average(render(v, s).film), c.name + ", " + std::to_string(extinction),
               family);
+    }
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+/// Two suns of half a sky each are a white furnace, and each by itself is one
+/// light that guided paths look for: their two pictures add up to 1, whatever
+/// weights do on the way.
+TEST(LaneFlights, GuidedOnesInTwoHalvesOfAFurnaceAddUp) {
+  proof::Family family;
+  for (const double extinction : {0.4, 2.0}) {
+    for (const double g : {0.0, 0.8}) {
+      Average sum;
+      for (const double side : {1.0, -1.0}) {
+        CloudScene s = sunny();
+        s.environment = ConstantSky{Rgb(0.0f)};
+        s.lights = {Sun{Vec3d{0.6, 0.8, 0.35} * side, Rgb(float(std::numbers::pi)), 179.99}};
+        s.medium = matter(extinction, Rgb(1.0f), g);
+        s.options.samples = 8000;
+        s.options.threads = 0;
+        s.options.seed = side > 0 ? 1 : 2;
+        sum = sum + average(render(volume_of(s), s).film);
+      }
+      constexpr double kGap = 2e-4;  // of the sky that neither covers
+      compare(sum, {Vec3d(1.0), Vec3d(0.0)}, "extinction " + std::to_string(extinction), family,
+              kGap);
     }
   }
   EXPECT_TRUE(family.passes());

@@ -3,10 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "render/lanes/choose_lanes.h"
+#include "render/tiles/tile_renderer.h"
 #include "support/lit_scenes.h"
 #include "support/pictures.h"
 
@@ -100,7 +103,8 @@ TEST(LaneKernels, OfEveryWidthGiveTheSameBytes) {
   });
 }
 
-/// Which samples and pixels are traced together is a matter of threads, passes and crops.
+/// Which samples and pixels are traced together is a matter of threads, passes
+/// and crops.
 TEST(LaneKernels, CompanyChangesNoBit) {
   for (const Lanes kernel : lane_kernels()) {
     visit_scenes([&](const std::string& name, CloudScene s) {
@@ -159,7 +163,8 @@ TEST(LaneKernels, CountWhatTheScalarTracerCounts) {
       };
       EXPECT_PRED2(near, a.collisions, b.collisions);
       EXPECT_PRED2(near, a.shadow_rays, b.shadow_rays);
-      // Leaves have bounds as tight as larger cubes, but are not cut off at the support's box.
+      // Leaves have bounds as tight as larger cubes, but are not cut off at the
+      // support's box.
       EXPECT_LE(b.path.null_collisions, a.path.null_collisions + a.path.null_collisions / 4);
       EXPECT_LE(b.path.lookups, a.path.lookups + a.path.lookups / 20);
       EXPECT_GT(b.path.null_collisions, a.path.null_collisions / 4);
@@ -176,6 +181,57 @@ TEST(LaneKernels, CountWhatTheScalarTracerCounts) {
       EXPECT_EQ(segments, b.path.segments + b.shadow.segments);
     }
   }
+}
+
+/// The picture of guided paths whose importance is `value(row)`, the same in
+/// all directions.
+template <class Value>
+Average guided_by(Lanes kernel, const Volume& v, CloudScene s, const Value& value) {
+  s.options.kernel = kernel;
+  s.options.guide = GuideUse::on;
+  const RenderPlan p = plan(std::span(&v, 1), s.scene(), {.forecast = false});
+  detail::PathSetup setup(p);
+  detail::CoarseCells cells = detail::make_coarse_cells(v);
+  PagedVector<detail::Importance::Row> rows(cells.count());
+  for (std::size_t k = 0; k < rows.size(); ++k) rows[k].at.fill(value(k));
+  std::vector<float> worths(rows.size() * (setup.lights.size() + 1), 1.0f);
+  setup.importance = std::make_shared<const detail::Importance>(
+      std::move(cells), Vec3f(0, 1, 0), HenyeyGreenstein(0), std::move(rows), std::move(worths));
+  Film film;
+  film.width = film.height = film.crop_width = film.crop_height = s.options.width;
+  film.pixels.resize(std::size_t(film.width) * std::size_t(film.height));
+  Counts unused;
+  detail::TileRenderer renderer(p, setup, Paths::guided);
+  for (std::uint32_t sample = 0; sample < s.options.samples; sample += 50) {
+    EXPECT_TRUE(
+        renderer.render({0, 0, film.width, film.height}, sample, sample + 50, film, unused));
+  }
+  return average(film);
+}
+
+/// Where importance jumps from cell to cell, paths go through a roulette or are
+/// split at every turn.
+TEST(LaneKernels, WeightsOutliveAnyImportance) {
+  const std::vector<Lanes> kernels = lane_kernels();
+  if (kernels.empty()) GTEST_SKIP() << "the machine has no lane kernel";
+  proof::Family family;
+  for (const Rgb albedo : {Rgb(0.99f), Rgb(0.99f, 0.9f, 0.95f)}) {  // one lobe, any matter
+    CloudScene s = sunny();
+    s.medium.g = 0;
+    s.medium.albedo = albedo;
+    s.options.samples = 20'000;
+    const Volume v = volume_of(s);
+    const auto even = [](std::size_t) { return 1.0f; };
+    const Average flat = guided_by(kernels.back(), v, s, even);
+    s.options.seed = 2;
+    const auto jumps = [](std::size_t row) {
+      constexpr float kValues[] = {0.25f, 1, 4};
+      return kValues[mix64(row) % 3];
+    };
+    const Average jumping = guided_by(kernels.back(), v, s, jumps);
+    compare(jumping, flat, "albedo " + std::to_string(albedo.y), family);
+  }
+  EXPECT_TRUE(family.passes());
 }
 
 TEST(LaneKernels, BouncesAreLimited) {
