@@ -65,41 +65,23 @@ struct Towards {
   F factor;  ///< of what a ray that arrives brings: the light's own radiance times it
 };
 
-/// Samples lights that have code of their own, lane by lane.
-template <class Matter>
-HWY_NOINLINE Towards sample_other(const LaneScene& s, std::size_t light, const Paths<Matter>& p,
-                                  Random& rng) {
-  alignas(64) float x[kLanes], y[kLanes], z[kLanes];
+/// Samples a picture of a sky, lane by lane. `number` is that of the sky among the lights.
+HWY_NOINLINE Towards sample_sky(const LaneScene& s, std::size_t number, Random& rng) {
   alignas(64) std::uint32_t key[kLanes], counter[kLanes];
-  store(p.x, x), store(p.y, y), store(p.z, z);
   store(rng.next(), key), store(rng.next(), counter);
-  alignas(64) float d[3][kLanes], radiance[3][kLanes], pdf[kLanes], distance[kLanes],
-      factor[kLanes];
+  alignas(64) float d[3][kLanes], radiance[3][kLanes], pdf[kLanes];
   for (std::size_t k = 0; k < kLanes; ++k) {
-    Rng own(key[k], counter[k], light);
-    const auto place = [&] {
-      const Vec3d cells =
-          Vec3d(double(x[k]), double(y[k]), double(z[k])) - Vec3d(double(DenseBounds::kBorder));
-      return s.volume.cells_to_world.point(cells);
-    };
-    const bool sky = light == s.setup.lights.size();
-    LightSample l = sky ? s.setup.sky.sample(own)
-                        : std::visit([&](const auto& source) { return source.sample(place, own); },
-                                     s.setup.lights[light]);
-    if (sky) l.radiance -= s.setup.constant;
-    for (int c = 0; c < 3; ++c) {
-      d[c][k] = l.direction[c];
-      radiance[c][k] = l.radiance[c];
-    }
+    Rng own(key[k], counter[k], number);
+    const LightSample l = s.setup.sky.sample(own);
+    const Rgb more = l.radiance - s.setup.constant;
+    for (int c = 0; c < 3; ++c) d[c][k] = l.direction[c], radiance[c][k] = more[c];
     pdf[k] = l.pdf;
-    distance[k] = float(std::min(l.distance, 0x1p100));
-    factor[k] = sky ? 1 : absolute_luminance(l.radiance) / s.lights[light].value;
   }
   return {{load(d[0]), load(d[1]), load(d[2])},
           {load(radiance[0]), load(radiance[1]), load(radiance[2])},
           load(pdf),
-          load(distance),
-          load(factor)};
+          splat(0x1p100f),
+          splat(1)};
 }
 
 /// A point light: nothing comes from one that is nearer than floats can tell, as in PointSource.
@@ -136,7 +118,7 @@ HWY_INLINE Towards sample_light(const LaneScene& s, std::size_t light, const Pat
             splat(l.pdf), far, splat(1)};
   }
   if (l.kind == LaneLight::Kind::point) return sample_point(s, l, p);
-  return sample_other(s, light, p, rng);
+  return sample_sky(s, light, rng);
 }
 
 /// Shadow rays to a light, as `shadowed` draws them; `worth` is that of a ray there.

@@ -30,9 +30,9 @@ struct LaneLight {
     delta,  ///< one direction
     disc,   ///< uniform over a disc in the sky
     point,  ///< from a place
-    other,  ///< by its own code, one lane at a time
+    sky,    ///< by its picture, one lane at a time
   };
-  Kind kind = Kind::other;
+  Kind kind = Kind::sky;
   Vec3f direction;                 ///< of delta and disc
   Vec3f place;                     ///< of a point, in cells as rays have them
   float one_minus_cos_radius = 0;  ///< of a disc

@@ -30,7 +30,6 @@ HWY_INLINE void launch(const LaneScene& s, const Records& q, std::size_t at, M o
   to.n += count(on);
 }
 
-template <class Matter>
 HWY_INLINE V direction_of(const Records& q, std::size_t at) {
   return {load(q[kDX] + at), load(q[kDY] + at), load(q[kDZ] + at)};
 }
@@ -49,7 +48,7 @@ HWY_NOINLINE void scatter(const LaneScene& s, Records& q, Records& to) {
     Random rng{load(q.bits(kRng0) + at), load(q.bits(kRng1) + at)};
     const Matter matter = matter_of<Matter>(s, q, at, on);
     const F u = rng.uniform(), azimuth = rng.uniform();
-    const Scattered d = matter.sample(direction_of<Matter>(q, at), u, azimuth);
+    const Scattered d = matter.sample(direction_of(q, at), u, azimuth);
     launch<Matter>(s, q, at, on, d.direction, d.pdf, splat(1), rng, to);
   }
   q.n = 0;
@@ -67,7 +66,7 @@ HWY_NOINLINE void scatter_guided(const LaneScene& s, Records& q, Records& to) {
     const M on = first(q.n - at);
     Random rng{load(q.bits(kRng0) + at), load(q.bits(kRng1) + at)};
     const Matter matter = matter_of<Matter>(s, q, at, on);
-    const V from = direction_of<Matter>(q, at);
+    const V from = direction_of(q, at);
     const I row = where(on, as_int(load(q.bits(kAux) + at)));
     V d[3];
     F pdf[3], value[3], weight[3];

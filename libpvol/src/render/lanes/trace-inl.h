@@ -139,7 +139,6 @@ HWY_INLINE void take_and_fly(const LaneScene& s, LaneMemory& m, Records& queue, 
   fly<false>(s, m, tally);
 }
 
-template <bool kGuided, class Matter>
 HWY_INLINE void fly_camera_rays(const LaneScene& s, LaneMemory& m) {
   take_and_fly(s, m, m.camera, m.counts.path);
   end_camera_rays(s, m);
@@ -206,7 +205,7 @@ bool trace(const LaneScene& s, LaneMemory& m, const ImagePart& tile, std::uint32
       while (m.camera.n < kSlice && next < samples.count()) {
         start(s, m, samples, next++, film, work);
       }
-      fly_camera_rays<kGuided, Matter>(s, m);
+      fly_camera_rays(s, m);
     } else if (m.paths.n > 0) {
       fly_paths<Matter>(s, m);
     } else if (m.shadows.n > 0) {
