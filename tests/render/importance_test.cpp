@@ -173,6 +173,17 @@ TEST(Importance, GuidesWhereItMayAndShould) {
   }
   s.options.guide = GuideUse::automatic;
   EXPECT_TRUE(choose().used);
+  const Rgb bright = std::get<Sun>(s.lights.front()).irradiance;
+  std::get<Sun>(s.lights.front()).irradiance = Rgb(0.0f);
+  EXPECT_FALSE(choose().used) << "a sun without light";
+  std::get<Sun>(s.lights.front()).irradiance = bright * 0.01f;
+  EXPECT_FALSE(choose().used) << "a sun that the sky outshines";
+  s.environment = ConstantSky{Rgb(0.0f)};
+  EXPECT_TRUE(choose().used) << "the same sun at night";
+  s = sunny();
+  s.options.guide = GuideUse::automatic;
+  s.options.samples = 2000;
+  s.medium.extinction = 2;
   s.lights.clear();
   EXPECT_FALSE(choose().used) << "a smooth sky alone";
   s.medium.emission = Rgb(1.0f);

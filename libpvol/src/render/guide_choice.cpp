@@ -1,9 +1,11 @@
 #include "pvol/render/guide_choice.h"
 
 #include <algorithm>
+#include <numbers>
 #include <string>
 
 #include "pvol/error.h"
+#include "pvol/render/lights.h"
 #include "pvol/render/plan.h"
 #include "pvol/volume/estimators.h"
 
@@ -21,10 +23,34 @@ const char* obstacle(std::span<const Volume> volumes, const RenderOptions& o) {
   return nullptr;
 }
 
-/// Whether light comes from somewhere rather than from everywhere: guided paths of scenes under a
-/// smooth sky alone cost twice as much for the same noise.
+/// Luminance of a sky that is not sampled, averaged over the six directions of the axes.
+float smooth_luminance(const Environment& sky) {
+  const SkyLight light(sky);
+  if (light.sampled()) return 0;
+  float sum = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const float sign : {-1.0f, 1.0f}) {
+      Vec3f d;
+      d[axis] = sign;
+      sum += luminance(light.radiance(d)) / 6;
+    }
+  }
+  return sum;
+}
+
+/// Whether enough of the light comes from somewhere rather than from everywhere: guided paths of
+/// scenes under a smooth sky alone cost up to twice as much for the same noise.
 bool has_directions(std::span<const Volume> volumes, const Scene& scene) {
-  if (!scene.lights.empty() || std::holds_alternative<ImageSky>(scene.environment)) return true;
+  constexpr float kShare = 0.1f;  // of the sky's light: from there on guiding gains
+  constexpr auto kSphere = 4 * std::numbers::pi_v<float>;
+  float directed = kSphere * SkyLight(scene.environment).mean_luminance();
+  const Box box = world_box(volumes);
+  for (const LightSource& source : make_light_sources(scene.lights)) {
+    if (box.empty()) return false;
+    const auto irradiance = [&](const auto& l) { return l.irradiance_on(box); };
+    directed += luminance(std::visit(irradiance, source));
+  }
+  if (directed > kShare * kSphere * smooth_luminance(scene.environment)) return true;
   const std::vector<Component>& all = volumes.front().medium.components;
   return std::any_of(all.begin(), all.end(),
                      [](const Component& c) { return c.emission != Rgb(0.0f); });

@@ -117,8 +117,7 @@ const char* lane_obstacle(std::span<const Volume> volumes, const Scene& scene) {
   if (f.octree.empty()) return "the volume is empty";
   constexpr std::size_t kMostLights = 255;
   if (scene.lights.size() > kMostLights) return "there are more than 255 lights";
-  // Places of rays are floats: of the largest clouds, and of the thickest per voxel, they would
-  // lose what matters.
+  // Places of rays are floats: of the largest clouds they would lose what matters.
   constexpr int kLargestEdge = 4000;
   const Vec3i end = vec3(f.octree.support_hi);
   if (max_component(end) > kLargestEdge)
@@ -129,9 +128,11 @@ const char* lane_obstacle(std::span<const Volume> volumes, const Scene& scene) {
   if (f.bricks().bricks() > kMostBricks) return "the volume has more than 2.9 million bricks";
   float most = 0;
   for (const Octree::Entry& e : f.octree.entries) most = std::max(most, e.hi);
+  // A mean free path is to be at least 64 spacings of the floats (THEORY.md, T2.2).
+  const auto farthest = float(max_component(end) + DenseBounds::kBorder);
+  const double spacing = double(std::nextafter(farthest, 0x1p30f) - farthest);
   const double cell = std::cbrt(std::abs(determinant(inverse(f.world_to_cells))));
-  constexpr double kThickest = 64;  // per voxel: steps of 64 of the float's at 4000 voxels
-  if (double(most) * cell > kThickest) return "a voxel is thicker than 64 free paths";
+  if (double(most) * cell * spacing > 1.0 / 64) return "voxels are too thick for places in floats";
   return nullptr;
 }
 
