@@ -183,7 +183,16 @@ void print_facts(const RenderJob& job) {
   const Forecast& f = job.plan.forecast;
   std::cerr << "  roughly " << cli::readable(f.collisions / f.samples)
             << " collisions per sample and " << cli::readable_seconds(f.cpu_seconds)
-            << " of CPU time to expect\n";
+            << (by_need(o) ? " of CPU time for " + cli::readable(expected_samples(o)) +
+                                 " samples a pixel\n"
+                           : " of CPU time to expect\n");
+  if (by_need(o)) {
+    std::cerr << "  samples by need until";
+    if (o.noise) std::cerr << " the noise is about " << cli::readable(100 * *o.noise) << " %";
+    if (o.noise && o.time) std::cerr << " or";
+    if (o.time) std::cerr << " the time is up, " << cli::readable_seconds(*o.time);
+    std::cerr << '\n';
+  }
 }
 
 // --- rendering ----------------------------------------------------------------------------------
@@ -194,14 +203,19 @@ TimedRender render_timed(const Options& o, const RenderJob& job) {
   cli::catch_interrupt();
   cli::Stopwatch watch;
   const double before = cli::cpu_seconds();
-  t.result = render(job.plan, [&](std::uint64_t done, std::uint64_t total) {
+  std::uint64_t wanted = 0;
+  const auto progress = [&](std::uint64_t done, std::uint64_t total) {
     bar.show(done, total);
+    wanted = total;
     return !cli::interrupted();
+  };
+  t.result = render(job.plan, progress, [&](const Film& film) {
+    bar.note("noise " + cli::readable(100 * relative_noise(film)) + " %");
   });
   t.cpu_seconds = cli::cpu_seconds() - before;
   t.wall_seconds = watch.lap();
   for (const PixelSums& p : t.result.film.pixels) t.samples += p.samples;
-  t.samples_wanted = t.result.film.pixels.size() * job.file.scene.options.samples;
+  t.samples_wanted = t.result.complete ? t.samples : wanted;
   return t;
 }
 
@@ -263,7 +277,8 @@ void save(const Options& o, const Outputs& out, const RenderJob& job, const Time
               << "reaches what the camera sees\n";
   }
   std::cerr << kTool << ": " << cli::readable_count(t.samples) << " samples in "
-            << cli::readable_seconds(t.wall_seconds) << "; wrote " << out.exr.string()
+            << cli::readable_seconds(t.wall_seconds) << ", noise "
+            << cli::readable(100 * relative_noise(film)) << " %; wrote " << out.exr.string()
             << (out.exr.empty() || out.png.empty() ? "" : " and ") << out.png.string() << '\n';
 }
 

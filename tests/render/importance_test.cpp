@@ -194,6 +194,10 @@ TEST(Importance, GuidesWhereItMayAndShould) {
   s.medium.extinction = 2;
   s.medium.albedo = Rgb(0.5f);
   EXPECT_FALSE(choose().used) << "short paths";
+  s.medium.albedo = Rgb(0.99f);
+  EXPECT_TRUE(choose().used);
+  s.medium.extinction = 0.02;
+  EXPECT_FALSE(choose().used) << "a thin cloud";
 }
 
 /// Nothing but the constant, darkness, nothing in view, and no cloud at all.

@@ -202,9 +202,8 @@ Average guided_by(Lanes kernel, const Volume& v, CloudScene s, const Value& valu
   film.pixels.resize(std::size_t(film.width) * std::size_t(film.height));
   Counts unused;
   detail::TileRenderer renderer(p, setup, Paths::guided);
-  for (std::uint32_t sample = 0; sample < s.options.samples; sample += 50) {
-    EXPECT_TRUE(
-        renderer.render({0, 0, film.width, film.height}, sample, sample + 50, film, unused));
+  for (std::uint32_t sample = 50; sample <= s.options.samples; sample += 50) {
+    EXPECT_TRUE(renderer.render({0, 0, film.width, film.height}, {.all = sample}, film, unused));
   }
   return average(film);
 }

@@ -185,10 +185,15 @@ ProgressBar::~ProgressBar() {
   if (terminal_ && width_ > 0) std::cerr << '\n';
 }
 
+void ProgressBar::note(std::string text) {
+  const std::scoped_lock lock(mutex_);
+  note_ = std::move(text);
+}
+
 void ProgressBar::show(std::uint64_t done, std::uint64_t total) {
-  if (quiet_ || total == 0) return;
+  if (quiet_) return;
   const auto now = std::chrono::steady_clock::now();
-  const double part = double(done) / double(total);
+  const double part = total > 0 ? std::min(double(done) / double(total), 1.0) : 0;
   const int tenths = int(part * 10);
   // Ten times a second is smooth enough for eyes; files want ten lines, not thousands, and a sign
   // of life where those are far apart.
@@ -198,8 +203,9 @@ void ProgressBar::show(std::uint64_t done, std::uint64_t total) {
   tenths_ = tenths;
 
   const double seconds = std::chrono::duration<double>(now - start_).count();
-  std::string line = fmt::format("{} {:3.0f} %", label_, std::floor(part * 100));
-  if (terminal_) {
+  std::string line = total > 0 ? fmt::format("{} {:3.0f} %", label_, std::floor(part * 100))
+                               : label_ + ": " + readable_count(done) + ' ' + unit_;
+  if (terminal_ && total > 0) {
     const auto full = std::size_t(part * 30);
     line += " [" + std::string(full, '#') + std::string(30 - full, '.') + "]";
   }
@@ -207,6 +213,10 @@ void ProgressBar::show(std::uint64_t done, std::uint64_t total) {
     line += ", " + readable_count(std::uint64_t(double(done) / seconds)) + ' ' + unit_ + "/s";
   if (done > 0 && done < total) {
     line += ", " + readable_seconds(seconds / part * (1 - part)) + " left";
+  }
+  {
+    const std::scoped_lock lock(mutex_);
+    if (!note_.empty()) line += ", " + note_;
   }
   draw(line);
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -109,12 +110,17 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
+  /// `total` is 0 where it is not known yet.
   void show(std::uint64_t done, std::uint64_t total);
+
+  /// What lines to come end with.
+  void note(std::string text);
 
  private:
   void draw(const std::string& line);
 
-  std::string label_, unit_;
+  std::string label_, unit_, note_;
+  std::mutex mutex_;  // of the note: `show` is called from other threads
   bool quiet_, terminal_;
   std::chrono::steady_clock::time_point start_, next_;
   int tenths_ = 0;         // last tenth that got a line

@@ -145,6 +145,7 @@ std::string stats_text(const RenderJob& job, const TimedRender& t) {
   for (const Counter& counter : kCounters) j[counter.name] = value(counter, t.result.counts);
   j["mean_rgb"] = {mean_rgb.x, mean_rgb.y, mean_rgb.z};
   j["variance_rgb"] = {variance_rgb.x, variance_rgb.y, variance_rgb.z};
+  j["relative_noise"] = relative_noise(t.result.film);
   j["options"] = describe_options(job);
   j["options"]["guided"] = t.result.guided;
   j["options"]["threads"] = job.file.scene.options.threads;

@@ -64,6 +64,7 @@ template <LookUp kLookUp>
   // Pictures of skies are sampled as lights are.
   if (std::holds_alternative<ImageSky>(plan.scene.environment)) p.scene.lights.push_back(Sun{});
   p.scene.options = plan.scene.options;
+  p.scene.options.first_sample = ~0u - 1;  // one that hardly any picture has
   p.scene.options.light_layers = false;
   p.scene.options.max_bounces =
       std::min(kMostBounces, plan.scene.options.max_bounces.value_or(kMostBounces));
@@ -73,8 +74,7 @@ template <LookUp kLookUp>
 /// Samples of single pixels that lie evenly over the picture.
 void follow_paths(const RenderPlan& plan, const PathSetup& setup, int across, int down,
                   CameraProbe& probe) {
-  constexpr std::uint32_t kSample = ~0u - 1;  // one that hardly any picture has
-  constexpr int kStride = 229;                // a prime above kRaysAlong: all are met
+  constexpr int kStride = 229;  // a prime above kRaysAlong: all are met
   const TileFunction render_part = find_tile_function(plan.kernel.paths);
   const ImagePart part = image_part(plan.scene.options);
   Film film;
@@ -86,7 +86,8 @@ void follow_paths(const RenderPlan& plan, const PathSetup& setup, int across, in
     film.x = part.x + int(std::int64_t(part.width) * (i % across) / across);
     film.y = part.y + int(std::int64_t(part.height) * (i / across) / down);
     Counts path;
-    (void)render_part(setup, {0, 0, 1, 1}, kSample, kSample + 1, film, path);
+    film.pixels[0] = {};
+    (void)render_part(setup, {0, 0, 1, 1}, {.all = 1}, film, path);
     probe.counts += path;
     if (path.collisions > kMostBounces) probe.cut_counts += path;
   }

@@ -1,8 +1,20 @@
 #include "pvol/render/film.h"
 
+#include <cmath>
+
 #include "pvol/error.h"
 
 namespace pvol {
+
+double relative_noise(const Film& film) {
+  double noise = 0, light = 0;
+  for (const PixelSums& p : film.pixels) {
+    noise += noise_of(p);
+    light += double(luminance(Rgb(mean(p))));
+  }
+  if (!(light > 0)) return 0;
+  return std::sqrt(noise * double(film.pixels.size())) / light;
+}
 
 void add_samples(Film& to, const Film& from) {
   if (from.pixels.size() != to.pixels.size() || from.crop_width != to.crop_width ||

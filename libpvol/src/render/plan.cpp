@@ -13,7 +13,9 @@ namespace {
 
 using detail::digits;
 
-double count_paths(const RenderOptions& o) { return double(o.width) * o.height * o.samples; }
+double count_paths(const RenderOptions& o) {
+  return double(o.width) * o.height * expected_samples(o);
+}
 
 /// Micro-bounds serve where all volumes have them, but for empty ones.
 int common_micro_edge(std::span<const Volume> volumes) {

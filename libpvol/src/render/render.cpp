@@ -7,12 +7,15 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <ctime>
 #include <limits>
+#include <optional>
 
 #include "pvol/error.h"
 #include "render/guide/importance.h"
+#include "render/passes.h"
 #include "render/path/path_result.h"
 #include "render/reporter.h"
 #include "render/tiles/tile_renderer.h"
@@ -20,8 +23,10 @@
 namespace pvol {
 namespace {
 
+using detail::Passes;
 using detail::PathSetup;
 using detail::Reporter;
+using detail::Targets;
 using detail::TileRenderer;
 
 Film make_film(const RenderOptions& o) {
@@ -34,19 +39,92 @@ Film make_film(const RenderOptions& o) {
   return f;
 }
 
-/// Samples [begin, end) of every pixel.
-void render_pass(TileRenderer& renderer, int edge, std::uint32_t begin, std::uint32_t end,
-                 Film& film, tbb::enumerable_thread_specific<Counts>& counts, Reporter& reporter) {
-  const int columns = (film.crop_width + edge - 1) / edge;
-  const int rows = (film.crop_height + edge - 1) / edge;
-  tbb::parallel_for(std::int64_t(0), std::int64_t(columns) * rows, [&](std::int64_t i) {
-    if (reporter.stop()) return;
-    const int x = int(i % columns) * edge, y = int(i / columns) * edge;
-    const detail::ImagePart tile{x, y, std::min(edge, film.crop_width - x),
-                                 std::min(edge, film.crop_height - y)};
-    if (!renderer.render(tile, begin, end, film, counts.local())) return;
-    reporter.add(std::uint64_t(tile.width) * std::uint64_t(tile.height) * (end - begin));
-  });
+double seconds_since(std::chrono::steady_clock::time_point t) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - t).count();
+}
+
+/// The same paths, counted.
+PathSetup with_counts(const RenderPlan& plan, const PathSetup& setup) {
+  PathSetup counted = setup;
+  counted.count = true;
+  if (!plan.kernel.endless) {
+    counted.flights =
+        detail::find_flights(plan.kernel.look_up, plan.kernel.micro_edge, detail::Watching::count);
+  }
+  return counted;
+}
+
+/// Samples of a part of the film.
+std::uint64_t count_samples(const Film& film, const detail::ImagePart& part) {
+  std::uint64_t n = 0;
+  for (int y = part.y; y != part.y + part.height; ++y) {
+    for (int x = part.x; x != part.x + part.width; ++x) n += film.at(x, y).samples;
+  }
+  return n;
+}
+
+bool reaches(const Film& film, const Targets& targets) {
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    if (film.pixels[i].samples < targets.of(i)) return false;
+  }
+  return true;
+}
+
+/// Renders tile by tile, on all threads of the arena that it is called in.
+class PassRenderer {
+ public:
+  PassRenderer(const RenderPlan& plan, const PathSetup& setup, Paths paths)
+      : tiles_(plan, setup, paths) {}
+
+  /// Brings every pixel to its target, unless the reporter says stop.
+  void render(const Targets& targets, int threads, Film& film, Reporter& reporter) {
+    const int edge = tiles_.edge(targets, film, threads);
+    const int columns = (film.crop_width + edge - 1) / edge;
+    const int rows = (film.crop_height + edge - 1) / edge;
+    tbb::parallel_for(std::int64_t(0), std::int64_t(columns) * rows, [&](std::int64_t i) {
+      if (reporter.stop()) return;
+      const int x = int(i % columns) * edge, y = int(i / columns) * edge;
+      const detail::ImagePart tile{x, y, std::min(edge, film.crop_width - x),
+                                   std::min(edge, film.crop_height - y)};
+      const std::uint64_t before = count_samples(film, tile);
+      if (!tiles_.render(tile, targets, film, counts_.local())) return;
+      reporter.add(count_samples(film, tile) - before);
+    });
+  }
+
+  /// What all passes took; where the setup counts.
+  [[nodiscard]] Counts counts() const {
+    Counts sum;
+    for (const Counts& c : counts_) sum += c;
+    return sum;
+  }
+
+ private:
+  TileRenderer tiles_;
+  tbb::enumerable_thread_specific<Counts> counts_;
+};
+
+/// Guides the setup's paths where the plan says so; what paths it is then for.
+Paths guide(const RenderPlan& plan, PathSetup& setup, RenderResult& result) {
+  Paths paths = plan.kernel.paths;
+  if (paths == Paths::guided) {
+    const std::clock_t begin = std::clock();
+    detail::guide_paths(plan, setup);
+    result.guide_seconds = double(std::clock() - begin) / CLOCKS_PER_SEC;
+    result.guided = setup.importance != nullptr;
+    if (!result.guided) paths = Paths::one_volume;  // nothing to be guided by
+  }
+  if (!std::isfinite(setup.shadow_unit)) {
+    throw Error("the lights are too bright for single precision");
+  }
+  return paths;
+}
+
+void check_sample_numbers(const RenderOptions& o) {
+  const std::uint64_t last = std::uint64_t(o.first_sample) + o.samples;
+  if (last <= std::numeric_limits<std::uint32_t>::max()) return;
+  throw Error("samples up to number " + std::to_string(last) +
+              " are asked for; expected at most 4294967295");
 }
 
 }  // namespace
@@ -59,13 +137,15 @@ RenderResult render(std::span<const Volume> volumes, const Scene& scene, const P
   return render(plan(volumes, scene, {.force = true, .forecast = false}), progress);
 }
 
-RenderResult render(const RenderPlan& plan, const Progress& progress) {
+RenderResult render(const RenderPlan& plan, const Progress& progress, const PassDone& pass_done) {
+  const auto begin = std::chrono::steady_clock::now();
   const RenderOptions& o = plan.scene.options;
+  check_sample_numbers(o);
   RenderResult result;
-  result.film = make_film(o);
   Film& film = result.film;
-  Reporter reporter(progress, std::uint64_t(film.pixels.size()) * o.samples);
-  tbb::enumerable_thread_specific<Counts> counts;
+  film = make_film(o);
+  Passes passes(o, film.pixels.size());
+  Reporter reporter(progress, passes.total());
   const int threads = o.threads > 0 ? o.threads : tbb::this_task_arena::max_concurrency();
   // The control is the process's: it may only raise the limit, for more threads than there are
   // cores.
@@ -76,39 +156,30 @@ RenderResult render(const RenderPlan& plan, const Progress& progress) {
 
   PathSetup setup(plan);
   setup.stop = &reporter.stop();
-  Paths paths = plan.kernel.paths;
-  if (paths == Paths::guided) {
-    const std::clock_t begin = std::clock();
-    arena.execute([&] { detail::guide_paths(plan, setup); });
-    result.guide_seconds = double(std::clock() - begin) / CLOCKS_PER_SEC;
-    result.guided = setup.importance != nullptr;
-    if (!result.guided) paths = Paths::one_volume;  // nothing to be guided by
-  }
-  if (!std::isfinite(setup.shadow_unit)) {
-    throw Error("the lights are too bright for single precision");
-  }
-  TileRenderer renderer(plan, setup, paths);
+  const Paths paths = arena.execute([&] { return guide(plan, setup, result); });
   film.layers = detail::make_layers(setup);
   for (Layer& layer : film.layers) layer.sums.resize(film.pixels.size());
 
-  const std::uint64_t last = std::uint64_t(o.first_sample) + o.samples;
-  if (last > std::numeric_limits<std::uint32_t>::max()) {
-    throw Error("samples up to number " + std::to_string(last) +
-                " are asked for; expected at most 4294967295");
+  // Samples by need follow costs, too: their pilot is counted.
+  const bool counts_pilot = by_need(o) && !setup.count;
+  const PathSetup first_setup = counts_pilot ? with_counts(plan, setup) : setup;
+  std::optional<PassRenderer> renderer;
+  renderer.emplace(plan, first_setup, paths);
+  std::optional<Targets> targets;
+  while ((targets = passes.next(film, seconds_since(begin))) && !reporter.stop()) {
+    reporter.expect(passes.total());
+    if (counts_pilot && !targets->each.empty()) renderer.emplace(plan, setup, paths);
+    arena.execute([&] { renderer->render(*targets, threads, film, reporter); });
+    if (!reaches(film, *targets)) break;
+    if (pass_done) pass_done(film);
   }
-
-  // In passes, the first of them short, so that an image that is stopped has samples everywhere.
-  constexpr std::uint64_t kLongestPass = 16;
-  std::uint64_t pass = 1;
-  for (std::uint32_t begin = o.first_sample; begin < last && !reporter.stop();) {
-    const std::uint32_t end = begin + std::uint32_t(std::min(pass, last - begin));
-    const int edge = renderer.edge(end - begin, film, threads);
-    arena.execute([&] { render_pass(renderer, edge, begin, end, film, counts, reporter); });
-    pass = std::min(2 * pass, kLongestPass);
-    begin = end;
+  if (setup.count) {
+    result.counts = renderer->counts();
+  } else {
+    for (PixelSums& p : film.pixels) p.counts = {};
   }
-  for (const Counts& c : counts) result.counts += c;
-  result.complete = reporter.finish();
+  result.complete = !targets;
+  reporter.finish();
   return result;
 }
 

@@ -21,20 +21,22 @@ class Reporter {
     if (progress_) watch_ = std::jthread([this](const std::stop_token& ended) { watch(ended); });
   }
 
+  /// Samples of the whole render, as far as known.
+  void expect(std::uint64_t total) { total_ = total; }
+
   void add(std::uint64_t samples) {
     done_ += samples;
     if (progress_) report();
   }
 
-  /// The last report, when no thread is at work; whether all is done. Throws what `progress` threw.
-  bool finish() {
+  /// The last report, when no thread is at work. Throws what `progress` threw.
+  void finish() {
     if (watch_.joinable()) {
       watch_.request_stop();
       watch_.join();
     }
     if (thrown_) std::rethrow_exception(thrown_);
     if (progress_) (void)progress_(done_, total_);
-    return done_ == total_;
   }
 
   [[nodiscard]] const std::atomic<bool>& stop() const { return stop_; }
@@ -62,8 +64,7 @@ class Reporter {
   }
 
   const Progress& progress_;
-  std::uint64_t total_;
-  std::atomic<std::uint64_t> done_ = 0;
+  std::atomic<std::uint64_t> total_, done_ = 0;
   std::atomic<bool> stop_ = false;
   std::mutex mutex_;
   std::exception_ptr thrown_;

@@ -36,6 +36,11 @@ void validate(const Camera& camera) {
 }
 
 std::optional<Misfit> misfit(const RenderOptions& o) {
+  const bool one_pixel = (o.crop_width ? o.crop_width : o.width - o.crop_x) == 1 &&
+                         (o.crop_height ? o.crop_height : o.height - o.crop_y) == 1;
+  if (o.noise && one_pixel) {
+    return Misfit{{"noise"}, "off for a single pixel, which has no others to tell its noise"};
+  }
   if (o.crop_x < o.width && o.crop_y < o.height && o.crop_width <= o.width - o.crop_x &&
       o.crop_height <= o.height - o.crop_y) {
     return std::nullopt;

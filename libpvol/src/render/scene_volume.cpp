@@ -12,7 +12,7 @@ VolumeOptions volume_options(const RenderOptions& o) {
           .tracker = o.tracker,
           .majorant_scale = o.majorant_scale,
           .homogenise = o.homogenise,
-          .paths = width * height * o.samples};
+          .paths = width * height * expected_samples(o)};
 }
 
 }  // namespace pvol

@@ -55,6 +55,16 @@ struct Film {
   return max((p.sum_squares - p.sum * p.sum / n) / (n * (n - 1)), Vec3d{});
 }
 
+/// One number for the variance of that mean: its channels, weighted as in luminance.
+[[nodiscard]] inline double noise_of(const PixelSums& p) {
+  const Vec3d v = variance_of_mean(p);
+  return 0.2126 * v.x + 0.7152 * v.y + 0.0722 * v.z;
+}
+
+/// The film's relative noise: the root mean square of its pixels' standard errors over its mean
+/// luminance; 0 without light.
+[[nodiscard]] double relative_noise(const Film& film);
+
 /// Adds the samples of a film of the same size, with the same layers, rendered with another seed.
 void add_samples(Film& to, const Film& from);
 

@@ -66,6 +66,9 @@ struct RenderOptions {
   int crop_x = 0, crop_y = 0;           ///< upper left corner of the part that is rendered
   int crop_width = 0, crop_height = 0;  ///< 0: up to the image's edge
   std::uint32_t samples = 64;           ///< camera samples per pixel
+  /// Instead of `samples` in every pixel, samples by need until the picture's relative noise
+  /// (`relative_noise`) is about this, or until this many seconds have passed: what comes first.
+  std::optional<double> noise, time;
   std::uint32_t first_sample = 0;  ///< number of the first of them: pictures of one seed add up
   std::uint64_t seed = 1;
   int threads = 0;  ///< 0: one for each hardware thread
@@ -131,6 +134,20 @@ template <std::same_as<RenderOptions> O>
                         .limits = whole(1, kMost32),
                         .help = "Samples per pixel",
                         .effect = Effect::cost}),
+      key<&O::noise>({.key = "noise",
+                      .metavar = "X|off",
+                      .limits = number(Range{0, 1, true, false}).or_word("off"),
+                      .help =
+                          "Instead of --spp samples in every pixel: more where there is more "
+                          "noise, until the standard error of pixels is about this share of the "
+                          "picture's mean luminance, 0.02 for 2 %",
+                      .effect = Effect::cost}),
+      key<&O::time>({.key = "time",
+                     .metavar = "SECONDS|off",
+                     .limits = number(Range::above(0)).or_word("off"),
+                     .help = "Instead of --spp samples in every pixel: as many as there is time "
+                             "for, more where there is more noise; with --noise what comes first",
+                     .effect = Effect::cost}),
       key<&O::first_sample>({.key = "first_sample",
                              .metavar = "N",
                              .limits = whole(0, kMost32),
@@ -247,7 +264,16 @@ template <std::same_as<RenderOptions> O>
   });
 }
 
-/// A crop that does not lie inside the image.
+/// Whether samples are taken by need.
+[[nodiscard]] inline bool by_need(const RenderOptions& o) { return o.noise || o.time; }
+
+/// Samples of a pixel that choices reckon with.
+[[nodiscard]] inline double expected_samples(const RenderOptions& o) {
+  constexpr double kByNeed = 256;  // of pictures with little noise
+  return by_need(o) ? kByNeed : o.samples;
+}
+
+/// A crop that does not lie inside the image, and noise of a picture of one pixel.
 [[nodiscard]] std::optional<Misfit> misfit(const RenderOptions& options);
 
 /// Throws Error for values out of range, alone or together.

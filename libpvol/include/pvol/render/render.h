@@ -11,10 +11,15 @@
 
 namespace pvol {
 
-/// Called with finished and total camera samples, from one thread at a time but not always the same
+/// Called with finished and total camera samples, the latter 0 as long as it cannot be foreseen
+/// (where noise is limited, not samples), from one thread at a time but not always the same
 /// one: between batches of work and, however long those take, ten times a second. Returning false
 /// stops the render, and what is finished is kept; what it throws, render throws.
 using Progress = std::function<bool(std::uint64_t done, std::uint64_t total)>;
+
+/// Called with the film after each pass over the picture, while no thread works on it. The first
+/// passes are of one sample in each pixel, later ones of more. What it throws, render throws.
+using PassDone = std::function<void(const Film& film)>;
 
 struct RenderResult {
   Film film;
@@ -24,9 +29,10 @@ struct RenderResult {
   bool complete = true;      ///< false where `progress` stopped it; pixels then hold fewer samples
 };
 
-/// Renders what was planned. The same plan gives the same bytes for any number of threads. Throws
-/// Error for lights beyond single precision.
-[[nodiscard]] RenderResult render(const RenderPlan& plan, const Progress& progress = {});
+/// Renders what was planned. The same plan gives the same bytes for any number of threads, unless
+/// time is limited. Throws Error for lights beyond single precision.
+[[nodiscard]] RenderResult render(const RenderPlan& plan, const Progress& progress = {},
+                                  const PassDone& pass_done = {});
 
 /// Plans without a limit on work, and renders. Several volumes may overlap.
 [[nodiscard]] RenderResult render(std::span<const Volume> volumes, const Scene& scene,

@@ -220,7 +220,7 @@ Rgb constant_part(const Environment& environment) {
 int count_photons(const PathSetup& setup) {
   if (setup.lanes == Lanes::scalar) return kLeastPhotons;
   const ImagePart part = image_part(setup.options);
-  const double samples = double(part.width) * part.height * setup.options.samples;
+  const double samples = double(part.width) * part.height * expected_samples(setup.options);
   return int(std::clamp(samples / 80, double(kLeastPhotons), double(kMostPhotons)));
 }
 

@@ -67,16 +67,51 @@ HWY_NOINLINE void end_shadow_rays(const LaneScene& s, LaneMemory& m) {
   }
 }
 
-/// The samples of a tile, in the order of their slots: pixels by rows, each with its samples.
-struct Samples {
-  ImagePart tile;
-  std::uint32_t begin, end;
+/// The samples of a tile, in the order of their slots: pixels by rows, each with those that it
+/// lacks.
+class Samples {
+ public:
+  Samples(const ImagePart& tile, const Targets& targets, const Film& film)
+      : tile_(tile), targets_(targets), film_(film) {
+    find();
+  }
 
-  [[nodiscard]] std::uint32_t per_pixel() const { return end - begin; }
-  [[nodiscard]] std::uint32_t count() const {
-    return std::uint32_t(tile.width) * std::uint32_t(tile.height) * per_pixel();
+  struct Sample {
+    int x, y;  ///< of its pixel, in the film
+    std::uint32_t number;
+  };
+  [[nodiscard]] bool any() const { return y_ < tile_.height; }
+  [[nodiscard]] Sample next() {
+    const Sample s{tile_.x + x_, tile_.y + y_, number_};
+    if (++number_ == end_) ++x_, find();
+    return s;
+  }
+
+ private:
+  const ImagePart& tile_;
+  const Targets& targets_;
+  const Film& film_;
+  int x_ = 0, y_ = 0;
+  std::uint32_t number_ = 0, end_ = 0;
+
+  /// Goes to the first pixel from here on that lacks any.
+  void find() {
+    for (; y_ < tile_.height; x_ = 0, ++y_) {
+      for (; x_ < tile_.width; ++x_) {
+        const std::size_t pixel = film_.index(tile_.x + x_, tile_.y + y_);
+        number_ = film_.pixels[pixel].samples, end_ = targets_.of(pixel);
+        if (number_ < end_) return;
+      }
+    }
   }
 };
+
+[[nodiscard]] inline std::uint32_t count_samples(const ImagePart& tile, const Targets& targets,
+                                                 const Film& film) {
+  std::uint32_t n = 0;
+  for (Samples all(tile, targets, film); all.any(); (void)all.next()) ++n;
+  return n;
+}
 
 /// Puts a ray at a place, in cells from the octree's origin, at or in the box of the support. Its
 /// depth and the state of its random numbers are the next of `rng`.
@@ -102,12 +137,10 @@ inline void put_ray(const LaneScene& s, Records& q, Vec3d place, Vec3f d, Rgb we
 
 /// Puts a camera ray where it enters the box of the support; one that misses that sees what lies
 /// behind.
-inline void start(const LaneScene& s, LaneMemory& m, const Samples& samples, std::uint32_t slot,
-                  const Film& film, Work& work) {
-  const std::uint32_t pixel = slot / samples.per_pixel();
-  const int x = film.x + samples.tile.x + int(pixel % std::uint32_t(samples.tile.width));
-  const int y = film.y + samples.tile.y + int(pixel / std::uint32_t(samples.tile.width));
-  auto [rng, ray] = CameraSample(s.setup, x, y, samples.begin + slot % samples.per_pixel());
+inline void start(const LaneScene& s, LaneMemory& m, const Samples::Sample& sample,
+                  std::uint32_t slot, const Film& film, Work& work) {
+  auto [rng, ray] = CameraSample(s.setup, film.x + sample.x, film.y + sample.y,
+                                 s.setup.options.first_sample + sample.number);
   const Ray cells = s.volume.in_cells(ray);
   const auto span = s.volume.in_box(cells);
   const Vec3f d(ray.d);
@@ -166,13 +199,15 @@ HWY_INLINE void fly_shadow_rays(const LaneScene& s, LaneMemory& m) {
   decide(s, m, m.shadows, nullptr, m.counts.shadow);
 }
 
-/// Adds a tile's samples to the film.
-void finish(const LaneScene& s, LaneMemory& m, const Samples& samples, Film& film) {
+/// Adds a tile's samples to the film, which changes what they lack.
+void finish(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const Targets& targets,
+            Film& film) {
   std::uint32_t slot = 0;
-  for (int y = samples.tile.y; y != samples.tile.y + samples.tile.height; ++y) {
-    for (int x = samples.tile.x; x != samples.tile.x + samples.tile.width; ++x) {
+  for (int y = tile.y; y != tile.y + tile.height; ++y) {
+    for (int x = tile.x; x != tile.x + tile.width; ++x) {
       const std::size_t pixel = film.index(x, y);
-      for (std::uint32_t k = 0; k < samples.per_pixel(); ++k, ++slot) {
+      const std::uint32_t end = targets.of(pixel);
+      for (; film.pixels[pixel].samples < end; ++slot) {
         const PathResult& r = m.slots.result(slot);
         require_finite(r, film.x + x, film.y + y);
         add_sample(r, pixel, film);
@@ -186,10 +221,10 @@ void finish(const LaneScene& s, LaneMemory& m, const Samples& samples, Film& fil
 
 /// Traces and adds a tile's samples; see LaneKernel.
 template <bool kGuided, class Matter>
-bool trace(const LaneScene& s, LaneMemory& m, const ImagePart& tile, std::uint32_t begin,
-           std::uint32_t end, Film& film, Counts& counts) {
-  const Samples samples{tile, begin, end};
-  m.slots.start(samples.count());
+bool trace(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const Targets& targets,
+           Film& film, Counts& counts) {
+  Samples samples(tile, targets, film);
+  m.slots.start(count_samples(tile, targets, film));
   m.counts = {};
   m.camera.n = m.paths.n = m.shadows.n = m.collisions.n = m.straight.n = m.turned.n = 0;
   Work work(s.setup);
@@ -200,10 +235,10 @@ bool trace(const LaneScene& s, LaneMemory& m, const ImagePart& tile, std::uint32
       fly_paths<Matter>(s, m);
     } else if (m.shadows.n >= kSlice) {
       fly_shadow_rays<Matter>(s, m);
-    } else if (next < samples.count() || m.camera.n > 0) {
+    } else if (samples.any() || m.camera.n > 0) {
       m.camera.reserve(kSlice);
-      while (m.camera.n < kSlice && next < samples.count()) {
-        start(s, m, samples, next++, film, work);
+      while (m.camera.n < kSlice && samples.any()) {
+        start(s, m, samples.next(), next++, film, work);
       }
       fly_camera_rays(s, m);
     } else if (m.paths.n > 0) {
@@ -217,7 +252,7 @@ bool trace(const LaneScene& s, LaneMemory& m, const ImagePart& tile, std::uint32
     scatter<Matter>(s, m.straight, m.paths);
     if constexpr (kGuided) scatter_guided<Matter>(s, m.turned, m.paths);
   }
-  finish(s, m, samples, film);
+  finish(s, m, tile, targets, film);
   m.counts.shell_tests = work.shell_tests;
   m.counts.shell_rejections = work.shell_rejections;
   if (s.setup.count) counts += m.counts;

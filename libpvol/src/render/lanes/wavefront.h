@@ -6,13 +6,14 @@
 #include "render/guide/photon_sources.h"
 #include "render/lanes/lane_memory.h"
 #include "render/lanes/lane_scene.h"
+#include "render/tiles/targets.h"
 
 namespace pvol::detail {
 
-/// Adds samples [begin, end) of every pixel of a tile to the film, as a TileFunction does; they are
-/// at most kMostSlots. Each sample's value is the same whatever else is in the tile.
-using LaneKernel = bool (*)(const LaneScene&, LaneMemory&, const ImagePart& tile,
-                            std::uint32_t begin, std::uint32_t end, Film&, Counts&);
+/// Adds samples to every pixel of a tile, as a TileFunction does; they are at most kMostSlots. Each
+/// sample's value is the same whatever else is in the tile.
+using LaneKernel = bool (*)(const LaneScene&, LaneMemory&, const ImagePart& tile, const Targets&,
+                            Film&, Counts&);
 
 [[nodiscard]] LaneKernel find_lane_kernel(Lanes lanes, bool guided, bool one_lobe);
 

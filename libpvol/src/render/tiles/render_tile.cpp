@@ -22,8 +22,8 @@ template <class Tracer>
 
 /// A pixel's samples are summed in their order, whatever the tiles and threads.
 template <class Tracer>
-bool render_tile(const PathSetup& setup, const ImagePart& tile, std::uint32_t begin,
-                 std::uint32_t end, Film& film, Counts& counts) {
+bool render_tile(const PathSetup& setup, const ImagePart& tile, const Targets& targets, Film& film,
+                 Counts& counts) {
   Tracer tracer(setup);
   Counts before;
   const auto count_pixel = [&](PixelSums& p) {
@@ -37,8 +37,9 @@ bool render_tile(const PathSetup& setup, const ImagePart& tile, std::uint32_t be
   for (int y = tile.y; whole && y != tile.y + tile.height; ++y) {
     for (int x = tile.x; whole && x != tile.x + tile.width; ++x) {
       const std::size_t pixel = film.index(x, y);
-      for (std::uint32_t sample = begin; sample != end; ++sample) {
-        const PathResult& r = tracer.trace(film.x + x, film.y + y, sample);
+      const std::uint32_t end = targets.of(pixel);
+      for (std::uint32_t k = film.pixels[pixel].samples; k < end; ++k) {
+        const PathResult& r = tracer.trace(film.x + x, film.y + y, setup.options.first_sample + k);
         if (setup.stop->load(std::memory_order_relaxed)) {
           whole = false;
           break;

@@ -16,12 +16,11 @@ class TileRenderer {
   TileRenderer(const RenderPlan& plan, const PathSetup& setup, Paths paths);
 
   /// As a TileFunction does it; from any thread. `tile` is no larger than edge().
-  bool render(const ImagePart& tile, std::uint32_t begin, std::uint32_t end, Film& film,
-              Counts& counts);
+  bool render(const ImagePart& tile, const Targets& targets, Film& film, Counts& counts);
 
-  /// Edge in pixels of the tiles for passes of so many samples over a film: kernels that follow
-  /// many paths at once need many, and every thread its share.
-  [[nodiscard]] int edge(std::uint32_t samples, const Film& film, int threads) const;
+  /// Edge in pixels of the tiles for a pass over a film: kernels that follow many paths at once
+  /// need many, and every thread its share.
+  [[nodiscard]] int edge(const Targets& targets, const Film& film, int threads) const;
 
  private:
   const PathSetup& setup_;

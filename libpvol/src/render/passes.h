@@ -1,0 +1,54 @@
+// Which samples a render takes, pass by pass. Each pass leaves a whole picture; the first ones are
+// short.
+#pragma once
+
+#include <optional>
+
+#include "pvol/render/film.h"
+#include "pvol/render/options.h"
+#include "render/needs.h"
+#include "render/tiles/targets.h"
+
+namespace pvol::detail {
+
+/// Most samples of a pixel in one pass: a tile's batch of 16 x 16 pixels then fits the lane
+/// kernels.
+inline constexpr std::uint32_t kMostOfPass = 256;
+
+/// The passes of a render: `options.samples` in every pixel or, where noise or time are limited,
+/// samples by need.
+class Passes {
+ public:
+  /// For a film of so many pixels.
+  Passes(const RenderOptions& options, std::size_t pixels);
+
+  /// Samples to have after the next pass; none where the picture is done. `film` has those of all
+  /// passes before; it is `seconds` since the render began.
+  [[nodiscard]] std::optional<Targets> next(const Film& film, double seconds);
+
+  /// Samples of the whole render, as far as they can be foreseen; 0 where they cannot yet.
+  [[nodiscard]] std::uint64_t total() const { return total_; }
+
+ private:
+  bool by_need_;
+  std::uint32_t samples_;
+  std::optional<double> noise_, time_;
+  std::uint64_t total_ = 0;
+
+  std::uint32_t uniform_ = 0;  // samples of every pixel while they are equal
+  std::optional<Needs> needs_;
+  double average_ = kPilot;          // samples of a pixel that passes by need are aiming at
+  std::vector<std::uint32_t> goal_;  // what they come to for each pixel
+
+  double seconds_ = 0, done_ = 0, speed_ = 0;  // after the last pass; samples per second in it
+
+  void measure(const Film& film, double seconds);
+  [[nodiscard]] double affordable() const;
+  [[nodiscard]] std::optional<Targets> next_equal(const Film& film, std::uint32_t end);
+  [[nodiscard]] std::optional<Targets> next_by_need(const Film& film);
+  [[nodiscard]] bool raise_goal(const Film& film);
+  [[nodiscard]] std::optional<Targets> towards_goal(const Film& film) const;
+  [[nodiscard]] double samples_of(const Film& film, std::size_t pixel, double average) const;
+};
+
+}  // namespace pvol::detail
