@@ -219,6 +219,24 @@ void write_stats(const std::filesystem::path& file, const std::string& text) {
   });
 }
 
+formats::ExrOptions exr_options(const Options& o, const Scene& scene) {
+  return {.aovs = scene.options.aovs,
+          .opaque = scene.options.background,
+          .multipart = o.multipart,
+          .pixels = o.pixels,
+          .compression = o.compression,
+          .camera = scene.camera};
+}
+
+/// Before anything is rendered for a file that would then not be written.
+void check_layout(const Options& o, const Scene& scene) {
+  try {
+    formats::validate(exr_options(o, scene));
+  } catch (const Error& e) {
+    throw cli::UsageError(std::string("--compression and --multipart: ") + e.what());
+  }
+}
+
 /// Names of the files to write; empty for those that are not wanted.
 struct Outputs {
   std::filesystem::path exr, png;
@@ -245,9 +263,21 @@ Outputs choose_outputs(const Options& o) {
   return out;
 }
 
+void save_exr(const Options& o, const std::filesystem::path& file, const RenderJob& job,
+              const TimedRender& t) {
+  const std::uint64_t clamped = formats::write_exr(
+      file, t.result.film, cli::describe_picture(job, t), exr_options(o, job.file.scene));
+  if (clamped == 0) return;
+  cli::print_warnings(
+      kTool,
+      {fmt::format("{}: {} values are beyond 65504, the most that half holds, and were set to "
+                   "that; keep them with --pixel-type float",
+                   file.string(), clamped)});
+}
+
 void save(const Options& o, const Outputs& out, const RenderJob& job, const TimedRender& t) {
   const Film& film = t.result.film;
-  if (!out.exr.empty()) formats::write_exr(out.exr, film, cli::describe_picture(job, t));
+  if (!out.exr.empty()) save_exr(o, out.exr, job, t);
   if (!out.png.empty()) {
     formats::write_png(out.png, film, o.exposure, !job.file.scene.options.background);
   }
@@ -274,6 +304,7 @@ int run(const Options& o) {
     std::cout << formats::to_toml(job.file);
     return cli::kSuccess;
   }
+  if (!out.exr.empty()) check_layout(o, job.file.scene);
   if (!o.common.quiet) print_facts(job);
   const TimedRender t = render_timed(o, job);
   if (t.samples == 0) throw Error("interrupted before the first sample; nothing is saved");

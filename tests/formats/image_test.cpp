@@ -109,7 +109,7 @@ std::vector<std::string> channel_names(const fs::path& file) {
 
 TEST_F(Image, ExrHoldsEveryValueOfTheFilm) {
   const Film film = random_film(40, 60, 7, 9, 5, 37);  // taller than two zip blocks, not a multiple
-  write_exr(file("a.exr"), film, {});
+  write_exr(file("a.exr"), film, {}, {.aovs = AovSet::all()});
   const std::pair<const char*, std::function<double(const PixelSums&)>> channels[] = {
       {"R", [](const PixelSums& p) { return mean(p).x; }},
       {"G", [](const PixelSums& p) { return mean(p).y; }},
@@ -118,16 +118,17 @@ TEST_F(Image, ExrHoldsEveryValueOfTheFilm) {
       {"variance.R", [](const PixelSums& p) { return variance_of_mean(p).x; }},
       {"variance.G", [](const PixelSums& p) { return variance_of_mean(p).y; }},
       {"variance.B", [](const PixelSums& p) { return variance_of_mean(p).z; }},
-      {"samples", [](const PixelSums& p) { return double(p.samples); }},
-      {"count.lookups",
+      {"samples.Y", [](const PixelSums& p) { return double(p.samples); }},
+      {"transmittance.Y", [](const PixelSums& p) { return (p.samples - p.alpha) / p.samples; }},
+      {"lookups.Y",
        [](const PixelSums& p) {
          return double(p.counts[std::size_t(PixelCounter::lookups)]) / p.samples;
        }},
-      {"count.segments",
+      {"segments.Y",
        [](const PixelSums& p) {
          return double(p.counts[std::size_t(PixelCounter::segments)]) / p.samples;
        }},
-      {"count.collisions", [](const PixelSums& p) {
+      {"collisions.Y", [](const PixelSums& p) {
          return double(p.counts[std::size_t(PixelCounter::collisions)]) / p.samples;
        }}};
   EXPECT_EQ(channel_names(file("a.exr")).size(), std::size(channels));
@@ -156,15 +157,30 @@ TEST_F(Image, ExrHeaderTellsWindowsColoursAndAttributes) {
             "[volume]\nfile = \"a.pvol\"\n");
 }
 
-TEST_F(Image, ExrHasNoCountsWhereNothingWasCounted) {
-  Film film = random_film(4, 4, 0, 0, 4, 4);
-  for (PixelSums& p : film.pixels)
-    p.counts[std::size_t(PixelCounter::lookups)] = p.counts[std::size_t(PixelCounter::segments)] =
-        p.counts[std::size_t(PixelCounter::collisions)] = 0;
+/// Compositing programs take files with any other channel for files of layers.
+TEST_F(Image, ExrHasColourAndAlphaAloneUnlessMoreIsAskedFor) {
+  const Film film = random_film(4, 4, 0, 0, 4, 4);
   write_exr(file("a.exr"), film, {});
-  EXPECT_EQ(channel_names(file("a.exr")),
-            (std::vector<std::string>{"A", "B", "G", "R", "samples", "variance.B", "variance.G",
-                                      "variance.R"}));
+  const std::vector<std::string> plain{"A", "B", "G", "R"};
+  EXPECT_EQ(channel_names(file("a.exr")), plain);
+  for (const AovRow& row : kAovs) {
+    if (row.aov == Aov::lights) continue;  // these are the film's layers
+    write_exr(file("a.exr"), film, {}, {.aovs = {row.aov}});
+    std::vector<std::string> more = plain;
+    for (const char c : std::string_view(row.channels)) {
+      more.push_back(std::string(row.name) + '.' + c);
+    }
+    std::ranges::sort(more);
+    EXPECT_EQ(channel_names(file("a.exr")), more);
+  }
+}
+
+TEST_F(Image, ExrIsOpaqueWhereABackgroundIsSeen) {
+  write_exr(file("a.exr"), one_pixel({1, 2, 3}, 0.25), {}, {.opaque = true});
+  EXPECT_EQ(read_channel(file("a.exr"), "A"), std::vector<float>{1});
+  EXPECT_EQ(read_channel(file("a.exr"), "B"), std::vector<float>{3});
+  write_exr(file("a.exr"), one_pixel({1, 2, 3}, 0.25), {}, {});
+  EXPECT_EQ(read_channel(file("a.exr"), "A"), std::vector<float>{0.25f});
 }
 
 TEST_F(Image, ExrOfASmallCropOfAHugeImageIsSmall) {
@@ -175,8 +191,8 @@ TEST_F(Image, ExrOfASmallCropOfAHugeImageIsSmall) {
 
 TEST_F(Image, ExrOfPixelsWithoutSamplesIsZero) {
   Film film{2, 1, 0, 0, 2, 1, std::vector<PixelSums>(2)};
-  write_exr(file("a.exr"), film, {});
-  for (const char* name : {"R", "A", "variance.G", "samples"}) {
+  write_exr(file("a.exr"), film, {}, {.aovs = AovSet::all()});
+  for (const char* name : {"R", "A", "variance.G", "samples.Y", "transmittance.Y"}) {
     EXPECT_EQ(read_channel(file("a.exr"), name), std::vector<float>(2, 0.0f)) << name;
   }
 }

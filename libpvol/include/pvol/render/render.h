@@ -18,7 +18,7 @@ using Progress = std::function<bool(std::uint64_t done, std::uint64_t total)>;
 
 struct RenderResult {
   Film film;
-  Counts counts;             ///< all zero unless options.count
+  Counts counts;             ///< all zero unless options.count or AOVs ask for them
   bool guided = false;       ///< whether paths were guided: where light reached what is seen
   double guide_seconds = 0;  ///< CPU time of the process for finding out by what
   bool complete = true;      ///< false where `progress` stopped it; pixels then hold fewer samples
