@@ -279,7 +279,7 @@ void save(const Options& o, const Outputs& out, const RenderJob& job, const Time
   const Film& film = t.result.film;
   if (!out.exr.empty()) save_exr(o, out.exr, job, t);
   if (!out.png.empty()) {
-    formats::write_png(out.png, film, o.exposure, !job.file.scene.options.background);
+    formats::write_png(out.png, film, o.exposure, !job.file.scene.options.background, o.tone_map);
   }
   if (out.exr.empty() && cli::describe_bias(job) != "no") {
     cli::print_warnings(kTool,

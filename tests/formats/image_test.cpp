@@ -204,6 +204,32 @@ TEST_F(Image, ExrBytesDependOnTheFilmAlone) {
   EXPECT_EQ(bytes_of(file("a.exr")), bytes_of(file("b.exr")));
 }
 
+void expect_near(Vec3d found, Vec3d expected) {
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], 1e-6);
+}
+
+/// By hand from the published formulas.
+TEST(ToneMaps, HaveTheirPublishedValues) {
+  expect_near(to_display({0.5, 2, -1}, ToneMap::srgb), {0.5, 1, 0});
+  // Below 0.8 only the toe: x - (x - x^2 / 0.16), then x - 0.04.
+  expect_near(to_display(Vec3d(0.04), ToneMap::neutral), Vec3d(0.01));
+  expect_near(to_display({0.5, 0.25, 0.125}, ToneMap::neutral), {0.46, 0.21, 0.085});
+  // (3.96, 0.96, 0.46): peak 1 - 0.24^2 / 3.44, white 1 - 1 / (0.15 * 2.9767442 + 1).
+  expect_near(to_display({4, 1, 0.5}, ToneMap::neutral), {0.9832558, 0.4682992, 0.3824731});
+  expect_near(to_display(Vec3d(1e30), ToneMap::neutral), Vec3d(1));
+  // (0.704 / 1.66 - 1 / 15) / (19.38 / 24.476 - 1 / 15).
+  expect_near(to_display({1, 0, 5.6}, ToneMap::filmic), {0.4929185, 0, 1});
+  for (const auto& [map, name] : names(ToneMap{})) {
+    double last = 0;
+    for (double v = 0; v < 100; v = 1.1 * v + 0.001) {
+      const double shown = to_display(Vec3d(v), map).y;
+      EXPECT_GE(shown, last) << name << " at " << v;
+      EXPECT_LE(shown, 1) << name << " at " << v;
+      last = shown;
+    }
+  }
+}
+
 TEST_F(Image, FailedWriteKeepsTheOldFileAndLeavesNothingBeside) {
   write_bytes(file("a.exr"), "old");
   const Film film = random_film(4, 4, 0, 0, 4, 4);
@@ -234,6 +260,14 @@ std::vector<int> read_png(const fs::path& file, png_uint_32 format, int width, i
   std::vector<std::uint8_t> bytes(PNG_IMAGE_SIZE(image));
   EXPECT_TRUE(png_image_finish_read(&image, nullptr, bytes.data(), 0, nullptr)) << image.message;
   return {bytes.begin(), bytes.end()};
+}
+
+TEST_F(Image, PngIsToneMappedAfterItsExposure) {
+  write_png(file("a.png"), one_pixel(Vec3d(0.25), 1), 1, false, ToneMap::neutral);
+  // 0.5 becomes 0.46, whose code is 255 * (1.055 * 0.46^(1 / 2.4) - 0.055).
+  EXPECT_EQ(read_png(file("a.png"), PNG_FORMAT_RGB, 1, 1), std::vector<int>(3, 181));
+  write_png(file("a.png"), one_pixel(Vec3d(0.25), 0.5), 0, true, ToneMap::neutral);
+  EXPECT_EQ(read_png(file("a.png"), PNG_FORMAT_RGBA, 1, 1), (std::vector<int>{181, 181, 181, 128}));
 }
 
 TEST_F(Image, PngHasTheCodesOfTheSrgbStandard) {

@@ -58,6 +58,10 @@ void add_files(CLI::App& app, RenderOptionsGiven& o) {
   app.add_option("--exposure", o.exposure, "Exposure of the .png in stops (EV) [0]")
       ->type_name("EV")
       ->check(number_from(-100, 100, "a number from -100 to 100"));
+  add_named(
+      app, "--tone-map", o.tone_map,
+      "How the .png shows light above the screen's white: srgb clips it, neutral (Khronos) and "
+      "filmic (Hable) compress it [srgb]");
   app.add_option("--stats", o.stats,
                  "Count the work and write counts, times and errors as JSON; - is stdout")
       ->type_name("FILE");

@@ -23,6 +23,7 @@ struct RenderOptionsGiven {
   /// Flags of formats::render_keys, as written, by key; absent ones are left to the scene.
   std::map<std::string, std::string> options;
   double exposure = 0;
+  formats::ToneMap tone_map = formats::ToneMap::srgb;
   formats::PixelType pixels = formats::PixelType::single;
   formats::ExrCompression compression = formats::ExrCompression::zip;
   bool multipart = false;

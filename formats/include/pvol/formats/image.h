@@ -65,12 +65,27 @@ std::uint64_t write_exr(const std::filesystem::path& file, const Film& film,
                         const std::map<std::string, std::string>& attributes,
                         const ExrOptions& options = {});
 
+/// What a PNG does with light brighter than the screen's white.
+enum class ToneMap {
+  srgb,     ///< clips it: colours below are the scene's
+  neutral,  ///< Khronos PBR Neutral: compresses what is above 0.8, and fades it to white
+  filmic,   ///< Hable's curve of Uncharted 2: soft from shadows to highlights, and darker
+};
+[[nodiscard]] constexpr auto names(ToneMap) {
+  return std::to_array<Named<ToneMap>>(
+      {{ToneMap::srgb, "srgb"}, {ToneMap::neutral, "neutral"}, {ToneMap::filmic, "filmic"}});
+}
+
+/// Linear light of a screen whose white is 1, in [0, 1], for linear Rec.709; negative counts as 0.
+[[nodiscard]] Vec3d to_display(Vec3d linear, ToneMap map);
+
 /// Writes the rendered rectangle as 8-bit sRGB (IEC 61966-2-1, with the sRGB chunk): radiance times
-/// 2^exposure, clipped to [0, 1], rounded to the nearest code. With `alpha` an RGBA picture with
-/// unpremultiplied colour, black where alpha is 0; it suits films rendered without background.
+/// 2^exposure, by the tone map in [0, 1], rounded to the nearest code. With `alpha` an RGBA picture
+/// with unpremultiplied colour, black where alpha is 0; it suits films rendered without background.
 /// Atomic. Throws Error for an empty film, an exposure beyond what double holds, and a pixel that
 /// is not finite, which it names.
-void write_png(const std::filesystem::path& file, const Film& film, double exposure, bool alpha);
+void write_png(const std::filesystem::path& file, const Film& film, double exposure, bool alpha,
+               ToneMap map = ToneMap::srgb);
 
 /// 8-bit sRGB, rows from the top: what screens show.
 struct Picture {
