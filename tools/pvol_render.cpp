@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <iostream>
+#include <optional>
 
 #include "cli/instructions.h"
 #include "cli/load_scene.h"
@@ -21,6 +22,7 @@
 #include "pvol/render/scene_volume.h"
 #include "pvol/shell/certificate.h"
 #include "pvol/volume/facts.h"
+#include "report/live_page.h"
 
 namespace {
 
@@ -188,16 +190,43 @@ void print_facts(const RenderJob& job) {
 
 // --- rendering ----------------------------------------------------------------------------------
 
-TimedRender render_timed(const Options& o, const RenderJob& job) {
+void save_png(const Options& o, const std::filesystem::path& file, const RenderJob& job,
+              const Film& film) {
+  formats::write_png(file, film, o.exposure, !job.file.scene.options.background, o.tone_map);
+}
+
+/// Shows the picture so far. A render that is worth hours does not end for a page: whether it went
+/// well.
+bool show_live(const Options& o, const RenderJob& job, const std::filesystem::path& png,
+               const Film& film, report::LivePage& live) {
+  try {
+    live.show(fmt::format("{} of {} samples per pixel", film.pixels.front().samples,
+                          job.file.scene.options.samples),
+              [&] { save_png(o, png, job, film); });
+    return true;
+  } catch (const Error& e) {
+    cli::print_warnings(kTool, {std::string(e.what()) + "; rendering goes on without --live"});
+    return false;
+  }
+}
+
+/// With `live`, shows the picture between passes.
+TimedRender render_timed(const Options& o, const RenderJob& job, const std::filesystem::path& png,
+                         report::LivePage* live) {
   TimedRender t;
   cli::ProgressBar bar("rendering", "samples", o.common.quiet);
   cli::catch_interrupt();
   cli::Stopwatch watch;
   const double before = cli::cpu_seconds();
-  t.result = render(job.plan, [&](std::uint64_t done, std::uint64_t total) {
-    bar.show(done, total);
-    return !cli::interrupted();
-  });
+  t.result = render(
+      job.plan,
+      [&](std::uint64_t done, std::uint64_t total) {
+        bar.show(done, total);
+        return !cli::interrupted();
+      },
+      [&](const Film& film) {
+        if (live && !show_live(o, job, png, film, *live)) live = nullptr;
+      });
   t.cpu_seconds = cli::cpu_seconds() - before;
   t.wall_seconds = watch.lap();
   for (const PixelSums& p : t.result.film.pixels) t.samples += p.samples;
@@ -259,6 +288,7 @@ Outputs choose_outputs(const Options& o) {
       cli::check_output(out.png, {".png"});
     }
   }
+  if (o.live && out.png.empty()) throw cli::UsageError("--live shows the .png; leave out --no-png");
   if (!o.stats.empty() && o.stats != "-") cli::check_output(o.stats, {".json"});
   return out;
 }
@@ -278,9 +308,7 @@ void save_exr(const Options& o, const std::filesystem::path& file, const RenderJ
 void save(const Options& o, const Outputs& out, const RenderJob& job, const TimedRender& t) {
   const Film& film = t.result.film;
   if (!out.exr.empty()) save_exr(o, out.exr, job, t);
-  if (!out.png.empty()) {
-    formats::write_png(out.png, film, o.exposure, !job.file.scene.options.background, o.tone_map);
-  }
+  if (!out.png.empty()) save_png(o, out.png, job, film);
   if (out.exr.empty() && cli::describe_bias(job) != "no") {
     cli::print_warnings(kTool,
                         {out.png.string() + ": the picture is biased (" + cli::describe_bias(job) +
@@ -297,6 +325,15 @@ void save(const Options& o, const Outputs& out, const RenderJob& job, const Time
             << (out.exr.empty() || out.png.empty() ? "" : " and ") << out.png.string() << '\n';
 }
 
+void end_live(report::LivePage& live, const TimedRender& t) {
+  try {
+    live.end(fmt::format("{}: {} samples in {}", t.result.complete ? "done" : "interrupted",
+                         cli::readable_count(t.samples), cli::readable_seconds(t.wall_seconds)));
+  } catch (const Error& e) {  // the picture is saved
+    cli::print_warnings(kTool, {e.what()});
+  }
+}
+
 int run(const Options& o) {
   const Outputs out = o.print_scene ? Outputs{} : choose_outputs(o);
   const RenderJob job = prepare(o);
@@ -306,9 +343,12 @@ int run(const Options& o) {
   }
   if (!out.exr.empty()) check_layout(o, job.file.scene);
   if (!o.common.quiet) print_facts(job);
-  const TimedRender t = render_timed(o, job);
+  std::optional<report::LivePage> live;
+  if (o.live) live.emplace(out.png);
+  const TimedRender t = render_timed(o, job, out.png, live ? &*live : nullptr);
   if (t.samples == 0) throw Error("interrupted before the first sample; nothing is saved");
   save(o, out, job, t);
+  if (live) end_live(*live, t);
   if (t.result.complete) return cli::kSuccess;
   throw Error(fmt::format("interrupted after {} of {} samples; what was rendered is saved",
                           t.samples, t.samples_wanted));

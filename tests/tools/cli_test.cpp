@@ -324,6 +324,46 @@ TEST(Render, WarnsOfWhatHalfDoesNotHold) {
             std::string::npos);
 }
 
+TEST(Render, LivePageReloadsUntilTheEnd) {
+  const ScratchFolder folder;
+  auto arguments = small_render(write_ball(folder), folder / "a b.exr");
+  const std::string reload = "http-equiv=\"refresh\"";
+  arguments.push_back("--live");
+  expect_success(PVOL_RENDER, arguments);
+  const std::string page = read_text(folder / "a b.html");
+  EXPECT_EQ(page.find(reload), std::string::npos) << page;
+  EXPECT_NE(page.find("<img src=\"a%20b.png?"), std::string::npos) << page;
+  EXPECT_NE(page.find("<p>done: 384 samples in "), std::string::npos) << page;
+  EXPECT_EQ(read_text(folder / "a b.png").substr(1, 3), "PNG");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()),
+                          std::filesystem::directory_iterator{}),
+            4)
+      << "the cloud, two pictures and the page";
+  arguments.push_back("--no-png");
+  expect_usage_error(PVOL_RENDER, arguments, "--live shows the .png");
+}
+
+TEST(Render, LivePageShowsThePictureMeanwhile) {
+  const ScratchFolder folder;
+  const std::string html = folder / "a.html";
+  std::string meanwhile;
+  const RunResult r = run_tool(PVOL_RENDER,
+                               {write_ball(folder), "-o", folder / "a.png", "--size", "64x48",
+                                "--spp", "4000000000", "--live"},
+                               [&](int pid, const std::string&) {
+                                 if (!meanwhile.empty() || !std::filesystem::exists(html)) return;
+                                 meanwhile = read_text(html) + read_text(folder / "a.png");
+                                 kill(pid, SIGINT);
+                               });
+  EXPECT_EQ(r.exit, 1) << r.err;
+  for (const char* text : {"http-equiv=\"refresh\"", " of 4000000000 samples per pixel", "IEND"}) {
+    EXPECT_NE(meanwhile.find(text), std::string::npos) << text;
+  }
+  const std::string page = read_text(html);
+  EXPECT_NE(page.find("<p>interrupted: "), std::string::npos) << page;
+  EXPECT_EQ(page.find("refresh"), std::string::npos) << page;
+}
+
 TEST(Render, SaysWhatItWrote) {
   const ScratchFolder folder;
   const std::string vdb = write_ball(folder), exr = folder / "a.exr", png = folder / "a.png";

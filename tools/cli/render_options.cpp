@@ -62,6 +62,9 @@ void add_files(CLI::App& app, RenderOptionsGiven& o) {
       app, "--tone-map", o.tone_map,
       "How the .png shows light above the screen's white: srgb clips it, neutral (Khronos) and "
       "filmic (Hable) compress it [srgb]");
+  app.add_flag("--live", o.live,
+               "Write the .png while rendering, at most once a second, and beside it a page of its "
+               "name, .html, which a browser reloads until the end");
   app.add_option("--stats", o.stats,
                  "Count the work and write counts, times and errors as JSON; - is stdout")
       ->type_name("FILE");

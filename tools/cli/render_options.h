@@ -27,6 +27,7 @@ struct RenderOptionsGiven {
   formats::PixelType pixels = formats::PixelType::single;
   formats::ExrCompression compression = formats::ExrCompression::zip;
   bool multipart = false;
+  bool live = false;
   bool no_png = false, print_scene = false, force = false;
 };
 

@@ -59,7 +59,7 @@ RenderResult render(std::span<const Volume> volumes, const Scene& scene, const P
   return render(plan(volumes, scene, {.force = true, .forecast = false}), progress);
 }
 
-RenderResult render(const RenderPlan& plan, const Progress& progress) {
+RenderResult render(const RenderPlan& plan, const Progress& progress, const PassDone& pass_done) {
   const RenderOptions& o = plan.scene.options;
   RenderResult result;
   result.film = make_film(o);
@@ -106,6 +106,7 @@ RenderResult render(const RenderPlan& plan, const Progress& progress) {
     arena.execute([&] { render_pass(renderer, edge, begin, end, film, counts, reporter); });
     pass = std::min(2 * pass, kLongestPass);
     begin = end;
+    if (pass_done && begin < last && !reporter.stop()) pass_done(film);
   }
   for (const Counts& c : counts) result.counts += c;
   result.complete = reporter.finish();

@@ -16,6 +16,10 @@ namespace pvol {
 /// stops the render, and what is finished is kept; what it throws, render throws.
 using Progress = std::function<bool(std::uint64_t done, std::uint64_t total)>;
 
+/// Called with the film between passes over the picture, while no thread works on it: every pixel
+/// then has as many samples as the others. What it throws, render throws.
+using PassDone = std::function<void(const Film& film)>;
+
 struct RenderResult {
   Film film;
   Counts counts;             ///< all zero unless options.count or AOVs ask for them
@@ -26,7 +30,8 @@ struct RenderResult {
 
 /// Renders what was planned. The same plan gives the same bytes for any number of threads. Throws
 /// Error for lights beyond single precision.
-[[nodiscard]] RenderResult render(const RenderPlan& plan, const Progress& progress = {});
+[[nodiscard]] RenderResult render(const RenderPlan& plan, const Progress& progress = {},
+                                  const PassDone& pass_done = {});
 
 /// Plans without a limit on work, and renders. Several volumes may overlap.
 [[nodiscard]] RenderResult render(std::span<const Volume> volumes, const Scene& scene,
