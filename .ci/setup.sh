@@ -12,7 +12,8 @@ packages=(
   libcli11-dev libfmt-dev libtomlplusplus-dev nlohmann-json3-dev
   libzstd-dev libxxhash-dev
   libcgal-dev                                       # the independent check of shells
-  libgtest-dev libbenchmark-dev python3             # python3 runs the second reader of .pvol files
+  libgtest-dev libbenchmark-dev python3             # python3 runs second readers of files
+  openimageio-tools                                 # oiiotool reads pictures back in tests
   cppcheck                                          # tests/analyse
 )
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <iostream>
+#include <optional>
 
 #include "cli/instructions.h"
 #include "cli/load_scene.h"
@@ -21,6 +22,7 @@
 #include "pvol/render/scene_volume.h"
 #include "pvol/shell/certificate.h"
 #include "pvol/volume/facts.h"
+#include "report/live_page.h"
 
 namespace {
 
@@ -197,7 +199,32 @@ void print_facts(const RenderJob& job) {
 
 // --- rendering ----------------------------------------------------------------------------------
 
-TimedRender render_timed(const Options& o, const RenderJob& job) {
+void save_png(const Options& o, const std::filesystem::path& file, const RenderJob& job,
+              const Film& film) {
+  formats::write_png(file, film, o.exposure, !job.file.scene.options.background, o.tone_map);
+}
+
+/// Shows the picture so far. A render that is worth hours does not end for a page: whether it went
+/// well.
+bool show_live(const Options& o, const RenderJob& job, const std::filesystem::path& png,
+               const Film& film, report::LivePage& live) {
+  try {
+    std::uint64_t samples = 0;
+    for (const PixelSums& p : film.pixels) samples += p.samples;
+    live.show(fmt::format("{:.4g} samples per pixel, noise {} %",
+                          double(samples) / double(film.pixels.size()),
+                          cli::readable(100 * relative_noise(film))),
+              [&] { save_png(o, png, job, film); });
+    return true;
+  } catch (const Error& e) {
+    cli::print_warnings(kTool, {std::string(e.what()) + "; rendering goes on without --live"});
+    return false;
+  }
+}
+
+/// With `live`, shows the picture between passes.
+TimedRender render_timed(const Options& o, const RenderJob& job, const std::filesystem::path& png,
+                         report::LivePage* live) {
   TimedRender t;
   cli::ProgressBar bar("rendering", "samples", o.common.quiet);
   cli::catch_interrupt();
@@ -211,6 +238,7 @@ TimedRender render_timed(const Options& o, const RenderJob& job) {
   };
   t.result = render(job.plan, progress, [&](const Film& film) {
     bar.note("noise " + cli::readable(100 * relative_noise(film)) + " %");
+    if (live && !show_live(o, job, png, film, *live)) live = nullptr;
   });
   t.cpu_seconds = cli::cpu_seconds() - before;
   t.wall_seconds = watch.lap();
@@ -231,6 +259,24 @@ void write_stats(const std::filesystem::path& file, const std::string& text) {
     out << text;
     if (!out.flush()) throw Error(file.string() + ": cannot be written; is the disk full?");
   });
+}
+
+formats::ExrOptions exr_options(const Options& o, const Scene& scene) {
+  return {.aovs = scene.options.aovs,
+          .opaque = scene.options.background,
+          .multipart = o.multipart,
+          .pixels = o.pixels,
+          .compression = o.compression,
+          .camera = scene.camera};
+}
+
+/// Before anything is rendered for a file that would then not be written.
+void check_layout(const Options& o, const Scene& scene) {
+  try {
+    formats::validate(exr_options(o, scene));
+  } catch (const Error& e) {
+    throw cli::UsageError(std::string("--compression and --multipart: ") + e.what());
+  }
 }
 
 /// Names of the files to write; empty for those that are not wanted.
@@ -255,16 +301,27 @@ Outputs choose_outputs(const Options& o) {
       cli::check_output(out.png, {".png"});
     }
   }
+  if (o.live && out.png.empty()) throw cli::UsageError("--live shows the .png; leave out --no-png");
   if (!o.stats.empty() && o.stats != "-") cli::check_output(o.stats, {".json"});
   return out;
 }
 
+void save_exr(const Options& o, const std::filesystem::path& file, const RenderJob& job,
+              const TimedRender& t) {
+  const std::uint64_t clamped = formats::write_exr(
+      file, t.result.film, cli::describe_picture(job, t), exr_options(o, job.file.scene));
+  if (clamped == 0) return;
+  cli::print_warnings(
+      kTool,
+      {fmt::format("{}: {} values are beyond 65504, the most that half holds, and were set to "
+                   "that; keep them with --pixel-type float",
+                   file.string(), clamped)});
+}
+
 void save(const Options& o, const Outputs& out, const RenderJob& job, const TimedRender& t) {
   const Film& film = t.result.film;
-  if (!out.exr.empty()) formats::write_exr(out.exr, film, cli::describe_picture(job, t));
-  if (!out.png.empty()) {
-    formats::write_png(out.png, film, o.exposure, !job.file.scene.options.background);
-  }
+  if (!out.exr.empty()) save_exr(o, out.exr, job, t);
+  if (!out.png.empty()) save_png(o, out.png, job, film);
   if (out.exr.empty() && cli::describe_bias(job) != "no") {
     cli::print_warnings(kTool,
                         {out.png.string() + ": the picture is biased (" + cli::describe_bias(job) +
@@ -282,6 +339,15 @@ void save(const Options& o, const Outputs& out, const RenderJob& job, const Time
             << (out.exr.empty() || out.png.empty() ? "" : " and ") << out.png.string() << '\n';
 }
 
+void end_live(report::LivePage& live, const TimedRender& t) {
+  try {
+    live.end(fmt::format("{}: {} samples in {}", t.result.complete ? "done" : "interrupted",
+                         cli::readable_count(t.samples), cli::readable_seconds(t.wall_seconds)));
+  } catch (const Error& e) {  // the picture is saved
+    cli::print_warnings(kTool, {e.what()});
+  }
+}
+
 int run(const Options& o) {
   const Outputs out = o.print_scene ? Outputs{} : choose_outputs(o);
   const RenderJob job = prepare(o);
@@ -289,10 +355,14 @@ int run(const Options& o) {
     std::cout << formats::to_toml(job.file);
     return cli::kSuccess;
   }
+  if (!out.exr.empty()) check_layout(o, job.file.scene);
   if (!o.common.quiet) print_facts(job);
-  const TimedRender t = render_timed(o, job);
+  std::optional<report::LivePage> live;
+  if (o.live) live.emplace(out.png);
+  const TimedRender t = render_timed(o, job, out.png, live ? &*live : nullptr);
   if (t.samples == 0) throw Error("interrupted before the first sample; nothing is saved");
   save(o, out, job, t);
+  if (live) end_live(*live, t);
   if (t.result.complete) return cli::kSuccess;
   throw Error(fmt::format("interrupted after {} of {} samples; what was rendered is saved",
                           t.samples, t.samples_wanted));

@@ -42,10 +42,10 @@ constexpr const char* kShellsHelp = R"(What the figures mean:
   bound above the rounding errors of ray tests proves that no ray through the cloud is lost.)";
 
 constexpr const char* kImageHelp = R"(What the figures mean:
-  Noise is the variance of each pixel's mean, from its own samples, as pvol-render writes it; the
-  pictures are taken to be independent (other seeds). Bias: the mean difference, with its confidence
-  interval. Systematic MSE: the MSE less what noise explains, an unbiased estimate that may fall
-  below 0. The verdict tests the means of the picture, of its quarters, of their quarters and so on,
+  Noise is the variance of each pixel's mean, from its own samples (layers variance and samples of
+  pvol-render); the pictures are taken to be independent (other seeds). Bias: the mean difference,
+  with its confidence interval. Systematic MSE: the MSE less what noise explains, an unbiased
+  estimate that may fall below 0. The verdict tests the means of the picture, of its quarters, of their quarters and so on,
   and the systematic MSE, in every channel; --level is for all of these together.)";
 
 struct Options {

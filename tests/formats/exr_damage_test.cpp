@@ -3,6 +3,7 @@
 #include <ImfDeepScanLineOutputFile.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
+#include <ImfMultiPartOutputFile.h>
 #include <ImfOutputFile.h>
 #include <ImfPartType.h>
 #include <ImfTiledOutputFile.h>
@@ -199,6 +200,70 @@ TEST(ExrDamage, NoBlockIsShorterThanItsHeaderSays) {
           << compression << ' ' << tiled << ' ' << message;
     }
   }
+}
+
+std::string film_refusal(const fs::path& file) {
+  try {
+    static_cast<void>(read_film(file));
+    return {};
+  } catch (const Error& e) {
+    return e.what();
+  }
+}
+
+/// Films are read from every part.
+TEST(ExrDamage, NoBlockOfAnyPartIsShorterThanItsHeaderSays) {
+  const TemporaryFolder folder;
+  const fs::path whole = folder.file("a.exr"), bad = folder.file("b.exr");
+  constexpr std::size_t kRows = 3, kParts = 3;
+  const Film film{4, 3, 0, 0, 4, 3, std::vector<PixelSums>(12)};
+  write_exr(whole, film, {},
+            {.aovs = {Aov::variance, Aov::samples},
+             .multipart = true,
+             .compression = ExrCompression::none});
+  ASSERT_EQ(film_refusal(whole), "");
+  const std::string bytes = read_bytes(whole);
+  const std::vector<std::uint64_t> offsets = table_of(bytes, kParts * kRows);
+  ASSERT_FALSE(offsets.empty());
+  for (std::size_t i = 0; i < offsets.size(); ++i) {
+    const std::uint64_t at = offsets[i] + 8;  // after the numbers of the part and of the row
+    const std::string block = shortened(stored_block(bytes, at), 2);
+    write_bytes(bad, std::string(bytes).replace(at, block.size(), block));
+    const std::string message = film_refusal(bad);
+    EXPECT_NE(message.find("block " + std::to_string(i % kRows) + " of its pixels does not fill"),
+              std::string::npos)
+        << i << ' ' << message;
+  }
+}
+
+TEST(ExrDamage, EveryTruncationOfPartsIsRefused) {
+  const TemporaryFolder folder;
+  const Film film{4, 3, 0, 0, 4, 3, std::vector<PixelSums>(12)};
+  write_exr(folder.file("a.exr"), film, {}, {.aovs = {Aov::samples}, .multipart = true});
+  const std::string bytes = read_bytes(folder.file("a.exr"));
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    write_bytes(folder.file("b.exr"), bytes.substr(0, size));
+    EXPECT_NE(film_refusal(folder.file("b.exr")), "") << size;
+  }
+}
+
+/// What one part may announce many may not together.
+TEST(ExrDamage, PartsCountTogether) {
+  const TemporaryFolder folder;
+  const auto write = [&](std::size_t parts) {
+    std::vector<Imf::Header> headers(parts, header_of(40000, 300));
+    for (std::size_t i = 0; i < parts; ++i) {
+      headers[i].setName(std::to_string(i));
+      headers[i].setType(Imf::SCANLINEIMAGE);
+      headers[i].compression() = Imf::DWAB_COMPRESSION;
+    }
+    const Imf::MultiPartOutputFile out(folder.file("a.exr").c_str(), headers.data(), int(parts));
+  };
+  write(4);
+  EXPECT_NE(film_refusal(folder.file("a.exr")).find("pixels are missing"), std::string::npos);
+  write(5);
+  EXPECT_NE(film_refusal(folder.file("a.exr")).find("has blocks of 256 rows that take"),
+            std::string::npos);
 }
 
 TEST(ExrDamage, KilobytesDoNotFillMemory) {

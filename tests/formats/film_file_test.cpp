@@ -51,10 +51,18 @@ Film some_film() {
   return f;
 }
 
-TEST(FilmFile, IsReadAsItWasWritten) {
+/// Everything that pixels have, in one part or several.
+ExrOptions everything(bool multipart = false) {
+  return {.aovs = AovSet::all(), .multipart = multipart};
+}
+
+class FilmFileInParts : public testing::TestWithParam<bool> {};
+
+TEST_P(FilmFileInParts, IsReadAsItWasWritten) {
   const TemporaryFolder folder;
   const Film film = some_film();
-  write_exr(folder.file("a.exr"), film, {{"pvol:seed", "17"}, {"pvol:biased", "no"}});
+  write_exr(folder.file("a.exr"), film, {{"pvol:seed", "17"}, {"pvol:biased", "no"}},
+            everything(GetParam()));
   const StoredFilm s = read_film(folder.file("a.exr"));
   EXPECT_TRUE(s.has_variances);
   EXPECT_EQ(s.attributes.at("pvol:seed"), "17");
@@ -85,11 +93,13 @@ TEST(FilmFile, IsReadAsItWasWritten) {
   }
 }
 
+INSTANTIATE_TEST_SUITE_P(OneAndSeveral, FilmFileInParts, testing::Bool());
+
 TEST(FilmFile, WritingItAgainGivesTheSameChannels) {
   const TemporaryFolder folder;
-  write_exr(folder.file("a.exr"), some_film(), {});
+  write_exr(folder.file("a.exr"), some_film(), {}, everything());
   const Film once = read_film(folder.file("a.exr")).film;
-  write_exr(folder.file("b.exr"), once, {});
+  write_exr(folder.file("b.exr"), once, {}, everything());
   const Film twice = read_film(folder.file("b.exr")).film;
   for (std::size_t i = 0; i < once.pixels.size(); ++i) {
     EXPECT_EQ(float(mean(once.pixels[i]).x), float(mean(twice.pixels[i]).x));
@@ -99,27 +109,30 @@ TEST(FilmFile, WritingItAgainGivesTheSameChannels) {
 }
 
 /// Layers are named parts of the radiance, beside the film's own channels.
-TEST(FilmFile, LayersComeBackWithTheirNames) {
+TEST_P(FilmFileInParts, LayersComeBackWithTheirNames) {
   const TemporaryFolder folder;
   Film film = some_film();
-  film.layers = {{"emission", {}}, {"sun.1", {}}};
+  film.layers = {{"depth", {}, "Z"}, {"emission", {}}, {"position", {}, "XYZ"}, {"sun.1", {}}};
   for (const PixelSums& p : film.pixels) {
-    film.layers[0].sums.push_back(p.sum * 0.25);
-    film.layers[1].sums.push_back(p.sum * -0.75);  // guided paths may have negative parts
+    film.layers[0].sums.emplace_back(p.sum.x, 0, 0);
+    film.layers[1].sums.push_back(p.sum * 0.25);
+    film.layers[2].sums.push_back(p.sum * 3.0);
+    film.layers[3].sums.push_back(p.sum * -0.75);  // guided paths may have negative parts
   }
-  write_exr(folder.file("a.exr"), film, {});
+  write_exr(folder.file("a.exr"), film, {}, everything(GetParam()));
   const Film back = read_film(folder.file("a.exr")).film;
-  ASSERT_EQ(back.layers.size(), 2u);
-  for (std::size_t k = 0; k < 2; ++k) {
+  ASSERT_EQ(back.layers.size(), 4u);
+  for (std::size_t k = 0; k < 4; ++k) {
     EXPECT_EQ(back.layers[k].name, film.layers[k].name);
+    EXPECT_EQ(back.layers[k].components, film.layers[k].components);
     ASSERT_EQ(back.layers[k].sums.size(), film.pixels.size());
     for (std::size_t i = 0; i < film.pixels.size(); ++i) {
       const Vec3d a = film.layers[k].sums[i], b = back.layers[k].sums[i];
       EXPECT_LE(length(a - b), 1e-6 * length(a)) << i;
     }
   }
-  film.layers[1].sums[5].y = std::nan("");
-  write_exr(folder.file("b.exr"), film, {});
+  film.layers[3].sums[5].y = std::nan("");
+  write_exr(folder.file("b.exr"), film, {}, everything(GetParam()));
   EXPECT_NE(error_of([&] { (void)read_film(folder.file("b.exr")); }).find("layer sun.1"),
             std::string::npos);
 }
@@ -139,6 +152,53 @@ void write_channels(const std::filesystem::path& file, const std::map<std::strin
   out.writePixels(2);
 }
 
+/// Channels as versions before AOVs named them.
+TEST(FilmFile, OldNamesAreRead) {
+  const TemporaryFolder folder;
+  write_channels(folder.file("a.exr"), {{"R", 1},
+                                        {"G", 2},
+                                        {"B", 3},
+                                        {"A", 0.25f},
+                                        {"variance.R", 0.5f},
+                                        {"variance.G", 0.5f},
+                                        {"variance.B", 0.5f},
+                                        {"samples", 4},
+                                        {"count.lookups", 7},
+                                        {"count.segments", 8},
+                                        {"count.collisions", 9},
+                                        {"sky.R", 0.125f},
+                                        {"sky.G", 0.25f},
+                                        {"sky.B", 0.5f}});
+  const StoredFilm s = read_film(folder.file("a.exr"));
+  EXPECT_TRUE(s.has_variances);
+  const PixelSums& p = s.film.pixels.front();
+  EXPECT_EQ(p.samples, 4u);
+  EXPECT_EQ(mean(p), Vec3d(1, 2, 3));
+  EXPECT_NEAR(variance_of_mean(p).z, 0.5, 1e-7);
+  EXPECT_EQ(p.alpha, 1);
+  EXPECT_EQ(p.count(PixelCounter::lookups), 28u);
+  EXPECT_EQ(p.count(PixelCounter::segments), 32u);
+  EXPECT_EQ(p.count(PixelCounter::collisions), 36u);
+  ASSERT_EQ(s.film.layers.size(), 1u);
+  EXPECT_EQ(s.film.layers[0].name, "sky");
+  EXPECT_EQ(s.film.layers[0].sums[0], Vec3d(0.5, 1, 2));
+}
+
+/// Alpha is 1 where a background is seen; what the film had of it is in the transmittance.
+TEST(FilmFile, AlphaComesBackFromTheTransmittance) {
+  const TemporaryFolder folder;
+  const Film film = some_film();
+  ExrOptions o{.opaque = true};
+  write_exr(folder.file("a.exr"), film, {}, o);
+  for (const PixelSums& p : read_film(folder.file("a.exr")).film.pixels) EXPECT_EQ(p.alpha, 1);
+  o.aovs = {Aov::transmittance, Aov::samples, Aov::variance};
+  write_exr(folder.file("b.exr"), film, {}, o);
+  const Film back = read_film(folder.file("b.exr")).film;
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    EXPECT_NEAR(back.pixels[i].alpha, film.pixels[i].alpha, 1e-5);
+  }
+}
+
 TEST(FilmFile, OtherProgramsPicturesHaveNoVariance) {
   const TemporaryFolder folder;
   write_channels(folder.file("a.exr"), {{"R", 0.5f}, {"G", -0.25f}, {"B", 2}, {"Z", 7}});
@@ -155,7 +215,7 @@ TEST(FilmFile, WhatMakesNoSenseIsRefused) {
   const TemporaryFolder folder;
   const std::map<std::string, float> good{{"R", 1},          {"G", 1},          {"B", 1},
                                           {"variance.R", 1}, {"variance.G", 1}, {"variance.B", 1},
-                                          {"samples", 4}};
+                                          {"samples.Y", 4}};
   const auto refused = [&](const std::string& channel, float value) {
     std::map<std::string, float> bad = good;
     bad[channel] = value;
@@ -164,8 +224,8 @@ TEST(FilmFile, WhatMakesNoSenseIsRefused) {
   };
   EXPECT_EQ(refused("R", 3), "no error");
   EXPECT_NE(refused("variance.G", -1).find("a.exr: pixel (0, 0) holds"), std::string::npos);
-  EXPECT_NE(refused("samples", 2.5f).find("samples 2.5"), std::string::npos);
-  EXPECT_NE(refused("samples", 1e20f).find("samples"), std::string::npos);
+  EXPECT_NE(refused("samples.Y", 2.5f).find("samples.Y 2.5"), std::string::npos);
+  EXPECT_NE(refused("samples.Y", 1e20f).find("samples"), std::string::npos);
   EXPECT_NE(refused("R", std::numeric_limits<float>::infinity()).find("finite"), std::string::npos);
   write_channels(folder.file("b.exr"), {{"R", 1}, {"Y", 1}});
   EXPECT_NE(error_of([&] {

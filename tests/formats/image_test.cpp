@@ -109,7 +109,7 @@ std::vector<std::string> channel_names(const fs::path& file) {
 
 TEST_F(Image, ExrHoldsEveryValueOfTheFilm) {
   const Film film = random_film(40, 60, 7, 9, 5, 37);  // taller than two zip blocks, not a multiple
-  write_exr(file("a.exr"), film, {});
+  write_exr(file("a.exr"), film, {}, {.aovs = AovSet::all()});
   const std::pair<const char*, std::function<double(const PixelSums&)>> channels[] = {
       {"R", [](const PixelSums& p) { return mean(p).x; }},
       {"G", [](const PixelSums& p) { return mean(p).y; }},
@@ -118,16 +118,17 @@ TEST_F(Image, ExrHoldsEveryValueOfTheFilm) {
       {"variance.R", [](const PixelSums& p) { return variance_of_mean(p).x; }},
       {"variance.G", [](const PixelSums& p) { return variance_of_mean(p).y; }},
       {"variance.B", [](const PixelSums& p) { return variance_of_mean(p).z; }},
-      {"samples", [](const PixelSums& p) { return double(p.samples); }},
-      {"count.lookups",
+      {"samples.Y", [](const PixelSums& p) { return double(p.samples); }},
+      {"transmittance.Y", [](const PixelSums& p) { return (p.samples - p.alpha) / p.samples; }},
+      {"lookups.Y",
        [](const PixelSums& p) {
          return double(p.counts[std::size_t(PixelCounter::lookups)]) / p.samples;
        }},
-      {"count.segments",
+      {"segments.Y",
        [](const PixelSums& p) {
          return double(p.counts[std::size_t(PixelCounter::segments)]) / p.samples;
        }},
-      {"count.collisions", [](const PixelSums& p) {
+      {"collisions.Y", [](const PixelSums& p) {
          return double(p.counts[std::size_t(PixelCounter::collisions)]) / p.samples;
        }}};
   EXPECT_EQ(channel_names(file("a.exr")).size(), std::size(channels));
@@ -156,15 +157,30 @@ TEST_F(Image, ExrHeaderTellsWindowsColoursAndAttributes) {
             "[volume]\nfile = \"a.pvol\"\n");
 }
 
-TEST_F(Image, ExrHasNoCountsWhereNothingWasCounted) {
-  Film film = random_film(4, 4, 0, 0, 4, 4);
-  for (PixelSums& p : film.pixels)
-    p.counts[std::size_t(PixelCounter::lookups)] = p.counts[std::size_t(PixelCounter::segments)] =
-        p.counts[std::size_t(PixelCounter::collisions)] = 0;
+/// Compositing programs take files with any other channel for files of layers.
+TEST_F(Image, ExrHasColourAndAlphaAloneUnlessMoreIsAskedFor) {
+  const Film film = random_film(4, 4, 0, 0, 4, 4);
   write_exr(file("a.exr"), film, {});
-  EXPECT_EQ(channel_names(file("a.exr")),
-            (std::vector<std::string>{"A", "B", "G", "R", "samples", "variance.B", "variance.G",
-                                      "variance.R"}));
+  const std::vector<std::string> plain{"A", "B", "G", "R"};
+  EXPECT_EQ(channel_names(file("a.exr")), plain);
+  for (const AovRow& row : kAovs) {
+    if (row.aov == Aov::lights) continue;  // these are the film's layers
+    write_exr(file("a.exr"), film, {}, {.aovs = {row.aov}});
+    std::vector<std::string> more = plain;
+    for (const char c : std::string_view(row.channels)) {
+      more.push_back(std::string(row.name) + '.' + c);
+    }
+    std::ranges::sort(more);
+    EXPECT_EQ(channel_names(file("a.exr")), more);
+  }
+}
+
+TEST_F(Image, ExrIsOpaqueWhereABackgroundIsSeen) {
+  write_exr(file("a.exr"), one_pixel({1, 2, 3}, 0.25), {}, {.opaque = true});
+  EXPECT_EQ(read_channel(file("a.exr"), "A"), std::vector<float>{1});
+  EXPECT_EQ(read_channel(file("a.exr"), "B"), std::vector<float>{3});
+  write_exr(file("a.exr"), one_pixel({1, 2, 3}, 0.25), {}, {});
+  EXPECT_EQ(read_channel(file("a.exr"), "A"), std::vector<float>{0.25f});
 }
 
 TEST_F(Image, ExrOfASmallCropOfAHugeImageIsSmall) {
@@ -175,8 +191,8 @@ TEST_F(Image, ExrOfASmallCropOfAHugeImageIsSmall) {
 
 TEST_F(Image, ExrOfPixelsWithoutSamplesIsZero) {
   Film film{2, 1, 0, 0, 2, 1, std::vector<PixelSums>(2)};
-  write_exr(file("a.exr"), film, {});
-  for (const char* name : {"R", "A", "variance.G", "samples"}) {
+  write_exr(file("a.exr"), film, {}, {.aovs = AovSet::all()});
+  for (const char* name : {"R", "A", "variance.G", "samples.Y", "transmittance.Y"}) {
     EXPECT_EQ(read_channel(file("a.exr"), name), std::vector<float>(2, 0.0f)) << name;
   }
 }
@@ -186,6 +202,32 @@ TEST_F(Image, ExrBytesDependOnTheFilmAlone) {
   write_exr(file("a.exr"), film, {{"seed", "1"}});
   write_exr(file("b.exr"), film, {{"seed", "1"}});
   EXPECT_EQ(bytes_of(file("a.exr")), bytes_of(file("b.exr")));
+}
+
+void expect_near(Vec3d found, Vec3d expected) {
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], 1e-6);
+}
+
+/// By hand from the published formulas.
+TEST(ToneMaps, HaveTheirPublishedValues) {
+  expect_near(to_display({0.5, 2, -1}, ToneMap::srgb), {0.5, 1, 0});
+  // Below 0.8 only the toe: x - (x - x^2 / 0.16), then x - 0.04.
+  expect_near(to_display(Vec3d(0.04), ToneMap::neutral), Vec3d(0.01));
+  expect_near(to_display({0.5, 0.25, 0.125}, ToneMap::neutral), {0.46, 0.21, 0.085});
+  // (3.96, 0.96, 0.46): peak 1 - 0.24^2 / 3.44, white 1 - 1 / (0.15 * 2.9767442 + 1).
+  expect_near(to_display({4, 1, 0.5}, ToneMap::neutral), {0.9832558, 0.4682992, 0.3824731});
+  expect_near(to_display(Vec3d(1e30), ToneMap::neutral), Vec3d(1));
+  // (0.704 / 1.66 - 1 / 15) / (19.38 / 24.476 - 1 / 15).
+  expect_near(to_display({1, 0, 5.6}, ToneMap::filmic), {0.4929185, 0, 1});
+  for (const auto& [map, name] : names(ToneMap{})) {
+    double last = 0;
+    for (double v = 0; v < 100; v = 1.1 * v + 0.001) {
+      const double shown = to_display(Vec3d(v), map).y;
+      EXPECT_GE(shown, last) << name << " at " << v;
+      EXPECT_LE(shown, 1) << name << " at " << v;
+      last = shown;
+    }
+  }
 }
 
 TEST_F(Image, FailedWriteKeepsTheOldFileAndLeavesNothingBeside) {
@@ -218,6 +260,14 @@ std::vector<int> read_png(const fs::path& file, png_uint_32 format, int width, i
   std::vector<std::uint8_t> bytes(PNG_IMAGE_SIZE(image));
   EXPECT_TRUE(png_image_finish_read(&image, nullptr, bytes.data(), 0, nullptr)) << image.message;
   return {bytes.begin(), bytes.end()};
+}
+
+TEST_F(Image, PngIsToneMappedAfterItsExposure) {
+  write_png(file("a.png"), one_pixel(Vec3d(0.25), 1), 1, false, ToneMap::neutral);
+  // 0.5 becomes 0.46, whose code is 255 * (1.055 * 0.46^(1 / 2.4) - 0.055).
+  EXPECT_EQ(read_png(file("a.png"), PNG_FORMAT_RGB, 1, 1), std::vector<int>(3, 181));
+  write_png(file("a.png"), one_pixel(Vec3d(0.25), 0.5), 0, true, ToneMap::neutral);
+  EXPECT_EQ(read_png(file("a.png"), PNG_FORMAT_RGBA, 1, 1), (std::vector<int>{181, 181, 181, 128}));
 }
 
 TEST_F(Image, PngHasTheCodesOfTheSrgbStandard) {

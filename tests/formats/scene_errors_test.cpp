@@ -117,7 +117,7 @@ TEST_F(SceneText, BadFrameworkIsRefused) {
             "s.toml:4:10: unknown key \"sun\" in [render]; expected one of size, crop, spp, "
             "first_sample, seed, tracker, transmittance, micro_bounds, interpolation, shells, "
             "guide, kernel, depth, max_bounces, "
-            "background, light_layers, density, density_tolerance, majorant_scale, homogenise or "
+            "background, aov, density, density_tolerance, majorant_scale, homogenise or "
             "preview");
   EXPECT_EQ(error("sun = [1]\n" + kCloud), "s.toml:1:8: sun[1] is 1; expected a table");
   EXPECT_NE(error("[recipe]\n").find("s.toml: is a recipe"), std::string::npos);

@@ -57,7 +57,9 @@ struct RandomScene {
     if (coin()) o.depth = whole(0, 16);
     if (coin()) o.max_bounces = std::uint32_t(bits() >> 32);
     o.background = coin();
-    o.light_layers = coin();
+    for (const AovRow& r : kAovs) {
+      if (coin()) o.aovs.add(r.aov);
+    }
     if (coin()) o.majorant_scale = uniform(1.0 / 3, 1000);
     if (coin()) o.homogenise = uniform(0, 10);
     o.preview = whole(0, 8);

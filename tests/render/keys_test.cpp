@@ -58,6 +58,24 @@ TEST(Limits, OfListsSayWhichItemIsToBlame) {
   EXPECT_EQ(refusal(direction(), Value::List{0.0, 0.0, 0.0}), "a direction that is not zero");
 }
 
+TEST(Limits, OfSetsTakeOneNameOrSeveral) {
+  const Limits set = set_of<ShellUse>().or_word("none");
+  EXPECT_EQ(refusal(set, "on"), "");
+  EXPECT_EQ(refusal(set, "none"), "");
+  EXPECT_EQ(refusal(set, Value::List{"on", "off"}), "");
+  EXPECT_EQ(refusal(set, Value::List{}), "");
+  EXPECT_EQ(refusal(set, "yes"), R"("none", "auto", "on" or "off", or an array of them)");
+  EXPECT_EQ(refusal(set, 3.0), R"("none", "auto", "on" or "off", or an array of them)");
+  EXPECT_EQ(refusal(set, Value::List{"on", "none"}), R"("auto", "on" or "off" at 1)");
+  SetOf<ShellUse> uses;
+  assign(uses, Value::List{"off", "on", "off"});
+  EXPECT_EQ(uses, (SetOf<ShellUse>{ShellUse::on, ShellUse::off}));
+  EXPECT_EQ(to_value(uses), Value(Value::List{"on", "off"}));
+  assign(uses, "none");
+  EXPECT_TRUE(uses.empty());
+  EXPECT_TRUE(to_value(uses).nothing());
+}
+
 TEST(Limits, TextsOfCommandLinesBecomeValuesAndComeBack) {
   const std::pair<Limits, const char*> cases[] = {{whole(1, 9999).times(2, 'x'), "640x480"},
                                                   {whole(0, 9).times(4), "1,2,3,4"},
@@ -65,6 +83,8 @@ TEST(Limits, TextsOfCommandLinesBecomeValuesAndComeBack) {
                                                   {whole(0, 16).or_word("auto"), "auto"},
                                                   {whole(0, 16).or_word("auto"), "7"},
                                                   {name_of<MicroBoundsUse>(), "2"},
+                                                  {set_of<ShellUse>(), "on"},
+                                                  {set_of<ShellUse>(), "on,off"},
                                                   {flag(), "on"},
                                                   {flag(), "off"},
                                                   {any_text(), "density"}};
@@ -89,6 +109,8 @@ TEST(Limits, SpeakTheLanguageOfCommandLines) {
   EXPECT_EQ(told(flag(), "maybe"), "on or off");
   EXPECT_EQ(told(name_of<ShellUse>(), "yes"), "auto or on or off");
   EXPECT_EQ(told(whole(0, 16).or_word("auto"), "17"), "auto or a whole number in 0..16");
+  EXPECT_EQ(told(set_of<ShellUse>().or_word("none"), "on,yes"),
+            "none, auto, on or off, or several with commas between");
   EXPECT_EQ(told(whole(1, 9).times(2, 'x'), "3x0"), "a whole number in 1..9");
   EXPECT_EQ(told(number(Range::at_least(0)), "-1"), "a number of at least 0");
 }

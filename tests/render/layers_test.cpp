@@ -28,7 +28,7 @@ CloudScene lit_scene(bool even, GuideUse guide) {
   s.options.width = s.options.height = 12;
   s.options.samples = 400;
   s.options.guide = guide;
-  s.options.light_layers = true;
+  s.options.aovs = {Aov::lights};
   return s;
 }
 
@@ -61,7 +61,7 @@ TEST(Layers, AreThereWhereTheyAreAskedForAndSumUpToThePicture) {
         }
         ASSERT_LE(length(sum - film.pixels[i].sum), 1e-5 * size) << i;
       }
-      s.options.light_layers = false;
+      s.options.aovs = {};
       const Film plain = render(v, s).film;
       EXPECT_TRUE(plain.layers.empty());
       for (std::size_t i = 0; i < film.pixels.size(); ++i) {
@@ -85,7 +85,7 @@ TEST(Layers, EachIsThePictureOfItsLightAlone) {
         const Film all = render(v, s).film;
         CloudScene alone = s;
         alone.options.seed = 1000 + seed;
-        alone.options.light_layers = false;
+        alone.options.aovs = {};
         alone.lights.clear();
         if (layer < 2) alone.lights = {s.lights[layer]};
         if (layer != 2) alone.environment = ConstantSky{Rgb(0.0f)};

@@ -121,7 +121,7 @@ TEST(PointLight, OrderOfKindsDoesNotMatter) {
   const PointLight red{{20, 9, 1}, Rgb(90.0f, 0.0f, 0.0f)},
       blue{{9, 1, 20}, Rgb(0.0f, 0.0f, 90.0f)};
   r.scene.options.samples = 10;
-  r.scene.options.light_layers = true;
+  r.scene.options.aovs = {Aov::lights};
   r.scene.lights = {sun, red, blue};
   const Film a = render(make_volumes(cube(), r.bodies, r.scene), r.scene).film;
   r.scene.lights = {red, sun, blue};

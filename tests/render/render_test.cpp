@@ -404,5 +404,33 @@ TEST(Render, AHundredThousandTinyRendersDoNotGrow) {
   EXPECT_LT(resident_bytes() - early, 4e6);
 }
 
+/// Between passes the film is whole: as many samples everywhere, those of a shorter render.
+TEST(Render, HandsOutWholePictures) {
+  CloudScene s = cloud_scene();
+  s.options.guide = GuideUse::off;  // which else may depend on the number of samples
+  const Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
+  std::vector<Film> seen;
+  Scene scene = s.scene();
+  scene.options.kernel = test::kernel_for(std::span(&v, 1), scene);
+  const RenderPlan p = plan(std::span(&v, 1), scene, {.force = true, .forecast = false});
+  const RenderResult whole = render(p, {}, [&](const Film& film) { seen.push_back(film); });
+  ASSERT_GE(seen.size(), 2u);
+  std::uint32_t last = 0;
+  for (const Film& film : seen) {
+    const std::uint32_t n = film.pixels.front().samples;
+    EXPECT_GT(n, last);
+    EXPECT_LT(n, s.options.samples) << "the last one is the result";
+    last = n;
+    CloudScene shorter = s;
+    shorter.options.samples = n;
+    const Film same = render(v, shorter).film;
+    for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+      ASSERT_EQ(film.pixels[i].samples, n);
+      ASSERT_EQ(film.pixels[i].sum, same.pixels[i].sum);
+    }
+  }
+  EXPECT_THROW((void)render(p, {}, [](const Film&) { throw Error("enough"); }), Error);
+}
+
 }  // namespace
 }  // namespace pvol

@@ -45,9 +45,19 @@ struct Ball {
   /// Renders a small picture and returns its file.
   [[nodiscard]] std::string render(const std::string& name, const std::vector<std::string>& options,
                                    const std::string& samples = "32") const {
-    std::vector<std::string> all{
-        cloud,      "-o",    folder / name,        "--size", "32x32", "--spp", samples, "--quiet",
-        "--no-png", "--set", "medium.extinction=8"};
+    std::vector<std::string> all{cloud,
+                                 "-o",
+                                 folder / name,
+                                 "--size",
+                                 "32x32",
+                                 "--spp",
+                                 samples,
+                                 "--quiet",
+                                 "--no-png",
+                                 "--set",
+                                 "medium.extinction=8",
+                                 "--aov",
+                                 "variance,samples"};
     all.insert(all.end(), options.begin(), options.end());
     const RunResult r = run_tool(PVOL_RENDER, all);
     EXPECT_EQ(r.exit, 0) << r.err;
@@ -117,6 +127,37 @@ TEST(StatsImage, SaysWhatItCannotKnow) {
   EXPECT_TRUE(j.at("verdict").is_null());
   EXPECT_TRUE(j.at("luminance").at("bias_half_width").is_null());
   EXPECT_TRUE(j.at("luminance").at("rmse").is_number());
+}
+
+/// Pictures as pvol-render writes them where nothing is asked for have no variances.
+TEST(StatsImage, ComparesPlainPicturesAndSaysHowToKnowMore) {
+  const Ball ball;
+  const std::string a = ball.render("a.exr", {"--seed", "1"});
+  const std::string plain = ball.render("plain.exr", {"--seed", "2", "--aov", "none"});
+  const RunResult r = run_tool(PVOL_STATS, {"image", plain, a, "--html", ball.folder / "p.html",
+                                            "--map", ball.folder / "map.exr"});
+  expect_exit(0, r, plain + " has no variances");
+  EXPECT_EQ(r.err.find(a + " has no variances"), std::string::npos) << r.err;
+  for (const char* text : {"relative bias", "RMSE", "--aov variance,samples", "is not known"}) {
+    EXPECT_NE((r.out + r.err).find(text), std::string::npos) << text << '\n' << r.out << r.err;
+  }
+  expect_page(ball.folder / "p.html");
+  EXPECT_FALSE(formats::read_film(ball.folder / "map.exr").has_variances);
+  expect_exit(1, run_tool(PVOL_STATS, {"image", a, plain, "--fail-on-bias"}), "--aov");
+}
+
+/// A file of parts and half colour is the same picture, up to its rounding.
+TEST(StatsImage, ComparesFilesOfEveryLayout) {
+  const Ball ball;
+  const std::string a = ball.render("a.exr", {});
+  const std::string parts = ball.render("parts.exr", {"--multipart", "--compression", "piz"});
+  const json j = json::parse(run_tool(PVOL_STATS, {"image", a, parts, "--json"}).out);
+  EXPECT_EQ(j.at("luminance").at("rmse"), 0);
+  EXPECT_FALSE(j.at("verdict").is_null());
+  const std::string half = ball.render("half.exr", {"--pixel-type", "half"});
+  const json k = json::parse(run_tool(PVOL_STATS, {"image", half, a, "--json"}).out);
+  EXPECT_GT(k.at("luminance").at("rmse"), 0);
+  EXPECT_LT(k.at("luminance").at("relative_rmse"), 1e-3);
 }
 
 TEST(StatsImage, MisuseIsRefused) {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "pvol/formats/cloud.h"
+#include "pvol/formats/image.h"
 #include "pvol/version.h"
 #include "support/run_tool.h"
 
@@ -271,6 +272,96 @@ TEST(Render, WritesOnlyWhatIsAskedFor) {
   EXPECT_FALSE(std::filesystem::exists(folder / "b.exr"));
   arguments.insert(arguments.end(), {"--png", folder / "c.png"});
   expect_usage_error(PVOL_RENDER, arguments, "--png and --no-png exclude each other");
+}
+
+TEST(Render, KeepsLayersThatItIsAskedFor) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder);
+  const auto film = [&](const std::vector<std::string>& options) {
+    auto arguments = small_render(vdb, folder / "a.exr");
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    expect_success(PVOL_RENDER, arguments);
+    return formats::read_film(folder / "a.exr");
+  };
+  const auto lookups = [](const Film& f) {
+    std::uint64_t sum = 0;
+    for (const PixelSums& p : f.pixels) sum += p.count(PixelCounter::lookups);
+    return sum;
+  };
+  const formats::StoredFilm plain = film({});
+  EXPECT_FALSE(plain.has_variances);
+  EXPECT_EQ(plain.attributes.at("pvol:aov"), "none");
+  for (const PixelSums& p : plain.film.pixels) EXPECT_EQ(p.alpha, 1) << "a sky is seen";
+  EXPECT_EQ(lookups(plain.film), 0u);
+
+  const formats::StoredFilm all = film({"--aov", "lights,lookups,variance,samples"});
+  EXPECT_TRUE(all.has_variances);
+  EXPECT_EQ(all.film.pixels.front().samples, 4u);
+  EXPECT_EQ(all.film.layers.size(), 3u);
+  EXPECT_GT(lookups(all.film), 0u) << "counting was on";
+  for (std::size_t i = 0; i < all.film.pixels.size(); ++i) {
+    EXPECT_EQ(mean(plain.film.pixels[i]), mean(all.film.pixels[i])) << "asking changes nothing";
+  }
+
+  const Film clear = film({"--background", "off"}).film;
+  EXPECT_LT(clear.pixels.front().alpha, 1);
+  auto arguments = small_render(vdb, folder / "b.exr");
+  arguments.insert(arguments.end(), {"--aov", "samples,varience"});
+  expect_usage_error(PVOL_RENDER, arguments,
+                     "--aov: found 'samples,varience', expected none, transmittance, variance, ");
+  arguments.back() = "samples";
+  arguments.insert(arguments.end(), {"--compression", "dwaa"});
+  expect_usage_error(PVOL_RENDER, arguments, "samples holds numbers; take multipart");
+  EXPECT_FALSE(std::filesystem::exists(folder / "b.exr"));
+}
+
+TEST(Render, WarnsOfWhatHalfDoesNotHold) {
+  const ScratchFolder folder;
+  auto arguments = small_render(write_ball(folder), folder / "a.exr");
+  arguments.insert(arguments.end(), {"--pixel-type", "half", "--set",
+                                     "environment={type=\"constant\",radiance=1e6}"});
+  EXPECT_NE(expect_success(PVOL_RENDER, arguments).err.find("values are beyond 65504"),
+            std::string::npos);
+}
+
+TEST(Render, LivePageReloadsUntilTheEnd) {
+  const ScratchFolder folder;
+  auto arguments = small_render(write_ball(folder), folder / "a b.exr");
+  const std::string reload = "http-equiv=\"refresh\"";
+  arguments.push_back("--live");
+  expect_success(PVOL_RENDER, arguments);
+  const std::string page = read_text(folder / "a b.html");
+  EXPECT_EQ(page.find(reload), std::string::npos) << page;
+  EXPECT_NE(page.find("<img src=\"a%20b.png?"), std::string::npos) << page;
+  EXPECT_NE(page.find("<p>done: 384 samples in "), std::string::npos) << page;
+  EXPECT_EQ(read_text(folder / "a b.png").substr(1, 3), "PNG");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()),
+                          std::filesystem::directory_iterator{}),
+            4)
+      << "the cloud, two pictures and the page";
+  arguments.push_back("--no-png");
+  expect_usage_error(PVOL_RENDER, arguments, "--live shows the .png");
+}
+
+TEST(Render, LivePageShowsThePictureMeanwhile) {
+  const ScratchFolder folder;
+  const std::string html = folder / "a.html";
+  std::string meanwhile;
+  const RunResult r = run_tool(PVOL_RENDER,
+                               {write_ball(folder), "-o", folder / "a.png", "--size", "64x48",
+                                "--spp", "4000000000", "--live"},
+                               [&](int pid, const std::string&) {
+                                 if (!meanwhile.empty() || !std::filesystem::exists(html)) return;
+                                 meanwhile = read_text(html) + read_text(folder / "a.png");
+                                 kill(pid, SIGINT);
+                               });
+  EXPECT_EQ(r.exit, 1) << r.err;
+  for (const char* text : {"http-equiv=\"refresh\"", " of 4000000000 samples per pixel", "IEND"}) {
+    EXPECT_NE(meanwhile.find(text), std::string::npos) << text;
+  }
+  const std::string page = read_text(html);
+  EXPECT_NE(page.find("<p>interrupted: "), std::string::npos) << page;
+  EXPECT_EQ(page.find("refresh"), std::string::npos) << page;
 }
 
 TEST(Render, SaysWhatItWrote) {

@@ -16,10 +16,33 @@ World units are those of the cloud's transform; extinction is per world unit and
 Examples:
   pvol-render cloud.vdb -o cloud.exr --size 1280x720 --spp 256
       writes cloud.exr and cloud.png
+  pvol-render cloud.vdb -o cloud.exr --background off --aov variance,samples --pixel-type half
+      a cloud to put over another picture, with what pvol-stats image compares pictures by
   pvol-render scene.toml -o noon.exr --set medium.g=0.5 --tracker delta --stats noon.json
       a scene with one value changed, and the counts of the work done
 
 Ctrl-C saves what was rendered. Exit status: 0 success, 1 failure, 2 wrong usage.)";
+
+/// An option with one of an enumeration's names.
+template <class Enum>
+CLI::Option* add_named(CLI::App& app, const char* flag, Enum& to, const char* help) {
+  const auto keep = [&to](const std::string& text) { to = *find_named<Enum>(text); };
+  return app.add_option_function<std::string>(flag, keep, help)
+      ->type_name("NAME")
+      ->check(fits(name_of<Enum>()));
+}
+
+/// How the picture is written, which says nothing of what is in it.
+void add_layout(CLI::App& app, RenderOptionsGiven& o) {
+  add_named(app, "--pixel-type", o.pixels,
+            "Colour in the .exr: float, or half, which takes half the bytes, rounds to 11 bits and "
+            "ends at 65504; numbers such as variance are always float [float]");
+  add_named(app, "--compression", o.compression,
+            "Of the .exr: zip, zips, piz, none, or dwaa, which rounds colour [zip]");
+  app.add_flag(
+      "--multipart", o.multipart,
+      "Each layer of --aov in a part of the .exr of its own; else they are channels of one");
+}
 
 void add_files(CLI::App& app, RenderOptionsGiven& o) {
   app.add_option("INPUT", o.input,
@@ -35,6 +58,13 @@ void add_files(CLI::App& app, RenderOptionsGiven& o) {
   app.add_option("--exposure", o.exposure, "Exposure of the .png in stops (EV) [0]")
       ->type_name("EV")
       ->check(number_from(-100, 100, "a number from -100 to 100"));
+  add_named(
+      app, "--tone-map", o.tone_map,
+      "How the .png shows light above the screen's white: srgb clips it, neutral (Khronos) and "
+      "filmic (Hable) compress it [srgb]");
+  app.add_flag("--live", o.live,
+               "Write the .png while rendering, at most once a second, and beside it a page of its "
+               "name, .html, which a browser reloads until the end");
   app.add_option("--stats", o.stats,
                  "Count the work and write counts, times and errors as JSON; - is stdout")
       ->type_name("FILE");
@@ -74,6 +104,17 @@ std::vector<ManualPart> scene_manual() {
       part.terms.emplace_back(line.key,
                               fmt::format("{}. Value: {}{}.", line.help, line.expected, otherwise));
     }
+  }
+  ManualPart& layers =
+      parts.emplace_back(ManualPart{"LAYERS",
+                                    false,
+                                    "What --aov keeps in the .exr beside R, G, B and A. Channels "
+                                    "are LAYER.R, LAYER.G and LAYER.B "
+                                    "or, of one number, LAYER.Y.",
+                                    {}});
+  for (const AovRow& r : kAovs) {
+    const std::string units = *r.units != 0 ? fmt::format(" ({})", r.units) : "";
+    layers.terms.emplace_back(r.name, fmt::format("{}{}: {}.", r.meaning, units, r.sums));
   }
   return parts;
 }
@@ -115,6 +156,7 @@ std::optional<int> read_command_line(int argc, char** argv, RenderOptionsGiven& 
   add_common(app, kExamples);
   add_quiet(app, o.common);
   add_files(app, o);
+  add_layout(app, o);
   add_options(app, o);
   add_scene(app, o);
   return parse(app, argc, argv, scene_manual());

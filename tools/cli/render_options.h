@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cli/cli.h"
+#include "pvol/formats/image.h"
 #include "pvol/formats/vdb.h"
 #include "pvol/math/keys.h"
 
@@ -22,6 +23,11 @@ struct RenderOptionsGiven {
   /// Flags of formats::render_keys, as written, by key; absent ones are left to the scene.
   std::map<std::string, std::string> options;
   double exposure = 0;
+  formats::ToneMap tone_map = formats::ToneMap::srgb;
+  formats::PixelType pixels = formats::PixelType::single;
+  formats::ExrCompression compression = formats::ExrCompression::zip;
+  bool multipart = false;
+  bool live = false;
   bool no_png = false, print_scene = false, force = false;
 };
 

@@ -100,8 +100,8 @@ std::vector<Content> pixel_lines(const FilmComparison& r) {
 report::Verdict verdict_of(const FilmComparison& r) {
   if (!r.verdict) {
     return {
-        "whether there is a bias is not known: that takes the variances of both pictures, of "
-        "two samples a pixel at least"};
+        "whether there is a bias is not known: that takes the variances of both pictures (--aov "
+        "variance,samples), of two samples a pixel at least"};
   }
   const measure::BiasVerdict& v = *r.verdict;
   const std::string odds =

@@ -32,8 +32,8 @@ std::vector<std::string> warnings_of(const ImageReport& r) {
   for (const auto& [name, film] : {std::pair(r.name_a, &r.a), std::pair(r.name_b, &r.b)}) {
     if (!film->has_variances) {
       w.push_back(name +
-                  " has no variances (channels variance.R, .G, .B and samples, as pvol-render "
-                  "writes them): whether differences are more than noise is not known");
+                  " has no variances: whether differences are more than noise is not known. Render "
+                  "it with --aov variance,samples to know");
     }
   }
   return w;
@@ -43,10 +43,13 @@ void write_map(const std::filesystem::path& file, const ImageReport& r) {
   if (formats::ending(file) == ".png") {
     formats::write_png(file, difference_map(r.a.film, r.b.film).picture);
   } else {
-    formats::write_exr(file, measure::difference_film(r.a.film, r.b.film),
-                       {{"pvol:map",
-                         "R, G, B: the first picture less the second; variance: of the "
-                         "difference"}});
+    const bool variances = r.a.has_variances && r.b.has_variances;
+    formats::write_exr(
+        file, measure::difference_film(r.a.film, r.b.film),
+        {{"pvol:map",
+          "R, G, B: the first picture less the second; variance: of the "
+          "difference"}},
+        {.aovs = variances ? AovSet{Aov::variance, Aov::samples} : AovSet{}, .opaque = true});
   }
 }
 
@@ -71,7 +74,7 @@ int run_image(const ImageOptions& o) {
   if (!r.comparison.verdict) {
     throw Error(o.a.string() +
                 ": --fail-on-bias needs the variances of both pictures, of two samples a pixel at "
-                "least; render them with pvol-render and --spp 2 or more");
+                "least; render them with --aov variance,samples and --spp 2 or more");
   }
   return r.comparison.verdict->detected ? kFailure : kSuccess;
 }

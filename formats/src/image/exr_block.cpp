@@ -21,12 +21,12 @@ struct Block {
   std::int64_t number;
 };
 
-/// The blocks of a part, or its tiles of full resolution, in their order in the file.
-std::vector<Block> take_blocks(ByteSource& source, const ExrHeaders& headers) {
-  const ExrPart& p = headers.parts.front();
+/// The blocks of a part, or its tiles of full resolution, in their order in the file. `begin` is
+/// where their table is, and then where it ends.
+std::vector<Block> take_blocks(ByteSource& source, const ExrPart& p, std::uint64_t& begin) {
   const std::int64_t width = p.tiled ? p.tile_width : p.width;
   const std::int64_t rows = p.tiled ? p.tile_height : p.block_rows;
-  ByteCursor table(source, {headers.end, source.size()}, "the table of blocks");
+  ByteCursor table(source, {begin, source.size()}, "the table of blocks");
   std::vector<Block> blocks;
   for (std::int64_t y = 0; y < p.height; y += rows) {
     for (std::int64_t x = 0; x < p.width; x += width) {
@@ -36,6 +36,7 @@ std::vector<Block> take_blocks(ByteSource& source, const ExrHeaders& headers) {
           {offset, std::uint64_t(pixels) * p.pixel_bytes, std::int64_t(blocks.size())});
     }
   }
+  begin = table.position();
   std::ranges::sort(blocks, {}, &Block::offset);
   return blocks;
 }
@@ -69,16 +70,14 @@ bool fills(std::uint64_t bytes, ExrPacking packing, const Bytes& stored, Bytes& 
                                        : false;
 }
 
-}  // namespace
-
-void check_blocks(ByteSource& source, const ExrHeaders& headers) {
-  const ExrPart& p = headers.parts.front();
+/// `place` is how many bytes of a block say where it belongs.
+void check_part(ByteSource& source, const ExrPart& p, const std::vector<Block>& blocks,
+                std::uint64_t first, std::uint64_t place) {
   if (p.packing == ExrPacking::other || p.subsampled) return;
-  const std::uint64_t place = (headers.several ? 4 : 0) + (p.tiled ? 16 : 4);
   Bytes stored, room;
-  for (const Block& b : take_blocks(source, headers)) {
+  for (const Block& b : blocks) {
     // OpenEXR finds which blocks are not in the file.
-    if (b.offset < headers.end || b.offset > source.size()) continue;
+    if (b.offset < first || b.offset > source.size()) continue;
     ByteCursor block(source, {b.offset, source.size()}, fmt::format("block {}", b.number));
     block.skip(place);
     const auto size = block.value<std::uint32_t>();
@@ -90,6 +89,17 @@ void check_blocks(ByteSource& source, const ExrHeaders& headers) {
         fmt::format("{}: block {} of its pixels does not fill {} bytes, as its header says; the "
                     "file is damaged",
                     source.file().string(), b.number, b.bytes));
+  }
+}
+
+}  // namespace
+
+void check_blocks(ByteSource& source, const ExrHeaders& headers) {
+  std::uint64_t table = headers.end;
+  for (std::size_t i = 0; i < film_parts(headers); ++i) {
+    const ExrPart& p = headers.parts[i];
+    const std::vector<Block> blocks = take_blocks(source, p, table);
+    check_part(source, p, blocks, headers.end, (headers.several ? 4 : 0) + (p.tiled ? 16 : 4));
   }
 }
 

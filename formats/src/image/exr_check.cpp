@@ -84,9 +84,21 @@ void check_table(const ExrPart& p, std::uint64_t file_bytes) {
   }
 }
 
+/// The parts of a film as if they were one, of the largest window and the largest blocks.
+ExrPart in_one(const ExrHeaders& headers) {
+  ExrPart all = headers.parts.front();
+  for (std::size_t i = 1; i < headers.parts.size(); ++i) {
+    const ExrPart& p = headers.parts[i];
+    all.width = std::max(all.width, p.width), all.height = std::max(all.height, p.height);
+    all.block_rows = std::max(all.block_rows, p.block_rows);
+    all.pixel_bytes += p.pixel_bytes;
+  }
+  return all;
+}
+
 }  // namespace
 
-void check_exr_file(const std::filesystem::path& file) {
+std::size_t check_exr_file(const std::filesystem::path& file) {
   ByteSource source(file);
   const ExrHeaders headers = read_exr_headers(source);
   try {
@@ -97,33 +109,41 @@ void check_exr_file(const std::filesystem::path& file) {
       check_table(part, source.size());
       check_ratio(part, source.size());
     }
+    if (film_parts(headers) > 1) {
+      const ExrPart all = in_one(headers);
+      check_table(all, source.size());
+      check_ratio(all, source.size());
+    }
   } catch (const Error& e) {
     throw Error(file.string() + ": " + e.what());
   }
   check_blocks(source, headers);
+  return film_parts(headers);
 }
 
-void check_picture(const Imf::InputFile& in) {
+void check_picture(const Imf::Header& header) {
+  const Imf::ChannelList& channels = header.channels();
   for (const char* name : {"R", "G", "B"}) {
-    if (!in.header().channels().findChannel(name)) {
-      throw Error(std::string("has no channel ") + name + "; expected R, G and B, found " +
-                  names_of(in.header().channels()));
-    }
+    if (channels.findChannel(name)) continue;
+    throw Error(std::string("has no channel ") + name + "; expected R, G and B, found " +
+                names_of(channels));
   }
-  const Imf::ChannelList& channels = in.header().channels();
   for (auto c = channels.begin(); c != channels.end(); ++c) {
     if (c.channel().xSampling == 1 && c.channel().ySampling == 1) continue;
     throw Error(std::string("has fewer samples than pixels in its channel ") + c.name() +
                 "; write it without that channel, or with all samples");
   }
-  if (Imf::hasChromaticities(in.header())) {
-    const Imf::Chromaticities found = Imf::chromaticities(in.header()), rec709;
+  if (Imf::hasChromaticities(header)) {
+    const Imf::Chromaticities found = Imf::chromaticities(header), rec709;
     if (!close(found.red, rec709.red) || !close(found.green, rec709.green) ||
         !close(found.blue, rec709.blue) || !close(found.white, rec709.white)) {
       throw Error("has primaries other than linear Rec.709; convert it first");
     }
   }
-  if (!in.isComplete()) throw Error("is incomplete: pixels are missing; copy or write it again");
+}
+
+void check_complete(bool complete) {
+  if (!complete) throw Error("is incomplete: pixels are missing; copy or write it again");
 }
 
 }  // namespace pvol::formats::detail

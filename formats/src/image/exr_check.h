@@ -1,7 +1,7 @@
 // What pictures in EXR files have in common, whatever they are read for.
 #pragma once
 
-#include <ImfInputFile.h>
+#include <ImfHeader.h>
 
 #include <filesystem>
 
@@ -12,11 +12,14 @@ namespace pvol::formats::detail {
 /// edge above 2^16; of more than 2^24 pixels that take more than a thousand times the file; of more
 /// blocks than the file has room for; or of blocks that take more than 256 MiB and more than a
 /// thousand times the file, so that a small file takes little memory; or where a block's pixels do
-/// not belong to the header.
-void check_exr_file(const std::filesystem::path& file);
+/// not belong to the header. Parts that a film is read from count together. Returns their number.
+std::size_t check_exr_file(const std::filesystem::path& file);
 
 /// Throws Error for what cannot be used as a picture, before any pixel is read: without R, G and B,
-/// with channels of fewer samples, with primaries other than Rec.709, or incomplete.
-void check_picture(const Imf::InputFile& in);
+/// with channels of fewer samples, or with primaries other than Rec.709.
+void check_picture(const Imf::Header& header);
+
+/// Throws Error unless all pixels are there.
+void check_complete(bool complete);
 
 }  // namespace pvol::formats::detail

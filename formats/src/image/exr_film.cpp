@@ -4,7 +4,8 @@
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
-#include <ImfInputFile.h>
+#include <ImfInputPart.h>
+#include <ImfMultiPartInputFile.h>
 #include <ImfStringAttribute.h>
 
 #include <algorithm>
@@ -23,33 +24,65 @@ namespace pvol::formats {
 namespace {
 
 constexpr int kBlockRows = 16;
-constexpr std::size_t kSamples = 0;  // first in the table
 
-/// The values of a pixel's channels, in the order of the table; those that are not there are 0.
+/// A pixel's values of the film's channels, in the order of the table; those that are not there are
+/// 0.
 using Values = std::array<float, kFilmChannels.size()>;
 
-bool has(const Imf::InputFile& in, const char* channel) {
-  return in.header().channels().findChannel(channel) != nullptr;
+/// Where a file has something: the part, and the channel's name there.
+struct Place {
+  int part = 0;
+  std::string name;  ///< "": nowhere
+};
+
+/// What of a file is read.
+struct Layout {
+  std::array<Place, kFilmChannels.size()> channels;
+  std::vector<std::array<Place, 3>> layers;  ///< of those of the film; unused ones are nowhere
+
+  [[nodiscard]] bool has(std::size_t channel) const { return !channels[channel].name.empty(); }
+};
+
+constexpr std::size_t channel_named(std::string_view name) {
+  for (std::size_t i = 0; i < kFilmChannels.size(); ++i) {
+    if (kFilmChannels[i].name == name) return i;
+  }
+  return kFilmChannels.size();
+}
+constexpr std::size_t kSamples = channel_named("samples.Y");
+constexpr std::size_t kVariance = channel_named("variance.R");  // and the two after it
+
+bool has_variances(const Layout& l) {
+  return l.has(kSamples) && l.has(kVariance) && l.has(kVariance + 1) && l.has(kVariance + 2);
 }
 
-bool has_variances(const Imf::InputFile& in) {
-  return has(in, "variance.R") && has(in, "variance.G") && has(in, "variance.B") &&
-         has(in, "samples");
+/// The parts of the first one's window.
+std::vector<int> parts_of(const Imf::MultiPartInputFile& in, std::size_t count) {
+  std::vector<int> parts;
+  for (int p = 0; p < int(count); ++p) {
+    if (in.header(p).dataWindow() == in.header(0).dataWindow()) parts.push_back(p);
+  }
+  return parts;
+}
+
+bool has(const Imf::MultiPartInputFile& in, int part, const std::string& channel) {
+  return in.header(part).channels().findChannel(channel) != nullptr;
 }
 
 /// Sums whose mean and variance of the mean are those given.
-PixelSums to_sums(Values v, bool variances) {
-  if (!variances) v[kSamples] = 1;
+PixelSums to_sums(Values v, const Layout& layout) {
+  if (!has_variances(layout)) v[kSamples] = 1;
   PixelSums p;
-  for (std::size_t i = 0; i < v.size(); ++i) kFilmChannels[i].put(p, double(v[i]));
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    if (layout.has(i) || i == kSamples) kFilmChannels[i].put(p, double(v[i]));
+  }
   return p;
 }
 
 bool is_possible(std::size_t channel, float v) {
   constexpr float kMost = 0x1p31f;  // of samples and counts; no pixel gets near
   const FilmChannel& c = kFilmChannels[channel];
-  const bool counts = c.counted || channel == kSamples;
-  return std::isfinite(v) && (v >= 0 || !c.positive) && (v <= kMost || !counts);
+  return std::isfinite(v) && (v >= 0 || !c.positive) && (v <= kMost || !c.number);
 }
 
 void check(const Values& v, int x, int y) {
@@ -88,19 +121,52 @@ Film film_of(const Imf::Header& header) {
   return f;
 }
 
-/// Names of layers: what other channels have all three parts, but for the variance.
-std::vector<Layer> layers_of(const Imf::InputFile& in) {
-  std::vector<Layer> layers;
-  const Imf::ChannelList& channels = in.header().channels();
+/// Whether the film's own channels include this one, under its name of today or of old.
+bool is_the_films(const std::string& name) {
+  return std::ranges::any_of(kFilmChannels, [&](const FilmChannel& c) {
+    return name == c.name || (c.old_name && name == c.old_name);
+  });
+}
+
+/// Adds what a part's channels make up that are not the film's own: three that belong together, or
+/// one.
+void add_layers(const Imf::MultiPartInputFile& in, int part, Film& film, Layout& layout) {
+  const auto add = [&](const std::string& stem, const std::string& components) {
+    const auto same = [&](const Layer& l) { return l.name == stem; };
+    if (std::ranges::any_of(film.layers, same)) return;
+    film.layers.push_back({stem, {}, components});
+    auto& places = layout.layers.emplace_back();
+    for (std::size_t k = 0; k < components.size(); ++k) {
+      places[k] = {part, stem + "." + components[k]};
+    }
+  };
+  const Imf::ChannelList& channels = in.header(part).channels();
   for (auto c = channels.begin(); c != channels.end(); ++c) {
     const std::string name = c.name();
-    if (!name.ends_with(kLayerParts[0])) continue;
-    const std::string stem = name.substr(0, name.size() - std::string(kLayerParts[0]).size());
-    const bool whole =
-        has(in, (stem + kLayerParts[1]).c_str()) && has(in, (stem + kLayerParts[2]).c_str());
-    if (whole && !stem.empty() && stem != "variance") layers.push_back({stem, {}});
+    const std::size_t size = name.size();
+    if (size < 3 || name[size - 2] != '.' || is_the_films(name)) continue;
+    const std::string stem = name.substr(0, size - 2);
+    const auto whole = [&](const std::string& letters) {
+      return std::ranges::all_of(letters,
+                                 [&](char letter) { return has(in, part, stem + "." + letter); });
+    };
+    const bool colour = whole("RGB"), vector = !colour && whole("XYZ");
+    add(stem, colour ? "RGB" : vector ? "XYZ" : std::string(1, name.back()));
   }
-  return layers;
+}
+
+Layout layout_of(const Imf::MultiPartInputFile& in, const std::vector<int>& parts, Film& film) {
+  Layout layout;
+  for (const int part : parts) {
+    for (std::size_t i = 0; i < kFilmChannels.size(); ++i) {
+      if (layout.has(i)) continue;
+      for (const char* name : {kFilmChannels[i].name, kFilmChannels[i].old_name}) {
+        if (name && !layout.has(i) && has(in, part, name)) layout.channels[i] = {part, name};
+      }
+    }
+    add_layers(in, part, film, layout);
+  }
+  return layout;
 }
 
 /// Where a block of rows is read to: values of the film's channels and of its layers.
@@ -118,33 +184,34 @@ struct Block {
         layers(layer_count, std::vector<Vec3f>(values.size())) {}
 };
 
-void read_block(Imf::InputFile& in, const Film& film, Block& b) {
-  const Imath::V2i origin{in.header().dataWindow().min.x, in.header().dataWindow().min.y + b.begin};
+void read_block(Imf::MultiPartInputFile& in, int part, const Layout& layout, Block& b) {
+  const Imath::Box2i& window = in.header(part).dataWindow();
+  const Imath::V2i origin{window.min.x, window.min.y + b.begin};
   Imf::FrameBuffer buffer;
-  const auto insert = [&](const std::string& name, float* to, std::size_t stride) {
-    buffer.insert(name, Imf::Slice::Make(Imf::FLOAT, to, origin, film.crop_width, b.rows, stride,
-                                         stride * b.width));
+  const auto insert = [&](const Place& place, float* to, std::size_t stride) {
+    if (place.part != part || place.name.empty()) return;
+    buffer.insert(place.name, Imf::Slice::Make(Imf::FLOAT, to, origin, std::int64_t(b.width),
+                                               b.rows, stride, stride * b.width));
   };
   for (std::size_t c = 0; c < kFilmChannels.size(); ++c) {
-    if (has(in, kFilmChannels[c].name)) {
-      insert(kFilmChannels[c].name, &b.values[0][c], sizeof(Values));
-    }
+    insert(layout.channels[c], &b.values[0][c], sizeof(Values));
   }
   for (std::size_t k = 0; k < b.layers.size(); ++k) {
     for (int axis = 0; axis < 3; ++axis) {
-      insert(film.layers[k].name + kLayerParts[std::size_t(axis)], &b.layers[k][0][axis],
-             sizeof(Vec3f));
+      insert(layout.layers[k][std::size_t(axis)], &b.layers[k][0][axis], sizeof(Vec3f));
     }
   }
-  in.setFrameBuffer(buffer);
-  in.readPixels(origin.y, origin.y + b.rows - 1);
+  if (buffer.begin() == buffer.end()) return;
+  Imf::InputPart input(in, part);
+  input.setFrameBuffer(buffer);
+  input.readPixels(origin.y, origin.y + b.rows - 1);
 }
 
-void add_block(const Block& b, bool variances, Film& film) {
+void add_block(const Block& b, const Layout& layout, Film& film) {
   for (std::size_t i = 0; i < b.values.size(); ++i) {
     const int x = film.x + int(i % b.width), y = film.y + b.begin + int(i / b.width);
     check(b.values[i], x, y);
-    film.pixels.push_back(to_sums(b.values[i], variances));
+    film.pixels.push_back(to_sums(b.values[i], layout));
     for (std::size_t k = 0; k < b.layers.size(); ++k) {
       if (!is_finite(b.layers[k][i])) {
         throw Error("pixel (" + std::to_string(x) + ", " + std::to_string(y) + ") of the layer " +
@@ -155,31 +222,34 @@ void add_block(const Block& b, bool variances, Film& film) {
   }
 }
 
-Film read_pixels(Imf::InputFile& in) {
-  const bool variances = has_variances(in);
-  Film film = film_of(in.header());
-  film.layers = layers_of(in);
+StoredFilm read_pixels(Imf::MultiPartInputFile& in, const std::vector<int>& parts) {
+  StoredFilm stored;
+  Film& film = stored.film;
+  film = film_of(in.header(0));
+  const Layout layout = layout_of(in, parts, film);
+  stored.has_variances = has_variances(layout);
   // Memory grows with what was decoded: a small damaged file cannot ask for gigabytes.
   for (int begin = 0; begin < film.crop_height; begin += kBlockRows) {
     Block block(begin, std::min(kBlockRows, film.crop_height - begin), std::size_t(film.crop_width),
                 film.layers.size());
-    read_block(in, film, block);
-    add_block(block, variances, film);
+    for (const int part : parts) read_block(in, part, layout, block);
+    add_block(block, layout, film);
   }
-  return film;
+  return stored;
 }
 
 }  // namespace
 
 StoredFilm read_film(const std::filesystem::path& file) {
-  detail::check_exr_file(file);
+  const std::size_t count = detail::check_exr_file(file);
   try {
-    Imf::InputFile in(file.c_str());
-    detail::check_picture(in);
-    StoredFilm stored;
-    stored.film = read_pixels(in);
-    stored.has_variances = has_variances(in);
-    for (auto a = in.header().begin(); a != in.header().end(); ++a) {
+    Imf::MultiPartInputFile in(file.c_str());
+    detail::check_picture(in.header(0));
+    const std::vector<int> parts = parts_of(in, count);
+    for (const int part : parts) detail::check_complete(in.partComplete(part));
+    StoredFilm stored = read_pixels(in, parts);
+    const Imf::Header& header = in.header(0);
+    for (auto a = header.begin(); a != header.end(); ++a) {
       if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a.attribute())) {
         stored.attributes[a.name()] = text->value();
       }

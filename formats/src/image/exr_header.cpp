@@ -141,6 +141,12 @@ ExrPart take_header(ByteCursor& cursor, std::string name) {
 
 }  // namespace
 
+std::size_t film_parts(const ExrHeaders& headers) {
+  const bool plain = std::ranges::none_of(
+      headers.parts, [](const ExrPart& p) { return p.tiled || p.deep || p.subsampled; });
+  return plain ? headers.parts.size() : 1;
+}
+
 ExrHeaders read_exr_headers(ByteSource& source) {
   ByteCursor cursor(source, {0, source.size()}, "the header");
   if (source.size() < 2 * sizeof kMagic || cursor.value<std::uint32_t>() != kMagic) {

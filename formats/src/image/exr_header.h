@@ -31,6 +31,10 @@ struct ExrHeaders {
   std::uint64_t end = 0;       ///< where the tables of blocks begin
 };
 
+/// How many parts are read as one film: the first and, where all are scanlines of one sample each,
+/// those after it.
+[[nodiscard]] std::size_t film_parts(const ExrHeaders& headers);
+
 /// Walks the headers of all parts: what is read here lies in the file and has the size that it
 /// says. Throws Error for what is no EXR file, is damaged or cut off.
 [[nodiscard]] ExrHeaders read_exr_headers(ByteSource& source);

@@ -23,16 +23,18 @@ double encode_srgb(double linear) {
 std::uint8_t to_byte(double v) { return static_cast<std::uint8_t>(std::lround(255 * v)); }
 
 /// The bytes of one pixel; three or four of them count.
-std::array<std::uint8_t, 4> encode_pixel(const PixelSums& sums, double factor, bool alpha) {
+std::array<std::uint8_t, 4> encode_pixel(const PixelSums& sums, double factor, bool alpha,
+                                         ToneMap map) {
   const double a = sums.samples ? std::clamp(sums.alpha / sums.samples, 0.0, 1.0) : 0;
   Vec3d colour = mean(sums) * factor;
   if (alpha) colour = a > 0 ? colour / a : Vec3d{};
-  const auto encode = [](double v) { return to_byte(encode_srgb(std::clamp(v, 0.0, 1.0))); };
+  colour = to_display(colour, map);
+  const auto encode = [](double v) { return to_byte(encode_srgb(v)); };
   return {encode(colour.x), encode(colour.y), encode(colour.z), to_byte(a)};
 }
 
 std::vector<std::uint8_t> encode_film(const std::filesystem::path& file, const Film& film,
-                                      double factor, bool alpha) {
+                                      double factor, bool alpha, ToneMap map) {
   const std::size_t depth = alpha ? 4 : 3;
   std::vector<std::uint8_t> bytes;
   bytes.reserve(film.pixels.size() * depth);
@@ -44,7 +46,7 @@ std::vector<std::uint8_t> encode_film(const std::filesystem::path& file, const F
             "{}: pixel ({}, {}) is not finite, and PNG cannot hold it; write EXR to look at it",
             file.string(), film.x + x, film.y + y));
       }
-      const std::array<std::uint8_t, 4> pixel = encode_pixel(sums, factor, alpha);
+      const std::array<std::uint8_t, 4> pixel = encode_pixel(sums, factor, alpha, map);
       bytes.insert(bytes.end(), pixel.begin(), pixel.begin() + std::ptrdiff_t(depth));
     }
   }
@@ -71,7 +73,8 @@ void write_bytes(const std::filesystem::path& file, png_image image,
 
 }  // namespace
 
-void write_png(const std::filesystem::path& file, const Film& film, double exposure, bool alpha) {
+void write_png(const std::filesystem::path& file, const Film& film, double exposure, bool alpha,
+               ToneMap map) {
   const double factor = std::exp2(exposure);
   if (!std::isfinite(factor) || factor == 0) {
     throw Error(fmt::format("{}: exposure {:f} is out of range; expected stops such as 1.5",
@@ -80,7 +83,7 @@ void write_png(const std::filesystem::path& file, const Film& film, double expos
   if (film.crop_width < 1 || film.crop_height < 1) {
     throw Error(file.string() + ": the picture has no pixels; choose a size of at least 1 x 1");
   }
-  const std::vector<std::uint8_t> bytes = encode_film(file, film, factor, alpha);
+  const std::vector<std::uint8_t> bytes = encode_film(file, film, factor, alpha, map);
   write_bytes(file,
               describe(film.crop_width, film.crop_height, alpha ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB),
               bytes);
@@ -91,7 +94,9 @@ Picture to_picture(const Film& film, double exposure) {
   p.rgb.reserve(3 * film.pixels.size());
   for (const PixelSums& sums : film.pixels) {
     std::array<std::uint8_t, 4> pixel{255, 0, 255, 255};
-    if (is_finite(sums.sum)) pixel = encode_pixel(sums, std::exp2(exposure), false);
+    if (is_finite(sums.sum)) {
+      pixel = encode_pixel(sums, std::exp2(exposure), false, ToneMap::srgb);
+    }
     p.rgb.insert(p.rgb.end(), pixel.begin(), pixel.begin() + 3);
   }
   return p;

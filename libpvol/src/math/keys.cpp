@@ -29,6 +29,7 @@ std::string flag_of(const Description& about) {
 std::string metavar_of(const Description& about) {
   constexpr std::size_t kShort = 20;
   if (*about.metavar != 0) return about.metavar;
+  if (about.limits.layout == Limits::Layout::set) return "NAME,...";
   const std::string words = bar_separated(about.limits);
   return words.size() <= kShort ? words : "NAME";
 }
@@ -36,7 +37,7 @@ std::string metavar_of(const Description& about) {
 std::string help_of(const Entry& entry) {
   const Description& about = entry.about;
   std::string text = about.help;
-  if (metavar_of(about) == "NAME") {
+  if (metavar_of(about).starts_with("NAME")) {
     const auto words = about.limits.all_words();
     text += " (" + listed({words.begin(), words.end()}) + ")";
   }

@@ -82,6 +82,15 @@ std::optional<Refusal> refuse_list(const Limits& l, const Value& v) {
   return std::nullopt;
 }
 
+/// Items of a set are of the same kind as one alone, but for the word for nothing.
+std::optional<Refusal> refuse_items(Limits l, const Value::List& items) {
+  l.nothing = {};
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (!is_one(l, items[i])) return Refusal{one_text(l), {i}};
+  }
+  return std::nullopt;
+}
+
 std::optional<Refusal> refuse_rows(const Limits& l, const Value& v) {
   const Value::List* rows = v.list();
   if (!rows || rows->empty() || !rows->front().list()) return refuse_list(l, v);
@@ -103,6 +112,10 @@ std::optional<Refusal> refuse_shape(const Limits& l, const Value& v) {
     case Layout::one_or_three:
       if (is_list(l, v)) return refuse_list(l, v);
       if (v.list()) return Refusal{expected(l)};
+      break;
+    case Layout::set:
+      if (v.list()) return refuse_items(l, *v.list());
+      if (!is_one(l, v)) return Refusal{expected(l)};
       break;
     case Layout::one:
       break;
@@ -192,6 +205,8 @@ std::string expected(const Limits& limits) {
       return list_text(limits);
     case Layout::one_or_three:
       return one_text(limits) + ", or an array of 3 of them";
+    case Layout::set:
+      return one_text(limits) + ", or an array of them";
     case Layout::list_or_rows:
       break;
   }
@@ -200,9 +215,8 @@ std::string expected(const Limits& limits) {
 
 Value parse_value(const Limits& limits, std::string_view text) {
   if (limits.layout == Layout::one) return parse_one(limits, text);
-  if (limits.layout == Layout::one_or_three && text.find(limits.separator) == text.npos) {
-    return parse_one(limits, text);
-  }
+  const bool one_will_do = limits.layout == Layout::one_or_three || limits.layout == Layout::set;
+  if (one_will_do && text.find(limits.separator) == text.npos) return parse_one(limits, text);
   Value::List items;
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find(limits.separator, begin), text.size());
@@ -214,6 +228,9 @@ Value parse_value(const Limits& limits, std::string_view text) {
 
 std::string command_expected(const Limits& limits, const Refusal& refusal) {
   const std::vector<std::string_view> words = limits.all_words();
+  if (limits.layout == Layout::set) {
+    return listed({words.begin(), words.end()}) + ", or several with commas between";
+  }
   if (limits.layout != Layout::one) return refusal.expected;
   if (limits.shape == Shape::flag) return "on or off";
   if (words.empty()) return refusal.expected;

@@ -58,6 +58,7 @@ std::vector<double> block_differences(const Film& a, const Film& b, int edge) {
 
 Film difference_film(const Film& a, const Film& b) {
   Film d = a;
+  d.layers.clear();
   for (std::size_t i = 0; i < d.pixels.size(); ++i) {
     const PixelSums &pa = a.pixels[i], &pb = b.pixels[i];
     PixelSums& p = d.pixels[i];

@@ -65,7 +65,7 @@ template <LookUp kLookUp>
   if (std::holds_alternative<ImageSky>(plan.scene.environment)) p.scene.lights.push_back(Sun{});
   p.scene.options = plan.scene.options;
   p.scene.options.first_sample = ~0u - 1;  // one that hardly any picture has
-  p.scene.options.light_layers = false;
+  p.scene.options.aovs = {};
   p.scene.options.max_bounces =
       std::min(kMostBounces, plan.scene.options.max_bounces.value_or(kMostBounces));
   return p;

@@ -33,7 +33,7 @@ Kernel choose_kernel(const RenderPlan& p) {
           .paths = p.guide.used           ? Paths::guided
                    : p.volumes.size() > 1 ? Paths::many_volumes
                                           : Paths::one_volume,
-          .count = p.scene.options.count,
+          .count = p.scene.options.count || counted(p.scene.options.aovs),
           .lanes = p.scene.options.kernel,
           .endless = std::ranges::any_of(p.volumes, detail::has_endless_flights)};
 }

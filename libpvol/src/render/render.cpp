@@ -166,12 +166,13 @@ RenderResult render(const RenderPlan& plan, const Progress& progress, const Pass
   std::optional<PassRenderer> renderer;
   renderer.emplace(plan, first_setup, paths);
   std::optional<Targets> targets;
-  while ((targets = passes.next(film, seconds_since(begin))) && !reporter.stop()) {
+  for (bool any = false; (targets = passes.next(film, seconds_since(begin))); any = true) {
+    if (reporter.stop()) break;
+    if (any && pass_done) pass_done(film);
     reporter.expect(passes.total());
     if (counts_pilot && !targets->each.empty()) renderer.emplace(plan, setup, paths);
     arena.execute([&] { renderer->render(*targets, threads, film, reporter); });
     if (!reaches(film, *targets)) break;
-    if (pass_done) pass_done(film);
   }
   if (setup.count) {
     result.counts = renderer->counts();

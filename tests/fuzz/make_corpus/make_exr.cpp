@@ -123,10 +123,10 @@ void write_deep(const fs::path& file) {
 }
 
 /// As pvol-render writes it, with counts and layers.
-void write_film(const fs::path& file) {
+void write_film(const fs::path& file, bool multipart) {
   Film film{
       .width = 8, .height = 8, .x = 2, .y = 3, .crop_width = 4, .crop_height = 3, .pixels = {}};
-  film.layers = {{"sky", {}}, {"sun.1", {}}};
+  film.layers = {{"sky", {}}, {"sun.1", {}}, {"depth", {}, "Z"}};
   for (int i = 0; i < 12; ++i) {
     PixelSums p;
     p.samples = 4;
@@ -137,7 +137,9 @@ void write_film(const fs::path& file) {
     film.pixels.push_back(p);
     for (Layer& layer : film.layers) layer.sums.emplace_back(0.5 * i);
   }
-  formats::write_exr(file, film, {{"pvol:seed", "1"}});
+  formats::write_exr(
+      file, film, {{"pvol:seed", "1"}},
+      {.aovs = AovSet::all(), .multipart = multipart, .pixels = formats::PixelType::half});
 }
 
 }  // namespace
@@ -159,7 +161,9 @@ void make_exr_corpus(const fs::path& folder) {
   write_tiles(folder / "ripmap.exr", Imf::RIPMAP_LEVELS);
   write_parts(folder / "parts.exr");
   write_deep(folder / "deep.exr");
-  write_film(folder / "film.exr");
+  // film.exr is of a version before there were AOVs.
+  write_film(folder / "film_layers.exr", false);
+  write_film(folder / "film_parts.exr", true);
 }
 
 }  // namespace pvol::fuzz

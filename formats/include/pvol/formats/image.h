@@ -5,30 +5,87 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "pvol/render/aov.h"
+#include "pvol/render/camera.h"
 #include "pvol/render/film.h"
 #include "pvol/render/scene.h"
 
 namespace pvol::formats {
 
-/// Writes R, G, B, A (float, linear Rec.709 with the chromaticities header, premultiplied alpha),
-/// the variance of each pixel's mean (variance.R, .G, .B), the number of samples (samples) and,
-/// where they were counted, look-ups, segments and collisions per sample (count.lookups,
-/// count.segments, count.collisions). The data window is the rendered rectangle, the display window
-/// the whole image. `attributes` become string attributes of the header; their names must not be
-/// those of EXR's own. Values are written as they are, non-finite ones too. The same film gives the
-/// same bytes. Atomic. Throws Error for an empty film and where writing fails.
-void write_exr(const std::filesystem::path& file, const Film& film,
-               const std::map<std::string, std::string>& attributes);
+/// How the colour of an EXR is stored; layers of numbers are always float.
+enum class PixelType {
+  half,    ///< 11 bits; up to 65504, larger values are clamped to that
+  single,  ///< 24 bits
+};
+[[nodiscard]] constexpr auto names(PixelType) {
+  return std::to_array<Named<PixelType>>({{PixelType::half, "half"}, {PixelType::single, "float"}});
+}
+
+/// How an EXR is packed. All but dwaa give back what was written.
+enum class ExrCompression {
+  zip,   ///< 16 rows at a time
+  zips,  ///< each row by itself: for programs that read lines here and there
+  piz,   ///< wavelets, best for grain; of float larger than zip
+  dwaa,  ///< rounds colour by what the eye sees
+  none,
+};
+[[nodiscard]] constexpr auto names(ExrCompression) {
+  return std::to_array<Named<ExrCompression>>({{ExrCompression::zip, "zip"},
+                                               {ExrCompression::zips, "zips"},
+                                               {ExrCompression::piz, "piz"},
+                                               {ExrCompression::dwaa, "dwaa"},
+                                               {ExrCompression::none, "none"}});
+}
+
+struct ExrOptions {
+  AovSet aovs{};           ///< what is written beside colour, alpha and the film's layers
+  bool opaque = false;     ///< alpha is 1 everywhere, as where a background is seen
+  bool multipart = false;  ///< each layer in a part of its own; else all in one
+  PixelType pixels = PixelType::single;
+  ExrCompression compression = ExrCompression::zip;
+  std::optional<Camera> camera{};  ///< for worldToCamera and worldToNDC
+};
+
+/// Throws Error where layers of numbers would be rounded: dwaa without parts.
+void validate(const ExrOptions& options);
+
+/// Writes R, G, B, A (linear Rec.709 with the chromaticities header, premultiplied alpha) and
+/// nothing more but for `options.aovs` and the film's layers, as channels LAYER.R, .G, .B or
+/// LAYER.Y (kFilmChannels, Layer): colour alone opens as a plain picture everywhere. The data
+/// window is the rendered rectangle, the display window the whole image. `attributes` become string
+/// attributes of the (first) header; their names must not be those of EXR's own. Values are written
+/// as they are, non-finite ones too, but for those that half does not hold: returns how many those
+/// were. The same film gives the same bytes. Atomic. Throws Error for an empty film, options that
+/// do not go together and where writing fails.
+std::uint64_t write_exr(const std::filesystem::path& file, const Film& film,
+                        const std::map<std::string, std::string>& attributes,
+                        const ExrOptions& options = {});
+
+/// What a PNG does with light brighter than the screen's white.
+enum class ToneMap {
+  srgb,     ///< clips it: colours below are the scene's
+  neutral,  ///< Khronos PBR Neutral: compresses what is above 0.8, and fades it to white
+  filmic,   ///< Hable's curve of Uncharted 2: soft from shadows to highlights, and darker
+};
+[[nodiscard]] constexpr auto names(ToneMap) {
+  return std::to_array<Named<ToneMap>>(
+      {{ToneMap::srgb, "srgb"}, {ToneMap::neutral, "neutral"}, {ToneMap::filmic, "filmic"}});
+}
+
+/// Linear light of a screen whose white is 1, in [0, 1], for linear Rec.709; negative counts as 0.
+[[nodiscard]] Vec3d to_display(Vec3d linear, ToneMap map);
 
 /// Writes the rendered rectangle as 8-bit sRGB (IEC 61966-2-1, with the sRGB chunk): radiance times
-/// 2^exposure, clipped to [0, 1], rounded to the nearest code. With `alpha` an RGBA picture with
-/// unpremultiplied colour, black where alpha is 0; it suits films rendered without background.
+/// 2^exposure, by the tone map in [0, 1], rounded to the nearest code. With `alpha` an RGBA picture
+/// with unpremultiplied colour, black where alpha is 0; it suits films rendered without background.
 /// Atomic. Throws Error for an empty film, an exposure beyond what double holds, and a pixel that
 /// is not finite, which it names.
-void write_png(const std::filesystem::path& file, const Film& film, double exposure, bool alpha);
+void write_png(const std::filesystem::path& file, const Film& film, double exposure, bool alpha,
+               ToneMap map = ToneMap::srgb);
 
 /// 8-bit sRGB, rows from the top: what screens show.
 struct Picture {
@@ -52,17 +109,21 @@ struct StoredFilm {
   std::map<std::string, std::string> attributes;  ///< all of type string, such as "pvol:seed"
 };
 
-/// Reads what `write_exr` wrote: means, variances, samples and counts are those of the film
-/// written, rounded to float; sums follow from them. From other programs' files it takes R, G, B
-/// and, where it is there, A. Throws Error as `read_sky` does, but radiance may be negative; and
-/// for variances, samples and counts that are negative.
+/// Reads what `write_exr` wrote, in one part or several, and what earlier versions did: means,
+/// variances, samples and counts are those of the film written, rounded to the type of the file;
+/// sums follow from them, alpha from the transmittance where that is there. From other programs'
+/// files it takes R, G, B and, where it is there, A, of the first part; and as layers what other
+/// channels share a name and end in .R, .G, .B or .X, .Y, .Z or in one letter, of parts of the same
+/// window. Throws Error as `read_sky` does, but radiance may be negative; and for variances,
+/// samples and counts that are negative.
 [[nodiscard]] StoredFilm read_film(const std::filesystem::path& file);
 
 /// The R, G, B channels of an EXR (half, float or integer; scanlines or the finest level of tiles)
 /// as a sky picture of the size of its data window; scale and rotation are the defaults. Throws
 /// Error for files that are damaged or incomplete, without those channels (the message lists what
-/// is there), with primaries other than Rec.709, with non-finite or negative pixels, with deep ones,
-/// with channels of fewer samples than pixels, of more than 2^28 pixels or with an edge above 2^16.
+/// is there), with primaries other than Rec.709, with non-finite or negative pixels, with deep
+/// ones, with channels of fewer samples than pixels, of more than 2^28 pixels or with an edge above
+/// 2^16.
 [[nodiscard]] ImageSky read_sky(const std::filesystem::path& file);
 
 }  // namespace pvol::formats

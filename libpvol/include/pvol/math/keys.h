@@ -55,7 +55,7 @@ struct Description {
 /// --micro-bounds.
 [[nodiscard]] std::string flag_of(const Description& about);
 
-/// The row's own, or of a few short words "auto|on|off", of others "NAME".
+/// The row's own, or of a few short words "auto|on|off", of others "NAME", of sets "NAME,...".
 [[nodiscard]] std::string metavar_of(const Description& about);
 
 /// A row bound to a thing: reading and writing it take no more than this.
@@ -91,6 +91,10 @@ template <class T, class M>
 T owner_of(M T::*);
 template <class T, class M>
 M member_of(M T::*);
+template <class M>
+inline constexpr bool kIsSet = false;
+template <class Enum>
+inline constexpr bool kIsSet<SetOf<Enum>> = true;
 }  // namespace detail
 
 /// The row of a plain member.
@@ -99,6 +103,7 @@ template <auto kMember>
   using T = decltype(detail::owner_of(kMember));
   using M = decltype(detail::member_of(kMember));
   if constexpr (HasNames<M>) about.limits.words = kWords<M>;
+  if constexpr (detail::kIsSet<M>) about.limits = set_of<typename M::Item>().or_word("none");
   if constexpr (std::is_same_v<M, bool>) about.limits = flag();
   return Key<T>{about, [](const T& t) { return to_value(t.*kMember); },
                 [](T& t, const Value& v) { assign(t.*kMember, v); }};

@@ -3,6 +3,7 @@
 //   number(Range::closed(0, 1)).or_three()     one number in [0, 1], or an array of three
 //   whole(1, 1 << 20).times(2, 'x')            an array of two; 640x480 on a command line
 //   whole(0, 16).or_word("auto")               a number, or the word for none
+//   set_of<Fruit>().or_word("none")            names, in an array or with commas between
 #pragma once
 
 #include <array>
@@ -39,6 +40,7 @@ struct Limits {
     list,
     one_or_three,  ///< one that counts for all three, or an array
     list_or_rows,  ///< an array, or an array of such arrays
+    set,           ///< one, or an array of any length
   };
   /// Says what was expected of a value of the right shape, or null where it is right.
   using Also = const char* (*)(const Value&);
@@ -109,6 +111,14 @@ inline constexpr auto kWords = [] {
 template <HasNames Enum>
 [[nodiscard]] constexpr Limits name_of() {
   return {.words = kWords<Enum>};
+}
+
+/// Any of the names of an enumeration.
+template <HasNames Enum>
+[[nodiscard]] constexpr Limits set_of() {
+  Limits l = name_of<Enum>();
+  l.layout = Limits::Layout::set;
+  return l;
 }
 
 /// A direction: three numbers that are not all 0, nor so small or large that its length is.

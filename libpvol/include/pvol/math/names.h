@@ -7,6 +7,8 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <initializer_list>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -48,5 +50,31 @@ template <HasNames Enum>
   for (const Named<Enum>& n : names(Enum{})) all.emplace_back(n.name);
   return all;
 }
+
+/// Some of an enumeration's values, of which there are at most 32.
+template <HasNames Enum>
+class SetOf {
+ public:
+  using Item = Enum;
+  constexpr SetOf() = default;
+  constexpr SetOf(std::initializer_list<Enum> values) {
+    for (const Enum v : values) add(v);
+  }
+  [[nodiscard]] static constexpr SetOf all() {
+    SetOf s;
+    for (const Named<Enum>& n : names(Enum{})) s.add(n.value);
+    return s;
+  }
+
+  constexpr void add(Enum v) { bits_ |= bit(v); }
+  constexpr void remove(Enum v) { bits_ &= ~bit(v); }
+  [[nodiscard]] constexpr bool has(Enum v) const { return (bits_ & bit(v)) != 0; }
+  [[nodiscard]] constexpr bool empty() const { return bits_ == 0; }
+  friend constexpr bool operator==(SetOf, SetOf) = default;
+
+ private:
+  [[nodiscard]] static constexpr std::uint32_t bit(Enum v) { return std::uint32_t{1} << int(v); }
+  std::uint32_t bits_ = 0;
+};
 
 }  // namespace pvol

@@ -63,6 +63,16 @@ template <HasNames Enum>
 [[nodiscard]] Value to_value(Enum v) {
   return name(v);
 }
+/// Nothing for none; else the names in their order.
+template <HasNames Enum>
+[[nodiscard]] Value to_value(SetOf<Enum> v) {
+  if (v.empty()) return {};
+  Value::List list;
+  for (const Named<Enum>& n : names(Enum{})) {
+    if (v.has(n.value)) list.emplace_back(n.name);
+  }
+  return list;
+}
 template <class T>
 [[nodiscard]] Value to_value(const Vec3<T>& v) {
   return Value::List{v.x, v.y, v.z};
@@ -87,6 +97,14 @@ void assign(T& to, const Value& v) {
 template <HasNames Enum>
 void assign(Enum& to, const Value& v) {
   to = *find_named<Enum>(*v.word());
+}
+/// One name, a list of them, or another word for none.
+template <HasNames Enum>
+void assign(SetOf<Enum>& to, const Value& v) {
+  to = {};
+  for (const Value& item : v.list() ? *v.list() : Value::List{v}) {
+    if (const auto found = find_named<Enum>(*item.word())) to.add(*found);
+  }
 }
 /// One number counts for all three.
 template <class T>

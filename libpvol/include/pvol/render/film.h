@@ -23,10 +23,11 @@ struct PixelSums {
   [[nodiscard]] std::uint64_t count(PixelCounter c) const { return counts[std::size_t(c)]; }
 };
 
-/// A part of the radiance, such as that of one light.
+/// What a film keeps of each pixel beside its own sums, such as the light of one source.
 struct Layer {
-  std::string name;         ///< as the first part of its channels' names: "sun.1"
-  std::vector<Vec3d> sums;  ///< over the samples of each pixel
+  std::string name;                ///< as the first part of its channels' names: "sun.1"
+  std::vector<Vec3d> sums;         ///< over the samples of each pixel; of one component in x
+  std::string components = "RGB";  ///< or "XYZ", or one letter: the last part of those names
 };
 
 /// The rendered rectangle of an image, rows from the top.
@@ -35,7 +36,7 @@ struct Film {
   int x = 0, y = 0;                     ///< upper left corner of the rectangle in the image
   int crop_width = 0, crop_height = 0;  ///< of the rectangle
   std::vector<PixelSums> pixels;        ///< crop_width * crop_height
-  std::vector<Layer> layers{};          ///< where they were asked for; together the radiance
+  std::vector<Layer> layers{};          ///< where they were asked for
 
   [[nodiscard]] std::size_t index(int px, int py) const {
     return std::size_t(py) * std::size_t(crop_width) + std::size_t(px);

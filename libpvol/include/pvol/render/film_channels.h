@@ -1,22 +1,26 @@
-// The channels of a film in files. Each has one row: what it means, how its value follows from a
-// pixel, and how the pixel's sums follow from the value.
+// The channels that follow from a pixel's own sums, as files name them. Each has one row: how its
+// value follows from a pixel, and how the pixel's sums follow from the value. What they mean stands
+// beside their AOV (aov.h). A film's layers (film.h) are channels besides.
 #pragma once
 
 #include <array>
 #include <cmath>
+#include <optional>
 
+#include "pvol/render/aov.h"
 #include "pvol/render/film.h"
 
 namespace pvol {
 
 struct FilmChannel {
   const char* name;
-  const char* meaning;
+  std::optional<Aov> aov;  ///< what has to be asked for; nothing for colour and alpha
   double (*get)(const PixelSums&);
   /// Comes after that of the channels before it in the table, `samples` first.
   void (*put)(PixelSums&, double value);
-  bool positive = true;  ///< whether values are never negative
-  bool counted = false;  ///< whether it is there only where something was counted
+  bool positive = true;            ///< whether values are never negative
+  bool number = false;             ///< of samples, or of something counted
+  const char* old_name = nullptr;  ///< in files of versions before there were AOVs
 };
 
 /// The sum of what has this mean over the samples.
@@ -29,50 +33,67 @@ namespace detail {
 
 template <int kAxis>
 [[nodiscard]] constexpr FilmChannel radiance_channel(const char* name) {
-  return {name, "mean radiance, linear Rec. 709", [](const PixelSums& p) { return mean(p)[kAxis]; },
-          [](PixelSums& p, double v) { p.sum[kAxis] = total(p, v); }, false};
+  return {.name = name,
+          .aov = {},
+          .get = [](const PixelSums& p) { return mean(p)[kAxis]; },
+          .put = [](PixelSums& p, double v) { p.sum[kAxis] = total(p, v); },
+          .positive = false};
 }
 
 template <int kAxis>
 [[nodiscard]] constexpr FilmChannel variance_channel(const char* name) {
-  return {name, "variance of that mean",
-          [](const PixelSums& p) { return variance_of_mean(p)[kAxis]; },
-          [](PixelSums& p, double v) {
-            const double n = p.samples, sum = p.sum[kAxis];
-            if (n > 0) p.sum_squares[kAxis] = v * (n * (n - 1)) + sum * sum / n;
-          }};
+  return {.name = name,
+          .aov = Aov::variance,
+          .get = [](const PixelSums& p) { return variance_of_mean(p)[kAxis]; },
+          .put =
+              [](PixelSums& p, double v) {
+                const double n = p.samples, sum = p.sum[kAxis];
+                if (n > 0) p.sum_squares[kAxis] = v * (n * (n - 1)) + sum * sum / n;
+              }};
 }
 
 template <PixelCounter kCounter>
-[[nodiscard]] constexpr FilmChannel count_channel(const char* name, const char* meaning) {
+[[nodiscard]] constexpr FilmChannel count_channel(const char* name, Aov aov, const char* old_name) {
   constexpr auto k = std::size_t(kCounter);
-  return {name,
-          meaning,
-          [](const PixelSums& p) { return per_sample(p, double(p.counts[k])); },
-          [](PixelSums& p, double v) { p.counts[k] = std::uint64_t(std::llround(total(p, v))); },
-          true,
-          true};
+  return {
+      .name = name,
+      .aov = aov,
+      .get = [](const PixelSums& p) { return per_sample(p, double(p.counts[k])); },
+      .put = [](PixelSums& p, double v) { p.counts[k] = std::uint64_t(std::llround(total(p, v))); },
+      .number = true,
+      .old_name = old_name};
 }
 
 }  // namespace detail
 
 inline constexpr std::array kFilmChannels = std::to_array<FilmChannel>({
-    {"samples", "camera samples", [](const PixelSums& p) { return double(p.samples); },
-     [](PixelSums& p, double v) { p.samples = std::uint32_t(std::lround(v)); }},
+    {.name = "samples.Y",
+     .aov = Aov::samples,
+     .get = [](const PixelSums& p) { return double(p.samples); },
+     .put = [](PixelSums& p, double v) { p.samples = std::uint32_t(std::lround(v)); },
+     .number = true,
+     .old_name = "samples"},
     detail::radiance_channel<0>("R"),
     detail::radiance_channel<1>("G"),
     detail::radiance_channel<2>("B"),
-    {"A", "1 - transmittance", [](const PixelSums& p) { return per_sample(p, p.alpha); },
-     [](PixelSums& p, double v) { p.alpha = total(p, v); }, false},
+    // 1 - transmittance; files may have 1 for it where a background is seen.
+    {.name = "A",
+     .aov = {},
+     .get = [](const PixelSums& p) { return per_sample(p, p.alpha); },
+     .put = [](PixelSums& p, double v) { p.alpha = total(p, v); },
+     .positive = false},
+    {.name = "transmittance.Y",
+     .aov = Aov::transmittance,
+     .get = [](const PixelSums& p) { return per_sample(p, p.samples - p.alpha); },
+     .put = [](PixelSums& p, double v) { p.alpha = p.samples - total(p, v); },
+     .positive = false},
     detail::variance_channel<0>("variance.R"),
     detail::variance_channel<1>("variance.G"),
     detail::variance_channel<2>("variance.B"),
-    detail::count_channel<PixelCounter::lookups>("count.lookups", "look-ups a sample"),
-    detail::count_channel<PixelCounter::segments>("count.segments", "segments a sample"),
-    detail::count_channel<PixelCounter::collisions>("count.collisions", "collisions a sample"),
+    detail::count_channel<PixelCounter::lookups>("lookups.Y", Aov::lookups, "count.lookups"),
+    detail::count_channel<PixelCounter::segments>("segments.Y", Aov::segments, "count.segments"),
+    detail::count_channel<PixelCounter::collisions>("collisions.Y", Aov::collisions,
+                                                    "count.collisions"),
 });
-
-/// A layer is three channels, "NAME.R" and so on: means, as the radiance's.
-inline constexpr std::array kLayerParts = {".R", ".G", ".B"};
 
 }  // namespace pvol

@@ -9,6 +9,7 @@
 #include "pvol/bounds/octree.h"
 #include "pvol/math/keys.h"
 #include "pvol/math/names.h"
+#include "pvol/render/aov.h"
 #include "pvol/track/tracker.h"
 #include "pvol/volume/volume.h"
 
@@ -90,9 +91,9 @@ struct RenderOptions {
   /// which takes it as it is.
   int preview = 0;
   std::optional<std::uint32_t> max_bounces;  ///< scatterings per path; a limit makes images biased
-  bool background = true;     ///< whether camera rays see the lights behind the cloud
-  bool light_layers = false;  ///< keep the light of the sky, each light and emission apart, too
-  bool count = false;         ///< count look-ups and the like (slower by a few per cent)
+  bool background = true;  ///< whether camera rays see the lights behind the cloud
+  AovSet aovs;             ///< what the film keeps beside colour and alpha
+  bool count = false;      ///< count look-ups and the like, also for no AOV (a few per cent slower)
   friend bool operator==(const RenderOptions&, const RenderOptions&) = default;
 };
 
@@ -231,11 +232,10 @@ template <std::same_as<RenderOptions> O>
       key<&O::background>(
           {.key = "background",
            .help = "Whether the sky is seen behind the cloud; off leaves it transparent"}),
-      key<&O::light_layers>(
-          {.key = "light_layers",
-           .help = "Whether the .exr keeps the light of the sky, of each light and of emission in "
-                   "layers of their own, whose sum is the picture",
-           .effect = Effect::cost}),
+      key<&O::aovs>({.key = "aov",
+                     .help = "What the .exr keeps beside colour and alpha, in layers of their own; "
+                             "pvol-stats image wants variance and samples",
+                     .effect = Effect::cost}),
       key<&O::majorant_scale>(
           {.key = "majorant_scale",
            .metavar = "X",

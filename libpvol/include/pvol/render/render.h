@@ -17,13 +17,13 @@ namespace pvol {
 /// stops the render, and what is finished is kept; what it throws, render throws.
 using Progress = std::function<bool(std::uint64_t done, std::uint64_t total)>;
 
-/// Called with the film after each pass over the picture, while no thread works on it. The first
-/// passes are of one sample in each pixel, later ones of more. What it throws, render throws.
+/// Called with the film between passes over the picture, while no thread works on it. The first
+/// pass is of one sample in each pixel, later ones are of more. What it throws, render throws.
 using PassDone = std::function<void(const Film& film)>;
 
 struct RenderResult {
   Film film;
-  Counts counts;             ///< all zero unless options.count
+  Counts counts;             ///< all zero unless options.count or AOVs ask for them
   bool guided = false;       ///< whether paths were guided: where light reached what is seen
   double guide_seconds = 0;  ///< CPU time of the process for finding out by what
   bool complete = true;      ///< false where `progress` stopped it; pixels then hold fewer samples

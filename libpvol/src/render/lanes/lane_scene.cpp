@@ -75,7 +75,8 @@ LaneScene::LaneScene(const PathSetup& s)
     micro_scales = reinterpret_cast<const float*>(micro.scales.data());
     micro_shift = micro.edge - 1;  // of 1 and 2
   }
-  emits = s.options.light_layers && largest(s.constant) > 0;  // what is absorbed is in layers
+  // What is absorbed is in layers.
+  emits = s.options.aovs.has(Aov::lights) && largest(s.constant) > 0;
   for (const Matter& m : volume.matter) emits = emits || largest(m.emitted) > 0;
   count = s.count;
   limited = false;

@@ -17,7 +17,7 @@ struct PathResult {
   std::vector<Rgb> layers;
 
   explicit PathResult(const PathSetup& s)
-      : layers(s.options.light_layers ? s.lights.size() + 2 : 0) {}
+      : layers(s.options.aovs.has(Aov::lights) ? s.lights.size() + 2 : 0) {}
   void reset() {
     radiance = Rgb(0.0f), alpha = 0;
     for (Rgb& layer : layers) layer = Rgb(0.0f);
@@ -31,7 +31,7 @@ struct PathResult {
 /// The layers that a film of these paths has.
 [[nodiscard]] inline std::vector<Layer> make_layers(const PathSetup& s) {
   std::vector<Layer> layers;
-  if (!s.options.light_layers) return layers;
+  if (!s.options.aovs.has(Aov::lights)) return layers;
   for (const std::string& name : s.light_names) layers.push_back({name, {}});
   layers.push_back({"sky", {}});
   layers.push_back({"emission", {}});

@@ -1,0 +1,69 @@
+// Sky pictures in from OpenEXR.
+#include <fmt/format.h>
+
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfInputFile.h>
+
+#include <algorithm>
+
+#include "image/exr_check.h"
+#include "pvol/error.h"
+#include "pvol/formats/image.h"
+
+namespace pvol::formats {
+namespace {
+
+constexpr int kBlockRows = 16;
+
+void check_radiance(Rgb c, std::size_t index, std::size_t width) {
+  if (is_finite(c) && min_component(c) >= 0) return;
+  throw Error(
+      fmt::format("pixel ({}, {}) is ({:f}, {:f}, {:f}); expected finite radiance of at least 0",
+                  index % width, index / width, c.x, c.y, c.z));
+}
+
+ImageSky read_pixels(Imf::InputFile& in) {
+  const Imath::Box2i& box = in.header().dataWindow();
+  ImageSky sky;
+  sky.width = box.max.x - box.min.x + 1;
+  sky.height = box.max.y - box.min.y + 1;
+  const std::size_t width = std::size_t(sky.width);
+  // Memory grows with what was decoded: a small damaged file cannot ask for gigabytes.
+  for (int begin = 0; begin < sky.height; begin += kBlockRows) {
+    const int rows = std::min(kBlockRows, sky.height - begin);
+    const std::size_t first = sky.pixels.size();
+    sky.pixels.resize(first + width * std::size_t(rows));
+    const Imath::V2i origin{box.min.x, box.min.y + begin};
+    Imf::FrameBuffer buffer;
+    const auto add = [&](const char* name, const float* at) {
+      buffer.insert(name, Imf::Slice::Make(Imf::FLOAT, at, origin, sky.width, rows, sizeof(Rgb),
+                                           sizeof(Rgb) * width));
+    };
+    add("R", &sky.pixels[first].x);
+    add("G", &sky.pixels[first].y);
+    add("B", &sky.pixels[first].z);
+    in.setFrameBuffer(buffer);
+    in.readPixels(origin.y, origin.y + rows - 1);
+    for (std::size_t i = first; i < sky.pixels.size(); ++i) check_radiance(sky.pixels[i], i, width);
+  }
+  return sky;
+}
+
+}  // namespace
+
+ImageSky read_sky(const std::filesystem::path& file) {
+  (void)detail::check_exr_file(file);
+  try {
+    Imf::InputFile in(file.c_str());
+    detail::check_picture(in.header());
+    detail::check_complete(in.isComplete());
+    return read_pixels(in);
+  } catch (const Error& e) {
+    throw Error(file.string() + ": " + e.what());
+  } catch (const std::exception& e) {
+    throw Error(file.string() + ": cannot be read as an EXR picture: " + e.what());
+  }
+}
+
+}  // namespace pvol::formats

@@ -1,0 +1,70 @@
+// What a film keeps beside colour and alpha where it is asked for: its further layers, which others
+// call AOVs. Each has one row, from which the option, channels in files and manuals follow.
+#pragma once
+
+#include <array>
+
+#include "pvol/math/names.h"
+
+namespace pvol {
+
+enum class Aov { transmittance, variance, samples, lights, lookups, segments, collisions };
+
+struct AovRow {
+  Aov aov;
+  const char* name;      ///< on command lines and in scenes; of layers in files, but for `lights`
+  const char* meaning;   ///< of a pixel's value
+  const char* units;     ///< "" for a pure number
+  const char* channels;  ///< a letter for each component, after the layer's name and a dot
+  const char* sums;      ///< how it accumulates over a pixel's samples
+  bool colour = false;  ///< whether it is light: a picture, which files may round as they do colour
+  bool counted = false;  ///< whether rendering it takes counts, which cost a few per cent of time
+};
+
+inline constexpr std::array kAovs = std::to_array<AovRow>({
+    {Aov::transmittance, "transmittance", "share of the background's light that is seen", "", "Y",
+     "mean over the samples; 1 less the film's own alpha, also where a background is seen"},
+    {Aov::variance, "variance", "variance of the pixel's mean colour, by channel",
+     "squares of radiance", "RGB", "from sums of samples and of their squares; 0 of one sample"},
+    {Aov::samples, "samples", "camera samples", "", "Y", "their number"},
+    {Aov::lights, "lights",
+     "light of the sky, of each sun or point and of emission, in layers of their own whose sum is "
+     "the picture: sky, sun.1, point.1, emission",
+     "radiance", "RGB", "means over the samples", true},
+    {Aov::lookups, "lookups", "look-ups of the density", "a sample", "Y", "mean over the samples",
+     false, true},
+    {Aov::segments, "segments", "segments walked between bounds", "a sample", "Y",
+     "mean over the samples", false, true},
+    {Aov::collisions, "collisions", "real collisions of camera paths", "a sample", "Y",
+     "mean over the samples", false, true},
+});
+
+[[nodiscard]] constexpr auto names(Aov) {
+  std::array<Named<Aov>, kAovs.size()> all{};
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = {kAovs[i].aov, kAovs[i].name};
+  return all;
+}
+
+[[nodiscard]] constexpr const AovRow& row(Aov aov) { return kAovs[std::size_t(aov)]; }
+
+using AovSet = SetOf<Aov>;
+
+/// Whether rendering them takes counts.
+[[nodiscard]] constexpr bool counted(AovSet aovs) {
+  for (const AovRow& r : kAovs) {
+    if (r.counted && aovs.has(r.aov)) return true;
+  }
+  return false;
+}
+
+namespace detail {
+[[nodiscard]] constexpr bool aovs_in_order() {
+  for (std::size_t i = 0; i < kAovs.size(); ++i) {
+    if (std::size_t(kAovs[i].aov) != i) return false;
+  }
+  return true;
+}
+}  // namespace detail
+static_assert(detail::aovs_in_order(), "the rows of AOVs are in the order of the enumeration");
+
+}  // namespace pvol
