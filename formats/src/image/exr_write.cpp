@@ -71,9 +71,8 @@ std::vector<Group> groups_of(const Film& film, const ExrOptions& o) {
   for (const Layer& layer : film.layers) {
     Group& g = group_named(groups, layer.name, layer.components == "RGB");
     for (std::size_t k = 0; k < layer.components.size(); ++k) {
-      g.channels.push_back({layer.name + "." + layer.components[k], [&film, &layer, k](auto i) {
-                              return per_sample(film.pixels[i], layer.sums[i][int(k)]);
-                            }});
+      g.channels.push_back({layer.name + "." + layer.components[k],
+                            [&film, &layer, k](auto i) { return value(layer, film, i)[int(k)]; }});
     }
   }
   for (Group& g : groups) {

@@ -5,6 +5,25 @@
 #include "pvol/error.h"
 
 namespace pvol {
+namespace {
+
+void add(Layer& to, const Layer& from) {
+  for (std::size_t i = 0; i < to.sums.size(); ++i) {
+    to.sums[i] = to.least ? min(to.sums[i], from.sums[i]) : to.sums[i] + from.sums[i];
+  }
+  for (std::size_t i = 0; i < to.weights.size(); ++i) to.weights[i] += from.weights[i];
+}
+
+}  // namespace
+
+Vec3d value(const Layer& layer, const Film& film, std::size_t pixel) {
+  const Vec3d sum = layer.sums[pixel];
+  if (layer.least) return sum;
+  const double weight =
+      layer.weights.empty() ? double(film.pixels[pixel].samples) : layer.weights[pixel];
+  if (weight > 0) return sum / weight;
+  return layer.components == "Z" ? Vec3d(kNothingMet) : Vec3d{};
+}
 
 double relative_noise(const Film& film) {
   double noise = 0, light = 0;
@@ -28,11 +47,7 @@ void add_samples(Film& to, const Film& from) {
     p.samples += q.samples;
     for (std::size_t k = 0; k < p.counts.size(); ++k) p.counts[k] += q.counts[k];
   }
-  for (std::size_t k = 0; k < to.layers.size(); ++k) {
-    for (std::size_t i = 0; i < to.pixels.size(); ++i) {
-      to.layers[k].sums[i] += from.layers[k].sums[i];
-    }
-  }
+  for (std::size_t k = 0; k < to.layers.size(); ++k) add(to.layers[k], from.layers[k]);
 }
 
 }  // namespace pvol

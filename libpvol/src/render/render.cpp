@@ -16,7 +16,7 @@
 #include "pvol/error.h"
 #include "render/guide/importance.h"
 #include "render/passes.h"
-#include "render/path/path_result.h"
+#include "render/path/film_layers.h"
 #include "render/reporter.h"
 #include "render/tiles/tile_renderer.h"
 
@@ -157,8 +157,7 @@ RenderResult render(const RenderPlan& plan, const Progress& progress, const Pass
   PathSetup setup(plan);
   setup.stop = &reporter.stop();
   const Paths paths = arena.execute([&] { return guide(plan, setup, result); });
-  film.layers = detail::make_layers(setup);
-  for (Layer& layer : film.layers) layer.sums.resize(film.pixels.size());
+  film.layers = detail::make_layers(setup, film.pixels.size());
 
   // Samples by need follow costs, too: their pilot is counted.
   const bool counts_pilot = by_need(o) && !setup.count;

@@ -8,7 +8,23 @@
 
 namespace pvol {
 
-enum class Aov { transmittance, variance, samples, lights, lookups, segments, collisions };
+enum class Aov {
+  transmittance,
+  variance,
+  samples,
+  lights,
+  scattering,
+  halves,
+  depth,
+  nearest,
+  position,
+  normal,
+  albedo,
+  lookups,
+  bounds_tests,
+  segments,
+  collisions,
+};
 
 struct AovRow {
   Aov aov;
@@ -31,8 +47,28 @@ inline constexpr std::array kAovs = std::to_array<AovRow>({
      "light of the sky, of each sun or point and of emission, in layers of their own whose sum is "
      "the picture: sky, sun.1, point.1, emission",
      "radiance", "RGB", "means over the samples", true},
+    {Aov::scattering, "scattering",
+     "light by how often it was scattered, in layers whose sum is the picture: unscattered, "
+     "single, "
+     "multiple",
+     "radiance", "RGB", "means over the samples", true},
+    {Aov::halves, "halves", "the picture of every other sample, in layers: half.1, half.2",
+     "radiance", "RGB", "means over half of the samples each, which are independent", true},
+    {Aov::depth, "depth", "depth of first collisions along the camera's axis; 1e10 without any",
+     "world units", "Z", "mean over the samples that collide"},
+    {Aov::nearest, "nearest", "depth of the first collision that is nearest; 1e10 without any",
+     "world units", "Z", "least of the samples"},
+    {Aov::position, "position", "place of first collisions in the world", "world units", "XYZ",
+     "mean over the samples that collide"},
+    {Aov::normal, "normal",
+     "direction in which the extinction falls at first collisions, shorter where directions differ",
+     "", "XYZ", "mean over the samples that collide"},
+    {Aov::albedo, "albedo", "albedo of what first collisions met", "", "RGB",
+     "mean over the samples that collide", true},
     {Aov::lookups, "lookups", "look-ups of the density", "a sample", "Y", "mean over the samples",
      false, true},
+    {Aov::bounds_tests, "bounds_tests", "tentative collisions compared with bounds", "a sample",
+     "Y", "mean over the samples", false, true},
     {Aov::segments, "segments", "segments walked between bounds", "a sample", "Y",
      "mean over the samples", false, true},
     {Aov::collisions, "collisions", "real collisions of camera paths", "a sample", "Y",
@@ -48,6 +84,12 @@ inline constexpr std::array kAovs = std::to_array<AovRow>({
 [[nodiscard]] constexpr const AovRow& row(Aov aov) { return kAovs[std::size_t(aov)]; }
 
 using AovSet = SetOf<Aov>;
+
+/// Whether they tell of first collisions.
+[[nodiscard]] constexpr bool of_first_collisions(AovSet aovs) {
+  return aovs.has(Aov::depth) || aovs.has(Aov::nearest) || aovs.has(Aov::position) ||
+         aovs.has(Aov::normal) || aovs.has(Aov::albedo);
+}
 
 /// Whether rendering them takes counts.
 [[nodiscard]] constexpr bool counted(AovSet aovs) {

@@ -51,7 +51,7 @@ inline Counts& Counts::operator+=(const Counts& c) {
 }
 
 /// What is counted for each pixel by itself, for maps of where the work is.
-enum class PixelCounter { lookups, segments, collisions };
+enum class PixelCounter { lookups, bounds_tests, segments, collisions };
 
 struct PixelCount {
   const char* name;
@@ -61,6 +61,7 @@ struct PixelCount {
 /// By PixelCounter.
 inline constexpr std::array kPixelCounts = std::to_array<PixelCount>({
     {"lookups", [](const Counts& c) { return c.path.lookups + c.shadow.lookups; }},
+    {"bounds_tests", [](const Counts& c) { return c.path.bounds_tests + c.shadow.bounds_tests; }},
     {"segments", [](const Counts& c) { return c.path.segments + c.shadow.segments; }},
     {"collisions", [](const Counts& c) { return c.collisions; }},
 });

@@ -28,7 +28,13 @@ struct Layer {
   std::string name;                ///< as the first part of its channels' names: "sun.1"
   std::vector<Vec3d> sums;         ///< over the samples of each pixel; of one component in x
   std::string components = "RGB";  ///< or "XYZ", or one letter: the last part of those names
+  /// Of each pixel what its sum is divided by, where that is not its samples.
+  std::vector<double> weights{};
+  bool least = false;  ///< whether `sums` has the least values instead
 };
+
+/// What depths are where nothing was met, as in other programs.
+inline constexpr double kNothingMet = 1e10;
 
 /// The rendered rectangle of an image, rows from the top.
 struct Film {
@@ -48,6 +54,9 @@ struct Film {
 [[nodiscard]] inline Vec3d mean(const PixelSums& p) {
   return p.samples ? p.sum / double(p.samples) : Vec3d{};
 }
+
+/// A layer's value at a pixel. Without samples that count it is 0, of depths kNothingMet.
+[[nodiscard]] Vec3d value(const Layer& layer, const Film& film, std::size_t pixel);
 
 /// Unbiased estimate of the variance of that mean, by channel; 0 with fewer than two samples.
 [[nodiscard]] inline Vec3d variance_of_mean(const PixelSums& p) {

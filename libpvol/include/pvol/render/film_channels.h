@@ -91,6 +91,7 @@ inline constexpr std::array kFilmChannels = std::to_array<FilmChannel>({
     detail::variance_channel<1>("variance.G"),
     detail::variance_channel<2>("variance.B"),
     detail::count_channel<PixelCounter::lookups>("lookups.Y", Aov::lookups, "count.lookups"),
+    detail::count_channel<PixelCounter::bounds_tests>("bounds_tests.Y", Aov::bounds_tests, ""),
     detail::count_channel<PixelCounter::segments>("segments.Y", Aov::segments, "count.segments"),
     detail::count_channel<PixelCounter::collisions>("collisions.Y", Aov::collisions,
                                                     "count.collisions"),

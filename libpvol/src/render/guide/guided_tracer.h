@@ -31,12 +31,15 @@ class GuidedTracer {
       if (s_.options.background) {
         add_constant(s_, r_);
         add_seen(s_, direction_, Rgb(1.0f), r_);
+        r_.scattered(0);
       }
       return r_;
     }
     add_constant(s_, r_);
     r_.alpha = 1;
+    if (s_.first_collisions) r_.first = traversal.position(), r_.first_weight = 1;
     throughput_ = Rgb(1.0f);
+    scatterings_ = 0;
     bool alive = collide(*first.matter, rng);
     while (alive) {
       const Vec3f from = direction_;
@@ -47,6 +50,7 @@ class GuidedTracer {
       } else {
         const auto pdf = [&] { return pdf_phase(matter_->phase, from, direction_); };
         add_scattered(s_, pdf, direction_, throughput_, r_);
+        r_.scattered(scatterings_);
         alive = resume();
       }
     }
@@ -64,6 +68,7 @@ class GuidedTracer {
     const Importance::Row* row;
     Vec3f direction;  ///< of the flight that ended there
     Rgb throughput;   ///< of each
+    std::uint32_t scatterings;
     int copies;
   };
 
@@ -75,6 +80,7 @@ class GuidedTracer {
   PathResult r_;
   Vec3f direction_;                       // of the flight, in the world
   Rgb throughput_;                        // of the path
+  std::uint32_t scatterings_ = 0;         // of the path, that at its place included
   const Matter* matter_ = nullptr;        // of the last collision
   const Importance::Row* row_ = nullptr;  // of its place
   std::array<Branch, kPlaces> waiting_;
@@ -85,6 +91,7 @@ class GuidedTracer {
   [[nodiscard]] bool collide(const Matter& matter, Rng& rng) {
     if (s_.ends_path(++collisions)) return false;
     add_emitted(s_, matter, throughput_, r_);
+    r_.scattered(scatterings_++);
     matter_ = &matter;
     row_ = &importance_.row(traversal.place().at.cell);
     const float worth = largest(throughput_) * row_->of(importance_.half_sine(direction_));
@@ -98,6 +105,7 @@ class GuidedTracer {
     const auto worth_of = [&](std::size_t light) { return worths[light]; };
     add_light_here(s_, matter.phase, direction_, throughput_, worth_of, traversal, rng, shadow_rays,
                    r_);
+    r_.scattered(scatterings_);
     if (worth > kSplitAbove && waiting_count_ < kPlaces) split(int(std::min(worth, kMostCopies)));
     return true;
   }
@@ -105,8 +113,8 @@ class GuidedTracer {
   /// Makes the path one of several equal ones that share its throughput.
   void split(int copies) {
     throughput_ *= 1 / float(copies);
-    waiting_[waiting_count_++] = {traversal.place(), matter_,     row_,
-                                  direction_,        throughput_, copies - 1};
+    waiting_[waiting_count_++] = {traversal.place(), matter_,      row_,      direction_,
+                                  throughput_,       scatterings_, copies - 1};
   }
 
   /// Goes on with a branch that waits; false where none does.
@@ -118,6 +126,7 @@ class GuidedTracer {
     row_ = branch.row;
     direction_ = branch.direction;
     throughput_ = branch.throughput;
+    scatterings_ = branch.scatterings;
     if (--branch.copies == 0) --waiting_count_;
     return true;
   }

@@ -245,7 +245,9 @@ std::optional<Importance> make_importance(const PathSetup& setup) {
 }
 
 void guide_paths(const RenderPlan& plan, PathSetup& setup) {
-  PathSetup guided(plan, constant_part(plan.scene.environment), setup.dense);
+  // What is constant is of no order of scattering.
+  const bool by_order = plan.scene.options.aovs.has(Aov::scattering);
+  PathSetup guided(plan, by_order ? Rgb(0.0f) : constant_part(plan.scene.environment), setup.dense);
   guided.stop = setup.stop;
   std::optional<Importance> importance = make_importance(guided);
   if (!importance) return;

@@ -158,8 +158,12 @@ HWY_INLINE void add_shadow_rays(const LaneScene& s, LaneMemory& m, std::size_t l
     }
     pack(on, depth, q[kDepth] + q.n);
     if (s.limited) pack(on, to.distance, q[kLeft] + q.n);
-    const U slot = p.id & splat_bits(kMostSlots - 1);
-    pack(on, slot | splat_bits(std::uint32_t(light) << 16), q.bits(kId) + q.n);
+    U id = (p.id & splat_bits(kMostSlots - 1)) | splat_bits(std::uint32_t(light) << 16);
+    if (s.orders) {
+      const U times = hn::Min(hn::ShiftRight<16>(p.id), splat_bits(2));
+      id = id | hn::ShiftLeft<24>(times);
+    }
+    pack(on, id, q.bits(kId) + q.n);
     q.n += rays_now;
     m.counts.shadow_rays += rays_now;
   }
@@ -174,11 +178,13 @@ HWY_NOINLINE void add_emission(const LaneScene& s, LaneMemory& m, const Paths<Ma
   store(p.id, id), store(as_bits(p.matter), matter);
   for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
     const auto k = std::size_t(std::countr_zero(lanes));
-    if constexpr (Matter::kWeights == 1) {
+    if (Matter::kWeights == 1 && !s.orders) {
       m.slots.add_collision(slot_of(id[k]), w[0][k]);
     } else {
-      m.slots.add(slot_of(id[k]), [&](PathResult& r) {
-        add_emitted(s.setup, s.volume.matter[matter[k]], Rgb(w[0][k], w[1][k], w[2][k]), r);
+      constexpr std::size_t kSecond = Matter::kWeights / 2, kThird = Matter::kWeights - 1;
+      m.slots.add(slot_of(id[k]), number_of(id[k]), [&](PathResult& r) {
+        add_emitted(s.setup, s.volume.matter[matter[k]], Rgb(w[0][k], w[kSecond][k], w[kThird][k]),
+                    r);
       });
     }
   }
@@ -254,7 +260,10 @@ HWY_NOINLINE void collide(const LaneScene& s, LaneMemory& m) {
     } else if (s.setup.max_bounces <= kMostLaneBounces) {
       const I bounces = as_int(hn::ShiftRight<16>(p.id));
       p.alive = hn::And(p.alive, mask(hn::Lt(bounces, splat_int(int(s.setup.max_bounces)))));
-      p.id = p.id + splat_bits(kMostSlots);
+    }
+    if (s.counts_collisions) {
+      const M few = mask(hn::Lt(as_int(hn::ShiftRight<16>(p.id)), splat_int(kMostLaneBounces)));
+      p.id = p.id + as_bits(where(few, splat_int(int(kMostSlots))));
     }
     const Matter matter(s, p.matter);
     for (std::size_t c = 0; c < p.w.size(); ++c) p.w[c] = p.w[c] * matter.albedo_of(c);

@@ -188,6 +188,11 @@ HWY_NOINLINE void count_decisions(LaneMemory& m, const LaneScene& s, Tally& tall
   for (std::size_t k = 0; k < (e.n + kLanes - 1) / kLanes; ++k) {
     if (s.micro_codes != nullptr) tally.bounds_tests += std::size_t(std::popcount(e.open[k]));
     const std::uint32_t on = bits_of(first(e.n - k * kLanes));
+    const std::uint32_t* const sources = &e.source[k * kLanes];
+    count_each(m, m.flying, sources, on, PixelCounter::bounds_tests);
+    if (s.micro_codes != nullptr) {
+      count_each(m, m.flying, sources, e.open[k], PixelCounter::bounds_tests);
+    }
     tally.null_collisions += std::size_t(std::popcount(on & ~e.real[k]));
   }
   for (std::size_t k = 0; k < e.undecided; ++k) {

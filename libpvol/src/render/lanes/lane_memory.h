@@ -7,6 +7,7 @@
 #include "pvol/render/counts.h"
 #include "render/lanes/exact_sum.h"
 #include "render/lanes/records.h"
+#include "render/path/film_layers.h"
 #include "render/path/gather_light.h"
 
 namespace pvol::detail {
@@ -40,23 +41,30 @@ class Slots {
  public:
   /// `setup` outlives this.
   explicit Slots(const PathSetup& setup)
-      : setup_(setup), result_(setup), colours_(1 + result_.layers.size()) {}
+      : setup_(setup),
+        result_(setup),
+        colours_(1 + result_.layers.size() + result_.orders.size()) {}
 
   void start(std::size_t count) {
     sums_.assign(count * colours_ * 3, {});
     collided_.assign(count, {});
     alpha.assign(count, 0);
     counts.assign(count, {});
+    if (setup_.first_collisions) first.assign(count, {});
   }
 
-  /// Calls add(result) with an empty result, and adds what it then holds to the slot.
+  /// Calls add(result) with an empty result, and adds what it then holds to the slot: light that
+  /// was scattered so often.
   template <class Add>
-  void add(std::uint32_t slot, const Add& add) {
+  void add(std::uint32_t slot, std::uint32_t scatterings, const Add& add) {
     result_.reset();
     add(result_);
-    ExactSum* const sums = &sums_[slot * colours_ * 3];
+    ExactSum* sums = &sums_[slot * colours_ * 3];
     add_colour(sums, result_.radiance);
-    for (std::size_t k = 1; k < colours_; ++k) add_colour(sums + 3 * k, result_.layers[k - 1]);
+    for (const Rgb& part : result_.layers) add_colour(sums += 3, part);
+    if (result_.orders.empty()) return;
+    add_colour(sums + 3 * (1 + std::min<std::size_t>(scatterings, PathResult::kOrders - 1)),
+               result_.radiance);
   }
 
   /// Adds the weight of a path that collided, where there is but one component: what that emits is
@@ -64,17 +72,24 @@ class Slots {
   void add_collision(std::uint32_t slot, float weight) { collided_[slot].add(weight); }
 
   [[nodiscard]] const PathResult& result(std::size_t slot) {
-    const ExactSum* const sums = &sums_[slot * colours_ * 3];
+    const ExactSum* sums = &sums_[slot * colours_ * 3];
     result_.radiance = colour(sums);
-    for (std::size_t k = 1; k < colours_; ++k) result_.layers[k - 1] = colour(sums + 3 * k);
+    for (Rgb& part : result_.layers) part = colour(sums += 3);
+    for (Rgb& part : result_.orders) part = colour(sums += 3);
     if (const double weight = collided_[slot].value(); weight != 0) {
       add_emitted(setup_, setup_.volumes.front().matter.front(), Rgb(float(weight)), result_);
     }
     result_.alpha = alpha[slot];
+    result_.first_weight = 0;
+    if (setup_.first_collisions && alpha[slot] > 0) {
+      result_.first = first[slot], result_.first_weight = 1;
+    }
     return result_;
   }
 
   std::vector<float> alpha;
+  std::vector<Vec3d>
+      first;  ///< place of the first collision in the world, where they are asked for
   std::vector<std::array<std::uint32_t, kPixelCounts.size()>> counts;  ///< where they are asked for
 
  private:
@@ -106,7 +121,11 @@ struct LaneMemory {
 /// Numbers of samples in a batch go into 16 bits of a record's id.
 inline constexpr std::uint32_t kMostSlots = 1u << 16;
 [[nodiscard]] inline std::uint32_t slot_of(std::uint32_t id) { return id & (kMostSlots - 1); }
-/// Above them, bounces of a path, and the number of its light of a shadow ray.
+/// Above them, collisions of a path, where they are counted.
 [[nodiscard]] inline std::uint32_t number_of(std::uint32_t id) { return id >> 16; }
+/// Of a shadow ray the number of its light, and how often its light will have been scattered, up to
+/// 2, where that is counted.
+[[nodiscard]] inline std::uint32_t light_of(std::uint32_t id) { return id >> 16 & 255; }
+[[nodiscard]] inline std::uint32_t scatterings_of(std::uint32_t id) { return id >> 24; }
 
 }  // namespace pvol::detail

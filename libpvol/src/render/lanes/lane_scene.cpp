@@ -79,6 +79,8 @@ LaneScene::LaneScene(const PathSetup& s)
   emits = s.options.aovs.has(Aov::lights) && largest(s.constant) > 0;
   for (const Matter& m : volume.matter) emits = emits || largest(m.emitted) > 0;
   count = s.count;
+  orders = s.options.aovs.has(Aov::scattering);
+  counts_collisions = orders || s.max_bounces <= kMostLaneBounces;
   limited = false;
   weighted = s.sky.sampled();
   dark_sky = !s.sky.sampled() && largest(s.sky.radiance({0, 1, 0}) - s.constant) == 0 &&

@@ -60,10 +60,12 @@ struct LaneScene {
 
   std::vector<LaneLight> lights;  ///< those of the scene; then the sky, if it is sampled
   bool limited;                   ///< whether a light may be nearer than the edge of the volume
-  bool weighted;         ///< whether lights that paths meet by themselves are weighted by densities
-  bool count;            ///< whether work is counted
-  std::uint32_t fields;  ///< bits of those that rays of the scene have
-  bool dark_sky;         ///< whether rays that leave after a scattering bring nothing
+  bool weighted;  ///< whether lights that paths meet by themselves are weighted by densities
+  bool count;     ///< whether work is counted
+  bool counts_collisions;  ///< whether paths count their own
+  bool orders;             ///< whether light is told apart by how often it was scattered
+  std::uint32_t fields;    ///< bits of those that rays of the scene have
+  bool dark_sky;           ///< whether rays that leave after a scattering bring nothing
 
   explicit LaneScene(const PathSetup& s);
 

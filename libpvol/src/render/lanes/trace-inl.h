@@ -28,7 +28,7 @@ HWY_NOINLINE void end_camera_rays(const LaneScene& s, LaneMemory& m) {
   if (!s.setup.options.background) return;
   for (std::size_t k = 0; k < m.events.gone; ++k) {
     const std::size_t at = m.events.gone_source[k];
-    m.slots.add(slot_of(m.flying.bits(kId)[at]), [&](PathResult& r) {
+    m.slots.add(slot_of(m.flying.bits(kId)[at]), 0, [&](PathResult& r) {
       add_constant(s.setup, r);
       add_seen(s.setup, direction_at(m.flying, at), Rgb(1.0f), r);
     });
@@ -42,7 +42,8 @@ HWY_NOINLINE void end_paths(const LaneScene& s, LaneMemory& m) {
   const Records& q = m.flying;
   for (std::size_t k = 0; k < m.events.gone; ++k) {
     const std::size_t at = m.events.gone_source[k];
-    m.slots.add(slot_of(q.bits(kId)[at]), [&](PathResult& r) {
+    const std::uint32_t id = q.bits(kId)[at];
+    m.slots.add(slot_of(id), number_of(id), [&](PathResult& r) {
       const auto pdf = [&] { return q[kPdf][at]; };
       add_scattered(s.setup, pdf, direction_at(q, at), weight_at<Matter>(q, at), r);
     });
@@ -55,8 +56,8 @@ HWY_NOINLINE void end_shadow_rays(const LaneScene& s, LaneMemory& m) {
   const Records& q = m.flying;
   for (std::size_t k = 0; k < m.events.gone; ++k) {
     const std::size_t at = m.events.gone_source[k];
-    const std::uint32_t id = q.bits(kId)[at], light = number_of(id);
-    m.slots.add(slot_of(id), [&](PathResult& r) {
+    const std::uint32_t id = q.bits(kId)[at], light = light_of(id);
+    m.slots.add(slot_of(id), scatterings_of(id), [&](PathResult& r) {
       const bool sky = light == s.setup.lights.size();
       const Rgb radiance = sky ? s.setup.sky.radiance(direction_at(q, at)) - s.setup.constant
                                : s.lights[light].radiance;
@@ -146,7 +147,7 @@ inline void start(const LaneScene& s, LaneMemory& m, const Samples::Sample& samp
   const Vec3f d(ray.d);
   if (!span || outside_shell(s.volume, cells, *span, work)) {
     if (s.setup.options.background) {
-      m.slots.add(slot, [&](PathResult& r) {
+      m.slots.add(slot, 0, [&](PathResult& r) {
         add_constant(s.setup, r);
         add_seen(s.setup, d, Rgb(1.0f), r);
       });
@@ -156,13 +157,19 @@ inline void start(const LaneScene& s, LaneMemory& m, const Samples::Sample& samp
   put_ray(s, m.camera, cells.at(span->t0), d, Rgb(1.0f), slot, rng);
 }
 
+[[nodiscard]] inline Vec3d world_place(const LaneScene& s, const Records& q, std::size_t at) {
+  const Vec3d place(double(q[kX][at]), double(q[kY][at]), double(q[kZ][at]));
+  return s.volume.cells_to_world.point(place - Vec3d(DenseBounds::kBorder));
+}
+
 /// Everything that first collisions of the camera's rays bring at once.
 HWY_NOINLINE void add_first_collisions(const LaneScene& s, LaneMemory& m, std::size_t from) {
   const bool constant = largest(s.setup.constant) > 0;
   for (std::size_t k = from; k < m.collisions.n; ++k) {
     const std::uint32_t slot = slot_of(m.collisions.bits(kId)[k]);
     m.slots.alpha[slot] = 1;
-    if (constant) m.slots.add(slot, [&](PathResult& r) { add_constant(s.setup, r); });
+    if (constant) m.slots.add(slot, 0, [&](PathResult& r) { add_constant(s.setup, r); });
+    if (s.setup.first_collisions) m.slots.first[slot] = world_place(s, m.collisions, k);
   }
 }
 
@@ -210,7 +217,7 @@ void finish(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const Targ
       for (; film.pixels[pixel].samples < end; ++slot) {
         const PathResult& r = m.slots.result(slot);
         require_finite(r, film.x + x, film.y + y);
-        add_sample(r, pixel, film);
+        add_sample(s.setup, r, pixel, film);
         for (std::size_t c = 0; c < kPixelCounts.size() && s.setup.count; ++c) {
           film.pixels[pixel].counts[c] += m.slots.counts[slot][c];
         }

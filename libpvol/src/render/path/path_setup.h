@@ -128,6 +128,7 @@ struct PathSetup {
   std::shared_ptr<const Importance> importance;  ///< of guided paths
   std::vector<VolumeSetup> volumes;
   Projection projection;
+  Camera camera;
   SkyLight sky;
   std::vector<LightSource> lights;
   float shadow_unit;  ///< radiance that is worth one shadow ray (THEORY.md, T5.2)
@@ -135,6 +136,7 @@ struct PathSetup {
   RenderOptions options;
   Flights flights;                       ///< of the plan's kernel
   bool count;                            ///< whether they do
+  bool first_collisions;                 ///< whether somebody asks where they are
   std::vector<std::string> light_names;  ///< "sun.1", "sun.2", "point.1": as `lights`
   /// Once it is true, paths end as they please, and what they bring is to be dropped.
   const std::atomic<bool>* stop = &kNeverStop;
@@ -146,6 +148,7 @@ struct PathSetup {
             std::shared_ptr<const DenseBounds> dense_ = nullptr)
       : constant(constant_),
         projection(plan.scene.camera, plan.scene.options.width, plan.scene.options.height),
+        camera(plan.scene.camera),
         sky(plan.scene.environment),
         lights(make_light_sources(plan.scene.lights)),
         max_bounces(plan.scene.options.max_bounces.value_or(~0u)),
@@ -155,6 +158,7 @@ struct PathSetup {
                              : plan.kernel.count ? Watching::count
                                                  : Watching::none)),
         count(plan.kernel.count),
+        first_collisions(of_first_collisions(plan.scene.options.aovs)),
         lanes(plan.kernel.lanes),
         dense(std::move(dense_)) {
     if (lanes != Lanes::scalar && dense == nullptr) {

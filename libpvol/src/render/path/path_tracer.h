@@ -27,6 +27,7 @@ class PathTracer {
       walk(rng);
     } else if (s_.options.background) {
       add_seen(s_, direction_, Rgb(1.0f), r_);
+      r_.scattered(0);
     }
     return r_;
   }
@@ -54,18 +55,24 @@ class PathTracer {
           r_.alpha = 1 - hit.weight;
           if (s_.options.background) add_seen(s_, direction_, throughput, r_);
         }
+        r_.scattered(bounces);
         return;
       }
-      if (bounces == 0) r_.alpha = 1;
+      if (bounces == 0) {
+        r_.alpha = 1;
+        if (s_.first_collisions) r_.first = traversal.position(), r_.first_weight = hit.weight;
+      }
       if (s_.ends_path(++collisions)) return;
       const Matter& matter = *hit.matter;
       add_emitted(s_, matter, throughput, r_);
+      r_.scattered(bounces);
       if (bounces == s_.max_bounces) return;
       throughput *= matter.albedo;
       if (!survives(throughput, rng)) return;
       phase_ = &matter.phase;
       const auto worth = [](std::size_t) { return 1.0f; };
       add_light_here(s_, *phase_, direction_, throughput, worth, traversal, rng, shadow_rays, r_);
+      r_.scattered(bounces + 1);
       from_ = direction_;
       direction_ = sample_phase(*phase_, from_, rng);
     }

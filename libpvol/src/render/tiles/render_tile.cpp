@@ -1,6 +1,7 @@
 #include "render/tiles/render_tile.h"
 
 #include "render/guide/guided_tracer.h"
+#include "render/path/film_layers.h"
 #include "render/path/path_tracer.h"
 
 namespace pvol::detail {
@@ -45,7 +46,7 @@ bool render_tile(const PathSetup& setup, const ImagePart& tile, const Targets& t
           break;
         }
         require_finite(r, film.x + x, film.y + y);
-        add_sample(r, pixel, film);
+        add_sample(setup, r, pixel, film);
       }
       if (setup.count) count_pixel(film.pixels[pixel]);
     }

@@ -1,0 +1,124 @@
+#include "render/path/film_layers.h"
+
+#include <limits>
+
+#include "pvol/embed.h"
+
+namespace pvol::detail {
+namespace {
+
+/// Layers of first collisions.
+struct FirstCollisionLayer {
+  Aov aov;
+  const char* components;
+  Vec3d (*value)(const PathSetup&, Vec3d place);
+};
+
+double depth_of(const PathSetup& s, Vec3d place) {
+  const Camera& c = s.camera;
+  return dot(place - c.position, normalize(c.target - c.position));
+}
+
+/// Direction of steepest descent of the extinction, by differences over a voxel; 0 where that is
+/// even.
+Vec3d normal_of(const PathSetup& s, Vec3d place) {
+  Vec3d sum;
+  for (const VolumeSetup& v : s.volumes) {
+    Vec3d cells;  // the gradient in cells
+    for (int axis = 0; axis < 3; ++axis) {
+      constexpr double kHalf = 0.5;
+      Vec3d step;
+      step[axis] = kHalf;
+      const Vec3d way = v.cells_to_world.vector(step);
+      cells[axis] = double(extinction_at(v.volume, place + way)) -
+                    double(extinction_at(v.volume, place - way));
+    }
+    // A gradient goes to the world by the transpose of the map to cells.
+    const Affine& m = v.volume.density.world_to_cells;
+    for (int axis = 0; axis < 3; ++axis) {
+      Vec3d unit;
+      unit[axis] = 1;
+      sum[axis] -= dot(m.vector(unit), cells);
+    }
+  }
+  const double size = length(sum);
+  return size > 0 ? sum / size : Vec3d{};
+}
+
+/// The mean albedo of all that is there, by extinction.
+Vec3d albedo_of(const PathSetup& s, Vec3d place) {
+  Vec3d sum;
+  double all = 0;
+  for (const VolumeSetup& v : s.volumes) {
+    const double mu = s.volumes.size() == 1 ? 1 : double(extinction_at(v.volume, place));
+    for (const Component& c : v.volume.medium.components) {
+      sum += Vec3d(c.albedo) * (mu * c.share);
+    }
+    all += mu;
+  }
+  return all > 0 ? sum / all : Vec3d{};
+}
+
+constexpr std::array kFirstCollisionLayers = std::to_array<FirstCollisionLayer>({
+    {Aov::depth, "Z", [](const PathSetup& s, Vec3d p) { return Vec3d(depth_of(s, p)); }},
+    {Aov::nearest, "Z", [](const PathSetup& s, Vec3d p) { return Vec3d(depth_of(s, p)); }},
+    {Aov::position, "XYZ", [](const PathSetup&, Vec3d p) { return p; }},
+    {Aov::normal, "XYZ", &normal_of},
+    {Aov::albedo, "RGB", &albedo_of},
+});
+
+}  // namespace
+
+std::vector<Layer> make_layers(const PathSetup& s, std::size_t pixels) {
+  const AovSet& aovs = s.options.aovs;
+  std::vector<Layer> layers;
+  const auto add = [&](const std::string& name, const char* components = "RGB") -> Layer& {
+    layers.push_back({name, std::vector<Vec3d>(pixels), components});
+    return layers.back();
+  };
+  if (aovs.has(Aov::lights)) {
+    for (const std::string& name : s.light_names) add(name);
+    add("sky"), add("emission");
+  }
+  if (aovs.has(Aov::scattering)) add("unscattered"), add("single"), add("multiple");
+  if (aovs.has(Aov::halves)) {
+    for (const char* name : {"half.1", "half.2"}) add(name).weights.resize(pixels);
+  }
+  for (const FirstCollisionLayer& of : kFirstCollisionLayers) {
+    if (!aovs.has(of.aov)) continue;
+    Layer& layer = add(row(of.aov).name, of.components);
+    layer.least = of.aov == Aov::nearest;
+    if (layer.least) {
+      layer.sums.assign(pixels, Vec3d(kNothingMet));
+    } else {
+      layer.weights.resize(pixels);
+    }
+  }
+  return layers;
+}
+
+void add_to_layers(const PathSetup& s, const PathResult& r, std::size_t pixel, Film& film) {
+  auto next = film.layers.begin();
+  for (const Rgb& part : r.layers) (next++)->sums[pixel] += Vec3d(part);
+  for (const Rgb& part : r.orders) (next++)->sums[pixel] += Vec3d(part);
+  if (s.options.aovs.has(Aov::halves)) {
+    Layer& half = next[film.pixels[pixel].samples % 2];
+    half.sums[pixel] += Vec3d(r.radiance);
+    ++half.weights[pixel];
+    next += 2;
+  }
+  if (r.first_weight == 0) return;
+  for (const FirstCollisionLayer& of : kFirstCollisionLayers) {
+    if (!s.options.aovs.has(of.aov)) continue;
+    Layer& layer = *next++;
+    const Vec3d value = of.value(s, r.first);
+    if (layer.least) {
+      layer.sums[pixel] = min(layer.sums[pixel], value);
+    } else {
+      layer.sums[pixel] += value * double(r.first_weight);
+      layer.weights[pixel] += double(r.first_weight);
+    }
+  }
+}
+
+}  // namespace pvol::detail

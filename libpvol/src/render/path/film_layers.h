@@ -1,0 +1,25 @@
+// The layers of a film that a render fills, and samples on their way into it.
+#pragma once
+
+#include "render/path/path_result.h"
+
+namespace pvol::detail {
+
+/// The layers that a film of these paths has, for so many pixels.
+[[nodiscard]] std::vector<Layer> make_layers(const PathSetup& setup, std::size_t pixels);
+
+/// Adds a sample to layers that were made for its setup.
+void add_to_layers(const PathSetup& setup, const PathResult& r, std::size_t pixel, Film& film);
+
+/// Adds a sample to the film.
+inline void add_sample(const PathSetup& setup, const PathResult& r, std::size_t pixel, Film& film) {
+  if (!film.layers.empty()) add_to_layers(setup, r, pixel, film);
+  PixelSums& p = film.pixels[pixel];
+  const Vec3d v(r.radiance);
+  p.sum += v;
+  p.sum_squares += v * v;
+  p.alpha += double(r.alpha);
+  ++p.samples;
+}
+
+}  // namespace pvol::detail

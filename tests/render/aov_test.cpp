@@ -1,0 +1,235 @@
+// What films keep beside colour: that parts add up to the picture, and first collisions against
+// closed forms.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "pvol/error.h"
+#include "support/pictures.h"
+#include "support/small_cloud.h"
+
+namespace pvol {
+namespace {
+
+using test::cloud;
+using test::cloud_scene;
+using test::CloudScene;
+using test::cube;
+using test::run;
+using test::same_bytes;
+
+AovSet all_but(std::initializer_list<Aov> left_out) {
+  AovSet set;
+  for (const AovRow& r : kAovs) {
+    if (std::find(left_out.begin(), left_out.end(), r.aov) == left_out.end()) set.add(r.aov);
+  }
+  return set;
+}
+
+const Layer& layer(const Film& film, const std::string& name) {
+  for (const Layer& l : film.layers) {
+    if (l.name == name) return l;
+  }
+  throw Error("no layer " + name);
+}
+
+/// Sun, sky and emission, in matter of any colour or of one.
+CloudScene bright_scene(bool grey, GuideUse guide) {
+  CloudScene s = cloud_scene();
+  if (grey) s.medium.albedo = Rgb(0.95f);
+  s.medium.emission = Rgb(0.2f, 0.1f, 0.05f);
+  s.environment = ConstantSky{Rgb(0.3f, 0.4f, 0.5f)};
+  s.options.guide = guide;
+  s.options.samples = 30;
+  return s;
+}
+
+/// The part of the layers' sum that the picture does not have, at worst.
+double worst_difference(const Film& film, const std::vector<std::string>& names) {
+  double worst = 0;
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    Vec3d sum;
+    for (const std::string& name : names) sum += value(layer(film, name), film, i);
+    const Vec3d whole = mean(film.pixels[i]);
+    for (int c = 0; c < 3; ++c) {
+      worst = std::max(worst, std::abs(sum[c] - whole[c]) / (1 + std::abs(whole[c])));
+    }
+  }
+  return worst;
+}
+
+TEST(Aov, PartsAddUpToThePicture) {
+  for (const bool grey : {true, false}) {
+    for (const GuideUse guide : {GuideUse::on, GuideUse::off}) {
+      CloudScene s = bright_scene(grey, guide);
+      s.options.aovs = all_but({});
+      const Film film = run(cloud(), s).film;
+      EXPECT_LT(worst_difference(film, {"unscattered", "single", "multiple"}), 1e-6);
+      EXPECT_LT(worst_difference(film, {"sun.1", "sky", "emission"}), 1e-5);
+      for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+        const Layer &a = layer(film, "half.1"), &b = layer(film, "half.2");
+        EXPECT_EQ(a.weights[i], 15);
+        EXPECT_EQ(b.weights[i], 15);
+        EXPECT_LT(length(a.sums[i] + b.sums[i] - film.pixels[i].sum), 1e-9);
+        EXPECT_NE(a.sums[i], Vec3d{}) << "the sky at least";
+      }
+    }
+  }
+}
+
+TEST(Aov, LeaveThePictureAsItIs) {
+  for (const GuideUse guide : {GuideUse::on, GuideUse::off}) {
+    CloudScene s = bright_scene(false, guide);
+    const Film plain = run(cloud(), s).film;
+    EXPECT_TRUE(plain.layers.empty());
+    // Guided paths leave out what is constant, unless orders of scattering are asked for.
+    s.options.aovs = guide == GuideUse::on ? all_but({Aov::scattering}) : all_but({});
+    const Film with = run(cloud(), s).film;
+    EXPECT_TRUE(same_bytes(plain, with));
+    s.options.threads = 7;
+    const Film other = run(cloud(), s).film;
+    ASSERT_EQ(other.layers.size(), with.layers.size());
+    for (std::size_t k = 0; k < with.layers.size(); ++k) {
+      EXPECT_EQ(other.layers[k].sums, with.layers[k].sums) << with.layers[k].name;
+      EXPECT_EQ(other.layers[k].weights, with.layers[k].weights) << with.layers[k].name;
+    }
+  }
+}
+
+/// What scattered once at most is the picture of paths that scatter once at most, and what did not
+/// scatter is that of paths that may not.
+TEST(Aov, OrdersAreThoseOfLimitedPaths) {
+  proof::Family family;
+  for (const GuideUse guide : {GuideUse::on, GuideUse::off}) {
+    CloudScene s = bright_scene(true, guide);
+    s.options.samples = 4000;
+    s.options.aovs = all_but({});
+    const Film film = run(cloud(), s).film;
+    s.options.aovs = {};
+    s.options.guide = GuideUse::off;
+    s.options.seed = 2;
+    for (const std::uint32_t bounces : {0u, 1u}) {
+      s.options.max_bounces = bounces;
+      const Film limited = run(cloud(), s).film;
+      test::Average part = test::average(limited), order;
+      for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+        order.mean += value(layer(film, "unscattered"), film, i) / double(film.pixels.size());
+        if (bounces == 0) continue;
+        order.mean += value(layer(film, "single"), film, i) / double(film.pixels.size());
+      }
+      order.variance = 2.0 * part.variance;  // guided paths have about as much
+      EXPECT_LT(std::sqrt(part.variance.y), 0.002 * part.mean.y);
+      compare(order, part, std::string(name(guide)) + ", " + std::to_string(bounces), family);
+    }
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+/// A homogeneous cube of density 1 from -0.5 to 15.5, seen along z from far above.
+CloudScene slab_scene(double extinction) {
+  CloudScene s;
+  s.camera.position = {7.5, 7.5, 2000};
+  s.camera.target = {7.5, 7.5, 0};
+  s.camera.up = {0, 1, 0};
+  s.camera.fov = 0.05;
+  s.medium.extinction = extinction;
+  s.medium.albedo = Rgb(0.7f, 0.8f, 0.9f);
+  s.options.look_up = LookUp::nearest;
+  s.options.width = s.options.height = 8;
+  s.options.samples = 2000;
+  s.options.max_bounces = 0;
+  s.options.aovs = all_but({});
+  return s;
+}
+
+TEST(Aov, FirstCollisionsLieWhereFlightsEnd) {
+  proof::Family family;
+  for (const double extinction : {0.02, 0.3}) {
+    CloudScene s = slab_scene(extinction);
+    const Film film = run(cube(), s).film;
+    const double depth = 16 * extinction, hit = -std::expm1(-depth);
+    // Of an exponential that ends within the cube.
+    const double mean_way = 1 / extinction - 16 * std::exp(-depth) / hit;
+    const double square =
+        2 / (extinction * extinction) - std::exp(-depth) / hit * (16 * 16 + 2 * 16 / extinction);
+    double hits = 0, sum = 0, nearest = kNothingMet;
+    Vec3d place;
+    for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+      const Layer &d = layer(film, "depth"), &p = layer(film, "position");
+      hits += d.weights[i], sum += d.sums[i].x, place += p.sums[i];
+      nearest = std::min(nearest, value(layer(film, "nearest"), film, i).x);
+      EXPECT_LE(value(layer(film, "nearest"), film, i).x, value(d, film, i).x);
+      const Vec3d albedo = value(layer(film, "albedo"), film, i);
+      EXPECT_LT(length(albedo - Vec3d(0.7, 0.8, 0.9)), 1e-6);
+    }
+    constexpr double kFace = 2000 - 15.5;
+    const double deviation = std::sqrt((square - mean_way * mean_way) / hits);
+    family.add("depth", proof::normal_p_value((sum / hits - kFace - mean_way) / deviation));
+    EXPECT_LT(deviation, 0.005 * mean_way) << "1 % would show";
+    EXPECT_GE(nearest, kFace - 1e-4);
+    EXPECT_LT(nearest, kFace + 16);
+    EXPECT_NEAR(place.z / hits, 2000 - sum / hits, 1e-6 * 2000);
+    EXPECT_NEAR(place.x / hits, 7.5, 0.02);
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+/// Of a ball whose density falls towards its rim, seen from everywhere: away from the middle.
+TEST(Aov, NormalsPointToWhereThereIsLess) {
+  const test::Field ball = test::make_field("ball", {-12, -12, -12}, {24, 24, 24}, [](Vec3i p) {
+    return std::max(0.0, 1 - length(Vec3d(p)) / 11);
+  });
+  CloudScene s = cloud_scene();
+  s.medium.extinction = 5;
+  s.options.max_bounces = 0;
+  s.options.aovs = all_but({});
+  s.medium.object_to_world = translation(Vec3d{3, -2, 1}) * scaling(Vec3d{1, 1, 1.0});
+  s.camera.target = {3, -2, 1};
+  const Film film = run(ball, s).film;
+  int seen = 0;
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    if (film.pixels[i].alpha < 0.9 * film.pixels[i].samples) continue;
+    const Vec3d outward = value(layer(film, "position"), film, i) - Vec3d{3, -2, 1};
+    const Vec3d normal = value(layer(film, "normal"), film, i);
+    EXPECT_GT(dot(normalize(outward), normalize(normal)), 0.98);
+    EXPECT_LE(length(normal), 1 + 1e-9);
+    ++seen;
+  }
+  EXPECT_GT(seen, 20);
+}
+
+TEST(Aov, WhereNothingIsMetDepthsAreFar) {
+  CloudScene s = slab_scene(0.3);
+  s.camera.target = {7.5, 7.5, 4000};
+  const Film film = run(cube(), s).film;
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    EXPECT_EQ(value(layer(film, "depth"), film, i).x, kNothingMet);
+    EXPECT_EQ(value(layer(film, "nearest"), film, i).x, kNothingMet);
+    EXPECT_EQ(value(layer(film, "normal"), film, i), Vec3d{});
+  }
+}
+
+/// Films of several runs add up as one of all samples would.
+TEST(Aov, OfFilmsAddUp) {
+  CloudScene s = bright_scene(true, GuideUse::off);
+  s.options.aovs = all_but({});
+  s.options.samples = 7;
+  Film a = run(cloud(), s).film;
+  s.options.first_sample = 7;
+  const Film b = run(cloud(), s).film;
+  add_samples(a, b);
+  s.options.first_sample = 0;
+  s.options.samples = 14;
+  const Film whole = run(cloud(), s).film;
+  for (const char* name : {"single", "depth", "nearest", "normal", "albedo"}) {
+    for (std::size_t i = 0; i < whole.pixels.size(); ++i) {
+      const Vec3d x = value(layer(a, name), a, i), y = value(layer(whole, name), whole, i);
+      EXPECT_LT(length(x - y), 1e-9 * (1 + length(y))) << name;
+    }
+  }
+  EXPECT_EQ(layer(a, "half.1").weights[0], 8) << "4 of 7, twice";
+}
+
+}  // namespace
+}  // namespace pvol
