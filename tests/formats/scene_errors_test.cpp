@@ -114,7 +114,7 @@ TEST_F(SceneText, BadFrameworkIsRefused) {
   EXPECT_EQ(error("volume = 3\n"),
             "s.toml:1:10: volume is 3; expected a table [volume] or tables [[volume]]");
   EXPECT_EQ(error(kCloud + "[render]\n[[render.sun]]\n"),
-            "s.toml:4:10: unknown key \"sun\" in [render]; expected one of size, crop, spp, "
+            "s.toml:4:10: unknown key \"sun\" in [render]; expected one of size, crop, spp, noise, time, "
             "first_sample, seed, tracker, transmittance, micro_bounds, interpolation, shells, "
             "guide, kernel, depth, max_bounces, "
             "background, aov, density, density_tolerance, majorant_scale, homogenise or "

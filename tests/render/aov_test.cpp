@@ -210,6 +210,32 @@ TEST(Aov, WhereNothingIsMetDepthsAreFar) {
   }
 }
 
+TEST(Aov, LightsOfAGroupShareALayer) {
+  CloudScene s = bright_scene(true, GuideUse::off);
+  s.lights.push_back(Sun{{-1, 0.5, 0}, Rgb(1.0f), 0});
+  const PointLight lamp{{5, 8, 40}, Rgb(500.0f)};
+  s.lights.emplace_back(lamp);
+  s.options.aovs = {Aov::lights};
+  const Film apart = run(cloud(), s).film;
+  std::get<Sun>(s.lights[0]).group = std::get<PointLight>(s.lights[2]).group = "key_light";
+  std::get<Sun>(s.lights[1]).group = "sky";
+  const Film grouped = run(cloud(), s).film;
+  EXPECT_TRUE(same_bytes(apart, grouped));
+  ASSERT_EQ(grouped.layers.size(), 3u);
+  for (std::size_t i = 0; i < apart.pixels.size(); ++i) {
+    const auto is_sum = [&](const char* group, const char* a, const char* b) {
+      const Vec3d sum = value(layer(apart, a), apart, i) + value(layer(apart, b), apart, i);
+      EXPECT_LT(length(value(layer(grouped, group), grouped, i) - sum), 1e-9 * (1 + length(sum)));
+    };
+    is_sum("key_light", "sun.1", "point.1");
+    is_sum("sky", "sun.2", "sky");
+  }
+  for (const char* wrong : {"depth", "R", "sun.1", "a b", "single"}) {
+    std::get<Sun>(s.lights[0]).group = wrong;
+    EXPECT_THROW((void)run(cloud(), s), Error) << wrong;
+  }
+}
+
 /// Films of several runs add up as one of all samples would.
 TEST(Aov, OfFilmsAddUp) {
   CloudScene s = bright_scene(true, GuideUse::off);

@@ -3,6 +3,7 @@
 
 #include "pvol/math/keys.h"
 #include "pvol/math/vec.h"
+#include "pvol/render/light_group.h"
 #include "pvol/volume/medium_keys.h"
 
 namespace pvol {
@@ -14,6 +15,7 @@ struct PointLight {
   static constexpr const char* kName = "point";
   Vec3d position{0, 0, 0};  ///< in world units
   Rgb intensity{1.0f};      ///< irradiance at distance 1, in world units, of a plane that faces it
+  std::string group{};      ///< of lights that share a layer; "": the light has one to itself
   friend bool operator==(const PointLight&, const PointLight&) = default;
 };
 
@@ -30,6 +32,7 @@ template <std::same_as<PointLight> T>
                           .limits = number(kRadianceRange).or_three(),
                           .help = "Irradiance one world unit away; it falls with the "
                                   "square of the distance"}),
+      group_key<&T::group>(),
   });
 }
 

@@ -4,6 +4,7 @@
 
 #include "pvol/math/keys.h"
 #include "pvol/math/vec.h"
+#include "pvol/render/light_group.h"
 #include "pvol/volume/medium_keys.h"
 
 namespace pvol {
@@ -14,6 +15,7 @@ struct Sun {
   Vec3d direction{0, 1, 0};  ///< from the scene towards the sun; any length > 0
   Rgb irradiance{3.0f};      ///< on a plane perpendicular to `direction`, outside the cloud
   double angle = 0;          ///< angular diameter in degrees, 0 (a delta light) or in [0.01, 180)
+  std::string group{};       ///< of lights that share a layer; "": the light has one to itself
   friend bool operator==(const Sun&, const Sun&) = default;
 };
 
@@ -38,6 +40,7 @@ template <std::same_as<Sun> T>
                       .metavar = "DEGREES",
                       .limits = number(Range::half_open(0, 180)).also(expect_disc),
                       .help = "Diameter of its disc in degrees, 0 or at least 0.01"}),
+      group_key<&T::group>(),
   });
 }
 

@@ -1,6 +1,6 @@
 #include "render/path/film_layers.h"
 
-#include <limits>
+#include <algorithm>
 
 #include "pvol/embed.h"
 
@@ -77,8 +77,9 @@ std::vector<Layer> make_layers(const PathSetup& s, std::size_t pixels) {
     return layers.back();
   };
   if (aovs.has(Aov::lights)) {
-    for (const std::string& name : s.light_names) add(name);
-    add("sky"), add("emission");
+    for (const std::string& name : s.layer_names) {
+      if (std::ranges::find(layers, name, &Layer::name) == layers.end()) add(name);
+    }
   }
   if (aovs.has(Aov::scattering)) add("unscattered"), add("single"), add("multiple");
   if (aovs.has(Aov::halves)) {
@@ -99,7 +100,11 @@ std::vector<Layer> make_layers(const PathSetup& s, std::size_t pixels) {
 
 void add_to_layers(const PathSetup& s, const PathResult& r, std::size_t pixel, Film& film) {
   auto next = film.layers.begin();
-  for (const Rgb& part : r.layers) (next++)->sums[pixel] += Vec3d(part);
+  for (std::size_t k = 0; k < r.layers.size(); ++k) {
+    const auto layer = std::ranges::find(film.layers, s.layer_names[k], &Layer::name);
+    layer->sums[pixel] += Vec3d(r.layers[k]);
+    next = std::max(next, layer + 1);
+  }
   for (const Rgb& part : r.orders) (next++)->sums[pixel] += Vec3d(part);
   if (s.options.aovs.has(Aov::halves)) {
     Layer& half = next[film.pixels[pixel].samples % 2];

@@ -137,7 +137,8 @@ struct PathSetup {
   Flights flights;                       ///< of the plan's kernel
   bool count;                            ///< whether they do
   bool first_collisions;                 ///< whether somebody asks where they are
-  std::vector<std::string> light_names;  ///< "sun.1", "sun.2", "point.1": as `lights`
+  /// Layers of each light, of the sky and of emission: "sun.1", "sun.2", "point.1", or a group's.
+  std::vector<std::string> layer_names;
   /// Once it is true, paths end as they please, and what they bring is to be dropped.
   const std::atomic<bool>* stop = &kNeverStop;
   Lanes lanes;  ///< the kernel; not automatic
@@ -167,8 +168,12 @@ struct PathSetup {
     std::vector<int> of_kind(std::variant_size_v<Light>);
     for (const Light& light : plan.scene.lights) {
       const int number = ++of_kind[light.index()];
-      light_names.push_back(kind_name(light) + ('.' + std::to_string(number)));
+      const std::string group = std::visit([](const auto& l) { return l.group; }, light);
+      layer_names.push_back(group.empty() ? kind_name(light) + ('.' + std::to_string(number))
+                                          : group);
     }
+    layer_names.emplace_back("sky");
+    layer_names.emplace_back("emission");
     for (std::size_t i = 0; i < plan.volumes.size(); ++i) {
       const Volume& v = plan.volumes[i];
       volumes.emplace_back(v, constant);

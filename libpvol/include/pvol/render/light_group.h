@@ -1,0 +1,31 @@
+// Groups of lights: those of one name share a layer in pictures.
+#pragma once
+
+#include <string_view>
+
+#include "pvol/math/keys.h"
+
+namespace pvol {
+
+/// Whether a layer may have this name in files without being taken for another: letters, digits and
+/// underscores, and neither a colour channel's nor an AOV's.
+[[nodiscard]] bool is_group_name(std::string_view name);
+
+[[nodiscard]] inline const char* expect_group(const Value& v) {
+  const std::string* name = v.word();
+  return name->empty() || is_group_name(*name)
+             ? nullptr
+             : "letters, digits and underscores, and no name of another layer or channel";
+}
+
+/// The row of a light's group, which `--aov lights` goes by.
+template <auto kMember>
+[[nodiscard]] constexpr auto group_key() {
+  return key<kMember>({.key = "group",
+                       .metavar = "NAME",
+                       .limits = any_text().also(expect_group),
+                       .help = "Lights of one group share a layer of this name where layers of "
+                               "lights are kept; sky is the sky's"});
+}
+
+}  // namespace pvol
