@@ -212,9 +212,8 @@ TEST(Aov, WhereNothingIsMetDepthsAreFar) {
 
 TEST(Aov, LightsOfAGroupShareALayer) {
   CloudScene s = bright_scene(true, GuideUse::off);
-  s.lights.push_back(Sun{{-1, 0.5, 0}, Rgb(1.0f), 0});
-  const PointLight lamp{{5, 8, 40}, Rgb(500.0f)};
-  s.lights.emplace_back(lamp);
+  s.lights.emplace_back(Sun{{-1, 0.5, 0}, Rgb(1.0f), 0});
+  s.lights.emplace_back(PointLight{{5, 8, 40}, Rgb(500.0f)});
   s.options.aovs = {Aov::lights};
   const Film apart = run(cloud(), s).film;
   std::get<Sun>(s.lights[0]).group = std::get<PointLight>(s.lights[2]).group = "key_light";

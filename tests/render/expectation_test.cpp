@@ -179,7 +179,7 @@ TEST(Render, SingleScatteringHasItsClosedForm) {
 TEST(Render, TrackersAndEstimatorsAgree) {
   CloudScene s = cloud_scene();
   s.options.samples = 256;
-  s.lights.push_back(Sun{{-1, 0.2, 0.1}, Rgb(2.0f, 1.0f, 0.5f), 25});
+  s.lights.emplace_back(Sun{{-1, 0.2, 0.1}, Rgb(2.0f, 1.0f, 0.5f), 25});
   std::vector<Film> films;
   for (const Tracker tracker : kTrackers) {
     for (const Transmittance estimator : kEstimators) {

@@ -73,13 +73,13 @@ inline std::vector<Case> cases() {
   });
   add("sun disc", [](CloudScene& s) { std::get<Sun>(s.lights.front()).angle = 20; });
   add("two suns", [](CloudScene& s) {
-    s.lights.push_back(Sun{{-1, 0.2, 0.1}, Rgb(2.0f, 1.0f, 0.5f), 5});
+    s.lights.emplace_back(Sun{{-1, 0.2, 0.1}, Rgb(2.0f, 1.0f, 0.5f), 5});
   });
   add("point light", [](CloudScene& s) {
     s.lights = {PointLight{{60, 30, 40}, Rgb(6e3f, 3e3f, 5e3f)}};
   });
   add("point light behind, and a sun", [](CloudScene& s) {
-    s.lights.push_back(PointLight{{-10, 16, -15}, Rgb(2e3f)});
+    s.lights.emplace_back(PointLight{{-10, 16, -15}, Rgb(2e3f)});
   });
   add("gradient", [](CloudScene& s) { s.environment = GradientSky{}; });
   add("picture with a sun", [](CloudScene& s) {
