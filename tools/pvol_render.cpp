@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <fstream>
 #include <iostream>
@@ -211,15 +212,27 @@ bool show_live(const Options& o, const RenderJob& job, const std::filesystem::pa
   try {
     std::uint64_t samples = 0;
     for (const PixelSums& p : film.pixels) samples += p.samples;
-    live.show(fmt::format("{:.4g} samples per pixel, noise {} %",
-                          double(samples) / double(film.pixels.size()),
-                          cli::readable(100 * relative_noise(film))),
+    live.show(fmt::format("{:.4g} samples per pixel, {}",
+                          double(samples) / double(film.pixels.size()), cli::noise_text(film)),
               [&] { save_png(o, png, job, film); });
     return true;
   } catch (const Error& e) {
     cli::print_warnings(kTool, {std::string(e.what()) + "; rendering goes on without --live"});
     return false;
   }
+}
+
+/// "noise 7.2 %, 2.1 % to expect", where the number of samples wanted is known: noise falls with
+/// its root.
+std::string note(const Film& film, std::uint64_t wanted) {
+  double done = 0;
+  for (const PixelSums& p : film.pixels) done += p.samples;
+  std::string text = cli::noise_text(film);
+  const std::optional<double> noise = relative_noise(film);
+  if (double(wanted) > done && noise.value_or(0) > 0) {
+    text += ", " + cli::readable(100 * *noise * std::sqrt(done / double(wanted))) + " % to expect";
+  }
+  return text;
 }
 
 /// With `live`, shows the picture between passes.
@@ -230,20 +243,20 @@ TimedRender render_timed(const Options& o, const RenderJob& job, const std::file
   cli::catch_interrupt();
   cli::Stopwatch watch;
   const double before = cli::cpu_seconds();
-  std::uint64_t wanted = 0;
+  std::atomic<std::uint64_t> wanted = 0;
   const auto progress = [&](std::uint64_t done, std::uint64_t total) {
     bar.show(done, total);
     wanted = total;
     return !cli::interrupted();
   };
   t.result = render(job.plan, progress, [&](const Film& film) {
-    bar.note("noise " + cli::readable(100 * relative_noise(film)) + " %");
+    bar.note(note(film, wanted));
     if (live && !show_live(o, job, png, film, *live)) live = nullptr;
   });
   t.cpu_seconds = cli::cpu_seconds() - before;
   t.wall_seconds = watch.lap();
   for (const PixelSums& p : t.result.film.pixels) t.samples += p.samples;
-  t.samples_wanted = t.result.complete ? t.samples : wanted;
+  t.samples_wanted = t.result.complete ? t.samples : wanted.load();
   return t;
 }
 
@@ -334,9 +347,9 @@ void save(const Options& o, const Outputs& out, const RenderJob& job, const Time
               << "reaches what the camera sees\n";
   }
   std::cerr << kTool << ": " << cli::readable_count(t.samples) << " samples in "
-            << cli::readable_seconds(t.wall_seconds) << ", noise "
-            << cli::readable(100 * relative_noise(film)) << " %; wrote " << out.exr.string()
-            << (out.exr.empty() || out.png.empty() ? "" : " and ") << out.png.string() << '\n';
+            << cli::readable_seconds(t.wall_seconds) << ", " << cli::noise_text(film) << "; wrote "
+            << out.exr.string() << (out.exr.empty() || out.png.empty() ? "" : " and ")
+            << out.png.string() << '\n';
 }
 
 void end_live(report::LivePage& live, const TimedRender& t) {
@@ -364,8 +377,8 @@ int run(const Options& o) {
   save(o, out, job, t);
   if (live) end_live(*live, t);
   if (t.result.complete) return cli::kSuccess;
-  throw Error(fmt::format("interrupted after {} of {} samples; what was rendered is saved",
-                          t.samples, t.samples_wanted));
+  throw Error("interrupted after " + cli::progress_text(t) +
+              " samples; what was rendered is saved");
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ Film make_film() {
     p.sum = Vec3d(i % 17, 0.5 * (i % 5), 2 + i % 3) * p.samples;
     p.sum_squares = p.sum * p.sum;
     p.alpha = 0.25 * p.samples;
-    p.counts = {std::uint64_t(i) * p.samples, 2 * p.samples, p.samples};
+    p.counts = {std::uint64_t(i) * p.samples, 3 * p.samples, 2 * p.samples, p.samples};
     f.pixels.push_back(p);
     f.layers[0].sums.push_back(p.sum * 0.5);
     f.layers[1].sums.emplace_back(double(i) * p.samples, 0, 0);
@@ -137,8 +137,8 @@ TEST(ExrLayout, PartsHaveTheNamesOfLayers) {
   write_exr(folder.file("a.exr"), make_film(), {{"pvol:seed", "3"}},
             all_of(ExrCompression::dwaa, true));
   Imf::MultiPartInputFile in(folder.file("a.exr").c_str());
-  const char* const parts[] = {"rgba",     "samples",    "transmittance", "variance", "lookups",
-                               "segments", "collisions", "sky",           "depth"};
+  const char* const parts[] = {"rgba",         "samples",  "transmittance", "variance", "lookups",
+                               "bounds_tests", "segments", "collisions",    "sky",      "depth"};
   ASSERT_EQ(in.parts(), int(std::size(parts)));
   for (int i = 0; i < in.parts(); ++i) {
     EXPECT_EQ(in.header(i).name(), parts[i]);
@@ -184,11 +184,13 @@ using PixelValues = std::map<std::string, double>;
 
 /// The second pixel of make_film() with all that it has.
 void expect_all(const PixelValues& found) {
-  const PixelValues expected{{"R", 1},         {"G", 0.5},        {"B", 3},
-                             {"A", 0.25},      {"samples.Y", 4},  {"transmittance.Y", 0.75},
-                             {"lookups.Y", 1}, {"segments.Y", 2}, {"collisions.Y", 1},
-                             {"sky.R", 0.5},   {"sky.G", 0.25},   {"sky.B", 1.5},
-                             {"depth.Z", 1}};
+  const PixelValues expected{{"R", 1},          {"G", 0.5},
+                             {"B", 3},          {"A", 0.25},
+                             {"samples.Y", 4},  {"transmittance.Y", 0.75},
+                             {"lookups.Y", 1},  {"bounds_tests.Y", 3},
+                             {"segments.Y", 2}, {"collisions.Y", 1},
+                             {"sky.R", 0.5},    {"sky.G", 0.25},
+                             {"sky.B", 1.5},    {"depth.Z", 1}};
   EXPECT_EQ(found.size(), expected.size() + 3) << "and variances";
   for (const auto& [name, value] : expected) {
     EXPECT_TRUE(found.contains(name) && found.at(name) == value) << name;
@@ -275,7 +277,7 @@ TEST_F(ExrInOpenImageIo, LayersAreChannelsWithTheirNames) {
 TEST_F(ExrInOpenImageIo, PartsAreSubimages) {
   write_exr(file_, make_film(), {}, all_of(ExrCompression::zips, true));
   const std::string told = oiiotool("--info -v -a " + file_);
-  EXPECT_NE(told.find("9 subimages"), std::string::npos) << told;
+  EXPECT_NE(told.find("10 subimages"), std::string::npos) << told;
   EXPECT_NE(told.find("oiio:subimagename: \"samples\""), std::string::npos) << told;
   expect_all(pixel());
 }

@@ -1,4 +1,5 @@
 #include "pvol/formats/image.h"
+#include "pvol/render/film_channels.h"
 
 #include <ImfArray.h>
 #include <ImfChannelList.h>
@@ -73,6 +74,7 @@ Film random_film(int width, int height, int x, int y, int crop_width, int crop_h
       p.alpha += uniform(random) / 2;
     }
     p.counts[std::size_t(PixelCounter::lookups)] = std::uint32_t(random() % 100);
+    p.counts[std::size_t(PixelCounter::bounds_tests)] = std::uint32_t(random() % 100);
     p.counts[std::size_t(PixelCounter::segments)] = std::uint32_t(random() % 100);
     p.counts[std::size_t(PixelCounter::collisions)] = std::uint32_t(random() % 100);
     film.pixels.push_back(p);
@@ -124,6 +126,10 @@ TEST_F(Image, ExrHoldsEveryValueOfTheFilm) {
        [](const PixelSums& p) {
          return double(p.counts[std::size_t(PixelCounter::lookups)]) / p.samples;
        }},
+      {"bounds_tests.Y",
+       [](const PixelSums& p) {
+         return double(p.counts[std::size_t(PixelCounter::bounds_tests)]) / p.samples;
+       }},
       {"segments.Y",
        [](const PixelSums& p) {
          return double(p.counts[std::size_t(PixelCounter::segments)]) / p.samples;
@@ -164,7 +170,8 @@ TEST_F(Image, ExrHasColourAndAlphaAloneUnlessMoreIsAskedFor) {
   const std::vector<std::string> plain{"A", "B", "G", "R"};
   EXPECT_EQ(channel_names(file("a.exr")), plain);
   for (const AovRow& row : kAovs) {
-    if (row.aov == Aov::lights) continue;  // these are the film's layers
+    const auto of_pixels = [&](const FilmChannel& c) { return c.aov == row.aov; };
+    if (std::ranges::none_of(kFilmChannels, of_pixels)) continue;  // the film's own layers
     write_exr(file("a.exr"), film, {}, {.aovs = {row.aov}});
     std::vector<std::string> more = plain;
     for (const char c : std::string_view(row.channels)) {

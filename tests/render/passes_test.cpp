@@ -114,7 +114,7 @@ TEST(Passes, EndAtTheWantedNoise) {
     if (noise > 0.1) {
       EXPECT_EQ(samples(film), 1024 * detail::kPilot) << "the pilot is enough";
     } else {
-      EXPECT_NEAR(relative_noise(film), noise, 0.06 * noise);
+      EXPECT_NEAR(relative_noise(film).value(), noise, 0.06 * noise);
       // As the roots of the variances, of which a hundredth of the larger is everywhere.
       const double above = film.at(16, 8).samples, below = film.at(16, 24).samples;
       const double pilot = detail::kPilot / above;
@@ -200,7 +200,7 @@ TEST(Render, ByNeedGivesTheSameBytesForAnyThreadsAndWithCounts) {
   s.options.threads = 1;
   const RenderResult one = run(cloud(), s);
   EXPECT_TRUE(one.complete);
-  EXPECT_NEAR(relative_noise(one.film), 0.1, 0.02);
+  EXPECT_NEAR(relative_noise(one.film).value(), 0.1, 0.02);
   EXPECT_EQ(one.counts, Counts{}) << "those of the pilot are not of the render";
   for (const PixelSums& p : one.film.pixels) EXPECT_EQ(p.counts, PixelSums{}.counts);
   for (const int threads : {2, 7}) {

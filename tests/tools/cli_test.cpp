@@ -483,6 +483,27 @@ TEST(Render, NumbersAreNumbers) {
                                "4x4", "--spp", "1", "--quiet"});
 }
 
+TEST(Render, TakesSamplesUntilANoiseOrATime) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder), exr = folder / "a.exr";
+  const auto stats = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {vdb,     "-o",       exr,       "--size",
+                                          "24x16", "--no-png", "--stats", "-"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const RunResult r = expect_success(PVOL_RENDER, arguments);
+    EXPECT_NE(r.err.find("samples by need until"), std::string::npos) << r.err;
+    return json::parse(r.out);
+  };
+  const json by_noise = stats({"--noise", "0.03"});
+  EXPECT_NEAR(by_noise.at("relative_noise").get<double>(), 0.03, 0.006);
+  EXPECT_GT(by_noise.at("samples"), 24 * 16 * 16);
+  const std::string bytes = read_text(exr);
+  EXPECT_EQ(stats({"--noise", "0.03", "--threads", "1"}).at("samples"), by_noise.at("samples"));
+  const json by_time = stats({"--time", "0.001", "--noise", "0.0001"});
+  EXPECT_GE(by_time.at("samples"), 24 * 16) << "a whole picture";
+  EXPECT_TRUE(by_time.at("relative_noise").is_null() || by_time.at("relative_noise") > 0.0001);
+}
+
 TEST(Render, RefusesMisuse) {
   const ScratchFolder folder;
   const std::string vdb = write_ball(folder);
@@ -492,6 +513,14 @@ TEST(Render, RefusesMisuse) {
     expect_usage_error(PVOL_RENDER, arguments, mentions);
   };
   refuse({"--crop", "1,2,3"}, "--crop");
+  refuse({"--noise", "0"}, "--noise");
+  refuse({"--noise", "1.5"}, "--noise");
+  refuse({"--time", "-1"}, "--time");
+  const RunResult one_pixel =
+      run_tool(PVOL_RENDER, {vdb, "-o", folder / "a.exr", "--noise", "0.1", "--size", "1x1"});
+  EXPECT_EQ(one_pixel.exit, 1);
+  EXPECT_NE(one_pixel.err.find("single pixel"), std::string::npos) << one_pixel.err;
+  refuse({"--aov", "depht"}, "depth");
   refuse({"--tracker", "fast"}, "decomposition");
   refuse({"--max-bounces", "-1"}, "--max-bounces");
   refuse({"--depth", "17"}, "--depth");
@@ -507,20 +536,36 @@ TEST(Render, RefusesMisuse) {
   expect_usage_error(PVOL_RENDER, arguments, "colour");
 }
 
+/// Sends an interruption once a first picture is there, however long that took.
+RunResult interrupt_render(const std::vector<std::string>& arguments) {
+  bool sent = false;
+  return run_tool(PVOL_RENDER, arguments, [&](int pid, const std::string& err) {
+    const std::size_t rendering = err.find("\nrendering");
+    if (sent || rendering == err.npos || err.find("noise ", rendering) == err.npos) return;
+    sent = kill(pid, SIGINT) == 0;
+  });
+}
+
 TEST(Render, InterruptedRenderSavesWhatItHas) {
   const ScratchFolder folder;
   const std::string exr = folder / "a.exr";
-  int calls = 0;
-  const RunResult r = run_tool(
-      PVOL_RENDER, {write_ball(folder), "-o", exr, "--size", "64x48", "--spp", "4000000000"},
-      [&](int pid, const std::string& err) {
-        // Half a second after rendering began.
-        if (err.find("octree depth") != std::string::npos && ++calls == 25) kill(pid, SIGINT);
-      });
+  const RunResult r =
+      interrupt_render({write_ball(folder), "-o", exr, "--size", "64x48", "--spp", "4000000000"});
   EXPECT_EQ(r.exit, 1) << r.err;
   EXPECT_NE(r.err.find("interrupted after"), std::string::npos) << r.err;
   EXPECT_TRUE(std::filesystem::exists(exr));
   EXPECT_NE(read_text(exr).find("pvol:samples"), std::string::npos);
+}
+
+TEST(Render, InterruptedRenderByNeedSavesAWholePicture) {
+  const ScratchFolder folder;
+  const std::string exr = folder / "a.exr";
+  const RunResult r =
+      interrupt_render({write_ball(folder), "-o", exr, "--size", "64x48", "--noise", "1e-6"});
+  EXPECT_EQ(r.exit, 1) << r.err;
+  EXPECT_NE(r.err.find("interrupted after"), std::string::npos) << r.err;
+  EXPECT_EQ(r.err.find(" of 0 samples"), std::string::npos) << r.err;
+  EXPECT_TRUE(std::filesystem::exists(exr));
 }
 
 TEST(Render, TheLastOfRepeatedOptionsCounts) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "cli/cli.h"
 #include "cli/json.h"
 #include "pvol/bounds/homogenise.h"
 #include "pvol/version.h"
@@ -118,6 +119,16 @@ std::string micro_bounds_text(const Volume& volume) {
   return volume.density.micro_stored ? "2^3 from the file" : "2^3 built at load";
 }
 
+std::string noise_text(const Film& film) {
+  const std::optional<double> noise = relative_noise(film);
+  return noise ? "noise " + readable(100 * *noise) + " %" : "noise not known yet";
+}
+
+std::string progress_text(const TimedRender& t) {
+  if (t.samples_wanted == 0) return std::to_string(t.samples);
+  return fmt::format("{} of {}", t.samples, t.samples_wanted);
+}
+
 std::map<std::string, std::string> describe_picture(const RenderJob& job, const TimedRender& t) {
   std::map<std::string, std::string> a;
   const Json options = describe_options(job);
@@ -125,7 +136,7 @@ std::map<std::string, std::string> describe_picture(const RenderJob& job, const 
     a["pvol:" + key] = value.is_string() ? value.get<std::string>() : value.dump();
   }
   a["pvol:scene"] = formats::to_toml(job.file);
-  a["pvol:samples"] = fmt::format("{} of {}", t.samples, t.samples_wanted);
+  a["pvol:samples"] = progress_text(t);
   return a;
 }
 
@@ -145,7 +156,8 @@ std::string stats_text(const RenderJob& job, const TimedRender& t) {
   for (const Counter& counter : kCounters) j[counter.name] = value(counter, t.result.counts);
   j["mean_rgb"] = {mean_rgb.x, mean_rgb.y, mean_rgb.z};
   j["variance_rgb"] = {variance_rgb.x, variance_rgb.y, variance_rgb.z};
-  j["relative_noise"] = relative_noise(t.result.film);
+  const std::optional<double> noise = relative_noise(t.result.film);
+  j["relative_noise"] = noise ? Json(*noise) : Json();
   j["options"] = describe_options(job);
   j["options"]["guided"] = t.result.guided;
   j["options"]["threads"] = job.file.scene.options.threads;

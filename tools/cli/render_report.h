@@ -34,7 +34,8 @@ struct RenderJob {
 struct TimedRender {
   RenderResult result;
   double cpu_seconds = 0, wall_seconds = 0;
-  std::uint64_t samples = 0, samples_wanted = 0;  ///< of the camera, over all pixels
+  std::uint64_t samples = 0;         ///< of the camera, over all pixels
+  std::uint64_t samples_wanted = 0;  ///< 0 where that was not known yet
 };
 
 /// "none", "2^3 from the file", "2^3 built at load" or "single voxels, built at load".
@@ -42,6 +43,12 @@ struct TimedRender {
 
 /// "no", or "yes: " and what makes the picture biased.
 [[nodiscard]] std::string describe_bias(const RenderJob& job);
+
+/// "noise 2.1 %", by `relative_noise`.
+[[nodiscard]] std::string noise_text(const Film& film);
+
+/// "1200 of 4000": samples of those wanted, as far as known.
+[[nodiscard]] std::string progress_text(const TimedRender& t);
 
 /// For the header of the picture: all that is needed to make it again.
 [[nodiscard]] std::map<std::string, std::string> describe_picture(const RenderJob& job,

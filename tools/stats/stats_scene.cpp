@@ -92,6 +92,7 @@ Scene requested(const LoadedScene& loaded, const measure::RunRequest& request, i
   Scene scene = loaded.file.scene;
   RenderOptions& r = scene.options;
   r.samples = request.samples;
+  r.noise.reset(), r.time.reset(), r.aovs = {};  // of the user's picture, not of measurements
   r.seed = request.seed;
   r.count = request.count;
   r.threads = threads;
@@ -142,8 +143,8 @@ measure::Run render_changed(const LoadedScene& loaded, const ChangeScene& change
   const std::vector<Volume> volumes =
       make_volumes(loaded, change_cloud ? changed : loaded.clouds, scene);
   // Chosen as for the user's picture, of which only a small one is rendered.
-  const double paths =
-      double(loaded.picture_width) * loaded.picture_height * loaded.file.scene.options.samples;
+  const double paths = double(loaded.picture_width) * loaded.picture_height *
+                       expected_samples(loaded.file.scene.options);
   const RenderPlan p =
       plan(volumes, scene,
            {.facts = loaded.facts, .force = loaded.force, .forecast = false, .paths = paths});

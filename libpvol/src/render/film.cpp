@@ -25,9 +25,10 @@ Vec3d value(const Layer& layer, const Film& film, std::size_t pixel) {
   return layer.components == "Z" ? Vec3d(kNothingMet) : Vec3d{};
 }
 
-double relative_noise(const Film& film) {
+std::optional<double> relative_noise(const Film& film) {
   double noise = 0, light = 0;
   for (const PixelSums& p : film.pixels) {
+    if (p.samples < 2) return std::nullopt;
     noise += noise_of(p);
     light += double(luminance(Rgb(mean(p))));
   }

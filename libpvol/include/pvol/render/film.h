@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -72,8 +73,8 @@ struct Film {
 }
 
 /// The film's relative noise: the root mean square of its pixels' standard errors over its mean
-/// luminance; 0 without light.
-[[nodiscard]] double relative_noise(const Film& film);
+/// luminance; 0 without light, none where a pixel has fewer than two samples.
+[[nodiscard]] std::optional<double> relative_noise(const Film& film);
 
 /// Adds the samples of a film of the same size, with the same layers, rendered with another seed.
 void add_samples(Film& to, const Film& from);
