@@ -102,8 +102,11 @@ std::size_t check_exr_file(const std::filesystem::path& file) {
   ByteSource source(file);
   const ExrHeaders headers = read_exr_headers(source);
   try {
-    if (headers.parts.front().deep)
-      throw Error("has deep pixels; expected one sample each: flatten it");
+    if (headers.parts.front().deep) {
+      throw Error(
+          "has deep pixels, of several samples each; expected one: flatten it, such as by oiiotool "
+          "DEEP.exr --flatten -o FLAT.exr");
+    }
     for (const ExrPart& part : headers.parts) {
       check_window(part);
       check_table(part, source.size());
