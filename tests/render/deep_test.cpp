@@ -327,14 +327,14 @@ TEST(Deep, RefusesWeightsAndMoreMemoryThanIsSensible) {
             std::string::npos);
   const auto large = [](int bins, std::uint32_t samples) {
     return [=](CloudScene& s) {
-      s.options.width = 16384, s.options.height = 8192;
+      s.options.width = s.options.height = 8192;
       s.options.deep_bins = bins;
       s.options.samples = samples;
     };
   };
   EXPECT_NE(refusal(large(64, 1000)).find("expected at most 8: take fewer bins"),
             std::string::npos);
-  EXPECT_EQ(refusal(large(64, 1)), "") << "one sample fills one bin";
+  EXPECT_EQ(refusal(large(64, 1)), "") << "one sample fills no more than a bin";
   EXPECT_EQ(refusal(large(1, 1000)), "");
   EXPECT_NE(refusal([&](CloudScene& s) {
               large(64, 1)(s);

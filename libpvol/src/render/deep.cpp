@@ -10,9 +10,15 @@
 namespace pvol {
 namespace {
 
-DeepBin& bin_at(std::vector<DeepBin>& bins, std::uint32_t number) {
-  const auto at = std::ranges::lower_bound(bins, number, {}, &DeepBin::number);
+/// The bin of this number, of `most` that a pixel can have.
+DeepBin& bin_at(std::vector<DeepBin>& bins, std::uint32_t number, int most) {
+  auto at = std::ranges::lower_bound(bins, number, {}, &DeepBin::number);
   if (at != bins.end() && at->number == number) return *at;
+  if (bins.size() == bins.capacity()) {
+    const auto before = at - bins.begin();
+    bins.reserve(std::min(std::size_t(most), 2 * bins.size() + 1));
+    at = bins.begin() + before;
+  }
   return *bins.insert(at, DeepBin{{}, 0, number});
 }
 
@@ -129,7 +135,7 @@ class Merger {
 void DeepFilm::add(std::size_t pixel, double depth, Vec3d radiance) {
   const double place = (depth - front) / (back - front) * bins;
   const double last = bins - 1;
-  DeepBin& bin = bin_at(pixels[pixel], std::uint32_t(place > 0 ? std::min(place, last) : 0));
+  DeepBin& bin = bin_at(pixels[pixel], std::uint32_t(place > 0 ? std::min(place, last) : 0), bins);
   bin.sum += radiance;
   ++bin.count;
 }
@@ -159,9 +165,10 @@ DeepValue flatten(std::span<const DeepSample> samples) {
   return seen_before(samples, std::numeric_limits<double>::infinity());
 }
 
+// Room for bins is doubled as they come.
 double most_deep_bytes(double pixels, int bins, double samples) {
   return pixels *
-         (sizeof(std::vector<DeepBin>) + sizeof(DeepBin) * std::min(double(bins), samples));
+         (sizeof(std::vector<DeepBin>) + sizeof(DeepBin) * std::min(double(bins), 2 * samples));
 }
 
 void add_samples(DeepFilm& to, const DeepFilm& from) {
@@ -171,7 +178,7 @@ void add_samples(DeepFilm& to, const DeepFilm& from) {
   }
   for (std::size_t i = 0; i < to.pixels.size(); ++i) {
     for (const DeepBin& b : from.pixels[i]) {
-      DeepBin& bin = bin_at(to.pixels[i], b.number);
+      DeepBin& bin = bin_at(to.pixels[i], b.number, to.bins);
       bin.sum += b.sum;
       bin.count += b.count;
     }
