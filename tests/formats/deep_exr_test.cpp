@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <limits>
 
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
@@ -199,7 +200,114 @@ TEST(DeepExr, ReadersOfFlatPicturesSayWhatToDo) {
   for (const std::string& message : {error_of([&] { (void)read_film(folder.file("a.exr")); }),
                                      error_of([&] { (void)read_sky(folder.file("a.exr")); })}) {
     EXPECT_NE(message.find("a.exr: has deep pixels"), std::string::npos) << message;
-    EXPECT_NE(message.find("oiiotool DEEP.exr --flatten -o FLAT.exr"), std::string::npos);
+    EXPECT_NE(message.find("flatten it by pvol-convert DEEP.exr FLAT.exr"), std::string::npos);
+  }
+}
+
+TEST(FlattenExr, GivesThePictureBack) {
+  const TemporaryFolder folder;
+  const Film film = make_film(3, 7, 1);
+  for (const double error : {0.0, kError, 1.0}) {
+    for (const ExrCompression compression : {ExrCompression::zips, ExrCompression::none}) {
+      for (const PixelType type : {PixelType::single, PixelType::half}) {
+        write_deep_exr(folder.file("a.exr"), film, {{"pvol:seed", "1"}},
+                       {.error = error, .pixels = type, .compression = compression});
+        const StoredFilm stored = flatten_exr(folder.file("a.exr"));
+        EXPECT_FALSE(stored.has_variances);
+        EXPECT_EQ(stored.attributes.at("pvol:seed"), "1");
+        const Film& flat = stored.film;
+        EXPECT_TRUE(flat.width == 64 && flat.height == 48 && flat.x == 5 && flat.y == 3);
+        ASSERT_EQ(flat.pixels.size(), film.pixels.size());
+        for (std::size_t i = 0; i < flat.pixels.size(); ++i) {
+          const PixelSums &a = film.pixels[i], &b = flat.pixels[i];
+          ASSERT_LE(length(mean(a) - mean(b)), type == PixelType::half ? 2e-3 : 1e-5);
+          ASSERT_NEAR(a.alpha / a.samples, b.alpha, 1e-6);
+        }
+      }
+    }
+  }
+}
+
+/// A pixel of another program's file, with these samples; `names` of kNames, all of float.
+std::string flatten_error(std::vector<Sample> samples, std::size_t names = kNames.size(),
+                          Imf::Compression compression = Imf::ZIPS_COMPRESSION) {
+  const TemporaryFolder folder;
+  const std::string file = folder.file("a.exr").string();
+  {
+    Imf::Header header(1, 1);
+    header.setType(Imf::DEEPSCANLINE);
+    header.compression() = compression;
+    auto count = std::uint32_t(samples.size());
+    std::array<float*, kNames.size()> places{};
+    Imf::DeepFrameBuffer buffer;
+    buffer.insertSampleCountSlice(Imf::Slice(Imf::UINT, reinterpret_cast<char*>(&count), 4, 4));
+    for (std::size_t c = 0; c < names; ++c) {
+      header.channels().insert(kNames[c], Imf::Channel(Imf::FLOAT));
+      places[c] = &samples[0][c];
+      buffer.insert(kNames[c], Imf::DeepSlice(Imf::FLOAT, reinterpret_cast<char*>(&places[c]),
+                                              sizeof(float*), sizeof(float*), sizeof(Sample)));
+    }
+    Imf::DeepScanLineOutputFile out(file.c_str(), header);
+    out.setFrameBuffer(buffer);
+    out.writePixels(1);
+  }
+  return error_of([&] { (void)flatten_exr(file); });
+}
+
+TEST(FlattenExr, TakesWhatIsInOrderAlone) {
+  const Sample a{1, 1, 1, 0.5f, 2, 3}, b{1, 1, 1, 1, 3, 4};
+  EXPECT_EQ(flatten_error({a, b}), "");
+  EXPECT_EQ(flatten_error({a, b}, 5), "") << "without ZBack samples are thin";
+  const std::string overlap = "pixel (0, 0) has samples that overlap or are not in the order";
+  EXPECT_NE(flatten_error({b, a}).find(overlap), std::string::npos);
+  EXPECT_NE(flatten_error({a, a}).find(overlap), std::string::npos);
+  EXPECT_NE(flatten_error({{1, 1, 1, 0.5f, 3, 2}}).find(overlap), std::string::npos);
+  const float inf = std::numeric_limits<float>::infinity();
+  for (const Sample& odd : {Sample{1, inf, 1, 0.5f, 2, 3}, Sample{1, 1, 1, 1.5f, 2, 3},
+                            Sample{1, 1, 1, -0.5f, 2, 3}, Sample{1, 1, 1, 0.5f, 2, inf}}) {
+    EXPECT_NE(flatten_error({odd}).find("pixel (0, 0) has a sample that is not finite"),
+              std::string::npos);
+  }
+  EXPECT_NE(flatten_error({a}, 4).find("has no channel Z"), std::string::npos);
+  EXPECT_NE(flatten_error({a}, 2).find("has no channel B"), std::string::npos);
+  EXPECT_NE(
+      flatten_error({a}, 6, Imf::RLE_COMPRESSION).find("another compression than zips and none"),
+      std::string::npos);
+  const TemporaryFolder folder;
+  write_exr(folder.file("a.exr"), make_film(3, 7, 1), {});
+  EXPECT_NE(error_of([&] { (void)flatten_exr(folder.file("a.exr")); }).find("is no deep picture"),
+            std::string::npos);
+}
+
+TEST(FlattenExr, DamagedFilesAreRefusedAndNamed) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.file("a.exr"), damaged = folder.file("b.exr");
+  for (const ExrCompression compression : {ExrCompression::zips, ExrCompression::none}) {
+    write_deep_exr(file, make_film(3, 7, 1), {}, {.error = 0.3, .compression = compression});
+    const std::string whole = bytes_of(file);
+    const auto read = [&](const std::string& bytes) {
+      std::ofstream(damaged, std::ios::binary) << bytes;
+      return error_of([&] { (void)flatten_exr(damaged); });
+    };
+    EXPECT_EQ(read(whole), "");
+    for (std::size_t size = 0; size < whole.size(); size += 1 + whole.size() / 150) {
+      EXPECT_NE(read(whole.substr(0, size)).find("b.exr: "), std::string::npos) << size;
+    }
+    Rng rng(5, 0, 0);
+    std::size_t refused = 0;
+    for (int k = 0; k < 400; ++k) {
+      std::string bytes = whole;
+      // Most of what can go wrong is told in the first bytes, and in those of each row.
+      const double place = double(rng.uniform()), range = k % 2 ? 2000 : double(bytes.size());
+      bytes[std::size_t(place * std::min(range, double(bytes.size())))] =
+          static_cast<char>(256 * rng.uniform());
+      const std::string error = read(bytes);
+      refused += error.empty() ? 0 : 1;
+      EXPECT_TRUE(error.empty() || error.find("b.exr: ") == 0u ||
+                  error.find("/b.exr: ") != error.npos)
+          << error;
+    }
+    EXPECT_GT(refused, 30u);
   }
 }
 

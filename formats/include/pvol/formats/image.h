@@ -140,6 +140,13 @@ struct StoredFilm {
 /// samples and counts that are negative.
 [[nodiscard]] StoredFilm read_film(const std::filesystem::path& file);
 
+/// A deep EXR (scanlines, zips or no compression) as a flat film: the samples of each pixel over
+/// each other, before nothing. Every pixel counts as one sample. Throws Error for files that are
+/// damaged or incomplete, without the channels R, G, B, A and Z, with primaries other than
+/// Rec.709, with tiles or several parts, with samples that are not finite, overlap or are not in
+/// the order of depth, and beyond the sizes of `read_sky`.
+[[nodiscard]] StoredFilm flatten_exr(const std::filesystem::path& file);
+
 /// The R, G, B channels of an EXR (half, float or integer; scanlines or the finest level of tiles)
 /// as a sky picture of the size of its data window; scale and rotation are the defaults. Throws
 /// Error for files that are damaged or incomplete, without those channels (the message lists what
