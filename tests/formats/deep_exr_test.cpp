@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -277,6 +278,33 @@ TEST(FlattenExr, TakesWhatIsInOrderAlone) {
   write_exr(folder.file("a.exr"), make_film(3, 7, 1), {});
   EXPECT_NE(error_of([&] { (void)flatten_exr(folder.file("a.exr")); }).find("is no deep picture"),
             std::string::npos);
+}
+
+/// The first row's block, of what has 36: right behind the table of blocks, whose first entry says
+/// where it is.
+std::size_t first_block(const std::string& bytes) {
+  for (std::size_t at = 0; at + 8 <= bytes.size(); ++at) {
+    std::uint64_t entry = 0;
+    std::memcpy(&entry, &bytes[at], sizeof entry);
+    if (entry == at + 8 * 36) return entry;
+  }
+  return 0;
+}
+
+TEST(FlattenExr, CountsOfSamplesMustMakeSense) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.file("a.exr");
+  write_deep_exr(file, make_film(3, 7, 1), {}, {.compression = ExrCompression::none});
+  std::string bytes = bytes_of(file);
+  const std::size_t block = first_block(bytes);
+  ASSERT_GT(block, 0u);
+  // Up to the first pixel there are more samples than up to the second; behind the row's number and
+  // three sizes.
+  const std::uint32_t many = 0x7fffffff;
+  std::memcpy(&bytes[block + 28], &many, sizeof many);
+  std::ofstream(file, std::ios::binary) << bytes;
+  const std::string error = error_of([&] { (void)flatten_exr(file); });
+  EXPECT_NE(error.find("counts of samples that make no sense"), std::string::npos) << error;
 }
 
 TEST(FlattenExr, DamagedFilesAreRefusedAndNamed) {

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "pvol/error.h"
+#include "pvol/math/rng.h"
 #include "support/bodies.h"
 #include "support/lit_scenes.h"
 #include "support/pictures.h"
@@ -165,10 +166,60 @@ TEST(Deep, MergesAnEvenMediumWithoutError) {
   EXPECT_EQ(two[1].z_back, 12.5);
 }
 
+/// Bins so dense that most of what happens in them happens at their front: the greatest change lies
+/// inside.
+TEST(Deep, MergingKeepsToItsErrorWithinDenseBins) {
+  constexpr std::uint32_t kSamples = 1'000'000;
+  constexpr int kBins = 6;
+  std::size_t merged = 0;
+  for (std::uint64_t k = 0; k < 400; ++k) {
+    Rng rng(1, k, 0);
+    DeepFilm f{10, 10 + kBins, kBins, std::vector<std::vector<DeepBin>>(1)};
+    std::uint32_t left = kSamples;
+    for (std::uint32_t i = 0; i < kBins; ++i) {
+      const double open = std::exp(-8 * double(rng.uniform()) * double(rng.uniform()));
+      const auto count = std::uint32_t((1 - open) * left);
+      if (count == 0 || rng.uniform() < 0.2f) continue;
+      const Vec3d light(rng.uniform(), double(rng.uniform()) - 0.3, 1);
+      f.pixels[0].push_back({light * count, count, i});
+      left -= count;
+    }
+    const auto fine = deep_samples(f, 0, kSamples, 0);
+    for (const double error : {0.02, 0.1, 0.3}) {
+      const auto coarse = deep_samples(f, 0, kSamples, error);
+      merged += fine.size() - coarse.size();
+      const DeepValue all = flatten(fine);
+      for (int step = 0; step <= 200 * kBins; ++step) {
+        const double z = 10 + step / 200.0;
+        const DeepValue a = seen_before(fine, z), b = seen_before(coarse, z);
+        ASSERT_LE(std::abs(a.alpha - b.alpha), error * all.alpha + 1e-9) << k << ", depth " << z;
+        for (int c = 0; c < 3; ++c) {
+          ASSERT_LE(std::abs(a.colour[c] - b.colour[c]), error * std::abs(all.colour[c]) + 1e-9);
+        }
+      }
+    }
+  }
+  EXPECT_GT(merged, 400u);
+}
+
+TEST(Deep, BinsBeginAtACameraInside) {
+  CloudScene s = sunny();
+  s.camera.position = {20, 16, 18};
+  s.camera.target = {26, 16, 18};
+  s.options.deep = true;
+  const Volume v = volume_of(s);
+  const DeepFilm film = render(v, s).film.deep;
+  EXPECT_EQ(film.front, 0);
+  EXPECT_NEAR(film.back, v.density.world_box.hi.x - 20, 1e-6);
+}
+
 TEST(Deep, WhatRoundingPutsOutsideBelongsToTheLastBins) {
   DeepFilm f{10, 14, 4, std::vector<std::vector<DeepBin>>(1)};
   for (const double depth : {14.0001, 9.9999, 14.0, 10.0, 12.0}) f.add(0, depth, Vec3d(1));
   ASSERT_EQ(f.pixels[0].size(), 3u);
+  DeepFilm inside{10, 14, 4, std::vector<std::vector<DeepBin>>(1)};
+  for (const double depth : {10.9999, 11.0}) inside.add(0, depth, Vec3d(1));
+  EXPECT_EQ(inside.pixels[0].size(), 2u) << "an edge belongs to the bin behind it";
   const std::uint32_t expected[3][2] = {{0, 2}, {2, 1}, {3, 2}};
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(f.pixels[0][i].number, expected[i][0]);

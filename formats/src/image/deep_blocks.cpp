@@ -18,7 +18,7 @@ constexpr std::uint64_t kLargestRow = std::uint64_t{1} << 28;  // bytes
 /// Undoes what zips does before it packs: differences of bytes, those of odd places behind those of
 /// even ones.
 void restore(const std::vector<char>& from, std::vector<char>& to) {
-  const std::size_t half = (from.size() + 1) / 2;
+  const std::size_t half = from.size() / 2;  // every value has an even number of bytes
   unsigned byte = 128;
   for (std::size_t i = 0; i < from.size(); ++i) {
     byte = (byte + static_cast<unsigned char>(from[i]) - 128) & 255;
