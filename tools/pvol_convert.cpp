@@ -10,6 +10,7 @@
 #include "pvol/bounds/bound_grids.h"
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
+#include "pvol/formats/image.h"
 #include "pvol/shell/recipe_support.h"
 
 namespace {
@@ -21,6 +22,7 @@ constexpr const char* kTool = "pvol-convert";
 constexpr const char* kExamples = R"(The endings of the names say what is converted:
   .toml (a recipe), .nvdb or .pvol to .vdb; .vdb to .vdb keeps the one grid that pvol would render,
   with the values it would use: non-finite and negative ones are 0. pvol-fit makes .pvol files.
+  .exr, deep, to .exr, flat: the picture without background that its samples show together.
   .pvol to .ply or .obj: the surface of its shell, in world space; to .png: slices through the cloud
   (grey) and its shell (blue).
 
@@ -29,6 +31,8 @@ Examples:
       a procedural cloud for other renderers
   pvol-convert cloud.pvol cloud.vdb --bounds
       the density with its majorants and minorants, for any VDB viewer
+  pvol-convert cloud.deep.exr flat.exr
+      a deep picture of pvol-render --deep for programs that want one sample a pixel
   pvol-convert cloud.pvol shell.ply --resolution 256
       the bounding shell as triangles
 
@@ -47,10 +51,12 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   CLI::App app{"Converts clouds between file formats.", kTool};
   cli::add_common(app, kExamples);
   cli::add_quiet(app, o.common);
-  app.add_option("INPUT", o.input, "The cloud: .toml (a recipe), .nvdb, .pvol or .vdb")
+  app.add_option("INPUT", o.input,
+                 "The cloud: .toml (a recipe), .nvdb, .pvol or .vdb; or a deep .exr")
       ->type_name("")
       ->required();
-  app.add_option("OUTPUT", o.output, "The file to write: .vdb, or a shell's .ply, .obj or .png")
+  app.add_option("OUTPUT", o.output,
+                 "The file to write: .vdb, a shell's .ply, .obj or .png, or a flat .exr")
       ->type_name("")
       ->required();
   app.add_flag("--bounds", o.bounds,
@@ -74,16 +80,23 @@ bool shows_shell(const Options& o) {
   return to == ".ply" || to == ".obj" || to == ".png";
 }
 
+/// Whether it is about pictures.
+bool flattens(const Options& o) {
+  return formats::ending(o.input) == ".exr" && formats::ending(o.output) == ".exr";
+}
+
 void check_pair(const Options& o) {
   const std::string from = formats::ending(o.input), to = formats::ending(o.output);
   const bool readable = from == ".toml" || from == ".nvdb" || from == ".pvol" || from == ".vdb";
-  if (!(readable && to == ".vdb") && !(from == ".pvol" && shows_shell(o))) {
+  if (!(readable && to == ".vdb") && !(from == ".pvol" && shows_shell(o)) && !flattens(o)) {
     throw cli::UsageError(fmt::format(
         "{}: there is no conversion from '{}' to '{}'; there are: .toml (a recipe), .nvdb, .pvol "
-        "and .vdb to .vdb, and .pvol to .ply, .obj and .png. pvol-fit makes .pvol files.",
+        "and .vdb to .vdb, .pvol to .ply, .obj and .png, and deep .exr to flat. pvol-fit makes "
+        ".pvol "
+        "files.",
         o.input.string(), from, to));
   }
-  cli::check_output(o.output, {".vdb", ".ply", ".obj", ".png"});
+  cli::check_output(o.output, {".vdb", ".ply", ".obj", ".png", ".exr"});
   if (cli::same_file(o.input, o.output)) {
     throw cli::UsageError(
         fmt::format("input and output are the same file, {}; choose another name for the output",
@@ -149,8 +162,17 @@ int convert_shell(const Options& o) {
   return cli::kSuccess;
 }
 
+int convert_picture(const Options& o) {
+  if (o.bounds) throw cli::UsageError("--bounds goes with an output that ends in .vdb");
+  const formats::StoredFilm flat = formats::flatten_exr(o.input);
+  formats::write_exr(o.output, flat.film, flat.attributes);
+  report(o, {}, {});
+  return cli::kSuccess;
+}
+
 int run(const Options& o) {
   check_pair(o);
+  if (flattens(o)) return convert_picture(o);
   if (shows_shell(o)) return convert_shell(o);
   // Bounds only where they are asked for: building them may refuse what can be converted.
   formats::Cloud cloud;

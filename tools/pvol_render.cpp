@@ -40,6 +40,7 @@ void apply(const Options& o, formats::SceneFile& file) {
   if (!o.grid.grid.empty()) file.volumes.front().grid = o.grid.grid;
   cli::apply(o.options, formats::render_keys(file));
   file.scene.options.count = !o.stats.empty();
+  file.scene.options.deep = !o.deep.empty();
 }
 
 formats::SceneFile read_scene(const Options& o) {
@@ -294,8 +295,23 @@ void check_layout(const Options& o, const Scene& scene) {
 
 /// Names of the files to write; empty for those that are not wanted.
 struct Outputs {
-  std::filesystem::path exr, png;
+  std::filesystem::path exr, png, deep;
 };
+
+void check_deep(const Options& o, const Outputs& out) {
+  for (const char* key : {"deep_bins", "deep_error"}) {
+    if (!o.deep.empty() || !o.options.contains(key)) continue;
+    throw cli::UsageError("--deep-bins and --deep-error go with --deep FILE: the deep picture");
+  }
+  if (o.deep.empty()) return;
+  cli::check_output(o.deep, {".exr"});
+  for (const std::filesystem::path& other : {out.exr, out.png}) {
+    if (other.empty() || weakly_canonical(other) != weakly_canonical(o.deep)) continue;
+    throw cli::UsageError(fmt::format(
+        "--deep and the output are the same file, {}; choose another name, such as {}",
+        o.deep.string(), std::filesystem::path(o.deep).replace_extension(".deep.exr").string()));
+  }
+}
 
 Outputs choose_outputs(const Options& o) {
   if (o.output.empty()) throw cli::UsageError("--output is required: the picture to write");
@@ -314,27 +330,46 @@ Outputs choose_outputs(const Options& o) {
       cli::check_output(out.png, {".png"});
     }
   }
+  out.deep = o.deep;
+  check_deep(o, out);
   if (o.live && out.png.empty()) throw cli::UsageError("--live shows the .png; leave out --no-png");
   if (!o.stats.empty() && o.stats != "-") cli::check_output(o.stats, {".json"});
   return out;
 }
 
-void save_exr(const Options& o, const std::filesystem::path& file, const RenderJob& job,
-              const TimedRender& t) {
-  const std::uint64_t clamped = formats::write_exr(
-      file, t.result.film, cli::describe_picture(job, t), exr_options(o, job.file.scene));
-  if (clamped == 0) return;
+void warn_of_clamped(const std::filesystem::path& file, std::uint64_t values) {
+  if (values == 0) return;
   cli::print_warnings(
       kTool,
       {fmt::format("{}: {} values are beyond 65504, the most that half holds, and were set to "
                    "that; keep them with --pixel-type float",
-                   file.string(), clamped)});
+                   file.string(), values)});
+}
+
+void save_deep(const Options& o, const std::filesystem::path& file, const RenderJob& job,
+               const TimedRender& t) {
+  const Scene& scene = job.file.scene;
+  const formats::DeepExrWritten done = formats::write_deep_exr(
+      file, t.result.film, cli::describe_picture(job, t),
+      {.error = scene.options.deep_error, .pixels = o.pixels, .camera = scene.camera});
+  warn_of_clamped(file, done.clamped);
+  if (o.common.quiet) return;
+  std::cerr << kTool << ": wrote " << file.string() << ", "
+            << cli::readable(double(done.samples) / double(t.result.film.pixels.size()))
+            << " deep samples a pixel\n";
+}
+
+void save_exr(const Options& o, const std::filesystem::path& file, const RenderJob& job,
+              const TimedRender& t) {
+  warn_of_clamped(file, formats::write_exr(file, t.result.film, cli::describe_picture(job, t),
+                                           exr_options(o, job.file.scene)));
 }
 
 void save(const Options& o, const Outputs& out, const RenderJob& job, const TimedRender& t) {
   const Film& film = t.result.film;
   if (!out.exr.empty()) save_exr(o, out.exr, job, t);
   if (!out.png.empty()) save_png(o, out.png, job, film);
+  if (!out.deep.empty()) save_deep(o, out.deep, job, t);
   if (out.exr.empty() && cli::describe_bias(job) != "no") {
     cli::print_warnings(kTool,
                         {out.png.string() + ": the picture is biased (" + cli::describe_bias(job) +

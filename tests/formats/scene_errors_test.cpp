@@ -114,11 +114,10 @@ TEST_F(SceneText, BadFrameworkIsRefused) {
   EXPECT_EQ(error("volume = 3\n"),
             "s.toml:1:10: volume is 3; expected a table [volume] or tables [[volume]]");
   EXPECT_EQ(error(kCloud + "[render]\n[[render.sun]]\n"),
-            "s.toml:4:10: unknown key \"sun\" in [render]; expected one of size, crop, spp, noise, time, "
-            "first_sample, seed, tracker, transmittance, micro_bounds, interpolation, shells, "
-            "guide, kernel, depth, max_bounces, "
-            "background, aov, density, density_tolerance, majorant_scale, homogenise or "
-            "preview");
+            "s.toml:4:10: unknown key \"sun\" in [render]; expected one of size, crop, spp, "
+            "noise, time, first_sample, seed, tracker, transmittance, micro_bounds, interpolation, "
+            "shells, guide, kernel, depth, max_bounces, background, aov, deep_bins, deep_error, "
+            "density, density_tolerance, majorant_scale, homogenise or preview");
   EXPECT_EQ(error("sun = [1]\n" + kCloud), "s.toml:1:8: sun[1] is 1; expected a table");
   EXPECT_NE(error("[recipe]\n").find("s.toml: is a recipe"), std::string::npos);
   EXPECT_NE(error("volume.fil = 3\n").find("s.toml:1:8: unknown key \"fil\" in [volume]"),

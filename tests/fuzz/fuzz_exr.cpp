@@ -1,4 +1,4 @@
-// EXR pictures, as skies and as films.
+// EXR pictures, as skies and as films, and deep ones as films.
 #include "fuzz.h"
 #include "pvol/formats/image.h"
 
@@ -25,5 +25,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::filesystem::path file = scratch_file("input.exr", {data, size});
   accepts([&] { check(pvol::formats::read_sky(file)); });
   accepts([&] { check(pvol::formats::read_film(file).film); });
+  accepts([&] { check(pvol::formats::flatten_exr(file).film); });
   return 0;
 }

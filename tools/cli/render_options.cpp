@@ -65,6 +65,10 @@ void add_files(CLI::App& app, RenderOptionsGiven& o) {
   app.add_flag("--live", o.live,
                "Write the .png while rendering, at most once a second, and beside it a page of its "
                "name, .html, which a browser reloads until the end");
+  app.add_option("--deep", o.deep,
+                 "Write a deep .exr besides, of what is seen at which depth, to be put together "
+                 "with other deep pictures; never with a background")
+      ->type_name("FILE");
   app.add_option("--stats", o.stats,
                  "Count the work and write counts, times and errors as JSON; - is stdout")
       ->type_name("FILE");

@@ -17,7 +17,7 @@ namespace pvol::cli {
 /// What the user gave.
 struct RenderOptionsGiven {
   Common common;
-  std::filesystem::path input, output, png, stats;
+  std::filesystem::path input, output, png, deep, stats;
   formats::GridOptions grid;
   std::vector<std::string> sets;
   /// Flags of formats::render_keys, as written, by key; absent ones are left to the scene.

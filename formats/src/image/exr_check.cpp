@@ -6,10 +6,12 @@
 #include <ImfChromaticities.h>
 #include <ImfHeader.h>
 #include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "image/exr_block.h"
 #include "image/exr_header.h"
@@ -102,8 +104,11 @@ std::size_t check_exr_file(const std::filesystem::path& file) {
   ByteSource source(file);
   const ExrHeaders headers = read_exr_headers(source);
   try {
-    if (headers.parts.front().deep)
-      throw Error("has deep pixels; expected one sample each: flatten it");
+    if (headers.parts.front().deep) {
+      throw Error(
+          "has deep pixels, of several samples each; expected one: flatten it by pvol-convert "
+          "DEEP.exr FLAT.exr");
+    }
     for (const ExrPart& part : headers.parts) {
       check_window(part);
       check_table(part, source.size());
@@ -119,6 +124,36 @@ std::size_t check_exr_file(const std::filesystem::path& file) {
   }
   check_blocks(source, headers);
   return film_parts(headers);
+}
+
+Film film_of(const Imf::Header& header) {
+  const Imath::Box2i &display = header.displayWindow(), &data = header.dataWindow();
+  const auto extent = [](int lo, int hi) { return std::int64_t(hi) - lo + 1; };
+  const std::int64_t width = extent(display.min.x, display.max.x);
+  const std::int64_t height = extent(display.min.y, display.max.y);
+  const std::int64_t x = std::int64_t(data.min.x) - display.min.x;
+  const std::int64_t y = std::int64_t(data.min.y) - display.min.y;
+  constexpr std::int64_t kMost = std::numeric_limits<int>::max();
+  if (width < 1 || height < 1 || width > kMost || height > kMost || x < -kMost || x > kMost ||
+      y < -kMost || y > kMost) {
+    throw Error("has windows whose size makes no sense; it is damaged");
+  }
+  Film f;
+  f.width = int(width), f.height = int(height);
+  f.x = int(x), f.y = int(y);
+  f.crop_width = int(extent(data.min.x, data.max.x));
+  f.crop_height = int(extent(data.min.y, data.max.y));
+  return f;
+}
+
+std::map<std::string, std::string> string_attributes(const Imf::Header& header) {
+  std::map<std::string, std::string> attributes;
+  for (auto a = header.begin(); a != header.end(); ++a) {
+    if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a.attribute())) {
+      attributes[a.name()] = text->value();
+    }
+  }
+  return attributes;
 }
 
 void check_picture(const Imf::Header& header) {
@@ -139,6 +174,17 @@ void check_picture(const Imf::Header& header) {
         !close(found.blue, rec709.blue) || !close(found.white, rec709.white)) {
       throw Error("has primaries other than linear Rec.709; convert it first");
     }
+  }
+}
+
+void check_deep_part(const std::filesystem::path& file, ExrPart part, std::uint64_t file_bytes) {
+  part.pixel_bytes = sizeof(std::uint32_t);  // at least its number of samples
+  try {
+    check_window(part);
+    check_table(part, file_bytes);
+    check_ratio(part, file_bytes);
+  } catch (const Error& e) {
+    throw Error(file.string() + ": " + e.what());
   }
 }
 

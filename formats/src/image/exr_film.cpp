@@ -6,12 +6,10 @@
 #include <ImfHeader.h>
 #include <ImfInputPart.h>
 #include <ImfMultiPartInputFile.h>
-#include <ImfStringAttribute.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -99,26 +97,6 @@ void check(const Values& v, int x, int y) {
       fmt::format("pixel ({}, {}) holds {}; expected finite values, and variances, samples and "
                   "counts of at least 0",
                   x, y, found));
-}
-
-Film film_of(const Imf::Header& header) {
-  const Imath::Box2i &display = header.displayWindow(), &data = header.dataWindow();
-  const auto extent = [](int lo, int hi) { return std::int64_t(hi) - lo + 1; };
-  const std::int64_t width = extent(display.min.x, display.max.x);
-  const std::int64_t height = extent(display.min.y, display.max.y);
-  const std::int64_t x = std::int64_t(data.min.x) - display.min.x;
-  const std::int64_t y = std::int64_t(data.min.y) - display.min.y;
-  constexpr std::int64_t kMost = std::numeric_limits<int>::max();
-  if (width < 1 || height < 1 || width > kMost || height > kMost || x < -kMost || x > kMost ||
-      y < -kMost || y > kMost) {
-    throw Error("has windows whose size makes no sense; it is damaged");
-  }
-  Film f;
-  f.width = int(width), f.height = int(height);
-  f.x = int(x), f.y = int(y);
-  f.crop_width = int(extent(data.min.x, data.max.x));
-  f.crop_height = int(extent(data.min.y, data.max.y));
-  return f;
 }
 
 /// Whether the film's own channels include this one, under its name of today or of old.
@@ -225,7 +203,7 @@ void add_block(const Block& b, const Layout& layout, Film& film) {
 StoredFilm read_pixels(Imf::MultiPartInputFile& in, const std::vector<int>& parts) {
   StoredFilm stored;
   Film& film = stored.film;
-  film = film_of(in.header(0));
+  film = detail::film_of(in.header(0));
   const Layout layout = layout_of(in, parts, film);
   stored.has_variances = has_variances(layout);
   // Memory grows with what was decoded: a small damaged file cannot ask for gigabytes.
@@ -248,12 +226,7 @@ StoredFilm read_film(const std::filesystem::path& file) {
     const std::vector<int> parts = parts_of(in, count);
     for (const int part : parts) detail::check_complete(in.partComplete(part));
     StoredFilm stored = read_pixels(in, parts);
-    const Imf::Header& header = in.header(0);
-    for (auto a = header.begin(); a != header.end(); ++a) {
-      if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a.attribute())) {
-        stored.attributes[a.name()] = text->value();
-      }
-    }
+    stored.attributes = detail::string_attributes(in.header(0));
     return stored;
   } catch (const Error& e) {
     throw Error(file.string() + ": " + e.what());

@@ -1,8 +1,11 @@
 #include "render/check_scene.h"
 
+#include <limits>
 #include <string>
 
+#include "math/digits.h"
 #include "pvol/error.h"
+#include "pvol/render/deep.h"
 #include "pvol/render/lights.h"
 
 namespace pvol::detail {
@@ -33,6 +36,23 @@ void check(const Volume& volume, const RenderOptions& o) {
           "the volume was made for another extinction, interpolation or tracker than the scene's");
 }
 
+/// Deep pictures are made of samples that collide or do not, and of memory.
+void check_deep(const RenderOptions& o) {
+  require(!is_weighted(o.tracker),
+          std::string("deep pictures count samples that collide, and those of tracker ") +
+              name(o.tracker) + " have weights; choose a tracker without, such as decomposition");
+  const double pixels = double(o.crop_width ? o.crop_width : o.width - o.crop_x) *
+                        double(o.crop_height ? o.crop_height : o.height - o.crop_y);
+  constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+  const double bytes =
+      most_deep_bytes(pixels, o.deep_bins, by_need(o) ? kUnlimited : double(o.samples));
+  require(bytes <= kMostDeepBytes, "a deep picture of " + digits(pixels) + " pixels in " +
+                                       std::to_string(o.deep_bins) + " bins of depth may take " +
+                                       digits(bytes / 0x1p30) +
+                                       " GiB of memory; expected at "
+                                       "most 8: take fewer bins, or render it in parts (crop)");
+}
+
 }  // namespace
 
 void check(std::span<const Volume> volumes, const Scene& scene) {
@@ -40,6 +60,7 @@ void check(std::span<const Volume> volumes, const Scene& scene) {
   require(!volumes.empty(), "there is no volume to render");
   require(volumes.size() == 1 || !is_weighted(scene.options.tracker),
           "weighted trackers take one volume; choose another tracker for several");
+  if (scene.options.deep) check_deep(scene.options);
   for (const Volume& v : volumes) check(v, scene.options);
 }
 

@@ -41,6 +41,7 @@ void add_samples(Film& to, const Film& from) {
       from.layers.size() != to.layers.size()) {
     throw Error("films of different sizes or layers cannot be added");
   }
+  add_samples(to.deep, from.deep);
   for (std::size_t i = 0; i < to.pixels.size(); ++i) {
     PixelSums& p = to.pixels[i];
     const PixelSums& q = from.pixels[i];

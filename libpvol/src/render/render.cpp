@@ -158,6 +158,7 @@ RenderResult render(const RenderPlan& plan, const Progress& progress, const Pass
   setup.stop = &reporter.stop();
   const Paths paths = arena.execute([&] { return guide(plan, setup, result); });
   film.layers = detail::make_layers(setup, film.pixels.size());
+  film.deep = detail::make_deep(setup, film.pixels.size());
 
   // Samples by need follow costs, too: their pilot is counted.
   const bool counts_pilot = by_need(o) && !setup.count;

@@ -142,6 +142,18 @@ void write_film(const fs::path& file, bool multipart) {
       {.aovs = AovSet::all(), .multipart = multipart, .pixels = formats::PixelType::half});
 }
 
+/// As pvol-render --deep writes it.
+void write_deep_film(const fs::path& file, formats::ExrCompression compression) {
+  Film film{
+      .width = 8, .height = 8, .x = 2, .y = 3, .crop_width = 4, .crop_height = 3, .pixels = {}};
+  film.deep = {1, 3, 4, std::vector<std::vector<DeepBin>>(12)};
+  for (std::size_t i = 0; i < 12; ++i) {
+    film.pixels.push_back({.sum = Vec3d(1), .sum_squares = Vec3d(1), .alpha = 3, .samples = 8});
+    for (std::size_t k = 0; k < i % 5; ++k) film.deep.add(i, 1.1 + 0.5 * double(k), Vec3d(0.25));
+  }
+  formats::write_deep_exr(file, film, {{"pvol:seed", "1"}}, {.compression = compression});
+}
+
 }  // namespace
 
 void make_exr_corpus(const fs::path& folder) {
@@ -161,6 +173,8 @@ void make_exr_corpus(const fs::path& folder) {
   write_tiles(folder / "ripmap.exr", Imf::RIPMAP_LEVELS);
   write_parts(folder / "parts.exr");
   write_deep(folder / "deep.exr");
+  write_deep_film(folder / "deep_film_zips.exr", formats::ExrCompression::zips);
+  write_deep_film(folder / "deep_film_none.exr", formats::ExrCompression::none);
   // film.exr is of a version before there were AOVs.
   write_film(folder / "film_layers.exr", false);
   write_film(folder / "film_parts.exr", true);

@@ -65,6 +65,28 @@ std::uint64_t write_exr(const std::filesystem::path& file, const Film& film,
                         const std::map<std::string, std::string>& attributes,
                         const ExrOptions& options = {});
 
+struct DeepExrOptions {
+  double error = 0;                      ///< that merging may make, see deep_samples
+  PixelType pixels = PixelType::single;  ///< of colour; alpha and depths are always float
+  ExrCompression compression = ExrCompression::zips;  ///< or none; deep files know no other
+  std::optional<Camera> camera{};                     ///< as in ExrOptions
+};
+
+struct DeepExrWritten {
+  std::uint64_t samples = 0;  ///< of all pixels
+  std::uint64_t clamped = 0;  ///< values that half does not hold
+};
+
+/// Writes what a film that was rendered with RenderOptions::deep sees, by depth: deep scanlines
+/// with R, G, B, A, Z and ZBack (deep_samples), sorted and disjoint in each pixel, Z in world units
+/// along the camera's axis as in the layer `depth`, without background; windows and attributes as
+/// write_exr. Pixels that nothing covers have no samples. The same film gives the same bytes.
+/// Atomic. Throws Error for a film without depths or pixels, attributes of EXR's own names and
+/// where writing fails.
+DeepExrWritten write_deep_exr(const std::filesystem::path& file, const Film& film,
+                              const std::map<std::string, std::string>& attributes,
+                              const DeepExrOptions& options = {});
+
 /// What a PNG does with light brighter than the screen's white.
 enum class ToneMap {
   srgb,     ///< clips it: colours below are the scene's
@@ -117,6 +139,13 @@ struct StoredFilm {
 /// window. Throws Error as `read_sky` does, but radiance may be negative; and for variances,
 /// samples and counts that are negative.
 [[nodiscard]] StoredFilm read_film(const std::filesystem::path& file);
+
+/// A deep EXR (scanlines, zips or no compression) as a flat film: the samples of each pixel over
+/// each other, before nothing. Every pixel counts as one sample. Throws Error for files that are
+/// damaged or incomplete, without the channels R, G, B, A and Z, with primaries other than
+/// Rec.709, with tiles or several parts, with samples that are not finite, overlap or are not in
+/// the order of depth, and beyond the sizes of `read_sky`.
+[[nodiscard]] StoredFilm flatten_exr(const std::filesystem::path& file);
 
 /// The R, G, B channels of an EXR (half, float or integer; scanlines or the finest level of tiles)
 /// as a sky picture of the size of its data window; scale and rotation are the defaults. Throws

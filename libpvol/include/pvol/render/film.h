@@ -9,6 +9,7 @@
 
 #include "pvol/math/vec.h"
 #include "pvol/render/counts.h"
+#include "pvol/render/deep.h"
 
 namespace pvol {
 
@@ -44,6 +45,7 @@ struct Film {
   int crop_width = 0, crop_height = 0;  ///< of the rectangle
   std::vector<PixelSums> pixels;        ///< crop_width * crop_height
   std::vector<Layer> layers{};          ///< where they were asked for
+  DeepFilm deep{};                      ///< likewise; always of what is before the background
 
   [[nodiscard]] std::size_t index(int px, int py) const {
     return std::size_t(py) * std::size_t(crop_width) + std::size_t(px);
@@ -76,7 +78,8 @@ struct Film {
 /// luminance; 0 without light, none where a pixel has fewer than two samples.
 [[nodiscard]] std::optional<double> relative_noise(const Film& film);
 
-/// Adds the samples of a film of the same size, with the same layers, rendered with another seed.
+/// Adds the samples of a film of the same size, with the same layers and bins of depth, rendered
+/// with another seed. Throws Error for others.
 void add_samples(Film& to, const Film& from);
 
 }  // namespace pvol

@@ -93,12 +93,16 @@ struct RenderOptions {
   std::optional<std::uint32_t> max_bounces;  ///< scatterings per path; a limit makes images biased
   bool background = true;  ///< whether camera rays see the lights behind the cloud
   AovSet aovs;             ///< what the film keeps beside colour and alpha
-  bool count = false;      ///< count look-ups and the like, also for no AOV (a few per cent slower)
+  bool deep = false;       ///< keep what is seen by depth (deep.h); takes a tracker without weights
+  int deep_bins = 64;      ///< into which deep pictures sort the depths of the volumes' boxes
+  double deep_error = 0.005;  ///< share of alpha and colour by which merged bins may be off
+  bool count = false;  ///< count look-ups and the like, also for no AOV (a few per cent slower)
   friend bool operator==(const RenderOptions&, const RenderOptions&) = default;
 };
 
 inline constexpr std::int64_t kLargestEdge = 1 << 20;  ///< of an image; far above any picture
 inline constexpr int kMostThreads = 4096;
+inline constexpr int kMostDeepBins = 4096;
 inline constexpr int kMostCoarsenings = 8;  ///< of a preview: a 256th of the samples along an axis
 
 template <std::same_as<RenderOptions> O>
@@ -236,6 +240,20 @@ template <std::same_as<RenderOptions> O>
                      .help = "What the .exr keeps beside colour and alpha, in layers of their own; "
                              "pvol-stats image wants variance and samples",
                      .effect = Effect::cost}),
+      key<&O::deep_bins>({.key = "deep_bins",
+                          .metavar = "N",
+                          .limits = whole(1, kMostDeepBins),
+                          .help = "Equal steps of depth that a deep picture tells apart, between "
+                                  "the front and the back of the clouds' boxes: its finest "
+                                  "samples. Memory is at most 32 bytes for each step of a pixel",
+                          .effect = Effect::cost}),
+      key<&O::deep_error>(
+          {.key = "deep_error",
+           .metavar = "X",
+           .limits = number(Range::closed(0, 1)),
+           .help = "How far a deep picture may be off by merging steps that nearly continue each "
+                   "other: anywhere in depth, this share of a pixel's alpha and colour",
+           .effect = Effect::cost}),
       key<&O::majorant_scale>(
           {.key = "majorant_scale",
            .metavar = "X",

@@ -98,6 +98,31 @@ std::vector<Layer> make_layers(const PathSetup& s, std::size_t pixels) {
   return layers;
 }
 
+DeepFilm make_deep(const PathSetup& s, std::size_t pixels) {
+  if (!s.options.deep) return {};
+  double front = std::numeric_limits<double>::infinity(), back = -front;
+  for (const VolumeSetup& v : s.volumes) {
+    const Octree& tree = v.volume.density.octree;
+    if (tree.empty()) continue;
+    const Box box = tree.support();
+    for (int corner = 0; corner < 8; ++corner) {
+      Vec3d place;
+      for (int axis = 0; axis < 3; ++axis) {
+        place[axis] = (corner >> axis & 1) != 0 ? box.hi[axis] : box.lo[axis];
+      }
+      const double depth = depth_of(s, v.cells_to_world.point(place));
+      front = std::min(front, depth), back = std::max(back, depth);
+    }
+  }
+  front = std::max(front, 0.0);              // nothing behind the camera is seen
+  if (!(front < back)) front = 0, back = 1;  // nor anything at all
+  return {front, back, s.options.deep_bins, std::vector<std::vector<DeepBin>>(pixels)};
+}
+
+void add_to_deep(const PathSetup& s, const PathResult& r, std::size_t pixel, DeepFilm& film) {
+  film.add(pixel, depth_of(s, r.first), Vec3d(r.radiance));
+}
+
 void add_to_layers(const PathSetup& s, const PathResult& r, std::size_t pixel, Film& film) {
   auto next = film.layers.begin();
   for (std::size_t k = 0; k < r.layers.size(); ++k) {

@@ -8,12 +8,20 @@ namespace pvol::detail {
 /// The layers that a film of these paths has, for so many pixels.
 [[nodiscard]] std::vector<Layer> make_layers(const PathSetup& setup, std::size_t pixels);
 
+/// The bins of depth of such a film: none where nobody asks for them, else between the front and
+/// the back of what the volumes' boxes have before the camera.
+[[nodiscard]] DeepFilm make_deep(const PathSetup& setup, std::size_t pixels);
+
+/// Adds a sample that collided to those bins.
+void add_to_deep(const PathSetup& setup, const PathResult& r, std::size_t pixel, DeepFilm& film);
+
 /// Adds a sample to layers that were made for its setup.
 void add_to_layers(const PathSetup& setup, const PathResult& r, std::size_t pixel, Film& film);
 
 /// Adds a sample to the film.
 inline void add_sample(const PathSetup& setup, const PathResult& r, std::size_t pixel, Film& film) {
   if (!film.layers.empty()) add_to_layers(setup, r, pixel, film);
+  if (!film.deep.pixels.empty() && r.first_weight != 0) add_to_deep(setup, r, pixel, film.deep);
   PixelSums& p = film.pixels[pixel];
   const Vec3d v(r.radiance);
   p.sum += v;

@@ -159,7 +159,7 @@ struct PathSetup {
                              : plan.kernel.count ? Watching::count
                                                  : Watching::none)),
         count(plan.kernel.count),
-        first_collisions(of_first_collisions(plan.scene.options.aovs)),
+        first_collisions(plan.scene.options.deep || of_first_collisions(plan.scene.options.aovs)),
         lanes(plan.kernel.lanes),
         dense(std::move(dense_)) {
     if (lanes != Lanes::scalar && dense == nullptr) {
