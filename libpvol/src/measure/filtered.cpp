@@ -72,12 +72,14 @@ FilterFigures judge_filter(const Film& reference, std::span<const FilterTrial> t
     double shift = 0;
     for (std::size_t i = 0; i < t.film.pixels.size(); ++i) {
       shift += luminance(clean(i) - mean(t.film.pixels[i]));
-      f.samples += t.film.pixels[i].samples / (n * pixels);
+      f.samples += t.film.pixels[i].samples;
     }
     shifts.push_back(shift / (pixels * light));
     estimated += t.filtered.relative_error * t.filtered.relative_error / n;
+    f.plain_seconds += t.plain_seconds / n;
     f.render_seconds += t.render_seconds / n, f.filter_seconds += t.filter_seconds / n;
   }
+  f.samples /= n * pixels;
   const Interval square = interval_of(squares);
   f.noisy = root(noisy) / light;
   f.filtered = root(square.value), f.filtered_square_half_width = square.half_width;
@@ -92,7 +94,7 @@ FilterFigures judge_filter(const Film& reference, std::span<const FilterTrial> t
 FilterAdvice advise_plain(std::span<const FilterFigures> figures, double error) {
   const FilterFigures& most = figures.back();
   const double times = most.noisy / error;
-  return {times * times * most.samples, times * times * most.render_seconds};
+  return {times * times * most.samples, times * times * most.plain_seconds};
 }
 
 std::optional<FilterAdvice> advise_filtered(std::span<const FilterFigures> figures, double error) {

@@ -17,7 +17,8 @@ namespace pvol::measure {
 struct FilterTrial {
   Film film;
   Denoised filtered;
-  double render_seconds = 0, filter_seconds = 0;  ///< of CPU time
+  /// Of CPU time; plain: of the same picture without the layers that only the filter wants.
+  double plain_seconds = 0, render_seconds = 0, filter_seconds = 0;
 };
 
 /// A mean over trials, with an interval that holds its expectation with a probability of 95 % where
@@ -39,15 +40,15 @@ struct FilterFigures {
   /// Root mean square over pixels of the expectation's error, what no number of trials averages
   /// out; 0 where its estimated square is negative.
   double systematic = 0;
-  double systematic_square_half_width = 0;        ///< of the interval of its square
-  double render_seconds = 0, filter_seconds = 0;  ///< means of one picture
+  double systematic_square_half_width = 0;  ///< of the interval of its square
+  double plain_seconds = 0, render_seconds = 0, filter_seconds = 0;  ///< means of one picture
 
   [[nodiscard]] double seconds() const { return render_seconds + filter_seconds; }
   /// CPU time of an unfiltered picture of the same error over that of the filtered one: above 1 the
   /// filter saves time.
   [[nodiscard]] double gain() const {
     const double more = noisy / filtered;
-    return more * more * render_seconds / seconds();
+    return more * more * plain_seconds / seconds();
   }
 };
 
