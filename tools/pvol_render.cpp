@@ -8,6 +8,7 @@
 #include <iostream>
 #include <optional>
 
+#include "cli/filter_picture.h"
 #include "cli/instructions.h"
 #include "cli/load_scene.h"
 #include "cli/render_options.h"
@@ -106,7 +107,7 @@ RenderJob prepare(const Options& o) {
   }
   job.chose_transmittance = scene.options.transmittance == Transmittance::automatic;
   job.plan =
-      plan(job.volumes, scene,
+      plan(job.volumes, o.denoise ? cli::with_needs_of_filter(scene) : scene,
            {.facts = job.facts, .force = o.force || o.print_scene, .forecast = !o.print_scene});
   cli::print_warnings(kTool, job.plan.doubts);
   const bool any_shell = std::any_of(job.volumes.begin(), job.volumes.end(),
@@ -261,6 +262,20 @@ TimedRender render_timed(const Options& o, const RenderJob& job, const std::file
   return t;
 }
 
+/// Filters the picture. Interrupted renders may have too few samples for that; they are saved as
+/// they are.
+std::optional<cli::FilteredPicture> filter(const Options& o, const RenderJob& job,
+                                           const RenderResult& result) {
+  const cli::StageLine stage("filtering", o.common.quiet);
+  try {
+    return cli::filter_picture(result.film, job.file.scene.options);
+  } catch (const Error& e) {
+    if (result.complete) throw;
+    cli::print_warnings(kTool, {std::string(e.what()) + "; it is saved as it is"});
+    return std::nullopt;
+  }
+}
+
 // --- results ------------------------------------------------------------------------------------
 
 void write_stats(const std::filesystem::path& file, const std::string& text) {
@@ -276,7 +291,10 @@ void write_stats(const std::filesystem::path& file, const std::string& text) {
 }
 
 formats::ExrOptions exr_options(const Options& o, const Scene& scene) {
-  return {.aovs = scene.options.aovs,
+  // What a filter made says how much it errs.
+  AovSet aovs = scene.options.aovs;
+  if (o.denoise) aovs.add(Aov::variance), aovs.add(Aov::samples);
+  return {.aovs = aovs,
           .opaque = scene.options.background,
           .multipart = o.multipart,
           .pixels = o.pixels,
@@ -361,19 +379,18 @@ void save_deep(const Options& o, const std::filesystem::path& file, const Render
 
 void save_exr(const Options& o, const std::filesystem::path& file, const RenderJob& job,
               const TimedRender& t) {
-  warn_of_clamped(file, formats::write_exr(file, t.result.film, cli::describe_picture(job, t),
+  warn_of_clamped(file, formats::write_exr(file, t.picture(), cli::describe_picture(job, t),
                                            exr_options(o, job.file.scene)));
 }
 
 void save(const Options& o, const Outputs& out, const RenderJob& job, const TimedRender& t) {
-  const Film& film = t.result.film;
   if (!out.exr.empty()) save_exr(o, out.exr, job, t);
-  if (!out.png.empty()) save_png(o, out.png, job, film);
+  if (!out.png.empty()) save_png(o, out.png, job, t.picture());
   if (!out.deep.empty()) save_deep(o, out.deep, job, t);
-  if (out.exr.empty() && cli::describe_bias(job) != "no") {
-    cli::print_warnings(kTool,
-                        {out.png.string() + ": the picture is biased (" + cli::describe_bias(job) +
-                         "), which only an .exr can say of itself"});
+  if (out.exr.empty() && cli::describe_bias(job, t) != "no") {
+    cli::print_warnings(
+        kTool, {out.png.string() + ": the picture is biased (" + cli::describe_bias(job, t) +
+                "), which only an .exr can say of itself"});
   }
   if (!o.stats.empty()) write_stats(o.stats, cli::stats_text(job, t));
   if (o.common.quiet) return;
@@ -382,8 +399,12 @@ void save(const Options& o, const Outputs& out, const RenderJob& job, const Time
               << "reaches what the camera sees\n";
   }
   std::cerr << kTool << ": " << cli::readable_count(t.samples) << " samples in "
-            << cli::readable_seconds(t.wall_seconds) << ", " << cli::noise_text(film) << "; wrote "
-            << out.exr.string() << (out.exr.empty() || out.png.empty() ? "" : " and ")
+            << cli::readable_seconds(t.wall_seconds) << ", " << cli::noise_text(t.result.film);
+  if (t.filtered) {
+    std::cerr << "; filtered in " << cli::readable_seconds(t.filtered->wall_seconds)
+              << ", estimated error " << cli::readable(100 * t.filtered->relative_error) << " %";
+  }
+  std::cerr << "; wrote " << out.exr.string() << (out.exr.empty() || out.png.empty() ? "" : " and ")
             << out.png.string() << '\n';
 }
 
@@ -407,8 +428,9 @@ int run(const Options& o) {
   if (!o.common.quiet) print_facts(job);
   std::optional<report::LivePage> live;
   if (o.live) live.emplace(out.png);
-  const TimedRender t = render_timed(o, job, out.png, live ? &*live : nullptr);
+  TimedRender t = render_timed(o, job, out.png, live ? &*live : nullptr);
   if (t.samples == 0) throw Error("interrupted before the first sample; nothing is saved");
+  if (o.denoise) t.filtered = filter(o, job, t.result);
   save(o, out, job, t);
   if (live) end_live(*live, t);
   if (t.result.complete) return cli::kSuccess;

@@ -66,9 +66,9 @@ TEST(Aov, PartsAddUpToThePicture) {
       s.options.aovs = all_but({});
       const Film film = run(cloud(), s).film;
       EXPECT_LT(worst_difference(film, {"unscattered", "single", "multiple"}), 1e-6);
-      EXPECT_LT(worst_difference(film, {"sun.1", "sky", "emission"}), 1e-5);
+      EXPECT_LT(worst_difference(film, {"sun_1", "sky", "emission"}), 1e-5);
       for (std::size_t i = 0; i < film.pixels.size(); ++i) {
-        const Layer &a = layer(film, "half.1"), &b = layer(film, "half.2");
+        const Layer &a = layer(film, "half_1"), &b = layer(film, "half_2");
         EXPECT_EQ(a.weights[i], 15);
         EXPECT_EQ(b.weights[i], 15);
         EXPECT_LT(length(a.sums[i] + b.sums[i] - film.pixels[i].sum), 1e-9);
@@ -226,8 +226,8 @@ TEST(Aov, LightsOfAGroupShareALayer) {
       const Vec3d sum = value(layer(apart, a), apart, i) + value(layer(apart, b), apart, i);
       EXPECT_LT(length(value(layer(grouped, group), grouped, i) - sum), 1e-9 * (1 + length(sum)));
     };
-    is_sum("key_light", "sun.1", "point.1");
-    is_sum("sky", "sun.2", "sky");
+    is_sum("key_light", "sun_1", "point_1");
+    is_sum("sky", "sun_2", "sky");
   }
   for (const char* wrong : {"depth", "R", "sun.1", "a b", "single"}) {
     std::get<Sun>(s.lights[0]).group = wrong;
@@ -253,7 +253,7 @@ TEST(Aov, OfFilmsAddUp) {
       EXPECT_LT(length(x - y), 1e-9 * (1 + length(y))) << name;
     }
   }
-  EXPECT_EQ(layer(a, "half.1").weights[0], 8) << "4 of 7, twice";
+  EXPECT_EQ(layer(a, "half_1").weights[0], 8) << "4 of 7, twice";
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ Film numbered(double first) {
   Film f;
   f.width = f.crop_width = 3;
   f.height = f.crop_height = 2;
-  f.layers = {{"sun.1", {}}, {"sky", {}}};
+  f.layers = {{"sun_1", {}}, {"sky", {}}};
   double next = first;
   const auto vector = [&] {
     next += 3;

@@ -48,8 +48,8 @@ TEST(Layers, AreThereWhereTheyAreAskedForAndSumUpToThePicture) {
       const Volume v = cloud_for(s);
       const Film film = render(v, s).film;
       ASSERT_EQ(film.layers.size(), 4u);
-      EXPECT_EQ(film.layers[0].name, "sun.1");
-      EXPECT_EQ(film.layers[1].name, "sun.2");
+      EXPECT_EQ(film.layers[0].name, "sun_1");
+      EXPECT_EQ(film.layers[1].name, "sun_2");
       EXPECT_EQ(film.layers[2].name, "sky");
       EXPECT_EQ(film.layers[3].name, "emission");
       for (std::size_t i = 0; i < film.pixels.size(); ++i) {

@@ -129,7 +129,7 @@ TEST(PointLight, OrderOfKindsDoesNotMatter) {
   EXPECT_TRUE(same_bytes(a, b));
   ASSERT_EQ(b.layers.size(), 5u);
   for (const std::size_t i : {0u, 1u, 2u}) {
-    EXPECT_EQ(b.layers[i].name, (std::array{"sun.1", "point.1", "point.2"})[i]);
+    EXPECT_EQ(b.layers[i].name, (std::array{"sun_1", "point_1", "point_2"})[i]);
     EXPECT_EQ(a.layers[i].sums, b.layers[i].sums);
   }
 }

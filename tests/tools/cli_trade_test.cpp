@@ -169,5 +169,39 @@ TEST(Trade, SaysWhereTheBudgetIsTooShort) {
               "budget");
 }
 
+TEST(Trade, MeasuresWhatTheFilterGainsAndFalsifies) {
+  const Recipe recipe;
+  const std::string page = recipe.folder / "filter.html";
+  const RunResult r =
+      run_tool(PVOL_STATS, {"trade", recipe.file, "--size", "24x20", "--thickness", "10", "--quiet",
+                            "--denoise", "--budget", "4", "--json", "--html", page});
+  ASSERT_EQ(r.exit, 0) << r.err;
+  const json j = json::parse(r.out);
+  EXPECT_EQ(j.at("size"), json({24, 20}));
+  ASSERT_GE(j.at("denoise").size(), 1u);
+  double samples = 4;
+  for (const json& f : j["denoise"]) {
+    EXPECT_EQ(f.at("samples"), samples);
+    EXPECT_GE(f.at("pictures"), 3);
+    EXPECT_GT(f.at("noise"), 0);
+    EXPECT_LE(f.at("filtered").at("low"), f.at("filtered").at("value"));
+    EXPECT_GT(f.at("cpu_seconds").at("filter"), 0);
+    EXPECT_GT(f.at("gain"), 0);
+    samples *= 4;
+  }
+  EXPECT_LT(j["denoise"][0]["filtered"]["value"], 0.7 * double(j["denoise"][0]["noise"]));
+  ASSERT_EQ(j.at("goals").size(), 3u);
+  EXPECT_NE(std::string(j["goals"][0].at("command")).find("--spp "), std::string::npos);
+  if (testing::has_python()) {
+    EXPECT_TRUE(testing::is_page(page));
+  }
+}
+
+TEST(Trade, OfTheFilterTakesNoTimeForAGoal) {
+  const Recipe recipe;
+  const RunResult r = run_tool(PVOL_STATS, {"trade", recipe.file, "--denoise", "--max-time", "10"});
+  EXPECT_EQ(r.exit, 2);
+}
+
 }  // namespace
 }  // namespace pvol

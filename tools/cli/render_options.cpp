@@ -62,6 +62,10 @@ void add_files(CLI::App& app, RenderOptionsGiven& o) {
       app, "--tone-map", o.tone_map,
       "How the .png shows light above the screen's white: srgb clips it, neutral (Khronos) and "
       "filmic (Hable) compress it [srgb]");
+  app.add_flag("--denoise", o.denoise,
+               "Biased: filter the noise of the finished picture, guided by what first collisions "
+               "tell. The .exr keeps the noisy picture and its variance as layers noisy and "
+               "noisy_variance; the log and variance have the estimated error, bias included");
   app.add_flag("--live", o.live,
                "Write the .png while rendering, at most once a second, and beside it a page of its "
                "name, .html, which a browser reloads until the end");

@@ -28,6 +28,7 @@ struct RenderOptionsGiven {
   formats::ExrCompression compression = formats::ExrCompression::zip;
   bool multipart = false;
   bool live = false;
+  bool denoise = false;
   bool no_png = false, print_scene = false, force = false;
 };
 

@@ -54,7 +54,7 @@ Json to_json(const Value& value) {
 }
 
 /// What was made of the options for the first volume, and of the density for each.
-void describe_choices(const RenderJob& job, Json& j) {
+void describe_choices(const RenderJob& job, const TimedRender& t, Json& j) {
   const Volume& first = job.volumes.front();
   j["kernel_used"] = name(job.plan.kernel.lanes);
   j["micro_bounds_used"] = first.density.micro.edge;
@@ -69,13 +69,14 @@ void describe_choices(const RenderJob& job, Json& j) {
                         {"depth_error_bound", h->depth_error}};
   }
   j["volumes"] = describe_volumes(job);
-  j["biased"] = describe_bias(job);
+  j["biased"] = describe_bias(job, t);
+  j["denoised"] = t.filtered ? "on" : "off";
   j["extinction"] = first.medium.extinction;
 }
 
 /// Every option that bears on the picture, by its key; not the number of threads, on which no byte
 /// of a picture depends.
-Json describe_options(const RenderJob& job) {
+Json describe_options(const RenderJob& job, const TimedRender& t) {
   Json j;
   j["input"] = job.input.string();
   j["volume"] = job.file.volumes.front().file.string();
@@ -83,7 +84,7 @@ Json describe_options(const RenderJob& job) {
   for (const Entry& e : entries(job.file.scene.options)) {
     if (e.about.in_scenes) j[e.about.key] = to_json(e.value());
   }
-  describe_choices(job, j);
+  describe_choices(job, t, j);
   j["set"] = job.sets;
   j["version"] = PVOL_VERSION;
   return j;
@@ -91,7 +92,7 @@ Json describe_options(const RenderJob& job) {
 
 }  // namespace
 
-std::string describe_bias(const RenderJob& job) {
+std::string describe_bias(const RenderJob& job, const TimedRender& t) {
   std::vector<std::string> reasons;
   const bool homogenised = std::any_of(job.volumes.begin(), job.volumes.end(), [](const Volume& v) {
     return v.density.homogeneous && v.density.homogeneous->nodes > 0;
@@ -110,6 +111,7 @@ std::string describe_bias(const RenderJob& job) {
       reasons.push_back(reason);
     }
   }
+  if (t.filtered) reasons.emplace_back("denoised");
   return reasons.empty() ? "no" : fmt::format("yes: {}", fmt::join(reasons, ", "));
 }
 
@@ -131,12 +133,18 @@ std::string progress_text(const TimedRender& t) {
 
 std::map<std::string, std::string> describe_picture(const RenderJob& job, const TimedRender& t) {
   std::map<std::string, std::string> a;
-  const Json options = describe_options(job);
+  const Json options = describe_options(job, t);
   for (const auto& [key, value] : options.items()) {
     a["pvol:" + key] = value.is_string() ? value.get<std::string>() : value.dump();
   }
   a["pvol:scene"] = formats::to_toml(job.file);
   a["pvol:samples"] = progress_text(t);
+  if (const std::optional<double> noise = relative_noise(t.result.film)) {
+    a["pvol:relative_noise"] = fmt::format("{:.6g}", *noise);
+  }
+  if (t.filtered) {
+    a["pvol:estimated_error"] = fmt::format("{:.6g}", t.filtered->relative_error);
+  }
   return a;
 }
 
@@ -158,7 +166,12 @@ std::string stats_text(const RenderJob& job, const TimedRender& t) {
   j["variance_rgb"] = {variance_rgb.x, variance_rgb.y, variance_rgb.z};
   const std::optional<double> noise = relative_noise(t.result.film);
   j["relative_noise"] = noise ? Json(*noise) : Json();
-  j["options"] = describe_options(job);
+  if (t.filtered) {
+    j["denoised"] = {{"estimated_error", t.filtered->relative_error},
+                     {"cpu_seconds", t.filtered->cpu_seconds},
+                     {"wall_seconds", t.filtered->wall_seconds}};
+  }
+  j["options"] = describe_options(job, t);
   j["options"]["guided"] = t.result.guided;
   j["options"]["threads"] = job.file.scene.options.threads;
   return to_text(j);

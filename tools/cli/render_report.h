@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/filter_picture.h"
 #include "pvol/formats/scene_file.h"
 #include "pvol/render/render.h"
 
@@ -36,13 +37,17 @@ struct TimedRender {
   double cpu_seconds = 0, wall_seconds = 0;
   std::uint64_t samples = 0;         ///< of the camera, over all pixels
   std::uint64_t samples_wanted = 0;  ///< 0 where that was not known yet
+  std::optional<FilteredPicture> filtered;        ///< where it was asked for
+
+  /// What is written.
+  [[nodiscard]] const Film& picture() const { return filtered ? filtered->film : result.film; }
 };
 
 /// "none", "2^3 from the file", "2^3 built at load" or "single voxels, built at load".
 [[nodiscard]] std::string micro_bounds_text(const Volume& volume);
 
 /// "no", or "yes: " and what makes the picture biased.
-[[nodiscard]] std::string describe_bias(const RenderJob& job);
+[[nodiscard]] std::string describe_bias(const RenderJob& job, const TimedRender& t);
 
 /// "noise 2.1 %", by `relative_noise`.
 [[nodiscard]] std::string noise_text(const Film& film);
@@ -55,7 +60,7 @@ struct TimedRender {
                                                                   const TimedRender& t);
 
 /// The JSON of --stats. mean_rgb is the mean over pixels, variance_rgb the mean over pixels of the
-/// variance of a pixel's mean; counts are totals.
+/// variance of a pixel's mean, both before any filter; counts are totals.
 [[nodiscard]] std::string stats_text(const RenderJob& job, const TimedRender& t);
 
 }  // namespace pvol::cli

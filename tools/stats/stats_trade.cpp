@@ -90,25 +90,6 @@ std::vector<measure::Row> measure(StudyClock& clock, const LoadedScene& loaded,
   return measure::make_rows(variants, std::move(measured));
 }
 
-/// What the user said of the scene, as pvol-render takes it.
-std::vector<std::string> words_of(const SceneOptions& o, const LoadedScene& loaded) {
-  std::vector<std::string> words;
-  if (!o.grid.grid.empty()) words.insert(words.end(), {"--grid", o.grid.grid});
-  for (const std::string& s : o.sets) words.insert(words.end(), {"--set", s});
-  if (o.extinction || o.thickness) {
-    const double extinction = loaded.file.volumes.front().medium.extinction;
-    words.insert(words.end(), {"--set", fmt::format("medium.extinction={:.17g}", extinction)});
-  }
-  if (o.force) words.emplace_back("--force");
-  return words;
-}
-
-std::vector<measure::Goal> goals_of(const TradeOptions& o) {
-  if (o.most_error) return {{.error = *o.most_error}};
-  if (o.most_time) return {{.seconds = *o.most_time}};
-  return {{.error = 0.1}, {.error = 0.03}, {.error = 0.01}};
-}
-
 /// Sizes of files that hold the clouds as each setting wants them.
 void measure_files(StudyReport& report, const std::vector<Candidate>& candidates) {
   const std::uint64_t plain = file_bytes(report.loaded.clouds, {});
@@ -175,7 +156,14 @@ StudyReport measure_trade(const TradeOptions& o) {
 
 }  // namespace
 
+std::vector<measure::Goal> goals_of(const TradeOptions& o) {
+  if (o.most_error) return {{.error = *o.most_error}};
+  if (o.most_time) return {{.seconds = *o.most_time}};
+  return {{.error = 0.1}, {.error = 0.03}, {.error = 0.01}};
+}
+
 int run_trade(const TradeOptions& o) {
+  if (o.denoise) return run_denoise_trade(o);
   if (o.html) check_output(*o.html, {".html", ".htm"});
   const StudyReport report = measure_trade(o);
   const report::Document document = trade_document(report, o.html.has_value());

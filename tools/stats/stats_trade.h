@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "pvol/measure/study.h"
 #include "stats/stats_scene.h"
 
 namespace pvol::cli {
@@ -26,11 +27,18 @@ struct TradeOptions {
   SceneOptions scene;
   std::optional<double> most_error;  ///< relative
   std::optional<double> most_time;   ///< CPU seconds of the picture
+  bool denoise = false;              ///< measure the filter instead of the settings
   double budget = 300;               ///< seconds of the clock
   int threads = 0;                   ///< of the reference
   std::optional<std::filesystem::path> html;
   bool json = false, quiet = false;
 };
 [[nodiscard]] int run_trade(const TradeOptions& o);
+
+/// The goals asked for, else three errors.
+[[nodiscard]] std::vector<measure::Goal> goals_of(const TradeOptions& o);
+
+/// run_trade for --denoise: one number of samples after the other, noisy and filtered.
+[[nodiscard]] int run_denoise_trade(const TradeOptions& o);
 
 }  // namespace pvol::cli

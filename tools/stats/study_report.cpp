@@ -2,11 +2,46 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <utility>
 
 #include "report/film_pictures.h"
 
 namespace pvol::cli {
+namespace {
+
+/// Words with what a shell would split or expand in quotes.
+std::string quoted(const std::string& word) {
+  constexpr const char* kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=,:+@%";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+}  // namespace
+
+std::vector<std::string> words_of(const SceneOptions& o, const LoadedScene& loaded) {
+  std::vector<std::string> words;
+  if (!o.grid.grid.empty()) words.insert(words.end(), {"--grid", o.grid.grid});
+  for (const std::string& s : o.sets) words.insert(words.end(), {"--set", s});
+  if (o.extinction || o.thickness) {
+    const double extinction = loaded.file.volumes.front().medium.extinction;
+    words.insert(words.end(), {"--set", fmt::format("medium.extinction={:.17g}", extinction)});
+  }
+  if (o.force) words.emplace_back("--force");
+  return words;
+}
+
+std::string render_command(const StudyReport& report, const std::string& option, double samples) {
+  std::string text = "pvol-render " + quoted(report.name);
+  for (const std::string& word : report.given) text += ' ' + quoted(word);
+  if (!option.empty()) text += ' ' + option;
+  const auto whole = std::uint32_t(std::min(samples, 4294967295.0));
+  return fmt::format("{} --spp {} -o picture.exr", text, whole);
+}
 
 std::string label(const measure::Variant& variant) {
   return variant.option.empty() ? "default" : variant.option;

@@ -21,6 +21,13 @@ struct StudyReport {
   measure::Study study;
 };
 
+/// What the user said of the scene, as pvol-render takes it.
+[[nodiscard]] std::vector<std::string> words_of(const SceneOptions& o, const LoadedScene& loaded);
+
+/// The command line that renders the picture with this option, or none, and so many samples.
+[[nodiscard]] std::string render_command(const StudyReport& report, const std::string& option,
+                                         double samples);
+
 /// "default" or the option.
 [[nodiscard]] std::string label(const measure::Variant& variant);
 

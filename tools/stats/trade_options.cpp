@@ -15,6 +15,11 @@ constexpr const char* kTradeHelp = R"(What is measured:
   samples of the default; the report calls a setting biased where the means of the picture's parts or
   its pixels differ more than noise explains, and errs once in a hundred reports.
 
+  With --denoise the filter of pvol-render --denoise alone is measured, at 4, 16, 64 ... samples a
+  pixel as far as the budget goes: its error, its bias, and the time of an unfiltered picture of the
+  same error over its own. A pixel of a larger picture has less detail, and is filtered better: give
+  --size as you will render.
+
 Examples:
   pvol-stats trade cloud.vdb --budget 120 --html trade.html
       two minutes of measuring, a page to look at
@@ -143,6 +148,9 @@ void add_trade(CLI::App& app, TradeOptions& o, std::function<int()>& run) {
       ->type_name("SECONDS")
       ->check(number_from(1e-3, 1e9, "a number from 0.001 to 1e9"))
       ->excludes(error);
+  verb->add_flag("--denoise", o.denoise,
+                 "Measure what filtering the picture gains, and falsifies, instead of the options")
+      ->excludes("--max-time");
   verb->add_option("--threads", o.threads,
                    "Threads for the reference; all else is timed on one. 0 is one for each "
                    "hardware thread [0]")

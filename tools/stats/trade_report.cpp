@@ -19,16 +19,6 @@ using report::Text;
 
 // --- words --------------------------------------------------------------------------------------
 
-/// Words with what a shell would split or expand in quotes.
-std::string quoted(const std::string& word) {
-  constexpr const char* kPlain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=,:+@%";
-  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
-}
-
 std::string goal_text(const measure::Goal& g) {
   return g.error ? fmt::format("for a relative error of {:.4g} %", 100 * *g.error)
                  : fmt::format("in {} of CPU time", readable_seconds(*g.seconds));
@@ -126,12 +116,7 @@ std::vector<const Row*> rows_of_interest(const Study& study) {
 }  // namespace
 
 std::string command_line(const StudyReport& report, const measure::Advice& advice) {
-  std::string text = "pvol-render " + quoted(report.name);
-  for (const std::string& word : report.given) text += ' ' + quoted(word);
-  const std::string& option = report.study.rows[advice.setting].variant.option;
-  if (!option.empty()) text += ' ' + option;
-  const auto samples = std::uint32_t(std::min(advice.samples, 4294967295.0));
-  return fmt::format("{} --spp {} -o picture.exr", text, samples);
+  return render_command(report, report.study.rows[advice.setting].variant.option, advice.samples);
 }
 
 std::string advice_text(const StudyReport& report, const measure::Goal& g) {

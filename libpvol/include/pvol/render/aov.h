@@ -45,14 +45,14 @@ inline constexpr std::array kAovs = std::to_array<AovRow>({
     {Aov::samples, "samples", "camera samples", "", "Y", "their number"},
     {Aov::lights, "lights",
      "light of the sky, of each sun or point and of emission, in layers of their own whose sum is "
-     "the picture: sky, sun.1, point.1, emission",
+     "the picture: sky, sun_1, point_1, emission",
      "radiance", "RGB", "means over the samples", true},
     {Aov::scattering, "scattering",
      "light by how often it was scattered, in layers whose sum is the picture: unscattered, "
      "single, "
      "multiple",
      "radiance", "RGB", "means over the samples", true},
-    {Aov::halves, "halves", "the picture of every other sample, in layers: half.1, half.2",
+    {Aov::halves, "halves", "the picture of every other sample, in layers: half_1, half_2",
      "radiance", "RGB", "means over half of the samples each, which are independent", true},
     {Aov::depth, "depth", "depth of first collisions along the camera's axis; 1e10 without any",
      "world units", "Z", "mean over the samples that collide"},

@@ -27,7 +27,7 @@ struct PixelSums {
 
 /// What a film keeps of each pixel beside its own sums, such as the light of one source.
 struct Layer {
-  std::string name;                ///< as the first part of its channels' names: "sun.1"
+  std::string name;                ///< as the first part of its channels' names: "sun_1"
   std::vector<Vec3d> sums;         ///< over the samples of each pixel; of one component in x
   std::string components = "RGB";  ///< or "XYZ", or one letter: the last part of those names
   /// Of each pixel what its sum is divided by, where that is not its samples.

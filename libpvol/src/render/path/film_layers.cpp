@@ -83,7 +83,7 @@ std::vector<Layer> make_layers(const PathSetup& s, std::size_t pixels) {
   }
   if (aovs.has(Aov::scattering)) add("unscattered"), add("single"), add("multiple");
   if (aovs.has(Aov::halves)) {
-    for (const char* name : {"half.1", "half.2"}) add(name).weights.resize(pixels);
+    for (const char* name : {"half_1", "half_2"}) add(name).weights.resize(pixels);
   }
   for (const FirstCollisionLayer& of : kFirstCollisionLayers) {
     if (!aovs.has(of.aov)) continue;

@@ -137,7 +137,7 @@ struct PathSetup {
   Flights flights;                       ///< of the plan's kernel
   bool count;                            ///< whether they do
   bool first_collisions;                 ///< whether somebody asks where they are
-  /// Layers of each light, of the sky and of emission: "sun.1", "sun.2", "point.1", or a group's.
+  /// Layers of each light, of the sky and of emission: "sun_1", "sun_2", "point_1", or a group's.
   std::vector<std::string> layer_names;
   /// Once it is true, paths end as they please, and what they bring is to be dropped.
   const std::atomic<bool>* stop = &kNeverStop;
@@ -169,7 +169,7 @@ struct PathSetup {
     for (const Light& light : plan.scene.lights) {
       const int number = ++of_kind[light.index()];
       const std::string group = std::visit([](const auto& l) { return l.group; }, light);
-      layer_names.push_back(group.empty() ? kind_name(light) + ('.' + std::to_string(number))
+      layer_names.push_back(group.empty() ? kind_name(light) + ('_' + std::to_string(number))
                                           : group);
     }
     layer_names.emplace_back("sky");

@@ -1,0 +1,51 @@
+// A filter for the noise of finished pictures. It makes them biased, and says by how much it errs.
+//
+// Based on: Bitterli et al. Nonlinearly Weighted First-order Regression for Denoising Monte Carlo
+// Renderings. 2016; Rousselle et al. Adaptive Rendering with Non-Local Means Filtering. 2012
+// (THEORY.md, T5.10).
+#pragma once
+
+#include <vector>
+
+#include "pvol/render/aov.h"
+#include "pvol/render/film.h"
+
+namespace pvol {
+
+struct DenoiseOptions {
+  int window = 6;          ///< pixels to each side that a pixel's neighbours come from, 1..32
+  int patch = 3;           ///< pixels to each side that are compared around a neighbour, 0..8
+  double bandwidth = 0.5;  ///< standard deviations by which patches may differ, above 0
+  int threads = 0;         ///< 0: one for each hardware thread
+};
+
+/// A filtered picture: for each pixel of a film, by channel.
+struct Denoised {
+  std::vector<Vec3d> colour;
+  /// Estimate of the variance of `colour`, smoothed over a neighbourhood; of pixels left as they
+  /// were that of the film.
+  std::vector<Vec3d> variance;
+  /// Estimate of its mean squared error, bias included, likewise smoothed; at least the variance.
+  /// It is good for regions: in one pixel noise hides what the filter may have lost.
+  std::vector<Vec3d> mse;
+  /// The root mean square over all pixels of the estimated error of their luminance, over the
+  /// picture's mean luminance: beside `relative_noise` of the film. 0 without light.
+  double relative_error = 0;
+};
+
+/// What a film must have been asked for to be filtered: `variance` and `samples` where it comes
+/// from a file.
+[[nodiscard]] AovSet denoising_aovs();
+
+/// Filters the film's colour. Pixels in which no sample collided, and those that have no noise,
+/// stay as they are; what is filtered is never negative. The same film gives the same bytes for any
+/// number of threads. Throws Error for a film that lacks a layer, which it names, or has pixels of
+/// fewer than two samples or that are not finite, and for options out of range.
+[[nodiscard]] Denoised denoise(const Film& film, const DenoiseOptions& options = {});
+
+/// The film as it is written: colour is the filtered one, and variances are its `mse`. Samples,
+/// alpha and layers are the film's; further layers have the colour that was, `noisy`, and its
+/// variance, `noisy_variance`, with X, Y, Z for R, G, B because files round what is colour.
+[[nodiscard]] Film with_colour(const Film& film, const Denoised& denoised);
+
+}  // namespace pvol

@@ -1,0 +1,114 @@
+// Filtered pictures through the tools.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "pvol/formats/image.h"
+#include "support/run_tool.h"
+
+namespace pvol {
+namespace {
+
+using nlohmann::json;
+using testing::read_text;
+using testing::run_tool;
+using testing::RunResult;
+using testing::ScratchFolder;
+
+constexpr const char* kRecipe =
+    "[recipe]\nresolution = 40\n[[form]]\nshape = \"ellipsoid\"\ncentre = [0, 0, 0]\nradii = 1\n"
+    "[[modulation]]\namplitude = 0.7\ncell = 0.4\noctaves = 3\ngain = 0.5\nseed = 1\n";
+
+class DenoiseOption : public ::testing::Test {
+ protected:
+  DenoiseOption() { std::ofstream(folder_ / "a.toml") << kRecipe; }
+
+  RunResult render(const std::string& image, std::vector<std::string> more) {
+    more.insert(more.begin(), {folder_ / "a.toml", "-o", folder_ / image, "--size", "40x30",
+                               "--set", "medium.extinction=8"});
+    return run_tool(PVOL_RENDER, more);
+  }
+  formats::StoredFilm film(const std::string& image, const std::vector<std::string>& more) {
+    const RunResult r = render(image, more);
+    EXPECT_EQ(r.exit, 0) << r.err;
+    log_ = r.err;
+    return formats::read_film(folder_ / image);
+  }
+
+  static std::vector<std::string> layers(const Film& film) {
+    std::vector<std::string> all;
+    for (const Layer& l : film.layers) all.push_back(l.name);
+    std::ranges::sort(all);
+    return all;
+  }
+
+  ScratchFolder folder_;
+  std::string log_;
+};
+
+TEST_F(DenoiseOption, KeepsTheNoisyPictureAndSaysThatTheOtherIsBiased) {
+  const auto plain = film("plain.exr", {"--spp", "16", "--aov", "variance,samples"});
+  const auto clean = film("clean.exr", {"--spp", "16", "--denoise"});
+  EXPECT_NE(log_.find("; filtered in "), std::string::npos) << log_;
+  EXPECT_NE(log_.find(", estimated error "), std::string::npos) << log_;
+  EXPECT_EQ(layers(clean.film), (std::vector<std::string>{"noisy", "noisy_variance"}));
+  EXPECT_TRUE(clean.has_variances);
+  EXPECT_EQ(clean.attributes.at("pvol:biased"), "yes: denoised");
+  EXPECT_EQ(clean.attributes.at("pvol:denoised"), "on");
+  EXPECT_EQ(plain.attributes.at("pvol:biased"), "no");
+  EXPECT_EQ(plain.attributes.at("pvol:denoised"), "off");
+  EXPECT_LT(std::stod(clean.attributes.at("pvol:estimated_error")),
+            0.7 * std::stod(clean.attributes.at("pvol:relative_noise")));
+  const Layer* noisy = &clean.film.layers[0];
+  const Layer* variance = &clean.film.layers[1];
+  if (noisy->name != "noisy") std::swap(noisy, variance);
+  std::size_t changed = 0;
+  for (std::size_t i = 0; i < plain.film.pixels.size(); ++i) {
+    const PixelSums& p = plain.film.pixels[i];
+    const Vec3d was = value(*noisy, clean.film, i), is = mean(clean.film.pixels[i]);
+    for (int c = 0; c < 3; ++c) {
+      ASSERT_NEAR(was[c], mean(p)[c], 1e-6 * mean(p)[c]);
+      ASSERT_NEAR(value(*variance, clean.film, i)[c], variance_of_mean(p)[c], 1e-6);
+    }
+    ASSERT_EQ(clean.film.pixels[i].samples, 16u);
+    if (length(is - was) > 1e-5) ++changed;
+  }
+  EXPECT_GT(changed, plain.film.pixels.size() / 4);
+}
+
+TEST_F(DenoiseOption, KeepsLayersThatWereAskedFor) {
+  const auto clean = film("clean.exr", {"--spp", "4", "--denoise", "--aov", "depth,halves"});
+  EXPECT_EQ(layers(clean.film),
+            (std::vector<std::string>{"depth", "half_1", "half_2", "noisy", "noisy_variance"}));
+}
+
+TEST_F(DenoiseOption, ServesCropsSamplesByNeedAndPicturesAlone) {
+  film("crop.exr", {"--spp", "4", "--denoise", "--crop", "10,5,17,20"});
+  film("need.exr", {"--noise", "0.05", "--denoise"});
+  const RunResult r = render("clean.png", {"--spp", "4", "--denoise"});
+  EXPECT_EQ(r.exit, 0);
+  EXPECT_NE(r.err.find("the picture is biased (yes: denoised)"), std::string::npos) << r.err;
+  ASSERT_EQ(render("noisy.png", {"--spp", "4"}).exit, 0);
+  EXPECT_NE(read_text(folder_ / "clean.png"), read_text(folder_ / "noisy.png"));
+}
+
+TEST_F(DenoiseOption, GivesTheSameBytesForAnyNumberOfThreads) {
+  (void)film("one.exr", {"--spp", "4", "--denoise", "--threads", "1"});
+  (void)film("three.exr", {"--spp", "4", "--denoise", "--threads", "3"});
+  EXPECT_EQ(read_text(folder_ / "one.exr"), read_text(folder_ / "three.exr"));
+}
+
+TEST_F(DenoiseOption, IsReportedAndRefusedWhereNoiseIsNotKnown) {
+  const RunResult r = render("a.exr", {"--spp", "4", "--denoise", "--stats", "-", "--quiet"});
+  const json stats = json::parse(r.out);
+  EXPECT_GT(stats["denoised"]["estimated_error"], 0);
+  EXPECT_EQ(stats["options"]["biased"], "yes: denoised");
+  const RunResult one = render("b.exr", {"--spp", "1", "--denoise"});
+  EXPECT_EQ(one.exit, 2);
+  EXPECT_NE(one.err.find("--denoise takes --spp 2 or more"), std::string::npos) << one.err;
+}
+
+}  // namespace
+}  // namespace pvol

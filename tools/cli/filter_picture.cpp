@@ -1,0 +1,43 @@
+#include "cli/filter_picture.h"
+
+#include "cli/cli.h"
+#include "cli/instructions.h"
+#include "pvol/render/denoise.h"
+
+namespace pvol::cli {
+namespace {
+
+/// Whether a layer was asked for, or belongs to every filtered film.
+bool is_wanted(const Layer& layer, AovSet asked) {
+  for (const Aov aov : {Aov::halves, Aov::depth, Aov::normal, Aov::albedo}) {
+    const bool of_aov =
+        aov == Aov::halves ? layer.name.starts_with("half.") : layer.name == row(aov).name;
+    if (of_aov) return asked.has(aov);
+  }
+  return true;
+}
+
+}  // namespace
+
+Scene with_needs_of_filter(const Scene& scene) {
+  if (!by_need(scene.options) && scene.options.samples < 2) {
+    throw UsageError("--denoise takes --spp 2 or more: one sample does not tell how noisy it is");
+  }
+  Scene changed = scene;
+  for (const AovRow& r : kAovs) {
+    if (denoising_aovs().has(r.aov)) changed.options.aovs.add(r.aov);
+  }
+  return changed;
+}
+
+FilteredPicture filter_picture(const Film& film, const RenderOptions& asked) {
+  Stopwatch watch;
+  const double before = cpu_seconds();
+  const Denoised d = denoise(film, {.threads = asked.threads});
+  FilteredPicture p{with_colour(film, d), d.relative_error};
+  std::erase_if(p.film.layers, [&](const Layer& l) { return !is_wanted(l, asked.aovs); });
+  p.cpu_seconds = cpu_seconds() - before, p.wall_seconds = watch.lap();
+  return p;
+}
+
+}  // namespace pvol::cli

@@ -1,0 +1,24 @@
+// Filtering the noise of a rendered picture, for tools that render.
+#pragma once
+
+#include "pvol/render/film.h"
+#include "pvol/render/scene.h"
+
+namespace pvol::cli {
+
+/// The picture after the filter (pvol/render/denoise.h).
+struct FilteredPicture {
+  Film film;                  ///< with the noisy picture and its variance as layers
+  double relative_error = 0;  ///< as estimated
+  double cpu_seconds = 0, wall_seconds = 0;
+};
+
+/// The scene, rendered with all that the filter needs. Throws UsageError for one sample a pixel,
+/// whose noise is not known.
+[[nodiscard]] Scene with_needs_of_filter(const Scene& scene);
+
+/// Filters a film of such a scene, and keeps of its layers those that `asked.aovs` has. Throws what
+/// denoise throws.
+[[nodiscard]] FilteredPicture filter_picture(const Film& film, const RenderOptions& asked);
+
+}  // namespace pvol::cli
