@@ -191,7 +191,7 @@ TEST(Denoise, LeavesWhatHasNoNoise) {
   EXPECT_LT(d.relative_error, 1e-4);
 }
 
-TEST(Denoise, LeavesPixelsWithoutCollisionsAlone) {
+TEST(Denoise, LeavesPixelsFarFromCollisionsAlone) {
   Truth t;
   t.alpha = [](int x, int) { return x < 10 ? 0.0 : 1.0; };
   const Film film = make(t);
@@ -199,14 +199,28 @@ TEST(Denoise, LeavesPixelsWithoutCollisionsAlone) {
   int others = 0;
   for (std::size_t i = 0; i < film.pixels.size(); ++i) {
     const bool same = d.colour[i] == mean(film.pixels[i]);
-    if (int(i) % t.width < 10) {
+    if (int(i) % t.width < 8) {
       ASSERT_TRUE(same);
       ASSERT_EQ(d.mse[i], variance_of_mean(film.pixels[i]));
     } else {
       others += !same;
     }
   }
-  EXPECT_EQ(others, (t.width - 10) * t.height);
+  EXPECT_EQ(others, (t.width - 8) * t.height);
+}
+
+/// In thin smoke few samples collide, and pixels that had none are too dark by chance.
+TEST(Denoise, LosesNoLightBetweenPixelsOfFewCollisions) {
+  Truth t;
+  t.width = t.height = 96;
+  t.rare = 0.02;
+  t.samples = 16;
+  Film film = make(t);
+  for (PixelSums& p : film.pixels) p.alpha = p.sum.x > 0 ? 1 : 0;
+  double before = 0, after = 0;
+  for (const Vec3d& c : means(film)) before += c.x;
+  for (const Vec3d& c : denoise(film).colour) after += c.x;
+  EXPECT_NEAR(after / before, 1, 0.03);
 }
 
 TEST(Denoise, EstimatesItsError) {
