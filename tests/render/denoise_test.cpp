@@ -112,33 +112,52 @@ TEST(Denoise, KeepsAnEdgeThatTheColourShows) {
   EXPECT_LT(error(t, d.colour), 0.3 * error(t, means(make(t))));
 }
 
-/// Noise hides the edge from the weights: only the feature tells of it.
+/// Noise hides the edge from the weights: only a feature tells of it.
 TEST(Denoise, KeepsAnEdgeThatAFeatureShows) {
   Truth t;
   t.noise = 4;
   t.light = [](int x, int) { return x < 24 ? 3.0 : 4.0; };
   const auto at_edge = [](int x, int) { return std::abs(x - 24) < 4; };
   const double without = error(t, denoise(make(t)).colour, at_edge);
-  t.depth = [](int x, int) { return x < 24 ? 5.0 : 6.0; };
-  const double with = error(t, denoise(make(t)).colour, at_edge);
-  EXPECT_LT(with, 0.6 * without);
-  EXPECT_LT(with, 0.5 * error(t, means(make(t)), at_edge));
+  for (const char* name : {"alpha", "depth", "normal", "albedo"}) {
+    Film film = make(t);
+    for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+      if (i % 48 < 24) continue;
+      if (name == std::string("alpha")) film.pixels[i].alpha *= 0.5;
+      for (Layer& l : film.layers) {
+        if (l.name == name) l.sums[i] *= 0.5;
+      }
+    }
+    const double with = error(t, denoise(film).colour, at_edge);
+    EXPECT_LT(with, 0.6 * without) << name;
+    EXPECT_LT(with, 0.5 * error(t, means(make(t)), at_edge)) << name;
+  }
+}
+
+/// Where a half chose its own neighbours, a pixel that is bright by chance would find none.
+TEST(Denoise, TakesWeightsFromTheOtherHalf) {
+  const Truth t;
+  Film film = make(t);
+  const std::size_t at = film.index(20, 20);
+  film.layers[0].sums[at] += Vec3d(10, 20, 5) * film.layers[0].weights[at];
+  EXPECT_LT(denoise(film).colour[at].x, 2);
 }
 
 TEST(Denoise, ReproducesWhatIsLinearInFeatures) {
   Truth t;
   t.noise = 0.02;
-  t.depth = [](int x, int y) { return 5 + std::sin(0.7 * x) + std::cos(0.9 * y); };
-  t.light = [&](int x, int y) { return 1 + 0.2 * t.depth(x, y) + 0.03 * x + 0.02 * y; };
+  t.width = 46;  // features are even at the edges, where they are smoothed from one side
+  t.depth = [](int x, int y) { return 5 + std::cos(0.7 * x) + std::cos(0.9 * y); };
+  t.light = [&](int x, int y) { return 1 + 0.2 * t.depth(x, y) + 0.03 * x + 0.04 * y; };
   const Denoised d = denoise(make(t), {.bandwidth = 40});
   EXPECT_LT(error(t, d.colour), 0.01) << "the window spans 0.5 in light";
-  const auto at_edge = [&](int x, int y) {
-    return x == 0 || y == 0 || x == t.width - 1 || y == t.height - 1;
-  };
-  EXPECT_LT(error(t, d.colour, at_edge), 0.025) << "half a window";
+  // Windows are cut in half there.
+  EXPECT_LT(error(t, d.colour, [](int x, int) { return x == 0; }), 0.015);
+  EXPECT_LT(error(t, d.colour, [](int, int y) { return y == 0; }), 0.015);
+  EXPECT_LT(error(t, d.colour, [](int x, int) { return x == 45; }), 0.02);
+  EXPECT_LT(error(t, d.colour, [](int, int y) { return y == 39; }), 0.02);
 }
 
-/// Where a half chose its own neighbours, bright pixels would find bright ones.
 TEST(Denoise, SpreadsRareBrightSamplesWithoutLosingLight) {
   Truth t;
   t.width = t.height = 96;
@@ -172,7 +191,7 @@ TEST(Denoise, LeavesWhatHasNoNoise) {
   EXPECT_LT(d.relative_error, 1e-4);
 }
 
-TEST(Denoise, LeavesPixelsWithoutCollisionsAlone) {
+TEST(Denoise, LeavesPixelsFarFromCollisionsAlone) {
   Truth t;
   t.alpha = [](int x, int) { return x < 10 ? 0.0 : 1.0; };
   const Film film = make(t);
@@ -180,14 +199,28 @@ TEST(Denoise, LeavesPixelsWithoutCollisionsAlone) {
   int others = 0;
   for (std::size_t i = 0; i < film.pixels.size(); ++i) {
     const bool same = d.colour[i] == mean(film.pixels[i]);
-    if (int(i) % t.width < 10) {
+    if (int(i) % t.width < 8) {
       ASSERT_TRUE(same);
       ASSERT_EQ(d.mse[i], variance_of_mean(film.pixels[i]));
     } else {
       others += !same;
     }
   }
-  EXPECT_EQ(others, (t.width - 10) * t.height);
+  EXPECT_EQ(others, (t.width - 8) * t.height);
+}
+
+/// In thin smoke few samples collide, and pixels that had none are too dark by chance.
+TEST(Denoise, LosesNoLightBetweenPixelsOfFewCollisions) {
+  Truth t;
+  t.width = t.height = 96;
+  t.rare = 0.02;
+  t.samples = 16;
+  Film film = make(t);
+  for (PixelSums& p : film.pixels) p.alpha = p.sum.x > 0 ? 1 : 0;
+  double before = 0, after = 0;
+  for (const Vec3d& c : means(film)) before += c.x;
+  for (const Vec3d& c : denoise(film).colour) after += c.x;
+  EXPECT_NEAR(after / before, 1, 0.03);
 }
 
 TEST(Denoise, EstimatesItsError) {
@@ -229,15 +262,18 @@ TEST(Denoise, GivesTheSameBytesForAnyNumberOfThreads) {
 
 TEST(Denoise, DoesNotDependOnTheUnitOfLight) {
   const Film film = make({});
-  Film bright = film;
-  constexpr double kUnit = 0x1p60;
-  for (PixelSums& p : bright.pixels) p.sum *= kUnit, p.sum_squares *= kUnit * kUnit;
-  for (int half : {0, 1}) {
-    for (Vec3d& v : bright.layers[std::size_t(half)].sums) v *= kUnit;
-  }
-  const Denoised a = denoise(film), b = denoise(bright);
-  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
-    ASSERT_EQ(a.colour[i] * kUnit, b.colour[i]);
+  const Denoised a = denoise(film);
+  for (const double unit : {0x1p100, 0x1p-100}) {
+    Film other = film;
+    for (PixelSums& p : other.pixels) p.sum *= unit, p.sum_squares *= unit * unit;
+    for (int half : {0, 1}) {
+      for (Vec3d& v : other.layers[std::size_t(half)].sums) v *= unit;
+    }
+    const Denoised b = denoise(other);
+    for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+      ASSERT_EQ(a.colour[i] * unit, b.colour[i]);
+      ASSERT_EQ(a.mse[i] * (unit * unit), b.mse[i]);
+    }
   }
 }
 

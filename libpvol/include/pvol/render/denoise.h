@@ -15,7 +15,7 @@ namespace pvol {
 struct DenoiseOptions {
   int window = 6;          ///< pixels to each side that a pixel's neighbours come from, 1..32
   int patch = 3;           ///< pixels to each side that are compared around a neighbour, 0..8
-  double bandwidth = 0.5;  ///< standard deviations by which patches may differ, above 0
+  double bandwidth = 0.7;  ///< standard deviations by which patches may differ, above 0
   int threads = 0;         ///< 0: one for each hardware thread
 };
 
@@ -37,8 +37,8 @@ struct Denoised {
 /// from a file.
 [[nodiscard]] AovSet denoising_aovs();
 
-/// Filters the film's colour. Pixels in which no sample collided, and those that have no noise,
-/// stay as they are; what is filtered is never negative. The same film gives the same bytes for any
+/// Filters the film's colour. Pixels around which, within two to each side, no sample collided or
+/// there is no noise stay as they are; what is filtered is never negative. The same film gives the same bytes for any
 /// number of threads. Throws Error for a film that lacks a layer, which it names, or has pixels of
 /// fewer than two samples or that are not finite, and for options out of range.
 [[nodiscard]] Denoised denoise(const Film& film, const DenoiseOptions& options = {});

@@ -19,6 +19,10 @@ AovSet denoising_aovs() {
 namespace pvol::detail {
 namespace {
 
+/// Pixels to each side over which the variance of colour and alpha is averaged. Where none of them
+/// has a sample that collided, a pixel is taken for one of the background.
+constexpr int kNoiseRadius = 2;
+
 const Layer* find_layer(const Film& film, const std::string& name) {
   const auto at = std::ranges::find(film.layers, name, &Layer::name);
   return at == film.layers.end() ? nullptr : &*at;
@@ -59,6 +63,10 @@ Plane make_plane(const Film& film, int margin, const F& f) {
   return plane;
 }
 
+Plane ones(const Film& film) {
+  return make_plane(film, 0, [](std::size_t) { return 1; });
+}
+
 /// A copy with this margin.
 Plane with_margin(const Plane& from, int margin) {
   Plane to(from.width(), from.height(), margin);
@@ -82,9 +90,7 @@ double share_hit(const PixelSums& p) { return std::clamp(p.alpha / p.samples, 0.
 /// Variances of few samples are noise themselves, low where bright samples were missed; so they are
 /// means over a neighbourhood.
 Guide make_half(const Film& film, const Layer& half, double scale, int margin) {
-  constexpr int kSmooth = 2;
   Guide guide;
-  const Plane ones = make_plane(film, 0, [](std::size_t) { return 1; });
   for (int c = 0; c < 3; ++c) {
     guide.values.push_back(
         make_plane(film, margin, [&](std::size_t i) { return value(half, film, i)[c] / scale; }));
@@ -92,7 +98,7 @@ Guide make_half(const Film& film, const Layer& half, double scale, int margin) {
       const PixelSums& p = film.pixels[i];
       return variance_of_mean(p)[c] / (scale * scale) * p.samples / samples_of(half, film, i);
     });
-    guide.variances.push_back(with_margin(box_mean(raw, ones, kSmooth), margin));
+    guide.variances.push_back(with_margin(box_mean(raw, ones(film), kNoiseRadius), margin));
   }
   return guide;
 }
@@ -168,17 +174,15 @@ Feature feature_of(const Film& film, const Layer& layer, int margin) {
 
 /// Alpha counts the samples that collide: its variance is a(1 - a)/n.
 Feature alpha_of(const Film& film, int margin) {
-  constexpr int kSmooth = 2;
   Feature f;
-  const auto all = [](std::size_t) { return 1; };
-  f.weight = make_plane(film, margin, all);
+  f.weight = make_plane(film, margin, [](std::size_t) { return 1; });
   f.guide.values.push_back(
       make_plane(film, margin, [&](std::size_t i) { return share_hit(film.pixels[i]); }));
   const Plane raw = make_plane(film, 0, [&](std::size_t i) {
     const double a = share_hit(film.pixels[i]);
     return a * (1 - a) / film.pixels[i].samples;
   });
-  f.guide.variances.push_back(with_margin(box_mean(raw, f.weight, kSmooth), margin));
+  f.guide.variances.push_back(with_margin(box_mean(raw, f.weight, kNoiseRadius), margin));
   return f;
 }
 
@@ -254,11 +258,13 @@ Halves make_halves(const Film& film, int margin) {
   for (const int half : {0, 1}) {
     h.colour[std::size_t(half)] = make_half(film, half_of(film, half), h.scale, margin);
   }
+  const auto alpha = [&](std::size_t i) { return film.pixels[i].alpha; };
+  const Plane hit = box_mean(make_plane(film, 0, alpha), ones(film), kNoiseRadius);
   h.filtered = make_plane(film, margin);
-  for_pixels(film, [&](std::size_t i, int x, int y) {
+  for_pixels(film, [&](std::size_t, int x, int y) {
     bool noisy = false;
     for (const Plane& v : h.colour[0].variances) noisy = noisy || v.row(y)[x] > 0;
-    h.filtered.row(y)[x] = noisy && film.pixels[i].alpha > 0 ? 1 : 0;
+    h.filtered.row(y)[x] = noisy && hit.row(y)[x] > 0 ? 1 : 0;
   });
   for (int y = 0; y < film.crop_height; ++y) {
     const float* r = h.filtered.row(y);
