@@ -11,7 +11,7 @@ namespace {
 bool is_wanted(const Layer& layer, AovSet asked) {
   for (const Aov aov : {Aov::halves, Aov::depth, Aov::normal, Aov::albedo}) {
     const bool of_aov =
-        aov == Aov::halves ? layer.name.starts_with("half.") : layer.name == row(aov).name;
+        aov == Aov::halves ? layer.name.starts_with("half_") : layer.name == row(aov).name;
     if (of_aov) return asked.has(aov);
   }
   return true;

@@ -38,9 +38,10 @@ struct Denoised {
 [[nodiscard]] AovSet denoising_aovs();
 
 /// Filters the film's colour. Pixels around which, within two to each side, no sample collided or
-/// there is no noise stay as they are; what is filtered is never negative. The same film gives the same bytes for any
-/// number of threads. Throws Error for a film that lacks a layer, which it names, or has pixels of
-/// fewer than two samples or that are not finite, and for options out of range.
+/// there is no noise stay as they are; what is filtered is never negative. The same film gives the
+/// same bytes for any number of threads. Throws Error for a film that lacks a layer, which it
+/// names, or has pixels of fewer than two samples or that are not finite, and for options out of
+/// range.
 [[nodiscard]] Denoised denoise(const Film& film, const DenoiseOptions& options = {});
 
 /// The film as it is written: colour is the filtered one, and variances are its `mse`. Samples,

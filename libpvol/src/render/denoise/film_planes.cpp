@@ -23,6 +23,9 @@ namespace {
 /// has a sample that collided, a pixel is taken for one of the background.
 constexpr int kNoiseRadius = 2;
 
+/// The same for features of first collisions.
+constexpr int kFeatureRadius = 3;
+
 const Layer* find_layer(const Film& film, const std::string& name) {
   const auto at = std::ranges::find(film.layers, name, &Layer::name);
   return at == film.layers.end() ? nullptr : &*at;
@@ -114,8 +117,8 @@ struct Feature {
 /// Squared differences from the mean of four neighbours have 5/4 of the variance where the feature
 /// is even; per unit of weight they are means over a neighbourhood. Detail counts as noise, and is
 /// then smoothed where the colour does not tell it.
+/// Where there is no value it is that of one sample.
 Plane noise_of_feature(const Film& film, const Plane& value, const Plane& weight, int margin) {
-  constexpr int kSmooth = 3;
   constexpr std::array<std::array<int, 2>, 4> kNext{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
   Plane squares = make_plane(film, 0), counts = make_plane(film, 0);
   for_pixels(film, [&](std::size_t, int x, int y) {
@@ -134,14 +137,24 @@ Plane noise_of_feature(const Film& film, const Plane& value, const Plane& weight
     squares.row(y)[x] = float(d * d / (1 / own + inverse / (found * found)));
     counts.row(y)[x] = 1;
   });
-  const Plane of_one = box_mean(squares, counts, kSmooth);
+  const Plane of_one = box_mean(squares, counts, kFeatureRadius);
   Plane variance = make_plane(film, margin);
   for_pixels(film, [&](std::size_t, int x, int y) {
     const float w = weight.row(y)[x];
-    variance.row(y)[x] = w > 0 ? of_one.row(y)[x] / w : 0;
+    variance.row(y)[x] = w > 0 ? of_one.row(y)[x] / w : of_one.row(y)[x];
   });
   variance.repeat_edges();
   return variance;
+}
+
+/// Pixels without a value get that of those around them: they would else be like none but each
+/// other, and tell pixels in which by chance nothing collided from all others.
+void fill(const Film& film, const Plane& weight, Plane& value) {
+  const Plane around = box_mean(value, weight, kFeatureRadius);
+  for_pixels(film, [&](std::size_t, int x, int y) {
+    if (!(weight.row(y)[x] > 0)) value.row(y)[x] = around.row(y)[x];
+  });
+  value.repeat_edges();
 }
 
 /// A layer of first collisions. In units of its spread over the pixels that have any, which is 0
@@ -168,6 +181,7 @@ Feature feature_of(const Film& film, const Layer& layer, int margin) {
       return v < kNothingMet ? (v - centre) / std::sqrt(spread) : 0;
     }));
     f.guide.variances.push_back(noise_of_feature(film, f.guide.values.back(), f.weight, margin));
+    fill(film, f.weight, f.guide.values.back());
   }
   return f;
 }
@@ -222,9 +236,10 @@ void add_filtered(const Film& film, const Feature& f, int margin, const PatchOpt
     for (int y = 0; y < t.height; ++y) {
       const RowSums sums = sum_row(f, t, weights, options.window, y);
       for (std::size_t c = 0; c < f.guide.values.size(); ++c) {
+        const float* own = f.guide.values[c].row(t.y + y) + t.x;
         float* out = to[first + c].row(t.y + y) + t.x;
         for (std::size_t x = 0; x < std::size_t(t.width); ++x) {
-          out[x] = sums.weights[x] > 0 ? sums.values[c][x] / sums.weights[x] : 0;
+          out[x] = sums.weights[x] > 0 ? sums.values[c][x] / sums.weights[x] : own[x];
         }
       }
     }
