@@ -100,6 +100,19 @@ TEST_F(DenoiseOption, GivesTheSameBytesForAnyNumberOfThreads) {
   EXPECT_EQ(read_text(folder_ / "one.exr"), read_text(folder_ / "three.exr"));
 }
 
+TEST_F(DenoiseOption, IsNamedWherePicturesAreCompared) {
+  const std::vector<std::string> more{"--spp", "4", "--aov", "variance,samples"};
+  (void)film("noisy.exr", more);
+  std::vector<std::string> filtered = more;
+  filtered.insert(filtered.end(), {"--denoise", "--seed", "2"});
+  (void)film("clean.exr", filtered);
+  const auto compare = [&](const char* b) {
+    return run_tool(PVOL_STATS, {"image", folder_ / "noisy.exr", folder_ / b}).err;
+  };
+  EXPECT_NE(compare("clean.exr").find("clean.exr: was filtered by --denoise"), std::string::npos);
+  EXPECT_EQ(compare("noisy.exr").find("filtered"), std::string::npos);
+}
+
 TEST_F(DenoiseOption, IsReportedAndRefusedWhereNoiseIsNotKnown) {
   const RunResult r = render("a.exr", {"--spp", "4", "--denoise", "--stats", "-", "--quiet"});
   const json stats = json::parse(r.out);

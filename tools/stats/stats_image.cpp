@@ -35,6 +35,11 @@ std::vector<std::string> warnings_of(const ImageReport& r) {
                   " has no variances: whether differences are more than noise is not known. Render "
                   "it with --aov variance,samples to know");
     }
+    if (attribute(*film, "pvol:denoised") == "on") {
+      w.push_back(name +
+                  ": was filtered by --denoise: its pixels are not independent, so that intervals "
+                  "and findings of bias do not hold. Compare a picture without the filter");
+    }
   }
   return w;
 }
