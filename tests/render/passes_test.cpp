@@ -264,6 +264,14 @@ TEST(Render, ByTimeLeavesAWholePicture) {
   for (const PixelSums& p : r.film.pixels) EXPECT_EQ(p.samples, 1u);
 }
 
+TEST(Render, ByNeedDoesNotRunOutOfSampleNumbers) {
+  CloudScene s = noisy_scene();
+  s.options.first_sample = 3'000'000'000;
+  EXPECT_TRUE(run(cloud(), s).complete);
+  s.options.first_sample = 4'000'000'000;
+  EXPECT_THROW((void)run(cloud(), s), Error);
+}
+
 TEST(Render, NoiseOfOnePixelIsRefused) {
   CloudScene s = noisy_scene();
   s.options.width = s.options.height = 1;

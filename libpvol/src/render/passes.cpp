@@ -89,8 +89,7 @@ bool Passes::raise_goal(const Film& film) {
   if (!(average_ > before * (1 + (average_ < most ? kLeast : 0)))) return false;
   goal_.resize(film.pixels.size());
   for (std::size_t i = 0; i < goal_.size(); ++i) {
-    constexpr double kMost = 1 << 30;
-    goal_[i] = std::uint32_t(std::min(samples_of(film, i, average_), kMost));
+    goal_[i] = std::uint32_t(std::min(samples_of(film, i, average_), double(kMostOfPixel)));
   }
   return true;
 }

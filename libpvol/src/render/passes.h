@@ -15,6 +15,9 @@ namespace pvol::detail {
 /// kernels.
 inline constexpr std::uint32_t kMostOfPass = 256;
 
+/// Most samples of a pixel by need.
+inline constexpr std::uint32_t kMostOfPixel = 1u << 30;
+
 /// The passes of a render: `options.samples` in every pixel or, where noise or time are limited,
 /// samples by need.
 class Passes {

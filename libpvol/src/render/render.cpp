@@ -121,7 +121,8 @@ Paths guide(const RenderPlan& plan, PathSetup& setup, RenderResult& result) {
 }
 
 void check_sample_numbers(const RenderOptions& o) {
-  const std::uint64_t last = std::uint64_t(o.first_sample) + o.samples;
+  const std::uint64_t last =
+      std::uint64_t(o.first_sample) + (by_need(o) ? detail::kMostOfPixel : o.samples);
   if (last <= std::numeric_limits<std::uint32_t>::max()) return;
   throw Error("samples up to number " + std::to_string(last) +
               " are asked for; expected at most 4294967295");
