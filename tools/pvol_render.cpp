@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <fstream>
 #include <iostream>
 #include <optional>
 
@@ -12,13 +11,12 @@
 #include "cli/instructions.h"
 #include "cli/load_scene.h"
 #include "cli/render_options.h"
+#include "cli/render_outputs.h"
 #include "cli/render_report.h"
 #include "pvol/bounds/homogenise.h"
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
-#include "pvol/formats/atomic_file.h"
 #include "pvol/formats/cloud.h"
-#include "pvol/formats/image.h"
 #include "pvol/formats/recipe_file.h"
 #include "pvol/formats/scene_file.h"
 #include "pvol/render/scene_volume.h"
@@ -202,11 +200,6 @@ void print_facts(const RenderJob& job) {
 
 // --- rendering ----------------------------------------------------------------------------------
 
-void save_png(const Options& o, const std::filesystem::path& file, const RenderJob& job,
-              const Film& film) {
-  formats::write_png(file, film, o.exposure, !job.file.scene.options.background, o.tone_map);
-}
-
 /// Shows the picture so far. A render that is worth hours does not end for a page: whether it went
 /// well.
 bool show_live(const Options& o, const RenderJob& job, const std::filesystem::path& png,
@@ -216,7 +209,7 @@ bool show_live(const Options& o, const RenderJob& job, const std::filesystem::pa
     for (const PixelSums& p : film.pixels) samples += p.samples;
     live.show(fmt::format("{:.4g} samples per pixel, {}",
                           double(samples) / double(film.pixels.size()), cli::noise_text(film)),
-              [&] { save_png(o, png, job, film); });
+              [&] { cli::save_png(o, png, job, film); });
     return true;
   } catch (const Error& e) {
     cli::print_warnings(kTool, {std::string(e.what()) + "; rendering goes on without --live"});
@@ -276,137 +269,7 @@ std::optional<cli::FilteredPicture> filter(const Options& o, const RenderJob& jo
   }
 }
 
-// --- results ------------------------------------------------------------------------------------
-
-void write_stats(const std::filesystem::path& file, const std::string& text) {
-  if (file == "-") {
-    std::cout << text;
-    return;
-  }
-  formats::write_atomically(file, [&](const std::filesystem::path& aside) {
-    std::ofstream out(aside, std::ios::binary);
-    out << text;
-    if (!out.flush()) throw Error(file.string() + ": cannot be written; is the disk full?");
-  });
-}
-
-formats::ExrOptions exr_options(const Options& o, const Scene& scene) {
-  // What a filter made says how much it errs.
-  AovSet aovs = scene.options.aovs;
-  if (o.denoise) aovs.add(Aov::variance), aovs.add(Aov::samples);
-  return {.aovs = aovs,
-          .opaque = scene.options.background,
-          .multipart = o.multipart,
-          .pixels = o.pixels,
-          .compression = o.compression,
-          .camera = scene.camera};
-}
-
-/// Before anything is rendered for a file that would then not be written.
-void check_layout(const Options& o, const Scene& scene) {
-  try {
-    formats::validate(exr_options(o, scene));
-  } catch (const Error& e) {
-    throw cli::UsageError(std::string("--compression and --multipart: ") + e.what());
-  }
-}
-
-/// Names of the files to write; empty for those that are not wanted.
-struct Outputs {
-  std::filesystem::path exr, png, deep;
-};
-
-void check_deep(const Options& o, const Outputs& out) {
-  for (const char* key : {"deep_bins", "deep_error"}) {
-    if (!o.deep.empty() || !o.options.contains(key)) continue;
-    throw cli::UsageError("--deep-bins and --deep-error go with --deep FILE: the deep picture");
-  }
-  if (o.deep.empty()) return;
-  cli::check_output(o.deep, {".exr"});
-  for (const std::filesystem::path& other : {out.exr, out.png}) {
-    if (other.empty() || weakly_canonical(other) != weakly_canonical(o.deep)) continue;
-    throw cli::UsageError(fmt::format(
-        "--deep and the output are the same file, {}; choose another name, such as {}",
-        o.deep.string(), std::filesystem::path(o.deep).replace_extension(".deep.exr").string()));
-  }
-}
-
-Outputs choose_outputs(const Options& o) {
-  if (o.output.empty()) throw cli::UsageError("--output is required: the picture to write");
-  cli::check_output(o.output, {".exr", ".png"});
-  if (o.no_png && !o.png.empty()) throw cli::UsageError("--png and --no-png exclude each other");
-  Outputs out;
-  if (formats::ending(o.output) == ".png") {
-    if (o.no_png || !o.png.empty()) {
-      throw cli::UsageError("the output is a .png; --png and --no-png go with an .exr");
-    }
-    out.png = o.output;
-  } else {
-    out.exr = o.output;
-    if (!o.no_png) {
-      out.png = o.png.empty() ? std::filesystem::path(o.output).replace_extension(".png") : o.png;
-      cli::check_output(out.png, {".png"});
-    }
-  }
-  out.deep = o.deep;
-  check_deep(o, out);
-  if (o.live && out.png.empty()) throw cli::UsageError("--live shows the .png; leave out --no-png");
-  if (!o.stats.empty() && o.stats != "-") cli::check_output(o.stats, {".json"});
-  return out;
-}
-
-void warn_of_clamped(const std::filesystem::path& file, std::uint64_t values) {
-  if (values == 0) return;
-  cli::print_warnings(
-      kTool,
-      {fmt::format("{}: {} values are beyond 65504, the most that half holds, and were set to "
-                   "that; keep them with --pixel-type float",
-                   file.string(), values)});
-}
-
-void save_deep(const Options& o, const std::filesystem::path& file, const RenderJob& job,
-               const TimedRender& t) {
-  const Scene& scene = job.file.scene;
-  const formats::DeepExrWritten done = formats::write_deep_exr(
-      file, t.result.film, cli::describe_picture(job, t),
-      {.error = scene.options.deep_error, .pixels = o.pixels, .camera = scene.camera});
-  warn_of_clamped(file, done.clamped);
-  if (o.common.quiet) return;
-  std::cerr << kTool << ": wrote " << file.string() << ", "
-            << cli::readable(double(done.samples) / double(t.result.film.pixels.size()))
-            << " deep samples a pixel\n";
-}
-
-void save_exr(const Options& o, const std::filesystem::path& file, const RenderJob& job,
-              const TimedRender& t) {
-  warn_of_clamped(file, formats::write_exr(file, t.picture(), cli::describe_picture(job, t),
-                                           exr_options(o, job.file.scene)));
-}
-
-void save(const Options& o, const Outputs& out, const RenderJob& job, const TimedRender& t) {
-  if (!out.exr.empty()) save_exr(o, out.exr, job, t);
-  if (!out.png.empty()) save_png(o, out.png, job, t.picture());
-  if (!out.deep.empty()) save_deep(o, out.deep, job, t);
-  if (out.exr.empty() && cli::describe_bias(job, t) != "no") {
-    cli::print_warnings(
-        kTool, {out.png.string() + ": the picture is biased (" + cli::describe_bias(job, t) +
-                "), which only an .exr can say of itself"});
-  }
-  if (!o.stats.empty()) write_stats(o.stats, cli::stats_text(job, t));
-  if (o.common.quiet) return;
-  if (job.plan.guide.used && !t.result.guided) {
-    std::cerr << kTool << ": paths were not guided: no light but the constant part of the sky "
-              << "reaches what the camera sees\n";
-  }
-  std::cerr << kTool << ": " << cli::readable_count(t.samples) << " samples in "
-            << cli::readable_seconds(t.wall_seconds) << ", " << cli::noise_text(t.result.film);
-  if (t.filtered) {
-    std::cerr << "; filtered in " << cli::readable_seconds(t.filtered->wall_seconds)
-              << ", estimated error " << cli::readable(100 * t.filtered->relative_error) << " %";
-  }
-  std::cerr << "; wrote " << out.exr.string() << (out.exr.empty() || out.png.empty() ? "" : " and ")
-            << out.png.string() << '\n';
-}
+// --- the end ------------------------------------------------------------------------------------
 
 void end_live(report::LivePage& live, const TimedRender& t) {
   try {
@@ -418,20 +281,20 @@ void end_live(report::LivePage& live, const TimedRender& t) {
 }
 
 int run(const Options& o) {
-  const Outputs out = o.print_scene ? Outputs{} : choose_outputs(o);
+  const cli::Outputs out = o.print_scene ? cli::Outputs{} : cli::choose_outputs(o);
   const RenderJob job = prepare(o);
   if (o.print_scene) {
     std::cout << formats::to_toml(job.file);
     return cli::kSuccess;
   }
-  if (!out.exr.empty()) check_layout(o, job.file.scene);
+  if (!out.exr.empty()) cli::check_layout(o, job.file.scene);
   if (!o.common.quiet) print_facts(job);
   std::optional<report::LivePage> live;
   if (o.live) live.emplace(out.png);
   TimedRender t = render_timed(o, job, out.png, live ? &*live : nullptr);
   if (t.samples == 0) throw Error("interrupted before the first sample; nothing is saved");
   if (o.denoise) t.filtered = filter(o, job, t.result);
-  save(o, out, job, t);
+  cli::save(o, out, job, t);
   if (live) end_live(*live, t);
   if (t.result.complete) return cli::kSuccess;
   throw Error("interrupted after " + cli::progress_text(t) +
