@@ -19,10 +19,13 @@
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
 #include "pvol/math/rng.h"
+#include "support/error_of.h"
 #include "support/temporary_folder.h"
 
 namespace pvol::formats {
 namespace {
+
+using test::error_of;
 
 constexpr double kError = 0.01;
 
@@ -167,15 +170,6 @@ TEST(DeepExr, TheSameFilmGivesTheSameBytes) {
   write_deep_exr(folder.file("b.exr"), make_film(3, 7, 1), {}, {});
   EXPECT_FALSE(bytes_of(folder.file("a.exr")).empty());
   EXPECT_EQ(bytes_of(folder.file("a.exr")), bytes_of(folder.file("b.exr")));
-}
-
-std::string error_of(const auto& call) {
-  try {
-    call();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
 }
 
 TEST(DeepExr, RefusesAFilmWithoutDepthsAndNamesOfExrsOwn) {

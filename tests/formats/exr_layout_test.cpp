@@ -19,10 +19,13 @@
 
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
+#include "support/error_of.h"
 #include "support/temporary_folder.h"
 
 namespace pvol::formats {
 namespace {
+
+using test::error_of;
 
 /// 40 x 36 pixels: of samples that differ, with two layers.
 Film make_film() {
@@ -62,15 +65,6 @@ std::vector<float> read(Imf::MultiPartInputFile& in, int part, const char* name)
   input.setFrameBuffer(buffer);
   input.readPixels(box.min.y, box.max.y);
   return values;
-}
-
-std::string error_of(const auto& call) {
-  try {
-    call();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
 }
 
 TEST(ExrLayout, HalfIsForColourAlone) {

@@ -163,9 +163,10 @@ RenderResult render(const RenderPlan& plan, const Progress& progress, const Pass
 
   // Samples by need follow costs, too: their pilot is counted.
   const bool counts_pilot = by_need(o) && !setup.count;
-  const PathSetup first_setup = counts_pilot ? with_counts(plan, setup) : setup;
+  std::optional<PathSetup> counted;
+  if (counts_pilot) counted.emplace(with_counts(plan, setup));
   std::optional<PassRenderer> renderer;
-  renderer.emplace(plan, first_setup, paths);
+  renderer.emplace(plan, counted ? *counted : setup, paths);
   std::optional<Targets> targets;
   for (bool any = false; (targets = passes.next(film, seconds_since(begin))); any = true) {
     if (reporter.stop()) break;

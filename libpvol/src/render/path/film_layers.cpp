@@ -77,9 +77,7 @@ std::vector<Layer> make_layers(const PathSetup& s, std::size_t pixels) {
     return layers.back();
   };
   if (aovs.has(Aov::lights)) {
-    for (const std::string& name : s.layer_names) {
-      if (std::ranges::find(layers, name, &Layer::name) == layers.end()) add(name);
-    }
+    for (const std::string& name : s.layer_names) add(name);
   }
   if (aovs.has(Aov::scattering)) add("unscattered"), add("single"), add("multiple");
   if (aovs.has(Aov::halves)) {
@@ -126,10 +124,9 @@ void add_to_deep(const PathSetup& s, const PathResult& r, std::size_t pixel, Dee
 void add_to_layers(const PathSetup& s, const PathResult& r, std::size_t pixel, Film& film) {
   auto next = film.layers.begin();
   for (std::size_t k = 0; k < r.layers.size(); ++k) {
-    const auto layer = std::ranges::find(film.layers, s.layer_names[k], &Layer::name);
-    layer->sums[pixel] += Vec3d(r.layers[k]);
-    next = std::max(next, layer + 1);
+    next[std::ptrdiff_t(s.layer_of[k])].sums[pixel] += Vec3d(r.layers[k]);
   }
+  if (r.in_layers()) next += std::ptrdiff_t(s.layer_names.size());
   for (const Rgb& part : r.orders) (next++)->sums[pixel] += Vec3d(part);
   if (s.options.aovs.has(Aov::halves)) {
     Layer& half = next[film.pixels[pixel].samples % 2];

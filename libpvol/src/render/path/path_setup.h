@@ -1,6 +1,7 @@
 // What all paths of an image share, computed once a render.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -134,11 +135,13 @@ struct PathSetup {
   float shadow_unit;  ///< radiance that is worth one shadow ray (THEORY.md, T5.2)
   std::uint32_t max_bounces;
   RenderOptions options;
-  Flights flights;                       ///< of the plan's kernel
-  bool count;                            ///< whether they do
-  bool first_collisions;                 ///< whether somebody asks where they are
-  /// Layers of each light, of the sky and of emission: "sun_1", "sun_2", "point_1", or a group's.
+  Flights flights;        ///< of the plan's kernel
+  bool count;             ///< whether they do
+  bool first_collisions;  ///< whether somebody asks where they are
+  /// Layers of light, each once: "sun_1", "sun_2", "point_1", a group's, "sky", "emission".
   std::vector<std::string> layer_names;
+  /// Number of the layer of each light, of the sky and of emission.
+  std::vector<std::size_t> layer_of;
   /// Once it is true, paths end as they please, and what they bring is to be dropped.
   const std::atomic<bool>* stop = &kNeverStop;
   Lanes lanes;  ///< the kernel; not automatic
@@ -169,11 +172,10 @@ struct PathSetup {
     for (const Light& light : plan.scene.lights) {
       const int number = ++of_kind[light.index()];
       const std::string group = std::visit([](const auto& l) { return l.group; }, light);
-      layer_names.push_back(group.empty() ? kind_name(light) + ('_' + std::to_string(number))
-                                          : group);
+      name_layer(group.empty() ? kind_name(light) + ('_' + std::to_string(number)) : group);
     }
-    layer_names.emplace_back("sky");
-    layer_names.emplace_back("emission");
+    name_layer("sky");
+    name_layer("emission");
     for (std::size_t i = 0; i < plan.volumes.size(); ++i) {
       const Volume& v = plan.volumes[i];
       volumes.emplace_back(v, constant);
@@ -193,6 +195,14 @@ struct PathSetup {
   /// looked at now and then.
   [[nodiscard]] bool ends_path(std::uint64_t collision) const {
     return collision % 64 == 0 && stop->load(std::memory_order_relaxed);
+  }
+
+ private:
+  /// Names the layer of the next light, which others may share.
+  void name_layer(const std::string& name) {
+    const auto at = std::find(layer_names.begin(), layer_names.end(), name);
+    layer_of.push_back(std::size_t(at - layer_names.begin()));
+    if (at == layer_names.end()) layer_names.push_back(name);
   }
 };
 
