@@ -54,8 +54,8 @@ formats::SceneFile read_scene(const Options& o) {
 formats::Cloud load_volume(const Options& o, const formats::SceneFile& scene,
                            const std::string& key, formats::SceneVolume& volume) {
   formats::Cloud cloud =
-      cli::load_cloud({kTool, o.common.quiet}, volume.file, {volume.grid, o.grid.strict}, scene);
-  if (!volume.has_extinction) {
+      cli::load_cloud({kTool, o.common.quiet}, volume, o.grid.strict, scene);
+  if (!volume.has_extinction && !cloud.pyramid.empty()) {
     volume.medium.extinction = cli::choose_extinction(cloud, volume.object_to_world);
     volume.has_extinction = true;
     if (!o.common.quiet) {

@@ -8,6 +8,7 @@
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/density/coarsen.h"
 #include "pvol/error.h"
+#include "pvol/formats/field_names.h"
 #include "pvol/formats/recipe_file.h"
 #include "pvol/formats/scene_file.h"
 
@@ -178,8 +179,30 @@ Pyramid build_bounds(const VoxelGrid& grid, const std::filesystem::path& file, L
   return naming(file, [&] { return build_pyramid(grid, look_up); });
 }
 
+std::vector<GridEntry> grids_of(const std::filesystem::path& file) {
+  const std::string kind = ending(file);
+  if (kind == ".vdb") return list_vdb(file);
+  if (kind == ".nvdb") return list_nvdb(file);
+  if (kind == ".pvol") return {{read_pvol(file).metadata.grid_name, "float", true}};
+  return {{read_recipe_of(file, {}).name, "recipe", true}};
+}
+
+FireFields load_fire(const std::filesystem::path& file, const Fire& fire, bool strict) {
+  FireFields fields{load_cloud(file, {fire.field, strict}), std::nullopt};
+  if (fire.colored() && fire.color_by != fire.field) {
+    fields.color_by = load_cloud(file, {fire.color_by, strict});
+  }
+  return fields;
+}
+
 Cloud load_cloud(const std::filesystem::path& file, const GridOptions& options, LookUp look_up,
                  const std::function<void()>& before_bounds) {
+  if (options.grid == kNoGrid) {
+    Cloud nothing;
+    nothing.metadata.source.file = file.string();
+    nothing.report.type = "none";
+    return nothing;
+  }
   if (ending(file) == ".pvol") return load_pvol(file, options, look_up);
   Cloud cloud;
   if (look_up == LookUp::procedural) {

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <iostream>
 #include <memory>
 
 #include "cli/cli.h"
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
+#include "pvol/formats/field_names.h"
 #include "pvol/formats/image.h"
 #include "pvol/formats/recipe_file.h"
 #include "pvol/render/render.h"
@@ -15,6 +18,7 @@
 #include "pvol/shell/certificate.h"
 #include "pvol/shell/recipe_support.h"
 #include "pvol/shell/shell.h"
+#include "pvol/volume/emitter.h"
 #include "pvol/volume/facts.h"
 #include "pvol/volume/make_volume.h"
 
@@ -23,6 +27,72 @@ namespace {
 
 StageLine reading(const Loader& by, const std::filesystem::path& file) {
   return {"reading " + file.filename().string(), by.quiet};
+}
+
+void tell(const Loader& by, const std::string& text) {
+  if (!by.quiet) std::cerr << by.tool << ": " << text << '\n';
+}
+
+/// Names the grids that the volume leaves open; whether it became a fire that nobody described.
+bool bind_grids(const Loader& by, formats::SceneVolume& volume) {
+  const bool had_fire = volume.fire.has_value();
+  for (const std::string& note : formats::bind_fields(volume, formats::grids_of(volume.file))) {
+    tell(by, volume.file.filename().string() + ": " + note);
+  }
+  return volume.fire && !had_fire;
+}
+
+/// Sum of all samples as the map sees them.
+double sum_mapped(const VoxelGrid& grid, const FieldMap& map) {
+  double sum = 0;
+  for (const Brick& b : grid.bricks) {
+    for (int i = 0; i < kBrickSamples; ++i) sum += double(value_at(map, b.values[i]));
+  }
+  for (const Tile& t : grid.tiles) {
+    sum += double(value_at(map, t.value)) * std::pow(double(t.edge), 3);
+  }
+  return sum;
+}
+
+std::shared_ptr<const Emitter> make_fire(const formats::FireFields& f,
+                                         const formats::SceneVolume& volume) {
+  const BoundedGrid field{f.field.grid(), f.field.pyramid};
+  if (!f.color_by) {
+    return std::make_shared<const Emitter>(
+        make_emitter(*volume.fire, field, nullptr, volume.object_to_world));
+  }
+  const BoundedGrid color_by{f.color_by->grid(), f.color_by->pyramid};
+  return std::make_shared<const Emitter>(
+      make_emitter(*volume.fire, field, &color_by, volume.object_to_world));
+}
+
+/// What values of the field of colour mean in Kelvin, where nobody said: simulations write Kelvin or
+/// numbers around 1, of which the largest is then taken for a flame of soot.
+double choose_kelvin(const formats::FireFields& fields) {
+  constexpr double kLeast = 100, kFlame = 2500;
+  const auto largest = double((fields.color_by ? *fields.color_by : fields.field).pyramid.scale);
+  return largest > kLeast || !(largest > 0) ? 1
+                                            : std::stod(fmt::format("{:.3g}", kFlame / largest));
+}
+
+/// Loads the fields of a volume's fire; `undescribed` is one that nobody asked for.
+void load_fire(const Loader& by, formats::SceneVolume& volume, bool strict, bool undescribed,
+               formats::Cloud& cloud) {
+  StageLine stage = reading(by, volume.file);
+  cloud.fire = std::make_shared<const formats::FireFields>(
+      formats::load_fire(volume.file, *volume.fire, strict));
+  stage.erase();
+  Fire& fire = *volume.fire;
+  if (undescribed) {
+    fire.kelvin = choose_kelvin(*cloud.fire);
+    tell(by, "taken as " + readable(*fire.kelvin) +
+                 " Kelvin where it is 1 (change it with --set medium.fire.kelvin=K)");
+  }
+  if (volume.has_intensity) return;
+  fire.intensity = choose_intensity(cloud, fire, volume.object_to_world);
+  volume.has_intensity = true;
+  tell(by, "no intensity given; chose " + readable(fire.intensity) +
+               " per world unit for the fire (change it with --set medium.fire.intensity=X)");
 }
 
 }  // namespace
@@ -67,12 +137,14 @@ formats::Cloud load_cloud(const Loader& by, const std::filesystem::path& file,
   return cloud;
 }
 
-formats::Cloud load_cloud(const Loader& by, const std::filesystem::path& file,
-                          const formats::GridOptions& grid, const formats::SceneFile& scene) {
+formats::Cloud load_cloud(const Loader& by, formats::SceneVolume& volume, bool strict,
+                          const formats::SceneFile& scene) {
   const RenderOptions& o = scene.scene.options;
-  formats::Cloud cloud = load_cloud(by, file, grid, o.look_up);
-  if (scene.density) formats::quantise(cloud, *scene.density, file);
-  formats::coarsen(cloud, o.preview, file);
+  const bool undescribed = (volume.fire || volume.grid.empty()) && bind_grids(by, volume);
+  formats::Cloud cloud = load_cloud(by, volume.file, {volume.grid, strict}, o.look_up);
+  if (scene.density) formats::quantise(cloud, *scene.density, volume.file);
+  formats::coarsen(cloud, o.preview, volume.file);
+  if (volume.fire) load_fire(by, volume, strict, undescribed, cloud);
   return cloud;
 }
 
@@ -86,6 +158,18 @@ double choose_extinction(const formats::Cloud& cloud, const Affine& object_to_wo
   return std::min(std::stod(fmt::format("{:.3g}", thickness / unit)), kLargest);
 }
 
+double choose_intensity(const formats::Cloud& cloud, const Fire& fire,
+                        const Affine& object_to_world) {
+  const formats::FireFields& f = *cloud.fire;
+  const double sum = sum_mapped(f.field.grid(), {}), mapped = sum_mapped(f.field.grid(), fire.map);
+  const VolumeFacts facts = pvol::describe(f.field.grid(), 1, object_to_world);
+  const double longest = *std::max_element(std::begin(facts.mean_optical_thickness),
+                                           std::end(facts.mean_optical_thickness));
+  if (!(mapped > 0 && longest > 0)) return 1;
+  constexpr double kLargest = 1e30;
+  return std::min(std::stod(fmt::format("{:.3g}", sum / (mapped * longest))), kLargest);
+}
+
 Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volume,
                    const RenderOptions& options) {
   VolumeOptions o = volume_options(options);
@@ -93,6 +177,7 @@ Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volu
   const LeafMicroBounds* stored = cloud.micro ? &*cloud.micro : nullptr;
   Volume v = pvol::make_volume(cloud.density, cloud.pyramid, volume.medium, o, stored);
   if (cloud.shell) v.shell = std::make_shared<const Shell>(*cloud.shell);
+  if (cloud.fire && volume.fire) v.fire = make_fire(*cloud.fire, volume);
   v.name = volume.file.string();
   return v;
 }

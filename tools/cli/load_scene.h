@@ -38,15 +38,20 @@ struct Loader {
                                         const formats::GridOptions& grid = {},
                                         LookUp look_up = LookUp::trilinear);
 
-/// The same as the scene's options want it: bounds for the interpolation, precision, preview.
-[[nodiscard]] formats::Cloud load_cloud(const Loader& by, const std::filesystem::path& file,
-                                        const formats::GridOptions& grid,
+/// A volume's cloud as the scene's options want it: bounds for the interpolation, precision,
+/// preview; with the fields of its fire. Names the grids that the volume leaves open, and says so.
+[[nodiscard]] formats::Cloud load_cloud(const Loader& by, formats::SceneVolume& volume, bool strict,
                                         const formats::SceneFile& scene);
 
 /// The extinction of three digits with which the cloud is this many mean free paths thick, averaged
 /// over the columns along its thickest axis; 1 for a cloud of nothing.
 [[nodiscard]] double choose_extinction(const formats::Cloud& cloud, const Affine& object_to_world,
                                        double thickness = kChosenThickness);
+
+/// The intensity of three digits with which the cloud's fire shines with a radiance of about 1,
+/// averaged over the columns along its longest way through; 1 for a fire of nothing.
+[[nodiscard]] double choose_intensity(const formats::Cloud& cloud, const Fire& fire,
+                                      const Affine& object_to_world);
 
 /// The cloud with the medium and placement of a scene's volume, for the scene's options.
 [[nodiscard]] Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volume,

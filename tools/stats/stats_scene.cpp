@@ -110,10 +110,10 @@ LoadedScene load_scene(const SceneOptions& o, int pixels, bool quiet) {
   loaded.file = read(o);
   loaded.force = o.force;
   choose_size(o, pixels, loaded);
-  for (const formats::SceneVolume& v : loaded.file.volumes) {
+  for (formats::SceneVolume& v : loaded.file.volumes) {
     loaded.clouds.push_back(
-        load_cloud({"pvol-stats", quiet}, v.file, {v.grid, o.grid.strict}, loaded.file));
-    if (loaded.clouds.back().pyramid.empty()) {
+        load_cloud({"pvol-stats", quiet}, v, o.grid.strict, loaded.file));
+    if (loaded.clouds.back().pyramid.empty() && !v.fire) {
       throw Error(v.file.string() + ": the density is 0 everywhere; there is nothing to measure");
     }
     if (loaded.file.scene.options.shells != ShellUse::off) {

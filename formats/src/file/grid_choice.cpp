@@ -65,6 +65,12 @@ std::string list_grids(const std::vector<GridChoice>& grids) {
   return text;
 }
 
+std::vector<GridEntry> entries_of(const std::vector<GridChoice>& grids) {
+  std::vector<GridEntry> all;
+  for (const GridChoice& g : grids) all.push_back({g.name, g.type, g.refusal.empty()});
+  return all;
+}
+
 std::size_t choose_grid(const std::filesystem::path& file, const std::vector<GridChoice>& grids,
                         const std::string& wanted, std::vector<std::string>& warnings) {
   const std::string where = file.string() + ": ";

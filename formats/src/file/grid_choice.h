@@ -19,6 +19,9 @@ struct GridChoice {
 /// "density (float), v (vec3s)", at most a dozen of them.
 [[nodiscard]] std::string list_grids(const std::vector<GridChoice>& grids);
 
+/// The same for users of the library.
+[[nodiscard]] std::vector<GridEntry> entries_of(const std::vector<GridChoice>& grids);
+
 /// Index of the grid called `wanted`; without a name that of "density", else of the only grid that
 /// can be one. Adds a warning where the name occurs several times and the first one is taken.
 /// Throws Error that lists the grids where none or several fit, or says why the one asked for does

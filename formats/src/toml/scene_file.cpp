@@ -90,6 +90,13 @@ void read_camera(const TomlTable& table, SceneFile& file) {
   if (file.has_camera) refuse_misfit(table, misfit(camera));
 }
 
+void read_fire(const TomlTable& table, SceneVolume& volume) {
+  Fire& fire = volume.fire.emplace();
+  read_keys(table, entries(fire));
+  refuse_misfit(table, misfit(fire));
+  volume.has_intensity = table.has("intensity");
+}
+
 /// The medium and the placement of a volume. The table itself describes the first component, which
 /// has the share that the others leave.
 void read_medium(const TomlTable& table, SceneVolume& volume) {
@@ -101,11 +108,13 @@ void read_medium(const TomlTable& table, SceneVolume& volume) {
   const Entries place = entries(placement);
   std::vector<std::string_view> allowed = key_names(matter);
   allowed.emplace_back("component");
+  allowed.emplace_back("fire");
   for (const std::string_view key : key_names(place)) allowed.push_back(key);
   read_keys(table, joined(matter, place), allowed);
   refuse_misfit(table, misfit(placement));
   volume.has_extinction = table.has("extinction");
   volume.object_to_world = placement.map();
+  if (const TomlTable* fire = table.table("fire")) read_fire(*fire, volume);
   for (const TomlTable* t : table.tables("component")) {
     Component c;
     choose_kind(*t, c.phase);
@@ -224,7 +233,7 @@ angle = 0.53
   for (const Light& kind : all_kinds<Light>()) {
     if (root.has(kind_name(kind))) return;
   }
-  if (root.has("environment") || mentions(root, "emission")) return;
+  if (root.has("environment") || mentions(root, "emission") || mentions(root, "fire")) return;
   TomlTable sun = parse_toml(kSun, "usual light");
   root.members.push_back(std::move(sun.members.front()));
   std::sort(root.members.begin(), root.members.end(),

@@ -81,6 +81,10 @@ std::vector<SectionManual> describe_sections() {
                      entries(placement))));
   all.push_back(
       section("[[medium.component]]", "Another kind of matter in the same cloud.", component));
+  Fire fire;
+  all.push_back(section("[medium.fire]",
+                        "Light that a grid of the file emits, beside the density or without one.",
+                        entries(fire)));
   for (Environment& sky : all_kinds<Environment>()) {
     const std::string type = kind_name(sky);
     all.push_back(section("[environment] type = \"" + type + "\"", "", entries(sky)));

@@ -29,6 +29,11 @@ std::string medium_text(const SceneVolume& v, const std::string& name) {
   for (std::size_t i = 1; i < all.size(); ++i) {
     text += fmt::format("\n[[{}.component]]\n", name) + lines(entries(all[i]));
   }
+  if (v.fire) {
+    const Entries fire = entries(*v.fire);
+    text += fmt::format("\n[{}.fire]\n", name) +
+            lines(v.has_intensity ? fire : without(fire, "intensity"));
+  }
   return text;
 }
 

@@ -205,6 +205,11 @@ void copy_grid(const NvdbMemory& memory, const GridOptions& options, const ByteS
 
 }  // namespace
 
+std::vector<GridEntry> list_nvdb(const std::filesystem::path& file) {
+  ByteSource source(file);
+  return detail::entries_of(choices(inspect_nvdb(source)));
+}
+
 LoadedGrid read_nvdb(const std::filesystem::path& file, const GridOptions& options) try {
   ByteSource source(file);
   const std::vector<NvdbGrid> grids = inspect_nvdb(source);

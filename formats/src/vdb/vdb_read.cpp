@@ -267,6 +267,11 @@ void check_bbox(const ByteSource& source, const VdbGrid& grid, const FloatTree& 
 
 }  // namespace
 
+std::vector<GridEntry> list_vdb(const std::filesystem::path& path) {
+  ByteSource source(path);
+  return detail::entries_of(choices(inspect_vdb(source)));
+}
+
 LoadedGrid read_vdb(const std::filesystem::path& path, const GridOptions& options) try {
   ByteSource source(path);
   VdbFile file = inspect_vdb(source);

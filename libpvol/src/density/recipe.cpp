@@ -80,11 +80,6 @@ Interval cloud_range(const RecipeView& view, Interval depth, const Box& box) {
   return rounded_product(rho, modulation(recipe, box));
 }
 
-Box join(const Box& a, const Box& b) {
-  if (a.empty()) return b;
-  return b.empty() ? a : Box{min(a.lo, b.lo), max(a.hi, b.hi)};
-}
-
 std::vector<BodyView> views(const std::vector<Body>& bodies) {
   std::vector<BodyView> result;
   for (const Body& body : bodies) result.push_back(view(body));

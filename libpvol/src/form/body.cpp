@@ -10,11 +10,6 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr Interval kLowest{-kInfinity, -kInfinity}, kHighest{kInfinity, kInfinity};
 
-Box join(const Box& a, const Box& b) {
-  if (a.empty()) return b;
-  return b.empty() ? a : Box{min(a.lo, b.lo), max(a.hi, b.hi)};
-}
-
 Box common(const Box& a, const Box& b) {
   const Box box{max(a.lo, b.lo), min(a.hi, b.hi)};
   return box.empty() ? Box{} : box;

@@ -56,6 +56,7 @@ template <LookUp kLookUp>
   p.volumes = plan.volumes;
   p.shells = plan.shells;
   p.kernel = plan.kernel;
+  p.emission = plan.emission;
   p.kernel.count = true;
   p.kernel.lanes = Lanes::scalar;
   if (p.kernel.paths == Paths::guided) p.kernel.paths = Paths::one_volume;

@@ -4,6 +4,7 @@
 
 #include "math/digits.h"
 #include "render/check_scene.h"
+#include "render/emission/emission_setup.h"
 #include "render/forecast.h"
 #include "render/lanes/choose_lanes.h"
 #include "render/sanity.h"
@@ -80,6 +81,26 @@ Decision decide_transmittance(const TransmittanceChoice& t, bool by_user, bool i
                            digits(100 * t.control_share) + " % of the majorants are minorants"};
 }
 
+/// Of volumes whose matter emits, and of fires.
+std::optional<Decision> decide_emission(const RenderPlan& p, const RenderOptions& wanted) {
+  const auto glows = [](const Volume& v) {
+    return std::ranges::any_of(v.medium.components,
+                               [](const Component& c) { return c.emission != Rgb(0.0f); });
+  };
+  if (p.emission == nullptr) {
+    if (std::ranges::none_of(p.volumes, glows)) return std::nullopt;
+    return Decision{"emission", "gathered at collisions",
+                    wanted.line_emission == LineEmission::off ? "as told" : "the clouds are thick"};
+  }
+  const bool fires = std::ranges::any_of(p.volumes, [](const Volume& v) { return bool(v.fire); });
+  return Decision{"emission",
+                  p.emission->lit ? "gathered along flights, and sampled as a light"
+                                  : "gathered along flights",
+                  fires                                    ? "a field emits"
+                  : wanted.line_emission == LineEmission::on ? "as told"
+                                                             : "the cloud is thin"};
+}
+
 /// The choices in words, in the order in which they bear on each other.
 std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted,
                              const std::string& lane_reason) {
@@ -92,6 +113,7 @@ std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted,
     if (v.shell) all.push_back(decide_shell(p.shells[i]));
     for (std::size_t k = first; k < all.size(); ++k) all[k].volume = int(i);
   }
+  if (auto emission = decide_emission(p, wanted)) all.push_back(std::move(*emission));
   all.push_back(decide_guide(p.guide));
   all.push_back({"kernel", name(p.kernel.lanes), lane_reason});
   all.push_back(decide_transmittance(p.transmittance,
@@ -123,6 +145,7 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
   for (const Volume& v : volumes) p.shells.push_back(choose_shell(v, scene));
   p.guide = choose_guide(volumes, scene, options.paths > 0 ? options.paths : count_paths(o));
   p.kernel = choose_kernel(p);
+  p.emission = detail::prepare_emission(volumes, o);
   p.decisions = decide(p, scene.options, lanes.reason);
   if (!options.forecast) return p;
   const detail::CameraProbe probe = detail::probe_camera(p);

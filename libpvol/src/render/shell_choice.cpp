@@ -30,7 +30,7 @@ ShellEstimate estimate_shell(const Volume& volume, const Shell& shell, const Sce
   constexpr int kRaysAlong = 64;
   const RayShell rays(shell, volume.density.octree.origin);
   const detail::Projection projection(scene.camera, scene.options.width, scene.options.height);
-  const detail::VolumeSetup setup(volume, Rgb(0.0f));
+  const detail::VolumeSetup setup(volume, Rgb(0.0f), true);
   detail::visit_coarse_rays(projection, scene.options, kRaysAlong, [&](const Ray& world, int) {
     const Ray ray = setup.in_cells(world);
     ++e.rays;

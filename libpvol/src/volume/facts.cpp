@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "pvol/volume/emitter.h"
 #include "volume/placement.h"
 
 namespace pvol {
@@ -86,8 +87,8 @@ class Columns {
 Box world_box(std::span<const Volume> volumes) {
   Box all;
   for (const Volume& v : volumes) {
-    const Box& box = v.density.world_box;
-    if (!box.empty()) all = extend(extend(all, box.lo), box.hi);
+    all = join(all, v.density.world_box);
+    if (v.fire != nullptr) all = join(all, v.fire->field.world_box);
   }
   return all;
 }

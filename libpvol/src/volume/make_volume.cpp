@@ -10,11 +10,11 @@
 #include "math/digits.h"
 #include "pvol/bounds/homogenise.h"
 #include "pvol/bounds/integrals.h"
-#include "pvol/bounds/verify.h"
 #include "pvol/error.h"
 #include "pvol/field/brick_field.h"
 #include "pvol/field/leaf_micro_bounds.h"
 #include "pvol/field/procedural.h"
+#include "volume/field_checks.h"
 #include "volume/placement.h"
 
 namespace pvol {
@@ -35,32 +35,6 @@ constexpr double kTricubicCost = 35, kProceduralCost = 1000;
 /// Where the density ramps up from 0, a flight meets about sqrt(2 depth per voxel) null collisions
 /// before a real one, and steps of 1 / depth voxels: beyond this both get out of hand.
 constexpr double kMaxVoxelDepth = 1e12;
-
-/// Refuses to homogenise by bounds that do not hold: its bound on the error rests on them.
-void require_bounds(const VoxelGrid& grid, const Pyramid& pyramid) {
-  const BoundsCheck check = verify_bounds(grid, pyramid);
-  if (check.holds()) return;
-  throw Error("the bounds do not hold in " + std::to_string(check.wrong.size()) +
-              " cubes, so that nothing can be said of homogenised ones. They belong to another "
-              "density or were damaged; fit the cloud again, or check it by pvol-stats bounds "
-              "--verify.");
-}
-
-/// Refuses what no tracker makes up for: density where there is no cube, and uniform cubes around
-/// several values.
-void require_cover(const VoxelGrid& grid, const Pyramid& pyramid) {
-  const BoundsCheck check = verify_cover(grid, pyramid);
-  if (check.wrong.empty()) return;
-  const WrongBound& w = check.wrong.front();
-  const auto at = [](std::int64_t v) { return std::to_string(v); };
-  throw Error("the bounds do not hold: " +
-              std::string(w.kind == WrongBound::Kind::missing ? "there is density outside them in"
-                                                              : "one value is said to fill") +
-              " the cube of " + at(w.hi_cell.x - w.lo_cell.x) + "^3 voxels at (" + at(w.lo_cell.x) +
-              ", " + at(w.lo_cell.y) + ", " + at(w.lo_cell.z) + "), its samples lie in [" +
-              detail::digits(double(w.found_lo), 6) + ", " + detail::digits(double(w.found_hi), 6) +
-              "]. They belong to another density or were damaged; fit the cloud again.");
-}
 
 /// Multiplies the majorants of all terminals. Where they or the minorants need not hold afterwards,
 /// minorants move away from majorants: lo = hi would promise that mu_t is known.
@@ -202,9 +176,9 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Medium& 
   rules.most_excess = is_weighted(o.tracker) ? kMostBoundsExcess * o.majorant_scale : 1;
   HomogenisedPyramid homogenised;
   if (!o.homogenise) {
-    require_cover(grid, pyramid);
+    detail::require_cover(grid, pyramid);
   } else {
-    require_bounds(grid, pyramid);
+    detail::require_bounds(grid, pyramid);
     const Affine to_world = o.object_to_world * grid.index_to_world;
     homogenised = homogenise(pyramid, measure_content(grid, pyramid), medium.extinction,
                              detail::cell_diagonal(to_world), *o.homogenise);

@@ -3,14 +3,18 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "pvol/density/density.h"
 #include "pvol/formats/pvol_file.h"
 #include "pvol/formats/vdb.h"
+#include "pvol/volume/fire.h"
 
 namespace pvol::formats {
+
+struct FireFields;
 
 /// A cloud that is ready to render: density, bounds, a shell if the file has one, and where they
 /// came from. The density is a recipe only where it was loaded for procedural look-ups.
@@ -21,6 +25,7 @@ struct Cloud {
   std::optional<LeafMicroBounds> micro;  ///< of edge 2, if the file has them
   Metadata metadata;
   GridReport report;
+  std::shared_ptr<const FireFields> fire{};  ///< null where there is none, or nobody asked for it
 
   /// The samples of a density that has them.
   [[nodiscard]] const VoxelGrid& grid() const { return std::get<VoxelGrid>(density); }
@@ -47,10 +52,20 @@ struct Cloud {
 /// Density and bounds for an interpolation: bounds of a .pvol file as stored, else built here, once
 /// `before_bounds` was called. `procedural` is for recipes and for .pvol files of recipes that were
 /// bounded in closed form. Throws Error for stored bounds that were not made for the interpolation
-/// (`holds_for`).
+/// (`holds_for`). The grid kNoGrid (scene_file.h) is an empty density.
 [[nodiscard]] Cloud load_cloud(
     const std::filesystem::path& file, const GridOptions& options = {},
     LookUp look_up = LookUp::trilinear, const std::function<void()>& before_bounds = [] {});
+
+/// The fields that a fire goes by, with their bounds.
+struct FireFields {
+  Cloud field;
+  std::optional<Cloud> color_by;  ///< where colours take another one
+};
+
+/// Those of a fire whose grids have names (bind_fields). Throws what load_cloud throws.
+[[nodiscard]] FireFields load_fire(const std::filesystem::path& file, const Fire& fire,
+                                   bool strict = false);
 
 /// Rounds the density of a loaded cloud to what a precision can keep, as pvol-fit does before it
 /// writes a file: the bounds are built again and micro-bounds dropped; a shell stays, since the

@@ -10,16 +10,23 @@
 #include "pvol/math/names.h"
 #include "pvol/render/placement.h"
 #include "pvol/render/scene.h"
+#include "pvol/volume/fire.h"
 
 namespace pvol::formats {
+
+/// In place of a grid's name: the volume has no density and is a fire alone.
+inline constexpr const char* kNoGrid = "none";
 
 /// A volume of a scene, still to be loaded.
 struct SceneVolume {
   std::filesystem::path file{};
-  std::string grid{};  ///< empty: the only one, or "density"
+  /// Of the density; empty: the only one, or "density". kNoGrid: there is none.
+  std::string grid{};
   Medium medium{};
+  std::optional<Fire> fire{};
   Affine object_to_world{};     ///< placed after the grid's own map
   bool has_extinction = false;  ///< false: the caller may choose one that suits the cloud
+  bool has_intensity = false;   ///< of the fire, likewise
   friend bool operator==(const SceneVolume&, const SceneVolume&) = default;
 };
 
@@ -37,7 +44,7 @@ template <std::same_as<SceneVolume> V>
       key<&V::grid>({.key = "grid",
                      .metavar = "NAME",
                      .limits = any_text(),
-                     .help = "Grid of a .vdb or .nvdb file",
+                     .help = "Grid with the density; none: the volume is a fire alone",
                      .otherwise = "density, else the only one"}),
   });
 }
@@ -63,7 +70,8 @@ struct SceneFile {
 ///                  each further one its own [volume.medium]
 ///   [camera]       Camera
 ///   [medium]       Medium, its first Component with the phase function's keys, Placement;
-///                  [[medium.component]] each further Component, whose share the first one lacks
+///                  [[medium.component]] each further Component, whose share the first one lacks;
+///                  [medium.fire] Fire, light of a grid of the same file
 ///   [environment]  type = "constant", "gradient" or "image": ConstantSky, GradientSky, ImageSky;
 ///                  without `type` it is the one whose first key is there, else a gradient
 ///   [[sun]]        Sun; each kind of Light has sections of its name, and lights are in the order

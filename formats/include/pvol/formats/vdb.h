@@ -35,6 +35,17 @@ struct LoadedGrid {
   GridReport report;
 };
 
+/// A grid of a file, as far as its name and type say.
+struct GridEntry {
+  std::string name;    ///< unique in the file
+  std::string type;    ///< "float", "half", "vec3s", ...
+  bool usable = true;  ///< whether it holds numbers that can be a density or an emission
+};
+
+/// The grids of a .vdb or .nvdb file, in its order. Throws Error for files that cannot be read.
+[[nodiscard]] std::vector<GridEntry> list_vdb(const std::filesystem::path& file);
+[[nodiscard]] std::vector<GridEntry> list_nvdb(const std::filesystem::path& file);
+
 /// The density grid of a .vdb file of format version 222 (OpenVDB 1.1) to 224 (OpenVDB 12). Only
 /// active values count: inactive voxels and the background are 0, with a warning where the file
 /// holds something else there. Values stay where OpenVDB loads them, and other grids are not

@@ -29,6 +29,11 @@ struct Box {
 };
 
 [[nodiscard]] inline Box extend(Box b, Vec3d p) { return {min(b.lo, p), max(b.hi, p)}; }
+/// Around both; either may be empty.
+[[nodiscard]] inline Box join(const Box& a, const Box& b) {
+  if (a.empty()) return b;
+  return b.empty() ? a : Box{min(a.lo, b.lo), max(a.hi, b.hi)};
+}
 
 /// The box around the image of `b` under `a`; empty where `b` is.
 [[nodiscard]] inline Box transform(const Affine& a, const Box& b) {

@@ -62,6 +62,22 @@ enum class Lanes {
   });
 }
 
+/// Whether the light that matter emits is gathered along flights, by its integral, rather than
+/// where they collide: far less noise where matter is thin, more where it is thick (THEORY.md,
+/// T5.11).
+enum class LineEmission {
+  automatic,  ///< where a volume is thin
+  on,
+  off,
+};
+[[nodiscard]] constexpr auto names(LineEmission) {
+  return std::to_array<Named<LineEmission>>({
+      {LineEmission::automatic, "auto"},
+      {LineEmission::on, "on"},
+      {LineEmission::off, "off"},
+  });
+}
+
 struct RenderOptions {
   int width = 640, height = 480;
   int crop_x = 0, crop_y = 0;           ///< upper left corner of the part that is rendered
@@ -80,6 +96,8 @@ struct RenderOptions {
   ShellUse shells = ShellUse::automatic;
   GuideUse guide = GuideUse::automatic;
   Lanes kernel = Lanes::automatic;
+  LineEmission line_emission = LineEmission::automatic;
+  int emission_points = 1;   ///< of a flight, for each leaf of a field of emission on its way
   std::optional<int> depth;  ///< octree depth at which the walk stops, 0..16; else by cost
   /// Factor on majorants, for measurements: above 1 bounds get looser and the picture stays the
   /// same; below 1, down to 1/3, they do not bound, which takes a tracker with weights.
@@ -217,6 +235,21 @@ template <std::same_as<RenderOptions> O>
            .help = "How many paths a thread follows at once: auto takes the most that the machine "
                    "and the scene allow, and says why; the picture is the same on average",
            .effect = Effect::cost}),
+      key<&O::line_emission>(
+          {.key = "line_emission",
+           .help = "Whether emission of matter is gathered along flights instead of at collisions; "
+                   "auto does where a cloud is thin. Fires always are",
+           .effect = Effect::cost,
+           .factor = "line emission",
+           .sweep = "on off"}),
+      key<&O::emission_points>({.key = "emission_points",
+                                .metavar = "N",
+                                .limits = whole(1, 64),
+                                .help = "Points of a flight at which emission is looked up, for "
+                                        "each 8 voxels of its way; 8 is one in each voxel",
+                                .effect = Effect::cost,
+                                .factor = "emission points",
+                                .sweep = "2 8"}),
       key<&O::depth>({.key = "depth",
                       .metavar = "N|auto",
                       .limits = whole(0, kDeepestOctree).or_word("auto"),

@@ -6,6 +6,7 @@
 //   const RenderResult r = render(p);
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,6 +20,10 @@
 #include "pvol/volume/volume.h"
 
 namespace pvol {
+
+namespace detail {
+struct EmissionSetup;  // src/render/emission
+}
 
 /// How paths go through a scene's volumes.
 enum class Paths { one_volume, many_volumes, guided };
@@ -62,6 +67,7 @@ struct RenderPlan {
   GuideChoice guide{};
   std::vector<ShellChoice> shells{};  ///< one for each volume
   Kernel kernel{};
+  std::shared_ptr<const detail::EmissionSetup> emission{};  ///< null: none along flights
   std::vector<Decision> decisions{};
   /// Whole sentences about what is likely to be a mistake, such as an extinction in another unit or
   /// a camera that looks away.

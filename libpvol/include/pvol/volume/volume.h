@@ -22,6 +22,7 @@
 namespace pvol {
 
 struct BrickField;        // field/brick_field.h
+struct Emitter;           // volume/emitter.h
 struct HomogeneousParts;  // bounds/homogenise.h
 struct ProceduralField;   // field/procedural.h
 struct Shell;             // shell/shell.h
@@ -105,6 +106,7 @@ struct Volume {
   /// Certified to hold the density, in its index space; null where there is none. A plan decides
   /// whether rays test it.
   std::shared_ptr<const Shell> shell{};
+  std::shared_ptr<const Emitter> fire{};  ///< light of a field of its own; null: none
   std::string name{};  ///< for messages
 };
 

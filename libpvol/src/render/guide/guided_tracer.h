@@ -27,12 +27,14 @@ class GuidedTracer {
     auto [rng, ray] = CameraSample(s_, x, y, sample);
     direction_ = Vec3f(ray.d);
     const Hit first = traversal.start(ray) ? traversal.fly(direction_, rng) : Hit{};
+    const auto unscattered = [] { return 0.0f; };
+    if (s_.emission) add_emission(ray.o, first, unscattered, Rgb(1.0f), rng);
     if (first.matter == nullptr) {
       if (s_.options.background) {
         add_constant(s_, r_);
         add_seen(s_, direction_, Rgb(1.0f), r_);
-        r_.scattered(0);
       }
+      r_.scattered(0);
       return r_;
     }
     add_constant(s_, r_);
@@ -44,11 +46,13 @@ class GuidedTracer {
     while (alive) {
       const Vec3f from = direction_;
       turn_path(rng);
+      const auto pdf = [&] { return pdf_phase(matter_->phase, from, direction_); };
+      const Vec3d start = s_.emission ? traversal.position() : Vec3d{};
       const Hit hit = traversal.fly(direction_, rng);
+      if (s_.emission) add_emission(start, hit, pdf, throughput_, rng);
       if (hit.matter != nullptr) {
         alive = collide(*hit.matter, rng) || resume();
       } else {
-        const auto pdf = [&] { return pdf_phase(matter_->phase, from, direction_); };
         add_scattered(s_, pdf, direction_, throughput_, r_);
         r_.scattered(scatterings_);
         alive = resume();
@@ -105,9 +109,18 @@ class GuidedTracer {
     const auto worth_of = [&](std::size_t light) { return worths[light]; };
     add_light_here(s_, matter.phase, direction_, throughput_, worth_of, traversal, rng, shadow_rays,
                    r_);
+    if (s_.emission && s_.emission->lit) {
+      add_fire_here(s_, matter.phase, direction_, throughput_, traversal, rng, shadow_rays, r_);
+    }
     r_.scattered(scatterings_);
     if (worth > kSplitAbove && waiting_count_ < kPlaces) split(int(std::min(worth, kMostCopies)));
     return true;
+  }
+
+  /// What is emitted along a flight.
+  template <class Pdf>
+  void add_emission(Vec3d from, const Hit& hit, const Pdf& pdf, Rgb throughput, Rng& rng) {
+    add_along(s_, from, direction_, hit.matter != nullptr, traversal, pdf, throughput, rng, r_);
   }
 
   /// Makes the path one of several equal ones that share its throughput.

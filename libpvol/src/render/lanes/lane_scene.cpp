@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "pvol/field/brick_field.h"
+#include "render/emission/emission_source.h"
 #include "render/path/gather_light.h"
 
 namespace pvol::detail {
@@ -116,7 +117,10 @@ const char* lane_obstacle(std::span<const Volume> volumes, const Scene& scene) {
   // Their constants would reach beyond the support's box, to the ends of leaves.
   if (o.homogenise) return "nodes count as homogeneous";
   if (o.max_bounces && *o.max_bounces > kMostLaneBounces) return "the limit on bounces is high";
-  const VolumeField& f = volumes.front().density;
+  const Volume& v = volumes.front();
+  if (v.fire != nullptr) return "a field emits";
+  if (gathers_along_flights(v, o)) return "emission is gathered along flights";
+  const VolumeField& f = v.density;
   if (f.octree.empty()) return "the volume is empty";
   constexpr std::size_t kMostLights = 255;
   if (scene.lights.size() > kMostLights) return "there are more than 255 lights";

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "render/path/path_result.h"
+#include "render/path/traversal.h"
 
 namespace pvol::detail {
 
@@ -38,6 +39,22 @@ inline void add_emitted(const PathSetup& s, const Matter& matter, Rgb throughput
   const Rgb absorbed = (Rgb(1.0f) - matter.albedo) * s.constant;
   r.emission() += throughput * (matter.emitted + absorbed);
   r.sky() -= throughput * absorbed;
+}
+
+/// What is emitted along a flight from a place of the world that ended at the traversal's, or left;
+/// of a path that was scattered with the density pdf(), weighted against `add_fire_here`.
+template <class Traversal, class Pdf>
+[[gnu::noinline]] inline void add_along(const PathSetup& s, Vec3d from, Vec3f direction,
+                                        bool collided, const Traversal& traversal, const Pdf& pdf,
+                                        Rgb throughput, Rng& rng, PathResult& r) {
+  const double distance = collided ? length(traversal.position() - from) : kEndless;
+  Rgb sum = emission_along(*s.emission, {from, Vec3d(direction)}, distance, rng);
+  if (!(largest(sum) > 0)) return;
+  if (const float p = pdf(); p > 0 && s.emission->lit) {
+    sum *= balance(p, s.emission->lights.pdf(from, direction));
+  }
+  r.radiance += throughput * sum;
+  if (r.in_layers()) r.emission() += throughput * sum;
 }
 
 /// Light in the direction of a camera ray that met nothing.
@@ -121,6 +138,30 @@ inline void add_light_here(const PathSetup& s, const PhaseFunction& phase, Vec3f
     if (r.in_layers()) r.sky() += arrived;
   }
   r.radiance += sum;
+}
+
+/// Light of emitting fields that scatters at the traversal's place into a path of this throughput
+/// and flight direction: of all that lies in a direction towards one of its points, up to where a
+/// flight ends (THEORY.md, T5.12).
+template <class Traversal>
+[[gnu::noinline]] inline void add_fire_here(const PathSetup& s, const PhaseFunction& phase,
+                                            Vec3f from, Rgb throughput, Traversal& traversal,
+                                            Rng& rng, std::uint64_t& shadow_rays, PathResult& r) {
+  const EmissionSetup& fire = *s.emission;
+  const Vec3d place = traversal.position();
+  const EmissionLights::Towards to = fire.lights.sample(place, rng);
+  if (!(to.pdf > 0)) return;
+  const float p = pdf_phase(phase, from, to.direction);
+  const float value = absolute_luminance(throughput) * p *
+                      (fire.unit > 0 ? fire.lights.irradiance(place) / fire.unit : 1);
+  if (!(value > 0) || (value < 1 && !(rng.uniform() < value))) return;
+  ++shadow_rays;
+  const Reach reach = traversal.reach(to.direction, rng);
+  const Rgb sum =
+      emission_along(fire, {place, Vec3d(to.direction)}, reach.distance, rng) *
+      (balance(to.pdf, p) * p / to.pdf * reach.weight / std::min(value, 1.0f));
+  r.radiance += throughput * sum;
+  if (r.in_layers()) r.emission() += throughput * sum;
 }
 
 }  // namespace pvol::detail

@@ -19,6 +19,7 @@
 #include "pvol/volume/facts.h"
 #include "pvol/volume/phase.h"
 #include "pvol/volume/volume.h"
+#include "render/emission/emission_setup.h"
 #include "volume/dense_bounds.h"
 #include "volume/flights.h"
 
@@ -61,13 +62,15 @@ struct Matter {
   PhaseFunction phase;
 };
 
-[[nodiscard]] inline std::vector<Matter> make_matter(const Medium& medium, Rgb constant) {
+/// Of a medium whose emission counts at collisions, or not at all there.
+[[nodiscard]] inline std::vector<Matter> make_matter(const Medium& medium, Rgb constant,
+                                                     bool emits) {
   std::vector<Matter> all;
   double sum = 0;
   for (const Component& c : medium.components) {
     sum += c.share;
-    all.push_back(
-        {float(sum), c.albedo, (Rgb(1.0f) - c.albedo) * (c.emission - constant), c.phase});
+    const Rgb emission = emits ? c.emission : Rgb(0.0f);
+    all.push_back({float(sum), c.albedo, (Rgb(1.0f) - c.albedo) * (emission - constant), c.phase});
   }
   return all;
 }
@@ -83,13 +86,13 @@ struct VolumeSetup {
   /// Tested by camera rays before they enter the octree; none where a plan leaves it out.
   std::optional<RayShell> shell{};
 
-  VolumeSetup(const Volume& v, Rgb constant)
+  VolumeSetup(const Volume& v, Rgb constant, bool emits_at_collisions)
       : volume(v),
         cells_x(lanes(Vec3f(v.density.world_to_cells.vector({1, 0, 0})))),
         cells_y(lanes(Vec3f(v.density.world_to_cells.vector({0, 1, 0})))),
         cells_z(lanes(Vec3f(v.density.world_to_cells.vector({0, 0, 1})))),
         cells_to_world(inverse(v.density.world_to_cells)),
-        matter(make_matter(v.medium, constant)) {}
+        matter(make_matter(v.medium, constant, emits_at_collisions)) {}
 
   [[nodiscard]] Float4 in_cells(Vec3f direction) const {
     return cells_x * splat(direction.x) + cells_y * splat(direction.y) +
@@ -138,6 +141,7 @@ struct PathSetup {
   Flights flights;        ///< of the plan's kernel
   bool count;             ///< whether they do
   bool first_collisions;  ///< whether somebody asks where they are
+  std::shared_ptr<const EmissionSetup> emission;  ///< along flights; null: there is none
   /// Layers of light, each once: "sun_1", "sun_2", "point_1", a group's, "sky", "emission".
   std::vector<std::string> layer_names;
   /// Number of the layer of each light, of the sky and of emission.
@@ -163,6 +167,7 @@ struct PathSetup {
                                                  : Watching::none)),
         count(plan.kernel.count),
         first_collisions(plan.scene.options.deep || of_first_collisions(plan.scene.options.aovs)),
+        emission(plan.emission),
         lanes(plan.kernel.lanes),
         dense(std::move(dense_)) {
     if (lanes != Lanes::scalar && dense == nullptr) {
@@ -178,7 +183,7 @@ struct PathSetup {
     name_layer("emission");
     for (std::size_t i = 0; i < plan.volumes.size(); ++i) {
       const Volume& v = plan.volumes[i];
-      volumes.emplace_back(v, constant);
+      volumes.emplace_back(v, constant, !gathers_along_flights(v, options));
       if (plan.shells[i].kept) volumes.back().shell.emplace(*v.shell, v.density.octree.origin);
     }
     const Box box = world_box(plan.volumes);

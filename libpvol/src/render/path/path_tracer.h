@@ -24,9 +24,10 @@ class PathTracer {
     auto [rng, ray] = CameraSample(s_, x, y, sample);
     direction_ = Vec3f(ray.d);
     if (traversal.start(ray)) {
-      walk(rng);
-    } else if (s_.options.background) {
-      add_seen(s_, direction_, Rgb(1.0f), r_);
+      walk(ray.o, rng);
+    } else {
+      if (s_.options.background) add_seen(s_, direction_, Rgb(1.0f), r_);
+      if (s_.emission) add_emission(ray.o, Hit{}, 0, Rgb(1.0f), rng);
       r_.scattered(0);
     }
     return r_;
@@ -42,11 +43,14 @@ class PathTracer {
   Vec3f from_;                            // before the last scattering
   const PhaseFunction* phase_ = nullptr;  // of the last scattering
 
-  void walk(Rng& rng) {
+  /// From the camera's place.
+  void walk(Vec3d from, Rng& rng) {
     Rgb throughput(1.0f);
     for (std::uint32_t bounces = 0;; ++bounces) {
+      if (s_.emission && bounces > 0) from = traversal.position();
       const Hit hit = traversal.fly(direction_, rng);
       throughput *= hit.weight;
+      if (s_.emission) add_emission(from, hit, bounces, throughput, rng);
       if (hit.matter == nullptr) {
         if (bounces > 0) {
           const auto pdf = [&] { return pdf_phase(*phase_, from_, direction_); };
@@ -72,10 +76,19 @@ class PathTracer {
       phase_ = &matter.phase;
       const auto worth = [](std::size_t) { return 1.0f; };
       add_light_here(s_, *phase_, direction_, throughput, worth, traversal, rng, shadow_rays, r_);
+      if (s_.emission && s_.emission->lit) {
+        add_fire_here(s_, *phase_, direction_, throughput, traversal, rng, shadow_rays, r_);
+      }
       r_.scattered(bounces + 1);
       from_ = direction_;
       direction_ = sample_phase(*phase_, from_, rng);
     }
+  }
+
+  /// What is emitted along a flight.
+  void add_emission(Vec3d from, const Hit& hit, std::uint32_t bounces, Rgb throughput, Rng& rng) {
+    const auto pdf = [&] { return bounces > 0 ? pdf_phase(*phase_, from_, direction_) : 0.0f; };
+    add_along(s_, from, direction_, hit.matter != nullptr, traversal, pdf, throughput, rng, r_);
   }
 
   [[nodiscard]] static bool survives(Rgb& throughput, Rng& rng) {

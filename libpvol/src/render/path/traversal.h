@@ -11,6 +11,13 @@ struct Hit {
   float weight = 1;                ///< of the flight
 };
 
+/// How far a flight got.
+struct Reach {
+  double distance;  ///< world units; infinite where it left
+  float weight;
+};
+inline constexpr double kEndless = std::numeric_limits<double>::infinity();
+
 /// Counts of a traversal; its tallies stay 0 where flights do not count.
 struct Work {
   Watch path, shadow;
@@ -51,6 +58,13 @@ class OneVolume {
     if (!f.collided) return {nullptr, f.weight};
     cursor_ = walk.stop_at(walk.point(f.t));
     return {&v_.choose_matter(rng), f.weight};
+  }
+
+  /// A free flight from the path's place, which stays there: how far it gets, and its weight.
+  [[nodiscard, gnu::noinline]] Reach reach(Vec3f direction, Rng& rng) {
+    Walk walk(v_.volume.density.octree, cursor_, v_.in_cells(direction));
+    const Flight f = s_.flights.fly(s_.options.tracker, v_.volume.density, walk, rng, work.shadow);
+    return {f.collided ? f.t : kEndless, f.weight};
   }
 
   /// The path's place, to come back to.
@@ -100,23 +114,16 @@ class ManyVolumes {
   }
 
   [[nodiscard]] Hit fly(Vec3f direction, Rng& rng) {
-    const Ray ray{position_, Vec3d(direction)};
-    double nearest = std::numeric_limits<double>::infinity();
     const VolumeSetup* hit = nullptr;
-    for (const VolumeSetup& v : s_.volumes) {
-      const Ray cells = v.in_cells(ray);
-      const auto span = v.in_box(cells);
-      if (!span || span->t0 >= nearest) continue;
-      Walk walk(v.volume.density.octree, make_cursor(v.volume.density.octree, cells.at(span->t0)),
-                v.in_cells(direction), nearest - span->t0);
-      const Flight f = s_.flights.fly(s_.options.tracker, v.volume.density, walk, rng, work.path);
-      if (!f.collided || !(span->t0 + f.t < nearest)) continue;
-      nearest = span->t0 + f.t;
-      hit = &v;
-    }
+    const double nearest = find_nearest(direction, rng, work.path, hit);
     if (hit == nullptr) return {};
-    position_ = ray.at(nearest);
+    position_ = Ray{position_, Vec3d(direction)}.at(nearest);
     return {&hit->choose_matter(rng), 1};
+  }
+
+  [[nodiscard, gnu::noinline]] Reach reach(Vec3f direction, Rng& rng) {
+    const VolumeSetup* hit = nullptr;
+    return {find_nearest(direction, rng, work.shadow, hit), 1};
   }
 
   [[nodiscard]] Vec3d position() const { return position_; }
@@ -140,6 +147,25 @@ class ManyVolumes {
   Work work;
 
  private:
+  /// The shortest of the volumes' flights, and whose it is.
+  [[nodiscard]] double find_nearest(Vec3f direction, Rng& rng, Watch& watch,
+                                    const VolumeSetup*& hit) const {
+    const Ray ray{position_, Vec3d(direction)};
+    double nearest = kEndless;
+    for (const VolumeSetup& v : s_.volumes) {
+      const Ray cells = v.in_cells(ray);
+      const auto span = v.in_box(cells);
+      if (!span || span->t0 >= nearest) continue;
+      Walk walk(v.volume.density.octree, make_cursor(v.volume.density.octree, cells.at(span->t0)),
+                v.in_cells(direction), nearest - span->t0);
+      const Flight f = s_.flights.fly(s_.options.tracker, v.volume.density, walk, rng, watch);
+      if (!f.collided || !(span->t0 + f.t < nearest)) continue;
+      nearest = span->t0 + f.t;
+      hit = &v;
+    }
+    return nearest;
+  }
+
   const PathSetup& s_;
   Vec3d position_;
 };

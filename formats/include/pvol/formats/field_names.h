@@ -1,0 +1,24 @@
+// Which grid of a file means what, by the names that simulators write.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "pvol/formats/scene_file.h"
+#include "pvol/formats/vdb.h"
+
+namespace pvol::formats {
+
+/// The grids of a .vdb, .nvdb, .pvol or recipe (.toml) file. Throws Error for what cannot be read.
+[[nodiscard]] std::vector<GridEntry> grids_of(const std::filesystem::path& file);
+
+/// Names the grids that a volume goes by, as far as the scene leaves them open, by the names that
+/// Houdini, EmberGen, Blender and Bifrost write, in capitals or not. A file with flames or heat and
+/// no density becomes a fire alone, of the colour of black bodies where nobody described it. Returns what was bound, in whole sentences for the user; nothing
+/// where all was said. Throws Error that lists the grids where a fire has none to go by.
+[[nodiscard]] std::vector<std::string> bind_fields(SceneVolume& volume,
+                                                   std::span<const GridEntry> grids);
+
+}  // namespace pvol::formats

@@ -1,0 +1,81 @@
+#include "pvol/formats/field_names.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+
+#include "pvol/error.h"
+#include "pvol/formats/cloud.h"
+
+namespace pvol::formats {
+namespace {
+
+// The names in the order in which they are looked for.
+constexpr std::string_view kDensityNames[] = {"density"};
+constexpr std::string_view kFireNames[] = {"flames", "flame", "fire",        "burn",
+                                           "heat",   "emission", "temperature"};
+constexpr std::string_view kTemperatureNames[] = {"temperature", "temp", "heat"};
+
+bool same(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) {
+    return std::tolower(static_cast<unsigned char>(x)) ==
+           std::tolower(static_cast<unsigned char>(y));
+  });
+}
+
+/// The first of the names that a usable grid has, as the file writes it; else "".
+std::string first_of(std::span<const std::string_view> names, std::span<const GridEntry> grids) {
+  for (const std::string_view name : names) {
+    for (const GridEntry& g : grids) {
+      if (g.usable && same(g.name, name)) return g.name;
+    }
+  }
+  return {};
+}
+
+std::string listed(std::span<const GridEntry> grids) {
+  std::string text;
+  for (const GridEntry& g : grids) {
+    text += fmt::format("{}{} ({})", text.empty() ? "" : ", ", g.name, g.type);
+  }
+  return text.empty() ? "none" : text;
+}
+
+/// Whether the density is left open, and no grid can be taken for it without a doubt.
+bool lacks_density(const SceneVolume& v, std::span<const GridEntry> grids) {
+  const auto usable = std::ranges::count_if(grids, [](const GridEntry& g) { return g.usable; });
+  return v.grid.empty() && usable > 1 && first_of(kDensityNames, grids).empty();
+}
+
+}  // namespace
+
+std::vector<std::string> bind_fields(SceneVolume& v, std::span<const GridEntry> grids) {
+  std::vector<std::string> notes;
+  if (lacks_density(v, grids) && (v.fire || !first_of(kFireNames, grids).empty())) {
+    v.grid = kNoGrid;
+    if (!v.fire) v.fire.emplace().kelvin = 1;
+    notes.push_back("no grid is called density: the volume is a fire alone");
+  }
+  if (!v.fire) return notes;
+  Fire& fire = *v.fire;
+  if (fire.field.empty()) {
+    fire.field = first_of(kFireNames, grids);
+    if (fire.field.empty()) {
+      throw Error(fmt::format(
+          "{}: no grid is called flames, heat, temperature or the like, which a fire could go by; "
+          "name one with medium.fire.field; the file has: {}",
+          v.file.string(), listed(grids)));
+    }
+    notes.push_back("the fire goes by the grid " + fire.field);
+  }
+  const std::string temperature = first_of(kTemperatureNames, grids);
+  if (fire.color_by.empty() && fire.colored()) {
+    fire.color_by = temperature.empty() ? fire.field : temperature;
+    notes.push_back("its colour goes by the grid " + fire.color_by);
+  }
+  return notes;
+}
+
+}  // namespace pvol::formats

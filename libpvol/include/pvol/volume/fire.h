@@ -1,0 +1,101 @@
+// Light that a grid of a cloud emits: flames, hot gas, lava, glowing fog.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "pvol/math/field_map.h"
+#include "pvol/volume/medium_keys.h"
+
+namespace pvol {
+
+/// Colours along a field's values, channel by channel; none without points.
+struct ColorRamp {
+  std::array<Ramp, 3> channels{};
+  friend bool operator==(const ColorRamp&, const ColorRamp&) = default;
+
+  [[nodiscard]] bool empty() const { return channels[0].points.empty(); }
+};
+
+/// Emission of its own, apart from the extinction: per unit length
+///   intensity x map(field) x color x (color of the body or ramp at the value of color_by).
+/// How bright it is and which colour it has are two questions, and simulations answer them by two
+/// grids. THEORY.md, T5.11.
+struct Fire {
+  std::string field{};     ///< name of a grid; "": flames, else what else the file has (formats)
+  FieldMap map{};          ///< of its values
+  double intensity = 1;    ///< radiance per world unit where the map is 1, >= 0
+  Rgb color{1.0f};         ///< factor
+  std::string color_by{};  ///< another grid that says the colour; "": temperature, else `field`
+  /// Temperature in Kelvin where color_by is 1; none: no black body's colour.
+  std::optional<double> kelvin{};
+  /// The temperature at which the intensity is as said; elsewhere it goes with the fourth power of
+  /// the temperature (Stefan-Boltzmann). None: the intensity is apart from the temperature.
+  std::optional<double> kelvin_of_intensity{};
+  ColorRamp colors{};  ///< along the values of color_by
+  friend bool operator==(const Fire&, const Fire&) = default;
+
+  /// Whether colours take a field's value.
+  [[nodiscard]] bool colored() const { return kelvin.has_value() || !colors.empty(); }
+};
+
+[[nodiscard]] Value colors_value(const Fire& fire);
+void assign_colors(Fire& fire, const Value& value);
+
+inline constexpr Range kKelvinRange{0, 1e9, true, false};
+
+template <std::same_as<Fire> F>
+[[nodiscard]] constexpr auto keys(const F&) {
+  return std::to_array<Key<F>>({
+      key<&F::field>({.key = "field",
+                      .metavar = "NAME",
+                      .limits = any_text(),
+                      .help = "Grid that says how much is emitted",
+                      .otherwise = "flames, flame, fire, burn, heat or temperature"}),
+      Key<F>{{.key = ""}, nullptr, nullptr, [](F& f) { return entries(f.map); },
+             [](const F& f) { return entries(f.map); }},
+      key<&F::intensity>({.key = "intensity",
+                          .metavar = "X",
+                          .limits = number(kRadianceRange),
+                          .help = "Radiance emitted per world unit where the mapped value is 1",
+                          .otherwise = "chosen for the cloud, and printed"}),
+      key<&F::color>({.key = "color",
+                      .metavar = "RGB",
+                      .limits = number(kRadianceRange).or_three(),
+                      .help = "Factor on what is emitted"}),
+      key<&F::color_by>({.key = "color_by",
+                         .metavar = "NAME",
+                         .limits = any_text(),
+                         .help = "Grid that kelvin and colors go by",
+                         .otherwise = "temperature, else the field"}),
+      key<&F::kelvin>({.key = "kelvin",
+                       .metavar = "K",
+                       .limits = number(kKelvinRange),
+                       .help = "Colour of a black body, of this temperature where color_by is 1 "
+                               "(1 where its values are in Kelvin)",
+                       .otherwise = "no black body's"}),
+      key<&F::kelvin_of_intensity>({.key = "kelvin_of_intensity",
+                                    .metavar = "K",
+                                    .limits = number(kKelvinRange),
+                                    .help = "Temperature at which the intensity is as said; it "
+                                            "goes with its fourth power (Stefan-Boltzmann)",
+                                    .otherwise = "it does not go with it"}),
+      {{.key = "colors",
+        .metavar = "X,R,G,B",
+        .limits = number().times(4).in_rows().also(expect_points),
+        .help = "Colours along the values of color_by, by rows"},
+       colors_value,
+       assign_colors},
+  });
+}
+
+/// Kelvins of what is no black body, or colours of two kinds.
+[[nodiscard]] std::optional<Misfit> misfit(const Fire& fire);
+
+/// The radiance per unit length of the field's value and that of color_by.
+[[nodiscard]] Rgb emission(const Fire& fire, float value, float color_value);
+
+/// Throws Error, which says what is wrong, for values out of range.
+void validate(const Fire& fire);
+
+}  // namespace pvol

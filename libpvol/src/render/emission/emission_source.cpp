@@ -1,0 +1,81 @@
+#include "render/emission/emission_source.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "pvol/volume/estimators.h"
+#include "pvol/volume/extinction_source.h"
+
+namespace pvol::detail {
+namespace {
+
+constexpr double kStride = 8;  // cells, the edge of a leaf
+
+/// What the components of a medium emit together, per unit of optical depth.
+Rgb emitted(const Medium& medium) {
+  Rgb sum(0.0f);
+  for (const Component& c : medium.components) {
+    sum += (Rgb(1.0f) - c.albedo) * c.emission * float(c.share);
+  }
+  return sum;
+}
+
+template <class Value>
+Rgb integrate(const EmissionSource& source, const Value& value, const Ray& ray, const Ray& cells,
+              Span span, float u, int points) {
+  constexpr float kGolden = 0.618034f;  // steps by it spread over [0, 1) evenly
+  const Octree& tree = source.field->octree;
+  Walk walk(tree, make_cursor(tree, cells.at(span.t0)), lanes(Vec3f(cells.d)), span.t1 - span.t0);
+  const double pieces = length(cells.d) * points / kStride;
+  Rgb sum(0.0f);
+  while (const auto s = walk.next()) {
+    const double length = s->t1 - s->t0;
+    const int count = std::max(points, int(std::ceil(std::min(length * pieces, 1e6))));
+    const double piece = length / count;
+    for (int k = 0; k < count; ++k) {
+      const double t = s->t0 + (k + double(u)) * piece;
+      sum += source.at(value, *s, walk.point(t), ray.at(span.t0 + t)) * float(piece);
+      u += kGolden;
+      if (u >= 1) u -= 1;
+    }
+  }
+  return sum;
+}
+
+}  // namespace
+
+bool gathers_along_flights(const Volume& volume, const RenderOptions& options) {
+  // A uniform slab of depth tau brings noise of about tau^3 / 3 along flights and tau at
+  // collisions; they cross over at 1.4 (THEORY.md, T5.11).
+  constexpr double kThin = 1.4;
+  if (emitted(volume.medium) == Rgb(0.0f)) return false;
+  if (options.line_emission != LineEmission::automatic) {
+    return options.line_emission == LineEmission::on;
+  }
+  return choose_transmittance(std::span(&volume, 1)).thickness < kThin;
+}
+
+std::vector<EmissionSource> emission_sources(std::span<const Volume> volumes,
+                                             const RenderOptions& options) {
+  std::vector<EmissionSource> all;
+  for (const Volume& v : volumes) {
+    if (v.fire != nullptr) all.push_back({.field = &v.fire->field, .fire = v.fire.get()});
+    if (gathers_along_flights(v, options)) {
+      all.push_back({.field = &v.density, .of_depth = emitted(v.medium)});
+    }
+  }
+  std::erase_if(all, [](const EmissionSource& s) { return s.field->octree.empty(); });
+  return all;
+}
+
+Rgb integrate(const EmissionSource& source, const Ray& ray, double distance, float u, int points) {
+  const VolumeField& f = *source.field;
+  const Ray cells{f.world_to_cells.point(ray.o), f.world_to_cells.vector(ray.d)};
+  const auto span = intersect(f.octree.support(), cells, 0, distance);
+  if (!span) return Rgb(0.0f);
+  return visit_look_up(f.look_up, [&](auto look_up) {
+    return integrate(source, extinction_source<look_up>(f), ray, cells, *span, u, points);
+  });
+}
+
+}  // namespace pvol::detail

@@ -1,0 +1,44 @@
+// What emits light along flights: fires, and matter that is thin.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "pvol/bounds/walk.h"
+#include "pvol/render/options.h"
+#include "pvol/volume/emitter.h"
+#include "pvol/volume/volume.h"
+
+namespace pvol::detail {
+
+/// A field that emits, ready for lines through it. Refers to its volume.
+struct EmissionSource {
+  const VolumeField* field = nullptr;  ///< where it is not 0
+  const Emitter* fire = nullptr;       ///< or null:
+  Rgb of_depth{0.0f};                  ///< what matter emits per unit of optical depth
+
+  /// Radiance per world unit at a point of a segment of the field, that lies there in the world.
+  template <class Mu>
+  [[nodiscard]] Rgb at(const Mu& value, const Segment& s, const LatticePoint& p,
+                       Vec3d world) const {
+    const float v = value(s, p);
+    if (fire == nullptr) return of_depth * v;
+    return emission(fire->fire, v, fire->color_by ? value_at(*fire->color_by, world) : v);
+  }
+};
+
+/// Whether what matter of the volume emits is gathered along flights, not at collisions.
+[[nodiscard]] bool gathers_along_flights(const Volume& volume, const RenderOptions& options);
+
+/// What emits along flights in these volumes: fires, and matter that is thin.
+[[nodiscard]] std::vector<EmissionSource> emission_sources(std::span<const Volume> volumes,
+                                                           const RenderOptions& options);
+
+/// The integral of what the source emits along a ray of the world of unit direction, up to a
+/// distance that may be infinite, by points spread over the segments of its octree: one for each
+/// kStride cells, times `points`. With u uniform in [0, 1) right on average, exact where emission
+/// is the same along each of these pieces (THEORY.md, T5.11).
+[[nodiscard]] Rgb integrate(const EmissionSource& source, const Ray& ray, double distance, float u,
+                            int points);
+
+}  // namespace pvol::detail

@@ -1,0 +1,277 @@
+// Light of emission along flights: closed forms, and other ways to the same picture.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "pvol/volume/emitter.h"
+#include "render/emission/emission_setup.h"
+#include "support/pictures.h"
+#include "support/small_cloud.h"
+
+namespace pvol::test {
+namespace {
+
+/// The field as a fire of constant colour.
+std::shared_ptr<const Emitter> fire_of(const Field& field, const Fire& fire,
+                                       const Affine& place = {}) {
+  const Pyramid pyramid = build_pyramid(field.grid);
+  return std::make_shared<const Emitter>(make_emitter(fire, {field.grid, pyramid}, nullptr, place));
+}
+
+/// Nothing at all, around which a fire may be.
+Volume emptiness(const CloudScene& scene) {
+  return make_volume(VoxelGrid{}, Pyramid{}, scene);
+}
+
+/// Constant 1 in [3, 29]^3, with a rim of one voxel over which it falls to 0.
+const Field& block() {
+  static const Field f = make_field("block", {3, 3, 3}, {27, 27, 27}, [](Vec3i) { return 1.0; });
+  return f;
+}
+
+CloudScene dark(Vec3d from, Vec3d to) {
+  CloudScene s;
+  s.camera.position = from;
+  s.camera.target = to;
+  s.camera.fov = 1e-4;
+  s.environment = ConstantSky{Rgb(0.0f)};
+  s.options.width = s.options.height = 1;
+  s.options.samples = 4096;
+  s.options.threads = 1;
+  return s;
+}
+
+TEST(Fire, AloneIsItsIntegralAlongTheRay) {
+  // Across the block: 26 voxels of 1 and half a voxel of each rim.
+  const Fire fire{.intensity = 0.5, .color = Rgb(1.0f, 0.25f, 4.0f)};
+  proof::Family family;
+  for (const int points : {1, 8}) {
+    CloudScene s = dark({16, 16, 90}, {16, 16, 16});
+    s.options.emission_points = points;
+    Volume v = emptiness(s);
+    v.fire = fire_of(block(), fire);
+    const Average a = average(render({&v, 1}, s).film);
+    for (int c = 0; c < 3; ++c) {
+      const double expected = 0.5 * double(fire.color[c]) * 27;
+      EXPECT_NEAR(a.mean[c], expected, 5 * std::sqrt(a.variance[c]) + 1e-5 * expected);
+      EXPECT_LT(std::sqrt(a.variance[c]), 2e-3 * expected) << "the points are spread";
+    }
+  }
+}
+
+TEST(Fire, SphereIsItsChord) {
+  // The map makes a ball of one value of a field that falls with the radius.
+  const Field cone = make_field("cone", {-20, -20, -20}, {41, 41, 41}, [](Vec3i p) {
+    return std::max(0.0, 1 - length(Vec3d(p)) / 20);
+  });
+  const Fire fire{.map = {.ramp = {{{0, 0}, {0.4f, 0}, {0.4001f, 1}}, false}}, .intensity = 2};
+  for (const double aside : {0.0, 5.0, 10.0}) {
+    CloudScene s = dark({aside, 0, 80}, {aside, 0, 0});
+    s.options.emission_points = 8;
+    Volume v = emptiness(s);
+    v.fire = fire_of(cone, fire);
+    const Average a = average(render({&v, 1}, s).film);
+    const double chord = 2 * std::sqrt(12 * 12 - aside * aside);  // 1 - r / 20 = 0.4
+    EXPECT_NEAR(a.mean.x / (2 * chord), 1, 0.012) << "but for the lattice, off centre " << aside;
+  }
+}
+
+/// A cube of extinction that absorbs, with a fire over it, in it and beyond it.
+TEST(Fire, SlabThatAbsorbsIsItsClosedForm) {
+  proof::Family family;
+  std::uint64_t seed = 0;
+  for (const double extinction : {0.002, 0.1, 1.0}) {
+    for (const Tracker tracker : {Tracker::decomposition, Tracker::delta, Tracker::weighted_delta,
+                                  Tracker::regular}) {
+      // The cube fills [-0.5, 15.5]; the fire is 1 in [3, 29] but for its rims: along z 13.5 voxels
+      // of it lie before the cube as the camera sees it, and 12.5 and a rim within.
+      CloudScene s = dark({6, 6, 90}, {6, 6, 6});
+      s.medium.extinction = extinction;
+      s.medium.albedo = Rgb(0.0f);
+      s.options.look_up = LookUp::nearest;
+      s.options.tracker = tracker;
+      s.options.samples = 40'000;
+      s.options.seed = ++seed;
+      Volume v = make_volume(cube().grid, build_pyramid(cube().grid), s);
+      v.fire = fire_of(block(), {.intensity = 3});
+      const Average a = average(render({&v, 1}, s).film);
+      const double before = 13.5 + 0.5;  // with half a voxel of the rim
+      // Within: 1 from 15.5 down to 3, then a rim of a voxel, (z - 2) from 3 to 2.
+      const double mu = extinction, full = 15.5 - 3;
+      const double within = -std::expm1(-mu * full) / mu;
+      const double e = std::exp(-mu), rim = std::exp(-mu * full) * (1 - (1 - e) / mu) / mu;
+      compare(a, {Vec3d(3 * (before + within + rim)), {}},
+              std::string(name(tracker)) + " " + std::to_string(extinction), family, 1e-4);
+    }
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+/// A scene whose matter glows, once by collisions and once along flights, which are told how.
+RenderResult glow(std::span<const Volume> volumes, CloudScene s, LineEmission lines,
+                  std::uint64_t seed) {
+  s.options.line_emission = lines;
+  s.options.seed = seed;
+  return render(volumes, s);
+}
+
+TEST(LineEmission, IsTheSamePictureAsAtCollisions) {
+  proof::Family family;
+  std::uint64_t seed = 50;
+  for (const double extinction : {0.01, 0.2, 2.0}) {
+    for (const float albedo : {0.0f, 0.8f}) {
+      for (const GuideUse guide : {GuideUse::off, GuideUse::on}) {
+        CloudScene s = cloud_scene();
+        s.medium.extinction = extinction;
+        s.medium.albedo = Rgb(albedo);
+        s.medium.emission = Rgb(5.0f, 1.0f, 0.2f);
+        s.options.samples = 400;
+        s.options.guide = guide;
+        const Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
+        seed += 2;
+        compare(glow({&v, 1}, s, LineEmission::on, seed).film,
+                glow({&v, 1}, s, LineEmission::off, seed + 1).film,
+                std::to_string(extinction) + " " + std::to_string(albedo), family);
+      }
+    }
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+/// Smoke beside matter that glows and does not scatter: its light on the smoke is sampled where it
+/// is gathered along flights, and met by chance at collisions.
+TEST(LineEmission, LightsOtherVolumes) {
+  proof::Family family;
+  CloudScene s = cloud_scene();
+  s.environment = ConstantSky{Rgb(0.0f)};
+  s.lights.clear();
+  s.camera.position = {0, 5, 70};
+  s.camera.fov = 40;
+  s.options.samples = 1500;
+  CloudScene glowing = s;
+  glowing.medium.albedo = Rgb(0.0f);
+  glowing.medium.emission = Rgb(800.0f, 400.0f, 200.0f);
+  glowing.medium.extinction = 0.05;
+  glowing.medium.object_to_world = translation({17, 2, 3}) * scaling(Vec3d(0.35));
+  s.medium.extinction = 0.3;
+  const Pyramid pyramid = build_pyramid(cloud().grid);
+  const std::vector<Volume> both{make_volume(cloud().grid, pyramid, s),
+                                 make_volume(cloud().grid, pyramid, glowing)};
+  const RenderResult lines = glow(both, s, LineEmission::on, 71);
+  const RenderResult chance = glow(both, s, LineEmission::off, 72);
+  compare(lines.film, chance.film, "beside", family);
+  EXPECT_TRUE(family.passes());
+  // The left half sees smoke alone, lit from the right: far less noise.
+  const auto left = [](const Film& f) { return average(f, 0, 0, f.crop_width / 2, f.crop_height); };
+  EXPECT_LT(left(lines.film).variance.y, 0.1 * left(chance.film).variance.y);
+}
+
+TEST(Fire, OfTheDensityIsMatterThatGlows) {
+  // mu_a L_e as a fire of the density's grid, against the medium's own emission.
+  proof::Family family;
+  CloudScene s = cloud_scene();
+  s.medium.albedo = Rgb(0.75f);
+  s.options.samples = 800;
+  Volume by_fire = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
+  by_fire.fire = fire_of(cloud(), {.intensity = s.medium.extinction * 0.25,
+                                   .color = Rgb(6.0f, 3.0f, 1.0f)});
+  CloudScene by_matter = s;
+  by_matter.medium.emission = Rgb(6.0f, 3.0f, 1.0f);
+  by_matter.options.line_emission = LineEmission::off;
+  by_matter.options.seed = 9;
+  const Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), by_matter);
+  compare(render({&by_fire, 1}, s).film, render({&v, 1}, by_matter).film, "fire", family);
+  EXPECT_TRUE(family.passes());
+}
+
+TEST(Fire, LayersAndOrdersAddUp) {
+  CloudScene s = cloud_scene();
+  s.options.samples = 16;
+  s.options.aovs.add(Aov::lights);
+  s.options.aovs.add(Aov::scattering);
+  Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
+  v.fire = fire_of(cloud(), {.intensity = 2}, translation({9, 0, 0}));
+  const Film film = render({&v, 1}, s).film;
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    Vec3d lights, orders;
+    for (const Layer& layer : film.layers) {
+      const bool order = layer.name == "unscattered" || layer.name == "single" ||
+                         layer.name == "multiple";
+      (order ? orders : lights) += layer.sums[i];
+    }
+    for (int c = 0; c < 3; ++c) {
+      const double sum = film.pixels[i].sum[c];
+      EXPECT_NEAR(lights[c], sum, 1e-3 * (1 + sum));
+      EXPECT_NEAR(orders[c], sum, 1e-3 * (1 + sum));
+    }
+  }
+}
+
+using detail::EmissionLights;
+using detail::EmissionSource;
+
+/// Blobs of the cloud, apart from each other and of two fires, one of them turned and stretched.
+struct Lamps {
+  std::shared_ptr<const Emitter> a = fire_of(cloud(), {.intensity = 2}), b;
+  std::vector<EmissionSource> sources;
+
+  Lamps() {
+    const Affine skewed{{Vec3d{0.3, 0.1, 0}, Vec3d{0, 0.5, 0.1}, Vec3d{0, 0, 0.2}}, {30, 5, -4}};
+    b = fire_of(cloud(), {.intensity = 9}, skewed);
+    for (const auto& e : {a, b}) sources.push_back({.field = &e->field, .fire = e.get()});
+  }
+};
+
+TEST(EmissionLights, DensitiesAreThoseOfTheirSamples) {
+  const Lamps lamps;
+  const EmissionLights lights(lamps.sources);
+  proof::Family family;
+  for (const Vec3d place : {Vec3d{0, 0, 0}, Vec3d{3, -5, 2}, Vec3d{25, 0, 0}, Vec3d{30, 5, -4},
+                            Vec3d{-40, 60, 10}}) {
+    // The mean of 1 / pdf over samples is the solid angle that they can reach; of a set of
+    // directions it is that of the set: counts in bins of cos and azimuth against its integral.
+    constexpr int kSamples = 40'000, kAlong = 6, kFine = 24;
+    std::vector<std::uint64_t> counts(kAlong * kAlong * 2);
+    std::vector<double> expected(counts.size());
+    const auto bin = [](Vec3d d) {
+      const double u = 0.5 * (1 + d.z), v = std::atan2(d.y, d.x) / (2 * std::numbers::pi) + 0.5;
+      const auto at = [](double x, int n) { return std::min(int(x * n), n - 1); };
+      return std::size_t(at(u, kAlong) * 2 * kAlong + at(v, 2 * kAlong));
+    };
+    Rng rng(7, 3, std::uint64_t(place.x + 100));
+    for (int i = 0; i < kSamples; ++i) {
+      const auto to = lights.sample(place, rng);
+      ASSERT_GT(to.pdf, 0);
+      EXPECT_NEAR(length(Vec3d(to.direction)), 1, 1e-6);
+      ++counts[bin(Vec3d(to.direction))];
+    }
+    // Directions of a fine lattice, jittered: an unbiased integral of the density over each bin.
+    const int rows = kAlong * kFine, columns = 2 * kAlong * kFine;
+    double whole = 0;
+    for (int i = 0; i < rows; ++i) {
+      for (int j = 0; j < columns; ++j) {
+        const auto [a, b] = rng.uniform2();
+        const double z = 2 * (i + double(a)) / rows - 1;
+        const double phi = 2 * std::numbers::pi * ((j + double(b)) / columns - 0.5);
+        const double r = std::sqrt(std::max(0.0, 1 - z * z));
+        const Vec3d d{r * std::cos(phi), r * std::sin(phi), z};
+        const double share = double(lights.pdf(place, Vec3f(d))) * 4 * std::numbers::pi /
+                             (double(rows) * columns);
+        expected[bin(d)] += share * kSamples;
+        whole += share;
+      }
+    }
+    EXPECT_NEAR(whole, 1, 0.02) << "densities integrate to 1";
+    for (double& e : expected) e /= whole;
+    // Quadrature leaves errors of bins that the fires fill in part; of the rest counts decide.
+    double distance = 0;
+    for (std::size_t k = 0; k < counts.size(); ++k) {
+      distance += std::abs(double(counts[k]) - expected[k]) / kSamples;
+    }
+    EXPECT_LT(distance, 0.05) << place.x;
+  }
+}
+
+}  // namespace
+}  // namespace pvol::test
