@@ -1,0 +1,101 @@
+#include "cli/sequence.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iostream>
+#include <set>
+
+#include "cli/cli.h"
+#include "pvol/error.h"
+
+namespace pvol::cli {
+
+void check_frames(const FramesGiven& given) {
+  if (!given.any() && (given.lock_frame || given.skip_existing)) {
+    throw UsageError(fmt::format("{} goes with --frames or --frame",
+                                 given.lock_frame ? "--lock-frame" : "--skip-existing"));
+  }
+  const std::vector<int> all = given.all();
+  if (given.frame && std::find(all.begin(), all.end(), *given.frame) == all.end()) {
+    throw UsageError(
+        fmt::format("--frame {} is not among the {} frames of --frames", *given.frame, all.size()));
+  }
+}
+
+void refuse_pattern(const std::filesystem::path& input) {
+  std::error_code ignored;
+  if (!has_pattern(input) || std::filesystem::exists(input, ignored)) return;
+  throw UsageError(
+      fmt::format("{} is a pattern for frames; say which with --frames A-B, or one with --frame N",
+                  input.string()));
+}
+
+void require_pattern(const std::vector<std::filesystem::path>& inputs) {
+  if (std::any_of(inputs.begin(), inputs.end(), has_pattern)) return;
+  throw UsageError(fmt::format(
+      "{}: --frames and --frame want an input whose name has a place for the number, such as {}",
+      inputs.back().string(), with_pattern(inputs.back()).string()));
+}
+
+void require_output_pattern(const FramesGiven& given, const std::string& option,
+                            const std::filesystem::path& output) {
+  const std::size_t count = given.all().size();
+  if (count < 2 || output.empty() || has_pattern(output)) return;
+  throw UsageError(fmt::format("{} {}: {} frames would be written to this one file; write {}",
+                               option, output.string(), count, with_pattern(output).string()));
+}
+
+void require_files(const std::vector<FrameFile>& files) {
+  std::vector<FrameFile> missing;
+  std::set<int> frames;
+  for (const FrameFile& f : files) {
+    std::error_code ignored;
+    if (std::filesystem::exists(f.file, ignored)) continue;
+    missing.push_back(f);
+    frames.insert(f.frame);
+  }
+  if (missing.empty()) return;
+  const FrameFile& first = missing.front();
+  frames.erase(first.frame);
+  constexpr std::size_t kMostNamed = 8;
+  const std::vector<int> others(frames.begin(), frames.end());
+  const std::vector<int> named(others.begin(),
+                               others.begin() + long(std::min(others.size(), kMostNamed)));
+  const std::string more =
+      others.empty()
+          ? ""
+          : fmt::format("; files of {} more frames are missing: {}{}", others.size(),
+                        fmt::join(named, ", "), others.size() > kMostNamed ? " ..." : "");
+  throw Error(
+      fmt::format("frame {}: {}: there is no such file{}", first.frame, first.file.string(), more));
+}
+
+std::vector<int> frames_to_do(const std::string& tool, bool quiet, const FramesGiven& given,
+                              const std::function<bool(int)>& is_there) {
+  std::vector<int> frames = given.now();
+  if (!given.skip_existing) return frames;
+  const std::size_t skipped = std::erase_if(frames, is_there);
+  if (skipped > 0 && !quiet) {
+    std::cerr << fmt::format("{}: {} of {} frames are there and skipped\n", tool, skipped,
+                             skipped + frames.size());
+  }
+  return frames;
+}
+
+int for_each_frame(const std::string& tool, const std::vector<int>& frames,
+                   const std::function<int(int, const std::string&)>& work) {
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const std::string name = fmt::format("frame {}", frames[i]);
+    const std::string label =
+        frames.size() == 1 ? name : fmt::format("{} ({} of {})", name, i + 1, frames.size());
+    const int code = run_guarded(fmt::format("{}: {}", tool, name), [&] {
+      if (interrupted()) throw Error("interrupted before it began");
+      return work(frames[i], label);
+    });
+    if (code != kSuccess) return code;
+  }
+  return kSuccess;
+}
+
+}  // namespace pvol::cli
