@@ -297,20 +297,6 @@ Options options_of_frame(const Options& o, int frame) {
   return one;
 }
 
-int fit_frames(const Options& o) {
-  cli::require_pattern({o.input});
-  cli::require_output_pattern(o.frames, "--output", o.output);
-  const std::vector<int> frames = cli::frames_to_do(
-      kTool, o.common.quiet, o.frames,
-      [&](int frame) { return std::filesystem::exists(options_of_frame(o, frame).output); });
-  std::vector<cli::FrameFile> inputs;
-  for (const int frame : frames) inputs.push_back({frame, options_of_frame(o, frame).input});
-  cli::require_files(inputs);
-  return cli::for_each_frame(kTool, frames, [&](int frame, const std::string& label) {
-    return fit_and_report(options_of_frame(o, frame), label);
-  });
-}
-
 int run(const Options& o) {
   cli::check_frames(o.frames);
   check_options(o);
@@ -320,9 +306,14 @@ int run(const Options& o) {
     limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(o.threads));
   }
 
-  if (o.frames.any()) return fit_frames(o);
-  cli::refuse_pattern(o.input);
-  return fit_and_report(o);
+  if (!o.frames.any()) {
+    cli::refuse_pattern(o.input);
+    return fit_and_report(o);
+  }
+  return cli::for_each_file({kTool, o.common.quiet}, o.frames, o.input, o.output,
+                            [&](int frame, const std::string& label) {
+                              return fit_and_report(options_of_frame(o, frame), label);
+                            });
 }
 
 }  // namespace

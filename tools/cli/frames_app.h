@@ -46,4 +46,14 @@ inline void add_frames(CLI::App& app, FramesGiven& given) {
                "Leave out frames whose files are there; files are written whole or not at all");
 }
 
+inline void add_lock_frame(CLI::App& app, FramesGiven& given) {
+  app.add_option_function<std::string>(
+         "--lock-frame",
+         [&given](const std::string& text) { given.lock_frame = parse_frame(text); },
+         "Frame for which extinction and camera are chosen where the scene gives none, for all "
+         "frames alike [the first of --frames]")
+      ->type_name("N")
+      ->check(parses(parse_frame));
+}
+
 }  // namespace pvol::cli

@@ -38,12 +38,11 @@ void require_pattern(const std::vector<std::filesystem::path>& inputs) {
       inputs.back().string(), with_pattern(inputs.back()).string()));
 }
 
-void require_output_pattern(const FramesGiven& given, const std::string& option,
-                            const std::filesystem::path& output) {
+void require_output_pattern(const FramesGiven& given, const std::filesystem::path& output) {
   const std::size_t count = given.all().size();
   if (count < 2 || output.empty() || has_pattern(output)) return;
-  throw UsageError(fmt::format("{} {}: {} frames would be written to this one file; write {}",
-                               option, output.string(), count, with_pattern(output).string()));
+  throw UsageError(fmt::format("{}: {} frames would be written to this one file; write {}",
+                               output.string(), count, with_pattern(output).string()));
 }
 
 void require_files(const std::vector<FrameFile>& files) {
@@ -71,31 +70,45 @@ void require_files(const std::vector<FrameFile>& files) {
       fmt::format("frame {}: {}: there is no such file{}", first.frame, first.file.string(), more));
 }
 
-std::vector<int> frames_to_do(const std::string& tool, bool quiet, const FramesGiven& given,
+std::vector<int> frames_to_do(const SequenceTool& tool, const FramesGiven& given,
                               const std::function<bool(int)>& is_there) {
   std::vector<int> frames = given.now();
   if (!given.skip_existing) return frames;
   const std::size_t skipped = std::erase_if(frames, is_there);
-  if (skipped > 0 && !quiet) {
-    std::cerr << fmt::format("{}: {} of {} frames are there and skipped\n", tool, skipped,
+  if (skipped > 0 && !tool.quiet) {
+    std::cerr << fmt::format("{}: {} of {} frames are there and skipped\n", tool.name, skipped,
                              skipped + frames.size());
   }
   return frames;
 }
 
-int for_each_frame(const std::string& tool, const std::vector<int>& frames,
-                   const std::function<int(int, const std::string&)>& work) {
+int for_each_frame(const SequenceTool& tool, const std::vector<int>& frames,
+                   const FrameWork& work) {
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const std::string name = fmt::format("frame {}", frames[i]);
     const std::string label =
         frames.size() == 1 ? name : fmt::format("{} ({} of {})", name, i + 1, frames.size());
-    const int code = run_guarded(fmt::format("{}: {}", tool, name), [&] {
+    const int code = run_guarded(fmt::format("{}: {}", tool.name, name), [&] {
       if (interrupted()) throw Error("interrupted before it began");
       return work(frames[i], label);
     });
     if (code != kSuccess) return code;
   }
   return kSuccess;
+}
+
+int for_each_file(const SequenceTool& tool, const FramesGiven& given,
+                  const std::filesystem::path& input, const std::filesystem::path& output,
+                  const FrameWork& work) {
+  require_pattern({input});
+  require_output_pattern(given, output);
+  const std::vector<int> frames = frames_to_do(tool, given, [&](int frame) {
+    return std::filesystem::exists(file_of_frame(output, frame));
+  });
+  std::vector<FrameFile> inputs;
+  for (const int frame : frames) inputs.push_back({frame, file_of_frame(input, frame)});
+  require_files(inputs);
+  return for_each_frame(tool, frames, work);
 }
 
 }  // namespace pvol::cli

@@ -34,9 +34,8 @@ void refuse_pattern(const std::filesystem::path& input);
 /// Throws UsageError unless one of the inputs has a pattern.
 void require_pattern(const std::vector<std::filesystem::path>& inputs);
 
-/// Throws UsageError where several frames would be written to one file. `option` is named.
-void require_output_pattern(const FramesGiven& given, const std::string& option,
-                            const std::filesystem::path& output);
+/// Throws UsageError where several frames would be written to one file.
+void require_output_pattern(const FramesGiven& given, const std::filesystem::path& output);
 
 /// A file that a frame needs.
 struct FrameFile {
@@ -47,15 +46,27 @@ struct FrameFile {
 /// Throws Error for the first of the files that is not there, and says what others are not.
 void require_files(const std::vector<FrameFile>& files);
 
+/// Who works on a sequence, and whether it tells no more than errors and warnings.
+struct SequenceTool {
+  std::string name;
+  bool quiet = false;
+};
+
 /// The frames to do now: without those that are there already, where those are to be skipped.
-[[nodiscard]] std::vector<int> frames_to_do(const std::string& tool, bool quiet,
-                                            const FramesGiven& given,
+[[nodiscard]] std::vector<int> frames_to_do(const SequenceTool& tool, const FramesGiven& given,
                                             const std::function<bool(int frame)>& is_there);
 
+/// `label` is "frame 17 (5 of 24)", or "frame 17" of one alone; returns an exit code.
+using FrameWork = std::function<int(int frame, const std::string& label)>;
+
 /// Does the frames one after another and returns the exit code: that of the first that fails, after
-/// which no other is begun. `label` is "frame 17 (5 of 24)", or "frame 17" of one alone.
-[[nodiscard]] int for_each_frame(
-    const std::string& tool, const std::vector<int>& frames,
-    const std::function<int(int frame, const std::string& label)>& work);
+/// which no other is begun.
+[[nodiscard]] int for_each_frame(const SequenceTool& tool, const std::vector<int>& frames,
+                                 const FrameWork& work);
+
+/// All of this for a tool that makes one file of one file.
+[[nodiscard]] int for_each_file(const SequenceTool& tool, const FramesGiven& given,
+                                const std::filesystem::path& input,
+                                const std::filesystem::path& output, const FrameWork& work);
 
 }  // namespace pvol::cli
