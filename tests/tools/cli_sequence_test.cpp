@@ -341,7 +341,7 @@ TEST_F(Sequence, PrintsTheSceneOfAFrameWithAllThatIsChosen) {
 // --- scenes -------------------------------------------------------------------------------------
 
 TEST_F(Sequence, MayBeOneVolumeOfAScene) {
-  std::ofstream(folder / "rock.toml") << recipe(1);
+  std::ofstream(folder / "rock.toml") << recipe(2);
   const std::string scene = folder / "scene.toml";
   std::ofstream(scene) << "[[volume]]\nfile = \"rock.toml\"\n[[volume]]\nfile = "
                           "\"smoke.####.toml\"\n[volume.medium]\ntranslate = [3, 0, 0]\n";
@@ -353,6 +353,7 @@ TEST_F(Sequence, MayBeOneVolumeOfAScene) {
                              .at("volumes");
     EXPECT_EQ(volumes.at(0).at("file"), folder / "rock.toml");
     EXPECT_EQ(volumes.at(1).at("file"), at("smoke", frame, "toml"));
+    EXPECT_NE(volumes.at(0).at("extinction"), volumes.at(1).at("extinction")) << "each its own";
     extinctions.insert(volumes.at(0).at("extinction").dump() +
                        volumes.at(1).at("extinction").dump());
   }
@@ -419,6 +420,22 @@ TEST_F(Sequence, InterruptedKeepsTheFramesThatAreDone) {
   EXPECT_NE(r.err.find(" saved\n"), std::string::npos) << r.err;
   EXPECT_TRUE(exists("a.0001.exr"));
   EXPECT_FALSE(exists("a.0002.exr") || exists("a.0002.png") || exists("a.0003.exr"));
+}
+
+TEST_F(Sequence, DoesNotKeepAFrameThatIsNotDone) {
+  bool sent = false;
+  const RunResult r = run_tool(
+      PVOL_RENDER, {smoke, "-o", exr, "--frame", "2", "--size", "64x48", "--spp", "4000000000"},
+      [&](int pid, const std::string& err) {
+        if (!sent && err.find(" to expect", err.find("\nframe 2 ")) != err.npos) {
+          sent = kill(pid, SIGINT) == 0;
+        }
+      });
+  EXPECT_EQ(r.exit, 1) << r.err;
+  EXPECT_NE(r.err.find("pvol-render: frame 2: error: interrupted after "), std::string::npos)
+      << r.err;
+  EXPECT_NE(r.err.find(" samples; this frame is not saved\n"), std::string::npos) << r.err;
+  EXPECT_FALSE(exists("a.0002.exr") || exists("a.0002.png"));
 }
 
 }  // namespace
