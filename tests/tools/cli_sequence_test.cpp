@@ -383,6 +383,22 @@ TEST_F(Sequence, MayHaveASkyAndASceneForEachFrame) {
   EXPECT_NE(camera(at("a", 1, "exr")), camera(at("a", 2, "exr"))) << "given for each frame";
 }
 
+TEST_F(Sequence, LeavesAloneWhatTheSceneOfAFrameHas) {
+  for (const int frame : {1, 2}) {
+    std::ofstream(at("scene", frame, "toml"))
+        << "[volume]\nfile = \"smoke.####.toml\"\n"
+        << (frame == 1 ? ""
+                       : "[medium]\nextinction = 2\n[camera]\nposition = [0, 0, 9]\n"
+                         "target = [0, 0, 0]\n");
+  }
+  render(folder / "scene.####.toml", {"-o", exr, "--frames", "1-2", "--quiet"});
+  EXPECT_EQ(header(at("a", 1, "exr")).at("pvol:lock_frame"), "1");
+  EXPECT_FALSE(header(at("a", 2, "exr")).contains("pvol:lock_frame"));
+  EXPECT_EQ(header(at("a", 2, "exr")).at("pvol:extinction"), "2.0");
+  render(folder / "scene.####.toml", {"-o", folder / "b.exr", "--frame", "2", "--quiet"});
+  EXPECT_EQ(read_text(folder / "b.exr"), read_text(at("a", 2, "exr")));
+}
+
 TEST_F(Sequence, WantsAPlaceForTheFrameInEveryOutput) {
   const Arguments all{smoke, "-o", exr, "--frames", "1-3"};
   const auto refuse_output = [&](const Arguments& more, const std::string& name) {
