@@ -154,7 +154,9 @@ TEST_F(Sequence, IsCheckedBeforeAnyWork) {
              "--skip-existing goes with --frames or --frame");
   refuse_fit({smoke, "-o", pvol, "--frames", "0-5"}, 1,
              "frame 0: " + at("smoke", 0, "toml") +
-                 ": there is no such file; files of 2 more frames are missing: 4, 5\n");
+                 ": there is no such file; files of other frames are missing, too: 4, 5\n");
+  refuse_fit({smoke, "-o", pvol, "--frames", "1-100"}, 1,
+             ": 5, 6, 7, 8, 9, 10, 11, 12 and 88 more\n");
   refuse(PVOL_CONVERT, {smoke, folder / "s.vdb", "--frames", "1-3"}, 2,
          "write " + folder.path().string());
   refuse(PVOL_CONVERT, {smoke, folder / "s.####.vdb"}, 2, "is a pattern for frames");

@@ -24,7 +24,8 @@ Examples:
   pvol-render smoke.####.pvol -o smoke.####.exr --frames 1-240
       a sequence: extinction and camera are those of frame 1, and each frame has other noise
 
-Ctrl-C saves what was rendered; in a sequence, the frames that are done. Exit status: 0 success, 1 failure, 2 wrong usage.)";
+Ctrl-C saves what was rendered; in a sequence, the frames that are done.
+Exit status: 0 success, 1 failure, 2 wrong usage.)";
 
 /// An option with one of an enumeration's names.
 template <class Enum>

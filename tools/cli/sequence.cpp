@@ -57,15 +57,13 @@ void require_files(const std::vector<FrameFile>& files) {
   if (missing.empty()) return;
   const FrameFile& first = missing.front();
   frames.erase(first.frame);
+  std::vector<int> others(frames.begin(), frames.end());
+  std::string more = others.empty() ? "" : "; files of other frames are missing, too: ";
   constexpr std::size_t kMostNamed = 8;
-  const std::vector<int> others(frames.begin(), frames.end());
-  const std::vector<int> named(others.begin(),
-                               others.begin() + long(std::min(others.size(), kMostNamed)));
-  const std::string more =
-      others.empty()
-          ? ""
-          : fmt::format("; files of {} more frames are missing: {}{}", others.size(),
-                        fmt::join(named, ", "), others.size() > kMostNamed ? " ..." : "");
+  const std::string unnamed =
+      others.size() > kMostNamed ? fmt::format(" and {} more", others.size() - kMostNamed) : "";
+  others.resize(std::min(others.size(), kMostNamed));
+  more += fmt::format("{}{}", fmt::join(others, ", "), unnamed);
   throw Error(
       fmt::format("frame {}: {}: there is no such file{}", first.frame, first.file.string(), more));
 }
