@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "cli/cli_app.h"
+#include "cli/frames_app.h"
 #include "cli/load_scene.h"
 #include "cli/shell_export.h"
 #include "pvol/bounds/bound_grids.h"
@@ -40,6 +41,7 @@ Exit status: 0 success, 1 failure, 2 wrong usage.)";
 
 struct Options {
   cli::Common common;
+  cli::FramesGiven frames;
   std::filesystem::path input, output;
   formats::GridOptions grid;
   bool bounds = false;
@@ -59,6 +61,7 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
                  "The file to write: .vdb, a shell's .ply, .obj or .png, or a flat .exr")
       ->type_name("")
       ->required();
+  cli::add_frames(app, o.frames);
   app.add_flag("--bounds", o.bounds,
                "Add the grids majorant and minorant: bounds on the density over cubes of 8^3 "
                "voxels, one voxel at the centre of each cube");
@@ -170,7 +173,7 @@ int convert_picture(const Options& o) {
   return cli::kSuccess;
 }
 
-int run(const Options& o) {
+int convert(const Options& o) {
   check_pair(o);
   if (flattens(o)) return convert_picture(o);
   if (shows_shell(o)) return convert_shell(o);
@@ -191,6 +194,25 @@ int run(const Options& o) {
   formats::write_vdb(o.output, grids);
   report(o, cloud.report, grids);
   return cli::kSuccess;
+}
+
+Options options_of_frame(const Options& o, int frame) {
+  Options one = o;
+  one.input = cli::file_of_frame(o.input, frame);
+  one.output = cli::file_of_frame(o.output, frame);
+  return one;
+}
+
+int run(const Options& o) {
+  cli::check_frames(o.frames);
+  if (!o.frames.any()) {
+    cli::refuse_pattern(o.input);
+    return convert(o);
+  }
+  check_pair(o);
+  return cli::for_each_file(
+      {kTool, o.common.quiet}, o.frames, o.input, o.output,
+      [&](int frame, const std::string&) { return convert(options_of_frame(o, frame)); });
 }
 
 }  // namespace

@@ -2,10 +2,8 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
-#include <cmath>
-#include <iostream>
-
 #include "cli/cli_app.h"
+#include "cli/frames_app.h"
 #include "cli/shell_checks.h"
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
@@ -16,11 +14,13 @@
 #include "pvol/shell/fit_shell.h"
 #include "pvol/shell/recipe_support.h"
 #include "pvol/volume/make_volume.h"
-#include "stats/shell_report.h"
+#include "stats/fit_report.h"
 
 namespace {
 
 using namespace pvol;
+
+constexpr const char* kTool = "pvol-fit";
 
 constexpr const char* kExamples = R"(Examples:
   pvol-fit cloud.vdb -o cloud.pvol
@@ -29,24 +29,14 @@ constexpr const char* kExamples = R"(Examples:
       another grid, small file: rendering will read explosion.vdb again; report as JSON
   pvol-fit cloud.vdb --shells 16 --check -o cloud.pvol
       with a bounding shell of 16 perturbations, proven to hold the cloud and checked again by CGAL
+  pvol-fit smoke.####.vdb -o smoke.####.pvol --frames 1-240
+      a sequence, frame by frame, with a line for each
 
 The report on stdout tells the grid, its size, the bounds, and the bytes and seconds they took.
 Exit status: 0 success, 1 failure, 2 wrong usage.)";
 
-struct Options {
-  cli::Common common;
-  std::filesystem::path input, output;
-  formats::GridOptions grid;
-  std::string unit;
-  std::string density = "fp32", look_up = "trilinear";
-  std::optional<double> tolerance;
-  std::string micro_bounds = "none";
-  std::string shells = "none", shell_kind = "hard";
-  int shell_effort = 1;
-  bool check = false, closed_form = false;
-  bool json = false;
-  int threads = 0;
-};
+using cli::Fit;
+using Options = cli::FitOptions;
 
 void add_files(CLI::App& app, Options& o) {
   app.add_option("INPUT", o.input, "The cloud: .vdb, .nvdb, or a recipe (.toml)")
@@ -125,11 +115,11 @@ void add_shells(CLI::App& app, Options& o) {
 }
 
 std::optional<int> read_command_line(int argc, char** argv, Options& o) {
-  CLI::App app{"Fits bounds to a cloud and writes them, with its density, to a .pvol file.",
-               "pvol-fit"};
+  CLI::App app{"Fits bounds to a cloud and writes them, with its density, to a .pvol file.", kTool};
   cli::add_common(app, kExamples);
   cli::add_quiet(app, o.common);
   add_files(app, o);
+  cli::add_frames(app, o.frames);
   add_density(app, o);
   add_bounds(app, o);
   add_shells(app, o);
@@ -145,16 +135,6 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
       ->check(cli::fits(whole(0, kMostThreads)));
   return cli::parse(app, argc, argv);
 }
-
-struct Fit {
-  formats::LoadedGrid loaded;  ///< without samples where the bounds are a recipe's in closed form
-  Recipe recipe;               ///< of those
-  formats::PvolFile file;
-  formats::PvolSizes bytes;
-  std::uint64_t source_bytes = 0;
-  double read_seconds = 0, bounds_seconds = 0, shell_seconds = 0, write_seconds = 0;
-  std::string check;  ///< what CGAL's check found
-};
 
 formats::Metadata describe_source(const Options& o, const Fit& f) {
   const formats::LoadedGrid& loaded = f.loaded;
@@ -246,139 +226,6 @@ Fit fit(const Options& o) {
   return f;
 }
 
-std::uint64_t count_nodes(const Pyramid& p) {
-  std::uint64_t n = 0;
-  for (const auto& level : p.levels) n += level.size();
-  return n;
-}
-
-std::size_t count_leaves(const Pyramid& p) { return p.empty() ? 0 : p.levels[0].size(); }
-std::size_t depth(const Pyramid& p) { return p.empty() ? 0 : p.levels.size() - 1; }
-Vec3l extent(const Pyramid& p) { return p.empty() ? Vec3l{} : p.support_hi - p.support_lo; }
-Vec3d extent_world(const Fit& f) {
-  if (f.file.pyramid.empty()) return {};
-  return transform(f.loaded.grid.index_to_world, f.file.pyramid.support()).extent();
-}
-
-/// How far samples are off the exact ones.
-std::string error_text(const QuantisationError& e) {
-  if (e.absolute == 0) return ", exact for this cloud";
-  return fmt::format(", biased: samples are off by up to {}, their sum by {} %",
-                     cli::readable(e.absolute), cli::readable(100 * e.mass));
-}
-
-void report_text(const Options& o, const Fit& f) {
-  using namespace cli;
-  const Pyramid& p = f.file.pyramid;
-  const formats::GridReport& r = f.loaded.report;
-  const formats::PvolSizes& bytes = f.bytes;
-  const Vec3l cells = extent(p);
-  const Vec3d world = extent_world(f);
-  std::cout << fmt::format(
-      "grid    {} ({}), {}largest density {}\n", r.grid, r.type,
-      o.closed_form ? "" : fmt::format("{} active voxels, ", readable_count(r.active)),
-      readable(double(o.closed_form ? p.scale : r.largest)));
-  std::cout << fmt::format("support {} x {} x {} voxels, {} x {} x {} world units\n", cells.x,
-                           cells.y, cells.z, readable(world.x), readable(world.y),
-                           readable(world.z));
-  std::cout << fmt::format("bounds  {} leaves of 8^3 voxels, {} nodes, octree depth {}\n",
-                           readable_count(count_leaves(p)), readable_count(count_nodes(p)),
-                           depth(p));
-  if (f.file.codes) {
-    std::cout << fmt::format("density {}{}\n", o.density, error_text(f.file.codes->error));
-  }
-  if (f.file.shell) print_shell(std::cout, *f.file.shell, bytes.shell, "shell   ");
-  std::cout << f.check
-            << fmt::format(
-                   "bytes   {}: bounds {}, micro-bounds {}, shell {}, density {}, "
-                   "header and metadata {}; the source has {}\n",
-                   readable_bytes(bytes.total), readable_bytes(bytes.bounds),
-                   readable_bytes(bytes.micro), readable_bytes(bytes.shell),
-                   readable_bytes(bytes.density), readable_bytes(bytes.header + bytes.metadata),
-                   readable_bytes(f.source_bytes))
-            << fmt::format("time    read {}, bounds {}, shell {}, write {}\n",
-                           readable_seconds(f.read_seconds), readable_seconds(f.bounds_seconds),
-                           readable_seconds(f.shell_seconds), readable_seconds(f.write_seconds))
-            << fmt::format("wrote   {}\n", o.output.string());
-}
-
-void report_json(const Options& o, const Fit& f) {
-  const Pyramid& p = f.file.pyramid;
-  const formats::GridReport& r = f.loaded.report;
-  const Vec3l cells = extent(p);
-  const Vec3d world = extent_world(f);
-  cli::Json j;
-  j["input"] = o.input.string();
-  j["output"] = o.output.string();
-  j["grid"] = {{"name", r.grid},
-               {"type", r.type},
-               {"active_voxels", r.active},
-               {"non_finite", r.non_finite},
-               {"negative", r.negative},
-               {"largest", o.closed_form ? p.scale : r.largest}};
-  j["support_voxels"] = {cells.x, cells.y, cells.z};
-  j["support_world"] = {world.x, world.y, world.z};
-  j["bounds"] = {{"leaves", count_leaves(p)}, {"nodes", count_nodes(p)}, {"depth", depth(p)}};
-  j["density"] = {{"precision", o.closed_form ? "reference" : o.density}};
-  if (f.file.codes) {
-    const QuantisationError& e = f.file.codes->error;
-    j["density"]["absolute_error"] = e.absolute;
-    j["density"]["relative_error"] = e.relative;
-    j["density"]["mass_error"] = e.mass;
-    if (o.density == "fpn") j["density"]["tolerance"] = f.file.codes->how.tolerance;
-  }
-  if (!f.check.empty()) j["check"] = f.check;
-  if (f.file.shell) j["shell"] = cli::to_json(*f.file.shell, f.bytes.shell);
-  j["bytes"] = {{"header", f.bytes.header}, {"metadata", f.bytes.metadata},
-                {"bounds", f.bytes.bounds}, {"micro", f.bytes.micro},
-                {"shell", f.bytes.shell},   {"density", f.bytes.density},
-                {"total", f.bytes.total},   {"source", f.source_bytes}};
-  j["seconds"] = {{"read", f.read_seconds},
-                  {"bounds", f.bounds_seconds},
-                  {"shell", f.shell_seconds},
-                  {"write", f.write_seconds}};
-  j["warnings"] = r.warnings;
-  std::cout << cli::to_text(j);
-}
-
-/// What is written and perhaps not what was wanted, in whole sentences.
-std::vector<std::string> doubts(const Options& o, const Fit& f) {
-  std::vector<std::string> all;
-  const auto doubt = [&](std::string text) {
-    all.push_back(fmt::format("{}: {}", o.input.string(), std::move(text)));
-  };
-  if (f.file.pyramid.empty()) doubt("the density is 0 everywhere; nothing will be seen");
-  if (f.file.codes) {
-    constexpr double kMostMass = 0.01;
-    const QuantisationError& e = f.file.codes->error;
-    if (std::abs(e.mass) > kMostMass) {
-      doubt(fmt::format(
-          "--density {} changes the cloud's mass by {} %, because most of it is "
-          "fainter than the largest error; {}",
-          o.density, cli::readable(100 * e.mass),
-          o.density == "fpn" ? "lower --density-tolerance, or take fp16" : "take fp16 or fp32"));
-    }
-    if (e.absolute == 0 && o.density == "fp16" && f.loaded.report.type == "half") {
-      doubt(
-          "its samples are halves already: --density fp32 keeps them as exactly, and often in "
-          "fewer bytes");
-    }
-  }
-  if (f.file.shell && o.shells != "auto") {
-    const std::size_t made = f.file.shell->form.perturbations.size();
-    if (made < std::size_t(std::stoi(o.shells))) {
-      doubt(fmt::format("the shell has {} of {} perturbations: no other removes an empty cell",
-                        made, o.shells));
-    }
-  }
-  try {
-    validate_placement(f.loaded.grid.index_to_world, f.file.pyramid);
-  } catch (const Error& e) {
-    doubt(fmt::format("as it lies in the world it cannot be rendered: {}", e.what()));
-  }
-  return all;
-}
-
 /// Refuses what the options of density and micro-bounds cannot mean together.
 void check_density(const Options& o) {
   if (o.micro_bounds == "1") {
@@ -395,7 +242,8 @@ void check_density(const Options& o) {
   }
 }
 
-int run(const Options& o) {
+/// Refuses what the command line cannot mean, before any work.
+void check_options(const Options& o) {
   const std::string kind = formats::ending(o.input);
   if (kind != ".vdb" && kind != ".nvdb" && kind != ".toml") {
     throw cli::UsageError(
@@ -426,21 +274,46 @@ int run(const Options& o) {
   if (o.check && o.shells == "none") {
     throw cli::UsageError("--check checks the shell that --shells asks for; add --shells auto");
   }
+}
+
+/// Without `label` the cloud is alone, else a frame of a sequence.
+int fit_and_report(const Options& o, const std::string& label = "") {
+  const Fit f = fit(o);
+  cli::print_warnings(kTool, f.loaded.report.warnings);
+  cli::print_warnings(kTool, doubts(o, f));
+  if (o.json) {
+    cli::print_json(o, f);
+  } else if (!o.common.quiet) {
+    label.empty() ? cli::print_text(o, f) : cli::print_line(o, f, label);
+  }
+  return cli::kSuccess;
+}
+
+Options options_of_frame(const Options& o, int frame) {
+  Options one = o;
+  one.input = cli::file_of_frame(o.input, frame);
+  one.output = cli::file_of_frame(o.output, frame);
+  one.frames = {.frame = frame};
+  return one;
+}
+
+int run(const Options& o) {
+  cli::check_frames(o.frames);
+  check_options(o);
   cli::check_output(o.output, {".pvol"});
   std::optional<tbb::global_control> limit;
   if (o.threads > 0) {
     limit.emplace(tbb::global_control::max_allowed_parallelism, std::size_t(o.threads));
   }
 
-  const Fit f = fit(o);
-  cli::print_warnings("pvol-fit", f.loaded.report.warnings);
-  cli::print_warnings("pvol-fit", doubts(o, f));
-  if (o.json) {
-    report_json(o, f);
-  } else if (!o.common.quiet) {
-    report_text(o, f);
+  if (!o.frames.any()) {
+    cli::refuse_pattern(o.input);
+    return fit_and_report(o);
   }
-  return cli::kSuccess;
+  return cli::for_each_file({kTool, o.common.quiet}, o.frames, o.input, o.output,
+                            [&](int frame, const std::string& label) {
+                              return fit_and_report(options_of_frame(o, frame), label);
+                            });
 }
 
 }  // namespace
@@ -448,5 +321,5 @@ int run(const Options& o) {
 int main(int argc, char** argv) {
   Options options;
   if (const auto code = read_command_line(argc, argv, options)) return *code;
-  return cli::run_guarded("pvol-fit", [&] { return run(options); });
+  return cli::run_guarded(kTool, [&] { return run(options); });
 }

@@ -13,6 +13,7 @@
 #include "cli/render_options.h"
 #include "cli/render_outputs.h"
 #include "cli/render_report.h"
+#include "cli/render_sequence.h"
 #include "pvol/bounds/homogenise.h"
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
@@ -34,20 +35,6 @@ using cli::TimedRender;
 constexpr const char* kTool = "pvol-render";
 
 // --- the scene ----------------------------------------------------------------------------------
-
-void apply(const Options& o, formats::SceneFile& file) {
-  if (!o.grid.grid.empty()) file.volumes.front().grid = o.grid.grid;
-  cli::apply(o.options, formats::render_keys(file));
-  file.scene.options.count = !o.stats.empty();
-  file.scene.options.deep = !o.deep.empty();
-}
-
-formats::SceneFile read_scene(const Options& o) {
-  formats::SceneFile file = cli::read_scene(o.input, o.sets);
-  apply(o, file);
-  cli::load_sky(file);
-  return file;
-}
 
 /// Loads a volume, choosing an extinction for its medium where there is none. `key` is what to set
 /// for another.
@@ -79,11 +66,13 @@ void warn_of_bounds(const std::filesystem::path& file, const Volume& volume) {
                           e.worst.lo.y, e.worst.lo.z)});
 }
 
-RenderJob prepare(const Options& o) {
+/// Makes the clouds of a scene ready, and chooses extinctions and camera where it has none.
+RenderJob load(const Options& o, formats::SceneFile file) {
   RenderJob job;
   job.input = o.input;
   job.sets = o.sets;
-  job.file = read_scene(o);
+  job.file = std::move(file);
+  cli::load_sky(job.file);
   Scene& scene = job.file.scene;
   for (formats::SceneVolume& v : job.file.volumes) {
     const std::size_t number = job.volumes.size() + 1;
@@ -103,6 +92,11 @@ RenderJob prepare(const Options& o) {
     scene.camera = cli::frame_all(job.volumes, scene);
     job.file.has_camera = true;
   }
+  return job;
+}
+
+void make_plan(const Options& o, RenderJob& job) {
+  Scene& scene = job.file.scene;
   job.chose_transmittance = scene.options.transmittance == Transmittance::automatic;
   job.plan =
       plan(job.volumes, o.denoise ? cli::with_needs_of_filter(scene) : scene,
@@ -115,7 +109,6 @@ RenderJob prepare(const Options& o) {
                                 "--shells auto"});
   }
   if (!o.print_scene) scene.options.transmittance = job.plan.scene.options.transmittance;
-  return job;
 }
 
 /// "  paths guided (--guide auto): ...", for the decision of this name about a volume, or all.
@@ -234,7 +227,10 @@ std::string note(const Film& film, std::uint64_t wanted) {
 TimedRender render_timed(const Options& o, const RenderJob& job, const std::filesystem::path& png,
                          report::LivePage* live) {
   TimedRender t;
-  cli::ProgressBar bar("rendering", "samples", o.common.quiet);
+  // The log of a sequence has a line a frame.
+  const bool in_log = o.frames.now().size() > 1 && !cli::on_terminal();
+  cli::ProgressBar bar(job.frame ? job.frame->label : "rendering", "samples",
+                       o.common.quiet || in_log);
   cli::catch_interrupt();
   cli::Stopwatch watch;
   const double before = cli::cpu_seconds();
@@ -280,25 +276,95 @@ void end_live(report::LivePage& live, const TimedRender& t) {
   }
 }
 
-int run(const Options& o) {
-  const cli::Outputs out = o.print_scene ? cli::Outputs{} : cli::choose_outputs(o);
-  const RenderJob job = prepare(o);
+/// Prints facts about the clouds with `verbose`.
+int render_and_save(const Options& o, const cli::Outputs& out, RenderJob job, bool verbose) {
+  make_plan(o, job);
   if (o.print_scene) {
     std::cout << formats::to_toml(job.file);
     return cli::kSuccess;
   }
   if (!out.exr.empty()) cli::check_layout(o, job.file.scene);
-  if (!o.common.quiet) print_facts(job);
+  if (verbose && !o.common.quiet) print_facts(job);
   std::optional<report::LivePage> live;
   if (o.live) live.emplace(out.png);
   TimedRender t = render_timed(o, job, out.png, live ? &*live : nullptr);
   if (t.samples == 0) throw Error("interrupted before the first sample; nothing is saved");
-  if (o.denoise) t.filtered = filter(o, job, t.result);
-  cli::save(o, out, job, t);
+  // Among frames that are finished nobody would look for one that is not.
+  const std::string saved = job.frame ? "this frame is not saved" : "what was rendered is saved";
+  if (t.result.complete || !job.frame) {
+    if (o.denoise) t.filtered = filter(o, job, t.result);
+    cli::save(o, out, job, t);
+  }
   if (live) end_live(*live, t);
   if (t.result.complete) return cli::kSuccess;
-  throw Error("interrupted after " + cli::progress_text(t) +
-              " samples; what was rendered is saved");
+  throw Error("interrupted after " + cli::progress_text(t) + " samples; " + saved);
+}
+
+// --- sequences ----------------------------------------------------------------------------------
+
+/// The scene of a frame with nothing left open, for all frames to take extinction and camera from.
+formats::SceneFile choose(const Options& o, int frame) {
+  const formats::SceneFile open = cli::scene_of_frame(o, frame);
+  const std::string what = cli::open_choices(open);
+  RenderJob job = load(cli::options_of_frame(o, frame), open);
+  std::size_t empty = 0;
+  bool chosen_for_nothing = false;
+  for (std::size_t i = 0; i < job.volumes.size(); ++i) {
+    if (!job.volumes[i].density.world_box.empty()) continue;
+    ++empty;
+    chosen_for_nothing = chosen_for_nothing || !open.volumes[i].has_extinction;
+  }
+  if (chosen_for_nothing || empty == job.volumes.size()) {
+    throw Error(
+        fmt::format("frame {}: the density is 0 everywhere, so there is nothing to choose "
+                    "extinction and camera for; name another frame with --lock-frame N",
+                    frame));
+  }
+  if (!o.common.quiet) {
+    std::cerr << kTool << ": no " << what << " given; chosen for frame " << frame
+              << ", and for all frames the same\n";
+  }
+  return std::move(job.file);
+}
+
+int render_frames(const Options& o) {
+  const cli::SequenceTool tool{kTool, o.common.quiet};
+  cli::check_sequence(o);
+  const std::vector<int> frames = cli::frames_to_do(
+      tool, o.frames, [&](int f) { return cli::is_rendered(cli::options_of_frame(o, f)); });
+  if (frames.empty()) return cli::kSuccess;
+  const bool alone = o.frames.all().size() == 1 && !o.frames.lock_frame;
+  const int reference = o.frames.lock_frame.value_or(o.frames.all().front());
+  const bool open = cli::check_scenes(o, frames, reference);
+  if (open && alone) {
+    const std::string what = cli::open_choices(cli::scene_of_frame(o, reference));
+    cli::print_warnings(
+        kTool,
+        {fmt::format("no {} given; chosen for frame {} alone; for pictures that go together give "
+                     "all frames as well, --frames A-B, or the same --lock-frame N to each",
+                     what, reference)});
+  }
+  std::optional<formats::SceneFile> chosen;
+  if (open && !alone) chosen = choose(o, reference);
+  return cli::for_each_frame(tool, frames, [&](int frame, const std::string& label) {
+    const Options one = cli::options_of_frame(o, frame);
+    formats::SceneFile scene = cli::scene_of_frame(o, frame);
+    const bool locked = !cli::open_choices(scene).empty();
+    if (chosen) cli::lock(scene, *chosen);
+    RenderJob job = load(one, std::move(scene));
+    job.frame = {frame, locked ? std::optional(reference) : std::nullopt, label};
+    return render_and_save(one, cli::choose_outputs(one), std::move(job), frame == frames.front());
+  });
+}
+
+int run(const Options& o) {
+  cli::check_frames(o.frames);
+  const cli::Outputs out = cli::choose_outputs(o);
+  if (o.frames.any()) return render_frames(o);
+  cli::refuse_pattern(o.input);
+  formats::SceneFile scene = cli::scene_of(o);
+  for (const auto& file : cli::files_of(scene)) cli::refuse_pattern(file);
+  return render_and_save(o, out, load(o, std::move(scene)), true);
 }
 
 }  // namespace

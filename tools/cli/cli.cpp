@@ -35,8 +35,6 @@ void redraw(const std::string& line, std::size_t& width) {
   width = line.size();
 }
 
-bool on_terminal() { return isatty(STDERR_FILENO) != 0; }
-
 }  // namespace
 
 int run_guarded(const std::string& tool, const std::function<int()>& body) {
@@ -149,6 +147,8 @@ void catch_interrupt() {
 }
 
 bool interrupted() { return interrupt_seen != 0; }
+
+bool on_terminal() { return isatty(STDERR_FILENO) != 0; }
 
 double Stopwatch::lap() {
   const auto now = std::chrono::steady_clock::now();

@@ -73,6 +73,9 @@ void limit_memory(double bytes);
 void catch_interrupt();
 [[nodiscard]] bool interrupted();
 
+/// Whether stderr is a terminal.
+[[nodiscard]] bool on_terminal();
+
 /// Seconds since its making or the last lap.
 class Stopwatch {
  public:

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "cli/cli_app.h"
+#include "cli/frames_app.h"
 #include "pvol/formats/scene_file.h"
 
 namespace pvol::cli {
@@ -20,8 +21,11 @@ Examples:
       a cloud to put over another picture, with what pvol-stats image compares pictures by
   pvol-render scene.toml -o noon.exr --set medium.g=0.5 --tracker delta --stats noon.json
       a scene with one value changed, and the counts of the work done
+  pvol-render smoke.####.pvol -o smoke.####.exr --frames 1-240
+      a sequence: extinction and camera are those of frame 1, and each frame has other noise
 
-Ctrl-C saves what was rendered. Exit status: 0 success, 1 failure, 2 wrong usage.)";
+Ctrl-C saves what was rendered; in a sequence, the frames that are done.
+Exit status: 0 success, 1 failure, 2 wrong usage.)";
 
 /// An option with one of an enumeration's names.
 template <class Enum>
@@ -164,6 +168,8 @@ std::optional<int> read_command_line(int argc, char** argv, RenderOptionsGiven& 
   add_common(app, kExamples);
   add_quiet(app, o.common);
   add_files(app, o);
+  add_frames(app, o.frames);
+  add_lock_frame(app, o.frames);
   add_layout(app, o);
   add_options(app, o);
   add_scene(app, o);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cli/cli.h"
+#include "cli/sequence.h"
 #include "pvol/formats/image.h"
 #include "pvol/formats/vdb.h"
 #include "pvol/math/keys.h"
@@ -17,6 +18,7 @@ namespace pvol::cli {
 /// What the user gave.
 struct RenderOptionsGiven {
   Common common;
+  FramesGiven frames;
   std::filesystem::path input, output, png, deep, stats;
   formats::GridOptions grid;
   std::vector<std::string> sets;

@@ -87,6 +87,7 @@ void save_exr(const Options& o, const std::filesystem::path& file, const RenderJ
 }  // namespace
 
 Outputs choose_outputs(const Options& o) {
+  if (o.print_scene) return {};
   if (o.output.empty()) throw UsageError("--output is required: the picture to write");
   check_output(o.output, {".exr", ".png"});
   if (o.no_png && !o.png.empty()) throw UsageError("--png and --no-png exclude each other");
@@ -137,8 +138,9 @@ void save(const Options& o, const Outputs& out, const RenderJob& job, const Time
     std::cerr << kTool << ": paths were not guided: no light but the constant part of the sky "
               << "reaches what the camera sees\n";
   }
-  std::cerr << kTool << ": " << readable_count(t.samples) << " samples in "
-            << readable_seconds(t.wall_seconds) << ", " << noise_text(t.result.film);
+  std::cerr << kTool << ": " << (job.frame ? job.frame->label + ": " : "")
+            << readable_count(t.samples) << " samples in " << readable_seconds(t.wall_seconds)
+            << ", " << noise_text(t.result.film);
   if (t.filtered) {
     std::cerr << "; filtered in " << readable_seconds(t.filtered->wall_seconds)
               << ", estimated error " << readable(100 * t.filtered->relative_error) << " %";

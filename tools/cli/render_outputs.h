@@ -13,8 +13,8 @@ struct Outputs {
   std::filesystem::path exr, png, deep;
 };
 
-/// The outputs that the options ask for. Throws UsageError where they do not go together, and Error
-/// for names that cannot be written to: before any work is done.
+/// The outputs that the options ask for, none where the scene is printed. Throws UsageError where
+/// they do not go together, and Error for names that cannot be written to: before any work is done.
 [[nodiscard]] Outputs choose_outputs(const RenderOptionsGiven& o);
 
 /// Throws UsageError for layers that cannot be written as the options say, before anything is

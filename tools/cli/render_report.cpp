@@ -79,6 +79,8 @@ void describe_choices(const RenderJob& job, const TimedRender& t, Json& j) {
 Json describe_options(const RenderJob& job, const TimedRender& t) {
   Json j;
   j["input"] = job.input.string();
+  if (job.frame) j["frame"] = job.frame->number;
+  if (job.frame && job.frame->locked_to) j["lock_frame"] = *job.frame->locked_to;
   j["volume"] = job.file.volumes.front().file.string();
   j["grid"] = job.file.volumes.front().grid;
   for (const Entry& e : entries(job.file.scene.options)) {

@@ -20,10 +20,18 @@ struct VolumeReport {
   QuantisationError density_error{};
 };
 
+/// Which frame of a sequence.
+struct FrameReport {
+  int number = 0;
+  std::optional<int> locked_to;  ///< the frame that extinction or camera was chosen for
+  std::string label;             ///< "frame 17 (5 of 24)"
+};
+
 /// What is rendered: the scene with nothing left to choose, and its clouds made ready.
 struct RenderJob {
-  std::filesystem::path input;    ///< as given on the command line
-  std::vector<std::string> sets;  ///< likewise
+  std::filesystem::path input;       ///< as given on the command line
+  std::vector<std::string> sets;     ///< likewise
+  std::optional<FrameReport> frame;  ///< nothing for a picture by itself
   formats::SceneFile file;
   std::vector<Volume> volumes;
   std::vector<VolumeReport> reports;  ///< one for each volume
@@ -35,9 +43,9 @@ struct RenderJob {
 struct TimedRender {
   RenderResult result;
   double cpu_seconds = 0, wall_seconds = 0;
-  std::uint64_t samples = 0;         ///< of the camera, over all pixels
-  std::uint64_t samples_wanted = 0;  ///< 0 where that was not known yet
-  std::optional<FilteredPicture> filtered;        ///< where it was asked for
+  std::uint64_t samples = 0;                ///< of the camera, over all pixels
+  std::uint64_t samples_wanted = 0;         ///< 0 where that was not known yet
+  std::optional<FilteredPicture> filtered;  ///< where it was asked for
 
   /// What is written.
   [[nodiscard]] const Film& picture() const { return filtered ? filtered->film : result.film; }

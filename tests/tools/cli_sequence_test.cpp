@@ -1,0 +1,460 @@
+// Sequences of frames through the tools: names, choices that all frames share, and what stays where
+// one of them fails.
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include <csignal>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "pvol/formats/image.h"
+#include "support/run_tool.h"
+
+namespace pvol {
+namespace {
+
+using nlohmann::json;
+using testing::read_text;
+using testing::run_tool;
+using testing::RunResult;
+using testing::ScratchFolder;
+
+using Arguments = std::vector<std::string>;
+
+Arguments operator+(Arguments a, const Arguments& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+/// A cloud that grows and becomes denser from frame to frame.
+std::string recipe(int frame) {
+  return fmt::format(
+      "[recipe]\nresolution = 20\ndensity = {}\n[[form]]\nshape = \"ellipsoid\"\n"
+      "centre = [0, 0, 0]\nradii = {}\n",
+      0.5 * frame, frame);
+}
+
+/// smoke.0001.toml to smoke.0003.toml, and runs of the tools on them.
+struct Sequence : ::testing::Test {
+  ScratchFolder folder;
+  std::string smoke = folder / "smoke.####.toml", exr = folder / "a.####.exr";
+
+  Sequence() {
+    for (const int frame : {1, 2, 3}) std::ofstream(at("smoke", frame, "toml")) << recipe(frame);
+  }
+
+  /// The name of a file of a frame.
+  [[nodiscard]] std::string at(const std::string& name, int frame, const std::string& kind) const {
+    return folder / fmt::format("{}.{:04}.{}", name, frame, kind);
+  }
+  [[nodiscard]] bool exists(const std::string& file) const {
+    return std::filesystem::exists(folder / file);
+  }
+
+  RunResult run(const char* tool, const Arguments& arguments, int exit = 0) const {
+    RunResult r = run_tool(tool, arguments);
+    EXPECT_EQ(r.exit, exit) << r.err << " signal " << r.signal;
+    return r;
+  }
+  RunResult render(const std::string& input, const Arguments& more, int exit = 0) const {
+    return run(PVOL_RENDER, Arguments{input, "--size", "12x8", "--spp", "2"} + more, exit);
+  }
+
+  /// Nothing but an error that has this in it, and no new file.
+  void refuse(const char* tool, const Arguments& arguments, int exit,
+              const std::string& mentions) const {
+    const auto before = names();
+    const RunResult r = run(tool, arguments, exit);
+    EXPECT_EQ(r.out, "");
+    EXPECT_NE(r.err.find("error: "), std::string::npos) << r.err;
+    EXPECT_NE(r.err.find(mentions), std::string::npos) << r.err;
+    EXPECT_EQ(names(), before);
+  }
+  [[nodiscard]] std::set<std::string> names() const {
+    std::set<std::string> all;
+    for (const auto& e : std::filesystem::directory_iterator(folder.path())) {
+      all.insert(e.path().filename().string());
+    }
+    return all;
+  }
+
+  [[nodiscard]] std::map<std::string, std::string> header(const std::string& file) const {
+    return formats::read_film(file).attributes;
+  }
+  /// What the scene in the header has of the camera.
+  [[nodiscard]] std::string camera(const std::string& file) const {
+    const std::string scene = header(file).at("pvol:scene");
+    const std::size_t begin = scene.find("[camera]");
+    return scene.substr(begin, scene.find("\n\n", begin) - begin);
+  }
+};
+
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t n = 0;
+  for (std::size_t at = text.find(part); at != text.npos; at = text.find(part, at + 1)) ++n;
+  return n;
+}
+
+// --- pvol-fit and pvol-convert ------------------------------------------------------------------
+
+TEST_F(Sequence, OfVdbFilesIsConvertedAndFittedAsEachFileAlone) {
+  run(PVOL_CONVERT, {smoke, folder / "smoke.%04d.vdb", "--frames", "1-3"});
+  const RunResult r = run(
+      PVOL_FIT, {folder / "smoke.####.vdb", "-o", folder / "smoke.####.pvol", "--frames", "1-3"});
+  EXPECT_EQ(count(r.out, "\n"), 3u) << "a line a frame: " << r.out;
+  EXPECT_EQ(r.err, "");
+  for (const int frame : {1, 2, 3}) {
+    EXPECT_NE(r.out.find(fmt::format("frame {} ({} of 3): ", frame, frame)), std::string::npos);
+    EXPECT_NE(r.out.find("wrote " + at("smoke", frame, "pvol") + "\n"), std::string::npos) << r.out;
+    run(PVOL_FIT, {at("smoke", frame, "vdb"), "-o", at("alone", frame, "pvol")});
+    EXPECT_EQ(read_text(at("smoke", frame, "pvol")), read_text(at("alone", frame, "pvol")));
+  }
+  EXPECT_NE(read_text(at("smoke", 1, "pvol")), read_text(at("smoke", 2, "pvol")));
+}
+
+TEST_F(Sequence, IsMadeOfTheFramesThatAreNamed) {
+  const std::string pvol = folder / "s.##.pvol";
+  run(PVOL_FIT, {smoke, "-o", pvol, "--frames", "1-3x2", "--quiet"});
+  EXPECT_TRUE(exists("s.01.pvol") && !exists("s.02.pvol") && exists("s.03.pvol"));
+  run(PVOL_FIT, {smoke, "-o", pvol, "--frames", "1-3", "--frame", "2", "--quiet"});
+  EXPECT_TRUE(exists("s.02.pvol"));
+  const json j =
+      json::parse(run(PVOL_FIT, {smoke, "-o", folder / "x.pvol", "--frame", "2", "--json"}).out);
+  EXPECT_EQ(j.at("frame"), 2);
+  EXPECT_EQ(j.at("input"), at("smoke", 2, "toml"));
+
+  std::ofstream(folder / "smoke.-005.toml") << recipe(1);
+  run(PVOL_FIT, {smoke, "-o", pvol, "--frames", "-5--5", "--quiet"});
+  run(PVOL_FIT, {smoke, "-o", folder / "t.#.pvol", "--frame", "-5", "--quiet"});
+  EXPECT_TRUE(exists("s.-5.pvol") && exists("t.-5.pvol"));
+}
+
+TEST_F(Sequence, IsCheckedBeforeAnyWork) {
+  const std::string pvol = folder / "s.####.pvol";
+  const auto refuse_fit = [&](const Arguments& arguments, int exit, const std::string& mentions) {
+    refuse(PVOL_FIT, arguments, exit, mentions);
+  };
+  refuse_fit({smoke, "-o", pvol}, 2,
+             smoke + " is a pattern for frames; say which with --frames A-B");
+  refuse_fit({smoke, "-o", folder / "s.pvol", "--frames", "1-3"}, 2,
+             "3 frames would be written to this one file; write " + pvol);
+  refuse_fit({smoke, "-o", folder / "s.pvol", "--frames", "1-3", "--frame", "2"}, 2,
+             "3 frames would be written");
+  refuse_fit({at("smoke", 1, "toml"), "-o", pvol, "--frames", "1-3"}, 2,
+             "want an input whose name has a place for the number, such as ");
+  refuse_fit({smoke, "-o", pvol, "--frames", "3-1"}, 2,
+             "--frames: found '3-1', expected a range that goes up, such as 1-3");
+  refuse_fit({smoke, "-o", pvol, "--frames", "all"}, 2, "--frames: found 'all', expected a frame");
+  refuse_fit({smoke, "-o", pvol, "--frame", "1-3"}, 2, "--frame: found '1-3', expected one frame");
+  refuse_fit({smoke, "-o", pvol, "--frames", "1-3", "--frame", "7"}, 2,
+             "--frame 7 is not among the 3 frames of --frames");
+  refuse_fit({at("smoke", 1, "toml"), "-o", pvol, "--skip-existing"}, 2,
+             "--skip-existing goes with --frames or --frame");
+  refuse_fit({smoke, "-o", pvol, "--frames", "0-5"}, 1,
+             "frame 0: " + at("smoke", 0, "toml") +
+                 ": there is no such file; files of other frames are missing, too: 4, 5\n");
+  refuse_fit({smoke, "-o", pvol, "--frames", "1-100"}, 1,
+             ": 5, 6, 7, 8, 9, 10, 11, 12 and 88 more\n");
+  refuse(PVOL_CONVERT, {smoke, folder / "s.vdb", "--frames", "1-3"}, 2,
+         "write " + folder.path().string());
+  refuse(PVOL_CONVERT, {smoke, folder / "s.####.vdb"}, 2, "is a pattern for frames");
+  refuse(PVOL_CONVERT, {smoke, smoke, "--frames", "1-3"}, 2, "there is no conversion");
+}
+
+TEST_F(Sequence, EndsAtAFrameThatFails) {
+  std::ofstream(at("smoke", 2, "toml")) << "no recipe";
+  const RunResult r =
+      run(PVOL_FIT, {smoke, "-o", folder / "s.####.pvol", "--frames", "1-3", "--quiet"}, 1);
+  EXPECT_TRUE(r.err.starts_with("pvol-fit: frame 2: error: " + at("smoke", 2, "toml"))) << r.err;
+  EXPECT_TRUE(exists("s.0001.pvol") && !exists("s.0002.pvol") && !exists("s.0003.pvol"));
+}
+
+TEST_F(Sequence, GoesOnWhereItStopped) {
+  std::ofstream(at("s", 2, "pvol")) << "kept";
+  const Arguments fit{smoke, "-o", folder / "s.####.pvol", "--frames", "1-3", "--skip-existing"};
+  EXPECT_EQ(run(PVOL_FIT, fit).err, "pvol-fit: 1 of 3 frames are there and skipped\n");
+  EXPECT_EQ(read_text(at("s", 2, "pvol")), "kept");
+  EXPECT_TRUE(exists("s.0001.pvol") && exists("s.0003.pvol"));
+
+  std::ofstream(at("a", 2, "exr")) << "kept";
+  std::ofstream(at("a", 3, "exr")) << "without its .png";
+  std::ofstream(at("a", 2, "png")) << "kept";
+  render(smoke, {"-o", exr, "--frames", "1-3", "--skip-existing", "--quiet"});
+  EXPECT_EQ(read_text(at("a", 2, "exr")) + read_text(at("a", 2, "png")), "keptkept");
+  EXPECT_EQ(header(at("a", 1, "exr")).at("pvol:frame"), "1");
+  EXPECT_EQ(header(at("a", 3, "exr")).at("pvol:frame"), "3");
+}
+
+// --- choices of pvol-render ---------------------------------------------------------------------
+
+TEST_F(Sequence, IsRenderedWithTheExtinctionAndTheCameraOfOneFrame) {
+  const RunResult r =
+      render(smoke, {"-o", exr, "--frames", "1-3", "--stats", folder / "a.####.json"});
+  EXPECT_EQ(count(r.err, "no extinction given; chose "), 1u) << r.err;
+  EXPECT_EQ(count(r.err, "no extinction and camera given; chosen for frame 1, and for all"), 1u);
+  render(at("smoke", 1, "toml"), {"-o", folder / "first.exr", "--quiet"});
+  render(at("smoke", 3, "toml"), {"-o", folder / "third.exr", "--quiet"});
+  const auto first = header(folder / "first.exr");
+  EXPECT_NE(first.at("pvol:extinction"), header(folder / "third.exr").at("pvol:extinction"));
+  EXPECT_NE(camera(folder / "first.exr"), camera(folder / "third.exr"));
+  EXPECT_FALSE(first.contains("pvol:frame") || first.contains("pvol:lock_frame"));
+  for (const int frame : {1, 2, 3}) {
+    SCOPED_TRACE(frame);
+    EXPECT_EQ(
+        count(r.err, fmt::format("pvol-render: frame {} ({} of 3): 192 samples in ", frame, frame)),
+        1u);
+    const auto about = header(at("a", frame, "exr"));
+    EXPECT_EQ(about.at("pvol:extinction"), first.at("pvol:extinction"));
+    EXPECT_EQ(camera(at("a", frame, "exr")), camera(folder / "first.exr"));
+    EXPECT_EQ(about.at("pvol:frame"), std::to_string(frame));
+    EXPECT_EQ(about.at("pvol:lock_frame"), "1");
+    const json stats = json::parse(read_text(at("a", frame, "json")));
+    EXPECT_EQ(stats.at("options").at("frame"), frame);
+    EXPECT_EQ(stats.at("options").at("volume"), at("smoke", frame, "toml"));
+  }
+}
+
+TEST_F(Sequence, HasTheSameBytesFrameByFrameOnAFarm) {
+  render(smoke, {"-o", exr, "--frames", "1-3", "--quiet"});
+  for (const int frame : {1, 2, 3}) {
+    SCOPED_TRACE(frame);
+    const std::string number = std::to_string(frame), farm = at("farm", frame, "exr");
+    for (const Arguments& task : {Arguments{"--frames", "1-3", "--frame", number},
+                                  Arguments{"--lock-frame", "1", "--frame", number}}) {
+      const RunResult r = render(smoke, Arguments{"-o", folder / "farm.####.exr"} + task);
+      EXPECT_EQ(r.err.find("warning"), std::string::npos) << r.err;
+      EXPECT_NE(r.err.find("frame " + number + ": 192 samples in "), std::string::npos) << r.err;
+      EXPECT_EQ(read_text(farm), read_text(at("a", frame, "exr")));
+      EXPECT_EQ(read_text(at("farm", frame, "png")), read_text(at("a", frame, "png")));
+    }
+  }
+}
+
+TEST_F(Sequence, IsLockedToAnyFrame) {
+  render(smoke, {"-o", exr, "--frames", "1-2", "--lock-frame", "3", "--quiet"});
+  render(at("smoke", 3, "toml"), {"-o", folder / "third.exr", "--quiet"});
+  for (const int frame : {1, 2}) {
+    EXPECT_EQ(header(at("a", frame, "exr")).at("pvol:extinction"),
+              header(folder / "third.exr").at("pvol:extinction"));
+    EXPECT_EQ(camera(at("a", frame, "exr")), camera(folder / "third.exr"));
+    EXPECT_EQ(header(at("a", frame, "exr")).at("pvol:lock_frame"), "3");
+  }
+  EXPECT_FALSE(exists("a.0003.exr"));
+  refuse(PVOL_RENDER, {smoke, "-o", exr, "--frames", "1-2", "--lock-frame", "9"}, 1,
+         "frame 9: " + at("smoke", 9, "toml") + ": there is no such file\n");
+  refuse(PVOL_RENDER, {at("smoke", 1, "toml"), "-o", exr, "--lock-frame", "1"}, 2,
+         "--lock-frame goes with --frames or --frame");
+}
+
+TEST_F(Sequence, WarnsOfAFrameThatChoosesForItself) {
+  const RunResult r = render(smoke, {"-o", folder / "a.exr", "--frame", "3"});
+  EXPECT_NE(r.err.find("warning: no extinction and camera given; chosen for frame 3 alone; "),
+            std::string::npos)
+      << r.err;
+  EXPECT_NE(r.err.find("--lock-frame N"), std::string::npos) << r.err;
+  render(at("smoke", 3, "toml"), {"-o", folder / "third.exr", "--quiet"});
+  EXPECT_EQ(header(folder / "a.exr").at("pvol:extinction"),
+            header(folder / "third.exr").at("pvol:extinction"));
+  const Arguments camera{"--set", "camera.position=[0,0,9]", "--set", "camera.target=[0,0,0]"};
+  EXPECT_NE(render(smoke, camera + Arguments{"-o", folder / "a.exr", "--frame", "3"})
+                .err.find("warning: no extinction given; chosen for frame 3 alone"),
+            std::string::npos);
+}
+
+TEST_F(Sequence, NeedsNoOtherFrameWhereTheSceneHasAll) {
+  const Arguments all{"--set", "camera.position=[0,0,9]", "--set", "camera.target=[0,0,0]",
+                      "--set", "medium.extinction=2"};
+  render(smoke, all + Arguments{"-o", exr, "--frames", "2-3", "--quiet"});
+  std::filesystem::remove(at("smoke", 1, "toml"));
+  for (const Arguments& task :
+       {Arguments{"--frame", "3"}, Arguments{"--frame", "3", "--frames", "1-3"}}) {
+    const RunResult r = render(smoke, all + task + Arguments{"-o", folder / "b.####.exr"});
+    EXPECT_EQ(r.err.find("warning"), std::string::npos) << r.err;
+    EXPECT_EQ(r.err.find("chosen"), std::string::npos) << r.err;
+    EXPECT_EQ(read_text(at("b", 3, "exr")), read_text(at("a", 3, "exr")));
+  }
+  EXPECT_FALSE(header(at("a", 3, "exr")).contains("pvol:lock_frame"));
+}
+
+TEST_F(Sequence, ChoosesNothingForAnEmptyFrame) {
+  std::ofstream(at("smoke", 0, "toml"))
+      << recipe(1) + "[[cut]]\nshape = \"ellipsoid\"\ncentre = [9, 0, 0]\nradii = 1\n";
+  refuse(
+      PVOL_RENDER, {smoke, "-o", exr, "--frames", "0-3", "--quiet"}, 1,
+      "frame 0: the density is 0 everywhere, so there is nothing to choose extinction and camera "
+      "for; name another frame with --lock-frame N");
+  refuse(PVOL_RENDER, {smoke, "-o", exr, "--frames", "0-3", "--frame", "0", "--quiet"}, 1,
+         "--lock-frame N");
+  render(smoke, {"-o", exr, "--frames", "0-3", "--lock-frame", "2", "--quiet"});
+  EXPECT_TRUE(exists("a.0000.exr") && exists("a.0003.exr"));
+}
+
+// --- random numbers -----------------------------------------------------------------------------
+
+TEST_F(Sequence, HasOtherNoiseInEachFrame) {
+  std::ofstream(at("smoke", 2, "toml")) << recipe(1);
+  const auto pixels = [&](int frame) {
+    return formats::read_film(at("a", frame, "exr")).film.pixels;
+  };
+  const auto equal = [](const std::vector<PixelSums>& a, const std::vector<PixelSums>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [](const PixelSums& x, const PixelSums& y) { return mean(x) == mean(y); });
+  };
+  const Arguments two{"-o", exr, "--frames", "1-2", "--quiet"};
+  render(smoke, two);
+  const auto first = pixels(1);
+  EXPECT_FALSE(equal(first, pixels(2))) << "the same cloud";
+  const std::string seed = header(at("a", 1, "exr")).at("pvol:seed");
+  EXPECT_NE(seed, header(at("a", 2, "exr")).at("pvol:seed"));
+  render(smoke, two + Arguments{"--seed", "1"});
+  EXPECT_TRUE(equal(first, pixels(1))) << "of the scene's seed, by default 1";
+  render(smoke, two + Arguments{"--seed", "2"});
+  EXPECT_FALSE(equal(first, pixels(1)));
+  EXPECT_NE(seed, header(at("a", 1, "exr")).at("pvol:seed"));
+  render(at("smoke", 1, "toml"), {"-o", folder / "single.exr", "--quiet"});
+  EXPECT_EQ(header(folder / "single.exr").at("pvol:seed"), "1");
+}
+
+TEST_F(Sequence, SeedsOfFramesStayAsTheyAre) {
+  for (const int frame : {0, -5}) {
+    std::ofstream(folder / fmt::format("smoke.{:04}.toml", frame)) << recipe(1);
+  }
+  const auto seed = [&](const std::string& frame, const std::string& base) {
+    render(smoke, {"-o", folder / "x.exr", "--frame", frame, "--seed", base, "--quiet"});
+    return header(folder / "x.exr").at("pvol:seed");
+  };
+  EXPECT_EQ(seed("0", "1"), "3119036373970289394");
+  EXPECT_EQ(seed("2", "1"), "2261205137569801783");
+  EXPECT_EQ(seed("-5", "9223372036854775807"), "7375133442818582396");
+}
+
+TEST_F(Sequence, PrintsTheSceneOfAFrameWithAllThatIsChosen) {
+  render(smoke, {"-o", exr, "--frames", "1-3", "--quiet"});
+  const RunResult r = render(smoke, {"--print-scene", "--frames", "1-3", "--frame", "2"});
+  std::ofstream(folder / "printed.toml") << r.out;
+  run(PVOL_RENDER, {folder / "printed.toml", "-o", folder / "again.exr", "--quiet"});
+  EXPECT_EQ(read_text(folder / "again.png"), read_text(at("a", 2, "png")));
+  refuse(PVOL_RENDER, {smoke, "--print-scene", "--frames", "1-3"}, 2,
+         "--print-scene prints one scene; say of which frame with --frame N");
+}
+
+// --- scenes -------------------------------------------------------------------------------------
+
+TEST_F(Sequence, MayBeOneVolumeOfAScene) {
+  std::ofstream(folder / "rock.toml") << recipe(2);
+  const std::string scene = folder / "scene.toml";
+  std::ofstream(scene) << "[[volume]]\nfile = \"rock.toml\"\n[[volume]]\nfile = "
+                          "\"smoke.####.toml\"\n[volume.medium]\ntranslate = [3, 0, 0]\n";
+  render(scene, {"-o", exr, "--frames", "1-3", "--stats", folder / "a.#.json", "--quiet"});
+  std::set<std::string> extinctions;
+  for (const int frame : {1, 2, 3}) {
+    const json volumes = json::parse(read_text(folder / fmt::format("a.{}.json", frame)))
+                             .at("options")
+                             .at("volumes");
+    EXPECT_EQ(volumes.at(0).at("file"), folder / "rock.toml");
+    EXPECT_EQ(volumes.at(1).at("file"), at("smoke", frame, "toml"));
+    EXPECT_NE(volumes.at(0).at("extinction"), volumes.at(1).at("extinction")) << "each its own";
+    extinctions.insert(volumes.at(0).at("extinction").dump() +
+                       volumes.at(1).at("extinction").dump());
+  }
+  EXPECT_EQ(extinctions.size(), 1u);
+  refuse(PVOL_RENDER, {scene, "-o", exr}, 2, "smoke.####.toml is a pattern for frames");
+  refuse(PVOL_RENDER, {scene, "-o", folder / "b.#.exr", "--frames", "3-4"}, 1,
+         "frame 4: " + at("smoke", 4, "toml") + ": there is no such file\n");
+  std::ofstream(scene) << "[volume]\nfile = \"rock.toml\"\n";
+  refuse(PVOL_RENDER, {scene, "-o", exr, "--frames", "1-3"}, 2, "want an input whose name has");
+}
+
+TEST_F(Sequence, MayHaveASkyAndASceneForEachFrame) {
+  render(smoke, {"-o", folder / "sky.####.exr", "--frames", "1-2", "--no-png", "--quiet"});
+  for (const int frame : {1, 2, 3}) {
+    std::ofstream(at("scene", frame, "toml"))
+        << "[volume]\nfile = \"smoke.0001.toml\"\n[environment]\nfile = \"sky.####.exr\"\n"
+        << "[camera]\nposition = [0, 0, " << 5 + frame << "]\ntarget = [0, 0, 0]\n";
+  }
+  const std::string scenes = folder / "scene.####.toml";
+  refuse(PVOL_RENDER, {scenes, "-o", exr, "--frames", "1-3"}, 1,
+         "frame 3: " + at("sky", 3, "exr") + ": there is no such file\n");
+  render(scenes, {"-o", exr, "--frames", "1-2", "--quiet"});
+  const std::string first = header(at("a", 1, "exr")).at("pvol:scene");
+  const std::string second = header(at("a", 2, "exr")).at("pvol:scene");
+  EXPECT_NE(first.find("sky.0001.exr"), std::string::npos) << first;
+  EXPECT_NE(second.find("sky.0002.exr"), std::string::npos) << second;
+  EXPECT_NE(camera(at("a", 1, "exr")), camera(at("a", 2, "exr"))) << "given for each frame";
+}
+
+TEST_F(Sequence, LeavesAloneWhatTheSceneOfAFrameHas) {
+  for (const int frame : {1, 2}) {
+    std::ofstream(at("scene", frame, "toml"))
+        << "[volume]\nfile = \"smoke.####.toml\"\n"
+        << (frame == 1 ? ""
+                       : "[medium]\nextinction = 2\n[camera]\nposition = [0, 0, 9]\n"
+                         "target = [0, 0, 0]\n");
+  }
+  render(folder / "scene.####.toml", {"-o", exr, "--frames", "1-2", "--quiet"});
+  EXPECT_EQ(header(at("a", 1, "exr")).at("pvol:lock_frame"), "1");
+  EXPECT_FALSE(header(at("a", 2, "exr")).contains("pvol:lock_frame"));
+  EXPECT_EQ(header(at("a", 2, "exr")).at("pvol:extinction"), "2.0");
+  render(folder / "scene.####.toml", {"-o", folder / "b.exr", "--frame", "2", "--quiet"});
+  EXPECT_EQ(read_text(folder / "b.exr"), read_text(at("a", 2, "exr")));
+}
+
+TEST_F(Sequence, WantsAPlaceForTheFrameInEveryOutput) {
+  const Arguments all{smoke, "-o", exr, "--frames", "1-3"};
+  const auto refuse_output = [&](const Arguments& more, const std::string& name) {
+    refuse(PVOL_RENDER, all + more, 2,
+           "3 frames would be written to this one file; write " + folder / name);
+  };
+  refuse_output({"-o", folder / "x.exr"}, "x.####.exr");
+  refuse_output({"--png", folder / "x.png"}, "x.####.png");
+  refuse_output({"--deep", folder / "x.deep.exr"}, "x.deep.####.exr");
+  refuse_output({"--stats", folder / "x.json"}, "x.####.json");
+  refuse(PVOL_RENDER, {smoke, "-o", exr}, 2, "is a pattern for frames");
+  render(smoke, {"-o", exr, "--frames", "1-2", "--png", folder / "p.#.png", "--deep",
+                 folder / "d.##.exr", "--stats", folder / "s.%03d.json", "--quiet"});
+  for (const char* file : {"a.0002.exr", "p.2.png", "d.02.exr", "s.002.json"}) {
+    EXPECT_TRUE(exists(file)) << file;
+  }
+  EXPECT_FALSE(exists("a.0002.png"));
+}
+
+TEST_F(Sequence, InterruptedKeepsTheFramesThatAreDone) {
+  for (const int frame : {1, 2, 3}) {
+    std::ofstream(at("scene", frame, "toml"))
+        << "[volume]\nfile = \"smoke.0001.toml\"\n[render]\nspp = "
+        << (frame == 2 ? 4'000'000'000 : 1) << "\n";
+  }
+  bool sent = false;
+  const RunResult r = run_tool(
+      PVOL_RENDER, {folder / "scene.####.toml", "-o", exr, "--frames", "1-3", "--size", "12x8"},
+      [&](int pid, const std::string& err) {
+        if (!sent && err.find("frame 1 (1 of 3): 96 samples") != err.npos)
+          sent = kill(pid, SIGINT) == 0;
+      });
+  EXPECT_EQ(r.exit, 1) << r.err;
+  EXPECT_NE(r.err.find("pvol-render: frame 2: error: interrupted "), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find(" saved\n"), std::string::npos) << r.err;
+  EXPECT_TRUE(exists("a.0001.exr"));
+  EXPECT_FALSE(exists("a.0002.exr") || exists("a.0002.png") || exists("a.0003.exr"));
+}
+
+TEST_F(Sequence, DoesNotKeepAFrameThatIsNotDone) {
+  bool sent = false;
+  const RunResult r = run_tool(
+      PVOL_RENDER, {smoke, "-o", exr, "--frame", "2", "--size", "64x48", "--spp", "4000000000"},
+      [&](int pid, const std::string& err) {
+        if (!sent && err.find(" to expect", err.find("\nframe 2 ")) != err.npos) {
+          sent = kill(pid, SIGINT) == 0;
+        }
+      });
+  EXPECT_EQ(r.exit, 1) << r.err;
+  EXPECT_NE(r.err.find("pvol-render: frame 2: error: interrupted after "), std::string::npos)
+      << r.err;
+  EXPECT_NE(r.err.find(" samples; this frame is not saved\n"), std::string::npos) << r.err;
+  EXPECT_FALSE(exists("a.0002.exr") || exists("a.0002.png"));
+}
+
+}  // namespace
+}  // namespace pvol

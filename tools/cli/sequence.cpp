@@ -1,0 +1,112 @@
+#include "cli/sequence.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iostream>
+#include <set>
+
+#include "cli/cli.h"
+#include "pvol/error.h"
+
+namespace pvol::cli {
+
+void check_frames(const FramesGiven& given) {
+  if (!given.any() && (given.lock_frame || given.skip_existing)) {
+    throw UsageError(fmt::format("{} goes with --frames or --frame",
+                                 given.lock_frame ? "--lock-frame" : "--skip-existing"));
+  }
+  const std::vector<int> all = given.all();
+  if (given.frame && std::find(all.begin(), all.end(), *given.frame) == all.end()) {
+    throw UsageError(
+        fmt::format("--frame {} is not among the {} frames of --frames", *given.frame, all.size()));
+  }
+}
+
+void refuse_pattern(const std::filesystem::path& input) {
+  std::error_code ignored;
+  if (!has_pattern(input) || std::filesystem::exists(input, ignored)) return;
+  throw UsageError(
+      fmt::format("{} is a pattern for frames; say which with --frames A-B, or one with --frame N",
+                  input.string()));
+}
+
+void require_pattern(const std::vector<std::filesystem::path>& inputs) {
+  if (std::any_of(inputs.begin(), inputs.end(), has_pattern)) return;
+  throw UsageError(fmt::format(
+      "{}: --frames and --frame want an input whose name has a place for the number, such as {}",
+      inputs.back().string(), with_pattern(inputs.back()).string()));
+}
+
+void require_output_pattern(const FramesGiven& given, const std::filesystem::path& output) {
+  const std::size_t count = given.all().size();
+  if (count < 2 || output.empty() || has_pattern(output)) return;
+  throw UsageError(fmt::format("{}: {} frames would be written to this one file; write {}",
+                               output.string(), count, with_pattern(output).string()));
+}
+
+void require_files(const std::vector<FrameFile>& files) {
+  std::vector<FrameFile> missing;
+  std::set<int> frames;
+  for (const FrameFile& f : files) {
+    std::error_code ignored;
+    if (std::filesystem::exists(f.file, ignored)) continue;
+    missing.push_back(f);
+    frames.insert(f.frame);
+  }
+  if (missing.empty()) return;
+  const FrameFile& first = missing.front();
+  frames.erase(first.frame);
+  std::vector<int> others(frames.begin(), frames.end());
+  std::string more = others.empty() ? "" : "; files of other frames are missing, too: ";
+  constexpr std::size_t kMostNamed = 8;
+  const std::string unnamed =
+      others.size() > kMostNamed ? fmt::format(" and {} more", others.size() - kMostNamed) : "";
+  others.resize(std::min(others.size(), kMostNamed));
+  more += fmt::format("{}{}", fmt::join(others, ", "), unnamed);
+  throw Error(
+      fmt::format("frame {}: {}: there is no such file{}", first.frame, first.file.string(), more));
+}
+
+std::vector<int> frames_to_do(const SequenceTool& tool, const FramesGiven& given,
+                              const std::function<bool(int)>& is_there) {
+  std::vector<int> frames = given.now();
+  if (!given.skip_existing) return frames;
+  const std::size_t skipped = std::erase_if(frames, is_there);
+  if (skipped > 0 && !tool.quiet) {
+    std::cerr << fmt::format("{}: {} of {} frames are there and skipped\n", tool.name, skipped,
+                             skipped + frames.size());
+  }
+  return frames;
+}
+
+int for_each_frame(const SequenceTool& tool, const std::vector<int>& frames,
+                   const FrameWork& work) {
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const std::string name = fmt::format("frame {}", frames[i]);
+    const std::string label =
+        frames.size() == 1 ? name : fmt::format("{} ({} of {})", name, i + 1, frames.size());
+    const int code = run_guarded(fmt::format("{}: {}", tool.name, name), [&] {
+      if (interrupted()) throw Error("interrupted before it began");
+      return work(frames[i], label);
+    });
+    if (code != kSuccess) return code;
+  }
+  return kSuccess;
+}
+
+int for_each_file(const SequenceTool& tool, const FramesGiven& given,
+                  const std::filesystem::path& input, const std::filesystem::path& output,
+                  const FrameWork& work) {
+  require_pattern({input});
+  require_output_pattern(given, output);
+  const std::vector<int> frames = frames_to_do(tool, given, [&](int frame) {
+    return std::filesystem::exists(file_of_frame(output, frame));
+  });
+  std::vector<FrameFile> inputs;
+  for (const int frame : frames) inputs.push_back({frame, file_of_frame(input, frame)});
+  require_files(inputs);
+  return for_each_frame(tool, frames, work);
+}
+
+}  // namespace pvol::cli
