@@ -1,6 +1,7 @@
 #include "cli/render_sequence.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <variant>
@@ -100,16 +101,37 @@ bool check_scenes(const RenderOptionsGiven& o, const std::vector<int>& frames, i
 }
 
 std::string open_choices(const formats::SceneFile& scene) {
-  const bool extinction =
-      std::any_of(scene.volumes.begin(), scene.volumes.end(),
-                  [](const formats::SceneVolume& v) { return !v.has_extinction; });
-  if (extinction && !scene.has_camera) return "extinction and camera";
-  return extinction ? "extinction" : scene.has_camera ? "" : "camera";
+  std::vector<std::string> open;
+  if (std::ranges::any_of(scene.volumes, [](const auto& v) { return !v.has_extinction; })) {
+    open.emplace_back("extinction");
+  }
+  if (std::ranges::any_of(scene.volumes, [](const auto& v) { return v.fire && !v.has_intensity; })) {
+    open.emplace_back("the fire's intensity");
+  }
+  if (!scene.has_camera) open.emplace_back("camera");
+  return fmt::format("{}", fmt::join(open, " and "));
 }
+
+namespace {
+
+/// A fire's intensity, or all of one that nobody described.
+void lock_fire(formats::SceneVolume& v, const formats::SceneVolume& chosen) {
+  if (!chosen.fire || v.has_intensity) return;
+  if (v.fire) {
+    v.fire->intensity = chosen.fire->intensity;
+  } else {
+    v.fire = chosen.fire;
+    v.grid = chosen.grid;
+  }
+  v.has_intensity = true;
+}
+
+}  // namespace
 
 void lock(formats::SceneFile& scene, const formats::SceneFile& chosen) {
   for (std::size_t i = 0; i < scene.volumes.size(); ++i) {
     formats::SceneVolume& v = scene.volumes[i];
+    if (i < chosen.volumes.size()) lock_fire(v, chosen.volumes[i]);
     if (v.has_extinction) continue;
     if (i >= chosen.volumes.size()) {
       throw Error(

@@ -37,7 +37,7 @@ void check_sequence(const RenderOptionsGiven& o);
                                 int reference);
 
 /// What a scene leaves to choose and pictures must share to go together: "extinction", "camera",
-/// "extinction and camera", or nothing.
+/// "extinction and camera" and the like, or nothing.
 [[nodiscard]] std::string open_choices(const formats::SceneFile& scene);
 
 /// Takes what the scene leaves open from one in which it was chosen. Throws Error where that one
