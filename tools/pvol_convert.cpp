@@ -157,7 +157,7 @@ int convert_shell(const Options& o) {
     cli::write_shell_slices(o.output, require_shell(o, cloud.shell),
                             make_support(cloud.grid(), cloud.pyramid));
   } else {
-    const formats::PvolFile file = formats::read_pvol(o.input);
+    const formats::PvolFile file = formats::read_pvol_grid(o.input, "");
     cli::write_shell_mesh(o.output, require_shell(o, file.shell), file.metadata.index_to_world,
                           o.resolution);
   }

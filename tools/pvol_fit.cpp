@@ -9,6 +9,7 @@
 #include "pvol/error.h"
 #include "pvol/field/leaf_micro_bounds.h"
 #include "pvol/formats/cloud.h"
+#include "pvol/formats/field_names.h"
 #include "pvol/formats/recipe_file.h"
 #include "pvol/formats/scene_file.h"
 #include "pvol/shell/fit_shell.h"
@@ -47,6 +48,11 @@ void add_files(CLI::App& app, Options& o) {
                  "Grid of a .vdb or .nvdb file; a name that occurs several times takes an index, "
                  "\"density[1]\" [density, else the only float grid]")
       ->type_name("NAME");
+  app.add_option("--fields", o.fields,
+                 "Grids that the file holds besides the density, each with bounds of its own: auto "
+                 "takes those that fires go by, flames and temperature or the like, all every grid "
+                 "of numbers [auto]")
+      ->type_name("auto|all|none|NAME,...");
   app.add_option("--unit", o.unit,
                  "Unit of the world, as a note for readers of the file, e.g. m; extinction is per "
                  "this unit")
@@ -136,8 +142,9 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   return cli::parse(app, argc, argv);
 }
 
-formats::Metadata describe_source(const Options& o, const Fit& f) {
-  const formats::LoadedGrid& loaded = f.loaded;
+/// Of a grid of the input, whose bounds were made for an interpolation.
+formats::Metadata describe_source(const Options& o, const formats::LoadedGrid& loaded,
+                                  LookUp look_up) {
   const formats::FileHash hash = formats::hash_file(o.input);
   formats::Metadata m;
   m.grid_name = loaded.grid.name;
@@ -154,7 +161,7 @@ formats::Metadata describe_source(const Options& o, const Fit& f) {
   m.options = {{"density", o.closed_form ? "reference" : o.density},
                {"micro_bounds", o.micro_bounds},
                {"closed_form", o.closed_form ? "yes" : "no"},
-               {"interpolation", name(f.file.pyramid.look_up)},
+               {"interpolation", name(look_up)},
                {"shells", o.shells},
                {"shell_kind", o.shell_kind},
                {"shell_effort", fmt::to_string(o.shell_effort)}};
@@ -183,11 +190,61 @@ void add_shell(const Options& o, Fit& f) {
 bool is_quantised(const Options& o) { return o.density != "fp32" && o.density != "reference"; }
 
 /// Turns the samples into codes and from there on takes what these stand for as the density.
-void quantise_density(const Options& o, Fit& f) {
+void quantise_density(const Options& o, formats::LoadedGrid& loaded, formats::PvolFile& file) {
   Quantisation how{find_named<Precision>(o.density).value()};
   if (o.tolerance) how.tolerance = *o.tolerance;
-  f.file.codes = quantise(f.loaded.grid, how);
-  f.loaded.grid = decode(*f.file.codes);
+  file.codes = quantise(loaded.grid, how);
+  loaded.grid = decode(*file.codes);
+}
+
+/// The grids that go into the file besides the density, which is `taken`.
+std::vector<std::string> choose_fields(const Options& o, const std::string& taken) {
+  if (o.fields == "none" || formats::ending(o.input) == ".toml") return {};
+  const std::vector<formats::GridEntry> grids = formats::grids_of(o.input);
+  std::vector<std::string> names;
+  if (o.fields == "auto") {
+    names = formats::usual_fire_grids(grids);
+  } else if (o.fields == "all") {
+    for (const formats::GridEntry& g : grids) {
+      if (g.usable) names.push_back(g.name);
+    }
+  } else {
+    for (const Value& v : *parse_value(any_text().times(2), o.fields).list()) {
+      names.push_back(*v.word());
+    }
+  }
+  std::erase(names, taken);
+  return names;
+}
+
+/// Adds a further grid of the input to the file, kept as the density is.
+void add_field(const Options& o, const std::string& grid, Fit& f) {
+  formats::LoadedGrid loaded = formats::load_grid(o.input, {grid, o.grid.strict});
+  formats::PvolFile field;
+  if (is_quantised(o)) quantise_density(o, loaded, field);
+  field.pyramid = formats::build_bounds(loaded.grid, o.input);
+  field.metadata = describe_source(o, loaded, field.pyramid.look_up);
+  if (o.density == "fp32") field.density = loaded.grid;
+  f.fields.push_back(loaded.report);
+  f.file.fields.push_back(std::move(field));
+}
+
+/// The density; nothing of a file that is a fire alone.
+formats::LoadedGrid load_density(const Options& o) {
+  const bool open = o.grid.grid.empty() && o.fields != "none";
+  if (open && formats::ending(o.input) != ".toml") {
+    const std::vector<formats::GridEntry> grids = formats::grids_of(o.input);
+    if (formats::lacks_density(grids) && !formats::usual_fire_grids(grids).empty()) {
+      formats::LoadedGrid nothing;
+      nothing.grid.name = nothing.report.grid = "density";
+      nothing.report.type = "none";
+      nothing.report.warnings.emplace_back(
+          "no grid is called density: the file holds a fire alone; take a grid for the density "
+          "with --grid NAME");
+      return nothing;
+    }
+  }
+  return formats::load_grid(o.input, o.grid);
 }
 
 Fit fit(const Options& o) {
@@ -200,16 +257,19 @@ Fit fit(const Options& o) {
     f.loaded.grid.index_to_world = scaling(Vec3d(f.recipe.voxel));
     f.loaded.report.type = "recipe, not sampled";
   } else {
-    f.loaded = formats::load_grid(o.input, o.grid);
+    f.loaded = load_density(o);
   }
   f.read_seconds = watch.lap();
   stage.show("building bounds");
-  if (is_quantised(o)) quantise_density(o, f);
+  if (is_quantised(o)) quantise_density(o, f.loaded, f.file);
   f.file.pyramid = o.closed_form ? cli::naming(o.input, [&] { return build_pyramid(f.recipe); })
                                  : formats::build_bounds(f.loaded.grid, o.input,
                                                          find_named<LookUp>(o.look_up).value());
   if (o.micro_bounds == "2") {
     f.file.micro = build_leaf_micro_bounds(f.loaded.grid, f.file.pyramid, 2);
+  }
+  if (!o.closed_form) {
+    for (const std::string& grid : choose_fields(o, f.loaded.report.grid)) add_field(o, grid, f);
   }
   stage.erase();
   f.bounds_seconds = watch.lap();
@@ -218,9 +278,10 @@ Fit fit(const Options& o) {
     f.shell_seconds = watch.lap();
   }
   stage.show("writing " + o.output.filename().string());
-  f.file.metadata = describe_source(o, f);
+  f.file.metadata = describe_source(o, f.loaded, f.file.pyramid.look_up);
   f.source_bytes = f.file.metadata.source.bytes;
-  if (o.density == "fp32" && !o.closed_form) f.file.density = f.loaded.grid;
+  const bool embeds = o.density == "fp32" || f.loaded.report.type == "none";
+  if (embeds && !o.closed_form) f.file.density = f.loaded.grid;
   f.bytes = formats::write_pvol(o.output, f.file);
   f.write_seconds = watch.lap();
   return f;

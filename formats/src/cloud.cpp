@@ -36,13 +36,6 @@ GridReport describe_samples(const VoxelGrid& grid, const std::string& type) {
   return r;
 }
 
-void check_grid_name(const std::filesystem::path& file, const Metadata& m,
-                     const GridOptions& options) {
-  if (options.grid.empty() || options.grid == m.grid_name || options.grid == m.source.grid) return;
-  throw Error(file.string() + ": holds the grid \"" + m.grid_name + "\", not \"" + options.grid +
-              "\"; fit a file of its own to that grid");
-}
-
 /// The file with the density that a .pvol file refers to, only if it is unchanged.
 std::filesystem::path find_source(const std::filesystem::path& file, const Metadata& m) {
   const std::filesystem::path source = file.parent_path() / m.source.file;
@@ -66,7 +59,6 @@ std::filesystem::path find_source(const std::filesystem::path& file, const Metad
 
 LoadedGrid take_density(const std::filesystem::path& file, PvolFile& content,
                         const GridOptions& options) {
-  check_grid_name(file, content.metadata, options);
   if (!content.density) {
     const Metadata& m = content.metadata;
     return load_grid(find_source(file, m), {m.source.grid, options.strict});
@@ -134,11 +126,10 @@ void check_interpolation(const std::filesystem::path& file, const Pyramid& pyram
 }
 
 Cloud load_pvol(const std::filesystem::path& file, const GridOptions& options, LookUp look_up) {
-  PvolFile content = read_pvol(file);
+  PvolFile content = read_pvol_grid(file, options.grid);
   check_interpolation(file, content.pyramid, look_up);
   Cloud cloud;
   if (look_up == LookUp::procedural) {
-    check_grid_name(file, content.metadata, options);
     cloud = load_unsampled(find_source(file, content.metadata), {content.metadata.source.grid});
   } else {
     LoadedGrid loaded = take_density(file, content, options);
@@ -167,7 +158,7 @@ LoadedGrid load_grid(const std::filesystem::path& file, const GridOptions& optio
   if (kind == ".nvdb") return read_nvdb(file, options);
   if (kind == ".toml") return load_recipe(file, options);
   if (kind == ".pvol") {
-    PvolFile content = read_pvol(file);
+    PvolFile content = read_pvol_grid(file, options.grid);
     return take_density(file, content, options);
   }
   throw Error(file.string() + ": the name ends in '" + kind +
@@ -183,7 +174,13 @@ std::vector<GridEntry> grids_of(const std::filesystem::path& file) {
   const std::string kind = ending(file);
   if (kind == ".vdb") return list_vdb(file);
   if (kind == ".nvdb") return list_nvdb(file);
-  if (kind == ".pvol") return {{read_pvol(file).metadata.grid_name, "float", true}};
+  if (kind == ".pvol") {
+    std::vector<GridEntry> all;
+    for (const PvolGridName& g : list_pvol(file)) {
+      all.push_back({g.name, g.empty ? "empty" : "float", !g.empty});
+    }
+    return all;
+  }
   return {{read_recipe_of(file, {}).name, "recipe", true}};
 }
 

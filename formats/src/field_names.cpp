@@ -43,17 +43,27 @@ std::string listed(std::span<const GridEntry> grids) {
   return text.empty() ? "none" : text;
 }
 
-/// Whether the density is left open, and no grid can be taken for it without a doubt.
-bool lacks_density(const SceneVolume& v, std::span<const GridEntry> grids) {
-  const auto usable = std::ranges::count_if(grids, [](const GridEntry& g) { return g.usable; });
-  return v.grid.empty() && usable > 1 && first_of(kDensityNames, grids).empty();
+}  // namespace
+
+std::vector<std::string> usual_fire_grids(std::span<const GridEntry> grids) {
+  std::vector<std::string> all;
+  for (std::string name : {first_of(kFireNames, grids), first_of(kTemperatureNames, grids)}) {
+    if (!name.empty() && (all.empty() || all.front() != name)) all.push_back(std::move(name));
+  }
+  return all;
 }
 
-}  // namespace
+bool lacks_density(std::span<const GridEntry> grids) {
+  const auto usable = std::ranges::count_if(grids, [](const GridEntry& g) { return g.usable; });
+  const bool empty = std::ranges::any_of(grids, [](const GridEntry& g) {
+    return !g.usable && std::ranges::any_of(kDensityNames, [&](auto n) { return same(g.name, n); });
+  });
+  return (usable > 1 || (empty && usable > 0)) && first_of(kDensityNames, grids).empty();
+}
 
 std::vector<std::string> bind_fields(SceneVolume& v, std::span<const GridEntry> grids) {
   std::vector<std::string> notes;
-  if (lacks_density(v, grids) && (v.fire || !first_of(kFireNames, grids).empty())) {
+  if (v.grid.empty() && lacks_density(grids) && (v.fire || !first_of(kFireNames, grids).empty())) {
     v.grid = kNoGrid;
     if (!v.fire) v.fire.emplace().kelvin = 1;
     notes.push_back("no grid is called density: the volume is a fire alone");

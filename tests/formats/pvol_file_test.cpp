@@ -15,6 +15,7 @@
 #include "pvol/formats/atomic_file.h"
 #include "pvol/formats/pvol_file.h"
 #include "support/pvol_bytes.h"
+#include "support/error_of.h"
 #include "support/pvol_content.h"
 #include "support/random_pyramid.h"
 
@@ -109,6 +110,84 @@ TEST_F(PvolFileTest, EmptyCloudRoundTrips) {
   EXPECT_TRUE(back.pyramid.empty());
   ASSERT_TRUE(back.density);
   EXPECT_TRUE(back.density->bricks.empty());
+}
+
+/// A file with two more grids, one of them in few bits.
+PvolFile with_fields() {
+  PvolFile file = test::compact_file();
+  PvolFile flames = test::compact_file(), temperature = test::compact_file();
+  flames.metadata.grid_name = "flames";
+  flames.metadata.index_to_world = scaling(Vec3d(0.25));
+  temperature = test::with_codes(test::compact_file(), {Precision::fpn, 0.1});
+  temperature.metadata.grid_name = "temperature";
+  file.fields = {flames, temperature};
+  return file;
+}
+
+TEST_F(PvolFileTest, FieldsRoundTripAndAreReadAlone) {
+  const PvolFile file = with_fields();
+  const PvolSizes sizes = write_pvol(path("a.pvol"), file);
+  EXPECT_GT(sizes.fields, 0u);
+  const PvolFile all = read_pvol(path("a.pvol"));
+  ASSERT_EQ(all.fields.size(), 2u);
+  EXPECT_EQ(all.fields[0].metadata.grid_name, "flames");
+  EXPECT_EQ(all.fields[0].metadata.index_to_world, scaling(Vec3d(0.25)));
+  EXPECT_EQ(all.fields[0].pyramid, file.fields[0].pyramid);
+  EXPECT_EQ(all.fields[1].metadata.quantisation.precision, Precision::fpn);
+  for (const char* name : {"flames", "temperature"}) {
+    const PvolFile one = read_pvol_grid(path("a.pvol"), name);
+    EXPECT_EQ(one.metadata.grid_name, name);
+    EXPECT_TRUE(one.fields.empty());
+    EXPECT_EQ(one.density->name, name);
+  }
+  const PvolFile density = read_pvol_grid(path("a.pvol"), "");
+  EXPECT_EQ(density.metadata.grid_name, file.metadata.grid_name);
+  EXPECT_EQ(density.pyramid, file.pyramid);
+  const auto names = list_pvol(path("a.pvol"));
+  ASSERT_EQ(names.size(), 3u);
+  EXPECT_EQ(names[2].name, "temperature");
+  EXPECT_FALSE(names[2].empty);
+  EXPECT_NE(test::error_of([&] { (void)read_pvol_grid(path("a.pvol"), "heat"); })
+                .find("\"flames\", \"temperature\", not \"heat\""),
+            std::string::npos);
+}
+
+TEST_F(PvolFileTest, FilesWithFieldsSuitOldReaders) {
+  const PvolBytes bytes(written(with_fields()));
+  EXPECT_EQ(bytes.header.version, 3u);
+  EXPECT_EQ(bytes.header.reader_version, 1u) << "which skip what begins in lower case";
+}
+
+TEST_F(PvolFileTest, FieldsThatCannotBeAreRefused) {
+  PvolFile twice = with_fields();
+  twice.fields[1].metadata.grid_name = "flames";
+  EXPECT_NE(test::error_of([&] { write_pvol(path("a.pvol"), twice); }).find("'flames'"),
+            std::string::npos);
+  PvolFile nested = with_fields();
+  nested.fields[0].fields = {nested.fields[1]};
+  EXPECT_NE(test::error_of([&] { write_pvol(path("a.pvol"), nested); }).find("fields of its own"),
+            std::string::npos);
+  // Forged: a field within a field, two of one name, one that is damaged within.
+  const auto refusal = [&](const PvolBytes& bytes) {
+    return test::error_of([&] { (void)read_pvol(bytes.bytes(), "a.pvol"); });
+  };
+  const auto is_field = [](const auto& c) { return c.entry.id == detail::kField; };
+  const PvolBytes good(written(with_fields(), Compression::none));
+  EXPECT_EQ(refusal(good), "");
+  PvolBytes same = good;
+  auto first = std::find_if(same.chunks.begin(), same.chunks.end(), is_field);
+  *(first + 1) = *first;
+  EXPECT_NE(refusal(same).find("a second grid is called 'flames'"), std::string::npos);
+  PvolBytes deep = good;
+  first = std::find_if(deep.chunks.begin(), deep.chunks.end(), is_field);
+  first->stored = good.bytes();
+  first->entry.raw_bytes = first->stored.size();
+  EXPECT_NE(refusal(deep).find("a field has fields of its own"), std::string::npos);
+  PvolBytes damaged = good;
+  first = std::find_if(damaged.chunks.begin(), damaged.chunks.end(), is_field);
+  first->stored[first->stored.size() / 2] ^= std::byte{1};
+  EXPECT_NE(refusal(damaged).find("checksum"), std::string::npos);
+  EXPECT_NE(refusal(damaged).find("field at byte"), std::string::npos);
 }
 
 TEST_F(PvolFileTest, SizesAreThoseOfTheParts) {
@@ -373,19 +452,28 @@ void print_density(std::ostream& out, const VoxelGrid& grid) {
   }
 }
 
-std::string print(const fs::path& file) {
-  std::ostringstream out;
-  const PvolFile p = read_pvol(file);
-  const PvolBytes bytes(test::load(file));
+/// Bytes of a whole file, or of one within it.
+void print(std::ostringstream& out, const PvolFile& p, const PvolBytes& bytes) {
   print_chunks(out, bytes);
   print_metadata(out, p.metadata);
   print_bounds(out, p.pyramid);
   if (p.micro) print_micro_bounds(out, p.pyramid, p.micro->by_leaf);
   if (p.shell) print_shell(out, *p.shell);
-  if (bytes.chunks.back().entry.id == detail::kQuantised) {
+  if (p.metadata.quantisation.precision != Precision::fp32) {
     out << "precision " << name(p.metadata.quantisation.precision) << '\n';
   }
   print_density(out, *p.density);
+  std::size_t field = 0;
+  for (const auto& chunk : bytes.chunks) {
+    if (chunk.entry.id != detail::kField) continue;
+    out << "field\n";
+    print(out, p.fields[field++], PvolBytes(chunk.stored));
+  }
+}
+
+std::string print(const fs::path& file) {
+  std::ostringstream out;
+  print(out, read_pvol(file), PvolBytes(test::load(file)));
   return out.str();
 }
 
@@ -398,6 +486,7 @@ TEST_F(PvolFileTest, AnIndependentReaderSeesTheSame) {
   for (const Precision p : {Precision::fp16, Precision::fp8, Precision::fpn}) {
     contents.push_back(test::with_micro_bounds(test::with_codes(test::compact_file(), {p, 0.1})));
   }
+  contents.push_back(with_fields());
   for (const PvolFile& content : contents) {
     for (const Compression compression : {Compression::none, Compression::zstd}) {
       if (compression == Compression::zstd && !zstd) continue;

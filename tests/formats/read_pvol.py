@@ -26,7 +26,7 @@ def read_container(data):
     """Header and chunk table: id -> (codec, stored bytes, raw size)."""
     magic, version, reader, size, count, reserved, checksum = struct.unpack_from("<8sIIQIIQ", data)
     require(magic == b"\x89PVL\r\n\x1a\n", "not a .pvol file")
-    require(reader <= 2, "needs a newer reader")
+    require(reader <= 3, "needs a newer reader")
     require(size == len(data), "truncated")
     table_end = 40 + 40 * count
     if xxhash:
@@ -42,10 +42,12 @@ def read_container(data):
         payload = data[offset:end]
         if xxhash:
             require(xxhash.xxh3_64_intdigest(payload) == checksum, "wrong checksum of a chunk")
-        chunks[name] = (codec, payload, raw)
+        chunks.setdefault(name, []).append((codec, payload, raw))
         print("chunk", name.decode(), codec, offset, stored, raw)
     require(end == len(data), "bytes after the last chunk")
-    return chunks
+    for name, found in chunks.items():
+        require(len(found) == 1 or name == b"fild", f"{name} is there several times")
+    return {name: found if name == b"fild" else found[0] for name, found in chunks.items()}
 
 
 def raw_bytes(chunk):
@@ -232,10 +234,9 @@ def print_quantised(raw, meta):
     return print_blocks(raw, 16, tiles, bricks, samples_of)
 
 
-def main():
-    require(len(sys.argv) == 2, "usage: read_pvol.py FILE.pvol")
-    with open(sys.argv[1], "rb") as file:
-        chunks = read_container(file.read())
+def print_file(data, fields_allowed):
+    """A file, or one within it; returns the name of its grid."""
+    chunks = read_container(data)
     meta = json.loads(raw_bytes(chunks[b"META"]))
     print("grid", meta["grid"])
     for row in meta["index_to_world"]:
@@ -253,6 +254,19 @@ def main():
         samples = print_quantised(raw_bytes(chunks[b"DENQ"]), meta)
     if b"micr" in chunks and (b"DENS" in chunks or b"DENQ" in chunks):
         check_micro(cubes, *samples)
+    names = [meta["grid"]]
+    for codec, payload, raw in chunks.get(b"fild", []):
+        require(fields_allowed and codec == 0 and len(payload) == raw, "a field that cannot be")
+        print("field")
+        names.append(print_file(payload, False))
+    require(len(set(names)) == len(names), "grids of one name")
+    return names[0]
+
+
+def main():
+    require(len(sys.argv) == 2, "usage: read_pvol.py FILE.pvol")
+    with open(sys.argv[1], "rb") as file:
+        print_file(file.read(), True)
 
 
 main()

@@ -55,14 +55,23 @@ void print_text(const FitOptions& o, const Fit& f) {
   if (f.file.codes) {
     std::cout << fmt::format("density {}{}\n", o.density, error_text(f.file.codes->error));
   }
+  for (std::size_t i = 0; i < f.fields.size(); ++i) {
+    const formats::GridReport& field = f.fields[i];
+    std::cout << fmt::format("field   {} ({}), {} active voxels, largest value {}, {} leaves\n",
+                             field.grid, field.type, readable_count(field.active),
+                             readable(double(field.largest)),
+                             readable_count(count_leaves(f.file.fields[i].pyramid)));
+  }
   if (f.file.shell) print_shell(std::cout, *f.file.shell, bytes.shell, "shell   ");
   std::cout << f.check
             << fmt::format(
-                   "bytes   {}: bounds {}, micro-bounds {}, shell {}, density {}, "
+                   "bytes   {}: bounds {}, micro-bounds {}, shell {}, density {}, {}"
                    "header and metadata {}; the source has {}\n",
                    readable_bytes(bytes.total), readable_bytes(bytes.bounds),
                    readable_bytes(bytes.micro), readable_bytes(bytes.shell),
-                   readable_bytes(bytes.density), readable_bytes(bytes.header + bytes.metadata),
+                   readable_bytes(bytes.density),
+                   f.fields.empty() ? "" : "fields " + readable_bytes(bytes.fields) + ", ",
+                   readable_bytes(bytes.header + bytes.metadata),
                    readable_bytes(f.source_bytes))
             << fmt::format("time    read {}, bounds {}, shell {}, write {}\n",
                            readable_seconds(f.read_seconds), readable_seconds(f.bounds_seconds),
@@ -96,6 +105,14 @@ void print_json(const FitOptions& o, const Fit& f) {
                {"largest", o.closed_form ? p.scale : r.largest}};
   j["support_voxels"] = {cells.x, cells.y, cells.z};
   j["support_world"] = {world.x, world.y, world.z};
+  j["fields"] = Json::array();
+  for (std::size_t i = 0; i < f.fields.size(); ++i) {
+    j["fields"].push_back({{"name", f.fields[i].grid},
+                           {"type", f.fields[i].type},
+                           {"active_voxels", f.fields[i].active},
+                           {"largest", f.fields[i].largest},
+                           {"leaves", count_leaves(f.file.fields[i].pyramid)}});
+  }
   j["bounds"] = {{"leaves", count_leaves(p)}, {"nodes", count_nodes(p)}, {"depth", depth(p)}};
   j["density"] = {{"precision", o.closed_form ? "reference" : o.density}};
   if (f.file.codes) {
@@ -110,7 +127,8 @@ void print_json(const FitOptions& o, const Fit& f) {
   j["bytes"] = {{"header", f.bytes.header}, {"metadata", f.bytes.metadata},
                 {"bounds", f.bytes.bounds}, {"micro", f.bytes.micro},
                 {"shell", f.bytes.shell},   {"density", f.bytes.density},
-                {"total", f.bytes.total},   {"source", f.source_bytes}};
+                {"fields", f.bytes.fields}, {"total", f.bytes.total},
+                {"source", f.source_bytes}};
   j["seconds"] = {{"read", f.read_seconds},
                   {"bounds", f.bounds_seconds},
                   {"shell", f.shell_seconds},
@@ -124,7 +142,7 @@ std::vector<std::string> doubts(const FitOptions& o, const Fit& f) {
   const auto doubt = [&](std::string text) {
     all.push_back(fmt::format("{}: {}", o.input.string(), std::move(text)));
   };
-  if (f.file.pyramid.empty()) doubt("the density is 0 everywhere; nothing will be seen");
+  if (f.file.pyramid.empty() && f.fields.empty()) doubt("the density is 0 everywhere; nothing will be seen");
   if (f.file.codes) {
     constexpr double kMostMass = 0.01;
     const QuantisationError& e = f.file.codes->error;

@@ -27,6 +27,7 @@ struct FitOptions {
   std::string micro_bounds = "none";
   std::string shells = "none", shell_kind = "hard";
   int shell_effort = 1;
+  std::string fields = "auto";
   bool check = false, closed_form = false;
   bool json = false;
   int threads = 0;
@@ -37,6 +38,7 @@ struct Fit {
   formats::LoadedGrid loaded;  ///< without samples where the bounds are a recipe's in closed form
   Recipe recipe;               ///< of those
   formats::PvolFile file;
+  std::vector<formats::GridReport> fields;  ///< of the file's fields, in their order
   formats::PvolSizes bytes;
   std::uint64_t source_bytes = 0;
   double read_seconds = 0, bounds_seconds = 0, shell_seconds = 0, write_seconds = 0;

@@ -81,7 +81,7 @@ int run_shells(const ShellsOptions& o) {
     throw UsageError(o.input.string() +
                      ": shells are kept in .pvol files; make one with pvol-fit --shells auto");
   }
-  const formats::PvolFile file = formats::read_pvol(o.input);
+  const formats::PvolFile file = formats::read_pvol_grid(o.input, "");
   if (!file.shell) {
     throw Error(o.input.string() + ": holds no shell; make one with pvol-fit --shells auto");
   }

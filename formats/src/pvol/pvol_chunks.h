@@ -23,13 +23,14 @@ using Id = std::array<char, 4>;
 
 inline constexpr std::array<unsigned char, 8> kMagic = {0x89, 'P',  'V',  'L',
                                                         '\r', '\n', 0x1a, '\n'};
-inline constexpr std::uint32_t kVersion = 2;  // the newest this one knows
+inline constexpr std::uint32_t kVersion = 3;  // the newest this one knows
 inline constexpr Id kMeta = {'M', 'E', 'T', 'A'};
 inline constexpr Id kBounds = {'B', 'N', 'D', 'S'};
 inline constexpr Id kMicro = {'m', 'i', 'c', 'r'};
 inline constexpr Id kShell = {'s', 'h', 'e', 'l'};
 inline constexpr Id kDensity = {'D', 'E', 'N', 'S'};
 inline constexpr Id kQuantised = {'D', 'E', 'N', 'Q'};
+inline constexpr Id kField = {'f', 'i', 'l', 'd'};  // any number of them
 
 inline constexpr std::uint64_t kChunkAlignment = 64;
 inline constexpr std::size_t kFrameBytes = std::size_t(1) << 20;  // raw bytes of a zstd frame

@@ -164,6 +164,21 @@ class Container {
 
   [[nodiscard]] const std::vector<ChunkEntry>& table() const { return table_; }
   [[nodiscard]] bool has(Id id) const { return find(id) != nullptr; }
+  [[nodiscard]] const std::string& name() const { return name_; }
+
+  /// The files within the file, once their checksums are found to be right.
+  [[nodiscard]] std::vector<Container> fields() const {
+    std::vector<Container> all;
+    for (const ChunkEntry& e : table_) {
+      if (e.id != kField) continue;
+      const std::string place = fmt::format("{}: field at byte {}", name_, e.offset);
+      if (e.codec != Codec::raw) refuse(place, "it is compressed as a whole");
+      const Bytes stored = bytes_.subspan(e.offset, e.stored_bytes);
+      if (checksum(stored) != e.checksum) refuse(place, "the checksum does not match");
+      all.emplace_back(stored, place);
+    }
+    return all;
+  }
 
   /// What decode_chunk makes of the chunk, once its checksum is found to be right.
   template <class Decode>
@@ -199,13 +214,16 @@ PvolSizes detail::measure(const std::vector<ChunkEntry>& table) {
     if (e.id == kMicro) sizes.micro = e.stored_bytes;
     if (e.id == kShell) sizes.shell = e.stored_bytes;
     if (e.id == kDensity || e.id == kQuantised) sizes.density = e.stored_bytes;
+    if (e.id == kField) sizes.fields += e.stored_bytes;
     sizes.total = e.offset + e.stored_bytes;
   }
   return sizes;
 }
 
-PvolFile read_pvol(std::span<const std::byte> bytes, const std::string& name) try {
-  const Container file(bytes, name);
+namespace {
+
+/// All chunks but the fields.
+PvolFile read_grid(const Container& file, const std::string& name) {
   PvolFile content;
   DecodedMetadata metadata = file.decode(kMeta, decode_metadata);
   content.metadata = std::move(metadata.metadata);
@@ -236,13 +254,92 @@ PvolFile read_pvol(std::span<const std::byte> bytes, const std::string& name) tr
     content.density->index_to_world = content.metadata.index_to_world;
   }
   return content;
-} catch (const std::bad_alloc&) {
-  throw Error(name + ": there is not enough memory for what the file holds.");
+}
+
+std::string name_of(const Container& file) {
+  return file.decode(kMeta, decode_metadata).metadata.grid_name;
+}
+
+struct NamedField {
+  std::string name;
+  Container file;
+};
+
+/// The fields of a file, each a file of its own.
+std::vector<NamedField> fields_of(const Container& file) {
+  std::vector<NamedField> fields;
+  std::vector<std::string> names{name_of(file)};
+  for (Container& field : file.fields()) {
+    if (field.has(kField)) refuse(field.name(), "a field has fields of its own");
+    const std::string name = name_of(field);
+    if (std::find(names.begin(), names.end(), name) != names.end()) {
+      refuse(field.name(), "a second grid is called '" + name + "'");
+    }
+    names.push_back(name);
+    fields.push_back({name, std::move(field)});
+  }
+  return fields;
+}
+
+/// f(), where running out of memory is the file's fault.
+template <class F>
+auto within_memory(const std::string& name, const F& f) {
+  try {
+    return f();
+  } catch (const std::bad_alloc&) {
+    throw Error(name + ": there is not enough memory for what the file holds.");
+  }
+}
+
+}  // namespace
+
+PvolFile read_pvol(std::span<const std::byte> bytes, const std::string& name) {
+  return within_memory(name, [&] {
+    const Container file(bytes, name);
+    PvolFile content = read_grid(file, name);
+    for (const NamedField& field : fields_of(file)) {
+      content.fields.push_back(read_grid(field.file, field.file.name()));
+    }
+    return content;
+  });
 }
 
 PvolFile read_pvol(const fs::path& file) {
   const MappedFile mapped(file);
   return read_pvol(mapped.bytes(), file.string());
+}
+
+PvolFile read_pvol_grid(const fs::path& path, const std::string& name) {
+  const MappedFile mapped(path);
+  return within_memory(path.string(), [&] {
+    const Container file(mapped.bytes(), path.string());
+    const Metadata own = file.decode(kMeta, decode_metadata).metadata;
+    // Also by the name that it had in the source.
+    if (name.empty() || name == own.grid_name || name == own.source.grid) {
+      return read_grid(file, path.string());
+    }
+    std::string names = '"' + own.grid_name + '"';
+    for (const NamedField& field : fields_of(file)) {
+      if (field.name == name) return read_grid(field.file, field.file.name());
+      names += ", \"" + field.name + '"';
+    }
+    throw Error(path.string() + ": holds the grid " + names + ", not \"" + name +
+                "\"; fit a file of its own to that grid");
+  });
+}
+
+std::vector<PvolGridName> list_pvol(const fs::path& path) {
+  const MappedFile mapped(path);
+  const Container file(mapped.bytes(), path.string());
+  const auto is_empty = [](const Container& c) {
+    const LookUp made_for = c.decode(kMeta, decode_metadata).bounds_made_for;
+    return c.decode(kBounds, [&](ChunkReader& r) { return decode_bounds(r, made_for); }).empty();
+  };
+  std::vector<PvolGridName> all{{name_of(file), is_empty(file)}};
+  for (const NamedField& field : fields_of(file)) {
+    all.push_back({field.name, is_empty(field.file)});
+  }
+  return all;
 }
 
 PvolSizes measure_pvol(const fs::path& file) {

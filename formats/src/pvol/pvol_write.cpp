@@ -1,6 +1,8 @@
 // Writing .pvol files: chunk after chunk, the header last.
+#include <algorithm>
 #include <cstring>
 #include <fstream>
+#include <sstream>
 
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
@@ -38,8 +40,9 @@ std::vector<std::byte> make_header(const std::vector<ChunkEntry>& table) {
   FileHeader header;
   header.chunks = std::uint32_t(table.size());
   for (const ChunkEntry& e : table) {
-    if (e.id == kMicro || e.id == kQuantised) header.version = 2;
+    if (e.id == kMicro || e.id == kQuantised) header.version = std::max(header.version, 2u);
     if (e.id == kQuantised) header.reader_version = 2;
+    if (e.id == kField) header.version = kVersion;
   }
   header.file_bytes = table.back().offset + table.back().stored_bytes;
   const std::size_t table_bytes = table.size() * sizeof(ChunkEntry);
@@ -51,11 +54,36 @@ std::vector<std::byte> make_header(const std::vector<ChunkEntry>& table) {
   return bytes;
 }
 
+std::vector<ChunkEntry> write_file(std::ostream& out, const PvolFile& content,
+                                   Compression compression, const std::string& place);
+
+/// A field as a file of its own.
+std::string file_bytes(const PvolFile& field, Compression compression, const std::string& place) {
+  std::ostringstream out(std::ios::binary);
+  (void)write_file(out, field, compression,
+                   place + ": field '" + field.metadata.grid_name + "'");
+  return std::move(out).str();
+}
+
+/// Refuses fields that readers would.
+void check_fields(const PvolFile& content, const std::string& place) {
+  std::vector<std::string> names{content.metadata.grid_name};
+  for (const PvolFile& field : content.fields) {
+    const std::string& name = field.metadata.grid_name;
+    if (!field.fields.empty()) throw Error(place + ": a field cannot have fields of its own.");
+    if (std::find(names.begin(), names.end(), name) != names.end()) {
+      throw Error(place + ": two grids are called '" + name + "'; names must differ.");
+    }
+    names.push_back(name);
+  }
+}
+
 std::vector<ChunkEntry> write_chunks(std::ostream& out, const PvolFile& content,
                                      Compression compression, const std::string& place) {
   if (content.density && content.codes) {
     throw Error(place + ": a file holds either samples or codes for them, not both.");
   }
+  check_fields(content, place);
   Metadata metadata = content.metadata;
   if (content.codes) {
     metadata.quantisation = content.codes->how;
@@ -65,7 +93,7 @@ std::vector<ChunkEntry> write_chunks(std::ostream& out, const PvolFile& content,
   const std::vector<std::byte> bounds = encode_bounds(content.pyramid, place);
   const bool packed = compression == Compression::zstd;
   const std::size_t chunks = 2 + (content.micro ? 1 : 0) + (content.shell ? 1 : 0) +
-                             (content.density || content.codes ? 1 : 0);
+                             (content.density || content.codes ? 1 : 0) + content.fields.size();
   std::vector<ChunkEntry> table(chunks);
   write(out, make_header(table));  // to be written again, once sizes and sums are known
   table.clear();
@@ -99,6 +127,20 @@ std::vector<ChunkEntry> write_chunks(std::ostream& out, const PvolFile& content,
     encode_quantised(*content.codes, content.pyramid, density, place);
     add(density.finish());
   }
+  for (const PvolFile& field : content.fields) {
+    const std::string bytes = file_bytes(field, compression, place);
+    ChunkWriter chunk(out, kField, Codec::raw, place_next());
+    chunk.write(std::as_bytes(std::span(bytes)));
+    add(chunk.finish());
+  }
+  return table;
+}
+
+std::vector<ChunkEntry> write_file(std::ostream& out, const PvolFile& content,
+                                   Compression compression, const std::string& place) {
+  const std::vector<ChunkEntry> table = write_chunks(out, content, compression, place);
+  out.seekp(0);
+  write(out, make_header(table));
   return table;
 }
 
@@ -109,9 +151,7 @@ PvolSizes write_pvol(const std::filesystem::path& file, const PvolFile& content,
   PvolSizes sizes;
   write_atomically(file, [&](const std::filesystem::path& aside) {
     std::ofstream out(aside, std::ios::binary | std::ios::trunc);
-    const std::vector<ChunkEntry> table = write_chunks(out, content, compression, file.string());
-    out.seekp(0);
-    write(out, make_header(table));
+    const std::vector<ChunkEntry> table = write_file(out, content, compression, file.string());
     out.close();
     if (!out) throw Error(file.string() + ": cannot be written whole. Is there space on the disk?");
     sizes = measure(table);

@@ -14,6 +14,14 @@ namespace pvol::formats {
 /// The grids of a .vdb, .nvdb, .pvol or recipe (.toml) file. Throws Error for what cannot be read.
 [[nodiscard]] std::vector<GridEntry> grids_of(const std::filesystem::path& file);
 
+/// Of these grids those that a fire goes by where nobody says: how much is emitted and, where there
+/// is another one, which colour it has.
+[[nodiscard]] std::vector<std::string> usual_fire_grids(std::span<const GridEntry> grids);
+
+/// Whether no grid is called density, or only one that is 0 everywhere, and it is not plain which
+/// other one is meant.
+[[nodiscard]] bool lacks_density(std::span<const GridEntry> grids);
+
 /// Names the grids that a volume goes by, as far as the scene leaves them open, by the names that
 /// Houdini, EmberGen, Blender and Bifrost write, in capitals or not. A file with flames or heat and
 /// no density becomes a fire alone, of the colour of black bodies where nobody described it. Returns what was bound, in whole sentences for the user; nothing

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "pvol/bounds/pyramid.h"
 #include "pvol/density/quantise.h"
@@ -49,12 +50,16 @@ struct PvolFile {
   /// To be written in place of `density`, with precision and error in the metadata. Readers decode
   /// it: then `density` holds what the codes stand for.
   std::optional<QuantisedGrid> codes{};
+  /// Further grids (flames, temperature) with bounds and maps of their own, told apart by
+  /// metadata.grid_name. They have no fields themselves.
+  std::vector<PvolFile> fields{};
 };
 
 /// Sizes in bytes of the parts of a file, as stored. The total includes padding and chunks of later
 /// versions that this one skips.
 struct PvolSizes {
-  std::uint64_t header = 0, metadata = 0, bounds = 0, micro = 0, shell = 0, density = 0, total = 0;
+  std::uint64_t header = 0, metadata = 0, bounds = 0, micro = 0, shell = 0, density = 0, fields = 0,
+                total = 0;
 };
 
 /// `none` makes files that any program can read without a decompressor.
@@ -75,6 +80,18 @@ PvolSizes write_pvol(const std::filesystem::path& file, const PvolFile& content,
 
 /// The same from memory; `name` stands for the file in errors.
 [[nodiscard]] PvolFile read_pvol(std::span<const std::byte> bytes, const std::string& name);
+
+/// One grid of a file, without the fields beside it: the density where the name is empty or its
+/// own, else the field of that name. Only what is returned is decoded. Throws Error that lists the
+/// names for one that is not there.
+[[nodiscard]] PvolFile read_pvol_grid(const std::filesystem::path& file, const std::string& name);
+
+/// Names of a file's grids: first that of the density, then those of the fields.
+struct PvolGridName {
+  std::string name;
+  bool empty = false;  ///< whether it is 0 everywhere
+};
+[[nodiscard]] std::vector<PvolGridName> list_pvol(const std::filesystem::path& file);
 
 /// Sizes of the parts of a file whose header and chunk table are valid.
 [[nodiscard]] PvolSizes measure_pvol(const std::filesystem::path& file);
