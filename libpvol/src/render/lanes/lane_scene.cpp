@@ -116,6 +116,12 @@ const char* lane_obstacle(std::span<const Volume> volumes, const Scene& scene) {
   // Their constants would reach beyond the support's box, to the ends of leaves.
   if (o.homogenise) return "nodes count as homogeneous";
   if (o.max_bounces && *o.max_bounces > kMostLaneBounces) return "the limit on bounces is high";
+  for (const Component& c : volumes.front().medium.components) {
+    if (!std::holds_alternative<HenyeyGreenstein>(c.phase) &&
+        !std::holds_alternative<TwoLobes>(c.phase)) {
+      return "a phase function is neither Henyey-Greenstein nor of two lobes";
+    }
+  }
   const VolumeField& f = volumes.front().density;
   if (f.octree.empty()) return "the volume is empty";
   constexpr std::size_t kMostLights = 255;
