@@ -5,18 +5,21 @@
 #include <algorithm>
 
 #include "pvol/error.h"
+#include "toml/phase_file.h"
 #include "toml/scene_keys.h"
 #include "toml/toml_table.h"
 
 namespace pvol::formats {
 namespace {
 
-/// Makes relative file names of the scene relative to the current folder: a key `file` names one,
-/// in whatever section.
+/// Whether a text under this key, in whatever section, is the name of a file.
+bool names_file(std::string_view key) { return key == "file" || key == kPhaseTable; }
+
+/// Makes relative file names of the scene relative to the current folder.
 void resolve_files(TomlTable& table, const std::filesystem::path& folder) {
   for (TomlValue& member : table.members) {
     if (auto* text = std::get_if<std::string>(&member.value)) {
-      if (member.key == "file" && !text->empty()) *text = (folder / *text).string();
+      if (names_file(member.key) && !text->empty()) *text = (folder / *text).string();
     } else if (auto* inner = std::get_if<TomlTable>(&member.value)) {
       resolve_files(*inner, folder);
     } else if (auto* array = std::get_if<TomlArray>(&member.value)) {
@@ -238,6 +241,7 @@ SceneFile read_scene(const std::filesystem::path& file, const std::vector<std::s
   resolve_files(root, file.parent_path());
   add_usual_sun(root);
   for (const std::string& set : sets) apply_set(root, set);
+  load_phase_files(root);
   return read(root);
 }
 
@@ -246,6 +250,7 @@ SceneFile default_scene(const std::filesystem::path& volume, const std::vector<s
   TomlTable root = parse_toml(text, "default scene");
   add_usual_sun(root);
   for (const std::string& set : sets) apply_set(root, set);
+  load_phase_files(root);
   return read(root);
 }
 
