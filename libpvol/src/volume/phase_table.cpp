@@ -11,6 +11,10 @@ using Knot = PhaseTable::Knot;
 
 /// Above it a peak is narrower than directions in float resolve.
 constexpr double kLargestDensity = 1e8;
+/// What zeros count as: who weights by densities may divide 0 by 0 no more than elsewhere.
+constexpr double kLeastDensity = 1e-30;
+
+float density(double pdf) { return float(std::max(pdf, kLeastDensity)); }
 
 double one_minus_cos_of(double degrees) {
   const double half = std::sin(degrees * (pi / 360));
@@ -89,7 +93,7 @@ float pdf_phase(const PhaseTable& p, Vec3f from, Vec3f to) {
                                       [](double v, const Knot& k) { return v < k.one_minus_cos; });
   const Knot &a = *(above - 1), &b = *above;
   const double t = std::min(1.0, (c - a.one_minus_cos) / (b.one_minus_cos - a.one_minus_cos));
-  return float(a.pdf + t * (b.pdf - a.pdf));
+  return density(a.pdf + t * (b.pdf - a.pdf));
 }
 
 // The share within a piece is quadratic in 1 - cos; the root is written without a difference.
@@ -104,7 +108,7 @@ PhaseSample sample_phase(const PhaseTable& p, Vec3f from, float u, float azimuth
   const double pdf = std::sqrt(std::max(0.0, a.pdf * a.pdf + 2 * slope * rest));
   const double step = rest > 0 ? std::min(width, 2 * rest / (a.pdf + pdf)) : 0;
   const auto c = float(std::min(2.0, a.one_minus_cos + step));
-  return {turn(from, c, azimuth), float(pdf)};
+  return {turn(from, c, azimuth), density(pdf)};
 }
 
 }  // namespace pvol

@@ -20,16 +20,17 @@ MatterTable make_matter_table(const std::vector<Matter>& all) {
   for (const Matter& m : all) {
     t.share_up_to.push_back(m.share_up_to);
     for (std::size_t c = 0; c < 3; ++c) t.albedo[c].push_back(m.albedo[int(c)]);
+    TwoLobes two{HenyeyGreenstein(0), HenyeyGreenstein(0), 1};
     if (const auto* one = std::get_if<HenyeyGreenstein>(&m.phase)) {
-      t.lobe_share.push_back(1);
-      add_lobe(*one, t.lobes[0]);
-      add_lobe(*one, t.lobes[1]);
+      two.forward = two.backward = *one;
+    } else if (const auto* both = std::get_if<TwoLobes>(&m.phase)) {
+      two = *both;
     } else {
-      const TwoLobes& two = std::get<TwoLobes>(m.phase);
-      t.lobe_share.push_back(float(two.share));
-      add_lobe(two.forward, t.lobes[0]);
-      add_lobe(two.backward, t.lobes[1]);
+      t.one_by_one = all;
     }
+    t.lobe_share.push_back(float(two.share));
+    add_lobe(two.forward, t.lobes[0]);
+    add_lobe(two.backward, t.lobes[1]);
   }
   return t;
 }
@@ -116,12 +117,6 @@ const char* lane_obstacle(std::span<const Volume> volumes, const Scene& scene) {
   // Their constants would reach beyond the support's box, to the ends of leaves.
   if (o.homogenise) return "nodes count as homogeneous";
   if (o.max_bounces && *o.max_bounces > kMostLaneBounces) return "the limit on bounces is high";
-  for (const Component& c : volumes.front().medium.components) {
-    if (!std::holds_alternative<HenyeyGreenstein>(c.phase) &&
-        !std::holds_alternative<TwoLobes>(c.phase)) {
-      return "a phase function is neither Henyey-Greenstein nor of two lobes";
-    }
-  }
   const VolumeField& f = volumes.front().density;
   if (f.octree.empty()) return "the volume is empty";
   constexpr std::size_t kMostLights = 255;
