@@ -130,6 +130,27 @@ TEST_F(SceneText, PhaseFunctionsAreKnownByTheirFirstKeys) {
   }
 }
 
+/// Whatever the file has is another scene's; two that the command line sets are a slip.
+TEST_F(SceneText, SettingAPhaseFunctionReplacesThatOfTheFile) {
+  const std::string two = kCloud + "[medium]\ng_forward = 0.9\nforward_share = 0.5\n" +
+                          "[[medium.component]]\nshare = 0.5\ng = 0.1\n";
+  const auto phases = [&](const Sets& sets) {
+    const SceneFile file = read(two, sets);
+    std::vector<PhaseFunction> all;
+    for (const Component& c : file.volumes[0].medium.components) all.push_back(c.phase);
+    return all;
+  };
+  using Phases = std::vector<PhaseFunction>;
+  EXPECT_EQ(phases({"medium.droplet_diameter=9", "medium.component.rayleigh=true"}),
+            (Phases{Droplets(9), Rayleigh{}}));
+  EXPECT_EQ(phases({"medium.g=0.2", "medium.component.phase_table=[[0,1],[180,2]]"}),
+            (Phases{HenyeyGreenstein(0.2), PhaseTable({{0, 1}, {180, 2}})}));
+  EXPECT_NE(error(two, {"medium.g=0.2", "medium.rayleigh=true"}).find("unknown key \"rayleigh\""),
+            std::string::npos);
+  EXPECT_NE(error(two, {"medium.g_backward=-0.2", "medium.rayleigh=true"}).find("g_backward"),
+            std::string::npos);
+}
+
 /// Relative to the scene; of --set, as all files, to the current folder.
 TEST_F(SceneText, PhaseTablesAreReadFromTextFiles) {
   fs::create_directories(folder_ / "mie");

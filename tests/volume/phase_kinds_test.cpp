@@ -306,6 +306,26 @@ TEST(Droplets, TendToRayleighAndTheirRangesMeet) {
   }
 }
 
+/// Figures worked out apart, in every range.
+TEST(Droplets, HaveTheFitOfTheirRange) {
+  struct Row {
+    double diameter, peak_g, wide_g, alpha, wide_share;
+  };
+  for (const Row& r :
+       {Row{0.05, 0.0345, 0.02566118, 250, 0.2521807}, Row{0.1, 0.138, 0.09176806, 250, 0.2372907},
+        Row{0.7, 0.843808, 0.6781032, 250, 0.3787337},
+        Row{1.2, 0.8572465, 0.3713289, 250, 0.1963063},
+        Row{2.5, 0.9349676, 0.3914669, 13.00892, 0.3799337},
+        Row{4.5, 0.9649481, 0.4942684, 17.30184, 0.4318246},
+        Row{20, 0.99461, 0.5937906, 27.11369, 0.4981595}}) {
+    const Droplets p(r.diameter);
+    EXPECT_NEAR(p.peak.mean_cosine / r.peak_g, 1, 1e-6) << r.diameter;
+    EXPECT_NEAR(p.wide.lobe.mean_cosine / r.wide_g, 1, 1e-6) << r.diameter;
+    EXPECT_NEAR(p.wide.alpha / r.alpha, 1, 1e-6) << r.diameter;
+    EXPECT_NEAR(p.wide_share / r.wide_share, 1, 1e-6) << r.diameter;
+  }
+}
+
 /// Of clouds: by Mie's theory their droplets have mean cosines of 0.84 to 0.88.
 TEST(Droplets, OfCloudsScatterForwardAsMieSays) {
   for (const double d : {10.0, 20.0, 30.0}) EXPECT_NEAR(mean_cosine(Droplets(d)), 0.86, 0.03) << d;
