@@ -1,5 +1,11 @@
 #include "pvol/volume/phase_table.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+
 #include "pvol/error.h"
 
 namespace pvol {
