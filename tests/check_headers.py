@@ -10,8 +10,9 @@ import tempfile
 
 from check_rooms import INCLUDE
 
-# For pvol/embed.h, itself included: a little above what it takes.
-MOST_HEADERS, MOST_LINES = 20, 1350
+# For pvol/embed.h, itself included: a little above what it takes. Media hold any phase function, each
+# of which is a header.
+MOST_HEADERS, MOST_LINES = 24, 1550
 KEPT_WITHIN = ["pvol/measure/"]
 
 

@@ -46,6 +46,29 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
       {"[medium]\nalbedo = [0.5, 0.5]\n",
        "medium.albedo is an array of 2; expected a number in [0, 1], or an array of 3 of them"},
       {"[medium]\ng = 1\n", "s.toml:4:5: medium.g is 1; expected a number in [-0.9999, 0.9999]"},
+      {"[medium]\ng = 0\nrayleigh = true\n",
+       "s.toml:5:1: unknown key \"rayleigh\" in [medium]; expected one of extinction, albedo, g,"},
+      {"[medium]\nrayleigh = false\n",
+       "s.toml:4:12: medium.rayleigh is false; expected true, or another phase function"},
+      {"[medium]\nrayleigh = 1\n", "s.toml:4:12: medium.rayleigh is 1; expected true or false"},
+      {"[medium]\ndraine_g = 1\n",
+       "s.toml:4:12: medium.draine_g is 1; expected a number in [-0.9999, 0.9999]"},
+      {"[medium]\ndraine_g = 0.5\ndraine_alpha = -1\n",
+       "s.toml:5:16: medium.draine_alpha is -1; expected a number in [0, 10000]"},
+      {"[medium]\ndroplet_diameter = 0\n",
+       "s.toml:4:20: medium.droplet_diameter is 0; expected a number in (0, 50]"},
+      {"[medium]\nphase_table = 3\n",
+       "s.toml:4:15: medium.phase_table is 3; expected an array of points [angle, value], or the "
+       "name of a file of them"},
+      {"[medium]\nphase_table = [0, 1]\n",
+       "s.toml:4:15: medium.phase_table is an array of 2; expected two points [angle, value]"},
+      {"[medium]\nphase_table = [[0, 1], [180]]\n",
+       "s.toml:4:24: medium.phase_table[2] is an array of 1; expected an array of 2 numbers"},
+      {"[medium]\nphase_table = [[0, 1], [120, 1]]\n",
+       "expected angles from 0 to 180 degrees, both included"},
+      {"[medium]\nphase_table = [[0, 1], [90, -1], [180, 1]]\n",
+       "expected values that are finite and at least 0"},
+      {"[medium]\nphase_table = \"absent.txt\"\n", "absent.txt\", which cannot be read; check"},
       {"[medium]\nextinction = -1\n",
        "s.toml:4:14: medium.extinction is -1; expected a number of at least 0"},
       {"[medium]\nextinction = inf\n",
@@ -106,6 +129,37 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
     EXPECT_NE(error(kCloud + text).find(message), std::string::npos)
         << text << "gave\n  " << error(kCloud + text) << "\nexpected\n  " << message;
   }
+}
+
+TEST_F(SceneText, BadPhaseFilesAreRefusedWithTheirLines) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"# nothing\n", "p.txt: has no points; expected lines of an angle in degrees and a value"},
+      {"0 1\n\n9O 1\n180 1\n", "p.txt:3: found \"9O 1\"; expected an angle in degrees and a value"},
+      {"0 1\n90\n180 1\n", "p.txt:2: found \"90\"; expected an angle in degrees and a value"},
+      {"0 1 2\n180 1\n", "p.txt:1: found \"0 1 2\"; expected an angle"},
+      {"0,,1\n", "p.txt:1: found \"0,,1\"; expected an angle"},
+      {"0 nan\n", "p.txt:1: found \"0 nan\"; expected an angle"},
+      {"0 1\n181 1\n", "p.txt:2: the angle is 181; expected degrees in [0, 180]"},
+      {"0 1\n180 -2\n", "p.txt:2: the value is -2; expected a number of at least 0"},
+      {"0 1\n9 2\n9 3\n180 1\n",
+       "p.txt:3: the angle is 9 after 9; expected angles that ascend; sort"},
+      {"0 1\n90 1\n",
+       "p.txt: medium.phase_table is an array of 2; expected angles from 0 to 180 degrees"},
+      {"0 0\n180 0\n",
+       "p.txt: medium.phase_table is an array of 2; expected values that are not all"},
+      {"0 1\n", "p.txt: medium.phase_table is an array of 1; expected two points"},
+  };
+  for (const auto& [text, message] : cases) {
+    std::ofstream(folder_ / "p.txt", std::ios::binary) << text;
+    const std::string found = error(kCloud + "[medium]\nphase_table = \"p.txt\"\n");
+    EXPECT_EQ(found.substr(0, std::string(message).size()), message) << text;
+  }
+  EXPECT_NE(
+      error(kCloud + "[medium]\nphase_table = \".\"\n").find("cannot be read; check the name"),
+      std::string::npos);
+  std::ofstream(folder_ / "p.txt", std::ios::binary) << std::string((4 << 20) + 1, '#');
+  EXPECT_NE(error(kCloud + "[medium]\nphase_table = \"p.txt\"\n").find("more than 4 MiB"),
+            std::string::npos);
 }
 
 TEST_F(SceneText, BadFrameworkIsRefused) {

@@ -110,6 +110,64 @@ TEST_F(SceneText, EveryKeyIsRead) {
   EXPECT_EQ(file.scene, every_key(folder_ / "sky.exr"));
 }
 
+TEST_F(SceneText, PhaseFunctionsAreKnownByTheirFirstKeys) {
+  const std::pair<const char*, PhaseFunction> cases[] = {
+      {"", HenyeyGreenstein(0.5)},
+      {"g = 0", HenyeyGreenstein(0)},
+      {"g_forward = 0.9\nforward_share = 0.5",
+       TwoLobes{HenyeyGreenstein(0.9), HenyeyGreenstein(-0.3), 0.5}},
+      {"rayleigh = true", Rayleigh{}},
+      {"draine_g = 0.25\ndraine_alpha = 30", Draine(0.25, 30)},
+      {"draine_g = -0.25", Draine(-0.25, 1)},
+      {"droplet_diameter = 14", Droplets(14)},
+      {"phase_table = [[0, 3], [90, 1.5], [180, 2]]", PhaseTable({{0, 3}, {90, 1.5}, {180, 2}})},
+  };
+  for (const auto& [text, phase] : cases) {
+    const SceneFile file =
+        read(kCloud + "[medium]\n" + text + "\n[[medium.component]]\nshare = 0.5\n" + text + "\n");
+    for (const Component& c : file.volumes[0].medium.components) EXPECT_EQ(c.phase, phase) << text;
+    EXPECT_EQ(read(to_toml(file)), file) << text;
+  }
+}
+
+/// Whatever the file has is another scene's; two that the command line sets are a slip.
+TEST_F(SceneText, SettingAPhaseFunctionReplacesThatOfTheFile) {
+  const std::string two = kCloud + "[medium]\ng_forward = 0.9\nforward_share = 0.5\n" +
+                          "[[medium.component]]\nshare = 0.5\ng = 0.1\n";
+  const auto phases = [&](const Sets& sets) {
+    const SceneFile file = read(two, sets);
+    std::vector<PhaseFunction> all;
+    for (const Component& c : file.volumes[0].medium.components) all.push_back(c.phase);
+    return all;
+  };
+  using Phases = std::vector<PhaseFunction>;
+  EXPECT_EQ(phases({"medium.droplet_diameter=9", "medium.component.rayleigh=true"}),
+            (Phases{Droplets(9), Rayleigh{}}));
+  EXPECT_EQ(phases({"medium.g=0.2", "medium.component.phase_table=[[0,1],[180,2]]"}),
+            (Phases{HenyeyGreenstein(0.2), PhaseTable({{0, 1}, {180, 2}})}));
+  EXPECT_NE(error(two, {"medium.g=0.2", "medium.rayleigh=true"}).find("unknown key \"rayleigh\""),
+            std::string::npos);
+  EXPECT_NE(error(two, {"medium.g_backward=-0.2", "medium.rayleigh=true"}).find("g_backward"),
+            std::string::npos);
+}
+
+/// Relative to the scene; of --set, as all files, to the current folder.
+TEST_F(SceneText, PhaseTablesAreReadFromTextFiles) {
+  fs::create_directories(folder_ / "mie");
+  std::ofstream(folder_ / "mie/p.txt", std::ios::binary)
+      << "# angle value\r\n0 3\r\n\n  90\t1.5  # aside\n180, 2e0";
+  const PhaseFunction expected = PhaseTable({{0, 3}, {90, 1.5}, {180, 2}});
+  const SceneFile file = read(kCloud + "[medium]\nphase_table = \"mie/p.txt\"\n" +
+                              "[[medium.component]]\nshare = 0.5\nphase_table = \"mie/p.txt\"\n");
+  for (const Component& c : file.volumes[0].medium.components) EXPECT_EQ(c.phase, expected);
+  EXPECT_EQ(read(to_toml(file)), file);
+  const SceneFile set = read(kCloud, {"medium.phase_table=" + (folder_ / "mie/p.txt").string()});
+  EXPECT_EQ(set.volumes[0].medium.components[0].phase, expected);
+  EXPECT_NE(
+      error(kCloud, {"medium.phase_table=mie/p.txt"}).find("--set medium.phase_table=mie/p.txt"),
+      std::string::npos);
+}
+
 TEST_F(SceneText, SeveralVolumesHaveMediaOfTheirOwn) {
   const SceneFile file = read(R"([[volume]]
 file = "clouds/a.vdb"

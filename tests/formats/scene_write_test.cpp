@@ -68,8 +68,19 @@ struct RandomScene {
 
   PhaseFunction phase() {
     const auto lobe = [&] { return HenyeyGreenstein(uniform(-0.9999, 0.9999)); };
-    if (coin()) return lobe();
-    return TwoLobes{lobe(), lobe(), uniform(0, 1)};
+    switch (whole(0, 5)) {
+      case 0:
+        return lobe();
+      case 1:
+        return TwoLobes{lobe(), lobe(), uniform(0, 1)};
+      case 2:
+        return Rayleigh{};
+      case 3:
+        return Draine(uniform(-0.9999, 0.9999), uniform(0, kLargestAlpha));
+      case 4:
+        return Droplets(uniform(1e-3, kLargestDroplet));
+    }
+    return PhaseTable({{0, magnitude()}, {uniform(1, 179), magnitude()}, {180, magnitude()}});
   }
 
   Component component(double share) {

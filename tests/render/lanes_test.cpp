@@ -8,7 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "pvol/math/direction.h"
 #include "render/lanes/choose_lanes.h"
+#include "render/lanes/phase_lanes.h"
 #include "render/tiles/tile_renderer.h"
 #include "support/lit_scenes.h"
 #include "support/pictures.h"
@@ -91,6 +93,32 @@ TEST(LaneKernels, HaveTheMeansOfTheScalarTracer) {
   });
   add_all_together(deviations, family);
   EXPECT_TRUE(family.passes());
+}
+
+TEST(PhaseLanes, AnswerForEachLaneAsItsPhaseFunctionDoes) {
+  const std::vector<detail::Matter> all{{0.5f, Rgb(1.0f), Rgb(0.0f), Draine(0.4, 3)},
+                                        {1, Rgb(1.0f), Rgb(0.0f), Droplets(9)}};
+  detail::PhaseLanes lanes;
+  for (std::uint32_t k = 0; k < detail::kMostLanes; ++k) {
+    const Vec3f from(direction_on_spiral(int(k), 16)), to(direction_on_spiral(15 - int(k), 16));
+    for (int axis = 0; axis < 3; ++axis)
+      lanes.from[axis][k] = from[axis], lanes.to[axis][k] = to[axis];
+    lanes.u[k] = float(k) / 16, lanes.azimuth[k] = float(15 - k) / 16;
+    lanes.matter[k] = k % 2;
+  }
+  const auto at = [](const float(&v)[3][detail::kMostLanes], std::size_t k) {
+    return Vec3f(v[0][k], v[1][k], v[2][k]);
+  };
+  detail::PhaseLanes found = lanes;
+  detail::find_densities(all, detail::kMostLanes, found);
+  detail::sample_directions(all, detail::kMostLanes, lanes);
+  for (std::size_t k = 0; k < detail::kMostLanes; ++k) {
+    const PhaseFunction& phase = all[k % 2].phase;
+    EXPECT_EQ(found.pdf[k], pdf_phase(phase, at(found.from, k), at(found.to, k)));
+    const PhaseSample s = sample_phase(phase, at(lanes.from, k), lanes.u[k], lanes.azimuth[k]);
+    EXPECT_EQ(at(lanes.to, k), s.direction);
+    EXPECT_EQ(lanes.pdf[k], s.pdf);
+  }
 }
 
 TEST(LaneKernels, OfEveryWidthGiveTheSameBytes) {

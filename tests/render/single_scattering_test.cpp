@@ -67,8 +67,14 @@ double integrate_attenuation(double mu, const std::vector<Line>& lines, double a
   return sum;
 }
 
-/// Single scattering along a view ray, for albedo 1 and irradiance 1.
-double radiance(const Ray& view, Vec3d to_sun, double mu, double g) {
+double henyey_greenstein(double g, double cosine) {
+  return (1 - g * g) / (4 * pi * std::pow(1 + g * g - 2 * g * cosine, 1.5));
+}
+
+/// Single scattering along a view ray, for albedo 1 and irradiance 1, by a phase function of the
+/// cosine.
+template <class Phase>
+double radiance_by(const Phase& phase, const Ray& view, Vec3d to_sun, double mu) {
   const auto inside = intersect({Vec3d(kLow), Vec3d(kHigh)}, view, 0, 1e9);
   if (!inside) return 0;
   std::vector<Line> lines;  // distance to each face towards the sun
@@ -78,8 +84,10 @@ double radiance(const Ray& view, Vec3d to_sun, double mu, double g) {
     lines.push_back({(face - view.o[axis]) / to_sun[axis], -view.d[axis] / to_sun[axis]});
   }
   const double cosine = dot(view.d, to_sun);  // light goes along -to_sun, then along -view.d
-  const double phase = (1 - g * g) / (4 * pi * std::pow(1 + g * g - 2 * g * cosine, 1.5));
-  return mu * phase * integrate_attenuation(mu, lines, inside->t0, inside->t1);
+  return mu * phase(cosine) * integrate_attenuation(mu, lines, inside->t0, inside->t1);
+}
+double radiance(const Ray& view, Vec3d to_sun, double mu, double g) {
+  return radiance_by([g](double cosine) { return henyey_greenstein(g, cosine); }, view, to_sun, mu);
 }
 
 TEST(SingleScattering, ClosedFormIsItsIntegral) {
@@ -206,6 +214,63 @@ TEST(SingleScattering, PicturesOfACubeHaveItsClosedForm) {
   for (const auto& [name, moments] : z) {
     family.add(name + ", all together",
                proof::normal_p_value(moments.mean() * std::sqrt(double(moments.count()))));
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+double draine(double g, double alpha, double cosine) {
+  return henyey_greenstein(g, cosine) * (1 + alpha * cosine * cosine) /
+         (1 + alpha * (1 + 2 * g * g) / 3);
+}
+
+/// Of 20 micrometres: the values of the fit, in digits.
+double droplets_of_20(double cosine) {
+  constexpr double kPeak = 0.99461005, kWide = 0.59379058, kAlpha = 27.1136937;
+  constexpr double kShare = 0.49815948;
+  return (1 - kShare) * henyey_greenstein(kPeak, cosine) + kShare * draine(kWide, kAlpha, cosine);
+}
+
+/// Points at cosines 1, 1/2, 0 and -1; its integral over cosines is 1 + 1 / 4 + 3 / 2.
+double tabulated(double cosine) {
+  const double value = cosine > 0.5 ? 4 * cosine - 1 : cosine > 0 ? 2 * cosine : -3 * cosine;
+  return value / (2 * pi * (1 + 0.25 + 1.5));
+}
+
+/// What next-event estimation makes of each; the kernel is any.
+TEST(SingleScattering, OfEveryPhaseFunctionHasItsClosedForm) {
+  struct Kind {
+    const char* name;
+    PhaseFunction phase;
+    double (*exact)(double cosine);
+  };
+  const Kind kinds[] = {
+      {"two lobes", TwoLobes{HenyeyGreenstein(0.7), HenyeyGreenstein(-0.4), 0.6},
+       [](double c) { return 0.6 * henyey_greenstein(0.7, c) + 0.4 * henyey_greenstein(-0.4, c); }},
+      {"rayleigh", Rayleigh{}, [](double c) { return 3 / (16 * pi) * (1 + c * c); }},
+      {"draine", Draine(-0.4, 5), [](double c) { return draine(-0.4, 5, c); }},
+      {"droplets", Droplets(20), droplets_of_20},
+      {"table", PhaseTable({{0, 3}, {60, 1}, {90, 0}, {180, 3}}), tabulated}};
+  proof::Family family;
+  std::uint64_t number = 0;
+  for (const Kind& k : kinds) {
+    for (const View& view : {kViews[0], kViews[2]}) {
+      for (const Vec3d to_sun : {Vec3d(0.5, 0.7, -0.3), Vec3d(-0.6, -0.3, 0.5)}) {
+        CloudScene s = scene_of(view, kPixels[number % 3]);
+        s.options.samples = 300'000;
+        s.options.seed = ++number;
+        s.medium.extinction = 0.2;
+        s.medium.others = {{1, Rgb(0.9f), k.phase, Rgb(0.0f)}};
+        s.lights = {Sun{to_sun, Rgb(2.0f), 0}};
+        const Volume volume = make_volume(cube().grid, build_pyramid(cube().grid), s);
+        const PixelSums pixel = render(volume, s).film.at(0, 0);
+        const double expected =
+            double(0.9f) * 2 * radiance_by(k.exact, view_ray(s), normalize(to_sun), 0.2);
+        const double off = std::max(0.0, std::abs(mean(pixel).x - expected) - 1e-4 * expected);
+        family.add(std::string(k.name) + ", " + view.name,
+                   proof::normal_p_value(off / std::sqrt(variance_of_mean(pixel).x)));
+        EXPECT_LT(std::sqrt(variance_of_mean(pixel).x), 0.015 * expected) << k.name;
+      }
+    }
   }
   EXPECT_TRUE(family.passes());
 }

@@ -62,6 +62,14 @@ inline std::vector<Case> cases() {
   add("two components", [](CloudScene& s) {
     s.medium.others = {{0.4, Rgb(0.7f, 0.8f, 0.9f), HenyeyGreenstein(-0.2), Rgb(0.0f)}};
   });
+  add("droplets in air", [](CloudScene& s) {
+    s.medium.others = {{0.7, Rgb(0.999f), Droplets(20), Rgb(0.0f)},
+                       {0.299, Rgb(0.7f, 0.8f, 0.95f), Rayleigh{}, Rgb(0.0f)}};
+  });
+  add("table", [](CloudScene& s) {
+    const PhaseTable bow({{0, 900}, {1, 90}, {10, 2}, {90, 0}, {120, 0}, {140, 0.3}, {180, 0.1}});
+    s.medium.others = {{0.999, Rgb(0.99f), bow, Rgb(0.0f)}};
+  });
   add("emission", [](CloudScene& s) {
     s.medium.albedo = Rgb(0.8f);
     s.medium.emission = Rgb(2.0f, 1.0f, 0.2f);

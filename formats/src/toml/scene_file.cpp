@@ -5,18 +5,21 @@
 #include <algorithm>
 
 #include "pvol/error.h"
+#include "toml/phase_file.h"
 #include "toml/scene_keys.h"
 #include "toml/toml_table.h"
 
 namespace pvol::formats {
 namespace {
 
-/// Makes relative file names of the scene relative to the current folder: a key `file` names one,
-/// in whatever section.
+/// Whether a text under this key, in whatever section, is the name of a file.
+bool names_file(std::string_view key) { return key == "file" || key == kPhaseTable; }
+
+/// Makes relative file names of the scene relative to the current folder.
 void resolve_files(TomlTable& table, const std::filesystem::path& folder) {
   for (TomlValue& member : table.members) {
     if (auto* text = std::get_if<std::string>(&member.value)) {
-      if (member.key == "file" && !text->empty()) *text = (folder / *text).string();
+      if (names_file(member.key) && !text->empty()) *text = (folder / *text).string();
     } else if (auto* inner = std::get_if<TomlTable>(&member.value)) {
       resolve_files(*inner, folder);
     } else if (auto* array = std::get_if<TomlArray>(&member.value)) {
@@ -69,15 +72,46 @@ void refuse_misfit(const TomlTable& table, const std::optional<Misfit>& misfit) 
   table.fail(misfit->keys.front(), misfit->expected);
 }
 
-/// Of a closed set the kind whose first key is there, where there is one.
+bool is_set(const TomlValue& member) { return member.key_where.starts_with("--set "); }
+bool is_set(const TomlTable& table, std::string_view key) {
+  const TomlValue* found = table.find(key);
+  return found != nullptr && is_set(*found);
+}
+
+/// Of a closed set the kind whose first key is there, where there is one: first of those that the
+/// command line set.
 template <class Variant>
 void choose_kind(const TomlTable& table, Variant& thing) {
-  for (Variant& kind : all_kinds<Variant>()) {
-    if (!table.has(entries(kind).front().about.key)) continue;
-    thing = std::move(kind);
-    return;
+  for (const bool by_set : {true, false}) {
+    for (Variant& kind : all_kinds<Variant>()) {
+      const char* const key = entries(kind).front().about.key;
+      if (by_set ? !is_set(table, key) : !table.has(key)) continue;
+      thing = std::move(kind);
+      return;
+    }
   }
 }
+
+/// Without the keys of the file that belong to another kind, where the command line chose one by
+/// `key`.
+template <class Variant>
+TomlTable of_chosen_kind(TomlTable table, std::string_view key,
+                         const std::vector<std::string_view>& allowed) {
+  if (!is_set(table, key)) return table;
+  std::vector<Variant> kinds = all_kinds<Variant>();
+  const auto is_known = [&](const std::string& name) {
+    return std::any_of(kinds.begin(), kinds.end(),
+                       [&](Variant& kind) { return find_key(entries(kind), name) != nullptr; });
+  };
+  std::erase_if(table.members, [&](const TomlValue& m) {
+    return !is_set(m) && is_known(m.key) &&
+           std::find(allowed.begin(), allowed.end(), m.key) == allowed.end();
+  });
+  return table;
+}
+
+/// The key that tells the phase function from others.
+std::string_view first_key(const PhaseFunction& phase) { return entries(phase).front().about.key; }
 
 void read_camera(const TomlTable& table, SceneFile& file) {
   Camera& camera = file.scene.camera;
@@ -99,17 +133,18 @@ void read_fire(const TomlTable& table, SceneVolume& volume) {
 
 /// The medium and the placement of a volume. The table itself describes the first component, which
 /// has the share that the others leave.
-void read_medium(const TomlTable& table, SceneVolume& volume) {
+void read_medium(const TomlTable& given, SceneVolume& volume) {
   Medium& medium = volume.medium;
   Placement placement;
   Component& first = medium.components.front();
-  choose_kind(table, first.phase);
+  choose_kind(given, first.phase);
   const Entries matter = joined(entries(medium), without(entries(first), "share"));
   const Entries place = entries(placement);
   std::vector<std::string_view> allowed = key_names(matter);
   allowed.emplace_back("component");
   allowed.emplace_back("fire");
   for (const std::string_view key : key_names(place)) allowed.push_back(key);
+  const TomlTable table = of_chosen_kind<PhaseFunction>(given, first_key(first.phase), allowed);
   read_keys(table, joined(matter, place), allowed);
   refuse_misfit(table, misfit(placement));
   volume.has_extinction = table.has("extinction");
@@ -118,7 +153,8 @@ void read_medium(const TomlTable& table, SceneVolume& volume) {
   for (const TomlTable* t : table.tables("component")) {
     Component c;
     choose_kind(*t, c.phase);
-    read_keys(*t, entries(c));
+    const Entries own = entries(c);
+    read_keys(of_chosen_kind<PhaseFunction>(*t, first_key(c.phase), key_names(own)), own);
     medium.components.push_back(c);
     if (!share_rest(medium)) t->fail("share", "shares of components that sum up to at most 1");
   }
@@ -140,25 +176,6 @@ void read_volumes(const TomlTable& root, SceneFile& file) {
   }
 }
 
-/// Without the keys of the file that belong to another kind of sky, where the command line chose
-/// one.
-TomlTable of_chosen_kind(TomlTable table, const std::vector<std::string_view>& allowed) {
-  constexpr std::string_view kSet = "--set ";
-  const auto type = std::find_if(table.members.begin(), table.members.end(),
-                                 [](const TomlValue& m) { return m.key == "type"; });
-  if (type == table.members.end() || !type->key_where.starts_with(kSet)) return table;
-  std::vector<Environment> kinds = all_kinds<Environment>();
-  const auto is_known = [&](const std::string& key) {
-    return std::any_of(kinds.begin(), kinds.end(),
-                       [&](Environment& kind) { return find_key(entries(kind), key) != nullptr; });
-  };
-  std::erase_if(table.members, [&](const TomlValue& m) {
-    return !m.key_where.starts_with(kSet) && is_known(m.key) &&
-           std::find(allowed.begin(), allowed.end(), m.key) == allowed.end();
-  });
-  return table;
-}
-
 void read_environment(const TomlTable& table, Environment& environment) {
   std::vector<Environment> kinds = all_kinds<Environment>();
   std::vector<std::string_view> names;
@@ -172,7 +189,7 @@ void read_environment(const TomlTable& table, Environment& environment) {
   const Entries own = entries(environment);
   std::vector<std::string_view> allowed = key_names(own);
   allowed.insert(allowed.begin(), "type");
-  read_keys(of_chosen_kind(table, allowed), own, allowed);
+  read_keys(of_chosen_kind<Environment>(table, "type", allowed), own, allowed);
 }
 
 void read_lights(const TomlTable& root, std::vector<Light>& lights) {
@@ -247,6 +264,7 @@ SceneFile read_scene(const std::filesystem::path& file, const std::vector<std::s
   resolve_files(root, file.parent_path());
   add_usual_sun(root);
   for (const std::string& set : sets) apply_set(root, set);
+  load_phase_files(root);
   return read(root);
 }
 
@@ -255,6 +273,7 @@ SceneFile default_scene(const std::filesystem::path& volume, const std::vector<s
   TomlTable root = parse_toml(text, "default scene");
   add_usual_sun(root);
   for (const std::string& set : sets) apply_set(root, set);
+  load_phase_files(root);
   return read(root);
 }
 

@@ -16,6 +16,29 @@ void require(bool ok, const std::string& message) {
 
 }  // namespace
 
+const char* expect_true(const Value& v) {
+  return std::get<bool>(v.data) ? nullptr : "true, or another phase function in its place";
+}
+
+Value to_value(const PhaseTable& table) {
+  Value::List rows;
+  for (const auto& [angle, value] : table.data->points) rows.push_back(Value::List{angle, value});
+  return rows;
+}
+
+std::vector<PhaseTable::Point> phase_points(const Value& rows) {
+  std::vector<PhaseTable::Point> points;
+  for (const Value& row : *rows.list()) {
+    if (!row.list()) return {};  // one point alone
+    points.push_back({*(*row.list())[0].number(), *(*row.list())[1].number()});
+  }
+  return points;
+}
+
+const char* expect_phase_points(const Value& rows) {
+  return expect_phase_table(phase_points(rows));
+}
+
 void validate(const Medium& medium) {
   require(!medium.components.empty(), "a medium needs at least one component");
   double sum = 0;

@@ -19,7 +19,7 @@ struct PhaseSample {
   float pdf = 0;
 };
 
-/// Based on: Henyey, Greenstein. Diffuse radiation in the galaxy. 1941. Backward scattering is
+/// Isotropic at g = 0. Based on: Henyey, Greenstein. Diffuse radiation in the galaxy. 1941. Backward scattering is
 /// forward scattering about the opposite axis, and everything is written in 1 - |g| and 1 - cos:
 /// peaks near |g| = 1 keep their digits in float, and g = 0 needs no case of its own (THEORY.md,
 /// T4.1).

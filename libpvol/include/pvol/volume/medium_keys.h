@@ -16,7 +16,8 @@ template <std::same_as<HenyeyGreenstein> H>
       {{.key = "g",
         .metavar = "G",
         .limits = number(Range::closed(-kLargestMeanCosine, kLargestMeanCosine)),
-        .help = "Mean cosine of the scattering angle (Henyey-Greenstein): above 0 is forward"},
+        .help = "Mean cosine of the scattering angle (Henyey-Greenstein): above 0 is forward, 0 is "
+                "isotropic"},
        [](const H& hg) { return to_value(hg.mean_cosine); },
        [](H& hg, const Value& v) { hg = H(*v.number()); }},
   });
@@ -42,6 +43,72 @@ template <std::same_as<TwoLobes> P>
                       .metavar = "X",
                       .limits = number(Range::closed(0, 1)),
                       .help = "Share of the first lobe"}),
+  });
+}
+
+/// What was expected of a value but true.
+[[nodiscard]] const char* expect_true(const Value& value);
+
+template <std::same_as<Rayleigh> P>
+[[nodiscard]] constexpr auto keys(const P&) {
+  return std::to_array<Key<P>>({
+      {{.key = "rayleigh",
+        .limits = flag().also(expect_true),
+        .help = "Instead of g, whether matter is far smaller than the wavelength, as air is",
+        .otherwise = "none"},
+       [](const P&) { return to_value(true); },
+       [](P&, const Value&) {}},
+  });
+}
+
+template <std::same_as<Draine> P>
+[[nodiscard]] constexpr auto keys(const P&) {
+  return std::to_array<Key<P>>({
+      {{.key = "draine_g",
+        .metavar = "G",
+        .limits = number(Range::closed(-kLargestMeanCosine, kLargestMeanCosine)),
+        .help = "Instead of g, Draine's phase function: that of its Henyey-Greenstein factor"},
+       [](const P& p) { return to_value(p.lobe.mean_cosine); },
+       [](P& p, const Value& v) { p = P(*v.number(), p.alpha); }},
+      {{.key = "draine_alpha",
+        .metavar = "X",
+        .limits = number(Range::closed(0, kLargestAlpha)),
+        .help =
+            "Weight of the squared cosine: 0 is Henyey-Greenstein, 1 with draine_g = 0 Rayleigh"},
+       [](const P& p) { return to_value(p.alpha); },
+       [](P& p, const Value& v) { p = P(p.lobe.mean_cosine, *v.number()); }},
+  });
+}
+
+template <std::same_as<Droplets> P>
+[[nodiscard]] constexpr auto keys(const P&) {
+  return std::to_array<Key<P>>({
+      {{.key = "droplet_diameter",
+        .metavar = "X",
+        .limits = number({.lo = 0, .hi = kLargestDroplet, .lo_open = true}),
+        .help = "Instead of g, droplets of water of this diameter in micrometres: fog has 1 to "
+                "20, clouds 10 to 30"},
+       [](const P& p) { return to_value(p.diameter); },
+       [](P& p, const Value& v) { p = P(*v.number()); }},
+  });
+}
+
+/// Of points [angle, value].
+[[nodiscard]] Value to_value(const PhaseTable& table);
+[[nodiscard]] std::vector<PhaseTable::Point> phase_points(const Value& rows);
+[[nodiscard]] const char* expect_phase_points(const Value& rows);
+
+template <std::same_as<PhaseTable> P>
+[[nodiscard]] constexpr auto keys(const P&) {
+  return std::to_array<Key<P>>({
+      {{.key = "phase_table",
+        .metavar = "TABLE",
+        .limits = number().times(2).in_rows().also(expect_phase_points),
+        .help = "Instead of g, points [angle in degrees, value] from 0 to 180, between which the "
+                "value is linear in the cosine, in any unit; or a text file with one a line",
+        .otherwise = "none"},
+       [](const P& p) { return to_value(p); },
+       [](P& p, const Value& v) { p = P(phase_points(v)); }},
   });
 }
 

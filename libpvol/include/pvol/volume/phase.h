@@ -8,12 +8,17 @@
 #include <variant>
 
 #include "pvol/math/rng.h"
+#include "pvol/volume/draine.h"
+#include "pvol/volume/droplets.h"
 #include "pvol/volume/henyey_greenstein.h"
+#include "pvol/volume/phase_table.h"
+#include "pvol/volume/rayleigh.h"
 #include "pvol/volume/two_lobes.h"
 
 namespace pvol {
 
-using PhaseFunction = std::variant<HenyeyGreenstein, TwoLobes>;
+using PhaseFunction =
+    std::variant<HenyeyGreenstein, TwoLobes, Rayleigh, Draine, Droplets, PhaseTable>;
 
 /// Mean cosine of the scattering angle, in (-1, 1).
 [[nodiscard]] inline double mean_cosine(const PhaseFunction& phase) {

@@ -21,16 +21,17 @@ MatterTable make_matter_table(const std::vector<Matter>& all) {
   for (const Matter& m : all) {
     t.share_up_to.push_back(m.share_up_to);
     for (std::size_t c = 0; c < 3; ++c) t.albedo[c].push_back(m.albedo[int(c)]);
+    TwoLobes two{HenyeyGreenstein(0), HenyeyGreenstein(0), 1};
     if (const auto* one = std::get_if<HenyeyGreenstein>(&m.phase)) {
-      t.lobe_share.push_back(1);
-      add_lobe(*one, t.lobes[0]);
-      add_lobe(*one, t.lobes[1]);
+      two.forward = two.backward = *one;
+    } else if (const auto* both = std::get_if<TwoLobes>(&m.phase)) {
+      two = *both;
     } else {
-      const TwoLobes& two = std::get<TwoLobes>(m.phase);
-      t.lobe_share.push_back(float(two.share));
-      add_lobe(two.forward, t.lobes[0]);
-      add_lobe(two.backward, t.lobes[1]);
+      t.one_by_one = all;
     }
+    t.lobe_share.push_back(float(two.share));
+    add_lobe(two.forward, t.lobes[0]);
+    add_lobe(two.backward, t.lobes[1]);
   }
   return t;
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "render/guide/importance.h"
@@ -22,6 +23,9 @@ struct MatterTable {
     std::vector<float> g, one_minus_g, one_minus_g2, axis;
   };
   std::array<Lobe, 2> lobes;
+  /// All components where a phase function has other than lobes, else none: then lanes are asked
+  /// for one by one (phase_lanes.h).
+  std::span<const Matter> one_by_one;
 };
 
 /// A light, by the way in which kernels sample it.

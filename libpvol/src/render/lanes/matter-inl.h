@@ -9,6 +9,7 @@
 
 #include "render/lanes/lane_math-inl.h"
 #include "render/lanes/lane_scene.h"
+#include "render/lanes/phase_lanes.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
@@ -45,7 +46,11 @@ struct OneLobe {
   }
 };
 
-/// Any components, with two lobes each.
+HWY_INLINE void store_vector(V v, float (*to)[kMostLanes]) {
+  store(v.x, to[0]), store(v.y, to[1]), store(v.z, to[2]);
+}
+
+/// Any components, with two lobes each, or with any phase functions.
 struct AnyMatter {
   static constexpr std::size_t kWeights = 3;
   const MatterTable& t;
@@ -72,6 +77,7 @@ struct AnyMatter {
             gather(l.one_minus_g2.data(), number), gather(l.axis.data(), number)};
   }
   HWY_INLINE F pdf(V from, V to) const {
+    if (!t.one_by_one.empty()) return pdf_one_by_one(from, to);
     const auto of = [&](std::size_t k) {
       const Lobe l = lobe(k);
       return pdf_of_angle(l, one_minus_cos(along_axis(l, from), to));
@@ -80,6 +86,7 @@ struct AnyMatter {
     return share * of(0) + (splat(1) - share) * of(1);
   }
   HWY_INLINE Scattered sample(V from, F u, F azimuth) const {
+    if (!t.one_by_one.empty()) return sample_one_by_one(from, u, azimuth);
     const F share = gather(t.lobe_share.data(), number);
     const M forward = hn::Lt(u, share);
     const Lobe a = lobe(0), b = lobe(1);
@@ -89,6 +96,23 @@ struct AnyMatter {
     const F rest = pick(u, u - share) / pick(share, splat(1) - share);
     const V d = turn(along_axis(l, from), one_minus_cos_of_share(l, rest), azimuth);
     return {d, pdf(from, d)};
+  }
+
+ private:
+  HWY_NOINLINE F pdf_one_by_one(V from, V to) const {
+    PhaseLanes lanes;
+    store(as_bits(number), lanes.matter);
+    store_vector(from, lanes.from), store_vector(to, lanes.to);
+    find_densities(t.one_by_one, kLanes, lanes);
+    return load(lanes.pdf);
+  }
+  HWY_NOINLINE Scattered sample_one_by_one(V from, F u, F azimuth) const {
+    PhaseLanes lanes;
+    store(as_bits(number), lanes.matter);
+    store_vector(from, lanes.from);
+    store(u, lanes.u), store(azimuth, lanes.azimuth);
+    sample_directions(t.one_by_one, kLanes, lanes);
+    return {{load(lanes.to[0]), load(lanes.to[1]), load(lanes.to[2])}, load(lanes.pdf)};
   }
 };
 
