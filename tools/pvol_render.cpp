@@ -43,7 +43,8 @@ formats::Cloud load_volume(const Options& o, const formats::SceneFile& scene,
   formats::Cloud cloud =
       cli::load_cloud({kTool, o.common.quiet}, volume, o.grid.strict, scene);
   if (!volume.has_extinction && !cloud.pyramid.empty()) {
-    volume.medium.extinction = cli::choose_extinction(cloud, volume.object_to_world);
+    volume.medium.extinction = cli::choose_extinction(cloud, volume.object_to_world,
+                                                      cli::kChosenThickness, volume.density_map);
     volume.has_extinction = true;
     if (!o.common.quiet) {
       std::cerr << kTool << ": no extinction given; chose "

@@ -54,6 +54,13 @@ double sum_mapped(const VoxelGrid& grid, const FieldMap& map) {
   return sum;
 }
 
+/// The sum of all densities as the map sees them over that of the samples themselves.
+double mapped_share(const formats::Cloud& cloud, const FieldMap& map) {
+  if (map.is_identity() || cloud.recipe() != nullptr) return 1;
+  const double sum = sum_mapped(cloud.grid(), {});
+  return sum > 0 ? sum_mapped(cloud.grid(), map) / sum : 1;
+}
+
 std::shared_ptr<const Emitter> make_fire(const formats::FireFields& f,
                                          const formats::SceneVolume& volume) {
   const BoundedGrid field{f.field.grid(), f.field.pyramid};
@@ -149,10 +156,11 @@ formats::Cloud load_cloud(const Loader& by, formats::SceneVolume& volume, bool s
 }
 
 double choose_extinction(const formats::Cloud& cloud, const Affine& object_to_world,
-                         double thickness) {
+                         double thickness, const FieldMap& map) {
   const VolumeFacts f = pvol::describe(cloud.density, 1, object_to_world);
   const double unit =
-      *std::max_element(std::begin(f.mean_optical_thickness), std::end(f.mean_optical_thickness));
+      mapped_share(cloud, map) * *std::max_element(std::begin(f.mean_optical_thickness),
+                                                   std::end(f.mean_optical_thickness));
   if (!(unit > 0)) return 1;
   constexpr double kLargest = 3e38;  // fits a float, for clouds of denormal densities
   return std::min(std::stod(fmt::format("{:.3g}", thickness / unit)), kLargest);
@@ -174,6 +182,9 @@ Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volu
                    const RenderOptions& options) {
   VolumeOptions o = volume_options(options);
   o.object_to_world = volume.object_to_world;
+  if (!volume.density_map.is_identity()) {
+    o.map = std::make_shared<const FieldMap>(volume.density_map);
+  }
   const LeafMicroBounds* stored = cloud.micro ? &*cloud.micro : nullptr;
   Volume v = pvol::make_volume(cloud.density, cloud.pyramid, volume.medium, o, stored);
   if (cloud.shell) v.shell = std::make_shared<const Shell>(*cloud.shell);
@@ -183,7 +194,16 @@ Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volu
 }
 
 VolumeFacts describe(const formats::Cloud& cloud, const formats::SceneVolume& volume) {
-  return pvol::describe(cloud.density, volume.medium.extinction, volume.object_to_world);
+  VolumeFacts f =
+      pvol::describe(cloud.density, volume.medium.extinction, volume.object_to_world);
+  if (volume.density_map.is_identity()) return f;
+  const ValueRange range = range_over(volume.density_map, {0, cloud.pyramid.scale});
+  f.largest_extinction = volume.medium.extinction * double(range.hi);
+  f.shortest_free_path = 1 / f.largest_extinction;
+  const double share = mapped_share(cloud, volume.density_map);
+  for (double& thickness : f.mean_optical_thickness) thickness *= share;
+  f.largest_optical_thickness *= share;
+  return f;
 }
 
 void require_proof(const std::filesystem::path& file, const formats::Cloud& cloud) {

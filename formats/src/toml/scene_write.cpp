@@ -29,6 +29,9 @@ std::string medium_text(const SceneVolume& v, const std::string& name) {
   for (std::size_t i = 1; i < all.size(); ++i) {
     text += fmt::format("\n[[{}.component]]\n", name) + lines(entries(all[i]));
   }
+  if (!v.density_map.is_identity()) {
+    text += fmt::format("\n[{}.density]\n", name) + lines(entries(v.density_map));
+  }
   if (v.fire) {
     const Entries fire = entries(*v.fire);
     text += fmt::format("\n[{}.fire]\n", name) +

@@ -30,6 +30,10 @@ void check(const Volume& volume, const RenderOptions& o) {
               (o.tracker != Tracker::regular && o.transmittance != Transmittance::regular),
           "regular tracking and regular transmittance have closed forms for nearest and trilinear "
           "interpolation only; choose another tracker, transmittance or interpolation");
+  require(volume.density.map == nullptr || (o.tracker != Tracker::regular &&
+                                            o.transmittance != Transmittance::regular),
+          "regular tracking and regular transmittance have no closed form for a mapped density; "
+          "choose another tracker or transmittance");
   require(volume.density.scale == float(volume.medium.extinction) &&
               volume.density.look_up == o.look_up &&
               (o.tracker != Tracker::delta_global || volume.density.octree.depth == 0),

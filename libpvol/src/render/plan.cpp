@@ -36,6 +36,8 @@ Kernel choose_kernel(const RenderPlan& p) {
                                           : Paths::one_volume,
           .count = p.scene.options.count || counted(p.scene.options.aovs),
           .lanes = p.scene.options.kernel,
+          .mapped = std::ranges::any_of(
+              p.volumes, [](const Volume& v) { return v.density.map != nullptr; }),
           .endless = std::ranges::any_of(p.volumes, detail::has_endless_flights)};
 }
 

@@ -4,11 +4,16 @@
 
 namespace pvol::detail {
 
-Flights find_flights(LookUp look_up, int micro_edge, Watching watching) {
-  return visit_look_up(look_up, [&](auto kind) {
+Flights find_flights(const FieldKind& kind, Watching watching) {
+  if (kind.mapped) {
+    return kind.look_up == LookUp::nearest
+               ? find_mapped_flights_of<LookUp::nearest>(watching == Watching::stop)
+               : find_mapped_flights_of<LookUp::trilinear>(watching == Watching::stop);
+  }
+  return visit_look_up(kind.look_up, [&](auto look_up) {
     return watching == Watching::stop
-               ? find_watched_flights_of<kind>(micro_edge)
-               : find_flights_of<kind>(micro_edge, watching == Watching::count);
+               ? find_watched_flights_of<look_up>(kind.micro_edge)
+               : find_flights_of<look_up>(kind.micro_edge, watching == Watching::count);
   });
 }
 

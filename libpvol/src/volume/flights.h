@@ -32,11 +32,18 @@ struct Flights {
   float (*pass)(Transmittance, Tracker, const VolumeField&, Walk&, Rng&, Watch&);
 };
 
-/// For fields of this look-up; `micro_edge` is that of the micro-bounds which they have and which
-/// are to be used, or 0. Without counts tallies stay as they are. Estimators that are chosen by
+/// What look-ups of fields are: `micro_edge` is that of the micro-bounds which they have and which
+/// are to be used, or 0, as it is for fields with maps.
+struct FieldKind {
+  LookUp look_up;
+  int micro_edge;
+  bool mapped;
+};
+
+/// For fields of a kind. Without counts tallies stay as they are. Estimators that are chosen by
 /// volume (`automatic`), and closed forms (`regular`) for fields that have none, were refused
 /// before.
-[[nodiscard]] Flights find_flights(LookUp look_up, int micro_edge, Watching watching);
+[[nodiscard]] Flights find_flights(const FieldKind& kind, Watching watching);
 
 /// The same for one way of look-up (flights_of.h). Each is instantiated in sources of its own, made
 /// of flights_of.cpp.in and watched_flights_of.cpp.in by the list in libpvol/CMakeLists.txt.
@@ -44,5 +51,8 @@ template <LookUp kLookUp>
 [[nodiscard]] Flights find_flights_of(int micro_edge, bool count);
 template <LookUp kLookUp>
 [[nodiscard]] Flights find_watched_flights_of(int micro_edge);
+/// Of fields with maps: nearest and trilinear ones. These count always.
+template <LookUp kLookUp>
+[[nodiscard]] Flights find_mapped_flights_of(bool watched);
 
 }  // namespace pvol::detail

@@ -13,4 +13,10 @@ namespace pvol {
 /// 0 to something else, which would fill all space, and for one beyond single precision.
 [[nodiscard]] Pyramid map_pyramid(const Pyramid& pyramid, const FieldMap& map);
 
+/// What belongs to nodes of a pyramid, by level and node, for those of the mapped one that are
+/// leaves or uniform cubes; 0 for others.
+[[nodiscard]] std::vector<std::vector<std::uint32_t>> links_of(
+    const Pyramid& mapped, const Pyramid& pyramid,
+    const std::vector<std::vector<std::uint32_t>>& links);
+
 }  // namespace pvol

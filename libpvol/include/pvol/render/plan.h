@@ -40,6 +40,7 @@ struct Kernel {
   Paths paths = Paths::one_volume;
   bool count = false;
   Lanes lanes = Lanes::scalar;  ///< not automatic
+  bool mapped = false;   ///< whether a volume's density is mapped
   bool endless = false;  ///< flights may be, so that they ask whether to stop
   friend bool operator==(const Kernel&, const Kernel&) = default;
 };

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "pvol/math/field_map.h"
+#include "pvol/math/field_map_keys.h"
 #include "pvol/volume/medium_keys.h"
 
 namespace pvol {

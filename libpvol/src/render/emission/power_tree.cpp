@@ -144,8 +144,7 @@ PowerTree::PowerTree(const EmissionSource& source)
   std::vector<Cube> cubes;
   add_cubes(f.octree, 0, Vec3i(0), 0, cubes);
   std::vector<std::vector<Node>> parts(cubes.size());
-  visit_look_up(f.look_up, [&](auto look_up) {
-    const auto value = extinction_source<look_up>(f);
+  visit_source(f, [&](const auto& value) {
     parallel_for(0, cubes.size(), [&](std::size_t i) {
       parts[i] = divide(source, cubes[i], luminances(source, value, to_world_, cubes[i]));
     });
