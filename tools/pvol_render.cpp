@@ -144,7 +144,7 @@ void print_facts(const Volume& volume, const VolumeFacts& f) {
   using cli::readable;
   std::cerr << kTool << ": " << volume.name << ": ";
   if (volume.density.world_box.empty()) {
-    std::cerr << "the density is 0 everywhere\n";
+    std::cerr << (volume.fire ? "a fire without smoke\n" : "the density is 0 everywhere\n");
     return;
   }
   const Vec3d size = volume.density.world_box.extent();

@@ -36,8 +36,13 @@ void tell(const Loader& by, const std::string& text) {
 /// Names the grids that the volume leaves open; whether it became a fire that nobody described.
 bool bind_grids(const Loader& by, formats::SceneVolume& volume) {
   const bool had_fire = volume.fire.has_value();
-  for (const std::string& note : formats::bind_fields(volume, formats::grids_of(volume.file))) {
-    tell(by, volume.file.filename().string() + ": " + note);
+  const std::vector<formats::GridEntry> grids = formats::grids_of(volume.file);
+  const std::string name = volume.file.filename().string() + ": ";
+  for (const std::string& note : formats::bind_fields(volume, grids)) tell(by, name + note);
+  const std::vector<std::string> dark = formats::usual_fire_grids(grids);
+  if (!volume.fire && grids.size() > 1 && !dark.empty()) {
+    tell(by, name + "the file has " + listed(dark) +
+                 ", too; --set medium.fire.kelvin=K makes a fire of it");
   }
   return volume.fire && !had_fire;
 }
@@ -104,11 +109,32 @@ void load_fire(const Loader& by, formats::SceneVolume& volume, bool strict, bool
 
 }  // namespace
 
+namespace {
+
+/// A fire alone is seen by night, where nobody says otherwise.
+void darken_around_fire(const std::vector<std::string>& sets, formats::SceneFile& scene) {
+  formats::SceneVolume& v = scene.volumes.front();
+  const auto sets_any = [&](std::string_view section) {
+    return std::ranges::any_of(sets, [&](const auto& s) { return s.starts_with(section); });
+  };
+  if (v.fire || !v.grid.empty() || sets_any("environment") || sets_any("sun")) return;
+  if (!std::filesystem::exists(v.file)) return;  // it is missed where it is loaded
+  const std::vector<formats::GridEntry> grids = formats::grids_of(v.file);
+  if (!formats::lacks_density(grids) || formats::usual_fire_grids(grids).empty()) return;
+  scene.scene.environment = ConstantSky{Rgb(0.0f)};
+  scene.scene.lights.clear();
+}
+
+}  // namespace
+
 formats::SceneFile read_scene(const std::filesystem::path& input,
                               const std::vector<std::string>& sets) {
   const bool is_scene = formats::ending(input) == ".toml" && !formats::is_recipe(input);
   try {
-    return is_scene ? formats::read_scene(input, sets) : formats::default_scene(input, sets);
+    if (is_scene) return formats::read_scene(input, sets);
+    formats::SceneFile scene = formats::default_scene(input, sets);
+    darken_around_fire(sets, scene);
+    return scene;
   } catch (const Error& e) {
     // What the command line set is the command line's fault.
     if (std::string_view(e.what()).starts_with("--set ")) throw UsageError(e.what());
