@@ -292,10 +292,4 @@ float EmissionLights::pdf(Vec3d place, Vec3f direction) const {
   return sum > 0 ? float(density / sum) : 0;
 }
 
-float EmissionLights::irradiance(Vec3d place) const {
-  double sum = 0;
-  for (const PowerTree& t : trees_) sum += t.seen_from(place);
-  return float(sum);
-}
-
 }  // namespace pvol::detail

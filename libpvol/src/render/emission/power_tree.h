@@ -71,8 +71,6 @@ class EmissionLights {
   };
   [[nodiscard]] Towards sample(Vec3d place, Rng& rng) const;
   [[nodiscard]] float pdf(Vec3d place, Vec3f direction) const;
-  /// About the irradiance of a place, in luminance.
-  [[nodiscard]] float irradiance(Vec3d place) const;
 
  private:
   std::vector<PowerTree> trees_;
