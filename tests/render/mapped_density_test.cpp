@@ -83,8 +83,8 @@ TEST(MappedDensity, OfALinearMapIsThatOfMappedSamples) {
   std::uint64_t seed = 20;
   for (const Tracker tracker : {Tracker::decomposition, Tracker::delta, Tracker::weighted_delta,
                                 Tracker::weighted_decomposition, Tracker::delta_global}) {
-    for (const Transmittance t : {Transmittance::ratio, Transmittance::analog,
-                                  Transmittance::residual_ratio}) {
+    for (const Transmittance t :
+         {Transmittance::ratio, Transmittance::analog, Transmittance::residual_ratio}) {
       CloudScene s = cloud_scene();
       s.options.tracker = tracker;
       s.options.transmittance = t;
@@ -106,9 +106,8 @@ TEST(MappedDensity, OfALinearMapIsThatOfMappedSamples) {
 
 TEST(MappedDensity, OpticalDepthIsItsIntegral) {
   // rho falls from 1 to 0 along z over 16 cells; the map cuts below a half and doubles the rest.
-  const Field ramp = make_field("ramp", {0, 0, 0}, {24, 24, 18}, [](Vec3i p) {
-    return std::clamp(1 - (p.z - 1) / 16.0, 0.0, 1.0);
-  });
+  const Field ramp = make_field("ramp", {0, 0, 0}, {24, 24, 18},
+                                [](Vec3i p) { return std::clamp(1 - (p.z - 1) / 16.0, 0.0, 1.0); });
   const FieldMap map{.ramp = {{{0, 0}, {0.5f, 0}, {1, 2}}, false}};
   // Along z from 1 to 9: 2 (2 rho - 1), whose mean is 1; half a voxel of a rim of its own before.
   const Volume v = mapped(ramp, map, 0.05);
@@ -117,8 +116,8 @@ TEST(MappedDensity, OpticalDepthIsItsIntegral) {
   const double rim = 0.5, full = 2, fall = 8;
   const double expected = std::exp(-0.05 * (rim + full + fall));
   proof::Family family;
-  for (const Transmittance t : {Transmittance::ratio, Transmittance::analog,
-                                Transmittance::residual_ratio}) {
+  for (const Transmittance t :
+       {Transmittance::ratio, Transmittance::analog, Transmittance::residual_ratio}) {
     proof::Moments m;
     Rng rng(5, std::uint64_t(t), 0);
     for (int i = 0; i < 200'000; ++i) {
@@ -139,8 +138,8 @@ TEST(MappedDensity, BesideOneWithoutAMap) {
   CloudScene thin = s;
   thin.medium.extinction *= 0.5;
   const Volume plain = make_volume(cloud().grid, pyramid, s);
-  const std::vector<Volume> both{
-      plain, pvol::make_volume(cloud().grid, pyramid, thin.medium.medium(), o)};
+  const std::vector<Volume> both{plain,
+                                 pvol::make_volume(cloud().grid, pyramid, thin.medium.medium(), o)};
   const std::vector<Volume> twice{plain, plain};
   s.options.seed = 77;
   const RenderResult a = render(both, s);
@@ -167,7 +166,9 @@ TEST(MappedDensity, RefusesWhatDoesNotGoWithIt) {
   CloudScene s = cloud_scene();
   s.options.tracker = Tracker::regular;
   Volume v = mapped(cloud(), {.scale = 2}, s.medium.extinction);
-  EXPECT_NE(error_of([&] { (void)plan({&v, 1}, s.scene()); }).find("mapped density"),
+  EXPECT_NE(error_of([&] {
+              (void)plan({&v, 1}, s.scene());
+            }).find("mapped density"),
             std::string::npos);
   EXPECT_THROW((void)exact_transmittance(v, {{0, 0, 90}, {0, 0, -1}}, 1e9), Error);
 }

@@ -30,8 +30,8 @@ VolumeField make_field(const BoundedGrid& from, const FieldMap& map,
   FieldWithLinks built = build_field(from.grid, pyramid);
   // Points of a line are spread over segments: those of leaves make for little noise.
   f.octree = build_octree(mapped, 1, std::cbrt(std::abs(determinant(to_world))),
-                          {.depth = kDeepestOctree, .costs = {}}, links_of(mapped, pyramid, built.brick_of),
-                          kZeroBrick);
+                          {.depth = kDeepestOctree, .costs = {}},
+                          links_of(mapped, pyramid, built.brick_of), kZeroBrick);
   f.values = std::make_shared<const BrickField>(std::move(built.field));
   return f;
 }

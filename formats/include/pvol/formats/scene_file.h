@@ -23,11 +23,11 @@ struct SceneVolume {
   /// Of the density; empty: the only one, or "density". kNoGrid: there is none.
   std::string grid{};
   Medium medium{};
-  FieldMap density_map{};  ///< of the density's values
-  std::optional<Fire> fire{};
   Affine object_to_world{};     ///< placed after the grid's own map
   bool has_extinction = false;  ///< false: the caller may choose one that suits the cloud
-  bool has_intensity = false;   ///< of the fire, likewise
+  FieldMap density_map{};       ///< of the density's values
+  std::optional<Fire> fire{};
+  bool has_intensity = false;  ///< of the fire; false: the caller may choose one
   friend bool operator==(const SceneVolume&, const SceneVolume&) = default;
 };
 

@@ -73,9 +73,8 @@ Rgb integrate(const EmissionSource& source, const Ray& ray, double distance, flo
   const Ray cells{f.world_to_cells.point(ray.o), f.world_to_cells.vector(ray.d)};
   const auto span = intersect(f.octree.support(), cells, 0, distance);
   if (!span) return Rgb(0.0f);
-  return visit_source(f, [&](const auto& value) {
-    return integrate(source, value, ray, cells, *span, u, points);
-  });
+  return visit_source(
+      f, [&](const auto& value) { return integrate(source, value, ray, cells, *span, u, points); });
 }
 
 }  // namespace pvol::detail

@@ -44,9 +44,7 @@ void add_cubes(const Octree& tree, std::uint32_t index, Vec3i lo, float most,
 /// Points along each edge of a cube at which emission is looked up: one in each cell of a leaf.
 constexpr int kAlong = kLeafEdge;
 
-constexpr std::size_t place_in(Vec3i p) {
-  return std::size_t((p.x * kAlong + p.y) * kAlong + p.z);
-}
+constexpr std::size_t place_in(Vec3i p) { return std::size_t((p.x * kAlong + p.y) * kAlong + p.z); }
 
 /// Luminance emitted per world unit at the points of a cube.
 template <class Value>

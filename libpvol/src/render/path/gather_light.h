@@ -153,17 +153,16 @@ template <class Traversal>
   const EmissionLights::Towards to = fire.lights.sample(place, rng);
   if (!(to.pdf > 0)) return;
   const float p = pdf_phase(phase, from, to.direction);
-  // By what the flight may bring beside the path's other light, which falls with the distance to the
-  // fire as much: faint and sideways ones are drawn by roulette.
+  // By what the flight may bring beside the path's other light, which falls with the distance to
+  // the fire as much: faint and sideways ones are drawn by roulette.
   constexpr float kEven = 4 * std::numbers::pi_v<float>, kSideways = 4;
   const float value =
       std::min(absolute_luminance(throughput) * std::min(kSideways * kEven * p, 1.0f), 1.0f);
   if (!(value > 0) || (value < 1 && !(rng.uniform() < value))) return;
   ++shadow_rays;
   const Reach reach = traversal.reach(to.direction, rng);
-  const Rgb sum =
-      emission_along(fire, {place, Vec3d(to.direction)}, reach.distance, rng) *
-      (balance(to.pdf, p) * p / to.pdf * reach.weight / value);
+  const Rgb sum = emission_along(fire, {place, Vec3d(to.direction)}, reach.distance, rng) *
+                  (balance(to.pdf, p) * p / to.pdf * reach.weight / value);
   r.radiance += throughput * sum;
   if (r.in_layers()) r.emission() += throughput * sum;
 }

@@ -142,9 +142,9 @@ struct PathSetup {
   float shadow_unit;  ///< radiance that is worth one shadow ray (THEORY.md, T5.2)
   std::uint32_t max_bounces;
   RenderOptions options;
-  Flights flights;        ///< of the plan's kernel
-  bool count;             ///< whether they do
-  bool first_collisions;  ///< whether somebody asks where they are
+  Flights flights;                                ///< of the plan's kernel
+  bool count;                                     ///< whether they do
+  bool first_collisions;                          ///< whether somebody asks where they are
   std::shared_ptr<const EmissionSetup> emission;  ///< along flights; null: there is none
   /// Layers of light, each once: "sun_1", "sun_2", "point_1", a group's, "sky", "emission".
   std::vector<std::string> layer_names;
