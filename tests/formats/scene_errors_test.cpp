@@ -43,6 +43,9 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
        "s.toml:4:10: medium.albedo is 1.01; expected a number in [0, 1]"},
       {"[medium]\nalbedo = [0.5, 0.5, -0.5]\n",
        "s.toml:4:21: medium.albedo[3] is -0.5; expected a number in [0, 1]"},
+      {"[medium]\nextinction_color = [0.5, 0.5, 0.9]\n",
+       "s.toml:4:20: medium.extinction_color is an array of 3; expected shares of which the "
+       "largest is 1; the rest is extinction's"},
       {"[medium.density]\nramp = [[0, 0], [1, 2], [0.5, 1]]\n",
        "s.toml:4:8: medium.density.ramp is an array of 3; expected points whose first numbers "
        "ascend"},

@@ -231,6 +231,14 @@ kelvin_of_intensity = 1500
   EXPECT_TRUE(scene.scene.lights.empty()) << "a scene with a fire has light";
 }
 
+TEST_F(SceneText, ExtinctionMayHaveAColor) {
+  const SceneFile scene =
+      read("[volume]\nfile = \"a.vdb\"\n[medium]\nextinction_color = [0.2, 1, 0.5]\n");
+  EXPECT_EQ(scene.volumes.front().medium.extinction_color, Rgb(0.2f, 1.0f, 0.5f));
+  EXPECT_EQ(read(to_toml(scene)).volumes.front().medium.extinction_color,
+            Rgb(0.2f, 1.0f, 0.5f));
+}
+
 TEST_F(SceneText, FiresHaveColorsAlongAField) {
   const SceneFile scene = read(R"(
 [volume]

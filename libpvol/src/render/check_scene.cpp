@@ -1,5 +1,6 @@
 #include "render/check_scene.h"
 
+#include <algorithm>
 #include <limits>
 #include <string>
 
@@ -30,8 +31,8 @@ void check(const Volume& volume, const RenderOptions& o) {
               (o.tracker != Tracker::regular && o.transmittance != Transmittance::regular),
           "regular tracking and regular transmittance have closed forms for nearest and trilinear "
           "interpolation only; choose another tracker, transmittance or interpolation");
-  require(volume.density.map == nullptr || (o.tracker != Tracker::regular &&
-                                            o.transmittance != Transmittance::regular),
+  require(volume.density.map == nullptr ||
+              (o.tracker != Tracker::regular && o.transmittance != Transmittance::regular),
           "regular tracking and regular transmittance have no closed form for a mapped density; "
           "choose another tracker or transmittance");
   require(volume.density.scale == float(volume.medium.extinction) &&
@@ -57,6 +58,19 @@ void check_deep(const RenderOptions& o) {
                                        "most 8: take fewer bins, or render it in parts (crop)");
 }
 
+/// Flights for several channels have weights, and one tracker of their own.
+void check_chromatic(std::span<const Volume> volumes, const RenderOptions& o) {
+  if (std::ranges::none_of(volumes, [](const Volume& v) { return is_chromatic(v.medium); })) return;
+  const char* wrong = volumes.size() > 1 ? "one volume alone"
+                      : o.deep           ? "no deep picture, whose samples have no weights"
+                      : is_weighted(o.tracker) || o.tracker == Tracker::regular
+                          ? "the trackers decomposition and delta, for which it has one of its own"
+                          : nullptr;
+  require(wrong == nullptr,
+          std::string("an extinction that differs by channel (extinction_color) goes with ") +
+              (wrong ? wrong : ""));
+}
+
 }  // namespace
 
 void check(std::span<const Volume> volumes, const Scene& scene) {
@@ -64,6 +78,7 @@ void check(std::span<const Volume> volumes, const Scene& scene) {
   require(!volumes.empty(), "there is no volume to render");
   require(volumes.size() == 1 || !is_weighted(scene.options.tracker),
           "weighted trackers take one volume; choose another tracker for several");
+  check_chromatic(volumes, scene.options);
   if (scene.options.deep) check_deep(scene.options);
   for (const Volume& v : volumes) check(v, scene.options);
 }

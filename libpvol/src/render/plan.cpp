@@ -31,7 +31,8 @@ int common_micro_edge(std::span<const Volume> volumes) {
 Kernel choose_kernel(const RenderPlan& p) {
   return {.look_up = p.scene.options.look_up,
           .micro_edge = common_micro_edge(p.volumes),
-          .paths = p.guide.used           ? Paths::guided
+          .paths = is_chromatic(p.volumes.front().medium) ? Paths::chromatic
+                   : p.guide.used         ? Paths::guided
                    : p.volumes.size() > 1 ? Paths::many_volumes
                                           : Paths::one_volume,
           .count = p.scene.options.count || counted(p.scene.options.aovs),

@@ -26,11 +26,12 @@ struct EmissionSetup;  // src/render/emission
 }
 
 /// How paths go through a scene's volumes.
-enum class Paths { one_volume, many_volumes, guided };
+enum class Paths { one_volume, many_volumes, guided, chromatic };
 [[nodiscard]] constexpr auto names(Paths) {
   return std::to_array<Named<Paths>>({{Paths::one_volume, "one volume"},
                                       {Paths::many_volumes, "many volumes"},
-                                      {Paths::guided, "guided"}});
+                                      {Paths::guided, "guided"},
+                                      {Paths::chromatic, "chromatic"}});
 }
 
 /// Which compiled loops render: those through the field and those of paths.

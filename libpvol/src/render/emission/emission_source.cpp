@@ -17,7 +17,7 @@ Rgb emitted(const Medium& medium) {
   for (const Component& c : medium.components) {
     sum += (Rgb(1.0f) - c.albedo) * c.emission * float(c.share);
   }
-  return sum;
+  return sum * medium.extinction_color;
 }
 
 template <class Value>

@@ -104,7 +104,7 @@ template <class Traversal>
   if (!(value > 0) || (value < 1 && !(rng.uniform() < value))) return Rgb(0.0f);
   const int rays = value < 1 ? 1 : value < float(kMostShadowRays) ? int(value) : kMostShadowRays;
   shadow_rays += std::uint64_t(rays);
-  float sum = 0;
+  decltype(traversal.pass(towards.direction, towards.distance, rng)) sum{0};  // or by channel
   for (int i = 0; i < rays; ++i) sum += traversal.pass(towards.direction, towards.distance, rng);
   return light * (sum / (value < 1 ? value : float(rays)));
 }
@@ -160,7 +160,7 @@ template <class Traversal>
       std::min(absolute_luminance(throughput) * std::min(kSideways * kEven * p, 1.0f), 1.0f);
   if (!(value > 0) || (value < 1 && !(rng.uniform() < value))) return;
   ++shadow_rays;
-  const Reach reach = traversal.reach(to.direction, rng);
+  const auto reach = traversal.reach(to.direction, rng);
   const Rgb sum = emission_along(fire, {place, Vec3d(to.direction)}, reach.distance, rng) *
                   (balance(to.pdf, p) * p / to.pdf * reach.weight / value);
   r.radiance += throughput * sum;
