@@ -7,6 +7,9 @@
 #include "pvol/error.h"
 #include "pvol/render/deep.h"
 #include "pvol/render/lights.h"
+#include "pvol/volume/emitter.h"
+#include "pvol/volume/facts.h"
+#include "volume/placement.h"
 
 namespace pvol::detail {
 namespace {
@@ -20,6 +23,17 @@ void check(const Scene& scene) {
   for (const Light& light : scene.lights) validate(light);
   validate(scene.options);
   validate(scene.camera);
+}
+
+/// The places that a fire got from its volume, which was made without it.
+void check_places(const Emitter& fire, const Volume& volume) {
+  const std::size_t places = count_places(volume);
+  for (std::size_t i = 1; i < places; ++i) {
+    const Affine to_cells = fire.field.world_to_cells * to_first_place(volume, i);
+    naming_place(i, places, [&] {
+      check_placement(inverse(to_cells), to_cells, world_box(fire.field, volume, i));
+    });
+  }
 }
 
 void check(const Volume& volume, const RenderOptions& o) {
@@ -38,6 +52,7 @@ void check(const Volume& volume, const RenderOptions& o) {
               volume.density.look_up == o.look_up &&
               (o.tracker != Tracker::delta_global || volume.density.octree.depth == 0),
           "the volume was made for another extinction, interpolation or tracker than the scene's");
+  if (volume.fire != nullptr) check_places(*volume.fire, volume);
 }
 
 /// Deep pictures are made of samples that collide or do not, and of memory.
@@ -62,7 +77,7 @@ void check_deep(const RenderOptions& o) {
 void check(std::span<const Volume> volumes, const Scene& scene) {
   check(scene);
   require(!volumes.empty(), "there is no volume to render");
-  require(volumes.size() == 1 || !is_weighted(scene.options.tracker),
+  require(count_places(volumes) == 1 || !is_weighted(scene.options.tracker),
           "weighted trackers take one volume; choose another tracker for several");
   if (scene.options.deep) check_deep(scene.options);
   for (const Volume& v : volumes) check(v, scene.options);

@@ -13,10 +13,14 @@ std::shared_ptr<const EmissionSetup> prepare_emission(std::span<const Volume> vo
   if (setup.sources.empty()) return nullptr;
   Box matter;  // that scatters
   for (const Volume& v : volumes) {
-    if (!v.density.octree.empty() && largest_albedo(v.medium) > 0) {
-      matter = join(matter, v.density.world_box);
+    if (v.density.octree.empty() || !(largest_albedo(v.medium) > 0)) continue;
+    for (std::size_t i = 0; i < count_places(v); ++i) {
+      matter = join(matter, world_box(v.density, v, i));
     }
   }
+  std::vector<Box> boxes;
+  for (const EmissionSource& s : setup.sources) boxes.push_back(s.box);
+  setup.tree = BoxTree(boxes);
   setup.lit = !matter.empty() && options.max_bounces != 0u;
   if (setup.lit) {
     constexpr float kUnit = 0.1f;  // of what falls on the middle
@@ -28,9 +32,11 @@ std::shared_ptr<const EmissionSetup> prepare_emission(std::span<const Volume> vo
 
 Rgb emission_along(const EmissionSetup& setup, const Ray& ray, double distance, Rng& rng) {
   Rgb sum(0.0f);
-  for (const EmissionSource& source : setup.sources) {
-    sum += integrate(source, ray, distance, rng.uniform(), setup.points);
-  }
+  const float u = rng.uniform();  // for all: each is right on average, and so is the sum
+  setup.tree.visit(ray, distance, [&](std::uint32_t i, double limit) {
+    sum += integrate(setup.sources[i], ray, distance, u, setup.points);
+    return limit;
+  });
   return sum;
 }
 
