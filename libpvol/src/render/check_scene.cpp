@@ -8,6 +8,9 @@
 #include "pvol/error.h"
 #include "pvol/render/deep.h"
 #include "pvol/render/lights.h"
+#include "pvol/volume/emitter.h"
+#include "pvol/volume/facts.h"
+#include "volume/placement.h"
 
 namespace pvol::detail {
 namespace {
@@ -21,6 +24,17 @@ void check(const Scene& scene) {
   for (const Light& light : scene.lights) validate(light);
   validate(scene.options);
   validate(scene.camera);
+}
+
+/// The places that a fire got from its volume, which was made without it.
+void check_places(const Emitter& fire, const Volume& volume) {
+  const std::size_t places = count_places(volume);
+  for (std::size_t i = 1; i < places; ++i) {
+    const Affine to_cells = fire.field.world_to_cells * to_first_place(volume, i);
+    naming_place(i, places, [&] {
+      check_placement(inverse(to_cells), to_cells, world_box(fire.field, volume, i));
+    });
+  }
 }
 
 void check(const Volume& volume, const RenderOptions& o) {
@@ -39,6 +53,7 @@ void check(const Volume& volume, const RenderOptions& o) {
               volume.density.look_up == o.look_up &&
               (o.tracker != Tracker::delta_global || volume.density.octree.depth == 0),
           "the volume was made for another extinction, interpolation or tracker than the scene's");
+  if (volume.fire != nullptr) check_places(*volume.fire, volume);
 }
 
 /// Deep pictures are made of samples that collide or do not, and of memory.
@@ -61,7 +76,7 @@ void check_deep(const RenderOptions& o) {
 /// Flights for several channels have weights, and one tracker of their own.
 void check_chromatic(std::span<const Volume> volumes, const RenderOptions& o) {
   if (std::ranges::none_of(volumes, [](const Volume& v) { return is_chromatic(v.medium); })) return;
-  const char* wrong = volumes.size() > 1 ? "one volume alone"
+  const char* wrong = count_places(volumes) > 1 ? "one volume alone"
                       : o.deep           ? "no deep picture, whose samples have no weights"
                       : is_weighted(o.tracker) || o.tracker == Tracker::regular
                           ? "the trackers decomposition and delta, for which it has one of its own"
@@ -76,7 +91,7 @@ void check_chromatic(std::span<const Volume> volumes, const RenderOptions& o) {
 void check(std::span<const Volume> volumes, const Scene& scene) {
   check(scene);
   require(!volumes.empty(), "there is no volume to render");
-  require(volumes.size() == 1 || !is_weighted(scene.options.tracker),
+  require(count_places(volumes) == 1 || !is_weighted(scene.options.tracker),
           "weighted trackers take one volume; choose another tracker for several");
   check_chromatic(volumes, scene.options);
   if (scene.options.deep) check_deep(scene.options);

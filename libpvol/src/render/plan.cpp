@@ -32,9 +32,9 @@ Kernel choose_kernel(const RenderPlan& p) {
   return {.look_up = p.scene.options.look_up,
           .micro_edge = common_micro_edge(p.volumes),
           .paths = is_chromatic(p.volumes.front().medium) ? Paths::chromatic
-                   : p.guide.used         ? Paths::guided
-                   : p.volumes.size() > 1 ? Paths::many_volumes
-                                          : Paths::one_volume,
+                   : p.guide.used                         ? Paths::guided
+                   : count_places(p.volumes) > 1          ? Paths::many_volumes
+                                                          : Paths::one_volume,
           .count = p.scene.options.count || counted(p.scene.options.aovs),
           .lanes = p.scene.options.kernel,
           .mapped = std::ranges::any_of(
@@ -96,12 +96,12 @@ std::optional<Decision> decide_emission(const RenderPlan& p, const RenderOptions
                     wanted.line_emission == LineEmission::off ? "as told" : "the clouds are thick"};
   }
   const bool fires = std::ranges::any_of(p.volumes, [](const Volume& v) { return bool(v.fire); });
-  return Decision{"emission",
-                  p.emission->lit ? "gathered along flights, and sampled as a light"
-                                  : "gathered along flights",
-                  fires                                    ? "a field emits"
-                  : wanted.line_emission == LineEmission::on ? "as told"
-                                                             : "the cloud is thin"};
+  return Decision{
+      "emission",
+      p.emission->lit ? "gathered along flights, and sampled as a light" : "gathered along flights",
+      fires                                      ? "a field emits"
+      : wanted.line_emission == LineEmission::on ? "as told"
+                                                 : "the cloud is thin"};
 }
 
 /// The choices in words, in the order in which they bear on each other.
