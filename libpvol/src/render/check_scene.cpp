@@ -7,6 +7,7 @@
 #include "pvol/error.h"
 #include "pvol/render/deep.h"
 #include "pvol/render/lights.h"
+#include "pvol/volume/motion.h"
 
 namespace pvol::detail {
 namespace {
@@ -20,6 +21,19 @@ void check(const Scene& scene) {
   for (const Light& light : scene.lights) validate(light);
   validate(scene.options);
   validate(scene.camera);
+}
+
+/// Of a volume that moves.
+void check_motion(const Volume& volume, const Scene& scene) {
+  const RenderOptions& o = scene.options;
+  require(volume.density.motion->shutter == scene.camera.shutter,
+          "the volume was made for another shutter than the camera's");
+  require(o.tracker != Tracker::regular && o.transmittance != Transmittance::regular,
+          "regular tracking and regular transmittance have no closed form where a volume moves; "
+          "choose another tracker or transmittance, or the shutter [0, 0]");
+  require(o.line_emission != LineEmission::on,
+          "the emission of a volume that moves is gathered at collisions; leave line emission at "
+          "auto");
 }
 
 void check(const Volume& volume, const RenderOptions& o) {
@@ -61,7 +75,10 @@ void check(std::span<const Volume> volumes, const Scene& scene) {
   require(volumes.size() == 1 || !is_weighted(scene.options.tracker),
           "weighted trackers take one volume; choose another tracker for several");
   if (scene.options.deep) check_deep(scene.options);
-  for (const Volume& v : volumes) check(v, scene.options);
+  for (const Volume& v : volumes) {
+    check(v, scene.options);
+    if (v.density.motion != nullptr) check_motion(v, scene);
+  }
 }
 
 }  // namespace pvol::detail

@@ -15,6 +15,7 @@ namespace {
 /// Why paths cannot be guided, or null.
 const char* obstacle(std::span<const Volume> volumes, const RenderOptions& o) {
   if (volumes.size() != 1) return "there are several volumes";
+  if (volumes.front().density.motion) return "the volume moves";
   if (is_weighted(o.tracker)) return "the tracker has weights";
   if (o.max_bounces) return "bounces are limited";
   if (o.look_up != LookUp::nearest && o.look_up != LookUp::trilinear) {

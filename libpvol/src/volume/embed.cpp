@@ -16,7 +16,7 @@ namespace pvol {
 namespace {
 
 [[nodiscard]] detail::Flights flights_of(const VolumeField& f) {
-  return detail::find_flights(f.look_up, f.micro.edge, detail::Watching::none);
+  return detail::find_flights(f.look_up, f.micro.edge, detail::Watching::none, f.motion != nullptr);
 }
 
 [[noreturn]] void refuse_closed_form() {

@@ -19,6 +19,7 @@ inline const std::atomic<bool> kNeverStop = false;
 /// what they bring is to be dropped.
 struct Watch : Tally {
   const std::atomic<bool>* stop = &kNeverStop;
+  float time = 0;  ///< in frames, of what moves
 };
 
 /// Whether flights count what they do, or are watched and count: only these end when they are told
@@ -35,8 +36,10 @@ struct Flights {
 /// For fields of this look-up; `micro_edge` is that of the micro-bounds which they have and which
 /// are to be used, or 0. Without counts tallies stay as they are. Estimators that are chosen by
 /// volume (`automatic`), and closed forms (`regular`) for fields that have none, were refused
-/// before.
-[[nodiscard]] Flights find_flights(LookUp look_up, int micro_edge, Watching watching);
+/// before. `moving`: for scenes in which volumes move, with or without others that stand still;
+/// then there are no micro-bounds, and no procedural look-ups.
+[[nodiscard]] Flights find_flights(LookUp look_up, int micro_edge, Watching watching,
+                                   bool moving = false);
 
 /// The same for one way of look-up (flights_of.h). Each is instantiated in sources of its own, made
 /// of flights_of.cpp.in and watched_flights_of.cpp.in by the list in libpvol/CMakeLists.txt.
@@ -44,5 +47,9 @@ template <LookUp kLookUp>
 [[nodiscard]] Flights find_flights_of(int micro_edge, bool count);
 template <LookUp kLookUp>
 [[nodiscard]] Flights find_watched_flights_of(int micro_edge);
+
+/// Flights through fields in motion are always watched (moving_flights_of.h).
+template <LookUp kLookUp>
+[[nodiscard]] Flights find_moving_flights_of(bool count);
 
 }  // namespace pvol::detail

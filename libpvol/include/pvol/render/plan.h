@@ -40,7 +40,8 @@ struct Kernel {
   Paths paths = Paths::one_volume;
   bool count = false;
   Lanes lanes = Lanes::scalar;  ///< not automatic
-  bool endless = false;  ///< flights may be, so that they ask whether to stop
+  bool endless = false;         ///< flights may be, so that they ask whether to stop
+  bool moving = false;          ///< some volume moves: samples have times
   friend bool operator==(const Kernel&, const Kernel&) = default;
 };
 

@@ -138,9 +138,9 @@ struct PathSetup {
   float shadow_unit;  ///< radiance that is worth one shadow ray (THEORY.md, T5.2)
   std::uint32_t max_bounces;
   RenderOptions options;
-  Flights flights;        ///< of the plan's kernel
-  bool count;             ///< whether they do
-  bool first_collisions;  ///< whether somebody asks where they are
+  Flights flights;                                ///< of the plan's kernel
+  bool count;                                     ///< whether they do
+  bool first_collisions;                          ///< whether somebody asks where they are
   std::shared_ptr<const EmissionSetup> emission;  ///< along flights; null: there is none
   /// Layers of light, each once: "sun_1", "sun_2", "point_1", a group's, "sky", "emission".
   std::vector<std::string> layer_names;
@@ -149,6 +149,7 @@ struct PathSetup {
   /// Once it is true, paths end as they please, and what they bring is to be dropped.
   const std::atomic<bool>* stop = &kNeverStop;
   Lanes lanes;  ///< the kernel; not automatic
+  bool moving;  ///< whether samples have times
   /// Of the one volume, where the kernel is one of lanes; setups may share them.
   std::shared_ptr<const DenseBounds> dense;
 
@@ -164,11 +165,13 @@ struct PathSetup {
         flights(find_flights(plan.kernel.look_up, plan.kernel.micro_edge,
                              plan.kernel.endless ? Watching::stop
                              : plan.kernel.count ? Watching::count
-                                                 : Watching::none)),
+                                                 : Watching::none,
+                             plan.kernel.moving)),
         count(plan.kernel.count),
         first_collisions(plan.scene.options.deep || of_first_collisions(plan.scene.options.aovs)),
         emission(plan.emission),
         lanes(plan.kernel.lanes),
+        moving(plan.kernel.moving),
         dense(std::move(dense_)) {
     if (lanes != Lanes::scalar && dense == nullptr) {
       dense = std::make_shared<const DenseBounds>(make_dense_bounds(plan.volumes.front().density));
