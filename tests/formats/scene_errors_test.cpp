@@ -19,8 +19,8 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
       {"[rendr]\n", "environment, sun, point or render; did you mean \"render\"?"},
       {"[camera]\nposition = [0, 0, 0]\n", "s.toml:3:1: [camera] has no target; add it"},
       {"[camera]\n  fovv = 3\n",
-       "s.toml:4:3: unknown key \"fovv\" in [camera]; expected one of position, target, up or "
-       "fov; did you mean \"fov\"?"},
+       "s.toml:4:3: unknown key \"fovv\" in [camera]; expected one of position, target, up, "
+       "fov, shutter or fps; did you mean \"fov\"?"},
       {"[camera]\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nfov = 180\n",
        "s.toml:6:7: camera.fov is 180; expected a number in (0, 180)"},
       {"[camera]\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nfov = \"wide\"\n",
@@ -39,6 +39,16 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
        "s.toml:6:6: camera.up is an array of 3; expected up"},
       {"[camera]\nposition = [0, 0, 0]\ntarget = [0, 0, 2]\nup = [0, 0, 0]\n",
        "s.toml:6:6: camera.up is an array of 3; expected a direction that is not zero"},
+      {"[camera]\nshutter = [0.5, -0.5]\n",
+       "s.toml:4:11: camera.shutter is an array of 2; expected an opening before the closing"},
+      {"[camera]\nshutter = 0.5\n",
+       "s.toml:4:11: camera.shutter is 0.5; expected an array of 2 numbers"},
+      {"[camera]\nfps = 0\n", "s.toml:4:7: camera.fps is 0; expected a number in [0.001, 1e+06]"},
+      {"[medium.motion]\nfeld = \"v\"\n",
+       "s.toml:4:1: unknown key \"feld\" in [medium.motion]; expected one of field, file or scale; "
+       "did you mean \"field\"?"},
+      {"[medium.motion]\nscale = \"fast\"\n",
+       "s.toml:4:9: medium.motion.scale is \"fast\"; expected a number in [-1e+06, 1e+06]"},
       {"[medium]\nalbedo = 1.01\n",
        "s.toml:4:10: medium.albedo is 1.01; expected a number in [0, 1]"},
       {"[medium]\nalbedo = [0.5, 0.5, -0.5]\n",
@@ -199,7 +209,8 @@ TEST_F(SceneText, BadFrameworkIsRefused) {
   EXPECT_EQ(error(kCloud + "[render]\n[[render.sun]]\n"),
             "s.toml:4:10: unknown key \"sun\" in [render]; expected one of size, crop, spp, "
             "noise, time, first_sample, seed, tracker, transmittance, micro_bounds, interpolation, "
-            "shells, guide, kernel, depth, max_bounces, background, aov, deep_bins, deep_error, "
+            "shells, guide, kernel, line_emission, emission_points, depth, max_bounces, "
+            "background, aov, deep_bins, deep_error, "
             "density, density_tolerance, majorant_scale, homogenise or preview");
   EXPECT_EQ(error("sun = [1]\n" + kCloud), "s.toml:1:8: sun[1] is 1; expected a table");
   EXPECT_NE(error("[recipe]\n").find("s.toml: is a recipe"), std::string::npos);

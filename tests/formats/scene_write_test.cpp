@@ -37,7 +37,12 @@ struct RandomScene {
   Camera camera() {
     const Vec3d position = point(), target = point(), view = normalize(target - position);
     const Vec3d off_axis{view.z, -view.x, view.y};
-    return {position, target, off_axis * magnitude(), uniform(0.1, 179)};
+    const Shutter shutter{uniform(-100, 0), uniform(0, 100)};
+    return {position, target, off_axis * magnitude(), uniform(0.1, 179), shutter, uniform(1, 99)};
+  }
+
+  VelocityChoice velocity() {
+    return {coin() ? "/an other.vdb" : "", coin() ? "wind" : "", uniform(-9, 9)};
   }
 
   RenderOptions options() {
@@ -118,6 +123,7 @@ struct RandomScene {
 
   SceneVolume volume(const char* file) {
     SceneVolume v{.file = file, .grid = coin() ? "density[1]" : "", .has_extinction = coin()};
+    if (coin()) v.velocity = velocity();
     if (v.has_extinction) v.medium.extinction = magnitude();
     v.medium.components = {component(1)};
     for (int n = whole(0, 2); n > 0; --n) {
@@ -138,11 +144,17 @@ struct RandomScene {
     file.volumes = {volume("/a folder/\"quoted\" \\ back\tslash \u00e9.vdb")};
     for (int n = whole(0, 2); n > 0; --n) file.volumes.push_back(volume("/other.vdb"));
     file.has_camera = coin();
-    if (file.has_camera) file.scene.camera = camera();
+    if (file.has_camera) {
+      file.scene.camera = camera();
+    } else if (coin()) {  // a frame keeps the rest
+      file.scene.camera.shutter = {-0.5, uniform(0, 1)};
+      file.scene.camera.fov = 50;
+    }
     file.scene.environment = environment();
     if (auto* sky = std::get_if<ImageSky>(&file.scene.environment)) sky->file = "/sky.exr";
     for (int n = whole(0, 3); n > 0; --n) {
-      file.scene.lights.push_back(Sun{point(), radiance(), uniform(0, 179)});
+      const Sun sun{point(), radiance(), uniform(0, 179)};
+      file.scene.lights.emplace_back(sun);
     }
     for (int n = whole(0, 2); n > 0; --n) {
       file.scene.lights.push_back(PointLight{point(), radiance()});

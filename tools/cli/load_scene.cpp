@@ -13,6 +13,7 @@
 #include "pvol/formats/field_names.h"
 #include "pvol/formats/image.h"
 #include "pvol/formats/recipe_file.h"
+#include "pvol/formats/velocity.h"
 #include "pvol/render/render.h"
 #include "pvol/render/scene_volume.h"
 #include "pvol/shell/certificate.h"
@@ -21,6 +22,7 @@
 #include "pvol/volume/emitter.h"
 #include "pvol/volume/facts.h"
 #include "pvol/volume/make_volume.h"
+#include "pvol/volume/motion.h"
 
 namespace pvol::cli {
 namespace {
@@ -107,6 +109,32 @@ void load_fire(const Loader& by, formats::SceneVolume& volume, bool strict, bool
                " per world unit for the fire (change it with --set medium.fire.intensity=X)");
 }
 
+/// Loads what moves a volume while the shutter is open. A file without velocities stands still,
+/// unless the scene asks for them.
+void load_motion(const Loader& by, const formats::SceneVolume& volume, bool strict,
+                 const Camera& camera, formats::Cloud& cloud) {
+  const formats::VelocityChoice choice = volume.velocity.value_or(formats::VelocityChoice{});
+  const std::filesystem::path& file = choice.file.empty() ? volume.file : choice.file;
+  const auto stands_still = [&](const char* why) {
+    if (volume.velocity) throw Error(file.string() + ": " + why);
+    tell(by, volume.file.filename().string() + ": " + why + ": it stands still");
+  };
+  if (cloud.pyramid.empty()) return stands_still("there is no density to move");
+  if (!volume.velocity && formats::ending(file) != ".vdb") {
+    return stands_still("velocities are read from .vdb files (medium.motion.file)");
+  }
+  StageLine stage = reading(by, file);
+  auto found = formats::read_velocity(file, choice.field, strict);
+  stage.erase();
+  if (!found) return stands_still("no grid is called v, vel or velocity");
+  print_warnings(by.tool, found->warnings);
+  if (choice.field.empty()) {
+    tell(by, volume.file.filename().string() + ": it moves by the grid " + found->name);
+  }
+  cloud.motion = std::make_shared<const formats::CloudMotion>(
+      formats::CloudMotion{std::move(found->grid), choice.scale / camera.fps, camera.shutter});
+}
+
 }  // namespace
 
 namespace {
@@ -178,6 +206,8 @@ formats::Cloud load_cloud(const Loader& by, formats::SceneVolume& volume, bool s
   if (scene.density) formats::quantise(cloud, *scene.density, volume.file);
   formats::coarsen(cloud, o.preview, volume.file);
   if (volume.fire) load_fire(by, volume, strict, undescribed, cloud);
+  const Camera& camera = scene.scene.camera;
+  if (camera.shutter.moves()) load_motion(by, volume, strict, camera, cloud);
   return cloud;
 }
 
@@ -215,6 +245,10 @@ Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volu
   const LeafMicroBounds* stored = cloud.micro ? &*cloud.micro : nullptr;
   Volume v = pvol::make_volume(cloud.density, cloud.pyramid, volume.medium, o, stored);
   if (cloud.shell) v.shell = std::make_shared<const Shell>(*cloud.shell);
+  if (const formats::CloudMotion* m = cloud.motion.get()) {
+    v = make_moving(std::move(v), cloud.pyramid, index_to_object(cloud.density),
+                    {m->velocity, m->seconds, m->shutter}, o);
+  }
   if (cloud.fire && volume.fire) v.fire = make_fire(*cloud.fire, volume);
   v.name = volume.file.string();
   return v;

@@ -144,6 +144,7 @@ void read_medium(const TomlTable& given, SceneVolume& volume) {
   allowed.emplace_back("component");
   allowed.emplace_back("density");
   allowed.emplace_back("fire");
+  allowed.emplace_back("motion");
   for (const std::string_view key : key_names(place)) allowed.push_back(key);
   const TomlTable table = of_chosen_kind<PhaseFunction>(given, first_key(first.phase), allowed);
   read_keys(table, joined(matter, place), allowed);
@@ -154,6 +155,9 @@ void read_medium(const TomlTable& given, SceneVolume& volume) {
     read_keys(*map, entries(volume.density_map));
   }
   if (const TomlTable* fire = table.table("fire")) read_fire(*fire, volume);
+  if (const TomlTable* motion = table.table("motion")) {
+    read_keys(*motion, entries(volume.velocity.emplace()));
+  }
   for (const TomlTable* t : table.tables("component")) {
     Component c;
     choose_kind(*t, c.phase);

@@ -94,6 +94,11 @@ std::vector<SectionManual> describe_sections() {
   all.push_back(section("[medium.fire]",
                         "Light that a grid of the file emits, beside the density or without one.",
                         entries(fire)));
+  VelocityChoice velocity;
+  all.push_back(section("[medium.motion]",
+                        "What moves the cloud while the camera's shutter is open; velocities of "
+                        "the usual names need no such section.",
+                        entries(velocity)));
   for (Environment& sky : all_kinds<Environment>()) {
     const std::string type = kind_name(sky);
     all.push_back(section("[environment] type = \"" + type + "\"", "", entries(sky)));

@@ -49,6 +49,7 @@ std::string medium_text(const SceneVolume& v, const std::string& name) {
     text += fmt::format("\n[{}.fire]\n", name) +
             lines(v.has_intensity ? fire : without(fire, "intensity"));
   }
+  if (v.velocity) text += fmt::format("\n[{}.motion]\n", name) + lines(entries(*v.velocity));
   return text;
 }
 
@@ -64,7 +65,11 @@ std::string to_toml(const SceneFile& file) {
     text +=
         "\n[[volume]]\n" + lines(entries(v)) + instance_text(v) + medium_text(v, "volume.medium");
   }
-  if (file.has_camera) text += "\n[camera]\n" + lines(entries(scene.camera));
+  if (file.has_camera) {
+    text += "\n[camera]\n" + lines(entries(scene.camera));
+  } else if (scene.camera != Camera{}) {  // what a frame keeps
+    text += "\n[camera]\n" + lines(without(without(entries(scene.camera), "position"), "target"));
+  }
   text += medium_text(first, "medium");
   text += fmt::format("\n[environment]\ntype = {}\n", toml_string(kind_name(scene.environment)));
   text += lines(entries(scene.environment));

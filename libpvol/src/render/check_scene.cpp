@@ -10,6 +10,7 @@
 #include "pvol/render/lights.h"
 #include "pvol/volume/emitter.h"
 #include "pvol/volume/facts.h"
+#include "pvol/volume/motion.h"
 #include "volume/placement.h"
 
 namespace pvol::detail {
@@ -35,6 +36,19 @@ void check_places(const Emitter& fire, const Volume& volume) {
       check_placement(inverse(to_cells), to_cells, world_box(fire.field, volume, i));
     });
   }
+}
+
+/// Of a volume that moves.
+void check_motion(const Volume& volume, const Scene& scene) {
+  const RenderOptions& o = scene.options;
+  require(volume.density.motion->shutter == scene.camera.shutter,
+          "the volume was made for another shutter than the camera's");
+  require(o.tracker != Tracker::regular && o.transmittance != Transmittance::regular,
+          "regular tracking and regular transmittance have no closed form where a volume moves; "
+          "choose another tracker or transmittance, or the shutter [0, 0]");
+  require(o.line_emission != LineEmission::on,
+          "the emission of a volume that moves is gathered at collisions; leave line emission at "
+          "auto");
 }
 
 void check(const Volume& volume, const RenderOptions& o) {
@@ -77,7 +91,7 @@ void check_deep(const RenderOptions& o) {
 void check_chromatic(std::span<const Volume> volumes, const RenderOptions& o) {
   if (std::ranges::none_of(volumes, [](const Volume& v) { return is_chromatic(v.medium); })) return;
   const char* wrong = count_places(volumes) > 1 ? "one volume alone"
-                      : o.deep           ? "no deep picture, whose samples have no weights"
+                      : o.deep                  ? "no deep picture, whose samples have no weights"
                       : is_weighted(o.tracker) || o.tracker == Tracker::regular
                           ? "the trackers decomposition and delta, for which it has one of its own"
                           : nullptr;
@@ -94,8 +108,19 @@ void check(std::span<const Volume> volumes, const Scene& scene) {
   require(count_places(volumes) == 1 || !is_weighted(scene.options.tracker),
           "weighted trackers take one volume; choose another tracker for several");
   check_chromatic(volumes, scene.options);
+  const bool moves =
+      std::ranges::any_of(volumes, [](const Volume& v) { return bool(v.density.motion); });
+  require(
+      !moves ||
+          std::ranges::none_of(
+              volumes, [](const Volume& v) { return v.density.map || is_chromatic(v.medium); }),
+      "volumes that move go neither with mapped densities nor with an extinction that differs by "
+      "channel; leave the shutter at [0, 0], or these out");
   if (scene.options.deep) check_deep(scene.options);
-  for (const Volume& v : volumes) check(v, scene.options);
+  for (const Volume& v : volumes) {
+    check(v, scene.options);
+    if (v.density.motion != nullptr) check_motion(v, scene);
+  }
 }
 
 }  // namespace pvol::detail

@@ -21,6 +21,8 @@ Camera frame(const Box& world_box, double aspect, const Camera& like) {
   Camera c;
   c.up = like.up;
   c.fov = like.fov;
+  c.shutter = like.shutter;
+  c.fps = like.fps;
   if (world_box.empty()) return c;
   constexpr double kElevation = 0.12;  // of the camera above the cloud, over its distance
   constexpr double kMargin = 1.08;

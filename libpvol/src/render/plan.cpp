@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "math/digits.h"
+#include "pvol/volume/motion.h"
 #include "render/check_scene.h"
 #include "render/emission/emission_setup.h"
 #include "render/forecast.h"
@@ -39,7 +40,9 @@ Kernel choose_kernel(const RenderPlan& p) {
           .lanes = p.scene.options.kernel,
           .mapped = std::ranges::any_of(
               p.volumes, [](const Volume& v) { return v.density.map != nullptr; }),
-          .endless = std::ranges::any_of(p.volumes, detail::has_endless_flights)};
+          .endless = std::ranges::any_of(p.volumes, detail::has_endless_flights),
+          .moving = std::ranges::any_of(
+              p.volumes, [](const Volume& v) { return v.density.motion != nullptr; })};
 }
 
 Decision decide_cut(const Volume& v, const RenderOptions& o) {
@@ -53,11 +56,19 @@ Decision decide_micro_bounds(const Volume& v, const RenderOptions& o) {
   const VolumeField& f = v.density;
   const std::string edge = std::to_string(f.micro.edge);
   const std::string choice = f.micro.edge == 0 ? "none" : "of " + edge + "^3 voxels";
+  if (f.motion != nullptr) return {"micro-bounds", choice, "the volume moves"};
   if (o.micro_bounds != MicroBoundsUse::automatic) return {"micro-bounds", choice, "as told"};
   return {"micro-bounds", choice,
           f.micro.edge == 0 ? "look-ups cost little or segments leave little open"
           : f.micro_stored  ? "from the file: look-ups cost more than they do"
                             : "built: look-ups cost more than they do"};
+}
+
+Decision decide_motion(const Motion& m) {
+  return {"motion", "blurred",
+          "it moves by up to " + digits(m.longest) +
+              " voxels along an axis between the files' time "
+              "and the shutter's farthest"};
 }
 
 /// The reason is the estimate, whoever chose: it is worth knowing.
@@ -113,6 +124,7 @@ std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted,
     const std::size_t first = all.size();
     all.push_back(decide_cut(v, wanted));
     all.push_back(decide_micro_bounds(v, wanted));
+    if (v.density.motion) all.push_back(decide_motion(*v.density.motion));
     if (v.shell) all.push_back(decide_shell(p.shells[i]));
     for (std::size_t k = first; k < all.size(); ++k) all[k].volume = int(i);
   }

@@ -7,6 +7,7 @@
 #include "pvol/error.h"
 #include "pvol/volume/estimators.h"
 #include "pvol/volume/facts.h"
+#include "pvol/volume/motion.h"
 #include "render/path/path_setup.h"
 
 namespace pvol::detail {
@@ -79,6 +80,21 @@ constexpr double kFaintest = 0.002;                   // share of camera rays th
                       usual_extinction(v));
 }
 
+/// What of a volume's motion is to be doubted.
+void doubt_motion(const Volume& v, std::vector<std::string>& all) {
+  if (v.density.motion == nullptr) return;
+  const Motion& m = *v.density.motion;
+  if (m.longest > m.still_extent) {
+    all.push_back(named(v, "while the shutter is open matter moves by up to " + digits(m.longest) +
+                               " voxels, more than the cloud's " + digits(m.still_extent) +
+                               ": are single velocities far above the others, or is their scale, "
+                               "or the camera's fps, meant for another unit?"));
+  }
+  if (v.fire != nullptr) {
+    all.push_back(named(v, "its fire stands still while its density moves"));
+  }
+}
+
 /// Share of the camera's rays through boxes that collide.
 [[nodiscard]] double opacity(const CameraProbe& probe) {
   double sum = 0;
@@ -126,6 +142,7 @@ std::vector<std::string> find_doubts(const RenderPlan& plan, const CameraProbe& 
                   " collides: the picture is empty, nearly. Do single voxels lie far outside the "
                   "cloud, or far above its other values? pvol-stats bounds tells");
   }
+  for (const Volume& v : plan.volumes) doubt_motion(v, all);
   return all;
 }
 

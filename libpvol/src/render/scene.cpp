@@ -19,6 +19,11 @@ void require_fit(const std::string& what, const std::optional<Misfit>& misfit) {
 
 }  // namespace
 
+const char* expect_shutter(const Value& value) {
+  const Value::List& times = *value.list();
+  return *times[0].number() <= *times[1].number() ? nullptr : "an opening before the closing";
+}
+
 std::optional<Misfit> misfit(const Camera& c) {
   constexpr double kLeastSine = 1e-6;  // of the angle between up and the view; the cross product of
                                        // two unit vectors is accurate to about 1e-16

@@ -11,6 +11,9 @@ Flights find_flights(const FieldKind& kind, Watching watching) {
                : find_mapped_flights_of<LookUp::trilinear>(watching == Watching::stop);
   }
   return visit_look_up(kind.look_up, [&](auto look_up) {
+    if constexpr (look_up != LookUp::procedural) {
+      if (kind.moving) return find_moving_flights_of<look_up>(watching != Watching::none);
+    }
     return watching == Watching::stop
                ? find_watched_flights_of<look_up>(kind.micro_edge)
                : find_flights_of<look_up>(kind.micro_edge, watching == Watching::count);

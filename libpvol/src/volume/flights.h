@@ -19,6 +19,7 @@ inline const std::atomic<bool> kNeverStop = false;
 /// what they bring is to be dropped.
 struct Watch : Tally {
   const std::atomic<bool>* stop = &kNeverStop;
+  float time = 0;  ///< in frames, of what moves
 };
 
 /// Whether flights count what they do, or are watched and count: only these end when they are told
@@ -33,11 +34,13 @@ struct Flights {
 };
 
 /// What look-ups of fields are: `micro_edge` is that of the micro-bounds which they have and which
-/// are to be used, or 0, as it is for fields with maps.
+/// are to be used, or 0, as it is for fields with maps and for those that move, which do not go
+/// together, and have no procedural look-ups.
 struct FieldKind {
   LookUp look_up;
   int micro_edge;
   bool mapped;
+  bool moving = false;  ///< some volumes move, with or without others that stand still
 };
 
 /// For fields of a kind. Without counts tallies stay as they are. Estimators that are chosen by
@@ -54,5 +57,9 @@ template <LookUp kLookUp>
 /// Of fields with maps: nearest and trilinear ones. These count always.
 template <LookUp kLookUp>
 [[nodiscard]] Flights find_mapped_flights_of(bool watched);
+
+/// Flights through fields in motion are always watched (moving_flights_of.h).
+template <LookUp kLookUp>
+[[nodiscard]] Flights find_moving_flights_of(bool count);
 
 }  // namespace pvol::detail

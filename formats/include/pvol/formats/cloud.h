@@ -8,13 +8,16 @@
 #include <string>
 
 #include "pvol/density/density.h"
+#include "pvol/density/velocity_grid.h"
 #include "pvol/formats/pvol_file.h"
 #include "pvol/formats/vdb.h"
 #include "pvol/volume/fire.h"
+#include "pvol/volume/shutter.h"
 
 namespace pvol::formats {
 
 struct FireFields;
+struct CloudMotion;
 
 /// A cloud that is ready to render: density, bounds, a shell if the file has one, and where they
 /// came from. The density is a recipe only where it was loaded for procedural look-ups.
@@ -26,6 +29,7 @@ struct Cloud {
   Metadata metadata;
   GridReport report;
   std::shared_ptr<const FireFields> fire{};  ///< null where there is none, or nobody asked for it
+  std::shared_ptr<const CloudMotion> motion{};  ///< null where it stands still
 
   /// The samples of a density that has them.
   [[nodiscard]] const VoxelGrid& grid() const { return std::get<VoxelGrid>(density); }
@@ -56,6 +60,13 @@ struct Cloud {
 [[nodiscard]] Cloud load_cloud(
     const std::filesystem::path& file, const GridOptions& options = {},
     LookUp look_up = LookUp::trilinear, const std::function<void()>& before_bounds = [] {});
+
+/// What moves a cloud, and when.
+struct CloudMotion {
+  VelocityGrid velocity;
+  double seconds;  ///< of a frame, times the factor on velocities
+  Shutter shutter;
+};
 
 /// The fields that a fire goes by, with their bounds.
 struct FireFields {

@@ -17,6 +17,37 @@ namespace pvol::formats {
 /// In place of a grid's name: the volume has no density and is a fire alone.
 inline constexpr const char* kNoGrid = "none";
 
+/// What moves a volume while the camera's shutter is open.
+struct VelocityChoice {
+  std::filesystem::path file{};  ///< empty: the volume's own
+  std::string field{};           ///< empty: by the usual names
+  double scale = 1;              ///< factor on velocities
+  friend bool operator==(const VelocityChoice&, const VelocityChoice&) = default;
+};
+
+template <std::same_as<VelocityChoice> V>
+[[nodiscard]] constexpr auto keys(const V&) {
+  return std::to_array<Key<V>>({
+      key<&V::field>({.key = "field",
+                      .metavar = "NAME",
+                      .limits = any_text(),
+                      .help = "Grid of velocities in world units of the file per second, or three "
+                              "of their components NAME.x, NAME.y and NAME.z",
+                      .otherwise = "v, vel or velocity"}),
+      {{.key = "file",
+        .metavar = "FILE",
+        .limits = file_name(),
+        .help = "A .vdb file with the velocities",
+        .otherwise = "that of the volume"},
+       [](const V& v) { return v.file.empty() ? Value{} : to_value(v.file.string()); },
+       [](V& v, const Value& value) { v.file = *value.word(); }},
+      key<&V::scale>({.key = "scale",
+                      .metavar = "X",
+                      .limits = number(Range::closed(-1e6, 1e6)),
+                      .help = "Factor on velocities"}),
+  });
+}
+
 /// A volume of a scene, still to be loaded.
 struct SceneVolume {
   std::filesystem::path file{};
@@ -29,6 +60,7 @@ struct SceneVolume {
   FieldMap density_map{};           ///< of the density's values
   std::optional<Fire> fire{};
   bool has_intensity = false;  ///< of the fire; false: the caller may choose one
+  std::optional<VelocityChoice> velocity{};  ///< without: by the usual names, where there are any
 
   /// Where it is first: after the grid's own map.
   [[nodiscard]] Affine first_place() const {
@@ -80,7 +112,7 @@ struct SceneFile {
 ///   [medium]       Medium, its first Component with the phase function's keys, Placement;
 ///                  [[medium.component]] each further Component, whose share the first one lacks;
 ///                  [medium.density] FieldMap; [medium.fire] Fire, light of a grid of the same
-///                  file
+///                  file; [medium.motion] VelocityChoice, what moves it while the shutter is open
 ///   [environment]  type = "constant", "gradient" or "image": ConstantSky, GradientSky, ImageSky;
 ///                  without `type` it is the one whose first key is there, else a gradient
 ///   [[sun]]        Sun; each kind of Light has sections of its name, and lights are in the order

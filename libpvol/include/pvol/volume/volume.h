@@ -26,6 +26,7 @@ namespace pvol {
 struct BrickField;        // field/brick_field.h
 struct Emitter;           // volume/emitter.h
 struct HomogeneousParts;  // bounds/homogenise.h
+struct Motion;            // volume/motion.h
 struct ProceduralField;   // field/procedural.h
 struct FieldMap;          // math/field_map.h
 struct Shell;             // shell/shell.h
@@ -98,6 +99,7 @@ struct VolumeField {
   BoundsExcess excess;  ///< of the pyramid's bounds; without nodes where they hold
   /// Null where options.homogenise did not ask for them.
   std::shared_ptr<const HomogeneousParts> homogeneous;
+  std::shared_ptr<const Motion> motion{};  ///< null: it stands still
 
   /// The bricks of samples; the field is no recipe.
   [[nodiscard]] const BrickField& bricks() const { return *std::get<0>(values); }

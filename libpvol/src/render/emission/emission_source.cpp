@@ -50,6 +50,7 @@ bool gathers_along_flights(const Volume& volume, const RenderOptions& options) {
   // collisions; they cross over at 1.4 (THEORY.md, T5.11).
   constexpr double kThin = 1.4;
   if (emitted(volume.medium) == Rgb(0.0f)) return false;
+  if (volume.density.motion != nullptr) return false;  // collisions know the time
   if (options.line_emission != LineEmission::automatic) {
     return options.line_emission == LineEmission::on;
   }

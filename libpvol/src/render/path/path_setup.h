@@ -127,7 +127,7 @@ struct VolumeSetup {
 class Importance;
 
 [[nodiscard]] inline FieldKind field_kind(const Kernel& k) {
-  return {k.look_up, k.mapped ? 0 : k.micro_edge, k.mapped};
+  return {k.look_up, k.mapped || k.moving ? 0 : k.micro_edge, k.mapped, k.moving};
 }
 
 struct PathSetup {
@@ -155,6 +155,7 @@ struct PathSetup {
   /// Once it is true, paths end as they please, and what they bring is to be dropped.
   const std::atomic<bool>* stop = &kNeverStop;
   Lanes lanes;  ///< the kernel; not automatic
+  bool moving;  ///< whether samples have times
   /// Of the one volume, where the kernel is one of lanes; setups may share them.
   std::shared_ptr<const DenseBounds> dense;
 
@@ -175,6 +176,7 @@ struct PathSetup {
         first_collisions(plan.scene.options.deep || of_first_collisions(plan.scene.options.aovs)),
         emission(plan.emission),
         lanes(plan.kernel.lanes),
+        moving(plan.kernel.moving),
         dense(std::move(dense_)) {
     if (lanes != Lanes::scalar && dense == nullptr) {
       dense = std::make_shared<const DenseBounds>(make_dense_bounds(plan.volumes.front().density));

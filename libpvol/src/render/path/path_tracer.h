@@ -23,6 +23,7 @@ class PathTracer {
     r_.reset();
     auto [rng, ray] = CameraSample(s_, x, y, sample);
     direction_ = Vec3f(ray.d);
+    if (s_.moving) traversal.work.set_time(sample_time(s_, x, y, sample));
     if (traversal.start(ray)) {
       walk(ray.o, rng);
     } else {

@@ -24,6 +24,9 @@ struct Work {
   std::uint64_t shell_tests = 0, shell_rejections = 0;
 
   explicit Work(const PathSetup& setup) : path{{}, setup.stop}, shadow{{}, setup.stop} {}
+
+  /// Of a path: all its flights see what moves at one time.
+  void set_time(float frames) { path.time = shadow.time = frames; }
 };
 
 /// Whether a ray misses the volume's shell. It would meet no density then; random numbers of camera

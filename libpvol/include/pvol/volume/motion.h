@@ -1,0 +1,46 @@
+// Densities that move while the shutter is open.
+#pragma once
+
+#include "pvol/bounds/pyramid.h"
+#include "pvol/field/displacements.h"
+#include "pvol/volume/shutter.h"
+#include "pvol/volume/volume.h"
+
+namespace pvol {
+
+/// What moves a volume's density: at time t, in frames, there is at x what the file has at x - t
+/// d(x), with the displacement d of a frame at x itself (THEORY.md, T1.6). Octree, support and box
+/// of such a density bound it at all times from the files' to any while the shutter is open;
+/// look-ups that know of no time find it as the files have it.
+struct Motion {
+  Displacements displacements;  ///< of a frame, in cells of the density
+  Affine cells_to_lattice;      ///< from cells of the octree to those of the displacements
+  Shutter shutter;
+  double longest = 0;       ///< way from the files' place along an axis, in cells
+  double still_extent = 0;  ///< of the support along its longest axis, in cells
+};
+
+/// Velocities of a file and how to read them.
+struct Movement {
+  const VelocityGrid& velocity;  ///< in the space of the density's own map: placements turn it, too
+  double seconds = 1.0 / 24;     ///< that a frame lasts, times any factor on velocities
+  Shutter shutter;
+};
+
+/// The same volume in motion. `pyramid` is the one that it was made with, `index_to_object` its
+/// density's own map. Shells and micro-bounds, which bound what stands still, are dropped; fires
+/// stay where they are. A volume that nothing moves stays as it is. Throws Error for recipes with
+/// procedural look-ups, for homogenised or scaled bounds and bounds that do not hold, for the
+/// tracker regular, and where displacements are out of range (make_displacements).
+[[nodiscard]] Volume make_moving(Volume still, const Pyramid& pyramid,
+                                 const Affine& index_to_object, const Movement& movement,
+                                 const VolumeOptions& options);
+
+/// Bounds of a moving density, as a pyramid whose leaves lie on the lattice of the still one: over
+/// each leaf, of what the still density is anywhere in the box that its matter came from at any
+/// time of the shutter and at 0. Links of the still field say where samples are, so that boxes that
+/// lie partly in a leaf see their own samples only; not for tricubic look-ups.
+[[nodiscard]] Pyramid sweep_bounds(const Pyramid& pyramid, const VolumeField& still,
+                                   const Displacements& displacements, const Shutter& shutter);
+
+}  // namespace pvol

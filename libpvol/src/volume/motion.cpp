@@ -1,0 +1,88 @@
+#include "pvol/volume/motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "pvol/error.h"
+#include "pvol/field/brick_field.h"
+#include "volume/placement.h"
+
+namespace pvol {
+namespace {
+
+void require(bool ok, const char* message) {
+  if (!ok) throw Error(std::string("a volume in motion ") + message);
+}
+
+void check(const Volume& v, const VolumeOptions& o) {
+  require(o.look_up != LookUp::procedural,
+          "needs samples; choose another interpolation than procedural");
+  require(!o.homogenise && v.density.homogeneous == nullptr,
+          "has no nodes that count as homogeneous; leave homogenise off");
+  require(o.majorant_scale == 1 && v.density.majorant_excess == 1 && v.density.excess.nodes == 0,
+          "needs bounds that hold, without a factor; leave majorant_scale at 1, or fit the cloud "
+          "again");
+  require(o.tracker != Tracker::regular, "has no closed form; choose another tracker than regular");
+}
+
+/// The brick of each leaf of the swept pyramid as the still octree knows it: where nothing moves,
+/// look-ups end there.
+[[nodiscard]] std::vector<std::vector<std::uint32_t>> links_of(const Pyramid& swept,
+                                                               const Octree& still) {
+  std::vector<std::vector<std::uint32_t>> links(swept.levels.size());
+  if (swept.empty()) return links;
+  const Vec3l shift = swept.origin - still.origin;
+  const Vec3i lo = vec3(still.support_lo), hi = vec3(still.support_hi);
+  for (const PyramidNode& leaf : swept.levels[0]) {
+    const Vec3i at(shift + Vec3l(morton_decode(leaf.code)) * std::int64_t(kLeafEdge));
+    const Vec3i end = at + Vec3i(kLeafEdge);
+    const bool outside = at.x >= hi.x || at.y >= hi.y || at.z >= hi.z || end.x <= lo.x ||
+                         end.y <= lo.y || end.z <= lo.z;
+    links[0].push_back(outside ? kZeroBrick
+                               : still.brick_at(Octree::kNodeBit, lanes(at), kZeroBrick));
+  }
+  return links;
+}
+
+/// Where a walk through moving density should stop: look-ups cost two searches from the root.
+[[nodiscard]] Cut choose_cut(const VolumeOptions& o) {
+  constexpr double kMovingCost = 100;
+  Cut cut;
+  cut.depth = o.tracker == Tracker::delta_global ? 0 : o.depth;
+  cut.costs.lookup = kMovingCost;
+  return cut;
+}
+
+}  // namespace
+
+Volume make_moving(Volume v, const Pyramid& pyramid, const Affine& index_to_object,
+                   const Movement& movement, const VolumeOptions& o) {
+  check(v, o);
+  if (pyramid.empty() || !movement.shutter.moves()) return v;
+  auto motion = std::make_shared<Motion>();
+  motion->shutter = movement.shutter;
+  motion->displacements = make_displacements(movement.velocity, index_to_object, movement.seconds);
+  const Displacements& d = motion->displacements;
+  if (d.largest == 0) return v;
+  motion->longest = double(d.largest) * movement.shutter.farthest();
+  motion->still_extent = max_component(pyramid.support().extent());
+
+  VolumeField& f = v.density;
+  const Affine to_world = o.object_to_world * index_to_object;
+  const Pyramid swept = sweep_bounds(pyramid, f, d, movement.shutter);
+  f.world_to_cells = translation(-Vec3d(swept.origin)) * inverse(to_world);
+  f.world_box = transform(to_world, swept.support());
+  detail::check_placement(to_world, f.world_to_cells, f.world_box);
+  f.octree = build_octree(swept, v.medium.extinction, std::cbrt(std::abs(determinant(to_world))),
+                          choose_cut(o), links_of(swept, f.octree), kZeroBrick);
+  f.micro = {};
+  f.micro_stored = false;
+  v.shell = nullptr;
+  motion->cells_to_lattice = d.index_to_cells * translation(Vec3d(swept.origin));
+  f.motion = std::move(motion);
+  return v;
+}
+
+}  // namespace pvol

@@ -1,0 +1,47 @@
+// The field that trackers ask of a volume in motion.
+#pragma once
+
+#include <atomic>
+
+#include "pvol/field/brick_field.h"
+#include "pvol/volume/motion.h"
+
+namespace pvol::detail {
+
+/// Where the matter at a point was at the files' time, in cells from the octree's origin.
+[[nodiscard]] inline Vec3d source_of(const Motion& motion, float time, const LatticePoint& p) {
+  const Vec3d cells = position(p);
+  const Float4 d = motion.displacements.at(motion.cells_to_lattice.point(cells));
+  return cells - Vec3d(vec3(d * splat(time)));
+}
+
+/// Every question is a look-up of what is at the point at `time`. Other volumes of the scene may
+/// stand still: theirs are plain. Ends flights once it is to stop, as a WatchedField does.
+template <LookUp kLookUp>
+struct MovingField {
+  const VolumeField& field;
+  float time;
+  const std::atomic<bool>& stop;
+
+  template <class Count>
+  [[nodiscard]] float extinction(const Segment& s, const LatticePoint& p, Count& count) const {
+    if (stop.load(std::memory_order_relaxed)) return s.hi;
+    count.lookup();
+    const BrickExtinction<kLookUp> still{field.bricks(), field.octree, field.scale};
+    if (field.motion == nullptr || time == 0) return still(s, p);
+    const Vec3d source = source_of(*field.motion, time, p);
+    if (source == position(p)) return still(s, p);
+    if (!field.octree.support().contains(source)) return 0;
+    constexpr LeafHandle kRoot = Octree::kNodeBit;
+    return field.scale * still.density(kRoot, make_cursor(field.octree, source).at);
+  }
+
+  template <class Count>
+  [[nodiscard]] bool exceeds(const Segment& s, const LatticePoint& p, float mu,
+                             Count& count) const {
+    if (stop.load(std::memory_order_relaxed)) return true;
+    return mu < extinction(s, p, count);
+  }
+};
+
+}  // namespace pvol::detail

@@ -1,0 +1,119 @@
+// Motion blur as users call it: a .vdb with velocities, a shutter on the command line.
+#include <gtest/gtest.h>
+#include <openvdb/openvdb.h>
+
+#include <fstream>
+
+#include "support/run_tool.h"
+
+namespace pvol {
+namespace {
+
+using testing::read_text;
+using testing::run_tool;
+using testing::RunResult;
+using testing::ScratchFolder;
+
+/// A ball of fog that velocities carry to the right.
+class MotionTool : public ::testing::Test {
+ protected:
+  MotionTool() : vdb_(folder_ / "fog.vdb") {
+    openvdb::initialize();
+    auto density = openvdb::FloatGrid::create(0.0f);
+    auto velocity = openvdb::Vec3SGrid::create(openvdb::Vec3s(0.0f));
+    for (int x = 0; x < 24; ++x) {
+      for (int y = 0; y < 24; ++y) {
+        for (int z = 0; z < 24; ++z) {
+          const float d = float((x - 12) * (x - 12) + (y - 12) * (y - 12) + (z - 12) * (z - 12));
+          if (d < 100) density->tree().setValueOn({x, y, z}, 1 - d / 100);
+        }
+      }
+    }
+    velocity->tree().fill(openvdb::CoordBBox({-32, -8, -8}, {63, 31, 31}), {240, 0, 0}, true);
+    density->setName("density");
+    velocity->setName("vel");
+    openvdb::io::File(vdb_).write({density, velocity});
+    openvdb::io::File(folder_ / "plain.vdb").write({density});
+  }
+
+  [[nodiscard]] RunResult render(const std::string& cloud, const std::string& image,
+                                 std::vector<std::string> more = {}) const {
+    more.insert(more.begin(), {cloud, "-o", folder_ / image, "--size", "24x16", "--spp", "16",
+                               "--set", "medium.extinction=0.4"});
+    return run_tool(PVOL_RENDER, more);
+  }
+
+  ScratchFolder folder_;
+  std::string vdb_;
+};
+
+constexpr const char* kShutter = "camera.shutter=[-0.5, 0.5]";
+
+TEST_F(MotionTool, AShutterIsAllThatItTakes) {
+  const RunResult r = render(vdb_, "a.exr", {"--set", kShutter, "--stats", "-"});
+  EXPECT_EQ(r.exit, 0) << r.err;
+  EXPECT_NE(r.err.find("fog.vdb: it moves by the grid vel"), std::string::npos) << r.err;
+  EXPECT_NE(r.out.find("it moves by up to 5 voxels"), std::string::npos) << r.out;
+  const auto same = [&](const std::string& a, const std::string& b) {
+    return read_text(folder_ / a) == read_text(folder_ / b);
+  };
+  EXPECT_EQ(render(vdb_, "a.png", {"--set", kShutter}).exit, 0);
+  EXPECT_EQ(render(vdb_, "still.png").exit, 0);
+  EXPECT_EQ(render(vdb_, "closed.png", {"--set", "camera.shutter=[0, 0]"}).exit, 0);
+  EXPECT_TRUE(same("still.png", "closed.png"));
+  EXPECT_FALSE(same("still.png", "a.png"));
+  // Half the frames in a second take a scale of a half.
+  EXPECT_EQ(
+      render(vdb_, "slow.png",
+             {"--set", kShutter, "--set", "camera.fps=12", "--set", "medium.motion.scale=0.5"})
+          .exit,
+      0);
+  EXPECT_TRUE(same("a.png", "slow.png"));
+  // Velocities of another file.
+  EXPECT_EQ(render(folder_ / "plain.vdb", "other.png",
+                   {"--set", kShutter, "--set", "medium.motion.file=" + vdb_})
+                .exit,
+            0);
+  EXPECT_TRUE(same("a.png", "other.png"));
+}
+
+TEST_F(MotionTool, PrintedScenesRenderTheSamePicture) {
+  const RunResult printed = run_tool(
+      PVOL_RENDER, {vdb_, "--size", "24x16", "--spp", "16", "--set", "medium.extinction=0.4",
+                    "--set", kShutter, "--print-scene", "--quiet"});
+  EXPECT_EQ(printed.exit, 0) << printed.err;
+  EXPECT_NE(printed.out.find("shutter = [-0.5, 0.5]"), std::string::npos) << printed.out;
+  std::ofstream(folder_ / "s.toml") << printed.out;
+  EXPECT_EQ(render(vdb_, "a.png", {"--set", kShutter}).exit, 0);
+  EXPECT_EQ(run_tool(PVOL_RENDER, {folder_ / "s.toml", "-o", folder_ / "b.png", "--quiet"}).exit,
+            0);
+  EXPECT_EQ(read_text(folder_ / "a.png"), read_text(folder_ / "b.png"));
+}
+
+TEST_F(MotionTool, WhatCannotMoveSaysSo) {
+  const RunResult still = render(folder_ / "plain.vdb", "a.png", {"--set", kShutter});
+  EXPECT_EQ(still.exit, 0);
+  EXPECT_NE(still.err.find("no grid is called v, vel or velocity: it stands still"),
+            std::string::npos)
+      << still.err;
+  const auto refused = [&](std::vector<std::string> sets, const std::string& cloud) {
+    std::vector<std::string> more{"--set", kShutter};
+    for (std::string& s : sets) more.insert(more.end(), {"--set", std::move(s)});
+    const RunResult r = render(cloud, "a.png", more);
+    EXPECT_NE(r.exit, 0);
+    return r.err;
+  };
+  EXPECT_NE(refused({"medium.motion.field=wind"}, vdb_).find("no grid of vectors is called 'wind'"),
+            std::string::npos);
+  EXPECT_NE(refused({"medium.motion.scale=1"}, folder_ / "plain.vdb").find("no grid is called v"),
+            std::string::npos);
+  EXPECT_EQ(run_tool(PVOL_CONVERT, {vdb_, folder_ / "a.pvol"}).exit, 0);
+  const std::string pvol = folder_ / "a.pvol";
+  EXPECT_NE(render(pvol, "a.png", {"--set", kShutter}).err.find("read from .vdb files"),
+            std::string::npos);
+  EXPECT_EQ(render(pvol, "b.png", {"--set", kShutter, "--set", "medium.motion.file=" + vdb_}).exit,
+            0);
+}
+
+}  // namespace
+}  // namespace pvol
