@@ -100,6 +100,17 @@ void check_chromatic(std::span<const Volume> volumes, const RenderOptions& o) {
               (wrong ? wrong : ""));
 }
 
+/// Flights are compiled for one of these kinds, not for two at once.
+void check_kinds(std::span<const Volume> volumes) {
+  const auto any = [&](const auto& is) { return std::ranges::any_of(volumes, is); };
+  const bool moves = any([](const Volume& v) { return v.density.motion != nullptr; });
+  const bool other =
+      any([](const Volume& v) { return v.density.map != nullptr || is_chromatic(v.medium); });
+  require(!moves || !other,
+          "volumes that move go neither with mapped densities nor with an extinction that differs "
+          "by channel; leave the shutter at [0, 0], or these out");
+}
+
 }  // namespace
 
 void check(std::span<const Volume> volumes, const Scene& scene) {
@@ -108,14 +119,7 @@ void check(std::span<const Volume> volumes, const Scene& scene) {
   require(count_places(volumes) == 1 || !is_weighted(scene.options.tracker),
           "weighted trackers take one volume; choose another tracker for several");
   check_chromatic(volumes, scene.options);
-  const bool moves =
-      std::ranges::any_of(volumes, [](const Volume& v) { return bool(v.density.motion); });
-  require(
-      !moves ||
-          std::ranges::none_of(
-              volumes, [](const Volume& v) { return v.density.map || is_chromatic(v.medium); }),
-      "volumes that move go neither with mapped densities nor with an extinction that differs by "
-      "channel; leave the shutter at [0, 0], or these out");
+  check_kinds(volumes);
   if (scene.options.deep) check_deep(scene.options);
   for (const Volume& v : volumes) {
     check(v, scene.options);

@@ -19,6 +19,7 @@ void require(bool ok, const char* message) {
 void check(const Volume& v, const VolumeOptions& o) {
   require(o.look_up != LookUp::procedural,
           "needs samples; choose another interpolation than procedural");
+  require(v.density.map == nullptr, "has no mapped density; leave the map out");
   require(!o.homogenise && v.density.homogeneous == nullptr,
           "has no nodes that count as homogeneous; leave homogenise off");
   require(o.majorant_scale == 1 && v.density.majorant_excess == 1 && v.density.excess.nodes == 0,
