@@ -65,7 +65,7 @@ def measure(args, folder, scene, options):
         command = [args.render, scene, "-o", out, "--no-png", "--size", args.size, "--spp", str(args.spp),
                    "--seed", str(seed), "--stats", folder / "s.json", *options]
         run(command)
-        cpu += json.loads((folder / "s.json").read_text())["seconds"]["cpu"] / 2
+        cpu += json.loads((folder / "s.json").read_text())["cpu_seconds"] / 2
         files.append(out)
     stats = Path(args.render).with_name("pvol-stats")
     report = json.loads(run([stats, "image", *files, "--json"]).stdout)
