@@ -86,9 +86,9 @@ TEST(Chromatic, TransmittancesAreExponentials) {
         NoTally none;
         auto walk = enter(v, c.ray);
         const Rgb t = chromatic_transmittance(walk->local(), field, share, rng, none);
-        walk = enter(v, c.ray);
+        auto again = enter(v, c.ray);
         const ChromaticFlight f =
-            chromatic_flight(walk->local(), field, share, Rgb(1.0f), rng, none);
+            chromatic_flight(again->local(), field, share, Rgb(1.0f), rng, none);
         for (int k = 0; k < 3; ++k) {
           passed[std::size_t(k)].add(double(t[k]));
           survived[std::size_t(k)].add(f.collided ? 0 : double(f.weight[k]));
