@@ -173,6 +173,18 @@ int convert_picture(const Options& o) {
   return cli::kSuccess;
 }
 
+/// The further grids of a .pvol file, where none is asked for by name.
+std::vector<formats::LoadedGrid> load_fields(const Options& o) {
+  std::vector<formats::LoadedGrid> fields;
+  if (formats::ending(o.input) != ".pvol" || !o.grid.grid.empty()) return fields;
+  const std::vector<formats::PvolGridName> grids = formats::list_pvol(o.input);
+  for (std::size_t i = 1; i < grids.size(); ++i) {
+    fields.push_back(
+        cli::load_grid({kTool, o.common.quiet}, o.input, {grids[i].name, o.grid.strict}));
+  }
+  return fields;
+}
+
 int convert(const Options& o) {
   check_pair(o);
   if (flattens(o)) return convert_picture(o);
@@ -191,6 +203,10 @@ int convert(const Options& o) {
     cloud.density = std::move(loaded.grid);
     cloud.report = std::move(loaded.report);
   }
+  const std::vector<formats::LoadedGrid> fields = load_fields(o);
+  for (const formats::LoadedGrid& f : fields) grids.push_back(&f.grid);
+  const bool nothing = cloud.grid().bricks.empty() && cloud.grid().tiles.empty();
+  if (nothing && !fields.empty()) grids.erase(grids.begin());
   formats::write_vdb(o.output, grids);
   report(o, cloud.report, grids);
   return cli::kSuccess;

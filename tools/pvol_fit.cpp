@@ -209,9 +209,8 @@ std::vector<std::string> choose_fields(const Options& o, const std::string& take
       if (g.usable) names.push_back(g.name);
     }
   } else {
-    for (const Value& v : *parse_value(any_text().times(2), o.fields).list()) {
-      names.push_back(*v.word());
-    }
+    const Value list = parse_value(any_text().times(2), o.fields);
+    for (const Value& v : *list.list()) names.push_back(*v.word());
   }
   std::erase(names, taken);
   return names;

@@ -43,7 +43,8 @@ formats::Cloud load_volume(const Options& o, const formats::SceneFile& scene,
   formats::Cloud cloud =
       cli::load_cloud({kTool, o.common.quiet}, volume, o.grid.strict, scene);
   if (!volume.has_extinction && !cloud.pyramid.empty()) {
-    volume.medium.extinction = cli::choose_extinction(cloud, volume.object_to_world);
+    volume.medium.extinction = cli::choose_extinction(cloud, volume.object_to_world,
+                                                      cli::kChosenThickness, volume.density_map);
     volume.has_extinction = true;
     if (!o.common.quiet) {
       std::cerr << kTool << ": no extinction given; chose "
@@ -143,7 +144,7 @@ void print_facts(const Volume& volume, const VolumeFacts& f) {
   using cli::readable;
   std::cerr << kTool << ": " << volume.name << ": ";
   if (volume.density.world_box.empty()) {
-    std::cerr << "the density is 0 everywhere\n";
+    std::cerr << (volume.fire ? "a fire without smoke\n" : "the density is 0 everywhere\n");
     return;
   }
   const Vec3d size = volume.density.world_box.extent();
@@ -167,6 +168,7 @@ void print_facts(const RenderJob& job) {
     print_facts(job.volumes[i], job.facts[i]);
     if (job.volumes[i].density.world_box.empty()) continue;
     print_density(job.volumes[i], job.reports[i]);
+    print_decision(job.plan, "motion", "", int(i));
     print_decision(job.plan, "shell", told("--shells", name(o.shells)), int(i));
   }
   if (std::all_of(job.volumes.begin(), job.volumes.end(),

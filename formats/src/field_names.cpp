@@ -14,7 +14,7 @@ namespace {
 
 // The names in the order in which they are looked for.
 constexpr std::string_view kDensityNames[] = {"density"};
-constexpr std::string_view kFireNames[] = {"flames", "flame", "fire",        "burn",
+constexpr std::string_view kFireNames[] = {"flames", "flame",    "fire",       "burn",
                                            "heat",   "emission", "temperature"};
 constexpr std::string_view kTemperatureNames[] = {"temperature", "temp", "heat"};
 

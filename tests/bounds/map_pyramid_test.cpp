@@ -9,9 +9,7 @@
 namespace pvol::test {
 namespace {
 
-FieldMap cut(float threshold) {
-  return {.ramp = {{{0, 0}, {threshold, 0}, {1, 1}}, false}};
-}
+FieldMap cut(float threshold) { return {.ramp = {{{0, 0}, {threshold, 0}, {1, 1}}, false}}; }
 
 /// Every leaf that the map leaves has the range of the map over the leaf's own, and no other is
 /// there.

@@ -53,6 +53,28 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
        "s.toml:4:10: medium.albedo is 1.01; expected a number in [0, 1]"},
       {"[medium]\nalbedo = [0.5, 0.5, -0.5]\n",
        "s.toml:4:21: medium.albedo[3] is -0.5; expected a number in [0, 1]"},
+      {"[medium]\nextinction_color = [0.5, 0.5, 0.9]\n",
+       "s.toml:4:20: medium.extinction_color is an array of 3; expected shares of which the "
+       "largest is 1; the rest is extinction's"},
+      {"[medium.density]\nramp = [[0, 0], [1, 2], [0.5, 1]]\n",
+       "s.toml:4:8: medium.density.ramp is an array of 3; expected points whose first numbers "
+       "ascend"},
+      {"[medium.density]\nclamp = [1, 0]\n",
+       "s.toml:4:9: medium.density.clamp is an array of 2; expected the least value, then the most"},
+      {"[medium.density]\npower = 0\n",
+       "s.toml:4:9: medium.density.power is 0; expected a number in (0, 64]"},
+      {"[medium.density]\nfactor = 2\n",
+       "s.toml:4:1: unknown key \"factor\" in [medium.density]; expected one of scale, offset, "
+       "clamp, power, ramp or smooth"},
+      {"[medium.fire]\nintensity = -1\n",
+       "s.toml:4:13: medium.fire.intensity is -1; expected a number in [0, 1e+30]"},
+      {"[medium.fire]\nkelvin = 0\n", "s.toml:4:10: medium.fire.kelvin is 0; expected a number in"},
+      {"[medium.fire]\nkelvin = 1\ncolors = [[0, 1, 1, 1]]\n",
+       "s.toml:5:10: medium.fire.colors is an array of 1; expected either the colour of a black "
+       "body or a ramp of colours"},
+      {"[medium.fire]\nkelvin_of_intensity = 1500\n",
+       "s.toml:4:23: medium.fire.kelvin_of_intensity is 1500; expected kelvin"},
+      {"[medium.fire]\ncolors = [[0, 1, 1]]\n", "s.toml:4:11: medium.fire.colors[1] is"},
       {"[medium]\nalbedo = [0.5, 0.5]\n",
        "medium.albedo is an array of 2; expected a number in [0, 1], or an array of 3 of them"},
       {"[medium]\ng = 1\n", "s.toml:4:5: medium.g is 1; expected a number in [-0.9999, 0.9999]"},

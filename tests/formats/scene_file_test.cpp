@@ -194,6 +194,63 @@ g = 0.25
   EXPECT_EQ(c.medium, Medium{});
 }
 
+TEST_F(SceneText, FiresAndMapsAreRead) {
+  const SceneFile scene = read(R"(
+[volume]
+file = "fire.vdb"
+grid = "none"
+[medium.density]
+scale = 2
+clamp = [0, 1.5]
+ramp = [[0, 0], [0.5, 0.25], [1, 3]]
+smooth = true
+[medium.fire]
+field = "flames"
+power = 2
+intensity = 40
+color = [1, 0.5, 2]
+color_by = "temperature"
+kelvin = 1900
+kelvin_of_intensity = 1500
+)");
+  const SceneVolume& v = scene.volumes.front();
+  EXPECT_EQ(v.grid, formats::kNoGrid);
+  const FieldMap map{
+      .scale = 2, .clamp = {{0, 1.5}}, .ramp = {{{0, 0}, {0.5f, 0.25f}, {1, 3}}, true}};
+  EXPECT_EQ(v.density_map, map);
+  const Fire fire{.field = "flames",
+                  .map = {.power = 2},
+                  .intensity = 40,
+                  .color = Rgb(1.0f, 0.5f, 2.0f),
+                  .color_by = "temperature",
+                  .kelvin = 1900,
+                  .kelvin_of_intensity = 1500};
+  ASSERT_TRUE(v.fire);
+  EXPECT_EQ(*v.fire, fire);
+  EXPECT_TRUE(v.has_intensity);
+  EXPECT_TRUE(scene.scene.lights.empty()) << "a scene with a fire has light";
+}
+
+TEST_F(SceneText, ExtinctionMayHaveAColor) {
+  const SceneFile scene =
+      read("[volume]\nfile = \"a.vdb\"\n[medium]\nextinction_color = [0.2, 1, 0.5]\n");
+  EXPECT_EQ(scene.volumes.front().medium.extinction_color, Rgb(0.2f, 1.0f, 0.5f));
+  EXPECT_EQ(read(to_toml(scene)).volumes.front().medium.extinction_color,
+            Rgb(0.2f, 1.0f, 0.5f));
+}
+
+TEST_F(SceneText, FiresHaveColorsAlongAField) {
+  const SceneFile scene = read(R"(
+[volume]
+file = "fire.vdb"
+[medium.fire]
+colors = [[0, 0, 0, 0], [1, 1, 0.5, 0.25]]
+)");
+  const Fire& fire = *scene.volumes.front().fire;
+  EXPECT_FALSE(scene.volumes.front().has_intensity);
+  EXPECT_EQ(fire.colors.channels[2].points, (std::vector<RampPoint>{{0, 0}, {1, 0.25f}}));
+}
+
 TEST_F(SceneText, SharesOfComponentsSumUpToAtMostOne) {
   const std::string component = "[[medium.component]]\nshare = 0.6\n";
   const Medium medium = read(kCloud + component).volumes[0].medium;

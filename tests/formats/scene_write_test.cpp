@@ -93,6 +93,29 @@ struct RandomScene {
             coin() ? Rgb(0.0f) : radiance()};
   }
 
+  FieldMap map() {
+    FieldMap m{.scale = uniform(-3, 3), .offset = coin() ? 0 : uniform(-1, 1)};
+    if (coin()) m.clamp = {{uniform(-1, 0), uniform(0.5, 2)}};
+    if (coin()) m.power = uniform(0.1, 4);
+    if (coin()) {
+      m.ramp = {{{0, float(uniform(-1, 1))}, {float(uniform(0.5, 1)), 2}}, coin()};
+    }
+    return m;
+  }
+
+  Fire fire() {
+    Fire f{.field = coin() ? "flames" : "", .map = map(), .color = radiance()};
+    f.intensity = magnitude();
+    if (coin()) f.color_by = "a \"b\"";
+    if (coin()) {
+      f.kelvin = uniform(1, 3000);
+      if (coin()) f.kelvin_of_intensity = uniform(1, 3000);
+    } else if (coin()) {
+      for (Ramp& r : f.colors.channels) r.points = {{0, float(uniform(0, 1))}, {1, 0.25f}};
+    }
+    return f;
+  }
+
   SceneVolume volume(const char* file) {
     SceneVolume v;
     v.file = file;
@@ -108,6 +131,10 @@ struct RandomScene {
     v.object_to_world = {
         {Vec3d{1, uniform(0, 1), 0}, Vec3d{0, 1, uniform(0, 1)}, Vec3d{uniform(0, 1), 0, 1}},
         point()};
+    if (coin()) v.density_map = map();
+    if (coin()) v.fire = fire();
+    v.has_intensity = v.fire && coin();
+    if (v.fire && !v.has_intensity) v.fire->intensity = Fire{}.intensity;
     return v;
   }
 

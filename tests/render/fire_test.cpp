@@ -20,9 +20,7 @@ std::shared_ptr<const Emitter> fire_of(const Field& field, const Fire& fire,
 }
 
 /// Nothing at all, around which a fire may be.
-Volume emptiness(const CloudScene& scene) {
-  return make_volume(VoxelGrid{}, Pyramid{}, scene);
-}
+Volume emptiness(const CloudScene& scene) { return make_volume(VoxelGrid{}, Pyramid{}, scene); }
 
 /// Constant 1 in [3, 29]^3, with a rim of one voxel over which it falls to 0.
 const Field& block() {
@@ -62,9 +60,8 @@ TEST(Fire, AloneIsItsIntegralAlongTheRay) {
 
 TEST(Fire, SphereIsItsChord) {
   // The map makes a ball of one value of a field that falls with the radius.
-  const Field cone = make_field("cone", {-20, -20, -20}, {41, 41, 41}, [](Vec3i p) {
-    return std::max(0.0, 1 - length(Vec3d(p)) / 20);
-  });
+  const Field cone = make_field("cone", {-20, -20, -20}, {41, 41, 41},
+                                [](Vec3i p) { return std::max(0.0, 1 - length(Vec3d(p)) / 20); });
   const Fire fire{.map = {.ramp = {{{0, 0}, {0.4f, 0}, {0.4001f, 1}}, false}}, .intensity = 2};
   for (const double aside : {0.0, 5.0, 10.0}) {
     CloudScene s = dark({aside, 0, 80}, {aside, 0, 0});
@@ -82,8 +79,8 @@ TEST(Fire, SlabThatAbsorbsIsItsClosedForm) {
   proof::Family family;
   std::uint64_t seed = 0;
   for (const double extinction : {0.002, 0.1, 1.0}) {
-    for (const Tracker tracker : {Tracker::decomposition, Tracker::delta, Tracker::weighted_delta,
-                                  Tracker::regular}) {
+    for (const Tracker tracker :
+         {Tracker::decomposition, Tracker::delta, Tracker::weighted_delta, Tracker::regular}) {
       // The cube fills [-0.5, 15.5]; the fire is 1 in [3, 29] but for its rims: along z 13.5 voxels
       // of it lie before the cube as the camera sees it, and 12.5 and a rim within.
       CloudScene s = dark({6, 6, 90}, {6, 6, 6});
@@ -174,8 +171,8 @@ TEST(Fire, OfTheDensityIsMatterThatGlows) {
   s.medium.albedo = Rgb(0.75f);
   s.options.samples = 800;
   Volume by_fire = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
-  by_fire.fire = fire_of(cloud(), {.intensity = s.medium.extinction * 0.25,
-                                   .color = Rgb(6.0f, 3.0f, 1.0f)});
+  by_fire.fire =
+      fire_of(cloud(), {.intensity = s.medium.extinction * 0.25, .color = Rgb(6.0f, 3.0f, 1.0f)});
   CloudScene by_matter = s;
   by_matter.medium.emission = Rgb(6.0f, 3.0f, 1.0f);
   by_matter.options.line_emission = LineEmission::off;
@@ -196,8 +193,8 @@ TEST(Fire, LayersAndOrdersAddUp) {
   for (std::size_t i = 0; i < film.pixels.size(); ++i) {
     Vec3d lights, orders;
     for (const Layer& layer : film.layers) {
-      const bool order = layer.name == "unscattered" || layer.name == "single" ||
-                         layer.name == "multiple";
+      const bool order =
+          layer.name == "unscattered" || layer.name == "single" || layer.name == "multiple";
       (order ? orders : lights) += layer.sums[i];
     }
     for (int c = 0; c < 3; ++c) {
@@ -227,8 +224,8 @@ TEST(EmissionLights, DensitiesAreThoseOfTheirSamples) {
   const Lamps lamps;
   const EmissionLights lights(lamps.sources);
   proof::Family family;
-  for (const Vec3d place : {Vec3d{0, 0, 0}, Vec3d{3, -5, 2}, Vec3d{25, 0, 0}, Vec3d{30, 5, -4},
-                            Vec3d{-40, 60, 10}}) {
+  for (const Vec3d place :
+       {Vec3d{0, 0, 0}, Vec3d{3, -5, 2}, Vec3d{25, 0, 0}, Vec3d{30, 5, -4}, Vec3d{-40, 60, 10}}) {
     // The mean of 1 / pdf over samples is the solid angle that they can reach; of a set of
     // directions it is that of the set: counts in bins of cos and azimuth against its integral.
     constexpr int kSamples = 40'000, kAlong = 6, kFine = 24;
@@ -256,8 +253,8 @@ TEST(EmissionLights, DensitiesAreThoseOfTheirSamples) {
         const double phi = 2 * std::numbers::pi * ((j + double(b)) / columns - 0.5);
         const double r = std::sqrt(std::max(0.0, 1 - z * z));
         const Vec3d d{r * std::cos(phi), r * std::sin(phi), z};
-        const double share = double(lights.pdf(place, Vec3f(d))) * 4 * std::numbers::pi /
-                             (double(rows) * columns);
+        const double share =
+            double(lights.pdf(place, Vec3f(d))) * 4 * std::numbers::pi / (double(rows) * columns);
         expected[bin(d)] += share * kSamples;
         whole += share;
       }

@@ -84,8 +84,7 @@ TEST(Emitter, EmitsByItsFields) {
   const float kelvin = 0.5f * (3000 - 50 * 7.25f);
   const Rgb black = blackbody_color(kelvin);
   for (int c = 0; c < 3; ++c) {
-    const float expected =
-        3 * mapped * fire.color[c] * black[c] * std::pow(kelvin / 1000, 4.0f);
+    const float expected = 3 * mapped * fire.color[c] * black[c] * std::pow(kelvin / 1000, 4.0f);
     EXPECT_NEAR(emission_at(hot, place)[c], expected, 1e-4f * (1 + expected));
   }
   EXPECT_EQ(emission_at(hot, {-3, 5, 5}), Rgb(0.0f)) << "outside the flames";

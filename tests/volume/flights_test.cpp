@@ -32,7 +32,7 @@ TEST(Flights, StopHoweverManyNullCollisionsLieAhead) {
     for (const auto micro :
          {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1}) {
       const Volume v = make_stray_volume(look_up, micro);
-      const Flights flights = find_flights(look_up, v.density.micro.edge, Watching::stop);
+      const Flights flights = find_flights({look_up, v.density.micro.edge, false}, Watching::stop);
       Rng rng(1, 2, 3);
       Watch watch{{}, &stop};
       const auto walk = [&] { return *enter(v, {{-9, 30, 33}, {1, 0, 0}}, 1e3); };

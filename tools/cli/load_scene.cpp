@@ -38,8 +38,13 @@ void tell(const Loader& by, const std::string& text) {
 /// Names the grids that the volume leaves open; whether it became a fire that nobody described.
 bool bind_grids(const Loader& by, formats::SceneVolume& volume) {
   const bool had_fire = volume.fire.has_value();
-  for (const std::string& note : formats::bind_fields(volume, formats::grids_of(volume.file))) {
-    tell(by, volume.file.filename().string() + ": " + note);
+  const std::vector<formats::GridEntry> grids = formats::grids_of(volume.file);
+  const std::string name = volume.file.filename().string() + ": ";
+  for (const std::string& note : formats::bind_fields(volume, grids)) tell(by, name + note);
+  const std::vector<std::string> dark = formats::usual_fire_grids(grids);
+  if (!volume.fire && grids.size() > 1 && !dark.empty()) {
+    tell(by, name + "the file has " + listed(dark) +
+                 ", too; --set medium.fire.kelvin=K makes a fire of it");
   }
   return volume.fire && !had_fire;
 }
@@ -54,6 +59,13 @@ double sum_mapped(const VoxelGrid& grid, const FieldMap& map) {
     sum += double(value_at(map, t.value)) * std::pow(double(t.edge), 3);
   }
   return sum;
+}
+
+/// The sum of all densities as the map sees them over that of the samples themselves.
+double mapped_share(const formats::Cloud& cloud, const FieldMap& map) {
+  if (map.is_identity() || cloud.recipe() != nullptr) return 1;
+  const double sum = sum_mapped(cloud.grid(), {});
+  return sum > 0 ? sum_mapped(cloud.grid(), map) / sum : 1;
 }
 
 std::shared_ptr<const Emitter> make_fire(const formats::FireFields& f,
@@ -125,11 +137,32 @@ void load_motion(const Loader& by, const formats::SceneVolume& volume, bool stri
 
 }  // namespace
 
+namespace {
+
+/// A fire alone is seen by night, where nobody says otherwise.
+void darken_around_fire(const std::vector<std::string>& sets, formats::SceneFile& scene) {
+  formats::SceneVolume& v = scene.volumes.front();
+  const auto sets_any = [&](std::string_view section) {
+    return std::ranges::any_of(sets, [&](const auto& s) { return s.starts_with(section); });
+  };
+  if (v.fire || !v.grid.empty() || sets_any("environment") || sets_any("sun")) return;
+  if (!std::filesystem::exists(v.file)) return;  // it is missed where it is loaded
+  const std::vector<formats::GridEntry> grids = formats::grids_of(v.file);
+  if (!formats::lacks_density(grids) || formats::usual_fire_grids(grids).empty()) return;
+  scene.scene.environment = ConstantSky{Rgb(0.0f)};
+  scene.scene.lights.clear();
+}
+
+}  // namespace
+
 formats::SceneFile read_scene(const std::filesystem::path& input,
                               const std::vector<std::string>& sets) {
   const bool is_scene = formats::ending(input) == ".toml" && !formats::is_recipe(input);
   try {
-    return is_scene ? formats::read_scene(input, sets) : formats::default_scene(input, sets);
+    if (is_scene) return formats::read_scene(input, sets);
+    formats::SceneFile scene = formats::default_scene(input, sets);
+    darken_around_fire(sets, scene);
+    return scene;
   } catch (const Error& e) {
     // What the command line set is the command line's fault.
     if (std::string_view(e.what()).starts_with("--set ")) throw UsageError(e.what());
@@ -179,9 +212,10 @@ formats::Cloud load_cloud(const Loader& by, formats::SceneVolume& volume, bool s
 }
 
 double choose_extinction(const formats::Cloud& cloud, const Affine& object_to_world,
-                         double thickness) {
+                         double thickness, const FieldMap& map) {
   const VolumeFacts f = pvol::describe(cloud.density, 1, object_to_world);
   const double unit =
+      mapped_share(cloud, map) *
       *std::max_element(std::begin(f.mean_optical_thickness), std::end(f.mean_optical_thickness));
   if (!(unit > 0)) return 1;
   constexpr double kLargest = 3e38;  // fits a float, for clouds of denormal densities
@@ -204,6 +238,9 @@ Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volu
                    const RenderOptions& options) {
   VolumeOptions o = volume_options(options);
   o.object_to_world = volume.object_to_world;
+  if (!volume.density_map.is_identity()) {
+    o.map = std::make_shared<const FieldMap>(volume.density_map);
+  }
   const LeafMicroBounds* stored = cloud.micro ? &*cloud.micro : nullptr;
   Volume v = pvol::make_volume(cloud.density, cloud.pyramid, volume.medium, o, stored);
   if (cloud.shell) v.shell = std::make_shared<const Shell>(*cloud.shell);
@@ -217,7 +254,15 @@ Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volu
 }
 
 VolumeFacts describe(const formats::Cloud& cloud, const formats::SceneVolume& volume) {
-  return pvol::describe(cloud.density, volume.medium.extinction, volume.object_to_world);
+  VolumeFacts f = pvol::describe(cloud.density, volume.medium.extinction, volume.object_to_world);
+  if (volume.density_map.is_identity()) return f;
+  const ValueRange range = range_over(volume.density_map, {0, cloud.pyramid.scale});
+  f.largest_extinction = volume.medium.extinction * double(range.hi);
+  f.shortest_free_path = 1 / f.largest_extinction;
+  const double share = mapped_share(cloud, volume.density_map);
+  for (double& thickness : f.mean_optical_thickness) thickness *= share;
+  f.largest_optical_thickness *= share;
+  return f;
 }
 
 void require_proof(const std::filesystem::path& file, const formats::Cloud& cloud) {

@@ -44,9 +44,10 @@ struct Loader {
                                         const formats::SceneFile& scene);
 
 /// The extinction of three digits with which the cloud is this many mean free paths thick, averaged
-/// over the columns along its thickest axis; 1 for a cloud of nothing.
+/// over the columns along its thickest axis; 1 for a cloud of nothing. With a map about so many.
 [[nodiscard]] double choose_extinction(const formats::Cloud& cloud, const Affine& object_to_world,
-                                       double thickness = kChosenThickness);
+                                       double thickness = kChosenThickness,
+                                       const FieldMap& map = {});
 
 /// The intensity of three digits with which the cloud's fire shines with a radiance of about 1,
 /// averaged over the columns along its longest way through; 1 for a fire of nothing.

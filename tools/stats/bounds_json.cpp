@@ -99,12 +99,20 @@ Json to_json(const BoundsReport& r) {
     j["volume"] = to_json(r.cut->facts);
   }
   if (r.probe) j["measured"] = to_json(*r.probe);
+  for (const BoundsReport::Field& f : r.fields) {
+    j["fields"].push_back({{"name", f.name},
+                           {"largest", f.largest},
+                           {"leaves", f.leaves},
+                           {"majorant_over_mean", f.tightness.majorant.even},
+                           {"gap_over_mean", f.tightness.residual.even},
+                           {"verified", f.verified}});
+  }
   if (r.check) j["verified"] = to_json(*r.check, r.cloud.grid().index_to_world);
   if (r.bytes) {
     j["bytes"] = {{"header", r.bytes->header}, {"metadata", r.bytes->metadata},
                   {"bounds", r.bytes->bounds}, {"micro", r.bytes->micro},
                   {"shell", r.bytes->shell},   {"density", r.bytes->density},
-                  {"total", r.bytes->total}};
+                  {"fields", r.bytes->fields}, {"total", r.bytes->total}};
   }
   return j;
 }

@@ -156,6 +156,21 @@ constexpr const char* kLookupNotes =
 
 }  // namespace
 
+namespace {
+
+report::Table field_table(const BoundsReport& r) {
+  report::Table t{.caption = "further grids of the file; more of one with --grid NAME",
+                  .header = {"grid", "largest", "leaves", "hi/mean", "(hi - lo)/mean", "bounds"}};
+  for (const BoundsReport::Field& f : r.fields) {
+    t.rows.push_back({f.name, readable(double(f.largest)), readable_count(f.leaves),
+                      readable(f.tightness.majorant.even), readable(f.tightness.residual.even),
+                      f.verified ? "hold" : ""});
+  }
+  return t;
+}
+
+}  // namespace
+
 report::Document bounds_document(const BoundsReport& r, bool pictures) {
   report::Document d{.title = "Bounds of " + std::filesystem::path(r.file).filename().string(),
                      .subject = r.file,
@@ -166,7 +181,10 @@ report::Document bounds_document(const BoundsReport& r, bool pictures) {
                            readable_count(r.check->leaves), readable_count(r.check->uniform)),
                report::Mood::good});
   }
-  if (r.cloud.pyramid.empty()) return d;
+  if (r.cloud.pyramid.empty()) {
+    if (!r.fields.empty()) add(d, field_table(r));
+    return d;
+  }
   if (pictures) {
     add(d, cut_text(*r.cut), Shown::on_page);
     add(d, lookup_part(r), Shown::on_page);
@@ -178,6 +196,7 @@ report::Document bounds_document(const BoundsReport& r, bool pictures) {
   add(d, depth_table(r.bounds));
   add(d, quantile_table(r.distributions.back()));
   if (pictures) add(d, histogram_parts(r), Shown::on_page);
+  if (!r.fields.empty()) add(d, field_table(r));
   add(d, Heading{"Space and memory"});
   add(d, class_table(r.bounds));
   add(d, Text{fmt::format("walks skip {} of the box around the density",

@@ -34,6 +34,16 @@ struct BoundsReport {
   std::optional<measure::Probe> probe;      ///< where a render was asked for
   std::optional<BoundsCheck> check;         ///< where the bounds were verified
   std::optional<formats::PvolSizes> bytes;  ///< of a .pvol file
+
+  /// A further grid of a .pvol file.
+  struct Field {
+    std::string name;
+    float largest = 0;
+    std::uint64_t leaves = 0;
+    Tightness tightness;  ///< of its leaves
+    bool verified = false;
+  };
+  std::vector<Field> fields{};
 };
 
 /// A wrong bound in a sentence: what is wrong, where, and by how much.

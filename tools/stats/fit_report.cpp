@@ -71,8 +71,7 @@ void print_text(const FitOptions& o, const Fit& f) {
                    readable_bytes(bytes.micro), readable_bytes(bytes.shell),
                    readable_bytes(bytes.density),
                    f.fields.empty() ? "" : "fields " + readable_bytes(bytes.fields) + ", ",
-                   readable_bytes(bytes.header + bytes.metadata),
-                   readable_bytes(f.source_bytes))
+                   readable_bytes(bytes.header + bytes.metadata), readable_bytes(f.source_bytes))
             << fmt::format("time    read {}, bounds {}, shell {}, write {}\n",
                            readable_seconds(f.read_seconds), readable_seconds(f.bounds_seconds),
                            readable_seconds(f.shell_seconds), readable_seconds(f.write_seconds))
@@ -124,11 +123,10 @@ void print_json(const FitOptions& o, const Fit& f) {
   }
   if (!f.check.empty()) j["check"] = f.check;
   if (f.file.shell) j["shell"] = to_json(*f.file.shell, f.bytes.shell);
-  j["bytes"] = {{"header", f.bytes.header}, {"metadata", f.bytes.metadata},
-                {"bounds", f.bytes.bounds}, {"micro", f.bytes.micro},
-                {"shell", f.bytes.shell},   {"density", f.bytes.density},
-                {"fields", f.bytes.fields}, {"total", f.bytes.total},
-                {"source", f.source_bytes}};
+  j["bytes"] = {
+      {"header", f.bytes.header}, {"metadata", f.bytes.metadata}, {"bounds", f.bytes.bounds},
+      {"micro", f.bytes.micro},   {"shell", f.bytes.shell},       {"density", f.bytes.density},
+      {"fields", f.bytes.fields}, {"total", f.bytes.total},       {"source", f.source_bytes}};
   j["seconds"] = {{"read", f.read_seconds},
                   {"bounds", f.bounds_seconds},
                   {"shell", f.shell_seconds},
@@ -142,7 +140,8 @@ std::vector<std::string> doubts(const FitOptions& o, const Fit& f) {
   const auto doubt = [&](std::string text) {
     all.push_back(fmt::format("{}: {}", o.input.string(), std::move(text)));
   };
-  if (f.file.pyramid.empty() && f.fields.empty()) doubt("the density is 0 everywhere; nothing will be seen");
+  if (f.file.pyramid.empty() && f.fields.empty())
+    doubt("the density is 0 everywhere; nothing will be seen");
   if (f.file.codes) {
     constexpr double kMostMass = 0.01;
     const QuantisationError& e = f.file.codes->error;

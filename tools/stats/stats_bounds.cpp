@@ -82,6 +82,30 @@ void prove_micro_bounds(const formats::Cloud& cloud) {
   (void)arrange(*cloud.micro, field.field, field.brick_of, cloud.pyramid);
 }
 
+/// The further grids of a .pvol file, whose bounds are verified where that is asked for.
+std::vector<BoundsReport::Field> measure_fields(const BoundsOptions& o) {
+  std::vector<BoundsReport::Field> fields;
+  if (formats::ending(o.input) != ".pvol" || !o.grid.grid.empty()) return fields;
+  const std::vector<formats::PvolGridName> grids = formats::list_pvol(o.input);
+  for (std::size_t i = 1; i < grids.size(); ++i) {
+    const formats::Cloud cloud =
+        load_cloud({"pvol-stats"}, o.input, {grids[i].name, o.grid.strict});
+    const Pyramid& p = cloud.pyramid;
+    BoundsReport::Field& f = fields.emplace_back();
+    f.name = grids[i].name;
+    f.verified = o.verify;
+    if (o.verify) {
+      const BoundsCheck check = verify_bounds(cloud.grid(), p);
+      if (!check.holds()) refuse(o, cloud, check);
+    }
+    if (p.empty()) continue;
+    f.largest = p.scale;
+    f.leaves = p.levels[0].size();
+    f.tightness = measure_bounds(p, measure_content(cloud.grid(), p)).depths.back().tightness;
+  }
+  return fields;
+}
+
 }  // namespace
 
 int run_bounds(const BoundsOptions& o) {
@@ -95,6 +119,7 @@ int run_bounds(const BoundsOptions& o) {
   }
   BoundsReport r = measure(o, std::move(cloud));
   r.check = std::move(check);
+  r.fields = measure_fields(o);
   const report::Document document = bounds_document(r, o.html.has_value());
   if (o.html) html::write_page(*o.html, document);
   std::cout << (o.json ? to_text(to_json(r)) : report::to_terminal(document));

@@ -47,7 +47,8 @@ void set_extinction(const SceneOptions& o, LoadedScene& loaded) {
     const double thickness = i == 0 ? o.thickness.value_or(kChosenThickness) : kChosenThickness;
     v.medium.extinction = i == 0 && o.extinction
                               ? *o.extinction
-                              : choose_extinction(loaded.clouds[i], v.object_to_world, thickness);
+                              : choose_extinction(loaded.clouds[i], v.object_to_world, thickness,
+                                                  v.density_map);
     v.has_extinction = true;
   }
 }

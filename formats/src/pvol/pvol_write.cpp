@@ -60,8 +60,7 @@ std::vector<ChunkEntry> write_file(std::ostream& out, const PvolFile& content,
 /// A field as a file of its own.
 std::string file_bytes(const PvolFile& field, Compression compression, const std::string& place) {
   std::ostringstream out(std::ios::binary);
-  (void)write_file(out, field, compression,
-                   place + ": field '" + field.metadata.grid_name + "'");
+  (void)write_file(out, field, compression, place + ": field '" + field.metadata.grid_name + "'");
   return std::move(out).str();
 }
 

@@ -142,6 +142,7 @@ void read_medium(const TomlTable& given, SceneVolume& volume) {
   const Entries place = entries(placement);
   std::vector<std::string_view> allowed = key_names(matter);
   allowed.emplace_back("component");
+  allowed.emplace_back("density");
   allowed.emplace_back("fire");
   allowed.emplace_back("motion");
   for (const std::string_view key : key_names(place)) allowed.push_back(key);
@@ -150,6 +151,9 @@ void read_medium(const TomlTable& given, SceneVolume& volume) {
   refuse_misfit(table, misfit(placement));
   volume.has_extinction = table.has("extinction");
   volume.object_to_world = placement.map();
+  if (const TomlTable* map = table.table("density")) {
+    read_keys(*map, entries(volume.density_map));
+  }
   if (const TomlTable* fire = table.table("fire")) read_fire(*fire, volume);
   if (const TomlTable* motion = table.table("motion")) {
     read_keys(*motion, entries(volume.velocity.emplace()));

@@ -81,6 +81,11 @@ std::vector<SectionManual> describe_sections() {
                      entries(placement))));
   all.push_back(
       section("[[medium.component]]", "Another kind of matter in the same cloud.", component));
+  FieldMap map;
+  all.push_back(section("[medium.density]",
+                        "What the density is of the grid's values, after interpolation; it must be "
+                        "0 where they are.",
+                        entries(map)));
   Fire fire;
   all.push_back(section("[medium.fire]",
                         "Light that a grid of the file emits, beside the density or without one.",

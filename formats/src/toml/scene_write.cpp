@@ -24,10 +24,14 @@ std::string medium_text(const SceneVolume& v, const std::string& name) {
   Placement placement;
   placement.matrix = v.object_to_world;
   std::string text = fmt::format("\n[{}]\n", name);
-  if (v.has_extinction) text += lines(entries(v.medium));
+  const Entries medium = entries(v.medium);
+  text += lines(v.has_extinction ? medium : without(medium, "extinction"));
   text += lines(without(entries(all.front()), "share")) + lines(entries(placement));
   for (std::size_t i = 1; i < all.size(); ++i) {
     text += fmt::format("\n[[{}.component]]\n", name) + lines(entries(all[i]));
+  }
+  if (!v.density_map.is_identity()) {
+    text += fmt::format("\n[{}.density]\n", name) + lines(entries(v.density_map));
   }
   if (v.fire) {
     const Entries fire = entries(*v.fire);

@@ -102,6 +102,9 @@ class RayWalk {
 /// loops.
 template <class F>
 decltype(auto) visit_field(const Volume& volume, const F& f) {
+  if (volume.density.map != nullptr) {
+    return visit_source(volume.density, [&](const auto& source) { return f(PlainField{source}); });
+  }
   return visit_look_up(volume.density.look_up, [&](auto look_up) -> decltype(auto) {
     switch (volume.density.micro.edge) {
       case 1:

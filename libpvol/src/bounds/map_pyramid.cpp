@@ -65,4 +65,17 @@ Pyramid map_pyramid(const Pyramid& pyramid, const FieldMap& map) {
   return mapped;
 }
 
+std::vector<std::vector<std::uint32_t>> links_of(
+    const Pyramid& mapped, const Pyramid& pyramid,
+    const std::vector<std::vector<std::uint32_t>>& links) {
+  std::vector<std::vector<std::uint32_t>> kept(mapped.levels.size());
+  for (std::size_t level = 0; level < mapped.levels.size(); ++level) {
+    for (const PyramidNode& node : mapped.levels[level]) {
+      const auto at = find(pyramid.levels[level], node.code);
+      kept[level].push_back(at ? links[level][*at] : 0);
+    }
+  }
+  return kept;
+}
+
 }  // namespace pvol

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pvol/math/field_map_keys.h"
+
 namespace pvol {
 namespace {
 

@@ -17,27 +17,26 @@ constexpr std::uint32_t kMostBounces = 256;    // of a path
 
 /// Optical depth of a ray through a volume by one look-up in each segment, right on average;
 /// nothing where it misses the box.
-template <LookUp kLookUp>
 [[nodiscard]] std::optional<double> sample_depth(const VolumeSetup& v, const Ray& world, Rng& rng) {
   const Ray ray = v.in_cells(world);
   const auto span = v.in_box(ray);
   if (!span) return std::nullopt;
   const VolumeField& f = v.volume.density;
-  const auto mu = extinction_source<kLookUp>(f);
-  Walk walk(f.octree, make_cursor(f.octree, ray.at(span->t0)), v.in_cells(Vec3f(world.d)));
-  double depth = 0;
-  while (const auto s = walk.next()) {
-    const double length = s->t1 - s->t0;
-    depth += double(mu(*s, walk.point(s->t0 + double(rng.uniform()) * length))) * length;
-  }
-  return depth;
+  return visit_source(f, [&](const auto& mu) {
+    Walk walk(f.octree, make_cursor(f.octree, ray.at(span->t0)), v.in_cells(Vec3f(world.d)));
+    double depth = 0;
+    while (const auto s = walk.next()) {
+      const double length = s->t1 - s->t0;
+      depth += double(mu(*s, walk.point(s->t0 + double(rng.uniform()) * length))) * length;
+    }
+    return depth;
+  });
 }
 
 [[nodiscard]] std::optional<double> sample_depth(const PathSetup& setup, const Ray& ray, Rng& rng) {
   std::optional<double> sum;
   for (const VolumeSetup& v : setup.volumes) {
-    const auto depth = visit_look_up(
-        v.volume.density.look_up, [&](auto look_up) { return sample_depth<look_up>(v, ray, rng); });
+    const auto depth = sample_depth(v, ray, rng);
     if (depth) sum = sum.value_or(0) + *depth;
   }
   return sum;

@@ -1,5 +1,6 @@
 #include "render/check_scene.h"
 
+#include <algorithm>
 #include <limits>
 #include <string>
 
@@ -31,6 +32,9 @@ void check_motion(const Volume& volume, const Scene& scene) {
   require(o.tracker != Tracker::regular && o.transmittance != Transmittance::regular,
           "regular tracking and regular transmittance have no closed form where a volume moves; "
           "choose another tracker or transmittance, or the shutter [0, 0]");
+  require(!is_chromatic(volume.medium),
+          "a volume that moves has an extinction without colour; leave extinction_color at 1, or "
+          "the shutter at [0, 0]");
   require(o.line_emission != LineEmission::on,
           "the emission of a volume that moves is gathered at collisions; leave line emission at "
           "auto");
@@ -44,6 +48,10 @@ void check(const Volume& volume, const RenderOptions& o) {
               (o.tracker != Tracker::regular && o.transmittance != Transmittance::regular),
           "regular tracking and regular transmittance have closed forms for nearest and trilinear "
           "interpolation only; choose another tracker, transmittance or interpolation");
+  require(volume.density.map == nullptr ||
+              (o.tracker != Tracker::regular && o.transmittance != Transmittance::regular),
+          "regular tracking and regular transmittance have no closed form for a mapped density; "
+          "choose another tracker or transmittance");
   require(volume.density.scale == float(volume.medium.extinction) &&
               volume.density.look_up == o.look_up &&
               (o.tracker != Tracker::delta_global || volume.density.octree.depth == 0),
@@ -67,6 +75,19 @@ void check_deep(const RenderOptions& o) {
                                        "most 8: take fewer bins, or render it in parts (crop)");
 }
 
+/// Flights for several channels have weights, and one tracker of their own.
+void check_chromatic(std::span<const Volume> volumes, const RenderOptions& o) {
+  if (std::ranges::none_of(volumes, [](const Volume& v) { return is_chromatic(v.medium); })) return;
+  const char* wrong = volumes.size() > 1 ? "one volume alone"
+                      : o.deep           ? "no deep picture, whose samples have no weights"
+                      : is_weighted(o.tracker) || o.tracker == Tracker::regular
+                          ? "the trackers decomposition and delta, for which it has one of its own"
+                          : nullptr;
+  require(wrong == nullptr,
+          std::string("an extinction that differs by channel (extinction_color) goes with ") +
+              (wrong ? wrong : ""));
+}
+
 }  // namespace
 
 void check(std::span<const Volume> volumes, const Scene& scene) {
@@ -74,6 +95,7 @@ void check(std::span<const Volume> volumes, const Scene& scene) {
   require(!volumes.empty(), "there is no volume to render");
   require(volumes.size() == 1 || !is_weighted(scene.options.tracker),
           "weighted trackers take one volume; choose another tracker for several");
+  check_chromatic(volumes, scene.options);
   if (scene.options.deep) check_deep(scene.options);
   for (const Volume& v : volumes) {
     check(v, scene.options);

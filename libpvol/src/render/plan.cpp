@@ -32,14 +32,17 @@ int common_micro_edge(std::span<const Volume> volumes) {
 Kernel choose_kernel(const RenderPlan& p) {
   return {.look_up = p.scene.options.look_up,
           .micro_edge = common_micro_edge(p.volumes),
-          .paths = p.guide.used           ? Paths::guided
-                   : p.volumes.size() > 1 ? Paths::many_volumes
-                                          : Paths::one_volume,
+          .paths = is_chromatic(p.volumes.front().medium) ? Paths::chromatic
+                   : p.guide.used                         ? Paths::guided
+                   : p.volumes.size() > 1                 ? Paths::many_volumes
+                                                          : Paths::one_volume,
           .count = p.scene.options.count || counted(p.scene.options.aovs),
           .lanes = p.scene.options.kernel,
-          .endless = std::ranges::any_of(p.volumes, detail::has_endless_flights),
+          .mapped = std::ranges::any_of(p.volumes,
+                                        [](const Volume& v) { return v.density.map != nullptr; }),
           .moving = std::ranges::any_of(
-              p.volumes, [](const Volume& v) { return v.density.motion != nullptr; })};
+              p.volumes, [](const Volume& v) { return v.density.motion != nullptr; }),
+          .endless = std::ranges::any_of(p.volumes, detail::has_endless_flights)};
 }
 
 Decision decide_cut(const Volume& v, const RenderOptions& o) {

@@ -48,8 +48,8 @@ PathSetup with_counts(const RenderPlan& plan, const PathSetup& setup) {
   PathSetup counted = setup;
   counted.count = true;
   if (!plan.kernel.endless) {
-    counted.flights = detail::find_flights(plan.kernel.look_up, plan.kernel.micro_edge,
-                                           detail::Watching::count, plan.kernel.moving);
+    counted.flights =
+        detail::find_flights(detail::field_kind(plan.kernel), detail::Watching::count);
   }
   return counted;
 }

@@ -68,7 +68,9 @@ constexpr double kFaintest = 0.002;                   // share of camera rays th
 
 /// What is wrong with a volume's thickness, if anything.
 [[nodiscard]] std::string doubt_thickness(const Volume& v) {
-  if (v.density.octree.empty()) return named(v, "the density is 0 everywhere");
+  if (v.density.octree.empty()) {
+    return v.fire != nullptr ? "" : named(v, "the density is 0 everywhere");
+  }
   if (v.medium.extinction == 0) return named(v, "medium.extinction is 0: nothing of it is seen");
   const double t = thickness(v);
   if (t >= kThinnest && t <= kThickest) return {};

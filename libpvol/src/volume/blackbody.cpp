@@ -59,8 +59,8 @@ Vec3d blackbody_chromaticity(double kelvin) {
     const double nm = kFirst + kStep * double(i);
     // Scaled by the radiance at 780 nm, so that nothing underflows.
     const double a = kSecond / (nm * kelvin), b = kSecond / (780 * kelvin);
-    sum += kObserver[i] * (std::exp(b - a) * std::pow(nm / 780, -5) * std::expm1(-b) /
-                           std::expm1(-a));
+    sum +=
+        kObserver[i] * (std::exp(b - a) * std::pow(nm / 780, -5) * std::expm1(-b) / std::expm1(-a));
   }
   return sum / (sum.x + sum.y + sum.z);
 }

@@ -16,7 +16,8 @@ namespace pvol {
 namespace {
 
 [[nodiscard]] detail::Flights flights_of(const VolumeField& f) {
-  return detail::find_flights(f.look_up, f.micro.edge, detail::Watching::none, f.motion != nullptr);
+  return detail::find_flights({f.look_up, f.micro.edge, f.map != nullptr, f.motion != nullptr},
+                              detail::Watching::none);
 }
 
 [[noreturn]] void refuse_closed_form() {
@@ -82,10 +83,7 @@ float density_at(const Volume& volume, Vec3d world) {
   if (tree.empty() || !tree.support().contains(cells)) return 0;
   const LatticePoint p = make_cursor(tree, cells).at;
   constexpr LeafHandle kRoot = Octree::kNodeBit;
-  return visit_look_up(volume.density.look_up, [&](auto look_up) {
-    const auto source = extinction_source<look_up>(volume.density);
-    return source.density(kRoot, p);
-  });
+  return visit_source(volume.density, [&](const auto& s) { return s.density(kRoot, p); });
 }
 
 float extinction_at(const Volume& volume, Vec3d world) {

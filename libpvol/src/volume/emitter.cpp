@@ -12,19 +12,6 @@
 namespace pvol {
 namespace {
 
-/// The bricks of the cubes that a map leaves.
-std::vector<std::vector<std::uint32_t>> links_of(
-    const Pyramid& mapped, const Pyramid& pyramid,
-    const std::vector<std::vector<std::uint32_t>>& brick_of) {
-  std::vector<std::vector<std::uint32_t>> links(mapped.levels.size());
-  for (std::size_t level = 0; level < mapped.levels.size(); ++level) {
-    for (const PyramidNode& node : mapped.levels[level]) {
-      links[level].push_back(brick_of[level][*find(pyramid.levels[level], node.code)]);
-    }
-  }
-  return links;
-}
-
 VolumeField make_field(const BoundedGrid& from, const FieldMap& map,
                        const Affine& object_to_world) {
   const Pyramid& pyramid = from.pyramid;
@@ -43,8 +30,8 @@ VolumeField make_field(const BoundedGrid& from, const FieldMap& map,
   FieldWithLinks built = build_field(from.grid, pyramid);
   // Points of a line are spread over segments: those of leaves make for little noise.
   f.octree = build_octree(mapped, 1, std::cbrt(std::abs(determinant(to_world))),
-                          {.depth = kDeepestOctree, .costs = {}}, links_of(mapped, pyramid, built.brick_of),
-                          kZeroBrick);
+                          {.depth = kDeepestOctree, .costs = {}},
+                          links_of(mapped, pyramid, built.brick_of), kZeroBrick);
   f.values = std::make_shared<const BrickField>(std::move(built.field));
   return f;
 }

@@ -33,13 +33,20 @@ struct Flights {
   float (*pass)(Transmittance, Tracker, const VolumeField&, Walk&, Rng&, Watch&);
 };
 
-/// For fields of this look-up; `micro_edge` is that of the micro-bounds which they have and which
-/// are to be used, or 0. Without counts tallies stay as they are. Estimators that are chosen by
+/// What look-ups of fields are: `micro_edge` is that of the micro-bounds which they have and which
+/// are to be used, or 0, as it is for fields with maps and for those in motion. `mapped` and
+/// `moving` hold for scenes in which some volume is, with or without others that are not.
+struct FieldKind {
+  LookUp look_up;
+  int micro_edge;
+  bool mapped;
+  bool moving = false;
+};
+
+/// For fields of a kind. Without counts tallies stay as they are. Estimators that are chosen by
 /// volume (`automatic`), and closed forms (`regular`) for fields that have none, were refused
-/// before. `moving`: for scenes in which volumes move, with or without others that stand still;
-/// then there are no micro-bounds, and no procedural look-ups.
-[[nodiscard]] Flights find_flights(LookUp look_up, int micro_edge, Watching watching,
-                                   bool moving = false);
+/// before.
+[[nodiscard]] Flights find_flights(const FieldKind& kind, Watching watching);
 
 /// The same for one way of look-up (flights_of.h). Each is instantiated in sources of its own, made
 /// of flights_of.cpp.in and watched_flights_of.cpp.in by the list in libpvol/CMakeLists.txt.
@@ -47,6 +54,9 @@ template <LookUp kLookUp>
 [[nodiscard]] Flights find_flights_of(int micro_edge, bool count);
 template <LookUp kLookUp>
 [[nodiscard]] Flights find_watched_flights_of(int micro_edge);
+/// Of fields with maps: nearest and trilinear ones. These count always.
+template <LookUp kLookUp>
+[[nodiscard]] Flights find_mapped_flights_of(bool watched);
 
 /// Flights through fields in motion are always watched (moving_flights_of.h).
 template <LookUp kLookUp>

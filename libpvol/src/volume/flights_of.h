@@ -103,25 +103,30 @@ struct WatchedField : Field {
   }
 };
 
-template <LookUp kLookUp, int kMicroEdge>
-[[nodiscard]] auto make_watched_field(const VolumeField& f, const Watch& watch) {
-  using Field = decltype(make_field<kLookUp, kMicroEdge>(f));
-  return WatchedField<Field>{make_field<kLookUp, kMicroEdge>(f), *watch.stop};
+template <class Field>
+[[nodiscard]] WatchedField<Field> watched(const Field& field, const Watch& watch) {
+  return {field, *watch.stop};
 }
 
-template <LookUp kLookUp, int kMicroEdge>
-[[nodiscard]] Flights make_watched_flights() {
+/// Flights that count, through what kMake(field, watch) makes of a volume's field.
+template <auto kMake>
+[[nodiscard]] Flights make_counting_flights() {
   return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, Watch& watch) {
             Tally& tally = watch;
-            return fly(tracker, make_watched_field<kLookUp, kMicroEdge>(f, watch), walk, rng,
-                       tally);
+            return fly(tracker, kMake(f, watch), walk, rng, tally);
           },
           [](Transmittance estimator, Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng,
              Watch& watch) {
             Tally& tally = watch;
-            return pass(estimator, tracker, make_watched_field<kLookUp, kMicroEdge>(f, watch), walk,
-                        rng, tally);
+            return pass(estimator, tracker, kMake(f, watch), walk, rng, tally);
           }};
+}
+
+template <LookUp kLookUp, int kMicroEdge>
+[[nodiscard]] Flights make_watched_flights() {
+  return make_counting_flights<[](const VolumeField& f, const Watch& watch) {
+    return watched(make_field<kLookUp, kMicroEdge>(f), watch);
+  }>();
 }
 
 /// f(edge) of micro-bounds as a std::integral_constant.
@@ -130,6 +135,16 @@ template <class F>
   if (micro_edge == 1) return f(std::integral_constant<int, 1>{});
   if (micro_edge == 2) return f(std::integral_constant<int, 2>{});
   return f(std::integral_constant<int, 0>{});
+}
+
+template <LookUp kLookUp>
+Flights find_mapped_flights_of(bool is_watched) {
+  return is_watched ? make_counting_flights<[](const VolumeField& f, const Watch& watch) {
+    return watched(PlainField{mapped_source<kLookUp>(f)}, watch);
+  }>()
+                    : make_counting_flights<[](const VolumeField& f, const Watch&) {
+                        return PlainField{mapped_source<kLookUp>(f)};
+                      }>();
 }
 
 template <LookUp kLookUp>

@@ -10,6 +10,7 @@
 #include "math/digits.h"
 #include "pvol/bounds/homogenise.h"
 #include "pvol/bounds/integrals.h"
+#include "pvol/bounds/map_pyramid.h"
 #include "pvol/error.h"
 #include "pvol/field/brick_field.h"
 #include "pvol/field/leaf_micro_bounds.h"
@@ -64,9 +65,10 @@ bool pay(const VolumeField& v, const Pyramid& pyramid, const VolumeOptions& o) {
   return o.paths > kSamplesPerLeaf * double(pyramid.levels[0].size());
 }
 
-/// Edge of the micro-bounds that the options ask for; 0: none.
+/// Edge of the micro-bounds that the options ask for; 0: none. They bound values without a map.
 int micro_edge(const VolumeField& v, const Pyramid& pyramid, const VolumeOptions& o) {
   constexpr double kOpen = 0.25;  // look-ups per collision without them
+  if (o.map != nullptr) return 0;
   const bool of_use = !is_weighted(o.tracker) && o.tracker != Tracker::regular && !v.octree.empty();
   switch (o.micro_bounds) {
     case MicroBoundsUse::cells_8:
@@ -103,6 +105,29 @@ void check_look_up(const Pyramid& pyramid, LookUp wanted) {
               " interpolation and do not hold for " + name(wanted) +
               "; fit the cloud again with --interpolation " + name(wanted) +
               ", or render it with --interpolation " + name(pyramid.look_up));
+}
+
+/// Refuses what does not go with a map.
+void check_map(const VolumeOptions& o) {
+  if (o.map == nullptr) return;
+  const char* wrong = o.homogenise ? "homogenised parts"
+                      : o.look_up != LookUp::nearest && o.look_up != LookUp::trilinear
+                          ? "interpolation other than nearest and trilinear"
+                          : nullptr;
+  if (wrong) throw Error(std::string("a mapped density does not go with ") + wrong);
+}
+
+/// The tree of what a map leaves of the field.
+Octree build_mapped_octree(const Pyramid& pyramid, VolumeField& f, double cell_length,
+                           const VolumeOptions& o, const FieldWithLinks& built) {
+  const Pyramid mapped = map_pyramid(pyramid, *f.map);
+  if (!(double(f.scale) * double(mapped.scale) <= double(FLT_MAX))) {
+    throw Error("the map makes densities up to " + detail::digits(double(mapped.scale), 6) +
+                ", which the extinction takes beyond 3.4e38");
+  }
+  if (mapped.empty()) f.world_box = {};
+  return build_octree(mapped, double(f.scale), cell_length, choose_cut(o, f.look_up),
+                      links_of(mapped, pyramid, built.brick_of), kZeroBrick);
 }
 
 Box world_box(const Affine& to_world, const Pyramid& pyramid) {
@@ -168,6 +193,7 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Medium& 
   if (o.look_up == LookUp::procedural) {
     throw Error("samples have no procedural look-ups, which are for recipes");
   }
+  check_map(o);
   auto [v, cell_length] = place(grid.index_to_world, pyramid, medium, o, o.look_up);
   VolumeField& f = v.density;
   f.name = grid.name;
@@ -187,8 +213,10 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Medium& 
   }
   const Pyramid& bounds = o.homogenise ? homogenised.pyramid : pyramid;
   FieldWithLinks built = build_field(grid, bounds, rules);
-  f.octree = build_octree(bounds, medium.extinction, cell_length, choose_cut(o, f.look_up),
-                          built.brick_of, kZeroBrick);
+  f.map = o.map;
+  f.octree = f.map ? build_mapped_octree(bounds, f, cell_length, o, built)
+                   : build_octree(bounds, medium.extinction, cell_length, choose_cut(o, f.look_up),
+                                  built.brick_of, kZeroBrick);
   f.excess = built.excess;
   f.values = std::make_shared<const BrickField>(std::move(built.field));
   scale_majorants(f, o.majorant_scale);
@@ -203,6 +231,7 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Medium& 
 
 Volume make_volume(std::shared_ptr<const Recipe> recipe, const Pyramid& pyramid,
                    const Medium& medium, const VolumeOptions& o) {
+  if (o.map) throw Error("procedural look-ups have no map; choose another interpolation");
   if (o.homogenise) {
     throw Error("procedural look-ups leave nothing to homogenise; choose another interpolation");
   }

@@ -39,7 +39,17 @@ const char* expect_phase_points(const Value& rows) {
   return expect_phase_table(phase_points(rows));
 }
 
+const char* expect_a_one(const Value& value) {
+  Rgb color;
+  assign(color, value);
+  return max_component(color) == 1 ? nullptr
+                                   : "shares of which the largest is 1; the rest is extinction's";
+}
+
 void validate(const Medium& medium) {
+  require(
+      max_component(medium.extinction_color) == 1 && min_component(medium.extinction_color) >= 0,
+      "the colour of an extinction has shares in [0, 1], of which the largest is 1");
   require(!medium.components.empty(), "a medium needs at least one component");
   double sum = 0;
   for (const Component& c : medium.components) {

@@ -24,8 +24,9 @@ namespace pvol::formats {
 
 /// Names the grids that a volume goes by, as far as the scene leaves them open, by the names that
 /// Houdini, EmberGen, Blender and Bifrost write, in capitals or not. A file with flames or heat and
-/// no density becomes a fire alone, of the colour of black bodies where nobody described it. Returns what was bound, in whole sentences for the user; nothing
-/// where all was said. Throws Error that lists the grids where a fire has none to go by.
+/// no density becomes a fire alone, of the colour of black bodies where nobody described it.
+/// Returns what was bound, in whole sentences for the user; nothing where all was said. Throws
+/// Error that lists the grids where a fire has none to go by.
 [[nodiscard]] std::vector<std::string> bind_fields(SceneVolume& volume,
                                                    std::span<const GridEntry> grids);
 

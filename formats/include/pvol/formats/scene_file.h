@@ -54,10 +54,11 @@ struct SceneVolume {
   /// Of the density; empty: the only one, or "density". kNoGrid: there is none.
   std::string grid{};
   Medium medium{};
-  std::optional<Fire> fire{};
   Affine object_to_world{};     ///< placed after the grid's own map
   bool has_extinction = false;  ///< false: the caller may choose one that suits the cloud
-  bool has_intensity = false;   ///< of the fire, likewise
+  FieldMap density_map{};       ///< of the density's values
+  std::optional<Fire> fire{};
+  bool has_intensity = false;                ///< of the fire; false: the caller may choose one
   std::optional<VelocityChoice> velocity{};  ///< without: by the usual names, where there are any
   friend bool operator==(const SceneVolume&, const SceneVolume&) = default;
 };
@@ -103,8 +104,8 @@ struct SceneFile {
 ///   [camera]       Camera
 ///   [medium]       Medium, its first Component with the phase function's keys, Placement;
 ///                  [[medium.component]] each further Component, whose share the first one lacks;
-///                  [medium.fire] Fire, light of a grid of the same file;
-///                  [medium.motion] VelocityChoice, what moves it while the shutter is open
+///                  [medium.density] FieldMap; [medium.fire] Fire, light of a grid of the same
+///                  file; [medium.motion] VelocityChoice, what moves it while the shutter is open
 ///   [environment]  type = "constant", "gradient" or "image": ConstantSky, GradientSky, ImageSky;
 ///                  without `type` it is the one whose first key is there, else a gradient
 ///   [[sun]]        Sun; each kind of Light has sections of its name, and lights are in the order

@@ -97,7 +97,7 @@ struct RenderOptions {
   GuideUse guide = GuideUse::automatic;
   Lanes kernel = Lanes::automatic;
   LineEmission line_emission = LineEmission::automatic;
-  int emission_points = 1;   ///< of a flight, for each leaf of a field of emission on its way
+  int emission_points = 2;   ///< of a flight, for each 8 voxels of a field of emission on its way
   std::optional<int> depth;  ///< octree depth at which the walk stops, 0..16; else by cost
   /// Factor on majorants, for measurements: above 1 bounds get looser and the picture stays the
   /// same; below 1, down to 1/3, they do not bound, which takes a tracker with weights.

@@ -26,11 +26,12 @@ struct EmissionSetup;  // src/render/emission
 }
 
 /// How paths go through a scene's volumes.
-enum class Paths { one_volume, many_volumes, guided };
+enum class Paths { one_volume, many_volumes, guided, chromatic };
 [[nodiscard]] constexpr auto names(Paths) {
   return std::to_array<Named<Paths>>({{Paths::one_volume, "one volume"},
                                       {Paths::many_volumes, "many volumes"},
-                                      {Paths::guided, "guided"}});
+                                      {Paths::guided, "guided"},
+                                      {Paths::chromatic, "chromatic"}});
 }
 
 /// Which compiled loops render: those through the field and those of paths.
@@ -40,8 +41,9 @@ struct Kernel {
   Paths paths = Paths::one_volume;
   bool count = false;
   Lanes lanes = Lanes::scalar;  ///< not automatic
+  bool mapped = false;          ///< whether a volume's density is mapped
+  bool moving = false;          ///< whether a volume moves: samples have times
   bool endless = false;         ///< flights may be, so that they ask whether to stop
-  bool moving = false;          ///< some volume moves: samples have times
   friend bool operator==(const Kernel&, const Kernel&) = default;
 };
 

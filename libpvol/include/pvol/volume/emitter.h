@@ -13,7 +13,7 @@ namespace pvol {
 /// the density, or do without one.
 struct Emitter {
   Fire fire{};
-  VolumeField field{};                    ///< octree: bounds of the mapped values; walks stop at leaves
+  VolumeField field{};  ///< octree: bounds of the mapped values; walks stop at leaves
   std::optional<VolumeField> color_by{};  ///< where another field says the colour
 };
 

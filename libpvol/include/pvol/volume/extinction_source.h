@@ -5,6 +5,7 @@
 
 #include "pvol/field/brick_field.h"
 #include "pvol/field/procedural.h"
+#include "pvol/math/field_map.h"
 #include "pvol/track/field.h"
 #include "pvol/volume/volume.h"
 
@@ -18,6 +19,33 @@ template <LookUp kLookUp>
   } else {
     return BrickExtinction<kLookUp>{f.bricks(), f.octree, f.scale};
   }
+}
+
+/// A source whose densities are mapped before they become mu_t. Refers to the map.
+template <class Source>
+struct MappedExtinction {
+  static constexpr LookUp kLookUp = Source::kLookUp;
+
+  Source source;  ///< of scale 1
+  const FieldMap& map;
+  float scale;
+
+  [[nodiscard]] float operator()(const Segment& s, const LatticePoint& p) const {
+    return scale * value_at(map, source(s, p));
+  }
+  /// The density at a point of the cube with a handle, without the scale.
+  [[nodiscard]] float density(LeafHandle leaf, const LatticePoint& p) const {
+    return value_at(map, source.density(leaf, p));
+  }
+};
+
+/// What look-ups of a field with a map read, or of one without beside others with maps. Refers to
+/// the field.
+template <LookUp kLookUp>
+[[nodiscard]] auto mapped_source(const VolumeField& f) {
+  static const FieldMap kNone;
+  using Source = BrickExtinction<kLookUp>;
+  return MappedExtinction<Source>{Source{f.bricks(), f.octree, 1}, f.map ? *f.map : kNone, f.scale};
 }
 
 /// The field of trackers: every question a look-up, or the field's micro-bounds first, whose edge
@@ -46,6 +74,17 @@ decltype(auto) visit_look_up(LookUp look_up, const F& f) {
       break;
   }
   return f(std::integral_constant<LookUp, LookUp::trilinear>{});
+}
+
+/// f(source), and its result, with the field's source, mapped or not.
+template <class F>
+decltype(auto) visit_source(const VolumeField& field, const F& f) {
+  if (field.map != nullptr) {  // volumes are made with one for these two
+    return field.look_up == LookUp::nearest ? f(mapped_source<LookUp::nearest>(field))
+                                            : f(mapped_source<LookUp::trilinear>(field));
+  }
+  return visit_look_up(field.look_up,
+                       [&](auto look_up) { return f(extinction_source<look_up>(field)); });
 }
 
 }  // namespace pvol

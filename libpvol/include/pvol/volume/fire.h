@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "pvol/math/field_map.h"
+#include "pvol/math/field_map_keys.h"
 #include "pvol/volume/medium_keys.h"
 
 namespace pvol {
@@ -52,7 +52,10 @@ template <std::same_as<Fire> F>
                       .limits = any_text(),
                       .help = "Grid that says how much is emitted",
                       .otherwise = "flames, flame, fire, burn, heat or temperature"}),
-      Key<F>{{.key = ""}, nullptr, nullptr, [](F& f) { return entries(f.map); },
+      Key<F>{{.key = ""},
+             nullptr,
+             nullptr,
+             [](F& f) { return entries(f.map); },
              [](const F& f) { return entries(f.map); }},
       key<&F::intensity>({.key = "intensity",
                           .metavar = "X",

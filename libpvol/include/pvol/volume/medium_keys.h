@@ -132,6 +132,9 @@ template <std::same_as<Component> C>
   });
 }
 
+/// Three of which none is 1 leave the extinction to another number.
+[[nodiscard]] const char* expect_a_one(const Value& value);
+
 template <std::same_as<Medium> T>
 [[nodiscard]] constexpr auto keys(const T&) {
   return std::to_array<Key<T>>({
@@ -140,6 +143,12 @@ template <std::same_as<Medium> T>
                            .limits = number(Range::at_least(0)),
                            .help = "Extinction per world unit and unit of density",
                            .otherwise = "chosen for the cloud, and printed"}),
+      key<&T::extinction_color>(
+          {.key = "extinction_color",
+           .metavar = "RGB",
+           .limits = number(Range::closed(0, 1)).or_three().also(expect_a_one),
+           .help = "Share of the extinction by channel, the largest of which is 1; takes about "
+                   "three times as long as grey"}),
   });
 }
 

@@ -26,6 +26,7 @@ struct Emitter;           // volume/emitter.h
 struct HomogeneousParts;  // bounds/homogenise.h
 struct Motion;            // volume/motion.h
 struct ProceduralField;   // field/procedural.h
+struct FieldMap;          // math/field_map.h
 struct Shell;             // shell/shell.h
 
 /// Which micro-bounds decide tentative collisions before the density is looked up. The picture is
@@ -57,6 +58,9 @@ struct VolumeOptions {
   /// Factor on majorants, for measurements: above 1 bounds get looser and the picture stays the
   /// same; below 1, down to 1/3, they do not bound, which takes a tracker with weights.
   double majorant_scale = 1;
+  /// Of the density's values, after interpolation: majorants are as tight as the map's range, and
+  /// what it makes 0 is empty. Null: none. For nearest and trilinear look-ups of samples.
+  std::shared_ptr<const FieldMap> map{};
   /// Biased: nodes of the octree that can change the optical depth of a ray through them by no more
   /// than this count as homogeneous (homogenise.h).
   std::optional<double> homogenise{};
@@ -77,7 +81,8 @@ struct VolumeField {
   std::string name;                     ///< of the grid or recipe
   FieldValues values = empty_values();  ///< not null; in bricks that the octree's handles name
   LookUp look_up = LookUp::trilinear;
-  Octree octree;              ///< of bounds of scale * value
+  std::shared_ptr<const FieldMap> map{};  ///< of values; null: none
+  Octree octree;              ///< of bounds of scale * value, mapped
   float scale = 1;            ///< rounded once for bounds and look-ups alike
   MicroBounds micro;          ///< of values, for the squeeze; of edge 0 where there is none
   bool micro_stored = false;  ///< whether they were given, not built

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "pvol/volume/facts.h"
-
 namespace pvol::detail {
 
 std::shared_ptr<const EmissionSetup> prepare_emission(std::span<const Volume> volumes,
@@ -11,18 +9,11 @@ std::shared_ptr<const EmissionSetup> prepare_emission(std::span<const Volume> vo
   EmissionSetup setup{.sources = emission_sources(volumes, options),
                       .points = options.emission_points};
   if (setup.sources.empty()) return nullptr;
-  Box matter;  // that scatters
-  for (const Volume& v : volumes) {
-    if (!v.density.octree.empty() && largest_albedo(v.medium) > 0) {
-      matter = join(matter, v.density.world_box);
-    }
-  }
-  setup.lit = !matter.empty() && options.max_bounces != 0u;
-  if (setup.lit) {
-    constexpr float kUnit = 0.1f;  // of what falls on the middle
-    setup.lights = EmissionLights(setup.sources);
-    setup.unit = kUnit * setup.lights.irradiance(matter.centre());
-  }
+  const bool scatters = std::ranges::any_of(volumes, [](const Volume& v) {
+    return !v.density.octree.empty() && largest_albedo(v.medium) > 0;
+  });
+  setup.lit = scatters && options.max_bounces != 0u;
+  if (setup.lit) setup.lights = EmissionLights(setup.sources);
   return std::make_shared<const EmissionSetup>(std::move(setup));
 }
 

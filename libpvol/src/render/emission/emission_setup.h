@@ -13,7 +13,6 @@ struct EmissionSetup {
   int points = 1;             ///< of a line, for each leaf on its way
   bool lit = false;           ///< whether scattered light of it is sampled besides
   EmissionLights lights{{}};  ///< of sources, where they are lit
-  float unit = 0;             ///< irradiance that is worth one shadow ray
 };
 
 /// Null where nothing emits along flights.

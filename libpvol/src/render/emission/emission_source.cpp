@@ -17,7 +17,7 @@ Rgb emitted(const Medium& medium) {
   for (const Component& c : medium.components) {
     sum += (Rgb(1.0f) - c.albedo) * c.emission * float(c.share);
   }
-  return sum;
+  return sum * medium.extinction_color;
 }
 
 template <class Value>
@@ -74,9 +74,8 @@ Rgb integrate(const EmissionSource& source, const Ray& ray, double distance, flo
   const Ray cells{f.world_to_cells.point(ray.o), f.world_to_cells.vector(ray.d)};
   const auto span = intersect(f.octree.support(), cells, 0, distance);
   if (!span) return Rgb(0.0f);
-  return visit_look_up(f.look_up, [&](auto look_up) {
-    return integrate(source, extinction_source<look_up>(f), ray, cells, *span, u, points);
-  });
+  return visit_source(
+      f, [&](const auto& value) { return integrate(source, value, ray, cells, *span, u, points); });
 }
 
 }  // namespace pvol::detail

@@ -44,9 +44,7 @@ void add_cubes(const Octree& tree, std::uint32_t index, Vec3i lo, float most,
 /// Points along each edge of a cube at which emission is looked up: one in each cell of a leaf.
 constexpr int kAlong = kLeafEdge;
 
-constexpr std::size_t place_in(Vec3i p) {
-  return std::size_t((p.x * kAlong + p.y) * kAlong + p.z);
-}
+constexpr std::size_t place_in(Vec3i p) { return std::size_t((p.x * kAlong + p.y) * kAlong + p.z); }
 
 /// Luminance emitted per world unit at the points of a cube.
 template <class Value>
@@ -144,8 +142,7 @@ PowerTree::PowerTree(const EmissionSource& source)
   std::vector<Cube> cubes;
   add_cubes(f.octree, 0, Vec3i(0), 0, cubes);
   std::vector<std::vector<Node>> parts(cubes.size());
-  visit_look_up(f.look_up, [&](auto look_up) {
-    const auto value = extinction_source<look_up>(f);
+  visit_source(f, [&](const auto& value) {
     parallel_for(0, cubes.size(), [&](std::size_t i) {
       parts[i] = divide(source, cubes[i], luminances(source, value, to_world_, cubes[i]));
     });
@@ -291,12 +288,6 @@ float EmissionLights::pdf(Vec3d place, Vec3f direction) const {
     density += seen * t.pdf(place, Vec3d(direction));
   }
   return sum > 0 ? float(density / sum) : 0;
-}
-
-float EmissionLights::irradiance(Vec3d place) const {
-  double sum = 0;
-  for (const PowerTree& t : trees_) sum += t.seen_from(place);
-  return float(sum);
 }
 
 }  // namespace pvol::detail

@@ -11,11 +11,12 @@
 namespace pvol::detail {
 
 /// The cubes of a field's octree, and parts of them where they shine unevenly, in a tree of at most
-/// eight children a node, with the power that each emits. A place sees a node by its power over the squared distance, no nearer than its
-/// radius; from node to node a cube is chosen in proportion to that, and a point in it evenly. The
-/// density of directions follows exactly, whatever the powers: they need not be (THEORY.md, T5.12).
-/// Based on: Simon, Hanika, Zirr, Dachsbacher. Line integration for rendering heterogeneous
-/// emissive volumes. 2017; Villemin, Hery. Practical illumination from flames. 2013.
+/// eight children a node, with the power that each emits. A place sees a node by its power over the
+/// squared distance, no nearer than its radius; from node to node a cube is chosen in proportion to
+/// that, and a point in it evenly. The density of directions follows exactly, whatever the powers:
+/// they need not be (THEORY.md, T5.12). Based on: Simon, Hanika, Zirr, Dachsbacher. Line
+/// integration for rendering heterogeneous emissive volumes. 2017; Villemin, Hery. Practical
+/// illumination from flames. 2013.
 class PowerTree {
  public:
   /// Of a source that is not empty; estimates powers by a few points of each cube.
@@ -40,8 +41,8 @@ class PowerTree {
 
  private:
   struct Node {
-    Vec3f lo, hi;        ///< cells
-    float power = 0;     ///< in cells; that of a cube of this luminance a world unit: its volume
+    Vec3f lo, hi;     ///< cells
+    float power = 0;  ///< in cells; that of a cube of this luminance a world unit: its volume
     std::uint32_t first = 0;
     std::uint32_t count = 0;  ///< of children; 0: a cube
     [[nodiscard]] float seen_from(Vec3f cell) const;
@@ -71,8 +72,6 @@ class EmissionLights {
   };
   [[nodiscard]] Towards sample(Vec3d place, Rng& rng) const;
   [[nodiscard]] float pdf(Vec3d place, Vec3f direction) const;
-  /// About the irradiance of a place, in luminance.
-  [[nodiscard]] float irradiance(Vec3d place) const;
 
  private:
   std::vector<PowerTree> trees_;

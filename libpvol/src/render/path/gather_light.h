@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "render/path/path_result.h"
 #include "render/path/traversal.h"
@@ -103,7 +104,7 @@ template <class Traversal>
   if (!(value > 0) || (value < 1 && !(rng.uniform() < value))) return Rgb(0.0f);
   const int rays = value < 1 ? 1 : value < float(kMostShadowRays) ? int(value) : kMostShadowRays;
   shadow_rays += std::uint64_t(rays);
-  float sum = 0;
+  decltype(traversal.pass(towards.direction, towards.distance, rng)) sum{0};  // or by channel
   for (int i = 0; i < rays; ++i) sum += traversal.pass(towards.direction, towards.distance, rng);
   return light * (sum / (value < 1 ? value : float(rays)));
 }
@@ -152,14 +153,16 @@ template <class Traversal>
   const EmissionLights::Towards to = fire.lights.sample(place, rng);
   if (!(to.pdf > 0)) return;
   const float p = pdf_phase(phase, from, to.direction);
-  const float value = absolute_luminance(throughput) * p *
-                      (fire.unit > 0 ? fire.lights.irradiance(place) / fire.unit : 1);
+  // By what the flight may bring beside the path's other light, which falls with the distance to
+  // the fire as much: faint and sideways ones are drawn by roulette.
+  constexpr float kEven = 4 * std::numbers::pi_v<float>, kSideways = 4;
+  const float value =
+      std::min(absolute_luminance(throughput) * std::min(kSideways * kEven * p, 1.0f), 1.0f);
   if (!(value > 0) || (value < 1 && !(rng.uniform() < value))) return;
   ++shadow_rays;
-  const Reach reach = traversal.reach(to.direction, rng);
-  const Rgb sum =
-      emission_along(fire, {place, Vec3d(to.direction)}, reach.distance, rng) *
-      (balance(to.pdf, p) * p / to.pdf * reach.weight / std::min(value, 1.0f));
+  const auto reach = traversal.reach(to.direction, rng);
+  const Rgb sum = emission_along(fire, {place, Vec3d(to.direction)}, reach.distance, rng) *
+                  (balance(to.pdf, p) * p / to.pdf * reach.weight / value);
   r.radiance += throughput * sum;
   if (r.in_layers()) r.emission() += throughput * sum;
 }

@@ -125,6 +125,10 @@ struct VolumeSetup {
 
 class Importance;
 
+[[nodiscard]] inline FieldKind field_kind(const Kernel& k) {
+  return {k.look_up, k.mapped ? 0 : k.micro_edge, k.mapped, k.moving};
+}
+
 struct PathSetup {
   /// Radiance that is everywhere and is left out of sky, emission and paths, to be added to every
   /// camera path as it is (THEORY.md, T5.5); 0 where paths are not guided.
@@ -162,11 +166,9 @@ struct PathSetup {
         lights(make_light_sources(plan.scene.lights)),
         max_bounces(plan.scene.options.max_bounces.value_or(~0u)),
         options(plan.scene.options),
-        flights(find_flights(plan.kernel.look_up, plan.kernel.micro_edge,
-                             plan.kernel.endless ? Watching::stop
-                             : plan.kernel.count ? Watching::count
-                                                 : Watching::none,
-                             plan.kernel.moving)),
+        flights(find_flights(field_kind(plan.kernel), plan.kernel.endless ? Watching::stop
+                                                      : plan.kernel.count ? Watching::count
+                                                                          : Watching::none)),
         count(plan.kernel.count),
         first_collisions(plan.scene.options.deep || of_first_collisions(plan.scene.options.aovs)),
         emission(plan.emission),

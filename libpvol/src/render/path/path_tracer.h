@@ -28,7 +28,7 @@ class PathTracer {
       walk(ray.o, rng);
     } else {
       if (s_.options.background) add_seen(s_, direction_, Rgb(1.0f), r_);
-      if (s_.emission) add_emission(ray.o, Hit{}, 0, Rgb(1.0f), rng);
+      if (s_.emission) add_emission(ray.o, false, 0, Rgb(1.0f), rng);
       r_.scattered(0);
     }
     return r_;
@@ -49,15 +49,15 @@ class PathTracer {
     Rgb throughput(1.0f);
     for (std::uint32_t bounces = 0;; ++bounces) {
       if (s_.emission && bounces > 0) from = traversal.position();
-      const Hit hit = traversal.fly(direction_, rng);
+      const auto hit = fly(throughput, rng);
       throughput *= hit.weight;
-      if (s_.emission) add_emission(from, hit, bounces, throughput, rng);
+      if (s_.emission) add_emission(from, hit.matter != nullptr, bounces, throughput, rng);
       if (hit.matter == nullptr) {
         if (bounces > 0) {
           const auto pdf = [&] { return pdf_phase(*phase_, from_, direction_); };
           add_scattered(s_, pdf, direction_, throughput, r_);
         } else {
-          r_.alpha = 1 - hit.weight;
+          r_.alpha = 1 - mean_of(hit.weight);
           if (s_.options.background) add_seen(s_, direction_, throughput, r_);
         }
         r_.scattered(bounces);
@@ -65,7 +65,8 @@ class PathTracer {
       }
       if (bounces == 0) {
         r_.alpha = 1;
-        if (s_.first_collisions) r_.first = traversal.position(), r_.first_weight = hit.weight;
+        if (s_.first_collisions)
+          r_.first = traversal.position(), r_.first_weight = mean_of(hit.weight);
       }
       if (s_.ends_path(++collisions)) return;
       const Matter& matter = *hit.matter;
@@ -86,10 +87,22 @@ class PathTracer {
     }
   }
 
+  /// The next flight of a path of this throughput.
+  [[nodiscard]] auto fly(Rgb throughput, Rng& rng) {
+    if constexpr (requires { traversal.fly(direction_, throughput, rng); }) {
+      return traversal.fly(direction_, throughput, rng);
+    } else {
+      return traversal.fly(direction_, rng);
+    }
+  }
+
+  [[nodiscard]] static float mean_of(float weight) { return weight; }
+  [[nodiscard]] static float mean_of(Rgb weight) { return (weight.x + weight.y + weight.z) / 3; }
+
   /// What is emitted along a flight.
-  void add_emission(Vec3d from, const Hit& hit, std::uint32_t bounces, Rgb throughput, Rng& rng) {
+  void add_emission(Vec3d from, bool collided, std::uint32_t bounces, Rgb throughput, Rng& rng) {
     const auto pdf = [&] { return bounces > 0 ? pdf_phase(*phase_, from_, direction_) : 0.0f; };
-    add_along(s_, from, direction_, hit.matter != nullptr, traversal, pdf, throughput, rng, r_);
+    add_along(s_, from, direction_, collided, traversal, pdf, throughput, rng, r_);
   }
 
   [[nodiscard]] static bool survives(Rgb& throughput, Rng& rng) {

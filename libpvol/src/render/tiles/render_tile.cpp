@@ -1,6 +1,7 @@
 #include "render/tiles/render_tile.h"
 
 #include "render/guide/guided_tracer.h"
+#include "render/path/chromatic_volume.h"
 #include "render/path/film_layers.h"
 #include "render/path/path_tracer.h"
 
@@ -63,6 +64,8 @@ TileFunction find_tile_function(Paths paths) {
       return &render_tile<GuidedTracer<OneVolume>>;
     case Paths::many_volumes:
       return &render_tile<PathTracer<ManyVolumes>>;
+    case Paths::chromatic:
+      return &render_tile<PathTracer<ChromaticVolume>>;
     case Paths::one_volume:
       break;
   }

@@ -1,0 +1,15 @@
+// Flights through a volume's field whose extinction differs by channel, compiled once.
+#pragma once
+
+#include "pvol/track/chromatic.h"
+#include "volume/flights.h"
+
+namespace pvol::detail {
+
+/// See track/chromatic.h. They always count.
+[[nodiscard]] ChromaticFlight fly_chromatic(const VolumeField& field, Rgb share, Rgb throughput,
+                                            Walk& walk, Rng& rng, Watch& watch);
+[[nodiscard]] Rgb pass_chromatic(const VolumeField& field, Rgb share, Walk& walk, Rng& rng,
+                                 Watch& watch);
+
+}  // namespace pvol::detail

@@ -1,0 +1,147 @@
+// Extinction that differs by channel: each channel is the picture of a grey medium of its own.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "pvol/track/chromatic.h"
+#include "pvol/trackers.h"
+#include "support/error_of.h"
+#include "support/pictures.h"
+#include "support/small_cloud.h"
+
+namespace pvol::test {
+namespace {
+
+Volume chromatic(const Field& field, const CloudScene& s, Rgb color) {
+  Medium medium = s.medium.medium();
+  medium.extinction_color = color;
+  return pvol::make_volume(field.grid, build_pyramid(field.grid), medium, s.volume_options());
+}
+
+/// Channel c of a picture against that of a grey medium of that channel's extinction.
+void compare_channels(const CloudScene& s, const Field& field, Rgb color, const std::string& name,
+                      proof::Family& family) {
+  const Volume v = chromatic(field, s, color);
+  const Average colored = average(render({&v, 1}, s).film);
+  for (int c = 0; c < 3; ++c) {
+    CloudScene grey = s;
+    grey.medium.extinction *= double(color[c]);
+    grey.options.seed += 10 + std::uint64_t(c);
+    const Average a = average(run(field, grey).film);
+    const double z = (colored.mean[c] - a.mean[c]) / std::sqrt(colored.variance[c] + a.variance[c]);
+    family.add(name + ", channel " + std::to_string(c), proof::normal_p_value(z));
+  }
+}
+
+TEST(Chromatic, EachChannelIsTheGreyPictureOfItsExtinction) {
+  proof::Family family;
+  for (const Rgb color : {Rgb(1.0f, 0.5f, 0.1f), Rgb(0.3f, 0.9f, 1.0f), Rgb(0.0f, 1.0f, 0.02f)}) {
+    CloudScene s = cloud_scene();
+    s.options.samples = 1000;
+    s.options.guide = GuideUse::off;
+    compare_channels(s, cloud(), color, "sun and sky", family);
+    s.lights = {PointLight{{9, 16, 8}, Rgb(300.0f)}};
+    s.environment = ConstantSky{Rgb(0.3f)};
+    s.medium.emission = Rgb(0.5f, 0.2f, 0.1f);
+    s.options.line_emission = LineEmission::off;
+    compare_channels(s, cloud(), color, "lamp and glow", family);
+    s.options.line_emission = LineEmission::on;
+    compare_channels(s, cloud(), color, "lamp and glow along flights", family);
+    s.options.tracker = Tracker::delta;
+    s.options.background = false;
+    compare_channels(s, cloud(), color, "delta, transparent", family);
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+TEST(Chromatic, WhiteFurnaceIsWhite) {
+  CloudScene s = cloud_scene();
+  s.environment = ConstantSky{Rgb(1.0f)};
+  s.lights.clear();
+  s.medium.albedo = Rgb(1.0f);
+  s.options.samples = 400;
+  const Volume v = chromatic(cloud(), s, Rgb(1.0f, 0.4f, 0.05f));
+  const Average a = average(render({&v, 1}, s).film);
+  proof::Family family;
+  compare(a, {Vec3d(1.0), Vec3d(0.0)}, "furnace", family, 1e-4);
+  EXPECT_TRUE(family.passes());
+}
+
+/// Along one ray through a cube of density 1, by its walk.
+struct CubeRay {
+  Volume volume = make_test_volume(cube(), 1, 3, Tracker::delta, LookUp::nearest);
+  Ray ray{{8.2, 7.9, 50}, {0, 0, -1}};
+};
+
+TEST(Chromatic, TransmittancesAreExponentials) {
+  const CubeRay c;
+  const double length = 16;  // of the ray in the cube
+  const Rgb share(1.0f, 0.25f, 0.01f);
+  for (const double extinction : {0.05, 0.5}) {
+    const Volume v = make_test_volume(cube(), extinction, 3, Tracker::delta, LookUp::nearest);
+    std::array<proof::Moments, 3> passed, survived;
+    Rng rng(3, 0, std::uint64_t(100 * extinction));
+    for (int i = 0; i < 200'000; ++i) {
+      visit_field(v, [&](const auto& field) {
+        NoTally none;
+        auto walk = enter(v, c.ray);
+        const Rgb t = chromatic_transmittance(walk->local(), field, share, rng, none);
+        walk = enter(v, c.ray);
+        const ChromaticFlight f =
+            chromatic_flight(walk->local(), field, share, Rgb(1.0f), rng, none);
+        for (int k = 0; k < 3; ++k) {
+          passed[std::size_t(k)].add(double(t[k]));
+          survived[std::size_t(k)].add(f.collided ? 0 : double(f.weight[k]));
+        }
+      });
+    }
+    proof::Family family;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double expected = std::exp(-extinction * double(share[int(k)]) * length);
+      family.add("pass", proof::mean_p_value(passed[k], expected, 1e-5));
+      family.add("fly", proof::mean_p_value(survived[k], expected, 1e-5));
+    }
+    EXPECT_TRUE(family.passes());
+  }
+}
+
+TEST(Chromatic, WeightsStayBoundedHoweverFarChannelsAreApart) {
+  const Volume v = make_test_volume(cube(), 5, 3, Tracker::delta, LookUp::nearest);
+  const Rgb share(1.0f, 1e-3f, 0.1f), throughput(1.0f, 1.0f, 1.0f);
+  Rng rng(4, 0, 0);
+  float most = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    visit_field(v, [&](const auto& field) {
+      NoTally none;
+      auto walk = enter(v, {{8.2, 7.9, 50}, {0, 0, -1}});
+      const ChromaticFlight f =
+          chromatic_flight(walk->local(), field, share, throughput, rng, none);
+      most = std::max(most, f.weight.x + f.weight.y + f.weight.z);
+    });
+  }
+  EXPECT_LE(most, 3 * 1.0001f) << "the sum over channels never grows";
+}
+
+TEST(Chromatic, GreyIsNotTouched) {
+  const CloudScene s = cloud_scene();
+  const Volume v = chromatic(cloud(), s, Rgb(1.0f));
+  EXPECT_NE(plan({&v, 1}, s.scene()).kernel.paths, Paths::chromatic);
+}
+
+TEST(Chromatic, RefusesWhatDoesNotGoWithIt) {
+  CloudScene s = cloud_scene();
+  const Volume v = chromatic(cloud(), s, Rgb(1.0f, 0.5f, 0.5f));
+  const std::vector<Volume> two{v, v};
+  EXPECT_NE(error_of([&] { (void)plan(two, s.scene()); }).find("one volume alone"),
+            std::string::npos);
+  s.options.deep = true;
+  EXPECT_NE(error_of([&] {
+              (void)plan({&v, 1}, s.scene());
+            }).find("no deep picture"),
+            std::string::npos);
+  EXPECT_NE(error_of([&] { (void)chromatic(cloud(), s, Rgb(0.5f)); }).find("largest is 1"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace pvol::test

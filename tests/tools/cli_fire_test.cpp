@@ -1,0 +1,212 @@
+// Files with several grids, from fit to picture: what is bound, told, stored and shown.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "pvol/formats/cloud.h"
+#include "pvol/formats/field_names.h"
+#include "pvol/formats/image.h"
+#include "support/run_tool.h"
+
+namespace pvol {
+namespace {
+
+using nlohmann::json;
+using testing::read_text;
+using testing::run_tool;
+using testing::RunResult;
+using testing::ScratchFolder;
+
+/// 24^3 samples of value(p) in voxels of 0.1, under a name.
+VoxelGrid grid_of(const char* name, const std::function<double(Vec3d)>& value) {
+  std::vector<float> samples;
+  for (int x = 0; x < 24; ++x) {
+    for (int y = 0; y < 24; ++y) {
+      for (int z = 0; z < 24; ++z)
+        samples.push_back(float(std::max(0.0, value({double(x), double(y), double(z)}))));
+    }
+  }
+  VoxelGrid g = make_grid({.values = samples, .size = {24, 24, 24}}, scaling(Vec3d(0.1)));
+  g.name = name;
+  return g;
+}
+
+class FireFiles : public ::testing::Test {
+ protected:
+  FireFiles() {
+    const auto ball = [](Vec3d centre, double radius) {
+      return [=](Vec3d p) { return 1 - length(p - centre) / radius; };
+    };
+    const VoxelGrid smoke = grid_of("density", ball({14, 14, 12}, 8));
+    const VoxelGrid flames = grid_of("flames", ball({9, 6, 12}, 6));
+    const VoxelGrid heat = grid_of("temperature", [=](Vec3d p) {
+      return 1.2 * ball({9, 8, 12}, 9)(p);
+    });
+    formats::write_vdb(folder_ / "all.vdb", {&smoke, &flames, &heat});
+    formats::write_vdb(folder_ / "fire.vdb", {&flames, &heat});
+  }
+
+  RunResult run(const char* tool, std::vector<std::string> arguments, int exit = 0) {
+    RunResult r = run_tool(tool, arguments);
+    EXPECT_EQ(r.exit, exit) << r.err;
+    return r;
+  }
+
+  /// A small picture; returns the log.
+  std::string render(const std::string& input, const std::string& output,
+                     std::vector<std::string> more = {}) {
+    std::vector<std::string> all{folder_ / input, "-o", folder_ / output, "--size", "32x24",
+                                 "--spp",         "16"};
+    all.insert(all.end(), more.begin(), more.end());
+    return run(PVOL_RENDER, all).err;
+  }
+
+  [[nodiscard]] Vec3d mean_of(const std::string& picture) const {
+    const Film film = formats::read_film(folder_ / picture).film;
+    Vec3d sum;
+    for (const PixelSums& p : film.pixels) sum += mean(p) / double(film.pixels.size());
+    return sum;
+  }
+
+  ScratchFolder folder_;
+};
+
+TEST_F(FireFiles, WithoutDensityIsAFireByNight) {
+  const std::string log = render("fire.vdb", "a.exr");
+  for (const char* told :
+       {"no grid is called density: the volume is a fire alone", "the fire goes by the grid flames",
+        "its colour goes by the grid temperature", "Kelvin where it is 1", "for the fire",
+        "a fire without smoke"}) {
+    EXPECT_NE(log.find(told), std::string::npos) << told << "\n" << log;
+  }
+  const Vec3d mean = mean_of("a.exr");
+  EXPECT_GT(mean.x, 0.001);
+  EXPECT_GT(mean.x, 2 * mean.z) << "of the colour of flames";
+  // The scene that made it, printed, makes it again.
+  const std::string scene = run(PVOL_RENDER, {folder_ / "fire.vdb", "-o", folder_ / "b.exr",
+                                              "--print-scene", "--size", "32x24", "--spp", "16"})
+                                .out;
+  EXPECT_NE(scene.find("grid = \"none\""), std::string::npos) << scene;
+  std::ofstream(folder_ / "again.toml") << scene;
+  run(PVOL_RENDER, {folder_ / "again.toml", "-o", folder_ / "b.exr"});
+  EXPECT_EQ(mean_of("b.exr"), mean);
+}
+
+TEST_F(FireFiles, SmokeTellsOfTheGridsThatCouldBurn) {
+  const std::string log = render("all.vdb", "a.exr");
+  EXPECT_NE(log.find("the file has flames and temperature, too; --set medium.fire.kelvin=K"),
+            std::string::npos)
+      << log;
+  const std::vector<std::string> night{
+      "--set", "environment.type=constant", "--set", "environment.radiance=0",
+      "--set", "sun.irradiance=0",          "--set", "medium.extinction=3"};
+  render("all.vdb", "dark.exr", night);
+  EXPECT_EQ(mean_of("dark.exr"), Vec3d{});
+  std::vector<std::string> lit = night;
+  lit.insert(lit.end(), {"--set", "medium.fire.kelvin=1800", "--set", "medium.fire.intensity=5"});
+  render("all.vdb", "lit.exr", lit);
+  const Vec3d once = mean_of("lit.exr");
+  EXPECT_GT(once.x, once.z);
+  lit.back() = "medium.fire.intensity=10";
+  render("all.vdb", "lit.exr", lit);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean_of("lit.exr")[c], 2 * once[c], 1e-4 * once[c]);
+}
+
+TEST_F(FireFiles, FitKeepsTheGridsThatFiresGoBy) {
+  const json fit =
+      json::parse(run(PVOL_FIT, {folder_ / "all.vdb", "-o", folder_ / "all.pvol", "--json"}).out);
+  ASSERT_EQ(fit["fields"].size(), 2u);
+  EXPECT_EQ(fit["fields"][0]["name"], "flames");
+  EXPECT_EQ(fit["fields"][1]["name"], "temperature");
+  EXPECT_GT(fit["bytes"]["fields"], 0);
+  const std::vector<std::string> fire{"--set", "medium.extinction=3",
+                                      "--set", "medium.fire.kelvin=1800",
+                                      "--set", "medium.fire.intensity=5"};
+  render("all.vdb", "vdb.exr", fire);
+  render("all.pvol", "pvol.exr", fire);
+  EXPECT_EQ(mean_of("vdb.exr"), mean_of("pvol.exr"));
+  run(PVOL_FIT, {folder_ / "fire.vdb", "-o", folder_ / "fire.pvol"});
+  render("fire.vdb", "vdb.exr");
+  render("fire.pvol", "pvol.exr");
+  EXPECT_EQ(mean_of("vdb.exr"), mean_of("pvol.exr"));
+}
+
+TEST_F(FireFiles, FitKeepsTheGridsThatAreAskedFor) {
+  const auto fields = [&](const char* what) {
+    const json fit = json::parse(
+        run(PVOL_FIT, {folder_ / "all.vdb", "-o", folder_ / "a.pvol", "--json", "--fields", what})
+            .out);
+    return fit["fields"].size();
+  };
+  EXPECT_EQ(fields("none"), 0u);
+  EXPECT_EQ(fields("all"), 2u);
+  EXPECT_EQ(fields("temperature"), 1u);
+  const RunResult r =
+      run(PVOL_FIT, {folder_ / "all.vdb", "-o", folder_ / "b.pvol", "--fields", "heat"}, 1);
+  EXPECT_NE(r.err.find("no grid is called 'heat'"), std::string::npos) << r.err;
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "b.pvol"));
+}
+
+TEST_F(FireFiles, BoundsAreReportedAndVerifiedByField) {
+  run(PVOL_FIT, {folder_ / "all.vdb", "-o", folder_ / "all.pvol"});
+  const json all =
+      json::parse(run(PVOL_STATS, {"bounds", folder_ / "all.pvol", "--verify", "--json"}).out);
+  ASSERT_EQ(all["fields"].size(), 2u);
+  EXPECT_EQ(all["fields"][0]["name"], "flames");
+  EXPECT_EQ(all["fields"][0]["verified"], true);
+  EXPECT_GT(all["fields"][0]["majorant_over_mean"], 1);
+  const std::string text = run(PVOL_STATS, {"bounds", folder_ / "all.pvol", "--verify"}).out;
+  EXPECT_NE(text.find("temperature"), std::string::npos) << text;
+  const json one = json::parse(
+      run(PVOL_STATS, {"bounds", folder_ / "all.pvol", "--grid", "flames", "--json"}).out);
+  EXPECT_EQ(one["grid"], "flames");
+}
+
+TEST_F(FireFiles, ConvertTakesAField) {
+  run(PVOL_FIT, {folder_ / "all.vdb", "-o", folder_ / "all.pvol"});
+  run(PVOL_CONVERT, {folder_ / "all.pvol", folder_ / "flames.vdb", "--grid", "flames"});
+  const auto grids = formats::grids_of(folder_ / "flames.vdb");
+  ASSERT_EQ(grids.size(), 1u);
+  EXPECT_EQ(grids[0].name, "flames");
+  const VoxelGrid a = formats::load_grid(folder_ / "all.vdb", {"flames"}).grid;
+  const VoxelGrid b = formats::load_grid(folder_ / "flames.vdb").grid;
+  for (int x = 0; x < 24; ++x) {
+    for (int y = 0; y < 24; ++y) EXPECT_EQ(sample(a, {x, y, 12}), sample(b, {x, y, 12}));
+  }
+}
+
+TEST_F(FireFiles, ConvertTakesAllGridsOfAFile) {
+  const auto names = [&](const char* input) {
+    run(PVOL_FIT, {folder_ / input, "-o", folder_ / "a.pvol"});
+    run(PVOL_CONVERT, {folder_ / "a.pvol", folder_ / "back.vdb"});
+    std::vector<std::string> all;
+    for (const auto& g : formats::grids_of(folder_ / "back.vdb")) all.push_back(g.name);
+    return all;
+  };
+  EXPECT_EQ(names("all.vdb"), (std::vector<std::string>{"density", "flames", "temperature"}));
+  EXPECT_EQ(names("fire.vdb"), (std::vector<std::string>{"flames", "temperature"}));
+}
+
+TEST_F(FireFiles, RampsCutThinSmokeAway) {
+  const auto alpha = [&](const std::string& picture) {
+    const Film film = formats::read_film(folder_ / picture).film;
+    double sum = 0;
+    for (const PixelSums& p : film.pixels) sum += double(p.alpha) / p.samples;
+    return sum;
+  };
+  const std::vector<std::string> thick{"--set", "medium.extinction=200", "--background", "off"};
+  render("all.vdb", "whole.exr", thick);
+  std::vector<std::string> cut = thick;
+  cut.insert(cut.end(), {"--set", "medium.density.ramp=[[0,0],[0.5,0],[1,1]]"});
+  const std::string log = render("all.vdb", "cut.exr", cut);
+  EXPECT_NE(log.find("the density is mapped"), std::string::npos) << log;
+  // Radius 8 becomes 4: about a quarter of the area.
+  EXPECT_LT(alpha("cut.exr"), 0.4 * alpha("whole.exr"));
+  EXPECT_GT(alpha("cut.exr"), 0.1 * alpha("whole.exr"));
+}
+
+}  // namespace
+}  // namespace pvol
