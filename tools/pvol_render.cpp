@@ -14,6 +14,7 @@
 #include "cli/render_outputs.h"
 #include "cli/render_report.h"
 #include "cli/render_sequence.h"
+#include "cli/scene_clouds.h"
 #include "pvol/bounds/homogenise.h"
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
@@ -38,12 +39,12 @@ constexpr const char* kTool = "pvol-render";
 
 /// Loads a volume, choosing an extinction for its medium where there is none. `key` is what to set
 /// for another.
-formats::Cloud load_volume(const Options& o, const formats::SceneFile& scene,
-                           const std::string& key, formats::SceneVolume& volume) {
-  formats::Cloud cloud =
-      cli::load_cloud({kTool, o.common.quiet}, volume, o.grid.strict, scene);
-  if (!volume.has_extinction && !cloud.pyramid.empty()) {
-    volume.medium.extinction = cli::choose_extinction(cloud, volume.object_to_world,
+std::shared_ptr<const formats::Cloud> load_volume(const Options& o, cli::SceneClouds& clouds,
+                                                  const std::string& key,
+                                                  formats::SceneVolume& volume) {
+  auto cloud = clouds.load(volume);
+  if (!volume.has_extinction && !cloud->pyramid.empty()) {
+    volume.medium.extinction = cli::choose_extinction(*cloud, volume.first_place(),
                                                       cli::kChosenThickness, volume.density_map);
     volume.has_extinction = true;
     if (!o.common.quiet) {
@@ -75,11 +76,13 @@ RenderJob load(const Options& o, formats::SceneFile file) {
   job.file = std::move(file);
   cli::load_sky(job.file);
   Scene& scene = job.file.scene;
+  cli::SceneClouds clouds({kTool, o.common.quiet}, o.grid.strict, job.file);
   for (formats::SceneVolume& v : job.file.volumes) {
     const std::size_t number = job.volumes.size() + 1;
     const std::string key =
         number == 1 ? "medium.extinction" : fmt::format("volume[{}].medium.extinction", number);
-    formats::Cloud cloud = load_volume(o, job.file, key, v);
+    const auto loaded = load_volume(o, clouds, key, v);
+    const formats::Cloud& cloud = *loaded;
     job.volumes.push_back(cli::naming(v.file, [&] {
       const cli::StageLine stage("preparing " + v.file.filename().string(), o.common.quiet);
       return cli::make_volume(cloud, v, scene.options);
@@ -146,6 +149,9 @@ void print_facts(const Volume& volume, const VolumeFacts& f) {
   if (volume.density.world_box.empty()) {
     std::cerr << (volume.fire ? "a fire without smoke\n" : "the density is 0 everywhere\n");
     return;
+  }
+  if (count_places(volume) > 1) {
+    std::cerr << cli::readable_count(count_places(volume)) << " instances, the first of ";
   }
   const Vec3d size = volume.density.world_box.extent();
   std::cerr << readable(size.x) << " x " << readable(size.y) << " x " << readable(size.z)

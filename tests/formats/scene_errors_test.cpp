@@ -118,6 +118,13 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
        "s.toml:4:10: medium.matrix is an array of 12; expected a placement that can be undone"},
       {"[medium]\nmatrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]\nscale = 2\n",
        "s.toml:5:9: medium.scale is 2; expected either matrix, or scale, rotate and translate"},
+      {"[[volume.instance]]\nscale = 2\n[[volume.instance]]\nscale = 0\n",
+       "s.toml:6:9: volume.instance[2].scale is 0; expected a placement that can be undone"},
+      {"[[volume.instance]]\nmatrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]\nscale = 2\n",
+       "s.toml:5:9: volume.instance[1].scale is 2; expected either matrix, or scale, rotate and"},
+      {"[[volume.instance]]\nextinction = 2\n",
+       "s.toml:4:1: unknown key \"extinction\" in [volume.instance[1]]; expected one of scale, "
+       "rotate, translate or matrix"},
       {"[environment]\ntype = \"imge\"\n",
        "s.toml:4:8: environment.type is \"imge\"; expected \"constant\", \"gradient\" or "
        "\"image\"; "

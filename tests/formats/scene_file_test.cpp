@@ -251,6 +251,35 @@ colors = [[0, 0, 0, 0], [1, 1, 0.5, 0.25]]
   EXPECT_EQ(fire.colors.channels[2].points, (std::vector<RampPoint>{{0, 0}, {1, 0.25f}}));
 }
 
+TEST_F(SceneText, InstancesAreMapsAfterThePlacement) {
+  const SceneFile file = read(R"([[volume]]
+file = "a.vdb"
+[[volume.instance]]
+translate = [10, 20, 30]
+scale = 2
+[[volume.instance]]
+[[volume]]
+file = "b.vdb"
+[volume.instance]
+rotate = [0, 0, 1, 90]
+[volume.medium]
+translate = [1, 0, 0]
+[medium]
+scale = 3
+)");
+  ASSERT_EQ(file.volumes.size(), 2u);
+  const SceneVolume &a = file.volumes[0], &b = file.volumes[1];
+  EXPECT_EQ(a.object_to_world, scaling(Vec3d(3.0)));
+  EXPECT_EQ(a.instances, (std::vector{translation({10, 20, 30}) * scaling(Vec3d(2.0)), Affine{}}));
+  EXPECT_EQ(a.first_place().point({1, 0, 0}), Vec3d(16, 20, 30));
+  ASSERT_EQ(b.instances.size(), 1u);
+  const Vec3d turned = b.first_place().point({0, 0, 0});
+  EXPECT_NEAR(turned.x, 0, 1e-12);
+  EXPECT_NEAR(turned.y, 1, 1e-12);
+  EXPECT_TRUE(read(kCloud).volumes[0].instances.empty());
+  EXPECT_EQ(read(kCloud).volumes[0].first_place(), Affine{});
+}
+
 TEST_F(SceneText, SharesOfComponentsSumUpToAtMostOne) {
   const std::string component = "[[medium.component]]\nshare = 0.6\n";
   const Medium medium = read(kCloud + component).volumes[0].medium;

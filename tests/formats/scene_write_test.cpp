@@ -116,11 +116,13 @@ struct RandomScene {
     return f;
   }
 
+  Affine placement() {
+    return {{Vec3d{1, uniform(0, 1), 0}, Vec3d{0, 1, uniform(0, 1)}, Vec3d{uniform(0, 1), 0, 1}},
+            point()};
+  }
+
   SceneVolume volume(const char* file) {
-    SceneVolume v;
-    v.file = file;
-    v.grid = coin() ? "density[1]" : "";
-    v.has_extinction = coin();
+    SceneVolume v{.file = file, .grid = coin() ? "density[1]" : "", .has_extinction = coin()};
     if (coin()) v.velocity = velocity();
     if (v.has_extinction) v.medium.extinction = magnitude();
     v.medium.components = {component(1)};
@@ -128,9 +130,8 @@ struct RandomScene {
       v.medium.components.push_back(component(uniform(0, 0.5)));
       v.medium.components.front().share -= v.medium.components.back().share;
     }
-    v.object_to_world = {
-        {Vec3d{1, uniform(0, 1), 0}, Vec3d{0, 1, uniform(0, 1)}, Vec3d{uniform(0, 1), 0, 1}},
-        point()};
+    v.object_to_world = placement();
+    for (int n = whole(0, 3); n > 1; --n) v.instances.push_back(placement());
     if (coin()) v.density_map = map();
     if (coin()) v.fire = fire();
     v.has_intensity = v.fire && coin();

@@ -288,12 +288,6 @@ TEST(MotionBlur, ThePlanSaysWhatItTakes) {
               c.options.line_emission = LineEmission::on;
             }).find("gathered at collisions"),
             std::string::npos);
-  Volume colored = v;
-  colored.medium.extinction_color = {1, 0.5, 0.5};
-  EXPECT_NE(error_of([&] {
-              (void)plan(std::span(&colored, 1), s.scene());
-            }).find("extinction without colour"),
-            std::string::npos);
   EXPECT_NE(changed([](auto& c) { c.camera.shutter.close = 1; }).find("another shutter"),
             std::string::npos);
   const Volume fast = moving(puff(), s, everywhere({100, 0, 0}));

@@ -25,8 +25,7 @@ struct Body {
   Affine object_to_world{};
 
   [[nodiscard]] Medium medium() const {
-    Medium m{.extinction = extinction,
-             .components = {Component{1, albedo, HenyeyGreenstein(g), emission}}};
+    Medium m{extinction, {Component{1, albedo, HenyeyGreenstein(g), emission}}};
     for (const Component& c : others) {
       m.components.front().share -= c.share;
       m.components.push_back(c);

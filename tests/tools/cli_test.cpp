@@ -422,6 +422,62 @@ TEST(Render, PrintedSceneMakesTheSamePicture) {
   EXPECT_EQ(read_text(folder / "a.png"), read_text(folder / "b.png"));
 }
 
+/// A scene of the ball at many places.
+std::string write_sky(const ScratchFolder& folder, int count) {
+  std::string text = "[volume]\nfile = \"ball.vdb\"\n";
+  for (int i = 0; i < count; ++i) {
+    text += "[[volume.instance]]\ntranslate = [" + std::to_string(i % 32 * 3) + ", 0, " +
+            std::to_string(i / 32 * 3) + "]\n";
+  }
+  std::ofstream(folder / "sky.toml") << text << "[render]\nsize = [32, 8]\nspp = 2\n";
+  return folder / "sky.toml";
+}
+
+TEST(Render, AThousandInstancesAreOneVolumeInWords) {
+  const ScratchFolder folder;
+  write_ball(folder);
+  const std::string sky = write_sky(folder, 1000);
+  const RunResult r =
+      run_tool(PVOL_RENDER, {sky, "-o", folder / "a.exr", "--stats", folder / "a.json"});
+  ASSERT_EQ(r.exit, 0) << r.err;
+  EXPECT_NE(r.err.find("1000 instances, the first of 2.3"), std::string::npos) << r.err;
+  EXPECT_LT(std::count(r.err.begin(), r.err.end(), '\n'), 30);
+  const std::string text = read_text(folder / "a.json");
+  EXPECT_EQ(json::parse(text)["options"]["volumes"].at(0)["instances"], 1000);
+  EXPECT_LT(text.size(), 10'000u);
+  EXPECT_NO_THROW((void)formats::read_film(folder / "a.exr")) << "the header has them all";
+  std::ofstream(folder / "printed.toml") << run_tool(PVOL_RENDER, {sky, "--print-scene"}).out;
+  ASSERT_EQ(run_tool(PVOL_RENDER, {folder / "printed.toml", "-o", folder / "b.exr"}).exit, 0);
+  EXPECT_EQ(read_text(folder / "a.png"), read_text(folder / "b.png"));
+}
+
+TEST(Render, AliasesOfAFileAreReadOnce) {
+  const ScratchFolder folder;
+  write_ball(folder);
+  std::ofstream(folder / "two.toml") << "[[volume]]\nfile = \"ball.vdb\"\n[[volume]]\nfile = "
+                                        "\"ball.vdb\"\n[volume.medium]\ntranslate = [3, 0, 0]\n"
+                                        "scale = 2\n[render]\nsize = [16, 8]\nspp = 2\n";
+  const RunResult r = run_tool(PVOL_RENDER, {folder / "two.toml", "-o", folder / "a.exr"});
+  ASSERT_EQ(r.exit, 0) << r.err;
+  const auto lines = [&](const std::string& what) {
+    int n = 0;
+    for (auto at = r.err.find(what); at != std::string::npos; at = r.err.find(what, at + 1)) ++n;
+    return n;
+  };
+  EXPECT_EQ(lines("no extinction given; chose"), 2) << "each by its own place: " << r.err;
+}
+
+TEST(Render, ErrorsNameTheInstance) {
+  const ScratchFolder folder;
+  write_ball(folder);
+  std::ofstream(folder / "far.toml")
+      << "[volume]\nfile = \"ball.vdb\"\n[[volume.instance]]\n[[volume.instance]]\n"
+         "translate = [1e15, 0, 0]\n";
+  const RunResult r = run_tool(PVOL_RENDER, {folder / "far.toml", "-o", folder / "a.exr"});
+  EXPECT_EQ(r.exit, 1);
+  EXPECT_NE(r.err.find("ball.vdb: instance 2: the cloud lies so far"), std::string::npos) << r.err;
+}
+
 TEST(Render, ChoosesAnExtinctionAndSaysWhich) {
   const ScratchFolder folder;
   const std::string vdb = write_ball(folder);

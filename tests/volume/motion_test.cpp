@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "pvol/embed.h"
-#include "pvol/math/field_map.h"
 #include "pvol/trackers.h"
 #include "pvol/volume/make_volume.h"
 #include "support/error_of.h"
@@ -38,7 +37,6 @@ struct Case {
   std::function<Vec3d(Vec3i)> at;  ///< of its lattice
   Shutter shutter;
   LookUp look_up = LookUp::trilinear;
-  FieldMap map{};  ///< of densities
 };
 
 const Field& blob() {
@@ -78,9 +76,6 @@ std::vector<Case> cases() {
   add("swirl on a lattice of its own", swirl, {-1, 0.5},
       translation({0.3, 0.4, -2.1}) * scaling({1.3, 0.8, 1.1}));
   add("constant", constant, {0, 1}, {});
-  add("mapped", swirl, {-0.5, 0.5}, {});
-  all.back().map = {.power = 1.25};
-  all.back().map.ramp.points = {{0, 0}, {0.0625f, 0}, {1, 1}};
   // Not a whole number of cells, so that bounds by samples are half a cell from what they bound.
   const auto far = [](Vec3i) { return Vec3d(100.5, 0, 0); };
   all.push_back({"ramp", &ramp(), make_velocity({-160, -8, -8}, {400, 24, 24}, far), far, {-1, 1}});
@@ -91,15 +86,11 @@ struct Moved {
   Pyramid pyramid;
   Volume volume;
 };
-std::shared_ptr<const FieldMap> map_of(const Case& c) {
-  return c.map.is_identity() ? nullptr : std::make_shared<const FieldMap>(c.map);
-}
 Moved move(const Case& c, std::optional<int> depth = kDeepestOctree) {
   Moved m{build_pyramid(c.field->grid, c.look_up), {}};
   VolumeOptions o;
   o.look_up = c.look_up;
   o.depth = depth;
-  o.map = map_of(c);
   const Medium medium{.extinction = kExtinction};
   m.volume = make_moving(make_volume(c.field->grid, m.pyramid, medium, o), m.pyramid,
                          c.field->grid.index_to_world, {c.velocity, 1, c.shutter}, o);
@@ -116,8 +107,7 @@ double expected(const Case& c, const Volume& still, Vec3d x, double t) {
   }
   const Vec3d from = x - v * t;
   if (c.look_up != LookUp::trilinear) return extinction_at(still, from);
-  const double density = trilinear([&](Vec3i p) { return double(c.field->at(p)); }, from);
-  return kExtinction * double(value_at(c.map, float(density)));
+  return kExtinction * trilinear([&](Vec3i p) { return double(c.field->at(p)); }, from);
 }
 
 template <class F>

@@ -73,11 +73,11 @@ std::shared_ptr<const Emitter> make_fire(const formats::FireFields& f,
   const BoundedGrid field{f.field.grid(), f.field.pyramid};
   if (!f.color_by) {
     return std::make_shared<const Emitter>(
-        make_emitter(*volume.fire, field, nullptr, volume.object_to_world));
+        make_emitter(*volume.fire, field, nullptr, volume.first_place()));
   }
   const BoundedGrid color_by{f.color_by->grid(), f.color_by->pyramid};
   return std::make_shared<const Emitter>(
-      make_emitter(*volume.fire, field, &color_by, volume.object_to_world));
+      make_emitter(*volume.fire, field, &color_by, volume.first_place()));
 }
 
 /// What values of the field of colour mean in Kelvin, where nobody said: simulations write Kelvin
@@ -103,7 +103,7 @@ void load_fire(const Loader& by, formats::SceneVolume& volume, bool strict, bool
                  " Kelvin where it is 1 (change it with --set medium.fire.kelvin=K)");
   }
   if (volume.has_intensity) return;
-  fire.intensity = choose_intensity(cloud, fire, volume.object_to_world);
+  fire.intensity = choose_intensity(cloud, fire, volume.first_place());
   volume.has_intensity = true;
   tell(by, "no intensity given; chose " + readable(fire.intensity) +
                " per world unit for the fire (change it with --set medium.fire.intensity=X)");
@@ -238,6 +238,7 @@ Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volu
                    const RenderOptions& options) {
   VolumeOptions o = volume_options(options);
   o.object_to_world = volume.object_to_world;
+  o.instances = volume.instances;
   if (!volume.density_map.is_identity()) {
     o.map = std::make_shared<const FieldMap>(volume.density_map);
   }
@@ -254,7 +255,7 @@ Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volu
 }
 
 VolumeFacts describe(const formats::Cloud& cloud, const formats::SceneVolume& volume) {
-  VolumeFacts f = pvol::describe(cloud.density, volume.medium.extinction, volume.object_to_world);
+  VolumeFacts f = pvol::describe(cloud.density, volume.medium.extinction, volume.first_place());
   if (volume.density_map.is_identity()) return f;
   const ValueRange range = range_over(volume.density_map, {0, cloud.pyramid.scale});
   f.largest_extinction = volume.medium.extinction * double(range.hi);

@@ -34,6 +34,7 @@ Json describe_volumes(const RenderJob& job) {
                 {"effective_depth", job.facts[i].depth},
                 {"micro_bounds", micro_bounds_text(v)},
                 {"shell_used", job.plan.shells[i].kept}};
+    if (count_places(v) > 1) one["instances"] = count_places(v);
     if (v.density.homogeneous) {
       one["homogenised_nodes"] = v.density.homogeneous->nodes;
       one["depth_error_bound"] = v.density.homogeneous->depth_error;

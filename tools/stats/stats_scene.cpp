@@ -45,10 +45,10 @@ void set_extinction(const SceneOptions& o, LoadedScene& loaded) {
     if (v.has_extinction && !asked) continue;
     if (i == 0) loaded.chose_extinction = !asked;
     const double thickness = i == 0 ? o.thickness.value_or(kChosenThickness) : kChosenThickness;
-    v.medium.extinction = i == 0 && o.extinction
-                              ? *o.extinction
-                              : choose_extinction(loaded.clouds[i], v.object_to_world, thickness,
-                                                  v.density_map);
+    v.medium.extinction =
+        i == 0 && o.extinction
+            ? *o.extinction
+            : choose_extinction(loaded.clouds[i], v.first_place(), thickness, v.density_map);
     v.has_extinction = true;
   }
 }
@@ -112,8 +112,7 @@ LoadedScene load_scene(const SceneOptions& o, int pixels, bool quiet) {
   loaded.force = o.force;
   choose_size(o, pixels, loaded);
   for (formats::SceneVolume& v : loaded.file.volumes) {
-    loaded.clouds.push_back(
-        load_cloud({"pvol-stats", quiet}, v, o.grid.strict, loaded.file));
+    loaded.clouds.push_back(load_cloud({"pvol-stats", quiet}, v, o.grid.strict, loaded.file));
     if (loaded.clouds.back().pyramid.empty() && !v.fire) {
       throw Error(v.file.string() + ": the density is 0 everywhere; there is nothing to measure");
     }

@@ -168,6 +168,16 @@ void read_medium(const TomlTable& given, SceneVolume& volume) {
   }
 }
 
+/// Places of a volume after that of its medium.
+void read_instances(const TomlTable& volume, std::vector<Affine>& instances) {
+  for (const TomlTable* t : volume.tables("instance")) {
+    Placement placement;
+    read_keys(*t, entries(placement));
+    refuse_misfit(*t, misfit(placement));
+    instances.push_back(placement.map());
+  }
+}
+
 /// The volumes of a scene: the first has the scene's [medium], the others one of their own.
 void read_volumes(const TomlTable& root, SceneFile& file) {
   const auto tables = root.tables("volume");
@@ -178,7 +188,9 @@ void read_volumes(const TomlTable& root, SceneFile& file) {
     const Entries own = entries(v);
     std::vector<std::string_view> allowed = key_names(own);
     if (!first) allowed.emplace_back("medium");
+    allowed.emplace_back("instance");
     read_keys(*t, own, allowed);
+    read_instances(*t, v.instances);
     const TomlTable* medium = first ? medium_of_first : t->table("medium");
     if (medium) read_medium(*medium, v);
   }

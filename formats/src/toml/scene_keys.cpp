@@ -71,6 +71,10 @@ std::vector<SectionManual> describe_sections() {
   std::vector<SectionManual> all;
   all.push_back(section("[volume]", "The cloud; [[volume]] for each of several, which may overlap.",
                         entries(file.volumes.front())));
+  all.push_back(section("[[volume.instance]]",
+                        "The volume at a place of its own, after the placement that its medium "
+                        "has: once for each, or just there without any. All share its data.",
+                        entries(placement)));
   all.push_back(section("[camera]", "Without position and target the camera frames the clouds.",
                         entries(file.scene.camera)));
   all.push_back(

@@ -18,6 +18,17 @@ std::string lines(const Entries& entries) {
   return text;
 }
 
+/// Matrices, as the medium's placement is written.
+std::string instance_text(const SceneVolume& v) {
+  std::string text;
+  for (const Affine& map : v.instances) {
+    Placement placement;
+    placement.matrix = map;
+    text += "\n[[volume.instance]]\n" + lines(entries(placement));
+  }
+  return text;
+}
+
 /// The first component is what the medium's table itself describes; its share follows from theirs.
 std::string medium_text(const SceneVolume& v, const std::string& name) {
   const std::vector<Component>& all = v.medium.components;
@@ -48,10 +59,11 @@ std::string to_toml(const SceneFile& file) {
   const Scene& scene = file.scene;
   const SceneVolume& first = file.volumes.front();
   std::string text = file.volumes.size() == 1 ? "[volume]\n" : "[[volume]]\n";
-  text += lines(entries(first));
+  text += lines(entries(first)) + instance_text(first);
   for (std::size_t i = 1; i < file.volumes.size(); ++i) {
     const SceneVolume& v = file.volumes[i];
-    text += "\n[[volume]]\n" + lines(entries(v)) + medium_text(v, "volume.medium");
+    text +=
+        "\n[[volume]]\n" + lines(entries(v)) + instance_text(v) + medium_text(v, "volume.medium");
   }
   if (file.has_camera) {
     text += "\n[camera]\n" + lines(entries(scene.camera));

@@ -6,6 +6,7 @@
 #include "pvol/bounds/walk.h"
 #include "pvol/volume/extinction_source.h"
 #include "render/path/camera_rays.h"
+#include "render/path/traversal.h"
 #include "render/tiles/render_tile.h"
 
 namespace pvol::detail {
@@ -15,15 +16,16 @@ constexpr int kRaysAlong = 24;                 // each edge of the image
 constexpr std::uint64_t kMostSteps = 1 << 20;  // of all paths
 constexpr std::uint32_t kMostBounces = 256;    // of a path
 
-/// Optical depth of a ray through a volume by one look-up in each segment, right on average;
-/// nothing where it misses the box.
-[[nodiscard]] std::optional<double> sample_depth(const VolumeSetup& v, const Ray& world, Rng& rng) {
-  const Ray ray = v.in_cells(world);
+/// Optical depth of a ray through an instance of a volume by one look-up in each segment, right on
+/// average; nothing where it misses the box.
+[[nodiscard]] std::optional<double> sample_depth(const VolumeSetup& v, const Instance& at,
+                                                 const Ray& world, Rng& rng) {
+  const Ray ray = at.in_cells(world);
   const auto span = v.in_box(ray);
   if (!span) return std::nullopt;
   const VolumeField& f = v.volume.density;
   return visit_source(f, [&](const auto& mu) {
-    Walk walk(f.octree, make_cursor(f.octree, ray.at(span->t0)), v.in_cells(Vec3f(world.d)));
+    Walk walk(f.octree, make_cursor(f.octree, ray.at(span->t0)), at.in_cells(Vec3f(world.d)));
     double depth = 0;
     while (const auto s = walk.next()) {
       const double length = s->t1 - s->t0;
@@ -35,10 +37,13 @@ constexpr std::uint32_t kMostBounces = 256;    // of a path
 
 [[nodiscard]] std::optional<double> sample_depth(const PathSetup& setup, const Ray& ray, Rng& rng) {
   std::optional<double> sum;
-  for (const VolumeSetup& v : setup.volumes) {
-    const auto depth = sample_depth(v, ray, rng);
+  setup.instances->tree.visit(ray, kEndless, [&](std::uint32_t i, double limit) {
+    const Instance& at = setup.instances->all[i];
+    const VolumeSetup& v = setup.volumes[at.volume];
+    const auto depth = sample_depth(v, at, ray, rng);
     if (depth) sum = sum.value_or(0) + *depth;
-  }
+    return limit;
+  });
   return sum;
 }
 

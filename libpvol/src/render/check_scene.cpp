@@ -8,7 +8,10 @@
 #include "pvol/error.h"
 #include "pvol/render/deep.h"
 #include "pvol/render/lights.h"
+#include "pvol/volume/emitter.h"
+#include "pvol/volume/facts.h"
 #include "pvol/volume/motion.h"
+#include "volume/placement.h"
 
 namespace pvol::detail {
 namespace {
@@ -24,6 +27,17 @@ void check(const Scene& scene) {
   validate(scene.camera);
 }
 
+/// The places that a fire got from its volume, which was made without it.
+void check_places(const Emitter& fire, const Volume& volume) {
+  const std::size_t places = count_places(volume);
+  for (std::size_t i = 1; i < places; ++i) {
+    const Affine to_cells = fire.field.world_to_cells * to_first_place(volume, i);
+    naming_place(i, places, [&] {
+      check_placement(inverse(to_cells), to_cells, world_box(fire.field, volume, i));
+    });
+  }
+}
+
 /// Of a volume that moves.
 void check_motion(const Volume& volume, const Scene& scene) {
   const RenderOptions& o = scene.options;
@@ -32,9 +46,6 @@ void check_motion(const Volume& volume, const Scene& scene) {
   require(o.tracker != Tracker::regular && o.transmittance != Transmittance::regular,
           "regular tracking and regular transmittance have no closed form where a volume moves; "
           "choose another tracker or transmittance, or the shutter [0, 0]");
-  require(!is_chromatic(volume.medium),
-          "a volume that moves has an extinction without colour; leave extinction_color at 1, or "
-          "the shutter at [0, 0]");
   require(o.line_emission != LineEmission::on,
           "the emission of a volume that moves is gathered at collisions; leave line emission at "
           "auto");
@@ -56,6 +67,7 @@ void check(const Volume& volume, const RenderOptions& o) {
               volume.density.look_up == o.look_up &&
               (o.tracker != Tracker::delta_global || volume.density.octree.depth == 0),
           "the volume was made for another extinction, interpolation or tracker than the scene's");
+  if (volume.fire != nullptr) check_places(*volume.fire, volume);
 }
 
 /// Deep pictures are made of samples that collide or do not, and of memory.
@@ -78,8 +90,8 @@ void check_deep(const RenderOptions& o) {
 /// Flights for several channels have weights, and one tracker of their own.
 void check_chromatic(std::span<const Volume> volumes, const RenderOptions& o) {
   if (std::ranges::none_of(volumes, [](const Volume& v) { return is_chromatic(v.medium); })) return;
-  const char* wrong = volumes.size() > 1 ? "one volume alone"
-                      : o.deep           ? "no deep picture, whose samples have no weights"
+  const char* wrong = count_places(volumes) > 1 ? "one volume alone"
+                      : o.deep                  ? "no deep picture, whose samples have no weights"
                       : is_weighted(o.tracker) || o.tracker == Tracker::regular
                           ? "the trackers decomposition and delta, for which it has one of its own"
                           : nullptr;
@@ -93,9 +105,17 @@ void check_chromatic(std::span<const Volume> volumes, const RenderOptions& o) {
 void check(std::span<const Volume> volumes, const Scene& scene) {
   check(scene);
   require(!volumes.empty(), "there is no volume to render");
-  require(volumes.size() == 1 || !is_weighted(scene.options.tracker),
+  require(count_places(volumes) == 1 || !is_weighted(scene.options.tracker),
           "weighted trackers take one volume; choose another tracker for several");
   check_chromatic(volumes, scene.options);
+  const bool moves =
+      std::ranges::any_of(volumes, [](const Volume& v) { return bool(v.density.motion); });
+  require(
+      !moves ||
+          std::ranges::none_of(
+              volumes, [](const Volume& v) { return v.density.map || is_chromatic(v.medium); }),
+      "volumes that move go neither with mapped densities nor with an extinction that differs by "
+      "channel; leave the shutter at [0, 0], or these out");
   if (scene.options.deep) check_deep(scene.options);
   for (const Volume& v : volumes) {
     check(v, scene.options);

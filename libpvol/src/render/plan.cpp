@@ -34,15 +34,15 @@ Kernel choose_kernel(const RenderPlan& p) {
           .micro_edge = common_micro_edge(p.volumes),
           .paths = is_chromatic(p.volumes.front().medium) ? Paths::chromatic
                    : p.guide.used                         ? Paths::guided
-                   : p.volumes.size() > 1                 ? Paths::many_volumes
+                   : count_places(p.volumes) > 1          ? Paths::many_volumes
                                                           : Paths::one_volume,
           .count = p.scene.options.count || counted(p.scene.options.aovs),
           .lanes = p.scene.options.kernel,
-          .mapped = std::ranges::any_of(p.volumes,
-                                        [](const Volume& v) { return v.density.map != nullptr; }),
+          .mapped = std::ranges::any_of(
+              p.volumes, [](const Volume& v) { return v.density.map != nullptr; }),
+          .endless = std::ranges::any_of(p.volumes, detail::has_endless_flights),
           .moving = std::ranges::any_of(
-              p.volumes, [](const Volume& v) { return v.density.motion != nullptr; }),
-          .endless = std::ranges::any_of(p.volumes, detail::has_endless_flights)};
+              p.volumes, [](const Volume& v) { return v.density.motion != nullptr; })};
 }
 
 Decision decide_cut(const Volume& v, const RenderOptions& o) {

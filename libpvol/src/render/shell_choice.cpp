@@ -4,6 +4,7 @@
 #include "pvol/bounds/walk.h"
 #include "pvol/shell/costs.h"
 #include "render/path/camera_rays.h"
+#include "render/path/traversal.h"
 
 namespace pvol {
 namespace {
@@ -30,17 +31,21 @@ ShellEstimate estimate_shell(const Volume& volume, const Shell& shell, const Sce
   constexpr int kRaysAlong = 64;
   const RayShell rays(shell, volume.density.octree.origin);
   const detail::Projection projection(scene.camera, scene.options.width, scene.options.height);
-  const detail::VolumeSetup setup(volume, Rgb(0.0f), true);
+  const Box box = volume.density.octree.support();
+  const detail::Instances instances(std::span(&volume, 1));
   detail::visit_coarse_rays(projection, scene.options, kRaysAlong, [&](const Ray& world, int) {
-    const Ray ray = setup.in_cells(world);
     ++e.rays;
-    const auto span = setup.in_box(ray);
-    if (!span) return;
-    ++e.boxed;
-    if (!rays.misses(ray, span->t0, span->t1)) return;
-    ++e.rejected;
-    e.saved += empty_walk_cost(volume, make_cursor(volume.density.octree, ray.at(span->t0)),
-                               lanes(Vec3f(ray.d)));
+    instances.tree.visit(world, detail::kEndless, [&](std::uint32_t i, double limit) {
+      const Ray ray = instances.all[i].in_cells(world);
+      const auto span = intersect(box, ray, 0, detail::kEndless);
+      if (!span) return limit;
+      ++e.boxed;
+      if (!rays.misses(ray, span->t0, span->t1)) return limit;
+      ++e.rejected;
+      e.saved += empty_walk_cost(volume, make_cursor(volume.density.octree, ray.at(span->t0)),
+                                 lanes(Vec3f(ray.d)));
+      return limit;
+    });
   });
   if (e.boxed > 0) e.saved /= e.boxed;
   e.spent = test_cost(shell);

@@ -10,6 +10,7 @@
 #include "pvol/density/recipe.h"
 #include "pvol/trackers.h"
 #include "pvol/volume/make_volume.h"
+#include "volume/cell_look_up.h"
 #include "volume/flights.h"
 
 namespace pvol {
@@ -77,13 +78,24 @@ double exact_transmittance(const Volume& volume, const Ray& ray, double t_max) {
   });
 }
 
-float density_at(const Volume& volume, Vec3d world) {
+namespace {
+
+float density_in_cells(const Volume& volume, Vec3d cells) {
   const Octree& tree = volume.density.octree;
-  const Vec3d cells = volume.density.world_to_cells.point(world);
   if (tree.empty() || !tree.support().contains(cells)) return 0;
   const LatticePoint p = make_cursor(tree, cells).at;
   constexpr LeafHandle kRoot = Octree::kNodeBit;
   return visit_source(volume.density, [&](const auto& s) { return s.density(kRoot, p); });
+}
+
+}  // namespace
+
+float detail::extinction_in_cells(const Volume& volume, Vec3d cells) {
+  return volume.density.scale * density_in_cells(volume, cells);
+}
+
+float density_at(const Volume& volume, Vec3d world) {
+  return density_in_cells(volume, volume.density.world_to_cells.point(world));
 }
 
 float extinction_at(const Volume& volume, Vec3d world) {

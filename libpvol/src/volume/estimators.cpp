@@ -75,7 +75,11 @@ TransmittanceChoice choose_transmittance(std::span<const Volume> volumes) {
     const BoundIntegrals i = integrate_bounds(v.density.octree);
     const Vec3d size = v.density.octree.support().extent();
     const double surface = 2 * (size.x * size.y + size.y * size.z + size.z * size.x);
-    const double cell = std::cbrt(1 / std::abs(determinant(v.density.world_to_cells)));
+    double cell = 0;  // edge, on average over the places
+    for (std::size_t place = 0; place < count_places(v); ++place) {
+      const Affine to_cells = v.density.world_to_cells * to_first_place(v, place);
+      cell += std::cbrt(1 / std::abs(determinant(to_cells))) / double(count_places(v));
+    }
     // The mean chord of a convex body is 4 V / S (Cauchy).
     choice.thickness += 4 * 0.5 * (i.hi + i.lo) / surface * cell;
     all.hi += i.hi;

@@ -87,14 +87,26 @@ class Columns {
 Box world_box(std::span<const Volume> volumes) {
   Box all;
   for (const Volume& v : volumes) {
-    all = join(all, v.density.world_box);
-    if (v.fire != nullptr) all = join(all, v.fire->field.world_box);
+    for (std::size_t place = 0; place < count_places(v); ++place) {
+      all = join(all, world_box(v.density, v, place));
+      if (v.fire != nullptr) all = join(all, world_box(v.fire->field, v, place));
+    }
   }
   return all;
 }
 
+Box world_box(const VolumeField& field, const Volume& volume, std::size_t place) {
+  if (place == 0 || field.octree.empty()) return field.world_box;
+  const Affine to_first = inverse(field.world_to_cells);
+  return transform(volume.further_places[place - 1] * to_first, field.octree.support());
+}
+
 double worst_null_collisions(const Volume& volume) {
-  const double cell_length = std::cbrt(1 / std::abs(determinant(volume.density.world_to_cells)));
+  double cell_length = 0;  // where it is largest
+  for (std::size_t place = 0; place < count_places(volume); ++place) {
+    const Affine to_cells = volume.density.world_to_cells * to_first_place(volume, place);
+    cell_length = std::max(cell_length, std::cbrt(1 / std::abs(determinant(to_cells))));
+  }
   double most = 0;
   for (const Octree::Entry& e : volume.density.octree.entries) {
     if (e.log2 > 0) most = std::max(most, double(e.hi - e.lo) * std::ldexp(cell_length, e.log2));

@@ -34,13 +34,13 @@ struct Flights {
 };
 
 /// What look-ups of fields are: `micro_edge` is that of the micro-bounds which they have and which
-/// are to be used, or 0, as it is for fields with maps and for those in motion. `mapped` and
-/// `moving` hold for scenes in which some volume is, with or without others that are not.
+/// are to be used, or 0, as it is for fields with maps and for those that move, which do not go
+/// together, and have no procedural look-ups.
 struct FieldKind {
   LookUp look_up;
   int micro_edge;
   bool mapped;
-  bool moving = false;
+  bool moving = false;  ///< some volumes move, with or without others that stand still
 };
 
 /// For fields of a kind. Without counts tallies stay as they are. Estimators that are chosen by

@@ -134,11 +134,24 @@ Box world_box(const Affine& to_world, const Pyramid& pyramid) {
   return pyramid.empty() ? Box{} : transform(to_world, pyramid.support());
 }
 
-/// A volume without its field's values, and the world length of its cells' edges.
+/// A volume without its field's values, the world length of its cells' edges at its first place,
+/// and the longest diagonal of a cell at any.
 struct Placed {
   Volume volume;
-  double cell_length;
+  double cell_length, cell_diagonal;
 };
+
+/// Throws Error for a place where the cloud is too small, too far or too thick.
+void check_place(const Affine& to_world, const Affine& to_cells, const Box& box, double largest) {
+  const double cell_length = std::cbrt(std::abs(determinant(to_world)));
+  if (largest * cell_length > kMaxVoxelDepth) {
+    throw Error(
+        "an optical depth of " + detail::digits(largest * cell_length, 6) +
+        " per voxel is more than paths can resolve (1e12). Check the unit of the extinction.");
+  }
+  detail::check_placement(to_world, to_cells, box);
+}
+
 Placed place(const Affine& index_to_object, const Pyramid& pyramid, const Medium& medium,
              const VolumeOptions& o, LookUp look_up) {
   check_look_up(pyramid, look_up);
@@ -152,23 +165,27 @@ Placed place(const Affine& index_to_object, const Pyramid& pyramid, const Medium
                 detail::digits(double(pyramid.scale), 6) + " is outside [0, 3.4e38]");
   }
   check_majorant_scale(o);
-  const Affine to_world = o.object_to_world * index_to_object;
-  const Affine to_index = inverse(to_world);
-  const double cell_length = std::cbrt(std::abs(determinant(to_world)));
-  if (largest * cell_length > kMaxVoxelDepth) {
-    throw Error(
-        "an optical depth of " + detail::digits(largest * cell_length, 6) +
-        " per voxel is more than paths can resolve (1e12). Check the unit of the extinction.");
-  }
-
   Volume v{.medium = medium, .object_to_world = o.object_to_world};
+  if (!o.instances.empty()) v.object_to_world = o.instances.front() * o.object_to_world;
+  const Affine to_world = v.object_to_world * index_to_object;
+  const Affine to_index = inverse(to_world);
   VolumeField& f = v.density;
   f.scale = float(medium.extinction);
   f.look_up = look_up;
   f.world_to_cells = translation(-Vec3d(pyramid.origin)) * to_index;
   f.world_box = world_box(to_world, pyramid);
-  detail::check_placement(to_world, f.world_to_cells, f.world_box);
-  return {std::move(v), cell_length};
+  detail::naming_place(0, o.instances.size(),
+                       [&] { check_place(to_world, f.world_to_cells, f.world_box, largest); });
+  double diagonal = detail::cell_diagonal(to_world);
+  for (std::size_t i = 1; i < o.instances.size(); ++i) {
+    const Affine& map = v.further_places.emplace_back(o.instances[i] * inverse(o.instances[0]));
+    detail::naming_place(i, o.instances.size(), [&] {
+      check_place(map * to_world, f.world_to_cells * inverse(map), transform(map, f.world_box),
+                  largest);
+    });
+    diagonal = std::max(diagonal, detail::cell_diagonal(map * to_world));
+  }
+  return {std::move(v), std::cbrt(std::abs(determinant(to_world))), diagonal};
 }
 
 }  // namespace
@@ -194,7 +211,7 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Medium& 
     throw Error("samples have no procedural look-ups, which are for recipes");
   }
   check_map(o);
-  auto [v, cell_length] = place(grid.index_to_world, pyramid, medium, o, o.look_up);
+  auto [v, cell_length, cell_diagonal] = place(grid.index_to_world, pyramid, medium, o, o.look_up);
   VolumeField& f = v.density;
   f.name = grid.name;
   FieldOptions rules;
@@ -205,9 +222,8 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Medium& 
     detail::require_cover(grid, pyramid);
   } else {
     detail::require_bounds(grid, pyramid);
-    const Affine to_world = o.object_to_world * grid.index_to_world;
     homogenised = homogenise(pyramid, measure_content(grid, pyramid), medium.extinction,
-                             detail::cell_diagonal(to_world), *o.homogenise);
+                             cell_diagonal, *o.homogenise);
     rules.constant = &homogenised.constant;
     f.homogeneous = std::make_shared<const HomogeneousParts>(homogenised.parts);
   }
@@ -235,7 +251,7 @@ Volume make_volume(std::shared_ptr<const Recipe> recipe, const Pyramid& pyramid,
   if (o.homogenise) {
     throw Error("procedural look-ups leave nothing to homogenise; choose another interpolation");
   }
-  auto [v, cell_length] =
+  auto [v, cell_length, cell_diagonal] =
       place(scaling(Vec3d(recipe->voxel)), pyramid, medium, o, LookUp::procedural);
   VolumeField& f = v.density;
   f.name = recipe->name;

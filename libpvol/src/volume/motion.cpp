@@ -5,7 +5,6 @@
 #include <string>
 #include <utility>
 
-#include "pvol/bounds/map_pyramid.h"
 #include "pvol/error.h"
 #include "pvol/field/brick_field.h"
 #include "volume/placement.h"
@@ -74,12 +73,10 @@ Volume make_moving(Volume v, const Pyramid& pyramid, const Affine& index_to_obje
   const Affine to_world = o.object_to_world * index_to_object;
   const Pyramid swept = sweep_bounds(pyramid, f, d, movement.shutter);
   f.world_to_cells = translation(-Vec3d(swept.origin)) * inverse(to_world);
-  // Maps come after look-ups: bounds are mapped last.
-  const Pyramid bounds = f.map != nullptr ? map_pyramid(swept, *f.map) : swept;
-  f.world_box = bounds.empty() ? Box{} : transform(to_world, bounds.support());
+  f.world_box = transform(to_world, swept.support());
   detail::check_placement(to_world, f.world_to_cells, f.world_box);
-  f.octree = build_octree(bounds, v.medium.extinction, std::cbrt(std::abs(determinant(to_world))),
-                          choose_cut(o), links_of(bounds, f.octree), kZeroBrick);
+  f.octree = build_octree(swept, v.medium.extinction, std::cbrt(std::abs(determinant(to_world))),
+                          choose_cut(o), links_of(swept, f.octree), kZeroBrick);
   f.micro = {};
   f.micro_stored = false;
   v.shell = nullptr;

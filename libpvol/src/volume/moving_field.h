@@ -4,7 +4,6 @@
 #include <atomic>
 
 #include "pvol/field/brick_field.h"
-#include "pvol/math/field_map.h"
 #include "pvol/volume/motion.h"
 
 namespace pvol::detail {
@@ -17,8 +16,7 @@ namespace pvol::detail {
 }
 
 /// Every question is a look-up of what is at the point at `time`. Other volumes of the scene may
-/// stand still: theirs are plain. A map of values comes last. Ends flights once it is to stop, as a
-/// WatchedField does.
+/// stand still: theirs are plain. Ends flights once it is to stop, as a WatchedField does.
 template <LookUp kLookUp>
 struct MovingField {
   const VolumeField& field;
@@ -30,12 +28,12 @@ struct MovingField {
     if (stop.load(std::memory_order_relaxed)) return s.hi;
     count.lookup();
     const BrickExtinction<kLookUp> still{field.bricks(), field.octree, field.scale};
-    if (field.motion == nullptr || time == 0) return mapped(still.density(s.leaf, p));
+    if (field.motion == nullptr || time == 0) return still(s, p);
     const Vec3d source = source_of(*field.motion, time, p);
-    if (source == position(p)) return mapped(still.density(s.leaf, p));
+    if (source == position(p)) return still(s, p);
     if (!field.octree.support().contains(source)) return 0;
     constexpr LeafHandle kRoot = Octree::kNodeBit;
-    return mapped(still.density(kRoot, make_cursor(field.octree, source).at));
+    return field.scale * still.density(kRoot, make_cursor(field.octree, source).at);
   }
 
   template <class Count>
@@ -43,11 +41,6 @@ struct MovingField {
                              Count& count) const {
     if (stop.load(std::memory_order_relaxed)) return true;
     return mu < extinction(s, p, count);
-  }
-
- private:
-  [[nodiscard]] float mapped(float density) const {
-    return field.scale * (field.map != nullptr ? value_at(*field.map, density) : density);
   }
 };
 

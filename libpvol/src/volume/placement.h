@@ -1,6 +1,10 @@
 // Where a volume lies in the world.
 #pragma once
 
+#include <cstddef>
+#include <string>
+
+#include "pvol/error.h"
 #include "pvol/math/affine.h"
 #include "pvol/math/box.h"
 
@@ -16,5 +20,16 @@ namespace pvol::detail {
 /// coordinate, seen in cells (THEORY.md, T1.3). Throws Error for maps that are singular, out of
 /// range or lose more than 1/1000 of a cell.
 void check_placement(const Affine& to_world, const Affine& to_cells, const Box& world_box);
+
+/// Calls check(), and names the place in its Error where there are instances.
+template <class Check>
+void naming_place(std::size_t place, std::size_t instances, const Check& check) {
+  try {
+    check();
+  } catch (const Error& e) {
+    if (instances == 0) throw;
+    throw Error("instance " + std::to_string(place + 1) + ": " + e.what());
+  }
+}
 
 }  // namespace pvol::detail

@@ -54,12 +54,18 @@ struct SceneVolume {
   /// Of the density; empty: the only one, or "density". kNoGrid: there is none.
   std::string grid{};
   Medium medium{};
-  Affine object_to_world{};     ///< placed after the grid's own map
-  bool has_extinction = false;  ///< false: the caller may choose one that suits the cloud
-  FieldMap density_map{};       ///< of the density's values
+  Affine object_to_world{};         ///< placed after the grid's own map
+  bool has_extinction = false;      ///< false: the caller may choose one that suits the cloud
+  std::vector<Affine> instances{};  ///< placed after that, once under each; none: once as it is
+  FieldMap density_map{};           ///< of the density's values
   std::optional<Fire> fire{};
-  bool has_intensity = false;                ///< of the fire; false: the caller may choose one
+  bool has_intensity = false;  ///< of the fire; false: the caller may choose one
   std::optional<VelocityChoice> velocity{};  ///< without: by the usual names, where there are any
+
+  /// Where it is first: after the grid's own map.
+  [[nodiscard]] Affine first_place() const {
+    return instances.empty() ? object_to_world : instances.front() * object_to_world;
+  }
   friend bool operator==(const SceneVolume&, const SceneVolume&) = default;
 };
 
@@ -100,7 +106,8 @@ struct SceneFile {
 /// beside them, and `describe_sections` lists them all:
 ///
 ///   [volume]       SceneVolume; or [[volume]] for several: the first has the scene's [medium],
-///                  each further one its own [volume.medium]
+///                  each further one its own [volume.medium]; [[volume.instance]] each Placement
+///                  under which it is there, after that of the medium: none means once
 ///   [camera]       Camera
 ///   [medium]       Medium, its first Component with the phase function's keys, Placement;
 ///                  [[medium.component]] each further Component, whose share the first one lacks;

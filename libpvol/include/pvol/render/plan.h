@@ -41,9 +41,9 @@ struct Kernel {
   Paths paths = Paths::one_volume;
   bool count = false;
   Lanes lanes = Lanes::scalar;  ///< not automatic
-  bool mapped = false;          ///< whether a volume's density is mapped
-  bool moving = false;          ///< whether a volume moves: samples have times
+  bool mapped = false;          ///< some volume's density is mapped
   bool endless = false;         ///< flights may be, so that they ask whether to stop
+  bool moving = false;          ///< some volume moves: samples have times
   friend bool operator==(const Kernel&, const Kernel&) = default;
 };
 

@@ -22,7 +22,7 @@ struct ChromaticFlight {
 /// and shares are in [0, 1]: of each tentative collision at the rate of the majorant, one decision
 /// for all channels, by probabilities in proportion to what they carry, `throughput` times their
 /// weights so far. So none of the products exceeds the sum of them all, however far the channels
-/// are apart. E[weight f(t)] is the integral of share mu_t T f by channel (THEORY.md, T3.8).
+/// are apart. E[weight f(t)] is the integral of share mu_t T f by channel (THEORY.md, T3.9).
 /// Based on: Kutz, Habel, Li, Novak. Spectral and Decomposition Tracking. 2017, section 5.1, with
 /// probabilities by path history.
 template <class Segments, class Field, class Count>

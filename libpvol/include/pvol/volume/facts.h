@@ -21,8 +21,12 @@ struct VolumeFacts {
   std::uint64_t field_bytes = 0, octree_bytes = 0;
 };
 
-/// Around all volumes of the world that hold anything; empty where none does.
+/// Around all volumes of the world that hold anything, at all their places; empty where none does.
 [[nodiscard]] Box world_box(std::span<const Volume> volumes);
+
+/// Around the support of a field of a volume, its density or one of its fire's, at one of the
+/// volume's places.
+[[nodiscard]] Box world_box(const VolumeField& field, const Volume& volume, std::size_t place);
 
 /// About how many null collisions a ray meets in the thin part of the worst segment.
 [[nodiscard]] double worst_null_collisions(const Volume& volume);

@@ -20,10 +20,10 @@ struct Component {
 /// Optical properties of a cloud whose density field is known: mu_t = extinction * rho.
 struct Medium {
   double extinction = 1;  ///< per world unit and unit of density, >= 0
-  /// Share of the extinction by channel, in [0, 1], the largest 1: mu_t = extinction * share * rho.
-  Rgb extinction_color{1.0f};
   /// At least one; their shares sum up to 1.
   std::vector<Component> components{Component{}};
+  /// Share of the extinction by channel, in [0, 1], the largest 1: mu_t = extinction * share * rho.
+  Rgb extinction_color{1.0f};
   friend bool operator==(const Medium&, const Medium&) = default;
 };
 

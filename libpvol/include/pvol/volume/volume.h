@@ -6,8 +6,10 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "pvol/bounds/octree.h"
 #include "pvol/density/voxel_grid.h"
@@ -51,6 +53,9 @@ enum class MicroBoundsUse {
 struct VolumeOptions {
   /// Placed after the density's own map, index to object.
   Affine object_to_world{};
+  /// Maps of the world, applied after that: the volume is there once under each, and its data are
+  /// in memory once. Empty: it is there once, as it is.
+  std::vector<Affine> instances{};
   LookUp look_up = LookUp::trilinear;                       ///< of samples; recipes are evaluated
   MicroBoundsUse micro_bounds = MicroBoundsUse::automatic;  ///< never changes a result
   std::optional<int> depth{};  ///< octree depth at which walks stop, 0..16; else by cost
@@ -104,11 +109,15 @@ struct VolumeField {
 };
 
 /// Everything a tracker needs to know of a cloud, for one extinction and placement. Safe to read
-/// from any thread. The medium's components may be exchanged for others; its extinction and the
-/// placement are those of the bounds.
+/// from any thread. Calls on rays and points (embed.h) see it at its first place; renders see all.
+/// The medium's components may be exchanged for others; its extinction and the placement are those
+/// of the bounds.
 struct Volume {
   Medium medium{};
-  Affine object_to_world{};
+  Affine object_to_world{};  ///< of the first place
+  /// Maps of the world that take the volume, fields, shell and fire, from its first place to each
+  /// further one. Extinction is per world unit: at a place of another size the same bounds hold.
+  std::vector<Affine> further_places{};
   VolumeField density{};  ///< scaled to mu_t by the medium's extinction
   /// Certified to hold the density, in its index space; null where there is none. A plan decides
   /// whether rays test it.
@@ -116,5 +125,19 @@ struct Volume {
   std::shared_ptr<const Emitter> fire{};  ///< light of a field of its own; null: none
   std::string name{};                     ///< for messages
 };
+
+[[nodiscard]] inline std::size_t count_places(const Volume& v) {
+  return 1 + v.further_places.size();
+}
+[[nodiscard]] inline std::size_t count_places(std::span<const Volume> volumes) {
+  std::size_t sum = 0;
+  for (const Volume& v : volumes) sum += count_places(v);
+  return sum;
+}
+
+/// From the world to where it would be if the volume's place of this number were its first.
+[[nodiscard]] inline Affine to_first_place(const Volume& v, std::size_t place) {
+  return place == 0 ? Affine{} : inverse(v.further_places[place - 1]);
+}
 
 }  // namespace pvol

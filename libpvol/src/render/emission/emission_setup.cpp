@@ -9,6 +9,9 @@ std::shared_ptr<const EmissionSetup> prepare_emission(std::span<const Volume> vo
   EmissionSetup setup{.sources = emission_sources(volumes, options),
                       .points = options.emission_points};
   if (setup.sources.empty()) return nullptr;
+  std::vector<Box> boxes;
+  for (const EmissionSource& s : setup.sources) boxes.push_back(s.box);
+  setup.tree = BoxTree(boxes);
   const bool scatters = std::ranges::any_of(volumes, [](const Volume& v) {
     return !v.density.octree.empty() && largest_albedo(v.medium) > 0;
   });
@@ -19,9 +22,11 @@ std::shared_ptr<const EmissionSetup> prepare_emission(std::span<const Volume> vo
 
 Rgb emission_along(const EmissionSetup& setup, const Ray& ray, double distance, Rng& rng) {
   Rgb sum(0.0f);
-  for (const EmissionSource& source : setup.sources) {
-    sum += integrate(source, ray, distance, rng.uniform(), setup.points);
-  }
+  const float u = rng.uniform();  // for all: each is right on average, and so is the sum
+  setup.tree.visit(ray, distance, [&](std::uint32_t i, double limit) {
+    sum += integrate(setup.sources[i], ray, distance, u, setup.points);
+    return limit;
+  });
   return sum;
 }
 

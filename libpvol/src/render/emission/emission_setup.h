@@ -4,12 +4,14 @@
 #include <memory>
 
 #include "render/emission/power_tree.h"
+#include "render/path/box_tree.h"
 
 namespace pvol::detail {
 
 /// Everything that emits along flights, made once for a plan.
 struct EmissionSetup {
   std::vector<EmissionSource> sources;
+  BoxTree tree{};             ///< of their boxes
   int points = 1;             ///< of a line, for each leaf on its way
   bool lit = false;           ///< whether scattered light of it is sampled besides
   EmissionLights lights{{}};  ///< of sources, where they are lit

@@ -5,6 +5,7 @@
 
 #include "pvol/volume/estimators.h"
 #include "pvol/volume/extinction_source.h"
+#include "pvol/volume/facts.h"
 
 namespace pvol::detail {
 namespace {
@@ -59,18 +60,27 @@ bool gathers_along_flights(const Volume& volume, const RenderOptions& options) {
 std::vector<EmissionSource> emission_sources(std::span<const Volume> volumes,
                                              const RenderOptions& options) {
   std::vector<EmissionSource> all;
+  const auto add = [&](const Volume& v, EmissionSource source) {
+    for (std::size_t place = 0; place < count_places(v); ++place) {
+      source.to_first = to_first_place(v, place);
+      source.box = world_box(*source.field, v, place);
+      all.push_back(source);
+    }
+  };
   for (const Volume& v : volumes) {
-    if (v.fire != nullptr) all.push_back({.field = &v.fire->field, .fire = v.fire.get()});
+    if (v.fire != nullptr) add(v, {.field = &v.fire->field, .fire = v.fire.get()});
     if (gathers_along_flights(v, options)) {
-      all.push_back({.field = &v.density, .of_depth = emitted(v.medium)});
+      add(v, {.field = &v.density, .of_depth = emitted(v.medium)});
     }
   }
   std::erase_if(all, [](const EmissionSource& s) { return s.field->octree.empty(); });
   return all;
 }
 
-Rgb integrate(const EmissionSource& source, const Ray& ray, double distance, float u, int points) {
+Rgb integrate(const EmissionSource& source, const Ray& world, double distance, float u,
+              int points) {
   const VolumeField& f = *source.field;
+  const Ray ray{source.to_first.point(world.o), source.to_first.vector(world.d)};
   const Ray cells{f.world_to_cells.point(ray.o), f.world_to_cells.vector(ray.d)};
   const auto span = intersect(f.octree.support(), cells, 0, distance);
   if (!span) return Rgb(0.0f);

@@ -11,13 +11,17 @@
 
 namespace pvol::detail {
 
-/// A field that emits, ready for lines through it. Refers to its volume.
+/// A field that emits at one of its volume's places, ready for lines through it. Refers to the
+/// volume.
 struct EmissionSource {
   const VolumeField* field = nullptr;  ///< where it is not 0
   const Emitter* fire = nullptr;       ///< or null:
   Rgb of_depth{0.0f};                  ///< what matter emits per unit of optical depth
+  Affine to_first{};  ///< from its place to the volume's first one, where the field is
+  Box box{};          ///< around its place in the world
 
-  /// Radiance per world unit at a point of a segment of the field, that lies there in the world.
+  /// Radiance per world unit at a point of a segment of the field, that lies there in the world of
+  /// the first place.
   template <class Mu>
   [[nodiscard]] Rgb at(const Mu& value, const Segment& s, const LatticePoint& p,
                        Vec3d world) const {
@@ -30,7 +34,8 @@ struct EmissionSource {
 /// Whether what matter of the volume emits is gathered along flights, not at collisions.
 [[nodiscard]] bool gathers_along_flights(const Volume& volume, const RenderOptions& options);
 
-/// What emits along flights in these volumes: fires, and matter that is thin.
+/// What emits along flights in these volumes: fires, and matter that is thin; those of one field
+/// side by side.
 [[nodiscard]] std::vector<EmissionSource> emission_sources(std::span<const Volume> volumes,
                                                            const RenderOptions& options);
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "math/parallel.h"
 #include "pvol/bounds/pyramid.h"
@@ -102,8 +101,6 @@ bool is_uneven(const Luminances& all, const Part& part) {
 
 std::uint64_t code_of(Vec3f lo) { return morton_encode(Vec3<std::uint32_t>(lo)); }
 
-constexpr double kSphere = 4 * std::numbers::pi;
-
 }  // namespace
 
 float PowerTree::Node::seen_from(Vec3f cell) const {
@@ -134,17 +131,15 @@ std::vector<PowerTree::Node> PowerTree::divide(const EmissionSource& source, con
   return nodes;
 }
 
-PowerTree::PowerTree(const EmissionSource& source)
-    : to_cells_(source.field->world_to_cells),
-      to_world_(inverse(to_cells_)),
-      cell_volume_(std::abs(determinant(to_world_))) {
+PowerTree::PowerTree(const EmissionSource& source) {
   const VolumeField& f = *source.field;
+  const Affine to_world = inverse(f.world_to_cells);
   std::vector<Cube> cubes;
   add_cubes(f.octree, 0, Vec3i(0), 0, cubes);
   std::vector<std::vector<Node>> parts(cubes.size());
   visit_source(f, [&](const auto& value) {
     parallel_for(0, cubes.size(), [&](std::size_t i) {
-      parts[i] = divide(source, cubes[i], luminances(source, value, to_world_, cubes[i]));
+      parts[i] = divide(source, cubes[i], luminances(source, value, to_world, cubes[i]));
     });
   });
   std::vector<Node> leaves;
@@ -191,20 +186,7 @@ void PowerTree::build(std::vector<Node>& cubes, std::size_t begin, std::size_t e
   nodes_[at] = node;
 }
 
-double PowerTree::power() const {
-  return nodes_.empty() ? 0 : kSphere * cell_volume_ * double(nodes_.front().power);
-}
-
-double PowerTree::seen_from(Vec3d place) const {
-  if (nodes_.empty()) return 0;
-  const Node& root = nodes_.front();
-  const Vec3d centre = to_world_.point(Vec3d(root.lo + root.hi) * 0.5);
-  const Vec3d corner = to_world_.vector(Vec3d(root.hi - root.lo) * 0.5), away = place - centre;
-  return cell_volume_ * double(root.power) / std::max(dot(away, away), dot(corner, corner));
-}
-
-Vec3d PowerTree::sample(Vec3d place, Rng& rng) const {
-  const Vec3f cell(to_cells_.point(place));
+Vec3d PowerTree::sample(Vec3f cell, Rng& rng) const {
   const Node* node = &nodes_.front();
   while (node->count > 0) {
     std::array<float, 8> weights{};
@@ -218,13 +200,14 @@ Vec3d PowerTree::sample(Vec3d place, Rng& rng) const {
     node = &nodes_[node->first + k];
   }
   const auto [x, y, z, spare] = rng.uniform4();
-  return to_world_.point(Vec3d(node->lo + (node->hi - node->lo) * Vec3f(x, y, z)));
+  return Vec3d(node->lo + (node->hi - node->lo) * Vec3f(x, y, z));
 }
 
 /// A ray in cells, by world length.
 struct PowerTree::Line {
   Vec3f cell;  ///< its origin, as nodes are seen from there
   Ray ray;
+  double cell_volume;
 };
 
 double PowerTree::pdf(const Line& line, const Node& node, double share) const {
@@ -234,7 +217,7 @@ double PowerTree::pdf(const Line& line, const Node& node, double share) const {
   if (node.count == 0) {
     const Vec3d size(node.hi - node.lo);
     const double cubes = span->t1 * span->t1 * span->t1 - span->t0 * span->t0 * span->t0;
-    return share * cubes / (3 * size.x * size.y * size.z * cell_volume_);
+    return share * cubes / (3 * size.x * size.y * size.z * line.cell_volume);
   }
   std::array<double, 8> weights{};
   double sum = 0;
@@ -248,31 +231,56 @@ double PowerTree::pdf(const Line& line, const Node& node, double share) const {
   return density;
 }
 
-double PowerTree::pdf(Vec3d place, Vec3d d) const {
+double PowerTree::pdf(const Ray& cells, double cell_volume) const {
   if (nodes_.empty()) return 0;
-  const Line line{Vec3f(to_cells_.point(place)), {to_cells_.point(place), to_cells_.vector(d)}};
-  return pdf(line, nodes_.front(), 1);
+  return pdf({Vec3f(cells.o), cells, cell_volume}, nodes_.front(), 1);
+}
+
+PlacedPower::PlacedPower(const EmissionSource& source, std::shared_ptr<const PowerTree> tree)
+    : tree_(std::move(tree)), to_cells_(source.field->world_to_cells * source.to_first) {
+  const Affine to_world = inverse(to_cells_);
+  const PowerTree::Node& root = *tree_->root();
+  const Vec3d corner = to_world.vector(Vec3d(root.hi - root.lo) * 0.5);
+  cell_volume_ = std::abs(determinant(to_world));
+  centre_ = to_world.point(Vec3d(root.lo + root.hi) * 0.5);
+  reach_ = dot(corner, corner);
+}
+
+double PlacedPower::seen_from(Vec3d place) const {
+  const Vec3d away = place - centre_;
+  return cell_volume_ * double(tree_->root()->power) / std::max(dot(away, away), reach_);
+}
+
+Vec3d PlacedPower::sample(Vec3d place, Rng& rng) const {
+  return inverse(to_cells_).point(tree_->sample(Vec3f(to_cells_.point(place)), rng));
+}
+
+double PlacedPower::pdf(Vec3d place, Vec3d d) const {
+  return tree_->pdf({to_cells_.point(place), to_cells_.vector(d)}, cell_volume_);
 }
 
 EmissionLights::EmissionLights(const std::vector<EmissionSource>& sources) {
+  std::shared_ptr<const PowerTree> tree;
+  const VolumeField* of = nullptr;
   for (const EmissionSource& s : sources) {
-    PowerTree tree(s);
-    if (tree.power() > 0) trees_.push_back(std::move(tree));
+    if (s.field != of) tree = std::make_shared<const PowerTree>(s);
+    of = s.field;
+    if (tree->root() != nullptr) lights_.emplace_back(s, tree);
   }
 }
 
 EmissionLights::Towards EmissionLights::sample(Vec3d place, Rng& rng) const {
   double sum = 0;
-  for (const PowerTree& t : trees_) sum += t.seen_from(place);
+  for (const PlacedPower& l : lights_) sum += l.seen_from(place);
   if (!(sum > 0)) return {};
   std::size_t k = 0;
-  if (trees_.size() > 1) {
+  if (lights_.size() > 1) {
     double left = double(rng.uniform()) * sum;
-    while (k + 1 < trees_.size() && !(left < trees_[k].seen_from(place))) {
-      left -= trees_[k++].seen_from(place);
+    while (k + 1 < lights_.size() && !(left < lights_[k].seen_from(place))) {
+      left -= lights_[k++].seen_from(place);
     }
   }
-  const Vec3d way = trees_[k].sample(place, rng) - place;
+  const Vec3d way = lights_[k].sample(place, rng) - place;
   const double distance = length(way);
   if (!(distance > 0)) return {};
   const Vec3f d(way / distance);
@@ -281,11 +289,11 @@ EmissionLights::Towards EmissionLights::sample(Vec3d place, Rng& rng) const {
 
 float EmissionLights::pdf(Vec3d place, Vec3f direction) const {
   double sum = 0, density = 0;
-  for (const PowerTree& t : trees_) {
-    const double seen = t.seen_from(place);
+  for (const PlacedPower& l : lights_) {
+    const double seen = l.seen_from(place);
     if (!(seen > 0)) continue;
     sum += seen;
-    density += seen * t.pdf(place, Vec3d(direction));
+    density += seen * l.pdf(place, Vec3d(direction));
   }
   return sum > 0 ? float(density / sum) : 0;
 }

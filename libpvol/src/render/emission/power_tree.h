@@ -2,28 +2,68 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "pvol/bounds/pyramid.h"
+#include "pvol/math/box.h"
 #include "pvol/math/rng.h"
 #include "render/emission/emission_source.h"
 
 namespace pvol::detail {
 
 /// The cubes of a field's octree, and parts of them where they shine unevenly, in a tree of at most
-/// eight children a node, with the power that each emits. A place sees a node by its power over the
-/// squared distance, no nearer than its radius; from node to node a cube is chosen in proportion to
-/// that, and a point in it evenly. The density of directions follows exactly, whatever the powers:
-/// they need not be (THEORY.md, T5.12). Based on: Simon, Hanika, Zirr, Dachsbacher. Line
-/// integration for rendering heterogeneous emissive volumes. 2017; Villemin, Hery. Practical
-/// illumination from flames. 2013.
+/// eight children a node, with the power that each emits: in cells, so that all places of a field
+/// share it. A place sees a node by its power over the squared distance, no nearer than its radius;
+/// from node to node a cube is chosen in proportion to that, and a point in it evenly. The density
+/// of directions follows exactly, whatever the powers: they need not be (THEORY.md, T5.12).
+/// Based on: Simon, Hanika, Zirr, Dachsbacher. Line integration for rendering heterogeneous
+/// emissive volumes. 2017; Villemin, Hery. Practical illumination from flames. 2013.
 class PowerTree {
  public:
+  struct Node {
+    Vec3f lo, hi;     ///< cells
+    float power = 0;  ///< in cells; that of a cube of this luminance a world unit: its volume
+    std::uint32_t first = 0;
+    std::uint32_t count = 0;  ///< of children; 0: a cube
+    [[nodiscard]] float seen_from(Vec3f cell) const;
+  };
+
   /// Of a source that is not empty; estimates powers by a few points of each cube.
   explicit PowerTree(const EmissionSource& source);
 
-  /// Luminance emitted into all directions together, times world length squared.
-  [[nodiscard]] double power() const;
+  /// Null where all is dark.
+  [[nodiscard]] const Node* root() const { return nodes_.empty() ? nullptr : &nodes_.front(); }
+
+  /// A point in cells; the tree is not dark.
+  [[nodiscard]] Vec3d sample(Vec3f cell, Rng& rng) const;
+
+  /// Density of the directions from the origin of a ray in cells to its samples, per steradian of a
+  /// world in which the ray's t is length and a cell has this volume; 0 where all is dark.
+  [[nodiscard]] double pdf(const Ray& cells, double cell_volume) const;
+
+  struct Cube;  ///< of the octree
+  /// Emitted at points of one, evenly spread: one in each cell of a leaf.
+  using Luminances = std::array<float, kLeafEdge * kLeafEdge * kLeafEdge>;
+
+ private:
+  struct Line;
+
+  /// The parts of a cube, finer where it shines unevenly.
+  [[nodiscard]] static std::vector<Node> divide(const EmissionSource& source, const Cube& cube,
+                                                const Luminances& all);
+  void build(std::vector<Node>& cubes, std::size_t begin, std::size_t end, int shift,
+             std::size_t at);
+  [[nodiscard]] double pdf(const Line& line, const Node& node, double share) const;
+
+  std::vector<Node> nodes_;  ///< the root first, children side by side; none: all is dark
+};
+
+/// A source as a light: its tree, which others share, at a place of its own.
+class PlacedPower {
+ public:
+  /// The tree is not dark.
+  PlacedPower(const EmissionSource& source, std::shared_ptr<const PowerTree> tree);
 
   /// What a place of the world gets, about: power over squared distance.
   [[nodiscard]] double seen_from(Vec3d place) const;
@@ -35,33 +75,16 @@ class PowerTree {
   /// d.
   [[nodiscard]] double pdf(Vec3d place, Vec3d d) const;
 
-  struct Cube;  ///< of the octree
-  /// Emitted at points of one, evenly spread: one in each cell of a leaf.
-  using Luminances = std::array<float, kLeafEdge * kLeafEdge * kLeafEdge>;
-
  private:
-  struct Node {
-    Vec3f lo, hi;     ///< cells
-    float power = 0;  ///< in cells; that of a cube of this luminance a world unit: its volume
-    std::uint32_t first = 0;
-    std::uint32_t count = 0;  ///< of children; 0: a cube
-    [[nodiscard]] float seen_from(Vec3f cell) const;
-  };
-  struct Line;
-
-  /// The parts of a cube, finer where it shines unevenly.
-  [[nodiscard]] static std::vector<Node> divide(const EmissionSource& source, const Cube& cube,
-                                                const Luminances& all);
-  void build(std::vector<Node>& cubes, std::size_t begin, std::size_t end, int shift,
-             std::size_t at);
-  [[nodiscard]] double pdf(const Line& line, const Node& node, double share) const;
-
-  std::vector<Node> nodes_;  ///< the root first, children side by side; none: all is dark
-  Affine to_cells_, to_world_;
-  double cell_volume_ = 1;  ///< in the world
+  std::shared_ptr<const PowerTree> tree_;
+  Affine to_cells_;
+  double cell_volume_;  ///< in the world
+  Vec3d centre_;
+  double reach_;  ///< of what shines, from the centre, squared
 };
 
-/// All sources of a scene as lights.
+/// All sources of a scene as lights. Asks each of them, so that what many fires cost a collision is
+/// in proportion to their number.
 class EmissionLights {
  public:
   explicit EmissionLights(const std::vector<EmissionSource>& sources);
@@ -74,7 +97,7 @@ class EmissionLights {
   [[nodiscard]] float pdf(Vec3d place, Vec3f direction) const;
 
  private:
-  std::vector<PowerTree> trees_;
+  std::vector<PlacedPower> lights_;
 };
 
 }  // namespace pvol::detail

@@ -105,7 +105,7 @@ LaneScene::LaneScene(const PathSetup& s)
 
 const char* lane_obstacle(std::span<const Volume> volumes, const Scene& scene) {
   const RenderOptions& o = scene.options;
-  if (volumes.size() != 1) return "there are several volumes";
+  if (count_places(volumes) != 1) return "there are several volumes";
   if (o.tracker != Tracker::decomposition) return "the tracker is not decomposition";
   if (o.transmittance != Transmittance::automatic && o.transmittance != Transmittance::analog) {
     return "shadow rays are not analog";

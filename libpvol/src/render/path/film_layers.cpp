@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "pvol/embed.h"
+#include "volume/cell_look_up.h"
 
 namespace pvol::detail {
 namespace {
@@ -19,28 +19,36 @@ double depth_of(const PathSetup& s, Vec3d place) {
   return dot(place - c.position, normalize(c.target - c.position));
 }
 
+/// visit(volume, world to cells) for all that may be at a place, and perhaps for others.
+template <class Visit>
+void visit_at(const PathSetup& s, Vec3d place, const Visit& visit) {
+  s.instances->tree.visit_at(place, [&](std::uint32_t i) {
+    const Instance& at = s.instances->all[i];
+    visit(s.volumes[at.volume].volume, at.world_to_cells);
+  });
+}
+
 /// Direction of steepest descent of the extinction, by differences over a voxel; 0 where that is
-/// even.
+/// even. Of many clouds, those whose boxes end within half a voxel of the place may go unseen.
 Vec3d normal_of(const PathSetup& s, Vec3d place) {
   Vec3d sum;
-  for (const VolumeSetup& v : s.volumes) {
+  visit_at(s, place, [&](const Volume& v, const Affine& to_cells) {
+    const Vec3d at = to_cells.point(place);
     Vec3d cells;  // the gradient in cells
     for (int axis = 0; axis < 3; ++axis) {
       constexpr double kHalf = 0.5;
       Vec3d step;
       step[axis] = kHalf;
-      const Vec3d way = v.cells_to_world.vector(step);
-      cells[axis] = double(extinction_at(v.volume, place + way)) -
-                    double(extinction_at(v.volume, place - way));
+      cells[axis] =
+          double(extinction_in_cells(v, at + step)) - double(extinction_in_cells(v, at - step));
     }
     // A gradient goes to the world by the transpose of the map to cells.
-    const Affine& m = v.volume.density.world_to_cells;
     for (int axis = 0; axis < 3; ++axis) {
       Vec3d unit;
       unit[axis] = 1;
-      sum[axis] -= dot(m.vector(unit), cells);
+      sum[axis] -= dot(to_cells.vector(unit), cells);
     }
-  }
+  });
   const double size = length(sum);
   return size > 0 ? sum / size : Vec3d{};
 }
@@ -49,13 +57,12 @@ Vec3d normal_of(const PathSetup& s, Vec3d place) {
 Vec3d albedo_of(const PathSetup& s, Vec3d place) {
   Vec3d sum;
   double all = 0;
-  for (const VolumeSetup& v : s.volumes) {
-    const double mu = s.volumes.size() == 1 ? 1 : double(extinction_at(v.volume, place));
-    for (const Component& c : v.volume.medium.components) {
-      sum += Vec3d(c.albedo) * (mu * c.share);
-    }
+  const bool alone = s.volumes.size() == 1;
+  visit_at(s, place, [&](const Volume& v, const Affine& to_cells) {
+    const double mu = alone ? 1 : double(extinction_in_cells(v, to_cells.point(place)));
+    for (const Component& c : v.medium.components) sum += Vec3d(c.albedo) * (mu * c.share);
     all += mu;
-  }
+  });
   return all > 0 ? sum / all : Vec3d{};
 }
 
@@ -99,16 +106,17 @@ std::vector<Layer> make_layers(const PathSetup& s, std::size_t pixels) {
 DeepFilm make_deep(const PathSetup& s, std::size_t pixels) {
   if (!s.options.deep) return {};
   double front = std::numeric_limits<double>::infinity(), back = -front;
-  for (const VolumeSetup& v : s.volumes) {
-    const Octree& tree = v.volume.density.octree;
+  for (const Instance& at : s.instances->all) {
+    const Octree& tree = s.volumes[at.volume].volume.density.octree;
     if (tree.empty()) continue;
+    const Affine to_world = inverse(at.world_to_cells);
     const Box box = tree.support();
     for (int corner = 0; corner < 8; ++corner) {
       Vec3d place;
       for (int axis = 0; axis < 3; ++axis) {
         place[axis] = (corner >> axis & 1) != 0 ? box.hi[axis] : box.lo[axis];
       }
-      const double depth = depth_of(s, v.cells_to_world.point(place));
+      const double depth = depth_of(s, to_world.point(place));
       front = std::min(front, depth), back = std::max(back, depth);
     }
   }

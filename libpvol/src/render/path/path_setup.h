@@ -20,6 +20,7 @@
 #include "pvol/volume/phase.h"
 #include "pvol/volume/volume.h"
 #include "render/emission/emission_setup.h"
+#include "render/path/instances.h"
 #include "volume/dense_bounds.h"
 #include "volume/flights.h"
 
@@ -75,7 +76,7 @@ struct Matter {
   return all;
 }
 
-/// One of the volumes that paths walk through.
+/// One of the volumes that paths walk through, at its first place.
 struct VolumeSetup {
   const Volume& volume;
   Float4 cells_x, cells_y,
@@ -83,7 +84,7 @@ struct VolumeSetup {
   Affine cells_to_world;
   std::vector<Matter> matter;
 
-  /// Tested by camera rays before they enter the octree; none where a plan leaves it out.
+  /// Tested by rays before they enter the octree; none where a plan leaves it out.
   std::optional<RayShell> shell{};
 
   VolumeSetup(const Volume& v, Rgb constant, bool emits_at_collisions)
@@ -126,7 +127,7 @@ struct VolumeSetup {
 class Importance;
 
 [[nodiscard]] inline FieldKind field_kind(const Kernel& k) {
-  return {k.look_up, k.mapped ? 0 : k.micro_edge, k.mapped, k.moving};
+  return {k.look_up, k.mapped || k.moving ? 0 : k.micro_edge, k.mapped, k.moving};
 }
 
 struct PathSetup {
@@ -135,6 +136,7 @@ struct PathSetup {
   Rgb constant;
   std::shared_ptr<const Importance> importance;  ///< of guided paths
   std::vector<VolumeSetup> volumes;
+  std::shared_ptr<const Instances> instances;  ///< of the volumes
   Projection projection;
   Camera camera;
   SkyLight sky;
@@ -160,6 +162,7 @@ struct PathSetup {
   PathSetup(const RenderPlan& plan, Rgb constant_ = Rgb(0.0f),
             std::shared_ptr<const DenseBounds> dense_ = nullptr)
       : constant(constant_),
+        instances(std::make_shared<const Instances>(plan.volumes)),
         projection(plan.scene.camera, plan.scene.options.width, plan.scene.options.height),
         camera(plan.scene.camera),
         sky(plan.scene.environment),

@@ -1,4 +1,4 @@
-// How paths move: free flights and shadow rays through one volume, or through several at once.
+// How paths move: free flights and shadow rays through one volume, or through many at once.
 #pragma once
 
 #include "render/path/path_setup.h"
@@ -29,8 +29,8 @@ struct Work {
   void set_time(float frames) { path.time = shadow.time = frames; }
 };
 
-/// Whether a camera ray misses the volume's shell. It would meet no density then, and random
-/// numbers are keyed by sample: the picture stays the same to the last bit.
+/// Whether a ray misses the volume's shell. It would meet no density then; random numbers of camera
+/// rays are keyed by sample: the picture of one volume stays the same to the last bit.
 [[nodiscard]] inline bool outside_shell(const VolumeSetup& volume, const Ray& cells,
                                         const Span& span, Work& work) {
   if (!volume.shell) return false;
@@ -94,83 +94,103 @@ class OneVolume {
   Cursor cursor_;
 };
 
-/// Several volumes, which may overlap: free flights in each are independent, and the shortest one
-/// is that of their sum (Kutz et al. 2017, theorem 1); transmittances multiply. No common tree is
-/// needed. Weights of flights that end behind the shortest would count too much, so trackers are
-/// analog here.
+/// Many volumes, or one at many places, which may overlap: free flights in each are independent,
+/// and the shortest one is that of their sum (Kutz et al. 2017, theorem 1); transmittances multiply
+/// (THEORY.md, T3.8). A tree of boxes tells which to ask; no common octree is needed. Weights of
+/// flights that end behind the shortest would count too much, so trackers are analog here.
 class ManyVolumes {
  public:
-  explicit ManyVolumes(const PathSetup& setup) : work(setup), s_(setup) {}
+  explicit ManyVolumes(const PathSetup& setup) : work(setup), s_(setup), in_(*setup.instances) {}
 
   /// Moves to where the first volume begins: from there on float directions are precise enough.
   [[nodiscard]] bool start(const Ray& ray) {
-    double first = std::numeric_limits<double>::infinity();
-    for (const VolumeSetup& v : s_.volumes) {
-      const Ray cells = v.in_cells(ray);
-      const auto span = v.in_box(cells);
-      if (!span || outside_shell(v, cells, *span, work)) continue;
-      first = std::min(first, span->t0);
-    }
-    if (!std::isfinite(first)) return false;
+    double first = kEndless;
+    in_.tree.visit(ray, kEndless, [&](std::uint32_t i, double limit) {
+      const Instance& at = in_.all[i];
+      const auto span = s_.volumes[at.volume].in_box(at.in_cells(ray));
+      if (span) first = std::min(first, span->t0);
+      return std::min(first, limit);
+    });
+    if (first == kEndless) return false;
     position_ = ray.at(first);
+    within_ = nullptr;
     return true;
   }
 
   [[nodiscard]] Hit fly(Vec3f direction, Rng& rng) {
-    const VolumeSetup* hit = nullptr;
-    const double nearest = find_nearest(direction, rng, work.path, hit);
+    const auto [nearest, hit] = find_nearest(direction, rng, work.path);
     if (hit == nullptr) return {};
     position_ = Ray{position_, Vec3d(direction)}.at(nearest);
-    return {&hit->choose_matter(rng), 1};
+    within_ = hit;
+    return {&s_.volumes[hit->volume].choose_matter(rng), 1};
   }
 
   [[nodiscard, gnu::noinline]] Reach reach(Vec3f direction, Rng& rng) {
-    const VolumeSetup* hit = nullptr;
-    return {find_nearest(direction, rng, work.shadow, hit), 1};
+    return {find_nearest(direction, rng, work.shadow).distance, 1};
   }
 
   [[nodiscard]] Vec3d position() const { return position_; }
 
   [[nodiscard, gnu::noinline]] float pass(Vec3f direction, double distance, Rng& rng) {
-    const Ray ray{position_, Vec3d(direction)};
     float product = 1;
-    for (const VolumeSetup& v : s_.volumes) {
-      if (product == 0) break;
-      const Ray cells = v.in_cells(ray);
-      const auto span = v.in_box(cells);
-      if (!span || span->t0 >= distance) continue;
-      Walk walk(v.volume.density.octree, make_cursor(v.volume.density.octree, cells.at(span->t0)),
-                v.in_cells(direction), distance - span->t0);
-      product *= s_.flights.pass(s_.options.transmittance, s_.options.tracker, v.volume.density,
-                                 walk, rng, work.shadow);
-    }
+    visit_walks(direction, distance, [&](const Instance& at, double, double limit, Walk& walk) {
+      product *= s_.flights.pass(s_.options.transmittance, s_.options.tracker, field(at), walk, rng,
+                                 work.shadow);
+      return product == 0 ? 0 : limit;
+    });
     return product;
   }
 
   Work work;
 
  private:
-  /// The shortest of the volumes' flights, and whose it is.
-  [[nodiscard]] double find_nearest(Vec3f direction, Rng& rng, Watch& watch,
-                                    const VolumeSetup*& hit) const {
+  struct Nearest {
+    double distance;
+    const Instance* hit;  ///< null: there is none
+  };
+
+  [[nodiscard]] const VolumeField& field(const Instance& at) const {
+    return s_.volumes[at.volume].volume.density;
+  }
+
+  /// limit = visit(instance, where it begins, limit, walk from there up to the limit) for those
+  /// that a ray from the path's place may meet before it.
+  template <class Visit>
+  void visit_walks(Vec3f direction, double distance, const Visit& visit) {
     const Ray ray{position_, Vec3d(direction)};
-    double nearest = kEndless;
-    for (const VolumeSetup& v : s_.volumes) {
-      const Ray cells = v.in_cells(ray);
+    in_.tree.visit(ray, distance, [&](std::uint32_t i, double limit) {
+      const Instance& at = in_.all[i];
+      const VolumeSetup& v = s_.volumes[at.volume];
+      const Ray cells = at.in_cells(ray);
       const auto span = v.in_box(cells);
-      if (!span || span->t0 >= nearest) continue;
-      Walk walk(v.volume.density.octree, make_cursor(v.volume.density.octree, cells.at(span->t0)),
-                v.in_cells(direction), nearest - span->t0);
-      const Flight f = s_.flights.fly(s_.options.tracker, v.volume.density, walk, rng, watch);
-      if (!f.collided || !(span->t0 + f.t < nearest)) continue;
-      nearest = span->t0 + f.t;
-      hit = &v;
-    }
+      if (!span || span->t0 >= limit) return limit;
+      // What scattered the path holds it: its shell would not turn the ray away.
+      if (&at != within_ && outside_shell(v, cells, {span->t0, std::min(span->t1, limit)}, work)) {
+        return limit;
+      }
+      const Octree& tree = v.volume.density.octree;
+      Walk walk(tree, make_cursor(tree, cells.at(span->t0)), at.in_cells(direction),
+                limit - span->t0);
+      return visit(at, span->t0, limit, walk);
+    });
+  }
+
+  /// The shortest of the flights through all, and whose it is.
+  [[nodiscard]] Nearest find_nearest(Vec3f direction, Rng& rng, Watch& watch) {
+    Nearest nearest{kEndless, nullptr};
+    visit_walks(direction, kEndless, [&](const Instance& at, double t0, double limit, Walk& walk) {
+      const Flight f = s_.flights.fly(s_.options.tracker, field(at), walk, rng, watch);
+      if (!f.collided || !(t0 + f.t < limit)) return limit;
+      nearest = {t0 + f.t, &at};
+      return t0 + f.t;
+    });
     return nearest;
   }
 
   const PathSetup& s_;
+  const Instances& in_;
   Vec3d position_;
+  const Instance* within_ = nullptr;  ///< that the path's last collision was in
 };
 
 }  // namespace pvol::detail
