@@ -174,6 +174,7 @@ void print_facts(const RenderJob& job) {
     print_facts(job.volumes[i], job.facts[i]);
     if (job.volumes[i].density.world_box.empty()) continue;
     print_density(job.volumes[i], job.reports[i]);
+    print_decision(job.plan, "motion", "", int(i));
     print_decision(job.plan, "shell", told("--shells", name(o.shells)), int(i));
   }
   if (std::all_of(job.volumes.begin(), job.volumes.end(),

@@ -39,7 +39,8 @@ typename Grid::Ptr vectors(const std::string& name) {
   using Vector = typename Grid::ValueType;
   auto grid = Grid::create(Vector(0.0));
   for (int i = 1; i < 12; ++i) {
-    grid->tree().setValueOn({i, 0, -i}, Vector(i, -2 * i, 3 * i));
+    const auto x = typename Vector::value_type(i);
+    grid->tree().setValueOn({i, 0, -i}, Vector(x, -2 * x, 3 * x));
   }
   grid->tree().addTile(1, {64, 0, 0}, Vector(-1, 0, 4), true);
   grid->setName(name);
