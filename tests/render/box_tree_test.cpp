@@ -22,11 +22,12 @@ struct World {
     return {uniform(-reach, reach), uniform(-reach, reach), uniform(-reach, reach)};
   }
 
-  /// Boxes of sizes from 1/1000 to 1/3 of the world's, some of them flat, some mere lines, some
-  /// empty, some twice.
+  /// Boxes of sizes from 1/1000 to 1/3 of the world's, some as large as that, some of them flat,
+  /// some mere lines, some empty, some twice.
   World(int count, Vec3d middle_, double size_) : middle(middle_), size(size_) {
     for (int i = 0; i < count; ++i) {
-      const double reach = size * std::exp(uniform(std::log(1e-3), std::log(0.3)));
+      const double most = i % 23 == 4 ? 2 : 0.3;
+      const double reach = size * std::exp(uniform(std::log(1e-3), std::log(most)));
       const Vec3d at = middle + point(size);
       Box b;
       b = extend(extend(b, at), at + point(reach));

@@ -12,6 +12,7 @@
 #include "pvol/shell/fit_shell.h"
 #include "pvol/volume/emitter.h"
 #include "pvol/volume/facts.h"
+#include "render/path/traversal.h"
 #include "support/bodies.h"
 #include "support/error_of.h"
 #include "support/lit_scenes.h"
@@ -19,6 +20,8 @@
 
 namespace pvol::test {
 namespace {
+
+using detail::kEndless;
 
 /// The volume of a scene's medium at places.
 Volume instances_of(const Field& field, CloudScene s, const std::vector<Affine>& places) {
@@ -121,22 +124,36 @@ TEST(Instances, HaveTheExpectationOfVolumesOfTheirOwn) {
   EXPECT_TRUE(family.passes());
 }
 
+/// Cubes about the origin, all of which overlap there.
+std::vector<Body> crossed_cubes(int count, double extinction, std::uint64_t seed) {
+  std::vector<Body> bodies;
+  for (const Affine& place : random_places(count, 3, seed)) {
+    bodies.push_back(matter(extinction, Rgb(0.8f), 0.3, {}, place * translation(Vec3d(-6.0))));
+  }
+  return bodies;
+}
+
+std::vector<Affine> places_of(const std::vector<Body>& bodies) {
+  std::vector<Affine> places;
+  for (const Body& b : bodies) places.push_back(b.object_to_world);
+  return places;
+}
+
 /// Single scattering in cubes that overlap, of which some are mirrored, with shadow rays through
 /// all of them.
 TEST(Instances, ThatOverlapHaveTheirClosedForm) {
   proof::Family family;
   for (const int count : {2, 3, 9}) {
-    const auto places = random_places(count, 6, 40 + std::uint64_t(count));
-    std::vector<Body> bodies;
-    for (const Affine& place : places) bodies.push_back(matter(0.05, Rgb(0.8f), 0.3, {}, place));
-    OneRay r(bodies, {40, 30, 55}, {3, 2, 1});
+    const std::vector<Body> bodies = crossed_cubes(count, 0.15, 40 + std::uint64_t(count));
+    OneRay r(bodies, {40, 30, 55}, {1, 0.5, -1});
+    const auto places = places_of(bodies);
     r.scene.environment = ConstantSky{Rgb(0.25f)};
     r.scene.lights = {Sun{{0.3, 1, 0.1}, Rgb(3.0f), 0}, PointLight{{-4, 30, 9}, Rgb(700.0f)}};
     r.scene.options.max_bounces = 1;
     r.scene.options.samples = 200'000;
     r.scene.medium = bodies.front();
     r.scene.medium.object_to_world = {};
-    for (const Transmittance t : {Transmittance::analog, Transmittance::ratio}) {
+    for (const Transmittance t : {Transmittance::analog, Transmittance::residual_ratio}) {
       r.scene.options.transmittance = t;
       const Volume v = instances_of(cube(), r.scene, places);
       const Film film = render({&v, 1}, r.scene).film;
@@ -150,6 +167,48 @@ TEST(Instances, ThatOverlapHaveTheirClosedForm) {
       a = a + Average{Vec3d(behind) - sky.mean, sky.variance};
       compare(a, {radiance(r), Vec3d(0.0)}, std::to_string(count) + name(t), family, 3e-5);
     }
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+/// Along a ray through cubes that overlap: where flights end, in which cube, and how much passes.
+TEST(Instances, FlightsAndTransmittancesAreThoseOfTheSum) {
+  proof::Family family;
+  for (const int count : {2, 9}) {
+    const std::vector<Body> bodies = crossed_cubes(count, 0.2 / count, 60 + std::uint64_t(count));
+    OneRay r(bodies, {40, 30, 55}, {1, 0.5, -1});
+    const auto places = places_of(bodies);
+    r.scene.medium.object_to_world = {};
+    r.scene.options.transmittance = Transmittance::regular;  // exact here
+    const Volume v = instances_of(cube(), r.scene, places);
+    const RenderPlan p = plan({&v, 1}, r.scene.scene());
+    const detail::PathSetup setup(p);
+    detail::ManyVolumes traversal(setup);
+    const double all = optical_depth(bodies, r.ray);
+    EXPECT_GT(all, 1);
+    const Vec3f d(r.ray.d);
+    constexpr int kFlights = 1'000'000, kBins = 16;
+    // Of optical depth: bins of equal probability, and one for what leaves.
+    std::vector<std::uint64_t> counts(kBins + 1);
+    for (int i = 0; i < kFlights; ++i) {
+      Rng rng(3, std::uint64_t(count), std::uint64_t(i));
+      ASSERT_TRUE(traversal.start(r.ray));
+      if (i < 1000) {
+        const double distance = 40 + 0.03 * i, depth = optical_depth(bodies, r.ray, distance);
+        const double before = length(traversal.position() - r.ray.o);
+        ASSERT_NEAR(double(traversal.pass(d, distance - before, rng)), std::exp(-depth), 1e-5);
+      }
+      if (traversal.fly(d, rng).matter == nullptr) {
+        ++counts.back();
+        continue;
+      }
+      const double t = length(traversal.position() - r.ray.o);
+      const double share = std::expm1(-optical_depth(bodies, r.ray, t)) / std::expm1(-all);
+      ++counts[std::size_t(std::min(int(share * kBins), kBins - 1))];
+    }
+    std::vector<double> expected(kBins + 1, -kFlights * std::expm1(-all) / kBins);
+    expected.back() = kFlights * std::exp(-all);
+    family.add(std::to_string(count), proof::counts_p_value(counts, expected));
   }
   EXPECT_TRUE(family.passes());
 }
