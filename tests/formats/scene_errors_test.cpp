@@ -79,7 +79,8 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
        "medium.albedo is an array of 2; expected a number in [0, 1], or an array of 3 of them"},
       {"[medium]\ng = 1\n", "s.toml:4:5: medium.g is 1; expected a number in [-0.9999, 0.9999]"},
       {"[medium]\ng = 0\nrayleigh = true\n",
-       "s.toml:5:1: unknown key \"rayleigh\" in [medium]; expected one of extinction, albedo, g,"},
+       "s.toml:5:1: unknown key \"rayleigh\" in [medium]; expected one of extinction, "
+       "extinction_color, albedo, g,"},
       {"[medium]\nrayleigh = false\n",
        "s.toml:4:12: medium.rayleigh is false; expected true, or another phase function"},
       {"[medium]\nrayleigh = 1\n", "s.toml:4:12: medium.rayleigh is 1; expected true or false"},
