@@ -38,6 +38,9 @@ class ScriptedTraversal {
   [[nodiscard]] const Cursor& place() const { return place_; }
   void return_to(const Cursor& place) { place_ = place; }
   [[nodiscard]] Vec3d position() const { return Vec3d(place_.at.cell[0], 0, 0); }
+  struct {
+    static void set_time(float) {}
+  } work;
   [[nodiscard]] detail::Reach reach(Vec3f, Rng&) { return {detail::kEndless, 1}; }
   [[nodiscard]] float pass(Vec3f, double, Rng&) {
     ++script.passed;
