@@ -29,7 +29,7 @@ VoxelGrid grid_of(const char* name, const std::function<double(Vec3d)>& value) {
         samples.push_back(float(std::max(0.0, value({double(x), double(y), double(z)}))));
     }
   }
-  VoxelGrid g = make_grid({.values = samples, .size = {24, 24, 24}}, scaling(Vec3d(0.1)));
+  VoxelGrid g = make_grid({.values = samples.data(), .size = {24, 24, 24}}, scaling(Vec3d(0.1)));
   g.name = name;
   return g;
 }

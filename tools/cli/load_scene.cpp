@@ -1,6 +1,7 @@
 #include "cli/load_scene.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -43,7 +44,7 @@ bool bind_grids(const Loader& by, formats::SceneVolume& volume) {
   for (const std::string& note : formats::bind_fields(volume, grids)) tell(by, name + note);
   const std::vector<std::string> dark = formats::usual_fire_grids(grids);
   if (!volume.fire && grids.size() > 1 && !dark.empty()) {
-    tell(by, name + "the file has " + listed(dark) +
+    tell(by, name + fmt::format("the file has {}", fmt::join(dark, " and ")) +
                  ", too; --set medium.fire.kelvin=K makes a fire of it");
   }
   return volume.fire && !had_fire;
