@@ -9,8 +9,8 @@
 namespace pvol::cli {
 
 /// Loads the clouds of a scene, volume by volume, as load_cloud does. Keeps those that a further
-/// volume may ask for: of the same file, grid and fire. A fire whose intensity is left open is one
-/// of its place, which is no other's.
+/// volume may ask for: of the same file, grid, fire and velocities. A fire whose intensity is left
+/// open is one of its place, which is no other's.
 class SceneClouds {
  public:
   SceneClouds(Loader by, bool strict, const formats::SceneFile& scene)

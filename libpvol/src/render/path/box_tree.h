@@ -17,8 +17,8 @@ namespace pvol::detail {
 /// box and be told to go on; its boxes and distances are floats of the world, which clouds far from
 /// the origin need in double; and pvol would depend on it for these lines. Here boxes are floats
 /// relative to the middle of all, rounded outward, and rays are doubles: a box that a ray meets is
-/// never missed, however far from the origin all lies. Up to kLeafItems boxes are no tree: they are
-/// visited in their order.
+/// never missed, however far from the origin all lies. Up to kLeafItems boxes are no tree: all of
+/// them are visited, in their order.
 class BoxTree {
  public:
   static constexpr std::uint32_t kLeafItems = 4;
@@ -90,6 +90,10 @@ class BoxTree {
 template <class Visit>
 void BoxTree::visit(const Ray& ray, double limit, const Visit& visit) const {
   if (nodes_.empty()) return;
+  if (nodes_.size() == 1) {  // few: their own tests are as good
+    for (const std::uint32_t item : items_) limit = visit(item, limit);
+    return;
+  }
   struct Later {
     std::uint32_t node;
     double t;
