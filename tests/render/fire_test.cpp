@@ -6,6 +6,7 @@
 
 #include "pvol/volume/emitter.h"
 #include "render/emission/emission_setup.h"
+#include "support/error_of.h"
 #include "support/pictures.h"
 #include "support/small_cloud.h"
 
@@ -203,6 +204,24 @@ TEST(Fire, LayersAndOrdersAddUp) {
       EXPECT_NEAR(orders[c], sum, 1e-3 * (1 + sum));
     }
   }
+}
+
+TEST(Fire, HasNoDepths) {
+  CloudScene s = cloud_scene();
+  s.options.deep = true;
+  Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
+  s.options.line_emission = LineEmission::on;
+  EXPECT_NE(error_of([&] {
+              (void)plan({&v, 1}, s.scene());
+            }).find("all along a ray"),
+            std::string::npos);
+  s.options.line_emission = LineEmission::automatic;
+  EXPECT_EQ(error_of([&] { (void)plan({&v, 1}, s.scene()); }), "");
+  v.fire = fire_of(cloud(), {});
+  EXPECT_NE(error_of([&] {
+              (void)plan({&v, 1}, s.scene());
+            }).find("all along a ray"),
+            std::string::npos);
 }
 
 using detail::EmissionLights;

@@ -71,7 +71,13 @@ void check(const Volume& volume, const RenderOptions& o) {
 }
 
 /// Deep pictures are made of samples that collide or do not, and of memory.
-void check_deep(const RenderOptions& o) {
+void check_deep(std::span<const Volume> volumes, const RenderOptions& o) {
+  require(
+      std::ranges::none_of(volumes, [](const Volume& v) { return v.fire != nullptr; }) &&
+          o.line_emission != LineEmission::on,
+      "deep pictures are made of what collides, and light of fires and of emission along flights "
+      "comes from all along a ray; leave the fire or the deep picture out, and line emission at "
+      "auto");
   require(!is_weighted(o.tracker),
           std::string("deep pictures count samples that collide, and those of tracker ") +
               name(o.tracker) + " have weights; choose a tracker without, such as decomposition");
@@ -120,7 +126,7 @@ void check(std::span<const Volume> volumes, const Scene& scene) {
           "weighted trackers take one volume; choose another tracker for several");
   check_chromatic(volumes, scene.options);
   check_kinds(volumes);
-  if (scene.options.deep) check_deep(scene.options);
+  if (scene.options.deep) check_deep(volumes, scene.options);
   for (const Volume& v : volumes) {
     check(v, scene.options);
     if (v.density.motion != nullptr) check_motion(v, scene);

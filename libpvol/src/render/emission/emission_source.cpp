@@ -51,6 +51,7 @@ bool gathers_along_flights(const Volume& volume, const RenderOptions& options) {
   constexpr double kThin = 1.4;
   if (emitted(volume.medium) == Rgb(0.0f)) return false;
   if (volume.density.motion != nullptr) return false;  // collisions know the time
+  if (options.deep) return false;  // whose samples lie where paths collide
   if (options.line_emission != LineEmission::automatic) {
     return options.line_emission == LineEmission::on;
   }
