@@ -97,6 +97,13 @@ LoadedGrid load_recipe(const std::filesystem::path& file, const GridOptions& opt
               "interpolation.");
 }
 
+[[noreturn]] void refuse_kind(const std::filesystem::path& file) {
+  const std::string kind = ending(file);
+  throw Error(file.string() + ": the name ends in '" + kind +
+              "', expected .vdb, .nvdb, .pvol or .toml (a recipe)" +
+              (kind == ".gz" ? "; unpack it first: gunzip " + file.string() : ""));
+}
+
 /// A recipe for procedural look-ups, without its bounds.
 Cloud load_unsampled(const std::filesystem::path& file, const GridOptions& options) {
   Cloud cloud;
@@ -161,9 +168,7 @@ LoadedGrid load_grid(const std::filesystem::path& file, const GridOptions& optio
     PvolFile content = read_pvol_grid(file, options.grid);
     return take_density(file, content, options);
   }
-  throw Error(file.string() + ": the name ends in '" + kind +
-              "', expected .vdb, .nvdb, .pvol or .toml (a recipe)" +
-              (kind == ".gz" ? "; unpack it first: gunzip " + file.string() : ""));
+  refuse_kind(file);
 }
 
 Pyramid build_bounds(const VoxelGrid& grid, const std::filesystem::path& file, LookUp look_up) {
@@ -181,7 +186,8 @@ std::vector<GridEntry> grids_of(const std::filesystem::path& file) {
     }
     return all;
   }
-  return {{read_recipe_of(file, {}).name, "recipe", true}};
+  if (kind == ".toml") return {{read_recipe_of(file, {}).name, "recipe", true}};
+  refuse_kind(file);
 }
 
 FireFields load_fire(const std::filesystem::path& file, const Fire& fire, bool strict) {
