@@ -102,7 +102,8 @@ std::vector<Forgery> forgeries() {
   constexpr std::size_t kMeta = 0, kBounds = 1, kShell = 2, kDensity = 3;
   constexpr std::size_t kNodes = 56;  // BNDS: where the masks begin
   return {
-      {"newer pvol", [](PvolBytes& f) { f.header.version = f.header.reader_version = 3; }},
+      {"newer pvol",
+       [](PvolBytes& f) { f.header.version = f.header.reader_version = detail::kVersion + 1; }},
       {"makes no sense", [](PvolBytes& f) { f.header.version = 0; }},
       {"makes no sense", [](PvolBytes& f) { f.header.reader_version = 2; }},
       {"do not fit", [](PvolBytes& f) { f.forged_count = 0xffffffff; }},
