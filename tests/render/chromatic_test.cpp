@@ -28,7 +28,10 @@ void compare_channels(const CloudScene& s, const Field& field, Rgb color, const 
     grey.medium.extinction *= double(color[c]);
     grey.options.seed += 10 + std::uint64_t(c);
     const Average a = average(run(field, grey).film);
-    const double z = (colored.mean[c] - a.mean[c]) / std::sqrt(colored.variance[c] + a.variance[c]);
+    const double difference = colored.mean[c] - a.mean[c];
+    const double z = difference == 0  // where the channel sees nothing
+                         ? 0
+                         : difference / std::sqrt(colored.variance[c] + a.variance[c]);
     family.add(name + ", channel " + std::to_string(c), proof::normal_p_value(z));
   }
 }
@@ -37,7 +40,7 @@ TEST(Chromatic, EachChannelIsTheGreyPictureOfItsExtinction) {
   proof::Family family;
   for (const Rgb color : {Rgb(1.0f, 0.5f, 0.1f), Rgb(0.3f, 0.9f, 1.0f), Rgb(0.0f, 1.0f, 0.02f)}) {
     CloudScene s = cloud_scene();
-    s.options.samples = 1000;
+    s.options.samples = 600;
     s.options.guide = GuideUse::off;
     compare_channels(s, cloud(), color, "sun and sky", family);
     s.lights = {PointLight{{9, 16, 8}, Rgb(300.0f)}};
