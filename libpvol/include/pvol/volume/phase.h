@@ -20,6 +20,20 @@ namespace pvol {
 using PhaseFunction =
     std::variant<HenyeyGreenstein, TwoLobes, Rayleigh, Draine, Droplets, PhaseTable>;
 
+/// f(kind), and its result. Most matter scatters by one lobe, which is asked for first; all other
+/// kinds are called out of the way, where they do not burden the paths of those.
+template <class F>
+[[nodiscard, gnu::noinline]] decltype(auto) visit_rare_phase(const PhaseFunction& phase,
+                                                             const F& f) {
+  return std::visit(f, phase);
+}
+template <class F>
+[[nodiscard]] inline decltype(auto) visit_phase(const PhaseFunction& phase, const F& f) {
+  if (const auto* one_lobe = std::get_if<HenyeyGreenstein>(&phase)) [[likely]]
+    return f(*one_lobe);
+  return visit_rare_phase(phase, f);
+}
+
 /// Mean cosine of the scattering angle, in (-1, 1).
 [[nodiscard]] inline double mean_cosine(const PhaseFunction& phase) {
   return std::visit([](const auto& p) { return mean_cosine(p); }, phase);
@@ -28,14 +42,14 @@ using PhaseFunction =
 /// Density per steradian of scattering from direction `from` into `to`, both unit and along the
 /// flight. It is the same with the two exchanged, and with both reversed.
 [[nodiscard]] inline float pdf_phase(const PhaseFunction& phase, Vec3f from, Vec3f to) {
-  return std::visit([&](const auto& p) { return pdf_phase(p, from, to); }, phase);
+  return visit_phase(phase, [&](const auto& p) { return pdf_phase(p, from, to); });
 }
 
 /// A direction with that density and the density itself, from u and azimuth uniform in [0, 1).
 /// Strata of u are strata of what is scattered.
 [[nodiscard]] inline PhaseSample sample_phase(const PhaseFunction& phase, Vec3f from, float u,
                                               float azimuth) {
-  return std::visit([&](const auto& p) { return sample_phase(p, from, u, azimuth); }, phase);
+  return visit_phase(phase, [&](const auto& p) { return sample_phase(p, from, u, azimuth); });
 }
 [[nodiscard]] inline Vec3f sample_phase(const PhaseFunction& phase, Vec3f from, Rng& rng) {
   const auto [u, azimuth] = rng.uniform2();
