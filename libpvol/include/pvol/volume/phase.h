@@ -20,8 +20,7 @@ namespace pvol {
 using PhaseFunction =
     std::variant<HenyeyGreenstein, TwoLobes, Rayleigh, Draine, Droplets, PhaseTable>;
 
-/// f(kind), and its result. Most matter scatters by one lobe, which is asked for first; all other
-/// kinds are called out of the way, where they do not burden the paths of those.
+/// f(kind), and its result: one lobe first, by which most matter scatters, the others out of its way.
 template <class F>
 [[nodiscard, gnu::noinline]] decltype(auto) visit_rare_phase(const PhaseFunction& phase,
                                                              const F& f) {
