@@ -20,7 +20,7 @@ namespace pvol {
 using PhaseFunction =
     std::variant<HenyeyGreenstein, TwoLobes, Rayleigh, Draine, Droplets, PhaseTable>;
 
-/// f(kind), and its result: one lobe first, by which most matter scatters, the others out of its way.
+/// f(kind), and its result: one lobe first, by which most matter scatters, others out of its way.
 template <class F>
 [[nodiscard, gnu::noinline]] decltype(auto) visit_rare_phase(const PhaseFunction& phase,
                                                              const F& f) {
