@@ -20,17 +20,12 @@ namespace pvol {
 using PhaseFunction =
     std::variant<HenyeyGreenstein, TwoLobes, Rayleigh, Draine, Droplets, PhaseTable>;
 
-/// f(kind), and its result: one lobe first, by which most matter scatters, others out of its way.
-template <class F>
-[[nodiscard, gnu::noinline]] decltype(auto) visit_rare_phase(const PhaseFunction& phase,
-                                                             const F& f) {
-  return std::visit(f, phase);
-}
+/// f(kind), and its result: one lobe first, by which most matter scatters, and which a table of
+/// calls for all kinds would slow down.
 template <class F>
 [[nodiscard]] inline decltype(auto) visit_phase(const PhaseFunction& phase, const F& f) {
-  if (const auto* one_lobe = std::get_if<HenyeyGreenstein>(&phase)) [[likely]]
-    return f(*one_lobe);
-  return visit_rare_phase(phase, f);
+  if (const auto* one_lobe = std::get_if<HenyeyGreenstein>(&phase)) return f(*one_lobe);
+  return std::visit(f, phase);
 }
 
 /// Mean cosine of the scattering angle, in (-1, 1).
