@@ -331,9 +331,9 @@ PvolFile read_pvol_grid(const fs::path& path, const std::string& name) {
 std::vector<PvolGridName> list_pvol(const fs::path& path) {
   const MappedFile mapped(path);
   const Container file(mapped.bytes(), path.string());
+  // By its header alone: every render asks, and bounds are decoded where they are used.
   const auto is_empty = [](const Container& c) {
-    const LookUp made_for = c.decode(kMeta, decode_metadata).bounds_made_for;
-    return c.decode(kBounds, [&](ChunkReader& r) { return decode_bounds(r, made_for); }).empty();
+    return c.decode(kBounds, [](ChunkReader& r) { return r.get<BoundsHeader>().levels == 0; });
   };
   std::vector<PvolGridName> all{{name_of(file), is_empty(file)}};
   for (const NamedField& field : fields_of(file)) {
