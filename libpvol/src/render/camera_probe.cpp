@@ -55,7 +55,7 @@ constexpr std::uint32_t kMostBounces = 256;    // of a path
 }
 
 /// The plan as plain paths take it, with counts and without what its sky would cost to set up.
-[[nodiscard]] RenderPlan plain(const RenderPlan& plan) {
+[[nodiscard]] RenderPlan plain_plan(const RenderPlan& plan) {
   RenderPlan p;
   p.volumes = plan.volumes;
   p.shells = plan.shells;
@@ -63,7 +63,7 @@ constexpr std::uint32_t kMostBounces = 256;    // of a path
   p.emission = plan.emission;
   p.kernel.count = true;
   p.kernel.lanes = Lanes::scalar;
-  if (p.kernel.paths == Paths::guided) p.kernel.paths = Paths::one_volume;
+  p.kernel.paths = plain(plan.kernel.paths);
   p.scene.camera = plan.scene.camera;
   p.scene.lights = plan.scene.lights;
   // Pictures of skies are sampled as lights are.
@@ -80,7 +80,7 @@ constexpr std::uint32_t kMostBounces = 256;    // of a path
 void follow_paths(const RenderPlan& plan, const PathSetup& setup, int across, int down,
                   CameraProbe& probe) {
   constexpr int kStride = 229;  // a prime above kRaysAlong: all are met
-  const TileFunction render_part = find_tile_function(plan.kernel.paths);
+  const TileFunction render_part = find_tile_function(plan.kernel.paths, setup);
   const ImagePart part = image_part(plan.scene.options);
   Film film;
   film.width = plan.scene.options.width, film.height = plan.scene.options.height;
@@ -109,8 +109,8 @@ double CameraProbe::collisions() const {
 CameraProbe probe_camera(const RenderPlan& plan) {
   constexpr std::uint64_t kKey = 0x666f726563617374;
   const RenderOptions& o = plan.scene.options;
-  const RenderPlan plain_plan = plain(plan);
-  const PathSetup setup(plain_plan);
+  const RenderPlan unguided = plain_plan(plan);
+  const PathSetup setup(unguided);
   double albedo = 0;
   for (const Volume& v : plan.volumes) {
     albedo = std::max(albedo, double(largest_albedo(v.medium)));
@@ -130,7 +130,7 @@ CameraProbe probe_camera(const RenderPlan& plan) {
   probe.by_depth = sum / probe.rays;
   if (plan.kernel.endless) return probe;
   const ImagePart part = image_part(o);
-  follow_paths(plain_plan, setup, std::min(kRaysAlong, part.width),
+  follow_paths(unguided, setup, std::min(kRaysAlong, part.width),
                std::min(kRaysAlong, part.height), probe);
   return probe;
 }

@@ -14,15 +14,10 @@ namespace {
 
 /// Why paths cannot be guided, or null.
 const char* obstacle(std::span<const Volume> volumes, const RenderOptions& o) {
-  if (count_places(volumes) != 1) return "there are several volumes";
+  if (volumes.empty()) return "there is no volume";
   if (is_chromatic(volumes.front().medium)) return "the extinction has a colour";
-  if (volumes.front().density.map != nullptr) return "the density is mapped";
-  if (volumes.front().density.motion) return "the volume moves";
   if (is_weighted(o.tracker)) return "the tracker has weights";
   if (o.max_bounces) return "bounces are limited";
-  if (o.look_up != LookUp::nearest && o.look_up != LookUp::trilinear) {
-    return "the interpolation is neither nearest nor trilinear";
-  }
   return nullptr;
 }
 
@@ -54,9 +49,9 @@ bool has_directions(std::span<const Volume> volumes, const Scene& scene) {
     directed += luminance(std::visit(irradiance, source));
   }
   if (directed > kShare * kSphere * smooth_luminance(scene.environment)) return true;
-  const std::vector<Component>& all = volumes.front().medium.components;
-  return std::any_of(all.begin(), all.end(),
-                     [](const Component& c) { return c.emission != Rgb(0.0f); });
+  const auto glows = [](const Component& c) { return c.emission != Rgb(0.0f); };
+  return std::ranges::any_of(
+      volumes, [&](const Volume& v) { return std::ranges::any_of(v.medium.components, glows); });
 }
 
 }  // namespace
@@ -76,7 +71,8 @@ GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene, do
   if (o.guide == GuideUse::on) return {true, "as told"};
   if (!has_directions(volumes, scene)) return {false, "light comes from a smooth sky alone"};
   const double thickness = choose_transmittance(volumes).thickness;
-  const auto albedo = double(largest_albedo(volumes.front().medium));
+  double albedo = 0;
+  for (const Volume& v : volumes) albedo = std::max(albedo, double(largest_albedo(v.medium)));
   const double scatterings = estimate_scatterings(thickness, albedo);
   if (thickness < kThickness) return {false, "the cloud is thin", scatterings};
   if (albedo < kAlbedo) return {false, "the cloud absorbs much", scatterings};

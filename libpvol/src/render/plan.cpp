@@ -33,13 +33,13 @@ Kernel choose_kernel(const RenderPlan& p) {
   return {.look_up = p.scene.options.look_up,
           .micro_edge = common_micro_edge(p.volumes),
           .paths = is_chromatic(p.volumes.front().medium) ? Paths::chromatic
-                   : p.guide.used                         ? Paths::guided
-                   : count_places(p.volumes) > 1          ? Paths::many_volumes
-                                                          : Paths::one_volume,
+                   : count_places(p.volumes) > 1
+                       ? (p.guide.used ? Paths::guided_many : Paths::many_volumes)
+                       : (p.guide.used ? Paths::guided : Paths::one_volume),
           .count = p.scene.options.count || counted(p.scene.options.aovs),
           .lanes = p.scene.options.kernel,
-          .mapped = std::ranges::any_of(
-              p.volumes, [](const Volume& v) { return v.density.map != nullptr; }),
+          .mapped = std::ranges::any_of(p.volumes,
+                                        [](const Volume& v) { return v.density.map != nullptr; }),
           .endless = std::ranges::any_of(p.volumes, detail::has_endless_flights),
           .moving = std::ranges::any_of(
               p.volumes, [](const Volume& v) { return v.density.motion != nullptr; })};

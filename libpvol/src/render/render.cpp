@@ -107,12 +107,12 @@ class PassRenderer {
 /// Guides the setup's paths where the plan says so; what paths it is then for.
 Paths guide(const RenderPlan& plan, PathSetup& setup, RenderResult& result) {
   Paths paths = plan.kernel.paths;
-  if (paths == Paths::guided) {
+  if (plan.guide.used) {
     const std::clock_t begin = std::clock();
     detail::guide_paths(plan, setup);
     result.guide_seconds = double(std::clock() - begin) / CLOCKS_PER_SEC;
     result.guided = setup.importance != nullptr;
-    if (!result.guided) paths = Paths::one_volume;  // nothing to be guided by
+    if (!result.guided) paths = plain(paths);  // nothing to be guided by
   }
   if (!std::isfinite(setup.shadow_unit)) {
     throw Error("the lights are too bright for single precision");

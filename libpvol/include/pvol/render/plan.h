@@ -26,12 +26,18 @@ struct EmissionSetup;  // src/render/emission
 }
 
 /// How paths go through a scene's volumes.
-enum class Paths { one_volume, many_volumes, guided, chromatic };
+enum class Paths { one_volume, many_volumes, guided, guided_many, chromatic };
 [[nodiscard]] constexpr auto names(Paths) {
   return std::to_array<Named<Paths>>({{Paths::one_volume, "one volume"},
                                       {Paths::many_volumes, "many volumes"},
                                       {Paths::guided, "guided"},
+                                      {Paths::guided_many, "guided through many"},
                                       {Paths::chromatic, "chromatic"}});
+}
+
+/// Without guiding.
+[[nodiscard]] constexpr Paths plain(Paths p) {
+  return p == Paths::guided ? Paths::one_volume : p == Paths::guided_many ? Paths::many_volumes : p;
 }
 
 /// Which compiled loops render: those through the field and those of paths.

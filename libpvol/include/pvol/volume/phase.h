@@ -45,7 +45,9 @@ template <class F>
                                               float azimuth) {
   return visit_phase(phase, [&](const auto& p) { return sample_phase(p, from, u, azimuth); });
 }
-[[nodiscard]] inline Vec3f sample_phase(const PhaseFunction& phase, Vec3f from, Rng& rng) {
+/// Of any of them, or of one kind.
+template <class Phase>
+[[nodiscard]] inline Vec3f sample_phase(const Phase& phase, Vec3f from, Rng& rng) {
   const auto [u, azimuth] = rng.uniform2();
   return sample_phase(phase, from, u, azimuth).direction;
 }

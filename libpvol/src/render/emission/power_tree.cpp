@@ -186,13 +186,15 @@ void PowerTree::build(std::vector<Node>& cubes, std::size_t begin, std::size_t e
   nodes_[at] = node;
 }
 
-Vec3d PowerTree::sample(Vec3f cell, Rng& rng) const {
+/// A point evenly in a cube that is chosen, from node to node, in proportion to weight(node).
+template <class Weight>
+Vec3d PowerTree::sample_by(const Weight& weight, Rng& rng) const {
   const Node* node = &nodes_.front();
   while (node->count > 0) {
     std::array<float, 8> weights{};
     float sum = 0;
     for (std::uint32_t k = 0; k < node->count; ++k) {
-      sum += weights[k] = nodes_[node->first + k].seen_from(cell);
+      sum += weights[k] = weight(nodes_[node->first + k]);
     }
     float left = rng.uniform() * sum;
     std::uint32_t k = 0;
@@ -201,6 +203,14 @@ Vec3d PowerTree::sample(Vec3f cell, Rng& rng) const {
   }
   const auto [x, y, z, spare] = rng.uniform4();
   return Vec3d(node->lo + (node->hi - node->lo) * Vec3f(x, y, z));
+}
+
+Vec3d PowerTree::sample(Vec3f cell, Rng& rng) const {
+  return sample_by([&](const Node& node) { return node.seen_from(cell); }, rng);
+}
+
+Vec3d PowerTree::sample(Rng& rng) const {
+  return sample_by([](const Node& node) { return node.power; }, rng);
 }
 
 /// A ray in cells, by world length.
@@ -255,6 +265,8 @@ Vec3d PlacedPower::sample(Vec3d place, Rng& rng) const {
   return inverse(to_cells_).point(tree_->sample(Vec3f(to_cells_.point(place)), rng));
 }
 
+Vec3d PlacedPower::sample(Rng& rng) const { return inverse(to_cells_).point(tree_->sample(rng)); }
+
 double PlacedPower::pdf(Vec3d place, Vec3d d) const {
   return tree_->pdf({to_cells_.point(place), to_cells_.vector(d)}, cell_volume_);
 }
@@ -285,6 +297,26 @@ EmissionLights::Towards EmissionLights::sample(Vec3d place, Rng& rng) const {
   if (!(distance > 0)) return {};
   const Vec3f d(way / distance);
   return {d, pdf(place, d)};
+}
+
+double EmissionLights::power() const {
+  double sum = 0;
+  for (const PlacedPower& l : lights_) sum += l.power();
+  return sum;
+}
+
+Vec3d EmissionLights::sample(Rng& rng) const {
+  double left = double(rng.uniform()) * power();
+  std::size_t k = 0;
+  while (k + 1 < lights_.size() && !(left < lights_[k].power())) left -= lights_[k++].power();
+  return lights_[k].sample(rng);
+}
+
+Vec3d EmissionLights::centre() const {
+  const double all = power();
+  Vec3d sum;
+  for (const PlacedPower& l : lights_) sum += l.centre() * (l.power() / all);
+  return sum;
 }
 
 float EmissionLights::pdf(Vec3d place, Vec3f direction) const {

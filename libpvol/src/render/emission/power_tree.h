@@ -38,6 +38,9 @@ class PowerTree {
   /// A point in cells; the tree is not dark.
   [[nodiscard]] Vec3d sample(Vec3f cell, Rng& rng) const;
 
+  /// A point in cells in proportion to the power, about.
+  [[nodiscard]] Vec3d sample(Rng& rng) const;
+
   /// Density of the directions from the origin of a ray in cells to its samples, per steradian of a
   /// world in which the ray's t is length and a cell has this volume; 0 where all is dark.
   [[nodiscard]] double pdf(const Ray& cells, double cell_volume) const;
@@ -48,6 +51,9 @@ class PowerTree {
 
  private:
   struct Line;
+
+  template <class Weight>
+  [[nodiscard]] Vec3d sample_by(const Weight& weight, Rng& rng) const;
 
   /// The parts of a cube, finer where it shines unevenly.
   [[nodiscard]] static std::vector<Node> divide(const EmissionSource& source, const Cube& cube,
@@ -70,6 +76,12 @@ class PlacedPower {
 
   /// A point in the world.
   [[nodiscard]] Vec3d sample(Vec3d place, Rng& rng) const;
+
+  /// About what it emits per steradian.
+  [[nodiscard]] double power() const { return cell_volume_ * double(tree_->root()->power); }
+  /// A point in the world in proportion to that.
+  [[nodiscard]] Vec3d sample(Rng& rng) const;
+  [[nodiscard]] Vec3d centre() const { return centre_; }
 
   /// Density per steradian of the directions from a place to its samples; that of unit direction
   /// d.
@@ -95,6 +107,13 @@ class EmissionLights {
   };
   [[nodiscard]] Towards sample(Vec3d place, Rng& rng) const;
   [[nodiscard]] float pdf(Vec3d place, Vec3f direction) const;
+
+  /// About what all emit per steradian [luminance times area].
+  [[nodiscard]] double power() const;
+  /// A point of the world in proportion to it.
+  [[nodiscard]] Vec3d sample(Rng& rng) const;
+  /// The middle of it; there is some.
+  [[nodiscard]] Vec3d centre() const;
 
  private:
   std::vector<PlacedPower> lights_;

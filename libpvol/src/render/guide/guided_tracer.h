@@ -1,6 +1,9 @@
 // One camera path and its branches, guided by importance.
 #pragma once
 
+#include <type_traits>
+#include <utility>
+
 #include "render/guide/importance.h"
 #include "render/path/path_tracer.h"
 
@@ -11,11 +14,11 @@ inline constexpr float kEndBelow = 0.5f, kSplitAbove = 2;
 /// The most that one of them is split into.
 inline constexpr float kMostCopies = 8;
 
-/// Traces paths that end, split and turn by their importance, for one volume and a tracker without
-/// weights (THEORY.md, T5.5). The picture is that of the plain tracer on average.
+/// Traces paths that end, split and turn by their importance, for a tracker without weights
+/// (THEORY.md, T5.5). The picture is that of the plain tracer on average.
 /// Based on: Vorba, Krivanek. Adjoint-Driven Russian Roulette and Splitting. 2016; Talbot et al.
 /// Importance Resampling for Global Illumination. 2005.
-template <class Traversal>
+template <class Traversal, class Kind = AnyPaths>
 class GuidedTracer {
  public:
   explicit GuidedTracer(const PathSetup& setup)
@@ -26,9 +29,10 @@ class GuidedTracer {
     r_.reset();
     auto [rng, ray] = CameraSample(s_, x, y, sample);
     direction_ = Vec3f(ray.d);
+    if (!Kind::kSimple && s_.moving) traversal.work.set_time(sample_time(s_, x, y, sample));
     const Hit first = traversal.start(ray) ? traversal.fly(direction_, rng) : Hit{};
     const auto unscattered = [] { return 0.0f; };
-    if (s_.emission) add_emission(ray.o, first, unscattered, Rgb(1.0f), rng);
+    if (emits()) add_emission(ray.o, first, unscattered, Rgb(1.0f), rng);
     if (first.matter == nullptr) {
       if (s_.options.background) {
         add_constant(s_, r_);
@@ -46,10 +50,10 @@ class GuidedTracer {
     while (alive) {
       const Vec3f from = direction_;
       turn_path(rng);
-      const auto pdf = [&] { return pdf_phase(matter_->phase, from, direction_); };
-      const Vec3d start = s_.emission ? traversal.position() : Vec3d{};
+      const auto pdf = [&] { return pdf_phase(Kind::phase(*matter_), from, direction_); };
+      const Vec3d start = emits() ? traversal.position() : Vec3d{};
       const Hit hit = traversal.fly(direction_, rng);
-      if (s_.emission) add_emission(start, hit, pdf, throughput_, rng);
+      if (emits()) add_emission(start, hit, pdf, throughput_, rng);
       if (hit.matter != nullptr) {
         alive = collide(*hit.matter, rng) || resume();
       } else {
@@ -67,7 +71,7 @@ class GuidedTracer {
  private:
   /// Equal paths that wait at a collision to be scattered.
   struct Branch {
-    Cursor place;
+    std::remove_cvref_t<decltype(std::declval<const Traversal&>().place())> place;
     const Matter* matter;
     const Importance::Row* row;
     Vec3f direction;  ///< of the flight that ended there
@@ -90,6 +94,9 @@ class GuidedTracer {
   std::array<Branch, kPlaces> waiting_;
   std::size_t waiting_count_ = 0;
 
+  /// Whether anything emits along flights.
+  [[nodiscard]] bool emits() const { return !Kind::kSimple && s_.emission; }
+
   /// Adds what a collision gives of its own and by next-event estimation; whether the path goes on
   /// from there, by itself or split.
   [[nodiscard]] bool collide(const Matter& matter, Rng& rng) {
@@ -97,7 +104,7 @@ class GuidedTracer {
     add_emitted(s_, matter, throughput_, r_);
     r_.scattered(scatterings_++);
     matter_ = &matter;
-    row_ = &importance_.row(traversal.place().at.cell);
+    row_ = &importance_.row(traversal.place());
     const float worth = largest(throughput_) * row_->of(importance_.half_sine(direction_));
     if (worth < kEndBelow) {
       if (!(rng.uniform() < worth)) return false;
@@ -107,9 +114,9 @@ class GuidedTracer {
     if (!(largest(throughput_) > 0)) return false;
     const float* worths = importance_.shadow_worth(*row_);
     const auto worth_of = [&](std::size_t light) { return worths[light]; };
-    add_light_here(s_, matter.phase, direction_, throughput_, worth_of, traversal, rng, shadow_rays,
-                   r_);
-    if (s_.emission && s_.emission->lit) {
+    add_light_here(s_, Kind::phase(matter), direction_, throughput_, worth_of, traversal, rng,
+                   shadow_rays, r_);
+    if (emits() && s_.emission->lit) {
       add_fire_here(s_, matter.phase, direction_, throughput_, traversal, rng, shadow_rays, r_);
     }
     r_.scattered(scatterings_);
@@ -148,7 +155,7 @@ class GuidedTracer {
   /// the phase function and one from the axis' lobe, chosen in proportion to phase function times
   /// importance over the sum of their densities.
   void turn_path(Rng& rng) {
-    const PhaseFunction& phase = matter_->phase;
+    const auto& phase = Kind::phase(*matter_);
     if (!row_->turns()) {
       direction_ = sample_phase(phase, direction_, rng);
       return;

@@ -5,6 +5,7 @@
 
 #include "math/parallel.h"
 #include "pvol/math/direction.h"
+#include "render/guide/mixture.h"
 #include "render/path/gather_light.h"
 #include "render/path/traversal.h"
 
@@ -14,6 +15,14 @@ namespace {
 constexpr int kLeastPhotons = 20'000, kMostPhotons = 200'000;
 constexpr double kUnit = 0.5;    // of the mean importance where camera rays meet the cloud
 constexpr double kFloor = 0.02;  // of the mean importance of the cloud
+
+[[nodiscard]] bool is_one(const PathSetup& setup) { return setup.instances->all.size() == 1; }
+[[nodiscard]] bool is_empty(const VolumeSetup& v) { return v.volume.density.octree.empty(); }
+
+[[nodiscard]] CoarseCells make_cells(const PathSetup& setup) {
+  if (is_one(setup)) return make_coarse_cells(setup.volumes.front().volume);
+  return make_world_cells(setup.scene_volumes, *setup.instances);
+}
 
 using Nodes = std::array<double, kDirectionNodes>;
 
@@ -49,23 +58,18 @@ void add_phase(const PhaseFunction& phase, double weight, Kernel& kernel) {
 }
 
 /// What all components together make of incident light.
-Kernel scattering_kernel(const std::vector<Matter>& matter) {
+Kernel scattering_kernel(const std::vector<Share>& matter) {
   Kernel kernel{};
-  float before = 0;
-  for (const Matter& m : matter) {
-    add_phase(m.phase, double((m.share_up_to - before) * luminance(m.albedo)), kernel);
-    before = m.share_up_to;
+  for (const auto& [m, share] : matter) {
+    add_phase(m->phase, double(share * luminance(m->albedo)), kernel);
   }
   return kernel;
 }
 
 /// The lobe of directions from which the axis' light scatters, for all components together.
-HenyeyGreenstein mean_lobe(const std::vector<Matter>& matter) {
-  float sum = 0, before = 0;
-  for (const Matter& m : matter) {
-    sum += (m.share_up_to - before) * float(mean_cosine(m.phase));
-    before = m.share_up_to;
-  }
+HenyeyGreenstein mean_lobe(const std::vector<Share>& matter) {
+  float sum = 0;
+  for (const auto& [m, share] : matter) sum += share * float(mean_cosine(m->phase));
   return HenyeyGreenstein(std::clamp(double(sum), 0.0, kLargestMeanCosine));
 }
 
@@ -111,10 +115,7 @@ std::vector<Nodes> blurred_radiance(const CoarseCells& cells, const std::vector<
 /// Irradiance of a light in a coarse cell.
 Rgb irradiance_in(const PathSetup& setup, const CoarseCells& cells, std::size_t light,
                   std::size_t row) {
-  const Vec3d low(cells.places[row] + vec3(cells.low));
-  const double edge = std::ldexp(1.0, cells.shift);
-  const Box box =
-      transform(setup.volumes.front().cells_to_world, Box{low * edge, (low + Vec3d(1.0)) * edge});
+  const Box box = transform(cells.to_world, cells.cube(row));
   return std::visit([&](const auto& l) { return l.irradiance_on(box); }, setup.lights[light]);
 }
 
@@ -169,10 +170,11 @@ PagedVector<Importance::Row> make_rows(const CoarseCells& cells,
 }
 
 /// Mean importance where camera rays of the whole image first collide; 0 where none does.
+template <class Traversal>
 double mean_seen(const PathSetup& setup, const Importance& importance) {
   constexpr int kRays = 4096;
   constexpr std::uint64_t kKey = 0x63616d657261;
-  OneVolume traversal(setup);
+  Traversal traversal(setup);
   double sum = 0;
   int hits = 0;
   for (int i = 0; i < kRays; ++i) {
@@ -183,7 +185,7 @@ double mean_seen(const PathSetup& setup, const Importance& importance) {
                                              double(y) * setup.options.height)};
     const Vec3f d(ray.d);
     if (!traversal.start(ray) || traversal.fly(d, rng).matter == nullptr) continue;
-    sum += double(importance.row(traversal.place().at.cell).of(importance.half_sine(d)));
+    sum += double(importance.row(traversal.place()).of(importance.half_sine(d)));
     ++hits;
   }
   return hits > 0 ? sum / hits : 0;
@@ -215,10 +217,10 @@ Rgb constant_part(const Environment& environment) {
   return median_radiance(SkyLight(environment));
 }
 
-/// More photons make less noise, as long as they take little of the picture's time: in lanes one
-/// for 80 samples.
+/// More photons make less noise, as long as they take little of the picture's time: one for 80
+/// samples in lanes and of many volumes, whose lights differ from one to the other.
 int count_photons(const PathSetup& setup) {
-  if (setup.lanes == Lanes::scalar) return kLeastPhotons;
+  if (setup.lanes == Lanes::scalar && is_one(setup)) return kLeastPhotons;
   const ImagePart part = image_part(setup.options);
   const double samples = double(part.width) * part.height * expected_samples(setup.options);
   return int(std::clamp(samples / 80, double(kLeastPhotons), double(kMostPhotons)));
@@ -227,16 +229,18 @@ int count_photons(const PathSetup& setup) {
 }  // namespace
 
 std::optional<Importance> make_importance(const PathSetup& setup) {
-  const VolumeSetup& volume = setup.volumes.front();
-  if (volume.volume.density.octree.empty()) return std::nullopt;
-  CoarseCells cells = make_coarse_cells(volume.volume);
+  if (std::ranges::all_of(setup.volumes, is_empty)) return std::nullopt;
+  CoarseCells cells = make_cells(setup);
   const IncidentLight light = trace_photons(setup, cells, count_photons(setup));
   if (!(light.power > 0) || *setup.stop) return std::nullopt;
-  const auto power = scattered_power(light, scattering_kernel(volume.matter));
+  const std::vector<Share> matter = mixture(setup, cells);
+  const auto power = scattered_power(light, scattering_kernel(matter));
   PagedVector<Importance::Row> rows = make_rows(cells, blurred_radiance(cells, power));
-  const HenyeyGreenstein lobe = mean_lobe(volume.matter);
+  const HenyeyGreenstein lobe = mean_lobe(matter);
   std::vector<float> worths = shadow_worths(setup, cells, light);
-  const double seen = mean_seen(setup, {cells, light.axis, lobe, rows, worths});
+  const Importance unscaled(cells, light.axis, lobe, rows, worths);
+  const double seen = is_one(setup) ? mean_seen<OneVolume>(setup, unscaled)
+                                    : mean_seen<ManyVolumes>(setup, unscaled);
   if (!(seen > 0)) return std::nullopt;
   for (Importance::Row& row : rows) {
     for (float& v : row.at) v = float(double(v) / (kUnit * seen));

@@ -41,8 +41,11 @@ class Importance {
         axis_(axis),
         lobe_(lobe) {}
 
-  /// Of a cell of the volume, counted from the octree's origin.
-  [[nodiscard]] const Row& row(Int4 cell) const { return rows_[cells_.row(cell)]; }
+  /// Of a place of a traversal.
+  template <class Place>
+  [[nodiscard]] const Row& row(const Place& place) const {
+    return rows_[cells_.row(place)];
+  }
   /// What a shadow ray from there is worth, by light and then for the sky, in units of about the
   /// plain tracer's shadow unit: the more of them arrive, the more.
   [[nodiscard]] const float* shadow_worth(const Row& row) const {
@@ -69,8 +72,8 @@ class Importance {
   HenyeyGreenstein lobe_;
 };
 
-/// Estimates it for the one volume of the setup, whose `constant` is that of guided paths; nothing
-/// where no light but the constant falls on the volume or the camera does not see it.
+/// Estimates it for the volumes of the setup, whose `constant` is that of guided paths; nothing
+/// where no light but the constant falls on them or the camera does not see them.
 /// Deterministic for any number of threads.
 [[nodiscard]] std::optional<Importance> make_importance(const PathSetup& setup);
 

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "pvol/volume/facts.h"
+#include "render/guide/mixture.h"
+
 namespace pvol::detail {
 namespace {
 
@@ -12,6 +15,16 @@ constexpr float kPi = float(std::numbers::pi);
 [[nodiscard]] Vec3f uniform_direction(Rng& rng) {
   const auto [u, v] = rng.uniform2();
   return turn(Vec3f(0, 0, 1), 2 * u, v);
+}
+
+/// Uniform over a cap; in double: from afar it is narrower than the spacing of float directions.
+[[nodiscard]] Vec3d direction_in(const Cap& cap, Rng& rng) {
+  const auto [u, turns] = rng.uniform2();
+  const double c = cap.one_minus_cos * double(u), sine = std::sqrt(c * (2 - c)),
+               azimuth = 2 * double(kPi) * double(turns);
+  Vec3d s, t;
+  orthonormal_basis(cap.axis, s, t);
+  return cap.axis * (1 - c) + s * (sine * std::cos(azimuth)) + t * (sine * std::sin(azimuth));
 }
 
 /// What a light sends to the target: about its power, and the direction that it lies in.
@@ -40,21 +53,39 @@ Beam beam(const PointSource& light, const Target& target) {
 
 Photon emit(const PointSource& light, const Target& target, double unit, Rng& rng) {
   const Cap cap = target.seen_from(light.position);
-  const auto [u, turns] = rng.uniform2();
-  // In double: from afar the cap is narrower than the spacing of float directions.
-  const double c = cap.one_minus_cos * double(u), sine = std::sqrt(c * (2 - c)),
-               azimuth = 2 * double(kPi) * double(turns);
-  Vec3d s, t;
-  orthonormal_basis(cap.axis, s, t);
-  const Vec3d d =
-      cap.axis * (1 - c) + s * (sine * std::cos(azimuth)) + t * (sine * std::sin(azimuth));
-  return {{light.position, d}, light.intensity * float(cap.solid_angle() / unit)};
+  return {{light.position, direction_in(cap, rng)},
+          light.intensity * float(cap.solid_angle() / unit)};
+}
+
+/// What photons are to hit: the box of the one volume, or that of the world around all.
+Target make_target(const PathSetup& s) {
+  if (s.instances->all.size() == 1) {
+    const VolumeSetup& v = s.volumes.front();
+    return {v.volume.density.octree.support(), v.cells_to_world};
+  }
+  Box box;
+  for (const VolumeSetup& v : s.volumes) {
+    for (std::size_t place = 0; place < count_places(v.volume); ++place) {
+      box = join(box, world_box(v.volume.density, v.volume, place));
+    }
+  }
+  return {box, Affine{}};
+}
+
+/// What matter emits at collisions, on average over all of it.
+Rgb mean_emitted(const PathSetup& s, const CoarseCells& cells) {
+  Rgb sum(0.0f);
+  for (const Share& of : mixture(s, cells)) {
+    const Rgb e = of.matter->emitted;
+    sum += Rgb(std::abs(e.x), std::abs(e.y), std::abs(e.z)) * of.share;
+  }
+  return sum;
 }
 
 }  // namespace
 
 PhotonSources::PhotonSources(const PathSetup& setup, const CoarseCells& cells)
-    : s_(setup), cells_(cells), target_(setup.volumes.front().volume) {
+    : s_(setup), cells_(cells), target_(make_target(setup)), emitted_(mean_emitted(setup, cells)) {
   double strongest = 0;
   for (const LightSource& source : s_.lights) {
     const Beam b = std::visit([&](const auto& light) { return beam(light, target_); }, source);
@@ -63,6 +94,7 @@ PhotonSources::PhotonSources(const PathSetup& setup, const CoarseCells& cells)
   }
   add_sky(strongest);
   add(matter_power());
+  if (s_.emission && s_.emission->lit) add_fires(strongest);
 }
 
 Photon PhotonSources::sample(Rng& rng) const {
@@ -70,9 +102,10 @@ Photon PhotonSources::sample(Rng& rng) const {
   std::size_t i = 0;
   while (i + 1 < up_to_.size() && u >= up_to_[i]) ++i;
   const double own = up_to_[i] - (i > 0 ? up_to_[i - 1] : 0);
-  Photon p = i < s_.lights.size()    ? from_light(s_.lights[i], rng)
-             : i == s_.lights.size() ? from_sky(rng)
-                                     : from_matter(rng);
+  Photon p = i < s_.lights.size()        ? from_light(s_.lights[i], rng)
+             : i == s_.lights.size()     ? from_sky(rng)
+             : i == s_.lights.size() + 1 ? from_matter(rng)
+                                         : from_fires(rng);
   p.power *= float(power() / own);
   p.source = i;
   return p;
@@ -106,21 +139,10 @@ void PhotonSources::add_sky(double& strongest) {
   if (length(mean) > 0) propose_axis(power, Vec3f(normalize(mean)), strongest);
 }
 
-Rgb PhotonSources::emitted() const {
-  Rgb sum(0.0f);
-  float before = 0;
-  for (const Matter& m : s_.volumes.front().matter) {
-    const Rgb e = m.emitted;
-    sum += Rgb(std::abs(e.x), std::abs(e.y), std::abs(e.z)) * (m.share_up_to - before);
-    before = m.share_up_to;
-  }
-  return sum;
-}
-
 double PhotonSources::matter_power() {
   double sum = 0;
   for (const double m : cells_.mass) mass_up_to_.push_back(sum += m);
-  return 4 * double(kPi) * sum * double(luminance(emitted()));
+  return 4 * double(kPi) * sum * double(luminance(emitted_));
 }
 
 Photon PhotonSources::from_light(const LightSource& source, Rng& rng) const {
@@ -137,9 +159,27 @@ Photon PhotonSources::from_matter(Rng& rng) const {
   const double u = to_uniform_double(rng.block().lo) * mass_up_to_.back();
   const auto above = std::upper_bound(mass_up_to_.begin(), mass_up_to_.end() - 1, u);
   const auto row = std::uint32_t(above - mass_up_to_.begin());
-  const Vec3d at = target_.point(cells_, row, rng);
+  const Vec3d at = cells_.point(row, rng);
   return {{at, Vec3d(uniform_direction(rng))},
-          emitted() * float(4 * double(kPi) * mass_up_to_.back() / power())};
+          emitted_ * float(4 * double(kPi) * mass_up_to_.back() / power())};
+}
+
+void PhotonSources::add_fires(double& strongest) {
+  const EmissionLights& fires = s_.emission->lights;
+  if (!(fires.power() > 0)) return;
+  const Cap cap = target_.seen_from(fires.centre());
+  const double power = fires.power() * cap.solid_angle();
+  add(power);
+  if (cap.one_minus_cos < 1) propose_axis(power, Vec3f(-cap.axis), strongest);
+}
+
+/// From where fires shine, as their trees have it, towards the target; without colour.
+Photon PhotonSources::from_fires(Rng& rng) const {
+  const Vec3d at = s_.emission->lights.sample(rng);
+  const Cap cap = target_.seen_from(at);
+  const Vec3d d = direction_in(cap, rng);
+  const double power = s_.emission->lights.power() * cap.solid_angle();
+  return {{at, d}, Rgb(float(power / this->power()))};
 }
 
 }  // namespace pvol::detail

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "render/guide/coarse_cells.h"
 #include "render/guide/target.h"
 #include "render/path/path_setup.h"
 
@@ -16,7 +17,7 @@ struct Photon {
 };
 
 /// The lights of the scene less its constant, to draw photons from in proportion to their power.
-/// The setup has one volume, which is not empty; it and the cells outlive this.
+/// Some volume of the setup is not empty; it and the cells outlive this.
 class PhotonSources {
  public:
   PhotonSources(const PathSetup& setup, const CoarseCells& cells);
@@ -36,17 +37,19 @@ class PhotonSources {
     if (power > strongest) strongest = power, axis_ = axis;
   }
   [[nodiscard]] LightSample sample_sky(Rng& rng) const;
-  [[nodiscard]] Rgb emitted() const;
   [[nodiscard]] double matter_power();
+  void add_fires(double& strongest);
   [[nodiscard]] Photon from_light(const LightSource& source, Rng& rng) const;
   [[nodiscard]] Photon from_sky(Rng& rng) const;
   [[nodiscard]] Photon from_matter(Rng& rng) const;
+  [[nodiscard]] Photon from_fires(Rng& rng) const;
 
   const PathSetup& s_;
   const CoarseCells& cells_;
   Target target_;
   Vec3f axis_{0, 1, 0};
-  std::vector<double> up_to_;       // powers: lights, the sky, matter
+  Rgb emitted_;                     // by matter at collisions, on average
+  std::vector<double> up_to_;       // powers: lights, the sky, matter, fires
   std::vector<double> mass_up_to_;  // by row of the cells
 };
 

@@ -9,16 +9,19 @@
 #include "render/guide/light_counts.h"
 #include "render/guide/photon_sources.h"
 #include "render/lanes/photons.h"
+#include "render/path/camera_rays.h"
 #include "render/path/gather_light.h"
 #include "render/path/traversal.h"
 
 namespace pvol::detail {
 namespace {
 
+template <class Traversal>
 void trace(const PhotonSources& sources, const PathSetup& setup, const CoarseCells& cells,
            std::uint64_t number, LightCounts& counts) {
-  OneVolume traversal(setup);
+  Traversal traversal(setup);
   Rng rng(kPhotonKey, 0, number);
+  if (setup.moving) traversal.work.set_time(sample_time(setup, 0, 0, std::uint32_t(number)));
   Photon p = sources.sample(rng);
   if (!traversal.start(p.ray)) return;
   Rgb power = p.power;
@@ -27,7 +30,7 @@ void trace(const PhotonSources& sources, const PathSetup& setup, const CoarseCel
   for (int flight = 0; flight < kMostPhotonFlights && !*setup.stop; ++flight) {
     const Hit hit = traversal.fly(d, rng);
     if (hit.matter == nullptr) return;
-    const std::uint32_t row = cells.row(traversal.place().at.cell);
+    const std::uint32_t row = cells.row(traversal.place());
     counts.add(row, -d, luminance(power));
     if (flight == 0) counts.add_direct(row, p.source, luminance(power));
     power *= hit.matter->albedo;
@@ -55,8 +58,10 @@ IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells, in
   if (setup.lanes != Lanes::scalar) {
     trace_photons_in_lanes(setup, cells, sources, photons, counts);
   } else {
+    const auto trace_one =
+        setup.instances->all.size() == 1 ? &trace<OneVolume> : &trace<ManyVolumes>;
     parallel_for(0, std::size_t(photons), [&](std::size_t i) {
-      if (!*setup.stop) trace(sources, setup, cells, i, counts);
+      if (!*setup.stop) trace_one(sources, setup, cells, i, counts);
     });
   }
   light.collided = counts.sums();

@@ -37,7 +37,7 @@ inline constexpr int kMostPhotonFlights = 1000;
 /// Photons of less power go on with probability power / threshold.
 inline constexpr float kPhotonRoulette = 0.25f;
 
-/// Traces `photons` photons with the scene's tracker. Needs one volume, which is not empty.
+/// Traces `photons` photons with the scene's tracker. Some volume is not empty.
 /// Deterministic for any number of threads, but where the setup's `stop` ends it early.
 [[nodiscard]] IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells,
                                           int photons);

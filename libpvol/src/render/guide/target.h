@@ -1,4 +1,4 @@
-// The box of a volume's support as lights see it.
+// The box around what is to be lit, as lights see it.
 #pragma once
 
 #include <algorithm>
@@ -6,8 +6,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "pvol/math/affine.h"
 #include "pvol/math/box.h"
-#include "render/guide/coarse_cells.h"
+#include "pvol/math/direction.h"
+#include "pvol/math/rng.h"
 
 namespace pvol::detail {
 
@@ -19,16 +21,16 @@ struct Cap {
   [[nodiscard]] double solid_angle() const { return 2 * std::numbers::pi * one_minus_cos; }
 };
 
-/// The box of the support as lights see it.
+/// A box as lights see it.
 class Target {
  public:
-  explicit Target(const Volume& volume) : to_world_(inverse(volume.density.world_to_cells)) {
-    const Box box = volume.density.octree.support();
-    low_ = to_world_.point(box.lo);
+  /// The map may turn and shear it.
+  Target(const Box& box, const Affine& to_world) {
+    low_ = to_world.point(box.lo);
     for (int axis = 0; axis < 3; ++axis) {
       Vec3d step;
       step[axis] = box.extent()[axis];
-      edges_[axis] = to_world_.vector(step);
+      edges_[axis] = to_world.vector(step);
     }
     for (int axis = 0; axis < 3; ++axis) {
       faces_[axis] = cross(edges_[(axis + 1) % 3], edges_[(axis + 2) % 3]);
@@ -73,16 +75,7 @@ class Target {
     return {normalize(way), squared_sine / (1 + std::sqrt(1 - squared_sine))};
   }
 
-  /// A point uniform in a coarse cell.
-  [[nodiscard]] Vec3d point(const CoarseCells& cells, std::uint32_t row, Rng& rng) const {
-    const auto [u, v] = rng.uniform2();
-    const Vec3d within(double(u), double(v), double(rng.uniform()));
-    const Vec3d place(cells.places[row] + vec3(cells.low));
-    return to_world_.point((place + within) * std::ldexp(1.0, cells.shift));
-  }
-
  private:
-  Affine to_world_;
   Vec3d low_;
   std::array<Vec3d, 3> edges_, faces_;
 };

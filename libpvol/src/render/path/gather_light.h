@@ -112,8 +112,8 @@ template <class Traversal>
 /// Next-event estimation: light of every source and of a sampled sky that scatters at the
 /// traversal's place into a path of this throughput and flight direction. `worth(i)` is what a
 /// shadow ray to light i is worth there, above 0; the sky comes after the lights.
-template <class Traversal, class Worth>
-inline void add_light_here(const PathSetup& s, const PhaseFunction& phase, Vec3f from,
+template <class Phase, class Traversal, class Worth>
+inline void add_light_here(const PathSetup& s, const Phase& phase, Vec3f from,
                            Rgb throughput, const Worth& worth, Traversal& traversal, Rng& rng,
                            std::uint64_t& shadow_rays, PathResult& r) {
   Rgb sum(0.0f);

@@ -30,6 +30,12 @@ struct Instance {
   }
 };
 
+/// A place in the world and what holds it.
+struct WorldPlace {
+  Vec3d position;
+  const Instance* within = nullptr;  ///< that the path's last collision was in
+};
+
 /// All places of all volumes.
 struct Instances {
   std::vector<Instance> all;  ///< volume by volume

@@ -131,6 +131,7 @@ class Importance;
 }
 
 struct PathSetup {
+  std::span<const Volume> scene_volumes;  ///< those of the plan
   /// Radiance that is everywhere and is left out of sky, emission and paths, to be added to every
   /// camera path as it is (THEORY.md, T5.5); 0 where paths are not guided.
   Rgb constant;
@@ -161,7 +162,8 @@ struct PathSetup {
 
   PathSetup(const RenderPlan& plan, Rgb constant_ = Rgb(0.0f),
             std::shared_ptr<const DenseBounds> dense_ = nullptr)
-      : constant(constant_),
+      : scene_volumes(plan.volumes),
+        constant(constant_),
         instances(std::make_shared<const Instances>(plan.volumes)),
         projection(plan.scene.camera, plan.scene.options.width, plan.scene.options.height),
         camera(plan.scene.camera),

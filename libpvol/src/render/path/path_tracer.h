@@ -3,6 +3,7 @@
 
 #include "render/path/camera_rays.h"
 #include "render/path/gather_light.h"
+#include "render/path/path_kind.h"
 #include "render/path/traversal.h"
 
 namespace pvol::detail {
@@ -10,9 +11,9 @@ namespace pvol::detail {
 /// Paths of a throughput below this are continued with probability throughput / threshold.
 inline constexpr float kPathRoulette = 1.0f / 16;
 
-/// Traces paths through what `Traversal` makes of the scene's volumes. That is chosen once a scene,
-/// not once a collision.
-template <class Traversal>
+/// Traces paths of a kind through what `Traversal` makes of the scene's volumes. Both are chosen
+/// once a scene, not once a collision.
+template <class Traversal, class Kind = AnyPaths>
 class PathTracer {
  public:
   explicit PathTracer(const PathSetup& setup) : traversal(setup), s_(setup), r_(setup) {}
@@ -23,12 +24,12 @@ class PathTracer {
     r_.reset();
     auto [rng, ray] = CameraSample(s_, x, y, sample);
     direction_ = Vec3f(ray.d);
-    if (s_.moving) traversal.work.set_time(sample_time(s_, x, y, sample));
+    if (!Kind::kSimple && s_.moving) traversal.work.set_time(sample_time(s_, x, y, sample));
     if (traversal.start(ray)) {
       walk(ray.o, rng);
     } else {
       if (s_.options.background) add_seen(s_, direction_, Rgb(1.0f), r_);
-      if (s_.emission) add_emission(ray.o, false, 0, Rgb(1.0f), rng);
+      if (emits()) add_emission(ray.o, false, 0, Rgb(1.0f), rng);
       r_.scattered(0);
     }
     return r_;
@@ -40,21 +41,24 @@ class PathTracer {
  private:
   const PathSetup& s_;
   PathResult r_;
-  Vec3f direction_;                       // of the flight, in the world
-  Vec3f from_;                            // before the last scattering
-  const PhaseFunction* phase_ = nullptr;  // of the last scattering
+  Vec3f direction_;                 // of the flight, in the world
+  Vec3f from_;                      // before the last scattering
+  const Matter* matter_ = nullptr;  // of the last scattering
+
+  /// Whether anything emits along flights.
+  [[nodiscard]] bool emits() const { return !Kind::kSimple && s_.emission; }
 
   /// From the camera's place.
   void walk(Vec3d from, Rng& rng) {
     Rgb throughput(1.0f);
     for (std::uint32_t bounces = 0;; ++bounces) {
-      if (s_.emission && bounces > 0) from = traversal.position();
+      if (emits() && bounces > 0) from = traversal.position();
       const auto hit = fly(throughput, rng);
       throughput *= hit.weight;
-      if (s_.emission) add_emission(from, hit.matter != nullptr, bounces, throughput, rng);
+      if (emits()) add_emission(from, hit.matter != nullptr, bounces, throughput, rng);
       if (hit.matter == nullptr) {
         if (bounces > 0) {
-          const auto pdf = [&] { return pdf_phase(*phase_, from_, direction_); };
+          const auto pdf = [&] { return pdf_phase(Kind::phase(*matter_), from_, direction_); };
           add_scattered(s_, pdf, direction_, throughput, r_);
         } else {
           r_.alpha = 1 - mean_of(hit.weight);
@@ -75,15 +79,16 @@ class PathTracer {
       if (bounces == s_.max_bounces) return;
       throughput *= matter.albedo;
       if (!survives(throughput, rng)) return;
-      phase_ = &matter.phase;
+      matter_ = &matter;
+      const auto& phase = Kind::phase(matter);
       const auto worth = [](std::size_t) { return 1.0f; };
-      add_light_here(s_, *phase_, direction_, throughput, worth, traversal, rng, shadow_rays, r_);
-      if (s_.emission && s_.emission->lit) {
-        add_fire_here(s_, *phase_, direction_, throughput, traversal, rng, shadow_rays, r_);
+      add_light_here(s_, phase, direction_, throughput, worth, traversal, rng, shadow_rays, r_);
+      if (emits() && s_.emission->lit) {
+        add_fire_here(s_, matter.phase, direction_, throughput, traversal, rng, shadow_rays, r_);
       }
       r_.scattered(bounces + 1);
       from_ = direction_;
-      direction_ = sample_phase(*phase_, from_, rng);
+      direction_ = sample_phase(phase, from_, rng);
     }
   }
 
@@ -101,7 +106,9 @@ class PathTracer {
 
   /// What is emitted along a flight.
   void add_emission(Vec3d from, bool collided, std::uint32_t bounces, Rgb throughput, Rng& rng) {
-    const auto pdf = [&] { return bounces > 0 ? pdf_phase(*phase_, from_, direction_) : 0.0f; };
+    const auto pdf = [&] {
+      return bounces > 0 ? pdf_phase(matter_->phase, from_, direction_) : 0.0f;
+    };
     add_along(s_, from, direction_, collided, traversal, pdf, throughput, rng, r_);
   }
 

@@ -112,16 +112,14 @@ class ManyVolumes {
       return std::min(first, limit);
     });
     if (first == kEndless) return false;
-    position_ = ray.at(first);
-    within_ = nullptr;
+    place_ = {ray.at(first)};
     return true;
   }
 
   [[nodiscard]] Hit fly(Vec3f direction, Rng& rng) {
     const auto [nearest, hit] = find_nearest(direction, rng, work.path);
     if (hit == nullptr) return {};
-    position_ = Ray{position_, Vec3d(direction)}.at(nearest);
-    within_ = hit;
+    place_ = {Ray{place_.position, Vec3d(direction)}.at(nearest), hit};
     return {&s_.volumes[hit->volume].choose_matter(rng), 1};
   }
 
@@ -129,7 +127,10 @@ class ManyVolumes {
     return {find_nearest(direction, rng, work.shadow).distance, 1};
   }
 
-  [[nodiscard]] Vec3d position() const { return position_; }
+  [[nodiscard]] Vec3d position() const { return place_.position; }
+
+  [[nodiscard]] const WorldPlace& place() const { return place_; }
+  void return_to(const WorldPlace& place) { place_ = place; }
 
   [[nodiscard, gnu::noinline]] float pass(Vec3f direction, double distance, Rng& rng) {
     float product = 1;
@@ -157,7 +158,7 @@ class ManyVolumes {
   /// that a ray from the path's place may meet before it.
   template <class Visit>
   void visit_walks(Vec3f direction, double distance, const Visit& visit) {
-    const Ray ray{position_, Vec3d(direction)};
+    const Ray ray{place_.position, Vec3d(direction)};
     in_.tree.visit(ray, distance, [&](std::uint32_t i, double limit) {
       const Instance& at = in_.all[i];
       const VolumeSetup& v = s_.volumes[at.volume];
@@ -165,7 +166,7 @@ class ManyVolumes {
       const auto span = v.in_box(cells);
       if (!span || span->t0 >= limit) return limit;
       // What scattered the path holds it: its shell would not turn the ray away.
-      if (&at != within_ && outside_shell(v, cells, {span->t0, std::min(span->t1, limit)}, work)) {
+      if (&at != place_.within && outside_shell(v, cells, {span->t0, std::min(span->t1, limit)}, work)) {
         return limit;
       }
       const Octree& tree = v.volume.density.octree;
@@ -189,8 +190,7 @@ class ManyVolumes {
 
   const PathSetup& s_;
   const Instances& in_;
-  Vec3d position_;
-  const Instance* within_ = nullptr;  ///< that the path's last collision was in
+  WorldPlace place_;
 };
 
 }  // namespace pvol::detail

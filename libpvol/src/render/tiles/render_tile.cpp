@@ -56,20 +56,29 @@ bool render_tile(const PathSetup& setup, const ImagePart& tile, const Targets& t
   return whole;
 }
 
+/// Paths through the places that the setup has.
+template <template <class, class> class Tracer, class Traversal>
+[[nodiscard]] TileFunction find(const PathSetup& setup) {
+  return are_simple(setup) ? &render_tile<Tracer<Traversal, SimplePaths>>
+                           : &render_tile<Tracer<Traversal, AnyPaths>>;
+}
+
 }  // namespace
 
-TileFunction find_tile_function(Paths paths) {
+TileFunction find_tile_function(Paths paths, const PathSetup& setup) {
   switch (paths) {
     case Paths::guided:
-      return &render_tile<GuidedTracer<OneVolume>>;
+      return find<GuidedTracer, OneVolume>(setup);
+    case Paths::guided_many:
+      return find<GuidedTracer, ManyVolumes>(setup);
     case Paths::many_volumes:
-      return &render_tile<PathTracer<ManyVolumes>>;
+      return find<PathTracer, ManyVolumes>(setup);
     case Paths::chromatic:
       return &render_tile<PathTracer<ChromaticVolume>>;
     case Paths::one_volume:
       break;
   }
-  return &render_tile<PathTracer<OneVolume>>;
+  return find<PathTracer, OneVolume>(setup);
 }
 
 }  // namespace pvol::detail

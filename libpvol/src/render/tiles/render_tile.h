@@ -12,6 +12,6 @@ namespace pvol::detail {
 using TileFunction = bool (*)(const PathSetup&, const ImagePart& tile, const Targets&, Film&,
                               Counts& counts);
 
-[[nodiscard]] TileFunction find_tile_function(Paths paths);
+[[nodiscard]] TileFunction find_tile_function(Paths paths, const PathSetup& setup);
 
 }  // namespace pvol::detail

@@ -4,7 +4,7 @@ namespace pvol::detail {
 
 TileRenderer::TileRenderer(const RenderPlan& plan, const PathSetup& setup, Paths paths)
     : setup_(setup),
-      scalar_(find_tile_function(paths)),
+      scalar_(find_tile_function(paths, setup)),
       memory_([&setup] { return LaneMemory(setup); }) {
   if (plan.kernel.lanes == Lanes::scalar) return;
   lanes_.emplace(setup);

@@ -1,0 +1,33 @@
+// All that a scene's volumes are made of, taken together: what is coarse about guiding goes by it.
+#pragma once
+
+#include <vector>
+
+#include "render/guide/coarse_cells.h"
+#include "render/path/path_setup.h"
+
+namespace pvol::detail {
+
+/// A kind of matter with its share of the extinction of all volumes at all places.
+struct Share {
+  const Matter* matter;
+  float share;
+};
+
+/// They sum up to 1; the setup outlives them.
+[[nodiscard]] inline std::vector<Share> mixture(const PathSetup& setup, const CoarseCells& cells) {
+  double sum = 0;
+  for (const double m : cells.mass_of_volumes) sum += m;
+  std::vector<Share> all;
+  for (std::size_t i = 0; i < setup.volumes.size(); ++i) {
+    const auto of_volume = float(sum > 0 ? cells.mass_of_volumes[i] / sum : 0);
+    float before = 0;
+    for (const Matter& m : setup.volumes[i].matter) {
+      all.push_back({&m, (m.share_up_to - before) * of_volume});
+      before = m.share_up_to;
+    }
+  }
+  return all;
+}
+
+}  // namespace pvol::detail

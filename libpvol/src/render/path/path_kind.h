@@ -1,0 +1,34 @@
+// What the collisions and flights of a scene may need: chosen once a scene, so that what most do
+// without costs them nothing.
+#pragma once
+
+#include <algorithm>
+
+#include "render/path/path_setup.h"
+
+namespace pvol::detail {
+
+/// All matter scatters by one Henyey-Greenstein lobe, nothing emits along flights, nothing moves.
+struct SimplePaths {
+  static constexpr bool kSimple = true;
+  [[nodiscard]] static const HenyeyGreenstein& phase(const Matter& m) {
+    return *std::get_if<HenyeyGreenstein>(&m.phase);
+  }
+};
+
+/// Whatever a scene may hold.
+struct AnyPaths {
+  static constexpr bool kSimple = false;
+  [[nodiscard]] static const PhaseFunction& phase(const Matter& m) { return m.phase; }
+};
+
+[[nodiscard]] inline bool are_simple(const PathSetup& s) {
+  return s.emission == nullptr && !s.moving &&
+         std::ranges::all_of(s.volumes, [](const VolumeSetup& v) {
+           return std::ranges::all_of(v.matter, [](const Matter& m) {
+             return std::holds_alternative<HenyeyGreenstein>(m.phase);
+           });
+         });
+}
+
+}  // namespace pvol::detail
