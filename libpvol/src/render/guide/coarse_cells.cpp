@@ -143,6 +143,7 @@ void add_rows(const std::vector<double>& sums, double scale, CoarseCells& cells)
 
 /// How the mass of each row's cube lies on the centres of its along^3 parts: shares, row by row.
 [[nodiscard]] std::vector<float> spread(const Volume& v, const CoarseCells& cells, int along) {
+  constexpr float kEven = 0.2f;  // for what lies between the points
   const auto parts = std::size_t(along * along * along);
   std::vector<float> all(cells.count() * parts);
   parallel_for(1, cells.count(), [&](std::size_t row) {
@@ -152,7 +153,8 @@ void add_rows(const std::vector<double>& sums, double scale, CoarseCells& cells)
       sum += shares[i] = extinction_in_cells(v, part_centre(cells.cube(row), along, int(i)));
     }
     for (std::size_t i = 0; i < parts; ++i) {
-      shares[i] = sum > 0 ? shares[i] / sum : 1 / float(parts);
+      shares[i] =
+          (1 - kEven) * (sum > 0 ? shares[i] / sum : 1 / float(parts)) + kEven / float(parts);
     }
   });
   return all;
