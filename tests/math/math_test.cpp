@@ -370,5 +370,17 @@ TEST(Circle, PointsLieWithinTheStatedError) {
   EXPECT_LT(worst, 2e-7);
 }
 
+TEST(Circle, FourPointsAreThoseOfOneEach) {
+  for (int i = 0; i <= 100'000; i += 4) {
+    const Float4 u = to_float(Int4{i, i + 1, i + 2, i + 3}) * 1e-5f;
+    const CirclePoints four = points_at_turns(u);
+    for (int k = 0; k < 4; ++k) {
+      const CirclePoint one = point_at_turns(u[k]);
+      EXPECT_EQ(four[k].cosine, one.cosine);
+      EXPECT_EQ(four[k].sine, one.sine);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace pvol

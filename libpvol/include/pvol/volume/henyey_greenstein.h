@@ -19,10 +19,10 @@ struct PhaseSample {
   float pdf = 0;
 };
 
-/// Isotropic at g = 0. Based on: Henyey, Greenstein. Diffuse radiation in the galaxy. 1941. Backward scattering is
-/// forward scattering about the opposite axis, and everything is written in 1 - |g| and 1 - cos:
-/// peaks near |g| = 1 keep their digits in float, and g = 0 needs no case of its own (THEORY.md,
-/// T4.1).
+/// Isotropic at g = 0. Based on: Henyey, Greenstein. Diffuse radiation in the galaxy. 1941.
+/// Backward scattering is forward scattering about the opposite axis, and everything is written in
+/// 1 - |g| and 1 - cos: peaks near |g| = 1 keep their digits in float, and g = 0 needs no case of
+/// its own (THEORY.md, T4.1).
 struct HenyeyGreenstein {
   static constexpr const char* kName = "henyey-greenstein";
   double mean_cosine = 0;  ///< in [-kLargestMeanCosine, kLargestMeanCosine]
@@ -63,8 +63,10 @@ struct HenyeyGreenstein {
   return pdf_of_angle(hg, one_minus_cos(from * hg.axis, to));
 }
 
+/// The azimuth is one that `turn` takes.
+template <class Azimuth>
 [[nodiscard]] inline PhaseSample sample_phase(const HenyeyGreenstein& hg, Vec3f from, float u,
-                                              float azimuth) {
+                                              Azimuth azimuth) {
   const float c = one_minus_cos_of_share(hg, u);
   return {turn(from * hg.axis, c, azimuth), pdf_of_angle(hg, c)};
 }

@@ -174,10 +174,11 @@ class GuidedTracer {
     };
     const auto [u0, azimuth0, u1, azimuth1] = rng.uniform4();
     const auto [u2, azimuth2, choice, spare] = rng.uniform4();
-    const PhaseSample s0 = sample_phase(phase, direction_, u0, azimuth0);
-    const PhaseSample s1 = sample_phase(phase, direction_, u1, azimuth1);
+    const auto azimuth = Kind::azimuths(Float4{azimuth0, azimuth1, azimuth2, spare});
+    const PhaseSample s0 = sample_phase(phase, direction_, u0, azimuth[0]);
+    const PhaseSample s1 = sample_phase(phase, direction_, u1, azimuth[1]);
     const float c2 = one_minus_cos_of_share(lobe, u2);
-    const Vec3f d2 = turn(axis, c2, azimuth2);
+    const Vec3f d2 = turn(axis, c2, azimuth[2]);
     propose(0, s0, one_minus_cos(s0.direction, axis));
     propose(1, s1, one_minus_cos(s1.direction, axis));
     propose(2, {d2, pdf_phase(phase, direction_, d2)}, c2);

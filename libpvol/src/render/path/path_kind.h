@@ -3,7 +3,9 @@
 #pragma once
 
 #include <algorithm>
+#include <variant>
 
+#include "pvol/math/circle.h"
 #include "render/path/path_setup.h"
 
 namespace pvol::detail {
@@ -14,12 +16,15 @@ struct SimplePaths {
   [[nodiscard]] static const HenyeyGreenstein& phase(const Matter& m) {
     return *std::get_if<HenyeyGreenstein>(&m.phase);
   }
+  /// Of samples of phase functions, as these take them: all at once where there is but one kind.
+  [[nodiscard]] static CirclePoints azimuths(Float4 turns) { return points_at_turns(turns); }
 };
 
 /// Whatever a scene may hold.
 struct AnyPaths {
   static constexpr bool kSimple = false;
   [[nodiscard]] static const PhaseFunction& phase(const Matter& m) { return m.phase; }
+  [[nodiscard]] static Float4 azimuths(Float4 turns) { return turns; }
 };
 
 [[nodiscard]] inline bool are_simple(const PathSetup& s) {
