@@ -70,10 +70,11 @@ class PathTracer {
       }
       if (s_.ends_path(++collisions)) return;
       const Matter& matter = *hit.matter;
-      add_emitted(s_, matter, throughput, r_);
+      const LocalMatter here = local(s_, traversal, matter);
+      add_emitted(s_, here, throughput, r_);
       r_.scattered(bounces);
       if (bounces == s_.max_bounces) return;
-      throughput *= matter.albedo;
+      throughput *= here.albedo;
       if (!survives(throughput, rng)) return;
       phase_ = &matter.phase;
       const auto worth = [](std::size_t) { return 1.0f; };

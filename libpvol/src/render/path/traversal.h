@@ -1,7 +1,7 @@
 // How paths move: free flights and shadow rays through one volume, or through many at once.
 #pragma once
 
-#include "render/path/path_setup.h"
+#include "render/path/local_matter.h"
 
 namespace pvol::detail {
 
@@ -79,6 +79,11 @@ class OneVolume {
     return v_.cells_to_world.point(pvol::position(cursor_.at));
   }
 
+  /// The component that the path's last flight collided with, as it is there.
+  [[nodiscard]] LocalMatter local(const Matter& matter) const {
+    return local_matter(v_, matter, pvol::position(cursor_.at), work.path.time);
+  }
+
   /// Transmittance from the path's place over a distance, or to the outside.
   [[nodiscard, gnu::noinline]] float pass(Vec3f direction, double distance, Rng& rng) {
     Walk walk(v_.volume.density.octree, cursor_, v_.in_cells(direction), distance);
@@ -130,6 +135,12 @@ class ManyVolumes {
   }
 
   [[nodiscard]] Vec3d position() const { return position_; }
+
+  /// The component that the path's last flight collided with, as it is there.
+  [[nodiscard]] LocalMatter local(const Matter& matter) const {
+    return local_matter(s_.volumes[within_->volume], matter,
+                        within_->world_to_cells.point(position_), work.path.time);
+  }
 
   [[nodiscard, gnu::noinline]] float pass(Vec3f direction, double distance, Rng& rng) {
     float product = 1;
