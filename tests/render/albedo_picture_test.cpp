@@ -5,10 +5,12 @@
 #include <numbers>
 
 #include "pvol/volume/facts.h"
+#include "pvol/volume/motion.h"
 #include "support/colors.h"
 #include "support/error_of.h"
 #include "support/pictures.h"
 #include "support/small_cloud.h"
+#include "support/velocities.h"
 
 namespace pvol::test {
 namespace {
@@ -265,6 +267,32 @@ TEST(AlbedoPicture, EachPlaceLooksIntoItsOwnCells) {
   // A field that is not mirrored with its place is another picture.
   copies[1].albedo = patches();
   EXPECT_FALSE(same_bytes(render({&instances, 1}, s).film, render(copies, s).film));
+  EXPECT_TRUE(family.passes());
+}
+
+TEST(AlbedoPicture, MovesWithTheDensity) {
+  // At one time alone: half a frame of (16, 4, 0) voxels a frame.
+  CloudScene s = cloud_scene();
+  s.options.guide = GuideUse::off;
+  s.options.samples = 300;
+  s.camera.shutter = {0.5, 0.5};
+  const auto halves = [](const Affine& place) {
+    return albedo_of(
+        colors_of([](Vec3i p) { return p.x < 0 ? Rgb(1.0f, 0.2f, 0.1f) : Rgb(0.1f, 0.2f, 1.0f); }),
+        nullptr, place);
+  };
+  const VelocityGrid wind =
+      make_velocity({-64, -64, -64}, {64, 64, 64}, [](Vec3i) { return Vec3d(16, 4, 0); });
+  const Pyramid pyramid = build_pyramid(cloud().grid);
+  const Volume blown = make_moving(tinted(cloud(), s, halves({})), pyramid, {},
+                                   {wind, 1, s.camera.shutter}, s.volume_options());
+  CloudScene there = s;
+  there.camera.shutter = {};
+  there.medium.object_to_world = translation({8, 2, 0});
+  there.options.seed = 3;
+  const Volume moved = tinted(cloud(), there, halves(there.medium.object_to_world));
+  proof::Family family;
+  compare(render({&blown, 1}, s).film, render({&moved, 1}, there).film, "moved", family);
   EXPECT_TRUE(family.passes());
 }
 

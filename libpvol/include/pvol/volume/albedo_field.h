@@ -11,7 +11,7 @@
 namespace pvol {
 
 /// The colour in [0, 1] by which albedos are multiplied, at each place: of a grid of numbers or of
-/// colours, trilinear, with a place of its own (THEORY.md, T5.15).
+/// colours, trilinear, with a place of its own (THEORY.md, T5.14).
 struct AlbedoField {
   AlbedoMap map{};
   std::optional<VolumeField> values{};  ///< of a grid of numbers; else:

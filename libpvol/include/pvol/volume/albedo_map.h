@@ -12,7 +12,7 @@ namespace pvol {
 
 /// A colour in [0, 1] at each place, by which the albedo of every component is multiplied there. A
 /// grid of colours is taken as it is. A grid of numbers, which is 0 where it says nothing, is
-/// mapped; the map's value is the colour's, or where the ramp says one. THEORY.md, T5.15.
+/// mapped; the map's value is the colour's, or where the ramp says one. THEORY.md, T5.14.
 struct AlbedoMap {
   std::string grid{};  ///< of the file; "": by the usual names
   FieldMap map{};      ///< of a grid of numbers

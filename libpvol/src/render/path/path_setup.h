@@ -62,7 +62,7 @@ struct Matter {
   Rgb emitted;  ///< (1 - albedo) (L_e - constant): the source of a collision (THEORY.md, T5.1,
                 ///< T5.5)
   PhaseFunction phase;
-  Rgb source;  ///< L_e - constant
+  Rgb source{0.0f};  ///< L_e - constant
 };
 
 /// What it is at a place, where its albedo is a field.
