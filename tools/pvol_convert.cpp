@@ -11,6 +11,8 @@
 #include "pvol/bounds/bound_grids.h"
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
+#include "pvol/formats/color.h"
+#include "pvol/formats/field_names.h"
 #include "pvol/formats/image.h"
 #include "pvol/shell/recipe_support.h"
 
@@ -23,6 +25,7 @@ constexpr const char* kTool = "pvol-convert";
 constexpr const char* kExamples = R"(The endings of the names say what is converted:
   .toml (a recipe), .nvdb or .pvol to .vdb; .vdb to .vdb keeps the one grid that pvol would render,
   with the values it would use: non-finite and negative ones are 0. pvol-fit makes .pvol files.
+  A .pvol gives all its grids; colours, NAME.x, NAME.y and NAME.z in it, become one of vectors.
   .exr, deep, to .exr, flat: the picture without background that its samples show together.
   .pvol to .ply or .obj: the surface of its shell, in world space; to .png: slices through the cloud
   (grey) and its shell (blue).
@@ -122,13 +125,15 @@ std::uint64_t count_active(const VoxelGrid& grid) {
 }
 
 void report(const Options& o, const formats::GridReport& r,
-            const std::vector<const VoxelGrid*>& grids) {
+            const std::vector<const VoxelGrid*>& grids,
+            const std::vector<const ColorGrid*>& colors = {}) {
   if (o.json) {
     cli::Json j;
     j["input"] = o.input.string();
     j["output"] = o.output.string();
     j["grids"] = cli::Json::array();
     for (const VoxelGrid* g : grids) j["grids"].push_back(g->name);
+    for (const ColorGrid* g : colors) j["grids"].push_back(g->name());
     if (!grids.empty()) j["active_voxels"] = count_active(*grids.front());
     j["bytes"] = std::filesystem::file_size(o.output);
     j["warnings"] = r.warnings;
@@ -136,6 +141,7 @@ void report(const Options& o, const formats::GridReport& r,
   } else if (!o.common.quiet) {
     std::string names = grids.empty() ? "" : ":";
     for (const VoxelGrid* g : grids) names += ' ' + g->name;
+    for (const ColorGrid* g : colors) names += ' ' + g->name();
     std::cout << fmt::format("wrote {}, {}{}\n", o.output.string(),
                              cli::readable_bytes(std::filesystem::file_size(o.output)), names);
   }
@@ -173,13 +179,28 @@ int convert_picture(const Options& o) {
   return cli::kSuccess;
 }
 
-/// The further grids of a .pvol file, where none is asked for by name.
-std::vector<formats::LoadedGrid> load_fields(const Options& o) {
-  std::vector<formats::LoadedGrid> fields;
+/// The further grids of a .pvol file.
+struct Fields {
+  std::vector<formats::LoadedGrid> numbers;
+  std::vector<formats::LoadedColor> colors;
+};
+
+/// Those of a .pvol file where none is asked for by name.
+Fields load_fields(const Options& o) {
+  Fields fields;
   if (formats::ending(o.input) != ".pvol" || !o.grid.grid.empty()) return fields;
-  const std::vector<formats::PvolGridName> grids = formats::list_pvol(o.input);
+  const std::vector<formats::GridEntry> grids = formats::grids_of(o.input);
+  std::vector<std::string> parts;  // of colours
   for (std::size_t i = 1; i < grids.size(); ++i) {
-    fields.push_back(
+    const std::string& name = grids[i].name;
+    const std::string of = name.ends_with(".x") ? name.substr(0, name.size() - 2) : "";
+    if (of.empty() || !formats::has_colors(grids, of)) continue;
+    fields.colors.push_back(formats::read_color(o.input, of, o.grid.strict));
+    for (std::string& part : formats::color_parts(of)) parts.push_back(std::move(part));
+  }
+  for (std::size_t i = 1; i < grids.size(); ++i) {
+    if (std::ranges::find(parts, grids[i].name) != parts.end()) continue;
+    fields.numbers.push_back(
         cli::load_grid({kTool, o.common.quiet}, o.input, {grids[i].name, o.grid.strict}));
   }
   return fields;
@@ -203,12 +224,14 @@ int convert(const Options& o) {
     cloud.density = std::move(loaded.grid);
     cloud.report = std::move(loaded.report);
   }
-  const std::vector<formats::LoadedGrid> fields = load_fields(o);
-  for (const formats::LoadedGrid& f : fields) grids.push_back(&f.grid);
+  const Fields fields = load_fields(o);
+  for (const formats::LoadedGrid& f : fields.numbers) grids.push_back(&f.grid);
+  std::vector<const ColorGrid*> colors;
+  for (const formats::LoadedColor& c : fields.colors) colors.push_back(&c.grid);
   const bool nothing = cloud.grid().bricks.empty() && cloud.grid().tiles.empty();
-  if (nothing && !fields.empty()) grids.erase(grids.begin());
-  formats::write_vdb(o.output, grids);
-  report(o, cloud.report, grids);
+  if (nothing && (!fields.numbers.empty() || !colors.empty())) grids.erase(grids.begin());
+  formats::write_vdb(o.output, grids, colors);
+  report(o, cloud.report, grids, colors);
   return cli::kSuccess;
 }
 

@@ -9,6 +9,7 @@
 #include "pvol/error.h"
 #include "pvol/field/leaf_micro_bounds.h"
 #include "pvol/formats/cloud.h"
+#include "pvol/formats/color.h"
 #include "pvol/formats/field_names.h"
 #include "pvol/formats/recipe_file.h"
 #include "pvol/formats/scene_file.h"
@@ -48,10 +49,12 @@ void add_files(CLI::App& app, Options& o) {
                  "Grid of a .vdb or .nvdb file; a name that occurs several times takes an index, "
                  "\"density[1]\" [density, else the only float grid]")
       ->type_name("NAME");
-  app.add_option("--fields", o.fields,
-                 "Grids that the file holds besides the density, each with bounds of its own: auto "
-                 "takes those that fires go by, flames and temperature or the like, all every grid "
-                 "of numbers [auto]")
+  app.add_option(
+         "--fields", o.fields,
+         "Grids that the file holds besides the density, each with bounds of its own: auto "
+         "takes those that fires go by, flames and temperature or the like, and the colours "
+         "that albedos go by, Cd or color; all every grid of numbers besides. Colours are "
+         "three grids in the file, NAME.x, NAME.y and NAME.z [auto]")
       ->type_name("auto|all|none|NAME,...");
   app.add_option("--unit", o.unit,
                  "Unit of the world, as a note for readers of the file, e.g. m; extinction is per "
@@ -202,6 +205,8 @@ std::vector<std::string> choose_fields(const Options& o, const std::string& take
   if (o.fields == "none" || formats::ending(o.input) == ".toml") return {};
   const std::vector<formats::GridEntry> grids = formats::grids_of(o.input);
   std::vector<std::string> names;
+  const std::string color =
+      formats::ending(o.input) == ".vdb" ? formats::usual_color_grid(grids) : "";
   if (o.fields == "auto") {
     names = formats::usual_fire_grids(grids);
   } else if (o.fields == "all") {
@@ -212,20 +217,46 @@ std::vector<std::string> choose_fields(const Options& o, const std::string& take
     const Value list = parse_value(any_text().times(2), o.fields);
     for (const Value& v : *list.list()) names.push_back(*v.word());
   }
+  if ((o.fields == "auto" || o.fields == "all") && !color.empty()) names.push_back(color);
   std::erase(names, taken);
   return names;
 }
 
-/// Adds a further grid of the input to the file, kept as the density is.
-void add_field(const Options& o, const std::string& grid, Fit& f) {
-  formats::LoadedGrid loaded = formats::load_grid(o.input, {grid, o.grid.strict});
+/// Adds a further grid to the file, kept as the density is, or in any case.
+void add_field(const Options& o, formats::LoadedGrid& loaded, bool embed, Fit& f) {
   formats::PvolFile field;
   if (is_quantised(o)) quantise_density(o, loaded, field);
   field.pyramid = formats::build_bounds(loaded.grid, o.input);
   field.metadata = describe_source(o, loaded, field.pyramid.look_up);
-  if (o.density == "fp32") field.density = loaded.grid;
+  if (o.density == "fp32" || (embed && !is_quantised(o))) field.density = loaded.grid;
   f.fields.push_back(loaded.report);
   f.file.fields.push_back(std::move(field));
+}
+
+/// Adds colours as grids of their channels. The source has no such grids to refer to.
+void add_colors(const Options& o, const std::string& name, Fit& f) {
+  formats::LoadedColor loaded = formats::read_color(o.input, name, o.grid.strict);
+  cli::print_warnings(kTool, loaded.report.warnings);
+  const std::string called = loaded.grid.name();
+  const auto add = [&](VoxelGrid& grid, const std::string& part) {
+    formats::LoadedGrid channel{std::move(grid), loaded.report};
+    channel.grid.name = channel.report.grid = part;
+    add_field(o, channel, true, f);
+    grid = std::move(channel.grid);  // as it is kept
+  };
+  const std::vector<std::string> parts = formats::color_parts(called);
+  for (std::size_t c = 0; c < 3; ++c) add(loaded.grid.channels[c], parts[c]);
+  VoxelGrid black = black_of(loaded.grid);
+  if (!black.bricks.empty() || !black.tiles.empty()) add(black, parts[3]);
+}
+
+/// Adds a grid of the input, of numbers or of colours.
+void add_field(const Options& o, const std::string& name, Fit& f) {
+  if (formats::ending(o.input) == ".vdb" && formats::has_colors(formats::grids_of(o.input), name)) {
+    return add_colors(o, name, f);
+  }
+  formats::LoadedGrid loaded = formats::load_grid(o.input, {name, o.grid.strict});
+  add_field(o, loaded, false, f);
 }
 
 /// The density; nothing of a file that is a fire alone.

@@ -198,6 +198,24 @@ FireFields load_fire(const std::filesystem::path& file, const Fire& fire, bool s
   return fields;
 }
 
+AlbedoGrid load_albedo(const std::filesystem::path& file, const AlbedoMap& map, bool strict) {
+  AlbedoGrid grid;
+  if (!has_colors(grids_of(file), map.grid)) {
+    grid.numbers = load_cloud(file, {map.grid, strict});
+    return grid;
+  }
+  if (map.is_of_numbers()) {
+    throw Error(fmt::format(
+        "{}: the grid '{}' has colours, which are taken as they are; found scale, offset, clamp, "
+        "power, ramp or colors in [medium.albedo_field], expected none of them, which are for "
+        "grids "
+        "of numbers",
+        file.string(), map.grid));
+  }
+  grid.colors = read_color(file, map.grid, strict);
+  return grid;
+}
+
 Cloud load_cloud(const std::filesystem::path& file, const GridOptions& options, LookUp look_up,
                  const std::function<void()>& before_bounds) {
   if (options.grid == kNoGrid) {

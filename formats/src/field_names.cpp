@@ -8,6 +8,7 @@
 
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
+#include "pvol/formats/color.h"
 
 namespace pvol::formats {
 namespace {
@@ -86,6 +87,26 @@ std::vector<std::string> bind_fields(SceneVolume& v, std::span<const GridEntry> 
     notes.push_back("its colour goes by the grid " + fire.color_by);
   }
   return notes;
+}
+
+std::vector<std::string> bind_albedo(SceneVolume& v, std::span<const GridEntry> grids) {
+  if (v.grid == kNoGrid || (v.albedo_field && !v.albedo_field->grid.empty())) return {};
+  const std::string name = usual_color_grid(grids);
+  if (name.empty()) {
+    if (!v.albedo_field) return {};
+    throw Error(fmt::format(
+        "{}: no grid of colours is called Cd, color, colour or albedo, which the albedo could go "
+        "by; name one, or a grid of numbers, with medium.albedo_field.grid; the file has: {}",
+        v.file.string(), listed(grids)));
+  }
+  if (!v.albedo_field && ending(v.file) == ".nvdb") {
+    return {"the colours of the grid " + name +
+            " are left out: they are read from .vdb and .pvol files"};
+  }
+  if (!v.albedo_field) v.albedo_field.emplace();
+  v.albedo_field->grid = name;
+  return {"the albedo goes by the colours of the grid " + name +
+          " (--set medium.albedo_field.grid=none leaves them out)"};
 }
 
 }  // namespace pvol::formats

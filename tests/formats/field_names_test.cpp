@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "pvol/formats/color.h"
 #include "support/error_of.h"
 
 namespace pvol::formats {
@@ -28,6 +29,53 @@ TEST(FieldNames, FiresGoByFlamesAndTemperature) {
   auto vectors = grids({"flames", "temperature"});
   vectors[0].usable = false;  // a vector grid of that name is none
   EXPECT_EQ(usual_fire_grids(vectors), (Names{"temperature"}));
+}
+
+/// Numbers called density, and vectors of these names.
+std::vector<GridEntry> colors(std::initializer_list<const char*> names) {
+  std::vector<GridEntry> all = grids({"density"});
+  for (const char* name : names) all.push_back({name, "vec3s", false});
+  return all;
+}
+
+TEST(FieldNames, ColoursAreVectorsOrThreeNumbers) {
+  EXPECT_EQ(usual_color_grid(colors({"v", "albedo", "cd"})), "cd") << "Cd comes first";
+  EXPECT_EQ(usual_color_grid(colors({"Color"})), "Color");
+  EXPECT_EQ(usual_color_grid(colors({"v"})), "");
+  EXPECT_EQ(usual_color_grid(grids({"density", "Cd"})), "") << "numbers are no colours";
+  EXPECT_EQ(usual_color_grid(grids({"density", "Cd.x", "Cd.y", "Cd.z"})), "Cd");
+  EXPECT_EQ(usual_color_grid(grids({"density", "Cd.x", "Cd.y"})), "");
+  EXPECT_TRUE(has_colors(colors({"tint"}), "tint"));
+  EXPECT_FALSE(has_colors(colors({"tint"}), "density"));
+}
+
+TEST(FieldNames, AlbedosGoByColoursUnlessTheSceneSaysSo) {
+  SceneVolume v{.file = "smoke.vdb"};
+  EXPECT_EQ(bind_albedo(v, colors({"Cd"})),
+            (std::vector<std::string>{"the albedo goes by the colours of the grid Cd (--set "
+                                      "medium.albedo_field.grid=none leaves them out)"}));
+  ASSERT_TRUE(v.albedo_field);
+  EXPECT_EQ(v.albedo_field->grid, "Cd");
+  EXPECT_TRUE(bind_albedo(v, colors({"color"})).empty()) << "it has one";
+  SceneVolume none{.file = "smoke.vdb", .albedo_field = AlbedoMap{.grid = kNoGrid}};
+  EXPECT_TRUE(bind_albedo(none, colors({"Cd"})).empty());
+  EXPECT_EQ(none.albedo_field->grid, kNoGrid);
+  SceneVolume fire{.file = "smoke.vdb", .grid = kNoGrid};
+  EXPECT_TRUE(bind_albedo(fire, colors({"Cd"})).empty());
+  EXPECT_FALSE(fire.albedo_field) << "a fire alone has no albedo";
+  SceneVolume plain{.file = "smoke.vdb"};
+  EXPECT_TRUE(bind_albedo(plain, colors({"v"})).empty());
+  EXPECT_FALSE(plain.albedo_field);
+  SceneVolume nano{.file = "smoke.nvdb"};
+  EXPECT_EQ(bind_albedo(nano, colors({"Cd"})),
+            (std::vector<std::string>{"the colours of the grid Cd are left out: they are read from "
+                                      ".vdb and .pvol files"}));
+  EXPECT_FALSE(nano.albedo_field);
+  SceneVolume wanted{.file = "smoke.vdb", .albedo_field = AlbedoMap{}};
+  EXPECT_EQ(error_of([&] { (void)bind_albedo(wanted, colors({"v"})); }),
+            "smoke.vdb: no grid of colours is called Cd, color, colour or albedo, which the albedo "
+            "could go by; name one, or a grid of numbers, with medium.albedo_field.grid; the file "
+            "has: density (float), v (vec3s)");
 }
 
 TEST(FieldNames, AFileLacksDensityWhereNoGridIsPlainlyIt) {

@@ -60,7 +60,8 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
        "s.toml:4:8: medium.density.ramp is an array of 3; expected points whose first numbers "
        "ascend"},
       {"[medium.density]\nclamp = [1, 0]\n",
-       "s.toml:4:9: medium.density.clamp is an array of 2; expected the least value, then the most"},
+       "s.toml:4:9: medium.density.clamp is an array of 2; expected the least value, then the "
+       "most"},
       {"[medium.density]\npower = 0\n",
        "s.toml:4:9: medium.density.power is 0; expected a number in (0, 64]"},
       {"[medium.density]\nfactor = 2\n",
@@ -75,6 +76,15 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
       {"[medium.fire]\nkelvin_of_intensity = 1500\n",
        "s.toml:4:23: medium.fire.kelvin_of_intensity is 1500; expected kelvin"},
       {"[medium.fire]\ncolors = [[0, 1, 1]]\n", "s.toml:4:11: medium.fire.colors[1] is"},
+      {"[medium.albedo_field]\ncolors = [[0, 1, 1, 1.5]]\n",
+       "s.toml:4:10: medium.albedo_field.colors is an array of 1; expected colours in [0, 1], by "
+       "which albedos are multiplied"},
+      {"[medium.albedo_field]\nfield = \"Cd\"\n",
+       "s.toml:4:1: unknown key \"field\" in [medium.albedo_field]; expected one of grid, scale, "
+       "offset, clamp, power, ramp, smooth or colors"},
+      {"[medium.albedo]\ngrid = \"Cd\"\n",
+       "medium.albedo is a table; expected a number or three; the grid that varies it is in "
+       "[medium.albedo_field]"},
       {"[medium]\nalbedo = [0.5, 0.5]\n",
        "medium.albedo is an array of 2; expected a number in [0, 1], or an array of 3 of them"},
       {"[medium]\ng = 1\n", "s.toml:4:5: medium.g is 1; expected a number in [-0.9999, 0.9999]"},

@@ -231,12 +231,40 @@ kelvin_of_intensity = 1500
   EXPECT_TRUE(scene.scene.lights.empty()) << "a scene with a fire has light";
 }
 
+TEST_F(SceneText, AlbedosGoByGrids) {
+  const SceneFile scene = read(R"(
+[[volume]]
+file = "a.vdb"
+[[volume]]
+file = "b.vdb"
+[volume.medium.albedo_field]
+grid = "none"
+[medium]
+albedo = 0.9
+[medium.albedo_field]
+grid = "temperature"
+scale = 0.001
+clamp = [0, 1]
+power = 2
+colors = [[0, 0.1, 0.2, 0.3], [1, 1, 0.5, 0.25]]
+)");
+  AlbedoMap map{.grid = "temperature", .map = {.scale = 0.001, .clamp = {{0, 1}}, .power = 2}};
+  map.colors.channels[0].points = {{0, 0.1f}, {1, 1}};
+  map.colors.channels[1].points = {{0, 0.2f}, {1, 0.5f}};
+  map.colors.channels[2].points = {{0, 0.3f}, {1, 0.25f}};
+  EXPECT_EQ(scene.volumes[0].albedo_field, map);
+  EXPECT_EQ(scene.volumes[0].medium.components[0].albedo, Rgb(0.9f));
+  ASSERT_TRUE(scene.volumes[1].albedo_field);
+  EXPECT_EQ(scene.volumes[1].albedo_field->grid, kNoGrid);
+  EXPECT_FALSE(read("[volume]\nfile = \"a.vdb\"\n").volumes[0].albedo_field);
+  EXPECT_EQ(read(to_toml(scene)), scene);
+}
+
 TEST_F(SceneText, ExtinctionMayHaveAColor) {
   const SceneFile scene =
       read("[volume]\nfile = \"a.vdb\"\n[medium]\nextinction_color = [0.2, 1, 0.5]\n");
   EXPECT_EQ(scene.volumes.front().medium.extinction_color, Rgb(0.2f, 1.0f, 0.5f));
-  EXPECT_EQ(read(to_toml(scene)).volumes.front().medium.extinction_color,
-            Rgb(0.2f, 1.0f, 0.5f));
+  EXPECT_EQ(read(to_toml(scene)).volumes.front().medium.extinction_color, Rgb(0.2f, 1.0f, 0.5f));
 }
 
 TEST_F(SceneText, FiresHaveColorsAlongAField) {

@@ -116,6 +116,14 @@ struct RandomScene {
     return f;
   }
 
+  AlbedoMap albedo_field() {
+    AlbedoMap a{.grid = coin() ? "Cd" : ""};
+    if (coin()) return a;
+    a.map = map();
+    for (Ramp& r : a.colors.channels) r.points = {{0, float(uniform(0, 1))}, {1, 0.25f}};
+    return a;
+  }
+
   Affine placement() {
     return {{Vec3d{1, uniform(0, 1), 0}, Vec3d{0, 1, uniform(0, 1)}, Vec3d{uniform(0, 1), 0, 1}},
             point()};
@@ -135,6 +143,7 @@ struct RandomScene {
     if (coin()) v.density_map = map();
     if (coin()) v.fire = fire();
     v.has_intensity = v.fire && coin();
+    if (coin()) v.albedo_field = albedo_field();
     if (v.fire && !v.has_intensity) v.fire->intensity = Fire{}.intensity;
     return v;
   }

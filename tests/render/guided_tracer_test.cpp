@@ -38,6 +38,7 @@ class ScriptedTraversal {
   [[nodiscard]] const Cursor& place() const { return place_; }
   void return_to(const Cursor& place) { place_ = place; }
   [[nodiscard]] Vec3d position() const { return Vec3d(place_.at.cell[0], 0, 0); }
+  [[nodiscard]] detail::LocalMatter local(const detail::Matter& m) const { return everywhere(m); }
   struct {
     static void set_time(float) {}
   } work;
@@ -79,8 +80,7 @@ detail::Importance importance_of(const std::vector<Row>& rows) {
   cells.size = Vec3i(int(rows.size()), 1, 1);
   for (std::uint32_t i = 0; i < rows.size(); ++i) cells.rows.push_back(i);
   return {std::move(cells), Vec3f(0, 0, 1), HenyeyGreenstein(0),
-          PagedVector<Row>(rows.begin(), rows.end()),
-          std::vector<float>(rows.size(), 1.0f)};
+          PagedVector<Row>(rows.begin(), rows.end()), std::vector<float>(rows.size(), 1.0f)};
 }
 
 /// A setup for scripted paths before a sky of radiance 1, which next-event estimation leaves out.

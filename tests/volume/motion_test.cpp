@@ -247,7 +247,7 @@ TEST(Motion, RangesOfDisplacementsHoldInBoxesOfEverySize) {
     const Displacements::Range r = range_over(d, {lo, lo + Vec3d(edge)});
     for (int k = 0; k < 30; ++k) {
       const Vec3d x = lo + Vec3d(rng.uniform(), rng.uniform(), rng.uniform()) * edge;
-      const Float4 at = d.at(d.index_to_cells.point(x));
+      const Float4 at = d.bricks.at(d.index_to_cells.point(x));
       for (int axis = 0; axis < 3; ++axis) {
         ASSERT_GE(at[axis], r.lo[axis] - 1e-5f);
         ASSERT_LE(at[axis], r.hi[axis] + 1e-5f);
@@ -257,7 +257,7 @@ TEST(Motion, RangesOfDisplacementsHoldInBoxesOfEverySize) {
   // Half a second at a velocity in world units, in voxels of two.
   const Vec3i p(20, 5, 9);
   const Vec3d world = v.index_to_world().point(Vec3d(p));
-  const Float4 there = d.at(d.index_to_cells.point(inverse(index_to_world).point(world)));
+  const Float4 there = d.bricks.at(d.index_to_cells.point(inverse(index_to_world).point(world)));
   for (int axis = 0; axis < 3; ++axis) {
     EXPECT_NEAR(double(there[axis]), random_velocity(p)[axis] / 4, 1e-5);
   }
@@ -270,13 +270,14 @@ TEST(Motion, TilesMoveAsSamplesDo) {
   }
   const Displacements d = make_displacements(tiles, {}, 2);
   EXPECT_EQ(d.largest, 5);
-  EXPECT_LT(d.samples.size(), 1700u * Displacements::kSamples) << "leaves of one value share it";
+  EXPECT_LT(d.bricks.samples.size(), 1700u * VectorBricks::kSamples)
+      << "leaves of one value share it";
   for (int c = 0; c < 3; ++c) {
-    EXPECT_EQ(d.at(d.index_to_cells.point({64, 60, 3}))[c], float(2 * c - 2));
-    EXPECT_EQ(d.at(d.index_to_cells.point({131, 4, 3}))[c], 5);
-    EXPECT_EQ(d.at(d.index_to_cells.point({-0.5, 60, 3}))[c], float(c - 1));
-    EXPECT_EQ(d.at(d.index_to_cells.point({-1, 60, 3}))[c], 0);
-    EXPECT_EQ(d.at(d.index_to_cells.point({1e9, 60, 3}))[c], 0);
+    EXPECT_EQ(d.bricks.at(d.index_to_cells.point({64, 60, 3}))[c], float(2 * c - 2));
+    EXPECT_EQ(d.bricks.at(d.index_to_cells.point({131, 4, 3}))[c], 5);
+    EXPECT_EQ(d.bricks.at(d.index_to_cells.point({-0.5, 60, 3}))[c], float(c - 1));
+    EXPECT_EQ(d.bricks.at(d.index_to_cells.point({-1, 60, 3}))[c], 0);
+    EXPECT_EQ(d.bricks.at(d.index_to_cells.point({1e9, 60, 3}))[c], 0);
   }
 }
 

@@ -20,6 +20,7 @@
 #include "pvol/shell/certificate.h"
 #include "pvol/shell/recipe_support.h"
 #include "pvol/shell/shell.h"
+#include "pvol/volume/albedo_field.h"
 #include "pvol/volume/emitter.h"
 #include "pvol/volume/facts.h"
 #include "pvol/volume/make_volume.h"
@@ -50,6 +51,25 @@ bool bind_grids(const Loader& by, formats::SceneVolume& volume) {
   return volume.fire && !had_fire;
 }
 
+/// Loads the grid that a volume's albedo goes by, where there is one.
+void load_albedo(const Loader& by, formats::SceneVolume& volume, bool strict,
+                 formats::Cloud& cloud) {
+  const std::string kind = formats::ending(volume.file);
+  if (volume.grid == formats::kNoGrid || (kind == ".toml" && !volume.albedo_field)) return;
+  if (!volume.albedo_field || volume.albedo_field->grid.empty()) {
+    const std::string name = volume.file.filename().string() + ": ";
+    for (const std::string& note : formats::bind_albedo(volume, formats::grids_of(volume.file))) {
+      tell(by, name + note);
+    }
+  }
+  if (!volume.albedo_field || volume.albedo_field->grid == formats::kNoGrid) return;
+  StageLine stage = reading(by, volume.file);
+  cloud.albedo = std::make_shared<const formats::AlbedoGrid>(
+      formats::load_albedo(volume.file, *volume.albedo_field, strict));
+  stage.erase();
+  if (cloud.albedo->colors) print_warnings(by.tool, cloud.albedo->colors->report.warnings);
+}
+
 /// Sum of all samples as the map sees them.
 double sum_mapped(const VoxelGrid& grid, const FieldMap& map) {
   double sum = 0;
@@ -67,6 +87,20 @@ double mapped_share(const formats::Cloud& cloud, const FieldMap& map) {
   if (map.is_identity() || cloud.recipe() != nullptr) return 1;
   const double sum = sum_mapped(cloud.grid(), {});
   return sum > 0 ? sum_mapped(cloud.grid(), map) / sum : 1;
+}
+
+/// `look_up` is that of the density.
+std::shared_ptr<const AlbedoField> make_albedo(const formats::Cloud& cloud,
+                                               const formats::SceneVolume& volume, LookUp look_up) {
+  const AlbedoMap& map = *volume.albedo_field;
+  const Affine place = volume.first_place();
+  if (const auto& numbers = cloud.albedo->numbers) {
+    return std::make_shared<const AlbedoField>(
+        make_albedo_field(map, {numbers->grid(), numbers->pyramid}, place));
+  }
+  const VoxelGrid* const density = has_closed_form(look_up) ? &cloud.grid() : nullptr;
+  return std::make_shared<const AlbedoField>(
+      make_albedo_field(map, cloud.albedo->colors->grid, density, place));
 }
 
 std::shared_ptr<const Emitter> make_fire(const formats::FireFields& f,
@@ -207,6 +241,7 @@ formats::Cloud load_cloud(const Loader& by, formats::SceneVolume& volume, bool s
   if (scene.density) formats::quantise(cloud, *scene.density, volume.file);
   formats::coarsen(cloud, o.preview, volume.file);
   if (volume.fire) load_fire(by, volume, strict, undescribed, cloud);
+  load_albedo(by, volume, strict, cloud);
   const Camera& camera = scene.scene.camera;
   if (camera.shutter.moves()) load_motion(by, volume, strict, camera, cloud);
   return cloud;
@@ -251,6 +286,7 @@ Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volu
                     {m->velocity, m->seconds, m->shutter}, o);
   }
   if (cloud.fire && volume.fire) v.fire = make_fire(*cloud.fire, volume);
+  if (cloud.albedo && volume.albedo_field) v.albedo = make_albedo(cloud, volume, o.look_up);
   v.name = volume.file.string();
   return v;
 }

@@ -24,6 +24,7 @@ std::shared_ptr<const formats::Cloud> SceneClouds::load(formats::SceneVolume& vo
     volume.grid = k->chosen.grid;
     volume.fire = k->chosen.fire;
     volume.has_intensity = k->chosen.has_intensity;
+    volume.albedo_field = k->chosen.albedo_field;
     return k->cloud;
   }
   auto cloud = std::make_shared<const formats::Cloud>(load_cloud(by_, volume, strict_, scene_));

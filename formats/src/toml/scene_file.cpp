@@ -131,6 +131,12 @@ void read_fire(const TomlTable& table, SceneVolume& volume) {
   volume.has_intensity = table.has("intensity");
 }
 
+void read_albedo_field(const TomlTable& table, SceneVolume& volume) {
+  AlbedoMap& map = volume.albedo_field.emplace();
+  read_keys(table, entries(map));
+  refuse_misfit(table, misfit(map));
+}
+
 /// The medium and the placement of a volume. The table itself describes the first component, which
 /// has the share that the others leave.
 void read_medium(const TomlTable& given, SceneVolume& volume) {
@@ -145,8 +151,13 @@ void read_medium(const TomlTable& given, SceneVolume& volume) {
   allowed.emplace_back("density");
   allowed.emplace_back("fire");
   allowed.emplace_back("motion");
+  allowed.emplace_back("albedo_field");
   for (const std::string_view key : key_names(place)) allowed.push_back(key);
   const TomlTable table = of_chosen_kind<PhaseFunction>(given, first_key(first.phase), allowed);
+  if (const TomlValue* albedo = table.find("albedo");
+      albedo != nullptr && std::holds_alternative<TomlTable>(albedo->value)) {
+    table.fail("albedo", "a number or three; the grid that varies it is in [medium.albedo_field]");
+  }
   read_keys(table, joined(matter, place), allowed);
   refuse_misfit(table, misfit(placement));
   volume.has_extinction = table.has("extinction");
@@ -158,6 +169,7 @@ void read_medium(const TomlTable& given, SceneVolume& volume) {
   if (const TomlTable* motion = table.table("motion")) {
     read_keys(*motion, entries(volume.velocity.emplace()));
   }
+  if (const TomlTable* field = table.table("albedo_field")) read_albedo_field(*field, volume);
   for (const TomlTable* t : table.tables("component")) {
     Component c;
     choose_kind(*t, c.phase);

@@ -94,6 +94,11 @@ std::vector<SectionManual> describe_sections() {
   all.push_back(section("[medium.fire]",
                         "Light that a grid of the file emits, beside the density or without one.",
                         entries(fire)));
+  AlbedoMap albedo;
+  all.push_back(section("[medium.albedo_field]",
+                        "A grid of the file by which the albedo of every component is multiplied; "
+                        "colours of the usual names need no such section.",
+                        entries(albedo)));
   VelocityChoice velocity;
   all.push_back(section("[medium.motion]",
                         "What moves the cloud while the camera's shutter is open; velocities of "

@@ -49,6 +49,9 @@ std::string medium_text(const SceneVolume& v, const std::string& name) {
     text += fmt::format("\n[{}.fire]\n", name) +
             lines(v.has_intensity ? fire : without(fire, "intensity"));
   }
+  if (v.albedo_field) {
+    text += fmt::format("\n[{}.albedo_field]\n", name) + lines(entries(*v.albedo_field));
+  }
   if (v.velocity) text += fmt::format("\n[{}.motion]\n", name) + lines(entries(*v.velocity));
   return text;
 }

@@ -5,11 +5,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
-#include <deque>
-#include <memory>
-#include <span>
 #include <string_view>
 
 #include "file/grid_choice.h"
@@ -17,140 +13,43 @@
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/velocity.h"
 #include "vdb/vdb_load.h"
+#include "vdb/vdb_vectors.h"
 
 namespace pvol::formats {
 namespace {
 
 using detail::ByteSource;
+using detail::find_grid;
+using detail::is_number;
+using detail::is_vector;
 using detail::VdbFile;
 using detail::VdbGrid;
 
 constexpr std::string_view kUsualNames[] = {"v", "vel", "velocity"};
 
-using Samples = std::array<float, kBrickSamples>;
-
-bool same(std::string_view a, std::string_view b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) {
-    return std::tolower(static_cast<unsigned char>(x)) ==
-           std::tolower(static_cast<unsigned char>(y));
-  });
-}
-
-bool is_vector(const VdbGrid& grid) {
-  return grid.type == "Tree_vec3s_5_4_3" || grid.type == "Tree_vec3d_5_4_3";
-}
-bool is_number(const VdbGrid& grid) {
-  return grid.type == "Tree_float_5_4_3" || grid.type == "Tree_double_5_4_3";
-}
-
-const VdbGrid* find(const VdbFile& file, std::string_view name, bool (*fits)(const VdbGrid&)) {
-  for (const VdbGrid& grid : file.grids) {
-    if (fits(grid) && (same(grid.name, name) || same(grid.base, name))) return &grid;
-  }
-  return nullptr;
-}
-
 /// One grid of vectors, three of numbers, or none.
 std::vector<const VdbGrid*> choose(const VdbFile& file, std::string_view name) {
-  if (const VdbGrid* grid = find(file, name, is_vector)) return {grid};
+  if (const VdbGrid* grid = find_grid(file, name, is_vector)) return {grid};
   for (const char* between : {".", "_", ""}) {
     std::vector<const VdbGrid*> all;
     for (const char axis : {'x', 'y', 'z'}) {
-      all.push_back(find(file, fmt::format("{}{}{}", name, between, axis), is_number));
+      all.push_back(find_grid(file, fmt::format("{}{}{}", name, between, axis), is_number));
     }
     if (std::find(all.begin(), all.end(), nullptr) == all.end()) return all;
   }
   return {};
 }
 
-/// Collects the values of trees as components of a velocity.
-class Collector {
- public:
-  std::uint64_t non_finite = 0;
-
-  /// Component c of the tree's values is along axis first + c.
-  template <class Tree>
-  void add(const Tree& tree, int first) {
-    constexpr int kComponents = openvdb::VecTraits<typename Tree::ValueType>::Size;
-    for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
-      std::array<Samples*, 3> to{};
-      for (int c = 0; c < kComponents; ++c) {
-        to[std::size_t(c)] = &samples_->emplace_back();
-        to[std::size_t(c)]->fill(0);
-        const openvdb::Coord o = leaf->origin();
-        bricks_[std::size_t(first + c)].push_back(
-            {{o.x(), o.y(), o.z()}, to[std::size_t(c)]->data()});
-      }
-      for (auto value = leaf->cbeginValueOn(); value; ++value) {
-        for (int c = 0; c < kComponents; ++c) {
-          (*to[std::size_t(c)])[value.pos()] = clean(component(*value, c), 1);
-        }
-      }
-    }
-    add_tiles(tree, first, kComponents);
-  }
-
-  [[nodiscard]] VelocityGrid take(const Affine& index_to_world, const std::string& name) && {
-    VelocityGrid grid;
-    for (std::size_t c = 0; c < 3; ++c) {
-      grid.along[c].name = name;
-      grid.along[c].index_to_world = index_to_world;
-      grid.along[c].bricks = std::move(bricks_[c]);
-      grid.along[c].tiles = std::move(tiles_[c]);
-      grid.along[c].owner = samples_;
-    }
-    return grid;
-  }
-
- private:
-  std::shared_ptr<std::deque<Samples>> samples_ = std::make_shared<std::deque<Samples>>();
-  std::array<std::vector<Brick>, 3> bricks_;
-  std::array<std::vector<Tile>, 3> tiles_;
-
-  template <class T>
-  static float component(const T& value, int c) {
-    if constexpr (openvdb::VecTraits<T>::IsVec) {
-      return float(value[c]);
-    } else {
-      (void)c;
-      return float(value);
-    }
-  }
-
-  float clean(float v, std::uint64_t samples) {
-    if (std::isfinite(v)) return v;
-    non_finite += samples;
-    return 0;
-  }
-
-  template <class Tree>
-  void add_tiles(const Tree& tree, int first, int components) {
-    auto it = tree.cbeginValueOn();
-    it.setMaxDepth(Tree::ValueOnCIter::LEAF_DEPTH - 1);
-    for (; it; ++it) {
-      const int edge = it.getDepth() == 0 ? 4096 : it.getDepth() == 1 ? 128 : kBrickEdge;
-      const auto samples = std::uint64_t(edge) * std::uint64_t(edge) * std::uint64_t(edge);
-      const openvdb::Coord o = it.getCoord();
-      for (int c = 0; c < components; ++c) {
-        const float v = clean(component(*it, c), samples);
-        if (v != 0) tiles_[std::size_t(first + c)].push_back({{o.x(), o.y(), o.z()}, edge, v});
-      }
-    }
-  }
-};
-
-void add_grid(const openvdb::GridBase::Ptr& grid, int axis, Collector& to) {
-  if (const auto v = openvdb::gridPtrCast<openvdb::Vec3SGrid>(grid)) return to.add(v->tree(), axis);
-  if (const auto v = openvdb::gridPtrCast<openvdb::Vec3DGrid>(grid)) return to.add(v->tree(), axis);
-  if (const auto v = openvdb::gridPtrCast<openvdb::FloatGrid>(grid)) return to.add(v->tree(), axis);
-  to.add(openvdb::gridPtrCast<openvdb::DoubleGrid>(grid)->tree(), axis);
-}
-
 LoadedVelocity load(ByteSource& source, const VdbFile& file,
                     const std::vector<const VdbGrid*>& chosen, const std::string& name) {
   LoadedVelocity loaded;
   loaded.name = chosen.size() == 1 ? chosen.front()->name : name;
-  Collector values;
+  std::uint64_t non_finite = 0;
+  detail::VectorCollector values([&](float v, std::uint64_t samples) {
+    if (std::isfinite(v)) return v;
+    non_finite += samples;
+    return 0.0f;
+  });
   std::optional<Affine> map;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     const openvdb::GridBase::Ptr grid = load_vdb_grid(source, file, *chosen[i]);
@@ -162,18 +61,19 @@ LoadedVelocity load(ByteSource& source, const VdbFile& file,
                       source.file().string(), chosen[0]->name, chosen[i]->name));
     }
     map = own;
-    add_grid(grid, int(i), values);
+    values.add(grid, int(i));
   }
   if (chosen.front()->grid_class == "staggered") {
     loaded.warnings.push_back(
         "the velocities are staggered; they are taken as if they lay at the "
         "voxels' own places, half a voxel away");
   }
-  if (values.non_finite > 0) {
-    loaded.warnings.push_back(fmt::format(
-        "{} components of velocities are not finite; they are taken as 0", values.non_finite));
+  if (non_finite > 0) {
+    loaded.warnings.push_back(
+        fmt::format("{} components of velocities are not finite; they are taken as 0", non_finite));
   }
-  loaded.grid = std::move(values).take(*map, loaded.name);
+  std::array<VoxelGrid, 4> grids = std::move(values).take(*map, loaded.name);
+  for (std::size_t c = 0; c < 3; ++c) loaded.grid.along[c] = std::move(grids[c]);
   return loaded;
 }
 

@@ -85,6 +85,28 @@ openvdb::FloatGrid::Ptr fog_volume(const VoxelGrid& grid) {
   return out;
 }
 
+openvdb::Vec3SGrid::Ptr color_grid(const ColorGrid& colors) {
+  using Tree = openvdb::Vec3STree;
+  auto out = openvdb::Vec3SGrid::create(openvdb::Vec3s(0.0f));
+  const auto color = [](const Float4& s) { return openvdb::Vec3s(s[0], s[1], s[2]); };
+  visit_colors(colors, [&](Vec3i origin, int edge, std::span<const Float4> samples) {
+    const openvdb::Coord o(origin.x, origin.y, origin.z);
+    if (samples.size() == 1) {
+      out->tree().addTile(tile_level({origin, edge, 1}), o, color(samples[0]), true);
+      return;
+    }
+    auto* leaf = new Tree::LeafNodeType(o, openvdb::Vec3s(0.0f));
+    for (openvdb::Index i = 0; i < Tree::LeafNodeType::SIZE; ++i) {
+      if (samples[i][3] > 0) leaf->setValueOn(i, color(samples[i]));
+    }
+    out->tree().addLeaf(leaf);  // takes it over
+  });
+  out->setName(colors.name());
+  out->setVectorType(openvdb::VEC_INVARIANT);  // placements do not turn colours
+  out->setTransform(transform(colors.channels[0]));
+  return out;
+}
+
 /// OpenVDB gives every file a random UUID; one made from the other bytes makes equal content equal
 /// files, and different content still different ones.
 void set_uuid(const std::filesystem::path& file) {
@@ -109,11 +131,13 @@ void set_uuid(const std::filesystem::path& file) {
 
 }  // namespace
 
-void write_vdb(const std::filesystem::path& file, const std::vector<const VoxelGrid*>& grids) {
+void write_vdb(const std::filesystem::path& file, const std::vector<const VoxelGrid*>& grids,
+               const std::vector<const ColorGrid*>& colors) {
   try {
     detail::start_openvdb();
     openvdb::GridCPtrVec out;
     for (const VoxelGrid* grid : grids) out.push_back(fog_volume(*grid));
+    for (const ColorGrid* grid : colors) out.push_back(color_grid(*grid));
     write_atomically(file, [&](const std::filesystem::path& aside) {
       openvdb::io::File to(aside.string());
       to.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);

@@ -113,7 +113,7 @@ CameraProbe probe_camera(const RenderPlan& plan) {
   const PathSetup setup(unguided);
   double albedo = 0;
   for (const Volume& v : plan.volumes) {
-    albedo = std::max(albedo, double(largest_albedo(v.medium)));
+    albedo = std::max(albedo, double(largest_albedo(v)));
   }
   CameraProbe probe;
   double sum = 0;

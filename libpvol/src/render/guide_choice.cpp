@@ -7,6 +7,7 @@
 #include "pvol/error.h"
 #include "pvol/render/lights.h"
 #include "pvol/render/plan.h"
+#include "pvol/volume/albedo_field.h"
 #include "pvol/volume/estimators.h"
 
 namespace pvol {
@@ -72,7 +73,7 @@ GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene, do
   if (!has_directions(volumes, scene)) return {false, "light comes from a smooth sky alone"};
   const double thickness = choose_transmittance(volumes).thickness;
   double albedo = 0;
-  for (const Volume& v : volumes) albedo = std::max(albedo, double(largest_albedo(v.medium)));
+  for (const Volume& v : volumes) albedo = std::max(albedo, double(largest_albedo(v)));
   const double scatterings = estimate_scatterings(thickness, albedo);
   if (thickness < kThickness) return {false, "the cloud is thin", scatterings};
   if (albedo < kAlbedo) return {false, "the cloud absorbs much", scatterings};

@@ -5,6 +5,7 @@
 
 #include "math/digits.h"
 #include "pvol/error.h"
+#include "pvol/volume/albedo_field.h"
 #include "pvol/volume/estimators.h"
 #include "pvol/volume/facts.h"
 #include "pvol/volume/motion.h"
@@ -49,9 +50,8 @@ constexpr double kFaintest = 0.002;                   // share of camera rays th
 [[nodiscard]] std::string scatterings(const Volume& v, double count) {
   return "a path would scatter about " + digits(count) + " times, expected at most " +
          digits(kMostScatterings) + ": the cloud is about " + digits(thickness(v)) +
-         " mean free paths thick and has albedo " + digits(double(largest_albedo(v.medium))) +
-         ". " + usual_extinction(v) +
-         "; or limit paths with --max-bounces N, or insist with --force.";
+         " mean free paths thick and has albedo " + digits(double(largest_albedo(v))) + ". " +
+         usual_extinction(v) + "; or limit paths with --max-bounces N, or insist with --force.";
 }
 
 [[nodiscard]] std::string point(const Vec3d& p) {
@@ -115,7 +115,7 @@ void refuse_endless_flights(const Volume& v, const VolumeFacts* facts, const Ren
   }
   const double null = worst_null_collisions(v);
   if (!(null > kMostNullCollisions)) return;
-  const double count = estimate_scatterings(thickness(v), double(largest_albedo(v.medium)));
+  const double count = estimate_scatterings(thickness(v), double(largest_albedo(v)));
   const bool long_paths = count > kMostScatterings && !o.max_bounces;
   throw Error(named(v, long_paths ? scatterings(v, count) : null_collisions(v, null)));
 }

@@ -5,29 +5,6 @@
 
 namespace pvol {
 
-Value colors_value(const Fire& fire) {
-  if (fire.colors.empty()) return {};
-  const auto& c = fire.colors.channels;
-  Value::List rows;
-  for (std::size_t i = 0; i < c[0].points.size(); ++i) {
-    rows.emplace_back(
-        Value::List{c[0].points[i].x, c[0].points[i].y, c[1].points[i].y, c[2].points[i].y});
-  }
-  return rows;
-}
-
-void assign_colors(Fire& fire, const Value& value) {
-  fire.colors = {};
-  const Value::List& list = *value.list();
-  const bool rows = list.front().list() != nullptr;
-  for (const Value& row : rows ? list : Value::List{value}) {
-    const auto at = [&](std::size_t i) { return float(*(*row.list())[i].number()); };
-    for (std::size_t c = 0; c < 3; ++c) {
-      fire.colors.channels[c].points.push_back({at(0), at(c + 1)});
-    }
-  }
-}
-
 std::optional<Misfit> misfit(const Fire& fire) {
   if (fire.kelvin && !fire.colors.empty()) {
     return Misfit{{"colors", "kelvin"}, "either the colour of a black body or a ramp of colours"};
@@ -54,9 +31,7 @@ Rgb emission(const Fire& fire, float value, float color_value) {
       e *= float(ratio * ratio * ratio * ratio);
     }
   } else if (!fire.colors.empty()) {
-    for (int c = 0; c < 3; ++c) {
-      e[c] *= value_at(fire.colors.channels[std::size_t(c)], color_value);
-    }
+    e *= value_at(fire.colors, color_value);
   }
   return e;
 }

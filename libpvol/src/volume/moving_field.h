@@ -8,10 +8,9 @@
 
 namespace pvol::detail {
 
-/// Where the matter at a point was at the files' time, in cells from the octree's origin.
-[[nodiscard]] inline Vec3d source_of(const Motion& motion, float time, const LatticePoint& p) {
-  const Vec3d cells = position(p);
-  const Float4 d = motion.displacements.at(motion.cells_to_lattice.point(cells));
+/// Where the matter at a place was at the files' time, both in cells from the octree's origin.
+[[nodiscard]] inline Vec3d source_of(const Motion& motion, float time, Vec3d cells) {
+  const Float4 d = motion.displacements.bricks.at(motion.cells_to_lattice.point(cells));
   return cells - Vec3d(vec3(d * splat(time)));
 }
 
@@ -29,7 +28,7 @@ struct MovingField {
     count.lookup();
     const BrickExtinction<kLookUp> still{field.bricks(), field.octree, field.scale};
     if (field.motion == nullptr || time == 0) return still(s, p);
-    const Vec3d source = source_of(*field.motion, time, p);
+    const Vec3d source = source_of(*field.motion, time, position(p));
     if (source == position(p)) return still(s, p);
     if (!field.octree.support().contains(source)) return 0;
     constexpr LeafHandle kRoot = Octree::kNodeBit;

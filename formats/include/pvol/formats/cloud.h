@@ -9,13 +9,16 @@
 
 #include "pvol/density/density.h"
 #include "pvol/density/velocity_grid.h"
+#include "pvol/formats/color.h"
 #include "pvol/formats/pvol_file.h"
 #include "pvol/formats/vdb.h"
+#include "pvol/volume/albedo_map.h"
 #include "pvol/volume/fire.h"
 #include "pvol/volume/shutter.h"
 
 namespace pvol::formats {
 
+struct AlbedoGrid;
 struct FireFields;
 struct CloudMotion;
 
@@ -30,6 +33,7 @@ struct Cloud {
   GridReport report;
   std::shared_ptr<const FireFields> fire{};  ///< null where there is none, or nobody asked for it
   std::shared_ptr<const CloudMotion> motion{};  ///< null where it stands still
+  std::shared_ptr<const AlbedoGrid> albedo{};   ///< as `fire`
 
   /// The samples of a density that has them.
   [[nodiscard]] const VoxelGrid& grid() const { return std::get<VoxelGrid>(density); }
@@ -77,6 +81,17 @@ struct FireFields {
 /// Those of a fire whose grids have names (bind_fields). Throws what load_cloud throws.
 [[nodiscard]] FireFields load_fire(const std::filesystem::path& file, const Fire& fire,
                                    bool strict = false);
+
+/// The grid that a cloud's albedo goes by: of colours, or of numbers with its bounds.
+struct AlbedoGrid {
+  std::optional<LoadedColor> colors;
+  std::optional<Cloud> numbers;
+};
+
+/// That of a map whose grid has a name. Throws what load_cloud and read_color throw, and Error for
+/// a map of numbers where the grid has colours.
+[[nodiscard]] AlbedoGrid load_albedo(const std::filesystem::path& file, const AlbedoMap& map,
+                                     bool strict = false);
 
 /// Rounds the density of a loaded cloud to what a precision can keep, as pvol-fit does before it
 /// writes a file: the bounds are built again and micro-bounds dropped; a shell stays, since the

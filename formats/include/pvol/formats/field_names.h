@@ -30,4 +30,10 @@ namespace pvol::formats {
 [[nodiscard]] std::vector<std::string> bind_fields(SceneVolume& volume,
                                                    std::span<const GridEntry> grids);
 
+/// Names the grid that a volume's albedo goes by where the scene leaves it open and the file has
+/// colours of a usual name (usual_color_grid); kNoGrid stays. Returns what was bound as above.
+/// Throws Error that lists the grids where the scene wants one and none has such a name.
+[[nodiscard]] std::vector<std::string> bind_albedo(SceneVolume& volume,
+                                                   std::span<const GridEntry> grids);
+
 }  // namespace pvol::formats

@@ -10,6 +10,7 @@
 #include "pvol/math/names.h"
 #include "pvol/render/placement.h"
 #include "pvol/render/scene.h"
+#include "pvol/volume/albedo_map.h"
 #include "pvol/volume/fire.h"
 
 namespace pvol::formats {
@@ -59,8 +60,10 @@ struct SceneVolume {
   std::vector<Affine> instances{};  ///< placed after that, once under each; none: once as it is
   FieldMap density_map{};           ///< of the density's values
   std::optional<Fire> fire{};
-  bool has_intensity = false;  ///< of the fire; false: the caller may choose one
+  bool has_intensity = false;                ///< of the fire; false: the caller may choose one
   std::optional<VelocityChoice> velocity{};  ///< without: by the usual names, where there are any
+  /// Without: by the usual names, where there are any. A grid kNoGrid: the albedo is no field.
+  std::optional<AlbedoMap> albedo_field{};
 
   /// Where it is first: after the grid's own map.
   [[nodiscard]] Affine first_place() const {
@@ -112,7 +115,8 @@ struct SceneFile {
 ///   [medium]       Medium, its first Component with the phase function's keys, Placement;
 ///                  [[medium.component]] each further Component, whose share the first one lacks;
 ///                  [medium.density] FieldMap; [medium.fire] Fire, light of a grid of the same
-///                  file; [medium.motion] VelocityChoice, what moves it while the shutter is open
+///                  file; [medium.motion] VelocityChoice, what moves it while the shutter is
+///                  open; [medium.albedo_field] AlbedoMap, how a grid of the file varies the albedo
 ///   [environment]  type = "constant", "gradient" or "image": ConstantSky, GradientSky, ImageSky;
 ///                  without `type` it is the one whose first key is there, else a gradient
 ///   [[sun]]        Sun; each kind of Light has sections of its name, and lights are in the order

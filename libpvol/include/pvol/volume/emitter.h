@@ -3,9 +3,8 @@
 
 #include <optional>
 
-#include "pvol/bounds/pyramid.h"
 #include "pvol/volume/fire.h"
-#include "pvol/volume/volume.h"
+#include "pvol/volume/value_field.h"
 
 namespace pvol {
 
@@ -17,12 +16,6 @@ struct Emitter {
   std::optional<VolumeField> color_by{};  ///< where another field says the colour
 };
 
-/// A grid with its bounds.
-struct BoundedGrid {
-  const VoxelGrid& grid;
-  const Pyramid& pyramid;
-};
-
 /// Makes a fire ready, placed by object_to_world after the grids' own maps; color_by is null where
 /// colours take no other field. Look-ups are trilinear. Throws Error for a fire or a placement out
 /// of range, for bounds that do not hold, and for a map of 0 to something else.
@@ -31,8 +24,5 @@ struct BoundedGrid {
 
 /// Radiance per world unit that is emitted at a place of the world.
 [[nodiscard]] Rgb emission_at(const Emitter& emitter, Vec3d world);
-
-/// The value of a field of samples at a place of the world, without its scale; 0 outside.
-[[nodiscard]] float value_at(const VolumeField& field, Vec3d world);
 
 }  // namespace pvol

@@ -4,18 +4,11 @@
 #include <optional>
 #include <string>
 
+#include "pvol/math/color_ramp.h"
 #include "pvol/math/field_map_keys.h"
 #include "pvol/volume/medium_keys.h"
 
 namespace pvol {
-
-/// Colours along a field's values, channel by channel; none without points.
-struct ColorRamp {
-  std::array<Ramp, 3> channels{};
-  friend bool operator==(const ColorRamp&, const ColorRamp&) = default;
-
-  [[nodiscard]] bool empty() const { return channels[0].points.empty(); }
-};
 
 /// Emission of its own, apart from the extinction: per unit length
 ///   intensity x map(field) x color x (color of the body or ramp at the value of color_by).
@@ -38,9 +31,6 @@ struct Fire {
   /// Whether colours take a field's value.
   [[nodiscard]] bool colored() const { return kelvin.has_value() || !colors.empty(); }
 };
-
-[[nodiscard]] Value colors_value(const Fire& fire);
-void assign_colors(Fire& fire, const Value& value);
 
 inline constexpr Range kKelvinRange{0, 1e9, true, false};
 
@@ -83,12 +73,10 @@ template <std::same_as<Fire> F>
                                     .help = "Temperature at which the intensity is as said; it "
                                             "goes with its fourth power (Stefan-Boltzmann)",
                                     .otherwise = "it does not go with it"}),
-      {{.key = "colors",
-        .metavar = "X,R,G,B",
-        .limits = number().times(4).in_rows().also(expect_points),
-        .help = "Colours along the values of color_by, by rows"},
-       colors_value,
-       assign_colors},
+      key<&F::colors>({.key = "colors",
+                       .metavar = "X,R,G,B",
+                       .limits = number().times(4).in_rows().also(expect_points),
+                       .help = "Colours along the values of color_by, by rows"}),
   });
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "pvol/volume/albedo_field.h"
+
 namespace pvol::detail {
 
 std::shared_ptr<const EmissionSetup> prepare_emission(std::span<const Volume> volumes,
@@ -12,9 +14,8 @@ std::shared_ptr<const EmissionSetup> prepare_emission(std::span<const Volume> vo
   std::vector<Box> boxes;
   for (const EmissionSource& s : setup.sources) boxes.push_back(s.box);
   setup.tree = BoxTree(boxes);
-  const bool scatters = std::ranges::any_of(volumes, [](const Volume& v) {
-    return !v.density.octree.empty() && largest_albedo(v.medium) > 0;
-  });
+  const bool scatters = std::ranges::any_of(
+      volumes, [](const Volume& v) { return !v.density.octree.empty() && largest_albedo(v) > 0; });
   setup.lit = scatters && options.max_bounces != 0u;
   if (setup.lit) setup.lights = EmissionLights(setup.sources);
   return std::make_shared<const EmissionSetup>(std::move(setup));

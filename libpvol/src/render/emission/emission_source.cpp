@@ -12,13 +12,25 @@ namespace {
 
 constexpr double kStride = 8;  // cells, the edge of a leaf
 
-/// What the components of a medium emit together, per unit of optical depth.
-Rgb emitted(const Medium& medium) {
+/// Sum over the components of how much of their emission counts, per unit of optical depth.
+template <class Part>
+Rgb emitted(const Medium& medium, const Part& part) {
   Rgb sum(0.0f);
-  for (const Component& c : medium.components) {
-    sum += (Rgb(1.0f) - c.albedo) * c.emission * float(c.share);
-  }
+  for (const Component& c : medium.components) sum += part(c.albedo) * c.emission * float(c.share);
   return sum * medium.extinction_color;
+}
+
+/// What matter of a volume emits, all components together: (1 - albedo x colour) L_e, and nothing
+/// else.
+EmissionSource source_of(const Volume& v) {
+  const auto by_albedo = [](Rgb albedo) { return albedo; };
+  const auto absorbed = [](Rgb albedo) { return Rgb(1.0f) - albedo; };
+  const auto all = [](Rgb) { return Rgb(1.0f); };
+  if (v.albedo == nullptr) return {.field = &v.density, .of_depth = emitted(v.medium, absorbed)};
+  return {.field = &v.density,
+          .of_depth = emitted(v.medium, all),
+          .albedo = v.albedo.get(),
+          .per_color = emitted(v.medium, by_albedo)};
 }
 
 template <class Value>
@@ -49,9 +61,9 @@ bool gathers_along_flights(const Volume& volume, const RenderOptions& options) {
   // A uniform slab of depth tau brings noise of about tau^3 / 3 along flights and tau at
   // collisions; they cross over at 1.4 (THEORY.md, T5.11).
   constexpr double kThin = 1.4;
-  if (emitted(volume.medium) == Rgb(0.0f)) return false;
+  if (source_of(volume).of_depth == Rgb(0.0f)) return false;
   if (volume.density.motion != nullptr) return false;  // collisions know the time
-  if (options.deep) return false;  // whose samples lie where paths collide
+  if (options.deep) return false;                      // whose samples lie where paths collide
   if (options.line_emission != LineEmission::automatic) {
     return options.line_emission == LineEmission::on;
   }
@@ -70,9 +82,7 @@ std::vector<EmissionSource> emission_sources(std::span<const Volume> volumes,
   };
   for (const Volume& v : volumes) {
     if (v.fire != nullptr) add(v, {.field = &v.fire->field, .fire = v.fire.get()});
-    if (gathers_along_flights(v, options)) {
-      add(v, {.field = &v.density, .of_depth = emitted(v.medium)});
-    }
+    if (gathers_along_flights(v, options)) add(v, source_of(v));
   }
   std::erase_if(all, [](const EmissionSource& s) { return s.field->octree.empty(); });
   return all;

@@ -6,6 +6,7 @@
 
 #include "pvol/bounds/walk.h"
 #include "pvol/render/options.h"
+#include "pvol/volume/albedo_field.h"
 #include "pvol/volume/emitter.h"
 #include "pvol/volume/volume.h"
 
@@ -19,6 +20,9 @@ struct EmissionSource {
   Rgb of_depth{0.0f};                  ///< what matter emits per unit of optical depth
   Affine to_first{};  ///< from its place to the volume's first one, where the field is
   Box box{};          ///< around its place in the world
+  const AlbedoField* albedo = nullptr;  ///< of matter; or null, else of_depth is what it would
+                                        ///< emit if it were black, and
+  Rgb per_color{0.0f};                  ///< how much less, by the field's colour
 
   /// Radiance per world unit at a point of a segment of the field, that lies there in the world of
   /// the first place.
@@ -26,7 +30,8 @@ struct EmissionSource {
   [[nodiscard]] Rgb at(const Mu& value, const Segment& s, const LatticePoint& p,
                        Vec3d world) const {
     const float v = value(s, p);
-    if (fire == nullptr) return of_depth * v;
+    if (fire == nullptr && albedo == nullptr) return of_depth * v;
+    if (fire == nullptr) return (of_depth - per_color * color_at(*albedo, world)) * v;
     return emission(fire->fire, v, fire->color_by ? value_at(*fire->color_by, world) : v);
   }
 };

@@ -101,7 +101,8 @@ class GuidedTracer {
   /// from there, by itself or split.
   [[nodiscard]] bool collide(const Matter& matter, Rng& rng) {
     if (s_.ends_path(++collisions)) return false;
-    add_emitted(s_, matter, throughput_, r_);
+    const LocalMatter here = Kind::local(s_, traversal, matter);
+    add_emitted(s_, here, throughput_, r_);
     r_.scattered(scatterings_++);
     matter_ = &matter;
     row_ = &importance_.row(traversal.place());
@@ -110,7 +111,7 @@ class GuidedTracer {
       if (!(rng.uniform() < worth)) return false;
       throughput_ *= 1 / worth;
     }
-    throughput_ *= matter.albedo;
+    throughput_ *= here.albedo;
     if (!(largest(throughput_) > 0)) return false;
     const float* worths = importance_.shadow_worth(*row_);
     const auto worth_of = [&](std::size_t light) { return worths[light]; };

@@ -33,7 +33,7 @@ void trace(const PhotonSources& sources, const PathSetup& setup, const CoarseCel
     const std::uint32_t row = cells.row(traversal.place());
     counts.add(row, -d, luminance(power));
     if (flight == 0) counts.add_direct(row, p.source, luminance(power));
-    power *= hit.matter->albedo;
+    power *= local(setup, traversal, *hit.matter).albedo;
     const float most = largest(power);
     if (most < kPhotonRoulette) {
       if (!(rng.uniform() * kPhotonRoulette < most)) return;

@@ -183,8 +183,8 @@ HWY_NOINLINE void add_emission(const LaneScene& s, LaneMemory& m, const Paths<Ma
     } else {
       constexpr std::size_t kSecond = Matter::kWeights / 2, kThird = Matter::kWeights - 1;
       m.slots.add(slot_of(id[k]), number_of(id[k]), [&](PathResult& r) {
-        add_emitted(s.setup, s.volume.matter[matter[k]], Rgb(w[0][k], w[kSecond][k], w[kThird][k]),
-                    r);
+        add_emitted(s.setup, everywhere(s.volume.matter[matter[k]]),
+                    Rgb(w[0][k], w[kSecond][k], w[kThird][k]), r);
       });
     }
   }

@@ -77,7 +77,8 @@ class Slots {
     for (Rgb& part : result_.layers) part = colour(sums += 3);
     for (Rgb& part : result_.orders) part = colour(sums += 3);
     if (const double weight = collided_[slot].value(); weight != 0) {
-      add_emitted(setup_, setup_.volumes.front().matter.front(), Rgb(float(weight)), result_);
+      const Matter& matter = setup_.volumes.front().matter.front();
+      add_emitted(setup_, everywhere(matter), Rgb(float(weight)), result_);
     }
     result_.alpha = alpha[slot];
     result_.first_weight = 0;

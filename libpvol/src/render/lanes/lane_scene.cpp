@@ -121,6 +121,7 @@ const char* lane_obstacle(std::span<const Volume> volumes, const Scene& scene) {
   const Volume& v = volumes.front();
   if (v.density.motion != nullptr) return "the volume moves";
   if (v.fire != nullptr) return "a field emits";
+  if (v.albedo != nullptr) return "the albedo is a field";
   if (is_chromatic(v.medium)) return "the extinction has a colour";
   if (v.density.map != nullptr) return "the density is mapped";
   if (gathers_along_flights(v, o)) return "emission is gathered along flights";

@@ -45,6 +45,11 @@ class ChromaticVolume {
     return v_.cells_to_world.point(pvol::position(cursor_.at));
   }
 
+  /// The component that the path's last flight collided with, as it is there.
+  [[nodiscard]] LocalMatter local(const Matter& matter) const {
+    return local_matter(v_, matter, pvol::position(cursor_.at), work.path.time);
+  }
+
   /// Of light of all channels alike.
   [[nodiscard]] ChromaticReach reach(Vec3f direction, Rng& rng) {
     Walk walk = walk_to(direction, kEndless);

@@ -53,14 +53,24 @@ Vec3d normal_of(const PathSetup& s, Vec3d place) {
   return size > 0 ? sum / size : Vec3d{};
 }
 
+/// By which albedos are multiplied at a place in cells of the density.
+Rgb color_in_cells(const Volume& v, Vec3d cells) {
+  if (v.albedo == nullptr) return Rgb(1.0f);
+  return color_at(*v.albedo, inverse(v.density.world_to_cells).point(cells));
+}
+
 /// The mean albedo of all that is there, by extinction.
 Vec3d albedo_of(const PathSetup& s, Vec3d place) {
   Vec3d sum;
   double all = 0;
   const bool alone = s.volumes.size() == 1;
   visit_at(s, place, [&](const Volume& v, const Affine& to_cells) {
-    const double mu = alone ? 1 : double(extinction_in_cells(v, to_cells.point(place)));
-    for (const Component& c : v.medium.components) sum += Vec3d(c.albedo) * (mu * c.share);
+    const Vec3d cells = to_cells.point(place);
+    const double mu = alone ? 1 : double(extinction_in_cells(v, cells));
+    const Rgb color = color_in_cells(v, cells);
+    for (const Component& c : v.medium.components) {
+      sum += Vec3d(c.albedo * color) * (mu * c.share);
+    }
     all += mu;
   });
   return all > 0 ? sum / all : Vec3d{};

@@ -34,7 +34,8 @@ inline void add_constant(const PathSetup& s, PathResult& r) {
 
 /// What a collision of a path of this throughput emits, less what it absorbs of the constant, which
 /// is the sky's.
-inline void add_emitted(const PathSetup& s, const Matter& matter, Rgb throughput, PathResult& r) {
+inline void add_emitted(const PathSetup& s, const LocalMatter& matter, Rgb throughput,
+                        PathResult& r) {
   r.radiance += throughput * matter.emitted;
   if (!r.in_layers()) return;
   const Rgb absorbed = (Rgb(1.0f) - matter.albedo) * s.constant;

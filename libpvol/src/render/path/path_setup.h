@@ -16,6 +16,7 @@
 #include "pvol/render/lights.h"
 #include "pvol/render/plan.h"
 #include "pvol/shell/ray_shell.h"
+#include "pvol/volume/albedo_field.h"
 #include "pvol/volume/facts.h"
 #include "pvol/volume/phase.h"
 #include "pvol/volume/volume.h"
@@ -61,7 +62,17 @@ struct Matter {
   Rgb emitted;  ///< (1 - albedo) (L_e - constant): the source of a collision (THEORY.md, T5.1,
                 ///< T5.5)
   PhaseFunction phase;
+  Rgb source{0.0f};  ///< L_e - constant
 };
+
+/// What it is at a place, where its albedo is a field.
+struct LocalMatter {
+  Rgb albedo;
+  Rgb emitted;  ///< as Matter::emitted, with that albedo
+};
+
+/// Of a component that is the same everywhere.
+[[nodiscard]] inline LocalMatter everywhere(const Matter& m) { return {m.albedo, m.emitted}; }
 
 /// Of a medium whose emission counts at collisions, or not at all there.
 [[nodiscard]] inline std::vector<Matter> make_matter(const Medium& medium, Rgb constant,
@@ -70,8 +81,8 @@ struct Matter {
   double sum = 0;
   for (const Component& c : medium.components) {
     sum += c.share;
-    const Rgb emission = emits ? c.emission : Rgb(0.0f);
-    all.push_back({float(sum), c.albedo, (Rgb(1.0f) - c.albedo) * (emission - constant), c.phase});
+    const Rgb source = (emits ? c.emission : Rgb(0.0f)) - constant;
+    all.push_back({float(sum), c.albedo, (Rgb(1.0f) - c.albedo) * source, c.phase, source});
   }
   return all;
 }
@@ -83,6 +94,7 @@ struct VolumeSetup {
       cells_z;  // change of the position in cells per unit along each world axis
   Affine cells_to_world;
   std::vector<Matter> matter;
+  Affine cells_to_albedo;  ///< to those of the albedo's field, where there is one
 
   /// Tested by rays before they enter the octree; none where a plan leaves it out.
   std::optional<RayShell> shell{};
@@ -93,7 +105,8 @@ struct VolumeSetup {
         cells_y(lanes(Vec3f(v.density.world_to_cells.vector({0, 1, 0})))),
         cells_z(lanes(Vec3f(v.density.world_to_cells.vector({0, 0, 1})))),
         cells_to_world(inverse(v.density.world_to_cells)),
-        matter(make_matter(v.medium, constant, emits_at_collisions)) {}
+        matter(make_matter(v.medium, constant, emits_at_collisions)),
+        cells_to_albedo(v.albedo ? v.albedo->world_to_cells * cells_to_world : Affine{}) {}
 
   [[nodiscard]] Float4 in_cells(Vec3f direction) const {
     return cells_x * splat(direction.x) + cells_y * splat(direction.y) +
@@ -155,8 +168,9 @@ struct PathSetup {
   std::vector<std::size_t> layer_of;
   /// Once it is true, paths end as they please, and what they bring is to be dropped.
   const std::atomic<bool>* stop = &kNeverStop;
-  Lanes lanes;  ///< the kernel; not automatic
-  bool moving;  ///< whether samples have times
+  Lanes lanes;         ///< the kernel; not automatic
+  bool moving;         ///< whether samples have times
+  bool albedo_varies;  ///< whether that of any volume is a field
   /// Of the one volume, where the kernel is one of lanes; setups may share them.
   std::shared_ptr<const DenseBounds> dense;
 
@@ -179,6 +193,8 @@ struct PathSetup {
         emission(plan.emission),
         lanes(plan.kernel.lanes),
         moving(plan.kernel.moving),
+        albedo_varies(
+            std::ranges::any_of(plan.volumes, [](const Volume& v) { return v.albedo != nullptr; })),
         dense(std::move(dense_)) {
     if (lanes != Lanes::scalar && dense == nullptr) {
       dense = std::make_shared<const DenseBounds>(make_dense_bounds(plan.volumes.front().density));

@@ -74,10 +74,11 @@ class PathTracer {
       }
       if (s_.ends_path(++collisions)) return;
       const Matter& matter = *hit.matter;
-      add_emitted(s_, matter, throughput, r_);
+      const LocalMatter here = Kind::local(s_, traversal, matter);
+      add_emitted(s_, here, throughput, r_);
       r_.scattered(bounces);
       if (bounces == s_.max_bounces) return;
-      throughput *= matter.albedo;
+      throughput *= here.albedo;
       if (!survives(throughput, rng)) return;
       matter_ = &matter;
       const auto& phase = Kind::phase(matter);

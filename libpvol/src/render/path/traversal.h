@@ -1,7 +1,7 @@
 // How paths move: free flights and shadow rays through one volume, or through many at once.
 #pragma once
 
-#include "render/path/path_setup.h"
+#include "render/path/local_matter.h"
 
 namespace pvol::detail {
 
@@ -79,6 +79,11 @@ class OneVolume {
     return v_.cells_to_world.point(pvol::position(cursor_.at));
   }
 
+  /// The component that the path's last flight collided with, as it is there.
+  [[nodiscard]] LocalMatter local(const Matter& matter) const {
+    return local_matter(v_, matter, pvol::position(cursor_.at), work.path.time);
+  }
+
   /// Transmittance from the path's place over a distance, or to the outside.
   [[nodiscard, gnu::noinline]] float pass(Vec3f direction, double distance, Rng& rng) {
     Walk walk(v_.volume.density.octree, cursor_, v_.in_cells(direction), distance);
@@ -132,6 +137,13 @@ class ManyVolumes {
   [[nodiscard]] const WorldPlace& place() const { return place_; }
   void return_to(const WorldPlace& place) { place_ = place; }
 
+  /// The component that the path's last flight collided with, as it is there.
+  [[nodiscard]] LocalMatter local(const Matter& matter) const {
+    const Instance& in = *place_.within;
+    return local_matter(s_.volumes[in.volume], matter, in.world_to_cells.point(place_.position),
+                        work.path.time);
+  }
+
   [[nodiscard, gnu::noinline]] float pass(Vec3f direction, double distance, Rng& rng) {
     float product = 1;
     visit_walks(direction, distance, [&](const Instance& at, double, double limit, Walk& walk) {
@@ -166,7 +178,8 @@ class ManyVolumes {
       const auto span = v.in_box(cells);
       if (!span || span->t0 >= limit) return limit;
       // What scattered the path holds it: its shell would not turn the ray away.
-      if (&at != place_.within && outside_shell(v, cells, {span->t0, std::min(span->t1, limit)}, work)) {
+      if (&at != place_.within &&
+          outside_shell(v, cells, {span->t0, std::min(span->t1, limit)}, work)) {
         return limit;
       }
       const Octree& tree = v.volume.density.octree;

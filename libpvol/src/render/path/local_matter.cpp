@@ -1,0 +1,17 @@
+#include "render/path/local_matter.h"
+
+#include "pvol/volume/albedo_field.h"
+#include "volume/moving_field.h"
+
+namespace pvol::detail {
+
+LocalMatter local_matter(const VolumeSetup& volume, const Matter& matter, Vec3d cells, float time) {
+  const AlbedoField* const field = volume.volume.albedo.get();
+  if (field == nullptr) return everywhere(matter);
+  const Motion* const motion = volume.volume.density.motion.get();
+  if (motion != nullptr && time != 0) cells = source_of(*motion, time, cells);
+  const Rgb albedo = matter.albedo * color_in(*field, volume.cells_to_albedo.point(cells));
+  return {albedo, (Rgb(1.0f) - albedo) * matter.source};
+}
+
+}  // namespace pvol::detail
