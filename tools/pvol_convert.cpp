@@ -14,6 +14,7 @@
 #include "pvol/formats/color.h"
 #include "pvol/formats/field_names.h"
 #include "pvol/formats/image.h"
+#include "pvol/formats/velocity.h"
 #include "pvol/shell/recipe_support.h"
 
 namespace {
@@ -25,7 +26,8 @@ constexpr const char* kTool = "pvol-convert";
 constexpr const char* kExamples = R"(The endings of the names say what is converted:
   .toml (a recipe), .nvdb or .pvol to .vdb; .vdb to .vdb keeps the one grid that pvol would render,
   with the values it would use: non-finite and negative ones are 0. pvol-fit makes .pvol files.
-  A .pvol gives all its grids; colours, NAME.x, NAME.y and NAME.z in it, become one of vectors.
+  A .pvol gives all its grids; colours, NAME.x, NAME.y and NAME.z in it, become one of vectors, and
+  so do velocities, NAME.x+, NAME.x- and so on, and the [flow] of a recipe.
   .exr, deep, to .exr, flat: the picture without background that its samples show together.
   .pvol to .ply or .obj: the surface of its shell, in world space; to .png: slices through the cloud
   (grey) and its shell (blue).
@@ -126,14 +128,14 @@ std::uint64_t count_active(const VoxelGrid& grid) {
 
 void report(const Options& o, const formats::GridReport& r,
             const std::vector<const VoxelGrid*>& grids,
-            const std::vector<const ColorGrid*>& colors = {}) {
+            const std::vector<std::string>& vectors = {}) {
   if (o.json) {
     cli::Json j;
     j["input"] = o.input.string();
     j["output"] = o.output.string();
     j["grids"] = cli::Json::array();
     for (const VoxelGrid* g : grids) j["grids"].push_back(g->name);
-    for (const ColorGrid* g : colors) j["grids"].push_back(g->name());
+    for (const std::string& name : vectors) j["grids"].push_back(name);
     if (!grids.empty()) j["active_voxels"] = count_active(*grids.front());
     j["bytes"] = std::filesystem::file_size(o.output);
     j["warnings"] = r.warnings;
@@ -141,7 +143,7 @@ void report(const Options& o, const formats::GridReport& r,
   } else if (!o.common.quiet) {
     std::string names = grids.empty() ? "" : ":";
     for (const VoxelGrid* g : grids) names += ' ' + g->name;
-    for (const ColorGrid* g : colors) names += ' ' + g->name();
+    for (const std::string& name : vectors) names += ' ' + name;
     std::cout << fmt::format("wrote {}, {}{}\n", o.output.string(),
                              cli::readable_bytes(std::filesystem::file_size(o.output)), names);
   }
@@ -183,14 +185,25 @@ int convert_picture(const Options& o) {
 struct Fields {
   std::vector<formats::LoadedGrid> numbers;
   std::vector<formats::LoadedColor> colors;
+  std::vector<formats::LoadedVelocity> velocities;
 };
 
 /// Those of a .pvol file where none is asked for by name.
 Fields load_fields(const Options& o) {
   Fields fields;
+  if (formats::ending(o.input) == ".toml") {
+    if (auto flow = formats::read_velocity(o.input, "")) {
+      for (VoxelGrid& component : flow->grid.along) component.name = "v";
+      fields.velocities.push_back(std::move(*flow));
+    }
+  }
   if (formats::ending(o.input) != ".pvol" || !o.grid.grid.empty()) return fields;
   const std::vector<formats::GridEntry> grids = formats::grids_of(o.input);
-  std::vector<std::string> parts;  // of colours
+  std::vector<std::string> parts;  // of colours and velocities
+  if (const std::string name = formats::usual_velocity(grids); !name.empty()) {
+    fields.velocities.push_back(*formats::read_velocity(o.input, name, o.grid.strict));
+    parts = formats::velocity_parts(name);
+  }
   for (std::size_t i = 1; i < grids.size(); ++i) {
     const std::string& name = grids[i].name;
     const std::string of = name.ends_with(".x") ? name.substr(0, name.size() - 2) : "";
@@ -228,10 +241,15 @@ int convert(const Options& o) {
   for (const formats::LoadedGrid& f : fields.numbers) grids.push_back(&f.grid);
   std::vector<const ColorGrid*> colors;
   for (const formats::LoadedColor& c : fields.colors) colors.push_back(&c.grid);
+  std::vector<const VelocityGrid*> velocities;
+  for (const formats::LoadedVelocity& v : fields.velocities) velocities.push_back(&v.grid);
+  std::vector<std::string> vectors;
+  for (const ColorGrid* g : colors) vectors.push_back(g->name());
+  for (const VelocityGrid* g : velocities) vectors.push_back(g->along[0].name);
   const bool nothing = cloud.grid().bricks.empty() && cloud.grid().tiles.empty();
-  if (nothing && (!fields.numbers.empty() || !colors.empty())) grids.erase(grids.begin());
-  formats::write_vdb(o.output, grids, colors);
-  report(o, cloud.report, grids, colors);
+  if (nothing && (!fields.numbers.empty() || !vectors.empty())) grids.erase(grids.begin());
+  formats::write_vdb(o.output, grids, colors, velocities);
+  report(o, cloud.report, grids, vectors);
   return cli::kSuccess;
 }
 

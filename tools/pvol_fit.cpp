@@ -13,6 +13,7 @@
 #include "pvol/formats/field_names.h"
 #include "pvol/formats/recipe_file.h"
 #include "pvol/formats/scene_file.h"
+#include "pvol/formats/velocity.h"
 #include "pvol/shell/fit_shell.h"
 #include "pvol/shell/recipe_support.h"
 #include "pvol/volume/make_volume.h"
@@ -53,8 +54,11 @@ void add_files(CLI::App& app, Options& o) {
          "--fields", o.fields,
          "Grids that the file holds besides the density, each with bounds of its own: auto "
          "takes those that fires go by, flames and temperature or the like, and the colours "
-         "that albedos go by, Cd or color; all every grid of numbers besides. Colours are "
-         "three grids in the file, NAME.x, NAME.y and NAME.z [auto]")
+         "that albedos go by, Cd or color; all every grid of numbers besides, and velocities, "
+         "which "
+         "motion blur goes by. Colours are three grids in the file, NAME.x, NAME.y and NAME.z, "
+         "velocities up to six, NAME.x+, NAME.x- and so on; those of a recipe's [flow] are always "
+         "kept, but with none [auto]")
       ->type_name("auto|all|none|NAME,...");
   app.add_option("--unit", o.unit,
                  "Unit of the world, as a note for readers of the file, e.g. m; extinction is per "
@@ -200,9 +204,25 @@ void quantise_density(const Options& o, formats::LoadedGrid& loaded, formats::Pv
   loaded.grid = decode(*file.codes);
 }
 
+/// What the velocities of a recipe are called in the file: a usual name, by which they are found.
+constexpr const char* kFlow = "v";
+
+/// Whether a name means velocities: three components where no grid of numbers has it itself.
+bool is_velocity(const std::vector<formats::GridEntry>& grids, const std::string& name) {
+  const auto is_grid = [&](const formats::GridEntry& g) { return g.usable && g.name == name; };
+  const bool usual = std::ranges::find(formats::kUsualVelocities, name) !=
+                     std::ranges::end(formats::kUsualVelocities);
+  return std::ranges::none_of(grids, is_grid) && formats::has_velocity(grids, name) &&
+         (usual || formats::usual_color_grid(grids) != name);
+}
+
 /// The grids that go into the file besides the density, which is `taken`.
 std::vector<std::string> choose_fields(const Options& o, const std::string& taken) {
-  if (o.fields == "none" || formats::ending(o.input) == ".toml") return {};
+  if (o.fields == "none") return {};
+  if (formats::ending(o.input) == ".toml") {
+    return formats::read_flow(o.input) ? std::vector<std::string>{kFlow}
+                                       : std::vector<std::string>{};
+  }
   const std::vector<formats::GridEntry> grids = formats::grids_of(o.input);
   std::vector<std::string> names;
   const std::string color =
@@ -218,6 +238,14 @@ std::vector<std::string> choose_fields(const Options& o, const std::string& take
     for (const Value& v : *list.list()) names.push_back(*v.word());
   }
   if ((o.fields == "auto" || o.fields == "all") && !color.empty()) names.push_back(color);
+  if (const std::string velocity = formats::usual_velocity(grids); !velocity.empty()) {
+    if (o.fields == "all") names.push_back(velocity);
+    if (o.fields == "auto") {
+      cli::print_warnings(kTool, {"the velocities " + velocity +
+                                  " are left out; --fields all, or "
+                                  "their name there, keeps them for motion blur"});
+    }
+  }
   std::erase(names, taken);
   return names;
 }
@@ -250,8 +278,28 @@ void add_colors(const Options& o, const std::string& name, Fit& f) {
   if (!black.bricks.empty() || !black.tiles.empty()) add(black, parts[3]);
 }
 
-/// Adds a grid of the input, of numbers or of colours.
+/// Adds velocities as the parts of their components that are above and below 0, in any case.
+void add_velocity(const Options& o, const std::string& name, Fit& f) {
+  const bool is_recipe = formats::ending(o.input) == ".toml";
+  const auto loaded = formats::read_velocity(o.input, is_recipe ? "" : name, o.grid.strict);
+  cli::print_warnings(kTool, loaded->warnings);
+  std::array<VoxelGrid, 6> parts = signed_parts(loaded->grid);
+  const std::vector<std::string> names = formats::velocity_parts(name);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (parts[i].bricks.empty() && parts[i].tiles.empty()) continue;
+    formats::LoadedGrid part{std::move(parts[i]), {}};
+    part.grid.name = part.report.grid = names[i];
+    part.report.type = "velocity";
+    add_field(o, part, true, f);
+  }
+}
+
+/// Adds a grid of the input, of numbers, of colours or of velocities.
 void add_field(const Options& o, const std::string& name, Fit& f) {
+  if (name == kFlow && formats::ending(o.input) == ".toml") return add_velocity(o, name, f);
+  if (formats::ending(o.input) == ".vdb" && is_velocity(formats::grids_of(o.input), name)) {
+    return add_velocity(o, name, f);
+  }
   if (formats::ending(o.input) == ".vdb" && formats::has_colors(formats::grids_of(o.input), name)) {
     return add_colors(o, name, f);
   }

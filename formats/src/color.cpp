@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <string_view>
 
+#include "file/same_name.h"
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/field_names.h"
@@ -14,17 +14,12 @@
 namespace pvol::formats {
 namespace {
 
+using detail::same_name;
+
 constexpr std::string_view kUsualNames[] = {"Cd", "color", "colour", "albedo"};
 
-bool same(std::string_view a, std::string_view b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) {
-    return std::tolower(static_cast<unsigned char>(x)) ==
-           std::tolower(static_cast<unsigned char>(y));
-  });
-}
-
 bool has_part(std::span<const GridEntry> grids, const std::string& name) {
-  return std::ranges::any_of(grids, [&](const GridEntry& g) { return same(g.name, name); });
+  return std::ranges::any_of(grids, [&](const GridEntry& g) { return same_name(g.name, name); });
 }
 
 std::string listed(std::span<const GridEntry> grids) {
@@ -78,7 +73,7 @@ std::vector<std::string> color_parts(const std::string& name) {
 
 bool has_colors(std::span<const GridEntry> grids, const std::string& name) {
   const auto is_vector = [&](const GridEntry& g) {
-    return same(g.name, name) && (g.type == "vec3s" || g.type == "vec3d");
+    return same_name(g.name, name) && (g.type == "vec3s" || g.type == "vec3d");
   };
   if (std::ranges::any_of(grids, is_vector)) return true;
   const std::vector<std::string> parts = color_parts(name);
@@ -91,7 +86,7 @@ std::string usual_color_grid(std::span<const GridEntry> grids) {
     for (const GridEntry& g : grids) {
       const std::string name =
           g.name.ends_with(".x") ? g.name.substr(0, g.name.size() - 2) : g.name;
-      if (same(name, usual) && has_colors(grids, name)) return name;
+      if (same_name(name, usual) && has_colors(grids, name)) return name;
     }
   }
   return {};

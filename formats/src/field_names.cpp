@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <string_view>
 
+#include "file/same_name.h"
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/color.h"
@@ -19,18 +19,13 @@ constexpr std::string_view kFireNames[] = {"flames", "flame",    "fire",       "
                                            "heat",   "emission", "temperature"};
 constexpr std::string_view kTemperatureNames[] = {"temperature", "temp", "heat"};
 
-bool same(std::string_view a, std::string_view b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) {
-    return std::tolower(static_cast<unsigned char>(x)) ==
-           std::tolower(static_cast<unsigned char>(y));
-  });
-}
+using detail::same_name;
 
 /// The first of the names that a usable grid has, as the file writes it; else "".
 std::string first_of(std::span<const std::string_view> names, std::span<const GridEntry> grids) {
   for (const std::string_view name : names) {
     for (const GridEntry& g : grids) {
-      if (g.usable && same(g.name, name)) return g.name;
+      if (g.usable && same_name(g.name, name)) return g.name;
     }
   }
   return {};
@@ -57,7 +52,8 @@ std::vector<std::string> usual_fire_grids(std::span<const GridEntry> grids) {
 bool lacks_density(std::span<const GridEntry> grids) {
   const auto usable = std::ranges::count_if(grids, [](const GridEntry& g) { return g.usable; });
   const bool empty = std::ranges::any_of(grids, [](const GridEntry& g) {
-    return !g.usable && std::ranges::any_of(kDensityNames, [&](auto n) { return same(g.name, n); });
+    return !g.usable &&
+           std::ranges::any_of(kDensityNames, [&](auto n) { return same_name(g.name, n); });
   });
   return (usable > 1 || (empty && usable > 0)) && first_of(kDensityNames, grids).empty();
 }

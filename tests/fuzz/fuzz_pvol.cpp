@@ -6,6 +6,9 @@
 #include <vector>
 
 #include "fuzz.h"
+#include "pvol/formats/color.h"
+#include "pvol/formats/field_names.h"
+#include "pvol/formats/velocity.h"
 #include "pvol/pvol_chunks.h"
 #include "use_cloud.h"
 
@@ -33,13 +36,18 @@ std::vector<ChunkEntry> table_of(Bytes file) {
   return table;
 }
 
-std::vector<std::byte> with_right_sums(Bytes file) {
+/// Fields are files of their own.
+std::vector<std::byte> with_right_sums(Bytes file, int depth = 0) {
   std::vector<std::byte> bytes(file.begin(), file.end());
   std::vector<ChunkEntry> table = table_of(file);
   if (table.empty()) return bytes;
   for (ChunkEntry& e : table) {
     if (e.offset > file.size() || e.stored_bytes > file.size() - e.offset) continue;
-    e.checksum = XXH3_64bits(file.data() + e.offset, e.stored_bytes);
+    if (e.id == detail::kField && depth == 0) {
+      const auto field = with_right_sums(file.subspan(e.offset, e.stored_bytes), 1);
+      std::copy(field.begin(), field.end(), bytes.begin() + std::ptrdiff_t(e.offset));
+    }
+    e.checksum = XXH3_64bits(bytes.data() + e.offset, e.stored_bytes);
   }
   FileHeader header;
   std::memcpy(&header, file.data(), sizeof header);
@@ -53,11 +61,15 @@ std::vector<std::byte> with_right_sums(Bytes file) {
 }
 
 /// What a file's chunks take once decompressed, as far as they tell the truth.
-std::uint64_t raw_bytes(Bytes file) {
+std::uint64_t raw_bytes(Bytes file, int depth = 0) {
   std::uint64_t sum = 0;
   for (const ChunkEntry& e : table_of(file)) {
     if (e.raw_bytes > kMostRawBytes) return kMostRawBytes + 1;
     sum += e.raw_bytes;
+    const bool inside = e.offset <= file.size() && e.stored_bytes <= file.size() - e.offset;
+    if (e.id == detail::kField && depth == 0 && inside) {
+      sum += raw_bytes(file.subspan(e.offset, e.stored_bytes), 1);
+    }
   }
   return sum;
 }
@@ -78,9 +90,35 @@ bool same_samples(const std::optional<pvol::VoxelGrid>& a,
   return true;
 }
 
+void require_same(const PvolFile& again, const PvolFile& content) {
+  require(same_samples(again.density, content.density), "the density reads back differently");
+  require(again.pyramid == content.pyramid, "the bounds read back differently");
+  require(again.shell == content.shell, "the shell reads back differently");
+  require(again.micro == content.micro, "the micro-bounds read back differently");
+  require(again.metadata.index_to_world == content.metadata.index_to_world,
+          "the map reads back differently");
+  require(again.fields.size() == content.fields.size(), "there are other fields");
+  for (std::size_t i = 0; i < content.fields.size(); ++i) {
+    require_same(again.fields[i], content.fields[i]);
+  }
+}
+
+/// What goes by the fields.
+void use_fields(const std::filesystem::path& file) {
+  accepts([&] { (void)read_velocity(file, ""); });
+  accepts([&] {
+    const std::string name = usual_color_grid(grids_of(file));
+    if (!name.empty()) (void)read_color(file, name);
+  });
+}
+
 /// Bricks of zeros are not written.
 void write_and_read_again(PvolFile content) {
-  if (content.density) content.density = occupied(*content.density);
+  const auto tidy = [](PvolFile& f) {
+    if (f.density) f.density = occupied(*f.density);
+  };
+  tidy(content);
+  for (PvolFile& field : content.fields) tidy(field);
   const std::filesystem::path file = scratch_file("again.pvol", {});
   PvolFile again;
   const bool written = accepts([&] {
@@ -88,12 +126,8 @@ void write_and_read_again(PvolFile content) {
     again = read_pvol(file);
   });
   require(written, "what was read cannot be written or read again");
-  require(same_samples(again.density, content.density), "the density reads back differently");
-  require(again.pyramid == content.pyramid, "the bounds read back differently");
-  require(again.shell == content.shell, "the shell reads back differently");
-  require(again.micro == content.micro, "the micro-bounds read back differently");
-  require(again.metadata.index_to_world == content.metadata.index_to_world,
-          "the map reads back differently");
+  require_same(again, content);
+  if (!content.fields.empty()) use_fields(file);
 }
 
 void read(Bytes file) {

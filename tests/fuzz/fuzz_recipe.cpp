@@ -33,7 +33,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fuzz::accepts([&] {
     const Recipe recipe = formats::parse_recipe(text, "recipe.toml");
     if (!support(recipe).empty()) check_range(recipe);
-    if (count_samples(recipe) <= kMostSamples) fuzz::use_grid(make_grid(recipe));
+    if (count_samples(recipe) > kMostSamples) return;
+    fuzz::use_grid(make_grid(recipe));
+    const auto flow = formats::parse_flow(text, "recipe.toml");
+    if (flow && !support(recipe).empty()) (void)sample_flow(*flow, support(recipe), recipe.voxel);
   });
   return 0;
 }

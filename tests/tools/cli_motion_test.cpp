@@ -93,7 +93,7 @@ TEST_F(MotionTool, PrintedScenesRenderTheSamePicture) {
 TEST_F(MotionTool, WhatCannotMoveSaysSo) {
   const RunResult still = render(folder_ / "plain.vdb", "a.png", {"--set", kShutter});
   EXPECT_EQ(still.exit, 0);
-  EXPECT_NE(still.err.find("no grid is called v, vel or velocity: it stands still"),
+  EXPECT_NE(still.err.find("it has no velocities v, vel or velocity: it stands still"),
             std::string::npos)
       << still.err;
   const auto refused = [&](std::vector<std::string> sets, const std::string& cloud) {
@@ -105,16 +105,64 @@ TEST_F(MotionTool, WhatCannotMoveSaysSo) {
   };
   EXPECT_NE(refused({"medium.motion.field=wind"}, vdb_).find("no grid of vectors is called 'wind'"),
             std::string::npos);
-  EXPECT_NE(refused({"medium.motion.scale=1"}, folder_ / "plain.vdb").find("no grid is called v"),
+  EXPECT_NE(refused({"medium.motion.scale=1"}, folder_ / "plain.vdb").find("it has no velocities v"),
             std::string::npos);
   const std::string pvol = folder_ / "a.pvol";
   const RunResult fitted = run_tool(PVOL_FIT, {vdb_, "-o", pvol});
   EXPECT_EQ(fitted.exit, 0) << fitted.err;
+  EXPECT_NE(fitted.err.find("velocities vel are left out"), std::string::npos) << fitted.err;
   const RunResult lacks = render(pvol, "a.png", {"--set", kShutter});
-  EXPECT_NE(lacks.err.find("read from .vdb files"), std::string::npos) << lacks.err;
+  EXPECT_NE(lacks.err.find("no velocities v, vel or velocity"), std::string::npos) << lacks.err;
+  EXPECT_NE(refused({"medium.motion.field=vel"}, pvol).find("--fields vel"), std::string::npos);
   const RunResult given =
       render(pvol, "b.png", {"--set", kShutter, "--set", "medium.motion.file=" + vdb_});
   EXPECT_EQ(given.exit, 0) << given.err;
+}
+
+TEST_F(MotionTool, VelocitiesOfAPvolFileAreThoseOfTheSource) {
+  ASSERT_EQ(render(vdb_, "a.png", {"--set", kShutter}).exit, 0);
+  for (const char* fields : {"all", "vel"}) {
+    const std::string pvol = folder_ / "kept.pvol";
+    const RunResult fitted = run_tool(PVOL_FIT, {vdb_, "-o", pvol, "--fields", fields});
+    ASSERT_EQ(fitted.exit, 0) << fitted.err;
+    EXPECT_EQ(fitted.err.find("left out"), std::string::npos) << fitted.err;
+    const RunResult r = render(pvol, "b.png", {"--set", kShutter});
+    EXPECT_NE(r.err.find("kept.pvol: it moves by the grid vel"), std::string::npos) << r.err;
+    EXPECT_EQ(read_text(folder_ / "a.png"), read_text(folder_ / "b.png")) << fields;
+    const RunResult back = run_tool(PVOL_CONVERT, {pvol, folder_ / "back.vdb"});
+    ASSERT_EQ(back.exit, 0) << back.err;
+    EXPECT_EQ(render(folder_ / "back.vdb", "c.png", {"--set", kShutter}).exit, 0);
+    EXPECT_EQ(read_text(folder_ / "a.png"), read_text(folder_ / "c.png")) << fields;
+  }
+}
+
+/// A recipe with a flow moves by itself, from its file, and as a .vdb; to the byte where its
+/// density is the same.
+TEST_F(MotionTool, RecipesMoveByTheirFlow) {
+  std::ofstream(folder_ / "ball.toml") << "[recipe]\nresolution = 24\nedge = 0.3\n"
+                                          "[[form]]\nshape = \"ellipsoid\"\ncentre = [0, 0, 0]\n"
+                                          "radii = 1\n"
+                                          "[flow]\nvelocity = [12, 0, 0]\nspin = [0, 400, 0]\n"
+                                          "turbulence = 2\ncell = 0.7\n";
+  const std::vector<std::string> moves{"--set", kShutter, "--set", "medium.extinction=3"};
+  const RunResult r = render(folder_ / "ball.toml", "a.png", moves);
+  ASSERT_EQ(r.exit, 0) << r.err;
+  EXPECT_NE(r.err.find("ball.toml: it moves by the grid flow"), std::string::npos) << r.err;
+  ASSERT_EQ(render(folder_ / "ball.toml", "still.png", {"--set", "medium.extinction=3"}).exit, 0);
+  EXPECT_NE(read_text(folder_ / "a.png"), read_text(folder_ / "still.png"));
+  const std::string pvol = folder_ / "ball.pvol", vdb = folder_ / "ball.vdb";
+  ASSERT_EQ(run_tool(PVOL_FIT, {folder_ / "ball.toml", "-o", pvol}).exit, 0);
+  ASSERT_EQ(run_tool(PVOL_CONVERT, {folder_ / "ball.toml", vdb}).exit, 0);
+  for (const std::string& file : {pvol, vdb}) {
+    const RunResult moved = render(file, "b.png", moves);
+    EXPECT_NE(moved.err.find("it moves by the grid v"), std::string::npos) << moved.err;
+    EXPECT_EQ(read_text(folder_ / "a.png"), read_text(folder_ / "b.png")) << file;
+  }
+  std::ofstream(folder_ / "bad.toml") << "[recipe]\n[[form]]\nshape = \"ellipsoid\"\n"
+                                         "centre = [0, 0, 0]\nradii = 1\n[flow]\nturbulence = 1\n";
+  const RunResult bad = render(folder_ / "bad.toml", "a.png", moves);
+  EXPECT_NE(bad.exit, 0);
+  EXPECT_NE(bad.err.find("cell"), std::string::npos) << bad.err;
 }
 
 }  // namespace

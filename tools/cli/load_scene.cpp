@@ -155,13 +155,17 @@ void load_motion(const Loader& by, const formats::SceneVolume& volume, bool stri
     tell(by, volume.file.filename().string() + ": " + why + ": it stands still");
   };
   if (cloud.pyramid.empty()) return stands_still("there is no density to move");
-  if (!volume.velocity && formats::ending(file) != ".vdb") {
-    return stands_still("velocities are read from .vdb files (medium.motion.file)");
+  if (!volume.velocity && formats::ending(file) == ".nvdb") {
+    return stands_still("velocities are read from .vdb and .pvol files (medium.motion.file)");
   }
   StageLine stage = reading(by, file);
   auto found = formats::read_velocity(file, choice.field, strict);
   stage.erase();
-  if (!found) return stands_still("no grid is called v, vel or velocity");
+  if (!found) {
+    const bool recipe = formats::ending(file) == ".toml";
+    return stands_still(recipe ? "the recipe has no [flow]"
+                               : "it has no velocities v, vel or velocity");
+  }
   print_warnings(by.tool, found->warnings);
   if (choice.field.empty()) {
     tell(by, volume.file.filename().string() + ": it moves by the grid " + found->name);

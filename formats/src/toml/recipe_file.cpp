@@ -1,6 +1,7 @@
 #include "pvol/formats/recipe_file.h"
 
 #include <iterator>
+#include <numbers>
 #include <utility>
 
 #include "pvol/density/cumulus.h"
@@ -103,9 +104,38 @@ void read_sampling(const TomlTable& table, Recipe& recipe) {
   recipe.voxel = table.number("voxel", Range::closed(1e-30, 1e30)).value_or(recipe.voxel);
 }
 
+Flow read_flow_table(const TomlTable& table) {
+  table.allow_only(
+      {"velocity", "spin", "stretch", "centre", "turbulence", "cell", "octaves", "gain", "seed"});
+  constexpr double kDegree = std::numbers::pi / 180;
+  Flow f;
+  f.velocity = table.vector("velocity").value_or(f.velocity);
+  f.spin = table.vector("spin").value_or(f.spin) * kDegree;
+  f.stretch = table.vector("stretch").value_or(f.stretch);
+  f.centre = table.vector("centre").value_or(f.centre);
+  f.turbulence = table.number("turbulence", Range::at_least(0)).value_or(f.turbulence);
+  f.noise.cell = table.number("cell", Range::closed(1e-30, 1e30)).value_or(f.noise.cell);
+  f.noise.octaves = int(table.integer("octaves", 1, kMaxOctaves).value_or(f.noise.octaves));
+  f.noise.gain = table.number("gain", Range{0, 1, true, false}).value_or(f.noise.gain);
+  f.noise.seed = std::uint64_t(table.integer("seed", 0, kLargestSeed).value_or(1));
+  if (f.turbulence > 0) table.require({"cell"});
+  try {
+    validate(f);
+  } catch (const Error& e) {
+    throw Error(table.where + ": " + e.what());
+  }
+  return f;
+}
+
+std::optional<Flow> read_flow(const TomlTable& root) {
+  const TomlTable* table = root.table("flow");
+  if (table == nullptr) return std::nullopt;
+  return read_flow_table(*table);
+}
+
 Recipe read(const TomlTable& root) {
   root.allow_only(
-      {"recipe", "cumulus", "body", "form", "cut", "displacement", "modulation", "solid"});
+      {"recipe", "cumulus", "body", "form", "cut", "displacement", "modulation", "solid", "flow"});
   root.require({"recipe"});
   const TomlTable* cumulus = root.table("cumulus");
   Recipe recipe = cumulus ? read_cumulus(*cumulus) : Recipe{};
@@ -118,6 +148,7 @@ Recipe read(const TomlTable& root) {
   if (recipe.forms.empty() && recipe.solids.empty()) {
     throw Error(root.where + ": there is no cloud; add [cumulus], a [[form]] or a [[solid]]");
   }
+  (void)read_flow(root);  // refused with the rest
   const TomlTable& table = *root.table("recipe");
   read_sampling(table, recipe);
   try {
@@ -134,6 +165,14 @@ Recipe read_recipe(const std::filesystem::path& file) { return read(parse_toml_f
 
 Recipe parse_recipe(std::string_view text, const std::string& source) {
   return read(parse_toml(text, source));
+}
+
+std::optional<Flow> read_flow(const std::filesystem::path& file) {
+  return read_flow(parse_toml_file(file));
+}
+
+std::optional<Flow> parse_flow(std::string_view text, const std::string& source) {
+  return read_flow(parse_toml(text, source));
 }
 
 bool is_recipe(const std::filesystem::path& file) { return parse_toml_file(file).has("recipe"); }

@@ -5,25 +5,17 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <deque>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "file/same_name.h"
 #include "pvol/density/voxel_grid.h"
 #include "vdb/vdb_inspect.h"
 
 namespace pvol::formats::detail {
-
-/// Whether names are the same, in capitals or not.
-[[nodiscard]] inline bool same_name(std::string_view a, std::string_view b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) {
-    return std::tolower(static_cast<unsigned char>(x)) ==
-           std::tolower(static_cast<unsigned char>(y));
-  });
-}
 
 [[nodiscard]] inline bool is_vector(const VdbGrid& grid) {
   return grid.type == "Tree_vec3s_5_4_3" || grid.type == "Tree_vec3d_5_4_3";

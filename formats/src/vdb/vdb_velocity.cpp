@@ -1,4 +1,6 @@
 // Vector grids, or three grids of numbers, as the components of velocities.
+#include "vdb/vdb_velocity.h"
+
 #include <fmt/format.h>
 
 #include <openvdb/openvdb.h>
@@ -11,7 +13,6 @@
 #include "file/grid_choice.h"
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
-#include "pvol/formats/velocity.h"
 #include "vdb/vdb_load.h"
 #include "vdb/vdb_vectors.h"
 
@@ -24,8 +25,6 @@ using detail::is_number;
 using detail::is_vector;
 using detail::VdbFile;
 using detail::VdbGrid;
-
-constexpr std::string_view kUsualNames[] = {"v", "vel", "velocity"};
 
 /// One grid of vectors, three of numbers, or none.
 std::vector<const VdbGrid*> choose(const VdbFile& file, std::string_view name) {
@@ -79,13 +78,8 @@ LoadedVelocity load(ByteSource& source, const VdbFile& file,
 
 }  // namespace
 
-std::optional<LoadedVelocity> read_velocity(const std::filesystem::path& path,
-                                            const std::string& name, bool strict) try {
-  if (ending(path) != ".vdb") {
-    throw Error(path.string() +
-                ": velocities are read from .vdb files; name one with "
-                "medium.motion.file");
-  }
+std::optional<LoadedVelocity> detail::read_vdb_velocity(const std::filesystem::path& path,
+                                                        const std::string& name, bool strict) try {
   ByteSource source(path);
   const VdbFile file = inspect_vdb(source);
   std::vector<const VdbGrid*> chosen;
@@ -99,7 +93,7 @@ std::optional<LoadedVelocity> read_velocity(const std::filesystem::path& path,
                       path.string(), name, name, name, name, detail::list_grids(choices(file))));
     }
   } else {
-    for (const std::string_view usual : kUsualNames) {
+    for (const std::string_view usual : kUsualVelocities) {
       if (chosen.empty()) chosen = choose(file, base = usual);
     }
     if (chosen.empty()) return std::nullopt;

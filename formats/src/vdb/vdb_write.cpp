@@ -107,6 +107,39 @@ openvdb::Vec3SGrid::Ptr color_grid(const ColorGrid& colors) {
   return out;
 }
 
+/// Component by component: first tiles, the large ones before those within them, then leaves, which
+/// OpenVDB fills with the tile around them.
+openvdb::Vec3SGrid::Ptr velocity_grid(const VelocityGrid& velocity) {
+  auto out = openvdb::Vec3SGrid::create(openvdb::Vec3s(0.0f));
+  auto& tree = out->tree();
+  for (const int edge : {4096, 128, kBrickEdge}) {
+    for (int c = 0; c < 3; ++c) {
+      for (const Tile& t : velocity.along[std::size_t(c)].tiles) {
+        if (t.edge != edge) continue;
+        const openvdb::Coord o(t.origin.x, t.origin.y, t.origin.z);
+        openvdb::Vec3s v = tree.getValue(o);
+        v[c] = t.value;
+        tree.addTile(tile_level(t), o, v, true);
+      }
+    }
+  }
+  for (int c = 0; c < 3; ++c) {
+    for (const Brick& b : velocity.along[std::size_t(c)].bricks) {
+      auto* const leaf = tree.touchLeaf({b.origin.x, b.origin.y, b.origin.z});
+      for (openvdb::Index i = 0; i < kBrickSamples; ++i) {
+        if (b.values[i] == 0) continue;
+        openvdb::Vec3s v = leaf->getValue(i);
+        v[c] = b.values[i];
+        leaf->setValueOn(i, v);
+      }
+    }
+  }
+  out->setName(velocity.along[0].name);
+  out->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
+  out->setTransform(transform(velocity.along[0]));
+  return out;
+}
+
 /// OpenVDB gives every file a random UUID; one made from the other bytes makes equal content equal
 /// files, and different content still different ones.
 void set_uuid(const std::filesystem::path& file) {
@@ -132,12 +165,14 @@ void set_uuid(const std::filesystem::path& file) {
 }  // namespace
 
 void write_vdb(const std::filesystem::path& file, const std::vector<const VoxelGrid*>& grids,
-               const std::vector<const ColorGrid*>& colors) {
+               const std::vector<const ColorGrid*>& colors,
+               const std::vector<const VelocityGrid*>& velocities) {
   try {
     detail::start_openvdb();
     openvdb::GridCPtrVec out;
     for (const VoxelGrid* grid : grids) out.push_back(fog_volume(*grid));
     for (const ColorGrid* grid : colors) out.push_back(color_grid(*grid));
+    for (const VelocityGrid* grid : velocities) out.push_back(velocity_grid(*grid));
     write_atomically(file, [&](const std::filesystem::path& aside) {
       openvdb::io::File to(aside.string());
       to.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);

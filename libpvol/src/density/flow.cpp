@@ -14,7 +14,7 @@ namespace pvol {
 namespace {
 
 constexpr double kMost = 1e30;  // products with places stay finite in double
-constexpr int kMostVoxels = 1024;
+constexpr int kMostVoxels = 512;
 
 void check(bool holds, const std::string& what, double found, const std::string& expected) {
   if (holds) return;
@@ -56,8 +56,7 @@ VoxelGrid collect(const std::shared_ptr<const std::vector<Slab>>& slabs, std::si
   for (const Slab& slab : *slabs) {
     for (std::size_t b = 0; b < slab.origins.size(); ++b) {
       const float* const values = slab.samples[c].data() + b * kBrickSamples;
-      const bool any =
-          std::any_of(values, values + kBrickSamples, [](float v) { return v != 0; });
+      const bool any = std::any_of(values, values + kBrickSamples, [](float v) { return v != 0; });
       if (any) grid.bricks.push_back({slab.origins[b], values});
     }
   }
@@ -76,8 +75,8 @@ void validate(const Flow& flow) {
         "a number in [0, 1e30]");
   check(flow.noise.cell >= 1 / kMost && flow.noise.cell <= kMost, "cell", flow.noise.cell,
         "a number in [1e-30, 1e30]");
-  check(flow.noise.octaves >= 1 && flow.noise.octaves <= kMaxOctaves, "octaves",
-        flow.noise.octaves, "1 to " + std::to_string(kMaxOctaves));
+  check(flow.noise.octaves >= 1 && flow.noise.octaves <= kMaxOctaves, "octaves", flow.noise.octaves,
+        "1 to " + std::to_string(kMaxOctaves));
   check(flow.noise.gain > 0 && flow.noise.gain <= 1, "gain", flow.noise.gain, "a number in (0, 1]");
 }
 

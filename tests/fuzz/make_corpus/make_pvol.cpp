@@ -40,6 +40,23 @@ PvolFile tricubic_file() {
   return file;
 }
 
+PvolFile named(PvolFile file, const std::string& name) {
+  file.metadata.grid_name = name;
+  return file;
+}
+
+/// A fire, a colour and a velocity in their parts; one of them in few bits.
+PvolFile file_with_fields() {
+  PvolFile file = test::tiny_file();
+  const PvolFile plain = file;
+  const PvolFile few = test::with_codes(plain, {.precision = Precision::fp8});
+  file.fields = {named(few, "flames")};
+  for (const char* part : {"Cd.x", "Cd.y", "Cd.z", "Cd.black", "v.x+", "v.x-", "v.z-"}) {
+    file.fields.push_back(named(plain, part));
+  }
+  return file;
+}
+
 }  // namespace
 
 void make_pvol_corpus(const std::filesystem::path& folder) {
@@ -52,6 +69,7 @@ void make_pvol_corpus(const std::filesystem::path& folder) {
   write("tiles", test::some_file(0));
   write("shell", test::some_file(3));
   write("procedural", procedural_file());
+  write("fields", file_with_fields());
   write("tricubic", tricubic_file());
   const PvolFile small = small_file();
   write("micro", test::with_micro_bounds(small));

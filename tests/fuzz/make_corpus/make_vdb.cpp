@@ -98,6 +98,24 @@ void write_kinds(const fs::path& folder) {
   write(folder / "empty.vdb", {named("density")});
 }
 
+/// Colours and velocities, as vectors of either precision and as three numbers.
+void write_vectors(const fs::path& folder) {
+  const auto color = named<openvdb::Vec3SGrid>("Cd");
+  color->tree().setValueOn({1, 2, 3}, {0.5f, 2, -1});
+  color->tree().addTile(1, {8, 0, 0}, {1, 0, 0}, true);
+  const auto velocity = named<openvdb::Vec3DGrid>("vel");
+  velocity->tree().setValueOn({1, 2, 3}, {1, -2, NAN});
+  velocity->tree().addTile(2, {128, 0, 0}, {0, 0, 7}, true);
+  write(folder / "vectors.vdb", {leaf_grid(), color, velocity});
+  openvdb::GridPtrVec parts{leaf_grid()};
+  for (const char* name : {"v.x", "v.y", "v.z"}) {
+    const auto part = leaf_grid();
+    part->setName(name);
+    parts.push_back(part);
+  }
+  write(folder / "components.vdb", parts);
+}
+
 void write_maps(const fs::path& folder) {
   using Matrix = openvdb::Mat4d;
   Matrix sheared = Matrix::identity();
@@ -145,6 +163,7 @@ void make_vdb_corpus(const fs::path& folder) {
   write_compressions(folder);
   write_inactive_values(folder);
   write_kinds(folder);
+  write_vectors(folder);
   write_maps(folder);
   write_streams(folder);
   write_versions(folder);

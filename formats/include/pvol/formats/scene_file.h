@@ -38,7 +38,7 @@ template <std::same_as<VelocityChoice> V>
       {{.key = "file",
         .metavar = "FILE",
         .limits = file_name(),
-        .help = "A .vdb file with the velocities",
+        .help = "A .vdb or .pvol file with the velocities, or a recipe with a [flow]",
         .otherwise = "that of the volume"},
        [](const V& v) { return v.file.empty() ? Value{} : to_value(v.file.string()); },
        [](V& v, const Value& value) { v.file = *value.word(); }},

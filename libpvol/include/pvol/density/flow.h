@@ -28,7 +28,7 @@ void validate(const Flow& flow);
 /// Samples of the flow in a box of the world and around it, at least one voxel and half of the
 /// box's extent wide, since matter moves only where there is a velocity. Sparse as densities are,
 /// without bricks of zeros; the same for any number of threads. Throws Error for an empty box, a
-/// voxel that is not above 0, velocities beyond 3.4e38 and more than 1024 voxels along a side.
+/// voxel that is not above 0, velocities beyond 3.4e38 and more than 512 voxels along a side.
 [[nodiscard]] VelocityGrid sample_flow(const Flow& flow, const Box& box, double voxel);
 
 }  // namespace pvol

@@ -16,4 +16,11 @@ struct VelocityGrid {
   [[nodiscard]] const Affine& index_to_world() const { return along[0].index_to_world; }
 };
 
+/// A velocity as grids that are not negative: the positive and the negative part of its component
+/// along x, then of those along y and z.
+[[nodiscard]] std::array<VoxelGrid, 6> signed_parts(const VelocityGrid& velocity);
+
+/// The velocity that has these parts, which lie on one lattice.
+[[nodiscard]] VelocityGrid join_parts(const std::array<VoxelGrid, 6>& parts);
+
 }  // namespace pvol
