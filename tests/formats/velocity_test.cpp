@@ -149,7 +149,8 @@ TEST_F(Velocity, WhatCannotBeIsRefusedInWords) {
   EXPECT_NE(refusal(write({numbers("v.x", 1), numbers("v.y", 1, 0.25), numbers("v.z", 1)}), "v")
                 .find("different lattices"),
             std::string::npos);
-  EXPECT_NE(refusal(folder_.file("cloud.pvol"), "").find(".vdb files"), std::string::npos);
+  EXPECT_NE(refusal(folder_.file("cloud.nvdb"), "").find(".vdb and .pvol files"),
+            std::string::npos);
   EXPECT_NE(refusal(folder_.file("absent.vdb"), ""), "");
   // Cut off.
   const fs::path cut = write({vectors<openvdb::Vec3SGrid>("v")});

@@ -7,7 +7,7 @@
 
 #include "pvol/math/affine.h"
 #include "pvol/math/box.h"
-#include "pvol/math/circle.h"
+#include "pvol/math/circles.h"
 #include "pvol/math/vec.h"
 
 namespace pvol {

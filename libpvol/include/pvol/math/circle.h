@@ -1,8 +1,6 @@
 // Points on the unit circle, faster than by the standard library.
 #pragma once
 
-#include "pvol/math/lanes.h"
-
 namespace pvol {
 
 struct CirclePoint {
@@ -22,24 +20,6 @@ struct CirclePoint {
   const bool swap = quarter & 1;
   const float c = swap ? sine : cosine, s = swap ? cosine : sine;
   return {(quarter + 1) & 2 ? -c : c, quarter & 2 ? -s : s};
-}
-
-struct CirclePoints {
-  Float4 cosine, sine;
-  [[nodiscard]] CirclePoint operator[](int i) const { return {cosine[i], sine[i]}; }
-};
-
-/// Four of them, to the bit.
-[[nodiscard]] inline CirclePoints points_at_turns(Float4 u) {
-  const Int4 quarter = __builtin_convertvector(u * 4 + 0.5f, Int4);
-  const Float4 f = u - to_float(quarter) * 0.25f, y = f * f;
-  const Float4 sine =
-      f * (6.2831852878f + y * (-41.341662571f + y * (81.592542871f - y * 75.401612702f)));
-  const Float4 cosine =
-      0.99999997233f + y * (-19.739152119f + y * (64.921234253f - y * 83.591816778f));
-  const Int4 swap = (quarter & 1) != 0;
-  const Float4 c = select(swap, sine, cosine), s = select(swap, cosine, sine);
-  return {select(((quarter + 1) & 2) != 0, -c, c), select((quarter & 2) != 0, -s, s)};
 }
 
 }  // namespace pvol

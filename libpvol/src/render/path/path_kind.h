@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <variant>
 
-#include "pvol/math/circle.h"
+#include "pvol/math/circles.h"
 #include "render/path/local_matter.h"
 
 namespace pvol::detail {
