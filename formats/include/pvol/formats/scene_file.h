@@ -59,8 +59,12 @@ struct SceneVolume {
   std::vector<Affine> instances{};  ///< placed after that, once under each; none: once as it is
   FieldMap density_map{};           ///< of the density's values
   std::optional<Fire> fire{};
-  bool has_intensity = false;  ///< of the fire; false: the caller may choose one
+  bool has_intensity = false;                ///< of the fire; false: the caller may choose one
   std::optional<VelocityChoice> velocity{};  ///< without: by the usual names, where there are any
+  /// Of object_to_world, where it has another value a frame later.
+  std::optional<MovingPlacement> moving{};
+  /// The same of each of the instances; fewer: those behind stand still.
+  std::vector<std::optional<MovingPlacement>> moving_instances{};
 
   /// Where it is first: after the grid's own map.
   [[nodiscard]] Affine first_place() const {
@@ -107,7 +111,9 @@ struct SceneFile {
 ///
 ///   [volume]       SceneVolume; or [[volume]] for several: the first has the scene's [medium],
 ///                  each further one its own [volume.medium]; [[volume.instance]] each Placement
-///                  under which it is there, after that of the medium: none means once
+///                  under which it is there, after that of the medium: none means once;
+///                  [volume.to], and `to` of an instance: the Placement one frame later, whose
+///                  keys are those of the first where they are left out
 ///   [camera]       Camera
 ///   [medium]       Medium, its first Component with the phase function's keys, Placement;
 ///                  [[medium.component]] each further Component, whose share the first one lacks;

@@ -22,10 +22,13 @@ struct VolumeFacts {
 };
 
 /// Around all volumes of the world that hold anything, at all their places; empty where none does.
+/// Places that move are covered at all times of the shutter.
 [[nodiscard]] Box world_box(std::span<const Volume> volumes);
+/// The same at the time of the files: a camera that frames them does not follow them.
+[[nodiscard]] Box still_world_box(std::span<const Volume> volumes);
 
 /// Around the support of a field of a volume, its density or one of its fire's, at one of the
-/// volume's places.
+/// volume's places; of one that moves, at all times of the shutter.
 [[nodiscard]] Box world_box(const VolumeField& field, const Volume& volume, std::size_t place);
 
 /// About how many null collisions a ray meets in the thin part of the worst segment.

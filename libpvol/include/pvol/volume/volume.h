@@ -27,6 +27,7 @@ struct BrickField;        // field/brick_field.h
 struct Emitter;           // volume/emitter.h
 struct HomogeneousParts;  // bounds/homogenise.h
 struct Motion;            // volume/motion.h
+struct MovingPlaces;      // volume/moving_places.h
 struct ProceduralField;   // field/procedural.h
 struct FieldMap;          // math/field_map.h
 struct Shell;             // shell/shell.h
@@ -87,8 +88,8 @@ struct VolumeField {
   FieldValues values = empty_values();  ///< not null; in bricks that the octree's handles name
   LookUp look_up = LookUp::trilinear;
   std::shared_ptr<const FieldMap> map{};  ///< of values; null: none
-  Octree octree;              ///< of bounds of scale * value, mapped
-  float scale = 1;            ///< rounded once for bounds and look-ups alike
+  Octree octree;                          ///< of bounds of scale * value, mapped
+  float scale = 1;                        ///< rounded once for bounds and look-ups alike
   MicroBounds micro;          ///< of values, for the squeeze; of edge 0 where there is none
   bool micro_stored = false;  ///< whether they were given, not built
   Affine world_to_cells;      ///< world to cells from the octree's origin
@@ -122,8 +123,9 @@ struct Volume {
   /// Certified to hold the density, in its index space; null where there is none. A plan decides
   /// whether rays test it.
   std::shared_ptr<const Shell> shell{};
-  std::shared_ptr<const Emitter> fire{};  ///< light of a field of its own; null: none
-  std::string name{};                     ///< for messages
+  std::shared_ptr<const Emitter> fire{};                ///< light of a field of its own; null: none
+  std::string name{};                                   ///< for messages
+  std::shared_ptr<const MovingPlaces> moving_places{};  ///< null: no place moves
 };
 
 [[nodiscard]] inline std::size_t count_places(const Volume& v) {

@@ -120,6 +120,7 @@ const char* lane_obstacle(std::span<const Volume> volumes, const Scene& scene) {
   if (o.max_bounces && *o.max_bounces > kMostLaneBounces) return "the limit on bounces is high";
   const Volume& v = volumes.front();
   if (v.density.motion != nullptr) return "the volume moves";
+  if (v.moving_places != nullptr) return "the volume moves as a whole";
   if (v.fire != nullptr) return "a field emits";
   if (is_chromatic(v.medium)) return "the extinction has a colour";
   if (v.density.map != nullptr) return "the density is mapped";

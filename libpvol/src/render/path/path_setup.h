@@ -178,7 +178,7 @@ struct PathSetup {
         first_collisions(plan.scene.options.deep || of_first_collisions(plan.scene.options.aovs)),
         emission(plan.emission),
         lanes(plan.kernel.lanes),
-        moving(plan.kernel.moving),
+        moving(plan.kernel.moving || plan.kernel.places_move),
         dense(std::move(dense_)) {
     if (lanes != Lanes::scalar && dense == nullptr) {
       dense = std::make_shared<const DenseBounds>(make_dense_bounds(plan.volumes.front().density));
