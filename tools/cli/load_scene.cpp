@@ -117,8 +117,10 @@ void load_motion(const Loader& by, const formats::SceneVolume& volume, bool stri
                  const Camera& camera, formats::Cloud& cloud) {
   const formats::VelocityChoice choice = volume.velocity.value_or(formats::VelocityChoice{});
   const std::filesystem::path& file = choice.file.empty() ? volume.file : choice.file;
+  const bool as_a_whole = volume.moving || !volume.moving_instances.empty();
   const auto stands_still = [&](const char* why) {
     if (volume.velocity) throw Error(file.string() + ": " + why);
+    if (as_a_whole) return;  // it moves without velocities
     tell(by, volume.file.filename().string() + ": " + why + ": it stands still");
   };
   if (cloud.pyramid.empty()) return stands_still("there is no density to move");
