@@ -24,7 +24,8 @@ std::array<Vec3d, 3> difference(const Affine& a, const Affine& b) {
   return {a.m[0] - b.m[0], a.m[1] - b.m[1], a.m[2] - b.m[2]};
 }
 
-/// A linear map as a turn after a stretch, which is negative where the map is mirrored.
+/// A linear map as an orthogonal one after a stretch. That is a turn but where the map is mirrored;
+/// what leads from one mirrored map to another is a turn all the same.
 struct Polar {
   Affine turn, stretch;
 };
@@ -33,10 +34,9 @@ struct Polar {
 Polar decompose(Affine linear) {
   linear.t = {};
   Affine x = linear;
-  if (determinant(x) < 0) x = scaling(Vec3d(-1.0)) * x;
   for (int i = 0; i < 60; ++i) {
     const Affine other = transposed(inverse(x));
-    const double scale = std::cbrt(1 / determinant(x));
+    const double scale = std::cbrt(1 / std::abs(determinant(x)));
     Affine next;
     double change = 0;
     for (std::size_t r = 0; r < 3; ++r) {
