@@ -85,7 +85,7 @@ RenderJob load(const Options& o, formats::SceneFile file) {
     const formats::Cloud& cloud = *loaded;
     job.volumes.push_back(cli::naming(v.file, [&] {
       const cli::StageLine stage("preparing " + v.file.filename().string(), o.common.quiet);
-      return cli::make_volume(cloud, v, scene.options);
+      return cli::make_volume(cloud, v, scene);
     }));
     warn_of_bounds(v.file, job.volumes.back());
     job.reports.push_back({v.file, cloud.metadata.quantisation, cloud.metadata.quantisation_error});

@@ -135,7 +135,30 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
        "s.toml:5:9: volume.instance[1].scale is 2; expected either matrix, or scale, rotate and"},
       {"[[volume.instance]]\nextinction = 2\n",
        "s.toml:4:1: unknown key \"extinction\" in [volume.instance[1]]; expected one of scale, "
-       "rotate, translate or matrix"},
+       "rotate, translate, matrix or to"},
+      {"[[volume.instance]]\nto = { speed = 3 }\n",
+       "s.toml:4:8: unknown key \"speed\" in [volume.instance[1].to]; expected one of scale, "
+       "rotate, "
+       "translate or matrix"},
+      {"[volume.to]\nscale = 0\n",
+       "s.toml:4:9: volume.to.scale is 0; expected a placement that can be undone, with no scale "
+       "of "
+       "0"},
+      {"[volume.to]\nscale = [1, -1, 1]\n",
+       "s.toml:4:9: volume.to.scale is an array of 3; expected a placement that is mirrored where "
+       "the first one is"},
+      {"[volume.to]\nscale = [-1, -1, 1]\n",
+       "s.toml:4:9: volume.to.scale is an array of 3; expected scales that do not pass 0 on their "
+       "way from the first ones"},
+      {"[volume.to]\nrotate = [1, 0, 0, 180]\n[medium]\nrotate = [0, 1, 0, 0]\n",
+       "s.toml:4:10: volume.to.rotate is an array of 4; expected less than a half turn away from "
+       "the "
+       "first placement, or turns about its axes, whose degrees say which way to go"},
+      {"[volume.to]\ntranslate = [1, 0, 0]\n[medium]\nmatrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, "
+       "0]\n",
+       "s.toml:4:13: volume.to.translate is an array of 3; expected a matrix, as the first "
+       "placement "
+       "has one"},
       {"[environment]\ntype = \"imge\"\n",
        "s.toml:4:8: environment.type is \"imge\"; expected \"constant\", \"gradient\" or "
        "\"image\"; "

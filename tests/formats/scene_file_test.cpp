@@ -308,6 +308,45 @@ scale = 3
   EXPECT_EQ(read(kCloud).volumes[0].first_place(), Affine{});
 }
 
+TEST_F(SceneText, PlacesHaveAnotherOneAFrameLater) {
+  const SceneFile file = read(R"([volume]
+file = "a.vdb"
+[volume.to]
+translate = [5, 0, 0]
+[[volume.instance]]
+translate = [10, 0, 0]
+[[volume.instance]]
+scale = 2
+rotate = [0, 0, 1, 30]
+to = { rotate = [0, 0, 1, 400], translate = [0, 1, 0] }
+[[volume.instance]]
+rotate = [0, 1, 0, 20]
+to = { matrix = [1, 0, 0, 3, 0, 1, 0, 4, 0, 0, 1, 5] }
+[medium]
+scale = 3
+translate = [1, 2, 3]
+)");
+  const SceneVolume& v = file.volumes.front();
+  ASSERT_TRUE(v.moving);
+  EXPECT_EQ(v.object_to_world, v.moving->from.map());
+  EXPECT_EQ(v.moving->from.translate, Vec3d(1, 2, 3));
+  EXPECT_EQ(v.moving->to.map(), translation({5, 0, 0}) * scaling(Vec3d(3.0)));
+  ASSERT_EQ(v.moving_instances.size(), 3u);
+  EXPECT_FALSE(v.moving_instances[0]);
+  const MovingPlacement& turns = *v.moving_instances[1];
+  EXPECT_EQ(v.instances[1], turns.from.map());
+  EXPECT_EQ(turns.to.scale, Vec3d(2.0));
+  EXPECT_EQ(turns.to.rotate, (std::vector<Turn>{{{0, 0, 1}, 400}}));
+  EXPECT_EQ(turns.to.translate, Vec3d(0, 1, 0));
+  EXPECT_EQ(v.moving_instances[2]->to.map(), translation({3, 4, 5}));
+  EXPECT_TRUE(v.moving_instances[2]->to.rotate.empty()) << "a matrix says all";
+  EXPECT_EQ(read(to_toml(file)), file);
+  EXPECT_FALSE(read(kCloud).volumes[0].moving);
+  // By the command line, too.
+  const SceneFile set = read(kCloud, {"volume.to.rotate=[0, 1, 0, 40]"});
+  EXPECT_EQ(set.volumes[0].moving->to.rotate.front().degrees, 40);
+}
+
 TEST_F(SceneText, SharesOfComponentsSumUpToAtMostOne) {
   const std::string component = "[[medium.component]]\nshare = 0.6\n";
   const Medium medium = read(kCloud + component).volumes[0].medium;

@@ -129,6 +129,25 @@ struct RandomScene {
             point()};
   }
 
+  /// By keys or matrices, which differ a frame later or do not.
+  MovingPlacement moving() {
+    MovingPlacement m;
+    const auto fill = [&](Placement& p) {
+      if (coin()) p.scale = Vec3d(uniform(0.5, 2), uniform(0.5, 2), 1);
+      if (coin()) p.rotate = {{{0, 1, uniform(0, 1)}, uniform(-500, 500)}, {{1, 0, 0}, 5}};
+      if (coin()) p.translate = point();
+    };
+    if (coin()) {
+      m.from.matrix = placement();
+      m.to.matrix = placement();
+      return m;
+    }
+    fill(m.from);
+    m.to = m.from;
+    fill(m.to);
+    return m;
+  }
+
   SceneVolume volume(const char* file) {
     SceneVolume v{.file = file, .grid = coin() ? "density[1]" : "", .has_extinction = coin()};
     if (coin()) v.velocity = velocity();
@@ -140,6 +159,11 @@ struct RandomScene {
     }
     v.object_to_world = placement();
     for (int n = whole(0, 3); n > 1; --n) v.instances.push_back(placement());
+    if (coin()) v.moving = moving(), v.object_to_world = v.moving->from.map();
+    if (!v.instances.empty() && coin()) {
+      v.moving_instances = {moving()};
+      v.instances[0] = v.moving_instances[0]->from.map();
+    }
     if (coin()) v.density_map = map();
     if (coin()) v.fire = fire();
     v.has_intensity = v.fire && coin();

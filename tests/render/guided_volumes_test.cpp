@@ -14,6 +14,7 @@
 #include "pvol/embed.h"
 #include "pvol/math/field_map.h"
 #include "pvol/volume/emitter.h"
+#include "pvol/volume/facts.h"
 #include "pvol/volume/motion.h"
 #include "render/guide/importance.h"
 #include "support/bodies.h"

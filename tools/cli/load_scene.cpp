@@ -25,6 +25,7 @@
 #include "pvol/volume/facts.h"
 #include "pvol/volume/make_volume.h"
 #include "pvol/volume/motion.h"
+#include "pvol/volume/moving_places.h"
 
 namespace pvol::cli {
 namespace {
@@ -150,8 +151,10 @@ void load_motion(const Loader& by, const formats::SceneVolume& volume, bool stri
                  const Camera& camera, formats::Cloud& cloud) {
   const formats::VelocityChoice choice = volume.velocity.value_or(formats::VelocityChoice{});
   const std::filesystem::path& file = choice.file.empty() ? volume.file : choice.file;
+  const bool as_a_whole = volume.moving || !volume.moving_instances.empty();
   const auto stands_still = [&](const char* why) {
     if (volume.velocity) throw Error(file.string() + ": " + why);
+    if (as_a_whole) return;  // it moves without velocities
     tell(by, volume.file.filename().string() + ": " + why + ": it stands still");
   };
   if (cloud.pyramid.empty()) return stands_still("there is no density to move");
@@ -274,8 +277,36 @@ double choose_intensity(const formats::Cloud& cloud, const Fire& fire,
   return std::min(std::stod(fmt::format("{:.3g}", sum / (mapped * longest))), kLargest);
 }
 
+namespace {
+
+/// The map of a placement that is there all the time.
+MovingMap at_rest(const Affine& map) {
+  MovingMap still;
+  still.linear.m = map.m;
+  still.shift = map.t;
+  return still;
+}
+
+MovingMap map_of(const Affine& still, const std::optional<MovingPlacement>& moving) {
+  return moving ? moving->map() : at_rest(still);
+}
+
+std::vector<MovingPlace> moving_places(const formats::SceneVolume& volume) {
+  std::vector<MovingPlace> places(std::max<std::size_t>(1, volume.instances.size()));
+  for (MovingPlace& place : places) place.object = map_of(volume.object_to_world, volume.moving);
+  for (std::size_t i = 0; i < volume.instances.size(); ++i) {
+    const bool told = i < volume.moving_instances.size();
+    places[i].instance =
+        map_of(volume.instances[i], told ? volume.moving_instances[i] : std::nullopt);
+  }
+  return places;
+}
+
+}  // namespace
+
 Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volume,
-                   const RenderOptions& options) {
+                   const Scene& scene) {
+  const RenderOptions& options = scene.options;
   VolumeOptions o = volume_options(options);
   o.object_to_world = volume.object_to_world;
   o.instances = volume.instances;
@@ -292,6 +323,9 @@ Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volu
   if (cloud.fire && volume.fire) v.fire = make_fire(*cloud.fire, volume);
   if (cloud.albedo && volume.albedo_field) v.albedo = make_albedo(cloud, volume, o.look_up);
   v.name = volume.file.string();
+  if (volume.moving || !volume.moving_instances.empty()) {
+    v = move_places(std::move(v), moving_places(volume), scene.camera.shutter);
+  }
   return v;
 }
 
@@ -320,7 +354,7 @@ void require_proof(const std::filesystem::path& file, const formats::Cloud& clou
 
 Camera frame_all(std::span<const Volume> volumes, const Scene& scene) {
   const RenderOptions& o = scene.options;
-  return frame(world_box(volumes), double(o.width) / o.height, scene.camera);
+  return frame(still_world_box(volumes), double(o.width) / o.height, scene.camera);
 }
 
 }  // namespace pvol::cli

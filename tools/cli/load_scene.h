@@ -54,9 +54,10 @@ struct Loader {
 [[nodiscard]] double choose_intensity(const formats::Cloud& cloud, const Fire& fire,
                                       const Affine& object_to_world);
 
-/// The cloud with the medium and placement of a scene's volume, for the scene's options.
+/// The cloud with the medium and placements of a scene's volume, for the scene's options and
+/// shutter.
 [[nodiscard]] Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volume,
-                                 const RenderOptions& options);
+                                 const Scene& scene);
 
 /// Figures about a cloud as a volume of a scene.
 [[nodiscard]] VolumeFacts describe(const formats::Cloud& cloud, const formats::SceneVolume& volume);
@@ -65,7 +66,7 @@ struct Loader {
 /// one would cut parts of the cloud off without a word. Throws Error otherwise.
 void require_proof(const std::filesystem::path& file, const formats::Cloud& cloud);
 
-/// The camera that shows all volumes.
+/// The camera that shows all volumes, where they are at the time of the files.
 [[nodiscard]] Camera frame_all(std::span<const Volume> volumes, const Scene& scene);
 
 }  // namespace pvol::cli

@@ -8,6 +8,7 @@
 #include "cli/json.h"
 #include "pvol/bounds/homogenise.h"
 #include "pvol/version.h"
+#include "pvol/volume/facts.h"
 
 namespace pvol::cli {
 namespace {

@@ -11,6 +11,8 @@ bool are_alike(const formats::SceneVolume& a, formats::SceneVolume b) {
   b.has_extinction = a.has_extinction;
   b.object_to_world = a.object_to_world;
   b.instances = a.instances;
+  b.moving = a.moving;
+  b.moving_instances = a.moving_instances;
   b.density_map = a.density_map;
   return a == b;
 }

@@ -46,8 +46,7 @@ void fix_choices(const DepthOptions& o, LoadedScene& loaded) {
   if (r.transmittance != Transmittance::automatic) return;
   Scene scene = loaded.file.scene;
   scene.options.depth = deepest(loaded);
-  const Volume volume =
-      make_volume(loaded.clouds.front(), loaded.file.volumes.front(), scene.options);
+  const Volume volume = make_volume(loaded.clouds.front(), loaded.file.volumes.front(), scene);
   r.transmittance = choose_transmittance(std::span(&volume, 1)).estimator;
 }
 
@@ -68,7 +67,7 @@ std::vector<measure::BuildTimes> time_building(const LoadedScene& loaded,
         c.pyramid =
             c.recipe() ? build_pyramid(*c.recipe()) : build_pyramid(c.grid(), c.pyramid.look_up);
         const double middle = cpu_seconds();
-        const Volume volume = make_volume(c, loaded.file.volumes[k], scene.options);
+        const Volume volume = make_volume(c, loaded.file.volumes[k], scene);
         bounds += middle - begin, tree += cpu_seconds() - middle;
       }
       times[i].bounds.push_back(bounds), times[i].tree.push_back(tree);

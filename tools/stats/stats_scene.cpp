@@ -58,7 +58,7 @@ std::vector<Volume> make_volumes(const LoadedScene& loaded,
                                  const std::vector<formats::Cloud>& clouds, const Scene& scene) {
   std::vector<Volume> volumes;
   for (std::size_t i = 0; i < clouds.size(); ++i) {
-    volumes.push_back(make_volume(clouds[i], loaded.file.volumes[i], scene.options));
+    volumes.push_back(make_volume(clouds[i], loaded.file.volumes[i], scene));
   }
   return volumes;
 }

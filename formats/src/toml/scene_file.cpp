@@ -139,9 +139,8 @@ void read_albedo_field(const TomlTable& table, SceneVolume& volume) {
 
 /// The medium and the placement of a volume. The table itself describes the first component, which
 /// has the share that the others leave.
-void read_medium(const TomlTable& given, SceneVolume& volume) {
+void read_medium(const TomlTable& given, SceneVolume& volume, Placement& placement) {
   Medium& medium = volume.medium;
-  Placement placement;
   Component& first = medium.components.front();
   choose_kind(given, first.phase);
   const Entries matter = joined(entries(medium), without(entries(first), "share"));
@@ -180,13 +179,37 @@ void read_medium(const TomlTable& given, SceneVolume& volume) {
   }
 }
 
+/// Where what has a placement is a frame later.
+MovingPlacement read_to(const TomlTable& table, const Placement& from) {
+  MovingPlacement moving{from, from};
+  Placement& to = moving.to;
+  if (table.has("matrix")) to = {};  // it says all
+  const Entries own = entries(to);
+  if (from.matrix && !table.has("matrix")) {
+    for (const std::string_view key : key_names(own)) {
+      if (table.has(key)) table.fail(key, "a matrix, as the first placement has one");
+    }
+  }
+  read_keys(table, own);
+  refuse_misfit(table, misfit(to));
+  refuse_misfit(table, misfit(moving));
+  return moving;
+}
+
 /// Places of a volume after that of its medium.
-void read_instances(const TomlTable& volume, std::vector<Affine>& instances) {
-  for (const TomlTable* t : volume.tables("instance")) {
+void read_instances(const TomlTable& table, SceneVolume& volume) {
+  for (const TomlTable* t : table.tables("instance")) {
     Placement placement;
-    read_keys(*t, entries(placement));
+    const Entries own = entries(placement);
+    std::vector<std::string_view> allowed = key_names(own);
+    allowed.emplace_back("to");
+    read_keys(*t, own, allowed);
     refuse_misfit(*t, misfit(placement));
-    instances.push_back(placement.map());
+    volume.instances.push_back(placement.map());
+    const TomlTable* to = t->table("to");
+    if (to == nullptr) continue;
+    volume.moving_instances.resize(volume.instances.size());
+    volume.moving_instances.back() = read_to(*to, placement);
   }
 }
 
@@ -201,10 +224,13 @@ void read_volumes(const TomlTable& root, SceneFile& file) {
     std::vector<std::string_view> allowed = key_names(own);
     if (!first) allowed.emplace_back("medium");
     allowed.emplace_back("instance");
+    allowed.emplace_back("to");
     read_keys(*t, own, allowed);
-    read_instances(*t, v.instances);
+    read_instances(*t, v);
     const TomlTable* medium = first ? medium_of_first : t->table("medium");
-    if (medium) read_medium(*medium, v);
+    Placement placement;
+    if (medium) read_medium(*medium, v, placement);
+    if (const TomlTable* to = t->table("to")) v.moving = read_to(*to, placement);
   }
 }
 

@@ -75,6 +75,11 @@ std::vector<SectionManual> describe_sections() {
                         "The volume at a place of its own, after the placement that its medium "
                         "has: once for each, or just there without any. All share its data.",
                         entries(placement)));
+  all.push_back(section("[volume.to]",
+                        "Where the volume is one frame later: its medium's placement moves there "
+                        "evenly while the camera's shutter is open, as an instance's does by its "
+                        "own `to = {...}`. Keys left out keep their values.",
+                        entries(placement)));
   all.push_back(section("[camera]", "Without position and target the camera frames the clouds.",
                         entries(file.scene.camera)));
   all.push_back(

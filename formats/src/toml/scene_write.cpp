@@ -18,13 +18,29 @@ std::string lines(const Entries& entries) {
   return text;
 }
 
-/// Matrices, as the medium's placement is written.
-std::string instance_text(const SceneVolume& v) {
-  std::string text;
-  for (const Affine& map : v.instances) {
-    Placement placement;
-    placement.matrix = map;
+/// A matrix; what moves as it was said, which tells how it turns.
+Placement placement_of(const Affine& map, const std::optional<MovingPlacement>& moving) {
+  if (moving) return moving->from;
+  Placement placement;
+  placement.matrix = map;
+  return placement;
+}
+
+std::string to_text(const std::string& name, const std::optional<MovingPlacement>& moving) {
+  if (!moving) return "";
+  Placement to = moving->to;
+  return fmt::format("\n[{}.to]\n", name) + lines(entries(to));
+}
+
+/// Where the volume is a frame later, and its instances.
+std::string place_text(const SceneVolume& v) {
+  std::string text = to_text("volume", v.moving);
+  for (std::size_t i = 0; i < v.instances.size(); ++i) {
+    const auto moving =
+        i < v.moving_instances.size() ? v.moving_instances[i] : std::optional<MovingPlacement>{};
+    Placement placement = placement_of(v.instances[i], moving);
     text += "\n[[volume.instance]]\n" + lines(entries(placement));
+    text += to_text("volume.instance", moving);
   }
   return text;
 }
@@ -32,8 +48,7 @@ std::string instance_text(const SceneVolume& v) {
 /// The first component is what the medium's table itself describes; its share follows from theirs.
 std::string medium_text(const SceneVolume& v, const std::string& name) {
   const std::vector<Component>& all = v.medium.components;
-  Placement placement;
-  placement.matrix = v.object_to_world;
+  Placement placement = placement_of(v.object_to_world, v.moving);
   std::string text = fmt::format("\n[{}]\n", name);
   const Entries medium = entries(v.medium);
   text += lines(v.has_extinction ? medium : without(medium, "extinction"));
@@ -62,11 +77,10 @@ std::string to_toml(const SceneFile& file) {
   const Scene& scene = file.scene;
   const SceneVolume& first = file.volumes.front();
   std::string text = file.volumes.size() == 1 ? "[volume]\n" : "[[volume]]\n";
-  text += lines(entries(first)) + instance_text(first);
+  text += lines(entries(first)) + place_text(first);
   for (std::size_t i = 1; i < file.volumes.size(); ++i) {
     const SceneVolume& v = file.volumes[i];
-    text +=
-        "\n[[volume]]\n" + lines(entries(v)) + instance_text(v) + medium_text(v, "volume.medium");
+    text += "\n[[volume]]\n" + lines(entries(v)) + place_text(v) + medium_text(v, "volume.medium");
   }
   if (file.has_camera) {
     text += "\n[camera]\n" + lines(entries(scene.camera));

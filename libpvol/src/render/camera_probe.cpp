@@ -37,8 +37,10 @@ constexpr std::uint32_t kMostBounces = 256;    // of a path
 
 [[nodiscard]] std::optional<double> sample_depth(const PathSetup& setup, const Ray& ray, Rng& rng) {
   std::optional<double> sum;
-  setup.instances->tree.visit(ray, kEndless, [&](std::uint32_t i, double limit) {
-    const Instance& at = setup.instances->all[i];
+  const Instances& in = *setup.instances;
+  const double frames = in.moves() ? setup.camera.shutter.at(double(rng.uniform())) : 0;
+  in.tree.visit(ray, kEndless, [&](std::uint32_t i, double limit) {
+    const Instance at = in.at_time(i, frames);
     const VolumeSetup& v = setup.volumes[at.volume];
     const auto depth = sample_depth(v, at, ray, rng);
     if (depth) sum = sum.value_or(0) + *depth;
@@ -130,8 +132,8 @@ CameraProbe probe_camera(const RenderPlan& plan) {
   probe.by_depth = sum / probe.rays;
   if (plan.kernel.endless) return probe;
   const ImagePart part = image_part(o);
-  follow_paths(unguided, setup, std::min(kRaysAlong, part.width),
-               std::min(kRaysAlong, part.height), probe);
+  follow_paths(unguided, setup, std::min(kRaysAlong, part.width), std::min(kRaysAlong, part.height),
+               probe);
   return probe;
 }
 

@@ -11,6 +11,7 @@
 #include "pvol/volume/emitter.h"
 #include "pvol/volume/facts.h"
 #include "pvol/volume/motion.h"
+#include "pvol/volume/moving_places.h"
 #include "volume/placement.h"
 
 namespace pvol::detail {
@@ -46,6 +47,25 @@ void check_motion(const Volume& volume, const Scene& scene) {
   require(o.tracker != Tracker::regular && o.transmittance != Transmittance::regular,
           "regular tracking and regular transmittance have no closed form where a volume moves; "
           "choose another tracker or transmittance, or the shutter [0, 0]");
+  require(o.line_emission != LineEmission::on,
+          "the emission of a volume that moves is gathered at collisions; leave line emission at "
+          "auto");
+}
+
+/// Of a volume that moves as a whole.
+void check_moving_places(const Volume& volume, const Scene& scene) {
+  const RenderOptions& o = scene.options;
+  require(volume.moving_places->shutter == scene.camera.shutter,
+          "the volume's places move for another shutter than the camera's");
+  require(volume.fire == nullptr,
+          "a fire stands still: its volume does not move as a whole; leave the fire or the motion "
+          "of its place (`to`) out, or the shutter at [0, 0]");
+  require(!is_weighted(o.tracker),
+          std::string("a volume that moves as a whole takes a tracker without weights, not ") +
+              name(o.tracker) + "; choose another one, such as decomposition");
+  require(!is_chromatic(volume.medium),
+          "an extinction that differs by channel (extinction_color) does not go with a volume that "
+          "moves as a whole; leave one of them out, or the shutter at [0, 0]");
   require(o.line_emission != LineEmission::on,
           "the emission of a volume that moves is gathered at collisions; leave line emission at "
           "auto");
@@ -130,6 +150,7 @@ void check(std::span<const Volume> volumes, const Scene& scene) {
   for (const Volume& v : volumes) {
     check(v, scene.options);
     if (v.density.motion != nullptr) check_motion(v, scene);
+    if (places_move(v)) check_moving_places(v, scene);
   }
 }
 

@@ -3,19 +3,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "pvol/math/moving_map.h"
+
 namespace pvol {
 namespace {
 
-/// Rodrigues' formula.
 Affine rotation(const Turn& turn) {
-  const double angle = turn.degrees * (std::numbers::pi / 180);
-  const double c = std::cos(angle), s = std::sin(angle);
-  const Vec3d a = normalize(turn.axis);
-  Affine r;
-  r.m[0] = Vec3d{c, -s * a.z, s * a.y} + a * (a.x * (1 - c));
-  r.m[1] = Vec3d{s * a.z, c, -s * a.x} + a * (a.y * (1 - c));
-  r.m[2] = Vec3d{-s * a.y, s * a.x, c} + a * (a.z * (1 - c));
-  return r;
+  return rotation_about(normalize(turn.axis), turn.degrees * (std::numbers::pi / 180));
 }
 
 double number_at(const Value& list, std::size_t i) { return *(*list.list())[i].number(); }

@@ -3,7 +3,9 @@
 #include <algorithm>
 
 #include "math/digits.h"
+#include "pvol/volume/facts.h"
 #include "pvol/volume/motion.h"
+#include "pvol/volume/moving_places.h"
 #include "render/check_scene.h"
 #include "render/emission/emission_setup.h"
 #include "render/forecast.h"
@@ -29,20 +31,28 @@ int common_micro_edge(std::span<const Volume> volumes) {
   return all ? edge : 0;
 }
 
+Paths choose_paths(const RenderPlan& p) {
+  const bool guided = p.guide.used;
+  if (is_chromatic(p.volumes.front().medium)) return Paths::chromatic;
+  if (std::ranges::any_of(p.volumes, places_move)) {
+    return guided ? Paths::guided_moving : Paths::moving_places;
+  }
+  if (count_places(p.volumes) > 1) return guided ? Paths::guided_many : Paths::many_volumes;
+  return guided ? Paths::guided : Paths::one_volume;
+}
+
 Kernel choose_kernel(const RenderPlan& p) {
   return {.look_up = p.scene.options.look_up,
           .micro_edge = common_micro_edge(p.volumes),
-          .paths = is_chromatic(p.volumes.front().medium) ? Paths::chromatic
-                   : count_places(p.volumes) > 1
-                       ? (p.guide.used ? Paths::guided_many : Paths::many_volumes)
-                       : (p.guide.used ? Paths::guided : Paths::one_volume),
+          .paths = choose_paths(p),
           .count = p.scene.options.count || counted(p.scene.options.aovs),
           .lanes = p.scene.options.kernel,
           .mapped = std::ranges::any_of(p.volumes,
                                         [](const Volume& v) { return v.density.map != nullptr; }),
           .endless = std::ranges::any_of(p.volumes, detail::has_endless_flights),
           .moving = std::ranges::any_of(
-              p.volumes, [](const Volume& v) { return v.density.motion != nullptr; })};
+              p.volumes, [](const Volume& v) { return v.density.motion != nullptr; }),
+          .places_move = std::ranges::any_of(p.volumes, places_move)};
 }
 
 Decision decide_cut(const Volume& v, const RenderOptions& o) {
@@ -69,6 +79,17 @@ Decision decide_motion(const Motion& m) {
           "it moves by up to " + digits(m.longest) +
               " voxels along an axis between the files' time "
               "and the shutter's farthest"};
+}
+
+Decision decide_moving_places(const Volume& v) {
+  const MovingPlaces& m = *v.moving_places;
+  const auto moving = std::ranges::count_if(m.all, &MovingPlace::moves);
+  const std::string which = m.all.size() == 1 ? "it moves"
+                                              : std::to_string(moving) + " of its " +
+                                                    std::to_string(m.all.size()) + " places move";
+  return {"motion", "as a whole",
+          which + " by up to " + digits(m.longest) +
+              " world units between the files' time and times of the shutter"};
 }
 
 /// The reason is the estimate, whoever chose: it is worth knowing.
@@ -125,6 +146,7 @@ std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted,
     all.push_back(decide_cut(v, wanted));
     all.push_back(decide_micro_bounds(v, wanted));
     if (v.density.motion) all.push_back(decide_motion(*v.density.motion));
+    if (places_move(v)) all.push_back(decide_moving_places(v));
     if (v.shell) all.push_back(decide_shell(p.shells[i]));
     for (std::size_t k = first; k < all.size(); ++k) all[k].volume = int(i);
   }

@@ -7,6 +7,7 @@
 #include "pvol/bounds/integrals.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/field/micro_range.h"
+#include "pvol/volume/facts.h"
 
 namespace pvol {
 namespace {

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "pvol/volume/emitter.h"
+#include "pvol/volume/moving_places.h"
 #include "volume/placement.h"
 
 namespace pvol {
@@ -82,23 +83,42 @@ class Columns {
   std::map<std::uint64_t, Block> blocks_;
 };
 
-}  // namespace
+/// Around a field at a place at the time of the files.
+Box still_box(const VolumeField& field, const Volume& volume, std::size_t place) {
+  if (place == 0 || field.octree.empty()) return field.world_box;
+  const Affine to_first = inverse(field.world_to_cells);
+  return transform(volume.further_places[place - 1] * to_first, field.octree.support());
+}
 
-Box world_box(std::span<const Volume> volumes) {
+template <class BoxOf>
+Box box_around(std::span<const Volume> volumes, const BoxOf& box_of) {
   Box all;
   for (const Volume& v : volumes) {
     for (std::size_t place = 0; place < count_places(v); ++place) {
-      all = join(all, world_box(v.density, v, place));
-      if (v.fire != nullptr) all = join(all, world_box(v.fire->field, v, place));
+      all = join(all, box_of(v.density, v, place));
+      if (v.fire != nullptr) all = join(all, box_of(v.fire->field, v, place));
     }
   }
   return all;
 }
 
+}  // namespace
+
+Box world_box(std::span<const Volume> volumes) {
+  return box_around(volumes, [](const VolumeField& f, const Volume& v, std::size_t place) {
+    return world_box(f, v, place);
+  });
+}
+Box still_world_box(std::span<const Volume> volumes) { return box_around(volumes, still_box); }
+
 Box world_box(const VolumeField& field, const Volume& volume, std::size_t place) {
-  if (place == 0 || field.octree.empty()) return field.world_box;
-  const Affine to_first = inverse(field.world_to_cells);
-  return transform(volume.further_places[place - 1] * to_first, field.octree.support());
+  if (!place_moves(volume, place)) return still_box(field, volume, place);
+  // Times of samples are floats.
+  constexpr double kRounding = 1e-6;
+  const MovingPlaces& m = *volume.moving_places;
+  const double more = kRounding * m.shutter.farthest();
+  return swept_box(m.all[place], cells_to_object(field, volume), field.octree.support(),
+                   m.shutter.open - more, m.shutter.close + more);
 }
 
 double worst_null_collisions(const Volume& volume) {
@@ -106,6 +126,12 @@ double worst_null_collisions(const Volume& volume) {
   for (std::size_t place = 0; place < count_places(volume); ++place) {
     const Affine to_cells = volume.density.world_to_cells * to_first_place(volume, place);
     cell_length = std::max(cell_length, std::cbrt(1 / std::abs(determinant(to_cells))));
+    if (!place_moves(volume, place)) continue;
+    const MovingPlaces& m = *volume.moving_places;
+    for (const double u : {0.0, 0.5, 1.0}) {
+      const Affine map = m.all[place].at(m.shutter.at(u)) * cells_to_object(volume.density, volume);
+      cell_length = std::max(cell_length, std::cbrt(std::abs(determinant(map))));
+    }
   }
   double most = 0;
   for (const Octree::Entry& e : volume.density.octree.entries) {

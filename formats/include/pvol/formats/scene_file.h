@@ -64,6 +64,10 @@ struct SceneVolume {
   std::optional<VelocityChoice> velocity{};  ///< without: by the usual names, where there are any
   /// Without: by the usual names, where there are any. A grid kNoGrid: the albedo is no field.
   std::optional<AlbedoMap> albedo_field{};
+  /// Of object_to_world, where it has another value a frame later.
+  std::optional<MovingPlacement> moving{};
+  /// The same of each of the instances; fewer: those behind stand still.
+  std::vector<std::optional<MovingPlacement>> moving_instances{};
 
   /// Where it is first: after the grid's own map.
   [[nodiscard]] Affine first_place() const {
@@ -110,7 +114,9 @@ struct SceneFile {
 ///
 ///   [volume]       SceneVolume; or [[volume]] for several: the first has the scene's [medium],
 ///                  each further one its own [volume.medium]; [[volume.instance]] each Placement
-///                  under which it is there, after that of the medium: none means once
+///                  under which it is there, after that of the medium: none means once;
+///                  [volume.to], and `to` of an instance: the Placement one frame later, whose
+///                  keys are those of the first where they are left out
 ///   [camera]       Camera
 ///   [medium]       Medium, its first Component with the phase function's keys, Placement;
 ///                  [[medium.component]] each further Component, whose share the first one lacks;

@@ -6,6 +6,7 @@
 
 #include "pvol/math/affine.h"
 #include "pvol/math/keys.h"
+#include "pvol/math/moving_map.h"
 
 namespace pvol {
 
@@ -13,16 +14,28 @@ namespace pvol {
 struct Turn {
   Vec3d axis{0, 1, 0};  ///< of any length > 0
   double degrees = 0;
+  friend bool operator==(const Turn&, const Turn&) = default;
 };
 
 /// Scaled, then turned, then moved; or a matrix instead of all these.
 struct Placement {
-  std::optional<Vec3d> scale;
-  std::vector<Turn> rotate;  ///< in this order
-  std::optional<Vec3d> translate;
-  std::optional<Affine> matrix;
+  std::optional<Vec3d> scale{};
+  std::vector<Turn> rotate{};  ///< in this order
+  std::optional<Vec3d> translate{};
+  std::optional<Affine> matrix{};
 
   [[nodiscard]] Affine map() const;
+  friend bool operator==(const Placement&, const Placement&) = default;
+};
+
+/// A placement at time 0 and another one a frame later. Between and beyond, translations and scales
+/// change linearly, and angles about the same axes do; turns about other axes, or of matrices, by
+/// the shortest turn from the first to the other (THEORY.md, T1.7).
+struct MovingPlacement {
+  Placement from{}, to{};
+
+  [[nodiscard]] MovingMap map() const;
+  friend bool operator==(const MovingPlacement&, const MovingPlacement&) = default;
 };
 
 /// What the rows of `rotate` and `matrix` check besides their numbers.
@@ -62,5 +75,8 @@ template <std::same_as<Placement> P>
 
 /// A matrix besides the rest, or a map that cannot be undone.
 [[nodiscard]] std::optional<Misfit> misfit(const Placement& placement);
+/// Of a pair that each have none: mirrored against each other, with scales that pass 0 between
+/// them, or with a half turn that might go either way.
+[[nodiscard]] std::optional<Misfit> misfit(const MovingPlacement& placement);
 
 }  // namespace pvol

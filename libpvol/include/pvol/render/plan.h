@@ -26,18 +26,37 @@ struct EmissionSetup;  // src/render/emission
 }
 
 /// How paths go through a scene's volumes.
-enum class Paths { one_volume, many_volumes, guided, guided_many, chromatic };
+enum class Paths {
+  one_volume,
+  many_volumes,
+  guided,
+  guided_many,
+  chromatic,
+  moving_places,
+  guided_moving
+};
 [[nodiscard]] constexpr auto names(Paths) {
   return std::to_array<Named<Paths>>({{Paths::one_volume, "one volume"},
                                       {Paths::many_volumes, "many volumes"},
                                       {Paths::guided, "guided"},
                                       {Paths::guided_many, "guided through many"},
-                                      {Paths::chromatic, "chromatic"}});
+                                      {Paths::chromatic, "chromatic"},
+                                      {Paths::moving_places, "moving places"},
+                                      {Paths::guided_moving, "guided through moving places"}});
 }
 
 /// Without guiding.
 [[nodiscard]] constexpr Paths plain(Paths p) {
-  return p == Paths::guided ? Paths::one_volume : p == Paths::guided_many ? Paths::many_volumes : p;
+  switch (p) {
+    case Paths::guided:
+      return Paths::one_volume;
+    case Paths::guided_many:
+      return Paths::many_volumes;
+    case Paths::guided_moving:
+      return Paths::moving_places;
+    default:
+      return p;
+  }
 }
 
 /// Which compiled loops render: those through the field and those of paths.
@@ -49,7 +68,8 @@ struct Kernel {
   Lanes lanes = Lanes::scalar;  ///< not automatic
   bool mapped = false;          ///< some volume's density is mapped
   bool endless = false;         ///< flights may be, so that they ask whether to stop
-  bool moving = false;          ///< some volume moves: samples have times
+  bool moving = false;          ///< velocities move some density: samples have times
+  bool places_move = false;     ///< some volume moves as a whole: samples have times
   friend bool operator==(const Kernel&, const Kernel&) = default;
 };
 

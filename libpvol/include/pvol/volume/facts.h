@@ -21,11 +21,29 @@ struct VolumeFacts {
   std::uint64_t field_bytes = 0, octree_bytes = 0;
 };
 
+/// Of a volume, and of all.
+[[nodiscard]] inline std::size_t count_places(const Volume& v) {
+  return 1 + v.further_places.size();
+}
+[[nodiscard]] inline std::size_t count_places(std::span<const Volume> volumes) {
+  std::size_t sum = 0;
+  for (const Volume& v : volumes) sum += count_places(v);
+  return sum;
+}
+
+/// From the world to where it would be if the volume's place of this number were its first.
+[[nodiscard]] inline Affine to_first_place(const Volume& v, std::size_t place) {
+  return place == 0 ? Affine{} : inverse(v.further_places[place - 1]);
+}
+
 /// Around all volumes of the world that hold anything, at all their places; empty where none does.
+/// Places that move are covered at all times of the shutter.
 [[nodiscard]] Box world_box(std::span<const Volume> volumes);
+/// The same at the time of the files: a camera that frames them does not follow them.
+[[nodiscard]] Box still_world_box(std::span<const Volume> volumes);
 
 /// Around the support of a field of a volume, its density or one of its fire's, at one of the
-/// volume's places.
+/// volume's places; of one that moves, at all times of the shutter.
 [[nodiscard]] Box world_box(const VolumeField& field, const Volume& volume, std::size_t place);
 
 /// About how many null collisions a ray meets in the thin part of the worst segment.

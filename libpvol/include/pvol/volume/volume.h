@@ -28,6 +28,7 @@ struct BrickField;        // field/brick_field.h
 struct Emitter;           // volume/emitter.h
 struct HomogeneousParts;  // bounds/homogenise.h
 struct Motion;            // volume/motion.h
+struct MovingPlaces;      // volume/moving_places.h
 struct ProceduralField;   // field/procedural.h
 struct FieldMap;          // math/field_map.h
 struct Shell;             // shell/shell.h
@@ -127,20 +128,7 @@ struct Volume {
   std::string name{};                     ///< for messages
   /// By which the albedo of the components varies; null: it does not.
   std::shared_ptr<const AlbedoField> albedo{};
+  std::shared_ptr<const MovingPlaces> moving_places{};  ///< null: no place moves
 };
-
-[[nodiscard]] inline std::size_t count_places(const Volume& v) {
-  return 1 + v.further_places.size();
-}
-[[nodiscard]] inline std::size_t count_places(std::span<const Volume> volumes) {
-  std::size_t sum = 0;
-  for (const Volume& v : volumes) sum += count_places(v);
-  return sum;
-}
-
-/// From the world to where it would be if the volume's place of this number were its first.
-[[nodiscard]] inline Affine to_first_place(const Volume& v, std::size_t place) {
-  return place == 0 ? Affine{} : inverse(v.further_places[place - 1]);
-}
 
 }  // namespace pvol

@@ -62,8 +62,9 @@ bool gathers_along_flights(const Volume& volume, const RenderOptions& options) {
   // collisions; they cross over at 1.4 (THEORY.md, T5.11).
   constexpr double kThin = 1.4;
   if (source_of(volume).of_depth == Rgb(0.0f)) return false;
-  if (volume.density.motion != nullptr) return false;  // collisions know the time
-  if (options.deep) return false;                      // whose samples lie where paths collide
+  // Collisions know the time.
+  if (volume.density.motion != nullptr || volume.moving_places != nullptr) return false;
+  if (options.deep) return false;  // whose samples lie where paths collide
   if (options.line_emission != LineEmission::automatic) {
     return options.line_emission == LineEmission::on;
   }

@@ -29,7 +29,10 @@ class GuidedTracer {
     r_.reset();
     auto [rng, ray] = CameraSample(s_, x, y, sample);
     direction_ = Vec3f(ray.d);
-    if (!Kind::kSimple && s_.moving) traversal.work.set_time(sample_time(s_, x, y, sample));
+    if (!Kind::kSimple && s_.moving) {
+      r_.time = sample_time(s_, x, y, sample);
+      traversal.work.set_time(r_.time);
+    }
     const Hit first = traversal.start(ray) ? traversal.fly(direction_, rng) : Hit{};
     const auto unscattered = [] { return 0.0f; };
     if (emits()) add_emission(ray.o, first, unscattered, Rgb(1.0f), rng);

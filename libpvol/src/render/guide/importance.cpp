@@ -6,6 +6,7 @@
 #include "math/parallel.h"
 #include "pvol/math/direction.h"
 #include "render/guide/mixture.h"
+#include "render/path/camera_rays.h"
 #include "render/path/gather_light.h"
 #include "render/path/traversal.h"
 
@@ -16,7 +17,7 @@ constexpr int kLeastPhotons = 20'000, kMostPhotons = 200'000;
 constexpr double kUnit = 0.5;    // of the mean importance where camera rays meet the cloud
 constexpr double kFloor = 0.02;  // of the mean importance of the cloud
 
-[[nodiscard]] bool is_one(const PathSetup& setup) { return setup.instances->all.size() == 1; }
+[[nodiscard]] bool is_one(const PathSetup& setup) { return setup.instances->is_one_still(); }
 [[nodiscard]] bool is_empty(const VolumeSetup& v) { return v.volume.density.octree.empty(); }
 
 [[nodiscard]] CoarseCells make_cells(const PathSetup& setup) {
@@ -184,6 +185,7 @@ double mean_seen(const PathSetup& setup, const Importance& importance) {
                   setup.projection.direction(double(x) * setup.options.width,
                                              double(y) * setup.options.height)};
     const Vec3f d(ray.d);
+    if (setup.moving) traversal.work.set_time(sample_time(setup, 0, 0, std::uint32_t(i)));
     if (!traversal.start(ray) || traversal.fly(d, rng).matter == nullptr) continue;
     sum += double(importance.row(traversal.place()).of(importance.half_sine(d)));
     ++hits;
@@ -239,8 +241,9 @@ std::optional<Importance> make_importance(const PathSetup& setup) {
   const HenyeyGreenstein lobe = mean_lobe(matter);
   std::vector<float> worths = shadow_worths(setup, cells, light);
   const Importance unscaled(cells, light.axis, lobe, rows, worths);
-  const double seen = is_one(setup) ? mean_seen<OneVolume>(setup, unscaled)
-                                    : mean_seen<ManyVolumes>(setup, unscaled);
+  const double seen = setup.instances->moves() ? mean_seen<MovingVolumes>(setup, unscaled)
+                      : is_one(setup)          ? mean_seen<OneVolume>(setup, unscaled)
+                                               : mean_seen<ManyVolumes>(setup, unscaled);
   if (!(seen > 0)) return std::nullopt;
   for (Importance::Row& row : rows) {
     for (float& v : row.at) v = float(double(v) / (kUnit * seen));

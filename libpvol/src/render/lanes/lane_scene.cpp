@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "pvol/field/brick_field.h"
+#include "pvol/volume/facts.h"
 #include "render/emission/emission_source.h"
 #include "render/path/gather_light.h"
 
@@ -120,6 +121,7 @@ const char* lane_obstacle(std::span<const Volume> volumes, const Scene& scene) {
   if (o.max_bounces && *o.max_bounces > kMostLaneBounces) return "the limit on bounces is high";
   const Volume& v = volumes.front();
   if (v.density.motion != nullptr) return "the volume moves";
+  if (v.moving_places != nullptr) return "the volume moves as a whole";
   if (v.fire != nullptr) return "a field emits";
   if (v.albedo != nullptr) return "the albedo is a field";
   if (is_chromatic(v.medium)) return "the extinction has a colour";

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "pvol/volume/moving_places.h"
 #include "volume/cell_look_up.h"
 
 namespace pvol::detail {
@@ -11,7 +12,7 @@ namespace {
 struct FirstCollisionLayer {
   Aov aov;
   const char* components;
-  Vec3d (*value)(const PathSetup&, Vec3d place);
+  Vec3d (*value)(const PathSetup&, Vec3d place, float frames);
 };
 
 double depth_of(const PathSetup& s, Vec3d place) {
@@ -19,20 +20,20 @@ double depth_of(const PathSetup& s, Vec3d place) {
   return dot(place - c.position, normalize(c.target - c.position));
 }
 
-/// visit(volume, world to cells) for all that may be at a place, and perhaps for others.
+/// visit(volume, world to cells) for all that may be at a place at a time, and perhaps for others.
 template <class Visit>
-void visit_at(const PathSetup& s, Vec3d place, const Visit& visit) {
+void visit_at(const PathSetup& s, Vec3d place, float frames, const Visit& visit) {
   s.instances->tree.visit_at(place, [&](std::uint32_t i) {
-    const Instance& at = s.instances->all[i];
+    const Instance at = s.instances->at_time(i, double(frames));
     visit(s.volumes[at.volume].volume, at.world_to_cells);
   });
 }
 
 /// Direction of steepest descent of the extinction, by differences over a voxel; 0 where that is
 /// even. Of many clouds, those whose boxes end within half a voxel of the place may go unseen.
-Vec3d normal_of(const PathSetup& s, Vec3d place) {
+Vec3d normal_of(const PathSetup& s, Vec3d place, float frames) {
   Vec3d sum;
-  visit_at(s, place, [&](const Volume& v, const Affine& to_cells) {
+  visit_at(s, place, frames, [&](const Volume& v, const Affine& to_cells) {
     const Vec3d at = to_cells.point(place);
     Vec3d cells;  // the gradient in cells
     for (int axis = 0; axis < 3; ++axis) {
@@ -60,11 +61,11 @@ Rgb color_in_cells(const Volume& v, Vec3d cells) {
 }
 
 /// The mean albedo of all that is there, by extinction.
-Vec3d albedo_of(const PathSetup& s, Vec3d place) {
+Vec3d albedo_of(const PathSetup& s, Vec3d place, float frames) {
   Vec3d sum;
   double all = 0;
   const bool alone = s.volumes.size() == 1;
-  visit_at(s, place, [&](const Volume& v, const Affine& to_cells) {
+  visit_at(s, place, frames, [&](const Volume& v, const Affine& to_cells) {
     const Vec3d cells = to_cells.point(place);
     const double mu = alone ? 1 : double(extinction_in_cells(v, cells));
     const Rgb color = color_in_cells(v, cells);
@@ -77,9 +78,9 @@ Vec3d albedo_of(const PathSetup& s, Vec3d place) {
 }
 
 constexpr std::array kFirstCollisionLayers = std::to_array<FirstCollisionLayer>({
-    {Aov::depth, "Z", [](const PathSetup& s, Vec3d p) { return Vec3d(depth_of(s, p)); }},
-    {Aov::nearest, "Z", [](const PathSetup& s, Vec3d p) { return Vec3d(depth_of(s, p)); }},
-    {Aov::position, "XYZ", [](const PathSetup&, Vec3d p) { return p; }},
+    {Aov::depth, "Z", [](const PathSetup& s, Vec3d p, float) { return Vec3d(depth_of(s, p)); }},
+    {Aov::nearest, "Z", [](const PathSetup& s, Vec3d p, float) { return Vec3d(depth_of(s, p)); }},
+    {Aov::position, "XYZ", [](const PathSetup&, Vec3d p, float) { return p; }},
     {Aov::normal, "XYZ", &normal_of},
     {Aov::albedo, "RGB", &albedo_of},
 });
@@ -116,11 +117,7 @@ std::vector<Layer> make_layers(const PathSetup& s, std::size_t pixels) {
 DeepFilm make_deep(const PathSetup& s, std::size_t pixels) {
   if (!s.options.deep) return {};
   double front = std::numeric_limits<double>::infinity(), back = -front;
-  for (const Instance& at : s.instances->all) {
-    const Octree& tree = s.volumes[at.volume].volume.density.octree;
-    if (tree.empty()) continue;
-    const Affine to_world = inverse(at.world_to_cells);
-    const Box box = tree.support();
+  const auto add = [&](const Affine& to_world, const Box& box) {
     for (int corner = 0; corner < 8; ++corner) {
       Vec3d place;
       for (int axis = 0; axis < 3; ++axis) {
@@ -128,6 +125,16 @@ DeepFilm make_deep(const PathSetup& s, std::size_t pixels) {
       }
       const double depth = depth_of(s, to_world.point(place));
       front = std::min(front, depth), back = std::max(back, depth);
+    }
+  };
+  for (const Instance& at : s.instances->all) {
+    const Volume& v = s.volumes[at.volume].volume;
+    const Octree& tree = v.density.octree;
+    if (tree.empty()) continue;
+    if (place_moves(v, at.place)) {
+      add({}, world_box(v.density, v, at.place));
+    } else {
+      add(inverse(at.world_to_cells), tree.support());
     }
   }
   front = std::max(front, 0.0);              // nothing behind the camera is seen
@@ -156,7 +163,7 @@ void add_to_layers(const PathSetup& s, const PathResult& r, std::size_t pixel, F
   for (const FirstCollisionLayer& of : kFirstCollisionLayers) {
     if (!s.options.aovs.has(of.aov)) continue;
     Layer& layer = *next++;
-    const Vec3d value = of.value(s, r.first);
+    const Vec3d value = of.value(s, r.first, r.time);
     if (layer.least) {
       layer.sums[pixel] = min(layer.sums[pixel], value);
     } else {

@@ -9,6 +9,10 @@
 #include "pvol/volume/volume.h"
 #include "render/path/box_tree.h"
 
+namespace pvol {
+struct MovingPlace;  // volume/moving_places.h
+}
+
 namespace pvol::detail {
 
 /// A volume at one of its places. What a flight needs besides follows from these in less time than
@@ -33,18 +37,35 @@ struct Instance {
 /// A place in the world and what holds it.
 struct WorldPlace {
   Vec3d position;
-  const Instance* within = nullptr;  ///< that the path's last collision was in
+  const Instance* within = nullptr;  ///< of `Instances::all`, that the path's last collision was in
+};
+
+/// What moves an instance.
+struct InstanceMotion {
+  const MovingPlace* place;  ///< of the volume's; null: it stands still
+  Affine cells_to_object;
 };
 
 /// All places of all volumes.
 struct Instances {
-  std::vector<Instance> all;  ///< volume by volume
-  BoxTree tree;               ///< of their numbers
+  std::vector<Instance> all;  ///< volume by volume; what moves, in the middle of the shutter
+  BoxTree tree;               ///< of their numbers, around what moves at all times of the shutter
+  std::vector<InstanceMotion> motion{};  ///< of all; empty where none moves
 
+  /// The volumes outlive this.
   explicit Instances(std::span<const Volume> volumes);
   [[nodiscard]] std::size_t bytes() const {
-    return all.capacity() * sizeof(Instance) + tree.bytes();
+    return all.capacity() * sizeof(Instance) + tree.bytes() +
+           motion.capacity() * sizeof(InstanceMotion);
   }
+  [[nodiscard]] bool moves() const { return !motion.empty(); }
+  /// Whether there is one alone that stands still.
+  [[nodiscard]] bool is_one_still() const { return all.size() == 1 && !moves(); }
+  /// An instance at a time, in frames, while the shutter is open.
+  [[nodiscard]] Instance at_time(std::uint32_t number, double frames) const;
+
+ private:
+  void add_motion(std::span<const Volume> volumes);
 };
 
 }  // namespace pvol::detail

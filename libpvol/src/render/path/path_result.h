@@ -20,6 +20,7 @@ struct PathResult {
   std::vector<Rgb> orders;
   Vec3d first;             ///< place of the first collision in the world, where somebody asks
   float first_weight = 0;  ///< of the flight that ended there; 0: none did
+  float time = 0;          ///< of the path, in frames, where the setup moves
 
   explicit PathResult(const PathSetup& s)
       : layers(s.options.aovs.has(Aov::lights) ? s.lights.size() + 2 : 0),

@@ -192,7 +192,7 @@ struct PathSetup {
         first_collisions(plan.scene.options.deep || of_first_collisions(plan.scene.options.aovs)),
         emission(plan.emission),
         lanes(plan.kernel.lanes),
-        moving(plan.kernel.moving),
+        moving(plan.kernel.moving || plan.kernel.places_move),
         albedo_varies(
             std::ranges::any_of(plan.volumes, [](const Volume& v) { return v.albedo != nullptr; })),
         dense(std::move(dense_)) {

@@ -24,7 +24,10 @@ class PathTracer {
     r_.reset();
     auto [rng, ray] = CameraSample(s_, x, y, sample);
     direction_ = Vec3f(ray.d);
-    if (!Kind::kSimple && s_.moving) traversal.work.set_time(sample_time(s_, x, y, sample));
+    if (!Kind::kSimple && s_.moving) {
+      r_.time = sample_time(s_, x, y, sample);
+      traversal.work.set_time(r_.time);
+    }
     if (traversal.start(ray)) {
       walk(ray.o, rng);
     } else {

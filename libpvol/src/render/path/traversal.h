@@ -99,19 +99,58 @@ class OneVolume {
   Cursor cursor_;
 };
 
-/// Many volumes, or one at many places, which may overlap: free flights in each are independent,
-/// and the shortest one is that of their sum (Kutz et al. 2017, theorem 1); transmittances multiply
-/// (THEORY.md, T3.8). A tree of boxes tells which to ask; no common octree is needed. Weights of
-/// flights that end behind the shortest would count too much, so trackers are analog here.
-class ManyVolumes {
+/// Where instances that stand still are.
+class StillPlaces {
  public:
-  explicit ManyVolumes(const PathSetup& setup) : work(setup), s_(setup), in_(*setup.instances) {}
+  explicit StillPlaces(const Instances& in) : in_(in) {}
+  [[nodiscard]] const Instance& at(std::uint32_t i, float /*frames*/) const { return in_.all[i]; }
+
+ private:
+  const Instances& in_;
+};
+
+/// Where instances are at the time of a path, of which some move. All flights of a path ask for the
+/// same ones: those that were asked for last are kept.
+class MovingPlacesAt {
+ public:
+  explicit MovingPlacesAt(const Instances& in) : in_(in), kept_(kKept) {}
+
+  /// Until the next call.
+  [[nodiscard]] const Instance& at(std::uint32_t i, float frames) {
+    if (in_.motion[i].place == nullptr) return in_.all[i];
+    Kept& k = kept_[i % kKept];
+    if (k.number != i || k.frames != frames) k = {i, frames, in_.at_time(i, double(frames))};
+    return k.instance;
+  }
+
+ private:
+  static constexpr std::uint32_t kKept = 64;
+  struct Kept {
+    std::uint32_t number = ~0u;
+    float frames = 0;
+    Instance instance{};
+  };
+
+  const Instances& in_;
+  std::vector<Kept> kept_;
+};
+
+/// Many volumes, or one at many places, or one that moves as a whole, which may overlap: free
+/// flights in each are independent, and the shortest one is that of their sum (Kutz et al. 2017,
+/// theorem 1); transmittances multiply (THEORY.md, T3.8). A tree of boxes tells which to ask; no
+/// common octree is needed. Weights of flights that end behind the shortest would count too much,
+/// so trackers are analog here.
+template <class Places>
+class VolumesAt {
+ public:
+  explicit VolumesAt(const PathSetup& setup)
+      : work(setup), s_(setup), in_(*setup.instances), places_(in_) {}
 
   /// Moves to where the first volume begins: from there on float directions are precise enough.
   [[nodiscard]] bool start(const Ray& ray) {
     double first = kEndless;
     in_.tree.visit(ray, kEndless, [&](std::uint32_t i, double limit) {
-      const Instance& at = in_.all[i];
+      const Instance& at = places_.at(i, work.path.time);
       const auto span = s_.volumes[at.volume].in_box(at.in_cells(ray));
       if (span) first = std::min(first, span->t0);
       return std::min(first, limit);
@@ -139,7 +178,8 @@ class ManyVolumes {
 
   /// The component that the path's last flight collided with, as it is there.
   [[nodiscard]] LocalMatter local(const Matter& matter) const {
-    const Instance& in = *place_.within;
+    const auto number = std::uint32_t(place_.within - in_.all.data());
+    const Instance in = in_.at_time(number, double(work.path.time));
     return local_matter(s_.volumes[in.volume], matter, in.world_to_cells.point(place_.position),
                         work.path.time);
   }
@@ -166,26 +206,26 @@ class ManyVolumes {
     return s_.volumes[at.volume].volume.density;
   }
 
-  /// limit = visit(instance, where it begins, limit, walk from there up to the limit) for those
-  /// that a ray from the path's place may meet before it.
+  /// limit = visit(instance of all, where it begins, limit, walk from there up to the limit) for
+  /// those that a ray from the path's place may meet before it.
   template <class Visit>
   void visit_walks(Vec3f direction, double distance, const Visit& visit) {
     const Ray ray{place_.position, Vec3d(direction)};
     in_.tree.visit(ray, distance, [&](std::uint32_t i, double limit) {
-      const Instance& at = in_.all[i];
+      const Instance& at = places_.at(i, work.path.time);
       const VolumeSetup& v = s_.volumes[at.volume];
       const Ray cells = at.in_cells(ray);
       const auto span = v.in_box(cells);
       if (!span || span->t0 >= limit) return limit;
       // What scattered the path holds it: its shell would not turn the ray away.
-      if (&at != place_.within &&
+      if (&in_.all[i] != place_.within &&
           outside_shell(v, cells, {span->t0, std::min(span->t1, limit)}, work)) {
         return limit;
       }
       const Octree& tree = v.volume.density.octree;
       Walk walk(tree, make_cursor(tree, cells.at(span->t0)), at.in_cells(direction),
                 limit - span->t0);
-      return visit(at, span->t0, limit, walk);
+      return visit(in_.all[i], span->t0, limit, walk);
     });
   }
 
@@ -203,7 +243,11 @@ class ManyVolumes {
 
   const PathSetup& s_;
   const Instances& in_;
+  Places places_;
   WorldPlace place_;
 };
+
+using ManyVolumes = VolumesAt<StillPlaces>;
+using MovingVolumes = VolumesAt<MovingPlacesAt>;
 
 }  // namespace pvol::detail

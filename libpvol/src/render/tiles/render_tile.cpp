@@ -73,6 +73,10 @@ TileFunction find_tile_function(Paths paths, const PathSetup& setup) {
       return find<GuidedTracer, ManyVolumes>(setup);
     case Paths::many_volumes:
       return find<PathTracer, ManyVolumes>(setup);
+    case Paths::guided_moving:
+      return &render_tile<GuidedTracer<MovingVolumes>>;
+    case Paths::moving_places:
+      return &render_tile<PathTracer<MovingVolumes>>;
     case Paths::chromatic:
       return &render_tile<PathTracer<ChromaticVolume>>;
     case Paths::one_volume:
