@@ -163,6 +163,33 @@ TEST(ExrLayout, MatricesTakeTheWorldToTheImage) {
   EXPECT_NO_THROW((void)to_ndc.inverse(true));
 }
 
+/// Of shifted cameras and parallel ones the edges are 1 as well, as their rays have it.
+TEST(ExrLayout, MatricesAreThoseOfTheCamerasRays) {
+  const TemporaryFolder folder;
+  Film film = make_film();
+  for (const CameraKind kind :
+       {CameraKind::perspective, CameraKind::orthographic, CameraKind::latlong}) {
+    Camera camera{{1, 2, 3}, {1, 2, -7}, {0, 1, 0}, 90};
+    camera.kind = kind, camera.ortho_scale = 4;
+    if (kind != CameraKind::latlong) camera.shift = {0.25, -0.5};
+    write_exr(folder.file("a.exr"), film, {}, {.camera = camera});
+    const Imf::MultiPartInputFile in(folder.file("a.exr").c_str());
+    EXPECT_EQ(Imf::hasWorldToNDC(in.header(0)), kind != CameraKind::latlong);
+    if (kind == CameraKind::latlong) continue;
+    // The picture is 64 by 48 and so its longer side 64; perspective: 8/3 at distance 1.
+    const bool parallel = kind == CameraKind::orthographic;
+    const double side = parallel ? 4 : 2.0 * 64 / 48, depth = parallel ? 1 : 10;
+    const Vec3d middle = Vec3d(0.25, -0.5, 0) * side * depth + Vec3d(1, 2, -7);
+    const Vec3d corner = middle + Vec3d(side / 2, side / 2 * 48 / 64, 0) * depth;
+    const Imath::M44f& to_ndc = Imf::worldToNDC(in.header(0));
+    const auto at = [&](Vec3d p) {
+      return Imath::V3f(float(p.x), float(p.y), float(p.z)) * to_ndc;
+    };
+    EXPECT_NEAR(at(middle).x, 0, 1e-5), EXPECT_NEAR(at(middle).y, 0, 1e-5);
+    EXPECT_NEAR(at(corner).x, 1, 1e-5), EXPECT_NEAR(at(corner).y, 1, 1e-5);
+  }
+}
+
 // --- other readers -------------------------------------------------------------------------------
 
 /// What a command prints.

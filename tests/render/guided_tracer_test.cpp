@@ -257,13 +257,15 @@ TEST_F(ScriptedPaths, ATenthOfTheLightIsWorthAShadowRay) {
 TEST_F(ScriptedPaths, CameraRaysBeginInTheirPixel) {
   const detail::PathSetup s = setup();
   const detail::Projection& p = s.projection;
-  const Vec3d forward = normalize(p.corner + p.right * 0.5 + p.down * 0.5);
+  const Vec3d forward = p.ray(0.5, 0.5).d;  // the middle of the one pixel
+  const auto in_plane = [&](Vec3d d) { return d / dot(d, forward); };
+  const Vec3d corner = in_plane(p.ray(0, 0).d);
+  const Vec3d right = in_plane(p.ray(1, 0).d) - corner, below = in_plane(p.ray(0, 1).d) - corner;
   proof::Histogram across(8), down(8);
   for (std::uint32_t i = 0; i < 1000; ++i) {
-    const Vec3d d = detail::CameraSample(s, 2, 5, i).ray.d;
-    const Vec3d at = d / dot(d, forward) - p.corner;
-    across.add(dot(at, p.right) / dot(p.right, p.right) - 2);
-    down.add(dot(at, p.down) / dot(p.down, p.down) - 5);
+    const Vec3d at = in_plane(detail::CameraSample(s, 2, 5, i).ray.d) - corner;
+    across.add(dot(at, right) / dot(right, right) - 2);
+    down.add(dot(at, below) / dot(below, below) - 5);
   }
   proof::Family family;
   family.add("across", across.uniform_p_value());

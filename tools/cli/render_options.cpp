@@ -131,7 +131,57 @@ std::vector<ManualPart> scene_manual() {
   return parts;
 }
 
+/// What --view says of a camera that frames the clouds: a word, or two angles.
+std::vector<std::string> view_keys(const std::string& view) {
+  struct Named {
+    const char *name, *azimuth, *elevation;
+  };
+  constexpr Named kViews[] = {{"front", "0", "0"}, {"right", "90", "0"}, {"side", "90", "0"},
+                              {"back", "180", "0"}, {"left", "-90", "0"}, {"top", "0", "90"},
+                              {"bottom", "0", "-90"}};
+  const auto both = [](const std::string& azimuth, const std::string& elevation) {
+    return std::vector{"camera.azimuth=" + azimuth, "camera.elevation=" + elevation};
+  };
+  for (const Named& v : kViews) {
+    if (view == v.name) return both(v.azimuth, v.elevation);
+  }
+  const std::size_t comma = view.find(',');
+  if (comma == std::string::npos) {
+    throw UsageError("--view: found '" + view +
+                     "', expected front, right, side, back, left, top, bottom, or degrees about "
+                     "up and above, such as 45,20");
+  }
+  return both(view.substr(0, comma), view.substr(comma + 1));
+}
+
+/// Flags for a camera that frames the clouds, which are keys of the scene.
+void add_view(CLI::App& app, RenderOptionsGiven& o) {
+  app.add_option_function<std::string>(
+         "--view",
+         [&o](const std::string& view) {
+           for (std::string& key : view_keys(view)) o.sets.push_back(std::move(key));
+         },
+         "Where the camera is that frames the clouds: front, right, side, back, left, top, bottom, "
+         "or degrees about up from the front and above, such as 45,20 [a little above the front]")
+      ->type_name("NAME|AZ,EL");
+  Camera defaults;
+  const Entries all = entries(defaults);
+  for (const char* key : {"zoom", "up", "fov"}) {
+    const Entry& e = *find_key(all, key);
+    const bool list = e.about.limits.layout == Limits::Layout::list;
+    app.add_option_function<std::string>(
+           flag_of(e.about),
+           [&o, list, set = fmt::format("camera.{}=", key)](const std::string& text) {
+             o.sets.push_back(set + (list ? '[' + text + ']' : text));
+           },
+           help_of(e))
+        ->type_name(metavar_of(e.about))
+        ->check(fits(e.about.limits));
+  }
+}
+
 void add_scene(CLI::App& app, RenderOptionsGiven& o) {
+  add_view(app, o);
   app.add_option("--set", o.sets,
                  "Set a value of the scene, e.g. medium.g=0.5; of lists by number, "
                  "volume[2].medium.g=0.5; repeatable")

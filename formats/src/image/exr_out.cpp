@@ -6,10 +6,8 @@
 #include <ImfStdIO.h>
 #include <ImfStringAttribute.h>
 
-#include <cmath>
 #include <cstring>
 #include <fstream>
-#include <numbers>
 
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
@@ -32,14 +30,19 @@ Imath::M44f matrix_of(Vec3d x, Vec3d y, Vec3d z, Vec3d origin) {
 void add_camera(const Camera& camera, const Film& film, Imf::Header& header) {
   const Vec3d z = normalize(camera.target - camera.position);
   const Vec3d x = normalize(cross(z, camera.up)), y = cross(x, z);
-  const double across = std::tan(camera.fov / 360 * std::numbers::pi);
-  const double aspect = double(film.width) / film.height;
   const Imath::M44f to_camera = matrix_of(x, y, z, camera.position);
-  // Depth is 0 one unit before the camera and 1 at infinity: there are no clipping planes.
-  const Imath::M44f project(float(1 / (across * aspect)), 0, 0, 0, 0, float(1 / across), 0, 0, 0, 0,
-                            1, 1, 0, 0, -1, 0);
   Imf::addWorldToCamera(header, to_camera);
-  Imf::addWorldToNDC(header, to_camera * project);
+  if (camera.kind == CameraKind::latlong) return;  // which no matrix describes
+  const double aspect = double(film.width) / film.height, height = half_height(camera, aspect);
+  const auto [shift_x, shift_y] = shift_of(camera, aspect);
+  const auto sx = float(1 / (height * aspect)), sy = float(1 / height);
+  const auto dx = float(-shift_x / (height * aspect)), dy = float(-shift_y / height);
+  // Depth is 0 one unit before the camera and 1 at infinity: there are no clipping planes. That of
+  // parallel rays is the distance.
+  const Imath::M44f perspective(sx, 0, 0, 0, 0, sy, 0, 0, dx, dy, 1, 1, 0, 0, -1, 0);
+  const Imath::M44f parallel(sx, 0, 0, 0, 0, sy, 0, 0, 0, 0, 1, 0, dx, dy, 0, 1);
+  Imf::addWorldToNDC(
+      header, to_camera * (camera.kind == CameraKind::orthographic ? parallel : perspective));
 }
 
 }  // namespace

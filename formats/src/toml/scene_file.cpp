@@ -116,9 +116,17 @@ std::string_view first_key(const PhaseFunction& phase) { return entries(phase).f
 void read_camera(const TomlTable& table, SceneFile& file) {
   Camera& camera = file.scene.camera;
   Entries all = entries(camera);
-  file.has_camera = table.has("position") || table.has("target");
-  if (!file.has_camera) {  // framed; the rest holds
+  const bool by_matrix = table.has("matrix");
+  file.has_camera = by_matrix || table.has("position") || table.has("target");
+  if (by_matrix || !file.has_camera) {  // framed; the rest holds
     for (Entry& e : all) e.about.required = false;
+  }
+  for (const char* key : {"position", "target", "up"}) {
+    if (by_matrix && table.has(key)) table.fail(key, "either a matrix or position, target and up");
+  }
+  for (const char* key : {"azimuth", "elevation", "zoom"}) {
+    if (!file.has_camera || !table.has(key)) continue;
+    table.fail(key, "none of a camera whose place is given; leave that out to frame the clouds");
   }
   read_keys(table, all);
   if (file.has_camera) refuse_misfit(table, misfit(camera));

@@ -83,7 +83,9 @@ std::string to_toml(const SceneFile& file) {
     text += "\n[[volume]]\n" + lines(entries(v)) + place_text(v) + medium_text(v, "volume.medium");
   }
   if (file.has_camera) {
-    text += "\n[camera]\n" + lines(entries(scene.camera));
+    Entries all = entries(scene.camera);
+    for (const char* key : {"azimuth", "elevation", "zoom"}) all = without(std::move(all), key);
+    text += "\n[camera]\n" + lines(all);
   } else if (scene.camera != Camera{}) {  // what a frame keeps
     text += "\n[camera]\n" + lines(without(without(entries(scene.camera), "position"), "target"));
   }

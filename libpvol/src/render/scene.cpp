@@ -1,4 +1,4 @@
-// What cameras, lights and options may be: each value by its row, and what rows cannot say.
+// What lights and options may be: each value by its row, and what rows cannot say.
 #include <cmath>
 #include <string>
 
@@ -18,27 +18,6 @@ void require_fit(const std::string& what, const std::optional<Misfit>& misfit) {
 }
 
 }  // namespace
-
-const char* expect_shutter(const Value& value) {
-  const Value::List& times = *value.list();
-  return *times[0].number() <= *times[1].number() ? nullptr : "an opening before the closing";
-}
-
-std::optional<Misfit> misfit(const Camera& c) {
-  constexpr double kLeastSine = 1e-6;  // of the angle between up and the view; the cross product of
-                                       // two unit vectors is accurate to about 1e-16
-  const Vec3d view = c.target - c.position;
-  if (view == Vec3d{}) return Misfit{{"target"}, "another point than position"};
-  const double sine = length(cross(normalize(view), normalize(c.up)));
-  if (sine > kLeastSine) return std::nullopt;
-  return Misfit{{"up", "target"},
-                "up, by default [0, 1, 0], not along the line from position to target"};
-}
-
-void validate(const Camera& camera) {
-  require_limits("camera", entries(camera));
-  require_fit("camera", misfit(camera));
-}
 
 std::optional<Misfit> misfit(const RenderOptions& o) {
   const bool one_pixel = (o.crop_width ? o.crop_width : o.width - o.crop_x) == 1 &&

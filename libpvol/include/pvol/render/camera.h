@@ -1,27 +1,88 @@
-// The camera.
+// The camera. Which rays it has: src/render/path/projection.h.
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "pvol/math/keys.h"
+#include "pvol/math/names.h"
 #include "pvol/math/vec.h"
 #include "pvol/volume/shutter.h"
 
 namespace pvol {
 
-/// Perspective camera in world space; image x runs right, y runs down.
+enum class CameraKind {
+  perspective,
+  orthographic,  ///< rays are parallel
+  latlong,       ///< all directions: longitude across, latitude down, the target in the middle
+};
+[[nodiscard]] constexpr auto names(CameraKind) {
+  return std::to_array<Named<CameraKind>>({{CameraKind::perspective, "perspective"},
+                                           {CameraKind::orthographic, "orthographic"},
+                                           {CameraKind::latlong, "latlong"}});
+}
+
+/// The side of the picture that a sensor's size is told of.
+enum class SensorFit {
+  automatic,  ///< the longer one
+  horizontal,
+  vertical,
+};
+[[nodiscard]] constexpr auto names(SensorFit) {
+  return std::to_array<Named<SensorFit>>({{SensorFit::automatic, "auto"},
+                                          {SensorFit::horizontal, "horizontal"},
+                                          {SensorFit::vertical, "vertical"}});
+}
+
+/// Camera in world space; image x runs right, y runs down.
 struct Camera {
   Vec3d position{0, 0, 0};
-  Vec3d target{0, 0, -1};  ///< the point at the image's centre
+  Vec3d target{0, 0, -1};  ///< the point at the image's centre, but for a shift
   Vec3d up{0, 1, 0};       ///< must not be parallel to target - position
   double fov = 35;         ///< vertical field of view in degrees, in (0, 180)
   Shutter shutter{};       ///< in frames; of volumes that have velocities
   double fps = 24;         ///< frames per second
+  CameraKind kind = CameraKind::perspective;
+  /// In mm; takes the place of fov, with the sensor's size in mm along the side that `fit` says.
+  std::optional<double> focal_length{};
+  double sensor = 36;
+  SensorFit fit = SensorFit::automatic;
+  /// What the sensor is moved by, right and up, over its size along that side; for pictures of
+  /// which the target is not in the middle.
+  std::array<double, 2> shift{0, 0};
+  double ortho_scale = 1;  ///< world units along that side; orthographic
+  /// Focal length over the lens' diameter; none: everything is sharp. The lens has the focal length
+  /// or that of the field of view, in world units of `metres` metres.
+  std::optional<double> f_stop{};
+  std::optional<double> focus_distance{};  ///< along the view in world units; none: the target's
+  double metres = 1;                       ///< of a world unit
+  // Of a camera that frames the clouds by itself: from where, in degrees, and how near.
+  double azimuth = 0;  ///< about up, against the clock from above; 0: from the front, +z
+  /// Of the camera above the clouds, in [-90, 90]; none: a little, 0.12 over the distance.
+  std::optional<double> elevation{};
+  double zoom = 1;  ///< 2: the clouds are twice as large in the picture
   friend bool operator==(const Camera&, const Camera&) = default;
 };
 
-/// Nothing of a shutter that opens before it closes.
+/// Half the picture's height over the distance; of an orthographic camera in world units.
+[[nodiscard]] double half_height(const Camera& camera, double aspect);
+
+/// The shift in the same unit.
+[[nodiscard]] std::array<double, 2> shift_of(const Camera& camera, double aspect);
+
+/// Radius of the lens in world units; 0: none.
+[[nodiscard]] double lens_radius(const Camera& camera, double aspect);
+
+/// Position, target and up of a 4x4 matrix that takes the camera's space to the world: it looks
+/// along its -z, with y up. Either with the place in the last column, row by row, as Blender prints
+/// Camera.matrix_world, or in the last row, as Houdini's worldTransform(); where the place is the
+/// origin, it is taken as the former. Scales do not count. Nothing of one that is not affine or has
+/// no volume.
+[[nodiscard]] bool place(Camera& camera, const std::array<double, 16>& matrix);
+
+// What scenes may say, or null: a shutter that opens before it closes, a matrix that `place` takes.
 [[nodiscard]] const char* expect_shutter(const Value& value);
+[[nodiscard]] const char* expect_matrix(const Value& value);
 
 template <std::same_as<Camera> C>
 [[nodiscard]] constexpr auto keys(const C&) {
@@ -40,10 +101,82 @@ template <std::same_as<Camera> C>
                    .metavar = "XYZ",
                    .limits = direction(),
                    .help = "The direction that is up in the image"}),
+      {{.key = "matrix",
+        .metavar = "M",
+        .limits = number().times(16).also(expect_matrix),
+        .help = "In place of position, target and up: 16 numbers, row by row, of the matrix from "
+                "the camera, which looks along -z with y up, to the world, as Blender "
+                "(matrix_world) and Houdini (worldTransform) print it",
+        .otherwise = "none"},
+       [](const C&) { return Value(); },  // it is written as position, target and up
+       [](C& c, const Value& v) {
+         std::array<double, 16> m{};
+         for (std::size_t i = 0; i < m.size(); ++i) m[i] = *(*v.list())[i].number();
+         (void)place(c, m);
+       }},
+      key<&C::kind>({.key = "projection", .help = "Which rays the camera has"}),
       key<&C::fov>({.key = "fov",
                     .metavar = "DEGREES",
                     .limits = number(Range::open(0, 180)),
-                    .help = "Vertical field of view in degrees"}),
+                    .help = "Vertical field of view in degrees, of a perspective camera"}),
+      key<&C::focal_length>({.key = "focal_length",
+                             .metavar = "MM",
+                             .limits = number(Range::above(0)).or_word("none"),
+                             .help = "In place of fov: focal length of the lens in mm",
+                             .otherwise = "none"}),
+      key<&C::sensor>({.key = "sensor",
+                       .metavar = "MM",
+                       .limits = number(Range::above(0)),
+                       .help = "Size of the sensor in mm, for focal_length"}),
+      key<&C::fit>({.key = "sensor_fit",
+                    .help =
+                        "The side of the picture that sensor, ortho_scale and shift go by; auto "
+                        "is the longer one, as in Blender; Houdini's is horizontal"}),
+      {{.key = "shift",
+        .metavar = "X,Y",
+        .limits = number(Range::closed(-100, 100)).times(2),
+        .help = "Moves the sensor right and up, over its size, so that the target leaves the "
+                "centre; as in Blender"},
+       [](const C& c) {
+         return Value(Value::List{c.shift[0], c.shift[1]});
+       },
+       [](C& c, const Value& v) {
+         c.shift = {*(*v.list())[0].number(), *(*v.list())[1].number()};
+       }},
+      key<&C::ortho_scale>({.key = "ortho_scale",
+                            .metavar = "X",
+                            .limits = number(Range::above(0)),
+                            .help = "World units along the side of sensor_fit, of an orthographic "
+                                    "camera whose place is given"}),
+      key<&C::f_stop>({.key = "f_stop",
+                       .metavar = "N",
+                       .limits = number(Range::above(0)).or_word("none"),
+                       .help = "Focal length over the diameter of the lens: what is not at "
+                               "focus_distance is blurred, the more the smaller this is",
+                       .otherwise = "none"}),
+      key<&C::focus_distance>({.key = "focus_distance",
+                               .metavar = "X",
+                               .limits = number(Range::above(0)).or_word("none"),
+                               .help = "Distance along the view that is sharp, in world units",
+                               .otherwise = "none: the target's"}),
+      key<&C::metres>({.key = "metres",
+                       .metavar = "X",
+                       .limits = number(Range::above(0)),
+                       .help = "Length of a world unit in metres, for the size of the lens"}),
+      key<&C::azimuth>({.key = "azimuth",
+                        .metavar = "DEGREES",
+                        .limits = number(Range::closed(-360, 360)),
+                        .help = "Of a camera without position, which frames the clouds: from where "
+                                "it looks, about up; 0 is the front, +z, and 90 the right, +x"}),
+      key<&C::elevation>({.key = "elevation",
+                          .metavar = "DEGREES",
+                          .limits = number(Range::closed(-90, 90)).or_word("none"),
+                          .help = "Of such a camera: how far above the clouds it is",
+                          .otherwise = "none: 6.8, a little above"}),
+      key<&C::zoom>({.key = "zoom",
+                     .metavar = "X",
+                     .limits = number(Range::closed(1e-3, 1e3)),
+                     .help = "Of such a camera: size of the clouds in the picture; 1 fills it"}),
       {{.key = "shutter",
         .metavar = "OPEN,CLOSE",
         .limits = number(Range::closed(-100, 100)).times(2).also(expect_shutter),
@@ -62,7 +195,7 @@ template <std::same_as<Camera> C>
   });
 }
 
-/// A target where the camera is, or `up` along the view.
+/// A target where the camera is, `up` along the view, and what goes with another kind only.
 [[nodiscard]] std::optional<Misfit> misfit(const Camera& camera);
 
 /// Throws Error for values out of range, alone or together.

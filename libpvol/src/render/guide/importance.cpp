@@ -181,9 +181,8 @@ double mean_seen(const PathSetup& setup, const Importance& importance) {
   for (int i = 0; i < kRays; ++i) {
     Rng rng(kKey, 0, std::uint64_t(i));
     const auto [x, y] = rng.uniform2();
-    const Ray ray{setup.projection.origin,
-                  setup.projection.direction(double(x) * setup.options.width,
-                                             double(y) * setup.options.height)};
+    const Ray ray = setup.projection.ray(double(x) * setup.options.width,
+                                         double(y) * setup.options.height);
     const Vec3f d(ray.d);
     if (setup.moving) traversal.work.set_time(sample_time(setup, 0, 0, std::uint32_t(i)));
     if (!traversal.start(ray) || traversal.fly(d, rng).matter == nullptr) continue;

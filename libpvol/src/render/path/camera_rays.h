@@ -4,8 +4,20 @@
 #include "pvol/math/rng.h"
 #include "pvol/render/options.h"
 #include "render/path/path_setup.h"
+#include "render/path/sequences.h"
 
 namespace pvol::detail {
+
+/// Where a camera sample's ray begins on the lens, in a square that stands for it. A pixel's
+/// samples cover it evenly; random numbers of the path are not touched.
+[[nodiscard]] inline std::array<float, 2> lens_point(const PathSetup& s, int x, int y,
+                                                     std::uint32_t sample) {
+  constexpr std::uint64_t kOfLens = 0x6c656e73;  // a key besides that of paths
+  const std::uint64_t pixel = std::uint64_t(y) * std::uint64_t(s.options.width) + std::uint64_t(x);
+  const Philox::Block r = Rng(s.options.seed ^ kOfLens, pixel, 0).block();
+  return point_of_square(sample,
+                         {std::uint32_t(r.lo), std::uint32_t(r.lo >> 32), std::uint32_t(r.hi)});
+}
 
 /// A camera sample: its random numbers, from which two are drawn for the place in the pixel.
 struct CameraSample {
@@ -16,7 +28,13 @@ struct CameraSample {
       : rng(s.options.seed, std::uint64_t(y) * std::uint64_t(s.options.width) + std::uint64_t(x),
             sample) {
     const auto [jitter_x, jitter_y] = rng.uniform2();
-    ray = {s.projection.origin, s.projection.direction(x + double(jitter_x), y + double(jitter_y))};
+    const double at_x = x + double(jitter_x), at_y = y + double(jitter_y);
+    if (!s.projection.has_lens()) {
+      ray = s.projection.ray(at_x, at_y);
+    } else {
+      const auto [u, v] = lens_point(s, x, y, sample);
+      ray = s.projection.ray(at_x, at_y, u, v);
+    }
   }
 };
 
@@ -26,12 +44,7 @@ struct CameraSample {
 [[nodiscard]] inline float sample_time(const PathSetup& s, int x, int y, std::uint32_t sample) {
   constexpr std::uint64_t kOfTimes = 0x7368757474657273;  // a key besides that of paths
   const std::uint64_t pixel = std::uint64_t(y) * std::uint64_t(s.options.width) + std::uint64_t(x);
-  std::uint32_t reversed = sample;
-  reversed = (reversed >> 16) | (reversed << 16);
-  reversed = (reversed & 0x00ff00ffu) << 8 | (reversed >> 8 & 0x00ff00ffu);
-  reversed = (reversed & 0x0f0f0f0fu) << 4 | (reversed >> 4 & 0x0f0f0f0fu);
-  reversed = (reversed & 0x33333333u) << 2 | (reversed >> 2 & 0x33333333u);
-  reversed = (reversed & 0x55555555u) << 1 | (reversed >> 1 & 0x55555555u);
+  const std::uint32_t reversed = reverse_bits(sample);
   const auto shift = std::uint32_t(Rng(s.options.seed ^ kOfTimes, pixel, 0).block().lo);
   return float(s.camera.shutter.at(double(reversed + shift) * 0x1p-32));
 }
@@ -45,7 +58,7 @@ void visit_coarse_rays(const Projection& projection, const RenderOptions& o, int
     const int row = i / count;
     const double x = part.x + part.width * (i % count + 0.5) / count;
     const double y = part.y + part.height * (row + 0.5) / count;
-    visit(Ray{projection.origin, projection.direction(x, y)}, i);
+    visit(projection.ray(x, y), i);
   }
 }
 

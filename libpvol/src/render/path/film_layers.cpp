@@ -16,8 +16,7 @@ struct FirstCollisionLayer {
 };
 
 double depth_of(const PathSetup& s, Vec3d place) {
-  const Camera& c = s.camera;
-  return dot(place - c.position, normalize(c.target - c.position));
+  return s.projection.depth(place);
 }
 
 /// visit(volume, world to cells) for all that may be at a place at a time, and perhaps for others.

@@ -22,29 +22,11 @@
 #include "pvol/volume/volume.h"
 #include "render/emission/emission_setup.h"
 #include "render/path/instances.h"
+#include "render/path/projection.h"
 #include "volume/dense_bounds.h"
 #include "volume/flights.h"
 
 namespace pvol::detail {
-
-/// Perspective projection with its constants.
-struct Projection {
-  Vec3d origin, corner, right,
-      down;  // the point at image (0, 0) and steps of one pixel, at distance 1
-
-  Projection(const Camera& camera, int width, int height) : origin(camera.position) {
-    const Vec3d forward = normalize(camera.target - camera.position);
-    const Vec3d x = normalize(cross(forward, camera.up)), y = cross(forward, x);
-    const double pixel = 2 * std::tan(camera.fov / 360 * std::numbers::pi) / height;
-    right = x * pixel;
-    down = y * pixel;
-    corner = forward - right * (width / 2.0) - down * (height / 2.0);
-  }
-
-  [[nodiscard]] Vec3d direction(double x, double y) const {
-    return normalize(corner + right * x + down * y);
-  }
-};
 
 /// The part of an image that is rendered, in pixels.
 struct ImagePart {

@@ -1,0 +1,120 @@
+#include "pvol/render/camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "pvol/error.h"
+
+namespace pvol {
+namespace {
+
+/// Half the sensor's side that `fit` says over half the picture's height.
+double half_side_over_height(const Camera& c, double aspect) {
+  if (c.fit == SensorFit::automatic) return std::max(aspect, 1.0);
+  return c.fit == SensorFit::horizontal ? aspect : 1;
+}
+
+/// In mm: that of the field of view where none is given.
+double focal_length(const Camera& c, double aspect) {
+  if (c.focal_length) return *c.focal_length;
+  return c.sensor / 2 / (half_height(c, aspect) * half_side_over_height(c, aspect));
+}
+
+struct Axes {
+  Vec3d x, y, z, place;
+};
+
+/// Of a matrix with the place in its last column, or in its last row.
+std::optional<Axes> axes_of(const std::array<double, 16>& m) {
+  const auto at = [&](std::size_t row, std::size_t column) { return m[4 * row + column]; };
+  const auto ends = [&](bool in_row) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      if ((in_row ? at(i, 3) : at(3, i)) != 0) return false;
+    }
+    return at(3, 3) == 1;
+  };
+  const bool in_column = ends(false), in_row = !in_column && ends(true);
+  if (!in_column && !in_row) return std::nullopt;
+  const auto axis = [&](std::size_t i) {
+    return in_column ? Vec3d(at(0, i), at(1, i), at(2, i)) : Vec3d(at(i, 0), at(i, 1), at(i, 2));
+  };
+  const Axes a{axis(0), axis(1), axis(2), axis(3)};
+  for (const Vec3d& v : {a.x, a.y, a.z}) {
+    if (!(length(v) > 0) || !is_finite(v / length(v))) return std::nullopt;
+  }
+  const double volume = dot(cross(normalize(a.x), normalize(a.y)), normalize(a.z));
+  constexpr double kLeast = 0.99;  // printed with a few digits they are hardly orthogonal
+  if (!(volume > kLeast)) return std::nullopt;
+  return a;
+}
+
+}  // namespace
+
+double half_height(const Camera& c, double aspect) {
+  const double side = half_side_over_height(c, aspect);
+  if (c.kind == CameraKind::orthographic) return c.ortho_scale / 2 / side;
+  if (c.focal_length) return c.sensor / (2 * *c.focal_length) / side;
+  return std::tan(c.fov / 360 * std::numbers::pi);
+}
+
+std::array<double, 2> shift_of(const Camera& c, double aspect) {
+  const double side = 2 * half_height(c, aspect) * half_side_over_height(c, aspect);
+  return {c.shift[0] * side, c.shift[1] * side};
+}
+
+double lens_radius(const Camera& c, double aspect) {
+  if (!c.f_stop) return 0;
+  return focal_length(c, aspect) / 1000 / c.metres / (2 * *c.f_stop);
+}
+
+bool place(Camera& camera, const std::array<double, 16>& matrix) {
+  const std::optional<Axes> axes = axes_of(matrix);
+  if (!axes) return false;
+  camera.position = axes->place;
+  camera.target = axes->place - normalize(axes->z);
+  camera.up = normalize(axes->y);
+  return true;
+}
+
+const char* expect_matrix(const Value& value) {
+  std::array<double, 16> m{};
+  for (std::size_t i = 0; i < m.size(); ++i) m[i] = *(*value.list())[i].number();
+  Camera unused;
+  return place(unused, m) ? nullptr
+                          : "a matrix of rotation, scale and place, whose last row or last column "
+                            "is 0, 0, 0, 1, not mirrored";
+}
+
+const char* expect_shutter(const Value& value) {
+  const Value::List& times = *value.list();
+  return *times[0].number() <= *times[1].number() ? nullptr : "an opening before the closing";
+}
+
+std::optional<Misfit> misfit(const Camera& c) {
+  constexpr double kLeastSine = 1e-6;  // of the angle between up and the view; the cross product of
+                                       // two unit vectors is accurate to about 1e-16
+  const Vec3d view = c.target - c.position;
+  if (view == Vec3d{}) return Misfit{{"target"}, "another point than position"};
+  const double sine = length(cross(normalize(view), normalize(c.up)));
+  if (!(sine > kLeastSine)) {
+    return Misfit{{"up", "target"},
+                  "up, by default [0, 1, 0], not along the line from position to target"};
+  }
+  if (c.kind != CameraKind::perspective && c.f_stop) {
+    return Misfit{{"f_stop"}, "none, for a camera that is not perspective and has no lens"};
+  }
+  if (c.kind == CameraKind::latlong && c.shift != std::array<double, 2>{0, 0}) {
+    return Misfit{{"shift"}, "[0, 0], for a camera that sees all directions"};
+  }
+  return std::nullopt;
+}
+
+void validate(const Camera& camera) {
+  require_limits("camera", without(entries(camera), "matrix"));
+  if (const auto wrong = misfit(camera)) {
+    throw Error(std::string("camera: ") + wrong->keys.front() + ": expected " + wrong->expected);
+  }
+}
+
+}  // namespace pvol

@@ -1,0 +1,85 @@
+// The rays of a camera.
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+#include "pvol/math/box.h"
+#include "pvol/math/circle.h"
+#include "pvol/render/camera.h"
+
+namespace pvol::detail {
+
+/// A camera with its constants, for pictures of a size.
+class Projection {
+ public:
+  Projection(const Camera& camera, int width, int height)
+      : origin_(camera.position), kind_(camera.kind) {
+    const double aspect = double(width) / height;
+    forward_ = normalize(camera.target - camera.position);
+    const Vec3d x = normalize(cross(forward_, camera.up)), y = cross(forward_, x);
+    if (kind_ == CameraKind::latlong) {
+      right_ = x, down_ = y;
+      turns_ = {1.0 / width, 0.5 / height};
+      return;
+    }
+    const double pixel = 2 * half_height(camera, aspect) / height;
+    const auto [shift_x, shift_y] = shift_of(camera, aspect);
+    right_ = x * pixel;
+    down_ = y * pixel;
+    corner_ = forward_ - right_ * (width / 2.0) - down_ * (height / 2.0);
+    if (shift_x != 0 || shift_y != 0) corner_ += x * shift_x - y * shift_y;
+    radius_ = lens_radius(camera, aspect);
+    lens_x_ = x * radius_, lens_y_ = y * radius_;
+    const double distance = length(camera.target - camera.position);
+    focus_ = camera.focus_distance.value_or(distance);
+  }
+
+  /// Whether rays begin anywhere on a lens, so that `ray` takes a place on it.
+  [[nodiscard]] bool has_lens() const { return radius_ > 0; }
+
+  /// Through the point (x, y) of the picture, in pixels, and the middle of the lens.
+  [[nodiscard]] Ray ray(double x, double y) const {
+    switch (kind_) {
+      case CameraKind::orthographic:
+        return {origin_ + (corner_ - forward_) + right_ * x + down_ * y, forward_};
+      case CameraKind::latlong:
+        return {origin_, along(x * turns_[0] - 0.5, 0.25 - y * turns_[1])};
+      case CameraKind::perspective:
+        break;
+    }
+    return {origin_, normalize(corner_ + right_ * x + down_ * y)};
+  }
+
+  /// The same through a point of the lens, uniform over it where u and v are over [0, 1).
+  [[nodiscard]] Ray ray(double x, double y, float u, float v) const {
+    // Where all rays through (x, y) meet.
+    const Vec3d sharp = (corner_ + right_ * x + down_ * y) * focus_;
+    const CirclePoint rim = point_at_turns(v);
+    const double r = std::sqrt(double(u));
+    const Vec3d on_lens = lens_x_ * (r * double(rim.cosine)) + lens_y_ * (r * double(rim.sine));
+    return {origin_ + on_lens, normalize(sharp - on_lens)};
+  }
+
+  /// Distance of a place along the view.
+  [[nodiscard]] double depth(Vec3d place) const { return dot(place - origin_, forward_); }
+
+ private:
+  /// Direction at turns of longitude to the right of the view, and of latitude above it.
+  [[nodiscard]] Vec3d along(double longitude, double latitude) const {
+    constexpr double kTurn = 2 * std::numbers::pi;
+    const double level = std::cos(kTurn * latitude);
+    return normalize(forward_ * (level * std::cos(kTurn * longitude)) +
+                     right_ * (level * std::sin(kTurn * longitude)) -
+                     down_ * std::sin(kTurn * latitude));
+  }
+
+  Vec3d origin_, forward_;
+  CameraKind kind_;
+  Vec3d corner_, right_, down_;  // the point at image (0, 0) and steps of one pixel, at distance 1
+  double radius_ = 0, focus_ = 0;
+  Vec3d lens_x_, lens_y_;
+  std::array<double, 2> turns_{};  // a pixel of a latlong picture
+};
+
+}  // namespace pvol::detail
