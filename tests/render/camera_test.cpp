@@ -375,5 +375,80 @@ TEST(Sequences, AreUniformOverTheirSeeds) {
   EXPECT_TRUE(family.passes());
 }
 
+/// Of each kind: all of it within its width, its moments, and where half of one side lies.
+TEST(PixelFilters, HaveTheirShape) {
+  struct Case {
+    PixelFilter filter;
+    double variance;  ///< over the squared width
+  };
+  // A Gaussian of a sixth of the width, cut at three deviations; Blackman-Harris by its integral.
+  const auto variance_of = [](const auto& weight) {
+    double sum = 0, squares = 0;
+    for (int i = 0; i < 100'000; ++i) {
+      const double x = (i + 0.5) / 100'000 - 0.5;
+      sum += weight(x), squares += x * x * weight(x);
+    }
+    return squares / sum;
+  };
+  const double turn = 2 * std::numbers::pi;
+  const Case cases[] = {
+      {PixelFilter::box, 1.0 / 12},
+      {PixelFilter::gaussian, variance_of([](double x) { return std::exp(-18 * x * x); })},
+      {PixelFilter::blackman_harris, variance_of([&](double x) {
+         return 0.35875 + 0.48829 * std::cos(turn * x) + 0.14128 * std::cos(2 * turn * x) +
+                0.01168 * std::cos(3 * turn * x);
+       })},
+  };
+  for (const Case& c : cases) {
+    for (const double width : {1.0, 3.0}) {
+      const detail::FilterOffsets offset(c.filter, width);
+      constexpr int kCount = 1'000'000;
+      double sum = 0, squares = 0, most = 0;
+      for (int i = 0; i < kCount; ++i) {
+        const auto x = double(offset(float(i) / kCount));
+        sum += x, squares += x * x, most = std::max(most, std::abs(x));
+      }
+      EXPECT_NEAR(sum / kCount, 0, 1e-5 * width) << name(c.filter);
+      EXPECT_NEAR(squares / kCount / (c.variance * width * width), 1, 1e-3) << name(c.filter);
+      EXPECT_LE(most, width / 2);
+      EXPECT_GT(most, 0.49 * width);
+    }
+  }
+}
+
+/// A thin picture of a cube that is much smaller than a pixel is the filter itself.
+TEST(PixelFilters, AreWhatPicturesShow) {
+  for (const PixelFilter filter :
+       {PixelFilter::box, PixelFilter::gaussian, PixelFilter::blackman_harris}) {
+    CloudScene s;
+    s.medium = matter(1e4, Rgb(0.0f), 0);
+    s.medium.object_to_world = translation({-0.06, -0.06, 0}) * scaling(Vec3d(0.01));
+    s.environment = ConstantSky{Rgb(0.0f)};
+    s.lights.clear();
+    s.camera = looking({0, 0, 40}, {0, 0, 0});
+    s.camera.kind = CameraKind::orthographic, s.camera.ortho_scale = 12;
+    s.options.filter = filter, s.options.filter_width = 4;
+    s.options.width = s.options.height = 12;
+    s.options.samples = 1 << 14;
+    const std::vector<Volume> v = make_volumes(cube(), std::vector{s.medium}, s);
+    const Film film = render(v, s).film;
+    // The pixel (6, 6) has its middle half a pixel off the cube's, to the right and below.
+    const auto alpha = [&](int x, int y) { return double(film.at(x, y).alpha); };
+    double sum = 0, squares = 0;
+    for (int y = 0; y < 12; ++y) {
+      for (int x = 0; x < 12; ++x) {
+        sum += alpha(x, y), squares += alpha(x, y) * (std::pow(x - 5.5, 2) + std::pow(y - 5.5, 2));
+      }
+    }
+    EXPECT_NEAR(alpha(5, 5) / alpha(6, 6), 1, 0.05);
+    EXPECT_EQ(alpha(3, 3), 0) << "two and a half pixels away";
+    if (filter != PixelFilter::box) {
+      EXPECT_GT(alpha(5, 5), 2 * alpha(4, 5));
+    }
+    const double mass = sum / (1 << 14);
+    EXPECT_NEAR(mass / (0.13 * 0.13), 1, 0.02) << "light is neither lost nor made";
+  }
+}
+
 }  // namespace
 }  // namespace pvol::test

@@ -78,6 +78,20 @@ enum class LineEmission {
   });
 }
 
+/// How light around a pixel counts in it.
+enum class PixelFilter {
+  box,              ///< its mean over a square
+  gaussian,         ///< of a sixth of the width as deviation
+  blackman_harris,  ///< sharper than a Gaussian of the same width, as smooth
+};
+[[nodiscard]] constexpr auto names(PixelFilter) {
+  return std::to_array<Named<PixelFilter>>({
+      {PixelFilter::box, "box"},
+      {PixelFilter::gaussian, "gaussian"},
+      {PixelFilter::blackman_harris, "blackman-harris"},
+  });
+}
+
 struct RenderOptions {
   int width = 640, height = 480;
   int crop_x = 0, crop_y = 0;           ///< upper left corner of the part that is rendered
@@ -114,6 +128,8 @@ struct RenderOptions {
   bool deep = false;       ///< keep what is seen by depth (deep.h); takes a tracker without weights
   int deep_bins = 64;      ///< into which deep pictures sort the depths of the volumes' boxes
   double deep_error = 0.005;  ///< share of alpha and colour by which merged bins may be off
+  PixelFilter filter = PixelFilter::box;
+  std::optional<double> filter_width;  ///< in pixels; none: 1 of a box, 3 of others
   bool count = false;  ///< count look-ups and the like, also for no AOV (a few per cent slower)
   friend bool operator==(const RenderOptions&, const RenderOptions&) = default;
 };
@@ -269,6 +285,14 @@ template <std::same_as<RenderOptions> O>
       key<&O::background>(
           {.key = "background",
            .help = "Whether the sky is seen behind the cloud; off leaves it transparent"}),
+      key<&O::filter>({.key = "filter",
+                       .help = "How light around a pixel counts in it; wider ones than a box of "
+                               "one pixel make edges smoother"}),
+      key<&O::filter_width>({.key = "filter_width",
+                             .metavar = "PIXELS",
+                             .limits = number(Range::closed(0.01, 100)).or_word("auto"),
+                             .help = "Width of that filter from end to end",
+                             .otherwise = "auto: 1 of a box, 3 of others"}),
       key<&O::aovs>({.key = "aov",
                      .help = "What the .exr keeps beside colour and alpha, in layers of their own; "
                              "pvol-stats image wants variance and samples",

@@ -8,18 +8,24 @@
 
 namespace pvol::detail {
 
-/// Where a camera sample's ray begins on the lens, in a square that stands for it. A pixel's
-/// samples cover it evenly; random numbers of the path are not touched.
-[[nodiscard]] inline std::array<float, 2> lens_point(const PathSetup& s, int x, int y,
-                                                     std::uint32_t sample) {
-  constexpr std::uint64_t kOfLens = 0x6c656e73;  // a key besides that of paths
+/// What a camera sample has besides its path: each in a sequence of its own.
+enum class Aside : std::uint64_t {
+  pixel = 0x706978656c,
+  lens = 0x6c656e73,
+  time = 0x7368757474657273,
+};
+
+/// A point of a square, which a pixel's samples cover evenly; random numbers of paths are not
+/// touched.
+[[nodiscard]] inline std::array<float, 2> sample_point(const PathSetup& s, int x, int y,
+                                                       std::uint32_t sample, Aside of) {
   const std::uint64_t pixel = std::uint64_t(y) * std::uint64_t(s.options.width) + std::uint64_t(x);
-  const Philox::Block r = Rng(s.options.seed ^ kOfLens, pixel, 0).block();
+  const Philox::Block r = Rng(s.options.seed ^ std::uint64_t(of), pixel, 0).block();
   return point_of_square(sample,
                          {std::uint32_t(r.lo), std::uint32_t(r.lo >> 32), std::uint32_t(r.hi)});
 }
 
-/// A camera sample: its random numbers, from which two are drawn for the place in the pixel.
+/// A camera sample: its random numbers, and its ray through the pixel's filter and the lens.
 struct CameraSample {
   Rng rng;
   Ray ray;
@@ -27,13 +33,13 @@ struct CameraSample {
   CameraSample(const PathSetup& s, int x, int y, std::uint32_t sample)
       : rng(s.options.seed, std::uint64_t(y) * std::uint64_t(s.options.width) + std::uint64_t(x),
             sample) {
-    const auto [jitter_x, jitter_y] = rng.uniform2();
-    const double at_x = x + double(jitter_x), at_y = y + double(jitter_y);
+    const auto [u, v] = sample_point(s, x, y, sample, Aside::pixel);
+    const double at_x = x + 0.5 + double(s.filter(u)), at_y = y + 0.5 + double(s.filter(v));
     if (!s.projection.has_lens()) {
       ray = s.projection.ray(at_x, at_y);
     } else {
-      const auto [u, v] = lens_point(s, x, y, sample);
-      ray = s.projection.ray(at_x, at_y, u, v);
+      const auto [lens_u, lens_v] = sample_point(s, x, y, sample, Aside::lens);
+      ray = s.projection.ray(at_x, at_y, lens_u, lens_v);
     }
   }
 };
@@ -42,10 +48,10 @@ struct CameraSample {
 /// multiple of it has one in each 2^k-th of the shutter: digits of the sample's number in reverse,
 /// shifted by a random number of the pixel. Those of the path itself are not touched.
 [[nodiscard]] inline float sample_time(const PathSetup& s, int x, int y, std::uint32_t sample) {
-  constexpr std::uint64_t kOfTimes = 0x7368757474657273;  // a key besides that of paths
   const std::uint64_t pixel = std::uint64_t(y) * std::uint64_t(s.options.width) + std::uint64_t(x);
   const std::uint32_t reversed = reverse_bits(sample);
-  const auto shift = std::uint32_t(Rng(s.options.seed ^ kOfTimes, pixel, 0).block().lo);
+  const auto shift =
+      std::uint32_t(Rng(s.options.seed ^ std::uint64_t(Aside::time), pixel, 0).block().lo);
   return float(s.camera.shutter.at(double(reversed + shift) * 0x1p-32));
 }
 

@@ -21,6 +21,7 @@
 #include "pvol/volume/phase.h"
 #include "pvol/volume/volume.h"
 #include "render/emission/emission_setup.h"
+#include "render/path/filter_offsets.h"
 #include "render/path/instances.h"
 #include "render/path/projection.h"
 #include "volume/dense_bounds.h"
@@ -134,6 +135,7 @@ struct PathSetup {
   std::vector<VolumeSetup> volumes;
   std::shared_ptr<const Instances> instances;  ///< of the volumes
   Projection projection;
+  FilterOffsets filter;
   Camera camera;
   SkyLight sky;
   std::vector<LightSource> lights;
@@ -162,6 +164,7 @@ struct PathSetup {
         constant(constant_),
         instances(std::make_shared<const Instances>(plan.volumes)),
         projection(plan.scene.camera, plan.scene.options.width, plan.scene.options.height),
+        filter(plan.scene.options.filter, plan.scene.options.filter_width),
         camera(plan.scene.camera),
         sky(plan.scene.environment),
         lights(make_light_sources(plan.scene.lights)),
