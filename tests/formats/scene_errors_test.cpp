@@ -20,7 +20,8 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
       {"[camera]\nposition = [0, 0, 0]\n", "s.toml:3:1: [camera] has no target; add it"},
       {"[camera]\n  fovv = 3\n",
        "s.toml:4:3: unknown key \"fovv\" in [camera]; expected one of position, target, up, "
-       "fov, shutter or fps; did you mean \"fov\"?"},
+       "matrix, projection, fov, focal_length, sensor, sensor_fit, shift, ortho_scale, f_stop, "
+       "focus_distance, metres, azimuth, elevation, zoom, shutter or fps; did you mean \"fov\"?"},
       {"[camera]\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nfov = 180\n",
        "s.toml:6:7: camera.fov is 180; expected a number in (0, 180)"},
       {"[camera]\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nfov = \"wide\"\n",
@@ -39,6 +40,15 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
        "s.toml:6:6: camera.up is an array of 3; expected up"},
       {"[camera]\nposition = [0, 0, 0]\ntarget = [0, 0, 2]\nup = [0, 0, 0]\n",
        "s.toml:6:6: camera.up is an array of 3; expected a direction that is not zero"},
+      {"[camera]\nmatrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1]\n",
+       "s.toml:4:10: camera.matrix is an array of 16; expected a matrix of rotation, scale"},
+      {"[camera]\nmatrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\nup = [0, 1, 0]\n",
+       "s.toml:5:6: camera.up is an array of 3; expected either a matrix or position"},
+      {"[camera]\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nzoom = 2\n",
+       "s.toml:6:8: camera.zoom is 2; expected none of a camera whose place is given"},
+      {"[camera]\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nprojection = \"latlong\"\n"
+       "f_stop = 2\n",
+       "s.toml:7:10: camera.f_stop is 2; expected none, for a camera that is not perspective"},
       {"[camera]\nshutter = [0.5, -0.5]\n",
        "s.toml:4:11: camera.shutter is an array of 2; expected an opening before the closing"},
       {"[camera]\nshutter = 0.5\n",

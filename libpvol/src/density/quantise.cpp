@@ -1,4 +1,4 @@
-// Codes of samples, brick by brick (THEORY.md, T1.5).
+// Codes of samples, brick by brick (THEORY.md, T1.9).
 #include "pvol/density/quantise.h"
 
 #include <algorithm>

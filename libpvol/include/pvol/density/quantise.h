@@ -86,7 +86,7 @@ struct QuantisationError {
 
 /// A grid as codes. Tiles stay exact. The support is the grid's own: samples of 0 are 0, positive
 /// ones stay positive; with fp8 and fpn none leaves the range of its brick's positive samples, and
-/// the error is at most (hi - lo) / (2 n) and half an ulp (THEORY.md, T1.5).
+/// the error is at most (hi - lo) / (2 n) and half an ulp (THEORY.md, T1.9).
 struct QuantisedGrid {
   /// Of a brick with codes of fp8 or fpn: n + 1 codes stand for lo, hi and values at equal
   /// distances between, the c-th for lo + c * ((hi - lo) / n), computed in double and rounded to
