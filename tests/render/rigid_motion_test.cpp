@@ -471,6 +471,26 @@ TEST(RigidMotion, IsTheMeanOfStillPictures) {
   EXPECT_TRUE(family.passes());
 }
 
+TEST(RigidMotion, HasLessNoiseGuided) {
+  CloudScene s = sunny();
+  s.camera.shutter = {0.5, 1};  // where the file has it is little of it
+  s.options.samples = 400;
+  const Volume v = moving(puff(), s, alone(shifted({}, {60, 0, 0})));
+  const Box box = world_box({&v, 1});
+  s.camera.position = box.centre() + Vec3d(20, 30, 150);
+  s.camera.target = box.centre();
+  const auto variance = [&] {
+    double sum = 0;
+    for (const PixelSums& p : render({&v, 1}, s).film.pixels) sum += variance_of_mean(p).y;
+    return sum;
+  };
+  const double guided = variance();
+  s.options.guide = GuideUse::off;
+  const double plain = variance();
+  RecordProperty("ratio", std::to_string(guided / plain));
+  EXPECT_LT(guided, 0.65 * plain);
+}
+
 Volume with_velocity(const Field& f, const CloudScene& s, Volume still, Vec3d velocity) {
   const VelocityGrid everywhere =
       make_velocity({-40, -40, -40}, {64, 64, 64}, [=](Vec3i) { return velocity; });
