@@ -77,6 +77,21 @@ TEST_F(MotionTool, AShutterIsAllThatItTakes) {
   EXPECT_TRUE(same("a.png", "other.png"));
 }
 
+TEST_F(MotionTool, AVolumeMovesAsAWholeWithoutVelocities) {
+  const std::string cloud = folder_ / "plain.vdb";
+  const std::vector<std::string> moves = {"--set", kShutter, "--set",
+                                          "volume.to.translate=[10, 0, 0]"};
+  const RunResult r = render(cloud, "whole.png", moves);
+  EXPECT_EQ(r.exit, 0) << r.err;
+  EXPECT_NE(r.err.find("motion as a whole: it moves by up to 5 world units"), std::string::npos)
+      << r.err;
+  EXPECT_EQ(r.err.find("stands still"), std::string::npos) << r.err;
+  EXPECT_EQ(render(cloud, "rest.png").exit, 0);
+  EXPECT_EQ(render(cloud, "shut.png", {"--set", "volume.to.translate=[10, 0, 0]"}).exit, 0);
+  EXPECT_NE(read_text(folder_ / "whole.png"), read_text(folder_ / "rest.png"));
+  EXPECT_EQ(read_text(folder_ / "shut.png"), read_text(folder_ / "rest.png"));
+}
+
 TEST_F(MotionTool, PrintedScenesRenderTheSamePicture) {
   const RunResult printed = run_tool(
       PVOL_RENDER, {vdb_, "--size", "24x16", "--spp", "16", "--set", "medium.extinction=0.4",

@@ -44,7 +44,8 @@ struct MovingPlaces {
 [[nodiscard]] Affine cells_to_object(const VolumeField& field, const Volume& volume);
 
 /// Around a box of the object's space, mapped by `to_object` first, at all times from t0 to t1
-/// (THEORY.md, T1.8): no larger than its true extent by more than about a hundredth of its size.
+/// (THEORY.md, T1.8): larger than need be by about a thousandth of its size, or by more where it
+/// sweeps over many times that.
 [[nodiscard]] Box swept_box(const MovingPlace& place, const Affine& to_object, const Box& box,
                             double t0, double t1);
 
