@@ -185,8 +185,10 @@ TEST(ExrLayout, MatricesAreThoseOfTheCamerasRays) {
     const auto at = [&](Vec3d p) {
       return Imath::V3f(float(p.x), float(p.y), float(p.z)) * to_ndc;
     };
-    EXPECT_NEAR(at(middle).x, 0, 1e-5), EXPECT_NEAR(at(middle).y, 0, 1e-5);
-    EXPECT_NEAR(at(corner).x, 1, 1e-5), EXPECT_NEAR(at(corner).y, 1, 1e-5);
+    EXPECT_NEAR(at(middle).x, 0, 1e-5);
+    EXPECT_NEAR(at(middle).y, 0, 1e-5);
+    EXPECT_NEAR(at(corner).x, 1, 1e-5);
+    EXPECT_NEAR(at(corner).y, 1, 1e-5);
   }
 }
 
