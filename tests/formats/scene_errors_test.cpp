@@ -14,8 +14,9 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
       {"x = = 1", "s.toml:3:5: not valid TOML: "},
       {"[volume]\n", "s.toml:3:1: not valid TOML: "},
       {"[light]\n",
-       "s.toml:3:2: unknown section or key \"light\"; expected one of volume, camera, medium, "
+       "s.toml:3:2: unknown section or key \"light\"; expected one of volume, world, camera, medium, "
        "environment, sun, point or render"},
+      {"[world]\nup = \"x\"\n", "s.toml:4:6: world.up is \"x\"; expected \"y\" or \"z\""},
       {"[rendr]\n", "environment, sun, point or render; did you mean \"render\"?"},
       {"[camera]\nposition = [0, 0, 0]\n", "s.toml:3:1: [camera] has no target; add it"},
       {"[camera]\n  fovv = 3\n",

@@ -479,6 +479,21 @@ TEST(DefaultScene, HasAGradientSkyAndOneSun) {
   EXPECT_FALSE(file.has_camera);
 }
 
+TEST(DefaultScene, MayStandOnZ) {
+  const SceneFile file = default_scene("a.vdb", {"world.up=z", "sun.angle=0"});
+  const GradientSky sky{.up = {0, 0, 1}};
+  EXPECT_EQ(file.scene.environment, Environment(sky));
+  EXPECT_EQ(file.scene.camera.up, Vec3d(0, 0, 1));
+  EXPECT_EQ(sun(file, 0), (Sun{{-0.75, -0.35, 0.62}, Rgb(3.3f, 3.0f, 2.6f), 0}));
+  const std::string image = "\n[environment]\nfile = \"a.exr\"\n";
+  const std::string z = "[world]\nup = \"z\"\n";
+  const auto up = [](const SceneFile& f) { return std::get<ImageSky>(f.scene.environment).up; };
+  EXPECT_EQ(up(read(z + kCloud + image)), Vec3d(0, 0, 1));
+  EXPECT_EQ(up(read(kCloud + image)), Vec3d(0, 1, 0));
+  EXPECT_EQ(up(read(z + kCloud + image + "up = [1, 0, 0]\n")), Vec3d(1, 0, 0)) << "it says so";
+  EXPECT_EQ(read(z + kCloud + "\n[camera]\nup = [0, 1, 0]\n").scene.camera.up, Vec3d(0, 1, 0));
+}
+
 TEST(DefaultScene, IsChangedBySets) {
   const SceneFile file = default_scene(
       "a.vdb", {"medium.extinction=4", "sun.angle=0", "camera={position=[0,0,9],target=[0,0,0]}"});

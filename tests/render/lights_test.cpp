@@ -193,8 +193,15 @@ struct Picture {
   [[nodiscard]] Vec3f direction(double x, double y) const {
     const double azimuth = 2 * pi * x / sky.width + sky.rotation * pi / 180;
     const double theta = pi * y / sky.height;
-    return Vec3f(Vec3d{std::sin(theta) * std::cos(azimuth), std::cos(theta),
-                       std::sin(theta) * std::sin(azimuth)});
+    return Vec3f(upright(Vec3d{std::sin(theta) * std::cos(azimuth), std::cos(theta),
+                               std::sin(theta) * std::sin(azimuth)}));
+  }
+  /// Turned by the shortest way from +y to up: half turns about +y and about the middle of both.
+  [[nodiscard]] Vec3d upright(Vec3d v) const {
+    if (sky.up == Vec3d(0, 1, 0)) return v;
+    const Vec3d y(0, 1, 0), middle = normalize(y + normalize(sky.up));
+    const auto half_turn = [](Vec3d about, Vec3d u) { return about * (2 * dot(about, u)) - u; };
+    return half_turn(middle, half_turn(y, v));
   }
   [[nodiscard]] double solid_angle(int y) const {
     // cos a - cos b, without its cancellation.
@@ -234,6 +241,13 @@ std::vector<Picture> pictures() {
   all[0].sky.rotation = 77.7;
   all[0].sky.scale = {2, 0.25f, 1};
   all[1].sky.rotation = -1234.5;
+  all.push_back(noise_picture(16, 8, 7));
+  all.back().name += ", z up";
+  all.back().sky.up = {0, 0, 3};
+  all.push_back(noise_picture(16, 8, 8));
+  all.back().name += ", aslant";
+  all.back().sky.up = {0.5, -0.8, 0.2};
+  all.back().sky.rotation = 30;
   Picture hot = noise_picture(32, 16, 5);
   hot.name = "one hot pixel";
   set(hot, 20, 5, {4e5f, 3e5f, 1e5f});
@@ -279,6 +293,19 @@ TEST(SkyLight, AzimuthRunsFromXTowardsZAndRowsFromTheTop) {
   EXPECT_EQ(seen({-1, 1, 1}), 1);
   p.sky.rotation = -90;
   EXPECT_EQ(seen({1, 1, -1}), 1);
+}
+
+TEST(SkyLight, APictureMayStandOnAnotherAxis) {
+  Picture p = make_picture("octants", 4, 2);
+  for (int i = 0; i < 8; ++i) p.sky.pixels[std::size_t(i)] = Rgb(float(i + 1));
+  p.sky.up = {0, 0, 1};  // what looked along +z looks along -y
+  const auto seen = [&](Vec3d d) { return SkyLight(p.sky).radiance(Vec3f(normalize(d))).x; };
+  EXPECT_EQ(seen({1, -1, 1}), 1);
+  EXPECT_EQ(seen({-1, -1, 1}), 2);
+  EXPECT_EQ(seen({1, 1, 1}), 4);
+  EXPECT_EQ(seen({1, -1, -1}), 5);
+  p.sky.up = {0, -1, 0};  // upside down, about x
+  EXPECT_EQ(seen({1, -1, -1}), 1);
 }
 
 TEST(SkyLight, SeamAndPolesOfAPictureAreInsideIt) {
@@ -339,9 +366,10 @@ TEST(SkyLight, SamplesFallIntoPixelsAtTheirDensityAndEstimateTheLight) {
       ASSERT_NEAR(length(Vec3d(l.direction)), 1, 2e-7);
       // Rounding the direction to float may put it across a border, rarely.
       misplaced += l.pdf != sky.pdf(l.direction) || l.radiance != sky.radiance(l.direction);
-      const double theta = std::acos(std::clamp(double(l.direction.y), -1.0, 1.0)) / pi;
-      double turns = std::atan2(double(l.direction.z), double(l.direction.x)) / (2 * pi) -
-                     p.sky.rotation / 360;
+      const auto along = [&](Vec3d axis) { return dot(Vec3d(l.direction), p.upright(axis)); };
+      const double theta = std::acos(std::clamp(along({0, 1, 0}), -1.0, 1.0)) / pi;
+      double turns =
+          std::atan2(along({0, 0, 1}), along({1, 0, 0})) / (2 * pi) - p.sky.rotation / 360;
       turns -= std::floor(turns);
       const int x = std::min(int(turns * p.sky.width), p.sky.width - 1);
       const int y = std::min(int(theta * p.sky.height), p.sky.height - 1);

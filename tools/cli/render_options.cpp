@@ -136,8 +136,8 @@ std::vector<std::string> view_keys(const std::string& view) {
   struct Named {
     const char *name, *azimuth, *elevation;
   };
-  constexpr Named kViews[] = {{"front", "0", "0"}, {"right", "90", "0"}, {"side", "90", "0"},
-                              {"back", "180", "0"}, {"left", "-90", "0"}, {"top", "0", "90"},
+  constexpr Named kViews[] = {{"front", "0", "0"},   {"right", "90", "0"}, {"side", "90", "0"},
+                              {"back", "180", "0"},  {"left", "-90", "0"}, {"top", "0", "90"},
                               {"bottom", "0", "-90"}};
   const auto both = [](const std::string& azimuth, const std::string& elevation) {
     return std::vector{"camera.azimuth=" + azimuth, "camera.elevation=" + elevation};
@@ -166,18 +166,33 @@ void add_view(CLI::App& app, RenderOptionsGiven& o) {
       ->type_name("NAME|AZ,EL");
   Camera defaults;
   const Entries all = entries(defaults);
-  for (const char* key : {"zoom", "up", "fov"}) {
+  for (const char* key : {"zoom", "fov"}) {
     const Entry& e = *find_key(all, key);
-    const bool list = e.about.limits.layout == Limits::Layout::list;
     app.add_option_function<std::string>(
            flag_of(e.about),
-           [&o, list, set = fmt::format("camera.{}=", key)](const std::string& text) {
-             o.sets.push_back(set + (list ? '[' + text + ']' : text));
+           [&o, set = fmt::format("camera.{}=", key)](const std::string& text) {
+             o.sets.push_back(set + text);
            },
            help_of(e))
         ->type_name(metavar_of(e.about))
         ->check(fits(e.about.limits));
   }
+  const Limits up = find_key(all, "up")->about.limits;
+  app.add_option_function<std::string>(
+         "--up",
+         [&o](const std::string& text) {
+           const bool axis = text == "y" || text == "z";
+           o.sets.push_back(axis ? "world.up=\"" + text + '"' : "camera.up=[" + text + ']');
+         },
+         "The axis that is up, y or z, for camera, sky and the usual sun; or, for the camera "
+         "alone, "
+         "any direction [y]")
+      ->type_name("y|z|X,Y,Z")
+      ->check(CLI::Validator(
+          [limits = fits(up)](std::string& text) mutable {
+            return text == "y" || text == "z" ? std::string() : limits(text);
+          },
+          ""));
 }
 
 void add_scene(CLI::App& app, RenderOptionsGiven& o) {

@@ -242,8 +242,26 @@ void read_volumes(const TomlTable& root, SceneFile& file) {
   }
 }
 
-void read_environment(const TomlTable& table, Environment& environment) {
+Vec3d up_of(UpAxis axis) { return axis == UpAxis::z ? Vec3d(0, 0, 1) : Vec3d(0, 1, 0); }
+
+/// A sky of each kind as it stands by default.
+std::vector<Environment> usual_skies(UpAxis axis) {
   std::vector<Environment> kinds = all_kinds<Environment>();
+  for (Environment& sky : kinds) {
+    if (auto* gradient = std::get_if<GradientSky>(&sky)) gradient->up = up_of(axis);
+    if (auto* picture = std::get_if<ImageSky>(&sky)) picture->up = up_of(axis);
+  }
+  return kinds;
+}
+
+UpAxis read_world(const TomlTable& root) {
+  World world;
+  if (const TomlTable* table = root.table("world")) read_keys(*table, entries(world));
+  return world.up;
+}
+
+void read_environment(const TomlTable& table, UpAxis axis, Environment& environment) {
+  std::vector<Environment> kinds = usual_skies(axis);
   std::vector<std::string_view> names;
   for (const Environment& kind : kinds) names.emplace_back(kind_name(kind));
   if (const auto type = table.word("type", names)) {
@@ -251,6 +269,7 @@ void read_environment(const TomlTable& table, Environment& environment) {
     environment = std::move(kinds[std::size_t(at - names.begin())]);
   } else {
     choose_kind(table, environment);
+    environment = std::move(kinds[environment.index()]);
   }
   const Entries own = entries(environment);
   std::vector<std::string_view> allowed = key_names(own);
@@ -282,10 +301,13 @@ SceneFile read(const TomlTable& root) {
   root.allow_only(section_names());
   root.require({"volume"});
   SceneFile result;
+  const UpAxis axis = read_world(root);
+  result.scene.camera.up = up_of(axis);
+  if (auto* sky = std::get_if<GradientSky>(&result.scene.environment)) sky->up = up_of(axis);
   if (const TomlTable* camera = root.table("camera")) read_camera(*camera, result);
   read_volumes(root, result);
   if (const TomlTable* sky = root.table("environment")) {
-    read_environment(*sky, result.scene.environment);
+    read_environment(*sky, axis, result.scene.environment);
   }
   read_lights(root, result.scene.lights);
   if (const TomlTable* render = root.table("render")) read_render(*render, result);
@@ -308,19 +330,28 @@ bool mentions(const TomlTable& table, std::string_view key) {
 /// Lights a scene that says nothing of light, and does not glow, by a sun of the afternoon, from
 /// the left.
 void add_usual_sun(TomlTable& root) {
-  constexpr const char* kSun = R"([[sun]]
-direction = [-0.75, 0.62, 0.35]
-irradiance = [3.3, 3.0, 2.6]
-angle = 0.53
-)";
+  const bool z_up = read_world(root) == UpAxis::z;
+  const std::string sun_text = fmt::format(
+      "[[sun]]\ndirection = {}\n"
+      "irradiance = [3.3, 3.0, 2.6]\nangle = 0.53\n",
+      z_up ? "[-0.75, -0.35, 0.62]" : "[-0.75, 0.62, 0.35]");
   for (const Light& kind : all_kinds<Light>()) {
     if (root.has(kind_name(kind))) return;
   }
   if (root.has("environment") || mentions(root, "emission") || mentions(root, "fire")) return;
-  TomlTable sun = parse_toml(kSun, "usual light");
+  TomlTable sun = parse_toml(sun_text, "usual light");
   root.members.push_back(std::move(sun.members.front()));
   std::sort(root.members.begin(), root.members.end(),
             [](const TomlValue& a, const TomlValue& b) { return a.key < b.key; });
+}
+
+/// What is said of the world bears on the sun that is there by default, whose values may be set.
+void apply_sets(TomlTable& root, const std::vector<std::string>& sets) {
+  for (const std::string& set : sets) {
+    if (set.starts_with("world.")) apply_set(root, set);
+  }
+  add_usual_sun(root);
+  for (const std::string& set : sets) apply_set(root, set);
 }
 
 }  // namespace
@@ -328,8 +359,7 @@ angle = 0.53
 SceneFile read_scene(const std::filesystem::path& file, const std::vector<std::string>& sets) {
   TomlTable root = parse_toml_file(file);
   resolve_files(root, file.parent_path());
-  add_usual_sun(root);
-  for (const std::string& set : sets) apply_set(root, set);
+  apply_sets(root, sets);
   load_phase_files(root);
   return read(root);
 }
@@ -337,8 +367,7 @@ SceneFile read_scene(const std::filesystem::path& file, const std::vector<std::s
 SceneFile default_scene(const std::filesystem::path& volume, const std::vector<std::string>& sets) {
   const std::string text = "[volume]\nfile = " + toml_string(volume.string());
   TomlTable root = parse_toml(text, "default scene");
-  add_usual_sun(root);
-  for (const std::string& set : sets) apply_set(root, set);
+  apply_sets(root, sets);
   load_phase_files(root);
   return read(root);
 }

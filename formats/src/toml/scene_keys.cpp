@@ -44,7 +44,7 @@ Entries all_component_keys(std::vector<Component>& storage) {
 }  // namespace
 
 std::vector<std::string_view> section_names() {
-  std::vector<std::string_view> names{"volume", "camera", "medium", "environment"};
+  std::vector<std::string_view> names{"volume", "world", "camera", "medium", "environment"};
   static const std::vector<Light> kinds = all_kinds<Light>();
   for (const Light& kind : kinds) names.emplace_back(kind_name(kind));
   names.emplace_back("render");
@@ -80,6 +80,8 @@ std::vector<SectionManual> describe_sections() {
                         "evenly while the camera's shutter is open, as an instance's does by its "
                         "own `to = {...}`. Keys left out keep their values.",
                         entries(placement)));
+  World world;
+  all.push_back(section("[world]", "Which way the scene stands.", entries(world)));
   all.push_back(section("[camera]", "Without position and target the camera frames the clouds.",
                         entries(file.scene.camera)));
   all.push_back(

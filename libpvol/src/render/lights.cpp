@@ -33,6 +33,13 @@ double accumulate(std::span<double> cdf) {
   return sum;
 }
 
+/// A vector turned by the shortest way that takes +y to `up`, unit; about x where that is -y.
+Vec3d from_y(Vec3d up, Vec3d v) {
+  if (up.y < -1 + 1e-12) return {v.x, -v.y, -v.z};
+  const Vec3d axis(up.z, 0, -up.x);  // times the sine
+  return v * up.y + cross(axis, v) + axis * (dot(axis, v) / (1 + up.y));
+}
+
 }  // namespace
 
 SkyLight::SkyLight(const Environment& environment) : environment_(environment) {
@@ -43,6 +50,11 @@ SkyLight::SkyLight(const Environment& environment) : environment_(environment) {
   if (picture == nullptr) return;
   const int width = picture->width, height = picture->height;
   rotation_ = picture->rotation / 360;
+  turned_ = normalize(picture->up) != Vec3d(0, 1, 0);
+  if (turned_) {
+    const auto axis = [&](Vec3d v) { return Vec3f(from_y(normalize(picture->up), v)); };
+    x_ = axis({1, 0, 0}), y_ = axis({0, 1, 0}), z_ = axis({0, 0, 1});
+  }
   for (int y = 0; y <= height; ++y) row_y_.push_back(std::cos(pi * y / height));
   std::vector<double> rows(std::size_t(height) + 1);
   pixel_cdf_.resize(std::size_t(height) * std::size_t(width + 1));
@@ -63,6 +75,7 @@ SkyLight::SkyLight(const Environment& environment) : environment_(environment) {
 
 SkyLight::Pixel SkyLight::pixel_at(Vec3f d) const {
   const auto& picture = std::get<ImageSky>(environment_);
+  if (turned_) d = {dot(d, x_), dot(d, y_), dot(d, z_)};
   double turns = std::atan2(double(d.z), double(d.x)) / (2 * pi) - rotation_;
   turns -= std::floor(turns);
   // Near the poles y is 1 to the last digit for a fraction of a degree; x and z still tell.
@@ -111,7 +124,8 @@ LightSample SkyLight::sample(Rng& rng) const {
   const double cosine = top + (bottom - top) * double(along);
   const double azimuth = 2 * pi * ((x + double(around)) / picture.width + rotation_);
   const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
-  const Vec3f d(Vec3d(sine * std::cos(azimuth), cosine, sine * std::sin(azimuth)));
+  Vec3f d(Vec3d(sine * std::cos(azimuth), cosine, sine * std::sin(azimuth)));
+  if (turned_) d = x_ * d.x + y_ * d.y + z_ * d.z;
   return {d, picture.pixels[std::size_t(y) * width + std::size_t(x)] * picture.scale,
           pixel_pdf({x, y})};
 }

@@ -95,6 +95,23 @@ template <std::same_as<SceneVolume> V>
   });
 }
 
+/// Which way the world stands: what lies across or above by default, if nothing says otherwise.
+enum class UpAxis { y, z };
+[[nodiscard]] constexpr auto names(UpAxis) {
+  return std::to_array<Named<UpAxis>>({{UpAxis::y, "y"}, {UpAxis::z, "z"}});
+}
+struct World {
+  UpAxis up = UpAxis::y;
+};
+template <std::same_as<World> W>
+[[nodiscard]] constexpr auto keys(const W&) {
+  return std::to_array<Key<W>>({
+      key<&W::up>({.key = "up",
+                   .help = "The axis that is up, for the camera, the sky and the usual sun where "
+                           "they do not say; z as in Blender"}),
+  });
+}
+
 /// A scene and the file names in it, still to be loaded. The pixels of an ImageSky are not read:
 /// the caller fills them from its file.
 struct SceneFile {
@@ -117,6 +134,7 @@ struct SceneFile {
 ///                  under which it is there, after that of the medium: none means once;
 ///                  [volume.to], and `to` of an instance: the Placement one frame later, whose
 ///                  keys are those of the first where they are left out
+///   [world]        World: which way the others stand by default
 ///   [camera]       Camera
 ///   [medium]       Medium, its first Component with the phase function's keys, Placement;
 ///                  [[medium.component]] each further Component, whose share the first one lacks;

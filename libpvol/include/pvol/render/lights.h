@@ -49,6 +49,8 @@ class SkyLight {
   Environment environment_;
   Vec3f up_;                       // of a gradient
   double rotation_ = 0;            // of a picture, in turns
+  bool turned_ = false;            // whether a picture's upper edge is not +y
+  Vec3f x_, y_, z_;                // its axes in the world, where it is turned
   std::vector<double> row_cdf_;    // height + 1 values from 0 to 1
   std::vector<double> pixel_cdf_;  // for each row width + 1 values from 0 to 1
   float mean_luminance_ = 0;

@@ -62,14 +62,16 @@ template <std::same_as<GradientSky> S>
 
 /// A latitude-longitude picture around the scene. Pixel (x, y) covers azimuth 2 pi (x + [0,1]) /
 /// width and angle pi (y + [0,1]) / height from +y; azimuth 0 looks along +x, pi/2 along +z.
+/// Another `up` turns all of it by the shortest way from +y: with +z, azimuth pi/2 looks along -y.
 /// Radiance is constant in each pixel, finite and not negative.
 struct ImageSky {
   static constexpr const char* kName = "image";
   int width = 0, height = 0;
   std::vector<Rgb> pixels;  ///< rows from the top, width * height
   Rgb scale{1.0f};          ///< factor on every pixel
-  double rotation = 0;      ///< degrees, added to the azimuth of the picture about +y
+  double rotation = 0;      ///< degrees, added to the azimuth of the picture about `up`
   std::string file{};       ///< that the pixels come from; empty where they come from memory
+  Vec3d up{0, 1, 0};        ///< the direction of the picture's upper edge
   friend bool operator==(const ImageSky&, const ImageSky&) = default;
 };
 template <std::same_as<ImageSky> S>
@@ -87,7 +89,11 @@ template <std::same_as<ImageSky> S>
       key<&S::rotation>({.key = "rotation",
                          .metavar = "DEGREES",
                          .limits = number(),
-                         .help = "Turn of the picture about +y in degrees"}),
+                         .help = "Turn of the picture about up in degrees"}),
+      key<&S::up>({.key = "up",
+                   .metavar = "XYZ",
+                   .limits = direction(),
+                   .help = "The direction of the picture's upper edge"}),
   });
 }
 
