@@ -14,7 +14,8 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
       {"x = = 1", "s.toml:3:5: not valid TOML: "},
       {"[volume]\n", "s.toml:3:1: not valid TOML: "},
       {"[light]\n",
-       "s.toml:3:2: unknown section or key \"light\"; expected one of volume, world, camera, medium, "
+       "s.toml:3:2: unknown section or key \"light\"; expected one of volume, world, camera, "
+       "medium, "
        "environment, sun, point or render"},
       {"[world]\nup = \"x\"\n", "s.toml:4:6: world.up is \"x\"; expected \"y\" or \"z\""},
       {"[rendr]\n", "environment, sun, point or render; did you mean \"render\"?"},
@@ -255,7 +256,7 @@ TEST_F(SceneText, BadFrameworkIsRefused) {
             "s.toml:4:10: unknown key \"sun\" in [render]; expected one of size, crop, spp, "
             "noise, time, first_sample, seed, tracker, transmittance, micro_bounds, interpolation, "
             "shells, guide, kernel, line_emission, emission_points, depth, max_bounces, "
-            "background, aov, deep_bins, deep_error, "
+            "background, filter, filter_width, aov, deep_bins, deep_error, "
             "density, density_tolerance, majorant_scale, homogenise or preview");
   EXPECT_EQ(error("sun = [1]\n" + kCloud), "s.toml:1:8: sun[1] is 1; expected a table");
   EXPECT_NE(error("[recipe]\n").find("s.toml: is a recipe"), std::string::npos);
@@ -294,7 +295,7 @@ TEST_F(SceneText, BadSetsAreRefusedWithTheirText) {
        "--set sun[1.angle=1: expected a number from 1 in brackets at the end of sun[1"},
       {"camera.fov=true", "--set camera.fov=true: camera.fov is true; expected a number in"},
       {"camera.fov.x=1", "--set camera.fov.x=1: camera.fov is a table; expected a number in"},
-      {"g=0.5", "--set g=0.5: unknown section or key \"g\"; expected one of volume, camera"},
+      {"g=0.5", "--set g=0.5: unknown section or key \"g\"; expected one of volume, world, camera"},
   };
   for (const auto& [set, message] : cases) {
     std::string found = error("[volume]\nfile = \"cloud.pvol\"\n", {set});

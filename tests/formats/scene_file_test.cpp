@@ -479,7 +479,7 @@ TEST(DefaultScene, HasAGradientSkyAndOneSun) {
   EXPECT_FALSE(file.has_camera);
 }
 
-TEST(DefaultScene, MayStandOnZ) {
+TEST_F(SceneText, MayStandOnZ) {
   const SceneFile file = default_scene("a.vdb", {"world.up=z", "sun.angle=0"});
   const GradientSky sky{.up = {0, 0, 1}};
   EXPECT_EQ(file.scene.environment, Environment(sky));
@@ -488,10 +488,10 @@ TEST(DefaultScene, MayStandOnZ) {
   const std::string image = "\n[environment]\nfile = \"a.exr\"\n";
   const std::string z = "[world]\nup = \"z\"\n";
   const auto up = [](const SceneFile& f) { return std::get<ImageSky>(f.scene.environment).up; };
-  EXPECT_EQ(up(read(z + kCloud + image)), Vec3d(0, 0, 1));
-  EXPECT_EQ(up(read(kCloud + image)), Vec3d(0, 1, 0));
-  EXPECT_EQ(up(read(z + kCloud + image + "up = [1, 0, 0]\n")), Vec3d(1, 0, 0)) << "it says so";
-  EXPECT_EQ(read(z + kCloud + "\n[camera]\nup = [0, 1, 0]\n").scene.camera.up, Vec3d(0, 1, 0));
+  EXPECT_EQ(up(read(z + kCloud + image, {})), Vec3d(0, 0, 1));
+  EXPECT_EQ(up(read(kCloud + image, {})), Vec3d(0, 1, 0));
+  EXPECT_EQ(up(read(z + kCloud + image + "up = [1, 0, 0]\n", {})), Vec3d(1, 0, 0)) << "it says so";
+  EXPECT_EQ(read(z + kCloud + "\n[camera]\nup = [0, 1, 0]\n", {}).scene.camera.up, Vec3d(0, 1, 0));
 }
 
 TEST(DefaultScene, IsChangedBySets) {

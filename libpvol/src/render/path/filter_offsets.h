@@ -23,7 +23,7 @@ class FilterOffsets {
   }
 
  private:
-  static constexpr std::size_t kSteps = 1024;
+  static constexpr std::size_t kSteps = 4096;
 
   bool is_box_;
   float width_;
