@@ -195,7 +195,10 @@ TEST(SingleScattering, PicturesOfACubeHaveItsClosedForm) {
           s.options.seed = ++number;
           s.medium.g = kMeanCosines[number % 5];
           s.medium.extinction = kExtinctions[number / 5 % 3];
-          s.medium.albedo = albedos[number % 7 == 0];
+          // The dark side is dark by itself: with both, one sample in ten thousand would bring
+          // light, of which no mean and deviation can be told.
+          const bool dark_side = &view == std::end(kViews) - 1;
+          s.medium.albedo = albedos[number % 7 == 0 && !dark_side];
           s.lights = {Sun{{0.5, 0.7, -0.3}, Rgb(2.0f, 3.0f, 1.5f), 0}};
           const std::string of_tracker = std::string("tracker ") + test::label(tracker);
           const std::string of_estimator = std::string("estimator ") + test::label(transmittance);

@@ -47,7 +47,7 @@ class Density : public ::testing::Test {
 
   [[nodiscard]] std::vector<std::string> render(const std::string& cloud, const std::string& image,
                                                 std::vector<std::string> more = {}) const {
-    more.insert(more.begin(), {cloud, "-o", folder_ / image, "--size", "16x12", "--spp", "4",
+    more.insert(more.begin(), {cloud, "-o", folder_ / image, "--size", "16x12", "--spp", "64",
                                "--set", "medium.extinction=4"});
     return more;
   }
@@ -63,13 +63,17 @@ class Density : public ::testing::Test {
 };
 
 TEST_F(Density, FileAndLoadTimeMakeTheSamePicture) {
-  (void)stats(vdb_, "exact.png");
+  const json exact = stats(vdb_, "exact.png");
   for (const std::string p : {"fp16", "fp8", "fpn"}) {
     const json report = fit(p + ".pvol", {"--density", p});
     const json of_file = stats(folder_ / (p + ".pvol"), p + "_file.png");
     const json of_vdb = stats(vdb_, p + "_vdb.png", {"--density", p});
     EXPECT_EQ(read_text(folder_ / (p + "_file.png")), read_text(folder_ / (p + "_vdb.png"))) << p;
     EXPECT_EQ(of_file["mean_rgb"], of_vdb["mean_rgb"]);
+    // Rounding decides a collision among thousands, more often the fewer the bits.
+    if (p == "fp8") {
+      EXPECT_NE(of_file["mean_rgb"], exact["mean_rgb"]);
+    }
     EXPECT_EQ(of_file["options"]["density"], of_vdb["options"]["density"]);
     const json& density = of_file["options"]["density"][0];
     EXPECT_EQ(density["precision"], p);
@@ -78,7 +82,6 @@ TEST_F(Density, FileAndLoadTimeMakeTheSamePicture) {
     EXPECT_GT(density["absolute_error"], 0);
     EXPECT_EQ(density.contains("tolerance"), p == "fpn");
   }
-  EXPECT_NE(read_text(folder_ / "exact.png"), read_text(folder_ / "fp8_vdb.png"));
 }
 
 TEST_F(Density, PicturesSayThatTheyAreBiased) {
