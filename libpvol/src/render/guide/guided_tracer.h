@@ -104,7 +104,7 @@ class GuidedTracer {
   /// from there, by itself or split.
   [[nodiscard]] bool collide(const Matter& matter, Rng& rng) {
     if (s_.ends_path(++collisions)) return false;
-    const LocalMatter here = Kind::local(s_, traversal, matter);
+    const auto& here = Kind::local(s_, traversal, matter);
     add_emitted(s_, here, throughput_, r_);
     r_.scattered(scatterings_++);
     matter_ = &matter;

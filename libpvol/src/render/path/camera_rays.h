@@ -20,9 +20,7 @@ enum class Aside : std::uint64_t {
 [[nodiscard]] inline std::array<float, 2> sample_point(const PathSetup& s, int x, int y,
                                                        std::uint32_t sample, Aside of) {
   const std::uint64_t pixel = std::uint64_t(y) * std::uint64_t(s.options.width) + std::uint64_t(x);
-  const Philox::Block r = Rng(s.options.seed ^ std::uint64_t(of), pixel, 0).block();
-  return point_of_square(sample,
-                         {std::uint32_t(r.lo), std::uint32_t(r.lo >> 32), std::uint32_t(r.hi)});
+  return point_of_square(sample, seeds_of(s.options.seed ^ std::uint64_t(of), pixel));
 }
 
 /// A camera sample: its random numbers, and its ray through the pixel's filter and the lens.

@@ -33,8 +33,9 @@ inline void add_constant(const PathSetup& s, PathResult& r) {
 }
 
 /// What a collision of a path of this throughput emits, less what it absorbs of the constant, which
-/// is the sky's.
-inline void add_emitted(const PathSetup& s, const LocalMatter& matter, Rgb throughput,
+/// is the sky's. Of matter that is the same all over, or as it is there.
+template <class AnyMatter>
+inline void add_emitted(const PathSetup& s, const AnyMatter& matter, Rgb throughput,
                         PathResult& r) {
   r.radiance += throughput * matter.emitted;
   if (!r.in_layers()) return;
@@ -114,8 +115,8 @@ template <class Traversal>
 /// traversal's place into a path of this throughput and flight direction. `worth(i)` is what a
 /// shadow ray to light i is worth there, above 0; the sky comes after the lights.
 template <class Phase, class Traversal, class Worth>
-inline void add_light_here(const PathSetup& s, const Phase& phase, Vec3f from,
-                           Rgb throughput, const Worth& worth, Traversal& traversal, Rng& rng,
+inline void add_light_here(const PathSetup& s, const Phase& phase, Vec3f from, Rgb throughput,
+                           const Worth& worth, Traversal& traversal, Rng& rng,
                            std::uint64_t& shadow_rays, PathResult& r) {
   Rgb sum(0.0f);
   const auto place = [&] { return traversal.position(); };

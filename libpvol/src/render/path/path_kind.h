@@ -18,8 +18,8 @@ struct SimplePaths {
     return *std::get_if<HenyeyGreenstein>(&m.phase);
   }
   template <class Traversal>
-  [[nodiscard]] static LocalMatter local(const PathSetup&, const Traversal&, const Matter& m) {
-    return everywhere(m);
+  [[nodiscard]] static const Matter& local(const PathSetup&, const Traversal&, const Matter& m) {
+    return m;
   }
   /// Of samples of phase functions, as these take them: all at once where there is but one kind.
   [[nodiscard]] static CirclePoints azimuths(Float4 turns) { return points_at_turns(turns); }

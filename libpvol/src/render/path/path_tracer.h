@@ -77,7 +77,7 @@ class PathTracer {
       }
       if (s_.ends_path(++collisions)) return;
       const Matter& matter = *hit.matter;
-      const LocalMatter here = Kind::local(s_, traversal, matter);
+      const auto& here = Kind::local(s_, traversal, matter);
       add_emitted(s_, here, throughput, r_);
       r_.scattered(bounces);
       if (bounces == s_.max_bounces) return;
