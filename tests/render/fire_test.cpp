@@ -157,12 +157,15 @@ TEST(LineEmission, LightsOtherVolumes) {
   const std::vector<Volume> both{make_volume(cloud().grid, pyramid, s),
                                  make_volume(cloud().grid, pyramid, glowing)};
   const RenderResult lines = glow(both, s, LineEmission::on, 71);
+  // Some two paths of a quarter of the picture meet it by chance in these: a mean takes more.
+  constexpr int kMore = 20;
+  s.options.samples *= kMore;
   const RenderResult chance = glow(both, s, LineEmission::off, 72);
   compare(lines.film, chance.film, "beside", family);
   EXPECT_TRUE(family.passes());
   // The left half sees smoke alone, lit from the right: far less noise.
   const auto left = [](const Film& f) { return average(f, 0, 0, f.crop_width / 2, f.crop_height); };
-  EXPECT_LT(left(lines.film).variance.y, 0.1 * left(chance.film).variance.y);
+  EXPECT_LT(left(lines.film).variance.y, 0.1 * kMore * left(chance.film).variance.y);
 }
 
 TEST(Fire, OfTheDensityIsMatterThatGlows) {
