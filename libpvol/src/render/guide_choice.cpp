@@ -61,7 +61,8 @@ GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene, do
   // Below these, guided and plain paths cost about the same for the same noise, or plain ones less
   // (tests/bench/clouds.py).
   constexpr double kThickness = 0.5, kAlbedo = 0.75;
-  constexpr double kPaths = 1 << 17;  // that take longer than the photons
+  constexpr double kPaths = 1 << 17;        // that take longer than the photons
+  constexpr double kPathsOfPlace = 20'000;  // tests/bench/RESULTS.md, a sky of many clouds
   const RenderOptions& o = scene.options;
   if (o.guide == GuideUse::off) return {false, "as told"};
   if (const char* reason = obstacle(volumes, o)) {
@@ -79,6 +80,10 @@ GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene, do
   if (albedo < kAlbedo) return {false, "the cloud absorbs much", scatterings};
   if (paths < kPaths) {
     return {false, "the picture takes less time than a guide", scatterings};
+  }
+  const std::size_t places = count_places(volumes);
+  if (places > 1 && paths < kPathsOfPlace * double(places)) {
+    return {false, "so many volumes share too few photons", scatterings};
   }
   return {true, "light comes from somewhere", scatterings};
 }

@@ -13,7 +13,7 @@
 namespace pvol::detail {
 namespace {
 
-constexpr int kLeastPhotons = 20'000, kMostPhotons = 200'000;
+constexpr int kLeastPhotons = 20'000, kMostPhotons = 200'000, kMostOfMany = 1'000'000;
 constexpr double kUnit = 0.5;    // of the mean importance where camera rays meet the cloud
 constexpr double kFloor = 0.02;  // of the mean importance of the cloud
 
@@ -113,6 +113,34 @@ std::vector<Nodes> blurred_radiance(const CoarseCells& cells, const std::vector<
   return all;
 }
 
+/// Draws the radiance of cells that few photons reached towards the mean of all: so many photons
+/// stand for it. Many clouds share the photons, and paths that are ended for want of them come back
+/// too bright.
+void draw_to_mean(const IncidentLight& light, const CoarseCells& cells, int photons,
+                  std::vector<Nodes>& radiance) {
+  constexpr double kPrior = 16;
+  Nodes mean{};
+  double mass = 0;
+  for (std::size_t row = 1; row < cells.count(); ++row) {
+    mass += cells.mass[row];
+    for (std::size_t j = 0; j < kDirectionNodes; ++j) {
+      mean[j] += cells.mass[row] * radiance[row][j];
+    }
+  }
+  for (double& v : mean) v /= mass;
+  const double unit = light.power / photons;
+  parallel_for(1, cells.count(), [&](std::size_t row) {
+    double sum = 0;
+    visit_neighbours(cells, row, [&](std::uint32_t other, int weight) {
+      for (const float power : light.collided[other]) sum += weight * double(power);
+    });
+    const double count = sum / unit / 8;  // as of the cell itself, which has the weight 8
+    for (std::size_t j = 0; j < kDirectionNodes; ++j) {
+      radiance[row][j] = (count * radiance[row][j] + kPrior * mean[j]) / (count + kPrior);
+    }
+  });
+}
+
 /// Irradiance of a light in a coarse cell.
 Rgb irradiance_in(const PathSetup& setup, const CoarseCells& cells, std::size_t light,
                   std::size_t row) {
@@ -181,8 +209,8 @@ double mean_seen(const PathSetup& setup, const Importance& importance) {
   for (int i = 0; i < kRays; ++i) {
     Rng rng(kKey, 0, std::uint64_t(i));
     const auto [x, y] = rng.uniform2();
-    const Ray ray = setup.projection.ray(double(x) * setup.options.width,
-                                         double(y) * setup.options.height);
+    const Ray ray =
+        setup.projection.ray(double(x) * setup.options.width, double(y) * setup.options.height);
     const Vec3f d(ray.d);
     if (setup.moving) traversal.work.set_time(sample_time(setup, 0, 0, std::uint32_t(i)));
     if (!traversal.start(ray) || traversal.fly(d, rng).matter == nullptr) continue;
@@ -219,12 +247,14 @@ Rgb constant_part(const Environment& environment) {
 }
 
 /// More photons make less noise, as long as they take little of the picture's time: one for 80
-/// samples in lanes and of many volumes, whose lights differ from one to the other.
+/// samples in lanes, for 40 of many volumes, which share them.
 int count_photons(const PathSetup& setup) {
-  if (setup.lanes == Lanes::scalar && is_one(setup)) return kLeastPhotons;
+  const bool many = !is_one(setup);
+  if (setup.lanes == Lanes::scalar && !many) return kLeastPhotons;
   const ImagePart part = image_part(setup.options);
   const double samples = double(part.width) * part.height * expected_samples(setup.options);
-  return int(std::clamp(samples / 80, double(kLeastPhotons), double(kMostPhotons)));
+  return int(std::clamp(samples / (many ? 40 : 80), double(kLeastPhotons),
+                        double(many ? kMostOfMany : kMostPhotons)));
 }
 
 }  // namespace
@@ -232,11 +262,14 @@ int count_photons(const PathSetup& setup) {
 std::optional<Importance> make_importance(const PathSetup& setup) {
   if (std::ranges::all_of(setup.volumes, is_empty)) return std::nullopt;
   CoarseCells cells = make_cells(setup);
-  const IncidentLight light = trace_photons(setup, cells, count_photons(setup));
+  const int photons = count_photons(setup);
+  const IncidentLight light = trace_photons(setup, cells, photons);
   if (!(light.power > 0) || *setup.stop) return std::nullopt;
   const std::vector<Share> matter = mixture(setup, cells);
   const auto power = scattered_power(light, scattering_kernel(matter));
-  PagedVector<Importance::Row> rows = make_rows(cells, blurred_radiance(cells, power));
+  std::vector<Nodes> radiance = blurred_radiance(cells, power);
+  if (!is_one(setup)) draw_to_mean(light, cells, photons, radiance);
+  PagedVector<Importance::Row> rows = make_rows(cells, radiance);
   const HenyeyGreenstein lobe = mean_lobe(matter);
   std::vector<float> worths = shadow_worths(setup, cells, light);
   const Importance unscaled(cells, light.axis, lobe, rows, worths);
