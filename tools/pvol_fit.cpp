@@ -9,14 +9,13 @@
 #include "pvol/error.h"
 #include "pvol/field/leaf_micro_bounds.h"
 #include "pvol/formats/cloud.h"
-#include "pvol/formats/color.h"
 #include "pvol/formats/field_names.h"
 #include "pvol/formats/recipe_file.h"
 #include "pvol/formats/scene_file.h"
-#include "pvol/formats/velocity.h"
 #include "pvol/shell/fit_shell.h"
 #include "pvol/shell/recipe_support.h"
 #include "pvol/volume/make_volume.h"
+#include "stats/fit_fields.h"
 #include "stats/fit_report.h"
 
 namespace {
@@ -149,33 +148,6 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   return cli::parse(app, argc, argv);
 }
 
-/// Of a grid of the input, whose bounds were made for an interpolation.
-formats::Metadata describe_source(const Options& o, const formats::LoadedGrid& loaded,
-                                  LookUp look_up) {
-  const formats::FileHash hash = formats::hash_file(o.input);
-  formats::Metadata m;
-  m.grid_name = loaded.grid.name;
-  m.index_to_world = loaded.grid.index_to_world;
-  const std::filesystem::path folder = std::filesystem::absolute(o.output).parent_path();
-  m.source = {std::filesystem::proximate(std::filesystem::absolute(o.input), folder).string(),
-              loaded.report.grid,
-              hash.bytes,
-              hash.hash,
-              loaded.report.non_finite,
-              loaded.report.negative,
-              loaded.report.type == "double" ? "double" : ""};
-  m.unit = o.unit;
-  m.options = {{"density", o.closed_form ? "reference" : o.density},
-               {"micro_bounds", o.micro_bounds},
-               {"closed_form", o.closed_form ? "yes" : "no"},
-               {"interpolation", name(look_up)},
-               {"shells", o.shells},
-               {"shell_kind", o.shell_kind},
-               {"shell_effort", fmt::to_string(o.shell_effort)}};
-  m.written_by = "pvol-fit " PVOL_VERSION;
-  return m;
-}
-
 void add_shell(const Options& o, Fit& f) {
   // In closed form by cubes of the size that the bounds were refined to, so that the boxes agree.
   const Support support = o.closed_form ? make_support(f.recipe, 3 - kLeafRefinement)
@@ -192,119 +164,6 @@ void add_shell(const Options& o, Fit& f) {
   });
   if (o.check)
     f.check = cli::naming(o.input, [&] { return cli::check_shell(*f.file.shell, support).text; });
-}
-
-bool is_quantised(const Options& o) { return o.density != "fp32" && o.density != "reference"; }
-
-/// Turns the samples into codes and from there on takes what these stand for as the density.
-void quantise_density(const Options& o, formats::LoadedGrid& loaded, formats::PvolFile& file) {
-  Quantisation how{find_named<Precision>(o.density).value()};
-  if (o.tolerance) how.tolerance = *o.tolerance;
-  file.codes = quantise(loaded.grid, how);
-  loaded.grid = decode(*file.codes);
-}
-
-/// What the velocities of a recipe are called in the file: a usual name, by which they are found.
-constexpr const char* kFlow = "v";
-
-/// Whether a name means velocities: three components where no grid of numbers has it itself.
-bool is_velocity(const std::vector<formats::GridEntry>& grids, const std::string& name) {
-  const auto is_grid = [&](const formats::GridEntry& g) { return g.usable && g.name == name; };
-  const bool usual = std::ranges::find(formats::kUsualVelocities, name) !=
-                     std::ranges::end(formats::kUsualVelocities);
-  return std::ranges::none_of(grids, is_grid) && formats::has_velocity(grids, name) &&
-         (usual || formats::usual_color_grid(grids) != name);
-}
-
-/// The grids that go into the file besides the density, which is `taken`.
-std::vector<std::string> choose_fields(const Options& o, const std::string& taken) {
-  if (o.fields == "none") return {};
-  if (formats::ending(o.input) == ".toml") {
-    return formats::read_flow(o.input) ? std::vector<std::string>{kFlow}
-                                       : std::vector<std::string>{};
-  }
-  const std::vector<formats::GridEntry> grids = formats::grids_of(o.input);
-  std::vector<std::string> names;
-  const std::string color =
-      formats::ending(o.input) == ".vdb" ? formats::usual_color_grid(grids) : "";
-  if (o.fields == "auto") {
-    names = formats::usual_fire_grids(grids);
-  } else if (o.fields == "all") {
-    for (const formats::GridEntry& g : grids) {
-      if (g.usable) names.push_back(g.name);
-    }
-  } else {
-    const Value list = parse_value(any_text().times(2), o.fields);
-    for (const Value& v : *list.list()) names.push_back(*v.word());
-  }
-  if ((o.fields == "auto" || o.fields == "all") && !color.empty()) names.push_back(color);
-  if (const std::string velocity = formats::usual_velocity(grids); !velocity.empty()) {
-    if (o.fields == "all") names.push_back(velocity);
-    if (o.fields == "auto") {
-      cli::print_warnings(kTool, {"the velocities " + velocity +
-                                  " are left out; --fields all, or "
-                                  "their name there, keeps them for motion blur"});
-    }
-  }
-  std::erase(names, taken);
-  return names;
-}
-
-/// Adds a further grid to the file, kept as the density is, or in any case.
-void add_field(const Options& o, formats::LoadedGrid& loaded, bool embed, Fit& f) {
-  formats::PvolFile field;
-  if (is_quantised(o)) quantise_density(o, loaded, field);
-  field.pyramid = formats::build_bounds(loaded.grid, o.input);
-  field.metadata = describe_source(o, loaded, field.pyramid.look_up);
-  if (o.density == "fp32" || (embed && !is_quantised(o))) field.density = loaded.grid;
-  f.fields.push_back(loaded.report);
-  f.file.fields.push_back(std::move(field));
-}
-
-/// Adds colours as grids of their channels. The source has no such grids to refer to.
-void add_colors(const Options& o, const std::string& name, Fit& f) {
-  formats::LoadedColor loaded = formats::read_color(o.input, name, o.grid.strict);
-  cli::print_warnings(kTool, loaded.report.warnings);
-  const std::string called = loaded.grid.name();
-  const auto add = [&](VoxelGrid& grid, const std::string& part) {
-    formats::LoadedGrid channel{std::move(grid), loaded.report};
-    channel.grid.name = channel.report.grid = part;
-    add_field(o, channel, true, f);
-    grid = std::move(channel.grid);  // as it is kept
-  };
-  const std::vector<std::string> parts = formats::color_parts(called);
-  for (std::size_t c = 0; c < 3; ++c) add(loaded.grid.channels[c], parts[c]);
-  VoxelGrid black = black_of(loaded.grid);
-  if (!black.bricks.empty() || !black.tiles.empty()) add(black, parts[3]);
-}
-
-/// Adds velocities as the parts of their components that are above and below 0, in any case.
-void add_velocity(const Options& o, const std::string& name, Fit& f) {
-  const bool is_recipe = formats::ending(o.input) == ".toml";
-  const auto loaded = formats::read_velocity(o.input, is_recipe ? "" : name, o.grid.strict);
-  cli::print_warnings(kTool, loaded->warnings);
-  std::array<VoxelGrid, 6> parts = signed_parts(loaded->grid);
-  const std::vector<std::string> names = formats::velocity_parts(name);
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (parts[i].bricks.empty() && parts[i].tiles.empty()) continue;
-    formats::LoadedGrid part{std::move(parts[i]), {}};
-    part.grid.name = part.report.grid = names[i];
-    part.report.type = "velocity";
-    add_field(o, part, true, f);
-  }
-}
-
-/// Adds a grid of the input, of numbers, of colours or of velocities.
-void add_field(const Options& o, const std::string& name, Fit& f) {
-  if (name == kFlow && formats::ending(o.input) == ".toml") return add_velocity(o, name, f);
-  if (formats::ending(o.input) == ".vdb" && is_velocity(formats::grids_of(o.input), name)) {
-    return add_velocity(o, name, f);
-  }
-  if (formats::ending(o.input) == ".vdb" && formats::has_colors(formats::grids_of(o.input), name)) {
-    return add_colors(o, name, f);
-  }
-  formats::LoadedGrid loaded = formats::load_grid(o.input, {name, o.grid.strict});
-  add_field(o, loaded, false, f);
 }
 
 /// The density; nothing of a file that is a fire alone.
@@ -339,16 +198,14 @@ Fit fit(const Options& o) {
   }
   f.read_seconds = watch.lap();
   stage.show("building bounds");
-  if (is_quantised(o)) quantise_density(o, f.loaded, f.file);
+  if (cli::is_quantised(o)) cli::quantise_density(o, f.loaded, f.file);
   f.file.pyramid = o.closed_form ? cli::naming(o.input, [&] { return build_pyramid(f.recipe); })
                                  : formats::build_bounds(f.loaded.grid, o.input,
                                                          find_named<LookUp>(o.look_up).value());
   if (o.micro_bounds == "2") {
     f.file.micro = build_leaf_micro_bounds(f.loaded.grid, f.file.pyramid, 2);
   }
-  if (!o.closed_form) {
-    for (const std::string& grid : choose_fields(o, f.loaded.report.grid)) add_field(o, grid, f);
-  }
+  if (!o.closed_form) cli::add_fields(o, f.loaded.report.grid, f);
   stage.erase();
   f.bounds_seconds = watch.lap();
   if (o.shells != "none" && !f.file.pyramid.empty()) {
@@ -356,7 +213,7 @@ Fit fit(const Options& o) {
     f.shell_seconds = watch.lap();
   }
   stage.show("writing " + o.output.filename().string());
-  f.file.metadata = describe_source(o, f.loaded, f.file.pyramid.look_up);
+  f.file.metadata = cli::describe_source(o, f.loaded, f.file.pyramid.look_up);
   f.source_bytes = f.file.metadata.source.bytes;
   const bool embeds = o.density == "fp32" || f.loaded.report.type == "none";
   if (embeds && !o.closed_form) f.file.density = f.loaded.grid;
@@ -372,7 +229,7 @@ void check_density(const Options& o) {
         "--micro-bounds 1: bounds of single voxels would take 70 to 120 % of the source; a file "
         "holds those of 2^3 voxels, and pvol-render --micro-bounds 1 builds single ones at load");
   }
-  if (o.closed_form && (o.micro_bounds != "none" || is_quantised(o))) {
+  if (o.closed_form && (o.micro_bounds != "none" || cli::is_quantised(o))) {
     throw cli::UsageError(
         "--closed-form takes no samples: --micro-bounds and --density fp16, fp8 and fpn need them");
   }

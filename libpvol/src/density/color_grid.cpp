@@ -1,38 +1,24 @@
 #include "pvol/density/color_grid.h"
 
 #include <algorithm>
-#include <deque>
 
+#include "density/block_collector.h"
 #include "density/lattice_index.h"
 
 namespace pvol {
 namespace {
 
+using detail::BlockCollector;
 using detail::BlockFinder;
 using detail::BlockSource;
-using Samples = std::array<float, kBrickSamples>;
+using Samples = BlockCollector::Samples;
 
-/// A grid of ones on the lattice of another, filled brick by brick.
-class Ones {
- public:
-  explicit Ones(const Affine& index_to_world) { grid_.index_to_world = index_to_world; }
-
-  void add(Vec3i origin, const Samples& samples) {
-    if (std::ranges::none_of(samples, [](float v) { return v > 0; })) return;
-    grid_.bricks.push_back({origin, samples_->emplace_back(samples).data()});
-  }
-  void add_tile(Vec3i origin, int edge) { grid_.tiles.push_back({origin, edge, 1}); }
-
-  [[nodiscard]] VoxelGrid take() && {
-    grid_.owner = samples_;
-    sort(grid_);
-    return std::move(grid_);
-  }
-
- private:
-  VoxelGrid grid_;
-  std::shared_ptr<std::deque<Samples>> samples_ = std::make_shared<std::deque<Samples>>();
-};
+/// An empty grid on the lattice of another.
+VoxelGrid unnamed(const VoxelGrid& like) {
+  VoxelGrid grid;
+  grid.index_to_world = like.index_to_world;
+  return grid;
+}
 
 float value_in(const BlockSource& block, int i) {
   return block.values != nullptr ? block.values[i] : block.constant;
@@ -93,8 +79,8 @@ VoxelGrid known_of(const std::array<VoxelGrid, 3>& channels, const VoxelGrid* bl
   finders.reserve(grids.size());
   for (const VoxelGrid* g : grids) finders.emplace_back(*g);
   const Blocks blocks = blocks_of(grids);
-  Ones known(channels[0].index_to_world);
-  for (const Tile& t : blocks.tiles) known.add_tile(t.origin, t.edge);
+  BlockCollector known(unnamed(channels[0]));
+  for (const Tile& t : blocks.tiles) known.add({t.origin, t.edge, 1});
   for (const Vec3i origin : blocks.bricks) {
     Samples samples{};
     bool in_tile = false;
@@ -111,13 +97,13 @@ VoxelGrid known_of(const std::array<VoxelGrid, 3>& channels, const VoxelGrid* bl
 }
 
 VoxelGrid black_of(const ColorGrid& colors) {
-  Ones black(colors.index_to_world());
+  BlockCollector black(unnamed(colors.channels[0]));
   const auto is_black = [](const Float4& s) {
     return s[3] > 0 && !(s[0] > 0) && !(s[1] > 0) && !(s[2] > 0);
   };
   visit_colors(colors, [&](Vec3i origin, int edge, std::span<const Float4> samples) {
     if (samples.size() == 1) {
-      if (is_black(samples[0])) black.add_tile(origin, edge);
+      if (is_black(samples[0])) black.add({origin, edge, 1});
       return;
     }
     Samples ones{};

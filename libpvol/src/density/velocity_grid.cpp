@@ -2,45 +2,20 @@
 
 #include <algorithm>
 #include <array>
-#include <deque>
-#include <memory>
 
+#include "density/block_collector.h"
 #include "density/lattice_index.h"
 
 namespace pvol {
 namespace {
 
+using detail::BlockCollector;
 using detail::BlockFinder;
-using Samples = std::array<float, kBrickSamples>;
-
-/// Bricks and tiles that are made one by one, without zeros.
-class Collected {
- public:
-  explicit Collected(const VoxelGrid& like) {
-    grid_.name = like.name;
-    grid_.index_to_world = like.index_to_world;
-  }
-  void add(Vec3i origin, const Samples& samples) {
-    if (std::ranges::all_of(samples, [](float v) { return v == 0; })) return;
-    grid_.bricks.push_back({origin, samples_->emplace_back(samples).data()});
-  }
-  void add(const Tile& tile) {
-    if (tile.value != 0) grid_.tiles.push_back(tile);
-  }
-  [[nodiscard]] VoxelGrid take() && {
-    grid_.owner = samples_;
-    sort(grid_);
-    return std::move(grid_);
-  }
-
- private:
-  VoxelGrid grid_;
-  std::shared_ptr<std::deque<Samples>> samples_ = std::make_shared<std::deque<Samples>>();
-};
+using Samples = BlockCollector::Samples;
 
 /// What is left of values times a sign that is above 0.
 VoxelGrid part(const VoxelGrid& grid, float sign) {
-  Collected all(grid);
+  BlockCollector all(grid);
   for (const Brick& b : grid.bricks) {
     Samples samples;
     for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -54,7 +29,7 @@ VoxelGrid part(const VoxelGrid& grid, float sign) {
 
 /// Where parts come from one grid no sample is above 0 in both, and no brick lies in a tile.
 VoxelGrid difference(const VoxelGrid& positive, const VoxelGrid& negative) {
-  Collected all(positive);
+  BlockCollector all(positive);
   const BlockFinder other(negative);
   for (const Brick& b : positive.bricks) {
     const auto minus = other.find(b.origin);
