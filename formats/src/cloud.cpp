@@ -208,8 +208,7 @@ AlbedoGrid load_albedo(const std::filesystem::path& file, const AlbedoMap& map, 
     throw Error(fmt::format(
         "{}: the grid '{}' has colours, which are taken as they are; found scale, offset, clamp, "
         "power, ramp or colors in [medium.albedo_field], expected none of them, which are for "
-        "grids "
-        "of numbers",
+        "grids of numbers",
         file.string(), map.grid));
   }
   grid.colors = read_color(file, map.grid, strict);

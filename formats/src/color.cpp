@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "file/same_name.h"
+#include "file/grid_names.h"
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/field_names.h"
@@ -14,20 +14,13 @@
 namespace pvol::formats {
 namespace {
 
+using detail::listed;
 using detail::same_name;
 
 constexpr std::string_view kUsualNames[] = {"Cd", "color", "colour", "albedo"};
 
 bool has_part(std::span<const GridEntry> grids, const std::string& name) {
   return std::ranges::any_of(grids, [&](const GridEntry& g) { return same_name(g.name, name); });
-}
-
-std::string listed(std::span<const GridEntry> grids) {
-  std::string text;
-  for (const GridEntry& g : grids) {
-    text += fmt::format("{}{} ({})", text.empty() ? "" : ", ", g.name, g.type);
-  }
-  return text.empty() ? "none" : text;
 }
 
 LoadedColor read_parts(const std::filesystem::path& file, const std::string& name, bool strict) {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "file/same_name.h"
+#include "file/grid_names.h"
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/color.h"
@@ -19,6 +19,7 @@ constexpr std::string_view kFireNames[] = {"flames", "flame",    "fire",       "
                                            "heat",   "emission", "temperature"};
 constexpr std::string_view kTemperatureNames[] = {"temperature", "temp", "heat"};
 
+using detail::listed;
 using detail::same_name;
 
 /// The first of the names that a usable grid has, as the file writes it; else "".
@@ -29,14 +30,6 @@ std::string first_of(std::span<const std::string_view> names, std::span<const Gr
     }
   }
   return {};
-}
-
-std::string listed(std::span<const GridEntry> grids) {
-  std::string text;
-  for (const GridEntry& g : grids) {
-    text += fmt::format("{}{} ({})", text.empty() ? "" : ", ", g.name, g.type);
-  }
-  return text.empty() ? "none" : text;
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 
-#include "file/same_name.h"
+#include "file/grid_names.h"
 #include "pvol/density/recipe.h"
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"

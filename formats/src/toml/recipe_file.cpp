@@ -16,16 +16,23 @@ constexpr int kResolution = 256;
 constexpr double kHeight = 0.55;  // of a cumulus in widths, as in struct Cumulus
 constexpr std::int64_t kLargestSeed = std::numeric_limits<std::int64_t>::max();
 
+/// All of a noise but its kind.
+Fbm read_fbm(const TomlTable& table) {
+  Fbm noise;
+  noise.cell = table.number("cell", Range::closed(1e-30, 1e30)).value_or(noise.cell);
+  noise.octaves = int(table.integer("octaves", 1, kMaxOctaves).value_or(noise.octaves));
+  noise.gain = table.number("gain", Range{0, 1, true, false}).value_or(noise.gain);
+  noise.seed = std::uint64_t(table.integer("seed", 0, kLargestSeed).value_or(1));
+  return noise;
+}
+
 MaskedNoise read_noise(const TomlTable& table) {
   table.allow_only({"kind", "amplitude", "cell", "octaves", "gain", "seed", "mask"});
   table.require({"amplitude", "cell"});
   MaskedNoise n;
   n.amplitude = *table.number("amplitude");
+  n.noise = read_fbm(table);
   n.noise.billow = table.word("kind", {"smooth", "billow"}).value_or("smooth") == "billow";
-  n.noise.cell = *table.number("cell", Range::closed(1e-30, 1e30));
-  n.noise.octaves = int(table.integer("octaves", 1, kMaxOctaves).value_or(n.noise.octaves));
-  n.noise.gain = table.number("gain", Range{0, 1, true, false}).value_or(n.noise.gain);
-  n.noise.seed = std::uint64_t(table.integer("seed", 0, kLargestSeed).value_or(1));
   if (const TomlTable* mask = table.table("mask")) n.mask = read_mask(*mask);
   return n;
 }
@@ -114,10 +121,7 @@ Flow read_flow_table(const TomlTable& table) {
   f.stretch = table.vector("stretch").value_or(f.stretch);
   f.centre = table.vector("centre").value_or(f.centre);
   f.turbulence = table.number("turbulence", Range::at_least(0)).value_or(f.turbulence);
-  f.noise.cell = table.number("cell", Range::closed(1e-30, 1e30)).value_or(f.noise.cell);
-  f.noise.octaves = int(table.integer("octaves", 1, kMaxOctaves).value_or(f.noise.octaves));
-  f.noise.gain = table.number("gain", Range{0, 1, true, false}).value_or(f.noise.gain);
-  f.noise.seed = std::uint64_t(table.integer("seed", 0, kLargestSeed).value_or(1));
+  f.noise = read_fbm(table);
   if (f.turbulence > 0) table.require({"cell"});
   try {
     validate(f);

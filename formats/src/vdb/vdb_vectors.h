@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "file/same_name.h"
+#include "file/grid_names.h"
 #include "pvol/density/voxel_grid.h"
 #include "vdb/vdb_inspect.h"
 

@@ -66,9 +66,10 @@ struct GridEntry {
                                    const GridOptions& options = {});
 
 /// Writes fog-volume grids to one .vdb file, atomically (aside, then renamed), and after them grids
-/// of colours and of velocities, which are called as their components are. Samples of value 0, and those that say no colour, are inactive. The same grids give
-/// the same bytes: the file's UUID is made from its content. Throws Error where the file cannot be
-/// written, or for a map that OpenVDB does not take (voxels below about 1e-5).
+/// of colours and of velocities, which are called as their components are. Samples of value 0, and
+/// those that say no colour, are inactive. The same grids give the same bytes: the file's UUID is
+/// made from its content. Throws Error where the file cannot be written, or for a map that OpenVDB
+/// does not take (voxels below about 1e-5).
 void write_vdb(const std::filesystem::path& file, const std::vector<const VoxelGrid*>& grids,
                const std::vector<const ColorGrid*>& colors = {},
                const std::vector<const VelocityGrid*>& velocities = {});

@@ -25,7 +25,7 @@ inline constexpr std::string_view kUsualVelocities[] = {"v", "vel", "velocity"};
 /// The velocities of a .vdb file: the vector grid called `name` or, where there is none, three
 /// grids of numbers called NAME.x, NAME_x or NAMEx and so on, in capitals or not, which must lie on
 /// one lattice. Those of a .pvol file: the grids of velocity_parts(name). Those of a recipe: its
-/// [flow], sampled as widely as its cloud and half as much around it; it has no name. Without a
+/// [flow], sampled as widely as its cloud and half as much around it, whatever the name. Without a
 /// name the usual ones are looked for, in their order; then there may be none. Only active values
 /// count, everything else is 0; values that are not finite are taken as 0, with a warning (refused
 /// where `strict`). Throws Error for files of other kinds, damaged ones and those without a grid of
