@@ -1,21 +1,15 @@
 // Triangles for people and for other programs: the surface of a shell and of a support.
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <vector>
-
+#include "pvol/math/triangle_mesh.h"
 #include "pvol/shell/shell.h"
 #include "pvol/shell/support.h"
 
 namespace pvol {
 
-/// A closed surface; triangles run counter-clockwise as seen from outside, and each edge belongs to
-/// exactly two triangles, in opposite directions, where the surface does not touch itself.
-struct TriangleMesh {
-  std::vector<Vec3d> vertices;  ///< index space
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-};
+// Meshes of this header are closed surfaces in index space: triangles run counter-clockwise as seen
+// from outside, and each edge belongs to exactly two, in opposite directions, where the surface
+// does not touch itself.
 
 /// The surface of a shell, the faces of its box included, by marching tetrahedra over `resolution`
 /// steps along the box's longest side (8 to 1024); vertices lie on the surface to 1/1000 of a step.
