@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "pvol/error.h"
+#include "pvol/shell/mesh.h"
 #include "support/temporary_folder.h"
 
 namespace pvol::formats {
