@@ -5,7 +5,7 @@ set -euo pipefail
 
 packages=(
   g++ cmake ninja-build ccache pkg-config
-  libtbb-dev libhwy-dev
+  libtbb-dev libhwy-dev libembree-dev
   libopenvdb-dev libboost-iostreams-dev zlib1g-dev  # the last two are OpenVDB's, which forgets them
   libnanovdb-dev libblosc-dev                       # .nvdb files are often compressed with blosc
   libopenexr-dev libpng-dev

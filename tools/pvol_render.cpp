@@ -75,6 +75,7 @@ RenderJob load(const Options& o, formats::SceneFile file) {
   job.sets = o.sets;
   job.file = std::move(file);
   cli::load_sky(job.file);
+  cli::load_surfaces(job.file);
   Scene& scene = job.file.scene;
   cli::SceneClouds clouds({kTool, o.common.quiet}, o.grid.strict, job.file);
   for (formats::SceneVolume& v : job.file.volumes) {

@@ -41,8 +41,11 @@ struct CloudScene {
   std::vector<Light> lights;
   Body medium;
   RenderOptions options;
+  std::vector<Surface> surfaces{};
 
-  [[nodiscard]] Scene scene() const { return {camera, environment, lights, options}; }
+  [[nodiscard]] Scene scene() const {
+    return {camera, environment, lights, options, surfaces};
+  }
   [[nodiscard]] VolumeOptions volume_options() const {
     VolumeOptions o = pvol::volume_options(options);
     o.object_to_world = medium.object_to_world;

@@ -13,6 +13,7 @@
 #include "pvol/error.h"
 #include "pvol/formats/field_names.h"
 #include "pvol/formats/image.h"
+#include "pvol/formats/mesh_file.h"
 #include "pvol/formats/recipe_file.h"
 #include "pvol/formats/velocity.h"
 #include "pvol/render/render.h"
@@ -219,6 +220,41 @@ void load_sky(formats::SceneFile& file) {
   sky->width = picture.width;
   sky->height = picture.height;
   sky->pixels = std::move(picture.pixels);
+}
+
+namespace {
+
+/// What a recipe has of bodies: the union of its forms within all cuts, and of its solids.
+Body body_of(const Recipe& recipe) {
+  std::vector<Body> all;
+  if (!recipe.forms.empty()) {
+    std::vector<Body> within = recipe.cuts;
+    within.insert(within.begin(), Body(BodyOp::join, recipe.forms));
+    all.emplace_back(BodyOp::intersection, std::move(within));
+  }
+  for (const Solid& solid : recipe.solids) all.push_back(solid.body);
+  return Body(BodyOp::join, std::move(all));
+}
+
+}  // namespace
+
+void load_surfaces(formats::SceneFile& file) {
+  for (Surface& surface : file.scene.surfaces) {
+    std::string name;
+    if (auto* solid = std::get_if<SolidSurface>(&surface)) {
+      name = solid->file;
+      solid->body = std::make_shared<const Body>(body_of(formats::read_recipe(name)));
+    } else if (auto* mesh = std::get_if<MeshSurface>(&surface)) {
+      name = mesh->file;
+      mesh->mesh = std::make_shared<const TriangleMesh>(formats::read_mesh(name));
+    }
+    if (name.empty()) continue;
+    try {
+      validate(surface);
+    } catch (const Error& e) {
+      throw Error(name + ": " + e.what());
+    }
+  }
 }
 
 formats::LoadedGrid load_grid(const Loader& by, const std::filesystem::path& file,

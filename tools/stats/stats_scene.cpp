@@ -20,6 +20,7 @@ formats::SceneFile read(const SceneOptions& o) {
   formats::SceneFile file = read_scene(o.input, o.sets);
   if (!o.grid.grid.empty()) file.volumes.front().grid = o.grid.grid;
   load_sky(file);
+  load_surfaces(file);
   return file;
 }
 

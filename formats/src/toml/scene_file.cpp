@@ -286,6 +286,17 @@ void read_lights(const TomlTable& root, std::vector<Light>& lights) {
   }
 }
 
+void read_surfaces(const TomlTable& root, UpAxis axis, std::vector<Surface>& surfaces) {
+  for (const Surface& kind : all_kinds<Surface>()) {
+    for (const TomlTable* table : root.tables(kind_name(kind))) {
+      Surface& surface = surfaces.emplace_back(kind);
+      if (auto* plane = std::get_if<PlaneSurface>(&surface)) plane->normal = up_of(axis);
+      read_keys(*table, entries(surface));
+      refuse_misfit(*table, misfit(surface));
+    }
+  }
+}
+
 void read_render(const TomlTable& table, SceneFile& file) {
   Entries all = render_keys(file);
   std::erase_if(all, [](const Entry& e) { return !e.about.in_scenes; });
@@ -310,6 +321,7 @@ SceneFile read(const TomlTable& root) {
     read_environment(*sky, axis, result.scene.environment);
   }
   read_lights(root, result.scene.lights);
+  read_surfaces(root, axis, result.scene.surfaces);
   if (const TomlTable* render = root.table("render")) read_render(*render, result);
   return result;
 }

@@ -47,6 +47,8 @@ std::vector<std::string_view> section_names() {
   std::vector<std::string_view> names{"volume", "world", "camera", "medium", "environment"};
   static const std::vector<Light> kinds = all_kinds<Light>();
   for (const Light& kind : kinds) names.emplace_back(kind_name(kind));
+  static const std::vector<Surface> surfaces = all_kinds<Surface>();
+  for (const Surface& kind : surfaces) names.emplace_back(kind_name(kind));
   names.emplace_back("render");
   return names;
 }
@@ -117,6 +119,9 @@ std::vector<SectionManual> describe_sections() {
   }
   for (Light& light : all_kinds<Light>()) {
     all.push_back(section(std::string("[[") + kind_name(light) + "]]", "", entries(light)));
+  }
+  for (Surface& surface : all_kinds<Surface>()) {
+    all.push_back(section(std::string("[[") + kind_name(surface) + "]]", "", entries(surface)));
   }
   all.push_back(section("[render]", "How it is rendered; the command line has the same options.",
                         render_keys(file)));

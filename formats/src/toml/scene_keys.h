@@ -8,7 +8,7 @@
 
 namespace pvol::formats {
 
-/// "volume", "camera", and so on, with one for each kind of light.
+/// "volume", "camera", and so on, with one for each kind of light and surface.
 [[nodiscard]] std::vector<std::string_view> section_names();
 
 }  // namespace pvol::formats

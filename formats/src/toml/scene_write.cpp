@@ -95,6 +95,9 @@ std::string to_toml(const SceneFile& file) {
   for (const Light& light : scene.lights) {
     text += fmt::format("\n[[{}]]\n", kind_name(light)) + lines(entries(light));
   }
+  for (const Surface& surface : scene.surfaces) {
+    text += fmt::format("\n[[{}]]\n", kind_name(surface)) + lines(entries(surface));
+  }
   return text + "\n[render]\n" + lines(entries(scene.options)) +
          (file.density ? lines(entries(file.density)) : "");
 }

@@ -19,13 +19,14 @@ constexpr std::uint32_t kMostBounces = 256;    // of a path
 /// Optical depth of a ray through an instance of a volume by one look-up in each segment, right on
 /// average; nothing where it misses the box.
 [[nodiscard]] std::optional<double> sample_depth(const VolumeSetup& v, const Instance& at,
-                                                 const Ray& world, Rng& rng) {
+                                                 const Ray& world, double limit, Rng& rng) {
   const Ray ray = at.in_cells(world);
   const auto span = v.in_box(ray);
-  if (!span) return std::nullopt;
+  if (!span || !(span->t0 < limit)) return std::nullopt;
   const VolumeField& f = v.volume.density;
   return visit_source(f, [&](const auto& mu) {
-    Walk walk(f.octree, make_cursor(f.octree, ray.at(span->t0)), at.in_cells(Vec3f(world.d)));
+    Walk walk(f.octree, make_cursor(f.octree, ray.at(span->t0)), at.in_cells(Vec3f(world.d)),
+              limit - span->t0);
     double depth = 0;
     while (const auto s = walk.next()) {
       const double length = s->t1 - s->t0;
@@ -39,10 +40,11 @@ constexpr std::uint32_t kMostBounces = 256;    // of a path
   std::optional<double> sum;
   const Instances& in = *setup.instances;
   const double frames = in.moves() ? setup.camera.shutter.at(double(rng.uniform())) : 0;
-  in.tree.visit(ray, kEndless, [&](std::uint32_t i, double limit) {
+  const double end = setup.surfaces ? setup.surfaces->first_hit(ray, kEndless).distance : kEndless;
+  in.tree.visit(ray, end, [&](std::uint32_t i, double limit) {
     const Instance at = in.at_time(i, frames);
     const VolumeSetup& v = setup.volumes[at.volume];
-    const auto depth = sample_depth(v, at, ray, rng);
+    const auto depth = sample_depth(v, at, ray, limit, rng);
     if (depth) sum = sum.value_or(0) + *depth;
     return limit;
   });
@@ -53,7 +55,7 @@ constexpr std::uint32_t kMostBounces = 256;    // of a path
   const auto of = [](const Tally& t) {
     return t.segments + t.bounds_tests + t.lookups + t.null_collisions;
   };
-  return of(c.path) + of(c.shadow) + c.collisions + c.shadow_rays;
+  return of(c.path) + of(c.shadow) + c.collisions + c.shadow_rays + c.surface_hits;
 }
 
 /// The plan as plain paths take it, with counts and without what its sky would cost to set up.
@@ -63,6 +65,7 @@ constexpr std::uint32_t kMostBounces = 256;    // of a path
   p.shells = plan.shells;
   p.kernel = plan.kernel;
   p.emission = plan.emission;
+  p.surfaces = plan.surfaces;
   p.kernel.count = true;
   p.kernel.lanes = Lanes::scalar;
   p.kernel.paths = plain(plan.kernel.paths);
@@ -97,6 +100,8 @@ void follow_paths(const RenderPlan& plan, const PathSetup& setup, int across, in
     (void)render_part(setup, {0, 0, 1, 1}, {.all = 1}, film, path);
     probe.counts += path;
     if (path.collisions > kMostBounces) probe.cut_counts += path;
+    const bool cut = path.surface_hits + path.collisions > kMostBounces;
+    if (cut && path.surface_hits > path.collisions) ++probe.caught;
   }
 }
 

@@ -14,6 +14,7 @@ struct CameraProbe {
   std::vector<double> depths{};
   int paths = 0;    ///< followed along the first of the rays, in scattered order
   Counts counts{};  ///< of the paths
+  int caught = 0;   ///< paths that went to and fro between surfaces until they were cut
   /// Of those among them that were cut, being longer than is worth following.
   Counts cut_counts{};
   double by_depth = 0;  ///< collisions of a path on average, by depths alone (THEORY.md, T6.1)

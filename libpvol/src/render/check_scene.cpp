@@ -26,6 +26,7 @@ void check(const Scene& scene) {
   for (const Light& light : scene.lights) validate(light);
   validate(scene.options);
   validate(scene.camera);
+  for (const Surface& surface : scene.surfaces) validate(surface);
 }
 
 /// The places that a fire got from its volume, which was made without it.
@@ -126,6 +127,17 @@ void check_chromatic(std::span<const Volume> volumes, const RenderOptions& o) {
               (wrong ? wrong : ""));
 }
 
+/// Paths among surfaces go through places of the world.
+void check_surfaces(std::span<const Volume> volumes, const RenderOptions& o) {
+  const char* const wrong =
+      is_weighted(o.tracker) ? "a tracker without weights, such as decomposition"
+      : std::ranges::any_of(volumes, [](const Volume& v) { return is_chromatic(v.medium); })
+          ? "an extinction that is the same for all channels (no extinction_color)"
+      : o.deep ? "flat pictures, for deep ones hold volumes alone"
+               : nullptr;
+  if (wrong) throw Error(std::string("scenes with surfaces go with ") + wrong);
+}
+
 /// Flights are compiled for one of these kinds, not for two at once.
 void check_kinds(std::span<const Volume> volumes) {
   const auto any = [&](const auto& is) { return std::ranges::any_of(volumes, is); };
@@ -146,6 +158,7 @@ void check(std::span<const Volume> volumes, const Scene& scene) {
           "weighted trackers take one volume; choose another tracker for several");
   check_chromatic(volumes, scene.options);
   check_kinds(volumes);
+  if (!scene.surfaces.empty()) check_surfaces(volumes, scene.options);
   if (scene.options.deep) check_deep(volumes, scene.options);
   for (const Volume& v : volumes) {
     check(v, scene.options);

@@ -130,6 +130,27 @@ LightSample SkyLight::sample(Rng& rng) const {
           pixel_pdf({x, y})};
 }
 
+/// How many patches a sky is divided into, across and down.
+SkyLight::Pixel SkyLight::patches() const {
+  constexpr int kAcross = 512, kDown = 256;
+  const auto* picture = std::get_if<ImageSky>(&environment_);
+  if (!picture) return {kAcross, kDown};
+  const auto multiple = [](int pixels, int least) { return pixels * ((least - 1) / pixels + 1); };
+  return {multiple(picture->width, kAcross), multiple(picture->height, kDown)};
+}
+
+/// Of a place in a picture, over its size; of other skies in a picture that stands upright.
+Vec3f SkyLight::direction_at(double across, double down) const {
+  const double azimuth = 2 * pi * (across + rotation_), theta = pi * down, sine = std::sin(theta);
+  const Vec3f d(Vec3d(sine * std::cos(azimuth), std::cos(theta), sine * std::sin(azimuth)));
+  return turned_ ? x_ * d.x + y_ * d.y + z_ * d.z : d;
+}
+
+/// Of all azimuths between two heights of it.
+double SkyLight::solid_angle(double top, double bottom) {
+  return 2 * pi * (std::cos(pi * top) - std::cos(pi * bottom));
+}
+
 float SkyLight::pdf(Vec3f d) const { return sampled() ? pixel_pdf(pixel_at(d)) : 0.0f; }
 
 SunLight::SunLight(const Sun& sun)
@@ -147,6 +168,40 @@ SunLight::SunLight(const Sun& sun)
 LightSample SunLight::sample_disc(Rng& rng) const {
   const auto [u, azimuth] = rng.uniform2();
   return {turn(direction, one_minus_cos_radius * u, azimuth), disc_radiance, disc_pdf};
+}
+
+namespace {
+
+/// Share of the irradiance of a plane that faces the middle of a disc of even radiance, for one
+/// whose normal is `angle` away from there. Above the horizon as a whole it counts by the cosine;
+/// of a disc that sets, arcs at equal angles from the normal are summed.
+double share_on_plane(double angle, double radius) {
+  if (angle + radius <= pi / 2) return std::cos(angle);
+  if (angle - radius >= pi / 2) return 0;
+  constexpr int kArcs = 512;
+  const double from = std::max(angle - radius, 0.0), step = (pi / 2 - from) / kArcs;
+  double sum = 0;
+  for (int i = 0; i < kArcs; ++i) {
+    const double a = from + (i + 0.5) * step;
+    const double cosine =
+        (std::cos(radius) - std::cos(a) * std::cos(angle)) / (std::sin(a) * std::sin(angle));
+    sum += std::cos(a) * std::sin(a) * 2 * std::acos(std::clamp(cosine, -1.0, 1.0)) * step;
+  }
+  return sum / (pi * std::sin(radius) * std::sin(radius));
+}
+
+}  // namespace
+
+Rgb SunLight::on_plane(Vec3d /*place*/, Vec3d normal) const {
+  const double cosine = std::clamp(dot(Vec3d(direction), normal), -1.0, 1.0);
+  if (disc_pdf == 0) return irradiance * float(std::max(0.0, cosine));
+  const double radius = 2 * std::asin(std::sqrt(0.5 * double(one_minus_cos_radius)));
+  return irradiance * float(share_on_plane(std::acos(cosine), radius));
+}
+
+Rgb PointSource::on_plane(Vec3d place, Vec3d normal) const {
+  const LightSample l = arriving_at(place);
+  return l.radiance * float(std::max(0.0, dot(Vec3d(l.direction), normal)));
 }
 
 LightSample PointSource::arriving_at(Vec3d place) const {

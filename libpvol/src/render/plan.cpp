@@ -11,6 +11,7 @@
 #include "render/forecast.h"
 #include "render/lanes/choose_lanes.h"
 #include "render/sanity.h"
+#include "render/surface/surfaces.h"
 
 namespace pvol {
 namespace {
@@ -34,6 +35,7 @@ int common_micro_edge(std::span<const Volume> volumes) {
 Paths choose_paths(const RenderPlan& p) {
   const bool guided = p.guide.used;
   if (is_chromatic(p.volumes.front().medium)) return Paths::chromatic;
+  if (p.surfaces) return Paths::surfaces;
   if (std::ranges::any_of(p.volumes, places_move)) {
     return guided ? Paths::guided_moving : Paths::moving_places;
   }
@@ -181,6 +183,7 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
   }
   for (const Volume& v : volumes) p.shells.push_back(choose_shell(v, scene));
   p.guide = choose_guide(volumes, scene, options.paths > 0 ? options.paths : count_paths(o));
+  p.surfaces = detail::make_surfaces(scene.surfaces);
   p.kernel = choose_kernel(p);
   p.emission = detail::prepare_emission(volumes, o);
   p.decisions = decide(p, scene.options, lanes.reason);

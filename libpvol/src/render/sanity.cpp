@@ -121,6 +121,12 @@ void refuse_endless_flights(const Volume& v, const VolumeFacts* facts, const Ren
 }
 
 void refuse_endless_paths(const RenderPlan& plan, const CameraProbe& probe) {
+  if (2 * probe.caught > probe.paths && !plan.scene.options.max_bounces) {
+    throw Error(
+        "most paths go to and fro between surfaces without losing light and would hardly end; "
+        "lower the surfaces' albedo (0.8 is white paint), open what encloses the scene, or limit "
+        "the bounces with --max-bounces N; --force renders it all the same");
+  }
   if (!(probe.collisions() > kMostScatterings)) return;
   const Volume& thickest = *std::max_element(
       plan.volumes.begin(), plan.volumes.end(),

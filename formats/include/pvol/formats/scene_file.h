@@ -112,8 +112,8 @@ template <std::same_as<World> W>
   });
 }
 
-/// A scene and the file names in it, still to be loaded. The pixels of an ImageSky are not read:
-/// the caller fills them from its file.
+/// A scene and the file names in it, still to be loaded. The pixels of an ImageSky, bodies
+/// and triangles of surfaces are not read: the caller fills them from their files.
 struct SceneFile {
   Scene scene{};
   std::vector<SceneVolume> volumes{};     ///< at least one; they may overlap
@@ -145,6 +145,7 @@ struct SceneFile {
 ///                  without `type` it is the one whose first key is there, else a gradient
 ///   [[sun]]        Sun; each kind of Light has sections of its name, and lights are in the order
 ///                  of their kinds
+///   [[plane]]      PlaneSurface; so each kind of Surface
 ///   [render]       RenderOptions and Quantisation
 ///
 /// Colours are one number or three. File names are relative to the scene file.
@@ -162,8 +163,8 @@ struct SceneFile {
                                       const std::vector<std::string>& sets = {});
 
 /// The scene as TOML, with every value that changes the picture (so without the number of threads
-/// and whether to count): `read_scene` makes an equal scene of it, but for lights of several kinds,
-/// which it puts into the order of their kinds as `plan` does. File names stay as they are, so
+/// and whether to count): `read_scene` makes an equal scene of it, but for lights and surfaces of
+/// several kinds, which it puts into the order of their kinds as `plan` does. File names stay as they are, so
 /// relative ones need the text to be in the current folder. Camera and extinction are left out
 /// where the scene has none. Throws Error for a seed above 2^63 - 1, which TOML cannot write.
 [[nodiscard]] std::string to_toml(const SceneFile& scene);

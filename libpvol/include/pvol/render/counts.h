@@ -16,6 +16,7 @@ struct Counts {
   std::uint64_t collisions = 0;  ///< real ones of camera paths
   std::uint64_t shadow_rays = 0;
   std::uint64_t shell_tests = 0, shell_rejections = 0;  ///< of camera rays that meet the box
+  std::uint64_t surface_hits = 0;                       ///< of camera paths
 
   Counts& operator+=(const Counts& c);
   friend bool operator==(const Counts&, const Counts&) = default;
@@ -41,6 +42,7 @@ inline constexpr std::array kCounters = std::to_array<Counter>({
     {"shadow_rays", [](Counts& c) -> std::uint64_t& { return c.shadow_rays; }},
     {"shell_tests", [](Counts& c) -> std::uint64_t& { return c.shell_tests; }},
     {"shell_rejections", [](Counts& c) -> std::uint64_t& { return c.shell_rejections; }},
+    {"surface_hits", [](Counts& c) -> std::uint64_t& { return c.surface_hits; }},
 });
 
 [[nodiscard]] inline std::uint64_t value(const Counter& counter, Counts c) { return counter.of(c); }

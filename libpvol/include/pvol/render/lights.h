@@ -39,10 +39,26 @@ class SkyLight {
   /// Density per steradian of `sample`; 0 for a sky that is not sampled.
   [[nodiscard]] float pdf(Vec3f direction) const;
 
+  /// visit(unit direction, radiance, solid angle) for patches of the sky, at least 512 x 256 of
+  /// them and one for each pixel of a picture.
+  template <class Visit>
+  void visit_patches(const Visit& visit) const {
+    const auto [width, height] = patches();
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        const Vec3f d = direction_at((x + 0.5) / width, (y + 0.5) / height);
+        visit(Vec3d(d), radiance(d), solid_angle(double(y) / height, (y + 1.0) / height) / width);
+      }
+    }
+  }
+
  private:
   struct Pixel {
     int x, y;
   };
+  [[nodiscard]] Pixel patches() const;
+  [[nodiscard]] Vec3f direction_at(double across, double down) const;
+  [[nodiscard]] static double solid_angle(double top, double bottom);
   [[nodiscard]] Pixel pixel_at(Vec3f direction) const;
   [[nodiscard]] float pixel_pdf(Pixel p) const;
 
@@ -83,6 +99,8 @@ struct SunLight {
   }
   /// About the irradiance in a box of the world, on planes that face the light.
   [[nodiscard]] Rgb irradiance_on(const Box&) const { return irradiance; }
+  /// Irradiance of a plane with this unit normal at a place, with nothing in between.
+  [[nodiscard]] Rgb on_plane(Vec3d place, Vec3d normal) const;
 
  private:
   [[nodiscard]] LightSample sample_disc(Rng& rng) const;
@@ -102,6 +120,7 @@ struct PointSource {
   /// That at the centre of the box or, where the light is nearer to it than the corners are, that
   /// at the corners' distance.
   [[nodiscard]] Rgb irradiance_on(const Box& box) const;
+  [[nodiscard]] Rgb on_plane(Vec3d place, Vec3d normal) const;
 
  private:
   [[nodiscard]] LightSample arriving_at(Vec3d place) const;

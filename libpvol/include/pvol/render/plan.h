@@ -23,7 +23,8 @@ namespace pvol {
 
 namespace detail {
 struct EmissionSetup;  // src/render/emission
-}
+class Surfaces;        // src/render/surface
+}  // namespace detail
 
 /// How paths go through a scene's volumes.
 enum class Paths {
@@ -33,7 +34,8 @@ enum class Paths {
   guided_many,
   chromatic,
   moving_places,
-  guided_moving
+  guided_moving,
+  surfaces
 };
 [[nodiscard]] constexpr auto names(Paths) {
   return std::to_array<Named<Paths>>({{Paths::one_volume, "one volume"},
@@ -42,7 +44,8 @@ enum class Paths {
                                       {Paths::guided_many, "guided through many"},
                                       {Paths::chromatic, "chromatic"},
                                       {Paths::moving_places, "moving places"},
-                                      {Paths::guided_moving, "guided through moving places"}});
+                                      {Paths::guided_moving, "guided through moving places"},
+                                      {Paths::surfaces, "among surfaces"}});
 }
 
 /// Without guiding.
@@ -97,6 +100,7 @@ struct RenderPlan {
   std::vector<ShellChoice> shells{};  ///< one for each volume
   Kernel kernel{};
   std::shared_ptr<const detail::EmissionSetup> emission{};  ///< null: none along flights
+  std::shared_ptr<const detail::Surfaces> surfaces{};       ///< null: there are none
   std::vector<Decision> decisions{};
   /// Whole sentences about what is likely to be a mistake, such as an extinction in another unit or
   /// a camera that looks away.

@@ -1,4 +1,5 @@
-// What a picture is made of besides its volumes: camera, lights and the options of the estimator.
+// What a picture is made of besides its volumes: camera, lights, surfaces and the options of the
+// estimator.
 // Plain values: scene files and tools fill them, `render` reads them.
 #pragma once
 
@@ -10,6 +11,7 @@
 #include "pvol/render/point_light.h"
 #include "pvol/render/sky.h"
 #include "pvol/render/sun.h"
+#include "pvol/render/surface.h"
 
 namespace pvol {
 
@@ -22,6 +24,7 @@ struct Scene {
   Environment environment = GradientSky{};
   std::vector<Light> lights;
   RenderOptions options;
+  std::vector<Surface> surfaces{};
   friend bool operator==(const Scene&, const Scene&) = default;
 };
 

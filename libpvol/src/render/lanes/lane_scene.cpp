@@ -107,6 +107,7 @@ LaneScene::LaneScene(const PathSetup& s)
 const char* lane_obstacle(std::span<const Volume> volumes, const Scene& scene) {
   const RenderOptions& o = scene.options;
   if (count_places(volumes) != 1) return "there are several volumes";
+  if (!scene.surfaces.empty()) return "there are surfaces";
   if (o.tracker != Tracker::decomposition) return "the tracker is not decomposition";
   if (o.transmittance != Transmittance::automatic && o.transmittance != Transmittance::analog) {
     return "shadow rays are not analog";

@@ -12,12 +12,12 @@ namespace {
 struct FirstCollisionLayer {
   Aov aov;
   const char* components;
-  Vec3d (*value)(const PathSetup&, Vec3d place, float frames);
+  Vec3d (*value)(const PathSetup&, const PathResult&);
 };
 
-double depth_of(const PathSetup& s, Vec3d place) {
-  return s.projection.depth(place);
-}
+double depth_of(const PathSetup& s, Vec3d place) { return s.projection.depth(place); }
+
+Vec3d depth_of(const PathSetup& s, const PathResult& r) { return Vec3d(depth_of(s, r.first)); }
 
 /// visit(volume, world to cells) for all that may be at a place at a time, and perhaps for others.
 template <class Visit>
@@ -30,9 +30,11 @@ void visit_at(const PathSetup& s, Vec3d place, float frames, const Visit& visit)
 
 /// Direction of steepest descent of the extinction, by differences over a voxel; 0 where that is
 /// even. Of many clouds, those whose boxes end within half a voxel of the place may go unseen.
-Vec3d normal_of(const PathSetup& s, Vec3d place, float frames) {
+Vec3d normal_of(const PathSetup& s, const PathResult& r) {
+  if (r.first_finish) return r.first_normal;
+  const Vec3d place = r.first;
   Vec3d sum;
-  visit_at(s, place, frames, [&](const Volume& v, const Affine& to_cells) {
+  visit_at(s, place, r.time, [&](const Volume& v, const Affine& to_cells) {
     const Vec3d at = to_cells.point(place);
     Vec3d cells;  // the gradient in cells
     for (int axis = 0; axis < 3; ++axis) {
@@ -60,12 +62,13 @@ Rgb color_in_cells(const Volume& v, Vec3d cells) {
 }
 
 /// The mean albedo of all that is there, by extinction.
-Vec3d albedo_of(const PathSetup& s, Vec3d place, float frames) {
+Vec3d albedo_of(const PathSetup& s, const PathResult& r) {
+  if (r.first_finish) return Vec3d(r.first_finish->albedo);
   Vec3d sum;
   double all = 0;
   const bool alone = s.volumes.size() == 1;
-  visit_at(s, place, frames, [&](const Volume& v, const Affine& to_cells) {
-    const Vec3d cells = to_cells.point(place);
+  visit_at(s, r.first, r.time, [&](const Volume& v, const Affine& to_cells) {
+    const Vec3d cells = to_cells.point(r.first);
     const double mu = alone ? 1 : double(extinction_in_cells(v, cells));
     const Rgb color = color_in_cells(v, cells);
     for (const Component& c : v.medium.components) {
@@ -77,9 +80,9 @@ Vec3d albedo_of(const PathSetup& s, Vec3d place, float frames) {
 }
 
 constexpr std::array kFirstCollisionLayers = std::to_array<FirstCollisionLayer>({
-    {Aov::depth, "Z", [](const PathSetup& s, Vec3d p, float) { return Vec3d(depth_of(s, p)); }},
-    {Aov::nearest, "Z", [](const PathSetup& s, Vec3d p, float) { return Vec3d(depth_of(s, p)); }},
-    {Aov::position, "XYZ", [](const PathSetup&, Vec3d p, float) { return p; }},
+    {Aov::depth, "Z", &depth_of},
+    {Aov::nearest, "Z", &depth_of},
+    {Aov::position, "XYZ", [](const PathSetup&, const PathResult& r) { return r.first; }},
     {Aov::normal, "XYZ", &normal_of},
     {Aov::albedo, "RGB", &albedo_of},
 });
@@ -162,7 +165,7 @@ void add_to_layers(const PathSetup& s, const PathResult& r, std::size_t pixel, F
   for (const FirstCollisionLayer& of : kFirstCollisionLayers) {
     if (!s.options.aovs.has(of.aov)) continue;
     Layer& layer = *next++;
-    const Vec3d value = of.value(s, r.first, r.time);
+    const Vec3d value = of.value(s, r);
     if (layer.least) {
       layer.sums[pixel] = min(layer.sums[pixel], value);
     } else {

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "render/path/path_result.h"
+#include "render/path/roulette.h"
 #include "render/path/traversal.h"
 
 namespace pvol::detail {
@@ -16,10 +17,6 @@ namespace pvol::detail {
 
 /// Most shadow rays for one light at one collision.
 inline constexpr int kMostShadowRays = 8;
-
-[[nodiscard]] inline float largest(Rgb c) {
-  return std::max(std::abs(c.x), std::max(std::abs(c.y), std::abs(c.z)));
-}
 
 /// Luminance of the sizes of channels, which may be negative.
 [[nodiscard]] inline float absolute_luminance(Rgb c) {
@@ -146,10 +143,10 @@ inline void add_light_here(const PathSetup& s, const Phase& phase, Vec3f from, R
 /// Light of emitting fields that scatters at the traversal's place into a path of this throughput
 /// and flight direction: of all that lies in a direction towards one of its points, up to where a
 /// flight ends (THEORY.md, T5.12).
-template <class Traversal>
-[[gnu::noinline]] inline void add_fire_here(const PathSetup& s, const PhaseFunction& phase,
-                                            Vec3f from, Rgb throughput, Traversal& traversal,
-                                            Rng& rng, std::uint64_t& shadow_rays, PathResult& r) {
+template <class Phase, class Traversal>
+[[gnu::noinline]] inline void add_fire_here(const PathSetup& s, const Phase& phase, Vec3f from,
+                                            Rgb throughput, Traversal& traversal, Rng& rng,
+                                            std::uint64_t& shadow_rays, PathResult& r) {
   const EmissionSetup& fire = *s.emission;
   const Vec3d place = traversal.position();
   const EmissionLights::Towards to = fire.lights.sample(place, rng);

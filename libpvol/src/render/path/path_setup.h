@@ -24,6 +24,8 @@
 #include "render/path/filter_offsets.h"
 #include "render/path/instances.h"
 #include "render/path/projection.h"
+#include "render/surface/open_sky.h"
+#include "render/surface/surfaces.h"
 #include "volume/dense_bounds.h"
 #include "volume/flights.h"
 
@@ -146,6 +148,8 @@ struct PathSetup {
   bool count;                                     ///< whether they do
   bool first_collisions;                          ///< whether somebody asks where they are
   std::shared_ptr<const EmissionSetup> emission;  ///< along flights; null: there is none
+  std::shared_ptr<const Surfaces> surfaces;       ///< null: there are none
+  std::shared_ptr<const OpenSky> open_sky;        ///< where surfaces catch shadows
   /// Layers of light, each once: "sun_1", "sun_2", "point_1", a group's, "sky", "emission".
   std::vector<std::string> layer_names;
   /// Number of the layer of each light, of the sky and of emission.
@@ -176,6 +180,9 @@ struct PathSetup {
         count(plan.kernel.count),
         first_collisions(plan.scene.options.deep || of_first_collisions(plan.scene.options.aovs)),
         emission(plan.emission),
+        surfaces(plan.surfaces),
+        open_sky(surfaces && surfaces->catch_shadows() ? std::make_shared<const OpenSky>(sky)
+                                                       : nullptr),
         lanes(plan.kernel.lanes),
         moving(plan.kernel.moving || plan.kernel.places_move),
         albedo_varies(

@@ -8,9 +8,6 @@
 
 namespace pvol::detail {
 
-/// Paths of a throughput below this are continued with probability throughput / threshold.
-inline constexpr float kPathRoulette = 1.0f / 16;
-
 /// Traces paths of a kind through what `Traversal` makes of the scene's volumes. Both are chosen
 /// once a scene, not once a collision.
 template <class Traversal, class Kind = AnyPaths>
@@ -114,14 +111,6 @@ class PathTracer {
       return bounces > 0 ? pdf_phase(matter_->phase, from_, direction_) : 0.0f;
     };
     add_along(s_, from, direction_, collided, traversal, pdf, throughput, rng, r_);
-  }
-
-  [[nodiscard]] static bool survives(Rgb& throughput, Rng& rng) {
-    const float most = largest(throughput);
-    if (most >= kPathRoulette) return true;
-    if (!(rng.uniform() * kPathRoulette < most)) return false;
-    throughput *= kPathRoulette / most;
-    return true;
   }
 };
 

@@ -148,30 +148,39 @@ class VolumesAt {
 
   /// Moves to where the first volume begins: from there on float directions are precise enough.
   [[nodiscard]] bool start(const Ray& ray) {
-    double first = kEndless;
-    in_.tree.visit(ray, kEndless, [&](std::uint32_t i, double limit) {
-      const Instance& at = places_.at(i, work.path.time);
-      const auto span = s_.volumes[at.volume].in_box(at.in_cells(ray));
-      if (span) first = std::min(first, span->t0);
-      return std::min(first, limit);
-    });
+    const double first = first_box(ray, kEndless);
     if (first == kEndless) return false;
-    place_ = {ray.at(first)};
+    move_to(ray.at(first));
     return true;
   }
 
-  [[nodiscard]] Hit fly(Vec3f direction, Rng& rng) {
-    const auto [nearest, hit] = find_nearest(direction, rng, work.path);
+  /// Distance to where the first volume before the limit begins; infinite where none does.
+  [[nodiscard]] double first_box(const Ray& ray, double end) {
+    double first = kEndless;
+    in_.tree.visit(ray, end, [&](std::uint32_t i, double limit) {
+      const Instance& at = places_.at(i, work.path.time);
+      const auto span = s_.volumes[at.volume].in_box(at.in_cells(ray));
+      if (span && span->t0 < limit) first = span->t0;
+      return std::min(first, limit);
+    });
+    return first;
+  }
+
+  /// A flight that ends at the limit, if nothing ends it before; the path stays where it is then.
+  [[nodiscard]] Hit fly(Vec3f direction, Rng& rng, double limit = kEndless) {
+    const auto [nearest, hit] = find_nearest(direction, limit, rng, work.path);
     if (hit == nullptr) return {};
     place_ = {Ray{place_.position, Vec3d(direction)}.at(nearest), hit};
     return {&s_.volumes[hit->volume].choose_matter(rng), 1};
   }
 
-  [[nodiscard, gnu::noinline]] Reach reach(Vec3f direction, Rng& rng) {
-    return {find_nearest(direction, rng, work.shadow).distance, 1};
+  [[nodiscard, gnu::noinline]] Reach reach(Vec3f direction, Rng& rng, double limit = kEndless) {
+    return {find_nearest(direction, limit, rng, work.shadow).distance, 1};
   }
 
   [[nodiscard]] Vec3d position() const { return place_.position; }
+  /// To a place that no collision is known of.
+  void move_to(Vec3d position) { place_ = {position}; }
 
   [[nodiscard]] const WorldPlace& place() const { return place_; }
   void return_to(const WorldPlace& place) { place_ = place; }
@@ -229,10 +238,11 @@ class VolumesAt {
     });
   }
 
-  /// The shortest of the flights through all, and whose it is.
-  [[nodiscard]] Nearest find_nearest(Vec3f direction, Rng& rng, Watch& watch) {
-    Nearest nearest{kEndless, nullptr};
-    visit_walks(direction, kEndless, [&](const Instance& at, double t0, double limit, Walk& walk) {
+  /// The shortest of the flights through all, and whose it is; the limit and none where that is
+  /// shorter.
+  [[nodiscard]] Nearest find_nearest(Vec3f direction, double end, Rng& rng, Watch& watch) {
+    Nearest nearest{end, nullptr};
+    visit_walks(direction, end, [&](const Instance& at, double t0, double limit, Walk& walk) {
       const Flight f = s_.flights.fly(s_.options.tracker, field(at), walk, rng, watch);
       if (!f.collided || !(t0 + f.t < limit)) return limit;
       nearest = {t0 + f.t, &at};

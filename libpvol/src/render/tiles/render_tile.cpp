@@ -4,6 +4,7 @@
 #include "render/path/chromatic_volume.h"
 #include "render/path/film_layers.h"
 #include "render/path/path_tracer.h"
+#include "render/path/surface_tracer.h"
 
 namespace pvol::detail {
 namespace {
@@ -19,6 +20,7 @@ template <class Tracer>
   c.shadow_rays = tracer.shadow_rays;
   c.shell_tests = work.shell_tests;
   c.shell_rejections = work.shell_rejections;
+  if constexpr (requires { tracer.surface_hits; }) c.surface_hits = tracer.surface_hits;
   return c;
 }
 
@@ -77,6 +79,9 @@ TileFunction find_tile_function(Paths paths, const PathSetup& setup) {
       return &render_tile<GuidedTracer<MovingVolumes>>;
     case Paths::moving_places:
       return &render_tile<PathTracer<MovingVolumes>>;
+    case Paths::surfaces:
+      return setup.instances->moves() ? &render_tile<SurfaceTracer<MovingPlacesAt>>
+                                      : &render_tile<SurfaceTracer<StillPlaces>>;
     case Paths::chromatic:
       return &render_tile<PathTracer<ChromaticVolume>>;
     case Paths::one_volume:

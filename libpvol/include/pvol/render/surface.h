@@ -1,0 +1,157 @@
+// Surfaces of a scene: ground, meshes, balls and solids in closed form, which scatter light evenly
+// (Lambert) and let none through. A kind of surface has its name, which is that of its sections in
+// scene files, and its keys beside it; to add one, see libpvol/ROOMS.md.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <variant>
+
+#include "pvol/form/body.h"
+#include "pvol/math/keys.h"
+#include "pvol/math/names.h"
+#include "pvol/math/triangle_mesh.h"
+#include "pvol/render/placement.h"
+
+namespace pvol {
+
+/// What camera rays see of a surface that they meet before all else. All other light meets it as a
+/// surface of its albedo.
+enum class Look {
+  surface,
+  shadow_catcher,  ///< stands for the ground of a photograph: only the shadow on it (THEORY.md,
+                   ///< T5.18)
+  holdout,         ///< a hole in the picture, with alpha 0
+};
+[[nodiscard]] constexpr auto names(Look) {
+  return std::to_array<Named<Look>>({{Look::surface, "surface"},
+                                     {Look::shadow_catcher, "shadow-catcher"},
+                                     {Look::holdout, "holdout"}});
+}
+
+/// How a surface scatters, on either side.
+struct Finish {
+  Rgb albedo{0.5f};  ///< share of the light that falls on it; 0: black
+  Look look = Look::surface;
+  friend bool operator==(const Finish&, const Finish&) = default;
+};
+template <std::same_as<Finish> F>
+[[nodiscard]] constexpr auto keys(const F&) {
+  return std::to_array<Key<F>>({
+      key<&F::albedo>({.key = "albedo",
+                       .metavar = "RGB",
+                       .limits = number(Range::closed(0, 1)).or_three(),
+                       .help = "Share of the light that falls on it and is scattered, evenly; 0 is "
+                               "black"}),
+      key<&F::look>({.key = "look",
+                     .help = "What the camera sees of it; a shadow-catcher is seen by the shadow "
+                             "on it alone, a holdout is a hole with alpha 0"}),
+  });
+}
+
+/// Without end: ground, walls.
+struct PlaneSurface {
+  static constexpr const char* kName = "plane";
+  Vec3d point{0, 0, 0};
+  Vec3d normal{0, 1, 0};  ///< of any length > 0
+  Finish finish{};
+  friend bool operator==(const PlaneSurface&, const PlaneSurface&) = default;
+};
+template <std::same_as<PlaneSurface> P>
+[[nodiscard]] constexpr auto keys(const P&) {
+  return std::to_array<Key<P>>({
+      key<&P::point>({.key = "point",
+                      .metavar = "XYZ",
+                      .limits = number().times(3),
+                      .help = "A point of it, in world units"}),
+      key<&P::normal>({.key = "normal",
+                       .metavar = "XYZ",
+                       .limits = direction(),
+                       .help = "The direction it faces; both sides are the same",
+                       .otherwise = "up"}),
+      keys_of_kind<&P::finish>(),
+  });
+}
+
+struct BallSurface {
+  static constexpr const char* kName = "ball";
+  Vec3d centre{0, 0, 0};
+  double radius = 1;
+  Finish finish{};
+  friend bool operator==(const BallSurface&, const BallSurface&) = default;
+};
+template <std::same_as<BallSurface> B>
+[[nodiscard]] constexpr auto keys(const B&) {
+  return std::to_array<Key<B>>({
+      key<&B::centre>({.key = "centre",
+                       .metavar = "XYZ",
+                       .limits = number().times(3),
+                       .help = "Its centre, in world units"}),
+      key<&B::radius>({.key = "radius",
+                       .metavar = "X",
+                       .limits = number(Range::above(0)),
+                       .help = "Its radius, in world units"}),
+      keys_of_kind<&B::finish>(),
+  });
+}
+
+/// Free forms and trees of them (form/body.h).
+struct SolidSurface {
+  static constexpr const char* kName = "solid";
+  std::string file{};                  ///< that the body comes from; empty where it is from memory
+  std::shared_ptr<const Body> body{};  ///< bounded, its perturbations without ones of their own
+  Placement place{};
+  Finish finish{};
+  friend bool operator==(const SolidSurface&, const SolidSurface&) = default;
+};
+template <std::same_as<SolidSurface> S>
+[[nodiscard]] constexpr auto keys(const S&) {
+  return std::to_array<Key<S>>({
+      key<&S::file>({.key = "file",
+                     .metavar = "FILE",
+                     .limits = file_name(),
+                     .help = "A recipe (.toml): the union of its forms within its cuts, and of its "
+                             "solids, without noise",
+                     .required = true}),
+      keys_of_kind<&S::place>(),
+      keys_of_kind<&S::finish>(),
+  });
+}
+
+/// Triangles, flat each.
+struct MeshSurface {
+  static constexpr const char* kName = "mesh";
+  std::string file{};  ///< that the triangles come from; empty where they are from memory
+  std::shared_ptr<const TriangleMesh> mesh{};
+  Placement place{};
+  Finish finish{};
+  friend bool operator==(const MeshSurface&, const MeshSurface&) = default;
+};
+template <std::same_as<MeshSurface> M>
+[[nodiscard]] constexpr auto keys(const M&) {
+  return std::to_array<Key<M>>({
+      key<&M::file>({.key = "file",
+                     .metavar = "FILE",
+                     .limits = file_name(),
+                     .help = "Triangles or other polygons (.obj, .ply)",
+                     .required = true}),
+      keys_of_kind<&M::place>(),
+      keys_of_kind<&M::finish>(),
+  });
+}
+
+using Surface = std::variant<PlaneSurface, BallSurface, SolidSurface, MeshSurface>;
+
+[[nodiscard]] inline const Finish& finish_of(const Surface& surface) {
+  return std::visit([](const auto& s) -> const Finish& { return s.finish; }, surface);
+}
+
+/// A place that cannot be undone, or a matrix besides the rest.
+[[nodiscard]] std::optional<Misfit> misfit(const Surface& surface);
+
+/// Throws Error, which says what is wrong: values out of range, a mesh without triangles or with
+/// vertices that are missing or not finite, a body that RayBody does not take, a place that cannot
+/// be undone.
+void validate(const Surface& surface);
+
+}  // namespace pvol

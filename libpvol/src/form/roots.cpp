@@ -1,0 +1,70 @@
+#include "pvol/form/roots.h"
+
+#include <cmath>
+
+namespace pvol {
+namespace {
+
+[[nodiscard]] Quartic derivative(const Quartic& c) {
+  return {c[1], 2 * c[2], 3 * c[3], 4 * c[4], 0};
+}
+
+/// The root between places at which the signs differ.
+[[nodiscard]] double bracketed(const Quartic& c, const Quartic& slope, double lo, double hi) {
+  const bool rises = value(c, hi) > 0;
+  double s = 0.5 * (lo + hi);
+  // A Newton step that would leave the bracket is a bisection: 1100 halve any interval of doubles
+  // down to two neighbours, and a few steps do where the slope is of any use.
+  for (int step = 0; step < 1100; ++step) {
+    const double v = value(c, s);
+    if (v == 0) return s;
+    ((v > 0) == rises ? hi : lo) = s;
+    double next = s - v / value(slope, s);
+    if (!(next > lo && next < hi)) next = 0.5 * (lo + hi);
+    if (!(next > lo && next < hi) || next == s) return s;
+    s = next;
+  }
+  return s;
+}
+
+/// Those of a polynomial that is linear or quadratic, whether or not the sign changes there.
+[[nodiscard]] Roots closed_form(const Quartic& c) {
+  Roots r;
+  if (c[2] == 0) {
+    if (c[1] != 0) r.add(-c[0] / c[1]);
+    return r;
+  }
+  const double half = -0.5 * c[1], square = half * half - c[2] * c[0];
+  if (!(square > 0)) return r;
+  const double q = half + std::copysign(std::sqrt(square), half);  // without cancellation
+  const double a = q / c[2], b = c[0] / q;
+  r.add(std::min(a, b));
+  r.add(std::max(a, b));
+  return r;
+}
+
+}  // namespace
+
+Roots sign_changes(const Quartic& c, double lo, double hi) {
+  const bool low = c[3] == 0 && c[4] == 0;
+  const Quartic slope = derivative(c);
+  const Roots cuts = low ? closed_form(slope) : sign_changes(slope, lo, hi);
+  Roots r;
+  double from = lo, sign = 0;  // a value on this side of the next root
+  bool touched = false;        // the value at `from` is 0
+  const auto search = [&](double to) {
+    const double v = value(c, to);
+    if (v != 0 && sign * v < 0) r.add(touched ? from : bracketed(c, slope, from, to));
+    if (v != 0) sign = v > 0 ? 1 : -1;
+    touched = v == 0;
+    from = to;
+  };
+  search(lo);
+  for (const double s : cuts.all()) {
+    if (s > from && s < hi) search(s);
+  }
+  search(hi);
+  return r;
+}
+
+}  // namespace pvol

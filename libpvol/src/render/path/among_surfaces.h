@@ -1,0 +1,71 @@
+// How paths move through volumes that have surfaces among them.
+#pragma once
+
+#include "render/path/traversal.h"
+#include "render/surface/surfaces.h"
+
+namespace pvol::detail {
+
+/// Flights through volumes end where the first surface is; shadow rays end there for good. A path
+/// may come back into volumes that it has left, so that places are those of the world.
+template <class Places>
+class AmongSurfaces {
+ public:
+  explicit AmongSurfaces(const PathSetup& setup)
+      : work(volumes_.work), volumes_(setup), surfaces_(*setup.surfaces) {}
+  AmongSurfaces(const AmongSurfaces&) = delete;  // `work` is that of its volumes
+  AmongSurfaces& operator=(const AmongSurfaces&) = delete;
+
+  /// Aims along the camera's ray, whose direction is precise, and moves to where the first volume
+  /// on it begins.
+  void start(const Ray& ray) {
+    ahead_ = surfaces_.first_hit(ray, kEndless);
+    const double first = volumes_.first_box(ray, ahead_.distance);
+    any_volume_ = first != kEndless;
+    if (!any_volume_) return;
+    volumes_.move_to(ray.at(first));
+    ahead_.distance -= first;
+  }
+
+  /// Aims from the path's place.
+  void aim(Vec3f direction) {
+    ahead_ = surfaces_.first_hit({position(), Vec3d(direction)}, kEndless);
+    any_volume_ = true;
+  }
+
+  /// Flies where it was aimed at: to a collision, else to the surface ahead, else it leaves.
+  [[nodiscard]] Hit fly(Vec3f direction, Rng& rng) {
+    if (any_volume_) {
+      const Hit hit = volumes_.fly(direction, rng, ahead_.distance);
+      if (hit.matter != nullptr) return hit;
+    }
+    if (ahead_.finish != nullptr) volumes_.move_to(ahead_.place);
+    return {};
+  }
+
+  /// What a flight without a collision ended at; its finish is null where it left.
+  [[nodiscard]] const SurfaceHit& surface() const { return ahead_; }
+
+  // As of the volumes alone, with surfaces in the way.
+
+  [[nodiscard]] Reach reach(Vec3f direction, Rng& rng) {
+    const SurfaceHit end = surfaces_.first_hit({position(), Vec3d(direction)}, kEndless);
+    return volumes_.reach(direction, rng, end.distance);
+  }
+  [[nodiscard]] float pass(Vec3f direction, double distance, Rng& rng) {
+    if (surfaces_.block({position(), Vec3d(direction)}, distance)) return 0;
+    return volumes_.pass(direction, distance, rng);
+  }
+  [[nodiscard]] Vec3d position() const { return volumes_.position(); }
+  [[nodiscard]] LocalMatter local(const Matter& matter) const { return volumes_.local(matter); }
+
+  Work& work;
+
+ private:
+  VolumesAt<Places> volumes_;
+  const Surfaces& surfaces_;
+  SurfaceHit ahead_;
+  bool any_volume_ = true;  // before that
+};
+
+}  // namespace pvol::detail

@@ -1,0 +1,27 @@
+// Which paths go on.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "pvol/math/rng.h"
+#include "pvol/math/vec.h"
+
+namespace pvol::detail {
+
+[[nodiscard]] inline float largest(Rgb c) {
+  return std::max(std::abs(c.x), std::max(std::abs(c.y), std::abs(c.z)));
+}
+
+/// Paths of a throughput below this are continued with probability throughput / threshold.
+inline constexpr float kPathRoulette = 1.0f / 16;
+
+[[nodiscard]] inline bool survives(Rgb& throughput, Rng& rng) {
+  const float most = largest(throughput);
+  if (most >= kPathRoulette) return true;
+  if (!(rng.uniform() * kPathRoulette < most)) return false;
+  throughput *= kPathRoulette / most;
+  return true;
+}
+
+}  // namespace pvol::detail

@@ -1,0 +1,204 @@
+// One camera path through volumes and off surfaces.
+#pragma once
+
+#include "render/path/among_surfaces.h"
+#include "render/path/camera_rays.h"
+#include "render/path/gather_light.h"
+#include "render/path/lambert.h"
+
+namespace pvol::detail {
+
+/// Traces paths of any kind through volumes and off surfaces; none of it is in the way of scenes
+/// without surfaces.
+template <class Places>
+class SurfaceTracer {
+ public:
+  explicit SurfaceTracer(const PathSetup& setup)
+      : traversal(setup), s_(setup), r_(setup), direct_(setup) {}
+
+  [[nodiscard]] const PathResult& trace(int x, int y, std::uint32_t sample) {
+    auto [rng, ray] = CameraSample(s_, x, y, sample);
+    start(ray, x, y, sample);
+    for (Vec3d from = ray.o;; from = traversal.position()) {
+      const Hit hit = traversal.fly(direction_, rng);
+      const SurfaceHit& surface = traversal.surface();
+      const bool leaves = hit.matter == nullptr && surface.finish == nullptr;
+      if (s_.emission) add_emission(from, !leaves, rng);
+      if (leaves) break;
+      if (!(hit.matter ? collide(*hit.matter, rng) : meet(surface, rng))) return r_;
+      traversal.aim(direction_);
+    }
+    leave();
+    return r_;
+  }
+
+  AmongSurfaces<Places> traversal;
+  std::uint64_t collisions = 0, shadow_rays = 0, surface_hits = 0;
+
+ private:
+  const PathSetup& s_;
+  PathResult r_, direct_;   // of the path; of what arrives at a shadow catcher unscattered
+  Vec3f direction_, from_;  // of the flight, and of the one before it
+  Rgb throughput_;
+  std::uint32_t scatterings_ = 0;
+  const Matter* matter_ = nullptr;  // of the last collision; null where a surface came after it
+  Lambert lobe_;                    // of that surface
+  Rgb open_light_;                  // of the catcher that the path has just left, else 0
+
+  void start(const Ray& ray, int x, int y, std::uint32_t sample) {
+    r_.reset();
+    direction_ = Vec3f(ray.d);
+    throughput_ = Rgb(1.0f);
+    scatterings_ = 0;
+    open_light_ = Rgb(0.0f);
+    if (s_.moving) {
+      r_.time = sample_time(s_, x, y, sample);
+      traversal.work.set_time(r_.time);
+    }
+    traversal.start(ray);
+  }
+
+  /// Of the direction of the flight, as the last scattering drew it; 0 before the first.
+  [[nodiscard]] float pdf() const {
+    if (scatterings_ == 0) return 0;
+    return matter_ ? pdf_phase(matter_->phase, from_, direction_)
+                   : pdf_phase(lobe_, from_, direction_);
+  }
+
+  void add_emission(Vec3d from, bool collided, Rng& rng) {
+    add_along(
+        s_, from, direction_, collided, traversal, [&] { return pdf(); }, throughput_, rng, r_);
+  }
+
+  void leave() {
+    if (scatterings_ == 0) {
+      if (s_.options.background) add_seen(s_, direction_, throughput_, r_);
+    } else if (is_caught()) {
+      direct_.reset();
+      add_scattered(
+          s_, [&] { return pdf(); }, direction_, Rgb(1.0f), direct_);
+      uncover();
+      return;
+    } else {
+      add_scattered(
+          s_, [&] { return pdf(); }, direction_, throughput_, r_);
+    }
+    r_.scattered(scatterings_);
+  }
+
+  /// A collision; whether the path goes on.
+  [[nodiscard]] bool collide(const Matter& matter, Rng& rng) {
+    open_light_ = Rgb(0.0f);
+    const Vec3d place = traversal.position();
+    if (scatterings_ == 0) note_first(place);
+    ++collisions;
+    const auto& here = detail::local(s_, traversal, matter);
+    add_emitted(s_, here, throughput_, r_);
+    r_.scattered(scatterings_);
+    matter_ = &matter;
+    return scatter(matter.phase, here.albedo, rng);
+  }
+
+  /// A surface; whether the path goes on.
+  [[nodiscard]] bool meet(const SurfaceHit& surface, Rng& rng) {
+    const Finish& finish = *surface.finish;
+    r_.scattered(scatterings_);
+    ++surface_hits;
+    matter_ = nullptr;
+    lobe_.normal = Vec3f(surface.normal);
+    open_light_ = Rgb(0.0f);
+    if (scatterings_ == 0) {
+      if (finish.look == Look::holdout) return false;
+      if (finish.look == Look::shadow_catcher) return catch_shadow(surface, rng);
+      note_first(surface.place);
+      r_.first_normal = surface.normal;
+      r_.first_finish = &finish;
+    }
+    return scatter(lobe_, finish.albedo, rng);
+  }
+
+  /// Makes the sample one that met something.
+  void note_first(Vec3d place) {
+    r_.alpha = 1;
+    if (s_.first_collisions) r_.first = place, r_.first_weight = 1;
+  }
+
+  /// Gathers light by a lobe and turns the path by it; whether it goes on.
+  template <class Lobe>
+  [[nodiscard]] bool scatter(const Lobe& lobe, Rgb albedo, Rng& rng) {
+    if (s_.ends_path(collisions + surface_hits)) return false;
+    if (scatterings_ == s_.max_bounces) return false;
+    throughput_ *= albedo;
+    if (!survives(throughput_, rng)) return false;
+    add_direct(lobe, throughput_, rng, r_);
+    if (s_.emission && s_.emission->lit) {
+      add_fire_here(s_, lobe, direction_, throughput_, traversal, rng, shadow_rays, r_);
+    }
+    r_.scattered(++scatterings_);
+    turn_path(lobe, rng);
+    return true;
+  }
+
+  template <class Lobe>
+  void turn_path(const Lobe& lobe, Rng& rng) {
+    from_ = direction_;
+    direction_ = sample_phase(lobe, from_, rng);
+  }
+
+  /// Next-event estimation.
+  template <class Lobe>
+  void add_direct(const Lobe& lobe, Rgb throughput, Rng& rng, PathResult& r) {
+    const auto worth = [](std::size_t) { return 1.0f; };
+    add_light_here(s_, lobe, direction_, throughput, worth, traversal, rng, shadow_rays, r);
+  }
+
+  // A shadow catcher covers what lies behind it by as much of the light as does not reach it
+  // unscattered, and adds the light that reaches it otherwise (THEORY.md, T5.18).
+
+  [[nodiscard]] bool is_caught() const { return largest(open_light_) > 0; }
+
+  [[nodiscard]] bool catch_shadow(const SurfaceHit& surface, Rng& rng) {
+    open_light_ = light_in_the_open(surface);
+    if (!is_caught()) return false;  // nothing shines on it, so nothing casts a shadow
+    seen_ = direction_;
+    r_.alpha = 1;
+    direct_.reset();
+    add_direct(lobe_, Rgb(1.0f), rng, direct_);
+    uncover();
+    throughput_ = surface.finish->albedo;
+    if (s_.emission && s_.emission->lit && largest(throughput_) > 0) {
+      add_fire_here(s_, lobe_, direction_, throughput_, traversal, rng, shadow_rays, r_);
+    }
+    r_.scattered(++scatterings_);
+    turn_path(lobe_, rng);
+    return true;
+  }
+
+  /// What a white surface there would scatter if nothing were in the way.
+  [[nodiscard]] Rgb light_in_the_open(const SurfaceHit& surface) {
+    if (surface.normal != open_normal_) {
+      open_normal_ = surface.normal;
+      open_sky_ = s_.open_sky->irradiance(open_normal_);
+    }
+    Rgb sum = open_sky_;
+    for (const LightSource& source : s_.lights) {
+      sum += std::visit([&](const auto& l) { return l.on_plane(surface.place, surface.normal); },
+                        source);
+    }
+    return sum * float(1 / std::numbers::pi);
+  }
+
+  /// Takes what arrived unscattered off what the catcher covers.
+  void uncover() {
+    const float share = luminance(direct_.radiance) / luminance(open_light_);
+    r_.alpha -= share;
+    if (s_.options.background) add_seen(s_, seen_, Rgb(share), r_);
+    r_.scattered(0);
+  }
+
+  Vec3f seen_;         // the camera's direction to the catcher
+  Vec3d open_normal_;  // of the catcher that was asked for last: of planes there is but one
+  Rgb open_sky_;       // its irradiance
+};
+
+}  // namespace pvol::detail

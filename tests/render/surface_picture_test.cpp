@@ -1,0 +1,395 @@
+// Pictures of surfaces against closed forms: lit planes, enclosures, ground under slabs, shadow
+// catchers and holdouts.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "pvol/error.h"
+#include "pvol/render/lights.h"
+#include "support/bodies.h"
+#include "support/meshes.h"
+#include "support/slab_oracle.h"
+#include "support/statistics.h"
+
+namespace pvol::test {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+/// A small cube that is out of the way, for scenes that are about surfaces alone.
+Body far_away() { return matter(1, Rgb(0.5f), 0, Rgb(0.0f), translation({0, 0, 1e5})); }
+
+PlaneSurface ground(double albedo, Look look = Look::surface) {
+  return {{0, 0, 0}, {0, 1, 0}, {Rgb(float(albedo)), look}};
+}
+
+/// One pixel, whose samples are a camera's only ray. The scene's first body is to be made.
+struct Pixel {
+  CloudScene scene;
+  Field const* field = &cube();
+
+  Pixel(const Body& body, Vec3d from, Vec3d to) {
+    scene.medium = body;
+    scene.camera.position = from;
+    scene.camera.target = to;
+    scene.camera.up = {0.1, 0.2, 1};
+    scene.camera.fov = 1e-4;
+    scene.environment = ConstantSky{Rgb(0.0f)};
+    scene.options.width = scene.options.height = 1;
+    scene.options.samples = 20'000;
+    scene.options.look_up = LookUp::nearest;
+    scene.options.threads = 1;
+  }
+  [[nodiscard]] RenderResult result() const {
+    return render(make_volume(field->grid, build_pyramid(field->grid), scene), scene);
+  }
+  [[nodiscard]] PixelSums sums() const { return result().film.pixels.front(); }
+};
+
+/// Where a sample's values are all the same, rounding is what is left.
+void expect_mean(const PixelSums& p, double expected, const std::string& name,
+                 proof::Family& family) {
+  const double error = std::sqrt(variance_of_mean(p).x), off = mean(p).x - expected;
+  const double rounding = 2e-6 * std::abs(expected);
+  if (std::abs(off) <= rounding) return family.add(name, 1);
+  ASSERT_GT(error, 0) << name << ": " << mean(p).x << " instead of " << expected;
+  EXPECT_LT(error, 0.012 * std::abs(expected)) << name << ": too few samples to tell";
+  family.add(name, proof::normal_p_value((std::abs(off) - rounding) / error));
+}
+
+/// The cube on the ground, from aside.
+CloudScene cloud_scene_of_cube() {
+  CloudScene s;
+  s.medium = matter(0.2, Rgb(0.9f), 0.3);
+  s.camera.position = {40, 20, 30};
+  s.camera.target = {6, 5, 6};
+  s.options.look_up = LookUp::nearest;
+  s.options.samples = 16;
+  s.options.threads = 2;
+  return s;
+}
+
+RenderResult run_cube(const CloudScene& s) {
+  const Field& f = cube();
+  return render(make_volume(f.grid, build_pyramid(f.grid), s), s);
+}
+
+TEST(SurfacePicture, APlaneInTheLightOfEachKind) {
+  proof::Family family;
+  const Vec3d from{3, 5, 2};
+  const auto picture = [&] {
+    Pixel p(far_away(), from, {0, 0, 0});
+    p.scene.surfaces = {ground(0.6)};
+    return p;
+  };
+  Pixel sun = picture();
+  sun.scene.lights = {Sun{{1, 2, 0}, Rgb(3.0f), 0}};
+  expect_mean(sun.sums(), 0.6 / kPi * 3 * 2 / std::sqrt(5.0), "sun", family);
+  Pixel disc = picture();
+  disc.scene.lights = {Sun{{1, 2, 0}, Rgb(3.0f), 50}};
+  expect_mean(disc.sums(), 0.6 / kPi * 3 * 2 / std::sqrt(5.0), "disc", family);
+  Pixel setting = picture();
+  setting.scene.options.samples = 40'000;
+  setting.scene.lights = {Sun{{1, 0, 0}, Rgb(3.0f), 60}};
+  // Half a disc of radius r on the horizon: L (r - sin r cos r) of L pi sin^2 r.
+  const double r = kPi / 6, sine = std::sin(r);
+  expect_mean(setting.sums(), 0.6 / kPi * 3 * (r - sine * std::cos(r)) / (kPi * sine * sine),
+              "setting disc", family);
+  Pixel point = picture();
+  point.scene.lights = {PointLight{{1, 2, -2}, Rgb(7.0f)}};
+  expect_mean(point.sums(), 0.6 / kPi * 7 / 9 * 2 / 3, "point", family);
+  Pixel sky = picture();
+  sky.scene.environment = ConstantSky{Rgb(0.8f)};
+  expect_mean(sky.sums(), 0.6 * 0.8, "constant sky", family);
+  Pixel gradient = picture();
+  gradient.scene.environment = GradientSky{Rgb(0.9f), Rgb(0.3f), Rgb(5.0f), {0, 1, 0}};
+  expect_mean(gradient.sums(), 0.6 * (0.3 + (0.9 - 0.3) * 2 / 3), "gradient sky", family);
+  Pixel image = picture();
+  // Below the horizon it shines, too; above, half of the azimuths do.
+  image.scene.environment = ImageSky{2, 2, {Rgb(4.0f), Rgb(0.0f), Rgb(9.0f), Rgb(9.0f)}};
+  expect_mean(image.sums(), 0.6 * 2, "picture of a sky", family);
+  EXPECT_TRUE(family.passes());
+}
+
+/// In a closed room of albedo a the light of a lamp in its middle is E / (1 - a) everywhere.
+TEST(SurfacePicture, AnIntegratingSphere) {
+  proof::Family family;
+  const Affine stretch = translation({7, 0, 0}) * scaling(Vec3d(3));
+  SolidSurface solid;
+  solid.body = std::make_shared<const pvol::Body>(FreeForm{unit_ball(), {}});
+  solid.place.matrix = stretch;
+  MeshSurface mesh;
+  mesh.mesh = std::make_shared<const TriangleMesh>(ball_mesh(64));
+  mesh.place.matrix = stretch;
+  const Surface rooms[] = {BallSurface{{7, 0, 0}, 3, {}}, solid, mesh};
+  for (const double albedo : {0.3, 0.8}) {
+    for (const Surface& room : rooms) {
+      Pixel p(far_away(), {8, 1, 0.5}, {7, -3, 0.1});
+      p.scene.surfaces = {room};
+      std::visit([&](auto& s) { s.finish.albedo = Rgb(float(albedo)); }, p.scene.surfaces[0]);
+      p.scene.lights = {PointLight{{7, 0, 0}, Rgb(2.0f)}};
+      p.scene.environment = ConstantSky{Rgb(1e6f)};
+      const double expected = albedo / kPi * 2 / 9 / (1 - albedo);
+      const PixelSums sums = p.sums();
+      if (std::holds_alternative<MeshSurface>(room)) {  // of flat pieces
+        EXPECT_NEAR(mean(sums).x, expected, 0.01 * expected) << albedo;
+      } else {
+        expect_mean(sums, expected, std::string(kind_name(room)), family);
+      }
+    }
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+/// What only scatters, in light that is the same from everywhere, is invisible: every sample is the
+/// sky's to the last bits.
+TEST(SurfacePicture, TheFurnaceHidesWhiteSurfaces) {
+  CloudScene s = cloud_scene_of_cube();
+  s.environment = ConstantSky{Rgb(1.0f)};
+  s.lights.clear();
+  s.medium.albedo = Rgb(1.0f);
+  s.options.width = s.options.height = 16;
+  s.options.samples = 16;
+  MeshSurface mesh;
+  mesh.mesh = std::make_shared<const TriangleMesh>(ball_mesh(12));
+  mesh.place.matrix = translation({6, 14, 6}) * scaling({5, 3, 4});
+  mesh.finish.albedo = Rgb(1.0f);
+  s.surfaces = {ground(1), BallSurface{{6, 6, 6}, 4, {Rgb(1.0f)}}, mesh};
+  s.options.count = true;
+  const RenderResult r = run_cube(s);
+  for (const PixelSums& p : r.film.pixels) {
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean(p)[c], 1, 2e-6);
+  }
+  EXPECT_GT(r.counts.surface_hits, 2000u);
+  EXPECT_GT(r.counts.collisions, 2000u);
+}
+
+/// Ground of albedo a under a wide slab in the sun: light goes to and fro between them, E T / (1 -
+/// a R) with the slab's transmission T of the beam and reflection R of diffuse light.
+TEST(SurfacePicture, GroundUnderASlab) {
+  proof::Family family;
+  for (const double albedo : {0.0, 0.7}) {
+    for (const double g : {0.0, 0.6}) {
+      const SlabOptics optics{1.5, 0.95, g};
+      const double cosine = 0.8;
+      const Slab slab(optics, {cosine});
+      const Fluxes beam = slab.collimated(0), back = slab.diffuse();
+      // The cube is 13 wide: as thin as 1.5 in y, and a million wide across.
+      const Affine wide = translation({0, 2, 0}) * scaling({1e6 / 13, 1.0 / 13, 1e6 / 13}) *
+                          translation({-6, 0.5, -6});
+      Pixel p(matter(1.5, Rgb(0.95f), g, Rgb(0.0f), wide), {0.3, 1.5, 0.2}, {0, 0, 0});
+      p.scene.surfaces = {ground(albedo > 0 ? albedo : 0.4)};
+      if (albedo == 0) p.scene.options.max_bounces = 1;  // the unscattered beam alone
+      p.scene.lights = {Sun{{std::sqrt(1 - cosine * cosine), cosine, 0}, Rgb(2.0f), 0}};
+      p.scene.options.samples = 60'000;
+      const double expected = albedo > 0
+                                  ? albedo / kPi * 2 * cosine * (beam.direct + beam.transmitted) /
+                                        (1 - albedo * back.reflected)
+                                  : 0.4 / kPi * 2 * cosine * beam.direct;
+      expect_mean(p.sums(), expected, "g " + std::to_string(g), family);
+    }
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+/// A box that emits and does not scatter, over the ground: what arrives is the integral of chords
+/// over the hemisphere, found both by scattered rays and by looking for the fire.
+TEST(SurfacePicture, GroundByTheLightOfAFire) {
+  constexpr double kExtinction = 0.1;
+  const Affine place = translation({-2, 3, -1}) * scaling(Vec3d(0.4));
+  Pixel p(matter(kExtinction, Rgb(0.0f), 0, Rgb(5.0f), place), {1, 9, 1}, {4, 0, 3});
+  p.scene.surfaces = {ground(0.9)};
+  p.scene.camera.position = {9, 4, 7};
+  p.scene.options.line_emission = LineEmission::on;
+  p.scene.options.samples = 40'000;
+  const pvol::Box box = transform(place, kCube);
+  double irradiance = 0;
+  constexpr int kSteps = 1500;
+  for (int i = 0; i < kSteps; ++i) {
+    for (int k = 0; k < kSteps; ++k) {
+      const double u = (i + 0.5) / kSteps, azimuth = 2 * kPi * (k + 0.5) / kSteps;
+      const double sine = std::sqrt(u);
+      const Ray ray{{4, 0, 3},
+                    {sine * std::cos(azimuth), std::sqrt(1 - u), sine * std::sin(azimuth)}};
+      const auto span = intersect(box, ray, 0, 1e9);
+      if (span) irradiance += -std::expm1(-kExtinction * (span->t1 - span->t0));
+    }
+  }
+  irradiance *= 5 * kPi / (double(kSteps) * kSteps);
+  proof::Family family;
+  expect_mean(p.sums(), 0.9 / kPi * irradiance, "fire", family);
+  EXPECT_TRUE(family.passes());
+}
+
+/// Alpha of a pixel, whose samples' noise the film does not keep: the standard error is at most
+/// that of samples in [-1, 1].
+void expect_alpha(const PixelSums& p, double expected) {
+  EXPECT_NEAR(p.alpha / p.samples, expected, 5 / std::sqrt(double(p.samples)));
+}
+
+TEST(SurfacePicture, AShadowCatcherCoversByTheLightThatIsMissing) {
+  // Under an absorbing cube of optical depth 0.9 along the sun's ray.
+  const Affine above = translation({-6, 3, -6});
+  Pixel p(matter(0.9 / 13, Rgb(0.0f), 0, Rgb(0.0f), above), {20, 2, 0}, {0, 0, 0});
+  p.scene.surfaces = {ground(0.3, Look::shadow_catcher)};
+  p.scene.lights = {Sun{{0, 1, 0}, Rgb(2.0f), 0}};
+  p.scene.options.background = false;
+  p.scene.options.samples = 100'000;
+  const PixelSums shadow = p.sums();
+  expect_alpha(shadow, 1 - std::exp(-0.9));
+  EXPECT_EQ(mean(shadow), Vec3d(0.0)) << "nothing scatters light to it";
+  p.scene.camera.target = {-30, 0, 0};  // beside the shadow
+  p.scene.options.samples = 1000;
+  const PixelSums lit = p.sums();
+  EXPECT_NEAR(lit.alpha / lit.samples, 0, 1e-6);
+  p.scene.lights = {Sun{{0, -1, 0}, Rgb(2.0f), 0}};
+  EXPECT_EQ(p.sums().alpha, 0) << "no light, no shadow";
+}
+
+/// A ball at height h hides (r / h)^2 of an even sky from the place below it, of any sky whose
+/// light is sampled or met by chance; a second light's share counts by its irradiance.
+TEST(SurfacePicture, AShadowCatcherUnderABall) {
+  const double expected = 0.36;  // r = 1.2, h = 2
+  ImageSky even{4, 2, std::vector<Rgb>(8, Rgb(0.5f))};
+  const Environment skies[] = {ConstantSky{Rgb(0.5f)}, even};
+  for (const Environment& sky : skies) {
+    for (const bool sun : {false, true}) {
+      Pixel p(far_away(), {5, 0.5, 0}, {0, 0, 0});
+      p.scene.surfaces = {ground(0.0, Look::shadow_catcher), BallSurface{{0, 2, 0}, 1.2, {}}};
+      std::get<BallSurface>(p.scene.surfaces[1]).finish.albedo = Rgb(0.0f);
+      p.scene.environment = sky;
+      // A sun that the ball does not hide, as bright on the ground as the sky.
+      if (sun) p.scene.lights = {Sun{{1, 0.5, 0}, Rgb(float(0.5 * kPi * std::sqrt(5.0))), 4}};
+      p.scene.options.background = false;
+      p.scene.options.samples = 60'000;
+      const PixelSums sums = p.sums();
+      expect_alpha(sums, expected * (sun ? 0.5 : 1));
+      EXPECT_EQ(mean(sums), Vec3d(0.0));
+      p.scene.options.background = true;  // through what it does not cover the sky is seen
+      const Vec3d seen = mean(p.sums());
+      EXPECT_NEAR(seen.x, 0.5 * (1 - expected * (sun ? 0.5 : 1)), 0.02);
+    }
+  }
+}
+
+/// What scatters to a catcher is added, as its albedo has it.
+TEST(SurfacePicture, AShadowCatcherShowsLightThatIsThrownOnIt) {
+  proof::Family family;
+  const SlabOptics optics{2, 1, 0.3};
+  const Slab slab(optics, {0.6});
+  const Affine wide =
+      translation({0, 2, 0}) * scaling({1e6 / 13, 1.0 / 13, 1e6 / 13}) * translation({-6, 0.5, -6});
+  Pixel p(matter(2, Rgb(1.0f), 0.3, Rgb(0.0f), wide), {0.3, 1.5, 0.2}, {0, 0, 0});
+  p.scene.surfaces = {ground(0.5, Look::shadow_catcher)};
+  p.scene.lights = {Sun{{0.8, 0.6, 0}, Rgb(2.0f), 0}};
+  p.scene.options.background = false;
+  p.scene.options.samples = 60'000;
+  const PixelSums sums = p.sums();
+  const Fluxes beam = slab.collimated(0), back = slab.diffuse();
+  expect_alpha(sums, 1 - beam.direct);
+  // All light on the ground but the beam as it arrives at first.
+  const double all = (beam.direct + beam.transmitted) / (1 - 0.5 * back.reflected);
+  expect_mean(sums, 0.5 / kPi * 2 * 0.6 * (all - beam.direct), "thrown", family);
+  EXPECT_TRUE(family.passes());
+}
+
+TEST(SurfacePicture, AHoldoutIsAHole) {
+  // A cube of optical depth 1 before it, whose light is what it is without.
+  Pixel p(matter(1.0 / 13, Rgb(0.9f), 0), {6, 6, 40}, {6, 6, 6});
+  p.scene.environment = ConstantSky{Rgb(1.0f)};
+  p.scene.surfaces = {BallSurface{{6, 6, -20}, 5, {Rgb(0.5f), Look::holdout}}};
+  p.scene.options.max_bounces = 0;
+  const PixelSums hole = p.sums();
+  expect_alpha(hole, 1 - std::exp(-1.0));
+  EXPECT_EQ(mean(hole), Vec3d(0.0)) << "no sky behind it";
+  // Others see it: its light falls on the ground before the camera.
+  Pixel seen(far_away(), {0, 1, 0}, {0, 0, 0});
+  seen.scene.surfaces = {ground(0.5), BallSurface{{0, 10, 0}, 8, {Rgb(1.0f), Look::holdout}}};
+  seen.scene.environment = ConstantSky{Rgb(1.0f)};
+  seen.scene.options.samples = 2000;
+  EXPECT_GT(mean(seen.sums()).x, 0.2);
+}
+
+TEST(SurfacePicture, LayersAreTheSurfacesAndSumUp) {
+  CloudScene s = cloud_scene_of_cube();
+  s.surfaces = {ground(0.5), BallSurface{{6, 14, 6}, 2, {Rgb(0.2f, 0.4f, 0.6f)}}};
+  s.lights = {Sun{{1, 2, 0.5}, Rgb(2.0f), 3}, PointLight{{20, 20, 20}, Rgb(100.0f)}};
+  s.options.width = s.options.height = 16;
+  for (const Aov a :
+       {Aov::lights, Aov::scattering, Aov::albedo, Aov::normal, Aov::depth, Aov::position}) {
+    s.options.aovs.add(a);
+  }
+  const RenderResult r = run_cube(s);
+  const auto layer = [&](const std::string& name) -> const Layer& {
+    for (const Layer& l : r.film.layers) {
+      if (l.name == name) return l;
+    }
+    throw Error("no layer " + name);
+  };
+  for (std::size_t i = 0; i < r.film.pixels.size(); ++i) {
+    const Vec3d sum = r.film.pixels[i].sum;
+    const Vec3d lights = layer("sun_1").sums[i] + layer("point_1").sums[i] + layer("sky").sums[i];
+    const Vec3d orders =
+        layer("unscattered").sums[i] + layer("single").sums[i] + layer("multiple").sums[i];
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(lights[c], sum[c], 1e-4 * (1 + sum[c]));
+      EXPECT_NEAR(orders[c], sum[c], 1e-4 * (1 + sum[c]));
+    }
+  }
+  // The lowest row sees the ground alone.
+  const std::size_t last = r.film.pixels.size() - 1;
+  const auto value = [&](const char* name) {
+    return layer(name).sums[last] / layer(name).weights[last];
+  };
+  EXPECT_EQ(value("albedo"), Vec3d(0.5));
+  EXPECT_NEAR(value("normal").y, 1, 1e-6);
+  EXPECT_NEAR(value("position").y, 0, 1e-6);
+  EXPECT_GT(value("depth").x, 1);
+}
+
+TEST(SurfacePicture, IsTheSameForAnyThreads) {
+  CloudScene s = cloud_scene_of_cube();
+  s.surfaces = {ground(0.5), BallSurface{{6, 14, 6}, 2, {}}};
+  s.options.width = s.options.height = 24;
+  s.options.threads = 1;
+  const Film one = run_cube(s).film;
+  s.options.threads = 3;
+  const Film three = run_cube(s).film;
+  for (std::size_t i = 0; i < one.pixels.size(); ++i) {
+    EXPECT_EQ(one.pixels[i].sum, three.pixels[i].sum);
+    EXPECT_EQ(one.pixels[i].alpha, three.pixels[i].alpha);
+  }
+}
+
+void expect_refused(CloudScene s, const std::string& words) {
+  if (s.surfaces.empty()) s.surfaces.push_back(ground(0.5));
+  const Field& f = cube();
+  const Volume v = make_volume(f.grid, build_pyramid(f.grid), s);
+  const Scene scene = s.scene();
+  try {
+    (void)plan({&v, 1}, scene);
+    FAIL() << words;
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find(words), std::string::npos) << e.what();
+  }
+}
+
+TEST(SurfacePicture, WhatDoesNotGoTogetherIsRefused) {
+  CloudScene weighted = cloud_scene_of_cube();
+  weighted.options.tracker = Tracker::weighted_decomposition;
+  expect_refused(weighted, "without weights");
+  CloudScene deep = cloud_scene_of_cube();
+  deep.options.deep = true;
+  expect_refused(deep, "deep");
+  CloudScene room = cloud_scene_of_cube();
+  room.surfaces = {BallSurface{{6, 6, 6}, 60, {Rgb(1.0f)}}};
+  expect_refused(room, "to and fro between surfaces");
+  room.options.max_bounces = 10;
+  room.options.width = room.options.height = 4;
+  EXPECT_NO_THROW((void)run_cube(room));
+}
+
+}  // namespace
+}  // namespace pvol::test

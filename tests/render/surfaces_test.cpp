@@ -1,0 +1,193 @@
+// Surfaces and rays, without any light: planes, balls, solids and meshes by Embree.
+#include "render/surface/surfaces.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "pvol/error.h"
+#include "pvol/math/rng.h"
+#include "support/bodies.h"
+#include "support/meshes.h"
+
+namespace pvol::detail {
+namespace {
+
+constexpr double kFar = std::numeric_limits<double>::infinity();
+
+Vec3d random_point(Rng& rng, double reach) {
+  const auto [x, y, z, w] = rng.uniform4();
+  return (Vec3d(double(x), double(y), double(z)) - Vec3d(0.5)) * (2 * reach);
+}
+
+MeshSurface mesh_surface(TriangleMesh mesh, const Affine& place = {}) {
+  MeshSurface m;
+  m.mesh = std::make_shared<const TriangleMesh>(std::move(mesh));
+  m.place.matrix = place;
+  return m;
+}
+
+TEST(Surfaces, APlaneIsMetFromEitherSide) {
+  const Surface all[] = {PlaneSurface{{0, 2, 0}, {0, 3, 0}, {}}};
+  const Surfaces s(all);
+  for (const double side : {1.0, -1.0}) {
+    const SurfaceHit hit = s.first_hit({{5, 2 + 4 * side, 1}, {0, -side, 0}}, kFar);
+    ASSERT_NE(hit.finish, nullptr);
+    EXPECT_NEAR(hit.distance, 4, 1e-12);
+    EXPECT_EQ(hit.normal, Vec3d(0, side, 0));
+    EXPECT_GT((hit.place.y - 2) * side, 0) << "on the ray's side";
+    EXPECT_NEAR(hit.place.y, 2, 1e-9);
+    EXPECT_FALSE(s.block({hit.place, normalize(Vec3d(1, side * 0.01, 0))}, kFar)) << "leaves";
+    EXPECT_TRUE(s.block({hit.place, normalize(Vec3d(1, -side * 0.01, 0))}, kFar)) << "enters";
+  }
+  EXPECT_EQ(s.first_hit({{0, 3, 0}, {1, 0, 0}}, kFar).finish, nullptr) << "along it";
+  EXPECT_FALSE(s.block({{0, 3, 0}, {0, -1, 0}}, 0.9));
+  EXPECT_TRUE(s.block({{0, 3, 0}, {0, -1, 0}}, 1.1));
+}
+
+/// The triangle that a ray meets first, by testing all in double.
+struct Nearest {
+  double t = kFar;
+  double margin = kFar;  // how near a ray came to an edge, of any triangle before that
+};
+Nearest search(const TriangleMesh& mesh, const Affine& place, const Ray& ray) {
+  Nearest nearest;
+  for (const auto& triangle : mesh.triangles) {
+    const Vec3d a = place.point(mesh.vertices[triangle[0]]);
+    const Vec3d u = place.point(mesh.vertices[triangle[1]]) - a;
+    const Vec3d v = place.point(mesh.vertices[triangle[2]]) - a;
+    const Vec3d n = cross(u, v);
+    const double t = dot(n, a - ray.o) / dot(n, ray.d);
+    const Vec3d p = ray.at(t) - a;
+    const double size = dot(n, n);
+    const double x = dot(cross(p, v), n) / size, y = dot(cross(u, p), n) / size;
+    const double inside = std::min({x, y, 1 - x - y});
+    nearest.margin = std::min(nearest.margin, std::abs(inside));
+    if (t > 0 && inside > 0) nearest.t = std::min(nearest.t, t);
+  }
+  return nearest;
+}
+
+TEST(Surfaces, MeshesAreMetWhereTheirTrianglesAre) {
+  Rng rng(5, 0, 0);
+  TriangleMesh soup;
+  for (std::uint32_t i = 0; i < 60; ++i) {
+    const Vec3d at = random_point(rng, 3);
+    for (int k = 0; k < 3; ++k) soup.vertices.push_back(at + random_point(rng, 1));
+    soup.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  // As it is, and far from the origin, turned and stretched: Embree's floats stand around it.
+  const Affine far{{Vec3d(0, -2, 0), Vec3d(3, 0, 0.5), Vec3d(0, 0.3, 1)}, {3e6, -2e6, 1e6}};
+  for (const Affine& place : {Affine{}, far}) {
+    const Surface all[] = {mesh_surface(soup, place)};
+    const Surfaces s(all);
+    int hits = 0;
+    for (int n = 0; n < 4000; ++n) {
+      const Vec3d from = place.point(random_point(rng, 5));
+      const Ray ray{from, normalize(place.point(random_point(rng, 5)) - from)};
+      const Nearest expected = search(soup, place, ray);
+      if (expected.margin < 1e-4) continue;
+      const SurfaceHit hit = s.first_hit(ray, kFar);
+      ASSERT_EQ(hit.finish != nullptr, expected.t < kFar) << n;
+      EXPECT_EQ(s.block(ray, kFar), expected.t < kFar);
+      if (!hit.finish) continue;
+      ++hits;
+      EXPECT_NEAR(hit.distance, expected.t, 1e-5 * (10 + expected.t));
+      EXPECT_LT(dot(hit.normal, ray.d), 0);
+      EXPECT_NEAR(length(hit.normal), 1, 1e-12);
+      EXPECT_FALSE(s.block(ray, 0.999 * hit.distance - 1e-4));
+    }
+    EXPECT_GT(hits, 500);
+  }
+}
+
+TEST(Surfaces, NothingLeaksOutOfAClosedMesh) {
+  const TriangleMesh ball = test::ball_mesh(24);
+  const Affine place = translation({1e5, 2, -3}) * scaling({40, 1, 7});
+  const Surface all[] = {mesh_surface(ball, place)};
+  const Surfaces s(all);
+  Rng rng(6, 0, 0);
+  for (int n = 0; n < 100'000; ++n) {
+    // Through vertices and along edges, too.
+    Vec3d to = n % 2 ? ball.vertices[std::size_t(n) % ball.vertices.size()] : random_point(rng, 1);
+    if (n % 4 == 1) to = 0.5 * (to + ball.vertices[std::size_t(n + 1) % ball.vertices.size()]);
+    const Vec3d from = place.point(random_point(rng, 0.4));
+    const Vec3d way = place.point(to * 2.0) - from;
+    if (!(length(way) > 0.1)) continue;
+    ASSERT_TRUE(s.block({from, normalize(way)}, kFar)) << n;
+  }
+}
+
+/// Of rays that leave a surface none meets it again where it is convex, and all do where hollow.
+TEST(Surfaces, PlacesLieOnTheSideThatTheRayCameFrom) {
+  SolidSurface solid;
+  solid.body = std::make_shared<const Body>(FreeForm{unit_ball(), {}});
+  solid.place.matrix = translation({700, 0, 0}) * scaling({3, 0.2, 1});
+  const Surface kinds[] = {BallSurface{{0, 1e4, 5}, 2.5, {}}, solid,
+                           mesh_surface(test::ball_mesh(24), scaling({5, 5, 0.1}))};
+  const Vec3d centres[] = {{0, 1e4, 5}, {700, 0, 0}, {0, 0, 0}};
+  Rng rng(7, 0, 0);
+  for (std::size_t k = 0; k < std::size(kinds); ++k) {
+    const Surfaces s({&kinds[k], 1});
+    int outside = 0, inside = 0;
+    for (int n = 0; n < 5000; ++n) {
+      const bool out = n % 2;
+      const Vec3d from = centres[k] + (out ? 20.0 : 0.02) * normalize(random_point(rng, 1));
+      const Vec3d to = out ? centres[k] - from + random_point(rng, 0.5) : random_point(rng, 1);
+      const SurfaceHit hit = s.first_hit({from, normalize(to)}, kFar);
+      if (hit.finish == nullptr) continue;
+      Vec3d away = normalize(random_point(rng, 1));
+      if (dot(away, hit.normal) < 0) away = -away;
+      if (dot(away, hit.normal) < 0.01) continue;
+      EXPECT_EQ(s.block({hit.place, away}, kFar), !out) << kind_name(kinds[k]) << ' ' << n;
+      ++(out ? outside : inside);
+    }
+    EXPECT_GT(outside, 300) << kind_name(kinds[k]);
+    EXPECT_GT(inside, 2000) << kind_name(kinds[k]);
+  }
+}
+
+TEST(Surfaces, TheNearestOfAllKindsCounts) {
+  const Surface all[] = {PlaneSurface{{0, -1, 0}, {0, 1, 0}, {Rgb(0.1f)}},
+                         BallSurface{{0, 5, 0}, 1, {Rgb(0.2f)}},
+                         mesh_surface(test::ball_mesh(16), translation({0, 10, 0}))};
+  const Surfaces s(all);
+  const Vec3d down(0, -1, 0);
+  EXPECT_EQ(s.first_hit({{0, 20, 0}, down}, kFar).finish->albedo, Rgb(0.5f));
+  EXPECT_EQ(s.first_hit({{0, 8, 0}, down}, kFar).finish->albedo, Rgb(0.2f));
+  EXPECT_EQ(s.first_hit({{0, 3, 0}, down}, kFar).finish->albedo, Rgb(0.1f));
+  EXPECT_EQ(s.first_hit({{0, 3, 0}, down}, 3.9).finish, nullptr);
+  EXPECT_EQ(s.first_hit({{0, 3, 0}, -down}, kFar).finish->albedo, Rgb(0.2f)) << "from within";
+}
+
+void expect_refused(const Surface& surface, const std::string& words) {
+  try {
+    validate(surface);
+    FAIL() << words;
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find(words), std::string::npos) << e.what();
+  }
+}
+
+TEST(Surfaces, ThatCannotBeAreRefused) {
+  expect_refused(PlaneSurface{{0, 0, 0}, {0, 0, 0}, {}}, "normal");
+  expect_refused(PlaneSurface{{0, 0, 0}, {0, 1, 0}, {Rgb(1.5f)}}, "albedo");
+  expect_refused(BallSurface{{0, 0, 0}, 0, {}}, "radius");
+  expect_refused(MeshSurface{}, "no triangles");
+  TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 3}}};
+  expect_refused(mesh_surface(mesh), "vertices that there are");
+  mesh.triangles = {{0, 1, 2}};
+  mesh.vertices[1].x = std::numeric_limits<double>::quiet_NaN();
+  expect_refused(mesh_surface(mesh), "finite");
+  mesh.vertices[1].x = 1;
+  EXPECT_NO_THROW(validate(mesh_surface(mesh)));
+  expect_refused(mesh_surface(mesh, scaling({1, 0, 1})), "undone");
+  SolidSurface solid;
+  expect_refused(solid, "missing");
+  solid.body = std::make_shared<const Body>(FreeForm{half_space({0, 0, 0}, {0, 1, 0}), {}});
+  expect_refused(solid, "no end");
+}
+
+}  // namespace
+}  // namespace pvol::detail
