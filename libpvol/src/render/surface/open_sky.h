@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "pvol/render/lights.h"
+#include "pvol/render/sky_light.h"
 
 namespace pvol::detail {
 
