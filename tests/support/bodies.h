@@ -84,24 +84,69 @@ struct OneRay {
   return (1 - g * g) / (4 * std::numbers::pi * std::pow(1 + g * g - 2 * g * cosine, 1.5));
 }
 
-/// Light of a delta sun or a point as it arrives at a place in the absence of any matter.
+/// Light from one direction as it arrives at a place in the absence of any matter: of a delta sun,
+/// a point or a spot, or one of many pieces of a ball or an area.
 struct Arriving {
   Vec3d towards;  ///< the light
   double distance;
   Vec3d irradiance;
 };
-[[nodiscard]] inline Arriving arriving(const Sun& sun, Vec3d) {
-  return {normalize(sun.direction), 1e9, Vec3d(sun.irradiance)};
+inline void add_arriving(const Sun& sun, Vec3d, std::vector<Arriving>& all) {
+  all.push_back({normalize(sun.direction), 1e9, Vec3d(sun.irradiance)});
 }
-[[nodiscard]] inline Arriving arriving(const PointLight& light, Vec3d place) {
+[[nodiscard]] inline Arriving from_point(Vec3d way, Vec3d intensity) {
+  return {normalize(way), length(way), intensity / dot(way, way)};
+}
+/// Steps along either axis of what a light is divided into.
+inline constexpr int kLightSteps = 16;
+
+inline void add_arriving(const PointLight& light, Vec3d place, std::vector<Arriving>& all) {
+  const Vec3d way = light.position - place, intensity(light.intensity);
+  const double r = light.radius, pi = std::numbers::pi;
+  if (r == 0) return all.push_back(from_point(way, intensity));
+  // Pieces of the cap in which the ball lies, of equal solid angles.
+  const double d = length(way), cap = 1 - std::sqrt(1 - r * r / (d * d));
+  const Vec3d axis = way / d;
+  Vec3d s, t;
+  orthonormal_basis(axis, s, t);
+  for (int i = 0; i < kLightSteps * kLightSteps; ++i) {
+    const double c = 1 - cap * (i / kLightSteps + 0.5) / kLightSteps;
+    const double azimuth = 2 * pi * (i % kLightSteps + 0.5) / kLightSteps,
+                 sine = std::sqrt(1 - c * c);
+    const Vec3d to = axis * c + (s * std::cos(azimuth) + t * std::sin(azimuth)) * sine;
+    const double near = d * c - std::sqrt(std::max(0.0, r * r - d * d * sine * sine));
+    all.push_back(
+        {to, near, intensity / (pi * r * r) * (2 * pi * cap / (kLightSteps * kLightSteps))});
+  }
+}
+inline void add_arriving(const SpotLight& light, Vec3d place, std::vector<Arriving>& all) {
   const Vec3d way = light.position - place;
-  return {normalize(way), length(way), Vec3d(light.intensity) / dot(way, way)};
+  const double degrees = std::numbers::pi / 180;
+  const double cosine = -dot(normalize(way), normalize(light.direction));
+  const double rim = std::cos(light.angle / 2 * degrees);
+  const double full = std::cos(light.angle / 2 * (1 - light.blend) * degrees);
+  const double x = std::clamp((cosine - rim) / (full - rim), 0.0, 1.0);
+  all.push_back(from_point(way, Vec3d(light.intensity) * (x * x * (3 - 2 * x))));
+}
+inline void add_arriving(const AreaLight& light, Vec3d place, std::vector<Arriving>& all) {
+  const Vec3d normal = normalize(light.direction);
+  const Vec3d across = normalize(cross(light.up, normal)) * light.size[0];
+  const Vec3d up = normalize(cross(normal, across)) * light.size[1];
+  for (int i = 0; i < kLightSteps * kLightSteps; ++i) {
+    const double u = (i / kLightSteps + 0.5) / kLightSteps - 0.5;
+    const double v = (i % kLightSteps + 0.5) / kLightSteps - 0.5;
+    const Vec3d way = light.position + across * u + up * v - place;
+    const double cosine = -dot(normalize(way), normal);
+    if (cosine <= 0) continue;
+    const double area = light.size[0] * light.size[1] / (kLightSteps * kLightSteps);
+    all.push_back(from_point(way, Vec3d(light.radiance) * (area * cosine)));
+  }
 }
 [[nodiscard]] inline std::vector<Arriving> arriving(const CloudScene& scene, Vec3d place) {
   std::vector<Arriving> all;
   if (scene.options.max_bounces == 0u) return all;
   for (const Light& light : scene.lights) {
-    all.push_back(std::visit([&](const auto& l) { return arriving(l, place); }, light));
+    std::visit([&](const auto& l) { add_arriving(l, place, all); }, light);
   }
   return all;
 }

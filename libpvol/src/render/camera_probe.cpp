@@ -72,7 +72,7 @@ constexpr std::uint32_t kMostBounces = 256;    // of a path
   p.scene.camera = plan.scene.camera;
   p.scene.lights = plan.scene.lights;
   // Pictures of skies are sampled as lights are.
-  if (std::holds_alternative<ImageSky>(plan.scene.environment)) p.scene.lights.push_back(Sun{});
+  if (std::holds_alternative<ImageSky>(plan.scene.environment)) p.scene.lights.emplace_back(Sun{});
   p.scene.options = plan.scene.options;
   p.scene.options.first_sample = ~0u - 1;  // one that hardly any picture has
   p.scene.options.aovs = {};

@@ -1,9 +1,11 @@
-// Suns and points.
+// Suns, and lights of all kinds.
 #include "pvol/render/lights.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "render/disc_on_plane.h"
 
 namespace pvol {
 namespace {
@@ -32,52 +34,11 @@ LightSample SunLight::sample_disc(Rng& rng) const {
   return {turn(direction, one_minus_cos_radius * u, azimuth), disc_radiance, disc_pdf};
 }
 
-namespace {
-
-/// Share of the irradiance of a plane that faces the middle of a disc of even radiance, for one
-/// whose normal is `angle` away from there. Above the horizon as a whole it counts by the cosine;
-/// of a disc that sets, arcs at equal angles from the normal are summed.
-double share_on_plane(double angle, double radius) {
-  if (angle + radius <= pi / 2) return std::cos(angle);
-  if (angle - radius >= pi / 2) return 0;
-  constexpr int kArcs = 512;
-  const double from = std::max(angle - radius, 0.0), step = (pi / 2 - from) / kArcs;
-  double sum = 0;
-  for (int i = 0; i < kArcs; ++i) {
-    const double a = from + (i + 0.5) * step;
-    const double cosine =
-        (std::cos(radius) - std::cos(a) * std::cos(angle)) / (std::sin(a) * std::sin(angle));
-    sum += std::cos(a) * std::sin(a) * 2 * std::acos(std::clamp(cosine, -1.0, 1.0)) * step;
-  }
-  return sum / (pi * std::sin(radius) * std::sin(radius));
-}
-
-}  // namespace
-
 Rgb SunLight::on_plane(Vec3d /*place*/, Vec3d normal) const {
   const double cosine = std::clamp(dot(Vec3d(direction), normal), -1.0, 1.0);
   if (disc_pdf == 0) return irradiance * float(std::max(0.0, cosine));
   const double radius = 2 * std::asin(std::sqrt(0.5 * double(one_minus_cos_radius)));
-  return irradiance * float(share_on_plane(std::acos(cosine), radius));
-}
-
-Rgb PointSource::on_plane(Vec3d place, Vec3d normal) const {
-  const LightSample l = arriving_at(place);
-  return l.radiance * float(std::max(0.0, dot(Vec3d(l.direction), normal)));
-}
-
-LightSample PointSource::arriving_at(Vec3d place) const {
-  const Vec3d way = position - place;
-  const double distance = length(way);
-  const Rgb irradiance(Vec3d(intensity) / (distance * distance));
-  // At the light, or nearer than sqrt(I / 3e38), a float does not hold what arrives.
-  if (!(distance > 0) || !is_finite(irradiance)) return {Vec3f(0, 0, 1), Rgb(0.0f)};
-  return {Vec3f(way / distance), irradiance, 0, distance};
-}
-
-Rgb PointSource::irradiance_on(const Box& box) const {
-  const Vec3d way = position - box.centre(), rim = box.extent() * 0.5;
-  return Rgb(Vec3d(intensity) / std::max(dot(way, way), dot(rim, rim)));
+  return irradiance * float(detail::disc_on_plane(std::acos(cosine), radius));
 }
 
 namespace {
@@ -85,8 +46,11 @@ namespace {
 /// One for each kind of light.
 LightSource make_ready(const Sun& sun) { return SunLight(sun); }
 LightSource make_ready(const PointLight& light) {
+  if (light.radius > 0) return BallSource(light);
   return PointSource{light.position, light.intensity};
 }
+LightSource make_ready(const SpotLight& light) { return SpotSource(light); }
+LightSource make_ready(const AreaLight& light) { return AreaSource(light); }
 
 }  // namespace
 
@@ -96,6 +60,12 @@ std::vector<LightSource> make_light_sources(std::span<const Light> lights) {
     sources.push_back(std::visit([](const auto& l) { return make_ready(l); }, light));
   }
   return sources;
+}
+
+bool any_is_met(std::span<const LightSource> lights) {
+  return std::ranges::any_of(lights, [](const LightSource& source) {
+    return std::visit([](const auto& light) { return light.is_met(); }, source);
+  });
 }
 
 }  // namespace pvol

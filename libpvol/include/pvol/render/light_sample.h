@@ -1,4 +1,4 @@
-// What a light answers that is asked for a direction towards it.
+// What lights answer that are asked for a direction towards them, or met by rays.
 #pragma once
 
 #include <limits>
@@ -13,6 +13,12 @@ struct LightSample {
   Rgb radiance;     ///< of a delta light: irradiance of a plane that faces it
   float pdf = 0;    ///< per steradian; 0 of a delta light, which no ray meets by chance
   double distance = std::numeric_limits<double>::infinity();  ///< to the light, world units
+};
+
+/// A light that a ray met on its way.
+struct LightMet {
+  Rgb radiance{0.0f};  ///< 0: it did not
+  float pdf = 0;  ///< per steradian, with which a sample from the ray's origin has its direction
 };
 
 }  // namespace pvol

@@ -9,6 +9,7 @@
 #include "pvol/math/direction.h"
 #include "pvol/math/rng.h"
 #include "pvol/render/light_sample.h"
+#include "pvol/render/near_lights.h"
 #include "pvol/render/scene.h"
 #include "pvol/render/sky_light.h"
 
@@ -38,6 +39,10 @@ struct SunLight {
   [[nodiscard]] LightSample sample(const Where&, Rng& rng) const {
     return disc_pdf == 0 ? LightSample{direction, irradiance} : sample_disc(rng);
   }
+  /// Whether rays on their way may meet it, at a place that is not infinitely far.
+  [[nodiscard]] static constexpr bool is_met() { return false; }
+  /// What a ray of unit direction meets of it before a distance.
+  [[nodiscard]] static LightMet met(const Ray&, double) { return {}; }
   /// About the irradiance in a box of the world, on planes that face the light.
   [[nodiscard]] Rgb irradiance_on(const Box&) const { return irradiance; }
   /// Irradiance of a plane with this unit normal at a place, with nothing in between.
@@ -47,30 +52,13 @@ struct SunLight {
   [[nodiscard]] LightSample sample_disc(Rng& rng) const;
 };
 
-/// A point light, with the questions that every light answers.
-struct PointSource {
-  Vec3d position;
-  Rgb intensity;
-
-  [[nodiscard]] static Rgb seen(Vec3f) { return Rgb(0.0f); }
-  [[nodiscard]] static constexpr float pdf() { return 0; }
-  template <class Where>
-  [[nodiscard]] LightSample sample(const Where& where, Rng&) const {
-    return arriving_at(where());
-  }
-  /// That at the centre of the box or, where the light is nearer to it than the corners are, that
-  /// at the corners' distance.
-  [[nodiscard]] Rgb irradiance_on(const Box& box) const;
-  [[nodiscard]] Rgb on_plane(Vec3d place, Vec3d normal) const;
-
- private:
-  [[nodiscard]] LightSample arriving_at(Vec3d place) const;
-};
-
 /// The lights of a scene, ready for sampling: each a member of its own kind. To add one, see
 /// libpvol/ROOMS.md.
-using LightSource = std::variant<SunLight, PointSource>;
+using LightSource = std::variant<SunLight, PointSource, BallSource, SpotSource, AreaSource>;
 [[nodiscard]] std::vector<LightSource> make_light_sources(std::span<const Light> lights);
+
+/// Whether rays meet some of them on their way.
+[[nodiscard]] bool any_is_met(std::span<const LightSource> lights);
 
 /// Throws Error, which says what is wrong, for values out of range.
 void validate(const Light& light);

@@ -1,4 +1,4 @@
-// A light of no extent at a place in the scene.
+// A light at a place in the scene: a point, or a ball.
 #pragma once
 
 #include "pvol/math/keys.h"
@@ -8,14 +8,15 @@
 
 namespace pvol {
 
-/// Shines evenly in all directions, outside clouds or inside. No ray meets it: light comes from it
-/// by next-event estimation alone, whose variance has no bound where matter touches the light
-/// (THEORY.md, T5.6).
+/// Shines evenly in all directions, outside clouds or inside. No ray meets a point: light comes
+/// from it by next-event estimation alone, whose variance has no bound where matter touches the
+/// light (THEORY.md, T5.6). A ball is met by rays; it lets light through.
 struct PointLight {
   static constexpr const char* kName = "point";
   Vec3d position{0, 0, 0};  ///< in world units
   Rgb intensity{1.0f};      ///< irradiance at distance 1, in world units, of a plane that faces it
   std::string group{};      ///< of lights that share a layer; "": the light has one to itself
+  double radius = 0;        ///< of a ball that shines outwards; 0: a point
   friend bool operator==(const PointLight&, const PointLight&) = default;
 };
 
@@ -32,6 +33,11 @@ template <std::same_as<PointLight> T>
                           .limits = number(kRadianceRange).or_three(),
                           .help = "Irradiance one world unit away; it falls with the "
                                   "square of the distance"}),
+      key<&T::radius>({.key = "radius",
+                       .metavar = "X",
+                       .limits = number(Range::at_least(0)),
+                       .help = "Of a ball that shines as evenly, in world units; 0 is a point, "
+                               "which no ray meets"}),
       group_key<&T::group>(),
   });
 }

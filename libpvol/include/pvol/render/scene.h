@@ -6,17 +6,19 @@
 #include <variant>
 #include <vector>
 
+#include "pvol/render/area_light.h"
 #include "pvol/render/camera.h"
 #include "pvol/render/options.h"
 #include "pvol/render/point_light.h"
 #include "pvol/render/sky.h"
+#include "pvol/render/spot_light.h"
 #include "pvol/render/sun.h"
 #include "pvol/render/surface.h"
 
 namespace pvol {
 
 /// Lights besides the environment. To add one, see libpvol/ROOMS.md.
-using Light = std::variant<Sun, PointLight>;
+using Light = std::variant<Sun, PointLight, SpotLight, AreaLight>;
 
 /// What surrounds volumes, and how they are rendered.
 struct Scene {

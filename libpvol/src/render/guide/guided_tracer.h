@@ -35,7 +35,7 @@ class GuidedTracer {
     }
     const Hit first = traversal.start(ray) ? traversal.fly(direction_, rng) : Hit{};
     const auto unscattered = [] { return 0.0f; };
-    if (emits()) add_emission(ray.o, first, unscattered, Rgb(1.0f), rng);
+    if (glows()) add_on_the_way(ray.o, first, unscattered, Rgb(1.0f), rng);
     if (first.matter == nullptr) {
       if (s_.options.background) {
         add_constant(s_, r_);
@@ -54,9 +54,9 @@ class GuidedTracer {
       const Vec3f from = direction_;
       turn_path(rng);
       const auto pdf = [&] { return pdf_phase(Kind::phase(*matter_), from, direction_); };
-      const Vec3d start = emits() ? traversal.position() : Vec3d{};
+      const Vec3d start = glows() ? traversal.position() : Vec3d{};
       const Hit hit = traversal.fly(direction_, rng);
-      if (emits()) add_emission(start, hit, pdf, throughput_, rng);
+      if (glows()) add_on_the_way(start, hit, pdf, throughput_, rng);
       if (hit.matter != nullptr) {
         alive = collide(*hit.matter, rng) || resume();
       } else {
@@ -97,8 +97,10 @@ class GuidedTracer {
   std::array<Branch, kPlaces> waiting_;
   std::size_t waiting_count_ = 0;
 
-  /// Whether anything emits along flights.
-  [[nodiscard]] bool emits() const { return !Kind::kSimple && s_.emission; }
+  /// Whether flights bring light besides that of their ends.
+  [[nodiscard]] bool glows() const { return !Kind::kSimple && (s_.emission || s_.meets_lights); }
+  /// Whether what emits along flights is a light.
+  [[nodiscard]] bool burns() const { return !Kind::kSimple && s_.emission && s_.emission->lit; }
 
   /// Adds what a collision gives of its own and by next-event estimation; whether the path goes on
   /// from there, by itself or split.
@@ -120,7 +122,7 @@ class GuidedTracer {
     const auto worth_of = [&](std::size_t light) { return worths[light]; };
     add_light_here(s_, Kind::phase(matter), direction_, throughput_, worth_of, traversal, rng,
                    shadow_rays, r_);
-    if (emits() && s_.emission->lit) {
+    if (burns()) {
       add_fire_here(s_, matter.phase, direction_, throughput_, traversal, rng, shadow_rays, r_);
     }
     r_.scattered(scatterings_);
@@ -128,10 +130,11 @@ class GuidedTracer {
     return true;
   }
 
-  /// What is emitted along a flight.
+  /// What a flight brings on its way.
   template <class Pdf>
-  void add_emission(Vec3d from, const Hit& hit, const Pdf& pdf, Rgb throughput, Rng& rng) {
-    add_along(s_, from, direction_, hit.matter != nullptr, traversal, pdf, throughput, rng, r_);
+  void add_on_the_way(Vec3d from, const Hit& hit, const Pdf& pdf, Rgb throughput, Rng& rng) {
+    detail::add_on_the_way(s_, from, direction_, hit.matter != nullptr, traversal, pdf, throughput,
+                           rng, r_);
   }
 
   /// Makes the path one of several equal ones that share its throughput.

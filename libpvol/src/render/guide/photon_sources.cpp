@@ -57,6 +57,30 @@ Photon emit(const PointSource& light, const Target& target, double unit, Rng& rn
           light.intensity * float(cap.solid_angle() / unit)};
 }
 
+// Of others what their middle sends: a guide needs no more.
+
+Beam beam(const BallSource& light, const Target& target) { return beam(light.centre(), target); }
+
+Photon emit(const BallSource& light, const Target& target, double unit, Rng& rng) {
+  return emit(light.centre(), target, unit, rng);
+}
+
+Beam beam(const SpotSource& light, const Target& target) { return beam(light.point(), target); }
+
+Photon emit(const SpotSource& light, const Target& target, double unit, Rng& rng) {
+  Photon photon = emit(light.point(), target, unit, rng);
+  photon.power *= float(light.share(photon.ray.d));
+  return photon;
+}
+
+Beam beam(const AreaSource& light, const Target& target) { return beam(light.centre(), target); }
+
+Photon emit(const AreaSource& light, const Target& target, double unit, Rng& rng) {
+  Photon photon = emit(light.centre(), target, unit, rng);
+  photon.power *= float(std::max(0.0, dot(photon.ray.d, light.normal())));
+  return photon;
+}
+
 /// What photons are to hit: the box of the one volume, or that of the world around all.
 Target make_target(const PathSetup& s) {
   if (s.instances->is_one_still()) {

@@ -51,7 +51,7 @@ LaneLight make_lane_light(const LightSource& source, const Affine& world_to_cell
     l.one_minus_cos_radius = sun->one_minus_cos_radius;
     l.pdf = sun->disc_pdf;
     l.radiance = sun->disc_pdf == 0 ? sun->irradiance : sun->disc_radiance;
-  } else {
+  } else {  // no others come here, see lane_obstacle
     const PointSource& point = std::get<PointSource>(source);
     l.kind = LaneLight::Kind::point;
     l.place = Vec3f(world_to_cells.point(point.position) + Vec3d(DenseBounds::kBorder));
@@ -131,6 +131,11 @@ const char* lane_obstacle(std::span<const Volume> volumes, const Scene& scene) {
   const VolumeField& f = v.density;
   if (f.octree.empty()) return "the volume is empty";
   constexpr std::size_t kMostLights = 255;
+  for (const LightSource& source : make_light_sources(scene.lights)) {
+    const bool served =
+        std::holds_alternative<SunLight>(source) || std::holds_alternative<PointSource>(source);
+    if (!served) return "some light is neither a sun nor a point";
+  }
   if (scene.lights.size() > kMostLights) return "there are more than 255 lights";
   // Places of rays are floats: of the largest clouds they would lose what matters.
   constexpr int kLargestEdge = 4000;

@@ -57,6 +57,34 @@ template <class Traversal, class Pdf>
   if (r.in_layers()) r.emission() += throughput * sum;
 }
 
+/// Light of lights that a flight from a place of the world passes, up to where it ended or for
+/// good; of a path that was scattered with the density pdf(), weighted against `add_light_here`.
+template <class Traversal, class Pdf>
+[[gnu::noinline]] inline void add_met(const PathSetup& s, Vec3d from, Vec3f direction,
+                                      bool collided, const Traversal& traversal, const Pdf& pdf,
+                                      Rgb throughput, PathResult& r) {
+  const double distance = collided ? length(traversal.position() - from) : kEndless;
+  const Ray ray{from, Vec3d(direction)};
+  for (std::size_t i = 0; i < s.lights.size(); ++i) {
+    const LightMet met =
+        std::visit([&](const auto& light) { return light.met(ray, distance); }, s.lights[i]);
+    if (!(largest(met.radiance) > 0)) continue;
+    const float p = pdf();
+    const Rgb sum = throughput * met.radiance * (p > 0 ? balance(p, met.pdf) : 1.0f);
+    r.radiance += sum;
+    if (r.in_layers()) r.layers[i] += sum;
+  }
+}
+
+/// What a flight brings besides its end: emission along it, and lights that it passes.
+template <class Traversal, class Pdf>
+inline void add_on_the_way(const PathSetup& s, Vec3d from, Vec3f direction, bool collided,
+                           const Traversal& traversal, const Pdf& pdf, Rgb throughput, Rng& rng,
+                           PathResult& r) {
+  if (s.emission) add_along(s, from, direction, collided, traversal, pdf, throughput, rng, r);
+  if (s.meets_lights) add_met(s, from, direction, collided, traversal, pdf, throughput, r);
+}
+
 /// Light in the direction of a camera ray that met nothing.
 inline void add_seen(const PathSetup& s, Vec3f direction, Rgb throughput, PathResult& r) {
   Rgb sum = s.sky.radiance(direction) - s.constant;
@@ -108,6 +136,41 @@ template <class Traversal>
   return light * (sum / (value < 1 ? value : float(rays)));
 }
 
+/// Most lights that are all asked at a collision; of more, so many are drawn.
+inline constexpr std::size_t kMostAsked = 8;
+inline constexpr int kAsked = 4;
+
+/// About what a light brings to a place, times what its shadow rays are worth there; above 0
+/// wherever the light comes.
+template <class Worth>
+[[nodiscard]] inline double promise(const LightSource& source, std::size_t i, Vec3d place,
+                                    const Worth& worth) {
+  const Rgb irradiance =
+      std::visit([&](const auto& light) { return light.irradiance_on({place, place}); }, source);
+  constexpr double kMost = 1e30;  // at a light
+  return std::min(double(luminance(irradiance)) * double(worth(i)), kMost);
+}
+
+/// ask(i, 1 / expected number of times that it is asked) for lights drawn by what they promise, one
+/// from each of kAsked equal parts of the sum (THEORY.md, T5.19).
+template <class Worth, class Ask>
+[[gnu::noinline]] inline void ask_some(const PathSetup& s, Vec3d place, const Worth& worth,
+                                       Rng& rng, const Ask& ask) {
+  double sum = 0;
+  for (std::size_t i = 0; i < s.lights.size(); ++i) sum += promise(s.lights[i], i, place, worth);
+  if (!(sum > 0)) return;
+  const double part = sum / kAsked;
+  double next = double(rng.uniform()) * part, below = 0;
+  int asked = 0;
+  for (std::size_t i = 0; i < s.lights.size() && asked < kAsked; ++i) {
+    const double own = promise(s.lights[i], i, place, worth);
+    for (below += own; asked < kAsked && next < below; ++asked) {
+      ask(i, float(part / own));
+      next = (asked + 1 + double(rng.uniform())) * part;
+    }
+  }
+}
+
 /// Next-event estimation: light of every source and of a sampled sky that scatters at the
 /// traversal's place into a path of this throughput and flight direction. `worth(i)` is what a
 /// shadow ray to light i is worth there, above 0; the sky comes after the lights.
@@ -117,23 +180,26 @@ inline void add_light_here(const PathSetup& s, const Phase& phase, Vec3f from, R
                            std::uint64_t& shadow_rays, PathResult& r) {
   Rgb sum(0.0f);
   const auto place = [&] { return traversal.position(); };
-  std::size_t i = 0;
-  for (const LightSource& source : s.lights) {
+  const auto ask = [&](std::size_t i, float factor) {
     const LightSample l =
-        std::visit([&](const auto& light) { return light.sample(place, rng); }, source);
+        std::visit([&](const auto& light) { return light.sample(place, rng); }, s.lights[i]);
     const float p = pdf_phase(phase, from, l.direction);
-    const float weighted = l.pdf > 0 ? balance(l.pdf, p) * p / l.pdf : p;
+    const float weighted = (l.pdf > 0 ? balance(l.pdf, p) * p / l.pdf : p) * factor;
     const Rgb arrived =
         shadowed(s, throughput * l.radiance * weighted, l, worth(i), traversal, rng, shadow_rays);
     sum += arrived;
     if (r.in_layers()) r.layers[i] += arrived;
-    ++i;
+  };
+  if (s.lights.size() > kMostAsked) {
+    ask_some(s, traversal.position(), worth, rng, ask);
+  } else {
+    for (std::size_t i = 0; i < s.lights.size(); ++i) ask(i, 1);
   }
   if (s.sky.sampled()) {
     const LightSample l = s.sky.sample(rng);
     const float p = pdf_phase(phase, from, l.direction);
     const Rgb arrived = shadowed(s, throughput * (l.radiance - s.constant) * (p / (l.pdf + p)), l,
-                                 worth(i), traversal, rng, shadow_rays);
+                                 worth(s.lights.size()), traversal, rng, shadow_rays);
     sum += arrived;
     if (r.in_layers()) r.sky() += arrived;
   }

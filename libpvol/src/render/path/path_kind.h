@@ -11,7 +11,7 @@
 namespace pvol::detail {
 
 /// All matter scatters by one Henyey-Greenstein lobe and is the same all over its volume, nothing
-/// emits along flights, nothing moves.
+/// emits along flights or is met by them as a light, nothing moves.
 struct SimplePaths {
   static constexpr bool kSimple = true;
   [[nodiscard]] static const HenyeyGreenstein& phase(const Matter& m) {
@@ -37,7 +37,7 @@ struct AnyPaths {
 };
 
 [[nodiscard]] inline bool are_simple(const PathSetup& s) {
-  return s.emission == nullptr && !s.moving && !s.albedo_varies &&
+  return s.emission == nullptr && !s.meets_lights && !s.moving && !s.albedo_varies &&
          std::ranges::all_of(s.volumes, [](const VolumeSetup& v) {
            return std::ranges::all_of(v.matter, [](const Matter& m) {
              return std::holds_alternative<HenyeyGreenstein>(m.phase);

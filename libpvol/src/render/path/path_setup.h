@@ -158,6 +158,7 @@ struct PathSetup {
   const std::atomic<bool>* stop = &kNeverStop;
   Lanes lanes;         ///< the kernel; not automatic
   bool moving;         ///< whether samples have times
+  bool meets_lights;   ///< whether flights may pass lights
   bool albedo_varies;  ///< whether that of any volume is a field
   /// Of the one volume, where the kernel is one of lanes; setups may share them.
   std::shared_ptr<const DenseBounds> dense;
@@ -185,6 +186,7 @@ struct PathSetup {
                                                        : nullptr),
         lanes(plan.kernel.lanes),
         moving(plan.kernel.moving || plan.kernel.places_move),
+        meets_lights(any_is_met(lights)),
         albedo_varies(
             std::ranges::any_of(plan.volumes, [](const Volume& v) { return v.albedo != nullptr; })),
         dense(std::move(dense_)) {

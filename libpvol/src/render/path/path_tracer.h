@@ -29,7 +29,7 @@ class PathTracer {
       walk(ray.o, rng);
     } else {
       if (s_.options.background) add_seen(s_, direction_, Rgb(1.0f), r_);
-      if (emits()) add_emission(ray.o, false, 0, Rgb(1.0f), rng);
+      if (glows()) add_on_the_way(ray.o, false, 0, Rgb(1.0f), rng);
       r_.scattered(0);
     }
     return r_;
@@ -45,17 +45,19 @@ class PathTracer {
   Vec3f from_;                      // before the last scattering
   const Matter* matter_ = nullptr;  // of the last scattering
 
-  /// Whether anything emits along flights.
-  [[nodiscard]] bool emits() const { return !Kind::kSimple && s_.emission; }
+  /// Whether flights bring light besides that of their ends.
+  [[nodiscard]] bool glows() const { return !Kind::kSimple && (s_.emission || s_.meets_lights); }
+  /// Whether what emits along flights is a light.
+  [[nodiscard]] bool burns() const { return !Kind::kSimple && s_.emission && s_.emission->lit; }
 
   /// From the camera's place.
   void walk(Vec3d from, Rng& rng) {
     Rgb throughput(1.0f);
     for (std::uint32_t bounces = 0;; ++bounces) {
-      if (emits() && bounces > 0) from = traversal.position();
+      if (glows() && bounces > 0) from = traversal.position();
       const auto hit = fly(throughput, rng);
       throughput *= hit.weight;
-      if (emits()) add_emission(from, hit.matter != nullptr, bounces, throughput, rng);
+      if (glows()) add_on_the_way(from, hit.matter != nullptr, bounces, throughput, rng);
       if (hit.matter == nullptr) {
         if (bounces > 0) {
           const auto pdf = [&] { return pdf_phase(Kind::phase(*matter_), from_, direction_); };
@@ -84,7 +86,7 @@ class PathTracer {
       const auto& phase = Kind::phase(matter);
       const auto worth = [](std::size_t) { return 1.0f; };
       add_light_here(s_, phase, direction_, throughput, worth, traversal, rng, shadow_rays, r_);
-      if (emits() && s_.emission->lit) {
+      if (burns()) {
         add_fire_here(s_, matter.phase, direction_, throughput, traversal, rng, shadow_rays, r_);
       }
       r_.scattered(bounces + 1);
@@ -105,12 +107,12 @@ class PathTracer {
   [[nodiscard]] static float mean_of(float weight) { return weight; }
   [[nodiscard]] static float mean_of(Rgb weight) { return (weight.x + weight.y + weight.z) / 3; }
 
-  /// What is emitted along a flight.
-  void add_emission(Vec3d from, bool collided, std::uint32_t bounces, Rgb throughput, Rng& rng) {
+  /// What a flight brings on its way.
+  void add_on_the_way(Vec3d from, bool collided, std::uint32_t bounces, Rgb throughput, Rng& rng) {
     const auto pdf = [&] {
       return bounces > 0 ? pdf_phase(matter_->phase, from_, direction_) : 0.0f;
     };
-    add_along(s_, from, direction_, collided, traversal, pdf, throughput, rng, r_);
+    detail::add_on_the_way(s_, from, direction_, collided, traversal, pdf, throughput, rng, r_);
   }
 };
 

@@ -23,7 +23,7 @@ class SurfaceTracer {
       const Hit hit = traversal.fly(direction_, rng);
       const SurfaceHit& surface = traversal.surface();
       const bool leaves = hit.matter == nullptr && surface.finish == nullptr;
-      if (s_.emission) add_emission(from, !leaves, rng);
+      if (s_.emission || s_.meets_lights) add_on_the_way(from, !leaves, rng);
       if (leaves) break;
       if (!(hit.matter ? collide(*hit.matter, rng) : meet(surface, rng))) return r_;
       traversal.aim(direction_);
@@ -65,9 +65,20 @@ class SurfaceTracer {
                    : pdf_phase(lobe_, from_, direction_);
   }
 
-  void add_emission(Vec3d from, bool collided, Rng& rng) {
-    add_along(
-        s_, from, direction_, collided, traversal, [&] { return pdf(); }, throughput_, rng, r_);
+  /// What a flight brings on its way: light on a shadow catcher is there without the shadow, too.
+  void add_on_the_way(Vec3d from, bool collided, Rng& rng) {
+    const auto own = [&] { return pdf(); };
+    if (s_.emission) {
+      add_along(s_, from, direction_, collided, traversal, own, throughput_, rng, r_);
+    }
+    if (!s_.meets_lights) return;
+    if (is_caught()) {
+      direct_.reset();
+      add_met(s_, from, direction_, collided, traversal, own, Rgb(1.0f), direct_);
+      uncover();
+    } else {
+      add_met(s_, from, direction_, collided, traversal, own, throughput_, r_);
+    }
   }
 
   void leave() {
