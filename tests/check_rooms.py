@@ -13,7 +13,7 @@ LIBRARY = ["math", "form", "density", "bounds", "field", "shell", "track", "volu
 DOORS = {"pvol/error.h": "math", "pvol/version.h": "math", "pvol/embed.h": "volume",
          "pvol/trackers.h": "volume"}
 TOOLS = ["cli", "report", "stats"]
-FORMATS = ["file", "image", "toml", "vdb", "pvol"]
+FORMATS = ["file", "image", "toml", "vdb", "pvol", "pbrt"]
 # What the library is built from: the standard library, oneTBB and nothing else.
 AT_HOME_IN_LIBRARY = re.compile(r"<(tbb/\w+\.h|hwy/\w+\.h|sys/mman\.h|[a-z_0-9]+)>$")
 

@@ -14,6 +14,7 @@
 #include "pvol/formats/color.h"
 #include "pvol/formats/field_names.h"
 #include "pvol/formats/image.h"
+#include "pvol/formats/pbrt_scene.h"
 #include "pvol/formats/velocity.h"
 #include "pvol/shell/recipe_support.h"
 
@@ -29,6 +30,8 @@ constexpr const char* kExamples = R"(The endings of the names say what is conver
   A .pvol gives all its grids; colours, NAME.x, NAME.y and NAME.z in it, become one of vectors, and
   so do velocities, NAME.x+, NAME.x- and so on, and the [flow] of a recipe.
   .exr, deep, to .exr, flat: the picture without background that its samples show together.
+  .pbrt, a scene of pbrt-v4, to .toml: a scene for pvol-render, with what it needs beside it; what
+  cannot be mapped is named on stderr and at the top of the scene.
   .pvol to .ply or .obj: the surface of its shell, in world space; to .png: slices through the cloud
   (grey) and its shell (blue).
 
@@ -39,6 +42,8 @@ Examples:
       the density with its majorants and minorants, for any VDB viewer
   pvol-convert cloud.deep.exr flat.exr
       a deep picture of pvol-render --deep for programs that want one sample a pixel
+  pvol-convert samples/pbrt_scene.pbrt scene.toml && pvol-render scene.toml -o scene.exr
+      a scene of pbrt-v4
   pvol-convert cloud.pvol shell.ply --resolution 256
       the bounding shell as triangles
 
@@ -58,12 +63,14 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   CLI::App app{"Converts clouds between file formats.", kTool};
   cli::add_common(app, kExamples);
   cli::add_quiet(app, o.common);
-  app.add_option("INPUT", o.input,
-                 "The cloud: .toml (a recipe), .nvdb, .pvol or .vdb; or a deep .exr")
+  app.add_option(
+         "INPUT", o.input,
+         "The cloud: .toml (a recipe), .nvdb, .pvol or .vdb; a deep .exr; or a scene: .pbrt")
       ->type_name("")
       ->required();
   app.add_option("OUTPUT", o.output,
-                 "The file to write: .vdb, a shell's .ply, .obj or .png, or a flat .exr")
+                 "The file to write: .vdb, a shell's .ply, .obj or .png, a flat .exr, or a scene: "
+                 ".toml")
       ->type_name("")
       ->required();
   cli::add_frames(app, o.frames);
@@ -93,18 +100,23 @@ bool flattens(const Options& o) {
   return formats::ending(o.input) == ".exr" && formats::ending(o.output) == ".exr";
 }
 
+/// Whether it is about scenes.
+bool imports(const Options& o) {
+  return formats::ending(o.input) == ".pbrt" && formats::ending(o.output) == ".toml";
+}
+
 void check_pair(const Options& o) {
   const std::string from = formats::ending(o.input), to = formats::ending(o.output);
   const bool readable = from == ".toml" || from == ".nvdb" || from == ".pvol" || from == ".vdb";
-  if (!(readable && to == ".vdb") && !(from == ".pvol" && shows_shell(o)) && !flattens(o)) {
+  if (!(readable && to == ".vdb") && !(from == ".pvol" && shows_shell(o)) && !flattens(o) &&
+      !imports(o)) {
     throw cli::UsageError(fmt::format(
         "{}: there is no conversion from '{}' to '{}'; there are: .toml (a recipe), .nvdb, .pvol "
-        "and .vdb to .vdb, .pvol to .ply, .obj and .png, and deep .exr to flat. pvol-fit makes "
-        ".pvol "
-        "files.",
+        "and .vdb to .vdb, .pvol to .ply, .obj and .png, deep .exr to flat, and .pbrt to .toml. "
+        "pvol-fit makes .pvol files.",
         o.input.string(), from, to));
   }
-  cli::check_output(o.output, {".vdb", ".ply", ".obj", ".png", ".exr"});
+  cli::check_output(o.output, {".vdb", ".ply", ".obj", ".png", ".exr", ".toml"});
   if (cli::same_file(o.input, o.output)) {
     throw cli::UsageError(
         fmt::format("input and output are the same file, {}; choose another name for the output",
@@ -219,8 +231,26 @@ Fields load_fields(const Options& o) {
   return fields;
 }
 
+/// Notes go to stderr whole: what is not in the picture is no matter of taste.
+int convert_scene(const Options& o) {
+  if (o.bounds) throw cli::UsageError("--bounds goes with an output that ends in .vdb");
+  const formats::PbrtScene scene = formats::read_pbrt(o.input, o.output.stem().string());
+  if (o.grid.strict && !scene.notes.empty()) {
+    throw Error(scene.notes.front() + " (refused because of --strict)");
+  }
+  formats::write_pbrt(o.output, scene);
+  formats::GridReport notes;
+  notes.warnings = scene.notes;
+  if (!o.common.quiet) {
+    for (const std::string& note : scene.notes) std::cerr << kTool << ": " << note << '\n';
+  }
+  report(o, notes, {});
+  return cli::kSuccess;
+}
+
 int convert(const Options& o) {
   check_pair(o);
+  if (imports(o)) return convert_scene(o);
   if (flattens(o)) return convert_picture(o);
   if (shows_shell(o)) return convert_shell(o);
   // Bounds only where they are asked for: building them may refuse what can be converted.

@@ -1,0 +1,26 @@
+// pbrt's spectra as linear Rec.709.
+#pragma once
+
+#include <optional>
+
+#include "pbrt/pbrt_description.h"
+
+namespace pvol::formats::detail {
+
+/// What a spectrum is of.
+enum class PbrtSpectrum {
+  light,   ///< of luminance 1, but for rgb, which stands for itself
+  matter,  ///< reflectances and cross sections: values count
+};
+
+/// A spectral parameter; nothing without it. Spectra given by wavelength become their means over
+/// thirds of 400 to 700 nm; those of files and of names that are not known are named and taken as
+/// white.
+[[nodiscard]] std::optional<Rgb> color_of(const PbrtThing& thing, std::string_view name,
+                                          PbrtSpectrum what, PbrtNotes& notes);
+
+/// A black body's light where its largest radiance by wavelength is 1, in the unit of pbrt's films:
+/// the integral over the observer in nanometres.
+[[nodiscard]] Rgb peak_normalised_blackbody(double kelvin);
+
+}  // namespace pvol::formats::detail

@@ -1,0 +1,319 @@
+// pbrt's media as volumes.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include "file/mesh_read.h"
+#include "pbrt/pbrt_bounds.h"
+#include "pbrt/pbrt_color.h"
+#include "pbrt/pbrt_world.h"
+#include "pvol/error.h"
+#include "pvol/formats/vdb.h"
+
+namespace pvol::formats::detail {
+namespace {
+
+constexpr const char* kDensity = "density";
+constexpr const char* kTemperature = "temperature";
+constexpr const char* kGlow = "glow";
+
+/// What a medium of pbrt has of its own to make a volume of.
+struct Making {
+  const PbrtPlaced& medium;
+  const std::string& name;
+  const PbrtMaking& scene;
+  const PbrtDescription& from;
+  SceneVolume volume{};
+  Rgb absorption{};  ///< per unit of length and density
+
+  void note(const std::string& text) const {
+    scene.note(medium.where, fmt::format("medium \"{}\": {}", shown(name), text));
+  }
+};
+
+/// Extinction, albedo and phase function.
+void set_matter(Making& m) {
+  const auto color = [&](const char* name) {
+    return color_of(m.medium, name, PbrtSpectrum::matter, *m.scene.notes);
+  };
+  const auto absorbed = color("sigma_a"), scattered = color("sigma_s");
+  if (m.medium.type == "homogeneous" && !absorbed && !scattered) {
+    m.note("sigma_a and sigma_s are not given: both are taken as 1");
+  }
+  const double scale = m.medium.parameters.number("scale", 1);
+  const Vec3d a = Vec3d(absorbed.value_or(Rgb(1.0f))) * scale;
+  const Vec3d s = Vec3d(scattered.value_or(Rgb(1.0f))) * scale, all = a + s;
+  const double most = max_component(all);
+  if (!(min_component(all) >= 0) || !is_finite(all)) {
+    fail_at(m.medium.where, "a medium of negative extinction",
+            "sigma_a, sigma_s and scale above 0");
+  }
+  Medium& medium = m.volume.medium;
+  Component& matter = medium.components.front();
+  medium.extinction = most;
+  m.volume.has_extinction = true;
+  for (int c = 0; c < 3; ++c) {
+    medium.extinction_color[c] = most > 0 ? float(all[c] / most) : 1;
+    matter.albedo[c] = all[c] > 0 ? float(s[c] / all[c]) : 0;
+  }
+  m.absorption = Rgb(a);
+  const double g = m.medium.parameters.number("g", 0);
+  const double kept = std::clamp(g, -kLargestMeanCosine, kLargestMeanCosine);
+  if (g != kept) m.note(fmt::format("g = {} is taken as {}", g, kept));
+  matter.phase = HenyeyGreenstein(kept);
+}
+
+/// The radiance by a temperature, as pbrt has it, in points along a grid's values: none below 100
+/// K.
+ColorRamp glow_of(double offset, double scale, double most) {
+  constexpr int kPoints = 64;
+  ColorRamp ramp;
+  const double coldest = 100 / scale + offset;
+  const double hottest = std::max(most, coldest * 1.001 + 1);
+  for (int i = 0; i <= kPoints; ++i) {
+    const double value = coldest + (hottest - coldest) * i / kPoints;
+    const Rgb light = i == 0 ? Rgb(0.0f) : peak_normalised_blackbody((value - offset) * scale);
+    for (std::size_t c = 0; c < 3; ++c) {
+      ramp.channels[c].points.push_back({float(value), light[int(c)]});
+    }
+  }
+  return ramp;
+}
+
+/// Matter that glows as its temperature says: density times absorption times the radiance.
+void set_temperature(Making& m, double most, double strength) {
+  const PbrtParameters& p = m.medium.parameters;
+  const double offset = p.number("temperatureoffset", p.number("temperaturecutoff", 0));
+  const double scale = p.number("temperaturescale", 1);
+  if (!(scale > 0)) fail_at(m.medium.where, "temperaturescale", "a number above 0");
+  if (!(strength > 0) || (most - offset) * scale <= 100) return;
+  Fire& fire = m.volume.fire.emplace();
+  fire.field = kDensity, fire.color_by = kTemperature;
+  fire.intensity = strength, fire.color = m.absorption;
+  fire.colors = glow_of(offset, scale, most);
+  m.volume.has_intensity = true;
+}
+
+/// Names the file that the volume's grids are written to.
+std::string grids_file(const Making& m) {
+  std::string name = m.scene.stem + "_";
+  for (const char c : m.name) name += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  std::set<std::string> taken;
+  for (const PbrtScene::Grids& g : m.scene.scene->volumes) taken.insert(g.name);
+  std::string file = name + ".vdb";
+  for (int i = 2; taken.contains(file); ++i) file = fmt::format("{}_{}.vdb", name, i);
+  return file;
+}
+
+struct Lattice {
+  Vec3i size;
+  Affine to_medium;  ///< samples at the centres of cells between p0 and p1
+  Box box;
+};
+
+Lattice lattice_of(const Making& m, std::size_t count) {
+  const PbrtParameters& p = m.medium.parameters;
+  const Vec3i n{p.whole("nx", 1), p.whole("ny", 1), p.whole("nz", 1)};
+  const bool fits =
+      n.x >= 1 && n.y >= 1 && n.z >= 1 && double(n.x) * double(n.y) * double(n.z) == double(count);
+  if (!fits) {
+    fail_at(m.medium.where, fmt::format("{} samples for {} x {} x {}", count, n.x, n.y, n.z),
+            "nx ny nz samples");
+  }
+  const Vec3d a = p.point("p0", {0, 0, 0}), b = p.point("p1", {1, 1, 1});
+  const Box box = extend(extend(Box{}, a), b);
+  const Vec3d size = box.extent(), cell{size.x / n.x, size.y / n.y, size.z / n.z};
+  if (!(min_component(cell) > 0)) fail_at(m.medium.where, "p0 and p1 without volume", "a box");
+  return {n, translation(box.lo + cell * 0.5) * scaling(cell), box};
+}
+
+VoxelGrid grid_of(const Making& m, const Lattice& at, const char* name,
+                  const std::vector<double>& values) {
+  const std::vector<float> samples(values.begin(), values.end());
+  const DenseArray array{.values = samples.data(),
+                         .size = at.size,
+                         .stride = Vec3l{1, at.size.x, std::int64_t(at.size.x) * at.size.y}};
+  try {
+    VoxelGrid grid = make_grid(array, at.to_medium);
+    grid.name = name;
+    return grid;
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}: \"{}\": {}", m.medium.where.text(), name, e.what()));
+  }
+}
+
+/// Light of Le, even or with a factor for each sample.
+void set_glow(Making& m, const Lattice& at, const std::vector<double>& density,
+              std::vector<VoxelGrid>& grids) {
+  const auto le = color_of(m.medium, "Le", PbrtSpectrum::light, *m.scene.notes);
+  std::vector<double> factors = m.medium.parameters.numbers("Lescale");
+  if (!le || !(max_component(*le) > 0)) return;
+  if (factors.size() <= 1) {
+    const double factor = factors.empty() ? 1 : factors.front();
+    m.volume.medium.components.front().emission = Rgb(Vec3d(*le) * factor);
+    return;
+  }
+  if (factors.size() != density.size()) {
+    fail_at(m.medium.where, fmt::format("{} numbers in Lescale", factors.size()), "one a sample");
+  }
+  for (std::size_t i = 0; i < factors.size(); ++i) factors[i] *= density[i];
+  grids.push_back(grid_of(m, at, kGlow, factors));
+  Fire& fire = m.volume.fire.emplace();
+  fire.field = kGlow;
+  fire.color = *le * m.absorption;
+  m.volume.has_intensity = true;
+  m.note("Lescale times density is taken as linear between samples");
+}
+
+std::optional<Box> make_uniform(Making& m) {
+  const std::vector<double> density = m.medium.parameters.numbers(kDensity);
+  const std::vector<double> temperature = m.medium.parameters.numbers(kTemperature);
+  if (density.empty()) fail_at(m.medium.where, "a uniformgrid without density", "its samples");
+  const Lattice at = lattice_of(m, density.size());
+  std::vector<VoxelGrid> grids{grid_of(m, at, kDensity, density)};
+  set_glow(m, at, density, grids);
+  if (!temperature.empty()) {
+    if (temperature.size() != density.size()) {
+      fail_at(m.medium.where, fmt::format("{} temperatures", temperature.size()), "one a sample");
+    }
+    grids.push_back(grid_of(m, at, kTemperature, temperature));
+    set_temperature(m, *std::ranges::max_element(temperature), 1);
+  }
+  m.note("its density fades over half a voxel beyond p0 and p1, where pbrt cuts it off");
+  m.volume.file = grids_file(m);
+  m.volume.grid = kDensity;
+  m.scene.scene->volumes.push_back({m.volume.file.string(), std::move(grids)});
+  return at.box;
+}
+
+/// The box around the samples of a grid that are not 0, in the grid's world.
+Box samples_of(const VoxelGrid& grid) {
+  Box box;  // in index space
+  for (const Brick& b : grid.bricks) {
+    for (int i = 0; i < kBrickSamples; ++i) {
+      if (b.values[i] > 0) box = extend(box, Vec3d(b.origin + Vec3i{i / 64, i / 8 % 8, i % 8}));
+    }
+  }
+  for (const Tile& t : grid.tiles) {
+    const Vec3d lo(t.origin);
+    box = join(box, Box{lo, lo + Vec3d(double(t.edge - 1))});
+  }
+  return transform(grid.index_to_world, box);
+}
+
+std::optional<Box> make_nanovdb(Making& m) {
+  const PbrtParameters& p = m.medium.parameters;
+  const std::string name = p.word("filename", "");
+  if (name.empty()) fail_at(m.medium.where, "a nanovdb medium without filename", "its .nvdb file");
+  m.volume.file = std::filesystem::absolute(m.scene.folder / name).lexically_normal();
+  m.volume.grid = p.word("gridname", kDensity);
+  const LoadedGrid density = read_nvdb(m.volume.file, {m.volume.grid, false});
+  const double strength = p.number("LeScale", p.number("Lescale", 1));
+  const std::vector<GridEntry> grids = list_nvdb(m.volume.file);
+  const std::string temperature = p.word("temperaturename", kTemperature);
+  const bool glows = std::ranges::any_of(
+      grids, [&](const GridEntry& g) { return g.name == temperature && g.usable; });
+  if (glows) {
+    const LoadedGrid hot = read_nvdb(m.volume.file, {temperature, false});
+    set_temperature(m, double(hot.report.largest), strength);
+    if (m.volume.fire) m.volume.fire->field = m.volume.grid, m.volume.fire->color_by = temperature;
+  }
+  return samples_of(density.grid);
+}
+
+/// A grid of ones in the box or the ball that the first shape around the medium is.
+std::optional<Box> make_homogeneous(Making& m) {
+  constexpr int kSamples = 64;
+  const auto shape = std::ranges::find(m.from.shapes, m.name, &PbrtShape::inside);
+  const std::optional<PbrtHull> hull = hull_of(*shape);
+  if (!hull) {
+    m.note(
+        fmt::format("is left out: it fills a {}, and only whole spheres and boxes of triangles "
+                    "are filled",
+                    shown(shape->type)));
+    return std::nullopt;
+  }
+  const Vec3d size = hull->box.extent(), cell = size / double(kSamples);
+  const Affine to_shape = translation(hull->box.lo + cell * 0.5) * scaling(cell);
+  std::vector<float> values(std::size_t(kSamples) * kSamples * kSamples, 1.0f);
+  for (std::size_t i = 0; hull->is_ball && i < values.size(); ++i) {
+    const Vec3d at{double(i / (kSamples * kSamples)), double(i / kSamples % kSamples),
+                   double(i % kSamples)};
+    const double inside = (size.x / 2 - length(to_shape.point(at))) / cell.x;
+    values[i] = float(std::clamp(inside + 0.5, 0.0, 1.0));
+  }
+  // The medium's transform does not move what fills a shape: the grid stands where the shape does.
+  VoxelGrid grid = make_grid({.values = values.data(), .size = Vec3i(kSamples)},
+                             inverse(m.medium.place) * shape->place * to_shape);
+  m.note(fmt::format("is a grid of {}^3 samples that fills its {}, with edges of one of them",
+                     kSamples, shown(shape->type)));
+  const auto le = color_of(m.medium, "Le", PbrtSpectrum::light, *m.scene.notes);
+  const double strength = m.medium.parameters.number("Lescale", 1);
+  if (le) m.volume.medium.components.front().emission = Rgb(Vec3d(*le) * strength);
+  m.volume.file = grids_file(m);
+  m.volume.grid = kDensity;
+  m.scene.scene->volumes.push_back({m.volume.file.string(), {std::move(grid)}});
+  return std::nullopt;  // it ends where the shape does
+}
+
+/// To add a kind of medium: its row. Makes the grids, and says which part of the medium's space
+/// they fill, if shapes may cut it off.
+struct MediumKind {
+  const char* type;
+  std::optional<Box> (*make)(Making&);
+};
+constexpr std::array<MediumKind, 3> kKinds{
+    {{"uniformgrid", make_uniform}, {"nanovdb", make_nanovdb}, {"homogeneous", make_homogeneous}}};
+
+/// Names shapes that let the medium in and do not hold all of it.
+void check_hulls(const Making& m, const Box& box) {
+  for (const PbrtShape& shape : m.from.shapes) {
+    if (shape.inside != m.name || shape.outside == m.name) continue;
+    const std::optional<PbrtHull> hull = hull_of(shape);
+    if (hull && contains(*hull, inverse(shape.place) * m.medium.place, box)) continue;
+    m.scene.note(
+        shape.where,
+        fmt::format("the {} {} medium \"{}\", of which pvol renders all", shown(shape.type),
+                    hull ? "cuts off part of" : "may cut off part of", shown(m.name)));
+  }
+}
+
+void make_volume(const PbrtDescription& from, const PbrtMaking& making, const std::string& name,
+                 const PbrtPlaced& medium) {
+  const bool bounded =
+      std::ranges::find(from.shapes, name, &PbrtShape::inside) != from.shapes.end();
+  Making m{.medium = medium, .name = name, .scene = making, .from = from};
+  if (!bounded) return m.note("is left out: no shape has it inside");
+  const auto* kind = std::ranges::find(
+      kKinds, medium.type, [](const MediumKind& k) { return std::string_view(k.type); });
+  if (kind == kKinds.end()) {
+    return m.note(
+        fmt::format("is left out: media of type \"{}\" are not read", shown(medium.type)));
+  }
+  set_matter(m);
+  const std::optional<Box> box = kind->make(m);
+  medium.parameters.note_unused(*making.notes, fmt::format("medium \"{}\"", shown(name)));
+  if (m.volume.file.empty()) return;
+  if (box) check_hulls(m, *box);
+  m.volume.object_to_world = making.world * medium.place;
+  making.scene->file.volumes.push_back(std::move(m.volume));
+}
+
+}  // namespace
+
+void make_volumes(const PbrtDescription& from, const PbrtMaking& making) {
+  for (const auto& [name, medium] : from.media) make_volume(from, making, name, medium);
+  for (const PbrtShape& shape : from.shapes) {
+    for (const std::string& name : {shape.inside, shape.outside}) {
+      const bool known =
+          std::ranges::any_of(from.media, [&](const auto& m) { return m.first == name; });
+      if (name.empty() || known) continue;
+      fail_at(shape.where, fmt::format("medium \"{}\"", shown(name)),
+              "one that MakeNamedMedium has named");
+    }
+  }
+}
+
+}  // namespace pvol::formats::detail

@@ -1,0 +1,363 @@
+// What becomes of the parts of pbrt's scenes.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "pvol/formats/image.h"
+#include "pvol/formats/vdb.h"
+#include "pvol/volume/blackbody.h"
+#include "support/error_of.h"
+#include "support/pbrt_text.h"
+
+namespace pvol::formats {
+namespace {
+
+using test::error_of;
+using test::kPbrtFog;
+using test::note_of;
+using test::pbrt_text;
+using test::read_pbrt_text;
+
+const std::string kCamera = "LookAt 0 0 -5 0 0 0 0 1 0\nCamera \"perspective\"\n";
+
+PbrtScene scene_of(const std::string& after, const std::string& fog = kPbrtFog,
+                   const std::string& before = kCamera) {
+  return read_pbrt_text(pbrt_text(before, after, fog));
+}
+
+void expect_near(Vec3d a, Vec3d b, double error = 1e-6) {
+  EXPECT_LT(length(a - b), error * std::max(1.0, length(b)))
+      << a.x << ", " << a.y << ", " << a.z << " and " << b.x << ", " << b.y << ", " << b.z;
+}
+
+// Of pbrt's world with the camera above, whose z points the other way in pvol's.
+Vec3d mirrored(Vec3d v) { return {v.x, v.y, -v.z}; }
+
+TEST(PbrtScene, SunsShineFromWherePbrtsDo) {
+  const PbrtScene s = scene_of(
+      "LightSource \"distant\" \"point3 from\" [ 1 2 3 ] \"point3 to\" [ 0 0 1 ] \"rgb L\" [ 1 2 3 "
+      "]"
+      " \"float scale\" 2\n"
+      "AttributeBegin Rotate 90 0 1 0 LightSource \"distant\" \"float illuminance\" 5 "
+      "AttributeEnd");
+  const auto& first = std::get<Sun>(s.file.scene.lights.at(0));
+  expect_near(normalize(first.direction), normalize(mirrored({1, 2, 2})));
+  expect_near(Vec3d(first.irradiance), {2, 4, 6});
+  // By default light goes along +z, which the turn takes to +x: it comes from -x.
+  const auto& second = std::get<Sun>(s.file.scene.lights.at(1));
+  expect_near(normalize(second.direction), {-1, 0, 0});
+  expect_near(Vec3d(second.irradiance), {5, 5, 5});
+}
+
+TEST(PbrtScene, PointLightsByIntensityPowerAndTemperature) {
+  const PbrtScene s = scene_of(
+      "Translate 1 2 3 LightSource \"point\" \"rgb I\" [ 4 5 6 ] \"point3 from\" [ 0 0 1 ]\n"
+      "LightSource \"point\" \"float power\" 100\n"
+      "LightSource \"point\" \"blackbody I\" 2500 \"float scale\" 3");
+  const auto at = [&](std::size_t i) { return std::get<PointLight>(s.file.scene.lights.at(i)); };
+  expect_near(at(0).position, mirrored({1, 2, 4}));
+  expect_near(Vec3d(at(0).intensity), {4, 5, 6});
+  expect_near(Vec3d(at(1).intensity), Vec3d(100 / (4 * std::numbers::pi)));
+  expect_near(Vec3d(at(2).intensity), Vec3d(blackbody_color(2500)) * 3.0);
+  EXPECT_NEAR(luminance(at(2).intensity), 3, 1e-3);
+}
+
+TEST(PbrtScene, EvenSkiesAddUpAndWithoutLightIsNight) {
+  EXPECT_EQ(std::get<ConstantSky>(scene_of("").file.scene.environment).radiance, Rgb(0.0f));
+  const PbrtScene s = scene_of(
+      "LightSource \"infinite\" \"rgb L\" [ .1 .2 .3 ] LightSource \"infinite\" \"float scale\" "
+      ".5\n"
+      "LightSource \"infinite\" \"float illuminance\" 3.14159265");
+  expect_near(Vec3d(std::get<ConstantSky>(s.file.scene.environment).radiance), {1.6, 1.7, 1.8});
+}
+
+/// The book's map from the square to the sphere, the other way than the importer's.
+Vec3d from_square(double s, double t) {
+  const double u = 2 * s - 1, v = 2 * t - 1;
+  const double distance = 1 - std::abs(u) - std::abs(v), r = 1 - std::abs(distance);
+  const double phi = (r == 0 ? 1 : (std::abs(v) - std::abs(u)) / r + 1) * (std::numbers::pi / 4);
+  const double level = r * std::sqrt(2 - r * r);
+  return {std::copysign(std::cos(phi), u) * level, std::copysign(std::sin(phi), v) * level,
+          std::copysign(1 - r * r, distance)};
+}
+
+/// Radiance by direction in the light's space, without symmetries.
+Vec3d sky_color(Vec3d d) { return {2 + d.x, 2 + d.y + 0.3 * d.x * d.z, 2 + d.z}; }
+
+void write_sky(const std::filesystem::path& file, int n) {
+  Film film;
+  film.width = film.height = film.crop_width = film.crop_height = n;
+  for (int i = 0; i < n * n; ++i) {
+    PixelSums p;
+    p.sum = sky_color(from_square((i % n + 0.5) / n, (double(i / n) + 0.5) / n));
+    p.samples = 1;
+    film.pixels.push_back(p);
+  }
+  (void)write_exr(file, film, {});
+}
+
+TEST(PbrtScene, SkyPicturesStandWherePbrtsDo) {
+  const TemporaryFolder folder;
+  write_sky(folder.file("sky.exr"), 64);
+  write_bytes(folder.file("a.pbrt"),
+              pbrt_text(kCamera,
+                        "LightSource \"infinite\" \"rgb L\" [ 0 0 0 ]\n"
+                        "Rotate 90 1 0 0 LightSource \"infinite\" \"string filename\" "
+                        "\"sky.exr\" \"float scale\" 2"));
+  const PbrtScene s = read_pbrt(folder.file("a.pbrt"), "out");
+  EXPECT_EQ(std::get<ImageSky>(s.file.scene.environment).file, "out_sky.exr");
+  ASSERT_EQ(s.sky.pixels.size(), 128u * 64);
+  double worst = 0;
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 0; x < 128; ++x) {
+      const double azimuth = 2 * std::numbers::pi * (x + 0.5) / 128;
+      const double angle = std::numbers::pi * (y + 0.5) / 64;
+      const Vec3d d = mirrored({std::sin(angle) * std::cos(azimuth), std::cos(angle),
+                                std::sin(angle) * std::sin(azimuth)});  // in pbrt's world
+      // The turn takes the light's +y to the world's +z, and +z to -y.
+      const Vec3d expected = 2.0 * sky_color({d.x, d.z, -d.y});
+      const Vec3d found(s.sky.pixels[std::size_t(y * 128 + x)]);
+      worst = std::max(worst, length(found - expected));
+    }
+  }
+  EXPECT_LT(worst, 0.25);  // of up to 6: a pixel is 1/64 of half a turn
+}
+
+TEST(PbrtScene, SamplesOfAUniformGridAreWherePbrtsAre) {
+  const PbrtScene s = scene_of("", "Translate 1 2 3 Scale 2 4 6\n" + kPbrtFog);
+  ASSERT_EQ(s.volumes.size(), 1u);
+  EXPECT_EQ(s.volumes[0].name, "out_fog.vdb");
+  EXPECT_EQ(s.file.volumes.at(0).file, "out_fog.vdb");
+  const VoxelGrid& grid = s.volumes[0].grids.at(0);
+  for (int i = 0; i < 8; ++i) {
+    const Vec3i at{i % 2, i / 2 % 2, i / 4};  // x runs fastest
+    EXPECT_EQ(sample(grid, at), float(i + 1));
+    const Vec3d in_box = (Vec3d(at) + Vec3d(0.5)) * 0.5;
+    const Vec3d place = mirrored({1 + 2 * in_box.x, 2 + 4 * in_box.y, 3 + 6 * in_box.z});
+    const Affine all = s.file.volumes[0].object_to_world * grid.index_to_world;
+    expect_near(all.point(Vec3d(at)), place);
+  }
+}
+
+std::string fog_of(const std::string& parameters) {
+  std::string text = kPbrtFog;
+  return text.insert(text.find("\"float density\""), parameters + " ");
+}
+
+TEST(PbrtScene, ExtinctionAlbedoAndPhase) {
+  const PbrtScene s =
+      scene_of("", fog_of("\"rgb sigma_a\" [ 1 2 0 ] \"rgb sigma_s\" [ 3 6 4 ] \"float scale\" 2 "
+                          "\"float g\" .7"));
+  const Medium& m = s.file.volumes.at(0).medium;
+  EXPECT_TRUE(s.file.volumes[0].has_extinction);
+  EXPECT_DOUBLE_EQ(m.extinction, 16);
+  expect_near(Vec3d(m.extinction_color), {0.5, 1, 0.5});
+  expect_near(Vec3d(m.components.front().albedo), {0.75, 0.75, 1});
+  EXPECT_DOUBLE_EQ(std::get<HenyeyGreenstein>(m.components.front().phase).mean_cosine, 0.7);
+  const Medium usual = scene_of("").file.volumes.at(0).medium;
+  EXPECT_DOUBLE_EQ(usual.extinction, 2);
+  expect_near(Vec3d(usual.components.front().albedo), Vec3d(0.5));
+}
+
+TEST(PbrtScene, EmissionEvenAndBySamples) {
+  const PbrtScene even = scene_of("", fog_of("\"rgb Le\" [ 1 2 3 ]"));
+  expect_near(Vec3d(even.file.volumes.at(0).medium.components.front().emission), {1, 2, 3});
+  const PbrtScene s = scene_of(
+      "",
+      fog_of("\"rgb Le\" [ 1 2 3 ] \"rgb sigma_a\" [ 1 1 2 ] \"float scale\" 5 \"float Lescale\" "
+             "[ 1 0 0 0 0 0 0 2 ]"));
+  const SceneVolume& v = s.file.volumes.at(0);
+  ASSERT_TRUE(v.fire);
+  expect_near(Vec3d(emission(*v.fire, 1, 0)), {5, 10, 30});
+  EXPECT_EQ(v.fire->field, "glow");
+  EXPECT_EQ(sample(s.volumes.at(0).grids.at(1), {1, 1, 1}), 16);
+}
+
+/// pbrt's radiance of a temperature: Planck's law over its peak, weighed by the observer, in steps
+/// of its own.
+double luminance_of(double kelvin) {
+  const auto planck = [&](double nm) {
+    return std::pow(nm, -5) / std::expm1(1.438776877e7 / (nm * kelvin));
+  };
+  // CIE 1931 y at 400, 420 ... 700 nm.
+  constexpr double kObserver[] = {0.0004, 0.0040, 0.0230, 0.0600, 0.1390, 0.3230, 0.7100, 0.9540,
+                                  0.9950, 0.8700, 0.6310, 0.3810, 0.1750, 0.0610, 0.0170, 0.0041};
+  double sum = 0;
+  for (int i = 0; i < 16; ++i) sum += 20 * kObserver[i] * planck(400 + 20 * i);
+  return sum / planck(2.897771955e6 / kelvin);
+}
+
+TEST(PbrtScene, TemperaturesGlowAsPbrtsDo) {
+  const PbrtScene s = scene_of(
+      "", fog_of("\"rgb sigma_a\" [ 3 3 3 ] \"float temperatureoffset\" 1 "
+                 "\"float temperaturescale\" 1000 \"float temperature\" [ 1 1 2 2 3 3 4 4 ]"));
+  const SceneVolume& v = s.file.volumes.at(0);
+  ASSERT_TRUE(v.fire);
+  EXPECT_EQ(v.fire->field, "density");
+  EXPECT_EQ(v.fire->color_by, "temperature");
+  EXPECT_EQ(s.volumes.at(0).grids.at(1).name, "temperature");
+  for (const double value : {2.5, 3.0, 3.9}) {  // 1500 to 2900 K, at density 2
+    const double expected = 2 * 3 * luminance_of((value - 1) * 1000);
+    EXPECT_NEAR(double(luminance(emission(*v.fire, 2, float(value)))) / expected, 1, 0.03) << value;
+  }
+  EXPECT_EQ(emission(*v.fire, 2, 1.05f), Rgb(0.0f));
+}
+
+TEST(PbrtScene, NanovdbKeepsItsFileAndPlace) {
+  const std::string shapes =
+      "AttributeBegin Material \"\" MediumInterface \"c\" \"\" Shape \"sphere\" AttributeEnd\n";
+  const std::string missing = error_of([&] {
+    (void)scene_of("",
+                   "MakeNamedMedium \"c\" \"string type\" \"nanovdb\" \"string filename\" "
+                   "\"none.nvdb\"\n" +
+                       shapes);
+  });
+  EXPECT_NE(missing.find("none.nvdb"), missing.npos) << missing;
+}
+
+TEST(PbrtScene, HomogeneousMediaFillBallsAndBoxes) {
+  const std::string fog =
+      "MakeNamedMedium \"f\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [ 0 0 0 ] \"rgb "
+      "sigma_s\" [ 1 1 1 ]\nTranslate 1 2 3 AttributeBegin MediumInterface \"f\" \"\" Material "
+      "\"interface\" Shape \"sphere\" \"float radius\" 2 AttributeEnd";
+  const PbrtScene s = scene_of("", fog);
+  const VoxelGrid& grid = s.volumes.at(0).grids.at(0);
+  const Affine place = s.file.volumes.at(0).object_to_world * grid.index_to_world;
+  double sum = 0;
+  Vec3d middle;
+  for (const Brick& b : grid.bricks) {
+    for (int i = 0; i < kBrickSamples; ++i) {
+      const Vec3d at(b.origin + Vec3i{i / 64, i / 8 % 8, i % 8});
+      sum += double(b.values[i]);
+      middle += place.point(at) * double(b.values[i]);
+    }
+  }
+  const double volume = sum * std::abs(determinant(place));
+  EXPECT_NEAR(volume / (4 * std::numbers::pi / 3 * 8), 1, 1e-3);
+  expect_near(middle / sum, mirrored({1, 2, 3}), 1e-3);
+}
+
+TEST(PbrtScene, ShapesThatCutMediaOffAreNamed) {
+  EXPECT_EQ(note_of(scene_of(""), "cuts off"), "");
+  const std::string small =
+      "AttributeBegin Material \"interface\" MediumInterface \"fog\" \"\"\n"
+      "Shape \"sphere\" \"float radius\" .8 AttributeEnd";
+  EXPECT_NE(note_of(scene_of(small), "the sphere cuts off part of medium \"fog\""), "");
+  const std::string large =
+      "AttributeBegin Material \"interface\" MediumInterface \"fog\" \"\"\n"
+      "Shape \"sphere\" \"float radius\" 1.8 AttributeEnd";
+  EXPECT_EQ(note_of(scene_of(large), "cuts off"), "");
+}
+
+TEST(PbrtScene, SurfacesOfEachKind) {
+  const PbrtScene s = scene_of(
+      "MakeNamedMaterial \"red\" \"string type\" \"diffuse\" \"rgb reflectance\" [ .8 .1 .1 ]\n"
+      "AttributeBegin NamedMaterial \"red\" Translate 1 2 3 Scale 2 2 2 Shape \"sphere\" \"float "
+      "radius\" .5 AttributeEnd\n"
+      "AttributeBegin Material \"conductor\" Translate 0 0 1 Shape \"trianglemesh\" \"point3 P\" [ "
+      "0 "
+      "0 0 1 0 0 0 1 0 ] Shape \"disk\" \"float radius\" 2 AttributeEnd\n"
+      "AttributeBegin Scale 1 2 1 Shape \"sphere\" AttributeEnd Shape \"curve\"");
+  ASSERT_EQ(s.file.scene.surfaces.size(), 2u);
+  const auto& ball = std::get<BallSurface>(s.file.scene.surfaces[0]);
+  expect_near(ball.centre, mirrored({1, 2, 3}));
+  EXPECT_DOUBLE_EQ(ball.radius, 1);
+  expect_near(Vec3d(ball.finish.albedo), {0.8, 0.1, 0.1});
+  const auto& mesh = std::get<MeshSurface>(s.file.scene.surfaces[1]);  // all of 0.5
+  EXPECT_EQ(mesh.file, "out_mesh1.ply");
+  ASSERT_EQ(s.meshes.size(), 1u);
+  expect_near(s.meshes[0].mesh.vertices.at(1), mirrored({1, 0, 1}));
+  double area = 0, highest = 0;  // of the disk, which follows one triangle and is 96 by 1
+  const TriangleMesh& all = s.meshes[0].mesh;
+  for (std::size_t i = 1; i < 1 + 2 * 96; ++i) {
+    const auto& t = all.triangles.at(i);
+    const Vec3d a = all.vertices[t[0]];
+    area += length(cross(all.vertices[t[1]] - a, all.vertices[t[2]] - a)) / 2;
+  }
+  for (const Vec3d v : all.vertices) highest = std::max(highest, v.y);
+  EXPECT_NEAR(area, 4 * std::numbers::pi, 0.02);
+  EXPECT_NEAR(highest, 2, 1e-9);  // the stretched sphere, and the disk's rim
+  EXPECT_NE(note_of(s, "the material \"conductor\""), "");
+  EXPECT_NE(note_of(s, "\"curve\" are left out"), "");
+}
+
+TEST(PbrtScene, FilmSamplerFilterAndDepth) {
+  const PbrtScene s = read_pbrt_text(
+      pbrt_text(kCamera +
+                "Film \"rgb\" \"integer xresolution\" 200 \"integer yresolution\" 100 \"float "
+                "cropwindow\" [ .25 .5 0 .3 ] \"float iso\" 400\nSampler \"halton\" \"integer "
+                "pixelsamples\" 7\nPixelFilter \"box\" \"float xradius\" 1 \"float yradius\" 1\n"
+                "Integrator \"volpath\" \"integer maxdepth\" 12\n"));
+  const RenderOptions& o = s.file.scene.options;
+  EXPECT_EQ(o.width, 200);
+  EXPECT_EQ(o.height, 100);
+  EXPECT_EQ(o.crop_x, 50);
+  EXPECT_EQ(o.crop_width, 50);
+  EXPECT_EQ(o.crop_y, 0);
+  EXPECT_EQ(o.crop_height, 30);
+  EXPECT_EQ(o.samples, 7u);
+  EXPECT_EQ(o.filter, PixelFilter::box);
+  EXPECT_EQ(o.filter_width, 2);
+  EXPECT_EQ(o.max_bounces, 12u);
+  EXPECT_NE(note_of(s, "--exposure 2"), "");
+  const RenderOptions usual = scene_of("").file.scene.options;
+  EXPECT_EQ(usual.width, 1280);
+  EXPECT_EQ(usual.samples, 16u);
+  EXPECT_EQ(usual.max_bounces, 5u);
+}
+
+TEST(PbrtScene, WhatIsNotMappedIsNamedOnceWithItsLine) {
+  const PbrtScene s = scene_of(
+      "LightSource \"goniometric\"\nLightSource \"goniometric\"\nLightSource \"point\" \"float "
+      "colour\" 1"
+      "\nObjectBegin \"tree\" Shape \"sphere\" ObjectEnd ObjectInstance \"tree\"",
+      kPbrtFog + "MakeNamedMedium \"c\" \"string type\" \"cloud\"\n");
+  int said = 0;
+  for (const std::string& note : s.notes) said += note.find("goniometric") != note.npos ? 1 : 0;
+  EXPECT_EQ(said, 1);
+  EXPECT_NE(note_of(s, "goniometric").find("a.pbrt:15: "), std::string::npos)
+      << note_of(s, "goniometric");
+  EXPECT_NE(note_of(s, "\"colour\" is left out"), "");
+  EXPECT_NE(note_of(s, "object \"tree\""), "");
+  EXPECT_NE(note_of(s, "medium \"c\": is left out"), "");
+}
+
+TEST(PbrtScene, WithoutAMediumIsAnError) {
+  const std::string why = error_of([] {
+    (void)scene_of("",
+                   "MakeNamedMedium \"c\" \"string type\" \"cloud\"\nMediumInterface \"c\" \"\" "
+                   "Shape \"sphere\"");
+  });
+  EXPECT_NE(why.find("no medium that pvol renders"), why.npos) << why;
+  EXPECT_NE(why.find("type \"cloud\""), why.npos) << why;
+}
+
+TEST(PbrtScene, FilesAreWrittenThatReadBackAsTheScene) {
+  const TemporaryFolder folder;
+  write_bytes(folder.file("a.pbrt"),
+              pbrt_text(kCamera,
+                        "LightSource \"point\" Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 "
+                        "0 0 0 1 0 ]"));
+  const PbrtScene scene = read_pbrt(folder.file("a.pbrt"), "b");
+  write_pbrt(folder.file("b.toml"), scene);
+  const SceneFile back = read_scene(folder.file("b.toml"));
+  SceneFile expected = scene.file;
+  expected.volumes.front().file = folder.file("b_fog.vdb");
+  std::get<MeshSurface>(expected.scene.surfaces.front()).file = folder.file("b_mesh1.ply").string();
+  EXPECT_EQ(to_toml(back), to_toml(expected));
+  EXPECT_TRUE(std::filesystem::exists(folder.file("b_mesh1.ply")));
+  EXPECT_EQ(read_vdb(folder.file("b_fog.vdb")).report.largest, 8);
+}
+
+TEST(PbrtScene, WhereWritingFailsNothingStays) {
+  const TemporaryFolder folder;
+  write_bytes(folder.file("a.pbrt"), pbrt_text(kCamera));
+  std::filesystem::create_directory(folder.file("b.toml"));
+  const PbrtScene scene = read_pbrt(folder.file("a.pbrt"), "b");
+  EXPECT_THROW(write_pbrt(folder.file("b.toml"), scene), std::runtime_error);
+  EXPECT_FALSE(std::filesystem::exists(folder.file("b_fog.vdb")));
+}
+
+}  // namespace
+}  // namespace pvol::formats
