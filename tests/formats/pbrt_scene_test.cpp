@@ -1,11 +1,13 @@
 // What becomes of the parts of pbrt's scenes.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "pvol/formats/image.h"
 #include "pvol/formats/vdb.h"
+#include "pvol/render/near_lights.h"
 #include "pvol/volume/blackbody.h"
 #include "support/error_of.h"
 #include "support/pbrt_text.h"
@@ -61,6 +63,82 @@ TEST(PbrtScene, PointLightsByIntensityPowerAndTemperature) {
   expect_near(Vec3d(at(1).intensity), Vec3d(100 / (4 * std::numbers::pi)));
   expect_near(Vec3d(at(2).intensity), Vec3d(blackbody_color(2500)) * 3.0);
   EXPECT_NEAR(luminance(at(2).intensity), 3, 1e-3);
+}
+
+/// What pbrt's spot light sends along a direction at an angle from its axis.
+double falloff(double degrees, double cone, double fade) {
+  const auto cosine = [](double d) { return std::cos(d * std::numbers::pi / 180); };
+  const double share = (cosine(degrees) - cosine(cone)) / (cosine(cone - fade) - cosine(cone));
+  const double x = std::clamp(share, 0.0, 1.0);
+  return x * x * (3 - 2 * x);
+}
+
+TEST(PbrtScene, SpotsFadeAsPbrtsDo) {
+  const PbrtScene s = scene_of(
+      "Translate 0 0 2 LightSource \"spot\" \"point3 from\" [ 1 0 0 ] \"point3 to\" [ 1 0 4 ] "
+      "\"float coneangle\" 40 \"float conedeltaangle\" 15 \"rgb I\" [ 2 4 6 ]\n"
+      "LightSource \"spot\" \"float power\" 10");
+  const auto& spot = std::get<SpotLight>(s.file.scene.lights.at(0));
+  expect_near(spot.position, mirrored({1, 0, 2}));
+  expect_near(spot.direction, {0, 0, -1});
+  expect_near(Vec3d(spot.intensity), {2, 4, 6});
+  const SpotSource source(spot);
+  for (const double degrees : {0.0, 20.0, 26.0, 33.0, 39.0, 41.0}) {
+    const double angle = degrees * std::numbers::pi / 180;
+    const double share = source.share({std::sin(angle), 0, -std::cos(angle)});
+    EXPECT_NEAR(share, falloff(degrees, 40, 15), 1e-6) << degrees;
+  }
+  double power = 0;  // of the second, 30 and 5 degrees, over rings
+  for (int i = 0; i < 3000; ++i) {
+    const double degrees = (i + 0.5) / 100, step = std::numbers::pi / 180 / 100;
+    power += 2 * std::numbers::pi * std::sin(degrees * std::numbers::pi / 180) * step *
+             falloff(degrees, 30, 5);
+  }
+  const auto& second = std::get<SpotLight>(s.file.scene.lights.at(1));
+  EXPECT_NEAR(double(second.intensity.x) * power, 10, 1e-3);
+}
+
+TEST(PbrtScene, SpheresThatShineAreBallsOfLight) {
+  const PbrtScene s = scene_of(
+      "AreaLightSource \"diffuse\" \"rgb L\" [ 1 2 3 ] \"float scale\" 2 Translate 1 2 3 Scale 2 2 "
+      "2 "
+      "Shape \"sphere\" \"float radius\" .25\n"
+      "AreaLightSource \"diffuse\" \"float power\" 7 Shape \"sphere\" Shape \"disk\"");
+  const auto& ball = std::get<PointLight>(s.file.scene.lights.at(0));
+  expect_near(ball.position, mirrored({1, 2, 3}));
+  EXPECT_DOUBLE_EQ(ball.radius, 0.5);
+  expect_near(Vec3d(ball.intensity), Vec3d{2, 4, 6} * (std::numbers::pi / 4));
+  // All of its power over the sphere around it.
+  const auto& second = std::get<PointLight>(s.file.scene.lights.at(1));
+  EXPECT_NEAR(double(second.intensity.y) * 4 * std::numbers::pi, 7, 1e-5);
+  EXPECT_EQ(s.file.scene.lights.size(), 2u);
+  EXPECT_EQ(s.file.scene.surfaces.size(), 1u);  // the disk, which shines no more
+  EXPECT_NE(note_of(s, "such as this disk"), "");
+}
+
+TEST(PbrtScene, RectanglesThatShineFaceTheWayOfPbrts) {
+  const std::string patch =
+      "Shape \"bilinearmesh\" \"point3 P\" [ 0 0 0  2 0 0  0 1 0  2 1 0 ]\n";  // its front is +z
+  const PbrtScene s = scene_of(
+      "AreaLightSource \"diffuse\" \"rgb L\" [ 1 2 3 ] Translate 0 0 5 " + patch +
+      "AttributeBegin Scale 1 1 -1 " + patch + "AttributeEnd ReverseOrientation " + patch +
+      "ReverseOrientation Shape \"trianglemesh\" \"point3 P\" [ 0 0 0  0 1 0  2 1 0  2 0 0 ] "
+      "\"integer indices\" [ 0 1 2 0 2 3 ]\n"
+      "AreaLightSource \"diffuse\" \"bool twosided\" true \"float power\" 12 " +
+      patch);
+  const double fronts[] = {1, -1, -1, -1, 1, -1};  // in pbrt's world
+  ASSERT_EQ(s.file.scene.lights.size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const auto& area = std::get<AreaLight>(s.file.scene.lights[i]);
+    expect_near(area.position, mirrored({1, 0.5, 5}));
+    expect_near(normalize(area.direction), mirrored({0, 0, fronts[i]}));
+    const double along_y = area.size[std::abs(area.up.y) > 0.5 ? 1 : 0];
+    EXPECT_NEAR(along_y, 1, 1e-12) << i;
+    EXPECT_NEAR(area.size[0] * area.size[1], 2, 1e-12);
+    const double power = std::numbers::pi * 2 * 2;  // per radiance, of both sides
+    expect_near(Vec3d(area.radiance), i < 4 ? Vec3d{1, 2, 3} : Vec3d(12 / power));
+  }
+  EXPECT_TRUE(s.file.scene.surfaces.empty());
 }
 
 TEST(PbrtScene, EvenSkiesAddUpAndWithoutLightIsNight) {

@@ -1,5 +1,7 @@
 #include "pbrt/pbrt_bounds.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace pvol::formats::detail {
@@ -22,6 +24,16 @@ bool has_corners_alone(const Box& box, const std::vector<Vec3d>& vertices) {
 }
 
 }  // namespace
+
+std::optional<double> even_scale(const Affine& map) {
+  const std::array<Vec3d, 3>& m = map.m;
+  const double s = length(m[0]);
+  const double skew =
+      std::max({std::abs(dot(m[0], m[1])), std::abs(dot(m[1], m[2])), std::abs(dot(m[2], m[0])),
+                std::abs(dot(m[1], m[1]) - s * s), std::abs(dot(m[2], m[2]) - s * s)});
+  if (!(skew <= 1e-6 * s * s)) return std::nullopt;
+  return s;
+}
 
 bool is_whole_sphere(const PbrtShape& sphere) {
   const PbrtParameters& p = sphere.parameters;

@@ -18,6 +18,9 @@ struct PbrtHull {
 /// Whether the hull holds the image of a box under a map, but for a thousandth of its size.
 [[nodiscard]] bool contains(const PbrtHull& hull, const Affine& map, const Box& box);
 
+/// The factor of a map that keeps angles; nothing of others.
+[[nodiscard]] std::optional<double> even_scale(const Affine& map);
+
 /// Whether a sphere is one, not a part cut off by heights or angles.
 [[nodiscard]] bool is_whole_sphere(const PbrtShape& sphere);
 

@@ -20,6 +20,7 @@ struct PbrtShape : PbrtPlaced {
   PbrtThing material{};             ///< of type "interface" or "" where it is no surface
   std::string inside{}, outside{};  ///< names of media; "": none
   std::optional<PbrtThing> area_light{};
+  bool reversed = false;  ///< whether its front is its back
 };
 
 struct PbrtDescription {

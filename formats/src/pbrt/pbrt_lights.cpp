@@ -20,21 +20,6 @@ struct Sky {
   std::vector<PbrtSkyPicture> pictures;
 };
 
-/// Colour times scale, and times a quantity of light where the parameter `amount` gives one, over
-/// what the light has of it at colour and scale 1.
-Rgb strength(const PbrtThing& light, const char* color, const char* amount, double own,
-             const PbrtMaking& making) {
-  const Rgb c = color_of(light, color, PbrtSpectrum::light, *making.notes).value_or(Rgb(1.0f));
-  const double given = light.parameters.number(amount, 0);
-  const double factor = light.parameters.number("scale", 1) * (given > 0 ? given / own : 1);
-  const Vec3d all = Vec3d(c) * factor;
-  if (!(min_component(all) >= 0) || !is_finite(Rgb(all))) {
-    fail_at(light.where, fmt::format("a light of {}, {}, {}", all.x, all.y, all.z),
-            "numbers of at least 0");
-  }
-  return Rgb(all);
-}
-
 void make_distant(const PbrtPlaced& light, const PbrtMaking& making, Sky&) {
   const Vec3d from = light.parameters.point("from", {0, 0, 0});
   const Vec3d to = light.parameters.point("to", {0, 0, 1});
@@ -52,6 +37,28 @@ void make_point(const PbrtPlaced& light, const PbrtMaking& making, Sky&) {
   const Vec3d from = light.parameters.point("from", {0, 0, 0});
   point.position = making.world.point(light.place.point(from));
   making.scene->file.scene.lights.emplace_back(point);
+}
+
+/// Both fade over the same angles by the same polynomial of the cosine.
+void make_spot(const PbrtPlaced& light, const PbrtMaking& making, Sky&) {
+  const PbrtParameters& p = light.parameters;
+  const double cone = p.number("coneangle", 30), fade = p.number("conedeltaangle", 5);
+  if (!(cone > 0 && cone <= 180 && fade >= 0 && fade <= cone)) {
+    fail_at(light.where, fmt::format("a cone of {} degrees that fades over {}", cone, fade),
+            "coneangle above 0 to 180, and conedeltaangle of 0 to that");
+  }
+  constexpr double kDegree = std::numbers::pi / 180;
+  const double rim = std::cos(cone * kDegree), full = std::cos((cone - fade) * kDegree);
+  const Vec3d from = p.point("from", {0, 0, 0}), to = p.point("to", {0, 0, 1});
+  SpotLight spot;
+  spot.position = making.world.point(light.place.point(from));
+  spot.direction = making.world.vector(light.place.vector(to - from));
+  if (!(length(spot.direction) > 0)) fail_at(light.where, "a spot to nowhere", "from and to");
+  spot.direction = normalize(spot.direction);
+  spot.angle = 2 * cone, spot.blend = fade / cone;
+  const double own = 2 * std::numbers::pi * (1 - full + (full - rim) / 2);
+  spot.intensity = strength(light, "I", "power", own, making);
+  making.scene->file.scene.lights.emplace_back(spot);
 }
 
 void make_infinite(const PbrtPlaced& light, const PbrtMaking& making, Sky& sky) {
@@ -91,8 +98,10 @@ struct LightKind {
   const char* type;
   void (*make)(const PbrtPlaced&, const PbrtMaking&, Sky&);
 };
-constexpr std::array<LightKind, 3> kKinds{
-    {{"distant", make_distant}, {"point", make_point}, {"infinite", make_infinite}}};
+constexpr std::array<LightKind, 4> kKinds{{{"distant", make_distant},
+                                           {"point", make_point},
+                                           {"spot", make_spot},
+                                           {"infinite", make_infinite}}};
 
 void set_sky(const Sky& sky, const PbrtMaking& making) {
   Scene& scene = making.scene->file.scene;
@@ -105,6 +114,19 @@ void set_sky(const Sky& sky, const PbrtMaking& making) {
 }
 
 }  // namespace
+
+Rgb strength(const PbrtThing& light, const char* color, const char* amount, double own,
+             const PbrtMaking& making) {
+  const Rgb c = color_of(light, color, PbrtSpectrum::light, *making.notes).value_or(Rgb(1.0f));
+  const double given = light.parameters.number(amount, 0);
+  const double factor = light.parameters.number("scale", 1) * (given > 0 ? given / own : 1);
+  const Vec3d all = Vec3d(c) * factor;
+  if (!(min_component(all) >= 0) || !is_finite(Rgb(all))) {
+    fail_at(light.where, fmt::format("a light of {}, {}, {}", all.x, all.y, all.z),
+            "numbers of at least 0");
+  }
+  return Rgb(all);
+}
 
 void make_lights(const PbrtDescription& from, const PbrtMaking& making) {
   Sky sky;

@@ -336,7 +336,8 @@ class PbrtParser {
       (void)need("an option");
       const PbrtParameter option = parameter();
       notes_->add(where, fmt::format("the option \"{}\" is left out", shown(option.name)));
-    } else if (name == "ReverseOrientation") {  // both sides of surfaces are the same
+    } else if (name == "ReverseOrientation") {
+      state_.reversed = !state_.reversed;
     } else if (name == "Include" || name == "Import") {
       include(string("a file"), where);
     } else {
@@ -413,8 +414,12 @@ class PbrtParser {
   void shape() {
     const PbrtThing what = thing("shape");
     if (in_object_) return;  // its instances are named
-    scene_.shapes.push_back(
-        {{what, state_.ctm}, state_.material, state_.inside, state_.outside, state_.area_light});
+    scene_.shapes.push_back({{what, state_.ctm},
+                             state_.material,
+                             state_.inside,
+                             state_.outside,
+                             state_.area_light,
+                             state_.reversed});
   }
 
   PbrtNotes* notes_;

@@ -16,6 +16,7 @@ struct PbrtState {
   std::string inside{}, outside{};  ///< media
   PbrtThing material{};
   std::optional<PbrtThing> area_light{};
+  bool reversed = false;
   std::map<std::string, std::vector<PbrtParameter>> defaults{};  ///< of Attribute, by target
 };
 

@@ -55,17 +55,6 @@ Rgb albedo_of(const PbrtDescription& from, const PbrtShape& shape, const PbrtMak
   return {std::min(c.x, 1.0f), std::min(c.y, 1.0f), std::min(c.z, 1.0f)};
 }
 
-/// The factor of a map that keeps angles; nothing of others.
-std::optional<double> even_scale(const Affine& map) {
-  const std::array<Vec3d, 3>& m = map.m;
-  const double s = length(m[0]);
-  const double skew =
-      std::max({std::abs(dot(m[0], m[1])), std::abs(dot(m[1], m[2])), std::abs(dot(m[2], m[0])),
-                std::abs(dot(m[1], m[1]) - s * s), std::abs(dot(m[2], m[2]) - s * s)});
-  if (!(skew <= 1e-6 * s * s)) return std::nullopt;
-  return s;
-}
-
 bool make_ball(const PbrtShape& shape, const Affine& place, Rgb albedo, const PbrtMaking& making) {
   const std::optional<double> scale = even_scale(place);
   if (shape.type != "sphere" || !scale || !is_whole_sphere(shape)) return false;
@@ -111,11 +100,8 @@ void append(TriangleMesh& to, const TriangleMesh& mesh, const Affine& place) {
 void make_surface(const PbrtDescription& from, const PbrtShape& shape, const PbrtMaking& making,
                   std::vector<Batch>& batches) {
   const Affine place = making.world * shape.place;
+  if (make_area_light(shape, place, making)) return;
   const Rgb albedo = albedo_of(from, shape, making);
-  if (shape.area_light) {
-    making.note(shape.where,
-                fmt::format("the light of area lights (here a {}) is left out", shown(shape.type)));
-  }
   if (make_ball(shape, place, albedo, making) || make_file(shape, place, albedo, making)) return;
   const TriangleMesh mesh = triangles_of(shape, *making.notes);
   if (mesh.triangles.empty()) return;

@@ -29,6 +29,11 @@ void make_options(const PbrtDescription& from, const PbrtMaking& making);
 /// Lights and sky.
 void make_lights(const PbrtDescription& from, const PbrtMaking& making);
 
+/// Colour times scale, and times a quantity of light where the parameter `amount` gives one, over
+/// `own`, which the light has of it at colour and scale 1.
+[[nodiscard]] Rgb strength(const PbrtThing& light, const char* color, const char* amount,
+                           double own, const PbrtMaking& making);
+
 /// Sums pictures of infinite lights up, each in pbrt's equal-area mapping, with a radiance from all
 /// around, as a latitude-longitude picture.
 struct PbrtSkyPicture {
@@ -40,6 +45,9 @@ struct PbrtSkyPicture {
 
 /// Volumes of the media that shapes bound.
 void make_volumes(const PbrtDescription& from, const PbrtMaking& making);
+
+/// The light of a shape that is one; false, and named, where pvol has none of its kind.
+bool make_area_light(const PbrtShape& shape, const Affine& place, const PbrtMaking& making);
 
 /// Surfaces of the other shapes.
 void make_surfaces(const PbrtDescription& from, const PbrtMaking& making);
