@@ -1,6 +1,8 @@
 // How pbrt's scene files are read, and how damaged ones are refused.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "support/error_of.h"
 #include "support/pbrt_text.h"
 
@@ -48,6 +50,20 @@ TEST(PbrtParse, AttributesKeepTransformsToThemselves) {
   EXPECT_EQ(light_of("ActiveTransform EndTime Translate 7 0 0 ActiveTransform All " + light),
             Vec3d(0, 0, 0));
   EXPECT_EQ(light_of("Attribute \"light\" \"point3 from\" [ 3 4 0 ] " + light), Vec3d(3, 4, 0));
+}
+
+TEST(PbrtParse, TurnsGoTheWayOfPbrts) {
+  const auto turned = [](const std::string& turn, const std::string& from) {
+    return light_of(turn + " LightSource \"point\" \"point3 from\" [ " + from + " ]");
+  };
+  const auto expect_at = [](Vec3d found, Vec3d expected) {
+    EXPECT_LT(length(found - Vec3d{expected.x, expected.y, -expected.z}), 1e-12);
+  };
+  expect_at(turned("Rotate 90 0 0 1", "1 0 0"), {0, 1, 0});
+  expect_at(turned("Rotate 90 1 0 0", "0 1 0"), {0, 0, 1});
+  expect_at(turned("Rotate 90 0 2 0", "0 0 1"), {1, 0, 0});
+  expect_at(turned("Rotate 120 1 1 1", "1 2 3"), {3, 1, 2});
+  expect_at(turned("Rotate 30 0 0 1 Scale 2 1 1", "1 0 0"), {std::sqrt(3.0), 1, 0});
 }
 
 TEST(PbrtParse, CamerasNameTheirSystem) {

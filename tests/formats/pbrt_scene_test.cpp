@@ -178,11 +178,12 @@ void write_sky(const std::filesystem::path& file, int n) {
 TEST(PbrtScene, SkyPicturesStandWherePbrtsDo) {
   const TemporaryFolder folder;
   write_sky(folder.file("sky.exr"), 64);
-  write_bytes(folder.file("a.pbrt"),
-              pbrt_text(kCamera,
-                        "LightSource \"infinite\" \"rgb L\" [ 0 0 0 ]\n"
-                        "Rotate 90 1 0 0 LightSource \"infinite\" \"string filename\" "
-                        "\"sky.exr\" \"float scale\" 2"));
+  write_bytes(
+      folder.file("a.pbrt"),
+      pbrt_text(kCamera,
+                "LightSource \"infinite\" \"rgb L\" [ 0 0 0 ]\n"
+                "Rotate 90 1 0 0 Rotate 90 0 0 1 LightSource \"infinite\" \"string filename\" "
+                "\"sky.exr\" \"float scale\" 2"));
   const PbrtScene s = read_pbrt(folder.file("a.pbrt"), "out");
   EXPECT_EQ(std::get<ImageSky>(s.file.scene.environment).file, "out_sky.exr");
   ASSERT_EQ(s.sky.pixels.size(), 128u * 64);
@@ -193,8 +194,8 @@ TEST(PbrtScene, SkyPicturesStandWherePbrtsDo) {
       const double angle = std::numbers::pi * (y + 0.5) / 64;
       const Vec3d d = mirrored({std::sin(angle) * std::cos(azimuth), std::cos(angle),
                                 std::sin(angle) * std::sin(azimuth)});  // in pbrt's world
-      // The turn takes the light's +y to the world's +z, and +z to -y.
-      const Vec3d expected = 2.0 * sky_color({d.x, d.z, -d.y});
+      // The turns take the light's +x to the world's +z, +y to -x and +z to -y.
+      const Vec3d expected = 2.0 * sky_color({d.z, -d.x, -d.y});
       const Vec3d found(s.sky.pixels[std::size_t(y * 128 + x)]);
       worst = std::max(worst, length(found - expected));
     }
@@ -294,26 +295,34 @@ TEST(PbrtScene, NanovdbKeepsItsFileAndPlace) {
   EXPECT_NE(missing.find("none.nvdb"), missing.npos) << missing;
 }
 
-TEST(PbrtScene, HomogeneousMediaFillBallsAndBoxes) {
+TEST(PbrtScene, HomogeneousMediaFillBallsWhereverTheyAre) {
+  const std::string ball = " Shape \"sphere\" \"float radius\" 2 ";
   const std::string fog =
-      "MakeNamedMedium \"f\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [ 0 0 0 ] \"rgb "
-      "sigma_s\" [ 1 1 1 ]\nTranslate 1 2 3 AttributeBegin MediumInterface \"f\" \"\" Material "
-      "\"interface\" Shape \"sphere\" \"float radius\" 2 AttributeEnd";
+      "Translate 7 0 0 MakeNamedMedium \"f\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [ 0 0 "
+      "0 ] \"rgb sigma_s\" [ 1 1 1 ]\nTranslate -6 2 3 MediumInterface \"f\" \"\" Material "
+      "\"interface\"" +
+      ball + "Translate 5 0 1 Scale .5 1 1" + ball +
+      "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ]";
   const PbrtScene s = scene_of("", fog);
   const VoxelGrid& grid = s.volumes.at(0).grids.at(0);
-  const Affine place = s.file.volumes.at(0).object_to_world * grid.index_to_world;
-  double sum = 0;
-  Vec3d middle;
-  for (const Brick& b : grid.bricks) {
-    for (int i = 0; i < kBrickSamples; ++i) {
-      const Vec3d at(b.origin + Vec3i{i / 64, i / 8 % 8, i % 8});
-      sum += double(b.values[i]);
-      middle += place.point(at) * double(b.values[i]);
+  const SceneVolume& v = s.file.volumes.at(0);
+  ASSERT_EQ(v.instances.size(), 2u);
+  const double volume = 4 * std::numbers::pi / 3 * 8;
+  for (const std::size_t i : {0u, 1u}) {
+    const Affine place = v.instances[i] * v.object_to_world * grid.index_to_world;
+    double sum = 0;
+    Vec3d middle;
+    for (const Brick& b : grid.bricks) {
+      for (int n = 0; n < kBrickSamples; ++n) {
+        const Vec3d at(b.origin + Vec3i{n / 64, n / 8 % 8, n % 8});
+        sum += double(b.values[n]);
+        middle += place.point(at) * double(b.values[n]);
+      }
     }
+    EXPECT_NEAR(sum * std::abs(determinant(place)) / volume, i == 0 ? 1 : 0.5, 1e-3);
+    expect_near(middle / sum, mirrored(i == 0 ? Vec3d{1, 2, 3} : Vec3d{6, 2, 4}), 1e-3);
   }
-  const double volume = sum * std::abs(determinant(place));
-  EXPECT_NEAR(volume / (4 * std::numbers::pi / 3 * 8), 1, 1e-3);
-  expect_near(middle / sum, mirrored({1, 2, 3}), 1e-3);
+  EXPECT_NE(note_of(s, "fills of this trianglemesh is left out"), "");
 }
 
 TEST(PbrtScene, ShapesThatCutMediaOffAreNamed) {
@@ -383,6 +392,8 @@ TEST(PbrtScene, FilmSamplerFilterAndDepth) {
   EXPECT_EQ(usual.width, 1280);
   EXPECT_EQ(usual.samples, 16u);
   EXPECT_EQ(usual.max_bounces, 5u);
+  EXPECT_EQ(usual.filter, PixelFilter::gaussian);
+  EXPECT_EQ(usual.filter_width, 3);
 }
 
 TEST(PbrtScene, WhatIsNotMappedIsNamedOnceWithItsLine) {

@@ -223,32 +223,56 @@ std::optional<Box> make_nanovdb(Making& m) {
   return samples_of(density.grid);
 }
 
-/// A grid of ones in the box or the ball that the first shape around the medium is.
+/// From the cube [0, 1]^3 to what a shape fills, in pbrt's world.
+struct Filled {
+  Affine from_cube;
+  bool is_ball = false;
+};
+
+/// What homogeneous matter fills: whole spheres and boxes. Others are named, and boxes where the
+/// first is a ball or the other way round.
+std::vector<Filled> filled_by(const Making& m) {
+  std::vector<Filled> all;
+  for (const PbrtShape& shape : m.from.shapes) {
+    if (shape.inside != m.name || shape.outside == m.name) continue;
+    const std::optional<PbrtHull> hull = hull_of(shape);
+    if (hull && (all.empty() || all.front().is_ball == hull->is_ball)) {
+      const Affine to_box = translation(hull->box.lo) * scaling(hull->box.extent());
+      all.push_back({shape.place * to_box, hull->is_ball});
+      continue;
+    }
+    m.scene.note(shape.where, fmt::format("what medium \"{}\" fills of this {} is left out: only "
+                                          "whole spheres, or else boxes of triangles, are filled",
+                                          shown(m.name), shown(shape.type)));
+  }
+  return all;
+}
+
+/// A grid of ones in a cube or the ball in it, once for each shape that the medium fills.
 std::optional<Box> make_homogeneous(Making& m) {
   constexpr int kSamples = 64;
-  const auto shape = std::ranges::find(m.from.shapes, m.name, &PbrtShape::inside);
-  const std::optional<PbrtHull> hull = hull_of(*shape);
-  if (!hull) {
-    m.note(
-        fmt::format("is left out: it fills a {}, and only whole spheres and boxes of triangles "
-                    "are filled",
-                    shown(shape->type)));
-    return std::nullopt;
-  }
-  const Vec3d size = hull->box.extent(), cell = size / double(kSamples);
-  const Affine to_shape = translation(hull->box.lo + cell * 0.5) * scaling(cell);
+  const std::vector<Filled> filled = filled_by(m);
+  if (filled.empty()) return std::nullopt;
+  const Affine to_cube = translation(Vec3d(0.5 / kSamples)) * scaling(Vec3d(1.0 / kSamples));
   std::vector<float> values(std::size_t(kSamples) * kSamples * kSamples, 1.0f);
-  for (std::size_t i = 0; hull->is_ball && i < values.size(); ++i) {
+  for (std::size_t i = 0; filled.front().is_ball && i < values.size(); ++i) {
     const Vec3d at{double(i / (kSamples * kSamples)), double(i / kSamples % kSamples),
                    double(i % kSamples)};
-    const double inside = (size.x / 2 - length(to_shape.point(at))) / cell.x;
+    const double inside = (0.5 - length(to_cube.point(at) - Vec3d(0.5))) * kSamples;
     values[i] = float(std::clamp(inside + 0.5, 0.0, 1.0));
   }
-  // The medium's transform does not move what fills a shape: the grid stands where the shape does.
+  // The medium's transform does not move what fills a shape: the grid stands where the first does.
+  const Affine first = filled.front().from_cube;
   VoxelGrid grid = make_grid({.values = values.data(), .size = Vec3i(kSamples)},
-                             inverse(m.medium.place) * shape->place * to_shape);
+                             inverse(m.medium.place) * first * to_cube);
+  for (const Filled& f : filled) {
+    const Affine moved = f.from_cube * inverse(first);
+    if (filled.size() > 1) {
+      m.volume.instances.push_back(m.scene.world * moved * inverse(m.scene.world));
+    }
+  }
   m.note(fmt::format("is a grid of {}^3 samples that fills its {}, with edges of one of them",
-                     kSamples, shown(shape->type)));
+                     kSamples, filled.front().is_ball ? "sphere" : "box"));
   const auto le = color_of(m.medium, "Le", PbrtSpectrum::light, *m.scene.notes);
   const double strength = m.medium.parameters.number("Lescale", 1);
   if (le) m.volume.medium.components.front().emission = Rgb(Vec3d(*le) * strength);
