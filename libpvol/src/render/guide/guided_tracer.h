@@ -99,8 +99,8 @@ class GuidedTracer {
     if (!(largest(throughput_) > 0)) return false;
     const float* worths = importance_.shadow_worth(*row_);
     const auto worth_of = [&](std::size_t light) { return worths[light]; };
-    add_light_here(s_, Kind::phase(matter), direction_, throughput_, worth_of, traversal, rng,
-                   shadow_rays, r_);
+    add_light_here<Kind>(s_, Kind::phase(matter), direction_, throughput_, worth_of, traversal, rng,
+                         shadow_rays, r_);
     if (burns()) {
       add_fire_here(s_, matter.phase, direction_, throughput_, traversal, rng, shadow_rays, r_);
     }

@@ -196,7 +196,8 @@ class SurfaceTracer {
   /// Light that a lobe scatters into the path: one more scattering.
   template <class Lobe, class Worth>
   void gather(const Lobe& lobe, const Worth& worth, Rng& rng) {
-    add_light_here(s_, lobe, direction_, throughput_, worth, traversal, rng, shadow_rays, r_);
+    add_light_here<AnyPaths>(s_, lobe, direction_, throughput_, worth, traversal, rng, shadow_rays,
+                             r_);
     if (s_.emission && s_.emission->lit) {
       add_fire_here(s_, lobe, direction_, throughput_, traversal, rng, shadow_rays, r_);
     }
@@ -220,8 +221,8 @@ class SurfaceTracer {
     seen_ = direction_;
     r_.alpha = 1;
     direct_.reset();
-    add_light_here(s_, lobe_, direction_, Rgb(1.0f), even_worth, traversal, rng, shadow_rays,
-                   direct_);
+    add_light_here<AnyPaths>(s_, lobe_, direction_, Rgb(1.0f), even_worth, traversal, rng,
+                             shadow_rays, direct_);
     uncover();
     throughput_ = surface.finish->albedo;
     if (s_.emission && s_.emission->lit && largest(throughput_) > 0) {
