@@ -16,9 +16,19 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
       {"[light]\n",
        "s.toml:3:2: unknown section or key \"light\"; expected one of volume, world, camera, "
        "medium, "
-       "environment, sun, point or render"},
+       "environment, sun, point, spot, area, plane, ball, solid, mesh or render"},
       {"[world]\nup = \"x\"\n", "s.toml:4:6: world.up is \"x\"; expected \"y\" or \"z\""},
-      {"[rendr]\n", "environment, sun, point or render; did you mean \"render\"?"},
+      {"[[mesh]]\nalbedo = 0.5\n",
+       "s.toml:3:1: mesh[1].file is missing; expected the name of a file"},
+      {"[[plane]]\nlook = \"glass\"\n",
+       "s.toml:4:8: plane[1].look is \"glass\"; expected \"surface\", \"shadow-catcher\" or "
+       "\"holdout\""},
+      {"[[ball]]\nradius = 0\n", "s.toml:4:10: ball[1].radius is 0; expected a number above 0"},
+      {"[[mesh]]\nfile = \"a.obj\"\nscale = [1, 0, 1]\n",
+       "s.toml:5:9: mesh[1].scale is an array of 3; expected a placement that can be undone"},
+      {"[[plane]]\ncentre = [0, 0, 0]\n",
+       "unknown key \"centre\" in [plane[1]]; expected one of point, normal, albedo or look"},
+      {"[rendr]\n", "environment, sun, point, spot, area, plane, ball, solid, mesh or render; did you mean \"render\"?"},
       {"[camera]\nposition = [0, 0, 0]\n", "s.toml:3:1: [camera] has no target; add it"},
       {"[camera]\n  fovv = 3\n",
        "s.toml:4:3: unknown key \"fovv\" in [camera]; expected one of position, target, up, "

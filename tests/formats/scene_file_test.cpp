@@ -390,6 +390,28 @@ TEST_F(SceneText, PlainSunTableIsOneSun) {
   EXPECT_EQ(sun(file, 0).irradiance, Rgb(5.0f));
 }
 
+TEST_F(SceneText, SurfacesAreReadByKind) {
+  const SceneFile file = read(kCloud +
+                              "[[mesh]]\nfile = \"a/b.obj\"\nscale = 2\nlook = \"holdout\"\n"
+                              "[[plane]]\nalbedo = [0.1, 0.2, 0.3]\n"
+                              "[solid]\nfile = \"/c.toml\"\nlook = \"shadow-catcher\"\n"
+                              "[[plane]]\npoint = [1, 2, 3]\nnormal = [1, 0, 0]\n");
+  const auto& all = file.scene.surfaces;
+  ASSERT_EQ(all.size(), 4u);
+  EXPECT_EQ(std::get<PlaneSurface>(all[0]).normal, Vec3d(0, 1, 0));
+  EXPECT_EQ(finish_of(all[0]).albedo, Rgb(0.1f, 0.2f, 0.3f));
+  EXPECT_EQ(std::get<PlaneSurface>(all[1]).point, Vec3d(1, 2, 3));
+  EXPECT_EQ(std::get<PlaneSurface>(all[1]).normal, Vec3d(1, 0, 0));
+  EXPECT_EQ(finish_of(all[2]).look, Look::shadow_catcher);
+  EXPECT_EQ(std::get<SolidSurface>(all[2]).file, "/c.toml");
+  const auto& mesh = std::get<MeshSurface>(all[3]);
+  EXPECT_TRUE(mesh.file.ends_with("/a/b.obj")) << mesh.file << " is relative to the scene";
+  EXPECT_EQ(mesh.place.map().point({1, 1, 1}), Vec3d(2.0));
+  EXPECT_EQ(mesh.finish.look, Look::holdout);
+  const SceneFile upright = read(kCloud + "[world]\nup = \"z\"\n[[plane]]\n");
+  EXPECT_EQ(std::get<PlaneSurface>(upright.scene.surfaces[0]).normal, Vec3d(0, 0, 1));
+}
+
 TEST_F(SceneText, PlacementScalesThenRotatesThenMoves) {
   const SceneFile file = read(
       kCloud + "[medium]\ntranslate = [10, 20, 30]\nscale = [2, 3, 4]\nrotate = [0, 0, 5, 90]\n");

@@ -172,6 +172,23 @@ struct RandomScene {
     return v;
   }
 
+  Finish finish() {
+    return {Rgb(Vec3d{uniform(0, 1), uniform(0, 1), double(whole(0, 1))}), Look(whole(0, 2))};
+  }
+
+  /// Of every kind some, in the order of kinds.
+  std::vector<Surface> surfaces() {
+    std::vector<Surface> all;
+    for (int n = whole(0, 2); n > 0; --n)
+      all.emplace_back(PlaneSurface{point(), point(), finish()});
+    if (coin()) all.emplace_back(BallSurface{point(), magnitude(), finish()});
+    if (coin()) all.emplace_back(SolidSurface{"/a.toml", nullptr, moving().from, finish()});
+    for (int n = whole(0, 2); n > 0; --n) {
+      all.emplace_back(MeshSurface{"/a \"b\".obj", nullptr, moving().to, finish()});
+    }
+    return all;
+  }
+
   SceneFile operator()() {
     SceneFile file;
     file.volumes = {volume("/a folder/\"quoted\" \\ back\tslash \u00e9.vdb")};
@@ -190,8 +207,18 @@ struct RandomScene {
       file.scene.lights.emplace_back(sun);
     }
     for (int n = whole(0, 2); n > 0; --n) {
-      file.scene.lights.push_back(PointLight{point(), radiance()});
+      file.scene.lights.emplace_back(
+          PointLight{point(), radiance(), coin() ? "lamps" : "", coin() ? magnitude() : 0});
     }
+    if (coin()) {
+      file.scene.lights.emplace_back(
+          SpotLight{point(), point(), radiance(), uniform(1, 360), uniform(0, 1), ""});
+    }
+    if (coin()) {
+      file.scene.lights.emplace_back(
+          AreaLight{point(), point(), {magnitude(), magnitude()}, point(), radiance(), "lamps"});
+    }
+    file.scene.surfaces = surfaces();
     file.scene.options = options();
     if (coin()) file.density = Quantisation{Precision(whole(0, 3))};
     if (file.density && file.density->precision == Precision::fpn) {

@@ -245,6 +245,30 @@ TEST(NearLights, SingleScatteringIsItsIntegral) {
   EXPECT_TRUE(family.passes());
 }
 
+/// More lights than are asked one by one: each is drawn by what it promises, and all that they
+/// bring arrives, also of a far bright one among many near faint ones and of one that shines
+/// elsewhere.
+TEST(NearLights, OfManySomeAreAsked) {
+  OneRay r({matter(0.15, Rgb(1.0f, 0.5f, 0.25f), 0.4)}, {6, 25, 30}, {6.5, 6, 5});
+  for (const Lit& lit : kLit) r.scene.lights.push_back(lit.light);
+  Rng rng(16, 0, 0);
+  for (int i = 0; i < 25; ++i) {
+    const Vec3d place = Vec3d(6) + random_direction(rng) * (4 + 10 * double(rng.uniform()));
+    r.scene.lights.emplace_back(PointLight{place, Rgb(rng.uniform(), 1.0f, 0.5f)});
+  }
+  r.scene.lights.emplace_back(Sun{{1, 2, 3}, Rgb(0.5f), 0});
+  r.scene.lights.emplace_back(SpotLight{{20, 15, 9}, {1, 1, 0}, Rgb(1e3f), 40, 0.5, ""});
+  r.scene.options.samples = 60'000;
+  proof::Family family;
+  compare(r, "thirty", family);
+  r.scene.options.aovs.add(Aov::lights);
+  const Film layers = render(make_volumes(cube(), r.bodies, r.scene), r.scene).film;
+  Vec3d sum;
+  for (std::size_t i = 0; i + 2 < layers.layers.size(); ++i) sum += layers.layers[i].sums[0];
+  EXPECT_NEAR(sum.x, layers.pixels[0].sum.x, 1e-3 * sum.x);
+  EXPECT_TRUE(family.passes());
+}
+
 /// The camera sees a lamp through a cloud, which dims it and adds nothing where it is black.
 TEST(NearLights, LampsAreSeen) {
   for (const bool behind : {true, false}) {

@@ -27,7 +27,8 @@ TEST(PointLight, FallsWithTheSquareOfTheDistance) {
     EXPECT_FLOAT_EQ(l.radiance[c], light.intensity[c] / 169);
     EXPECT_FLOAT_EQ(l.direction[c], float(light.position[c] / 13));
   }
-  EXPECT_EQ(light.seen(l.direction), Rgb(0.0f)) << "no ray meets a point";
+  EXPECT_EQ(light.met({{0, 0, 0}, Vec3d(l.direction)}, 99).radiance, Rgb(0.0f))
+      << "no ray meets a point";
 }
 
 TEST(PointLight, IsFiniteEverywhere) {

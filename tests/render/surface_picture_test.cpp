@@ -349,6 +349,35 @@ TEST(SurfacePicture, LayersAreTheSurfacesAndSumUp) {
   EXPECT_GT(value("depth").x, 1);
 }
 
+/// Guided paths end, split and turn, and bring the same light on average: of all lights, over
+/// ground and beside it, on a catcher, too.
+TEST(SurfacePicture, GuidingChangesNoMean) {
+  proof::Family family;
+  for (const Look look : {Look::surface, Look::shadow_catcher}) {
+    CloudScene s = cloud_scene_of_cube();
+    s.medium = matter(0.6, Rgb(0.95f), 0.8);
+    s.surfaces = {ground(0.6, look), BallSurface{{14, 4, 9}, 3, {Rgb(0.8f)}}};
+    s.lights = {Sun{{1, 2, -1}, Rgb(3.0f), 2}, PointLight{{-9, 9, 9}, Rgb(200.0f), "", 1.5},
+                AreaLight{{6, 25, 6}, {0, -1, 0}, {6, 6}, {0, 0, 1}, Rgb(2.0f), ""}};
+    s.environment = ImageSky{2, 2, {Rgb(0.4f), Rgb(0.1f), Rgb(0.2f), Rgb(0.3f)}};
+    s.options.width = s.options.height = 16;
+    s.options.samples = 256;
+    s.options.guide = GuideUse::off;
+    const RenderResult plain = run_cube(s);
+    s.options.guide = GuideUse::on;
+    s.options.seed = 7;
+    const RenderResult guided = run_cube(s);
+    EXPECT_TRUE(guided.guided);
+    compare(average(guided.film), average(plain.film), name(look), family, 1e-4);
+    // The cube in the middle and the ground before it, each by itself.
+    compare(average(guided.film, 6, 4, 4, 4), average(plain.film, 6, 4, 4, 4), "cube", family,
+            1e-4);
+    compare(average(guided.film, 4, 12, 8, 4), average(plain.film, 4, 12, 8, 4), "ground", family,
+            1e-4);
+  }
+  EXPECT_TRUE(family.passes());
+}
+
 TEST(SurfacePicture, IsTheSameForAnyThreads) {
   CloudScene s = cloud_scene_of_cube();
   s.surfaces = {ground(0.5), BallSurface{{6, 14, 6}, 2, {}}};

@@ -14,11 +14,9 @@ namespace pvol {
 namespace {
 
 /// Why paths cannot be guided, or null.
-const char* obstacle(std::span<const Volume> volumes, const Scene& scene) {
-  const RenderOptions& o = scene.options;
+const char* obstacle(std::span<const Volume> volumes, const RenderOptions& o) {
   if (volumes.empty()) return "there is no volume";
   if (is_chromatic(volumes.front().medium)) return "the extinction has a colour";
-  if (!scene.surfaces.empty()) return "there are surfaces";
   if (is_weighted(o.tracker)) return "the tracker has weights";
   if (o.max_bounces) return "bounces are limited";
   return nullptr;
@@ -67,7 +65,7 @@ GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene, do
   constexpr double kPathsOfPlace = 20'000;  // tests/bench/RESULTS.md, a sky of many clouds
   const RenderOptions& o = scene.options;
   if (o.guide == GuideUse::off) return {false, "as told"};
-  if (const char* reason = obstacle(volumes, scene)) {
+  if (const char* reason = obstacle(volumes, o)) {
     if (o.guide == GuideUse::automatic) return {false, reason};
     throw Error(std::string("paths cannot be guided: ") + reason +
                 "; leave guide at auto, or change that");

@@ -26,7 +26,7 @@ struct SunLight {
 
   explicit SunLight(const Sun& sun);
 
-  // The questions that every light answers. Directions are unit.
+  // Directions are unit.
 
   /// Radiance that a ray meets which has left everything in this direction.
   [[nodiscard]] Rgb seen(Vec3f d) const {
@@ -34,6 +34,9 @@ struct SunLight {
   }
   /// Density of `sample` where `seen` is not 0.
   [[nodiscard]] float pdf() const { return disc_pdf; }
+
+  // The questions that every light answers.
+
   /// Light that arrives at where(), a place in the world.
   template <class Where>
   [[nodiscard]] LightSample sample(const Where&, Rng& rng) const {

@@ -10,15 +10,14 @@
 
 namespace pvol {
 
-// Each answers the questions of `SunLight` in lights.h, and is dark beyond what a float holds.
+// Each answers the questions of `SunLight` in lights.h, but for those about what lies infinitely
+// far, and is dark beyond what a float holds.
 
 /// A point light.
 struct PointSource {
   Vec3d position;
   Rgb intensity;
 
-  [[nodiscard]] static Rgb seen(Vec3f) { return Rgb(0.0f); }
-  [[nodiscard]] static constexpr float pdf() { return 0; }
   template <class Where>
   [[nodiscard]] LightSample sample(const Where& where, Rng&) const {
     return arriving_at(where());
@@ -39,8 +38,6 @@ class BallSource {
   explicit BallSource(const PointLight& light);
 
   [[nodiscard]] const PointSource& centre() const { return centre_; }
-  [[nodiscard]] static Rgb seen(Vec3f) { return Rgb(0.0f); }
-  [[nodiscard]] static constexpr float pdf() { return 0; }
   template <class Where>
   [[nodiscard]] LightSample sample(const Where& where, Rng& rng) const {
     return sample_from(where(), rng);
@@ -67,8 +64,6 @@ class SpotSource {
   [[nodiscard]] const PointSource& point() const { return point_; }
   /// Share of the intensity in a direction, unit, from the light.
   [[nodiscard]] double share(Vec3d direction) const;
-  [[nodiscard]] static Rgb seen(Vec3f) { return Rgb(0.0f); }
-  [[nodiscard]] static constexpr float pdf() { return 0; }
   template <class Where>
   [[nodiscard]] LightSample sample(const Where& where, Rng&) const {
     return arriving_at(where());
@@ -96,8 +91,6 @@ class AreaSource {
   /// As a point in its middle that shines this much along its direction.
   [[nodiscard]] const PointSource& centre() const { return centre_; }
   [[nodiscard]] Vec3d normal() const { return normal_; }
-  [[nodiscard]] static Rgb seen(Vec3f) { return Rgb(0.0f); }
-  [[nodiscard]] static constexpr float pdf() { return 0; }
   template <class Where>
   [[nodiscard]] LightSample sample(const Where& where, Rng& rng) const {
     return sample_from(where(), rng);

@@ -4,20 +4,15 @@
 #include <type_traits>
 #include <utility>
 
-#include "render/guide/importance.h"
+#include "render/guide/branches.h"
+#include "render/guide/turn_by_importance.h"
 #include "render/path/path_tracer.h"
 
 namespace pvol::detail {
 
-/// Importance below which paths are ended by roulette, and above which they are split.
-inline constexpr float kEndBelow = 0.5f, kSplitAbove = 2;
-/// The most that one of them is split into.
-inline constexpr float kMostCopies = 8;
-
 /// Traces paths that end, split and turn by their importance, for a tracker without weights
 /// (THEORY.md, T5.5). The picture is that of the plain tracer on average.
-/// Based on: Vorba, Krivanek. Adjoint-Driven Russian Roulette and Splitting. 2016; Talbot et al.
-/// Importance Resampling for Global Illumination. 2005.
+/// Based on: Vorba, Krivanek. Adjoint-Driven Russian Roulette and Splitting. 2016.
 template <class Traversal, class Kind = AnyPaths>
 class GuidedTracer {
  public:
@@ -72,19 +67,7 @@ class GuidedTracer {
   std::uint64_t collisions = 0, shadow_rays = 0;
 
  private:
-  /// Equal paths that wait at a collision to be scattered.
-  struct Branch {
-    std::remove_cvref_t<decltype(std::declval<const Traversal&>().place())> place;
-    const Matter* matter;
-    const Importance::Row* row;
-    Vec3f direction;  ///< of the flight that ended there
-    Rgb throughput;   ///< of each
-    std::uint32_t scatterings;
-    int copies;
-  };
-
-  /// Collisions at which branches may wait; while all are taken, paths are not split.
-  static constexpr std::size_t kPlaces = 16;
+  using Place = std::remove_cvref_t<decltype(std::declval<const Traversal&>().place())>;
 
   const PathSetup& s_;
   const Importance& importance_;
@@ -94,8 +77,7 @@ class GuidedTracer {
   std::uint32_t scatterings_ = 0;         // of the path, that at its place included
   const Matter* matter_ = nullptr;        // of the last collision
   const Importance::Row* row_ = nullptr;  // of its place
-  std::array<Branch, kPlaces> waiting_;
-  std::size_t waiting_count_ = 0;
+  Branches<Place> waiting_;
 
   /// Whether flights bring light besides that of their ends.
   [[nodiscard]] bool glows() const { return !Kind::kSimple && (s_.emission || s_.meets_lights); }
@@ -112,21 +94,18 @@ class GuidedTracer {
     matter_ = &matter;
     row_ = &importance_.row(traversal.place());
     const float worth = largest(throughput_) * row_->of(importance_.half_sine(direction_));
-    if (worth < kEndBelow) {
-      if (!(rng.uniform() < worth)) return false;
-      throughput_ *= 1 / worth;
-    }
+    if (!survives_by_worth(worth, throughput_, rng)) return false;
     throughput_ *= here.albedo;
     if (!(largest(throughput_) > 0)) return false;
     const float* worths = importance_.shadow_worth(*row_);
     const auto worth_of = [&](std::size_t light) { return worths[light]; };
-    add_light_here(s_, Kind::phase(matter), direction_, throughput_, worth_of, traversal, rng,
-                   shadow_rays, r_);
+    add_light_here<Kind>(s_, Kind::phase(matter), direction_, throughput_, worth_of, traversal, rng,
+                         shadow_rays, r_);
     if (burns()) {
       add_fire_here(s_, matter.phase, direction_, throughput_, traversal, rng, shadow_rays, r_);
     }
     r_.scattered(scatterings_);
-    if (worth > kSplitAbove && waiting_count_ < kPlaces) split(int(std::min(worth, kMostCopies)));
+    if (worth > kSplitAbove && !waiting_.full()) split(int(std::min(worth, kMostCopies)));
     return true;
   }
 
@@ -140,59 +119,26 @@ class GuidedTracer {
   /// Makes the path one of several equal ones that share its throughput.
   void split(int copies) {
     throughput_ *= 1 / float(copies);
-    waiting_[waiting_count_++] = {traversal.place(), matter_,      row_,      direction_,
-                                  throughput_,       scatterings_, copies - 1};
+    waiting_.add(
+        {traversal.place(), matter_, row_, direction_, throughput_, scatterings_, copies - 1});
   }
 
   /// Goes on with a branch that waits; false where none does.
   [[nodiscard]] bool resume() {
-    if (waiting_count_ == 0) return false;
-    Branch& branch = waiting_[waiting_count_ - 1];
-    traversal.return_to(branch.place);
-    matter_ = branch.matter;
-    row_ = branch.row;
-    direction_ = branch.direction;
-    throughput_ = branch.throughput;
-    scatterings_ = branch.scatterings;
-    if (--branch.copies == 0) --waiting_count_;
+    const Branch<Place>* branch = waiting_.take();
+    if (branch == nullptr) return false;
+    traversal.return_to(branch->place);
+    matter_ = branch->matter;
+    row_ = branch->row;
+    direction_ = branch->direction;
+    throughput_ = branch->throughput;
+    scatterings_ = branch->scatterings;
     return true;
   }
 
-  /// Scatters the path. Where light comes mostly from the axis, its direction is one of two from
-  /// the phase function and one from the axis' lobe, chosen in proportion to phase function times
-  /// importance over the sum of their densities.
   void turn_path(Rng& rng) {
-    const auto& phase = Kind::phase(*matter_);
-    if (!row_->turns()) {
-      direction_ = sample_phase(phase, direction_, rng);
-      return;
-    }
-    const HenyeyGreenstein& lobe = importance_.lobe();
-    const Vec3f axis = importance_.axis();
-    std::array<Vec3f, 3> d;
-    std::array<float, 3> value, weight;
-    float sum = 0;
-    const auto propose = [&](std::size_t i, PhaseSample to, float from_axis) {
-      const float q = pdf_of_angle(lobe, from_axis);
-      d[i] = to.direction;
-      value[i] = row_->of(std::sqrt(0.5f * from_axis));
-      weight[i] = value[i] * to.pdf / (2 * to.pdf + q);
-      sum += weight[i];
-    };
-    const auto [u0, azimuth0, u1, azimuth1] = rng.uniform4();
-    const auto [u2, azimuth2, choice, spare] = rng.uniform4();
-    const auto azimuth = Kind::azimuths(Float4{azimuth0, azimuth1, azimuth2, spare});
-    const PhaseSample s0 = sample_phase(phase, direction_, u0, azimuth[0]);
-    const PhaseSample s1 = sample_phase(phase, direction_, u1, azimuth[1]);
-    const float c2 = one_minus_cos_of_share(lobe, u2);
-    const Vec3f d2 = turn(axis, c2, azimuth[2]);
-    propose(0, s0, one_minus_cos(s0.direction, axis));
-    propose(1, s1, one_minus_cos(s1.direction, axis));
-    propose(2, {d2, pdf_phase(phase, direction_, d2)}, c2);
-    const float u = choice * sum;
-    const std::size_t chosen = u < weight[0] ? 0 : u < weight[0] + weight[1] ? 1 : 2;
-    throughput_ *= sum / value[chosen];
-    direction_ = d[chosen];
+    direction_ = turn_by_importance<Kind>(importance_, *row_, Kind::phase(*matter_), direction_,
+                                          throughput_, rng);
   }
 };
 

@@ -17,7 +17,7 @@ constexpr int kLeastPhotons = 20'000, kMostPhotons = 200'000, kMostOfMany = 1'00
 constexpr double kUnit = 0.5;    // of the mean importance where camera rays meet the cloud
 constexpr double kFloor = 0.02;  // of the mean importance of the cloud
 
-[[nodiscard]] bool is_one(const PathSetup& setup) { return setup.instances->is_one_still(); }
+[[nodiscard]] bool is_one(const PathSetup& setup) { return setup.is_one_still(); }
 [[nodiscard]] bool is_empty(const VolumeSetup& v) { return v.volume.density.octree.empty(); }
 
 [[nodiscard]] CoarseCells make_cells(const PathSetup& setup) {
@@ -284,9 +284,9 @@ std::optional<Importance> make_importance(const PathSetup& setup) {
 }
 
 void guide_paths(const RenderPlan& plan, PathSetup& setup) {
-  // What is constant is of no order of scattering.
-  const bool by_order = plan.scene.options.aovs.has(Aov::scattering);
-  PathSetup guided(plan, by_order ? Rgb(0.0f) : constant_part(plan.scene.environment), setup.dense);
+  // What is constant is of no order of scattering, nor is it everywhere where surfaces are.
+  const bool none = plan.scene.options.aovs.has(Aov::scattering) || plan.surfaces != nullptr;
+  PathSetup guided(plan, none ? Rgb(0.0f) : constant_part(plan.scene.environment), setup.dense);
   guided.stop = setup.stop;
   std::optional<Importance> importance = make_importance(guided);
   if (!importance) return;

@@ -83,7 +83,7 @@ Photon emit(const AreaSource& light, const Target& target, double unit, Rng& rng
 
 /// What photons are to hit: the box of the one volume, or that of the world around all.
 Target make_target(const PathSetup& s) {
-  if (s.instances->is_one_still()) {
+  if (s.is_one_still()) {
     const VolumeSetup& v = s.volumes.front();
     return {v.volume.density.octree.support(), v.cells_to_world};
   }

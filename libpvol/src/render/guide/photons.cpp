@@ -58,9 +58,9 @@ IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells, in
   if (setup.lanes != Lanes::scalar) {
     trace_photons_in_lanes(setup, cells, sources, photons, counts);
   } else {
-    const auto trace_one = setup.instances->moves()          ? &trace<MovingVolumes>
-                           : setup.instances->is_one_still() ? &trace<OneVolume>
-                                                             : &trace<ManyVolumes>;
+    const auto trace_one = setup.instances->moves() ? &trace<MovingVolumes>
+                           : setup.is_one_still()   ? &trace<OneVolume>
+                                                    : &trace<ManyVolumes>;
     parallel_for(0, std::size_t(photons), [&](std::size_t i) {
       if (!*setup.stop) trace_one(sources, setup, cells, i, counts);
     });

@@ -57,6 +57,8 @@ class AmongSurfaces {
     return volumes_.pass(direction, distance, rng);
   }
   [[nodiscard]] Vec3d position() const { return volumes_.position(); }
+  [[nodiscard]] const WorldPlace& place() const { return volumes_.place(); }
+  void return_to(const WorldPlace& place) { volumes_.return_to(place); }
   [[nodiscard]] LocalMatter local(const Matter& matter) const { return volumes_.local(matter); }
 
   Work& work;

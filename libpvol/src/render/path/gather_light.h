@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "render/path/path_kind.h"
 #include "render/path/path_result.h"
 #include "render/path/roulette.h"
 #include "render/path/traversal.h"
@@ -90,8 +91,9 @@ inline void add_seen(const PathSetup& s, Vec3f direction, Rgb throughput, PathRe
   Rgb sum = s.sky.radiance(direction) - s.constant;
   if (r.in_layers()) r.sky() += throughput * sum;
   for (std::size_t i = 0; i < s.lights.size(); ++i) {
-    const Rgb seen =
-        std::visit([&](const auto& light) { return light.seen(direction); }, s.lights[i]);
+    const auto* const sun = std::get_if<SunLight>(&s.lights[i]);
+    if (sun == nullptr) continue;
+    const Rgb seen = sun->seen(direction);
     sum += seen;
     if (r.in_layers()) r.layers[i] += throughput * seen;
   }
@@ -107,15 +109,13 @@ inline void add_scattered(const PathSetup& s, const Pdf& pdf, Vec3f direction, R
   if (s.sky.sampled()) sum *= balance(pdf(), s.sky.pdf(direction));
   if (r.in_layers()) r.sky() += throughput * sum;
   for (std::size_t i = 0; i < s.lights.size(); ++i) {
-    std::visit(
-        [&](const auto& light) {
-          const Rgb seen = light.seen(direction);
-          if (!(largest(seen) > 0)) return;
-          const Rgb weighted = seen * balance(pdf(), light.pdf());
-          sum += weighted;
-          if (r.in_layers()) r.layers[i] += throughput * weighted;
-        },
-        s.lights[i]);
+    const auto* const sun = std::get_if<SunLight>(&s.lights[i]);
+    if (sun == nullptr) continue;
+    const Rgb seen = sun->seen(direction);
+    if (!(largest(seen) > 0)) continue;
+    const Rgb weighted = seen * balance(pdf(), sun->pdf());
+    sum += weighted;
+    if (r.in_layers()) r.layers[i] += throughput * weighted;
   }
   r.radiance += throughput * sum;
 }
@@ -136,8 +136,7 @@ template <class Traversal>
   return light * (sum / (value < 1 ? value : float(rays)));
 }
 
-/// Most lights that are all asked at a collision; of more, so many are drawn.
-inline constexpr std::size_t kMostAsked = 8;
+/// Of more than kMostAsked lights so many are drawn at a collision.
 inline constexpr int kAsked = 4;
 
 /// About what a light brings to a place, times what its shadow rays are worth there; above 0
@@ -145,8 +144,11 @@ inline constexpr int kAsked = 4;
 template <class Worth>
 [[nodiscard]] inline double promise(const LightSource& source, std::size_t i, Vec3d place,
                                     const Worth& worth) {
-  const Rgb irradiance =
-      std::visit([&](const auto& light) { return light.irradiance_on({place, place}); }, source);
+  const Rgb irradiance = std::visit(
+      [&](const auto& light) {
+        return light.irradiance_on({place, place});
+      },
+      source);
   constexpr double kMost = 1e30;  // at a light
   return std::min(double(luminance(irradiance)) * double(worth(i)), kMost);
 }
@@ -172,17 +174,17 @@ template <class Worth, class Ask>
 }
 
 /// Next-event estimation: light of every source and of a sampled sky that scatters at the
-/// traversal's place into a path of this throughput and flight direction. `worth(i)` is what a
-/// shadow ray to light i is worth there, above 0; the sky comes after the lights.
-template <class Phase, class Traversal, class Worth>
+/// traversal's place into a path of this throughput and flight direction, of a kind of paths.
+/// `worth(i)` is what a shadow ray to light i is worth there, above 0; the sky comes after the
+/// lights.
+template <class Kind, class Phase, class Traversal, class Worth>
 inline void add_light_here(const PathSetup& s, const Phase& phase, Vec3f from, Rgb throughput,
                            const Worth& worth, Traversal& traversal, Rng& rng,
                            std::uint64_t& shadow_rays, PathResult& r) {
   Rgb sum(0.0f);
   const auto place = [&] { return traversal.position(); };
   const auto ask = [&](std::size_t i, float factor) {
-    const LightSample l =
-        std::visit([&](const auto& light) { return light.sample(place, rng); }, s.lights[i]);
+    const LightSample l = Kind::sample(s.lights[i], place, rng);
     const float p = pdf_phase(phase, from, l.direction);
     const float weighted = (l.pdf > 0 ? balance(l.pdf, p) * p / l.pdf : p) * factor;
     const Rgb arrived =
@@ -190,7 +192,7 @@ inline void add_light_here(const PathSetup& s, const Phase& phase, Vec3f from, R
     sum += arrived;
     if (r.in_layers()) r.layers[i] += arrived;
   };
-  if (s.lights.size() > kMostAsked) {
+  if (!Kind::kSimple && s.lights.size() > kMostAsked) {
     ask_some(s, traversal.position(), worth, rng, ask);
   } else {
     for (std::size_t i = 0; i < s.lights.size(); ++i) ask(i, 1);

@@ -10,8 +10,11 @@
 
 namespace pvol::detail {
 
-/// All matter scatters by one Henyey-Greenstein lobe and is the same all over its volume, nothing
-/// emits along flights or is met by them as a light, nothing moves.
+/// Most lights that are all asked at a collision.
+inline constexpr std::size_t kMostAsked = 8;
+
+/// All matter scatters by one Henyey-Greenstein lobe and is the same all over its volume, lights
+/// are a few suns and points, nothing emits along flights, nothing moves.
 struct SimplePaths {
   static constexpr bool kSimple = true;
   [[nodiscard]] static const HenyeyGreenstein& phase(const Matter& m) {
@@ -20,6 +23,11 @@ struct SimplePaths {
   template <class Traversal>
   [[nodiscard]] static const Matter& local(const PathSetup&, const Traversal&, const Matter& m) {
     return m;
+  }
+  template <class Where>
+  [[nodiscard]] static LightSample sample(const LightSource& light, const Where& where, Rng& rng) {
+    if (const auto* sun = std::get_if<SunLight>(&light)) return sun->sample(where, rng);
+    return std::get_if<PointSource>(&light)->sample(where, rng);
   }
   /// Of samples of phase functions, as these take them: all at once where there is but one kind.
   [[nodiscard]] static CirclePoints azimuths(Float4 turns) { return points_at_turns(turns); }
@@ -33,11 +41,22 @@ struct AnyPaths {
   [[nodiscard]] static LocalMatter local(const PathSetup& s, const Traversal& at, const Matter& m) {
     return detail::local(s, at, m);
   }
+  template <class Where>
+  [[nodiscard]] static LightSample sample(const LightSource& light, const Where& where, Rng& rng) {
+    // The commonest first: a jump by kind costs as much as the rest.
+    if (const auto* sun = std::get_if<SunLight>(&light)) return sun->sample(where, rng);
+    if (const auto* point = std::get_if<PointSource>(&light)) return point->sample(where, rng);
+    return std::visit([&](const auto& l) { return l.sample(where, rng); }, light);
+  }
   [[nodiscard]] static Float4 azimuths(Float4 turns) { return turns; }
 };
 
 [[nodiscard]] inline bool are_simple(const PathSetup& s) {
-  return s.emission == nullptr && !s.meets_lights && !s.moving && !s.albedo_varies &&
+  const auto is_simple = [](const LightSource& l) {
+    return std::holds_alternative<SunLight>(l) || std::holds_alternative<PointSource>(l);
+  };
+  return s.lights.size() <= kMostAsked && std::ranges::all_of(s.lights, is_simple) &&
+         s.emission == nullptr && !s.moving && !s.albedo_varies &&
          std::ranges::all_of(s.volumes, [](const VolumeSetup& v) {
            return std::ranges::all_of(v.matter, [](const Matter& m) {
              return std::holds_alternative<HenyeyGreenstein>(m.phase);

@@ -216,6 +216,9 @@ struct PathSetup {
     shadow_unit = kUnit * light;
   }
 
+  /// Whether paths go through one volume alone, which stands still: in its cells.
+  [[nodiscard]] bool is_one_still() const { return instances->is_one_still() && !surfaces; }
+
   /// Whether a path is to end at this collision, counted over all of a thread's; asked at each, and
   /// looked at now and then.
   [[nodiscard]] bool ends_path(std::uint64_t collision) const {

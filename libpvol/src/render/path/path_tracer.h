@@ -85,7 +85,8 @@ class PathTracer {
       matter_ = &matter;
       const auto& phase = Kind::phase(matter);
       const auto worth = [](std::size_t) { return 1.0f; };
-      add_light_here(s_, phase, direction_, throughput, worth, traversal, rng, shadow_rays, r_);
+      add_light_here<Kind>(s_, phase, direction_, throughput, worth, traversal, rng, shadow_rays,
+                           r_);
       if (burns()) {
         add_fire_here(s_, matter.phase, direction_, throughput, traversal, rng, shadow_rays, r_);
       }

@@ -1,15 +1,19 @@
 // One camera path through volumes and off surfaces.
 #pragma once
 
+#include "render/guide/branches.h"
+#include "render/guide/turn_by_importance.h"
 #include "render/path/among_surfaces.h"
 #include "render/path/camera_rays.h"
 #include "render/path/gather_light.h"
 #include "render/path/lambert.h"
+#include "render/path/path_kind.h"
 
 namespace pvol::detail {
 
 /// Traces paths of any kind through volumes and off surfaces; none of it is in the way of scenes
-/// without surfaces.
+/// without surfaces. Where there is an importance, paths end, split and turn in volumes by it, as
+/// guided ones do; surfaces have none.
 template <class Places>
 class SurfaceTracer {
  public:
@@ -24,12 +28,11 @@ class SurfaceTracer {
       const SurfaceHit& surface = traversal.surface();
       const bool leaves = hit.matter == nullptr && surface.finish == nullptr;
       if (s_.emission || s_.meets_lights) add_on_the_way(from, !leaves, rng);
-      if (leaves) break;
-      if (!(hit.matter ? collide(*hit.matter, rng) : meet(surface, rng))) return r_;
+      const bool goes_on = hit.matter ? collide(*hit.matter, rng) : !leaves && meet(surface, rng);
+      if (leaves) leave();
+      if (!goes_on && !resume(rng)) return r_;
       traversal.aim(direction_);
     }
-    leave();
-    return r_;
   }
 
   AmongSurfaces<Places> traversal;
@@ -107,7 +110,52 @@ class SurfaceTracer {
     add_emitted(s_, here, throughput_, r_);
     r_.scattered(scatterings_);
     matter_ = &matter;
-    return scatter(matter.phase, here.albedo, rng);
+    if (is_at_end()) return false;
+    if (!s_.importance) {
+      throughput_ *= here.albedo;
+      if (!survives(throughput_, rng)) return false;
+      gather(matter.phase, even_worth, rng);
+      turn_path(matter.phase, rng);
+      return true;
+    }
+    const Importance& importance = *s_.importance;
+    const Importance::Row& row = importance.row(traversal.place());
+    const float worth = largest(throughput_) * row.of(importance.half_sine(direction_));
+    if (!survives_by_worth(worth, throughput_, rng)) return false;
+    throughput_ *= here.albedo;
+    if (!(largest(throughput_) > 0)) return false;
+    const float* worths = importance.shadow_worth(row);
+    const auto worth_of = [&](std::size_t light) { return worths[light]; };
+    gather(matter.phase, worth_of, rng);
+    if (worth > kSplitAbove && !waiting_.full()) {
+      const int copies = int(std::min(worth, kMostCopies));
+      throughput_ *= 1 / float(copies);
+      waiting_.add(
+          {traversal.place(), matter_, &row, direction_, throughput_, scatterings_, copies - 1});
+    }
+    turn_guided(row, rng);
+    return true;
+  }
+
+  /// Scatters by importance.
+  void turn_guided(const Importance::Row& row, Rng& rng) {
+    from_ = direction_;
+    direction_ =
+        turn_by_importance<AnyPaths>(*s_.importance, row, matter_->phase, from_, throughput_, rng);
+  }
+
+  /// Goes on with a branch that waits; false where none does.
+  [[nodiscard]] bool resume(Rng& rng) {
+    const Branch<WorldPlace>* branch = waiting_.take();
+    if (branch == nullptr) return false;
+    traversal.return_to(branch->place);
+    matter_ = branch->matter;
+    direction_ = branch->direction;
+    throughput_ = branch->throughput;
+    scatterings_ = branch->scatterings;
+    open_light_ = Rgb(0.0f);
+    turn_guided(*branch->row, rng);
+    return true;
   }
 
   /// A surface; whether the path goes on.
@@ -125,7 +173,12 @@ class SurfaceTracer {
       r_.first_normal = surface.normal;
       r_.first_finish = &finish;
     }
-    return scatter(lobe_, finish.albedo, rng);
+    if (is_at_end()) return false;
+    throughput_ *= finish.albedo;
+    if (!survives(throughput_, rng)) return false;
+    gather(lobe_, even_worth, rng);
+    turn_path(lobe_, rng);
+    return true;
   }
 
   /// Makes the sample one that met something.
@@ -134,33 +187,27 @@ class SurfaceTracer {
     if (s_.first_collisions) r_.first = place, r_.first_weight = 1;
   }
 
-  /// Gathers light by a lobe and turns the path by it; whether it goes on.
-  template <class Lobe>
-  [[nodiscard]] bool scatter(const Lobe& lobe, Rgb albedo, Rng& rng) {
-    if (s_.ends_path(collisions + surface_hits)) return false;
-    if (scatterings_ == s_.max_bounces) return false;
-    throughput_ *= albedo;
-    if (!survives(throughput_, rng)) return false;
-    add_direct(lobe, throughput_, rng, r_);
+  [[nodiscard]] bool is_at_end() const {
+    return s_.ends_path(collisions + surface_hits) || scatterings_ == s_.max_bounces;
+  }
+
+  [[nodiscard]] static float even_worth(std::size_t /*light*/) { return 1; }
+
+  /// Light that a lobe scatters into the path: one more scattering.
+  template <class Lobe, class Worth>
+  void gather(const Lobe& lobe, const Worth& worth, Rng& rng) {
+    add_light_here<AnyPaths>(s_, lobe, direction_, throughput_, worth, traversal, rng, shadow_rays,
+                             r_);
     if (s_.emission && s_.emission->lit) {
       add_fire_here(s_, lobe, direction_, throughput_, traversal, rng, shadow_rays, r_);
     }
     r_.scattered(++scatterings_);
-    turn_path(lobe, rng);
-    return true;
   }
 
   template <class Lobe>
   void turn_path(const Lobe& lobe, Rng& rng) {
     from_ = direction_;
     direction_ = sample_phase(lobe, from_, rng);
-  }
-
-  /// Next-event estimation.
-  template <class Lobe>
-  void add_direct(const Lobe& lobe, Rgb throughput, Rng& rng, PathResult& r) {
-    const auto worth = [](std::size_t) { return 1.0f; };
-    add_light_here(s_, lobe, direction_, throughput, worth, traversal, rng, shadow_rays, r);
   }
 
   // A shadow catcher covers what lies behind it by as much of the light as does not reach it
@@ -174,7 +221,8 @@ class SurfaceTracer {
     seen_ = direction_;
     r_.alpha = 1;
     direct_.reset();
-    add_direct(lobe_, Rgb(1.0f), rng, direct_);
+    add_light_here<AnyPaths>(s_, lobe_, direction_, Rgb(1.0f), even_worth, traversal, rng,
+                             shadow_rays, direct_);
     uncover();
     throughput_ = surface.finish->albedo;
     if (s_.emission && s_.emission->lit && largest(throughput_) > 0) {
@@ -207,6 +255,7 @@ class SurfaceTracer {
     r_.scattered(0);
   }
 
+  Branches<WorldPlace> waiting_;
   Vec3f seen_;         // the camera's direction to the catcher
   Vec3d open_normal_;  // of the catcher that was asked for last: of planes there is but one
   Rgb open_sky_;       // its irradiance

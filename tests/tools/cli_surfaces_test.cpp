@@ -1,0 +1,102 @@
+// Scenes with surfaces from the command line: samples, catchers, holdouts and what goes wrong.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "pvol/formats/image.h"
+#include "support/run_tool.h"
+
+namespace pvol {
+namespace {
+
+using nlohmann::json;
+using testing::read_text;
+using testing::run_tool;
+using testing::RunResult;
+using testing::ScratchFolder;
+
+class SurfaceScenes : public ::testing::Test {
+ protected:
+  RunResult render(const std::string& input, std::vector<std::string> more, int exit = 0) {
+    std::vector<std::string> all{
+        input, "-o",      folder_ / "a.exr", "--size",           "32x24", "--spp",
+        "16",  "--quiet", "--stats",         folder_ / "a.json", "--set", "render.guide=off"};
+    all.insert(all.end(), more.begin(), more.end());
+    RunResult r = run_tool(PVOL_RENDER, all);
+    EXPECT_EQ(r.exit, exit) << r.err;
+    return r;
+  }
+  json stats() { return json::parse(read_text(folder_ / "a.json")); }
+  Film film() { return formats::read_film(folder_ / "a.exr").film; }
+  std::string write(const std::string& name, const std::string& text) {
+    std::ofstream(folder_ / name) << text;
+    return folder_ / name;
+  }
+
+  ScratchFolder folder_;
+};
+
+const std::string kGround = PVOL_SAMPLES "/ground.toml";
+
+TEST_F(SurfaceScenes, SamplesMeetTheirSurfaces) {
+  for (const char* name : {"/ground.toml", "/solid_in_cloud.toml"}) {
+    (void)render(PVOL_SAMPLES + std::string(name), {});
+    const json j = stats();
+    EXPECT_GT(j["surface_hits"], 32 * 24 * 16 / 2) << name;
+    EXPECT_GT(j["collisions"], 1000) << name;
+    EXPECT_EQ(j["biased"], "no");
+    EXPECT_EQ(j["options"]["kernel_used"], "scalar");
+  }
+}
+
+TEST_F(SurfaceScenes, ShadowsAndHolesHaveTheirAlpha) {
+  (void)render(kGround, {"--background", "off", "--set", "plane.look=shadow-catcher", "--set",
+                         "mesh.look=holdout"});
+  const Film f = film();
+  const auto alpha = [&](double x, double y) {
+    const PixelSums& p = f.at(int(x * 32), int(y * 24));
+    return p.alpha / p.samples;
+  };
+  EXPECT_GT(alpha(0.5, 0.25), 0.95) << "the cloud";
+  EXPECT_GT(alpha(0.72, 0.6), 0.5) << "its shadow";
+  EXPECT_LT(std::abs(alpha(0.1, 0.2)), 0.25) << "the ground in the sun";
+  EXPECT_EQ(alpha(0.5, 0.9), 0) << "the cube";
+}
+
+TEST_F(SurfaceScenes, APlaneIsAddedToACloudAlone) {
+  (void)render(PVOL_SAMPLES "/cumulus.toml", {"--set", "plane=[{point=[0,-0.3,0],albedo=0.2}]"});
+  EXPECT_GT(stats()["surface_hits"], 1000);
+}
+
+TEST_F(SurfaceScenes, WhatGoesWrongIsToldWithItsFile) {
+  const auto expect_error = [&](std::vector<std::string> sets, int exit, const std::string& words) {
+    std::vector<std::string> more;
+    for (const std::string& set : sets) more.insert(more.end(), {"--set", set});
+    const std::string err = render(kGround, more, exit).err;
+    EXPECT_NE(err.find(words), std::string::npos) << err;
+    EXPECT_EQ(err.find("terminate"), std::string::npos) << err;
+  };
+  expect_error({"mesh.file=" + write("empty.obj", "v 0 0 0\n")}, 1, "empty.obj");
+  expect_error({"mesh.file=" + (folder_ / "none.ply")}, 1, "none.ply");
+  expect_error({"mesh.file=" + write("a.stl", "solid a\n")}, 1, ".obj and .ply");
+  const std::string flow =
+      "[recipe]\n[[form]]\nshape = \"half-space\"\npoint = [0, 0, 0]\n"
+      "inward = [0, 1, 0]\n[[cut]]\nshape = \"ellipsoid\"\ncentre = [0, 0, 0]\n"
+      "radii = 1\n";
+  expect_error(
+      {"solid=[{file=\"" +
+       write("nested.toml",
+             flow + "[[cut.perturbation]]\nshape = \"ellipsoid\"\ncentre = [0, 1, 0]\nradii = 0.3\n"
+                    "strength = 0.2\n[[cut.perturbation.perturbation]]\nshape = \"ellipsoid\"\n"
+                    "centre = [0, 1, 0]\nradii = 0.1\nstrength = 1\n") +
+       "\"}]"},
+      1, "one level of them");
+  expect_error({"plane.albedo=1.5"}, 2, "[0, 1]");
+  expect_error({"render.tracker=weighted-delta"}, 1, "without weights");
+  expect_error({"medium.extinction_color=[1,0.5,0.2]"}, 1, "extinction_color");
+  (void)render(kGround, {"--set", "solid=[{file=\"" + write("half.toml", flow) + "\"}]"});
+}
+
+}  // namespace
+}  // namespace pvol
