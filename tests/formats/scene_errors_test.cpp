@@ -182,8 +182,8 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
        "placement "
        "has one"},
       {"[environment]\ntype = \"imge\"\n",
-       "s.toml:4:8: environment.type is \"imge\"; expected \"constant\", \"gradient\" or "
-       "\"image\"; "
+       "s.toml:4:8: environment.type is \"imge\"; expected \"constant\", \"gradient\", "
+       "\"image\" or \"clear\"; "
        "did you mean \"image\"?"},
       {"[environment]\ntype = \"image\"\n",
        "s.toml:3:1: [environment] has no file; expected the name of a file"},

@@ -97,6 +97,10 @@ inline std::vector<Case> cases() {
     s.environment = sky;
     s.lights.clear();
   });
+  add("clear sky", [](CloudScene& s) {
+    s.environment = ClearSky{.elevation = 20, .azimuth = 70, .turbidity = 4};
+    s.lights.clear();
+  });
   add("thin", [](CloudScene& s) { s.medium.extinction = 0.01; });
   add("inside", [](CloudScene& s) {
     s.camera.position = {20, 16, 18};

@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "image/exr_check.h"
+#include "image/sky_readers.h"
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
 
@@ -52,7 +53,7 @@ ImageSky read_pixels(Imf::InputFile& in) {
 
 }  // namespace
 
-ImageSky read_sky(const std::filesystem::path& file) {
+ImageSky detail::read_exr_sky(const std::filesystem::path& file) {
   (void)detail::check_exr_file(file);
   try {
     Imf::InputFile in(file.c_str());

@@ -250,6 +250,9 @@ std::vector<Environment> usual_skies(UpAxis axis) {
   for (Environment& sky : kinds) {
     if (auto* gradient = std::get_if<GradientSky>(&sky)) gradient->up = up_of(axis);
     if (auto* picture = std::get_if<ImageSky>(&sky)) picture->up = up_of(axis);
+    if (auto* clear = std::get_if<ClearSky>(&sky); clear && axis == UpAxis::z) {
+      clear->up = up_of(axis), clear->north = {0, 1, 0};
+    }
   }
   return kinds;
 }
@@ -275,6 +278,7 @@ void read_environment(const TomlTable& table, UpAxis axis, Environment& environm
   std::vector<std::string_view> allowed = key_names(own);
   allowed.insert(allowed.begin(), "type");
   read_keys(of_chosen_kind<Environment>(table, "type", allowed), own, allowed);
+  if (const auto* clear = std::get_if<ClearSky>(&environment)) refuse_misfit(table, misfit(*clear));
 }
 
 void read_lights(const TomlTable& root, std::vector<Light>& lights) {
@@ -340,30 +344,46 @@ bool mentions(const TomlTable& table, std::string_view key) {
 }
 
 /// Lights a scene that says nothing of light, and does not glow, by a sun of the afternoon, from
-/// the left.
-void add_usual_sun(TomlTable& root) {
+/// the left; whether it did.
+bool add_usual_sun(TomlTable& root) {
   const bool z_up = read_world(root) == UpAxis::z;
   const std::string sun_text = fmt::format(
       "[[sun]]\ndirection = {}\n"
       "irradiance = [3.3, 3.0, 2.6]\nangle = 0.53\n",
       z_up ? "[-0.75, -0.35, 0.62]" : "[-0.75, 0.62, 0.35]");
   for (const Light& kind : all_kinds<Light>()) {
-    if (root.has(kind_name(kind))) return;
+    if (root.has(kind_name(kind))) return false;
   }
-  if (root.has("environment") || mentions(root, "emission") || mentions(root, "fire")) return;
+  if (root.has("environment") || mentions(root, "emission") || mentions(root, "fire")) return false;
   TomlTable sun = parse_toml(sun_text, "usual light");
   root.members.push_back(std::move(sun.members.front()));
   std::sort(root.members.begin(), root.members.end(),
             [](const TomlValue& a, const TomlValue& b) { return a.key < b.key; });
+  return true;
 }
 
-/// What is said of the world bears on the sun that is there by default, whose values may be set.
+/// Whether the scene's sky brings a sun of its own.
+bool has_clear_sky(const TomlTable& root) {
+  const TomlTable* sky = root.table("environment");
+  if (sky == nullptr) return false;
+  const TomlValue* type = sky->find("type");
+  if (type == nullptr) return sky->has(keys(ClearSky{}).front().about.key);
+  const auto* name = std::get_if<std::string>(&type->value);
+  return name != nullptr && *name == ClearSky::kName;
+}
+
+/// What is said of the world bears on the sun that is there by default, whose values may be set,
+/// and which leaves where a clear sky has its own, unless it was set.
 void apply_sets(TomlTable& root, const std::vector<std::string>& sets) {
   for (const std::string& set : sets) {
     if (set.starts_with("world.")) apply_set(root, set);
   }
-  add_usual_sun(root);
+  const bool usual = add_usual_sun(root);
   for (const std::string& set : sets) apply_set(root, set);
+  const auto of_sun = [](const std::string& set) { return set.starts_with("sun"); };
+  if (usual && has_clear_sky(root) && std::ranges::none_of(sets, of_sun)) {
+    std::erase_if(root.members, [](const TomlValue& m) { return m.key == Sun::kName; });
+  }
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <functional>
 #include <iterator>
+#include <sstream>
 
 #include "pvol/error.h"
 #include "toml/toml_depth.h"
@@ -42,7 +43,9 @@ TomlValue convert(const toml::node& node, std::string name, const std::string& o
       }
       value.value = std::move(items);
     } else if constexpr (toml::is_date<Node> || toml::is_time<Node> || toml::is_date_time<Node>) {
-      value.value = TomlDate{};
+      std::ostringstream text;
+      text << v;
+      value.value = TomlDate{text.str()};
     } else {
       value.value = v.get();
     }

@@ -49,14 +49,14 @@ std::string suggestion(std::string_view key, const Words& words) {
   return "; did you mean " + toml_string(*nearest) + "?";
 }
 
-/// The value without its place; nothing for a date or a table, which no key takes.
+/// The value without its place; nothing for a table, which no key takes, and for a date.
 Value plain(const TomlValue& value) {
   struct Plain {
     Value operator()(bool v) const { return v; }
     Value operator()(std::int64_t v) const { return v; }
     Value operator()(double v) const { return v; }
     Value operator()(const std::string& v) const { return v; }
-    Value operator()(TomlDate) const { return {}; }
+    Value operator()(const TomlDate&) const { return {}; }
     Value operator()(const TomlTable&) const { return {}; }
     Value operator()(const TomlArray& v) const {
       Value::List items;
@@ -96,7 +96,7 @@ std::string TomlValue::text() const {
     std::string operator()(const std::string& v) const {
       return v.size() <= kShownText ? toml_string(v) : toml_string(v.substr(0, kShownText)) + "...";
     }
-    std::string operator()(TomlDate) const { return "a date or time"; }
+    std::string operator()(const TomlDate&) const { return "a date or time"; }
     std::string operator()(const TomlArray& v) const {
       return fmt::format("an array of {}", v.size());
     }
@@ -133,7 +133,9 @@ const TomlValue* TomlTable::find(std::string_view key) const {
 std::optional<Value> TomlTable::take(std::string_view key, const Limits& limits) const {
   const TomlValue* found = find(key);
   if (!found) return std::nullopt;
-  Value value = plain(*found);
+  const auto* date = std::get_if<TomlDate>(&found->value);
+  const bool as_text = date != nullptr && limits.shape == Limits::Shape::text;
+  Value value = as_text ? Value(date->text) : plain(*found);
   if (const auto refusal = refuse(limits, value)) fail_at(*found, *refusal, limits);
   return value;
 }

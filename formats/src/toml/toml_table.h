@@ -77,8 +77,10 @@ struct TomlTable {
 
 using TomlArray = std::vector<TomlValue>;
 
-/// A date or a time: no reader wants one, messages name it.
-struct TomlDate {};
+/// A date or a time, which keys of any text take as what it says; messages name it.
+struct TomlDate {
+  std::string text;  ///< by RFC 3339
+};
 
 struct TomlValue {
   std::string key;        ///< in its table; empty in an array
@@ -90,9 +92,9 @@ struct TomlValue {
   [[nodiscard]] std::string text() const;  ///< as messages show it: 200, "fog", an array of 2
 };
 
-/// Throws Error with file, line and column for text that is not TOML, for tables that nest more than
-/// 256 levels deep and keys of more than 4096 bytes with those of their tables, and for files that
-/// cannot be read or have more than 64 MiB.
+/// Throws Error with file, line and column for text that is not TOML, for tables that nest more
+/// than 256 levels deep and keys of more than 4096 bytes with those of their tables, and for files
+/// that cannot be read or have more than 64 MiB.
 [[nodiscard]] TomlTable parse_toml_file(const std::filesystem::path& file);
 
 /// The same for text in memory, which messages call `source`.

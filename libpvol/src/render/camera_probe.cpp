@@ -58,7 +58,7 @@ constexpr std::uint32_t kMostBounces = 256;    // of a path
   return of(c.path) + of(c.shadow) + c.collisions + c.shadow_rays + c.surface_hits;
 }
 
-/// The plan as plain paths take it, with counts and without what its sky would cost to set up.
+/// The plan as plain paths take it, with counts.
 [[nodiscard]] RenderPlan plain_plan(const RenderPlan& plan) {
   RenderPlan p;
   p.volumes = plan.volumes;
@@ -70,9 +70,7 @@ constexpr std::uint32_t kMostBounces = 256;    // of a path
   p.kernel.lanes = Lanes::scalar;
   p.kernel.paths = plain(plan.kernel.paths);
   p.scene.camera = plan.scene.camera;
-  p.scene.lights = plan.scene.lights;
-  // Pictures of skies are sampled as lights are.
-  if (std::holds_alternative<ImageSky>(plan.scene.environment)) p.scene.lights.emplace_back(Sun{});
+  p.lighting = plan.lighting;
   p.scene.options = plan.scene.options;
   p.scene.options.first_sample = ~0u - 1;  // one that hardly any picture has
   p.scene.options.aovs = {};

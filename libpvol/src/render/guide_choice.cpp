@@ -23,8 +23,7 @@ const char* obstacle(std::span<const Volume> volumes, const RenderOptions& o) {
 }
 
 /// Luminance of a sky that is not sampled, averaged over the six directions of the axes.
-float smooth_luminance(const Environment& sky) {
-  const SkyLight light(sky);
+float smooth_luminance(const SkyLight& light) {
   if (light.sampled()) return 0;
   float sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -39,17 +38,17 @@ float smooth_luminance(const Environment& sky) {
 
 /// Whether enough of the light comes from somewhere rather than from everywhere: guided paths of
 /// scenes under a smooth sky alone cost up to twice as much for the same noise.
-bool has_directions(std::span<const Volume> volumes, const Scene& scene) {
+bool has_directions(std::span<const Volume> volumes, const Lighting& lighting) {
   constexpr float kShare = 0.1f;  // of the sky's light: from there on guiding gains
   constexpr auto kSphere = 4 * std::numbers::pi_v<float>;
-  float directed = kSphere * SkyLight(scene.environment).mean_luminance();
+  float directed = kSphere * lighting.sky.mean_luminance();
   const Box box = world_box(volumes);
-  for (const LightSource& source : make_light_sources(scene.lights)) {
+  for (const LightSource& source : make_light_sources(lighting.lights)) {
     if (box.empty()) return false;
     const auto irradiance = [&](const auto& l) { return l.irradiance_on(box); };
     directed += luminance(std::visit(irradiance, source));
   }
-  if (directed > kShare * kSphere * smooth_luminance(scene.environment)) return true;
+  if (directed > kShare * kSphere * smooth_luminance(lighting.sky)) return true;
   const auto glows = [](const Component& c) { return c.emission != Rgb(0.0f); };
   return std::ranges::any_of(
       volumes, [&](const Volume& v) { return std::ranges::any_of(v.medium.components, glows); });
@@ -58,6 +57,11 @@ bool has_directions(std::span<const Volume> volumes, const Scene& scene) {
 }  // namespace
 
 GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene, double paths) {
+  return choose_guide(volumes, scene, make_lighting(scene), paths);
+}
+
+GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene,
+                         const Lighting& lighting, double paths) {
   // Below these, guided and plain paths cost about the same for the same noise, or plain ones less
   // (tests/bench/clouds.py).
   constexpr double kThickness = 0.5, kAlbedo = 0.75;
@@ -71,7 +75,7 @@ GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene, do
                 "; leave guide at auto, or change that");
   }
   if (o.guide == GuideUse::on) return {true, "as told"};
-  if (!has_directions(volumes, scene)) return {false, "light comes from a smooth sky alone"};
+  if (!has_directions(volumes, lighting)) return {false, "light comes from a smooth sky alone"};
   const double thickness = choose_transmittance(volumes).thickness;
   double albedo = 0;
   for (const Volume& v : volumes) albedo = std::max(albedo, double(largest_albedo(v)));

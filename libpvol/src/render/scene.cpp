@@ -40,6 +40,10 @@ void validate(const RenderOptions& options) {
 }
 
 void validate(const Environment& environment) {
+  if (const auto* clear = std::get_if<ClearSky>(&environment)) {
+    require_limits("sky", entries(*clear));
+    return require_fit("sky", misfit(*clear));
+  }
   const auto* picture = std::get_if<ImageSky>(&environment);
   if (!picture) return require_limits("sky", entries(environment));
   require_limits("sky", without(entries(environment), "file"));  // which pixels in memory lack

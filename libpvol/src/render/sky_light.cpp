@@ -3,82 +3,27 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <span>
+#include <utility>
+
+#include "pvol/render/daylight.h"
 
 namespace pvol {
-namespace {
 
-using std::numbers::pi;
-
-/// Index i with cdf[i] <= u < cdf[i + 1]; cdf ascends from 0 to 1.
-int find_bin(std::span<const double> cdf, double u) {
-  const auto above = std::upper_bound(cdf.begin(), cdf.end() - 1, u);
-  return std::max(0, int(above - cdf.begin()) - 1);
-}
-
-/// Turns weights into a cumulative distribution in place: n + 1 values; returns the sum.
-double accumulate(std::span<double> cdf) {
-  double sum = 0;
-  for (double& v : cdf) {
-    const double weight = v;
-    v = sum;
-    sum += weight;
-  }
-  for (double& v : cdf) v = sum > 0 ? v / sum : 0;
-  cdf.back() = 1;
-  return sum;
-}
-
-/// A vector turned by the shortest way that takes +y to `up`, unit; about x where that is -y.
-Vec3d from_y(Vec3d up, Vec3d v) {
-  if (up.y < -1 + 1e-12) return {v.x, -v.y, -v.z};
-  const Vec3d axis(up.z, 0, -up.x);  // times the sine
-  return v * up.y + cross(axis, v) + axis * (dot(axis, v) / (1 + up.y));
-}
-
-}  // namespace
-
-SkyLight::SkyLight(const Environment& environment) : environment_(environment) {
-  if (const auto* gradient = std::get_if<GradientSky>(&environment_)) {
+SkyLight::SkyLight(const Environment& environment) {
+  if (const auto* even = std::get_if<ConstantSky>(&environment)) {
+    sky_ = *even;
+  } else if (const auto* gradient = std::get_if<GradientSky>(&environment)) {
+    sky_ = *gradient;
     up_ = Vec3f(normalize(gradient->up));
+  } else if (const auto* image = std::get_if<ImageSky>(&environment)) {
+    sky_ = std::make_shared<const SkyPicture>(*image, SkyPixels::even);
+  } else if (const auto* clear = std::get_if<ClearSky>(&environment)) {
+    sky_ = std::make_shared<const SkyPicture>(make_daylight(*clear).picture, SkyPixels::smooth);
   }
-  const auto* picture = std::get_if<ImageSky>(&environment_);
-  if (picture == nullptr) return;
-  const int width = picture->width, height = picture->height;
-  rotation_ = picture->rotation / 360;
-  turned_ = normalize(picture->up) != Vec3d(0, 1, 0);
-  if (turned_) {
-    const auto axis = [&](Vec3d v) { return Vec3f(from_y(normalize(picture->up), v)); };
-    x_ = axis({1, 0, 0}), y_ = axis({0, 1, 0}), z_ = axis({0, 0, 1});
-  }
-  for (int y = 0; y <= height; ++y) row_y_.push_back(std::cos(pi * y / height));
-  std::vector<double> rows(std::size_t(height) + 1);
-  pixel_cdf_.resize(std::size_t(height) * std::size_t(width + 1));
-  for (int y = 0; y < height; ++y) {
-    const std::span row(&pixel_cdf_[std::size_t(y) * std::size_t(width + 1)],
-                        std::size_t(width) + 1);
-    for (int x = 0; x < width; ++x) {
-      const Rgb c = picture->pixels[std::size_t(y) * std::size_t(width) + std::size_t(x)];
-      row[std::size_t(x)] = double(luminance(c * picture->scale));
-    }
-    const double solid_angle = row_y_[std::size_t(y)] - row_y_[std::size_t(y) + 1];
-    rows[std::size_t(y)] = accumulate(row) * solid_angle;
-  }
-  const double sum = accumulate(rows);
-  mean_luminance_ = float(sum / (2 * width));
-  if (sum > 0) row_cdf_ = std::move(rows);  // a black picture is not sampled
 }
 
-SkyLight::Pixel SkyLight::pixel_at(Vec3f d) const {
-  const auto& picture = std::get<ImageSky>(environment_);
-  if (turned_) d = {dot(d, x_), dot(d, y_), dot(d, z_)};
-  double turns = std::atan2(double(d.z), double(d.x)) / (2 * pi) - rotation_;
-  turns -= std::floor(turns);
-  // Near the poles y is 1 to the last digit for a fraction of a degree; x and z still tell.
-  const double theta = std::atan2(std::hypot(double(d.x), double(d.z)), double(d.y)) / pi;
-  return {std::min(int(turns * picture.width), picture.width - 1),
-          std::min(int(theta * picture.height), picture.height - 1)};
-}
+SkyLight::SkyLight(SkyPicture picture)
+    : sky_(std::make_shared<const SkyPicture>(std::move(picture))) {}
 
 Rgb SkyLight::radiance(Vec3f d) const {
   struct Visitor {
@@ -90,63 +35,31 @@ Rgb SkyLight::radiance(Vec3f d) const {
       const Rgb end = height > 0 ? s.zenith : s.ground;
       return s.horizon + (end - s.horizon) * std::min(std::abs(height), 1.0f);
     }
-    Rgb operator()(const ImageSky& s) const {
-      const Pixel p = sky.pixel_at(d);
-      return s.pixels[std::size_t(p.y) * std::size_t(s.width) + std::size_t(p.x)] * s.scale;
-    }
+    Rgb operator()(const Picture& p) const { return p->radiance(d); }
   };
-  return std::visit(Visitor{*this, d}, environment_);
+  return std::visit(Visitor{*this, d}, sky_);
 }
 
-float SkyLight::pixel_pdf(Pixel p) const {
-  const auto& picture = std::get<ImageSky>(environment_);
-  const std::size_t y = std::size_t(p.y), x = std::size_t(p.x), width = std::size_t(picture.width);
-  const double* row = &pixel_cdf_[y * (width + 1)];
-  const double share = (row_cdf_[y + 1] - row_cdf_[y]) * (row[x + 1] - row[x]);
-  const double solid_angle = 2 * pi / picture.width * (row_y_[y] - row_y_[y + 1]);
-  return float(share / solid_angle);
-}
-
-LightSample SkyLight::sample(Rng& rng) const {
-  const auto& picture = std::get<ImageSky>(environment_);
-  const Philox::Block bits = rng.block();
-  const int y = find_bin(row_cdf_, to_uniform_double(bits.lo));
-  const std::size_t width = std::size_t(picture.width);
-  const std::span row(&pixel_cdf_[std::size_t(y) * (width + 1)], width + 1);
-  const int x = find_bin(row, to_uniform_double(bits.hi));
-  // Uniform in the pixel's solid angle: cos(theta) and azimuth are uniform.
-  const double top = row_y_[std::size_t(y)], bottom = row_y_[std::size_t(y) + 1];
-  const auto [along, around] = rng.uniform2();
-  const double cosine = top + (bottom - top) * double(along);
-  const double azimuth = 2 * pi * ((x + double(around)) / picture.width + rotation_);
-  const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
-  Vec3f d(Vec3d(sine * std::cos(azimuth), cosine, sine * std::sin(azimuth)));
-  if (turned_) d = x_ * d.x + y_ * d.y + z_ * d.z;
-  return {d, picture.pixels[std::size_t(y) * width + std::size_t(x)] * picture.scale,
-          pixel_pdf({x, y})};
-}
-
-/// How many patches a sky is divided into, across and down.
-SkyLight::Pixel SkyLight::patches() const {
+/// How many a sky is divided into.
+SkyLight::Patches SkyLight::patches() const {
   constexpr int kAcross = 512, kDown = 256;
-  const auto* picture = std::get_if<ImageSky>(&environment_);
-  if (!picture) return {kAcross, kDown};
+  if (picture() == nullptr) return {kAcross, kDown};
   const auto multiple = [](int pixels, int least) { return pixels * ((least - 1) / pixels + 1); };
-  return {multiple(picture->width, kAcross), multiple(picture->height, kDown)};
+  return {multiple(picture()->width(), kAcross), multiple(picture()->height(), kDown)};
 }
 
 /// Of a place in a picture, over its size; of other skies in a picture that stands upright.
 Vec3f SkyLight::direction_at(double across, double down) const {
-  const double azimuth = 2 * pi * (across + rotation_), theta = pi * down, sine = std::sin(theta);
-  const Vec3f d(Vec3d(sine * std::cos(azimuth), std::cos(theta), sine * std::sin(azimuth)));
-  return turned_ ? x_ * d.x + y_ * d.y + z_ * d.z : d;
+  if (picture() != nullptr) return picture()->direction_at(across, down);
+  const double azimuth = 2 * std::numbers::pi * across, theta = std::numbers::pi * down;
+  const double sine = std::sin(theta);
+  return Vec3f(Vec3d(sine * std::cos(azimuth), std::cos(theta), sine * std::sin(azimuth)));
 }
 
-/// Of all azimuths between two heights of it.
+/// Of all azimuths between two heights of a picture.
 double SkyLight::solid_angle(double top, double bottom) {
+  using std::numbers::pi;
   return 2 * pi * (std::cos(pi * top) - std::cos(pi * bottom));
 }
-
-float SkyLight::pdf(Vec3f d) const { return sampled() ? pixel_pdf(pixel_at(d)) : 0.0f; }
 
 }  // namespace pvol

@@ -152,7 +152,9 @@ struct StoredFilm {
 /// Error for files that are damaged or incomplete, without those channels (the message lists what
 /// is there), with primaries other than Rec.709, with non-finite or negative pixels, with deep
 /// ones, with channels of fewer samples than pixels, of more than 2^28 pixels or with an edge above
-/// 2^16.
+/// 2^16. Files that end in .hdr, or begin as those do, are Radiance pictures (RGBE, plain or with
+/// either run-length code, lines in any order, exposure undone): Error for those that are damaged,
+/// of XYZE or other primaries, and of such sizes.
 [[nodiscard]] ImageSky read_sky(const std::filesystem::path& file);
 
 }  // namespace pvol::formats

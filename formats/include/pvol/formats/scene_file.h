@@ -141,8 +141,9 @@ struct SceneFile {
 ///                  [medium.density] FieldMap; [medium.fire] Fire, light of a grid of the same
 ///                  file; [medium.motion] VelocityChoice, what moves it while the shutter is
 ///                  open; [medium.albedo_field] AlbedoMap, how a grid of the file varies the albedo
-///   [environment]  type = "constant", "gradient" or "image": ConstantSky, GradientSky, ImageSky;
-///                  without `type` it is the one whose first key is there, else a gradient
+///   [environment]  type = "constant", "gradient", "image" or "clear": ConstantSky, GradientSky,
+///                  ImageSky, ClearSky; without `type` it is the one whose first key is
+///                  there, else a gradient
 ///   [[sun]]        Sun; each kind of Light has sections of its name, and lights are in the order
 ///                  of their kinds
 ///   [[plane]]      PlaneSurface; so each kind of Surface

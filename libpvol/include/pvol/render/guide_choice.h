@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "pvol/render/scene.h"
+#include "pvol/render/lighting.h"
 #include "pvol/volume/volume.h"
 
 namespace pvol {
@@ -21,5 +21,8 @@ struct GuideChoice {
 /// Error without them. Deterministic, from the scene and the number of camera paths alone.
 [[nodiscard]] GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene,
                                        double paths);
+/// The same, of a scene whose lighting is made.
+[[nodiscard]] GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene,
+                                       const Lighting& lighting, double paths);
 
 }  // namespace pvol

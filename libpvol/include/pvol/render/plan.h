@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "pvol/render/guide_choice.h"
+#include "pvol/render/lighting.h"
 #include "pvol/render/scene.h"
 #include "pvol/render/shell_choice.h"
 #include "pvol/volume/estimators.h"
@@ -95,6 +96,8 @@ struct Forecast {
 struct RenderPlan {
   std::span<const Volume> volumes{};  ///< must outlive the plan
   Scene scene{};                      ///< with nothing left to choose
+  /// Of the scene, made once; null: made where it is asked for.
+  std::shared_ptr<const Lighting> lighting{};
   TransmittanceChoice transmittance{};
   GuideChoice guide{};
   std::vector<ShellChoice> shells{};  ///< one for each volume

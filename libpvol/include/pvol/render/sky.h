@@ -7,6 +7,7 @@
 
 #include "pvol/math/keys.h"
 #include "pvol/math/vec.h"
+#include "pvol/render/clear_sky.h"
 #include "pvol/volume/medium_keys.h"
 
 namespace pvol {
@@ -80,7 +81,7 @@ template <std::same_as<ImageSky> S>
       key<&S::file>({.key = "file",
                      .metavar = "FILE",
                      .limits = file_name(),
-                     .help = "Latitude-longitude picture (.exr)",
+                     .help = "Latitude-longitude picture (.exr, .hdr)",
                      .required = true}),
       key<&S::scale>({.key = "scale",
                       .metavar = "RGB",
@@ -97,7 +98,7 @@ template <std::same_as<ImageSky> S>
   });
 }
 
-using Environment = std::variant<ConstantSky, GradientSky, ImageSky>;
+using Environment = std::variant<ConstantSky, GradientSky, ImageSky, ClearSky>;
 
 /// Throws Error, which says what is wrong, for values out of range and for a picture without
 /// pixels.

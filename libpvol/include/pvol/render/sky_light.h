@@ -3,31 +3,37 @@
 
 #include <memory>
 #include <variant>
-#include <vector>
 
 #include "pvol/math/rng.h"
 #include "pvol/render/light_sample.h"
 #include "pvol/render/sky.h"
+#include "pvol/render/sky_picture.h"
 
 namespace pvol {
 
 /// The sky with importance sampling of pictures: pixels in proportion to luminance x solid angle.
-/// A constant or gradient sky is found well enough by scattered rays and is not sampled.
+/// A constant or gradient sky is found well enough by scattered rays and is not sampled. Copies
+/// share the picture.
 class SkyLight {
  public:
+  /// A clear sky is computed here; its sun is not of it, see lighting.h.
   explicit SkyLight(const Environment& environment);
+  explicit SkyLight(SkyPicture picture);
 
   [[nodiscard]] Rgb radiance(Vec3f direction) const;
-  [[nodiscard]] bool is_constant() const {
-    return std::holds_alternative<ConstantSky>(environment_);
-  }
+  [[nodiscard]] bool is_constant() const { return std::holds_alternative<ConstantSky>(sky_); }
   /// Whether `sample` is worth a shadow ray.
-  [[nodiscard]] bool sampled() const { return !row_cdf_.empty(); }
-  [[nodiscard]] LightSample sample(Rng& rng) const;
+  [[nodiscard]] bool sampled() const { return picture() != nullptr && picture()->sampled(); }
+  /// Of a sky that is sampled.
+  [[nodiscard]] LightSample sample(Rng& rng) const { return picture()->sample(rng); }
   /// Of a sky that is sampled: luminance averaged over all directions.
-  [[nodiscard]] float mean_luminance() const { return mean_luminance_; }
+  [[nodiscard]] float mean_luminance() const {
+    return picture() != nullptr ? picture()->mean_luminance() : 0.0f;
+  }
   /// Density per steradian of `sample`; 0 for a sky that is not sampled.
-  [[nodiscard]] float pdf(Vec3f direction) const;
+  [[nodiscard]] float pdf(Vec3f direction) const {
+    return sampled() ? picture()->pdf(direction) : 0.0f;
+  }
 
   /// visit(unit direction, radiance, solid angle) for patches of the sky, at least 512 x 256 of
   /// them and one for each pixel of a picture.
@@ -43,24 +49,21 @@ class SkyLight {
   }
 
  private:
-  struct Pixel {
-    int x, y;
+  struct Patches {
+    int across, down;
   };
-  [[nodiscard]] Pixel patches() const;
+  [[nodiscard]] Patches patches() const;
   [[nodiscard]] Vec3f direction_at(double across, double down) const;
   [[nodiscard]] static double solid_angle(double top, double bottom);
-  [[nodiscard]] Pixel pixel_at(Vec3f direction) const;
-  [[nodiscard]] float pixel_pdf(Pixel p) const;
 
-  Environment environment_;
-  Vec3f up_;                       // of a gradient
-  double rotation_ = 0;            // of a picture, in turns
-  bool turned_ = false;            // whether a picture's upper edge is not +y
-  Vec3f x_, y_, z_;                // its axes in the world, where it is turned
-  std::vector<double> row_cdf_;    // height + 1 values from 0 to 1
-  std::vector<double> pixel_cdf_;  // for each row width + 1 values from 0 to 1
-  float mean_luminance_ = 0;
-  std::vector<double> row_y_;  // height + 1 values of cos(theta) at the rows' borders
+  using Picture = std::shared_ptr<const SkyPicture>;
+  [[nodiscard]] const SkyPicture* picture() const {
+    const Picture* shared = std::get_if<Picture>(&sky_);
+    return shared != nullptr ? shared->get() : nullptr;
+  }
+
+  std::variant<ConstantSky, GradientSky, Picture> sky_;
+  Vec3f up_;  // of a gradient
 };
 
 }  // namespace pvol

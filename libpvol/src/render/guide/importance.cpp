@@ -238,12 +238,12 @@ Rgb median_radiance(const SkyLight& sky) {
 }
 
 /// The radiance that is best left out of guided paths: what most of the sky has.
-Rgb constant_part(const Environment& environment) {
+Rgb constant_part(const Environment& environment, const SkyLight& light) {
   if (const auto* sky = std::get_if<ConstantSky>(&environment)) return sky->radiance;
   if (const auto* sky = std::get_if<GradientSky>(&environment)) {
     return sky->horizon * 0.5f + (sky->zenith + sky->ground) * 0.25f;  // the mean
   }
-  return median_radiance(SkyLight(environment));
+  return median_radiance(light);
 }
 
 /// More photons make less noise, as long as they take little of the picture's time: one for 80
@@ -286,7 +286,8 @@ std::optional<Importance> make_importance(const PathSetup& setup) {
 void guide_paths(const RenderPlan& plan, PathSetup& setup) {
   // What is constant is of no order of scattering, nor is it everywhere where surfaces are.
   const bool none = plan.scene.options.aovs.has(Aov::scattering) || plan.surfaces != nullptr;
-  PathSetup guided(plan, none ? Rgb(0.0f) : constant_part(plan.scene.environment), setup.dense);
+  PathSetup guided(plan, none ? Rgb(0.0f) : constant_part(plan.scene.environment, setup.sky),
+                   setup.dense);
   guided.stop = setup.stop;
   std::optional<Importance> importance = make_importance(guided);
   if (!importance) return;

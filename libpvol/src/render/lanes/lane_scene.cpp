@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "pvol/field/brick_field.h"
+#include "pvol/render/lighting.h"
 #include "pvol/volume/facts.h"
 #include "render/emission/emission_source.h"
 #include "render/path/gather_light.h"
@@ -136,7 +137,7 @@ const char* lane_obstacle(std::span<const Volume> volumes, const Scene& scene) {
         std::holds_alternative<SunLight>(source) || std::holds_alternative<PointSource>(source);
     if (!served) return "some light is neither a sun nor a point";
   }
-  if (scene.lights.size() > kMostLights) return "there are more than 255 lights";
+  if (most_lights(scene) > kMostLights) return "there are more than 255 lights";
   // Places of rays are floats: of the largest clouds they would lose what matters.
   constexpr int kLargestEdge = 4000;
   const Vec3i end = vec3(f.octree.support_hi);

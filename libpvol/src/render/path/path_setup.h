@@ -139,7 +139,8 @@ struct PathSetup {
   Projection projection;
   FilterOffsets filter;
   Camera camera;
-  SkyLight sky;
+  std::shared_ptr<const Lighting> lighting;
+  SkyLight sky;  ///< that of the lighting, as are the lights
   std::vector<LightSource> lights;
   float shadow_unit;  ///< radiance that is worth one shadow ray (THEORY.md, T5.2)
   std::uint32_t max_bounces;
@@ -171,8 +172,10 @@ struct PathSetup {
         projection(plan.scene.camera, plan.scene.options.width, plan.scene.options.height),
         filter(plan.scene.options.filter, plan.scene.options.filter_width),
         camera(plan.scene.camera),
-        sky(plan.scene.environment),
-        lights(make_light_sources(plan.scene.lights)),
+        lighting(plan.lighting ? plan.lighting
+                               : std::make_shared<const Lighting>(make_lighting(plan.scene))),
+        sky(lighting->sky),
+        lights(make_light_sources(lighting->lights)),
         max_bounces(plan.scene.options.max_bounces.value_or(~0u)),
         options(plan.scene.options),
         flights(find_flights(field_kind(plan.kernel), plan.kernel.endless ? Watching::stop
@@ -194,7 +197,7 @@ struct PathSetup {
       dense = std::make_shared<const DenseBounds>(make_dense_bounds(plan.volumes.front().density));
     }
     std::vector<int> of_kind(std::variant_size_v<Light>);
-    for (const Light& light : plan.scene.lights) {
+    for (const Light& light : lighting->lights) {
       const int number = ++of_kind[light.index()];
       const std::string group = std::visit([](const auto& l) { return l.group; }, light);
       name_layer(group.empty() ? kind_name(light) + ('_' + std::to_string(number)) : group);

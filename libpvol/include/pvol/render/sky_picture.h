@@ -1,0 +1,68 @@
+// A picture of a sky made ready for rays and for sampling.
+#pragma once
+
+#include <vector>
+
+#include "pvol/math/rng.h"
+#include "pvol/render/light_sample.h"
+#include "pvol/render/sky.h"
+
+namespace pvol {
+
+/// How radiance goes between the pixels of a sky's picture.
+enum class SkyPixels {
+  even,    ///< constant in each
+  smooth,  ///< theirs at their middles and bilinear between, but not across the horizon, which is
+           ///< the edge between two rows: heights must be even numbers
+};
+
+/// Pixels are chosen in proportion to the luminance at their middles times their solid angle;
+/// within one, directions are even. Radiance is what it is at the direction, so that estimates by
+/// samples are right for smooth pixels, too: with those a pixel is as likely as the brightest that
+/// its radiance is mixed of, so that none with light is left out.
+class SkyPicture {
+ public:
+  /// The picture has at least one pixel.
+  SkyPicture(ImageSky image, SkyPixels pixels);
+
+  [[nodiscard]] Rgb radiance(Vec3f direction) const;
+  /// False for a black picture, which must not be sampled.
+  [[nodiscard]] bool sampled() const { return !row_cdf_.empty(); }
+  [[nodiscard]] LightSample sample(Rng& rng) const;
+  /// Luminance averaged over all directions.
+  [[nodiscard]] float mean_luminance() const { return mean_luminance_; }
+  /// Density per steradian of `sample`, where `sampled()`.
+  [[nodiscard]] float pdf(Vec3f direction) const { return pixel_pdf(pixel_at(direction)); }
+
+  [[nodiscard]] int width() const { return image_.width; }
+  [[nodiscard]] int height() const { return image_.height; }
+  /// Of a place in the picture, over its width from the left and its height from above.
+  [[nodiscard]] Vec3f direction_at(double across, double down) const;
+
+ private:
+  struct Pixel {
+    int x, y;
+  };
+  /// In pixels from the left and upper edges.
+  struct Place {
+    double x, y;
+  };
+  [[nodiscard]] Place place_of(Vec3f direction) const;
+  [[nodiscard]] Pixel pixel_at(Vec3f direction) const;
+  [[nodiscard]] Rgb at(int x, int y) const;
+  [[nodiscard]] Rgb mixed(Place p) const;
+  [[nodiscard]] float weight(int x, int y) const;
+  [[nodiscard]] float pixel_pdf(Pixel p) const;
+
+  ImageSky image_;
+  bool smooth_;
+  double rotation_ = 0;            // in turns
+  bool turned_ = false;            // whether the picture's upper edge is not +y
+  Vec3f x_, y_, z_;                // its axes in the world, where it is turned
+  std::vector<double> row_cdf_;    // height + 1 values from 0 to 1
+  std::vector<double> pixel_cdf_;  // for each row width + 1 values from 0 to 1
+  std::vector<double> row_y_;      // height + 1 values of cos(theta) at the rows' borders
+  float mean_luminance_ = 0;
+};
+
+}  // namespace pvol
