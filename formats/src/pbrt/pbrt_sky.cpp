@@ -10,7 +10,8 @@ namespace pvol::formats::detail {
 namespace {
 
 constexpr int kLargestWidth = 1 << 14;
-constexpr int kPerSide = 4;  // looks-up of a pixel along each side
+/// Look-ups of a pixel along each side; of large pictures few, which take seconds as it is.
+int per_side(const ImageSky& out) { return out.height > 2048 ? 2 : 4; }
 
 /// Of a direction of length 1, in the square [0, 1]^2. Its inner diamond is the half of +z, and its
 /// corners are -z; x runs right and y down the picture.
@@ -39,15 +40,16 @@ Rgb pixel(const std::vector<PbrtSkyPicture>& skies, const std::vector<Affine>& t
           const ImageSky& out, int x, int y) {
   const double pi = std::numbers::pi;
   const double upper = std::cos(pi * y / out.height), lower = std::cos(pi * (y + 1) / out.height);
+  const int side = per_side(out);
   Vec3d sum;
-  for (int i = 0; i < kPerSide * kPerSide; ++i) {
-    const double azimuth = 2 * pi * (x + (i % kPerSide + 0.5) / kPerSide) / out.width;
-    const double height = upper + (lower - upper) * (double(i / kPerSide) + 0.5) / kPerSide;
+  for (int i = 0; i < side * side; ++i) {
+    const double azimuth = 2 * pi * (x + (i % side + 0.5) / side) / out.width;
+    const double height = upper + (lower - upper) * (double(i / side) + 0.5) / side;
     const double level = std::sqrt(std::max(0.0, 1 - height * height));
     const Vec3d d{level * std::cos(azimuth), height, level * std::sin(azimuth)};
     for (std::size_t s = 0; s < skies.size(); ++s) sum += Vec3d(look_up(skies[s], to_light[s], d));
   }
-  return Rgb(sum / double(kPerSide * kPerSide));
+  return Rgb(sum / double(side * side));
 }
 
 }  // namespace

@@ -39,9 +39,6 @@ void set_matter(Making& m) {
     return color_of(m.medium, name, PbrtSpectrum::matter, *m.scene.notes);
   };
   const auto absorbed = color("sigma_a"), scattered = color("sigma_s");
-  if (m.medium.type == "homogeneous" && !absorbed && !scattered) {
-    m.note("sigma_a and sigma_s are not given: both are taken as 1");
-  }
   const double scale = m.medium.parameters.number("scale", 1);
   const Vec3d a = Vec3d(absorbed.value_or(Rgb(1.0f))) * scale;
   const Vec3d s = Vec3d(scattered.value_or(Rgb(1.0f))) * scale, all = a + s;
@@ -149,7 +146,10 @@ void set_glow(Making& m, const Lattice& at, const std::vector<double>& density,
               std::vector<VoxelGrid>& grids) {
   const auto le = color_of(m.medium, "Le", PbrtSpectrum::light, *m.scene.notes);
   std::vector<double> factors = m.medium.parameters.numbers("Lescale");
-  if (!le || !(max_component(*le) > 0)) return;
+  if (!le || !(max_component(*le) > 0)) {
+    if (factors.size() > 1) m.note("Lescale without Le is left out");
+    return;
+  }
   if (factors.size() <= 1) {
     const double factor = factors.empty() ? 1 : factors.front();
     m.volume.medium.components.front().emission = Rgb(Vec3d(*le) * factor);
