@@ -23,10 +23,26 @@ struct RandomScene {
   Vec3d point() { return {signed_magnitude(), signed_magnitude(), signed_magnitude()}; }
   Rgb radiance() { return Rgb(Vec3d{magnitude(), magnitude(), coin() ? magnitude() : 0}); }
 
+  ClearSky clear_sky() {
+    ClearSky sky{.turbidity = uniform(1, 20), .ozone = uniform(0, 1000), .sun = coin()};
+    if (coin()) sky.elevation = uniform(-90, 90);
+    if (coin()) sky.azimuth = uniform(-360, 360);
+    if (coin()) {
+      sky.elevation = sky.azimuth = std::nullopt;
+      sky.date = coin() ? "2024-06-21T14:30:00+02:00" : "1950-01-31T23:59:59.25Z";
+      sky.latitude = uniform(-90, 90), sky.longitude = uniform(-180, 180);
+    }
+    sky.ground = Rgb(Vec3d(uniform(0, 1), uniform(0, 1), 0.5));
+    if (coin()) sky.up = {0, 0, 1}, sky.north = {1, uniform(-1, 1), 0};
+    return sky;
+  }
+
   Environment environment() {
-    switch (whole(0, 2)) {
+    switch (whole(0, 3)) {
       case 0:
         return ConstantSky{radiance()};
+      case 3:
+        return clear_sky();
       case 1:
         return GradientSky{radiance(), radiance(), radiance(), point()};
       default:

@@ -1,4 +1,4 @@
-// EXR pictures, as skies and as films, and deep ones as films.
+// EXR pictures, as skies and as films, and deep ones as films; Radiance pictures as skies.
 #include "fuzz.h"
 #include "pvol/formats/image.h"
 

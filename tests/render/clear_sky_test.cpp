@@ -154,6 +154,25 @@ TEST(SunBeam, SetsWithItsDisc) {
   EXPECT_EQ(beam.at(5, pi), Spectrum());
 }
 
+TEST(ScatteredLight, MomentsScatterAsMoleculesDo) {
+  // Light from one direction and as much from its mirror image, y for -y.
+  const auto on_sphere = [](double turns, double z) {
+    const double side = std::sqrt(1 - z * z);
+    return Vec3d(side * std::cos(turns), side * std::sin(turns), z);
+  };
+  for (int i = 0; i < 40; ++i) {
+    const Vec3d from = on_sphere(0.7 * i, std::cos(0.31 * i)), mirrored(from.x, -from.y, from.z);
+    const Vec3d to = on_sphere(1.9 * i + 1, std::cos(1.7 * i));
+    const MomentFactors f = scattered_towards(to.x, to.z);
+    const double sum = double(f.xx) * from.x * from.x + double(f.yy) * from.y * from.y +
+                       double(f.zz) * from.z * from.z + double(f.xz) * from.x * from.z;
+    const double exact = (double(phase_of_molecules(float(dot(to, from)))) +
+                          double(phase_of_molecules(float(dot(to, mirrored))))) /
+                         2;
+    EXPECT_NEAR(sum, exact, 1e-6);
+  }
+}
+
 TEST(ScatteredLight, ScattersOnceAsTheClosedFormOfASlabSays) {
   // Chandrasekhar: light that left a flat layer of depth t downwards after one scattering, for the
   // cosines m of the ray and s of the sun, is p s / (s - m) (exp(-t/s) - exp(-t/m)).
@@ -209,7 +228,8 @@ class RandomPaths {
         ground_(double(a.ground[band])),
         sun_{std::sin(sun), 0, std::cos(sun)} {}
 
-  double sample(double angle, double azimuth, Rng& rng) const {
+  /// `skipped` is how many scatterings count for nothing.
+  double sample(double angle, double azimuth, Rng& rng, int skipped = 0) const {
     Vec3d p(0, 0, a_.planet + 1e-6);
     Vec3d d(std::sin(angle) * std::cos(azimuth), std::sin(angle) * std::sin(azimuth),
             std::cos(angle));
@@ -223,7 +243,7 @@ class RandomPaths {
         if (!(weight > 0)) break;
         p = n * (a_.planet + 1e-6);
         const double c = dot(n, sun_);
-        if (c > 0) sum += weight / pi * c * passes(p, rng);
+        if (c > 0 && bounce >= skipped) sum += weight / pi * c * passes(p, rng);
         d = cosine_direction(n, rng);
         continue;
       }
@@ -236,7 +256,7 @@ class RandomPaths {
       const double phase =
           (r * rayleigh(to_sun) + m * double(a_.aerosols_albedo) * henyey_greenstein(to_sun)) /
           scattered;
-      sum += weight * phase * passes(p, rng);
+      if (bounce >= skipped) sum += weight * phase * passes(p, rng);
       d = double(rng.uniform()) * scattered < r ? scatter_rayleigh(d, rng)
                                                 : scatter_aerosols(d, rng);
     }
@@ -321,6 +341,26 @@ class RandomPaths {
   double molecules_, aerosols_, ozone_, ground_;
   Vec3d sun_;
 };
+
+TEST(ScatteredLight, LeansTowardsTheSunByHigherOrdersToo) {
+  const Atmosphere a = pure_air();
+  constexpr double kSun = 80 * kDegree, kAngle = 60 * kDegree;
+  constexpr int kBand = 1, kSamples = 1'000'000;
+  const ScatteredLight light(a, kSun);
+  const RandomPaths paths(a, kBand, kSun);
+  for (const double azimuth : {0.0, pi}) {
+    proof::Moments m;
+    for (int i = 0; i < kSamples; ++i) {
+      Rng rng(8, std::uint64_t(azimuth), std::uint64_t(i));
+      m.add(paths.sample(kAngle, azimuth, rng, 1));
+    }
+    const double noise = std::sqrt(m.variance_of_mean()) / m.mean();
+    EXPECT_LT(noise, 0.005);
+    EXPECT_NEAR(double(light.seen(kAngle, {&azimuth, 1}).front().rest[kBand]) / m.mean(), 1,
+                0.007 + 3 * noise)
+        << azimuth;
+  }
+}
 
 struct SkyCase {
   double turbidity, elevation;

@@ -116,6 +116,12 @@ TEST_F(Skies, WhatIsNoSkyIsRefused) {
 }
 
 TEST_F(Skies, NightIsBlack) {
+  const std::vector<std::string> midnight{"environment.type=clear",
+                                          "environment.date=2024-12-21T23:00:00Z",
+                                          "environment.latitude=51.5", "environment.longitude=0"};
+  const RunResult r = render(midnight, "b.exr");
+  EXPECT_EQ(r.exit, 0);
+  EXPECT_TRUE(has(r.err, "degrees below the horizon; what is left is night")) << r.err;
   ASSERT_EQ(render({"environment.type=clear", "environment.elevation=-30"}).exit, 0);
   for (const Vec3d& p : pixels("a.exr")) EXPECT_EQ(p, Vec3d(0.0));
 }

@@ -5,6 +5,7 @@
 
 #include "math/digits.h"
 #include "pvol/error.h"
+#include "pvol/render/daylight.h"
 #include "pvol/volume/albedo_field.h"
 #include "pvol/volume/estimators.h"
 #include "pvol/volume/facts.h"
@@ -134,6 +135,22 @@ void refuse_endless_paths(const RenderPlan& plan, const CameraProbe& probe) {
   throw Error(named(thickest, scatterings(thickest, probe.collisions())));
 }
 
+namespace {
+
+/// A date at which the sun of a clear sky has set, as one of another zone may be.
+void doubt_date(const Scene& scene, std::vector<std::string>& all) {
+  const auto* sky = std::get_if<ClearSky>(&scene.environment);
+  if (sky == nullptr || sky->date.empty()) return;
+  const double elevation = sun_of(*sky).elevation;
+  if (elevation > -0.3) return;
+  all.push_back("at the sky's date the sun is " + digits(-elevation, 2) +
+                " degrees below the horizon; what is left is " +
+                (elevation > -18 ? "dusk" : "night") +
+                ". Is the time's zone right, and east of Greenwich positive?");
+}
+
+}  // namespace
+
 std::vector<std::string> find_doubts(const RenderPlan& plan, const CameraProbe& probe) {
   std::vector<std::string> all;
   for (const Volume& v : plan.volumes) {
@@ -149,6 +166,7 @@ std::vector<std::string> find_doubts(const RenderPlan& plan, const CameraProbe& 
                   "cloud, or far above its other values? pvol-stats bounds tells");
   }
   for (const Volume& v : plan.volumes) doubt_motion(v, all);
+  doubt_date(plan.scene, all);
   return all;
 }
 

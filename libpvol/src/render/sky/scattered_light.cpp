@@ -117,6 +117,13 @@ void add(Incident& to, const Incident& b, const Spectrum& factor) {
 
 }  // namespace
 
+MomentFactors scattered_towards(double x, double z) {
+  constexpr double kUnit = 3 / (16 * kPi);
+  const double y2 = 1 - x * x - z * z;
+  return {float(kUnit * (1 + x * x)), float(kUnit * (1 + y2)), float(kUnit * (1 + z * z)),
+          float(kUnit * 2 * x * z)};
+}
+
 ScatteredLight::ScatteredLight(const Atmosphere& a, double sun_angle)
     : air_(a), at_(sun_angle), beam_(a), kernel_(make_kernel(a)) {
   const std::span<const double> offsets =
@@ -151,7 +158,8 @@ ByMatter ScatteredLight::direct(const AirPlace& p, double to_sun) const {
 
 /// Of scattered light: of its second moments for molecules, of the table for aerosols.
 ByMatter ScatteredLight::diffuse(const std::vector<Incident>& light, const AirPlace& p) const {
-  const double z = p.cosine, x = std::sqrt(1 - z * z) * p.cos_azimuth, y2 = 1 - x * x - z * z;
+  const double z = p.cosine, x = std::sqrt(1 - z * z) * p.cos_azimuth;
+  const MomentFactors to = scattered_towards(x, z);
   const double angle = arc_cosine(z) / kPi * (Incident::kAngles - 1);
   const double azimuth = arc_cosine(p.cos_azimuth) / kPi * (Incident::kAzimuths - 1);
   const int i = std::min(int(angle), Incident::kAngles - 2);
@@ -163,14 +171,14 @@ ByMatter ScatteredLight::diffuse(const std::vector<Incident>& light, const AirPl
   for (const int side : {0, 1}) {
     const float share = side == 0 ? 1 - m.u : m.u;
     const Incident& n = light[node(m.at + std::size_t(side), p.level)];
-    molecules.add(n.xx, share * float(1 + x * x)).add(n.yy, share * float(1 + y2));
-    molecules.add(n.zz, share * float(1 + z * z)).add(n.xz, share * float(2 * x * z));
+    molecules.add(n.xx, share * to.xx).add(n.yy, share * to.yy);
+    molecules.add(n.zz, share * to.zz).add(n.xz, share * to.xz);
     aerosols.add(n.by_aerosols[cell], share * (1 - u) * (1 - v));
     aerosols.add(n.by_aerosols[cell + 1], share * (1 - u) * v);
     aerosols.add(n.by_aerosols[cell + Incident::kAzimuths], share * u * (1 - v));
     aerosols.add(n.by_aerosols[cell + Incident::kAzimuths + 1], share * u * v);
   }
-  return {molecules * float(3 / (16 * kPi)), aerosols};
+  return {molecules, aerosols};
 }
 
 /// Radiance of the ground where the sun is at this angle, by light straight from it or of the last

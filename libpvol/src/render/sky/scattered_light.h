@@ -26,6 +26,13 @@ struct Incident {
   std::array<Spectrum, kAngles * kAzimuths> by_aerosols;
 };
 
+/// What molecules scatter towards a direction of the components x and z by these factors of the
+/// moments.
+struct MomentFactors {
+  float xx, yy, zz, xz;
+};
+[[nodiscard]] MomentFactors scattered_towards(double x, double z);
+
 /// Light of all orders in air that one sun shines on, by levels and by the sun's angle around that
 /// at one place (THEORY.md, T5.16).
 class ScatteredLight {
