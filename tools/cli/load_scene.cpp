@@ -16,6 +16,7 @@
 #include "pvol/formats/mesh_file.h"
 #include "pvol/formats/recipe_file.h"
 #include "pvol/formats/velocity.h"
+#include "pvol/render/frame_volumes.h"
 #include "pvol/render/render.h"
 #include "pvol/render/scene_volume.h"
 #include "pvol/shell/certificate.h"
@@ -390,7 +391,7 @@ void require_proof(const std::filesystem::path& file, const formats::Cloud& clou
 
 Camera frame_all(std::span<const Volume> volumes, const Scene& scene) {
   const RenderOptions& o = scene.options;
-  return frame(still_world_box(volumes), double(o.width) / o.height, scene.camera);
+  return frame_volumes(volumes, double(o.width) / o.height, scene.camera);
 }
 
 }  // namespace pvol::cli

@@ -1,8 +1,15 @@
-// The camera that shows all of a box.
+// The camera that shows all of a box, or of what volumes hold.
+#include "pvol/render/frame_volumes.h"
+
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "pvol/render/render.h"
+#include "pvol/volume/facts.h"
+#include "render/outline.h"
 
 namespace pvol {
 
@@ -38,12 +45,49 @@ void zoom(Camera& c) {
   c.fov = std::atan(half) * 360 / std::numbers::pi;
 }
 
-/// Largest extent of a box along the image's axes, in heights of the image.
-double extent_in_view(Vec3d half, Vec3d right, Vec3d up, double aspect) {
-  const auto extent = [&](Vec3d axis) {
-    return std::abs(axis.x) * half.x + std::abs(axis.y) * half.y + std::abs(axis.z) * half.z;
-  };
-  return std::max(extent(up), extent(right) / aspect);
+/// The camera's axes.
+struct View {
+  Vec3d forward, right, up;
+};
+
+/// Turns `up` where the camera looks along it, and the view.
+View aim(Camera& c) {
+  constexpr double kLeastSine = 1e-3;  // of the angle between up and the view
+  const Vec3d above = normalize(c.up), forward = view_of(c, above);
+  if (length(cross(forward, above)) < kLeastSine) {  // up is away, or for a view from below towards
+    Camera level = c;
+    level.elevation = 0;
+    c.up = view_of(level, above) * (dot(forward, above) < 0 ? 1.0 : -1.0);
+  }
+  const Vec3d right = normalize(cross(forward, normalize(c.up)));
+  return {forward, right, cross(right, forward)};
+}
+
+/// Sets the camera on points that are given from `centre`, with all of them in the picture.
+Camera fit(Camera c, const View& view, Vec3d centre, std::span<const Vec3d> points, double aspect) {
+  constexpr double kMargin = 1.08;
+  double distance = 0;
+  if (c.kind == CameraKind::orthographic) {
+    double extent = 0, farthest = 0;
+    for (const Vec3d p : points) {
+      extent = std::max({extent, std::abs(dot(p, view.up)), std::abs(dot(p, view.right)) / aspect});
+      farthest = std::max(farthest, length(p));
+    }
+    c.ortho_scale *= kMargin * extent / half_height(c, aspect);
+    distance = kMargin * farthest;
+  } else {
+    const double half_image = half_height(c, aspect) / kMargin;
+    for (const Vec3d p : points) {
+      const double needed =
+          std::max(std::abs(dot(p, view.up)), std::abs(dot(p, view.right)) / aspect);
+      distance = std::max(distance, needed / half_image - dot(p, view.forward));
+    }
+  }
+  c.target = centre;
+  c.position = centre - view.forward * distance;
+  zoom(c);
+  c.azimuth = 0, c.elevation.reset(), c.zoom = 1;  // done
+  return c;
 }
 
 }  // namespace
@@ -52,33 +96,33 @@ Camera frame(const Box& world_box, double aspect, const Camera& like) {
   Camera c = like;
   c.position = Camera{}.position, c.target = Camera{}.target;
   if (world_box.empty()) return c;
-  constexpr double kMargin = 1.08;
-  constexpr double kLeastSine = 1e-3;  // of the angle between up and the view
-  const Vec3d above = normalize(c.up), forward = view_of(c, above);
-  if (length(cross(forward, above)) < kLeastSine) {  // up is away, or for a view from below towards
-    Camera level = c;
-    level.elevation = 0;
-    c.up = view_of(level, above) * (dot(forward, above) < 0 ? 1.0 : -1.0);
-  }
-  const Vec3d right = normalize(cross(forward, normalize(c.up))), up = cross(right, forward);
+  const View view = aim(c);
   const Vec3d half = world_box.extent() * 0.5;
-  double distance = 0;
-  if (c.kind == CameraKind::orthographic) {
-    c.ortho_scale *= kMargin * extent_in_view(half, right, up, aspect) / half_height(c, aspect);
-    distance = kMargin * length(half);
-  } else {
-    const double half_image = half_height(c, aspect) / kMargin;
-    for (int corner = 0; corner < 8; ++corner) {
-      const Vec3d p = half * Vec3d(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
-      const double needed = std::max(std::abs(dot(p, up)), std::abs(dot(p, right)) / aspect);
-      distance = std::max(distance, needed / half_image - dot(p, forward));
-    }
+  std::array<Vec3d, 8> corners;
+  for (int i = 0; i < 8; ++i) {
+    corners[std::size_t(i)] = half * Vec3d(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
   }
-  c.target = world_box.centre();
-  c.position = c.target - forward * distance;
-  zoom(c);
-  c.azimuth = 0, c.elevation.reset(), c.zoom = 1;  // done
-  return c;
+  return fit(std::move(c), view, world_box.centre(), corners, aspect);
+}
+
+Camera frame_volumes(std::span<const Volume> volumes, double aspect, const Camera& like) {
+  const Box box = still_world_box(volumes);
+  const bool from_the_front = like.azimuth == 0 && !like.elevation;
+  if (from_the_front || box.empty()) return frame(box, aspect, like);
+  Camera c = like;
+  const View view = aim(c);
+  std::vector<Vec3d> points = detail::outline(volumes);
+  // Their middle as the camera sees it from afar, which leaves as much room on either side.
+  Box seen;
+  for (const Vec3d p : points) {
+    const Vec3d from = p - box.centre();
+    seen = extend(seen, {dot(from, view.right), dot(from, view.up), dot(from, view.forward)});
+  }
+  const Vec3d middle = seen.centre();
+  const Vec3d centre =
+      box.centre() + view.right * middle.x + view.up * middle.y + view.forward * middle.z;
+  for (Vec3d& p : points) p = p - centre;
+  return fit(std::move(c), view, centre, points, aspect);
 }
 
 }  // namespace pvol
