@@ -19,7 +19,7 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
        "environment, sun, point, spot, area, plane, ball, solid, mesh or render"},
       {"[world]\nup = \"x\"\n", "s.toml:4:6: world.up is \"x\"; expected \"y\" or \"z\""},
       {"[[mesh]]\nalbedo = 0.5\n",
-       "s.toml:3:1: mesh[1].file is missing; expected the name of a file"},
+       "s.toml:3:1: [mesh[1]] has no file; expected the name of a file"},
       {"[[plane]]\nlook = \"glass\"\n",
        "s.toml:4:8: plane[1].look is \"glass\"; expected \"surface\", \"shadow-catcher\" or "
        "\"holdout\""},

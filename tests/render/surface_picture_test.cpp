@@ -295,6 +295,64 @@ TEST(SurfacePicture, AShadowCatcherShowsLightThatIsThrownOnIt) {
   EXPECT_TRUE(family.passes());
 }
 
+/// Where no light arrives unscattered there is no shadow, and light that is thrown there is shown:
+/// an area that shines up on a ball, of which the catcher is dark by itself.
+TEST(SurfacePicture, AShadowCatcherInTheDarkShowsLightThatIsThrownOnIt) {
+  const auto picture = [](Look look) {
+    Pixel p(far_away(), {3, 1, 0.3}, {0.4, 0, 0});
+    p.scene.surfaces = {ground(0.5, look), BallSurface{{0, 3, 0}, 1, {Rgb(0.8f)}}};
+    p.scene.lights.emplace_back(
+        AreaLight{{0, 0.5, 0}, {0, 1, 0}, {1, 1}, {0, 0, 1}, Rgb(3.0f), ""});
+    p.scene.options.background = false;
+    p.scene.options.samples = 400'000;
+    return p.sums();
+  };
+  const PixelSums seen = picture(Look::surface), caught = picture(Look::shadow_catcher);
+  EXPECT_EQ(caught.alpha, 0);
+  EXPECT_GT(mean(seen).x, 0);
+  const double error = std::sqrt(variance_of_mean(seen).x + variance_of_mean(caught).x);
+  EXPECT_LT(error, 0.01 * mean(seen).x);
+  EXPECT_NEAR(mean(caught).x, mean(seen).x, 4.5 * error);
+}
+
+/// Bounces limit what is scattered to a catcher, not its shadow; paths end all the same.
+TEST(SurfacePicture, AShadowCatcherKeepsToTheLimitOfBounces) {
+  for (const std::uint32_t bounces : {0u, 1u}) {
+    Pixel p(far_away(), {5, 0.5, 0}, {0, 0, 0});
+    p.scene.surfaces = {ground(1, Look::shadow_catcher), BallSurface{{0, 2, 0}, 1.2, {Rgb(1.0f)}}};
+    p.scene.environment = ConstantSky{Rgb(0.5f)};
+    p.scene.options.background = false;
+    p.scene.options.max_bounces = bounces;
+    p.scene.options.samples = 60'000;
+    p.scene.options.count = true;
+    const RenderResult r = p.result();
+    expect_alpha(r.film.pixels.front(), 0.36);
+    EXPECT_EQ(mean(r.film.pixels.front()), Vec3d(0.0)) << "light that was scattered twice";
+    EXPECT_LE(r.counts.surface_hits, 2 * 60'000u);
+  }
+}
+
+/// A lamp that lies on a wall or ceiling lights what it faces, and is seen, as one just before it.
+TEST(SurfacePicture, ALampMayLieOnAWall) {
+  proof::Family family;
+  MeshSurface ceiling;
+  ceiling.mesh = std::make_shared<const TriangleMesh>(square_mesh(5));
+  ceiling.place.translate = Vec3d(0, 2, 0);
+  const Surface walls[] = {PlaneSurface{{0, 2, 0}, {0, 1, 0}, {Rgb(0.0f)}}, ceiling};
+  for (Surface wall : walls) {
+    std::visit([](auto& s) { s.finish.albedo = Rgb(0.0f); }, wall);
+    Pixel p(far_away(), {1, 1, 0.3}, {0, 0, 0});
+    const AreaLight lamp{{0, 2, 0}, {0, -1, 0}, {0.5, 0.5}, {0, 0, 1}, Rgb(3.0f), ""};
+    const double irradiance = double(AreaSource(lamp).on_plane({0, 0, 0}, {0, 1, 0}).x);
+    p.scene.surfaces = {ground(0.5), wall};
+    p.scene.lights.emplace_back(lamp);
+    expect_mean(p.sums(), 0.5 / kPi * irradiance, "lit", family);
+    p.scene.camera.target = {0.1, 2, 0.1};
+    EXPECT_NEAR(mean(p.sums()).x, 3, 1e-5) << "seen";
+  }
+  EXPECT_TRUE(family.passes());
+}
+
 TEST(SurfacePicture, AHoldoutIsAHole) {
   // A cube of optical depth 1 before it, whose light is what it is without.
   Pixel p(matter(1.0 / 13, Rgb(0.9f), 0), {6, 6, 40}, {6, 6, 6});

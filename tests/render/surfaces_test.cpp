@@ -148,6 +148,48 @@ TEST(Surfaces, PlacesLieOnTheSideThatTheRayCameFrom) {
   }
 }
 
+/// Small things far from the origin, and far from where rays begin, do not hide themselves; nor do
+/// meshes of any size.
+TEST(Surfaces, FarAwayPlacesLieOutside) {
+  Rng rng(8, 0, 0);
+  const auto check = [&](const Surface& surface, Vec3d centre, double radius, double from) {
+    const Surfaces s({&surface, 1});
+    int hits = 0;
+    for (int n = 0; n < 2000; ++n) {
+      const Vec3d d = normalize(random_point(rng, 1));
+      const Vec3d aim = centre + random_point(rng, 0.5 * radius);
+      const SurfaceHit hit = s.first_hit({aim - d * from, d}, kFar);
+      if (hit.finish == nullptr) continue;
+      Vec3d away = normalize(random_point(rng, 1));
+      if (dot(away, hit.normal) < 0) away = -away;
+      if (dot(away, hit.normal) < 0.05) continue;
+      ++hits;
+      EXPECT_FALSE(s.block({hit.place, away}, kFar)) << kind_name(surface) << ' ' << radius;
+      EXPECT_NEAR(length(hit.place - centre), radius, 0.02 * radius);
+    }
+    EXPECT_GT(hits, 1000);
+  };
+  check(BallSurface{{1e6, -2e6, 1e5}, 0.01, {}}, {1e6, -2e6, 1e5}, 0.01, 1);
+  check(BallSurface{{0, 0, 0}, 1, {}}, {0, 0, 0}, 1, 1e8);
+  for (const double size : {1e-100, 1e-12, 1e14, 1e100}) {
+    check(mesh_surface(test::ball_mesh(32), scaling(Vec3d(size))), {0, 0, 0}, size, 5 * size);
+  }
+  const Vec3d far(1e7, 0, 0);
+  check(mesh_surface(test::ball_mesh(32), translation(far)), far, 1, 10);
+}
+
+/// How far one mesh reaches does not bear on others: a plate just above the ground throws its
+/// shadow, whatever lies on the horizon.
+TEST(Surfaces, ALargeMeshLeavesSmallOnesTheirShadows) {
+  const Surface all[] = {mesh_surface(test::square_mesh(5e4), translation({0, -10, 0})),
+                         mesh_surface(test::square_mesh(1)),
+                         mesh_surface(test::square_mesh(0.5), translation({0.1, 0.02, 0.2}))};
+  const Surfaces s(all);
+  const SurfaceHit hit = s.first_hit({{0.3, 0.01, 0.2}, {0, -1, 0}}, kFar);
+  EXPECT_NEAR(hit.place.y, 0, 1e-4);
+  EXPECT_TRUE(s.block({hit.place, {0, 1, 0}}, kFar));
+}
+
 TEST(Surfaces, TheNearestOfAllKindsCounts) {
   const Surface all[] = {PlaneSurface{{0, -1, 0}, {0, 1, 0}, {Rgb(0.1f)}},
                          BallSurface{{0, 5, 0}, 1, {Rgb(0.2f)}},
@@ -187,6 +229,8 @@ TEST(Surfaces, ThatCannotBeAreRefused) {
   expect_refused(solid, "missing");
   solid.body = std::make_shared<const Body>(FreeForm{half_space({0, 0, 0}, {0, 1, 0}), {}});
   expect_refused(solid, "no end");
+  const Surface beyond = mesh_surface(test::ball_mesh(4), scaling(Vec3d(1e308)));
+  EXPECT_THROW(Surfaces({&beyond, 1}), Error);
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ TEST_F(SurfaceScenes, SamplesMeetTheirSurfaces) {
     const json j = stats();
     EXPECT_GT(j["surface_hits"], 32 * 24 * 16 / 2) << name;
     EXPECT_GT(j["collisions"], 1000) << name;
-    EXPECT_EQ(j["biased"], "no");
+    EXPECT_EQ(j["options"]["biased"], "no");
     EXPECT_EQ(j["options"]["kernel_used"], "scalar");
   }
 }

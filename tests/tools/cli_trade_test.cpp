@@ -153,7 +153,7 @@ TEST(Trade, RefusesWhatCannotBe) {
 TEST(Trade, MeasuresWhatHardlyEndsWhereUsersInsist) {
   const Recipe recipe;
   for (const char* verb : {"depth", "trade"}) {
-    std::vector<std::string> a{verb, recipe.file, "--size", "2x2", "--budget", "20", "--quiet"};
+    std::vector<std::string> a{verb, recipe.file, "--size", "1x1", "--budget", "60", "--quiet"};
     a.insert(a.end(), {"--extinction", "4e5", "--set", "medium.albedo=0"});
     a.insert(a.end(), {"--set", "render.depth=0"});
     expect_exit(1, a, "insist with --force");

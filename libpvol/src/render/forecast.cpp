@@ -29,16 +29,17 @@ namespace {
 }  // namespace
 
 Forecast forecast(const RenderPlan& plan, const CameraProbe& probe) {
-  constexpr double kSample = 200;  // ns besides collisions
+  constexpr double kSample = 200;   // ns besides collisions
+  constexpr double kSurface = 700;  // ns of a hit, with its shadow rays
   const ImagePart part = image_part(plan.scene.options);
   const Counts& beyond = probe.cut_counts.collisions > 0 ? probe.cut_counts : probe.counts;
   Forecast f;
   f.samples = double(part.width) * part.height * expected_samples(plan.scene.options);
   f.collisions = f.samples * probe.collisions();
-  f.cpu_seconds =
-      share_of_time(plan.kernel.lanes) * f.samples *
-      (1e-9 * kSample + probe.followed() * seconds_per_collision(probe.counts) +
-       (probe.collisions() - probe.followed()) * seconds_per_collision(beyond));
+  f.cpu_seconds = share_of_time(plan.kernel.lanes) * f.samples *
+                  (1e-9 * (kSample + kSurface * probe.surface_hits()) +
+                   probe.followed() * seconds_per_collision(probe.counts) +
+                   (probe.collisions() - probe.followed()) * seconds_per_collision(beyond));
   return f;
 }
 

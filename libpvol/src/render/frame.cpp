@@ -111,18 +111,27 @@ Camera frame_volumes(std::span<const Volume> volumes, double aspect, const Camer
   if (from_the_front || box.empty()) return frame(box, aspect, like);
   Camera c = like;
   const View view = aim(c);
-  std::vector<Vec3d> points = detail::outline(volumes);
-  // Their middle as the camera sees it from afar, which leaves as much room on either side.
-  Box seen;
-  for (const Vec3d p : points) {
-    const Vec3d from = p - box.centre();
-    seen = extend(seen, {dot(from, view.right), dot(from, view.up), dot(from, view.forward)});
+  const std::vector<Vec3d> points = detail::outline(volumes);
+  std::vector<Vec3d> from_centre(points.size());
+  const auto fit_at = [&](Vec3d centre) {
+    for (std::size_t i = 0; i < points.size(); ++i) from_centre[i] = points[i] - centre;
+    return fit(c, view, centre, from_centre, aspect);
+  };
+  // What is near the camera reaches farther in the picture: moved by half of what one side has more
+  // than the other, a few times, it has as much room on either.
+  Vec3d centre = box.centre();
+  for (int step = 0; step < 8; ++step) {
+    const Camera now = fit_at(centre);
+    const double distance = length(now.position - centre);
+    const bool flat = c.kind == CameraKind::orthographic;
+    Box seen;
+    for (const Vec3d p : from_centre) {
+      const double scale = flat ? 1 : distance / (distance + dot(p, view.forward));
+      seen = extend(seen, {dot(p, view.right) * scale, dot(p, view.up) * scale, 0});
+    }
+    centre = centre + view.right * seen.centre().x + view.up * seen.centre().y;
   }
-  const Vec3d middle = seen.centre();
-  const Vec3d centre =
-      box.centre() + view.right * middle.x + view.up * middle.y + view.forward * middle.z;
-  for (Vec3d& p : points) p = p - centre;
-  return fit(std::move(c), view, centre, points, aspect);
+  return fit_at(centre);
 }
 
 }  // namespace pvol

@@ -63,8 +63,9 @@ double BallSource::cap(double distance) const {
 LightSample BallSource::sample_from(Vec3d place, Rng& rng) const {
   const Vec3d way = centre_.position - place;
   const double distance = length(way), c = cap(distance);
-  if (!(distance > radius_) || !is_finite(radiance_)) return kDark;
+  if (!(distance > radius_)) return kDark;
   if (c == 0) return centre_.arriving_at(place);
+  if (!is_finite(radiance_)) return kDark;
   const auto [u, azimuth] = rng.uniform2();
   const double own = c * double(u), sine = distance * std::sqrt(own * (2 - own));
   // Up to its surface, as the ray meets it.
@@ -238,8 +239,8 @@ Rgb AreaSource::irradiance_on(const Box& box) const {
 
 /// Lambert's formula for polygons, over the part of the rectangle above the plane.
 Rgb AreaSource::on_plane(Vec3d place, Vec3d normal) const {
-  if (!View(*this, place).is_before()) return Rgb(0.0f);
   const Vec3d way = centre_.position - place;
+  if (!(dot(way, normal_) < 0)) return Rgb(0.0f);
   const Vec3d x = x_ * (width_ / 2), y = y_ * (height_ / 2);
   const std::array<Vec3d, 4> corners{way - x - y, way + x - y, way + x + y, way - x + y};
   std::array<Vec3d, 8> above;

@@ -64,7 +64,8 @@ constexpr double kFaintest = 0.002;                   // share of camera rays th
   const Camera& c = plan.scene.camera;
   return "none of " + std::to_string(rays) + " rays over the picture meets a volume: from " +
          point(c.position) + " the camera looks towards " + point(c.target) +
-         ", and the density lies between " + point(all.lo) + " and " + point(all.hi);
+         ", and the density lies between " + point(all.lo) + " and " + point(all.hi) +
+         (plan.surfaces ? "; or surfaces are in the way" : "");
 }
 
 /// What is wrong with a volume's thickness, if anything.
@@ -122,7 +123,12 @@ void refuse_endless_flights(const Volume& v, const VolumeFacts* facts, const Ren
 }
 
 void refuse_endless_paths(const RenderPlan& plan, const CameraProbe& probe) {
-  if (2 * probe.caught > probe.paths && !plan.scene.options.max_bounces) {
+  // Roulette ends paths after some 4 / (1 - albedo) hits: 0.999 is about what clouds may take.
+  constexpr float kWhite = 0.999f;
+  const bool white = std::ranges::any_of(plan.scene.surfaces, [](const Surface& s) {
+    return max_component(finish_of(s).albedo) > kWhite;
+  });
+  if (white && 2 * probe.caught > probe.paths && !plan.scene.options.max_bounces) {
     throw Error(
         "most paths go to and fro between surfaces without losing light and would hardly end; "
         "lower the surfaces' albedo (0.8 is white paint), open what encloses the scene, or limit "
@@ -159,11 +165,16 @@ std::vector<std::string> find_doubts(const RenderPlan& plan, const CameraProbe& 
   const bool any = std::any_of(plan.volumes.begin(), plan.volumes.end(),
                                [](const Volume& v) { return !v.density.octree.empty(); });
   if (any && probe.depths.empty()) all.push_back(unseen(plan, probe.rays));
-  if (all.empty() && opacity(probe) < kFaintest) {
+  if (all.empty() && !plan.surfaces && opacity(probe) < kFaintest) {
     all.push_back("of the camera's rays through the volumes' boxes a share of " +
                   digits(opacity(probe), 2) +
                   " collides: the picture is empty, nearly. Do single voxels lie far outside the "
                   "cloud, or far above its other values? pvol-stats bounds tells");
+  }
+  if (plan.surfaces && plan.surfaces->catch_shadows() && plan.scene.options.noise) {
+    all.push_back(
+        "a limit on noise goes by radiance alone, and what a shadow catcher shows is mostly alpha: "
+        "set the samples by --spp instead");
   }
   for (const Volume& v : plan.volumes) doubt_motion(v, all);
   doubt_date(plan.scene, all);

@@ -37,7 +37,6 @@ class Branches {
     if (--last.copies == 0) --count_;
     return &last;
   }
-  void clear() { count_ = 0; }
 
  private:
   std::array<Branch<Place>, 16> all_;

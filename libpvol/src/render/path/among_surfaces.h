@@ -53,8 +53,13 @@ class AmongSurfaces {
     return volumes_.reach(direction, rng, end.distance);
   }
   [[nodiscard]] float pass(Vec3f direction, double distance, Rng& rng) {
-    if (surfaces_.block({position(), Vec3d(direction)}, distance)) return 0;
     return volumes_.pass(direction, distance, rng);
+  }
+  /// Whether a surface is in the way of light from this distance, which `pass` does not ask. A lamp
+  /// on a wall is not hidden by it.
+  [[nodiscard]] bool hides(Vec3f direction, double distance) const {
+    constexpr double kUpTo = 1 - 1e-6;
+    return surfaces_.block({position(), Vec3d(direction)}, distance * kUpTo);
   }
   [[nodiscard]] Vec3d position() const { return volumes_.position(); }
   [[nodiscard]] const WorldPlace& place() const { return volumes_.place(); }

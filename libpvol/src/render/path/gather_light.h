@@ -58,13 +58,12 @@ template <class Traversal, class Pdf>
   if (r.in_layers()) r.emission() += throughput * sum;
 }
 
-/// Light of lights that a flight from a place of the world passes, up to where it ended or for
-/// good; of a path that was scattered with the density pdf(), weighted against `add_light_here`.
-template <class Traversal, class Pdf>
+/// Light of lights that a flight from a place of the world passes within a distance; of a path that
+/// was scattered with the density pdf(), weighted against `add_light_here`.
+template <class Pdf>
 [[gnu::noinline]] inline void add_met(const PathSetup& s, Vec3d from, Vec3f direction,
-                                      bool collided, const Traversal& traversal, const Pdf& pdf,
-                                      Rgb throughput, PathResult& r) {
-  const double distance = collided ? length(traversal.position() - from) : kEndless;
+                                      double distance, const Pdf& pdf, Rgb throughput,
+                                      PathResult& r) {
   const Ray ray{from, Vec3d(direction)};
   for (std::size_t i = 0; i < s.lights.size(); ++i) {
     const LightMet met =
@@ -83,7 +82,9 @@ inline void add_on_the_way(const PathSetup& s, Vec3d from, Vec3f direction, bool
                            const Traversal& traversal, const Pdf& pdf, Rgb throughput, Rng& rng,
                            PathResult& r) {
   if (s.emission) add_along(s, from, direction, collided, traversal, pdf, throughput, rng, r);
-  if (s.meets_lights) add_met(s, from, direction, collided, traversal, pdf, throughput, r);
+  if (!s.meets_lights) return;
+  const double distance = collided ? length(traversal.position() - from) : kEndless;
+  add_met(s, from, direction, distance, pdf, throughput, r);
 }
 
 /// Light in the direction of a camera ray that met nothing.
@@ -129,6 +130,9 @@ template <class Traversal>
                                   std::uint64_t& shadow_rays) {
   const float value = absolute_luminance(light) * worth / s.shadow_unit;
   if (!(value > 0) || (value < 1 && !(rng.uniform() < value))) return Rgb(0.0f);
+  if constexpr (requires { traversal.hides(towards.direction, towards.distance); }) {
+    if (traversal.hides(towards.direction, towards.distance)) return Rgb(0.0f);
+  }
   const int rays = value < 1 ? 1 : value < float(kMostShadowRays) ? int(value) : kMostShadowRays;
   shadow_rays += std::uint64_t(rays);
   decltype(traversal.pass(towards.direction, towards.distance, rng)) sum{0};  // or by channel

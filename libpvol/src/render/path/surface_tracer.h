@@ -46,14 +46,14 @@ class SurfaceTracer {
   std::uint32_t scatterings_ = 0;
   const Matter* matter_ = nullptr;  // of the last collision; null where a surface came after it
   Lambert lobe_;                    // of that surface
-  Rgb open_light_;                  // of the catcher that the path has just left, else 0
+  bool on_catcher_ = false;         // whether that was a shadow catcher before the camera
 
   void start(const Ray& ray, int x, int y, std::uint32_t sample) {
     r_.reset();
     direction_ = Vec3f(ray.d);
     throughput_ = Rgb(1.0f);
     scatterings_ = 0;
-    open_light_ = Rgb(0.0f);
+    on_catcher_ = false;
     if (s_.moving) {
       r_.time = sample_time(s_, x, y, sample);
       traversal.work.set_time(r_.time);
@@ -68,31 +68,34 @@ class SurfaceTracer {
                    : pdf_phase(lobe_, from_, direction_);
   }
 
-  /// What a flight brings on its way: light on a shadow catcher is there without the shadow, too.
+  /// What a flight brings on its way. Light on a shadow catcher is there without the shadow, too.
   void add_on_the_way(Vec3d from, bool collided, Rng& rng) {
     const auto own = [&] { return pdf(); };
     if (s_.emission) {
       add_along(s_, from, direction_, collided, traversal, own, throughput_, rng, r_);
+      r_.scattered(scatterings_);
     }
     if (!s_.meets_lights) return;
-    if (is_caught()) {
+    double distance = collided ? length(traversal.position() - from) : kEndless;
+    // A lamp on the surface that ends the flight is met before it.
+    distance += 2 * traversal.surface().clearance + 1e-6 * distance;
+    if (on_catcher_) {
       direct_.reset();
-      add_met(s_, from, direction_, collided, traversal, own, Rgb(1.0f), direct_);
+      add_met(s_, from, direction_, distance, own, Rgb(1.0f), direct_);
       uncover();
     } else {
-      add_met(s_, from, direction_, collided, traversal, own, throughput_, r_);
+      add_met(s_, from, direction_, distance, own, throughput_, r_);
     }
   }
 
   void leave() {
     if (scatterings_ == 0) {
       if (s_.options.background) add_seen(s_, direction_, throughput_, r_);
-    } else if (is_caught()) {
+    } else if (on_catcher_) {
+      const auto own = [&] { return pdf(); };
       direct_.reset();
-      add_scattered(
-          s_, [&] { return pdf(); }, direction_, Rgb(1.0f), direct_);
-      uncover();
-      return;
+      add_scattered(s_, own, direction_, Rgb(1.0f), direct_);
+      return uncover();
     } else {
       add_scattered(
           s_, [&] { return pdf(); }, direction_, throughput_, r_);
@@ -102,7 +105,7 @@ class SurfaceTracer {
 
   /// A collision; whether the path goes on.
   [[nodiscard]] bool collide(const Matter& matter, Rng& rng) {
-    open_light_ = Rgb(0.0f);
+    on_catcher_ = false;
     const Vec3d place = traversal.position();
     if (scatterings_ == 0) note_first(place);
     ++collisions;
@@ -153,7 +156,7 @@ class SurfaceTracer {
     direction_ = branch->direction;
     throughput_ = branch->throughput;
     scatterings_ = branch->scatterings;
-    open_light_ = Rgb(0.0f);
+    on_catcher_ = false;
     turn_guided(*branch->row, rng);
     return true;
   }
@@ -165,7 +168,7 @@ class SurfaceTracer {
     ++surface_hits;
     matter_ = nullptr;
     lobe_.normal = Vec3f(surface.normal);
-    open_light_ = Rgb(0.0f);
+    on_catcher_ = false;
     if (scatterings_ == 0) {
       if (finish.look == Look::holdout) return false;
       if (finish.look == Look::shadow_catcher) return catch_shadow(surface, rng);
@@ -188,7 +191,7 @@ class SurfaceTracer {
   }
 
   [[nodiscard]] bool is_at_end() const {
-    return s_.ends_path(collisions + surface_hits) || scatterings_ == s_.max_bounces;
+    return s_.ends_path(collisions + surface_hits) || scatterings_ >= s_.max_bounces;
   }
 
   [[nodiscard]] static float even_worth(std::size_t /*light*/) { return 1; }
@@ -213,24 +216,26 @@ class SurfaceTracer {
   // A shadow catcher covers what lies behind it by as much of the light as does not reach it
   // unscattered, and adds the light that reaches it otherwise (THEORY.md, T5.18).
 
-  [[nodiscard]] bool is_caught() const { return largest(open_light_) > 0; }
-
+  /// Goes on from there, for the light that is met and, if bounces allow, for what is scattered.
   [[nodiscard]] bool catch_shadow(const SurfaceHit& surface, Rng& rng) {
-    open_light_ = light_in_the_open(surface);
-    if (!is_caught()) return false;  // nothing shines on it, so nothing casts a shadow
+    if (s_.ends_path(surface_hits)) return false;
+    on_catcher_ = true;
     seen_ = direction_;
+    open_light_ = light_in_the_open(surface);
     r_.alpha = 1;
-    direct_.reset();
-    add_light_here<AnyPaths>(s_, lobe_, direction_, Rgb(1.0f), even_worth, traversal, rng,
-                             shadow_rays, direct_);
+    if (largest(open_light_) > 0) {
+      direct_.reset();
+      add_light_here<AnyPaths>(s_, lobe_, direction_, Rgb(1.0f), even_worth, traversal, rng,
+                               shadow_rays, direct_);
+    }
     uncover();
-    throughput_ = surface.finish->albedo;
+    throughput_ = s_.max_bounces > 0 ? surface.finish->albedo : Rgb(0.0f);
     if (s_.emission && s_.emission->lit && largest(throughput_) > 0) {
       add_fire_here(s_, lobe_, direction_, throughput_, traversal, rng, shadow_rays, r_);
     }
     r_.scattered(++scatterings_);
     turn_path(lobe_, rng);
-    return true;
+    return largest(throughput_) > 0 || largest(open_light_) > 0;
   }
 
   /// What a white surface there would scatter if nothing were in the way.
@@ -247,16 +252,25 @@ class SurfaceTracer {
     return sum * float(1 / std::numbers::pi);
   }
 
-  /// Takes what arrived unscattered off what the catcher covers.
+  /// Takes what arrived unscattered off what the catcher covers; where nothing ever does, there is
+  /// no shadow, and it covers nothing.
   void uncover() {
-    const float share = luminance(direct_.radiance) / luminance(open_light_);
-    r_.alpha -= share;
-    if (s_.options.background) add_seen(s_, seen_, Rgb(share), r_);
+    const float open = luminance(open_light_);
+    if (!(open > 0)) {
+      if (r_.alpha == 0) return;
+      r_.alpha = 0;
+      if (s_.options.background) add_seen(s_, seen_, Rgb(1.0f), r_);
+    } else {
+      const float share = luminance(direct_.radiance) / open;
+      r_.alpha -= share;
+      if (s_.options.background) add_seen(s_, seen_, Rgb(share), r_);
+    }
     r_.scattered(0);
   }
 
   Branches<WorldPlace> waiting_;
   Vec3f seen_;         // the camera's direction to the catcher
+  Rgb open_light_;     // there without shadow
   Vec3d open_normal_;  // of the catcher that was asked for last: of planes there is but one
   Rgb open_sky_;       // its irradiance
 };

@@ -64,13 +64,17 @@ namespace {
   return sum;
 }
 
-/// The hit at a distance along the ray, with its normal of any length.
+/// The hit at a distance along the ray, with its normal of any length. To a surface's own clearance
+/// comes what is lost of places that are far from the origin, or from the ray's.
 [[nodiscard]] SurfaceHit make_hit(const Ray& ray, double distance, Vec3d normal, double clearance,
                                   const Finish& finish) {
   const double size = length(normal);
   Vec3d n = size > 0 ? normal / size : -ray.d;  // at a point where it is not known
   if (dot(n, ray.d) > 0) n = -n;
-  return {distance, ray.at(distance) + n * clearance, n, &finish};
+  constexpr double kLost = 1e-12;
+  const Vec3d at = ray.at(distance);
+  const double away = clearance + kLost * (length(at) + distance);
+  return {distance, at + n * away, n, away, &finish};
 }
 
 }  // namespace
@@ -125,11 +129,8 @@ SurfaceHit Surfaces::first_hit(const Ray& ray, double limit) const {
   for (const Plane& p : planes_) {
     const auto t = meet(p, ray, hit.distance);
     if (!t) continue;
-    // What is lost where a place is computed, or float directions turn a ray by.
-    const Vec3d at = ray.at(*t);
     constexpr double kClearance = 1e-12;
-    const double reach = length(at - p.point) + length(at) + *t;
-    hit = make_hit(ray, *t, p.normal, kClearance * reach, p.finish);
+    hit = make_hit(ray, *t, p.normal, kClearance * length(p.point), p.finish);
   }
   for (const PlacedBody& b : bodies_) {
     if (const auto found = meet(b, ray, hit.distance)) {
@@ -138,8 +139,7 @@ SurfaceHit Surfaces::first_hit(const Ray& ray, double limit) const {
   }
   if (meshes_) {
     if (const auto found = meshes_->first_hit(ray, hit.distance)) {
-      hit =
-          make_hit(ray, found->t, found->normal, meshes_->clearance(), mesh_finishes_[found->mesh]);
+      hit = make_hit(ray, found->t, found->normal, found->clearance, mesh_finishes_[found->mesh]);
     }
   }
   if (hit.finish == nullptr) hit.distance = std::numeric_limits<double>::infinity();

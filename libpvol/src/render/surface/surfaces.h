@@ -18,6 +18,7 @@ struct SurfaceHit {
   double distance = std::numeric_limits<double>::infinity();
   Vec3d place;                     ///< just before it, on the ray's side
   Vec3d normal;                    ///< unit, on the ray's side
+  double clearance = 0;            ///< of the place from the surface, along the normal
   const Finish* finish = nullptr;  ///< null: there is none
 };
 
@@ -45,7 +46,7 @@ class Surfaces {
   struct PlacedBody {
     std::unique_ptr<const RayBody> body;
     Affine to_world, to_body;
-    double clearance;  // world units
+    double clearance;  // world units, beside that of places far away
     Finish finish;
   };
   struct Add;
