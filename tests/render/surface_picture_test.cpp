@@ -563,6 +563,17 @@ TEST(SurfacePicture, LayersAreTheSurfacesAndSumUp) {
   EXPECT_GT(value("depth").x, 1);
 }
 
+/// What is first met is now the cloud's, now that of the ground behind it.
+TEST(SurfacePicture, TheFirstAlbedoIsThatOfWhatIsMet) {
+  Pixel p(matter(1.0 / 13, Rgb(0.9f), 0), {6, 6, 40}, {6, 6, 6});
+  p.scene.surfaces = {PlaneSurface{{0, 0, -20}, {0, 0, 1}, {Rgb(0.4f)}}};
+  p.scene.options.aovs.add(Aov::albedo);
+  const Film film = p.result().film;
+  const Layer& layer = film.layers.front();
+  const double cloud = 1 - std::exp(-1.0);
+  EXPECT_NEAR(layer.sums.front().x / layer.weights.front(), 0.9 * cloud + 0.4 * (1 - cloud), 0.01);
+}
+
 /// Guided paths end, split and turn, and bring the same light on average: of all lights, over
 /// ground and beside it, on a catcher, too.
 TEST(SurfacePicture, GuidingChangesNoMean) {
