@@ -48,6 +48,22 @@ TEST(Roots, OfProductsAreTheirFactors) {
   }
 }
 
+/// Leading coefficients that hardly count: a slope's roots lie where they would be without them.
+TEST(Roots, OfTinyLeadingCoefficientsAreThoseWithout) {
+  for (const double sign : {1.0, -1.0}) {
+    for (const double tiny : {1e-17, -1e-17, 1e-30, -1e-300}) {
+      for (const std::size_t degree : {3u, 4u}) {
+        Quartic c = product({0.25, 0.75}, sign);
+        c[degree] = tiny;
+        const Roots found = sign_changes(c, 0, 1);
+        ASSERT_EQ(found.count, 2) << sign << ", " << tiny << " s^" << degree;
+        EXPECT_NEAR(found.at[0], 0.25, 1e-12);
+        EXPECT_NEAR(found.at[1], 0.75, 1e-12);
+      }
+    }
+  }
+}
+
 TEST(Roots, WhereTheSignStaysThereIsNone) {
   EXPECT_EQ(sign_changes(product({0.5, 0.5}, 1), 0, 1).count, 0) << "it touches";
   EXPECT_EQ(sign_changes({1, 0, 0, 0, 0}, 0, 1).count, 0);

@@ -102,7 +102,7 @@ TEST(NearLights, SamplesAddUpToWhatRaysMeet) {
     const Light& kind = met_lights()[k];
     const LightSource light = make_light_sources({&kind, 1}).front();
     for (const Vec3d offset : {Vec3d(0.3, -1.4, 0.8), Vec3d(-0.5, -0.9, -0.4), Vec3d(20, -45, 9),
-                               Vec3d(30, -2.5, -31)}) {
+                               Vec3d(30, -2.5, -31), Vec3d(0.4, 2, 0.3)}) {
       const Vec3d place = position(kind) + offset;
       proof::Moments by_samples, by_rays;
       Rng rng(13, k, 0);
@@ -128,6 +128,8 @@ TEST(NearLights, OnPlanesAreTheirSamples) {
   std::vector<Light> all = met_lights();
   all.emplace_back(SpotLight{{1, 2, 3}, {0, -1, 0.2}, Rgb(3.0f), 120, 0.5, ""});
   all.emplace_back(Sun{{1, 2, 3}, Rgb(3.0f), 50});
+  all.emplace_back(PointLight{{1, 2, 3}, Rgb(3.0f)});
+  all.emplace_back(Sun{{1, 2, 3}, Rgb(3.0f), 0});
   for (std::size_t k = 0; k < all.size(); ++k) {
     const LightSource light = make_light_sources({&all[k], 1}).front();
     Rng rng(14, k, 0);
@@ -165,6 +167,16 @@ TEST(NearLights, BallsAndAreasFarAwayArePoints) {
   const auto slant = float(10 / std::sqrt(110.0));
   EXPECT_NEAR(area.on_plane(place, normal).x, expected * slant, 1e-4f * expected);
   EXPECT_NEAR(area.irradiance_on({place, place}).x, 2 * slant / 110, 1e-5f);
+  // So small an area is sampled by its points: each brings what all of it does.
+  const LightSource source(area);
+  Rng rng(17, 0, 0);
+  for (int i = 0; i < 100; ++i) {
+    const LightSample s = sample_at(source, place, rng);
+    EXPECT_NEAR(s.radiance.x / s.pdf, 2 * slant / 110, 0.01f * 2 / 110);
+    const LightMet m = met(source, {place, Vec3d(s.direction)}, 1e9);
+    if (m.radiance == Rgb(0.0f)) continue;
+    EXPECT_NEAR(m.pdf, s.pdf, 0.01f * s.pdf);
+  }
 }
 
 TEST(NearLights, ASpotShinesWithinItsCone) {
@@ -302,9 +314,16 @@ TEST(NearLights, AllTracersAgree) {
     if (surface) t.surfaces = {BallSurface{{0, 0, 1e7}, 1, {}}};
     return average(render(volume, t).film);
   };
-  const Average plain = picture(GuideUse::off, false, 1);
-  compare(picture(GuideUse::on, false, 2), plain, "guided", family);
-  compare(picture(GuideUse::off, true, 3), plain, "among surfaces", family);
+  for (const bool many : {false, true}) {  // of many some are asked, by worth, too
+    for (int i = 0; many && i < 8; ++i) {
+      s.lights.emplace_back(PointLight{{i * 4.0 - 8, 16 - i * 3.0, 18}, Rgb(60.0f)});
+    }
+    const std::string of = many ? ", many" : "";
+    const Average plain = picture(GuideUse::off, false, 1);
+    compare(picture(GuideUse::on, false, 2), plain, "guided" + of, family);
+    compare(picture(GuideUse::off, true, 3), plain, "among surfaces" + of, family);
+    compare(picture(GuideUse::on, true, 4), plain, "guided among surfaces" + of, family);
+  }
   EXPECT_TRUE(family.passes());
 }
 

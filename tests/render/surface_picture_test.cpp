@@ -166,6 +166,30 @@ TEST(SurfacePicture, TheFurnaceHidesWhiteSurfaces) {
   EXPECT_GT(r.counts.collisions, 2000u);
 }
 
+/// So are they on average where that light is sampled, and on catchers, whatever a path met before.
+TEST(SurfacePicture, TheFurnaceOfASampledSkyHidesThemOnAverage) {
+  proof::Family family;
+  for (const Look look : {Look::surface, Look::shadow_catcher}) {
+    for (const GuideUse guide : {GuideUse::off, GuideUse::on}) {
+      CloudScene s = cloud_scene_of_cube();
+      s.environment = ImageSky{4, 2, std::vector<Rgb>(8, Rgb(1.0f))};
+      s.lights.clear();
+      s.medium = matter(0.2, Rgb(1.0f), 0.7);
+      s.options.width = s.options.height = 16;
+      s.options.samples = 128;
+      s.options.guide = guide;
+      s.surfaces = {ground(1, look), BallSurface{{6, 14, 6}, 4, {Rgb(1.0f)}}};
+      const RenderResult r = run_cube(s);
+      const std::string of = name(look) + (guide == GuideUse::on ? std::string(", guided") : "");
+      const Average white{Vec3d(1.0), Vec3d(0.0)};
+      compare(average(r.film), white, of, family, 1e-5);
+      compare(average(r.film, 6, 4, 4, 4), white, of + ", cube", family, 1e-5);
+      compare(average(r.film, 4, 12, 8, 4), white, of + ", ground", family, 1e-5);
+    }
+  }
+  EXPECT_TRUE(family.passes());
+}
+
 /// Ground of albedo a under a wide slab in the sun: light goes to and fro between them, E T / (1 -
 /// a R) with the slab's transmission T of the beam and reflection R of diffuse light.
 TEST(SurfacePicture, GroundUnderASlab) {
@@ -194,17 +218,14 @@ TEST(SurfacePicture, GroundUnderASlab) {
   EXPECT_TRUE(family.passes());
 }
 
-/// A box that emits and does not scatter, over the ground: what arrives is the integral of chords
-/// over the hemisphere, found both by scattered rays and by looking for the fire.
-TEST(SurfacePicture, GroundByTheLightOfAFire) {
-  constexpr double kExtinction = 0.1;
-  const Affine place = translation({-2, 3, -1}) * scaling(Vec3d(0.4));
-  Pixel p(matter(kExtinction, Rgb(0.0f), 0, Rgb(5.0f), place), {1, 9, 1}, {4, 0, 3});
-  p.scene.surfaces = {ground(0.9)};
-  p.scene.camera.position = {9, 4, 7};
-  p.scene.options.line_emission = LineEmission::on;
-  p.scene.options.samples = 40'000;
-  const pvol::Box box = transform(place, kCube);
+/// The ball that hides a part of the fire below.
+const BallSurface kShield{{2.5, 1.6, 2.2}, 0.8, {Rgb(0.0f)}};
+const Affine kFirePlace = translation({-2, 3, -1}) * scaling(Vec3d(0.4));
+constexpr double kFireExtinction = 0.1;
+
+/// What arrives on the ground at (4, 0, 3): the integral of chords over the hemisphere.
+double irradiance_of_the_fire(bool shielded) {
+  const pvol::Box box = transform(kFirePlace, kCube);
   double irradiance = 0;
   constexpr int kSteps = 1500;
   for (int i = 0; i < kSteps; ++i) {
@@ -213,13 +234,44 @@ TEST(SurfacePicture, GroundByTheLightOfAFire) {
       const double sine = std::sqrt(u);
       const Ray ray{{4, 0, 3},
                     {sine * std::cos(azimuth), std::sqrt(1 - u), sine * std::sin(azimuth)}};
+      const Vec3d way = kShield.centre - ray.o, beside = way - ray.d * dot(way, ray.d);
+      if (shielded && length(beside) < kShield.radius) continue;
       const auto span = intersect(box, ray, 0, 1e9);
-      if (span) irradiance += -std::expm1(-kExtinction * (span->t1 - span->t0));
+      if (span) irradiance += -std::expm1(-kFireExtinction * (span->t1 - span->t0));
     }
   }
-  irradiance *= 5 * kPi / (double(kSteps) * kSteps);
+  return irradiance * 5 * kPi / (double(kSteps) * kSteps);
+}
+
+/// A box that emits and hardly scatters, over the ground or a catcher, whose light is found by
+/// scattered rays and, where anything scatters, by looking for the fire. A black ball hides a part
+/// of it, or none; all of it is emission.
+TEST(SurfacePicture, GroundByTheLightOfAFire) {
   proof::Family family;
-  expect_mean(p.sums(), 0.9 / kPi * irradiance, "fire", family);
+  for (const bool shielded : {false, true}) {
+    const double irradiance = irradiance_of_the_fire(shielded);
+    for (const float albedo : {0.0f, 1e-7f}) {
+      for (const Look look : {Look::surface, Look::shadow_catcher}) {
+        Pixel p(matter(kFireExtinction, Rgb(albedo), 0, Rgb(5.0f), kFirePlace), {9, 4, 7},
+                {4, 0, 3});
+        p.scene.surfaces = {ground(0.9, look)};
+        if (shielded) p.scene.surfaces.emplace_back(kShield);
+        // Its light is a matter of alpha.
+        if (look == Look::shadow_catcher) p.scene.lights = {Sun{{1, 2, 1}, Rgb(2.0f), 0}};
+        p.scene.options.line_emission = LineEmission::on;
+        p.scene.options.samples = 100'000;
+        p.scene.options.aovs.add(Aov::lights);
+        const RenderResult r = p.result();
+        const PixelSums& sums = r.film.pixels.front();
+        expect_mean(
+            sums, 0.9 / kPi * irradiance,
+            std::string(name(look)) + (shielded ? ", shielded, " : ", ") + std::to_string(albedo),
+            family);
+        ASSERT_EQ(r.film.layers.back().name, "emission");
+        EXPECT_NEAR(r.film.layers.back().sums.front().x, sums.sum.x, 1e-5 * sums.sum.x);
+      }
+    }
+  }
   EXPECT_TRUE(family.passes());
 }
 
@@ -271,6 +323,168 @@ TEST(SurfacePicture, AShadowCatcherUnderABall) {
       const Vec3d seen = mean(p.sums());
       EXPECT_NEAR(seen.x, 0.5 * (1 - expected * (sun ? 0.5 : 1)), 0.02);
     }
+  }
+}
+
+/// A sky and a sun of other colours count by luminance.
+TEST(SurfacePicture, AShadowCatcherInColouredLight) {
+  const Rgb sky(0.9f, 0.2f, 0.1f), sun(0.1f, 0.3f, 1.0f);
+  ImageSky even{4, 2, std::vector<Rgb>(8, sky)};
+  const Environment skies[] = {ConstantSky{sky}, even};
+  for (const Environment& environment : skies) {
+    Pixel p(far_away(), {5, 0.5, 0}, {0, 0, 0});
+    p.scene.surfaces = {ground(0.0, Look::shadow_catcher),
+                        BallSurface{{0, 2, 0}, 1.2, {Rgb(0.0f)}}};
+    p.scene.environment = environment;
+    p.scene.lights = {Sun{{1, 0.5, 0}, sun * float(kPi * std::sqrt(5.0)), 0}};
+    p.scene.options.background = false;
+    p.scene.options.samples = 60'000;
+    const double of_sky = double(luminance(sky)), of_sun = double(luminance(sun));
+    expect_alpha(p.sums(), 0.36 * of_sky / (of_sky + of_sun));
+    // The sky behind it is the sky's light, and unscattered.
+    p.scene.options.background = true;
+    p.scene.options.aovs.add(Aov::lights);
+    p.scene.options.aovs.add(Aov::scattering);
+    const Film film = p.result().film;
+    const double all = film.pixels.front().sum.x;
+    EXPECT_GT(all, 0);
+    for (const Layer& l : film.layers) {
+      const bool own = l.name == "sky" || l.name == "unscattered";
+      EXPECT_NEAR(l.sums.front().x, own ? all : 0, 1e-4 * all) << l.name;
+    }
+  }
+}
+
+/// A catcher of many normals, of which none sees all of the sky, and where nothing hides any of it.
+TEST(SurfacePicture, ARoundShadowCatcherInTheOpenIsNotSeen) {
+  const Environment skies[] = {GradientSky{Rgb(2.0f), Rgb(0.3f), Rgb(0.01f), {0, 1, 0}},
+                               ImageSky{2, 2, {Rgb(4.0f), Rgb(0.5f), Rgb(0.1f), Rgb(1.0f)}}};
+  for (const Environment& sky : skies) {
+    CloudScene s = cloud_scene_of_cube();
+    s.medium = far_away();
+    s.surfaces = {BallSurface{{6, 5, 6}, 30, {Rgb(0.0f), Look::shadow_catcher}}};
+    s.environment = sky;
+    s.lights.clear();
+    s.camera.position = {90, 40, 60};
+    s.camera.fov = 30;
+    s.options.width = s.options.height = 8;
+    s.options.samples = 250;
+    double alpha = 0, samples = 0;
+    for (const PixelSums& p : run_cube(s).film.pixels) alpha += p.alpha, samples += p.samples;
+    // Samples lie in [-3, 1], nearly.
+    EXPECT_NEAR(alpha / samples, 0, 5 * 2 / std::sqrt(samples));
+  }
+}
+
+/// In white light that is the same from everywhere what a white catcher lacks by its shadow, white
+/// things throw on it: paths that left it and met one bring light, and nothing of alpha.
+TEST(SurfacePicture, AWhiteCatcherIsThrownTheLightThatItsShadowLacks) {
+  proof::Family family;
+  ImageSky even{4, 2, std::vector<Rgb>(8, Rgb(1.0f))};
+  const Environment skies[] = {ConstantSky{Rgb(1.0f)}, even};
+  const Slab slab({2, 1, 0.3}, {1.0});
+  const Affine wide =
+      translation({0, 2, 0}) * scaling({1e6 / 13, 1.0 / 13, 1e6 / 13}) * translation({-6, 0.5, -6});
+  for (const Environment& sky : skies) {
+    for (const bool ball : {true, false}) {
+      Pixel p(ball ? far_away() : matter(2, Rgb(1.0f), 0.3, Rgb(0.0f), wide), {5, 0.5, 0},
+              {0, 0, 0});
+      p.scene.surfaces = {ground(1, Look::shadow_catcher)};
+      if (ball) p.scene.surfaces.emplace_back(BallSurface{{0, 2, 0}, 1.2, {Rgb(1.0f)}});
+      p.scene.environment = sky;
+      p.scene.options.background = false;
+      p.scene.options.samples = 60'000;
+      const PixelSums sums = p.sums();
+      const double expected = ball ? 0.36 : 1 - slab.diffuse().direct;
+      expect_alpha(sums, expected);
+      expect_mean(sums, expected, ball ? "ball" : "slab", family);
+    }
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+/// Lamps that rays meet: of two that are as bright on the catcher a black ball hides one, both or
+/// none.
+TEST(SurfacePicture, AShadowCatcherByTheLightOfLamps) {
+  const Light kinds[] = {PointLight{{-6, 8, 0}, Rgb(50.0f), "", 2},
+                         AreaLight{{-6, 8, 0}, {0.6, -0.8, 0}, {4, 3}, {0, 0, 1}, Rgb(9.0f), ""}};
+  for (const Light& left : kinds) {
+    Light right = left;
+    std::visit(
+        [](auto& l) {
+          if constexpr (requires { l.position; }) l.position.x = 6;
+          if constexpr (requires { l.size; }) l.direction.x = -0.6;
+        },
+        right);
+    for (const int hidden : {0, 1, 2}) {
+      Pixel p(far_away(), {0, 5, 9}, {0, 0, 0});
+      p.scene.lights = {left, right};
+      p.scene.surfaces = {ground(0.5, Look::shadow_catcher)};
+      for (int k = 0; k < hidden; ++k) {
+        p.scene.surfaces.emplace_back(BallSurface{{k ? 3.0 : -3.0, 4, 0}, 2.4, {Rgb(0.0f)}});
+      }
+      p.scene.options.background = false;
+      p.scene.options.samples = 60'000;
+      const PixelSums sums = p.sums();
+      expect_alpha(sums, hidden / 2.0);
+      EXPECT_EQ(mean(sums), Vec3d(0.0)) << "nothing throws light on it";
+    }
+  }
+}
+
+/// The camera sees lamps beside a catcher as they are, and those behind it not at all.
+TEST(SurfacePicture, LampsAreSeenBesideWhatCatchesShadows) {
+  const double radiance = 40 / (kPi * 4);
+  for (const double up : {1.0, -1.0}) {  // above and below one another in the picture
+    CloudScene s = cloud_scene_of_cube();
+    s.medium = far_away();
+    s.camera.position = {0, 10, 20};
+    s.camera.target = {0, 10, 0};
+    s.camera.up = {0, up, 0};
+    s.camera.fov = 60;
+    s.environment = ConstantSky{Rgb(0.0f)};
+    s.lights = {PointLight{{0, 16, 0}, Rgb(40.0f), "", 2},
+                PointLight{{0, -6, 0}, Rgb(40.0f), "", 2}};
+    s.surfaces = {ground(0.5, Look::shadow_catcher)};
+    s.options.width = 1, s.options.height = 40;
+    s.options.threads = 1;
+    const Film film = run_cube(s).film;
+    int seen = 0;
+    for (int y = 0; y < 40; ++y) {
+      const double slope = (0.5 - (y + 0.5) / 40) * 2 * std::tan(kPi / 6) * up;
+      const double past = std::abs(20 * slope - 6) / std::sqrt(1 + slope * slope);  // the lamp
+      const PixelSums& p = film.at(0, y);
+      if (past < 1.5) {
+        ++seen;
+        EXPECT_NEAR(mean(p).x, radiance, 1e-5 * radiance) << y;
+        EXPECT_EQ(p.alpha, 0) << y;
+      } else if (past > 2.5) {
+        EXPECT_EQ(mean(p), Vec3d(0.0)) << y;
+      }
+    }
+    EXPECT_GE(seen, 4);
+  }
+}
+
+/// The sky behind is seen where it is asked for, and nothing of it is opaque; surfaces are.
+TEST(SurfacePicture, AlphaIsThatOfSurfacesAndNotOfTheSky) {
+  for (const bool background : {true, false}) {
+    // A cloud under the ground, which nothing of it reaches.
+    Pixel p(matter(1, Rgb(0.9f), 0, Rgb(0.0f), translation({-6, -20, -6})), {3, 5, 2}, {3, 50, 9});
+    p.scene.surfaces = {ground(0.6)};
+    p.scene.environment = ConstantSky{Rgb(0.8f)};
+    p.scene.options.background = background;
+    p.scene.options.samples = 100;
+    const PixelSums sky = p.sums();
+    EXPECT_NEAR(mean(sky).x, background ? 0.8 : 0, 1e-6);
+    EXPECT_EQ(sky.alpha, 0);
+    p.scene.camera.target = {0, 0, 0};
+    const PixelSums lit = p.sums();
+    EXPECT_NEAR(mean(lit).x, 0.6 * 0.8, 0.6 * 0.8 * 1e-5);
+    EXPECT_EQ(lit.alpha, lit.samples);
+    // What shines behind the ground is hidden by it, be it met or looked for.
+    p.scene.lights = {PointLight{{-3, -5, -2}, Rgb(9.0f), "", 2}};
+    EXPECT_NEAR(mean(p.sums()).x, 0.6 * 0.8, 0.6 * 0.8 * 1e-5);
   }
 }
 
@@ -407,6 +621,17 @@ TEST(SurfacePicture, LayersAreTheSurfacesAndSumUp) {
   EXPECT_GT(value("depth").x, 1);
 }
 
+/// What is first met is now the cloud's, now that of the ground behind it.
+TEST(SurfacePicture, TheFirstAlbedoIsThatOfWhatIsMet) {
+  Pixel p(matter(1.0 / 13, Rgb(0.9f), 0), {6, 6, 40}, {6, 6, 6});
+  p.scene.surfaces = {PlaneSurface{{0, 0, -20}, {0, 0, 1}, {Rgb(0.4f)}}};
+  p.scene.options.aovs.add(Aov::albedo);
+  const Film film = p.result().film;
+  const Layer& layer = film.layers.front();
+  const double cloud = 1 - std::exp(-1.0);
+  EXPECT_NEAR(layer.sums.front().x / layer.weights.front(), 0.9 * cloud + 0.4 * (1 - cloud), 0.01);
+}
+
 /// Guided paths end, split and turn, and bring the same light on average: of all lights, over
 /// ground and beside it, on a catcher, too.
 TEST(SurfacePicture, GuidingChangesNoMean) {
@@ -433,6 +658,29 @@ TEST(SurfacePicture, GuidingChangesNoMean) {
     compare(average(guided.film, 4, 12, 8, 4), average(plain.film, 4, 12, 8, 4), "ground", family,
             1e-4);
   }
+  EXPECT_TRUE(family.passes());
+}
+
+/// Branches go on from where they were made: in a cloud that is lit from behind and by a lamp in
+/// it, without surfaces that would even things out.
+TEST(SurfacePicture, BranchesBringTheSameLight) {
+  CloudScene s = cloud_scene_of_cube();
+  s.medium = matter(0.6, Rgb(0.95f), 0.85);
+  s.lights = {Sun{{30, 10, -30}, Rgb(3.0f), 5}, PointLight{{2, 9, 4}, Rgb(3.0f), "", 1}};
+  s.environment = ConstantSky{Rgb(0.0f)};
+  s.options.width = s.options.height = 12;
+  s.options.samples = 6144;
+  s.options.guide = GuideUse::off;
+  const Film plain = run_cube(s).film;
+  // Far off: nothing meets it, but another tracer renders.
+  s.surfaces = {BallSurface{{0, 0, 1e7}, 1, {}}};
+  s.options.guide = GuideUse::on;
+  s.options.seed = 8;
+  s.options.samples = 2048;
+  const RenderResult guided = run_cube(s);
+  EXPECT_TRUE(guided.guided);
+  proof::Family family;
+  compare(average(guided.film), average(plain), "all", family, 1e-5);
   EXPECT_TRUE(family.passes());
 }
 

@@ -203,6 +203,91 @@ TEST(Surfaces, TheNearestOfAllKindsCounts) {
   EXPECT_EQ(s.first_hit({{0, 3, 0}, -down}, kFar).finish->albedo, Rgb(0.2f)) << "from within";
 }
 
+/// Two meshes, balls before and behind one another, and a plane before all: each hit has the finish
+/// and the normal of what was met.
+TEST(Surfaces, OfManyOfAKindTheNearestCounts) {
+  const TriangleMesh aslant{{{2, -1, 0}, {-2, 1, 0}, {1, -1, 2}, {-1, 1, -2}},
+                            {{0, 1, 2}, {1, 0, 3}}};
+  std::vector<Surface> all{PlaneSurface{{0, -1, 0}, {0, 1, 0}, {Rgb(0.1f)}},
+                           PlaneSurface{{0, -2, 0}, {0, 1, 0}, {Rgb(0.15f)}},
+                           BallSurface{{0, 5, 0}, 1, {Rgb(0.2f)}},
+                           BallSurface{{0, 9, 0}, 1, {Rgb(0.3f)}},
+                           mesh_surface(test::ball_mesh(16), translation({0, 13, 0})),
+                           mesh_surface(aslant, translation({0, 17, 0}))};
+  std::get<MeshSurface>(all[4]).finish.albedo = Rgb(0.4f);
+  std::get<MeshSurface>(all[5]).finish.albedo = Rgb(0.6f);
+  const auto expect_hit = [&](double from, Vec3d way, double at, float albedo) {
+    for (int order = 0; order < 2; ++order) {
+      const Surfaces s(all);
+      const SurfaceHit hit = s.first_hit({{1e-3, from, 1e-3}, way}, kFar);
+      ASSERT_NE(hit.finish, nullptr) << from;
+      EXPECT_EQ(hit.finish->albedo, Rgb(albedo)) << from;
+      EXPECT_NEAR(hit.place.y, at, 0.01) << from;
+      if (albedo == 0.6f) {
+        const Vec3d normal = normalize(cross(Vec3d(-4, 2, 0), Vec3d(-1, 0, 2)));
+        EXPECT_NEAR(std::abs(dot(hit.normal, normal)), 1, 1e-6);
+      }
+      std::reverse(all.begin(), all.end());
+    }
+  };
+  const Vec3d down(0, -1, 0);
+  expect_hit(30, down, 17, 0.6f);
+  expect_hit(15, down, 14, 0.4f);
+  expect_hit(11, down, 10, 0.3f);
+  expect_hit(7, down, 6, 0.2f);
+  expect_hit(3, down, -1, 0.1f);
+  expect_hit(-1.5, down, -2, 0.15f);
+  expect_hit(-3, -down, -2, 0.15f);
+  expect_hit(-1.5, -down, -1, 0.1f);
+  expect_hit(3, -down, 4, 0.2f);
+  expect_hit(7, -down, 8, 0.3f);
+  expect_hit(11, -down, 12, 0.4f);
+  expect_hit(15, -down, 17, 0.6f);
+}
+
+/// Across the images of a ball's tangents, whatever turns, stretches and shears it.
+TEST(Surfaces, NormalsOfWhatIsStretchedStandOnIt) {
+  const Affine place{{Vec3d(0, -2, 0.4), Vec3d(3, 0, 0.5), Vec3d(0.7, 0.3, 1)}, {30, -20, 10}};
+  SolidSurface solid;
+  solid.body = std::make_shared<const Body>(FreeForm{unit_ball(), {}});
+  solid.place.matrix = place;
+  const Surface kinds[] = {solid, mesh_surface(test::ball_mesh(64), place)};
+  const double tolerance[] = {1e-6, 0.1};  // of the mesh's flat pieces
+  Rng rng(8, 0, 0);
+  for (std::size_t k = 0; k < std::size(kinds); ++k) {
+    const Surfaces s({&kinds[k], 1});
+    for (int n = 0; n < 500; ++n) {
+      const Vec3d from = place.point(3.0 * normalize(random_point(rng, 1)));
+      const SurfaceHit hit = s.first_hit({from, normalize(place.t - from)}, kFar);
+      ASSERT_NE(hit.finish, nullptr);
+      const Vec3d at = inverse(place).point(hit.place);
+      const Vec3d tangent = normalize(cross(at, random_point(rng, 1)));
+      EXPECT_NEAR(dot(hit.normal, normalize(place.vector(tangent))), 0, tolerance[k])
+          << kind_name(kinds[k]);
+    }
+  }
+}
+
+/// A mesh without height is met, wherever its plane lies.
+TEST(Surfaces, AFlatMeshIsMet) {
+  const TriangleMesh square{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
+  Rng rng(9, 0, 0);
+  for (const double z : {0.0, 0.1, -1e3 / 3, 1e7 / 7}) {
+    const Surface all[] = {mesh_surface(square, translation({z, -z, z}))};
+    const Surfaces s(all);
+    for (int n = 0; n < 1000; ++n) {
+      const Vec3d to = Vec3d(z, -z, z) + Vec3d(0.01 + 0.98 * double(rng.uniform()),
+                                               0.01 + 0.98 * double(rng.uniform()), 0);
+      const Vec3d from = to + Vec3d(0, 0, n % 2 ? 2 : -2) + random_point(rng, 1);
+      const Ray ray{from, normalize(to - from)};
+      const SurfaceHit hit = s.first_hit(ray, kFar);
+      ASSERT_NE(hit.finish, nullptr) << z << ", " << n;
+      EXPECT_NEAR(hit.distance, length(to - from), 1e-6) << z;
+      EXPECT_TRUE(s.block(ray, kFar));
+    }
+  }
+}
+
 void expect_refused(const Surface& surface, const std::string& words) {
   try {
     validate(surface);
