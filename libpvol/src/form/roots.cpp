@@ -27,28 +27,17 @@ namespace {
   return s;
 }
 
-/// Those of a polynomial that is linear or quadratic, whether or not the sign changes there.
-[[nodiscard]] Roots closed_form(const Quartic& c) {
-  Roots r;
-  if (c[2] == 0) {
-    if (c[1] != 0) r.add(-c[0] / c[1]);
-    return r;
-  }
-  const double half = -0.5 * c[1], square = half * half - c[2] * c[0];
-  if (!(square > 0)) return r;
-  const double q = half + std::copysign(std::sqrt(square), half);  // without cancellation
-  const double a = q / c[2], b = c[0] / q;
-  r.add(std::min(a, b));
-  r.add(std::max(a, b));
-  return r;
-}
-
 }  // namespace
 
 Roots sign_changes(const Quartic& c, double lo, double hi) {
-  const bool low = c[3] == 0 && c[4] == 0;
   const Quartic slope = derivative(c);
-  const Roots cuts = low ? closed_form(slope) : sign_changes(slope, lo, hi);
+  const bool quadratic = c[3] == 0 && c[4] == 0;
+  Roots cuts;
+  if (!quadratic) {
+    cuts = sign_changes(slope, lo, hi);
+  } else if (c[2] != 0) {
+    cuts.add(-0.5 * c[1] / c[2]);
+  }
   Roots r;
   double from = lo, sign = 0;  // a value on this side of the next root
   bool touched = false;        // the value at `from` is 0

@@ -187,7 +187,7 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
       choose_guide(volumes, scene, *p.lighting, options.paths > 0 ? options.paths : count_paths(o));
   p.surfaces = detail::make_surfaces(scene.surfaces);
   p.kernel = choose_kernel(p);
-  p.emission = detail::prepare_emission(volumes, o);
+  p.emission = detail::prepare_emission(volumes, p.scene);
   p.decisions = decide(p, scene.options, lanes.reason);
   if (!options.forecast) return p;
   const detail::CameraProbe probe = detail::probe_camera(p);

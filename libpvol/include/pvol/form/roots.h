@@ -25,9 +25,8 @@ struct Roots {
 };
 
 /// Every s in [lo, hi] at which the polynomial, as `value` computes it, passes from one sign to the
-/// other, to the last digit. Closed form up to degree two; beyond, the roots of the derivative cut
-/// the interval into pieces on which it is monotone, and bracketed Newton steps find the one root
-/// of each (THEORY.md, T7.7).
+/// other, to the last digit: the roots of the derivative cut the interval into pieces on which it is
+/// monotone, and bracketed Newton steps find the one root of each (THEORY.md, T7.7).
 [[nodiscard]] Roots sign_changes(const Quartic& c, double lo, double hi);
 
 }  // namespace pvol

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "pvol/render/scene.h"
 #include "render/emission/power_tree.h"
 #include "render/path/box_tree.h"
 
@@ -19,7 +20,7 @@ struct EmissionSetup {
 
 /// Null where nothing emits along flights.
 [[nodiscard]] std::shared_ptr<const EmissionSetup> prepare_emission(std::span<const Volume> volumes,
-                                                                    const RenderOptions& options);
+                                                                    const Scene& scene);
 
 /// An estimate of what is emitted along a ray of the world up to a distance that may be infinite:
 /// as it is, without the extinction in between. Up to the end of a free flight that is right on
