@@ -264,15 +264,15 @@ TEST(NearLights, OfManySomeAreAsked) {
   OneRay r({matter(0.15, Rgb(1.0f, 0.5f, 0.25f), 0.4)}, {6, 25, 30}, {6.5, 6, 5});
   for (const Lit& lit : kLit) r.scene.lights.push_back(lit.light);
   Rng rng(16, 0, 0);
-  for (int i = 0; i < 25; ++i) {
+  for (int i = 0; i < 70; ++i) {
     const Vec3d place = Vec3d(6) + random_direction(rng) * (4 + 10 * double(rng.uniform()));
     r.scene.lights.emplace_back(PointLight{place, Rgb(rng.uniform(), 1.0f, 0.5f)});
   }
   r.scene.lights.emplace_back(Sun{{1, 2, 3}, Rgb(0.5f), 0});
   r.scene.lights.emplace_back(SpotLight{{20, 15, 9}, {1, 1, 0}, Rgb(1e3f), 40, 0.5, ""});
-  r.scene.options.samples = 60'000;
+  r.scene.options.samples = 100'000;
   proof::Family family;
-  compare(r, "thirty", family);
+  compare(r, "many", family);
   r.scene.options.aovs.add(Aov::lights);
   const Film layers = render(make_volumes(cube(), r.bodies, r.scene), r.scene).film;
   Vec3d sum;
@@ -315,8 +315,8 @@ TEST(NearLights, AllTracersAgree) {
     return average(render(volume, t).film);
   };
   for (const bool many : {false, true}) {  // of many some are asked, by worth, too
-    for (int i = 0; many && i < 8; ++i) {
-      s.lights.emplace_back(PointLight{{i * 4.0 - 8, 16 - i * 3.0, 18}, Rgb(60.0f)});
+    for (int i = 0; many && i < 64; ++i) {
+      s.lights.emplace_back(PointLight{{i * 0.5 - 8, 16 - i * 0.4, 18}, Rgb(7.5f)});
     }
     const std::string of = many ? ", many" : "";
     const Average plain = picture(GuideUse::off, false, 1);

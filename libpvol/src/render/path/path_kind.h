@@ -11,7 +11,7 @@
 namespace pvol::detail {
 
 /// Most lights that are all asked at a collision.
-inline constexpr std::size_t kMostAsked = 8;
+inline constexpr std::size_t kMostAsked = 64;
 
 /// All matter scatters by one Henyey-Greenstein lobe and is the same all over its volume, lights
 /// are a few suns and points, nothing emits along flights, nothing moves.
