@@ -60,7 +60,8 @@ void RayBody::add_crossings(const FreeForm& form, const Ray& segment,
   std::vector<Quartic> bent;
   for (const Perturbation& p : form.perturbations) {
     bent.push_back(along(p.form.base, segment));
-    for (const double s : sign_changes(bent.back(), 0, 1).all()) cuts.push_back(s);
+    const Roots borders = sign_changes(bent.back(), 0, 1);
+    cuts.insert(cuts.end(), borders.all().begin(), borders.all().end());
   }
   std::sort(cuts.begin(), cuts.end());
   const Quartic base = along(form.base, segment);
@@ -74,7 +75,8 @@ void RayBody::add_crossings(const FreeForm& form, const Ray& segment,
         sum[d] += form.perturbations[k].strength * square[d];
       }
     }
-    for (const double s : sign_changes(sum, cuts[i], cuts[i + 1]).all()) all.push_back({s, &form});
+    const Roots roots = sign_changes(sum, cuts[i], cuts[i + 1]);
+    for (const double s : roots.all()) all.push_back({s, &form});
   }
 }
 

@@ -19,14 +19,15 @@ struct Roots {
   int count = 0;
 
   void add(double s) { at[static_cast<std::size_t>(count++)] = s; }
-  [[nodiscard]] std::span<const double> all() const {
+  [[nodiscard]] std::span<const double> all() const& {
     return {at.data(), static_cast<std::size_t>(count)};
   }
+  std::span<const double> all() && = delete;  // it would refer to what is gone
 };
 
 /// Every s in [lo, hi] at which the polynomial, as `value` computes it, passes from one sign to the
-/// other, to the last digit: the roots of the derivative cut the interval into pieces on which it is
-/// monotone, and bracketed Newton steps find the one root of each (THEORY.md, T7.7).
+/// other, to the last digit: the roots of the derivative cut the interval into pieces on which it
+/// is monotone, and bracketed Newton steps find the one root of each (THEORY.md, T7.7).
 [[nodiscard]] Roots sign_changes(const Quartic& c, double lo, double hi);
 
 }  // namespace pvol
