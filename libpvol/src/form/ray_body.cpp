@@ -16,8 +16,7 @@ void collect(const Body& body, std::vector<const FreeForm*>& forms) {
       if (p.form.perturbations.empty()) continue;
       throw Error(
           "a perturbation that has perturbations of its own has no surface in closed form; "
-          "expected "
-          "one level of them");
+          "expected one level of them");
     }
     forms.push_back(&body.form);
   }

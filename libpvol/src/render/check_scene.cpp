@@ -127,28 +127,16 @@ void check_chromatic(std::span<const Volume> volumes, const RenderOptions& o) {
               (wrong ? wrong : ""));
 }
 
-/// Of lights that flights may pass.
-void check_met_lights(std::span<const Volume> volumes, const Scene& scene) {
-  if (!any_is_met(make_light_sources(scene.lights))) return;
-  const char* const wrong =
-      is_weighted(scene.options.tracker) ? "a tracker without weights, such as decomposition"
-      : std::ranges::any_of(volumes, [](const Volume& v) { return is_chromatic(v.medium); })
-          ? "an extinction that is the same for all channels (no extinction_color)"
-      : scene.options.deep ? "flat pictures, for deep ones are made of what collides"
-                           : nullptr;
-  if (wrong)
-    throw Error(std::string("lights that rays meet (area, point with a radius) go with ") + wrong);
-}
-
-/// Paths among surfaces go through places of the world.
-void check_surfaces(std::span<const Volume> volumes, const RenderOptions& o) {
+/// Of what ends flights or is passed by them, which takes flights without weights.
+void check_beside(const std::string& what, const char* flat, std::span<const Volume> volumes,
+                  const RenderOptions& o) {
   const char* const wrong =
       is_weighted(o.tracker) ? "a tracker without weights, such as decomposition"
       : std::ranges::any_of(volumes, [](const Volume& v) { return is_chromatic(v.medium); })
           ? "an extinction that is the same for all channels (no extinction_color)"
-      : o.deep ? "flat pictures, for deep ones hold volumes alone"
+      : o.deep ? flat
                : nullptr;
-  if (wrong) throw Error(std::string("scenes with surfaces go with ") + wrong);
+  if (wrong) throw Error(what + " go with " + wrong);
 }
 
 /// Flights are compiled for one of these kinds, not for two at once.
@@ -171,8 +159,14 @@ void check(std::span<const Volume> volumes, const Scene& scene) {
           "weighted trackers take one volume; choose another tracker for several");
   check_chromatic(volumes, scene.options);
   check_kinds(volumes);
-  if (!scene.surfaces.empty()) check_surfaces(volumes, scene.options);
-  check_met_lights(volumes, scene);
+  if (!scene.surfaces.empty()) {
+    check_beside("scenes with surfaces", "flat pictures, for deep ones hold volumes alone", volumes,
+                 scene.options);
+  }
+  if (any_is_met(make_light_sources(scene.lights))) {
+    check_beside("lights that rays meet (area, point with a radius)",
+                 "flat pictures, for deep ones are made of what collides", volumes, scene.options);
+  }
   if (scene.options.deep) check_deep(volumes, scene.options);
   for (const Volume& v : volumes) {
     check(v, scene.options);
