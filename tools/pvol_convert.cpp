@@ -6,6 +6,7 @@
 
 #include "cli/cli_app.h"
 #include "cli/frames_app.h"
+#include "cli/interrupt.h"
 #include "cli/load_scene.h"
 #include "cli/shell_export.h"
 #include "pvol/bounds/bound_grids.h"
@@ -305,6 +306,7 @@ int run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  cli::watch_signals(kTool);
   Options options;
   if (const auto code = read_command_line(argc, argv, options)) return *code;
   return cli::run_guarded(kTool, [&] { return run(options); });

@@ -4,6 +4,7 @@
 
 #include "cli/cli_app.h"
 #include "cli/frames_app.h"
+#include "cli/interrupt.h"
 #include "cli/shell_checks.h"
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
@@ -315,6 +316,7 @@ int run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  cli::watch_signals(kTool);
   Options options;
   if (const auto code = read_command_line(argc, argv, options)) return *code;
   return cli::run_guarded(kTool, [&] { return run(options); });

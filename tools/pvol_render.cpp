@@ -9,6 +9,7 @@
 
 #include "cli/filter_picture.h"
 #include "cli/instructions.h"
+#include "cli/interrupt.h"
 #include "cli/load_scene.h"
 #include "cli/render_options.h"
 #include "cli/render_outputs.h"
@@ -102,10 +103,12 @@ RenderJob load(const Options& o, formats::SceneFile file) {
 
 void make_plan(const Options& o, RenderJob& job) {
   Scene& scene = job.file.scene;
+  cli::StageLine stage("planning", o.common.quiet);
   job.chose_transmittance = scene.options.transmittance == Transmittance::automatic;
   job.plan =
       plan(job.volumes, o.denoise ? cli::with_needs_of_filter(scene) : scene,
            {.facts = job.facts, .force = o.force || o.print_scene, .forecast = !o.print_scene});
+  stage.erase();
   cli::print_warnings(kTool, job.plan.doubts);
   const bool any_shell = std::any_of(job.volumes.begin(), job.volumes.end(),
                                      [](const Volume& v) { return v.shell != nullptr; });
@@ -240,7 +243,6 @@ TimedRender render_timed(const Options& o, const RenderJob& job, const std::file
   const bool in_log = o.frames.now().size() > 1 && !cli::on_terminal();
   cli::ProgressBar bar(job.frame ? job.frame->label : "rendering", "samples",
                        o.common.quiet || in_log);
-  cli::catch_interrupt();
   cli::Stopwatch watch;
   const double before = cli::cpu_seconds();
   std::atomic<std::uint64_t> wanted = 0;
@@ -260,15 +262,17 @@ TimedRender render_timed(const Options& o, const RenderJob& job, const std::file
   return t;
 }
 
-/// Filters the picture. Interrupted renders may have too few samples for that; they are saved as
-/// they are.
+/// Filters the picture. Where that is interrupted, or the render was and has too few samples for it,
+/// the picture is saved as it is.
 std::optional<cli::FilteredPicture> filter(const Options& o, const RenderJob& job,
                                            const RenderResult& result) {
   const cli::StageLine stage("filtering", o.common.quiet);
   try {
-    return cli::filter_picture(result.film, job.file.scene.options);
+    // A render that was interrupted is filtered to the end: only the filter itself is interrupted.
+    return cli::filter_picture(result.film, job.file.scene.options,
+                               [&] { return result.complete && cli::interrupted(); });
   } catch (const Error& e) {
-    if (result.complete) throw;
+    if (result.complete && !cli::interrupted()) throw;
     cli::print_warnings(kTool, {std::string(e.what()) + "; it is saved as it is"});
     return std::nullopt;
   }
@@ -296,16 +300,17 @@ int render_and_save(const Options& o, const cli::Outputs& out, RenderJob job, bo
   if (verbose && !o.common.quiet) print_facts(job);
   std::optional<report::LivePage> live;
   if (o.live) live.emplace(out.png);
+  const cli::SavesOnInterrupt saves;
   TimedRender t = render_timed(o, job, out.png, live ? &*live : nullptr);
   if (t.samples == 0) throw Error("interrupted before the first sample; nothing is saved");
   // Among frames that are finished nobody would look for one that is not.
   const std::string saved = job.frame ? "this frame is not saved" : "what was rendered is saved";
-  if (t.result.complete || !job.frame) {
-    if (o.denoise) t.filtered = filter(o, job, t.result);
-    cli::save(o, out, job, t);
-  }
+  bool whole = t.result.complete;
+  if (o.denoise && (whole || !job.frame)) t.filtered = filter(o, job, t.result);
+  whole = whole && o.denoise == t.filtered.has_value();
+  if (whole || !job.frame) cli::save(o, out, job, t);
   if (live) end_live(*live, t);
-  if (t.result.complete) return cli::kSuccess;
+  if (whole) return cli::kSuccess;
   throw Error("interrupted after " + cli::progress_text(t) + " samples; " + saved);
 }
 
@@ -379,6 +384,7 @@ int run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  cli::watch_signals(kTool);
   Options options;
   if (const auto code = cli::read_command_line(argc, argv, options)) return *code;
   return cli::run_guarded(kTool, [&] { return run(options); });

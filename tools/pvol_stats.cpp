@@ -2,6 +2,7 @@
 #include <functional>
 
 #include "cli/cli_app.h"
+#include "cli/interrupt.h"
 #include "stats/stats.h"
 #include "stats/trade_options.h"
 
@@ -154,6 +155,7 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  cli::watch_signals("pvol-stats");
   return cli::run_guarded("pvol-stats", [&] {
     Options options;
     const auto code = read_command_line(argc, argv, options);

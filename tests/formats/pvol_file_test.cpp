@@ -339,6 +339,20 @@ TEST_F(PvolFileTest, AtomicWriterPassesOnWhatTheCallerThrows) {
   EXPECT_TRUE(files().empty());
 }
 
+/// As by a thread that ends the process meanwhile.
+TEST_F(PvolFileTest, AbandonedWritesLeaveNothing) {
+  std::ofstream(path("a")) << "old";
+  const auto abandoned = [&](const fs::path& aside) {
+    write_atomically(path("b"), [](const fs::path& other) { std::ofstream(other) << "whole"; });
+    std::ofstream(aside) << "half";
+    abandon_writes();
+    EXPECT_FALSE(fs::exists(aside));
+  };
+  EXPECT_THROW(write_atomically(path("a"), abandoned), Error);
+  EXPECT_EQ(files(), (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(fs::file_size(path("a")), 3);
+}
+
 /// What a killed writer left is removed; what only looks like it stays.
 TEST_F(PvolFileTest, OnlyLitterIsRemoved) {
   const std::vector<std::string> own{"a.tmp-backup", "a.tmp-1-2-3", "a.tmp-", "a.tmp-1-",

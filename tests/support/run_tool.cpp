@@ -37,6 +37,8 @@ RunResult result_of(int status) {
   return r;
 }
 
+constexpr auto kLimit = std::chrono::minutes(2);
+
 }  // namespace
 
 std::string read_text(const std::filesystem::path& file) {
@@ -48,7 +50,6 @@ std::string read_text(const std::filesystem::path& file) {
 
 RunResult run_tool(const std::string& program, const std::vector<std::string>& arguments,
                    const std::function<void(int, const std::string&)>& while_running) {
-  constexpr auto kLimit = std::chrono::minutes(2);
   const ScratchFolder streams;
   const std::string out = streams / "out", err = streams / "err";
   const int pid = fork();
@@ -68,7 +69,8 @@ RunResult run_tool(const std::string& program, const std::vector<std::string>& a
   return r;
 }
 
-RunResult run_on_terminal(const std::string& program, const std::vector<std::string>& arguments) {
+RunResult run_on_terminal(const std::string& program, const std::vector<std::string>& arguments,
+                          const std::function<void(int, const std::string&)>& while_running) {
   const ScratchFolder streams;
   const int screen = posix_openpt(O_RDWR | O_NOCTTY);
   if (screen < 0 || grantpt(screen) != 0 || unlockpt(screen) != 0) {
@@ -83,6 +85,7 @@ RunResult run_on_terminal(const std::string& program, const std::vector<std::str
   int status = 0;
   // What was written stays to be read; the terminal's end would come as an error.
   fcntl(screen, F_SETFL, O_NONBLOCK);
+  const auto start = std::chrono::steady_clock::now();
   for (bool ended = false;;) {
     char text[4096];
     const ssize_t size = read(screen, text, sizeof text);
@@ -90,6 +93,8 @@ RunResult run_on_terminal(const std::string& program, const std::vector<std::str
     if (size > 0) continue;
     if (ended) break;
     ended = waitpid(pid, &status, WNOHANG) != 0;
+    if (!ended && std::chrono::steady_clock::now() - start > kLimit) kill(pid, SIGKILL);
+    if (!ended && while_running) while_running(pid, err);
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
   close(held);

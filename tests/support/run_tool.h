@@ -21,8 +21,9 @@ struct RunResult {
     const std::function<void(int pid, const std::string& err)>& while_running = {});
 
 /// The same with stderr on a terminal, which ends lines by "\r\n".
-[[nodiscard]] RunResult run_on_terminal(const std::string& program,
-                                        const std::vector<std::string>& arguments);
+[[nodiscard]] RunResult run_on_terminal(
+    const std::string& program, const std::vector<std::string>& arguments,
+    const std::function<void(int pid, const std::string& err)>& while_running = {});
 
 /// A new folder, removed with everything in it at the end.
 class ScratchFolder {

@@ -433,9 +433,11 @@ TEST_F(Sequence, InterruptedKeepsTheFramesThatAreDone) {
         if (!sent && err.find("frame 1 (1 of 3): 96 samples") != err.npos)
           sent = kill(pid, SIGINT) == 0;
       });
-  EXPECT_EQ(r.exit, 1) << r.err;
-  EXPECT_NE(r.err.find("pvol-render: frame 2: error: interrupted "), std::string::npos) << r.err;
-  EXPECT_NE(r.err.find(" saved\n"), std::string::npos) << r.err;
+  // The second frame may not have come as far as to its first sample.
+  EXPECT_TRUE(r.exit == 1 || r.signal == SIGINT) << r.err;
+  EXPECT_NE(r.err.find("interrupted "), std::string::npos) << r.err;
+  const char* said = r.exit == 1 ? "pvol-render: frame 2: error: " : ": 1 of 3 frames are done\n";
+  EXPECT_NE(r.err.find(said), std::string::npos) << r.err;
   EXPECT_TRUE(exists("a.0001.exr"));
   EXPECT_FALSE(exists("a.0002.exr") || exists("a.0002.png") || exists("a.0003.exr"));
 }

@@ -6,19 +6,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <csignal>
 #include <cstdlib>
 #include <iostream>
 #include <new>
 
+#include "cli/interrupt.h"
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
 
 namespace pvol::cli {
 namespace {
-
-// The one thing a signal handler may touch.
-volatile std::sig_atomic_t interrupt_seen = 0;
 
 /// " within 500 MB", where there is a limit.
 std::string memory_limit_text() {
@@ -33,18 +30,21 @@ void redraw(const std::string& line, std::size_t& width) {
   std::cerr << '\r' << line << std::string(width > line.size() ? width - line.size() : 0, ' ')
             << std::flush;
   width = line.size();
+  note_line(width);
 }
 
 }  // namespace
 
 int run_guarded(const std::string& tool, const std::function<int()>& body) {
   const auto complain = [&](const char* what) {
+    give_way_to_signal();
     std::cout.flush();
     std::cerr << tool << ": error: " << what << '\n';
   };
   try {
     const int code = body();
     std::cout.flush();
+    give_way_to_signal();
     if (std::cout) return code;
     complain("cannot write to standard output");
   } catch (const UsageError& e) {
@@ -138,16 +138,6 @@ void limit_memory(double bytes) {
   setrlimit(RLIMIT_AS, &limit);
 }
 
-void catch_interrupt() {
-  struct sigaction action {};
-  action.sa_handler = [](int) { interrupt_seen = 1; };
-  action.sa_flags = SA_RESETHAND | SA_RESTART;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-}
-
-bool interrupted() { return interrupt_seen != 0; }
-
 bool on_terminal() { return isatty(STDERR_FILENO) != 0; }
 
 double Stopwatch::lap() {
@@ -164,10 +154,12 @@ StageLine::StageLine(const std::string& stage, bool quiet) : shown_(!quiet && on
 StageLine::~StageLine() { erase(); }
 
 void StageLine::show(const std::string& next) {
+  note_stage(next);
   if (shown_) redraw(next, width_);
 }
 
 void StageLine::erase() {
+  note_stage("");
   if (width_ == 0) return;
   redraw("", width_);
   std::cerr << '\r' << std::flush;
@@ -179,10 +171,15 @@ ProgressBar::ProgressBar(std::string label, std::string unit, bool quiet)
       quiet_(quiet),
       terminal_(on_terminal()),
       start_(std::chrono::steady_clock::now()),
-      next_(start_ + std::chrono::seconds(terminal_ ? 0 : 1)) {}
+      next_(start_ + std::chrono::seconds(terminal_ ? 0 : 1)) {
+  note_stage(label_);
+}
 
 ProgressBar::~ProgressBar() {
-  if (terminal_ && width_ > 0) std::cerr << '\n';
+  note_stage("");
+  if (!terminal_ || width_ == 0) return;
+  std::cerr << '\n';
+  note_line(0);
 }
 
 void ProgressBar::note(std::string text) {

@@ -1,4 +1,4 @@
-// What every tool does alike: exit codes, messages, progress, interruption, readable numbers.
+// What every tool does alike: exit codes, messages, progress, readable numbers.
 #pragma once
 
 #include <chrono>
@@ -68,11 +68,6 @@ void check_output(const std::filesystem::path& file, const std::vector<std::stri
 /// message instead of taking the machine's memory.
 void limit_memory(double bytes);
 
-/// From here on the first Ctrl-C or SIGTERM only makes `interrupted` true; a second one ends the
-/// tool.
-void catch_interrupt();
-[[nodiscard]] bool interrupted();
-
 /// Whether stderr is a terminal.
 [[nodiscard]] bool on_terminal();
 
@@ -86,7 +81,7 @@ class Stopwatch {
 };
 
 /// Names a long step in a line on the terminal that is there as long as the step takes: "reading
-/// cloud.vdb". Nothing where stderr is no terminal, or when quiet.
+/// cloud.vdb". Nothing where stderr is no terminal, or when quiet; interruptions name it always.
 class StageLine {
  public:
   StageLine(const std::string& stage, bool quiet);

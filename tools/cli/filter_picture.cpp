@@ -30,10 +30,11 @@ Scene with_needs_of_filter(const Scene& scene) {
   return changed;
 }
 
-FilteredPicture filter_picture(const Film& film, const RenderOptions& asked) {
+FilteredPicture filter_picture(const Film& film, const RenderOptions& asked,
+                               const std::function<bool()>& stop) {
   Stopwatch watch;
   const double before = cpu_seconds();
-  const Denoised d = denoise(film, {.threads = asked.threads});
+  const Denoised d = denoise(film, {.threads = asked.threads, .stop = stop});
   FilteredPicture p{with_colour(film, d), d.relative_error};
   std::erase_if(p.film.layers, [&](const Layer& l) { return !is_wanted(l, asked.aovs); });
   p.cpu_seconds = cpu_seconds() - before, p.wall_seconds = watch.lap();

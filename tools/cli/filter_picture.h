@@ -1,6 +1,8 @@
 // Filtering the noise of a rendered picture, for tools that render.
 #pragma once
 
+#include <functional>
+
 #include "pvol/render/film.h"
 #include "pvol/render/scene.h"
 
@@ -18,7 +20,8 @@ struct FilteredPicture {
 [[nodiscard]] Scene with_needs_of_filter(const Scene& scene);
 
 /// Filters a film of such a scene, and keeps of its layers those that `asked.aovs` has. Throws what
-/// denoise throws.
-[[nodiscard]] FilteredPicture filter_picture(const Film& film, const RenderOptions& asked);
+/// denoise throws, also once `stop` is true.
+[[nodiscard]] FilteredPicture filter_picture(const Film& film, const RenderOptions& asked,
+                                             const std::function<bool()>& stop);
 
 }  // namespace pvol::cli

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <iostream>
 #include <set>
 
 #include "cli/cli.h"
+#include "cli/interrupt.h"
 #include "pvol/error.h"
 
 namespace pvol::cli {
@@ -82,7 +84,13 @@ std::vector<int> frames_to_do(const SequenceTool& tool, const FramesGiven& given
 
 int for_each_frame(const SequenceTool& tool, const std::vector<int>& frames,
                    const FrameWork& work) {
-  for (std::size_t i = 0; i < frames.size(); ++i) {
+  std::atomic<std::size_t> done = 0;
+  const TellsOnInterrupt tells([&] {
+    if (tool.quiet || frames.size() == 1) return;
+    std::cerr << fmt::format("{}: {} of {} frames are done\n", tool.name, done.load(),
+                             frames.size());
+  });
+  for (std::size_t i = 0; i < frames.size(); ++i, ++done) {
     const std::string name = fmt::format("frame {}", frames[i]);
     const std::string label =
         frames.size() == 1 ? name : fmt::format("{} ({} of {})", name, i + 1, frames.size());

@@ -55,7 +55,7 @@ std::vector<measure::BuildTimes> time_building(const LoadedScene& loaded,
                                                const std::vector<int>& depths, double end) {
   std::vector<measure::BuildTimes> times(depths.size());
   std::vector<formats::Cloud> clouds = loaded.clouds;
-  for (int round = 0; round < kBuildRounds && (round == 0 || !interrupted()); ++round) {
+  for (int round = 0; round < kBuildRounds; ++round) {
     if (round >= kFewestBuildRounds && clock_seconds() > end) break;
     for (std::size_t i = 0; i < depths.size(); ++i) {
       Scene scene = loaded.file.scene;

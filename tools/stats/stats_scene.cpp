@@ -7,6 +7,7 @@
 
 #include "cli/cli.h"
 #include "cli/instructions.h"
+#include "cli/interrupt.h"
 #include "cli/load_scene.h"
 #include "pvol/error.h"
 #include "pvol/render/render.h"

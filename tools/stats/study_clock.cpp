@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iostream>
+#include <memory>
 #include <utility>
 
 #include "cli/cli.h"
@@ -12,9 +13,7 @@
 namespace pvol::cli {
 
 StudyClock::StudyClock(StudyReport& report, bool quiet)
-    : report_(report), quiet_(quiet), begin_(clock_seconds()) {
-  catch_interrupt();
-}
+    : report_(report), quiet_(quiet), begin_(clock_seconds()) {}
 
 double StudyClock::left() const { return report_.budget - (clock_seconds() - begin_); }
 
@@ -44,6 +43,7 @@ void StudyClock::measure_reference(const LoadedScene& loaded, double part, int t
       options(part * left(), kSeeds),
       [&](const measure::RunRequest& r) { return render_changed(loaded, {}, {}, r, threads); });
   naming(report_.name, [&] { measure::set_reference(report_.study, std::move(film)); });
+  report_.saves = std::make_unique<SavesOnInterrupt>();
 }
 
 std::vector<measure::Measured> StudyClock::sweep(const std::vector<std::string>& names,

@@ -10,8 +10,8 @@
 
 namespace pvol::cli {
 
-/// Measures for a report and keeps the clock; catches interruptions. Says on stderr what is
-/// measured next, every few seconds.
+/// Measures for a report and keeps the clock; from the reference on interruptions leave a report of
+/// what was measured. Says on stderr what is measured next, every few seconds.
 class StudyClock {
  public:
   StudyClock(StudyReport& report, bool quiet);

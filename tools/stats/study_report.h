@@ -2,10 +2,12 @@
 // budget.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "cli/interrupt.h"
 #include "cli/json.h"
 #include "pvol/measure/study.h"
 #include "report/document.h"
@@ -19,6 +21,7 @@ struct StudyReport {
   std::vector<std::string> given;  ///< words of the command line that describe the scene
   double budget = 0, used = 0;     ///< seconds of the clock
   measure::Study study;
+  std::unique_ptr<SavesOnInterrupt> saves;  ///< there as soon as there is something to report
 };
 
 /// What the user said of the scene, as pvol-render takes it.

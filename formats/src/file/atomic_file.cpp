@@ -10,6 +10,7 @@
 
 #include <atomic>
 #include <cerrno>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -56,6 +57,35 @@ class LockedFile {
 
  private:
   int descriptor_;
+};
+
+/// A file beside its target for as long as this lives, among those of the process: whoever ends it
+/// can remove them.
+class Aside {
+ public:
+  explicit Aside(const fs::path& path) : path_(path) {
+    const std::scoped_lock lock(mutex_);
+    next_ = std::exchange(all_, this);
+  }
+  ~Aside() {
+    const std::scoped_lock lock(mutex_);
+    Aside** link = &all_;
+    while (*link != this) link = &(*link)->next_;
+    *link = next_;
+  }
+  Aside(const Aside&) = delete;
+  Aside& operator=(const Aside&) = delete;
+
+  static void remove_all() {
+    const std::scoped_lock lock(mutex_);
+    for (const Aside* a = all_; a != nullptr; a = a->next_) ::unlink(a->path_.c_str());
+  }
+
+ private:
+  static inline std::mutex mutex_;
+  static inline Aside* all_ = nullptr;
+  const fs::path& path_;
+  Aside* next_;
 };
 
 constexpr const char* kAside = ".tmp-";
@@ -124,6 +154,7 @@ void write_atomically(const fs::path& file, const std::function<void(const fs::p
   remove_litter(target);
   fs::path aside;
   const LockedFile lock = create(target, aside);
+  const Aside listed(aside);
   try {
     write(aside);
     sync(aside, O_RDONLY);
@@ -135,5 +166,7 @@ void write_atomically(const fs::path& file, const std::function<void(const fs::p
   }
   sync(target.has_parent_path() ? target.parent_path() : fs::path("."), O_RDONLY | O_DIRECTORY);
 }
+
+void abandon_writes() noexcept { Aside::remove_all(); }
 
 }  // namespace pvol::formats

@@ -47,7 +47,7 @@ double seconds_since(std::chrono::steady_clock::time_point t) {
 PathSetup with_counts(const RenderPlan& plan, const PathSetup& setup) {
   PathSetup counted = setup;
   counted.count = true;
-  if (!plan.kernel.endless) {
+  if (!plan.kernel.watched) {
     counted.flights =
         detail::find_flights(detail::field_kind(plan.kernel), detail::Watching::count);
   }

@@ -14,4 +14,8 @@ namespace pvol::formats {
 void write_atomically(const std::filesystem::path& file,
                       const std::function<void(const std::filesystem::path&)>& write);
 
+/// Removes the new files of all writers of this process, which then fail or, where they are about
+/// to be done, succeed: for a thread that ends the process meanwhile.
+void abandon_writes() noexcept;
+
 }  // namespace pvol::formats

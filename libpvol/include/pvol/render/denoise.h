@@ -5,6 +5,7 @@
 // (THEORY.md, T5.10).
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "pvol/render/aov.h"
@@ -17,6 +18,8 @@ struct DenoiseOptions {
   int patch = 3;           ///< pixels to each side that are compared around a neighbour, 0..8
   double bandwidth = 0.7;  ///< standard deviations by which patches may differ, above 0
   int threads = 0;         ///< 0: one for each hardware thread
+  /// Asked now and then, from any thread; once it is true, the filter gives up.
+  std::function<bool()> stop{};
 };
 
 /// A filtered picture: for each pixel of a film, by channel.
@@ -40,8 +43,8 @@ struct Denoised {
 /// Filters the film's colour. Pixels around which, within two to each side, no sample collided or
 /// there is no noise stay as they are; what is filtered is never negative. The same film gives the
 /// same bytes for any number of threads. Throws Error for a film that lacks a layer, which it
-/// names, or has pixels of fewer than two samples or that are not finite, and for options out of
-/// range.
+/// names, or has pixels of fewer than two samples or that are not finite, for options out of
+/// range, and where it was stopped.
 [[nodiscard]] Denoised denoise(const Film& film, const DenoiseOptions& options = {});
 
 /// The film as it is written: colour is the filtered one, and variances are its `mse`. Samples,

@@ -11,6 +11,13 @@
 
 namespace pvol {
 
+/// Whether a field says by `ends()` that flights through it are to end: they then do, anyhow.
+template <class Field>
+[[nodiscard]] bool is_over(const Field& field) {
+  if constexpr (requires { field.ends(); }) return field.ends();
+  return false;
+}
+
 /// A flight that serves all channels at once, each with a weight of its own.
 struct ChromaticFlight {
   double t = 0;
@@ -40,6 +47,7 @@ template <class Segments, class Field, class Count>
     const float all = carried(flight.weight),
                 p = all > 0 ? carried(flight.weight * real) / all : mu;
     flight.t = t;
+    if (is_over(field)) return true;
     if (u < p) {
       flight.weight *= real / p;
       return true;
@@ -61,6 +69,7 @@ template <class Segments, class Field, class Count>
   const auto ends = [&](const Segment& s, double t, float u) {
     const float mu = std::min(field.extinction(s, segments.point(t), count) / s.hi, 1.0f);
     weight *= Rgb(1.0f) - share * mu;
+    if (is_over(field)) return true;
     const float most = max_component(weight);
     if (most >= kTransmittanceRoulette) return false;
     if (!(u * kTransmittanceRoulette < most)) return true;

@@ -4,6 +4,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <utility>
 
@@ -64,15 +65,19 @@ Planes join(const std::vector<Predictions>& parts, int width, int height, int wi
 
 /// One half's colour, with weights from the other half.
 Planes filter_half(const Halves& halves, std::size_t half, const Planes& features,
-                   const detail::PatchOptions& options) {
+                   const detail::PatchOptions& options, const std::function<bool()>& stop) {
   const int width = halves.filtered.width(), height = halves.filtered.height();
   const detail::RegressionInput in{halves.colour[1 - half], halves.colour[half].values, features,
                                    options};
   std::vector<Predictions> parts(detail::tiles_in(width, height));
+  std::atomic<bool> stopped = false;
   parallel_for(0, parts.size(), [&](std::size_t i) {
+    if (stop && !stopped && stop()) stopped = true;
+    if (stopped) return;
     const Tile t = detail::tile_of(i, width, height);
     if (any_filtered(halves.filtered, t)) parts[i] = detail::regress(in, t);
   });
+  if (stopped) throw Error("denoise: interrupted");
   Planes sums = join(parts, width, height, options.window);
   for (std::size_t c = 0; c < Predictions::kColours; ++c) {
     for (int y = 0; y < height; ++y) {
@@ -200,8 +205,8 @@ Denoised filter(const Film& film, const DenoiseOptions& o) {
   Vec3d mean_mse;
   if (halves.any) {
     const Planes features = detail::make_features(film, margin);
-    const std::array<Planes, 2> filtered{filter_half(halves, 0, features, patches),
-                                         filter_half(halves, 1, features, patches)};
+    const std::array<Planes, 2> filtered{filter_half(halves, 0, features, patches, o.stop),
+                                         filter_half(halves, 1, features, patches, o.stop)};
     for (int c = 0; c < 3; ++c) {
       const Errors errors = find_errors(halves, filtered, std::size_t(c));
       put(film, halves, filtered, c, errors, out);

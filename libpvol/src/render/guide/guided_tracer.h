@@ -87,7 +87,8 @@ class GuidedTracer {
   /// Adds what a collision gives of its own and by next-event estimation; whether the path goes on
   /// from there, by itself or split.
   [[nodiscard]] bool collide(const Matter& matter, Rng& rng) {
-    if (s_.ends_path(++collisions)) return false;
+    ++collisions;
+    if (s_.stopped()) return false;
     const auto& here = Kind::local(s_, traversal, matter);
     add_emitted(s_, here, throughput_, r_);
     r_.scattered(scatterings_++);

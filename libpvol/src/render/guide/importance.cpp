@@ -159,7 +159,7 @@ std::vector<float> shadow_worths(const PathSetup& setup, const CoarseCells& cell
   const std::size_t lights = setup.lights.size();
   std::vector<float> all(cells.count() * (lights + 1), 1.0f);
   parallel_for(1, cells.count(), [&](std::size_t row) {
-    for (std::size_t i = 0; i < lights; ++i) {
+    for (std::size_t i = 0; i < lights && !setup.stopped(); ++i) {
       double power = 0, mass = 0;
       visit_neighbours(cells, row, [&](std::uint32_t other, int weight) {
         power += weight * double(light.direct[other * lights + i]);
@@ -206,7 +206,7 @@ double mean_seen(const PathSetup& setup, const Importance& importance) {
   Traversal traversal(setup);
   double sum = 0;
   int hits = 0;
-  for (int i = 0; i < kRays; ++i) {
+  for (int i = 0; i < kRays && !setup.stopped(); ++i) {
     Rng rng(kKey, 0, std::uint64_t(i));
     const auto [x, y] = rng.uniform2();
     const Ray ray =
@@ -264,7 +264,7 @@ std::optional<Importance> make_importance(const PathSetup& setup) {
   CoarseCells cells = make_cells(setup);
   const int photons = count_photons(setup);
   const IncidentLight light = trace_photons(setup, cells, photons);
-  if (!(light.power > 0) || *setup.stop) return std::nullopt;
+  if (!(light.power > 0) || setup.stopped()) return std::nullopt;
   const std::vector<Share> matter = mixture(setup, cells);
   const auto power = scattered_power(light, scattering_kernel(matter));
   std::vector<Nodes> radiance = blurred_radiance(cells, power);
@@ -276,7 +276,7 @@ std::optional<Importance> make_importance(const PathSetup& setup) {
   const double seen = setup.instances->moves() ? mean_seen<MovingVolumes>(setup, unscaled)
                       : is_one(setup)          ? mean_seen<OneVolume>(setup, unscaled)
                                                : mean_seen<ManyVolumes>(setup, unscaled);
-  if (!(seen > 0)) return std::nullopt;
+  if (!(seen > 0) || setup.stopped()) return std::nullopt;
   for (Importance::Row& row : rows) {
     for (float& v : row.at) v = float(double(v) / (kUnit * seen));
   }

@@ -129,7 +129,7 @@ template <class Traversal>
                                   float worth, Traversal& traversal, Rng& rng,
                                   std::uint64_t& shadow_rays) {
   const float value = absolute_luminance(light) * worth / s.shadow_unit;
-  if (!(value > 0) || (value < 1 && !(rng.uniform() < value))) return Rgb(0.0f);
+  if (!(value > 0) || (value < 1 && !(rng.uniform() < value)) || s.stopped()) return Rgb(0.0f);
   if constexpr (requires { traversal.hides(towards.direction, towards.distance); }) {
     if (traversal.hides(towards.direction, towards.distance)) return Rgb(0.0f);
   }

@@ -178,7 +178,7 @@ struct PathSetup {
         lights(make_light_sources(lighting->lights)),
         max_bounces(plan.scene.options.max_bounces.value_or(~0u)),
         options(plan.scene.options),
-        flights(find_flights(field_kind(plan.kernel), plan.kernel.endless ? Watching::stop
+        flights(find_flights(field_kind(plan.kernel), plan.kernel.watched ? Watching::stop
                                                       : plan.kernel.count ? Watching::count
                                                                           : Watching::none)),
         count(plan.kernel.count),
@@ -222,11 +222,9 @@ struct PathSetup {
   /// Whether paths go through one volume alone, which stands still: in its cells.
   [[nodiscard]] bool is_one_still() const { return instances->is_one_still() && !surfaces; }
 
-  /// Whether a path is to end at this collision, counted over all of a thread's; asked at each, and
-  /// looked at now and then.
-  [[nodiscard]] bool ends_path(std::uint64_t collision) const {
-    return collision % 64 == 0 && stop->load(std::memory_order_relaxed);
-  }
+  /// Whether what is under way is to end. Asked at each collision and for each light: next to
+  /// flights that costs nothing, and they may be long.
+  [[nodiscard]] bool stopped() const { return stop->load(std::memory_order_relaxed); }
 
  private:
   /// Names the layer of the next light, which others may share.

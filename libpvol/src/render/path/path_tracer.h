@@ -74,7 +74,8 @@ class PathTracer {
         if (s_.first_collisions)
           r_.first = traversal.position(), r_.first_weight = mean_of(hit.weight);
       }
-      if (s_.ends_path(++collisions)) return;
+      ++collisions;
+      if (s_.stopped()) return;
       const Matter& matter = *hit.matter;
       const auto& here = Kind::local(s_, traversal, matter);
       add_emitted(s_, here, throughput, r_);

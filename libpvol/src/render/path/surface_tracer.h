@@ -190,9 +190,7 @@ class SurfaceTracer {
     if (s_.first_collisions) r_.first = place, r_.first_weight = 1;
   }
 
-  [[nodiscard]] bool is_at_end() const {
-    return s_.ends_path(collisions + surface_hits) || scatterings_ >= s_.max_bounces;
-  }
+  [[nodiscard]] bool is_at_end() const { return s_.stopped() || scatterings_ >= s_.max_bounces; }
 
   [[nodiscard]] static float even_worth(std::size_t /*light*/) { return 1; }
 
@@ -218,7 +216,7 @@ class SurfaceTracer {
 
   /// Goes on from there, for the light that is met and, if bounces allow, for what is scattered.
   [[nodiscard]] bool catch_shadow(const SurfaceHit& surface, Rng& rng) {
-    if (s_.ends_path(surface_hits)) return false;
+    if (s_.stopped()) return false;
     on_catcher_ = true;
     seen_ = direction_;
     open_light_ = light_in_the_open(surface);

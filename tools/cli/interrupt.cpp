@@ -1,0 +1,148 @@
+// Signals are blocked in all threads but taken by one that does nothing else: it may do what no
+// handler may, and never waits for what the others are doing.
+#include "cli/interrupt.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <csignal>
+#include <mutex>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "cli/cli.h"
+#include "pvol/formats/atomic_file.h"
+
+namespace pvol::cli {
+namespace {
+
+/// What a signal does next: end the tool, ask it to save, end it though it was asked to save; last,
+/// one is at it.
+enum class Phase { plain, saving, stopping, ending };
+
+// A signal is the process's, and so is this. All of it may be used until the process is gone:
+// nothing has a destructor that does anything.
+std::atomic<Phase> phase = Phase::plain;
+std::atomic<bool> checkpoint_requested = false;
+std::atomic<std::size_t> line_width = 0;
+std::mutex notes;  // of what follows; nobody waits for anything while holding it
+std::array<char, 256> stage_now{};
+const std::function<void()>* tell_now = nullptr;
+
+[[nodiscard]] bool becomes(Phase from, Phase to) { return phase.compare_exchange_strong(from, to); }
+
+[[nodiscard]] bool is_ignored(int signal) {
+  struct sigaction action {};
+  return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
+}
+
+/// Those of them that are not ignored: nohup and shells in the background mean it.
+[[nodiscard]] sigset_t set_of(std::initializer_list<int> signals) {
+  sigset_t set;
+  sigemptyset(&set);
+  for (const int s : signals) {
+    if (!is_ignored(s)) sigaddset(&set, s);
+  }
+  return set;
+}
+
+/// One line, without memory of its own, which there may be none of. It covers the line that stands
+/// on the terminal.
+void say(const char* tool, const char* what, const char* more) {
+  std::array<char, 1024> text;
+  const std::size_t width = on_terminal() ? std::min<std::size_t>(line_width, 400) : 0;
+  const char* home = width > 0 ? "\r" : "";
+  const auto end = fmt::format_to_n(text.data(), text.size(), "{}{:{}}{}{}: {}{}\n", home, "",
+                                    width, home, tool, what, more);
+  // Nobody could be told that nobody can be told.
+  [[maybe_unused]] const auto written =
+      ::write(STDERR_FILENO, text.data(), std::min(end.size, text.size()));
+}
+
+[[noreturn]] void end_by(int signal, const char* tool) {
+  const bool again = phase.exchange(Phase::ending) == Phase::stopping;
+  // From here on a further signal ends the process by itself, should a disk or the reader of stderr
+  // be stuck.
+  const sigset_t all = set_of({SIGINT, SIGTERM, SIGHUP});
+  pthread_sigmask(SIG_UNBLOCK, &all, nullptr);
+  formats::abandon_writes();
+  const std::scoped_lock lock(notes);
+  if (again) {
+    say(tool, "interrupted again; what was not saved is lost", "");
+  } else {
+    const char* stage = stage_now.data();
+    say(tool, *stage == '\0' ? "interrupted" : "interrupted while ", stage);
+  }
+  try {
+    if (tell_now != nullptr) (*tell_now)();
+  } catch (...) {  // it has no caller
+  }
+  ::raise(signal);
+  ::_exit(128 + signal);  // not reached: none of them has a handler
+}
+
+[[noreturn]] void watch(const sigset_t& set, const std::string& tool) {
+  for (;;) {
+    int signal = 0;
+    if (sigwait(&set, &signal) != 0) continue;
+    if (signal == SIGUSR1) {
+      if (phase == Phase::saving) checkpoint_requested = true;
+    } else if (!becomes(Phase::saving, Phase::stopping)) {
+      end_by(signal, tool.c_str());
+    }
+  }
+}
+
+}  // namespace
+
+void watch_signals(const std::string& tool) {
+  const sigset_t set = set_of({SIGINT, SIGTERM, SIGHUP, SIGUSR1});
+  sigset_t before;
+  pthread_sigmask(SIG_BLOCK, &set, &before);
+  try {
+    std::thread([set, tool] { watch(set, tool); }).detach();
+  } catch (const std::system_error&) {  // no thread to be had: then signals end the process
+    pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  }
+}
+
+SavesOnInterrupt::SavesOnInterrupt() : outermost_(becomes(Phase::plain, Phase::saving)) {
+  if (outermost_) checkpoint_requested = false;
+}
+
+SavesOnInterrupt::~SavesOnInterrupt() {
+  if (outermost_) (void)becomes(Phase::saving, Phase::plain);
+}
+
+bool interrupted() { return phase >= Phase::stopping; }
+
+bool take_checkpoint_request() { return checkpoint_requested.exchange(false); }
+
+TellsOnInterrupt::TellsOnInterrupt(std::function<void()> tell) : tell_(std::move(tell)) {
+  const std::scoped_lock lock(notes);
+  tell_now = &tell_;
+}
+
+TellsOnInterrupt::~TellsOnInterrupt() {
+  const std::scoped_lock lock(notes);
+  tell_now = nullptr;
+}
+
+void note_stage(const std::string& stage) {
+  const std::scoped_lock lock(notes);
+  const std::size_t size = std::min(stage.size(), stage_now.size() - 1);
+  std::copy_n(stage.data(), size, stage_now.data());
+  stage_now[size] = '\0';
+}
+
+void note_line(std::size_t width) { line_width = width; }
+
+void give_way_to_signal() {
+  while (phase == Phase::ending) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+}
+
+}  // namespace pvol::cli
