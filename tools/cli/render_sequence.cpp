@@ -26,6 +26,7 @@ auto outputs_of(Options& o) {
 }  // namespace
 
 formats::SceneFile scene_of(const RenderOptionsGiven& o) {
+  const StageLine stage("reading " + o.input.filename().string(), o.common.quiet);
   formats::SceneFile file = read_scene(o.input, o.sets);
   if (!o.grid.grid.empty()) file.volumes.front().grid = o.grid.grid;
   cli::apply(o.options, formats::render_keys(file));
@@ -105,7 +106,8 @@ std::string open_choices(const formats::SceneFile& scene) {
   if (std::ranges::any_of(scene.volumes, [](const auto& v) { return !v.has_extinction; })) {
     open.emplace_back("extinction");
   }
-  if (std::ranges::any_of(scene.volumes, [](const auto& v) { return v.fire && !v.has_intensity; })) {
+  if (std::ranges::any_of(scene.volumes,
+                          [](const auto& v) { return v.fire && !v.has_intensity; })) {
     open.emplace_back("the fire's intensity");
   }
   if (!scene.has_camera) open.emplace_back("camera");
