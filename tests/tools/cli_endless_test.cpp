@@ -31,9 +31,11 @@ struct Endless : ::testing::Test {
 };
 
 /// Scatters for hours, and meets null collisions for hours: a wrong unit, and a wrong depth as
-/// well.
+/// well; flights of colours are others.
 const std::vector<std::string> kLongPaths{"medium.extinction=1e8", "medium.albedo=1"};
 const std::vector<std::string> kLongFlights{"medium.extinction=1e11", "render.depth=0"};
+const std::vector<std::string> kLongColours{"medium.extinction=1e11", "render.depth=0",
+                                            "medium.extinction_color=[1, 0.5, 0]"};
 
 TEST_F(Endless, IsRefusedUnlessLimited) {
   std::vector<std::string> words = picture_of({"medium.extinction=1.2e6", "medium.albedo=1"});
@@ -64,7 +66,7 @@ TEST_F(Endless, IsPrintedToBePutRight) {
 }
 
 TEST_F(Endless, IsEndedBySignalsWithinPathsAndFlights) {
-  for (const auto& sets : {kLongPaths, kLongFlights}) {
+  for (const auto& sets : {kLongPaths, kLongFlights, kLongColours}) {
     for (const int signal : {SIGINT, SIGTERM}) {
       std::vector<std::string> words = picture_of(sets);
       words.emplace_back("--force");
