@@ -4,7 +4,6 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <utility>
 
@@ -70,14 +69,11 @@ Planes filter_half(const Halves& halves, std::size_t half, const Planes& feature
   const detail::RegressionInput in{halves.colour[1 - half], halves.colour[half].values, features,
                                    options};
   std::vector<Predictions> parts(detail::tiles_in(width, height));
-  std::atomic<bool> stopped = false;
   parallel_for(0, parts.size(), [&](std::size_t i) {
-    if (stop && !stopped && stop()) stopped = true;
-    if (stopped) return;
+    detail::heed(stop);
     const Tile t = detail::tile_of(i, width, height);
     if (any_filtered(halves.filtered, t)) parts[i] = detail::regress(in, t);
   });
-  if (stopped) throw Error("denoise: interrupted");
   Planes sums = join(parts, width, height, options.window);
   for (std::size_t c = 0; c < Predictions::kColours; ++c) {
     for (int y = 0; y < height; ++y) {
@@ -204,7 +200,7 @@ Denoised filter(const Film& film, const DenoiseOptions& o) {
   const Halves halves = detail::make_halves(film, margin);
   Vec3d mean_mse;
   if (halves.any) {
-    const Planes features = detail::make_features(film, margin);
+    const Planes features = detail::make_features(film, margin, o.stop);
     const std::array<Planes, 2> filtered{filter_half(halves, 0, features, patches, o.stop),
                                          filter_half(halves, 1, features, patches, o.stop)};
     for (int c = 0; c < 3; ++c) {

@@ -226,11 +226,12 @@ RowSums sum_row(const Feature& f, const Tile& t, const PatchWeights& weights, in
 
 /// Non-local means of the feature, guided by itself. Pixels without it take what is around them.
 void add_filtered(const Film& film, const Feature& f, int margin, const PatchOptions& options,
-                  Planes& to) {
+                  const std::function<bool()>& stop, Planes& to) {
   if (f.guide.values.empty()) return;
   const std::size_t first = to.size();
   for (std::size_t c = 0; c < f.guide.values.size(); ++c) to.push_back(make_plane(film, margin));
   parallel_for(0, tiles_in(film.crop_width, film.crop_height), [&](std::size_t number) {
+    heed(stop);
     const Tile t = tile_of(number, film.crop_width, film.crop_height);
     const PatchWeights weights(f.guide, t, options);
     for (int y = 0; y < t.height; ++y) {
@@ -288,7 +289,11 @@ Halves make_halves(const Film& film, int margin) {
   return h;
 }
 
-Planes make_features(const Film& film, int margin) {
+void heed(const std::function<bool()>& stop) {
+  if (stop && stop()) throw Error("denoise: interrupted");
+}
+
+Planes make_features(const Film& film, int margin, const std::function<bool()>& stop) {
   constexpr PatchOptions kFeatures{.window = 5, .patch = 3, .bandwidth = 1};
   Planes planes;
   for (const int axis : {0, 1}) {
@@ -301,7 +306,9 @@ Planes make_features(const Film& film, int margin) {
     }
   }
   const int own = std::max(margin, margin_of(kFeatures));
-  const auto add = [&](const Feature& f) { add_filtered(film, f, margin, kFeatures, planes); };
+  const auto add = [&](const Feature& f) {
+    add_filtered(film, f, margin, kFeatures, stop, planes);
+  };
   add(alpha_of(film, own));
   add(feature_of(film, layer_of(film, "depth", Aov::depth), own));
   add(feature_of(film, layer_of(film, "normal", Aov::normal), own));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 
 #include "pvol/render/film.h"
 #include "render/denoise/patch_weights.h"
@@ -18,8 +19,11 @@ struct Halves {
 [[nodiscard]] Halves make_halves(const Film& film, int margin);
 
 /// Features of about the scale 1, filtered by themselves: place in the picture, alpha, and what
-/// first collisions tell. Those that are the same everywhere are left out.
-[[nodiscard]] Planes make_features(const Film& film, int margin);
+/// first collisions tell. Those that are the same everywhere are left out. Heeds `stop`.
+[[nodiscard]] Planes make_features(const Film& film, int margin, const std::function<bool()>& stop);
+
+/// Throws Error once `stop`, if there is one, is true.
+void heed(const std::function<bool()>& stop);
 
 /// Throws Error for films that lack a layer, samples or finite pixels.
 void check_film(const Film& film);
