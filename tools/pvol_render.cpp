@@ -262,8 +262,8 @@ TimedRender render_timed(const Options& o, const RenderJob& job, const std::file
   return t;
 }
 
-/// Filters the picture. Where that is interrupted, or the render was and has too few samples for it,
-/// the picture is saved as it is.
+/// Filters the picture. Where that is interrupted, or the render was and has too few samples for
+/// it, the picture is saved as it is.
 std::optional<cli::FilteredPicture> filter(const Options& o, const RenderJob& job,
                                            const RenderResult& result) {
   const cli::StageLine stage("filtering", o.common.quiet);
