@@ -8,6 +8,7 @@
 #include "cli/frames_app.h"
 #include "cli/interrupt.h"
 #include "cli/load_scene.h"
+#include "cli/merge.h"
 #include "cli/shell_export.h"
 #include "pvol/bounds/bound_grids.h"
 #include "pvol/error.h"
@@ -47,6 +48,8 @@ Examples:
       a scene of pbrt-v4
   pvol-convert cloud.pvol shell.ply --resolution 256
       the bounding shell as triangles
+  pvol-convert merge part*.exr -o whole.exr
+      a picture from its parts; see pvol-convert merge --help
 
 Exit status: 0 success, 1 failure, 2 wrong usage.)";
 
@@ -303,10 +306,18 @@ int run(const Options& o) {
       [&](int frame, const std::string&) { return convert(options_of_frame(o, frame)); });
 }
 
+int merge_parts(int argc, char** argv) {
+  cli::MergeGiven given;
+  if (const auto code = cli::read_merge_line(argc, argv, given)) return *code;
+  return cli::run_guarded(kTool, [&] { return cli::merge(given); });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   cli::watch_signals(kTool);
+  // A verb; all else goes by the endings of two names.
+  if (argc > 1 && argv[1] == std::string_view("merge")) return merge_parts(argc - 1, argv + 1);
   Options options;
   if (const auto code = read_command_line(argc, argv, options)) return *code;
   return cli::run_guarded(kTool, [&] { return run(options); });

@@ -7,15 +7,18 @@
 #include <iostream>
 #include <optional>
 
+#include "cli/beginning.h"
 #include "cli/filter_picture.h"
 #include "cli/instructions.h"
 #include "cli/interrupt.h"
 #include "cli/load_scene.h"
+#include "cli/picture_key.h"
 #include "cli/render_options.h"
 #include "cli/render_outputs.h"
 #include "cli/render_report.h"
 #include "cli/render_sequence.h"
 #include "cli/scene_clouds.h"
+#include "cli/scene_files.h"
 #include "pvol/bounds/homogenise.h"
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
@@ -205,13 +208,58 @@ void print_facts(const RenderJob& job) {
 
 // --- rendering ----------------------------------------------------------------------------------
 
+std::uint64_t count_samples(const Film& film) {
+  std::uint64_t n = 0;
+  for (const PixelSums& p : film.pixels) n += p.samples;
+  return n;
+}
+
+/// Writes checkpoints, whatever becomes of the render.
+class Checkpoints {
+ public:
+  Checkpoints(const Options& o, const cli::Outputs& out, const RenderJob& job)
+      : o_(o), out_(out), job_(job) {}
+
+  /// Whether one is due, which is so from then on until it is written. From any thread.
+  [[nodiscard]] bool due() {
+    if (out_.exr.empty() || !out_.deep.empty()) return false;
+    const bool late = o_.checkpoint > 0 && watch_.seconds() > next_;
+    if (late || cli::take_checkpoint_request()) due_ = true;
+    return due_;
+  }
+
+  /// Writes what is there, if it is due. Disks may be full for a while; a render goes on.
+  void write_if_due(const TimedRender& t) {
+    if (!due_) return;
+    try {
+      cli::save_pictures(o_, out_, job_, t);
+      if (!o_.common.quiet && !cli::on_terminal()) {
+        std::cerr << kTool << ": checkpoint in " << out_.exr.string() << ", "
+                  << cli::progress_text(t) << " samples\n";
+      }
+    } catch (const Error& e) {
+      cli::print_warnings(kTool, {std::string(e.what()) + "; there is no new checkpoint, and "
+                                                          "rendering goes on"});
+    }
+    next_ = watch_.seconds() + 60 * o_.checkpoint;
+    due_ = false;
+  }
+
+ private:
+  const Options& o_;
+  const cli::Outputs& out_;
+  const RenderJob& job_;
+  const cli::Stopwatch watch_;
+  std::atomic<double> next_ = 60 * o_.checkpoint;  // of the watch's seconds
+  std::atomic<bool> due_ = false;
+};
+
 /// Shows the picture so far. A render that is worth hours does not end for a page: whether it went
 /// well.
 bool show_live(const Options& o, const RenderJob& job, const std::filesystem::path& png,
                const Film& film, report::LivePage& live) {
   try {
-    std::uint64_t samples = 0;
-    for (const PixelSums& p : film.pixels) samples += p.samples;
+    const std::uint64_t samples = count_samples(film);
     live.show(fmt::format("{:.4g} samples per pixel, {}",
                           double(samples) / double(film.pixels.size()), cli::noise_text(film)),
               [&] { cli::save_png(o, png, job, film); });
@@ -235,14 +283,15 @@ std::string note(const Film& film, std::uint64_t wanted) {
   return text;
 }
 
-/// With `live`, shows the picture between passes.
-TimedRender render_timed(const Options& o, const RenderJob& job, const std::filesystem::path& png,
-                         report::LivePage* live) {
+/// Goes on with a film, perhaps an empty one. With `live`, shows the picture between passes.
+TimedRender render_timed(const Options& o, const cli::Outputs& out, const RenderJob& job,
+                         Film begun, report::LivePage* live) {
   TimedRender t;
   // The log of a sequence has a line a frame.
   const bool in_log = o.frames.now().size() > 1 && !cli::on_terminal();
   cli::ProgressBar bar(job.frame ? job.frame->label : "rendering", "samples",
                        o.common.quiet || in_log);
+  Checkpoints checkpoints(o, out, job);
   cli::Stopwatch watch;
   const double before = cli::cpu_seconds();
   std::atomic<std::uint64_t> wanted = 0;
@@ -251,13 +300,21 @@ TimedRender render_timed(const Options& o, const RenderJob& job, const std::file
     wanted = total;
     return !cli::interrupted();
   };
-  t.result = render(job.plan, progress, [&](const Film& film) {
+  const auto pass_done = [&](const Film& film) {
     bar.note(note(film, wanted));
-    if (live && !show_live(o, job, png, film, *live)) live = nullptr;
-  });
+    if (live && !show_live(o, job, out.png, film, *live)) live = nullptr;
+    TimedRender now;
+    now.under_way = &film;
+    now.result.complete = false;
+    now.cpu_seconds = cli::cpu_seconds() - before, now.wall_seconds = watch.seconds();
+    now.samples = count_samples(film), now.samples_wanted = wanted;
+    checkpoints.write_if_due(now);
+  };
+  t.result =
+      resume(job.plan, std::move(begun), {progress, pass_done, [&] { return checkpoints.due(); }});
   t.cpu_seconds = cli::cpu_seconds() - before;
   t.wall_seconds = watch.lap();
-  for (const PixelSums& p : t.result.film.pixels) t.samples += p.samples;
+  t.samples = count_samples(t.result.film);
   t.samples_wanted = t.result.complete ? t.samples : wanted.load();
   return t;
 }
@@ -297,21 +354,32 @@ int render_and_save(const Options& o, const cli::Outputs& out, RenderJob job, bo
     return cli::kSuccess;
   }
   if (!out.exr.empty()) cli::check_layout(o, job.file.scene);
+  job.key = cli::picture_key(job.file);
+  job.denoise = o.denoise;
+  cli::Beginning begun = cli::find_beginning(o, out, job);
+  if (begun.finished) {
+    if (!o.common.quiet) std::cerr << kTool << ": " << out.exr.string() << " is finished\n";
+    return cli::kSuccess;
+  }
   if (verbose && !o.common.quiet) print_facts(job);
+  if (!o.common.quiet && !begun.film.pixels.empty()) {
+    std::cerr << kTool << ": going on with " << cli::readable_count(count_samples(begun.film))
+              << " samples of " << (o.pilot.empty() ? out.exr : o.pilot).string() << '\n';
+  }
   std::optional<report::LivePage> live;
   if (o.live) live.emplace(out.png);
   const cli::SavesOnInterrupt saves;
-  TimedRender t = render_timed(o, job, out.png, live ? &*live : nullptr);
+  TimedRender t = render_timed(o, out, job, std::move(begun.film), live ? &*live : nullptr);
   if (t.samples == 0) throw Error("interrupted before the first sample; nothing is saved");
-  // Among frames that are finished nobody would look for one that is not.
-  const std::string saved = job.frame ? "this frame is not saved" : "what was rendered is saved";
-  bool whole = t.result.complete;
-  if (o.denoise && (whole || !job.frame)) t.filtered = filter(o, job, t.result);
-  whole = whole && o.denoise == t.filtered.has_value();
-  if (whole || !job.frame) cli::save(o, out, job, t);
+  // A whole is filtered when it is merged.
+  const bool whole = t.result.complete && job.file.scene.options.part_end == 0;
+  if (o.denoise && (whole || out.exr.empty())) t.filtered = filter(o, job, t.result);
+  cli::save(o, out, job, t);
   if (live) end_live(*live, t);
-  if (whole) return cli::kSuccess;
-  throw Error("interrupted after " + cli::progress_text(t) + " samples; " + saved);
+  if (t.result.complete && (!o.denoise || !whole || t.filtered)) return cli::kSuccess;
+  throw Error("interrupted after " + cli::progress_text(t) +
+              " samples; what was rendered is saved" +
+              (out.exr.empty() || !out.deep.empty() ? "" : ", and --resume goes on with it"));
 }
 
 // --- sequences ----------------------------------------------------------------------------------

@@ -1,5 +1,7 @@
-// EXR pictures, as skies and as films, and deep ones as films; Radiance pictures as skies.
+// EXR pictures, as skies, as films and with exact sums, and deep ones as films; Radiance pictures
+// as skies.
 #include "fuzz.h"
+#include "pvol/formats/film_file.h"
 #include "pvol/formats/image.h"
 
 namespace {
@@ -26,5 +28,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   accepts([&] { check(pvol::formats::read_sky(file)); });
   accepts([&] { check(pvol::formats::read_film(file).film); });
   accepts([&] { check(pvol::formats::flatten_exr(file).film); });
+  accepts([&] { check(pvol::formats::read_film_file(file).film); });
   return 0;
 }

@@ -14,7 +14,6 @@
 namespace pvol {
 namespace {
 
-using detail::Needs;
 using detail::Passes;
 using detail::Targets;
 using test::cloud;
@@ -112,12 +111,12 @@ TEST(Passes, EndAtTheWantedNoise) {
       });
     }
     if (noise > 0.1) {
-      EXPECT_EQ(samples(film), 1024 * detail::kPilot) << "the pilot is enough";
+      EXPECT_EQ(samples(film), 1024 * kPilot) << "the pilot is enough";
     } else {
       EXPECT_NEAR(relative_noise(film).value(), noise, 0.06 * noise);
       // As the roots of the variances, of which a hundredth of the larger is everywhere.
       const double above = film.at(16, 8).samples, below = film.at(16, 24).samples;
-      const double pilot = detail::kPilot / above;
+      const double pilot = kPilot / above;
       EXPECT_NEAR(below / above, std::max(pilot, std::sqrt(0.046 / 3.646)), 0.02);
     }
   }
@@ -184,7 +183,7 @@ TEST(Passes, ByNeedLeaveMeansUnbiased) {
   test("picture", all);
   EXPECT_TRUE(family.passes());
   EXPECT_LT(std::sqrt(all.variance_of_mean()), 0.001) << "a bias of 1 % would show";
-  EXPECT_GT(number.mean(), 1.5 * detail::kPilot) << "most samples are by need";
+  EXPECT_GT(number.mean(), 1.5 * kPilot) << "most samples are by need";
 }
 
 CloudScene noisy_scene() {

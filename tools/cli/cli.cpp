@@ -140,11 +140,14 @@ void limit_memory(double bytes) {
 
 bool on_terminal() { return isatty(STDERR_FILENO) != 0; }
 
+double Stopwatch::seconds() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - last_).count();
+}
+
 double Stopwatch::lap() {
-  const auto now = std::chrono::steady_clock::now();
-  const double seconds = std::chrono::duration<double>(now - last_).count();
-  last_ = now;
-  return seconds;
+  const double took = seconds();
+  last_ = std::chrono::steady_clock::now();
+  return took;
 }
 
 StageLine::StageLine(const std::string& stage, bool quiet) : shown_(!quiet && on_terminal()) {

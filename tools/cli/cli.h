@@ -75,6 +75,8 @@ void limit_memory(double bytes);
 class Stopwatch {
  public:
   [[nodiscard]] double lap();
+  /// The same, and the lap goes on.
+  [[nodiscard]] double seconds() const;
 
  private:
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();

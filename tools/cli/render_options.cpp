@@ -4,6 +4,7 @@
 
 #include "cli/cli_app.h"
 #include "cli/frames_app.h"
+#include "cli/picture_app.h"
 #include "pvol/formats/scene_file.h"
 
 namespace pvol::cli {
@@ -26,15 +27,6 @@ Examples:
 
 Ctrl-C saves what was rendered; in a sequence, the frames that are done.
 Exit status: 0 success, 1 failure, 2 wrong usage.)";
-
-/// An option with one of an enumeration's names.
-template <class Enum>
-CLI::Option* add_named(CLI::App& app, const char* flag, Enum& to, const char* help) {
-  const auto keep = [&to](const std::string& text) { to = *find_named<Enum>(text); };
-  return app.add_option_function<std::string>(flag, keep, help)
-      ->type_name("NAME")
-      ->check(fits(name_of<Enum>()));
-}
 
 /// How the picture is written, which says nothing of what is in it.
 void add_layout(CLI::App& app, RenderOptionsGiven& o) {
@@ -59,17 +51,28 @@ void add_files(CLI::App& app, RenderOptionsGiven& o) {
   app.add_option("--png", o.png, "Name of the .png [the output's, ending in .png]")
       ->type_name("FILE");
   app.add_flag("--no-png", o.no_png, "Write no .png");
-  app.add_option("--exposure", o.exposure, "Exposure of the .png in stops (EV) [0]")
-      ->type_name("EV")
-      ->check(number_from(-100, 100, "a number from -100 to 100"));
-  add_named(
-      app, "--tone-map", o.tone_map,
-      "How the .png shows light above the screen's white: srgb clips it, neutral (Khronos) and "
-      "filmic (Hable) compress it [srgb]");
+  add_display(app, o.exposure, o.tone_map);
   app.add_flag("--denoise", o.denoise,
                "Biased: filter the noise of the finished picture, guided by what first collisions "
                "tell. The .exr keeps the noisy picture and its variance as layers noisy and "
                "noisy_variance; the log and variance have the estimated error, bias included");
+  app.add_option("--checkpoint", o.checkpoint,
+                 "Minutes between checkpoints: the outputs are written as they are by then, and "
+                 "--resume goes on from them, whatever ended the render; 0 is none [10]")
+      ->type_name("MINUTES")
+      ->check(number_from(0, 1e6, "minutes from 0 to a million"));
+  app.add_flag(
+      "--resume,!--no-resume", o.resume,
+      "Go on from the picture at --output, if it is of this scene and not finished, to the bytes "
+      "of a render that was never interrupted; if it is finished, do nothing. Frames of a sequence "
+      "do so unless told not to");
+  app.add_option("--pilot", o.pilot,
+                 "With --noise: a whole picture of --samples 0:16, merged, from whose samples and "
+                 "needs this part goes on")
+      ->type_name("FILE");
+  add_named(app, "--sums", o.sums,
+            "Whether the .exr keeps exact sums, for --resume and pvol-convert merge; auto: where "
+            "it is a part or not finished [auto]");
   app.add_flag("--live", o.live,
                "Write the .png while rendering, at most once a second, and beside it a page of its "
                "name, .html, which a browser reloads until the end");

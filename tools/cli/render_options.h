@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cli/cli.h"
+#include "cli/keep_sums.h"
 #include "cli/sequence.h"
 #include "pvol/formats/image.h"
 #include "pvol/formats/vdb.h"
@@ -32,6 +33,10 @@ struct RenderOptionsGiven {
   bool live = false;
   bool denoise = false;
   bool no_png = false, print_scene = false, force = false;
+  std::optional<bool> resume;   ///< --resume or --no-resume
+  std::filesystem::path pilot;  ///< picture of the first samples of a whole, by need
+  double checkpoint = 10;       ///< minutes; 0: none
+  KeepSums sums = KeepSums::automatic;
 };
 
 /// Sets what was given. Throws UsageError for a value out of its limits and for one that goes with

@@ -5,7 +5,9 @@
 #include <fstream>
 #include <iostream>
 
+#include "cli/beginning.h"
 #include "cli/cli.h"
+#include "cli/picture_facts.h"
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
 #include "pvol/formats/cloud.h"
@@ -30,15 +32,7 @@ void write_stats(const std::filesystem::path& file, const std::string& text) {
 }
 
 formats::ExrOptions exr_options(const Options& o, const Scene& scene) {
-  // What a filter made says how much it errs.
-  AovSet aovs = scene.options.aovs;
-  if (o.denoise) aovs.add(Aov::variance), aovs.add(Aov::samples);
-  return {.aovs = aovs,
-          .opaque = scene.options.background,
-          .multipart = o.multipart,
-          .pixels = o.pixels,
-          .compression = o.compression,
-          .camera = scene.camera};
+  return cli::exr_options(PictureLayout{o.denoise, o.multipart, o.pixels, o.compression}, scene);
 }
 
 void check_deep(const Options& o, const Outputs& out) {
@@ -56,6 +50,24 @@ void check_deep(const Options& o, const Outputs& out) {
   }
 }
 
+/// Throws UsageError for what only pictures with exact sums can be.
+void check_parts(const Options& o, const Outputs& out) {
+  const std::pair<bool, const char*> wanted[] = {{o.resume.value_or(false), "--resume"},
+                                                 {!o.pilot.empty(), "--pilot"},
+                                                 {o.sums == KeepSums::on, "--sums on"}};
+  for (const auto& [given, flag] : wanted) {
+    if (!given) continue;
+    if (out.exr.empty()) {
+      throw UsageError(fmt::format("{} wants exact sums, which an .exr keeps; found the output {}",
+                                   flag, o.output.string()));
+    }
+    if (!out.deep.empty()) {
+      throw UsageError(
+          fmt::format("{} does not go with --deep: deep pictures keep no exact sums", flag));
+    }
+  }
+}
+
 void warn_of_clamped(const std::filesystem::path& file, std::uint64_t values) {
   if (values == 0) return;
   print_warnings(
@@ -69,19 +81,32 @@ void save_deep(const Options& o, const std::filesystem::path& file, const Render
                const TimedRender& t) {
   const Scene& scene = job.file.scene;
   const formats::DeepExrWritten done = formats::write_deep_exr(
-      file, t.result.film, describe_picture(job, t),
+      file, t.film(), describe_picture(job, t),
       {.error = scene.options.deep_error, .pixels = o.pixels, .camera = scene.camera});
   warn_of_clamped(file, done.clamped);
   if (o.common.quiet) return;
   std::cerr << kTool << ": wrote " << file.string() << ", "
-            << readable(double(done.samples) / double(t.result.film.pixels.size()))
+            << readable(double(done.samples) / double(t.film().pixels.size()))
             << " deep samples a pixel\n";
+}
+
+/// Whether the picture is to be gone on with, or one of several.
+bool keeps_sums(const Options& o, const RenderJob& job, const TimedRender& t) {
+  if (o.sums != KeepSums::automatic) return o.sums == KeepSums::on;
+  const Film& film = t.film();
+  const bool crop = film.crop_width != film.width || film.crop_height != film.height;
+  const bool filter_owed = job.denoise && !t.filtered;
+  return crop || job.file.scene.options.part_end > 0 || !t.result.complete || filter_owed;
 }
 
 void save_exr(const Options& o, const std::filesystem::path& file, const RenderJob& job,
               const TimedRender& t) {
-  warn_of_clamped(file, formats::write_exr(file, t.picture(), describe_picture(job, t),
-                                           exr_options(o, job.file.scene)));
+  formats::ExrOptions layout = exr_options(o, job.file.scene);
+  if (keeps_sums(o, job, t)) {
+    const formats::FilmPiece piece = piece_of(job.file.scene.options, t.result.complete);
+    layout.sums = {&t.film(), {.key = job.key, .pieces = {piece}}};
+  }
+  warn_of_clamped(file, formats::write_exr(file, t.picture(), describe_picture(job, t), layout));
 }
 
 }  // namespace
@@ -106,6 +131,7 @@ Outputs choose_outputs(const Options& o) {
   }
   out.deep = o.deep;
   check_deep(o, out);
+  check_parts(o, out);
   if (o.live && out.png.empty()) throw UsageError("--live shows the .png; leave out --no-png");
   if (!o.stats.empty() && o.stats != "-") check_output(o.stats, {".json"});
   return out;
@@ -124,10 +150,15 @@ void save_png(const Options& o, const std::filesystem::path& file, const RenderJ
   formats::write_png(file, film, o.exposure, !job.file.scene.options.background, o.tone_map);
 }
 
-void save(const Options& o, const Outputs& out, const RenderJob& job, const TimedRender& t) {
+void save_pictures(const Options& o, const Outputs& out, const RenderJob& job,
+                   const TimedRender& t) {
   if (!out.exr.empty()) save_exr(o, out.exr, job, t);
   if (!out.png.empty()) save_png(o, out.png, job, t.picture());
   if (!out.deep.empty()) save_deep(o, out.deep, job, t);
+}
+
+void save(const Options& o, const Outputs& out, const RenderJob& job, const TimedRender& t) {
+  save_pictures(o, out, job, t);
   if (out.exr.empty() && describe_bias(job, t) != "no") {
     print_warnings(kTool, {out.png.string() + ": the picture is biased (" + describe_bias(job, t) +
                            "), which only an .exr can say of itself"});

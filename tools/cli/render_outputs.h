@@ -25,6 +25,10 @@ void check_layout(const RenderOptionsGiven& o, const Scene& scene);
 void save_png(const RenderOptionsGiven& o, const std::filesystem::path& file, const RenderJob& job,
               const Film& film);
 
+/// Writes the pictures. Of a render that goes on, `t` is what is there by then.
+void save_pictures(const RenderOptionsGiven& o, const Outputs& out, const RenderJob& job,
+                   const TimedRender& t);
+
 /// Writes all outputs and the statistics, and says what they are.
 void save(const RenderOptionsGiven& o, const Outputs& out, const RenderJob& job,
           const TimedRender& t);

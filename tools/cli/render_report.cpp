@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "cli/cli.h"
-#include "cli/json.h"
+#include "cli/picture_facts.h"
 #include "pvol/bounds/homogenise.h"
 #include "pvol/version.h"
 #include "pvol/volume/facts.h"
@@ -42,16 +42,6 @@ Json describe_volumes(const RenderJob& job) {
     }
     list.push_back(std::move(one));
   }
-  return list;
-}
-
-Json to_json(const Value& value) {
-  if (const auto* on = std::get_if<bool>(&value.data)) return *on ? "on" : "off";
-  if (const auto whole = value.whole()) return *whole;
-  if (const auto number = value.number()) return *number;
-  if (const std::string* word = value.word()) return *word;
-  Json list = Json::array();
-  for (const Value& item : *value.list()) list.push_back(to_json(item));
   return list;
 }
 
@@ -131,8 +121,7 @@ std::string noise_text(const Film& film) {
 }
 
 std::string progress_text(const TimedRender& t) {
-  if (t.samples_wanted == 0) return std::to_string(t.samples);
-  return fmt::format("{} of {}", t.samples, t.samples_wanted);
+  return progress_text(t.samples, t.samples_wanted);
 }
 
 std::map<std::string, std::string> describe_picture(const RenderJob& job, const TimedRender& t) {
@@ -142,13 +131,11 @@ std::map<std::string, std::string> describe_picture(const RenderJob& job, const 
     a["pvol:" + key] = value.is_string() ? value.get<std::string>() : value.dump();
   }
   a["pvol:scene"] = formats::to_toml(job.file);
-  a["pvol:samples"] = progress_text(t);
-  if (const std::optional<double> noise = relative_noise(t.result.film)) {
-    a["pvol:relative_noise"] = fmt::format("{:.6g}", *noise);
-  }
-  if (t.filtered) {
-    a["pvol:estimated_error"] = fmt::format("{:.6g}", t.filtered->relative_error);
-  }
+  a["pvol:key"] = job.key;
+  if (job.denoise && !t.filtered) a[kWishForFilter] = "on";
+  const RenderOptions& o = job.file.scene.options;
+  if (o.part_end > 0) a["pvol:part"] = fmt::format("samples {}:{}", o.part_begin, o.part_end);
+  describe_film(t.film(), t.samples, t.samples_wanted, t.filtered, a);
   return a;
 }
 

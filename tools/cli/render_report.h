@@ -38,17 +38,21 @@ struct RenderJob {
   std::vector<VolumeFacts> facts;     ///< likewise
   RenderPlan plan;                    ///< refers to `volumes`
   bool chose_transmittance = false;   ///< it was left to choose
+  std::string key;                    ///< picture_key of `file`; empty where nothing is rendered
+  bool denoise = false;               ///< the whole picture is to be filtered
 };
 
 struct TimedRender {
   RenderResult result;
-  double cpu_seconds = 0, wall_seconds = 0;
-  std::uint64_t samples = 0;                ///< of the camera, over all pixels
-  std::uint64_t samples_wanted = 0;         ///< 0 where that was not known yet
-  std::optional<FilteredPicture> filtered;  ///< where it was asked for
+  const Film* under_way = nullptr;  ///< of a render that goes on; `result` then has no film yet
+  double cpu_seconds = 0, wall_seconds = 0;  ///< of this run
+  std::uint64_t samples = 0;                 ///< of the camera, over all pixels
+  std::uint64_t samples_wanted = 0;          ///< 0 where that was not known yet
+  std::optional<FilteredPicture> filtered;   ///< where it was asked for
 
+  [[nodiscard]] const Film& film() const { return under_way ? *under_way : result.film; }
   /// What is written.
-  [[nodiscard]] const Film& picture() const { return filtered ? filtered->film : result.film; }
+  [[nodiscard]] const Film& picture() const { return filtered ? filtered->film : film(); }
 };
 
 /// "none", "2^3 from the file", "2^3 built at load" or "single voxels, built at load".

@@ -9,6 +9,7 @@
 #include "cli/cli.h"
 #include "cli/load_scene.h"
 #include "cli/render_outputs.h"
+#include "cli/scene_files.h"
 #include "pvol/error.h"
 #include "pvol/math/rng.h"
 
@@ -33,14 +34,6 @@ formats::SceneFile scene_of(const RenderOptionsGiven& o) {
   file.scene.options.count = !o.stats.empty();
   file.scene.options.deep = !o.deep.empty();
   return file;
-}
-
-std::vector<std::filesystem::path> files_of(const formats::SceneFile& scene) {
-  std::vector<std::filesystem::path> files;
-  for (const formats::SceneVolume& v : scene.volumes) files.push_back(v.file);
-  const auto* sky = std::get_if<ImageSky>(&scene.scene.environment);
-  if (sky) files.emplace_back(sky->file);
-  return files;
 }
 
 std::uint64_t seed_of_frame(std::uint64_t seed, int frame) {

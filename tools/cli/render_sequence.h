@@ -13,9 +13,6 @@ namespace pvol::cli {
 /// The scene that the options say, its volumes and sky not loaded yet.
 [[nodiscard]] formats::SceneFile scene_of(const RenderOptionsGiven& o);
 
-/// The files that a scene is made of, perhaps patterns.
-[[nodiscard]] std::vector<std::filesystem::path> files_of(const formats::SceneFile& scene);
-
 /// Noise that stays while the picture moves looks like a dirty window, so each frame has random
 /// numbers of its own. Below 2^63, for scenes to hold it.
 [[nodiscard]] std::uint64_t seed_of_frame(std::uint64_t seed, int frame);

@@ -13,6 +13,7 @@
 #include <functional>
 
 #include "image/exr_out.h"
+#include "image/exr_sums.h"
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
 #include "pvol/render/film_channels.h"
@@ -46,7 +47,7 @@ std::vector<Group> groups_of(const Film& film, const ExrOptions& o) {
   std::vector<Group> groups;
   const auto add = [&](const FilmChannel& c) {
     Group& g = c.aov ? group_named(groups, row(*c.aov).name, row(*c.aov).colour)
-                     : group_named(groups, "rgba", true);
+                     : group_named(groups, detail::kColourPart, true);
     const bool opaque = o.opaque && std::string_view(c.name) == "A";
     g.channels.push_back({c.name, [&film, &c, opaque](std::size_t i) {
                             return opaque ? 1.0 : c.get(film.pixels[i]);
@@ -149,22 +150,29 @@ std::uint64_t write_one(Imf::OStream& stream, const Film& film, const Attributes
   return write_pixels(out, film, group);
 }
 
-/// A part for each group; the attributes are the first one's.
+/// A part for each group, or one for all, and one for exact sums where those are kept; the
+/// attributes are the first one's.
 std::uint64_t write_parts(Imf::OStream& stream, const Film& film, const Attributes& attributes,
                           const ExrOptions& o) {
-  const std::vector<Group> groups = groups_of(film, o);
+  std::vector<Group> groups = groups_of(film, o);
+  if (!o.multipart) groups = {in_one(groups)};
   std::vector<Imf::Header> headers;
   for (const Group& g : groups) {
     Imf::Header& header = headers.emplace_back(header_of(film, g, o));
-    header.setName(g.name);
+    header.setName(g.name.empty() ? detail::kPicturePart : g.name);
     header.setType(Imf::SCANLINEIMAGE);
   }
   detail::add_attributes(attributes, headers.front());
+  if (o.sums) headers.push_back(detail::make_sums_header(*o.sums->film, o.sums->record));
   Imf::MultiPartOutputFile out(stream, headers.data(), int(headers.size()));
   std::uint64_t clamped = 0;
   for (std::size_t i = 0; i < groups.size(); ++i) {
     Imf::OutputPart part(out, int(i));
     clamped += write_pixels(part, film, groups[i]);
+  }
+  if (o.sums) {
+    Imf::OutputPart part(out, int(groups.size()));
+    detail::write_sums(part, *o.sums->film);
   }
   return clamped;
 }
@@ -188,7 +196,8 @@ std::uint64_t write_exr(const std::filesystem::path& file, const Film& film,
   std::uint64_t clamped = 0;
   detail::write_exr_file(file, film, [&](Imf::OStream& stream) {
     validate(options);
-    clamped = (options.multipart ? write_parts : write_one)(stream, film, attributes, options);
+    const bool several = options.multipart || options.sums;
+    clamped = (several ? write_parts : write_one)(stream, film, attributes, options);
   });
   return clamped;
 }

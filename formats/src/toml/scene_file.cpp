@@ -396,6 +396,12 @@ SceneFile read_scene(const std::filesystem::path& file, const std::vector<std::s
   return read(root);
 }
 
+SceneFile parse_scene(const std::string& text, const std::string& name) {
+  TomlTable root = parse_toml(text, name);
+  load_phase_files(root);
+  return read(root);
+}
+
 SceneFile default_scene(const std::filesystem::path& volume, const std::vector<std::string>& sets) {
   const std::string text = "[volume]\nfile = " + toml_string(volume.string());
   TomlTable root = parse_toml(text, "default scene");

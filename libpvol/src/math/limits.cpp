@@ -178,6 +178,11 @@ const char* expect_direction(const Value& v) {
   return length(d) > 0 && std::isfinite(length(d)) ? nullptr : "a direction whose length is finite";
 }
 
+const char* expect_rising(const Value& v) {
+  const Value::List& two = *v.list();
+  return *two[0].number() < *two[1].number() ? nullptr : "a first number less than the second";
+}
+
 std::optional<Refusal> refuse(const Limits& limits, const Value& value) {
   if (auto refusal = refuse_shape(limits, value)) return refusal;
   const char* const wanted = limits.extra ? limits.extra(value) : nullptr;

@@ -89,6 +89,8 @@ void follow_paths(const RenderPlan& plan, const PathSetup& setup, int across, in
   film.width = plan.scene.options.width, film.height = plan.scene.options.height;
   film.crop_width = film.crop_height = 1;
   film.pixels.resize(1);
+  film.first_sample = plan.scene.options.first_sample;
+  start_sums(film);
   for (; probe.paths < across * down && steps(probe.counts) < kMostSteps; ++probe.paths) {
     const int i = int(std::int64_t(probe.paths) * kStride % (across * down));
     film.x = part.x + int(std::int64_t(part.width) * (i % across) / across);
@@ -122,7 +124,7 @@ CameraProbe probe_camera(const RenderPlan& plan) {
   }
   CameraProbe probe;
   double sum = 0;
-  visit_coarse_rays(setup.projection, o, kRaysAlong, [&](const Ray& ray, int i) {
+  visit_coarse_rays(setup.projection, image_part(o), kRaysAlong, [&](const Ray& ray, int i) {
     ++probe.rays;
     Rng rng(kKey, 0, std::uint64_t(i));
     const auto depth = sample_depth(setup, ray, rng);

@@ -134,4 +134,15 @@ Needs find_needs(const Film& pilot, std::optional<double> noise) {
   return n;
 }
 
+Needs needs_of_part(const Needs& needs, const Film& film, const Film& part) {
+  Needs n{{}, needs.samples};
+  n.share.reserve(part.pixels.size());
+  for (int y = 0; y < part.crop_height; ++y) {
+    const std::size_t row = film.index(part.x - film.x, part.y - film.y + y);
+    const auto from = needs.share.begin() + std::ptrdiff_t(row);
+    n.share.insert(n.share.end(), from, from + part.crop_width);
+  }
+  return n;
+}
+
 }  // namespace pvol::detail

@@ -1,27 +1,13 @@
-// Samples by need: what a pilot of each pixel says about its neighbours (THEORY.md, T5.8).
+// What the pixels of a film need, by a pilot of each (THEORY.md, T5.8).
 #pragma once
 
-#include <array>
-#include <cstdint>
+#include <cstddef>
 #include <optional>
-#include <vector>
 
 #include "pvol/render/film.h"
+#include "pvol/render/needs.h"
 
 namespace pvol::detail {
-
-/// Samples that every pixel gets before those that need more get more: forty pixels' together show
-/// a variance to some 10 %, where it is not a matter of rare events.
-inline constexpr std::uint32_t kPilot = 16;
-
-/// What the pixels of a film need. Each pixel's figures follow from samples of pixels of the other
-/// colour of a checkerboard alone, so that its mean stays unbiased.
-struct Needs {
-  /// Of each pixel: its samples, in proportion; 1 on average over the pixels of either colour.
-  std::vector<float> share;
-  /// Samples of a pixel of either colour, on average, for a picture of the wanted noise.
-  std::array<double, 2> samples{};
-};
 
 /// Needs by a film with the same number of samples, two or more, in every pixel, and with counts,
 /// for a relative noise (`relative_noise`); without one, `samples` are kMostSamples.
@@ -30,10 +16,13 @@ struct Needs {
 /// Most samples of a pixel, on average, of pictures by need.
 inline constexpr double kMostSamples = 1 << 20;
 
-/// The colour, 0 or 1, of pixel `index` of a film.
+/// The colour, 0 or 1, of pixel `index` of a film: that of the whole image.
 [[nodiscard]] inline std::size_t colour_of(const Film& film, std::size_t index) {
   const auto width = std::size_t(film.crop_width);
-  return (index / width + index % width) % 2;
+  return (std::size_t(film.y) + index / width + std::size_t(film.x) + index % width) % 2;
 }
+
+/// What the pixels of a crop need, by the needs of a film that holds it.
+[[nodiscard]] Needs needs_of_part(const Needs& needs, const Film& film, const Film& part);
 
 }  // namespace pvol::detail

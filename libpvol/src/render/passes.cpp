@@ -8,17 +8,24 @@ namespace pvol::detail {
 
 Passes::Passes(const RenderOptions& options, std::size_t pixels)
     : by_need_(by_need(options)),
-      samples_(options.samples),
+      pilot_only_(by_need_ && options.part_end > 0),
+      samples_(options.part_end > 0 ? options.part_end - options.part_begin : options.samples),
       noise_(options.noise),
       time_(options.time) {
-  if (!by_need_) total_ = std::uint64_t(pixels) * samples_;
+  if (pilot_only_) samples_ = kPilot;
+  if (!by_need_ || pilot_only_) total_ = std::uint64_t(pixels) * samples_;
 }
 
-std::optional<Targets> Passes::next(const Film& film, double seconds) {
-  if (!by_need_) return next_equal(film, samples_);
+void Passes::resume(const Film& film) {
+  uniform_ = std::numeric_limits<std::uint32_t>::max();
+  for (const PixelSums& p : film.pixels) uniform_ = std::min(uniform_, p.samples);
+}
+
+std::optional<Targets> Passes::next(Film& film, double seconds) {
+  if (!by_need_ || pilot_only_) return next_equal(film, samples_);
   measure(film, seconds);
   if (time_ && done_ > 0) total_ = std::uint64_t(done_ + affordable());
-  if (uniform_ < kPilot) {
+  if (uniform_ < kPilot && !film.needs) {
     if (std::optional<Targets> targets = next_equal(film, kPilot)) return targets;
     total_ = std::uint64_t(done_);
     return std::nullopt;
@@ -56,8 +63,8 @@ std::optional<Targets> Passes::next_equal(const Film& film, std::uint32_t end) {
   return Targets{uniform_, {}};
 }
 
-std::optional<Targets> Passes::next_by_need(const Film& film) {
-  if (!needs_) needs_ = find_needs(film, noise_);
+std::optional<Targets> Passes::next_by_need(Film& film) {
+  if (!film.needs) film.needs = find_needs(film, noise_);
   if (noise_) {
     double sum = 0;
     for (std::size_t i = 0; i < film.pixels.size(); ++i) sum += samples_of(film, i, kMostSamples);
@@ -65,8 +72,10 @@ std::optional<Targets> Passes::next_by_need(const Film& film) {
   }
   const bool late = time_ && seconds_ >= *time_;
   if (!late) {
-    if (std::optional<Targets> targets = towards_goal(film)) return targets;
-    if (raise_goal(film)) return towards_goal(film);
+    // A film that goes on may be beyond the first goals.
+    do {
+      if (std::optional<Targets> targets = towards_goal(film)) return targets;
+    } while (raise_goal(film));
   }
   total_ = std::uint64_t(done_);
   return std::nullopt;
@@ -74,15 +83,15 @@ std::optional<Targets> Passes::next_by_need(const Film& film) {
 
 /// Samples that a pixel is to have where the average is this; never fewer than the pilot's.
 double Passes::samples_of(const Film& film, std::size_t pixel, double average) const {
-  const double wanted = std::min(average, needs_->samples[colour_of(film, pixel)]);
-  return std::max(double(kPilot), std::round(wanted * double(needs_->share[pixel])));
+  const double wanted = std::min(average, film.needs->samples[colour_of(film, pixel)]);
+  return std::max(double(kPilot), std::round(wanted * double(film.needs->share[pixel])));
 }
 
 /// Twice as many samples, if there is time and need for them. Half of the time left at most goes
 /// into one step, whose speed is not known before.
 bool Passes::raise_goal(const Film& film) {
   constexpr double kLeast = 0.02;  // more samples, as a share of those at hand, worth a pass
-  const double most = *std::max_element(needs_->samples.begin(), needs_->samples.end());
+  const double most = *std::max_element(film.needs->samples.begin(), film.needs->samples.end());
   const double step = std::min(average_, 0.5 * affordable() / double(film.pixels.size()));
   const double before = average_;
   average_ = std::min(average_ + step, most);
@@ -100,7 +109,7 @@ std::optional<Targets> Passes::towards_goal(const Film& film) const {
   bool any = false;
   for (std::size_t i = 0; i < goal_.size(); ++i) {
     const std::uint32_t has = film.pixels[i].samples;
-    targets.each.push_back(std::clamp(goal_[i], has, has + kMostOfPass));
+    targets.each.push_back(std::clamp(std::max(goal_[i], has), has, has + kMostOfPass));
     any = any || targets.each.back() > has;
   }
   return any ? std::optional(std::move(targets)) : std::nullopt;

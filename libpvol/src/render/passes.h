@@ -25,21 +25,25 @@ class Passes {
   /// For a film of so many pixels.
   Passes(const RenderOptions& options, std::size_t pixels);
 
+  /// Goes on where a film stands that earlier passes left, in the middle of one perhaps.
+  void resume(const Film& film);
+
   /// Samples to have after the next pass; none where the picture is done. `film` has those of all
-  /// passes before; it is `seconds` since the render began.
-  [[nodiscard]] std::optional<Targets> next(const Film& film, double seconds);
+  /// passes before, and gets its needs once its pilot is done; it is `seconds` since the render
+  /// began.
+  [[nodiscard]] std::optional<Targets> next(Film& film, double seconds);
 
   /// Samples of the whole render, as far as they can be foreseen; 0 where they cannot yet.
   [[nodiscard]] std::uint64_t total() const { return total_; }
 
  private:
   bool by_need_;
+  bool pilot_only_;
   std::uint32_t samples_;
   std::optional<double> noise_, time_;
   std::uint64_t total_ = 0;
 
-  std::uint32_t uniform_ = 0;  // samples of every pixel while they are equal
-  std::optional<Needs> needs_;
+  std::uint32_t uniform_ = 0;        // samples of every pixel while they are equal
   double average_ = kPilot;          // samples of a pixel that passes by need are aiming at
   std::vector<std::uint32_t> goal_;  // what they come to for each pixel
 
@@ -48,7 +52,7 @@ class Passes {
   void measure(const Film& film, double seconds);
   [[nodiscard]] double affordable() const;
   [[nodiscard]] std::optional<Targets> next_equal(const Film& film, std::uint32_t end);
-  [[nodiscard]] std::optional<Targets> next_by_need(const Film& film);
+  [[nodiscard]] std::optional<Targets> next_by_need(Film& film);
   [[nodiscard]] bool raise_goal(const Film& film);
   [[nodiscard]] std::optional<Targets> towards_goal(const Film& film) const;
   [[nodiscard]] double samples_of(const Film& film, std::size_t pixel, double average) const;

@@ -36,7 +36,31 @@ Film make_film(const RenderOptions& o) {
   f.x = part.x, f.y = part.y;
   f.crop_width = part.width, f.crop_height = part.height;
   f.pixels.resize(std::size_t(f.crop_width) * std::size_t(f.crop_height));
+  f.first_sample = o.first_sample + o.part_begin;
   return f;
+}
+
+bool have_same_window(const Film& a, const Film& b) {
+  return a.width == b.width && a.height == b.height && a.x == b.x && a.y == b.y &&
+         a.crop_width == b.crop_width && a.crop_height == b.crop_height;
+}
+
+/// Of an earlier render: the empty film `fresh` with what that one has.
+Film continued(Film fresh, Film earlier) {
+  if (earlier.pixels.empty()) return fresh;
+  bool same = have_same_window(fresh, earlier) &&
+              earlier.sums.pixels.size() == fresh.pixels.size() &&
+              earlier.layers.size() == fresh.layers.size() &&
+              earlier.sums.layers.size() == fresh.layers.size() &&
+              earlier.first_sample == fresh.first_sample && fresh.deep.pixels.empty();
+  for (std::size_t k = 0; same && k < fresh.layers.size(); ++k) {
+    same = earlier.layers[k].name == fresh.layers[k].name &&
+           earlier.sums.layers[k].sums.size() == fresh.sums.layers[k].sums.size() &&
+           earlier.sums.layers[k].weights.size() == fresh.sums.layers[k].weights.size();
+    earlier.layers[k].least = fresh.layers[k].least;
+  }
+  if (same) return earlier;
+  throw Error("the film to go on with is not one of this picture");
 }
 
 double seconds_since(std::chrono::steady_clock::time_point t) {
@@ -76,19 +100,21 @@ class PassRenderer {
   PassRenderer(const RenderPlan& plan, const PathSetup& setup, Paths paths)
       : tiles_(plan, setup, paths) {}
 
-  /// Brings every pixel to its target, unless the reporter says stop.
+  /// Brings every pixel to its target, unless the reporter says stop or pause.
   void render(const Targets& targets, int threads, Film& film, Reporter& reporter) {
     const int edge = tiles_.edge(targets, film, threads);
     const int columns = (film.crop_width + edge - 1) / edge;
     const int rows = (film.crop_height + edge - 1) / edge;
     tbb::parallel_for(std::int64_t(0), std::int64_t(columns) * rows, [&](std::int64_t i) {
-      if (reporter.stop()) return;
+      if (reporter.pause()) return;
       const int x = int(i % columns) * edge, y = int(i / columns) * edge;
       const detail::ImagePart tile{x, y, std::min(edge, film.crop_width - x),
                                    std::min(edge, film.crop_height - y)};
       const std::uint64_t before = count_samples(film, tile);
       if (!tiles_.render(tile, targets, film, counts_.local())) return;
-      reporter.add(count_samples(film, tile) - before);
+      // Tiles that were done before a pause are no news: it would pause again for ever.
+      const std::uint64_t added = count_samples(film, tile) - before;
+      if (added > 0) reporter.add(added);
     });
   }
 
@@ -139,6 +165,27 @@ RenderResult render(std::span<const Volume> volumes, const Scene& scene, const P
 }
 
 RenderResult render(const RenderPlan& plan, const Progress& progress, const PassDone& pass_done) {
+  return resume(plan, {}, {progress, pass_done, {}});
+}
+
+Film begin_by_pilot(const RenderPlan& plan, const Film& pilot) {
+  const RenderOptions& o = plan.scene.options;
+  const Film part = make_film(o);
+  const bool has_part = pilot.width == o.width && pilot.height == o.height && pilot.x <= part.x &&
+                        pilot.y <= part.y &&
+                        pilot.x + pilot.crop_width >= part.x + part.crop_width &&
+                        pilot.y + pilot.crop_height >= part.y + part.crop_height;
+  const auto is_done = [](const PixelSums& p) { return p.samples == kPilot; };
+  if (!has_part || !by_need(o) || !std::ranges::all_of(pilot.pixels, is_done)) {
+    throw Error("the pilot is not one of this picture by need, all of it, with " +
+                std::to_string(kPilot) + " samples in each pixel");
+  }
+  Film film = crop_of(pilot, part.x, part.y, part.crop_width, part.crop_height);
+  film.needs = detail::needs_of_part(detail::find_needs(pilot, o.noise), pilot, part);
+  return film;
+}
+
+RenderResult resume(const RenderPlan& plan, Film earlier, const RenderWatch& watch) {
   const auto begin = std::chrono::steady_clock::now();
   const RenderOptions& o = plan.scene.options;
   check_sample_numbers(o);
@@ -146,7 +193,7 @@ RenderResult render(const RenderPlan& plan, const Progress& progress, const Pass
   Film& film = result.film;
   film = make_film(o);
   Passes passes(o, film.pixels.size());
-  Reporter reporter(progress, passes.total());
+  Reporter reporter(watch, passes.total());
   const int threads = o.threads > 0 ? o.threads : tbb::this_task_arena::max_concurrency();
   // The control is the process's: it may only raise the limit, for more threads than there are
   // cores.
@@ -160,9 +207,13 @@ RenderResult render(const RenderPlan& plan, const Progress& progress, const Pass
   const Paths paths = arena.execute([&] { return guide(plan, setup, result); });
   film.layers = detail::make_layers(setup, film.pixels.size());
   film.deep = detail::make_deep(setup, film.pixels.size());
+  start_sums(film);
+  film = continued(std::move(film), std::move(earlier));
+  passes.resume(film);
+  reporter.add(count_samples(film, {0, 0, film.crop_width, film.crop_height}));
 
   // Samples by need follow costs, too: their pilot is counted.
-  const bool counts_pilot = by_need(o) && !setup.count;
+  const bool counts_pilot = by_need(o) && !setup.count && !film.needs;
   std::optional<PathSetup> counted;
   if (counts_pilot) counted.emplace(with_counts(plan, setup));
   std::optional<PassRenderer> renderer;
@@ -170,18 +221,24 @@ RenderResult render(const RenderPlan& plan, const Progress& progress, const Pass
   std::optional<Targets> targets;
   for (bool any = false; (targets = passes.next(film, seconds_since(begin))); any = true) {
     if (reporter.stop()) break;
-    if (any && pass_done) pass_done(film);
+    if (any && watch.pass_done) watch.pass_done(film);
     reporter.expect(passes.total());
     if (counts_pilot && !targets->each.empty()) renderer.emplace(plan, setup, paths);
-    arena.execute([&] { renderer->render(*targets, threads, film, reporter); });
+    for (;;) {
+      arena.execute([&] { renderer->render(*targets, threads, film, reporter); });
+      if (reporter.stop() || reaches(film, *targets)) break;
+      if (reporter.take_pause() && watch.pass_done) watch.pass_done(film);
+    }
     if (!reaches(film, *targets)) break;
   }
-  if (setup.count) {
-    result.counts = renderer->counts();
-  } else {
+  if (setup.count) result.counts = renderer->counts();
+  // The pilot's counts are no longer wanted once the needs are known.
+  const bool pilot = by_need(o) && !film.needs;
+  if (!setup.count && !pilot) {
     for (PixelSums& p : film.pixels) p.counts = {};
   }
   result.complete = !targets;
+  result.goal = passes.total();
   reporter.finish();
   return result;
 }

@@ -13,11 +13,12 @@
 
 namespace pvol::detail {
 
-/// Reports when work is added and, however long single paths are, ten times a second; remembers a
-/// wish to stop.
+/// Reports when work is added and, however long single paths are, ten times a second; remembers
+/// wishes to stop and to see the film.
 class Reporter {
  public:
-  Reporter(const Progress& progress, std::uint64_t total) : progress_(progress), total_(total) {
+  Reporter(const RenderWatch& by, std::uint64_t total)
+      : progress_(by.progress), wants_film_(by.wants_film), total_(total) {
     if (progress_) watch_ = std::jthread([this](const std::stop_token& ended) { watch(ended); });
   }
 
@@ -41,10 +42,18 @@ class Reporter {
 
   [[nodiscard]] const std::atomic<bool>& stop() const { return stop_; }
 
+  /// Whether no tile is to be begun: to stop, or for somebody to see the film.
+  [[nodiscard]] bool pause() const { return stop_ || pause_; }
+
+  /// Whether somebody wanted to see the film, who now does.
+  [[nodiscard]] bool take_pause() { return pause_.exchange(false); }
+
  private:
   void report() {
     const std::unique_lock lock(mutex_, std::try_to_lock);
-    if (lock && !progress_(done_, total_)) stop_ = true;
+    if (!lock) return;
+    if (!progress_(done_, total_)) stop_ = true;
+    if (wants_film_ && wants_film_()) pause_ = true;
   }
 
   void watch(const std::stop_token& ended) {
@@ -64,8 +73,9 @@ class Reporter {
   }
 
   const Progress& progress_;
+  const std::function<bool()>& wants_film_;
   std::atomic<std::uint64_t> total_, done_ = 0;
-  std::atomic<bool> stop_ = false;
+  std::atomic<bool> stop_ = false, pause_ = false;
   std::mutex mutex_;
   std::exception_ptr thrown_;
   std::jthread watch_;  // last: it uses all others

@@ -25,6 +25,18 @@ std::optional<Misfit> misfit(const RenderOptions& o) {
   if (o.noise && one_pixel) {
     return Misfit{{"noise"}, "off for a single pixel, which has no others to tell its noise"};
   }
+  if (o.part_end > 0 || o.part_begin > 0) {
+    const std::uint32_t all = by_need(o) ? kPilot : o.samples;
+    const bool pilot = o.part_begin == 0 && o.part_end == kPilot;
+    if (by_need(o) && !pilot) {
+      return Misfit{{"samples"},
+                    "0:" + std::to_string(kPilot) + ", the pilot, where samples are by need"};
+    }
+    if (o.part_begin >= o.part_end || o.part_end > all) {
+      return Misfit{{"samples"},
+                    "A:B with A < B among the samples of a pixel, 0:" + std::to_string(all)};
+    }
+  }
   if (o.crop_x < o.width && o.crop_y < o.height && o.crop_width <= o.width - o.crop_x &&
       o.crop_height <= o.height - o.crop_y) {
     return std::nullopt;

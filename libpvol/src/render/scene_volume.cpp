@@ -3,8 +3,6 @@
 namespace pvol {
 
 VolumeOptions volume_options(const RenderOptions& o) {
-  const double width = o.crop_width > 0 ? o.crop_width : o.width;
-  const double height = o.crop_height > 0 ? o.crop_height : o.height;
   return {.object_to_world = {},
           .look_up = o.look_up,
           .micro_bounds = o.micro_bounds,
@@ -12,7 +10,7 @@ VolumeOptions volume_options(const RenderOptions& o) {
           .tracker = o.tracker,
           .majorant_scale = o.majorant_scale,
           .homogenise = o.homogenise,
-          .paths = width * height * expected_samples(o)};
+          .paths = double(o.width) * o.height * expected_samples(o)};
 }
 
 }  // namespace pvol

@@ -33,7 +33,8 @@ ShellEstimate estimate_shell(const Volume& volume, const Shell& shell, const Sce
   const detail::Projection projection(scene.camera, scene.options.width, scene.options.height);
   const Box box = volume.density.octree.support();
   const detail::Instances instances(std::span(&volume, 1));
-  detail::visit_coarse_rays(projection, scene.options, kRaysAlong, [&](const Ray& world, int) {
+  const detail::ImagePart image{0, 0, scene.options.width, scene.options.height};
+  detail::visit_coarse_rays(projection, image, kRaysAlong, [&](const Ray& world, int) {
     ++e.rays;
     instances.tree.visit(world, detail::kEndless, [&](std::uint32_t i, double limit) {
       const Ray ray = instances.all[i].in_cells(world);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "pvol/formats/film_record.h"
 #include "pvol/render/aov.h"
 #include "pvol/render/camera.h"
 #include "pvol/render/film.h"
@@ -41,6 +42,12 @@ enum class ExrCompression {
                                                {ExrCompression::none, "none"}});
 }
 
+/// Exact sums to go on with and to merge (film_file.h).
+struct KeptSums {
+  const Film* film = nullptr;  ///< that has them, of the picture's window; perhaps the picture
+  FilmRecord record{};
+};
+
 struct ExrOptions {
   AovSet aovs{};           ///< what is written beside colour, alpha and the film's layers
   bool opaque = false;     ///< alpha is 1 everywhere, as where a background is seen
@@ -48,6 +55,7 @@ struct ExrOptions {
   PixelType pixels = PixelType::single;
   ExrCompression compression = ExrCompression::zip;
   std::optional<Camera> camera{};  ///< for worldToCamera and worldToNDC
+  std::optional<KeptSums> sums{};  ///< to keep in a part "sums" besides
 };
 
 /// Throws Error where layers of numbers would be rounded: dwaa without parts.

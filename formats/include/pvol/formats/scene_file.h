@@ -159,15 +159,20 @@ struct SceneFile {
 [[nodiscard]] SceneFile read_scene(const std::filesystem::path& file,
                                    const std::vector<std::string>& sets = {});
 
+/// The same for the text of a scene, such as `to_toml` makes; `name` stands for its file in
+/// messages. File names stay as they are.
+[[nodiscard]] SceneFile parse_scene(const std::string& text, const std::string& name);
+
 /// The same for a cloud without a scene file: a gradient sky and one sun, changed by `sets`.
 [[nodiscard]] SceneFile default_scene(const std::filesystem::path& volume,
                                       const std::vector<std::string>& sets = {});
 
 /// The scene as TOML, with every value that changes the picture (so without the number of threads
 /// and whether to count): `read_scene` makes an equal scene of it, but for lights and surfaces of
-/// several kinds, which it puts into the order of their kinds as `plan` does. File names stay as they are, so
-/// relative ones need the text to be in the current folder. Camera and extinction are left out
-/// where the scene has none. Throws Error for a seed above 2^63 - 1, which TOML cannot write.
+/// several kinds, which it puts into the order of their kinds as `plan` does. File names stay as
+/// they are, so relative ones need the text to be in the current folder. Camera and extinction are
+/// left out where the scene has none. Throws Error for a seed above 2^63 - 1, which TOML cannot
+/// write.
 [[nodiscard]] std::string to_toml(const SceneFile& scene);
 
 /// A section of a scene for manuals.

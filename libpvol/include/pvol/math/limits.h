@@ -125,6 +125,9 @@ template <HasNames Enum>
 [[nodiscard]] const char* expect_direction(const Value& value);
 [[nodiscard]] constexpr Limits direction() { return number().times(3).also(expect_direction); }
 
+/// Two numbers of which the second is greater.
+[[nodiscard]] const char* expect_rising(const Value& value);
+
 /// What was expected of a value that is refused, and which of its items is to blame: indices from
 /// the outer array inwards, none for the value itself.
 struct Refusal {

@@ -10,10 +10,12 @@
 #include "pvol/math/vec.h"
 #include "pvol/render/counts.h"
 #include "pvol/render/deep.h"
+#include "pvol/render/film_sums.h"
+#include "pvol/render/needs.h"
 
 namespace pvol {
 
-/// Sums over the samples of one pixel, in sample order and in double.
+/// Sums over the samples of one pixel.
 struct PixelSums {
   Vec3d sum;          ///< of radiance
   Vec3d sum_squares;  ///< of radiance squared, by channel
@@ -46,6 +48,10 @@ struct Film {
   std::vector<PixelSums> pixels;        ///< crop_width * crop_height
   std::vector<Layer> layers{};          ///< where they were asked for
   DeepFilm deep{};                      ///< likewise; always of what is before the background
+  std::uint32_t first_sample = 0;       ///< number of the first one of each pixel
+  /// Of films that were rendered: what the sums of `pixels` and `layers` are rounded from.
+  FilmSums sums{};
+  std::optional<Needs> needs{};  ///< of pictures by need, once their pilot is done
 
   [[nodiscard]] std::size_t index(int px, int py) const {
     return std::size_t(py) * std::size_t(crop_width) + std::size_t(px);
@@ -78,8 +84,24 @@ struct Film {
 /// luminance; 0 without light, none where a pixel has fewer than two samples.
 [[nodiscard]] std::optional<double> relative_noise(const Film& film);
 
-/// Adds the samples of a film of the same size, with the same layers and bins of depth, rendered
-/// with another seed. Throws Error for others.
+/// Gives a film sums of its size and layers, all 0.
+void start_sums(Film& film);
+
+/// Rounds what `sums` has of a pixel to its double sums, and those of the layers.
+void settle(Film& film, std::size_t pixel);
+
+/// The part of a film that a rectangle of the image has, which lies in that of the film; without
+/// bins of depth and needs.
+[[nodiscard]] Film crop_of(const Film& film, int x, int y, int width, int height);
+
+/// Adds the samples of a film that is a part of the same image, lies in this one's, and has the
+/// same layers, both with `sums`; the doubles of `to` are left for `settle`. Throws Error for
+/// others.
+void add_part(Film& to, const Film& part);
+
+/// Adds the samples of a film of the same size, with the same layers and bins of depth, and with
+/// other random numbers. Throws Error for others. Films with `sums` give the same bits in any order
+/// and grouping.
 void add_samples(Film& to, const Film& from);
 
 }  // namespace pvol

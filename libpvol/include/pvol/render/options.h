@@ -10,6 +10,7 @@
 #include "pvol/math/keys.h"
 #include "pvol/math/names.h"
 #include "pvol/render/aov.h"
+#include "pvol/render/needs.h"
 #include "pvol/track/tracker.h"
 #include "pvol/volume/volume.h"
 
@@ -101,6 +102,9 @@ struct RenderOptions {
   /// (`relative_noise`) is about this, or until this many seconds have passed: what comes first.
   std::optional<double> noise, time;
   std::uint32_t first_sample = 0;  ///< number of the first of them: pictures of one seed add up
+  /// Which of them are rendered, as `crop` says it of pixels: from part_begin on, before part_end;
+  /// all where that is 0. Of samples by need these can be the kPilot first ones alone.
+  std::uint32_t part_begin = 0, part_end = 0;
   std::uint64_t seed = 1;
   int threads = 0;  ///< 0: one for each hardware thread
   Tracker tracker = Tracker::decomposition;
@@ -193,6 +197,24 @@ template <std::same_as<RenderOptions> O>
                              .help = "Number of the first sample of each pixel: pictures of one "
                                      "seed with other samples are parts of one picture",
                              .effect = Effect::cost}),
+      {{.key = "samples",
+        .metavar = "A:B",
+        .limits = whole(0, kMost32).times(2, ':').also(expect_rising),
+        .help = "Part of the samples of each pixel to render: from number A on, before B, of those "
+                "that --spp says. Parts make a whole by pvol-convert merge. With --noise 0:16, its "
+                "pilot",
+        .otherwise = "all",
+        .effect = Effect::cost,
+        .in_scenes = false},
+       [](const O& o) {
+         const std::uint32_t end = o.part_end > 0 ? o.part_end : o.samples;
+         return Value(Value::List{to_value(o.part_begin), to_value(end)});
+       },
+       [](O& o, const Value& v) {
+         assign(o.part_begin, (*v.list())[0]), assign(o.part_end, (*v.list())[1]);
+         const bool all = !by_need(o) && o.part_begin == 0 && o.part_end == o.samples;
+         if (all) o.part_end = 0;
+       }},
       key<&O::seed>({.key = "seed",
                      .metavar = "N",
                      .limits = whole(0, kMost63),
@@ -348,7 +370,13 @@ template <std::same_as<RenderOptions> O>
   return by_need(o) ? kByNeed : o.samples;
 }
 
-/// A crop that does not lie inside the image, and noise of a picture of one pixel.
+/// Samples of a pixel that are rendered, those by need as choices reckon with them.
+[[nodiscard]] inline double samples_of_part(const RenderOptions& o) {
+  return o.part_end > 0 ? double(o.part_end) - o.part_begin : expected_samples(o);
+}
+
+/// A crop that does not lie inside the image, samples that the picture does not have, and noise of
+/// a picture of one pixel.
 [[nodiscard]] std::optional<Misfit> misfit(const RenderOptions& options);
 
 /// Throws Error for values out of range, alone or together.

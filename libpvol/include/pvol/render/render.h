@@ -21,18 +21,41 @@ using Progress = std::function<bool(std::uint64_t done, std::uint64_t total)>;
 /// pass is of one sample in each pixel, later ones are of more. What it throws, render throws.
 using PassDone = std::function<void(const Film& film)>;
 
+/// Who looks at a render while it goes on.
+struct RenderWatch {
+  Progress progress{};
+  PassDone pass_done{};
+  /// Asked as often as `progress` is told, if there is one. Where it returns true, threads end the
+  /// tiles that they are at, and `pass_done` sees the film in the middle of a pass: pixels of one
+  /// that is not by need yet then differ in their samples.
+  std::function<bool()> wants_film{};
+};
+
 struct RenderResult {
   Film film;
   Counts counts;             ///< all zero unless options.count or AOVs ask for them
   bool guided = false;       ///< whether paths were guided: where light reached what is seen
   double guide_seconds = 0;  ///< CPU time of the process for finding out by what
   bool complete = true;      ///< false where `progress` stopped it; pixels then hold fewer samples
+  std::uint64_t goal = 0;    ///< samples of the whole render, as far as they were foreseen, or 0
 };
 
 /// Renders what was planned. The same plan gives the same bytes for any number of threads, unless
 /// time is limited. Throws Error for lights beyond single precision.
 [[nodiscard]] RenderResult render(const RenderPlan& plan, const Progress& progress = {},
                                   const PassDone& pass_done = {});
+
+/// The same for a film that an earlier render of this plan began, or nobody (an empty one): that
+/// render may have been stopped anywhere, and together they give the bytes of one. `film` is the
+/// plan's part of the image, with `sums`, the plan's layers and, by need, perhaps `needs` and more
+/// samples than the plan wants. Counts of the pilot of pictures by need are part of it. Throws
+/// Error for other films and for deep ones.
+[[nodiscard]] RenderResult resume(const RenderPlan& plan, Film film, const RenderWatch& watch);
+
+/// The part of a pilot that a plan by need goes on from: `pilot` is of the whole picture, of which
+/// the plan's crop is a part, with kPilot samples in each pixel and their counts. The result has
+/// the needs of the whole. Throws Error for another film.
+[[nodiscard]] Film begin_by_pilot(const RenderPlan& plan, const Film& pilot);
 
 /// Plans without a limit on work, and renders. Several volumes may overlap.
 [[nodiscard]] RenderResult render(std::span<const Volume> volumes, const Scene& scene,
@@ -42,8 +65,8 @@ struct RenderResult {
 
 /// A camera that looks at `world_box` with all of it in view and all else as `like` has it: its
 /// kind, `up`, lens and field of view, from its azimuth and elevation, and then by its zoom. The
-/// front is where z is largest or, where z is up, y least. Straight from above or below the front is
-/// down or up in the picture.
+/// front is where z is largest or, where z is up, y least. Straight from above or below the front
+/// is down or up in the picture.
 [[nodiscard]] Camera frame(const Box& world_box, double aspect, const Camera& like = {});
 
 }  // namespace pvol

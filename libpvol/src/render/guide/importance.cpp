@@ -251,8 +251,8 @@ Rgb constant_part(const Environment& environment, const SkyLight& light) {
 int count_photons(const PathSetup& setup) {
   const bool many = !is_one(setup);
   if (setup.lanes == Lanes::scalar && !many) return kLeastPhotons;
-  const ImagePart part = image_part(setup.options);
-  const double samples = double(part.width) * part.height * expected_samples(setup.options);
+  const RenderOptions& o = setup.options;
+  const double samples = double(o.width) * o.height * expected_samples(o);
   return int(std::clamp(samples / (many ? 40 : 80), double(kLeastPhotons),
                         double(many ? kMostOfMany : kMostPhotons)));
 }

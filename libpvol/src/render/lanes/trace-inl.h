@@ -141,7 +141,7 @@ inline void put_ray(const LaneScene& s, Records& q, Vec3d place, Vec3f d, Rgb we
 inline void start(const LaneScene& s, LaneMemory& m, const Samples::Sample& sample,
                   std::uint32_t slot, const Film& film, Work& work) {
   auto [rng, ray] = CameraSample(s.setup, film.x + sample.x, film.y + sample.y,
-                                 s.setup.options.first_sample + sample.number);
+                                 film.first_sample + sample.number);
   const Ray cells = s.volume.in_cells(ray);
   const auto span = s.volume.in_box(cells);
   const Vec3f d(ray.d);
@@ -222,6 +222,7 @@ void finish(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const Targ
           film.pixels[pixel].counts[c] += m.slots.counts[slot][c];
         }
       }
+      settle(film, pixel);
     }
   }
 }

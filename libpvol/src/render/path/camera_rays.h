@@ -53,11 +53,10 @@ struct CameraSample {
   return float(s.camera.shutter.at(double(reversed + shift) * 0x1p-32));
 }
 
-/// visit(ray, i) for count^2 rays, evenly over the part of the image that is rendered.
+/// visit(ray, i) for count^2 rays, evenly over a part of the image.
 template <class Visit>
-void visit_coarse_rays(const Projection& projection, const RenderOptions& o, int count,
+void visit_coarse_rays(const Projection& projection, const ImagePart& part, int count,
                        const Visit& visit) {
-  const ImagePart part = image_part(o);
   for (int i = 0; i < count * count; ++i) {
     const int row = i / count;
     const double x = part.x + part.width * (i % count + 0.5) / count;

@@ -149,28 +149,30 @@ void add_to_deep(const PathSetup& s, const PathResult& r, std::size_t pixel, Dee
 }
 
 void add_to_layers(const PathSetup& s, const PathResult& r, std::size_t pixel, Film& film) {
-  auto next = film.layers.begin();
+  auto next = film.sums.layers.begin();
   for (std::size_t k = 0; k < r.layers.size(); ++k) {
-    next[std::ptrdiff_t(s.layer_of[k])].sums[pixel] += Vec3d(r.layers[k]);
+    add(next[std::ptrdiff_t(s.layer_of[k])].sums[pixel], Vec3d(r.layers[k]));
   }
   if (r.in_layers()) next += std::ptrdiff_t(s.layer_names.size());
-  for (const Rgb& part : r.orders) (next++)->sums[pixel] += Vec3d(part);
+  for (const Rgb& part : r.orders) add((next++)->sums[pixel], Vec3d(part));
   if (s.options.aovs.has(Aov::halves)) {
-    Layer& half = next[film.pixels[pixel].samples % 2];
-    half.sums[pixel] += Vec3d(r.radiance);
-    ++half.weights[pixel];
+    // By the sample's number in the picture, whatever part of it this film is.
+    ExactLayer& half = next[(film.first_sample + film.pixels[pixel].samples) % 2];
+    add(half.sums[pixel], Vec3d(r.radiance));
+    add(half.weights[pixel], 1);
     next += 2;
   }
   if (r.first_weight == 0) return;
   for (const FirstCollisionLayer& of : kFirstCollisionLayers) {
     if (!s.options.aovs.has(of.aov)) continue;
-    Layer& layer = *next++;
+    ExactLayer& layer = *next;
+    Layer& rounded = film.layers[std::size_t(next++ - film.sums.layers.begin())];
     const Vec3d value = of.value(s, r);
-    if (layer.least) {
-      layer.sums[pixel] = min(layer.sums[pixel], value);
+    if (rounded.least) {
+      rounded.sums[pixel] = min(rounded.sums[pixel], value);
     } else {
-      layer.sums[pixel] += value * double(r.first_weight);
-      layer.weights[pixel] += double(r.first_weight);
+      add(layer.sums[pixel], value * double(r.first_weight));
+      add(layer.weights[pixel], double(r.first_weight));
     }
   }
 }

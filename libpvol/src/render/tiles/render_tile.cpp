@@ -43,7 +43,7 @@ bool render_tile(const PathSetup& setup, const ImagePart& tile, const Targets& t
       const std::size_t pixel = film.index(x, y);
       const std::uint32_t end = targets.of(pixel);
       for (std::uint32_t k = film.pixels[pixel].samples; k < end; ++k) {
-        const PathResult& r = tracer.trace(film.x + x, film.y + y, setup.options.first_sample + k);
+        const PathResult& r = tracer.trace(film.x + x, film.y + y, film.first_sample + k);
         if (setup.stop->load(std::memory_order_relaxed)) {
           whole = false;
           break;
@@ -51,6 +51,7 @@ bool render_tile(const PathSetup& setup, const ImagePart& tile, const Targets& t
         require_finite(r, film.x + x, film.y + y);
         add_sample(setup, r, pixel, film);
       }
+      settle(film, pixel);
       if (setup.count) count_pixel(film.pixels[pixel]);
     }
   }

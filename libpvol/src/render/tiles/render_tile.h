@@ -7,8 +7,8 @@
 namespace pvol::detail {
 
 /// Adds samples to every pixel of a tile, a part of the film, up to its target, and their counts to
-/// `counts`, where the setup counts. A pixel's samples are numbered from options.first_sample on.
-/// Returns false, and leaves out what is under way, once the setup says stop.
+/// `counts`, where the setup counts. A pixel's samples are numbered from the film's first_sample
+/// on. Returns false, and leaves out what is under way, once the setup says stop.
 using TileFunction = bool (*)(const PathSetup&, const ImagePart& tile, const Targets&, Film&,
                               Counts& counts);
 

@@ -1,0 +1,255 @@
+// Films with their exact sums, written and read again to the bit; and damaged ones.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <random>
+
+#include "pvol/error.h"
+#include "pvol/formats/film_file.h"
+#include "support/temporary_folder.h"
+
+namespace pvol::formats {
+namespace {
+
+/// A crop with everything that a film can have, in numbers of all sizes.
+Film some_film(bool by_need) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto number = [&] { return std::ldexp(unit(random), int(60 * unit(random))); };
+  const auto vector = [&] { return Vec3d(number(), number(), number()); };
+  Film f;
+  f.width = 50, f.height = 60, f.x = 3, f.y = 11;
+  f.crop_width = 19, f.crop_height = 37;
+  f.first_sample = 1000;
+  f.pixels.resize(std::size_t(f.crop_width * f.crop_height));
+  f.layers = {
+      {"sun_1", std::vector<Vec3d>(f.pixels.size())},
+      {"half_1", std::vector<Vec3d>(f.pixels.size()), "RGB", std::vector<double>(f.pixels.size())},
+      {"depth", std::vector<Vec3d>(f.pixels.size()), "Z", std::vector<double>(f.pixels.size())},
+      {"nearest", std::vector<Vec3d>(f.pixels.size(), Vec3d(kNothingMet)), "Z", {}, true}};
+  start_sums(f);
+  for (std::size_t i = 0; i < f.pixels.size(); ++i) {
+    PixelSums& p = f.pixels[i];
+    p.samples = std::uint32_t(i % 40);
+    for (std::uint32_t s = 0; s < p.samples; ++s) {
+      add(f.sums.pixels[i].light, vector());
+      add(f.sums.pixels[i].squares, vector());
+      add(f.sums.pixels[i].alpha, number());
+      add(f.sums.layers[0].sums[i], vector());
+      add(f.sums.layers[1].sums[i], vector());
+      add(f.sums.layers[1].weights[i], 1);
+      const double depth = number();
+      add(f.sums.layers[2].sums[i], Vec3d(depth));
+      add(f.sums.layers[2].weights[i], 0.5);
+      f.layers[3].sums[i] = min(f.layers[3].sums[i], Vec3d(std::abs(depth)));
+    }
+    for (std::size_t c = 0; c < p.counts.size(); ++c) {
+      p.counts[c] = (std::uint64_t(random()) << (i % 32)) * (c != 2);
+    }
+    settle(f, i);
+  }
+  if (by_need) {
+    f.needs = Needs{{}, {12.25, 1.0 / 3}};
+    for (std::size_t i = 0; i < f.pixels.size(); ++i) {
+      f.needs->share.push_back(float(std::abs(number())));
+    }
+  }
+  return f;
+}
+
+FilmRecord some_record() {
+  return {"0123abc",
+          {{.seed = ~0ull,
+            .x = 3,
+            .y = 11,
+            .width = 19,
+            .height = 37,
+            .begin = 1000,
+            .end = 1040,
+            .complete = true},
+           {.seed = 2, .width = 1, .height = 1}}};
+}
+
+/// The first components of layers of one number are those that count.
+void expect_same(const Film& a, const Film& b) {
+  EXPECT_EQ(a.width, b.width);
+  EXPECT_EQ(a.height, b.height);
+  EXPECT_EQ(a.x, b.x);
+  EXPECT_EQ(a.y, b.y);
+  EXPECT_EQ(a.crop_width, b.crop_width);
+  EXPECT_EQ(a.crop_height, b.crop_height);
+  EXPECT_EQ(a.first_sample, b.first_sample);
+  ASSERT_EQ(a.pixels.size(), b.pixels.size());
+  EXPECT_EQ(a.sums.pixels, b.sums.pixels);
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    EXPECT_EQ(a.pixels[i].sum, b.pixels[i].sum);
+    EXPECT_EQ(a.pixels[i].sum_squares, b.pixels[i].sum_squares);
+    EXPECT_EQ(a.pixels[i].alpha, b.pixels[i].alpha);
+    EXPECT_EQ(a.pixels[i].samples, b.pixels[i].samples);
+    EXPECT_EQ(a.pixels[i].counts, b.pixels[i].counts);
+  }
+  ASSERT_EQ(a.layers.size(), b.layers.size());
+  for (std::size_t k = 0; k < a.layers.size(); ++k) {
+    EXPECT_EQ(a.layers[k].name, b.layers[k].name);
+    EXPECT_EQ(a.layers[k].components, b.layers[k].components);
+    EXPECT_EQ(a.layers[k].least, b.layers[k].least);
+    EXPECT_EQ(a.layers[k].weights, b.layers[k].weights);
+    EXPECT_EQ(a.sums.layers[k].weights, b.sums.layers[k].weights);
+    const bool one = a.layers[k].components.size() == 1;
+    for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+      EXPECT_EQ(a.layers[k].sums[i].x, b.layers[k].sums[i].x);
+      if (!one) {
+        EXPECT_EQ(a.sums.layers[k].sums[i], b.sums.layers[k].sums[i]);
+      }
+    }
+  }
+  ASSERT_EQ(a.needs.has_value(), b.needs.has_value());
+  if (a.needs) {
+    EXPECT_EQ(a.needs->share, b.needs->share);
+    EXPECT_EQ(a.needs->samples, b.needs->samples);
+  }
+}
+
+void write(const std::filesystem::path& file, const Film& film, bool multipart = false) {
+  write_exr(file, film, {{"pvol:seed", "17"}},
+            {.multipart = multipart, .sums = KeptSums{&film, some_record()}});
+}
+
+TEST(FilmSums, AreReadToTheBit) {
+  const TemporaryFolder folder;
+  for (const bool by_need : {false, true}) {
+    for (const bool multipart : {false, true}) {
+      const Film film = some_film(by_need);
+      write(folder.file("a.exr"), film, multipart);
+      const FilmFile back = read_film_file(folder.file("a.exr"));
+      expect_same(film, back.film);
+      EXPECT_EQ(back.record, some_record());
+      EXPECT_EQ(back.attributes.at("pvol:seed"), "17");
+      const PictureHeader h = read_picture_header(folder.file("a.exr"));
+      EXPECT_TRUE(h.has_sums);
+      EXPECT_EQ(h.multipart, multipart);
+      EXPECT_EQ(h.window.crop_height, 37);
+    }
+  }
+}
+
+TEST(FilmSums, LeaveThePictureAsItIs) {
+  const TemporaryFolder folder;
+  const Film film = some_film(false);
+  for (const bool multipart : {false, true}) {
+    write(folder.file("sums.exr"), film, multipart);
+    write_exr(folder.file("plain.exr"), film, {}, {.multipart = multipart});
+    EXPECT_FALSE(read_picture_header(folder.file("plain.exr")).has_sums);
+    EXPECT_THROW((void)read_film_file(folder.file("plain.exr")), Error);
+    const StoredFilm a = read_film(folder.file("sums.exr")),
+                     b = read_film(folder.file("plain.exr"));
+    ASSERT_EQ(a.film.layers.size(), b.film.layers.size()) << "planes are no layers";
+    for (std::size_t i = 0; i < a.film.pixels.size(); ++i) {
+      EXPECT_EQ(a.film.pixels[i].sum, b.film.pixels[i].sum);
+    }
+  }
+}
+
+TEST(FilmSums, AreThoseOfAnotherFilmThanThePicture) {
+  const TemporaryFolder folder;
+  const Film film = some_film(false);
+  Film filtered = crop_of(film, film.x, film.y, film.crop_width, film.crop_height);
+  for (PixelSums& p : filtered.pixels) p.sum = Vec3d(7.0 * p.samples);
+  write_exr(folder.file("a.exr"), filtered, {}, {.sums = KeptSums{&film, some_record()}});
+  expect_same(film, read_film_file(folder.file("a.exr")).film);
+  EXPECT_EQ(mean(read_film(folder.file("a.exr")).film.pixels[1]), Vec3d(7.0));
+}
+
+TEST(FilmSums, AreReadRowByRow) {
+  const TemporaryFolder folder;
+  const Film film = some_film(true);
+  write(folder.file("a.exr"), film);
+  for (const int step : {1, 5, 16, 36}) {
+    FilmReader reader(folder.file("a.exr"));
+    for (int y = 0; y < film.crop_height; y += step) {
+      const int rows = std::min(step, film.crop_height - y);
+      const Film some = reader.rows(y, rows);
+      const Film expected = crop_of(film, film.x, film.y + y, film.crop_width, rows);
+      EXPECT_EQ(some.sums.pixels, expected.sums.pixels);
+      EXPECT_EQ(some.y, film.y + y);
+      EXPECT_EQ(some.needs->share.size(), some.pixels.size());
+    }
+  }
+}
+
+/// As many bits flipped as there are bytes: an error, or a film that has what its sizes say.
+TEST(FilmSums, DamagedOnesAreRefused) {
+  const TemporaryFolder folder;
+  write(folder.file("a.exr"), some_film(true));
+  std::ifstream in(folder.file("a.exr"), std::ios::binary);
+  const std::vector<char> whole{std::istreambuf_iterator<char>(in), {}};
+  std::mt19937 random(1);
+  int refused = 0;
+  const auto try_to_read = [&](const std::vector<char>& bytes) {
+    std::ofstream(folder.file("b.exr"), std::ios::binary)
+        .write(bytes.data(), std::streamsize(bytes.size()));
+    try {
+      const FilmFile f = read_film_file(folder.file("b.exr"));
+      EXPECT_EQ(f.film.pixels.size(), f.film.sums.pixels.size());
+    } catch (const Error& e) {
+      EXPECT_NE(std::string(e.what()).find("b.exr: "), std::string::npos) << e.what();
+      ++refused;
+    }
+  };
+  for (int trial = 0; trial < 400; ++trial) {
+    std::vector<char> bytes = whole;
+    // Half of them in the header, where the record is.
+    const std::size_t reach = trial % 2 ? bytes.size() : std::min<std::size_t>(bytes.size(), 12000);
+    bytes[random() % reach] = char(random());
+    try_to_read(bytes);
+  }
+  for (int trial = 0; trial < 40; ++trial) {
+    try_to_read({whole.begin(), whole.begin() + std::ptrdiff_t(random() % whole.size())});
+  }
+  EXPECT_GT(refused, 60);
+}
+
+TEST(FilmSums, ThatNoTermsHaveAreRefused) {
+  const TemporaryFolder folder;
+  const auto refuses = [&](const std::function<void(Film&)>& change) {
+    Film film = some_film(true);
+    change(film);
+    write(folder.file("a.exr"), film);
+    EXPECT_THROW((void)read_film_file(folder.file("a.exr")), Error);
+  };
+  refuses([](Film& f) { f.sums.pixels[7].light.digits[1][2] = 1ll << 40; });
+  refuses([](Film& f) {
+    f.sums.pixels[7].squares.digits[0][0] = std::numeric_limits<std::int64_t>::min();
+  });
+  refuses([](Film& f) { f.sums.pixels[0].alpha.digits[2][0] = 1; });
+  refuses([](Film& f) { f.sums.pixels[7].alpha.level = 33; });
+  refuses([](Film& f) { f.sums.layers[1].weights[9].digits[0][0] = -(1ll << 50); });
+  refuses([](Film& f) { f.layers[3].sums[2].x = std::nan(""); });
+  refuses([](Film& f) { f.needs->share[5] = -1; });
+}
+
+TEST(FilmSums, OfLaterVersionsAreRefused) {
+  const TemporaryFolder folder;
+  write(folder.file("a.exr"), some_film(false));
+  std::ifstream in(folder.file("a.exr"), std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  const std::string version = "\"version\":1";
+  const std::size_t at = bytes.find(version);
+  ASSERT_NE(at, std::string::npos);
+  bytes[at + version.size() - 1] = '2';
+  std::ofstream(folder.file("b.exr"), std::ios::binary) << bytes;
+  try {
+    (void)read_film_file(folder.file("b.exr"));
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("in version 2; this program reads version 1"),
+              std::string::npos)
+        << e.what();
+  }
+}
+
+}  // namespace
+}  // namespace pvol::formats

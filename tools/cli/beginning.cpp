@@ -1,0 +1,163 @@
+#include "cli/beginning.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "cli/cli.h"
+#include "cli/picture_facts.h"
+#include "cli/picture_key.h"
+#include "pvol/error.h"
+#include "pvol/formats/film_file.h"
+
+namespace pvol::cli {
+namespace {
+
+using Options = RenderOptionsGiven;
+using Attributes = std::map<std::string, std::string>;
+
+std::string attribute(const Attributes& all, const std::string& name) {
+  const auto found = all.find(name);
+  return found == all.end() ? "" : found->second;
+}
+
+/// The first line in which two scenes differ: "found ..., expected ...".
+std::string difference(const std::string& found, const std::string& expected) {
+  std::istringstream a(found), b(expected);
+  std::string x, y;
+  do {
+    x.clear(), y.clear();
+    std::getline(a, x), std::getline(b, y);
+  } while (x == y && (a || b));
+  return fmt::format("its scene has '{}', this one '{}'", x, y);
+}
+
+bool have_same_window(const formats::FilmPiece& a, const formats::FilmPiece& b) {
+  return a.x == b.x && a.y == b.y && a.width == b.width && a.height == b.height;
+}
+
+formats::FilmPiece window_of(const Film& f) {
+  return {.x = f.x, .y = f.y, .width = f.crop_width, .height = f.crop_height};
+}
+
+bool all_there(const Options& o, const Outputs& out) {
+  const auto is_there = [](const std::filesystem::path& file) {
+    return file.empty() || std::filesystem::exists(file);
+  };
+  return is_there(out.exr) && is_there(out.png) && is_there(out.deep) &&
+         (o.stats == "-" || is_there(o.stats));
+}
+
+/// Throws Error unless a file is a picture of the job, as far as its header tells.
+void check_picture(const std::filesystem::path& file, const formats::PictureHeader& h,
+                   const RenderJob& job) {
+  const auto refuse = [&](const std::string& why) {
+    throw Error(
+        fmt::format("--resume: {} is another picture: {}; choose another name, or render "
+                    "it anew with --no-resume",
+                    file.string(), why));
+  };
+  const Attributes wanted = describe_picture(job, {});
+  for (const char* name : {"pvol:scene", "pvol:key", "pvol:part"}) {
+    const std::string found = attribute(h.attributes, name), here = attribute(wanted, name);
+    if (found == here) continue;
+    if (name == std::string("pvol:key")) {
+      refuse(found.empty() ? "no version of pvol-render that keeps keys wrote it"
+                           : "the contents of its clouds, or other files of its scene, changed");
+    }
+    if (name == std::string("pvol:part")) {
+      refuse(fmt::format("it has {}, this one {}", found.empty() ? "all samples" : found,
+                         here.empty() ? "all" : here));
+    }
+    refuse(found.empty() ? "pvol-render did not write it" : difference(found, here));
+  }
+  if (!have_same_window(window_of(h.window), piece_of(job.file.scene.options, false))) {
+    refuse("it has another crop");
+  }
+  const std::string kernel = attribute(h.attributes, "pvol:kernel_used");
+  if (kernel != attribute(wanted, "pvol:kernel_used")) {
+    print_warnings("pvol-render",
+                   {fmt::format("{}: its samples so far are by the kernel {}, those to come by "
+                                "{}: the picture is as right, but not the bytes of one run",
+                                file.string(), kernel, attribute(wanted, "pvol:kernel_used"))});
+  }
+}
+
+bool has_all_samples(const Attributes& a) {
+  const std::string samples = attribute(a, "pvol:samples");
+  const std::size_t of = samples.find(" of ");
+  return of != std::string::npos && samples.substr(0, of) == samples.substr(of + 4);
+}
+
+Beginning resume(const Options& o, const Outputs& out, const RenderJob& job) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(out.exr, ignored)) return {};
+  const formats::PictureHeader h = formats::read_picture_header(out.exr);
+  check_picture(out.exr, h, job);
+  if (!h.has_sums) {
+    if (has_all_samples(h.attributes)) return {.film = {}, .finished = all_there(o, out)};
+    throw Error(
+        fmt::format("--resume: {} keeps no sums to go on with (--sums off); render it anew "
+                    "with --no-resume",
+                    out.exr.string()));
+  }
+  formats::FilmFile file = formats::read_film_file(out.exr);
+  Beginning b{std::move(file.film)};
+  const bool complete = std::ranges::all_of(file.record.pieces, &formats::FilmPiece::complete);
+  // A filter may have been interrupted; of parts of the samples the whole is filtered.
+  const bool filter_owed =
+      attribute(h.attributes, kWishForFilter) == "on" && job.file.scene.options.part_end == 0;
+  b.finished = complete && !filter_owed && all_there(o, out);
+  return b;
+}
+
+Beginning go_on_from_pilot(const std::filesystem::path& file, const RenderJob& job) {
+  const formats::FilmFile pilot = formats::read_film_file(file);
+  if (pilot.record.key != job.key) {
+    throw Error(fmt::format("--pilot: {} is of another scene or other clouds", file.string()));
+  }
+  return naming(file, [&] { return Beginning{begin_by_pilot(job.plan, pilot.film)}; });
+}
+
+}  // namespace
+
+formats::FilmPiece piece_of(const RenderOptions& o, bool complete) {
+  formats::FilmPiece p{.seed = o.seed, .complete = complete};
+  p.x = o.crop_x, p.y = o.crop_y;
+  p.width = o.crop_width > 0 ? o.crop_width : o.width - o.crop_x;
+  p.height = o.crop_height > 0 ? o.crop_height : o.height - o.crop_y;
+  if (by_need(o) && o.part_end == 0) return p;
+  p.begin = o.first_sample + o.part_begin;
+  p.end = o.first_sample + (o.part_end > 0 ? o.part_end : o.samples);
+  return p;
+}
+
+Beginning find_beginning(const Options& o, const Outputs& out, const RenderJob& job) {
+  Beginning b;
+  if (o.resume.value_or(job.frame.has_value()) && !out.exr.empty()) b = resume(o, out, job);
+  if (b.finished || !b.film.pixels.empty() || o.pilot.empty()) return b;
+  return go_on_from_pilot(o.pilot, job);
+}
+
+bool is_finished(const Options& of_frame, const formats::SceneFile& scene) {
+  const Outputs out = choose_outputs(of_frame);
+  if (out.exr.empty() || !all_there(of_frame, out)) return false;
+  const formats::PictureHeader h = formats::read_picture_header(out.exr);
+  if (!has_all_samples(h.attributes) || attribute(h.attributes, "pvol:key") != picture_key(scene) ||
+      !have_same_window(window_of(h.window), piece_of(scene.scene.options, true))) {
+    return false;
+  }
+  // The key does not know what leaves pictures the same on average, but for their noise.
+  RenderOptions options = scene.scene.options;
+  const auto is_as_found = [&](const Entry& e) {
+    const bool open = std::string_view(e.about.key) == "transmittance" &&
+                      options.transmittance == Transmittance::automatic;
+    return open || !e.about.in_scenes ||
+           attribute(h.attributes, std::string("pvol:") + e.about.key) == attribute_text(e.value());
+  };
+  return std::ranges::all_of(entries(options), is_as_found) &&
+         attribute(h.attributes, "pvol:denoised") == (of_frame.denoise ? "on" : "off");
+}
+
+}  // namespace pvol::cli

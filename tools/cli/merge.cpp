@@ -1,0 +1,338 @@
+#include "cli/merge.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iostream>
+#include <limits>
+#include <map>
+#include <set>
+#include <tuple>
+
+#include "cli/coverage.h"
+#include "cli/filter_picture.h"
+#include "cli/picture_facts.h"
+#include "pvol/error.h"
+#include "pvol/formats/film_file.h"
+#include "pvol/formats/scene_file.h"
+
+namespace pvol::cli {
+namespace {
+
+using formats::FilmPiece;
+
+constexpr const char* kTool = "pvol-convert";
+
+/// A file, and what it says without its pixels.
+struct Part {
+  std::filesystem::path file;
+  formats::PictureHeader header;
+  Film window;
+  formats::FilmRecord record;
+};
+
+Part open_part(const std::filesystem::path& file) {
+  const formats::FilmReader reader(file);
+  return {file, formats::read_picture_header(file), reader.window(), reader.record()};
+}
+
+std::string attribute(const Part& p, const std::string& name) {
+  const auto found = p.header.attributes.find(name);
+  if (found == p.header.attributes.end()) {
+    throw Error(fmt::format("{}: has no {}; pvol-render did not write it", p.file.string(), name));
+  }
+  return found->second;
+}
+
+formats::SceneFile scene_of(const Part& p) {
+  return formats::parse_scene(attribute(p, "pvol:scene"), p.file.string() + ": pvol:scene");
+}
+
+/// By seed, place and samples: files may be named in any order.
+bool comes_before(const Part& a, const Part& b) {
+  const auto key = [](const Part& p) {
+    const FilmPiece first = p.record.pieces.empty() ? FilmPiece{} : p.record.pieces.front();
+    return std::tuple(first.seed, first.y, first.x, first.begin, p.file);
+  };
+  return key(a) < key(b);
+}
+
+bool same_layers(const Film& a, const Film& b) {
+  return std::ranges::equal(a.layers, b.layers, {}, &Layer::name, &Layer::name);
+}
+
+/// Throws Error unless all parts are of one picture.
+void check_same(const std::vector<Part>& parts) {
+  const Part& first = parts.front();
+  const auto refuse = [&](const Part& p, const std::string& why) {
+    throw Error(fmt::format("{} and {} are not parts of one picture: {}", first.file.string(),
+                            p.file.string(), why));
+  };
+  std::set<std::string> kernels;
+  for (const Part& p : parts) {
+    if (p.record.key != first.record.key) {
+      refuse(p, "their scenes, or the contents of their clouds, differ");
+    }
+    if (p.window.width != first.window.width || p.window.height != first.window.height) {
+      refuse(p, "their images differ in size");
+    }
+    if (!same_layers(p.window, first.window)) refuse(p, "they have other layers (--aov)");
+    if (attribute(p, "pvol:noise") != attribute(first, "pvol:noise")) {
+      refuse(p, fmt::format("--noise is {} and {}", attribute(first, "pvol:noise"),
+                            attribute(p, "pvol:noise")));
+    }
+    if (wants_filter(p.header.attributes) != wants_filter(first.header.attributes)) {
+      refuse(p, "one of them was made with --denoise, the other was not");
+    }
+    kernels.insert(attribute(p, "pvol:kernel_used"));
+  }
+  if (kernels.size() > 1) {
+    print_warnings(kTool, {"the parts were made by several kernels, on machines of several kinds: "
+                           "the picture is as right, but not the bytes of one run"});
+  }
+}
+
+/// All pieces, and the part that each comes from.
+struct Pieces {
+  std::vector<FilmPiece> all;
+  std::vector<std::size_t> part;
+};
+
+Pieces pieces_of(const std::vector<Part>& parts) {
+  Pieces p;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    for (const FilmPiece& piece : parts[i].record.pieces) {
+      p.all.push_back(piece);
+      p.part.push_back(i);
+    }
+  }
+  return p;
+}
+
+void refuse_doubled(const std::vector<Part>& parts, const Pieces& pieces) {
+  const std::optional<Doubled> twice = find_doubled(pieces.all);
+  if (!twice) return;
+  throw Error(fmt::format("{} and {} both have {}; leave one of them out",
+                          parts[pieces.part[twice->a]].file.string(),
+                          parts[pieces.part[twice->b]].file.string(), describe(twice->both)));
+}
+
+/// The picture that the parts are of: its window, and the samples of each seed.
+FilmPiece whole_of(const MergeGiven& o, const std::vector<Part>& parts,
+                   const std::vector<formats::SceneFile>& scenes) {
+  FilmPiece whole;
+  whole.width = parts.front().window.width, whole.height = parts.front().window.height;
+  if (!o.crop.empty()) {
+    whole.x = o.crop[0], whole.y = o.crop[1], whole.width = o.crop[2], whole.height = o.crop[3];
+  }
+  if (by_need(scenes.front().scene.options)) return whole;
+  whole.begin = scenes.front().scene.options.first_sample;
+  for (const formats::SceneFile& s : scenes) {
+    const RenderOptions& r = s.scene.options;
+    whole.begin = std::min(whole.begin, r.first_sample);
+    whole.end = std::max(whole.end, r.first_sample + r.samples);
+  }
+  return whole;
+}
+
+/// Throws Error unless all is there, of each seed.
+void refuse_missing(const std::vector<Part>& parts, const Pieces& pieces, FilmPiece whole,
+                    const std::set<std::uint64_t>& seeds) {
+  constexpr const char* kAdvice = "; --partial merges what is there";
+  for (std::size_t i = 0; i < pieces.all.size(); ++i) {
+    if (pieces.all[i].complete) continue;
+    const Part& p = parts[pieces.part[i]];
+    throw Error(fmt::format("{} is not finished, it has {} samples; render it with --resume{}",
+                            p.file.string(), attribute(p, "pvol:samples"), kAdvice));
+  }
+  for (const std::uint64_t seed : seeds) {
+    whole.seed = seed;
+    const std::optional<Missing> missing = find_missing(pieces.all, whole);
+    if (!missing) continue;
+    throw Error(fmt::format(
+        "no part has {}{}{}", describe(missing->first),
+        missing->pixels > 1 ? fmt::format("; in all {} pixels lack some", missing->pixels) : "",
+        kAdvice));
+  }
+}
+
+/// One piece of each seed, for pieces of which nothing is missing.
+std::vector<FilmPiece> wholes_of(FilmPiece whole, const std::set<std::uint64_t>& seeds) {
+  std::vector<FilmPiece> all;
+  whole.complete = true;
+  for (const std::uint64_t seed : seeds) {
+    whole.seed = seed;
+    all.push_back(whole);
+  }
+  return all;
+}
+
+/// A film of a window, with the layers of a part, all 0.
+Film empty_film(const Film& part, const FilmPiece& window) {
+  Film film{part.width, part.height, window.x, window.y, window.width, window.height, {}};
+  film.pixels.resize(std::size_t(window.width) * std::size_t(window.height));
+  for (const Layer& like : part.layers) {
+    Layer& layer = film.layers.emplace_back(Layer{like.name, {}, like.components});
+    layer.least = like.least;
+    layer.sums.assign(film.pixels.size(), layer.least ? Vec3d(kNothingMet) : Vec3d{});
+    if (!like.weights.empty()) layer.weights.resize(film.pixels.size());
+  }
+  film.first_sample = window.begin;
+  start_sums(film);
+  return film;
+}
+
+/// Reads the parts one after another, some rows at a time.
+Film add_up(const MergeGiven& o, const std::vector<Part>& parts, const FilmPiece& window) {
+  constexpr int kRows = 64;
+  Film film = empty_film(parts.front().window, window);
+  StageLine stage("merging", o.common.quiet);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    stage.show(fmt::format("merging part {} of {}", i + 1, parts.size()));
+    formats::FilmReader reader(parts[i].file);
+    const int height = reader.window().crop_height;
+    for (int y = 0; y < height; y += kRows) {
+      add_part(film, reader.rows(y, std::min(kRows, height - y)));
+    }
+  }
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) settle(film, i);
+  return film;
+}
+
+/// The smallest window that has all pieces.
+FilmPiece hull_of(const std::vector<FilmPiece>& pieces, FilmPiece hull) {
+  int right = 0, below = 0;
+  hull.x = hull.y = std::numeric_limits<int>::max();
+  for (const FilmPiece& p : pieces) {
+    hull.x = std::min(hull.x, p.x), hull.y = std::min(hull.y, p.y);
+    right = std::max(right, p.x + p.width), below = std::max(below, p.y + p.height);
+  }
+  hull.width = right - hull.x, hull.height = below - hull.y;
+  return hull;
+}
+
+/// The scene of the whole as one render has it.
+void describe_whole(const FilmPiece& whole, const std::set<std::uint64_t>& seeds, bool cropped,
+                    formats::SceneFile& scene, std::map<std::string, std::string>& attributes) {
+  RenderOptions& r = scene.scene.options;
+  r.crop_x = r.crop_y = r.crop_width = r.crop_height = 0;
+  if (cropped) {
+    r.crop_x = whole.x, r.crop_y = whole.y;
+    r.crop_width = whole.width, r.crop_height = whole.height;
+  }
+  r.seed = *seeds.begin();
+  if (!by_need(r)) r.first_sample = whole.begin, r.samples = whole.end - whole.begin;
+  const Entries keys = entries(r);
+  for (const char* key : {"crop", "seed", "first_sample", "spp"}) {
+    attributes[std::string("pvol:") + key] = attribute_text(find_key(keys, key)->value());
+  }
+  attributes["pvol:scene"] = formats::to_toml(scene);
+  attributes.erase("pvol:part");
+  if (seeds.size() > 1) {
+    attributes["pvol:seeds"] = Json(std::vector<std::uint64_t>(seeds.begin(), seeds.end())).dump();
+  }
+}
+
+/// Samples of the film, and those that the whole has; 0 where that is not known.
+std::pair<std::uint64_t, std::uint64_t> count_samples(const Film& film, const FilmPiece& whole,
+                                                      std::size_t seeds, bool complete) {
+  std::uint64_t n = 0;
+  for (const PixelSums& p : film.pixels) n += p.samples;
+  if (complete) return {n, n};
+  const auto pixels = std::uint64_t(whole.width) * std::uint64_t(whole.height);
+  return {n, pixels * (whole.end - whole.begin) * seeds};
+}
+
+void write_png(const MergeGiven& o, const Film& film, bool background) {
+  if (o.no_png) return;
+  const std::filesystem::path file =
+      o.png.empty() ? std::filesystem::path(o.output).replace_extension(".png") : o.png;
+  formats::write_png(file, film, o.exposure, !background, o.tone_map);
+}
+
+/// Throws UsageError for names that do not go together.
+void check_names(const MergeGiven& o) {
+  check_output(o.output, {".exr"});
+  if (!o.png.empty()) check_output(o.png, {".png"});
+  if (o.no_png && !o.png.empty()) throw UsageError("--png and --no-png exclude each other");
+  for (const std::filesystem::path& part : o.parts) {
+    if (!same_file(part, o.output)) continue;
+    throw UsageError(fmt::format("{} is a part and the output; choose another name for the output",
+                                 part.string()));
+  }
+}
+
+void check_crop(const MergeGiven& o, const Film& image) {
+  if (o.crop.empty()) return;
+  const int x = o.crop[0], y = o.crop[1], width = o.crop[2], height = o.crop[3];
+  if (x >= 0 && y >= 0 && width > 0 && height > 0 && width <= image.width - x &&
+      height <= image.height - y) {
+    return;
+  }
+  throw UsageError(fmt::format(
+      "--crop: found {},{},{},{}, expected x, y, width and height inside the image of {} x {} "
+      "pixels",
+      x, y, width, height, image.width, image.height));
+}
+
+}  // namespace
+
+int merge(const MergeGiven& o) {
+  check_names(o);
+  std::vector<Part> parts;
+  for (const std::filesystem::path& file : o.parts) parts.push_back(open_part(file));
+  std::ranges::sort(parts, comes_before);
+  check_same(parts);
+  check_crop(o, parts.front().window);
+  std::vector<formats::SceneFile> scenes;
+  for (const Part& p : parts) scenes.push_back(scene_of(p));
+  Pieces pieces = pieces_of(parts);
+  refuse_doubled(parts, pieces);
+  std::set<std::uint64_t> seeds;
+  for (const FilmPiece& p : pieces.all) seeds.insert(p.seed);
+  FilmPiece whole = whole_of(o, parts, scenes);
+  if (!o.partial) refuse_missing(parts, pieces, whole, seeds);
+  const FilmPiece window = o.partial && o.crop.empty() ? hull_of(pieces.all, whole) : whole;
+  const Film film = add_up(o, parts, window);
+
+  std::map<std::string, std::string> attributes = parts.front().header.attributes;
+  std::erase_if(attributes, [](const auto& a) { return !a.first.starts_with("pvol:"); });
+  formats::SceneFile& scene = scenes.front();
+  describe_whole(whole, seeds, !o.crop.empty(), scene, attributes);
+  std::optional<FilteredPicture> filtered;
+  const bool denoise = wants_filter(attributes);
+  if (denoise && !o.partial) {
+    filtered = filter_picture(film, scene.scene.options, {});
+  }
+  describe_filter(filtered.has_value(), attributes);
+  if (denoise && !filtered) attributes[kWishForFilter] = "on";
+  const auto [samples, wanted] = count_samples(film, whole, seeds.size(), !o.partial);
+  attributes.erase("pvol:relative_noise");
+  attributes.erase("pvol:estimated_error");
+  describe_film(film, samples, wanted, filtered, attributes);
+  const formats::PictureHeader& like = parts.front().header;
+  formats::ExrOptions layout = exr_options(
+      PictureLayout{filtered.has_value(), like.multipart, like.pixels, like.compression},
+      scene.scene);
+  const bool keep =
+      o.sums == KeepSums::automatic ? o.partial || !o.crop.empty() : o.sums == KeepSums::on;
+  if (keep) {
+    if (!o.partial) pieces.all = wholes_of(whole, seeds);
+    std::ranges::sort(pieces.all, {}, [](const FilmPiece& p) {
+      return std::tuple(p.seed, p.y, p.x, p.begin, p.end, p.height, p.width);
+    });
+    layout.sums = {&film, {.key = parts.front().record.key, .pieces = std::move(pieces.all)}};
+  }
+  const Film& picture = filtered ? filtered->film : film;
+  formats::write_exr(o.output, picture, attributes, layout);
+  write_png(o, picture, scene.scene.options.background);
+  if (!o.common.quiet) {
+    const std::optional<double> noise = relative_noise(film);
+    std::cerr << fmt::format(
+        "{}: {} parts, {} samples{}; wrote {}\n", kTool, parts.size(), readable_count(samples),
+        noise ? ", noise " + readable(100 * *noise) + " %" : "", o.output.string());
+  }
+  return kSuccess;
+}
+
+}  // namespace pvol::cli

@@ -1,0 +1,51 @@
+// The command line of `pvol-convert merge`.
+#include "cli/merge.h"
+#include "cli/picture_app.h"
+
+namespace pvol::cli {
+namespace {
+
+constexpr const char* kExamples =
+    R"(Parts are pictures that pvol-render wrote with --samples, --crop or another seed, checkpoints of
+interrupted renders, and merges of those: all .exr that keep exact sums. The whole has the same
+bytes, whatever the order of the parts and whoever was merged with whom before, and where all are
+of one seed those that one render makes. Its noise is that of all samples together.
+
+Examples:
+  pvol-render scene.toml --samples 0:32 -o a.exr && pvol-render scene.toml --samples 32:64 -o b.exr
+  pvol-convert merge a.exr b.exr -o whole.exr
+      the bytes of pvol-render scene.toml --spp 64 -o whole.exr
+  pvol-convert merge --partial parts/*.exr -o so_far.exr
+      what a farm has done by now
+
+Exit status: 0 success, 1 failure, 2 wrong usage.)";
+
+}  // namespace
+
+std::optional<int> read_merge_line(int argc, char** argv, MergeGiven& o) {
+  CLI::App app{"Merges parts of a picture into one.", "pvol-convert merge"};
+  add_common(app, kExamples);
+  add_quiet(app, o.common);
+  app.add_option("PART", o.parts, "Parts of a picture: .exr with exact sums")
+      ->type_name("")
+      ->required();
+  app.add_option("-o,--output", o.output, "Picture to write: .exr, laid out as the parts are")
+      ->type_name("FILE")
+      ->required();
+  app.add_flag("--partial", o.partial,
+               "Merge what is there, with samples missing and parts not finished; it keeps its "
+               "sums, to be merged with the rest");
+  app.add_option("--crop", o.crop, "Part of the image that the parts make up [all]")
+      ->type_name("X,Y,W,H")
+      ->delimiter(',')
+      ->expected(4);
+  add_named(app, "--sums", o.sums,
+            "Whether the picture keeps its exact sums; auto: with --partial and --crop [auto]");
+  app.add_option("--png", o.png, "Name of the .png [the output's, ending in .png]")
+      ->type_name("FILE");
+  app.add_flag("--no-png", o.no_png, "Write no .png");
+  add_display(app, o.exposure, o.tone_map);
+  return parse(app, argc, argv);
+}
+
+}  // namespace pvol::cli

@@ -1,0 +1,33 @@
+#include "cli/picture_key.h"
+
+#include <string_view>
+
+#include "cli/scene_files.h"
+#include "pvol/formats/content_hash.h"
+
+namespace pvol::cli {
+namespace {
+
+/// Options that bear on cost alone get their defaults.
+void forget_costs(RenderOptions& options) {
+  RenderOptions defaults;
+  const Entries usual = entries(defaults);
+  for (const Entry& e : entries(options)) {
+    const bool forgotten =
+        e.about.effect == Effect::cost || std::string_view(e.about.key) == "crop";
+    if (forgotten) (void)e.set(find_key(usual, e.about.key)->value());
+  }
+}
+
+}  // namespace
+
+std::string picture_key(const formats::SceneFile& scene) {
+  formats::SceneFile file = scene;
+  forget_costs(file.scene.options);
+  visit_files(file, [](auto& name) {
+    if (!name.empty()) name = formats::content_hash(name);
+  });
+  return formats::text_hash(formats::to_toml(file));
+}
+
+}  // namespace pvol::cli
