@@ -15,6 +15,9 @@
 #include "cli/render_report.h"
 #include "cli/render_sequence.h"
 #include "cli/scene_clouds.h"
+#include "cli/split_slurm.h"
+#include "cli/split_text.h"
+#include "cli/stage_files.h"
 #include "pvol/bounds/homogenise.h"
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
@@ -69,7 +72,7 @@ void warn_of_bounds(const std::filesystem::path& file, const Volume& volume) {
 }
 
 /// Makes the clouds of a scene ready, and chooses extinctions and camera where it has none.
-RenderJob load(const Options& o, formats::SceneFile file) {
+RenderJob load_as_named(const Options& o, formats::SceneFile file) {
   RenderJob job;
   job.input = o.input;
   job.sets = o.sets;
@@ -96,6 +99,18 @@ RenderJob load(const Options& o, formats::SceneFile file) {
   if (!job.file.has_camera) {
     scene.camera = cli::frame_all(job.volumes, scene);
     job.file.has_camera = true;
+  }
+  return job;
+}
+
+/// The same from copies of the files on this machine, where the options want them.
+RenderJob load(const Options& o, formats::SceneFile file) {
+  const auto own = cli::use_local_copies(kTool, cli::local_folder(o.local_copies), file);
+  RenderJob job = load_as_named(o, std::move(file));
+  cli::restore_names(own, job.file);
+  for (std::size_t i = 0; i < job.volumes.size(); ++i) {
+    job.reports[i].file = job.file.volumes[i].file;
+    job.volumes[i].name = job.reports[i].file.string();
   }
   return job;
 }
@@ -366,9 +381,39 @@ int render_frames(const Options& o) {
   });
 }
 
+// --- parts --------------------------------------------------------------------------------------
+
+std::string split_text(const Options& o, const cli::SplitJob& job) {
+  switch (o.split.form.value_or(cli::SplitForm::text)) {
+    case cli::SplitForm::json:
+      return cli::split_json(job);
+    case cli::SplitForm::slurm:
+      return cli::slurm_script(cli::slurm_work(job, o));
+    default:
+      return cli::split_script(job);
+  }
+}
+
+/// Prints the commands that render the picture, or all frames, in parts.
+int print_split(const Options& o) {
+  const bool frames = o.frames.any();
+  if (frames) cli::check_sequence(o);
+  // All frames are cut alike: as the one that is read for their choices.
+  const int reference = frames ? o.frames.lock_frame.value_or(o.frames.all().front()) : 0;
+  RenderJob job = load(frames ? cli::options_of_frame(o, reference) : o,
+                       frames ? cli::scene_of_frame(o, reference) : cli::scene_of(o));
+  make_plan(o, job);
+  const cli::SplitJob split = cli::split_job(o, job.plan);
+  std::cout << split_text(o, split);
+  if (!o.common.quiet) std::cerr << kTool << ": " << cli::summary(split) << '\n';
+  return cli::kSuccess;
+}
+
 int run(const Options& o) {
   cli::check_frames(o.frames);
+  cli::check_split(o);
   const cli::Outputs out = cli::choose_outputs(o);
+  if (o.split.parts) return print_split(o);
   if (o.frames.any()) return render_frames(o);
   cli::refuse_pattern(o.input);
   formats::SceneFile scene = cli::scene_of(o);

@@ -4,6 +4,7 @@
 
 #include "cli/cli_app.h"
 #include "cli/frames_app.h"
+#include "cli/split_app.h"
 #include "pvol/formats/scene_file.h"
 
 namespace pvol::cli {
@@ -236,6 +237,8 @@ std::optional<int> read_command_line(int argc, char** argv, RenderOptionsGiven& 
   add_frames(app, o.frames);
   add_lock_frame(app, o.frames);
   add_layout(app, o);
+  o.arguments.assign(argv, argv + argc);
+  add_split(app, o.split, o.local_copies);
   add_options(app, o);
   add_scene(app, o);
   return parse(app, argc, argv, scene_manual());

@@ -9,6 +9,7 @@
 
 #include "cli/cli.h"
 #include "cli/sequence.h"
+#include "cli/split_given.h"
 #include "pvol/formats/image.h"
 #include "pvol/formats/vdb.h"
 #include "pvol/math/keys.h"
@@ -31,6 +32,9 @@ struct RenderOptionsGiven {
   bool multipart = false;
   bool live = false;
   bool denoise = false;
+  SplitGiven split;
+  std::filesystem::path local_copies;  ///< folder, or "auto"; empty: none
+  std::vector<std::string> arguments;  ///< the command line as given, with the tool's name
   bool no_png = false, print_scene = false, force = false;
 };
 
