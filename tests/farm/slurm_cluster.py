@@ -5,7 +5,8 @@ prolog, all state in a folder of its own, own ports, own munge key and socket. N
         cluster.run("sbatch", "job.sh")
 
 Whatever happens to the process that started it, nothing stays: every process of the cluster and of
-its jobs has MARK=FOLDER in its environment, by which a watchman finds them when that process ends.
+its jobs has MARK=FOLDER in its environment or a file of the folder open, by which a watchman finds
+them when that process ends.
 """
 import os
 import pathlib
@@ -40,7 +41,8 @@ ProctrackType=proctrack/linuxproc
 TaskPlugin=task/none
 JobAcctGatherType=jobacct_gather/none
 AccountingStorageType=accounting_storage/none
-JobCompType=jobcomp/none
+JobCompType=jobcomp/filetxt
+JobCompLoc={folder}/jobs.txt
 MpiDefault=none
 SelectType=select/cons_tres
 SelectTypeParameters=CR_CPU
@@ -68,15 +70,23 @@ def why_not():
     return None
 
 
+def belongs(process, folder):
+    if f"{MARK}={folder}".encode() in (process / "environ").read_bytes().split(b"\0"):
+        return True
+    # slurmstepd writes its title over its environment.
+    links = [process / "cwd", *(process / "fd").iterdir()]
+    return any(os.readlink(link).startswith(f"{folder}/") for link in links)
+
+
 def marked(folder):
     """Processes of the cluster in this folder and of its jobs."""
-    mark, found = f"{MARK}={folder}".encode(), []
-    for entry in pathlib.Path("/proc").iterdir():
-        if not entry.name.isdigit() or int(entry.name) == os.getpid():
+    found = []
+    for process in pathlib.Path("/proc").iterdir():
+        if not process.name.isdigit() or int(process.name) == os.getpid():
             continue
         try:
-            if mark in (entry / "environ").read_bytes().split(b"\0"):
-                found.append(int(entry.name))
+            if belongs(process, folder):
+                found.append(int(process.name))
         except OSError:  # it is gone
             pass
     return found
@@ -193,6 +203,19 @@ class Cluster:
             raise RuntimeError(f"{' '.join(map(str, command))}: status {done.returncode}\n"
                                f"{done.stdout}{done.stderr}\n{self.logs()}")
         return done.stdout
+
+    def succeeds(self, *command):
+        return subprocess.run(command, env=self.environment, stdin=subprocess.DEVNULL,
+                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode == 0
+
+    def ended(self):
+        """Of each job or task of an array that ended, by its id: all states that it ended in, such
+        as REQUEUED, COMPLETED."""
+        states, file = {}, self.folder / "jobs.txt"
+        for line in file.read_text().splitlines() if file.exists() else []:
+            fields = dict(field.split("=", 1) for field in line.split() if "=" in field)
+            states.setdefault(fields["JobId"], []).append(fields["JobState"])
+        return states
 
     def logs(self):
         parts = []
