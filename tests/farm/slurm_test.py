@@ -27,7 +27,7 @@ centre = [0, 0, 0]
 radii = {}
 """
 RENDER = ["smoke.####.toml", "-o", "smoke.####.exr", "--frames", "1-2", "--size", "120x80", "--spp",
-          os.environ.get("PVOL_FARM_SPP", "6000")]
+          os.environ.get("PVOL_FARM_SPP", "1500")]
 
 
 def make_frames(folder):
@@ -102,12 +102,16 @@ def queue_again_while_it_runs(cluster):
 
 def warn_of_time_limit(cluster, work, but):
     """Sends some part what Slurm sends before a limit on time ends it."""
+    def is_renderer(pid):
+        try:
+            words = pathlib.Path(f"/proc/{pid}/cmdline").read_text()
+        except OSError:
+            return False
+        return "pvol-render" in words and catches(pid, signal.SIGTERM)
+
     def renders(job):
         text = cluster.run("scontrol", "listpids", job, check=False)
-        pids = [line.split()[0] for line in text.splitlines()[1:]]
-        return any(pid.isdigit() and catches(pid, signal.SIGUSR1) and catches(pid, signal.SIGTERM)
-                   and "pvol-render" in pathlib.Path(f"/proc/{pid}/cmdline").read_text()
-                   for pid in pids)
+        return any(map(is_renderer, re.findall(r"^(\d+)", text, re.MULTILINE)))
 
     def warned():
         job = running_part(cluster, but)
