@@ -136,10 +136,11 @@ std::vector<PicturePart> split_into(const PixelRect& whole, std::uint32_t sample
 
 std::vector<PicturePart> split_picture(const PixelRect& whole, std::uint32_t samples, int count,
                                        const CostSums& cost) {
-  constexpr double kEven = 1.05;  // as the forecast itself is not
+  constexpr double kEven = 1.1;  // the forecast itself is not better
   const int edge = choose_edge(whole, samples, count);
   std::vector<PicturePart> best;
-  // Where rectangles get too small to be even, larger ones in ranges of samples may be.
+  // Where rectangles get too small to be even, larger ones in ranges of samples may be; but files
+  // of parts are as large as their rectangles.
   for (std::int64_t n = std::min<std::int64_t>(count, capacity(whole, edge));
        n > 0 && n >= (count + std::int64_t(samples) - 1) / samples; n /= 2) {
     std::vector<PicturePart> parts = split_into(whole, samples, count, cost, edge, n);

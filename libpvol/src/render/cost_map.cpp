@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "pvol/render/render.h"
+#include "render/forecast.h"
 #include "render/needs.h"
 #include "render/path/path_setup.h"
 
@@ -48,8 +49,20 @@ std::vector<double> samples_of(const Film& film, const RenderOptions& o) {
   return all;
 }
 
-/// Seconds of a sample of the large picture for each nanosecond of the cost model.
-double seconds_per_unit(const RenderPlan& plan, const std::vector<float>& costs) {
+/// What a sample costs in each pixel, in nanoseconds: kernels that follow many paths at once save
+/// more on the paths than on what a sample takes in any case (tests/bench/FARM.md).
+std::vector<double> costs_of(const Film& film, Lanes lanes) {
+  const double in_any_case = lanes == Lanes::scalar ? detail::kSampleCost : 110;
+  const double share = detail::share_of_time(lanes);
+  std::vector<double> all;
+  for (const float scalar : detail::sample_costs(film)) {
+    all.push_back(in_any_case + share * (double(scalar) - detail::kSampleCost));
+  }
+  return all;
+}
+
+/// Seconds of a sample of the large picture for each nanosecond.
+double seconds_per_unit(const RenderPlan& plan, const std::vector<double>& costs) {
   const Forecast& f = plan.forecast;
   const double mean = std::accumulate(costs.begin(), costs.end(), 0.0) / double(costs.size());
   return f.samples > 0 && f.cpu_seconds > 0 && mean > 0 ? f.cpu_seconds / f.samples / mean : 1e-9;
@@ -78,12 +91,12 @@ CostMap map_cost(const RenderPlan& plan, int cells) {
   map.top = film.y * map.cell_height;
   map.columns = film.crop_width;
   map.rows = film.crop_height;
-  const std::vector<float> costs = detail::sample_costs(film);
+  const std::vector<double> costs = costs_of(film, plan.kernel.lanes);
   const std::vector<double> samples = samples_of(film, large);
   const double unit = seconds_per_unit(plan, costs) * map.cell_width * map.cell_height;
   for (std::size_t i = 0; i < costs.size(); ++i) {
-    map.seconds.push_back(unit * double(costs[i]) * samples[i]);
-    if (by_need(large)) map.pilot_seconds.push_back(unit * double(costs[i]) * detail::kPilot);
+    map.seconds.push_back(unit * costs[i] * samples[i]);
+    if (by_need(large)) map.pilot_seconds.push_back(unit * costs[i] * detail::kPilot);
   }
   return map;
 }

@@ -106,7 +106,7 @@ double samples_for(double noise, const Film& film, std::size_t colour,
 }  // namespace
 
 std::vector<float> sample_costs(const Film& film) {
-  constexpr double kSample = 200, kCollision = 150;
+  constexpr double kCollision = 150;
   const WalkCosts c;
   std::vector<float> all;
   all.reserve(film.pixels.size());
@@ -115,7 +115,7 @@ std::vector<float> sample_costs(const Film& film) {
     const double work = kCollision * count(PixelCounter::collisions) +
                         c.segment * count(PixelCounter::segments) +
                         (c.lookup + c.tentative) * count(PixelCounter::lookups);
-    all.push_back(float(kSample + work / p.samples));
+    all.push_back(float(kSampleCost + work / p.samples));
   }
   return all;
 }
