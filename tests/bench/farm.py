@@ -177,18 +177,38 @@ def simulate_once(rng, ratios, nodes, per_node, args):
     return work, end + merging
 
 
+def without_costs(args, *names):
+    """The same with these causes of loss left out."""
+    return argparse.Namespace(**{**vars(args), **{name: 0 for name in names}})
+
+
+CASES = [  # each with what is left out of it
+    ("uneven parts alone", ["start", "load", "cloud_bytes", "guide", "uneven", "failures",
+                            "merge_seconds", "bytes_per_pixel"]),
+    ("and uneven nodes", ["start", "load", "cloud_bytes", "guide", "failures", "merge_seconds",
+                          "bytes_per_pixel"]),
+    ("and start, guide, load from a local disk", ["cloud_bytes", "failures", "merge_seconds",
+                                                  "bytes_per_pixel"]),
+    ("and load over the network", ["failures", "merge_seconds", "bytes_per_pixel"]),
+    ("and failures", ["merge_seconds", "bytes_per_pixel"]),
+    ("and the merge: all", []),
+]
+
+
 def simulate(args):
-    rng = random.Random(args.seed)
     ratios = relative_times(args.files) if args.files else [1.0]
-    print(f"{len(ratios)} measured parts; the largest {max(ratios):.3f} times the mean; each node has "
-          f"{args.part_seconds:g} s of work")
-    print(f"{'nodes':>6} {'parts a node':>12} {'efficiency':>10} {'worst of 20':>11} {'clock s':>8}")
-    for nodes in (10, 100, 1000):
-        for per_node in (1, 2, 4):
-            runs = [simulate_once(rng, ratios, nodes, per_node, args) for _ in range(20)]
-            efficiency = [work / (nodes * clock) for work, clock in runs]
-            print(f"{nodes:6} {per_node:12} {statistics.mean(efficiency):10.3f} "
-                  f"{min(efficiency):11.3f} {statistics.mean(c for _, c in runs):8.1f}")
+    print(f"{len(ratios)} measured parts: the largest {max(ratios):.3f} times the mean, standard "
+          f"deviation {statistics.pstdev(ratios):.3f}; {args.part_seconds:g} s of work for each node "
+          f"in {args.per_node} part{'s' if args.per_node > 1 else ''}")
+    print(f"{'efficiency with':42}" + "".join(f"{n:>6} nodes" for n in args.nodes))
+    for name, left_out in CASES:
+        cells = []
+        for nodes in args.nodes:
+            rng = random.Random(args.seed)
+            runs = [simulate_once(rng, ratios, nodes, args.per_node, without_costs(args, *left_out))
+                    for _ in range(50)]
+            cells.append(sum(work for work, _ in runs) / (nodes * sum(clock for _, clock in runs)))
+        print(f"{name:42}" + "".join(f"{c:12.3f}" for c in cells))
 
 
 def main():
@@ -210,6 +230,8 @@ def main():
     verb.set_defaults(work=merge)
     verb = verbs.add_parser("simulate")
     verb.add_argument("files", nargs="*")
+    verb.add_argument("--nodes", type=int, nargs="+", default=[10, 100, 1000])
+    verb.add_argument("--per-node", type=int, default=1, help="parts for each node [%(default)s]")
     for name, value, about in (
             ("part-seconds", 60, "of work for each node"),
             ("start", 0.3, "seconds in which a queue starts a task"),
@@ -218,7 +240,7 @@ def main():
             ("bandwidth", 2e9, "bytes a second of the shared storage, for all nodes together"),
             ("guide", 0.3, "seconds of the guide's pre-pass of each part"),
             ("uneven", 0.02, "standard deviation of the nodes' speeds"),
-            ("failures", 0.001, "probability that a task fails"),
+            ("failures", 0.0, "probability that a task fails"),
             ("checkpoint", 600, "seconds between checkpoints"),
             ("requeue", 10, "seconds until a failed task runs again"),
             ("pixels", 1920 * 1080, "of the picture"),

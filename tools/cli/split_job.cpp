@@ -254,7 +254,7 @@ SplitJob split_job(const RenderOptionsGiven& o, const RenderPlan& plan) {
         "that long; give --time off, and --noise or --spp");
   }
   const int count = *o.split.parts;
-  constexpr int kCellsOfPart = 16, kLeastCells = 2048, kMostCells = 32768;
+  constexpr int kCellsOfPart = 64, kLeastCells = 8192, kMostCells = 131072;
   const CostMap map = map_cost(plan, std::clamp(kCellsOfPart * count, kLeastCells, kMostCells));
   const Cuts cuts = cut(plan, map, count);
   SplitJob job{.folder = parts_folder(o.output),
