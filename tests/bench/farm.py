@@ -191,7 +191,7 @@ CASES = [  # each with what is left out of it
                                                   "bytes_per_pixel"]),
     ("and load over the network", ["failures", "merge_seconds", "bytes_per_pixel"]),
     ("and failures", ["merge_seconds", "bytes_per_pixel"]),
-    ("and the merge: all", []),
+    ("and the merge, others waiting", []),
 ]
 
 
@@ -236,17 +236,17 @@ def main():
             ("part-seconds", 60, "of work for each node"),
             ("start", 0.3, "seconds in which a queue starts a task"),
             ("load", 0.5, "seconds to load a cloud from a local disk"),
-            ("cloud-bytes", 50e6, "of the cloud"),
+            ("cloud-bytes", 30.6e6, "of the cloud"),
             ("bandwidth", 2e9, "bytes a second of the shared storage, for all nodes together"),
-            ("guide", 0.3, "seconds of the guide's pre-pass of each part"),
+            ("guide", 0.1, "seconds of the guide's pre-pass of each part"),
             ("uneven", 0.02, "standard deviation of the nodes' speeds"),
             ("failures", 0.0, "probability that a task fails"),
             ("checkpoint", 600, "seconds between checkpoints"),
             ("requeue", 10, "seconds until a failed task runs again"),
             ("pixels", 1920 * 1080, "of the picture"),
-            ("bytes-per-pixel", 100, "of exact sums in a part's file"),
+            ("bytes-per-pixel", 49, "of exact sums in a part's file"),
             ("most-rectangles", 8100, "into which it is cut before samples are: 16 x 16 pixels"),
-            ("merge-seconds", 5, "of CPU time to merge 10^9 bytes"),
+            ("merge-seconds", 56, "of CPU time to merge 10^9 bytes"),
             ("seed", 1, "of the simulation")):
         verb.add_argument(f"--{name}", type=type(value), default=value,
                           help=f"{about} [%(default)s]")

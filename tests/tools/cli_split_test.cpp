@@ -93,6 +93,7 @@ TEST_F(Split, EchoesTheOptionsToEachPart) {
     EXPECT_EQ(after(c, "--guide"), "off");
     EXPECT_EQ(after(c, "-o"), p.at("output"));
     EXPECT_EQ(after(c, "--samples"), "0:32");
+    EXPECT_EQ(after(c, "--sums"), "on");
     EXPECT_EQ(after(c, "--checkpoint"), "10");
     EXPECT_EQ(p.at("samples"), json({0, 32}));
     EXPECT_EQ(after(c, "--crop"),
@@ -116,6 +117,7 @@ TEST_F(Split, EchoesTheOptionsToEachPart) {
   EXPECT_EQ(after(merge, "-o"), exr);
   EXPECT_EQ(after(merge, "--png"), "look.png");
   EXPECT_EQ(after(merge, "--exposure"), "1.5");
+  EXPECT_EQ(after(merge, "--crop"), "") << "it is the whole image";
 }
 
 TEST_F(Split, PutsTheConverterBesideTheRenderer) {
@@ -136,6 +138,7 @@ TEST_F(Split, StaysWithinACrop) {
                (p["samples"][1].get<int>() - p["samples"][0].get<int>());
   }
   EXPECT_EQ(samples, 50 * 30 * 32);
+  EXPECT_EQ(after(j["merge"]["command"], "--crop"), "10,20,50,30");
 }
 
 TEST_F(Split, CutsSamplesWherePixelsAreFew) {

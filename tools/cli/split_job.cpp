@@ -35,6 +35,7 @@ constexpr auto kDropped = std::to_array<Dropped>({
     {"--skip-existing", false},
     {"--resume", false},
     {"--checkpoint", true},
+    {"--sums", true},
 });
 
 const Dropped* find_dropped(const std::string& argument) {
@@ -108,14 +109,19 @@ struct Naming {
   }
 };
 
-/// What a merge says of the finished picture. The crop of a scene is that of its parts together;
-/// what the merge must be told of it belongs here.
-Arguments looks(const Naming& name) {
+std::string text_of(const PixelRect& r) {
+  return fmt::format("{},{},{},{}", r.x, r.y, r.width, r.height);
+}
+
+/// What a merge says of the finished picture. `crop` is what is rendered of the image, where that
+/// is not all.
+Arguments looks(const Naming& name, const std::optional<PixelRect>& crop) {
   const RenderOptionsGiven& o = name.o;
   Arguments a{"-o", name.of_frame(o.output).string()};
   if (!o.png.empty()) a = a + Arguments{"--png", name.of_frame(o.png).string()};
   if (o.no_png) a.emplace_back("--no-png");
-  for (const char* flag : {"--exposure", "--tone-map"}) {
+  if (crop) a = a + Arguments{"--crop", text_of(*crop)};
+  for (const char* flag : {"--exposure", "--tone-map", "--sums"}) {
     if (const auto value = value_of(o.arguments, flag)) a = a + Arguments{flag, *value};
   }
   return a;
@@ -123,15 +129,15 @@ Arguments looks(const Naming& name) {
 
 /// A part's own options, after those that all have.
 Arguments options_of(const PartCommand& p, const Naming& name, const std::string& stem) {
-  const PixelRect& r = p.part.pixels;
   Arguments a;
   if (name.frame) a = {"--frame", std::to_string(*name.frame)};
-  a = a + Arguments{"--crop", fmt::format("{},{},{},{}", r.x, r.y, r.width, r.height)};
+  a = a + Arguments{"--crop", text_of(p.part.pixels)};
   if (p.samples_told) {
     a = a + Arguments{"--samples", fmt::format("{}:{}", p.part.first_sample, p.part.end_sample)};
   }
   return a + Arguments{"-o",           name.as_told(name.folder / stem),
-                       "--no-png",     "--resume",
+                       "--no-png",     "--sums",
+                       "on",           "--resume",
                        "--checkpoint", value_of(name.o.arguments, "--checkpoint").value_or("10")};
 }
 
@@ -161,12 +167,14 @@ double sum(const std::vector<double>& v) { return std::accumulate(v.begin(), v.e
 struct Cuts {
   std::vector<PicturePart> pilots;  ///< none unless samples go by need
   std::vector<PicturePart> parts;
+  std::optional<PixelRect> crop;  ///< what they make up, where that is not the whole image
 };
 
 Cuts cut(const RenderPlan& plan, const CostMap& map, int count) {
   const RenderOptions& o = plan.scene.options;
   const PixelRect whole = rendered_part(o);
   Cuts c;
+  if (whole != PixelRect{0, 0, o.width, o.height}) c.crop = whole;
   if (!by_need(o)) {
     c.parts = split_picture(whole, o.samples, count, CostSums(map, map.seconds));
     return c;
@@ -189,10 +197,12 @@ SplitPicture picture(const RenderOptionsGiven& o, std::optional<int> frame, cons
     const std::string merged = (name.folder / ("pilot" + name.end)).string();
     p.pilots->merge.before.emplace_back("--partial");
     p.pilots->merge.after = {"-o", merged, "--no-png"};
+    if (cuts.crop)
+      p.pilots->merge.after = p.pilots->merge.after + Arguments{"--crop", text_of(*cuts.crop)};
     more = {"--pilot", merged};
   }
   p.parts = stage(cuts.parts, name, "part", cuts.pilots.empty(), more);
-  p.parts.merge.after = looks(name);
+  p.parts.merge.after = looks(name, cuts.crop);
   return p;
 }
 
