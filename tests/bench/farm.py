@@ -69,8 +69,6 @@ def load(args):
                 out = pathlib.Path(folder) / "one.exr"
                 _, _, cpu = least(3, lambda: run(tool("pvol-render"), file, "-o", out, *one_sample))
                 print(f"{pathlib.Path(cloud).stem:28} {label:22} {bytes_read(*read):12} {cpu:7.2f}")
-                if made:
-                    made.unlink() if label != ".pvol, by reference" else None
 
 
 # --- guiding ------------------------------------------------------------------------------------
@@ -104,8 +102,8 @@ def parts(args):
         for part in split["parts"]:
             first, end = part["samples"]
             stats = pathlib.Path(folder) / "stats.json"
-            command = [w for w in without(part["command"], "--samples", "--checkpoint", "--spp", "-o")
-                       if w not in ("--resume",)]
+            command = without(part["command"], "--samples", "--checkpoint", "--sums", "--spp", "-o")
+            command.remove("--resume")
             _, _, all_of_it = run(*command, "--spp", end - first, "--first-sample", first, "-o",
                                   pathlib.Path(folder) / "part.exr", "--stats", stats, "--threads", 1,
                                   "--quiet")
