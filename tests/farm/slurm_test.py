@@ -27,7 +27,7 @@ centre = [0, 0, 0]
 radii = {}
 """
 RENDER = ["smoke.####.toml", "-o", "smoke.####.exr", "--frames", "1-2", "--size", "120x80", "--spp",
-          os.environ.get("PVOL_FARM_SPP", "1500")]
+          os.environ.get("PVOL_FARM_SPP", "1000")]
 
 
 def make_frames(folder):
@@ -56,12 +56,13 @@ def part_process(cluster, stem, frame):
 
 
 def catches(process, number):
-    """Whether a process has a handler for the signal."""
+    """Whether a process has a handler for the signal, or a thread that waits for it."""
     try:
         status = pathlib.Path(f"/proc/{process}/status").read_text()
     except OSError:
         return False
-    return bool(int(re.search(r"SigCgt:\s*(\w+)", status)[1], 16) >> (number - 1) & 1)
+    masks = re.findall(r"Sig(?:Cgt|Blk):\s*(\w+)", status)
+    return any(int(mask, 16) >> (number - 1) & 1 for mask in masks)
 
 
 def kill_after_checkpoint(cluster, work, stem, frame):
