@@ -14,6 +14,7 @@ packages=(
   libcgal-dev                                       # the independent check of shells
   libgtest-dev libbenchmark-dev python3             # python3 runs second readers of files
   openimageio-tools                                 # oiiotool reads pictures back in tests
+  slurmctld slurmd slurm-client munge               # a farm of one node, for tests
   cppcheck                                          # tests/analyse
 )
 

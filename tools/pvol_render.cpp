@@ -19,6 +19,10 @@
 #include "cli/render_sequence.h"
 #include "cli/scene_clouds.h"
 #include "cli/scene_files.h"
+#include "cli/sequence_summary.h"
+#include "cli/split_slurm.h"
+#include "cli/split_text.h"
+#include "cli/stage_files.h"
 #include "pvol/bounds/homogenise.h"
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
@@ -73,7 +77,7 @@ void warn_of_bounds(const std::filesystem::path& file, const Volume& volume) {
 }
 
 /// Makes the clouds of a scene ready, and chooses extinctions and camera where it has none.
-RenderJob load(const Options& o, formats::SceneFile file) {
+RenderJob load_as_named(const Options& o, formats::SceneFile file) {
   RenderJob job;
   job.input = o.input;
   job.sets = o.sets;
@@ -100,6 +104,19 @@ RenderJob load(const Options& o, formats::SceneFile file) {
   if (!job.file.has_camera) {
     scene.camera = cli::frame_all(job.volumes, scene);
     job.file.has_camera = true;
+  }
+  return job;
+}
+
+/// The same from copies of the files on this machine, where the options want them.
+RenderJob load(const Options& o, formats::SceneFile file) {
+  const auto own = cli::use_local_copies(kTool, cli::local_folder(o.local_copies), file);
+  RenderJob job = load_as_named(o, std::move(file));
+  if (!o.print_scene && !o.split.parts) job.key = cli::picture_key(job.file);
+  cli::restore_names(own, job.file);
+  for (std::size_t i = 0; i < job.volumes.size(); ++i) {
+    job.reports[i].file = job.file.volumes[i].file;
+    job.volumes[i].name = job.reports[i].file.string();
   }
   return job;
 }
@@ -347,18 +364,19 @@ void end_live(report::LivePage& live, const TimedRender& t) {
 }
 
 /// Prints facts about the clouds with `verbose`.
-int render_and_save(const Options& o, const cli::Outputs& out, RenderJob job, bool verbose) {
+int render_and_save(const Options& o, const cli::Outputs& out, RenderJob job, bool verbose,
+                    cli::FrameOutcome& outcome) {
   make_plan(o, job);
   if (o.print_scene) {
     std::cout << formats::to_toml(job.file);
     return cli::kSuccess;
   }
   if (!out.exr.empty()) cli::check_layout(o, job.file.scene);
-  job.key = cli::picture_key(job.file);
   job.denoise = o.denoise;
   cli::Beginning begun = cli::find_beginning(o, out, job);
   if (begun.finished) {
     if (!o.common.quiet) std::cerr << kTool << ": " << out.exr.string() << " is finished\n";
+    outcome.state = cli::FrameState::finished;
     return cli::kSuccess;
   }
   if (verbose && !o.common.quiet) print_facts(job);
@@ -376,7 +394,12 @@ int render_and_save(const Options& o, const cli::Outputs& out, RenderJob job, bo
   if (o.denoise && (whole || out.exr.empty())) t.filtered = filter(o, job, t.result);
   cli::save(o, out, job, t);
   if (live) end_live(*live, t);
-  if (t.result.complete && (!o.denoise || !whole || t.filtered)) return cli::kSuccess;
+  outcome.wall_seconds = t.wall_seconds, outcome.cpu_seconds = t.cpu_seconds;
+  outcome.noise = relative_noise(t.film());
+  if (t.result.complete && (!o.denoise || !whole || t.filtered)) {
+    outcome.state = cli::FrameState::rendered;
+    return cli::kSuccess;
+  }
   throw Error("interrupted after " + cli::progress_text(t) +
               " samples; what was rendered is saved" +
               (out.exr.empty() || !out.deep.empty() ? "" : ", and --resume goes on with it"));
@@ -410,7 +433,7 @@ formats::SceneFile choose(const Options& o, int frame) {
 }
 
 int render_frames(const Options& o) {
-  const cli::SequenceTool tool{kTool, o.common.quiet};
+  const cli::SequenceTool tool{kTool, o.common.quiet, true};
   cli::check_sequence(o);
   const std::vector<int> frames = cli::frames_to_do(
       tool, o.frames, [&](int f) { return cli::is_rendered(cli::options_of_frame(o, f)); });
@@ -428,25 +451,72 @@ int render_frames(const Options& o) {
   }
   std::optional<formats::SceneFile> chosen;
   if (open && !alone) chosen = choose(o, reference);
-  return cli::for_each_frame(tool, frames, [&](int frame, const std::string& label) {
+  std::vector<cli::FrameOutcome> outcomes;
+  for (const int frame : frames) outcomes.push_back({.frame = frame});
+  std::size_t begun = 0;
+  const int code = cli::for_each_frame(tool, frames, [&](int frame, const std::string& label) {
+    cli::FrameOutcome& outcome = outcomes[begun++];
+    outcome.state = cli::FrameState::failed;
     const Options one = cli::options_of_frame(o, frame);
     formats::SceneFile scene = cli::scene_of_frame(o, frame);
     const bool locked = !cli::open_choices(scene).empty();
     if (chosen) cli::lock(scene, *chosen);
+    if (o.resume.value_or(true) && cli::is_finished(one, scene)) {
+      outcome.state = cli::FrameState::finished;
+      if (!o.common.quiet) {
+        std::cerr << kTool << ": " << label << ": " << one.output.string() << " is finished\n";
+      }
+      return cli::kSuccess;
+    }
     RenderJob job = load(one, std::move(scene));
     job.frame = {frame, locked ? std::optional(reference) : std::nullopt, label};
-    return render_and_save(one, cli::choose_outputs(one), std::move(job), frame == frames.front());
+    return render_and_save(one, cli::choose_outputs(one), std::move(job), frame == frames.front(),
+                           outcome);
   });
+  if (!o.summary.empty()) cli::write_text(o.summary, cli::summary_json(outcomes));
+  if (frames.size() > 1 && !o.common.quiet) std::cerr << cli::summary_text(outcomes);
+  return code;
+}
+
+// --- parts --------------------------------------------------------------------------------------
+
+std::string split_text(const Options& o, const cli::SplitJob& job) {
+  switch (o.split.form.value_or(cli::SplitForm::text)) {
+    case cli::SplitForm::json:
+      return cli::split_json(job);
+    case cli::SplitForm::slurm:
+      return cli::slurm_script(cli::slurm_work(job, o));
+    default:
+      return cli::split_script(job);
+  }
+}
+
+/// Prints the commands that render the picture, or all frames, in parts.
+int print_split(const Options& o) {
+  const bool frames = o.frames.any();
+  if (frames) cli::check_sequence(o);
+  // All frames are cut alike: as the one that is read for their choices.
+  const int reference = frames ? o.frames.lock_frame.value_or(o.frames.all().front()) : 0;
+  RenderJob job = load(frames ? cli::options_of_frame(o, reference) : o,
+                       frames ? cli::scene_of_frame(o, reference) : cli::scene_of(o));
+  make_plan(o, job);
+  const cli::SplitJob split = cli::split_job(o, job.plan);
+  std::cout << split_text(o, split);
+  if (!o.common.quiet) std::cerr << kTool << ": " << cli::summary(split) << '\n';
+  return cli::kSuccess;
 }
 
 int run(const Options& o) {
   cli::check_frames(o.frames);
+  cli::check_split(o);
   const cli::Outputs out = cli::choose_outputs(o);
+  if (o.split.parts) return print_split(o);
   if (o.frames.any()) return render_frames(o);
   cli::refuse_pattern(o.input);
   formats::SceneFile scene = cli::scene_of(o);
   for (const auto& file : cli::files_of(scene)) cli::refuse_pattern(file);
-  return render_and_save(o, out, load(o, std::move(scene)), true);
+  cli::FrameOutcome outcome;
+  return render_and_save(o, out, load(o, std::move(scene)), true, outcome);
 }
 
 }  // namespace

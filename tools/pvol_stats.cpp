@@ -148,6 +148,8 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   add_image(app, o);
   cli::add_depth(app, o.depth, o.run);
   cli::add_trade(app, o.trade, o.run);
+  o.depth.array.arguments.assign(argv, argv + argc);
+  o.trade.array.arguments = o.depth.array.arguments;
   require_verb(app, argc, argv);
   return cli::parse(app, argc, argv);
 }

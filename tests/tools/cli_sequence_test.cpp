@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "pvol/formats/image.h"
+#include "pvol/formats/film_file.h"
 #include "support/run_tool.h"
 
 namespace pvol {
@@ -439,10 +439,13 @@ TEST_F(Sequence, InterruptedKeepsTheFramesThatAreDone) {
   const char* said = r.exit == 1 ? "pvol-render: frame 2: error: " : ": 1 of 3 frames are done\n";
   EXPECT_NE(r.err.find(said), std::string::npos) << r.err;
   EXPECT_TRUE(exists("a.0001.exr"));
-  EXPECT_FALSE(exists("a.0002.exr") || exists("a.0002.png") || exists("a.0003.exr"));
+  EXPECT_FALSE(exists("a.0003.exr"));
+  if (exists("a.0002.exr")) {
+    EXPECT_TRUE(formats::read_picture_header(folder / "a.0002.exr").has_sums) << "to go on with";
+  }
 }
 
-TEST_F(Sequence, DoesNotKeepAFrameThatIsNotDone) {
+TEST_F(Sequence, KeepsAFrameThatIsNotDoneForTheNextRun) {
   bool sent = false;
   const RunResult r = run_tool(
       PVOL_RENDER, {smoke, "-o", exr, "--frame", "2", "--size", "64x48", "--spp", "4000000000"},
@@ -454,8 +457,70 @@ TEST_F(Sequence, DoesNotKeepAFrameThatIsNotDone) {
   EXPECT_EQ(r.exit, 1) << r.err;
   EXPECT_NE(r.err.find("pvol-render: frame 2: error: interrupted after "), std::string::npos)
       << r.err;
-  EXPECT_NE(r.err.find(" samples; this frame is not saved\n"), std::string::npos) << r.err;
-  EXPECT_FALSE(exists("a.0002.exr") || exists("a.0002.png"));
+  EXPECT_NE(r.err.find("; what was rendered is saved, and --resume goes on with it\n"),
+            std::string::npos)
+      << r.err;
+  const auto header = formats::read_picture_header(folder / "a.0002.exr");
+  EXPECT_TRUE(header.has_sums);
+  EXPECT_TRUE(header.attributes.at("pvol:samples").ends_with(" of 12288000000000"));
+  // Nobody takes it for a finished one.
+  const RunResult again = run_tool(PVOL_RENDER,
+                                   {smoke, "-o", exr, "--frame", "2", "--size", "64x48", "--spp",
+                                    "4000000000", "--skip-existing"},
+                                   [&](int pid, const std::string& err) {
+                                     if (err.find("going on with ") != err.npos) kill(pid, SIGKILL);
+                                   });
+  EXPECT_EQ(again.signal, SIGKILL) << again.err;
+}
+
+/// What is finished is known by its scene and the contents of its files, not by its name.
+TEST_F(Sequence, LeavesOutWhatIsFinishedAndNothingElse) {
+  const Arguments line{"-o",   exr,     "--frames", "1-3",       "--size",
+                       "12x8", "--spp", "4",        "--summary", folder / "summary.json"};
+  std::string log;
+  const auto states = [&](const Arguments& more) {
+    const RunResult r = run(PVOL_RENDER, Arguments{smoke} + line + more);
+    std::string text;
+    for (const auto& frame : json::parse(read_text(folder / "summary.json"))) {
+      text += frame.at("state").get<std::string>() + ' ';
+      if (frame.at("state") == "rendered") {
+        EXPECT_GT(frame.at("relative_noise"), 0);
+        EXPECT_GT(frame.at("wall_seconds"), 0);
+      }
+    }
+    log = r.err;
+    return text;
+  };
+  EXPECT_EQ(states({}), "rendered rendered rendered ");
+  EXPECT_NE(log.find("  3 frames, 3 rendered; "), std::string::npos) << log;
+  const std::string first = read_text(at("a", 1, "exr"));
+  EXPECT_EQ(states({}), "finished finished finished ");
+  EXPECT_NE(log.find("frame 2 (2 of 3): "), std::string::npos) << log;
+  EXPECT_EQ(states({"--no-resume"}), "rendered rendered rendered ");
+  EXPECT_TRUE(read_text(at("a", 1, "exr")) == first);
+  std::ofstream(at("a", 2, "exr")) << "damaged";
+  std::filesystem::remove(at("a", 3, "png"));
+  EXPECT_EQ(states({}), "finished rendered rendered ");
+  std::ofstream(at("smoke", 2, "toml"), std::ios::app) << "# as thick as before\n";
+  EXPECT_EQ(states({}), "finished rendered finished ") << "the cloud's file has other contents";
+  EXPECT_EQ(states({"--spp", "5"}), "rendered rendered rendered ");
+  EXPECT_EQ(states({"--spp", "5", "--seed", "2"}), "rendered rendered rendered ");
+  EXPECT_EQ(states({"--spp", "5", "--seed", "2", "--aov", "depth"}), "rendered rendered rendered ");
+}
+
+TEST_F(Sequence, GoesOnAfterAFrameThatFails) {
+  run(PVOL_CONVERT, {smoke, folder / "smoke.####.vdb", "--frames", "1-3"});
+  std::ofstream(at("smoke", 2, "vdb")) << "damaged";
+  const RunResult r =
+      run_tool(PVOL_RENDER, {folder / "smoke.####.vdb", "-o", exr, "--frames", "1-3", "--lock-frame", "1", "--size",
+                             "12x8", "--spp", "2", "--summary", "-"});
+  EXPECT_EQ(r.exit, 1);
+  EXPECT_NE(r.err.find("pvol-render: frame 2: error: "), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find("  3 frames, 2 rendered, 1 failed: 2; "), std::string::npos) << r.err;
+  EXPECT_TRUE(exists("a.0001.exr"));
+  EXPECT_FALSE(exists("a.0002.exr"));
+  EXPECT_TRUE(exists("a.0003.exr"));
+  EXPECT_EQ(json::parse(r.out).at(1).at("state"), "failed");
 }
 
 }  // namespace

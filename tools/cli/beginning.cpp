@@ -41,14 +41,6 @@ formats::FilmPiece window_of(const Film& f) {
   return {.x = f.x, .y = f.y, .width = f.crop_width, .height = f.crop_height};
 }
 
-bool all_there(const Options& o, const Outputs& out) {
-  const auto is_there = [](const std::filesystem::path& file) {
-    return file.empty() || std::filesystem::exists(file);
-  };
-  return is_there(out.exr) && is_there(out.png) && is_there(out.deep) &&
-         (o.stats == "-" || is_there(o.stats));
-}
-
 /// Throws Error unless a file is a picture of the job, as far as its header tells.
 void check_picture(const std::filesystem::path& file, const formats::PictureHeader& h,
                    const RenderJob& job) {
@@ -81,6 +73,15 @@ void check_picture(const std::filesystem::path& file, const formats::PictureHead
                    {fmt::format("{}: its samples so far are by the kernel {}, those to come by "
                                 "{}: the picture is as right, but not the bytes of one run",
                                 file.string(), kernel, attribute(wanted, "pvol:kernel_used"))});
+  }
+}
+
+/// Nothing where there is no picture, or a damaged one.
+std::optional<formats::PictureHeader> header_of(const std::filesystem::path& file) {
+  try {
+    return formats::read_picture_header(file);
+  } catch (const Error&) {
+    return std::nullopt;
   }
 }
 
@@ -135,15 +136,30 @@ formats::FilmPiece piece_of(const RenderOptions& o, bool complete) {
 
 Beginning find_beginning(const Options& o, const Outputs& out, const RenderJob& job) {
   Beginning b;
-  if (o.resume.value_or(job.frame.has_value()) && !out.exr.empty()) b = resume(o, out, job);
+  const bool implied = !o.resume && job.frame;
+  if ((implied || o.resume.value_or(false)) && !out.exr.empty()) {
+    try {
+      b = resume(o, out, job);
+    } catch (const Error&) {
+      // Frames of a scene that changed since, or damaged ones, are rendered anew.
+      if (!implied) throw;
+    }
+  }
   if (b.finished || !b.film.pixels.empty() || o.pilot.empty()) return b;
   return go_on_from_pilot(o.pilot, job);
+}
+
+bool is_unfinished(const std::filesystem::path& file) {
+  const std::optional<formats::PictureHeader> h = header_of(file);
+  return h && h->has_sums && !has_all_samples(h->attributes);
 }
 
 bool is_finished(const Options& of_frame, const formats::SceneFile& scene) {
   const Outputs out = choose_outputs(of_frame);
   if (out.exr.empty() || !all_there(of_frame, out)) return false;
-  const formats::PictureHeader h = formats::read_picture_header(out.exr);
+  const std::optional<formats::PictureHeader> found = header_of(out.exr);
+  if (!found) return false;
+  const formats::PictureHeader& h = *found;
   if (!has_all_samples(h.attributes) || attribute(h.attributes, "pvol:key") != picture_key(scene) ||
       !have_same_window(window_of(h.window), piece_of(scene.scene.options, true))) {
     return false;

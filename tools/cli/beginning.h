@@ -19,6 +19,9 @@ struct Beginning {
 [[nodiscard]] Beginning find_beginning(const RenderOptionsGiven& o, const Outputs& out,
                                        const RenderJob& job);
 
+/// Whether a file is a picture that a render left before it had all samples.
+[[nodiscard]] bool is_unfinished(const std::filesystem::path& file);
+
 /// Whether a frame's picture is finished, by the scene with nothing left to choose and the contents
 /// of its files: without loading clouds.
 [[nodiscard]] bool is_finished(const RenderOptionsGiven& of_frame, const formats::SceneFile& scene);

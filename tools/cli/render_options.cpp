@@ -5,6 +5,7 @@
 #include "cli/cli_app.h"
 #include "cli/frames_app.h"
 #include "cli/picture_app.h"
+#include "cli/split_app.h"
 #include "pvol/formats/scene_file.h"
 
 namespace pvol::cli {
@@ -23,9 +24,13 @@ Examples:
   pvol-render scene.toml -o noon.exr --set medium.g=0.5 --tracker delta --stats noon.json
       a scene with one value changed, and the counts of the work done
   pvol-render smoke.####.pvol -o smoke.####.exr --frames 1-240
-      a sequence: extinction and camera are those of frame 1, and each frame has other noise
+      a sequence: extinction and camera are those of frame 1, and each frame has other noise; run
+      again, it leaves out what is finished
+  pvol-render scene.toml -o scene.exr --spp 65536 --resume
+      a long one: it goes on where Ctrl-C, a killed process or a full disk ended it
 
-Ctrl-C saves what was rendered; in a sequence, the frames that are done.
+Ctrl-C and SIGTERM save what was rendered, a second one ends at once; SIGUSR1 has a checkpoint
+written.
 Exit status: 0 success, 1 failure, 2 wrong usage.)";
 
 /// How the picture is written, which says nothing of what is in it.
@@ -82,6 +87,9 @@ void add_files(CLI::App& app, RenderOptionsGiven& o) {
       ->type_name("FILE");
   app.add_option("--stats", o.stats,
                  "Count the work and write counts, times and errors as JSON; - is stdout")
+      ->type_name("FILE");
+  app.add_option("--summary", o.summary,
+                 "Of a sequence, write what became of each frame as JSON: state, times, noise")
       ->type_name("FILE");
   app.add_option("--grid", o.grid.grid, "Grid of a .vdb or .nvdb file [density, else the only one]")
       ->type_name("NAME");
@@ -239,6 +247,8 @@ std::optional<int> read_command_line(int argc, char** argv, RenderOptionsGiven& 
   add_frames(app, o.frames);
   add_lock_frame(app, o.frames);
   add_layout(app, o);
+  o.arguments.assign(argv, argv + argc);
+  add_split(app, o.split, o.local_copies);
   add_options(app, o);
   add_scene(app, o);
   return parse(app, argc, argv, scene_manual());

@@ -10,6 +10,7 @@
 #include "cli/cli.h"
 #include "cli/keep_sums.h"
 #include "cli/sequence.h"
+#include "cli/split_given.h"
 #include "pvol/formats/image.h"
 #include "pvol/formats/vdb.h"
 #include "pvol/math/keys.h"
@@ -32,10 +33,14 @@ struct RenderOptionsGiven {
   bool multipart = false;
   bool live = false;
   bool denoise = false;
+  SplitGiven split;
+  std::filesystem::path local_copies;  ///< folder, or "auto"; empty: none
+  std::vector<std::string> arguments;  ///< the command line as given, with the tool's name
   bool no_png = false, print_scene = false, force = false;
-  std::optional<bool> resume;   ///< --resume or --no-resume
-  std::filesystem::path pilot;  ///< picture of the first samples of a whole, by need
-  double checkpoint = 10;       ///< minutes; 0: none
+  std::filesystem::path summary;  ///< of a sequence, as JSON
+  std::optional<bool> resume;     ///< --resume or --no-resume
+  std::filesystem::path pilot;    ///< picture of the first samples of a whole, by need
+  double checkpoint = 10;         ///< minutes; 0: none
   KeepSums sums = KeepSums::automatic;
 };
 

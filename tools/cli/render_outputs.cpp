@@ -19,18 +19,6 @@ namespace {
 constexpr const char* kTool = "pvol-render";
 using Options = RenderOptionsGiven;
 
-void write_stats(const std::filesystem::path& file, const std::string& text) {
-  if (file == "-") {
-    std::cout << text;
-    return;
-  }
-  formats::write_atomically(file, [&](const std::filesystem::path& aside) {
-    std::ofstream out(aside, std::ios::binary);
-    out << text;
-    if (!out.flush()) throw Error(file.string() + ": cannot be written; is the disk full?");
-  });
-}
-
 formats::ExrOptions exr_options(const Options& o, const Scene& scene) {
   return cli::exr_options(PictureLayout{o.denoise, o.multipart, o.pixels, o.compression}, scene);
 }
@@ -134,7 +122,19 @@ Outputs choose_outputs(const Options& o) {
   check_parts(o, out);
   if (o.live && out.png.empty()) throw UsageError("--live shows the .png; leave out --no-png");
   if (!o.stats.empty() && o.stats != "-") check_output(o.stats, {".json"});
+  if (!o.summary.empty() && !o.frames.any()) {
+    throw UsageError("--summary tells of the frames of a sequence; it goes with --frames");
+  }
+  if (!o.summary.empty() && o.summary != "-") check_output(o.summary, {".json"});
   return out;
+}
+
+bool all_there(const Options& o, const Outputs& out) {
+  const auto is_there = [](const std::filesystem::path& file) {
+    return file.empty() || std::filesystem::exists(file);
+  };
+  return is_there(out.exr) && is_there(out.png) && is_there(out.deep) &&
+         (o.stats == "-" || is_there(o.stats));
 }
 
 void check_layout(const Options& o, const Scene& scene) {
@@ -150,6 +150,18 @@ void save_png(const Options& o, const std::filesystem::path& file, const RenderJ
   formats::write_png(file, film, o.exposure, !job.file.scene.options.background, o.tone_map);
 }
 
+void write_text(const std::filesystem::path& file, const std::string& text) {
+  if (file == "-") {
+    std::cout << text;
+    return;
+  }
+  formats::write_atomically(file, [&](const std::filesystem::path& aside) {
+    std::ofstream out(aside, std::ios::binary);
+    out << text;
+    if (!out.flush()) throw Error(file.string() + ": cannot be written; is the disk full?");
+  });
+}
+
 void save_pictures(const Options& o, const Outputs& out, const RenderJob& job,
                    const TimedRender& t) {
   if (!out.exr.empty()) save_exr(o, out.exr, job, t);
@@ -163,7 +175,7 @@ void save(const Options& o, const Outputs& out, const RenderJob& job, const Time
     print_warnings(kTool, {out.png.string() + ": the picture is biased (" + describe_bias(job, t) +
                            "), which only an .exr can say of itself"});
   }
-  if (!o.stats.empty()) write_stats(o.stats, stats_text(job, t));
+  if (!o.stats.empty()) write_text(o.stats, stats_text(job, t));
   if (o.common.quiet) return;
   if (job.plan.guide.used && !t.result.guided) {
     std::cerr << kTool << ": paths were not guided: no light but the constant part of the sky "

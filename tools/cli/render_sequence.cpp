@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <variant>
 
+#include "cli/beginning.h"
 #include "cli/cli.h"
 #include "cli/load_scene.h"
 #include "cli/render_outputs.h"
@@ -68,11 +69,7 @@ void check_sequence(const RenderOptionsGiven& o) {
 bool is_rendered(const RenderOptionsGiven& of_frame) {
   if (of_frame.print_scene) return false;
   const Outputs out = choose_outputs(of_frame);
-  const std::filesystem::path stats = of_frame.stats == "-" ? "" : of_frame.stats;
-  const auto is_there = [](const std::filesystem::path& file) {
-    return file.empty() || std::filesystem::exists(file);
-  };
-  return is_there(out.exr) && is_there(out.png) && is_there(out.deep) && is_there(stats);
+  return all_there(of_frame, out) && (out.exr.empty() || !is_unfinished(out.exr));
 }
 
 bool check_scenes(const RenderOptionsGiven& o, const std::vector<int>& frames, int reference) {

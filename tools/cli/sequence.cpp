@@ -90,6 +90,7 @@ int for_each_frame(const SequenceTool& tool, const std::vector<int>& frames,
     std::cerr << fmt::format("{}: {} of {} frames are done\n", tool.name, done.load(),
                              frames.size());
   });
+  int worst = kSuccess;
   for (std::size_t i = 0; i < frames.size(); ++i, ++done) {
     const std::string name = fmt::format("frame {}", frames[i]);
     const std::string label =
@@ -98,9 +99,10 @@ int for_each_frame(const SequenceTool& tool, const std::vector<int>& frames,
       if (interrupted()) throw Error("interrupted before it began");
       return work(frames[i], label);
     });
-    if (code != kSuccess) return code;
+    if (worst == kSuccess) worst = code;
+    if (code != kSuccess && (!tool.goes_on || interrupted())) break;
   }
-  return kSuccess;
+  return worst;
 }
 
 int for_each_file(const SequenceTool& tool, const FramesGiven& given,

@@ -50,6 +50,7 @@ void require_files(const std::vector<FrameFile>& files);
 struct SequenceTool {
   std::string name;
   bool quiet = false;
+  bool goes_on = false;  ///< to other frames after one that failed
 };
 
 /// The frames to do now: without those that are there already, where those are to be skipped.
@@ -60,7 +61,7 @@ struct SequenceTool {
 using FrameWork = std::function<int(int frame, const std::string& label)>;
 
 /// Does the frames one after another and returns the exit code: that of the first that fails, after
-/// which no other is begun.
+/// which no other is begun unless the tool goes on. None is once it is interrupted.
 [[nodiscard]] int for_each_frame(const SequenceTool& tool, const std::vector<int>& frames,
                                  const FrameWork& work);
 

@@ -8,12 +8,14 @@
 #include <vector>
 
 #include "pvol/measure/study.h"
+#include "stats/stats_array.h"
 #include "stats/stats_scene.h"
 
 namespace pvol::cli {
 
 struct DepthOptions {
   SceneOptions scene;
+  StatsArray array{};
   std::vector<int> depths{0, 4, 8, 16};
   std::optional<std::string> tracker;
   std::uint32_t most_samples = 65536;  ///< a pixel and round
@@ -25,6 +27,7 @@ struct DepthOptions {
 
 struct TradeOptions {
   SceneOptions scene;
+  StatsArray array{};
   std::optional<double> most_error;  ///< relative
   std::optional<double> most_time;   ///< CPU seconds of the picture
   bool denoise = false;              ///< measure the filter instead of the settings

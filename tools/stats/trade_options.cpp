@@ -3,6 +3,7 @@
 #include <array>
 
 #include "cli/cli_app.h"
+#include "cli/split_app.h"
 
 namespace pvol::cli {
 namespace {
@@ -23,6 +24,8 @@ constexpr const char* kTradeHelp = R"(What is measured:
 Examples:
   pvol-stats trade cloud.vdb --budget 120 --html trade.html
       two minutes of measuring, a page to look at
+  pvol-stats trade clouds/*.vdb --for slurm | bash
+      all of them on a farm, reported to NAME.trade.json
   pvol-stats trade scene.toml --max-error 0.02
       the setting that renders the scene with a relative error of 2 % in least time
 
@@ -60,9 +63,11 @@ CLI::Validator size_reader(std::optional<std::array<int, 2>>& size) {
       "");
 }
 
-void add_scene(CLI::App& verb, SceneOptions& o) {
-  verb.add_option("FILE", o.input,
-                  "Scene (.toml), or a cloud: .pvol, .vdb, .nvdb, or a recipe (.toml)")
+void add_scene(CLI::App& verb, SceneOptions& o, StatsArray& array) {
+  verb.add_option("FILE", array.clouds,
+                  "Scene (.toml), or a cloud: .pvol, .vdb, .nvdb, or a recipe (.toml); with --for "
+                  "any number of them")
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->type_name("")
       ->required();
   verb.add_option("--grid", o.grid.grid,
@@ -89,6 +94,9 @@ void add_scene(CLI::App& verb, SceneOptions& o) {
       ->type_name("WxH")
       ->check(size_reader(o.size));
   verb.add_flag("--force", o.force, "Measure even what would hardly end");
+  add_form(verb, array.given,
+           "Measure nothing; print a task for each of the files, which reports to NAME.VERB.json: "
+           "text, lines for bash; json; slurm, a script that submits an array");
 }
 
 void add_output(CLI::App& verb, double& budget, std::optional<std::filesystem::path>& html,
@@ -106,7 +114,7 @@ void add_output(CLI::App& verb, double& budget, std::optional<std::filesystem::p
 void add_depth(CLI::App& app, DepthOptions& o, std::function<int()>& run) {
   CLI::App* verb = app.add_subcommand("depth", "What the octree's depth costs and gains");
   add_common(*verb, kDepthHelp);
-  add_scene(*verb, o.scene);
+  add_scene(*verb, o.scene, o.array);
   std::vector<std::string> trackers;  // but the one that uses no octree
   for (const Named<Tracker>& t : names(Tracker{})) {
     if (t.value != Tracker::delta_global) trackers.emplace_back(t.name);
@@ -129,13 +137,20 @@ void add_depth(CLI::App& app, DepthOptions& o, std::function<int()>& run) {
       ->check(CLI::Range(2u, 65536u).description(""));
   add_output(*verb, o.budget, o.html, o.json, o.quiet);
   verb->get_option("--budget")->description("Seconds that measuring may take, after loading [120]");
-  verb->callback([&] { run = [&] { return run_depth(o); }; });
+  verb->callback([&] {
+    run = [&] {
+      return run_or_print(o.array, "depth", o.html.has_value(), [&](const auto& cloud) {
+        o.scene.input = cloud;
+        return run_depth(o);
+      });
+    };
+  });
 }
 
 void add_trade(CLI::App& app, TradeOptions& o, std::function<int()>& run) {
   CLI::App* verb = app.add_subcommand("trade", "What each option gains in time and costs in error");
   add_common(*verb, kTradeHelp);
-  add_scene(*verb, o.scene);
+  add_scene(*verb, o.scene, o.array);
   CLI::Option* error =
       verb->add_option("--max-error", o.most_error,
                        "Recommend the fastest setting for this error: root mean squared over the "
@@ -158,7 +173,14 @@ void add_trade(CLI::App& app, TradeOptions& o, std::function<int()>& run) {
       ->check(fits(whole(0, kMostThreads)));
   add_output(*verb, o.budget, o.html, o.json, o.quiet);
   verb->get_option("--budget")->description("Seconds that measuring may take, after loading [300]");
-  verb->callback([&] { run = [&] { return run_trade(o); }; });
+  verb->callback([&] {
+    run = [&] {
+      return run_or_print(o.array, "trade", o.html.has_value(), [&](const auto& cloud) {
+        o.scene.input = cloud;
+        return run_trade(o);
+      });
+    };
+  });
 }
 
 }  // namespace pvol::cli

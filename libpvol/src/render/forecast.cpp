@@ -21,12 +21,11 @@ namespace {
   return 1e-9 * (kScattering + flights / double(c.collisions));
 }
 
-/// Of the scalar tracers' time, what kernels take for the same paths.
-[[nodiscard]] double share_of_time(Lanes lanes) {
+}  // namespace
+
+double share_of_time(Lanes lanes) {
   return lanes == Lanes::avx512 ? 0.22 : lanes == Lanes::avx2 ? 0.28 : 1;
 }
-
-}  // namespace
 
 Forecast forecast(const RenderPlan& plan, const CameraProbe& probe) {
   constexpr double kSample = 200;   // ns besides collisions

@@ -19,23 +19,6 @@ std::vector<float> variances(const Film& film) {
   return all;
 }
 
-/// Of each pixel: what a sample costs, about, in nanoseconds of a scalar tracer. Kernels in lanes
-/// take a fifth of it for all of them.
-std::vector<float> costs(const Film& film) {
-  constexpr double kSample = 200, kCollision = 150;
-  const WalkCosts c;
-  std::vector<float> all;
-  all.reserve(film.pixels.size());
-  for (const PixelSums& p : film.pixels) {
-    const auto count = [&](PixelCounter of) { return double(p.count(of)); };
-    const double work = kCollision * count(PixelCounter::collisions) +
-                        c.segment * count(PixelCounter::segments) +
-                        (c.lookup + c.tentative) * count(PixelCounter::lookups);
-    all.push_back(float(kSample + work / p.samples));
-  }
-  return all;
-}
-
 /// Mean over the pixels of either colour.
 std::array<double, 2> means(const Film& film, const std::vector<float>& values) {
   std::array<double, 2> sum{}, n{};
@@ -122,9 +105,24 @@ double samples_for(double noise, const Film& film, std::size_t colour,
 
 }  // namespace
 
+std::vector<float> sample_costs(const Film& film) {
+  constexpr double kCollision = 150;
+  const WalkCosts c;
+  std::vector<float> all;
+  all.reserve(film.pixels.size());
+  for (const PixelSums& p : film.pixels) {
+    const auto count = [&](PixelCounter of) { return double(p.count(of)); };
+    const double work = kCollision * count(PixelCounter::collisions) +
+                        c.segment * count(PixelCounter::segments) +
+                        (c.lookup + c.tentative) * count(PixelCounter::lookups);
+    all.push_back(float(kSampleCost + work / p.samples));
+  }
+  return all;
+}
+
 Needs find_needs(const Film& pilot, std::optional<double> noise) {
   const std::vector<float> variance = variances(pilot);
-  const std::vector<float> cost = costs(pilot);
+  const std::vector<float> cost = sample_costs(pilot);
   Needs n{shares(pilot, variance, cost, Near::other_colour), {kMostSamples, kMostSamples}};
   if (!noise) return n;
   const std::vector<float> own = shares(pilot, variance, cost, Near::same_colour);
