@@ -66,11 +66,14 @@ void add_files(CLI::App& app, RenderOptionsGiven& o) {
                  "--resume goes on from them, whatever ended the render; 0 is none [10]")
       ->type_name("MINUTES")
       ->check(number_from(0, 1e6, "minutes from 0 to a million"));
-  app.add_flag(
-      "--resume,!--no-resume", o.resume,
+  app.add_flag_callback(
+      "--resume", [&o] { o.resume = true; },
       "Go on from the picture at --output, if it is of this scene and not finished, to the bytes "
       "of a render that was never interrupted; if it is finished, do nothing. Frames of a sequence "
-      "do so unless told not to");
+      "do so by themselves");
+  app.add_flag_callback(
+      "--no-resume", [&o] { o.resume = false; },
+      "Render anew whatever is there, frames of a sequence that are finished, too");
   app.add_option("--pilot", o.pilot,
                  "With --noise: a whole picture of --samples 0:16, merged, from whose samples and "
                  "needs this part goes on")
