@@ -387,6 +387,7 @@ int render_and_save(const Options& o, const cli::Outputs& out, RenderJob job, bo
   std::optional<report::LivePage> live;
   if (o.live) live.emplace(out.png);
   const cli::SavesOnInterrupt saves;
+  formats::use_exr_threads(job.file.scene.options.threads);
   TimedRender t = render_timed(o, out, job, std::move(begun.film), live ? &*live : nullptr);
   if (t.samples == 0) throw Error("interrupted before the first sample; nothing is saved");
   // A whole is filtered when it is merged.

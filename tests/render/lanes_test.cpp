@@ -228,6 +228,7 @@ Average guided_by(Lanes kernel, const Volume& v, CloudScene s, const Value& valu
   Film film;
   film.width = film.height = film.crop_width = film.crop_height = s.options.width;
   film.pixels.resize(std::size_t(film.width) * std::size_t(film.height));
+  start_sums(film);
   Counts unused;
   detail::TileRenderer renderer(p, setup, Paths::guided);
   for (std::uint32_t sample = 50; sample <= s.options.samples; sample += 50) {

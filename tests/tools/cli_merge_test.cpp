@@ -131,6 +131,16 @@ TEST_F(Merge, OfSeedsHasTheVarianceOfTheWhole) {
   }
 }
 
+TEST_F(Merge, AddsSamplesToAFinishedPicture) {
+  const Words options{"--guide", "off", "--aov", "variance"};
+  render("first", options + Words{"--spp", "5", "--sums", "on"});
+  render("more", options + Words{"--spp", "12", "--samples", "5:12"});
+  render("one", options + Words{"--spp", "12"});
+  expect_refused({"more"}, "no part has samples 0:5");
+  ASSERT_EQ(merge("whole", {"more", "first"}).exit, 0);
+  expect_same("whole", "one");
+}
+
 TEST_F(Merge, RefusesPartsOfOtherPictures) {
   const Words options{"--spp", "12", "--samples", "0:3"};
   render("a", options);

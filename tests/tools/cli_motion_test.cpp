@@ -120,8 +120,9 @@ TEST_F(MotionTool, WhatCannotMoveSaysSo) {
   };
   EXPECT_NE(refused({"medium.motion.field=wind"}, vdb_).find("no grid of vectors is called 'wind'"),
             std::string::npos);
-  EXPECT_NE(refused({"medium.motion.scale=1"}, folder_ / "plain.vdb").find("it has no velocities v"),
-            std::string::npos);
+  EXPECT_NE(
+      refused({"medium.motion.scale=1"}, folder_ / "plain.vdb").find("it has no velocities v"),
+      std::string::npos);
   const std::string pvol = folder_ / "a.pvol";
   const RunResult fitted = run_tool(PVOL_FIT, {vdb_, "-o", pvol});
   EXPECT_EQ(fitted.exit, 0) << fitted.err;

@@ -510,16 +510,18 @@ TEST_F(Sequence, LeavesOutWhatIsFinishedAndNothingElse) {
 }
 
 TEST_F(Sequence, GoesOnAfterAFrameThatFails) {
-  run(PVOL_CONVERT, {smoke, folder / "smoke.####.vdb", "--frames", "1-3"});
-  std::filesystem::resize_file(at("smoke", 2, "vdb"), 700);  // cut off
-  const RunResult r = run_tool(
-      PVOL_RENDER, {folder / "smoke.####.vdb", "-o", exr, "--frames", "1-3", "--lock-frame", "1",
-                    "--size", "12x8", "--spp", "2", "--summary", "-"});
+  for (const int frame : {1, 2, 3}) {  // the second one would hardly end
+    std::ofstream(at("scene", frame, "toml"))
+        << "[volume]\nfile = \"smoke.0001.toml\"\n[medium]\nalbedo = 1\nextinction = "
+        << (frame == 2 ? "1e9" : "1") << "\n";
+  }
+  const RunResult r =
+      run_tool(PVOL_RENDER, {folder / "scene.####.toml", "-o", exr, "--frames", "1-3", "--size",
+                             "12x8", "--spp", "2", "--summary", "-"});
   EXPECT_EQ(r.exit, 1);
   EXPECT_NE(r.err.find("pvol-render: frame 2: error: "), std::string::npos) << r.err;
   EXPECT_NE(r.err.find("  3 frames, 2 rendered, 1 failed: 2; "), std::string::npos) << r.err;
   EXPECT_TRUE(exists("a.0001.exr"));
-  EXPECT_FALSE(exists("a.0002.exr"));
   EXPECT_TRUE(exists("a.0003.exr"));
   EXPECT_EQ(json::parse(r.out).at(1).at("state"), "failed");
 }

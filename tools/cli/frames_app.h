@@ -42,8 +42,10 @@ inline void add_frames(CLI::App& app, FramesGiven& given) {
          "That frame alone, of the sequence of --frames where both are given")
       ->type_name("N")
       ->check(parses(parse_frame));
-  app.add_flag("--skip-existing", given.skip_existing,
-               "Leave out frames whose files are there; files are written whole or not at all");
+  app.add_flag(
+      "--skip-existing", given.skip_existing,
+      "Leave out frames whose files are there, but for pictures that are not finished; files "
+      "are written whole or not at all");
 }
 
 inline void add_lock_frame(CLI::App& app, FramesGiven& given) {

@@ -29,12 +29,9 @@ struct Part {
   formats::PictureHeader header;
   Film window;
   formats::FilmRecord record;
+  bool by_need = false;
+  std::uint32_t first_sample = 0, samples = 0;  ///< of each pixel of the whole, as its scene says
 };
-
-Part open_part(const std::filesystem::path& file) {
-  const formats::FilmReader reader(file);
-  return {file, formats::read_picture_header(file), reader.window(), reader.record()};
-}
 
 std::string attribute(const Part& p, const std::string& name) {
   const auto found = p.header.attributes.find(name);
@@ -46,6 +43,14 @@ std::string attribute(const Part& p, const std::string& name) {
 
 formats::SceneFile scene_of(const Part& p) {
   return formats::parse_scene(attribute(p, "pvol:scene"), p.file.string() + ": pvol:scene");
+}
+
+Part open_part(const std::filesystem::path& file) {
+  const formats::FilmReader reader(file);
+  Part p{file, formats::read_picture_header(file), reader.window(), reader.record()};
+  const RenderOptions r = scene_of(p).scene.options;
+  p.by_need = by_need(r), p.first_sample = r.first_sample, p.samples = r.samples;
+  return p;
 }
 
 /// By seed, place and samples: files may be named in any order.
@@ -118,19 +123,17 @@ void refuse_doubled(const std::vector<Part>& parts, const Pieces& pieces) {
 }
 
 /// The picture that the parts are of: its window, and the samples of each seed.
-FilmPiece whole_of(const MergeGiven& o, const std::vector<Part>& parts,
-                   const std::vector<formats::SceneFile>& scenes) {
+FilmPiece whole_of(const MergeGiven& o, const std::vector<Part>& parts) {
   FilmPiece whole;
   whole.width = parts.front().window.width, whole.height = parts.front().window.height;
   if (!o.crop.empty()) {
     whole.x = o.crop[0], whole.y = o.crop[1], whole.width = o.crop[2], whole.height = o.crop[3];
   }
-  if (by_need(scenes.front().scene.options)) return whole;
-  whole.begin = scenes.front().scene.options.first_sample;
-  for (const formats::SceneFile& s : scenes) {
-    const RenderOptions& r = s.scene.options;
-    whole.begin = std::min(whole.begin, r.first_sample);
-    whole.end = std::max(whole.end, r.first_sample + r.samples);
+  if (parts.front().by_need) return whole;
+  whole.begin = parts.front().first_sample;
+  for (const Part& p : parts) {
+    whole.begin = std::min(whole.begin, p.first_sample);
+    whole.end = std::max(whole.end, p.first_sample + p.samples);
   }
   return whole;
 }
@@ -211,25 +214,41 @@ FilmPiece hull_of(const std::vector<FilmPiece>& pieces, FilmPiece hull) {
   return hull;
 }
 
+/// What the parts make, as far as it is there.
+struct Whole {
+  FilmPiece piece;
+  std::set<std::uint64_t> seeds;
+  Pieces pieces;
+};
+
+/// Throws Error for parts that do not go together and, but for partial merges, make no whole.
+Whole check_whole(const MergeGiven& o, const std::vector<Part>& parts) {
+  check_same(parts);
+  Whole w{whole_of(o, parts), {}, pieces_of(parts)};
+  for (const FilmPiece& p : w.pieces.all) w.seeds.insert(p.seed);
+  refuse_doubled(parts, w.pieces);
+  if (!o.partial) refuse_missing(parts, w.pieces, w.piece, w.seeds);
+  return w;
+}
+
 /// The scene of the whole as one render has it.
-void describe_whole(const FilmPiece& whole, const std::set<std::uint64_t>& seeds, bool cropped,
-                    formats::SceneFile& scene, std::map<std::string, std::string>& attributes) {
+void describe_whole(const Whole& whole, bool cropped, formats::SceneFile& scene,
+                    std::map<std::string, std::string>& attributes) {
   RenderOptions& r = scene.scene.options;
+  const FilmPiece& p = whole.piece;
   r.crop_x = r.crop_y = r.crop_width = r.crop_height = 0;
-  if (cropped) {
-    r.crop_x = whole.x, r.crop_y = whole.y;
-    r.crop_width = whole.width, r.crop_height = whole.height;
-  }
-  r.seed = *seeds.begin();
-  if (!by_need(r)) r.first_sample = whole.begin, r.samples = whole.end - whole.begin;
+  if (cropped) r.crop_x = p.x, r.crop_y = p.y, r.crop_width = p.width, r.crop_height = p.height;
+  r.seed = *whole.seeds.begin();
+  if (!by_need(r)) r.first_sample = p.begin, r.samples = p.end - p.begin;
   const Entries keys = entries(r);
   for (const char* key : {"crop", "seed", "first_sample", "spp"}) {
     attributes[std::string("pvol:") + key] = attribute_text(find_key(keys, key)->value());
   }
   attributes["pvol:scene"] = formats::to_toml(scene);
   attributes.erase("pvol:part");
-  if (seeds.size() > 1) {
-    attributes["pvol:seeds"] = Json(std::vector<std::uint64_t>(seeds.begin(), seeds.end())).dump();
+  if (whole.seeds.size() > 1) {
+    attributes["pvol:seeds"] =
+        Json(std::vector<std::uint64_t>(whole.seeds.begin(), whole.seeds.end())).dump();
   }
 }
 
@@ -275,63 +294,70 @@ void check_crop(const MergeGiven& o, const Film& image) {
       x, y, width, height, image.width, image.height));
 }
 
+/// A film that is put together, on its way into files.
+struct Merged {
+  Film film;
+  std::optional<FilteredPicture> filtered;
+  formats::SceneFile scene;
+  std::map<std::string, std::string> attributes;
+};
+
+/// With the header that one render writes.
+Merged finish(const MergeGiven& o, const Part& first, const Whole& whole, Film film) {
+  Merged m{std::move(film), {}, scene_of(first), first.header.attributes};
+  std::erase_if(m.attributes, [](const auto& a) { return !a.first.starts_with("pvol:"); });
+  m.attributes.erase("pvol:relative_noise");
+  m.attributes.erase("pvol:estimated_error");
+  describe_whole(whole, !o.crop.empty(), m.scene, m.attributes);
+  const bool denoise = wants_filter(m.attributes);
+  if (denoise && !o.partial) m.filtered = filter_picture(m.film, m.scene.scene.options, {});
+  describe_filter(m.filtered.has_value(), m.attributes);
+  if (denoise && !m.filtered) m.attributes[kWishForFilter] = "on";
+  const auto [samples, wanted] = count_samples(m.film, whole.piece, whole.seeds.size(), !o.partial);
+  describe_film(m.film, samples, wanted, m.filtered, m.attributes);
+  return m;
+}
+
+/// Laid out as the parts are.
+void write(const MergeGiven& o, const Part& first, Whole whole, const Merged& m) {
+  const formats::PictureHeader& like = first.header;
+  formats::ExrOptions layout = exr_options(
+      PictureLayout{m.filtered.has_value(), like.multipart, like.pixels, like.compression},
+      m.scene.scene);
+  const bool part = o.partial || !o.crop.empty();
+  if (o.sums == KeepSums::automatic ? part : o.sums == KeepSums::on) {
+    std::vector<FilmPiece>& pieces = whole.pieces.all;
+    if (!o.partial) pieces = wholes_of(whole.piece, whole.seeds);
+    std::ranges::sort(pieces, {}, [](const FilmPiece& p) {
+      return std::tuple(p.seed, p.y, p.x, p.begin, p.end, p.height, p.width);
+    });
+    layout.sums = {&m.film, {.key = first.record.key, .pieces = std::move(pieces)}};
+  }
+  const Film& picture = m.filtered ? m.filtered->film : m.film;
+  formats::write_exr(o.output, picture, m.attributes, layout);
+  write_png(o, picture, m.scene.scene.options.background);
+}
+
 }  // namespace
 
 int merge(const MergeGiven& o) {
   check_names(o);
+  formats::use_exr_threads(0);
   std::vector<Part> parts;
   for (const std::filesystem::path& file : o.parts) parts.push_back(open_part(file));
   std::ranges::sort(parts, comes_before);
-  check_same(parts);
   check_crop(o, parts.front().window);
-  std::vector<formats::SceneFile> scenes;
-  for (const Part& p : parts) scenes.push_back(scene_of(p));
-  Pieces pieces = pieces_of(parts);
-  refuse_doubled(parts, pieces);
-  std::set<std::uint64_t> seeds;
-  for (const FilmPiece& p : pieces.all) seeds.insert(p.seed);
-  FilmPiece whole = whole_of(o, parts, scenes);
-  if (!o.partial) refuse_missing(parts, pieces, whole, seeds);
-  const FilmPiece window = o.partial && o.crop.empty() ? hull_of(pieces.all, whole) : whole;
-  const Film film = add_up(o, parts, window);
-
-  std::map<std::string, std::string> attributes = parts.front().header.attributes;
-  std::erase_if(attributes, [](const auto& a) { return !a.first.starts_with("pvol:"); });
-  formats::SceneFile& scene = scenes.front();
-  describe_whole(whole, seeds, !o.crop.empty(), scene, attributes);
-  std::optional<FilteredPicture> filtered;
-  const bool denoise = wants_filter(attributes);
-  if (denoise && !o.partial) {
-    filtered = filter_picture(film, scene.scene.options, {});
-  }
-  describe_filter(filtered.has_value(), attributes);
-  if (denoise && !filtered) attributes[kWishForFilter] = "on";
-  const auto [samples, wanted] = count_samples(film, whole, seeds.size(), !o.partial);
-  attributes.erase("pvol:relative_noise");
-  attributes.erase("pvol:estimated_error");
-  describe_film(film, samples, wanted, filtered, attributes);
-  const formats::PictureHeader& like = parts.front().header;
-  formats::ExrOptions layout = exr_options(
-      PictureLayout{filtered.has_value(), like.multipart, like.pixels, like.compression},
-      scene.scene);
-  const bool keep =
-      o.sums == KeepSums::automatic ? o.partial || !o.crop.empty() : o.sums == KeepSums::on;
-  if (keep) {
-    if (!o.partial) pieces.all = wholes_of(whole, seeds);
-    std::ranges::sort(pieces.all, {}, [](const FilmPiece& p) {
-      return std::tuple(p.seed, p.y, p.x, p.begin, p.end, p.height, p.width);
-    });
-    layout.sums = {&film, {.key = parts.front().record.key, .pieces = std::move(pieces.all)}};
-  }
-  const Film& picture = filtered ? filtered->film : film;
-  formats::write_exr(o.output, picture, attributes, layout);
-  write_png(o, picture, scene.scene.options.background);
-  if (!o.common.quiet) {
-    const std::optional<double> noise = relative_noise(film);
-    std::cerr << fmt::format(
-        "{}: {} parts, {} samples{}; wrote {}\n", kTool, parts.size(), readable_count(samples),
-        noise ? ", noise " + readable(100 * *noise) + " %" : "", o.output.string());
-  }
+  const Whole whole = check_whole(o, parts);
+  const bool all = !o.partial || !o.crop.empty();
+  const FilmPiece window = all ? whole.piece : hull_of(whole.pieces.all, whole.piece);
+  const Merged m = finish(o, parts.front(), whole, add_up(o, parts, window));
+  write(o, parts.front(), whole, m);
+  if (o.common.quiet) return kSuccess;
+  const std::optional<double> noise = relative_noise(m.film);
+  std::cerr << fmt::format("{}: {} parts, {} samples{}; wrote {}\n", kTool, parts.size(),
+                           m.attributes.at("pvol:samples"),
+                           noise ? ", noise " + readable(100 * *noise) + " %" : "",
+                           o.output.string());
   return kSuccess;
 }
 

@@ -5,12 +5,15 @@
 #include <ImfStandardAttributes.h>
 #include <ImfStdIO.h>
 #include <ImfStringAttribute.h>
+#include <ImfThreading.h>
 
 #include <cstring>
 #include <fstream>
+#include <thread>
 
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
+#include "pvol/formats/image.h"
 
 namespace pvol::formats::detail {
 namespace {
@@ -102,3 +105,11 @@ void write_exr_file(const std::filesystem::path& file, const Film& film,
 }
 
 }  // namespace pvol::formats::detail
+
+namespace pvol::formats {
+
+void use_exr_threads(int threads) {
+  Imf::setGlobalThreadCount(threads > 0 ? threads : int(std::thread::hardware_concurrency()));
+}
+
+}  // namespace pvol::formats

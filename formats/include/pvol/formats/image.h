@@ -17,6 +17,10 @@
 
 namespace pvol::formats {
 
+/// From here on, EXR files are packed and unpacked by so many threads of the process, 0 for one for
+/// each hardware thread; before, by the one that calls. No byte depends on it.
+void use_exr_threads(int threads);
+
 /// How the colour of an EXR is stored; layers of numbers are always float.
 enum class PixelType {
   half,    ///< 11 bits; up to 65504, larger values are clamped to that
