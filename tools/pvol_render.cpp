@@ -336,6 +336,15 @@ TimedRender render_timed(const Options& o, const cli::Outputs& out, const Render
   return t;
 }
 
+/// A film that an earlier run left with all its samples, before it was filtered or all was saved.
+TimedRender already_rendered(Film film) {
+  TimedRender t;
+  t.result.film = std::move(film);
+  t.result.guided = true;  // or not: it was said then
+  t.samples = t.samples_wanted = count_samples(t.result.film);
+  return t;
+}
+
 /// Filters the picture. Where that is interrupted, or the render was and has too few samples for
 /// it, the picture is saved as it is.
 std::optional<cli::FilteredPicture> filter(const Options& o, const RenderJob& job,
@@ -388,7 +397,9 @@ int render_and_save(const Options& o, const cli::Outputs& out, RenderJob job, bo
   if (o.live) live.emplace(out.png);
   const cli::SavesOnInterrupt saves;
   formats::use_exr_threads(job.file.scene.options.threads);
-  TimedRender t = render_timed(o, out, job, std::move(begun.film), live ? &*live : nullptr);
+  TimedRender t = begun.complete
+                      ? already_rendered(std::move(begun.film))
+                      : render_timed(o, out, job, std::move(begun.film), live ? &*live : nullptr);
   if (t.samples == 0) throw Error("interrupted before the first sample; nothing is saved");
   // A whole is filtered when it is merged.
   const bool whole = t.result.complete && job.file.scene.options.part_end == 0;

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <iterator>
+#include <limits>
 #include <random>
 
 #include "pvol/error.h"
@@ -70,7 +72,7 @@ FilmRecord some_record() {
             .begin = 1000,
             .end = 1040,
             .complete = true},
-           {.seed = 2, .width = 1, .height = 1}}};
+           {.seed = 2, .x = 3, .y = 11, .width = 1, .height = 1}}};
 }
 
 /// The first components of layers of one number are those that count.
@@ -229,6 +231,29 @@ TEST(FilmSums, ThatNoTermsHaveAreRefused) {
   refuses([](Film& f) { f.sums.layers[1].weights[9].digits[0][0] = -(1ll << 50); });
   refuses([](Film& f) { f.layers[3].sums[2].x = std::nan(""); });
   refuses([](Film& f) { f.needs->share[5] = -1; });
+}
+
+/// A record that takes for ever to check, or beyond the numbers that it is checked with.
+TEST(FilmSums, OfPiecesThatAreNotInThemAreRefused) {
+  const TemporaryFolder folder;
+  const Film film = some_film(false);
+  const FilmPiece good = some_record().pieces[0];
+  const auto refuses = [&](const std::function<void(FilmPiece&)>& change) {
+    FilmPiece piece = good;
+    change(piece);
+    write_exr(folder.file("a.exr"), film, {}, {.sums = KeptSums{&film, {"key", {piece}}}});
+    EXPECT_THROW((void)read_film_file(folder.file("a.exr")), Error);
+  };
+  constexpr int kMost = std::numeric_limits<int>::max();
+  refuses([](FilmPiece& p) { p.width = kMost, p.height = kMost; });
+  refuses([](FilmPiece& p) { p.x = kMost; });
+  refuses([](FilmPiece& p) { p.x = -1; });
+  refuses([](FilmPiece& p) { p.x = 2; });
+  refuses([](FilmPiece& p) { p.y = std::numeric_limits<int>::min(); });
+  refuses([](FilmPiece& p) { p.height = 0; });
+  refuses([](FilmPiece& p) { p.width = 20; });
+  refuses([](FilmPiece& p) { p.begin = p.end; });
+  refuses([](FilmPiece& p) { p.end = 0; });
 }
 
 TEST(FilmSums, OfLaterVersionsAreRefused) {

@@ -88,6 +88,20 @@ TEST(ReproducibleSum, KnowsNoGrouping) {
   }
 }
 
+/// The largest term of a level and the smallest of the next one: 0.5 is a likely value.
+TEST(ReproducibleSum, KnowsNoOrderAtTheEdgesOfLevels) {
+  for (int level = -2; level <= 2; ++level) {
+    const double edge = std::ldexp(1.0, 32 * level + 31);
+    std::vector<double> terms{edge,           0.3 * edge, -edge, edge * (1 - 0x1p-53),
+                              0x1p-70 * edge, -edge / 2};
+    std::ranges::sort(terms);
+    const Sum1 expected = sum_of(terms);
+    do {
+      ASSERT_EQ(sum_of(terms), expected) << level;
+    } while (std::ranges::next_permutation(terms).found);
+  }
+}
+
 TEST(ReproducibleSum, IsExactForFloatsOfLikeSize) {
   const std::vector<double> terms = random_floats(11, 5000, -20, 15);
   const Sum1 s = sum_of(terms);

@@ -161,6 +161,28 @@ TEST_F(Resume, OfPartsAndByNeedWorksToo) {
   }
 }
 
+/// The work of a sample that an interruption gave up is not counted: samples by need go by it.
+TEST_F(Resume, OfCountsGivesTheBytesOfOneRender) {
+  const Words kind{"--kernel", "scalar", "--guide", "off",
+                   "--spp",    "24",     "--aov",   "collisions,lookups"};
+  ASSERT_EQ(render("b", kind).exit, 0);
+  const RunResult stopped = disturb("a", kind, at_progress(SIGTERM));
+  ASSERT_EQ(stopped.exit, 1) << stopped.err;
+  ASSERT_EQ(render("a", kind + Words{"--resume"}).exit, 0);
+  EXPECT_TRUE(read_text(exr("a")) == read_text(exr("b")));
+}
+
+/// `timeout` and some schedulers signal a process and then its group.
+TEST_F(Resume, AfterTwoSignalsAtOnceTheRenderIsSaved) {
+  const RunResult r = disturb("a", {}, [sent = false](int pid, const std::string& err) mutable {
+    if (sent || err.find(" samples/s") == std::string::npos) return;
+    sent = true;
+    kill(pid, SIGTERM), kill(pid, SIGINT), kill(pid, SIGTERM);
+  });
+  EXPECT_EQ(r.exit, 1) << r.err;
+  EXPECT_TRUE(formats::read_picture_header(exr("a")).has_sums);
+}
+
 TEST_F(Resume, RefusesPicturesOfSomethingElse) {
   const auto refuses = [&](const Words& more, const std::string& mentions) {
     const std::string before = read_text(exr("a"));
@@ -174,6 +196,7 @@ TEST_F(Resume, RefusesPicturesOfSomethingElse) {
   refuses({"--spp", "8"}, "its scene has 'spp = 4', this one 'spp = 8'");
   refuses(few + Words{"--set", "medium.g=0.1"}, "its scene has 'g = ");
   refuses(few + Words{"--samples", "0:2"}, "it has all samples, this one samples 0:2");
+  refuses(few + Words{"--denoise"}, "it was rendered without --denoise");
   ASSERT_EQ(render("a", few + Words{"--sums", "off", "--samples", "0:2"}).exit, 0);
   std::ofstream(ball_, std::ios::app) << "# another\n";
   refuses(few + Words{"--samples", "0:2"}, "the contents of its clouds");

@@ -506,6 +506,13 @@ TEST_F(Sequence, LeavesOutWhatIsFinishedAndNothingElse) {
   EXPECT_EQ(states({}), "finished rendered finished ") << "the cloud's file has other contents";
   EXPECT_EQ(states({"--spp", "5"}), "rendered rendered rendered ");
   EXPECT_EQ(states({"--spp", "5", "--seed", "2"}), "rendered rendered rendered ");
+  const Arguments some{"--spp", "5", "--seed", "2", "--samples", "0:2"};
+  EXPECT_EQ(states(some), "rendered rendered rendered ") << "a part";
+  EXPECT_EQ(states(some), "finished finished finished ");
+  EXPECT_EQ(states({"--spp", "5", "--seed", "2"}), "rendered rendered rendered ") << "the whole";
+  EXPECT_EQ(states({"--spp", "5", "--seed", "2", "--denoise"}), "rendered rendered rendered ");
+  EXPECT_EQ(states({"--spp", "5", "--seed", "2", "--denoise"}), "finished finished finished ");
+  EXPECT_EQ(states({"--spp", "5", "--seed", "2", "--multipart"}), "rendered rendered rendered ");
   EXPECT_EQ(states({"--spp", "5", "--seed", "2", "--aov", "depth"}), "rendered rendered rendered ");
 }
 

@@ -67,12 +67,16 @@ void check_picture(const std::filesystem::path& file, const formats::PictureHead
   if (!have_same_window(window_of(h.window), piece_of(job.file.scene.options, false))) {
     refuse("it has another crop");
   }
-  const std::string kernel = attribute(h.attributes, "pvol:kernel_used");
-  if (kernel != attribute(wanted, "pvol:kernel_used")) {
+  if (wants_filter(h.attributes) != job.denoise) {
+    refuse(job.denoise ? "it was rendered without --denoise" : "it was rendered with --denoise");
+  }
+  for (const char* name : {"pvol:kernel_used", "pvol:version"}) {
+    const std::string found = attribute(h.attributes, name), here = attribute(wanted, name);
+    if (found == here) continue;
     print_warnings("pvol-render",
-                   {fmt::format("{}: its samples so far are by the kernel {}, those to come by "
-                                "{}: the picture is as right, but not the bytes of one run",
-                                file.string(), kernel, attribute(wanted, "pvol:kernel_used"))});
+                   {fmt::format("{}: its samples so far are by {} {}, those to come by {}: the "
+                                "picture is as right, but perhaps not the bytes of one run",
+                                file.string(), name + std::string("pvol:").size(), found, here)});
   }
 }
 
@@ -109,6 +113,7 @@ Beginning resume(const Options& o, const Outputs& out, const RenderJob& job) {
   // A filter may have been interrupted; of parts of the samples the whole is filtered.
   const bool filter_owed =
       attribute(h.attributes, kWishForFilter) == "on" && job.file.scene.options.part_end == 0;
+  b.complete = complete;
   b.finished = complete && !filter_owed && all_there(o, out);
   return b;
 }
@@ -137,7 +142,7 @@ formats::FilmPiece piece_of(const RenderOptions& o, bool complete) {
 Beginning find_beginning(const Options& o, const Outputs& out, const RenderJob& job) {
   Beginning b;
   const bool implied = !o.resume && job.frame;
-  if ((implied || o.resume.value_or(false)) && !out.exr.empty()) {
+  if ((implied || o.resume.value_or(false)) && !out.exr.empty() && out.deep.empty()) {
     try {
       b = resume(o, out, job);
     } catch (const Error&) {
@@ -149,9 +154,11 @@ Beginning find_beginning(const Options& o, const Outputs& out, const RenderJob& 
   return go_on_from_pilot(o.pilot, job);
 }
 
-bool is_unfinished(const std::filesystem::path& file) {
+bool is_unfinished(const Options& o, const std::filesystem::path& file) {
   const std::optional<formats::PictureHeader> h = header_of(file);
-  return h && h->has_sums && !has_all_samples(h->attributes);
+  if (!h || !h->has_sums) return false;
+  const bool of_others = h->attributes.contains("pvol:part") && !o.options.contains("samples");
+  return of_others || !has_all_samples(h->attributes);
 }
 
 bool is_finished(const Options& of_frame, const formats::SceneFile& scene) {
@@ -173,7 +180,10 @@ bool is_finished(const Options& of_frame, const formats::SceneFile& scene) {
            attribute(h.attributes, std::string("pvol:") + e.about.key) == attribute_text(e.value());
   };
   return std::ranges::all_of(entries(options), is_as_found) &&
-         attribute(h.attributes, "pvol:denoised") == (of_frame.denoise ? "on" : "off");
+         attribute(h.attributes, "pvol:part") == part_text(options) &&
+         attribute(h.attributes, "pvol:denoised") == (of_frame.denoise ? "on" : "off") &&
+         h.multipart == of_frame.multipart && h.pixels == of_frame.pixels &&
+         h.compression == of_frame.compression;
 }
 
 }  // namespace pvol::cli

@@ -11,6 +11,7 @@ namespace pvol::cli {
 /// What is there already.
 struct Beginning {
   Film film;              ///< empty: nothing is
+  bool complete = false;  ///< the film has all samples
   bool finished = false;  ///< all that was asked for is there
 };
 
@@ -19,8 +20,8 @@ struct Beginning {
 [[nodiscard]] Beginning find_beginning(const RenderOptionsGiven& o, const Outputs& out,
                                        const RenderJob& job);
 
-/// Whether a file is a picture that a render left before it had all samples.
-[[nodiscard]] bool is_unfinished(const std::filesystem::path& file);
+/// Whether a file is a picture that a render left before it had all samples that are wanted.
+[[nodiscard]] bool is_unfinished(const RenderOptionsGiven& o, const std::filesystem::path& file);
 
 /// Whether a frame's picture is finished, by the scene with nothing left to choose and the contents
 /// of its files: without loading clouds.

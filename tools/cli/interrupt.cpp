@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <csignal>
 #include <mutex>
 #include <system_error>
@@ -85,13 +86,20 @@ void say(const char* tool, const char* what, const char* more) {
   ::_exit(128 + signal);  // not reached: none of them has a handler
 }
 
+/// Signals so soon after the first one are the same wish: `timeout` and some schedulers signal the
+/// process and then its group.
+constexpr auto kOneWish = std::chrono::seconds(1);
+
 [[noreturn]] void watch(const sigset_t& set, const std::string& tool) {
+  std::chrono::steady_clock::time_point first{};
   for (;;) {
     int signal = 0;
     if (sigwait(&set, &signal) != 0) continue;
     if (signal == SIGUSR1) {
       if (phase == Phase::saving) checkpoint_requested = true;
-    } else if (!becomes(Phase::saving, Phase::stopping)) {
+    } else if (becomes(Phase::saving, Phase::stopping)) {
+      first = std::chrono::steady_clock::now();
+    } else if (phase != Phase::stopping || std::chrono::steady_clock::now() - first > kOneWish) {
       end_by(signal, tool.c_str());
     }
   }

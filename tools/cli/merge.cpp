@@ -1,11 +1,14 @@
 #include "cli/merge.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <iostream>
 #include <limits>
 #include <map>
+#include <mutex>
 #include <set>
 #include <tuple>
 
@@ -73,7 +76,7 @@ void check_same(const std::vector<Part>& parts) {
     throw Error(fmt::format("{} and {} are not parts of one picture: {}", first.file.string(),
                             p.file.string(), why));
   };
-  std::set<std::string> kernels;
+  std::set<std::string> makers;
   for (const Part& p : parts) {
     if (p.record.key != first.record.key) {
       refuse(p, "their scenes, or the contents of their clouds, differ");
@@ -89,11 +92,13 @@ void check_same(const std::vector<Part>& parts) {
     if (wants_filter(p.header.attributes) != wants_filter(first.header.attributes)) {
       refuse(p, "one of them was made with --denoise, the other was not");
     }
-    kernels.insert(attribute(p, "pvol:kernel_used"));
+    makers.insert(attribute(p, "pvol:kernel_used") + " of version " + attribute(p, "pvol:version"));
   }
-  if (kernels.size() > 1) {
-    print_warnings(kTool, {"the parts were made by several kernels, on machines of several kinds: "
-                           "the picture is as right, but not the bytes of one run"});
+  if (makers.size() > 1) {
+    print_warnings(kTool,
+                   {fmt::format("the parts were made by several kernels or versions, {}: the "
+                                "picture is as right, but perhaps not the bytes of one run",
+                                fmt::join(makers, ", "))});
   }
 }
 
@@ -170,6 +175,20 @@ std::vector<FilmPiece> wholes_of(FilmPiece whole, const std::set<std::uint64_t>&
   return all;
 }
 
+/// Throws Error where pixels do not have the samples that the parts say of them, or more than their
+/// numbers count.
+void check_counts(const Film& film, const FilmPiece& whole, std::size_t seeds) {
+  const std::uint64_t wanted = std::uint64_t(whole.end - whole.begin) * seeds;
+  for (std::size_t i = 0; i < film.pixels.size() && whole.end > 0; ++i) {
+    if (film.pixels[i].samples == wanted) continue;
+    throw Error(fmt::format(
+        "pixel {},{} has {} samples of {}: a part is damaged, or there are more "
+        "than 4294967295",
+        film.x + int(i % std::size_t(film.crop_width)),
+        film.y + int(i / std::size_t(film.crop_width)), film.pixels[i].samples, wanted));
+  }
+}
+
 /// A film of a window, with the layers of a part, all 0.
 Film empty_film(const Film& part, const FilmPiece& window) {
   Film film{part.width, part.height, window.x, window.y, window.width, window.height, {}};
@@ -185,19 +204,26 @@ Film empty_film(const Film& part, const FilmPiece& window) {
   return film;
 }
 
-/// Reads the parts one after another, some rows at a time.
+/// Reads parts on all threads, some rows at a time; sums know no order.
 Film add_up(const MergeGiven& o, const std::vector<Part>& parts, const FilmPiece& window) {
   constexpr int kRows = 64;
   Film film = empty_film(parts.front().window, window);
   StageLine stage("merging", o.common.quiet);
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    stage.show(fmt::format("merging part {} of {}", i + 1, parts.size()));
+  std::mutex adding;
+  std::size_t begun = 0;
+  tbb::parallel_for(std::size_t(0), parts.size(), [&](std::size_t i) {
+    {
+      const std::scoped_lock lock(adding);
+      stage.show(fmt::format("merging part {} of {}", ++begun, parts.size()));
+    }
     formats::FilmReader reader(parts[i].file);
     const int height = reader.window().crop_height;
     for (int y = 0; y < height; y += kRows) {
-      add_part(film, reader.rows(y, std::min(kRows, height - y)));
+      const Film rows = reader.rows(y, std::min(kRows, height - y));
+      const std::scoped_lock lock(adding);
+      add_part(film, rows);
     }
-  }
+  });
   for (std::size_t i = 0; i < film.pixels.size(); ++i) settle(film, i);
   return film;
 }
@@ -350,7 +376,9 @@ int merge(const MergeGiven& o) {
   const Whole whole = check_whole(o, parts);
   const bool all = !o.partial || !o.crop.empty();
   const FilmPiece window = all ? whole.piece : hull_of(whole.pieces.all, whole.piece);
-  const Merged m = finish(o, parts.front(), whole, add_up(o, parts, window));
+  Film film = add_up(o, parts, window);
+  if (!o.partial) check_counts(film, whole.piece, whole.seeds.size());
+  const Merged m = finish(o, parts.front(), whole, std::move(film));
   write(o, parts.front(), whole, m);
   if (o.common.quiet) return kSuccess;
   const std::optional<double> noise = relative_noise(m.film);

@@ -21,6 +21,10 @@ std::string attribute_text(const Value& value) {
   return j.is_string() ? j.get<std::string>() : j.dump();
 }
 
+std::string part_text(const RenderOptions& o) {
+  return o.part_end > 0 ? fmt::format("samples {}:{}", o.part_begin, o.part_end) : "";
+}
+
 std::string progress_text(std::uint64_t samples, std::uint64_t wanted) {
   return wanted == 0 ? std::to_string(samples) : fmt::format("{} of {}", samples, wanted);
 }

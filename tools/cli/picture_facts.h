@@ -10,12 +10,16 @@
 #include "cli/json.h"
 #include "pvol/formats/image.h"
 #include "pvol/math/value.h"
+#include "pvol/render/options.h"
 
 namespace pvol::cli {
 
 /// A value of an option, for reports and as headers have it.
 [[nodiscard]] Json to_json(const Value& value);
 [[nodiscard]] std::string attribute_text(const Value& value);
+
+/// "samples 16:32", or nothing where all are rendered.
+[[nodiscard]] std::string part_text(const RenderOptions& o);
 
 /// "1200 of 4000": samples of those wanted, where that number is not 0.
 [[nodiscard]] std::string progress_text(std::uint64_t samples, std::uint64_t wanted);

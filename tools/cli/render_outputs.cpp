@@ -81,6 +81,7 @@ void save_deep(const Options& o, const std::filesystem::path& file, const Render
 /// Whether the picture is to be gone on with, or one of several.
 bool keeps_sums(const Options& o, const RenderJob& job, const TimedRender& t) {
   if (o.sums != KeepSums::automatic) return o.sums == KeepSums::on;
+  if (!o.deep.empty()) return false;  // which could not be gone on with
   const Film& film = t.film();
   const bool crop = film.crop_width != film.width || film.crop_height != film.height;
   const bool filter_owed = job.denoise && !t.filtered;

@@ -133,8 +133,8 @@ std::map<std::string, std::string> describe_picture(const RenderJob& job, const 
   a["pvol:scene"] = formats::to_toml(job.file);
   a["pvol:key"] = job.key;
   if (job.denoise && !t.filtered) a[kWishForFilter] = "on";
-  const RenderOptions& o = job.file.scene.options;
-  if (o.part_end > 0) a["pvol:part"] = fmt::format("samples {}:{}", o.part_begin, o.part_end);
+  const std::string part = part_text(job.file.scene.options);
+  if (!part.empty()) a["pvol:part"] = part;
   describe_film(t.film(), t.samples, t.samples_wanted, t.filtered, a);
   return a;
 }

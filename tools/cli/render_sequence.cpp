@@ -69,7 +69,7 @@ void check_sequence(const RenderOptionsGiven& o) {
 bool is_rendered(const RenderOptionsGiven& of_frame) {
   if (of_frame.print_scene) return false;
   const Outputs out = choose_outputs(of_frame);
-  return all_there(of_frame, out) && (out.exr.empty() || !is_unfinished(out.exr));
+  return all_there(of_frame, out) && (out.exr.empty() || !is_unfinished(of_frame, out.exr));
 }
 
 bool check_scenes(const RenderOptionsGiven& o, const std::vector<int>& frames, int reference) {

@@ -19,6 +19,7 @@ set -euo pipefail
 constexpr const char* kTask = R"task(#!/bin/bash
 # One task of an array: line FIRST + its number of LIST.   task.sh LIST FIRST
 most_restarts=5  # of a task that fails; one that runs out of time is no failure
+most_in_all=100  # even so: it gets nowhere within its time
 
 mapfile -t -s $(($2 + SLURM_ARRAY_TASK_ID)) -n 1 line <"$1"
 again='' ended='' signalled=''
@@ -37,8 +38,8 @@ while [[ $signalled ]]; do
 done
 ((status == 0)) && exit 0
 # Wrong usage (2) stays wrong.
-if [[ ! $ended ]] && ((status != 2)) &&
-  [[ $again || ${SLURM_RESTART_COUNT:-0} -lt $most_restarts ]]; then
+[[ $again ]] && most_restarts=$most_in_all
+if [[ ! $ended ]] && ((status != 2 && ${SLURM_RESTART_COUNT:-0} < most_restarts)); then
   echo "task.sh: status $status; queued again, after ${SLURM_RESTART_COUNT:-0} times"
   trap - TERM
   scontrol requeue "$SLURM_JOB_ID" && sleep 60  # which ends this

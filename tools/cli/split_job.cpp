@@ -34,6 +34,8 @@ constexpr auto kDropped = std::to_array<Dropped>({
     {"--frame", true},
     {"--skip-existing", false},
     {"--resume", false},
+    {"--no-resume", false},
+    {"--summary", true},
     {"--checkpoint", true},
     {"--sums", true},
 });
@@ -83,8 +85,11 @@ fs::path without_pattern(const fs::path& file) {
   return fs::path(file).replace_filename((name.empty() ? "frames" : name) + ".exr");
 }
 
-fs::path parts_folder(const fs::path& output) {
-  return without_pattern(output).replace_extension(".parts");
+fs::path parts_folder(const RenderOptionsGiven& o) {
+  fs::path folder = o.frames.any() ? without_pattern(o.output) : o.output;
+  folder.replace_extension(".parts");
+  // Commands would take it for an option.
+  return folder.string().starts_with('-') ? fs::path(".") / folder : folder;
 }
 
 /// Names and options of one picture: a frame, or the only one.
@@ -95,7 +100,7 @@ struct Naming {
   std::string end;  ///< of the files' names
 
   Naming(const RenderOptionsGiven& options, std::optional<int> of)
-      : o(options), frame(of), folder(parts_folder(options.output)), end(".exr") {
+      : o(options), frame(of), folder(parts_folder(options)), end(".exr") {
     if (!frame) return;
     folder /= fmt::format("{:04}", *frame);
     end = fmt::format(".{:04}.exr", *frame);
@@ -267,7 +272,7 @@ SplitJob split_job(const RenderOptionsGiven& o, const RenderPlan& plan) {
   constexpr int kCellsOfPart = 64, kLeastCells = 8192, kMostCells = 131072;
   const CostMap map = map_cost(plan, std::clamp(kCellsOfPart * count, kLeastCells, kMostCells));
   const Cuts cuts = cut(plan, map, count);
-  SplitJob job{.folder = parts_folder(o.output),
+  SplitJob job{.folder = parts_folder(o),
                .cpu_seconds = sum(map.seconds),
                .imbalance = imbalance(cuts.parts)};
   if (o.frames.any()) {

@@ -25,9 +25,11 @@ constexpr const char* kRecord = "pvol:film";
 constexpr std::size_t kLongestRecord = 1 << 26;  // bytes; of some 300 000 pieces
 constexpr std::size_t kMostLayers = 1 << 12;
 
-PlaneChoice choice_of(const Film& film) {
+/// Needs are for samples to come.
+PlaneChoice choice_of(const Film& film, const FilmRecord& record) {
   const auto counts = [](const PixelSums& p) { return p.counts != PixelSums{}.counts; };
-  return {std::ranges::any_of(film.pixels, counts), film.needs.has_value()};
+  const bool complete = std::ranges::all_of(record.pieces, &FilmPiece::complete);
+  return {std::ranges::any_of(film.pixels, counts), film.needs.has_value() && !complete};
 }
 
 Json to_json(const FilmPiece& p) {
@@ -42,7 +44,7 @@ Json to_json(const Film& film, const FilmRecord& record) {
   Json j = {{"version", kVersion},
             {"key", record.key},
             {"first_sample", film.first_sample},
-            {"counts", choice_of(film).counts}};
+            {"counts", choice_of(film, record).counts}};
   for (const FilmPiece& p : record.pieces) j["pieces"].push_back(to_json(p));
   j["layers"] = Json::array();
   for (const Layer& l : film.layers) {
@@ -51,7 +53,7 @@ Json to_json(const Film& film, const FilmRecord& record) {
                            {"weights", !l.weights.empty()},
                            {"least", l.least}});
   }
-  if (film.needs) j["needs"] = film.needs->samples;
+  if (choice_of(film, record).needs) j["needs"] = film.needs->samples;
   return j;
 }
 
@@ -75,6 +77,16 @@ Layer to_layer(const Json& j, bool& weights) {
     throw Error("the layer " + l.name + " makes no sense; the file is damaged");
   }
   return l;
+}
+
+/// Throws Error for a piece that does not lie in the film, or has no samples.
+void check_piece(const FilmPiece& p, const Film& film) {
+  const int x = p.x - film.x, y = p.y - film.y;  // of numbers that are not negative
+  const bool inside = p.x >= 0 && p.y >= 0 && p.width > 0 && p.height > 0 && x >= 0 && y >= 0 &&
+                      p.width <= film.crop_width - x && p.height <= film.crop_height - y;
+  const bool by_need = p.begin == 0 && p.end == 0;
+  if (inside && (by_need || p.begin < p.end)) return;
+  throw Error("has pieces that do not lie in it, or are empty; the file is damaged");
 }
 
 /// As `to_json` made it; throws what nlohmann throws.
@@ -112,15 +124,15 @@ Imf::Header make_sums_header(const Film& film, const FilmRecord& record) {
   header.setName(kSumsPart);
   header.setType(Imf::SCANLINEIMAGE);
   header.compression() = Imf::ZIP_COMPRESSION;
-  for (const Plane& p : planes_of(film.layers, choice_of(film))) {
+  for (const Plane& p : planes_of(film.layers, choice_of(film, record))) {
     header.channels().insert(p.name, Imf::Channel(Imf::UINT));
   }
   header.insert(kRecord, Imf::StringAttribute(to_json(film, record).dump()));
   return header;
 }
 
-void write_sums(Imf::OutputPart& out, const Film& film) {
-  const std::vector<Plane> planes = planes_of(film.layers, choice_of(film));
+void write_sums(Imf::OutputPart& out, const Film& film, const FilmRecord& record) {
+  const std::vector<Plane> planes = planes_of(film.layers, choice_of(film, record));
   const auto width = std::size_t(film.crop_width);
   std::vector<std::uint32_t> block(width * kBlockRows * planes.size());
   for (int begin = 0; begin < film.crop_height; begin += kBlockRows) {
@@ -153,6 +165,7 @@ SumsHeader read_sums_header(const Imf::Header& header) {
   h.window.width = window.width, h.window.height = window.height;
   h.window.x = window.x, h.window.y = window.y;
   h.window.crop_width = window.crop_width, h.window.crop_height = window.crop_height;
+  for (const FilmPiece& p : h.record.pieces) check_piece(p, h.window);
   for (const Plane& p : planes_of(h.window.layers, h.choice)) {
     const Imf::Channel* channel = header.channels().findChannel(p.name);
     if (channel != nullptr && channel->type == Imf::UINT) continue;

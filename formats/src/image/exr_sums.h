@@ -18,7 +18,7 @@ inline constexpr const char* kColourPart = "rgba";
 [[nodiscard]] Imf::Header make_sums_header(const Film& film, const FilmRecord& record);
 
 /// Writes the planes of all pixels.
-void write_sums(Imf::OutputPart& out, const Film& film);
+void write_sums(Imf::OutputPart& out, const Film& film, const FilmRecord& record);
 
 /// What such a header says: the record, and a film without pixels but with windows, first sample,
 /// layers and, where it has needs, theirs without shares.

@@ -172,7 +172,7 @@ std::uint64_t write_parts(Imf::OStream& stream, const Film& film, const Attribut
   }
   if (o.sums) {
     Imf::OutputPart part(out, int(groups.size()));
-    detail::write_sums(part, *o.sums->film);
+    detail::write_sums(part, *o.sums->film, o.sums->record);
   }
   return clamped;
 }

@@ -32,8 +32,9 @@ struct ReproducibleSum {
   void add(const std::array<double, kSize>& terms) {
     double most = 0;
     for (const double t : terms) most = std::max(most, std::abs(t));
-    // A first digit is at most 2^31.
-    if (most > power(32 * level + 31)) raise(level_of(most));
+    if (most == 0) return;
+    // A first digit is at most 2^31. Which level a term wants depends on it alone: at equality, too.
+    if (most >= power(32 * level + 31)) raise(level_of(most));
     const double to_digits = power(-32 * level);
     for (int c = 0; c < kSize; ++c) {
       double rest = terms[std::size_t(c)] * to_digits;

@@ -50,9 +50,10 @@ bool render_tile(const PathSetup& setup, const ImagePart& tile, const Targets& t
         }
         require_finite(r, film.x + x, film.y + y);
         add_sample(setup, r, pixel, film);
+        // One by one, for the work of a sample that was given up does not count.
+        if (setup.count) count_pixel(film.pixels[pixel]);
       }
       settle(film, pixel);
-      if (setup.count) count_pixel(film.pixels[pixel]);
     }
   }
   if (setup.count) counts += before;
