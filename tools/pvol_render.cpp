@@ -2,17 +2,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
-#include <cmath>
 #include <iostream>
 #include <optional>
 
 #include "cli/beginning.h"
 #include "cli/filter_picture.h"
-#include "cli/instructions.h"
 #include "cli/interrupt.h"
 #include "cli/load_scene.h"
 #include "cli/picture_key.h"
+#include "cli/render_facts.h"
 #include "cli/render_options.h"
 #include "cli/render_outputs.h"
 #include "cli/render_report.h"
@@ -23,7 +21,7 @@
 #include "cli/split_slurm.h"
 #include "cli/split_text.h"
 #include "cli/stage_files.h"
-#include "pvol/bounds/homogenise.h"
+#include "cli/timed_render.h"
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
@@ -139,144 +137,14 @@ void make_plan(const Options& o, RenderJob& job) {
   if (!o.print_scene) scene.options.transmittance = job.plan.scene.options.transmittance;
 }
 
-/// "  paths guided (--guide auto): ...", for the decision of this name about a volume, or all.
-void print_decision(const RenderPlan& plan, const std::string& what, const std::string& told,
-                    int volume = -1) {
-  for (const Decision& d : plan.decisions) {
-    if (d.what == what && d.volume == volume) {
-      std::cerr << "  " << what << ' ' << d.choice << told << ": " << d.reason << '\n';
-    }
-  }
-}
-
-void print_density(const Volume& volume, const cli::VolumeReport& report) {
-  using cli::readable;
-  if (report.density.precision != Precision::fp32) {
-    const QuantisationError& e = report.density_error;
-    std::cerr << "  density " << name(report.density.precision)
-              << (e.absolute == 0 ? ", exact for this cloud\n"
-                                  : ", biased: samples are off by up to " + readable(e.absolute) +
-                                        ", their sum by " + readable(100 * e.mass) + " %\n");
-  }
-  if (const auto& h = volume.density.homogeneous) {
-    std::cerr << "  homogeneous parts: " << h->nodes << " nodes, "
-              << readable(100 * h->volume_share) << " % of the volume and "
-              << readable(100 * h->mass_share)
-              << " % of the mass; no ray's optical depth changes by more than "
-              << readable(h->depth_error) << '\n';
-  }
-}
-
-void print_facts(const Volume& volume, const VolumeFacts& f) {
-  using cli::readable;
-  std::cerr << kTool << ": " << volume.name << ": ";
-  if (volume.density.world_box.empty()) {
-    std::cerr << (volume.fire ? "a fire without smoke\n" : "the density is 0 everywhere\n");
-    return;
-  }
-  if (count_places(volume) > 1) {
-    std::cerr << cli::readable_count(count_places(volume)) << " instances, the first of ";
-  }
-  const Vec3d size = volume.density.world_box.extent();
-  std::cerr << readable(size.x) << " x " << readable(size.y) << " x " << readable(size.z)
-            << " world units\n"
-            << "  largest extinction " << readable(f.largest_extinction)
-            << " per world unit: shortest free path " << readable(f.shortest_free_path)
-            << " world units\n"
-            << "  mean optical thickness along the axes " << readable(f.mean_optical_thickness[0])
-            << ", " << readable(f.mean_optical_thickness[1]) << ", "
-            << readable(f.mean_optical_thickness[2]) << "; octree depth " << f.depth
-            << "; micro-bounds: " << cli::micro_bounds_text(volume) << '\n';
-}
-
-void print_facts(const RenderJob& job) {
-  const RenderOptions& o = job.file.scene.options;
-  const auto told = [](const char* flag, const char* value) {
-    return fmt::format(" ({} {})", flag, value);
-  };
-  for (std::size_t i = 0; i < job.volumes.size(); ++i) {
-    print_facts(job.volumes[i], job.facts[i]);
-    if (job.volumes[i].density.world_box.empty()) continue;
-    print_density(job.volumes[i], job.reports[i]);
-    print_decision(job.plan, "motion", "", int(i));
-    print_decision(job.plan, "shell", told("--shells", name(o.shells)), int(i));
-  }
-  if (std::all_of(job.volumes.begin(), job.volumes.end(),
-                  [](const Volume& v) { return v.density.octree.empty(); })) {
-    return;
-  }
-  print_decision(job.plan, "paths", told("--guide", name(o.guide)));
-  print_decision(job.plan, "kernel", "");
-  if (job.chose_transmittance) print_decision(job.plan, "shadow rays", "");
-  const Forecast& f = job.plan.forecast;
-  std::cerr << "  roughly " << cli::readable(f.collisions / f.samples)
-            << " collisions per sample and " << cli::readable_seconds(f.cpu_seconds)
-            << (by_need(o) ? " of CPU time for " + cli::readable(expected_samples(o)) +
-                                 " samples a pixel\n"
-                           : " of CPU time to expect\n");
-  if (by_need(o)) {
-    std::cerr << "  samples by need until";
-    if (o.noise) std::cerr << " the noise is about " << cli::readable(100 * *o.noise) << " %";
-    if (o.noise && o.time) std::cerr << " or";
-    if (o.time) std::cerr << " the time is up, " << cli::readable_seconds(*o.time);
-    std::cerr << '\n';
-  }
-}
-
 // --- rendering ----------------------------------------------------------------------------------
-
-std::uint64_t count_samples(const Film& film) {
-  std::uint64_t n = 0;
-  for (const PixelSums& p : film.pixels) n += p.samples;
-  return n;
-}
-
-/// Writes checkpoints, whatever becomes of the render.
-class Checkpoints {
- public:
-  Checkpoints(const Options& o, const cli::Outputs& out, const RenderJob& job)
-      : o_(o), out_(out), job_(job) {}
-
-  /// Whether one is due, which is so from then on until it is written. From any thread.
-  [[nodiscard]] bool due() {
-    if (out_.exr.empty() || !out_.deep.empty()) return false;
-    const bool late = o_.checkpoint > 0 && watch_.seconds() > next_;
-    if (late || cli::take_checkpoint_request()) due_ = true;
-    return due_;
-  }
-
-  /// Writes what is there, if it is due. Disks may be full for a while; a render goes on.
-  void write_if_due(const TimedRender& t) {
-    if (!due_) return;
-    try {
-      cli::save_pictures(o_, out_, job_, t);
-      if (!o_.common.quiet && !cli::on_terminal()) {
-        std::cerr << kTool << ": checkpoint in " << out_.exr.string() << ", "
-                  << cli::progress_text(t) << " samples\n";
-      }
-    } catch (const Error& e) {
-      cli::print_warnings(kTool, {std::string(e.what()) + "; there is no new checkpoint, and "
-                                                          "rendering goes on"});
-    }
-    next_ = watch_.seconds() + 60 * o_.checkpoint;
-    due_ = false;
-  }
-
- private:
-  const Options& o_;
-  const cli::Outputs& out_;
-  const RenderJob& job_;
-  const cli::Stopwatch watch_;
-  std::atomic<double> next_ = 60 * o_.checkpoint;  // of the watch's seconds
-  std::atomic<bool> due_ = false;
-};
 
 /// Shows the picture so far. A render that is worth hours does not end for a page: whether it went
 /// well.
 bool show_live(const Options& o, const RenderJob& job, const std::filesystem::path& png,
                const Film& film, report::LivePage& live) {
   try {
-    const std::uint64_t samples = count_samples(film);
+    const std::uint64_t samples = cli::count_samples(film);
     live.show(fmt::format("{:.4g} samples per pixel, {}",
                           double(samples) / double(film.pixels.size()), cli::noise_text(film)),
               [&] { cli::save_png(o, png, job, film); });
@@ -285,64 +153,6 @@ bool show_live(const Options& o, const RenderJob& job, const std::filesystem::pa
     cli::print_warnings(kTool, {std::string(e.what()) + "; rendering goes on without --live"});
     return false;
   }
-}
-
-/// "noise 7.2 %, 2.1 % to expect", where the number of samples wanted is known: noise falls with
-/// its root.
-std::string note(const Film& film, std::uint64_t wanted) {
-  double done = 0;
-  for (const PixelSums& p : film.pixels) done += p.samples;
-  std::string text = cli::noise_text(film);
-  const std::optional<double> noise = relative_noise(film);
-  if (double(wanted) > done && noise.value_or(0) > 0) {
-    text += ", " + cli::readable(100 * *noise * std::sqrt(done / double(wanted))) + " % to expect";
-  }
-  return text;
-}
-
-/// Goes on with a film, perhaps an empty one. With `live`, shows the picture between passes.
-TimedRender render_timed(const Options& o, const cli::Outputs& out, const RenderJob& job,
-                         Film begun, report::LivePage* live) {
-  TimedRender t;
-  // The log of a sequence has a line a frame.
-  const bool in_log = o.frames.now().size() > 1 && !cli::on_terminal();
-  cli::ProgressBar bar(job.frame ? job.frame->label : "rendering", "samples",
-                       o.common.quiet || in_log);
-  Checkpoints checkpoints(o, out, job);
-  cli::Stopwatch watch;
-  const double before = cli::cpu_seconds();
-  std::atomic<std::uint64_t> wanted = 0;
-  const auto progress = [&](std::uint64_t done, std::uint64_t total) {
-    bar.show(done, total);
-    wanted = total;
-    return !cli::interrupted();
-  };
-  const auto pass_done = [&](const Film& film) {
-    bar.note(note(film, wanted));
-    if (live && !show_live(o, job, out.png, film, *live)) live = nullptr;
-    TimedRender now;
-    now.under_way = &film;
-    now.result.complete = false;
-    now.cpu_seconds = cli::cpu_seconds() - before, now.wall_seconds = watch.seconds();
-    now.samples = count_samples(film), now.samples_wanted = wanted;
-    checkpoints.write_if_due(now);
-  };
-  t.result =
-      resume(job.plan, std::move(begun), {progress, pass_done, [&] { return checkpoints.due(); }});
-  t.cpu_seconds = cli::cpu_seconds() - before;
-  t.wall_seconds = watch.lap();
-  t.samples = count_samples(t.result.film);
-  t.samples_wanted = t.result.complete ? t.samples : wanted.load();
-  return t;
-}
-
-/// A film that an earlier run left with all its samples, before it was filtered or all was saved.
-TimedRender already_rendered(Film film) {
-  TimedRender t;
-  t.result.film = std::move(film);
-  t.result.guided = true;  // or not: it was said then
-  t.samples = t.samples_wanted = count_samples(t.result.film);
-  return t;
 }
 
 /// Filters the picture. Where that is interrupted, or the render was and has too few samples for
@@ -388,18 +198,21 @@ int render_and_save(const Options& o, const cli::Outputs& out, RenderJob job, bo
     outcome.state = cli::FrameState::finished;
     return cli::kSuccess;
   }
-  if (verbose && !o.common.quiet) print_facts(job);
+  if (verbose && !o.common.quiet) cli::print_facts(job);
   if (!o.common.quiet && !begun.film.pixels.empty()) {
-    std::cerr << kTool << ": going on with " << cli::readable_count(count_samples(begun.film))
+    std::cerr << kTool << ": going on with " << cli::readable_count(cli::count_samples(begun.film))
               << " samples of " << (o.pilot.empty() ? out.exr : o.pilot).string() << '\n';
   }
   std::optional<report::LivePage> live;
   if (o.live) live.emplace(out.png);
   const cli::SavesOnInterrupt saves;
   formats::use_exr_threads(job.file.scene.options.threads);
-  TimedRender t = begun.complete
-                      ? already_rendered(std::move(begun.film))
-                      : render_timed(o, out, job, std::move(begun.film), live ? &*live : nullptr);
+  report::LivePage* page = live ? &*live : nullptr;
+  const auto show = [&](const Film& film) {
+    if (page && !show_live(o, job, out.png, film, *page)) page = nullptr;
+  };
+  TimedRender t = begun.complete ? cli::already_rendered(std::move(begun.film))
+                                 : cli::render_timed(o, out, job, std::move(begun.film), show);
   if (t.samples == 0) throw Error("interrupted before the first sample; nothing is saved");
   // A whole is filtered when it is merged.
   const bool whole = t.result.complete && job.file.scene.options.part_end == 0;

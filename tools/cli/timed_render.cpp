@@ -1,0 +1,123 @@
+#include "cli/timed_render.h"
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <cmath>
+#include <iostream>
+
+#include "cli/instructions.h"
+#include "cli/interrupt.h"
+#include "pvol/error.h"
+
+namespace pvol::cli {
+
+std::uint64_t count_samples(const Film& film) {
+  std::uint64_t n = 0;
+  for (const PixelSums& p : film.pixels) n += p.samples;
+  return n;
+}
+
+namespace {
+
+constexpr const char* kTool = "pvol-render";
+
+/// Writes checkpoints, whatever becomes of the render.
+class Checkpoints {
+ public:
+  Checkpoints(const RenderOptionsGiven& o, const cli::Outputs& out, const RenderJob& job)
+      : o_(o), out_(out), job_(job) {}
+
+  /// Whether one is due, which is so from then on until it is written. From any thread.
+  [[nodiscard]] bool due() {
+    if (out_.exr.empty() || !out_.deep.empty()) return false;
+    const bool late = o_.checkpoint > 0 && watch_.seconds() > next_;
+    if (late || cli::take_checkpoint_request()) due_ = true;
+    return due_;
+  }
+
+  /// Writes what is there, if it is due. Disks may be full for a while; a render goes on.
+  void write_if_due(const TimedRender& t) {
+    if (!due_) return;
+    try {
+      cli::save_pictures(o_, out_, job_, t);
+      if (!o_.common.quiet && !cli::on_terminal()) {
+        std::cerr << kTool << ": checkpoint in " << out_.exr.string() << ", "
+                  << cli::progress_text(t) << " samples\n";
+      }
+    } catch (const Error& e) {
+      cli::print_warnings(kTool, {std::string(e.what()) + "; there is no new checkpoint, and "
+                                                          "rendering goes on"});
+    }
+    next_ = watch_.seconds() + 60 * o_.checkpoint;
+    due_ = false;
+  }
+
+ private:
+  const RenderOptionsGiven& o_;
+  const cli::Outputs& out_;
+  const RenderJob& job_;
+  const cli::Stopwatch watch_;
+  std::atomic<double> next_ = 60 * o_.checkpoint;  // of the watch's seconds
+  std::atomic<bool> due_ = false;
+};
+
+/// "noise 7.2 %, 2.1 % to expect", where the number of samples wanted is known: noise falls with
+/// its root.
+std::string note(const Film& film, std::uint64_t wanted) {
+  double done = 0;
+  for (const PixelSums& p : film.pixels) done += p.samples;
+  std::string text = cli::noise_text(film);
+  const std::optional<double> noise = relative_noise(film);
+  if (double(wanted) > done && noise.value_or(0) > 0) {
+    text += ", " + cli::readable(100 * *noise * std::sqrt(done / double(wanted))) + " % to expect";
+  }
+  return text;
+}
+
+}  // namespace
+
+TimedRender render_timed(const RenderOptionsGiven& o, const cli::Outputs& out, const RenderJob& job,
+                         Film begun, const PassDone& show) {
+  TimedRender t;
+  // The log of a sequence has a line a frame.
+  const bool in_log = o.frames.now().size() > 1 && !cli::on_terminal();
+  cli::ProgressBar bar(job.frame ? job.frame->label : "rendering", "samples",
+                       o.common.quiet || in_log);
+  Checkpoints checkpoints(o, out, job);
+  cli::Stopwatch watch;
+  const double before = cli::cpu_seconds();
+  std::atomic<std::uint64_t> wanted = 0;
+  const auto progress = [&](std::uint64_t done, std::uint64_t total) {
+    bar.show(done, total);
+    wanted = total;
+    return !cli::interrupted();
+  };
+  const auto pass_done = [&](const Film& film) {
+    bar.note(note(film, wanted));
+    if (show) show(film);
+    TimedRender now;
+    now.under_way = &film;
+    now.result.complete = false;
+    now.cpu_seconds = cli::cpu_seconds() - before, now.wall_seconds = watch.seconds();
+    now.samples = count_samples(film), now.samples_wanted = wanted;
+    checkpoints.write_if_due(now);
+  };
+  t.result =
+      resume(job.plan, std::move(begun), {progress, pass_done, [&] { return checkpoints.due(); }});
+  t.cpu_seconds = cli::cpu_seconds() - before;
+  t.wall_seconds = watch.lap();
+  t.samples = count_samples(t.result.film);
+  t.samples_wanted = t.result.complete ? t.samples : wanted.load();
+  return t;
+}
+
+TimedRender already_rendered(Film film) {
+  TimedRender t;
+  t.result.film = std::move(film);
+  t.result.guided = true;  // or not: it was said then
+  t.samples = t.samples_wanted = count_samples(t.result.film);
+  return t;
+}
+
+}  // namespace pvol::cli
