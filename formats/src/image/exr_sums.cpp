@@ -81,7 +81,7 @@ Layer to_layer(const Json& j, bool& weights) {
 
 /// Throws Error for a piece that does not lie in the film, or has no samples.
 void check_piece(const FilmPiece& p, const Film& film) {
-  const int x = p.x - film.x, y = p.y - film.y;  // of numbers that are not negative
+  const std::int64_t x = std::int64_t(p.x) - film.x, y = std::int64_t(p.y) - film.y;
   const bool inside = p.x >= 0 && p.y >= 0 && p.width > 0 && p.height > 0 && x >= 0 && y >= 0 &&
                       p.width <= film.crop_width - x && p.height <= film.crop_height - y;
   const bool by_need = p.begin == 0 && p.end == 0;
