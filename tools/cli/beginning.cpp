@@ -10,6 +10,7 @@
 #include "cli/picture_key.h"
 #include "pvol/error.h"
 #include "pvol/formats/film_file.h"
+#include "pvol/render/cost_map.h"
 
 namespace pvol::cli {
 namespace {
@@ -129,10 +130,13 @@ Beginning go_on_from_pilot(const std::filesystem::path& file, const RenderJob& j
 }  // namespace
 
 formats::FilmPiece piece_of(const RenderOptions& o, bool complete) {
-  formats::FilmPiece p{.seed = o.seed, .complete = complete};
-  p.x = o.crop_x, p.y = o.crop_y;
-  p.width = o.crop_width > 0 ? o.crop_width : o.width - o.crop_x;
-  p.height = o.crop_height > 0 ? o.crop_height : o.height - o.crop_y;
+  const PixelRect r = rendered_part(o);
+  formats::FilmPiece p{.seed = o.seed,
+                       .x = r.x,
+                       .y = r.y,
+                       .width = r.width,
+                       .height = r.height,
+                       .complete = complete};
   if (by_need(o) && o.part_end == 0) return p;
   p.begin = o.first_sample + o.part_begin;
   p.end = o.first_sample + (o.part_end > 0 ? o.part_end : o.samples);
