@@ -52,6 +52,7 @@ namespace pvol {
 /// The segments of a ray of the world through a volume. Made by `enter` and `resume`.
 class RayWalk {
  public:
+  RayWalk() = default;  ///< without segments
   RayWalk(const Octree& tree, const Cursor& cursor, Vec3d cells_per_length, Span span)
       : walk_(tree, cursor, lanes(Vec3f(cells_per_length)), span.t1 - span.t0), span_(span) {}
 
@@ -74,6 +75,12 @@ class RayWalk {
   /// collision.
   [[nodiscard]] Cursor cursor_at(double t) const { return walk_.stop_at(point(t)); }
 
+  /// A handle of the current segment, also after a flight, for look-ups by a field's source.
+  [[nodiscard]] LeafHandle handle() const { return walk_.handle(); }
+
+  /// Where the ray is in the box of the volume.
+  [[nodiscard]] Span span() const { return span_; }
+
   /// The same segments with t counted from where the ray enters, and back. Trackers use these:
   /// their steps may be far shorter than an ulp of the way to the volume.
   [[nodiscard]] Walk& local() { return walk_; }
@@ -83,7 +90,7 @@ class RayWalk {
 
  private:
   Walk walk_;
-  Span span_;
+  Span span_{};
 };
 
 /// The walk of a ray from its origin, inside the volume or outside, up to t_max, which may be
@@ -118,16 +125,16 @@ decltype(auto) visit_field(const Volume& volume, const F& f) {
 }
 
 /// The trackers along a RayWalk: as along any other segments, with t from the ray's origin.
-template <Tracker kTracker, class Field, class Count>
-[[nodiscard]] Flight free_flight(RayWalk& walk, const Field& field, Rng& rng, Count& count) {
+template <Tracker kTracker, class Field, class Numbers, class Count>
+[[nodiscard]] Flight free_flight(RayWalk& walk, const Field& field, Numbers& rng, Count& count) {
   Flight flight = free_flight<kTracker>(walk.local(), field, rng, count);
   flight.t = flight.collided ? walk.world(flight.t) : flight.t;
   return flight;
 }
 
-template <Transmittance kEstimator, Tracker kTracker, class Field, class Count,
+template <Transmittance kEstimator, Tracker kTracker, class Field, class Numbers, class Count,
           class Control = MinorantControl>
-[[nodiscard]] float transmittance(RayWalk& walk, const Field& field, Rng& rng, Count& count,
+[[nodiscard]] float transmittance(RayWalk& walk, const Field& field, Numbers& rng, Count& count,
                                   const Control& control = {}) {
   return transmittance<kEstimator, kTracker>(walk.local(), field, rng, count, control);
 }

@@ -2,6 +2,7 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_group.h>
 
 namespace pvol {
 
@@ -10,6 +11,7 @@ void parallel_parts(std::size_t begin, std::size_t end, std::size_t grain, const
   if (begin >= end) return;
   tbb::parallel_for(tbb::blocked_range<std::size_t>(begin, end, grain),
                     [=](const auto& range) { part(body, range.begin(), range.end()); });
+  if (tbb::is_current_task_group_canceling()) throw LoopCancelled{};
 }
 
 }  // namespace pvol

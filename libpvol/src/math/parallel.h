@@ -6,6 +6,9 @@
 
 namespace pvol {
 
+/// Thrown by loops whose task group, one around them, was cancelled: parts are missing.
+struct LoopCancelled {};
+
 /// A part of a loop, begin to end, and what it is a part of.
 using PartFunction = void (*)(const void* body, std::size_t begin, std::size_t end);
 void parallel_parts(std::size_t begin, std::size_t end, std::size_t grain, const void* body,
@@ -13,7 +16,7 @@ void parallel_parts(std::size_t begin, std::size_t end, std::size_t grain, const
 
 /// Calls body(begin, end) for parts that together are [begin, end), in any order, on the threads of
 /// the caller's arena; a part is divided further only where it has more than `grain` steps. What a
-/// body throws, the call throws.
+/// body throws, the call throws; where a task group around it was cancelled, LoopCancelled.
 template <class Body>
 void parallel_parts(std::size_t begin, std::size_t end, std::size_t grain, const Body& body) {
   parallel_parts(begin, end, grain, &body, [](const void* b, std::size_t first, std::size_t last) {

@@ -48,6 +48,11 @@ struct FieldKind {
 /// before.
 [[nodiscard]] Flights find_flights(const FieldKind& kind, Watching watching);
 
+/// The same among those that are compiled for the processor that all is compiled for, and among
+/// those for x86-64-v3: same results to the last bit.
+[[nodiscard]] Flights find_baseline_flights(const FieldKind& kind, Watching watching);
+[[nodiscard]] Flights find_v3_flights(const FieldKind& kind, Watching watching);
+
 /// The same for one way of look-up (flights_of.h). Each is instantiated in sources of its own, made
 /// of flights_of.cpp.in and watched_flights_of.cpp.in by the list in libpvol/CMakeLists.txt.
 template <LookUp kLookUp>

@@ -16,6 +16,7 @@
 #include "pvol/field/leaf_micro_bounds.h"
 #include "pvol/field/procedural.h"
 #include "volume/field_checks.h"
+#include "volume/linked_bricks.h"
 #include "volume/placement.h"
 
 namespace pvol {
@@ -119,7 +120,8 @@ void check_map(const VolumeOptions& o) {
 
 /// The tree of what a map leaves of the field.
 Octree build_mapped_octree(const Pyramid& pyramid, VolumeField& f, double cell_length,
-                           const VolumeOptions& o, const FieldWithLinks& built) {
+                           const VolumeOptions& o,
+                           const std::vector<std::vector<std::uint32_t>>& brick_of) {
   const Pyramid mapped = map_pyramid(pyramid, *f.map);
   if (!(double(f.scale) * double(mapped.scale) <= double(FLT_MAX))) {
     throw Error("the map makes densities up to " + detail::digits(double(mapped.scale), 6) +
@@ -127,7 +129,7 @@ Octree build_mapped_octree(const Pyramid& pyramid, VolumeField& f, double cell_l
   }
   if (mapped.empty()) f.world_box = {};
   return build_octree(mapped, double(f.scale), cell_length, choose_cut(o, f.look_up),
-                      links_of(mapped, pyramid, built.brick_of), kZeroBrick);
+                      links_of(mapped, pyramid, brick_of), kZeroBrick);
 }
 
 Box world_box(const Affine& to_world, const Pyramid& pyramid) {
@@ -188,6 +190,18 @@ Placed place(const Affine& index_to_object, const Pyramid& pyramid, const Medium
   return {std::move(v), std::cbrt(std::abs(determinant(to_world))), diagonal};
 }
 
+/// Gives a field that has its place the bricks, and the tree of their bounds.
+void add_bricks(VolumeField& f, const detail::LinkedBricks& bricks, const Pyramid& bounds,
+                const Medium& medium, double cell_length, const VolumeOptions& o) {
+  f.map = o.map;
+  f.octree = f.map ? build_mapped_octree(bounds, f, cell_length, o, bricks.brick_of)
+                   : build_octree(bounds, medium.extinction, cell_length, choose_cut(o, f.look_up),
+                                  bricks.brick_of, kZeroBrick);
+  f.excess = bricks.excess;
+  f.values = bricks.field;
+  scale_majorants(f, o.majorant_scale);
+}
+
 }  // namespace
 
 FieldValues empty_values() { return std::make_shared<const BrickField>(); }
@@ -211,8 +225,8 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Medium& 
     throw Error("samples have no procedural look-ups, which are for recipes");
   }
   check_map(o);
-  auto [v, cell_length, cell_diagonal] = place(grid.index_to_world, pyramid, medium, o, o.look_up);
-  VolumeField& f = v.density;
+  Placed placed = place(grid.index_to_world, pyramid, medium, o, o.look_up);
+  VolumeField& f = placed.volume.density;
   f.name = grid.name;
   FieldOptions rules;
   rules.look_up = o.look_up;
@@ -223,26 +237,35 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Medium& 
   } else {
     detail::require_bounds(grid, pyramid);
     homogenised = homogenise(pyramid, measure_content(grid, pyramid), medium.extinction,
-                             cell_diagonal, *o.homogenise);
+                             placed.cell_diagonal, *o.homogenise);
     rules.constant = &homogenised.constant;
     f.homogeneous = std::make_shared<const HomogeneousParts>(homogenised.parts);
   }
   const Pyramid& bounds = o.homogenise ? homogenised.pyramid : pyramid;
-  FieldWithLinks built = build_field(grid, bounds, rules);
-  f.map = o.map;
-  f.octree = f.map ? build_mapped_octree(bounds, f, cell_length, o, built)
-                   : build_octree(bounds, medium.extinction, cell_length, choose_cut(o, f.look_up),
-                                  built.brick_of, kZeroBrick);
-  f.excess = built.excess;
-  f.values = std::make_shared<const BrickField>(std::move(built.field));
-  scale_majorants(f, o.majorant_scale);
+  const detail::LinkedBricks bricks = detail::link(build_field(grid, bounds, rules));
+  add_bricks(f, bricks, bounds, medium, placed.cell_length, o);
   if (const int edge = micro_edge(f, bounds, o)) {
     f.micro_stored =
         stored && stored->by_leaf.edge == edge && is_bounded(f.look_up) && !o.homogenise;
-    f.micro = f.micro_stored ? arrange(*stored, f.bricks(), built.brick_of, pyramid)
+    f.micro = f.micro_stored ? arrange(*stored, f.bricks(), bricks.brick_of, pyramid)
                              : build_micro_bounds(f.bricks(), edge);
   }
-  return std::move(v);
+  return std::move(placed.volume);
+}
+
+detail::LinkedBricks detail::link(FieldWithLinks&& built) {
+  return {std::make_shared<const BrickField>(std::move(built.field)), std::move(built.brick_of),
+          built.excess};
+}
+
+Volume detail::make_volume(const LinkedBricks& bricks, const Pyramid& pyramid,
+                           const Affine& index_to_object, const Medium& medium,
+                           const VolumeOptions& o, const GetMicroBounds& micro_bounds) {
+  Placed placed = place(index_to_object, pyramid, medium, o, o.look_up);
+  VolumeField& f = placed.volume.density;
+  add_bricks(f, bricks, pyramid, medium, placed.cell_length, o);
+  if (const int edge = micro_edge(f, pyramid, o)) f.micro = micro_bounds(f.bricks(), edge);
+  return std::move(placed.volume);
 }
 
 Volume make_volume(std::shared_ptr<const Recipe> recipe, const Pyramid& pyramid,

@@ -5,39 +5,63 @@
 #include <string>
 
 #include "pvol/error.h"
+#include "volume/ray_entry.h"
 
 namespace pvol {
 namespace {
 
-Vec3d unit(Vec3d direction) {
+/// The length of a direction; 0 for one that has none.
+double usable_length(Vec3d direction) {
   const double size = length(direction);
-  if (!(size > 0 && std::isfinite(size))) {
-    throw Error("a ray has a direction of length " + std::to_string(size) +
+  return size > 0 && std::isfinite(size) ? size : 0;
+}
+
+[[noreturn]] void refuse(Vec3d direction, double t_max) {
+  if (std::isnan(t_max)) throw Error("the t_max of a ray is not a number; check where it is made");
+  if (usable_length(direction) == 0) {
+    throw Error("a ray has a direction of length " + std::to_string(length(direction)) +
                 "; it must be finite and not zero. Check where the renderer samples directions.");
   }
-  return direction / size;
+  throw Error("a ray has an origin that is not finite; check where it is made");
 }
 
 }  // namespace
 
+detail::Entry detail::enter_ray(const Volume& volume, const Ray& ray, double t_max, RayWalk& walk) {
+  const VolumeField& field = volume.density;
+  const double size = usable_length(ray.d);
+  if (size == 0 || std::isnan(t_max) || !is_finite(ray.o)) return Entry::bad;
+  if (field.octree.empty()) return Entry::misses;
+  const Ray cells{field.world_to_cells.point(ray.o), field.world_to_cells.vector(ray.d / size)};
+  const auto span = intersect(field.octree.support(), cells, 0, t_max);
+  if (!span) return Entry::misses;
+  walk = RayWalk(field.octree, make_cursor(field.octree, cells.at(span->t0)), cells.d, *span);
+  return Entry::enters;
+}
+
+detail::Entry detail::resume_ray(const Volume& volume, const Cursor& from, Vec3d direction,
+                                 double t_max, RayWalk& walk) {
+  const VolumeField& field = volume.density;
+  const double size = usable_length(direction);
+  if (size == 0 || std::isnan(t_max)) return Entry::bad;
+  walk = RayWalk(field.octree, from, field.world_to_cells.vector(direction / size), {0, t_max});
+  return Entry::enters;
+}
+
 std::optional<RayWalk> enter(const Volume& volume, const Ray& ray, double t_max) {
-  if (!is_finite(ray.o) || std::isnan(t_max)) {
-    throw Error("a ray has an origin or a t_max that is not a number; check where it is made");
-  }
-  const Vec3d direction = unit(ray.d);
-  if (volume.density.octree.empty()) return std::nullopt;
-  const Ray cells{volume.density.world_to_cells.point(ray.o),
-                  volume.density.world_to_cells.vector(direction)};
-  const auto span = intersect(volume.density.octree.support(), cells, 0, t_max);
-  if (!span) return std::nullopt;
-  return RayWalk(volume.density.octree, make_cursor(volume.density.octree, cells.at(span->t0)),
-                 cells.d, *span);
+  RayWalk walk;
+  const detail::Entry entry = detail::enter_ray(volume, ray, t_max, walk);
+  if (entry == detail::Entry::bad) refuse(ray.d, t_max);
+  if (entry == detail::Entry::misses) return std::nullopt;
+  return walk;
 }
 
 RayWalk resume(const Volume& volume, const Cursor& from, Vec3d direction, double t_max) {
-  if (std::isnan(t_max)) throw Error("the t_max of a ray is not a number; check where it is made");
-  return RayWalk(volume.density.octree, from, volume.density.world_to_cells.vector(unit(direction)),
-                 {0, t_max});
+  RayWalk walk;
+  if (detail::resume_ray(volume, from, direction, t_max, walk) == detail::Entry::bad) {
+    refuse(direction, t_max);
+  }
+  return walk;
 }
 
 }  // namespace pvol

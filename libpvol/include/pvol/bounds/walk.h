@@ -45,12 +45,14 @@ struct Cursor {
 /// Iterator over the segments of a ray from a cursor. `direction` is the change of the position in
 /// cells per world length (the spare lane 0); any component may be 0 or -0. The walk ends at the
 /// support's box, give or take rounding, or at `length`. Requires a direction other than 0. The
-/// walk moves a cursor of its own.
+/// walk moves a cursor of its own, refers to the tree, and can be copied and assigned; one that was
+/// made of nothing has no segments.
 class Walk {
  public:
+  Walk() = default;
   Walk(const Octree& tree, const Cursor& cursor, Float4 direction,
        double length = std::numeric_limits<double>::infinity())
-      : tree_(tree), cursor_(cursor), at_(cursor.at), d_(direction) {
+      : tree_(&tree), cursor_(cursor), at_(cursor.at), d_(direction) {
     // The reciprocal of 0 is large, not infinite: its product with a distance of 0 is 0.
     constexpr float kTiny = std::numeric_limits<float>::min();
     up_ = d_ >= 0;
@@ -92,6 +94,12 @@ class Walk {
     return after(float(t - t_));
   }
 
+  /// A handle of the current segment: of the lowest node that is known to hold it, from which
+  /// look-ups may take a step more than from the segment's own.
+  [[nodiscard]] LeafHandle handle() const {
+    return Octree::kNodeBit | cursor_.nodes[cursor_.height];
+  }
+
   /// A cursor at a point of the current segment, for a path that turns there.
   [[nodiscard]] Cursor stop_at(const LatticePoint& p) const {
     Cursor c = cursor_;
@@ -106,7 +114,7 @@ class Walk {
     std::uint32_t node = cursor_.nodes[h];
     for (;;) {
       const int shift = 3 + 2 * h;
-      const Octree::Entry* e = tree_.child(tree_.nodes[node], Octree::child_bit(at_.cell, shift));
+      const Octree::Entry* e = tree_->child(tree_->nodes[node], Octree::child_bit(at_.cell, shift));
       if (e == nullptr || e->log2 != 0) {
         cursor_.height = h;
         size_ = 1 << (e == nullptr ? shift : int(e->log2));
@@ -154,17 +162,17 @@ class Walk {
     at_.cell = cell;
     const int top = 31 - std::countl_zero(std::uint32_t(moved) | 1);
     cursor_.height = std::max(cursor_.height, (top - 3) >> 1);
-    if (cursor_.height > tree_.height) left_ = 0;  // left the root
+    if (cursor_.height > tree_->height) left_ = 0;  // left the root
   }
 
-  const Octree& tree_;
+  const Octree* tree_ = nullptr;
   Cursor cursor_;
   LatticePoint at_;  // start of the current cube's stretch
-  Float4 d_, inv_;
-  Int4 up_;                // -1 where the direction is not negative, else 0
+  Float4 d_{}, inv_{};
+  Int4 up_{};              // -1 where the direction is not negative, else 0
   Float4 exit_{};          // world length to the faces ahead
   double t_ = 0;           // world length walked to `at_`
-  double left_;            // world length left from there; a float would drift over many steps
+  double left_ = 0;        // world length left from there; a float would drift over many steps
   float step_ = 0;         // world length within the current cube
   std::int32_t size_ = 8;  // edge of the current cube in cells
   bool pending_ = false;   // a segment was handed out and not yet left

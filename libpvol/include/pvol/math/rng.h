@@ -80,6 +80,13 @@ class Rng {
   Rng(std::uint64_t seed, std::uint64_t stream, std::uint64_t sample)
       : key_(mix64(seed + 0x9e3779b97f4a7c15u) ^ stream), sample_(sample) {}
 
+  /// Where a stream stands, for those who keep it themselves.
+  struct State {
+    std::uint64_t key, sample, counter;
+  };
+  explicit Rng(State s) : key_(s.key), sample_(s.sample), counter_(s.counter) {}
+  [[nodiscard]] State state() const { return {key_, sample_, counter_}; }
+
   /// 128 random bits.
   [[nodiscard]] Philox::Block block() { return Philox::block(key_, {counter_++, sample_}); }
 

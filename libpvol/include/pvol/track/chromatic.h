@@ -32,9 +32,9 @@ struct ChromaticFlight {
 /// are apart. E[weight f(t)] is the integral of share mu_t T f by channel (THEORY.md, T3.9).
 /// Based on: Kutz, Habel, Li, Novak. Spectral and Decomposition Tracking. 2017, section 5.1, with
 /// probabilities by path history.
-template <class Segments, class Field, class Count>
+template <class Segments, class Field, class Numbers, class Count>
 [[nodiscard]] ChromaticFlight chromatic_flight(Segments& segments, const Field& field, Rgb share,
-                                               Rgb throughput, Rng& rng, Count& count) {
+                                               Rgb throughput, Numbers& rng, Count& count) {
   static_assert(ExtinctionField<Field, Count>);
   ChromaticFlight flight;
   const auto carried = [&](Rgb x) {
@@ -62,9 +62,9 @@ template <class Segments, class Field, class Count>
 
 /// An unbiased estimate of the transmittance by channel, each in [0, 1] but for roulette, which
 /// lifts the largest to kTransmittanceRoulette.
-template <class Segments, class Field, class Count>
+template <class Segments, class Field, class Numbers, class Count>
 [[nodiscard]] Rgb chromatic_transmittance(Segments& segments, const Field& field, Rgb share,
-                                          Rng& rng, Count& count) {
+                                          Numbers& rng, Count& count) {
   Rgb weight(1.0f);
   const auto ends = [&](const Segment& s, double t, float u) {
     const float mu = std::min(field.extinction(s, segments.point(t), count) / s.hi, 1.0f);

@@ -59,9 +59,9 @@ template <Tracker kTracker, class Field, class Count>
 ///
 /// Based on: Woodcock et al. 1965; Galtier et al. Integral Formulation of Null-Collision Monte
 /// Carlo Algorithms. 2013; Kutz et al. Spectral and Decomposition Tracking. 2017.
-template <Tracker kTracker, class Segments, class Field, class Count>
+template <Tracker kTracker, class Segments, class Field, class Numbers, class Count>
 [[nodiscard, gnu::always_inline]] inline Flight free_flight(Segments& segments, const Field& field,
-                                                            Rng& rng, Count& count) {
+                                                            Numbers& rng, Count& count) {
   static_assert(ExtinctionField<Field, Count>);
   if constexpr (kTracker == Tracker::regular) {
     const auto t = regular_flight(segments, field, double(rng.tentative().depth), count);

@@ -14,9 +14,9 @@ namespace pvol {
 ///
 /// The optical depth that a segment did not use up stays in `next` for the segment that follows, so
 /// there is one logarithm per tentative collision and none per segment (THEORY.md, T3.1).
-template <class Visit>
+template <class Numbers, class Visit>
 [[nodiscard, gnu::always_inline]] inline bool visit_segment(const Segment& s, float rate,
-                                                            Rng::Tentative& next, Rng& rng,
+                                                            Rng::Tentative& next, Numbers& rng,
                                                             const Visit& visit) {
   double t = s.t0;
   for (;;) {
@@ -33,8 +33,8 @@ template <class Visit>
 
 /// The same along all segments, at the rate of each one's majorant; false where the ray leaves the
 /// cloud first. `segments` is a Walk or anything else with its next().
-template <class Segments, class Count, class Visit>
-[[nodiscard, gnu::always_inline]] inline bool visit_tentative(Segments& segments, Rng& rng,
+template <class Segments, class Numbers, class Count, class Visit>
+[[nodiscard, gnu::always_inline]] inline bool visit_tentative(Segments& segments, Numbers& rng,
                                                               Count& count, const Visit& visit) {
   Rng::Tentative next = rng.tentative();
   while (const auto s = segments.next()) {

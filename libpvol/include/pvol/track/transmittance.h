@@ -29,8 +29,8 @@ namespace detail {
   return true;
 }
 
-template <Tracker kTracker, class Segments, class Field, class Count>
-[[nodiscard]] inline float ratio_transmittance(Segments& segments, const Field& field, Rng& rng,
+template <Tracker kTracker, class Segments, class Field, class Numbers, class Count>
+[[nodiscard]] inline float ratio_transmittance(Segments& segments, const Field& field, Numbers& rng,
                                                Count& count) {
   float weight = 1;
   const auto ends = [&](const Segment& s, double t, float u) {
@@ -43,9 +43,10 @@ template <Tracker kTracker, class Segments, class Field, class Count>
   return visit_tentative(segments, rng, count, ends) ? 0.0f : weight;
 }
 
-template <class Segments, class Field, class Count, class Control>
-[[nodiscard]] inline float residual_transmittance(Segments& segments, const Field& field, Rng& rng,
-                                                  Count& count, const Control& control) {
+template <class Segments, class Field, class Numbers, class Count, class Control>
+[[nodiscard]] inline float residual_transmittance(Segments& segments, const Field& field,
+                                                  Numbers& rng, Count& count,
+                                                  const Control& control) {
   float weight = 1;
   Rng::Tentative next = rng.tentative();
   while (const auto s = segments.next()) {
@@ -76,9 +77,9 @@ template <class Segments, class Field, class Count, class Control>
 /// the rate r = max(hi - c, c - lo) by factors 1 - (mu_t - c)/r, which lie in [0, 2] where bounds
 /// hold, in [0, 1] for c <= lo. c >= 0 may be any constant of the segment, such as its mean; with c
 /// = lo = hi it must be mu_t itself. `regular` is exact, without random numbers.
-template <Transmittance kEstimator, Tracker kTracker, class Segments, class Field, class Count,
-          class Control = MinorantControl>
-[[nodiscard]] inline float transmittance(Segments& segments, const Field& field, Rng& rng,
+template <Transmittance kEstimator, Tracker kTracker, class Segments, class Field, class Numbers,
+          class Count, class Control = MinorantControl>
+[[nodiscard]] inline float transmittance(Segments& segments, const Field& field, Numbers& rng,
                                          Count& count, const Control& control = {}) {
   static_assert(ExtinctionField<Field, Count>);
   if constexpr (kEstimator == Transmittance::analog) {

@@ -1,5 +1,6 @@
 #include "render/lanes/choose_lanes.h"
 
+#include "math/processor.h"
 #include "pvol/error.h"
 #include "render/lanes/wavefront.h"
 
@@ -7,23 +8,7 @@ namespace pvol::detail {
 namespace {
 
 [[nodiscard]] bool machine_has(Lanes lanes) {
-#if defined(__x86_64__)
-  const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
-                    __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
-  switch (lanes) {
-    case Lanes::avx2:
-      return avx2;
-    case Lanes::avx512:
-      return avx2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-             __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") &&
-             __builtin_cpu_supports("avx512cd");
-    default:
-      return false;
-  }
-#else
-  (void)lanes;
-  return false;
-#endif
+  return lanes == Lanes::avx512 ? has_avx512() : lanes == Lanes::avx2 && has_x86_64_v3();
 }
 
 [[nodiscard]] std::string lanes_of(Lanes lanes) {

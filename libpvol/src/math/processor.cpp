@@ -1,0 +1,21 @@
+#include "math/processor.h"
+
+namespace pvol::detail {
+
+#if defined(__x86_64__)
+bool has_x86_64_v3() {
+  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+         __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
+}
+
+bool has_avx512() {
+  return has_x86_64_v3() && __builtin_cpu_supports("avx512f") &&
+         __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq") &&
+         __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512cd");
+}
+#else
+bool has_x86_64_v3() { return false; }
+bool has_avx512() { return false; }
+#endif
+
+}  // namespace pvol::detail

@@ -1,0 +1,12 @@
+// What the processor that the program runs on can do.
+#pragma once
+
+namespace pvol::detail {
+
+/// The third level of x86-64: AVX2, fused multiply-add, bit manipulation. False elsewhere.
+[[nodiscard]] bool has_x86_64_v3();
+
+/// That, and the parts of AVX-512 that processors have had since 2017.
+[[nodiscard]] bool has_avx512();
+
+}  // namespace pvol::detail
