@@ -12,7 +12,9 @@ from check_rooms import INCLUDE
 
 # For pvol/embed.h, itself included: a little above what it takes. Media hold any phase function, each
 # of which is a header.
-MOST_HEADERS, MOST_LINES = 24, 1550
+MOST_HEADERS, MOST_LINES = 25, 1650
+# Of headers that stand for each other on different processors, a compiler reads one: these do not count.
+ALTERNATIVES = {"pvol/math/lanes_neon.h", "pvol/math/lanes_plain.h"}
 KEPT_WITHIN = ["pvol/measure/"]
 
 
@@ -51,7 +53,7 @@ def find_faults(project, installed):
                for include in headers[name][1] if include not in installed]
     faults += [f"{name} is installed, and its room should not be"
                for name in sorted(installed) if name.startswith(tuple(KEPT_WITHIN))]
-    manual = closure(headers, "pvol/embed.h")
+    manual = closure(headers, "pvol/embed.h") - ALTERNATIVES
     lines = sum(headers[name][0] for name in manual)
     if len(manual) > MOST_HEADERS or lines > MOST_LINES:
         faults.append(f"pvol/embed.h takes {len(manual)} headers of {lines} lines, "

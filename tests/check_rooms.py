@@ -14,8 +14,10 @@ DOORS = {"pvol/error.h": "math", "pvol/version.h": "math", "pvol/embed.h": "volu
          "pvol/trackers.h": "volume"}
 TOOLS = ["cli", "report", "stats"]
 FORMATS = ["file", "image", "toml", "vdb", "pvol", "pbrt"]
-# What the library is built from: the standard library, oneTBB, Embree and nothing else.
-AT_HOME_IN_LIBRARY = re.compile(r"<(tbb/\w+\.h|hwy/\w+\.h|embree3/rtcore\.h|sys/mman\.h|[a-z_0-9]+)>$")
+# What the library is built from: the standard library, compilers' own headers of vector instructions,
+# oneTBB, Embree and nothing else.
+AT_HOME_IN_LIBRARY = re.compile(
+    r"<(tbb/\w+\.h|hwy/\w+\.h|embree3/rtcore\.h|sys/mman\.h|[es]mmintrin\.h|arm_neon\.h|[a-z_0-9]+)>$")
 
 INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|(<[^>]+>))')
 

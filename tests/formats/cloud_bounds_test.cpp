@@ -60,12 +60,14 @@ std::size_t count_wrong(const Pyramid& p, const FieldWithLinks& f) {
     wrong += leaf.lo != decode(encode_down(*least, p.scale), p.scale) ||
              leaf.hi != decode(encode_up(*most, p.scale), p.scale);
     for (int k = 0; k < 64; ++k) {
-      LatticePoint at;
+      Vec3i cell;
+      Vec3f frac;
       for (int axis = 0; axis < 3; ++axis) {
-        const auto [cell, offset] = rng.uniform2();
-        at.cell[axis] = int(cell * 8);
-        at.frac[axis] = offset < 0.25f ? 0.0f : offset > 0.75f ? 1.0f : offset;
+        const auto [place, offset] = rng.uniform2();
+        cell[axis] = int(place * 8);
+        frac[axis] = offset < 0.25f ? 0.0f : offset > 0.75f ? 1.0f : offset;
       }
+      const LatticePoint at{lanes(cell), lanes(frac)};
       const float v = density_in_brick<LookUp::trilinear>(s, at);
       const float nearest = density_in_brick<LookUp::nearest>(s, at);
       const float slack = 3 * FLT_EPSILON * leaf.hi;

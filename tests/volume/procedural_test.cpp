@@ -65,12 +65,12 @@ std::uint32_t brick_of(const Volume& v, Int4 cell) {
 }
 
 Int4 random_cell(const Volume& v, Rng& rng) {
-  Int4 cell{};
+  Vec3i cell;
   for (int axis = 0; axis < 3; ++axis) {
     const int size = v.density.octree.support_hi[axis] - v.density.octree.support_lo[axis];
     cell[axis] = v.density.octree.support_lo[axis] + int(rng.block().lo % std::uint64_t(size));
   }
-  return cell;
+  return lanes(cell);
 }
 
 /// Look-ups are the recipe's density to the last bit, 0 outside all leaves, and inside the bounds

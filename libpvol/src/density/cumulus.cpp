@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "math/philox.h"
 #include "pvol/error.h"
-#include "pvol/math/rng.h"
 
 namespace pvol {
 namespace {

@@ -79,21 +79,22 @@ class Builder {
 
   void gather(Vec3i leaf, Float4* out) const {
     constexpr int kEdge = VectorBricks::kEdge;
-    for (int c = 0; c < int(blocks_.size()); ++c) {
+    std::array<std::array<float, 4>, VectorBricks::kSamples> samples{};
+    for (std::size_t c = 0; c < blocks_.size(); ++c) {
       const auto copy = [&](const BlockSource& b, Vec3i from, Vec3i count, Vec3i to) {
         for (int i = 0; i < count.x; ++i) {
           for (int j = 0; j < count.y; ++j) {
             for (int k = 0; k < count.z; ++k) {
               const int at = ((from.x + i) * 8 + from.y + j) * 8 + from.z + k;
-              out[((to.x + i) * kEdge + to.y + j) * kEdge + to.z + k][c] =
-                  b.values ? b.values[at] : b.constant;
+              const int sample = ((to.x + i) * kEdge + to.y + j) * kEdge + to.z + k;
+              samples[std::size_t(sample)][c] = b.values ? b.values[at] : b.constant;
             }
           }
         }
       };
-      detail::for_blocks_in_reach(blocks_[std::size_t(c)], leaf, {0, 1}, copy);
+      detail::for_blocks_in_reach(blocks_[c], leaf, {0, 1}, copy);
     }
-    for (int i = 0; i < VectorBricks::kSamples; ++i) out[i] = value_(out[i]);
+    for (std::size_t i = 0; i < samples.size(); ++i) out[i] = value_(load(samples[i].data()));
   }
 };
 

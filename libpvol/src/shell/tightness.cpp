@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "math/parallel.h"
-#include "pvol/math/rng.h"
+#include "math/philox.h"
 #include "pvol/shell/ray_shell.h"
 
 namespace pvol {

@@ -4,8 +4,8 @@
 
 #include <atomic>
 
+#include "math/philox.h"
 #include "pvol/bounds/walk.h"
-#include "pvol/math/rng.h"
 #include "pvol/track/tally.h"
 #include "pvol/track/tracker.h"
 #include "pvol/volume/volume.h"

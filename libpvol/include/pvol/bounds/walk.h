@@ -31,13 +31,16 @@ struct Cursor {
 /// A cursor at a point given in cells from the octree's origin, moved into the support's box where
 /// it lies outside: a ray starts where it enters that box.
 [[nodiscard]] inline Cursor make_cursor(const Octree& tree, Vec3d cells) {
-  Cursor c;
+  Vec3i cell;
+  Vec3f frac;
   for (int axis = 0; axis < 3; ++axis) {
     const double whole = std::clamp(std::floor(cells[axis]), double(tree.support_lo[axis]),
                                     double(tree.support_hi[axis] - 1));
-    c.at.cell[axis] = std::int32_t(whole);
-    c.at.frac[axis] = std::clamp(float(cells[axis] - whole), 0.0f, 1.0f);
+    cell[axis] = std::int32_t(whole);
+    frac[axis] = std::clamp(float(cells[axis] - whole), 0.0f, 1.0f);
   }
+  Cursor c;
+  c.at = {lanes(cell), lanes(frac)};
   c.height = tree.height;
   return c;  // nodes[height] is 0, the root
 }

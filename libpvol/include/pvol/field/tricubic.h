@@ -1,8 +1,6 @@
 // The tricubic interpolant: the uniform cubic B-spline, as nested linear interpolation.
 #pragma once
 
-#include <cstring>
-
 #include "pvol/math/lanes.h"
 
 namespace pvol {
@@ -37,11 +35,7 @@ template <int kX, int kY>
     return lerp(lerp(a, b, splat(f.low[axis])), lerp(c, d, splat(f.high[axis])),
                 splat(f.outer[axis]));
   };
-  const auto row = [&](int i, int j) {
-    Float4 v;
-    std::memcpy(&v, s + i * kX + j * kY, sizeof v);
-    return v;
-  };
+  const auto row = [&](int i, int j) { return load(s + i * kX + j * kY); };
   const auto line = [&](int j) { return along(0, row(0, j), row(1, j), row(2, j), row(3, j)); };
   const Float4 v = along(1, line(0), line(1), line(2), line(3));
   return lerp(lerp(v[0], v[1], f.low[2]), lerp(v[2], v[3], f.high[2]), f.outer[2]);

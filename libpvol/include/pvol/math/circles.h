@@ -13,7 +13,7 @@ struct CirclePoints {
 
 /// Four of them, to the bit.
 [[nodiscard]] inline CirclePoints points_at_turns(Float4 u) {
-  const Int4 quarter = __builtin_convertvector(u * 4 + 0.5f, Int4);
+  const Int4 quarter = truncate_to_int(u * 4 + 0.5f);
   const Float4 f = u - to_float(quarter) * 0.25f, y = f * f;
   const Float4 sine =
       f * (6.2831852878f + y * (-41.341662571f + y * (81.592542871f - y * 75.401612702f)));

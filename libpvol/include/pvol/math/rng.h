@@ -15,25 +15,18 @@ namespace pvol {
 }
 
 /// Philox2x64: a keyed bijection of a 128-bit counter.
-/// Based on: Salmon et al. Parallel Random Numbers: As Easy as 1, 2, 3. SC 2011. Six rounds are the
-/// fewest that pass BigCrush there; one more is the margin.
-struct Philox {
-  static constexpr int kRounds = 7;
-  __extension__ using Product = unsigned __int128;
+/// Based on: Salmon et al. Parallel Random Numbers: As Easy as 1, 2, 3. SC 2011. Its products have
+/// 128 bits, which no standard type holds, so that its body stays in the library, whose own sources
+/// have it in place (src/math/philox.h). It is there for seven rounds alone.
+template <int kRounds>
+struct PhiloxOf {
   struct Block {
     std::uint64_t lo, hi;
   };
-
-  [[nodiscard]] static constexpr Block block(std::uint64_t key, Block counter) {
-    for (int round = 0; round < kRounds; ++round) {
-      const Product p = static_cast<Product>(counter.lo) * 0xd2b74407b1ce6e93u;  // paper, table 2
-      counter = {static_cast<std::uint64_t>(p >> 64) ^ key ^ counter.hi,
-                 static_cast<std::uint64_t>(p)};
-      key += 0x9e3779b97f4a7c15u;  // golden ratio, the paper's Weyl key schedule
-    }
-    return counter;
-  }
+  [[nodiscard]] static Block block(std::uint64_t key, Block counter);
 };
+/// Six rounds are the fewest that pass BigCrush there; one more is the margin.
+using Philox = PhiloxOf<7>;
 
 /// 64 random bits as a number in [0, 1). Resolution near 0 is 2^-63, so that an event of
 /// probability 1e-12 happens at its rate and not at that of a 24-bit grid.

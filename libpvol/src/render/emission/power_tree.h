@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
+#include "math/philox.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/math/box.h"
-#include "pvol/math/rng.h"
 #include "render/emission/emission_source.h"
 
 namespace pvol::detail {

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "math/philox.h"
 #include "pvol/bounds/walk.h"
-#include "pvol/math/rng.h"
 #include "pvol/volume/volume.h"
 #include "render/path/instances.h"
 

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "math/philox.h"
 #include "pvol/math/affine.h"
 #include "pvol/math/box.h"
 #include "pvol/math/direction.h"
-#include "pvol/math/rng.h"
 
 namespace pvol::detail {
 

@@ -1,7 +1,7 @@
 // Rays of the camera: those of samples, and a coarse grid of them for estimates.
 #pragma once
 
-#include "pvol/math/rng.h"
+#include "math/philox.h"
 #include "pvol/render/options.h"
 #include "render/path/path_setup.h"
 #include "render/path/sequences.h"

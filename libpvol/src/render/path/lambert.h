@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "math/philox.h"
 #include "pvol/math/direction.h"
-#include "pvol/math/rng.h"
 
 namespace pvol::detail {
 

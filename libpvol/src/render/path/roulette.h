@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pvol/math/rng.h"
+#include "math/philox.h"
 #include "pvol/math/vec.h"
 
 namespace pvol::detail {
