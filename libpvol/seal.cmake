@@ -31,8 +31,8 @@ function(pvol_seal RESULT NAME)
   file(GENERATE OUTPUT ${list} CONTENT "$<JOIN:${objects},\n>\n")
   add_custom_command(OUTPUT ${sealed}
     COMMAND ${CMAKE_COMMAND} -D LINKER=${CMAKE_LINKER} -D NM=${CMAKE_NM} -D OBJCOPY=${CMAKE_OBJCOPY}
-      -D OBJECTS=${list} -D SEALED=${sealed} -P ${CMAKE_CURRENT_SOURCE_DIR}/seal_objects.cmake
-    DEPENDS ${objects} ${list} ${CMAKE_CURRENT_SOURCE_DIR}/seal_objects.cmake
+      -D OBJECTS=${list} -D SEALED=${sealed} -P ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/seal_objects.cmake
+    DEPENDS ${objects} ${list} ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/seal_objects.cmake
     COMMENT "Sealing ${NAME}.o" VERBATIM)
   set_source_files_properties(${sealed} PROPERTIES EXTERNAL_OBJECT TRUE GENERATED TRUE)
   set(${RESULT} ${sealed} PARENT_SCOPE)

@@ -9,9 +9,10 @@ import sys
 import tempfile
 
 LIBRARY = ["math", "form", "density", "bounds", "field", "shell", "track", "volume", "render",
-           "measure"]
+           "measure", "door"]
 DOORS = {"pvol/error.h": "math", "pvol/version.h": "math", "pvol/embed.h": "volume",
-         "pvol/trackers.h": "volume"}
+         "pvol/trackers.h": "volume", "pvol/pvol.h": "door", "pvol/pvol.hpp": "door",
+         "pvol/given_density.h": "door"}
 TOOLS = ["cli", "report", "stats"]
 FORMATS = ["file", "image", "toml", "vdb", "pvol", "pbrt"]
 # What the library is built from: the standard library, compilers' own headers of vector instructions,

@@ -1,5 +1,6 @@
-# Installs a build of pvol into a folder of its own, then configures, builds and runs the consumer
-# against it. cmake -D BUILD=... -D WORK=... -D GENERATOR=... -D COMPILER=... -P check.cmake
+# Installs a build of pvol into a folder of its own, then configures, builds and runs the consumers
+# against it. cmake -D BUILD=... -D WORK=... -D GENERATOR=... -D COMPILER=... -D C_COMPILER=...
+# -D SAMPLES=... -P check.cmake
 file(REMOVE_RECURSE ${WORK})
 
 function(run)
@@ -8,6 +9,30 @@ endfunction()
 
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
 run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${WORK}/build -G ${GENERATOR}
-  -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_PREFIX_PATH=${WORK}/prefix -D CMAKE_BUILD_TYPE=Release)
+  -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_C_COMPILER=${C_COMPILER}
+  -D CMAKE_PREFIX_PATH=${WORK}/prefix -D CMAKE_BUILD_TYPE=Release)
 run(${CMAKE_COMMAND} --build ${WORK}/build)
 run(${WORK}/build/consumer)
+run(${WORK}/build/c_client_static)
+run(${WORK}/build/c_client_shared)
+run(${WORK}/build/host ${WORK}/build/plugin.so)
+
+# Inline functions of the library are its own: clients of any options get the same bits.
+foreach(kind plain fast unoptimised)
+  execute_process(COMMAND ${WORK}/build/odd_client_${kind}
+    OUTPUT_VARIABLE hash_${kind} COMMAND_ERROR_IS_FATAL ANY)
+  message(STATUS "results in the client ${kind}: ${hash_${kind}}")
+  if(NOT hash_${kind} STREQUAL hash_plain)
+    message(FATAL_ERROR "the library's results hang on how its client was compiled")
+  endif()
+endforeach()
+
+# A path tracer of somebody else's against pvol-render.
+if(EXISTS ${WORK}/build/path_tracer)
+  set(tools ${WORK}/prefix/bin)
+  run(${tools}/pvol-fit ${SAMPLES}/cumulus.toml -o ${WORK}/cumulus.pvol)
+  run(${tools}/pvol-render ${SAMPLES}/peer_scene.toml --set volume.file=${WORK}/cumulus.pvol
+    --size 32x32 --spp 1024 -o ${WORK}/reference.exr)
+  run(oiiotool ${WORK}/reference.exr --ch R,G,B -o ${WORK}/reference.pfm)
+  run(${WORK}/build/path_tracer ${WORK}/cumulus.pvol ${WORK}/reference.pfm)
+endif()

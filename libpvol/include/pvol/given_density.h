@@ -1,0 +1,29 @@
+// Densities that come with their bounds, for the C door: what readers of files hand over.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "pvol/density/density.h"
+#include "pvol/field/leaf_micro_bounds.h"
+#include "pvol/pvol.h"
+#include "pvol/shell/shell.h"
+
+namespace pvol::detail {
+
+/// A density with bounds that are at hand, as files have them. A recipe is not null, nor is a grid
+/// without an owner of its samples.
+struct BoundedDensity {
+  Density density;
+  Pyramid pyramid;
+  std::shared_ptr<const Shell> shell;
+  std::shared_ptr<const LeafMicroBounds> micro_bounds;
+};
+
+using GetDensity = std::function<std::shared_ptr<const BoundedDensity>()>;
+
+/// Gives a handle of the C door the density that `read` returns, and its place, for the next
+/// commit. What it throws becomes the status and the message.
+[[nodiscard]] pvol_status set_density(pvol_volume* volume, const GetDensity& read);
+
+}  // namespace pvol::detail

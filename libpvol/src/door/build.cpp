@@ -1,0 +1,191 @@
+#include "door/build.h"
+
+#include <type_traits>
+#include <utility>
+
+#include "pvol/bounds/pyramid.h"
+#include "pvol/error.h"
+#include "pvol/field/micro_bounds.h"
+#include "pvol/shell/fit_shell.h"
+#include "pvol/shell/support.h"
+#include "pvol/volume/make_volume.h"
+#include "pvol/volume/value_field.h"
+
+namespace pvol::detail {
+namespace {
+
+/// The samples of a field, where there are new ones.
+[[nodiscard]] std::optional<VoxelGrid> read(const FieldSamples& samples) {
+  std::optional<VoxelGrid> grid;
+  std::visit(
+      [&](const auto& from) {
+        using From = std::decay_t<decltype(from)>;
+        if constexpr (!std::is_same_v<From, FieldSamples::None> &&
+                      !std::is_same_v<From, FieldSamples::Same> &&
+                      !std::is_same_v<From, std::shared_ptr<const BoundedDensity>>) {
+          grid = read_samples(from);
+          grid->index_to_world = samples.index_to_world;
+        }
+      },
+      samples.from);
+  return grid;
+}
+
+[[nodiscard]] LinkedBricks bricks_of(const VoxelGrid& grid, const Pyramid& pyramid,
+                                     LookUp look_up) {
+  FieldOptions rules;
+  rules.look_up = look_up;
+  return link(build_field(grid, pyramid, rules));
+}
+
+/// One commit's work on the density.
+class DensityBuild {
+ public:
+  DensityBuild(const Settings& settings, const Committed* before, const Progress& progress,
+               Committed& out)
+      : s_(settings), before_(before), progress_(progress), out_(out) {
+    medium_.extinction = s_.extinction;
+    medium_.extinction_color = s_.share;
+    options_.look_up = s_.look_up;
+  }
+
+  void run() {
+    const FieldSamples& samples = s_.fields[PVOL_DENSITY];
+    if (std::holds_alternative<FieldSamples::Same>(samples.from)) return reuse();
+    if (const auto* given = std::get_if<std::shared_ptr<const BoundedDensity>>(&samples.from)) {
+      return take(*given);
+    }
+    VoxelGrid grid = read(samples).value_or(VoxelGrid{});
+    progress_(0.2);
+    Pyramid pyramid = build_pyramid(grid, s_.look_up);
+    progress_(0.4);
+    add_shell(grid, pyramid, nullptr);
+    add_bricks(grid, std::move(pyramid), nullptr);
+  }
+
+ private:
+  const Settings& s_;
+  const Committed* before_;
+  const Progress& progress_;
+  Committed& out_;
+  Medium medium_;
+  VolumeOptions options_;
+
+  void add_bricks(const VoxelGrid& grid, Pyramid&& pyramid, const LeafMicroBounds* stored) {
+    auto made = std::make_shared<BoundedBricks>();
+    made->bricks = bricks_of(grid, pyramid, s_.look_up);
+    made->pyramid = std::move(pyramid);
+    out_.bricks = made;
+    progress_(0.6);
+    make([&](const BrickField& field, int edge) {
+      const bool known =
+          stored != nullptr && stored->by_leaf.edge == edge && s_.look_up != LookUp::tricubic;
+      return known ? arrange(*stored, field, made->bricks.brick_of, made->pyramid)
+                   : build_micro_bounds(field, edge);
+    });
+  }
+
+  void make(const GetMicroBounds& micro_bounds) {
+    out_.volume =
+        make_volume(out_.bricks->bricks, out_.bricks->pyramid,
+                    s_.fields[PVOL_DENSITY].index_to_world, medium_, options_, micro_bounds);
+  }
+
+  /// The density of before under another extinction or place.
+  void reuse() {
+    out_.recipe = before_->recipe;
+    out_.known_shell = before_->known_shell;
+    if (out_.recipe) return make_of_recipe();
+    const bool was_tricubic = before_->volume.density.look_up == LookUp::tricubic;
+    if (was_tricubic != (s_.look_up == LookUp::tricubic)) {
+      throw Error(
+          "the interpolation changed to or from tricubic, which reads other samples; set those of "
+          "the density again before the commit");
+    }
+    if (s_.shell && !out_.known_shell && !before_->bricks->pyramid.empty()) {
+      throw Error(
+          "a shell is fitted to samples, which are not there any more; set those of the density "
+          "again before the commit");
+    }
+    out_.bricks = before_->bricks;
+    make([&](const BrickField& field, int edge) {
+      const MicroBounds& known = before_->volume.density.micro;
+      return known.edge == edge ? known : build_micro_bounds(field, edge);
+    });
+  }
+
+  /// A density with its bounds.
+  void take(const std::shared_ptr<const BoundedDensity>& given) {
+    if (!is_sampled(given->density)) {
+      out_.recipe = given;
+      out_.known_shell = given->shell;
+      return make_of_recipe();
+    }
+    const VoxelGrid& grid = std::get<VoxelGrid>(given->density);
+    const bool holds = given->pyramid.empty() || holds_for(given->pyramid.look_up, s_.look_up);
+    Pyramid pyramid = holds ? given->pyramid : build_pyramid(grid, s_.look_up);
+    progress_(0.4);
+    add_shell(grid, pyramid, given->shell);
+    add_bricks(grid, std::move(pyramid), given->micro_bounds.get());
+  }
+
+  void make_of_recipe() {
+    VolumeOptions o = options_;
+    o.object_to_world =
+        s_.fields[PVOL_DENSITY].index_to_world * inverse(index_to_object(out_.recipe->density));
+    out_.volume =
+        pvol::make_volume(std::get<1>(out_.recipe->density), out_.recipe->pyramid, medium_, o);
+  }
+
+  void add_shell(const VoxelGrid& grid, const Pyramid& pyramid,
+                 const std::shared_ptr<const Shell>& known) {
+    out_.known_shell = known;
+    if (!s_.shell || known || pyramid.empty()) return;
+    ShellOptions o;
+    o.index_to_world = s_.fields[PVOL_DENSITY].index_to_world;
+    out_.known_shell = std::make_shared<const Shell>(fit_shell(make_support(grid, pyramid), o));
+    progress_(0.5);
+  }
+};
+
+void add_fields(const Settings& s, const Committed* before, const Progress& progress,
+                Committed& out) {
+  for (std::size_t i = 1; i < s.fields.size(); ++i) {
+    if (std::holds_alternative<FieldSamples::Same>(s.fields[i].from)) {
+      auto same = std::make_shared<VolumeField>(*before->fields[i]);
+      same->world_to_cells =
+          translation(-Vec3d(same->octree.origin)) * inverse(s.fields[i].index_to_world);
+      out.fields[i] = std::move(same);
+    } else if (const auto grid = read(s.fields[i])) {
+      const Pyramid pyramid = build_pyramid(*grid);
+      out.fields[i] = std::make_shared<const VolumeField>(
+          make_value_field({*grid, pyramid}, {}, {}, "fields beside the density"));
+    }
+    progress(0.7 + 0.2 * double(i) / double(s.fields.size()));
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<const Committed> build(const Settings& settings, const Committed* before,
+                                       const Progress& progress) {
+  auto out = std::make_unique<Committed>();
+  progress(0);
+  DensityBuild(settings, before, progress, *out).run();
+  progress(0.7);
+  add_fields(settings, before, progress, *out);
+  const VolumeField& density = out->volume.density;
+  out->cells_to_world = inverse(density.world_to_cells);
+  out->share = settings.share;
+  if (out->known_shell && settings.shell) {
+    out->shell.emplace(*out->known_shell, density.octree.origin);
+  }
+  const int edge = density.micro.edge;
+  out->flights = find_flights({density.look_up, edge, false, false}, Watching::none);
+  out->kernels = find_ray_kernels(density.look_up, edge);
+  out->batch.emplace(out->volume);
+  progress(1);
+  return out;
+}
+
+}  // namespace pvol::detail

@@ -1,0 +1,13 @@
+#include "door/ray_kernels.h"
+#include "math/processor.h"
+
+namespace pvol::detail {
+
+RayKernels find_ray_kernels(LookUp look_up, int micro_edge) {
+#ifdef PVOL_HAS_V3
+  if (has_x86_64_v3()) return find_v3_ray_kernels(look_up, micro_edge);
+#endif
+  return find_baseline_ray_kernels(look_up, micro_edge);
+}
+
+}  // namespace pvol::detail

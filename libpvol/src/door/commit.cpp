@@ -1,0 +1,101 @@
+// Commits of the C door: in whose threads they work, how far they are, and how they end early.
+#include <tbb/task_arena.h>
+#include <tbb/task_group.h>
+
+#include "door/build.h"
+#include "door/guard.h"
+#include "math/parallel.h"
+
+namespace pvol::detail {
+namespace {
+
+/// Makes a commit known to pvol_cancel as long as it runs.
+class Running {
+ public:
+  Running(pvol_volume& volume, tbb::task_group_context& context) : volume_(volume) {
+    const std::scoped_lock lock(volume_.cancelling);
+    volume_.cancel = [&context] { context.cancel_group_execution(); };
+  }
+  ~Running() {
+    const std::scoped_lock lock(volume_.cancelling);
+    volume_.cancel = nullptr;
+  }
+  Running(const Running&) = delete;
+  Running& operator=(const Running&) = delete;
+
+ private:
+  pvol_volume& volume_;
+};
+
+/// Calls work() as a task of the context, on this thread or one of the arena.
+template <class Work>
+void run_in(tbb::task_group_context& context, const pvol_commit_options& o, const Work& work) {
+  const auto in_group = [&] {
+    tbb::task_group group(context);
+    group.run_and_wait(work);
+  };
+  if (o.threads > 0) {
+    tbb::task_arena(o.threads).execute(in_group);
+  } else if (o.arena != nullptr) {
+    static_cast<tbb::task_arena*>(o.arena)->execute(in_group);
+  } else {
+    in_group();
+  }
+}
+
+void check(const pvol_commit_options& o) {
+  for (const std::uint64_t r : o.reserved) {
+    if (r != 0) throw Error("a reserved member is not 0; clear the whole structure first");
+  }
+  if (o.threads < 0) {
+    throw Error("a commit with " + std::to_string(o.threads) +
+                " threads; 0 stands for all of the machine");
+  }
+}
+
+void commit(pvol_volume& volume, const pvol_commit_options& o) {
+  check(o);
+  tbb::task_group_context context;
+  const Progress progress = [&](double done) {
+    const bool goes_on = o.progress == nullptr || o.progress(o.user, done) == 0;
+    if (!goes_on || context.is_group_execution_cancelled()) throw Cancelled{};
+  };
+  std::unique_ptr<const Committed> made;
+  // A task group passes on what its work throws, but not once it was cancelled.
+  std::exception_ptr thrown;
+  {
+    const Running running(volume, context);
+    run_in(context, o, [&] {
+      try {
+        made = build(volume.settings, volume.committed.get(), progress);
+      } catch (...) {
+        thrown = std::current_exception();
+      }
+    });
+    if (context.is_group_execution_cancelled()) throw Cancelled{};
+  }
+  if (thrown) std::rethrow_exception(thrown);
+  volume.committed = std::move(made);
+  for (FieldSamples& f : volume.settings.fields) {
+    if (!std::holds_alternative<FieldSamples::None>(f.from)) f.from = FieldSamples::Same{};
+  }
+}
+
+}  // namespace
+}  // namespace pvol::detail
+
+extern "C" {
+
+pvol_status pvol_commit(pvol_volume* volume, const pvol_commit_options* options) {
+  return pvol::detail::guarded(volume, [&] {
+    pvol::detail::commit(*volume, options == nullptr ? pvol_commit_options{} : *options);
+  });
+}
+
+void pvol_cancel(pvol_volume* volume) {
+  if (volume == nullptr) return;
+  const std::scoped_lock lock(volume->cancelling);
+  if (volume->cancel) volume->cancel();
+}
+
+}  // extern "C"

@@ -1,0 +1,47 @@
+// From exceptions to the status and message of the C door.
+#pragma once
+
+#include <exception>
+#include <new>
+#include <string>
+
+#include "door/committed.h"
+#include "door/samples.h"
+#include "pvol/error.h"
+
+namespace pvol::detail {
+
+/// Keeps the message and tells who asked to be told.
+inline pvol_status fail(pvol_volume& volume, pvol_status status, const char* message) noexcept {
+  try {
+    volume.message = message;
+  } catch (...) {
+    volume.message.clear();
+  }
+  if (volume.error_function != nullptr) {
+    volume.error_function(volume.error_user, status, message);
+  }
+  return status;
+}
+
+/// The status of what `work()` does to a volume: no exception leaves.
+template <class Work>
+pvol_status guarded(pvol_volume* volume, const Work& work) noexcept {
+  if (volume == nullptr) return PVOL_INVALID;
+  try {
+    work();
+    return PVOL_OK;
+  } catch (const Cancelled&) {
+    return fail(*volume, PVOL_CANCELLED, "the commit was cancelled; the volume is as before");
+  } catch (const Error& e) {
+    return fail(*volume, PVOL_INVALID, e.what());
+  } catch (const std::bad_alloc&) {
+    return fail(*volume, PVOL_NO_MEMORY, "there is not enough memory");
+  } catch (const std::exception& e) {
+    return fail(*volume, PVOL_FAILED, e.what());
+  } catch (...) {
+    return fail(*volume, PVOL_FAILED, "something failed that says nothing of itself");
+  }
+}
+
+}  // namespace pvol::detail

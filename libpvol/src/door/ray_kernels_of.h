@@ -1,0 +1,85 @@
+// The loops of ray_kernels.h for one way of look-up.
+#pragma once
+
+#include "door/ray_kernels.h"
+#include "pvol/track/transmittance.h"
+#include "pvol/volume/extinction_source.h"
+
+namespace pvol::detail {
+
+/// A segment of which look-ups ask for the handle alone.
+[[nodiscard]] inline Segment segment_with(LeafHandle leaf) {
+  Segment s{};
+  s.leaf = leaf;
+  return s;
+}
+
+template <class Field>
+[[nodiscard]] float pass_by(Transmittance estimator, const Field& field, RayWalk& walk,
+                            CallerNumbers& numbers) {
+  NoTally none;
+  switch (estimator) {
+    case Transmittance::analog:
+      return transmittance<Transmittance::analog, Tracker::decomposition>(walk, field, numbers,
+                                                                          none);
+    case Transmittance::residual_ratio:
+      return transmittance<Transmittance::residual_ratio, Tracker::delta>(walk, field, numbers,
+                                                                          none);
+    default:
+      return transmittance<Transmittance::ratio, Tracker::delta>(walk, field, numbers, none);
+  }
+}
+
+template <LookUp kLookUp, int kMicroEdge>
+[[nodiscard]] RayKernels make_ray_kernels() {
+  RayKernels k{};
+  k.next = [](RayWalk& walk, Segment& segment) {
+    const auto s = walk.next();
+    if (s) segment = *s;
+    return s.has_value();
+  };
+  k.extinction = [](const VolumeField& f, const RayWalk& walk, LeafHandle leaf, double t) {
+    return extinction_source<kLookUp>(f)(segment_with(leaf), walk.point(t));
+  };
+  k.exceeds = [](const VolumeField& f, const RayWalk& walk, LeafHandle leaf, double t, float mu) {
+    NoTally none;
+    return make_field<kLookUp, kMicroEdge>(f).exceeds(segment_with(leaf), walk.point(t), mu, none);
+  };
+  k.fly = [](const VolumeField& f, RayWalk& walk, CallerNumbers& numbers) {
+    NoTally none;
+    return free_flight<Tracker::decomposition>(walk, make_field<kLookUp, kMicroEdge>(f), numbers,
+                                               none);
+  };
+  k.pass = [](const VolumeField& f, Transmittance estimator, RayWalk& walk,
+              CallerNumbers& numbers) {
+    return pass_by(estimator, make_field<kLookUp, kMicroEdge>(f), walk, numbers);
+  };
+  if constexpr (has_closed_form(kLookUp)) {
+    k.depth = [](const VolumeField& f, RayWalk& walk) {
+      NoTally none;
+      return optical_depth(walk, make_field<kLookUp, 0>(f), none);
+    };
+  }
+  k.fly_rgb = [](const VolumeField& f, Rgb share, Rgb throughput, RayWalk& walk,
+                 CallerNumbers& numbers) {
+    NoTally none;
+    ChromaticFlight flight =
+        chromatic_flight(walk.local(), make_field<kLookUp, 0>(f), share, throughput, numbers, none);
+    if (flight.collided) flight.t = walk.world(flight.t);
+    return flight;
+  };
+  k.pass_rgb = [](const VolumeField& f, Rgb share, RayWalk& walk, CallerNumbers& numbers) {
+    NoTally none;
+    return chromatic_transmittance(walk.local(), make_field<kLookUp, 0>(f), share, numbers, none);
+  };
+  return k;
+}
+
+template <LookUp kLookUp>
+RayKernels find_ray_kernels_of(int micro_edge) {
+  if (micro_edge == 1) return make_ray_kernels<kLookUp, 1>();
+  if (micro_edge == 2) return make_ray_kernels<kLookUp, 2>();
+  return make_ray_kernels<kLookUp, 0>();
+}
+
+}  // namespace pvol::detail

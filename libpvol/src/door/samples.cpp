@@ -1,0 +1,144 @@
+// From what C programs have in memory to grids.
+#include "door/samples.h"
+
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include "math/parallel.h"
+#include "pvol/density/quantise.h"
+#include "pvol/error.h"
+
+namespace pvol::detail {
+namespace {
+
+[[nodiscard]] Vec3i vec(const std::int32_t v[3]) { return {v[0], v[1], v[2]}; }
+
+[[nodiscard]] std::string text(Vec3i v) {
+  return "(" + std::to_string(v.x) + ", " + std::to_string(v.y) + ", " + std::to_string(v.z) + ")";
+}
+
+[[nodiscard]] std::int64_t size_of(pvol_type type) {
+  switch (type) {
+    case PVOL_FLOAT:
+      return 4;
+    case PVOL_DOUBLE:
+      return 8;
+    case PVOL_HALF:
+      return 2;
+  }
+  throw Error("a type of samples of " + std::to_string(int(type)) +
+              "; it is PVOL_FLOAT, PVOL_DOUBLE or PVOL_HALF");
+}
+
+/// A half of any value, also those that are no density.
+[[nodiscard]] float from_half(std::uint16_t bits) {
+  const bool finite = (bits & 0x7c00) != 0x7c00;
+  if (!finite) return std::nanf("");
+  const float size = decode_half(bits & 0x7fff, 0);
+  return bits & 0x8000 ? -size : size;
+}
+
+[[nodiscard]] float load(const char* at, pvol_type type) {
+  if (type == PVOL_DOUBLE) {
+    double v;
+    std::memcpy(&v, at, sizeof v);
+    return float(v);
+  }
+  if (type == PVOL_HALF) {
+    std::uint16_t v;
+    std::memcpy(&v, at, sizeof v);
+    return from_half(v);
+  }
+  float v;
+  std::memcpy(&v, at, sizeof v);
+  return v;
+}
+
+/// Leaves are read where they lie: nothing else looks at their samples before they are bounded.
+void check_values(const pvol_leaf& leaf) {
+  if (leaf.values == nullptr) {
+    throw Error("the leaf at " + text(vec(leaf.origin)) + " has no samples");
+  }
+  for (int i = 0; i < kBrickSamples; ++i) {
+    const float v = leaf.values[i];
+    if (v >= 0 && std::isfinite(v)) continue;
+    throw Error("sample " + text(vec(leaf.origin) + Vec3i(i >> 6, i >> 3 & 7, i & 7)) + " is " +
+                std::to_string(v) +
+                "; every sample must be finite and not negative. Clean the field first.");
+  }
+}
+
+void check_origin(Vec3i origin, std::int32_t edge) {
+  if (((origin.x | origin.y | origin.z) & (edge - 1)) == 0) return;
+  throw Error("a cube of " + std::to_string(edge) + "^3 samples lies at " + text(origin) +
+              "; its origin must be a multiple of its edge along each axis");
+}
+
+[[nodiscard]] Tile tile_of(const pvol_tile& t) {
+  if (t.edge != 8 && t.edge != 128 && t.edge != 4096) {
+    throw Error("a tile has an edge of " + std::to_string(t.edge) + "; it is 8, 128 or 4096");
+  }
+  check_origin(vec(t.origin), t.edge);
+  if (!(t.value >= 0 && std::isfinite(t.value))) {
+    throw Error("the tile at " + text(vec(t.origin)) + " has the value " + std::to_string(t.value) +
+                "; it must be finite and not negative");
+  }
+  return {vec(t.origin), t.edge, t.value};
+}
+
+}  // namespace
+
+VoxelGrid read_samples(const pvol_array& a) {
+  const Vec3i size = vec(a.size), begin = vec(a.origin);
+  if (a.values == nullptr) throw Error("the array of samples has no address");
+  const std::int64_t bytes = size_of(a.type);
+  const bool packed = a.stride[0] == 0 && a.stride[1] == 0 && a.stride[2] == 0;
+  const Vec3l stride = packed ? Vec3l(std::int64_t(size.y) * size.z, size.z, 1) * bytes
+                              : Vec3l(a.stride[0], a.stride[1], a.stride[2]);
+  const Vec3l end = Vec3l(begin) + Vec3l(size);
+  if (min_component(size) < 1 || max_component(end) > std::numeric_limits<std::int32_t>::max()) {
+    throw Error("an array of " + text(size) + " samples at " + text(begin) +
+                "; it needs one along each axis, and to end below 2^31");
+  }
+  const auto* const values = static_cast<const char*>(a.values);
+  const FillBrick copy = [&](Vec3i origin, float* to) {
+    const Vec3l brick(origin), lo = max(brick, Vec3l(begin)),
+                               hi = min(brick + Vec3l(kBrickEdge), end);
+    for (std::int64_t x = lo.x; x < hi.x; ++x) {
+      for (std::int64_t y = lo.y; y < hi.y; ++y) {
+        const Vec3l row(x, y, lo.z), at = row - brick;
+        const char* from = values + dot(row - Vec3l(begin), stride);
+        float* out = to + (at.x * kBrickEdge + at.y) * kBrickEdge + at.z;
+        for (std::int64_t k = 0; k < hi.z - lo.z; ++k) out[k] = load(from + k * stride.z, a.type);
+      }
+    }
+  };
+  return make_grid(begin, Vec3i(end), copy);
+}
+
+VoxelGrid read_samples(const pvol_bricks& b) {
+  if (b.fill == nullptr) throw Error("bricks have no function that fills them");
+  return make_grid(vec(b.lo), vec(b.hi), [&](Vec3i origin, float* values) {
+    const std::int32_t at[3] = {origin.x, origin.y, origin.z};
+    if (b.fill(b.user, at, values) != 0) throw Cancelled{};
+  });
+}
+
+VoxelGrid read_samples(const pvol_leaves& l) {
+  if (l.leaf_count > 0 && l.leaves == nullptr) throw Error("the array of leaves has no address");
+  if (l.tile_count > 0 && l.tiles == nullptr) throw Error("the array of tiles has no address");
+  VoxelGrid grid;
+  grid.bricks.resize(l.leaf_count);
+  parallel_parts(0, l.leaf_count, 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i != end; ++i) {
+      check_values(l.leaves[i]);
+      check_origin(vec(l.leaves[i].origin), kBrickEdge);
+      grid.bricks[i] = {vec(l.leaves[i].origin), l.leaves[i].values};
+    }
+  });
+  for (std::size_t i = 0; i < l.tile_count; ++i) grid.tiles.push_back(tile_of(l.tiles[i]));
+  return occupied(grid);
+}
+
+}  // namespace pvol::detail

@@ -1,0 +1,85 @@
+// Small fields for the tests of the C door.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "pvol/embed.h"
+#include "pvol/pvol.hpp"
+
+namespace pvol::test {
+
+/// A ball of smoke with ripples and holes, in n^3 samples, k fastest.
+struct Smoke {
+  std::int32_t n;
+  std::vector<float> values;
+
+  explicit Smoke(std::int32_t edge = 40, double phase = 0) : n(edge) {
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; j < n; ++j) {
+        for (int k = 0; k < n; ++k) values.push_back(at(i, j, k, phase));
+      }
+    }
+  }
+
+  [[nodiscard]] float at(int i, int j, int k, double phase) const {
+    const double c = 0.5 * (n - 1);
+    const double r = std::sqrt((i - c) * (i - c) + (j - c) * (j - c) + (k - c) * (k - c)) / c;
+    const double ripple = 1 + 0.8 * std::sin(0.6 * i + phase) * std::sin(0.45 * j + 0.3 * k);
+    return r < 0.9 ? float((0.95 - r) * ripple) : 0;
+  }
+  [[nodiscard]] pvol_array array() const { return api::array(values.data(), {{n, n, n}}); }
+};
+
+/// Lattice points to a world that is turned, stretched and far from the origin.
+inline constexpr std::array<double, 12> kPlacement = {0.08, -0.06, 0, 100, 0.06, 0.08,
+                                                      0,    -20,   0, 0,   0.12, 7};
+
+[[nodiscard]] inline Affine placement() {
+  Affine a;
+  for (std::size_t row = 0; row < 3; ++row) {
+    a.m[row] = {kPlacement[4 * row], kPlacement[4 * row + 1], kPlacement[4 * row + 2]};
+    a.t[int(row)] = kPlacement[4 * row + 3];
+  }
+  return a;
+}
+
+[[nodiscard]] inline api::Volume make_smoke(const Smoke& smoke, double extinction = 3) {
+  api::Volume v;
+  v.set(PVOL_DENSITY, smoke.array()).set_transform(PVOL_DENSITY, kPlacement);
+  v.set_extinction(extinction).commit();
+  return v;
+}
+
+/// The same by the C++ door.
+[[nodiscard]] inline Volume make_same(const Smoke& smoke, double extinction = 3,
+                                      LookUp look_up = LookUp::trilinear) {
+  const VoxelGrid grid =
+      make_grid({.values = smoke.values.data(), .size = Vec3i(smoke.n)}, placement());
+  return make_volume(grid, {.extinction = extinction}, {.look_up = look_up});
+}
+
+[[nodiscard]] inline api::Vec place_of(double i, double j, double k) {
+  const Vec3d p = placement().point({i, j, k});
+  return {p.x, p.y, p.z};
+}
+
+/// A ray through the smoke by two places in its cells.
+[[nodiscard]] inline pvol_ray ray_between(Vec3d from, Vec3d to, double t_max = api::kInfinity) {
+  const Vec3d o = placement().point(from), d = placement().vector(to - from);
+  return api::ray({o.x, o.y, o.z}, {d.x, d.y, d.z}, t_max);
+}
+[[nodiscard]] inline pvol_ray random_ray(Rng& rng, int n) {
+  const auto point = [&] {
+    const auto [a, b] = rng.uniform2();
+    return Vec3d(double(a), double(b), double(rng.uniform())) * double(n);
+  };
+  const Vec3d from = point() * 3.0 - Vec3d(n), to = point();
+  return ray_between(from, to);
+}
+[[nodiscard]] inline Ray same(const pvol_ray& r) {
+  return {{r.o[0], r.o[1], r.o[2]}, {r.d[0], r.d[1], r.d[2]}};
+}
+
+}  // namespace pvol::test
