@@ -16,6 +16,8 @@ import tempfile
 
 # Languages of headers that are not of C++20: "pvol/door.h": ["c99", "c++17"].
 LANGUAGES = {
+    "pvol/pvol.h": ["c99", "c++17"],
+    "pvol/pvol.hpp": ["c++17"],
     # Through lanes.h, which takes one of them.
     "pvol/math/lanes_neon.h": [],
     "pvol/math/lanes_plain.h": [],

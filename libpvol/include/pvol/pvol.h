@@ -47,14 +47,6 @@
 
 #define PVOL_API_VERSION 1
 
-#if defined(_MSC_VER)
-#define PVOL_ALIGNED(bytes) __declspec(align(bytes))
-#elif defined(__cplusplus)
-#define PVOL_ALIGNED(bytes) alignas(bytes)
-#else
-#define PVOL_ALIGNED(bytes) __attribute__((aligned(bytes)))
-#endif
-
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -152,6 +144,13 @@ pvol_status pvol_set_leaves(pvol_volume* volume, int field, const pvol_leaves* l
 /* Without samples again. */
 pvol_status pvol_clear_field(pvol_volume* volume, int field);
 
+/* Of the field's new samples, those at lattice points lo <= p < hi are the only ones that differ from
+ * the last commit's; called again, those in any of the boxes. For the density, the next commit then
+ * reads these alone and costs what they do (nearest and trilinear, without tiles or a shell; else it
+ * reads all). Setting samples forgets the boxes. */
+pvol_status pvol_set_changed(pvol_volume* volume, int field, const int32_t lo[3],
+                             const int32_t hi[3]);
+
 /* From lattice points to the world, by rows: x = m[0] i + m[1] j + m[2] k + m[3] and so on. Without:
  * they are the same. */
 pvol_status pvol_set_transform(pvol_volume* volume, int field, const double m[12]);
@@ -191,7 +190,8 @@ typedef struct pvol_commit_options {
  *
  * A volume may be set anew and committed again, frame by frame. Fields that were not set since the
  * last commit keep their samples, whose memory may be gone, and cost nothing; where nothing but the
- * extinction changed, neither does the density's bounding. Walks of before are void. */
+ * extinction or a transform changed, neither is the density bounded again. Walks of before are
+ * void. */
 pvol_status pvol_commit(pvol_volume* volume, const pvol_commit_options* options);
 
 /* From any thread: the commit under way, if there is one, soon returns PVOL_CANCELLED. */
@@ -276,8 +276,9 @@ typedef struct pvol_segment {
 
 /* Where a ray is on its way through a volume. Yours to keep; no part of it is yours to read. It
  * refers to the volume. */
-typedef struct PVOL_ALIGNED(16) pvol_walk {
+typedef union pvol_walk {
   uint64_t reserved[64];
+  long double aligned; /* to 16 bytes */
 } pvol_walk;
 
 /* 1: the walk is at the start of the ray's way through the volume's box. 0: the ray misses it, and

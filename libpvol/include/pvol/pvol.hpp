@@ -160,6 +160,10 @@ class Volume {
   Volume& set(int field, const pvol_leaves& l) {
     return require(pvol_set_leaves(get(), field, &l));
   }
+  Volume& set_changed(int field, const std::array<std::int32_t, 3>& lo,
+                      const std::array<std::int32_t, 3>& hi) {
+    return require(pvol_set_changed(get(), field, lo.data(), hi.data()));
+  }
   Volume& clear(int field) { return require(pvol_clear_field(get(), field)); }
   Volume& set_transform(int field, const std::array<double, 12>& m) {
     return require(pvol_set_transform(get(), field, m.data()));

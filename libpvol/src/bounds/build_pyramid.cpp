@@ -7,6 +7,7 @@
 #include <mutex>
 #include <string>
 
+#include "bounds/pyramid_parts.h"
 #include "density/lattice_index.h"
 #include "math/parallel.h"
 #include "pvol/bounds/pyramid.h"
@@ -96,24 +97,6 @@ Extent measure(const VoxelGrid& grid) {
     e = join(e, {{lo, lo + Vec3l(t.edge - 1)}, t.value});
   }
   return e;
-}
-
-/// The root: a power-of-two multiple of leaves from the leaf below the lowest cell.
-void place_root(const Extent& extent, Pyramid& p) {
-  const KernelReach reach = reach_of(p.look_up);
-  p.support_lo = extent.points.lo - Vec3l(reach.above);
-  p.support_hi = extent.points.hi + Vec3l(reach.below + 1);
-  p.scale = extent.largest;
-  for (int axis = 0; axis < 3; ++axis) p.origin[axis] = p.support_lo[axis] & ~std::int64_t(7);
-  const std::int64_t cells = max_component(p.support_hi - p.origin);
-  int root_log2 = 3;
-  while ((std::int64_t(1) << root_log2) < cells) ++root_log2;
-  if (root_log2 > kMaxRootLog2) {
-    throw Error("the density reaches over " + std::to_string(cells) +
-                " voxels along one axis; pvol handles up to 16777216. Split the parts that lie so "
-                "far apart into clouds of their own, or remove stray voxels.");
-  }
-  p.levels.resize(std::size_t(root_log2) - 2);
 }
 
 using LeafCoord = Vec3<std::int64_t>;  // in leaves, from the pyramid's origin
@@ -244,18 +227,6 @@ Range leaf_range(const detail::BlockFinder& blocks, Vec3i origin, KernelReach re
   return r;
 }
 
-/// The node with its bounds rounded outward to the 16-bit code.
-PyramidNode quantize(const PyramidNode& n, float scale) {
-  return {n.code, decode(encode_down(n.lo, scale), scale), decode(encode_up(n.hi, scale), scale)};
-}
-
-/// Whether all corners of the sample blocks that a leaf reads are 32-bit lattice points.
-bool in_lattice(Vec3l origin, KernelReach reach) {
-  const std::int64_t below = reach.below > 0 ? kLeafEdge : 0;
-  return min_component(origin) - below >= std::numeric_limits<std::int32_t>::min() &&
-         max_component(origin) <= std::numeric_limits<std::int32_t>::max() - 2 * kLeafEdge;
-}
-
 }  // namespace
 
 Pyramid build_pyramid(const VoxelGrid& grid, LookUp look_up, std::uint64_t max_leaves) {
@@ -265,14 +236,8 @@ Pyramid build_pyramid(const VoxelGrid& grid, LookUp look_up, std::uint64_t max_l
   const Extent extent = measure(grid);
   Pyramid p;
   if (look_up == LookUp::tricubic) p.look_up = look_up;
-  const KernelReach reach = reach_of(p.look_up);
   if (extent.points.empty()) return p;
-  place_root(extent, p);
-  if (!in_lattice(p.origin, reach) || !in_lattice(p.support_hi, reach)) {
-    throw Error(
-        "voxels lie within 16 of the end of the 32-bit index range; move the volume towards "
-        "the origin of its index space.");
-  }
+  detail::place_root(p, extent.points.lo, extent.points.hi, extent.largest);
 
   const detail::BlockFinder blocks(grid);
   Collector collector(p, max_leaves);
@@ -284,15 +249,15 @@ Pyramid build_pyramid(const VoxelGrid& grid, LookUp look_up, std::uint64_t max_l
     for (std::size_t i = begin; i != end; ++i) {
       const std::uint64_t code = candidates.leaves[i];
       const Vec3l at = p.origin + Vec3l(morton_decode(code)) * kLeafEdge;
-      const Range range = leaf_range(blocks, Vec3i(at), reach);
-      leaves[i] = quantize({code, range.lo(), range.hi()}, p.scale);
+      const Range range = leaf_range(blocks, Vec3i(at), reach_of(p.look_up));
+      leaves[i] = detail::quantize({code, range.lo(), range.hi()}, p.scale);
     }
   });
   std::erase_if(leaves, [](const PyramidNode& n) { return n.hi == 0; });
 
   p.levels = std::move(candidates.uniform);
   for (std::vector<PyramidNode>& level : p.levels) {
-    for (PyramidNode& n : level) n = quantize(n, p.scale);
+    for (PyramidNode& n : level) n = detail::quantize(n, p.scale);
   }
   p.levels[0].insert(p.levels[0].end(), leaves.begin(), leaves.end());
   for (std::vector<PyramidNode>& level : p.levels) {

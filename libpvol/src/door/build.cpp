@@ -3,6 +3,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "door/brick_update.h"
+#include "field/micro_codes.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/error.h"
 #include "pvol/field/micro_bounds.h"
@@ -14,8 +16,9 @@
 namespace pvol::detail {
 namespace {
 
-/// The samples of a field, where there are new ones.
-[[nodiscard]] std::optional<VoxelGrid> read(const FieldSamples& samples) {
+/// The samples of a field in a box, where there are new ones.
+[[nodiscard]] std::optional<VoxelGrid> read(const FieldSamples& samples,
+                                            const LatticeBox& box = kEverywhere) {
   std::optional<VoxelGrid> grid;
   std::visit(
       [&](const auto& from) {
@@ -23,12 +26,17 @@ namespace {
         if constexpr (!std::is_same_v<From, FieldSamples::None> &&
                       !std::is_same_v<From, FieldSamples::Same> &&
                       !std::is_same_v<From, std::shared_ptr<const BoundedDensity>>) {
-          grid = read_samples(from);
+          grid = read_samples(from, box);
           grid->index_to_world = samples.index_to_world;
         }
       },
       samples.from);
   return grid;
+}
+
+[[nodiscard]] bool has_tiles(const FieldSamples& samples) {
+  const auto* const leaves = std::get_if<pvol_leaves>(&samples.from);
+  return leaves != nullptr && leaves->tile_count > 0;
 }
 
 [[nodiscard]] LinkedBricks bricks_of(const VoxelGrid& grid, const Pyramid& pyramid,
@@ -55,6 +63,7 @@ class DensityBuild {
     if (const auto* given = std::get_if<std::shared_ptr<const BoundedDensity>>(&samples.from)) {
       return take(*given);
     }
+    if (can_update_in_place()) return update();
     VoxelGrid grid = read(samples).value_or(VoxelGrid{});
     progress_(0.2);
     Pyramid pyramid = build_pyramid(grid, s_.look_up);
@@ -89,6 +98,28 @@ class DensityBuild {
     out_.volume =
         make_volume(out_.bricks->bricks, out_.bricks->pyramid,
                     s_.fields[PVOL_DENSITY].index_to_world, medium_, options_, micro_bounds);
+  }
+
+  [[nodiscard]] bool can_update_in_place() const {
+    return !s_.fields[PVOL_DENSITY].changed.empty() && before_ != nullptr && before_->bricks &&
+           s_.look_up != LookUp::tricubic && !s_.shell && can_update(*before_->bricks) &&
+           !has_tiles(s_.fields[PVOL_DENSITY]);
+  }
+
+  /// The density of before but for the leaves that changed.
+  void update() {
+    const FieldSamples& samples = s_.fields[PVOL_DENSITY];
+    const ReadBox read_box = [&](const LatticeBox& box) { return *read(samples, box); };
+    out_.bricks = std::make_shared<const BoundedBricks>(
+        update_bricks(*before_->bricks, samples.changed, read_box));
+    progress_(0.6);
+    make([&](const BrickField& field, int edge) {
+      const MicroBounds& known = before_->volume.density.micro;
+      if (known.edge != edge) return build_micro_bounds(field, edge);
+      MicroBounds updated = known;
+      remake_micro_bounds(updated, field, out_.bricks->changed);
+      return updated;
+    });
   }
 
   /// The density of before under another extinction or place.

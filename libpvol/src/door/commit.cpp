@@ -78,6 +78,7 @@ void commit(pvol_volume& volume, const pvol_commit_options& o) {
   volume.committed = std::move(made);
   for (FieldSamples& f : volume.settings.fields) {
     if (!std::holds_alternative<FieldSamples::None>(f.from)) f.from = FieldSamples::Same{};
+    f.changed.clear();
   }
 }
 

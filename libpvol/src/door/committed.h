@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include "door/brick_update.h"
 #include "door/ray_kernels.h"
 #include "door/samples.h"
 #include "pvol/bounds/pyramid.h"
@@ -22,12 +23,6 @@
 #include "volume/linked_bricks.h"
 
 namespace pvol::detail {
-
-/// A density in bricks with its bounds, which commits share.
-struct BoundedBricks {
-  Pyramid pyramid;
-  LinkedBricks bricks;
-};
 
 /// A volume as rays see it.
 struct Committed {

@@ -30,6 +30,7 @@ template <class Samples>
       if (r != 0) throw Error("a reserved member is not 0; clear the whole structure first");
     }
     f.from = *samples;
+    f.changed.clear();
   });
 }
 
@@ -109,6 +110,19 @@ pvol_status pvol_set_leaves(pvol_volume* volume, int field, const pvol_leaves* l
 
 pvol_status pvol_clear_field(pvol_volume* volume, int field) {
   return guarded(volume, [&] { field_of(*volume, field).from = FieldSamples::None{}; });
+}
+
+pvol_status pvol_set_changed(pvol_volume* volume, int field, const int32_t lo[3],
+                             const int32_t hi[3]) {
+  return guarded(volume, [&] {
+    FieldSamples& f = field_of(*volume, field);
+    const LatticeBox box{Vec3l(lo[0], lo[1], lo[2]), Vec3l(hi[0], hi[1], hi[2])};
+    if (min_component(box.hi - box.lo) < 1) {
+      throw Error(
+          "a box of changed samples holds none; its high corner is beyond the last of them");
+    }
+    f.changed.push_back(box);
+  });
 }
 
 pvol_status pvol_set_transform(pvol_volume* volume, int field, const double m[12]) {

@@ -56,14 +56,12 @@ namespace {
 }
 
 /// Leaves are read where they lie: nothing else looks at their samples before they are bounded.
-void check_values(const pvol_leaf& leaf) {
-  if (leaf.values == nullptr) {
-    throw Error("the leaf at " + text(vec(leaf.origin)) + " has no samples");
-  }
+void check_values(const Brick& leaf) {
+  if (leaf.values == nullptr) throw Error("the leaf at " + text(leaf.origin) + " has no samples");
   for (int i = 0; i < kBrickSamples; ++i) {
     const float v = leaf.values[i];
     if (v >= 0 && std::isfinite(v)) continue;
-    throw Error("sample " + text(vec(leaf.origin) + Vec3i(i >> 6, i >> 3 & 7, i & 7)) + " is " +
+    throw Error("sample " + text(leaf.origin + Vec3i(i >> 6, i >> 3 & 7, i & 7)) + " is " +
                 std::to_string(v) +
                 "; every sample must be finite and not negative. Clean the field first.");
   }
@@ -89,7 +87,7 @@ void check_origin(Vec3i origin, std::int32_t edge) {
 
 }  // namespace
 
-VoxelGrid read_samples(const pvol_array& a) {
+VoxelGrid read_samples(const pvol_array& a, const LatticeBox& box) {
   const Vec3i size = vec(a.size), begin = vec(a.origin);
   if (a.values == nullptr) throw Error("the array of samples has no address");
   const std::int64_t bytes = size_of(a.type);
@@ -101,40 +99,49 @@ VoxelGrid read_samples(const pvol_array& a) {
     throw Error("an array of " + text(size) + " samples at " + text(begin) +
                 "; it needs one along each axis, and to end below 2^31");
   }
+  const Vec3l from = max(Vec3l(begin), box.lo), to_end = min(end, box.hi);
+  if (min_component(to_end - from) < 1) return {};
   const auto* const values = static_cast<const char*>(a.values);
   const FillBrick copy = [&](Vec3i origin, float* to) {
-    const Vec3l brick(origin), lo = max(brick, Vec3l(begin)),
-                               hi = min(brick + Vec3l(kBrickEdge), end);
+    const Vec3l brick(origin), lo = max(brick, from), hi = min(brick + Vec3l(kBrickEdge), to_end);
     for (std::int64_t x = lo.x; x < hi.x; ++x) {
       for (std::int64_t y = lo.y; y < hi.y; ++y) {
         const Vec3l row(x, y, lo.z), at = row - brick;
-        const char* from = values + dot(row - Vec3l(begin), stride);
+        const char* source = values + dot(row - Vec3l(begin), stride);
         float* out = to + (at.x * kBrickEdge + at.y) * kBrickEdge + at.z;
-        for (std::int64_t k = 0; k < hi.z - lo.z; ++k) out[k] = load(from + k * stride.z, a.type);
+        for (std::int64_t k = 0; k < hi.z - lo.z; ++k) out[k] = load(source + k * stride.z, a.type);
       }
     }
   };
-  return make_grid(begin, Vec3i(end), copy);
+  return make_grid(Vec3i(from), Vec3i(to_end), copy);
 }
 
-VoxelGrid read_samples(const pvol_bricks& b) {
+VoxelGrid read_samples(const pvol_bricks& b, const LatticeBox& box) {
   if (b.fill == nullptr) throw Error("bricks have no function that fills them");
-  return make_grid(vec(b.lo), vec(b.hi), [&](Vec3i origin, float* values) {
-    const std::int32_t at[3] = {origin.x, origin.y, origin.z};
-    if (b.fill(b.user, at, values) != 0) throw Cancelled{};
-  });
+  const Vec3l lo = max(Vec3l(vec(b.lo)), box.lo), hi = min(Vec3l(vec(b.hi)), box.hi);
+  const bool is_box = min_component(Vec3l(vec(b.hi)) - Vec3l(vec(b.lo))) > 0;
+  if (is_box && min_component(hi - lo) < 1) return {};
+  return make_grid(is_box ? Vec3i(lo) : vec(b.lo), is_box ? Vec3i(hi) : vec(b.hi),
+                   [&](Vec3i origin, float* values) {
+                     const std::int32_t at[3] = {origin.x, origin.y, origin.z};
+                     if (b.fill(b.user, at, values) != 0) throw Cancelled{};
+                   });
 }
 
-VoxelGrid read_samples(const pvol_leaves& l) {
+VoxelGrid read_samples(const pvol_leaves& l, const LatticeBox& box) {
   if (l.leaf_count > 0 && l.leaves == nullptr) throw Error("the array of leaves has no address");
   if (l.tile_count > 0 && l.tiles == nullptr) throw Error("the array of tiles has no address");
   VoxelGrid grid;
-  grid.bricks.resize(l.leaf_count);
-  parallel_parts(0, l.leaf_count, 64, [&](std::size_t begin, std::size_t end) {
+  for (std::size_t i = 0; i < l.leaf_count; ++i) {
+    const Vec3i origin = vec(l.leaves[i].origin);
+    const Vec3l lo(origin), hi = lo + Vec3l(kBrickEdge);
+    if (min_component(min(hi, box.hi) - max(lo, box.lo)) < 1) continue;
+    grid.bricks.push_back({origin, l.leaves[i].values});
+  }
+  parallel_parts(0, grid.bricks.size(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i != end; ++i) {
-      check_values(l.leaves[i]);
-      check_origin(vec(l.leaves[i].origin), kBrickEdge);
-      grid.bricks[i] = {vec(l.leaves[i].origin), l.leaves[i].values};
+      check_origin(grid.bricks[i].origin, kBrickEdge);
+      check_values(grid.bricks[i]);
     }
   });
   for (std::size_t i = 0; i < l.tile_count; ++i) grid.tiles.push_back(tile_of(l.tiles[i]));

@@ -1,12 +1,22 @@
 // A field's samples as the C door is given them.
 #pragma once
 
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <variant>
+#include <vector>
 
 #include "pvol/given_density.h"
 
 namespace pvol::detail {
+
+/// Lattice points lo <= p < hi.
+struct LatticeBox {
+  Vec3l lo, hi;
+};
+inline constexpr LatticeBox kEverywhere{Vec3l(std::numeric_limits<std::int64_t>::min() / 4),
+                                        Vec3l(std::numeric_limits<std::int64_t>::max() / 4)};
 
 /// What the next commit is to read; nothing: what it has read before.
 struct FieldSamples {
@@ -15,13 +25,15 @@ struct FieldSamples {
   std::variant<None, Same, pvol_array, pvol_bricks, pvol_leaves,
                std::shared_ptr<const BoundedDensity>>
       from = None{};
+  std::vector<LatticeBox> changed{};  ///< where they differ from before; none: anywhere
   Affine index_to_world{};
 };
 
-/// Reads them. Throws Error for what is no density, and Cancelled where a function gives up.
-[[nodiscard]] VoxelGrid read_samples(const pvol_array& array);
-[[nodiscard]] VoxelGrid read_samples(const pvol_bricks& bricks);
-[[nodiscard]] VoxelGrid read_samples(const pvol_leaves& leaves);
+/// Reads those in a box. Throws Error for what is no density, and Cancelled where a function gives
+/// up.
+[[nodiscard]] VoxelGrid read_samples(const pvol_array& array, const LatticeBox& box);
+[[nodiscard]] VoxelGrid read_samples(const pvol_bricks& bricks, const LatticeBox& box);
+[[nodiscard]] VoxelGrid read_samples(const pvol_leaves& leaves, const LatticeBox& box);
 
 /// A commit that somebody cancelled.
 struct Cancelled {};

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "field/micro_codes.h"
+#include "math/parallel.h"
 #include "pvol/field/brick_field.h"
 
 namespace pvol {
@@ -64,6 +65,19 @@ detail::RangesOfBrick ranges_of(const BrickField& field) {
 
 MicroBounds build_micro_bounds(const BrickField& field, int edge) {
   return detail::make_micro_bounds(field.bricks(), edge, ranges_of(field));
+}
+
+void detail::remake_micro_bounds(MicroBounds& bounds, const BrickField& field,
+                                 std::span<const std::uint32_t> bricks) {
+  bounds.scales.resize(field.bricks());
+  bounds.codes.resize(field.bricks() * micro_cubes_per_brick(bounds.edge));
+  const RangesOfBrick ranges_of_brick = ranges_of(field);
+  parallel_parts(0, bricks.size(), 16, [&](std::size_t begin, std::size_t end) {
+    CubeRanges ranges;
+    for (std::size_t i = begin; i != end; ++i) {
+      bound_brick(bounds, bricks[i], ranges_of_brick, ranges);
+    }
+  });
 }
 
 std::optional<std::uint32_t> find_violation(const MicroBounds& bounds, const BrickField& field) {

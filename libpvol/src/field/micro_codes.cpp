@@ -50,27 +50,30 @@ DensityRange widened(double lo, double hi, double slack) {
           double(h) >= above ? h : std::nextafter(h, kLargest)};
 }
 
+void bound_brick(MicroBounds& m, std::size_t b, const RangesOfBrick& ranges_of,
+                 CubeRanges& ranges) {
+  const std::size_t cubes = micro_cubes_per_brick(m.edge);
+  ranges_of(b, m.edge, ranges);
+  const MicroBounds::Scale s = m.scales[b] = make_scale(ranges.all);
+  for (std::size_t i = 0; i < cubes; ++i) {
+    const DensityRange r = ranges.cube[i];
+    // Where steps are lost in rounding several codes stand for one density; the order is kept.
+    const int up = code_up(s, r.hi), down = std::min(code_down(s, r.lo), up);
+    m.codes[b * cubes + i] = {std::uint8_t(down), std::uint8_t(up)};
+  }
+}
+
 MicroBounds make_micro_bounds(std::size_t bricks, int edge, const RangesOfBrick& ranges_of) {
   if (edge != 1 && edge != 2) {
     throw Error(std::to_string(edge) + ": the edge of micro-bounds must be 1 or 2 cells");
   }
-  const std::size_t cubes = micro_cubes_per_brick(edge);
   MicroBounds m;
   m.edge = edge;
   m.scales.resize(bricks);
-  m.codes.resize(bricks * cubes);
+  m.codes.resize(bricks * micro_cubes_per_brick(edge));
   parallel_parts(0, bricks, kGrain, [&](std::size_t begin, std::size_t end) {
     CubeRanges ranges;
-    for (std::size_t b = begin; b != end; ++b) {
-      ranges_of(b, edge, ranges);
-      const MicroBounds::Scale s = m.scales[b] = make_scale(ranges.all);
-      for (std::size_t i = 0; i < cubes; ++i) {
-        const DensityRange r = ranges.cube[i];
-        // Where steps are lost in rounding several codes stand for one density; the order is kept.
-        const int up = code_up(s, r.hi), down = std::min(code_down(s, r.lo), up);
-        m.codes[b * cubes + i] = {std::uint8_t(down), std::uint8_t(up)};
-      }
-    }
+    for (std::size_t b = begin; b != end; ++b) bound_brick(m, b, ranges_of, ranges);
   });
   return m;
 }

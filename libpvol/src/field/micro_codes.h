@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 
 #include "pvol/field/micro_bounds.h"
 #include "pvol/field/micro_range.h"
@@ -28,6 +29,14 @@ using RangesOfBrick = std::function<void(std::size_t b, int edge, CubeRanges&)>;
 /// In parallel; the result does not depend on the number of threads. Throws Error for an edge other
 /// than 1 or 2.
 [[nodiscard]] MicroBounds make_micro_bounds(std::size_t bricks, int edge, const RangesOfBrick&);
+
+/// Writes those of brick b; `ranges` is scratch.
+void bound_brick(MicroBounds& bounds, std::size_t b, const RangesOfBrick&, CubeRanges& ranges);
+
+/// Makes those of some bricks anew, and room for bricks that are new: those of `bricks`, which are
+/// apart, are the ones of a field that changed or came.
+void remake_micro_bounds(MicroBounds& bounds, const BrickField& field,
+                         std::span<const std::uint32_t> bricks);
 
 /// Whether these are micro-bounds of so many bricks.
 [[nodiscard]] bool fit(const MicroBounds& bounds, std::size_t bricks);
