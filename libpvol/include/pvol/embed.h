@@ -1,7 +1,7 @@
 // Extinction fields for other renderers: a cloud from memory, then free flights and transmittance
-// along rays of the world, one call a ray, from any thread. Segments, trackers of your own and
-// paths that go on where they collided are in pvol/trackers.h, whole pictures in
-// pvol/render/render.h.
+// along rays of the world, one call a ray, from any thread. Batches of rays are in
+// pvol/volume/batch.h, segments, trackers of your own and paths that go on where they collided in
+// pvol/trackers.h, whole pictures in pvol/render/render.h.
 //
 //   // Once: density on a lattice of 0.1 world units, mu_t = 4 x density.
 //   const pvol::VoxelGrid grid =

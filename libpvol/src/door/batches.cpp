@@ -4,6 +4,7 @@
 
 #include "door/rays.h"
 #include "pvol/volume/batch.h"
+#include "volume/batch_rays.h"
 
 namespace pvol::detail {
 namespace {
@@ -44,6 +45,20 @@ template <class Number>
          rays.t_max.type != PVOL_HALF;
 }
 
+[[nodiscard]] std::size_t optical_depths(const Committed& c, const RayBatch& rays, double* depth) {
+  std::size_t bad = 0;
+  for (std::size_t i = 0; i < rays.size; ++i) {
+    const auto ray = read_ray(rays, i, c.volume->density.world_to_cells);
+    RayWalk walk;
+    const Entry entry = ray ? enter_ray(*c.volume, ray->world, ray->t_max, walk) : Entry::bad;
+    bad += entry == Entry::bad;
+    depth[i] = entry == Entry::bad      ? std::numeric_limits<double>::quiet_NaN()
+               : entry == Entry::misses ? 0
+                                        : c.kernels.depth(c.volume->density, walk);
+  }
+  return bad;
+}
+
 }  // namespace
 }  // namespace pvol::detail
 
@@ -74,7 +89,7 @@ size_t pvol_transmittances(const pvol_volume* volume, const pvol_rays* rays,
 size_t pvol_optical_depths(const pvol_volume* volume, const pvol_rays* rays, double* depth) {
   const Committed* const c = committed(volume);
   if (!usable(c, *rays) || c->kernels.depth == nullptr) return refuse_all(*rays, depth);
-  return optical_depths(*c->batch, batch_of(*rays), depth);
+  return optical_depths(*c, batch_of(*rays), depth);
 }
 
 }  // extern "C"

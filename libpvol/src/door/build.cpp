@@ -95,7 +95,7 @@ class DensityBuild {
   }
 
   void make(const GetMicroBounds& micro_bounds) {
-    out_.volume =
+    *out_.volume =
         make_volume(out_.bricks->bricks, out_.bricks->pyramid,
                     s_.fields[PVOL_DENSITY].index_to_world, medium_, options_, micro_bounds);
   }
@@ -114,7 +114,7 @@ class DensityBuild {
         update_bricks(*before_->bricks, samples.changed, read_box));
     progress_(0.6);
     make([&](const BrickField& field, int edge) {
-      const MicroBounds& known = before_->volume.density.micro;
+      const MicroBounds& known = before_->volume->density.micro;
       if (known.edge != edge) return build_micro_bounds(field, edge);
       MicroBounds updated = known;
       remake_micro_bounds(updated, field, out_.bricks->changed);
@@ -127,7 +127,7 @@ class DensityBuild {
     out_.recipe = before_->recipe;
     out_.known_shell = before_->known_shell;
     if (out_.recipe) return make_of_recipe();
-    const bool was_tricubic = before_->volume.density.look_up == LookUp::tricubic;
+    const bool was_tricubic = before_->volume->density.look_up == LookUp::tricubic;
     if (was_tricubic != (s_.look_up == LookUp::tricubic)) {
       throw Error(
           "the interpolation changed to or from tricubic, which reads other samples; set those of "
@@ -140,7 +140,7 @@ class DensityBuild {
     }
     out_.bricks = before_->bricks;
     make([&](const BrickField& field, int edge) {
-      const MicroBounds& known = before_->volume.density.micro;
+      const MicroBounds& known = before_->volume->density.micro;
       return known.edge == edge ? known : build_micro_bounds(field, edge);
     });
   }
@@ -164,7 +164,7 @@ class DensityBuild {
     VolumeOptions o = options_;
     o.object_to_world =
         s_.fields[PVOL_DENSITY].index_to_world * inverse(index_to_object(out_.recipe->density));
-    out_.volume =
+    *out_.volume =
         pvol::make_volume(std::get<1>(out_.recipe->density), out_.recipe->pyramid, medium_, o);
   }
 
@@ -205,7 +205,7 @@ std::unique_ptr<const Committed> build(const Settings& settings, const Committed
   DensityBuild(settings, before, progress, *out).run();
   progress(0.7);
   add_fields(settings, before, progress, *out);
-  const VolumeField& density = out->volume.density;
+  const VolumeField& density = out->volume->density;
   out->cells_to_world = inverse(density.world_to_cells);
   out->share = settings.share;
   if (out->known_shell && settings.shell) {
@@ -214,7 +214,7 @@ std::unique_ptr<const Committed> build(const Settings& settings, const Committed
   const int edge = density.micro.edge;
   out->flights = find_flights({density.look_up, edge, false, false}, Watching::none);
   out->kernels = find_ray_kernels(density.look_up, edge);
-  out->batch.emplace(out->volume);
+  out->batch.emplace(std::shared_ptr<const Volume>(out->volume));
   progress(1);
   return out;
 }

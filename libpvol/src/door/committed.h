@@ -26,7 +26,7 @@ namespace pvol::detail {
 
 /// A volume as rays see it.
 struct Committed {
-  Volume volume{};
+  std::shared_ptr<Volume> volume = std::make_shared<Volume>();
   std::shared_ptr<const BoundedBricks> bricks{};   ///< of samples
   std::shared_ptr<const BoundedDensity> recipe{};  ///< of a recipe; one of the two, or neither
   std::shared_ptr<const Shell> known_shell{};      ///< of the density, fitted or read

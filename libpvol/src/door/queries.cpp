@@ -30,7 +30,7 @@ template <class T>
 
 /// Bounds of mu_t over a box of the world that is not empty.
 [[nodiscard]] DensityRange extinction_in(const Committed& c, const Box& world) {
-  const VolumeField& f = c.volume.density;
+  const VolumeField& f = c.volume->density;
   if (f.octree.empty()) return {0, 0};
   Box cells = transform(f.world_to_cells, world);
   // The map to cells is rounded, and look-ups clamp what lies on faces.
@@ -51,8 +51,8 @@ extern "C" {
 
 int pvol_box(const pvol_volume* volume, double lo[3], double hi[3]) {
   const Committed* const c = committed(volume);
-  if (c == nullptr || c->volume.density.octree.empty()) return 0;
-  const Box box = c->volume.density.world_box;
+  if (c == nullptr || c->volume->density.octree.empty()) return 0;
+  const Box box = c->volume->density.world_box;
   for (int axis = 0; axis < 3; ++axis) lo[axis] = box.lo[axis], hi[axis] = box.hi[axis];
   return 1;
 }
@@ -71,7 +71,7 @@ int pvol_extinction_range(const pvol_volume* volume, const double lo[3], const d
 uint64_t pvol_bytes(const pvol_volume* volume) {
   const Committed* const c = committed(volume);
   if (c == nullptr) return 0;
-  std::uint64_t sum = sizeof(pvol_volume) + sizeof(Committed) + bytes_of(c->volume.density);
+  std::uint64_t sum = sizeof(pvol_volume) + sizeof(Committed) + bytes_of(c->volume->density);
   if (c->batch) sum += c->batch->bytes();
   if (c->pyramid() != nullptr) sum += bytes_of(*c->pyramid());
   if (c->bricks) {
@@ -83,18 +83,18 @@ uint64_t pvol_bytes(const pvol_volume* volume) {
 
 float pvol_density(const pvol_volume* volume, const double place[3]) {
   const Committed* const c = committed(volume);
-  return c == nullptr ? 0 : density_at(c->volume, vec(place));
+  return c == nullptr ? 0 : density_at(*c->volume, vec(place));
 }
 
 float pvol_extinction(const pvol_volume* volume, const double place[3]) {
   const Committed* const c = committed(volume);
-  return c == nullptr ? 0 : extinction_at(c->volume, vec(place));
+  return c == nullptr ? 0 : extinction_at(*c->volume, vec(place));
 }
 
 float pvol_value(const pvol_volume* volume, int field, const double place[3]) {
   const Committed* const c = committed(volume);
   if (c == nullptr || field < 0 || field >= PVOL_MOST_FIELDS) return 0;
-  if (field == PVOL_DENSITY) return density_at(c->volume, vec(place));
+  if (field == PVOL_DENSITY) return density_at(*c->volume, vec(place));
   const auto& f = c->fields[std::size_t(field)];
   return f == nullptr ? 0 : value_at(*f, vec(place));
 }
@@ -109,7 +109,7 @@ int pvol_shell_spans(const pvol_volume* volume, const pvol_ray* ray, pvol_span* 
   const Span box = walk.span();
   std::vector<Span> found{box};
   if (c->shell) {
-    const Affine& to_cells = c->volume.density.world_to_cells;
+    const Affine& to_cells = c->volume->density.world_to_cells;
     const Vec3d d = vec(ray->d);
     c->shell->intersect({to_cells.point(vec(ray->o)), to_cells.vector(d / length(d))}, box.t0,
                         box.t1, found);

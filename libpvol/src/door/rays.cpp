@@ -19,7 +19,7 @@ template <class F>
 }  // namespace
 
 Flight fly(const Committed& c, RayWalk& walk, pvol_random& random) {
-  const VolumeField& field = c.volume.density;
+  const VolumeField& field = c.volume->density;
   if (!is_own(random)) {
     CallerNumbers numbers(random);
     return c.kernels.fly(field, walk, numbers);
@@ -33,7 +33,7 @@ Flight fly(const Committed& c, RayWalk& walk, pvol_random& random) {
 }
 
 float pass(const Committed& c, pvol_estimator estimator, RayWalk& walk, pvol_random& random) {
-  const VolumeField& field = c.volume.density;
+  const VolumeField& field = c.volume->density;
   if (estimator == PVOL_EXACT) {
     if (c.kernels.depth == nullptr) return std::numeric_limits<float>::quiet_NaN();
     return float(std::exp(-c.kernels.depth(field, walk)));
@@ -91,7 +91,7 @@ int pvol_optical_depth(const pvol_volume* volume, const pvol_ray* ray, double* d
   RayWalk walk;
   const Entry entry = enter(c, *ray, walk);
   if (entry == Entry::bad || c->kernels.depth == nullptr) return PVOL_BAD_RAY;
-  *depth = entry == Entry::misses ? 0 : c->kernels.depth(c->volume.density, walk);
+  *depth = entry == Entry::misses ? 0 : c->kernels.depth(c->volume->density, walk);
   return 1;
 }
 

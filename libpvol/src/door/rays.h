@@ -16,7 +16,7 @@ namespace pvol::detail {
 /// `bad` for no volume, too.
 [[nodiscard]] inline Entry enter(const Committed* c, const pvol_ray& ray, RayWalk& walk) {
   if (c == nullptr) return Entry::bad;
-  return enter_ray(c->volume, {vec(ray.o), vec(ray.d)}, ray.t_max, walk);
+  return enter_ray(*c->volume, {vec(ray.o), vec(ray.d)}, ray.t_max, walk);
 }
 
 /// What C programs get of an estimator's name; the nearest there is for one that there is not.

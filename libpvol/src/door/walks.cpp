@@ -15,7 +15,7 @@ namespace {
   return *std::launder(reinterpret_cast<const DoorWalk*>(walk));
 }
 
-[[nodiscard]] const VolumeField& field_of(const DoorWalk& w) { return w.volume->volume.density; }
+[[nodiscard]] const VolumeField& field_of(const DoorWalk& w) { return w.volume->volume->density; }
 
 [[nodiscard]] float extinction(const DoorWalk& w, double t) {
   return w.volume->kernels.extinction(field_of(w), w.walk, w.leaf, t);
@@ -85,7 +85,7 @@ int pvol_resume(pvol_walk* walk, double t, const double direction[3], double t_m
   DoorWalk& w = in(walk);
   if (w.volume == nullptr) return PVOL_BAD_RAY;
   const Cursor from = w.walk.cursor_at(t);
-  const Entry entry = resume_ray(w.volume->volume, from, vec(direction), t_max, w.walk);
+  const Entry entry = resume_ray(*w.volume->volume, from, vec(direction), t_max, w.walk);
   return entry == Entry::enters ? 1 : PVOL_BAD_RAY;
 }
 

@@ -11,6 +11,7 @@
 #include "pvol/trackers.h"
 #include "pvol/volume/make_volume.h"
 #include "volume/cell_look_up.h"
+#include "volume/check_estimator.h"
 #include "volume/flights.h"
 
 namespace pvol {
@@ -28,6 +29,16 @@ namespace {
 }
 
 }  // namespace
+
+void detail::check_estimator(const Volume& volume, Transmittance estimator) {
+  if (estimator == Transmittance::automatic) {
+    throw Error(
+        "sample_transmittance does not choose an estimator ray by ray: call "
+        "choose_transmittance once and pass on its choice");
+  }
+  if (estimator == Transmittance::regular && !has_closed_form(volume.density.look_up))
+    refuse_closed_form();
+}
 
 Volume make_volume(const VoxelGrid& grid, const Medium& medium, const VolumeOptions& options) {
   return make_volume(grid, build_pyramid(grid, options.look_up), medium, options);
@@ -50,15 +61,9 @@ Flight sample_flight(const Volume& volume, const Ray& ray, double t_max, Rng& rn
 
 float sample_transmittance(const Volume& volume, const Ray& ray, double t_max, Rng& rng,
                            Transmittance estimator) {
-  if (estimator == Transmittance::automatic) {
-    throw Error(
-        "sample_transmittance does not choose an estimator ray by ray: call "
-        "choose_transmittance once and pass on its choice");
-  }
+  detail::check_estimator(volume, estimator);
   auto walk = enter(volume, ray, t_max);
   if (!walk) return 1;
-  if (estimator == Transmittance::regular && !has_closed_form(volume.density.look_up))
-    refuse_closed_form();
   const Tracker tracker =
       estimator == Transmittance::analog ? Tracker::decomposition : Tracker::delta;
   detail::Watch unused;

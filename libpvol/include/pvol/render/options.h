@@ -12,6 +12,7 @@
 #include "pvol/render/aov.h"
 #include "pvol/render/needs.h"
 #include "pvol/track/tracker.h"
+#include "pvol/volume/lanes.h"
 #include "pvol/volume/volume.h"
 
 namespace pvol {
@@ -43,23 +44,6 @@ enum class GuideUse {
       {GuideUse::automatic, "auto"},
       {GuideUse::on, "on"},
       {GuideUse::off, "off"},
-  });
-}
-
-/// How many paths a thread follows at once. The picture is the same on average; the random numbers
-/// are others in lanes, and the same for any number of them.
-enum class Lanes {
-  automatic,  ///< as many as the machine has, where the scene is one that lanes serve
-  scalar,     ///< one path at a time
-  avx2,       ///< 8
-  avx512,     ///< 16
-};
-[[nodiscard]] constexpr auto names(Lanes) {
-  return std::to_array<Named<Lanes>>({
-      {Lanes::automatic, "auto"},
-      {Lanes::scalar, "scalar"},
-      {Lanes::avx2, "avx2"},
-      {Lanes::avx512, "avx512"},
   });
 }
 

@@ -9,7 +9,7 @@
 #endif
 
 #include "render/guide/guided_tracer.h"
-#include "render/lanes/decide-inl.h"
+#include "render/lanes/events-inl.h"
 #include "render/path/gather_light.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -37,7 +37,7 @@ struct Paths {
         id(load(q.bits(kId) + at)),
         matter(splat_int(0)),
         row(splat_int(0)) {
-    for (std::size_t c = 0; c < w.size(); ++c) w[c] = load(q[Field(kW0 + c)] + at);
+    for (std::size_t c = 0; c < w.size(); ++c) w[c] = load(q[kW0 + c] + at);
   }
 
   HWY_INLINE F largest() const {
@@ -154,7 +154,7 @@ HWY_INLINE void add_shadow_rays(const LaneScene& s, LaneMemory& m, std::size_t l
     pack(on, to.direction.x, q[kDX] + q.n), pack(on, to.direction.y, q[kDY] + q.n);
     pack(on, to.direction.z, q[kDZ] + q.n);
     for (std::size_t c = 0; c < Matter::kWeights; ++c) {
-      pack(on, p.w[c] * weight, q[Field(kW0 + c)] + q.n);
+      pack(on, p.w[c] * weight, q[kW0 + c] + q.n);
     }
     pack(on, depth, q[kDepth] + q.n);
     if (s.limited) pack(on, to.distance, q[kLeft] + q.n);
@@ -220,7 +220,7 @@ HWY_INLINE void put_paths(LaneMemory& m, Paths<Matter>& p, I copies, M turned) {
     p.put_random(on, rng, q);
     pack(on, p.from.x, q[kDX] + q.n), pack(on, p.from.y, q[kDY] + q.n);
     pack(on, p.from.z, q[kDZ] + q.n);
-    for (std::size_t c = 0; c < Matter::kWeights; ++c) pack(on, p.w[c], q[Field(kW0 + c)] + q.n);
+    for (std::size_t c = 0; c < Matter::kWeights; ++c) pack(on, p.w[c], q[kW0 + c] + q.n);
     pack(on, p.id, q.bits(kId) + q.n);
     pack(on, as_bits(p.row), q.bits(kAux) + q.n);
     if constexpr (Matter::kWeights > 1) pack(on, as_bits(p.matter), q.bits(kMatter) + q.n);

@@ -6,35 +6,12 @@
 
 #include "pvol/render/counts.h"
 #include "render/lanes/exact_sum.h"
-#include "render/lanes/records.h"
+#include "render/lanes/path_fields.h"
 #include "render/path/film_layers.h"
 #include "render/path/gather_light.h"
+#include "volume/lanes/flight_memory.h"
 
 namespace pvol::detail {
-
-/// Rays of a queue that fly at once. Queues are taken from their ends, so that they stay short
-/// however paths branch.
-inline constexpr std::size_t kSlice = 1024;
-
-/// What flights leave behind, and what becomes of it: arrays of kSlice and a register more.
-struct Events {
-  template <class T>
-  using Array = std::array<T, kSlice + kMostLanes>;
-
-  std::size_t n = 0;                 ///< rays that used up their optical depth
-  Array<float> x, y, z, left;        ///< where, and the distance that is left
-  Array<std::uint32_t> source;       ///< number in the slice
-  std::size_t gone = 0;              ///< rays that left
-  Array<std::uint32_t> gone_source;  ///< likewise
-
-  // Of decisions, for each event:
-  Array<float> mu;  ///< u times the majorant
-  Array<std::uint32_t> rng0, rng1, brick, cube, sample;
-  std::array<std::uint32_t, kSlice / 4 + 1> real, open;  ///< masks of registers
-  std::size_t undecided = 0;
-  Array<std::uint32_t> which;  ///< events that need a look-up
-  Array<std::uint32_t> at;     ///< their first sample
-};
 
 /// Samples of a batch: each has a slot with its sums.
 class Slots {
@@ -107,16 +84,13 @@ class Slots {
   }
 };
 
-struct LaneMemory {
-  Records camera, paths, shadows;  ///< rays that wait to fly
-  Records flying{kSlice};          ///< those that do
-  Records collisions, straight, turned;
-  std::array<Events::Array<float>, 3> step, inverse;  ///< of the flying: cells per world length
-  Events events;
+struct LaneMemory : FlightMemory {
+  Records camera{kPathFields}, paths{kPathFields}, shadows{kPathFields};  ///< that wait to fly
+  Records collisions{kPathFields}, straight{kPathFields}, turned{kPathFields};
   Slots slots;
   Counts counts;
 
-  explicit LaneMemory(const PathSetup& setup) : slots(setup) {}
+  explicit LaneMemory(const PathSetup& setup) : FlightMemory(kPathFields), slots(setup) {}
 };
 
 /// Numbers of samples in a batch go into 16 bits of a record's id.

@@ -1,8 +1,5 @@
 #include "render/lanes/lane_scene.h"
 
-#include <cmath>
-
-#include "pvol/field/brick_field.h"
 #include "pvol/render/lighting.h"
 #include "pvol/volume/facts.h"
 #include "render/emission/emission_source.h"
@@ -69,16 +66,9 @@ LaneScene::LaneScene(const PathSetup& s)
       volume(s.volumes.front()),
       to_world{Vec3f(volume.cells_to_world.m[0]), Vec3f(volume.cells_to_world.m[1]),
                Vec3f(volume.cells_to_world.m[2])},
-      bounds(*s.dense),
-      samples(volume.volume.density.bricks().samples.data()),
+      field(volume.volume.density, *s.dense),
       matter(make_matter_table(volume.matter)),
       one_lobe(has_one_lobe(volume.matter)) {
-  const MicroBounds& micro = volume.volume.density.micro;
-  if (micro.edge > 0) {
-    micro_codes = reinterpret_cast<const std::uint16_t*>(micro.codes.data());
-    micro_scales = reinterpret_cast<const float*>(micro.scales.data());
-    micro_shift = micro.edge - 1;  // of 1 and 2
-  }
   // What is absorbed is in layers.
   emits = s.options.aovs.has(Aov::lights) && largest(s.constant) > 0;
   for (const Matter& m : volume.matter) emits = emits || largest(m.emitted) > 0;
@@ -97,7 +87,7 @@ LaneScene::LaneScene(const PathSetup& s)
     dark_sky = dark_sky && !seen;
   }
   if (s.sky.sampled()) lights.emplace_back();
-  const auto bit = [](Field f) { return std::uint32_t(1) << f; };
+  const auto bit = [](std::size_t f) { return std::uint32_t(1) << f; };
   fields = bit(kX) | bit(kY) | bit(kZ) | bit(kDX) | bit(kDY) | bit(kDZ) | bit(kW0) | bit(kDepth) |
            bit(kRng0) | bit(kRng1) | bit(kId);
   if (!one_lobe) fields |= bit(kW1) | bit(kW2);
@@ -113,24 +103,14 @@ const char* lane_obstacle(std::span<const Volume> volumes, const Scene& scene) {
   if (o.transmittance != Transmittance::automatic && o.transmittance != Transmittance::analog) {
     return "shadow rays are not analog";
   }
-  if (o.look_up != LookUp::nearest && o.look_up != LookUp::trilinear) {
-    return "the interpolation is neither nearest nor trilinear";
-  }
   if (o.depth) return "the octree's depth is set";
   if (o.majorant_scale != 1) return "majorants are scaled";
-  // Their constants would reach beyond the support's box, to the ends of leaves.
-  if (o.homogenise) return "nodes count as homogeneous";
   if (o.max_bounces && *o.max_bounces > kMostLaneBounces) return "the limit on bounces is high";
   const Volume& v = volumes.front();
-  if (v.density.motion != nullptr) return "the volume moves";
-  if (v.moving_places != nullptr) return "the volume moves as a whole";
   if (v.fire != nullptr) return "a field emits";
   if (v.albedo != nullptr) return "the albedo is a field";
   if (is_chromatic(v.medium)) return "the extinction has a colour";
-  if (v.density.map != nullptr) return "the density is mapped";
   if (gathers_along_flights(v, o)) return "emission is gathered along flights";
-  const VolumeField& f = v.density;
-  if (f.octree.empty()) return "the volume is empty";
   constexpr std::size_t kMostLights = 255;
   for (const LightSource& source : make_light_sources(scene.lights)) {
     const bool served =
@@ -138,23 +118,7 @@ const char* lane_obstacle(std::span<const Volume> volumes, const Scene& scene) {
     if (!served) return "some light is neither a sun nor a point";
   }
   if (most_lights(scene) > kMostLights) return "there are more than 255 lights";
-  // Places of rays are floats: of the largest clouds they would lose what matters.
-  constexpr int kLargestEdge = 4000;
-  const Vec3i end = vec3(f.octree.support_hi);
-  if (max_component(end) > kLargestEdge)
-    return "the volume has more than 4000 voxels along an axis";
-  constexpr std::uint64_t kMostWords = 1u << 24;
-  if (count_words(f.octree) > kMostWords) return "the volume's box has more than 2^24 leaves";
-  constexpr std::size_t kMostBricks = (std::size_t(1) << 31) / kFieldSamples - 1;
-  if (f.bricks().bricks() > kMostBricks) return "the volume has more than 2.9 million bricks";
-  float most = 0;
-  for (const Octree::Entry& e : f.octree.entries) most = std::max(most, e.hi);
-  // A mean free path is to be at least 64 spacings of the floats (THEORY.md, T2.2).
-  const auto farthest = float(max_component(end) + DenseBounds::kBorder);
-  const double spacing = double(std::nextafter(farthest, 0x1p30f) - farthest);
-  const double cell = std::cbrt(std::abs(determinant(inverse(f.world_to_cells))));
-  if (double(most) * cell * spacing > 1.0 / 64) return "voxels are too thick for places in floats";
-  return nullptr;
+  return lane_obstacle(v);
 }
 
 }  // namespace pvol::detail

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "render/guide/importance.h"
-#include "render/lanes/records.h"
+#include "render/lanes/path_fields.h"
 #include "render/path/path_setup.h"
-#include "volume/dense_bounds.h"
+#include "volume/lanes/lane_field.h"
 
 namespace pvol::detail {
 
@@ -51,12 +51,7 @@ struct LaneScene {
   const PathSetup& setup;
   const VolumeSetup& volume;
   std::array<Vec3f, 3> to_world;  ///< rows of the map of steps in cells to the world
-  const DenseBounds& bounds;      ///< the setup's
-
-  const float* samples;
-  const std::uint16_t* micro_codes = nullptr;  ///< pairs of bytes, or null where there are none
-  const float* micro_scales = nullptr;         ///< pairs of base and step
-  int micro_shift = 0;                         ///< log2 of their cubes' edge
+  LaneField field;                ///< with the setup's bounds
 
   MatterTable matter;
   bool one_lobe;  ///< one component of one lobe and grey albedo: all that most clouds need

@@ -7,9 +7,9 @@
 #define PVOL_LANE_MATTER_INL_H
 #endif
 
-#include "render/lanes/lane_math-inl.h"
 #include "render/lanes/lane_scene.h"
 #include "render/lanes/phase_lanes.h"
+#include "volume/lanes/lane_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <span>
 
-#include "render/lanes/records.h"
 #include "render/path/path_setup.h"
+#include "volume/lanes/records.h"
 
 namespace pvol::detail {
 

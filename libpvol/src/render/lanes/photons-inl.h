@@ -51,7 +51,7 @@ HWY_NOINLINE void collide_photons(const LaneScene& s, LaneMemory& m, const Photo
   for (std::size_t at = 0; at < q.n; at += kLanes) {
     Paths<Matter> p(q, at);
     p.matter = Matter::choose(s, p.rng);
-    const Place place(s.bounds, p.x, p.y, p.z);
+    const Place place(s.field.bounds, p.x, p.y, p.z);
     count_light(task, p, where(p.alive, row_of(task.cells, place.x, place.y, place.z)));
     p.id = p.id + splat_bits(kMostSlots);
     const I flights = as_int(hn::ShiftRight<16>(p.id));

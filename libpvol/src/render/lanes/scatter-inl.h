@@ -21,7 +21,7 @@ HWY_INLINE void launch(const LaneScene& s, const Records& q, std::size_t at, M o
   for (const Field f : {kX, kY, kZ, kId}) store(load(q[f] + at), to[f] + n);
   store(direction.x, to[kDX] + n), store(direction.y, to[kDY] + n), store(direction.z, to[kDZ] + n);
   for (std::size_t c = 0; c < Matter::kWeights; ++c) {
-    const auto f = Field(kW0 + c);
+    const std::size_t f = kW0 + c;
     store(load(q[f] + at) * factor, to[f] + n);
   }
   if (s.weighted) store(pdf, to[kPdf] + n);

@@ -114,26 +114,13 @@ class Samples {
   return n;
 }
 
-/// Puts a ray at a place, in cells from the octree's origin, at or in the box of the support. Its
-/// depth and the state of its random numbers are the next of `rng`.
+/// Puts a ray at a place, in cells from the octree's origin, at or in the box of the support.
 inline void put_ray(const LaneScene& s, Records& q, Vec3d place, Vec3f d, Rgb weight,
                     std::uint32_t id, Rng& rng) {
-  const Octree& tree = s.volume.volume.density.octree;
-  const std::size_t n = q.n++;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto low = float(tree.support_lo[axis] + DenseBounds::kBorder);
-    const float high = std::nextafter(float(tree.support_hi[axis] + DenseBounds::kBorder), 0.0f);
-    const auto at = float(place[axis] + double(DenseBounds::kBorder));
-    q[Field(kX + std::size_t(axis))][n] = std::clamp(at, low, high);
-    q[Field(kDX + std::size_t(axis))][n] = d[axis];
-    q[Field(kW0 + std::size_t(axis))][n] = weight[axis];
-  }
+  const std::size_t n = put_ray(s.field, q, place, d, rng);
+  for (int c = 0; c < 3; ++c) q[kW0 + std::size_t(c)][n] = weight[c];
   q[kPdf][n] = 0;
   q.bits(kId)[n] = id;
-  q[kDepth][n] = rng.tentative().depth;
-  const Philox::Block state = rng.block();
-  q.bits(kRng0)[n] = std::uint32_t(state.lo) | 1;
-  q.bits(kRng1)[n] = std::uint32_t(state.hi);
 }
 
 /// Puts a camera ray where it enters the box of the support; one that misses that sees what lies
@@ -176,7 +163,8 @@ HWY_NOINLINE void add_first_collisions(const LaneScene& s, LaneMemory& m, std::s
 /// Takes rays from the end of a queue and flies them; null collisions go back to it.
 HWY_INLINE void take_and_fly(const LaneScene& s, LaneMemory& m, Records& queue, Tally& tally) {
   queue.take_last(kSlice, s.fields, m.flying);
-  fly<false>(s, m, tally);
+  SampleCounts counts{s, m, tally};
+  fly<false>(s.field, m, counts);
 }
 
 HWY_INLINE void fly_camera_rays(const LaneScene& s, LaneMemory& m) {
@@ -197,10 +185,11 @@ HWY_INLINE void fly_paths(const LaneScene& s, LaneMemory& m) {
 template <class Matter>
 HWY_INLINE void fly_shadow_rays(const LaneScene& s, LaneMemory& m) {
   m.shadows.take_last(kSlice, s.fields, m.flying);
+  SampleCounts counts{s, m, m.counts.shadow};
   if (s.limited) {
-    fly<true>(s, m, m.counts.shadow);
+    fly<true>(s.field, m, counts);
   } else {
-    fly<false>(s, m, m.counts.shadow);
+    fly<false>(s.field, m, counts);
   }
   end_shadow_rays<Matter>(s, m);
   decide(s, m, m.shadows, nullptr, m.counts.shadow);

@@ -4,11 +4,7 @@
 #include <bit>
 #include <cmath>
 
-// No kernel is the compiler's default: which one runs is decided when the program does.
-#define HWY_BASELINE_TARGETS HWY_BASELINE_SCALAR
-#define HWY_COMPILE_ALL_ATTAINABLE
-#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
-#undef HWY_TARGET_INCLUDE
+#include "volume/lanes/targets.h"
 #define HWY_TARGET_INCLUDE "render/lanes/wavefront.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>

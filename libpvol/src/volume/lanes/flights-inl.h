@@ -7,9 +7,9 @@
 #define PVOL_LANE_FLIGHTS_INL_H
 #endif
 
-#include "render/lanes/lane_math-inl.h"
-#include "render/lanes/lane_memory.h"
-#include "render/lanes/lane_scene.h"
+#include "volume/lanes/flight_memory.h"
+#include "volume/lanes/lane_field.h"
+#include "volume/lanes/lane_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
@@ -31,28 +31,19 @@ HWY_INLINE F minorant_share(U word) {
 }
 
 /// Steps in cells per world length for the directions of the slice, and their reciprocals.
-HWY_INLINE void aim(const LaneScene& s, LaneMemory& m) {
-  const VolumeSetup& v = s.volume;
+HWY_INLINE void aim(const LaneField& f, FlightMemory& m) {
   const Records& q = m.flying;
   for (std::size_t at = 0; at < q.n; at += kLanes) {
     const F x = load(q[kDX] + at), y = load(q[kDY] + at), z = load(q[kDZ] + at);
     for (int axis = 0; axis < 3; ++axis) {
-      const F step = hn::MulAdd(x, splat(v.cells_x[axis]),
-                                hn::MulAdd(y, splat(v.cells_y[axis]), z * splat(v.cells_z[axis])));
+      const F step =
+          hn::MulAdd(x, splat(f.cells[0][axis]),
+                     hn::MulAdd(y, splat(f.cells[1][axis]), z * splat(f.cells[2][axis])));
       // The reciprocal of 0 is large, not infinite.
       const F least = hn::Max(hn::Abs(step), splat(0x1p-120f));
       store(step, m.step[std::size_t(axis)].data() + at);
       store(splat(1) / hn::CopySign(least, step), m.inverse[std::size_t(axis)].data() + at);
     }
-  }
-}
-
-/// Adds to the counts of samples, one lane at a time: where counts are asked for.
-HWY_NOINLINE void count_each(LaneMemory& m, const Records& q, const std::uint32_t* sources,
-                             std::uint32_t lanes, PixelCounter counter) {
-  for (; lanes != 0; lanes &= lanes - 1) {
-    const std::uint32_t id = q.bits(kId)[sources[std::countr_zero(lanes)]];
-    ++m.slots.counts[slot_of(id)][std::size_t(counter)];
   }
 }
 
@@ -73,7 +64,7 @@ struct Flying {
 
   /// Hands out the ended rays and, where enough lanes are idle, takes rays from `at` on behind
   /// those that live, which move to the front. Returns whether any ray flies.
-  HWY_INLINE bool refill(LaneMemory& m, std::size_t& at) {
+  HWY_INLINE bool refill(FlightMemory& m, std::size_t& at) {
     constexpr std::size_t kIdle = kLanes * 3 / 8;  // lanes at which a refill pays
     const std::size_t busy = count(live);
     if (busy + kIdle > kLanes) return true;
@@ -98,9 +89,10 @@ struct Flying {
   }
 
   /// Moves every ray that lives through one cube.
-  HWY_INLINE void step(const LaneScene& s, LaneMemory& m, Tally& tally) {
-    const Place p(s.bounds, x, y, z);
-    const I word = as_int(gather(s.bounds.word.data(), where(live, p.leaf)));
+  template <class Counts>
+  HWY_INLINE void step(const LaneField& f, FlightMemory& m, Counts& counts) {
+    const Place p(f.bounds, x, y, z);
+    const I word = as_int(gather(f.bounds.word.data(), where(live, p.leaf)));
     const M solid = mask(hn::Gt(word, splat_int(DenseBounds::kFirstSolid - 1)));
     const M outside = mask(hn::Eq(word, splat_int(DenseBounds::kOutside)));
     const F hi = majorant(as_bits(word));  // 0 in empty cubes
@@ -129,7 +121,11 @@ struct Flying {
       left = select(moves, left - go, left);
       leaves = hn::Or(leaves, hn::And(passes, hn::Le(left, splat(0))));
     }
-    if (s.count) count_segments(m, hn::And(moves, solid), tally);
+    if (counts.on()) {
+      alignas(64) std::uint32_t sources[kLanes];
+      store(source, sources);
+      counts.add_segments(sources, bits_of(hn::And(moves, solid)));
+    }
     pack(leaves, source, m.events.gone_source.data() + m.events.gone);
     m.events.gone += count(leaves);
     ended = hn::Or(ended, hit);
@@ -145,28 +141,22 @@ struct Flying {
     e.n += count(ended);
     ended = first(0);
   }
-
-  HWY_INLINE void count_segments(LaneMemory& m, M entered, Tally& tally) const {
-    tally.segments += count(entered);
-    alignas(64) std::uint32_t sources[kLanes];
-    store(source, sources);
-    count_each(m, m.flying, sources, bits_of(entered), PixelCounter::segments);
-  }
 };
 
 /// Flies the slice to its end; fills the events and those that are gone. Two registers of rays take
-/// turns: a step waits for its bounds for most of its time.
-template <bool kLimited>
-HWY_NOINLINE void fly(const LaneScene& s, LaneMemory& m, Tally& tally) {
-  aim(s, m);
+/// turns: a step waits for its bounds for most of its time. `counts` is told of the segments, where
+/// it is on.
+template <bool kLimited, class Counts>
+HWY_NOINLINE void fly(const LaneField& f, FlightMemory& m, Counts& counts) {
+  aim(f, m);
   m.events.n = m.events.gone = 0;
   Flying<kLimited> a{}, b{};
   std::size_t at = 0;
   for (;;) {
     const bool flies_a = a.refill(m, at), flies_b = b.refill(m, at);
     if (!flies_a && !flies_b) break;
-    a.step(s, m, tally);
-    b.step(s, m, tally);
+    a.step(f, m, counts);
+    b.step(f, m, counts);
   }
 }
 

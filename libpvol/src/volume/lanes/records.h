@@ -1,4 +1,4 @@
-// What waits between the stages of a wavefront: records of rays, one array a field, so that a stage
+// What waits between the stages of kernels: records of rays, one array a field, so that a stage
 // reads and writes many records at once.
 #pragma once
 
@@ -16,40 +16,43 @@ namespace pvol::detail {
 /// before the first one.
 inline constexpr std::size_t kMostLanes = 16;
 
-/// Fields of a record, 4 bytes each. Not every queue has a use for all of them, and memory that
-/// nobody touches is none.
+/// Fields of a record, 4 bytes each: those of any ray. Who traces more than rays adds its own, from
+/// kRayFields on.
 enum Field : std::size_t {
   kX,
   kY,
   kZ,  ///< place, in cells from the dense bounds' low corner
   kDX,
   kDY,
-  kDZ,  ///< direction of flight, unit, in the world
-  kW0,
-  kW1,
-  kW2,     ///< weight by channel; of grey ones the first alone
+  kDZ,     ///< direction of flight, unit, in the world
   kDepth,  ///< optical depth left up to the next tentative collision
-  kLeft,   ///< distance left to the light, of shadow rays to lights at one
-  kPdf,    ///< density of the phase function for the direction, where lights ask for it
+  kLeft,   ///< distance left, of rays that are limited
   kRng0,
-  kRng1,    ///< state of the random numbers
-  kId,      ///< slot of the sample; above it bounces, or the light of a shadow ray
-  kAux,     ///< of the stage
-  kMatter,  ///< number of the component that the path collided with
-  kFields,
+  kRng1,  ///< state of the random numbers
+  kId,    ///< whose ray it is
+  kW0,    ///< weight; by channel, its first
+  kRayFields,
 };
 
-/// Records in arrays, which grow as they must.
+/// Most fields that records may have.
+inline constexpr std::size_t kMostFields = 17;
+
+/// Records in arrays, which grow as they must. Not every queue has a use for all fields, and memory
+/// that nobody touches is none.
 class Records {
  public:
   std::size_t n = 0;
 
-  explicit Records(std::size_t capacity = 1024) { allocate(capacity); }
+  explicit Records(std::size_t fields, std::size_t capacity = 1024) : fields_(fields) {
+    allocate(capacity);
+  }
 
-  [[nodiscard]] float* operator[](Field f) { return at_[f]; }
-  [[nodiscard]] const float* operator[](Field f) const { return at_[f]; }
-  [[nodiscard]] std::uint32_t* bits(Field f) { return reinterpret_cast<std::uint32_t*>(at_[f]); }
-  [[nodiscard]] const std::uint32_t* bits(Field f) const {
+  [[nodiscard]] float* operator[](std::size_t f) { return at_[f]; }
+  [[nodiscard]] const float* operator[](std::size_t f) const { return at_[f]; }
+  [[nodiscard]] std::uint32_t* bits(std::size_t f) {
+    return reinterpret_cast<std::uint32_t*>(at_[f]);
+  }
+  [[nodiscard]] const std::uint32_t* bits(std::size_t f) const {
     return reinterpret_cast<const std::uint32_t*>(at_[f]);
   }
 
@@ -63,7 +66,7 @@ class Records {
   void take_last(std::size_t most, std::uint32_t fields, Records& to) {
     const std::size_t count = n < most ? n : most;
     n -= count;
-    for (std::size_t f = 0; f < kFields; ++f) {
+    for (std::size_t f = 0; f < fields_; ++f) {
       if (fields >> f & 1) std::memcpy(to.at_[f], at_[f] + n, count * sizeof(float));
     }
     to.n = count;
@@ -74,24 +77,24 @@ class Records {
     void operator()(float* p) const { ::operator delete (p, std::align_val_t{64}); }
   };
   std::unique_ptr<float, Free> memory_;
-  std::array<float*, kFields> at_{};
-  std::size_t capacity_ = 0;
+  std::array<float*, kMostFields> at_{};
+  std::size_t fields_, capacity_ = 0;
 
   void allocate(std::size_t capacity) {
     const std::size_t stride =
         (capacity + kMostLanes - 1) / kMostLanes * kMostLanes + 2 * kMostLanes;
     memory_.reset(static_cast<float*>(
-        ::operator new (kFields* stride * sizeof(float), std::align_val_t{64})));
-    std::memset(memory_.get(), 0, kFields * stride * sizeof(float));
-    for (std::size_t f = 0; f < kFields; ++f) at_[f] = memory_.get() + f * stride + kMostLanes;
+        ::operator new (fields_* stride * sizeof(float), std::align_val_t{64})));
+    std::memset(memory_.get(), 0, fields_ * stride * sizeof(float));
+    for (std::size_t f = 0; f < fields_; ++f) at_[f] = memory_.get() + f * stride + kMostLanes;
     capacity_ = capacity;
   }
 
   void grow(std::size_t needed) {
     const std::unique_ptr<float, Free> old = std::move(memory_);
-    const std::array<float*, kFields> from = at_;
+    const std::array<float*, kMostFields> from = at_;
     allocate(needed > 2 * capacity_ ? needed : 2 * capacity_);
-    for (std::size_t f = 0; f < kFields; ++f) std::memcpy(at_[f], from[f], n * sizeof(float));
+    for (std::size_t f = 0; f < fields_; ++f) std::memcpy(at_[f], from[f], n * sizeof(float));
   }
 };
 

@@ -5,7 +5,7 @@
 // Every operation rounds as IEEE says (no approximate reciprocals), so that kernels of any width
 // give the same bits.
 
-// Included once for each target, see wavefront.cpp.
+// Included once for each target, see targets.h.
 #if defined(PVOL_LANE_MATH_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PVOL_LANE_MATH_INL_H
 #undef PVOL_LANE_MATH_INL_H

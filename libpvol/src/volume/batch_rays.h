@@ -1,0 +1,70 @@
+// Rays of a batch as kernels read them.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <optional>
+
+#include "pvol/math/box.h"
+#include "pvol/math/rng.h"
+#include "pvol/volume/batch.h"
+#include "pvol/volume/volume.h"
+
+namespace pvol::detail {
+
+[[nodiscard]] inline double number_at(const void* at, bool is_double) {
+  if (is_double) {
+    double v;
+    std::memcpy(&v, at, sizeof v);
+    return v;
+  }
+  float v;
+  std::memcpy(&v, at, sizeof v);
+  return double(v);
+}
+
+[[nodiscard]] inline double number_at(const NumberArray& a, std::size_t i) {
+  if (a.data == nullptr) return std::numeric_limits<double>::infinity();
+  return number_at(static_cast<const char*>(a.data) + std::ptrdiff_t(i) * a.stride, a.doubles);
+}
+
+[[nodiscard]] inline Vec3d vector_at(const VectorArray& a, std::size_t i) {
+  const char* const p = static_cast<const char*>(a.data) + std::ptrdiff_t(i) * a.stride;
+  return {number_at(p, a.doubles), number_at(p + a.component_stride, a.doubles),
+          number_at(p + 2 * a.component_stride, a.doubles)};
+}
+
+/// A ray that is none of the bad ones.
+struct BatchRay {
+  Ray world;    ///< its direction is of a length whose square is a normal number
+  Vec3d cells;  ///< its origin, in cells from the octree's
+  double t_max;
+};
+
+/// Ray i, or nothing where it is bad. Directions whose squares leave the range of doubles are
+/// scaled.
+[[nodiscard]] inline std::optional<BatchRay> read_ray(const RayBatch& rays, std::size_t i,
+                                                      const Affine& world_to_cells) {
+  BatchRay r{
+      {vector_at(rays.origins, i), vector_at(rays.directions, i)}, {}, number_at(rays.t_max, i)};
+  r.cells = world_to_cells.point(r.world.o);
+  const double squared = dot(r.world.d, r.world.d);
+  if (!(squared > 0x1p-1000 && squared < 0x1p1000)) {
+    const Vec3d size = max(r.world.d, -r.world.d);
+    const double most = max_component(size);
+    if (!is_finite(r.world.d) || most == 0) return std::nullopt;
+    // In two steps, for the reciprocal of the smallest doubles is infinite.
+    const double step = most < 1 ? 0x1p500 : 0x1p-500;
+    r.world.d = r.world.d * step / (most * step);
+  }
+  if (!is_finite(r.cells) || !is_finite(r.world.o) || std::isnan(r.t_max)) return std::nullopt;
+  return r;
+}
+
+[[nodiscard]] inline Rng numbers_of(const BatchNumbers& n, std::size_t i) {
+  return {n.seed, n.streams != nullptr ? n.streams[i] : n.first + i, n.sample};
+}
+
+}  // namespace pvol::detail

@@ -1,0 +1,8 @@
+// For which instruction sets lanes are compiled: included before hwy/foreach_target.h by each
+// source that is compiled once for each.
+
+// No kernel is the compiler's default: which one runs is decided when the program does.
+#define HWY_BASELINE_TARGETS HWY_BASELINE_SCALAR
+#define HWY_COMPILE_ALL_ATTAINABLE
+#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
+#undef HWY_TARGET_INCLUDE
