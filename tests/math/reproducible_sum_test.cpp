@@ -150,7 +150,7 @@ TEST(ReproducibleSum, RoundsWhatIsFarBelowTheLargestTermOff) {
   // Cancelled, the small ones are gone, in whatever order.
   terms.push_back(-0x1p200);
   const Sum1 late = sum_of(terms);
-  std::ranges::rotate(terms, terms.end() - 2);
+  std::rotate(terms.begin(), terms.end() - 2, terms.end());
   EXPECT_EQ(sum_of(terms), late);
   EXPECT_EQ(value(late), 0);
 }

@@ -37,12 +37,11 @@ Blocks blocks_of(std::span<const VoxelGrid* const> grids) {
     all.tiles.insert(all.tiles.end(), g->tiles.begin(), g->tiles.end());
   }
   std::ranges::sort(all.bricks, {}, place);
-  const auto same = std::ranges::unique(all.bricks);
-  all.bricks.erase(same.begin(), same.end());
+  all.bricks.erase(std::unique(all.bricks.begin(), all.bricks.end()), all.bricks.end());
   const auto by_place = [&](const Tile& t) { return std::pair(place(t.origin), t.edge); };
   std::ranges::sort(all.tiles, {}, by_place);
-  const auto equal = std::ranges::unique(all.tiles, {}, by_place);
-  all.tiles.erase(equal.begin(), equal.end());
+  const auto same = [&](const Tile& a, const Tile& b) { return by_place(a) == by_place(b); };
+  all.tiles.erase(std::unique(all.tiles.begin(), all.tiles.end(), same), all.tiles.end());
   return all;
 }
 

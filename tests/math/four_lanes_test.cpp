@@ -29,15 +29,15 @@ void expect_scalar_arithmetic(const std::vector<LaneCase>& cases) {
   }
 }
 
-TEST(Lanes, OfTheProcessorAreScalarArithmetic) {
+TEST(FourLanes, OfTheProcessorAreScalarArithmetic) {
   const auto cases = test::lane_cases<Float4, Int4>();
   EXPECT_GT(cases.size(), 30'000u);
   expect_scalar_arithmetic(cases);
 }
 
-TEST(Lanes, OfArraysAreScalarArithmetic) { expect_scalar_arithmetic(test::plain_lane_cases()); }
+TEST(FourLanes, OfArraysAreScalarArithmetic) { expect_scalar_arithmetic(test::plain_lane_cases()); }
 
-TEST(Lanes, OfArraysAreThoseOfTheProcessor) {
+TEST(FourLanes, OfArraysAreThoseOfTheProcessor) {
   const auto ours = test::lane_cases<Float4, Int4>(), plain = test::plain_lane_cases();
   ASSERT_EQ(ours.size(), plain.size());
   for (std::size_t i = 0; i < ours.size(); ++i) {
@@ -46,7 +46,7 @@ TEST(Lanes, OfArraysAreThoseOfTheProcessor) {
   }
 }
 
-TEST(Lanes, ANaNAndASignedZeroComeFromTheSecondOperand) {
+TEST(FourLanes, ANaNAndASignedZeroComeFromTheSecondOperand) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const Float4 a{nan, 1, 0.0f, -0.0f}, b{1, nan, -0.0f, 0.0f};
   for (const Float4 v : {min(a, b), max(a, b)}) {
@@ -57,14 +57,14 @@ TEST(Lanes, ANaNAndASignedZeroComeFromTheSecondOperand) {
   }
 }
 
-TEST(Lanes, FloorRoundsDown) {
+TEST(FourLanes, FloorRoundsDown) {
   const Int4 v = floor_to_int({-0.25f, -3, 2147483520.0f, -2147483520.0f});
   EXPECT_EQ(test::bits_of(v), test::bits_of(Int4{-1, -3, 2147483520, -2147483520}));
   const Int4 w = floor_to_int({-0.0f, 0.99999994f, -1e-45f, 7.5f});
   EXPECT_EQ(test::bits_of(w), test::bits_of(Int4{0, 0, -1, 7}));
 }
 
-TEST(Lanes, HoldVectors) {
+TEST(FourLanes, HoldVectors) {
   EXPECT_EQ(test::bits_of(Float4{}), (LaneBits{0, 0, 0, 0}));
   EXPECT_EQ(test::bits_of(Int4{}), (LaneBits{0, 0, 0, 0}));
   EXPECT_EQ(vec3(lanes(Vec3f(1, 2, 3))), Vec3f(1, 2, 3));
@@ -76,7 +76,7 @@ TEST(Lanes, HoldVectors) {
   EXPECT_EQ(test::bits_of(splat(0.5f)), test::bits_of(Float4{0.5f, 0.5f, 0.5f, 0.5f}));
 }
 
-TEST(Lanes, TheSpareOneDoesNotCount) {
+TEST(FourLanes, TheSpareOneDoesNotCount) {
   EXPECT_EQ(least({3, 2, 4, 1}), 2);
   EXPECT_EQ(least({3, 5, -4, -9}), -4);
   EXPECT_EQ(least({-0.5f, 5, 4, -9}), -0.5f);
