@@ -15,6 +15,7 @@
 
 #include "embed_media.h"
 #include "embed_paths.h"
+#include "pvol/bounds/leaf_index.h"
 #include "pvol/formats/cloud.h"
 #include "pvol/volume/facts.h"
 #include "pvol/volume/make_volume.h"
@@ -103,15 +104,17 @@ bool agree(const std::vector<Row>& rows) {
 
 void print_bytes(const NanoMedium& nano, const Volume& v) {
   const double theirs = double(nano.bytes());
+  const std::size_t index = v.density.leaves ? v.density.leaves->bytes() : 0;
   const double ours =
-      double(v.density.value_bytes() + v.density.octree.bytes() + v.density.micro.bytes());
+      double(v.density.value_bytes() + v.density.octree.bytes() + v.density.micro.bytes() + index);
   const auto mb = [](std::size_t bytes) { return double(bytes) / 1e6; };
   std::printf(
-      "bytes: NanoVDB %.2f MB and majorants %.2f; pvol %.2f MB: samples %.2f, octree %.2f,"
+      "bytes: NanoVDB %.2f MB and majorants %.2f; pvol %.2f MB: samples %.2f, octree %.2f, index "
+      "%.2f,"
       " micro-bounds %.2f; ratio %.3f\n",
       mb(nano.handle.size()), mb(nano.bytes() - nano.handle.size()), ours / 1e6,
-      mb(v.density.value_bytes()), mb(v.density.octree.bytes()), mb(v.density.micro.bytes()),
-      ours / theirs);
+      mb(v.density.value_bytes()), mb(v.density.octree.bytes()), mb(index),
+      mb(v.density.micro.bytes()), ours / theirs);
 }
 
 int run(const Wishes& w) {
