@@ -5,13 +5,13 @@
 //   lookup_bench CLOUD [Google Benchmark options]
 #include <benchmark/benchmark.h>
 #include <nanovdb/NanoVDB.h>
-#include <nanovdb/util/GridBuilder.h>
 #include <nanovdb/util/SampleFromVoxels.h>
 
 #include <cstdio>
 #include <exception>
 #include <vector>
 
+#include "nano_grid.h"
 #include "pvol/formats/cloud.h"
 #include "pvol/math/direction.h"
 #include "pvol/track/flight.h"
@@ -35,7 +35,7 @@ struct Bench {
   Volume volume;
   std::vector<Place> coherent;   // in the order of the walks
   std::vector<Place> scattered;  // shuffled
-  nanovdb::GridHandle<nanovdb::HostBuffer> nano;
+  bench::NanoHandle nano;
 };
 
 Vec3f random_direction(Rng& rng) {
@@ -73,27 +73,6 @@ void find_places(Bench& b, std::size_t count) {
   for (std::size_t i = b.scattered.size(); i > 1; --i) {
     std::swap(b.scattered[i - 1], b.scattered[std::size_t(rng.block().lo % i)]);
   }
-}
-
-nanovdb::GridHandle<nanovdb::HostBuffer> make_nano(const VoxelGrid& grid) {
-  nanovdb::GridBuilder<float> builder(0.0f);
-  auto accessor = builder.getAccessor();
-  const auto put = [&](Vec3i at, float v) {
-    if (v != 0) accessor.setValue(nanovdb::Coord(at.x, at.y, at.z), v);
-  };
-  for (const Brick& b : grid.bricks) {
-    for (int i = 0; i < kBrickSamples; ++i) {
-      put(b.origin + Vec3i(i >> 6, i >> 3 & 7, i & 7), b.values[i]);
-    }
-  }
-  for (const Tile& t : grid.tiles) {
-    for (int i = 0; i < t.edge; ++i) {
-      for (int j = 0; j < t.edge; ++j) {
-        for (int k = 0; k < t.edge; ++k) put(t.origin + Vec3i(i, j, k), t.value);
-      }
-    }
-  }
-  return builder.getHandle<>();
 }
 
 /// Calls `lookup(place)` over all places, over and over.
@@ -176,7 +155,7 @@ int run_all(int argc, char** argv) {
   const VolumeFacts of_unit = describe(b.cloud.grid(), 1, {});
   const Medium medium{.extinction = 64 / of_unit.mean_optical_thickness[0]};
   b.volume = make_volume(b.cloud.grid(), b.cloud.pyramid, medium, {});
-  b.nano = make_nano(b.cloud.grid());
+  b.nano = bench::make_nano(b.cloud.grid());
   find_places(b, 1 << 20);
 
   add_lookups(b, "along_paths", b.coherent);

@@ -78,6 +78,40 @@ TEST(Embed, TransmittanceIsThatOfTheWorld) {
   }
 }
 
+/// Rays enter as `intersect` and `make_cursor` say, to the last bit, by whatever shorter way.
+TEST(Embed, RaysEnterWhereTheBoxIs) {
+  for (int place = 0; place < 2; ++place) {
+    const PlacedCloud cloud(field("gaussian"), placements()[std::size_t(place)].to_world, 0.5);
+    const VolumeField& f = cloud.volume.density;
+    const Affine to_world = inverse(f.world_to_cells);
+    Rng rng(kSeed, 8, 0);
+    int entered = 0;
+    for (int i = 0; i < 4000; ++i) {
+      auto [ray, t_max] = cloud.aim(i % kKinds, rng);
+      if (i % 7 == 0) ray.d[i % 3] = i & 1 ? 0.0 : -0.0;
+      if (i % 11 == 0) ray.o = to_world.point(f.octree.support().lo + Vec3d(i % 2, i % 5, 0));
+      if (length(ray.d) == 0) continue;
+      const Ray cells{f.world_to_cells.point(ray.o),
+                      f.world_to_cells.vector(ray.d / length(ray.d))};
+      const auto span = intersect(f.octree.support(), cells, 0, t_max);
+      auto walk = enter(cloud.volume, ray, t_max);
+      ASSERT_EQ(walk.has_value(), span.has_value());
+      if (!span) continue;
+      RayWalk expected(f.octree, make_cursor(f.octree, cells.at(span->t0)), cells.d, *span);
+      while (const auto s = expected.next()) {
+        const auto t = walk->next();
+        ASSERT_TRUE(t);
+        ASSERT_TRUE(s->t0 == t->t0 && s->t1 == t->t1 && s->hi == t->hi && s->leaf == t->leaf);
+        const double middle = 0.5 * (s->t0 + s->t1);
+        ASSERT_EQ(position(expected.point(middle)), position(walk->point(middle)));
+      }
+      ASSERT_FALSE(walk->next());
+      ++entered;
+    }
+    EXPECT_GT(entered, 2000);
+  }
+}
+
 TEST(Embed, SegmentsAreInOrderAndBoundTheExtinction) {
   Rng rng(kSeed, 5, 0);
   for_clouds([&](const PlacedCloud& cloud, const std::string& name) {

@@ -78,8 +78,8 @@ struct Recipe;  // density/recipe.h
 [[nodiscard]] double exact_transmittance(const Volume& volume, const Ray& ray, double t_max);
 
 /// rho and mu_t at a point of the world; 0 outside the cloud, and where the point is not finite.
-/// The search starts at the octree's root: along a ray, a walk and a field know better
-/// (trackers.h).
+/// Where the samples are is read from an index of leaves, or found from the octree's root where the
+/// cloud is sparse; along a ray, a walk and a field know without (trackers.h).
 [[nodiscard]] float density_at(const Volume& volume, Vec3d world);
 [[nodiscard]] float extinction_at(const Volume& volume, Vec3d world);
 

@@ -55,11 +55,13 @@ class RayWalk {
   RayWalk() = default;  ///< without segments
   RayWalk(const Octree& tree, const Cursor& cursor, Vec3d cells_per_length, Span span)
       : walk_(tree, cursor, lanes(Vec3f(cells_per_length)), span.t1 - span.t0), span_(span) {}
+  RayWalk(const Octree& tree, const LatticePoint& from, Vec3d cells_per_length, Span span)
+      : walk_(tree, from, lanes(Vec3f(cells_per_length)), span.t1 - span.t0), span_(span) {}
 
   /// The next piece of the ray with lo <= mu_t <= hi and hi > 0, or nothing at the end: in order,
   /// apart, within [0, t_max], and with mu_t = 0 between them. Ends are rounded to a few ulps; so
   /// far from the origin that an ulp is as long as a segment, that segment may be empty.
-  [[nodiscard]] std::optional<Segment> next() {
+  [[nodiscard, gnu::always_inline]] std::optional<Segment> next() {
     auto s = walk_.next();
     if (s) {
       s->t0 = world(s->t0);

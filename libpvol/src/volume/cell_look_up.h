@@ -1,11 +1,23 @@
 // Look-ups in a volume's cells, wherever in the world these are.
 #pragma once
 
+#include "pvol/bounds/leaf_index.h"
 #include "pvol/volume/volume.h"
 
 namespace pvol::detail {
 
 /// mu_t at a place in cells from the octree's origin; 0 outside the support.
 [[nodiscard]] float extinction_in_cells(const Volume& volume, Vec3d cells);
+
+/// The index of a field's leaves for its octree and values; null where it would take more than 1/50
+/// of the values' bytes: a few clouds far apart.
+[[nodiscard]] inline std::shared_ptr<const LeafIndex> index_leaves_of(const VolumeField& f) {
+  return index_leaves(f.octree, f.value_bytes() / 50);
+}
+
+/// From where to look for the samples at a cell of the support: their brick, or the octree's root.
+[[nodiscard]] inline LeafHandle leaf_at(const VolumeField& f, Int4 cell) {
+  return f.leaves != nullptr ? f.leaves->brick_at(cell) : Octree::kNodeBit;
+}
 
 }  // namespace pvol::detail

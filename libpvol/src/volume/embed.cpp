@@ -88,9 +88,9 @@ namespace {
 float density_in_cells(const Volume& volume, Vec3d cells) {
   const Octree& tree = volume.density.octree;
   if (tree.empty() || !tree.support().contains(cells)) return 0;
-  const LatticePoint p = make_cursor(tree, cells).at;
-  constexpr LeafHandle kRoot = Octree::kNodeBit;
-  return visit_source(volume.density, [&](const auto& s) { return s.density(kRoot, p); });
+  const LatticePoint p = lattice_point(tree, cells);
+  const LeafHandle leaf = detail::leaf_at(volume.density, p.cell);
+  return visit_source(volume.density, [&](const auto& s) { return s.density(leaf, p); });
 }
 
 }  // namespace

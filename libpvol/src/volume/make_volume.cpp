@@ -15,6 +15,7 @@
 #include "pvol/field/brick_field.h"
 #include "pvol/field/leaf_micro_bounds.h"
 #include "pvol/field/procedural.h"
+#include "volume/cell_look_up.h"
 #include "volume/field_checks.h"
 #include "volume/linked_bricks.h"
 #include "volume/placement.h"
@@ -199,6 +200,7 @@ void add_bricks(VolumeField& f, const detail::LinkedBricks& bricks, const Pyrami
                                   bricks.brick_of, kZeroBrick);
   f.excess = bricks.excess;
   f.values = bricks.field;
+  f.leaves = detail::index_leaves_of(f);
   scale_majorants(f, o.majorant_scale);
 }
 
@@ -282,6 +284,7 @@ Volume make_volume(std::shared_ptr<const Recipe> recipe, const Pyramid& pyramid,
   f.octree = build_octree(pyramid, medium.extinction, cell_length, choose_cut(o, f.look_up),
                           built.brick_of, kZeroBrick);
   f.values = std::move(built.field);
+  f.leaves = detail::index_leaves_of(f);
   scale_majorants(f, o.majorant_scale);
   if (const int edge = micro_edge(f, pyramid, o)) {
     f.micro = build_micro_bounds(f.recipe(), edge);

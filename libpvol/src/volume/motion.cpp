@@ -7,6 +7,7 @@
 
 #include "pvol/error.h"
 #include "pvol/field/brick_field.h"
+#include "volume/cell_look_up.h"
 #include "volume/placement.h"
 
 namespace pvol {
@@ -78,6 +79,7 @@ Volume make_moving(Volume v, const Pyramid& pyramid, const Affine& index_to_obje
   detail::check_placement(to_world, f.world_to_cells, f.world_box);
   f.octree = build_octree(swept, v.medium.extinction, std::cbrt(std::abs(determinant(to_world))),
                           choose_cut(o), links_of(swept, f.octree), kZeroBrick);
+  f.leaves = detail::index_leaves_of(f);
   f.micro = {};
   f.micro_stored = false;
   v.shell = nullptr;

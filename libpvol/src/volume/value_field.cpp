@@ -7,6 +7,7 @@
 #include "pvol/bounds/map_pyramid.h"
 #include "pvol/error.h"
 #include "pvol/field/brick_field.h"
+#include "volume/cell_look_up.h"
 #include "volume/field_checks.h"
 #include "volume/placement.h"
 
@@ -33,13 +34,14 @@ VolumeField make_value_field(const BoundedGrid& from, const FieldMap& map,
                           {.depth = kDeepestOctree, .costs = {}},
                           links_of(mapped, pyramid, built.brick_of), kZeroBrick);
   f.values = std::make_shared<const BrickField>(std::move(built.field));
+  f.leaves = detail::index_leaves_of(f);
   return f;
 }
 
 float value_in(const VolumeField& f, Vec3d cells) {
   if (f.octree.empty() || !f.octree.support().contains(cells)) return 0;
-  constexpr LeafHandle kRoot = Octree::kNodeBit;
-  return density<LookUp::trilinear>(f.bricks(), f.octree, kRoot, make_cursor(f.octree, cells).at);
+  const LatticePoint p = lattice_point(f.octree, cells);
+  return density<LookUp::trilinear>(f.bricks(), f.octree, detail::leaf_at(f, p.cell), p);
 }
 
 }  // namespace pvol

@@ -28,9 +28,9 @@ struct Cursor {
   std::uint32_t nodes[Octree::kMaxHeight] = {};  ///< by height; those from `height` up are valid
 };
 
-/// A cursor at a point given in cells from the octree's origin, moved into the support's box where
-/// it lies outside: a ray starts where it enters that box.
-[[nodiscard]] inline Cursor make_cursor(const Octree& tree, Vec3d cells) {
+/// The point that is given in cells from the octree's origin, moved into the support's box where it
+/// lies outside.
+[[nodiscard]] inline LatticePoint lattice_point(const Octree& tree, Vec3d cells) {
   Vec3i cell;
   Vec3f frac;
   for (int axis = 0; axis < 3; ++axis) {
@@ -39,8 +39,15 @@ struct Cursor {
     cell[axis] = std::int32_t(whole);
     frac[axis] = std::clamp(float(cells[axis] - whole), 0.0f, 1.0f);
   }
+  // Not by elements in memory: reading a vector that was just written piece by piece waits for all
+  // that came before, cache misses included.
+  return {lanes(cell), lanes(frac)};
+}
+
+/// A cursor at that point: a ray starts where it enters the support's box.
+[[nodiscard]] inline Cursor make_cursor(const Octree& tree, Vec3d cells) {
   Cursor c;
-  c.at = {lanes(cell), lanes(frac)};
+  c.at = lattice_point(tree, cells);
   c.height = tree.height;
   return c;  // nodes[height] is 0, the root
 }
@@ -56,15 +63,14 @@ class Walk {
   Walk(const Octree& tree, const Cursor& cursor, Float4 direction,
        double length = std::numeric_limits<double>::infinity())
       : tree_(&tree), cursor_(cursor), at_(cursor.at), d_(direction) {
-    // The reciprocal of 0 is large, not infinite: its product with a distance of 0 is 0.
-    constexpr float kTiny = std::numeric_limits<float>::min();
-    up_ = d_ >= 0;
-    inv_ = 1.0f / select(up_, max(d_, splat(kTiny)), min(d_, splat(-kTiny)));
-    const Int4 end = select(up_, tree.support_hi, tree.support_lo);
-    // A little beyond the support, where there is nothing: rounding must not end the walk before
-    // it.
-    constexpr double kBeyond = 1 + 0x1p-20;
-    left_ = std::min(length, kBeyond * double(least((to_float(end - at_.cell) - at_.frac) * inv_)));
+    start(length);
+  }
+
+  /// The same from make_cursor's at this point, without a copy of it.
+  Walk(const Octree& tree, const LatticePoint& from, Float4 direction,
+       double length = std::numeric_limits<double>::infinity())
+      : tree_(&tree), cursor_{.at = from, .height = tree.height}, at_(from), d_(direction) {
+    start(length);
   }
 
   /// The next segment with hi > 0, or nothing at the end.
@@ -111,6 +117,18 @@ class Walk {
   }
 
  private:
+  [[gnu::always_inline]] void start(double length) {
+    // The reciprocal of 0 is large, not infinite: its product with a distance of 0 is 0.
+    constexpr float kTiny = std::numeric_limits<float>::min();
+    up_ = d_ >= 0;
+    inv_ = 1.0f / select(up_, max(d_, splat(kTiny)), min(d_, splat(-kTiny)));
+    const Int4 end = select(up_, tree_->support_hi, tree_->support_lo);
+    // A little beyond the support, where there is nothing: rounding must not end the walk before
+    // it.
+    constexpr double kBeyond = 1 + 0x1p-20;
+    left_ = std::min(length, kBeyond * double(least((to_float(end - at_.cell) - at_.frac) * inv_)));
+  }
+
   /// Finds the terminal or empty cube (null) that holds the current cell, and its size.
   [[gnu::always_inline]] const Octree::Entry* descend() {
     int h = cursor_.height;

@@ -27,6 +27,7 @@ struct AlbedoField;       // volume/albedo_field.h
 struct BrickField;        // field/brick_field.h
 struct Emitter;           // volume/emitter.h
 struct HomogeneousParts;  // bounds/homogenise.h
+struct LeafIndex;         // bounds/leaf_index.h
 struct Motion;            // volume/motion.h
 struct MovingPlaces;      // volume/moving_places.h
 struct ProceduralField;   // field/procedural.h
@@ -90,7 +91,9 @@ struct VolumeField {
   LookUp look_up = LookUp::trilinear;
   std::shared_ptr<const FieldMap> map{};  ///< of values; null: none
   Octree octree;                          ///< of bounds of scale * value, mapped
-  float scale = 1;                        ///< rounded once for bounds and look-ups alike
+  /// Of the octree, for look-ups at points; null where it would not be small beside the values.
+  std::shared_ptr<const LeafIndex> leaves{};
+  float scale = 1;            ///< rounded once for bounds and look-ups alike
   MicroBounds micro;          ///< of values, for the squeeze; of edge 0 where there is none
   bool micro_stored = false;  ///< whether they were given, not built
   Affine world_to_cells;      ///< world to cells from the octree's origin

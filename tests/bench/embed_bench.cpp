@@ -1,0 +1,173 @@
+// pvol inside another renderer: one path tracer, and the medium that it asks is a NanoVDB grid
+// behind a grid of majorants, or a volume of pvol by one of its doors.
+//
+//   embed_bench CLOUD [OPTIONS]     (see kUsage)
+//
+// The light, a sun and a sky, and the camera are those of samples/peer_scene.toml. All media see
+// the same cloud along the same camera rays, in turn, on one thread. Fails where their mean
+// radiances differ by more than four standard errors.
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <string>
+
+#include "embed_media.h"
+#include "embed_paths.h"
+#include "pvol/bounds/leaf_index.h"
+#include "pvol/formats/cloud.h"
+#include "pvol/volume/facts.h"
+#include "pvol/volume/make_volume.h"
+
+namespace {
+
+using namespace pvol;
+using namespace pvol::bench;
+
+constexpr const char* kUsage =
+    "usage: embed_bench CLOUD [--thickness X] [--g X] [--paths N] [--rounds N] [--analog]\n"
+    "                   [--micro-bounds auto|none|2|1]\n"
+    "CLOUD            samples with trilinear look-ups; .vdb, .pvol, ...\n"
+    "--thickness 78   mean optical thickness along x\n"
+    "--g 0.877        mean cosine of the phase function, Henyey and Greenstein's\n"
+    "--paths 20000    of each medium in each round\n"
+    "--rounds 7       times are medians over them\n"
+    "--analog         shadow rays are free flights; ratio tracking without\n";
+
+struct Wishes {
+  std::string cloud;
+  double thickness = 78, g = 0.877;
+  int paths = 20000, rounds = 7;
+  bool analog = false;
+  MicroBoundsUse micro_bounds = MicroBoundsUse::automatic;
+};
+
+/// Throws std::runtime_error.
+Wishes read(int argc, char** argv) {
+  Wishes w;
+  for (int i = 1; i < argc; ++i) {
+    const std::string key = argv[i];
+    if (key == "--analog") {
+      w.analog = true;
+    } else if (!key.starts_with("--") && w.cloud.empty()) {
+      w.cloud = key;
+    } else if (++i == argc) {
+      throw std::runtime_error(kUsage);
+    } else if (key == "--thickness") {
+      w.thickness = std::atof(argv[i]);
+    } else if (key == "--g") {
+      w.g = std::atof(argv[i]);
+    } else if (key == "--paths") {
+      w.paths = std::atoi(argv[i]);
+    } else if (key == "--rounds") {
+      w.rounds = std::atoi(argv[i]);
+    } else if (const auto use = find_named<MicroBoundsUse>(argv[i]);
+               use && key == "--micro-bounds") {
+      w.micro_bounds = *use;
+    } else {
+      throw std::runtime_error(kUsage);
+    }
+  }
+  if (w.cloud.empty() || w.paths < 2 || w.rounds < 1) throw std::runtime_error(kUsage);
+  return w;
+}
+
+void print_paths(const std::vector<Row>& rows) {
+  std::printf("%-34s %19s %9s %9s %9s %9s %7s\n", "medium", "radiance", "look-ups", "segments",
+              "bounds", "ns/path", "ratio");
+  for (const Row& r : rows) {
+    std::printf("%-34s %8.5f +- %.5f ", r.name.c_str(), r.radiance.mean(), r.radiance.error());
+    if (r.counted) {
+      const auto each = [&](std::uint64_t n) { return double(n) / double(r.counted); };
+      std::printf("%9.1f %9.1f %9.1f ", each(r.tally.lookups), each(r.tally.segments),
+                  each(r.tally.bounds_tests));
+    } else {
+      std::printf("%9s %9s %9s ", "-", "-", "-");
+    }
+    std::printf("%9.0f %7.3f\n", median(r.ns), median(ratios(r.ns, rows.front().ns)));
+  }
+}
+
+bool agree(const std::vector<Row>& rows) {
+  bool ok = true;
+  for (const Row& r : rows) {
+    const double d = r.radiance.mean() - rows.front().radiance.mean();
+    const double e = std::hypot(r.radiance.error(), rows.front().radiance.error());
+    if (&r == &rows.front() || std::abs(d) <= 4 * e) continue;
+    std::fprintf(stderr, "embed_bench: %s differs from %s by %.1f standard errors\n",
+                 r.name.c_str(), rows.front().name.c_str(), d / e);
+    ok = false;
+  }
+  return ok;
+}
+
+void print_bytes(const NanoMedium& nano, const Volume& v) {
+  const double theirs = double(nano.bytes());
+  const std::size_t index = v.density.leaves ? v.density.leaves->bytes() : 0;
+  const double ours =
+      double(v.density.value_bytes() + v.density.octree.bytes() + v.density.micro.bytes() + index);
+  const auto mb = [](std::size_t bytes) { return double(bytes) / 1e6; };
+  std::printf(
+      "bytes: NanoVDB %.2f MB and majorants %.2f; pvol %.2f MB: samples %.2f, octree %.2f, index "
+      "%.2f,"
+      " micro-bounds %.2f; ratio %.3f\n",
+      mb(nano.handle.size()), mb(nano.bytes() - nano.handle.size()), ours / 1e6,
+      mb(v.density.value_bytes()), mb(v.density.octree.bytes()), mb(index),
+      mb(v.density.micro.bytes()), ours / theirs);
+}
+
+int run(const Wishes& w) {
+  const formats::Cloud cloud = formats::load_cloud(w.cloud);
+  const double unit = describe(cloud.grid(), 1, {}).mean_optical_thickness[0];
+  const Medium medium{.extinction = w.thickness / unit};
+  const Volume volume =
+      make_volume(cloud.grid(), cloud.pyramid, medium, {.micro_bounds = w.micro_bounds});
+  const NanoMedium nano = make_nano_medium(cloud.grid(), volume.density.scale);
+  const Setting setting = make_setting(volume.density.world_box, w.g);
+  print_bytes(nano, volume);
+
+  Bench bench{setting, w.paths, w.rounds};
+  visit_field(volume, [&](const auto& field) {
+    if constexpr (kIsTrilinear<decltype(field)>) {
+      const auto run_media = [&](auto analog) {
+        constexpr bool kAnalog = decltype(analog)::value;
+        bench.run(
+            medium_of("NanoVDB accessor, majorants 64^3",
+                      [&] {
+                        return NanoPath<NanoAccessor, kAnalog>{nano, nano.grid().getAccessor()};
+                      }),
+            medium_of("NanoVDB tree, majorants 64^3",
+                      [&] {
+                        return NanoPath<const NanoTree&, kAnalog>{nano, nano.grid().tree()};
+                      }),
+            medium_of("pvol segments, extinction_at",
+                      [&] { return SegmentsAndPoints<kAnalog>{volume}; }),
+            medium_of("pvol segments, look-ups at t",
+                      [&] {
+                        return SegmentsAndField<kAnalog, decltype(field)>{volume, field};
+                      }),
+            medium_of("  the same from cursors",
+                      [&] {
+                        return CursorsAndField<kAnalog, decltype(field)>{volume, field};
+                      }),
+            medium_of("pvol whole flights", [&] { return WholeFlights<kAnalog>{volume}; }));
+      };
+      w.analog ? run_media(std::true_type{}) : run_media(std::false_type{});
+    }
+  });
+  print_paths(bench.rows);
+  print_points(nano, volume, bench.places, w.rounds);
+  return agree(bench.rows) ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(read(argc, argv));
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "embed_bench: error: %s\n", e.what());
+    return 1;
+  }
+}
