@@ -343,7 +343,8 @@ TEST(DoorBatches, AreThoseOfTheCppDoor) {
   Rng rng(8, 8, 8);
   for (std::size_t i = 0; i < kRays; ++i) {
     const pvol_ray ray = random_ray(rng, smoke.n);
-    for (int axis = 0; axis < 3; ++axis) o.push_back(float(ray.o[axis])), d.push_back(float(ray.d[axis]));
+    for (int axis = 0; axis < 3; ++axis)
+      o.push_back(float(ray.o[axis])), d.push_back(float(ray.d[axis]));
   }
   d[300] = d[301] = d[302] = 0;  // a bad one
   pvol_rays rays{};

@@ -71,7 +71,8 @@ TEST(DoorVolume, BricksAndLeavesAreArraysInOtherWords) {
   bricks.user = const_cast<Smoke*>(&smoke);
   bricks.fill = [](void* user, const std::int32_t o[3], float* values) {
     const Smoke& s = *static_cast<const Smoke*>(user);
-    for (int i = 0; i < 512; ++i) values[i] = s.at(o[0] + (i >> 6), o[1] + (i >> 3 & 7), o[2] + (i & 7), 0);
+    for (int i = 0; i < 512; ++i)
+      values[i] = s.at(o[0] + (i >> 6), o[1] + (i >> 3 & 7), o[2] + (i & 7), 0);
     return 0;
   };
   api::Volume filled;
@@ -226,7 +227,10 @@ TEST(DoorVolume, BoxesAndRangesHoldTheDensity) {
 TEST(DoorVolume, ShellsHoldTheDensity) {
   const Smoke smoke;
   api::Volume v;
-  v.set(PVOL_DENSITY, smoke.array()).set_transform(PVOL_DENSITY, kPlacement).set_shell(true).commit();
+  v.set(PVOL_DENSITY, smoke.array())
+      .set_transform(PVOL_DENSITY, kPlacement)
+      .set_shell(true)
+      .commit();
   Rng rng(10, 11, 12);
   const api::Volume plain = make_smoke(smoke);
   double in_shell = 0, in_box = 0;
