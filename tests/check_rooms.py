@@ -12,7 +12,7 @@ LIBRARY = ["math", "form", "density", "bounds", "field", "shell", "track", "volu
            "measure"]
 DOORS = {"pvol/error.h": "math", "pvol/version.h": "math", "pvol/embed.h": "volume",
          "pvol/trackers.h": "volume"}
-TOOLS = ["cli", "report", "stats"]
+TOOLS = ["cli", "report", "stats", "python"]
 FORMATS = ["file", "image", "toml", "vdb", "pvol", "pbrt"]
 # What the library is built from: the standard library, oneTBB, Embree and nothing else.
 AT_HOME_IN_LIBRARY = re.compile(r"<(tbb/\w+\.h|hwy/\w+\.h|embree3/rtcore\.h|sys/mman\.h|[a-z_0-9]+)>$")
@@ -80,6 +80,8 @@ def check_tools(path, name, foreign):
         return "tools see the library's public headers only"
     if own in TOOLS and first in TOOLS:
         return climbs(TOOLS, own, first) and f"{own} does not see {first}"
+    if first == "python" and own != "python":
+        return "nothing but tests sees python"
     return first in ("tests", "support") and "nothing sees tests"
 
 
@@ -115,6 +117,8 @@ PLANTED = {
     "formats/src/vdb/vdb_read.cpp": "cli/cli.h",
     "formats/src/toml/scene_file.cpp": "render/path/path_tracer.h",
     "tools/report/html.cpp": "stats/trade_report.h",
+    "tools/stats/stats_trade.cpp": "python/studies.h",
+    "tools/python/rays.cpp": "math/parallel.h",
     "tools/pvol_fit.cpp": "support/statistics.h",
 }
 
