@@ -13,6 +13,8 @@ packages=(
   libzstd-dev libxxhash-dev
   libcgal-dev                                       # the independent check of shells
   libgtest-dev libbenchmark-dev python3             # python3 runs second readers of files
+  pybind11-dev python3-dev python3-numpy            # the Python module
+  python3-matplotlib                                # one of its examples
   openimageio-tools                                 # oiiotool reads pictures back in tests
   slurmctld slurmd slurm-client munge               # a farm of one node, for tests
   cppcheck                                          # tests/analyse

@@ -13,7 +13,7 @@ LIBRARY = ["math", "form", "density", "bounds", "field", "shell", "track", "volu
 DOORS = {"pvol/error.h": "math", "pvol/version.h": "math", "pvol/embed.h": "volume",
          "pvol/trackers.h": "volume", "pvol/pvol.h": "door", "pvol/pvol.hpp": "door",
          "pvol/given_density.h": "door"}
-TOOLS = ["cli", "report", "stats"]
+TOOLS = ["cli", "report", "stats", "python"]
 FORMATS = ["file", "image", "toml", "vdb", "pvol", "pbrt"]
 # What the library is built from: the standard library, compilers' own headers of vector instructions,
 # oneTBB, Embree and nothing else.
@@ -83,6 +83,8 @@ def check_tools(path, name, foreign):
         return "tools see the library's public headers only"
     if own in TOOLS and first in TOOLS:
         return climbs(TOOLS, own, first) and f"{own} does not see {first}"
+    if first == "python" and own != "python":
+        return "nothing but tests sees python"
     return first in ("tests", "support") and "nothing sees tests"
 
 
@@ -118,6 +120,8 @@ PLANTED = {
     "formats/src/vdb/vdb_read.cpp": "cli/cli.h",
     "formats/src/toml/scene_file.cpp": "render/path/path_tracer.h",
     "tools/report/html.cpp": "stats/trade_report.h",
+    "tools/stats/stats_trade.cpp": "python/studies.h",
+    "tools/python/rays.cpp": "math/parallel.h",
     "tools/pvol_fit.cpp": "support/statistics.h",
 }
 

@@ -4,10 +4,10 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "cli/cli.h"
 #include "cli/instructions.h"
-#include "cli/interrupt.h"
 #include "cli/load_scene.h"
 #include "pvol/error.h"
 #include "pvol/render/render.h"
@@ -20,8 +20,6 @@ namespace {
 formats::SceneFile read(const SceneOptions& o) {
   formats::SceneFile file = read_scene(o.input, o.sets);
   if (!o.grid.grid.empty()) file.volumes.front().grid = o.grid.grid;
-  load_sky(file);
-  load_surfaces(file);
   return file;
 }
 
@@ -109,12 +107,23 @@ Scene requested(const LoadedScene& loaded, const measure::RunRequest& request, i
 }  // namespace
 
 LoadedScene load_scene(const SceneOptions& o, int pixels, bool quiet) {
+  formats::SceneFile file = read(o);
+  const formats::SceneFile as_read = file;
+  return load_scene(std::move(file), o, pixels, [&](formats::SceneVolume& v) {
+    return load_cloud({"pvol-stats", quiet}, v, o.grid.strict, as_read);
+  });
+}
+
+LoadedScene load_scene(formats::SceneFile file, const SceneOptions& o, int pixels,
+                       const LoadCloud& load) {
   LoadedScene loaded;
-  loaded.file = read(o);
+  loaded.file = std::move(file);
+  load_sky(loaded.file);
+  load_surfaces(loaded.file);
   loaded.force = o.force;
   choose_size(o, pixels, loaded);
   for (formats::SceneVolume& v : loaded.file.volumes) {
-    loaded.clouds.push_back(load_cloud({"pvol-stats", quiet}, v, o.grid.strict, loaded.file));
+    loaded.clouds.push_back(load(v));
     if (loaded.clouds.back().pyramid.empty() && !v.fire) {
       throw Error(v.file.string() + ": the density is 0 everywhere; there is nothing to measure");
     }
@@ -132,7 +141,7 @@ LoadedScene load_scene(const SceneOptions& o, int pixels, bool quiet) {
 
 measure::Run render_changed(const LoadedScene& loaded, const ChangeScene& change_scene,
                             const ChangeCloud& change_cloud, const measure::RunRequest& request,
-                            int threads) {
+                            int threads, const std::function<bool()>& stopped) {
   Scene scene = requested(loaded, request, threads);
   if (change_scene) change_scene(scene);
   std::vector<formats::Cloud> changed;
@@ -154,8 +163,8 @@ measure::Run render_changed(const LoadedScene& loaded, const ChangeScene& change
   measure::Run run;
   run.set_up = set_up_of(volumes, ready - begin);
   const InstructionCounter instructions;
-  RenderResult result = render(
-      p, [&](std::uint64_t, std::uint64_t) { return clock_seconds() < stop && !interrupted(); });
+  RenderResult result =
+      render(p, [&](std::uint64_t, std::uint64_t) { return clock_seconds() < stop && !stopped(); });
   run.seconds = cpu_seconds() - ready;
   run.set_up.seconds += result.guide_seconds;
   run.seconds -= result.guide_seconds;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/interrupt.h"
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/scene_file.h"
 #include "pvol/measure/sweep.h"
@@ -43,15 +44,24 @@ struct LoadedScene {
 /// or else one of about `pixels` pixels in the scene's proportions, without a crop.
 [[nodiscard]] LoadedScene load_scene(const SceneOptions& o, int pixels, bool quiet);
 
+/// The cloud of a scene's volume, with what the volume leaves open chosen.
+using LoadCloud = std::function<formats::Cloud(formats::SceneVolume&)>;
+
+/// The same for a scene that was read, without the files that it names, and clouds from anywhere.
+[[nodiscard]] LoadedScene load_scene(formats::SceneFile file, const SceneOptions& o, int pixels,
+                                     const LoadCloud& load);
+
 /// A way to change a scene and its clouds before they are rendered.
 using ChangeScene = std::function<void(Scene&)>;
 using ChangeCloud = std::function<void(formats::Cloud&)>;
 
-/// Makes the volumes of the changed scene, timed, and renders them on this many threads.
+/// Makes the volumes of the changed scene, timed, and renders them on this many threads, until
+/// `stopped` says so.
 [[nodiscard]] measure::Run render_changed(const LoadedScene& loaded,
                                           const ChangeScene& change_scene,
                                           const ChangeCloud& change_cloud,
-                                          const measure::RunRequest& request, int threads);
+                                          const measure::RunRequest& request, int threads,
+                                          const std::function<bool()>& stopped = interrupted);
 
 /// Seconds of a clock that never goes back.
 [[nodiscard]] double clock_seconds();

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "cli/cli.h"
+#include "pvol/error.h"
 
 namespace pvol::cli {
 namespace {
@@ -141,6 +142,20 @@ std::vector<Candidate> single_candidates(const LoadedScene& loaded) {
     }
   }
   return list;
+}
+
+Candidate candidate(const LoadedScene& loaded, const std::string& key, const std::string& value) {
+  formats::SceneFile defaults;
+  const Entries all = formats::render_keys(defaults);
+  const Entry* e = find_key(all, key);
+  if (e == nullptr)
+    throw Error(fmt::format("there is no option '{}'; see pvol-render --help", key));
+  const Value parsed = parse_value(e->about.limits, value);
+  if (const auto refusal = refuse(e->about.limits, parsed)) {
+    throw Error(fmt::format("{}: found '{}', expected {}", key, value,
+                            command_expected(e->about.limits, *refusal)));
+  }
+  return make_candidate(loaded, e->about, parsed, find_rule(key));
 }
 
 Candidate combine(const Candidate& a, const Candidate& b) {

@@ -23,6 +23,11 @@ struct Candidate {
 /// Every setting that changes one factor and can matter to this scene.
 [[nodiscard]] std::vector<Candidate> single_candidates(const LoadedScene& loaded);
 
+/// One setting of an option by its key, with a value as on the command line. Throws Error for an
+/// unknown key, and for a value out of its limits.
+[[nodiscard]] Candidate candidate(const LoadedScene& loaded, const std::string& key,
+                                  const std::string& value);
+
 /// Both changes, a's first.
 [[nodiscard]] Candidate combine(const Candidate& a, const Candidate& b);
 

@@ -402,12 +402,16 @@ SceneFile parse_scene(const std::string& text, const std::string& name) {
   return read(root);
 }
 
-SceneFile default_scene(const std::filesystem::path& volume, const std::vector<std::string>& sets) {
-  const std::string text = "[volume]\nfile = " + toml_string(volume.string());
-  TomlTable root = parse_toml(text, "default scene");
+SceneFile parse_scene(const std::string& text, const std::string& name,
+                      const std::vector<std::string>& sets) {
+  TomlTable root = parse_toml(text, name);
   apply_sets(root, sets);
   load_phase_files(root);
   return read(root);
+}
+
+SceneFile default_scene(const std::filesystem::path& volume, const std::vector<std::string>& sets) {
+  return parse_scene("[volume]\nfile = " + toml_string(volume.string()), "default scene", sets);
 }
 
 }  // namespace pvol::formats

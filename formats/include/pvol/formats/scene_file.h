@@ -163,6 +163,11 @@ struct SceneFile {
 /// messages. File names stay as they are.
 [[nodiscard]] SceneFile parse_scene(const std::string& text, const std::string& name);
 
+/// The same with `sets`, for a text that somebody writes: where it says nothing of light, it has
+/// the usual sun, as read_scene has it.
+[[nodiscard]] SceneFile parse_scene(const std::string& text, const std::string& name,
+                                    const std::vector<std::string>& sets);
+
 /// The same for a cloud without a scene file: a gradient sky and one sun, changed by `sets`.
 [[nodiscard]] SceneFile default_scene(const std::filesystem::path& volume,
                                       const std::vector<std::string>& sets = {});

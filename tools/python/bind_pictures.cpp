@@ -1,0 +1,154 @@
+// pvol.render and pvol.Picture.
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "python/bind.h"
+#include "python/names.h"
+#include "python/pictures.h"
+#include "python/requests.h"
+#include "python/watch.h"
+
+namespace pvol::python {
+namespace {
+
+/// An array (H, W, n), or (H, W) for n = 1, of number(pixel, component).
+template <class Number>
+py::array_t<float> image(const Film& film, int components, const Number& number) {
+  Shape shape{film.crop_height, film.crop_width};
+  if (components > 1) shape.push_back(components);
+  auto array = new_array<float>(shape);
+  float* to = array.mutable_data();
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    for (int k = 0; k < components; ++k) *to++ = float(number(i, k));
+  }
+  return array;
+}
+
+py::array_t<float> rgb(const Picture& p) {
+  return image(p.film, 3, [&](std::size_t i, int k) { return mean(p.film.pixels[i])[k]; });
+}
+
+py::array_t<float> alpha(const Picture& p) {
+  return image(p.film, 1, [&](std::size_t i, int) {
+    const PixelSums& s = p.film.pixels[i];
+    return s.samples ? s.alpha / s.samples : 0.0;
+  });
+}
+
+py::array_t<float> error(const Picture& p) {
+  return image(p.film, 3, [&](std::size_t i, int k) {
+    const PixelSums& s = p.film.pixels[i];
+    return s.samples < 2 ? std::numeric_limits<double>::quiet_NaN()
+                         : std::sqrt(variance_of_mean(s)[k]);
+  });
+}
+
+py::array_t<float> samples(const Picture& p) {
+  return image(p.film, 1, [&](std::size_t i, int) { return p.film.pixels[i].samples; });
+}
+
+py::array_t<float> aov(const Picture& p, const std::string& name) {
+  const Plane plane = layer_of(p, name);
+  const auto n = std::size_t(plane.components);
+  return image(p.film, plane.components,
+               [&](std::size_t i, int k) { return plane.values[i * n + std::size_t(k)]; });
+}
+
+py::dict counts(const Picture& p) {
+  py::dict d;
+  if (!p.counted) return d;
+  for (const Counter& c : kCounters) d[c.name] = value(c, p.counts);
+  return d;
+}
+
+Picture render(const py::object& scene, const py::kwargs& settings) {
+  const SceneRequest request = request_of(scene, settings);
+  Picture picture = watched([&](const Stop& stop) { return render_request(request, stop); });
+  for (const std::string& s : picture.doubts) {
+    if (PyErr_WarnEx(PyExc_UserWarning, s.c_str(), 1) != 0) throw py::error_already_set();
+  }
+  return picture;
+}
+
+void write(const Picture& p, const std::filesystem::path& file, double exposure,
+           const std::string& tone_map) {
+  const auto map = named<formats::ToneMap>("tone_map", tone_map);
+  const py::gil_scoped_release unlocked;
+  save(p, file, exposure, map);
+}
+
+std::string text_of(const Picture& p) {
+  const auto noise = relative_noise(p.film);
+  return "<pvol.Picture " + std::to_string(p.film.crop_width) + " x " +
+         std::to_string(p.film.crop_height) +
+         (noise ? ", relative noise " + number_text(float(*noise)) : "") + ">";
+}
+
+constexpr const char* kPictureText = R"(A rendered picture with its statistics.
+
+Arrays have rows from the top; light is linear (Rec. 709) and premultiplied by alpha.)";
+
+constexpr const char* kRenderText = R"(Renders a scene by unbiased path tracing.
+
+Parameters
+----------
+scene : path, dict, Volume or sequence of Volumes
+    A scene file or a cloud; or a dict of the sections and keys of scene files, whose "volume" is a
+    Volume, {"file": ...} or a list of these; or volumes alone, in the usual light, framed.
+**settings
+    Options of the renderer by their keys (spp=64, size=(320, 240), noise=0.02, seed=1, tracker=...,
+    aov=["depth"], threads=2); other sections as dicts (camera={"azimuth": 45}), which add to those of
+    the scene; count=True counts the work, force=True renders what would hardly end. `pvol-render --help` has all options, its
+    man page all sections.
+
+Returns
+-------
+Picture
+    Ctrl-C ends the render within a moment and is passed on; nothing is kept then.)";
+
+constexpr const char* kSaveText = R"(Writes an .exr (linear, with variance and samples) or a .png.
+
+Parameters
+----------
+path : path
+exposure : float
+    In stops; of a .png.
+tone_map : str
+    "srgb" (clips), "neutral" or "filmic"; of a .png.)";
+
+constexpr const char* kAovText = R"(A layer, (H, W) or (H, W, 3), by its name.
+
+"variance", "samples" and "transmittance" are always there; others where they were asked for with
+aov=[...] (`pvol-render --help`); see `layers`.)";
+
+}  // namespace
+
+void bind_pictures(py::module_& m) {
+  py::class_<Picture, std::shared_ptr<Picture>>(m, "Picture", kPictureText)
+      .def_property_readonly("rgb", &rgb, "Mean radiance, (H, W, 3).")
+      .def_property_readonly("alpha", &alpha, "1 - transmittance, (H, W).")
+      .def_property_readonly("error", &error,
+                             "Standard error of `rgb`, (H, W, 3); NaN of fewer than two samples.")
+      .def_property_readonly("samples", &samples, "Camera samples of each pixel, (H, W).")
+      .def_property_readonly("layers", &layer_names, "Names for `aov`.")
+      .def("aov", &aov, py::arg("name"), kAovText)
+      .def_property_readonly("counts", &counts,
+                             "Work by name, in all; empty without count=True or counting AOVs.")
+      .def_readonly("plan", &Picture::plan, "What was chosen, a line each, with reasons.")
+      .def_readonly("attributes", &Picture::attributes, "What the header of an .exr says.")
+      .def_property_readonly(
+          "noise", [](const Picture& p) { return relative_noise(p.film); },
+          "Root mean square error over mean luminance, or None.")
+      .def("save", &write, py::arg("path"), py::arg("exposure") = 0, py::arg("tone_map") = "srgb",
+           kSaveText)
+      .def("__repr__", &text_of);
+  m.def("render", &render, py::arg("scene"), kRenderText);
+  m.def("read_picture", &read_picture, py::arg("path"),
+        "Reads an .exr as a Picture, with errors and layers as far as it has them.");
+}
+
+}  // namespace pvol::python
