@@ -21,7 +21,7 @@ KEPT_WITHIN = ["pvol/measure/"]
 def read_headers(library):
     """By name, the lines of each public header and the headers of pvol that it includes."""
     files = {str(path.relative_to(library / "include")): path
-             for path in (library / "include/pvol").rglob("*.h")}
+             for path in (library / "include/pvol").rglob("*.h*")}
     files["pvol/version.h"] = library / "version.h.in"
     headers = {}
     for name, path in files.items():

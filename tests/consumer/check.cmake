@@ -15,6 +15,7 @@ run(${CMAKE_COMMAND} --build ${WORK}/build)
 run(${WORK}/build/consumer)
 run(${WORK}/build/c_client_static)
 run(${WORK}/build/c_client_shared)
+run(${WORK}/build/recipes)
 run(${WORK}/build/host ${WORK}/build/plugin.so)
 
 # Inline functions of the library are its own: clients of any options get the same bits.
