@@ -48,8 +48,8 @@ template <class T, class Sample>
                                      const BatchNumbers& numbers, T* to, const Sample& sample) {
   std::size_t bad = 0;
   for (std::size_t i = 0; i < rays.size; ++i) {
-    const auto ray = detail::read_ray(rays, i, volume.density.world_to_cells);
-    if (!ray) {
+    const auto ray = detail::read_ray(rays, i);
+    if (!ray || !is_finite(volume.density.world_to_cells.point(ray->world.o))) {
       to[i] = std::numeric_limits<T>::quiet_NaN();
       ++bad;
       continue;

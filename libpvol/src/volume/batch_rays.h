@@ -36,20 +36,15 @@ namespace pvol::detail {
           number_at(p + 2 * a.component_stride, a.doubles)};
 }
 
-/// A ray that is none of the bad ones.
 struct BatchRay {
-  Ray world;    ///< its direction is of a length whose square is a normal number
-  Vec3d cells;  ///< its origin, in cells from the octree's
+  Ray world;  ///< its direction is of a length whose square is a normal number
   double t_max;
 };
 
-/// Ray i, or nothing where it is bad. Directions whose squares leave the range of doubles are
-/// scaled.
-[[nodiscard]] inline std::optional<BatchRay> read_ray(const RayBatch& rays, std::size_t i,
-                                                      const Affine& world_to_cells) {
-  BatchRay r{
-      {vector_at(rays.origins, i), vector_at(rays.directions, i)}, {}, number_at(rays.t_max, i)};
-  r.cells = world_to_cells.point(r.world.o);
+/// Ray i, or nothing where it is bad, but for one too far away. Directions whose squares leave the
+/// range of doubles are scaled.
+[[nodiscard]] inline std::optional<BatchRay> read_ray(const RayBatch& rays, std::size_t i) {
+  BatchRay r{{vector_at(rays.origins, i), vector_at(rays.directions, i)}, number_at(rays.t_max, i)};
   const double squared = dot(r.world.d, r.world.d);
   if (!(squared > 0x1p-1000 && squared < 0x1p1000)) {
     const Vec3d size = max(r.world.d, -r.world.d);
@@ -59,7 +54,7 @@ struct BatchRay {
     const double step = most < 1 ? 0x1p500 : 0x1p-500;
     r.world.d = r.world.d * step / (most * step);
   }
-  if (!is_finite(r.cells) || !is_finite(r.world.o) || std::isnan(r.t_max)) return std::nullopt;
+  if (!is_finite(r.world.o) || std::isnan(r.t_max)) return std::nullopt;
   return r;
 }
 

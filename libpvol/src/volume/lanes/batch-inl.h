@@ -14,6 +14,7 @@
 #include "volume/batch_rays.h"
 #include "volume/lanes/batch_kernels.h"
 #include "volume/lanes/decide-inl.h"
+#include "volume/lanes/enter-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
@@ -130,25 +131,59 @@ struct BatchRatio {
   }
 };
 
-/// Takes the next ray of the batch; returns whether it is bad.
+/// Takes rays of the batch from `next` on, as many as are read at once and have room; returns how
+/// many of them are bad.
 template <class Job>
-HWY_INLINE bool start_ray(const BatchTask& task, BatchMemory& m, const Job& job, std::size_t i) {
-  const std::optional<BatchRay> ray = read_ray(task.rays, i, task.volume.world_to_cells);
-  job.start(i, !ray);
-  if (!ray) return true;
-  const Vec3d direction = ray->world.d / length(ray->world.d);
-  const Ray cells{ray->cells, task.volume.world_to_cells.vector(direction)};
-  const auto span = intersect(task.volume.octree.support(), cells, 0, ray->t_max);
-  if (!span) return false;
-  Rng rng = numbers_of(task.numbers, i);
-  const std::size_t n = put_ray(task.field, m.queue, cells.at(span->t0), Vec3f(direction), rng);
-  const std::uint32_t slot = m.take_slot();
-  const auto way = float(span->t1 - span->t0);
-  m.slots[slot] = {i, span->t0, span->t1, way};
-  m.queue[kLeft][n] = way;
-  m.queue[kW0][n] = 1;
-  m.queue.bits(kId)[n] = slot;
-  return false;
+HWY_INLINE std::size_t read_rays(const BatchTask& task, BatchMemory& m, const Job& job,
+                                 std::size_t& next) {
+  EnteringRays& e = m.entering;
+  e.n = 0;
+  std::size_t bad = 0;
+  const std::size_t room = std::min(EnteringRays::kMost, kSlice - m.queue.n);
+  const std::size_t end = next + std::min(room, task.rays.size - next);
+  for (; next < end; ++next) {
+    const std::optional<BatchRay> ray = read_ray(task.rays, next);
+    job.start(next, !ray);
+    bad += !ray;
+    if (!ray) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      e.o[std::size_t(axis)][e.n] = ray->world.o[axis];
+      e.d[std::size_t(axis)][e.n] = ray->world.d[axis];
+    }
+    e.t0[e.n] = 0, e.t1[e.n] = ray->t_max;
+    e.ray[e.n++] = next;
+  }
+  return bad;
+}
+
+/// Those that meet the box of the support go to the queue; returns how many are bad, for being too
+/// far away.
+template <class Job>
+HWY_INLINE std::size_t enter(const BatchTask& task, BatchMemory& m, const Job& job) {
+  const EnteringRays& e = m.entering;
+  find_spans(task.volume, m.entering);
+  std::size_t bad = 0;
+  for (std::size_t k = 0; k < e.n; ++k) {
+    const auto at = [&](const std::array<EnteringRays::Row, 3>& of) {
+      return Vec3d(of[0][k], of[1][k], of[2][k]);
+    };
+    const Ray cells{at(e.cells), at(e.step)};
+    if (!is_finite(cells.o)) {
+      job.start(e.ray[k], true);
+      ++bad;
+      continue;
+    }
+    if (!(e.t0[k] < e.t1[k])) continue;
+    Rng rng = numbers_of(task.numbers, e.ray[k]);
+    const std::size_t n = put_ray(task.field, m.queue, cells.at(e.t0[k]), Vec3f(at(e.d)), rng);
+    const std::uint32_t slot = m.take_slot();
+    const auto way = float(e.t1[k] - e.t0[k]);
+    m.slots[slot] = {e.ray[k], e.t0[k], e.t1[k], way};
+    m.queue[kLeft][n] = way;
+    m.queue[kW0][n] = 1;
+    m.queue.bits(kId)[n] = slot;
+  }
+  return bad;
 }
 
 /// Every ray of the batch to its end; see BatchKernel.
@@ -159,7 +194,10 @@ std::size_t run_batch(const BatchTask& task, BatchMemory& m) {
   std::size_t bad = 0, next = 0;
   m.start();
   for (;;) {
-    while (m.queue.n < kSlice && next < task.rays.size) bad += start_ray(task, m, job, next++);
+    while (m.queue.n < kSlice && next < task.rays.size) {
+      bad += read_rays(task, m, job, next);
+      bad += enter(task, m, job);
+    }
     if (m.queue.n == 0) return bad;
     std::swap(m.queue, m.flying);
     m.queue.n = 0;

@@ -19,6 +19,18 @@ struct BatchTask {
   float* through = nullptr;  ///< of transmittances
 };
 
+/// Rays on their way into the volume, side by side.
+struct EnteringRays {
+  static constexpr std::size_t kMost = 64;
+  using Row = std::array<double, kMost>;  ///< of numbers, one a ray
+
+  std::size_t n = 0;
+  std::array<std::size_t, kMost> ray;  ///< number in the batch
+  std::array<Row, 3> o, d;             ///< in the world; directions are made unit
+  std::array<Row, 3> cells, step;      ///< likewise in cells from the octree's origin
+  Row t0, t1;                          ///< the ray's way, then that inside the volume, if t0 < t1
+};
+
 /// What a thread keeps between batches. Rays that are under way have slots, as many as fly at once.
 struct BatchMemory : FlightMemory {
   struct Slot {
@@ -27,6 +39,7 @@ struct BatchMemory : FlightMemory {
     float length;     ///< of it
   };
 
+  EnteringRays entering;
   Records queue{kRayFields, kSlice};  ///< rays that wait to fly
   std::array<Slot, kSlice> slots;
   std::array<std::uint32_t, kSlice> idle;  ///< slots that are free again
