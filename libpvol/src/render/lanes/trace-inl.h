@@ -145,7 +145,7 @@ inline void start(const LaneScene& s, LaneMemory& m, const Samples::Sample& samp
 }
 
 [[nodiscard]] inline Vec3d world_place(const LaneScene& s, const Records& q, std::size_t at) {
-  const Vec3d place(double(q[kX][at]), double(q[kY][at]), double(q[kZ][at]));
+  const Vec3d place{double(q[kX][at]), double(q[kY][at]), double(q[kZ][at])};
   return s.volume.cells_to_world.point(place - Vec3d(DenseBounds::kBorder));
 }
 
