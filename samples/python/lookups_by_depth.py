@@ -40,7 +40,7 @@ def main() -> None:
     figures: dict[str, list[float]] = {"look-ups": [], "segments": [], "null collisions": []}
     hits = []
     for depth in depths:
-        volume = pvol.load(args.cloud, extinction=chosen.extinction, depth=depth)
+        volume = chosen.with_options(depth=depth)
         t, work = volume.flights(origins, directions, seed=depth, tracker="delta", counts=True)
         hits.append(np.isfinite(t).mean())
         figures["look-ups"].append(work["lookups"].mean())

@@ -13,7 +13,7 @@ import numpy as np
 
 import pvol
 
-ALBEDO, G, SKY = 0.9, 0.6, 1.0
+ALBEDO, G, SKY = 0.8, 0.6, 1.0
 
 
 def density_of(n: int) -> np.ndarray:

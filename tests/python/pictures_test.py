@@ -126,8 +126,8 @@ class Pictures(unittest.TestCase):
 
 
 class Interrupts(unittest.TestCase):
-    def test_ctrl_c_ends_a_render_of_hours(self):
-        v = pvol.Volume(lumps(), extinction=5.0)
+    def interrupted(self, work):
+        """Presses Ctrl-C while `work` is at it."""
         begun = threading.Event()
 
         def press():
@@ -139,9 +139,20 @@ class Interrupts(unittest.TestCase):
         thread.start()
         with self.assertRaises(KeyboardInterrupt):
             begun.set()
-            pvol.render(v, size=(4000, 3000), spp=100_000)
+            work()
         thread.join()
+
+    def test_ctrl_c_ends_a_render_of_hours(self):
+        v = pvol.Volume(lumps(), extinction=5.0)
+        self.interrupted(lambda: pvol.render(v, size=(400, 300), spp=1_000_000))
         self.assertEqual(pvol.render(v, size=(8, 8), spp=1).rgb.shape, (8, 8, 3))  # nothing is stuck
+
+    def test_ctrl_c_ends_a_batch_and_a_study(self):
+        v = pvol.Volume(lumps(), extinction=5.0, majorant_scale=1000)
+        origins = np.broadcast_to([-5.0, 15.5, 15.5], (3_000_000, 3))  # some 1e5 steps a ray
+        self.interrupted(lambda: v.transmittance(origins, [1, 0.01, 0], estimator="analog"))
+        w = v.with_options(majorant_scale=None)
+        self.interrupted(lambda: pvol.trade(w, budget=3600, size=(24, 18)))
 
 
 class Studies(unittest.TestCase):

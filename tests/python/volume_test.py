@@ -124,6 +124,23 @@ class Facts(unittest.TestCase):
         self.assertEqual(v.with_medium(albedo=0.25).extinction, 3)
         self.assertEqual(v.with_medium(g=None, rayleigh=True).extinction, 3)
 
+    def test_other_options(self):
+        v = pvol.Volume(lumps(), extinction=3, name="lumps")
+        for depth in range(v.levels):
+            w = v.with_options(depth=depth)
+            self.assertEqual((w.depth, w.extinction, w.name), (depth, 3, "lumps"))
+        self.assertEqual(w.with_options(depth=None).depth, v.depth)
+        self.assertEqual(w.with_medium(extinction=4).depth, w.depth)
+        loose = v.with_options(majorant_scale=2)
+        np.testing.assert_allclose(loose.bounds()["majorant"].max(), 2 * v.bounds()["majorant"].max())
+        at = np.random.default_rng(8).uniform(0, 31, (100, 3))
+        np.testing.assert_array_equal(loose.density(at), v.density(at))
+        self.assertEqual(v.with_options(interpolation="nearest").interpolation, "nearest")
+        with self.assertRaisesRegex(pvol.Error, "do not hold for tricubic"):
+            v.with_options(interpolation="tricubic")
+        with self.assertRaisesRegex(pvol.Error, "no option 'deep'"):
+            v.with_options(deep=3)
+
     def test_files(self):
         with tempfile.TemporaryDirectory() as folder:
             recipe = folder + "/ball.toml"

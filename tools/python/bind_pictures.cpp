@@ -10,6 +10,7 @@
 #include "python/names.h"
 #include "python/pictures.h"
 #include "python/requests.h"
+#include "python/warn.h"
 #include "python/watch.h"
 
 namespace pvol::python {
@@ -68,9 +69,7 @@ py::dict counts(const Picture& p) {
 Picture render(const py::object& scene, const py::kwargs& settings) {
   const SceneRequest request = request_of(scene, settings);
   Picture picture = watched([&](const Stop& stop) { return render_request(request, stop); });
-  for (const std::string& s : picture.doubts) {
-    if (PyErr_WarnEx(PyExc_UserWarning, s.c_str(), 1) != 0) throw py::error_already_set();
-  }
+  warn(picture.doubts);
   return picture;
 }
 

@@ -10,6 +10,7 @@
 #include "python/bind.h"
 #include "python/requests.h"
 #include "python/studies.h"
+#include "python/warn.h"
 #include "python/watch.h"
 
 namespace pvol::python {
@@ -51,7 +52,9 @@ std::vector<Variant> variants_of(const py::object& given) {
 py::object trade(const py::object& scene, const py::object& variants, double budget,
                  std::uint32_t spp, const py::kwargs& settings) {
   const TradeRequest request{request_of(scene, settings), variants_of(variants), budget, spp};
-  return parse_json(watched([&](const Stop& stop) { return trade_text(request, stop); }));
+  const TradeRows rows = watched([&](const Stop& stop) { return measure_trade(request, stop); });
+  warn(rows.doubts);
+  return parse_json(rows.text);
 }
 
 constexpr const char* kCompareText =

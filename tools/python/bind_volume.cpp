@@ -12,6 +12,7 @@
 #include "pvol/volume/facts.h"
 #include "python/bind.h"
 #include "python/names.h"
+#include "python/warn.h"
 #include "python/watch.h"
 
 namespace pvol::python {
@@ -89,12 +90,6 @@ CloudVolume make(const py::array& array, const py::object& voxel_size,
   });
 }
 
-void warn(const std::vector<std::string>& sentences) {
-  for (const std::string& s : sentences) {
-    if (PyErr_WarnEx(PyExc_UserWarning, s.c_str(), 2) != 0) throw py::error_already_set();
-  }
-}
-
 CloudVolume load(const std::filesystem::path& file, const py::object& grid,
                  const py::kwargs& settings) {
   const Making how = making_of(settings);
@@ -114,6 +109,18 @@ CloudVolume changed(const CloudVolume& v, const py::kwargs& settings) {
   Words medium = v.medium;
   add_words("medium.", settings, medium);
   return watched([&](const Stop&) { return with_medium(v, medium); });
+}
+
+CloudVolume remade(const CloudVolume& v, const py::kwargs& settings) {
+  for (const auto& [key, value] : settings) {
+    const auto name = key.cast<std::string>();
+    if (std::ranges::find(kOptions, name) != kOptions.end()) continue;
+    throw Error("there is no option '" + name + "'; expected " +
+                listed({kOptions.begin(), kOptions.end()}));
+  }
+  Words options = v.making;
+  add_words("render.", settings, options);
+  return watched([&](const Stop&) { return with_options(v, options); });
 }
 
 std::string text_of(const CloudVolume& v) {
@@ -203,6 +210,11 @@ Takes the settings of a medium (see `Volume`); those that are not named stay, a 
 default. Albedo, phase and emission are exchanged for nothing; another extinction has octree and
 samples made anew.)";
 
+constexpr const char* kWithOptionsText = R"(The same density and medium, made with other options.
+
+depth, micro_bounds, homogenise, majorant_scale and, as far as the bounds hold for it, interpolation;
+those that are not named stay, a None goes back to the default.)";
+
 }  // namespace
 
 VolumeClass bind_volume(py::module_& m) {
@@ -211,6 +223,7 @@ VolumeClass bind_volume(py::module_& m) {
       .def(py::init(&make), py::arg("array"), py::arg("voxel_size") = py::none(),
            py::arg("index_to_world") = py::none(), py::arg("name") = "array")
       .def("with_medium", &changed, kWithMediumText)
+      .def("with_options", &remade, kWithOptionsText)
       .def("__repr__", &text_of)
       .def_property_readonly(
           "name", [](const CloudVolume& v) { return v.given.file.string(); },

@@ -80,6 +80,11 @@ CloudVolume with_medium(const CloudVolume& v, Words medium) {
   return with;
 }
 
+CloudVolume with_options(const CloudVolume& v, const Words& options) {
+  const formats::SceneFile scene = read_making(v.given.file, {.medium = {}, .options = options});
+  return make(v.cloud, {v.medium, options}, v.given, scene.scene.options);
+}
+
 CloudVolume with_shell(const CloudVolume& v, const std::optional<Shell>& shell) {
   CloudVolume with = v;
   formats::Cloud cloud = *v.cloud;

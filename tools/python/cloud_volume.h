@@ -45,6 +45,9 @@ struct Making {
 /// it made anew.
 [[nodiscard]] CloudVolume with_medium(const CloudVolume& v, Words medium);
 
+/// The same cloud made anew with other options, of which those that are not named stay.
+[[nodiscard]] CloudVolume with_options(const CloudVolume& v, const Words& options);
+
 /// The same volume with a shell, or none.
 [[nodiscard]] CloudVolume with_shell(const CloudVolume& v, const std::optional<Shell>& shell);
 

@@ -86,7 +86,7 @@ std::string compare_text(const Picture& a, const Picture& b) {
   return cli::to_text(cli::to_json(report));
 }
 
-std::string trade_text(const TradeRequest& request, const Stop& stop) {
+TradeRows measure_trade(const TradeRequest& request, const Stop& stop) {
   const double begin = cli::clock_seconds();
   cli::StudyReport report;
   report.loaded = load(request.scene);
@@ -112,7 +112,7 @@ std::string trade_text(const TradeRequest& request, const Stop& stop) {
   };
   study.rows = measure::make_rows(variants, measure::sweep(names, o, render));
   measure::judge(study);
-  return cli::to_text(cli::trade_json(report).at("settings"));
+  return {cli::to_text(cli::trade_json(report).at("settings")), report.loaded.doubts};
 }
 
 }  // namespace pvol::python

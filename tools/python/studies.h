@@ -21,8 +21,12 @@ struct TradeRequest {
   std::uint32_t samples = 0;        ///< a pixel and round, at most; 0: as the budget allows
 };
 
-/// The settings of what pvol-stats trade says, the default first, as a JSON array. Throws Error,
-/// also where the budget is too short.
-[[nodiscard]] std::string trade_text(const TradeRequest& request, const Stop& stop);
+struct TradeRows {
+  std::string text;                 ///< a JSON array, the default first
+  std::vector<std::string> doubts;  ///< what is likely to be a mistake
+};
+
+/// The settings of what pvol-stats trade says. Throws Error, also where the budget is too short.
+[[nodiscard]] TradeRows measure_trade(const TradeRequest& request, const Stop& stop);
 
 }  // namespace pvol::python

@@ -63,7 +63,7 @@ std::vector<Volume> make_volumes(const LoadedScene& loaded,
   return volumes;
 }
 
-/// Frames the clouds where the scene has no camera; refuses or doubts what pvol-render would.
+/// Frames the clouds where the scene has no camera; refuses and doubts what pvol-render would.
 void choose_camera(LoadedScene& loaded) {
   Scene& scene = loaded.file.scene;
   const std::vector<Volume> volumes = make_volumes(loaded, loaded.clouds, scene);
@@ -72,8 +72,7 @@ void choose_camera(LoadedScene& loaded) {
     loaded.file.has_camera = true;
     loaded.framed = true;
   }
-  print_warnings("pvol-stats",
-                 plan(volumes, scene, {.facts = loaded.facts, .force = loaded.force}).doubts);
+  loaded.doubts = plan(volumes, scene, {.facts = loaded.facts, .force = loaded.force}).doubts;
 }
 
 measure::SetUp set_up_of(const std::vector<Volume>& volumes, double seconds) {
@@ -109,9 +108,11 @@ Scene requested(const LoadedScene& loaded, const measure::RunRequest& request, i
 LoadedScene load_scene(const SceneOptions& o, int pixels, bool quiet) {
   formats::SceneFile file = read(o);
   const formats::SceneFile as_read = file;
-  return load_scene(std::move(file), o, pixels, [&](formats::SceneVolume& v) {
+  LoadedScene loaded = load_scene(std::move(file), o, pixels, [&](formats::SceneVolume& v) {
     return load_cloud({"pvol-stats", quiet}, v, o.grid.strict, as_read);
   });
+  print_warnings("pvol-stats", loaded.doubts);
+  return loaded;
 }
 
 LoadedScene load_scene(formats::SceneFile file, const SceneOptions& o, int pixels,

@@ -37,17 +37,19 @@ struct LoadedScene {
   bool framed = false;                        ///< nor a camera
   bool force = false;                         ///< as asked for
   int picture_width = 0, picture_height = 0;  ///< of the scene, which is measured at another size
+  std::vector<std::string> doubts{};          ///< RenderPlan's, for whoever tells them
 };
 
 /// Reads everything and completes it as pvol-render does: an extinction that makes the thickest
 /// axis 40 mean free paths thick, a camera that frames the clouds. Pictures get the size asked for,
-/// or else one of about `pixels` pixels in the scene's proportions, without a crop.
+/// or else one of about `pixels` pixels in the scene's proportions, without a crop. Prints doubts.
 [[nodiscard]] LoadedScene load_scene(const SceneOptions& o, int pixels, bool quiet);
 
 /// The cloud of a scene's volume, with what the volume leaves open chosen.
 using LoadCloud = std::function<formats::Cloud(formats::SceneVolume&)>;
 
-/// The same for a scene that was read, without the files that it names, and clouds from anywhere.
+/// The same for a scene that was read, without the files that it names, and clouds from anywhere;
+/// prints nothing.
 [[nodiscard]] LoadedScene load_scene(formats::SceneFile file, const SceneOptions& o, int pixels,
                                      const LoadCloud& load);
 
