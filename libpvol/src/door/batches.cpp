@@ -48,7 +48,7 @@ template <class Number>
 [[nodiscard]] std::size_t optical_depths(const Committed& c, const RayBatch& rays, double* depth) {
   std::size_t bad = 0;
   for (std::size_t i = 0; i < rays.size; ++i) {
-    const auto ray = read_ray(rays, i, c.volume->density.world_to_cells);
+    const auto ray = read_ray(rays, i);
     RayWalk walk;
     const Entry entry = ray ? enter_ray(*c.volume, ray->world, ray->t_max, walk) : Entry::bad;
     bad += entry == Entry::bad;
