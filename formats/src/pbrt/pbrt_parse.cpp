@@ -273,7 +273,7 @@ class PbrtParser {
     const PbrtWhere where = words_.where();
     auto [key, medium] = named("medium");
     const bool again =
-        std::ranges::any_of(scene_.media, [&](const auto& m) { return m.first == key; });
+        std::ranges::any_of(scene_.media, [&key = key](const auto& m) { return m.first == key; });
     if (again) fail_at(where, fmt::format("medium \"{}\" again", shown(key)), "each medium once");
     scene_.media.emplace_back(std::move(key), PbrtPlaced{std::move(medium), state_.ctm});
   }
