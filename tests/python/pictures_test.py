@@ -128,6 +128,9 @@ class Pictures(unittest.TestCase):
 class Interrupts(unittest.TestCase):
     def interrupted(self, work):
         """Presses Ctrl-C while `work` is at it."""
+        # Background jobs of shells ignore it from the start.
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        self.addCleanup(signal.signal, signal.SIGINT, before)
         begun = threading.Event()
 
         def press():

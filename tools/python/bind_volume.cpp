@@ -12,6 +12,7 @@
 #include "pvol/volume/facts.h"
 #include "python/bind.h"
 #include "python/names.h"
+#include "python/toml_words.h"
 #include "python/warn.h"
 #include "python/watch.h"
 

@@ -9,7 +9,7 @@
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/scene_file.h"
 #include "pvol/volume/volume.h"
-#include "python/toml_words.h"
+#include "python/words.h"
 
 namespace pvol::python {
 

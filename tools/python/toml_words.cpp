@@ -79,10 +79,4 @@ void add_words(const std::string& prefix, const py::dict& settings, Words& to) {
   }
 }
 
-std::vector<std::string> sets_of(const Words& words) {
-  std::vector<std::string> sets;
-  for (const auto& [name, text] : words) sets.push_back(name + "=" + text);
-  return sets;
-}
-
 }  // namespace pvol::python
