@@ -116,7 +116,23 @@ class Estimators(unittest.TestCase):
         self.assertTrue((t != v.flights(origins, directions, seed=2)).any())
         np.testing.assert_array_equal(t, v.flights(origins, 4 * directions, seed=1))
         counted, _ = v.flights(origins, directions, seed=1, counts=True)
-        np.testing.assert_array_equal(t, counted)
+        np.testing.assert_array_equal(v.flights(origins, directions, seed=1, kernel="scalar"), counted)
+        with self.assertRaisesRegex(pvol.Error, "kernel sse; it is auto or scalar"):
+            v.flights(origins, directions, kernel="sse")
+
+    def test_one_at_a_time_and_many_at_once_agree(self):
+        v = pvol.Volume(lumps(), extinction=5)
+        origins, directions = rays_through(v, 200_000)
+        for values in (lambda k: np.isinf(v.flights(origins, directions, seed=3, kernel=k)).astype(float),
+                       lambda k: v.transmittance(origins, directions, seed=4, kernel=k),
+                       lambda k: v.transmittance(origins, directions, seed=5, estimator="analog", kernel=k)):
+            difference = values("auto") - values("scalar")
+            self.assertLess(abs(difference.mean()), 4.5 * difference.std() / len(difference) ** 0.5)
+            self.assertGreater(difference.std(), 0)
+        bad = np.array(origins)
+        bad[777, 1] = np.nan
+        with self.assertRaisesRegex(pvol.Error, "ray 777: "):
+            v.flights(bad, directions)
 
     def test_shapes(self):
         v = slab()

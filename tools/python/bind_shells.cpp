@@ -73,7 +73,7 @@ py::array_t<bool> contains(const PlacedShell& s, const Doubles& array) {
   auto inside = new_array<bool>(points.shape);
   bool* to = inside.mutable_data();
   run_watched([&](const Stop& stop) {
-    for_each_part(points.views.count, stop, [&](std::size_t begin, std::size_t end) {
+    for_each_part(points.views.count, kPart, stop, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i != end; ++i) {
         to[i] = pvol::contains(s.shell, s.to_index.point(points.views[i]));
       }

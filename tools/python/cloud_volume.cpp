@@ -16,7 +16,8 @@ CloudVolume make(std::shared_ptr<const formats::Cloud> cloud, Making how,
                 std::move(how.options),
                 std::move(given),
                 options,
-                {}};
+                {},
+                std::make_shared<LazyBatchField>()};
   Scene scene;
   scene.options = options;
   v.volume = cli::make_volume(*v.cloud, v.given, scene);
@@ -24,6 +25,11 @@ CloudVolume make(std::shared_ptr<const formats::Cloud> cloud, Making how,
 }
 
 }  // namespace
+
+const BatchField& CloudVolume::batch_field() const {
+  std::call_once(batches->made, [&] { batches->field.emplace(volume); });
+  return *batches->field;
+}
 
 formats::SceneFile read_making(const std::filesystem::path& file, const Making& how) {
   Words all = how.medium;

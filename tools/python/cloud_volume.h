@@ -3,15 +3,23 @@
 
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/scene_file.h"
+#include "pvol/volume/batch.h"
 #include "pvol/volume/volume.h"
 #include "python/words.h"
 
 namespace pvol::python {
+
+/// A field that the first who needs it makes.
+struct LazyBatchField {
+  std::once_flag made;
+  std::optional<BatchField> field;
+};
 
 /// Never changed once it is made, so that any number of threads may use it without Python's lock.
 struct CloudVolume {
@@ -21,6 +29,11 @@ struct CloudVolume {
   formats::SceneVolume given;                   ///< what follows from it; the file is its name
   RenderOptions options;                        ///< what follows from that
   Volume volume;
+  /// For many rays at once; made when it is asked for. Copies share it, as all of them are of one
+  /// volume.
+  std::shared_ptr<LazyBatchField> batches = std::make_shared<LazyBatchField>();
+
+  [[nodiscard]] const BatchField& batch_field() const;
 };
 
 /// How a volume is made of its cloud, beside the medium.

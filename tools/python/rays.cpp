@@ -3,10 +3,12 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
 #include <type_traits>
+#include <vector>
 
 #include "pvol/trackers.h"
 #include "pvol/volume/estimators.h"
@@ -14,8 +16,8 @@
 namespace pvol::python {
 namespace {
 
-/// Rays that a thread takes at a time: a millisecond or so, then it asks whether to stop.
-constexpr std::size_t kPart = 512;
+/// The same of many at once, whose call has a price of its own.
+constexpr std::size_t kPartAtOnce = 8192;
 
 [[noreturn]] void refuse_closed_form() {
   throw Error(
@@ -43,7 +45,7 @@ void for_each_ray(const Volume& volume, const RayViews& rays, std::uint64_t seed
     to.value[i] = walk ? one(*walk, field, rng, tally) : missed;
     put(to.counts, i, tally);
   };
-  for_each_part(rays.count(), stop, [&](std::size_t begin, std::size_t end) {
+  for_each_part(rays.count(), kPart, stop, [&](std::size_t begin, std::size_t end) {
     visit_field(volume, [&](const auto& field) {
       for (std::size_t i = begin; i != end; ++i) {
         try {
@@ -53,6 +55,31 @@ void for_each_ray(const Volume& volume, const RayViews& rays, std::uint64_t seed
         }
       }
     });
+  });
+}
+
+[[nodiscard]] VectorArray part_of(const Vectors& v, std::size_t begin) {
+  return {v.data + v.step * long(begin), true, v.step, v.axis};
+}
+
+/// Calls run(batch, numbers, begin), which returns how many rays were bad, for parts of the rays.
+template <class Run>
+void for_each_batch(const Volume& volume, const RayViews& rays, std::uint64_t seed,
+                    const Stop& stop, const Run& run) {
+  const auto refuse = [&](std::size_t i) {
+    try {
+      (void)enter(volume, rays[i], rays.t_max[i]);
+    } catch (const Error& e) {
+      throw Error("ray " + std::to_string(i) + ": " + e.what());
+    }
+  };
+  for_each_part(rays.count(), kPartAtOnce, stop, [&](std::size_t begin, std::size_t end) {
+    const RayBatch batch{end - begin,
+                         part_of(rays.origins, begin),
+                         part_of(rays.directions, begin),
+                         {rays.t_max.data + rays.t_max.step * long(begin), true, rays.t_max.step}};
+    if (run(batch, BatchNumbers{.seed = seed, .first = begin}, begin) == 0) return;
+    for (std::size_t i = begin; i != end; ++i) refuse(i);
   });
 }
 
@@ -111,13 +138,13 @@ void depths(const Volume& volume, const RayViews& rays, double missed, const Ray
 
 }  // namespace
 
-void for_each_part(std::size_t count, const Stop& stop,
+void for_each_part(std::size_t count, std::size_t most, const Stop& stop,
                    const std::function<void(std::size_t begin, std::size_t end)>& part) {
   using Range = tbb::blocked_range<std::size_t>;
   const auto one = [&](const Range& r) {
     if (!stop.load(std::memory_order_relaxed)) part(r.begin(), r.end());
   };
-  tbb::parallel_for(Range(0, count, kPart), one, tbb::simple_partitioner{});
+  tbb::parallel_for(Range(0, count, most), one, tbb::simple_partitioner{});
 }
 
 void sample_flights(const Volume& volume, const RayViews& rays, Tracker tracker, std::uint64_t seed,
@@ -140,6 +167,27 @@ void sample_flights(const Volume& volume, const RayViews& rays, Tracker tracker,
   throw Error(
       "delta-global is delta with one majorant for all of the volume: make the volume with depth=0 "
       "and take the tracker delta");
+}
+
+void sample_flights_at_once(const Volume& volume, const BatchField& field, const RayViews& rays,
+                            std::uint64_t seed, double* t, const Stop& stop) {
+  for_each_batch(volume, rays, seed, stop,
+                 [&](const RayBatch& batch, const BatchNumbers& numbers, std::size_t begin) {
+                   return pvol::sample_flights(field, batch, numbers, t + begin);
+                 });
+}
+
+void sample_transmittances_at_once(const Volume& volume, const BatchField& field,
+                                   const RayViews& rays, Transmittance estimator,
+                                   std::uint64_t seed, double* passed, const Stop& stop) {
+  for_each_batch(volume, rays, seed, stop,
+                 [&](const RayBatch& batch, const BatchNumbers& numbers, std::size_t begin) {
+                   std::vector<float> part(batch.size);
+                   const std::size_t bad =
+                       pvol::sample_transmittances(field, batch, numbers, estimator, part.data());
+                   std::copy(part.begin(), part.end(), passed + begin);
+                   return bad;
+                 });
 }
 
 void sample_transmittances(const Volume& volume, const RayViews& rays, Transmittance estimator,

@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "pvol/track/tracker.h"
+#include "pvol/volume/batch.h"
 #include "pvol/volume/volume.h"
 #include "python/views.h"
 #include "python/watch.h"
@@ -35,6 +36,14 @@ struct RayNumbers {
 void sample_flights(const Volume& volume, const RayViews& rays, Tracker tracker, std::uint64_t seed,
                     const RayNumbers& to, const Stop& stop);
 
+/// The same by decomposition with many rays in flight at once, without counts: the same law by
+/// other random numbers than one ray at a time. `field` is of the volume.
+void sample_flights_at_once(const Volume& volume, const BatchField& field, const RayViews& rays,
+                            std::uint64_t seed, double* t, const Stop& stop);
+void sample_transmittances_at_once(const Volume& volume, const BatchField& field,
+                                   const RayViews& rays, Transmittance estimator,
+                                   std::uint64_t seed, double* passed, const Stop& stop);
+
 /// Unbiased estimates of transmittances; `automatic` is what choose_transmittance says.
 void sample_transmittances(const Volume& volume, const RayViews& rays, Transmittance estimator,
                            std::uint64_t seed, const RayNumbers& to, const Stop& stop);
@@ -43,9 +52,12 @@ void sample_transmittances(const Volume& volume, const RayViews& rays, Transmitt
 void find_optical_depths(const Volume& volume, const RayViews& rays, const RayNumbers& to,
                          const Stop& stop);
 
-/// Calls part(begin, end) for parts of [0, count), in any order and from several threads, until
-/// `stop` is true.
-void for_each_part(std::size_t count, const Stop& stop,
+/// Rays that a thread takes at a time: a millisecond or so, then it asks whether to stop.
+inline constexpr std::size_t kPart = 512;
+
+/// Calls part(begin, end) for parts of [0, count) of at most `most`, in any order and from several
+/// threads, until `stop` is true.
+void for_each_part(std::size_t count, std::size_t most, const Stop& stop,
                    const std::function<void(std::size_t begin, std::size_t end)>& part);
 
 }  // namespace pvol::python

@@ -83,6 +83,7 @@ class Volume:
         seed: int = 0,
         tracker: _Tracker = "decomposition",
         counts: Literal[False] = False,
+        kernel: Literal["auto", "scalar"] = "auto",
     ) -> NDArray[np.float64]: ...
     @overload
     def flights(
@@ -94,6 +95,7 @@ class Volume:
         tracker: _Tracker = "decomposition",
         *,
         counts: Literal[True],
+        kernel: Literal["auto", "scalar"] = "auto",
     ) -> tuple[NDArray[np.float64], _Counts]: ...
     @overload
     def transmittance(
@@ -104,6 +106,7 @@ class Volume:
         seed: int = 0,
         estimator: _Estimator = "ratio",
         counts: Literal[False] = False,
+        kernel: Literal["auto", "scalar"] = "auto",
     ) -> NDArray[np.float64]: ...
     @overload
     def transmittance(
@@ -115,6 +118,7 @@ class Volume:
         estimator: _Estimator = "ratio",
         *,
         counts: Literal[True],
+        kernel: Literal["auto", "scalar"] = "auto",
     ) -> tuple[NDArray[np.float64], _Counts]: ...
     @overload
     def optical_depth(
