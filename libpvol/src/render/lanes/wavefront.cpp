@@ -24,7 +24,7 @@ struct Kernels {
   PhotonKernel (*find_photons)(bool one_lobe) = nullptr;
 };
 
-Kernels kernels_of(Lanes lanes) {
+Kernels kernels_of([[maybe_unused]] Lanes lanes) {
 #if HWY_TARGETS & HWY_AVX3
   if (lanes == Lanes::avx512) return {&N_AVX3::find_kernel, &N_AVX3::find_photons};
 #endif
