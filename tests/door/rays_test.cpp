@@ -40,7 +40,9 @@ TEST(DoorRays, AreThoseOfTheCppDoor) {
       const auto t = v.flight(ray, mine);
       const Flight flight = sample_flight(other, same(ray), ray.t_max, theirs);
       ASSERT_EQ(t.has_value(), flight.collided);
-      if (t) EXPECT_EQ(*t, flight.t);
+      if (t) {
+        EXPECT_EQ(*t, flight.t);
+      }
       collided += flight.collided;
       for (const auto& [mine_is, theirs_is] :
            {std::pair{PVOL_RATIO, Transmittance::ratio},

@@ -60,7 +60,9 @@ void expect_same(const api::Volume& a, const api::Volume& b, const char* frame) 
     ASSERT_EQ(mine[0], theirs[0]) << frame;
     ASSERT_EQ(mine[1], theirs[1]) << frame;
   }
-  if (a.box()) EXPECT_GT(collisions, 0) << frame;
+  if (a.box()) {
+    EXPECT_GT(collisions, 0) << frame;
+  }
   // Batches read bounds of their own.
   std::vector<double> o, d, t(200), u(200);
   for (int i = 0; i < 200; ++i) {

@@ -17,9 +17,8 @@ namespace {
                 file.metadata.source.file + "; fit it again with its density (pvol-fit --embed)");
   }
   auto d = std::make_shared<detail::BoundedDensity>();
-  VoxelGrid grid = std::move(file.density).value_or(VoxelGrid{});
-  grid.index_to_world = file.metadata.index_to_world;
-  d->density = std::move(grid);
+  if (file.density) d->grid = *std::move(file.density);
+  d->grid.index_to_world = file.metadata.index_to_world;
   d->pyramid = std::move(file.pyramid);
   if (file.shell) d->shell = std::make_shared<const Shell>(*std::move(file.shell));
   if (file.micro) d->micro_bounds = std::make_shared<const LeafMicroBounds>(*std::move(file.micro));

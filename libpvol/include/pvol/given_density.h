@@ -4,17 +4,17 @@
 #include <functional>
 #include <memory>
 
-#include "pvol/density/density.h"
+#include "pvol/bounds/pyramid.h"
+#include "pvol/density/voxel_grid.h"
 #include "pvol/field/leaf_micro_bounds.h"
 #include "pvol/pvol.h"
 #include "pvol/shell/shell.h"
 
 namespace pvol::detail {
 
-/// A density with bounds that are at hand, as files have them. A recipe is not null, nor is a grid
-/// without an owner of its samples.
+/// A density with bounds that are at hand, as files have them; the grid owns its samples.
 struct BoundedDensity {
-  Density density;
+  VoxelGrid grid;
   Pyramid pyramid;
   std::shared_ptr<const Shell> shell;
   std::shared_ptr<const LeafMicroBounds> micro_bounds;

@@ -296,9 +296,10 @@ float pvol_walk_extinction(const pvol_walk* walk, double t);
 int pvol_walk_exceeds(const pvol_walk* walk, double t, float mu);
 
 /* A flight from where the walk is to its end: 1, and a collision at *t, which is in the current
- * segment then; 0: the ray gets through, and the walk is at its end. */
+ * segment then, and from where pvol_resume goes on; 0: the ray gets through, and the walk is at its
+ * end. */
 int pvol_walk_flight(pvol_walk* walk, pvol_random* random, double* t);
-/* An estimate of the transmittance of what lies ahead of the walk, which is at its end afterwards. */
+/* An estimate of the transmittance of what lies ahead of the walk, which is used up by it. */
 float pvol_walk_transmittance(pvol_walk* walk, pvol_estimator estimator, pvol_random* random);
 double pvol_walk_optical_depth(pvol_walk* walk);
 
@@ -323,7 +324,7 @@ typedef struct pvol_span {
 } pvol_span;
 /* Where the ray is inside the volume's shell, which holds all of the density: the first `capacity`
  * spans, in order. Returns how many there are, none where it misses; where the volume has no shell,
- * those of its box. PVOL_BAD_RAY for a bad ray. */
+ * those of its box. PVOL_BAD_RAY for a bad ray, and where there is no memory for spans. */
 int pvol_shell_spans(const pvol_volume* volume, const pvol_ray* ray, pvol_span* spans, int capacity);
 
 /* ---- 8. Many rays at once -------------------------------------------------------------------- */
@@ -352,8 +353,9 @@ typedef struct pvol_streams {
 
 /* As pvol_sample_flight for each ray, many at a time in the lanes of the processor's registers:
  * t[i] is the place of the collision, infinite where there is none, and no number for a bad ray.
- * Works on the thread that calls; share a large batch among threads of yours. Returns how many rays
- * were bad; all where the volume was not committed. */
+ * Works on the thread that calls, which keeps 220 KB for it until it ends; share a large batch among
+ * threads of yours. Returns how many rays were bad; all where the volume was not committed, and where
+ * there is no memory. */
 size_t pvol_flights(const pvol_volume* volume, const pvol_rays* rays, const pvol_streams* streams,
                     double* t);
 /* The same for transmittances, by PVOL_RATIO or PVOL_ANALOG in lanes, by others one by one. */

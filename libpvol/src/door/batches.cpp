@@ -1,6 +1,7 @@
 // Many rays at once, by the C door.
 #include <cmath>
 #include <limits>
+#include <new>
 
 #include "door/rays.h"
 #include "pvol/volume/batch.h"
@@ -71,7 +72,11 @@ size_t pvol_flights(const pvol_volume* volume, const pvol_rays* rays, const pvol
                     double* t) {
   const Committed* const c = committed(volume);
   if (!usable(c, *rays)) return refuse_all(*rays, t);
-  return sample_flights(*c->batch, batch_of(*rays), streams_of(*streams), t);
+  try {
+    return sample_flights(*c->batch, batch_of(*rays), streams_of(*streams), t);
+  } catch (const std::bad_alloc&) {
+    return refuse_all(*rays, t);
+  }
 }
 
 size_t pvol_transmittances(const pvol_volume* volume, const pvol_rays* rays,
@@ -82,8 +87,12 @@ size_t pvol_transmittances(const pvol_volume* volume, const pvol_rays* rays,
   if (!usable(c, *rays) || (estimator == PVOL_EXACT && !closed)) {
     return refuse_all(*rays, transmittance);
   }
-  return sample_transmittances(*c->batch, batch_of(*rays), streams_of(*streams),
-                               estimator_of(estimator), transmittance);
+  try {
+    return sample_transmittances(*c->batch, batch_of(*rays), streams_of(*streams),
+                                 estimator_of(estimator), transmittance);
+  } catch (const std::bad_alloc&) {
+    return refuse_all(*rays, transmittance);
+  }
 }
 
 size_t pvol_optical_depths(const pvol_volume* volume, const pvol_rays* rays, double* depth) {

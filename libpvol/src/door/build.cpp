@@ -12,6 +12,7 @@
 #include "pvol/shell/support.h"
 #include "pvol/volume/make_volume.h"
 #include "pvol/volume/value_field.h"
+#include "volume/field_checks.h"
 
 namespace pvol::detail {
 namespace {
@@ -101,7 +102,7 @@ class DensityBuild {
   }
 
   [[nodiscard]] bool can_update_in_place() const {
-    return !s_.fields[PVOL_DENSITY].changed.empty() && before_ != nullptr && before_->bricks &&
+    return !s_.fields[PVOL_DENSITY].changed.empty() && before_ != nullptr &&
            s_.look_up != LookUp::tricubic && !s_.shell && can_update(*before_->bricks) &&
            !has_tiles(s_.fields[PVOL_DENSITY]);
   }
@@ -124,9 +125,7 @@ class DensityBuild {
 
   /// The density of before under another extinction or place.
   void reuse() {
-    out_.recipe = before_->recipe;
     out_.known_shell = before_->known_shell;
-    if (out_.recipe) return make_of_recipe();
     const bool was_tricubic = before_->volume->density.look_up == LookUp::tricubic;
     if (was_tricubic != (s_.look_up == LookUp::tricubic)) {
       throw Error(
@@ -147,25 +146,13 @@ class DensityBuild {
 
   /// A density with its bounds.
   void take(const std::shared_ptr<const BoundedDensity>& given) {
-    if (!is_sampled(given->density)) {
-      out_.recipe = given;
-      out_.known_shell = given->shell;
-      return make_of_recipe();
-    }
-    const VoxelGrid& grid = std::get<VoxelGrid>(given->density);
+    const VoxelGrid& grid = given->grid;
     const bool holds = given->pyramid.empty() || holds_for(given->pyramid.look_up, s_.look_up);
     Pyramid pyramid = holds ? given->pyramid : build_pyramid(grid, s_.look_up);
+    require_cover(grid, pyramid);
     progress_(0.4);
     add_shell(grid, pyramid, given->shell);
     add_bricks(grid, std::move(pyramid), given->micro_bounds.get());
-  }
-
-  void make_of_recipe() {
-    VolumeOptions o = options_;
-    o.object_to_world =
-        s_.fields[PVOL_DENSITY].index_to_world * inverse(index_to_object(out_.recipe->density));
-    *out_.volume =
-        pvol::make_volume(std::get<1>(out_.recipe->density), out_.recipe->pyramid, medium_, o);
   }
 
   void add_shell(const VoxelGrid& grid, const Pyramid& pyramid,

@@ -27,9 +27,8 @@ namespace pvol::detail {
 /// A volume as rays see it.
 struct Committed {
   std::shared_ptr<Volume> volume = std::make_shared<Volume>();
-  std::shared_ptr<const BoundedBricks> bricks{};   ///< of samples
-  std::shared_ptr<const BoundedDensity> recipe{};  ///< of a recipe; one of the two, or neither
-  std::shared_ptr<const Shell> known_shell{};      ///< of the density, fitted or read
+  std::shared_ptr<const BoundedBricks> bricks{};  ///< not null
+  std::shared_ptr<const Shell> known_shell{};     ///< of the density, fitted or read; or null
   Affine cells_to_world{};
   Rgb share{1.0f};  ///< of the extinction, by channel
   /// Those beside the density.
@@ -38,10 +37,6 @@ struct Committed {
   std::optional<BatchField> batch{};
   Flights flights{};     ///< by pvol's own streams
   RayKernels kernels{};  ///< by the caller's numbers
-
-  [[nodiscard]] const Pyramid* pyramid() const {
-    return bricks ? &bricks->pyramid : recipe ? &recipe->pyramid : nullptr;
-  }
 };
 
 /// A pvol_walk's contents.

@@ -165,7 +165,7 @@ pvol_status pvol::detail::set_density(pvol_volume* volume, const GetDensity& rea
   return guarded(volume, [&] {
     std::shared_ptr<const BoundedDensity> given = read();
     FieldSamples& f = volume->settings.fields[PVOL_DENSITY];
-    f.index_to_world = index_to_object(given->density);
+    f.index_to_world = given->grid.index_to_world;
     f.from = std::move(given);
   });
 }

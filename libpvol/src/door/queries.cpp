@@ -2,10 +2,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <new>
 #include <vector>
 
 #include "door/committed.h"
 #include "door/rays.h"
+#include "pvol/bounds/leaf_index.h"
 #include "pvol/embed.h"
 #include "pvol/volume/value_field.h"
 #include "volume/still_ranges.h"
@@ -19,7 +21,7 @@ template <class T>
 }
 
 [[nodiscard]] std::uint64_t bytes_of(const VolumeField& f) {
-  return f.value_bytes() + f.octree.bytes() + f.micro.bytes();
+  return f.value_bytes() + f.octree.bytes() + f.micro.bytes() + (f.leaves ? f.leaves->bytes() : 0);
 }
 
 [[nodiscard]] std::uint64_t bytes_of(const Pyramid& p) {
@@ -36,7 +38,7 @@ template <class T>
   // The map to cells is rounded, and look-ups clamp what lies on faces.
   const double slack = 1e-6 * (1 + std::max(max_component(cells.hi), -min_component(cells.lo)));
   cells.lo = cells.lo - Vec3d(slack), cells.hi = cells.hi + Vec3d(slack);
-  const DensityRange r = StillRanges(*c.pyramid(), f).over(cells);
+  const DensityRange r = StillRanges(c.bricks->pyramid, f).over(cells);
   constexpr float kLargest = std::numeric_limits<float>::max();
   return {std::nextafter(f.scale * r.lo, 0.0f), std::nextafter(f.scale * r.hi, kLargest)};
 }
@@ -73,10 +75,9 @@ uint64_t pvol_bytes(const pvol_volume* volume) {
   if (c == nullptr) return 0;
   std::uint64_t sum = sizeof(pvol_volume) + sizeof(Committed) + bytes_of(c->volume->density);
   if (c->batch) sum += c->batch->bytes();
-  if (c->pyramid() != nullptr) sum += bytes_of(*c->pyramid());
-  if (c->bricks) {
-    for (const auto& level : c->bricks->bricks.brick_of) sum += bytes_of(level);
-  }
+  const BoundedBricks& b = *c->bricks;
+  sum += bytes_of(b.pyramid) + bytes_of(b.ranges) + bytes_of(b.spare) + bytes_of(b.changed);
+  for (const auto& level : b.bricks.brick_of) sum += bytes_of(level);
   for (const auto& field : c->fields) sum += field ? bytes_of(*field) : 0;
   return sum;
 }
@@ -100,7 +101,7 @@ float pvol_value(const pvol_volume* volume, int field, const double place[3]) {
 }
 
 int pvol_shell_spans(const pvol_volume* volume, const pvol_ray* ray, pvol_span* spans,
-                     int capacity) {
+                     int capacity) try {
   const Committed* const c = committed(volume);
   RayWalk walk;
   const auto entry = enter(c, *ray, walk);
@@ -118,6 +119,8 @@ int pvol_shell_spans(const pvol_volume* volume, const pvol_ray* ray, pvol_span* 
     spans[i] = {found[i].t0, found[i].t1};
   }
   return int(found.size());
+} catch (const std::bad_alloc&) {
+  return PVOL_BAD_RAY;
 }
 
 }  // extern "C"

@@ -23,7 +23,8 @@ struct RayKernels {
   Rgb (*pass_rgb)(const VolumeField&, Rgb share, RayWalk&, CallerNumbers&);
 };
 
-/// For a field without a map that stands still, on the processor that the program runs on.
+/// For a field of samples without a map that stands still, on the processor that the program runs
+/// on.
 [[nodiscard]] RayKernels find_ray_kernels(LookUp look_up, int micro_edge);
 
 /// The same for the processor that all is compiled for, and for x86-64-v3.
