@@ -225,7 +225,9 @@ float pvol_value(const pvol_volume* volume, int field, const double place[3]);
  *
  * Numbers are uniform in [0, 1). Each tentative collision takes two, a depth and then a decision; so
  * the first of a flight is stratified best. From floats, depths have the resolution of their grid:
- * with 24 bits nothing collides before an optical depth of 6e-8. */
+ * with 24 bits nothing collides before an optical depth of 6e-8. What lies outside [0, 1) is taken
+ * for the nearest number in it, and what is no number for 0; a function that returns 0 for ever keeps
+ * a flight where it is for ever. */
 typedef struct pvol_random {
   uint64_t key[2];
   uint64_t used; /* of the stream: blocks of two numbers */

@@ -27,12 +27,15 @@ class Running {
   pvol_volume& volume_;
 };
 
-/// Calls work() as a task of the context, on this thread or one of the arena.
+/// Calls work() as a task of the context, on this thread or one of the arena; whether it was
+/// cancelled meanwhile.
 template <class Work>
-void run_in(tbb::task_group_context& context, const pvol_commit_options& o, const Work& work) {
+[[nodiscard]] bool run_in(tbb::task_group_context& context, const pvol_commit_options& o,
+                          const Work& work) {
+  bool cancelled = false;
   const auto in_group = [&] {
     tbb::task_group group(context);
-    group.run_and_wait(work);
+    cancelled = group.run_and_wait(work) == tbb::canceled;
   };
   if (o.threads > 0) {
     tbb::task_arena(o.threads).execute(in_group);
@@ -41,6 +44,7 @@ void run_in(tbb::task_group_context& context, const pvol_commit_options& o, cons
   } else {
     in_group();
   }
+  return cancelled;
 }
 
 void check(const pvol_commit_options& o) {
@@ -63,17 +67,18 @@ void commit(pvol_volume& volume, const pvol_commit_options& o) {
   std::unique_ptr<const Committed> made;
   // A task group passes on what its work throws, but not once it was cancelled.
   std::exception_ptr thrown;
+  bool cancelled = false;
   {
     const Running running(volume, context);
-    run_in(context, o, [&] {
+    cancelled = run_in(context, o, [&] {
       try {
         made = build(volume.settings, volume.committed.get(), progress);
       } catch (...) {
         thrown = std::current_exception();
       }
     });
-    if (context.is_group_execution_cancelled()) throw Cancelled{};
   }
+  if (cancelled) throw Cancelled{};
   if (thrown) std::rethrow_exception(thrown);
   volume.committed = std::move(made);
   for (FieldSamples& f : volume.settings.fields) {
