@@ -12,7 +12,7 @@ from check_rooms import INCLUDE
 
 # For pvol/embed.h, itself included: a little above what it takes. Media hold any phase function, each
 # of which is a header.
-MOST_HEADERS, MOST_LINES = 25, 1650
+MOST_HEADERS, MOST_LINES = 25, 1700
 # Of headers that stand for each other on different processors, a compiler reads one: these do not count.
 ALTERNATIVES = {"pvol/math/lanes_neon.h", "pvol/math/lanes_plain.h"}
 KEPT_WITHIN = ["pvol/measure/"]

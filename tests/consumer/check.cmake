@@ -33,7 +33,8 @@ if(EXISTS ${WORK}/build/path_tracer)
   set(tools ${WORK}/prefix/bin)
   run(${tools}/pvol-fit ${SAMPLES}/cumulus.toml -o ${WORK}/cumulus.pvol)
   run(${tools}/pvol-render ${SAMPLES}/peer_scene.toml --set volume.file=${WORK}/cumulus.pvol
-    --size 32x32 --spp 1024 -o ${WORK}/reference.exr)
-  run(oiiotool ${WORK}/reference.exr --ch R,G,B -o ${WORK}/reference.pfm)
-  run(${WORK}/build/path_tracer ${WORK}/cumulus.pvol ${WORK}/reference.pfm)
+    --set medium.g=0.5 --size 32x32 --spp 1024 -o ${WORK}/reference.exr)
+  execute_process(COMMAND oiiotool --dumpdata ${WORK}/reference.exr
+    OUTPUT_FILE ${WORK}/reference.txt COMMAND_ERROR_IS_FATAL ANY)
+  run(${WORK}/build/path_tracer ${WORK}/cumulus.pvol ${WORK}/reference.txt)
 endif()

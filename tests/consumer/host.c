@@ -16,6 +16,7 @@ int main(int count, char** arguments) {
     }
     *(void**)&transmittance = dlsym(plugin, "transmittance_of_plugin");
     *(void**)&catches = dlsym(plugin, "plugin_catches_errors");
+    if (transmittance == NULL || catches == NULL) return 3;
     found = transmittance(200000);
     printf("plug-in: %.4f, exactly %.4f\n", found, exact);
     if (fabs(found - exact) > 0.003 || !catches()) return 1;

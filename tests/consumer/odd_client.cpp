@@ -22,7 +22,7 @@ double instantiate(const pvol::Volume& cloud, const pvol::Ray& ray, pvol::Rng& r
   pvol::visit_field(cloud, [&](const auto& field) {
     pvol::NoTally none;
     if (auto walk = pvol::enter(cloud, ray)) {
-      sum += pvol::free_flight<pvol::Tracker::decomposition>(*walk, field, rng, none).t;
+      sum += pvol::free_flight<pvol::Tracker::decomposition>(*walk, field, rng, none).collided;
     }
     if (auto walk = pvol::enter(cloud, ray)) {
       sum += double(pvol::transmittance<pvol::Transmittance::ratio, pvol::Tracker::delta>(
