@@ -31,16 +31,17 @@ using namespace pvol::bench;
 
 constexpr const char* kUsage =
     "usage: embed_bench CLOUD [--thickness X] [--g X] [--paths N] [--rounds N] [--analog]\n"
-    "                   [--micro-bounds auto|none|2|1]\n"
+    "                   [--micro-bounds auto|none|2|1] [--only TEXT]\n"
     "CLOUD            samples with trilinear look-ups; .vdb, .pvol, ...\n"
     "--thickness 78   mean optical thickness along x\n"
     "--g 0.877        mean cosine of the phase function, Henyey and Greenstein's\n"
     "--paths 20000    of each medium in each round\n"
     "--rounds 7       times are medians over them\n"
-    "--analog         shadow rays are free flights; ratio tracking without\n";
+    "--analog         shadow rays are free flights; ratio tracking without\n"
+    "--only TEXT      media whose names contain it, for profilers; the first is the baseline\n";
 
 struct Wishes {
-  std::string cloud;
+  std::string cloud, only;
   double thickness = 78, g = 0.877;
   int paths = 20000, rounds = 7;
   bool analog = false;
@@ -60,6 +61,8 @@ Wishes read(int argc, char** argv) {
       throw std::runtime_error(kUsage);
     } else if (key == "--thickness") {
       w.thickness = std::atof(argv[i]);
+    } else if (key == "--only") {
+      w.only = argv[i];
     } else if (key == "--g") {
       w.g = std::atof(argv[i]);
     } else if (key == "--paths") {
@@ -200,9 +203,11 @@ int run(const Wishes& w) {
   w.analog ? add_media<true>(bench, nano, volume) : add_media<false>(bench, nano, volume);
   add_waves(bench, batches, w.analog);
   w.analog ? add_door<true>(bench, door.get()) : add_door<false>(bench, door.get());
+  std::erase_if(bench.rows, [&](const Row& r) { return r.name.find(w.only) == r.name.npos; });
+  if (bench.rows.empty()) throw std::runtime_error("no medium is called " + w.only);
   bench.run();
   print_paths(bench.rows);
-  print_points(nano, volume, bench.places, w.rounds);
+  if (!bench.places.empty()) print_points(nano, volume, bench.places, w.rounds);
   return agree(bench.rows) ? 0 : 1;
 }
 
