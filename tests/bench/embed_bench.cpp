@@ -1,5 +1,6 @@
 // pvol inside another renderer: one path tracer, and the medium that it asks is a NanoVDB grid
-// behind a grid of majorants, or a volume of pvol by one of its doors.
+// behind a grid of majorants, or a volume of pvol by one of its doors: path by path in C++ and in
+// C, or as a wavefront whose rays are batches.
 //
 //   embed_bench CLOUD [OPTIONS]     (see kUsage)
 //
@@ -12,10 +13,14 @@
 #include <cstring>
 #include <exception>
 #include <string>
+#include <vector>
 
+#include "embed_door.h"
 #include "embed_media.h"
 #include "embed_paths.h"
+#include "embed_waves.h"
 #include "pvol/bounds/leaf_index.h"
+#include "pvol/error.h"
 #include "pvol/formats/cloud.h"
 #include "pvol/volume/facts.h"
 #include "pvol/volume/make_volume.h"
@@ -27,16 +32,17 @@ using namespace pvol::bench;
 
 constexpr const char* kUsage =
     "usage: embed_bench CLOUD [--thickness X] [--g X] [--paths N] [--rounds N] [--analog]\n"
-    "                   [--micro-bounds auto|none|2|1]\n"
+    "                   [--micro-bounds auto|none|2|1] [--only TEXT]\n"
     "CLOUD            samples with trilinear look-ups; .vdb, .pvol, ...\n"
     "--thickness 78   mean optical thickness along x\n"
     "--g 0.877        mean cosine of the phase function, Henyey and Greenstein's\n"
     "--paths 20000    of each medium in each round\n"
     "--rounds 7       times are medians over them\n"
-    "--analog         shadow rays are free flights; ratio tracking without\n";
+    "--analog         shadow rays are free flights; ratio tracking without\n"
+    "--only TEXT      media whose names contain it, for profilers; the first is the baseline\n";
 
 struct Wishes {
-  std::string cloud;
+  std::string cloud, only;
   double thickness = 78, g = 0.877;
   int paths = 20000, rounds = 7;
   bool analog = false;
@@ -56,6 +62,8 @@ Wishes read(int argc, char** argv) {
       throw std::runtime_error(kUsage);
     } else if (key == "--thickness") {
       w.thickness = std::atof(argv[i]);
+    } else if (key == "--only") {
+      w.only = argv[i];
     } else if (key == "--g") {
       w.g = std::atof(argv[i]);
     } else if (key == "--paths") {
@@ -117,6 +125,68 @@ void print_bytes(const NanoMedium& nano, const Volume& v) {
       mb(v.density.micro.bytes()), ours / theirs);
 }
 
+template <bool kAnalog>
+void add_media(Bench& bench, const NanoMedium& nano, const Volume& volume) {
+  bench.add_paths("NanoVDB accessor, majorants 64^3", [&] {
+    return NanoPath<NanoAccessor, kAnalog>{nano, nano.grid().getAccessor()};
+  });
+  bench.add_paths("NanoVDB tree, majorants 64^3", [&] {
+    return NanoPath<const NanoTree&, kAnalog>{nano, nano.grid().tree()};
+  });
+  bench.add_paths("pvol segments, extinction_at",
+                  [&] { return SegmentsAndPoints<kAnalog>{volume}; });
+  visit_field(volume, [&](const auto& field) {
+    using Field = std::decay_t<decltype(field)>;
+    if constexpr (kIsTrilinear<Field>) {
+      bench.add_paths("pvol segments, look-ups at t", [&volume, field] {
+        return SegmentsAndField<kAnalog, Field>{volume, field};
+      });
+      bench.add_paths("  the same from cursors", [&volume, field] {
+        return CursorsAndField<kAnalog, Field>{volume, field};
+      });
+    }
+  });
+  bench.add_paths("pvol whole flights", [&] { return WholeFlights<kAnalog>{volume}; });
+}
+
+/// For each kernel that the machine has.
+std::vector<BatchField> batch_fields(const Volume& volume) {
+  std::vector<BatchField> all;
+  for (const Lanes lanes : {Lanes::avx2, Lanes::avx512}) {
+    try {
+      all.emplace_back(volume, lanes);
+    } catch (const Error& e) {
+      std::printf("no batches by %s: %s\n", name(lanes), e.what());
+    }
+  }
+  return all;
+}
+
+void add_waves(Bench& bench, const std::vector<BatchField>& fields, bool analog) {
+  const Transmittance estimator = analog ? Transmittance::analog : Transmittance::ratio;
+  for (const BatchField& f : fields) {
+    const auto trace = [&bench, &f, estimator](const Round& round, Mean& mean) {
+      const BatchRays rays{f, estimator, 2 + std::uint64_t(round.number)};
+      trace_waves(bench.setting, rays, round, mean);
+    };
+    bench.rows.push_back(
+        {.name = std::string("pvol batches, ") + name(f.kernel()), .trace = trace});
+  }
+}
+
+template <bool kAnalog>
+void add_door(Bench& bench, const pvol_volume* door) {
+  bench.add_paths("C door, segments and look-ups",
+                  [door] { return DoorSegmentsMedium<kAnalog>{door}; });
+  bench.add_paths("C door, one call a ray", [door] { return DoorCalls<kAnalog>{door}; });
+  bench.add_paths("C door, walks that go on", [door] { return DoorWalks<kAnalog>{door}; });
+  const auto trace = [&bench, door](const Round& round, Mean& mean) {
+    const DoorBatchRays rays{door, DoorCalls<kAnalog>::kEstimator, 2 + std::uint64_t(round.number)};
+    trace_waves(bench.setting, rays, round, mean);
+  };
+  bench.rows.push_back({.name = "C door, batches", .trace = trace});
+}
+
 int run(const Wishes& w) {
   const formats::Cloud cloud = formats::load_cloud(w.cloud);
   const double unit = describe(cloud.grid(), 1, {}).mean_optical_thickness[0];
@@ -127,37 +197,18 @@ int run(const Wishes& w) {
   const Setting setting = make_setting(volume.density.world_box, w.g);
   print_bytes(nano, volume);
 
+  const DoorVolume door = make_door_volume(cloud.grid(), medium.extinction);
+  const std::vector<BatchField> batches = batch_fields(volume);
+
   Bench bench{setting, w.paths, w.rounds};
-  visit_field(volume, [&](const auto& field) {
-    if constexpr (kIsTrilinear<decltype(field)>) {
-      const auto run_media = [&](auto analog) {
-        constexpr bool kAnalog = decltype(analog)::value;
-        bench.run(
-            medium_of("NanoVDB accessor, majorants 64^3",
-                      [&] {
-                        return NanoPath<NanoAccessor, kAnalog>{nano, nano.grid().getAccessor()};
-                      }),
-            medium_of("NanoVDB tree, majorants 64^3",
-                      [&] {
-                        return NanoPath<const NanoTree&, kAnalog>{nano, nano.grid().tree()};
-                      }),
-            medium_of("pvol segments, extinction_at",
-                      [&] { return SegmentsAndPoints<kAnalog>{volume}; }),
-            medium_of("pvol segments, look-ups at t",
-                      [&] {
-                        return SegmentsAndField<kAnalog, decltype(field)>{volume, field};
-                      }),
-            medium_of("  the same from cursors",
-                      [&] {
-                        return CursorsAndField<kAnalog, decltype(field)>{volume, field};
-                      }),
-            medium_of("pvol whole flights", [&] { return WholeFlights<kAnalog>{volume}; }));
-      };
-      w.analog ? run_media(std::true_type{}) : run_media(std::false_type{});
-    }
-  });
+  w.analog ? add_media<true>(bench, nano, volume) : add_media<false>(bench, nano, volume);
+  add_waves(bench, batches, w.analog);
+  w.analog ? add_door<true>(bench, door.get()) : add_door<false>(bench, door.get());
+  std::erase_if(bench.rows, [&](const Row& r) { return r.name.find(w.only) == r.name.npos; });
+  if (bench.rows.empty()) throw std::runtime_error("no medium is called " + w.only);
+  bench.run();
   print_paths(bench.rows);
-  print_points(nano, volume, bench.places, w.rounds);
+  if (!bench.places.empty()) print_points(nano, volume, bench.places, w.rounds);
   return agree(bench.rows) ? 0 : 1;
 }
 

@@ -20,8 +20,8 @@ inline constexpr bool kIsTrilinear<Field> =
 
 /// Free flights by decomposition tracking along the segments of a walk, written by an embedder:
 /// exceeds(s, t, mu) says whether mu < mu_t at t.
-template <class Count, class Exceeds>
-[[nodiscard]] double fly(RayWalk& walk, Rng& rng, Count& count, const Exceeds& exceeds) {
+template <class Segments, class Count, class Exceeds>
+[[nodiscard]] double fly(Segments& walk, Rng& rng, Count& count, const Exceeds& exceeds) {
   double hit = std::numeric_limits<double>::infinity();
   (void)visit_tentative(walk, rng, count, [&](const Segment& s, double t, float u) {
     const float mu = u * s.hi;
@@ -34,8 +34,8 @@ template <class Count, class Exceeds>
 }
 
 /// Ratio tracking; extinction(s, t) is mu_t at t.
-template <class Count, class Extinction>
-[[nodiscard]] float pass(RayWalk& walk, Rng& rng, Count& count, const Extinction& extinction) {
+template <class Segments, class Count, class Extinction>
+[[nodiscard]] float pass(Segments& walk, Rng& rng, Count& count, const Extinction& extinction) {
   float weight = 1;
   const bool ended = visit_tentative(walk, rng, count, [&](const Segment& s, double t, float u) {
     weight *= std::max(0.0f, 1 - extinction(s, t) / s.hi);

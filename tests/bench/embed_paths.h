@@ -7,10 +7,12 @@
 #include <cstdint>
 #include <cstdio>
 #include <ctime>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "nano_medium.h"
@@ -42,13 +44,16 @@ struct Setting {
   return s;
 }
 
+[[nodiscard]] inline Vec3d camera_direction(const Setting& s, Rng::Pair pixel) {
+  return normalize(s.forward + s.right * double(2 * pixel.a - 1) + s.up * double(2 * pixel.b - 1));
+}
+
 /// The radiance of one camera sample: paths of any length, ended by a roulette of small weights.
 /// visit(place) is called at every collision.
 template <class Path, class Count, class Visit>
 [[nodiscard]] float trace(const Setting& s, Path& path, Rng::Pair pixel, Rng& rng, Count& count,
                           const Visit& visit) {
-  Ray ray{s.eye, normalize(s.forward + s.right * double(2 * pixel.a - 1) +
-                           s.up * double(2 * pixel.b - 1))};
+  Ray ray{s.eye, camera_direction(s, pixel)};
   Vec3f direction(ray.d);
   const Vec3d sun(s.sun);
   float radiance = 0, weight = 1;
@@ -98,25 +103,37 @@ template <class F>
   return 1e9 / CLOCKS_PER_SEC * double(std::clock() - start) / double(n);
 }
 
-/// A medium by what makes its paths.
-template <class Start>
-struct NamedMedium {
-  std::string name;
-  Start start;
-};
-template <class Start>
-[[nodiscard]] NamedMedium<Start> medium_of(std::string name, Start start) {
-  return {std::move(name), std::move(start)};
-}
+/// Paths that a medium traces: those of the same round see the same camera rays, and the medium's
+/// number gives it random numbers of its own.
+struct Round {
+  int round, number, paths;
 
-/// What was measured of a medium.
+  [[nodiscard]] Rng::Pair camera(int path) const {
+    return Rng(1, std::uint64_t(round), std::uint64_t(path)).uniform2();
+  }
+};
+
+/// A medium, and what was measured of it.
 struct Row {
   std::string name;
-  Mean radiance;
+  std::function<void(const Round&, Mean&)> trace;  ///< adds each path's radiance
+  std::function<void(const Round&, Tally&, std::vector<Vec3d>*)> count{};  ///< where it counts
+  Mean radiance{};
   std::vector<double> ns{};  ///< per path, by round
   Tally tally{};
   int counted = 0;  ///< paths that the tally is of
 };
+
+/// One path after the other, each by a medium that start() makes.
+template <class Start, class Count, class Visit>
+void trace_paths(const Setting& s, const Start& start, const Round& round, Mean& mean, Count& count,
+                 const Visit& visit) {
+  for (int k = 0; k < round.paths; ++k) {
+    Rng rng(2 + std::uint64_t(round.number), std::uint64_t(round.round), std::uint64_t(k));
+    auto path = start();
+    mean.add(double(trace(s, path, round.camera(k), rng, count, visit)));
+  }
+}
 
 struct Bench {
   static constexpr std::size_t kMostPlaces = 1 << 20;
@@ -125,47 +142,39 @@ struct Bench {
   std::vector<Row> rows{};
   std::vector<Vec3d> places{};  ///< of collisions of the first medium, in the order of the paths
 
+  template <class Start>
+  void add_paths(std::string name, const Start& start) {
+    const auto time = [this, start](const Round& round, Mean& mean) {
+      NoTally none;
+      trace_paths(setting, start, round, mean, none, [](Vec3d) {});
+    };
+    const auto count = [this, start](const Round& round, Tally& tally, std::vector<Vec3d>* to) {
+      Mean unused;
+      trace_paths(setting, start, round, unused, tally, [&](Vec3d at) {
+        if (to != nullptr && to->size() < kMostPlaces) to->push_back(at);
+      });
+    };
+    rows.push_back({.name = std::move(name), .trace = time, .count = count});
+  }
+
   /// All media in turn, round after round; what they count in a round of its own.
-  template <class... Media>
-  void run(const Media&... media) {
-    rows = {Row{.name = media.name, .radiance = {}}...};
-    std::size_t i = 0;
-    (count(media, rows[i++]), ...);
+  void run() {
+    for (Row& row : rows) count(row);
     for (int round = 0; round < rounds; ++round) {
-      i = 0;
-      ((time(media, rows[i], round, int(i)), ++i), ...);
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        rows[i].ns.push_back(ns_each(std::size_t(paths), [&] {
+          rows[i].trace({round, int(i), paths}, rows[i].radiance);
+        }));
+      }
     }
   }
 
  private:
-  template <class Medium, class Count, class Visit>
-  void trace_paths(const Medium& medium, int round, int number, int n, Mean& mean, Count& count,
-                   const Visit& visit) const {
-    for (int k = 0; k < n; ++k) {
-      Rng camera(1, std::uint64_t(round), std::uint64_t(k));
-      Rng rng(2 + std::uint64_t(number), std::uint64_t(round), std::uint64_t(k));
-      auto path = medium.start();
-      mean.add(double(trace(setting, path, camera.uniform2(), rng, count, visit)));
-    }
-  }
-
-  template <class Medium>
-  void count(const Medium& medium, Row& row) {
-    const bool first = places.empty();
+  void count(Row& row) {
+    if (!row.count) return;
     const int n = std::min(paths, 20000);
-    Mean unused;
-    trace_paths(medium, -1, 0, n, unused, row.tally, [&](Vec3d at) {
-      if (first && places.size() < kMostPlaces) places.push_back(at);
-    });
+    row.count({-1, 0, n}, row.tally, places.empty() ? &places : nullptr);
     if (row.tally.segments > 0) row.counted = n;
-  }
-
-  template <class Medium>
-  void time(const Medium& medium, Row& row, int round, int number) {
-    NoTally none;
-    row.ns.push_back(ns_each(std::size_t(paths), [&] {
-      trace_paths(medium, round, number, paths, row.radiance, none, [](Vec3d) {});
-    }));
   }
 };
 

@@ -114,8 +114,10 @@ struct BatchRatio {
       const M on = first(e.n - at);
       const MovingRays moving(m, at, on);
       const F mu = splat(task.field.scale) * density_at_event<kLookUp>(task.field, e, at, on);
-      // Rounding may lift mu_t above the majorant, as in ratio_transmittance.
-      const F null = hn::Max(splat(0), splat(1) - mu / load(&e.mu[at]));
+      // Rounding may lift mu_t above the majorant, as in ratio_transmittance, and may carry the
+      // event across a face, into an empty cube: there both are 0.
+      const F majorant = load(&e.mu[at]), passed = hn::Max(splat(0), splat(1) - mu / majorant);
+      const F null = select(hn::Gt(majorant, splat(0)), passed, splat(1));
       F weight = gather(q[kW0], moving.source) * null;
       Random rng{gather(q.bits(kRng0), moving.source), gather(q.bits(kRng1), moving.source)};
       const F least = splat(kTransmittanceRoulette);
