@@ -18,6 +18,14 @@ run(${WORK}/build/c_client_shared)
 run(${WORK}/build/recipes)
 run(${WORK}/build/host ${WORK}/build/plugin.so)
 
+# Without CMake: by pkg-config and the shared library.
+file(GLOB_RECURSE package ${WORK}/prefix/pvol.pc)
+cmake_path(GET package PARENT_PATH package)
+run(sh -c "${C_COMPILER} -std=c99 ${CMAKE_CURRENT_LIST_DIR}/c_client.c -o ${WORK}/build/c_plain \
+  $(PKG_CONFIG_PATH=${package} pkg-config --cflags --libs pvol) -lm \
+  -Wl,-rpath,$(PKG_CONFIG_PATH=${package} pkg-config --variable=libdir pvol)")
+run(${WORK}/build/c_plain)
+
 # Inline functions of the library are its own: clients of any options get the same bits.
 foreach(kind plain fast unoptimised)
   execute_process(COMMAND ${WORK}/build/odd_client_${kind}
