@@ -151,6 +151,24 @@ TEST(DoorRays, BadOnesAreTold) {
   EXPECT_EQ(pvol_resume(&walk, t, none, 1), PVOL_BAD_RAY);
 }
 
+TEST(DoorRays, ThatMissGoOnNowhere) {
+  const api::Volume v = make_smoke(Smoke(80));
+  const pvol_ray miss = ray_between({-50, -50, -50}, {-60, -50, -50});
+  pvol_walk walk;
+  ASSERT_EQ(pvol_enter(v.get(), &miss, &walk), 0);
+  const double direction[3] = {1, 0, 0};
+  EXPECT_EQ(pvol_resume(&walk, 0, direction, 1), PVOL_BAD_RAY);
+  pvol_segment s;
+  double t;
+  api::Random random(1, 2, 3);
+  EXPECT_EQ(pvol_next(&walk, &s), 0);
+  EXPECT_EQ(pvol_walk_flight(&walk, &random, &t), 0);
+  EXPECT_EQ(pvol_walk_transmittance(&walk, PVOL_RATIO, &random), 1);
+  EXPECT_EQ(pvol_walk_optical_depth(&walk), 0);
+  EXPECT_EQ(pvol_walk_extinction(&walk, 0), 0);
+  EXPECT_EQ(pvol_walk_exceeds(&walk, 0, 0), 0);
+}
+
 /// Flights that start at a place and end where a ray's t_max is, by all kinds of numbers, against
 /// the exact transmittance; the mean distance of those that collide against its integral.
 class NumbersOfTheCaller : public testing::Test {

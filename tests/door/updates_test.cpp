@@ -217,6 +217,19 @@ TEST(DoorUpdate, ThatIsCancelledLeavesTheVolumeAsItWas) {
   expect_same(v, make_fresh(next, PVOL_TRILINEAR), "at last");
 }
 
+TEST(DoorUpdate, OfADensityThatWentIsNone) {
+  Changing field;
+  field.fill({{20, 20, 20}, {50, 50, 50}}, [](int, int, int) { return 1.0f; });
+  api::Volume v = make_fresh(field, PVOL_TRILINEAR);
+  v.set(PVOL_DENSITY, field.array()).set_changed(PVOL_DENSITY, {{0, 0, 0}}, {{8, 8, 8}});
+  v.clear(PVOL_DENSITY).commit();
+  EXPECT_FALSE(v.box());
+  v.set_changed(PVOL_DENSITY, {{0, 0, 0}}, {{8, 8, 8}}).commit();
+  EXPECT_FALSE(v.box());
+  v.set(PVOL_DENSITY, field.array()).commit();
+  expect_same(v, make_fresh(field, PVOL_TRILINEAR), "back again");
+}
+
 TEST(DoorUpdate, OfLeavesAndOfWhatCannotBeUpdatedIsRight) {
   Changing field;
   field.fill({{0, 0, 0}, {32, 32, 32}},

@@ -136,7 +136,7 @@ typedef struct pvol_leaves {
 } pvol_leaves;
 
 /* The field's samples, instead of those that it had. They are read by the next commit and may go
- * when that has returned. Interpolation cells lie between samples, and the field reaches one cell
+ * once one has succeeded, or others are set. Interpolation cells lie between samples, and the field reaches one cell
  * beyond the outermost. */
 pvol_status pvol_set_array(pvol_volume* volume, int field, const pvol_array* array);
 pvol_status pvol_set_bricks(pvol_volume* volume, int field, const pvol_bricks* bricks);
@@ -147,7 +147,8 @@ pvol_status pvol_clear_field(pvol_volume* volume, int field);
 /* Of the field's new samples, those at lattice points lo <= p < hi are the only ones that differ from
  * the last commit's; called again, those in any of the boxes. For the density, the next commit then
  * reads these alone and costs what they do (nearest and trilinear, without tiles or a shell; else it
- * reads all). Setting samples forgets the boxes. */
+ * reads all). Setting samples forgets the boxes; a
+ * commit that fails keeps them. */
 pvol_status pvol_set_changed(pvol_volume* volume, int field, const int32_t lo[3],
                              const int32_t hi[3]);
 
@@ -176,11 +177,12 @@ pvol_status pvol_set_shell(pvol_volume* volume, int wanted);
 typedef struct pvol_commit_options {
   /* Threads that work on it at most; 0: all of the machine, or those of the arena. */
   int32_t threads;
-  /* Called on the thread of the commit as it goes on; `done` rises from 0 to 1. Another result than 0
+  /* Called as the commit goes on, on its thread or one of the arena's; `done` rises from 0 to 1. Another result than 0
    * cancels the commit. */
   int (*progress)(void* user, double done);
   void* user;
-  /* An oneapi::tbb::task_arena of yours, in which to work; null: one of its own. */
+  /* An oneapi::tbb::task_arena of yours, in which to work; null: that of the caller. With a number of
+   * threads it is not used. */
   void* arena;
   uint64_t reserved[4];
 } pvol_commit_options;
@@ -194,7 +196,8 @@ typedef struct pvol_commit_options {
  * void. */
 pvol_status pvol_commit(pvol_volume* volume, const pvol_commit_options* options);
 
-/* From any thread: the commit under way, if there is one, soon returns PVOL_CANCELLED. */
+/* From any thread that has a reference: the commit under way, if there is one, soon returns
+ * PVOL_CANCELLED. */
 void pvol_cancel(pvol_volume* volume);
 
 /* ---- 3. What is known of it ------------------------------------------------------------------ */
@@ -207,7 +210,7 @@ int pvol_box(const pvol_volume* volume, double lo[3], double hi[3]);
  * box that is not one. */
 int pvol_extinction_range(const pvol_volume* volume, const double lo[3], const double hi[3],
                           float range[2]);
-/* Bytes of memory that the volume takes: samples, bounds, and all else. */
+/* Bytes of memory that the volume takes for samples and bounds. */
 uint64_t pvol_bytes(const pvol_volume* volume);
 
 /* The density, mu_t, and a field's value at a place of the world; 0 outside, and where the place is
@@ -245,7 +248,8 @@ double pvol_uniform(pvol_random* random);
 
 /* ---- 5. One call a ray ----------------------------------------------------------------------- */
 
-/* o + t d, 0 <= t <= t_max, which may be infinite. Of any direction but 0. */
+/* o + t d, 0 <= t <= t_max, which may be infinite. Of a direction whose length is neither 0 nor
+ * beyond 1e154. */
 typedef struct pvol_ray {
   double o[3], d[3];
   double t_max;

@@ -71,6 +71,11 @@ class Update {
   explicit Update(const BoundedBricks& before) : before_(before) {
     out_.ranges = before.ranges.empty() ? ranges_of(*before.bricks.field) : before.ranges;
     out_.spare = before.spare;
+    // Those that a cancelled update left behind.
+    for (std::size_t b = out_.ranges.size(); b < before.bricks.field->bricks(); ++b) {
+      out_.spare.push_back(std::uint32_t(b));
+    }
+    out_.ranges.resize(before.bricks.field->bricks());
     const std::vector<PyramidNode>& nodes =
         before.pyramid.empty() ? kNone : before.pyramid.levels[0];
     for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -91,6 +96,8 @@ class Update {
       out_.ranges[brick] = range_of(batch.samples.data() + i * kFieldSamples);
       leaves_.push_back({batch.made[i], brick});
     }
+    // Bounds of files may be loose: leaves without density are not among those that are made.
+    std::erase_if(leaves_, [&](const LeafBrick& l) { return out_.ranges[l.brick].hi == 0; });
     // What the old leaves had is free once nobody sees what was before.
     out_.spare.insert(out_.spare.end(), freed_.begin(), freed_.end());
     bound();
@@ -155,7 +162,7 @@ class Update {
     std::erase_if(leaves_, [&](const LeafBrick& l) {
       const auto reads = [&](const LatticeBox& box) { return holds(leaves_of(box), l.at); };
       if (std::none_of(boxes.begin(), boxes.end(), reads)) return false;
-      if (l.brick != kZeroBrick && uses[l.brick] == 1) freed_.push_back(l.brick);
+      if (l.brick != kZeroBrick && --uses[l.brick] == 0) freed_.push_back(l.brick);
       return true;
     });
   }

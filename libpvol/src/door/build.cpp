@@ -102,9 +102,10 @@ class DensityBuild {
   }
 
   [[nodiscard]] bool can_update_in_place() const {
-    return !s_.fields[PVOL_DENSITY].changed.empty() && before_ != nullptr &&
-           s_.look_up != LookUp::tricubic && !s_.shell && can_update(*before_->bricks) &&
-           !has_tiles(s_.fields[PVOL_DENSITY]);
+    const FieldSamples& samples = s_.fields[PVOL_DENSITY];
+    return !std::holds_alternative<FieldSamples::None>(samples.from) && !samples.changed.empty() &&
+           before_ != nullptr && s_.look_up != LookUp::tricubic && !s_.shell &&
+           can_update(*before_->bricks) && !has_tiles(s_.fields[PVOL_DENSITY]);
   }
 
   /// The density of before but for the leaves that changed.

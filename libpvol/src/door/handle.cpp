@@ -109,7 +109,11 @@ pvol_status pvol_set_leaves(pvol_volume* volume, int field, const pvol_leaves* l
 }
 
 pvol_status pvol_clear_field(pvol_volume* volume, int field) {
-  return guarded(volume, [&] { field_of(*volume, field).from = FieldSamples::None{}; });
+  return guarded(volume, [&] {
+    FieldSamples& f = field_of(*volume, field);
+    f.from = FieldSamples::None{};
+    f.changed.clear();
+  });
 }
 
 pvol_status pvol_set_changed(pvol_volume* volume, int field, const int32_t lo[3],
@@ -167,5 +171,6 @@ pvol_status pvol::detail::set_density(pvol_volume* volume, const GetDensity& rea
     FieldSamples& f = volume->settings.fields[PVOL_DENSITY];
     f.index_to_world = given->grid.index_to_world;
     f.from = std::move(given);
+    f.changed.clear();
   });
 }

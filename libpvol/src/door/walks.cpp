@@ -33,6 +33,7 @@ int pvol_enter(const pvol_volume* volume, const pvol_ray* ray, pvol_walk* walk) 
   DoorWalk& w = *new (static_cast<void*>(walk)) DoorWalk;
   w.volume = committed(volume);
   const Entry entry = enter(w.volume, *ray, w.walk);
+  if (entry != Entry::enters) w.volume = nullptr;  // no segments, and nowhere to go on from
   if (entry == Entry::bad) return PVOL_BAD_RAY;
   return entry == Entry::enters ? 1 : 0;
 }
@@ -48,14 +49,19 @@ int pvol_next(pvol_walk* walk, pvol_segment* segment) {
 
 float pvol_walk_density(const pvol_walk* walk, double t) {
   const DoorWalk& w = in(walk);
+  if (w.volume == nullptr) return 0;
   const float scale = field_of(w).scale;
   return scale > 0 ? extinction(w, t) / scale : 0;
 }
 
-float pvol_walk_extinction(const pvol_walk* walk, double t) { return extinction(in(walk), t); }
+float pvol_walk_extinction(const pvol_walk* walk, double t) {
+  const DoorWalk& w = in(walk);
+  return w.volume == nullptr ? 0 : extinction(w, t);
+}
 
 int pvol_walk_exceeds(const pvol_walk* walk, double t, float mu) {
   const DoorWalk& w = in(walk);
+  if (w.volume == nullptr) return 0;
   return w.volume->kernels.exceeds(field_of(w), w.walk, w.leaf, t, mu) ? 1 : 0;
 }
 
@@ -91,6 +97,7 @@ int pvol_resume(pvol_walk* walk, double t, const double direction[3], double t_m
 
 void pvol_walk_place(const pvol_walk* walk, double t, double place[3]) {
   const DoorWalk& w = in(walk);
+  if (w.volume == nullptr) return;
   const Vec3d at = w.volume->cells_to_world.point(position(w.walk.point(t)));
   for (int axis = 0; axis < 3; ++axis) place[axis] = at[axis];
 }

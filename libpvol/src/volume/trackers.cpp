@@ -56,6 +56,7 @@ inline detail::Entry enter_with(const Volume& volume, const Ray& ray, double t_m
   if (size == 0 || std::isnan(t_max) || !is_finite(ray.o)) return detail::Entry::bad;
   if (field.octree.empty()) return detail::Entry::misses;
   const Ray cells{field.world_to_cells.point(ray.o), field.world_to_cells.vector(ray.d / size)};
+  if (!is_finite(cells.o)) return detail::Entry::bad;
   const auto span = clip(field.octree.support(), cells, t_max);
   if (!span) return detail::Entry::misses;
   make(field.octree, lattice_point(field.octree, cells.at(span->t0)), cells.d, *span);
