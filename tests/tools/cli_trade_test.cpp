@@ -155,7 +155,7 @@ TEST(Trade, MeasuresWhatHardlyEndsWhereUsersInsist) {
   // What a setting takes at least is a small part of either budget, also on a busy machine.
   using Verb = std::vector<std::string>;
   for (const Verb& verb :
-       {Verb{"depth", "--spp", "4", "--budget", "60"}, {"trade", "--budget", "12"}}) {
+       {Verb{"depth", "--spp", "4", "--budget", "60"}, {"trade", "--budget", "30"}}) {
     std::vector<std::string> a = verb;
     a.insert(a.begin() + 1, {recipe.file, "--size", "1x1", "--quiet"});
     a.insert(a.end(), {"--extinction", "4e5", "--set", "medium.albedo=0"});
