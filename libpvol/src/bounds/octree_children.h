@@ -17,4 +17,17 @@ void for_children(const Octree& tree, const Octree::Node& node, Vec3i low, const
   }
 }
 
+/// Calls visit(low, edge, brick) for every leaf and uniform cube below a node whose low corner is
+/// `at`, whatever the cut: its cube is low + [0, edge)^3.
+template <class Visit>
+void for_bricks(const Octree& tree, const Octree::Node& node, Vec3i at, const Visit& visit) {
+  for_children(tree, node, at, [&](const Octree::Entry& e, Vec3i low, int edge) {
+    if (e.link & Octree::kNodeBit) {
+      for_bricks(tree, tree.nodes[e.link & ~Octree::kNodeBit], low, visit);
+    } else {
+      visit(low, edge, e.link);
+    }
+  });
+}
+
 }  // namespace pvol::detail

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "density/array_rows.h"
 #include "math/parallel.h"
 #include "pvol/error.h"
 
@@ -109,18 +110,12 @@ VoxelGrid make_grid(const DenseArray& array, const Affine& index_to_world) {
   check_range(begin, end);
   if (array.values == nullptr) throw Error("the array of densities has no address");
   const Vec3l stride = array.stride.value_or(Vec3l(size.y * size.z, size.z, 1));
-  const FillBrick copy = [&](Vec3i origin, float* values) {
-    const Vec3l brick(origin), lo = max(brick, begin), hi = min(brick + Vec3l(kBrickEdge), end);
-    for (std::int64_t x = lo.x; x < hi.x; ++x) {
-      for (std::int64_t y = lo.y; y < hi.y; ++y) {
-        const Vec3l row(x, y, lo.z), to = row - brick;
-        const float* from = array.values + dot(row - begin, stride);
-        float* out = values + (to.x * kBrickEdge + to.y) * kBrickEdge + to.z;
-        for (std::int64_t k = 0; k < hi.z - lo.z; ++k) out[k] = from[k * stride.z];
-      }
-    }
+  const auto copy = [&](Vec3l at, float* to, std::int64_t count) {
+    const float* const from = array.values + dot(at - begin, stride);
+    for (std::int64_t k = 0; k < count; ++k) to[k] = from[k * stride.z];
   };
-  return make_grid(array.origin, Vec3i(end), copy, index_to_world);
+  return make_grid(array.origin, Vec3i(end), detail::fill_by_rows(begin, end, copy),
+                   index_to_world);
 }
 
 float sample(const VoxelGrid& grid, Vec3i at) {

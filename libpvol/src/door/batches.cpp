@@ -40,6 +40,16 @@ template <class Number>
   return rays.count;
 }
 
+/// What run() returns, which fails for want of memory alone.
+template <class Number, class Run>
+[[nodiscard]] std::size_t or_refuse(const pvol_rays& rays, Number* results, const Run& run) {
+  try {
+    return run();
+  } catch (const std::bad_alloc&) {
+    return refuse_all(rays, results);
+  }
+}
+
 [[nodiscard]] bool usable(const Committed* c, const pvol_rays& rays) {
   return c != nullptr && rays.origins.values != nullptr && rays.directions.values != nullptr &&
          rays.origins.type != PVOL_HALF && rays.directions.type != PVOL_HALF &&
@@ -72,11 +82,9 @@ size_t pvol_flights(const pvol_volume* volume, const pvol_rays* rays, const pvol
                     double* t) {
   const Committed* const c = committed(volume);
   if (!usable(c, *rays)) return refuse_all(*rays, t);
-  try {
+  return or_refuse(*rays, t, [&] {
     return sample_flights(*c->batch, batch_of(*rays), streams_of(*streams), t);
-  } catch (const std::bad_alloc&) {
-    return refuse_all(*rays, t);
-  }
+  });
 }
 
 size_t pvol_transmittances(const pvol_volume* volume, const pvol_rays* rays,
@@ -87,12 +95,10 @@ size_t pvol_transmittances(const pvol_volume* volume, const pvol_rays* rays,
   if (!usable(c, *rays) || (estimator == PVOL_EXACT && !closed)) {
     return refuse_all(*rays, transmittance);
   }
-  try {
+  return or_refuse(*rays, transmittance, [&] {
     return sample_transmittances(*c->batch, batch_of(*rays), streams_of(*streams),
                                  estimator_of(estimator), transmittance);
-  } catch (const std::bad_alloc&) {
-    return refuse_all(*rays, transmittance);
-  }
+  });
 }
 
 size_t pvol_optical_depths(const pvol_volume* volume, const pvol_rays* rays, double* depth) {

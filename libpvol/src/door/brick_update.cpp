@@ -4,10 +4,10 @@
 #include <array>
 #include <cstring>
 #include <limits>
-#include <optional>
 
 #include "bounds/pyramid_parts.h"
 #include "density/lattice_index.h"
+#include "field/gather.h"
 #include "math/parallel.h"
 
 namespace pvol::detail {
@@ -47,24 +47,6 @@ struct LeafBrick {
   return min(leaves.lo, at) == leaves.lo && max(leaves.hi, at) == leaves.hi;
 }
 
-/// The samples of a leaf in a grid that has all of them.
-void gather(const BlockFinder& blocks, Vec3l leaf, float* out) {
-  const auto copy = [&](const BlockSource& b, Vec3i from, Vec3i count, Vec3i to) {
-    for (int i = 0; i < count.x; ++i) {
-      for (int j = 0; j < count.y; ++j) {
-        float* const row = out + ((to.x + i) * kFieldEdge + to.y + j) * kFieldEdge + to.z;
-        if (b.values != nullptr) {
-          const float* const source = b.values + ((from.x + i) * 8 + from.y + j) * 8 + from.z;
-          std::memcpy(row, source, std::size_t(count.z) * sizeof(float));
-        } else {
-          std::fill_n(row, count.z, b.constant);
-        }
-      }
-    }
-  };
-  for_blocks_in_reach(blocks, Vec3i(leaf), reach_of(LookUp::trilinear), copy);
-}
-
 /// One update.
 class Update {
  public:
@@ -76,8 +58,8 @@ class Update {
       out_.spare.push_back(std::uint32_t(b));
     }
     out_.ranges.resize(before.bricks.field->bricks());
-    const std::vector<PyramidNode>& nodes =
-        before.pyramid.empty() ? kNone : before.pyramid.levels[0];
+    if (before.pyramid.empty()) return;
+    const std::vector<PyramidNode>& nodes = before.pyramid.levels[0];
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       const Vec3l at = before.pyramid.origin + Vec3l(morton_decode(nodes[i].code)) * kLeafEdge;
       leaves_.push_back({at, before.bricks.brick_of[0][i]});
@@ -86,7 +68,7 @@ class Update {
 
   BoundedBricks run(std::span<const LatticeBox> boxes, const ReadBox& read) {
     find_changed(boxes);
-    Batch batch(read, *this);
+    Batch batch{read};
     for (const LatticeBox& box : boxes) batch.add(box);
     take_room(batch.made.size());
     for (std::size_t i = 0; i < batch.made.size(); ++i) {
@@ -105,8 +87,6 @@ class Update {
   }
 
  private:
-  static inline const std::vector<PyramidNode> kNone{};
-
   const BoundedBricks& before_;
   BoundedBricks out_;
   std::vector<LeafBrick> leaves_;
@@ -116,12 +96,9 @@ class Update {
   /// Leaves to come, box by box: none twice.
   struct Batch {
     const ReadBox& read;
-    Update& update;
     std::vector<LatticeBox> done{};
     std::vector<Vec3l> made{};
     std::vector<float> samples{};
-
-    Batch(const ReadBox& r, Update& u) : read(r), update(u) {}
 
     void add(const LatticeBox& box) {
       const LatticeBox leaves = leaves_of(box);
@@ -145,7 +122,7 @@ class Update {
       std::sort(candidates.begin(), candidates.end(), before);
       candidates.erase(std::unique(candidates.begin(), candidates.end()), candidates.end());
       for (const Vec3l at : candidates) {
-        gather(blocks, at, own.data());
+        gather(blocks, Vec3i(at), LookUp::trilinear, own.data());
         if (std::all_of(own.begin(), own.end(), [](float v) { return v == 0; })) continue;
         made.push_back(at);
         samples.insert(samples.end(), own.begin(), own.end());

@@ -48,9 +48,7 @@ template <class Work>
 }
 
 void check(const pvol_commit_options& o) {
-  for (const std::uint64_t r : o.reserved) {
-    if (r != 0) throw Error("a reserved member is not 0; clear the whole structure first");
-  }
+  require_cleared(o.reserved);
   if (o.threads < 0) {
     throw Error("a commit with " + std::to_string(o.threads) +
                 " threads; 0 stands for all of the machine");

@@ -11,6 +11,14 @@
 
 namespace pvol::detail {
 
+/// Throws Error where a structure's reserved members are not 0.
+template <class Reserved>
+void require_cleared(const Reserved& reserved) {
+  for (const auto r : reserved) {
+    if (r != 0) throw Error("a reserved member is not 0; clear the whole structure first");
+  }
+}
+
 /// Keeps the message and tells who asked to be told.
 inline pvol_status fail(pvol_volume& volume, pvol_status status, const char* message) noexcept {
   try {

@@ -26,9 +26,7 @@ template <class Samples>
   return guarded(volume, [&] {
     FieldSamples& f = field_of(*volume, field);
     if (samples == nullptr) throw Error("the samples of a field are null");
-    for (const std::uint32_t r : samples->reserved) {
-      if (r != 0) throw Error("a reserved member is not 0; clear the whole structure first");
-    }
+    require_cleared(samples->reserved);
     f.from = *samples;
     f.changed.clear();
   });

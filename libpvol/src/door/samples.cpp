@@ -5,6 +5,7 @@
 #include <cstring>
 #include <string>
 
+#include "density/array_rows.h"
 #include "math/parallel.h"
 #include "pvol/density/quantise.h"
 #include "pvol/error.h"
@@ -102,18 +103,11 @@ VoxelGrid read_samples(const pvol_array& a, const LatticeBox& box) {
   const Vec3l from = max(Vec3l(begin), box.lo), to_end = min(end, box.hi);
   if (min_component(to_end - from) < 1) return {};
   const auto* const values = static_cast<const char*>(a.values);
-  const FillBrick copy = [&](Vec3i origin, float* to) {
-    const Vec3l brick(origin), lo = max(brick, from), hi = min(brick + Vec3l(kBrickEdge), to_end);
-    for (std::int64_t x = lo.x; x < hi.x; ++x) {
-      for (std::int64_t y = lo.y; y < hi.y; ++y) {
-        const Vec3l row(x, y, lo.z), at = row - brick;
-        const char* source = values + dot(row - Vec3l(begin), stride);
-        float* out = to + (at.x * kBrickEdge + at.y) * kBrickEdge + at.z;
-        for (std::int64_t k = 0; k < hi.z - lo.z; ++k) out[k] = load(source + k * stride.z, a.type);
-      }
-    }
+  const auto copy = [&](Vec3l at, float* to, std::int64_t count) {
+    const char* const source = values + dot(at - Vec3l(begin), stride);
+    for (std::int64_t k = 0; k < count; ++k) to[k] = load(source + k * stride.z, a.type);
   };
-  return make_grid(Vec3i(from), Vec3i(to_end), copy);
+  return make_grid(Vec3i(from), Vec3i(to_end), fill_by_rows(from, to_end, copy));
 }
 
 VoxelGrid read_samples(const pvol_bricks& b, const LatticeBox& box) {

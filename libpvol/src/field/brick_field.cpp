@@ -11,32 +11,12 @@
 #include <tuple>
 
 #include "density/lattice_index.h"
+#include "field/gather.h"
 #include "math/parallel.h"
 #include "pvol/error.h"
 
 namespace pvol {
 namespace {
-
-/// The samples that interpolation in the leaf at `origin`, a multiple of 8, reads.
-void gather(const detail::BlockFinder& blocks, Vec3i origin, LookUp look_up, float* out) {
-  const KernelReach reach = reach_of(look_up);
-  const int edge = field_edge(look_up);
-  const auto copy = [&](const detail::BlockSource& b, Vec3i from, Vec3i count, Vec3i to) {
-    const Vec3i first = to + Vec3i(reach.below);
-    for (int i = 0; i < count.x; ++i) {
-      for (int j = 0; j < count.y; ++j) {
-        float* row = out + ((first.x + i) * edge + first.y + j) * edge + first.z;
-        if (b.values) {
-          const float* source = b.values + ((from.x + i) * 8 + from.y + j) * 8 + from.z;
-          std::memcpy(row, source, std::size_t(count.z) * sizeof(float));
-        } else {
-          std::fill_n(row, count.z, b.constant);
-        }
-      }
-    }
-  };
-  detail::for_blocks_in_reach(blocks, origin, reach, copy);
-}
 
 /// Compares bounds with samples and keeps a record of those that do not hold; from any thread.
 class BoundsCheck {
@@ -177,7 +157,7 @@ class TileBricks {
                         count = std::size_t(field_samples(field_.look_up));
       at->second.brick = std::uint32_t(field_.bricks());
       field_.samples.resize(first + count);
-      gather(blocks_, leaf, field_.look_up, field_.samples.data() + first);
+      detail::gather(blocks_, leaf, field_.look_up, field_.samples.data() + first);
       const auto [lo, hi] =
           std::minmax_element(field_.samples.begin() + std::ptrdiff_t(first), field_.samples.end());
       at->second.lo = *lo, at->second.hi = *hi;
@@ -193,6 +173,26 @@ class TileBricks {
 };
 
 }  // namespace
+
+void detail::gather(const BlockFinder& blocks, Vec3i origin, LookUp look_up, float* out) {
+  const KernelReach reach = reach_of(look_up);
+  const int edge = field_edge(look_up);
+  const auto copy = [&](const BlockSource& b, Vec3i from, Vec3i count, Vec3i to) {
+    const Vec3i first = to + Vec3i(reach.below);
+    for (int i = 0; i < count.x; ++i) {
+      for (int j = 0; j < count.y; ++j) {
+        float* row = out + ((first.x + i) * edge + first.y + j) * edge + first.z;
+        if (b.values) {
+          const float* source = b.values + ((from.x + i) * 8 + from.y + j) * 8 + from.z;
+          std::memcpy(row, source, std::size_t(count.z) * sizeof(float));
+        } else {
+          std::fill_n(row, count.z, b.constant);
+        }
+      }
+    }
+  };
+  for_blocks_in_reach(blocks, origin, reach, copy);
+}
 
 FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid,
                            const FieldOptions& options) {
@@ -242,7 +242,7 @@ FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid,
       continue;
     }
     if (nearly_equal_bounds(leaves[i])) {
-      gather(blocks, origin_of(0, leaves[i].code), look_up, samples.data());
+      detail::gather(blocks, origin_of(0, leaves[i].code), look_up, samples.data());
       if (std::equal(samples.begin() + 1, samples.end(), samples.begin())) {
         brick_of[i] = constant.brick(samples[0]);
         check.add(0, leaves[i], samples.data(), count);
@@ -264,7 +264,7 @@ FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid,
     for (std::size_t k = begin; k != end; ++k) {
       brick_of[own[k]] = std::uint32_t(first + k);
       float* samples_of_leaf = r.field.samples.data() + (first + k) * samples.size();
-      gather(blocks, origin_of(0, leaves[own[k]].code), look_up, samples_of_leaf);
+      detail::gather(blocks, origin_of(0, leaves[own[k]].code), look_up, samples_of_leaf);
       check.add(0, leaves[own[k]], samples_of_leaf, count);
     }
   });

@@ -37,21 +37,11 @@ std::vector<std::uint32_t> brick_words(const BrickField& field, float scale) {
   return words;
 }
 
-/// Writes the words of the leaves in a node of the tree.
+/// Writes the words of leaves.
 struct LeafWords {
   const Octree& tree;
   const std::vector<std::uint32_t>& of_brick;
   DenseBounds& out;
-
-  void add_node(const Octree::Node& node, Vec3i at) {
-    for_children(tree, node, at, [&](const Octree::Entry& e, Vec3i low, int edge) {
-      if (e.link & Octree::kNodeBit) {
-        add_node(tree.nodes[e.link & ~Octree::kNodeBit], low);
-      } else {
-        add_cube(low, edge, e.link);
-      }
-    });
-  }
 
   /// A leaf, or a uniform cube, as far as it lies in the support.
   void add_cube(Vec3i low, int edge, std::uint32_t brick) {
@@ -140,7 +130,10 @@ DenseBounds make_dense_bounds(const VolumeField& field) {
   b.size = leaves(tree);
   b.word.assign(count_words(tree), 0);
   b.brick.assign(b.word.size(), kZeroBrick);
-  LeafWords{tree, brick_words(field.bricks(), field.scale), b}.add_node(tree.nodes[0], {0, 0, 0});
+  const std::vector<std::uint32_t> of_brick = brick_words(field.bricks(), field.scale);
+  for_bricks(tree, tree.nodes[0], {}, [&](Vec3i low, int edge, std::uint32_t brick) {
+    LeafWords{tree, of_brick, b}.add_cube(low, edge, brick);
+  });
   fill_rest(tree, b);
   return b;
 }

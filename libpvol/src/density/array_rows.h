@@ -1,0 +1,25 @@
+// Bricks out of dense arrays, row by row.
+#pragma once
+
+#include <algorithm>
+
+#include "pvol/density/voxel_grid.h"
+
+namespace pvol::detail {
+
+/// What fills bricks with the lattice points lo <= p < hi of an array: copy(p, to, count) writes
+/// the samples of `count` points from p on, along z.
+template <class Copy>
+[[nodiscard]] FillBrick fill_by_rows(Vec3l lo, Vec3l hi, const Copy& copy) {
+  return [=](Vec3i origin, float* values) {
+    const Vec3l brick(origin), begin = max(brick, lo), end = min(brick + Vec3l(kBrickEdge), hi);
+    for (std::int64_t x = begin.x; x < end.x; ++x) {
+      for (std::int64_t y = begin.y; y < end.y; ++y) {
+        const Vec3l row(x, y, begin.z), to = row - brick;
+        copy(row, values + (to.x * kBrickEdge + to.y) * kBrickEdge + to.z, end.z - begin.z);
+      }
+    }
+  };
+}
+
+}  // namespace pvol::detail
