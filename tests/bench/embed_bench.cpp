@@ -110,43 +110,55 @@ bool agree(const std::vector<Row>& rows) {
   return ok;
 }
 
-void print_bytes(const NanoMedium& nano, const Volume& v) {
-  const double theirs = double(nano.bytes());
-  const std::size_t index = v.density.leaves ? v.density.leaves->bytes() : 0;
-  const double ours =
-      double(v.density.value_bytes() + v.density.octree.bytes() + v.density.micro.bytes() + index);
-  const auto mb = [](std::size_t bytes) { return double(bytes) / 1e6; };
+/// Of a volume's density, without samples that are the grid's.
+void print_bytes(const char* name, const Volume& v, double theirs) {
+  const VolumeField& f = v.density;
+  const std::uint64_t index = f.leaves ? f.leaves->bytes() : 0;
+  const std::uint64_t samples = f.value_bytes() - f.shared_bytes();
+  const std::uint64_t all = samples + f.octree.bytes() + f.micro.bytes() + index;
+  const auto mb = [](std::uint64_t bytes) { return double(bytes) / 1e6; };
   std::printf(
-      "bytes: NanoVDB %.2f MB and majorants %.2f; pvol %.2f MB: samples %.2f, octree %.2f, index "
-      "%.2f,"
-      " micro-bounds %.2f; ratio %.3f\n",
-      mb(nano.handle.size()), mb(nano.bytes() - nano.handle.size()), ours / 1e6,
-      mb(v.density.value_bytes()), mb(v.density.octree.bytes()), mb(index),
-      mb(v.density.micro.bytes()), ours / theirs);
+      "bytes: %s %.2f MB: samples %.2f, octree %.2f, index %.2f, micro-bounds %.2f; "
+      "ratio %.3f\n",
+      name, mb(all), mb(samples), mb(f.octree.bytes()), mb(index), mb(f.micro.bytes()),
+      double(all) / theirs);
+}
+
+void print_bytes(const NanoMedium& nano, const Volume& volume, const Volume& shared) {
+  const double grid = double(nano.handle.size()) / 1e6, all = double(nano.bytes()) / 1e6;
+  std::printf("bytes: NanoVDB %.2f MB and majorants %.2f\n", grid, all - grid);
+  print_bytes("pvol", volume, all * 1e6);
+  print_bytes("pvol beside samples that are shared", shared, all * 1e6);
 }
 
 template <bool kAnalog>
-void add_media(Bench& bench, const NanoMedium& nano, const Volume& volume) {
+void add_volume(Bench& bench, const Volume& volume, const std::string& name) {
+  bench.add_paths(name + " segments, extinction_at",
+                  [&] { return SegmentsAndPoints<kAnalog>{volume}; });
+  visit_field(volume, [&](const auto& field) {
+    using Field = std::decay_t<decltype(field)>;
+    if constexpr (kIsTrilinear<Field>) {
+      bench.add_paths(name + " segments, look-ups at t", [&volume, field] {
+        return SegmentsAndField<kAnalog, Field>{volume, field};
+      });
+      bench.add_paths(name + " the same from cursors", [&volume, field] {
+        return CursorsAndField<kAnalog, Field>{volume, field};
+      });
+    }
+  });
+  bench.add_paths(name + " whole flights", [&] { return WholeFlights<kAnalog>{volume}; });
+}
+
+template <bool kAnalog>
+void add_media(Bench& bench, const NanoMedium& nano, const Volume& volume, const Volume& shared) {
   bench.add_paths("NanoVDB accessor, majorants 64^3", [&] {
     return NanoPath<NanoAccessor, kAnalog>{nano, nano.grid().getAccessor()};
   });
   bench.add_paths("NanoVDB tree, majorants 64^3", [&] {
     return NanoPath<const NanoTree&, kAnalog>{nano, nano.grid().tree()};
   });
-  bench.add_paths("pvol segments, extinction_at",
-                  [&] { return SegmentsAndPoints<kAnalog>{volume}; });
-  visit_field(volume, [&](const auto& field) {
-    using Field = std::decay_t<decltype(field)>;
-    if constexpr (kIsTrilinear<Field>) {
-      bench.add_paths("pvol segments, look-ups at t", [&volume, field] {
-        return SegmentsAndField<kAnalog, Field>{volume, field};
-      });
-      bench.add_paths("  the same from cursors", [&volume, field] {
-        return CursorsAndField<kAnalog, Field>{volume, field};
-      });
-    }
-  });
-  bench.add_paths("pvol whole flights", [&] { return WholeFlights<kAnalog>{volume}; });
+  add_volume<kAnalog>(bench, volume, "pvol");
+  add_volume<kAnalog>(bench, shared, "shared");
 }
 
 /// For each kernel that the machine has.
@@ -195,13 +207,16 @@ int run(const Wishes& w) {
       make_volume(cloud.grid(), cloud.pyramid, medium, {.micro_bounds = w.micro_bounds});
   const NanoMedium nano = make_nano_medium(cloud.grid(), volume.density.scale);
   const Setting setting = make_setting(volume.density.world_box, w.g);
-  print_bytes(nano, volume);
+  const Volume shared = make_volume(cloud.grid(), cloud.pyramid, medium,
+                                    {.micro_bounds = w.micro_bounds, .share_samples = true});
+  print_bytes(nano, volume, shared);
 
   const DoorVolume door = make_door_volume(cloud.grid(), medium.extinction);
   const std::vector<BatchField> batches = batch_fields(volume);
 
   Bench bench{setting, w.paths, w.rounds};
-  w.analog ? add_media<true>(bench, nano, volume) : add_media<false>(bench, nano, volume);
+  w.analog ? add_media<true>(bench, nano, volume, shared)
+           : add_media<false>(bench, nano, volume, shared);
   add_waves(bench, batches, w.analog);
   w.analog ? add_door<true>(bench, door.get()) : add_door<false>(bench, door.get());
   std::erase_if(bench.rows, [&](const Row& r) { return r.name.find(w.only) == r.name.npos; });

@@ -1,6 +1,8 @@
 // Small fields for the tests of the C door.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -80,6 +82,47 @@ inline constexpr std::array<double, 12> kPlacement = {0.08, -0.06, 0, 100, 0.06,
 }
 [[nodiscard]] inline Ray same(const pvol_ray& r) {
   return {{r.o[0], r.o[1], r.o[2]}, {r.d[0], r.d[1], r.d[2]}};
+}
+
+/// Expects all that rays among n^3 samples ask of two volumes to be equal, to the last bit.
+inline void expect_same(const api::Volume& a, const api::Volume& b, int n, const char* frame) {
+  ASSERT_EQ(a.box(), b.box()) << frame;
+  Rng rng(1, 2, 3);
+  int collisions = 0;
+  for (std::uint64_t i = 0; i < 300; ++i) {
+    const pvol_ray ray = random_ray(rng, n);
+    api::Random x(5, 6, i), y(5, 6, i);
+    const auto t = a.flight(ray, x);
+    ASSERT_EQ(t, b.flight(ray, y)) << frame << ", ray " << i;
+    collisions += t.has_value();
+    ASSERT_EQ(a.transmittance(ray, PVOL_RATIO, x), b.transmittance(ray, PVOL_RATIO, y)) << frame;
+    const api::Vec lo{ray.o[0], ray.o[1], ray.o[2]}, hi{lo[0] + 2, lo[1] + 2, lo[2] + 2};
+    float mine[2], theirs[2];
+    ASSERT_EQ(pvol_extinction_range(a.get(), lo.data(), hi.data(), mine), 1);
+    ASSERT_EQ(pvol_extinction_range(b.get(), lo.data(), hi.data(), theirs), 1);
+    ASSERT_EQ(mine[0], theirs[0]) << frame;
+    ASSERT_EQ(mine[1], theirs[1]) << frame;
+  }
+  if (a.box()) {
+    EXPECT_GT(collisions, 0) << frame;
+  }
+}
+
+/// The same of batches, which read bounds of their own.
+inline void expect_same_batches(const api::Volume& a, const api::Volume& b, int n,
+                                const char* frame) {
+  Rng rng(1, 2, 4);
+  std::vector<double> o, d, t(200), u(200);
+  for (int i = 0; i < 200; ++i) {
+    const pvol_ray ray = random_ray(rng, n);
+    o.insert(o.end(), ray.o, ray.o + 3), d.insert(d.end(), ray.d, ray.d + 3);
+  }
+  pvol_rays rays{};
+  rays.count = 200;
+  rays.origins = api::vectors(o.data()), rays.directions = api::vectors(d.data());
+  pvol_streams streams{};
+  EXPECT_EQ(a.flights(rays, streams, {t.data(), 200}), b.flights(rays, streams, {u.data(), 200}));
+  EXPECT_EQ(t, u) << frame;
 }
 
 }  // namespace pvol::test

@@ -42,39 +42,9 @@ struct Changing {
   return v;
 }
 
-void expect_same(const api::Volume& a, const api::Volume& b, const char* frame) {
-  ASSERT_EQ(a.box(), b.box()) << frame;
-  Rng rng(1, 2, 3);
-  int collisions = 0;
-  for (std::uint64_t i = 0; i < 300; ++i) {
-    const pvol_ray ray = random_ray(rng, kEdge);
-    api::Random x(5, 6, i), y(5, 6, i);
-    const auto t = a.flight(ray, x);
-    ASSERT_EQ(t, b.flight(ray, y)) << frame << ", ray " << i;
-    collisions += t.has_value();
-    ASSERT_EQ(a.transmittance(ray, PVOL_RATIO, x), b.transmittance(ray, PVOL_RATIO, y)) << frame;
-    const api::Vec lo{ray.o[0], ray.o[1], ray.o[2]}, hi{lo[0] + 2, lo[1] + 2, lo[2] + 2};
-    float mine[2], theirs[2];
-    ASSERT_EQ(pvol_extinction_range(a.get(), lo.data(), hi.data(), mine), 1);
-    ASSERT_EQ(pvol_extinction_range(b.get(), lo.data(), hi.data(), theirs), 1);
-    ASSERT_EQ(mine[0], theirs[0]) << frame;
-    ASSERT_EQ(mine[1], theirs[1]) << frame;
-  }
-  if (a.box()) {
-    EXPECT_GT(collisions, 0) << frame;
-  }
-  // Batches read bounds of their own.
-  std::vector<double> o, d, t(200), u(200);
-  for (int i = 0; i < 200; ++i) {
-    const pvol_ray ray = random_ray(rng, kEdge);
-    o.insert(o.end(), ray.o, ray.o + 3), d.insert(d.end(), ray.d, ray.d + 3);
-  }
-  pvol_rays rays{};
-  rays.count = 200;
-  rays.origins = api::vectors(o.data()), rays.directions = api::vectors(d.data());
-  pvol_streams streams{};
-  EXPECT_EQ(a.flights(rays, streams, {t.data(), 200}), b.flights(rays, streams, {u.data(), 200}));
-  EXPECT_EQ(t, u) << frame;
+void expect_all_same(const api::Volume& a, const api::Volume& b, const char* frame) {
+  expect_same(a, b, kEdge, frame);
+  expect_same_batches(a, b, kEdge, frame);
 }
 
 TEST(DoorUpdate, IsTheVolumeMadeAnew) {
@@ -141,7 +111,7 @@ TEST(DoorUpdate, IsTheVolumeMadeAnew) {
       v.set(PVOL_DENSITY, field.array());
       for (const Box3& box : frame.boxes) v.set_changed(PVOL_DENSITY, box.lo, box.hi);
       v.commit();
-      expect_same(v, make_fresh(field, interpolation), frame.name);
+      expect_all_same(v, make_fresh(field, interpolation), frame.name);
     }
   }
 }
@@ -162,7 +132,7 @@ TEST(DoorUpdate, ManyFramesKeepToTheirMemory) {
     v.set(PVOL_DENSITY, field.array()).set_transform(PVOL_DENSITY, kPlacement).set_extinction(4);
     if (frame > 0) v.set_changed(PVOL_DENSITY, box.lo, box.hi);
     v.commit();
-    if (frame % 10 == 9) expect_same(v, make_fresh(field, PVOL_TRILINEAR), "many frames");
+    if (frame % 10 == 9) expect_all_same(v, make_fresh(field, PVOL_TRILINEAR), "many frames");
     most = std::max(most, v.bytes());
   }
   api::Volume full;
@@ -211,10 +181,10 @@ TEST(DoorUpdate, ThatIsCancelledLeavesTheVolumeAsItWas) {
     count.left = 1 + round;
     v.set(PVOL_DENSITY, next.array()).set_changed(PVOL_DENSITY, box.lo, box.hi);
     EXPECT_THROW(v.commit(o), api::Error);
-    expect_same(v, before, "cancelled");
+    expect_all_same(v, before, "cancelled");
   }
   v.commit();
-  expect_same(v, make_fresh(next, PVOL_TRILINEAR), "at last");
+  expect_all_same(v, make_fresh(next, PVOL_TRILINEAR), "at last");
 }
 
 TEST(DoorUpdate, OfADensityThatWentIsNone) {
@@ -227,7 +197,7 @@ TEST(DoorUpdate, OfADensityThatWentIsNone) {
   v.set_changed(PVOL_DENSITY, {{0, 0, 0}}, {{8, 8, 8}}).commit();
   EXPECT_FALSE(v.box());
   v.set(PVOL_DENSITY, field.array()).commit();
-  expect_same(v, make_fresh(field, PVOL_TRILINEAR), "back again");
+  expect_all_same(v, make_fresh(field, PVOL_TRILINEAR), "back again");
 }
 
 TEST(DoorUpdate, OfLeavesAndOfWhatCannotBeUpdatedIsRight) {
@@ -257,7 +227,7 @@ TEST(DoorUpdate, OfLeavesAndOfWhatCannotBeUpdatedIsRight) {
     field.fill({{9, 9, 9}, {20, 21, 22}}, [](int i, int j, int) { return 0.02f * float(i + j); });
     copy();
     v.set(PVOL_DENSITY, all).set_changed(PVOL_DENSITY, {{9, 9, 9}}, {{20, 21, 22}}).commit();
-    expect_same(v, make_fresh(field, interpolation), "leaves");
+    expect_all_same(v, make_fresh(field, interpolation), "leaves");
   }
 }
 

@@ -160,6 +160,12 @@ class Volume {
   Volume& set(int field, const pvol_leaves& l) {
     return require(pvol_set_leaves(get(), field, &l));
   }
+  Volume& share(int field, const pvol_array& a) {
+    return require(pvol_share_array(get(), field, &a));
+  }
+  Volume& share(int field, const pvol_leaves& l) {
+    return require(pvol_share_leaves(get(), field, &l));
+  }
   Volume& set_changed(int field, const std::array<std::int32_t, 3>& lo,
                       const std::array<std::int32_t, 3>& hi) {
     return require(pvol_set_changed(get(), field, lo.data(), hi.data()));

@@ -51,13 +51,13 @@ struct LeafBrick {
 class Update {
  public:
   explicit Update(const BoundedBricks& before) : before_(before) {
-    out_.ranges = before.ranges.empty() ? ranges_of(*before.bricks.field) : before.ranges;
+    out_.ranges = before.ranges.empty() ? ranges_of(copies_of(before.bricks)) : before.ranges;
     out_.spare = before.spare;
     // Those that a cancelled update left behind.
-    for (std::size_t b = out_.ranges.size(); b < before.bricks.field->bricks(); ++b) {
+    for (std::size_t b = out_.ranges.size(); b < copies_of(before.bricks).bricks(); ++b) {
       out_.spare.push_back(std::uint32_t(b));
     }
-    out_.ranges.resize(before.bricks.field->bricks());
+    out_.ranges.resize(copies_of(before.bricks).bricks());
     if (before.pyramid.empty()) return;
     const std::vector<PyramidNode>& nodes = before.pyramid.levels[0];
     for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -147,7 +147,7 @@ class Update {
   /// Bricks to write: spare ones, then new ones behind the others, in a larger field where these
   /// find no room in this.
   void take_room(std::size_t count) {
-    const std::shared_ptr<const BrickField>& old = before_.bricks.field;
+    const auto& old = std::get<std::shared_ptr<const BrickField>>(before_.bricks.values);
     const std::size_t reused = std::min(count, out_.spare.size()), bricks = old->bricks();
     out_.changed.assign(out_.spare.end() - std::ptrdiff_t(reused), out_.spare.end());
     out_.spare.resize(out_.spare.size() - reused);
@@ -166,7 +166,7 @@ class Update {
     }
     field_->samples.resize(samples);
     out_.ranges.resize(field_->bricks());
-    out_.bricks.field = field_;
+    out_.bricks.values = field_;
   }
 
   /// Extremes of the lattice points with a sample above 0 along an axis. Samples beyond a leaf's
@@ -245,7 +245,9 @@ class Update {
 
 bool can_update(const BoundedBricks& before) {
   const Pyramid& p = before.pyramid;
-  if (p.look_up != LookUp::trilinear || before.bricks.field->look_up != LookUp::trilinear) {
+  const auto* const copies = std::get_if<std::shared_ptr<const BrickField>>(&before.bricks.values);
+  if (p.look_up != LookUp::trilinear || copies == nullptr ||
+      (*copies)->look_up != LookUp::trilinear) {
     return false;
   }
   for (std::size_t level = 1; level < p.levels.size(); ++level) {

@@ -20,7 +20,8 @@ struct BoundedBricks {
   std::vector<std::uint32_t> changed{};  ///< those that the last update wrote
 };
 
-/// Whether bricks can be updated: trilinear ones without cubes of one value above leaves.
+/// Whether bricks can be updated: trilinear ones that are not shared, without cubes of one value
+/// above leaves.
 [[nodiscard]] bool can_update(const BoundedBricks& before);
 
 /// Samples of the lattice points lo <= p < hi, whatever lies elsewhere.

@@ -40,11 +40,20 @@ namespace {
   return leaves != nullptr && leaves->tile_count > 0;
 }
 
-[[nodiscard]] LinkedBricks bricks_of(const VoxelGrid& grid, const Pyramid& pyramid,
-                                     LookUp look_up) {
+[[nodiscard]] LinkedBricks bricks_of(const VoxelGrid& grid, const Pyramid& pyramid, LookUp look_up,
+                                     const FieldSamples& samples) {
   FieldOptions rules;
   rules.look_up = look_up;
-  return link(build_field(grid, pyramid, rules));
+  if (!samples.shared) return link(build_field(grid, pyramid, rules));
+  if (look_up == LookUp::tricubic) {
+    throw Error(
+        "shared samples have nearest and trilinear look-ups; set them for tricubic ones, which "
+        "copies them");
+  }
+  const auto* const array = std::get_if<pvol_array>(&samples.from);
+  if (array == nullptr) return link(build_shared_field(grid, pyramid, rules));
+  const DenseArray where = shared_array(*array);
+  return link(build_shared_field(grid, pyramid, rules, &where));
 }
 
 /// One commit's work on the density.
@@ -83,15 +92,15 @@ class DensityBuild {
 
   void add_bricks(const VoxelGrid& grid, Pyramid&& pyramid, const LeafMicroBounds* stored) {
     auto made = std::make_shared<BoundedBricks>();
-    made->bricks = bricks_of(grid, pyramid, s_.look_up);
+    made->bricks = bricks_of(grid, pyramid, s_.look_up, s_.fields[PVOL_DENSITY]);
     made->pyramid = std::move(pyramid);
     out_.bricks = made;
     progress_(0.6);
-    make([&](const BrickField& field, int edge) {
+    make([&](int edge) {
       const bool known =
           stored != nullptr && stored->by_leaf.edge == edge && s_.look_up != LookUp::tricubic;
-      return known ? arrange(*stored, field, made->bricks.brick_of, made->pyramid)
-                   : build_micro_bounds(field, edge);
+      return known ? arrange(*stored, copies_of(made->bricks), made->bricks.brick_of, made->pyramid)
+                   : build_micro_bounds(made->bricks, edge);
     });
   }
 
@@ -104,7 +113,7 @@ class DensityBuild {
   [[nodiscard]] bool can_update_in_place() const {
     const FieldSamples& samples = s_.fields[PVOL_DENSITY];
     return !std::holds_alternative<FieldSamples::None>(samples.from) && !samples.changed.empty() &&
-           before_ != nullptr && s_.look_up != LookUp::tricubic && !s_.shell &&
+           before_ != nullptr && s_.look_up != LookUp::tricubic && !s_.shell && !samples.shared &&
            can_update(*before_->bricks) && !has_tiles(s_.fields[PVOL_DENSITY]);
   }
 
@@ -115,11 +124,11 @@ class DensityBuild {
     out_.bricks = std::make_shared<const BoundedBricks>(
         update_bricks(*before_->bricks, samples.changed, read_box));
     progress_(0.6);
-    make([&](const BrickField& field, int edge) {
+    make([&](int edge) {
       const MicroBounds& known = before_->volume->density.micro;
-      if (known.edge != edge) return build_micro_bounds(field, edge);
+      if (known.edge != edge) return build_micro_bounds(out_.bricks->bricks, edge);
       MicroBounds updated = known;
-      remake_micro_bounds(updated, field, out_.bricks->changed);
+      remake_micro_bounds(updated, copies_of(out_.bricks->bricks), out_.bricks->changed);
       return updated;
     });
   }
@@ -139,9 +148,9 @@ class DensityBuild {
           "again before the commit");
     }
     out_.bricks = before_->bricks;
-    make([&](const BrickField& field, int edge) {
+    make([&](int edge) {
       const MicroBounds& known = before_->volume->density.micro;
-      return known.edge == edge ? known : build_micro_bounds(field, edge);
+      return known.edge == edge ? known : build_micro_bounds(out_.bricks->bricks, edge);
     });
   }
 
@@ -200,8 +209,9 @@ std::unique_ptr<const Committed> build(const Settings& settings, const Committed
     out->shell.emplace(*out->known_shell, density.octree.origin);
   }
   const int edge = density.micro.edge;
-  out->flights = find_flights({density.look_up, edge, false, false}, Watching::none);
-  out->kernels = find_ray_kernels(density.look_up, edge);
+  const bool shared = density.shares_samples();
+  out->flights = find_flights({density.look_up, edge, false, false, shared}, Watching::none);
+  out->kernels = find_ray_kernels({density.look_up, edge, shared});
   out->batch.emplace(std::shared_ptr<const Volume>(out->volume));
   progress(1);
   return out;

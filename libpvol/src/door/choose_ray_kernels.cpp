@@ -3,11 +3,11 @@
 
 namespace pvol::detail {
 
-RayKernels find_ray_kernels(LookUp look_up, int micro_edge) {
+RayKernels find_ray_kernels(const RayKind& kind) {
 #ifdef PVOL_HAS_V3
-  if (has_x86_64_v3()) return find_v3_ray_kernels(look_up, micro_edge);
+  if (has_x86_64_v3()) return find_v3_ray_kernels(kind);
 #endif
-  return find_baseline_ray_kernels(look_up, micro_edge);
+  return find_baseline_ray_kernels(kind);
 }
 
 }  // namespace pvol::detail

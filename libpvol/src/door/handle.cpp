@@ -22,12 +22,18 @@ namespace {
 }
 
 template <class Samples>
-[[nodiscard]] pvol_status set_samples(pvol_volume* volume, int field, const Samples* samples) {
+[[nodiscard]] pvol_status set_samples(pvol_volume* volume, int field, const Samples* samples,
+                                      bool shared = false) {
   return guarded(volume, [&] {
     FieldSamples& f = field_of(*volume, field);
     if (samples == nullptr) throw Error("the samples of a field are null");
     require_cleared(samples->reserved);
+    if (shared && field != PVOL_DENSITY) {
+      throw Error(
+          "samples are shared of the density, field 0; set those of others, which copies them");
+    }
     f.from = *samples;
+    f.shared = shared;
     f.changed.clear();
   });
 }
@@ -106,10 +112,19 @@ pvol_status pvol_set_leaves(pvol_volume* volume, int field, const pvol_leaves* l
   return set_samples(volume, field, leaves);
 }
 
+pvol_status pvol_share_array(pvol_volume* volume, int field, const pvol_array* array) {
+  return set_samples(volume, field, array, true);
+}
+
+pvol_status pvol_share_leaves(pvol_volume* volume, int field, const pvol_leaves* leaves) {
+  return set_samples(volume, field, leaves, true);
+}
+
 pvol_status pvol_clear_field(pvol_volume* volume, int field) {
   return guarded(volume, [&] {
     FieldSamples& f = field_of(*volume, field);
     f.from = FieldSamples::None{};
+    f.shared = false;
     f.changed.clear();
   });
 }
@@ -169,6 +184,7 @@ pvol_status pvol::detail::set_density(pvol_volume* volume, const GetDensity& rea
     FieldSamples& f = volume->settings.fields[PVOL_DENSITY];
     f.index_to_world = given->grid.index_to_world;
     f.from = std::move(given);
+    f.shared = false;
     f.changed.clear();
   });
 }

@@ -21,7 +21,8 @@ template <class T>
 }
 
 [[nodiscard]] std::uint64_t bytes_of(const VolumeField& f) {
-  return f.value_bytes() + f.octree.bytes() + f.micro.bytes() + (f.leaves ? f.leaves->bytes() : 0);
+  return f.value_bytes() - f.shared_bytes() + f.octree.bytes() + f.micro.bytes() +
+         (f.leaves ? f.leaves->bytes() : 0);
 }
 
 [[nodiscard]] std::uint64_t bytes_of(const Pyramid& p) {

@@ -23,16 +23,22 @@ struct RayKernels {
   Rgb (*pass_rgb)(const VolumeField&, Rgb share, RayWalk&, CallerNumbers&);
 };
 
-/// For a field of samples without a map that stands still, on the processor that the program runs
-/// on.
-[[nodiscard]] RayKernels find_ray_kernels(LookUp look_up, int micro_edge);
+/// What chooses the loops: a field of samples without a map that stands still.
+struct RayKind {
+  LookUp look_up;
+  int micro_edge;
+  bool shared;  ///< it shares samples: nearest or trilinear
+};
+
+/// On the processor that the program runs on.
+[[nodiscard]] RayKernels find_ray_kernels(const RayKind& kind);
 
 /// The same for the processor that all is compiled for, and for x86-64-v3.
-[[nodiscard]] RayKernels find_baseline_ray_kernels(LookUp look_up, int micro_edge);
-[[nodiscard]] RayKernels find_v3_ray_kernels(LookUp look_up, int micro_edge);
+[[nodiscard]] RayKernels find_baseline_ray_kernels(const RayKind& kind);
+[[nodiscard]] RayKernels find_v3_ray_kernels(const RayKind& kind);
 
 /// The same for one way of look-up (ray_kernels_of.h), each in a source of its own.
-template <LookUp kLookUp>
+template <LookUp kLookUp, bool kShared>
 [[nodiscard]] RayKernels find_ray_kernels_of(int micro_edge);
 
 }  // namespace pvol::detail

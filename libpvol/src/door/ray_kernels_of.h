@@ -30,7 +30,7 @@ template <class Field>
   }
 }
 
-template <LookUp kLookUp, int kMicroEdge>
+template <LookUp kLookUp, int kMicroEdge, bool kShared>
 [[nodiscard]] RayKernels make_ray_kernels() {
   RayKernels k{};
   k.next = [](RayWalk& walk, Segment& segment) {
@@ -39,47 +39,49 @@ template <LookUp kLookUp, int kMicroEdge>
     return s.has_value();
   };
   k.extinction = [](const VolumeField& f, const RayWalk& walk, LeafHandle leaf, double t) {
-    return extinction_source<kLookUp>(f)(segment_with(leaf), walk.point(t));
+    return extinction_source<kLookUp, kShared>(f)(segment_with(leaf), walk.point(t));
   };
   k.exceeds = [](const VolumeField& f, const RayWalk& walk, LeafHandle leaf, double t, float mu) {
     NoTally none;
-    return make_field<kLookUp, kMicroEdge>(f).exceeds(segment_with(leaf), walk.point(t), mu, none);
+    return make_field<kLookUp, kMicroEdge, kShared>(f).exceeds(segment_with(leaf), walk.point(t),
+                                                               mu, none);
   };
   k.fly = [](const VolumeField& f, RayWalk& walk, CallerNumbers& numbers) {
     NoTally none;
-    return free_flight<Tracker::decomposition>(walk, make_field<kLookUp, kMicroEdge>(f), numbers,
-                                               none);
+    return free_flight<Tracker::decomposition>(walk, make_field<kLookUp, kMicroEdge, kShared>(f),
+                                               numbers, none);
   };
   k.pass = [](const VolumeField& f, Transmittance estimator, RayWalk& walk,
               CallerNumbers& numbers) {
-    return pass_by(estimator, make_field<kLookUp, kMicroEdge>(f), walk, numbers);
+    return pass_by(estimator, make_field<kLookUp, kMicroEdge, kShared>(f), walk, numbers);
   };
   if constexpr (has_closed_form(kLookUp)) {
     k.depth = [](const VolumeField& f, RayWalk& walk) {
       NoTally none;
-      return optical_depth(walk, make_field<kLookUp, 0>(f), none);
+      return optical_depth(walk, make_field<kLookUp, 0, kShared>(f), none);
     };
   }
   k.fly_rgb = [](const VolumeField& f, Rgb share, Rgb throughput, RayWalk& walk,
                  CallerNumbers& numbers) {
     NoTally none;
-    ChromaticFlight flight =
-        chromatic_flight(walk.local(), make_field<kLookUp, 0>(f), share, throughput, numbers, none);
+    ChromaticFlight flight = chromatic_flight(walk.local(), make_field<kLookUp, 0, kShared>(f),
+                                              share, throughput, numbers, none);
     if (flight.collided) flight.t = walk.world(flight.t);
     return flight;
   };
   k.pass_rgb = [](const VolumeField& f, Rgb share, RayWalk& walk, CallerNumbers& numbers) {
     NoTally none;
-    return chromatic_transmittance(walk.local(), make_field<kLookUp, 0>(f), share, numbers, none);
+    return chromatic_transmittance(walk.local(), make_field<kLookUp, 0, kShared>(f), share, numbers,
+                                   none);
   };
   return k;
 }
 
-template <LookUp kLookUp>
+template <LookUp kLookUp, bool kShared>
 RayKernels find_ray_kernels_of(int micro_edge) {
-  if (micro_edge == 1) return make_ray_kernels<kLookUp, 1>();
-  if (micro_edge == 2) return make_ray_kernels<kLookUp, 2>();
-  return make_ray_kernels<kLookUp, 0>();
+  if (micro_edge == 1) return make_ray_kernels<kLookUp, 1, kShared>();
+  if (micro_edge == 2) return make_ray_kernels<kLookUp, 2, kShared>();
+  return make_ray_kernels<kLookUp, 0, kShared>();
 }
 
 }  // namespace pvol::detail

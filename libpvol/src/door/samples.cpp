@@ -32,6 +32,13 @@ namespace {
               "; it is PVOL_FLOAT, PVOL_DOUBLE or PVOL_HALF");
 }
 
+/// In bytes.
+[[nodiscard]] Vec3l stride_of(const pvol_array& a) {
+  const Vec3l given(a.stride[0], a.stride[1], a.stride[2]);
+  if (given != Vec3l(0)) return given;
+  return Vec3l(std::int64_t(a.size[1]) * a.size[2], a.size[2], 1) * size_of(a.type);
+}
+
 /// A half of any value, also those that are no density.
 [[nodiscard]] float from_half(std::uint16_t bits) {
   const bool finite = (bits & 0x7c00) != 0x7c00;
@@ -91,10 +98,7 @@ void check_origin(Vec3i origin, std::int32_t edge) {
 VoxelGrid read_samples(const pvol_array& a, const LatticeBox& box) {
   const Vec3i size = vec(a.size), begin = vec(a.origin);
   if (a.values == nullptr) throw Error("the array of samples has no address");
-  const std::int64_t bytes = size_of(a.type);
-  const bool packed = a.stride[0] == 0 && a.stride[1] == 0 && a.stride[2] == 0;
-  const Vec3l stride = packed ? Vec3l(std::int64_t(size.y) * size.z, size.z, 1) * bytes
-                              : Vec3l(a.stride[0], a.stride[1], a.stride[2]);
+  const Vec3l stride = stride_of(a);
   const Vec3l end = Vec3l(begin) + Vec3l(size);
   if (min_component(size) < 1 || max_component(end) > std::numeric_limits<std::int32_t>::max()) {
     throw Error("an array of " + text(size) + " samples at " + text(begin) +
@@ -140,6 +144,25 @@ VoxelGrid read_samples(const pvol_leaves& l, const LatticeBox& box) {
   });
   for (std::size_t i = 0; i < l.tile_count; ++i) grid.tiles.push_back(tile_of(l.tiles[i]));
   return occupied(grid);
+}
+
+DenseArray shared_array(const pvol_array& a) {
+  if (a.type != PVOL_FLOAT) {
+    throw Error(
+        "an array is shared where its samples are floats (PVOL_FLOAT); set this one, which copies "
+        "it");
+  }
+  const Vec3l stride = stride_of(a);
+  const auto bits = std::uint64_t(stride.x | stride.y | stride.z) |
+                    std::uint64_t(reinterpret_cast<std::uintptr_t>(a.values));
+  if (bits % sizeof(float) != 0) {
+    throw Error(
+        "an array is shared where its address and strides are multiples of 4 bytes; set this one, "
+        "which copies it");
+  }
+  constexpr std::int64_t kBytes = sizeof(float);
+  return {static_cast<const float*>(a.values), vec(a.size), vec(a.origin),
+          Vec3l(stride.x / kBytes, stride.y / kBytes, stride.z / kBytes)};
 }
 
 }  // namespace pvol::detail

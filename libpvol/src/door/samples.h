@@ -27,6 +27,7 @@ struct FieldSamples {
       from = None{};
   std::vector<LatticeBox> changed{};  ///< where they differ from before; none: anywhere
   Affine index_to_world{};
+  bool shared = false;  ///< look-ups read them where they are
 };
 
 /// Reads those in a box. Throws Error for what is no density, and Cancelled where a function gives
@@ -34,6 +35,10 @@ struct FieldSamples {
 [[nodiscard]] VoxelGrid read_samples(const pvol_array& array, const LatticeBox& box);
 [[nodiscard]] VoxelGrid read_samples(const pvol_bricks& bricks, const LatticeBox& box);
 [[nodiscard]] VoxelGrid read_samples(const pvol_leaves& leaves, const LatticeBox& box);
+
+/// The array as look-ups can read it where it is. Throws Error where it does not hold floats at
+/// their places.
+[[nodiscard]] DenseArray shared_array(const pvol_array& array);
 
 /// A commit that somebody cancelled.
 struct Cancelled {};

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "field/brick_samples.h"
 #include "field/micro_codes.h"
 #include "math/parallel.h"
 #include "pvol/field/brick_field.h"
@@ -61,9 +62,20 @@ detail::RangesOfBrick ranges_of(const BrickField& field) {
   };
 }
 
+detail::RangesOfBrick ranges_of(const SharedField& field) {
+  return [&field](std::size_t b, int edge, detail::CubeRanges& ranges) {
+    std::array<float, kFieldSamples> scratch;
+    trilinear_ranges(detail::samples_of(field, std::uint32_t(b), scratch.data()), edge, ranges);
+  };
+}
+
 }  // namespace
 
 MicroBounds build_micro_bounds(const BrickField& field, int edge) {
+  return detail::make_micro_bounds(field.bricks(), edge, ranges_of(field));
+}
+
+MicroBounds build_micro_bounds(const SharedField& field, int edge) {
   return detail::make_micro_bounds(field.bricks(), edge, ranges_of(field));
 }
 

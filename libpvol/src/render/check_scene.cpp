@@ -143,11 +143,15 @@ void check_beside(const std::string& what, const char* flat, std::span<const Vol
 void check_kinds(std::span<const Volume> volumes) {
   const auto any = [&](const auto& is) { return std::ranges::any_of(volumes, is); };
   const bool moves = any([](const Volume& v) { return v.density.motion != nullptr; });
-  const bool other =
-      any([](const Volume& v) { return v.density.map != nullptr || is_chromatic(v.medium); });
-  require(!moves || !other,
+  const bool mapped = any([](const Volume& v) { return v.density.map != nullptr; });
+  const bool chromatic = any([](const Volume& v) { return is_chromatic(v.medium); });
+  require(!moves || !(mapped || chromatic),
           "volumes that move go neither with mapped densities nor with an extinction that differs "
           "by channel; leave the shutter at [0, 0], or these out");
+  const bool shared = any([](const Volume& v) { return v.density.shares_samples(); });
+  require(!shared || !(moves || mapped),
+          "volumes that share samples go neither with mapped densities nor with volumes that move; "
+          "leave share_samples off, or these out");
 }
 
 }  // namespace

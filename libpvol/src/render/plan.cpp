@@ -55,7 +55,9 @@ Kernel choose_kernel(const RenderPlan& p) {
           .endless = std::ranges::any_of(p.volumes, detail::has_endless_flights),
           .moving = std::ranges::any_of(
               p.volumes, [](const Volume& v) { return v.density.motion != nullptr; }),
-          .places_move = std::ranges::any_of(p.volumes, places_move)};
+          .places_move = std::ranges::any_of(p.volumes, places_move),
+          .shared = std::ranges::any_of(
+              p.volumes, [](const Volume& v) { return v.density.shares_samples(); })};
 }
 
 Decision decide_cut(const Volume& v, const RenderOptions& o) {

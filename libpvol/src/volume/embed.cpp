@@ -18,8 +18,9 @@ namespace pvol {
 namespace {
 
 [[nodiscard]] detail::Flights flights_of(const VolumeField& f) {
-  return detail::find_flights({f.look_up, f.micro.edge, f.map != nullptr, f.motion != nullptr},
-                              detail::Watching::none);
+  return detail::find_flights(
+      {f.look_up, f.micro.edge, f.map != nullptr, f.motion != nullptr, f.shares_samples()},
+      detail::Watching::none);
 }
 
 [[noreturn]] void refuse_closed_form() {

@@ -41,6 +41,7 @@ struct FieldKind {
   int micro_edge;
   bool mapped;
   bool moving = false;  ///< some volumes move, with or without others that stand still
+  bool shared = false;  ///< some share samples, which does not go with maps and motion
 };
 
 /// For fields of a kind. Without counts tallies stay as they are. Estimators that are chosen by
@@ -62,6 +63,10 @@ template <LookUp kLookUp>
 /// Of fields with maps: nearest and trilinear ones. These count always.
 template <LookUp kLookUp>
 [[nodiscard]] Flights find_mapped_flights_of(bool watched);
+
+/// Of fields of which some share samples: nearest and trilinear ones. Always watched.
+template <LookUp kLookUp>
+[[nodiscard]] Flights find_shared_flights_of(int micro_edge);
 
 /// Flights through fields in motion are always watched (moving_flights_of.h).
 template <LookUp kLookUp>

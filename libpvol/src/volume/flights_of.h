@@ -122,10 +122,10 @@ template <auto kMake>
           }};
 }
 
-template <LookUp kLookUp, int kMicroEdge>
+template <LookUp kLookUp, int kMicroEdge, bool kShared>
 [[nodiscard]] Flights make_watched_flights() {
   return make_counting_flights<[](const VolumeField& f, const Watch& watch) {
-    return watched(make_field<kLookUp, kMicroEdge>(f), watch);
+    return watched(make_field<kLookUp, kMicroEdge, kShared>(f), watch);
   }>();
 }
 
@@ -149,7 +149,14 @@ Flights find_mapped_flights_of(bool is_watched) {
 
 template <LookUp kLookUp>
 Flights find_watched_flights_of(int micro_edge) {
-  return with_edge(micro_edge, [](auto edge) { return make_watched_flights<kLookUp, edge>(); });
+  return with_edge(micro_edge,
+                   [](auto edge) { return make_watched_flights<kLookUp, edge, false>(); });
+}
+
+template <LookUp kLookUp>
+Flights find_shared_flights_of(int micro_edge) {
+  return with_edge(micro_edge,
+                   [](auto edge) { return make_watched_flights<kLookUp, edge, true>(); });
 }
 
 template <LookUp kLookUp>

@@ -15,6 +15,7 @@
 #include "pvol/field/brick_field.h"
 #include "pvol/field/leaf_micro_bounds.h"
 #include "pvol/field/procedural.h"
+#include "pvol/field/shared_field.h"
 #include "volume/cell_look_up.h"
 #include "volume/field_checks.h"
 #include "volume/linked_bricks.h"
@@ -119,6 +120,17 @@ void check_map(const VolumeOptions& o) {
   if (wrong) throw Error(std::string("a mapped density does not go with ") + wrong);
 }
 
+/// Refuses what does not go with samples that stay where they are.
+void check_shared(const VolumeOptions& o) {
+  if (!o.share_samples) return;
+  const char* wrong = o.look_up != LookUp::nearest && o.look_up != LookUp::trilinear
+                          ? "interpolation other than nearest and trilinear"
+                      : o.map != nullptr ? "a mapped density"
+                      : o.homogenise     ? "homogenised parts"
+                                         : nullptr;
+  if (wrong) throw Error(std::string("samples are not shared with ") + wrong + "; copy them");
+}
+
 /// The tree of what a map leaves of the field.
 Octree build_mapped_octree(const Pyramid& pyramid, VolumeField& f, double cell_length,
                            const VolumeOptions& o,
@@ -199,7 +211,7 @@ void add_bricks(VolumeField& f, const detail::LinkedBricks& bricks, const Pyrami
                    : build_octree(bounds, medium.extinction, cell_length, choose_cut(o, f.look_up),
                                   bricks.brick_of, kZeroBrick);
   f.excess = bricks.excess;
-  f.values = bricks.field;
+  f.values = bricks.values;
   f.leaves = detail::index_leaves_of(f);
   scale_majorants(f, o.majorant_scale);
 }
@@ -209,10 +221,15 @@ void add_bricks(VolumeField& f, const detail::LinkedBricks& bricks, const Pyrami
 FieldValues empty_values() { return std::make_shared<const BrickField>(); }
 
 std::uint64_t VolumeField::value_bytes() const {
+  if (shares_samples()) return shared().bytes();
   if (std::holds_alternative<std::shared_ptr<const BrickField>>(values)) {
     return bricks().samples.size() * sizeof(float);
   }
   return count_bytes(recipe());
+}
+
+std::uint64_t VolumeField::shared_bytes() const {
+  return shares_samples() ? shared().shared_bytes : 0;
 }
 
 void validate_placement(const Affine& index_to_world, const Pyramid& pyramid) {
@@ -227,6 +244,7 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Medium& 
     throw Error("samples have no procedural look-ups, which are for recipes");
   }
   check_map(o);
+  check_shared(o);
   Placed placed = place(grid.index_to_world, pyramid, medium, o, o.look_up);
   VolumeField& f = placed.volume.density;
   f.name = grid.name;
@@ -244,20 +262,24 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Medium& 
     f.homogeneous = std::make_shared<const HomogeneousParts>(homogenised.parts);
   }
   const Pyramid& bounds = o.homogenise ? homogenised.pyramid : pyramid;
-  const detail::LinkedBricks bricks = detail::link(build_field(grid, bounds, rules));
+  const detail::LinkedBricks bricks = o.share_samples
+                                          ? detail::link(build_shared_field(grid, bounds, rules))
+                                          : detail::link(build_field(grid, bounds, rules));
   add_bricks(f, bricks, bounds, medium, placed.cell_length, o);
   if (const int edge = micro_edge(f, bounds, o)) {
-    f.micro_stored =
-        stored && stored->by_leaf.edge == edge && is_bounded(f.look_up) && !o.homogenise;
+    f.micro_stored = stored && stored->by_leaf.edge == edge && is_bounded(f.look_up) &&
+                     !o.homogenise && !o.share_samples;
     f.micro = f.micro_stored ? arrange(*stored, f.bricks(), bricks.brick_of, pyramid)
-                             : build_micro_bounds(f.bricks(), edge);
+                             : detail::build_micro_bounds(bricks, edge);
   }
   return std::move(placed.volume);
 }
 
-detail::LinkedBricks detail::link(FieldWithLinks&& built) {
-  return {std::make_shared<const BrickField>(std::move(built.field)), std::move(built.brick_of),
-          built.excess};
+MicroBounds detail::build_micro_bounds(const LinkedBricks& bricks, int edge) {
+  if (const auto* const shared = std::get_if<std::shared_ptr<const SharedField>>(&bricks.values)) {
+    return pvol::build_micro_bounds(**shared, edge);
+  }
+  return pvol::build_micro_bounds(copies_of(bricks), edge);
 }
 
 Volume detail::make_volume(const LinkedBricks& bricks, const Pyramid& pyramid,
@@ -266,7 +288,7 @@ Volume detail::make_volume(const LinkedBricks& bricks, const Pyramid& pyramid,
   Placed placed = place(index_to_object, pyramid, medium, o, o.look_up);
   VolumeField& f = placed.volume.density;
   add_bricks(f, bricks, pyramid, medium, placed.cell_length, o);
-  if (const int edge = micro_edge(f, pyramid, o)) f.micro = micro_bounds(f.bricks(), edge);
+  if (const int edge = micro_edge(f, pyramid, o)) f.micro = micro_bounds(edge);
   return std::move(placed.volume);
 }
 

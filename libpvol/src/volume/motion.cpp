@@ -20,6 +20,7 @@ void require(bool ok, const char* message) {
 void check(const Volume& v, const VolumeOptions& o) {
   require(o.look_up != LookUp::procedural,
           "needs samples; choose another interpolation than procedural");
+  require(!v.density.shares_samples(), "has samples of its own; do not share them");
   require(v.density.map == nullptr, "has no mapped density; leave the map out");
   require(!o.homogenise && v.density.homogeneous == nullptr,
           "has no nodes that count as homogeneous; leave homogenise off");

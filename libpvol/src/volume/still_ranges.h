@@ -3,13 +3,14 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "pvol/bounds/pyramid.h"
-#include "pvol/field/brick_field.h"
 #include "pvol/field/micro_range.h"
 #include "pvol/volume/volume.h"
+#include "volume/field_samples.h"
 
 namespace pvol::detail {
 
@@ -98,7 +99,8 @@ class StillRanges {
     constexpr LeafHandle kRoot = Octree::kNodeBit;
     constexpr float kSlack = 0x1p-21f;
     const std::uint32_t b = f_.octree.brick_at(kRoot, lanes(Vec3i(low)), kZeroBrick);
-    const float* const samples = f_.bricks().brick(b);
+    std::array<float, kFieldSamples> scratch;
+    const float* const samples = samples_of(f_, b, scratch.data());
     Vec3i from, to;
     for (int axis = 0; axis < 3; ++axis) {
       const double at = double(low[axis]);

@@ -126,13 +126,17 @@ struct FieldOptions {
   const NodeMarks* constant = nullptr;
 };
 
-/// The field of a grid for these look-ups, and the brick of each leaf and uniform cube of its
-/// pyramid, by level and node: what `build_octree` links to.
-struct FieldWithLinks {
-  BrickField field;
+/// A field, and the brick of each leaf and uniform cube of its pyramid, by level and node: what
+/// `build_octree` links to.
+template <class Field>
+struct WithLinks {
+  Field field;
   std::vector<std::vector<std::uint32_t>> brick_of;
   BoundsExcess excess;
 };
+using FieldWithLinks = WithLinks<BrickField>;
+
+/// The field of a grid for these look-ups.
 /// Throws Error where bounds do not hold their samples by more than the options allow, and where
 /// there is density outside the support's box.
 [[nodiscard]] FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid,

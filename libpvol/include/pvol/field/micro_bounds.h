@@ -9,7 +9,8 @@
 
 namespace pvol {
 
-struct BrickField;  // brick_field.h
+struct BrickField;   // brick_field.h
+struct SharedField;  // shared_field.h
 
 /// For every brick of a field, in its order, the bounds of each cube of edge^3 cells: 64 pairs of
 /// bytes for edge 2, 512 for single cells. Code c of a brick stands for base + c * step, computed
@@ -42,6 +43,7 @@ struct MicroBounds {
 /// Micro-bounds of a field, in parallel; the result does not depend on the number of threads.
 /// Throws Error for an edge other than 1 or 2.
 [[nodiscard]] MicroBounds build_micro_bounds(const BrickField& field, int edge);
+[[nodiscard]] MicroBounds build_micro_bounds(const SharedField& field, int edge);
 
 /// The first brick whose micro-bounds do not hold, if there is one. The number of bricks must be
 /// right. Takes about as long as building them.

@@ -75,6 +75,7 @@ struct Kernel {
   bool endless = false;         ///< flights may be, nearly
   bool moving = false;          ///< velocities move some density: samples have times
   bool places_move = false;     ///< some volume moves as a whole: samples have times
+  bool shared = false;          ///< some volume's samples are shared
   friend bool operator==(const Kernel&, const Kernel&) = default;
 };
 

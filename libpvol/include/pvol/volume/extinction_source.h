@@ -5,16 +5,22 @@
 
 #include "pvol/field/brick_field.h"
 #include "pvol/field/procedural.h"
+#include "pvol/field/shared_field.h"
 #include "pvol/math/field_map.h"
 #include "pvol/track/field.h"
 #include "pvol/volume/volume.h"
 
 namespace pvol {
 
-/// What look-ups of this kind read (track/field.h). Refers to the field.
-template <LookUp kLookUp>
+/// What look-ups of this kind read (track/field.h), where some fields may share samples or none
+/// does. Refers to the field.
+template <LookUp kLookUp, bool kShared = false>
 [[nodiscard]] auto extinction_source(const VolumeField& f) {
-  if constexpr (kLookUp == LookUp::procedural) {
+  if constexpr (kShared) {
+    const bool shares = f.shares_samples();
+    return SharedExtinction<kLookUp>{shares ? &f.shared() : nullptr, shares ? nullptr : &f.bricks(),
+                                     f.octree, f.scale};
+  } else if constexpr (kLookUp == LookUp::procedural) {
     return ProceduralExtinction{f.recipe(), f.octree, f.scale};
   } else {
     return BrickExtinction<kLookUp>{f.bricks(), f.octree, f.scale};
@@ -50,9 +56,9 @@ template <LookUp kLookUp>
 
 /// The field of trackers: every question a look-up, or the field's micro-bounds first, whose edge
 /// it must be; 0: none are used. Refers to the field.
-template <LookUp kLookUp, int kMicroEdge>
+template <LookUp kLookUp, int kMicroEdge, bool kShared = false>
 [[nodiscard]] auto make_field(const VolumeField& f) {
-  const auto source = extinction_source<kLookUp>(f);
+  const auto source = extinction_source<kLookUp, kShared>(f);
   if constexpr (kMicroEdge == 0) {
     return PlainField{source};
   } else {
@@ -76,12 +82,23 @@ decltype(auto) visit_look_up(LookUp look_up, const F& f) {
   return f(std::integral_constant<LookUp, LookUp::trilinear>{});
 }
 
+/// The same where look-ups have closed forms.
+template <class F>
+decltype(auto) visit_closed_look_up(LookUp look_up, const F& f) {
+  if (look_up == LookUp::nearest) return f(std::integral_constant<LookUp, LookUp::nearest>{});
+  return f(std::integral_constant<LookUp, LookUp::trilinear>{});
+}
+
 /// f(source), and its result, with the field's source, mapped or not.
 template <class F>
 decltype(auto) visit_source(const VolumeField& field, const F& f) {
   if (field.map != nullptr) {  // volumes are made with one for these two
     return field.look_up == LookUp::nearest ? f(mapped_source<LookUp::nearest>(field))
                                             : f(mapped_source<LookUp::trilinear>(field));
+  }
+  if (field.shares_samples()) {
+    return visit_closed_look_up(
+        field.look_up, [&](auto look_up) { return f(extinction_source<look_up, true>(field)); });
   }
   return visit_look_up(field.look_up,
                        [&](auto look_up) { return f(extinction_source<look_up>(field)); });

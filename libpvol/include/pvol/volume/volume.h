@@ -31,6 +31,7 @@ struct LeafIndex;         // bounds/leaf_index.h
 struct Motion;            // volume/motion.h
 struct MovingPlaces;      // volume/moving_places.h
 struct ProceduralField;   // field/procedural.h
+struct SharedField;       // field/shared_field.h
 struct FieldMap;          // math/field_map.h
 struct Shell;             // shell/shell.h
 
@@ -74,11 +75,18 @@ struct VolumeOptions {
   std::optional<double> homogenise{};
   /// Paths that are expected, for `automatic` micro-bounds of recipes, which take long to make.
   double paths = std::numeric_limits<double>::infinity();
+  /// Look-ups read the samples of the grid's bricks where they are: with the same results, in less
+  /// memory, a little slower and without lanes. The grid's owner is kept; where it is null the
+  /// samples must outlive the volume and its copies. For nearest and trilinear look-ups of what has
+  /// no map, homogenised parts or motion.
+  bool share_samples = false;
 };
 
-/// What look-ups read: samples in bricks, or a recipe. Copies of a volume share it.
+/// What look-ups read: samples in bricks, a recipe, or samples that stay where they are. Copies of
+/// a volume share it.
 using FieldValues =
-    std::variant<std::shared_ptr<const BrickField>, std::shared_ptr<const ProceduralField>>;
+    std::variant<std::shared_ptr<const BrickField>, std::shared_ptr<const ProceduralField>,
+                 std::shared_ptr<const SharedField>>;
 
 /// Bricks without samples: those of an empty field.
 [[nodiscard]] FieldValues empty_values();
@@ -106,11 +114,16 @@ struct VolumeField {
   std::shared_ptr<const HomogeneousParts> homogeneous;
   std::shared_ptr<const Motion> motion{};  ///< null: it stands still
 
-  /// The bricks of samples; the field is no recipe.
+  /// The bricks of samples; the field is no recipe and shares none.
   [[nodiscard]] const BrickField& bricks() const { return *std::get<0>(values); }
   /// The recipe; the field has no samples.
   [[nodiscard]] const ProceduralField& recipe() const { return *std::get<1>(values); }
+  /// Whether look-ups read samples where they are, and the field that knows where.
+  [[nodiscard]] bool shares_samples() const { return values.index() == 2; }
+  [[nodiscard]] const SharedField& shared() const { return *std::get<2>(values); }
+  /// Of all that look-ups read, and those of them that are shared.
   [[nodiscard]] std::uint64_t value_bytes() const;
+  [[nodiscard]] std::uint64_t shared_bytes() const;
 };
 
 /// Everything a tracker needs to know of a cloud, for one extinction and placement. Safe to read

@@ -1,6 +1,7 @@
 #include "render/guide/coarse_cells.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -8,18 +9,19 @@
 #include "bounds/octree_children.h"
 #include "math/parallel.h"
 #include "pvol/bounds/pyramid.h"
-#include "pvol/field/brick_field.h"
 #include "pvol/volume/facts.h"
 #include "volume/cell_look_up.h"
+#include "volume/field_samples.h"
 
 namespace pvol::detail {
 namespace {
 
 /// Integral of the interpolated density over the 8^3 cells of each brick, in cells^3.
-std::vector<double> brick_integrals(const BrickField& field) {
-  std::vector<double> all(field.bricks());
+std::vector<double> brick_integrals(const VolumeField& field) {
+  std::vector<double> all(count_bricks(field));
   parallel_for(0, all.size(), [&](std::size_t b) {
-    const float* s = field.brick(std::uint32_t(b));
+    std::array<float, kFieldSamples> scratch;
+    const float* s = samples_of(field, std::uint32_t(b), scratch.data());
     // A sample on a face belongs to the leaf by half along that axis.
     const auto weight = [](int i) { return i == 0 || i == kLeafEdge ? 0.5f : 1.0f; };
     double sum = 0;
@@ -82,7 +84,7 @@ void add_terminals(const Octree& tree, const Octree::Node& node, Vec3i at,
   std::vector<Terminal> all;
   add_terminals(f.octree, f.octree.nodes[0], {0, 0, 0}, all);
   if (is_plain(f)) {
-    const std::vector<double> of_brick = brick_integrals(f.bricks());
+    const std::vector<double> of_brick = brick_integrals(f);
     for (Terminal& t : all) t.density = of_brick[t.brick] / (kLeafEdge * kLeafEdge * kLeafEdge);
   } else if (f.scale > 0) {
     parallel_for(0, all.size(), [&](std::size_t i) { all[i].density = mean_density(v, all[i]); });

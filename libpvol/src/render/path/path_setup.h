@@ -128,7 +128,7 @@ struct VolumeSetup {
 class Importance;
 
 [[nodiscard]] inline FieldKind field_kind(const Kernel& k) {
-  return {k.look_up, k.mapped || k.moving ? 0 : k.micro_edge, k.mapped, k.moving};
+  return {k.look_up, k.mapped || k.moving ? 0 : k.micro_edge, k.mapped, k.moving, k.shared};
 }
 
 struct PathSetup {

@@ -27,6 +27,7 @@ const char* lane_obstacle(const Volume& v) {
   if (f.look_up != LookUp::nearest && f.look_up != LookUp::trilinear) {
     return "the interpolation is neither nearest nor trilinear";
   }
+  if (f.shares_samples()) return "the samples are shared";
   if (f.motion != nullptr) return "the volume moves";
   if (v.moving_places != nullptr) return "the volume moves as a whole";
   if (f.map != nullptr) return "the density is mapped";
