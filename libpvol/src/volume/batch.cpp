@@ -69,9 +69,7 @@ BatchField::BatchField(std::shared_ptr<const Volume> volume, Lanes kernel)
     : data_(std::make_shared<const detail::BatchFieldData>(std::move(volume), kernel)) {}
 
 std::uint64_t BatchField::bytes() const {
-  return data_->bounds ? data_->bounds->word.size() * sizeof(std::uint32_t) +
-                             data_->bounds->brick.size() * sizeof(std::uint32_t)
-                       : 0;
+  return data_->bounds ? data_->bounds->bytes() : 0;
 }
 
 Lanes BatchField::kernel() const { return data_->choice.lanes; }

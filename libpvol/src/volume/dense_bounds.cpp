@@ -1,83 +1,188 @@
 #include "volume/dense_bounds.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
 
 #include "bounds/octree_children.h"
 #include "math/parallel.h"
 #include "pvol/field/brick_field.h"
+#include "pvol/field/micro_range.h"
 
 namespace pvol::detail {
 namespace {
 
-constexpr int kBorderLeaves = DenseBounds::kBorder / kLeafEdge;
+constexpr int kFinest = 1, kCoarsest = 3;  // shifts
+constexpr std::uint64_t kMostFineWords = 1u << 21;
 
-/// Leaves of the box that the array covers: the border below, and above the support as much as
+/// The box that the arrays cover, in cells: the border below, and above the support as much as
 /// makes the edge of the largest empty cubes.
-Vec3i leaves(const Octree& tree) {
+Vec3i box_of(const Octree& tree) {
   constexpr int kStep = 1 << DenseBounds::kLargestEmpty;
-  const Vec3i end =
-      vec3((tree.support_hi + (kStep - 1)) & -kStep) + Vec3i(2 * DenseBounds::kBorder);
-  return {end.x / kLeafEdge, end.y / kLeafEdge, end.z / kLeafEdge};
+  return vec3((tree.support_hi + (kStep - 1)) & -kStep) + Vec3i(2 * DenseBounds::kBorder);
+}
+Vec3i count_along(const Octree& tree, int shift) {
+  const Vec3i box = box_of(tree);
+  return {box.x >> shift, box.y >> shift, box.z >> shift};
+}
+std::size_t index_in(Vec3i size, Vec3i at) {
+  return (std::size_t(at.x) * std::size_t(size.y) + std::size_t(at.y)) * std::size_t(size.z) +
+         std::size_t(at.z);
+}
+std::size_t volume_of(Vec3i size) {
+  return std::size_t(size.x) * std::size_t(size.y) * std::size_t(size.z);
 }
 
-/// The word of a brick of samples from lo to hi. Look-ups leave their range by 3 ulp at most
-/// (T1.2).
-std::uint32_t word_of(float lo, float hi, float scale) {
-  constexpr float kSlack = 0x1p-21f;
-  return pack_bounds(scale * lo * (1 - kSlack), scale * hi * (1 + kSlack));
+/// Densities of the cubes of each brick, cube (i, j, k) of n^3 at (i * n + j) * n + k.
+struct CubeRanges {
+  int n = 1;
+  std::vector<DensityRange> range;
+
+  explicit CubeRanges(std::size_t bricks, int along)
+      : n(along), range(bricks * std::size_t(n * n * n)) {}
+  [[nodiscard]] DensityRange* of_brick(std::size_t b) {
+    return range.data() + b * std::size_t(n * n * n);
+  }
+  [[nodiscard]] const DensityRange* of_brick(std::size_t b) const {
+    return range.data() + b * std::size_t(n * n * n);
+  }
+};
+
+/// Calls visit(index, (i, j, k)) for the n^3 cubes of a brick.
+template <class Visit>
+void for_cubes(int n, const Visit& visit) {
+  for (int i = 0, at = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      for (int k = 0; k < n; ++k, ++at) visit(at, Vec3i(i, j, k));
+    }
+  }
 }
 
-std::vector<std::uint32_t> brick_words(const BrickField& field, float scale) {
-  std::vector<std::uint32_t> words(field.bricks());
-  parallel_for(0, words.size(), [&](std::size_t b) {
+/// Of the samples that look-ups in a cube read.
+DensityRange range_of(const float* samples, Vec3i cube, int edge) {
+  const float* const first =
+      samples + (cube.x * kFieldEdge * kFieldEdge + cube.y * kFieldEdge + cube.z) * edge;
+  DensityRange r{*first, *first};
+  for (int i = 0; i <= edge; ++i) {
+    for (int j = 0; j <= edge; ++j) {
+      const float* const row = first + (i * kFieldEdge + j) * kFieldEdge;
+      for (int k = 0; k <= edge; ++k) {
+        r.lo = std::min(r.lo, row[k]);
+        r.hi = std::max(r.hi, row[k]);
+      }
+    }
+  }
+  return r;
+}
+
+CubeRanges ranges_of(const BrickField& field, int shift) {
+  CubeRanges all(field.bricks(), kLeafEdge >> shift);
+  parallel_for(0, field.bricks(), [&](std::size_t b) {
     const float* const samples = field.brick(std::uint32_t(b));
-    const auto [lo, hi] = std::minmax_element(samples, samples + kFieldSamples);
-    words[b] = word_of(*lo, *hi, scale);
+    DensityRange* const range = all.of_brick(b);
+    for_cubes(all.n, [&](int at, Vec3i cube) { range[at] = range_of(samples, cube, 1 << shift); });
   });
-  return words;
+  return all;
 }
 
-/// Writes the words of leaves.
+/// The same of cubes of twice the edge.
+CubeRanges coarser(const CubeRanges& fine, std::size_t bricks) {
+  CubeRanges all(bricks, fine.n / 2);
+  parallel_for(0, bricks, [&](std::size_t b) {
+    const DensityRange* const from = fine.of_brick(b);
+    DensityRange* const to = all.of_brick(b);
+    for_cubes(all.n, [&](int at, Vec3i) { to[at] = {std::numeric_limits<float>::max(), 0}; });
+    for_cubes(fine.n, [&](int at, Vec3i cube) {
+      DensityRange& r = to[((cube.x >> 1) * all.n + (cube.y >> 1)) * all.n + (cube.z >> 1)];
+      r.lo = std::min(r.lo, from[at].lo);
+      r.hi = std::max(r.hi, from[at].hi);
+    });
+  });
+  return all;
+}
+
+/// What rays cost in the cubes of all leaves with these bricks, up to a factor (THEORY.md, T2.2):
+/// steps, by the mean chord of 2/3 of the edge, and tentative collisions, by the majorant.
+/// `depth_per_density` is the optical depth of a cell of density 1. Words that caches do not hold
+/// make steps dearer.
+double cost_of(const CubeRanges& ranges, const std::vector<std::uint32_t>& leaves_of,
+               double depth_per_density, std::uint64_t words) {
+  constexpr std::uint64_t kCached = 1u << 20;
+  constexpr double kTentative = 3;
+  const double step = words > kCached ? 1.5 : 1;
+  const double edge = double(kLeafEdge) / ranges.n, cells = edge * edge * edge;
+  double sum = 0;
+  for (std::size_t b = 0; b < leaves_of.size(); ++b) {
+    double cost = 0;
+    for_cubes(ranges.n, [&](int at, Vec3i) {
+      const double hi = double(ranges.of_brick(b)[at].hi);
+      cost += cells * (step / (2.0 / 3.0 * edge) + kTentative * hi * depth_per_density);
+    });
+    sum += cost * double(leaves_of[b]);
+  }
+  return sum;
+}
+
+/// The word of a cube of samples from lo to hi. Look-ups leave their range by 3 ulp at most (T1.2).
+std::uint32_t word_of(DensityRange r, float scale) {
+  constexpr float kSlack = 0x1p-21f;
+  return pack_bounds(scale * r.lo * (1 - kSlack), scale * r.hi * (1 + kSlack));
+}
+
+/// Writes the words and bricks of leaves.
 struct LeafWords {
   const Octree& tree;
-  const std::vector<std::uint32_t>& of_brick;
+  const CubeRanges& ranges;
+  float scale;
   DenseBounds& out;
 
   /// A leaf, or a uniform cube, as far as it lies in the support.
   void add_cube(Vec3i low, int edge, std::uint32_t brick) {
-    if (of_brick[brick] == 0) return;
+    if (brick == kZeroBrick) return;
+    std::array<std::uint32_t, 64> words;
+    for_cubes(ranges.n, [&](int at, Vec3i) {
+      words[std::size_t(at)] = word_of(ranges.of_brick(brick)[at], scale);
+    });
     const Vec3i end = min(low + Vec3i(edge), vec3(tree.support_hi));
     for (int x = low.x; x < end.x; x += kLeafEdge) {
       for (int y = low.y; y < end.y; y += kLeafEdge) {
-        for (int z = low.z; z < end.z; z += kLeafEdge) {
-          const Vec3i leaf(x / kLeafEdge, y / kLeafEdge, z / kLeafEdge);
-          const std::size_t i = out.index(leaf + Vec3i(kBorderLeaves));
-          out.word[i] = of_brick[brick];
-          out.brick[i] = brick;
-        }
+        for (int z = low.z; z < end.z; z += kLeafEdge) add_leaf({x, y, z}, brick, words);
       }
     }
   }
+
+  void add_leaf(Vec3i low, std::uint32_t brick, const std::array<std::uint32_t, 64>& words) {
+    const Vec3i from_border = low + Vec3i(DenseBounds::kBorder);
+    const auto along = [&](int shift) {
+      return Vec3i(from_border.x >> shift, from_border.y >> shift, from_border.z >> shift);
+    };
+    out.brick[index_in(out.leaves, along(kCoarsest))] = brick;
+    const Vec3i first = along(out.shift);
+    for_cubes(ranges.n, [&](int at, Vec3i cube) {
+      out.word[index_in(out.size, first + cube)] = words[std::size_t(at)];
+    });
+  }
 };
 
-/// Calls visit(index) for the leaves of a cube.
+/// Calls visit(index) for the words of a cube of them.
 template <class Visit>
 void visit_cube(const DenseBounds& b, Vec3i first, int edge, const Visit& visit) {
   for (int x = first.x; x < first.x + edge; ++x) {
     for (int y = first.y; y < first.y + edge; ++y) {
-      for (int z = first.z; z < first.z + edge; ++z) visit(b.index({x, y, z}));
+      for (int z = first.z; z < first.z + edge; ++z) visit(index_in(b.size, {x, y, z}));
     }
   }
 }
 
-/// Gives the leaves of an aligned cube the largest empty cubes that there are in it.
+/// Gives the words of an aligned cube the largest empty cubes that there are in it.
 void mark_empty(DenseBounds& b, Vec3i first, int log2) {
-  const int edge = 1 << (log2 - 3);
+  const int edge = 1 << (log2 - b.shift);
   bool empty = true;
   visit_cube(b, first, edge, [&](std::size_t i) { empty = empty && b.word[i] == 0; });
   if (empty) {
     visit_cube(b, first, edge, [&](std::size_t i) { b.word[i] = std::uint32_t(log2); });
-  } else if (log2 > 3) {
+  } else if (log2 > b.shift) {
     for (int child = 0; child < 8; ++child) {
       const Vec3i step(child >> 2, child >> 1 & 1, child & 1);
       mark_empty(b, first + step * (edge / 2), log2 - 1);
@@ -85,28 +190,60 @@ void mark_empty(DenseBounds& b, Vec3i first, int log2) {
   }
 }
 
-/// Fills what is outside the support's box with kOutside, and empty leaves in it.
+/// Fills what is outside the support's box with kOutside, and empty cubes in it.
 void fill_rest(const Octree& tree, DenseBounds& b) {
-  constexpr int kStep = 1 << (DenseBounds::kLargestEmpty - 3);
-  const Vec3i low = vec3(tree.support_lo >> 3) + Vec3i(kBorderLeaves);
-  const Vec3i high = vec3((tree.support_hi - 1) >> 3) + Vec3i(kBorderLeaves);
-  const auto blocks = [&](int leaves) { return std::size_t(leaves / kStep); };
-  parallel_for(0, blocks(b.size.x), [&](std::size_t block) {
-    const int x = int(block) * kStep;
-    for (int y = 0; y < b.size.y; y += kStep) {
-      for (int z = 0; z < b.size.z; z += kStep)
-        mark_empty(b, {x, y, z}, DenseBounds::kLargestEmpty);
+  const int step = 1 << (DenseBounds::kLargestEmpty - b.shift);
+  const Vec3i border(DenseBounds::kBorder >> b.shift);
+  const Vec3i low = vec3(tree.support_lo >> b.shift) + border;
+  const Vec3i high = vec3((tree.support_hi - 1) >> b.shift) + border;
+  parallel_for(0, std::size_t(b.size.x / step), [&](std::size_t block) {
+    const int x = int(block) * step;
+    for (int y = 0; y < b.size.y; y += step) {
+      for (int z = 0; z < b.size.z; z += step) mark_empty(b, {x, y, z}, DenseBounds::kLargestEmpty);
     }
-    for (int i = x; i < x + kStep; ++i) {
+    for (int i = x; i < x + step; ++i) {
       for (int y = 0; y < b.size.y; ++y) {
         for (int z = 0; z < b.size.z; ++z) {
           const Vec3i at(i, y, z);
-          if (max(at, low) != at || min(at, high) != at)
-            b.word[b.index(at)] = DenseBounds::kOutside;
+          if (max(at, low) != at || min(at, high) != at) {
+            b.word[index_in(b.size, at)] = DenseBounds::kOutside;
+          }
         }
       }
     }
   });
+}
+
+/// How many leaves have each brick.
+std::vector<std::uint32_t> count_leaves(const VolumeField& field) {
+  std::vector<std::uint32_t> leaves(field.bricks().bricks());
+  const Octree& tree = field.octree;
+  for_bricks(tree, tree.nodes[0], {}, [&](Vec3i, int edge, std::uint32_t brick) {
+    const auto along = std::uint32_t(edge / kLeafEdge);
+    if (brick != kZeroBrick) leaves[brick] += along * along * along;
+  });
+  return leaves;
+}
+
+/// The edge of cubes that costs rays least, and their densities.
+CubeRanges choose_cubes(const VolumeField& field, int& shift) {
+  const BrickField& bricks = field.bricks();
+  int finest = kFinest;
+  while (finest < kCoarsest && count_words(field.octree, finest) > kMostFineWords) ++finest;
+  CubeRanges best = ranges_of(bricks, finest);
+  shift = finest;
+  const std::vector<std::uint32_t> leaves = count_leaves(field);
+  const double cell = std::cbrt(std::abs(determinant(inverse(field.world_to_cells))));
+  const double depth = double(field.scale) * cell;
+  double least = cost_of(best, leaves, depth, count_words(field.octree, finest));
+  CubeRanges next = best;
+  for (int coarse = finest + 1; coarse <= kCoarsest; ++coarse) {
+    next = coarser(next, bricks.bricks());
+    const double cost = cost_of(next, leaves, depth, count_words(field.octree, coarse));
+    if (cost > least) continue;
+    best = next, least = cost, shift = coarse;
+  }
+  return best;
 }
 
 }  // namespace
@@ -119,20 +256,22 @@ std::uint32_t pack_bounds(float lo, float hi) {
   return up | std::min(std::uint32_t(share * (kShare + 1)), kShare);
 }
 
-std::uint64_t count_words(const Octree& tree) {
-  const Vec3l n(leaves(tree));
-  return std::uint64_t(n.x) * std::uint64_t(n.y) * std::uint64_t(n.z);
+std::uint64_t count_words(const Octree& tree, int shift) {
+  return volume_of(count_along(tree, shift));
 }
 
-DenseBounds make_dense_bounds(const VolumeField& field) {
+DenseBounds make_dense_bounds(const VolumeField& field, std::optional<int> shift) {
   const Octree& tree = field.octree;
   DenseBounds b;
-  b.size = leaves(tree);
-  b.word.assign(count_words(tree), 0);
-  b.brick.assign(b.word.size(), kZeroBrick);
-  const std::vector<std::uint32_t> of_brick = brick_words(field.bricks(), field.scale);
+  if (shift) b.shift = *shift;
+  const CubeRanges ranges =
+      shift ? ranges_of(field.bricks(), *shift) : choose_cubes(field, b.shift);
+  b.size = count_along(tree, b.shift);
+  b.leaves = count_along(tree, kCoarsest);
+  b.word.assign(volume_of(b.size), 0);
+  b.brick.assign(volume_of(b.leaves), kZeroBrick);
   for_bricks(tree, tree.nodes[0], {}, [&](Vec3i low, int edge, std::uint32_t brick) {
-    LeafWords{tree, of_brick, b}.add_cube(low, edge, brick);
+    LeafWords{tree, ranges, field.scale, b}.add_cube(low, edge, brick);
   });
   fill_rest(tree, b);
   return b;

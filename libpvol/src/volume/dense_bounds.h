@@ -1,22 +1,25 @@
-// Bounds of every leaf of a volume in one array, for kernels that follow many rays at once: a step
-// is one look-up at a computed place, without a tree to descend.
+// Bounds of every small cube of a volume in one array, for kernels that follow many rays at once: a
+// step is one look-up at a computed place, without a tree to descend.
 #pragma once
 
 #include <bit>
 #include <cstdint>
+#include <optional>
+#include <vector>
+
 #include "pvol/math/pages.h"
 #include "pvol/volume/volume.h"
 
 namespace pvol::detail {
 
-/// A word for each leaf of 8^3 cells in the box of the support, and for a border around it. Places
-/// are counted in cells from the first word's low corner, so that they are never negative; that is
-/// `kBorder` cells below the octree's origin along each axis.
+/// A word for each cube of 2^3, 4^3 or 8^3 cells in the box of the support, and for a border around
+/// it. Places are counted in cells from the first word's low corner, so that they are never
+/// negative; that is `kBorder` cells below the octree's origin along each axis.
 ///
-/// The word of a leaf that holds density has the majorant of mu_t [1/world length] in its upper 20
+/// The word of a cube that holds density has the majorant of mu_t [1/world length] in its upper 20
 /// bits, those of a float, rounded up; and in its lower 12 the minorant, as a share of that
 /// majorant, rounded down. Other words are below kFirstSolid: kOutside, or the log2 of the edge, in
-/// cells, of an aligned empty cube around the leaf. The bounds hold for what trilinear and nearest
+/// cells, of an aligned empty cube around it. The bounds hold for what trilinear and nearest
 /// look-ups compute, rounding included (THEORY.md, T2.2).
 struct DenseBounds {
   static constexpr int kBorder = 32;                  ///< a multiple of the largest empty cube
@@ -25,13 +28,14 @@ struct DenseBounds {
   static constexpr std::uint32_t kShareBits = 0xfff;  ///< of a word: of 2^-12 of the majorant each
   static constexpr std::uint32_t kFirstSolid = kShareBits + 1;
 
-  Vec3i size;                        ///< in leaves
-  std::vector<std::uint32_t> word;   ///< of leaf (x, y, z) at (x * size.y + y) * size.z + z
-  PagedVector<std::uint32_t> brick;  ///< likewise, of leaves that hold density
+  int shift = 3;                     ///< log2 of the cubes' edge in cells, 1 to 3
+  Vec3i size;                        ///< in cubes
+  std::vector<std::uint32_t> word;   ///< of cube (x, y, z) at (x * size.y + y) * size.z + z
+  Vec3i leaves;                      ///< the same box in leaves of 8^3 cells
+  PagedVector<std::uint32_t> brick;  ///< of leaves likewise, that of those which hold density
 
-  [[nodiscard]] std::size_t index(Vec3i leaf) const {
-    return (std::size_t(leaf.x) * std::size_t(size.y) + std::size_t(leaf.y)) * std::size_t(size.z) +
-           std::size_t(leaf.z);
+  [[nodiscard]] std::uint64_t bytes() const {
+    return (word.size() + brick.size()) * sizeof(std::uint32_t);
   }
 };
 
@@ -46,10 +50,13 @@ struct DenseBounds {
   return float(word & DenseBounds::kShareBits) * 0x1p-12f * majorant(word);
 }
 
-/// Number of words that the field would take.
-[[nodiscard]] std::uint64_t count_words(const Octree& tree);
+/// Number of words that the field would take, with cubes of this edge.
+[[nodiscard]] std::uint64_t count_words(const Octree& tree, int shift = 3);
 
 /// Bounds of a field of bricks for trilinear or nearest look-ups, which is not empty, in parallel.
-[[nodiscard]] DenseBounds make_dense_bounds(const VolumeField& field);
+/// The cubes are of 8^3 cells or, where that costs rays less (THEORY.md, T2.2), smaller, unless
+/// `shift` says which.
+[[nodiscard]] DenseBounds make_dense_bounds(const VolumeField& field,
+                                            std::optional<int> shift = std::nullopt);
 
 }  // namespace pvol::detail

@@ -49,8 +49,8 @@ inline HWY_NOINLINE void decide_by_bounds(const LaneField& f, FlightMemory& m) {
   for (std::size_t at = 0; at < e.n; at += kLanes) {
     const M on = first(e.n - at);
     const Place p(f.bounds, load(&e.x[at]), load(&e.y[at]), load(&e.z[at]));
-    const I leaf = where(on, p.leaf), source = where(on, as_int(load(&e.source[at])));
-    const U word = gather(f.bounds.word.data(), leaf);
+    const I source = where(on, as_int(load(&e.source[at])));
+    const U word = gather(f.bounds.word.data(), where(on, p.cube));
     Random rng{gather(q.bits(kRng0), source), gather(q.bits(kRng1), source)};
     const F u = rng.fine_uniform();
     store(rng.s0, &e.rng0[at]), store(rng.s1, &e.rng1[at]);
@@ -60,7 +60,7 @@ inline HWY_NOINLINE void decide_by_bounds(const LaneField& f, FlightMemory& m) {
     e.real[at / kLanes] = bits_of(real);
     e.open[at / kLanes] = bits_of(open);
 
-    const I brick = as_int(gather(f.bounds.brick.data(), where(open, leaf)));
+    const I brick = as_int(gather(f.bounds.brick.data(), where(open, p.leaf(f.bounds))));
     const CellInLeaf cell(p);
     store(as_bits(brick), &e.brick[at]);
     store(as_bits(cell.first_sample(brick)), &e.sample[at]);
@@ -179,9 +179,8 @@ inline HWY_NOINLINE void fetch_samples(const LaneField& f, Events& e) {
   for (std::size_t at = 0; at < e.n; at += kLanes) {
     const M on = first(e.n - at);
     const Place p(f.bounds, load(&e.x[at]), load(&e.y[at]), load(&e.z[at]));
-    const I leaf = where(on, p.leaf);
-    store(majorant(gather(f.bounds.word.data(), leaf)), &e.mu[at]);
-    const I brick = as_int(gather(f.bounds.brick.data(), leaf));
+    store(majorant(gather(f.bounds.word.data(), where(on, p.cube))), &e.mu[at]);
+    const I brick = as_int(gather(f.bounds.brick.data(), where(on, p.leaf(f.bounds))));
     store(as_bits(CellInLeaf(p).first_sample(brick)), &e.sample[at]);
     const std::size_t end = std::min(at + kLanes, e.n);
     for (std::size_t k = at; k < end; ++k) prefetch_cell(f.samples + e.sample[k]);

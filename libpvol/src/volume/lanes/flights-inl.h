@@ -1,4 +1,4 @@
-// The flights stage: rays move from leaf to leaf until they use up their optical depth or leave.
+// The flights stage: rays move from cube to cube until they use up their optical depth or leave.
 
 #if defined(PVOL_LANE_FLIGHTS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PVOL_LANE_FLIGHTS_INL_H
@@ -14,14 +14,19 @@
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
 
-/// The cells of places, and the index of their leaf among the dense bounds.
+/// The cells of places, and the indices of their cubes among the dense bounds.
 struct Place {
-  I x, y, z, leaf;
+  I x, y, z, cube;
 
   HWY_INLINE Place(const DenseBounds& b, F px, F py, F pz)
       : x(to_int(px)), y(to_int(py)), z(to_int(pz)) {
-    const I columns = hn::ShiftRight<3>(x) * splat_int(b.size.y) + hn::ShiftRight<3>(y);
-    leaf = columns * splat_int(b.size.z) + hn::ShiftRight<3>(z);
+    const auto along = [&](I v) { return hn::ShiftRightSame(v, b.shift); };
+    cube = (along(x) * splat_int(b.size.y) + along(y)) * splat_int(b.size.z) + along(z);
+  }
+  /// Those of their leaves' bricks.
+  [[nodiscard]] HWY_INLINE I leaf(const DenseBounds& b) const {
+    const I columns = hn::ShiftRight<3>(x) * splat_int(b.leaves.y) + hn::ShiftRight<3>(y);
+    return columns * splat_int(b.leaves.z) + hn::ShiftRight<3>(z);
   }
 };
 
@@ -92,11 +97,11 @@ struct Flying {
   template <class Counts>
   HWY_INLINE void step(const LaneField& f, FlightMemory& m, Counts& counts) {
     const Place p(f.bounds, x, y, z);
-    const I word = as_int(gather(f.bounds.word.data(), where(live, p.leaf)));
+    const I word = as_int(gather(f.bounds.word.data(), where(live, p.cube)));
     const M solid = mask(hn::Gt(word, splat_int(DenseBounds::kFirstSolid - 1)));
     const M outside = mask(hn::Eq(word, splat_int(DenseBounds::kOutside)));
     const F hi = majorant(as_bits(word));  // 0 in empty cubes
-    const I log2 = select(solid, splat_int(3), word);
+    const I log2 = select(solid, splat_int(f.bounds.shift), word);
     const I low_bits = hn::Not(hn::Shl(splat_int(-1), log2));
     const F fx = face_ahead(p.x, low_bits, hn::Lt(ix, splat(0)));
     const F fy = face_ahead(p.y, low_bits, hn::Lt(iy, splat(0)));
