@@ -14,7 +14,7 @@ BoundRow row_of(Vec3l lo, std::int64_t edge, double minorant, double majorant) {
 /// Adds the terminals below a node whose cube begins at `lo`.
 void add_terminals(const Octree& tree, std::uint32_t id, Vec3l lo, std::vector<BoundRow>& rows) {
   const Octree::Node& node = tree.nodes[id];
-  const std::int64_t edge = std::int64_t(8) << (2 * node.height);  // of a child
+  const std::int64_t edge = std::int64_t(1) << Octree::child_log2(int(node.height));
   std::uint64_t seen = 0;  // groups: bit 4 x + 2 y + z of the children's halves
   for (std::uint32_t bit = 0; bit < 64; ++bit) {
     const Octree::Entry* e = tree.child(node, bit);

@@ -1,9 +1,12 @@
 // Choosing where the walk stops, and laying the tree out for it.
 #include "pvol/bounds/octree.h"
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
+#include "math/parallel.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/error.h"
 
@@ -27,31 +30,93 @@ Stops stops_at_depth(const Pyramid& p, int depth) {
   return stops;
 }
 
+/// Of the rays that cross a cube, those that cross one of its eight parts: its surface over theirs.
+constexpr double kChildShare = 0.25;
+
+/// What it costs to cross cubes of 2^log2 cells (THEORY.md, T2.1).
+class CrossingCost {
+ public:
+  CrossingCost(double extinction, double cell_length, const WalkCosts& costs)
+      : depth_(extinction * cell_length), costs_(costs) {}
+
+  /// With these bounds, along the mean chord, 2/3 of the edge.
+  [[nodiscard]] double stop(int log2, float lo, float hi) const {
+    const double chord = 2.0 / 3.0 * std::ldexp(depth_, log2), gap = double(hi) - double(lo);
+    return (log2 < 3 ? costs_.part : costs_.segment) +
+           chord * (double(hi) * costs_.tentative + gap * costs_.lookup);
+  }
+  [[nodiscard]] double skip() const { return costs_.skip; }
+  /// The least that the parts of a leaf may cost.
+  [[nodiscard]] double least_of_parts(float lo) const {
+    return stop(3, lo, lo) - costs_.segment + 2 * std::min(costs_.skip, costs_.part);
+  }
+
+ private:
+  double depth_;
+  const WalkCosts& costs_;
+};
+
+/// The parts of a leaf as walks meet them: by eights where that costs less.
+struct LeafParts {
+  PartBounds bounds;          ///< within those of the leaf; of eights all the same
+  std::uint64_t grouped = 0;  ///< bit (i * 4 + j) * 4 + k: part (i, j, k) goes with its siblings
+  double cost = 0;
+};
+
+LeafParts choose_parts(const PyramidNode& leaf, PartBounds bounds, const CrossingCost& cost) {
+  LeafParts r{bounds};
+  for (std::size_t group = 0; group < 8; ++group) {
+    const std::size_t first = (group >> 2) * 32 + (group >> 1 & 1) * 8 + (group & 1) * 2;
+    const auto part = [&](std::size_t k) {
+      return first + (k >> 2) * 16 + (k >> 1 & 1) * 4 + (k & 1);
+    };
+    float lo = leaf.hi, hi = 0;
+    double apart = 0;
+    for (std::size_t k = 0; k < 8; ++k) {
+      float &l = r.bounds.lo[part(k)], &h = r.bounds.hi[part(k)];
+      l = std::max(l, leaf.lo), h = std::min(h, leaf.hi);
+      apart += kChildShare * (h > 0 ? cost.stop(1, l, h) : cost.skip());
+      lo = std::min(lo, l), hi = std::max(hi, h);
+    }
+    const double together = hi > 0 ? cost.stop(2, lo, hi) : cost.skip();
+    r.cost += kChildShare * std::min(apart, together);
+    if (apart < together) continue;
+    for (std::size_t k = 0; k < 8; ++k) {
+      r.bounds.lo[part(k)] = lo, r.bounds.hi[part(k)] = hi;
+      r.grouped |= std::uint64_t(hi > 0) << part(k);
+    }
+  }
+  return r;
+}
+
 /// The cheapest cut, bottom up (THEORY.md, T2.1). The cost of a node is that of a ray that crosses
-/// it: a mean chord of 2/3 of its edge if the walk stops, else each child's cost times the share of
-/// crossing rays that cross the child, 1/4 (its surface over its parent's).
-Stops stops_by_cost(const Pyramid& p, double extinction, double cell_length,
-                    const WalkCosts& costs) {
-  constexpr double kChordOverEdge = 2.0 / 3.0;
-  constexpr double kChildShare = 0.25;
+/// it: along a mean chord if the walk stops, else each child's cost times the share of crossing
+/// rays that cross the child. Walks that do not stop at a leaf go on into its parts.
+Stops stops_by_cost(const Pyramid& p, const CrossingCost& cost,
+                    const std::vector<std::vector<std::uint32_t>>& brick_of,
+                    const BoundParts& parts) {
   Stops stops(p.levels.size());
   std::vector<double> below, here;
   for (std::size_t level = 0; level < p.levels.size(); ++level) {
     const auto& nodes = p.levels[level];
-    const double chord = kChordOverEdge * cell_length * std::ldexp(double(kLeafEdge), int(level));
     stops[level].resize(nodes.size());
     here.resize(nodes.size());
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-      const PyramidNode& n = nodes[i];
-      const double hi = extinction * double(n.hi), gap = extinction * double(n.hi - n.lo);
-      const double stop = costs.segment + chord * (hi * costs.tentative + gap * costs.lookup);
-      const NodeRange c = children(p, level, i);
-      double descend = double(8 - (c.end - c.begin)) * kChildShare * costs.skip;
-      for (std::size_t k = c.begin; k < c.end; ++k) descend += kChildShare * below[k];
-      const bool stops_here = c.empty() || stop <= descend;
-      stops[level][i] = char(stops_here);
-      here[i] = stops_here ? stop : descend;
-    }
+    parallel_parts(0, nodes.size(), 64, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i != end; ++i) {
+        const PyramidNode& n = nodes[i];
+        const double stop = cost.stop(3 + int(level), n.lo, n.hi);
+        const NodeRange c = children(p, level, i);
+        double descend = double(8 - (c.end - c.begin)) * kChildShare * cost.skip();
+        for (std::size_t k = c.begin; k < c.end; ++k) descend += kChildShare * below[k];
+        bool stops_here = c.empty() || stop <= descend;
+        if (level == 0 && parts && cost.least_of_parts(n.lo) < stop) {
+          descend = choose_parts(n, parts(brick_of[0][i]), cost).cost;
+          stops_here = stop <= descend;
+        }
+        stops[level][i] = char(stops_here);
+        here[i] = stops_here ? stop : descend;
+      }
+    });
     below.swap(here);
   }
   return stops;
@@ -80,8 +145,15 @@ void count_terminals(const Pyramid& p, const Stops& stops, Octree& tree) {
 class Layout {
  public:
   Layout(const Pyramid& p, float extinction, const Stops& stops,
-         const std::vector<std::vector<std::uint32_t>>& brick_of, std::uint32_t zero_brick)
-      : p_(p), extinction_(extinction), stops_(stops), brick_of_(brick_of), zero_(zero_brick) {}
+         const std::vector<std::vector<std::uint32_t>>& brick_of, std::uint32_t zero_brick,
+         const BoundParts& parts, const CrossingCost& cost)
+      : p_(p),
+        extinction_(extinction),
+        stops_(stops),
+        brick_of_(brick_of),
+        zero_(zero_brick),
+        parts_(parts),
+        cost_(cost) {}
 
   Octree run() {
     tree_.origin = p_.origin;
@@ -89,8 +161,8 @@ class Layout {
     tree_.support_hi = lanes(Vec3i(p_.support_hi - p_.origin));
     if (p_.empty()) return std::move(tree_);
     count_terminals(p_, stops_, tree_);
-    tree_.height = root_level() / 2;
-    add_node(tree_.height, 0);
+    tree_.height = root_level() / 2 + 1;
+    add_node(root_level() / 2, 0);
     return std::move(tree_);
   }
 
@@ -100,6 +172,8 @@ class Layout {
   const Stops& stops_;
   const std::vector<std::vector<std::uint32_t>>& brick_of_;
   std::uint32_t zero_;
+  const BoundParts& parts_;
+  const CrossingCost& cost_;
   Octree tree_;
 
   [[nodiscard]] int root_level() const { return int(p_.levels.size()) - 1; }
@@ -117,10 +191,10 @@ class Layout {
     return is_uniform(p_, std::size_t(level), i);
   }
 
-  /// The node of height h whose cube has this code at level 2 h + 2.
+  /// The node of height h + 1 whose cube has this code at level 2 h + 2.
   std::uint32_t add_node(int h, std::uint64_t code) {
     const auto id = std::uint32_t(tree_.nodes.size());
-    tree_.nodes.push_back({0, 0, std::uint32_t(h)});
+    tree_.nodes.push_back({0, 0, std::uint32_t(h + 1)});
     std::array<Octree::Entry, 64> entry;
     std::uint64_t mask = 0;
     for (std::uint64_t group = 0; group < 8; ++group) {
@@ -135,6 +209,33 @@ class Layout {
         if (const auto i = index_of(2 * h, child)) put(entry, mask, child, make_entry(h, *i));
       }
     }
+    set_entries(id, entry, mask);
+    return id;
+  }
+
+  /// The node of the parts of leaf i.
+  std::uint32_t add_parts(std::size_t i) {
+    const auto id = std::uint32_t(tree_.nodes.size());
+    tree_.nodes.push_back({0, 0, 0});
+    const std::uint32_t brick = brick_of_[0][i];
+    const LeafParts parts = choose_parts(p_.levels[0][i], parts_(brick), cost_);
+    std::array<Octree::Entry, 64> entry;
+    std::uint64_t mask = 0;
+    for (std::size_t k = 0; k < 64; ++k) {
+      const auto grouped = std::uint16_t(parts.grouped >> k & 1);
+      const float hi = extinction_ * parts.bounds.hi[k];
+      entry[k] = {extinction_ * parts.bounds.lo[k], hi, brick, std::uint16_t(1 + grouped), grouped};
+      mask |= std::uint64_t(hi > 0) << k;
+    }
+    tree_.terminals += std::uint64_t(std::popcount(mask & ~parts.grouped)) +
+                       std::uint64_t(std::popcount(mask & parts.grouped)) / 8;
+    tree_.depth = root_level() + 2;
+    set_entries(id, entry, mask);
+    return id;
+  }
+
+  void set_entries(std::uint32_t id, const std::array<Octree::Entry, 64>& entry,
+                   std::uint64_t mask) {
     Octree::Node& node = tree_.nodes[id];
     node.mask = mask;
     node.first = std::uint32_t(tree_.entries.size());
@@ -142,7 +243,6 @@ class Layout {
       tree_.entries.push_back(entry[std::size_t(std::countr_zero(left))]);
     }
     if (tree_.entries.size() >= Octree::kNodeBit) throw Error("too many nodes in the octree");
-    return id;
   }
 
   /// A child whose code is known goes to its bit; entries without extinction are empty space.
@@ -158,7 +258,10 @@ class Layout {
   /// Entry of node i of level 2 h: a terminal or a node to descend into.
   Octree::Entry make_entry(int h, std::size_t i) {
     const int level = 2 * h;
-    if (!stops(level, i)) return {0, 0, link(level, i), 0, 0};
+    if (!stops(level, i)) {
+      const LeafHandle below = level == 0 ? Octree::kNodeBit | add_parts(i) : link(level, i);
+      return {0, 0, below, 0, 0};
+    }
     return bounds(level, i, link(level, i));
   }
 
@@ -195,10 +298,16 @@ class Layout {
 
 Octree build_octree(const Pyramid& pyramid, double extinction, double cell_length, const Cut& cut,
                     const std::vector<std::vector<std::uint32_t>>& brick_of,
-                    std::uint32_t zero_brick) {
+                    std::uint32_t zero_brick, const BoundParts& bound_parts) {
+  const CrossingCost cost(extinction, cell_length, cut.costs);
+  // Parts of more leaves than these, of a kilobyte each, leave the caches, and steps cost more than
+  // they save.
+  constexpr std::size_t kMostLeaves = 4096;
+  const bool few = !pyramid.empty() && pyramid.levels[0].size() <= kMostLeaves;
+  const BoundParts parts = few ? bound_parts : BoundParts{};
   const Stops stops = cut.depth ? stops_at_depth(pyramid, *cut.depth)
-                                : stops_by_cost(pyramid, extinction, cell_length, cut.costs);
-  return Layout(pyramid, float(extinction), stops, brick_of, zero_brick).run();
+                                : stops_by_cost(pyramid, cost, brick_of, parts);
+  return Layout(pyramid, float(extinction), stops, brick_of, zero_brick, parts, cost).run();
 }
 
 }  // namespace pvol

@@ -9,7 +9,7 @@ namespace pvol::detail {
 /// edge)^3, in cells from the octree's origin, as `low` is the low corner of the node's.
 template <class Visit>
 void for_children(const Octree& tree, const Octree::Node& node, Vec3i low, const Visit& visit) {
-  const int edge = 1 << (3 + 2 * int(node.height));
+  const int edge = 1 << Octree::child_log2(int(node.height));
   for (std::uint32_t bit = 0; bit < 64; ++bit) {
     const Octree::Entry* e = tree.child(node, bit);
     if (e == nullptr) continue;
@@ -22,11 +22,10 @@ void for_children(const Octree& tree, const Octree::Node& node, Vec3i low, const
 template <class Visit>
 void for_bricks(const Octree& tree, const Octree::Node& node, Vec3i at, const Visit& visit) {
   for_children(tree, node, at, [&](const Octree::Entry& e, Vec3i low, int edge) {
-    if (e.link & Octree::kNodeBit) {
-      for_bricks(tree, tree.nodes[e.link & ~Octree::kNodeBit], low, visit);
-    } else {
-      visit(low, edge, e.link);
-    }
+    if ((e.link & Octree::kNodeBit) == 0) return visit(low, edge, e.link);
+    const Octree::Node& below = tree.nodes[e.link & ~Octree::kNodeBit];
+    if (below.height > 0) return for_bricks(tree, below, low, visit);
+    visit(low, edge, tree.entries[below.first].link);  // parts of a leaf
   });
 }
 

@@ -124,7 +124,7 @@ const Octree::Entry* find_terminal(const Octree& tree, Vec3i cell) {
   std::uint32_t node = 0;
   for (;;) {
     const Octree::Node& n = tree.nodes[node];
-    const Octree::Entry* e = tree.child(n, Octree::child_bit(lanes(cell), 3 + 2 * int(n.height)));
+    const Octree::Entry* e = tree.child(n, Octree::child_bit(lanes(cell), Octree::child_log2(int(n.height))));
     if (e == nullptr || e->log2 != 0) return e;
     node = e->link & ~Octree::kNodeBit;
   }
@@ -136,7 +136,7 @@ const Octree::Entry* find_terminal(const Octree& tree, Vec3i cell) {
 template <class Visit>
 void for_each_terminal(const Octree& tree, const Octree::Node& node, Vec3l origin,
                        const Visit& visit) {
-  const std::int64_t edge = std::int64_t(kLeafEdge) << 2 * node.height;
+  const std::int64_t edge = std::int64_t(1) << Octree::child_log2(int(node.height));
   std::uint64_t left = node.mask;
   for (std::uint32_t k = 0; left != 0; ++k, left &= left - 1) {
     const int bit = std::countr_zero(left);

@@ -6,8 +6,8 @@
 
 namespace pvol::detail {
 
-/// The 9^3 samples of brick b, in the order of BrickField; `scratch` has room for as many, which are
-/// written there if need be.
+/// The 9^3 samples of brick b, in the order of BrickField; `scratch` has room for as many, which
+/// are written there if need be.
 [[nodiscard]] inline const float* samples_of(const BrickField& field, std::uint32_t b, float*) {
   return field.brick(b);
 }

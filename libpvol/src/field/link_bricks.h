@@ -21,7 +21,8 @@ inline constexpr int kMostFieldSamples = field_samples(LookUp::tricubic);
 // A Keeper keeps bricks, counted from 0:
 //   extend(n)                    makes n more, and returns the first;
 //   fill(b, value)               brick b has this value everywhere;
-//   fill(b, origin, scratch)     brick b is that of the leaf at `origin`; returns its samples, which
+//   fill(b, origin, scratch)     brick b is that of the leaf at `origin`; returns its samples,
+//   which
 //                                it may write to `scratch`; from any thread, and where(origin) says
 //                                where they come from.
 
@@ -94,7 +95,8 @@ class TileBricks {
   return leaf.lo >= leaf.hi * (1 - 0x1p-10f);
 }
 
-/// Fills `brick_of` and `excess` of a field whose bricks `keeper` keeps. Throws Error as build_field.
+/// Fills `brick_of` and `excess` of a field whose bricks `keeper` keeps. Throws Error as
+/// build_field.
 template <class Keeper, class Field>
 void link_bricks(const BlockFinder& blocks, bool has_tiles, const Pyramid& pyramid,
                  const FieldOptions& options, Keeper& keeper, WithLinks<Field>& r) {
@@ -160,8 +162,8 @@ void link_bricks(const BlockFinder& blocks, bool has_tiles, const Pyramid& pyram
     for (std::size_t k = begin; k != end; ++k) {
       const PyramidNode& leaf = leaves[rest[k]];
       brick_of[rest[k]] = first + std::uint32_t(k);
-      const float* const of_leaf = keeper.fill(brick_of[rest[k]], origin_of(pyramid, 0, leaf.code),
-                                               scratch.data());
+      const float* const of_leaf =
+          keeper.fill(brick_of[rest[k]], origin_of(pyramid, 0, leaf.code), scratch.data());
       check.add(0, leaf, of_leaf, count);
     }
   });

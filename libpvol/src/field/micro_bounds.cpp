@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "field/brick_samples.h"
+#include "field/cube_range.h"
 #include "field/micro_codes.h"
 #include "math/parallel.h"
 #include "pvol/field/brick_field.h"
@@ -12,39 +13,15 @@
 namespace pvol {
 namespace {
 
-/// The densities that trilinear and nearest look-ups can compute where samples lie in [lo, hi]: on
-/// plateaus exactly the samples, else up to 3 ulp beyond (THEORY.md, T1.2). An ulp is at most 2^-23
-/// of the value: 2^-21 of the largest covers 4 of them.
-DensityRange reach_of_lookups(float lo, float hi) {
-  if (lo == hi) return {lo, hi};
-  const double slack =
-      std::max(double(hi) * 0x1p-21, 4 * double(std::numeric_limits<float>::denorm_min()));
-  return detail::widened(double(lo), double(hi), slack);
-}
-
-/// Densities of a cube of cells: what its kernel reads are the samples of its closed corners.
-DensityRange cube_range(const float* samples, Vec3i cube, int edge) {
-  float lo = std::numeric_limits<float>::max(), hi = 0;
-  for (int i = cube.x * edge; i <= (cube.x + 1) * edge; ++i) {
-    for (int j = cube.y * edge; j <= (cube.y + 1) * edge; ++j) {
-      for (int k = cube.z * edge; k <= (cube.z + 1) * edge; ++k) {
-        const float v = samples[(i * kFieldEdge + j) * kFieldEdge + k];
-        lo = std::min(lo, v);
-        hi = std::max(hi, v);
-      }
-    }
-  }
-  return reach_of_lookups(lo, hi);
-}
-
 void trilinear_ranges(const float* samples, int edge, detail::CubeRanges& ranges) {
   const auto [lo, hi] = std::minmax_element(samples, samples + kFieldSamples);
-  ranges.all = reach_of_lookups(*lo, *hi);
+  ranges.all = detail::reach_of_look_ups({*lo, *hi});
   const int n = kLeafEdge / edge;
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < n; ++j) {
       for (int k = 0; k < n; ++k) {
-        ranges.cube[std::size_t((i * n + j) * n + k)] = cube_range(samples, {i, j, k}, edge);
+        ranges.cube[std::size_t((i * n + j) * n + k)] =
+            detail::reach_of_look_ups(detail::samples_in_cube(samples, {i, j, k}, edge));
       }
     }
   }

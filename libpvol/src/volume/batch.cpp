@@ -68,9 +68,7 @@ BatchField::BatchField(const Volume& volume, Lanes kernel)
 BatchField::BatchField(std::shared_ptr<const Volume> volume, Lanes kernel)
     : data_(std::make_shared<const detail::BatchFieldData>(std::move(volume), kernel)) {}
 
-std::uint64_t BatchField::bytes() const {
-  return data_->bounds ? data_->bounds->bytes() : 0;
-}
+std::uint64_t BatchField::bytes() const { return data_->bounds ? data_->bounds->bytes() : 0; }
 
 Lanes BatchField::kernel() const { return data_->choice.lanes; }
 const std::string& BatchField::reason() const { return data_->choice.reason; }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "bounds/octree_children.h"
+#include "field/cube_range.h"
 #include "math/parallel.h"
 #include "pvol/field/brick_field.h"
 #include "pvol/field/micro_range.h"
@@ -35,11 +36,11 @@ std::size_t volume_of(Vec3i size) {
 }
 
 /// Densities of the cubes of each brick, cube (i, j, k) of n^3 at (i * n + j) * n + k.
-struct CubeRanges {
+struct CubesOfBricks {
   int n = 1;
   std::vector<DensityRange> range;
 
-  explicit CubeRanges(std::size_t bricks, int along)
+  explicit CubesOfBricks(std::size_t bricks, int along)
       : n(along), range(bricks * std::size_t(n * n * n)) {}
   [[nodiscard]] DensityRange* of_brick(std::size_t b) {
     return range.data() + b * std::size_t(n * n * n);
@@ -59,36 +60,20 @@ void for_cubes(int n, const Visit& visit) {
   }
 }
 
-/// Of the samples that look-ups in a cube read.
-DensityRange range_of(const float* samples, Vec3i cube, int edge) {
-  const float* const first =
-      samples + (cube.x * kFieldEdge * kFieldEdge + cube.y * kFieldEdge + cube.z) * edge;
-  DensityRange r{*first, *first};
-  for (int i = 0; i <= edge; ++i) {
-    for (int j = 0; j <= edge; ++j) {
-      const float* const row = first + (i * kFieldEdge + j) * kFieldEdge;
-      for (int k = 0; k <= edge; ++k) {
-        r.lo = std::min(r.lo, row[k]);
-        r.hi = std::max(r.hi, row[k]);
-      }
-    }
-  }
-  return r;
-}
-
-CubeRanges ranges_of(const BrickField& field, int shift) {
-  CubeRanges all(field.bricks(), kLeafEdge >> shift);
+CubesOfBricks ranges_of(const BrickField& field, int shift) {
+  CubesOfBricks all(field.bricks(), kLeafEdge >> shift);
   parallel_for(0, field.bricks(), [&](std::size_t b) {
     const float* const samples = field.brick(std::uint32_t(b));
     DensityRange* const range = all.of_brick(b);
-    for_cubes(all.n, [&](int at, Vec3i cube) { range[at] = range_of(samples, cube, 1 << shift); });
+    for_cubes(all.n,
+              [&](int at, Vec3i cube) { range[at] = samples_in_cube(samples, cube, 1 << shift); });
   });
   return all;
 }
 
 /// The same of cubes of twice the edge.
-CubeRanges coarser(const CubeRanges& fine, std::size_t bricks) {
-  CubeRanges all(bricks, fine.n / 2);
+CubesOfBricks coarser(const CubesOfBricks& fine, std::size_t bricks) {
+  CubesOfBricks all(bricks, fine.n / 2);
   parallel_for(0, bricks, [&](std::size_t b) {
     const DensityRange* const from = fine.of_brick(b);
     DensityRange* const to = all.of_brick(b);
@@ -106,7 +91,7 @@ CubeRanges coarser(const CubeRanges& fine, std::size_t bricks) {
 /// steps, by the mean chord of 2/3 of the edge, and tentative collisions, by the majorant.
 /// `depth_per_density` is the optical depth of a cell of density 1. Words that caches do not hold
 /// make steps dearer.
-double cost_of(const CubeRanges& ranges, const std::vector<std::uint32_t>& leaves_of,
+double cost_of(const CubesOfBricks& ranges, const std::vector<std::uint32_t>& leaves_of,
                double depth_per_density, std::uint64_t words) {
   constexpr std::uint64_t kCached = 1u << 20;
   constexpr double kTentative = 3;
@@ -133,7 +118,7 @@ std::uint32_t word_of(DensityRange r, float scale) {
 /// Writes the words and bricks of leaves.
 struct LeafWords {
   const Octree& tree;
-  const CubeRanges& ranges;
+  const CubesOfBricks& ranges;
   float scale;
   DenseBounds& out;
 
@@ -226,17 +211,17 @@ std::vector<std::uint32_t> count_leaves(const VolumeField& field) {
 }
 
 /// The edge of cubes that costs rays least, and their densities.
-CubeRanges choose_cubes(const VolumeField& field, int& shift) {
+CubesOfBricks choose_cubes(const VolumeField& field, int& shift) {
   const BrickField& bricks = field.bricks();
   int finest = kFinest;
   while (finest < kCoarsest && count_words(field.octree, finest) > kMostFineWords) ++finest;
-  CubeRanges best = ranges_of(bricks, finest);
+  CubesOfBricks best = ranges_of(bricks, finest);
   shift = finest;
   const std::vector<std::uint32_t> leaves = count_leaves(field);
   const double cell = std::cbrt(std::abs(determinant(inverse(field.world_to_cells))));
   const double depth = double(field.scale) * cell;
   double least = cost_of(best, leaves, depth, count_words(field.octree, finest));
-  CubeRanges next = best;
+  CubesOfBricks next = best;
   for (int coarse = finest + 1; coarse <= kCoarsest; ++coarse) {
     next = coarser(next, bricks.bricks());
     const double cost = cost_of(next, leaves, depth, count_words(field.octree, coarse));
@@ -264,7 +249,7 @@ DenseBounds make_dense_bounds(const VolumeField& field, std::optional<int> shift
   const Octree& tree = field.octree;
   DenseBounds b;
   if (shift) b.shift = *shift;
-  const CubeRanges ranges =
+  const CubesOfBricks ranges =
       shift ? ranges_of(field.bricks(), *shift) : choose_cubes(field, b.shift);
   b.size = count_along(tree, b.shift);
   b.leaves = count_along(tree, kCoarsest);

@@ -26,8 +26,8 @@ class OpenIntegral {
           const Octree::Entry* bounds = terminal != nullptr ? terminal : e.log2 != 0 ? &e : nullptr;
           if (e.link & Octree::kNodeBit) {
             add(v_.density.octree.nodes[e.link & ~Octree::kNodeBit], at, bounds);
-          } else if (edge == kLeafEdge) {  // larger cubes have one density, which micro-bounds know
-            add_leaf(e.link, at, *bounds);
+          } else if (edge <= kLeafEdge) {  // larger cubes have one density, which micro-bounds know
+            add_cube(e.link, at, edge, *bounds);
           }
         });
   }
@@ -35,8 +35,9 @@ class OpenIntegral {
  private:
   const Volume& v_;
 
-  void add_leaf(std::uint32_t brick, Vec3i low, const Octree::Entry& bounds) {
-    const int edge = v_.density.micro.edge, n = kLeafEdge / edge;
+  /// A leaf, or a part of one.
+  void add_cube(std::uint32_t brick, Vec3i low, int length, const Octree::Entry& bounds) {
+    const int edge = v_.density.micro.edge, n = length / edge;
     const Vec3i first = vec3(v_.density.octree.support_lo),
                 last = vec3(v_.density.octree.support_hi);
     for (Vec3i c; c.x < n; ++c.x) {

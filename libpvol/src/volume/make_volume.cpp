@@ -2,11 +2,13 @@
 #include "pvol/volume/make_volume.h"
 
 #include <algorithm>
+#include <array>
 #include <cfloat>
 #include <cmath>
 #include <string>
 #include <utility>
 
+#include "field/cube_range.h"
 #include "math/digits.h"
 #include "pvol/bounds/homogenise.h"
 #include "pvol/bounds/integrals.h"
@@ -18,6 +20,7 @@
 #include "pvol/field/shared_field.h"
 #include "volume/cell_look_up.h"
 #include "volume/field_checks.h"
+#include "volume/field_samples.h"
 #include "volume/linked_bricks.h"
 #include "volume/placement.h"
 
@@ -203,15 +206,34 @@ Placed place(const Affine& index_to_object, const Pyramid& pyramid, const Medium
   return {std::move(v), std::cbrt(std::abs(determinant(to_world))), diagonal};
 }
 
+/// What a walk may know of parts of leaves: nothing where only the bounds of the pyramid will do,
+/// or where shorter segments save no look-ups.
+BoundParts parts_of(const VolumeField& f, const VolumeOptions& o) {
+  const bool closed = f.look_up == LookUp::nearest || f.look_up == LookUp::trilinear;
+  const bool as_they_are = o.majorant_scale == 1 && f.excess.nodes == 0;
+  if (!closed || !as_they_are || is_weighted(o.tracker) || o.tracker == Tracker::regular) return {};
+  return [&f](std::uint32_t brick) {
+    std::array<float, kFieldSamples> scratch;
+    const float* const samples = detail::samples_of(f, brick, scratch.data());
+    PartBounds r;
+    for (std::size_t k = 0; k < r.lo.size(); ++k) {
+      const Vec3i part(int(k >> 4), int(k >> 2 & 3), int(k & 3));
+      const DensityRange d = detail::reach_of_look_ups(detail::samples_in_cube(samples, part, 2));
+      r.lo[k] = d.lo, r.hi[k] = d.hi;
+    }
+    return r;
+  };
+}
+
 /// Gives a field that has its place the bricks, and the tree of their bounds.
 void add_bricks(VolumeField& f, const detail::LinkedBricks& bricks, const Pyramid& bounds,
                 const Medium& medium, double cell_length, const VolumeOptions& o) {
   f.map = o.map;
-  f.octree = f.map ? build_mapped_octree(bounds, f, cell_length, o, bricks.brick_of)
-                   : build_octree(bounds, medium.extinction, cell_length, choose_cut(o, f.look_up),
-                                  bricks.brick_of, kZeroBrick);
   f.excess = bricks.excess;
   f.values = bricks.values;
+  f.octree = f.map ? build_mapped_octree(bounds, f, cell_length, o, bricks.brick_of)
+                   : build_octree(bounds, medium.extinction, cell_length, choose_cut(o, f.look_up),
+                                  bricks.brick_of, kZeroBrick, parts_of(f, o));
   f.leaves = detail::index_leaves_of(f);
   scale_majorants(f, o.majorant_scale);
 }

@@ -1,9 +1,11 @@
 // The bounds of one cloud as the walk reads them: a tree of 4^3 nodes with its cut chosen.
 #pragma once
 
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -32,11 +34,12 @@ struct LatticePoint {
 using LeafHandle = std::uint32_t;
 
 /// Wide octree: every node splits its cube into 4^3 children; the children of nodes of height h are
-/// cubes of 8 << 2h cells. A child is empty (its bit is clear), a terminal, where the walk stops
+/// cubes of 2 << 2h cells: leaves where h is 1, and where it is 0 parts of a leaf, which share its
+/// brick. A child is empty (its bit is clear), a terminal, where the walk stops
 /// with bounds, or is descended into. Terminals may lie above the leaves: the cut. The tree below
 /// them is kept, so that look-ups find their brick.
 struct Octree {
-  static constexpr int kMaxHeight = 11;
+  static constexpr int kMaxHeight = 12;
   static constexpr LeafHandle kNodeBit = 0x80000000u;  ///< marks a handle that names a node
 
   struct Node {
@@ -67,6 +70,9 @@ struct Octree {
   }
   [[nodiscard]] Box support() const { return {Vec3d(vec3(support_lo)), Vec3d(vec3(support_hi))}; }
 
+  /// log2 of the edge in cells of the children of nodes of this height.
+  [[nodiscard]] static constexpr int child_log2(int height) { return 1 + 2 * height; }
+
   [[nodiscard]] static std::uint32_t child_bit(Int4 cell, int shift) {
     const Int4 c = cell >> shift & 3;
     return std::uint32_t(c[0] << 4 | c[1] << 2 | c[2]);
@@ -82,7 +88,7 @@ struct Octree {
   [[nodiscard]] std::uint32_t brick_at(LeafHandle leaf, Int4 cell, std::uint32_t zero_brick) const {
     while (leaf & kNodeBit) {
       const Node& node = nodes[leaf & ~kNodeBit];
-      const Entry* e = child(node, child_bit(cell, 3 + 2 * int(node.height)));
+      const Entry* e = child(node, child_bit(cell, child_log2(int(node.height))));
       if (e == nullptr) return zero_brick;
       leaf = e->link;
     }
@@ -95,6 +101,7 @@ struct Octree {
 /// nanoseconds, solved from whole renders of one cloud at several depths and extinctions.
 struct WalkCosts {
   double segment = 45;    ///< entering a terminal
+  double part = 25;       ///< the same where it is a part of a leaf
   double skip = 15;       ///< crossing an empty cube
   double tentative = 20;  ///< distance, random numbers and bounds test
   double lookup = 20;     ///< finding and interpolating the density
@@ -108,12 +115,21 @@ struct Cut {
   WalkCosts costs;
 };
 
+/// Bounds of what look-ups compute in the parts of a leaf, of 2^3 cells each, part (i, j, k) at
+/// (i * 4 + j) * 4 + k.
+struct PartBounds {
+  std::array<float, 64> lo, hi;
+};
+/// Those of the leaf with this brick; called from any thread.
+using BoundParts = std::function<PartBounds(std::uint32_t brick)>;
+
 /// Bounds in a pyramid times `extinction`, with links to bricks by `brick_of`: brick_of(level, i)
 /// is the brick of node i of level `level`, asked for leaves and uniform cubes. `cell_length` is
-/// the world length of a cell's edge (the geometric mean for skewed ones), for the cost model.
+/// the world length of a cell's edge (the geometric mean for skewed ones), for the cost model. With
+/// `parts`, the walk of a cloud of at most 4096 leaves goes on into them where that costs less.
 [[nodiscard]] Octree build_octree(const Pyramid& pyramid, double extinction, double cell_length,
                                   const Cut& cut,
                                   const std::vector<std::vector<std::uint32_t>>& brick_of,
-                                  std::uint32_t zero_brick);
+                                  std::uint32_t zero_brick, const BoundParts& parts = {});
 
 }  // namespace pvol

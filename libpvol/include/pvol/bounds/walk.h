@@ -134,7 +134,7 @@ class Walk {
     int h = cursor_.height;
     std::uint32_t node = cursor_.nodes[h];
     for (;;) {
-      const int shift = 3 + 2 * h;
+      const int shift = Octree::child_log2(h);
       const Octree::Entry* e = tree_->child(tree_->nodes[node], Octree::child_bit(at_.cell, shift));
       if (e == nullptr || e->log2 != 0) {
         cursor_.height = h;
@@ -182,7 +182,7 @@ class Walk {
     const std::int32_t moved = any_bits(cell ^ at_.cell);
     at_.cell = cell;
     const int top = 31 - std::countl_zero(std::uint32_t(moved) | 1);
-    cursor_.height = std::max(cursor_.height, (top - 3) >> 1);
+    cursor_.height = std::max(cursor_.height, (top - 1) >> 1);
     if (cursor_.height > tree_->height) left_ = 0;  // left the root
   }
 

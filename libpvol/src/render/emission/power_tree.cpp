@@ -26,7 +26,7 @@ using Luminances = PowerTree::Luminances;
 void add_cubes(const Octree& tree, std::uint32_t index, Vec3i lo, float most,
                std::vector<Cube>& cubes) {
   const Octree::Node& node = tree.nodes[index];
-  const int edge = kLeafEdge << 2 * node.height;
+  const int edge = 1 << Octree::child_log2(int(node.height));
   for (std::uint32_t bit = 0; bit < 64; ++bit) {
     const Octree::Entry* e = tree.child(node, bit);
     if (e == nullptr) continue;

@@ -45,17 +45,6 @@ struct Terminal {
   double density = 0;  ///< the mean
 };
 
-void add_terminals(const Octree& tree, const Octree::Node& node, Vec3i at,
-                   std::vector<Terminal>& all) {
-  for_children(tree, node, at, [&](const Octree::Entry& e, Vec3i low, int edge) {
-    if (e.link & Octree::kNodeBit) {
-      add_terminals(tree, tree.nodes[e.link & ~Octree::kNodeBit], low, all);
-    } else {
-      all.push_back({low, edge, e.link});
-    }
-  });
-}
-
 /// Whether the samples of bricks are all that there is to the density.
 [[nodiscard]] bool is_plain(const VolumeField& f) {
   return (f.look_up == LookUp::nearest || f.look_up == LookUp::trilinear) && f.map == nullptr &&
@@ -82,7 +71,9 @@ void add_terminals(const Octree& tree, const Octree::Node& node, Vec3i at,
 [[nodiscard]] std::vector<Terminal> measure_terminals(const Volume& v) {
   const VolumeField& f = v.density;
   std::vector<Terminal> all;
-  add_terminals(f.octree, f.octree.nodes[0], {0, 0, 0}, all);
+  for_bricks(f.octree, f.octree.nodes[0], {}, [&](Vec3i low, int edge, std::uint32_t brick) {
+    all.push_back({low, edge, brick});
+  });
   if (is_plain(f)) {
     const std::vector<double> of_brick = brick_integrals(f);
     for (Terminal& t : all) t.density = of_brick[t.brick] / (kLeafEdge * kLeafEdge * kLeafEdge);
