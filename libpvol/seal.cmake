@@ -5,14 +5,34 @@
 # replace the code that the library runs by its own. In a sealed object these symbols are local; what is
 # left to link against are the functions that are defined once. It takes GNU binutils.
 
+# GNU's tools. With Clang, CMake names LLVM's, whose linker does not merge groups.
+set(PVOL_SEAL_LINKER ${CMAKE_LINKER})
+set(PVOL_SEAL_NM ${CMAKE_NM})
+set(PVOL_SEAL_OBJCOPY ${CMAKE_OBJCOPY})
+if(CMAKE_CXX_COMPILER_ID MATCHES Clang)
+  foreach(tool LINKER:ld.bfd NM:nm OBJCOPY:objcopy)
+    string(REPLACE ":" ";" tool ${tool})
+    list(GET tool 0 variable)
+    list(GET tool 1 name)
+    unset(PVOL_SEAL_${variable})
+    set(names ${CMAKE_LIBRARY_ARCHITECTURE}-${name})
+    if(NOT CMAKE_CROSSCOMPILING)
+      list(APPEND names ${name})
+    endif()
+    find_program(PVOL_SEAL_${variable} NAMES ${names})
+  endforeach()
+endif()
+
 # RESULT becomes true where objects can be sealed. Sanitizers need all symbols as they are.
 function(pvol_can_seal RESULT)
   set(can FALSE)
-  if(CMAKE_SYSTEM_NAME STREQUAL Linux AND CMAKE_OBJCOPY AND CMAKE_NM AND CMAKE_LINKER
+  if(CMAKE_SYSTEM_NAME STREQUAL Linux AND PVOL_SEAL_OBJCOPY AND PVOL_SEAL_NM AND PVOL_SEAL_LINKER
       AND NOT PVOL_SANITIZE AND NOT PVOL_THREAD_SANITIZE AND NOT PVOL_FUZZ)
-    execute_process(COMMAND ${CMAKE_LINKER} --help OUTPUT_VARIABLE help ERROR_QUIET)
+    execute_process(COMMAND ${PVOL_SEAL_LINKER} --help OUTPUT_VARIABLE help ERROR_QUIET)
     if(help MATCHES "force-group-allocation")
       set(can TRUE)
+    else()
+      message(STATUS "Objects are not sealed, and flights are for the oldest processors: no GNU binutils")
     endif()
   endif()
   set(${RESULT} ${can} PARENT_SCOPE)
@@ -30,8 +50,8 @@ function(pvol_seal RESULT NAME)
   set(list ${CMAKE_CURRENT_BINARY_DIR}/sealed/${NAME}.objects)
   file(GENERATE OUTPUT ${list} CONTENT "$<JOIN:${objects},\n>\n")
   add_custom_command(OUTPUT ${sealed}
-    COMMAND ${CMAKE_COMMAND} -D LINKER=${CMAKE_LINKER} -D NM=${CMAKE_NM} -D OBJCOPY=${CMAKE_OBJCOPY}
-      -D OBJECTS=${list} -D SEALED=${sealed} -P ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/seal_objects.cmake
+    COMMAND ${CMAKE_COMMAND} -D LINKER=${PVOL_SEAL_LINKER} -D NM=${PVOL_SEAL_NM}
+      -D OBJCOPY=${PVOL_SEAL_OBJCOPY} -D OBJECTS=${list} -D SEALED=${sealed} -P ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/seal_objects.cmake
     DEPENDS ${objects} ${list} ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/seal_objects.cmake
     COMMENT "Sealing ${NAME}.o" VERBATIM)
   set_source_files_properties(${sealed} PROPERTIES EXTERNAL_OBJECT TRUE GENERATED TRUE)

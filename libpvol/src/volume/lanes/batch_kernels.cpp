@@ -13,7 +13,7 @@
 #if HWY_ONCE
 namespace pvol::detail {
 
-BatchKernels find_batch_kernels(Lanes lanes) {
+BatchKernels find_batch_kernels([[maybe_unused]] Lanes lanes) {
 #if HWY_TARGETS & HWY_AVX3
   if (lanes == Lanes::avx512) return N_AVX3::batch_kernels();
 #endif
