@@ -234,6 +234,50 @@ TEST(DoorVolume, BoxesAndRangesHoldTheDensity) {
   }
 }
 
+/// Single voxels, whose leaves are empty but for a part.
+TEST(DoorVolume, RangesOfSparksHoldThem) {
+  constexpr std::int32_t kEdge = 32;
+  std::vector<float> values(kEdge * kEdge * kEdge);
+  for (std::size_t x = 5; x < kEdge; x += 8) {
+    for (std::size_t y = 4; y < kEdge; y += 8) {
+      for (std::size_t z = 6; z < kEdge; z += 8) values[(x * kEdge + y) * kEdge + z] = 1;
+    }
+  }
+  api::Volume v;
+  v.set(PVOL_DENSITY, api::array(values.data(), {{kEdge, kEdge, kEdge}}));
+  v.set_extinction(5).commit();
+  Rng rng(5, 6, 7);
+  int met = 0;
+  for (int i = 0; i < 3000; ++i) {
+    api::Vec lo, hi, at;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      lo[axis] = double(rng.uniform()) * kEdge;
+      hi[axis] = lo[axis] + 4 * double(rng.uniform());
+      at[axis] = lo[axis] + (hi[axis] - lo[axis]) * double(rng.uniform());
+    }
+    float range[2];
+    ASSERT_EQ(pvol_extinction_range(v.get(), lo.data(), hi.data(), range), 1);
+    const float mu = v.extinction(at);
+    ASSERT_LE(range[0], mu);
+    ASSERT_GE(range[1], mu);
+    met += mu > 0;
+  }
+  EXPECT_GT(met, 50);
+}
+
+TEST(DoorVolume, WithoutExtinctionLetsAllPass) {
+  std::vector<float> values(16 * 16 * 16);
+  values[(2 * 16 + 2) * 16 + 2] = 1;
+  api::Volume v;
+  v.set(PVOL_DENSITY, api::array(values.data(), {{16, 16, 16}})).set_extinction(0).commit();
+  api::Random random(1, 2, 3);
+  const pvol_ray ray = api::ray({-3, 2, 2}, {1, 0, 0});
+  EXPECT_FALSE(v.flight(ray, random));
+  EXPECT_EQ(v.transmittance(ray, PVOL_RATIO, random), 1);
+  v.set_extinction(9).commit();
+  EXPECT_LT(v.transmittance(ray, PVOL_EXACT, random), 0.001f);
+}
+
 TEST(DoorVolume, ShellsHoldTheDensity) {
   const Smoke smoke;
   api::Volume v;

@@ -137,6 +137,23 @@ TEST(LineEmission, IsTheSamePictureAsAtCollisions) {
   EXPECT_TRUE(family.passes());
 }
 
+/// The same of wisps of a voxel each, of which walks meet parts of leaves.
+TEST(LineEmission, OfWispsIsTheSamePicture) {
+  const Field wisps = make_field("wisps", {-24, -24, -24}, {48, 48, 48}, [](Vec3i p) {
+    const bool one = (p.x & 7) == 5 && (p.y & 7) == 3 && (p.z & 7) == 6;
+    return one ? 0.5 + 0.01 * (p.x + 24) : 0.0;
+  });
+  proof::Family family;
+  CloudScene s = cloud_scene();
+  s.medium.extinction = 2;
+  s.medium.emission = Rgb(5.0f, 1.0f, 0.2f);
+  s.options.samples = 400;
+  const Volume v = make_volume(wisps.grid, build_pyramid(wisps.grid), s);
+  compare(glow({&v, 1}, s, LineEmission::on, 91).film, glow({&v, 1}, s, LineEmission::off, 92).film,
+          "wisps", family);
+  EXPECT_TRUE(family.passes());
+}
+
 /// Smoke beside matter that glows and does not scatter: its light on the smoke is sampled where it
 /// is gathered along flights, and met by chance at collisions.
 TEST(LineEmission, LightsOtherVolumes) {

@@ -37,7 +37,7 @@ constexpr double kChildShare = 0.25;
 class CrossingCost {
  public:
   CrossingCost(double extinction, double cell_length, const WalkCosts& costs)
-      : depth_(extinction * cell_length), costs_(costs) {}
+      : extinction_(float(extinction)), depth_(extinction * cell_length), costs_(costs) {}
 
   /// With these bounds, along the mean chord, 2/3 of the edge.
   [[nodiscard]] double stop(int log2, float lo, float hi) const {
@@ -46,12 +46,15 @@ class CrossingCost {
            chord * (double(hi) * costs_.tentative + gap * costs_.lookup);
   }
   [[nodiscard]] double skip() const { return costs_.skip; }
+  /// Whether walks meet a cube with this bound.
+  [[nodiscard]] bool is_met(float hi) const { return extinction_ * hi > 0; }
   /// The least that the parts of a leaf may cost.
   [[nodiscard]] double least_of_parts(float lo) const {
     return stop(3, lo, lo) - costs_.segment + 2 * std::min(costs_.skip, costs_.part);
   }
 
  private:
+  float extinction_;
   double depth_;
   const WalkCosts& costs_;
 };
@@ -61,6 +64,7 @@ struct LeafParts {
   PartBounds bounds;          ///< within those of the leaf; of eights all the same
   std::uint64_t grouped = 0;  ///< bit (i * 4 + j) * 4 + k: part (i, j, k) goes with its siblings
   double cost = 0;
+  bool is_met = false;  ///< by walks, any of them
 };
 
 LeafParts choose_parts(const PyramidNode& leaf, PartBounds bounds, const CrossingCost& cost) {
@@ -75,15 +79,16 @@ LeafParts choose_parts(const PyramidNode& leaf, PartBounds bounds, const Crossin
     for (std::size_t k = 0; k < 8; ++k) {
       float &l = r.bounds.lo[part(k)], &h = r.bounds.hi[part(k)];
       l = std::max(l, leaf.lo), h = std::min(h, leaf.hi);
-      apart += kChildShare * (h > 0 ? cost.stop(1, l, h) : cost.skip());
+      apart += kChildShare * (cost.is_met(h) ? cost.stop(1, l, h) : cost.skip());
       lo = std::min(lo, l), hi = std::max(hi, h);
     }
-    const double together = hi > 0 ? cost.stop(2, lo, hi) : cost.skip();
+    r.is_met = r.is_met || cost.is_met(hi);
+    const double together = cost.is_met(hi) ? cost.stop(2, lo, hi) : cost.skip();
     r.cost += kChildShare * std::min(apart, together);
     if (apart < together) continue;
     for (std::size_t k = 0; k < 8; ++k) {
       r.bounds.lo[part(k)] = lo, r.bounds.hi[part(k)] = hi;
-      r.grouped |= std::uint64_t(hi > 0) << part(k);
+      r.grouped |= std::uint64_t(cost.is_met(hi)) << part(k);
     }
   }
   return r;
@@ -110,8 +115,9 @@ Stops stops_by_cost(const Pyramid& p, const CrossingCost& cost,
         for (std::size_t k = c.begin; k < c.end; ++k) descend += kChildShare * below[k];
         bool stops_here = c.empty() || stop <= descend;
         if (level == 0 && parts && cost.least_of_parts(n.lo) < stop) {
-          descend = choose_parts(n, parts(brick_of[0][i]), cost).cost;
-          stops_here = stop <= descend;
+          const LeafParts chosen = choose_parts(n, parts(brick_of[0][i]), cost);
+          descend = chosen.cost;
+          stops_here = stop <= descend || !chosen.is_met;
         }
         stops[level][i] = char(stops_here);
         here[i] = stops_here ? stop : descend;
@@ -229,7 +235,8 @@ class Layout {
     }
     tree_.terminals += std::uint64_t(std::popcount(mask & ~parts.grouped)) +
                        std::uint64_t(std::popcount(mask & parts.grouped)) / 8;
-    tree_.depth = root_level() + 2;
+    const int deepest = (mask & ~parts.grouped) != 0 ? 2 : 1;
+    tree_.depth = std::max(tree_.depth, root_level() + deepest);
     set_entries(id, entry, mask);
     return id;
   }

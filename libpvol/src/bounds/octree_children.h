@@ -17,6 +17,21 @@ void for_children(const Octree& tree, const Octree::Node& node, Vec3i low, const
   }
 }
 
+/// The brick of the leaf or uniform cube that holds a cell, whatever the cut, where `brick_at` has
+/// none for cells in empty parts of a leaf; `zero_brick` for cells in none of them.
+[[nodiscard]] inline std::uint32_t brick_of_leaf(const Octree& tree, Int4 cell,
+                                                 std::uint32_t zero_brick) {
+  LeafHandle at = Octree::kNodeBit;
+  while (at & Octree::kNodeBit) {
+    const Octree::Node& node = tree.nodes[at & ~Octree::kNodeBit];
+    const std::uint32_t bit = Octree::child_bit(cell, Octree::child_log2(int(node.height)));
+    const Octree::Entry* e = node.height == 0 ? &tree.entries[node.first] : tree.child(node, bit);
+    if (e == nullptr) return zero_brick;
+    at = e->link;
+  }
+  return at;
+}
+
 /// Calls visit(low, edge, brick) for every leaf and uniform cube below a node whose low corner is
 /// `at`, whatever the cut: its cube is low + [0, edge)^3.
 template <class Visit>

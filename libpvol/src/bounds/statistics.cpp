@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "bounds/box_volume.h"
+#include "bounds/octree_children.h"
 #include "density/lattice_index.h"
 #include "math/parallel.h"
 
@@ -119,15 +120,24 @@ void add_children(const Pyramid& p, std::size_t level, PyramidContent& content) 
   }
 }
 
-/// The terminal that holds a cell, counted from the tree's origin; none in empty space.
-const Octree::Entry* find_terminal(const Octree& tree, Vec3i cell) {
-  std::uint32_t node = 0;
-  for (;;) {
-    const Octree::Node& n = tree.nodes[node];
-    const Octree::Entry* e = tree.child(n, Octree::child_bit(lanes(cell), Octree::child_log2(int(n.height))));
-    if (e == nullptr || e->log2 != 0) return e;
-    node = e->link & ~Octree::kNodeBit;
+/// Calls visit(entry, share) for the terminals of the leaf that begins at a cell, counted from the
+/// tree's origin, with their shares of its mass: for parts of a leaf, about as the middles of their
+/// bounds.
+template <class Visit>
+void visit_terminals_of_leaf(const Octree& tree, Vec3i cell, const Visit& visit) {
+  const Octree::Node* n = &tree.nodes[0];
+  while (n->height > 0) {
+    const Octree::Entry* e =
+        tree.child(*n, Octree::child_bit(lanes(cell), Octree::child_log2(int(n->height))));
+    if (e == nullptr) return;
+    if (e->log2 != 0) return visit(*e, 1.0);
+    n = &tree.nodes[e->link & ~Octree::kNodeBit];
   }
+  double sum = 0;
+  const auto middle = [](const Octree::Entry& e) { return double(e.lo) + double(e.hi); };
+  detail::for_children(tree, *n, {}, [&](const Octree::Entry& e, Vec3i, int) { sum += middle(e); });
+  detail::for_children(tree, *n, {},
+                       [&](const Octree::Entry& e, Vec3i, int) { visit(e, middle(e) / sum); });
 }
 
 /// Calls `visit(entry, origin, edge)` for every terminal below a node at `origin`, in cells; one
@@ -214,10 +224,10 @@ Tightness measure_cut(const Pyramid& pyramid, const PyramidContent& content, con
       const NodeContent& c = content[level][i];
       if (!c.leaf) continue;
       const Vec3i cell = Vec3i(morton_decode(pyramid.levels[level][i].code)) * (kLeafEdge << level);
-      const Octree::Entry* e = find_terminal(tree, cell);
-      if (e == nullptr) continue;
-      hi.dense += double(e->hi) / extinction * c.mass;
-      gap.dense += (double(e->hi) - double(e->lo)) / extinction * c.mass;
+      visit_terminals_of_leaf(tree, cell, [&](const Octree::Entry& e, double share) {
+        hi.dense += double(e.hi) / extinction * c.mass * share;
+        gap.dense += (double(e.hi) - double(e.lo)) / extinction * c.mass * share;
+      });
     }
   }
   const BoundSums density = perfect(pyramid, content);

@@ -45,15 +45,21 @@ namespace {
   FieldOptions rules;
   rules.look_up = look_up;
   if (!samples.shared) return link(build_field(grid, pyramid, rules));
+  const auto* const array = std::get_if<pvol_array>(&samples.from);
+  if (array == nullptr) return link(build_shared_field(grid, pyramid, rules));
+  const DenseArray where = shared_array(*array);
+  return link(build_shared_field(grid, pyramid, rules, &where));
+}
+
+/// Refuses samples that cannot be shared, before all of them are read.
+void check_shared(const FieldSamples& samples, LookUp look_up) {
+  if (!samples.shared) return;
   if (look_up == LookUp::tricubic) {
     throw Error(
         "shared samples have nearest and trilinear look-ups; set them for tricubic ones, which "
         "copies them");
   }
-  const auto* const array = std::get_if<pvol_array>(&samples.from);
-  if (array == nullptr) return link(build_shared_field(grid, pyramid, rules));
-  const DenseArray where = shared_array(*array);
-  return link(build_shared_field(grid, pyramid, rules, &where));
+  if (const auto* const array = std::get_if<pvol_array>(&samples.from)) (void)shared_array(*array);
 }
 
 /// One commit's work on the density.
@@ -74,6 +80,7 @@ class DensityBuild {
       return take(*given);
     }
     if (can_update_in_place()) return update();
+    check_shared(samples, s_.look_up);
     VoxelGrid grid = read(samples).value_or(VoxelGrid{});
     progress_(0.2);
     Pyramid pyramid = build_pyramid(grid, s_.look_up);

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "bounds/octree_children.h"
 #include "pvol/error.h"
 #include "pvol/field/brick_field.h"
 #include "volume/cell_look_up.h"
@@ -43,8 +44,7 @@ void check(const Volume& v, const VolumeOptions& o) {
     const Vec3i end = at + Vec3i(kLeafEdge);
     const bool outside = at.x >= hi.x || at.y >= hi.y || at.z >= hi.z || end.x <= lo.x ||
                          end.y <= lo.y || end.z <= lo.z;
-    links[0].push_back(outside ? kZeroBrick
-                               : still.brick_at(Octree::kNodeBit, lanes(at), kZeroBrick));
+    links[0].push_back(outside ? kZeroBrick : detail::brick_of_leaf(still, lanes(at), kZeroBrick));
   }
   return links;
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "bounds/octree_children.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/field/micro_range.h"
 #include "pvol/volume/volume.h"
@@ -96,9 +97,8 @@ class StillRanges {
   /// Of the samples of a leaf that look-ups in the box read, widened by what these round
   /// (THEORY.md, T1.2).
   void add_samples(Vec3l low, const Box& box, DensityRange& r) const {
-    constexpr LeafHandle kRoot = Octree::kNodeBit;
     constexpr float kSlack = 0x1p-21f;
-    const std::uint32_t b = f_.octree.brick_at(kRoot, lanes(Vec3i(low)), kZeroBrick);
+    const std::uint32_t b = brick_of_leaf(f_.octree, lanes(Vec3i(low)), kZeroBrick);
     std::array<float, kFieldSamples> scratch;
     const float* const samples = samples_of(f_, b, scratch.data());
     Vec3i from, to;

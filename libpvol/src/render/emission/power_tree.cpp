@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "bounds/octree_children.h"
 #include "math/parallel.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/volume/extinction_source.h"
@@ -30,13 +31,20 @@ void add_cubes(const Octree& tree, std::uint32_t index, Vec3i lo, float most,
   for (std::uint32_t bit = 0; bit < 64; ++bit) {
     const Octree::Entry* e = tree.child(node, bit);
     if (e == nullptr) continue;
-    const float bound = e->log2 != 0 ? e->hi : most;
+    const Octree::Node* const below =
+        e->link & Octree::kNodeBit ? &tree.nodes[e->link & ~Octree::kNodeBit] : nullptr;
+    float bound = e->log2 != 0 ? e->hi : most;
     const Vec3i at = lo + Vec3i(int(bit >> 4), int(bit >> 2 & 3), int(bit & 3)) * edge;
-    if (e->link & Octree::kNodeBit) {
+    if (below != nullptr && below->height > 0) {
       add_cubes(tree, e->link & ~Octree::kNodeBit, at, bound, cubes);
-    } else {
-      cubes.push_back({at, edge, bound});
+      continue;
     }
+    if (below != nullptr && e->log2 == 0) {  // a leaf in parts
+      detail::for_children(tree, *below, {}, [&](const Octree::Entry& part, Vec3i, int) {
+        bound = std::max(bound, part.hi);
+      });
+    }
+    cubes.push_back({at, edge, bound});
   }
 }
 
