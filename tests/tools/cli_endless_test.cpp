@@ -38,7 +38,7 @@ const std::vector<std::string> kLongColours{"medium.extinction=1e11", "render.de
                                             "medium.extinction_color=[1, 0.5, 0]"};
 
 TEST_F(Endless, IsRefusedUnlessLimited) {
-  std::vector<std::string> words = picture_of({"medium.extinction=1.2e6", "medium.albedo=1"});
+  std::vector<std::string> words = picture_of({"medium.extinction=5e6", "medium.albedo=1"});
   const RunResult refused = run_tool(PVOL_RENDER, words);
   EXPECT_EQ(refused.exit, 1);
   EXPECT_NE(refused.err.find("--max-bounces"), std::string::npos) << refused.err;

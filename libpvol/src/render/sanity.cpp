@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "math/digits.h"
+#include "pvol/bounds/pyramid.h"
 #include "pvol/error.h"
 #include "pvol/render/daylight.h"
 #include "pvol/volume/albedo_field.h"
@@ -68,6 +69,15 @@ constexpr double kFaintest = 0.002;                   // share of camera rays th
          (plan.surfaces ? "; or surfaces are in the way" : "");
 }
 
+/// Whether some leaf is as thick as a mean free path: a cloud that is thin all the same is lost in
+/// its box.
+[[nodiscard]] bool is_dense_somewhere(const Volume& v) {
+  float most = 0;
+  for (const Octree::Entry& e : v.density.octree.entries) most = std::max(most, e.hi);
+  const double cell = std::cbrt(std::abs(determinant(inverse(v.density.world_to_cells))));
+  return double(most) * cell * kLeafEdge >= 1;
+}
+
 /// What is wrong with a volume's thickness, if anything.
 [[nodiscard]] std::string doubt_thickness(const Volume& v) {
   if (v.density.octree.empty()) {
@@ -75,7 +85,7 @@ constexpr double kFaintest = 0.002;                   // share of camera rays th
   }
   if (v.medium.extinction == 0) return named(v, "medium.extinction is 0: nothing of it is seen");
   const double t = thickness(v);
-  if (t >= kThinnest && t <= kThickest) return {};
+  if (t <= kThickest && (t >= kThinnest || is_dense_somewhere(v))) return {};
   return named(v, "the cloud is about " + digits(t) + " mean free paths thick, expected " +
                       digits(kThinnest) + " to " + digits(kThickest) + ": is its extinction of " +
                       digits(v.medium.extinction) + " meant for another unit? " +
