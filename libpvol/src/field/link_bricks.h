@@ -18,13 +18,9 @@ namespace pvol::detail {
 /// Samples of the widest brick.
 inline constexpr int kMostFieldSamples = field_samples(LookUp::tricubic);
 
-// A Keeper keeps bricks, counted from 0:
-//   extend(n)                    makes n more, and returns the first;
-//   fill(b, value)               brick b has this value everywhere;
-//   fill(b, origin, scratch)     brick b is that of the leaf at `origin`; returns its samples,
-//   which
-//                                it may write to `scratch`; from any thread, and where(origin) says
-//                                where they come from.
+// A Keeper keeps bricks, counted from 0. extend(n) makes n more and returns the first; fill(b,
+// value) gives brick b this value everywhere; fill(b, origin, scratch), from any thread, makes it
+// that of the leaf at `origin` and returns its samples, which it may write to `scratch`.
 
 /// Bricks of one value, made on demand.
 template <class Keeper>

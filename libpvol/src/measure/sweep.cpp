@@ -218,7 +218,7 @@ class Sweep {
     const RunRequest request{.setting = i,
                              .samples = m.samples,
                              .seed = o_.seed + 1 + std::uint64_t(round) * names_.size() + i,
-                             .count = round == 0,
+                             .count = m.counted == 0,  // in the first that is complete
                              .most_seconds = std::min(left(), kPatience * expected(i))};
     const Run run = render_(request);
     if (!run.complete) {
