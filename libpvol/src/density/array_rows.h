@@ -7,6 +7,12 @@
 
 namespace pvol::detail {
 
+/// In samples, along each axis.
+[[nodiscard]] inline Vec3l stride_of(const DenseArray& array) {
+  const Vec3l size(array.size);
+  return array.stride.value_or(Vec3l(size.y * size.z, size.z, 1));
+}
+
 /// What fills bricks with the lattice points lo <= p < hi of an array: copy(p, to, count) writes
 /// the samples of `count` points from p on, along z.
 template <class Copy>

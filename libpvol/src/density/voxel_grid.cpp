@@ -109,7 +109,7 @@ VoxelGrid make_grid(const DenseArray& array, const Affine& index_to_world) {
   const Vec3l size(array.size), begin(array.origin), end = begin + size;
   check_range(begin, end);
   if (array.values == nullptr) throw Error("the array of densities has no address");
-  const Vec3l stride = array.stride.value_or(Vec3l(size.y * size.z, size.z, 1));
+  const Vec3l stride = detail::stride_of(array);
   const auto copy = [&](Vec3l at, float* to, std::int64_t count) {
     const float* const from = array.values + dot(at - begin, stride);
     for (std::int64_t k = 0; k < count; ++k) to[k] = from[k * stride.z];

@@ -47,8 +47,8 @@ void SampleCheck::fail(const Box& cube, const PyramidNode& node, float lo, float
   const auto at = [](double v) { return std::to_string(std::int64_t(v)); };
   std::string message = "the bounds do not hold: the cube of ";
   message += at(cube.hi.x - cube.lo.x) + "^3 voxels at (" + at(cube.lo.x) + ", " + at(cube.lo.y) +
-             ", " + at(cube.lo.z) + ") says " + range(node.lo, node.hi) +
-             ", its samples lie in " + range(lo, hi) +
+             ", " + at(cube.lo.z) + ") says " + range(node.lo, node.hi) + ", its samples lie in " +
+             range(lo, hi) +
              ". They belong to another density or were damaged; fit the cloud again.";
   if (most_excess_ > 1) {
     message += " (Trackers with weights are right up to a factor of " +

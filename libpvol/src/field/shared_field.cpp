@@ -5,20 +5,14 @@
 #include <map>
 #include <mutex>
 
+#include "density/array_rows.h"
 #include "field/brick_samples.h"
 #include "field/link_bricks.h"
 
 namespace pvol {
 namespace {
 
-constexpr std::array<std::ptrdiff_t, 3> kPacked{kFieldEdge* kFieldEdge, kFieldEdge, 1};
-
-[[nodiscard]] std::array<std::ptrdiff_t, 3> stride_of(const DenseArray& a) {
-  if (a.stride) {
-    return {std::ptrdiff_t(a.stride->x), std::ptrdiff_t(a.stride->y), std::ptrdiff_t(a.stride->z)};
-  }
-  return {std::ptrdiff_t(a.size.y) * a.size.z, a.size.z, 1};
-}
+constexpr std::array<std::ptrdiff_t, 3> kPacked{kFieldEdge * kFieldEdge, kFieldEdge, 1};
 
 /// Blocks of `count` samples of one value, made on demand and shared.
 class ConstantBlocks {
@@ -53,9 +47,7 @@ class InLeaves {
     field_.leaves.resize(first + n);
     return std::uint32_t(first);
   }
-  void fill(std::uint32_t b, float value) {
-    field_.leaves[b].block.fill(constants_.block(value));
-  }
+  void fill(std::uint32_t b, float value) { field_.leaves[b].block.fill(constants_.block(value)); }
   const float* fill(std::uint32_t b, Vec3i origin, float* scratch) {
     for (std::size_t k = 0; k < 8; ++k) {
       const Vec3i above(int(k >> 2), int(k >> 1 & 1), int(k & 1));
@@ -76,7 +68,7 @@ class InArray {
  public:
   InArray(const DenseArray& array, const detail::BlockFinder& blocks, SharedField& field)
       : array_(array),
-        stride_(stride_of(array)),
+        stride_(detail::stride_of(array)),
         blocks_(blocks),
         field_(field),
         constants_(field, kFieldSamples) {}
@@ -86,12 +78,14 @@ class InArray {
     field_.windows.resize(first + n);
     return std::uint32_t(first);
   }
-  void fill(std::uint32_t b, float value) { field_.windows[b] = {constants_.block(value), kPacked}; }
+  void fill(std::uint32_t b, float value) {
+    field_.windows[b] = {constants_.block(value), kPacked};
+  }
   const float* fill(std::uint32_t b, Vec3i origin, float* scratch) {
     const Vec3i first = origin - array_.origin, last = first + Vec3i(kFieldEdge - 1);
     if (min_component(first) >= 0 && max(last, array_.size - Vec3i(1)) == array_.size - Vec3i(1)) {
-      const auto [x, y, z] = stride_;
-      field_.windows[b] = {array_.values + first.x * x + first.y * y + first.z * z, stride_};
+      field_.windows[b] = {array_.values + dot(Vec3l(first), stride_),
+                           {stride_.x, stride_.y, stride_.z}};
       return detail::samples_of(field_, b, scratch);
     }
     float* const copy = make_block();
@@ -107,7 +101,7 @@ class InArray {
   }
 
   const DenseArray& array_;
-  std::array<std::ptrdiff_t, 3> stride_;
+  Vec3l stride_;
   const detail::BlockFinder& blocks_;
   SharedField& field_;
   ConstantBlocks constants_;

@@ -87,8 +87,8 @@ template <LookUp kLookUp, class Samples>
   }
 }
 
-/// mu_t at a point of a segment, as BrickExtinction, where some volumes share samples and others may
-/// have bricks. The tree's handles name bricks of the field, and both outlive this.
+/// mu_t at a point of a segment, as BrickExtinction, where some volumes share samples and others
+/// may have bricks. The tree's handles name bricks of the field, and both outlive this.
 template <LookUp kKind>
 struct SharedExtinction {
   static constexpr LookUp kLookUp = kKind;
@@ -129,9 +129,9 @@ struct SharedExtinction {
   }
 };
 
-/// As build_field, but for the copies. The samples are those of the grid's bricks, which their owner
-/// or, where it is null, the caller keeps; or those of an array that holds the same samples, which
-/// the caller keeps. For nearest and trilinear look-ups without constant nodes. Throws Error
+/// As build_field, but for the copies. The samples are those of the grid's bricks, which their
+/// owner or, where it is null, the caller keeps; or those of an array that holds the same samples,
+/// which the caller keeps. For nearest and trilinear look-ups without constant nodes. Throws Error
 /// likewise.
 [[nodiscard]] WithLinks<SharedField> build_shared_field(const VoxelGrid& grid,
                                                         const Pyramid& pyramid,
