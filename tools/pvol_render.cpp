@@ -18,8 +18,7 @@
 #include "cli/scene_clouds.h"
 #include "cli/scene_files.h"
 #include "cli/sequence_summary.h"
-#include "cli/split_slurm.h"
-#include "cli/split_text.h"
+#include "cli/split_render.h"
 #include "cli/stage_files.h"
 #include "cli/timed_render.h"
 #include "pvol/bounds/recipe_bounds.h"
@@ -305,17 +304,6 @@ int render_frames(const Options& o) {
 
 // --- parts --------------------------------------------------------------------------------------
 
-std::string split_text(const Options& o, const cli::SplitJob& job) {
-  switch (o.split.form.value_or(cli::SplitForm::text)) {
-    case cli::SplitForm::json:
-      return cli::split_json(job);
-    case cli::SplitForm::slurm:
-      return cli::slurm_script(cli::slurm_work(job, o));
-    default:
-      return cli::split_script(job);
-  }
-}
-
 /// Prints the commands that render the picture, or all frames, in parts.
 int print_split(const Options& o) {
   const bool frames = o.frames.any();
@@ -325,9 +313,9 @@ int print_split(const Options& o) {
   RenderJob job = load(frames ? cli::options_of_frame(o, reference) : o,
                        frames ? cli::scene_of_frame(o, reference) : cli::scene_of(o));
   make_plan(o, job);
-  const cli::SplitJob split = cli::split_job(o, job.plan);
-  std::cout << split_text(o, split);
-  if (!o.common.quiet) std::cerr << kTool << ": " << cli::summary(split) << '\n';
+  const cli::SplitText split = cli::split_text(o, job.plan);
+  std::cout << split.commands;
+  if (!o.common.quiet) std::cerr << kTool << ": " << split.summary << '\n';
   return cli::kSuccess;
 }
 

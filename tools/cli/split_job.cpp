@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "cli/cli.h"
+#include "cli/split_render.h"
 #include "pvol/formats/cloud.h"
 
 namespace pvol::cli {

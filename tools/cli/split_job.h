@@ -51,9 +51,6 @@ struct SplitJob {
   double imbalance = 1;    ///< of its parts
 };
 
-/// Throws UsageError for options that do not go with --split, and for those that only go with it.
-void check_split(const RenderOptionsGiven& o);
-
 /// All frames are cut alike, as the plan's picture is. Throws UsageError for more parts than
 /// samples, and what map_cost throws.
 [[nodiscard]] SplitJob split_job(const RenderOptionsGiven& o, const RenderPlan& plan);

@@ -308,7 +308,7 @@ void read_render(const TomlTable& table, SceneFile& file) {
   refuse_misfit(table, misfit(file.scene.options));
 }
 
-SceneFile read(const TomlTable& root) {
+SceneFile read_table(const TomlTable& root) {
   if (root.has("recipe")) {
     throw Error(root.where + ": is a recipe of a cloud; expected a scene, with the recipe as the " +
                 "file of its [volume]");
@@ -393,13 +393,13 @@ SceneFile read_scene(const std::filesystem::path& file, const std::vector<std::s
   resolve_files(root, file.parent_path());
   apply_sets(root, sets);
   load_phase_files(root);
-  return read(root);
+  return read_table(root);
 }
 
 SceneFile parse_scene(const std::string& text, const std::string& name) {
   TomlTable root = parse_toml(text, name);
   load_phase_files(root);
-  return read(root);
+  return read_table(root);
 }
 
 SceneFile parse_scene(const std::string& text, const std::string& name,
@@ -407,7 +407,7 @@ SceneFile parse_scene(const std::string& text, const std::string& name,
   TomlTable root = parse_toml(text, name);
   apply_sets(root, sets);
   load_phase_files(root);
-  return read(root);
+  return read_table(root);
 }
 
 SceneFile default_scene(const std::filesystem::path& volume, const std::vector<std::string>& sets) {

@@ -16,7 +16,7 @@
 namespace pvol::formats {
 namespace {
 
-constexpr std::uintmax_t kLargestFile = std::uintmax_t{64} << 20;  // hand-written text, with room
+constexpr std::uintmax_t kLargestText = std::uintmax_t{64} << 20;  // hand-written text, with room
 constexpr std::size_t kLongestPath = 4096;  // of the keys to a value: each value has its name
 
 /// How places in a text are called; `outer` is the place of the table around, for tables that only
@@ -208,7 +208,7 @@ TomlTable parse_toml_file(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw Error(file.string() + ": cannot be read; check the name and its permissions");
   if (std::filesystem::is_regular_file(file, ignored) &&
-      std::filesystem::file_size(file, ignored) > kLargestFile) {
+      std::filesystem::file_size(file, ignored) > kLargestText) {
     throw Error(file.string() + ": has more than 64 MiB; expected a TOML file");
   }
   const std::string text{std::istreambuf_iterator<char>(stream), {}};

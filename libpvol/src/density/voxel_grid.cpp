@@ -28,13 +28,13 @@ std::string text(Vec3i v) {
 }
 
 void check_range(Vec3l lo, Vec3l hi) {
-  constexpr std::int64_t kReach = std::int64_t(1) << 30;
+  constexpr std::int64_t kFarthest = std::int64_t(1) << 30;
   if (min_component(hi - lo) < 1) {
     throw Error(
         "the density has no samples: its size must be at least 1 along each axis. Check "
         "the order of the corners, or the array's size.");
   }
-  if (min_component(lo) < -kReach || max_component(hi) > kReach) {
+  if (min_component(lo) < -kFarthest || max_component(hi) > kFarthest) {
     throw Error(
         "the density reaches lattice points beyond +-2^30; move it towards the origin of "
         "its index space, and its map to the world with it.");

@@ -82,7 +82,7 @@ constexpr std::uint32_t kMostBounces = 256;    // of a path
 /// Samples of single pixels that lie evenly over the picture.
 void follow_paths(const RenderPlan& plan, const PathSetup& setup, int across, int down,
                   CameraProbe& probe) {
-  constexpr int kStride = 229;  // a prime above kRaysAlong: all are met
+  constexpr int kProbeStride = 229;  // a prime above kRaysAlong: all are met
   const TileFunction render_part = find_tile_function(plan.kernel.paths, setup);
   const ImagePart part = image_part(plan.scene.options);
   Film film;
@@ -92,7 +92,7 @@ void follow_paths(const RenderPlan& plan, const PathSetup& setup, int across, in
   film.first_sample = plan.scene.options.first_sample;
   start_sums(film);
   for (; probe.paths < across * down && steps(probe.counts) < kMostSteps; ++probe.paths) {
-    const int i = int(std::int64_t(probe.paths) * kStride % (across * down));
+    const int i = int(std::int64_t(probe.paths) * kProbeStride % (across * down));
     film.x = part.x + int(std::int64_t(part.width) * (i % across) / across);
     film.y = part.y + int(std::int64_t(part.height) * (i / across) / down);
     Counts path;

@@ -1,7 +1,8 @@
 #include "render/sky/atmosphere.h"
 
 #include <cmath>
-#include <numbers>
+
+#include "render/sky/angles.h"
 
 namespace pvol::detail {
 namespace {
@@ -13,7 +14,6 @@ constexpr std::array<double, 40> kOzone{
     7.752,   9.016,   14.80,  16.02,  21.39,  27.55,  30.91, 35.00, 42.66, 46.72,
     43.98,   47.01,   50.19,  43.05,  37.40,  32.15,  26.62, 22.38, 18.52, 14.73,
     12.09,   9.423,   7.455,  6.566,  5.105,  4.150,  4.228, 3.237, 2.451, 2.801};
-constexpr double kPi = std::numbers::pi;
 
 /// Of the tent from 10 to 40 km: its column over its height.
 constexpr double kOzoneColumn = 15;

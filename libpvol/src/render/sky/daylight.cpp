@@ -2,18 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "math/parallel.h"
 #include "math/turn_up.h"
+#include "render/sky/angles.h"
 #include "render/sky/scattered_light.h"
 
 namespace pvol {
 namespace {
 
 using namespace detail;
-constexpr double kPi = std::numbers::pi, kDegree = kPi / 180;
 constexpr double kDiameter = 0.53;  // of the sun, degrees
 constexpr double kNight = -18;      // elevation of the sun from which nothing is left
 constexpr int kWidth = 720, kHeight = 360;

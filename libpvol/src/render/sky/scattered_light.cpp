@@ -2,15 +2,13 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <numbers>
 #include <span>
 
 #include "math/parallel.h"
+#include "render/sky/angles.h"
 
 namespace pvol::detail {
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 /// Angles of the sun in degrees around that of the place, closer where it is near the horizon:
 /// light of a layer reaches no farther.

@@ -1,14 +1,12 @@
 #include "render/sky/sun_beam.h"
 
 #include <cmath>
-#include <numbers>
 
 #include "render/sky/air_ray.h"
+#include "render/sky/angles.h"
 
 namespace pvol::detail {
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 Amounts column_towards(const Atmosphere& a, int level, double angle) {
   const AirRay ray(a, {level, angle, std::cos(angle), 1});

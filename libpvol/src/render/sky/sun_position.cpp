@@ -2,12 +2,13 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
+
+#include "render/sky/angles.h"
 
 namespace pvol {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
+using detail::kDegree;
 
 double sine(double degrees) { return std::sin(degrees * kDegree); }
 double cosine(double degrees) { return std::cos(degrees * kDegree); }

@@ -124,12 +124,12 @@ class Search {
 
   /// The worst of all boundary points, as far as they lie above the greatest that is looked at.
   void add_violated() {
-    constexpr std::size_t kAdded = 600;
+    constexpr std::size_t kMostAdded = 600;
     std::vector<float> values(all_boundary_.size());
     evaluate(monomials(to_shell()), all_boundary_, values.data());
     std::vector<std::size_t> order(values.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    const std::size_t count = std::min(kAdded, order.size());
+    const std::size_t count = std::min(kMostAdded, order.size());
     std::nth_element(order.begin(), order.begin() + std::ptrdiff_t(count - 1), order.end(),
                      [&](std::size_t a, std::size_t b) {
                        return values[a] != values[b] ? values[a] > values[b] : a < b;
