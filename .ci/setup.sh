@@ -1,16 +1,21 @@
 #!/usr/bin/env bash
-# Installs the Debian packages that pvol is built from, where any are missing. tests/run and
-# samples/run call it first; it takes milliseconds when everything is there.
+# Installs the Debian packages that pvol is built from, where any are missing; it takes milliseconds when
+# everything is there.
+#   .ci/setup.sh          for all of it, as tests/run needs
+#   .ci/setup.sh tools    for pvol-fit, pvol-render and pvol-convert, as samples/run needs
 set -euo pipefail
 
 packages=(
-  g++ cmake ninja-build ccache pkg-config
+  g++ cmake ninja-build pkg-config
   libtbb-dev libhwy-dev libembree-dev
   libopenvdb-dev libboost-iostreams-dev zlib1g-dev  # the last two are OpenVDB's, which forgets them
   libnanovdb-dev libblosc-dev                       # .nvdb files are often compressed with blosc
   libopenexr-dev libpng-dev
   libcli11-dev libfmt-dev libtomlplusplus-dev nlohmann-json3-dev
   libzstd-dev libxxhash-dev
+)
+[[ ${1:-} == tools ]] || packages+=(
+  ccache
   libcgal-dev                                       # the independent check of shells
   libgtest-dev libbenchmark-dev python3             # python3 runs second readers of files
   pybind11-dev python3-dev python3-numpy            # the Python module

@@ -9,7 +9,7 @@
 #include "pvol/error.h"
 
 namespace pvol {
-namespace {
+namespace bound_grids_test {
 
 /// Bricks of noise around the origin, with an empty gap, and a tile.
 VoxelGrid make_grid(bool with_tile) {
@@ -95,5 +95,5 @@ TEST(BoundGrids, OfAnEmptyPyramidAreEmpty) {
   EXPECT_TRUE(make_bound_grids({}, {}).majorant.bricks.empty());
 }
 
-}  // namespace
+}  // namespace bound_grids_test
 }  // namespace pvol

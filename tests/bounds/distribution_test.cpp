@@ -11,7 +11,7 @@
 #include "support/fields.h"
 
 namespace pvol {
-namespace {
+namespace distribution_test {
 
 using test::CloudScene;
 
@@ -202,5 +202,5 @@ TEST(Probe, CountsAreInOrderAndIntervalsHoldTheTruth) {
   }
 }
 
-}  // namespace
+}  // namespace distribution_test
 }  // namespace pvol

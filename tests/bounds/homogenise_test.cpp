@@ -17,7 +17,7 @@
 #include "support/statistics.h"
 
 namespace pvol::test {
-namespace {
+namespace homogenise_test {
 
 constexpr double kCellDiagonal = 1.7320508075688772;
 
@@ -190,5 +190,5 @@ TEST(Homogenise, NeedsNoLookUpsWhereAllIsHomogeneous) {
   EXPECT_EQ(c.path.lookups + c.shadow.lookups, 0u);
 }
 
-}  // namespace
+}  // namespace homogenise_test
 }  // namespace pvol::test

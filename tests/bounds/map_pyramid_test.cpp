@@ -7,7 +7,7 @@
 #include "support/fields.h"
 
 namespace pvol::test {
-namespace {
+namespace map_pyramid_test {
 
 FieldMap cut(float threshold) { return {.ramp = {{{0, 0}, {threshold, 0}, {1, 1}}, false}}; }
 
@@ -79,5 +79,5 @@ TEST(MapPyramid, RefusesToFillAllSpaceAndToOverflow) {
             std::string::npos);
 }
 
-}  // namespace
+}  // namespace map_pyramid_test
 }  // namespace pvol::test

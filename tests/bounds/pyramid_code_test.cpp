@@ -10,7 +10,7 @@
 #include "support/random_pyramid.h"
 
 namespace pvol {
-namespace {
+namespace pyramid_code_test {
 
 constexpr float kTiny = std::numeric_limits<float>::denorm_min();
 constexpr float kHuge = std::numeric_limits<float>::max();
@@ -227,5 +227,5 @@ TEST(Pyramid, UniformCubesMayTakeTwoAdjacentCodes) {
   EXPECT_TRUE(validate(p));
 }
 
-}  // namespace
+}  // namespace pyramid_code_test
 }  // namespace pvol

@@ -11,7 +11,7 @@
 #include "pvol/shell/recipe_support.h"
 
 namespace pvol {
-namespace {
+namespace recipe_bounds_test {
 
 using Random = std::mt19937_64;
 
@@ -310,5 +310,5 @@ TEST(RecipeBounds, RefuseWhatIsOutOfRange) {
   EXPECT_THROW(static_cast<void>(build_pyramid(broken)), Error);
 }
 
-}  // namespace
+}  // namespace recipe_bounds_test
 }  // namespace pvol

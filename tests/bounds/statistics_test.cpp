@@ -9,7 +9,7 @@
 #include "pvol/field/brick_field.h"
 
 namespace pvol {
-namespace {
+namespace statistics_test {
 
 /// `count` bricks of noise in a row along x, from 0.
 VoxelGrid make_noise(int count) {
@@ -167,5 +167,5 @@ TEST(Statistics, OfAnEmptyCloudAreZero) {
   EXPECT_EQ(s.mass, 0);
 }
 
-}  // namespace
+}  // namespace statistics_test
 }  // namespace pvol

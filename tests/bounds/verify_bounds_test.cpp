@@ -7,7 +7,7 @@
 #include "support/fields.h"
 
 namespace pvol {
-namespace {
+namespace verify_bounds_test {
 
 /// Noise without zeros in an odd place, so that leaves, faces and corners all matter.
 test::Field noise() {
@@ -258,5 +258,5 @@ TEST(VerifyCover, VolumesAreNotMadeOfBoundsThatLackALeafOrHideOthers) {
             0u);
 }
 
-}  // namespace
+}  // namespace verify_bounds_test
 }  // namespace pvol

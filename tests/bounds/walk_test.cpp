@@ -15,7 +15,7 @@
 #include "support/oracle.h"
 
 namespace pvol::test {
-namespace {
+namespace walk_test {
 
 /// Rounding of a walk in cells: 2^-24 for each of some 60 steps (THEORY.md, T1.3), and of the cells
 /// walked.
@@ -439,5 +439,5 @@ TEST(Walk, WithoutExtinctionHasNoSegments) {
   }
 }
 
-}  // namespace
+}  // namespace walk_test
 }  // namespace pvol::test

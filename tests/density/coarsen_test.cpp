@@ -10,7 +10,7 @@
 #include "support/fields.h"
 
 namespace pvol::test {
-namespace {
+namespace coarsen_test {
 
 /// Sum of all samples times the volume of a cell.
 double mass(const VoxelGrid& g) {
@@ -81,5 +81,5 @@ TEST(Coarsen, RefusesTilesBeyondMemory) {
   EXPECT_THROW((void)coarsen(g), Error);
 }
 
-}  // namespace
+}  // namespace coarsen_test
 }  // namespace pvol::test

@@ -5,7 +5,7 @@
 #include "pvol/error.h"
 
 namespace pvol {
-namespace {
+namespace cumulus_test {
 
 /// Lowest and highest y, and the spread along x and z, of the points with density > 0.
 Box extent_of_cloud(const Recipe& recipe) {
@@ -68,5 +68,5 @@ TEST(Cumulus, RefusesWhatIsOutOfRange) {
   }
 }
 
-}  // namespace
+}  // namespace cumulus_test
 }  // namespace pvol

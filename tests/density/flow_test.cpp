@@ -11,7 +11,7 @@
 #include "support/velocities.h"
 
 namespace pvol::test {
-namespace {
+namespace flow_test {
 
 TEST(Flow, IsTheSumOfItsParts) {
   const Flow flow{
@@ -117,5 +117,5 @@ TEST(VelocityParts, JoinToWhatTheyWereMadeOf) {
   }
 }
 
-}  // namespace
+}  // namespace flow_test
 }  // namespace pvol::test

@@ -13,7 +13,7 @@
 #include "pvol/math/rng.h"
 
 namespace pvol {
-namespace {
+namespace make_grid_test {
 
 constexpr std::uint64_t kSeed = 20240607;
 
@@ -83,5 +83,5 @@ TEST(MakeGrid, RefusesWhatIsNoDensity) {
   EXPECT_THROW((void)make_grid({0, 0, 0}, {99, 9, 9}, fails), std::out_of_range);
 }
 
-}  // namespace
+}  // namespace make_grid_test
 }  // namespace pvol

@@ -5,7 +5,7 @@
 #include <random>
 
 namespace pvol {
-namespace {
+namespace noise_test {
 
 using Random = std::mt19937_64;
 
@@ -162,5 +162,5 @@ TEST(Fbm, OfOneOctaveIsNoiseOfThatCellSize) {
   }
 }
 
-}  // namespace
+}  // namespace noise_test
 }  // namespace pvol

@@ -15,7 +15,7 @@
 #include "pvol/math/rng.h"
 
 namespace pvol {
-namespace {
+namespace quantise_test {
 
 using Value = std::function<float(Rng&)>;
 constexpr Precision kCoded[] = {Precision::fp16, Precision::fp8, Precision::fpn};
@@ -314,5 +314,5 @@ TEST(Quantise, RefusesWhatItCannotDo) {
   EXPECT_EQ(find_named<Precision>("fp7"), std::nullopt);
 }
 
-}  // namespace
+}  // namespace quantise_test
 }  // namespace pvol

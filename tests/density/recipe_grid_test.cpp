@@ -11,7 +11,7 @@
 #include "support/recipes.h"
 
 namespace pvol {
-namespace {
+namespace recipe_grid_test {
 
 using test::ball;
 using test::kRecipes;
@@ -134,5 +134,5 @@ TEST(Recipe, WithoutACloudGivesAnEmptyGrid) {
   EXPECT_TRUE(make_grid(r).bricks.empty());
 }
 
-}  // namespace
+}  // namespace recipe_grid_test
 }  // namespace pvol

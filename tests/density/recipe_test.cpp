@@ -11,7 +11,7 @@
 #include "support/recipes.h"
 
 namespace pvol {
-namespace {
+namespace recipe_test {
 
 using test::ball;
 using test::kRecipes;
@@ -285,5 +285,5 @@ TEST(Recipe, RefusesWhatIsOutOfRangeByName) {
   });
 }
 
-}  // namespace
+}  // namespace recipe_test
 }  // namespace pvol

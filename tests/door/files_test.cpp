@@ -11,7 +11,7 @@
 #include "support/temporary_folder.h"
 
 namespace pvol::test {
-namespace {
+namespace files_test {
 
 class DoorFiles : public testing::Test {
  protected:
@@ -113,5 +113,5 @@ TEST_F(DoorFiles, WithoutADensityAreRefused) {
       << pvol_message(v.get());
 }
 
-}  // namespace
+}  // namespace files_test
 }  // namespace pvol::test

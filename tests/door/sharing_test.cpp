@@ -6,7 +6,7 @@
 #include "door/door_fields.h"
 
 namespace pvol::test {
-namespace {
+namespace sharing_test {
 
 constexpr std::int32_t kEdge = 64;
 
@@ -188,5 +188,5 @@ TEST(DoorSharing, IsRefusedWhereItDoesNotGo) {
             std::string::npos);
 }
 
-}  // namespace
+}  // namespace sharing_test
 }  // namespace pvol::test

@@ -7,7 +7,7 @@
 #include "door/door_fields.h"
 
 namespace pvol::test {
-namespace {
+namespace updates_test {
 
 constexpr std::int32_t kEdge = 72;
 
@@ -231,5 +231,5 @@ TEST(DoorUpdate, OfLeavesAndOfWhatCannotBeUpdatedIsRight) {
   }
 }
 
-}  // namespace
+}  // namespace updates_test
 }  // namespace pvol::test

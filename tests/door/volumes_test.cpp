@@ -12,7 +12,7 @@
 #include "door/door_fields.h"
 
 namespace pvol::test {
-namespace {
+namespace volumes_test {
 
 /// Whether both have the same density at many places, within the rounding of how they were given.
 void expect_same_density(const api::Volume& a, const api::Volume& b, int n, float slack = 0) {
@@ -448,5 +448,5 @@ TEST(DoorVolume, HandlesAreCounted) {
   EXPECT_GT(c.bytes(), 40u * 40 * 40 * 4);
 }
 
-}  // namespace
+}  // namespace volumes_test
 }  // namespace pvol::test

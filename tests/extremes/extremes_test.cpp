@@ -10,7 +10,7 @@
 #include "pvol/error.h"
 
 namespace pvol::extremes {
-namespace {
+namespace extremes_test {
 
 TEST(Extremes, AreRightOrRefusedAsThePageSays) {
   std::ifstream in(PVOL_EXTREMES);
@@ -43,5 +43,5 @@ TEST(Extremes, RandomScenesAreRightOrRefused) {
   EXPECT_LT(refused, int(kScenes * settings().size()) * 2 / 3) << "most are rendered";
 }
 
-}  // namespace
+}  // namespace extremes_test
 }  // namespace pvol::extremes

@@ -12,7 +12,7 @@
 #include "support/fields.h"
 
 namespace pvol::test {
-namespace {
+namespace leaf_micro_bounds_test {
 
 std::string error_of(const std::function<void()>& action) {
   try {
@@ -104,5 +104,5 @@ TEST(LeafMicroBounds, OfAnotherDensityMakeNoVolume) {
             std::string::npos);
 }
 
-}  // namespace
+}  // namespace leaf_micro_bounds_test
 }  // namespace pvol::test

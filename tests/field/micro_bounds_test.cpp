@@ -16,7 +16,7 @@
 #include "support/nasty_offset.h"
 
 namespace pvol::test {
-namespace {
+namespace micro_bounds_test {
 
 /// A field of bricks by `value(rng)`, the first of them zero as in every field.
 template <class Value>
@@ -265,5 +265,5 @@ TEST(Squeeze, CountsEachComparison) {
   EXPECT_EQ(decomposed.bounds_tests, tentative + bare.lookups);
 }
 
-}  // namespace
+}  // namespace micro_bounds_test
 }  // namespace pvol::test

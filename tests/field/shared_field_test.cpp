@@ -11,7 +11,7 @@
 #include "support/nasty_offset.h"
 
 namespace pvol::test {
-namespace {
+namespace shared_field_test {
 
 /// The samples of a field as somebody else may have them: in any order of axes, apart, from the
 /// last to the first.
@@ -152,5 +152,5 @@ TEST(SharedField, RefusesBoundsThatDoNotHold) {
   EXPECT_THROW((void)build_shared_field(f.grid, pyramid, {}, &other.array), Error);
 }
 
-}  // namespace
+}  // namespace shared_field_test
 }  // namespace pvol::test

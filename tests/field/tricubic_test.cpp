@@ -22,7 +22,7 @@
 #include "support/oracle.h"
 
 namespace pvol::test {
-namespace {
+namespace tricubic_test {
 
 constexpr auto kTricubic = LookUp::tricubic;
 constexpr int kEdge = field_edge(kTricubic), kCount = field_samples(kTricubic);
@@ -298,5 +298,5 @@ TEST(TricubicBounds, AreAskedForAndRefusedWhereTheyDoNotHold) {
   EXPECT_THROW((void)build_pyramid(f.grid, LookUp::procedural), Error);
 }
 
-}  // namespace
+}  // namespace tricubic_test
 }  // namespace pvol::test

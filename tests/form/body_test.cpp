@@ -5,7 +5,7 @@
 #include <random>
 
 namespace pvol {
-namespace {
+namespace body_test {
 
 using Random = std::mt19937_64;
 
@@ -151,5 +151,5 @@ TEST(Body, CountsItsQuadricsAndLevels) {
   EXPECT_EQ(count_quadrics(Body{BodyOp::join, {bump, a}}), 5u);
 }
 
-}  // namespace
+}  // namespace body_test
 }  // namespace pvol

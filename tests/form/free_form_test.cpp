@@ -8,7 +8,7 @@
 #include "support/shell_samples.h"
 
 namespace pvol {
-namespace {
+namespace free_form_test {
 
 using Random = std::mt19937_64;
 
@@ -203,5 +203,5 @@ TEST(FreeForm, TransformAndScaleKeepTheBody) {
   }
 }
 
-}  // namespace
+}  // namespace free_form_test
 }  // namespace pvol

@@ -6,7 +6,7 @@
 #include <random>
 
 namespace pvol {
-namespace {
+namespace quadric_test {
 
 using Random = std::mt19937_64;
 
@@ -274,5 +274,5 @@ TEST(Quadric, BoundsOfUnboundedAndEmptyBodiesSaySo) {
   EXPECT_EQ(bounds({{}, {}, {}, 1}).lo, Vec3d(-kInfinity));
 }
 
-}  // namespace
+}  // namespace quadric_test
 }  // namespace pvol

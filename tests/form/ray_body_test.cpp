@@ -11,7 +11,7 @@
 #include "pvol/math/rng.h"
 
 namespace pvol {
-namespace {
+namespace ray_body_test {
 
 double uniform(Rng& rng, double lo, double hi) { return lo + (hi - lo) * double(rng.uniform()); }
 
@@ -202,5 +202,5 @@ TEST(RayBody, RefusesWhatHasNoEndOrNoClosedForm) {
   EXPECT_THROW((RayBody(Body(nested))), Error);
 }
 
-}  // namespace
+}  // namespace ray_body_test
 }  // namespace pvol

@@ -15,7 +15,7 @@
 #include "pvol/math/rng.h"
 
 namespace pvol {
-namespace {
+namespace cloud_bounds_test {
 
 namespace fs = std::filesystem;
 
@@ -194,5 +194,5 @@ TEST(CloudBoundsFolder, IsPresent) {
   EXPECT_GE(clouds().size(), 10u);
 }
 
-}  // namespace
+}  // namespace cloud_bounds_test
 }  // namespace pvol

@@ -12,7 +12,7 @@
 #include "support/temporary_folder.h"
 
 namespace pvol::formats {
-namespace {
+namespace color_test {
 
 namespace fs = std::filesystem;
 using test::error_of;
@@ -117,5 +117,5 @@ TEST_F(Colors, OfOtherFilesAndNamesAreRefused) {
             std::string::npos);
 }
 
-}  // namespace
+}  // namespace color_test
 }  // namespace pvol::formats

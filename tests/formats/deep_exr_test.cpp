@@ -23,7 +23,7 @@
 #include "support/temporary_folder.h"
 
 namespace pvol::formats {
-namespace {
+namespace deep_exr_test {
 
 using test::error_of;
 
@@ -409,5 +409,5 @@ TEST_F(DeepInOpenImageIo, MergedTheyAreOneSceneInDepth) {
   }
 }
 
-}  // namespace
+}  // namespace deep_exr_test
 }  // namespace pvol::formats

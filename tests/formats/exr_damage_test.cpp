@@ -16,7 +16,7 @@
 #include "support/temporary_folder.h"
 
 namespace pvol::formats {
-namespace {
+namespace exr_damage_test {
 
 namespace fs = std::filesystem;
 
@@ -314,5 +314,5 @@ TEST(ExrDamage, DeepPixelsAreRefused) {
   EXPECT_NE(message.find("has deep pixels"), std::string::npos) << message;
 }
 
-}  // namespace
+}  // namespace exr_damage_test
 }  // namespace pvol::formats

@@ -23,7 +23,7 @@
 #include "support/temporary_folder.h"
 
 namespace pvol::formats {
-namespace {
+namespace exr_layout_test {
 
 using test::error_of;
 
@@ -305,5 +305,5 @@ TEST_F(ExrInOpenImageIo, PartsAreSubimages) {
   expect_all(pixel());
 }
 
-}  // namespace
+}  // namespace exr_layout_test
 }  // namespace pvol::formats

@@ -7,7 +7,7 @@
 #include "support/error_of.h"
 
 namespace pvol::formats {
-namespace {
+namespace field_names_test {
 
 using test::error_of;
 
@@ -125,5 +125,5 @@ TEST(FieldNames, AFireWithNothingToGoByIsRefused) {
             "go by; name one with medium.fire.field; the file has: density (float), v (float)");
 }
 
-}  // namespace
+}  // namespace field_names_test
 }  // namespace pvol::formats

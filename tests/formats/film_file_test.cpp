@@ -17,7 +17,7 @@
 #include "support/temporary_folder.h"
 
 namespace pvol::formats {
-namespace {
+namespace film_file_test {
 
 std::string error_of(const std::function<void()>& call) {
   try {
@@ -262,5 +262,5 @@ TEST(PictureFile, BytesAreThoseOfTheFilmsPng) {
   EXPECT_EQ(rgb, picture.rgb);
 }
 
-}  // namespace
+}  // namespace film_file_test
 }  // namespace pvol::formats

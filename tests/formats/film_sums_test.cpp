@@ -14,7 +14,7 @@
 #include "support/temporary_folder.h"
 
 namespace pvol::formats {
-namespace {
+namespace film_sums_test {
 
 /// A crop with everything that a film can have, in numbers of all sizes.
 Film some_film(bool by_need) {
@@ -276,5 +276,5 @@ TEST(FilmSums, OfLaterVersionsAreRefused) {
   }
 }
 
-}  // namespace
+}  // namespace film_sums_test
 }  // namespace pvol::formats

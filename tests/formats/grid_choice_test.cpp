@@ -11,7 +11,7 @@
 #include "support/vdb_files.h"
 
 namespace pvol::formats {
-namespace {
+namespace grid_choice_test {
 
 using test::refusal;
 
@@ -87,5 +87,5 @@ TEST(GridChoice, RecipesAndPvolFilesHoldOneGrid) {
             std::string::npos);
 }
 
-}  // namespace
+}  // namespace grid_choice_test
 }  // namespace pvol::formats

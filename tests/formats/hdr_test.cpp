@@ -13,7 +13,7 @@
 #include "support/temporary_folder.h"
 
 namespace pvol::formats {
-namespace {
+namespace hdr_test {
 
 using test::error_of;
 
@@ -228,5 +228,5 @@ TEST_F(HdrTest, FlippedBitsAreReadOrRefused) {
   }
 }
 
-}  // namespace
+}  // namespace hdr_test
 }  // namespace pvol::formats

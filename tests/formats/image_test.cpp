@@ -23,7 +23,7 @@
 #include "pvol/error.h"
 
 namespace pvol::formats {
-namespace {
+namespace image_test {
 
 namespace fs = std::filesystem;
 
@@ -484,5 +484,5 @@ TEST_F(Image, SkyOfAFileThatIsNotOneIsRefused) {
   EXPECT_THROW((void)read_sky(folder_), Error);
 }
 
-}  // namespace
+}  // namespace image_test
 }  // namespace pvol::formats

@@ -11,7 +11,7 @@
 #include "support/temporary_folder.h"
 
 namespace pvol::formats {
-namespace {
+namespace mesh_file_test {
 
 TriangleMesh cube() { return make_mesh(make_support({{2, 3, 4}})); }
 
@@ -125,5 +125,5 @@ TEST(MeshFile, EmptyMeshIsAValidFile) {
   EXPECT_TRUE(round_trip("a.obj", {}, {}).triangles.empty());
 }
 
-}  // namespace
+}  // namespace mesh_file_test
 }  // namespace pvol::formats

@@ -11,7 +11,7 @@
 #include "support/temporary_folder.h"
 
 namespace pvol::formats {
-namespace {
+namespace mesh_read_test {
 
 using test::error_of;
 
@@ -273,5 +273,5 @@ TEST(MeshRead, ATruncatedFileOfBytesIsAlwaysAnError) {
   for (std::size_t n = 0; n < b.size(); ++n) EXPECT_NE(fault_of("a.ply", b.substr(0, n)), "") << n;
 }
 
-}  // namespace
+}  // namespace mesh_read_test
 }  // namespace pvol::formats

@@ -13,7 +13,7 @@
 #include "support/temporary_folder.h"
 
 namespace pvol::formats {
-namespace {
+namespace nvdb_test {
 
 namespace fs = std::filesystem;
 using nanovdb::io::Codec;
@@ -214,5 +214,5 @@ TEST(Nvdb, OffsetsThatLeaveTheGridAreRefused) {
   }
 }
 
-}  // namespace
+}  // namespace nvdb_test
 }  // namespace pvol::formats

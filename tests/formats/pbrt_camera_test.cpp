@@ -9,7 +9,7 @@
 #include "support/pbrt_text.h"
 
 namespace pvol::formats {
-namespace {
+namespace pbrt_camera_test {
 
 using test::pbrt_text;
 using test::read_pbrt_text;
@@ -185,5 +185,5 @@ TEST(PbrtCamera, ALensHasPbrtsRadiusAndSharpDistance) {
   EXPECT_NEAR(c.focus_distance.value_or(0), 4.5, 1e-12);
 }
 
-}  // namespace
+}  // namespace pbrt_camera_test
 }  // namespace pvol::formats

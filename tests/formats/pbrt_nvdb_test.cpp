@@ -13,7 +13,7 @@
 #include "support/pbrt_text.h"
 
 namespace pvol::formats {
-namespace {
+namespace pbrt_nvdb_test {
 
 using test::note_of;
 using test::pbrt_text;
@@ -91,5 +91,5 @@ TEST_F(PbrtNvdb, TemperaturesGlow) {
   EXPECT_FALSE(cold.file.volumes.at(0).fire);
 }
 
-}  // namespace
+}  // namespace pbrt_nvdb_test
 }  // namespace pvol::formats

@@ -7,7 +7,7 @@
 #include "support/pbrt_text.h"
 
 namespace pvol::formats {
-namespace {
+namespace pbrt_parse_test {
 
 using test::error_of;
 using test::pbrt_text;
@@ -181,5 +181,5 @@ TEST(PbrtParse, DamagedScenesAreErrorsOrScenes) {
   }
 }
 
-}  // namespace
+}  // namespace pbrt_parse_test
 }  // namespace pvol::formats

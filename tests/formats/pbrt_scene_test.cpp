@@ -13,7 +13,7 @@
 #include "support/pbrt_text.h"
 
 namespace pvol::formats {
-namespace {
+namespace pbrt_scene_test {
 
 using test::error_of;
 using test::kPbrtFog;
@@ -448,5 +448,5 @@ TEST(PbrtScene, WhereWritingFailsNothingStays) {
   EXPECT_FALSE(std::filesystem::exists(folder.file("b_fog.vdb")));
 }
 
-}  // namespace
+}  // namespace pbrt_scene_test
 }  // namespace pvol::formats

@@ -20,7 +20,7 @@
 #include "support/random_pyramid.h"
 
 namespace pvol::formats {
-namespace {
+namespace pvol_file_test {
 
 namespace fs = std::filesystem;
 using test::error_of;
@@ -526,5 +526,5 @@ TEST_F(PvolFileTest, AnIndependentReaderSeesTheSame) {
       std::string::npos);
 }
 
-}  // namespace
+}  // namespace pvol_file_test
 }  // namespace pvol::formats

@@ -13,7 +13,7 @@
 #include "support/pvol_content.h"
 
 namespace pvol::formats {
-namespace {
+namespace pvol_forgery_test {
 
 using test::error_of;
 using test::expect_equal_samples;
@@ -326,5 +326,5 @@ TEST_F(PvolForgeryTest, RandomDamageWithRightSumsNeverCrashes) {
   }
 }
 
-}  // namespace
+}  // namespace pvol_forgery_test
 }  // namespace pvol::formats

@@ -17,7 +17,7 @@
 #include "support/pvol_content.h"
 
 namespace pvol::formats {
-namespace {
+namespace pvol_precision_test {
 
 using test::compact_file;
 using test::error_of;
@@ -434,5 +434,5 @@ TEST_F(PvolPrecisionTest, RealCloudsKeepToTheirBudgets) {
   }
 }
 
-}  // namespace
+}  // namespace pvol_precision_test
 }  // namespace pvol::formats

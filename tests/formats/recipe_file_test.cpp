@@ -9,7 +9,7 @@
 #include "pvol/error.h"
 
 namespace pvol::formats {
-namespace {
+namespace recipe_file_test {
 
 const std::filesystem::path kSamples = PVOL_SAMPLES;
 
@@ -313,5 +313,5 @@ TEST(RecipeFile, RefusesWithFileLineAndName) {
   }
 }
 
-}  // namespace
+}  // namespace recipe_file_test
 }  // namespace pvol::formats

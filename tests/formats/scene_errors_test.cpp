@@ -5,7 +5,7 @@
 #include "support/scene_text.h"
 
 namespace pvol::formats {
-namespace {
+namespace scene_errors_test {
 
 TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
   const std::pair<const char*, const char*> cases[] = {
@@ -361,5 +361,5 @@ TEST_F(SceneText, DotsThatAreNoLevelsAreAllowed) {
   EXPECT_NE(error(kCloud + "x = \"" + path(999) + "\"\n").find("unknown"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace scene_errors_test
 }  // namespace pvol::formats

@@ -6,7 +6,7 @@
 #include "support/scene_text.h"
 
 namespace pvol::formats {
-namespace {
+namespace scene_file_test {
 
 void expect_near(Vec3d a, Vec3d b) {
   EXPECT_LT(length(a - b), 1e-12) << a.x << " " << a.y << " " << a.z;
@@ -582,5 +582,5 @@ TEST(SceneNames, ComeBackFromTheirText) {
   EXPECT_EQ(options, RenderOptions{});
 }
 
-}  // namespace
+}  // namespace scene_file_test
 }  // namespace pvol::formats

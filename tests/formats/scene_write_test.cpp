@@ -9,7 +9,7 @@
 #include "support/scene_text.h"
 
 namespace pvol::formats {
-namespace {
+namespace scene_write_test {
 
 /// Scenes with values of all magnitudes that a scene may hold.
 struct RandomScene {
@@ -270,5 +270,5 @@ TEST(SceneNames, SeedThatTomlCannotHoldIsRefused) {
   EXPECT_THROW((void)to_toml(file), Error);
 }
 
-}  // namespace
+}  // namespace scene_write_test
 }  // namespace pvol::formats

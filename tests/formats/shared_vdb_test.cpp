@@ -11,7 +11,7 @@
 #include "support/vdb_files.h"
 
 namespace pvol::formats {
-namespace {
+namespace shared_vdb_test {
 
 namespace fs = std::filesystem;
 using test::all;
@@ -255,5 +255,5 @@ TEST_F(SharedVdb, MapsToTheWorldAreThoseOfOpenVdb) {
   }
 }
 
-}  // namespace
+}  // namespace shared_vdb_test
 }  // namespace pvol::formats

@@ -13,7 +13,7 @@
 #include "support/vdb_files.h"
 
 namespace pvol::formats {
-namespace {
+namespace vdb_test {
 
 namespace fs = std::filesystem;
 using test::all;
@@ -376,5 +376,5 @@ TEST(Vdb, FlippedBitsNeverCrash) {
   }
 }
 
-}  // namespace
+}  // namespace vdb_test
 }  // namespace pvol::formats

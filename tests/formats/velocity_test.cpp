@@ -10,7 +10,7 @@
 #include "support/temporary_folder.h"
 
 namespace pvol::formats {
-namespace {
+namespace velocity_test {
 
 namespace fs = std::filesystem;
 using test::error_of;
@@ -158,5 +158,5 @@ TEST_F(Velocity, WhatCannotBeIsRefusedInWords) {
   EXPECT_NE(refusal(cut, "v"), "");
 }
 
-}  // namespace
+}  // namespace velocity_test
 }  // namespace pvol::formats

@@ -10,7 +10,7 @@ std::atomic<std::size_t> largest = 0;
 
 }  // namespace
 
-std::size_t pvol::fuzz::take_largest_block() { return largest.exchange(0); }
+std::size_t pvol::fuzz::take_largest_block() { return ::largest.exchange(0); }
 
 // These stand in for the standard library's, in shared libraries, too.
 

@@ -10,7 +10,7 @@
 #include "pvol/math/rng.h"
 
 namespace pvol::test {
-namespace {
+namespace field_map_test {
 
 /// A number around which maps are made: of either sign, sometimes 0.
 double number(Rng& rng, double size) {
@@ -116,5 +116,5 @@ TEST(Ramp, SmoothOnesHaveNoKinks) {
   EXPECT_FLOAT_EQ(value_at(Ramp{{{0, 0}, {1, 1}, {2, 2}, {3, 3}}, true}, 1.5f), 1.5f);
 }
 
-}  // namespace
+}  // namespace field_map_test
 }  // namespace pvol::test

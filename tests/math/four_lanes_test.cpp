@@ -5,7 +5,7 @@
 #include "pvol/math/lanes.h"
 
 namespace pvol {
-namespace {
+namespace four_lanes_test {
 
 using test::LaneBits;
 using test::LaneCase;
@@ -86,5 +86,5 @@ TEST(FourLanes, TheSpareOneDoesNotCount) {
 static_assert(sizeof(Float4) == 16 && alignof(Float4) == 16 && sizeof(Int4) == 16);
 static_assert(std::is_trivially_copyable_v<Float4> && std::is_trivially_copyable_v<Int4>);
 
-}  // namespace
+}  // namespace four_lanes_test
 }  // namespace pvol

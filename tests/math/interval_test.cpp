@@ -8,7 +8,7 @@
 #include <random>
 
 namespace pvol {
-namespace {
+namespace interval_test {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
@@ -165,5 +165,5 @@ TEST(Interval, SqrtTakesTheNonNegativePart) {
   EXPECT_EQ(ulps(2, sqrt(Interval(-4, 4)).hi), 1);
 }
 
-}  // namespace
+}  // namespace interval_test
 }  // namespace pvol

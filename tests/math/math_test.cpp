@@ -11,7 +11,7 @@
 #include "pvol/math/vec.h"
 
 namespace pvol {
-namespace {
+namespace math_test {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr double kEps = std::numeric_limits<double>::epsilon();
@@ -382,5 +382,5 @@ TEST(Circle, FourPointsAreThoseOfOneEach) {
   }
 }
 
-}  // namespace
+}  // namespace math_test
 }  // namespace pvol

@@ -14,7 +14,7 @@
 #include "pvol/math/rng.h"
 
 namespace pvol {
-namespace {
+namespace reproducible_sum_test {
 
 Sum1 sum_of(const std::vector<double>& terms) {
   Sum1 s;
@@ -189,5 +189,5 @@ TEST(ReproducibleSum, OfNothingIsZero) {
   EXPECT_EQ(s, one);
 }
 
-}  // namespace
+}  // namespace reproducible_sum_test
 }  // namespace pvol

@@ -12,7 +12,7 @@
 #include "support/statistics.h"
 
 namespace pvol {
-namespace {
+namespace rng_test {
 
 using proof::Family;
 using proof::Histogram;
@@ -135,7 +135,7 @@ TEST(Rng, EachKindOfDrawTakesOneBlock) {
 TEST(Rng, EveryBitIsFairAndRunsOfLeadingZerosHaveTheirRate) {
   std::array<std::uint64_t, 128> ones{};
   std::array<std::uint64_t, 65> leading_lo{}, leading_hi{};
-  Rng rng(11, 0, 0);
+  Rng rng(proof::seeded(11), 0, 0);
   for (int i = 0; i < kSamples; ++i) {
     const Philox::Block b = rng.block();
     for (std::size_t bit = 0; bit < 64; ++bit) {
@@ -273,7 +273,7 @@ TEST(Rng, UniformNumbersAndTheirPairsFillTheirSpaceEvenly) {
   Histogram coarse(64), fine(4096);
   Squares consecutive, in_block;
   Moments moments;
-  Rng rng(13, 0, 0), rng2(13, 1, 0);
+  Rng rng(proof::seeded(13), 0, 0), rng2(proof::seeded(13), 1, 0);
   double last = 0;
   for (int i = 0; i < kSamples; ++i) {
     const double u = double(rng.uniform());
@@ -306,7 +306,7 @@ TEST(Rng, NeighbouringStreamsAreIndependent) {
     pixels.add(u, double(Rng(14, i + 300'000, 0).uniform()));
     samples.add(u, double(Rng(14, i, 1).uniform()));
     seeds.add(u, double(Rng(15, i, 0).uniform()));
-    Rng next(14, 2 * i + 1'000'000, 0), after(14, 2 * i + 1'000'001, 0);
+    Rng next(proof::seeded(14), 2 * i + 1'000'000, 0), after(proof::seeded(14), 2 * i + 1'000'001, 0);
     first_draws.add(double(next.uniform()), double(after.uniform()));
   }
   Family family;
@@ -324,7 +324,7 @@ TEST(Rng, DrawsOfAStreamAreUncorrelated) {
   constexpr int kLags = 16;
   std::array<double, kLags + 1> history{};
   std::array<Moments, kLags + 1> products;
-  Rng rng(16, 3, 4);
+  Rng rng(proof::seeded(16), 3, 4);
   for (int i = 0; i < kSamples; ++i) {
     const double x = double(rng.uniform()) - 0.5;
     for (int lag = 1; lag <= kLags && lag <= i; ++lag) {
@@ -344,7 +344,7 @@ TEST(Rng, TentativeDepthsAreExponentialAndIndependentOfTheirDecision) {
   Histogram survival(256);
   Squares joint;
   std::uint64_t beyond_10 = 0, below_1e_4 = 0;
-  Rng rng(17, 0, 0);
+  Rng rng(proof::seeded(17), 0, 0);
   for (int i = 0; i < 2 * kSamples; ++i) {
     const auto [tau, u] = rng.tentative();
     const double t = double(tau);
@@ -371,7 +371,7 @@ TEST(Rng, FourNumbersOfABlockAreUniformAndIndependent) {
   constexpr std::size_t kBins = 16;
   std::array<Histogram, 4> each{Histogram(64), Histogram(64), Histogram(64), Histogram(64)};
   std::array<Histogram, 4> pairs{Histogram(256), Histogram(256), Histogram(256), Histogram(256)};
-  Rng rng(7, 3, 1);
+  Rng rng(proof::seeded(7), 3, 1);
   for (int i = 0; i < 100'000; ++i) {
     const auto [a, b, c, d] = rng.uniform4();
     const std::array<float, 4> x{a, b, c, d};
@@ -390,5 +390,5 @@ TEST(Rng, FourNumbersOfABlockAreUniformAndIndependent) {
   EXPECT_LT(to_uniform_32(~std::uint32_t{0}), 1.0f);
 }
 
-}  // namespace
+}  // namespace rng_test
 }  // namespace pvol

@@ -16,7 +16,7 @@
 #include "support/statistics.h"
 
 namespace pvol::measure {
-namespace {
+namespace compare_test {
 
 using test::CloudScene;
 
@@ -415,5 +415,5 @@ TEST(Compare, WhatCannotBeComparedIsRefused) {
   EXPECT_NE(refused(a, {0.9, 0}).find("level"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace compare_test
 }  // namespace pvol::measure

@@ -8,7 +8,7 @@
 #include "pvol/error.h"
 
 namespace pvol::measure {
-namespace {
+namespace filtered_test {
 
 constexpr int kEdge = 32;
 
@@ -102,5 +102,5 @@ TEST(Filtered, AdvisesBetweenWhatWasMeasured) {
   EXPECT_FALSE(advise_filtered(all, 0.02));
 }
 
-}  // namespace
+}  // namespace filtered_test
 }  // namespace pvol::measure

@@ -5,7 +5,7 @@
 #include <cmath>
 
 namespace pvol::measure {
-namespace {
+namespace pixel_maps_test {
 
 TEST(PixelMaps, QuantilesAreThoseOfFiniteValues) {
   const double nan = std::nan("");
@@ -91,5 +91,5 @@ TEST(PixelMaps, HistogramsOfDeviationsAddUp) {
   EXPECT_NEAR(h.shares[h.shares.size() / 2], 0.4, 1e-12);
 }
 
-}  // namespace
+}  // namespace pixel_maps_test
 }  // namespace pvol::measure

@@ -5,7 +5,7 @@
 #include <random>
 
 namespace pvol::proof {
-namespace {
+namespace significance_test {
 
 /// Samples of each comparison below, as many as the other tests draw.
 constexpr int kSamples = 1'000'000;
@@ -169,5 +169,5 @@ TEST(Significance, ExponentialDepthsStretchedByOnePerCentAreFoundByTheirHistogra
   EXPECT_LT(bins.uniform_p_value(), kLevel);
 }
 
-}  // namespace
+}  // namespace significance_test
 }  // namespace pvol::proof

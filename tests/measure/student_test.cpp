@@ -9,7 +9,7 @@
 #include "support/statistics.h"
 
 namespace pvol::measure {
-namespace {
+namespace student_test {
 
 TEST(Student, HasItsClosedForms) {
   for (double t = 1e-6; t < 1e6; t *= 3.7) {
@@ -69,5 +69,5 @@ TEST(Student, TheSmallestOfManyIsAsRareAsItIs) {
   EXPECT_EQ(sidak_p_value(0, 7), 0);
 }
 
-}  // namespace
+}  // namespace student_test
 }  // namespace pvol::measure

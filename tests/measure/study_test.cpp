@@ -9,7 +9,7 @@
 #include "pvol/math/rng.h"
 
 namespace pvol::measure {
-namespace {
+namespace study_test {
 
 /// Uniform noise of width 1 around a value.
 Film noise(double value, std::uint32_t samples, std::uint64_t seed) {
@@ -122,5 +122,5 @@ TEST(Study, BuildingIsComparedInAllAndInItsSecondPart) {
   EXPECT_EQ(compare_building(base, base).all.high, 1);
 }
 
-}  // namespace
+}  // namespace study_test
 }  // namespace pvol::measure

@@ -10,7 +10,7 @@
 #include "pvol/math/rng.h"
 
 namespace pvol::measure {
-namespace {
+namespace sweep_test {
 
 /// What a setting of the test costs, in seconds of the counted clock.
 struct FakeSetting {
@@ -313,5 +313,5 @@ TEST(Plan, GivesFewerSamplesThenFewerRoundsThenNone) {
   EXPECT_EQ(plan_rounds(cost, 1, o).rounds, 0);
 }
 
-}  // namespace
+}  // namespace sweep_test
 }  // namespace pvol::measure

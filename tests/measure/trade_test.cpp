@@ -9,7 +9,7 @@
 #include "pvol/math/rng.h"
 
 namespace pvol::measure {
-namespace {
+namespace trade_test {
 
 TEST(Median, LiesBetweenThePairThatHoldsItWithTheCoverageAsked) {
   const Estimate few = estimate_median({3, 1, 2});
@@ -189,5 +189,5 @@ TEST(Advice, IsNoneWhereNoSettingIsGoodEnough) {
   EXPECT_FALSE(advise_for_error(biased, 1e4, 0.01));
 }
 
-}  // namespace
+}  // namespace trade_test
 }  // namespace pvol::measure

@@ -13,7 +13,7 @@
 #include "support/velocities.h"
 
 namespace pvol::test {
-namespace {
+namespace albedo_picture_test {
 
 using Color = std::function<std::optional<Rgb>(Vec3i)>;
 
@@ -74,7 +74,7 @@ TEST(AlbedoPicture, ConstantIsThatAlbedoInEveryWayOfTracing) {
   for (const GuideUse guide : {GuideUse::on, GuideUse::off}) {
     for (const LineEmission lines : {LineEmission::off, LineEmission::on}) {
       CloudScene s = glowing_scene();
-      s.options.samples = 300;
+      s.options.samples = proof::samples(300);
       s.options.line_emission = lines;
       s.options.guide = guide;
       s.options.seed = ++seed;
@@ -145,7 +145,7 @@ TEST(AlbedoPicture, LinearAcrossASlabIsItsClosedForm) {
     s.options.max_bounces = 1;
     s.options.threads = 2;
     s.options.seed = ++seed;
-    const Volume v = tinted(cube(), s, albedo);
+    const Volume v = tinted(cube_of_leaves(), s, albedo);
     const Average a = average(render({&v, 1}, s).film);
     const Rgb front = color({6, 6, 15.5});
     const Vec3d expected = Vec3d(returned(extinction, double(front.x), 1.0 / 32),
@@ -226,7 +226,7 @@ TEST(AlbedoPicture, EmissionOfWhatTheFieldAloneMakesAbsorb) {
     s.medium.extinction = 0.05;
     s.medium.albedo = Rgb(1.0f);
     s.medium.emission = Rgb(2.0f);
-    s.options.samples = 600;
+    s.options.samples = proof::samples(600);
     s.options.line_emission = lines;
     s.options.guide = GuideUse::off;
     const Volume v = tinted(cloud(), s, albedo);
@@ -242,7 +242,7 @@ TEST(AlbedoPicture, EmissionOfWhatTheFieldAloneMakesAbsorb) {
 TEST(AlbedoPicture, EachPlaceLooksIntoItsOwnCells) {
   CloudScene s = cloud_scene();
   s.options.guide = GuideUse::off;
-  s.options.samples = 500;
+  s.options.samples = proof::samples(500);
   s.camera.position = {5, 8, 90};
   const std::vector<Affine> places{
       {},
@@ -274,7 +274,7 @@ TEST(AlbedoPicture, MovesWithTheDensity) {
   // At one time alone: half a frame of (16, 4, 0) voxels a frame.
   CloudScene s = cloud_scene();
   s.options.guide = GuideUse::off;
-  s.options.samples = 300;
+  s.options.samples = proof::samples(300);
   s.camera.shutter = {0.5, 0.5};
   const auto halves = [](const Affine& place) {
     return albedo_of(
@@ -342,5 +342,5 @@ TEST(AlbedoPicture, DarkMatterMayBeThick) {
   EXPECT_EQ(refusal(), "");
 }
 
-}  // namespace
+}  // namespace albedo_picture_test
 }  // namespace pvol::test

@@ -10,12 +10,12 @@
 #include "support/small_cloud.h"
 
 namespace pvol {
-namespace {
+namespace aov_test {
 
 using test::cloud;
 using test::cloud_scene;
 using test::CloudScene;
-using test::cube;
+using test::cube_of_leaves;
 using test::run;
 using test::same_bytes;
 
@@ -103,7 +103,7 @@ TEST(Aov, OrdersAreThoseOfLimitedPaths) {
   proof::Family family;
   for (const GuideUse guide : {GuideUse::on, GuideUse::off}) {
     CloudScene s = bright_scene(true, guide);
-    s.options.samples = 4000;
+    s.options.samples = proof::samples(4000);
     s.options.aovs = all_but({});
     const Film film = run(cloud(), s).film;
     s.options.aovs = {};
@@ -147,7 +147,7 @@ TEST(Aov, FirstCollisionsLieWhereFlightsEnd) {
   proof::Family family;
   for (const double extinction : {0.02, 0.3}) {
     CloudScene s = slab_scene(extinction);
-    const Film film = run(cube(), s).film;
+    const Film film = run(cube_of_leaves(), s).film;
     const double depth = 16 * extinction, hit = -std::expm1(-depth);
     // Of an exponential that ends within the cube.
     const double mean_way = 1 / extinction - 16 * std::exp(-depth) / hit;
@@ -202,7 +202,7 @@ TEST(Aov, NormalsPointToWhereThereIsLess) {
 TEST(Aov, WhereNothingIsMetDepthsAreFar) {
   CloudScene s = slab_scene(0.3);
   s.camera.target = {7.5, 7.5, 4000};
-  const Film film = run(cube(), s).film;
+  const Film film = run(cube_of_leaves(), s).film;
   for (std::size_t i = 0; i < film.pixels.size(); ++i) {
     EXPECT_EQ(value(layer(film, "depth"), film, i).x, kNothingMet);
     EXPECT_EQ(value(layer(film, "nearest"), film, i).x, kNothingMet);
@@ -259,5 +259,5 @@ TEST(Aov, OfFilmsAddUp) {
   EXPECT_EQ(layer(a, "half_1").sums, layer(whole, "half_1").sums);
 }
 
-}  // namespace
+}  // namespace aov_test
 }  // namespace pvol

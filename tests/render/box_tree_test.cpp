@@ -7,7 +7,7 @@
 #include <random>
 
 namespace pvol::detail {
-namespace {
+namespace box_tree_test {
 
 constexpr double kEndless = std::numeric_limits<double>::infinity();
 
@@ -186,5 +186,5 @@ TEST(BoxTree, ThousandsInOnePlaceStayShallow) {
   EXPECT_LT(tree.bytes(), boxes.size() * 64);
 }
 
-}  // namespace
+}  // namespace box_tree_test
 }  // namespace pvol::detail

@@ -10,7 +10,7 @@
 #include "support/small_cloud.h"
 
 namespace pvol::test {
-namespace {
+namespace chromatic_test {
 
 Volume chromatic(const Field& field, const CloudScene& s, Rgb color) {
   Medium medium = s.medium.medium();
@@ -40,7 +40,7 @@ TEST(Chromatic, EachChannelIsTheGreyPictureOfItsExtinction) {
   proof::Family family;
   for (const Rgb color : {Rgb(1.0f, 0.5f, 0.1f), Rgb(0.3f, 0.9f, 1.0f), Rgb(0.0f, 1.0f, 0.02f)}) {
     CloudScene s = cloud_scene();
-    s.options.samples = 600;
+    s.options.samples = proof::samples(600);
     s.options.guide = GuideUse::off;
     compare_channels(s, cloud(), color, "sun and sky", family);
     s.lights = {PointLight{{9, 16, 8}, Rgb(300.0f)}};
@@ -62,7 +62,7 @@ TEST(Chromatic, WhiteFurnaceIsWhite) {
   s.environment = ConstantSky{Rgb(1.0f)};
   s.lights.clear();
   s.medium.albedo = Rgb(1.0f);
-  s.options.samples = 400;
+  s.options.samples = proof::samples(400);
   const Volume v = chromatic(cloud(), s, Rgb(1.0f, 0.4f, 0.05f));
   const Average a = average(render({&v, 1}, s).film);
   proof::Family family;
@@ -72,7 +72,7 @@ TEST(Chromatic, WhiteFurnaceIsWhite) {
 
 /// Along one ray through a cube of density 1, by its walk.
 struct CubeRay {
-  Volume volume = make_test_volume(cube(), 1, 3, Tracker::delta, LookUp::nearest);
+  Volume volume = make_test_volume(cube_of_leaves(), 1, 3, Tracker::delta, LookUp::nearest);
   Ray ray{{8.2, 7.9, 50}, {0, 0, -1}};
 };
 
@@ -81,9 +81,9 @@ TEST(Chromatic, TransmittancesAreExponentials) {
   const double length = 16;  // of the ray in the cube
   const Rgb share(1.0f, 0.25f, 0.01f);
   for (const double extinction : {0.05, 0.5}) {
-    const Volume v = make_test_volume(cube(), extinction, 3, Tracker::delta, LookUp::nearest);
+    const Volume v = make_test_volume(cube_of_leaves(), extinction, 3, Tracker::delta, LookUp::nearest);
     std::array<proof::Moments, 3> passed, survived;
-    Rng rng(3, 0, std::uint64_t(100 * extinction));
+    Rng rng(proof::seeded(3), 0, std::uint64_t(100 * extinction));
     for (int i = 0; i < 200'000; ++i) {
       visit_field(v, [&](const auto& field) {
         NoTally none;
@@ -109,7 +109,7 @@ TEST(Chromatic, TransmittancesAreExponentials) {
 }
 
 TEST(Chromatic, WeightsStayBoundedHoweverFarChannelsAreApart) {
-  const Volume v = make_test_volume(cube(), 5, 3, Tracker::delta, LookUp::nearest);
+  const Volume v = make_test_volume(cube_of_leaves(), 5, 3, Tracker::delta, LookUp::nearest);
   const Rgb share(1.0f, 1e-3f, 0.1f), throughput(1.0f, 1.0f, 1.0f);
   Rng rng(4, 0, 0);
   float most = 0;
@@ -146,5 +146,5 @@ TEST(Chromatic, RefusesWhatDoesNotGoWithIt) {
             std::string::npos);
 }
 
-}  // namespace
+}  // namespace chromatic_test
 }  // namespace pvol::test

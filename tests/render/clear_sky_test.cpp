@@ -14,7 +14,7 @@
 #include "support/statistics.h"
 
 namespace pvol {
-namespace {
+namespace clear_sky_test {
 
 using namespace detail;
 using std::numbers::pi;
@@ -404,5 +404,5 @@ INSTANTIATE_TEST_SUITE_P(Suns, SkyByPaths,
                                          SkyCase{2, 5, 0.2f, 0.02}, SkyCase{2, 0.5, 0.2f, 0.04},
                                          SkyCase{1, -3, 0.2f, 0.05}));
 
-}  // namespace
+}  // namespace clear_sky_test
 }  // namespace pvol

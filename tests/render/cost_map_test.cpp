@@ -10,7 +10,7 @@
 #include "support/small_cloud.h"
 
 namespace pvol {
-namespace {
+namespace cost_map_test {
 
 using test::cloud;
 using test::cloud_scene;
@@ -136,5 +136,5 @@ TEST(CostSums, AreThoseOfEvenCells) {
   }
 }
 
-}  // namespace
+}  // namespace cost_map_test
 }  // namespace pvol

@@ -14,7 +14,7 @@
 #include "support/statistics.h"
 
 namespace pvol {
-namespace {
+namespace daylight_test {
 
 using std::numbers::pi;
 constexpr double kDegree = pi / 180;
@@ -326,5 +326,5 @@ TEST(Lighting, ItsSunHasALayerAndLightsTheCloud) {
   EXPECT_NEAR((with - sums[1]) / without, 1, 0.05);
 }
 
-}  // namespace
+}  // namespace daylight_test
 }  // namespace pvol

@@ -13,7 +13,7 @@
 #include "support/statistics.h"
 
 namespace pvol::test {
-namespace {
+namespace deep_test {
 
 /// Whether two values are the same but for the rounding of sums of this size.
 testing::AssertionResult near(const DeepValue& a, Vec3d colour, double alpha, double size) {
@@ -245,7 +245,7 @@ TEST(Deep, FollowsTheClosedFormOfACubeByDepthAlongTheAxis) {
     s.camera.target = {3 - 50 * right, 6, 0};
     s.environment = ConstantSky{Rgb(0.7f)};
     s.options.look_up = LookUp::nearest;
-    s.options.samples = 40'000;
+    s.options.samples = proof::samples(40'000);
     s.options.deep = true;
     s.options.deep_bins = 14;
     const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
@@ -394,5 +394,5 @@ TEST(Deep, RefusesWeightsAndMoreMemoryThanIsSensible) {
             "");
 }
 
-}  // namespace
+}  // namespace deep_test
 }  // namespace pvol::test

@@ -11,7 +11,7 @@
 #include "support/small_cloud.h"
 
 namespace pvol::test {
-namespace {
+namespace denoise_test {
 
 /// What a film of known truth is made of.
 struct Truth {
@@ -391,5 +391,5 @@ TEST(Denoise, ComesNearerToACloud) {
   EXPECT_LT(std::abs(difference), 0.01 * light);
 }
 
-}  // namespace
+}  // namespace denoise_test
 }  // namespace pvol::test

@@ -13,13 +13,13 @@
 #include "support/statistics.h"
 
 namespace pvol {
-namespace {
+namespace expectation_test {
 
 using std::numbers::pi;
 using test::cloud;
 using test::cloud_scene;
 using test::CloudScene;
-using test::cube;
+using test::cube_of_leaves;
 using test::run;
 
 constexpr Tracker kTrackers[] = {Tracker::delta_global, Tracker::delta, Tracker::decomposition};
@@ -140,7 +140,7 @@ TEST(Render, AbsorptionFollowsBeerAndLambert) {
     s.environment = ConstantSky{Rgb(2.0f)};
     for (const Tracker tracker : kTrackers) {
       s.options.tracker = tracker;
-      const Film film = run(cube(), s).film;
+      const Film film = run(cube_of_leaves(), s).film;
       const double transmittance = std::exp(-16 * extinction);
       const Estimate e = image_mean(film, 0);
       if (e.variance == 0) {  // no path collided
@@ -170,7 +170,7 @@ TEST(Render, SingleScatteringHasItsClosedForm) {
     for (const Transmittance estimator : kEstimators) {
       s.options.transmittance = estimator;
       family.add("extinction " + std::to_string(extinction),
-                 p_value(image_mean(run(cube(), s).film, 2), expected));
+                 p_value(image_mean(run(cube_of_leaves(), s).film, 2), expected));
     }
   }
   EXPECT_TRUE(family.passes());
@@ -178,7 +178,7 @@ TEST(Render, SingleScatteringHasItsClosedForm) {
 
 TEST(Render, TrackersAndEstimatorsAgree) {
   CloudScene s = cloud_scene();
-  s.options.samples = 256;
+  s.options.samples = proof::samples(256);
   s.lights.emplace_back(Sun{{-1, 0.2, 0.1}, Rgb(2.0f, 1.0f, 0.5f), 25});
   std::vector<Film> films;
   for (const Tracker tracker : kTrackers) {
@@ -228,5 +228,5 @@ TEST(Render, PlacementInTheWorldChangesNothing) {
   EXPECT_TRUE(family.passes());
 }
 
-}  // namespace
+}  // namespace expectation_test
 }  // namespace pvol

@@ -6,7 +6,7 @@
 #include "pvol/error.h"
 
 namespace pvol::test {
-namespace {
+namespace film_test {
 
 /// 3 x 2 pixels with a layer, in which every number is another one.
 Film numbered(double first) {
@@ -59,5 +59,5 @@ TEST(Film, OthersAreNotAdded) {
   for (const Film& other : {wider, larger, plain}) EXPECT_THROW(add_samples(f, other), Error);
 }
 
-}  // namespace
+}  // namespace film_test
 }  // namespace pvol::test

@@ -6,7 +6,7 @@
 #include "support/estimators.h"
 
 namespace pvol::test {
-namespace {
+namespace fire_light_test {
 
 /// One sample of 1: a tent of 2^3 cells around its place.
 const Field& spark() {
@@ -54,7 +54,7 @@ TEST(FireLight, SingleScatteringIsItsIntegral) {
         if (bodies.size() > 1 && is_weighted(tracker)) continue;
         OneRay r(bodies, {6, 25, 30}, {6.5, 6, 5});
         r.scene.options.tracker = tracker;
-        r.scene.options.samples = 150'000;
+        r.scene.options.samples = proof::samples(150'000);
         r.scene.options.seed = ++seed;
         std::vector<Volume> volumes = make_volumes(cube(), r.bodies, r.scene);
         volumes.back().fire = std::make_shared<const Emitter>(
@@ -69,5 +69,5 @@ TEST(FireLight, SingleScatteringIsItsIntegral) {
   EXPECT_TRUE(family.passes());
 }
 
-}  // namespace
+}  // namespace fire_light_test
 }  // namespace pvol::test

@@ -13,7 +13,7 @@
 #include "support/fields.h"
 
 namespace pvol::test {
-namespace {
+namespace frame_test {
 
 /// Some voxels around a line through the box, corner to corner: 64 long, with far empty corners.
 const Field& rod() {
@@ -132,5 +132,5 @@ TEST(Frame, ManyPlacesAreAllSeen) {
   }
 }
 
-}  // namespace
+}  // namespace frame_test
 }  // namespace pvol::test

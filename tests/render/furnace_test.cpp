@@ -16,7 +16,7 @@
 #include "support/statistics.h"
 
 namespace pvol {
-namespace {
+namespace furnace_test {
 
 using test::CloudScene;
 
@@ -180,5 +180,5 @@ TEST(Furnace, AbsorptionDarkensByChannel) {
   }
 }
 
-}  // namespace
+}  // namespace furnace_test
 }  // namespace pvol

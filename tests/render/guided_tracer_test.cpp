@@ -11,7 +11,7 @@
 #include "support/bodies.h"
 
 namespace pvol::test {
-namespace {
+namespace guided_tracer_test {
 
 /// What flights of a path and its branches meet, in this order; all later ones leave.
 struct Script {
@@ -117,7 +117,7 @@ using Plain = detail::PathTracer<ScriptedTraversal>;
 /// `survivor` is what each path brings that roulette spares; together they make up for the others.
 template <class Tracer>
 void expect_fair_roulette(Tracer& tracer, float chance, float survivor, proof::Family& family) {
-  constexpr std::uint32_t kPaths = 200'000;
+  const std::uint32_t kPaths = proof::samples<std::uint32_t>(200'000);
   std::uint64_t counts[2] = {};
   for (std::uint32_t i = 0; i < kPaths; ++i) {
     const float brought = trace(tracer, i);
@@ -307,5 +307,5 @@ TEST_F(ScriptedPaths, BranchesAreTurnedByTheirOwnPlace) {
   for (std::uint32_t sample = 0; sample < 100; ++sample) EXPECT_EQ(trace(tracer, sample), 0.5f);
 }
 
-}  // namespace
+}  // namespace guided_tracer_test
 }  // namespace pvol::test

@@ -23,7 +23,7 @@
 #include "support/velocities.h"
 
 namespace pvol::test {
-namespace {
+namespace guided_volumes_test {
 
 /// What a scene of the puff is lit by, and its volumes.
 struct Volumes {
@@ -135,7 +135,7 @@ TEST(GuidedVolumes, KeepTheMean) {
   proof::Family family;
   proof::Moments all;
   for (Volumes& c : all_volumes()) {
-    c.scene.options.samples = 200;
+    c.scene.options.samples = proof::samples(200);
     const RenderResult guided = render(c.volumes, c.scene);
     EXPECT_TRUE(guided.guided) << c.name;
     c.scene.options.guide = GuideUse::off;
@@ -159,7 +159,7 @@ TEST(GuidedVolumes, WhiteFurnace) {
   proof::Family family;
   for (const float albedo : {1.0f, 0.8f}) {
     CloudScene s = sunny();
-    s.options.samples = 800;
+    s.options.samples = proof::samples(800);
     s.medium = matter(1, Rgb(albedo), 0.5, Rgb(1.0f));
     s.environment = ConstantSky{Rgb(0.5f)};
     s.lights = {Sun{{0.1, 0.3, 1}, irradiance, 179.9}, Sun{{-0.1, -0.3, -1}, irradiance, 179.9}};
@@ -338,5 +338,5 @@ TEST(GuidedVolumes, AreGuidedWhereTheSunShines) {
   EXPECT_TRUE(choose_guide(both, s.scene(), paths).used) << "the second one glows";
 }
 
-}  // namespace
+}  // namespace guided_volumes_test
 }  // namespace pvol::test

@@ -18,13 +18,13 @@
 #include "support/lit_scenes.h"
 
 namespace pvol::test {
-namespace {
+namespace importance_test {
 
 TEST(Importance, GuidedPathsKeepTheMean) {
   proof::Family family;
   proof::Moments all;
   for (Case& c : cases()) {
-    c.scene.options.samples = 200;
+    c.scene.options.samples = proof::samples(200);
     const Volume v = volume_of(c.scene);
     const RenderResult guided = render(v, c.scene);
     EXPECT_TRUE(guided.guided) << c.name;
@@ -77,7 +77,7 @@ TEST(Importance, WhiteFurnace) {
                            Furnace{0.5, Rgb(0.9f, 0.8f, 0.7f), 0.5f}, Furnace{0.3, Rgb(0.6f), 0}}) {
     constexpr double kDegree = std::numbers::pi / 180;
     CloudScene s = sunny();
-    s.options.samples = 1200;
+    s.options.samples = proof::samples(1200);
     s.medium = matter(1, f.albedo, f.g, Rgb(1.0f));
     s.environment = ConstantSky{Rgb(f.sky)};
     const double sine = std::sin(89.95 * kDegree);
@@ -364,5 +364,5 @@ TEST(Importance, IsThePhaseFunctionInAThinCube) {
   EXPECT_TRUE(row.turns());
 }
 
-}  // namespace
+}  // namespace importance_test
 }  // namespace pvol::test

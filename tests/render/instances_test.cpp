@@ -19,7 +19,7 @@
 #include "support/pictures.h"
 
 namespace pvol::test {
-namespace {
+namespace instances_test {
 
 using detail::kEndless;
 
@@ -112,7 +112,7 @@ TEST(Instances, HaveTheExpectationOfVolumesOfTheirOwn) {
   for (const int count : {2, 12}) {
     CloudScene s = sunny();
     s.options.guide = GuideUse::automatic;
-    s.options.samples = 200;
+    s.options.samples = proof::samples(200);
     const auto places = random_places(count, 40, std::uint64_t(count));
     const Volume v = instances_of(puff(), s, places);
     s.camera = frame(world_box(std::span(&v, 1)), 1);
@@ -150,7 +150,7 @@ TEST(Instances, ThatOverlapHaveTheirClosedForm) {
     r.scene.environment = ConstantSky{Rgb(0.25f)};
     r.scene.lights = {Sun{{0.3, 1, 0.1}, Rgb(3.0f), 0}, PointLight{{-4, 30, 9}, Rgb(700.0f)}};
     r.scene.options.max_bounces = 1;
-    r.scene.options.samples = 200'000;
+    r.scene.options.samples = proof::samples(200'000);
     r.scene.medium = bodies.front();
     r.scene.medium.object_to_world = {};
     for (const Transmittance t : {Transmittance::analog, Transmittance::residual_ratio}) {
@@ -187,11 +187,11 @@ TEST(Instances, FlightsAndTransmittancesAreThoseOfTheSum) {
     const double all = optical_depth(bodies, r.ray);
     EXPECT_GT(all, 1);
     const Vec3f d(r.ray.d);
-    constexpr int kFlights = 1'000'000, kBins = 16;
+    const int kFlights = proof::samples<int>(1'000'000), kBins = 16;
     // Of optical depth: bins of equal probability, and one for what leaves.
     std::vector<std::uint64_t> counts(kBins + 1);
     for (int i = 0; i < kFlights; ++i) {
-      Rng rng(3, std::uint64_t(count), std::uint64_t(i));
+      Rng rng(proof::seeded(3), std::uint64_t(count), std::uint64_t(i));
       ASSERT_TRUE(traversal.start(r.ray));
       if (i < 1000) {
         const double distance = 40 + 0.03 * i, depth = optical_depth(bodies, r.ray, distance);
@@ -270,7 +270,7 @@ TEST(Instances, HaveFiresOfTheirOwn) {
 TEST(Instances, OfAShellTurnRaysAwayAndKeepTheMean) {
   CloudScene s = sunny();
   s.options.guide = GuideUse::automatic;
-  s.options.samples = 200;
+  s.options.samples = proof::samples(200);
   s.options.count = true;
   Volume v = instances_of(puff(), s, random_places(30, 60, 5));
   s.camera = frame(world_box(std::span(&v, 1)), 1);
@@ -357,5 +357,5 @@ TEST(Instances, AreEmbeddedAtTheFirstPlace) {
   EXPECT_EQ(v.object_to_world, first.object_to_world);
 }
 
-}  // namespace
+}  // namespace instances_test
 }  // namespace pvol::test

@@ -14,7 +14,7 @@
 #include "pvol/render/scene.h"
 
 namespace pvol {
-namespace {
+namespace keys_test {
 
 std::string refusal(const Limits& limits, const Value& value) {
   const auto r = refuse(limits, value);
@@ -220,5 +220,5 @@ TEST(Keys, OfFloatsAreWrittenInAsFewDigitsAsBringThemBack) {
   EXPECT_EQ(plain_text(find_key(entries(component), "albedo")->value()), "0.9,0.8,0.33333334");
 }
 
-}  // namespace
+}  // namespace keys_test
 }  // namespace pvol

@@ -17,7 +17,7 @@
 #include "support/statistics.h"
 
 namespace pvol::test {
-namespace {
+namespace lane_flights_test {
 
 /// Pixels that see all but a point: every sample is nearly the same ray.
 CloudScene one_ray(Vec3d from, Vec3d to) {
@@ -83,7 +83,7 @@ TEST(LaneFlights, BringTheLightOfOneScattering) {
       s.lights = {Sun{{0.3, 0.8, 0.4}, Rgb(2.0f), 0}};
       s.medium = matter(extinction, Rgb(1.0f), g);
       s.options.width = s.options.height = 32;
-      s.options.samples = 600;
+      s.options.samples = proof::samples(600);
       s.options.max_bounces = 1;
       s.options.guide = GuideUse::off;
       s.options.tracker = Tracker::regular;
@@ -93,7 +93,7 @@ TEST(LaneFlights, BringTheLightOfOneScattering) {
       const Average a = average(render(exact, s).film);
       s.options.tracker = Tracker::decomposition;
       s.options.transmittance = Transmittance::automatic;
-      s.options.samples = 2000;
+      s.options.samples = proof::samples(2000);
       s.options.seed = 2;
       const Volume v = make_volumes(f, std::vector{s.medium}, s).front();
       const Average b = average(render(v, s).film);
@@ -120,10 +120,10 @@ TEST(LaneFlights, GuidedOnesBringWhatPlainOnesDo) {
       s.medium.extinction = extinction;
       const Volume v = volume_of(s);
       s.options.guide = GuideUse::on;
-      s.options.samples = 1500;
+      s.options.samples = proof::samples(1500);
       const Average guided = average(render(v, s).film);
       s.options.guide = GuideUse::off;
-      s.options.samples = 8000;
+      s.options.samples = proof::samples(8000);
       s.options.seed = 2;
       compare(guided, average(render(v, s).film), c.name + ", " + std::to_string(extinction),
               family);
@@ -145,7 +145,7 @@ TEST(LaneFlights, GuidedOnesInTwoHalvesOfAFurnaceAddUp) {
         s.environment = ConstantSky{Rgb(0.0f)};
         s.lights = {Sun{Vec3d{0.6, 0.8, 0.35} * side, Rgb(float(std::numbers::pi)), 179.99}};
         s.medium = matter(extinction, Rgb(1.0f), g);
-        s.options.samples = 8000;
+        s.options.samples = proof::samples(8000);
         s.options.threads = 0;
         s.options.seed = side > 0 ? 1 : 2;
         sum = sum + average(render(volume_of(s), s).film);
@@ -158,5 +158,5 @@ TEST(LaneFlights, GuidedOnesInTwoHalvesOfAFurnaceAddUp) {
   EXPECT_TRUE(family.passes());
 }
 
-}  // namespace
+}  // namespace lane_flights_test
 }  // namespace pvol::test

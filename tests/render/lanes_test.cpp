@@ -16,7 +16,7 @@
 #include "support/pictures.h"
 
 namespace pvol::test {
-namespace {
+namespace lanes_test {
 
 std::vector<Lanes> lane_kernels() {
   std::vector<Lanes> all;
@@ -82,10 +82,10 @@ TEST(LaneKernels, HaveTheMeansOfTheScalarTracer) {
   proof::Family family;
   proof::Moments deviations;
   visit_scenes([&](const std::string& name, CloudScene s) {
-    s.options.samples = 300;
+    s.options.samples = proof::samples(300);
     const Volume v = volume_of(s);
     const Film scalar = render_with(Lanes::scalar, v, s);
-    s.options.samples = 600;
+    s.options.samples = proof::samples(600);
     s.options.seed = 2;
     const Film lanes = render_with(kernels.back(), v, s);
     compare(scalar, lanes, name, family);
@@ -247,7 +247,7 @@ TEST(LaneKernels, WeightsOutliveAnyImportance) {
     CloudScene s = sunny();
     s.medium.g = 0;
     s.medium.albedo = albedo;
-    s.options.samples = 20'000;
+    s.options.samples = proof::samples(20'000);
     const Volume v = volume_of(s);
     const auto even = [](std::size_t) { return 1.0f; };
     const Average flat = guided_by(kernels.back(), v, s, even);
@@ -269,7 +269,7 @@ TEST(LaneKernels, BouncesAreLimited) {
       CloudScene s = sunny();
       s.options.guide = GuideUse::off;
       s.options.max_bounces = limit;
-      s.options.samples = 400;
+      s.options.samples = proof::samples(400);
       const Volume v = volume_of(s);
       compare(render_with(Lanes::scalar, v, s), render_with(kernel, v, s),
               "limit " + std::to_string(limit), family);
@@ -291,5 +291,5 @@ TEST(ChooseLanes, RefusesWhatItDoesNotServeAndSaysWhy) {
   }
 }
 
-}  // namespace
+}  // namespace lanes_test
 }  // namespace pvol::test

@@ -8,7 +8,7 @@
 #include "support/statistics.h"
 
 namespace pvol::test {
-namespace {
+namespace layers_test {
 
 /// A glowing cloud in two suns, one with a disc, under a picture of a sky or an even one.
 CloudScene lit_scene(bool even, GuideUse guide) {
@@ -77,7 +77,7 @@ TEST(Layers, EachIsThePictureOfItsLightAlone) {
   for (const GuideUse guide : {GuideUse::off, GuideUse::on}) {
     for (std::size_t layer = 0; layer < 4; ++layer) {
       proof::Moments difference;
-      for (std::uint64_t seed = 1; seed <= 24; ++seed) {
+      for (std::uint64_t seed = 1; seed <= proof::samples(24u); ++seed) {
         CloudScene s = lit_scene(false, guide);
         s.options.samples = 60;
         s.options.seed = seed;
@@ -104,5 +104,5 @@ TEST(Layers, EachIsThePictureOfItsLightAlone) {
   EXPECT_TRUE(family.passes());
 }
 
-}  // namespace
+}  // namespace layers_test
 }  // namespace pvol::test

@@ -10,7 +10,7 @@
 #include "support/small_cloud.h"
 
 namespace pvol::test {
-namespace {
+namespace mapped_density_test {
 
 std::shared_ptr<const FieldMap> shared(const FieldMap& map) {
   return std::make_shared<const FieldMap>(map);
@@ -88,7 +88,7 @@ TEST(MappedDensity, OfALinearMapIsThatOfMappedSamples) {
       CloudScene s = cloud_scene();
       s.options.tracker = tracker;
       s.options.transmittance = t;
-      s.options.samples = 300;
+      s.options.samples = proof::samples(300);
       CloudScene scaled = s;
       scaled.medium.extinction *= 1.75;
       scaled.options.seed = ++seed;
@@ -119,7 +119,7 @@ TEST(MappedDensity, OpticalDepthIsItsIntegral) {
   for (const Transmittance t :
        {Transmittance::ratio, Transmittance::analog, Transmittance::residual_ratio}) {
     proof::Moments m;
-    Rng rng(5, std::uint64_t(t), 0);
+    Rng rng(proof::seeded(5), std::uint64_t(t), 0);
     for (int i = 0; i < 200'000; ++i) {
       m.add(double(sample_transmittance(v, ray, 1e9, rng, t)));
     }
@@ -131,7 +131,7 @@ TEST(MappedDensity, OpticalDepthIsItsIntegral) {
 TEST(MappedDensity, BesideOneWithoutAMap) {
   proof::Family family;
   CloudScene s = cloud_scene();
-  s.options.samples = 300;
+  s.options.samples = proof::samples(300);
   const Pyramid pyramid = build_pyramid(cloud().grid);
   VolumeOptions o = s.volume_options();
   o.map = shared({.scale = 2});
@@ -173,5 +173,5 @@ TEST(MappedDensity, RefusesWhatDoesNotGoWithIt) {
   EXPECT_THROW((void)exact_transmittance(v, {{0, 0, 90}, {0, 0, -1}}, 1e9), Error);
 }
 
-}  // namespace
+}  // namespace mapped_density_test
 }  // namespace pvol::test

@@ -16,7 +16,7 @@
 #include "support/velocities.h"
 
 namespace pvol::test {
-namespace {
+namespace motion_blur_test {
 
 /// A body with soft, uneven edges, from 0 to 28 along each axis.
 const Field& puff() {
@@ -112,7 +112,7 @@ TEST(MotionBlur, TransmittanceAndEmissionAreTheirMeansOverTime) {
         s.camera.target = {8, place, 0};
         s.camera.fov = 1e-9;
         s.options.width = s.options.height = 4;
-        s.options.samples = 8192;
+        s.options.samples = proof::samples(8192);
         const double speed = 13;
         const Volume v = moving(block(), s, everywhere({2, speed, 0.5}));
         double expected = 0;
@@ -136,7 +136,7 @@ TEST(MotionBlur, AUniformVelocityIsATranslation) {
   const Vec3d velocity(17, -9, 5);
   for (const Shutter shutter : {Shutter{-0.5, 0.5}, Shutter{0.75, 0.75}}) {
     CloudScene s = scene_of(shutter);
-    s.options.samples = 2048;
+    s.options.samples = proof::samples(2048);
     const Film blurred = render(moving(puff(), s, everywhere(velocity * 24), 1.0 / 24), s).film;
     CloudScene still = s;
     still.options.samples = 64;
@@ -173,7 +173,7 @@ TEST(MotionBlur, VelocitiesAreThoseOfTheFileHoweverItIsPlaced) {
   still.medium.object_to_world = translation({0, 12, 0}) * turned;
   s.camera.target = still.camera.target = {-28, 30, 28};
   s.camera.position = still.camera.position = {-28, 30, 200};
-  s.options.samples = still.options.samples = 1024;
+  s.options.samples = still.options.samples = proof::samples(1024);
   proof::Family family;
   compare(render(moving(puff(), s, everywhere({6, 0, 0})), s).film,
           render(make_volume(puff().grid, build_pyramid(puff().grid), still), still).film, "turned",
@@ -294,5 +294,5 @@ TEST(MotionBlur, ThePlanSaysWhatItTakes) {
       << doubtful.doubts.back();
 }
 
-}  // namespace
+}  // namespace motion_blur_test
 }  // namespace pvol::test

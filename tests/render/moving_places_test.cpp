@@ -12,7 +12,7 @@
 #include "support/moving_places.h"
 
 namespace pvol::test {
-namespace {
+namespace moving_places_test {
 
 Affine linear(Affine a) {
   a.t = {};
@@ -223,5 +223,5 @@ TEST(MovingPlaces, StandInTheMiddleOfTheShutterForEstimates) {
   EXPECT_LT(distance(a.all[0].world_to_cells, b.all[0].world_to_cells), 1e-12);
 }
 
-}  // namespace
+}  // namespace moving_places_test
 }  // namespace pvol::test

@@ -16,7 +16,7 @@
 #include "support/estimators.h"
 
 namespace pvol::test {
-namespace {
+namespace near_lights_test {
 
 constexpr double kPi = std::numbers::pi;
 
@@ -105,7 +105,7 @@ TEST(NearLights, SamplesAddUpToWhatRaysMeet) {
                                Vec3d(30, -2.5, -31), Vec3d(0.4, 2, 0.3)}) {
       const Vec3d place = position(kind) + offset;
       proof::Moments by_samples, by_rays;
-      Rng rng(13, k, 0);
+      Rng rng(proof::seeded(13), k, 0);
       for (int i = 0; i < 200'000; ++i) {
         const LightSample s = sample_at(light, place, rng);
         by_samples.add(s.pdf > 0 ? double(s.radiance.x / s.pdf) * weight(s.direction) : 0);
@@ -132,7 +132,7 @@ TEST(NearLights, OnPlanesAreTheirSamples) {
   all.emplace_back(Sun{{1, 2, 3}, Rgb(3.0f), 0});
   for (std::size_t k = 0; k < all.size(); ++k) {
     const LightSource light = make_light_sources({&all[k], 1}).front();
-    Rng rng(14, k, 0);
+    Rng rng(proof::seeded(14), k, 0);
     for (int n = 0; n < 12; ++n) {
       const double distance = k == 1 ? 45 : n % 2 ? 1.2 : 4;
       Vec3d away = random_direction(rng);
@@ -263,14 +263,14 @@ TEST(NearLights, SingleScatteringIsItsIntegral) {
 TEST(NearLights, OfManySomeAreAsked) {
   OneRay r({matter(0.15, Rgb(1.0f, 0.5f, 0.25f), 0.4)}, {6, 25, 30}, {6.5, 6, 5});
   for (const Lit& lit : kLit) r.scene.lights.push_back(lit.light);
-  Rng rng(16, 0, 0);
+  Rng rng(proof::seeded(16), 0, 0);
   for (int i = 0; i < 70; ++i) {
     const Vec3d place = Vec3d(6) + random_direction(rng) * (4 + 10 * double(rng.uniform()));
     r.scene.lights.emplace_back(PointLight{place, Rgb(rng.uniform(), 1.0f, 0.5f)});
   }
   r.scene.lights.emplace_back(Sun{{1, 2, 3}, Rgb(0.5f), 0});
   r.scene.lights.emplace_back(SpotLight{{20, 15, 9}, {1, 1, 0}, Rgb(1e3f), 40, 0.5, ""});
-  r.scene.options.samples = 100'000;
+  r.scene.options.samples = proof::samples(100'000);
   proof::Family family;
   compare(r, "many", family);
   r.scene.options.aovs.add(Aov::lights);
@@ -302,7 +302,7 @@ TEST(NearLights, AllTracersAgree) {
   s.environment = ConstantSky{Rgb(0.1f)};
   s.options.look_up = LookUp::nearest;
   s.options.width = s.options.height = 12;
-  s.options.samples = 256;
+  s.options.samples = proof::samples(256);
   s.options.threads = 2;
   for (const Lit& lit : kLit) s.lights.push_back(lit.light);
   const Volume volume = make_volume(cube().grid, build_pyramid(cube().grid), s);
@@ -327,7 +327,7 @@ TEST(NearLights, AllTracersAgree) {
   EXPECT_TRUE(family.passes());
 }
 
-RenderResult run(const Field& field, const CloudScene& scene) {
+RenderResult render_field(const Field& field, const CloudScene& scene) {
   return render(make_volume(field.grid, build_pyramid(field.grid), scene), scene);
 }
 
@@ -337,11 +337,11 @@ TEST(NearLights, WhatDoesNotGoTogetherIsRefused) {
   s.options.look_up = LookUp::nearest;
   s.lights = {PointLight{{0, 20, 0}, Rgb(1.0f), "", 2}};
   s.options.tracker = Tracker::weighted_delta;
-  EXPECT_THROW((void)run(cube(), s), Error);
+  EXPECT_THROW((void)render_field(cube(), s), Error);
   s.lights = {PointLight{{0, 20, 0}, Rgb(1.0f)}};
   s.options.width = s.options.height = s.options.samples = 4;
-  EXPECT_NO_THROW((void)run(cube(), s));
+  EXPECT_NO_THROW((void)render_field(cube(), s));
 }
 
-}  // namespace
+}  // namespace near_lights_test
 }  // namespace pvol::test

@@ -12,7 +12,7 @@
 #include "support/small_cloud.h"
 
 namespace pvol {
-namespace {
+namespace passes_test {
 
 using detail::Passes;
 using detail::Targets;
@@ -160,7 +160,7 @@ TEST(Passes, ByNeedLeaveMeansUnbiased) {
     o.noise = 0.12;
     Film film = empty_film(kEdge, kEdge);
     Passes passes(o, film.pixels.size());
-    Rng rng(6, 0, std::uint64_t(picture));
+    Rng rng(proof::seeded(6), 0, std::uint64_t(picture));
     while (const auto targets = passes.next(film, 0)) {
       fill(film, *targets, [&](std::size_t i) {
         const float chance = i % 5 == 0 ? 0.05f : 0.5f;
@@ -246,7 +246,7 @@ TEST(Render, ByNeedIsUnbiased) {
     by_need.add(test::average(run(cloud(), s).film).mean.y);
   }
   s.options.noise.reset();
-  s.options.samples = 60'000;
+  s.options.samples = proof::samples(60'000);
   const test::Average fixed = test::average(run(cloud(), s).film);
   const double deviation = std::sqrt(by_need.variance_of_mean() + fixed.variance.y);
   EXPECT_LT(deviation, 0.003 * fixed.mean.y) << "a bias of 1 % would show";
@@ -278,5 +278,5 @@ TEST(Render, NoiseOfOnePixelIsRefused) {
   EXPECT_THROW((void)run(cloud(), s), Error);
 }
 
-}  // namespace
+}  // namespace passes_test
 }  // namespace pvol

@@ -14,7 +14,7 @@
 #include "support/fields.h"
 
 namespace pvol::test {
-namespace {
+namespace plan_test {
 
 CloudScene scene_around(const Volume& v) {
   CloudScene s;
@@ -225,5 +225,5 @@ TEST(Plan, ForecastCostsLittleHoweverThickTheCloudAndManyItsLights) {
   }
 }
 
-}  // namespace
+}  // namespace plan_test
 }  // namespace pvol::test

@@ -11,7 +11,7 @@
 #include "support/estimators.h"
 
 namespace pvol::test {
-namespace {
+namespace point_light_test {
 
 LightSample sample_at(const PointSource& light, Vec3d place) {
   Rng rng(41, 0, 0);
@@ -77,7 +77,7 @@ TEST(PointLight, SingleScatteringIsItsIntegral) {
           r.scene.options.tracker = tracker;
           r.scene.options.transmittance = transmittance;
           r.scene.options.seed = ++seed;
-          if (is_slow(tracker, transmittance)) r.scene.options.samples = 8'000;
+          if (is_slow(tracker, transmittance)) r.scene.options.samples = proof::samples(8'000);
           all.add(compare(r,
                           std::string(lit.name) + ", " + label(tracker) + ", " +
                               label(transmittance) + ", " + std::to_string(bodies.size()),
@@ -97,7 +97,7 @@ TEST(PointLight, NoVolumeIsSpecial) {
   OneRay r({matter(0.3, Rgb(0.9f), 0.2), matter(300, Rgb(0.9f), 0.2, Rgb(0.0f), small)},
            {6, 25, 30}, {6.5, 6, 5});
   r.scene.lights = {PointLight{{-0.02, 0.005, 0.005}, Rgb(20.0f)}};
-  r.scene.options.samples = 4000;
+  r.scene.options.samples = proof::samples(4000);
   proof::Family family;
   compare(r, "small volume second", family);
   std::swap(r.bodies[0], r.bodies[1]);
@@ -150,5 +150,5 @@ TEST(PointLight, FarAwayIsASun) {
   EXPECT_NEAR(point.x / sun.x, 1, 1e-3);
 }
 
-}  // namespace
+}  // namespace point_light_test
 }  // namespace pvol::test

@@ -9,7 +9,7 @@
 #include "support/small_cloud.h"
 
 namespace pvol {
-namespace {
+namespace resume_test {
 
 using test::cloud;
 using test::cloud_scene;
@@ -296,5 +296,5 @@ TEST(Parts, OfSamplesAreThoseThatThePictureHas) {
   EXPECT_FALSE(valid(1, 16, 0.1));
 }
 
-}  // namespace
+}  // namespace resume_test
 }  // namespace pvol

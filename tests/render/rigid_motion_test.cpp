@@ -14,7 +14,7 @@
 #include "support/velocities.h"
 
 namespace pvol::test {
-namespace {
+namespace rigid_motion_test {
 
 /// 16^3 samples of 1: along each axis the density climbs from -1 to 0, and falls from 15 to 16.
 const Field& block() {
@@ -90,7 +90,7 @@ TEST(RigidMotion, TransmittanceAndEmissionAreTheirMeansOverTime) {
         s.camera.target = {8, place, 0};
         s.camera.fov = 1e-9;
         s.options.width = s.options.height = 8;
-        s.options.samples = 8192;
+        s.options.samples = proof::samples(8192);
         const double speed = 13;
         const Volume v = moving(block(), s, alone(shifted(Vec3d{}, {2, speed, 0.5})));
         double expected = 0;
@@ -149,7 +149,7 @@ TEST(RigidMotion, IsTheMeanOfStillPictures) {
   for (const Shutter shutter : {Shutter{-0.5, 0.5}, Shutter{0, 1}}) {
     for (std::size_t i = 0; i < scenes.size(); ++i) {
       CloudScene s = scene_of(shutter);
-      s.options.samples = 2048;
+      s.options.samples = proof::samples(2048);
       const Film expected = mean_of_stills(block(), s, scenes[i]);
       const Volume v = moving(block(), s, scenes[i]);
       for (const GuideUse guide : {GuideUse::off, GuideUse::on}) {
@@ -197,7 +197,7 @@ TEST(RigidMotion, IsThatOfAnEvenVelocity) {
   const Vec3d step(12, -9, 5);
   for (const Shutter shutter : {Shutter{-0.5, 0.5}, Shutter{0.75, 0.75}}) {
     CloudScene s = scene_of(shutter);
-    s.options.samples = 1024;
+    s.options.samples = proof::samples(1024);
     const Volume by_place = moving(block(), s, alone(shifted(Vec3d{}, step)));
     const Volume by_velocity = with_velocity(block(), s, still_at(block(), s, alone({}), 0), step);
     const Film a = render({&by_place, 1}, s).film;
@@ -212,7 +212,7 @@ TEST(RigidMotion, CarriesWhatVelocitiesMoveAlong) {
   proof::Family family;
   for (const double time : {-0.5, 0.75}) {
     CloudScene s = scene_of({time, time});
-    s.options.samples = 1024;
+    s.options.samples = proof::samples(1024);
     const Vec3d step(8, 0, -6);
     const std::vector<MovingPlace> places = alone(swinging());
     Volume v = with_velocity(block(), s, still_at(block(), s, places, 0), step);
@@ -336,5 +336,5 @@ TEST(RigidMotion, RefusesPlacesThatBecomeFlatOrAreTooMany) {
   EXPECT_EQ(error(alone(shifted(Vec3d{}, {1, 0, 0}))), "");
 }
 
-}  // namespace
+}  // namespace rigid_motion_test
 }  // namespace pvol::test

@@ -10,7 +10,7 @@
 #include "support/cloud_scene.h"
 
 namespace pvol {
-namespace {
+namespace shell_render_test {
 
 using test::CloudScene;
 
@@ -117,5 +117,5 @@ TEST(ShellRender, AutomaticFollowsTheEstimate) {
   EXPECT_FALSE(choose_shell(s.volume, scene.scene()).kept);
 }
 
-}  // namespace
+}  // namespace shell_render_test
 }  // namespace pvol

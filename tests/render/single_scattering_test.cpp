@@ -19,7 +19,7 @@
 #include "support/statistics.h"
 
 namespace pvol {
-namespace {
+namespace single_scattering_test {
 
 using test::CloudScene;
 
@@ -278,5 +278,5 @@ TEST(SingleScattering, OfEveryPhaseFunctionHasItsClosedForm) {
   EXPECT_TRUE(family.passes());
 }
 
-}  // namespace
+}  // namespace single_scattering_test
 }  // namespace pvol

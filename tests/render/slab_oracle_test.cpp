@@ -6,7 +6,7 @@
 #include <numbers>
 
 namespace pvol::test {
-namespace {
+namespace slab_oracle_test {
 
 using std::numbers::pi;
 
@@ -162,5 +162,5 @@ TEST(SlabOracle, MoreStreamsChangeNothing) {
   }
 }
 
-}  // namespace
+}  // namespace slab_oracle_test
 }  // namespace pvol::test

@@ -18,7 +18,7 @@
 #include "support/statistics.h"
 
 namespace pvol::test {
-namespace {
+namespace slab_test {
 
 constexpr double kCosines[] = {1, 0.3};
 constexpr double kDepths[] = {0.1, 1, 10};
@@ -427,5 +427,5 @@ TEST(Slab, PicturesInTheSunShowItsReflectionFunction) {
   EXPECT_TRUE(family.passes());
 }
 
-}  // namespace
+}  // namespace slab_test
 }  // namespace pvol::test

@@ -7,7 +7,7 @@
 #include <string>
 
 namespace pvol {
-namespace {
+namespace sun_position_test {
 
 double days(const char* date) {
   const auto d = parse_date(date);
@@ -142,5 +142,5 @@ TEST(Refraction, LiftsTheHorizonByHalfADegree) {
   }
 }
 
-}  // namespace
+}  // namespace sun_position_test
 }  // namespace pvol

@@ -14,7 +14,7 @@
 #include "support/statistics.h"
 
 namespace pvol::test {
-namespace {
+namespace surface_picture_test {
 
 constexpr double kPi = std::numbers::pi;
 
@@ -726,5 +726,5 @@ TEST(SurfacePicture, WhatDoesNotGoTogetherIsRefused) {
   EXPECT_NO_THROW((void)run_cube(room));
 }
 
-}  // namespace
+}  // namespace surface_picture_test
 }  // namespace pvol::test

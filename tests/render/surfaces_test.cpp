@@ -12,7 +12,7 @@
 #include "support/meshes.h"
 
 namespace pvol::detail {
-namespace {
+namespace surfaces_test {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
@@ -318,5 +318,5 @@ TEST(Surfaces, ThatCannotBeAreRefused) {
   EXPECT_THROW(Surfaces({&beyond, 1}), Error);
 }
 
-}  // namespace
+}  // namespace surfaces_test
 }  // namespace pvol::detail

@@ -9,7 +9,7 @@
 #include "support/shell_samples.h"
 
 namespace pvol {
-namespace {
+namespace certificate_test {
 
 using proof::Draw;
 using proof::Vec3x;
@@ -224,5 +224,5 @@ TEST(EvaluatorMargin, CoversTheExcessOfRaysNearby) {
   }
 }
 
-}  // namespace
+}  // namespace certificate_test
 }  // namespace pvol

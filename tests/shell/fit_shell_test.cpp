@@ -10,7 +10,7 @@
 #include "pvol/shell/tightness.h"
 
 namespace pvol {
-namespace {
+namespace fit_shell_test {
 
 /// Cells of [-n, n)^3 at whose centre `inside` holds.
 std::vector<Vec3l> cells_where(int n, const std::function<bool(Vec3d)>& inside) {
@@ -231,5 +231,5 @@ TEST(FitShell, RefusesWhatItCannotFit) {
   EXPECT_THROW((void)fit_shell(support, {ShellKind::hard, 1, 11}), Error);
 }
 
-}  // namespace
+}  // namespace fit_shell_test
 }  // namespace pvol

@@ -11,7 +11,7 @@
 #include "pvol/error.h"
 
 namespace pvol {
-namespace {
+namespace mesh_test {
 
 constexpr double kPi = std::numbers::pi;
 
@@ -242,5 +242,5 @@ TEST(SupportMesh, RandomCellsHaveAFaceForEachEmptyNeighbour) {
 
 TEST(SupportMesh, NoCellsAreAnEmptyMesh) { EXPECT_TRUE(make_mesh(Support{}).triangles.empty()); }
 
-}  // namespace
+}  // namespace mesh_test
 }  // namespace pvol

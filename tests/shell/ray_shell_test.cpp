@@ -9,7 +9,7 @@
 #include "support/shell_samples.h"
 
 namespace pvol {
-namespace {
+namespace ray_shell_test {
 
 using proof::Draw;
 using proof::Vec3x;
@@ -434,5 +434,5 @@ TEST(RayShell, ExcessGrowsWithTheDistanceAndStaysSmall) {
   EXPECT_GE(far[0].t1, 1e18 + 32);
 }
 
-}  // namespace
+}  // namespace ray_shell_test
 }  // namespace pvol

@@ -5,7 +5,7 @@
 #include <limits>
 
 namespace pvol {
-namespace {
+namespace shell_test {
 
 /// A unit ball in the frame of a box of 2 x 2 x 2 units, with a dent and a bulge of radius 1/2.
 Shell sample_shell(ShellKind kind) {
@@ -94,5 +94,5 @@ TEST(Shell, ValidateNamesWhatIsWrong) {
   }
 }
 
-}  // namespace
+}  // namespace shell_test
 }  // namespace pvol

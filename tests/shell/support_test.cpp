@@ -12,7 +12,7 @@
 #include "support/fields.h"
 
 namespace pvol {
-namespace {
+namespace support_test {
 
 using Cells = std::set<std::tuple<std::int64_t, std::int64_t, std::int64_t>>;
 
@@ -150,5 +150,5 @@ TEST(Support, OfNothingIsEmpty) {
   EXPECT_FALSE(is_occupied(Support{}, {0, 0, 0}));
 }
 
-}  // namespace
+}  // namespace support_test
 }  // namespace pvol

@@ -6,7 +6,7 @@
 #include <random>
 
 namespace pvol {
-namespace {
+namespace tightness_test {
 
 using std::numbers::pi;
 
@@ -185,5 +185,5 @@ TEST(FirstAndLast, StartsAtTheOriginOfARayFromInside) {
   EXPECT_FALSE(first_and_last({}, {{4, 4, 9}, {0, 0, -1}}));
 }
 
-}  // namespace
+}  // namespace tightness_test
 }  // namespace pvol

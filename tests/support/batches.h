@@ -42,7 +42,7 @@ inline RayBatch again(const Ray& ray, const double& t_max, std::size_t times) {
 inline Rays aimed(const PlacedCloud& cloud, std::size_t count, std::uint64_t stream) {
   Rays all;
   for (std::size_t i = 0; i < count; ++i) {
-    Rng rng(kSeed, stream, i);
+    Rng rng(kPlacedSeed, stream, i);
     const auto [ray, t_max] = cloud.aim(int(i) % kKinds, rng);
     all.add(ray, t_max);
   }

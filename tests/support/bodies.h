@@ -214,9 +214,9 @@ inline void add_arriving(const AreaLight& light, Vec3d place, std::vector<Arrivi
 inline double compare(const OneRay& r, const Film& film, const std::string& name,
                       proof::Family& family) {
   const Vec3d expected = radiance(r);
-  constexpr double kRounding = 2e-5;  // of float directions, the pixel's extent and the integral
+  constexpr double kRoundingOfMeans = 2e-5;  // of float directions, the pixel's extent and the integral
   return compare(average(film), {expected, Vec3d(0.0)}, name, family,
-                 kRounding * min_component(expected));
+                 kRoundingOfMeans * min_component(expected));
 }
 inline double compare(const OneRay& r, const std::string& name, proof::Family& family) {
   return compare(r, render(make_volumes(cube(), r.bodies, r.scene), r.scene).film, name, family);

@@ -11,6 +11,7 @@
 #include "pvol/render/render.h"
 #include "pvol/render/scene_volume.h"
 #include "pvol/volume/make_volume.h"
+#include "support/effort.h"
 #include "support/kernel.h"
 
 namespace pvol::test {
@@ -63,11 +64,12 @@ struct CloudScene {
   return pvol::make_volume(std::move(recipe), pyramid, s.medium.medium(), s.volume_options());
 }
 
-/// Renders volumes with the matter that they were made with.
+/// Renders volumes with the matter that they were made with; a run with new random numbers shifts the seed.
 [[nodiscard]] inline RenderResult render(std::span<const Volume> volumes, const CloudScene& s,
                                          const Progress& progress = {}) {
   Scene scene = s.scene();
   scene.options.kernel = kernel_for(volumes, scene);
+  scene.options.seed = proof::seeded(scene.options.seed);
   return pvol::render(volumes, scene, progress);
 }
 

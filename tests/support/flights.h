@@ -7,12 +7,13 @@
 #include "pvol/bounds/walk.h"
 #include "pvol/field/brick_field.h"
 #include "pvol/track/field.h"
+#include "support/effort.h"
 #include "support/fields.h"
 #include "support/oracle.h"
 
 namespace pvol::test {
 
-inline constexpr std::uint64_t kSeed = 20240229;
+inline const std::uint64_t kSeed = proof::seeded(20240229);
 
 /// The exact mu_t of a volume, every question a look-up.
 template <LookUp kLookUp>

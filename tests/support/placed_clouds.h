@@ -9,11 +9,12 @@
 #include <vector>
 
 #include "pvol/trackers.h"
+#include "support/effort.h"
 #include "support/oracle.h"
 
 namespace pvol::test {
 
-inline constexpr std::uint64_t kSeed = 20240607;
+inline const std::uint64_t kPlacedSeed = proof::seeded(20240607);
 inline constexpr double kFar = std::numeric_limits<double>::infinity();
 inline constexpr auto kTrilinear = LookUp::trilinear, kNearest = LookUp::nearest;
 

@@ -69,14 +69,14 @@ inline Recipe make_modelled(ProfileKind kind) {
   FreeForm bump{ellipsoid({0, 0.8, 0}, Vec3d(0.7)), {}};
   bump.perturbations = {{{ellipsoid({0, 1.2, 0}, Vec3d(0.4)), {}}, -2}};
   dented.perturbations = {{bump, 0.4}};
-  const Body pair{BodyOp::join, {dented, ball({1.2, 0, 0}, 0.7)}};
-  const Body holes{BodyOp::join, {ball({0, 0, 0.9}, 0.4), ball({1.2, 0, 0.6}, 0.3)}};
+  const pvol::Body pair{BodyOp::join, {dented, ball({1.2, 0, 0}, 0.7)}};
+  const pvol::Body holes{BodyOp::join, {ball({0, 0, 0.9}, 0.4), ball({1.2, 0, 0.6}, 0.3)}};
   r.forms = {{BodyOp::difference, {pair, holes}},
              {BodyOp::intersection, {ball({-1, 0, 0}, 0.8), ball({-1, 0.5, 0}, 0.8)}}};
   r.displacements = {{{1, 0.4, 3, 0.5, true}, 0.1}};
   r.modulations = {{{2, 0.3, 3, 0.5, false}, 1.5}, {{3, 1, 1, 0.5, true}, -0.5}};
   r.solids = {
-      {Body{BodyOp::difference, {ball({0.2, 0, 0}, 0.5), ball({0.2, 0.4, 0}, 0.4)}}, 5, 0.05},
+      {pvol::Body{BodyOp::difference, {ball({0.2, 0, 0}, 0.5), ball({0.2, 0.4, 0}, 0.4)}}, 5, 0.05},
       {ball({1.2, 0, 0}, 0.2), 0.1, 0.2}};
   return r;
 }

@@ -21,7 +21,7 @@ inline const Field& cloud() {
 
 /// 16^3 samples of density 1: with the nearest interpolation, a cube [-0.5, 15.5]^3 of mu =
 /// extinction.
-inline const Field& cube() {
+inline const Field& cube_of_leaves() {
   static const Field f = make_field("cube", {0, 0, 0}, {16, 16, 16}, [](Vec3i) { return 1.0; });
   return f;
 }

@@ -4,7 +4,7 @@
 // EXPECT_TRUE(family.passes()). Code that is right fails a family with probability 1e-3 over the
 // choice of seeds, however many comparisons the family holds. Seeds are fixed, so a case that
 // passes passes until the numbers it draws change; one false alarm in a thousand such changes is
-// the price. What the tests can see: a mean that is off by k standard errors of the mean with k > 5
+// the price, and main.cpp tells it from an error by new seeds (effort.h). What the tests can see: a mean that is off by k standard errors of the mean with k > 5
 // or so, and a histogram whose share-weighted squared relative error exceeds about 10 sqrt(bins) /
 // samples. The cases in significance_test.cpp plant errors of 1 % and ask that they are found.
 #pragma once
@@ -20,10 +20,14 @@
 #include <string>
 #include <vector>
 
+#include "support/effort.h"
+
 namespace pvol::proof {
 
 /// Probability that a family of correct comparisons fails.
 inline constexpr double kFalseAlarmRate = 1e-3;
+/// How the message of a family that failed begins; main.cpp knows it by that.
+inline constexpr const char* kFamilyFailure = "comparisons rejected at level ";
 
 /// Mean and variance of a stream of numbers.
 /// Based on: Welford. Note on a Method for Calculating Corrected Sums of Squares and Products.
@@ -226,7 +230,7 @@ class Family {
   [[nodiscard]] ::testing::AssertionResult passes() const {
     if (members_.empty()) return ::testing::AssertionFailure() << "no comparison was made";
     const double level = sidak_level(kFalseAlarmRate, members_.size());
-    auto failure = ::testing::AssertionFailure() << "rejected at level " << level << ":";
+    auto failure = ::testing::AssertionFailure() << kFamilyFailure << level << ":";
     bool failed = false;
     for (const Member& m : members_) {
       if (m.p_value >= level) continue;

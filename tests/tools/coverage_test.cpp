@@ -9,7 +9,7 @@
 #include <tuple>
 
 namespace pvol::cli {
-namespace {
+namespace coverage_test {
 
 using formats::FilmPiece;
 
@@ -163,5 +163,5 @@ TEST(Coverage, IsSaidInWords) {
   EXPECT_EQ(describe(piece(2, 3, 4, 5, 16, 32, 9)), "samples 16:32 of pixels 2,3 to 5,7 of seed 9");
 }
 
-}  // namespace
+}  // namespace coverage_test
 }  // namespace pvol::cli

@@ -6,7 +6,7 @@
 #include "cli/cli.h"
 
 namespace pvol::cli {
-namespace {
+namespace frames_test {
 
 using Frames = std::vector<int>;
 
@@ -109,5 +109,5 @@ TEST(Patterns, ArePutBeforeTheEnding) {
   EXPECT_EQ(with_pattern("a/b.c/cloud.deep.exr"), "a/b.c/cloud.deep.####.exr");
 }
 
-}  // namespace
+}  // namespace frames_test
 }  // namespace pvol::cli

@@ -12,7 +12,7 @@
 #include "support/temporary_folder.h"
 
 namespace pvol::html {
-namespace {
+namespace html_test {
 
 TEST(Html, EscapesWhatHasAMeaning) {
   EXPECT_EQ(escape("<a href=\"x\">&'</a>"), "&lt;a href=&quot;x&quot;&gt;&amp;&#39;&lt;/a&gt;");
@@ -143,5 +143,5 @@ TEST(ColourMap, EndsAreFarApartAndTheMiddleIsNeutral) {
   }
 }
 
-}  // namespace
+}  // namespace html_test
 }  // namespace pvol::html

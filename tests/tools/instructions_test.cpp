@@ -5,7 +5,7 @@
 #include "pvol/math/rng.h"
 
 namespace pvol::cli {
-namespace {
+namespace instructions_test {
 
 TEST(Work, IsCountedInSecondsAndWhereTheMachineCanInInstructions) {
   const InstructionCounter counter;
@@ -22,5 +22,5 @@ TEST(Work, IsCountedInSecondsAndWhereTheMachineCanInInstructions) {
   EXPECT_GE(counter.read(), first);
 }
 
-}  // namespace
+}  // namespace instructions_test
 }  // namespace pvol::cli

@@ -10,7 +10,7 @@
 #include "support/temporary_folder.h"
 
 namespace pvol::cli {
-namespace {
+namespace shell_export_test {
 
 using Colour = std::array<int, 3>;
 constexpr Colour kCell{140, 140, 140}, kCutOff{220, 40, 40}, kEmpty{188, 212, 246},
@@ -85,5 +85,5 @@ TEST(ShellExport, MeshIsThatOfTheShell) {
   EXPECT_GT(read_bytes(folder.file("a.ply")).size(), 10000u);
 }
 
-}  // namespace
+}  // namespace shell_export_test
 }  // namespace pvol::cli

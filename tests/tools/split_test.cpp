@@ -10,7 +10,7 @@
 #include "pvol/math/rng.h"
 
 namespace pvol::cli {
-namespace {
+namespace split_test {
 
 /// Costs that differ by orders of magnitude, some of them 0.
 CostMap random_map(const PixelRect& whole, std::uint64_t seed) {
@@ -138,5 +138,5 @@ TEST(ShellWords, AreQuotedWhereTheyNeedIt) {
   EXPECT_EQ(shell_line({"pvol-render", "a b", "$x"}), "pvol-render 'a b' '$x'");
 }
 
-}  // namespace
+}  // namespace split_test
 }  // namespace pvol::cli

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace pvol::report {
-namespace {
+namespace terminal_test {
 
 Table small_table() {
   return {.caption = "sizes",
@@ -56,5 +56,5 @@ TEST(Terminal, SplitsTablesAndGivesLongNamesTheirOwnLine) {
   EXPECT_EQ(to_terminal(d), "s: l\n\n  n  a  b\n  x  1  2\n  " + name + "\n     3  4\n");
 }
 
-}  // namespace
+}  // namespace terminal_test
 }  // namespace pvol::report

@@ -10,7 +10,7 @@
 #include "support/run_tool.h"
 
 namespace pvol::cli {
-namespace {
+namespace trade_report_test {
 
 /// A ball of 40 voxels, 30 mean free paths thick, at 32 x 24 pixels.
 struct ThickBall {
@@ -151,5 +151,5 @@ TEST(Combinations, AreNoneWhereNothingGains) {
   EXPECT_TRUE(combinations(three_factors(), std::vector<measure::VariantResult>(6)).empty());
 }
 
-}  // namespace
+}  // namespace trade_report_test
 }  // namespace pvol::cli

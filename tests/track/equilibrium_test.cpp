@@ -14,7 +14,7 @@
 #include "support/statistics.h"
 
 namespace pvol::test {
-namespace {
+namespace equilibrium_test {
 
 /// A cloud-like field: a noisy ball with a soft edge and clear air around it.
 Field make_cloud() {
@@ -82,7 +82,7 @@ PathCounts follow(const Volume& v, const Field& field, Rng& rng) {
 template <Tracker kTracker>
 void test_equilibrium(const Volume& v, double density_sum, const std::string& name,
                       proof::Family& family) {
-  constexpr int kPaths = 50'000;
+  const int kPaths = proof::samples<int>(50'000);
   const BoundIntegrals bounds = integrate_bounds(v.density.octree);
   const double mass = double(v.density.scale) * density_sum;
   const double lookups = kTracker == Tracker::decomposition ? bounds.hi - bounds.lo : bounds.hi;
@@ -120,7 +120,7 @@ TEST(Equilibrium, CountsAreVolumeIntegralsOfBounds) {
 template <int kEdge>
 void test_squeeze(const Volume& v, double density_sum, const std::string& name,
                   proof::Family& family) {
-  constexpr int kPaths = 700'000;
+  const int kPaths = proof::samples<int>(700'000);
   const auto source = exact<LookUp::trilinear>(v).source;
   const SqueezedField<kEdge, std::remove_const_t<decltype(source)>> field{source, v.density.micro};
   const double lookups = integrate_open(v) / (double(v.density.scale) * density_sum);
@@ -154,5 +154,5 @@ TEST(Equilibrium, MicroBoundsLeaveTheirIntegralOpen) {
   EXPECT_TRUE(family.passes());
 }
 
-}  // namespace
+}  // namespace equilibrium_test
 }  // namespace pvol::test

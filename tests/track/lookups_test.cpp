@@ -9,7 +9,7 @@
 #include "support/statistics.h"
 
 namespace pvol::test {
-namespace {
+namespace lookups_test {
 
 /// Two segments with a gap; mu_t goes from lo to hi and back as a sine over each.
 const std::vector<Segment> kTwoSegments{{0.5, 2, 0.25, 0.75, 0}, {3, 4, 0.5, 2, 0}};
@@ -76,7 +76,7 @@ TEST(Lookups, AreCountedUp) {
 }
 
 TEST(Lookups, AreTheIntegralsOfMajorantAndResidual) {
-  constexpr int kFlights = 400'000;
+  const int kFlights = proof::samples<int>(400'000);
   const auto segments = [] { return SegmentList{kTwoSegments}; };
   const PlainField field{[](const Segment& s, const LatticePoint& p) {
     return float(extinction_at(s, double(p.frac[0])));
@@ -157,5 +157,5 @@ TEST(Lookups, DecompositionSavesTheShareOfTheMinorant) {
   }
 }
 
-}  // namespace
+}  // namespace lookups_test
 }  // namespace pvol::test

@@ -9,7 +9,7 @@
 #include "support/flights.h"
 
 namespace pvol::test {
-namespace {
+namespace regular_test {
 
 TEST(BernsteinCubic, IsItsPolynomial) {
   const BernsteinCubic c{{1, 0, 5, 2}};  // 1 - 3x + 18x^2 - 14x^3
@@ -115,5 +115,5 @@ TEST(Regular, IsRightInFacesAndEdges) {
   }
 }
 
-}  // namespace
+}  // namespace regular_test
 }  // namespace pvol::test

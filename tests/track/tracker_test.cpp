@@ -15,7 +15,7 @@
 #include "support/statistics.h"
 
 namespace pvol::test {
-namespace {
+namespace tracker_test {
 
 constexpr auto kTrilinear = LookUp::trilinear;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -99,7 +99,7 @@ void test_tracker(const Bounds& bounds, int flights, proof::Family& family) {
 
 TEST(Trackers, FollowTheLawOfFreeFlights) {
   proof::Family family;
-  constexpr int kFlights = 6000;
+  const int kFlights = proof::samples<int>(6000);
   for (const Bounds& bounds : kBounds) {
     if (bounds.hold) {
       test_tracker<Tracker::delta>(bounds, kFlights, family);
@@ -130,7 +130,7 @@ void test_slab(float lo, float hi, double depth, int flights, proof::Family& fam
 
 TEST(Trackers, WithWeightsAreRightUnderBoundsThatDoNotHold) {
   proof::Family family;
-  constexpr int kFlights = 2'000'000;
+  const int kFlights = proof::samples<int>(2'000'000);
   test_slab<Tracker::weighted_delta>(0, 0.7f, 1, kFlights, family);
   test_slab<Tracker::weighted_delta>(0, 0.3f, 0.2, kFlights, family);
   test_slab<Tracker::weighted_decomposition>(0.4f, 0.8f, 1, kFlights, family);
@@ -141,7 +141,7 @@ TEST(Trackers, WithWeightsAreRightUnderBoundsThatDoNotHold) {
 /// The minorant is the medium: a control part too large by 1 % is one of the whole extinction.
 TEST(Trackers, TakeTheMinorantForWhatItIs) {
   proof::Family family;
-  constexpr int kFlights = 600'000;
+  const int kFlights = proof::samples<int>(600'000);
   test_slab<Tracker::delta>(1, 2, 2, kFlights, family);
   test_slab<Tracker::decomposition>(1, 2, 2, kFlights, family);
   test_slab<Tracker::weighted_decomposition>(1, 2, 2, kFlights, family);
@@ -281,5 +281,5 @@ TEST(TrackerEdges, NegativeZerosInDirectionsAreZeros) {
   with_tracker(Tracker::regular, test);
 }
 
-}  // namespace
+}  // namespace tracker_test
 }  // namespace pvol::test

@@ -11,7 +11,7 @@
 #include "support/statistics.h"
 
 namespace pvol::test {
-namespace {
+namespace transmittance_test {
 
 constexpr auto kTrilinear = LookUp::trilinear;
 
@@ -226,5 +226,5 @@ TEST(Transmittance, IsOneWithoutExtinctionAndNothingBehindAWall) {
   }
 }
 
-}  // namespace
+}  // namespace transmittance_test
 }  // namespace pvol::test

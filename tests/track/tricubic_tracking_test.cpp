@@ -16,7 +16,7 @@
 #include "support/pictures.h"
 
 namespace pvol::test {
-namespace {
+namespace tricubic_tracking_test {
 
 constexpr auto kTricubic = LookUp::tricubic;
 constexpr double kDepth = 2;
@@ -189,5 +189,5 @@ TEST(TricubicEmbedding, LooksUpAndEstimates) {
   EXPECT_GT(proof::mean_p_value(m, oracle.transmittance()), proof::kFalseAlarmRate);
 }
 
-}  // namespace
+}  // namespace tricubic_tracking_test
 }  // namespace pvol::test

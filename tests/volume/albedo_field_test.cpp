@@ -13,7 +13,7 @@
 #include "support/small_cloud.h"
 
 namespace pvol::test {
-namespace {
+namespace albedo_field_test {
 
 Rgb slope(Vec3d p) { return {float(0.1 + p.x / 40), float(0.9 - p.y / 50), float(0.3 + p.z / 60)}; }
 
@@ -163,5 +163,5 @@ TEST(ColorGrid, KnowsItsBlackSamplesAgain) {
   EXPECT_TRUE(black_of(grey).bricks.empty());
 }
 
-}  // namespace
+}  // namespace albedo_field_test
 }  // namespace pvol::test

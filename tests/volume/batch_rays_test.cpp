@@ -11,7 +11,7 @@
 #include "support/recipes.h"
 
 namespace pvol::test {
-namespace {
+namespace batch_rays_test {
 
 class BatchRays : public Batch {};
 INSTANTIATE_TEST_SUITE_P(Kernels, BatchRays,
@@ -202,5 +202,5 @@ TEST(BatchesOfAnyVolume, RefuseWhatEstimatesNothing) {
   }
 }
 
-}  // namespace
+}  // namespace batch_rays_test
 }  // namespace pvol::test

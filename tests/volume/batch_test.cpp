@@ -10,7 +10,7 @@
 #include "support/statistics.h"
 
 namespace pvol::test {
-namespace {
+namespace batch_test {
 
 INSTANTIATE_TEST_SUITE_P(Kernels, Batch,
                          ::testing::Values(Lanes::scalar, Lanes::avx2, Lanes::avx512),
@@ -21,7 +21,7 @@ INSTANTIATE_TEST_SUITE_P(Kernels, Batch,
 /// Over fields and placements of every kind, rays from inside and outside, whole and cut off: each
 /// cloud by its p-value, and all together to 0.3 %.
 void follow_the_law(Lanes kernel, LookUp look_up) {
-  constexpr std::size_t kEach = 6000;
+  const std::size_t kEach = proof::samples<std::size_t>(6000);
   proof::Family family;
   proof::Moments left_all, analog_all, ratio_all;
   double exact_all = 0, left_sum = 0, analog_sum = 0, ratio_sum = 0;
@@ -38,7 +38,7 @@ void follow_the_law(Lanes kernel, LookUp look_up) {
           const RayOracle oracle = cloud.oracle(ray, rays.t_max[i]);
           const double exact = oracle.transmittance();
           const RayBatch batch = again(ray, rays.t_max[i], kEach);
-          const auto numbers = [&] { return BatchNumbers{.seed = kSeed, .sample = ++sample}; };
+          const auto numbers = [&] { return BatchNumbers{.seed = kPlacedSeed, .sample = ++sample}; };
           const std::vector<double> t = flights(f, batch, numbers());
           const std::vector<float> a = through(f, batch, numbers(), kAnalog);
           const std::vector<float> r = through(f, batch, numbers(), kRatio);
@@ -83,10 +83,10 @@ void add_one_ray(Lanes kernel, const Field& of, LookUp look_up, double depth,
   const double extinction = depth / one.oracle(ray).optical_depth();
   const PlacedCloud cloud(of, one.to_world, extinction, {.look_up = look_up});
   const BatchField f(cloud.volume, kernel);
-  constexpr std::size_t kRays = 600'000;
+  const std::size_t kRays = proof::samples<std::size_t>(600'000);
   proof::Moments left, ratio;
-  for (const double t : flights(f, again(ray, kFar, kRays), {.seed = 8})) left.add(std::isinf(t));
-  for (const float t : through(f, again(ray, kFar, kRays), {.seed = 9}, kRatio)) {
+  for (const double t : flights(f, again(ray, kFar, kRays), {.seed = proof::seeded(8)})) left.add(std::isinf(t));
+  for (const float t : through(f, again(ray, kFar, kRays), {.seed = proof::seeded(9)}, kRatio)) {
     ratio.add(double(t));
   }
   const double exact = exact_transmittance(cloud.volume, ray, kFar);
@@ -251,5 +251,5 @@ TEST(Batches, KernelsOfEveryWidthGiveTheSameBits) {
   }
 }
 
-}  // namespace
+}  // namespace batch_test
 }  // namespace pvol::test

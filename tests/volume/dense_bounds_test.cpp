@@ -10,7 +10,7 @@
 #include "support/nasty_offset.h"
 
 namespace pvol::test {
-namespace {
+namespace dense_bounds_test {
 
 using detail::DenseBounds;
 using detail::make_dense_bounds;
@@ -129,5 +129,5 @@ TEST(DenseBounds, OfWideBoxesKeepToTheirMemory) {
   }
 }
 
-}  // namespace
+}  // namespace dense_bounds_test
 }  // namespace pvol::test

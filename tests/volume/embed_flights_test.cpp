@@ -9,7 +9,7 @@
 #include "support/statistics.h"
 
 namespace pvol::test {
-namespace {
+namespace embed_flights_test {
 
 TEST(Embed, FlightsFollowTheExtinction) {
   proof::Family family;
@@ -18,7 +18,7 @@ TEST(Embed, FlightsFollowTheExtinction) {
     proof::Histogram places(20);
     proof::Moments left;  // over the exact share of each ray
     for (int i = 0; i < 2000; ++i) {
-      Rng rng(kSeed, stream, std::uint64_t(i));
+      Rng rng(kPlacedSeed, stream, std::uint64_t(i));
       const auto [ray, t_max] = cloud.aim(i % kKinds, rng);
       const RayOracle oracle = cloud.oracle(ray, t_max);
       const Flight f = sample_flight(cloud.volume, ray, t_max, rng);
@@ -46,7 +46,7 @@ TEST(Embed, TransmittanceEstimatesFollowBeerAndLambert) {
     for (const Transmittance estimator : {analog, ratio, residual_ratio, regular}) {
       proof::Moments excess;  // over the exact value, of many rays
       for (int i = 0; i < 800; ++i) {
-        Rng rng(kSeed, stream, std::uint64_t(i));
+        Rng rng(kPlacedSeed, stream, std::uint64_t(i));
         const auto [ray, t_max] = cloud.aim(i % kKinds, rng);
         const float t = sample_transmittance(cloud.volume, ray, t_max, rng, estimator);
         ASSERT_TRUE(t >= -1e-6f && t <= 1 + 1e-6f) << name;
@@ -66,7 +66,7 @@ TEST(Embed, PathsGoOnWhereTheyCollided) {
     int collisions = 0;
     proof::Moments left;
     for (int i = 0; i < 400; ++i) {
-      Rng rng(kSeed, 8, std::uint64_t(i));
+      Rng rng(kPlacedSeed, 8, std::uint64_t(i));
       const Ray ray = cloud.aim(0, rng).ray;
       auto walk = enter(cloud.volume, ray);
       visit_field(cloud.volume, [&](const auto& field) {
@@ -93,5 +93,5 @@ TEST(Embed, PathsGoOnWhereTheyCollided) {
   EXPECT_TRUE(family.passes());
 }
 
-}  // namespace
+}  // namespace embed_flights_test
 }  // namespace pvol::test

@@ -13,7 +13,7 @@
 #include "support/placed_clouds.h"
 
 namespace pvol::test {
-namespace {
+namespace embed_test {
 
 // Rays.
 
@@ -25,7 +25,7 @@ TEST(Embed, RaysThatMissSeeThrough) {
   const Field nothing = make_field("nothing", {0, 0, 0}, {9, 9, 9}, [](Vec3i) { return 0; });
   const PlacedCloud empty(nothing, {}, 1);
   const auto expect_miss = [](const Volume& v, const Ray& ray, double t_max) {
-    Rng rng(kSeed, 2, 0);
+    Rng rng(kPlacedSeed, 2, 0);
     EXPECT_FALSE(enter(v, ray, t_max));
     EXPECT_FALSE(sample_flight(v, ray, t_max, rng).collided);
     EXPECT_EQ(sample_flight(v, ray, t_max, rng).t, kFar);
@@ -49,7 +49,7 @@ TEST(Embed, RefusesRaysThatAreNone) {
                      {{0, 0, 0}, {kFar, 0, 0}},
                      {{nan, 0, 0}, {1, 0, 0}},
                      {{0, -kFar, 0}, {0, 1, 0}}};
-  Rng rng(kSeed, 3, 0);
+  Rng rng(kPlacedSeed, 3, 0);
   for (const Ray& ray : bad) {
     EXPECT_THROW((void)enter(cloud.volume, ray), Error);
     EXPECT_THROW((void)sample_flight(cloud.volume, ray, 1, rng), Error);
@@ -64,7 +64,7 @@ TEST(Embed, RefusesRaysThatAreNone) {
 
 TEST(Embed, TransmittanceIsThatOfTheWorld) {
   for (const LookUp look_up : {kTrilinear, kNearest}) {
-    Rng rng(kSeed, 4, 0);
+    Rng rng(kPlacedSeed, 4, 0);
     for_clouds(
         [&](const PlacedCloud& cloud, const std::string& name) {
           for (int i = 0; i < 10 * kKinds; ++i) {
@@ -84,7 +84,7 @@ TEST(Embed, RaysEnterWhereTheBoxIs) {
     const PlacedCloud cloud(field("gaussian"), placements()[std::size_t(place)].to_world, 0.5);
     const VolumeField& f = cloud.volume.density;
     const Affine to_world = inverse(f.world_to_cells);
-    Rng rng(kSeed, 8, 0);
+    Rng rng(kPlacedSeed, 8, 0);
     int entered = 0;
     for (int i = 0; i < 4000; ++i) {
       auto [ray, t_max] = cloud.aim(i % kKinds, rng);
@@ -113,7 +113,7 @@ TEST(Embed, RaysEnterWhereTheBoxIs) {
 }
 
 TEST(Embed, SegmentsAreInOrderAndBoundTheExtinction) {
-  Rng rng(kSeed, 5, 0);
+  Rng rng(kPlacedSeed, 5, 0);
   for_clouds([&](const PlacedCloud& cloud, const std::string& name) {
     for (int i = 0; i < 5 * kKinds; ++i) {
       const auto [ray, t_max] = cloud.aim(i % kKinds, rng);
@@ -148,7 +148,7 @@ TEST(Embed, SegmentsAreInOrderAndBoundTheExtinction) {
 TEST(Embed, LengthIsThatOfTheWorldWhateverThatOfTheDirection) {
   const PlacedCloud cloud(field("gaussian"), placements()[2].to_world, 0.3);
   for (int i = 0; i < 100; ++i) {
-    Rng rng(kSeed, 6, std::uint64_t(i));
+    Rng rng(kPlacedSeed, 6, std::uint64_t(i));
     const Ray ray = cloud.aim(0, rng).ray;
     const double t_max = length(cloud.volume.density.world_box.centre() - ray.o);
     const double expected = exact_transmittance(cloud.volume, ray, t_max);
@@ -173,7 +173,7 @@ TEST(Embed, TheWayToTheVolumeCostsNoPrecision) {
   const PlacedCloud cloud(field("constant"), {}, 1e6);
   const double away = 0x1p36;  // a direction along an axis moves exactly
   for (int i = 0; i < 2000; ++i) {
-    Rng a(kSeed, 7, std::uint64_t(i)), b = a;
+    Rng a(kPlacedSeed, 7, std::uint64_t(i)), b = a;
     const Flight f = sample_flight(cloud.volume, {{-1, 9.5, 9.5}, {1, 0, 0}}, kFar, a);
     const Flight g = sample_flight(cloud.volume, {{-1 - away, 9.5, 9.5}, {1, 0, 0}}, kFar, b);
     ASSERT_TRUE(f.collided && g.collided);
@@ -186,7 +186,7 @@ TEST(Embed, TheWayToTheVolumeCostsNoPrecision) {
 
 TEST(Embed, DensityAtAPointIsThatOfTheField) {
   for (const LookUp look_up : {kTrilinear, kNearest}) {
-    Rng rng(kSeed, 9, 0);
+    Rng rng(kPlacedSeed, 9, 0);
     for_clouds(
         [&](const PlacedCloud& cloud, const std::string& name) {
           for (int i = 0; i < 300; ++i) {
@@ -232,7 +232,7 @@ TEST(Embed, DensityIsZeroBeyondTheBox) {
 std::vector<double> results(const PlacedCloud& cloud, int begin, int end) {
   std::vector<double> r;
   for (int i = begin; i < end; ++i) {
-    Rng rng(kSeed, 10, std::uint64_t(i));
+    Rng rng(kPlacedSeed, 10, std::uint64_t(i));
     const auto [ray, t_max] = cloud.aim(i % kKinds, rng);
     r.push_back(sample_flight(cloud.volume, ray, t_max, rng).t);
     for (const auto estimator : {Transmittance::ratio, Transmittance::analog}) {
@@ -280,5 +280,5 @@ TEST(Embed, ThreadsShareAVolume) {
   EXPECT_EQ(together, alone);
 }
 
-}  // namespace
+}  // namespace embed_test
 }  // namespace pvol::test

@@ -10,7 +10,7 @@
 #include "support/fields.h"
 
 namespace pvol::test {
-namespace {
+namespace emitter_test {
 
 TEST(Blackbody, HasThePublishedChromaticities) {
   // CIE 15:2004 and Wyszecki, Stiles, Color Science, table of the Planckian locus.
@@ -124,5 +124,5 @@ TEST(Emitter, RefusesWhatCannotBe) {
   EXPECT_NE(refusal(both).find("either"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace emitter_test
 }  // namespace pvol::test

@@ -14,7 +14,7 @@
 #include "support/estimators.h"
 
 namespace pvol::test {
-namespace {
+namespace estimators_test {
 
 constexpr MicroBoundsUse kUses[] = {MicroBoundsUse::cells_8, MicroBoundsUse::cells_1,
                                     MicroBoundsUse::automatic};
@@ -201,7 +201,7 @@ TEST(Estimators, WeightedTrackersNeedNoBounds) {
         r.scene.lights = {Sun{{0.5, 0.7, -0.3}, Rgb(2.0f, 3.0f, 1.5f), 0}};
         r.scene.options.tracker = tracker;
         r.scene.options.transmittance = transmittance;
-        r.scene.options.samples = 100'000;
+        r.scene.options.samples = proof::samples(100'000);
         r.scene.options.seed = ++number;
         const Volume v = with_wrong_bounds(make_volumes(cube(), r.bodies, r.scene).front());
         const Film film = render(v, r.scene).film;
@@ -334,7 +334,7 @@ TEST(Estimators, TwoSunsAreTheSumOfEach) {
   CloudScene s = scene_of(f);
   s.environment = ConstantSky{Rgb(0.0f)};
   s.medium.emission = Rgb(0.0f);
-  s.options.samples = 300;
+  s.options.samples = proof::samples(300);
   std::get<Sun>(s.lights[1]).irradiance = Rgb(0.02f, 0.1f, 0.01f);
   std::get<Sun>(s.lights[1]).angle = 0;
   const Volume v = make_volumes(f, std::vector{s.medium}, s).front();
@@ -350,5 +350,5 @@ TEST(Estimators, TwoSunsAreTheSumOfEach) {
   EXPECT_TRUE(family.passes());
 }
 
-}  // namespace
+}  // namespace estimators_test
 }  // namespace pvol::test

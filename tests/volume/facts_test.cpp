@@ -10,7 +10,7 @@
 #include "support/fields.h"
 
 namespace pvol::test {
-namespace {
+namespace facts_test {
 
 TEST(Facts, ThicknessIsTheMeanOverColumnsThatHoldAnything) {
   const Field f =
@@ -60,5 +60,5 @@ TEST(Facts, HugeTilesWeighWhatTheyAre) {
   }
 }
 
-}  // namespace
+}  // namespace facts_test
 }  // namespace pvol::test

@@ -9,7 +9,7 @@
 #include "support/fields.h"
 
 namespace pvol::test {
-namespace {
+namespace flights_test {
 
 using detail::find_flights;
 using detail::Flights;
@@ -48,5 +48,5 @@ TEST(Flights, StopHoweverManyNullCollisionsLieAhead) {
   }
 }
 
-}  // namespace
+}  // namespace flights_test
 }  // namespace pvol::test

@@ -12,7 +12,7 @@
 #include "support/estimators.h"
 
 namespace pvol::test {
-namespace {
+namespace media_test {
 
 const Rgb kBlack(0.0f);
 
@@ -74,7 +74,7 @@ TEST(Media, ComponentsScatterInProportionToTheirShares) {
         for (const Sun& sun : suns) {
           OneRay r = towards_middle({mixture(extinction)}, {30, 25, 28});
           r.scene.lights = {sun};
-          r.scene.options.samples = 60'000;
+          r.scene.options.samples = proof::samples(60'000);
           r.scene.options.tracker = tracker;
           r.scene.options.transmittance = transmittance;
           r.scene.options.seed = ++number;
@@ -93,7 +93,7 @@ TEST(Media, CollisionsFallToComponentsByTheirShares) {
   m.others = {{0.35, kBlack, HenyeyGreenstein(0), Rgb(0.0f, 1.0f, 0.0f)},
               {0.2, kBlack, HenyeyGreenstein(0), Rgb(0.0f, 0.0f, 1.0f)}};
   OneRay r = towards_middle({m}, {30, 25, 28});
-  r.scene.options.samples = 1'000'000;
+  r.scene.options.samples = proof::samples(1'000'000);
   proof::Family family;
   compare(r, "shares", family);
   EXPECT_TRUE(family.passes());
@@ -337,7 +337,7 @@ TEST(Media, OverlappingWhiteBodiesAreInvisible) {
       matter(0.4, Rgb(1.0f), -0.5, kBlack, skew_place({0.8, 1.2, 1}, {2, 3, 1}))};
   for (const PixelSums& p : picture(white, s).pixels) EXPECT_EQ(mean(p), Vec3d(1.0));
   s.environment = ImageSky{6, 3, std::vector<Rgb>(18, Rgb(1.0f)), Rgb(1.0f), 20};
-  s.options.samples = 300;
+  s.options.samples = proof::samples(300);
   proof::Family family;
   for (const Transmittance transmittance : kTransmittances) {
     if (transmittance == Transmittance::regular) s.options.samples /= 10;
@@ -417,5 +417,5 @@ TEST(Media, TwoLobesAreTwoComponents) {
   EXPECT_TRUE(family.passes());
 }
 
-}  // namespace
+}  // namespace media_test
 }  // namespace pvol::test

@@ -15,7 +15,7 @@
 #include "volume/moving_field.h"
 
 namespace pvol::test {
-namespace {
+namespace motion_test {
 
 constexpr double kExtinction = 3;
 
@@ -330,5 +330,5 @@ TEST(Motion, AVolumeThatNothingMovesStaysAsItIs) {
             nullptr);
 }
 
-}  // namespace
+}  // namespace motion_test
 }  // namespace pvol::test

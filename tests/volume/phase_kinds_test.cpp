@@ -12,7 +12,7 @@
 #include "support/statistics.h"
 
 namespace pvol {
-namespace {
+namespace phase_kinds_test {
 
 using proof::Family;
 using proof::Histogram;
@@ -227,12 +227,12 @@ TEST(PhaseKinds, SharesOfPeaksKeepTheirDigits) {
 
 /// By chi-square over strata of equal share of the exact density, about any direction.
 TEST(PhaseKinds, SamplesHaveTheDensityThatTheyState) {
-  constexpr int kDraws = 200'000;
-  std::mt19937_64 random(8);
+  const int kDraws = proof::samples<int>(200'000);
+  std::mt19937_64 random(proof::seeded(8));
   Family family;
   std::uint64_t number = 0;
   for (const Kind& k : kinds()) {
-    Rng rng(31, number++, 0);
+    Rng rng(proof::seeded(31), number++, 0);
     Histogram by_share(32), azimuths(16);
     const std::vector<double> ends = ends_of_steps(k), all = shares(ends, k.exact);
     for (int i = 0; i < kDraws; ++i) {
@@ -385,5 +385,5 @@ TEST(PhaseTable, RefusesWhatIsNoTable) {
   }
 }
 
-}  // namespace
+}  // namespace phase_kinds_test
 }  // namespace pvol

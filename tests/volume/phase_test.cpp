@@ -10,7 +10,7 @@
 #include "support/statistics.h"
 
 namespace pvol {
-namespace {
+namespace phase_test {
 
 using proof::Family;
 using proof::Histogram;
@@ -155,11 +155,11 @@ class Cells {
 };
 
 TEST(HenyeyGreenstein, SamplesHaveTheDensityAboutEveryDirection) {
-  std::mt19937_64 random(3);
+  std::mt19937_64 random(proof::seeded(3));
   Family family;
   for (const double g : kMeanCosines) {
     const HenyeyGreenstein hg(g);
-    Rng rng(21, std::uint64_t(g * 1e4 + 1e4), 0);
+    Rng rng(proof::seeded(21), std::uint64_t(g * 1e4 + 1e4), 0);
     Histogram shares(16), azimuths(16);
     Cells joint;
     Moments from_peak_mean;
@@ -329,5 +329,5 @@ TEST(TwoLobes, SamplesHaveTheDensityThatTheyState) {
   }
 }
 
-}  // namespace
+}  // namespace phase_test
 }  // namespace pvol

@@ -18,7 +18,7 @@
 #include "support/placed_clouds.h"
 
 namespace pvol::test {
-namespace {
+namespace point_look_up_test {
 
 constexpr std::uint64_t kAnySize = std::uint64_t(1) << 30;
 
@@ -59,7 +59,7 @@ std::vector<Vec3d> points(const Volume& v, Rng& rng, int count) {
 double expect_equal_look_ups(const Volume& made, const std::string& name,
                              std::vector<Vec3d> all = {}) {
   const Volume indexed = with_index(made), searched = without_index(made);
-  Rng rng(kSeed, 30, 0);
+  Rng rng(kPlacedSeed, 30, 0);
   int solid = 0;
   for (const Vec3d& p : points(made, rng, 2000)) all.push_back(p);
   for (const Vec3d& p : all) {
@@ -82,7 +82,7 @@ TEST(PointLookUp, IsThatOfTheTree) {
         const PlacedCloud cloud(f, place.to_world, 0.7, {.look_up = look_up});
         const std::string name = f.name + ", " + place.name + ", " + pvol::name(look_up);
         std::vector<Vec3d> near;
-        Rng rng(kSeed, 31, 0);
+        Rng rng(kPlacedSeed, 31, 0);
         for (int i = 0; i < 300; ++i) near.push_back(cloud.place_inside(rng));
         EXPECT_GT(expect_equal_look_ups(cloud.volume, name, near), 0.01) << name;
       }
@@ -143,5 +143,5 @@ TEST(PointLookUp, IndexesAreSmall) {
   EXPECT_EQ(index_leaves(Octree{}, kAnySize), nullptr);
 }
 
-}  // namespace
+}  // namespace point_look_up_test
 }  // namespace pvol::test

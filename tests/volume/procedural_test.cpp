@@ -24,7 +24,7 @@
 #include "support/pictures.h"
 
 namespace pvol::test {
-namespace {
+namespace procedural_test {
 
 constexpr auto kProcedural = LookUp::procedural;
 
@@ -411,5 +411,5 @@ TEST(Procedural, MayBeEmpty) {
   EXPECT_EQ(describe(v, describe(r, s.medium.extinction, {})).largest_optical_thickness, 0);
 }
 
-}  // namespace
+}  // namespace procedural_test
 }  // namespace pvol::test

@@ -15,7 +15,7 @@
 #include "support/small_cloud.h"
 
 namespace pvol::test {
-namespace {
+namespace shared_samples_test {
 
 [[nodiscard]] Volume make(const VoxelGrid& grid, bool share, VolumeOptions o = {}) {
   o.share_samples = share;
@@ -133,5 +133,5 @@ TEST(SharedSamples, AreRefusedWhereTheyDoNotGo) {
   EXPECT_NE(error_of([&] { (void)render(both, s.scene()); }).find("share"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace shared_samples_test
 }  // namespace pvol::test

@@ -15,7 +15,7 @@
 #include "support/statistics.h"
 
 namespace pvol::test {
-namespace {
+namespace wrong_bounds_test {
 
 /// Thin enough for weights to stay tame: an optical depth of about one half.
 constexpr double kExtinction = 0.04;
@@ -194,5 +194,5 @@ TEST(WrongBounds, LooserOnesChangeNoMean) {
   EXPECT_TRUE(family.passes());
 }
 
-}  // namespace
+}  // namespace wrong_bounds_test
 }  // namespace pvol::test

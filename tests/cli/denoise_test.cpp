@@ -9,7 +9,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace denoise_test {
 
 using nlohmann::json;
 using testing::read_text;
@@ -123,5 +123,5 @@ TEST_F(DenoiseOption, IsReportedAndRefusedWhereNoiseIsNotKnown) {
   EXPECT_NE(one.err.find("--denoise takes --spp 2 or more"), std::string::npos) << one.err;
 }
 
-}  // namespace
+}  // namespace denoise_test
 }  // namespace pvol

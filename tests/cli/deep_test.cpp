@@ -8,7 +8,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace deep_test {
 
 using testing::read_text;
 using testing::run_tool;
@@ -120,5 +120,5 @@ TEST_F(Deep, ComparisonsOfPicturesSayWhatToDo) {
   EXPECT_NE(r.err.find("has deep pixels"), std::string::npos) << r.err;
 }
 
-}  // namespace
+}  // namespace deep_test
 }  // namespace pvol

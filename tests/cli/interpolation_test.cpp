@@ -7,7 +7,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace interpolation_test {
 
 using testing::run_tool;
 using testing::RunResult;
@@ -110,5 +110,5 @@ TEST_F(Interpolations, ClosedFormsAndCellsDoNotMixWithOthers) {
       << r.err;
 }
 
-}  // namespace
+}  // namespace interpolation_test
 }  // namespace pvol

@@ -6,7 +6,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace progress_test {
 
 using testing::run_on_terminal;
 using testing::run_tool;
@@ -69,5 +69,5 @@ TEST_F(Progress, BarsAreDrawnOverEachOtherOnTerminals) {
       << r.err;
 }
 
-}  // namespace
+}  // namespace progress_test
 }  // namespace pvol

@@ -9,7 +9,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace split_test {
 
 using nlohmann::json;
 using testing::read_text;
@@ -312,5 +312,5 @@ TEST_F(Split, OfStatisticsIsATaskForEachCloud) {
   EXPECT_EQ(run_tool(PVOL_STATS, {"depth", ball, ball, "--for", "text"}).exit, 2) << "one name";
 }
 
-}  // namespace
+}  // namespace split_test
 }  // namespace pvol

@@ -9,7 +9,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace pbrt_test {
 
 using testing::read_text;
 using testing::run_tool;
@@ -128,5 +128,5 @@ TEST_F(PbrtTool, BadScenesAndPairsLeaveNothing) {
   }
 }
 
-}  // namespace
+}  // namespace pbrt_test
 }  // namespace pvol

@@ -9,7 +9,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace manual_test {
 
 using testing::read_text;
 using testing::run_tool;
@@ -144,5 +144,5 @@ TEST(Completion, OffersOptionsAndTheirWords) {
   EXPECT_EQ(completed(stats, "pvol-stats trade --max-"), (Words{"--max-error", "--max-time"}));
 }
 
-}  // namespace
+}  // namespace manual_test
 }  // namespace pvol

@@ -11,7 +11,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace stats_test {
 
 using nlohmann::json;
 using testing::run_tool;
@@ -272,5 +272,5 @@ TEST(StatsPages, OfBoundsAndShellsAreWellFormed) {
   expect_page(shell);
 }
 
-}  // namespace
+}  // namespace stats_test
 }  // namespace pvol

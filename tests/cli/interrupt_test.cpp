@@ -15,7 +15,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace interrupt_test {
 
 using testing::read_text;
 using testing::run_on_terminal;
@@ -222,5 +222,5 @@ TEST_F(Interrupt, StudiesReportWhatTheyMeasured) {
   EXPECT_NE(late.out, "");
 }
 
-}  // namespace
+}  // namespace interrupt_test
 }  // namespace pvol

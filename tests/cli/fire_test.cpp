@@ -12,7 +12,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace fire_test {
 
 using nlohmann::json;
 using testing::read_text;
@@ -208,5 +208,5 @@ TEST_F(FireFiles, RampsCutThinSmokeAway) {
   EXPECT_GT(alpha("cut.exr"), 0.1 * alpha("whole.exr"));
 }
 
-}  // namespace
+}  // namespace fire_test
 }  // namespace pvol

@@ -7,7 +7,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace endless_test {
 
 using testing::run_tool;
 using testing::RunResult;
@@ -84,5 +84,5 @@ TEST_F(Endless, IsEndedBySignalsWithinPathsAndFlights) {
   }
 }
 
-}  // namespace
+}  // namespace endless_test
 }  // namespace pvol

@@ -8,7 +8,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace merge_test {
 
 using testing::read_text;
 using testing::run_tool;
@@ -218,5 +218,5 @@ TEST_F(Merge, TellsWrongUse) {
   EXPECT_NE(run_tool(PVOL_CONVERT, {"merge", "--help"}).out.find("--partial"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace merge_test
 }  // namespace pvol

@@ -12,7 +12,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace color_test {
 
 using nlohmann::json;
 using testing::read_text;
@@ -174,5 +174,5 @@ TEST_F(ColorFiles, BoundsAreReportedByChannel) {
   EXPECT_EQ(all["fields"][2]["verified"], true);
 }
 
-}  // namespace
+}  // namespace color_test
 }  // namespace pvol

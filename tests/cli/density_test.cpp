@@ -8,7 +8,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace density_test {
 
 using nlohmann::json;
 using testing::read_text;
@@ -220,5 +220,5 @@ TEST_F(Density, MicroBoundsGoWithEveryPrecision) {
   EXPECT_EQ(j["options"]["micro_bounds_from"], "2^3 built at load");
 }
 
-}  // namespace
+}  // namespace density_test
 }  // namespace pvol

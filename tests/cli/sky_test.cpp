@@ -7,7 +7,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace sky_test {
 
 using testing::run_tool;
 using testing::RunResult;
@@ -142,5 +142,5 @@ TEST_F(Skies, RadiancePicturesLightTheCloud) {
   expect_refused({file}, 1, "red.hdr: byte 74");
 }
 
-}  // namespace
+}  // namespace sky_test
 }  // namespace pvol

@@ -12,10 +12,11 @@
 
 #include "pvol/formats/image.h"
 #include "pvol/formats/pvol_file.h"
+#include "support/effort.h"
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace faults_test {
 
 using testing::read_text;
 using testing::run_tool;
@@ -159,7 +160,7 @@ TEST(Faults, KilledFitsLeaveTheOldFileOrAWholeOne) {
   const std::string whole = read_text(w.output);
   const std::string old = "old";
   int litter = 0;
-  for (int point = 0; point < 60; ++point) {
+  for (int point = 0; point < 60; point += proof::runs_all() ? 1 : 4) {
     for (const int signal : {SIGKILL, SIGTERM, SIGINT}) {
       std::ofstream(w.output, std::ios::binary | std::ios::trunc) << old;
       (void)end_after(3 * point, signal, w);
@@ -179,7 +180,7 @@ TEST(Faults, SignalsLeaveWholePicturesOrNone) {
                  {write_recipe(folder), "-o", out / "a.exr", "--size", "64x64", "--spp", "64",
                   "--guide", "on", "--quiet"},
                  out / "a.exr"};
-  for (int point = 0; point < 30; ++point) {
+  for (int point = 0; point < 30; point += proof::runs_all() ? 1 : 4) {
     for (const int signal : {SIGKILL, SIGTERM, SIGINT}) {
       (void)end_after(12 * point, signal, w);
       if (!std::filesystem::exists(w.output)) continue;
@@ -205,5 +206,5 @@ TEST(Faults, TwoWritersOfOneFileBothSucceed) {
   }
 }
 
-}  // namespace
+}  // namespace faults_test
 }  // namespace pvol

@@ -11,7 +11,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace tools_test {
 
 using nlohmann::json;
 using testing::read_text;
@@ -648,5 +648,5 @@ TEST(Fit, NamesWhatGzipHides) {
   expect_failure(PVOL_RENDER, {folder / "a.vdb.gz", "-o", folder / "a.exr"}, "gunzip");
 }
 
-}  // namespace
+}  // namespace tools_test
 }  // namespace pvol

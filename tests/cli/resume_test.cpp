@@ -9,7 +9,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace resume_test {
 
 using testing::read_text;
 using testing::run_tool;
@@ -217,5 +217,5 @@ TEST_F(Resume, WantsAPictureThatKeepsSums) {
   }
 }
 
-}  // namespace
+}  // namespace resume_test
 }  // namespace pvol

@@ -8,7 +8,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace shells_test {
 
 using nlohmann::json;
 using testing::read_text;
@@ -168,5 +168,5 @@ TEST(Shells, MisuseIsRefused) {
               "auto or on or off");
 }
 
-}  // namespace
+}  // namespace shells_test
 }  // namespace pvol

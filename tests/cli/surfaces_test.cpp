@@ -8,7 +8,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace surfaces_test {
 
 using nlohmann::json;
 using testing::read_text;
@@ -98,5 +98,5 @@ TEST_F(SurfaceScenes, WhatGoesWrongIsToldWithItsFile) {
   (void)render(kGround, {"--set", "solid=[{file=\"" + write("half.toml", flow) + "\"}]"});
 }
 
-}  // namespace
+}  // namespace surfaces_test
 }  // namespace pvol

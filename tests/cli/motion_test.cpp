@@ -7,7 +7,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace motion_test {
 
 using testing::read_text;
 using testing::run_tool;
@@ -181,5 +181,5 @@ TEST_F(MotionTool, RecipesMoveByTheirFlow) {
   EXPECT_NE(bad.err.find("cell"), std::string::npos) << bad.err;
 }
 
-}  // namespace
+}  // namespace motion_test
 }  // namespace pvol

@@ -11,7 +11,7 @@
 #include "pvol/error.h"
 
 namespace pvol {
-namespace {
+namespace shellcheck_test {
 
 Quadric ball(Vec3d centre, double radius) {
   return {Vec3d(-1), {}, 2.0 * centre, radius * radius - dot(centre, centre)};
@@ -296,5 +296,5 @@ TEST(ShellCheck, RefusesAnEmptyCloudAndOptionsOutOfRange) {
   EXPECT_THROW((void)check_shell(shell, support, options), Error);
 }
 
-}  // namespace
+}  // namespace shellcheck_test
 }  // namespace pvol

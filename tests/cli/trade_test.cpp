@@ -8,7 +8,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace trade_test {
 
 using nlohmann::json;
 using testing::read_text;
@@ -207,5 +207,5 @@ TEST(Trade, OfTheFilterTakesNoTimeForAGoal) {
   EXPECT_EQ(r.exit, 2);
 }
 
-}  // namespace
+}  // namespace trade_test
 }  // namespace pvol

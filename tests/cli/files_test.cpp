@@ -8,7 +8,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace files_test {
 
 using testing::run_tool;
 using testing::RunResult;
@@ -156,5 +156,5 @@ TEST(HostileFiles, StrictRefusesNonFiniteAndNegativeValues) {
   }
 }
 
-}  // namespace
+}  // namespace files_test
 }  // namespace pvol

@@ -13,7 +13,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace {
+namespace sequence_test {
 
 using nlohmann::json;
 using testing::read_text;
@@ -533,5 +533,5 @@ TEST_F(Sequence, GoesOnAfterAFrameThatFails) {
   EXPECT_EQ(json::parse(r.out).at(1).at("state"), "failed");
 }
 
-}  // namespace
+}  // namespace sequence_test
 }  // namespace pvol
