@@ -82,7 +82,7 @@ PathCounts follow(const Volume& v, const Field& field, Rng& rng) {
 template <Tracker kTracker>
 void test_equilibrium(const Volume& v, double density_sum, const std::string& name,
                       proof::Family& family) {
-  const int kPaths = proof::samples<int>(50'000);
+  constexpr int kPaths = 50'000;
   const BoundIntegrals bounds = integrate_bounds(v.density.octree);
   const double mass = double(v.density.scale) * density_sum;
   const double lookups = kTracker == Tracker::decomposition ? bounds.hi - bounds.lo : bounds.hi;
@@ -120,7 +120,7 @@ TEST(Equilibrium, CountsAreVolumeIntegralsOfBounds) {
 template <int kEdge>
 void test_squeeze(const Volume& v, double density_sum, const std::string& name,
                   proof::Family& family) {
-  const int kPaths = proof::samples<int>(700'000);
+  constexpr int kPaths = 700'000;
   const auto source = exact<LookUp::trilinear>(v).source;
   const SqueezedField<kEdge, std::remove_const_t<decltype(source)>> field{source, v.density.micro};
   const double lookups = integrate_open(v) / (double(v.density.scale) * density_sum);
