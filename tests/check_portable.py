@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 
-# Languages of headers that are not of C++20: "pvol/door.h": ["c99", "c++17"].
+# Languages of headers that are not of C++20: "pvol/capi.h": ["c99", "c++17"].
 LANGUAGES = {
     "pvol/pvol.h": ["c99", "c++17"],
     "pvol/pvol.hpp": ["c++17"],

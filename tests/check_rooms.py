@@ -9,10 +9,10 @@ import sys
 import tempfile
 
 LIBRARY = ["math", "form", "density", "bounds", "field", "shell", "track", "volume", "render",
-           "measure", "door"]
-DOORS = {"pvol/error.h": "math", "pvol/version.h": "math", "pvol/embed.h": "volume",
-         "pvol/trackers.h": "volume", "pvol/pvol.h": "door", "pvol/pvol.hpp": "door",
-         "pvol/given_density.h": "door"}
+           "measure", "capi"]
+ROOT_HEADERS = {"pvol/error.h": "math", "pvol/version.h": "math", "pvol/embed.h": "volume",
+         "pvol/trackers.h": "volume", "pvol/pvol.h": "capi", "pvol/pvol.hpp": "capi",
+         "pvol/given_density.h": "capi"}
 TOOLS = ["cli", "report", "stats", "python"]
 FORMATS = ["file", "image", "toml", "vdb", "pvol", "pbrt"]
 # What the library is built from: the standard library, compilers' own headers of vector instructions,
@@ -27,13 +27,13 @@ def room_of_library_file(path):
     """The room of libpvol/src/ROOM/... or libpvol/include/pvol/ROOM/..."""
     parts = path.parts
     below = parts[parts.index("src") + 1:] if "src" in parts else parts[parts.index("pvol") + 1:]
-    return below[0] if len(below) > 1 else DOORS.get("pvol/" + below[0])
+    return below[0] if len(below) > 1 else ROOT_HEADERS.get("pvol/" + below[0])
 
 
 def library_target(name):
     """The library's room that an include names, or None."""
-    if name in DOORS:
-        return DOORS[name]
+    if name in ROOT_HEADERS:
+        return ROOT_HEADERS[name]
     parts = name.removeprefix("pvol/").split("/")
     return parts[0] if len(parts) > 1 and parts[0] in LIBRARY else None
 
@@ -57,7 +57,7 @@ def check_library(path, name, foreign):
 
 def formats_target(name):
     """The room of formats/src that an include names, or None. One of them is called pvol."""
-    public = name in DOORS or name.startswith("pvol/formats/") or library_target(name)
+    public = name in ROOT_HEADERS or name.startswith("pvol/formats/") or library_target(name)
     first = name.split("/")[0]
     return first if first in FORMATS and not public else None
 

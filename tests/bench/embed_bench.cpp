@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "embed_door.h"
+#include "embed_capi.h"
 #include "embed_media.h"
 #include "embed_paths.h"
 #include "embed_waves.h"
@@ -187,16 +187,16 @@ void add_waves(Bench& bench, const std::vector<BatchField>& fields, bool analog)
 }
 
 template <bool kAnalog>
-void add_door(Bench& bench, const pvol_volume* door) {
-  bench.add_paths("C door, segments and look-ups",
-                  [door] { return DoorSegmentsMedium<kAnalog>{door}; });
-  bench.add_paths("C door, one call a ray", [door] { return DoorCalls<kAnalog>{door}; });
-  bench.add_paths("C door, walks that go on", [door] { return DoorWalks<kAnalog>{door}; });
-  const auto trace = [&bench, door](const Round& round, Mean& mean) {
-    const DoorBatchRays rays{door, DoorCalls<kAnalog>::kEstimator, 2 + std::uint64_t(round.number)};
+void add_capi(Bench& bench, const pvol_volume* capi) {
+  bench.add_paths("C API, segments and look-ups",
+                  [door] { return CapiSegmentsMedium<kAnalog>{door}; });
+  bench.add_paths("C API, one call a ray", [door] { return CapiCalls<kAnalog>{door}; });
+  bench.add_paths("C API, walks that go on", [door] { return CapiWalks<kAnalog>{door}; });
+  const auto trace = [&bench, capi](const Round& round, Mean& mean) {
+    const CapiBatchRays rays{door, CapiCalls<kAnalog>::kEstimator, 2 + std::uint64_t(round.number)};
     trace_waves(bench.setting, rays, round, mean);
   };
-  bench.rows.push_back({.name = "C door, batches", .trace = trace});
+  bench.rows.push_back({.name = "C API, batches", .trace = trace});
 }
 
 int run(const Wishes& w) {
@@ -211,14 +211,14 @@ int run(const Wishes& w) {
                                     {.micro_bounds = w.micro_bounds, .share_samples = true});
   print_bytes(nano, volume, shared);
 
-  const DoorVolume door = make_door_volume(cloud.grid(), medium.extinction);
+  const CapiVolume door = make_capi_volume(cloud.grid(), medium.extinction);
   const std::vector<BatchField> batches = batch_fields(volume);
 
   Bench bench{setting, w.paths, w.rounds};
   w.analog ? add_media<true>(bench, nano, volume, shared)
            : add_media<false>(bench, nano, volume, shared);
   add_waves(bench, batches, w.analog);
-  w.analog ? add_door<true>(bench, door.get()) : add_door<false>(bench, door.get());
+  w.analog ? add_capi<true>(bench, capi.get()) : add_capi<false>(bench, capi.get());
   std::erase_if(bench.rows, [&](const Row& r) { return r.name.find(w.only) == r.name.npos; });
   if (bench.rows.empty()) throw std::runtime_error("no medium is called " + w.only);
   bench.run();

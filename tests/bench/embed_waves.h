@@ -135,7 +135,7 @@ struct BatchRays {
 };
 
 /// By pvol/pvol.h.
-struct DoorBatchRays {
+struct CapiBatchRays {
   const pvol_volume* volume;
   pvol_estimator estimator;
   std::uint64_t seed;

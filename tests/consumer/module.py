@@ -98,7 +98,7 @@ class Array(ctypes.Structure):
 
 
 def check_library(library: ctypes.CDLL, volume) -> None:
-    """The same volume by the C door of the program's library has the same density, to the bit."""
+    """The same volume by the C API of the program's library has the same density, to the bit."""
     library.pvol_new_volume.restype = ctypes.c_void_p
     library.pvol_density.restype = ctypes.c_float
     values = np.ascontiguousarray(density())

@@ -41,7 +41,7 @@ extern "C" double transmittance_of_plugin(int rays) {
   return double(passed) / rays;
 }
 
-/// Whether pvol's errors are caught on this side of its door.
+/// Whether pvol's errors are caught on its side of the API.
 extern "C" int plugin_catches_errors(void) {
   try {
     pvol::api::Volume().set_extinction(-1);

@@ -1,4 +1,4 @@
-// Densities that come with their bounds, for the C door: what readers of files hand over.
+// Densities that come with their bounds, for the C API: what readers of files hand over.
 #pragma once
 
 #include <functional>
@@ -22,7 +22,7 @@ struct BoundedDensity {
 
 using GetDensity = std::function<std::shared_ptr<const BoundedDensity>()>;
 
-/// Gives a handle of the C door the density that `read` returns, and its place, for the next
+/// Gives a handle of the C API the density that `read` returns, and its place, for the next
 /// commit. What it throws becomes the status and the message.
 [[nodiscard]] pvol_status set_density(pvol_volume* volume, const GetDensity& read);
 

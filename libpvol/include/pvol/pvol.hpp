@@ -1,4 +1,4 @@
-// The C door (pvol/pvol.h, which is the manual) for C++17: owners instead of handles, exceptions
+// The C API (pvol/pvol.h, which is the manual) for C++17: owners instead of handles, exceptions
 // where volumes are made, and nothing between a ray and its call. It is a header alone, over the C
 // functions of the library, whatever compiled that.
 //

@@ -1,4 +1,4 @@
-// One door for every kind of cloud file.
+// One function for every kind of cloud file.
 #pragma once
 
 #include <filesystem>

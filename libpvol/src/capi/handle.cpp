@@ -1,10 +1,10 @@
-// Handles of the C door, and what is set of them.
+// Handles of the C API, and what is set of them.
 #include <cmath>
 #include <new>
 #include <string>
 
-#include "door/committed.h"
-#include "door/guard.h"
+#include "capi/committed.h"
+#include "capi/guard.h"
 #include "pvol/given_density.h"
 #include "pvol/version.h"
 

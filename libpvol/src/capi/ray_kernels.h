@@ -1,7 +1,7 @@
-// The loops behind the C door for one kind of field, compiled once for each kind and processor.
+// The loops behind the C API for one kind of field, compiled once for each kind and processor.
 #pragma once
 
-#include "door/caller_numbers.h"
+#include "capi/caller_numbers.h"
 #include "pvol/track/chromatic.h"
 #include "pvol/trackers.h"
 

@@ -1,12 +1,12 @@
-// From exceptions to the status and message of the C door.
+// From exceptions to the status and message of the C API.
 #pragma once
 
 #include <exception>
 #include <new>
 #include <string>
 
-#include "door/committed.h"
-#include "door/samples.h"
+#include "capi/committed.h"
+#include "capi/samples.h"
 #include "pvol/error.h"
 
 namespace pvol::detail {

@@ -1,4 +1,4 @@
-// What the C door's handles and walks are made of.
+// What the C API's handles and walks are made of.
 #pragma once
 
 #include <array>
@@ -11,9 +11,9 @@
 #include <variant>
 #include <vector>
 
-#include "door/brick_update.h"
-#include "door/ray_kernels.h"
-#include "door/samples.h"
+#include "capi/brick_update.h"
+#include "capi/ray_kernels.h"
+#include "capi/samples.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/pvol.h"
 #include "pvol/shell/ray_shell.h"
@@ -40,13 +40,13 @@ struct Committed {
 };
 
 /// A pvol_walk's contents.
-struct DoorWalk {
+struct CapiWalk {
   const Committed* volume = nullptr;
   RayWalk walk{};
   LeafHandle leaf = 0;  ///< of the current segment
 };
-static_assert(sizeof(DoorWalk) <= sizeof(pvol_walk) && alignof(DoorWalk) <= alignof(pvol_walk));
-static_assert(std::is_trivially_copyable_v<DoorWalk> && std::is_trivially_destructible_v<DoorWalk>);
+static_assert(sizeof(CapiWalk) <= sizeof(pvol_walk) && alignof(CapiWalk) <= alignof(pvol_walk));
+static_assert(std::is_trivially_copyable_v<CapiWalk> && std::is_trivially_destructible_v<CapiWalk>);
 
 /// What was set, and whether that was after the last commit.
 struct Settings {

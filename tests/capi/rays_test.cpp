@@ -1,4 +1,4 @@
-// Rays of the C door: against the C++ door, which has proofs of its own, to the bit where numbers
+// Rays of the C API: against the C++ door, which has proofs of its own, to the bit where numbers
 // are pvol's own, and against closed forms where they are the caller's.
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-#include "door/door_fields.h"
+#include "capi/capi_fields.h"
 #include "pvol/trackers.h"
 #include "pvol/volume/batch.h"
 #include "support/statistics.h"
@@ -24,7 +24,7 @@ LookUp look_up_of(pvol_interpolation i) {
                              : LookUp::tricubic;
 }
 
-TEST(DoorRays, AreThoseOfTheCppDoor) {
+TEST(CapiRays, AreThoseOfTheCppApi) {
   const Smoke smoke;
   for (const pvol_interpolation interpolation : kInterpolations) {
     api::Volume v;
@@ -64,7 +64,7 @@ TEST(DoorRays, AreThoseOfTheCppDoor) {
   }
 }
 
-TEST(DoorRays, WalksAreThoseOfTheCppDoor) {
+TEST(CapiRays, WalksAreThoseOfTheCppApi) {
   const Smoke smoke;
   const api::Volume v = make_smoke(smoke, 5);
   const Volume other = make_same(smoke, 5);
@@ -104,7 +104,7 @@ TEST(DoorRays, WalksAreThoseOfTheCppDoor) {
   EXPECT_GT(segments, 300);
 }
 
-TEST(DoorRays, WalksAreCopiedByAssignment) {
+TEST(CapiRays, WalksAreCopiedByAssignment) {
   const Smoke smoke;
   const api::Volume v = make_smoke(smoke, 5);
   const pvol_ray ray = ray_between({-5, 18, 21}, {30, 20, 19});
@@ -124,7 +124,7 @@ TEST(DoorRays, WalksAreCopiedByAssignment) {
   ASSERT_EQ(pvol_next(&b, &again), 1) << "copies go their own ways";
 }
 
-TEST(DoorRays, BadOnesAreTold) {
+TEST(CapiRays, BadOnesAreTold) {
   const api::Volume v = make_smoke(Smoke());
   const double nan = std::numeric_limits<double>::quiet_NaN();
   api::Random random(1, 2, 3);
@@ -151,7 +151,7 @@ TEST(DoorRays, BadOnesAreTold) {
   EXPECT_EQ(pvol_resume(&walk, t, none, 1), PVOL_BAD_RAY);
 }
 
-TEST(DoorRays, ThatMissGoOnNowhere) {
+TEST(CapiRays, ThatMissGoOnNowhere) {
   const api::Volume v = make_smoke(Smoke(80));
   const pvol_ray miss = ray_between({-50, -50, -50}, {-60, -50, -50});
   pvol_walk walk;
@@ -273,7 +273,7 @@ TEST_F(NumbersOfTheCaller, BadOnesDoNoHarm) {
   }
 }
 
-TEST(DoorPaths, GoOnWhereTheyCollided) {
+TEST(CapiPaths, GoOnWhereTheyCollided) {
   // In a ball of matter that scatters evenly and absorbs nothing, each path leaves; the mean number
   // of collisions against paths of the C++ door with numbers of its own.
   const Smoke smoke;
@@ -316,7 +316,7 @@ TEST(DoorPaths, GoOnWhereTheyCollided) {
   EXPECT_TRUE(family.passes()) << mine.mean() << " and " << theirs.mean();
 }
 
-TEST(DoorChromatic, EachChannelIsItsOwnExtinction) {
+TEST(CapiChromatic, EachChannelIsItsOwnExtinction) {
   const Smoke smoke;
   const std::array<float, 3> share{1, 0.5f, 0.1f};
   api::Volume v;
@@ -353,7 +353,7 @@ TEST(DoorChromatic, EachChannelIsItsOwnExtinction) {
   EXPECT_TRUE(family.passes());
 }
 
-TEST(DoorBatches, AreThoseOfTheCppDoor) {
+TEST(CapiBatches, AreThoseOfTheCppApi) {
   const Smoke smoke;
   const api::Volume v = make_smoke(smoke, 5);
   const Volume other = make_same(smoke, 5);

@@ -1,9 +1,9 @@
-// Many rays at once, by the C door.
+// Many rays at once, by the C API.
 #include <cmath>
 #include <limits>
 #include <new>
 
-#include "door/rays.h"
+#include "capi/rays.h"
 #include "pvol/volume/batch.h"
 #include "volume/batch_rays.h"
 

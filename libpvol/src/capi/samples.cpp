@@ -1,5 +1,5 @@
 // From what C programs have in memory to grids.
-#include "door/samples.h"
+#include "capi/samples.h"
 
 #include <cmath>
 #include <cstring>

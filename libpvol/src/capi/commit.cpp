@@ -1,9 +1,9 @@
-// Commits of the C door: in whose threads they work, how far they are, and how they end early.
+// Commits of the C API: in whose threads they work, how far they are, and how they end early.
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
 
-#include "door/build.h"
-#include "door/guard.h"
+#include "capi/build.h"
+#include "capi/guard.h"
 #include "math/parallel.h"
 
 namespace pvol::detail {

@@ -1,4 +1,4 @@
-// .pvol files for the C door.
+// .pvol files for the C API.
 #include <span>
 #include <utility>
 

@@ -1,4 +1,4 @@
-#include "door/ray_kernels.h"
+#include "capi/ray_kernels.h"
 #include "math/processor.h"
 
 namespace pvol::detail {

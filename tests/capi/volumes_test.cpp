@@ -1,4 +1,4 @@
-// Volumes of the C door: what they are made of, what is said of them, and how commits end.
+// Volumes of the C API: what they are made of, what is said of them, and how commits end.
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
 
@@ -9,7 +9,7 @@
 #include <limits>
 #include <thread>
 
-#include "door/door_fields.h"
+#include "capi/capi_fields.h"
 
 namespace pvol::test {
 namespace volumes_test {
@@ -44,7 +44,7 @@ std::uint16_t half_of(float v) {
   return std::uint16_t(std::lrint(std::ldexp(v, 10 - exponent)) + (exponent + 14) * 1024);
 }
 
-TEST(DoorVolume, ArraysOfAnyTypeAndStride) {
+TEST(CapiVolume, ArraysOfAnyTypeAndStride) {
   const Smoke smoke;
   const auto n = std::size_t(smoke.n);
   const api::Volume packed = make_smoke(smoke);
@@ -72,7 +72,7 @@ TEST(DoorVolume, ArraysOfAnyTypeAndStride) {
   expect_same_density(packed, small, smoke.n, 0.001f);
 }
 
-TEST(DoorVolume, BricksAndLeavesAreArraysInOtherWords) {
+TEST(CapiVolume, BricksAndLeavesAreArraysInOtherWords) {
   const Smoke smoke;
   const api::Volume packed = make_smoke(smoke);
 
@@ -107,7 +107,7 @@ TEST(DoorVolume, BricksAndLeavesAreArraysInOtherWords) {
   EXPECT_EQ(of_leaves.density(place_of(90, 50.5, 50)), 0);
 }
 
-TEST(DoorVolume, SaysWhatIsWrong) {
+TEST(CapiVolume, SaysWhatIsWrong) {
   const Smoke smoke;
   api::Volume v;
   std::string heard;
@@ -162,7 +162,7 @@ TEST(DoorVolume, SaysWhatIsWrong) {
   EXPECT_EQ(pvol_api_version(), PVOL_API_VERSION);
 }
 
-TEST(DoorVolume, WithoutDensityEverythingGetsThrough) {
+TEST(CapiVolume, WithoutDensityEverythingGetsThrough) {
   api::Volume v;
   const pvol_ray ray = api::ray({0, 0, 0}, {1, 0, 0});
   api::Random random(1, 2, 3);
@@ -178,7 +178,7 @@ TEST(DoorVolume, WithoutDensityEverythingGetsThrough) {
   EXPECT_EQ(depth, 0);
 }
 
-TEST(DoorVolume, FurtherFieldsHavePlacesOfTheirOwn) {
+TEST(CapiVolume, FurtherFieldsHavePlacesOfTheirOwn) {
   const Smoke smoke, heat(24, 1);
   api::Volume v;
   v.set(PVOL_DENSITY, smoke.array()).set(3, heat.array()).set_transform(3, kPlacement).commit();
@@ -195,7 +195,7 @@ TEST(DoorVolume, FurtherFieldsHavePlacesOfTheirOwn) {
   EXPECT_GT(v.density({20, 20, 20}), 0) << "the density stays";
 }
 
-TEST(DoorVolume, BoxesAndRangesHoldTheDensity) {
+TEST(CapiVolume, BoxesAndRangesHoldTheDensity) {
   const Smoke smoke;
   for (const pvol_interpolation interpolation : {PVOL_TRILINEAR, PVOL_NEAREST, PVOL_TRICUBIC}) {
     api::Volume v;
@@ -235,7 +235,7 @@ TEST(DoorVolume, BoxesAndRangesHoldTheDensity) {
 }
 
 /// Single voxels, whose leaves are empty but for a part.
-TEST(DoorVolume, RangesOfSparksHoldThem) {
+TEST(CapiVolume, RangesOfSparksHoldThem) {
   constexpr std::int32_t kEdge = 32;
   std::vector<float> values(kEdge * kEdge * kEdge);
   for (std::size_t x = 5; x < kEdge; x += 8) {
@@ -265,7 +265,7 @@ TEST(DoorVolume, RangesOfSparksHoldThem) {
   EXPECT_GT(met, 150);
 }
 
-TEST(DoorVolume, WithoutExtinctionLetsAllPass) {
+TEST(CapiVolume, WithoutExtinctionLetsAllPass) {
   std::vector<float> values(16 * 16 * 16);
   values[(2 * 16 + 2) * 16 + 2] = 1;
   api::Volume v;
@@ -278,7 +278,7 @@ TEST(DoorVolume, WithoutExtinctionLetsAllPass) {
   EXPECT_LT(v.transmittance(ray, PVOL_EXACT, random), 0.001f);
 }
 
-TEST(DoorVolume, ShellsHoldTheDensity) {
+TEST(CapiVolume, ShellsHoldTheDensity) {
   const Smoke smoke;
   api::Volume v;
   v.set(PVOL_DENSITY, smoke.array())
@@ -313,7 +313,7 @@ TEST(DoorVolume, ShellsHoldTheDensity) {
   EXPECT_EQ(pvol_shell_spans(v.get(), &bad, nullptr, 0), PVOL_BAD_RAY);
 }
 
-TEST(DoorCommit, ChangesOfTheMediumKeepTheSamples) {
+TEST(CapiCommit, ChangesOfTheMediumKeepTheSamples) {
   const Smoke smoke;
   api::Volume v = make_smoke(smoke, 3);
   {
@@ -336,7 +336,7 @@ TEST(DoorCommit, ChangesOfTheMediumKeepTheSamples) {
   EXPECT_GT(v.density(place_of(20, 20, 20)), 0) << "as it was";
 }
 
-TEST(DoorCommit, TellsHowFarItIsAndCanBeCancelled) {
+TEST(CapiCommit, TellsHowFarItIsAndCanBeCancelled) {
   const Smoke smoke;
   api::Volume v = make_smoke(smoke);
   struct Watch {
@@ -368,7 +368,7 @@ TEST(DoorCommit, TellsHowFarItIsAndCanBeCancelled) {
   expect_same_density(v, make_smoke(other), other.n);
 }
 
-TEST(DoorCommit, IsCancelledFromAnotherThread) {
+TEST(CapiCommit, IsCancelledFromAnotherThread) {
   // A brick's function waits until the commit was cancelled, and then some: the loop that calls it
   // ends before its parts are done.
   struct Bricks {
@@ -398,7 +398,7 @@ TEST(DoorCommit, IsCancelledFromAnotherThread) {
   EXPECT_EQ(error_of([&] { v.commit(); }).status(), PVOL_CANCELLED) << "the function gave up";
 }
 
-TEST(DoorCommit, WorksInTheArenaOrThreadsThatItIsGiven) {
+TEST(CapiCommit, WorksInTheArenaOrThreadsThatItIsGiven) {
   struct Threads {
     std::atomic<int> now = 0, most = 0;
   };
@@ -434,7 +434,7 @@ TEST(DoorCommit, WorksInTheArenaOrThreadsThatItIsGiven) {
   EXPECT_EQ(error_of([&] { api::Volume().commit(bad); }).status(), PVOL_INVALID);
 }
 
-TEST(DoorVolume, HandlesAreCounted) {
+TEST(CapiVolume, HandlesAreCounted) {
   pvol_volume* const v = pvol_new_volume();
   pvol_retain(v);
   pvol_release(v);

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "door/samples.h"
+#include "capi/samples.h"
 #include "pvol/field/micro_range.h"
 #include "volume/linked_bricks.h"
 

@@ -1,9 +1,9 @@
-// The C door over samples that stay with the caller: the same as copies of them, in less memory.
+// The C API over samples that stay with the caller: the same as copies of them, in less memory.
 #include <gtest/gtest.h>
 
 #include <cstring>
 
-#include "door/door_fields.h"
+#include "capi/capi_fields.h"
 
 namespace pvol::test {
 namespace sharing_test {
@@ -69,7 +69,7 @@ void expect_same_walks(const api::Volume& a, const api::Volume& b) {
   }
 }
 
-TEST(DoorSharing, OfAnArrayIsTheCopy) {
+TEST(CapiSharing, OfAnArrayIsTheCopy) {
   const Smoke smoke(kEdge);
   std::vector<float> pairs;  // every other float, z first
   for (std::size_t k = 0; k < kEdge; ++k) {
@@ -93,7 +93,7 @@ TEST(DoorSharing, OfAnArrayIsTheCopy) {
   }
 }
 
-TEST(DoorSharing, OfLeavesIsTheCopy) {
+TEST(CapiSharing, OfLeavesIsTheCopy) {
   const Leaves leaves{Smoke(kEdge)};
   for (const std::size_t tiles : {0u, 1u}) {
     const auto copied = commit(api::Volume().set(PVOL_DENSITY, leaves.all(tiles)));
@@ -105,7 +105,7 @@ TEST(DoorSharing, OfLeavesIsTheCopy) {
 }
 
 /// The samples are read where they are: what changes there is seen at once.
-TEST(DoorSharing, GoesRayByRayInBatches) {
+TEST(CapiSharing, GoesRayByRayInBatches) {
   const Smoke smoke(kEdge);
   const auto v = commit(api::Volume().share(PVOL_DENSITY, smoke.array()));
   Rng rng(2, 2, 2);
@@ -127,7 +127,7 @@ TEST(DoorSharing, GoesRayByRayInBatches) {
   }
 }
 
-TEST(DoorSharing, CopiesNothing) {
+TEST(CapiSharing, CopiesNothing) {
   Leaves leaves{Smoke(kEdge)};
   const auto v = commit(api::Volume().share(PVOL_DENSITY, leaves.all(0)));
   const api::Vec middle = place_of(30, 30, 30);
@@ -139,7 +139,7 @@ TEST(DoorSharing, CopiesNothing) {
   EXPECT_EQ(v.density(middle), 0.5f * before);
 }
 
-TEST(DoorSharing, FrameByFrame) {
+TEST(CapiSharing, FrameByFrame) {
   Smoke smoke(kEdge);
   api::Volume v = commit(api::Volume().share(PVOL_DENSITY, smoke.array()));
   v.set_extinction(5).commit();
@@ -158,7 +158,7 @@ TEST(DoorSharing, FrameByFrame) {
   expect_same(v, make_smoke(kept, 5), kEdge, "and shared again");
 }
 
-TEST(DoorSharing, IsRefusedWhereItDoesNotGo) {
+TEST(CapiSharing, IsRefusedWhereItDoesNotGo) {
   const Smoke smoke(16);
   const auto message = [&](const auto& set) {
     api::Volume v;

@@ -1,4 +1,4 @@
-// A volume of the C door (pvol/pvol.h) of a grid's samples, and the media that ask it ray by ray.
+// A volume of the C API (pvol/pvol.h) of a grid's samples, and the media that ask it ray by ray.
 #pragma once
 
 #include <limits>
@@ -15,10 +15,10 @@ namespace pvol::bench {
 struct Release {
   void operator()(pvol_volume* v) const { pvol_release(v); }
 };
-using DoorVolume = std::unique_ptr<pvol_volume, Release>;
+using CapiVolume = std::unique_ptr<pvol_volume, Release>;
 
 /// Throws std::runtime_error.
-[[nodiscard]] inline DoorVolume make_door_volume(const VoxelGrid& grid, double extinction) {
+[[nodiscard]] inline CapiVolume make_capi_volume(const VoxelGrid& grid, double extinction) {
   std::vector<pvol_leaf> leaves;
   for (const Brick& b : grid.bricks) {
     leaves.push_back({b.values, {b.origin.x, b.origin.y, b.origin.z}});
@@ -36,7 +36,7 @@ using DoorVolume = std::unique_ptr<pvol_volume, Release>;
   pvol_leaves all{};
   all.leaves = leaves.data(), all.leaf_count = leaves.size();
   all.tiles = tiles.data(), all.tile_count = tiles.size();
-  DoorVolume v(pvol_new_volume());
+  CapiVolume v(pvol_new_volume());
   if (!v || pvol_set_leaves(v.get(), PVOL_DENSITY, &all) != PVOL_OK ||
       pvol_set_transform(v.get(), PVOL_DENSITY, map) != PVOL_OK ||
       pvol_set_extinction(v.get(), extinction) != PVOL_OK ||
@@ -46,13 +46,13 @@ using DoorVolume = std::unique_ptr<pvol_volume, Release>;
   return v;
 }
 
-[[nodiscard]] inline pvol_ray door_ray(const Ray& r) {
+[[nodiscard]] inline pvol_ray capi_ray(const Ray& r) {
   return {{r.o.x, r.o.y, r.o.z}, {r.d.x, r.d.y, r.d.z}, std::numeric_limits<double>::infinity()};
 }
 
 /// f(random) with the numbers of an Rng, which is used on.
 template <class F>
-auto with_door_numbers(Rng& rng, const F& f) {
+auto with_capi_numbers(Rng& rng, const F& f) {
   const Rng::State s = rng.state();
   pvol_random random{};
   random.key[0] = s.key, random.key[1] = s.sample, random.used = s.counter;
@@ -62,7 +62,7 @@ auto with_door_numbers(Rng& rng, const F& f) {
 }
 
 /// A pvol_walk as visit_tentative has segments.
-struct DoorSegments {
+struct CapiSegments {
   pvol_walk walk;
 
   [[nodiscard]] std::optional<Segment> next() {
@@ -74,13 +74,13 @@ struct DoorSegments {
 
 /// pvol_enter, pvol_next, and look-ups at t of a segment.
 template <bool kAnalog>
-struct DoorSegmentsMedium {
+struct CapiSegmentsMedium {
   const pvol_volume* volume;
 
   template <class Count>
   [[nodiscard]] double flight(const Ray& ray, Rng& rng, Count& count) const {
-    DoorSegments segments;
-    const pvol_ray r = door_ray(ray);
+    CapiSegments segments;
+    const pvol_ray r = capi_ray(ray);
     if (pvol_enter(volume, &r, &segments.walk) != 1) return std::numeric_limits<double>::infinity();
     return fly(segments, rng, count, [&](const Segment&, double t, float mu) {
       return pvol_walk_exceeds(&segments.walk, t, mu) == 1;
@@ -89,8 +89,8 @@ struct DoorSegmentsMedium {
   template <class Count>
   [[nodiscard]] float transmittance(const Ray& ray, Rng& rng, Count& count) const {
     if constexpr (kAnalog) return std::isfinite(flight(ray, rng, count)) ? 0.0f : 1.0f;
-    DoorSegments segments;
-    const pvol_ray r = door_ray(ray);
+    CapiSegments segments;
+    const pvol_ray r = capi_ray(ray);
     if (pvol_enter(volume, &r, &segments.walk) != 1) return 1;
     return pass(segments, rng, count,
                 [&](const Segment&, double t) { return pvol_walk_extinction(&segments.walk, t); });
@@ -99,22 +99,22 @@ struct DoorSegmentsMedium {
 
 /// One call a ray.
 template <bool kAnalog>
-struct DoorCalls {
+struct CapiCalls {
   static constexpr pvol_estimator kEstimator = kAnalog ? PVOL_ANALOG : PVOL_RATIO;
   const pvol_volume* volume;
 
   template <class Count>
   [[nodiscard]] double flight(const Ray& ray, Rng& rng, Count&) const {
     double t = 0;
-    const pvol_ray r = door_ray(ray);
-    const bool collided = with_door_numbers(
+    const pvol_ray r = capi_ray(ray);
+    const bool collided = with_capi_numbers(
         rng, [&](pvol_random* random) { return pvol_sample_flight(volume, &r, random, &t) == 1; });
     return collided ? t : std::numeric_limits<double>::infinity();
   }
   template <class Count>
   [[nodiscard]] float transmittance(const Ray& ray, Rng& rng, Count&) const {
-    const pvol_ray r = door_ray(ray);
-    return with_door_numbers(rng, [&](pvol_random* random) {
+    const pvol_ray r = capi_ray(ray);
+    return with_capi_numbers(rng, [&](pvol_random* random) {
       float passed = 1;
       (void)pvol_sample_transmittance(volume, &r, kEstimator, random, &passed);
       return passed;
@@ -124,7 +124,7 @@ struct DoorCalls {
 
 /// The same along walks that go on where they collided.
 template <bool kAnalog>
-struct DoorWalks {
+struct CapiWalks {
   const pvol_volume* volume;
   pvol_walk walk{};
   bool entered = false;
@@ -133,20 +133,20 @@ struct DoorWalks {
   template <class Count>
   [[nodiscard]] double flight(const Ray& ray, Rng& rng, Count&) {
     constexpr double kFar = std::numeric_limits<double>::infinity();
-    const pvol_ray r = door_ray(ray);
+    const pvol_ray r = capi_ray(ray);
     const int on = entered ? pvol_resume(&walk, t, r.d, kFar) : pvol_enter(volume, &r, &walk);
     if (on != 1) return kFar;
-    entered = with_door_numbers(
+    entered = with_capi_numbers(
         rng, [&](pvol_random* random) { return pvol_walk_flight(&walk, random, &t) == 1; });
     return entered ? t : kFar;
   }
   template <class Count>
   [[nodiscard]] float transmittance(const Ray& ray, Rng& rng, Count&) const {
-    const pvol_ray r = door_ray(ray);
+    const pvol_ray r = capi_ray(ray);
     pvol_walk shadow = walk;
     (void)pvol_resume(&shadow, t, r.d, r.t_max);
-    return with_door_numbers(rng, [&](pvol_random* random) {
-      return pvol_walk_transmittance(&shadow, DoorCalls<kAnalog>::kEstimator, random);
+    return with_capi_numbers(rng, [&](pvol_random* random) {
+      return pvol_walk_transmittance(&shadow, CapiCalls<kAnalog>::kEstimator, random);
     });
   }
 };

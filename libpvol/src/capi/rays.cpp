@@ -1,5 +1,5 @@
-// Calls of the C door that are complete in themselves: random numbers, and one call a ray.
-#include "door/rays.h"
+// Calls of the C API that are complete in themselves: random numbers, and one call a ray.
+#include "capi/rays.h"
 
 #include <cmath>
 #include <limits>

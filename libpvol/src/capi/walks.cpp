@@ -1,23 +1,23 @@
-// Walks of the C door: segments, look-ups along them, and flights that go on.
+// Walks of the C API: segments, look-ups along them, and flights that go on.
 #include <cmath>
 #include <new>
 
-#include "door/rays.h"
+#include "capi/rays.h"
 
 namespace pvol::detail {
 namespace {
 
 /// A pvol_walk's contents. Walks are copied as bytes, which trivially copyable contents allow.
-[[nodiscard]] DoorWalk& in(pvol_walk* walk) {
-  return *std::launder(reinterpret_cast<DoorWalk*>(walk));
+[[nodiscard]] CapiWalk& in(pvol_walk* walk) {
+  return *std::launder(reinterpret_cast<CapiWalk*>(walk));
 }
-[[nodiscard]] const DoorWalk& in(const pvol_walk* walk) {
-  return *std::launder(reinterpret_cast<const DoorWalk*>(walk));
+[[nodiscard]] const CapiWalk& in(const pvol_walk* walk) {
+  return *std::launder(reinterpret_cast<const CapiWalk*>(walk));
 }
 
-[[nodiscard]] const VolumeField& field_of(const DoorWalk& w) { return w.volume->volume->density; }
+[[nodiscard]] const VolumeField& field_of(const CapiWalk& w) { return w.volume->volume->density; }
 
-[[nodiscard]] float extinction(const DoorWalk& w, double t) {
+[[nodiscard]] float extinction(const CapiWalk& w, double t) {
   return w.volume->kernels.extinction(field_of(w), w.walk, w.leaf, t);
 }
 
@@ -30,7 +30,7 @@ using namespace pvol::detail;
 extern "C" {
 
 int pvol_enter(const pvol_volume* volume, const pvol_ray* ray, pvol_walk* walk) {
-  DoorWalk& w = *new (static_cast<void*>(walk)) DoorWalk;
+  CapiWalk& w = *new (static_cast<void*>(walk)) CapiWalk;
   w.volume = committed(volume);
   const Entry entry = enter(w.volume, *ray, w.walk);
   if (entry != Entry::enters) w.volume = nullptr;  // no segments, and nowhere to go on from
@@ -39,7 +39,7 @@ int pvol_enter(const pvol_volume* volume, const pvol_ray* ray, pvol_walk* walk) 
 }
 
 int pvol_next(pvol_walk* walk, pvol_segment* segment) {
-  DoorWalk& w = in(walk);
+  CapiWalk& w = in(walk);
   Segment s;
   if (w.volume == nullptr || !w.volume->kernels.next(w.walk, s)) return 0;
   w.leaf = s.leaf;
@@ -48,25 +48,25 @@ int pvol_next(pvol_walk* walk, pvol_segment* segment) {
 }
 
 float pvol_walk_density(const pvol_walk* walk, double t) {
-  const DoorWalk& w = in(walk);
+  const CapiWalk& w = in(walk);
   if (w.volume == nullptr) return 0;
   const float scale = field_of(w).scale;
   return scale > 0 ? extinction(w, t) / scale : 0;
 }
 
 float pvol_walk_extinction(const pvol_walk* walk, double t) {
-  const DoorWalk& w = in(walk);
+  const CapiWalk& w = in(walk);
   return w.volume == nullptr ? 0 : extinction(w, t);
 }
 
 int pvol_walk_exceeds(const pvol_walk* walk, double t, float mu) {
-  const DoorWalk& w = in(walk);
+  const CapiWalk& w = in(walk);
   if (w.volume == nullptr) return 0;
   return w.volume->kernels.exceeds(field_of(w), w.walk, w.leaf, t, mu) ? 1 : 0;
 }
 
 int pvol_walk_flight(pvol_walk* walk, pvol_random* random, double* t) {
-  DoorWalk& w = in(walk);
+  CapiWalk& w = in(walk);
   if (w.volume == nullptr) return 0;
   const Flight flight = fly(*w.volume, w.walk, *random);
   if (!flight.collided) return 0;
@@ -76,19 +76,19 @@ int pvol_walk_flight(pvol_walk* walk, pvol_random* random, double* t) {
 }
 
 float pvol_walk_transmittance(pvol_walk* walk, pvol_estimator estimator, pvol_random* random) {
-  DoorWalk& w = in(walk);
+  CapiWalk& w = in(walk);
   return w.volume == nullptr ? 1 : pass(*w.volume, estimator, w.walk, *random);
 }
 
 double pvol_walk_optical_depth(pvol_walk* walk) {
-  DoorWalk& w = in(walk);
+  CapiWalk& w = in(walk);
   if (w.volume == nullptr) return 0;
   if (w.volume->kernels.depth == nullptr) return std::nan("");
   return w.volume->kernels.depth(field_of(w), w.walk);
 }
 
 int pvol_resume(pvol_walk* walk, double t, const double direction[3], double t_max) {
-  DoorWalk& w = in(walk);
+  CapiWalk& w = in(walk);
   if (w.volume == nullptr) return PVOL_BAD_RAY;
   const Cursor from = w.walk.cursor_at(t);
   const Entry entry = resume_ray(*w.volume->volume, from, vec(direction), t_max, w.walk);
@@ -96,7 +96,7 @@ int pvol_resume(pvol_walk* walk, double t, const double direction[3], double t_m
 }
 
 void pvol_walk_place(const pvol_walk* walk, double t, double place[3]) {
-  const DoorWalk& w = in(walk);
+  const CapiWalk& w = in(walk);
   if (w.volume == nullptr) return;
   const Vec3d at = w.volume->cells_to_world.point(position(w.walk.point(t)));
   for (int axis = 0; axis < 3; ++axis) place[axis] = at[axis];
@@ -104,7 +104,7 @@ void pvol_walk_place(const pvol_walk* walk, double t, double place[3]) {
 
 int pvol_walk_flight_rgb(pvol_walk* walk, const float throughput[3], pvol_random* random, double* t,
                          float weight[3]) {
-  DoorWalk& w = in(walk);
+  CapiWalk& w = in(walk);
   ChromaticFlight flight;
   if (w.volume != nullptr) {
     CallerNumbers numbers(*random);
@@ -119,7 +119,7 @@ int pvol_walk_flight_rgb(pvol_walk* walk, const float throughput[3], pvol_random
 }
 
 void pvol_walk_transmittance_rgb(pvol_walk* walk, pvol_random* random, float transmittance[3]) {
-  DoorWalk& w = in(walk);
+  CapiWalk& w = in(walk);
   Rgb passed(1.0f);
   if (w.volume != nullptr) {
     CallerNumbers numbers(*random);

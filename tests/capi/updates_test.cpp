@@ -4,7 +4,7 @@
 
 #include <atomic>
 
-#include "door/door_fields.h"
+#include "capi/capi_fields.h"
 
 namespace pvol::test {
 namespace updates_test {
@@ -47,7 +47,7 @@ void expect_all_same(const api::Volume& a, const api::Volume& b, const char* fra
   expect_same_batches(a, b, kEdge, frame);
 }
 
-TEST(DoorUpdate, IsTheVolumeMadeAnew) {
+TEST(CapiUpdate, IsTheVolumeMadeAnew) {
   for (const pvol_interpolation interpolation : {PVOL_TRILINEAR, PVOL_NEAREST}) {
     Changing field;
     const auto ball = [](double cx, double cy, double cz, double r, float scale) {
@@ -116,7 +116,7 @@ TEST(DoorUpdate, IsTheVolumeMadeAnew) {
   }
 }
 
-TEST(DoorUpdate, ManyFramesKeepToTheirMemory) {
+TEST(CapiUpdate, ManyFramesKeepToTheirMemory) {
   Changing field;
   Rng rng(9, 9, 9);
   api::Volume v;
@@ -142,7 +142,7 @@ TEST(DoorUpdate, ManyFramesKeepToTheirMemory) {
   EXPECT_LT(most, 2 * full.bytes());
 }
 
-TEST(DoorUpdate, ReadsWhatChangedAlone) {
+TEST(CapiUpdate, ReadsWhatChangedAlone) {
   std::atomic<int> calls = 0;
   pvol_bricks bricks{};
   bricks.hi[0] = bricks.hi[1] = bricks.hi[2] = 160;
@@ -162,7 +162,7 @@ TEST(DoorUpdate, ReadsWhatChangedAlone) {
   EXPECT_THROW(v.set_changed(PVOL_DENSITY, {{8, 8, 8}}, {{8, 9, 9}}), api::Error);
 }
 
-TEST(DoorUpdate, ThatIsCancelledLeavesTheVolumeAsItWas) {
+TEST(CapiUpdate, ThatIsCancelledLeavesTheVolumeAsItWas) {
   Changing field;
   field.fill({{20, 20, 20}, {50, 50, 50}},
              [](int i, int j, int k) { return 0.01f * float((i * j + k) % 83); });
@@ -187,7 +187,7 @@ TEST(DoorUpdate, ThatIsCancelledLeavesTheVolumeAsItWas) {
   expect_all_same(v, make_fresh(next, PVOL_TRILINEAR), "at last");
 }
 
-TEST(DoorUpdate, OfADensityThatWentIsNone) {
+TEST(CapiUpdate, OfADensityThatWentIsNone) {
   Changing field;
   field.fill({{20, 20, 20}, {50, 50, 50}}, [](int, int, int) { return 1.0f; });
   api::Volume v = make_fresh(field, PVOL_TRILINEAR);
@@ -200,7 +200,7 @@ TEST(DoorUpdate, OfADensityThatWentIsNone) {
   expect_all_same(v, make_fresh(field, PVOL_TRILINEAR), "back again");
 }
 
-TEST(DoorUpdate, OfLeavesAndOfWhatCannotBeUpdatedIsRight) {
+TEST(CapiUpdate, OfLeavesAndOfWhatCannotBeUpdatedIsRight) {
   Changing field;
   field.fill({{0, 0, 0}, {32, 32, 32}},
              [](int i, int j, int k) { return 0.01f * float((i * j + k) % 83); });

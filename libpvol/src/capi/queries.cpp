@@ -1,12 +1,12 @@
-// What the C door says of a committed volume.
+// What the C API says of a committed volume.
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <new>
 #include <vector>
 
-#include "door/committed.h"
-#include "door/rays.h"
+#include "capi/committed.h"
+#include "capi/rays.h"
 #include "pvol/bounds/leaf_index.h"
 #include "pvol/embed.h"
 #include "pvol/volume/value_field.h"

@@ -1,4 +1,4 @@
-// A field's samples as the C door is given them.
+// A field's samples as the C API is given them.
 #pragma once
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 // The loops of ray_kernels.h for one way of look-up.
 #pragma once
 
-#include "door/ray_kernels.h"
+#include "capi/ray_kernels.h"
 #include "pvol/track/transmittance.h"
 #include "pvol/volume/extinction_source.h"
 

@@ -1,7 +1,7 @@
-// Rays of the C door as the library has them.
+// Rays of the C API as the library has them.
 #pragma once
 
-#include "door/committed.h"
+#include "capi/committed.h"
 #include "volume/ray_entry.h"
 
 namespace pvol::detail {

@@ -1,4 +1,4 @@
-#include "door/brick_update.h"
+#include "capi/brick_update.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-// Small fields for the tests of the C door.
+// Small fields for the tests of the C API.
 #pragma once
 
 #include <gtest/gtest.h>

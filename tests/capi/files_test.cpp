@@ -1,9 +1,9 @@
-// .pvol files through the C door, from memory and from disk.
+// .pvol files through the C API, from memory and from disk.
 #include "pvol/pvol_file.h"
 
 #include <gtest/gtest.h>
 
-#include "door/door_fields.h"
+#include "capi/capi_fields.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/formats/pvol_file.h"
 #include "pvol/shell/fit_shell.h"
@@ -13,7 +13,7 @@
 namespace pvol::test {
 namespace files_test {
 
-class DoorFiles : public testing::Test {
+class CapiFiles : public testing::Test {
  protected:
   TemporaryFolder folder_;
   Smoke smoke_;
@@ -48,7 +48,7 @@ class DoorFiles : public testing::Test {
   }
 };
 
-TEST_F(DoorFiles, AreTheVolumesTheyWereMadeOf) {
+TEST_F(CapiFiles, AreTheVolumesTheyWereMadeOf) {
   const auto path = write(true, true);
   const api::Volume fresh = make_smoke(smoke_, 3);
   api::Volume from_file, from_memory;
@@ -82,7 +82,7 @@ TEST_F(DoorFiles, AreTheVolumesTheyWereMadeOf) {
   EXPECT_GT(from_file.density(place_of(20, 20, 20)), 0);
 }
 
-TEST_F(DoorFiles, ThatAreDamagedAreRefused) {
+TEST_F(CapiFiles, ThatAreDamagedAreRefused) {
   const auto path = write(true, false);
   const std::string bytes = read_bytes(path);
   api::Volume v = make_smoke(smoke_);
@@ -105,7 +105,7 @@ TEST_F(DoorFiles, ThatAreDamagedAreRefused) {
   EXPECT_GT(v.density(place_of(20, 20, 20)), 0) << "the volume is as it was";
 }
 
-TEST_F(DoorFiles, WithoutADensityAreRefused) {
+TEST_F(CapiFiles, WithoutADensityAreRefused) {
   const auto path = write(false, false);
   api::Volume v;
   EXPECT_EQ(pvol_read_file(v.get(), path.c_str()), PVOL_INVALID);

@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "door/committed.h"
+#include "capi/committed.h"
 
 namespace pvol::detail {
 

@@ -1,9 +1,9 @@
-#include "door/build.h"
+#include "capi/build.h"
 
 #include <type_traits>
 #include <utility>
 
-#include "door/brick_update.h"
+#include "capi/brick_update.h"
 #include "field/micro_codes.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/error.h"
