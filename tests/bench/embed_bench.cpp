@@ -189,11 +189,11 @@ void add_waves(Bench& bench, const std::vector<BatchField>& fields, bool analog)
 template <bool kAnalog>
 void add_capi(Bench& bench, const pvol_volume* capi) {
   bench.add_paths("C API, segments and look-ups",
-                  [door] { return CapiSegmentsMedium<kAnalog>{door}; });
-  bench.add_paths("C API, one call a ray", [door] { return CapiCalls<kAnalog>{door}; });
-  bench.add_paths("C API, walks that go on", [door] { return CapiWalks<kAnalog>{door}; });
+                  [capi] { return CapiSegmentsMedium<kAnalog>{capi}; });
+  bench.add_paths("C API, one call a ray", [capi] { return CapiCalls<kAnalog>{capi}; });
+  bench.add_paths("C API, walks that go on", [capi] { return CapiWalks<kAnalog>{capi}; });
   const auto trace = [&bench, capi](const Round& round, Mean& mean) {
-    const CapiBatchRays rays{door, CapiCalls<kAnalog>::kEstimator, 2 + std::uint64_t(round.number)};
+    const CapiBatchRays rays{capi, CapiCalls<kAnalog>::kEstimator, 2 + std::uint64_t(round.number)};
     trace_waves(bench.setting, rays, round, mean);
   };
   bench.rows.push_back({.name = "C API, batches", .trace = trace});
@@ -211,7 +211,7 @@ int run(const Wishes& w) {
                                     {.micro_bounds = w.micro_bounds, .share_samples = true});
   print_bytes(nano, volume, shared);
 
-  const CapiVolume door = make_capi_volume(cloud.grid(), medium.extinction);
+  const CapiVolume capi = make_capi_volume(cloud.grid(), medium.extinction);
   const std::vector<BatchField> batches = batch_fields(volume);
 
   Bench bench{setting, w.paths, w.rounds};
