@@ -8,7 +8,7 @@ import pathlib
 import sys
 import tempfile
 
-from check_rooms import INCLUDE
+from check_modules import INCLUDE
 
 # For pvol/embed.h, itself included: a little above what it takes. Media hold any phase function, each
 # of which is a header.

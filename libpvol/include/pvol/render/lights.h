@@ -56,7 +56,7 @@ struct SunLight {
 };
 
 /// The lights of a scene, ready for sampling: each a member of its own kind. To add one, see
-/// libpvol/ROOMS.md.
+/// libpvol/SOURCES.md.
 using LightSource = std::variant<SunLight, PointSource, BallSource, SpotSource, AreaSource>;
 [[nodiscard]] std::vector<LightSource> make_light_sources(std::span<const Light> lights);
 

@@ -17,7 +17,7 @@
 
 namespace pvol {
 
-/// Lights besides the environment. To add one, see libpvol/ROOMS.md.
+/// Lights besides the environment. To add one, see libpvol/SOURCES.md.
 using Light = std::variant<Sun, PointLight, SpotLight, AreaLight>;
 
 /// What surrounds volumes, and how they are rendered.

@@ -1,6 +1,6 @@
 // Surfaces of a scene: ground, meshes, balls and solids in closed form, which scatter light evenly
 // (Lambert) and let none through. A kind of surface has its name, which is that of its sections in
-// scene files, and its keys beside it; to add one, see libpvol/ROOMS.md.
+// scene files, and its keys beside it; to add one, see libpvol/SOURCES.md.
 #pragma once
 
 #include <memory>

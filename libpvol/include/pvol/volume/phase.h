@@ -1,7 +1,7 @@
 // Phase functions: how matter scatters light, by the angle between the directions of flight.
 //
 // To add one: a header like henyey_greenstein.h with a plain struct and the three questions below,
-// its name in PhaseFunction, and its rows in medium_keys.h (libpvol/ROOMS.md). In scenes a phase
+// its name in PhaseFunction, and its rows in medium_keys.h (libpvol/SOURCES.md). In scenes a phase
 // function is known by the first of its keys.
 #pragma once
 

@@ -1,6 +1,6 @@
-"""Reads every include line and fails on an arrow that climbs: check_rooms.py FOLDER_OF_THE_PROJECT
+"""Reads every include line and fails on an arrow that climbs: check_modules.py FOLDER_OF_THE_PROJECT
 
-The rooms and what each may see are described in libpvol/ROOMS.md. A room sees itself and the rooms
+The rooms and what each may see are described in libpvol/SOURCES.md. A room sees itself and the rooms
 listed before it, whether as public headers ("pvol/ROOM/x.h") or as its sources' own ("ROOM/x.h").
 """
 import pathlib
@@ -23,7 +23,7 @@ AT_HOME_IN_LIBRARY = re.compile(
 INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|(<[^>]+>))')
 
 
-def room_of_library_file(path):
+def module_of_library_file(path):
     """The room of libpvol/src/ROOM/... or libpvol/include/pvol/ROOM/..."""
     parts = path.parts
     below = parts[parts.index("src") + 1:] if "src" in parts else parts[parts.index("pvol") + 1:]
@@ -47,7 +47,7 @@ def check_library(path, name, foreign):
         return not AT_HOME_IN_LIBRARY.match(foreign) and "libpvol needs oneTBB and Highway only"
     if name.startswith("pvol/formats/"):
         return "libpvol does not see formats"
-    own, other = room_of_library_file(path), library_target(name)
+    own, other = module_of_library_file(path), library_target(name)
     if own is None:
         return "this file is in no room"
     if other is None:
