@@ -1,7 +1,7 @@
 """Reads which headers include which, and fails where the library's doors do not shut:
 check_headers.py FOLDER_OF_THE_PROJECT INSTALLED_HEADER...
 
-Each installed header includes installed ones only, none of them belongs to the rooms that reports are
+Each installed header includes installed ones only, none of them belongs to the modules that reports are
 made of, and pvol/embed.h stays light.
 """
 import pathlib
@@ -51,7 +51,7 @@ def find_faults(project, installed):
     faults += [f"{name} is installed and includes {include}, which is not"
                for name in sorted(installed) if name in headers
                for include in headers[name][1] if include not in installed]
-    faults += [f"{name} is installed, and its room should not be"
+    faults += [f"{name} is installed, and its module should not be"
                for name in sorted(installed) if name.startswith(tuple(KEPT_WITHIN))]
     manual = closure(headers, "pvol/embed.h") - ALTERNATIVES
     lines = sum(headers[name][0] for name in manual)

@@ -1,7 +1,7 @@
-"""Reads every include line and fails on an arrow that climbs: check_modules.py FOLDER_OF_THE_PROJECT
+"""Reads every include line and fails on an include that goes the wrong way: check_modules.py FOLDER_OF_THE_PROJECT
 
-The rooms and what each may see are described in libpvol/SOURCES.md. A room sees itself and the rooms
-listed before it, whether as public headers ("pvol/ROOM/x.h") or as its sources' own ("ROOM/x.h").
+The modules and what each may see are described in libpvol/SOURCES.md. A module sees itself and the modules
+listed before it, whether as public headers ("pvol/MODULE/x.h") or as its sources' own ("MODULE/x.h").
 """
 import pathlib
 import re
@@ -24,14 +24,14 @@ INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|(<[^>]+>))')
 
 
 def module_of_library_file(path):
-    """The room of libpvol/src/ROOM/... or libpvol/include/pvol/ROOM/..."""
+    """The module of libpvol/src/MODULE/... or libpvol/include/pvol/MODULE/..."""
     parts = path.parts
     below = parts[parts.index("src") + 1:] if "src" in parts else parts[parts.index("pvol") + 1:]
     return below[0] if len(below) > 1 else ROOT_HEADERS.get("pvol/" + below[0])
 
 
 def library_target(name):
-    """The library's room that an include names, or None."""
+    """The library's module that an include names, or None."""
     if name in ROOT_HEADERS:
         return ROOT_HEADERS[name]
     parts = name.removeprefix("pvol/").split("/")
@@ -49,14 +49,14 @@ def check_library(path, name, foreign):
         return "libpvol does not see formats"
     own, other = module_of_library_file(path), library_target(name)
     if own is None:
-        return "this file is in no room"
+        return "this file is in no module"
     if other is None:
-        return "this is no room of libpvol"
+        return "this is no module of libpvol"
     return climbs(LIBRARY, own, other) and f"{own} does not see {other}"
 
 
 def formats_target(name):
-    """The room of formats/src that an include names, or None. One of them is called pvol."""
+    """The module of formats/src that an include names, or None. One of them is called pvol."""
     public = name in ROOT_HEADERS or name.startswith("pvol/formats/") or library_target(name)
     first = name.split("/")[0]
     return first if first in FORMATS and not public else None
