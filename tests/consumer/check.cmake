@@ -1,6 +1,6 @@
 # Installs a build of pvol into a folder of its own, then configures, builds and runs the consumers
 # against it. cmake -D BUILD=... -D WORK=... -D GENERATOR=... -D COMPILER=... -D C_COMPILER=...
-# -D SAMPLES=... -D SEALED=... -P check.cmake
+# -D SAMPLES=... -D SELF_CONTAINED=... -P check.cmake
 file(REMOVE_RECURSE ${WORK})
 
 function(run)
@@ -31,7 +31,7 @@ foreach(kind plain fast unoptimised)
   execute_process(COMMAND ${WORK}/build/odd_client_${kind}
     OUTPUT_VARIABLE hash_${kind} COMMAND_ERROR_IS_FATAL ANY)
   message(STATUS "results in the client ${kind}: ${hash_${kind}}")
-  if(SEALED AND NOT hash_${kind} STREQUAL hash_plain)
+  if(SELF_CONTAINED AND NOT hash_${kind} STREQUAL hash_plain)
     message(FATAL_ERROR "the library's results hang on how its client was compiled")
   endif()
 endforeach()
