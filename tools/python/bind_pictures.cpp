@@ -11,7 +11,7 @@
 #include "python/pictures.h"
 #include "python/requests.h"
 #include "python/warn.h"
-#include "python/watch.h"
+#include "python/cancellable.h"
 
 namespace pvol::python {
 namespace {
@@ -68,7 +68,7 @@ py::dict counts(const Picture& p) {
 
 Picture render(const py::object& scene, const py::kwargs& settings) {
   const SceneRequest request = request_of(scene, settings);
-  Picture picture = watched([&](const Stop& stop) { return render_request(request, stop); });
+  Picture picture = cancellable([&](const Stop& stop) { return render_request(request, stop); });
   warn(picture.doubts);
   return picture;
 }

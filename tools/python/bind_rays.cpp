@@ -46,7 +46,7 @@ py::object for_rays(const Rays& rays, bool counts, const Work& work) {
     const py::gil_scoped_release unlocked;
     work(to, Stop(false));
   } else {
-    run_watched([&](const Stop& stop) { work(to, stop); });
+    run_cancellable([&](const Stop& stop) { work(to, stop); });
   }
   py::object result = result_of(std::move(values));
   if (!counts) return result;
@@ -122,7 +122,7 @@ py::object for_points(const Doubles& array, const Number& number) {
     const py::gil_scoped_release unlocked;
     work(false);
   } else {
-    run_watched(work);
+    run_cancellable(work);
   }
   return result_of(std::move(values));
 }

@@ -55,7 +55,7 @@ PlacedShell fit(const CloudVolume& v, const std::string& kind, std::optional<int
   ShellOptions o{.kind = kind_of(kind), .perturbations = perturbations, .effort = effort};
   o.index_to_world = index_to_world(v);
   struct Stopped {};
-  return watched([&](const Stop& stop) {
+  return cancellable([&](const Stop& stop) {
     try {
       return placed(fit_shell(support_of(*v.cloud), o,
                               [&](std::uint64_t, std::uint64_t) {
@@ -72,7 +72,7 @@ py::array_t<bool> contains(const PlacedShell& s, const Doubles& array) {
   const Points points = points_of("points", array);
   auto inside = new_array<bool>(points.shape);
   bool* to = inside.mutable_data();
-  run_watched([&](const Stop& stop) {
+  run_cancellable([&](const Stop& stop) {
     for_each_part(points.views.count, kPart, stop, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i != end; ++i) {
         to[i] = pvol::contains(s.shell, s.to_index.point(points.views[i]));
@@ -108,7 +108,7 @@ py::array_t<SpanRow> intersect(const PlacedShell& s, const Doubles& origins,
 }
 
 py::tuple mesh(const PlacedShell& s, int resolution) {
-  TriangleMesh made = watched([&](const Stop&) { return make_mesh(s.shell, resolution); });
+  TriangleMesh made = cancellable([&](const Stop&) { return make_mesh(s.shell, resolution); });
   const bool mirrored = determinant(s.to_world) < 0;
   py::array_t<double> vertices({py::ssize_t(made.vertices.size()), py::ssize_t(3)});
   py::array_t<std::uint32_t> faces({py::ssize_t(made.triangles.size()), py::ssize_t(3)});

@@ -11,7 +11,7 @@
 #include "python/requests.h"
 #include "python/studies.h"
 #include "python/warn.h"
-#include "python/watch.h"
+#include "python/cancellable.h"
 
 namespace pvol::python {
 namespace {
@@ -27,7 +27,7 @@ std::shared_ptr<const Picture> picture_of(const py::object& picture) {
 
 py::object compare(const py::object& a, const py::object& b) {
   const auto film_a = picture_of(a), film_b = picture_of(b);
-  return parse_json(watched([&](const Stop&) { return compare_text(*film_a, *film_b); }));
+  return parse_json(cancellable([&](const Stop&) { return compare_text(*film_a, *film_b); }));
 }
 
 /// A value as command lines write it: words bare, lists with commas.
@@ -52,7 +52,7 @@ std::vector<Variant> variants_of(const py::object& given) {
 py::object trade(const py::object& scene, const py::object& variants, double budget,
                  std::uint32_t spp, const py::kwargs& settings) {
   const TradeRequest request{request_of(scene, settings), variants_of(variants), budget, spp};
-  const TradeRows rows = watched([&](const Stop& stop) { return measure_trade(request, stop); });
+  const TradeRows rows = cancellable([&](const Stop& stop) { return measure_trade(request, stop); });
   warn(rows.doubts);
   return parse_json(rows.text);
 }

@@ -14,7 +14,7 @@
 #include "python/names.h"
 #include "python/toml_words.h"
 #include "python/warn.h"
-#include "python/watch.h"
+#include "python/cancellable.h"
 
 namespace pvol::python {
 namespace {
@@ -84,7 +84,7 @@ CloudVolume make(const py::array& array, const py::object& voxel_size,
   const Affine map = map_of(voxel_size, index_to_world);
   const py::array_t<float> samples = samples_of(array);
   const DenseArray lattice = dense(samples);
-  return watched([&](const Stop&) {
+  return cancellable([&](const Stop&) {
     const LookUp look_up = read_making(name, how).scene.options.look_up;
     VoxelGrid grid = make_grid(lattice, map);
     return make_cloud_volume(bound_grid(std::move(grid), look_up), name, how, false);
@@ -96,7 +96,7 @@ CloudVolume load(const std::filesystem::path& file, const py::object& grid,
   const Making how = making_of(settings);
   formats::GridOptions options;
   if (!grid.is_none()) options.grid = grid.cast<std::string>();
-  CloudVolume v = watched([&](const Stop&) {
+  CloudVolume v = cancellable([&](const Stop&) {
     const LookUp look_up = read_making(file, how).scene.options.look_up;
     auto cloud =
         std::make_shared<const formats::Cloud>(formats::load_cloud(file, options, look_up));
@@ -109,7 +109,7 @@ CloudVolume load(const std::filesystem::path& file, const py::object& grid,
 CloudVolume changed(const CloudVolume& v, const py::kwargs& settings) {
   Words medium = v.medium;
   add_words("medium.", settings, medium);
-  return watched([&](const Stop&) { return with_medium(v, medium); });
+  return cancellable([&](const Stop&) { return with_medium(v, medium); });
 }
 
 CloudVolume remade(const CloudVolume& v, const py::kwargs& settings) {
@@ -121,7 +121,7 @@ CloudVolume remade(const CloudVolume& v, const py::kwargs& settings) {
   }
   Words options = v.making;
   add_words("render.", settings, options);
-  return watched([&](const Stop&) { return with_options(v, options); });
+  return cancellable([&](const Stop&) { return with_options(v, options); });
 }
 
 std::string text_of(const CloudVolume& v) {

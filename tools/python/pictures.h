@@ -9,7 +9,7 @@
 #include "pvol/formats/image.h"
 #include "pvol/render/film.h"
 #include "python/cloud_volume.h"
-#include "python/watch.h"
+#include "python/cancellable.h"
 
 namespace pvol::python {
 

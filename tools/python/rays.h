@@ -8,7 +8,7 @@
 #include "pvol/volume/batch.h"
 #include "pvol/volume/volume.h"
 #include "python/views.h"
-#include "python/watch.h"
+#include "python/cancellable.h"
 
 namespace pvol::python {
 

@@ -51,7 +51,7 @@ Kernel choose_kernel(const RenderPlan& p) {
           .lanes = p.scene.options.kernel,
           .mapped = std::ranges::any_of(p.volumes,
                                         [](const Volume& v) { return v.density.map != nullptr; }),
-          .watched = std::ranges::any_of(p.volumes, detail::has_long_flights),
+          .cancellable = std::ranges::any_of(p.volumes, detail::has_long_flights),
           .endless = std::ranges::any_of(p.volumes, detail::has_endless_flights),
           .moving = std::ranges::any_of(
               p.volumes, [](const Volume& v) { return v.density.motion != nullptr; }),

@@ -71,7 +71,7 @@ double seconds_since(std::chrono::steady_clock::time_point t) {
 PathSetup with_counts(const RenderPlan& plan, const PathSetup& setup) {
   PathSetup counted = setup;
   counted.count = true;
-  if (!plan.kernel.watched) {
+  if (!plan.kernel.cancellable) {
     counted.flights =
         detail::find_flights(detail::field_kind(plan.kernel), detail::Watching::count);
   }

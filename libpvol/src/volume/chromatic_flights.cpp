@@ -9,7 +9,7 @@ namespace {
 
 /// A field along which flights end once they are to stop.
 template <class Source>
-struct WatchedSource : PlainField<Source> {
+struct CancellableSource : PlainField<Source> {
   const std::atomic<bool>& stop;
   [[nodiscard]] bool ends() const { return stop.load(std::memory_order_relaxed); }
 };
@@ -20,16 +20,16 @@ ChromaticFlight fly_chromatic(const VolumeField& field, Rgb share, Rgb throughpu
                               Rng& rng, Watch& watch) {
   Tally& tally = watch;
   return visit_source(field, [&](const auto& source) {
-    const WatchedSource<std::decay_t<decltype(source)>> watched{{source}, *watch.stop};
-    return chromatic_flight(walk, watched, share, throughput, rng, tally);
+    const CancellableSource<std::decay_t<decltype(source)>> cancellable{{source}, *watch.stop};
+    return chromatic_flight(walk, cancellable, share, throughput, rng, tally);
   });
 }
 
 Rgb pass_chromatic(const VolumeField& field, Rgb share, Walk& walk, Rng& rng, Watch& watch) {
   Tally& tally = watch;
   return visit_source(field, [&](const auto& source) {
-    const WatchedSource<std::decay_t<decltype(source)>> watched{{source}, *watch.stop};
-    return chromatic_transmittance(walk, watched, share, rng, tally);
+    const CancellableSource<std::decay_t<decltype(source)>> cancellable{{source}, *watch.stop};
+    return chromatic_transmittance(walk, cancellable, share, rng, tally);
   });
 }
 

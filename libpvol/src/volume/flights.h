@@ -55,14 +55,14 @@ struct FieldKind {
 [[nodiscard]] Flights find_v3_flights(const FieldKind& kind, Watching watching);
 
 /// The same for one way of look-up (flights_of.h). Each is instantiated in sources of its own, made
-/// of flights_of.cpp.in and watched_flights_of.cpp.in by the list in libpvol/CMakeLists.txt.
+/// of flights_of.cpp.in and cancellable_flights_of.cpp.in by the list in libpvol/CMakeLists.txt.
 template <LookUp kLookUp>
 [[nodiscard]] Flights find_flights_of(int micro_edge, bool count);
 template <LookUp kLookUp>
-[[nodiscard]] Flights find_watched_flights_of(int micro_edge);
+[[nodiscard]] Flights find_cancellable_flights_of(int micro_edge);
 /// Of fields with maps: nearest and trilinear ones. These count always.
 template <LookUp kLookUp>
-[[nodiscard]] Flights find_mapped_flights_of(bool watched);
+[[nodiscard]] Flights find_mapped_flights_of(bool cancellable);
 
 /// Of fields of which some share samples: nearest and trilinear ones. Always watched.
 template <LookUp kLookUp>

@@ -87,7 +87,7 @@ template <LookUp kLookUp, int kMicroEdge, bool kCount>
 /// A field that ends flights once it is to stop, however many null collisions lie ahead: all it is
 /// asked about collides, and nothing passes it.
 template <class Field>
-struct WatchedField : Field {
+struct CancellableField : Field {
   const std::atomic<bool>& stop;
 
   template <class Count>
@@ -104,7 +104,7 @@ struct WatchedField : Field {
 };
 
 template <class Field>
-[[nodiscard]] WatchedField<Field> watched(const Field& field, const Watch& watch) {
+[[nodiscard]] CancellableField<Field> cancellable(const Field& field, const Watch& watch) {
   return {field, *watch.stop};
 }
 
@@ -123,9 +123,9 @@ template <auto kMake>
 }
 
 template <LookUp kLookUp, int kMicroEdge, bool kShared>
-[[nodiscard]] Flights make_watched_flights() {
+[[nodiscard]] Flights make_cancellable_flights() {
   return make_counting_flights<[](const VolumeField& f, const Watch& watch) {
-    return watched(make_field<kLookUp, kMicroEdge, kShared>(f), watch);
+    return cancellable(make_field<kLookUp, kMicroEdge, kShared>(f), watch);
   }>();
 }
 
@@ -138,9 +138,9 @@ template <class F>
 }
 
 template <LookUp kLookUp>
-Flights find_mapped_flights_of(bool is_watched) {
-  return is_watched ? make_counting_flights<[](const VolumeField& f, const Watch& watch) {
-    return watched(PlainField{mapped_source<kLookUp>(f)}, watch);
+Flights find_mapped_flights_of(bool is_cancellable) {
+  return is_cancellable ? make_counting_flights<[](const VolumeField& f, const Watch& watch) {
+    return cancellable(PlainField{mapped_source<kLookUp>(f)}, watch);
   }>()
                     : make_counting_flights<[](const VolumeField& f, const Watch&) {
                         return PlainField{mapped_source<kLookUp>(f)};
@@ -148,15 +148,15 @@ Flights find_mapped_flights_of(bool is_watched) {
 }
 
 template <LookUp kLookUp>
-Flights find_watched_flights_of(int micro_edge) {
+Flights find_cancellable_flights_of(int micro_edge) {
   return with_edge(micro_edge,
-                   [](auto edge) { return make_watched_flights<kLookUp, edge, false>(); });
+                   [](auto edge) { return make_cancellable_flights<kLookUp, edge, false>(); });
 }
 
 template <LookUp kLookUp>
 Flights find_shared_flights_of(int micro_edge) {
   return with_edge(micro_edge,
-                   [](auto edge) { return make_watched_flights<kLookUp, edge, true>(); });
+                   [](auto edge) { return make_cancellable_flights<kLookUp, edge, true>(); });
 }
 
 template <LookUp kLookUp>

@@ -181,7 +181,7 @@ struct PathSetup {
         lights(make_light_sources(lighting->lights)),
         max_bounces(plan.scene.options.max_bounces.value_or(~0u)),
         options(plan.scene.options),
-        flights(find_flights(field_kind(plan.kernel), plan.kernel.watched ? Watching::stop
+        flights(find_flights(field_kind(plan.kernel), plan.kernel.cancellable ? Watching::stop
                                                       : plan.kernel.count ? Watching::count
                                                                           : Watching::none)),
         count(plan.kernel.count),

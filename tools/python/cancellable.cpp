@@ -1,4 +1,4 @@
-#include "python/watch.h"
+#include "python/cancellable.h"
 
 #include <pybind11/pybind11.h>
 
@@ -18,7 +18,7 @@ bool is_done_soon(const std::future<void>& done) {
 
 }  // namespace
 
-void run_watched(const std::function<void(const Stop& stop)>& work) {
+void run_cancellable(const std::function<void(const Stop& stop)>& work) {
   Stop stop = false;
   std::future<void> done = std::async(std::launch::async, [&] { work(stop); });
   std::optional<pybind11::error_already_set> raised;

@@ -13,13 +13,13 @@ using Stop = std::atomic<bool>;
 /// thread looks after signals, some twenty times a second. Once Ctrl-C (or any handler of Python's)
 /// raises, `stop` is true; what the handler raised goes on when the work has ended. What the work
 /// throws, this throws. To be called with the lock; the work may not touch Python.
-void run_watched(const std::function<void(const Stop& stop)>& work);
+void run_cancellable(const std::function<void(const Stop& stop)>& work);
 
 /// The result of work(stop), run so.
 template <class Work>
-[[nodiscard]] auto watched(const Work& work) {
+[[nodiscard]] auto cancellable(const Work& work) {
   decltype(work(std::declval<const Stop&>())) result{};
-  run_watched([&](const Stop& stop) { result = work(stop); });
+  run_cancellable([&](const Stop& stop) { result = work(stop); });
   return result;
 }
 
