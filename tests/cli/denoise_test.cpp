@@ -84,7 +84,7 @@ TEST_F(DenoiseOption, KeepsLayersThatWereAskedFor) {
             (std::vector<std::string>{"depth", "half_1", "half_2", "noisy", "noisy_variance"}));
 }
 
-TEST_F(DenoiseOption, ServesCropsSamplesByNeedAndPicturesAlone) {
+TEST_F(DenoiseOption, ServesCropsSamplesAdaptiveAndPicturesAlone) {
   film("crop.exr", {"--spp", "4", "--denoise", "--crop", "10,5,17,20"});
   film("need.exr", {"--noise", "0.05", "--denoise"});
   const RunResult r = render("clean.png", {"--spp", "4", "--denoise"});

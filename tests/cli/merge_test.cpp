@@ -92,7 +92,7 @@ TEST_F(Merge, GivesTheBytesOfOneRenderInAnyOrderAndGrouping) {
   }
 }
 
-TEST_F(Merge, OfSamplesByNeedGoesByAPilotOfTheWhole) {
+TEST_F(Merge, OfSamplesAdaptiveGoesByAPilotOfTheWhole) {
   const Words noise{"--noise", "0.04"};
   render("one", noise);
   render("pilot_1", noise + Words{"--samples", "0:16", "--crop", "0,0,40,11"});
@@ -148,13 +148,13 @@ TEST_F(Merge, RefusesPartsOfOtherPictures) {
   render("other_size", options + Words{"--size", "41x30"});
   render("other_layers", options + Words{"--aov", "depth"});
   render("filtered", options + Words{"--denoise"});
-  render("by_need", {"--noise", "0.1", "--samples", "0:16"});
+  render("adaptive", {"--noise", "0.1", "--samples", "0:16"});
   render("plain", {"--spp", "12"});
   expect_refused({"a", "other_scene"}, "their scenes, or the contents of their clouds, differ");
   expect_refused({"a", "other_size"}, "differ");
   expect_refused({"a", "other_layers"}, "they have other layers");
   expect_refused({"a", "filtered"}, "other layers");
-  expect_refused({"a", "by_need"}, "--noise is ");
+  expect_refused({"a", "adaptive"}, "--noise is ");
   expect_refused({"a", "plain"}, "plain.exr: keeps no exact sums");
   std::ofstream(ball_, std::ios::app) << "# the same cloud, another file\n";
   render("changed", {"--spp", "12", "--samples", "3:12"});

@@ -139,7 +139,7 @@ TEST_F(Resume, FullDisksLeaveTheLastCheckpoint) {
   EXPECT_TRUE(read_text(exr("a")) == whole());
 }
 
-TEST_F(Resume, OfPartsAndByNeedWorksToo) {
+TEST_F(Resume, OfPartsAndAdaptiveWorksToo) {
   const Words kinds[] = {{"--samples", "100:1000", "--crop", "3,5,40,20"},
                          {"--noise", "0.012", "--aov", "variance,depth,halves"}};
   for (const Words& kind : kinds) {

@@ -148,7 +148,7 @@ TEST_F(Split, CutsSamplesWherePixelsAreFew) {
   }
 }
 
-TEST_F(Split, ByNeedHasPilotsFirst) {
+TEST_F(Split, AdaptiveHasPilotsFirst) {
   const json j = parts({"--spp=1", "--noise", "0.02", "--split", "6"});
   ASSERT_TRUE(j.contains("pilots"));
   for (const json& p : j["pilots"].at("parts")) {

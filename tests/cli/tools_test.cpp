@@ -615,7 +615,7 @@ TEST(Render, InterruptedRenderSavesWhatItHas) {
   EXPECT_NE(read_text(exr).find("pvol:samples"), std::string::npos);
 }
 
-TEST(Render, InterruptedRenderByNeedSavesAWholePicture) {
+TEST(Render, InterruptedRenderAdaptiveSavesAWholePicture) {
   const ScratchFolder folder;
   const std::string exr = folder / "a.exr";
   const RunResult r =

@@ -17,7 +17,7 @@ namespace pvol::formats {
 namespace film_sums_test {
 
 /// A crop with everything that a film can have, in numbers of all sizes.
-Film some_film(bool by_need) {
+Film some_film(bool adaptive) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto number = [&] { return std::ldexp(unit(random), int(60 * unit(random))); };
@@ -53,8 +53,8 @@ Film some_film(bool by_need) {
     }
     settle(f, i);
   }
-  if (by_need) {
-    f.needs = Needs{{}, {12.25, 1.0 / 3}};
+  if (adaptive) {
+    f.needs = AdaptiveSamples{{}, {12.25, 1.0 / 3}};
     for (std::size_t i = 0; i < f.pixels.size(); ++i) {
       f.needs->share.push_back(float(std::abs(number())));
     }
@@ -122,9 +122,9 @@ void write(const std::filesystem::path& file, const Film& film, bool multipart =
 
 TEST(FilmSums, AreReadToTheBit) {
   const TemporaryFolder folder;
-  for (const bool by_need : {false, true}) {
+  for (const bool adaptive : {false, true}) {
     for (const bool multipart : {false, true}) {
-      const Film film = some_film(by_need);
+      const Film film = some_film(adaptive);
       write(folder.file("a.exr"), film, multipart);
       const FilmFile back = read_film_file(folder.file("a.exr"));
       expect_same(film, back.film);

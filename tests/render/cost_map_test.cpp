@@ -97,7 +97,7 @@ TEST(CostMap, OfATinyPictureHasACellForEachPixel) {
   EXPECT_EQ(map.cell_width, 1);
 }
 
-TEST(CostMap, OfAPictureByNeedTellsThePilotApart) {
+TEST(CostMap, OfAPictureAdaptiveTellsThePilotApart) {
   CloudScene s = large_scene();
   s.options.noise = 0.01;
   const Mapped m(s);

@@ -127,13 +127,13 @@ TEST(Needs, OfAPixelFollowFromPixelsOfTheOtherColourAlone) {
   Film film = empty_film(9, 7);
   Rng rng(5, 0, 0);
   fill(film, {.all = 16}, [&](std::size_t) { return double(rng.uniform()); });
-  const Needs before = detail::find_needs(film, 0.01);
+  const AdaptiveSamples before = detail::find_adaptive_samples(film, 0.01);
   for (std::size_t changed = 0; changed < film.pixels.size(); ++changed) {
     Film other = film;
     add(other.pixels[changed], 1000);
     other.pixels[changed].samples = 16;
     other.pixels[changed].counts[std::size_t(PixelCounter::collisions)] = 100000;
-    const Needs after = detail::find_needs(other, 0.01);
+    const AdaptiveSamples after = detail::find_adaptive_samples(other, 0.01);
     const std::size_t colour = detail::colour_of(film, changed);
     EXPECT_EQ(after.samples[colour], before.samples[colour]);
     EXPECT_NE(after.samples[1 - colour], before.samples[1 - colour]);
@@ -151,7 +151,7 @@ TEST(Needs, OfAPixelFollowFromPixelsOfTheOtherColourAlone) {
 
 /// Rare bright samples, which draw samples to where they were found: were a pixel's number of
 /// samples to follow from its own, its mean would be far off.
-TEST(Passes, ByNeedLeaveMeansUnbiased) {
+TEST(Passes, AdaptiveLeaveMeansUnbiased) {
   constexpr int kEdge = 6, kPictures = 10'000;
   std::vector<proof::Moments> means(kEdge * kEdge);
   proof::Moments all, number;
@@ -194,7 +194,7 @@ CloudScene noisy_scene() {
   return s;
 }
 
-TEST(Render, ByNeedGivesTheSameBytesForAnyThreadsAndWithCounts) {
+TEST(Render, AdaptiveGivesTheSameBytesForAnyThreadsAndWithCounts) {
   CloudScene s = noisy_scene();
   s.options.threads = 1;
   const RenderResult one = run(cloud(), s);
@@ -211,7 +211,7 @@ TEST(Render, ByNeedGivesTheSameBytesForAnyThreadsAndWithCounts) {
 }
 
 /// Samples by need are those of a fixed number: a pixel's are numbered from 0 on.
-TEST(Render, ByNeedTakesSamplesOfTheSameNumbers) {
+TEST(Render, AdaptiveTakesSamplesOfTheSameNumbers) {
   CloudScene s = noisy_scene();
   s.options.noise = 0.06;  // 0.1 takes the least samples everywhere
   s.options.guide = GuideUse::off;
@@ -236,22 +236,22 @@ TEST(Render, ByNeedTakesSamplesOfTheSameNumbers) {
 }
 
 /// Whole renders by need against one of many samples.
-TEST(Render, ByNeedIsUnbiased) {
+TEST(Render, AdaptiveIsUnbiased) {
   CloudScene s = noisy_scene();
   s.options.guide = GuideUse::off;
   s.options.width = s.options.height = 6;
   s.options.noise = 0.25;
-  proof::Moments by_need;
+  proof::Moments adaptive;
   for (s.options.seed = 1; s.options.seed <= 1000; ++s.options.seed) {
-    by_need.add(test::average(run(cloud(), s).film).mean.y);
+    adaptive.add(test::average(run(cloud(), s).film).mean.y);
   }
   s.options.noise.reset();
   s.options.samples = proof::samples(60'000);
   const test::Average fixed = test::average(run(cloud(), s).film);
-  const double deviation = std::sqrt(by_need.variance_of_mean() + fixed.variance.y);
+  const double deviation = std::sqrt(adaptive.variance_of_mean() + fixed.variance.y);
   EXPECT_LT(deviation, 0.003 * fixed.mean.y) << "a bias of 1 % would show";
   proof::Family family;
-  family.add("mean", proof::normal_p_value((by_need.mean() - fixed.mean.y) / deviation));
+  family.add("mean", proof::normal_p_value((adaptive.mean() - fixed.mean.y) / deviation));
   EXPECT_TRUE(family.passes());
 }
 
@@ -264,7 +264,7 @@ TEST(Render, ByTimeLeavesAWholePicture) {
   for (const PixelSums& p : r.film.pixels) EXPECT_EQ(p.samples, 1u);
 }
 
-TEST(Render, ByNeedDoesNotRunOutOfSampleNumbers) {
+TEST(Render, AdaptiveDoesNotRunOutOfSampleNumbers) {
   CloudScene s = noisy_scene();
   s.options.first_sample = 3'000'000'000;
   EXPECT_TRUE(run(cloud(), s).complete);

@@ -213,7 +213,7 @@ TEST(Parts, HaveThePixelsOfTheWhole) {
   }
 }
 
-TEST(Parts, ByNeedFollowThePilotOfTheWhole) {
+TEST(Parts, AdaptiveFollowThePilotOfTheWhole) {
   for (const Lanes kernel : {Lanes::automatic, Lanes::scalar}) {
     CloudScene s = cloud_scene();
     s.options.noise = 0.06;
@@ -242,7 +242,7 @@ TEST(Parts, ByNeedFollowThePilotOfTheWhole) {
   }
 }
 
-TEST(Parts, ByNeedRefuseOtherPilots) {
+TEST(Parts, AdaptiveRefuseOtherPilots) {
   CloudScene s = cloud_scene();
   s.options.noise = 0.06;
   const Shot shot(s);

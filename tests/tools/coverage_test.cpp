@@ -132,7 +132,7 @@ TEST(Coverage, OfOtherSeedsDoesNotCount) {
   EXPECT_EQ(missing->first.begin, 4u);
 }
 
-TEST(Coverage, ByNeedIsByPixels) {
+TEST(Coverage, AdaptiveIsByPixels) {
   const FilmPiece whole = piece(0, 0, 4, 4, 0, 0);
   EXPECT_FALSE(find_missing({piece(0, 0, 4, 3, 0, 0), piece(0, 3, 4, 1, 0, 0)}, whole));
   const auto missing = find_missing({piece(0, 0, 4, 3, 0, 0)}, whole);

@@ -137,7 +137,7 @@ formats::FilmPiece piece_of(const RenderOptions& o, bool complete) {
                        .width = r.width,
                        .height = r.height,
                        .complete = complete};
-  if (by_need(o) && o.part_end == 0) return p;
+  if (is_adaptive(o) && o.part_end == 0) return p;
   p.begin = o.first_sample + o.part_begin;
   p.end = o.first_sample + (o.part_end > 0 ? o.part_end : o.samples);
   return p;

@@ -20,7 +20,7 @@ bool is_wanted(const Layer& layer, AovSet asked) {
 }  // namespace
 
 Scene with_needs_of_filter(const Scene& scene) {
-  if (!by_need(scene.options) && scene.options.samples < 2) {
+  if (!is_adaptive(scene.options) && scene.options.samples < 2) {
     throw UsageError("--denoise takes --spp 2 or more: one sample does not tell how noisy it is");
   }
   Scene changed = scene;

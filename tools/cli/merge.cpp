@@ -32,7 +32,7 @@ struct Part {
   formats::PictureHeader header;
   Film window;
   formats::FilmRecord record;
-  bool by_need = false;
+  bool adaptive = false;
   std::uint32_t first_sample = 0, samples = 0;  ///< of each pixel of the whole, as its scene says
 };
 
@@ -52,7 +52,7 @@ Part open_part(const std::filesystem::path& file) {
   const formats::FilmReader reader(file);
   Part p{file, formats::read_picture_header(file), reader.window(), reader.record()};
   const RenderOptions r = scene_of(p).scene.options;
-  p.by_need = by_need(r), p.first_sample = r.first_sample, p.samples = r.samples;
+  p.adaptive = is_adaptive(r), p.first_sample = r.first_sample, p.samples = r.samples;
   return p;
 }
 
@@ -134,7 +134,7 @@ FilmPiece whole_of(const MergeGiven& o, const std::vector<Part>& parts) {
   if (!o.crop.empty()) {
     whole.x = o.crop[0], whole.y = o.crop[1], whole.width = o.crop[2], whole.height = o.crop[3];
   }
-  if (parts.front().by_need) return whole;
+  if (parts.front().adaptive) return whole;
   whole.begin = parts.front().first_sample;
   for (const Part& p : parts) {
     whole.begin = std::min(whole.begin, p.first_sample);
@@ -265,7 +265,7 @@ void describe_whole(const Whole& whole, bool cropped, formats::SceneFile& scene,
   r.crop_x = r.crop_y = r.crop_width = r.crop_height = 0;
   if (cropped) r.crop_x = p.x, r.crop_y = p.y, r.crop_width = p.width, r.crop_height = p.height;
   r.seed = *whole.seeds.begin();
-  if (!by_need(r)) r.first_sample = p.begin, r.samples = p.end - p.begin;
+  if (!is_adaptive(r)) r.first_sample = p.begin, r.samples = p.end - p.begin;
   const Entries keys = entries(r);
   for (const char* key : {"crop", "seed", "first_sample", "spp"}) {
     attributes[std::string("pvol:") + key] = attribute_text(find_key(keys, key)->value());

@@ -89,10 +89,10 @@ void print_facts(const RenderJob& job) {
   const Forecast& f = job.plan.forecast;
   std::cerr << "  roughly " << cli::readable(f.collisions / f.samples)
             << " collisions per sample and " << cli::readable_seconds(f.cpu_seconds)
-            << (by_need(o) ? " of CPU time for " + cli::readable(expected_samples(o)) +
+            << (is_adaptive(o) ? " of CPU time for " + cli::readable(expected_samples(o)) +
                                  " samples a pixel\n"
                            : " of CPU time to expect\n");
-  if (by_need(o)) {
+  if (is_adaptive(o)) {
     std::cerr << "  samples by need until";
     if (o.noise) std::cerr << " the noise is about " << cli::readable(100 * *o.noise) << " %";
     if (o.noise && o.time) std::cerr << " or";

@@ -181,7 +181,7 @@ Cuts cut(const RenderPlan& plan, const CostMap& map, int count) {
   const PixelRect whole = rendered_part(o);
   Cuts c;
   if (whole != PixelRect{0, 0, o.width, o.height}) c.crop = whole;
-  if (!by_need(o)) {
+  if (!is_adaptive(o)) {
     c.parts = split_picture(whole, o.samples, count, CostSums(map, map.seconds));
     return c;
   }

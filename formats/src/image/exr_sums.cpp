@@ -25,7 +25,7 @@ constexpr const char* kRecord = "pvol:film";
 constexpr std::size_t kLongestRecord = 1 << 26;  // bytes; of some 300 000 pieces
 constexpr std::size_t kMostLayers = 1 << 12;
 
-/// Needs are for samples to come.
+/// AdaptiveSamples are for samples to come.
 PlaneChoice choice_of(const Film& film, const FilmRecord& record) {
   const auto counts = [](const PixelSums& p) { return p.counts != PixelSums{}.counts; };
   const bool complete = std::ranges::all_of(record.pieces, &FilmPiece::complete);
@@ -84,8 +84,8 @@ void check_piece(const FilmPiece& p, const Film& film) {
   const std::int64_t x = std::int64_t(p.x) - film.x, y = std::int64_t(p.y) - film.y;
   const bool inside = p.x >= 0 && p.y >= 0 && p.width > 0 && p.height > 0 && x >= 0 && y >= 0 &&
                       p.width <= film.crop_width - x && p.height <= film.crop_height - y;
-  const bool by_need = p.begin == 0 && p.end == 0;
-  if (inside && (by_need || p.begin < p.end)) return;
+  const bool adaptive = p.begin == 0 && p.end == 0;
+  if (inside && (adaptive || p.begin < p.end)) return;
   throw Error("has pieces that do not lie in it, or are empty; the file is damaged");
 }
 

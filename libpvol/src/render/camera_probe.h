@@ -29,7 +29,7 @@ struct CameraProbe {
   }
 };
 
-/// Needs the kernel of the plan. Its own work is bounded by about a million steps of flights, and
+/// AdaptiveSamples the kernel of the plan. Its own work is bounded by about a million steps of flights, and
 /// by one path beyond them. Deterministic.
 [[nodiscard]] CameraProbe probe_camera(const RenderPlan& plan);
 

@@ -106,7 +106,7 @@ void check_deep(std::span<const Volume> volumes, const RenderOptions& o) {
                         double(o.crop_height ? o.crop_height : o.height - o.crop_y);
   constexpr double kUnlimited = std::numeric_limits<double>::infinity();
   const double bytes =
-      most_deep_bytes(pixels, o.deep_bins, by_need(o) ? kUnlimited : double(o.samples));
+      most_deep_bytes(pixels, o.deep_bins, is_adaptive(o) ? kUnlimited : double(o.samples));
   require(bytes <= kMostDeepBytes, "a deep picture of " + digits(pixels) + " pixels in " +
                                        std::to_string(o.deep_bins) + " bins of depth may take " +
                                        digits(bytes / 0x1p30) +

@@ -6,7 +6,7 @@
 
 #include "pvol/render/render.h"
 #include "render/forecast.h"
-#include "render/needs.h"
+#include "render/adaptive_samples.h"
 #include "render/path/path_setup.h"
 
 namespace pvol {
@@ -39,8 +39,8 @@ Scene small_scene(const RenderPlan& plan, int cells) {
 
 /// Samples that each pixel of the small picture stands for.
 std::vector<double> samples_of(const Film& film, const RenderOptions& o) {
-  if (!by_need(o)) return std::vector(film.pixels.size(), double(o.samples));
-  const Needs needs = detail::find_needs(film, o.noise);
+  if (!is_adaptive(o)) return std::vector(film.pixels.size(), double(o.samples));
+  const AdaptiveSamples needs = detail::find_adaptive_samples(film, o.noise);
   std::vector<double> all;
   for (std::size_t i = 0; i < film.pixels.size(); ++i) {
     const double wanted = o.noise ? needs.samples[detail::colour_of(film, i)] : expected_samples(o);
@@ -94,7 +94,7 @@ CostMap map_cost(const RenderPlan& plan, int cells) {
   const double unit = seconds_per_unit(plan, costs) * map.cell_width * map.cell_height;
   for (std::size_t i = 0; i < costs.size(); ++i) {
     map.seconds.push_back(unit * costs[i] * samples[i]);
-    if (by_need(large)) map.pilot_seconds.push_back(unit * costs[i] * kPilot);
+    if (is_adaptive(large)) map.pilot_seconds.push_back(unit * costs[i] * kPilot);
   }
   return map;
 }

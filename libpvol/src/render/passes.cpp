@@ -7,13 +7,13 @@
 namespace pvol::detail {
 
 Passes::Passes(const RenderOptions& options, std::size_t pixels)
-    : by_need_(by_need(options)),
-      pilot_only_(by_need_ && options.part_end > 0),
+    : adaptive_(is_adaptive(options)),
+      pilot_only_(adaptive_ && options.part_end > 0),
       samples_(options.part_end > 0 ? options.part_end - options.part_begin : options.samples),
       noise_(options.noise),
       time_(options.time) {
   if (pilot_only_) samples_ = kPilot;
-  if (!by_need_ || pilot_only_) total_ = std::uint64_t(pixels) * samples_;
+  if (!adaptive_ || pilot_only_) total_ = std::uint64_t(pixels) * samples_;
 }
 
 void Passes::resume(const Film& film) {
@@ -22,7 +22,7 @@ void Passes::resume(const Film& film) {
 }
 
 std::optional<Targets> Passes::next(Film& film, double seconds) {
-  if (!by_need_ || pilot_only_) return next_equal(film, samples_);
+  if (!adaptive_ || pilot_only_) return next_equal(film, samples_);
   measure(film, seconds);
   if (time_ && done_ > 0) total_ = std::uint64_t(done_ + affordable());
   if (uniform_ < kPilot && !film.needs) {
@@ -30,7 +30,7 @@ std::optional<Targets> Passes::next(Film& film, double seconds) {
     total_ = std::uint64_t(done_);
     return std::nullopt;
   }
-  return next_by_need(film);
+  return next_adaptive(film);
 }
 
 /// Counts what is done and how fast the last pass was.
@@ -63,8 +63,8 @@ std::optional<Targets> Passes::next_equal(const Film& film, std::uint32_t end) {
   return Targets{uniform_, {}};
 }
 
-std::optional<Targets> Passes::next_by_need(Film& film) {
-  if (!film.needs) film.needs = find_needs(film, noise_);
+std::optional<Targets> Passes::next_adaptive(Film& film) {
+  if (!film.needs) film.needs = find_adaptive_samples(film, noise_);
   if (noise_) {
     double sum = 0;
     for (std::size_t i = 0; i < film.pixels.size(); ++i) sum += samples_of(film, i, kMostSamples);

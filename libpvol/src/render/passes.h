@@ -6,7 +6,7 @@
 
 #include "pvol/render/film.h"
 #include "pvol/render/options.h"
-#include "render/needs.h"
+#include "render/adaptive_samples.h"
 #include "render/tiles/targets.h"
 
 namespace pvol::detail {
@@ -37,7 +37,7 @@ class Passes {
   [[nodiscard]] std::uint64_t total() const { return total_; }
 
  private:
-  bool by_need_;
+  bool adaptive_;
   bool pilot_only_;
   std::uint32_t samples_;
   std::optional<double> noise_, time_;
@@ -52,7 +52,7 @@ class Passes {
   void measure(const Film& film, double seconds);
   [[nodiscard]] double affordable() const;
   [[nodiscard]] std::optional<Targets> next_equal(const Film& film, std::uint32_t end);
-  [[nodiscard]] std::optional<Targets> next_by_need(Film& film);
+  [[nodiscard]] std::optional<Targets> next_adaptive(Film& film);
   [[nodiscard]] bool raise_goal(const Film& film);
   [[nodiscard]] std::optional<Targets> towards_goal(const Film& film) const;
   [[nodiscard]] double samples_of(const Film& film, std::size_t pixel, double average) const;

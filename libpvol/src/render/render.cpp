@@ -148,7 +148,7 @@ Paths guide(const RenderPlan& plan, PathSetup& setup, RenderResult& result) {
 
 void check_sample_numbers(const RenderOptions& o) {
   const std::uint64_t last =
-      std::uint64_t(o.first_sample) + (by_need(o) ? detail::kMostOfPixel : o.samples);
+      std::uint64_t(o.first_sample) + (is_adaptive(o) ? detail::kMostOfPixel : o.samples);
   if (last <= std::numeric_limits<std::uint32_t>::max()) return;
   throw Error("samples up to number " + std::to_string(last) +
               " are asked for; expected at most 4294967295");
@@ -176,12 +176,12 @@ Film begin_by_pilot(const RenderPlan& plan, const Film& pilot) {
                         pilot.x + pilot.crop_width >= part.x + part.crop_width &&
                         pilot.y + pilot.crop_height >= part.y + part.crop_height;
   const auto is_done = [](const PixelSums& p) { return p.samples == kPilot; };
-  if (!has_part || !by_need(o) || !std::ranges::all_of(pilot.pixels, is_done)) {
+  if (!has_part || !is_adaptive(o) || !std::ranges::all_of(pilot.pixels, is_done)) {
     throw Error("the pilot is not one of this picture by need, all of it, with " +
                 std::to_string(kPilot) + " samples in each pixel");
   }
   Film film = crop_of(pilot, part.x, part.y, part.crop_width, part.crop_height);
-  film.needs = detail::needs_of_part(detail::find_needs(pilot, o.noise), pilot, part);
+  film.needs = detail::needs_of_part(detail::find_adaptive_samples(pilot, o.noise), pilot, part);
   return film;
 }
 
@@ -213,7 +213,7 @@ RenderResult resume(const RenderPlan& plan, Film earlier, const RenderWatch& wat
   reporter.add(count_samples(film, {0, 0, film.crop_width, film.crop_height}));
 
   // Samples by need follow costs, too: their pilot is counted.
-  const bool counts_pilot = by_need(o) && !setup.count && !film.needs;
+  const bool counts_pilot = is_adaptive(o) && !setup.count && !film.needs;
   std::optional<PathSetup> counted;
   if (counts_pilot) counted.emplace(with_counts(plan, setup));
   std::optional<PassRenderer> renderer;
@@ -233,7 +233,7 @@ RenderResult resume(const RenderPlan& plan, Film earlier, const RenderWatch& wat
   }
   if (setup.count) result.counts = renderer->counts();
   // The pilot's counts are no longer wanted once the needs are known.
-  const bool pilot = by_need(o) && !film.needs;
+  const bool pilot = is_adaptive(o) && !film.needs;
   if (!setup.count && !pilot) {
     for (PixelSums& p : film.pixels) p.counts = {};
   }

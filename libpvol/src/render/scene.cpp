@@ -26,9 +26,9 @@ std::optional<Misfit> misfit(const RenderOptions& o) {
     return Misfit{{"noise"}, "off for a single pixel, which has no others to tell its noise"};
   }
   if (o.part_end > 0 || o.part_begin > 0) {
-    const std::uint32_t all = by_need(o) ? kPilot : o.samples;
+    const std::uint32_t all = is_adaptive(o) ? kPilot : o.samples;
     const bool pilot = o.part_begin == 0 && o.part_end == kPilot;
-    if (by_need(o) && !pilot) {
+    if (is_adaptive(o) && !pilot) {
       return Misfit{{"samples"},
                     "0:" + std::to_string(kPilot) + ", the pilot, where samples are by need"};
     }

@@ -10,7 +10,7 @@
 #include "pvol/math/keys.h"
 #include "pvol/math/names.h"
 #include "pvol/render/aov.h"
-#include "pvol/render/needs.h"
+#include "pvol/render/adaptive_samples.h"
 #include "pvol/track/tracker.h"
 #include "pvol/volume/lanes.h"
 #include "pvol/volume/volume.h"
@@ -196,7 +196,7 @@ template <std::same_as<RenderOptions> O>
        },
        [](O& o, const Value& v) {
          assign(o.part_begin, (*v.list())[0]), assign(o.part_end, (*v.list())[1]);
-         const bool all = !by_need(o) && o.part_begin == 0 && o.part_end == o.samples;
+         const bool all = !is_adaptive(o) && o.part_begin == 0 && o.part_end == o.samples;
          if (all) o.part_end = 0;
        }},
       key<&O::seed>({.key = "seed",
@@ -346,12 +346,12 @@ template <std::same_as<RenderOptions> O>
 }
 
 /// Whether samples are taken by need.
-[[nodiscard]] inline bool by_need(const RenderOptions& o) { return o.noise || o.time; }
+[[nodiscard]] inline bool is_adaptive(const RenderOptions& o) { return o.noise || o.time; }
 
 /// Samples of a pixel that choices reckon with.
 [[nodiscard]] inline double expected_samples(const RenderOptions& o) {
-  constexpr double kByNeed = 256;  // of pictures with little noise
-  return by_need(o) ? kByNeed : o.samples;
+  constexpr double kAdaptive = 256;  // of pictures with little noise
+  return is_adaptive(o) ? kAdaptive : o.samples;
 }
 
 /// Samples of a pixel that are rendered, those by need as choices reckon with them.

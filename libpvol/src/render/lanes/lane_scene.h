@@ -45,7 +45,7 @@ struct LaneLight {
   float value = 0;                 ///< absolute luminance of that
 };
 
-/// Constants of a render that all threads share. Needs one volume of bricks that is not empty, for
+/// Constants of a render that all threads share. AdaptiveSamples one volume of bricks that is not empty, for
 /// nearest or trilinear look-ups.
 struct LaneScene {
   const PathSetup& setup;

@@ -1,4 +1,4 @@
-#include "render/needs.h"
+#include "render/adaptive_samples.h"
 
 #include <algorithm>
 #include <cfloat>
@@ -120,10 +120,10 @@ std::vector<float> sample_costs(const Film& film) {
   return all;
 }
 
-Needs find_needs(const Film& pilot, std::optional<double> noise) {
+AdaptiveSamples find_adaptive_samples(const Film& pilot, std::optional<double> noise) {
   const std::vector<float> variance = variances(pilot);
   const std::vector<float> cost = sample_costs(pilot);
-  Needs n{shares(pilot, variance, cost, Near::other_colour), {kMostSamples, kMostSamples}};
+  AdaptiveSamples n{shares(pilot, variance, cost, Near::other_colour), {kMostSamples, kMostSamples}};
   if (!noise) return n;
   const std::vector<float> own = shares(pilot, variance, cost, Near::same_colour);
   for (std::size_t c = 0; c < 2; ++c) {
@@ -132,8 +132,8 @@ Needs find_needs(const Film& pilot, std::optional<double> noise) {
   return n;
 }
 
-Needs needs_of_part(const Needs& needs, const Film& film, const Film& part) {
-  Needs n{{}, needs.samples};
+AdaptiveSamples needs_of_part(const AdaptiveSamples& needs, const Film& film, const Film& part) {
+  AdaptiveSamples n{{}, needs.samples};
   n.share.reserve(part.pixels.size());
   for (int y = 0; y < part.crop_height; ++y) {
     const std::size_t row = film.index(part.x - film.x, part.y - film.y + y);

@@ -5,13 +5,13 @@
 #include <optional>
 
 #include "pvol/render/film.h"
-#include "pvol/render/needs.h"
+#include "pvol/render/adaptive_samples.h"
 
 namespace pvol::detail {
 
-/// Needs by a film with the same number of samples, two or more, in every pixel, and with counts,
+/// AdaptiveSamples by a film with the same number of samples, two or more, in every pixel, and with counts,
 /// for a relative noise (`relative_noise`); without one, `samples` are kMostSamples.
-[[nodiscard]] Needs find_needs(const Film& pilot, std::optional<double> noise);
+[[nodiscard]] AdaptiveSamples find_adaptive_samples(const Film& pilot, std::optional<double> noise);
 
 /// What a sample takes in any case, in nanoseconds.
 inline constexpr double kSampleCost = 200;
@@ -30,6 +30,6 @@ inline constexpr double kMostSamples = 1 << 20;
 }
 
 /// What the pixels of a crop need, by the needs of a film that holds it.
-[[nodiscard]] Needs needs_of_part(const Needs& needs, const Film& film, const Film& part);
+[[nodiscard]] AdaptiveSamples needs_of_part(const AdaptiveSamples& needs, const Film& film, const Film& part);
 
 }  // namespace pvol::detail

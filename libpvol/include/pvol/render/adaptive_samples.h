@@ -13,7 +13,7 @@ inline constexpr std::uint32_t kPilot = 16;
 
 /// What the pixels of a film need. Each pixel's figures follow from samples of pixels of the other
 /// colour of a checkerboard alone, so that its mean stays unbiased.
-struct Needs {
+struct AdaptiveSamples {
   /// Of each pixel: its samples, in proportion; 1 on average over the pixels of either colour.
   std::vector<float> share;
   /// Samples of a pixel of either colour, on average, for a picture of the wanted noise.
