@@ -277,7 +277,7 @@ void check_options(const Options& o) {
 int fit_and_report(const Options& o, const std::string& label = "") {
   const Fit f = fit(o);
   cli::print_warnings(kTool, f.loaded.report.warnings);
-  cli::print_warnings(kTool, doubts(o, f));
+  cli::print_warnings(kTool, warnings(o, f));
   if (o.json) {
     cli::print_json(o, f);
   } else if (!o.common.quiet) {

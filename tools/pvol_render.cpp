@@ -126,7 +126,7 @@ void make_plan(const Options& o, RenderJob& job) {
       plan(job.volumes, o.denoise ? cli::with_needs_of_filter(scene) : scene,
            {.facts = job.facts, .force = o.force || o.print_scene, .forecast = !o.print_scene});
   stage.erase();
-  cli::print_warnings(kTool, job.plan.doubts);
+  cli::print_warnings(kTool, job.plan.warnings);
   const bool any_shell = std::any_of(job.volumes.begin(), job.volumes.end(),
                                      [](const Volume& v) { return v.shell != nullptr; });
   if (scene.options.shells == ShellUse::on && !any_shell) {

@@ -339,7 +339,7 @@ TEST(Instances, AreOneVolumeToThePlan) {
   const RenderPlan p = plan({&many, 1}, s.scene());
   EXPECT_EQ(p.kernel.paths, Paths::many_volumes);
   EXPECT_EQ(p.decisions.size(), plan({&one, 1}, s.scene()).decisions.size());
-  EXPECT_TRUE(p.doubts.empty()) << p.doubts.front();
+  EXPECT_TRUE(p.warnings.empty()) << p.warnings.front();
   const double thickness = choose_transmittance({&one, 1}).thickness;
   EXPECT_NEAR(choose_transmittance({&many, 1}).thickness / thickness, 0.9, 0.3);
 }

@@ -266,7 +266,7 @@ TEST(MotionBlur, ThePlanSaysWhatItTakes) {
   };
   const RenderPlan p = plan(std::span(&v, 1), s.scene());
   EXPECT_EQ(p.kernel.lanes, Lanes::scalar);
-  EXPECT_TRUE(p.doubts.empty()) << p.doubts.front();
+  EXPECT_TRUE(p.warnings.empty()) << p.warnings.front();
   const auto changed = [&](const auto& change) {
     CloudScene with = s;
     change(with);
@@ -288,10 +288,10 @@ TEST(MotionBlur, ThePlanSaysWhatItTakes) {
             std::string::npos);
   const Volume fast = moving(puff(), s, everywhere({100, 0, 0}));
   const RenderPlan doubtful = plan(std::span(&fast, 1), s.scene());
-  ASSERT_FALSE(doubtful.doubts.empty());
-  EXPECT_NE(doubtful.doubts.back().find("moves by up to 50 voxels, more than the cloud's 26"),
+  ASSERT_FALSE(doubtful.warnings.empty());
+  EXPECT_NE(doubtful.warnings.back().find("moves by up to 50 voxels, more than the cloud's 26"),
             std::string::npos)
-      << doubtful.doubts.back();
+      << doubtful.warnings.back();
 }
 
 }  // namespace motion_blur_test

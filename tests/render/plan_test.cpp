@@ -148,21 +148,21 @@ TEST(Plan, RefusesEndlessWorkUnlessForced) {
 }
 
 /// What plan doubts about a scene, in one string.
-std::string doubts(std::span<const Volume> volumes, const CloudScene& s) {
+std::string warnings(std::span<const Volume> volumes, const CloudScene& s) {
   std::string all;
-  for (const std::string& d : plan(volumes, s.scene()).doubts) all += d + '\n';
+  for (const std::string& d : plan(volumes, s.scene()).warnings) all += d + '\n';
   return all;
 }
-std::string doubts(const Volume& v, const CloudScene& s) { return doubts(std::span(&v, 1), s); }
+std::string warnings(const Volume& v, const CloudScene& s) { return warnings(std::span(&v, 1), s); }
 
 TEST(Plan, DoubtsUnitsByThicknessAndSaysWhatWouldMakeSense) {
   for (const double extinction : {1e-2, 1.0, 100.0}) {
     const Volume v = make_thick_volume(extinction, 0.9f);
-    EXPECT_EQ(doubts(v, scene_around(v)), "") << extinction;
+    EXPECT_EQ(warnings(v, scene_around(v)), "") << extinction;
   }
   for (const double extinction : {1e-30, 1e-4, 1e4}) {
     const Volume v = make_thick_volume(extinction, 0.9f);
-    const std::string text = doubts(v, scene_around(v));
+    const std::string text = warnings(v, scene_around(v));
     EXPECT_EQ(text.find("thick.vdb: the cloud is about "), 0u) << text;
     const std::size_t at = text.find("medium.extinction = ");
     ASSERT_NE(at, std::string::npos) << text;
@@ -172,28 +172,28 @@ TEST(Plan, DoubtsUnitsByThicknessAndSaysWhatWouldMakeSense) {
     EXPECT_LT(thickness, 80) << text;
   }
   const Volume none = make_thick_volume(0, 0.9f);
-  EXPECT_EQ(doubts(none, scene_around(none)),
+  EXPECT_EQ(warnings(none, scene_around(none)),
             "thick.vdb: medium.extinction is 0: nothing of it is seen\n");
 }
 
 TEST(Plan, DoubtsCamerasThatSeeNothing) {
   const Volume v = make_test_volume(field("gaussian"), 2, std::nullopt);
   CloudScene s = scene_around(v);
-  EXPECT_EQ(doubts(v, s), "");
+  EXPECT_EQ(warnings(v, s), "");
   CloudScene away = s;
   away.camera.target = s.camera.position * 2.0 - s.camera.target;
-  EXPECT_EQ(doubts(v, away).find("none of 576 rays over the picture meets a volume: "), 0u)
-      << doubts(v, away);
+  EXPECT_EQ(warnings(v, away).find("none of 576 rays over the picture meets a volume: "), 0u)
+      << warnings(v, away);
   s.options.width = 1024;
   s.options.crop_width = 16;
-  EXPECT_EQ(doubts(v, s).find("none of 576 rays over the picture meets a volume: "), 0u)
-      << doubts(v, s);
+  EXPECT_EQ(warnings(v, s).find("none of 576 rays over the picture meets a volume: "), 0u)
+      << warnings(v, s);
 }
 
 TEST(Plan, DoubtsCloudsLostInTheirBox) {
   const auto faint = [](const char* name, const Field& f, double extinction) {
     const Volume v = make_test_volume(f, extinction, std::nullopt);
-    const std::string text = doubts(v, scene_around(v));
+    const std::string text = warnings(v, scene_around(v));
     EXPECT_EQ(text.find("of the camera's rays"), 0u) << name << ": " << text;
   };
   // One voxel so far away that the frame around both shows neither, and one so dense that an

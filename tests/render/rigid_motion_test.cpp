@@ -281,7 +281,7 @@ TEST(RigidMotion, ThePlanSaysWhatItTakes) {
   EXPECT_NE(all.find("motion as a whole: it moves by up to 5 world units"), std::string::npos)
       << all;
   EXPECT_NE(all.find("the volume moves as a whole"), std::string::npos) << all;
-  EXPECT_TRUE(p.doubts.empty()) << p.doubts.front();
+  EXPECT_TRUE(p.warnings.empty()) << p.warnings.front();
   const auto refused = [&](const Volume& of, const auto& change) {
     CloudScene with = s;
     change(with);

@@ -69,7 +69,7 @@ py::dict counts(const Picture& p) {
 Picture render(const py::object& scene, const py::kwargs& settings) {
   const SceneRequest request = request_of(scene, settings);
   Picture picture = cancellable([&](const Stop& stop) { return render_request(request, stop); });
-  warn(picture.doubts);
+  warn(picture.warnings);
   return picture;
 }
 

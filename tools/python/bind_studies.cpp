@@ -53,7 +53,7 @@ py::object trade(const py::object& scene, const py::object& variants, double bud
                  std::uint32_t spp, const py::kwargs& settings) {
   const TradeRequest request{request_of(scene, settings), variants_of(variants), budget, spp};
   const TradeRows rows = cancellable([&](const Stop& stop) { return measure_trade(request, stop); });
-  warn(rows.doubts);
+  warn(rows.warnings);
   return parse_json(rows.text);
 }
 

@@ -140,7 +140,7 @@ Picture render_request(const SceneRequest& request, const Stop& stop) {
   scene.options.transmittance = job.plan.scene.options.transmittance;
   Picture picture;
   picture.plan = text_of(job.plan);
-  picture.doubts = job.plan.doubts;
+  picture.warnings = job.plan.warnings;
   RenderResult result =
       render(job.plan, [&](std::uint64_t, std::uint64_t) { return !stop.load(); });
   picture.counts = result.counts;

@@ -34,7 +34,7 @@ struct Picture {
   Counts counts{};
   bool counted = false;
   std::string plan;                               ///< a line for each choice, with its reason
-  std::vector<std::string> doubts;                ///< what is likely to be a mistake
+  std::vector<std::string> warnings;                ///< what is likely to be a mistake
   std::map<std::string, std::string> attributes;  ///< of an EXR
   formats::ExrOptions layout{};
 };

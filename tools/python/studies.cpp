@@ -112,7 +112,7 @@ TradeRows measure_trade(const TradeRequest& request, const Stop& stop) {
   };
   study.rows = measure::make_rows(variants, measure::sweep(names, o, render));
   measure::judge(study);
-  return {cli::to_text(cli::trade_json(report).at("settings")), report.loaded.doubts};
+  return {cli::to_text(cli::trade_json(report).at("settings")), report.loaded.warnings};
 }
 
 }  // namespace pvol::python

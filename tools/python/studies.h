@@ -23,7 +23,7 @@ struct TradeRequest {
 
 struct TradeRows {
   std::string text;                 ///< a JSON array, the default first
-  std::vector<std::string> doubts;  ///< what is likely to be a mistake
+  std::vector<std::string> warnings;  ///< what is likely to be a mistake
 };
 
 /// The settings of what pvol-stats trade says. Throws Error, also where the budget is too short.

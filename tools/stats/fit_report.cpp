@@ -135,7 +135,7 @@ void print_json(const FitOptions& o, const Fit& f) {
   std::cout << to_text(j);
 }
 
-std::vector<std::string> doubts(const FitOptions& o, const Fit& f) {
+std::vector<std::string> warnings(const FitOptions& o, const Fit& f) {
   std::vector<std::string> all;
   const auto doubt = [&](std::string text) {
     all.push_back(fmt::format("{}: {}", o.input.string(), std::move(text)));

@@ -53,6 +53,6 @@ void print_json(const FitOptions& o, const Fit& f);
 void print_line(const FitOptions& o, const Fit& f, const std::string& label);
 
 /// What is written and perhaps not what was wanted, in whole sentences.
-[[nodiscard]] std::vector<std::string> doubts(const FitOptions& o, const Fit& f);
+[[nodiscard]] std::vector<std::string> warnings(const FitOptions& o, const Fit& f);
 
 }  // namespace pvol::cli

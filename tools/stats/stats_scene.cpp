@@ -72,7 +72,7 @@ void choose_camera(LoadedScene& loaded) {
     loaded.file.has_camera = true;
     loaded.framed = true;
   }
-  loaded.doubts = plan(volumes, scene, {.facts = loaded.facts, .force = loaded.force}).doubts;
+  loaded.warnings = plan(volumes, scene, {.facts = loaded.facts, .force = loaded.force}).warnings;
 }
 
 measure::SetUp set_up_of(const std::vector<Volume>& volumes, double seconds) {
@@ -111,7 +111,7 @@ LoadedScene load_scene(const SceneOptions& o, int pixels, bool quiet) {
   LoadedScene loaded = load_scene(std::move(file), o, pixels, [&](formats::SceneVolume& v) {
     return load_cloud({"pvol-stats", quiet}, v, o.grid.strict, as_read);
   });
-  print_warnings("pvol-stats", loaded.doubts);
+  print_warnings("pvol-stats", loaded.warnings);
   return loaded;
 }
 

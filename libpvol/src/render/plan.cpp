@@ -195,7 +195,7 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
   if (!options.forecast) return p;
   const detail::CameraProbe probe = detail::probe_camera(p);
   if (!options.force) detail::refuse_endless_paths(p, probe);
-  p.doubts = detail::find_doubts(p, probe);
+  p.warnings = detail::find_warnings(p, probe);
   p.forecast = detail::forecast(p, probe);
   return p;
 }

@@ -79,7 +79,7 @@ constexpr double kFaintest = 0.002;                   // share of camera rays th
 }
 
 /// What is wrong with a volume's thickness, if anything.
-[[nodiscard]] std::string doubt_thickness(const Volume& v) {
+[[nodiscard]] std::string warn_of_thickness(const Volume& v) {
   if (v.density.octree.empty()) {
     return v.fire != nullptr ? "" : named(v, "the density is 0 everywhere");
   }
@@ -93,7 +93,7 @@ constexpr double kFaintest = 0.002;                   // share of camera rays th
 }
 
 /// What of a volume's motion is to be doubted.
-void doubt_motion(const Volume& v, std::vector<std::string>& all) {
+void warn_of_motion(const Volume& v, std::vector<std::string>& all) {
   if (v.density.motion == nullptr) return;
   const Motion& m = *v.density.motion;
   if (m.longest > m.still_extent) {
@@ -154,7 +154,7 @@ void refuse_endless_paths(const RenderPlan& plan, const CameraProbe& probe) {
 namespace {
 
 /// A date at which the sun of a clear sky has set, as one of another zone may be.
-void doubt_date(const Scene& scene, std::vector<std::string>& all) {
+void warn_of_date(const Scene& scene, std::vector<std::string>& all) {
   const auto* sky = std::get_if<ClearSky>(&scene.environment);
   if (sky == nullptr || sky->date.empty()) return;
   const double elevation = sun_of(*sky).elevation;
@@ -167,10 +167,10 @@ void doubt_date(const Scene& scene, std::vector<std::string>& all) {
 
 }  // namespace
 
-std::vector<std::string> find_doubts(const RenderPlan& plan, const CameraProbe& probe) {
+std::vector<std::string> find_warnings(const RenderPlan& plan, const CameraProbe& probe) {
   std::vector<std::string> all;
   for (const Volume& v : plan.volumes) {
-    if (std::string doubt = doubt_thickness(v); !doubt.empty()) all.push_back(std::move(doubt));
+    if (std::string doubt = warn_of_thickness(v); !doubt.empty()) all.push_back(std::move(doubt));
   }
   const bool any = std::any_of(plan.volumes.begin(), plan.volumes.end(),
                                [](const Volume& v) { return !v.density.octree.empty(); });
@@ -186,8 +186,8 @@ std::vector<std::string> find_doubts(const RenderPlan& plan, const CameraProbe& 
         "a limit on noise goes by radiance alone, and what a shadow catcher shows is mostly alpha: "
         "set the samples by --spp instead");
   }
-  for (const Volume& v : plan.volumes) doubt_motion(v, all);
-  doubt_date(plan.scene, all);
+  for (const Volume& v : plan.volumes) warn_of_motion(v, all);
+  warn_of_date(plan.scene, all);
   return all;
 }
 

@@ -32,7 +32,7 @@ void refuse_endless_paths(const RenderPlan& plan, const CameraProbe& probe);
 
 /// Whole sentences about what is likely to be a mistake: volumes thousands of free paths thick, or
 /// next to none, and cameras that see nothing of them, or next to nothing.
-[[nodiscard]] std::vector<std::string> find_doubts(const RenderPlan& plan,
+[[nodiscard]] std::vector<std::string> find_warnings(const RenderPlan& plan,
                                                    const CameraProbe& probe);
 
 }  // namespace pvol::detail

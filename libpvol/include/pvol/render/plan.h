@@ -109,7 +109,7 @@ struct RenderPlan {
   std::vector<Decision> decisions{};
   /// Whole sentences about what is likely to be a mistake, such as an extinction in another unit or
   /// a camera that looks away.
-  std::vector<std::string> doubts{};
+  std::vector<std::string> warnings{};
   Forecast forecast{};  ///< all 0 where nobody asked for it
 };
 

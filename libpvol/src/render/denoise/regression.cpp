@@ -84,7 +84,7 @@ struct System {
 /// others, had said that there are none. Without it a pixel that is like no other would be
 /// fitted by planes through nothing but itself.
 void solve_row(std::size_t features, const Moments& m, Coefficients& out) {
-  constexpr double kDoubt = 1;
+  constexpr double kWarned = 1;
   constexpr double kLeast = 1e-9;  // of features that do not differ; their scale is 1
   for (std::size_t x = 0; x < kTile; ++x) {
     const double all = double(m[0][x]);
@@ -97,7 +97,7 @@ void solve_row(std::size_t features, const Moments& m, Coefficients& out) {
     for (std::size_t i = 0; i <= features; ++i) {
       s.a[i][0] = double(m[k++][x]);
       for (std::size_t j = 0; j < i; ++j) s.a[i][j + 1] = double(m[k++][x]);
-      if (i > 0) s.a[i][i] += kDoubt * s.a[i][i] / all + kLeast * all;
+      if (i > 0) s.a[i][i] += kWarned * s.a[i][i] / all + kLeast * all;
     }
     s.factorise();
     for (auto& colour : out) {
