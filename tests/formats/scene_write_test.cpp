@@ -188,8 +188,8 @@ struct RandomScene {
     return v;
   }
 
-  Finish finish() {
-    return {Rgb(Vec3d{uniform(0, 1), uniform(0, 1), double(whole(0, 1))}), Look(whole(0, 2))};
+  Material finish() {
+    return {Rgb(Vec3d{uniform(0, 1), uniform(0, 1), double(whole(0, 1))}), Visibility(whole(0, 2))};
   }
 
   /// Of every kind some, in the order of kinds.

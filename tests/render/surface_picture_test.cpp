@@ -21,7 +21,7 @@ constexpr double kPi = std::numbers::pi;
 /// A small cube that is out of the way, for scenes that are about surfaces alone.
 Body far_away() { return matter(1, Rgb(0.5f), 0, Rgb(0.0f), translation({0, 0, 1e5})); }
 
-PlaneSurface ground(double albedo, Look look = Look::surface) {
+PlaneSurface ground(double albedo, Visibility look = Visibility::surface) {
   return {{0, 0, 0}, {0, 1, 0}, {Rgb(float(albedo)), look}};
 }
 
@@ -169,7 +169,7 @@ TEST(SurfacePicture, TheFurnaceHidesWhiteSurfaces) {
 /// So are they on average where that light is sampled, and on catchers, whatever a path met before.
 TEST(SurfacePicture, TheFurnaceOfASampledSkyHidesThemOnAverage) {
   proof::Family family;
-  for (const Look look : {Look::surface, Look::shadow_catcher}) {
+  for (const Visibility look : {Visibility::surface, Visibility::shadow_catcher}) {
     for (const GuideUse guide : {GuideUse::off, GuideUse::on}) {
       CloudScene s = cloud_scene_of_cube();
       s.environment = ImageSky{4, 2, std::vector<Rgb>(8, Rgb(1.0f))};
@@ -251,13 +251,13 @@ TEST(SurfacePicture, GroundByTheLightOfAFire) {
   for (const bool shielded : {false, true}) {
     const double irradiance = irradiance_of_the_fire(shielded);
     for (const float albedo : {0.0f, 1e-7f}) {
-      for (const Look look : {Look::surface, Look::shadow_catcher}) {
+      for (const Visibility look : {Visibility::surface, Visibility::shadow_catcher}) {
         Pixel p(matter(kFireExtinction, Rgb(albedo), 0, Rgb(5.0f), kFirePlace), {9, 4, 7},
                 {4, 0, 3});
         p.scene.surfaces = {ground(0.9, look)};
         if (shielded) p.scene.surfaces.emplace_back(kShield);
         // Its light is a matter of alpha.
-        if (look == Look::shadow_catcher) p.scene.lights = {Sun{{1, 2, 1}, Rgb(2.0f), 0}};
+        if (look == Visibility::shadow_catcher) p.scene.lights = {Sun{{1, 2, 1}, Rgb(2.0f), 0}};
         p.scene.options.line_emission = LineEmission::on;
         p.scene.options.samples = 100'000;
         p.scene.options.aovs.add(Aov::lights);
@@ -285,7 +285,7 @@ TEST(SurfacePicture, AShadowCatcherCoversByTheLightThatIsMissing) {
   // Under an absorbing cube of optical depth 0.9 along the sun's ray.
   const Affine above = translation({-6, 3, -6});
   Pixel p(matter(0.9 / 13, Rgb(0.0f), 0, Rgb(0.0f), above), {20, 2, 0}, {0, 0, 0});
-  p.scene.surfaces = {ground(0.3, Look::shadow_catcher)};
+  p.scene.surfaces = {ground(0.3, Visibility::shadow_catcher)};
   p.scene.lights = {Sun{{0, 1, 0}, Rgb(2.0f), 0}};
   p.scene.options.background = false;
   p.scene.options.samples = 100'000;
@@ -309,7 +309,7 @@ TEST(SurfacePicture, AShadowCatcherUnderABall) {
   for (const Environment& sky : skies) {
     for (const bool sun : {false, true}) {
       Pixel p(far_away(), {5, 0.5, 0}, {0, 0, 0});
-      p.scene.surfaces = {ground(0.0, Look::shadow_catcher), BallSurface{{0, 2, 0}, 1.2, {}}};
+      p.scene.surfaces = {ground(0.0, Visibility::shadow_catcher), BallSurface{{0, 2, 0}, 1.2, {}}};
       std::get<BallSurface>(p.scene.surfaces[1]).finish.albedo = Rgb(0.0f);
       p.scene.environment = sky;
       // A sun that the ball does not hide, as bright on the ground as the sky.
@@ -333,7 +333,7 @@ TEST(SurfacePicture, AShadowCatcherInColouredLight) {
   const Environment skies[] = {ConstantSky{sky}, even};
   for (const Environment& environment : skies) {
     Pixel p(far_away(), {5, 0.5, 0}, {0, 0, 0});
-    p.scene.surfaces = {ground(0.0, Look::shadow_catcher),
+    p.scene.surfaces = {ground(0.0, Visibility::shadow_catcher),
                         BallSurface{{0, 2, 0}, 1.2, {Rgb(0.0f)}}};
     p.scene.environment = environment;
     p.scene.lights = {Sun{{1, 0.5, 0}, sun * float(kPi * std::sqrt(5.0)), 0}};
@@ -362,7 +362,7 @@ TEST(SurfacePicture, ARoundShadowCatcherInTheOpenIsNotSeen) {
   for (const Environment& sky : skies) {
     CloudScene s = cloud_scene_of_cube();
     s.medium = far_away();
-    s.surfaces = {BallSurface{{6, 5, 6}, 30, {Rgb(0.0f), Look::shadow_catcher}}};
+    s.surfaces = {BallSurface{{6, 5, 6}, 30, {Rgb(0.0f), Visibility::shadow_catcher}}};
     s.environment = sky;
     s.lights.clear();
     s.camera.position = {90, 40, 60};
@@ -389,7 +389,7 @@ TEST(SurfacePicture, AWhiteCatcherIsThrownTheLightThatItsShadowLacks) {
     for (const bool ball : {true, false}) {
       Pixel p(ball ? far_away() : matter(2, Rgb(1.0f), 0.3, Rgb(0.0f), wide), {5, 0.5, 0},
               {0, 0, 0});
-      p.scene.surfaces = {ground(1, Look::shadow_catcher)};
+      p.scene.surfaces = {ground(1, Visibility::shadow_catcher)};
       if (ball) p.scene.surfaces.emplace_back(BallSurface{{0, 2, 0}, 1.2, {Rgb(1.0f)}});
       p.scene.environment = sky;
       p.scene.options.background = false;
@@ -419,7 +419,7 @@ TEST(SurfacePicture, AShadowCatcherByTheLightOfLamps) {
     for (const int hidden : {0, 1, 2}) {
       Pixel p(far_away(), {0, 5, 9}, {0, 0, 0});
       p.scene.lights = {left, right};
-      p.scene.surfaces = {ground(0.5, Look::shadow_catcher)};
+      p.scene.surfaces = {ground(0.5, Visibility::shadow_catcher)};
       for (int k = 0; k < hidden; ++k) {
         p.scene.surfaces.emplace_back(BallSurface{{k ? 3.0 : -3.0, 4, 0}, 2.4, {Rgb(0.0f)}});
       }
@@ -445,7 +445,7 @@ TEST(SurfacePicture, LampsAreSeenBesideWhatCatchesShadows) {
     s.environment = ConstantSky{Rgb(0.0f)};
     s.lights = {PointLight{{0, 16, 0}, Rgb(40.0f), "", 2},
                 PointLight{{0, -6, 0}, Rgb(40.0f), "", 2}};
-    s.surfaces = {ground(0.5, Look::shadow_catcher)};
+    s.surfaces = {ground(0.5, Visibility::shadow_catcher)};
     s.options.width = 1, s.options.height = 40;
     s.options.threads = 1;
     const Film film = run_cube(s).film;
@@ -496,7 +496,7 @@ TEST(SurfacePicture, AShadowCatcherShowsLightThatIsThrownOnIt) {
   const Affine wide =
       translation({0, 2, 0}) * scaling({1e6 / 13, 1.0 / 13, 1e6 / 13}) * translation({-6, 0.5, -6});
   Pixel p(matter(2, Rgb(1.0f), 0.3, Rgb(0.0f), wide), {0.3, 1.5, 0.2}, {0, 0, 0});
-  p.scene.surfaces = {ground(0.5, Look::shadow_catcher)};
+  p.scene.surfaces = {ground(0.5, Visibility::shadow_catcher)};
   p.scene.lights = {Sun{{0.8, 0.6, 0}, Rgb(2.0f), 0}};
   p.scene.options.background = false;
   p.scene.options.samples = 60'000;
@@ -512,7 +512,7 @@ TEST(SurfacePicture, AShadowCatcherShowsLightThatIsThrownOnIt) {
 /// Where no light arrives unscattered there is no shadow, and light that is thrown there is shown:
 /// an area that shines up on a ball, of which the catcher is dark by itself.
 TEST(SurfacePicture, AShadowCatcherInTheDarkShowsLightThatIsThrownOnIt) {
-  const auto picture = [](Look look) {
+  const auto picture = [](Visibility look) {
     Pixel p(far_away(), {3, 1, 0.3}, {0.4, 0, 0});
     p.scene.surfaces = {ground(0.5, look), BallSurface{{0, 3, 0}, 1, {Rgb(0.8f)}}};
     p.scene.lights.emplace_back(
@@ -521,7 +521,7 @@ TEST(SurfacePicture, AShadowCatcherInTheDarkShowsLightThatIsThrownOnIt) {
     p.scene.options.samples = 400'000;
     return p.sums();
   };
-  const PixelSums seen = picture(Look::surface), caught = picture(Look::shadow_catcher);
+  const PixelSums seen = picture(Visibility::surface), caught = picture(Visibility::shadow_catcher);
   EXPECT_EQ(caught.alpha, 0);
   EXPECT_GT(mean(seen).x, 0);
   const double error = std::sqrt(variance_of_mean(seen).x + variance_of_mean(caught).x);
@@ -533,7 +533,7 @@ TEST(SurfacePicture, AShadowCatcherInTheDarkShowsLightThatIsThrownOnIt) {
 TEST(SurfacePicture, AShadowCatcherKeepsToTheLimitOfBounces) {
   for (const std::uint32_t bounces : {0u, 1u}) {
     Pixel p(far_away(), {5, 0.5, 0}, {0, 0, 0});
-    p.scene.surfaces = {ground(1, Look::shadow_catcher), BallSurface{{0, 2, 0}, 1.2, {Rgb(1.0f)}}};
+    p.scene.surfaces = {ground(1, Visibility::shadow_catcher), BallSurface{{0, 2, 0}, 1.2, {Rgb(1.0f)}}};
     p.scene.environment = ConstantSky{Rgb(0.5f)};
     p.scene.options.background = false;
     p.scene.options.max_bounces = bounces;
@@ -571,14 +571,14 @@ TEST(SurfacePicture, AHoldoutIsAHole) {
   // A cube of optical depth 1 before it, whose light is what it is without.
   Pixel p(matter(1.0 / 13, Rgb(0.9f), 0), {6, 6, 40}, {6, 6, 6});
   p.scene.environment = ConstantSky{Rgb(1.0f)};
-  p.scene.surfaces = {BallSurface{{6, 6, -20}, 5, {Rgb(0.5f), Look::holdout}}};
+  p.scene.surfaces = {BallSurface{{6, 6, -20}, 5, {Rgb(0.5f), Visibility::holdout}}};
   p.scene.options.max_bounces = 0;
   const PixelSums hole = p.sums();
   expect_alpha(hole, 1 - std::exp(-1.0));
   EXPECT_EQ(mean(hole), Vec3d(0.0)) << "no sky behind it";
   // Others see it: its light falls on the ground before the camera.
   Pixel seen(far_away(), {0, 1, 0}, {0, 0, 0});
-  seen.scene.surfaces = {ground(0.5), BallSurface{{0, 10, 0}, 8, {Rgb(1.0f), Look::holdout}}};
+  seen.scene.surfaces = {ground(0.5), BallSurface{{0, 10, 0}, 8, {Rgb(1.0f), Visibility::holdout}}};
   seen.scene.environment = ConstantSky{Rgb(1.0f)};
   seen.scene.options.samples = 2000;
   EXPECT_GT(mean(seen.sums()).x, 0.2);
@@ -636,7 +636,7 @@ TEST(SurfacePicture, TheFirstAlbedoIsThatOfWhatIsMet) {
 /// ground and beside it, on a catcher, too.
 TEST(SurfacePicture, GuidingChangesNoMean) {
   proof::Family family;
-  for (const Look look : {Look::surface, Look::shadow_catcher}) {
+  for (const Visibility look : {Visibility::surface, Visibility::shadow_catcher}) {
     CloudScene s = cloud_scene_of_cube();
     s.medium = matter(0.6, Rgb(0.95f), 0.8);
     s.surfaces = {ground(0.6, look), BallSurface{{14, 4, 9}, 3, {Rgb(0.8f)}}};

@@ -136,7 +136,7 @@ void refuse_endless_paths(const RenderPlan& plan, const CameraProbe& probe) {
   // Roulette ends paths after some 4 / (1 - albedo) hits: 0.999 is about what clouds may take.
   constexpr float kWhite = 0.999f;
   const bool white = std::ranges::any_of(plan.scene.surfaces, [](const Surface& s) {
-    return max_component(finish_of(s).albedo) > kWhite;
+    return max_component(material_of(s).albedo) > kWhite;
   });
   if (white && 2 * probe.caught > probe.paths && !plan.scene.options.max_bounces) {
     throw Error(

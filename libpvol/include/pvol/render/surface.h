@@ -17,25 +17,25 @@ namespace pvol {
 
 /// What camera rays see of a surface that they meet before all else. All other light meets it as a
 /// surface of its albedo.
-enum class Look {
+enum class Visibility {
   surface,
   shadow_catcher,  ///< stands for the ground of a photograph: only the shadow on it (THEORY.md,
                    ///< T5.18)
   holdout,         ///< a hole in the picture, with alpha 0
 };
-[[nodiscard]] constexpr auto names(Look) {
-  return std::to_array<Named<Look>>({{Look::surface, "surface"},
-                                     {Look::shadow_catcher, "shadow-catcher"},
-                                     {Look::holdout, "holdout"}});
+[[nodiscard]] constexpr auto names(Visibility) {
+  return std::to_array<Named<Visibility>>({{Visibility::surface, "surface"},
+                                     {Visibility::shadow_catcher, "shadow-catcher"},
+                                     {Visibility::holdout, "holdout"}});
 }
 
 /// How a surface scatters, on either side.
-struct Finish {
+struct Material {
   Rgb albedo{0.5f};  ///< share of the light that falls on it; 0: black
-  Look look = Look::surface;
-  friend bool operator==(const Finish&, const Finish&) = default;
+  Visibility look = Visibility::surface;
+  friend bool operator==(const Material&, const Material&) = default;
 };
-template <std::same_as<Finish> F>
+template <std::same_as<Material> F>
 [[nodiscard]] constexpr auto keys(const F&) {
   return std::to_array<Key<F>>({
       key<&F::albedo>({.key = "albedo",
@@ -54,7 +54,7 @@ struct PlaneSurface {
   static constexpr const char* kName = "plane";
   Vec3d point{0, 0, 0};
   Vec3d normal{0, 1, 0};  ///< of any length > 0
-  Finish finish{};
+  Material finish{};
   friend bool operator==(const PlaneSurface&, const PlaneSurface&) = default;
 };
 template <std::same_as<PlaneSurface> P>
@@ -77,7 +77,7 @@ struct BallSurface {
   static constexpr const char* kName = "ball";
   Vec3d centre{0, 0, 0};
   double radius = 1;
-  Finish finish{};
+  Material finish{};
   friend bool operator==(const BallSurface&, const BallSurface&) = default;
 };
 template <std::same_as<BallSurface> B>
@@ -101,7 +101,7 @@ struct SolidSurface {
   std::string file{};                  ///< that the body comes from; empty where it is from memory
   std::shared_ptr<const Body> body{};  ///< bounded, its perturbations without ones of their own
   Placement place{};
-  Finish finish{};
+  Material finish{};
   friend bool operator==(const SolidSurface&, const SolidSurface&) = default;
 };
 template <std::same_as<SolidSurface> S>
@@ -124,7 +124,7 @@ struct MeshSurface {
   std::string file{};  ///< that the triangles come from; empty where they are from memory
   std::shared_ptr<const TriangleMesh> mesh{};
   Placement place{};
-  Finish finish{};
+  Material finish{};
   friend bool operator==(const MeshSurface&, const MeshSurface&) = default;
 };
 template <std::same_as<MeshSurface> M>
@@ -142,8 +142,8 @@ template <std::same_as<MeshSurface> M>
 
 using Surface = std::variant<PlaneSurface, BallSurface, SolidSurface, MeshSurface>;
 
-[[nodiscard]] inline const Finish& finish_of(const Surface& surface) {
-  return std::visit([](const auto& s) -> const Finish& { return s.finish; }, surface);
+[[nodiscard]] inline const Material& material_of(const Surface& surface) {
+  return std::visit([](const auto& s) -> const Material& { return s.finish; }, surface);
 }
 
 /// A place that cannot be undone, or a matrix besides the rest.

@@ -31,7 +31,7 @@ void visit_at(const PathSetup& s, Vec3d place, float frames, const Visit& visit)
 /// Direction of steepest descent of the extinction, by differences over a voxel; 0 where that is
 /// even. Of many clouds, those whose boxes end within half a voxel of the place may go unseen.
 Vec3d normal_of(const PathSetup& s, const PathResult& r) {
-  if (r.first_finish) return r.first_normal;
+  if (r.first_material) return r.first_normal;
   const Vec3d place = r.first;
   Vec3d sum;
   visit_at(s, place, r.time, [&](const Volume& v, const Affine& to_cells) {
@@ -63,7 +63,7 @@ Rgb color_in_cells(const Volume& v, Vec3d cells) {
 
 /// The mean albedo of all that is there, by extinction.
 Vec3d albedo_of(const PathSetup& s, const PathResult& r) {
-  if (r.first_finish) return Vec3d(r.first_finish->albedo);
+  if (r.first_material) return Vec3d(r.first_material->albedo);
   Vec3d sum;
   double all = 0;
   const bool alone = s.volumes.size() == 1;

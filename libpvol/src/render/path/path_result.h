@@ -22,13 +22,13 @@ struct PathResult {
   float first_weight = 0;  ///< of the flight that ended there; 0: none did
   float time = 0;          ///< of the path, in frames, where the setup moves
   Vec3d first_normal;      ///< where that place is on a surface, which has this finish
-  const Finish* first_finish = nullptr;
+  const Material* first_material = nullptr;
 
   explicit PathResult(const PathSetup& s)
       : layers(s.options.aovs.has(Aov::lights) ? s.lights.size() + 2 : 0),
         orders(s.options.aovs.has(Aov::scattering) ? kOrders : 0) {}
   void reset() {
-    radiance = Rgb(0.0f), alpha = 0, first_weight = 0, first_finish = nullptr;
+    radiance = Rgb(0.0f), alpha = 0, first_weight = 0, first_material = nullptr;
     for (Rgb& layer : layers) layer = Rgb(0.0f);
     for (Rgb& order : orders) order = Rgb(0.0f);
     ordered_ = Rgb(0.0f);

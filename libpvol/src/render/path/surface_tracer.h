@@ -163,18 +163,18 @@ class SurfaceTracer {
 
   /// A surface; whether the path goes on.
   [[nodiscard]] bool meet(const SurfaceHit& surface, Rng& rng) {
-    const Finish& finish = *surface.finish;
+    const Material& finish = *surface.finish;
     r_.scattered(scatterings_);
     ++surface_hits;
     matter_ = nullptr;
     lobe_.normal = Vec3f(surface.normal);
     on_catcher_ = false;
     if (scatterings_ == 0) {
-      if (finish.look == Look::holdout) return false;
-      if (finish.look == Look::shadow_catcher) return catch_shadow(surface, rng);
+      if (finish.look == Visibility::holdout) return false;
+      if (finish.look == Visibility::shadow_catcher) return catch_shadow(surface, rng);
       note_first(surface.place);
       r_.first_normal = surface.normal;
-      r_.first_finish = &finish;
+      r_.first_material = &finish;
     }
     if (is_at_end()) return false;
     throughput_ *= finish.albedo;

@@ -67,7 +67,7 @@ namespace {
 /// The hit at a distance along the ray, with its normal of any length. To a surface's own clearance
 /// comes what is lost of places that are far from the origin, or from the ray's.
 [[nodiscard]] SurfaceHit make_hit(const Ray& ray, double distance, Vec3d normal, double clearance,
-                                  const Finish& finish) {
+                                  const Material& finish) {
   const double size = length(normal);
   Vec3d n = size > 0 ? normal / size : -ray.d;  // at a point where it is not known
   if (dot(n, ray.d) > 0) n = -n;
@@ -94,10 +94,10 @@ struct Surfaces::Add {
   void operator()(const SolidSurface& s) const { add_body(*s.body, s.place.map(), s.finish); }
   void operator()(const MeshSurface& m) const {
     meshes.push_back({m.mesh.get(), m.place.map()});
-    to.mesh_finishes_.push_back(m.finish);
+    to.mesh_materials_.push_back(m.finish);
   }
 
-  void add_body(const Body& body, const Affine& map, const Finish& finish) const {
+  void add_body(const Body& body, const Affine& map, const Material& finish) const {
     auto ready = std::make_unique<const RayBody>(body);
     constexpr double kClearance = 1e-9;  // of the diagonal; roots are good to 1e-14 of it
     const double clearance = kClearance * length(transform(map, ready->box()).extent());
@@ -109,7 +109,7 @@ Surfaces::Surfaces(std::span<const Surface> surfaces) {
   std::vector<PlacedMesh> meshes;
   for (const Surface& s : surfaces) {
     std::visit(Add{*this, meshes}, s);
-    catch_shadows_ = catch_shadows_ || finish_of(s).look == Look::shadow_catcher;
+    catch_shadows_ = catch_shadows_ || material_of(s).look == Visibility::shadow_catcher;
   }
   if (!meshes.empty()) meshes_.emplace(meshes);
 }
@@ -139,7 +139,7 @@ SurfaceHit Surfaces::first_hit(const Ray& ray, double limit) const {
   }
   if (meshes_) {
     if (const auto found = meshes_->first_hit(ray, hit.distance)) {
-      hit = make_hit(ray, found->t, found->normal, found->clearance, mesh_finishes_[found->mesh]);
+      hit = make_hit(ray, found->t, found->normal, found->clearance, mesh_materials_[found->mesh]);
     }
   }
   if (hit.finish == nullptr) hit.distance = std::numeric_limits<double>::infinity();

@@ -19,7 +19,7 @@ struct SurfaceHit {
   Vec3d place;                     ///< just before it, on the ray's side
   Vec3d normal;                    ///< unit, on the ray's side
   double clearance = 0;            ///< of the place from the surface, along the normal
-  const Finish* finish = nullptr;  ///< null: there is none
+  const Material* finish = nullptr;  ///< null: there is none
 };
 
 /// Immutable; safe to use from any thread.
@@ -41,13 +41,13 @@ class Surfaces {
  private:
   struct Plane {
     Vec3d point, normal;  // unit
-    Finish finish;
+    Material finish;
   };
   struct PlacedBody {
     std::unique_ptr<const RayBody> body;
     Affine to_world, to_body;
     double clearance;  // world units, beside that of places far away
-    Finish finish;
+    Material finish;
   };
   struct Add;
 
@@ -57,7 +57,7 @@ class Surfaces {
 
   std::vector<Plane> planes_;
   std::vector<PlacedBody> bodies_;
-  std::vector<Finish> mesh_finishes_;
+  std::vector<Material> mesh_materials_;
   std::optional<MeshScene> meshes_;
   bool catch_shadows_ = false;
 };
