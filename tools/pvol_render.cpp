@@ -5,7 +5,7 @@
 #include <iostream>
 #include <optional>
 
-#include "cli/beginning.h"
+#include "cli/resume_state.h"
 #include "cli/filter_picture.h"
 #include "cli/interrupt.h"
 #include "cli/load_scene.h"
@@ -191,7 +191,7 @@ int render_and_save(const Options& o, const cli::Outputs& out, RenderJob job, bo
   }
   if (!out.exr.empty()) cli::check_layout(o, job.file.scene);
   job.denoise = o.denoise;
-  cli::Beginning begun = cli::find_beginning(o, out, job);
+  cli::ResumeState begun = cli::find_resume_state(o, out, job);
   if (begun.finished) {
     if (!o.common.quiet) std::cerr << kTool << ": " << out.exr.string() << " is finished\n";
     outcome.state = cli::FrameState::finished;

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <iostream>
 
-#include "cli/beginning.h"
+#include "cli/resume_state.h"
 #include "cli/cli.h"
 #include "cli/picture_facts.h"
 #include "pvol/error.h"

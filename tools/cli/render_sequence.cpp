@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <variant>
 
-#include "cli/beginning.h"
+#include "cli/resume_state.h"
 #include "cli/cli.h"
 #include "cli/load_scene.h"
 #include "cli/render_outputs.h"

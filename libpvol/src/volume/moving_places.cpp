@@ -73,7 +73,7 @@ void check_place(const Volume& v, const MovingPlace& place, const Shutter& shutt
 }
 
 /// Refuses a place that is not the volume's own where it begins.
-void check_beginning(const Volume& v, std::size_t number, const MovingPlace& place) {
+void check_resume_state(const Volume& v, std::size_t number, const MovingPlace& place) {
   constexpr double kSame = 1e-6;  // of the volume's size
   const auto corners = corners_of(cells_to_object(v.density, v), v.density.octree.support());
   const Affine own = inverse(to_first_place(v, number)) * v.object_to_world, start = place.at(0);
@@ -138,7 +138,7 @@ Volume move_places(Volume v, std::vector<MovingPlace> places, const Shutter& shu
   for (std::size_t i = 0; i < places.size(); ++i) {
     const MovingPlace& place = places[i];
     if (!place.moves()) continue;
-    check_beginning(v, i, place);
+    check_resume_state(v, i, place);
     detail::naming_place(i, v.further_places.size(), [&] { check_place(v, place, shutter); });
     const bool grows = place.object.linear_rate != MovingMap{}.linear_rate ||
                        place.instance.linear_rate != MovingMap{}.linear_rate;

@@ -1,4 +1,4 @@
-#include "cli/beginning.h"
+#include "cli/resume_state.h"
 
 #include <fmt/format.h>
 
@@ -96,7 +96,7 @@ bool has_all_samples(const Attributes& a) {
   return of != std::string::npos && samples.substr(0, of) == samples.substr(of + 4);
 }
 
-Beginning resume(const Options& o, const Outputs& out, const RenderJob& job) {
+ResumeState resume(const Options& o, const Outputs& out, const RenderJob& job) {
   std::error_code ignored;
   if (!std::filesystem::exists(out.exr, ignored)) return {};
   const formats::PictureHeader h = formats::read_picture_header(out.exr);
@@ -109,7 +109,7 @@ Beginning resume(const Options& o, const Outputs& out, const RenderJob& job) {
                     out.exr.string()));
   }
   formats::FilmFile file = formats::read_film_file(out.exr);
-  Beginning b{std::move(file.film)};
+  ResumeState b{std::move(file.film)};
   const bool complete = std::ranges::all_of(file.record.pieces, &formats::FilmPiece::complete);
   // A filter may have been interrupted; of parts of the samples the whole is filtered.
   const bool filter_owed =
@@ -119,12 +119,12 @@ Beginning resume(const Options& o, const Outputs& out, const RenderJob& job) {
   return b;
 }
 
-Beginning go_on_from_pilot(const std::filesystem::path& file, const RenderJob& job) {
+ResumeState go_on_from_pilot(const std::filesystem::path& file, const RenderJob& job) {
   const formats::FilmFile pilot = formats::read_film_file(file);
   if (pilot.record.key != job.key) {
     throw Error(fmt::format("--pilot: {} is of another scene or other clouds", file.string()));
   }
-  return naming(file, [&] { return Beginning{begin_by_pilot(job.plan, pilot.film)}; });
+  return naming(file, [&] { return ResumeState{begin_by_pilot(job.plan, pilot.film)}; });
 }
 
 }  // namespace
@@ -143,8 +143,8 @@ formats::FilmPiece piece_of(const RenderOptions& o, bool complete) {
   return p;
 }
 
-Beginning find_beginning(const Options& o, const Outputs& out, const RenderJob& job) {
-  Beginning b;
+ResumeState find_resume_state(const Options& o, const Outputs& out, const RenderJob& job) {
+  ResumeState b;
   const bool implied = !o.resume && job.frame;
   if ((implied || o.resume.value_or(false)) && !out.exr.empty() && out.deep.empty()) {
     try {

@@ -9,7 +9,7 @@
 namespace pvol::cli {
 
 /// What is there already.
-struct Beginning {
+struct ResumeState {
   Film film;              ///< empty: nothing is
   bool complete = false;  ///< the film has all samples
   bool finished = false;  ///< all that was asked for is there
@@ -17,7 +17,7 @@ struct Beginning {
 
 /// Looks for it where the options say so, --resume and --pilot. Throws Error where there is a
 /// picture of something else.
-[[nodiscard]] Beginning find_beginning(const RenderOptionsGiven& o, const Outputs& out,
+[[nodiscard]] ResumeState find_resume_state(const RenderOptionsGiven& o, const Outputs& out,
                                        const RenderJob& job);
 
 /// Whether a file is a picture that a render left before it had all samples that are wanted.
