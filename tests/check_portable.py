@@ -19,9 +19,9 @@ LANGUAGES = {
     "pvol/pvol.h": ["c99", "c++17"],
     "pvol/pvol.hpp": ["c++17"],
     # Through lanes.h, which takes one of them.
-    "pvol/math/lanes_neon.h": [],
-    "pvol/math/lanes_plain.h": [],
-    "pvol/math/lanes_sse2.h": [],
+    "pvol/math/float4_neon.h": [],
+    "pvol/math/float4_plain.h": [],
+    "pvol/math/float4_sse2.h": [],
 }
 # Headers that are to be light to include: at most so many times the standard headers in them.
 LIGHT = {"pvol/pvol.hpp": 1.3}

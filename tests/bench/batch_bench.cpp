@@ -137,7 +137,7 @@ int run_all(int argc, char** argv) {
         }
       });
   print("one call a ray", single, single);
-  for (const Lanes lanes : {Lanes::scalar, Lanes::avx2, Lanes::avx512}) {
+  for (const KernelKind lanes : {KernelKind::scalar, KernelKind::avx2, KernelKind::avx512}) {
     try {
       const BatchField f(v, lanes);
       for (const std::size_t size : {std::size_t(64), std::size_t(1024), n}) {

@@ -164,7 +164,7 @@ void add_media(Bench& bench, const NanoMedium& nano, const Volume& volume, const
 /// For each kernel that the machine has.
 std::vector<BatchField> batch_fields(const Volume& volume) {
   std::vector<BatchField> all;
-  for (const Lanes lanes : {Lanes::avx2, Lanes::avx512}) {
+  for (const KernelKind lanes : {KernelKind::avx2, KernelKind::avx512}) {
     try {
       all.emplace_back(volume, lanes);
     } catch (const Error& e) {

@@ -30,7 +30,7 @@ Volume tinted(const Field& field, const CloudScene& s, std::shared_ptr<const Alb
 
 CloudScene glowing_scene() {
   CloudScene s = cloud_scene();
-  s.options.kernel = Lanes::scalar;  // a field has no other
+  s.options.kernel = KernelKind::scalar;  // a field has no other
   s.medium.emission = Rgb(0.3f, 1.0f, 0.1f);
   s.medium.others = {Component{0.25, Rgb(0.5f, 1.0f, 0.75f), HenyeyGreenstein(-0.3), Rgb(2.0f)}};
   s.options.samples = 16;
@@ -318,10 +318,10 @@ TEST(AlbedoPicture, IsInTheLayerOfAlbedos) {
 TEST(AlbedoPicture, HasNoKernelOfLanes) {
   CloudScene s = cloud_scene();
   const Volume v = tinted(cloud(), s, patches());
-  s.options.kernel = Lanes::automatic;
+  s.options.kernel = KernelKind::automatic;
   const RenderPlan p = plan({&v, 1}, s.scene());
-  EXPECT_EQ(p.kernel.lanes, Lanes::scalar);
-  s.options.kernel = Lanes::avx2;
+  EXPECT_EQ(p.kernel.lanes, KernelKind::scalar);
+  s.options.kernel = KernelKind::avx2;
   EXPECT_NE(error_of([&] {
               (void)plan({&v, 1}, s.scene());
             }).find("the albedo is a field"),

@@ -54,7 +54,7 @@ TEST(CostMap, FollowsWhatARenderCounts) {
   CloudScene s = large_scene();
   s.options.aovs.add(Aov::collisions);
   s.options.samples = 16;
-  s.options.kernel = Lanes::scalar;
+  s.options.kernel = KernelKind::scalar;
   const Mapped m(s);
   const CostMap map = map_cost(m.plan, 400);
   const CostSums cost(map, map.seconds);

@@ -1,5 +1,5 @@
 // The lane kernels against the scalar tracers, and against themselves.
-#include "render/lanes/wavefront.h"
+#include "render/wavefront/wavefront.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "pvol/math/direction.h"
-#include "render/lanes/choose_lanes.h"
-#include "render/lanes/phase_lanes.h"
+#include "render/wavefront/choose_wavefront.h"
+#include "render/wavefront/phase_lanes.h"
 #include "render/tiles/tile_renderer.h"
 #include "support/lit_scenes.h"
 #include "support/pictures.h"
@@ -18,9 +18,9 @@
 namespace pvol::test {
 namespace lanes_test {
 
-std::vector<Lanes> lane_kernels() {
-  std::vector<Lanes> all;
-  for (const Lanes lanes : {Lanes::avx2, Lanes::avx512}) {
+std::vector<KernelKind> lane_kernels() {
+  std::vector<KernelKind> all;
+  for (const KernelKind lanes : {KernelKind::avx2, KernelKind::avx512}) {
     if (detail::has_kernel(lanes)) all.push_back(lanes);
   }
   return all;
@@ -71,20 +71,20 @@ void visit_scenes(const Visit& visit) {
   }
 }
 
-Film render_with(Lanes kernel, const Volume& v, CloudScene s) {
+Film render_with(KernelKind kernel, const Volume& v, CloudScene s) {
   s.options.kernel = kernel;
   return render(v, s).film;
 }
 
 TEST(LaneKernels, HaveTheMeansOfTheScalarTracer) {
-  const std::vector<Lanes> kernels = lane_kernels();
+  const std::vector<KernelKind> kernels = lane_kernels();
   if (kernels.empty()) GTEST_SKIP() << "the machine has no lane kernel";
   proof::Family family;
   proof::Moments deviations;
   visit_scenes([&](const std::string& name, CloudScene s) {
     s.options.samples = proof::samples(300);
     const Volume v = volume_of(s);
-    const Film scalar = render_with(Lanes::scalar, v, s);
+    const Film scalar = render_with(KernelKind::scalar, v, s);
     s.options.samples = proof::samples(600);
     s.options.seed = 2;
     const Film lanes = render_with(kernels.back(), v, s);
@@ -122,7 +122,7 @@ TEST(PhaseLanes, AnswerForEachLaneAsItsPhaseFunctionDoes) {
 }
 
 TEST(LaneKernels, OfEveryWidthGiveTheSameBytes) {
-  const std::vector<Lanes> kernels = lane_kernels();
+  const std::vector<KernelKind> kernels = lane_kernels();
   if (kernels.size() < 2) GTEST_SKIP() << "the machine has one lane kernel at most";
   visit_scenes([&](const std::string& name, CloudScene s) {
     s.options.samples = 5;
@@ -134,7 +134,7 @@ TEST(LaneKernels, OfEveryWidthGiveTheSameBytes) {
 /// Which samples and pixels are traced together is a matter of threads, passes
 /// and crops.
 TEST(LaneKernels, CompanyChangesNoBit) {
-  for (const Lanes kernel : lane_kernels()) {
+  for (const KernelKind kernel : lane_kernels()) {
     visit_scenes([&](const std::string& name, CloudScene s) {
       s.options.samples = 20;
       const Volume v = volume_of(s);
@@ -155,7 +155,7 @@ TEST(LaneKernels, CompanyChangesNoBit) {
 }
 
 TEST(LaneKernels, MicroBoundsAndCountsChangeNoBit) {
-  for (const Lanes kernel : lane_kernels()) {
+  for (const KernelKind kernel : lane_kernels()) {
     CloudScene s = sunny();
     s.options.samples = 10;
     s.options.micro_bounds = MicroBoundsUse::none;
@@ -172,7 +172,7 @@ TEST(LaneKernels, MicroBoundsAndCountsChangeNoBit) {
 }
 
 TEST(LaneKernels, CountWhatTheScalarTracerCounts) {
-  for (const Lanes kernel : lane_kernels()) {
+  for (const KernelKind kernel : lane_kernels()) {
     for (const GuideUse guide : {GuideUse::on, GuideUse::off}) {
       CloudScene s = sunny();
       s.options.count = true;
@@ -181,7 +181,7 @@ TEST(LaneKernels, CountWhatTheScalarTracerCounts) {
       s.options.transmittance = Transmittance::analog;
       s.options.micro_bounds = MicroBoundsUse::cells_8;
       const Volume v = volume_of(s);
-      s.options.kernel = Lanes::scalar;
+      s.options.kernel = KernelKind::scalar;
       const Counts a = render(v, s).counts;
       s.options.kernel = kernel;
       const RenderResult r = render(v, s);
@@ -214,7 +214,7 @@ TEST(LaneKernels, CountWhatTheScalarTracerCounts) {
 /// The picture of guided paths whose importance is `value(row)`, the same in
 /// all directions.
 template <class Value>
-Average guided_by(Lanes kernel, const Volume& v, CloudScene s, const Value& value) {
+Average guided_by(KernelKind kernel, const Volume& v, CloudScene s, const Value& value) {
   s.options.kernel = kernel;
   s.options.guide = GuideUse::on;
   const RenderPlan p = plan(std::span(&v, 1), s.scene(), {.forecast = false});
@@ -240,7 +240,7 @@ Average guided_by(Lanes kernel, const Volume& v, CloudScene s, const Value& valu
 /// Where importance jumps from cell to cell, paths go through a roulette or are
 /// split at every turn.
 TEST(LaneKernels, WeightsOutliveAnyImportance) {
-  const std::vector<Lanes> kernels = lane_kernels();
+  const std::vector<KernelKind> kernels = lane_kernels();
   if (kernels.empty()) GTEST_SKIP() << "the machine has no lane kernel";
   proof::Family family;
   for (const Rgb albedo : {Rgb(0.99f), Rgb(0.99f, 0.9f, 0.95f)}) {  // one lobe, any matter
@@ -263,7 +263,7 @@ TEST(LaneKernels, WeightsOutliveAnyImportance) {
 }
 
 TEST(LaneKernels, BouncesAreLimited) {
-  for (const Lanes kernel : lane_kernels()) {
+  for (const KernelKind kernel : lane_kernels()) {
     proof::Family family;
     for (const std::uint32_t limit : {0u, 1u, 3u}) {
       CloudScene s = sunny();
@@ -271,7 +271,7 @@ TEST(LaneKernels, BouncesAreLimited) {
       s.options.max_bounces = limit;
       s.options.samples = proof::samples(400);
       const Volume v = volume_of(s);
-      compare(render_with(Lanes::scalar, v, s), render_with(kernel, v, s),
+      compare(render_with(KernelKind::scalar, v, s), render_with(kernel, v, s),
               "limit " + std::to_string(limit), family);
     }
     EXPECT_TRUE(family.passes());
@@ -283,9 +283,9 @@ TEST(ChooseLanes, RefusesWhatItDoesNotServeAndSaysWhy) {
   s.options.tracker = Tracker::delta;
   const std::vector<Volume> volumes = make_volumes(puff(), std::vector{s.medium}, s);
   const detail::LaneChoice choice = detail::choose_lanes(volumes, s.scene());
-  EXPECT_EQ(choice.lanes, Lanes::scalar);
+  EXPECT_EQ(choice.lanes, KernelKind::scalar);
   EXPECT_EQ(choice.reason, "the tracker is not decomposition");
-  for (const Lanes kernel : lane_kernels()) {
+  for (const KernelKind kernel : lane_kernels()) {
     s.options.kernel = kernel;
     EXPECT_THROW((void)detail::choose_lanes(volumes, s.scene()), Error);
   }

@@ -39,8 +39,8 @@ TEST(Plan, LeavesNothingToChooseAndSaysWhy) {
   const RenderPlan p = plan(std::span(&v, 1), s.scene());
   EXPECT_NE(p.scene.options.transmittance, Transmittance::automatic);
   EXPECT_EQ(p.scene.options.transmittance, p.transmittance.estimator);
-  const Lanes lanes = p.scene.options.kernel;
-  EXPECT_NE(lanes, Lanes::automatic);
+  const KernelKind lanes = p.scene.options.kernel;
+  EXPECT_NE(lanes, KernelKind::automatic);
   EXPECT_EQ(p.kernel, (Kernel{LookUp::trilinear, 0, Paths::one_volume, true, lanes}));
   for (const char* what : {"octree", "micro-bounds", "paths", "kernel", "shadow rays"}) {
     EXPECT_FALSE(decision(p, what).choice.empty()) << what;
@@ -57,7 +57,7 @@ TEST(Plan, SaysWhatTheUserTold) {
   s.options.transmittance = Transmittance::ratio;
   s.options.micro_bounds = MicroBoundsUse::cells_1;
   s.options.depth = 1;
-  s.options.kernel = Lanes::scalar;
+  s.options.kernel = KernelKind::scalar;
   const RenderPlan p = plan(std::span(&v, 1), s.scene());
   for (const Decision& d : p.decisions) EXPECT_EQ(d.reason, "as told") << d.what;
   EXPECT_EQ(decision(p, "shadow rays").choice, "ratio");

@@ -250,7 +250,7 @@ TEST(Render, SeveralVolumesAreSeenFromFarAsOneIs) {
   s.camera.position = {0, 0, 1e8};
   s.camera.fov = 1.6e-5;
   s.options.samples = 16;
-  s.options.kernel = Lanes::scalar;  // which several volumes take
+  s.options.kernel = KernelKind::scalar;  // which several volumes take
   const std::vector<Volume> volumes{make_volume(cloud().grid, build_pyramid(cloud().grid), s),
                                     make_volume(VoxelGrid{}, Pyramid{}, s)};
   const Film one = render(volumes.front(), s).film, two = render(volumes, s).film;

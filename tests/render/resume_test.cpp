@@ -68,7 +68,7 @@ std::vector<std::pair<std::string, CloudScene>> scenes() {
     all.emplace_back(name, plain);
     change(all.back().second);
   };
-  add("scalar", [](CloudScene& s) { s.options.kernel = Lanes::scalar; });
+  add("scalar", [](CloudScene& s) { s.options.kernel = KernelKind::scalar; });
   add("guided", [](CloudScene& s) { s.options.guide = GuideUse::on; });
   add("cropped", [](CloudScene& s) {
     s.options.crop_x = 3, s.options.crop_y = 1, s.options.crop_width = 5, s.options.crop_height = 7;
@@ -84,7 +84,7 @@ std::vector<std::pair<std::string, CloudScene>> scenes() {
   });
   add("by need", [](CloudScene& s) { s.options.noise = 0.08; });
   add("by need, scalar and counted", [](CloudScene& s) {
-    s.options.noise = 0.08, s.options.kernel = Lanes::scalar, s.options.count = true;
+    s.options.noise = 0.08, s.options.kernel = KernelKind::scalar, s.options.count = true;
   });
   return all;
 }
@@ -214,7 +214,7 @@ TEST(Parts, HaveThePixelsOfTheWhole) {
 }
 
 TEST(Parts, AdaptiveFollowThePilotOfTheWhole) {
-  for (const Lanes kernel : {Lanes::automatic, Lanes::scalar}) {
+  for (const KernelKind kernel : {KernelKind::automatic, KernelKind::scalar}) {
     CloudScene s = cloud_scene();
     s.options.noise = 0.06;
     s.options.kernel = kernel;

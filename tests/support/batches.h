@@ -79,7 +79,7 @@ inline Answers answers(const BatchField& f, const RayBatch& rays, const BatchNum
 }
 
 /// Each test, with each kernel that the machine has.
-class Batch : public ::testing::TestWithParam<Lanes> {
+class Batch : public ::testing::TestWithParam<KernelKind> {
  protected:
   void SetUp() override {
     const PlacedCloud cloud(field("gaussian"), {}, 1);

@@ -1,7 +1,7 @@
 // Offsets within cells at which interpolation rounds worst.
 #pragma once
 
-#include "pvol/math/lanes.h"
+#include "pvol/math/float4.h"
 #include "pvol/math/rng.h"
 
 namespace pvol::test {

@@ -15,7 +15,7 @@ namespace batch_rays_test {
 
 class BatchRays : public Batch {};
 INSTANTIATE_TEST_SUITE_P(Kernels, BatchRays,
-                         ::testing::Values(Lanes::scalar, Lanes::avx2, Lanes::avx512),
+                         ::testing::Values(KernelKind::scalar, KernelKind::avx2, KernelKind::avx512),
                          [](const auto& of) { return std::string(name(of.param)); });
 
 // Arrays.
@@ -141,14 +141,14 @@ void expect_as_by_single_calls(const BatchField& f, const Volume& v, const Rays&
   std::vector<Transmittance> estimators{ratio, analog, residual_ratio};
   if (v.density.look_up == kTrilinear && !v.density.map) estimators.push_back(regular);
   for (const Transmittance e : estimators) {
-    if (f.kernel() != Lanes::scalar && (e == ratio || e == analog)) continue;
+    if (f.kernel() != KernelKind::scalar && (e == ratio || e == analog)) continue;
     const std::vector<float> t = through(f, rays.batch(), n, e);
     for (std::size_t i = 0; i < t.size(); ++i) {
       Rng rng(6, 10 + i, 2);
       ASSERT_EQ(t[i], sample_transmittance(v, {rays.o[i], rays.d[i]}, rays.t_max[i], rng, e));
     }
   }
-  if (f.kernel() != Lanes::scalar) return;
+  if (f.kernel() != KernelKind::scalar) return;
   const std::vector<double> t = flights(f, rays.batch(), n);
   for (std::size_t i = 0; i < t.size(); ++i) {
     Rng rng(6, 10 + i, 2);
@@ -165,9 +165,9 @@ TEST_P(BatchRays, AnswersAsSingleCallsDo) {
 
 void expect_scalar(const Volume& v, const std::string& reason, const Rays& rays) {
   const BatchField f(v);
-  EXPECT_EQ(f.kernel(), Lanes::scalar);
+  EXPECT_EQ(f.kernel(), KernelKind::scalar);
   EXPECT_NE(f.reason().find(reason), std::string::npos) << f.reason();
-  EXPECT_NE(error_of([&] { BatchField(v, Lanes::avx2); }), "");
+  EXPECT_NE(error_of([&] { BatchField(v, KernelKind::avx2); }), "");
   expect_as_by_single_calls(f, v, rays);
 }
 

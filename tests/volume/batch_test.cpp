@@ -13,14 +13,14 @@ namespace pvol::test {
 namespace batch_test {
 
 INSTANTIATE_TEST_SUITE_P(Kernels, Batch,
-                         ::testing::Values(Lanes::scalar, Lanes::avx2, Lanes::avx512),
+                         ::testing::Values(KernelKind::scalar, KernelKind::avx2, KernelKind::avx512),
                          [](const auto& of) { return std::string(name(of.param)); });
 
 // Laws.
 
 /// Over fields and placements of every kind, rays from inside and outside, whole and cut off: each
 /// cloud by its p-value, and all together to 0.3 %.
-void follow_the_law(Lanes kernel, LookUp look_up) {
+void follow_the_law(KernelKind kernel, LookUp look_up) {
   const std::size_t kEach = proof::samples<std::size_t>(6000);
   proof::Family family;
   proof::Moments left_all, analog_all, ratio_all;
@@ -75,7 +75,7 @@ TEST_P(Batch, FollowsBeerAndLambertTrilinear) { follow_the_law(GetParam(), kTril
 TEST_P(Batch, FollowsBeerAndLambertNearest) { follow_the_law(GetParam(), kNearest); }
 
 /// Flights and ratios along one ray through the middle of a field, of this optical depth.
-void add_one_ray(Lanes kernel, const Field& of, LookUp look_up, double depth,
+void add_one_ray(KernelKind kernel, const Field& of, LookUp look_up, double depth,
                  proof::Family& family) {
   const PlacedCloud one(of, placements()[1].to_world, 1, {.look_up = look_up});
   const Vec3d d{10, 3, 0.1};
@@ -242,7 +242,7 @@ TEST(Batches, KernelsOfEveryWidthGiveTheSameBits) {
   for (const LookUp look_up : {kTrilinear, kNearest}) {
     const PlacedCloud cloud(field("contrast"), placements()[2].to_world, 1, {.look_up = look_up});
     std::vector<Answers> all;
-    for (const Lanes lanes : {Lanes::avx2, Lanes::avx512}) {
+    for (const KernelKind lanes : {KernelKind::avx2, KernelKind::avx512}) {
       const std::string why = error_of([&] { BatchField(cloud.volume, lanes); });
       if (!why.empty()) GTEST_SKIP() << why;
       all.push_back(answers(BatchField(cloud.volume, lanes), aimed(cloud, 5000, 34).batch(), {}));

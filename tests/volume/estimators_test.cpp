@@ -257,7 +257,7 @@ TEST(Estimators, AutomaticIsTheOneItNames) {
       s.medium.extinction = extinction;
       const Volume v = make_volumes(field(name), std::vector{s.medium}, s).front();
       s.camera = frame(v.density.world_box, 1);
-      s.options.kernel = Lanes::scalar;
+      s.options.kernel = KernelKind::scalar;
       s.options.transmittance = Transmittance::automatic;
       const Film automatic = render(v, s).film;
       s.options.transmittance = choose_transmittance(std::span(&v, 1)).estimator;

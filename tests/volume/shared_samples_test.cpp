@@ -85,7 +85,7 @@ TEST(SharedSamples, MakeTheSamePictures) {
   const Pyramid pyramid = build_pyramid(cloud().grid);
   for (const bool guided : {false, true}) {
     CloudScene s = cloud_scene();
-    s.options.kernel = Lanes::scalar;
+    s.options.kernel = KernelKind::scalar;
     s.options.guide = guided ? GuideUse::on : GuideUse::off;
     const auto picture = [&](std::vector<bool> shares) {
       std::vector<Volume> volumes;
@@ -105,10 +105,10 @@ TEST(SharedSamples, MakeTheSamePictures) {
 
 TEST(SharedSamples, GoRayByRay) {
   const Volume v = make(cloud().grid, true);
-  const BatchField f(v, Lanes::automatic);
-  EXPECT_EQ(f.kernel(), Lanes::scalar);
+  const BatchField f(v, KernelKind::automatic);
+  EXPECT_EQ(f.kernel(), KernelKind::scalar);
   EXPECT_NE(f.reason().find("shared"), std::string::npos) << f.reason();
-  EXPECT_THROW(BatchField(v, Lanes::avx2), Error);
+  EXPECT_THROW(BatchField(v, KernelKind::avx2), Error);
 }
 
 TEST(SharedSamples, AreRefusedWhereTheyDoNotGo) {
@@ -123,7 +123,7 @@ TEST(SharedSamples, AreRefusedWhereTheyDoNotGo) {
   EXPECT_NE(message(homogenised).find("homogenised"), std::string::npos);
 
   CloudScene s = cloud_scene();
-  s.options.kernel = Lanes::scalar;
+  s.options.kernel = KernelKind::scalar;
   const Pyramid pyramid = build_pyramid(cloud().grid);
   VolumeOptions o = s.volume_options();
   std::vector<Volume> both{make_volume(cloud().grid, pyramid, s.medium.medium(), o)};

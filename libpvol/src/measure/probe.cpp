@@ -106,7 +106,7 @@ Stage set_up(const VoxelGrid& grid, const Pyramid& pyramid, const ProbeOptions& 
   scene.options.micro_bounds = MicroBoundsUse::none;
   scene.options.guide = GuideUse::off;
   scene.options.count = true;
-  scene.options.kernel = Lanes::scalar;  // the same walk for all
+  scene.options.kernel = KernelKind::scalar;  // the same walk for all
   const Medium medium{
       .extinction = options.extinction ? *options.extinction : choose_extinction(grid),
       .components = {{.albedo = options.albedo, .phase = HenyeyGreenstein(options.g)}}};

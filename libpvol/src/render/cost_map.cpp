@@ -30,7 +30,7 @@ Scene small_scene(const RenderPlan& plan, int cells) {
   o.samples = kPilot;
   o.noise.reset(), o.time.reset();
   o.first_sample = 0;
-  o.kernel = Lanes::automatic;  // counting may want another than the picture
+  o.kernel = KernelKind::automatic;  // counting may want another than the picture
   o.aovs = {};
   o.aovs.add(Aov::collisions);
   o.deep = false;
@@ -51,8 +51,8 @@ std::vector<double> samples_of(const Film& film, const RenderOptions& o) {
 
 /// What a sample costs in each pixel, in nanoseconds: kernels that follow many paths at once save
 /// more on the paths than on what a sample takes in any case (tests/bench/FARM.md).
-std::vector<double> costs_of(const Film& film, Lanes lanes) {
-  const double in_any_case = lanes == Lanes::scalar ? detail::kSampleCost : 110;
+std::vector<double> costs_of(const Film& film, KernelKind lanes) {
+  const double in_any_case = lanes == KernelKind::scalar ? detail::kSampleCost : 110;
   const double share = detail::share_of_time(lanes);
   std::vector<double> all;
   for (const float scalar : detail::sample_costs(film)) {

@@ -23,8 +23,8 @@ namespace {
 
 }  // namespace
 
-double share_of_time(Lanes lanes) {
-  return lanes == Lanes::avx512 ? 0.22 : lanes == Lanes::avx2 ? 0.28 : 1;
+double share_of_time(KernelKind lanes) {
+  return lanes == KernelKind::avx512 ? 0.22 : lanes == KernelKind::avx2 ? 0.28 : 1;
 }
 
 Forecast forecast(const RenderPlan& plan, const CameraProbe& probe) {

@@ -9,7 +9,7 @@
 #include "render/check_scene.h"
 #include "render/emission/emission_setup.h"
 #include "render/forecast.h"
-#include "render/lanes/choose_lanes.h"
+#include "render/wavefront/choose_wavefront.h"
 #include "render/sanity.h"
 #include "render/surface/surfaces.h"
 
@@ -160,7 +160,7 @@ std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted,
   all.push_back({"kernel", name(p.kernel.lanes), lane_reason});
   all.push_back(decide_transmittance(p.transmittance,
                                      wanted.transmittance != Transmittance::automatic,
-                                     p.kernel.lanes != Lanes::scalar));
+                                     p.kernel.lanes != KernelKind::scalar));
   return all;
 }
 
@@ -177,7 +177,7 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
   o.transmittance = p.transmittance.estimator;
   detail::check(volumes, p.scene);
   const detail::LaneChoice lanes = detail::choose_lanes(volumes, scene);
-  if (lanes.lanes != Lanes::scalar) o.transmittance = Transmittance::analog;
+  if (lanes.lanes != KernelKind::scalar) o.transmittance = Transmittance::analog;
   p.transmittance.estimator = o.transmittance;
   o.kernel = lanes.lanes;
   for (std::size_t i = 0; i < volumes.size() && !options.force; ++i) {

@@ -7,8 +7,8 @@
 #include "pvol/embed.h"
 #include "volume/batch_rays.h"
 #include "volume/check_estimator.h"
-#include "volume/lanes/batch_kernels.h"
-#include "volume/lanes/choose_lanes.h"
+#include "volume/simd/batch_kernels.h"
+#include "volume/simd/choose_batch_kernels.h"
 
 namespace pvol {
 
@@ -21,11 +21,11 @@ struct detail::BatchFieldData {
   std::optional<DenseBounds> bounds;  // likewise
   std::optional<LaneField> field;
 
-  BatchFieldData(std::shared_ptr<const Volume> v, Lanes kernel)
+  BatchFieldData(std::shared_ptr<const Volume> v, KernelKind kernel)
       : owner(std::move(v)), volume(*owner) {
     const char* const obstacle = lane_obstacle(volume);
     choice = choose_lanes(kernel, obstacle, {.rays = "rays", .subject = "volume"});
-    if (choice.lanes == Lanes::scalar) return;
+    if (choice.lanes == KernelKind::scalar) return;
     kernels = find_batch_kernels(choice.lanes);
     bounds.emplace(make_dense_bounds(volume.density));
     field.emplace(volume.density, *bounds);
@@ -62,15 +62,15 @@ template <class T, class Sample>
 
 }  // namespace
 
-BatchField::BatchField(const Volume& volume, Lanes kernel)
+BatchField::BatchField(const Volume& volume, KernelKind kernel)
     : BatchField(std::make_shared<const Volume>(volume), kernel) {}
 
-BatchField::BatchField(std::shared_ptr<const Volume> volume, Lanes kernel)
+BatchField::BatchField(std::shared_ptr<const Volume> volume, KernelKind kernel)
     : data_(std::make_shared<const detail::BatchFieldData>(std::move(volume), kernel)) {}
 
 std::uint64_t BatchField::bytes() const { return data_->bounds ? data_->bounds->bytes() : 0; }
 
-Lanes BatchField::kernel() const { return data_->choice.lanes; }
+KernelKind BatchField::kernel() const { return data_->choice.lanes; }
 const std::string& BatchField::reason() const { return data_->choice.reason; }
 
 std::size_t sample_flights(const BatchField& field, const RayBatch& rays,

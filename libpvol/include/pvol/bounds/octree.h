@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "pvol/math/box.h"
-#include "pvol/math/lanes.h"
+#include "pvol/math/float4.h"
 
 namespace pvol {
 

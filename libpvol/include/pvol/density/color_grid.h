@@ -6,7 +6,7 @@
 #include <span>
 
 #include "pvol/density/voxel_grid.h"
-#include "pvol/math/lanes.h"
+#include "pvol/math/float4.h"
 
 namespace pvol {
 

@@ -6,7 +6,7 @@
 #include "pvol/density/velocity_grid.h"
 #include "pvol/field/vector_bricks.h"
 #include "pvol/math/box.h"
-#include "pvol/math/lanes.h"
+#include "pvol/math/float4.h"
 
 namespace pvol {
 

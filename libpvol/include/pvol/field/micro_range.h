@@ -6,7 +6,7 @@
 
 #include "pvol/bounds/pyramid.h"
 #include "pvol/field/micro_bounds.h"
-#include "pvol/math/lanes.h"
+#include "pvol/math/float4.h"
 
 namespace pvol {
 

@@ -1,7 +1,7 @@
 // The tricubic interpolant: the uniform cubic B-spline, as nested linear interpolation.
 #pragma once
 
-#include "pvol/math/lanes.h"
+#include "pvol/math/float4.h"
 
 namespace pvol {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "pvol/density/voxel_grid.h"
-#include "pvol/math/lanes.h"
+#include "pvol/math/float4.h"
 
 namespace pvol {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "pvol/math/circle.h"
-#include "pvol/math/lanes.h"
+#include "pvol/math/float4.h"
 
 namespace pvol {
 

@@ -12,7 +12,7 @@
 #include "pvol/render/aov.h"
 #include "pvol/render/adaptive_samples.h"
 #include "pvol/track/tracker.h"
-#include "pvol/volume/lanes.h"
+#include "pvol/volume/kernel.h"
 #include "pvol/volume/volume.h"
 
 namespace pvol {
@@ -97,7 +97,7 @@ struct RenderOptions {
   LookUp look_up = LookUp::trilinear;
   ShellUse shells = ShellUse::automatic;
   GuideUse guide = GuideUse::automatic;
-  Lanes kernel = Lanes::automatic;
+  KernelKind kernel = KernelKind::automatic;
   LineEmission line_emission = LineEmission::automatic;
   int emission_points = 4;   ///< of a flight, for each 8 voxels of a field of emission on its way
   std::optional<int> depth;  ///< octree depth at which the walk stops, 0..16; else by cost

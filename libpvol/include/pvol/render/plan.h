@@ -69,7 +69,7 @@ struct Kernel {
   int micro_edge = 0;  ///< of micro-bounds that all volumes have: 0 (none), 1 or 2 cells
   Paths paths = Paths::one_volume;
   bool count = false;
-  Lanes lanes = Lanes::scalar;  ///< not automatic
+  KernelKind lanes = KernelKind::scalar;  ///< not automatic
   bool mapped = false;          ///< some volume's density is mapped
   bool cancellable = false;         ///< flights may take long, so that they ask whether to stop
   bool endless = false;         ///< flights may be, nearly

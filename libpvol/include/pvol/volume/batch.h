@@ -27,7 +27,7 @@
 #include <string>
 
 #include "pvol/track/tracker.h"
-#include "pvol/volume/lanes.h"
+#include "pvol/volume/kernel.h"
 
 namespace pvol {
 
@@ -78,11 +78,11 @@ class BatchField {
   /// By the most lanes that serve, or by the kernel named: then throws Error where the machine has
   /// none such, or where lanes do not serve the volume: tricubic and procedural look-ups, densities
   /// under a map, homogenised nodes, what moves, what is empty, very large or very thick.
-  explicit BatchField(const Volume& volume, Lanes kernel = Lanes::automatic);
+  explicit BatchField(const Volume& volume, KernelKind kernel = KernelKind::automatic);
   /// The same of a volume that is shared, not copied. Not null.
-  explicit BatchField(std::shared_ptr<const Volume> volume, Lanes kernel = Lanes::automatic);
+  explicit BatchField(std::shared_ptr<const Volume> volume, KernelKind kernel = KernelKind::automatic);
 
-  [[nodiscard]] Lanes kernel() const;               ///< not automatic
+  [[nodiscard]] KernelKind kernel() const;               ///< not automatic
   [[nodiscard]] const std::string& reason() const;  ///< why that one
   [[nodiscard]] std::uint64_t bytes() const;        ///< of its own
   [[nodiscard]] const detail::BatchFieldData& data() const { return *data_; }

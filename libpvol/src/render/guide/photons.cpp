@@ -8,7 +8,7 @@
 #include "math/parallel.h"
 #include "render/guide/light_counts.h"
 #include "render/guide/photon_sources.h"
-#include "render/lanes/photons.h"
+#include "render/wavefront/photon_kernels.h"
 #include "render/path/camera_rays.h"
 #include "render/path/gather_light.h"
 #include "render/path/traversal.h"
@@ -55,7 +55,7 @@ IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells, in
     return light;
   }
   LightCounts counts(light, cells.count(), setup.lights.size(), photons);
-  if (setup.lanes != Lanes::scalar) {
+  if (setup.lanes != KernelKind::scalar) {
     trace_photons_in_lanes(setup, cells, sources, photons, counts);
   } else {
     const auto trace_one = setup.instances->moves() ? &trace<MovingVolumes>

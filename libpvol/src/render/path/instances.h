@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "pvol/math/lanes.h"
+#include "pvol/math/float4.h"
 #include "pvol/volume/volume.h"
 #include "render/path/box_tree.h"
 

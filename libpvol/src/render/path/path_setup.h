@@ -160,7 +160,7 @@ struct PathSetup {
   std::vector<std::size_t> layer_of;
   /// Once it is true, paths end as they please, and what they bring is to be dropped.
   const std::atomic<bool>* stop = &kNeverStop;
-  Lanes lanes;         ///< the kernel; not automatic
+  KernelKind lanes;         ///< the kernel; not automatic
   bool moving;         ///< whether samples have times
   bool meets_lights;   ///< whether flights may pass lights
   bool albedo_varies;  ///< whether that of any volume is a field
@@ -196,7 +196,7 @@ struct PathSetup {
         albedo_varies(
             std::ranges::any_of(plan.volumes, [](const Volume& v) { return v.albedo != nullptr; })),
         dense(std::move(dense_)) {
-    if (lanes != Lanes::scalar && dense == nullptr) {
+    if (lanes != KernelKind::scalar && dense == nullptr) {
       dense = std::make_shared<const DenseBounds>(make_dense_bounds(plan.volumes.front().density));
     }
     std::vector<int> of_kind(std::variant_size_v<Light>);

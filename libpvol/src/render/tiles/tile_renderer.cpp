@@ -6,7 +6,7 @@ TileRenderer::TileRenderer(const RenderPlan& plan, const PathSetup& setup, Paths
     : setup_(setup),
       scalar_(find_tile_function(paths, setup)),
       memory_([&setup] { return LaneMemory(setup); }) {
-  if (plan.kernel.lanes == Lanes::scalar) return;
+  if (plan.kernel.lanes == KernelKind::scalar) return;
   lanes_.emplace(setup);
   kernel_ = find_lane_kernel(plan.kernel.lanes, paths == Paths::guided, lanes_->one_lobe);
 }

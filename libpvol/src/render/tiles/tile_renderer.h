@@ -5,7 +5,7 @@
 
 #include <optional>
 
-#include "render/lanes/wavefront.h"
+#include "render/wavefront/wavefront.h"
 #include "render/tiles/render_tile.h"
 
 namespace pvol::detail {

@@ -1,0 +1,19 @@
+// What records of paths hold besides their rays.
+#pragma once
+
+#include "volume/simd/records.h"
+
+namespace pvol::detail {
+
+/// Behind kW0, which grey weights have alone. Not every queue has a use for all of them.
+enum PathField : std::size_t {
+  kW1 = kRayFields,
+  kW2,      ///< weight by channel
+  kPdf,     ///< density of the phase function for the direction, where lights ask for it
+  kAux,     ///< of the stage
+  kMatter,  ///< number of the component that the path collided with
+  kPathFields,
+};
+static_assert(kPathFields <= kMostFields);
+
+}  // namespace pvol::detail

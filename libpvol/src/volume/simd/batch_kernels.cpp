@@ -1,0 +1,27 @@
+// Compiles the kernels of batches once for each instruction set that has them.
+#include "volume/simd/batch_kernels.h"
+
+#include "volume/simd/instruction_sets.h"
+#define HWY_TARGET_INCLUDE "volume/simd/batch_kernels.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#if HWY_TARGET & (HWY_AVX2 | HWY_AVX3)
+#include "volume/simd/batch-inl.h"
+#endif
+
+#if HWY_ONCE
+namespace pvol::detail {
+
+BatchKernels find_batch_kernels([[maybe_unused]] KernelKind lanes) {
+#if HWY_TARGETS & HWY_AVX3
+  if (lanes == KernelKind::avx512) return N_AVX3::batch_kernels();
+#endif
+#if HWY_TARGETS & HWY_AVX2
+  if (lanes == KernelKind::avx2) return N_AVX2::batch_kernels();
+#endif
+  return {};
+}
+
+}  // namespace pvol::detail
+#endif

@@ -1,0 +1,28 @@
+// Which kernel follows rays.
+#pragma once
+
+#include <string>
+
+#include "pvol/volume/kernel.h"
+
+namespace pvol::detail {
+
+struct LaneChoice {
+  KernelKind lanes = KernelKind::scalar;  ///< not automatic
+  std::string reason;
+};
+
+/// What messages call that which is to be traced: "paths" of a "scene".
+struct LaneWords {
+  const char* rays;
+  const char* subject;
+};
+
+/// The most lanes that the machine has, where there is no obstacle (else null), or what is wanted.
+/// Throws Error where that is a kernel that cannot do it.
+[[nodiscard]] LaneChoice choose_lanes(KernelKind wanted, const char* obstacle, const LaneWords& words);
+
+/// Whether this machine and this build have such a kernel; `scalar` always.
+[[nodiscard]] bool has_kernel(KernelKind lanes);
+
+}  // namespace pvol::detail

@@ -1,0 +1,218 @@
+// The stage of decisions: which tentative collisions are real. In passes over all events, each of
+// which fetches what the next one reads: bounds, micro-bounds, look-ups.
+
+#if defined(PVOL_LANE_DECIDE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef PVOL_LANE_DECIDE_INL_H
+#undef PVOL_LANE_DECIDE_INL_H
+#else
+#define PVOL_LANE_DECIDE_INL_H
+#endif
+
+#include "pvol/field/brick_field.h"
+#include "volume/simd/flights-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace pvol::detail::HWY_NAMESPACE {
+
+HWY_INLINE void prefetch(const void* p) { __builtin_prefetch(p, 0, 3); }
+
+HWY_INLINE I index_in_cube(I x, I y, I z, int edge) {
+  return (x * splat_int(edge) + y) * splat_int(edge) + z;
+}
+
+/// The cells of places, counted from the low corners of their leaves.
+struct CellInLeaf {
+  I x, y, z;
+
+  HWY_INLINE explicit CellInLeaf(const Place& p)
+      : x(p.x & splat_int(kLeafEdge - 1)),
+        y(p.y & splat_int(kLeafEdge - 1)),
+        z(p.z & splat_int(kLeafEdge - 1)) {}
+
+  /// The indices of their low corners' samples.
+  HWY_INLINE I first_sample(I brick) const {
+    return brick * splat_int(kFieldSamples) + index_in_cube(x, y, z, kFieldEdge);
+  }
+};
+
+/// Fetches the samples around a cell.
+HWY_INLINE void prefetch_cell(const float* first) {
+  constexpr int kY = kFieldEdge, kX = kFieldEdge * kFieldEdge;
+  prefetch(first), prefetch(first + kY), prefetch(first + kX), prefetch(first + kX + kY);
+}
+
+/// Draws the events' u; those below the minorant are real. Of the rest, where their samples are.
+inline HWY_NOINLINE void decide_by_bounds(const LaneField& f, FlightMemory& m) {
+  Events& e = m.events;
+  const Records& q = m.flying;
+  const int cubes = kLeafEdge >> f.micro_shift;
+  for (std::size_t at = 0; at < e.n; at += kLanes) {
+    const M on = first(e.n - at);
+    const Place p(f.bounds, load(&e.x[at]), load(&e.y[at]), load(&e.z[at]));
+    const I source = where(on, as_int(load(&e.source[at])));
+    const U word = gather(f.bounds.word.data(), where(on, p.cube));
+    Random rng{gather(q.bits(kRng0), source), gather(q.bits(kRng1), source)};
+    const F u = rng.fine_uniform();
+    store(rng.s0, &e.rng0[at]), store(rng.s1, &e.rng1[at]);
+    store(u * majorant(word), &e.mu[at]);
+    const M real = hn::And(on, hn::Lt(u, minorant_share(word)));
+    const M open = hn::AndNot(real, on);
+    e.real[at / kLanes] = bits_of(real);
+    e.open[at / kLanes] = bits_of(open);
+
+    const I brick = as_int(gather(f.bounds.brick.data(), where(open, p.leaf(f.bounds))));
+    const CellInLeaf cell(p);
+    store(as_bits(brick), &e.brick[at]);
+    store(as_bits(cell.first_sample(brick)), &e.sample[at]);
+    if (f.micro_codes == nullptr) continue;
+    const auto cube_of = [&](I v) { return hn::ShiftRightSame(v, f.micro_shift); };
+    const I cube = brick * splat_int(cubes * cubes * cubes) +
+                   index_in_cube(cube_of(cell.x), cube_of(cell.y), cube_of(cell.z), cubes);
+    store(as_bits(cube), &e.cube[at]);
+    for (std::uint32_t lanes = bits_of(open); lanes != 0; lanes &= lanes - 1) {
+      prefetch(f.micro_codes + e.cube[at + std::size_t(std::countr_zero(lanes))]);
+    }
+  }
+}
+
+/// Lists an event's look-ups, whose samples are fetched.
+HWY_INLINE void list_undecided(const LaneField& f, Events& e, std::size_t at, M open) {
+  const std::size_t before = e.undecided;
+  pack(open, hn::Iota(kU, std::uint32_t(at)), &e.which[before]);
+  pack(open, load(&e.sample[at]), &e.at[before]);
+  e.undecided += count(open);
+  for (std::size_t k = before; k < e.undecided; ++k) prefetch_cell(f.samples + e.at[k]);
+}
+
+/// Decides what micro-bounds can, and lists the rest.
+inline HWY_NOINLINE void decide_by_micro_bounds(const LaneField& f, Events& e) {
+  e.undecided = 0;
+  const F scale = splat(f.scale);
+  const auto* const pairs = reinterpret_cast<const std::uint32_t*>(f.micro_codes);
+  for (std::size_t at = 0; at < e.n; at += kLanes) {
+    M open = mask_of(e.open[at / kLanes]);
+    if (f.micro_codes != nullptr) {
+      const I cube = where(open, as_int(load(&e.cube[at])));
+      const I brick = where(open, as_int(load(&e.brick[at])));
+      // Two cubes' codes share a word, the first in its lower half.
+      const U word = gather(pairs, hn::ShiftRight<1>(cube));
+      const M upper = mask(hn::TestBit(cube, splat_int(1)));
+      const U code = select(upper, hn::ShiftRight<16>(word), word);
+      const F base = gather(f.micro_scales, brick + brick);
+      const F step = gather(f.micro_scales + 1, brick + brick);
+      const auto bound = [&](U c) {  // rounded as micro_range does
+        return scale * (base + to_float(as_int(c & splat_bits(255))) * step);
+      };
+      const F mu = load(&e.mu[at]);
+      const M real = hn::And(open, hn::Lt(mu, bound(code)));
+      e.real[at / kLanes] |= bits_of(real);
+      open = hn::And(hn::AndNot(real, open), hn::Lt(mu, bound(hn::ShiftRight<8>(code))));
+    }
+    list_undecided(f, e, at, open);
+  }
+}
+
+/// Density at places in cells whose first samples are at `index`, as density_in_brick rounds it.
+template <LookUp kLookUp>
+HWY_INLINE F look_up(const float* samples, I index, F x, F y, F z) {
+  constexpr int kY = kFieldEdge, kX = kFieldEdge * kFieldEdge;
+  if constexpr (kLookUp == LookUp::nearest) {
+    const auto step = [](F f, int stride) {
+      return where(hn::Ge(f, splat(0.5f)), splat_int(stride));
+    };
+    return gather(samples, index + step(x, kX) + step(y, kY) + step(z, 1));
+  } else {
+    const auto at = [&](int offset) { return gather(samples + offset, index); };
+    const auto lerp = [](F a, F b, F t) { return a + (b - a) * t; };
+    const F c00 = lerp(at(0), at(1), z), c01 = lerp(at(kY), at(kY + 1), z);
+    const F c10 = lerp(at(kX), at(kX + 1), z), c11 = lerp(at(kX + kY), at(kX + kY + 1), z);
+    return lerp(lerp(c00, c01, y), lerp(c10, c11, y), x);
+  }
+}
+
+/// Density at the chosen events of a register of them all, whose samples were fetched.
+template <LookUp kLookUp>
+HWY_INLINE F density_at_event(const LaneField& f, const Events& e, std::size_t at, M on) {
+  const auto fraction = [&](const Events::Array<float>& of) {
+    const F v = load(&of[at]);
+    return v - hn::Floor(v);
+  };
+  return look_up<kLookUp>(f.samples, where(on, as_int(load(&e.sample[at]))), fraction(e.x),
+                          fraction(e.y), fraction(e.z));
+}
+
+/// Decides the rest.
+template <LookUp kLookUp>
+HWY_NOINLINE void decide_by_look_ups(const LaneField& f, Events& e) {
+  const F scale = splat(f.scale);
+  for (std::size_t at = 0; at < e.undecided; at += kLanes) {
+    const M on = first(e.undecided - at);
+    const I which = where(on, as_int(load(&e.which[at])));
+    const I index = where(on, as_int(load(&e.at[at])));
+    const auto fraction = [&](const Events::Array<float>& of) {
+      const F v = gather(of.data(), which);
+      return v - hn::Floor(v);
+    };
+    const F rho = look_up<kLookUp>(f.samples, index, fraction(e.x), fraction(e.y), fraction(e.z));
+    const M real = hn::And(on, hn::Lt(gather(e.mu.data(), which), scale * rho));
+    for (std::uint32_t lanes = bits_of(real); lanes != 0; lanes &= lanes - 1) {
+      const std::uint32_t event = e.which[at + std::size_t(std::countr_zero(lanes))];
+      e.real[event / kLanes] |= 1u << (event % kLanes);
+    }
+  }
+}
+
+/// Finds out which events are real collisions: the bits of Events::real.
+HWY_INLINE void decide(const LaneField& f, FlightMemory& m) {
+  decide_by_bounds(f, m);
+  decide_by_micro_bounds(f, m.events);
+  if (f.look_up == LookUp::nearest) {
+    decide_by_look_ups<LookUp::nearest>(f, m.events);
+  } else {
+    decide_by_look_ups<LookUp::trilinear>(f, m.events);
+  }
+}
+
+/// Where every event's samples are, which are fetched, and its majorant, in Events::mu: for those
+/// who look all of them up.
+inline HWY_NOINLINE void fetch_samples(const LaneField& f, Events& e) {
+  for (std::size_t at = 0; at < e.n; at += kLanes) {
+    const M on = first(e.n - at);
+    const Place p(f.bounds, load(&e.x[at]), load(&e.y[at]), load(&e.z[at]));
+    store(majorant(gather(f.bounds.word.data(), where(on, p.cube))), &e.mu[at]);
+    const I brick = as_int(gather(f.bounds.brick.data(), where(on, p.leaf(f.bounds))));
+    store(as_bits(CellInLeaf(p).first_sample(brick)), &e.sample[at]);
+    const std::size_t end = std::min(at + kLanes, e.n);
+    for (std::size_t k = at; k < end; ++k) prefetch_cell(f.samples + e.sample[k]);
+  }
+}
+
+/// Events of a register on their way to a queue: their places, and the rays they were.
+struct MovingRays {
+  F x, y, z, dx, dy, dz;
+  U id;
+  I source;
+
+  HWY_INLINE MovingRays(const FlightMemory& m, std::size_t at, M on) {
+    const Events& e = m.events;
+    const Records& q = m.flying;
+    x = load(&e.x[at]), y = load(&e.y[at]), z = load(&e.z[at]);
+    source = where(on, as_int(load(&e.source[at])));
+    dx = gather(q[kDX], source), dy = gather(q[kDY], source), dz = gather(q[kDZ], source);
+    id = gather(q.bits(kId), source);
+  }
+
+  /// Writes the chosen ones behind the last record of `to`, whose number stays.
+  HWY_INLINE void put(M chosen, const Random& rng, Records& to) const {
+    const std::size_t n = to.n;
+    pack(chosen, x, to[kX] + n), pack(chosen, y, to[kY] + n), pack(chosen, z, to[kZ] + n);
+    pack(chosen, dx, to[kDX] + n), pack(chosen, dy, to[kDY] + n), pack(chosen, dz, to[kDZ] + n);
+    pack(chosen, id, to.bits(kId) + n);
+    pack(chosen, rng.s0, to.bits(kRng0) + n), pack(chosen, rng.s1, to.bits(kRng1) + n);
+  }
+};
+
+}  // namespace pvol::detail::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard

@@ -1,0 +1,56 @@
+#include "volume/simd/lane_field.h"
+
+#include <cmath>
+
+#include "pvol/field/brick_field.h"
+
+namespace pvol::detail {
+
+LaneField::LaneField(const VolumeField& f, const DenseBounds& b)
+    : bounds(b), samples(f.bricks().samples.data()), scale(f.scale), look_up(f.look_up) {
+  if (f.micro.edge > 0) {
+    micro_codes = reinterpret_cast<const std::uint16_t*>(f.micro.codes.data());
+    micro_scales = reinterpret_cast<const float*>(f.micro.scales.data());
+    micro_shift = f.micro.edge - 1;  // of 1 and 2
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    Vec3d unit(0);
+    unit[axis] = 1;
+    cells[std::size_t(axis)] = Vec3f(f.world_to_cells.vector(unit));
+    low[axis] = float(f.octree.support_lo[axis] + DenseBounds::kBorder);
+    high[axis] = std::nextafter(float(f.octree.support_hi[axis] + DenseBounds::kBorder), 0.0f);
+  }
+}
+
+const char* lane_obstacle(const Volume& v) {
+  const VolumeField& f = v.density;
+  if (f.look_up != LookUp::nearest && f.look_up != LookUp::trilinear) {
+    return "the interpolation is neither nearest nor trilinear";
+  }
+  if (f.shares_samples()) return "the samples are shared";
+  if (f.motion != nullptr) return "the volume moves";
+  if (v.moving_places != nullptr) return "the volume moves as a whole";
+  if (f.map != nullptr) return "the density is mapped";
+  // Their constants would reach beyond the support's box, to the ends of leaves.
+  if (f.homogeneous != nullptr) return "nodes count as homogeneous";
+  if (f.octree.empty()) return "the volume is empty";
+  // Places of rays are floats: of the largest clouds they would lose what matters.
+  constexpr int kLargestEdge = 4000;
+  const Vec3i end = vec3(f.octree.support_hi);
+  if (max_component(end) > kLargestEdge)
+    return "the volume has more than 4000 voxels along an axis";
+  constexpr std::uint64_t kMostWords = 1u << 24;
+  if (count_words(f.octree) > kMostWords) return "the volume's box has more than 2^24 leaves";
+  constexpr std::size_t kMostBricks = (std::size_t(1) << 31) / kFieldSamples - 1;
+  if (f.bricks().bricks() > kMostBricks) return "the volume has more than 2.9 million bricks";
+  float most = 0;
+  for (const Octree::Entry& e : f.octree.entries) most = std::max(most, e.hi);
+  // A mean free path is to be at least 64 spacings of the floats (THEORY.md, T2.2).
+  const auto farthest = float(max_component(end) + DenseBounds::kBorder);
+  const double spacing = double(std::nextafter(farthest, 0x1p30f) - farthest);
+  const double cell = std::cbrt(std::abs(determinant(inverse(f.world_to_cells))));
+  if (double(most) * cell * spacing > 1.0 / 64) return "voxels are too thick for places in floats";
+  return nullptr;
+}
+
+}  // namespace pvol::detail

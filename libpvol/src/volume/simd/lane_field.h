@@ -1,0 +1,53 @@
+// A volume's field as the lane kernels read it: tables of floats without variants.
+#pragma once
+
+#include <algorithm>
+#include <array>
+
+#include "pvol/math/rng.h"
+#include "pvol/volume/volume.h"
+#include "volume/dense_bounds.h"
+#include "volume/simd/records.h"
+
+namespace pvol::detail {
+
+/// Refers to bounds and samples, which outlive it.
+struct LaneField {
+  const DenseBounds& bounds;
+  const float* samples;                        ///< of bricks
+  const std::uint16_t* micro_codes = nullptr;  ///< pairs of bytes, or null where there are none
+  const float* micro_scales = nullptr;         ///< pairs of base and step
+  int micro_shift = 0;                         ///< log2 of their cubes' edge
+  float scale;                                 ///< mu_t of a density of 1 [1/world length]
+  LookUp look_up;                              ///< nearest or trilinear
+  /// By axis of the world, the change of the position in cells per unit along it.
+  std::array<Vec3f, 3> cells;
+  /// The box of the support, in cells from the dense bounds' low corner: rays enter at or above
+  /// `low`, and at or below `high`, the last float before its end.
+  Vec3f low, high;
+
+  /// Of a field that has no obstacle. `b` are its bounds.
+  LaneField(const VolumeField& f, const DenseBounds& b);
+};
+
+/// Why lanes do not serve the rays of a volume, at its first place, or null.
+[[nodiscard]] const char* lane_obstacle(const Volume& volume);
+
+/// Adds a ray from a place in cells from the octree's origin, which is moved into the box of the
+/// support, in a unit direction of the world. Its optical depth and the state of its random numbers
+/// are the next of `rng`. Returns the record's number; the record's other fields are the caller's.
+inline std::size_t put_ray(const LaneField& f, Records& q, Vec3d place, Vec3f d, Rng& rng) {
+  const std::size_t n = q.n++;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto at = float(place[axis] + double(DenseBounds::kBorder));
+    q[kX + std::size_t(axis)][n] = std::clamp(at, f.low[axis], f.high[axis]);
+    q[kDX + std::size_t(axis)][n] = d[axis];
+  }
+  q[kDepth][n] = rng.tentative().depth;
+  const Philox::Block state = rng.block();
+  q.bits(kRng0)[n] = std::uint32_t(state.lo) | 1;
+  q.bits(kRng1)[n] = std::uint32_t(state.hi);
+  return n;
+}
+
+}  // namespace pvol::detail
