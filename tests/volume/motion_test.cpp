@@ -12,7 +12,7 @@
 #include "support/fields.h"
 #include "support/velocities.h"
 #include "volume/flights.h"
-#include "volume/moving_field.h"
+#include "volume/advected_field.h"
 
 namespace pvol::test {
 namespace motion_test {
@@ -111,14 +111,14 @@ double expected(const Case& c, const Volume& still, Vec3d x, double t) {
 }
 
 template <class F>
-auto with_moving_field(const Case& c, const Volume& v, float time, const F& f) {
+auto with_advected_field(const Case& c, const Volume& v, float time, const F& f) {
   switch (c.look_up) {
     case LookUp::nearest:
-      return f(detail::MovingField<LookUp::nearest>{v.density, time, detail::kNeverStop});
+      return f(detail::AdvectedField<LookUp::nearest>{v.density, time, detail::kNeverStop});
     case LookUp::tricubic:
-      return f(detail::MovingField<LookUp::tricubic>{v.density, time, detail::kNeverStop});
+      return f(detail::AdvectedField<LookUp::tricubic>{v.density, time, detail::kNeverStop});
     default:
-      return f(detail::MovingField<LookUp::trilinear>{v.density, time, detail::kNeverStop});
+      return f(detail::AdvectedField<LookUp::trilinear>{v.density, time, detail::kNeverStop});
   }
 }
 
@@ -145,7 +145,7 @@ void check_look_ups(const Case& c, const Moved& m, int least_inside) {
       continue;
     }
     const Segment s{0, 1, 0, 1e9f, Octree::kNodeBit};
-    const float found = with_moving_field(c, m.volume, t, [&](const auto& field) {
+    const float found = with_advected_field(c, m.volume, t, [&](const auto& field) {
       return field.extinction(s, make_cursor(m.volume.density.octree, cells).at, none);
     });
     inside += right > 0;
@@ -198,7 +198,7 @@ TEST(Motion, BoundsHoldAtAllTimesAndNotByFar) {
           const float u = rng.uniform(), along = i < 4 ? float(i / 2) : rng.uniform();
           const auto t = float(c.shutter.at(i < 4 ? i % 2 : double(u)));
           const LatticePoint p = walk->point(s->t0 + (s->t1 - s->t0) * double(along));
-          const float mu = with_moving_field(
+          const float mu = with_advected_field(
               c, m.volume, t, [&](const auto& field) { return field.extinction(*s, p, none); });
           ASSERT_LE(mu, s->hi * (1 + 1e-6f)) << c.name << ", t " << t;
           ASSERT_GE(mu, s->lo * (1 - 1e-6f)) << c.name << ", t " << t;

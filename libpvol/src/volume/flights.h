@@ -68,8 +68,8 @@ template <LookUp kLookUp>
 template <LookUp kLookUp>
 [[nodiscard]] Flights find_shared_flights_of(int micro_edge);
 
-/// Flights through fields in motion are always watched (moving_flights_of.h).
+/// Flights through fields in motion are always watched (advected_flights_of.h).
 template <LookUp kLookUp>
-[[nodiscard]] Flights find_moving_flights_of(bool count);
+[[nodiscard]] Flights find_advected_flights_of(bool count);
 
 }  // namespace pvol::detail

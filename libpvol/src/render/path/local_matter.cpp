@@ -1,7 +1,7 @@
 #include "render/path/local_matter.h"
 
 #include "pvol/volume/albedo_field.h"
-#include "volume/moving_field.h"
+#include "volume/advected_field.h"
 
 namespace pvol::detail {
 

@@ -57,11 +57,11 @@ struct SampleCounts {
 };
 
 /// Events of a register on their way to a queue: rays, and what the scene's paths carry besides.
-struct Moving {
-  MovingRays rays;
+struct InFlight {
+  RaysInFlight rays;
   F w0, w1, w2, pdf;
 
-  HWY_INLINE Moving(const LaneScene& s, const LaneMemory& m, std::size_t at, M on)
+  HWY_INLINE InFlight(const LaneScene& s, const LaneMemory& m, std::size_t at, M on)
       : rays(m, at, on) {
     const Records& q = m.flying;
     w0 = gather(q[kW0], rays.source);
@@ -80,7 +80,7 @@ struct Moving {
 };
 
 /// Adds the rows of the importance to real collisions of guided paths, and fetches them.
-HWY_INLINE void put_rows(const LaneScene& s, const Importance& importance, const MovingRays& e,
+HWY_INLINE void put_rows(const LaneScene& s, const Importance& importance, const RaysInFlight& e,
                          M real, Records& to) {
   const Place p(s.field.bounds, e.x, e.y, e.z);
   std::uint32_t* const rows = to.bits(kAux) + to.n;
@@ -104,14 +104,14 @@ HWY_NOINLINE void decide(const LaneScene& s, LaneMemory& m, Records& back, Recor
     const M on = first(e.n - at), is_real = mask_of(e.real[at / kLanes]);
     Random rng{load(&e.rng0[at]), load(&e.rng1[at])};
     const M null = hn::AndNot(is_real, on);
-    const Moving moving(s, m, at, on);
+    const InFlight in_flight(s, m, at, on);
     if (real != nullptr) {
-      if (s.importance() != nullptr) put_rows(s, *s.importance(), moving.rays, is_real, *real);
-      moving.put(s, is_real, rng, *real);
+      if (s.importance() != nullptr) put_rows(s, *s.importance(), in_flight.rays, is_real, *real);
+      in_flight.put(s, is_real, rng, *real);
     }
     pack(null, rng.exponential(), back[kDepth] + back.n);
     if (s.limited) pack(null, load(&e.left[at]), back[kLeft] + back.n);
-    moving.put(s, null, rng, back);
+    in_flight.put(s, null, rng, back);
   }
 }
 

@@ -37,12 +37,12 @@ HWY_INLINE void end_rays(BatchMemory& m, std::size_t at, M chosen, const Visit& 
 }
 
 /// Rays whose tentative collisions were null fly on.
-HWY_INLINE void put_back(BatchMemory& m, const MovingRays& moving, std::size_t at, M null,
+HWY_INLINE void put_back(BatchMemory& m, const RaysInFlight& in_flight, std::size_t at, M null,
                          Random& rng) {
   Records& to = m.queue;
   pack(null, rng.exponential(), to[kDepth] + to.n);
   pack(null, load(&m.events.left[at]), to[kLeft] + to.n);
-  moving.put(null, rng, to);
+  in_flight.put(null, rng, to);
   to.n += count(null);
 }
 
@@ -55,7 +55,7 @@ HWY_INLINE void end_at_collisions(const LaneField& f, BatchMemory& m, const Coll
     const M on = first(e.n - at), is_real = mask_of(e.real[at / kLanes]);
     end_rays(m, at, is_real, collide);
     Random rng{load(&e.rng0[at]), load(&e.rng1[at])};
-    put_back(m, MovingRays(m, at, on), at, hn::AndNot(is_real, on), rng);
+    put_back(m, RaysInFlight(m, at, on), at, hn::AndNot(is_real, on), rng);
   }
 }
 
@@ -112,14 +112,14 @@ struct BatchRatio {
     const Records& q = m.flying;
     for (std::size_t at = 0; at < e.n; at += kLanes) {
       const M on = first(e.n - at);
-      const MovingRays moving(m, at, on);
+      const RaysInFlight in_flight(m, at, on);
       const F mu = splat(task.field.scale) * density_at_event<kLookUp>(task.field, e, at, on);
       // Rounding may lift mu_t above the majorant, as in ratio_transmittance, and may carry the
       // event across a face, into an empty cube: there both are 0.
       const F majorant = load(&e.mu[at]), passed = hn::Max(splat(0), splat(1) - mu / majorant);
       const F null = select(hn::Gt(majorant, splat(0)), passed, splat(1));
-      F weight = gather(q[kW0], moving.source) * null;
-      Random rng{gather(q.bits(kRng0), moving.source), gather(q.bits(kRng1), moving.source)};
+      F weight = gather(q[kW0], in_flight.source) * null;
+      Random rng{gather(q.bits(kRng0), in_flight.source), gather(q.bits(kRng1), in_flight.source)};
       const F least = splat(kTransmittanceRoulette);
       const M low = hn::Lt(weight, least);
       const M dropped = hn::And(on, hn::AndNot(hn::Lt(rng.fine_uniform() * least, weight), low));
@@ -128,7 +128,7 @@ struct BatchRatio {
                [&](std::size_t, const BatchMemory::Slot& s) { task.through[s.ray] = 0; });
       const M on_its_way = hn::AndNot(dropped, on);
       pack(on_its_way, weight, m.queue[kW0] + m.queue.n);
-      put_back(m, moving, at, on_its_way, rng);
+      put_back(m, in_flight, at, on_its_way, rng);
     }
   }
 };

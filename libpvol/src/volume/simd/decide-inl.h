@@ -188,12 +188,12 @@ inline HWY_NOINLINE void fetch_samples(const LaneField& f, Events& e) {
 }
 
 /// Events of a register on their way to a queue: their places, and the rays they were.
-struct MovingRays {
+struct RaysInFlight {
   F x, y, z, dx, dy, dz;
   U id;
   I source;
 
-  HWY_INLINE MovingRays(const FlightMemory& m, std::size_t at, M on) {
+  HWY_INLINE RaysInFlight(const FlightMemory& m, std::size_t at, M on) {
     const Events& e = m.events;
     const Records& q = m.flying;
     x = load(&e.x[at]), y = load(&e.y[at]), z = load(&e.z[at]);

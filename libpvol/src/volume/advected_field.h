@@ -17,7 +17,7 @@ namespace pvol::detail {
 /// Every question is a look-up of what is at the point at `time`. Other volumes of the scene may
 /// stand still: theirs are plain. Ends flights once it is to stop, as a CancellableField does.
 template <LookUp kLookUp>
-struct MovingField {
+struct AdvectedField {
   const VolumeField& field;
   float time;
   const std::atomic<bool>& stop;

@@ -2,13 +2,13 @@
 #pragma once
 
 #include "volume/flights_of.h"
-#include "volume/moving_field.h"
+#include "volume/advected_field.h"
 
 namespace pvol::detail {
 
 template <LookUp kLookUp, bool kCount>
-[[nodiscard]] Flights make_moving_flights() {
-  using Field = MovingField<kLookUp>;
+[[nodiscard]] Flights make_advected_flights() {
+  using Field = AdvectedField<kLookUp>;
   return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, Watch& watch) {
             return with_count<kCount>(watch, [&](auto& count) {
               return fly(tracker, Field{f, watch.time, *watch.stop}, walk, rng, count);
@@ -23,8 +23,8 @@ template <LookUp kLookUp, bool kCount>
 }
 
 template <LookUp kLookUp>
-Flights find_moving_flights_of(bool count) {
-  return count ? make_moving_flights<kLookUp, true>() : make_moving_flights<kLookUp, false>();
+Flights find_advected_flights_of(bool count) {
+  return count ? make_advected_flights<kLookUp, true>() : make_advected_flights<kLookUp, false>();
 }
 
 }  // namespace pvol::detail
