@@ -4,7 +4,7 @@
 #include <ImfHeader.h>
 #include <ImfOutputPart.h>
 
-#include "image/film_planes.h"
+#include "image/sum_planes.h"
 #include "pvol/formats/film_record.h"
 
 namespace pvol::formats::detail {

@@ -21,12 +21,12 @@ void Passes::resume(const Film& film) {
   for (const PixelSums& p : film.pixels) uniform_ = std::min(uniform_, p.samples);
 }
 
-std::optional<Targets> Passes::next(Film& film, double seconds) {
+std::optional<SampleTargets> Passes::next(Film& film, double seconds) {
   if (!adaptive_ || pilot_only_) return next_equal(film, samples_);
   measure(film, seconds);
   if (time_ && done_ > 0) total_ = std::uint64_t(done_ + affordable());
   if (uniform_ < kPilot && !film.needs) {
-    if (std::optional<Targets> targets = next_equal(film, kPilot)) return targets;
+    if (std::optional<SampleTargets> targets = next_equal(film, kPilot)) return targets;
     total_ = std::uint64_t(done_);
     return std::nullopt;
   }
@@ -51,7 +51,7 @@ double Passes::affordable() const {
 
 /// As many samples again as there are, 16 at most, and as there is time for. The first pass is
 /// taken whatever the time.
-std::optional<Targets> Passes::next_equal(const Film& film, std::uint32_t end) {
+std::optional<SampleTargets> Passes::next_equal(const Film& film, std::uint32_t end) {
   constexpr std::uint32_t kMost = 16;
   std::uint32_t more = std::min(std::clamp(uniform_, 1u, kMost), end - uniform_);
   if (uniform_ > 0) {
@@ -60,10 +60,10 @@ std::optional<Targets> Passes::next_equal(const Film& film, std::uint32_t end) {
   }
   if (more == 0) return std::nullopt;
   uniform_ += more;
-  return Targets{uniform_, {}};
+  return SampleTargets{uniform_, {}};
 }
 
-std::optional<Targets> Passes::next_adaptive(Film& film) {
+std::optional<SampleTargets> Passes::next_adaptive(Film& film) {
   if (!film.needs) film.needs = find_adaptive_samples(film, noise_);
   if (noise_) {
     double sum = 0;
@@ -74,7 +74,7 @@ std::optional<Targets> Passes::next_adaptive(Film& film) {
   if (!late) {
     // A film that goes on may be beyond the first goals.
     do {
-      if (std::optional<Targets> targets = towards_goal(film)) return targets;
+      if (std::optional<SampleTargets> targets = towards_goal(film)) return targets;
     } while (raise_goal(film));
   }
   total_ = std::uint64_t(done_);
@@ -104,8 +104,8 @@ bool Passes::raise_goal(const Film& film) {
 }
 
 /// The next pass on the way to the goal; none where that is reached.
-std::optional<Targets> Passes::towards_goal(const Film& film) const {
-  Targets targets;
+std::optional<SampleTargets> Passes::towards_goal(const Film& film) const {
+  SampleTargets targets;
   bool any = false;
   for (std::size_t i = 0; i < goal_.size(); ++i) {
     const std::uint32_t has = film.pixels[i].samples;

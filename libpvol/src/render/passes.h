@@ -7,7 +7,7 @@
 #include "pvol/render/film.h"
 #include "pvol/render/options.h"
 #include "render/adaptive_samples.h"
-#include "render/tiles/targets.h"
+#include "render/tiles/sample_targets.h"
 
 namespace pvol::detail {
 
@@ -31,7 +31,7 @@ class Passes {
   /// Samples to have after the next pass; none where the picture is done. `film` has those of all
   /// passes before, and gets its needs once its pilot is done; it is `seconds` since the render
   /// began.
-  [[nodiscard]] std::optional<Targets> next(Film& film, double seconds);
+  [[nodiscard]] std::optional<SampleTargets> next(Film& film, double seconds);
 
   /// Samples of the whole render, as far as they can be foreseen; 0 where they cannot yet.
   [[nodiscard]] std::uint64_t total() const { return total_; }
@@ -51,10 +51,10 @@ class Passes {
 
   void measure(const Film& film, double seconds);
   [[nodiscard]] double affordable() const;
-  [[nodiscard]] std::optional<Targets> next_equal(const Film& film, std::uint32_t end);
-  [[nodiscard]] std::optional<Targets> next_adaptive(Film& film);
+  [[nodiscard]] std::optional<SampleTargets> next_equal(const Film& film, std::uint32_t end);
+  [[nodiscard]] std::optional<SampleTargets> next_adaptive(Film& film);
   [[nodiscard]] bool raise_goal(const Film& film);
-  [[nodiscard]] std::optional<Targets> towards_goal(const Film& film) const;
+  [[nodiscard]] std::optional<SampleTargets> towards_goal(const Film& film) const;
   [[nodiscard]] double samples_of(const Film& film, std::size_t pixel, double average) const;
 };
 

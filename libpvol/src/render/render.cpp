@@ -26,7 +26,7 @@ namespace {
 using detail::Passes;
 using detail::PathSetup;
 using detail::Reporter;
-using detail::Targets;
+using detail::SampleTargets;
 using detail::TileRenderer;
 
 Film make_film(const RenderOptions& o) {
@@ -87,7 +87,7 @@ std::uint64_t count_samples(const Film& film, const detail::ImagePart& part) {
   return n;
 }
 
-bool reaches(const Film& film, const Targets& targets) {
+bool reaches(const Film& film, const SampleTargets& targets) {
   for (std::size_t i = 0; i < film.pixels.size(); ++i) {
     if (film.pixels[i].samples < targets.of(i)) return false;
   }
@@ -101,7 +101,7 @@ class PassRenderer {
       : tiles_(plan, setup, paths) {}
 
   /// Brings every pixel to its target, unless the reporter says stop or pause.
-  void render(const Targets& targets, int threads, Film& film, Reporter& reporter) {
+  void render(const SampleTargets& targets, int threads, Film& film, Reporter& reporter) {
     const int edge = tiles_.edge(targets, film, threads);
     const int columns = (film.crop_width + edge - 1) / edge;
     const int rows = (film.crop_height + edge - 1) / edge;
@@ -218,7 +218,7 @@ RenderResult resume(const RenderPlan& plan, Film earlier, const RenderWatch& wat
   if (counts_pilot) counted.emplace(with_counts(plan, setup));
   std::optional<PassRenderer> renderer;
   renderer.emplace(plan, counted ? *counted : setup, paths);
-  std::optional<Targets> targets;
+  std::optional<SampleTargets> targets;
   for (bool any = false; (targets = passes.next(film, seconds_since(begin))); any = true) {
     if (reporter.stop()) break;
     if (any && watch.pass_done) watch.pass_done(film);

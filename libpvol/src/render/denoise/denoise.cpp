@@ -9,7 +9,7 @@
 
 #include "math/parallel.h"
 #include "pvol/error.h"
-#include "render/denoise/film_planes.h"
+#include "render/denoise/denoise_inputs.h"
 #include "render/denoise/regression.h"
 
 namespace pvol {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "render/guide/coarse_cells.h"
-#include "render/guide/target.h"
+#include "render/guide/directional_target.h"
 #include "render/path/path_setup.h"
 
 namespace pvol::detail {

@@ -26,7 +26,7 @@ template <class Tracer>
 
 /// A pixel's samples are summed in their order, whatever the tiles and threads.
 template <class Tracer>
-bool render_tile(const PathSetup& setup, const ImagePart& tile, const Targets& targets, Film& film,
+bool render_tile(const PathSetup& setup, const ImagePart& tile, const SampleTargets& targets, Film& film,
                  Counts& counts) {
   Tracer tracer(setup);
   Counts before;

@@ -11,13 +11,13 @@ TileRenderer::TileRenderer(const RenderPlan& plan, const PathSetup& setup, Paths
   kernel_ = find_lane_kernel(plan.kernel.lanes, paths == Paths::guided, lanes_->one_lobe);
 }
 
-bool TileRenderer::render(const ImagePart& tile, const Targets& targets, Film& film,
+bool TileRenderer::render(const ImagePart& tile, const SampleTargets& targets, Film& film,
                           Counts& counts) {
   if (kernel_ == nullptr) return scalar_(setup_, tile, targets, film, counts);
   return kernel_(*lanes_, memory_.local(), tile, targets, film, counts);
 }
 
-int TileRenderer::edge(const Targets& targets, const Film& film, int threads) const {
+int TileRenderer::edge(const SampleTargets& targets, const Film& film, int threads) const {
   int edge = 16;
   if (kernel_ == nullptr) return edge;
   constexpr std::int64_t kPaths = 8192;  // of a tile: its last ones leave lanes idle

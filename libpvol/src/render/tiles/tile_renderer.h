@@ -16,11 +16,11 @@ class TileRenderer {
   TileRenderer(const RenderPlan& plan, const PathSetup& setup, Paths paths);
 
   /// As a TileFunction does it; from any thread. `tile` is no larger than edge().
-  bool render(const ImagePart& tile, const Targets& targets, Film& film, Counts& counts);
+  bool render(const ImagePart& tile, const SampleTargets& targets, Film& film, Counts& counts);
 
   /// Edge in pixels of the tiles for a pass over a film: kernels that follow many paths at once
   /// need many, and every thread its share.
-  [[nodiscard]] int edge(const Targets& targets, const Film& film, int threads) const;
+  [[nodiscard]] int edge(const SampleTargets& targets, const Film& film, int threads) const;
 
  private:
   const PathSetup& setup_;

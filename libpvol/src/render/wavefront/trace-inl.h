@@ -72,7 +72,7 @@ HWY_NOINLINE void end_shadow_rays(const LaneScene& s, LaneMemory& m) {
 /// lacks.
 class Samples {
  public:
-  Samples(const ImagePart& tile, const Targets& targets, const Film& film)
+  Samples(const ImagePart& tile, const SampleTargets& targets, const Film& film)
       : tile_(tile), targets_(targets), film_(film) {
     find();
   }
@@ -90,7 +90,7 @@ class Samples {
 
  private:
   const ImagePart& tile_;
-  const Targets& targets_;
+  const SampleTargets& targets_;
   const Film& film_;
   int x_ = 0, y_ = 0;
   std::uint32_t number_ = 0, end_ = 0;
@@ -107,7 +107,7 @@ class Samples {
   }
 };
 
-[[nodiscard]] inline std::uint32_t count_samples(const ImagePart& tile, const Targets& targets,
+[[nodiscard]] inline std::uint32_t count_samples(const ImagePart& tile, const SampleTargets& targets,
                                                  const Film& film) {
   std::uint32_t n = 0;
   for (Samples all(tile, targets, film); all.any(); (void)all.next()) ++n;
@@ -196,7 +196,7 @@ HWY_INLINE void fly_shadow_rays(const LaneScene& s, LaneMemory& m) {
 }
 
 /// Adds a tile's samples to the film, which changes what they lack.
-void finish(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const Targets& targets,
+void finish(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const SampleTargets& targets,
             Film& film) {
   std::uint32_t slot = 0;
   for (int y = tile.y; y != tile.y + tile.height; ++y) {
@@ -218,7 +218,7 @@ void finish(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const Targ
 
 /// Traces and adds a tile's samples; see LaneKernel.
 template <bool kGuided, class Matter>
-bool trace(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const Targets& targets,
+bool trace(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const SampleTargets& targets,
            Film& film, Counts& counts) {
   Samples samples(tile, targets, film);
   m.slots.start(count_samples(tile, targets, film));

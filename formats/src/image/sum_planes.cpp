@@ -1,4 +1,4 @@
-#include "image/film_planes.h"
+#include "image/sum_planes.h"
 
 #include <fmt/format.h>
 

@@ -8,7 +8,7 @@
 namespace pvol::detail {
 
 /// Samples that pixels are to have after a pass, those that they have included.
-struct Targets {
+struct SampleTargets {
   std::uint32_t all = 0;                 ///< every pixel, where `each` is empty
   std::vector<std::uint32_t> each = {};  ///< by number in the film
 

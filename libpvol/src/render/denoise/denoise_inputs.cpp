@@ -1,4 +1,4 @@
-#include "render/denoise/film_planes.h"
+#include "render/denoise/denoise_inputs.h"
 
 #include <algorithm>
 #include <cmath>
