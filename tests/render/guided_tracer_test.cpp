@@ -15,7 +15,7 @@ namespace guided_tracer_test {
 
 /// What flights of a path and its branches meet, in this order; all later ones leave.
 struct Script {
-  std::vector<detail::Matter> collisions;
+  std::vector<detail::MediumComponent> collisions;
   std::vector<Vec3f> flown;  ///< the directions of flight
   std::uint64_t passed = 0;  ///< shadow rays
   std::vector<int> from;     ///< where the flights began, by number of the collision
@@ -38,7 +38,7 @@ class ScriptedTraversal {
   [[nodiscard]] const Cursor& place() const { return place_; }
   void return_to(const Cursor& place) { place_ = place; }
   [[nodiscard]] Vec3d position() const { return Vec3d(place_.at.cell[0], 0, 0); }
-  [[nodiscard]] detail::LocalMatter local(const detail::Matter& m) const { return everywhere(m); }
+  [[nodiscard]] detail::LocalMedium local(const detail::MediumComponent& m) const { return everywhere(m); }
   struct {
     static void set_time(float) {}
   } work;
@@ -52,7 +52,7 @@ class ScriptedTraversal {
   Cursor place_;
 };
 
-detail::Matter scattering(float albedo, double g = 0) {
+detail::MediumComponent scattering(float albedo, double g = 0) {
   return {1, Rgb(albedo), Rgb(0.0f), HenyeyGreenstein(g)};
 }
 
@@ -225,7 +225,7 @@ TEST_F(ScriptedPaths, AlphaIsWhetherTheFirstFlightCollides) {
 
 /// Before absorption, and what later collisions emit after that of earlier ones.
 TEST_F(ScriptedPaths, EveryCollisionEmits) {
-  detail::Matter glowing = scattering(0.5f);
+  detail::MediumComponent glowing = scattering(0.5f);
   glowing.emitted = Rgb(0.25f);
   script.collisions = {glowing, glowing};
   const detail::PathSetup s = setup(), t = setup({flat(1), flat(2)});

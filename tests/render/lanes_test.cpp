@@ -96,7 +96,7 @@ TEST(LaneKernels, HaveTheMeansOfTheScalarTracer) {
 }
 
 TEST(PhaseLanes, AnswerForEachLaneAsItsPhaseFunctionDoes) {
-  const std::vector<detail::Matter> all{{0.5f, Rgb(1.0f), Rgb(0.0f), Draine(0.4, 3)},
+  const std::vector<detail::MediumComponent> all{{0.5f, Rgb(1.0f), Rgb(0.0f), Draine(0.4, 3)},
                                         {1, Rgb(1.0f), Rgb(0.0f), Droplets(9)}};
   detail::PhaseLanes lanes;
   for (std::uint32_t k = 0; k < detail::kMostLanes; ++k) {

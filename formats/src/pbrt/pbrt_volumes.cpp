@@ -79,7 +79,7 @@ ColorRamp glow_of(double offset, double scale, double most) {
   return ramp;
 }
 
-/// Matter that glows as its temperature says: density times absorption times the radiance.
+/// MediumComponent that glows as its temperature says: density times absorption times the radiance.
 void set_temperature(Making& m, double most, double strength) {
   const PbrtParameters& p = m.medium.parameters;
   const double offset = p.number("temperatureoffset", p.number("temperaturecutoff", 0));

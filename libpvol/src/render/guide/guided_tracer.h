@@ -75,7 +75,7 @@ class GuidedTracer {
   Vec3f direction_;                       // of the flight, in the world
   Rgb throughput_;                        // of the path
   std::uint32_t scatterings_ = 0;         // of the path, that at its place included
-  const Matter* matter_ = nullptr;        // of the last collision
+  const MediumComponent* matter_ = nullptr;        // of the last collision
   const Importance::Row* row_ = nullptr;  // of its place
   Branches<Place> waiting_;
 
@@ -86,7 +86,7 @@ class GuidedTracer {
 
   /// Adds what a collision gives of its own and by next-event estimation; whether the path goes on
   /// from there, by itself or split.
-  [[nodiscard]] bool collide(const Matter& matter, Rng& rng) {
+  [[nodiscard]] bool collide(const MediumComponent& matter, Rng& rng) {
     ++collisions;
     if (s_.stopped()) return false;
     const auto& here = Kind::local(s_, traversal, matter);

@@ -8,7 +8,7 @@ namespace pvol::detail {
 
 /// Where a flight for all channels ended.
 struct ChromaticHit {
-  const Matter* matter = nullptr;  ///< what it collided with; null where it left
+  const MediumComponent* matter = nullptr;  ///< what it collided with; null where it left
   Rgb weight{1.0f};
 };
 
@@ -38,7 +38,7 @@ class ChromaticVolume {
         fly_chromatic(v_.volume.density, share_, throughput, walk, rng, work.path);
     if (!f.collided) return {nullptr, f.weight};
     cursor_ = walk.stop_at(walk.point(f.t));
-    return {&v_.choose_matter(rng), f.weight};
+    return {&v_.choose_component(rng), f.weight};
   }
 
   [[nodiscard]] Vec3d position() const {
@@ -46,8 +46,8 @@ class ChromaticVolume {
   }
 
   /// The component that the path's last flight collided with, as it is there.
-  [[nodiscard]] LocalMatter local(const Matter& matter) const {
-    return local_matter(v_, matter, pvol::position(cursor_.at), work.path.time);
+  [[nodiscard]] LocalMedium local(const MediumComponent& matter) const {
+    return local_medium(v_, matter, pvol::position(cursor_.at), work.path.time);
   }
 
   /// Of light of all channels alike.

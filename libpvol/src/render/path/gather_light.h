@@ -32,8 +32,8 @@ inline void add_constant(const PathSetup& s, PathResult& r) {
 
 /// What a collision of a path of this throughput emits, less what it absorbs of the constant, which
 /// is the sky's. Of matter that is the same all over, or as it is there.
-template <class AnyMatter>
-inline void add_emitted(const PathSetup& s, const AnyMatter& matter, Rgb throughput,
+template <class AnyComponent>
+inline void add_emitted(const PathSetup& s, const AnyComponent& matter, Rgb throughput,
                         PathResult& r) {
   r.radiance += throughput * matter.emitted;
   if (!r.in_layers()) return;

@@ -6,7 +6,7 @@
 #include <variant>
 
 #include "pvol/math/circles.h"
-#include "render/path/local_matter.h"
+#include "render/path/local_medium.h"
 
 namespace pvol::detail {
 
@@ -17,11 +17,11 @@ inline constexpr std::size_t kMostAsked = 64;
 /// are a few suns and points, nothing emits along flights, nothing moves.
 struct SimplePaths {
   static constexpr bool kSimple = true;
-  [[nodiscard]] static const HenyeyGreenstein& phase(const Matter& m) {
+  [[nodiscard]] static const HenyeyGreenstein& phase(const MediumComponent& m) {
     return *std::get_if<HenyeyGreenstein>(&m.phase);
   }
   template <class Traversal>
-  [[nodiscard]] static const Matter& local(const PathSetup&, const Traversal&, const Matter& m) {
+  [[nodiscard]] static const MediumComponent& local(const PathSetup&, const Traversal&, const MediumComponent& m) {
     return m;
   }
   template <class Where>
@@ -36,9 +36,9 @@ struct SimplePaths {
 /// Whatever a scene may hold.
 struct AnyPaths {
   static constexpr bool kSimple = false;
-  [[nodiscard]] static const PhaseFunction& phase(const Matter& m) { return m.phase; }
+  [[nodiscard]] static const PhaseFunction& phase(const MediumComponent& m) { return m.phase; }
   template <class Traversal>
-  [[nodiscard]] static LocalMatter local(const PathSetup& s, const Traversal& at, const Matter& m) {
+  [[nodiscard]] static LocalMedium local(const PathSetup& s, const Traversal& at, const MediumComponent& m) {
     return detail::local(s, at, m);
   }
   template <class Where>
@@ -58,7 +58,7 @@ struct AnyPaths {
   return s.lights.size() <= kMostAsked && std::ranges::all_of(s.lights, is_simple) &&
          s.emission == nullptr && !s.moving && !s.albedo_varies &&
          std::ranges::all_of(s.volumes, [](const VolumeSetup& v) {
-           return std::ranges::all_of(v.matter, [](const Matter& m) {
+           return std::ranges::all_of(v.matter, [](const MediumComponent& m) {
              return std::holds_alternative<HenyeyGreenstein>(m.phase);
            });
          });

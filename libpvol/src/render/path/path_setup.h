@@ -44,7 +44,7 @@ struct ImagePart {
 }
 
 /// A component of a medium as a collision meets it.
-struct Matter {
+struct MediumComponent {
   float share_up_to;  ///< of the extinction: its own and those of the components before it
   Rgb albedo;
   Rgb emitted;  ///< (1 - albedo) (L_e - constant): the source of a collision (THEORY.md, T5.1,
@@ -54,18 +54,18 @@ struct Matter {
 };
 
 /// What it is at a place, where its albedo is a field.
-struct LocalMatter {
+struct LocalMedium {
   Rgb albedo;
-  Rgb emitted;  ///< as Matter::emitted, with that albedo
+  Rgb emitted;  ///< as MediumComponent::emitted, with that albedo
 };
 
 /// Of a component that is the same everywhere.
-[[nodiscard]] inline LocalMatter everywhere(const Matter& m) { return {m.albedo, m.emitted}; }
+[[nodiscard]] inline LocalMedium everywhere(const MediumComponent& m) { return {m.albedo, m.emitted}; }
 
 /// Of a medium whose emission counts at collisions, or not at all there.
-[[nodiscard]] inline std::vector<Matter> make_matter(const Medium& medium, Rgb constant,
+[[nodiscard]] inline std::vector<MediumComponent> make_matter(const Medium& medium, Rgb constant,
                                                      bool emits) {
-  std::vector<Matter> all;
+  std::vector<MediumComponent> all;
   double sum = 0;
   for (const Component& c : medium.components) {
     sum += c.share;
@@ -81,7 +81,7 @@ struct VolumeSetup {
   Float4 cells_x, cells_y,
       cells_z;  // change of the position in cells per unit along each world axis
   Affine cells_to_world;
-  std::vector<Matter> matter;
+  std::vector<MediumComponent> matter;
   Affine cells_to_albedo;  ///< to those of the albedo's field, where there is one
 
   /// Tested by rays before they enter the octree; none where a plan leaves it out.
@@ -115,10 +115,10 @@ struct VolumeSetup {
   }
 
   /// The component that a collision belongs to, in proportion to the shares.
-  [[nodiscard]] const Matter& choose_matter(Rng& rng) const {
+  [[nodiscard]] const MediumComponent& choose_component(Rng& rng) const {
     if (matter.size() == 1) return matter.front();
     const float u = rng.uniform();
-    for (const Matter& m : matter) {
+    for (const MediumComponent& m : matter) {
       if (u < m.share_up_to) return m;
     }
     return matter.back();

@@ -43,7 +43,7 @@ class PathTracer {
   PathResult r_;
   Vec3f direction_;                 // of the flight, in the world
   Vec3f from_;                      // before the last scattering
-  const Matter* matter_ = nullptr;  // of the last scattering
+  const MediumComponent* matter_ = nullptr;  // of the last scattering
 
   /// Whether flights bring light besides that of their ends.
   [[nodiscard]] bool glows() const { return !Kind::kSimple && (s_.emission || s_.meets_lights); }
@@ -76,7 +76,7 @@ class PathTracer {
       }
       ++collisions;
       if (s_.stopped()) return;
-      const Matter& matter = *hit.matter;
+      const MediumComponent& matter = *hit.matter;
       const auto& here = Kind::local(s_, traversal, matter);
       add_emitted(s_, here, throughput, r_);
       r_.scattered(bounces);

@@ -44,7 +44,7 @@ class SurfaceTracer {
   Vec3f direction_, from_;  // of the flight, and of the one before it
   Rgb throughput_;
   std::uint32_t scatterings_ = 0;
-  const Matter* matter_ = nullptr;  // of the last collision; null where a surface came after it
+  const MediumComponent* matter_ = nullptr;  // of the last collision; null where a surface came after it
   Lambert lobe_;                    // of that surface
   bool on_catcher_ = false;         // whether that was a shadow catcher before the camera
 
@@ -104,7 +104,7 @@ class SurfaceTracer {
   }
 
   /// A collision; whether the path goes on.
-  [[nodiscard]] bool collide(const Matter& matter, Rng& rng) {
+  [[nodiscard]] bool collide(const MediumComponent& matter, Rng& rng) {
     on_catcher_ = false;
     const Vec3d place = traversal.position();
     if (scatterings_ == 0) note_first(place);

@@ -1,13 +1,13 @@
 // How paths move: free flights and shadow rays through one volume, or through many at once.
 #pragma once
 
-#include "render/path/local_matter.h"
+#include "render/path/local_medium.h"
 
 namespace pvol::detail {
 
 /// Where a flight of a path ended.
 struct Hit {
-  const Matter* matter = nullptr;  ///< what it collided with; null where it left
+  const MediumComponent* matter = nullptr;  ///< what it collided with; null where it left
   float weight = 1;                ///< of the flight
 };
 
@@ -60,7 +60,7 @@ class OneVolume {
     const Flight f = s_.flights.fly(s_.options.tracker, v_.volume.density, walk, rng, work.path);
     if (!f.collided) return {nullptr, f.weight};
     cursor_ = walk.stop_at(walk.point(f.t));
-    return {&v_.choose_matter(rng), f.weight};
+    return {&v_.choose_component(rng), f.weight};
   }
 
   /// A free flight from the path's place, which stays there: how far it gets, and its weight.
@@ -80,8 +80,8 @@ class OneVolume {
   }
 
   /// The component that the path's last flight collided with, as it is there.
-  [[nodiscard]] LocalMatter local(const Matter& matter) const {
-    return local_matter(v_, matter, pvol::position(cursor_.at), work.path.time);
+  [[nodiscard]] LocalMedium local(const MediumComponent& matter) const {
+    return local_medium(v_, matter, pvol::position(cursor_.at), work.path.time);
   }
 
   /// Transmittance from the path's place over a distance, or to the outside.
@@ -171,7 +171,7 @@ class VolumesAt {
     const auto [nearest, hit] = find_nearest(direction, limit, rng, work.path);
     if (hit == nullptr) return {};
     place_ = {Ray{place_.position, Vec3d(direction)}.at(nearest), hit};
-    return {&s_.volumes[hit->volume].choose_matter(rng), 1};
+    return {&s_.volumes[hit->volume].choose_component(rng), 1};
   }
 
   [[nodiscard, gnu::noinline]] Reach reach(Vec3f direction, Rng& rng, double limit = kEndless) {
@@ -186,10 +186,10 @@ class VolumesAt {
   void return_to(const WorldPlace& place) { place_ = place; }
 
   /// The component that the path's last flight collided with, as it is there.
-  [[nodiscard]] LocalMatter local(const Matter& matter) const {
+  [[nodiscard]] LocalMedium local(const MediumComponent& matter) const {
     const auto number = std::uint32_t(place_.within - in_.all.data());
     const Instance in = in_.at_time(number, double(work.path.time));
-    return local_matter(s_.volumes[in.volume], matter, in.world_to_cells.point(place_.position),
+    return local_medium(s_.volumes[in.volume], matter, in.world_to_cells.point(place_.position),
                         work.path.time);
   }
 

@@ -16,12 +16,12 @@ HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
 
 /// Paths at their collisions.
-template <class Matter>
+template <class MediumComponent>
 struct Paths {
   M alive;
   F x, y, z;
   V from;  ///< direction of the flight
-  std::array<F, Matter::kWeights> w;
+  std::array<F, MediumComponent::kWeights> w;
   Random rng;
   U id;
   I matter;
@@ -85,8 +85,8 @@ HWY_NOINLINE Towards sample_sky(const LaneScene& s, std::size_t number, Random& 
 }
 
 /// A point light: nothing comes from one that is nearer than floats can tell, as in PointSource.
-template <class Matter>
-HWY_INLINE Towards sample_point(const LaneScene& s, const LaneLight& l, const Paths<Matter>& p) {
+template <class MediumComponent>
+HWY_INLINE Towards sample_point(const LaneScene& s, const LaneLight& l, const Paths<MediumComponent>& p) {
   const V way{splat(l.place.x) - p.x, splat(l.place.y) - p.y, splat(l.place.z) - p.z};
   const auto along = [&](int axis) { return dot(splat(s.to_world[std::size_t(axis)]), way); };
   const V in_world{along(0), along(1), along(2)};
@@ -104,8 +104,8 @@ HWY_INLINE Towards sample_point(const LaneScene& s, const LaneLight& l, const Pa
           at_hand(factor, 0)};
 }
 
-template <class Matter>
-HWY_INLINE Towards sample_light(const LaneScene& s, std::size_t light, const Paths<Matter>& p,
+template <class MediumComponent>
+HWY_INLINE Towards sample_light(const LaneScene& s, std::size_t light, const Paths<MediumComponent>& p,
                                 Random& rng) {
   const LaneLight& l = s.lights[light];
   const F far = splat(0x1p100f);
@@ -122,14 +122,14 @@ HWY_INLINE Towards sample_light(const LaneScene& s, std::size_t light, const Pat
 }
 
 /// Shadow rays to a light, as `shadowed` draws them; `worth` is that of a ray there.
-template <class Matter>
+template <class MediumComponent>
 HWY_INLINE void add_shadow_rays(const LaneScene& s, LaneMemory& m, std::size_t light, F worth,
-                                Paths<Matter>& p) {
+                                Paths<MediumComponent>& p) {
   const Towards to = sample_light(s, light, p, p.rng);
-  const F pdf = Matter(s, p.matter).pdf(p.from, to.direction);
+  const F pdf = MediumComponent(s, p.matter).pdf(p.from, to.direction);
   const F share = select(hn::Gt(to.pdf, splat(0)), pdf / (to.pdf + pdf), pdf);
   const auto part = [&](float coefficient, std::size_t c, F radiance) {
-    return splat(coefficient) * hn::Abs(p.w[Matter::kWeights == 1 ? 0 : c] * radiance);
+    return splat(coefficient) * hn::Abs(p.w[MediumComponent::kWeights == 1 ? 0 : c] * radiance);
   };
   const F luminance = part(0.2126f, 0, to.radiance.x) + part(0.7152f, 1, to.radiance.y) +
                       part(0.0722f, 2, to.radiance.z);
@@ -153,7 +153,7 @@ HWY_INLINE void add_shadow_rays(const LaneScene& s, LaneMemory& m, std::size_t l
     p.put_random(on, own, q);
     pack(on, to.direction.x, q[kDX] + q.n), pack(on, to.direction.y, q[kDY] + q.n);
     pack(on, to.direction.z, q[kDZ] + q.n);
-    for (std::size_t c = 0; c < Matter::kWeights; ++c) {
+    for (std::size_t c = 0; c < MediumComponent::kWeights; ++c) {
       pack(on, p.w[c] * weight, q[kW0 + c] + q.n);
     }
     pack(on, depth, q[kDepth] + q.n);
@@ -170,18 +170,18 @@ HWY_INLINE void add_shadow_rays(const LaneScene& s, LaneMemory& m, std::size_t l
 }
 
 /// What collisions emit, lane by lane.
-template <class Matter>
-HWY_NOINLINE void add_emission(const LaneScene& s, LaneMemory& m, const Paths<Matter>& p) {
-  alignas(64) float w[Matter::kWeights][kLanes];
+template <class MediumComponent>
+HWY_NOINLINE void add_emission(const LaneScene& s, LaneMemory& m, const Paths<MediumComponent>& p) {
+  alignas(64) float w[MediumComponent::kWeights][kLanes];
   alignas(64) std::uint32_t id[kLanes], matter[kLanes];
-  for (std::size_t c = 0; c < Matter::kWeights; ++c) store(p.w[c], w[c]);
+  for (std::size_t c = 0; c < MediumComponent::kWeights; ++c) store(p.w[c], w[c]);
   store(p.id, id), store(as_bits(p.matter), matter);
   for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
     const auto k = std::size_t(std::countr_zero(lanes));
-    if (Matter::kWeights == 1 && !s.orders) {
+    if (MediumComponent::kWeights == 1 && !s.orders) {
       m.slots.add_collision(slot_of(id[k]), w[0][k]);
     } else {
-      constexpr std::size_t kSecond = Matter::kWeights / 2, kThird = Matter::kWeights - 1;
+      constexpr std::size_t kSecond = MediumComponent::kWeights / 2, kThird = MediumComponent::kWeights - 1;
       m.slots.add(slot_of(id[k]), number_of(id[k]), [&](PathResult& r) {
         add_emitted(s.setup, everywhere(s.volume.matter[matter[k]]),
                     Rgb(w[0][k], w[kSecond][k], w[kThird][k]), r);
@@ -191,8 +191,8 @@ HWY_NOINLINE void add_emission(const LaneScene& s, LaneMemory& m, const Paths<Ma
 }
 
 /// The roulette of plain paths, by throughput, below a threshold.
-template <class Matter>
-HWY_INLINE void end_faint(Paths<Matter>& p, float threshold) {
+template <class MediumComponent>
+HWY_INLINE void end_faint(Paths<MediumComponent>& p, float threshold) {
   const F most = p.largest();
   const M faint = hn::Lt(most, splat(threshold));
   const M stays = hn::Lt(p.rng.fine_uniform() * splat(threshold), most);
@@ -201,8 +201,8 @@ HWY_INLINE void end_faint(Paths<Matter>& p, float threshold) {
 }
 
 /// That of guided paths, by worth, before the albedo.
-template <class Matter>
-HWY_INLINE void end_by_worth(Paths<Matter>& p, F worth) {
+template <class MediumComponent>
+HWY_INLINE void end_by_worth(Paths<MediumComponent>& p, F worth) {
   const M low = hn::Lt(worth, splat(kEndBelow));
   const M stays = hn::Lt(p.rng.fine_uniform(), worth);
   p.scale(low, splat(1) / worth);
@@ -211,8 +211,8 @@ HWY_INLINE void end_by_worth(Paths<Matter>& p, F worth) {
 
 /// Passes paths on to be scattered, as often as they are split. `turned` are those whose directions
 /// are chosen by importance.
-template <class Matter>
-HWY_INLINE void put_paths(LaneMemory& m, Paths<Matter>& p, I copies, M turned) {
+template <class MediumComponent>
+HWY_INLINE void put_paths(LaneMemory& m, Paths<MediumComponent>& p, I copies, M turned) {
   m.straight.reserve(kLanes * std::size_t(kMostCopies));
   m.turned.reserve(kLanes * std::size_t(kMostCopies));
   const auto put = [&](M on, const Random& rng, Records& q) {
@@ -220,10 +220,10 @@ HWY_INLINE void put_paths(LaneMemory& m, Paths<Matter>& p, I copies, M turned) {
     p.put_random(on, rng, q);
     pack(on, p.from.x, q[kDX] + q.n), pack(on, p.from.y, q[kDY] + q.n);
     pack(on, p.from.z, q[kDZ] + q.n);
-    for (std::size_t c = 0; c < Matter::kWeights; ++c) pack(on, p.w[c], q[kW0 + c] + q.n);
+    for (std::size_t c = 0; c < MediumComponent::kWeights; ++c) pack(on, p.w[c], q[kW0 + c] + q.n);
     pack(on, p.id, q.bits(kId) + q.n);
     pack(on, as_bits(p.row), q.bits(kAux) + q.n);
-    if constexpr (Matter::kWeights > 1) pack(on, as_bits(p.matter), q.bits(kMatter) + q.n);
+    if constexpr (MediumComponent::kWeights > 1) pack(on, as_bits(p.matter), q.bits(kMatter) + q.n);
     q.n += count(on);
   };
   const Random::Seed seed = p.rng.seed();
@@ -237,7 +237,7 @@ HWY_INLINE void put_paths(LaneMemory& m, Paths<Matter>& p, I copies, M turned) {
   }
 }
 
-template <bool kGuided, class Matter>
+template <bool kGuided, class MediumComponent>
 HWY_NOINLINE void collide(const LaneScene& s, LaneMemory& m) {
   Records& q = m.collisions;
   m.counts.collisions += q.n;
@@ -247,8 +247,8 @@ HWY_NOINLINE void collide(const LaneScene& s, LaneMemory& m) {
     }
   }
   for (std::size_t at = 0; at < q.n; at += kLanes) {
-    Paths<Matter> p(q, at);
-    p.matter = Matter::choose(s, p.rng);
+    Paths<MediumComponent> p(q, at);
+    p.matter = MediumComponent::choose(s, p.rng);
     if (s.emits) add_emission(s, m, p);
     F worth = splat(1);
     if constexpr (kGuided) {
@@ -265,7 +265,7 @@ HWY_NOINLINE void collide(const LaneScene& s, LaneMemory& m) {
       const M few = mask(hn::Lt(as_int(hn::ShiftRight<16>(p.id)), splat_int(kMostLaneBounces)));
       p.id = p.id + as_bits(where(few, splat_int(int(kMostSlots))));
     }
-    const Matter matter(s, p.matter);
+    const MediumComponent matter(s, p.matter);
     for (std::size_t c = 0; c < p.w.size(); ++c) p.w[c] = p.w[c] * matter.albedo_of(c);
     if constexpr (!kGuided) end_faint(p, kPathRoulette);
     p.alive = hn::And(p.alive, hn::Gt(p.largest(), splat(0)));

@@ -7,7 +7,7 @@
 #define PVOL_LANE_GUIDE_INL_H
 #endif
 
-#include "render/wavefront/matter-inl.h"
+#include "render/wavefront/medium-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {

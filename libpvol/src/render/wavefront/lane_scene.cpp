@@ -8,16 +8,16 @@
 namespace pvol::detail {
 namespace {
 
-void add_lobe(const HenyeyGreenstein& hg, MatterTable::Lobe& to) {
+void add_lobe(const HenyeyGreenstein& hg, ComponentTable::Lobe& to) {
   to.g.push_back(hg.g);
   to.one_minus_g.push_back(hg.one_minus_g);
   to.one_minus_g2.push_back(hg.one_minus_g2);
   to.axis.push_back(hg.axis);
 }
 
-MatterTable make_matter_table(const std::vector<Matter>& all) {
-  MatterTable t;
-  for (const Matter& m : all) {
+ComponentTable make_component_table(const std::vector<MediumComponent>& all) {
+  ComponentTable t;
+  for (const MediumComponent& m : all) {
     t.share_up_to.push_back(m.share_up_to);
     for (std::size_t c = 0; c < 3; ++c) t.albedo[c].push_back(m.albedo[int(c)]);
     TwoLobes two{HenyeyGreenstein(0), HenyeyGreenstein(0), 1};
@@ -35,8 +35,8 @@ MatterTable make_matter_table(const std::vector<Matter>& all) {
   return t;
 }
 
-bool has_one_lobe(const std::vector<Matter>& all) {
-  const Matter& m = all.front();
+bool has_one_lobe(const std::vector<MediumComponent>& all) {
+  const MediumComponent& m = all.front();
   return all.size() == 1 && std::holds_alternative<HenyeyGreenstein>(m.phase) &&
          m.albedo.x == m.albedo.y && m.albedo.y == m.albedo.z;
 }
@@ -67,11 +67,11 @@ LaneScene::LaneScene(const PathSetup& s)
       to_world{Vec3f(volume.cells_to_world.m[0]), Vec3f(volume.cells_to_world.m[1]),
                Vec3f(volume.cells_to_world.m[2])},
       field(volume.volume.density, *s.dense),
-      matter(make_matter_table(volume.matter)),
+      matter(make_component_table(volume.matter)),
       one_lobe(has_one_lobe(volume.matter)) {
   // What is absorbed is in layers.
   emits = s.options.aovs.has(Aov::lights) && largest(s.constant) > 0;
-  for (const Matter& m : volume.matter) emits = emits || largest(m.emitted) > 0;
+  for (const MediumComponent& m : volume.matter) emits = emits || largest(m.emitted) > 0;
   count = s.count;
   orders = s.options.aovs.has(Aov::scattering);
   counts_collisions = orders || s.max_bounces <= kMostLaneBounces;

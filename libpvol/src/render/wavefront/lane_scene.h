@@ -14,7 +14,7 @@
 namespace pvol::detail {
 
 /// One column of a table for each component of the medium: what collisions with it ask for.
-struct MatterTable {
+struct ComponentTable {
   std::vector<float> share_up_to;
   std::array<std::vector<float>, 3> albedo;
   /// The two lobes of its phase function; a share of 1 is of the first alone.
@@ -25,7 +25,7 @@ struct MatterTable {
   std::array<Lobe, 2> lobes;
   /// All components where a phase function has other than lobes, else none: then lanes are asked
   /// for one by one (phase_lanes.h).
-  std::span<const Matter> one_by_one;
+  std::span<const MediumComponent> one_by_one;
 };
 
 /// A light, by the way in which kernels sample it.
@@ -53,7 +53,7 @@ struct LaneScene {
   std::array<Vec3f, 3> to_world;  ///< rows of the map of steps in cells to the world
   LaneField field;                ///< with the setup's bounds
 
-  MatterTable matter;
+  ComponentTable matter;
   bool one_lobe;  ///< one component of one lobe and grey albedo: all that most clouds need
   bool emits;     ///< whether collisions add light of their own
 

@@ -21,9 +21,9 @@ struct PhaseLanes {
 // Compiled once for all instruction sets, as the scalar tracers' are.
 
 /// Sets `pdf` of the first `count` lanes.
-void find_densities(std::span<const Matter> all, std::size_t count, PhaseLanes& lanes);
+void find_densities(std::span<const MediumComponent> all, std::size_t count, PhaseLanes& lanes);
 
 /// Sets `to` and `pdf`, by `u` and `azimuth`.
-void sample_directions(std::span<const Matter> all, std::size_t count, PhaseLanes& lanes);
+void sample_directions(std::span<const MediumComponent> all, std::size_t count, PhaseLanes& lanes);
 
 }  // namespace pvol::detail

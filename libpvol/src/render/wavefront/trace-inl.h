@@ -17,9 +17,9 @@ namespace pvol::detail::HWY_NAMESPACE {
   return {q[kDX][at], q[kDY][at], q[kDZ][at]};
 }
 
-template <class Matter>
+template <class MediumComponent>
 [[nodiscard]] Rgb weight_at(const Records& q, std::size_t at) {
-  constexpr bool kGrey = Matter::kWeights == 1;
+  constexpr bool kGrey = MediumComponent::kWeights == 1;
   return {q[kW0][at], q[kGrey ? kW0 : kW1][at], q[kGrey ? kW0 : kW2][at]};
 }
 
@@ -36,7 +36,7 @@ HWY_NOINLINE void end_camera_rays(const LaneScene& s, LaneMemory& m) {
 }
 
 /// Paths that left bring the light of where they went.
-template <class Matter>
+template <class MediumComponent>
 HWY_NOINLINE void end_paths(const LaneScene& s, LaneMemory& m) {
   if (s.dark_sky) return;
   const Records& q = m.flying;
@@ -45,13 +45,13 @@ HWY_NOINLINE void end_paths(const LaneScene& s, LaneMemory& m) {
     const std::uint32_t id = q.bits(kId)[at];
     m.slots.add(slot_of(id), number_of(id), [&](PathResult& r) {
       const auto pdf = [&] { return q[kPdf][at]; };
-      add_scattered(s.setup, pdf, direction_at(q, at), weight_at<Matter>(q, at), r);
+      add_scattered(s.setup, pdf, direction_at(q, at), weight_at<MediumComponent>(q, at), r);
     });
   }
 }
 
 /// Shadow rays that left have reached their light.
-template <class Matter>
+template <class MediumComponent>
 HWY_NOINLINE void end_shadow_rays(const LaneScene& s, LaneMemory& m) {
   const Records& q = m.flying;
   for (std::size_t k = 0; k < m.events.gone; ++k) {
@@ -61,7 +61,7 @@ HWY_NOINLINE void end_shadow_rays(const LaneScene& s, LaneMemory& m) {
       const bool sky = light == s.setup.lights.size();
       const Rgb radiance = sky ? s.setup.sky.radiance(direction_at(q, at)) - s.setup.constant
                                : s.lights[light].radiance;
-      const Rgb arrived = weight_at<Matter>(q, at) * radiance;
+      const Rgb arrived = weight_at<MediumComponent>(q, at) * radiance;
       r.radiance += arrived;
       if (r.in_layers()) (sky ? r.sky() : r.layers[light]) += arrived;
     });
@@ -175,14 +175,14 @@ HWY_INLINE void fly_camera_rays(const LaneScene& s, LaneMemory& m) {
   add_first_collisions(s, m, before);
 }
 
-template <class Matter>
+template <class MediumComponent>
 HWY_INLINE void fly_paths(const LaneScene& s, LaneMemory& m) {
   take_and_fly(s, m, m.paths, m.counts.path);
-  end_paths<Matter>(s, m);
+  end_paths<MediumComponent>(s, m);
   decide(s, m, m.paths, &m.collisions, m.counts.path);
 }
 
-template <class Matter>
+template <class MediumComponent>
 HWY_INLINE void fly_shadow_rays(const LaneScene& s, LaneMemory& m) {
   m.shadows.take_last(kSlice, s.fields, m.flying);
   SampleCounts counts{s, m, m.counts.shadow};
@@ -191,7 +191,7 @@ HWY_INLINE void fly_shadow_rays(const LaneScene& s, LaneMemory& m) {
   } else {
     fly<false>(s.field, m, counts);
   }
-  end_shadow_rays<Matter>(s, m);
+  end_shadow_rays<MediumComponent>(s, m);
   decide(s, m, m.shadows, nullptr, m.counts.shadow);
 }
 
@@ -217,7 +217,7 @@ void finish(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const Samp
 }
 
 /// Traces and adds a tile's samples; see LaneKernel.
-template <bool kGuided, class Matter>
+template <bool kGuided, class MediumComponent>
 bool trace(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const SampleTargets& targets,
            Film& film, Counts& counts) {
   Samples samples(tile, targets, film);
@@ -229,9 +229,9 @@ bool trace(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const Sampl
   for (;;) {
     if (s.setup.stop->load(std::memory_order_relaxed)) return false;
     if (m.paths.n >= kSlice) {
-      fly_paths<Matter>(s, m);
+      fly_paths<MediumComponent>(s, m);
     } else if (m.shadows.n >= kSlice) {
-      fly_shadow_rays<Matter>(s, m);
+      fly_shadow_rays<MediumComponent>(s, m);
     } else if (samples.any() || m.camera.n > 0) {
       m.camera.reserve(kSlice);
       while (m.camera.n < kSlice && samples.any()) {
@@ -239,15 +239,15 @@ bool trace(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const Sampl
       }
       fly_camera_rays(s, m);
     } else if (m.paths.n > 0) {
-      fly_paths<Matter>(s, m);
+      fly_paths<MediumComponent>(s, m);
     } else if (m.shadows.n > 0) {
-      fly_shadow_rays<Matter>(s, m);
+      fly_shadow_rays<MediumComponent>(s, m);
     } else {
       break;
     }
-    collide<kGuided, Matter>(s, m);
-    scatter<Matter>(s, m.straight, m.paths);
-    if constexpr (kGuided) scatter_guided<Matter>(s, m.turned, m.paths);
+    collide<kGuided, MediumComponent>(s, m);
+    scatter<MediumComponent>(s, m.straight, m.paths);
+    if constexpr (kGuided) scatter_guided<MediumComponent>(s, m.turned, m.paths);
   }
   finish(s, m, tile, targets, film);
   m.counts.shell_tests = work.shell_tests;
@@ -257,8 +257,8 @@ bool trace(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const Sampl
 }
 
 [[nodiscard]] inline LaneKernel find_kernel(bool guided, bool one_lobe) {
-  if (guided) return one_lobe ? &trace<true, OneLobe> : &trace<true, AnyMatter>;
-  return one_lobe ? &trace<false, OneLobe> : &trace<false, AnyMatter>;
+  if (guided) return one_lobe ? &trace<true, OneLobe> : &trace<true, AnyComponent>;
+  return one_lobe ? &trace<false, OneLobe> : &trace<false, AnyComponent>;
 }
 
 }  // namespace pvol::detail::HWY_NAMESPACE

@@ -51,12 +51,12 @@ HWY_INLINE void store_vector(V v, float (*to)[kMostLanes]) {
 }
 
 /// Any components, with two lobes each, or with any phase functions.
-struct AnyMatter {
+struct AnyComponent {
   static constexpr std::size_t kWeights = 3;
-  const MatterTable& t;
+  const ComponentTable& t;
   I number;  ///< of each lane's component
 
-  HWY_INLINE AnyMatter(const LaneScene& s, I matter) : t(s.matter), number(matter) {}
+  HWY_INLINE AnyComponent(const LaneScene& s, I matter) : t(s.matter), number(matter) {}
 
   static HWY_INLINE I choose(const LaneScene& s, Random& rng) {
     const std::vector<float>& up_to = s.matter.share_up_to;
@@ -72,7 +72,7 @@ struct AnyMatter {
     return gather(t.albedo[channel].data(), number);
   }
   HWY_INLINE Lobe lobe(std::size_t k) const {
-    const MatterTable::Lobe& l = t.lobes[k];
+    const ComponentTable::Lobe& l = t.lobes[k];
     return {gather(l.g.data(), number), gather(l.one_minus_g.data(), number),
             gather(l.one_minus_g2.data(), number), gather(l.axis.data(), number)};
   }

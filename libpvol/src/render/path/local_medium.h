@@ -7,14 +7,14 @@ namespace pvol::detail {
 
 /// The component at a place in cells of its volume's density, at a time: the colour there moves
 /// with the density. Of volumes whose albedo is no field, what it is everywhere.
-[[nodiscard, gnu::noinline]] LocalMatter local_matter(const VolumeSetup& volume,
-                                                      const Matter& matter, Vec3d cells,
+[[nodiscard, gnu::noinline]] LocalMedium local_medium(const VolumeSetup& volume,
+                                                      const MediumComponent& matter, Vec3d cells,
                                                       float time);
 
 /// The component at the traversal's place, with which it collided there.
 template <class Traversal>
-[[nodiscard]] inline LocalMatter local(const PathSetup& s, const Traversal& traversal,
-                                       const Matter& matter) {
+[[nodiscard]] inline LocalMedium local(const PathSetup& s, const Traversal& traversal,
+                                       const MediumComponent& matter) {
   if (!s.albedo_varies) [[likely]]
     return everywhere(matter);
   return traversal.local(matter);

@@ -1,11 +1,11 @@
-#include "render/path/local_matter.h"
+#include "render/path/local_medium.h"
 
 #include "pvol/volume/albedo_field.h"
 #include "volume/advected_field.h"
 
 namespace pvol::detail {
 
-LocalMatter local_matter(const VolumeSetup& volume, const Matter& matter, Vec3d cells, float time) {
+LocalMedium local_medium(const VolumeSetup& volume, const MediumComponent& matter, Vec3d cells, float time) {
   const AlbedoField* const field = volume.volume.albedo.get();
   if (field == nullptr) return everywhere(matter);
   const Motion* const motion = volume.volume.density.motion.get();
