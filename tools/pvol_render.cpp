@@ -5,7 +5,6 @@
 #include <iostream>
 #include <optional>
 
-#include "cli/resume_state.h"
 #include "cli/filter_picture.h"
 #include "cli/interrupt.h"
 #include "cli/load_scene.h"
@@ -15,6 +14,7 @@
 #include "cli/render_outputs.h"
 #include "cli/render_report.h"
 #include "cli/render_sequence.h"
+#include "cli/resume_state.h"
 #include "cli/scene_clouds.h"
 #include "cli/scene_files.h"
 #include "cli/sequence_summary.h"

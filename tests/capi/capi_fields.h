@@ -54,7 +54,7 @@ inline constexpr std::array<double, 12> kPlacement = {0.08, -0.06, 0, 100, 0.06,
   return v;
 }
 
-/// The same by the C++ door.
+/// The same by the C++ API.
 [[nodiscard]] inline Volume make_same(const Smoke& smoke, double extinction = 3,
                                       LookUp look_up = LookUp::trilinear) {
   const VoxelGrid grid =

@@ -1,4 +1,4 @@
-// Rays of the C API: against the C++ door, which has proofs of its own, to the bit where numbers
+// Rays of the C API: against the C++ API, which has proofs of its own, to the bit where numbers
 // are pvol's own, and against closed forms where they are the caller's.
 #include <gtest/gtest.h>
 
@@ -275,7 +275,7 @@ TEST_F(NumbersOfTheCaller, BadOnesDoNoHarm) {
 
 TEST(CapiPaths, GoOnWhereTheyCollided) {
   // In a ball of matter that scatters evenly and absorbs nothing, each path leaves; the mean number
-  // of collisions against paths of the C++ door with numbers of its own.
+  // of collisions against paths of the C++ API with numbers of its own.
   const Smoke smoke;
   const api::Volume v = make_smoke(smoke, 8);
   const Volume other = make_same(smoke, 8);

@@ -35,7 +35,9 @@ TEST(Float4Numbers, OfTheProcessorAreScalarArithmetic) {
   expect_scalar_arithmetic(cases);
 }
 
-TEST(Float4Numbers, OfArraysAreScalarArithmetic) { expect_scalar_arithmetic(test::plain_lane_cases()); }
+TEST(Float4Numbers, OfArraysAreScalarArithmetic) {
+  expect_scalar_arithmetic(test::plain_lane_cases());
+}
 
 TEST(Float4Numbers, OfArraysAreThoseOfTheProcessor) {
   const auto ours = test::lane_cases<Float4, Int4>(), plain = test::plain_lane_cases();

@@ -306,7 +306,8 @@ TEST(Rng, NeighbouringStreamsAreIndependent) {
     pixels.add(u, double(Rng(14, i + 300'000, 0).uniform()));
     samples.add(u, double(Rng(14, i, 1).uniform()));
     seeds.add(u, double(Rng(15, i, 0).uniform()));
-    Rng next(proof::seeded(14), 2 * i + 1'000'000, 0), after(proof::seeded(14), 2 * i + 1'000'001, 0);
+    Rng next(proof::seeded(14), 2 * i + 1'000'000, 0),
+        after(proof::seeded(14), 2 * i + 1'000'001, 0);
     first_draws.add(double(next.uniform()), double(after.uniform()));
   }
   Family family;

@@ -81,7 +81,8 @@ TEST(Chromatic, TransmittancesAreExponentials) {
   const double length = 16;  // of the ray in the cube
   const Rgb share(1.0f, 0.25f, 0.01f);
   for (const double extinction : {0.05, 0.5}) {
-    const Volume v = make_test_volume(cube_of_leaves(), extinction, 3, Tracker::delta, LookUp::nearest);
+    const Volume v =
+        make_test_volume(cube_of_leaves(), extinction, 3, Tracker::delta, LookUp::nearest);
     std::array<proof::Moments, 3> passed, survived;
     Rng rng(proof::seeded(3), 0, std::uint64_t(100 * extinction));
     for (int i = 0; i < 200'000; ++i) {

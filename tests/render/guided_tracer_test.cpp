@@ -38,7 +38,9 @@ class ScriptedTraversal {
   [[nodiscard]] const Cursor& place() const { return place_; }
   void return_to(const Cursor& place) { place_ = place; }
   [[nodiscard]] Vec3d position() const { return Vec3d(place_.at.cell[0], 0, 0); }
-  [[nodiscard]] detail::LocalMedium local(const detail::MediumComponent& m) const { return everywhere(m); }
+  [[nodiscard]] detail::LocalMedium local(const detail::MediumComponent& m) const {
+    return everywhere(m);
+  }
   struct {
     static void set_time(float) {}
   } work;

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "pvol/math/direction.h"
+#include "render/tiles/tile_renderer.h"
 #include "render/wavefront/choose_wavefront.h"
 #include "render/wavefront/phase_lanes.h"
-#include "render/tiles/tile_renderer.h"
 #include "support/lit_scenes.h"
 #include "support/pictures.h"
 
@@ -97,7 +97,7 @@ TEST(LaneKernels, HaveTheMeansOfTheScalarTracer) {
 
 TEST(PhaseLanes, AnswerForEachLaneAsItsPhaseFunctionDoes) {
   const std::vector<detail::MediumComponent> all{{0.5f, Rgb(1.0f), Rgb(0.0f), Draine(0.4, 3)},
-                                        {1, Rgb(1.0f), Rgb(0.0f), Droplets(9)}};
+                                                 {1, Rgb(1.0f), Rgb(0.0f), Droplets(9)}};
   detail::PhaseLanes lanes;
   for (std::uint32_t k = 0; k < detail::kMostLanes; ++k) {
     const Vec3f from(direction_on_spiral(int(k), 16)), to(direction_on_spiral(15 - int(k), 16));

@@ -36,7 +36,8 @@ void add(PixelSums& p, double v) {
 }
 
 /// Brings a film to targets by samples of `value(pixel)`.
-void fill(Film& film, const SampleTargets& targets, const std::function<double(std::size_t)>& value) {
+void fill(Film& film, const SampleTargets& targets,
+          const std::function<double(std::size_t)>& value) {
   for (std::size_t i = 0; i < film.pixels.size(); ++i) {
     PixelSums& p = film.pixels[i];
     while (p.samples < targets.of(i)) {

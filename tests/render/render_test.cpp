@@ -398,8 +398,9 @@ TEST(Render, AHundredThousandTinyRendersDoNotGrow) {
   for (int i = 0; i < renders; ++i) {
     if (i == renders / 5) early = resident_bytes();
     const bool cancellable = i % 8 == 0;
-    const RenderResult r =
-        cancellable ? render(v, s, [](std::uint64_t, std::uint64_t) { return true; }) : render(v, s);
+    const RenderResult r = cancellable
+                               ? render(v, s, [](std::uint64_t, std::uint64_t) { return true; })
+                               : render(v, s);
     ASSERT_EQ(r.film.pixels[0].samples, 1u);
   }
   EXPECT_LT(resident_bytes() - early, proof::runs_all() ? 4e6 : 2e6);

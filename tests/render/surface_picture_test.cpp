@@ -533,7 +533,8 @@ TEST(SurfacePicture, AShadowCatcherInTheDarkShowsLightThatIsThrownOnIt) {
 TEST(SurfacePicture, AShadowCatcherKeepsToTheLimitOfBounces) {
   for (const std::uint32_t bounces : {0u, 1u}) {
     Pixel p(far_away(), {5, 0.5, 0}, {0, 0, 0});
-    p.scene.surfaces = {ground(1, Visibility::shadow_catcher), BallSurface{{0, 2, 0}, 1.2, {Rgb(1.0f)}}};
+    p.scene.surfaces = {ground(1, Visibility::shadow_catcher),
+                        BallSurface{{0, 2, 0}, 1.2, {Rgb(1.0f)}}};
     p.scene.environment = ConstantSky{Rgb(0.5f)};
     p.scene.options.background = false;
     p.scene.options.max_bounces = bounces;

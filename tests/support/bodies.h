@@ -214,7 +214,8 @@ inline void add_arriving(const AreaLight& light, Vec3d place, std::vector<Arrivi
 inline double compare(const OneRay& r, const Film& film, const std::string& name,
                       proof::Family& family) {
   const Vec3d expected = radiance(r);
-  constexpr double kRoundingOfMeans = 2e-5;  // of float directions, the pixel's extent and the integral
+  constexpr double kRoundingOfMeans =
+      2e-5;  // of float directions, the pixel's extent and the integral
   return compare(average(film), {expected, Vec3d(0.0)}, name, family,
                  kRoundingOfMeans * min_component(expected));
 }

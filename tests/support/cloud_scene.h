@@ -64,7 +64,8 @@ struct CloudScene {
   return pvol::make_volume(std::move(recipe), pyramid, s.medium.medium(), s.volume_options());
 }
 
-/// Renders volumes with the matter that they were made with; a run with new random numbers shifts the seed.
+/// Renders volumes with the matter that they were made with; a run with new random numbers shifts
+/// the seed.
 [[nodiscard]] inline RenderResult render(std::span<const Volume> volumes, const CloudScene& s,
                                          const Progress& progress = {}) {
   Scene scene = s.scene();

@@ -1,5 +1,5 @@
-// How much a statistical test draws, and from which random numbers: set for a whole run by main.cpp's
-// environment variables.
+// How much a statistical test draws, and from which random numbers: set for a whole run by
+// main.cpp's environment variables.
 #pragma once
 
 #include <concepts>
@@ -9,7 +9,8 @@
 
 namespace pvol::proof {
 
-/// The environment variable that asks for all samples: PVOL_TEST_SAMPLES=all, as tests/nightly sets it.
+/// The environment variable that asks for all samples: PVOL_TEST_SAMPLES=all, as tests/nightly sets
+/// it.
 inline constexpr const char* kSamplesVariable = "PVOL_TEST_SAMPLES";
 /// The environment variable that shifts the seeds of all statistical tests: a number, 0 unless set.
 inline constexpr const char* kSeedVariable = "PVOL_TEST_SEED";
@@ -20,15 +21,16 @@ inline constexpr const char* kSeedVariable = "PVOL_TEST_SEED";
   return wanted != nullptr && std::string_view(wanted) == "all";
 }
 
-/// The samples of a statistical test: `all` of them in tests/nightly, which finds an error of 1 %, and a
-/// quarter on each commit, which finds one of 2 %. Not for tests that compare bytes or counts.
+/// The samples of a statistical test: `all` of them in tests/nightly, which finds an error of 1 %,
+/// and a quarter on each commit, which finds one of 2 %. Not for tests that compare bytes or
+/// counts.
 template <std::integral T>
 [[nodiscard]] T samples(T all) {
   return runs_all() ? all : T((all + 3) / 4);
 }
 
-/// The seed to use where a statistical test names `seed`: that one, or in a run with new random numbers
-/// another.
+/// The seed to use where a statistical test names `seed`: that one, or in a run with new random
+/// numbers another.
 [[nodiscard]] inline std::uint64_t seeded(std::uint64_t seed) {
   static const char* const shift = std::getenv(kSeedVariable);
   return shift == nullptr ? seed : seed + (std::strtoull(shift, nullptr, 10) << 40);

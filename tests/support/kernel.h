@@ -26,7 +26,8 @@ namespace pvol::test {
 /// the scene, or the plan's choice where that is not set. So a test runs once for each kernel.
 [[nodiscard]] inline KernelKind kernel_for(std::span<const Volume> volumes, const Scene& scene) {
   const char* const wanted = std::getenv("PVOL_TEST_KERNEL");
-  if (wanted == nullptr || scene.options.kernel != KernelKind::automatic) return scene.options.kernel;
+  if (wanted == nullptr || scene.options.kernel != KernelKind::automatic)
+    return scene.options.kernel;
   for (const auto& [kernel, name] : names(KernelKind{})) {
     if (std::string_view(wanted) == name) {
       return serves(kernel, volumes, scene) ? kernel : KernelKind::scalar;

@@ -1,8 +1,9 @@
-// main() of all test executables: runs the tests, and those of chance that failed once more with new seeds.
+// main() of all test executables: runs the tests, and those of chance that failed once more with
+// new seeds.
 //
-// A family of comparisons fails by chance once in a thousand changes of its random numbers. So a test in
-// which nothing but families failed runs again in three processes with new seeds, and passes where two of
-// them pass. An error of the size that the family can see fails all three.
+// A family of comparisons fails by chance once in a thousand changes of its random numbers. So a
+// test in which nothing but families failed runs again in three processes with new seeds, and
+// passes where two of them pass. An error of the size that the family can see fails all three.
 #include <gtest/gtest.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -78,11 +79,13 @@ int run(const std::string& program) {
   testing::UnitTest::GetInstance()->listeners().Append(failures);
   const int code = RUN_ALL_TESTS();
   if (code == 0 || std::getenv(kSeedVariable) != nullptr) return code;
-  for (const char* shards : {"GTEST_TOTAL_SHARDS", "GTEST_SHARD_INDEX", "GTEST_SHARD_STATUS_FILE"}) {
+  for (const char* shards :
+       {"GTEST_TOTAL_SHARDS", "GTEST_SHARD_INDEX", "GTEST_SHARD_STATUS_FILE"}) {
     unsetenv(shards);
   }
   int failed = failures->others;
-  for (const std::string& test : failures->by_chance) failed += is_false_alarm(program, test) ? 0 : 1;
+  for (const std::string& test : failures->by_chance)
+    failed += is_false_alarm(program, test) ? 0 : 1;
   return failed == 0 && !failures->by_chance.empty() ? 0 : 1;
 }
 

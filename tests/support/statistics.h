@@ -4,9 +4,10 @@
 // EXPECT_TRUE(family.passes()). Code that is right fails a family with probability 1e-3 over the
 // choice of seeds, however many comparisons the family holds. Seeds are fixed, so a case that
 // passes passes until the numbers it draws change; one false alarm in a thousand such changes is
-// the price, and main.cpp tells it from an error by new seeds (effort.h). What the tests can see: a mean that is off by k standard errors of the mean with k > 5
-// or so, and a histogram whose share-weighted squared relative error exceeds about 10 sqrt(bins) /
-// samples. The cases in significance_test.cpp plant errors of 1 % and ask that they are found.
+// the price, and main.cpp tells it from an error by new seeds (effort.h). What the tests can see: a
+// mean that is off by k standard errors of the mean with k > 5 or so, and a histogram whose
+// share-weighted squared relative error exceeds about 10 sqrt(bins) / samples. The cases in
+// significance_test.cpp plant errors of 1 % and ask that they are found.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -13,7 +13,8 @@ namespace pvol::test {
 namespace batch_test {
 
 INSTANTIATE_TEST_SUITE_P(Kernels, Batch,
-                         ::testing::Values(KernelKind::scalar, KernelKind::avx2, KernelKind::avx512),
+                         ::testing::Values(KernelKind::scalar, KernelKind::avx2,
+                                           KernelKind::avx512),
                          [](const auto& of) { return std::string(name(of.param)); });
 
 // Laws.
@@ -38,7 +39,9 @@ void follow_the_law(KernelKind kernel, LookUp look_up) {
           const RayOracle oracle = cloud.oracle(ray, rays.t_max[i]);
           const double exact = oracle.transmittance();
           const RayBatch batch = again(ray, rays.t_max[i], kEach);
-          const auto numbers = [&] { return BatchNumbers{.seed = kPlacedSeed, .sample = ++sample}; };
+          const auto numbers = [&] {
+            return BatchNumbers{.seed = kPlacedSeed, .sample = ++sample};
+          };
           const std::vector<double> t = flights(f, batch, numbers());
           const std::vector<float> a = through(f, batch, numbers(), kAnalog);
           const std::vector<float> r = through(f, batch, numbers(), kRatio);
@@ -85,7 +88,8 @@ void add_one_ray(KernelKind kernel, const Field& of, LookUp look_up, double dept
   const BatchField f(cloud.volume, kernel);
   const std::size_t kRays = proof::samples<std::size_t>(600'000);
   proof::Moments left, ratio;
-  for (const double t : flights(f, again(ray, kFar, kRays), {.seed = proof::seeded(8)})) left.add(std::isinf(t));
+  for (const double t : flights(f, again(ray, kFar, kRays), {.seed = proof::seeded(8)}))
+    left.add(std::isinf(t));
   for (const float t : through(f, again(ray, kFar, kRays), {.seed = proof::seeded(9)}, kRatio)) {
     ratio.add(double(t));
   }

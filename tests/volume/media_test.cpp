@@ -158,8 +158,8 @@ TEST(Media, EmissionFollowsBeerAndLambert) {
   EXPECT_TRUE(family.passes());
 }
 
-/// MediumComponent that is as bright as its surroundings cannot be seen: at albedo 0 in any sample, else on
-/// average, roulette being the only noise.
+/// A medium that is as bright as its surroundings cannot be seen: at albedo 0 in any sample,
+/// else on average, roulette being the only noise.
 TEST(Media, MatterInThermalEquilibriumIsInvisible) {
   const Rgb glow(0.7f, 0.2f, 3.0f);
   proof::Family family;

@@ -11,8 +11,8 @@
 #include "support/error_of.h"
 #include "support/fields.h"
 #include "support/velocities.h"
-#include "volume/flights.h"
 #include "volume/advected_field.h"
+#include "volume/flights.h"
 
 namespace pvol::test {
 namespace motion_test {

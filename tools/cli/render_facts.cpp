@@ -90,8 +90,8 @@ void print_facts(const RenderJob& job) {
   std::cerr << "  roughly " << cli::readable(f.collisions / f.samples)
             << " collisions per sample and " << cli::readable_seconds(f.cpu_seconds)
             << (is_adaptive(o) ? " of CPU time for " + cli::readable(expected_samples(o)) +
-                                 " samples a pixel\n"
-                           : " of CPU time to expect\n");
+                                     " samples a pixel\n"
+                               : " of CPU time to expect\n");
   if (is_adaptive(o)) {
     std::cerr << "  samples by need until";
     if (o.noise) std::cerr << " the noise is about " << cli::readable(100 * *o.noise) << " %";

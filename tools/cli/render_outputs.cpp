@@ -5,9 +5,9 @@
 #include <fstream>
 #include <iostream>
 
-#include "cli/resume_state.h"
 #include "cli/cli.h"
 #include "cli/picture_facts.h"
+#include "cli/resume_state.h"
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
 #include "pvol/formats/cloud.h"

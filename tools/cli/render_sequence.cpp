@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <variant>
 
-#include "cli/resume_state.h"
 #include "cli/cli.h"
 #include "cli/load_scene.h"
 #include "cli/render_outputs.h"
+#include "cli/resume_state.h"
 #include "cli/scene_files.h"
 #include "pvol/error.h"
 #include "pvol/math/rng.h"

@@ -18,7 +18,7 @@ struct ResumeState {
 /// Looks for it where the options say so, --resume and --pilot. Throws Error where there is a
 /// picture of something else.
 [[nodiscard]] ResumeState find_resume_state(const RenderOptionsGiven& o, const Outputs& out,
-                                       const RenderJob& job);
+                                            const RenderJob& job);
 
 /// Whether a file is a picture that a render left before it had all samples that are wanted.
 [[nodiscard]] bool is_unfinished(const RenderOptionsGiven& o, const std::filesystem::path& file);

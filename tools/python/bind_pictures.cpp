@@ -7,11 +7,11 @@
 #include <memory>
 
 #include "python/bind.h"
+#include "python/cancellable.h"
 #include "python/names.h"
 #include "python/pictures.h"
 #include "python/requests.h"
 #include "python/warn.h"
-#include "python/cancellable.h"
 
 namespace pvol::python {
 namespace {

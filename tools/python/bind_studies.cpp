@@ -8,10 +8,10 @@
 
 #include "pvol/error.h"
 #include "python/bind.h"
+#include "python/cancellable.h"
 #include "python/requests.h"
 #include "python/studies.h"
 #include "python/warn.h"
-#include "python/cancellable.h"
 
 namespace pvol::python {
 namespace {
@@ -52,7 +52,8 @@ std::vector<Variant> variants_of(const py::object& given) {
 py::object trade(const py::object& scene, const py::object& variants, double budget,
                  std::uint32_t spp, const py::kwargs& settings) {
   const TradeRequest request{request_of(scene, settings), variants_of(variants), budget, spp};
-  const TradeRows rows = cancellable([&](const Stop& stop) { return measure_trade(request, stop); });
+  const TradeRows rows =
+      cancellable([&](const Stop& stop) { return measure_trade(request, stop); });
   warn(rows.warnings);
   return parse_json(rows.text);
 }

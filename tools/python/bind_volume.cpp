@@ -11,10 +11,10 @@
 #include "pvol/error.h"
 #include "pvol/volume/facts.h"
 #include "python/bind.h"
+#include "python/cancellable.h"
 #include "python/names.h"
 #include "python/toml_words.h"
 #include "python/warn.h"
-#include "python/cancellable.h"
 
 namespace pvol::python {
 namespace {

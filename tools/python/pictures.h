@@ -8,8 +8,8 @@
 
 #include "pvol/formats/image.h"
 #include "pvol/render/film.h"
-#include "python/cloud_volume.h"
 #include "python/cancellable.h"
+#include "python/cloud_volume.h"
 
 namespace pvol::python {
 
@@ -34,7 +34,7 @@ struct Picture {
   Counts counts{};
   bool counted = false;
   std::string plan;                               ///< a line for each choice, with its reason
-  std::vector<std::string> warnings;                ///< what is likely to be a mistake
+  std::vector<std::string> warnings;              ///< what is likely to be a mistake
   std::map<std::string, std::string> attributes;  ///< of an EXR
   formats::ExrOptions layout{};
 };

@@ -7,8 +7,8 @@
 #include "pvol/track/tracker.h"
 #include "pvol/volume/batch.h"
 #include "pvol/volume/volume.h"
-#include "python/views.h"
 #include "python/cancellable.h"
+#include "python/views.h"
 
 namespace pvol::python {
 

@@ -37,7 +37,7 @@ struct LoadedScene {
   bool framed = false;                        ///< nor a camera
   bool force = false;                         ///< as asked for
   int picture_width = 0, picture_height = 0;  ///< of the scene, which is measured at another size
-  std::vector<std::string> warnings{};          ///< RenderPlan's, for whoever tells them
+  std::vector<std::string> warnings{};        ///< RenderPlan's, for whoever tells them
 };
 
 /// Reads everything and completes it as pvol-render does: an extinction that makes the thickest

@@ -25,7 +25,7 @@ constexpr const char* kRecord = "pvol:film";
 constexpr std::size_t kLongestRecord = 1 << 26;  // bytes; of some 300 000 pieces
 constexpr std::size_t kMostLayers = 1 << 12;
 
-/// AdaptiveSamples are for samples to come.
+/// What adaptive sampling still wants is for samples to come.
 PlaneChoice choice_of(const Film& film, const FilmRecord& record) {
   const auto counts = [](const PixelSums& p) { return p.counts != PixelSums{}.counts; };
   const bool complete = std::ranges::all_of(record.pieces, &FilmPiece::complete);

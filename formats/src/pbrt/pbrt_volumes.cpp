@@ -79,7 +79,7 @@ ColorRamp glow_of(double offset, double scale, double most) {
   return ramp;
 }
 
-/// MediumComponent that glows as its temperature says: density times absorption times the radiance.
+/// A medium that emits by its temperature: density times absorption times the radiance.
 void set_temperature(Making& m, double most, double strength) {
   const PbrtParameters& p = m.medium.parameters;
   const double offset = p.number("temperatureoffset", p.number("temperaturecutoff", 0));

@@ -123,7 +123,8 @@ std::vector<float> sample_costs(const Film& film) {
 AdaptiveSamples find_adaptive_samples(const Film& pilot, std::optional<double> noise) {
   const std::vector<float> variance = variances(pilot);
   const std::vector<float> cost = sample_costs(pilot);
-  AdaptiveSamples n{shares(pilot, variance, cost, Near::other_colour), {kMostSamples, kMostSamples}};
+  AdaptiveSamples n{shares(pilot, variance, cost, Near::other_colour),
+                    {kMostSamples, kMostSamples}};
   if (!noise) return n;
   const std::vector<float> own = shares(pilot, variance, cost, Near::same_colour);
   for (std::size_t c = 0; c < 2; ++c) {

@@ -4,13 +4,13 @@
 #include <cstddef>
 #include <optional>
 
-#include "pvol/render/film.h"
 #include "pvol/render/adaptive_samples.h"
+#include "pvol/render/film.h"
 
 namespace pvol::detail {
 
-/// AdaptiveSamples by a film with the same number of samples, two or more, in every pixel, and with counts,
-/// for a relative noise (`relative_noise`); without one, `samples` are kMostSamples.
+/// Adaptive samples by a film with the same number of samples, two or more, in every pixel, and with
+/// counts, for a relative noise (`relative_noise`); without one, `samples` are kMostSamples.
 [[nodiscard]] AdaptiveSamples find_adaptive_samples(const Film& pilot, std::optional<double> noise);
 
 /// What a sample takes in any case, in nanoseconds.
@@ -30,6 +30,7 @@ inline constexpr double kMostSamples = 1 << 20;
 }
 
 /// What the pixels of a crop need, by the needs of a film that holds it.
-[[nodiscard]] AdaptiveSamples needs_of_part(const AdaptiveSamples& needs, const Film& film, const Film& part);
+[[nodiscard]] AdaptiveSamples needs_of_part(const AdaptiveSamples& needs, const Film& film,
+                                            const Film& part);
 
 }  // namespace pvol::detail

@@ -29,8 +29,8 @@ struct CameraProbe {
   }
 };
 
-/// AdaptiveSamples the kernel of the plan. Its own work is bounded by about a million steps of flights, and
-/// by one path beyond them. Deterministic.
+/// Needs the kernel of the plan. Its own work is bounded by about a million steps of
+/// flights, and by one path beyond them. Deterministic.
 [[nodiscard]] CameraProbe probe_camera(const RenderPlan& plan);
 
 }  // namespace pvol::detail

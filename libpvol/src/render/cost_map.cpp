@@ -5,8 +5,8 @@
 #include <numeric>
 
 #include "pvol/render/render.h"
-#include "render/forecast.h"
 #include "render/adaptive_samples.h"
+#include "render/forecast.h"
 #include "render/path/path_setup.h"
 
 namespace pvol {

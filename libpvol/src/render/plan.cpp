@@ -9,9 +9,9 @@
 #include "render/check_scene.h"
 #include "render/emission/emission_setup.h"
 #include "render/forecast.h"
-#include "render/wavefront/choose_wavefront.h"
 #include "render/sanity.h"
 #include "render/surface/surfaces.h"
+#include "render/wavefront/choose_wavefront.h"
 
 namespace pvol {
 namespace {

@@ -33,6 +33,6 @@ void refuse_endless_paths(const RenderPlan& plan, const CameraProbe& probe);
 /// Whole sentences about what is likely to be a mistake: volumes thousands of free paths thick, or
 /// next to none, and cameras that see nothing of them, or next to nothing.
 [[nodiscard]] std::vector<std::string> find_warnings(const RenderPlan& plan,
-                                                   const CameraProbe& probe);
+                                                     const CameraProbe& probe);
 
 }  // namespace pvol::detail

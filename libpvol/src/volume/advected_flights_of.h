@@ -1,8 +1,8 @@
 // The loops behind flights.h for fields in motion: a watch knows the time.
 #pragma once
 
-#include "volume/flights_of.h"
 #include "volume/advected_field.h"
+#include "volume/flights_of.h"
 
 namespace pvol::detail {
 

@@ -142,9 +142,9 @@ Flights find_mapped_flights_of(bool is_cancellable) {
   return is_cancellable ? make_counting_flights<[](const VolumeField& f, const Watch& watch) {
     return cancellable(PlainField{mapped_source<kLookUp>(f)}, watch);
   }>()
-                    : make_counting_flights<[](const VolumeField& f, const Watch&) {
-                        return PlainField{mapped_source<kLookUp>(f)};
-                      }>();
+                        : make_counting_flights<[](const VolumeField& f, const Watch&) {
+                            return PlainField{mapped_source<kLookUp>(f)};
+                          }>();
 }
 
 template <LookUp kLookUp>

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "pvol/math/vec.h"
+#include "pvol/render/adaptive_samples.h"
 #include "pvol/render/counts.h"
 #include "pvol/render/deep.h"
 #include "pvol/render/film_sums.h"
-#include "pvol/render/adaptive_samples.h"
 
 namespace pvol {
 

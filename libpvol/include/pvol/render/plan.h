@@ -71,7 +71,7 @@ struct Kernel {
   bool count = false;
   KernelKind lanes = KernelKind::scalar;  ///< not automatic
   bool mapped = false;          ///< some volume's density is mapped
-  bool cancellable = false;         ///< flights may take long, so that they ask whether to stop
+  bool cancellable = false;     ///< flights may take long, so that they ask whether to stop
   bool endless = false;         ///< flights may be, nearly
   bool moving = false;          ///< velocities move some density: samples have times
   bool places_move = false;     ///< some volume moves as a whole: samples have times

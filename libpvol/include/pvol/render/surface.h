@@ -25,8 +25,8 @@ enum class Visibility {
 };
 [[nodiscard]] constexpr auto names(Visibility) {
   return std::to_array<Named<Visibility>>({{Visibility::surface, "surface"},
-                                     {Visibility::shadow_catcher, "shadow-catcher"},
-                                     {Visibility::holdout, "holdout"}});
+                                           {Visibility::shadow_catcher, "shadow-catcher"},
+                                           {Visibility::holdout, "holdout"}});
 }
 
 /// How a surface scatters, on either side.

@@ -80,9 +80,10 @@ class BatchField {
   /// under a map, homogenised nodes, what moves, what is empty, very large or very thick.
   explicit BatchField(const Volume& volume, KernelKind kernel = KernelKind::automatic);
   /// The same of a volume that is shared, not copied. Not null.
-  explicit BatchField(std::shared_ptr<const Volume> volume, KernelKind kernel = KernelKind::automatic);
+  explicit BatchField(std::shared_ptr<const Volume> volume,
+                      KernelKind kernel = KernelKind::automatic);
 
-  [[nodiscard]] KernelKind kernel() const;               ///< not automatic
+  [[nodiscard]] KernelKind kernel() const;          ///< not automatic
   [[nodiscard]] const std::string& reason() const;  ///< why that one
   [[nodiscard]] std::uint64_t bytes() const;        ///< of its own
   [[nodiscard]] const detail::BatchFieldData& data() const { return *data_; }

@@ -19,8 +19,9 @@ std::shared_ptr<const EmissionSetup> prepare_emission(std::span<const Volume> vo
       std::ranges::any_of(
           volumes,
           [](const Volume& v) { return !v.density.octree.empty() && largest_albedo(v) > 0; }) ||
-      std::ranges::any_of(scene.surfaces,
-                          [](const Surface& s) { return max_component(material_of(s).albedo) > 0; });
+      std::ranges::any_of(scene.surfaces, [](const Surface& s) {
+        return max_component(material_of(s).albedo) > 0;
+      });
   setup.lit = scatters && options.max_bounces != 0u;
   if (setup.lit) setup.lights = EmissionLights(setup.sources);
   return std::make_shared<const EmissionSetup>(std::move(setup));

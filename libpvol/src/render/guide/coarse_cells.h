@@ -51,7 +51,7 @@ struct CoarseCells {
 };
 
 /// Cubes of 2^least_shift cells, 8^3, or of the next power of two with which there are at most 2^18
-/// of them. AdaptiveSamples a volume that is not empty.
+/// of them. Needs a volume that is not empty.
 [[nodiscard]] CoarseCells make_coarse_cells(const Volume& volume, int least_shift = 3);
 
 /// Cubes of the world over all places of the volumes, aligned with its axes: as small as 8 cells of

@@ -75,7 +75,7 @@ class GuidedTracer {
   Vec3f direction_;                       // of the flight, in the world
   Rgb throughput_;                        // of the path
   std::uint32_t scatterings_ = 0;         // of the path, that at its place included
-  const MediumComponent* matter_ = nullptr;        // of the last collision
+  const MediumComponent* matter_ = nullptr;  // of the last collision
   const Importance::Row* row_ = nullptr;  // of its place
   Branches<Place> waiting_;
 

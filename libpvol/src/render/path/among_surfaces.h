@@ -64,7 +64,9 @@ class AmongSurfaces {
   [[nodiscard]] Vec3d position() const { return volumes_.position(); }
   [[nodiscard]] const WorldPlace& place() const { return volumes_.place(); }
   void return_to(const WorldPlace& place) { volumes_.return_to(place); }
-  [[nodiscard]] LocalMedium local(const MediumComponent& matter) const { return volumes_.local(matter); }
+  [[nodiscard]] LocalMedium local(const MediumComponent& matter) const {
+    return volumes_.local(matter);
+  }
 
   Work& work;
 

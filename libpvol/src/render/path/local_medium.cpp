@@ -5,7 +5,8 @@
 
 namespace pvol::detail {
 
-LocalMedium local_medium(const VolumeSetup& volume, const MediumComponent& matter, Vec3d cells, float time) {
+LocalMedium local_medium(const VolumeSetup& volume, const MediumComponent& matter, Vec3d cells,
+                         float time) {
   const AlbedoField* const field = volume.volume.albedo.get();
   if (field == nullptr) return everywhere(matter);
   const Motion* const motion = volume.volume.density.motion.get();

@@ -21,7 +21,8 @@ struct SimplePaths {
     return *std::get_if<HenyeyGreenstein>(&m.phase);
   }
   template <class Traversal>
-  [[nodiscard]] static const MediumComponent& local(const PathSetup&, const Traversal&, const MediumComponent& m) {
+  [[nodiscard]] static const MediumComponent& local(const PathSetup&, const Traversal&,
+                                                    const MediumComponent& m) {
     return m;
   }
   template <class Where>
@@ -38,7 +39,8 @@ struct AnyPaths {
   static constexpr bool kSimple = false;
   [[nodiscard]] static const PhaseFunction& phase(const MediumComponent& m) { return m.phase; }
   template <class Traversal>
-  [[nodiscard]] static LocalMedium local(const PathSetup& s, const Traversal& at, const MediumComponent& m) {
+  [[nodiscard]] static LocalMedium local(const PathSetup& s, const Traversal& at,
+                                         const MediumComponent& m) {
     return detail::local(s, at, m);
   }
   template <class Where>

@@ -60,11 +60,13 @@ struct LocalMedium {
 };
 
 /// Of a component that is the same everywhere.
-[[nodiscard]] inline LocalMedium everywhere(const MediumComponent& m) { return {m.albedo, m.emitted}; }
+[[nodiscard]] inline LocalMedium everywhere(const MediumComponent& m) {
+  return {m.albedo, m.emitted};
+}
 
 /// Of a medium whose emission counts at collisions, or not at all there.
 [[nodiscard]] inline std::vector<MediumComponent> make_matter(const Medium& medium, Rgb constant,
-                                                     bool emits) {
+                                                              bool emits) {
   std::vector<MediumComponent> all;
   double sum = 0;
   for (const Component& c : medium.components) {
@@ -160,7 +162,7 @@ struct PathSetup {
   std::vector<std::size_t> layer_of;
   /// Once it is true, paths end as they please, and what they bring is to be dropped.
   const std::atomic<bool>* stop = &kNeverStop;
-  KernelKind lanes;         ///< the kernel; not automatic
+  KernelKind lanes;    ///< the kernel; not automatic
   bool moving;         ///< whether samples have times
   bool meets_lights;   ///< whether flights may pass lights
   bool albedo_varies;  ///< whether that of any volume is a field
@@ -182,8 +184,8 @@ struct PathSetup {
         max_bounces(plan.scene.options.max_bounces.value_or(~0u)),
         options(plan.scene.options),
         flights(find_flights(field_kind(plan.kernel), plan.kernel.cancellable ? Watching::stop
-                                                      : plan.kernel.count ? Watching::count
-                                                                          : Watching::none)),
+                                                      : plan.kernel.count     ? Watching::count
+                                                                              : Watching::none)),
         count(plan.kernel.count),
         first_collisions(plan.scene.options.deep || of_first_collisions(plan.scene.options.aovs)),
         emission(plan.emission),

@@ -26,8 +26,8 @@ template <class Tracer>
 
 /// A pixel's samples are summed in their order, whatever the tiles and threads.
 template <class Tracer>
-bool render_tile(const PathSetup& setup, const ImagePart& tile, const SampleTargets& targets, Film& film,
-                 Counts& counts) {
+bool render_tile(const PathSetup& setup, const ImagePart& tile, const SampleTargets& targets,
+                 Film& film, Counts& counts) {
   Tracer tracer(setup);
   Counts before;
   const auto count_pixel = [&](PixelSums& p) {

@@ -5,8 +5,8 @@
 
 #include <optional>
 
-#include "render/wavefront/wavefront.h"
 #include "render/tiles/render_tile.h"
+#include "render/wavefront/wavefront.h"
 
 namespace pvol::detail {
 

@@ -6,7 +6,8 @@ namespace pvol::detail {
 
 LaneChoice choose_lanes(std::span<const Volume> volumes, const Scene& scene) {
   const KernelKind wanted = scene.options.kernel;
-  const char* const obstacle = wanted == KernelKind::scalar ? nullptr : lane_obstacle(volumes, scene);
+  const char* const obstacle =
+      wanted == KernelKind::scalar ? nullptr : lane_obstacle(volumes, scene);
   return choose_lanes(wanted, obstacle, {.rays = "paths", .subject = "scene"});
 }
 

@@ -9,8 +9,8 @@
 #endif
 
 #include "render/guide/guided_tracer.h"
-#include "render/wavefront/events-inl.h"
 #include "render/path/gather_light.h"
+#include "render/wavefront/events-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
@@ -86,7 +86,8 @@ HWY_NOINLINE Towards sample_sky(const LaneScene& s, std::size_t number, Random& 
 
 /// A point light: nothing comes from one that is nearer than floats can tell, as in PointSource.
 template <class MediumComponent>
-HWY_INLINE Towards sample_point(const LaneScene& s, const LaneLight& l, const Paths<MediumComponent>& p) {
+HWY_INLINE Towards sample_point(const LaneScene& s, const LaneLight& l,
+                                const Paths<MediumComponent>& p) {
   const V way{splat(l.place.x) - p.x, splat(l.place.y) - p.y, splat(l.place.z) - p.z};
   const auto along = [&](int axis) { return dot(splat(s.to_world[std::size_t(axis)]), way); };
   const V in_world{along(0), along(1), along(2)};
@@ -105,8 +106,8 @@ HWY_INLINE Towards sample_point(const LaneScene& s, const LaneLight& l, const Pa
 }
 
 template <class MediumComponent>
-HWY_INLINE Towards sample_light(const LaneScene& s, std::size_t light, const Paths<MediumComponent>& p,
-                                Random& rng) {
+HWY_INLINE Towards sample_light(const LaneScene& s, std::size_t light,
+                                const Paths<MediumComponent>& p, Random& rng) {
   const LaneLight& l = s.lights[light];
   const F far = splat(0x1p100f);
   if (l.kind == LaneLight::Kind::delta) {

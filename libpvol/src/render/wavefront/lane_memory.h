@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "pvol/render/counts.h"
-#include "render/wavefront/exact_sum.h"
-#include "render/wavefront/path_fields.h"
 #include "render/path/film_layers.h"
 #include "render/path/gather_light.h"
+#include "render/wavefront/exact_sum.h"
+#include "render/wavefront/path_fields.h"
 #include "volume/simd/flight_memory.h"
 
 namespace pvol::detail {

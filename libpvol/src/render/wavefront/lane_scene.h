@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "render/guide/importance.h"
-#include "render/wavefront/path_fields.h"
 #include "render/path/path_setup.h"
+#include "render/wavefront/path_fields.h"
 #include "volume/simd/lane_field.h"
 
 namespace pvol::detail {
@@ -45,8 +45,8 @@ struct LaneLight {
   float value = 0;                 ///< absolute luminance of that
 };
 
-/// Constants of a render that all threads share. AdaptiveSamples one volume of bricks that is not empty, for
-/// nearest or trilinear look-ups.
+/// Constants of a render that all threads share. Needs one volume of bricks that is not
+/// empty, for nearest or trilinear look-ups.
 struct LaneScene {
   const PathSetup& setup;
   const VolumeSetup& volume;

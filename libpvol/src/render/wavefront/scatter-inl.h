@@ -89,7 +89,7 @@ HWY_NOINLINE void scatter_guided(const LaneScene& s, Records& q, Records& to) {
     const M is0 = hn::Lt(u, weight[0]), is1 = hn::Lt(u, sum01);
     const auto pick = [&](auto a, auto b, auto e) { return select(is0, a, select(is1, b, e)); };
     launch<MediumComponent>(s, q, at, on, pick(d[0], d[1], d[2]), pick(pdf[0], pdf[1], pdf[2]),
-                   sum / pick(value[0], value[1], value[2]), rng, to);
+                            sum / pick(value[0], value[1], value[2]), rng, to);
   }
   q.n = 0;
 }

@@ -107,8 +107,8 @@ class Samples {
   }
 };
 
-[[nodiscard]] inline std::uint32_t count_samples(const ImagePart& tile, const SampleTargets& targets,
-                                                 const Film& film) {
+[[nodiscard]] inline std::uint32_t count_samples(const ImagePart& tile,
+                                                 const SampleTargets& targets, const Film& film) {
   std::uint32_t n = 0;
   for (Samples all(tile, targets, film); all.any(); (void)all.next()) ++n;
   return n;

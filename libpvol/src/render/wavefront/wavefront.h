@@ -4,16 +4,16 @@
 
 #include "render/guide/light_counts.h"
 #include "render/guide/photon_sources.h"
+#include "render/tiles/sample_targets.h"
 #include "render/wavefront/lane_memory.h"
 #include "render/wavefront/lane_scene.h"
-#include "render/tiles/sample_targets.h"
 
 namespace pvol::detail {
 
 /// Adds samples to every pixel of a tile, as a TileFunction does; they are at most kMostSlots. Each
 /// sample's value is the same whatever else is in the tile.
-using LaneKernel = bool (*)(const LaneScene&, LaneMemory&, const ImagePart& tile, const SampleTargets&,
-                            Film&, Counts&);
+using LaneKernel = bool (*)(const LaneScene&, LaneMemory&, const ImagePart& tile,
+                            const SampleTargets&, Film&, Counts&);
 
 [[nodiscard]] LaneKernel find_lane_kernel(KernelKind lanes, bool guided, bool one_lobe);
 
