@@ -1,4 +1,5 @@
-# Self-contained objects: many objects become one, whose inline functions and instantiated templates belong to it alone.
+# Self-contained objects: many objects become one, whose inline functions and instantiated templates belong
+# to it alone.
 #
 # A compiler leaves a copy of each inline function in every object that calls it, and the linker keeps one
 # of them for the whole program. A client that is compiled with -march=native, -ffast-math or -O0 could so
@@ -51,7 +52,8 @@ function(pvol_self_contained RESULT NAME)
   file(GENERATE OUTPUT ${list} CONTENT "$<JOIN:${objects},\n>\n")
   add_custom_command(OUTPUT ${object}
     COMMAND ${CMAKE_COMMAND} -D LINKER=${PVOL_BINUTILS_LINKER} -D NM=${PVOL_BINUTILS_NM}
-      -D OBJCOPY=${PVOL_BINUTILS_OBJCOPY} -D OBJECTS=${list} -D SELF_CONTAINED=${object} -P ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/hide_symbols.cmake
+      -D OBJCOPY=${PVOL_BINUTILS_OBJCOPY} -D OBJECTS=${list} -D SELF_CONTAINED=${object}
+      -P ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/hide_symbols.cmake
     DEPENDS ${objects} ${list} ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/hide_symbols.cmake
     COMMENT "Hiding symbols of ${NAME}.o" VERBATIM)
   set_source_files_properties(${object} PROPERTIES EXTERNAL_OBJECT TRUE GENERATED TRUE)

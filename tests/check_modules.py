@@ -1,15 +1,25 @@
-"""Reads every include line and fails on an include that goes the wrong way: check_modules.py FOLDER_OF_THE_PROJECT
+"""Reads every include line and fails on an include that goes the wrong way: check_modules.py PROJECT
 
 The modules and what each may see are described in libpvol/SOURCES.md. A module sees itself and the modules
-listed before it, whether as public headers ("pvol/MODULE/x.h") or as its sources' own ("MODULE/x.h").
+listed before it, whether as public headers ("pvol/MODULE/x.h") or as its sources' own ("MODULE/x.h"). The
+renderer is seven modules in src/render, whose public headers share a folder: pvol/render.
 """
 import pathlib
 import re
 import sys
 import tempfile
 
-LIBRARY = ["math", "form", "density", "bounds", "field", "shell", "track", "volume", "render",
-           "measure", "capi"]
+RENDER = ["film", "scene", "light", "path", "guide", "engine", "plan"]
+LIBRARY = ["math", "form", "density", "bounds", "field", "shell", "track", "volume",
+           *(f"render/{m}" for m in RENDER), "measure", "capi"]
+# Public headers of the renderer that do not describe a scene. What a plan holds is known to the paths that
+# follow it; who makes it comes last.
+RENDER_HEADERS = {
+    "film": "adaptive_samples aov counts deep denoise film film_channels film_sums",
+    "light": "daylight lighting lights near_lights sky_light sun_position",
+    "path": "guide_choice plan shell_choice",
+    "engine": "render",
+    "plan": "cost_map"}
 ROOT_HEADERS = {"pvol/error.h": "math", "pvol/version.h": "math", "pvol/embed.h": "volume",
          "pvol/trackers.h": "volume", "pvol/pvol.h": "capi", "pvol/pvol.hpp": "capi",
          "pvol/given_density.h": "capi"}
@@ -23,19 +33,27 @@ AT_HOME_IN_LIBRARY = re.compile(
 INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|(<[^>]+>))')
 
 
-def module_of_library_file(path):
-    """The module of libpvol/src/MODULE/... or libpvol/include/pvol/MODULE/..."""
-    parts = path.parts
-    below = parts[parts.index("src") + 1:] if "src" in parts else parts[parts.index("pvol") + 1:]
-    return below[0] if len(below) > 1 else ROOT_HEADERS.get("pvol/" + below[0])
-
-
 def library_target(name):
     """The library's module that an include names, or None."""
     if name in ROOT_HEADERS:
         return ROOT_HEADERS[name]
-    parts = name.removeprefix("pvol/").split("/")
-    return parts[0] if len(parts) > 1 and parts[0] in LIBRARY else None
+    public = name.startswith("pvol/")
+    first, _, rest = name.removeprefix("pvol/").partition("/")
+    if first == "render":
+        first += "/" + (module_of_render_header(rest) if public else rest.partition("/")[0])
+    return first if rest and first in LIBRARY else None
+
+
+def module_of_render_header(name):
+    stem = name.removesuffix(".h")
+    return next((m for m, stems in RENDER_HEADERS.items() if stem in stems.split()), "scene")
+
+
+def module_of_library_file(path):
+    """The module of libpvol/src/MODULE/... or libpvol/include/pvol/MODULE/..."""
+    parts = path.parts
+    return library_target("/".join(parts[parts.index("src") + 1:] if "src" in parts else
+                                   parts[parts.index("include") + 1:]))
 
 
 def climbs(order, own, other):
@@ -113,12 +131,17 @@ PLANTED = {
     "libpvol/include/pvol/embed.h": "pvol/render/scene.h",
     "libpvol/include/pvol/trackers.h": "pvol/render/film.h",
     "libpvol/include/pvol/track/field.h": "pvol/trackers.h",
-    "libpvol/src/render/lights.cpp": "pvol/formats/image.h",
+    "libpvol/src/render/light/lights.cpp": "pvol/formats/image.h",
+    "libpvol/src/render/film/film.cpp": "pvol/render/scene.h",
+    "libpvol/src/render/scene/camera.cpp": "render/light/near_lights.h",
+    "libpvol/src/render/path/traversal.h": "pvol/render/cost_map.h",
+    "libpvol/include/pvol/render/lights.h": "pvol/render/plan.h",
+    "libpvol/src/render/loose.cpp": "pvol/math/vec.h",
     "libpvol/src/density/noise.cpp": "<openvdb/openvdb.h>",
     "libpvol/src/stray.cpp": "pvol/math/vec.h",
     "formats/src/image/png.cpp": "toml/toml_table.h",
     "formats/src/vdb/vdb_read.cpp": "cli/cli.h",
-    "formats/src/toml/scene_file.cpp": "render/path/path_tracer.h",
+    "formats/src/toml/scene_file.cpp": "render/engine/path_tracer.h",
     "tools/report/html.cpp": "stats/trade_report.h",
     "tools/stats/stats_trade.cpp": "python/studies.h",
     "tools/python/rays.cpp": "math/parallel.h",

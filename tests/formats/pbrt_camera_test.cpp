@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "render/path/projection.h"
+#include "render/scene/projection.h"
 #include "support/pbrt_text.h"
 
 namespace pvol::formats {

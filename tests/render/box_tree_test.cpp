@@ -1,5 +1,5 @@
 // The tree of boxes against a look at each of them.
-#include "render/path/box_tree.h"
+#include "render/scene/box_tree.h"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "render/path/camera_rays.h"
-#include "render/path/projection.h"
+#include "render/scene/projection.h"
 #include "support/bodies.h"
 #include "support/cloud_scene.h"
 #include "support/error_of.h"

@@ -10,7 +10,7 @@
 #include "pvol/math/rng.h"
 #include "pvol/render/daylight.h"
 #include "pvol/render/lighting.h"
-#include "render/sky/scattered_light.h"
+#include "render/light/sky/scattered_light.h"
 #include "support/statistics.h"
 
 namespace pvol {

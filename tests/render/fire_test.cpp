@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "pvol/volume/emitter.h"
-#include "render/emission/emission_setup.h"
+#include "render/light/emission/emission_setup.h"
 #include "support/error_of.h"
 #include "support/pictures.h"
 #include "support/small_cloud.h"

@@ -8,7 +8,7 @@
 
 #include "pvol/render/render.h"
 #include "pvol/volume/facts.h"
-#include "render/path/projection.h"
+#include "render/scene/projection.h"
 #include "support/cloud_scene.h"
 #include "support/fields.h"
 

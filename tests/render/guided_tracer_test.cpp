@@ -1,6 +1,6 @@
 // Paths through a script in place of a cloud: what the tracers do at each collision, to the last
 // bit. Means over whole pictures hide errors in what is rare.
-#include "render/guide/guided_tracer.h"
+#include "render/engine/guided_tracer.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The lane kernels against the scalar tracers, and against themselves.
-#include "render/wavefront/wavefront.h"
+#include "render/engine/wavefront/wavefront.h"
 
 #include <gtest/gtest.h>
 
@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "pvol/math/direction.h"
-#include "render/tiles/tile_renderer.h"
-#include "render/wavefront/choose_wavefront.h"
-#include "render/wavefront/phase_lanes.h"
+#include "render/engine/tiles/tile_renderer.h"
+#include "render/engine/wavefront/phase_lanes.h"
+#include "render/plan/choose_wavefront.h"
 #include "support/lit_scenes.h"
 #include "support/pictures.h"
 

@@ -1,5 +1,5 @@
 // Which samples a render takes: that limits hold, and that samples by need leave means unbiased.
-#include "render/passes.h"
+#include "render/engine/passes.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include "pvol/error.h"
 #include "pvol/render/render.h"
 #include "pvol/volume/estimators.h"
-#include "render/camera_probe.h"
+#include "render/plan/camera_probe.h"
 #include "support/bodies.h"
 #include "support/cloud_scene.h"
 #include "support/fields.h"

@@ -1,5 +1,5 @@
 // Surfaces and rays, without any light: planes, balls, solids and meshes by Embree.
-#include "render/surface/surfaces.h"
+#include "render/scene/surface/surfaces.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,10 @@
-// The camera. Which rays it has: src/render/path/projection.h.
+// The camera. Which rays it has: src/render/scene/projection.h.
 #pragma once
 
 #include <array>
 #include <optional>
 
+#include "pvol/math/box.h"
 #include "pvol/math/keys.h"
 #include "pvol/math/names.h"
 #include "pvol/math/vec.h"
@@ -200,5 +201,11 @@ template <std::same_as<Camera> C>
 
 /// Throws Error for values out of range, alone or together.
 void validate(const Camera& camera);
+
+/// A camera that looks at `world_box` with all of it in view and all else as `like` has it: its
+/// kind, `up`, lens and field of view, from its azimuth and elevation, and then by its zoom. The
+/// front is where z is largest or, where z is up, y least. Straight from above or below the front
+/// is down or up in the picture.
+[[nodiscard]] Camera frame(const Box& world_box, double aspect, const Camera& like = {});
 
 }  // namespace pvol

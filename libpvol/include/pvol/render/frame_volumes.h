@@ -8,7 +8,7 @@
 
 namespace pvol {
 
-/// A camera on volumes as they stand still: `frame` on the box around all (render.h) from the
+/// A camera on volumes as they stand still: `frame` on the box around all (camera.h) from the
 /// front, and from aslant, where a box has empty corners, on what they hold, to about 1/32 of a
 /// volume.
 [[nodiscard]] Camera frame_volumes(std::span<const Volume> volumes, double aspect,

@@ -63,7 +63,4 @@ using LightSource = std::variant<SunLight, PointSource, BallSource, SpotSource, 
 /// Whether rays meet some of them on their way.
 [[nodiscard]] bool any_is_met(std::span<const LightSource> lights);
 
-/// Throws Error, which says what is wrong, for values out of range.
-void validate(const Light& light);
-
 }  // namespace pvol

@@ -23,8 +23,8 @@
 namespace pvol {
 
 namespace detail {
-struct EmissionSetup;  // src/render/emission
-class Surfaces;        // src/render/surface
+struct EmissionSetup;  // src/render/light/emission
+class Surfaces;        // src/render/scene/surface
 }  // namespace detail
 
 /// How paths go through a scene's volumes.

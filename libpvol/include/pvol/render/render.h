@@ -63,10 +63,4 @@ struct RenderResult {
 [[nodiscard]] RenderResult render(const Volume& volume, const Scene& scene,
                                   const Progress& progress = {});
 
-/// A camera that looks at `world_box` with all of it in view and all else as `like` has it: its
-/// kind, `up`, lens and field of view, from its azimuth and elevation, and then by its zoom. The
-/// front is where z is largest or, where z is up, y least. Straight from above or below the front
-/// is down or up in the picture.
-[[nodiscard]] Camera frame(const Box& world_box, double aspect, const Camera& like = {});
-
 }  // namespace pvol

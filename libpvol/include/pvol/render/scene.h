@@ -20,6 +20,9 @@ namespace pvol {
 /// Lights besides the environment. To add one, see libpvol/SOURCES.md.
 using Light = std::variant<Sun, PointLight, SpotLight, AreaLight>;
 
+/// Throws Error, which says what is wrong, for values out of range.
+void validate(const Light& light);
+
 /// What surrounds volumes, and how they are rendered.
 struct Scene {
   Camera camera;

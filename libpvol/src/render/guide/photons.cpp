@@ -7,11 +7,11 @@
 
 #include "math/parallel.h"
 #include "render/guide/light_counts.h"
+#include "render/guide/photon_kernels.h"
 #include "render/guide/photon_sources.h"
 #include "render/path/camera_rays.h"
 #include "render/path/gather_light.h"
 #include "render/path/traversal.h"
-#include "render/wavefront/photon_kernels.h"
 
 namespace pvol::detail {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "render/path/traversal.h"
-#include "render/surface/surfaces.h"
+#include "render/scene/surface/surfaces.h"
 
 namespace pvol::detail {
 

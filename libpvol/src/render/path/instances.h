@@ -7,7 +7,7 @@
 
 #include "pvol/math/float4.h"
 #include "pvol/volume/volume.h"
-#include "render/path/box_tree.h"
+#include "render/scene/box_tree.h"
 
 namespace pvol {
 struct MovingPlace;  // volume/moving_places.h

@@ -1,0 +1,246 @@
+// Tiles, threads and options around the path tracer.
+#include "pvol/render/render.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <limits>
+#include <optional>
+
+#include "pvol/error.h"
+#include "render/engine/passes.h"
+#include "render/engine/reporter.h"
+#include "render/engine/tiles/tile_renderer.h"
+#include "render/guide/importance.h"
+#include "render/path/film_layers.h"
+
+namespace pvol {
+namespace {
+
+using detail::Passes;
+using detail::PathSetup;
+using detail::Reporter;
+using detail::SampleTargets;
+using detail::TileRenderer;
+
+Film make_film(const RenderOptions& o) {
+  Film f;
+  f.width = o.width, f.height = o.height;
+  const detail::ImagePart part = detail::image_part(o);
+  f.x = part.x, f.y = part.y;
+  f.crop_width = part.width, f.crop_height = part.height;
+  f.pixels.resize(std::size_t(f.crop_width) * std::size_t(f.crop_height));
+  f.first_sample = o.first_sample + o.part_begin;
+  return f;
+}
+
+bool have_same_window(const Film& a, const Film& b) {
+  return a.width == b.width && a.height == b.height && a.x == b.x && a.y == b.y &&
+         a.crop_width == b.crop_width && a.crop_height == b.crop_height;
+}
+
+/// Of an earlier render: the empty film `fresh` with what that one has.
+Film continued(Film fresh, Film earlier) {
+  if (earlier.pixels.empty()) return fresh;
+  bool same = have_same_window(fresh, earlier) &&
+              earlier.sums.pixels.size() == fresh.pixels.size() &&
+              earlier.layers.size() == fresh.layers.size() &&
+              earlier.sums.layers.size() == fresh.layers.size() &&
+              earlier.first_sample == fresh.first_sample && fresh.deep.pixels.empty();
+  for (std::size_t k = 0; same && k < fresh.layers.size(); ++k) {
+    same = earlier.layers[k].name == fresh.layers[k].name &&
+           earlier.sums.layers[k].sums.size() == fresh.sums.layers[k].sums.size() &&
+           earlier.sums.layers[k].weights.size() == fresh.sums.layers[k].weights.size();
+    earlier.layers[k].least = fresh.layers[k].least;
+  }
+  if (same) return earlier;
+  throw Error("the film to go on with is not one of this picture");
+}
+
+double seconds_since(std::chrono::steady_clock::time_point t) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - t).count();
+}
+
+/// The same paths, counted.
+PathSetup with_counts(const RenderPlan& plan, const PathSetup& setup) {
+  PathSetup counted = setup;
+  counted.count = true;
+  if (!plan.kernel.cancellable) {
+    counted.flights =
+        detail::find_flights(detail::field_kind(plan.kernel), detail::Watching::count);
+  }
+  return counted;
+}
+
+/// Samples of a part of the film.
+std::uint64_t count_samples(const Film& film, const detail::ImagePart& part) {
+  std::uint64_t n = 0;
+  for (int y = part.y; y != part.y + part.height; ++y) {
+    for (int x = part.x; x != part.x + part.width; ++x) n += film.at(x, y).samples;
+  }
+  return n;
+}
+
+bool reaches(const Film& film, const SampleTargets& targets) {
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    if (film.pixels[i].samples < targets.of(i)) return false;
+  }
+  return true;
+}
+
+/// Renders tile by tile, on all threads of the arena that it is called in.
+class PassRenderer {
+ public:
+  PassRenderer(const RenderPlan& plan, const PathSetup& setup, Paths paths)
+      : tiles_(plan, setup, paths) {}
+
+  /// Brings every pixel to its target, unless the reporter says stop or pause.
+  void render(const SampleTargets& targets, int threads, Film& film, Reporter& reporter) {
+    const int edge = tiles_.edge(targets, film, threads);
+    const int columns = (film.crop_width + edge - 1) / edge;
+    const int rows = (film.crop_height + edge - 1) / edge;
+    tbb::parallel_for(std::int64_t(0), std::int64_t(columns) * rows, [&](std::int64_t i) {
+      if (reporter.pause()) return;
+      const int x = int(i % columns) * edge, y = int(i / columns) * edge;
+      const detail::ImagePart tile{x, y, std::min(edge, film.crop_width - x),
+                                   std::min(edge, film.crop_height - y)};
+      const std::uint64_t before = count_samples(film, tile);
+      if (!tiles_.render(tile, targets, film, counts_.local())) return;
+      // Tiles that were done before a pause are no news: it would pause again for ever.
+      const std::uint64_t added = count_samples(film, tile) - before;
+      if (added > 0) reporter.add(added);
+    });
+  }
+
+  /// What all passes took; where the setup counts.
+  [[nodiscard]] Counts counts() const {
+    Counts sum;
+    for (const Counts& c : counts_) sum += c;
+    return sum;
+  }
+
+ private:
+  TileRenderer tiles_;
+  tbb::enumerable_thread_specific<Counts> counts_;
+};
+
+/// Guides the setup's paths where the plan says so; what paths it is then for.
+Paths guide(const RenderPlan& plan, PathSetup& setup, RenderResult& result) {
+  Paths paths = plan.kernel.paths;
+  if (plan.guide.used) {
+    const std::clock_t begin = std::clock();
+    detail::guide_paths(plan, setup);
+    result.guide_seconds = double(std::clock() - begin) / CLOCKS_PER_SEC;
+    result.guided = setup.importance != nullptr;
+    if (!result.guided) paths = plain(paths);  // nothing to be guided by
+  }
+  if (!std::isfinite(setup.shadow_unit)) {
+    throw Error("the lights are too bright for single precision");
+  }
+  return paths;
+}
+
+void check_sample_numbers(const RenderOptions& o) {
+  const std::uint64_t last =
+      std::uint64_t(o.first_sample) + (is_adaptive(o) ? detail::kMostOfPixel : o.samples);
+  if (last <= std::numeric_limits<std::uint32_t>::max()) return;
+  throw Error("samples up to number " + std::to_string(last) +
+              " are asked for; expected at most 4294967295");
+}
+
+}  // namespace
+
+RenderResult render(const Volume& volume, const Scene& scene, const Progress& progress) {
+  return render(std::span(&volume, 1), scene, progress);
+}
+
+RenderResult render(std::span<const Volume> volumes, const Scene& scene, const Progress& progress) {
+  return render(plan(volumes, scene, {.force = true, .forecast = false}), progress);
+}
+
+RenderResult render(const RenderPlan& plan, const Progress& progress, const PassDone& pass_done) {
+  return resume(plan, {}, {progress, pass_done, {}});
+}
+
+Film begin_by_pilot(const RenderPlan& plan, const Film& pilot) {
+  const RenderOptions& o = plan.scene.options;
+  const Film part = make_film(o);
+  const bool has_part = pilot.width == o.width && pilot.height == o.height && pilot.x <= part.x &&
+                        pilot.y <= part.y &&
+                        pilot.x + pilot.crop_width >= part.x + part.crop_width &&
+                        pilot.y + pilot.crop_height >= part.y + part.crop_height;
+  const auto is_done = [](const PixelSums& p) { return p.samples == kPilot; };
+  if (!has_part || !is_adaptive(o) || !std::ranges::all_of(pilot.pixels, is_done)) {
+    throw Error("the pilot is not one of this picture by need, all of it, with " +
+                std::to_string(kPilot) + " samples in each pixel");
+  }
+  Film film = crop_of(pilot, part.x, part.y, part.crop_width, part.crop_height);
+  film.needs = detail::needs_of_part(detail::find_adaptive_samples(pilot, o.noise), pilot, part);
+  return film;
+}
+
+RenderResult resume(const RenderPlan& plan, Film earlier, const RenderWatch& watch) {
+  const auto begin = std::chrono::steady_clock::now();
+  const RenderOptions& o = plan.scene.options;
+  check_sample_numbers(o);
+  RenderResult result;
+  Film& film = result.film;
+  film = make_film(o);
+  Passes passes(o, film.pixels.size());
+  Reporter reporter(watch, passes.total());
+  const int threads = o.threads > 0 ? o.threads : tbb::this_task_arena::max_concurrency();
+  // The control is the process's: it may only raise the limit, for more threads than there are
+  // cores.
+  constexpr auto kLimit = tbb::global_control::max_allowed_parallelism;
+  const tbb::global_control allow(
+      kLimit, std::max(std::size_t(threads), tbb::global_control::active_value(kLimit)));
+  tbb::task_arena arena(threads);
+
+  PathSetup setup(plan);
+  setup.stop = &reporter.stop();
+  const Paths paths = arena.execute([&] { return guide(plan, setup, result); });
+  film.layers = detail::make_layers(setup, film.pixels.size());
+  film.deep = detail::make_deep(setup, film.pixels.size());
+  start_sums(film);
+  film = continued(std::move(film), std::move(earlier));
+  passes.resume(film);
+  reporter.add(count_samples(film, {0, 0, film.crop_width, film.crop_height}));
+
+  // Samples by need follow costs, too: their pilot is counted.
+  const bool counts_pilot = is_adaptive(o) && !setup.count && !film.needs;
+  std::optional<PathSetup> counted;
+  if (counts_pilot) counted.emplace(with_counts(plan, setup));
+  std::optional<PassRenderer> renderer;
+  renderer.emplace(plan, counted ? *counted : setup, paths);
+  std::optional<SampleTargets> targets;
+  for (bool any = false; (targets = passes.next(film, seconds_since(begin))); any = true) {
+    if (reporter.stop()) break;
+    if (any && watch.pass_done) watch.pass_done(film);
+    reporter.expect(passes.total());
+    if (counts_pilot && !targets->each.empty()) renderer.emplace(plan, setup, paths);
+    for (;;) {
+      arena.execute([&] { renderer->render(*targets, threads, film, reporter); });
+      if (reporter.stop() || reaches(film, *targets)) break;
+      if (reporter.take_pause() && watch.pass_done) watch.pass_done(film);
+    }
+    if (!reaches(film, *targets)) break;
+  }
+  if (setup.count) result.counts = renderer->counts();
+  // The pilot's counts are no longer wanted once the needs are known.
+  const bool pilot = is_adaptive(o) && !film.needs;
+  if (!setup.count && !pilot) {
+    for (PixelSums& p : film.pixels) p.counts = {};
+  }
+  result.complete = !targets;
+  result.goal = passes.total();
+  reporter.finish();
+  return result;
+}
+
+}  // namespace pvol

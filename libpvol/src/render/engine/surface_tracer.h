@@ -1,0 +1,277 @@
+// One camera path through volumes and off surfaces.
+#pragma once
+
+#include "render/guide/branches.h"
+#include "render/guide/turn_by_importance.h"
+#include "render/path/among_surfaces.h"
+#include "render/path/camera_rays.h"
+#include "render/path/gather_light.h"
+#include "render/path/lambert.h"
+#include "render/path/path_kind.h"
+
+namespace pvol::detail {
+
+/// Traces paths of any kind through volumes and off surfaces; none of it is in the way of scenes
+/// without surfaces. Where there is an importance, paths end, split and turn in volumes by it, as
+/// guided ones do; surfaces have none.
+template <class Places>
+class SurfaceTracer {
+ public:
+  explicit SurfaceTracer(const PathSetup& setup)
+      : traversal(setup), s_(setup), r_(setup), direct_(setup) {}
+
+  [[nodiscard]] const PathResult& trace(int x, int y, std::uint32_t sample) {
+    auto [rng, ray] = CameraSample(s_, x, y, sample);
+    start(ray, x, y, sample);
+    for (Vec3d from = ray.o;; from = traversal.position()) {
+      const Hit hit = traversal.fly(direction_, rng);
+      const SurfaceHit& surface = traversal.surface();
+      const bool leaves = hit.matter == nullptr && surface.finish == nullptr;
+      if (s_.emission || s_.meets_lights) add_on_the_way(from, !leaves, rng);
+      const bool goes_on = hit.matter ? collide(*hit.matter, rng) : !leaves && meet(surface, rng);
+      if (leaves) leave();
+      if (!goes_on && !resume(rng)) return r_;
+      traversal.aim(direction_);
+    }
+  }
+
+  AmongSurfaces<Places> traversal;
+  std::uint64_t collisions = 0, shadow_rays = 0, surface_hits = 0;
+
+ private:
+  const PathSetup& s_;
+  PathResult r_, direct_;   // of the path; of what arrives at a shadow catcher unscattered
+  Vec3f direction_, from_;  // of the flight, and of the one before it
+  Rgb throughput_;
+  std::uint32_t scatterings_ = 0;
+  const MediumComponent* matter_ =
+      nullptr;               // of the last collision; null where a surface came after it
+  Lambert lobe_;             // of that surface
+  bool on_catcher_ = false;  // whether that was a shadow catcher before the camera
+
+  void start(const Ray& ray, int x, int y, std::uint32_t sample) {
+    r_.reset();
+    direction_ = Vec3f(ray.d);
+    throughput_ = Rgb(1.0f);
+    scatterings_ = 0;
+    on_catcher_ = false;
+    if (s_.moving) {
+      r_.time = sample_time(s_, x, y, sample);
+      traversal.work.set_time(r_.time);
+    }
+    traversal.start(ray);
+  }
+
+  /// Of the direction of the flight, as the last scattering drew it; 0 before the first.
+  [[nodiscard]] float pdf() const {
+    if (scatterings_ == 0) return 0;
+    return matter_ ? pdf_phase(matter_->phase, from_, direction_)
+                   : pdf_phase(lobe_, from_, direction_);
+  }
+
+  /// What a flight brings on its way. Light on a shadow catcher is there without the shadow, too.
+  void add_on_the_way(Vec3d from, bool collided, Rng& rng) {
+    const auto own = [&] { return pdf(); };
+    if (s_.emission) {
+      add_along(s_, from, direction_, collided, traversal, own, throughput_, rng, r_);
+      r_.scattered(scatterings_);
+    }
+    if (!s_.meets_lights) return;
+    double distance = collided ? length(traversal.position() - from) : kEndless;
+    // A lamp on the surface that ends the flight is met before it.
+    distance += 2 * traversal.surface().clearance + 1e-6 * distance;
+    if (on_catcher_) {
+      direct_.reset();
+      add_met(s_, from, direction_, distance, own, Rgb(1.0f), direct_);
+      uncover();
+    } else {
+      add_met(s_, from, direction_, distance, own, throughput_, r_);
+    }
+  }
+
+  void leave() {
+    if (scatterings_ == 0) {
+      if (s_.options.background) add_seen(s_, direction_, throughput_, r_);
+    } else if (on_catcher_) {
+      const auto own = [&] { return pdf(); };
+      direct_.reset();
+      add_scattered(s_, own, direction_, Rgb(1.0f), direct_);
+      return uncover();
+    } else {
+      add_scattered(
+          s_, [&] { return pdf(); }, direction_, throughput_, r_);
+    }
+    r_.scattered(scatterings_);
+  }
+
+  /// A collision; whether the path goes on.
+  [[nodiscard]] bool collide(const MediumComponent& matter, Rng& rng) {
+    on_catcher_ = false;
+    const Vec3d place = traversal.position();
+    if (scatterings_ == 0) note_first(place);
+    ++collisions;
+    const auto& here = detail::local(s_, traversal, matter);
+    add_emitted(s_, here, throughput_, r_);
+    r_.scattered(scatterings_);
+    matter_ = &matter;
+    if (is_at_end()) return false;
+    if (!s_.importance) {
+      throughput_ *= here.albedo;
+      if (!survives(throughput_, rng)) return false;
+      gather(matter.phase, even_worth, rng);
+      turn_path(matter.phase, rng);
+      return true;
+    }
+    const Importance& importance = *s_.importance;
+    const Importance::Row& row = importance.row(traversal.place());
+    const float worth = largest(throughput_) * row.of(importance.half_sine(direction_));
+    if (!survives_by_worth(worth, throughput_, rng)) return false;
+    throughput_ *= here.albedo;
+    if (!(largest(throughput_) > 0)) return false;
+    const float* worths = importance.shadow_worth(row);
+    const auto worth_of = [&](std::size_t light) { return worths[light]; };
+    gather(matter.phase, worth_of, rng);
+    if (worth > kSplitAbove && !waiting_.full()) {
+      const int copies = int(std::min(worth, kMostCopies));
+      throughput_ *= 1 / float(copies);
+      waiting_.add(
+          {traversal.place(), matter_, &row, direction_, throughput_, scatterings_, copies - 1});
+    }
+    turn_guided(row, rng);
+    return true;
+  }
+
+  /// Scatters by importance.
+  void turn_guided(const Importance::Row& row, Rng& rng) {
+    from_ = direction_;
+    direction_ =
+        turn_by_importance<AnyPaths>(*s_.importance, row, matter_->phase, from_, throughput_, rng);
+  }
+
+  /// Goes on with a branch that waits; false where none does.
+  [[nodiscard]] bool resume(Rng& rng) {
+    const Branch<WorldPlace>* branch = waiting_.take();
+    if (branch == nullptr) return false;
+    traversal.return_to(branch->place);
+    matter_ = branch->matter;
+    direction_ = branch->direction;
+    throughput_ = branch->throughput;
+    scatterings_ = branch->scatterings;
+    on_catcher_ = false;
+    turn_guided(*branch->row, rng);
+    return true;
+  }
+
+  /// A surface; whether the path goes on.
+  [[nodiscard]] bool meet(const SurfaceHit& surface, Rng& rng) {
+    const Material& finish = *surface.finish;
+    r_.scattered(scatterings_);
+    ++surface_hits;
+    matter_ = nullptr;
+    lobe_.normal = Vec3f(surface.normal);
+    on_catcher_ = false;
+    if (scatterings_ == 0) {
+      if (finish.look == Visibility::holdout) return false;
+      if (finish.look == Visibility::shadow_catcher) return catch_shadow(surface, rng);
+      note_first(surface.place);
+      r_.first_normal = surface.normal;
+      r_.first_material = &finish;
+    }
+    if (is_at_end()) return false;
+    throughput_ *= finish.albedo;
+    if (!survives(throughput_, rng)) return false;
+    gather(lobe_, even_worth, rng);
+    turn_path(lobe_, rng);
+    return true;
+  }
+
+  /// Makes the sample one that met something.
+  void note_first(Vec3d place) {
+    r_.alpha = 1;
+    if (s_.first_collisions) r_.first = place, r_.first_weight = 1;
+  }
+
+  [[nodiscard]] bool is_at_end() const { return s_.stopped() || scatterings_ >= s_.max_bounces; }
+
+  [[nodiscard]] static float even_worth(std::size_t /*light*/) { return 1; }
+
+  /// Light that a lobe scatters into the path: one more scattering.
+  template <class Lobe, class Worth>
+  void gather(const Lobe& lobe, const Worth& worth, Rng& rng) {
+    add_light_here<AnyPaths>(s_, lobe, direction_, throughput_, worth, traversal, rng, shadow_rays,
+                             r_);
+    if (s_.emission && s_.emission->lit) {
+      add_fire_here(s_, lobe, direction_, throughput_, traversal, rng, shadow_rays, r_);
+    }
+    r_.scattered(++scatterings_);
+  }
+
+  template <class Lobe>
+  void turn_path(const Lobe& lobe, Rng& rng) {
+    from_ = direction_;
+    direction_ = sample_phase(lobe, from_, rng);
+  }
+
+  // A shadow catcher covers what lies behind it by as much of the light as does not reach it
+  // unscattered, and adds the light that reaches it otherwise (THEORY.md, T5.18).
+
+  /// Goes on from there, for the light that is met and, if bounces allow, for what is scattered.
+  [[nodiscard]] bool catch_shadow(const SurfaceHit& surface, Rng& rng) {
+    if (s_.stopped()) return false;
+    on_catcher_ = true;
+    seen_ = direction_;
+    open_light_ = light_in_the_open(surface);
+    r_.alpha = 1;
+    if (largest(open_light_) > 0) {
+      direct_.reset();
+      add_light_here<AnyPaths>(s_, lobe_, direction_, Rgb(1.0f), even_worth, traversal, rng,
+                               shadow_rays, direct_);
+    }
+    uncover();
+    throughput_ = s_.max_bounces > 0 ? surface.finish->albedo : Rgb(0.0f);
+    if (s_.emission && s_.emission->lit && largest(throughput_) > 0) {
+      add_fire_here(s_, lobe_, direction_, throughput_, traversal, rng, shadow_rays, r_);
+    }
+    r_.scattered(++scatterings_);
+    turn_path(lobe_, rng);
+    return largest(throughput_) > 0 || largest(open_light_) > 0;
+  }
+
+  /// What a white surface there would scatter if nothing were in the way.
+  [[nodiscard]] Rgb light_in_the_open(const SurfaceHit& surface) {
+    if (surface.normal != open_normal_) {
+      open_normal_ = surface.normal;
+      open_sky_ = s_.open_sky->irradiance(open_normal_);
+    }
+    Rgb sum = open_sky_;
+    for (const LightSource& source : s_.lights) {
+      sum += std::visit([&](const auto& l) { return l.on_plane(surface.place, surface.normal); },
+                        source);
+    }
+    return sum * float(1 / std::numbers::pi);
+  }
+
+  /// Takes what arrived unscattered off what the catcher covers; where nothing ever does, there is
+  /// no shadow, and it covers nothing.
+  void uncover() {
+    const float open = luminance(open_light_);
+    if (!(open > 0)) {
+      if (r_.alpha == 0) return;
+      r_.alpha = 0;
+      if (s_.options.background) add_seen(s_, seen_, Rgb(1.0f), r_);
+    } else {
+      const float share = luminance(direct_.radiance) / open;
+      r_.alpha -= share;
+      if (s_.options.background) add_seen(s_, seen_, Rgb(share), r_);
+    }
+    r_.scattered(0);
+  }
+
+  Branches<WorldPlace> waiting_;
+  Vec3f seen_;         // the camera's direction to the catcher
+  Rgb open_light_;     // there without shadow
+  Vec3d open_normal_;  // of the catcher that was asked for last: of planes there is but one
+  Rgb open_sky_;       // its irradiance
+};
+
+}  // namespace pvol::detail

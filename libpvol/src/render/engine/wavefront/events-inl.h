@@ -1,0 +1,121 @@
+// What becomes of events: real collisions and rays that fly on go to their queues, and the work is
+// counted.
+
+#if defined(PVOL_LANE_EVENTS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef PVOL_LANE_EVENTS_INL_H
+#undef PVOL_LANE_EVENTS_INL_H
+#else
+#define PVOL_LANE_EVENTS_INL_H
+#endif
+
+#include "render/engine/wavefront/guide-inl.h"
+#include "render/engine/wavefront/lane_memory.h"
+#include "volume/simd/decide-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace pvol::detail::HWY_NAMESPACE {
+
+/// Where the renderer counts the work of flights and decisions: in the tally of the whole picture
+/// and in those of samples, one lane at a time.
+struct SampleCounts {
+  const LaneScene& s;
+  LaneMemory& m;
+  Tally& tally;
+
+  HWY_INLINE bool on() const { return s.count; }
+
+  HWY_NOINLINE void add_segments(const std::uint32_t* sources, std::uint32_t lanes) {
+    tally.segments += std::size_t(std::popcount(lanes));
+    add_each(sources, lanes, PixelCounter::segments);
+  }
+
+  void add_decisions() {
+    const Events& e = m.events;
+    const bool micro = s.field.micro_codes != nullptr;
+    tally.bounds_tests += e.n;
+    tally.lookups += e.undecided;
+    for (std::size_t k = 0; k < (e.n + kLanes - 1) / kLanes; ++k) {
+      if (micro) tally.bounds_tests += std::size_t(std::popcount(e.open[k]));
+      const std::uint32_t all = bits_of(first(e.n - k * kLanes));
+      const std::uint32_t* const sources = &e.source[k * kLanes];
+      add_each(sources, all, PixelCounter::bounds_tests);
+      if (micro) add_each(sources, e.open[k], PixelCounter::bounds_tests);
+      tally.null_collisions += std::size_t(std::popcount(all & ~e.real[k]));
+    }
+    for (std::size_t k = 0; k < e.undecided; ++k) {
+      add_each(&e.source[e.which[k]], 1, PixelCounter::lookups);
+    }
+  }
+
+ private:
+  void add_each(const std::uint32_t* sources, std::uint32_t lanes, PixelCounter counter) {
+    for (; lanes != 0; lanes &= lanes - 1) {
+      const std::uint32_t id = m.flying.bits(kId)[sources[std::countr_zero(lanes)]];
+      ++m.slots.counts[slot_of(id)][std::size_t(counter)];
+    }
+  }
+};
+
+/// Events of a register on their way to a queue: rays, and what the scene's paths carry besides.
+struct InFlight {
+  RaysInFlight rays;
+  F w0, w1, w2, pdf;
+
+  HWY_INLINE InFlight(const LaneScene& s, const LaneMemory& m, std::size_t at, M on)
+      : rays(m, at, on) {
+    const Records& q = m.flying;
+    w0 = gather(q[kW0], rays.source);
+    if (!s.one_lobe) w1 = gather(q[kW1], rays.source), w2 = gather(q[kW2], rays.source);
+    if (s.weighted) pdf = gather(q[kPdf], rays.source);
+  }
+
+  HWY_INLINE void put(const LaneScene& s, M chosen, const Random& rng, Records& to) const {
+    const std::size_t n = to.n;
+    rays.put(chosen, rng, to);
+    pack(chosen, w0, to[kW0] + n);
+    if (!s.one_lobe) pack(chosen, w1, to[kW1] + n), pack(chosen, w2, to[kW2] + n);
+    if (s.weighted) pack(chosen, pdf, to[kPdf] + n);
+    to.n += count(chosen);
+  }
+};
+
+/// Adds the rows of the importance to real collisions of guided paths, and fetches them.
+HWY_INLINE void put_rows(const LaneScene& s, const Importance& importance, const RaysInFlight& e,
+                         M real, Records& to) {
+  const Place p(s.field.bounds, e.x, e.y, e.z);
+  std::uint32_t* const rows = to.bits(kAux) + to.n;
+  pack(real, as_bits(row_of(importance.cells(), p.x, p.y, p.z)), rows);
+  const std::size_t lights = s.setup.lights.size() + 1;
+  for (std::size_t k = 0; k < count(real); ++k) {
+    prefetch(&importance.rows()[rows[k]]);
+    prefetch(importance.shadow_worths() + rows[k] * lights);
+  }
+}
+
+/// Real collisions go to `real`, or nowhere where it is null; null ones fly on in `back`.
+HWY_NOINLINE void decide(const LaneScene& s, LaneMemory& m, Records& back, Records* real,
+                         Tally& tally) {
+  const Events& e = m.events;
+  decide(s.field, m);
+  if (s.count) SampleCounts{s, m, tally}.add_decisions();
+  back.reserve(e.n);
+  if (real != nullptr) real->reserve(e.n);
+  for (std::size_t at = 0; at < e.n; at += kLanes) {
+    const M on = first(e.n - at), is_real = mask_of(e.real[at / kLanes]);
+    Random rng{load(&e.rng0[at]), load(&e.rng1[at])};
+    const M null = hn::AndNot(is_real, on);
+    const InFlight in_flight(s, m, at, on);
+    if (real != nullptr) {
+      if (s.importance() != nullptr) put_rows(s, *s.importance(), in_flight.rays, is_real, *real);
+      in_flight.put(s, is_real, rng, *real);
+    }
+    pack(null, rng.exponential(), back[kDepth] + back.n);
+    if (s.limited) pack(null, load(&e.left[at]), back[kLeft] + back.n);
+    in_flight.put(s, null, rng, back);
+  }
+}
+
+}  // namespace pvol::detail::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard

@@ -1,0 +1,80 @@
+// A scene as the lane kernels read it: tables of floats without variants.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "render/engine/wavefront/path_fields.h"
+#include "render/guide/importance.h"
+#include "render/path/path_setup.h"
+#include "volume/simd/lane_field.h"
+
+namespace pvol::detail {
+
+/// One column of a table for each component of the medium: what collisions with it ask for.
+struct ComponentTable {
+  std::vector<float> share_up_to;
+  std::array<std::vector<float>, 3> albedo;
+  /// The two lobes of its phase function; a share of 1 is of the first alone.
+  std::vector<float> lobe_share;
+  struct Lobe {
+    std::vector<float> g, one_minus_g, one_minus_g2, axis;
+  };
+  std::array<Lobe, 2> lobes;
+  /// All components where a phase function has other than lobes, else none: then lanes are asked
+  /// for one by one (phase_lanes.h).
+  std::span<const MediumComponent> one_by_one;
+};
+
+/// A light, by the way in which kernels sample it.
+struct LaneLight {
+  enum class Kind {
+    delta,  ///< one direction
+    disc,   ///< uniform over a disc in the sky
+    point,  ///< from a place
+    sky,    ///< by its picture, one lane at a time
+  };
+  Kind kind = Kind::sky;
+  Vec3f direction;                 ///< of delta and disc
+  Vec3f place;                     ///< of a point, in cells as rays have them
+  float one_minus_cos_radius = 0;  ///< of a disc
+  float pdf = 0;                   ///< of a disc
+  Rgb radiance{0.0f};              ///< what a shadow ray brings: irradiance of delta lights
+  float value = 0;                 ///< absolute luminance of that
+};
+
+/// Constants of a render that all threads share. Needs one volume of bricks that is not
+/// empty, for nearest or trilinear look-ups.
+struct LaneScene {
+  const PathSetup& setup;
+  const VolumeSetup& volume;
+  std::array<Vec3f, 3> to_world;  ///< rows of the map of steps in cells to the world
+  LaneField field;                ///< with the setup's bounds
+
+  ComponentTable matter;
+  bool one_lobe;  ///< one component of one lobe and grey albedo: all that most clouds need
+  bool emits;     ///< whether collisions add light of their own
+
+  std::vector<LaneLight> lights;  ///< those of the scene; then the sky, if it is sampled
+  bool limited;                   ///< whether a light may be nearer than the edge of the volume
+  bool weighted;  ///< whether lights that paths meet by themselves are weighted by densities
+  bool count;     ///< whether work is counted
+  bool counts_collisions;  ///< whether paths count their own
+  bool orders;             ///< whether light is told apart by how often it was scattered
+  std::uint32_t fields;    ///< bits of those that rays of the scene have
+  bool dark_sky;           ///< whether rays that leave after a scattering bring nothing
+
+  explicit LaneScene(const PathSetup& s);
+
+  [[nodiscard]] const Importance* importance() const { return setup.importance.get(); }
+};
+
+/// Most bounces that a path can be limited to.
+inline constexpr std::uint32_t kMostLaneBounces = 65'000;
+
+/// Why the lane kernels do not render what the plan says, or null. `volumes` were checked.
+[[nodiscard]] const char* lane_obstacle(std::span<const Volume> volumes, const Scene& scene);
+
+}  // namespace pvol::detail

@@ -1,0 +1,267 @@
+// A batch of samples from the camera to the film: which stage runs when.
+
+#if defined(PVOL_LANE_TRACE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef PVOL_LANE_TRACE_INL_H
+#undef PVOL_LANE_TRACE_INL_H
+#else
+#define PVOL_LANE_TRACE_INL_H
+#endif
+
+#include "render/engine/wavefront/scatter-inl.h"
+#include "render/engine/wavefront/wavefront.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace pvol::detail::HWY_NAMESPACE {
+
+[[nodiscard]] inline Vec3f direction_at(const Records& q, std::size_t at) {
+  return {q[kDX][at], q[kDY][at], q[kDZ][at]};
+}
+
+template <class MediumComponent>
+[[nodiscard]] Rgb weight_at(const Records& q, std::size_t at) {
+  constexpr bool kGrey = MediumComponent::kWeights == 1;
+  return {q[kW0][at], q[kGrey ? kW0 : kW1][at], q[kGrey ? kW0 : kW2][at]};
+}
+
+/// Rays of the camera that left without a collision see what lies behind.
+HWY_NOINLINE void end_camera_rays(const LaneScene& s, LaneMemory& m) {
+  if (!s.setup.options.background) return;
+  for (std::size_t k = 0; k < m.events.gone; ++k) {
+    const std::size_t at = m.events.gone_source[k];
+    m.slots.add(slot_of(m.flying.bits(kId)[at]), 0, [&](PathResult& r) {
+      add_constant(s.setup, r);
+      add_seen(s.setup, direction_at(m.flying, at), Rgb(1.0f), r);
+    });
+  }
+}
+
+/// Paths that left bring the light of where they went.
+template <class MediumComponent>
+HWY_NOINLINE void end_paths(const LaneScene& s, LaneMemory& m) {
+  if (s.dark_sky) return;
+  const Records& q = m.flying;
+  for (std::size_t k = 0; k < m.events.gone; ++k) {
+    const std::size_t at = m.events.gone_source[k];
+    const std::uint32_t id = q.bits(kId)[at];
+    m.slots.add(slot_of(id), number_of(id), [&](PathResult& r) {
+      const auto pdf = [&] { return q[kPdf][at]; };
+      add_scattered(s.setup, pdf, direction_at(q, at), weight_at<MediumComponent>(q, at), r);
+    });
+  }
+}
+
+/// Shadow rays that left have reached their light.
+template <class MediumComponent>
+HWY_NOINLINE void end_shadow_rays(const LaneScene& s, LaneMemory& m) {
+  const Records& q = m.flying;
+  for (std::size_t k = 0; k < m.events.gone; ++k) {
+    const std::size_t at = m.events.gone_source[k];
+    const std::uint32_t id = q.bits(kId)[at], light = light_of(id);
+    m.slots.add(slot_of(id), scatterings_of(id), [&](PathResult& r) {
+      const bool sky = light == s.setup.lights.size();
+      const Rgb radiance = sky ? s.setup.sky.radiance(direction_at(q, at)) - s.setup.constant
+                               : s.lights[light].radiance;
+      const Rgb arrived = weight_at<MediumComponent>(q, at) * radiance;
+      r.radiance += arrived;
+      if (r.in_layers()) (sky ? r.sky() : r.layers[light]) += arrived;
+    });
+  }
+}
+
+/// The samples of a tile, in the order of their slots: pixels by rows, each with those that it
+/// lacks.
+class Samples {
+ public:
+  Samples(const ImagePart& tile, const SampleTargets& targets, const Film& film)
+      : tile_(tile), targets_(targets), film_(film) {
+    find();
+  }
+
+  struct Sample {
+    int x, y;  ///< of its pixel, in the film
+    std::uint32_t number;
+  };
+  [[nodiscard]] bool any() const { return y_ < tile_.height; }
+  [[nodiscard]] Sample next() {
+    const Sample s{tile_.x + x_, tile_.y + y_, number_};
+    if (++number_ == end_) ++x_, find();
+    return s;
+  }
+
+ private:
+  const ImagePart& tile_;
+  const SampleTargets& targets_;
+  const Film& film_;
+  int x_ = 0, y_ = 0;
+  std::uint32_t number_ = 0, end_ = 0;
+
+  /// Goes to the first pixel from here on that lacks any.
+  void find() {
+    for (; y_ < tile_.height; x_ = 0, ++y_) {
+      for (; x_ < tile_.width; ++x_) {
+        const std::size_t pixel = film_.index(tile_.x + x_, tile_.y + y_);
+        number_ = film_.pixels[pixel].samples, end_ = targets_.of(pixel);
+        if (number_ < end_) return;
+      }
+    }
+  }
+};
+
+[[nodiscard]] inline std::uint32_t count_samples(const ImagePart& tile,
+                                                 const SampleTargets& targets, const Film& film) {
+  std::uint32_t n = 0;
+  for (Samples all(tile, targets, film); all.any(); (void)all.next()) ++n;
+  return n;
+}
+
+/// Puts a ray at a place, in cells from the octree's origin, at or in the box of the support.
+inline void put_ray(const LaneScene& s, Records& q, Vec3d place, Vec3f d, Rgb weight,
+                    std::uint32_t id, Rng& rng) {
+  const std::size_t n = put_ray(s.field, q, place, d, rng);
+  for (int c = 0; c < 3; ++c) q[kW0 + std::size_t(c)][n] = weight[c];
+  q[kPdf][n] = 0;
+  q.bits(kId)[n] = id;
+}
+
+/// Puts a camera ray where it enters the box of the support; one that misses that sees what lies
+/// behind.
+inline void start(const LaneScene& s, LaneMemory& m, const Samples::Sample& sample,
+                  std::uint32_t slot, const Film& film, Work& work) {
+  auto [rng, ray] = CameraSample(s.setup, film.x + sample.x, film.y + sample.y,
+                                 film.first_sample + sample.number);
+  const Ray cells = s.volume.in_cells(ray);
+  const auto span = s.volume.in_box(cells);
+  const Vec3f d(ray.d);
+  if (!span || outside_shell(s.volume, cells, *span, work)) {
+    if (s.setup.options.background) {
+      m.slots.add(slot, 0, [&](PathResult& r) {
+        add_constant(s.setup, r);
+        add_seen(s.setup, d, Rgb(1.0f), r);
+      });
+    }
+    return;
+  }
+  put_ray(s, m.camera, cells.at(span->t0), d, Rgb(1.0f), slot, rng);
+}
+
+[[nodiscard]] inline Vec3d world_place(const LaneScene& s, const Records& q, std::size_t at) {
+  const Vec3d place{double(q[kX][at]), double(q[kY][at]), double(q[kZ][at])};
+  return s.volume.cells_to_world.point(place - Vec3d(DenseBounds::kBorder));
+}
+
+/// Everything that first collisions of the camera's rays bring at once.
+HWY_NOINLINE void add_first_collisions(const LaneScene& s, LaneMemory& m, std::size_t from) {
+  const bool constant = largest(s.setup.constant) > 0;
+  for (std::size_t k = from; k < m.collisions.n; ++k) {
+    const std::uint32_t slot = slot_of(m.collisions.bits(kId)[k]);
+    m.slots.alpha[slot] = 1;
+    if (constant) m.slots.add(slot, 0, [&](PathResult& r) { add_constant(s.setup, r); });
+    if (s.setup.first_collisions) m.slots.first[slot] = world_place(s, m.collisions, k);
+  }
+}
+
+/// Takes rays from the end of a queue and flies them; null collisions go back to it.
+HWY_INLINE void take_and_fly(const LaneScene& s, LaneMemory& m, Records& queue, Tally& tally) {
+  queue.take_last(kSlice, s.fields, m.flying);
+  SampleCounts counts{s, m, tally};
+  fly<false>(s.field, m, counts);
+}
+
+HWY_INLINE void fly_camera_rays(const LaneScene& s, LaneMemory& m) {
+  take_and_fly(s, m, m.camera, m.counts.path);
+  end_camera_rays(s, m);
+  const std::size_t before = m.collisions.n;
+  decide(s, m, m.camera, &m.collisions, m.counts.path);
+  add_first_collisions(s, m, before);
+}
+
+template <class MediumComponent>
+HWY_INLINE void fly_paths(const LaneScene& s, LaneMemory& m) {
+  take_and_fly(s, m, m.paths, m.counts.path);
+  end_paths<MediumComponent>(s, m);
+  decide(s, m, m.paths, &m.collisions, m.counts.path);
+}
+
+template <class MediumComponent>
+HWY_INLINE void fly_shadow_rays(const LaneScene& s, LaneMemory& m) {
+  m.shadows.take_last(kSlice, s.fields, m.flying);
+  SampleCounts counts{s, m, m.counts.shadow};
+  if (s.limited) {
+    fly<true>(s.field, m, counts);
+  } else {
+    fly<false>(s.field, m, counts);
+  }
+  end_shadow_rays<MediumComponent>(s, m);
+  decide(s, m, m.shadows, nullptr, m.counts.shadow);
+}
+
+/// Adds a tile's samples to the film, which changes what they lack.
+void finish(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const SampleTargets& targets,
+            Film& film) {
+  std::uint32_t slot = 0;
+  for (int y = tile.y; y != tile.y + tile.height; ++y) {
+    for (int x = tile.x; x != tile.x + tile.width; ++x) {
+      const std::size_t pixel = film.index(x, y);
+      const std::uint32_t end = targets.of(pixel);
+      for (; film.pixels[pixel].samples < end; ++slot) {
+        const PathResult& r = m.slots.result(slot);
+        require_finite(r, film.x + x, film.y + y);
+        add_sample(s.setup, r, pixel, film);
+        for (std::size_t c = 0; c < kPixelCounts.size() && s.setup.count; ++c) {
+          film.pixels[pixel].counts[c] += m.slots.counts[slot][c];
+        }
+      }
+      settle(film, pixel);
+    }
+  }
+}
+
+/// Traces and adds a tile's samples; see LaneKernel.
+template <bool kGuided, class MediumComponent>
+bool trace(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const SampleTargets& targets,
+           Film& film, Counts& counts) {
+  Samples samples(tile, targets, film);
+  m.slots.start(count_samples(tile, targets, film));
+  m.counts = {};
+  m.camera.n = m.paths.n = m.shadows.n = m.collisions.n = m.straight.n = m.turned.n = 0;
+  Work work(s.setup);
+  std::uint32_t next = 0;
+  for (;;) {
+    if (s.setup.stop->load(std::memory_order_relaxed)) return false;
+    if (m.paths.n >= kSlice) {
+      fly_paths<MediumComponent>(s, m);
+    } else if (m.shadows.n >= kSlice) {
+      fly_shadow_rays<MediumComponent>(s, m);
+    } else if (samples.any() || m.camera.n > 0) {
+      m.camera.reserve(kSlice);
+      while (m.camera.n < kSlice && samples.any()) {
+        start(s, m, samples.next(), next++, film, work);
+      }
+      fly_camera_rays(s, m);
+    } else if (m.paths.n > 0) {
+      fly_paths<MediumComponent>(s, m);
+    } else if (m.shadows.n > 0) {
+      fly_shadow_rays<MediumComponent>(s, m);
+    } else {
+      break;
+    }
+    collide<kGuided, MediumComponent>(s, m);
+    scatter<MediumComponent>(s, m.straight, m.paths);
+    if constexpr (kGuided) scatter_guided<MediumComponent>(s, m.turned, m.paths);
+  }
+  finish(s, m, tile, targets, film);
+  m.counts.shell_tests = work.shell_tests;
+  m.counts.shell_rejections = work.shell_rejections;
+  if (s.setup.count) counts += m.counts;
+  return true;
+}
+
+[[nodiscard]] inline LaneKernel find_kernel(bool guided, bool one_lobe) {
+  if (guided) return one_lobe ? &trace<true, OneLobe> : &trace<true, AnyComponent>;
+  return one_lobe ? &trace<false, OneLobe> : &trace<false, AnyComponent>;
+}
+
+}  // namespace pvol::detail::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard

@@ -1,0 +1,50 @@
+// Compiles the stages once for each instruction set that has a kernel.
+#include "render/engine/wavefront/wavefront.h"
+
+#include <bit>
+#include <cmath>
+
+#include "volume/simd/instruction_sets.h"
+#define HWY_TARGET_INCLUDE "render/engine/wavefront/wavefront.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#if HWY_TARGET & (HWY_AVX2 | HWY_AVX3)
+#include "render/engine/wavefront/photons-inl.h"
+#endif
+
+#if HWY_ONCE
+namespace pvol::detail {
+
+namespace {
+
+/// The functions of one instruction set; none where it was not compiled.
+struct Kernels {
+  LaneKernel (*find)(bool guided, bool one_lobe) = nullptr;
+  PhotonKernel (*find_photons)(bool one_lobe) = nullptr;
+};
+
+Kernels kernels_of([[maybe_unused]] KernelKind lanes) {
+#if HWY_TARGETS & HWY_AVX3
+  if (lanes == KernelKind::avx512) return {&N_AVX3::find_kernel, &N_AVX3::find_photons};
+#endif
+#if HWY_TARGETS & HWY_AVX2
+  if (lanes == KernelKind::avx2) return {&N_AVX2::find_kernel, &N_AVX2::find_photons};
+#endif
+  return {};
+}
+
+}  // namespace
+
+LaneKernel find_lane_kernel(KernelKind lanes, bool guided, bool one_lobe) {
+  const Kernels k = kernels_of(lanes);
+  return k.find == nullptr ? nullptr : k.find(guided, one_lobe);
+}
+
+PhotonKernel find_photon_kernel(KernelKind lanes, bool one_lobe) {
+  const Kernels k = kernels_of(lanes);
+  return k.find_photons == nullptr ? nullptr : k.find_photons(one_lobe);
+}
+
+}  // namespace pvol::detail
+#endif

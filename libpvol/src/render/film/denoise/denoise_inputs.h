@@ -1,0 +1,31 @@
+// What the filter wants of a film, as planes.
+#pragma once
+
+#include <array>
+#include <functional>
+
+#include "pvol/render/film.h"
+#include "render/film/denoise/patch_weights.h"
+
+namespace pvol::detail {
+
+/// The two halves of a film's samples, in units of `scale`.
+struct Halves {
+  double scale = 1;             ///< radiance that is 1 in the planes: the film's mean
+  std::array<Guide, 2> colour;  ///< with variances of the halves' means, smoothed
+  Plane filtered;               ///< 1 for pixels that are to be filtered, else 0
+  bool any = false;             ///< whether there are such pixels
+};
+[[nodiscard]] Halves make_halves(const Film& film, int margin);
+
+/// Features of about the scale 1, filtered by themselves: place in the picture, alpha, and what
+/// first collisions tell. Those that are the same everywhere are left out. Heeds `stop`.
+[[nodiscard]] Planes make_features(const Film& film, int margin, const std::function<bool()>& stop);
+
+/// Throws Error once `stop`, if there is one, is true.
+void heed(const std::function<bool()>& stop);
+
+/// Throws Error for films that lack a layer, samples or finite pixels.
+void check_film(const Film& film);
+
+}  // namespace pvol::detail

@@ -1,0 +1,40 @@
+#include "render/light/emission/emission_setup.h"
+
+#include <algorithm>
+
+#include "pvol/volume/albedo_field.h"
+
+namespace pvol::detail {
+
+std::shared_ptr<const EmissionSetup> prepare_emission(std::span<const Volume> volumes,
+                                                      const Scene& scene) {
+  const RenderOptions& options = scene.options;
+  EmissionSetup setup{.sources = emission_sources(volumes, options),
+                      .points = options.emission_points};
+  if (setup.sources.empty()) return nullptr;
+  std::vector<Box> boxes;
+  for (const EmissionSource& s : setup.sources) boxes.push_back(s.box);
+  setup.tree = BoxTree(boxes);
+  const bool scatters =
+      std::ranges::any_of(
+          volumes,
+          [](const Volume& v) { return !v.density.octree.empty() && largest_albedo(v) > 0; }) ||
+      std::ranges::any_of(scene.surfaces, [](const Surface& s) {
+        return max_component(material_of(s).albedo) > 0;
+      });
+  setup.lit = scatters && options.max_bounces != 0u;
+  if (setup.lit) setup.lights = EmissionLights(setup.sources);
+  return std::make_shared<const EmissionSetup>(std::move(setup));
+}
+
+Rgb emission_along(const EmissionSetup& setup, const Ray& ray, double distance, Rng& rng) {
+  Rgb sum(0.0f);
+  const float u = rng.uniform();  // for all: each is right on average, and so is the sum
+  setup.tree.visit(ray, distance, [&](std::uint32_t i, double limit) {
+    sum += integrate(setup.sources[i], ray, distance, u, setup.points);
+    return limit;
+  });
+  return sum;
+}
+
+}  // namespace pvol::detail

@@ -1,0 +1,103 @@
+#include "render/light/emission/emission_source.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "pvol/volume/estimators.h"
+#include "pvol/volume/extinction_source.h"
+#include "pvol/volume/facts.h"
+
+namespace pvol::detail {
+namespace {
+
+constexpr double kStride = 8;  // cells, the edge of a leaf
+
+/// Sum over the components of how much of their emission counts, per unit of optical depth.
+template <class Part>
+Rgb emitted(const Medium& medium, const Part& part) {
+  Rgb sum(0.0f);
+  for (const Component& c : medium.components) sum += part(c.albedo) * c.emission * float(c.share);
+  return sum * medium.extinction_color;
+}
+
+/// What matter of a volume emits, all components together: (1 - albedo x colour) L_e, and nothing
+/// else.
+EmissionSource source_of(const Volume& v) {
+  const auto by_albedo = [](Rgb albedo) { return albedo; };
+  const auto absorbed = [](Rgb albedo) { return Rgb(1.0f) - albedo; };
+  const auto all = [](Rgb) { return Rgb(1.0f); };
+  if (v.albedo == nullptr) return {.field = &v.density, .of_depth = emitted(v.medium, absorbed)};
+  return {.field = &v.density,
+          .of_depth = emitted(v.medium, all),
+          .albedo = v.albedo.get(),
+          .per_color = emitted(v.medium, by_albedo)};
+}
+
+template <class Value>
+Rgb integrate(const EmissionSource& source, const Value& value, const Ray& ray, const Ray& cells,
+              Span span, float u, int points) {
+  constexpr float kGolden = 0.618034f;  // steps by it spread over [0, 1) evenly
+  const Octree& tree = source.field->octree;
+  Walk walk(tree, make_cursor(tree, cells.at(span.t0)), lanes(Vec3f(cells.d)), span.t1 - span.t0);
+  const double pieces = length(cells.d) * points / kStride;
+  Rgb sum(0.0f);
+  while (const auto s = walk.next()) {
+    const double length = s->t1 - s->t0;
+    const int count = std::max(points, int(std::ceil(std::min(length * pieces, 1e6))));
+    const double piece = length / count;
+    for (int k = 0; k < count; ++k) {
+      const double t = s->t0 + (k + double(u)) * piece;
+      sum += source.at(value, *s, walk.point(t), ray.at(span.t0 + t)) * float(piece);
+      u += kGolden;
+      if (u >= 1) u -= 1;
+    }
+  }
+  return sum;
+}
+
+}  // namespace
+
+bool gathers_along_flights(const Volume& volume, const RenderOptions& options) {
+  // A uniform slab of depth tau brings noise of about tau^3 / 3 along flights and tau at
+  // collisions; they cross over at 1.4 (THEORY.md, T5.11).
+  constexpr double kThin = 1.4;
+  if (source_of(volume).of_depth == Rgb(0.0f)) return false;
+  // Collisions know the time.
+  if (volume.density.motion != nullptr || volume.moving_places != nullptr) return false;
+  if (options.deep) return false;  // whose samples lie where paths collide
+  if (options.line_emission != LineEmission::automatic) {
+    return options.line_emission == LineEmission::on;
+  }
+  return choose_transmittance(std::span(&volume, 1)).thickness < kThin;
+}
+
+std::vector<EmissionSource> emission_sources(std::span<const Volume> volumes,
+                                             const RenderOptions& options) {
+  std::vector<EmissionSource> all;
+  const auto add = [&](const Volume& v, EmissionSource source) {
+    for (std::size_t place = 0; place < count_places(v); ++place) {
+      source.to_first = to_first_place(v, place);
+      source.box = world_box(*source.field, v, place);
+      all.push_back(source);
+    }
+  };
+  for (const Volume& v : volumes) {
+    if (v.fire != nullptr) add(v, {.field = &v.fire->field, .fire = v.fire.get()});
+    if (gathers_along_flights(v, options)) add(v, source_of(v));
+  }
+  std::erase_if(all, [](const EmissionSource& s) { return s.field->octree.empty(); });
+  return all;
+}
+
+Rgb integrate(const EmissionSource& source, const Ray& world, double distance, float u,
+              int points) {
+  const VolumeField& f = *source.field;
+  const Ray ray{source.to_first.point(world.o), source.to_first.vector(world.d)};
+  const Ray cells{f.world_to_cells.point(ray.o), f.world_to_cells.vector(ray.d)};
+  const auto span = intersect(f.octree.support(), cells, 0, distance);
+  if (!span) return Rgb(0.0f);
+  return visit_source(
+      f, [&](const auto& value) { return integrate(source, value, ray, cells, *span, u, points); });
+}
+
+}  // namespace pvol::detail

@@ -1,0 +1,182 @@
+#include "render/plan/check_scene.h"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+
+#include "math/digits.h"
+#include "pvol/error.h"
+#include "pvol/render/deep.h"
+#include "pvol/render/lights.h"
+#include "pvol/volume/emitter.h"
+#include "pvol/volume/facts.h"
+#include "pvol/volume/motion.h"
+#include "pvol/volume/moving_places.h"
+#include "volume/placement.h"
+
+namespace pvol::detail {
+namespace {
+
+void require(bool ok, const std::string& message) {
+  if (!ok) throw Error(message);
+}
+
+void check(const Scene& scene) {
+  validate(scene.environment);
+  for (const Light& light : scene.lights) validate(light);
+  validate(scene.options);
+  validate(scene.camera);
+  for (const Surface& surface : scene.surfaces) validate(surface);
+}
+
+/// The places that a fire got from its volume, which was made without it.
+void check_places(const Emitter& fire, const Volume& volume) {
+  const std::size_t places = count_places(volume);
+  for (std::size_t i = 1; i < places; ++i) {
+    const Affine to_cells = fire.field.world_to_cells * to_first_place(volume, i);
+    naming_place(i, places, [&] {
+      check_placement(inverse(to_cells), to_cells, world_box(fire.field, volume, i));
+    });
+  }
+}
+
+/// Of a volume that moves.
+void check_motion(const Volume& volume, const Scene& scene) {
+  const RenderOptions& o = scene.options;
+  require(volume.density.motion->shutter == scene.camera.shutter,
+          "the volume was made for another shutter than the camera's");
+  require(o.tracker != Tracker::regular && o.transmittance != Transmittance::regular,
+          "regular tracking and regular transmittance have no closed form where a volume moves; "
+          "choose another tracker or transmittance, or the shutter [0, 0]");
+  require(o.line_emission != LineEmission::on,
+          "the emission of a volume that moves is gathered at collisions; leave line emission at "
+          "auto");
+}
+
+/// Of a volume that moves as a whole.
+void check_moving_places(const Volume& volume, const Scene& scene) {
+  const RenderOptions& o = scene.options;
+  require(volume.moving_places->shutter == scene.camera.shutter,
+          "the volume's places move for another shutter than the camera's");
+  require(volume.fire == nullptr,
+          "a fire stands still: its volume does not move as a whole; leave the fire or the motion "
+          "of its place (`to`) out, or the shutter at [0, 0]");
+  require(!is_weighted(o.tracker),
+          std::string("a volume that moves as a whole takes a tracker without weights, not ") +
+              name(o.tracker) + "; choose another one, such as decomposition");
+  require(!is_chromatic(volume.medium),
+          "an extinction that differs by channel (extinction_color) does not go with a volume that "
+          "moves as a whole; leave one of them out, or the shutter at [0, 0]");
+  require(o.line_emission != LineEmission::on,
+          "the emission of a volume that moves is gathered at collisions; leave line emission at "
+          "auto");
+}
+
+void check(const Volume& volume, const RenderOptions& o) {
+  validate(volume.medium);
+  require(volume.density.majorant_excess == 1 || is_weighted(o.tracker),
+          "the volume's majorants do not hold, which takes a tracker with weights");
+  require(has_closed_form(o.look_up) ||
+              (o.tracker != Tracker::regular && o.transmittance != Transmittance::regular),
+          "regular tracking and regular transmittance have closed forms for nearest and trilinear "
+          "interpolation only; choose another tracker, transmittance or interpolation");
+  require(volume.density.map == nullptr ||
+              (o.tracker != Tracker::regular && o.transmittance != Transmittance::regular),
+          "regular tracking and regular transmittance have no closed form for a mapped density; "
+          "choose another tracker or transmittance");
+  require(volume.density.scale == float(volume.medium.extinction) &&
+              volume.density.look_up == o.look_up &&
+              (o.tracker != Tracker::delta_global || volume.density.octree.depth == 0),
+          "the volume was made for another extinction, interpolation or tracker than the scene's");
+  if (volume.fire != nullptr) check_places(*volume.fire, volume);
+}
+
+/// Deep pictures are made of samples that collide or do not, and of memory.
+void check_deep(std::span<const Volume> volumes, const RenderOptions& o) {
+  require(
+      std::ranges::none_of(volumes, [](const Volume& v) { return v.fire != nullptr; }) &&
+          o.line_emission != LineEmission::on,
+      "deep pictures are made of what collides, and light of fires and of emission along flights "
+      "comes from all along a ray; leave the fire or the deep picture out, and line emission at "
+      "auto");
+  require(!is_weighted(o.tracker),
+          std::string("deep pictures count samples that collide, and those of tracker ") +
+              name(o.tracker) + " have weights; choose a tracker without, such as decomposition");
+  const double pixels = double(o.crop_width ? o.crop_width : o.width - o.crop_x) *
+                        double(o.crop_height ? o.crop_height : o.height - o.crop_y);
+  constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+  const double bytes =
+      most_deep_bytes(pixels, o.deep_bins, is_adaptive(o) ? kUnlimited : double(o.samples));
+  require(bytes <= kMostDeepBytes, "a deep picture of " + digits(pixels) + " pixels in " +
+                                       std::to_string(o.deep_bins) + " bins of depth may take " +
+                                       digits(bytes / 0x1p30) +
+                                       " GiB of memory; expected at "
+                                       "most 8: take fewer bins, or render it in parts (crop)");
+}
+
+/// Flights for several channels have weights, and one tracker of their own.
+void check_chromatic(std::span<const Volume> volumes, const RenderOptions& o) {
+  if (std::ranges::none_of(volumes, [](const Volume& v) { return is_chromatic(v.medium); })) return;
+  const char* wrong = count_places(volumes) > 1 ? "one volume alone"
+                      : o.deep                  ? "no deep picture, whose samples have no weights"
+                      : is_weighted(o.tracker) || o.tracker == Tracker::regular
+                          ? "the trackers decomposition and delta, for which it has one of its own"
+                          : nullptr;
+  require(wrong == nullptr,
+          std::string("an extinction that differs by channel (extinction_color) goes with ") +
+              (wrong ? wrong : ""));
+}
+
+/// Of what ends flights or is passed by them, which takes flights without weights.
+void check_beside(const std::string& what, const char* flat, std::span<const Volume> volumes,
+                  const RenderOptions& o) {
+  const char* const wrong =
+      is_weighted(o.tracker) ? "a tracker without weights, such as decomposition"
+      : std::ranges::any_of(volumes, [](const Volume& v) { return is_chromatic(v.medium); })
+          ? "an extinction that is the same for all channels (no extinction_color)"
+      : o.deep ? flat
+               : nullptr;
+  if (wrong) throw Error(what + " go with " + wrong);
+}
+
+/// Flights are compiled for one of these kinds, not for two at once.
+void check_kinds(std::span<const Volume> volumes) {
+  const auto any = [&](const auto& is) { return std::ranges::any_of(volumes, is); };
+  const bool moves = any([](const Volume& v) { return v.density.motion != nullptr; });
+  const bool mapped = any([](const Volume& v) { return v.density.map != nullptr; });
+  const bool chromatic = any([](const Volume& v) { return is_chromatic(v.medium); });
+  require(!moves || !(mapped || chromatic),
+          "volumes that move go neither with mapped densities nor with an extinction that differs "
+          "by channel; leave the shutter at [0, 0], or these out");
+  const bool shared = any([](const Volume& v) { return v.density.shares_samples(); });
+  require(!shared || !(moves || mapped),
+          "volumes that share samples go neither with mapped densities nor with volumes that move; "
+          "leave share_samples off, or these out");
+}
+
+}  // namespace
+
+void check(std::span<const Volume> volumes, const Scene& scene) {
+  check(scene);
+  require(!volumes.empty(), "there is no volume to render");
+  require(count_places(volumes) == 1 || !is_weighted(scene.options.tracker),
+          "weighted trackers take one volume; choose another tracker for several");
+  check_chromatic(volumes, scene.options);
+  check_kinds(volumes);
+  if (!scene.surfaces.empty()) {
+    check_beside("scenes with surfaces", "flat pictures, for deep ones hold volumes alone", volumes,
+                 scene.options);
+  }
+  if (any_is_met(make_light_sources(scene.lights))) {
+    check_beside("lights that rays meet (area, point with a radius)",
+                 "flat pictures, for deep ones are made of what collides", volumes, scene.options);
+  }
+  if (scene.options.deep) check_deep(volumes, scene.options);
+  for (const Volume& v : volumes) {
+    check(v, scene.options);
+    if (v.density.motion != nullptr) check_motion(v, scene);
+    if (places_move(v)) check_moving_places(v, scene);
+  }
+}
+
+}  // namespace pvol::detail

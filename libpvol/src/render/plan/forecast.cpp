@@ -1,0 +1,45 @@
+#include "render/plan/forecast.h"
+
+#include "pvol/bounds/octree.h"
+#include "render/path/path_setup.h"
+
+namespace pvol::detail {
+namespace {
+
+/// Of flights that end in about as many collisions as there are of them.
+[[nodiscard]] double nanoseconds(const Tally& t, std::uint64_t flights) {
+  const WalkCosts costs;
+  return costs.segment * double(t.segments) +
+         costs.tentative * double(t.null_collisions + flights) + costs.lookup * double(t.lookups);
+}
+
+/// Seconds of a collision among these, with the flight before it and the shadow rays from it.
+[[nodiscard]] double seconds_per_collision(const Counts& c) {
+  constexpr double kScattering = 150;  // ns besides flights
+  if (c.collisions == 0) return 0;
+  const double flights = nanoseconds(c.path, c.collisions) + nanoseconds(c.shadow, c.shadow_rays);
+  return 1e-9 * (kScattering + flights / double(c.collisions));
+}
+
+}  // namespace
+
+double share_of_time(KernelKind lanes) {
+  return lanes == KernelKind::avx512 ? 0.22 : lanes == KernelKind::avx2 ? 0.28 : 1;
+}
+
+Forecast forecast(const RenderPlan& plan, const CameraProbe& probe) {
+  constexpr double kSample = 200;   // ns besides collisions
+  constexpr double kSurface = 700;  // ns of a hit, with its shadow rays
+  const ImagePart part = image_part(plan.scene.options);
+  const Counts& beyond = probe.cut_counts.collisions > 0 ? probe.cut_counts : probe.counts;
+  Forecast f;
+  f.samples = double(part.width) * part.height * samples_of_part(plan.scene.options);
+  f.collisions = f.samples * probe.collisions();
+  f.cpu_seconds = share_of_time(plan.kernel.lanes) * f.samples *
+                  (1e-9 * (kSample + kSurface * probe.surface_hits()) +
+                   probe.followed() * seconds_per_collision(probe.counts) +
+                   (probe.collisions() - probe.followed()) * seconds_per_collision(beyond));
+  return f;
+}
+
+}  // namespace pvol::detail

@@ -1,0 +1,207 @@
+#include "pvol/render/plan.h"
+
+#include <algorithm>
+
+#include "math/digits.h"
+#include "pvol/volume/facts.h"
+#include "pvol/volume/motion.h"
+#include "pvol/volume/moving_places.h"
+#include "render/light/emission/emission_setup.h"
+#include "render/plan/check_scene.h"
+#include "render/plan/choose_wavefront.h"
+#include "render/plan/forecast.h"
+#include "render/plan/sanity.h"
+#include "render/scene/surface/surfaces.h"
+
+namespace pvol {
+namespace {
+
+using detail::digits;
+
+double count_paths(const RenderOptions& o) {
+  return double(o.width) * o.height * expected_samples(o);
+}
+
+/// Micro-bounds serve where all volumes have them, but for empty ones.
+int common_micro_edge(std::span<const Volume> volumes) {
+  int edge = 0;
+  for (const Volume& v : volumes) edge = std::max(edge, v.density.micro.edge);
+  const bool all = std::all_of(volumes.begin(), volumes.end(), [&](const Volume& v) {
+    return v.density.octree.empty() || v.density.micro.edge == edge;
+  });
+  return all ? edge : 0;
+}
+
+Paths choose_paths(const RenderPlan& p) {
+  const bool guided = p.guide.used;
+  if (is_chromatic(p.volumes.front().medium)) return Paths::chromatic;
+  if (p.surfaces) return Paths::surfaces;
+  if (std::ranges::any_of(p.volumes, places_move)) {
+    return guided ? Paths::guided_moving : Paths::moving_places;
+  }
+  if (count_places(p.volumes) > 1) return guided ? Paths::guided_many : Paths::many_volumes;
+  return guided ? Paths::guided : Paths::one_volume;
+}
+
+Kernel choose_kernel(const RenderPlan& p) {
+  return {.look_up = p.scene.options.look_up,
+          .micro_edge = common_micro_edge(p.volumes),
+          .paths = choose_paths(p),
+          .count = p.scene.options.count || counted(p.scene.options.aovs),
+          .lanes = p.scene.options.kernel,
+          .mapped = std::ranges::any_of(p.volumes,
+                                        [](const Volume& v) { return v.density.map != nullptr; }),
+          .cancellable = std::ranges::any_of(p.volumes, detail::has_long_flights),
+          .endless = std::ranges::any_of(p.volumes, detail::has_endless_flights),
+          .moving = std::ranges::any_of(
+              p.volumes, [](const Volume& v) { return v.density.motion != nullptr; }),
+          .places_move = std::ranges::any_of(p.volumes, places_move),
+          .shared = std::ranges::any_of(
+              p.volumes, [](const Volume& v) { return v.density.shares_samples(); })};
+}
+
+Decision decide_cut(const Volume& v, const RenderOptions& o) {
+  return {"octree", "walks stop at depth " + std::to_string(v.density.octree.depth) + " or above",
+          o.depth                              ? "as told"
+          : o.tracker == Tracker::delta_global ? "the tracker takes one majorant"
+                                               : "where segments cost least"};
+}
+
+Decision decide_micro_bounds(const Volume& v, const RenderOptions& o) {
+  const VolumeField& f = v.density;
+  const std::string edge = std::to_string(f.micro.edge);
+  const std::string choice = f.micro.edge == 0 ? "none" : "of " + edge + "^3 voxels";
+  if (f.motion != nullptr) return {"micro-bounds", choice, "the volume moves"};
+  if (o.micro_bounds != MicroBoundsUse::automatic) return {"micro-bounds", choice, "as told"};
+  return {"micro-bounds", choice,
+          f.micro.edge == 0 ? "look-ups cost little or segments leave little open"
+          : f.micro_stored  ? "from the file: look-ups cost more than they do"
+                            : "built: look-ups cost more than they do"};
+}
+
+Decision decide_motion(const Motion& m) {
+  return {"motion", "blurred",
+          "it moves by up to " + digits(m.longest) +
+              " voxels along an axis between the files' time "
+              "and the shutter's farthest"};
+}
+
+Decision decide_moving_places(const Volume& v) {
+  const MovingPlaces& m = *v.moving_places;
+  const auto moving = std::ranges::count_if(m.all, &MovingPlace::moves);
+  const std::string which = m.all.size() == 1 ? "it moves"
+                                              : std::to_string(moving) + " of its " +
+                                                    std::to_string(m.all.size()) + " places move";
+  return {"motion", "as a whole",
+          which + " by up to " + digits(m.longest) +
+              " world units between the files' time and times of the shutter"};
+}
+
+/// The reason is the estimate, whoever chose: it is worth knowing.
+Decision decide_shell(const ShellChoice& shell) {
+  const ShellEstimate& e = shell.estimate;
+  const double rejected = e.boxed > 0 ? 100.0 * e.rejected / e.boxed : 0;
+  return {"shell", shell.kept ? "used" : "left out",
+          "it would reject " + digits(rejected) +
+              " % of the camera rays in the box; a test costs about " + digits(e.spent) +
+              " ns and saves " + digits(e.saved) + " ns"};
+}
+
+Decision decide_guide(const GuideChoice& guide) {
+  std::string reason = guide.reason;
+  if (guide.scatterings > 0) reason += ", about " + digits(guide.scatterings) + " scatterings";
+  return {"paths", guide.used ? "guided" : "not guided", std::move(reason)};
+}
+
+Decision decide_transmittance(const TransmittanceChoice& t, bool by_user, bool in_lanes) {
+  return {"shadow rays", name(t.estimator),
+          by_user    ? "as told"
+          : in_lanes ? "those of many paths at once"
+                     : "optical thickness about " + digits(t.thickness) + " on average, " +
+                           digits(100 * t.control_share) + " % of the majorants are minorants"};
+}
+
+/// Of volumes whose matter emits, and of fires.
+std::optional<Decision> decide_emission(const RenderPlan& p, const RenderOptions& wanted) {
+  const auto glows = [](const Volume& v) {
+    return std::ranges::any_of(v.medium.components,
+                               [](const Component& c) { return c.emission != Rgb(0.0f); });
+  };
+  if (p.emission == nullptr) {
+    if (std::ranges::none_of(p.volumes, glows)) return std::nullopt;
+    return Decision{"emission", "gathered at collisions",
+                    wanted.line_emission == LineEmission::off ? "as told" : "the clouds are thick"};
+  }
+  const bool fires = std::ranges::any_of(p.volumes, [](const Volume& v) { return bool(v.fire); });
+  return Decision{
+      "emission",
+      p.emission->lit ? "gathered along flights, and sampled as a light" : "gathered along flights",
+      fires                                      ? "a field emits"
+      : wanted.line_emission == LineEmission::on ? "as told"
+                                                 : "the cloud is thin"};
+}
+
+/// The choices in words, in the order in which they bear on each other.
+std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted,
+                             const std::string& lane_reason) {
+  std::vector<Decision> all;
+  for (std::size_t i = 0; i < p.volumes.size(); ++i) {
+    const Volume& v = p.volumes[i];
+    const std::size_t first = all.size();
+    all.push_back(decide_cut(v, wanted));
+    all.push_back(decide_micro_bounds(v, wanted));
+    if (v.density.motion) all.push_back(decide_motion(*v.density.motion));
+    if (places_move(v)) all.push_back(decide_moving_places(v));
+    if (v.shell) all.push_back(decide_shell(p.shells[i]));
+    for (std::size_t k = first; k < all.size(); ++k) all[k].volume = int(i);
+  }
+  if (auto emission = decide_emission(p, wanted)) all.push_back(std::move(*emission));
+  all.push_back(decide_guide(p.guide));
+  all.push_back({"kernel", name(p.kernel.lanes), lane_reason});
+  all.push_back(decide_transmittance(p.transmittance,
+                                     wanted.transmittance != Transmittance::automatic,
+                                     p.kernel.lanes != KernelKind::scalar));
+  return all;
+}
+
+}  // namespace
+
+RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanOptions& options) {
+  RenderPlan p{.volumes = volumes, .scene = scene};
+  // Lights by kind, as scene files have them: a picture can be repeated from its header to the bit.
+  std::stable_sort(p.scene.lights.begin(), p.scene.lights.end(),
+                   [](const Light& a, const Light& b) { return a.index() < b.index(); });
+  RenderOptions& o = p.scene.options;
+  p.transmittance = choose_transmittance(volumes);
+  if (o.transmittance != Transmittance::automatic) p.transmittance.estimator = o.transmittance;
+  o.transmittance = p.transmittance.estimator;
+  detail::check(volumes, p.scene);
+  const detail::LaneChoice lanes = detail::choose_lanes(volumes, scene);
+  if (lanes.lanes != KernelKind::scalar) o.transmittance = Transmittance::analog;
+  p.transmittance.estimator = o.transmittance;
+  o.kernel = lanes.lanes;
+  for (std::size_t i = 0; i < volumes.size() && !options.force; ++i) {
+    detail::refuse_endless_flights(volumes[i],
+                                   i < options.facts.size() ? &options.facts[i] : nullptr, o);
+  }
+  for (const Volume& v : volumes) p.shells.push_back(choose_shell(v, scene));
+  p.lighting = std::make_shared<const Lighting>(make_lighting(p.scene));
+  p.guide =
+      choose_guide(volumes, scene, *p.lighting, options.paths > 0 ? options.paths : count_paths(o));
+  p.surfaces = detail::make_surfaces(scene.surfaces);
+  p.kernel = choose_kernel(p);
+  p.emission = detail::prepare_emission(volumes, p.scene);
+  p.decisions = decide(p, scene.options, lanes.reason);
+  if (!options.forecast) return p;
+  const detail::CameraProbe probe = detail::probe_camera(p);
+  if (!options.force) detail::refuse_endless_paths(p, probe);
+  p.warnings = detail::find_warnings(p, probe);
+  p.forecast = detail::forecast(p, probe);
+  return p;
+}
+
+double estimate_scatterings(double optical_thickness, double albedo) {
+  return 1 / (1 / (1 + optical_thickness) + (1 - albedo));
+}
+
+}  // namespace pvol

@@ -1,0 +1,73 @@
+// What lights and options may be: each value by its row, and what rows cannot say.
+#include <cmath>
+#include <string>
+
+#include "pvol/error.h"
+#include "pvol/render/scene.h"
+
+namespace pvol {
+namespace {
+
+void require(bool ok, const std::string& message) {
+  if (!ok) throw Error(message);
+}
+
+void require_fit(const std::string& what, const std::optional<Misfit>& misfit) {
+  if (misfit) throw Error(what + ": " + misfit->keys.front() + ": expected " + misfit->expected);
+}
+
+}  // namespace
+
+std::optional<Misfit> misfit(const RenderOptions& o) {
+  const bool one_pixel = (o.crop_width ? o.crop_width : o.width - o.crop_x) == 1 &&
+                         (o.crop_height ? o.crop_height : o.height - o.crop_y) == 1;
+  if (o.noise && one_pixel) {
+    return Misfit{{"noise"}, "off for a single pixel, which has no others to tell its noise"};
+  }
+  if (o.part_end > 0 || o.part_begin > 0) {
+    const std::uint32_t all = is_adaptive(o) ? kPilot : o.samples;
+    const bool pilot = o.part_begin == 0 && o.part_end == kPilot;
+    if (is_adaptive(o) && !pilot) {
+      return Misfit{{"samples"},
+                    "0:" + std::to_string(kPilot) + ", the pilot, where samples are by need"};
+    }
+    if (o.part_begin >= o.part_end || o.part_end > all) {
+      return Misfit{{"samples"},
+                    "A:B with A < B among the samples of a pixel, 0:" + std::to_string(all)};
+    }
+  }
+  if (o.crop_x < o.width && o.crop_y < o.height && o.crop_width <= o.width - o.crop_x &&
+      o.crop_height <= o.height - o.crop_y) {
+    return std::nullopt;
+  }
+  return Misfit{{"crop"},
+                "[x, y, width, height] inside the image of " + std::to_string(o.width) + " x " +
+                    std::to_string(o.height) + " pixels"};
+}
+
+void validate(const RenderOptions& options) {
+  require_limits("render", without(entries(options), "seed"));  // any in memory
+  require_fit("render", misfit(options));
+}
+
+void validate(const Environment& environment) {
+  if (const auto* clear = std::get_if<ClearSky>(&environment)) {
+    require_limits("sky", entries(*clear));
+    return require_fit("sky", misfit(*clear));
+  }
+  const auto* picture = std::get_if<ImageSky>(&environment);
+  if (!picture) return require_limits("sky", entries(environment));
+  require_limits("sky", without(entries(environment), "file"));  // which pixels in memory lack
+  require(picture->width > 0 && picture->height > 0 &&
+              picture->pixels.size() == std::size_t(picture->width) * std::size_t(picture->height),
+          "sky: the picture must have width x height pixels");
+  const auto is_light = [](Rgb c) { return is_finite(c) && min_component(c) >= 0; };
+  for (const Rgb pixel : picture->pixels) {
+    require(is_light(pixel) && is_light(pixel * picture->scale),
+            "sky: every radiance must be finite and not negative");
+  }
+}
+
+void validate(const Light& light) { require_limits(kind_name(light), entries(light)); }
+
+}  // namespace pvol

@@ -1,0 +1,153 @@
+#include "render/scene/surface/mesh_scene.h"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "pvol/error.h"
+
+namespace pvol::detail {
+namespace {
+
+/// Of the reach of places: vertices, and where rays begin, are each off by half an ulp of it.
+constexpr double kClearance = 0x1p-20;
+
+void require(bool ok, RTCDevice device) {
+  if (ok && rtcGetDeviceError(device) == RTC_ERROR_NONE) return;
+  throw Error(
+      "Embree could not take the scene's meshes; there may be too little memory for their "
+      "triangles");
+}
+
+[[nodiscard]] Box world_box(const PlacedMesh& m) {
+  Box box;
+  for (const Vec3d v : m.mesh->vertices) box = extend(box, m.to_world.point(v));
+  return box;
+}
+
+}  // namespace
+
+struct MeshScene::Embree {
+  RTCDevice device = rtcNewDevice(nullptr);
+  RTCScene scene = nullptr;
+  std::vector<const float*> vertices;  // of each mesh, three each, around the middle
+  std::vector<const std::uint32_t*> triangles;
+
+  Embree() {
+    require(device != nullptr, device);
+    scene = rtcNewScene(device);
+    // Rays do not pass between two triangles that share an edge.
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
+  }
+  ~Embree() {
+    if (scene) rtcReleaseScene(scene);
+    if (device) rtcReleaseDevice(device);
+  }
+  Embree(const Embree&) = delete;
+  Embree& operator=(const Embree&) = delete;
+
+  void add(const PlacedMesh& m, Vec3d centre, double scale);
+  [[nodiscard]] Vec3d vertex(const RTCHit& hit, std::size_t corner) const {
+    const std::uint32_t* triangle = triangles[hit.geomID] + std::size_t(hit.primID) * 3;
+    const float* v = vertices[hit.geomID] + std::size_t(triangle[corner]) * 3;
+    return {double(v[0]), double(v[1]), double(v[2])};
+  }
+};
+
+void MeshScene::Embree::add(const PlacedMesh& m, Vec3d centre, double scale) {
+  const std::size_t n = m.mesh->vertices.size(), triangle_count = m.mesh->triangles.size();
+  const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* to = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                         RTC_FORMAT_FLOAT3, 3 * sizeof(float), n));
+  auto* corners = static_cast<std::uint32_t*>(
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                              3 * sizeof(std::uint32_t), triangle_count));
+  if (to == nullptr || corners == nullptr) {
+    rtcReleaseGeometry(geometry);
+    require(false, device);
+  }
+  vertices.push_back(to);
+  triangles.push_back(corners);
+  for (const Vec3d v : m.mesh->vertices) {
+    const Vec3f p((m.to_world.point(v) - centre) * scale);
+    for (int axis = 0; axis < 3; ++axis) *to++ = p[axis];
+  }
+  for (const auto& t : m.mesh->triangles) corners = std::copy(t.begin(), t.end(), corners);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(scene, geometry);  // numbered in turn
+  rtcReleaseGeometry(geometry);
+}
+
+MeshScene::MeshScene(std::span<const PlacedMesh> meshes) {
+  for (const PlacedMesh& m : meshes) box_ = join(box_, world_box(m));
+  const auto embree = std::make_shared<Embree>();
+  embree_ = embree;
+  if (box_.empty()) return;
+  if (!is_finite(box_.lo) || !is_finite(box_.hi) || !is_finite(box_.extent())) {
+    throw Error("a mesh's place takes it out of the range of numbers; check its scale and matrix");
+  }
+  centre_ = box_.centre();
+  const double reach = max_component(box_.extent()) * 0.5;
+  if (reach > 0) scale_ = std::ldexp(1, -std::clamp(std::ilogb(reach), -1000, 1000));
+  for (const PlacedMesh& m : meshes) embree->add(m, centre_, scale_);
+  rtcCommitScene(embree->scene);
+  require(true, embree->device);
+  const Vec3d rim(kClearance * reach);
+  box_ = {box_.lo - rim, box_.hi + rim};
+}
+
+/// A ray in Embree's frame, from where it enters the box.
+struct MeshScene::Query {
+  Ray ray;         // in double
+  double skipped;  // of t, in the world
+  RTCRay embree;
+};
+
+std::optional<MeshScene::Query> MeshScene::query(const Ray& ray, double limit) const {
+  const auto span = intersect(box_, ray, 0, limit);
+  if (!span) return std::nullopt;
+  Query q{{(ray.at(span->t0) - centre_) * scale_, ray.d}, span->t0, {}};
+  const Vec3f o(q.ray.o), d(q.ray.d);
+  q.embree.org_x = o.x, q.embree.org_y = o.y, q.embree.org_z = o.z;
+  q.embree.dir_x = d.x, q.embree.dir_y = d.y, q.embree.dir_z = d.z;
+  q.embree.tnear = 0;
+  q.embree.tfar = float((span->t1 - span->t0) * scale_);
+  q.embree.time = 0;
+  q.embree.mask = ~0u;
+  return q;
+}
+
+std::optional<MeshScene::Hit> MeshScene::first_hit(const Ray& ray, double limit) const {
+  const auto q = query(ray, limit);
+  if (!q) return std::nullopt;
+  RTCRayHit found{q->embree, {}};
+  found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(embree_->scene, &context, &found);
+  if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  const Vec3d a = embree_->vertex(found.hit, 0);
+  const Vec3d u = embree_->vertex(found.hit, 1) - a, v = embree_->vertex(found.hit, 2) - a;
+  const Vec3d normal = cross(u, v);
+  const double exact = dot(normal, a - q->ray.o) / dot(normal, q->ray.d);
+  const auto rough = double(found.ray.tfar);
+  // Along the triangle the quotient says little.
+  const bool near = std::abs(exact - rough) <= 4 * kClearance + 1e-5 * rough;
+  const double t = near ? std::max(exact, 0.0) : rough;
+  const double clearance = kClearance * (length(q->ray.at(t)) + length(u) + length(v));
+  return Hit{q->skipped + t / scale_, normal, clearance / scale_, found.hit.geomID};
+}
+
+bool MeshScene::blocks(const Ray& ray, double limit) const {
+  auto q = query(ray, limit);
+  if (!q) return false;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(embree_->scene, &context, &q->embree);
+  return q->embree.tfar < 0;
+}
+
+}  // namespace pvol::detail

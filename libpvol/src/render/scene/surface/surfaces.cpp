@@ -1,0 +1,160 @@
+#include "render/scene/surface/surfaces.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "pvol/error.h"
+
+namespace pvol {
+namespace {
+
+void validate_body(const Body* body) {
+  if (body == nullptr) throw Error("the body is missing");
+  if (RayBody(*body).box().empty()) throw Error("the body is empty");
+}
+
+void validate_mesh(const TriangleMesh* mesh) {
+  if (mesh == nullptr || mesh->triangles.empty()) throw Error("there are no triangles");
+  for (const Vec3d v : mesh->vertices) {
+    if (!is_finite(v)) throw Error("every coordinate must be finite");
+  }
+  for (const auto& triangle : mesh->triangles) {
+    if (*std::ranges::max_element(triangle) >= mesh->vertices.size()) {
+      throw Error("every triangle must have vertices that there are");
+    }
+  }
+}
+
+}  // namespace
+
+std::optional<Misfit> misfit(const Surface& surface) {
+  return std::visit(
+      [](const auto& s) -> std::optional<Misfit> {
+        if constexpr (requires { s.place; }) return misfit(s.place);
+        return std::nullopt;
+      },
+      surface);
+}
+
+void validate(const Surface& surface) {
+  require_limits(kind_name(surface), without(entries(surface), "file"));
+  try {
+    if (const auto wrong = misfit(surface)) {
+      throw Error(std::string(wrong->keys.front()) + ": expected " + wrong->expected);
+    }
+    if (const auto* solid = std::get_if<SolidSurface>(&surface)) {
+      validate_body(solid->body.get());
+    } else if (const auto* mesh = std::get_if<MeshSurface>(&surface)) {
+      validate_mesh(mesh->mesh.get());
+    }
+  } catch (const Error& e) {
+    throw Error(kind_name(surface) + std::string(": ") + e.what());
+  }
+}
+
+}  // namespace pvol
+
+namespace pvol::detail {
+namespace {
+
+/// A normal of the body's frame in the world: by the transpose of the map back.
+[[nodiscard]] Vec3d to_world(const Affine& to_body, Vec3d normal) {
+  Vec3d sum;
+  for (int axis = 0; axis < 3; ++axis) sum += to_body.m[std::size_t(axis)] * normal[axis];
+  return sum;
+}
+
+/// The hit at a distance along the ray, with its normal of any length. To a surface's own clearance
+/// comes what is lost of places that are far from the origin, or from the ray's.
+[[nodiscard]] SurfaceHit make_hit(const Ray& ray, double distance, Vec3d normal, double clearance,
+                                  const Material& finish) {
+  const double size = length(normal);
+  Vec3d n = size > 0 ? normal / size : -ray.d;  // at a point where it is not known
+  if (dot(n, ray.d) > 0) n = -n;
+  constexpr double kLost = 1e-12;
+  const Vec3d at = ray.at(distance);
+  const double away = clearance + kLost * (length(at) + distance);
+  return {distance, at + n * away, n, away, &finish};
+}
+
+}  // namespace
+
+/// One for each kind of surface.
+struct Surfaces::Add {
+  Surfaces& to;
+  std::vector<PlacedMesh>& meshes;
+
+  void operator()(const PlaneSurface& p) const {
+    to.planes_.push_back({p.point, normalize(p.normal), p.finish});
+  }
+  void operator()(const BallSurface& b) const {
+    add_body(Body(FreeForm{unit_ball(), {}}), translation(b.centre) * scaling(Vec3d(b.radius)),
+             b.finish);
+  }
+  void operator()(const SolidSurface& s) const { add_body(*s.body, s.place.map(), s.finish); }
+  void operator()(const MeshSurface& m) const {
+    meshes.push_back({m.mesh.get(), m.place.map()});
+    to.mesh_materials_.push_back(m.finish);
+  }
+
+  void add_body(const Body& body, const Affine& map, const Material& finish) const {
+    auto ready = std::make_unique<const RayBody>(body);
+    constexpr double kClearance = 1e-9;  // of the diagonal; roots are good to 1e-14 of it
+    const double clearance = kClearance * length(transform(map, ready->box()).extent());
+    to.bodies_.push_back({std::move(ready), map, inverse(map), clearance, finish});
+  }
+};
+
+Surfaces::Surfaces(std::span<const Surface> surfaces) {
+  std::vector<PlacedMesh> meshes;
+  for (const Surface& s : surfaces) {
+    std::visit(Add{*this, meshes}, s);
+    catch_shadows_ = catch_shadows_ || material_of(s).look == Visibility::shadow_catcher;
+  }
+  if (!meshes.empty()) meshes_.emplace(meshes);
+}
+
+std::optional<double> Surfaces::meet(const Plane& plane, const Ray& ray, double limit) {
+  const double t = dot(plane.normal, plane.point - ray.o) / dot(plane.normal, ray.d);
+  return t > 0 && t < limit ? std::optional(t) : std::nullopt;
+}
+
+std::optional<RayBody::Hit> Surfaces::meet(const PlacedBody& body, const Ray& ray, double limit) {
+  return body.body->first_hit({body.to_body.point(ray.o), body.to_body.vector(ray.d)}, 0, limit);
+}
+
+SurfaceHit Surfaces::first_hit(const Ray& ray, double limit) const {
+  SurfaceHit hit;
+  hit.distance = limit;
+  for (const Plane& p : planes_) {
+    const auto t = meet(p, ray, hit.distance);
+    if (!t) continue;
+    constexpr double kClearance = 1e-12;
+    hit = make_hit(ray, *t, p.normal, kClearance * length(p.point), p.finish);
+  }
+  for (const PlacedBody& b : bodies_) {
+    if (const auto found = meet(b, ray, hit.distance)) {
+      hit = make_hit(ray, found->t, to_world(b.to_body, found->normal), b.clearance, b.finish);
+    }
+  }
+  if (meshes_) {
+    if (const auto found = meshes_->first_hit(ray, hit.distance)) {
+      hit = make_hit(ray, found->t, found->normal, found->clearance, mesh_materials_[found->mesh]);
+    }
+  }
+  if (hit.finish == nullptr) hit.distance = std::numeric_limits<double>::infinity();
+  return hit;
+}
+
+bool Surfaces::block(const Ray& ray, double limit) const {
+  const auto meets = [&](const auto& surface) { return meet(surface, ray, limit).has_value(); };
+  return std::ranges::any_of(planes_, meets) || std::ranges::any_of(bodies_, meets) ||
+         (meshes_ && meshes_->blocks(ray, limit));
+}
+
+std::shared_ptr<const Surfaces> make_surfaces(std::span<const Surface> surfaces) {
+  if (surfaces.empty()) return nullptr;
+  return std::make_shared<const Surfaces>(surfaces);
+}
+
+}  // namespace pvol::detail

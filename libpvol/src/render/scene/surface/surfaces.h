@@ -1,0 +1,68 @@
+// The surfaces of a scene ready for rays.
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "pvol/form/ray_body.h"
+#include "pvol/render/surface.h"
+#include "render/scene/surface/mesh_scene.h"
+
+namespace pvol::detail {
+
+/// Where a ray meets a surface.
+struct SurfaceHit {
+  double distance = std::numeric_limits<double>::infinity();
+  Vec3d place;                       ///< just before it, on the ray's side
+  Vec3d normal;                      ///< unit, on the ray's side
+  double clearance = 0;              ///< of the place from the surface, along the normal
+  const Material* finish = nullptr;  ///< null: there is none
+};
+
+/// Immutable; safe to use from any thread.
+class Surfaces {
+ public:
+  /// Of valid surfaces. Throws Error where their triangles cannot be had.
+  explicit Surfaces(std::span<const Surface> surfaces);
+  Surfaces(const Surfaces&) = delete;
+  Surfaces& operator=(const Surfaces&) = delete;
+
+  /// The first one that a ray of unit direction meets before the limit.
+  [[nodiscard]] SurfaceHit first_hit(const Ray& ray, double limit) const;
+  /// Whether there is one.
+  [[nodiscard]] bool block(const Ray& ray, double limit) const;
+
+  /// Whether the camera sees shadows alone of some.
+  [[nodiscard]] bool catch_shadows() const { return catch_shadows_; }
+
+ private:
+  struct Plane {
+    Vec3d point, normal;  // unit
+    Material finish;
+  };
+  struct PlacedBody {
+    std::unique_ptr<const RayBody> body;
+    Affine to_world, to_body;
+    double clearance;  // world units, beside that of places far away
+    Material finish;
+  };
+  struct Add;
+
+  [[nodiscard]] static std::optional<double> meet(const Plane& plane, const Ray& ray, double limit);
+  [[nodiscard]] static std::optional<RayBody::Hit> meet(const PlacedBody& body, const Ray& ray,
+                                                        double limit);
+
+  std::vector<Plane> planes_;
+  std::vector<PlacedBody> bodies_;
+  std::vector<Material> mesh_materials_;
+  std::optional<MeshScene> meshes_;
+  bool catch_shadows_ = false;
+};
+
+/// Null for none.
+[[nodiscard]] std::shared_ptr<const Surfaces> make_surfaces(std::span<const Surface> surfaces);
+
+}  // namespace pvol::detail
