@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <iostream>
 
-#include "cli/cli_app.h"
-#include "cli/frames_app.h"
+#include "cli/command_line.h"
+#include "cli/frames_line.h"
 #include "cli/interrupt.h"
+#include "cli/json.h"
 #include "cli/load_scene.h"
 #include "cli/merge.h"
 #include "cli/shell_export.h"
@@ -64,33 +65,32 @@ struct Options {
 };
 
 std::optional<int> read_command_line(int argc, char** argv, Options& o) {
-  CLI::App app{"Converts clouds between file formats.", kTool};
-  cli::add_common(app, kExamples);
+  const cli::CommandLine app("Converts clouds between file formats.", kTool, kExamples);
   cli::add_quiet(app, o.common);
   app.add_option(
          "INPUT", o.input,
          "The cloud: .toml (a recipe), .nvdb, .pvol or .vdb; a deep .exr; or a scene: .pbrt")
-      ->type_name("")
-      ->required();
+      .type_name("")
+      .required();
   app.add_option("OUTPUT", o.output,
                  "The file to write: .vdb, a shell's .ply, .obj or .png, a flat .exr, or a scene: "
                  ".toml")
-      ->type_name("")
-      ->required();
+      .type_name("")
+      .required();
   cli::add_frames(app, o.frames);
   app.add_flag("--bounds", o.bounds,
                "Add the grids majorant and minorant: bounds on the density over cubes of 8^3 "
                "voxels, one voxel at the centre of each cube");
   app.add_option("--resolution", o.resolution,
                  "Steps of a shell's triangles along its longest side, 8 to 1024 [128]")
-      ->type_name("N")
-      ->check(CLI::Range(8, 1024).description(""));
+      .type_name("N")
+      .check(cli::fits(whole(8, 1024)));
   app.add_option("--grid", o.grid.grid,
                  "Grid of a .vdb or .nvdb file [density, else the only float grid]")
-      ->type_name("NAME");
+      .type_name("NAME");
   app.add_flag("--strict", o.grid.strict, "Refuse an input that draws a warning");
   app.add_flag("--json", o.json, "The report as JSON");
-  return cli::parse(app, argc, argv);
+  return app.parse(argc, argv);
 }
 
 /// Whether the output shows a shell, by its ending.

@@ -2,8 +2,8 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
-#include "cli/cli_app.h"
-#include "cli/frames_app.h"
+#include "cli/command_line.h"
+#include "cli/frames_line.h"
 #include "cli/interrupt.h"
 #include "cli/shell_checks.h"
 #include "pvol/bounds/recipe_bounds.h"
@@ -41,15 +41,15 @@ Exit status: 0 success, 1 failure, 2 wrong usage.)";
 using cli::Fit;
 using Options = cli::FitOptions;
 
-void add_files(CLI::App& app, Options& o) {
+void add_files(const cli::CommandLine& app, Options& o) {
   app.add_option("INPUT", o.input, "The cloud: .vdb, .nvdb, or a recipe (.toml)")
-      ->type_name("")
-      ->required();
-  app.add_option("-o,--output", o.output, "The .pvol file to write")->type_name("FILE")->required();
+      .type_name("")
+      .required();
+  app.add_option("-o,--output", o.output, "The .pvol file to write").type_name("FILE").required();
   app.add_option("--grid", o.grid.grid,
                  "Grid of a .vdb or .nvdb file; a name that occurs several times takes an index, "
                  "\"density[1]\" [density, else the only float grid]")
-      ->type_name("NAME");
+      .type_name("NAME");
   app.add_option(
          "--fields", o.fields,
          "Grids that the file holds besides the density, each with bounds of its own: auto "
@@ -59,14 +59,14 @@ void add_files(CLI::App& app, Options& o) {
          "motion blur goes by. Colours are three grids in the file, NAME.x, NAME.y and NAME.z, "
          "velocities up to six, NAME.x+, NAME.x- and so on; those of a recipe's [flow] are always "
          "kept, but with none [auto]")
-      ->type_name("auto|all|none|NAME,...");
+      .type_name("auto|all|none|NAME,...");
   app.add_option("--unit", o.unit,
                  "Unit of the world, as a note for readers of the file, e.g. m; extinction is per "
                  "this unit")
-      ->type_name("NAME");
+      .type_name("NAME");
 }
 
-void add_density(CLI::App& app, Options& o) {
+void add_density(const cli::CommandLine& app, Options& o) {
   app.add_option("--density", o.density,
                  "fp32: the file holds every sample, exactly, and works alone; for large clouds it "
                  "is about as large as the source. fp16: halves, fp8: 8 bits of the range of each "
@@ -74,53 +74,53 @@ void add_density(CLI::App& app, Options& o) {
                  "files whose pictures are biased, by an error that the report states. reference: "
                  "it holds the source's name, size and hash, less than a hundredth of its bytes, "
                  "and needs it to render [fp32]")
-      ->type_name("NAME")
-      ->check(cli::fits(name_of<Precision>().or_word("reference")));
+      .type_name("NAME")
+      .check(cli::fits(name_of<Precision>().or_word("reference")));
   app.add_option(
          "--density-tolerance", o.tolerance,
          fmt::format("Largest error of a sample with --density fpn, relative to the largest "
                      "sample, {} [0.01]",
                      ends_of(number(kToleranceRange))))
-      ->type_name("X")
-      ->check(cli::fits(number(kToleranceRange)));
+      .type_name("X")
+      .check(cli::fits(number(kToleranceRange)));
 }
 
-void add_bounds(CLI::App& app, Options& o) {
+void add_bounds(const cli::CommandLine& app, Options& o) {
   app.add_option("--micro-bounds", o.micro_bounds,
                  "Store bounds of cubes of 2^3 voxels, which save look-ups in fields that miss the "
                  "cache and are else built at load. Those of single voxels are nearly as large as "
                  "the source and never stored: pvol-render --micro-bounds 1 builds them, and those "
                  "of tricubic "
                  "interpolation [none]")
-      ->type_name("none|2")
-      ->check(cli::one_of({"none", "2", "1"}));
+      .type_name("none|2")
+      .check(cli::one_of({"none", "2", "1"}));
   app.add_option(
          "--interpolation", o.look_up,
          "What the bounds hold for: trilinear (and nearest); tricubic, somewhat looser, which "
          "holds for all three and pvol-render --interpolation tricubic needs [trilinear]")
-      ->type_name("trilinear|tricubic")
-      ->check(cli::one_of({name(LookUp::trilinear), name(LookUp::tricubic)}));
+      .type_name("trilinear|tricubic")
+      .check(cli::one_of({name(LookUp::trilinear), name(LookUp::tricubic)}));
 }
 
-void add_shells(CLI::App& app, Options& o) {
+void add_shells(const cli::CommandLine& app, Options& o) {
   app.add_option(
          "--shells", o.shells,
          fmt::format("Fit a bounding shell of that many perturbations, 0 to {} (soft: {}), or of "
                      "the number that should cost rays least; takes 1 to 30 seconds and 88 + 44 K "
                      "bytes [none]",
                      kMaxPerturbations, kMaxSoftPerturbations))
-      ->type_name("K|auto|none")
-      ->check(cli::word_or_number({"auto", "none"}, kMaxPerturbations));
+      .type_name("K|auto|none")
+      .check(cli::word_or_number({"auto", "none"}, kMaxPerturbations));
   app.add_option(
          "--shell-kind", o.shell_kind,
          "hard: an ellipsoid with quadrics cut away, fast for rays. soft: a smooth surface, "
          "tests take twice as long [hard]")
-      ->type_name("hard|soft")
-      ->check(cli::one_of({"hard", "soft"}));
+      .type_name("hard|soft")
+      .check(cli::one_of({"hard", "soft"}));
   app.add_option("--shell-effort", o.shell_effort,
                  "Factor on the work of fitting a shell, 1 to 10 [1]")
-      ->type_name("N")
-      ->check(CLI::Range(1, 10).description(""));
+      .type_name("N")
+      .check(cli::fits(whole(1, 10)));
   app.add_flag(
       "--check", o.check,
       "Check the shell with CGAL in exact arithmetic, independently of its certificate, and "
@@ -128,8 +128,9 @@ void add_shells(CLI::App& app, Options& o) {
 }
 
 std::optional<int> read_command_line(int argc, char** argv, Options& o) {
-  CLI::App app{"Fits bounds to a cloud and writes them, with its density, to a .pvol file.", kTool};
-  cli::add_common(app, kExamples);
+  const cli::CommandLine app(
+      "Fits bounds to a cloud and writes them, with its density, to a .pvol file.", kTool,
+      kExamples);
   cli::add_quiet(app, o.common);
   add_files(app, o);
   cli::add_frames(app, o.frames);
@@ -144,9 +145,9 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
                "Refuse an input that draws a warning: non-finite or negative densities, say");
   app.add_flag("--json", o.json, "The report as JSON");
   app.add_option("--threads", o.threads, "Threads; 0 is one for each hardware thread [0]")
-      ->type_name("N")
-      ->check(cli::fits(whole(0, kMostThreads)));
-  return cli::parse(app, argc, argv);
+      .type_name("N")
+      .check(cli::fits(whole(0, kMostThreads)));
+  return app.parse(argc, argv);
 }
 
 void add_shell(const Options& o, Fit& f) {

@@ -1,7 +1,7 @@
 // pvol-stats: measured facts about clouds, and about pictures of them.
 #include <functional>
 
-#include "cli/cli_app.h"
+#include "cli/command_line.h"
 #include "cli/interrupt.h"
 #include "stats/stats.h"
 #include "stats/trade_options.h"
@@ -58,91 +58,83 @@ struct Options {
   std::function<int()> run;  ///< the verb that was given
 };
 
-void add_bounds(CLI::App& app, Options& all) {
+void add_bounds(const cli::CommandLine& app, Options& all) {
   cli::BoundsOptions& o = all.bounds;
-  CLI::App* verb = app.add_subcommand("bounds", "How tight the bounds of a cloud are");
-  cli::add_common(*verb, std::string(kBoundsHelp) + "\n\n" + kExamples);
-  verb->add_option("FILE", o.input, "The cloud: .pvol, .vdb, .nvdb, or a recipe (.toml)")
-      ->type_name("")
-      ->required();
-  verb->add_option("--extinction", o.extinction,
-                   "Extinction per world unit and unit of density: adds free path, optical "
-                   "thickness, and the cut that the renderer's cost model chooses")
-      ->type_name("X")
-      ->check(cli::above_zero());
-  verb->add_option("--grid", o.grid.grid,
-                   "Grid of a .vdb or .nvdb file [density, else the only float grid]")
-      ->type_name("NAME");
-  verb->add_flag("--strict", o.grid.strict, "Refuse an input that draws a warning");
-  verb->add_flag(
-      "--measure", o.measure,
-      "Render a small picture and count what collisions cost; without --extinction, with "
-      "the one that makes the cloud 10 optical depths thick on average");
-  verb->add_flag("--verify", o.verify,
-                 "Compare every bound with every sample in its reach, and name those that do not "
-                 "hold; one that does not is an error");
-  verb->add_option("--html", o.html,
-                   "Write a page with plots, slices and maps of look-ups; measures, too")
-      ->type_name("FILE");
-  verb->add_flag("--json", o.json, "The report as JSON");
-  verb->callback([&all] { all.run = [&all] { return cli::run_bounds(all.bounds); }; });
+  const cli::CommandLine verb =
+      app.add_verb("bounds", "How tight the bounds of a cloud are",
+                   std::string(kBoundsHelp) + "\n\n" + kExamples,
+                   [&all] { all.run = [&all] { return cli::run_bounds(all.bounds); }; });
+  verb.add_option("FILE", o.input, "The cloud: .pvol, .vdb, .nvdb, or a recipe (.toml)")
+      .type_name("")
+      .required();
+  verb.add_option("--extinction", o.extinction,
+                  "Extinction per world unit and unit of density: adds free path, optical "
+                  "thickness, and the cut that the renderer's cost model chooses")
+      .type_name("X")
+      .check(cli::above_zero());
+  verb.add_option("--grid", o.grid.grid,
+                  "Grid of a .vdb or .nvdb file [density, else the only float grid]")
+      .type_name("NAME");
+  verb.add_flag("--strict", o.grid.strict, "Refuse an input that draws a warning");
+  verb.add_flag("--measure", o.measure,
+                "Render a small picture and count what collisions cost; without --extinction, with "
+                "the one that makes the cloud 10 optical depths thick on average");
+  verb.add_flag("--verify", o.verify,
+                "Compare every bound with every sample in its reach, and name those that do not "
+                "hold; one that does not is an error");
+  verb.add_option("--html", o.html,
+                  "Write a page with plots, slices and maps of look-ups; measures, too")
+      .type_name("FILE");
+  verb.add_flag("--json", o.json, "The report as JSON");
 }
 
-void add_shells(CLI::App& app, Options& o) {
-  CLI::App* verb = app.add_subcommand("shells", "How tight a cloud's shell is, and that it holds");
-  cli::add_common(*verb, std::string(kShellsHelp) + "\n\n" + kExamples);
-  verb->add_option("FILE", o.shells.input, "The cloud: a .pvol file with a shell")
-      ->type_name("")
-      ->required();
-  verb->add_flag("--verify", o.shells.verify,
-                 "Prove again, from the density, that the shell holds every occupied voxel, and "
-                 "measure it again; a shell that does not is an error");
-  verb->add_flag("--check", o.shells.check,
-                 "Check the shell with CGAL in exact arithmetic, and report distances");
-  verb->add_option("--html", o.shells.html,
-                   "Write a page with slices, and with what the shell costs and saves a render")
-      ->type_name("FILE");
-  verb->add_flag("--json", o.shells.json, "The report as JSON");
-  verb->callback([&o] { o.run = [&o] { return cli::run_shells(o.shells); }; });
+void add_shells(const cli::CommandLine& app, Options& o) {
+  const cli::CommandLine verb =
+      app.add_verb("shells", "How tight a cloud's shell is, and that it holds",
+                   std::string(kShellsHelp) + "\n\n" + kExamples,
+                   [&o] { o.run = [&o] { return cli::run_shells(o.shells); }; });
+  verb.add_option("FILE", o.shells.input, "The cloud: a .pvol file with a shell")
+      .type_name("")
+      .required();
+  verb.add_flag("--verify", o.shells.verify,
+                "Prove again, from the density, that the shell holds every occupied voxel, and "
+                "measure it again; a shell that does not is an error");
+  verb.add_flag("--check", o.shells.check,
+                "Check the shell with CGAL in exact arithmetic, and report distances");
+  verb.add_option("--html", o.shells.html,
+                  "Write a page with slices, and with what the shell costs and saves a render")
+      .type_name("FILE");
+  verb.add_flag("--json", o.shells.json, "The report as JSON");
 }
 
-void add_image(CLI::App& app, Options& all) {
+void add_image(const cli::CommandLine& app, Options& all) {
   cli::ImageOptions& o = all.image;
-  CLI::App* verb = app.add_subcommand("image", "How far two pictures differ beyond their noise");
-  cli::add_common(*verb, std::string(kImageHelp) + "\n\n" + kExamples);
-  verb->add_option("A", o.a, "The picture to judge (.exr)")->type_name("")->required();
-  verb->add_option("B", o.b, "The picture to compare it with (.exr), of the same view")
-      ->type_name("")
-      ->required();
-  verb->add_option("--confidence", o.confidence, "Of the intervals [0.95]")
-      ->type_name("P")
-      ->check(cli::number_from(0, 0.999999, "a number from 0 to 0.999999"));
-  verb->add_option("--level", o.level, "Probability of finding a bias where there is none [0.001]")
-      ->type_name("P")
-      ->check(cli::number_from(1e-12, 0.5, "a number from 1e-12 to 0.5"));
-  verb->add_option("--html", o.html, "Write a page with both pictures and maps of the difference")
-      ->type_name("FILE");
-  verb->add_option("--map", o.map, "Write the difference: .exr as numbers, .png in colours")
-      ->type_name("FILE");
-  verb->add_flag("--fail-on-bias", o.fail_on_bias, "Exit with status 1 where a bias is detected");
-  verb->add_flag("--json", o.json, "The report as JSON");
-  verb->callback([&all] { all.run = [&all] { return cli::run_image(all.image); }; });
-}
-
-/// Refuses a first word that is no verb; CLI11 would only say that one is missing.
-void require_verb(const CLI::App& app, int argc, char** argv) {
-  if (argc < 2 || argv[1][0] == '-') return;
-  std::vector<std::string> verbs;
-  for (const CLI::App* verb : app.get_subcommands({})) verbs.push_back(verb->get_name());
-  if (std::find(verbs.begin(), verbs.end(), argv[1]) != verbs.end()) return;
-  throw cli::UsageError(fmt::format("found '{}', expected {}", argv[1], cli::alternatives(verbs)));
+  const cli::CommandLine verb =
+      app.add_verb("image", "How far two pictures differ beyond their noise",
+                   std::string(kImageHelp) + "\n\n" + kExamples,
+                   [&all] { all.run = [&all] { return cli::run_image(all.image); }; });
+  verb.add_option("A", o.a, "The picture to judge (.exr)").type_name("").required();
+  verb.add_option("B", o.b, "The picture to compare it with (.exr), of the same view")
+      .type_name("")
+      .required();
+  verb.add_option("--confidence", o.confidence, "Of the intervals [0.95]")
+      .type_name("P")
+      .check(cli::number_from(0, 0.999999, "a number from 0 to 0.999999"));
+  verb.add_option("--level", o.level, "Probability of finding a bias where there is none [0.001]")
+      .type_name("P")
+      .check(cli::number_from(1e-12, 0.5, "a number from 1e-12 to 0.5"));
+  verb.add_option("--html", o.html, "Write a page with both pictures and maps of the difference")
+      .type_name("FILE");
+  verb.add_option("--map", o.map, "Write the difference: .exr as numbers, .png in colours")
+      .type_name("FILE");
+  verb.add_flag("--fail-on-bias", o.fail_on_bias, "Exit with status 1 where a bias is detected");
+  verb.add_flag("--json", o.json, "The report as JSON");
 }
 
 std::optional<int> read_command_line(int argc, char** argv, Options& o) {
-  CLI::App app{"Measures clouds, their bounds and their shells, and compares pictures of them.",
-               "pvol-stats"};
-  cli::add_common(app, kExamples);
-  app.require_subcommand(1);
+  const cli::CommandLine app(
+      "Measures clouds, their bounds and their shells, and compares pictures of them.",
+      "pvol-stats", kExamples);
   add_bounds(app, o);
   add_shells(app, o);
   add_image(app, o);
@@ -150,8 +142,7 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   cli::add_trade(app, o.trade, o.run);
   o.depth.array.arguments.assign(argv, argv + argc);
   o.trade.array.arguments = o.depth.array.arguments;
-  require_verb(app, argc, argv);
-  return cli::parse(app, argc, argv);
+  return app.parse(argc, argv);
 }
 
 }  // namespace

@@ -81,7 +81,7 @@ void add_footer(std::string& page, const CLI::App& app) {
 
 // --- completion ---------------------------------------------------------------------------------
 
-/// The words that an option takes, which its check has for a name (cli_app.h).
+/// The words that an option takes, which its check has for a name (command_line.cpp).
 std::string words_of(CLI::Option& option) {
   try {
     return option.get_validator(0)->get_name();

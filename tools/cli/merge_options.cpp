@@ -1,6 +1,6 @@
 // The command line of `pvol-convert merge`.
 #include "cli/merge.h"
-#include "cli/picture_app.h"
+#include "cli/picture_line.h"
 
 namespace pvol::cli {
 namespace {
@@ -23,29 +23,28 @@ Exit status: 0 success, 1 failure, 2 wrong usage.)";
 }  // namespace
 
 std::optional<int> read_merge_line(int argc, char** argv, MergeGiven& o) {
-  CLI::App app{"Merges parts of a picture into one.", "pvol-convert merge"};
-  add_common(app, kExamples);
+  const CommandLine app("Merges parts of a picture into one.", "pvol-convert merge", kExamples);
   add_quiet(app, o.common);
   app.add_option("PART", o.parts, "Parts of a picture: .exr with exact sums")
-      ->type_name("")
-      ->required();
+      .type_name("")
+      .required();
   app.add_option("-o,--output", o.output, "Picture to write: .exr, laid out as the parts are")
-      ->type_name("FILE")
-      ->required();
+      .type_name("FILE")
+      .required();
   app.add_flag("--partial", o.partial,
                "Merge what is there, with samples missing and parts not finished; it keeps its "
                "sums, to be merged with the rest");
   app.add_option("--crop", o.crop, "Part of the image that the parts make up [all]")
-      ->type_name("X,Y,W,H")
-      ->delimiter(',')
-      ->expected(4);
+      .type_name("X,Y,W,H")
+      .separated_by(',')
+      .values(4);
   add_named(app, "--sums", o.sums,
             "Whether the picture keeps its exact sums; auto: with --partial and --crop [auto]");
   app.add_option("--png", o.png, "Name of the .png [the output's, ending in .png]")
-      ->type_name("FILE");
+      .type_name("FILE");
   app.add_flag("--no-png", o.no_png, "Write no .png");
   add_display(app, o.exposure, o.tone_map);
-  return parse(app, argc, argv);
+  return app.parse(argc, argv);
 }
 
 }  // namespace pvol::cli

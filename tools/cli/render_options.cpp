@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "cli/cli_app.h"
-#include "cli/frames_app.h"
-#include "cli/picture_app.h"
-#include "cli/split_app.h"
+#include "cli/command_line.h"
+#include "cli/frames_line.h"
+#include "cli/picture_line.h"
+#include "cli/split_line.h"
 #include "pvol/formats/scene_file.h"
 
 namespace pvol::cli {
@@ -34,7 +34,7 @@ written.
 Exit status: 0 success, 1 failure, 2 wrong usage.)";
 
 /// How the picture is written, which says nothing of what is in it.
-void add_layout(CLI::App& app, RenderOptionsGiven& o) {
+void add_layout(const CommandLine& app, RenderOptionsGiven& o) {
   add_named(app, "--pixel-type", o.pixels,
             "Colour in the .exr: float, or half, which takes half the bytes, rounds to 11 bits and "
             "ends at 65504; numbers such as variance are always float [float]");
@@ -45,16 +45,16 @@ void add_layout(CLI::App& app, RenderOptionsGiven& o) {
       "Each layer of --aov in a part of the .exr of its own; else they are channels of one");
 }
 
-void add_files(CLI::App& app, RenderOptionsGiven& o) {
+void add_files(const CommandLine& app, RenderOptionsGiven& o) {
   app.add_option("INPUT", o.input,
                  "Scene (.toml), or a cloud: .pvol, .vdb, .nvdb, or a recipe (.toml)")
-      ->type_name("")
-      ->required();
+      .type_name("")
+      .required();
   app.add_option("-o,--output", o.output,
                  "Picture to write: .exr (linear, with a .png beside it) or .png alone")
-      ->type_name("FILE");
+      .type_name("FILE");
   app.add_option("--png", o.png, "Name of the .png [the output's, ending in .png]")
-      ->type_name("FILE");
+      .type_name("FILE");
   app.add_flag("--no-png", o.no_png, "Write no .png");
   add_display(app, o.exposure, o.tone_map);
   app.add_flag("--denoise", o.denoise,
@@ -64,8 +64,8 @@ void add_files(CLI::App& app, RenderOptionsGiven& o) {
   app.add_option("--checkpoint", o.checkpoint,
                  "Minutes between checkpoints: the outputs are written as they are by then, and "
                  "--resume goes on from them, whatever ended the render; 0 is none [10]")
-      ->type_name("MINUTES")
-      ->check(number_from(0, 1e6, "minutes from 0 to a million"));
+      .type_name("MINUTES")
+      .check(number_from(0, 1e6, "minutes from 0 to a million"));
   app.add_flag_callback(
       "--resume", [&o] { o.resume = true; },
       "Go on from the picture at --output, if it is of this scene and not finished, to the bytes "
@@ -77,7 +77,7 @@ void add_files(CLI::App& app, RenderOptionsGiven& o) {
   app.add_option("--pilot", o.pilot,
                  "With --noise: a whole picture of --samples 0:16, merged, from whose samples and "
                  "needs this part goes on")
-      ->type_name("FILE");
+      .type_name("FILE");
   add_named(app, "--sums", o.sums,
             "Whether the .exr keeps exact sums, for --resume and pvol-convert merge; auto: where "
             "it is a part or not finished [auto]");
@@ -87,29 +87,29 @@ void add_files(CLI::App& app, RenderOptionsGiven& o) {
   app.add_option("--deep", o.deep,
                  "Write a deep .exr besides, of what is seen at which depth, to be put together "
                  "with other deep pictures; never with a background")
-      ->type_name("FILE");
+      .type_name("FILE");
   app.add_option("--stats", o.stats,
                  "Count the work and write counts, times and errors as JSON; - is stdout")
-      ->type_name("FILE");
+      .type_name("FILE");
   app.add_option("--summary", o.summary,
                  "Of a sequence, write what became of each frame as JSON: state, times, noise")
-      ->type_name("FILE");
+      .type_name("FILE");
   app.add_option("--grid", o.grid.grid, "Grid of a .vdb or .nvdb file [density, else the only one]")
-      ->type_name("NAME");
+      .type_name("NAME");
   app.add_flag("--strict", o.grid.strict, "Refuse a cloud that draws a warning");
 }
 
 /// A flag for each row of the options' tables.
-void add_options(CLI::App& app, RenderOptionsGiven& o) {
+void add_options(const CommandLine& app, RenderOptionsGiven& o) {
   // The tolerance shows its default where it has one.
   formats::SceneFile defaults{.density = Quantisation{.precision = Precision::fpn}};
   for (const Entry& e : formats::render_keys(defaults)) {
     const auto keep = [&o, key = std::string(e.about.key)](const std::string& text) {
       o.options[key] = text;
     };
-    app.add_option_function<std::string>(flag_of(e.about), keep, help_of(e))
-        ->type_name(metavar_of(e.about))
-        ->check(fits(e.about.limits));
+    app.add_option_function(flag_of(e.about), keep, help_of(e))
+        .type_name(metavar_of(e.about))
+        .check(fits(e.about.limits));
   }
 }
 
@@ -169,55 +169,50 @@ std::vector<std::string> view_keys(const std::string& view) {
 }
 
 /// Flags for a camera that frames the clouds, which are keys of the scene.
-void add_view(CLI::App& app, RenderOptionsGiven& o) {
-  app.add_option_function<std::string>(
+void add_view(const CommandLine& app, RenderOptionsGiven& o) {
+  app.add_option_function(
          "--view",
          [&o](const std::string& view) {
            for (std::string& key : view_keys(view)) o.sets.push_back(std::move(key));
          },
          "Where the camera is that frames the clouds: front, right, side, back, left, top, bottom, "
          "or degrees about up from the front and above, such as 45,20 [a little above the front]")
-      ->type_name("NAME|AZ,EL");
+      .type_name("NAME|AZ,EL");
   Camera defaults;
   const Entries all = entries(defaults);
   for (const char* key : {"zoom", "fov"}) {
     const Entry& e = *find_key(all, key);
-    app.add_option_function<std::string>(
+    app.add_option_function(
            flag_of(e.about),
            [&o, set = fmt::format("camera.{}=", key)](const std::string& text) {
              o.sets.push_back(set + text);
            },
            help_of(e))
-        ->type_name(metavar_of(e.about))
-        ->check(fits(e.about.limits));
+        .type_name(metavar_of(e.about))
+        .check(fits(e.about.limits));
   }
   const Limits up = find_key(all, "up")->about.limits;
-  app.add_option_function<std::string>(
+  app.add_option_function(
          "--up",
          [&o](const std::string& text) {
            const bool axis = text == "y" || text == "z";
            o.sets.push_back(axis ? "world.up=\"" + text + '"' : "camera.up=[" + text + ']');
          },
          "The axis that is up, y or z, for camera, sky and the usual sun; or, for the camera "
-         "alone, "
-         "any direction [y]")
-      ->type_name("y|z|X,Y,Z")
-      ->check(CLI::Validator(
-          [limits = fits(up)](std::string& text) mutable {
-            return text == "y" || text == "z" ? std::string() : limits(text);
-          },
-          ""));
+         "alone, any direction [y]")
+      .type_name("y|z|X,Y,Z")
+      .check({[either = fits(up)](const std::string& text) {
+        return text == "y" || text == "z" ? std::string() : either.fault(text);
+      }});
 }
 
-void add_scene(CLI::App& app, RenderOptionsGiven& o) {
+void add_scene(const CommandLine& app, RenderOptionsGiven& o) {
   add_view(app, o);
   app.add_option("--set", o.sets,
                  "Set a value of the scene, e.g. medium.g=0.5; of lists by number, "
                  "volume[2].medium.g=0.5; repeatable")
-      ->type_name("KEY=VALUE")
-      ->expected(1)
-      ->take_all()
-      ->allow_extra_args(false);
+      .type_name("KEY=VALUE")
+      .repeatable();
   app.add_flag("--print-scene", o.print_scene,
                "Print the scene with every value as TOML, and render nothing");
   app.add_flag("--force", o.force, "Render even what would hardly end");
@@ -243,8 +238,7 @@ void apply(const std::map<std::string, std::string>& options, const Entries& ent
 }
 
 std::optional<int> read_command_line(int argc, char** argv, RenderOptionsGiven& o) {
-  CLI::App app{"Renders a cloud by unbiased path tracing.", "pvol-render"};
-  add_common(app, kExamples);
+  const CommandLine app("Renders a cloud by unbiased path tracing.", "pvol-render", kExamples);
   add_quiet(app, o.common);
   add_files(app, o);
   add_frames(app, o.frames);
@@ -254,7 +248,7 @@ std::optional<int> read_command_line(int argc, char** argv, RenderOptionsGiven& 
   add_split(app, o.split, o.local_copies);
   add_options(app, o);
   add_scene(app, o);
-  return parse(app, argc, argv, scene_manual());
+  return app.parse(argc, argv, scene_manual());
 }
 
 }  // namespace pvol::cli

@@ -1,9 +1,13 @@
 #include "stats/trade_options.h"
 
-#include <array>
+#include <fmt/format.h>
 
-#include "cli/cli_app.h"
-#include "cli/split_app.h"
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+#include "cli/command_line.h"
+#include "cli/split_line.h"
 
 namespace pvol::cli {
 namespace {
@@ -46,141 +50,140 @@ Examples:
 
 Exit status: 0 success, 1 failure, 2 wrong usage.)";
 
-/// "96x64" into two whole numbers from 1 to 4096.
-CLI::Validator size_reader(std::optional<std::array<int, 2>>& size) {
+/// "96x64" as two whole numbers from 1 to 4096, or nothing.
+std::optional<std::array<int, 2>> parse_size(const std::string& text) {
   constexpr int kLargest = 4096;
-  return CLI::Validator(
-      [&size](const std::string& text) -> std::string {
-        const std::vector<std::string> parts = CLI::detail::split(text, 'x');
-        std::array<int, 2> v{};
-        bool good = parts.size() == 2;
-        for (std::size_t i = 0; good && i < 2; ++i) {
-          good = CLI::detail::lexical_cast(parts[i], v[i]) && v[i] >= 1 && v[i] <= kLargest;
-        }
-        if (good) size = v;
-        return good ? "" : "found '" + text + "', expected WxH, whole numbers from 1 to 4096";
-      },
-      "");
+  std::array<int, 2> size{};
+  const char* const end = text.data() + text.size();
+  const auto [x, no_width] = std::from_chars(text.data(), end, size[0]);
+  if (no_width != std::errc{} || x == end || *x != 'x') return std::nullopt;
+  const auto [rest, no_height] = std::from_chars(x + 1, end, size[1]);
+  if (no_height != std::errc{} || rest != end) return std::nullopt;
+  const bool fits = std::ranges::all_of(size, [](int v) { return v >= 1 && v <= kLargest; });
+  return fits ? std::optional(size) : std::nullopt;
 }
 
-void add_scene(CLI::App& verb, SceneOptions& o, StatsArray& array) {
+Check is_size() {
+  return {[](const std::string& text) -> std::string {
+    if (parse_size(text)) return {};
+    return fmt::format("found '{}', expected WxH, whole numbers from 1 to 4096", text);
+  }};
+}
+
+void add_scene(const CommandLine& verb, SceneOptions& o, StatsArray& array) {
   verb.add_option("FILE", array.clouds,
                   "Scene (.toml), or a cloud: .pvol, .vdb, .nvdb, or a recipe (.toml); with --for "
                   "any number of them")
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->type_name("")
-      ->required();
+      .takes_all()
+      .type_name("")
+      .required();
   verb.add_option("--grid", o.grid.grid,
                   "Grid of a .vdb or .nvdb file [density, else the only one]")
-      ->type_name("NAME");
+      .type_name("NAME");
   verb.add_option("--set", o.sets, "Set a value of the scene, e.g. medium.g=0.5; repeatable")
-      ->type_name("KEY=VALUE")
-      ->expected(1)
-      ->take_all()
-      ->allow_extra_args(false);
-  CLI::Option* thickness =
+      .type_name("KEY=VALUE")
+      .repeatable();
+  const Option thickness =
       verb.add_option("--thickness", o.thickness,
                       "Mean optical thickness along the cloud's thickest axis; sets the extinction "
                       "[the scene's, else 40]")
-          ->type_name("X")
-          ->check(above_zero());
+          .type_name("X")
+          .check(above_zero());
   verb.add_option("--extinction", o.extinction,
                   "Extinction per world unit and unit of density, instead")
-      ->type_name("X")
-      ->check(above_zero())
-      ->excludes(thickness);
-  verb.add_option_function<std::string>(
-          "--size", [](const std::string&) {}, "Size of the pictures measured [about 96x96]")
-      ->type_name("WxH")
-      ->check(size_reader(o.size));
+      .type_name("X")
+      .check(above_zero())
+      .excludes(thickness);
+  verb.add_option_function(
+          "--size", [&o](const std::string& text) { o.size = parse_size(text); },
+          "Size of the pictures measured [about 96x96]")
+      .type_name("WxH")
+      .check(is_size());
   verb.add_flag("--force", o.force, "Measure even what would hardly end");
   add_form(verb, array.given,
            "Measure nothing; print a task for each of the files, which reports to NAME.VERB.json: "
            "text, lines for bash; json; slurm, a script that submits an array");
 }
 
-void add_output(CLI::App& verb, double& budget, std::optional<std::filesystem::path>& html,
+void add_output(const CommandLine& verb, double& budget, std::optional<std::filesystem::path>& html,
                 bool& json, bool& quiet) {
-  verb.add_option("--budget", budget, "Seconds that measuring may take, after loading")
-      ->type_name("SECONDS")
-      ->check(number_from(0.1, 1e6, "a number from 0.1 to 1e6"));
+  verb.add_option("--budget", budget,
+                  fmt::format("Seconds that measuring may take, after loading [{}]", budget))
+      .type_name("SECONDS")
+      .check(number_from(0.1, 1e6, "a number from 0.1 to 1e6"));
   verb.add_flag("--json", json, "The report as JSON");
-  verb.add_option("--html", html, "Write the report as a page, too")->type_name("FILE");
+  verb.add_option("--html", html, "Write the report as a page, too").type_name("FILE");
   verb.add_flag("--quiet", quiet, "No progress and no text; warnings, errors and files stay");
 }
 
 }  // namespace
 
-void add_depth(CLI::App& app, DepthOptions& o, std::function<int()>& run) {
-  CLI::App* verb = app.add_subcommand("depth", "What the octree's depth costs and gains");
-  add_common(*verb, kDepthHelp);
-  add_scene(*verb, o.scene, o.array);
+void add_depth(const CommandLine& app, DepthOptions& o, std::function<int()>& run) {
+  const CommandLine verb =
+      app.add_verb("depth", "What the octree's depth costs and gains", kDepthHelp, [&] {
+        run = [&] {
+          return run_or_print(o.array, "depth", o.html.has_value(), [&](const auto& cloud) {
+            o.scene.input = cloud;
+            return run_depth(o);
+          });
+        };
+      });
+  add_scene(verb, o.scene, o.array);
   std::vector<std::string> trackers;  // but the one that uses no octree
   for (const Named<Tracker>& t : names(Tracker{})) {
     if (t.value != Tracker::delta_global) trackers.emplace_back(t.name);
   }
-  verb->add_option(
+  verb.add_option(
           "--depths", o.depths,
           fmt::format("Octree depths, {}, with commas between them; the first is the one that the "
                       "others are compared with [0,4,8,16]",
                       ends_of(whole(0, kDeepestOctree))))
-      ->type_name("N,N,...")
-      ->delimiter(',')
-      ->check(fits(whole(0, kDeepestOctree)));
-  verb->add_option(
-          "--tracker", o.tracker,
-          fmt::format("Free paths: {} [the scene's, else decomposition]", listed(trackers)))
-      ->type_name("NAME")
-      ->check(one_of(trackers));
-  verb->add_option("--spp", o.most_samples, "Most samples a pixel in one round [65536]")
-      ->type_name("N")
-      ->check(CLI::Range(2u, 65536u).description(""));
-  add_output(*verb, o.budget, o.html, o.json, o.quiet);
-  verb->get_option("--budget")->description("Seconds that measuring may take, after loading [120]");
-  verb->callback([&] {
-    run = [&] {
-      return run_or_print(o.array, "depth", o.html.has_value(), [&](const auto& cloud) {
-        o.scene.input = cloud;
-        return run_depth(o);
-      });
-    };
-  });
+      .type_name("N,N,...")
+      .separated_by(',')
+      .check(fits(whole(0, kDeepestOctree)));
+  verb.add_option("--tracker", o.tracker,
+                  fmt::format("Free paths: {} [the scene's, else decomposition]", listed(trackers)))
+      .type_name("NAME")
+      .check(one_of(trackers));
+  verb.add_option("--spp", o.most_samples, "Most samples a pixel in one round [65536]")
+      .type_name("N")
+      .check(fits(whole(2, 65536)));
+  add_output(verb, o.budget, o.html, o.json, o.quiet);
 }
 
-void add_trade(CLI::App& app, TradeOptions& o, std::function<int()>& run) {
-  CLI::App* verb = app.add_subcommand("trade", "What each option gains in time and costs in error");
-  add_common(*verb, kTradeHelp);
-  add_scene(*verb, o.scene, o.array);
-  CLI::Option* error =
-      verb->add_option("--max-error", o.most_error,
-                       "Recommend the fastest setting for this error: root mean squared over the "
-                       "mean luminance, e.g. 0.02 [0.1, 0.03 and 0.01]")
-          ->type_name("X")
-          ->check(number_from(1e-9, 1e3, "a number from 1e-9 to 1000"));
-  verb->add_option("--max-time", o.most_time,
-                   "Recommend the setting of least error in this CPU time of the picture, in "
-                   "seconds")
-      ->type_name("SECONDS")
-      ->check(number_from(1e-3, 1e9, "a number from 0.001 to 1e9"))
-      ->excludes(error);
-  verb->add_flag("--denoise", o.denoise,
-                 "Measure what filtering the picture gains, and falsifies, instead of the options")
-      ->excludes("--max-time");
-  verb->add_option("--threads", o.threads,
-                   "Threads for the reference; all else is timed on one. 0 is one for each "
-                   "hardware thread [0]")
-      ->type_name("N")
-      ->check(fits(whole(0, kMostThreads)));
-  add_output(*verb, o.budget, o.html, o.json, o.quiet);
-  verb->get_option("--budget")->description("Seconds that measuring may take, after loading [300]");
-  verb->callback([&] {
-    run = [&] {
-      return run_or_print(o.array, "trade", o.html.has_value(), [&](const auto& cloud) {
-        o.scene.input = cloud;
-        return run_trade(o);
+void add_trade(const CommandLine& app, TradeOptions& o, std::function<int()>& run) {
+  const CommandLine verb =
+      app.add_verb("trade", "What each option gains in time and costs in error", kTradeHelp, [&] {
+        run = [&] {
+          return run_or_print(o.array, "trade", o.html.has_value(), [&](const auto& cloud) {
+            o.scene.input = cloud;
+            return run_trade(o);
+          });
+        };
       });
-    };
-  });
+  add_scene(verb, o.scene, o.array);
+  const Option error =
+      verb.add_option("--max-error", o.most_error,
+                      "Recommend the fastest setting for this error: root mean squared over the "
+                      "mean luminance, e.g. 0.02 [0.1, 0.03 and 0.01]")
+          .type_name("X")
+          .check(number_from(1e-9, 1e3, "a number from 1e-9 to 1000"));
+  const Option time =
+      verb.add_option("--max-time", o.most_time,
+                      "Recommend the setting of least error in this CPU time of the picture, in "
+                      "seconds")
+          .type_name("SECONDS")
+          .check(number_from(1e-3, 1e9, "a number from 0.001 to 1e9"))
+          .excludes(error);
+  verb.add_flag("--denoise", o.denoise,
+                "Measure what filtering the picture gains, and falsifies, instead of the options")
+      .excludes(time);
+  verb.add_option("--threads", o.threads,
+                  "Threads for the reference; all else is timed on one. 0 is one for each "
+                  "hardware thread [0]")
+      .type_name("N")
+      .check(fits(whole(0, kMostThreads)));
+  add_output(verb, o.budget, o.html, o.json, o.quiet);
 }
 
 }  // namespace pvol::cli

@@ -3,16 +3,13 @@
 
 #include <functional>
 
+#include "cli/command_line.h"
 #include "stats/stats_trade.h"
-
-namespace CLI {
-class App;
-}
 
 namespace pvol::cli {
 
 /// Adds a verb; parsing it makes `run` the work to do. The options must outlive it.
-void add_depth(CLI::App& app, DepthOptions& o, std::function<int()>& run);
-void add_trade(CLI::App& app, TradeOptions& o, std::function<int()>& run);
+void add_depth(const CommandLine& app, DepthOptions& o, std::function<int()>& run);
+void add_trade(const CommandLine& app, TradeOptions& o, std::function<int()>& run);
 
 }  // namespace pvol::cli

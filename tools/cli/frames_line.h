@@ -1,9 +1,11 @@
 // The options about frames, for tools that work on sequences.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <string>
 
-#include "cli/cli_app.h"
+#include "cli/command_line.h"
 #include "cli/sequence.h"
 
 namespace pvol::cli {
@@ -17,45 +19,43 @@ namespace pvol::cli {
 
 /// Accepts what a parser takes without an exception.
 template <class Parser>
-[[nodiscard]] CLI::Validator parses(Parser parser) {
-  return CLI::Validator(
-      [parser](const std::string& text) -> std::string {
-        try {
-          static_cast<void>(parser(text));
-          return {};
-        } catch (const UsageError& e) {
-          return e.what();
-        }
-      },
-      "");
+[[nodiscard]] Check parses(Parser parser) {
+  return {[parser](const std::string& text) -> std::string {
+    try {
+      static_cast<void>(parser(text));
+      return {};
+    } catch (const UsageError& e) {
+      return e.what();
+    }
+  }};
 }
 
-inline void add_frames(CLI::App& app, FramesGiven& given) {
-  app.add_option_function<std::string>(
+inline void add_frames(const CommandLine& app, FramesGiven& given) {
+  app.add_option_function(
          "--frames", [&given](const std::string& text) { given.frames = parse_frames(text); },
          "A sequence: these frames one by one, 1-240, every tenth 1-240x10, a list with commas. "
          "Names have #### or %04d where the number goes, with zeros to that width")
-      ->type_name("A-B[xN]")
-      ->check(parses(parse_frames));
-  app.add_option_function<std::string>(
+      .type_name("A-B[xN]")
+      .check(parses(parse_frames));
+  app.add_option_function(
          "--frame", [&given](const std::string& text) { given.frame = parse_frame(text); },
          "That frame alone, of the sequence of --frames where both are given")
-      ->type_name("N")
-      ->check(parses(parse_frame));
+      .type_name("N")
+      .check(parses(parse_frame));
   app.add_flag(
       "--skip-existing", given.skip_existing,
       "Leave out frames whose files are there, but for pictures that are not finished; files "
       "are written whole or not at all");
 }
 
-inline void add_lock_frame(CLI::App& app, FramesGiven& given) {
-  app.add_option_function<std::string>(
+inline void add_lock_frame(const CommandLine& app, FramesGiven& given) {
+  app.add_option_function(
          "--lock-frame",
          [&given](const std::string& text) { given.lock_frame = parse_frame(text); },
          "Frame for which extinction and camera are chosen where the scene gives none, for all "
          "frames alike [the first of --frames]")
-      ->type_name("N")
-      ->check(parses(parse_frame));
+      .type_name("N")
+      .check(parses(parse_frame));
 }
 
 }  // namespace pvol::cli
