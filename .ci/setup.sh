@@ -21,6 +21,7 @@ packages=(
   pybind11-dev python3-dev python3-numpy            # the Python module
   python3-matplotlib                                # one of its examples
   openimageio-tools                                 # oiiotool reads pictures back in tests
+  groff-base                                        # which sets the man pages
   slurmctld slurmd slurm-client munge               # a farm of one node, for tests
   cppcheck                                          # tests/analyse
 )

@@ -22,8 +22,8 @@ using testing::run_on_terminal;
 using testing::run_tool;
 using testing::RunResult;
 using testing::ScratchFolder;
+using testing::Words;
 
-using Words = std::vector<std::string>;
 using WhileRunning = std::function<void(int pid, const std::string& err)>;
 
 /// Sends the signals, in their order by number, once stderr holds the text.

@@ -10,17 +10,12 @@
 namespace pvol {
 namespace merge_test {
 
+using testing::operator+;
 using testing::read_text;
 using testing::run_tool;
 using testing::RunResult;
 using testing::ScratchFolder;
-
-using Words = std::vector<std::string>;
-
-Words operator+(Words a, const Words& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
+using testing::Words;
 
 class Merge : public ::testing::Test {
  protected:

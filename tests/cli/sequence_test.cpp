@@ -16,17 +16,12 @@ namespace pvol {
 namespace sequence_test {
 
 using nlohmann::json;
+using testing::operator+;
 using testing::read_text;
 using testing::run_tool;
 using testing::RunResult;
 using testing::ScratchFolder;
-
-using Arguments = std::vector<std::string>;
-
-Arguments operator+(Arguments a, const Arguments& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
+using testing::Words;
 
 /// A cloud that grows and becomes denser from frame to frame.
 std::string recipe(int frame) {
@@ -53,17 +48,17 @@ struct Sequence : ::testing::Test {
     return std::filesystem::exists(folder / file);
   }
 
-  RunResult run(const char* tool, const Arguments& arguments, int exit = 0) const {
+  RunResult run(const char* tool, const Words& arguments, int exit = 0) const {
     RunResult r = run_tool(tool, arguments);
     EXPECT_EQ(r.exit, exit) << r.err << " signal " << r.signal;
     return r;
   }
-  RunResult render(const std::string& input, const Arguments& more, int exit = 0) const {
-    return run(PVOL_RENDER, Arguments{input, "--size", "12x8", "--spp", "2"} + more, exit);
+  RunResult render(const std::string& input, const Words& more, int exit = 0) const {
+    return run(PVOL_RENDER, Words{input, "--size", "12x8", "--spp", "2"} + more, exit);
   }
 
   /// Nothing but an error that has this in it, and no new file.
-  void refuse(const char* tool, const Arguments& arguments, int exit,
+  void refuse(const char* tool, const Words& arguments, int exit,
               const std::string& mentions) const {
     const auto before = names();
     const RunResult r = run(tool, arguments, exit);
@@ -133,7 +128,7 @@ TEST_F(Sequence, IsMadeOfTheFramesThatAreNamed) {
 
 TEST_F(Sequence, IsCheckedBeforeAnyWork) {
   const std::string pvol = folder / "s.####.pvol";
-  const auto refuse_fit = [&](const Arguments& arguments, int exit, const std::string& mentions) {
+  const auto refuse_fit = [&](const Words& arguments, int exit, const std::string& mentions) {
     refuse(PVOL_FIT, arguments, exit, mentions);
   };
   refuse_fit({smoke, "-o", pvol}, 2,
@@ -173,7 +168,7 @@ TEST_F(Sequence, EndsAtAFrameThatFails) {
 
 TEST_F(Sequence, GoesOnWhereItStopped) {
   std::ofstream(at("s", 2, "pvol")) << "kept";
-  const Arguments fit{smoke, "-o", folder / "s.####.pvol", "--frames", "1-3", "--skip-existing"};
+  const Words fit{smoke, "-o", folder / "s.####.pvol", "--frames", "1-3", "--skip-existing"};
   EXPECT_EQ(run(PVOL_FIT, fit).err, "pvol-fit: 1 of 3 frames are there and skipped\n");
   EXPECT_EQ(read_text(at("s", 2, "pvol")), "kept");
   EXPECT_TRUE(exists("s.0001.pvol") && exists("s.0003.pvol"));
@@ -221,10 +216,10 @@ TEST_F(Sequence, HasTheSameBytesFrameByFrameOnAFarm) {
   for (const int frame : {1, 2, 3}) {
     SCOPED_TRACE(frame);
     const std::string number = std::to_string(frame), farm = at("farm", frame, "exr");
-    for (const Arguments& task : {Arguments{"--frames", "1-3", "--frame", number},
-                                  Arguments{"--lock-frame", "1", "--frame", number}}) {
+    for (const Words& task : {Words{"--frames", "1-3", "--frame", number},
+                                  Words{"--lock-frame", "1", "--frame", number}}) {
       const RunResult r =
-          render(smoke, Arguments{"-o", folder / "farm.####.exr", "--no-resume"} + task);
+          render(smoke, Words{"-o", folder / "farm.####.exr", "--no-resume"} + task);
       EXPECT_EQ(r.err.find("warning"), std::string::npos) << r.err;
       EXPECT_NE(r.err.find("frame " + number + ": 192 samples in "), std::string::npos) << r.err;
       EXPECT_EQ(read_text(farm), read_text(at("a", frame, "exr")));
@@ -258,20 +253,20 @@ TEST_F(Sequence, WarnsOfAFrameThatChoosesForItself) {
   render(at("smoke", 3, "toml"), {"-o", folder / "third.exr", "--quiet"});
   EXPECT_EQ(header(folder / "a.exr").at("pvol:extinction"),
             header(folder / "third.exr").at("pvol:extinction"));
-  const Arguments camera{"--set", "camera.position=[0,0,9]", "--set", "camera.target=[0,0,0]"};
-  EXPECT_NE(render(smoke, camera + Arguments{"-o", folder / "a.exr", "--frame", "3"})
+  const Words camera{"--set", "camera.position=[0,0,9]", "--set", "camera.target=[0,0,0]"};
+  EXPECT_NE(render(smoke, camera + Words{"-o", folder / "a.exr", "--frame", "3"})
                 .err.find("warning: no extinction given; chosen for frame 3 alone"),
             std::string::npos);
 }
 
 TEST_F(Sequence, NeedsNoOtherFrameWhereTheSceneHasAll) {
-  const Arguments all{"--set", "camera.position=[0,0,9]", "--set", "camera.target=[0,0,0]",
+  const Words all{"--set", "camera.position=[0,0,9]", "--set", "camera.target=[0,0,0]",
                       "--set", "medium.extinction=2"};
-  render(smoke, all + Arguments{"-o", exr, "--frames", "2-3", "--quiet"});
+  render(smoke, all + Words{"-o", exr, "--frames", "2-3", "--quiet"});
   std::filesystem::remove(at("smoke", 1, "toml"));
-  for (const Arguments& task :
-       {Arguments{"--frame", "3"}, Arguments{"--frame", "3", "--frames", "1-3"}}) {
-    const RunResult r = render(smoke, all + task + Arguments{"-o", folder / "b.####.exr"});
+  for (const Words& task :
+       {Words{"--frame", "3"}, Words{"--frame", "3", "--frames", "1-3"}}) {
+    const RunResult r = render(smoke, all + task + Words{"-o", folder / "b.####.exr"});
     EXPECT_EQ(r.err.find("warning"), std::string::npos) << r.err;
     EXPECT_EQ(r.err.find("chosen"), std::string::npos) << r.err;
     EXPECT_EQ(read_text(at("b", 3, "exr")), read_text(at("a", 3, "exr")));
@@ -303,15 +298,15 @@ TEST_F(Sequence, HasOtherNoiseInEachFrame) {
     return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                       [](const PixelSums& x, const PixelSums& y) { return mean(x) == mean(y); });
   };
-  const Arguments two{"-o", exr, "--frames", "1-2", "--quiet"};
+  const Words two{"-o", exr, "--frames", "1-2", "--quiet"};
   render(smoke, two);
   const auto first = pixels(1);
   EXPECT_FALSE(equal(first, pixels(2))) << "the same cloud";
   const std::string seed = header(at("a", 1, "exr")).at("pvol:seed");
   EXPECT_NE(seed, header(at("a", 2, "exr")).at("pvol:seed"));
-  render(smoke, two + Arguments{"--seed", "1"});
+  render(smoke, two + Words{"--seed", "1"});
   EXPECT_TRUE(equal(first, pixels(1))) << "of the scene's seed, by default 1";
-  render(smoke, two + Arguments{"--seed", "2"});
+  render(smoke, two + Words{"--seed", "2"});
   EXPECT_FALSE(equal(first, pixels(1)));
   EXPECT_NE(seed, header(at("a", 1, "exr")).at("pvol:seed"));
   render(at("smoke", 1, "toml"), {"-o", folder / "single.exr", "--quiet"});
@@ -403,8 +398,8 @@ TEST_F(Sequence, LeavesAloneWhatTheSceneOfAFrameHas) {
 }
 
 TEST_F(Sequence, WantsAPlaceForTheFrameInEveryOutput) {
-  const Arguments all{smoke, "-o", exr, "--frames", "1-3"};
-  const auto refuse_output = [&](const Arguments& more, const std::string& name) {
+  const Words all{smoke, "-o", exr, "--frames", "1-3"};
+  const auto refuse_output = [&](const Words& more, const std::string& name) {
     refuse(PVOL_RENDER, all + more, 2,
            "3 frames would be written to this one file; write " + folder / name);
   };
@@ -476,11 +471,11 @@ TEST_F(Sequence, KeepsAFrameThatIsNotDoneForTheNextRun) {
 
 /// What is finished is known by its scene and the contents of its files, not by its name.
 TEST_F(Sequence, LeavesOutWhatIsFinishedAndNothingElse) {
-  const Arguments line{"-o",   exr,     "--frames", "1-3",       "--size",
+  const Words line{"-o",   exr,     "--frames", "1-3",       "--size",
                        "12x8", "--spp", "4",        "--summary", folder / "summary.json"};
   std::string log;
-  const auto states = [&](const Arguments& more) {
-    const RunResult r = run(PVOL_RENDER, Arguments{smoke} + line + more);
+  const auto states = [&](const Words& more) {
+    const RunResult r = run(PVOL_RENDER, Words{smoke} + line + more);
     std::string text;
     for (const auto& frame : json::parse(read_text(folder / "summary.json"))) {
       text += frame.at("state").get<std::string>() + ' ';
@@ -506,7 +501,7 @@ TEST_F(Sequence, LeavesOutWhatIsFinishedAndNothingElse) {
   EXPECT_EQ(states({}), "finished rendered finished ") << "the cloud's file has other contents";
   EXPECT_EQ(states({"--spp", "5"}), "rendered rendered rendered ");
   EXPECT_EQ(states({"--spp", "5", "--seed", "2"}), "rendered rendered rendered ");
-  const Arguments some{"--spp", "5", "--seed", "2", "--samples", "0:2"};
+  const Words some{"--spp", "5", "--seed", "2", "--samples", "0:2"};
   EXPECT_EQ(states(some), "rendered rendered rendered ") << "a part";
   EXPECT_EQ(states(some), "finished finished finished ");
   EXPECT_EQ(states({"--spp", "5", "--seed", "2"}), "rendered rendered rendered ") << "the whole";

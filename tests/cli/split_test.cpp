@@ -12,17 +12,12 @@ namespace pvol {
 namespace split_test {
 
 using nlohmann::json;
+using testing::operator+;
 using testing::read_text;
 using testing::run_tool;
 using testing::RunResult;
 using testing::ScratchFolder;
-
-using Arguments = std::vector<std::string>;
-
-Arguments operator+(Arguments a, const Arguments& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
+using testing::Words;
 
 struct Split : ::testing::Test {
   ScratchFolder folder;
@@ -37,23 +32,23 @@ struct Split : ::testing::Test {
                         << "\n[[form]]\nshape = \"ellipsoid\"\ncentre = [0, 0, 0]\nradii = 1\n";
   }
 
-  RunResult split(const Arguments& more, int exit = 0) const {
+  RunResult split(const Words& more, int exit = 0) const {
     RunResult r =
-        run_tool(PVOL_RENDER, Arguments{ball, "-o", exr, "--size", "96x64", "--spp", "32"} + more);
+        run_tool(PVOL_RENDER, Words{ball, "-o", exr, "--size", "96x64", "--spp", "32"} + more);
     EXPECT_EQ(r.exit, exit) << r.err;
     return r;
   }
-  [[nodiscard]] json parts(const Arguments& more) const {
-    return json::parse(split(more + Arguments{"--for", "json"}).out);
+  [[nodiscard]] json parts(const Words& more) const {
+    return json::parse(split(more + Words{"--for", "json"}).out);
   }
-  void refuse(const Arguments& more, const std::string& mentions) const {
+  void refuse(const Words& more, const std::string& mentions) const {
     const RunResult r = split(more, 2);
     EXPECT_EQ(r.out, "");
     EXPECT_NE(r.err.find(mentions), std::string::npos) << r.err;
   }
-  [[nodiscard]] RunResult bash(const std::string& script, const Arguments& flags = {}) const {
+  [[nodiscard]] RunResult bash(const std::string& script, const Words& flags = {}) const {
     std::ofstream(folder / "script.sh") << script;
-    return run_tool("/bin/bash", flags + Arguments{folder / "script.sh"});
+    return run_tool("/bin/bash", flags + Words{folder / "script.sh"});
   }
 };
 
@@ -166,7 +161,7 @@ TEST_F(Split, AdaptiveHasPilotsFirst) {
 }
 
 TEST_F(Split, OfASequenceHasPartsOfEachFrame) {
-  const Arguments frames{folder / "smoke.####.toml",
+  const Words frames{folder / "smoke.####.toml",
                          "-o",
                          folder / "a.####.exr",
                          "--frames",
@@ -176,7 +171,7 @@ TEST_F(Split, OfASequenceHasPartsOfEachFrame) {
                          "--split",
                          "3",
                          "--for"};
-  const RunResult r = run_tool(PVOL_RENDER, frames + Arguments{"json"});
+  const RunResult r = run_tool(PVOL_RENDER, frames + Words{"json"});
   ASSERT_EQ(r.exit, 0) << r.err;
   const json j = json::parse(r.out).at("frames");
   ASSERT_EQ(j.size(), 2u);
@@ -194,7 +189,7 @@ TEST_F(Split, OfASequenceHasPartsOfEachFrame) {
     }
     EXPECT_EQ(after(f["merge"]["command"], "-o"), folder / fmt::format("a.{:04}.exr", number));
   }
-  const RunResult slurm = run_tool(PVOL_RENDER, frames + Arguments{"slurm"});
+  const RunResult slurm = run_tool(PVOL_RENDER, frames + Words{"slurm"});
   EXPECT_NE(slurm.out.find("submit parts 6 "), std::string::npos) << slurm.out;
   EXPECT_NE(slurm.out.find("submit merges 2 "), std::string::npos) << slurm.out;
 }
@@ -235,15 +230,15 @@ struct Copies : Split {
   [[nodiscard]] std::string copy_of(const std::string& file) const {
     return there + std::filesystem::absolute(file).string();
   }
-  void fit(const Arguments& more = {}) const {
+  void fit(const Words& more = {}) const {
     const RunResult c = run_tool(PVOL_CONVERT, {ball, folder / "ball.vdb"});
     EXPECT_EQ(c.exit, 0) << c.err;
-    const RunResult r = run_tool(PVOL_FIT, Arguments{folder / "ball.vdb", "-o", pvol} + more);
+    const RunResult r = run_tool(PVOL_FIT, Words{folder / "ball.vdb", "-o", pvol} + more);
     EXPECT_EQ(r.exit, 0) << r.err;
   }
-  std::string render(const Arguments& more) const {
+  std::string render(const Words& more) const {
     const RunResult r =
-        run_tool(PVOL_RENDER, Arguments{pvol, "-o", exr, "--size", "12x8", "--spp", "2"} + more);
+        run_tool(PVOL_RENDER, Words{pvol, "-o", exr, "--size", "12x8", "--spp", "2"} + more);
     EXPECT_EQ(r.exit, 0) << r.err;
     return read_text(exr);
   }
@@ -291,9 +286,9 @@ TEST_F(Copies, ThatCannotBeMadeAreNotNeeded) {
 // --- arrays of pvol-stats -----------------------------------------------------------------------
 
 TEST_F(Split, OfStatisticsIsATaskForEachCloud) {
-  const Arguments clouds{"depth",  ball, folder / "smoke.0001.toml", "--budget", "1",
+  const Words clouds{"depth",  ball, folder / "smoke.0001.toml", "--budget", "1",
                          "--size", "8x8"};
-  const RunResult r = run_tool(PVOL_STATS, clouds + Arguments{"--for", "json"});
+  const RunResult r = run_tool(PVOL_STATS, clouds + Words{"--for", "json"});
   ASSERT_EQ(r.exit, 0) << r.err;
   const json tasks = json::parse(r.out).at("tasks");
   ASSERT_EQ(tasks.size(), 2u);
@@ -302,13 +297,13 @@ TEST_F(Split, OfStatisticsIsATaskForEachCloud) {
   EXPECT_EQ(tasks[0]["stdout"], "ball & co.depth.json");
   EXPECT_EQ(tasks[1]["stdout"], "smoke.0001.depth.json");
 
-  const RunResult text = run_tool(PVOL_STATS, clouds + Arguments{"--for", "text"});
+  const RunResult text = run_tool(PVOL_STATS, clouds + Words{"--for", "text"});
   const RunResult run = bash("cd '" + folder.path().string() + "'\n" + text.out);
   EXPECT_EQ(run.exit, 0) << run.err;
   EXPECT_TRUE(json::accept(read_text(folder / "ball & co.depth.json")));
 
   EXPECT_EQ(run_tool(PVOL_STATS, clouds).exit, 2) << "several without --for";
-  EXPECT_EQ(run_tool(PVOL_STATS, clouds + Arguments{"--for", "text", "--html", "a.html"}).exit, 2);
+  EXPECT_EQ(run_tool(PVOL_STATS, clouds + Words{"--for", "text", "--html", "a.html"}).exit, 2);
   EXPECT_EQ(run_tool(PVOL_STATS, {"depth", ball, ball, "--for", "text"}).exit, 2) << "one name";
 }
 

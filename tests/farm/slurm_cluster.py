@@ -1,5 +1,5 @@
 """A Slurm of one node on the loopback address, for as long as a `with` lasts: no accounting, no
-prolog, all state in a folder of its own, own ports, own munge key and socket. AdaptiveSamples root.
+prolog, all state in a folder of its own, own ports, own munge key and socket. Needs root.
 
     with Cluster(folder) as cluster:
         cluster.run("sbatch", "job.sh")

@@ -79,9 +79,9 @@ int run(const std::string& program) {
   testing::UnitTest::GetInstance()->listeners().Append(failures);
   const int code = RUN_ALL_TESTS();
   if (code == 0 || std::getenv(kSeedVariable) != nullptr) return code;
-  for (const char* shards :
-       {"GTEST_TOTAL_SHARDS", "GTEST_SHARD_INDEX", "GTEST_SHARD_STATUS_FILE"}) {
-    unsetenv(shards);
+  for (const char* of_this_run : {"GTEST_TOTAL_SHARDS", "GTEST_SHARD_INDEX",
+                                  "GTEST_SHARD_STATUS_FILE", "GTEST_OUTPUT"}) {
+    unsetenv(of_this_run);
   }
   int failed = failures->others;
   for (const std::string& test : failures->by_chance)

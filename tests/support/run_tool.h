@@ -8,6 +8,15 @@
 
 namespace pvol::testing {
 
+/// Arguments of a command line.
+using Words = std::vector<std::string>;
+
+/// The first arguments, then the others.
+[[nodiscard]] inline Words operator+(Words a, const Words& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
 struct RunResult {
   int exit = -1;   ///< code, or -1 after a signal
   int signal = 0;  ///< that ended the tool; SIGKILL where it took more than two minutes
