@@ -8,7 +8,7 @@ namespace pvol {
 namespace float4_test {
 
 using test::LaneBits;
-using test::LaneCase;
+using test::KernelCase;
 
 /// Equal to the bit; but which NaN comes out of arithmetic is the processor's and the compiler's
 /// choice.
@@ -21,8 +21,8 @@ bool same(const LaneBits& a, const LaneBits& b, bool exact) {
   return true;
 }
 
-void expect_scalar_arithmetic(const std::vector<LaneCase>& cases) {
-  for (const LaneCase& c : cases) {
+void expect_scalar_arithmetic(const std::vector<KernelCase>& cases) {
+  for (const KernelCase& c : cases) {
     EXPECT_TRUE(same(c.found, c.expected, c.exact))
         << c.what << std::hex << testing::PrintToString(c.found) << " and "
         << testing::PrintToString(c.expected);
@@ -30,17 +30,17 @@ void expect_scalar_arithmetic(const std::vector<LaneCase>& cases) {
 }
 
 TEST(Float4Numbers, OfTheProcessorAreScalarArithmetic) {
-  const auto cases = test::lane_cases<Float4, Int4>();
+  const auto cases = test::kernel_cases<Float4, Int4>();
   EXPECT_GT(cases.size(), 30'000u);
   expect_scalar_arithmetic(cases);
 }
 
 TEST(Float4Numbers, OfArraysAreScalarArithmetic) {
-  expect_scalar_arithmetic(test::plain_lane_cases());
+  expect_scalar_arithmetic(test::plain_kernel_cases());
 }
 
 TEST(Float4Numbers, OfArraysAreThoseOfTheProcessor) {
-  const auto ours = test::lane_cases<Float4, Int4>(), plain = test::plain_lane_cases();
+  const auto ours = test::kernel_cases<Float4, Int4>(), plain = test::plain_kernel_cases();
   ASSERT_EQ(ours.size(), plain.size());
   for (std::size_t i = 0; i < ours.size(); ++i) {
     ASSERT_EQ(ours[i].what, plain[i].what);
@@ -69,11 +69,11 @@ TEST(Float4Numbers, FloorRoundsDown) {
 TEST(Float4Numbers, HoldVectors) {
   EXPECT_EQ(test::bits_of(Float4{}), (LaneBits{0, 0, 0, 0}));
   EXPECT_EQ(test::bits_of(Int4{}), (LaneBits{0, 0, 0, 0}));
-  EXPECT_EQ(vec3(lanes(Vec3f(1, 2, 3))), Vec3f(1, 2, 3));
-  EXPECT_EQ(vec3(lanes(Vec3i(-4, 5, -6))), Vec3i(-4, 5, -6));
-  EXPECT_EQ(lanes(Vec3f(1, 2, 3))[3], 0);
-  EXPECT_EQ(lanes(Vec3f(1, 2, 3), 9)[3], 9);
-  EXPECT_EQ(lanes(Vec3i(1, 2, 3))[3], 0);
+  EXPECT_EQ(vec3(widen(Vec3f(1, 2, 3))), Vec3f(1, 2, 3));
+  EXPECT_EQ(vec3(widen(Vec3i(-4, 5, -6))), Vec3i(-4, 5, -6));
+  EXPECT_EQ(widen(Vec3f(1, 2, 3))[3], 0);
+  EXPECT_EQ(widen(Vec3f(1, 2, 3), 9)[3], 9);
+  EXPECT_EQ(widen(Vec3i(1, 2, 3))[3], 0);
   EXPECT_EQ(test::bits_of(splat(5)), test::bits_of(Int4{5, 5, 5, 5}));
   EXPECT_EQ(test::bits_of(splat(0.5f)), test::bits_of(Float4{0.5f, 0.5f, 0.5f, 0.5f}));
 }

@@ -291,7 +291,7 @@ TEST(Importance, PhotonsCountTheLightOfAPoint) {
       const double depth =
           optical_depth(std::vector{s.medium}, {p, (place - p) / distance}, distance);
       const Vec3i cell(v.density.world_to_cells.point(p));
-      expected[cells.row(lanes(cell))] += kExtinction * step * step * step * std::exp(-depth) *
+      expected[cells.row(widen(cell))] += kExtinction * step * step * step * std::exp(-depth) *
                                           squared_distance / (distance * distance);
     }
     const auto sum = [](const auto& all) { return std::accumulate(all.begin(), all.end(), 0.0); };
@@ -320,7 +320,7 @@ TEST(Importance, IsNowhereZero) {
   for (int i = 0; i < 8 * 8 * 8; ++i) {
     const Vec3i part(i % 8, i / 8 % 8, i / 64);
     const Vec3i cell(last.x * part.x / 7, last.y * part.y / 7, last.z * part.z / 7);
-    const detail::Importance::Row& row = importance->row(lanes(cell));
+    const detail::Importance::Row& row = importance->row(widen(cell));
     for (float u = 0; u <= 1; u += 0.125f) ASSERT_GT(row.of(u), 0) << i << ", " << u;
   }
 }
@@ -338,7 +338,7 @@ TEST(Importance, OfASmallCopyIsTheSame) {
     both.push_back(*detail::make_importance(setup));
   }
   for (int i = 0; i < 8; ++i) {
-    const Int4 cell = lanes(Vec3i(i >> 2, i >> 1 & 1, i & 1) * 12);
+    const Int4 cell = widen(Vec3i(i >> 2, i >> 1 & 1, i & 1) * 12);
     const detail::Importance::Row &a = both[0].row(cell), &b = both[1].row(cell);
     for (std::size_t k = 0; k < a.at.size(); ++k) EXPECT_NEAR(b.at[k] / a.at[k], 1, 0.1) << i;
     EXPECT_NEAR(*both[1].shadow_worth(b) / *both[0].shadow_worth(a), 1, 0.1) << i;
@@ -355,7 +355,7 @@ TEST(Importance, IsThePhaseFunctionInAThinCube) {
   const detail::PathSetup setup(plan(std::span(&v, 1), s.scene()), Rgb(0.5f));
   const auto importance = detail::make_importance(setup);
   ASSERT_TRUE(importance);
-  const detail::Importance::Row& row = importance->row(lanes(Vec3i(6, 6, 6)));
+  const detail::Importance::Row& row = importance->row(widen(Vec3i(6, 6, 6)));
   const double scale = double(row.of(0.5f)) / phase(0.5, 0.5);
   for (double u = 0.1; u < 1; u += 0.1) {
     const double cosine = 1 - 2 * u * u;

@@ -10,18 +10,18 @@
 
 #include "pvol/math/direction.h"
 #include "render/engine/tiles/tile_renderer.h"
-#include "render/engine/wavefront/phase_lanes.h"
+#include "render/engine/wavefront/phase_batch.h"
 #include "render/plan/choose_wavefront.h"
 #include "support/lit_scenes.h"
 #include "support/pictures.h"
 
 namespace pvol::test {
-namespace lanes_test {
+namespace wavefront_test {
 
-std::vector<KernelKind> lane_kernels() {
+std::vector<KernelKind> simd_kernels() {
   std::vector<KernelKind> all;
-  for (const KernelKind lanes : {KernelKind::avx2, KernelKind::avx512}) {
-    if (detail::has_kernel(lanes)) all.push_back(lanes);
+  for (const KernelKind kernel : {KernelKind::avx2, KernelKind::avx512}) {
+    if (detail::has_kernel(kernel)) all.push_back(kernel);
   }
   return all;
 }
@@ -76,8 +76,8 @@ Film render_with(KernelKind kernel, const Volume& v, CloudScene s) {
   return render(v, s).film;
 }
 
-TEST(LaneKernels, HaveTheMeansOfTheScalarTracer) {
-  const std::vector<KernelKind> kernels = lane_kernels();
+TEST(WavefrontKernels, HaveTheMeansOfTheScalarTracer) {
+  const std::vector<KernelKind> kernels = simd_kernels();
   if (kernels.empty()) GTEST_SKIP() << "the machine has no lane kernel";
   proof::Family family;
   proof::Moments deviations;
@@ -95,10 +95,10 @@ TEST(LaneKernels, HaveTheMeansOfTheScalarTracer) {
   EXPECT_TRUE(family.passes());
 }
 
-TEST(PhaseLanes, AnswerForEachLaneAsItsPhaseFunctionDoes) {
+TEST(PhaseBatch, AnswerForEachLaneAsItsPhaseFunctionDoes) {
   const std::vector<detail::MediumComponent> all{{0.5f, Rgb(1.0f), Rgb(0.0f), Draine(0.4, 3)},
                                                  {1, Rgb(1.0f), Rgb(0.0f), Droplets(9)}};
-  detail::PhaseLanes lanes;
+  detail::PhaseBatch lanes;
   for (std::uint32_t k = 0; k < detail::kMostLanes; ++k) {
     const Vec3f from(direction_on_spiral(int(k), 16)), to(direction_on_spiral(15 - int(k), 16));
     for (int axis = 0; axis < 3; ++axis)
@@ -109,7 +109,7 @@ TEST(PhaseLanes, AnswerForEachLaneAsItsPhaseFunctionDoes) {
   const auto at = [](const float(&v)[3][detail::kMostLanes], std::size_t k) {
     return Vec3f(v[0][k], v[1][k], v[2][k]);
   };
-  detail::PhaseLanes found = lanes;
+  detail::PhaseBatch found = lanes;
   detail::find_densities(all, detail::kMostLanes, found);
   detail::sample_directions(all, detail::kMostLanes, lanes);
   for (std::size_t k = 0; k < detail::kMostLanes; ++k) {
@@ -121,8 +121,8 @@ TEST(PhaseLanes, AnswerForEachLaneAsItsPhaseFunctionDoes) {
   }
 }
 
-TEST(LaneKernels, OfEveryWidthGiveTheSameBytes) {
-  const std::vector<KernelKind> kernels = lane_kernels();
+TEST(WavefrontKernels, OfEveryWidthGiveTheSameBytes) {
+  const std::vector<KernelKind> kernels = simd_kernels();
   if (kernels.size() < 2) GTEST_SKIP() << "the machine has one lane kernel at most";
   visit_scenes([&](const std::string& name, CloudScene s) {
     s.options.samples = 5;
@@ -133,8 +133,8 @@ TEST(LaneKernels, OfEveryWidthGiveTheSameBytes) {
 
 /// Which samples and pixels are traced together is a matter of threads, passes
 /// and crops.
-TEST(LaneKernels, CompanyChangesNoBit) {
-  for (const KernelKind kernel : lane_kernels()) {
+TEST(WavefrontKernels, CompanyChangesNoBit) {
+  for (const KernelKind kernel : simd_kernels()) {
     visit_scenes([&](const std::string& name, CloudScene s) {
       s.options.samples = 20;
       const Volume v = volume_of(s);
@@ -154,8 +154,8 @@ TEST(LaneKernels, CompanyChangesNoBit) {
   }
 }
 
-TEST(LaneKernels, MicroBoundsAndCountsChangeNoBit) {
-  for (const KernelKind kernel : lane_kernels()) {
+TEST(WavefrontKernels, MicroBoundsAndCountsChangeNoBit) {
+  for (const KernelKind kernel : simd_kernels()) {
     CloudScene s = sunny();
     s.options.samples = 10;
     s.options.micro_bounds = MicroBoundsUse::none;
@@ -171,8 +171,8 @@ TEST(LaneKernels, MicroBoundsAndCountsChangeNoBit) {
   }
 }
 
-TEST(LaneKernels, CountWhatTheScalarTracerCounts) {
-  for (const KernelKind kernel : lane_kernels()) {
+TEST(WavefrontKernels, CountWhatTheScalarTracerCounts) {
+  for (const KernelKind kernel : simd_kernels()) {
     for (const GuideUse guide : {GuideUse::on, GuideUse::off}) {
       CloudScene s = sunny();
       s.options.count = true;
@@ -239,8 +239,8 @@ Average guided_by(KernelKind kernel, const Volume& v, CloudScene s, const Value&
 
 /// Where importance jumps from cell to cell, paths go through a roulette or are
 /// split at every turn.
-TEST(LaneKernels, WeightsOutliveAnyImportance) {
-  const std::vector<KernelKind> kernels = lane_kernels();
+TEST(WavefrontKernels, WeightsOutliveAnyImportance) {
+  const std::vector<KernelKind> kernels = simd_kernels();
   if (kernels.empty()) GTEST_SKIP() << "the machine has no lane kernel";
   proof::Family family;
   for (const Rgb albedo : {Rgb(0.99f), Rgb(0.99f, 0.9f, 0.95f)}) {  // one lobe, any matter
@@ -262,8 +262,8 @@ TEST(LaneKernels, WeightsOutliveAnyImportance) {
   EXPECT_TRUE(family.passes());
 }
 
-TEST(LaneKernels, BouncesAreLimited) {
-  for (const KernelKind kernel : lane_kernels()) {
+TEST(WavefrontKernels, BouncesAreLimited) {
+  for (const KernelKind kernel : simd_kernels()) {
     proof::Family family;
     for (const std::uint32_t limit : {0u, 1u, 3u}) {
       CloudScene s = sunny();
@@ -278,18 +278,18 @@ TEST(LaneKernels, BouncesAreLimited) {
   }
 }
 
-TEST(ChooseLanes, RefusesWhatItDoesNotServeAndSaysWhy) {
+TEST(ChooseWavefront, RefusesWhatItDoesNotServeAndSaysWhy) {
   CloudScene s = sunny();
   s.options.tracker = Tracker::delta;
   const std::vector<Volume> volumes = make_volumes(puff(), std::vector{s.medium}, s);
-  const detail::LaneChoice choice = detail::choose_lanes(volumes, s.scene());
-  EXPECT_EQ(choice.lanes, KernelKind::scalar);
+  const detail::KernelChoice choice = detail::choose_wavefront(volumes, s.scene());
+  EXPECT_EQ(choice.kernel, KernelKind::scalar);
   EXPECT_EQ(choice.reason, "the tracker is not decomposition");
-  for (const KernelKind kernel : lane_kernels()) {
+  for (const KernelKind kernel : simd_kernels()) {
     s.options.kernel = kernel;
-    EXPECT_THROW((void)detail::choose_lanes(volumes, s.scene()), Error);
+    EXPECT_THROW((void)detail::choose_wavefront(volumes, s.scene()), Error);
   }
 }
 
-}  // namespace lanes_test
+}  // namespace wavefront_test
 }  // namespace pvol::test

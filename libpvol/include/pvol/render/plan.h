@@ -69,13 +69,13 @@ struct Kernel {
   int micro_edge = 0;  ///< of micro-bounds that all volumes have: 0 (none), 1 or 2 cells
   Paths paths = Paths::one_volume;
   bool count = false;
-  KernelKind lanes = KernelKind::scalar;  ///< not automatic
-  bool mapped = false;          ///< some volume's density is mapped
-  bool cancellable = false;     ///< flights may take long, so that they ask whether to stop
-  bool endless = false;         ///< flights may be, nearly
-  bool moving = false;          ///< velocities move some density: samples have times
-  bool places_move = false;     ///< some volume moves as a whole: samples have times
-  bool shared = false;          ///< some volume's samples are shared
+  KernelKind kind = KernelKind::scalar;  ///< not automatic
+  bool mapped = false;                     ///< some volume's density is mapped
+  bool cancellable = false;  ///< flights may take long, so that they ask whether to stop
+  bool endless = false;      ///< flights may be, nearly
+  bool moving = false;       ///< velocities move some density: samples have times
+  bool places_move = false;  ///< some volume moves as a whole: samples have times
+  bool shared = false;       ///< some volume's samples are shared
   friend bool operator==(const Kernel&, const Kernel&) = default;
 };
 

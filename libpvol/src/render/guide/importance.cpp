@@ -250,7 +250,7 @@ Rgb constant_part(const Environment& environment, const SkyLight& light) {
 /// samples in lanes, for 40 of many volumes, which share them.
 int count_photons(const PathSetup& setup) {
   const bool many = !is_one(setup);
-  if (setup.lanes == KernelKind::scalar && !many) return kLeastPhotons;
+  if (setup.kernel == KernelKind::scalar && !many) return kLeastPhotons;
   const RenderOptions& o = setup.options;
   const double samples = double(o.width) * o.height * expected_samples(o);
   return int(std::clamp(samples / (many ? 40 : 80), double(kLeastPhotons),

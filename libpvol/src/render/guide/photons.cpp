@@ -55,8 +55,8 @@ IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells, in
     return light;
   }
   LightCounts counts(light, cells.count(), setup.lights.size(), photons);
-  if (setup.lanes != KernelKind::scalar) {
-    trace_photons_in_lanes(setup, cells, sources, photons, counts);
+  if (setup.kernel != KernelKind::scalar) {
+    trace_photons_by_wavefront(setup, cells, sources, photons, counts);
   } else {
     const auto trace_one = setup.instances->moves() ? &trace<MovingVolumes>
                            : setup.is_one_still()   ? &trace<OneVolume>

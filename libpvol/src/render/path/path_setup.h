@@ -91,9 +91,9 @@ struct VolumeSetup {
 
   VolumeSetup(const Volume& v, Rgb constant, bool emits_at_collisions)
       : volume(v),
-        cells_x(lanes(Vec3f(v.density.world_to_cells.vector({1, 0, 0})))),
-        cells_y(lanes(Vec3f(v.density.world_to_cells.vector({0, 1, 0})))),
-        cells_z(lanes(Vec3f(v.density.world_to_cells.vector({0, 0, 1})))),
+        cells_x(widen(Vec3f(v.density.world_to_cells.vector({1, 0, 0})))),
+        cells_y(widen(Vec3f(v.density.world_to_cells.vector({0, 1, 0})))),
+        cells_z(widen(Vec3f(v.density.world_to_cells.vector({0, 0, 1})))),
         cells_to_world(inverse(v.density.world_to_cells)),
         matter(make_matter(v.medium, constant, emits_at_collisions)),
         cells_to_albedo(v.albedo ? v.albedo->world_to_cells * cells_to_world : Affine{}) {}
@@ -162,7 +162,7 @@ struct PathSetup {
   std::vector<std::size_t> layer_of;
   /// Once it is true, paths end as they please, and what they bring is to be dropped.
   const std::atomic<bool>* stop = &kNeverStop;
-  KernelKind lanes;    ///< the kernel; not automatic
+  KernelKind kernel;   ///< the kernel; not automatic
   bool moving;         ///< whether samples have times
   bool meets_lights;   ///< whether flights may pass lights
   bool albedo_varies;  ///< whether that of any volume is a field
@@ -192,13 +192,13 @@ struct PathSetup {
         surfaces(plan.surfaces),
         open_sky(surfaces && surfaces->catch_shadows() ? std::make_shared<const OpenSky>(sky)
                                                        : nullptr),
-        lanes(plan.kernel.lanes),
+        kernel(plan.kernel.kind),
         moving(plan.kernel.moving || plan.kernel.places_move),
         meets_lights(any_is_met(lights)),
         albedo_varies(
             std::ranges::any_of(plan.volumes, [](const Volume& v) { return v.albedo != nullptr; })),
         dense(std::move(dense_)) {
-    if (lanes != KernelKind::scalar && dense == nullptr) {
+    if (kernel != KernelKind::scalar && dense == nullptr) {
       dense = std::make_shared<const DenseBounds>(make_dense_bounds(plan.volumes.front().density));
     }
     std::vector<int> of_kind(std::variant_size_v<Light>);

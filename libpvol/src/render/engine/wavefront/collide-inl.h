@@ -66,7 +66,7 @@ struct Towards {
 };
 
 /// Samples a picture of a sky, lane by lane. `number` is that of the sky among the lights.
-HWY_NOINLINE Towards sample_sky(const LaneScene& s, std::size_t number, Random& rng) {
+HWY_NOINLINE Towards sample_sky(const WavefrontScene& s, std::size_t number, Random& rng) {
   alignas(64) std::uint32_t key[kLanes], counter[kLanes];
   store(rng.next(), key), store(rng.next(), counter);
   alignas(64) float d[3][kLanes], radiance[3][kLanes], pdf[kLanes];
@@ -86,7 +86,7 @@ HWY_NOINLINE Towards sample_sky(const LaneScene& s, std::size_t number, Random& 
 
 /// A point light: nothing comes from one that is nearer than floats can tell, as in PointSource.
 template <class MediumComponent>
-HWY_INLINE Towards sample_point(const LaneScene& s, const LaneLight& l,
+HWY_INLINE Towards sample_point(const WavefrontScene& s, const SimdLight& l,
                                 const Paths<MediumComponent>& p) {
   const V way{splat(l.place.x) - p.x, splat(l.place.y) - p.y, splat(l.place.z) - p.z};
   const auto along = [&](int axis) { return dot(splat(s.to_world[std::size_t(axis)]), way); };
@@ -106,25 +106,25 @@ HWY_INLINE Towards sample_point(const LaneScene& s, const LaneLight& l,
 }
 
 template <class MediumComponent>
-HWY_INLINE Towards sample_light(const LaneScene& s, std::size_t light,
+HWY_INLINE Towards sample_light(const WavefrontScene& s, std::size_t light,
                                 const Paths<MediumComponent>& p, Random& rng) {
-  const LaneLight& l = s.lights[light];
+  const SimdLight& l = s.lights[light];
   const F far = splat(0x1p100f);
-  if (l.kind == LaneLight::Kind::delta) {
+  if (l.kind == SimdLight::Kind::delta) {
     return {splat(l.direction), splat(l.radiance), splat(0), far, splat(1)};
   }
-  if (l.kind == LaneLight::Kind::disc) {
+  if (l.kind == SimdLight::Kind::disc) {
     const F u = rng.uniform(), azimuth = rng.uniform();
     return {turn(splat(l.direction), splat(l.one_minus_cos_radius) * u, azimuth), splat(l.radiance),
             splat(l.pdf), far, splat(1)};
   }
-  if (l.kind == LaneLight::Kind::point) return sample_point(s, l, p);
+  if (l.kind == SimdLight::Kind::point) return sample_point(s, l, p);
   return sample_sky(s, light, rng);
 }
 
 /// Shadow rays to a light, as `shadowed` draws them; `worth` is that of a ray there.
 template <class MediumComponent>
-HWY_INLINE void add_shadow_rays(const LaneScene& s, LaneMemory& m, std::size_t light, F worth,
+HWY_INLINE void add_shadow_rays(const WavefrontScene& s, WavefrontMemory& m, std::size_t light, F worth,
                                 Paths<MediumComponent>& p) {
   const Towards to = sample_light(s, light, p, p.rng);
   const F pdf = MediumComponent(s, p.matter).pdf(p.from, to.direction);
@@ -172,7 +172,7 @@ HWY_INLINE void add_shadow_rays(const LaneScene& s, LaneMemory& m, std::size_t l
 
 /// What collisions emit, lane by lane.
 template <class MediumComponent>
-HWY_NOINLINE void add_emission(const LaneScene& s, LaneMemory& m, const Paths<MediumComponent>& p) {
+HWY_NOINLINE void add_emission(const WavefrontScene& s, WavefrontMemory& m, const Paths<MediumComponent>& p) {
   alignas(64) float w[MediumComponent::kWeights][kLanes];
   alignas(64) std::uint32_t id[kLanes], matter[kLanes];
   for (std::size_t c = 0; c < MediumComponent::kWeights; ++c) store(p.w[c], w[c]);
@@ -214,7 +214,7 @@ HWY_INLINE void end_by_worth(Paths<MediumComponent>& p, F worth) {
 /// Passes paths on to be scattered, as often as they are split. `turned` are those whose directions
 /// are chosen by importance.
 template <class MediumComponent>
-HWY_INLINE void put_paths(LaneMemory& m, Paths<MediumComponent>& p, I copies, M turned) {
+HWY_INLINE void put_paths(WavefrontMemory& m, Paths<MediumComponent>& p, I copies, M turned) {
   m.straight.reserve(kLanes * std::size_t(kMostCopies));
   m.turned.reserve(kLanes * std::size_t(kMostCopies));
   const auto put = [&](M on, const Random& rng, Records& q) {
@@ -240,7 +240,7 @@ HWY_INLINE void put_paths(LaneMemory& m, Paths<MediumComponent>& p, I copies, M 
 }
 
 template <bool kGuided, class MediumComponent>
-HWY_NOINLINE void collide(const LaneScene& s, LaneMemory& m) {
+HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
   Records& q = m.collisions;
   m.counts.collisions += q.n;
   if (s.count) {
@@ -259,12 +259,12 @@ HWY_NOINLINE void collide(const LaneScene& s, LaneMemory& m) {
       worth = p.largest() *
               importance_of(importance, p.row, one_minus_cos(p.from, splat(importance.axis())));
       end_by_worth(p, worth);
-    } else if (s.setup.max_bounces <= kMostLaneBounces) {
+    } else if (s.setup.max_bounces <= kMostWavefrontBounces) {
       const I bounces = as_int(hn::ShiftRight<16>(p.id));
       p.alive = hn::And(p.alive, mask(hn::Lt(bounces, splat_int(int(s.setup.max_bounces)))));
     }
     if (s.counts_collisions) {
-      const M few = mask(hn::Lt(as_int(hn::ShiftRight<16>(p.id)), splat_int(kMostLaneBounces)));
+      const M few = mask(hn::Lt(as_int(hn::ShiftRight<16>(p.id)), splat_int(kMostWavefrontBounces)));
       p.id = p.id + as_bits(where(few, splat_int(int(kMostSlots))));
     }
     const MediumComponent matter(s, p.matter);

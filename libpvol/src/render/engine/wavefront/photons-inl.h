@@ -14,7 +14,7 @@ namespace pvol::detail::HWY_NAMESPACE {
 
 /// Puts a photon where it enters the box of the support. Its id has the number of its source, and
 /// above it that of its flights.
-inline void start(const LaneScene& s, LaneMemory& m, const PhotonTask& task, std::uint64_t number) {
+inline void start(const WavefrontScene& s, WavefrontMemory& m, const PhotonTask& task, std::uint64_t number) {
   Rng rng(kPhotonKey, 0, number);
   const Photon p = task.sources.sample(rng);
   const Ray cells = s.volume.in_cells(p.ray);
@@ -46,7 +46,7 @@ HWY_NOINLINE void count_light(const PhotonTask& task, const Paths<MediumComponen
 }
 
 template <class MediumComponent>
-HWY_NOINLINE void collide_photons(const LaneScene& s, LaneMemory& m, const PhotonTask& task) {
+HWY_NOINLINE void collide_photons(const WavefrontScene& s, WavefrontMemory& m, const PhotonTask& task) {
   Records& q = m.collisions;
   for (std::size_t at = 0; at < q.n; at += kLanes) {
     Paths<MediumComponent> p(q, at);
@@ -67,7 +67,7 @@ HWY_NOINLINE void collide_photons(const LaneScene& s, LaneMemory& m, const Photo
 
 /// Traces the photons of a task; see PhotonKernel.
 template <class MediumComponent>
-void trace_photons(const LaneScene& s, LaneMemory& m, const PhotonTask& task) {
+void trace_photons(const WavefrontScene& s, WavefrontMemory& m, const PhotonTask& task) {
   Tally none;
   for (std::uint64_t next = task.begin; !s.setup.stop->load(std::memory_order_relaxed);) {
     m.paths.reserve(kSlice);

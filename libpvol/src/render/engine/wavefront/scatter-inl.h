@@ -15,7 +15,7 @@ namespace pvol::detail::HWY_NAMESPACE {
 
 /// A register of paths to be scattered is put among those that are to fly.
 template <class MediumComponent>
-HWY_INLINE void launch(const LaneScene& s, const Records& q, std::size_t at, M on, V direction,
+HWY_INLINE void launch(const WavefrontScene& s, const Records& q, std::size_t at, M on, V direction,
                        F pdf, F factor, Random& rng, Records& to) {
   const std::size_t n = to.n;
   for (const Field f : {kX, kY, kZ, kId}) store(load(q[f] + at), to[f] + n);
@@ -35,14 +35,14 @@ HWY_INLINE V direction_of(const Records& q, std::size_t at) {
 }
 
 template <class MediumComponent>
-HWY_INLINE MediumComponent matter_of(const LaneScene& s, const Records& q, std::size_t at, M on) {
+HWY_INLINE MediumComponent matter_of(const WavefrontScene& s, const Records& q, std::size_t at, M on) {
   return MediumComponent(s, MediumComponent::kWeights > 1
                                 ? where(on, as_int(load(q.bits(kMatter) + at)))
                                 : splat_int(0));
 }
 
 template <class MediumComponent>
-HWY_NOINLINE void scatter(const LaneScene& s, Records& q, Records& to) {
+HWY_NOINLINE void scatter(const WavefrontScene& s, Records& q, Records& to) {
   to.reserve(q.n);
   for (std::size_t at = 0; at < q.n; at += kLanes) {
     const M on = first(q.n - at);
@@ -58,7 +58,7 @@ HWY_NOINLINE void scatter(const LaneScene& s, Records& q, Records& to) {
 /// Of two directions from the phase function and one from the axis' lobe, one is chosen in
 /// proportion to phase function times importance over the sum of their densities.
 template <class MediumComponent>
-HWY_NOINLINE void scatter_guided(const LaneScene& s, Records& q, Records& to) {
+HWY_NOINLINE void scatter_guided(const WavefrontScene& s, Records& q, Records& to) {
   const Importance& importance = *s.importance();
   const V axis = splat(importance.axis());
   const Lobe lobe = lobe_of(importance.lobe());

@@ -24,7 +24,7 @@ template <class MediumComponent>
 }
 
 /// Rays of the camera that left without a collision see what lies behind.
-HWY_NOINLINE void end_camera_rays(const LaneScene& s, LaneMemory& m) {
+HWY_NOINLINE void end_camera_rays(const WavefrontScene& s, WavefrontMemory& m) {
   if (!s.setup.options.background) return;
   for (std::size_t k = 0; k < m.events.gone; ++k) {
     const std::size_t at = m.events.gone_source[k];
@@ -37,7 +37,7 @@ HWY_NOINLINE void end_camera_rays(const LaneScene& s, LaneMemory& m) {
 
 /// Paths that left bring the light of where they went.
 template <class MediumComponent>
-HWY_NOINLINE void end_paths(const LaneScene& s, LaneMemory& m) {
+HWY_NOINLINE void end_paths(const WavefrontScene& s, WavefrontMemory& m) {
   if (s.dark_sky) return;
   const Records& q = m.flying;
   for (std::size_t k = 0; k < m.events.gone; ++k) {
@@ -52,7 +52,7 @@ HWY_NOINLINE void end_paths(const LaneScene& s, LaneMemory& m) {
 
 /// Shadow rays that left have reached their light.
 template <class MediumComponent>
-HWY_NOINLINE void end_shadow_rays(const LaneScene& s, LaneMemory& m) {
+HWY_NOINLINE void end_shadow_rays(const WavefrontScene& s, WavefrontMemory& m) {
   const Records& q = m.flying;
   for (std::size_t k = 0; k < m.events.gone; ++k) {
     const std::size_t at = m.events.gone_source[k];
@@ -115,7 +115,7 @@ class Samples {
 }
 
 /// Puts a ray at a place, in cells from the octree's origin, at or in the box of the support.
-inline void put_ray(const LaneScene& s, Records& q, Vec3d place, Vec3f d, Rgb weight,
+inline void put_ray(const WavefrontScene& s, Records& q, Vec3d place, Vec3f d, Rgb weight,
                     std::uint32_t id, Rng& rng) {
   const std::size_t n = put_ray(s.field, q, place, d, rng);
   for (int c = 0; c < 3; ++c) q[kW0 + std::size_t(c)][n] = weight[c];
@@ -125,7 +125,7 @@ inline void put_ray(const LaneScene& s, Records& q, Vec3d place, Vec3f d, Rgb we
 
 /// Puts a camera ray where it enters the box of the support; one that misses that sees what lies
 /// behind.
-inline void start(const LaneScene& s, LaneMemory& m, const Samples::Sample& sample,
+inline void start(const WavefrontScene& s, WavefrontMemory& m, const Samples::Sample& sample,
                   std::uint32_t slot, const Film& film, Work& work) {
   auto [rng, ray] = CameraSample(s.setup, film.x + sample.x, film.y + sample.y,
                                  film.first_sample + sample.number);
@@ -144,13 +144,13 @@ inline void start(const LaneScene& s, LaneMemory& m, const Samples::Sample& samp
   put_ray(s, m.camera, cells.at(span->t0), d, Rgb(1.0f), slot, rng);
 }
 
-[[nodiscard]] inline Vec3d world_place(const LaneScene& s, const Records& q, std::size_t at) {
+[[nodiscard]] inline Vec3d world_place(const WavefrontScene& s, const Records& q, std::size_t at) {
   const Vec3d place{double(q[kX][at]), double(q[kY][at]), double(q[kZ][at])};
   return s.volume.cells_to_world.point(place - Vec3d(DenseBounds::kBorder));
 }
 
 /// Everything that first collisions of the camera's rays bring at once.
-HWY_NOINLINE void add_first_collisions(const LaneScene& s, LaneMemory& m, std::size_t from) {
+HWY_NOINLINE void add_first_collisions(const WavefrontScene& s, WavefrontMemory& m, std::size_t from) {
   const bool constant = largest(s.setup.constant) > 0;
   for (std::size_t k = from; k < m.collisions.n; ++k) {
     const std::uint32_t slot = slot_of(m.collisions.bits(kId)[k]);
@@ -161,13 +161,13 @@ HWY_NOINLINE void add_first_collisions(const LaneScene& s, LaneMemory& m, std::s
 }
 
 /// Takes rays from the end of a queue and flies them; null collisions go back to it.
-HWY_INLINE void take_and_fly(const LaneScene& s, LaneMemory& m, Records& queue, Tally& tally) {
+HWY_INLINE void take_and_fly(const WavefrontScene& s, WavefrontMemory& m, Records& queue, Tally& tally) {
   queue.take_last(kSlice, s.fields, m.flying);
   SampleCounts counts{s, m, tally};
   fly<false>(s.field, m, counts);
 }
 
-HWY_INLINE void fly_camera_rays(const LaneScene& s, LaneMemory& m) {
+HWY_INLINE void fly_camera_rays(const WavefrontScene& s, WavefrontMemory& m) {
   take_and_fly(s, m, m.camera, m.counts.path);
   end_camera_rays(s, m);
   const std::size_t before = m.collisions.n;
@@ -176,14 +176,14 @@ HWY_INLINE void fly_camera_rays(const LaneScene& s, LaneMemory& m) {
 }
 
 template <class MediumComponent>
-HWY_INLINE void fly_paths(const LaneScene& s, LaneMemory& m) {
+HWY_INLINE void fly_paths(const WavefrontScene& s, WavefrontMemory& m) {
   take_and_fly(s, m, m.paths, m.counts.path);
   end_paths<MediumComponent>(s, m);
   decide(s, m, m.paths, &m.collisions, m.counts.path);
 }
 
 template <class MediumComponent>
-HWY_INLINE void fly_shadow_rays(const LaneScene& s, LaneMemory& m) {
+HWY_INLINE void fly_shadow_rays(const WavefrontScene& s, WavefrontMemory& m) {
   m.shadows.take_last(kSlice, s.fields, m.flying);
   SampleCounts counts{s, m, m.counts.shadow};
   if (s.limited) {
@@ -196,7 +196,7 @@ HWY_INLINE void fly_shadow_rays(const LaneScene& s, LaneMemory& m) {
 }
 
 /// Adds a tile's samples to the film, which changes what they lack.
-void finish(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const SampleTargets& targets,
+void finish(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile, const SampleTargets& targets,
             Film& film) {
   std::uint32_t slot = 0;
   for (int y = tile.y; y != tile.y + tile.height; ++y) {
@@ -216,9 +216,9 @@ void finish(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const Samp
   }
 }
 
-/// Traces and adds a tile's samples; see LaneKernel.
+/// Traces and adds a tile's samples; see WavefrontKernel.
 template <bool kGuided, class MediumComponent>
-bool trace(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const SampleTargets& targets,
+bool trace(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile, const SampleTargets& targets,
            Film& film, Counts& counts) {
   Samples samples(tile, targets, film);
   m.slots.start(count_samples(tile, targets, film));
@@ -256,7 +256,7 @@ bool trace(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const Sampl
   return true;
 }
 
-[[nodiscard]] inline LaneKernel find_kernel(bool guided, bool one_lobe) {
+[[nodiscard]] inline WavefrontKernel find_kernel(bool guided, bool one_lobe) {
   if (guided) return one_lobe ? &trace<true, OneLobe> : &trace<true, AnyComponent>;
   return one_lobe ? &trace<false, OneLobe> : &trace<false, AnyComponent>;
 }

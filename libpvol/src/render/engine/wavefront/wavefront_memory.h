@@ -84,13 +84,13 @@ class Slots {
   }
 };
 
-struct LaneMemory : FlightMemory {
+struct WavefrontMemory : FlightMemory {
   Records camera{kPathFields}, paths{kPathFields}, shadows{kPathFields};  ///< that wait to fly
   Records collisions{kPathFields}, straight{kPathFields}, turned{kPathFields};
   Slots slots;
   Counts counts;
 
-  explicit LaneMemory(const PathSetup& setup) : FlightMemory(kPathFields), slots(setup) {}
+  explicit WavefrontMemory(const PathSetup& setup) : FlightMemory(kPathFields), slots(setup) {}
 };
 
 /// Numbers of samples in a batch go into 16 bits of a record's id.
