@@ -457,9 +457,9 @@ TEST_F(SceneText, SetsReplaceAndAddValues) {
       text, {"medium.g=0.5", " medium.albedo = [1, 0.5, 0] ", "render.tracker=delta",
              "render.size=[64,32]", "sun.angle=3", "environment.radiance=1", "volume.file=b.vdb",
              "render.background=false", "volume.grid='fog'", "render.depth=auto"});
-  const Component& matter = file.volumes[0].medium.components[0];
-  EXPECT_EQ(mean_cosine(matter.phase), 0.5);
-  EXPECT_EQ(matter.albedo, Rgb(1, 0.5f, 0));
+  const Component& component = file.volumes[0].medium.components[0];
+  EXPECT_EQ(mean_cosine(component.phase), 0.5);
+  EXPECT_EQ(component.albedo, Rgb(1, 0.5f, 0));
   EXPECT_EQ(file.scene.options.tracker, Tracker::delta);
   EXPECT_EQ(file.scene.options.width, 64);
   ASSERT_EQ(file.scene.lights.size(), 2u);

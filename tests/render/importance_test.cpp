@@ -78,7 +78,7 @@ TEST(Importance, WhiteFurnace) {
     constexpr double kDegree = std::numbers::pi / 180;
     CloudScene s = sunny();
     s.options.samples = proof::samples(1200);
-    s.medium = matter(1, f.albedo, f.g, Rgb(1.0f));
+    s.medium = component(1, f.albedo, f.g, Rgb(1.0f));
     s.environment = ConstantSky{Rgb(f.sky)};
     const double sine = std::sin(89.95 * kDegree);
     const Rgb irradiance(Vec3d((1 - double(f.sky)) * std::numbers::pi * sine * sine));
@@ -243,7 +243,7 @@ TEST(Importance, OfAWideCloudHasLargerCells) {
 TEST(Importance, PhotonsCountTheLightOfAThinCube) {
   CloudScene s = sunny();
   s.options.look_up = LookUp::nearest;
-  s.medium = matter(1e-3, Rgb(0.9f), 0.5);
+  s.medium = component(1e-3, Rgb(0.9f), 0.5);
   const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
   s.camera = frame(v.density.world_box, 1);
   const detail::PathSetup setup(plan(std::span(&v, 1), s.scene()), Rgb(0.5f));
@@ -273,7 +273,7 @@ TEST(Importance, PhotonsCountTheLightOfAPoint) {
   for (const Vec3d& place : {Vec3d(20, 3, 9), Vec3d(1e9, -2e9, 3e9), Vec3d(6, 8.34, 7.17)}) {
     CloudScene s = sunny();
     s.options.look_up = LookUp::nearest;
-    s.medium = matter(kExtinction, Rgb(1.0f), 0.5);
+    s.medium = component(kExtinction, Rgb(1.0f), 0.5);
     const double squared_distance = dot(place, place);
     s.lights = {PointLight{place, Rgb(float(squared_distance))}};
     const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
@@ -310,7 +310,7 @@ TEST(Importance, PhotonsCountTheLightOfAPoint) {
 /// Paths that no photon foresaw must not vanish: light may still come to them.
 TEST(Importance, IsNowhereZero) {
   CloudScene s = sunny();
-  s.medium = matter(4, Rgb(0.3f), 0.95);  // so thick that no photon reaches most of the cells
+  s.medium = component(4, Rgb(0.3f), 0.95);  // so thick that no photon reaches most of the cells
   s.environment = ConstantSky{Rgb(0.0f)};
   const Volume v = volume_of(s);
   const detail::PathSetup setup(plan(std::span(&v, 1), s.scene()));
@@ -331,7 +331,7 @@ TEST(Importance, OfASmallCopyIsTheSame) {
   for (const double scale : {1.0, 1e-3}) {
     CloudScene s = sunny();
     s.options.look_up = LookUp::nearest;
-    s.medium = matter(0.5 / scale, Rgb(0.9f), 0.5, {}, scaling(Vec3d(scale)));
+    s.medium = component(0.5 / scale, Rgb(0.9f), 0.5, {}, scaling(Vec3d(scale)));
     const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
     s.camera = frame(v.density.world_box, 1);
     const detail::PathSetup setup(plan(std::span(&v, 1), s.scene()), Rgb(0.5f));
@@ -349,7 +349,7 @@ TEST(Importance, OfASmallCopyIsTheSame) {
 TEST(Importance, IsThePhaseFunctionInAThinCube) {
   CloudScene s = sunny();
   s.options.look_up = LookUp::nearest;
-  s.medium = matter(1e-2, Rgb(1.0f), 0.5);
+  s.medium = component(1e-2, Rgb(1.0f), 0.5);
   const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
   s.camera = frame(v.density.world_box, 1);
   const detail::PathSetup setup(plan(std::span(&v, 1), s.scene()), Rgb(0.5f));

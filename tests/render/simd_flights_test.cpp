@@ -81,7 +81,7 @@ TEST(SimdFlights, BringTheLightOfOneScattering) {
       CloudScene s;
       s.environment = ConstantSky{Rgb(0.0f)};
       s.lights = {Sun{{0.3, 0.8, 0.4}, Rgb(2.0f), 0}};
-      s.medium = matter(extinction, Rgb(1.0f), g);
+      s.medium = component(extinction, Rgb(1.0f), g);
       s.options.width = s.options.height = 32;
       s.options.samples = proof::samples(600);
       s.options.max_bounces = 1;
@@ -144,7 +144,7 @@ TEST(SimdFlights, GuidedOnesInTwoHalvesOfAFurnaceAddUp) {
         CloudScene s = sunny();
         s.environment = ConstantSky{Rgb(0.0f)};
         s.lights = {Sun{Vec3d{0.6, 0.8, 0.35} * side, Rgb(float(std::numbers::pi)), 179.99}};
-        s.medium = matter(extinction, Rgb(1.0f), g);
+        s.medium = component(extinction, Rgb(1.0f), g);
         s.options.samples = proof::samples(8000);
         s.options.threads = 0;
         s.options.seed = side > 0 ? 1 : 2;

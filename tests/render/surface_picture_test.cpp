@@ -19,7 +19,7 @@ namespace surface_picture_test {
 constexpr double kPi = std::numbers::pi;
 
 /// A small cube that is out of the way, for scenes that are about surfaces alone.
-Body far_away() { return matter(1, Rgb(0.5f), 0, Rgb(0.0f), translation({0, 0, 1e5})); }
+Body far_away() { return component(1, Rgb(0.5f), 0, Rgb(0.0f), translation({0, 0, 1e5})); }
 
 PlaneSurface ground(double albedo, Visibility look = Visibility::surface) {
   return {{0, 0, 0}, {0, 1, 0}, {Rgb(float(albedo)), look}};
@@ -62,7 +62,7 @@ void expect_mean(const PixelSums& p, double expected, const std::string& name,
 /// The cube on the ground, from aside.
 CloudScene cloud_scene_of_cube() {
   CloudScene s;
-  s.medium = matter(0.2, Rgb(0.9f), 0.3);
+  s.medium = component(0.2, Rgb(0.9f), 0.3);
   s.camera.position = {40, 20, 30};
   s.camera.target = {6, 5, 6};
   s.options.look_up = LookUp::nearest;
@@ -174,7 +174,7 @@ TEST(SurfacePicture, TheFurnaceOfASampledSkyHidesThemOnAverage) {
       CloudScene s = cloud_scene_of_cube();
       s.environment = ImageSky{4, 2, std::vector<Rgb>(8, Rgb(1.0f))};
       s.lights.clear();
-      s.medium = matter(0.2, Rgb(1.0f), 0.7);
+      s.medium = component(0.2, Rgb(1.0f), 0.7);
       s.options.width = s.options.height = 16;
       s.options.samples = 128;
       s.options.guide = guide;
@@ -203,7 +203,7 @@ TEST(SurfacePicture, GroundUnderASlab) {
       // The cube is 13 wide: as thin as 1.5 in y, and a million wide across.
       const Affine wide = translation({0, 2, 0}) * scaling({1e6 / 13, 1.0 / 13, 1e6 / 13}) *
                           translation({-6, 0.5, -6});
-      Pixel p(matter(1.5, Rgb(0.95f), g, Rgb(0.0f), wide), {0.3, 1.5, 0.2}, {0, 0, 0});
+      Pixel p(component(1.5, Rgb(0.95f), g, Rgb(0.0f), wide), {0.3, 1.5, 0.2}, {0, 0, 0});
       p.scene.surfaces = {ground(albedo > 0 ? albedo : 0.4)};
       if (albedo == 0) p.scene.options.max_bounces = 1;  // the unscattered beam alone
       p.scene.lights = {Sun{{std::sqrt(1 - cosine * cosine), cosine, 0}, Rgb(2.0f), 0}};
@@ -252,7 +252,7 @@ TEST(SurfacePicture, GroundByTheLightOfAFire) {
     const double irradiance = irradiance_of_the_fire(shielded);
     for (const float albedo : {0.0f, 1e-7f}) {
       for (const Visibility look : {Visibility::surface, Visibility::shadow_catcher}) {
-        Pixel p(matter(kFireExtinction, Rgb(albedo), 0, Rgb(5.0f), kFirePlace), {9, 4, 7},
+        Pixel p(component(kFireExtinction, Rgb(albedo), 0, Rgb(5.0f), kFirePlace), {9, 4, 7},
                 {4, 0, 3});
         p.scene.surfaces = {ground(0.9, look)};
         if (shielded) p.scene.surfaces.emplace_back(kShield);
@@ -284,7 +284,7 @@ void expect_alpha(const PixelSums& p, double expected) {
 TEST(SurfacePicture, AShadowCatcherCoversByTheLightThatIsMissing) {
   // Under an absorbing cube of optical depth 0.9 along the sun's ray.
   const Affine above = translation({-6, 3, -6});
-  Pixel p(matter(0.9 / 13, Rgb(0.0f), 0, Rgb(0.0f), above), {20, 2, 0}, {0, 0, 0});
+  Pixel p(component(0.9 / 13, Rgb(0.0f), 0, Rgb(0.0f), above), {20, 2, 0}, {0, 0, 0});
   p.scene.surfaces = {ground(0.3, Visibility::shadow_catcher)};
   p.scene.lights = {Sun{{0, 1, 0}, Rgb(2.0f), 0}};
   p.scene.options.background = false;
@@ -387,7 +387,7 @@ TEST(SurfacePicture, AWhiteCatcherIsThrownTheLightThatItsShadowLacks) {
       translation({0, 2, 0}) * scaling({1e6 / 13, 1.0 / 13, 1e6 / 13}) * translation({-6, 0.5, -6});
   for (const Environment& sky : skies) {
     for (const bool ball : {true, false}) {
-      Pixel p(ball ? far_away() : matter(2, Rgb(1.0f), 0.3, Rgb(0.0f), wide), {5, 0.5, 0},
+      Pixel p(ball ? far_away() : component(2, Rgb(1.0f), 0.3, Rgb(0.0f), wide), {5, 0.5, 0},
               {0, 0, 0});
       p.scene.surfaces = {ground(1, Visibility::shadow_catcher)};
       if (ball) p.scene.surfaces.emplace_back(BallSurface{{0, 2, 0}, 1.2, {Rgb(1.0f)}});
@@ -470,7 +470,8 @@ TEST(SurfacePicture, LampsAreSeenBesideWhatCatchesShadows) {
 TEST(SurfacePicture, AlphaIsThatOfSurfacesAndNotOfTheSky) {
   for (const bool background : {true, false}) {
     // A cloud under the ground, which nothing of it reaches.
-    Pixel p(matter(1, Rgb(0.9f), 0, Rgb(0.0f), translation({-6, -20, -6})), {3, 5, 2}, {3, 50, 9});
+    Pixel p(component(1, Rgb(0.9f), 0, Rgb(0.0f), translation({-6, -20, -6})), {3, 5, 2},
+            {3, 50, 9});
     p.scene.surfaces = {ground(0.6)};
     p.scene.environment = ConstantSky{Rgb(0.8f)};
     p.scene.options.background = background;
@@ -495,7 +496,7 @@ TEST(SurfacePicture, AShadowCatcherShowsLightThatIsThrownOnIt) {
   const Slab slab(optics, {0.6});
   const Affine wide =
       translation({0, 2, 0}) * scaling({1e6 / 13, 1.0 / 13, 1e6 / 13}) * translation({-6, 0.5, -6});
-  Pixel p(matter(2, Rgb(1.0f), 0.3, Rgb(0.0f), wide), {0.3, 1.5, 0.2}, {0, 0, 0});
+  Pixel p(component(2, Rgb(1.0f), 0.3, Rgb(0.0f), wide), {0.3, 1.5, 0.2}, {0, 0, 0});
   p.scene.surfaces = {ground(0.5, Visibility::shadow_catcher)};
   p.scene.lights = {Sun{{0.8, 0.6, 0}, Rgb(2.0f), 0}};
   p.scene.options.background = false;
@@ -570,7 +571,7 @@ TEST(SurfacePicture, ALampMayLieOnAWall) {
 
 TEST(SurfacePicture, AHoldoutIsAHole) {
   // A cube of optical depth 1 before it, whose light is what it is without.
-  Pixel p(matter(1.0 / 13, Rgb(0.9f), 0), {6, 6, 40}, {6, 6, 6});
+  Pixel p(component(1.0 / 13, Rgb(0.9f), 0), {6, 6, 40}, {6, 6, 6});
   p.scene.environment = ConstantSky{Rgb(1.0f)};
   p.scene.surfaces = {BallSurface{{6, 6, -20}, 5, {Rgb(0.5f), Visibility::holdout}}};
   p.scene.options.max_bounces = 0;
@@ -624,7 +625,7 @@ TEST(SurfacePicture, LayersAreTheSurfacesAndSumUp) {
 
 /// What is first met is now the cloud's, now that of the ground behind it.
 TEST(SurfacePicture, TheFirstAlbedoIsThatOfWhatIsMet) {
-  Pixel p(matter(1.0 / 13, Rgb(0.9f), 0), {6, 6, 40}, {6, 6, 6});
+  Pixel p(component(1.0 / 13, Rgb(0.9f), 0), {6, 6, 40}, {6, 6, 6});
   p.scene.surfaces = {PlaneSurface{{0, 0, -20}, {0, 0, 1}, {Rgb(0.4f)}}};
   p.scene.options.aovs.add(Aov::albedo);
   const Film film = p.result().film;
@@ -639,7 +640,7 @@ TEST(SurfacePicture, GuidingChangesNoMean) {
   proof::Family family;
   for (const Visibility look : {Visibility::surface, Visibility::shadow_catcher}) {
     CloudScene s = cloud_scene_of_cube();
-    s.medium = matter(0.6, Rgb(0.95f), 0.8);
+    s.medium = component(0.6, Rgb(0.95f), 0.8);
     s.surfaces = {ground(0.6, look), BallSurface{{14, 4, 9}, 3, {Rgb(0.8f)}}};
     s.lights = {Sun{{1, 2, -1}, Rgb(3.0f), 2}, PointLight{{-9, 9, 9}, Rgb(200.0f), "", 1.5},
                 AreaLight{{6, 25, 6}, {0, -1, 0}, {6, 6}, {0, 0, 1}, Rgb(2.0f), ""}};
@@ -666,7 +667,7 @@ TEST(SurfacePicture, GuidingChangesNoMean) {
 /// it, without surfaces that would even things out.
 TEST(SurfacePicture, BranchesBringTheSameLight) {
   CloudScene s = cloud_scene_of_cube();
-  s.medium = matter(0.6, Rgb(0.95f), 0.85);
+  s.medium = component(0.6, Rgb(0.95f), 0.85);
   s.lights = {Sun{{30, 10, -30}, Rgb(3.0f), 5}, PointLight{{2, 9, 4}, Rgb(3.0f), "", 1}};
   s.environment = ConstantSky{Rgb(0.0f)};
   s.options.width = s.options.height = 12;

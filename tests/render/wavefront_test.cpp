@@ -104,7 +104,7 @@ TEST(PhaseBatch, AnswerForEachLaneAsItsPhaseFunctionDoes) {
     for (int axis = 0; axis < 3; ++axis)
       lanes.from[axis][k] = from[axis], lanes.to[axis][k] = to[axis];
     lanes.u[k] = float(k) / 16, lanes.azimuth[k] = float(15 - k) / 16;
-    lanes.matter[k] = k % 2;
+    lanes.component[k] = k % 2;
   }
   const auto at = [](const float(&v)[3][detail::kMostLanes], std::size_t k) {
     return Vec3f(v[0][k], v[1][k], v[2][k]);

@@ -25,8 +25,8 @@ inline const Field& cube() {
 inline const Box kCube{Vec3d(-0.5), Vec3d(12.5)};
 
 /// A medium of one component.
-[[nodiscard]] inline Body matter(double extinction, Rgb albedo, double g, Rgb emission = {},
-                                 const Affine& place = {}) {
+[[nodiscard]] inline Body component(double extinction, Rgb albedo, double g, Rgb emission = {},
+                                    const Affine& place = {}) {
   return {extinction, albedo, g, emission, {}, place};
 }
 

@@ -27,7 +27,7 @@ std::optional<Rgb> of_texture(const PbrtDescription& from, const std::string& na
                               PbrtNotes& notes) {
   const auto found = from.textures.find(name);
   if (found == from.textures.end() || found->second.type != "constant") return std::nullopt;
-  return color_of(found->second, "value", PbrtSpectrum::matter, notes);
+  return color_of(found->second, "value", PbrtSpectrum::reflectance, notes);
 }
 
 Rgb albedo_of(const PbrtDescription& from, const PbrtShape& shape, const PbrtMaking& making) {
@@ -47,7 +47,7 @@ Rgb albedo_of(const PbrtDescription& from, const PbrtShape& shape, const PbrtMak
       making.note(p->where, fmt::format("the texture \"{}\" is taken as 0.5", shown(name)));
     }
   } else {
-    color = color_of(material, "reflectance", PbrtSpectrum::matter, *making.notes);
+    color = color_of(material, "reflectance", PbrtSpectrum::reflectance, *making.notes);
   }
   material.parameters.note_unused(*making.notes,
                                   fmt::format("material \"{}\"", shown(material.type)));

@@ -41,9 +41,9 @@ class PathTracer {
  private:
   const PathSetup& s_;
   PathResult r_;
-  Vec3f direction_;                          // of the flight, in the world
-  Vec3f from_;                               // before the last scattering
-  const MediumComponent* matter_ = nullptr;  // of the last scattering
+  Vec3f direction_;                             // of the flight, in the world
+  Vec3f from_;                                  // before the last scattering
+  const MediumComponent* component_ = nullptr;  // of the last scattering
 
   /// Whether flights bring light besides that of their ends.
   [[nodiscard]] bool glows() const { return !Kind::kSimple && (s_.emission || s_.meets_lights); }
@@ -57,10 +57,10 @@ class PathTracer {
       if (glows() && bounces > 0) from = traversal.position();
       const auto hit = fly(throughput, rng);
       throughput *= hit.weight;
-      if (glows()) add_on_the_way(from, hit.matter != nullptr, bounces, throughput, rng);
-      if (hit.matter == nullptr) {
+      if (glows()) add_on_the_way(from, hit.component != nullptr, bounces, throughput, rng);
+      if (hit.component == nullptr) {
         if (bounces > 0) {
-          const auto pdf = [&] { return pdf_phase(Kind::phase(*matter_), from_, direction_); };
+          const auto pdf = [&] { return pdf_phase(Kind::phase(*component_), from_, direction_); };
           add_scattered(s_, pdf, direction_, throughput, r_);
         } else {
           r_.alpha = 1 - mean_of(hit.weight);
@@ -76,20 +76,20 @@ class PathTracer {
       }
       ++collisions;
       if (s_.stopped()) return;
-      const MediumComponent& matter = *hit.matter;
-      const auto& here = Kind::local(s_, traversal, matter);
+      const MediumComponent& component = *hit.component;
+      const auto& here = Kind::local(s_, traversal, component);
       add_emitted(s_, here, throughput, r_);
       r_.scattered(bounces);
       if (bounces == s_.max_bounces) return;
       throughput *= here.albedo;
       if (!survives(throughput, rng)) return;
-      matter_ = &matter;
-      const auto& phase = Kind::phase(matter);
+      component_ = &component;
+      const auto& phase = Kind::phase(component);
       const auto worth = [](std::size_t) { return 1.0f; };
       add_light_here<Kind>(s_, phase, direction_, throughput, worth, traversal, rng, shadow_rays,
                            r_);
       if (burns()) {
-        add_fire_here(s_, matter.phase, direction_, throughput, traversal, rng, shadow_rays, r_);
+        add_fire_here(s_, component.phase, direction_, throughput, traversal, rng, shadow_rays, r_);
       }
       r_.scattered(bounces + 1);
       from_ = direction_;
@@ -112,7 +112,7 @@ class PathTracer {
   /// What a flight brings on its way.
   void add_on_the_way(Vec3d from, bool collided, std::uint32_t bounces, Rgb throughput, Rng& rng) {
     const auto pdf = [&] {
-      return bounces > 0 ? pdf_phase(matter_->phase, from_, direction_) : 0.0f;
+      return bounces > 0 ? pdf_phase(component_->phase, from_, direction_) : 0.0f;
     };
     detail::add_on_the_way(s_, from, direction_, collided, traversal, pdf, throughput, rng, r_);
   }

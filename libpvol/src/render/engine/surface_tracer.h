@@ -26,9 +26,10 @@ class SurfaceTracer {
     for (Vec3d from = ray.o;; from = traversal.position()) {
       const Hit hit = traversal.fly(direction_, rng);
       const SurfaceHit& surface = traversal.surface();
-      const bool leaves = hit.matter == nullptr && surface.finish == nullptr;
+      const bool leaves = hit.component == nullptr && surface.finish == nullptr;
       if (s_.emission || s_.meets_lights) add_on_the_way(from, !leaves, rng);
-      const bool goes_on = hit.matter ? collide(*hit.matter, rng) : !leaves && meet(surface, rng);
+      const bool goes_on =
+          hit.component ? collide(*hit.component, rng) : !leaves && meet(surface, rng);
       if (leaves) leave();
       if (!goes_on && !resume(rng)) return r_;
       traversal.aim(direction_);
@@ -44,7 +45,7 @@ class SurfaceTracer {
   Vec3f direction_, from_;  // of the flight, and of the one before it
   Rgb throughput_;
   std::uint32_t scatterings_ = 0;
-  const MediumComponent* matter_ =
+  const MediumComponent* component_ =
       nullptr;               // of the last collision; null where a surface came after it
   Lambert lobe_;             // of that surface
   bool on_catcher_ = false;  // whether that was a shadow catcher before the camera
@@ -65,8 +66,8 @@ class SurfaceTracer {
   /// Of the direction of the flight, as the last scattering drew it; 0 before the first.
   [[nodiscard]] float pdf() const {
     if (scatterings_ == 0) return 0;
-    return matter_ ? pdf_phase(matter_->phase, from_, direction_)
-                   : pdf_phase(lobe_, from_, direction_);
+    return component_ ? pdf_phase(component_->phase, from_, direction_)
+                      : pdf_phase(lobe_, from_, direction_);
   }
 
   /// What a flight brings on its way. Light on a shadow catcher is there without the shadow, too.
@@ -105,21 +106,21 @@ class SurfaceTracer {
   }
 
   /// A collision; whether the path goes on.
-  [[nodiscard]] bool collide(const MediumComponent& matter, Rng& rng) {
+  [[nodiscard]] bool collide(const MediumComponent& component, Rng& rng) {
     on_catcher_ = false;
     const Vec3d place = traversal.position();
     if (scatterings_ == 0) note_first(place);
     ++collisions;
-    const auto& here = detail::local(s_, traversal, matter);
+    const auto& here = detail::local(s_, traversal, component);
     add_emitted(s_, here, throughput_, r_);
     r_.scattered(scatterings_);
-    matter_ = &matter;
+    component_ = &component;
     if (is_at_end()) return false;
     if (!s_.importance) {
       throughput_ *= here.albedo;
       if (!survives(throughput_, rng)) return false;
-      gather(matter.phase, even_worth, rng);
-      turn_path(matter.phase, rng);
+      gather(component.phase, even_worth, rng);
+      turn_path(component.phase, rng);
       return true;
     }
     const Importance& importance = *s_.importance;
@@ -130,12 +131,12 @@ class SurfaceTracer {
     if (!(largest(throughput_) > 0)) return false;
     const float* worths = importance.shadow_worth(row);
     const auto worth_of = [&](std::size_t light) { return worths[light]; };
-    gather(matter.phase, worth_of, rng);
+    gather(component.phase, worth_of, rng);
     if (worth > kSplitAbove && !waiting_.full()) {
       const int copies = int(std::min(worth, kMostCopies));
       throughput_ *= 1 / float(copies);
       waiting_.add(
-          {traversal.place(), matter_, &row, direction_, throughput_, scatterings_, copies - 1});
+          {traversal.place(), component_, &row, direction_, throughput_, scatterings_, copies - 1});
     }
     turn_guided(row, rng);
     return true;
@@ -144,8 +145,8 @@ class SurfaceTracer {
   /// Scatters by importance.
   void turn_guided(const Importance::Row& row, Rng& rng) {
     from_ = direction_;
-    direction_ =
-        turn_by_importance<AnyPaths>(*s_.importance, row, matter_->phase, from_, throughput_, rng);
+    direction_ = turn_by_importance<AnyPaths>(*s_.importance, row, component_->phase, from_,
+                                              throughput_, rng);
   }
 
   /// Goes on with a branch that waits; false where none does.
@@ -153,7 +154,7 @@ class SurfaceTracer {
     const Branch<WorldPlace>* branch = waiting_.take();
     if (branch == nullptr) return false;
     traversal.return_to(branch->place);
-    matter_ = branch->matter;
+    component_ = branch->component;
     direction_ = branch->direction;
     throughput_ = branch->throughput;
     scatterings_ = branch->scatterings;
@@ -167,7 +168,7 @@ class SurfaceTracer {
     const Material& finish = *surface.finish;
     r_.scattered(scatterings_);
     ++surface_hits;
-    matter_ = nullptr;
+    component_ = nullptr;
     lobe_.normal = Vec3f(surface.normal);
     on_catcher_ = false;
     if (scatterings_ == 0) {

@@ -59,18 +59,18 @@ void add_phase(const PhaseFunction& phase, double weight, Kernel& kernel) {
 }
 
 /// What all components together make of incident light.
-Kernel scattering_kernel(const std::vector<Share>& matter) {
+Kernel scattering_kernel(const std::vector<Share>& components) {
   Kernel kernel{};
-  for (const auto& [m, share] : matter) {
+  for (const auto& [m, share] : component) {
     add_phase(m->phase, double(share * luminance(m->albedo)), kernel);
   }
   return kernel;
 }
 
 /// The lobe of directions from which the axis' light scatters, for all components together.
-HenyeyGreenstein mean_lobe(const std::vector<Share>& matter) {
+HenyeyGreenstein mean_lobe(const std::vector<Share>& components) {
   float sum = 0;
-  for (const auto& [m, share] : matter) sum += share * float(mean_cosine(m->phase));
+  for (const auto& [m, share] : component) sum += share * float(mean_cosine(m->phase));
   return HenyeyGreenstein(std::clamp(double(sum), 0.0, kLargestMeanCosine));
 }
 
@@ -213,7 +213,7 @@ double mean_seen(const PathSetup& setup, const Importance& importance) {
         setup.projection.ray(double(x) * setup.options.width, double(y) * setup.options.height);
     const Vec3f d(ray.d);
     if (setup.moving) traversal.work.set_time(sample_time(setup, 0, 0, std::uint32_t(i)));
-    if (!traversal.start(ray) || traversal.fly(d, rng).matter == nullptr) continue;
+    if (!traversal.start(ray) || traversal.fly(d, rng).component == nullptr) continue;
     sum += double(importance.row(traversal.place()).of(importance.half_sine(d)));
     ++hits;
   }
@@ -265,12 +265,12 @@ std::optional<Importance> make_importance(const PathSetup& setup) {
   const int photons = count_photons(setup);
   const IncidentLight light = trace_photons(setup, cells, photons);
   if (!(light.power > 0) || setup.stopped()) return std::nullopt;
-  const std::vector<Share> matter = mixture(setup, cells);
-  const auto power = scattered_power(light, scattering_kernel(matter));
+  const std::vector<Share> components = mixture(setup, cells);
+  const auto power = scattered_power(light, scattering_kernel(component));
   std::vector<Nodes> radiance = blurred_radiance(cells, power);
   if (!is_one(setup)) draw_to_mean(light, cells, photons, radiance);
   PagedVector<Importance::Row> rows = make_rows(cells, radiance);
-  const HenyeyGreenstein lobe = mean_lobe(matter);
+  const HenyeyGreenstein lobe = mean_lobe(component);
   std::vector<float> worths = shadow_worths(setup, cells, light);
   const Importance unscaled(cells, light.axis, lobe, rows, worths);
   const double seen = setup.instances->moves() ? mean_seen<MovingVolumes>(setup, unscaled)

@@ -100,7 +100,7 @@ Target make_target(const PathSetup& s) {
 Rgb mean_emitted(const PathSetup& s, const CoarseCells& cells) {
   Rgb sum(0.0f);
   for (const Share& of : mixture(s, cells)) {
-    const Rgb e = of.matter->emitted;
+    const Rgb e = of.component->emitted;
     sum += Rgb(std::abs(e.x), std::abs(e.y), std::abs(e.z)) * of.share;
   }
   return sum;
@@ -117,7 +117,7 @@ PhotonSources::PhotonSources(const PathSetup& setup, const CoarseCells& cells)
     if (b.has_axis) propose_axis(b.power, b.axis, strongest);
   }
   add_sky(strongest);
-  add(matter_power());
+  add(component_power());
   if (s_.emission && s_.emission->lit) add_fires(strongest);
 }
 
@@ -163,7 +163,7 @@ void PhotonSources::add_sky(double& strongest) {
   if (length(mean) > 0) propose_axis(power, Vec3f(normalize(mean)), strongest);
 }
 
-double PhotonSources::matter_power() {
+double PhotonSources::component_power() {
   double sum = 0;
   for (const double m : cells_.mass) mass_up_to_.push_back(sum += m);
   return 4 * double(kPi) * sum * double(luminance(emitted_));

@@ -37,7 +37,7 @@ class PhotonSources {
     if (power > strongest) strongest = power, axis_ = axis;
   }
   [[nodiscard]] LightSample sample_sky(Rng& rng) const;
-  [[nodiscard]] double matter_power();
+  [[nodiscard]] double component_power();
   void add_fires(double& strongest);
   [[nodiscard]] Photon from_light(const LightSource& source, Rng& rng) const;
   [[nodiscard]] Photon from_sky(Rng& rng) const;

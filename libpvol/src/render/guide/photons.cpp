@@ -29,17 +29,17 @@ void trace(const PhotonSources& sources, const PathSetup& setup, const CoarseCel
   Vec3f d(p.ray.d);
   for (int flight = 0; flight < kMostPhotonFlights && !*setup.stop; ++flight) {
     const Hit hit = traversal.fly(d, rng);
-    if (hit.matter == nullptr) return;
+    if (hit.component == nullptr) return;
     const std::uint32_t row = cells.row(traversal.place());
     counts.add(row, -d, luminance(power));
     if (flight == 0) counts.add_direct(row, p.source, luminance(power));
-    power *= local(setup, traversal, *hit.matter).albedo;
+    power *= local(setup, traversal, *hit.component).albedo;
     const float most = largest(power);
     if (most < kPhotonRoulette) {
       if (!(rng.uniform() * kPhotonRoulette < most)) return;
       power *= kPhotonRoulette / most;
     }
-    d = sample_phase(hit.matter->phase, d, rng);
+    d = sample_phase(hit.component->phase, d, rng);
   }
 }
 

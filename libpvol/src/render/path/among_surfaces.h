@@ -37,7 +37,7 @@ class AmongSurfaces {
   [[nodiscard]] Hit fly(Vec3f direction, Rng& rng) {
     if (any_volume_) {
       const Hit hit = volumes_.fly(direction, rng, ahead_.distance);
-      if (hit.matter != nullptr) return hit;
+      if (hit.component != nullptr) return hit;
     }
     if (ahead_.finish != nullptr) volumes_.move_to(ahead_.place);
     return {};
@@ -64,8 +64,8 @@ class AmongSurfaces {
   [[nodiscard]] Vec3d position() const { return volumes_.position(); }
   [[nodiscard]] const WorldPlace& place() const { return volumes_.place(); }
   void return_to(const WorldPlace& place) { volumes_.return_to(place); }
-  [[nodiscard]] LocalMedium local(const MediumComponent& matter) const {
-    return volumes_.local(matter);
+  [[nodiscard]] LocalMedium local(const MediumComponent& component) const {
+    return volumes_.local(component);
   }
 
   Work& work;

@@ -8,7 +8,7 @@ namespace pvol::detail {
 
 /// Where a flight for all channels ended.
 struct ChromaticHit {
-  const MediumComponent* matter = nullptr;  ///< what it collided with; null where it left
+  const MediumComponent* component = nullptr;  ///< what it collided with; null where it left
   Rgb weight{1.0f};
 };
 
@@ -46,8 +46,8 @@ class ChromaticVolume {
   }
 
   /// The component that the path's last flight collided with, as it is there.
-  [[nodiscard]] LocalMedium local(const MediumComponent& matter) const {
-    return local_medium(v_, matter, pvol::position(cursor_.at), work.path.time);
+  [[nodiscard]] LocalMedium local(const MediumComponent& component) const {
+    return local_medium(v_, component, pvol::position(cursor_.at), work.path.time);
   }
 
   /// Of light of all channels alike.

@@ -33,12 +33,12 @@ inline void add_constant(const PathSetup& s, PathResult& r) {
 /// What a collision of a path of this throughput emits, less what it absorbs of the constant, which
 /// is the sky's. Of matter that is the same all over, or as it is there.
 template <class AnyComponent>
-inline void add_emitted(const PathSetup& s, const AnyComponent& matter, Rgb throughput,
+inline void add_emitted(const PathSetup& s, const AnyComponent& component, Rgb throughput,
                         PathResult& r) {
-  r.radiance += throughput * matter.emitted;
+  r.radiance += throughput * component.emitted;
   if (!r.in_layers()) return;
-  const Rgb absorbed = (Rgb(1.0f) - matter.albedo) * s.constant;
-  r.emission() += throughput * (matter.emitted + absorbed);
+  const Rgb absorbed = (Rgb(1.0f) - component.albedo) * s.constant;
+  r.emission() += throughput * (component.emitted + absorbed);
   r.sky() -= throughput * absorbed;
 }
 

@@ -65,8 +65,8 @@ struct LocalMedium {
 }
 
 /// Of a medium whose emission counts at collisions, or not at all there.
-[[nodiscard]] inline std::vector<MediumComponent> make_matter(const Medium& medium, Rgb constant,
-                                                              bool emits) {
+[[nodiscard]] inline std::vector<MediumComponent> make_components(const Medium& medium,
+                                                                  Rgb constant, bool emits) {
   std::vector<MediumComponent> all;
   double sum = 0;
   for (const Component& c : medium.components) {
@@ -83,7 +83,7 @@ struct VolumeSetup {
   Float4 cells_x, cells_y,
       cells_z;  // change of the position in cells per unit along each world axis
   Affine cells_to_world;
-  std::vector<MediumComponent> matter;
+  std::vector<MediumComponent> components;
   Affine cells_to_albedo;  ///< to those of the albedo's field, where there is one
 
   /// Tested by rays before they enter the octree; none where a plan leaves it out.
@@ -95,7 +95,7 @@ struct VolumeSetup {
         cells_y(widen(Vec3f(v.density.world_to_cells.vector({0, 1, 0})))),
         cells_z(widen(Vec3f(v.density.world_to_cells.vector({0, 0, 1})))),
         cells_to_world(inverse(v.density.world_to_cells)),
-        matter(make_matter(v.medium, constant, emits_at_collisions)),
+        component(make_components(v.medium, constant, emits_at_collisions)),
         cells_to_albedo(v.albedo ? v.albedo->world_to_cells * cells_to_world : Affine{}) {}
 
   [[nodiscard]] Float4 in_cells(Vec3f direction) const {
@@ -118,12 +118,12 @@ struct VolumeSetup {
 
   /// The component that a collision belongs to, in proportion to the shares.
   [[nodiscard]] const MediumComponent& choose_component(Rng& rng) const {
-    if (matter.size() == 1) return matter.front();
+    if (component.size() == 1) return component.front();
     const float u = rng.uniform();
-    for (const MediumComponent& m : matter) {
+    for (const MediumComponent& m : component) {
       if (u < m.share_up_to) return m;
     }
-    return matter.back();
+    return component.back();
   }
 };
 

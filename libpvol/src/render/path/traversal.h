@@ -7,8 +7,8 @@ namespace pvol::detail {
 
 /// Where a flight of a path ended.
 struct Hit {
-  const MediumComponent* matter = nullptr;  ///< what it collided with; null where it left
-  float weight = 1;                ///< of the flight
+  const MediumComponent* component = nullptr;  ///< what it collided with; null where it left
+  float weight = 1;                            ///< of the flight
 };
 
 /// How far a flight got.
@@ -80,8 +80,8 @@ class OneVolume {
   }
 
   /// The component that the path's last flight collided with, as it is there.
-  [[nodiscard]] LocalMedium local(const MediumComponent& matter) const {
-    return local_medium(v_, matter, pvol::position(cursor_.at), work.path.time);
+  [[nodiscard]] LocalMedium local(const MediumComponent& component) const {
+    return local_medium(v_, component, pvol::position(cursor_.at), work.path.time);
   }
 
   /// Transmittance from the path's place over a distance, or to the outside.
@@ -186,10 +186,10 @@ class VolumesAt {
   void return_to(const WorldPlace& place) { place_ = place; }
 
   /// The component that the path's last flight collided with, as it is there.
-  [[nodiscard]] LocalMedium local(const MediumComponent& matter) const {
+  [[nodiscard]] LocalMedium local(const MediumComponent& component) const {
     const auto number = std::uint32_t(place_.within - in_.all.data());
     const Instance in = in_.at_time(number, double(work.path.time));
-    return local_medium(s_.volumes[in.volume], matter, in.world_to_cells.point(place_.position),
+    return local_medium(s_.volumes[in.volume], component, in.world_to_cells.point(place_.position),
                         work.path.time);
   }
 

@@ -24,7 +24,7 @@ struct Paths {
   std::array<F, MediumComponent::kWeights> w;
   Random rng;
   U id;
-  I matter;
+  I component;
   I row;  ///< of the importance
 
   HWY_INLINE Paths(const Records& q, std::size_t at)
@@ -35,7 +35,7 @@ struct Paths {
         from{load(q[kDX] + at), load(q[kDY] + at), load(q[kDZ] + at)},
         rng{load(q.bits(kRng0) + at), load(q.bits(kRng1) + at)},
         id(load(q.bits(kId) + at)),
-        matter(splat_int(0)),
+        component(splat_int(0)),
         row(splat_int(0)) {
     for (std::size_t c = 0; c < w.size(); ++c) w[c] = load(q[kW0 + c] + at);
   }
@@ -124,10 +124,10 @@ HWY_INLINE Towards sample_light(const WavefrontScene& s, std::size_t light,
 
 /// Shadow rays to a light, as `shadowed` draws them; `worth` is that of a ray there.
 template <class MediumComponent>
-HWY_INLINE void add_shadow_rays(const WavefrontScene& s, WavefrontMemory& m, std::size_t light, F worth,
-                                Paths<MediumComponent>& p) {
+HWY_INLINE void add_shadow_rays(const WavefrontScene& s, WavefrontMemory& m, std::size_t light,
+                                F worth, Paths<MediumComponent>& p) {
   const Towards to = sample_light(s, light, p, p.rng);
-  const F pdf = MediumComponent(s, p.matter).pdf(p.from, to.direction);
+  const F pdf = MediumComponent(s, p.component).pdf(p.from, to.direction);
   const F share = select(hn::Gt(to.pdf, splat(0)), pdf / (to.pdf + pdf), pdf);
   const auto part = [&](float coefficient, std::size_t c, F radiance) {
     return splat(coefficient) * hn::Abs(p.w[MediumComponent::kWeights == 1 ? 0 : c] * radiance);
@@ -172,11 +172,12 @@ HWY_INLINE void add_shadow_rays(const WavefrontScene& s, WavefrontMemory& m, std
 
 /// What collisions emit, lane by lane.
 template <class MediumComponent>
-HWY_NOINLINE void add_emission(const WavefrontScene& s, WavefrontMemory& m, const Paths<MediumComponent>& p) {
+HWY_NOINLINE void add_emission(const WavefrontScene& s, WavefrontMemory& m,
+                               const Paths<MediumComponent>& p) {
   alignas(64) float w[MediumComponent::kWeights][kLanes];
-  alignas(64) std::uint32_t id[kLanes], matter[kLanes];
+  alignas(64) std::uint32_t id[kLanes], component[kLanes];
   for (std::size_t c = 0; c < MediumComponent::kWeights; ++c) store(p.w[c], w[c]);
-  store(p.id, id), store(as_bits(p.matter), matter);
+  store(p.id, id), store(as_bits(p.component), component);
   for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
     const auto k = std::size_t(std::countr_zero(lanes));
     if (MediumComponent::kWeights == 1 && !s.orders) {
@@ -185,7 +186,7 @@ HWY_NOINLINE void add_emission(const WavefrontScene& s, WavefrontMemory& m, cons
       constexpr std::size_t kSecond = MediumComponent::kWeights / 2,
                             kThird = MediumComponent::kWeights - 1;
       m.slots.add(slot_of(id[k]), number_of(id[k]), [&](PathResult& r) {
-        add_emitted(s.setup, everywhere(s.volume.matter[matter[k]]),
+        add_emitted(s.setup, everywhere(s.volume.components[component[k]]),
                     Rgb(w[0][k], w[kSecond][k], w[kThird][k]), r);
       });
     }
@@ -225,7 +226,8 @@ HWY_INLINE void put_paths(WavefrontMemory& m, Paths<MediumComponent>& p, I copie
     for (std::size_t c = 0; c < MediumComponent::kWeights; ++c) pack(on, p.w[c], q[kW0 + c] + q.n);
     pack(on, p.id, q.bits(kId) + q.n);
     pack(on, as_bits(p.row), q.bits(kAux) + q.n);
-    if constexpr (MediumComponent::kWeights > 1) pack(on, as_bits(p.matter), q.bits(kMatter) + q.n);
+    if constexpr (MediumComponent::kWeights > 1)
+      pack(on, as_bits(p.component), q.bits(kMatter) + q.n);
     q.n += count(on);
   };
   const Random::Seed seed = p.rng.seed();
@@ -250,7 +252,7 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
   }
   for (std::size_t at = 0; at < q.n; at += kLanes) {
     Paths<MediumComponent> p(q, at);
-    p.matter = MediumComponent::choose(s, p.rng);
+    p.component = MediumComponent::choose(s, p.rng);
     if (s.emits) add_emission(s, m, p);
     F worth = splat(1);
     if constexpr (kGuided) {
@@ -264,11 +266,12 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
       p.alive = hn::And(p.alive, mask(hn::Lt(bounces, splat_int(int(s.setup.max_bounces)))));
     }
     if (s.counts_collisions) {
-      const M few = mask(hn::Lt(as_int(hn::ShiftRight<16>(p.id)), splat_int(kMostWavefrontBounces)));
+      const M few =
+          mask(hn::Lt(as_int(hn::ShiftRight<16>(p.id)), splat_int(kMostWavefrontBounces)));
       p.id = p.id + as_bits(where(few, splat_int(int(kMostSlots))));
     }
-    const MediumComponent matter(s, p.matter);
-    for (std::size_t c = 0; c < p.w.size(); ++c) p.w[c] = p.w[c] * matter.albedo_of(c);
+    const MediumComponent component(s, p.component);
+    for (std::size_t c = 0; c < p.w.size(); ++c) p.w[c] = p.w[c] * component.albedo_of(c);
     if constexpr (!kGuided) end_faint(p, kPathRoulette);
     p.alive = hn::And(p.alive, hn::Gt(p.largest(), splat(0)));
     const I lights = splat_int(int(s.setup.lights.size()) + 1);

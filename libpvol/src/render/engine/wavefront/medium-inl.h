@@ -7,8 +7,8 @@
 #define PVOL_LANE_MATTER_INL_H
 #endif
 
-#include "render/engine/wavefront/wavefront_scene.h"
 #include "render/engine/wavefront/phase_batch.h"
+#include "render/engine/wavefront/wavefront_scene.h"
 #include "volume/simd/simd_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -31,9 +31,9 @@ struct OneLobe {
   Lobe lobe;
 
   HWY_INLINE OneLobe(const WavefrontScene& s, I)
-      : albedo(splat(s.matter.albedo[0][0])),
-        lobe{splat(s.matter.lobes[0].g[0]), splat(s.matter.lobes[0].one_minus_g[0]),
-             splat(s.matter.lobes[0].one_minus_g2[0]), splat(s.matter.lobes[0].axis[0])} {}
+      : albedo(splat(s.component.albedo[0][0])),
+        lobe{splat(s.component.lobes[0].g[0]), splat(s.component.lobes[0].one_minus_g[0]),
+             splat(s.component.lobes[0].one_minus_g2[0]), splat(s.component.lobes[0].axis[0])} {}
 
   static HWY_INLINE I choose(const WavefrontScene&, Random&) { return splat_int(0); }
   HWY_INLINE F albedo_of(std::size_t) const { return albedo; }
@@ -56,10 +56,11 @@ struct AnyComponent {
   const ComponentTable& t;
   I number;  ///< of each lane's component
 
-  HWY_INLINE AnyComponent(const WavefrontScene& s, I matter) : t(s.matter), number(matter) {}
+  HWY_INLINE AnyComponent(const WavefrontScene& s, I component)
+      : t(s.component), number(component) {}
 
   static HWY_INLINE I choose(const WavefrontScene& s, Random& rng) {
-    const std::vector<float>& up_to = s.matter.share_up_to;
+    const std::vector<float>& up_to = s.component.share_up_to;
     I chosen = splat_int(0);
     if (up_to.size() == 1) return chosen;
     const F u = rng.uniform();
@@ -101,14 +102,14 @@ struct AnyComponent {
  private:
   HWY_NOINLINE F pdf_one_by_one(V from, V to) const {
     PhaseBatch lanes;
-    store(as_bits(number), lanes.matter);
+    store(as_bits(number), lanes.component);
     store_vector(from, lanes.from), store_vector(to, lanes.to);
     find_densities(t.one_by_one, kLanes, lanes);
     return load(lanes.pdf);
   }
   HWY_NOINLINE Scattered sample_one_by_one(V from, F u, F azimuth) const {
     PhaseBatch lanes;
-    store(as_bits(number), lanes.matter);
+    store(as_bits(number), lanes.component);
     store_vector(from, lanes.from);
     store(u, lanes.u), store(azimuth, lanes.azimuth);
     sample_directions(t.one_by_one, kLanes, lanes);

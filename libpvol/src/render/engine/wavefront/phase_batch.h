@@ -15,7 +15,7 @@ struct PhaseBatch {
   alignas(64) float pdf[kMostLanes];
   alignas(64) float u[kMostLanes];
   alignas(64) float azimuth[kMostLanes];
-  alignas(64) std::uint32_t matter[kMostLanes];  ///< the component's number
+  alignas(64) std::uint32_t component[kMostLanes];  ///< the component's number
 };
 
 // Compiled once for all instruction sets, as the scalar tracers' are.

@@ -14,7 +14,8 @@ namespace pvol::detail::HWY_NAMESPACE {
 
 /// Puts a photon where it enters the box of the support. Its id has the number of its source, and
 /// above it that of its flights.
-inline void start(const WavefrontScene& s, WavefrontMemory& m, const PhotonTask& task, std::uint64_t number) {
+inline void start(const WavefrontScene& s, WavefrontMemory& m, const PhotonTask& task,
+                  std::uint64_t number) {
   Rng rng(kPhotonKey, 0, number);
   const Photon p = task.sources.sample(rng);
   const Ray cells = s.volume.in_cells(p.ray);
@@ -46,18 +47,19 @@ HWY_NOINLINE void count_light(const PhotonTask& task, const Paths<MediumComponen
 }
 
 template <class MediumComponent>
-HWY_NOINLINE void collide_photons(const WavefrontScene& s, WavefrontMemory& m, const PhotonTask& task) {
+HWY_NOINLINE void collide_photons(const WavefrontScene& s, WavefrontMemory& m,
+                                  const PhotonTask& task) {
   Records& q = m.collisions;
   for (std::size_t at = 0; at < q.n; at += kLanes) {
     Paths<MediumComponent> p(q, at);
-    p.matter = MediumComponent::choose(s, p.rng);
+    p.component = MediumComponent::choose(s, p.rng);
     const Place place(s.field.bounds, p.x, p.y, p.z);
     count_light(task, p, where(p.alive, row_of(task.cells, place.x, place.y, place.z)));
     p.id = p.id + splat_bits(kMostSlots);
     const I flights = as_int(hn::ShiftRight<16>(p.id));
     p.alive = hn::And(p.alive, mask(hn::Lt(flights, splat_int(kMostPhotonFlights))));
-    const MediumComponent matter(s, p.matter);
-    for (std::size_t c = 0; c < p.w.size(); ++c) p.w[c] = p.w[c] * matter.albedo_of(c);
+    const MediumComponent component(s, p.component);
+    for (std::size_t c = 0; c < p.w.size(); ++c) p.w[c] = p.w[c] * component.albedo_of(c);
     end_faint(p, kPhotonRoulette);
     p.alive = hn::And(p.alive, hn::Gt(p.largest(), splat(0)));
     put_paths(m, p, splat_int(1), first(0));

@@ -35,7 +35,8 @@ HWY_INLINE V direction_of(const Records& q, std::size_t at) {
 }
 
 template <class MediumComponent>
-HWY_INLINE MediumComponent matter_of(const WavefrontScene& s, const Records& q, std::size_t at, M on) {
+HWY_INLINE MediumComponent component_of(const WavefrontScene& s, const Records& q, std::size_t at,
+                                        M on) {
   return MediumComponent(s, MediumComponent::kWeights > 1
                                 ? where(on, as_int(load(q.bits(kMatter) + at)))
                                 : splat_int(0));
@@ -47,9 +48,9 @@ HWY_NOINLINE void scatter(const WavefrontScene& s, Records& q, Records& to) {
   for (std::size_t at = 0; at < q.n; at += kLanes) {
     const M on = first(q.n - at);
     Random rng{load(q.bits(kRng0) + at), load(q.bits(kRng1) + at)};
-    const MediumComponent matter = matter_of<MediumComponent>(s, q, at, on);
+    const MediumComponent component = component_of<MediumComponent>(s, q, at, on);
     const F u = rng.uniform(), azimuth = rng.uniform();
-    const Scattered d = matter.sample(direction_of(q, at), u, azimuth);
+    const Scattered d = component.sample(direction_of(q, at), u, azimuth);
     launch<MediumComponent>(s, q, at, on, d.direction, d.pdf, splat(1), rng, to);
   }
   q.n = 0;
@@ -66,7 +67,7 @@ HWY_NOINLINE void scatter_guided(const WavefrontScene& s, Records& q, Records& t
   for (std::size_t at = 0; at < q.n; at += kLanes) {
     const M on = first(q.n - at);
     Random rng{load(q.bits(kRng0) + at), load(q.bits(kRng1) + at)};
-    const MediumComponent matter = matter_of<MediumComponent>(s, q, at, on);
+    const MediumComponent component = component_of<MediumComponent>(s, q, at, on);
     const V from = direction_of(q, at);
     const I row = where(on, as_int(load(q.bits(kAux) + at)));
     V d[3];
@@ -79,12 +80,12 @@ HWY_NOINLINE void scatter_guided(const WavefrontScene& s, Records& q, Records& t
     };
     for (int i = 0; i < 2; ++i) {
       const F u = rng.uniform(), azimuth = rng.uniform();
-      const Scattered to_d = matter.sample(from, u, azimuth);
+      const Scattered to_d = component.sample(from, u, azimuth);
       propose(i, to_d.direction, to_d.pdf, one_minus_cos(to_d.direction, axis));
     }
     const F c = one_minus_cos_of_share(lobe, rng.uniform());
     const V d2 = turn(axis, c, rng.uniform());
-    propose(2, d2, matter.pdf(from, d2), c);
+    propose(2, d2, component.pdf(from, d2), c);
     const F sum01 = weight[0] + weight[1], sum = sum01 + weight[2];
     const F u = rng.uniform() * sum;
     const M is0 = hn::Lt(u, weight[0]), is1 = hn::Lt(u, sum01);

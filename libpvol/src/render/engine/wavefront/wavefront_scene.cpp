@@ -67,11 +67,11 @@ WavefrontScene::WavefrontScene(const PathSetup& s)
       to_world{Vec3f(volume.cells_to_world.m[0]), Vec3f(volume.cells_to_world.m[1]),
                Vec3f(volume.cells_to_world.m[2])},
       field(volume.volume.density, *s.dense),
-      matter(make_component_table(volume.matter)),
-      one_lobe(has_one_lobe(volume.matter)) {
+      component(make_component_table(volume.components)),
+      one_lobe(has_one_lobe(volume.components)) {
   // What is absorbed is in layers.
   emits = s.options.aovs.has(Aov::lights) && largest(s.constant) > 0;
-  for (const MediumComponent& m : volume.matter) emits = emits || largest(m.emitted) > 0;
+  for (const MediumComponent& m : volume.components) emits = emits || largest(m.emitted) > 0;
   count = s.count;
   orders = s.options.aovs.has(Aov::scattering);
   counts_collisions = orders || s.max_bounces <= kMostWavefrontBounces;
@@ -105,7 +105,8 @@ const char* wavefront_obstacle(std::span<const Volume> volumes, const Scene& sce
   }
   if (o.depth) return "the octree's depth is set";
   if (o.majorant_scale != 1) return "majorants are scaled";
-  if (o.max_bounces && *o.max_bounces > kMostWavefrontBounces) return "the limit on bounces is high";
+  if (o.max_bounces && *o.max_bounces > kMostWavefrontBounces)
+    return "the limit on bounces is high";
   const Volume& v = volumes.front();
   if (v.fire != nullptr) return "a field emits";
   if (v.albedo != nullptr) return "the albedo is a field";
