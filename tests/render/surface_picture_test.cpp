@@ -21,7 +21,7 @@ constexpr double kPi = std::numbers::pi;
 /// A small cube that is out of the way, for scenes that are about surfaces alone.
 Body far_away() { return component(1, Rgb(0.5f), 0, Rgb(0.0f), translation({0, 0, 1e5})); }
 
-PlaneSurface ground(double albedo, Visibility look = Visibility::surface) {
+PlaneSurface ground(double albedo, Visibility visibility = Visibility::surface) {
   return {{0, 0, 0}, {0, 1, 0}, {Rgb(float(albedo)), look}};
 }
 
@@ -128,7 +128,7 @@ TEST(SurfacePicture, AnIntegratingSphere) {
     for (const Surface& room : rooms) {
       Pixel p(far_away(), {8, 1, 0.5}, {7, -3, 0.1});
       p.scene.surfaces = {room};
-      std::visit([&](auto& s) { s.finish.albedo = Rgb(float(albedo)); }, p.scene.surfaces[0]);
+      std::visit([&](auto& s) { s.material.albedo = Rgb(float(albedo)); }, p.scene.surfaces[0]);
       p.scene.lights = {PointLight{{7, 0, 0}, Rgb(2.0f)}};
       p.scene.environment = ConstantSky{Rgb(1e6f)};
       const double expected = albedo / kPi * 2 / 9 / (1 - albedo);
@@ -155,7 +155,7 @@ TEST(SurfacePicture, TheFurnaceHidesWhiteSurfaces) {
   MeshSurface mesh;
   mesh.mesh = std::make_shared<const TriangleMesh>(ball_mesh(12));
   mesh.place.matrix = translation({6, 14, 6}) * scaling({5, 3, 4});
-  mesh.finish.albedo = Rgb(1.0f);
+  mesh.material.albedo = Rgb(1.0f);
   s.surfaces = {ground(1), BallSurface{{6, 6, 6}, 4, {Rgb(1.0f)}}, mesh};
   s.options.count = true;
   const RenderResult r = run_cube(s);
@@ -169,7 +169,7 @@ TEST(SurfacePicture, TheFurnaceHidesWhiteSurfaces) {
 /// So are they on average where that light is sampled, and on catchers, whatever a path met before.
 TEST(SurfacePicture, TheFurnaceOfASampledSkyHidesThemOnAverage) {
   proof::Family family;
-  for (const Visibility look : {Visibility::surface, Visibility::shadow_catcher}) {
+  for (const Visibility visibility : {Visibility::surface, Visibility::shadow_catcher}) {
     for (const GuideUse guide : {GuideUse::off, GuideUse::on}) {
       CloudScene s = cloud_scene_of_cube();
       s.environment = ImageSky{4, 2, std::vector<Rgb>(8, Rgb(1.0f))};
@@ -251,7 +251,7 @@ TEST(SurfacePicture, GroundByTheLightOfAFire) {
   for (const bool shielded : {false, true}) {
     const double irradiance = irradiance_of_the_fire(shielded);
     for (const float albedo : {0.0f, 1e-7f}) {
-      for (const Visibility look : {Visibility::surface, Visibility::shadow_catcher}) {
+      for (const Visibility visibility : {Visibility::surface, Visibility::shadow_catcher}) {
         Pixel p(component(kFireExtinction, Rgb(albedo), 0, Rgb(5.0f), kFirePlace), {9, 4, 7},
                 {4, 0, 3});
         p.scene.surfaces = {ground(0.9, look)};
@@ -310,7 +310,7 @@ TEST(SurfacePicture, AShadowCatcherUnderABall) {
     for (const bool sun : {false, true}) {
       Pixel p(far_away(), {5, 0.5, 0}, {0, 0, 0});
       p.scene.surfaces = {ground(0.0, Visibility::shadow_catcher), BallSurface{{0, 2, 0}, 1.2, {}}};
-      std::get<BallSurface>(p.scene.surfaces[1]).finish.albedo = Rgb(0.0f);
+      std::get<BallSurface>(p.scene.surfaces[1]).material.albedo = Rgb(0.0f);
       p.scene.environment = sky;
       // A sun that the ball does not hide, as bright on the ground as the sky.
       if (sun) p.scene.lights = {Sun{{1, 0.5, 0}, Rgb(float(0.5 * kPi * std::sqrt(5.0))), 4}};
@@ -513,7 +513,7 @@ TEST(SurfacePicture, AShadowCatcherShowsLightThatIsThrownOnIt) {
 /// Where no light arrives unscattered there is no shadow, and light that is thrown there is shown:
 /// an area that shines up on a ball, of which the catcher is dark by itself.
 TEST(SurfacePicture, AShadowCatcherInTheDarkShowsLightThatIsThrownOnIt) {
-  const auto picture = [](Visibility look) {
+  const auto picture = [](Visibility visibility) {
     Pixel p(far_away(), {3, 1, 0.3}, {0.4, 0, 0});
     p.scene.surfaces = {ground(0.5, look), BallSurface{{0, 3, 0}, 1, {Rgb(0.8f)}}};
     p.scene.lights.emplace_back(
@@ -556,7 +556,7 @@ TEST(SurfacePicture, ALampMayLieOnAWall) {
   ceiling.place.translate = Vec3d(0, 2, 0);
   const Surface walls[] = {PlaneSurface{{0, 2, 0}, {0, 1, 0}, {Rgb(0.0f)}}, ceiling};
   for (Surface wall : walls) {
-    std::visit([](auto& s) { s.finish.albedo = Rgb(0.0f); }, wall);
+    std::visit([](auto& s) { s.material.albedo = Rgb(0.0f); }, wall);
     Pixel p(far_away(), {1, 1, 0.3}, {0, 0, 0});
     const AreaLight lamp{{0, 2, 0}, {0, -1, 0}, {0.5, 0.5}, {0, 0, 1}, Rgb(3.0f), ""};
     const double irradiance = double(AreaSource(lamp).on_plane({0, 0, 0}, {0, 1, 0}).x);
@@ -638,7 +638,7 @@ TEST(SurfacePicture, TheFirstAlbedoIsThatOfWhatIsMet) {
 /// ground and beside it, on a catcher, too.
 TEST(SurfacePicture, GuidingChangesNoMean) {
   proof::Family family;
-  for (const Visibility look : {Visibility::surface, Visibility::shadow_catcher}) {
+  for (const Visibility visibility : {Visibility::surface, Visibility::shadow_catcher}) {
     CloudScene s = cloud_scene_of_cube();
     s.medium = component(0.6, Rgb(0.95f), 0.8);
     s.surfaces = {ground(0.6, look), BallSurface{{14, 4, 9}, 3, {Rgb(0.8f)}}};

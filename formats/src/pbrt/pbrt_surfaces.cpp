@@ -61,7 +61,7 @@ bool make_ball(const PbrtShape& shape, const Affine& place, Rgb albedo, const Pb
   BallSurface ball;
   ball.centre = place.t;
   ball.radius = shape.parameters.number("radius", 1) * *scale;
-  ball.finish.albedo = albedo;
+  ball.material.albedo = albedo;
   if (!(ball.radius > 0)) fail_at(shape.where, "a sphere without radius", "a radius above 0");
   making.scene->file.scene.surfaces.emplace_back(ball);
   return true;
@@ -84,7 +84,7 @@ bool make_file(const PbrtShape& shape, const Affine& place, Rgb albedo, const Pb
   MeshSurface mesh;
   mesh.file = file.string();
   if (!(place == Affine{})) mesh.place.matrix = place;
-  mesh.finish.albedo = albedo;
+  mesh.material.albedo = albedo;
   making.scene->file.scene.surfaces.emplace_back(mesh);
   return true;
 }
@@ -126,7 +126,7 @@ void make_surfaces(const PbrtDescription& from, const PbrtMaking& making) {
   for (std::size_t i = 0; i < batches.size(); ++i) {
     MeshSurface mesh;
     mesh.file = fmt::format("{}_mesh{}.ply", making.stem, i + 1);
-    mesh.finish.albedo = batches[i].albedo;
+    mesh.material.albedo = batches[i].albedo;
     making.scene->file.scene.surfaces.emplace_back(mesh);
     making.scene->meshes.push_back({mesh.file, std::move(batches[i].mesh)});
   }

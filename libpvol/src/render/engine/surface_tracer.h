@@ -26,7 +26,7 @@ class SurfaceTracer {
     for (Vec3d from = ray.o;; from = traversal.position()) {
       const Hit hit = traversal.fly(direction_, rng);
       const SurfaceHit& surface = traversal.surface();
-      const bool leaves = hit.component == nullptr && surface.finish == nullptr;
+      const bool leaves = hit.component == nullptr && surface.material == nullptr;
       if (s_.emission || s_.meets_lights) add_on_the_way(from, !leaves, rng);
       const bool goes_on =
           hit.component ? collide(*hit.component, rng) : !leaves && meet(surface, rng);
@@ -165,21 +165,21 @@ class SurfaceTracer {
 
   /// A surface; whether the path goes on.
   [[nodiscard]] bool meet(const SurfaceHit& surface, Rng& rng) {
-    const Material& finish = *surface.finish;
+    const Material& material = *surface.material;
     r_.scattered(scatterings_);
     ++surface_hits;
     component_ = nullptr;
     lobe_.normal = Vec3f(surface.normal);
     on_catcher_ = false;
     if (scatterings_ == 0) {
-      if (finish.look == Visibility::holdout) return false;
-      if (finish.look == Visibility::shadow_catcher) return catch_shadow(surface, rng);
+      if (material.visibility == Visibility::holdout) return false;
+      if (material.visibility == Visibility::shadow_catcher) return catch_shadow(surface, rng);
       note_first(surface.place);
       r_.first_normal = surface.normal;
-      r_.first_material = &finish;
+      r_.first_material = &material;
     }
     if (is_at_end()) return false;
-    throughput_ *= finish.albedo;
+    throughput_ *= material.albedo;
     if (!survives(throughput_, rng)) return false;
     gather(lobe_, even_worth, rng);
     turn_path(lobe_, rng);
@@ -229,7 +229,7 @@ class SurfaceTracer {
                                shadow_rays, direct_);
     }
     uncover();
-    throughput_ = s_.max_bounces > 0 ? surface.finish->albedo : Rgb(0.0f);
+    throughput_ = s_.max_bounces > 0 ? surface.material->albedo : Rgb(0.0f);
     if (s_.emission && s_.emission->lit && largest(throughput_) > 0) {
       add_fire_here(s_, lobe_, direction_, throughput_, traversal, rng, shadow_rays, r_);
     }

@@ -39,7 +39,7 @@ class AmongSurfaces {
       const Hit hit = volumes_.fly(direction, rng, ahead_.distance);
       if (hit.component != nullptr) return hit;
     }
-    if (ahead_.finish != nullptr) volumes_.move_to(ahead_.place);
+    if (ahead_.material != nullptr) volumes_.move_to(ahead_.place);
     return {};
   }
 
