@@ -132,11 +132,11 @@ void expect_fair_roulette(Tracer& tracer, float chance, float survivor, proof::F
 
 TEST_F(ScriptedPaths, SurvivorsOfImportanceRouletteMakeUpForTheOthers) {
   proof::Family family;
-  for (const float worth : {0.03f, 0.25f, 0.45f}) {
+  for (const float importance : {0.03f, 0.25f, 0.45f}) {
     script.collisions = {scattering(0.5f)};
-    const detail::PathSetup s = setup({flat(worth)});
+    const detail::PathSetup s = setup({flat(importance)});
     Guided tracer(s);
-    expect_fair_roulette(tracer, worth, 0.5f / worth, family);
+    expect_fair_roulette(tracer, importance, 0.5f / importance, family);
   }
   EXPECT_TRUE(family.passes());
 }
@@ -166,13 +166,13 @@ TEST_F(ScriptedPaths, NoRouletteWhereItWouldSaveNothing) {
 
 /// Each path brings what all of its branches together do: nothing is lost or made twice.
 TEST_F(ScriptedPaths, BranchesShareTheThroughput) {
-  for (const float worth : {2.0f, 2.5f, 4.0f, 7.9f, 8.0f, 1e9f}) {
+  for (const float importance : {2.0f, 2.5f, 4.0f, 7.9f, 8.0f, 1e9f}) {
     script.collisions = {scattering(1)};
-    const detail::PathSetup s = setup({flat(worth)});
+    const detail::PathSetup s = setup({flat(importance)});
     Guided tracer(s);
-    EXPECT_FLOAT_EQ(trace(tracer), 1) << worth;
-    const int paths = worth > detail::kSplitAbove ? int(std::min(worth, 8.0f)) : 1;
-    EXPECT_EQ(int(script.flown.size()), 1 + paths) << worth;
+    EXPECT_FLOAT_EQ(trace(tracer), 1) << importance;
+    const int paths = importance > detail::kSplitAbove ? int(std::min(importance, 8.0f)) : 1;
+    EXPECT_EQ(int(script.flown.size()), 1 + paths) << importance;
   }
 }
 

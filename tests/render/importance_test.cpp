@@ -341,7 +341,7 @@ TEST(Importance, OfASmallCopyIsTheSame) {
     const Int4 cell = widen(Vec3i(i >> 2, i >> 1 & 1, i & 1) * 12);
     const detail::Importance::Row &a = both[0].row(cell), &b = both[1].row(cell);
     for (std::size_t k = 0; k < a.at.size(); ++k) EXPECT_NEAR(b.at[k] / a.at[k], 1, 0.1) << i;
-    EXPECT_NEAR(*both[1].shadow_worth(b) / *both[0].shadow_worth(a), 1, 0.1) << i;
+    EXPECT_NEAR(*both[1].shadow_importance(b) / *both[0].shadow_importance(a), 1, 0.1) << i;
   }
 }
 

@@ -222,9 +222,10 @@ Average guided_by(KernelKind kernel, const Volume& v, CloudScene s, const Value&
   detail::CoarseCells cells = detail::make_coarse_cells(v);
   PagedVector<detail::Importance::Row> rows(cells.count());
   for (std::size_t k = 0; k < rows.size(); ++k) rows[k].at.fill(value(k));
-  std::vector<float> worths(rows.size() * (setup.lights.size() + 1), 1.0f);
+  std::vector<float> importances(rows.size() * (setup.lights.size() + 1), 1.0f);
   setup.importance = std::make_shared<const detail::Importance>(
-      std::move(cells), Vec3f(0, 1, 0), HenyeyGreenstein(0), std::move(rows), std::move(worths));
+      std::move(cells), Vec3f(0, 1, 0), HenyeyGreenstein(0), std::move(rows),
+      std::move(importances));
   Film film;
   film.width = film.height = film.crop_width = film.crop_height = s.options.width;
   film.pixels.resize(std::size_t(film.width) * std::size_t(film.height));

@@ -94,19 +94,19 @@ class GuidedTracer {
     r_.scattered(scatterings_++);
     component_ = &component;
     row_ = &importance_.row(traversal.place());
-    const float worth = largest(throughput_) * row_->of(importance_.half_sine(direction_));
-    if (!survives_by_worth(worth, throughput_, rng)) return false;
+    const float contribution = largest(throughput_) * row_->of(importance_.half_sine(direction_));
+    if (!survives_by_contribution(contribution, throughput_, rng)) return false;
     throughput_ *= here.albedo;
     if (!(largest(throughput_) > 0)) return false;
-    const float* worths = importance_.shadow_worth(*row_);
-    const auto worth_of = [&](std::size_t light) { return worths[light]; };
-    add_light_here<Kind>(s_, Kind::phase(component), direction_, throughput_, worth_of, traversal,
-                         rng, shadow_rays, r_);
+    const float* importances = importance_.shadow_importance(*row_);
+    const auto importance_of = [&](std::size_t light) { return importances[light]; };
+    add_light_here<Kind>(s_, Kind::phase(component), direction_, throughput_, importance_of,
+                         traversal, rng, shadow_rays, r_);
     if (burns()) {
       add_fire_here(s_, component.phase, direction_, throughput_, traversal, rng, shadow_rays, r_);
     }
     r_.scattered(scatterings_);
-    if (worth > kSplitAbove && !waiting_.full()) split(int(std::min(worth, kMostCopies)));
+    if (contribution > kSplitAbove && !waiting_.full()) split(int(std::min(contribution, kMostCopies)));
     return true;
   }
 

@@ -85,8 +85,8 @@ class PathTracer {
       if (!survives(throughput, rng)) return;
       component_ = &component;
       const auto& phase = Kind::phase(component);
-      const auto worth = [](std::size_t) { return 1.0f; };
-      add_light_here<Kind>(s_, phase, direction_, throughput, worth, traversal, rng, shadow_rays,
+      const auto importance = [](std::size_t) { return 1.0f; };
+      add_light_here<Kind>(s_, phase, direction_, throughput, importance, traversal, rng, shadow_rays,
                            r_);
       if (burns()) {
         add_fire_here(s_, component.phase, direction_, throughput, traversal, rng, shadow_rays, r_);

@@ -119,21 +119,21 @@ class SurfaceTracer {
     if (!s_.importance) {
       throughput_ *= here.albedo;
       if (!survives(throughput_, rng)) return false;
-      gather(component.phase, even_worth, rng);
+      gather(component.phase, even_importance, rng);
       turn_path(component.phase, rng);
       return true;
     }
     const Importance& importance = *s_.importance;
     const Importance::Row& row = importance.row(traversal.place());
-    const float worth = largest(throughput_) * row.of(importance.half_sine(direction_));
-    if (!survives_by_worth(worth, throughput_, rng)) return false;
+    const float contribution = largest(throughput_) * row.of(importance.half_sine(direction_));
+    if (!survives_by_contribution(contribution, throughput_, rng)) return false;
     throughput_ *= here.albedo;
     if (!(largest(throughput_) > 0)) return false;
-    const float* worths = importance.shadow_worth(row);
-    const auto worth_of = [&](std::size_t light) { return worths[light]; };
-    gather(component.phase, worth_of, rng);
-    if (worth > kSplitAbove && !waiting_.full()) {
-      const int copies = int(std::min(worth, kMostCopies));
+    const float* importances = importance.shadow_importance(row);
+    const auto importance_of = [&](std::size_t light) { return importances[light]; };
+    gather(component.phase, importance_of, rng);
+    if (contribution > kSplitAbove && !waiting_.full()) {
+      const int copies = int(std::min(contribution, kMostCopies));
       throughput_ *= 1 / float(copies);
       waiting_.add(
           {traversal.place(), component_, &row, direction_, throughput_, scatterings_, copies - 1});
@@ -181,7 +181,7 @@ class SurfaceTracer {
     if (is_at_end()) return false;
     throughput_ *= material.albedo;
     if (!survives(throughput_, rng)) return false;
-    gather(lobe_, even_worth, rng);
+    gather(lobe_, even_importance, rng);
     turn_path(lobe_, rng);
     return true;
   }
@@ -194,12 +194,12 @@ class SurfaceTracer {
 
   [[nodiscard]] bool is_at_end() const { return s_.stopped() || scatterings_ >= s_.max_bounces; }
 
-  [[nodiscard]] static float even_worth(std::size_t /*light*/) { return 1; }
+  [[nodiscard]] static float even_importance(std::size_t /*light*/) { return 1; }
 
   /// Light that a lobe scatters into the path: one more scattering.
-  template <class Lobe, class Worth>
-  void gather(const Lobe& lobe, const Worth& worth, Rng& rng) {
-    add_light_here<AnyPaths>(s_, lobe, direction_, throughput_, worth, traversal, rng, shadow_rays,
+  template <class Lobe, class ShadowImportance>
+  void gather(const Lobe& lobe, const ShadowImportance& importance, Rng& rng) {
+    add_light_here<AnyPaths>(s_, lobe, direction_, throughput_, importance, traversal, rng, shadow_rays,
                              r_);
     if (s_.emission && s_.emission->lit) {
       add_fire_here(s_, lobe, direction_, throughput_, traversal, rng, shadow_rays, r_);
@@ -225,7 +225,7 @@ class SurfaceTracer {
     r_.alpha = 1;
     if (largest(open_light_) > 0) {
       direct_.reset();
-      add_light_here<AnyPaths>(s_, lobe_, direction_, Rgb(1.0f), even_worth, traversal, rng,
+      add_light_here<AnyPaths>(s_, lobe_, direction_, Rgb(1.0f), even_importance, traversal, rng,
                                shadow_rays, direct_);
     }
     uncover();

@@ -152,8 +152,8 @@ Rgb irradiance_in(const PathSetup& setup, const CoarseCells& cells, std::size_t 
 /// T, which is the power that collides straight from the light over mass and irradiance, and of
 /// a little besides, because T is not the same all over a cell. Rough near a point light, whose
 /// irradiance varies from cell to cell.
-std::vector<float> shadow_worths(const PathSetup& setup, const CoarseCells& cells,
-                                 const IncidentLight& light) {
+std::vector<float> shadow_importances(const PathSetup& setup, const CoarseCells& cells,
+                                      const IncidentLight& light) {
   constexpr double kGain = 5;  // over the plain tracer, where light arrives for certain
   constexpr double kLeast = 0.02;
   const std::size_t lights = setup.lights.size();
@@ -271,8 +271,8 @@ std::optional<Importance> make_importance(const PathSetup& setup) {
   if (!is_one(setup)) draw_to_mean(light, cells, photons, radiance);
   PagedVector<Importance::Row> rows = make_rows(cells, radiance);
   const HenyeyGreenstein lobe = mean_lobe(component);
-  std::vector<float> worths = shadow_worths(setup, cells, light);
-  const Importance unscaled(cells, light.axis, lobe, rows, worths);
+  std::vector<float> importances = shadow_importances(setup, cells, light);
+  const Importance unscaled(cells, light.axis, lobe, rows, importances);
   const double seen = setup.instances->moves() ? mean_seen<MovingVolumes>(setup, unscaled)
                       : is_one(setup)          ? mean_seen<OneVolume>(setup, unscaled)
                                                : mean_seen<ManyVolumes>(setup, unscaled);
@@ -280,7 +280,7 @@ std::optional<Importance> make_importance(const PathSetup& setup) {
   for (Importance::Row& row : rows) {
     for (float& v : row.at) v = float(double(v) / (kUnit * seen));
   }
-  return Importance(std::move(cells), light.axis, lobe, std::move(rows), std::move(worths));
+  return Importance(std::move(cells), light.axis, lobe, std::move(rows), std::move(importances));
 }
 
 void guide_paths(const RenderPlan& plan, PathSetup& setup) {

@@ -126,9 +126,9 @@ inline void add_scattered(const PathSetup& s, const Pdf& pdf, Vec3f direction, R
 /// (THEORY.md, T5.2).
 template <class Traversal>
 [[nodiscard]] inline Rgb shadowed(const PathSetup& s, Rgb light, const LightSample& towards,
-                                  float worth, Traversal& traversal, Rng& rng,
+                                  float importance, Traversal& traversal, Rng& rng,
                                   std::uint64_t& shadow_rays) {
-  const float value = absolute_luminance(light) * worth / s.shadow_unit;
+  const float value = absolute_luminance(light) * importance / s.shadow_unit;
   if (!(value > 0) || (value < 1 && !(rng.uniform() < value)) || s.stopped()) return Rgb(0.0f);
   if constexpr (requires { traversal.hides(towards.direction, towards.distance); }) {
     if (traversal.hides(towards.direction, towards.distance)) return Rgb(0.0f);
@@ -145,31 +145,32 @@ inline constexpr int kAsked = 4;
 
 /// About what a light brings to a place, times what its shadow rays are worth there; above 0
 /// wherever the light comes.
-template <class Worth>
-[[nodiscard]] inline double promise(const LightSource& source, std::size_t i, Vec3d place,
-                                    const Worth& worth) {
+template <class ShadowImportance>
+[[nodiscard]] inline double estimated_contribution(const LightSource& source, std::size_t i,
+                                                   Vec3d place, const ShadowImportance& importance) {
   const Rgb irradiance = std::visit(
       [&](const auto& light) {
         return light.irradiance_on({place, place});
       },
       source);
   constexpr double kMost = 1e30;  // at a light
-  return std::min(double(luminance(irradiance)) * double(worth(i)), kMost);
+  return std::min(double(luminance(irradiance)) * double(importance(i)), kMost);
 }
 
 /// ask(i, 1 / expected number of times that it is asked) for lights drawn by what they promise, one
 /// from each of kAsked equal parts of the sum (THEORY.md, T5.19).
-template <class Worth, class Ask>
-[[gnu::noinline]] inline void ask_some(const PathSetup& s, Vec3d place, const Worth& worth,
-                                       Rng& rng, const Ask& ask) {
+template <class ShadowImportance, class Ask>
+[[gnu::noinline]] inline void ask_some(const PathSetup& s, Vec3d place,
+                                       const ShadowImportance& importance, Rng& rng, const Ask& ask) {
   double sum = 0;
-  for (std::size_t i = 0; i < s.lights.size(); ++i) sum += promise(s.lights[i], i, place, worth);
+  for (std::size_t i = 0; i < s.lights.size(); ++i)
+    sum += estimated_contribution(s.lights[i], i, place, importance);
   if (!(sum > 0)) return;
   const double part = sum / kAsked;
   double next = double(rng.uniform()) * part, below = 0;
   int asked = 0;
   for (std::size_t i = 0; i < s.lights.size() && asked < kAsked; ++i) {
-    const double own = promise(s.lights[i], i, place, worth);
+    const double own = estimated_contribution(s.lights[i], i, place, importance);
     for (below += own; asked < kAsked && next < below; ++asked) {
       ask(i, float(part / own));
       next = (asked + 1 + double(rng.uniform())) * part;
@@ -179,11 +180,11 @@ template <class Worth, class Ask>
 
 /// Next-event estimation: light of every source and of a sampled sky that scatters at the
 /// traversal's place into a path of this throughput and flight direction, of a kind of paths.
-/// `worth(i)` is what a shadow ray to light i is worth there, above 0; the sky comes after the
+/// `importance(i)` is what a shadow ray to light i is worth there, above 0; the sky comes after the
 /// lights.
-template <class Kind, class Phase, class Traversal, class Worth>
+template <class Kind, class Phase, class Traversal, class ShadowImportance>
 inline void add_light_here(const PathSetup& s, const Phase& phase, Vec3f from, Rgb throughput,
-                           const Worth& worth, Traversal& traversal, Rng& rng,
+                           const ShadowImportance& importance, Traversal& traversal, Rng& rng,
                            std::uint64_t& shadow_rays, PathResult& r) {
   Rgb sum(0.0f);
   const auto place = [&] { return traversal.position(); };
@@ -192,12 +193,12 @@ inline void add_light_here(const PathSetup& s, const Phase& phase, Vec3f from, R
     const float p = pdf_phase(phase, from, l.direction);
     const float weighted = (l.pdf > 0 ? balance(l.pdf, p) * p / l.pdf : p) * factor;
     const Rgb arrived =
-        shadowed(s, throughput * l.radiance * weighted, l, worth(i), traversal, rng, shadow_rays);
+        shadowed(s, throughput * l.radiance * weighted, l, importance(i), traversal, rng, shadow_rays);
     sum += arrived;
     if (r.in_layers()) r.layers[i] += arrived;
   };
   if (!Kind::kSimple && s.lights.size() > kMostAsked) {
-    ask_some(s, traversal.position(), worth, rng, ask);
+    ask_some(s, traversal.position(), importance, rng, ask);
   } else {
     for (std::size_t i = 0; i < s.lights.size(); ++i) ask(i, 1);
   }
@@ -205,7 +206,7 @@ inline void add_light_here(const PathSetup& s, const Phase& phase, Vec3f from, R
     const LightSample l = s.sky.sample(rng);
     const float p = pdf_phase(phase, from, l.direction);
     const Rgb arrived = shadowed(s, throughput * (l.radiance - s.constant) * (p / (l.pdf + p)), l,
-                                 worth(s.lights.size()), traversal, rng, shadow_rays);
+                                 importance(s.lights.size()), traversal, rng, shadow_rays);
     sum += arrived;
     if (r.in_layers()) r.sky() += arrived;
   }

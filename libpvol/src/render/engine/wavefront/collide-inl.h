@@ -125,7 +125,7 @@ HWY_INLINE Towards sample_light(const WavefrontScene& s, std::size_t light,
 /// Shadow rays to a light, as `shadowed` draws them; `worth` is that of a ray there.
 template <class MediumComponent>
 HWY_INLINE void add_shadow_rays(const WavefrontScene& s, WavefrontMemory& m, std::size_t light,
-                                F worth, Paths<MediumComponent>& p) {
+                                F contribution, Paths<MediumComponent>& p) {
   const Towards to = sample_light(s, light, p, p.rng);
   const F pdf = MediumComponent(s, p.component).pdf(p.from, to.direction);
   const F share = select(hn::Gt(to.pdf, splat(0)), pdf / (to.pdf + pdf), pdf);
@@ -134,7 +134,7 @@ HWY_INLINE void add_shadow_rays(const WavefrontScene& s, WavefrontMemory& m, std
   };
   const F luminance = part(0.2126f, 0, to.radiance.x) + part(0.7152f, 1, to.radiance.y) +
                       part(0.0722f, 2, to.radiance.z);
-  const F value = luminance * share * worth * splat(1 / s.setup.shadow_unit);
+  const F value = luminance * share * contribution * splat(1 / s.setup.shadow_unit);
   const M positive = hn::And(p.alive, hn::Gt(value, splat(0)));
   const M few = hn::And(positive, hn::Lt(value, splat(1)));
   const M chosen = hn::And(few, hn::Lt(p.rng.fine_uniform(), value));
@@ -205,10 +205,10 @@ HWY_INLINE void end_faint(Paths<MediumComponent>& p, float threshold) {
 
 /// That of guided paths, by worth, before the albedo.
 template <class MediumComponent>
-HWY_INLINE void end_by_worth(Paths<MediumComponent>& p, F worth) {
-  const M low = hn::Lt(worth, splat(kEndBelow));
-  const M stays = hn::Lt(p.rng.fine_uniform(), worth);
-  p.scale(low, splat(1) / worth);
+HWY_INLINE void end_by_contribution(Paths<MediumComponent>& p, F contribution) {
+  const M low = hn::Lt(contribution, splat(kEndBelow));
+  const M stays = hn::Lt(p.rng.fine_uniform(), contribution);
+  p.scale(low, splat(1) / contribution);
   p.alive = hn::AndNot(hn::AndNot(stays, low), p.alive);
 }
 
@@ -254,13 +254,13 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
     Paths<MediumComponent> p(q, at);
     p.component = MediumComponent::choose(s, p.rng);
     if (s.emits) add_emission(s, m, p);
-    F worth = splat(1);
+    F contribution = splat(1);
     if constexpr (kGuided) {
       const Importance& importance = *s.importance();
       p.row = where(p.alive, as_int(load(q.bits(kAux) + at)));
-      worth = p.largest() *
+      contribution = p.largest() *
               importance_of(importance, p.row, one_minus_cos(p.from, splat(importance.axis())));
-      end_by_worth(p, worth);
+      end_by_contribution(p, contribution);
     } else if (s.setup.max_bounces <= kMostWavefrontBounces) {
       const I bounces = as_int(hn::ShiftRight<16>(p.id));
       p.alive = hn::And(p.alive, mask(hn::Lt(bounces, splat_int(int(s.setup.max_bounces)))));
@@ -276,15 +276,15 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
     p.alive = hn::And(p.alive, hn::Gt(p.largest(), splat(0)));
     const I lights = splat_int(int(s.setup.lights.size()) + 1);
     for (std::size_t light = 0; light < s.lights.size(); ++light) {
-      F shadow_worth = splat(1);
+      F shadow_importance = splat(1);
       if constexpr (kGuided) {
-        shadow_worth = gather(s.importance()->shadow_worths() + light, p.row * lights);
+        shadow_importance = gather(s.importance()->shadow_importances() + light, p.row * lights);
       }
-      add_shadow_rays(s, m, light, shadow_worth, p);
+      add_shadow_rays(s, m, light, shadow_importance, p);
     }
     if constexpr (kGuided) {
-      const M split = hn::Gt(worth, splat(kSplitAbove));
-      const I copies = select(split, to_int(hn::Min(worth, splat(kMostCopies))), splat_int(1));
+      const M split = hn::Gt(contribution, splat(kSplitAbove));
+      const I copies = select(split, to_int(hn::Min(contribution, splat(kMostCopies))), splat_int(1));
       p.scale(split, splat(1) / to_float(copies));
       put_paths(m, p, copies, turns(*s.importance(), p.row));
     } else {
