@@ -44,8 +44,8 @@ class ScriptedTraversal {
   struct {
     static void set_time(float) {}
   } work;
-  [[nodiscard]] detail::Reach reach(Vec3f, Rng&) { return {detail::kEndless, 1}; }
-  [[nodiscard]] float pass(Vec3f, double, Rng&) {
+  [[nodiscard]] detail::FreeFlight free_flight(Vec3f, Rng&) { return {detail::kEndless, 1}; }
+  [[nodiscard]] float transmittance(Vec3f, double, Rng&) {
     ++script.passed;
     return 1;
   }

@@ -196,7 +196,8 @@ TEST(Instances, FlightsAndTransmittancesAreThoseOfTheSum) {
       if (i < 1000) {
         const double distance = 40 + 0.03 * i, depth = optical_depth(bodies, r.ray, distance);
         const double before = length(traversal.position() - r.ray.o);
-        ASSERT_NEAR(double(traversal.pass(d, distance - before, rng)), std::exp(-depth), 1e-5);
+        ASSERT_NEAR(double(traversal.transmittance(d, distance - before, rng)), std::exp(-depth),
+                    1e-5);
       }
       if (traversal.fly(d, rng).component == nullptr) {
         ++counts.back();

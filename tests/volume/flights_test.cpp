@@ -41,7 +41,8 @@ TEST(Flights, StopHoweverManyNullCollisionsLieAhead) {
         EXPECT_TRUE(flights.fly(tracker, v.density, walk().local(), rng, watch).collided);
         for (const auto estimator :
              {Transmittance::analog, Transmittance::ratio, Transmittance::residual_ratio}) {
-          EXPECT_EQ(flights.pass(estimator, tracker, v.density, walk().local(), rng, watch), 0);
+          EXPECT_EQ(
+              flights.transmittance(estimator, tracker, v.density, walk().local(), rng, watch), 0);
         }
       }
     }

@@ -53,7 +53,7 @@ LeafSums sum_leaf(const detail::BlockFinder& blocks, Vec3i origin, LookUp look_u
       }
     }
   };
-  detail::for_blocks_in_reach(blocks, origin, reach_of(look_up), add);
+  detail::for_blocks_in_extent(blocks, origin, extent_of(look_up), add);
   return s;
 }
 

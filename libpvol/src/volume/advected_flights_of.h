@@ -17,7 +17,8 @@ template <LookUp kLookUp, bool kCount>
           [](Transmittance estimator, Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng,
              Watch& watch) {
             return with_count<kCount>(watch, [&](auto& count) {
-              return pass(estimator, tracker, Field{f, watch.time, *watch.stop}, walk, rng, count);
+              return estimate_transmittance(estimator, tracker, Field{f, watch.time, *watch.stop},
+                                            walk, rng, count);
             });
           }};
 }

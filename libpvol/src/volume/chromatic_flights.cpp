@@ -25,7 +25,8 @@ ChromaticFlight fly_chromatic(const VolumeField& field, Rgb share, Rgb throughpu
   });
 }
 
-Rgb pass_chromatic(const VolumeField& field, Rgb share, Walk& walk, Rng& rng, Watch& watch) {
+Rgb chromatic_transmittance(const VolumeField& field, Rgb share, Walk& walk, Rng& rng,
+                            Watch& watch) {
   Tally& tally = watch;
   return visit_source(field, [&](const auto& source) {
     const CancellableSource<std::decay_t<decltype(source)>> cancellable{{source}, *watch.stop};

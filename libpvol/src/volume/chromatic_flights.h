@@ -9,7 +9,7 @@ namespace pvol::detail {
 /// See track/chromatic.h. They always count.
 [[nodiscard]] ChromaticFlight fly_chromatic(const VolumeField& field, Rgb share, Rgb throughput,
                                             Walk& walk, Rng& rng, Watch& watch);
-[[nodiscard]] Rgb pass_chromatic(const VolumeField& field, Rgb share, Walk& walk, Rng& rng,
-                                 Watch& watch);
+[[nodiscard]] Rgb chromatic_transmittance(const VolumeField& field, Rgb share, Walk& walk, Rng& rng,
+                                          Watch& watch);
 
 }  // namespace pvol::detail

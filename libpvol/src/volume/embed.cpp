@@ -69,7 +69,7 @@ float sample_transmittance(const Volume& volume, const Ray& ray, double t_max, R
       estimator == Transmittance::analog ? Tracker::decomposition : Tracker::delta;
   detail::Watch unused;
   return flights_of(volume.density)
-      .pass(estimator, tracker, volume.density, walk->local(), rng, unused);
+      .transmittance(estimator, tracker, volume.density, walk->local(), rng, unused);
 }
 
 double exact_transmittance(const Volume& volume, const Ray& ray, double t_max) {

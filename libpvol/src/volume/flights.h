@@ -30,7 +30,7 @@ enum class Watching { none, count, stop };
 struct Flights {
   Flight (*fly)(Tracker, const VolumeField&, Walk&, Rng&, Watch&);
   /// An estimate of the transmittance; flights of `analog` are those of the tracker.
-  float (*pass)(Transmittance, Tracker, const VolumeField&, Walk&, Rng&, Watch&);
+  float (*transmittance)(Transmittance, Tracker, const VolumeField&, Walk&, Rng&, Watch&);
 };
 
 /// What look-ups of fields are: `micro_edge` is that of the micro-bounds which they have and which

@@ -35,8 +35,8 @@ template <class Field, class Count>
 }
 
 template <class Field, class Count>
-[[nodiscard]] float pass(Transmittance estimator, Tracker tracker, const Field& field, Walk& walk,
-                         Rng& rng, Count& count) {
+[[nodiscard]] float estimate_transmittance(Transmittance estimator, Tracker tracker,
+                                           const Field& field, Walk& walk, Rng& rng, Count& count) {
   switch (estimator) {
     case Transmittance::ratio:
       return is_weighted(tracker)
@@ -79,7 +79,8 @@ template <LookUp kLookUp, int kMicroEdge, bool kCount>
           [](Transmittance estimator, Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng,
              Watch& watch) {
             return with_count<kCount>(watch, [&](auto& count) {
-              return pass(estimator, tracker, make_field<kLookUp, kMicroEdge>(f), walk, rng, count);
+              return estimate_transmittance(estimator, tracker, make_field<kLookUp, kMicroEdge>(f),
+                                            walk, rng, count);
             });
           }};
 }
@@ -118,7 +119,7 @@ template <auto kMake>
           [](Transmittance estimator, Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng,
              Watch& watch) {
             Tally& tally = watch;
-            return pass(estimator, tracker, kMake(f, watch), walk, rng, tally);
+            return estimate_transmittance(estimator, tracker, kMake(f, watch), walk, rng, tally);
           }};
 }
 

@@ -48,12 +48,12 @@ class AmongSurfaces {
 
   // As of the volumes alone, with surfaces in the way.
 
-  [[nodiscard]] Reach reach(Vec3f direction, Rng& rng) {
+  [[nodiscard]] FreeFlight free_flight(Vec3f direction, Rng& rng) {
     const SurfaceHit end = surfaces_.first_hit({position(), Vec3d(direction)}, kEndless);
-    return volumes_.reach(direction, rng, end.distance);
+    return volumes_.free_flight(direction, rng, end.distance);
   }
-  [[nodiscard]] float pass(Vec3f direction, double distance, Rng& rng) {
-    return volumes_.pass(direction, distance, rng);
+  [[nodiscard]] float transmittance(Vec3f direction, double distance, Rng& rng) {
+    return volumes_.transmittance(direction, distance, rng);
   }
   /// Whether a surface is in the way of light from this distance, which `pass` does not ask. A lamp
   /// on a wall is not hidden by it.

@@ -13,7 +13,7 @@ struct ChromaticHit {
 };
 
 /// How far such a flight got.
-struct ChromaticReach {
+struct ChromaticFreeFlight {
   double distance;  ///< world units; infinite where it left
   Rgb weight;
 };
@@ -51,16 +51,16 @@ class ChromaticVolume {
   }
 
   /// Of light of all channels alike.
-  [[nodiscard]] ChromaticReach reach(Vec3f direction, Rng& rng) {
+  [[nodiscard]] ChromaticFreeFlight free_flight(Vec3f direction, Rng& rng) {
     Walk walk = walk_to(direction, kEndless);
     const ChromaticFlight f =
         fly_chromatic(v_.volume.density, share_, Rgb(1.0f), walk, rng, work.shadow);
     return {f.collided ? f.t : kEndless, f.weight};
   }
 
-  [[nodiscard]] Rgb pass(Vec3f direction, double distance, Rng& rng) {
+  [[nodiscard]] Rgb transmittance(Vec3f direction, double distance, Rng& rng) {
     Walk walk = walk_to(direction, distance);
-    return pass_chromatic(v_.volume.density, share_, walk, rng, work.shadow);
+    return chromatic_transmittance(v_.volume.density, share_, walk, rng, work.shadow);
   }
 
   Work work;

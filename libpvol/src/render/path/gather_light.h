@@ -135,8 +135,10 @@ template <class Traversal>
   }
   const int rays = value < 1 ? 1 : value < float(kMostShadowRays) ? int(value) : kMostShadowRays;
   shadow_rays += std::uint64_t(rays);
-  decltype(traversal.pass(towards.direction, towards.distance, rng)) sum{0};  // or by channel
-  for (int i = 0; i < rays; ++i) sum += traversal.pass(towards.direction, towards.distance, rng);
+  decltype(traversal.transmittance(towards.direction, towards.distance, rng)) sum{
+      0};  // or by channel
+  for (int i = 0; i < rays; ++i)
+    sum += traversal.transmittance(towards.direction, towards.distance, rng);
   return light * (sum / (value < 1 ? value : float(rays)));
 }
 
@@ -147,7 +149,8 @@ inline constexpr int kAsked = 4;
 /// wherever the light comes.
 template <class ShadowImportance>
 [[nodiscard]] inline double estimated_contribution(const LightSource& source, std::size_t i,
-                                                   Vec3d place, const ShadowImportance& importance) {
+                                                   Vec3d place,
+                                                   const ShadowImportance& importance) {
   const Rgb irradiance = std::visit(
       [&](const auto& light) {
         return light.irradiance_on({place, place});
@@ -161,7 +164,8 @@ template <class ShadowImportance>
 /// from each of kAsked equal parts of the sum (THEORY.md, T5.19).
 template <class ShadowImportance, class Ask>
 [[gnu::noinline]] inline void ask_some(const PathSetup& s, Vec3d place,
-                                       const ShadowImportance& importance, Rng& rng, const Ask& ask) {
+                                       const ShadowImportance& importance, Rng& rng,
+                                       const Ask& ask) {
   double sum = 0;
   for (std::size_t i = 0; i < s.lights.size(); ++i)
     sum += estimated_contribution(s.lights[i], i, place, importance);
@@ -192,8 +196,8 @@ inline void add_light_here(const PathSetup& s, const Phase& phase, Vec3f from, R
     const LightSample l = Kind::sample(s.lights[i], place, rng);
     const float p = pdf_phase(phase, from, l.direction);
     const float weighted = (l.pdf > 0 ? balance(l.pdf, p) * p / l.pdf : p) * factor;
-    const Rgb arrived =
-        shadowed(s, throughput * l.radiance * weighted, l, importance(i), traversal, rng, shadow_rays);
+    const Rgb arrived = shadowed(s, throughput * l.radiance * weighted, l, importance(i), traversal,
+                                 rng, shadow_rays);
     sum += arrived;
     if (r.in_layers()) r.layers[i] += arrived;
   };
@@ -232,9 +236,9 @@ template <class Phase, class Traversal>
       std::min(absolute_luminance(throughput) * std::min(kSideways * kEven * p, 1.0f), 1.0f);
   if (!(value > 0) || (value < 1 && !(rng.uniform() < value))) return;
   ++shadow_rays;
-  const auto reach = traversal.reach(to.direction, rng);
-  const Rgb sum = emission_along(fire, {place, Vec3d(to.direction)}, reach.distance, rng) *
-                  (balance(to.pdf, p) * p / to.pdf * reach.weight / value);
+  const auto flight = traversal.free_flight(to.direction, rng);
+  const Rgb sum = emission_along(fire, {place, Vec3d(to.direction)}, flight.distance, rng) *
+                  (balance(to.pdf, p) * p / to.pdf * flight.weight / value);
   r.radiance += throughput * sum;
   if (r.in_layers()) r.emission() += throughput * sum;
 }

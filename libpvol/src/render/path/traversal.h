@@ -12,7 +12,7 @@ struct Hit {
 };
 
 /// How far a flight got.
-struct Reach {
+struct FreeFlight {
   double distance;  ///< world units; infinite where it left
   float weight;
 };
@@ -64,7 +64,7 @@ class OneVolume {
   }
 
   /// A free flight from the path's place, which stays there: how far it gets, and its weight.
-  [[nodiscard, gnu::noinline]] Reach reach(Vec3f direction, Rng& rng) {
+  [[nodiscard, gnu::noinline]] FreeFlight free_flight(Vec3f direction, Rng& rng) {
     Walk walk(v_.volume.density.octree, cursor_, v_.in_cells(direction));
     const Flight f = s_.flights.fly(s_.options.tracker, v_.volume.density, walk, rng, work.shadow);
     return {f.collided ? f.t : kEndless, f.weight};
@@ -85,10 +85,10 @@ class OneVolume {
   }
 
   /// Transmittance from the path's place over a distance, or to the outside.
-  [[nodiscard, gnu::noinline]] float pass(Vec3f direction, double distance, Rng& rng) {
+  [[nodiscard, gnu::noinline]] float transmittance(Vec3f direction, double distance, Rng& rng) {
     Walk walk(v_.volume.density.octree, cursor_, v_.in_cells(direction), distance);
-    return s_.flights.pass(s_.options.transmittance, s_.options.tracker, v_.volume.density, walk,
-                           rng, work.shadow);
+    return s_.flights.transmittance(s_.options.transmittance, s_.options.tracker, v_.volume.density,
+                                    walk, rng, work.shadow);
   }
 
   Work work;
@@ -174,7 +174,8 @@ class VolumesAt {
     return {&s_.volumes[hit->volume].choose_component(rng), 1};
   }
 
-  [[nodiscard, gnu::noinline]] Reach reach(Vec3f direction, Rng& rng, double limit = kEndless) {
+  [[nodiscard, gnu::noinline]] FreeFlight free_flight(Vec3f direction, Rng& rng,
+                                                      double limit = kEndless) {
     return {find_nearest(direction, limit, rng, work.shadow).distance, 1};
   }
 
@@ -193,11 +194,11 @@ class VolumesAt {
                         work.path.time);
   }
 
-  [[nodiscard, gnu::noinline]] float pass(Vec3f direction, double distance, Rng& rng) {
+  [[nodiscard, gnu::noinline]] float transmittance(Vec3f direction, double distance, Rng& rng) {
     float product = 1;
     visit_walks(direction, distance, [&](const Instance& at, double, double limit, Walk& walk) {
-      product *= s_.flights.pass(s_.options.transmittance, s_.options.tracker, field(at), walk, rng,
-                                 work.shadow);
+      product *= s_.flights.transmittance(s_.options.transmittance, s_.options.tracker, field(at),
+                                          walk, rng, work.shadow);
       return product == 0 ? 0 : limit;
     });
     return product;
