@@ -25,7 +25,7 @@ Flight fly(const Committed& c, RayWalk& walk, pvol_random& random) {
     return c.kernels.fly(field, walk, numbers);
   }
   Flight flight = with_own(random, [&](Rng& rng) {
-    Watch unused;
+    FlightMonitor unused;
     return c.flights.fly(Tracker::decomposition, field, walk.local(), rng, unused);
   });
   if (flight.collided) flight.t = walk.world(flight.t);
@@ -45,7 +45,7 @@ float estimate_transmittance(const Committed& c, pvol_estimator estimator, RayWa
   }
   const Tracker tracker = estimator == PVOL_ANALOG ? Tracker::decomposition : Tracker::delta;
   return with_own(random, [&](Rng& rng) {
-    Watch unused;
+    FlightMonitor unused;
     return c.flights.transmittance(estimator_of(estimator), tracker, field, walk.local(), rng,
                                    unused);
   });

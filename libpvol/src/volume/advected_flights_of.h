@@ -9,13 +9,13 @@ namespace pvol::detail {
 template <LookUp kLookUp, bool kCount>
 [[nodiscard]] Flights make_advected_flights() {
   using Field = AdvectedField<kLookUp>;
-  return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, Watch& watch) {
+  return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, FlightMonitor& monitor) {
             return with_count<kCount>(watch, [&](auto& count) {
               return fly(tracker, Field{f, watch.time, *watch.stop}, walk, rng, count);
             });
           },
           [](Transmittance estimator, Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng,
-             Watch& watch) {
+             FlightMonitor& monitor) {
             return with_count<kCount>(watch, [&](auto& count) {
               return estimate_transmittance(estimator, tracker, Field{f, watch.time, *watch.stop},
                                             walk, rng, count);

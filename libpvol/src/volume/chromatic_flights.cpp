@@ -17,7 +17,7 @@ struct CancellableSource : PlainField<Source> {
 }  // namespace
 
 ChromaticFlight fly_chromatic(const VolumeField& field, Rgb share, Rgb throughput, Walk& walk,
-                              Rng& rng, Watch& watch) {
+                              Rng& rng, FlightMonitor& monitor) {
   Tally& tally = watch;
   return visit_source(field, [&](const auto& source) {
     const CancellableSource<std::decay_t<decltype(source)>> cancellable{{source}, *watch.stop};
@@ -26,7 +26,7 @@ ChromaticFlight fly_chromatic(const VolumeField& field, Rgb share, Rgb throughpu
 }
 
 Rgb chromatic_transmittance(const VolumeField& field, Rgb share, Walk& walk, Rng& rng,
-                            Watch& watch) {
+                            FlightMonitor& monitor) {
   Tally& tally = watch;
   return visit_source(field, [&](const auto& source) {
     const CancellableSource<std::decay_t<decltype(source)>> cancellable{{source}, *watch.stop};

@@ -71,13 +71,13 @@ template <bool kCount, class F>
 
 template <LookUp kLookUp, int kMicroEdge, bool kCount>
 [[nodiscard]] Flights make_flights() {
-  return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, Watch& watch) {
+  return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, FlightMonitor& monitor) {
             return with_count<kCount>(watch, [&](auto& count) {
               return fly(tracker, make_field<kLookUp, kMicroEdge>(f), walk, rng, count);
             });
           },
           [](Transmittance estimator, Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng,
-             Watch& watch) {
+             FlightMonitor& monitor) {
             return with_count<kCount>(watch, [&](auto& count) {
               return estimate_transmittance(estimator, tracker, make_field<kLookUp, kMicroEdge>(f),
                                             walk, rng, count);
@@ -105,19 +105,20 @@ struct CancellableField : Field {
 };
 
 template <class Field>
-[[nodiscard]] CancellableField<Field> cancellable(const Field& field, const Watch& watch) {
+[[nodiscard]] CancellableField<Field> cancellable(const Field& field,
+                                                  const FlightMonitor& monitor) {
   return {field, *watch.stop};
 }
 
 /// Flights that count, through what kMake(field, watch) makes of a volume's field.
 template <auto kMake>
 [[nodiscard]] Flights make_counting_flights() {
-  return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, Watch& watch) {
+  return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, FlightMonitor& monitor) {
             Tally& tally = watch;
             return fly(tracker, kMake(f, watch), walk, rng, tally);
           },
           [](Transmittance estimator, Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng,
-             Watch& watch) {
+             FlightMonitor& monitor) {
             Tally& tally = watch;
             return estimate_transmittance(estimator, tracker, kMake(f, watch), walk, rng, tally);
           }};
@@ -125,7 +126,7 @@ template <auto kMake>
 
 template <LookUp kLookUp, int kMicroEdge, bool kShared>
 [[nodiscard]] Flights make_cancellable_flights() {
-  return make_counting_flights<[](const VolumeField& f, const Watch& watch) {
+  return make_counting_flights<[](const VolumeField& f, const FlightMonitor& monitor) {
     return cancellable(make_field<kLookUp, kMicroEdge, kShared>(f), watch);
   }>();
 }
@@ -140,12 +141,13 @@ template <class F>
 
 template <LookUp kLookUp>
 Flights find_mapped_flights_of(bool is_cancellable) {
-  return is_cancellable ? make_counting_flights<[](const VolumeField& f, const Watch& watch) {
-    return cancellable(PlainField{mapped_source<kLookUp>(f)}, watch);
-  }>()
-                        : make_counting_flights<[](const VolumeField& f, const Watch&) {
-                            return PlainField{mapped_source<kLookUp>(f)};
-                          }>();
+  return is_cancellable
+             ? make_counting_flights<[](const VolumeField& f, const FlightMonitor& monitor) {
+                 return cancellable(PlainField{mapped_source<kLookUp>(f)}, watch);
+               }>()
+             : make_counting_flights<[](const VolumeField& f, const FlightMonitor&) {
+                 return PlainField{mapped_source<kLookUp>(f)};
+               }>();
 }
 
 template <LookUp kLookUp>

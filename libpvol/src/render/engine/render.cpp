@@ -73,7 +73,7 @@ PathSetup with_counts(const RenderPlan& plan, const PathSetup& setup) {
   counted.count = true;
   if (!plan.kernel.cancellable) {
     counted.flights =
-        detail::find_flights(detail::field_kind(plan.kernel), detail::Watching::count);
+        detail::find_flights(detail::field_kind(plan.kernel), detail::Monitoring::count);
   }
   return counted;
 }
@@ -185,7 +185,7 @@ Film begin_by_pilot(const RenderPlan& plan, const Film& pilot) {
   return film;
 }
 
-RenderResult resume(const RenderPlan& plan, Film earlier, const RenderWatch& watch) {
+RenderResult resume(const RenderPlan& plan, Film earlier, const RenderCallbacks& callbacks) {
   const auto begin = std::chrono::steady_clock::now();
   const RenderOptions& o = plan.scene.options;
   check_sample_numbers(o);

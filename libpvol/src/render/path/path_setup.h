@@ -183,9 +183,9 @@ struct PathSetup {
         lights(make_light_sources(lighting->lights)),
         max_bounces(plan.scene.options.max_bounces.value_or(~0u)),
         options(plan.scene.options),
-        flights(find_flights(field_kind(plan.kernel), plan.kernel.cancellable ? Watching::stop
-                                                      : plan.kernel.count     ? Watching::count
-                                                                              : Watching::none)),
+        flights(find_flights(field_kind(plan.kernel), plan.kernel.cancellable ? Monitoring::cancel
+                                                      : plan.kernel.count     ? Monitoring::count
+                                                                              : Monitoring::none)),
         count(plan.kernel.count),
         first_collisions(plan.scene.options.deep || of_first_collisions(plan.scene.options.aovs)),
         emission(plan.emission),

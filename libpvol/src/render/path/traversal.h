@@ -20,7 +20,7 @@ inline constexpr double kEndless = std::numeric_limits<double>::infinity();
 
 /// Counts of a traversal; its tallies stay 0 where flights do not count.
 struct Work {
-  Watch path, shadow;
+  FlightMonitor path, shadow;
   std::uint64_t shell_tests = 0, shell_rejections = 0;
 
   explicit Work(const PathSetup& setup) : path{{}, setup.stop}, shadow{{}, setup.stop} {}
@@ -241,7 +241,8 @@ class VolumesAt {
 
   /// The shortest of the flights through all, and whose it is; the limit and none where that is
   /// shorter.
-  [[nodiscard]] Nearest find_nearest(Vec3f direction, double end, Rng& rng, Watch& watch) {
+  [[nodiscard]] Nearest find_nearest(Vec3f direction, double end, Rng& rng,
+                                     FlightMonitor& monitor) {
     Nearest nearest{end, nullptr};
     visit_walks(direction, end, [&](const Instance& at, double t0, double limit, Walk& walk) {
       const Flight f = s_.flights.fly(s_.options.tracker, field(at), walk, rng, watch);
