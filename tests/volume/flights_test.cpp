@@ -35,15 +35,15 @@ TEST(Flights, StopHoweverManyNullCollisionsLieAhead) {
       const Flights flights =
           find_flights({look_up, v.density.micro.edge, false}, Monitoring::cancel);
       Rng rng(1, 2, 3);
-      FlightMonitor watch{{}, &stop};
+      FlightMonitor monitor{{}, &stop};
       const auto walk = [&] { return *enter(v, {{-9, 30, 33}, {1, 0, 0}}, 1e3); };
       for (const Tracker tracker : {Tracker::delta, Tracker::delta_global, Tracker::decomposition,
                                     Tracker::weighted_delta, Tracker::weighted_decomposition}) {
-        EXPECT_TRUE(flights.fly(tracker, v.density, walk().local(), rng, watch).collided);
+        EXPECT_TRUE(flights.fly(tracker, v.density, walk().local(), rng, monitor).collided);
         for (const auto estimator :
              {Transmittance::analog, Transmittance::ratio, Transmittance::residual_ratio}) {
           EXPECT_EQ(
-              flights.transmittance(estimator, tracker, v.density, walk().local(), rng, watch), 0);
+              flights.transmittance(estimator, tracker, v.density, walk().local(), rng, monitor), 0);
         }
       }
     }

@@ -72,13 +72,13 @@ template <bool kCount, class F>
 template <LookUp kLookUp, int kMicroEdge, bool kCount>
 [[nodiscard]] Flights make_flights() {
   return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, FlightMonitor& monitor) {
-            return with_count<kCount>(watch, [&](auto& count) {
+            return with_count<kCount>(monitor, [&](auto& count) {
               return fly(tracker, make_field<kLookUp, kMicroEdge>(f), walk, rng, count);
             });
           },
           [](Transmittance estimator, Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng,
              FlightMonitor& monitor) {
-            return with_count<kCount>(watch, [&](auto& count) {
+            return with_count<kCount>(monitor, [&](auto& count) {
               return estimate_transmittance(estimator, tracker, make_field<kLookUp, kMicroEdge>(f),
                                             walk, rng, count);
             });
@@ -107,27 +107,27 @@ struct CancellableField : Field {
 template <class Field>
 [[nodiscard]] CancellableField<Field> cancellable(const Field& field,
                                                   const FlightMonitor& monitor) {
-  return {field, *watch.stop};
+  return {field, *monitor.stop};
 }
 
-/// Flights that count, through what kMake(field, watch) makes of a volume's field.
+/// Flights that count, through what kMake(field, monitor) makes of a volume's field.
 template <auto kMake>
 [[nodiscard]] Flights make_counting_flights() {
   return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, FlightMonitor& monitor) {
-            Tally& tally = watch;
-            return fly(tracker, kMake(f, watch), walk, rng, tally);
+            Tally& tally = monitor;
+            return fly(tracker, kMake(f, monitor), walk, rng, tally);
           },
           [](Transmittance estimator, Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng,
              FlightMonitor& monitor) {
-            Tally& tally = watch;
-            return estimate_transmittance(estimator, tracker, kMake(f, watch), walk, rng, tally);
+            Tally& tally = monitor;
+            return estimate_transmittance(estimator, tracker, kMake(f, monitor), walk, rng, tally);
           }};
 }
 
 template <LookUp kLookUp, int kMicroEdge, bool kShared>
 [[nodiscard]] Flights make_cancellable_flights() {
   return make_counting_flights<[](const VolumeField& f, const FlightMonitor& monitor) {
-    return cancellable(make_field<kLookUp, kMicroEdge, kShared>(f), watch);
+    return cancellable(make_field<kLookUp, kMicroEdge, kShared>(f), monitor);
   }>();
 }
 
@@ -143,7 +143,7 @@ template <LookUp kLookUp>
 Flights find_mapped_flights_of(bool is_cancellable) {
   return is_cancellable
              ? make_counting_flights<[](const VolumeField& f, const FlightMonitor& monitor) {
-                 return cancellable(PlainField{mapped_source<kLookUp>(f)}, watch);
+                 return cancellable(PlainField{mapped_source<kLookUp>(f)}, monitor);
                }>()
              : make_counting_flights<[](const VolumeField& f, const FlightMonitor&) {
                  return PlainField{mapped_source<kLookUp>(f)};

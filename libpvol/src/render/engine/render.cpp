@@ -193,7 +193,7 @@ RenderResult resume(const RenderPlan& plan, Film earlier, const RenderCallbacks&
   Film& film = result.film;
   film = make_film(o);
   Passes passes(o, film.pixels.size());
-  Reporter reporter(watch, passes.total());
+  Reporter reporter(callbacks, passes.total());
   const int threads = o.threads > 0 ? o.threads : tbb::this_task_arena::max_concurrency();
   // The control is the process's: it may only raise the limit, for more threads than there are
   // cores.
@@ -221,13 +221,13 @@ RenderResult resume(const RenderPlan& plan, Film earlier, const RenderCallbacks&
   std::optional<SampleTargets> targets;
   for (bool any = false; (targets = passes.next(film, seconds_since(begin))); any = true) {
     if (reporter.stop()) break;
-    if (any && watch.pass_done) watch.pass_done(film);
+    if (any && callbacks.pass_done) callbacks.pass_done(film);
     reporter.expect(passes.total());
     if (counts_pilot && !targets->each.empty()) renderer.emplace(plan, setup, paths);
     for (;;) {
       arena.execute([&] { renderer->render(*targets, threads, film, reporter); });
       if (reporter.stop() || reaches(film, *targets)) break;
-      if (reporter.take_pause() && watch.pass_done) watch.pass_done(film);
+      if (reporter.take_pause() && callbacks.pass_done) callbacks.pass_done(film);
     }
     if (!reaches(film, *targets)) break;
   }

@@ -61,7 +61,7 @@ void add_phase(const PhaseFunction& phase, double weight, Kernel& kernel) {
 /// What all components together make of incident light.
 Kernel scattering_kernel(const std::vector<Share>& components) {
   Kernel kernel{};
-  for (const auto& [m, share] : component) {
+  for (const auto& [m, share] : components) {
     add_phase(m->phase, double(share * luminance(m->albedo)), kernel);
   }
   return kernel;
@@ -70,7 +70,7 @@ Kernel scattering_kernel(const std::vector<Share>& components) {
 /// The lobe of directions from which the axis' light scatters, for all components together.
 HenyeyGreenstein mean_lobe(const std::vector<Share>& components) {
   float sum = 0;
-  for (const auto& [m, share] : component) sum += share * float(mean_cosine(m->phase));
+  for (const auto& [m, share] : components) sum += share * float(mean_cosine(m->phase));
   return HenyeyGreenstein(std::clamp(double(sum), 0.0, kLargestMeanCosine));
 }
 
@@ -266,11 +266,11 @@ std::optional<Importance> make_importance(const PathSetup& setup) {
   const IncidentLight light = trace_photons(setup, cells, photons);
   if (!(light.power > 0) || setup.stopped()) return std::nullopt;
   const std::vector<Share> components = mixture(setup, cells);
-  const auto power = scattered_power(light, scattering_kernel(component));
+  const auto power = scattered_power(light, scattering_kernel(components));
   std::vector<Nodes> radiance = blurred_radiance(cells, power);
   if (!is_one(setup)) draw_to_mean(light, cells, photons, radiance);
   PagedVector<Importance::Row> rows = make_rows(cells, radiance);
-  const HenyeyGreenstein lobe = mean_lobe(component);
+  const HenyeyGreenstein lobe = mean_lobe(components);
   std::vector<float> importances = shadow_importances(setup, cells, light);
   const Importance unscaled(cells, light.axis, lobe, rows, importances);
   const double seen = setup.instances->moves() ? mean_seen<MovingVolumes>(setup, unscaled)

@@ -60,7 +60,7 @@ struct AnyPaths {
   return s.lights.size() <= kMostAsked && std::ranges::all_of(s.lights, is_simple) &&
          s.emission == nullptr && !s.moving && !s.albedo_varies &&
          std::ranges::all_of(s.volumes, [](const VolumeSetup& v) {
-           return std::ranges::all_of(v.component, [](const MediumComponent& m) {
+           return std::ranges::all_of(v.components, [](const MediumComponent& m) {
              return std::holds_alternative<HenyeyGreenstein>(m.phase);
            });
          });

@@ -95,7 +95,7 @@ struct VolumeSetup {
         cells_y(widen(Vec3f(v.density.world_to_cells.vector({0, 1, 0})))),
         cells_z(widen(Vec3f(v.density.world_to_cells.vector({0, 0, 1})))),
         cells_to_world(inverse(v.density.world_to_cells)),
-        component(make_components(v.medium, constant, emits_at_collisions)),
+        components(make_components(v.medium, constant, emits_at_collisions)),
         cells_to_albedo(v.albedo ? v.albedo->world_to_cells * cells_to_world : Affine{}) {}
 
   [[nodiscard]] Float4 in_cells(Vec3f direction) const {
@@ -118,12 +118,12 @@ struct VolumeSetup {
 
   /// The component that a collision belongs to, in proportion to the shares.
   [[nodiscard]] const MediumComponent& choose_component(Rng& rng) const {
-    if (component.size() == 1) return component.front();
+    if (components.size() == 1) return components.front();
     const float u = rng.uniform();
-    for (const MediumComponent& m : component) {
+    for (const MediumComponent& m : components) {
       if (u < m.share_up_to) return m;
     }
-    return component.back();
+    return components.back();
   }
 };
 

@@ -245,7 +245,7 @@ class VolumesAt {
                                      FlightMonitor& monitor) {
     Nearest nearest{end, nullptr};
     visit_walks(direction, end, [&](const Instance& at, double t0, double limit, Walk& walk) {
-      const Flight f = s_.flights.fly(s_.options.tracker, field(at), walk, rng, watch);
+      const Flight f = s_.flights.fly(s_.options.tracker, field(at), walk, rng, monitor);
       if (!f.collided || !(t0 + f.t < limit)) return limit;
       nearest = {t0 + f.t, &at};
       return t0 + f.t;

@@ -16,12 +16,12 @@ HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
 
 /// Paths at their collisions.
-template <class MediumComponent>
+template <class ComponentKind>
 struct Paths {
   M alive;
   F x, y, z;
   V from;  ///< direction of the flight
-  std::array<F, MediumComponent::kWeights> w;
+  std::array<F, ComponentKind::kWeights> w;
   Random rng;
   U id;
   I component;
@@ -85,9 +85,9 @@ HWY_NOINLINE Towards sample_sky(const WavefrontScene& s, std::size_t number, Ran
 }
 
 /// A point light: nothing comes from one that is nearer than floats can tell, as in PointSource.
-template <class MediumComponent>
+template <class ComponentKind>
 HWY_INLINE Towards sample_point(const WavefrontScene& s, const SimdLight& l,
-                                const Paths<MediumComponent>& p) {
+                                const Paths<ComponentKind>& p) {
   const V way{splat(l.place.x) - p.x, splat(l.place.y) - p.y, splat(l.place.z) - p.z};
   const auto along = [&](int axis) { return dot(splat(s.to_world[std::size_t(axis)]), way); };
   const V in_world{along(0), along(1), along(2)};
@@ -105,9 +105,9 @@ HWY_INLINE Towards sample_point(const WavefrontScene& s, const SimdLight& l,
           at_hand(factor, 0)};
 }
 
-template <class MediumComponent>
+template <class ComponentKind>
 HWY_INLINE Towards sample_light(const WavefrontScene& s, std::size_t light,
-                                const Paths<MediumComponent>& p, Random& rng) {
+                                const Paths<ComponentKind>& p, Random& rng) {
   const SimdLight& l = s.lights[light];
   const F far = splat(0x1p100f);
   if (l.kind == SimdLight::Kind::delta) {
@@ -123,14 +123,14 @@ HWY_INLINE Towards sample_light(const WavefrontScene& s, std::size_t light,
 }
 
 /// Shadow rays to a light, as `shadowed` draws them; `worth` is that of a ray there.
-template <class MediumComponent>
+template <class ComponentKind>
 HWY_INLINE void add_shadow_rays(const WavefrontScene& s, WavefrontMemory& m, std::size_t light,
-                                F contribution, Paths<MediumComponent>& p) {
+                                F contribution, Paths<ComponentKind>& p) {
   const Towards to = sample_light(s, light, p, p.rng);
-  const F pdf = MediumComponent(s, p.component).pdf(p.from, to.direction);
+  const F pdf = ComponentKind(s, p.component).pdf(p.from, to.direction);
   const F share = select(hn::Gt(to.pdf, splat(0)), pdf / (to.pdf + pdf), pdf);
   const auto part = [&](float coefficient, std::size_t c, F radiance) {
-    return splat(coefficient) * hn::Abs(p.w[MediumComponent::kWeights == 1 ? 0 : c] * radiance);
+    return splat(coefficient) * hn::Abs(p.w[ComponentKind::kWeights == 1 ? 0 : c] * radiance);
   };
   const F luminance = part(0.2126f, 0, to.radiance.x) + part(0.7152f, 1, to.radiance.y) +
                       part(0.0722f, 2, to.radiance.z);
@@ -154,7 +154,7 @@ HWY_INLINE void add_shadow_rays(const WavefrontScene& s, WavefrontMemory& m, std
     p.put_random(on, own, q);
     pack(on, to.direction.x, q[kDX] + q.n), pack(on, to.direction.y, q[kDY] + q.n);
     pack(on, to.direction.z, q[kDZ] + q.n);
-    for (std::size_t c = 0; c < MediumComponent::kWeights; ++c) {
+    for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) {
       pack(on, p.w[c] * weight, q[kW0 + c] + q.n);
     }
     pack(on, depth, q[kDepth] + q.n);
@@ -171,20 +171,20 @@ HWY_INLINE void add_shadow_rays(const WavefrontScene& s, WavefrontMemory& m, std
 }
 
 /// What collisions emit, lane by lane.
-template <class MediumComponent>
+template <class ComponentKind>
 HWY_NOINLINE void add_emission(const WavefrontScene& s, WavefrontMemory& m,
-                               const Paths<MediumComponent>& p) {
-  alignas(64) float w[MediumComponent::kWeights][kLanes];
+                               const Paths<ComponentKind>& p) {
+  alignas(64) float w[ComponentKind::kWeights][kLanes];
   alignas(64) std::uint32_t id[kLanes], component[kLanes];
-  for (std::size_t c = 0; c < MediumComponent::kWeights; ++c) store(p.w[c], w[c]);
+  for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) store(p.w[c], w[c]);
   store(p.id, id), store(as_bits(p.component), component);
   for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
     const auto k = std::size_t(std::countr_zero(lanes));
-    if (MediumComponent::kWeights == 1 && !s.orders) {
+    if (ComponentKind::kWeights == 1 && !s.orders) {
       m.slots.add_collision(slot_of(id[k]), w[0][k]);
     } else {
-      constexpr std::size_t kSecond = MediumComponent::kWeights / 2,
-                            kThird = MediumComponent::kWeights - 1;
+      constexpr std::size_t kSecond = ComponentKind::kWeights / 2,
+                            kThird = ComponentKind::kWeights - 1;
       m.slots.add(slot_of(id[k]), number_of(id[k]), [&](PathResult& r) {
         add_emitted(s.setup, everywhere(s.volume.components[component[k]]),
                     Rgb(w[0][k], w[kSecond][k], w[kThird][k]), r);
@@ -194,8 +194,8 @@ HWY_NOINLINE void add_emission(const WavefrontScene& s, WavefrontMemory& m,
 }
 
 /// The roulette of plain paths, by throughput, below a threshold.
-template <class MediumComponent>
-HWY_INLINE void end_faint(Paths<MediumComponent>& p, float threshold) {
+template <class ComponentKind>
+HWY_INLINE void end_faint(Paths<ComponentKind>& p, float threshold) {
   const F most = p.largest();
   const M faint = hn::Lt(most, splat(threshold));
   const M stays = hn::Lt(p.rng.fine_uniform() * splat(threshold), most);
@@ -204,8 +204,8 @@ HWY_INLINE void end_faint(Paths<MediumComponent>& p, float threshold) {
 }
 
 /// That of guided paths, by worth, before the albedo.
-template <class MediumComponent>
-HWY_INLINE void end_by_contribution(Paths<MediumComponent>& p, F contribution) {
+template <class ComponentKind>
+HWY_INLINE void end_by_contribution(Paths<ComponentKind>& p, F contribution) {
   const M low = hn::Lt(contribution, splat(kEndBelow));
   const M stays = hn::Lt(p.rng.fine_uniform(), contribution);
   p.scale(low, splat(1) / contribution);
@@ -214,8 +214,8 @@ HWY_INLINE void end_by_contribution(Paths<MediumComponent>& p, F contribution) {
 
 /// Passes paths on to be scattered, as often as they are split. `turned` are those whose directions
 /// are chosen by importance.
-template <class MediumComponent>
-HWY_INLINE void put_paths(WavefrontMemory& m, Paths<MediumComponent>& p, I copies, M turned) {
+template <class ComponentKind>
+HWY_INLINE void put_paths(WavefrontMemory& m, Paths<ComponentKind>& p, I copies, M turned) {
   m.straight.reserve(kLanes * std::size_t(kMostCopies));
   m.turned.reserve(kLanes * std::size_t(kMostCopies));
   const auto put = [&](M on, const Random& rng, Records& q) {
@@ -223,11 +223,11 @@ HWY_INLINE void put_paths(WavefrontMemory& m, Paths<MediumComponent>& p, I copie
     p.put_random(on, rng, q);
     pack(on, p.from.x, q[kDX] + q.n), pack(on, p.from.y, q[kDY] + q.n);
     pack(on, p.from.z, q[kDZ] + q.n);
-    for (std::size_t c = 0; c < MediumComponent::kWeights; ++c) pack(on, p.w[c], q[kW0 + c] + q.n);
+    for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) pack(on, p.w[c], q[kW0 + c] + q.n);
     pack(on, p.id, q.bits(kId) + q.n);
     pack(on, as_bits(p.row), q.bits(kAux) + q.n);
-    if constexpr (MediumComponent::kWeights > 1)
-      pack(on, as_bits(p.component), q.bits(kMatter) + q.n);
+    if constexpr (ComponentKind::kWeights > 1)
+      pack(on, as_bits(p.component), q.bits(kComponent) + q.n);
     q.n += count(on);
   };
   const Random::Seed seed = p.rng.seed();
@@ -241,7 +241,7 @@ HWY_INLINE void put_paths(WavefrontMemory& m, Paths<MediumComponent>& p, I copie
   }
 }
 
-template <bool kGuided, class MediumComponent>
+template <bool kGuided, class ComponentKind>
 HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
   Records& q = m.collisions;
   m.counts.collisions += q.n;
@@ -251,8 +251,8 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
     }
   }
   for (std::size_t at = 0; at < q.n; at += kLanes) {
-    Paths<MediumComponent> p(q, at);
-    p.component = MediumComponent::choose(s, p.rng);
+    Paths<ComponentKind> p(q, at);
+    p.component = ComponentKind::choose(s, p.rng);
     if (s.emits) add_emission(s, m, p);
     F contribution = splat(1);
     if constexpr (kGuided) {
@@ -270,7 +270,7 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
           mask(hn::Lt(as_int(hn::ShiftRight<16>(p.id)), splat_int(kMostWavefrontBounces)));
       p.id = p.id + as_bits(where(few, splat_int(int(kMostSlots))));
     }
-    const MediumComponent component(s, p.component);
+    const ComponentKind component(s, p.component);
     for (std::size_t c = 0; c < p.w.size(); ++c) p.w[c] = p.w[c] * component.albedo_of(c);
     if constexpr (!kGuided) end_faint(p, kPathRoulette);
     p.alive = hn::And(p.alive, hn::Gt(p.largest(), splat(0)));

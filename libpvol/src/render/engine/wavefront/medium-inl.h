@@ -31,9 +31,9 @@ struct OneLobe {
   Lobe lobe;
 
   HWY_INLINE OneLobe(const WavefrontScene& s, I)
-      : albedo(splat(s.component.albedo[0][0])),
-        lobe{splat(s.component.lobes[0].g[0]), splat(s.component.lobes[0].one_minus_g[0]),
-             splat(s.component.lobes[0].one_minus_g2[0]), splat(s.component.lobes[0].axis[0])} {}
+      : albedo(splat(s.components.albedo[0][0])),
+        lobe{splat(s.components.lobes[0].g[0]), splat(s.components.lobes[0].one_minus_g[0]),
+             splat(s.components.lobes[0].one_minus_g2[0]), splat(s.components.lobes[0].axis[0])} {}
 
   static HWY_INLINE I choose(const WavefrontScene&, Random&) { return splat_int(0); }
   HWY_INLINE F albedo_of(std::size_t) const { return albedo; }
@@ -57,10 +57,10 @@ struct AnyComponent {
   I number;  ///< of each lane's component
 
   HWY_INLINE AnyComponent(const WavefrontScene& s, I component)
-      : t(s.component), number(component) {}
+      : t(s.components), number(component) {}
 
   static HWY_INLINE I choose(const WavefrontScene& s, Random& rng) {
-    const std::vector<float>& up_to = s.component.share_up_to;
+    const std::vector<float>& up_to = s.components.share_up_to;
     I chosen = splat_int(0);
     if (up_to.size() == 1) return chosen;
     const F u = rng.uniform();

@@ -17,9 +17,9 @@ namespace pvol::detail::HWY_NAMESPACE {
   return {q[kDX][at], q[kDY][at], q[kDZ][at]};
 }
 
-template <class MediumComponent>
+template <class ComponentKind>
 [[nodiscard]] Rgb weight_at(const Records& q, std::size_t at) {
-  constexpr bool kGrey = MediumComponent::kWeights == 1;
+  constexpr bool kGrey = ComponentKind::kWeights == 1;
   return {q[kW0][at], q[kGrey ? kW0 : kW1][at], q[kGrey ? kW0 : kW2][at]};
 }
 
@@ -36,7 +36,7 @@ HWY_NOINLINE void end_camera_rays(const WavefrontScene& s, WavefrontMemory& m) {
 }
 
 /// Paths that left bring the light of where they went.
-template <class MediumComponent>
+template <class ComponentKind>
 HWY_NOINLINE void end_paths(const WavefrontScene& s, WavefrontMemory& m) {
   if (s.dark_sky) return;
   const Records& q = m.flying;
@@ -45,13 +45,13 @@ HWY_NOINLINE void end_paths(const WavefrontScene& s, WavefrontMemory& m) {
     const std::uint32_t id = q.bits(kId)[at];
     m.slots.add(slot_of(id), number_of(id), [&](PathResult& r) {
       const auto pdf = [&] { return q[kPdf][at]; };
-      add_scattered(s.setup, pdf, direction_at(q, at), weight_at<MediumComponent>(q, at), r);
+      add_scattered(s.setup, pdf, direction_at(q, at), weight_at<ComponentKind>(q, at), r);
     });
   }
 }
 
 /// Shadow rays that left have reached their light.
-template <class MediumComponent>
+template <class ComponentKind>
 HWY_NOINLINE void end_shadow_rays(const WavefrontScene& s, WavefrontMemory& m) {
   const Records& q = m.flying;
   for (std::size_t k = 0; k < m.events.gone; ++k) {
@@ -61,7 +61,7 @@ HWY_NOINLINE void end_shadow_rays(const WavefrontScene& s, WavefrontMemory& m) {
       const bool sky = light == s.setup.lights.size();
       const Rgb radiance = sky ? s.setup.sky.radiance(direction_at(q, at)) - s.setup.constant
                                : s.lights[light].radiance;
-      const Rgb arrived = weight_at<MediumComponent>(q, at) * radiance;
+      const Rgb arrived = weight_at<ComponentKind>(q, at) * radiance;
       r.radiance += arrived;
       if (r.in_layers()) (sky ? r.sky() : r.layers[light]) += arrived;
     });
@@ -175,14 +175,14 @@ HWY_INLINE void fly_camera_rays(const WavefrontScene& s, WavefrontMemory& m) {
   add_first_collisions(s, m, before);
 }
 
-template <class MediumComponent>
+template <class ComponentKind>
 HWY_INLINE void fly_paths(const WavefrontScene& s, WavefrontMemory& m) {
   take_and_fly(s, m, m.paths, m.counts.path);
-  end_paths<MediumComponent>(s, m);
+  end_paths<ComponentKind>(s, m);
   decide(s, m, m.paths, &m.collisions, m.counts.path);
 }
 
-template <class MediumComponent>
+template <class ComponentKind>
 HWY_INLINE void fly_shadow_rays(const WavefrontScene& s, WavefrontMemory& m) {
   m.shadows.take_last(kSlice, s.fields, m.flying);
   SampleCounts counts{s, m, m.counts.shadow};
@@ -191,7 +191,7 @@ HWY_INLINE void fly_shadow_rays(const WavefrontScene& s, WavefrontMemory& m) {
   } else {
     fly<false>(s.field, m, counts);
   }
-  end_shadow_rays<MediumComponent>(s, m);
+  end_shadow_rays<ComponentKind>(s, m);
   decide(s, m, m.shadows, nullptr, m.counts.shadow);
 }
 
@@ -217,7 +217,7 @@ void finish(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile, 
 }
 
 /// Traces and adds a tile's samples; see WavefrontKernel.
-template <bool kGuided, class MediumComponent>
+template <bool kGuided, class ComponentKind>
 bool trace(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile, const SampleTargets& targets,
            Film& film, Counts& counts) {
   Samples samples(tile, targets, film);
@@ -229,9 +229,9 @@ bool trace(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile, c
   for (;;) {
     if (s.setup.stop->load(std::memory_order_relaxed)) return false;
     if (m.paths.n >= kSlice) {
-      fly_paths<MediumComponent>(s, m);
+      fly_paths<ComponentKind>(s, m);
     } else if (m.shadows.n >= kSlice) {
-      fly_shadow_rays<MediumComponent>(s, m);
+      fly_shadow_rays<ComponentKind>(s, m);
     } else if (samples.any() || m.camera.n > 0) {
       m.camera.reserve(kSlice);
       while (m.camera.n < kSlice && samples.any()) {
@@ -239,15 +239,15 @@ bool trace(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile, c
       }
       fly_camera_rays(s, m);
     } else if (m.paths.n > 0) {
-      fly_paths<MediumComponent>(s, m);
+      fly_paths<ComponentKind>(s, m);
     } else if (m.shadows.n > 0) {
-      fly_shadow_rays<MediumComponent>(s, m);
+      fly_shadow_rays<ComponentKind>(s, m);
     } else {
       break;
     }
-    collide<kGuided, MediumComponent>(s, m);
-    scatter<MediumComponent>(s, m.straight, m.paths);
-    if constexpr (kGuided) scatter_guided<MediumComponent>(s, m.turned, m.paths);
+    collide<kGuided, ComponentKind>(s, m);
+    scatter<ComponentKind>(s, m.straight, m.paths);
+    if constexpr (kGuided) scatter_guided<ComponentKind>(s, m.turned, m.paths);
   }
   finish(s, m, tile, targets, film);
   m.counts.shell_tests = work.shell_tests;

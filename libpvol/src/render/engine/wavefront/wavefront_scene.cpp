@@ -67,7 +67,7 @@ WavefrontScene::WavefrontScene(const PathSetup& s)
       to_world{Vec3f(volume.cells_to_world.m[0]), Vec3f(volume.cells_to_world.m[1]),
                Vec3f(volume.cells_to_world.m[2])},
       field(volume.volume.density, *s.dense),
-      component(make_component_table(volume.components)),
+      components(make_component_table(volume.components)),
       one_lobe(has_one_lobe(volume.components)) {
   // What is absorbed is in layers.
   emits = s.options.aovs.has(Aov::lights) && largest(s.constant) > 0;

@@ -53,7 +53,7 @@ struct WavefrontScene {
   std::array<Vec3f, 3> to_world;  ///< rows of the map of steps in cells to the world
   SimdField field;                ///< with the setup's bounds
 
-  ComponentTable component;
+  ComponentTable components;
   bool one_lobe;  ///< one component of one lobe and grey albedo: all that most clouds need
   bool emits;     ///< whether collisions add light of their own
 
