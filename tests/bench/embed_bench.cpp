@@ -1,5 +1,5 @@
 // pvol inside another renderer: one path tracer, and the medium that it asks is a NanoVDB grid
-// behind a grid of majorants, or a volume of pvol by one of its doors: path by path in C++ and in
+// behind a grid of majorants, or a volume of pvol by one of its APIs: path by path in C++ and in
 // C, or as a wavefront whose rays are batches.
 //
 //   embed_bench CLOUD [OPTIONS]     (see kUsage)

@@ -1,4 +1,4 @@
-// Pictures of matter whose albedo is a field: constants, closed forms, furnaces, places.
+// Pictures of media whose albedo is a field: constants, closed forms, furnaces, places.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -25,6 +25,8 @@ Script script;
 /// Flies by the script. The place after collision i is cell (i, 0, 0).
 class ScriptedTraversal {
  public:
+  static constexpr bool kByChannel = false, kHasSurfaces = false;
+
   explicit ScriptedTraversal(const detail::PathSetup&) {}
   [[nodiscard]] bool start(const Ray&) { return true; }
   [[nodiscard]] detail::Hit fly(Vec3f direction, Rng&) {
@@ -190,7 +192,7 @@ TEST_F(ScriptedPaths, NothingIsLostWhereNoMoreBranchesCanWait) {
   }
 }
 
-/// Branches scatter at the collision where they waited: by its matter, and out of the flight that
+/// Branches scatter at the collision where they waited: by its medium, and out of the flight that
 /// ended there.
 TEST_F(ScriptedPaths, BranchesGoOnFromTheirOwnCollision) {
   const double g = kLargestMeanCosine;  // straight on or back

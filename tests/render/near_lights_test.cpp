@@ -314,7 +314,7 @@ TEST(NearLights, AllTracersAgree) {
     if (surface) t.surfaces = {BallSurface{{0, 0, 1e7}, 1, {}}};
     return average(render(volume, t).film);
   };
-  for (const bool many : {false, true}) {  // of many some are asked, by worth, too
+  for (const bool many : {false, true}) {  // of many some are drawn, by importance, too
     for (int i = 0; many && i < 64; ++i) {
       s.lights.emplace_back(PointLight{{i * 0.5 - 8, 16 - i * 0.4, 18}, Rgb(7.5f)});
     }

@@ -147,7 +147,7 @@ TEST(Plan, RefusesEndlessWorkUnlessForced) {
   EXPECT_EQ(refusal(limited, false), "");
 }
 
-/// What plan doubts about a scene, in one string.
+/// The warnings of a plan, in one string.
 std::string warnings(std::span<const Volume> volumes, const CloudScene& s) {
   std::string all;
   for (const std::string& d : plan(volumes, s.scene()).warnings) all += d + '\n';

@@ -257,7 +257,7 @@ TEST(RigidMotion, ThreadsChangeNoBit) {
   }
 }
 
-/// Deep samples lie where matter is while the shutter is open.
+/// Deep samples lie where the density is while the shutter is open.
 TEST(RigidMotion, DeepPicturesReachAsFarAsItMoves) {
   CloudScene s = scene_of({0, 1});
   s.options.deep = true;

@@ -244,7 +244,7 @@ TEST(WavefrontKernels, WeightsOutliveAnyImportance) {
   const std::vector<KernelKind> kernels = simd_kernels();
   if (kernels.empty()) GTEST_SKIP() << "the machine has no lane kernel";
   proof::Family family;
-  for (const Rgb albedo : {Rgb(0.99f), Rgb(0.99f, 0.9f, 0.95f)}) {  // one lobe, any matter
+  for (const Rgb albedo : {Rgb(0.99f), Rgb(0.99f, 0.9f, 0.95f)}) {  // one lobe, any medium
     CloudScene s = sunny();
     s.medium.g = 0;
     s.medium.albedo = albedo;

@@ -84,7 +84,7 @@ struct OneRay {
   return (1 - g * g) / (4 * std::numbers::pi * std::pow(1 + g * g - 2 * g * cosine, 1.5));
 }
 
-/// Light from one direction as it arrives at a place in the absence of any matter: of a delta sun,
+/// Light from one direction as it arrives at a place in the absence of any medium: of a delta sun,
 /// a point or a spot, or one of many pieces of a ball or an area.
 struct Arriving {
   Vec3d towards;  ///< the light

@@ -32,8 +32,8 @@ TEST(Flights, StopHoweverManyNullCollisionsLieAhead) {
     for (const auto micro :
          {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1}) {
       const Volume v = make_stray_volume(look_up, micro);
-      const Flights flights =
-          find_flights({look_up, v.density.micro.edge, false}, Monitoring::cancel);
+      const Flights flights = find_flights({.look_up = look_up, .micro_edge = v.density.micro.edge},
+                                           Monitoring::cancel);
       Rng rng(1, 2, 3);
       FlightMonitor monitor{{}, &stop};
       const auto walk = [&] { return *enter(v, {{-9, 30, 33}, {1, 0, 0}}, 1e3); };
@@ -43,7 +43,8 @@ TEST(Flights, StopHoweverManyNullCollisionsLieAhead) {
         for (const auto estimator :
              {Transmittance::analog, Transmittance::ratio, Transmittance::residual_ratio}) {
           EXPECT_EQ(
-              flights.transmittance(estimator, tracker, v.density, walk().local(), rng, monitor), 0);
+              flights.transmittance(estimator, tracker, v.density, walk().local(), rng, monitor),
+              0);
         }
       }
     }

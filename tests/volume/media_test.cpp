@@ -21,7 +21,7 @@ OneRay towards_middle(std::vector<Body> bodies, Vec3d from) {
   return {std::move(bodies), from, {6, 6, 6}};
 }
 
-/// Three kinds of matter that differ in everything.
+/// Three kinds of medium that differ in everything.
 Body mixture(double extinction) {
   Body m = component(extinction, Rgb(0.9f, 0.1f, 0.3f), -0.5);
   m.others = {{0.3, Rgb(0.2f, 0.8f, 0.1f), HenyeyGreenstein(0.6), kBlack},
@@ -315,7 +315,7 @@ TEST(Media, BodiesThrowShadowsOnEachOther) {
   EXPECT_TRUE(family.passes());
 }
 
-/// Two clouds of different matter that overlap in part, with all orders of scattering.
+/// Two clouds of different media that overlap in part, with all orders of scattering.
 TEST(Media, TheOrderOfVolumesDoesNotCount) {
   CloudScene s = cloud_scene();
   s.environment = ImageSky{2, 1, {Rgb(1.0f, 0.2f, 0.3f), Rgb(0.1f, 0.8f, 2.0f)}, Rgb(1.0f), 40};

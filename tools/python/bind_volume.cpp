@@ -241,7 +241,7 @@ VolumeClass bind_volume(py::module_& m) {
       .def_property_readonly(
           "extinction", [](const CloudVolume& v) { return v.volume.medium.extinction; },
           "Per world unit and unit of density.")
-      .def_property_readonly("albedo", &albedo_of, "By channel, of the first kind of matter.")
+      .def_property_readonly("albedo", &albedo_of, "By channel, of the first kind of medium.")
       .def_property_readonly(
           "interpolation", [](const CloudVolume& v) { return name(v.volume.density.look_up); },
           "How the density at a point is found.")

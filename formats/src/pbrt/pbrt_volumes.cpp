@@ -229,7 +229,7 @@ struct Filled {
   bool is_ball = false;
 };
 
-/// What homogeneous matter fills: whole spheres and boxes. Others are named, and boxes where the
+/// What a homogeneous medium fills: whole spheres and boxes. Others are named, and boxes where the
 /// first is a ball or the other way round.
 std::vector<Filled> filled_by(const Making& m) {
   std::vector<Filled> all;

@@ -93,7 +93,7 @@ std::vector<SectionManual> describe_sections() {
               joined(joined(entries(file.volumes.front().medium), without(component, "share")),
                      entries(placement))));
   all.push_back(
-      section("[[medium.component]]", "Another kind of matter in the same cloud.", component));
+      section("[[medium.component]]", "Another kind of medium in the same cloud.", component));
   FieldMap map;
   all.push_back(section("[medium.density]",
                         "What the density is of the grid's values, after interpolation; it must be "

@@ -15,15 +15,15 @@ namespace pvol::detail {
 /// For flights that nobody stops.
 inline const std::atomic<bool> kNeverStop = false;
 
-/// What flights count, and what ends watched ones: once it is true, they end as they please, and
-/// what they bring is to be dropped.
+/// What flights count, and what ends cancellable ones: once it is true, they end as they please,
+/// and what they bring is to be dropped.
 struct FlightMonitor : Tally {
   const std::atomic<bool>* stop = &kNeverStop;
   float time = 0;  ///< in frames, of what moves
 };
 
-/// Whether flights count what they do, or are watched and count: only these end when they are told
-/// to, at the cost of asking at each look-up.
+/// Whether flights count what they do, or are cancellable and count: only these end when they are
+/// told to, at the cost of asking at each look-up.
 enum class Monitoring { none, count, cancel };
 
 /// The loops for one kind of field, along a walk through its octree.
@@ -39,7 +39,7 @@ struct Flights {
 struct FieldKind {
   LookUp look_up;
   int micro_edge;
-  bool mapped;
+  bool mapped = false;
   bool moving = false;  ///< some volumes move, with or without others that stand still
   bool shared = false;  ///< some share samples, which does not go with maps and motion
 };
@@ -64,11 +64,11 @@ template <LookUp kLookUp>
 template <LookUp kLookUp>
 [[nodiscard]] Flights find_mapped_flights_of(bool cancellable);
 
-/// Of fields of which some share samples: nearest and trilinear ones. Always watched.
+/// Of fields of which some share samples: nearest and trilinear ones. Always cancellable.
 template <LookUp kLookUp>
 [[nodiscard]] Flights find_shared_flights_of(int micro_edge);
 
-/// Flights through fields in motion are always watched (advected_flights_of.h).
+/// Flights through advected fields are always cancellable (advected_flights_of.h).
 template <LookUp kLookUp>
 [[nodiscard]] Flights find_advected_flights_of(bool count);
 

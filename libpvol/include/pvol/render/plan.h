@@ -70,7 +70,7 @@ struct Kernel {
   Paths paths = Paths::one_volume;
   bool count = false;
   KernelKind kind = KernelKind::scalar;  ///< not automatic
-  bool mapped = false;                     ///< some volume's density is mapped
+  bool mapped = false;                   ///< some volume's density is mapped
   bool cancellable = false;  ///< flights may take long, so that they ask whether to stop
   bool endless = false;      ///< flights may be, nearly
   bool moving = false;       ///< velocities move some density: samples have times
@@ -123,7 +123,7 @@ struct PlanOptions {
   /// Plan what would hardly end, too.
   bool force = false;
   /// Follow a few paths of the camera. Without them there is no forecast, and neither long paths
-  /// are refused nor a camera doubted.
+  /// are refused nor is there a warning about the camera.
   bool forecast = true;
   /// Camera paths that choices reckon with; 0: those of the scene. For measurements on small
   /// pictures that stand for large ones.

@@ -128,7 +128,7 @@ template <std::same_as<Component> C>
       key<&C::emission>({.key = "emission",
                          .metavar = "RGB",
                          .limits = number(kRadianceRange).or_three(),
-                         .help = "Radiance that absorbing matter emits"}),
+                         .help = "Radiance that an absorbing medium emits"}),
   });
 }
 

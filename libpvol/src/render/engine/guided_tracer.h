@@ -30,7 +30,7 @@ class GuidedTracer {
     }
     const Hit first = traversal.start(ray) ? traversal.fly(direction_, rng) : Hit{};
     const auto unscattered = [] { return 0.0f; };
-    if (glows()) add_on_the_way(ray.o, first, unscattered, Rgb(1.0f), rng);
+    if (flights_bring_light()) add_on_the_way(ray.o, first, unscattered, Rgb(1.0f), rng);
     if (first.component == nullptr) {
       if (s_.options.background) {
         add_constant(s_, r_);
@@ -49,9 +49,9 @@ class GuidedTracer {
       const Vec3f from = direction_;
       turn_path(rng);
       const auto pdf = [&] { return pdf_phase(Kind::phase(*component_), from, direction_); };
-      const Vec3d start = glows() ? traversal.position() : Vec3d{};
+      const Vec3d start = flights_bring_light() ? traversal.position() : Vec3d{};
       const Hit hit = traversal.fly(direction_, rng);
-      if (glows()) add_on_the_way(start, hit, pdf, throughput_, rng);
+      if (flights_bring_light()) add_on_the_way(start, hit, pdf, throughput_, rng);
       if (hit.component != nullptr) {
         alive = collide(*hit.component, rng) || resume();
       } else {
@@ -63,6 +63,7 @@ class GuidedTracer {
     return r_;
   }
 
+  static constexpr bool kHasSurfaces = false;
   Traversal traversal;
   std::uint64_t collisions = 0, shadow_rays = 0;
 
@@ -80,9 +81,13 @@ class GuidedTracer {
   Branches<Place> waiting_;
 
   /// Whether flights bring light besides that of their ends.
-  [[nodiscard]] bool glows() const { return !Kind::kSimple && (s_.emission || s_.meets_lights); }
+  [[nodiscard]] bool flights_bring_light() const {
+    return !Kind::kSimple && (s_.emission || s_.meets_lights);
+  }
   /// Whether what emits along flights is a light.
-  [[nodiscard]] bool burns() const { return !Kind::kSimple && s_.emission && s_.emission->lit; }
+  [[nodiscard]] bool samples_fires() const {
+    return !Kind::kSimple && s_.emission && s_.emission->lit;
+  }
 
   /// Adds what a collision gives of its own and by next-event estimation; whether the path goes on
   /// from there, by itself or split.
@@ -100,21 +105,22 @@ class GuidedTracer {
     if (!(largest(throughput_) > 0)) return false;
     const float* importances = importance_.shadow_importance(*row_);
     const auto importance_of = [&](std::size_t light) { return importances[light]; };
-    add_light_here<Kind>(s_, Kind::phase(component), direction_, throughput_, importance_of,
-                         traversal, rng, shadow_rays, r_);
-    if (burns()) {
-      add_fire_here(s_, component.phase, direction_, throughput_, traversal, rng, shadow_rays, r_);
-    }
+    const PathVertex<Traversal> vertex{s_,  traversal,   direction_, throughput_,
+                                       rng, shadow_rays, r_};
+    add_light_here<Kind>(vertex, Kind::phase(component), importance_of);
+    if (samples_fires()) add_fire_here(vertex, component.phase);
     r_.scattered(scatterings_);
-    if (contribution > kSplitAbove && !waiting_.full()) split(int(std::min(contribution, kMostCopies)));
+    if (contribution > kSplitAbove && !waiting_.full())
+      split(int(std::min(contribution, kMostCopies)));
     return true;
   }
 
   /// What a flight brings on its way.
   template <class Pdf>
   void add_on_the_way(Vec3d from, const Hit& hit, const Pdf& pdf, Rgb throughput, Rng& rng) {
-    detail::add_on_the_way(s_, from, direction_, hit.component != nullptr, traversal, pdf,
-                           throughput, rng, r_);
+    const bool collided = hit.component != nullptr;
+    const double length = collided ? pvol::length(traversal.position() - from) : kEndless;
+    detail::add_on_the_way(s_, {from, direction_, length}, pdf, throughput, rng, r_);
   }
 
   /// Makes the path one of several equal ones that share its throughput.

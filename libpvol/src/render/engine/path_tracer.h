@@ -29,12 +29,13 @@ class PathTracer {
       walk(ray.o, rng);
     } else {
       if (s_.options.background) add_seen(s_, direction_, Rgb(1.0f), r_);
-      if (glows()) add_on_the_way(ray.o, false, 0, Rgb(1.0f), rng);
+      if (flights_bring_light()) add_on_the_way(ray.o, false, 0, Rgb(1.0f), rng);
       r_.scattered(0);
     }
     return r_;
   }
 
+  static constexpr bool kHasSurfaces = false;
   Traversal traversal;
   std::uint64_t collisions = 0, shadow_rays = 0;
 
@@ -46,18 +47,23 @@ class PathTracer {
   const MediumComponent* component_ = nullptr;  // of the last scattering
 
   /// Whether flights bring light besides that of their ends.
-  [[nodiscard]] bool glows() const { return !Kind::kSimple && (s_.emission || s_.meets_lights); }
+  [[nodiscard]] bool flights_bring_light() const {
+    return !Kind::kSimple && (s_.emission || s_.meets_lights);
+  }
   /// Whether what emits along flights is a light.
-  [[nodiscard]] bool burns() const { return !Kind::kSimple && s_.emission && s_.emission->lit; }
+  [[nodiscard]] bool samples_fires() const {
+    return !Kind::kSimple && s_.emission && s_.emission->lit;
+  }
 
   /// From the camera's place.
   void walk(Vec3d from, Rng& rng) {
     Rgb throughput(1.0f);
     for (std::uint32_t bounces = 0;; ++bounces) {
-      if (glows() && bounces > 0) from = traversal.position();
+      if (flights_bring_light() && bounces > 0) from = traversal.position();
       const auto hit = fly(throughput, rng);
       throughput *= hit.weight;
-      if (glows()) add_on_the_way(from, hit.component != nullptr, bounces, throughput, rng);
+      if (flights_bring_light())
+        add_on_the_way(from, hit.component != nullptr, bounces, throughput, rng);
       if (hit.component == nullptr) {
         if (bounces > 0) {
           const auto pdf = [&] { return pdf_phase(Kind::phase(*component_), from_, direction_); };
@@ -86,11 +92,10 @@ class PathTracer {
       component_ = &component;
       const auto& phase = Kind::phase(component);
       const auto importance = [](std::size_t) { return 1.0f; };
-      add_light_here<Kind>(s_, phase, direction_, throughput, importance, traversal, rng, shadow_rays,
-                           r_);
-      if (burns()) {
-        add_fire_here(s_, component.phase, direction_, throughput, traversal, rng, shadow_rays, r_);
-      }
+      const PathVertex<Traversal> vertex{s_,  traversal,   direction_, throughput,
+                                         rng, shadow_rays, r_};
+      add_light_here<Kind>(vertex, phase, importance);
+      if (samples_fires()) add_fire_here(vertex, component.phase);
       r_.scattered(bounces + 1);
       from_ = direction_;
       direction_ = sample_phase(phase, from_, rng);
@@ -99,7 +104,7 @@ class PathTracer {
 
   /// The next flight of a path of this throughput.
   [[nodiscard]] auto fly(Rgb throughput, Rng& rng) {
-    if constexpr (requires { traversal.fly(direction_, throughput, rng); }) {
+    if constexpr (Traversal::kByChannel) {
       return traversal.fly(direction_, throughput, rng);
     } else {
       return traversal.fly(direction_, rng);
@@ -114,7 +119,8 @@ class PathTracer {
     const auto pdf = [&] {
       return bounces > 0 ? pdf_phase(component_->phase, from_, direction_) : 0.0f;
     };
-    detail::add_on_the_way(s_, from, direction_, collided, traversal, pdf, throughput, rng, r_);
+    const double length = collided ? pvol::length(traversal.position() - from) : kEndless;
+    detail::add_on_the_way(s_, {from, direction_, length}, pdf, throughput, rng, r_);
   }
 };
 

@@ -36,6 +36,7 @@ class SurfaceTracer {
     }
   }
 
+  static constexpr bool kHasSurfaces = true;
   AmongSurfaces<Places> traversal;
   std::uint64_t collisions = 0, shadow_rays = 0, surface_hits = 0;
 
@@ -73,20 +74,20 @@ class SurfaceTracer {
   /// What a flight brings on its way. Light on a shadow catcher is there without the shadow, too.
   void add_on_the_way(Vec3d from, bool collided, Rng& rng) {
     const auto own = [&] { return pdf(); };
+    FlightLine flight{from, direction_, collided ? length(traversal.position() - from) : kEndless};
     if (s_.emission) {
-      add_along(s_, from, direction_, collided, traversal, own, throughput_, rng, r_);
+      add_along(s_, flight, own, throughput_, rng, r_);
       r_.scattered(scatterings_);
     }
     if (!s_.meets_lights) return;
-    double distance = collided ? length(traversal.position() - from) : kEndless;
     // A lamp on the surface that ends the flight is met before it.
-    distance += 2 * traversal.surface().clearance + 1e-6 * distance;
+    flight.length += 2 * traversal.surface().clearance + 1e-6 * flight.length;
     if (on_catcher_) {
       direct_.reset();
-      add_met(s_, from, direction_, distance, own, Rgb(1.0f), direct_);
-      uncover();
+      add_met(s_, flight, own, Rgb(1.0f), direct_);
+      subtract_direct_light();
     } else {
-      add_met(s_, from, direction_, distance, own, throughput_, r_);
+      add_met(s_, flight, own, throughput_, r_);
     }
   }
 
@@ -97,7 +98,7 @@ class SurfaceTracer {
       const auto own = [&] { return pdf(); };
       direct_.reset();
       add_scattered(s_, own, direction_, Rgb(1.0f), direct_);
-      return uncover();
+      return subtract_direct_light();
     } else {
       add_scattered(
           s_, [&] { return pdf(); }, direction_, throughput_, r_);
@@ -199,12 +200,14 @@ class SurfaceTracer {
   /// Light that a lobe scatters into the path: one more scattering.
   template <class Lobe, class ShadowImportance>
   void gather(const Lobe& lobe, const ShadowImportance& importance, Rng& rng) {
-    add_light_here<AnyPaths>(s_, lobe, direction_, throughput_, importance, traversal, rng, shadow_rays,
-                             r_);
-    if (s_.emission && s_.emission->lit) {
-      add_fire_here(s_, lobe, direction_, throughput_, traversal, rng, shadow_rays, r_);
-    }
+    const auto here = vertex(throughput_, rng, r_);
+    add_light_here<AnyPaths>(here, lobe, importance);
+    if (s_.emission && s_.emission->lit) add_fire_here(here, lobe);
     r_.scattered(++scatterings_);
+  }
+
+  [[nodiscard]] PathVertex<AmongSurfaces<Places>> vertex(Rgb throughput, Rng& rng, PathResult& r) {
+    return {s_, traversal, direction_, throughput, rng, shadow_rays, r};
   }
 
   template <class Lobe>
@@ -225,13 +228,12 @@ class SurfaceTracer {
     r_.alpha = 1;
     if (largest(open_light_) > 0) {
       direct_.reset();
-      add_light_here<AnyPaths>(s_, lobe_, direction_, Rgb(1.0f), even_importance, traversal, rng,
-                               shadow_rays, direct_);
+      add_light_here<AnyPaths>(vertex(Rgb(1.0f), rng, direct_), lobe_, even_importance);
     }
-    uncover();
+    subtract_direct_light();
     throughput_ = s_.max_bounces > 0 ? surface.material->albedo : Rgb(0.0f);
     if (s_.emission && s_.emission->lit && largest(throughput_) > 0) {
-      add_fire_here(s_, lobe_, direction_, throughput_, traversal, rng, shadow_rays, r_);
+      add_fire_here(vertex(throughput_, rng, r_), lobe_);
     }
     r_.scattered(++scatterings_);
     turn_path(lobe_, rng);
@@ -254,7 +256,7 @@ class SurfaceTracer {
 
   /// Takes what arrived unscattered off what the catcher covers; where nothing ever does, there is
   /// no shadow, and it covers nothing.
-  void uncover() {
+  void subtract_direct_light() {
     const float open = luminance(open_light_);
     if (!(open > 0)) {
       if (r_.alpha == 0) return;

@@ -1,5 +1,5 @@
 // How much light a path may expect at a place and in a direction, coarsely: it decides where paths
-// are ended, split and turned, never what they are worth.
+// are ended, split and turned, never their expectation.
 #pragma once
 
 #include <algorithm>
@@ -16,8 +16,8 @@ namespace pvol::detail {
 inline constexpr int kDirectionNodes = 16;
 
 /// The in-scattered radiance per unit of extinction, averaged over coarse cells and around the
-/// strongest light's axis, in units of what a path of throughput 1 should be worth (THEORY.md,
-/// T5.5). Never 0.
+/// strongest light's axis, in units of the contribution that a path of throughput 1 should have
+/// (THEORY.md, T5.5). Never 0.
 class Importance {
  public:
   struct alignas(64) Row {  // in a cache line
@@ -46,7 +46,7 @@ class Importance {
   [[nodiscard]] const Row& row(const Place& place) const {
     return rows_[cells_.row(place)];
   }
-  /// What a shadow ray from there is worth, by light and then for the sky, in units of about the
+  /// Importance of a shadow ray from there, by light and then for the sky, in units of about the
   /// plain tracer's shadow unit: the more of them arrive, the more.
   [[nodiscard]] const float* shadow_importance(const Row& row) const {
     const auto lights = shadow_importance_.size() / rows_.size();

@@ -8,7 +8,7 @@
 
 namespace pvol::detail {
 
-/// A kind of matter with its share of the extinction of all volumes at all places.
+/// A kind of medium with its share of the extinction of all volumes at all places.
 struct Share {
   const MediumComponent* component;
   float share;

@@ -96,7 +96,7 @@ Target make_target(const PathSetup& s) {
   return {box, Affine{}};
 }
 
-/// What matter emits at collisions, on average over all of it.
+/// What media emit at collisions, on average over all of it.
 Rgb mean_emitted(const PathSetup& s, const CoarseCells& cells) {
   Rgb sum(0.0f);
   for (const Share& of : mixture(s, cells)) {

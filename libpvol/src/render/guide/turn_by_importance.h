@@ -49,7 +49,7 @@ template <class Kind, class Phase>
   return d[chosen];
 }
 
-/// Whether a path goes on that is worth so much, by roulette where that is little.
+/// Whether a path of this estimated contribution goes on, by roulette where that is little.
 [[nodiscard]] inline bool survives_by_contribution(float contribution, Rgb& throughput, Rng& rng) {
   if (contribution >= kEndBelow) return true;
   if (!(rng.uniform() < contribution)) return false;

@@ -11,6 +11,8 @@ namespace pvol::detail {
 template <class Places>
 class AmongSurfaces {
  public:
+  static constexpr bool kByChannel = false, kHasSurfaces = true;
+
   explicit AmongSurfaces(const PathSetup& setup)
       : work(volumes_.work), volumes_(setup), surfaces_(*setup.surfaces) {}
   AmongSurfaces(const AmongSurfaces&) = delete;  // `work` is that of its volumes

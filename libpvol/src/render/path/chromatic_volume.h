@@ -21,6 +21,8 @@ struct ChromaticFreeFlight {
 /// One volume, as OneVolume; flights go by what the path carries in each channel.
 class ChromaticVolume {
  public:
+  static constexpr bool kByChannel = true, kHasSurfaces = false;
+
   explicit ChromaticVolume(const PathSetup& setup)
       : work(setup), v_(setup.volumes.front()), share_(v_.volume.medium.extinction_color) {}
 

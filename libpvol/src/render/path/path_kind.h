@@ -13,7 +13,7 @@ namespace pvol::detail {
 /// Most lights that are all asked at a collision.
 inline constexpr std::size_t kMostAsked = 64;
 
-/// All matter scatters by one Henyey-Greenstein lobe and is the same all over its volume, lights
+/// All media scatter by one Henyey-Greenstein lobe and are the same all over their volumes, lights
 /// are a few suns and points, nothing emits along flights, nothing moves.
 struct SimplePaths {
   static constexpr bool kSimple = true;

@@ -130,7 +130,11 @@ struct VolumeSetup {
 class Importance;
 
 [[nodiscard]] inline FieldKind field_kind(const Kernel& k) {
-  return {k.look_up, k.mapped || k.moving ? 0 : k.micro_edge, k.mapped, k.moving, k.shared};
+  return {.look_up = k.look_up,
+          .micro_edge = k.mapped || k.moving ? 0 : k.micro_edge,
+          .mapped = k.mapped,
+          .moving = k.moving,
+          .shared = k.shared};
 }
 
 struct PathSetup {
@@ -147,7 +151,7 @@ struct PathSetup {
   std::shared_ptr<const Lighting> lighting;
   SkyLight sky;  ///< that of the lighting, as are the lights
   std::vector<LightSource> lights;
-  float shadow_unit;  ///< radiance that is worth one shadow ray (THEORY.md, T5.2)
+  float shadow_unit;  ///< radiance for which there is one shadow ray (THEORY.md, T5.2)
   std::uint32_t max_bounces;
   RenderOptions options;
   Flights flights;                                ///< of the plan's kernel

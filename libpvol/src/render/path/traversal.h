@@ -44,6 +44,9 @@ struct Work {
 /// has left the convex box cannot come back.
 class OneVolume {
  public:
+  /// Whether flights need the throughput and weigh each channel, and whether surfaces block light.
+  static constexpr bool kByChannel = false, kHasSurfaces = false;
+
   explicit OneVolume(const PathSetup& setup) : work(setup), s_(setup), v_(setup.volumes.front()) {}
 
   /// Whether the camera's ray may meet the volume.
@@ -143,6 +146,8 @@ class MovingPlacesAt {
 template <class Places>
 class VolumesAt {
  public:
+  static constexpr bool kByChannel = false, kHasSurfaces = false;
+
   explicit VolumesAt(const PathSetup& setup)
       : work(setup), s_(setup), in_(*setup.instances), places_(in_) {}
 

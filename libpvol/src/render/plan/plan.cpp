@@ -121,14 +121,14 @@ Decision decide_transmittance(const TransmittanceChoice& t, bool by_user, bool i
                            digits(100 * t.control_share) + " % of the majorants are minorants"};
 }
 
-/// Of volumes whose matter emits, and of fires.
+/// Of volumes whose media emit, and of fires.
 std::optional<Decision> decide_emission(const RenderPlan& p, const RenderOptions& wanted) {
-  const auto glows = [](const Volume& v) {
+  const auto emits = [](const Volume& v) {
     return std::ranges::any_of(v.medium.components,
                                [](const Component& c) { return c.emission != Rgb(0.0f); });
   };
   if (p.emission == nullptr) {
-    if (std::ranges::none_of(p.volumes, glows)) return std::nullopt;
+    if (std::ranges::none_of(p.volumes, emits)) return std::nullopt;
     return Decision{"emission", "gathered at collisions",
                     wanted.line_emission == LineEmission::off ? "as told" : "the clouds are thick"};
   }

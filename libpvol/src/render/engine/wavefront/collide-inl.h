@@ -122,10 +122,10 @@ HWY_INLINE Towards sample_light(const WavefrontScene& s, std::size_t light,
   return sample_sky(s, light, rng);
 }
 
-/// Shadow rays to a light, as `shadowed` draws them; `worth` is that of a ray there.
+/// Shadow rays to a light, as `shadowed` draws them; `importance` is that of a ray there.
 template <class ComponentKind>
 HWY_INLINE void add_shadow_rays(const WavefrontScene& s, WavefrontMemory& m, std::size_t light,
-                                F contribution, Paths<ComponentKind>& p) {
+                                F importance, Paths<ComponentKind>& p) {
   const Towards to = sample_light(s, light, p, p.rng);
   const F pdf = ComponentKind(s, p.component).pdf(p.from, to.direction);
   const F share = select(hn::Gt(to.pdf, splat(0)), pdf / (to.pdf + pdf), pdf);
@@ -134,7 +134,7 @@ HWY_INLINE void add_shadow_rays(const WavefrontScene& s, WavefrontMemory& m, std
   };
   const F luminance = part(0.2126f, 0, to.radiance.x) + part(0.7152f, 1, to.radiance.y) +
                       part(0.0722f, 2, to.radiance.z);
-  const F value = luminance * share * contribution * splat(1 / s.setup.shadow_unit);
+  const F value = luminance * share * importance * splat(1 / s.setup.shadow_unit);
   const M positive = hn::And(p.alive, hn::Gt(value, splat(0)));
   const M few = hn::And(positive, hn::Lt(value, splat(1)));
   const M chosen = hn::And(few, hn::Lt(p.rng.fine_uniform(), value));
@@ -203,7 +203,7 @@ HWY_INLINE void end_faint(Paths<ComponentKind>& p, float threshold) {
   p.alive = hn::AndNot(hn::AndNot(stays, faint), p.alive);
 }
 
-/// That of guided paths, by worth, before the albedo.
+/// That of guided paths, by their estimated contribution, before the albedo.
 template <class ComponentKind>
 HWY_INLINE void end_by_contribution(Paths<ComponentKind>& p, F contribution) {
   const M low = hn::Lt(contribution, splat(kEndBelow));
@@ -258,8 +258,8 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
     if constexpr (kGuided) {
       const Importance& importance = *s.importance();
       p.row = where(p.alive, as_int(load(q.bits(kAux) + at)));
-      contribution = p.largest() *
-              importance_of(importance, p.row, one_minus_cos(p.from, splat(importance.axis())));
+      contribution = p.largest() * importance_of(importance, p.row,
+                                                 one_minus_cos(p.from, splat(importance.axis())));
       end_by_contribution(p, contribution);
     } else if (s.setup.max_bounces <= kMostWavefrontBounces) {
       const I bounces = as_int(hn::ShiftRight<16>(p.id));
@@ -284,7 +284,8 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
     }
     if constexpr (kGuided) {
       const M split = hn::Gt(contribution, splat(kSplitAbove));
-      const I copies = select(split, to_int(hn::Min(contribution, splat(kMostCopies))), splat_int(1));
+      const I copies =
+          select(split, to_int(hn::Min(contribution, splat(kMostCopies))), splat_int(1));
       p.scale(split, splat(1) / to_float(copies));
       put_paths(m, p, copies, turns(*s.importance(), p.row));
     } else {

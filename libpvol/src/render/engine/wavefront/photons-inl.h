@@ -21,7 +21,7 @@ inline void start(const WavefrontScene& s, WavefrontMemory& m, const PhotonTask&
   const Ray cells = s.volume.in_cells(p.ray);
   const auto span = s.volume.in_box(cells);
   if (!span || !is_finite(p.power)) return;
-  // Of grey matter all that counts is a photon's luminance.
+  // In a grey medium all that counts is a photon's luminance.
   const Rgb weight = s.one_lobe ? Rgb(luminance(p.power)) : p.power;
   const auto source = std::uint32_t(std::min<std::size_t>(p.source, kMostSlots - 1));
   put_ray(s, m.paths, cells.at(span->t0), Vec3f(p.ray.d), weight, source, rng);

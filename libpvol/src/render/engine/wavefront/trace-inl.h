@@ -150,7 +150,8 @@ inline void start(const WavefrontScene& s, WavefrontMemory& m, const Samples::Sa
 }
 
 /// Everything that first collisions of the camera's rays bring at once.
-HWY_NOINLINE void add_first_collisions(const WavefrontScene& s, WavefrontMemory& m, std::size_t from) {
+HWY_NOINLINE void add_first_collisions(const WavefrontScene& s, WavefrontMemory& m,
+                                       std::size_t from) {
   const bool constant = largest(s.setup.constant) > 0;
   for (std::size_t k = from; k < m.collisions.n; ++k) {
     const std::uint32_t slot = slot_of(m.collisions.bits(kId)[k]);
@@ -161,7 +162,8 @@ HWY_NOINLINE void add_first_collisions(const WavefrontScene& s, WavefrontMemory&
 }
 
 /// Takes rays from the end of a queue and flies them; null collisions go back to it.
-HWY_INLINE void take_and_fly(const WavefrontScene& s, WavefrontMemory& m, Records& queue, Tally& tally) {
+HWY_INLINE void take_and_fly(const WavefrontScene& s, WavefrontMemory& m, Records& queue,
+                             Tally& tally) {
   queue.take_last(kSlice, s.fields, m.flying);
   SampleCounts counts{s, m, tally};
   fly<false>(s.field, m, counts);
@@ -196,8 +198,8 @@ HWY_INLINE void fly_shadow_rays(const WavefrontScene& s, WavefrontMemory& m) {
 }
 
 /// Adds a tile's samples to the film, which changes what they lack.
-void finish(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile, const SampleTargets& targets,
-            Film& film) {
+void finish(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile,
+            const SampleTargets& targets, Film& film) {
   std::uint32_t slot = 0;
   for (int y = tile.y; y != tile.y + tile.height; ++y) {
     for (int x = tile.x; x != tile.x + tile.width; ++x) {
@@ -211,15 +213,15 @@ void finish(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile, 
           film.pixels[pixel].counts[c] += m.slots.counts[slot][c];
         }
       }
-      settle(film, pixel);
+      flush(film, pixel);
     }
   }
 }
 
 /// Traces and adds a tile's samples; see WavefrontKernel.
 template <bool kGuided, class ComponentKind>
-bool trace(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile, const SampleTargets& targets,
-           Film& film, Counts& counts) {
+bool trace(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile,
+           const SampleTargets& targets, Film& film, Counts& counts) {
   Samples samples(tile, targets, film);
   m.slots.start(count_samples(tile, targets, film));
   m.counts = {};

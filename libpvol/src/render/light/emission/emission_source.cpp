@@ -20,8 +20,8 @@ Rgb emitted(const Medium& medium, const Part& part) {
   return sum * medium.extinction_color;
 }
 
-/// What matter of a volume emits, all components together: (1 - albedo x colour) L_e, and nothing
-/// else.
+/// What the medium of a volume emits, all components together: (1 - albedo x colour) L_e, and
+/// nothing else.
 EmissionSource source_of(const Volume& v) {
   const auto by_albedo = [](Rgb albedo) { return albedo; };
   const auto absorbed = [](Rgb albedo) { return Rgb(1.0f) - albedo; };

@@ -25,12 +25,18 @@ void validate_mesh(const TriangleMesh* mesh) {
   }
 }
 
+/// A surface that has a placement of its own.
+template <class AnySurface>
+concept Placed = requires(const AnySurface& s) {
+  { s.place } -> std::convertible_to<const Placement&>;
+};
+
 }  // namespace
 
 std::optional<Misfit> misfit(const Surface& surface) {
   return std::visit(
       [](const auto& s) -> std::optional<Misfit> {
-        if constexpr (requires { s.place; }) return misfit(s.place);
+        if constexpr (Placed<std::remove_cvref_t<decltype(s)>>) return misfit(s.place);
         return std::nullopt;
       },
       surface);
