@@ -19,7 +19,7 @@ namespace pvol::test {
 using LaneBits = std::array<std::uint32_t, 4>;
 
 /// One operation on four pairs of operands.
-struct KernelCase {
+struct LaneCase {
   std::string what;
   LaneBits found, expected;
   /// The result is one of the operands or a mask: NaN must be equal to the bit, not just NaN.
@@ -94,7 +94,7 @@ requires requires(Four v) { v[0]; }
 
 /// All pairs of values, four at a time.
 template <class Four, class T, class OfFour, class OfOne>
-void add_pairs(std::vector<KernelCase>& cases, const char* what, bool exact,
+void add_pairs(std::vector<LaneCase>& cases, const char* what, bool exact,
                const std::vector<T>& values, const OfFour& of_four, const OfOne& of_one) {
   const std::size_t n = values.size();
   for (std::size_t i = 0; i < n * n; i += 4) {
@@ -109,7 +109,7 @@ void add_pairs(std::vector<KernelCase>& cases, const char* what, bool exact,
 }
 
 template <class Float4, class Int4>
-void add_float_cases(std::vector<KernelCase>& cases) {
+void add_float_cases(std::vector<LaneCase>& cases) {
   const std::vector<float> values = edge_values<float>();
   const auto add = [&](const char* what, bool exact, const auto& of_four, const auto& of_one) {
     add_pairs<Float4>(cases, what, exact, values, of_four, of_one);
@@ -146,7 +146,7 @@ void add_float_cases(std::vector<KernelCase>& cases) {
 }
 
 template <class Float4, class Int4>
-void add_int_cases(std::vector<KernelCase>& cases) {
+void add_int_cases(std::vector<LaneCase>& cases) {
   const std::vector<std::int32_t> values = edge_values<std::int32_t>();
   using U = std::uint32_t;
   using I = std::int32_t;
@@ -187,7 +187,7 @@ void add_int_cases(std::vector<KernelCase>& cases) {
 
 /// The three of floor_to_int and the two conversions.
 template <class Float4, class Int4>
-void add_conversion_cases(std::vector<KernelCase>& cases) {
+void add_conversion_cases(std::vector<LaneCase>& cases) {
   const std::vector<float> values = convertible_values();
   add_pairs<Float4>(
       cases, "truncate_to_int", true, values, [](auto a, auto) { return truncate_to_int(a); },
@@ -198,8 +198,8 @@ void add_conversion_cases(std::vector<KernelCase>& cases) {
 }
 
 template <class Float4, class Int4>
-[[nodiscard]] std::vector<KernelCase> kernel_cases() {
-  std::vector<KernelCase> cases;
+[[nodiscard]] std::vector<LaneCase> lane_cases() {
+  std::vector<LaneCase> cases;
   add_float_cases<Float4, Int4>(cases);
   add_int_cases<Float4, Int4>(cases);
   add_conversion_cases<Float4, Int4>(cases);
@@ -207,6 +207,6 @@ template <class Float4, class Int4>
 }
 
 /// Those of arrays, from a source that is compiled with PVOL_PLAIN_LANES.
-[[nodiscard]] std::vector<KernelCase> plain_kernel_cases();
+[[nodiscard]] std::vector<LaneCase> plain_lane_cases();
 
 }  // namespace pvol::test

@@ -8,7 +8,7 @@ namespace pvol {
 namespace float4_test {
 
 using test::LaneBits;
-using test::KernelCase;
+using test::LaneCase;
 
 /// Equal to the bit; but which NaN comes out of arithmetic is the processor's and the compiler's
 /// choice.
@@ -21,8 +21,8 @@ bool same(const LaneBits& a, const LaneBits& b, bool exact) {
   return true;
 }
 
-void expect_scalar_arithmetic(const std::vector<KernelCase>& cases) {
-  for (const KernelCase& c : cases) {
+void expect_scalar_arithmetic(const std::vector<LaneCase>& cases) {
+  for (const LaneCase& c : cases) {
     EXPECT_TRUE(same(c.found, c.expected, c.exact))
         << c.what << std::hex << testing::PrintToString(c.found) << " and "
         << testing::PrintToString(c.expected);
@@ -30,17 +30,17 @@ void expect_scalar_arithmetic(const std::vector<KernelCase>& cases) {
 }
 
 TEST(Float4Numbers, OfTheProcessorAreScalarArithmetic) {
-  const auto cases = test::kernel_cases<Float4, Int4>();
+  const auto cases = test::lane_cases<Float4, Int4>();
   EXPECT_GT(cases.size(), 30'000u);
   expect_scalar_arithmetic(cases);
 }
 
 TEST(Float4Numbers, OfArraysAreScalarArithmetic) {
-  expect_scalar_arithmetic(test::plain_kernel_cases());
+  expect_scalar_arithmetic(test::plain_lane_cases());
 }
 
 TEST(Float4Numbers, OfArraysAreThoseOfTheProcessor) {
-  const auto ours = test::kernel_cases<Float4, Int4>(), plain = test::plain_kernel_cases();
+  const auto ours = test::lane_cases<Float4, Int4>(), plain = test::plain_lane_cases();
   ASSERT_EQ(ours.size(), plain.size());
   for (std::size_t i = 0; i < ours.size(); ++i) {
     ASSERT_EQ(ours[i].what, plain[i].what);

@@ -6,6 +6,6 @@
 
 namespace pvol::test {
 
-std::vector<KernelCase> plain_kernel_cases() { return kernel_cases<Float4, Int4>(); }
+std::vector<LaneCase> plain_lane_cases() { return lane_cases<Float4, Int4>(); }
 
 }  // namespace pvol::test

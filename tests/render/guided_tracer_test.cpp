@@ -252,15 +252,15 @@ TEST_F(ScriptedPaths, ShadowRaysAreCounted) {
 
 /// So the number of shadow rays does not hang on the unit of light.
 TEST_F(ScriptedPaths, ATenthOfTheLightIsWorthAShadowRay) {
-  EXPECT_EQ(setup().shadow_unit, 0);
-  EXPECT_NEAR(setup({Sun{{0, 1, 0}, Rgb(3.0f), 0}}).shadow_unit, 0.3, 1e-6);
-  EXPECT_NEAR(setup({Sun{{0, 1, 0}, Rgb(3e-6f), 0}}).shadow_unit, 3e-7, 1e-12);
+  EXPECT_EQ(setup().light.shadow_unit, 0);
+  EXPECT_NEAR(setup({Sun{{0, 1, 0}, Rgb(3.0f), 0}}).light.shadow_unit, 0.3, 1e-6);
+  EXPECT_NEAR(setup({Sun{{0, 1, 0}, Rgb(3e-6f), 0}}).light.shadow_unit, 3e-7, 1e-12);
 }
 
 /// All over its pixel, and nowhere else.
 TEST_F(ScriptedPaths, CameraRaysBeginInTheirPixel) {
   const detail::PathSetup s = setup();
-  const detail::Projection& p = s.projection;
+  const detail::Projection& p = s.view.projection;
   const Vec3d forward = p.ray(0.5, 0.5).d;  // the middle of the one pixel
   const auto in_plane = [&](Vec3d d) { return d / dot(d, forward); };
   const Vec3d corner = in_plane(p.ray(0, 0).d);

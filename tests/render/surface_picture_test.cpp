@@ -22,7 +22,7 @@ constexpr double kPi = std::numbers::pi;
 Body far_away() { return component(1, Rgb(0.5f), 0, Rgb(0.0f), translation({0, 0, 1e5})); }
 
 PlaneSurface ground(double albedo, Visibility visibility = Visibility::surface) {
-  return {{0, 0, 0}, {0, 1, 0}, {Rgb(float(albedo)), look}};
+  return {{0, 0, 0}, {0, 1, 0}, {Rgb(float(albedo)), visibility}};
 }
 
 /// One pixel, whose samples are a camera's only ray. The scene's first body is to be made.
@@ -178,9 +178,10 @@ TEST(SurfacePicture, TheFurnaceOfASampledSkyHidesThemOnAverage) {
       s.options.width = s.options.height = 16;
       s.options.samples = 128;
       s.options.guide = guide;
-      s.surfaces = {ground(1, look), BallSurface{{6, 14, 6}, 4, {Rgb(1.0f)}}};
+      s.surfaces = {ground(1, visibility), BallSurface{{6, 14, 6}, 4, {Rgb(1.0f)}}};
       const RenderResult r = run_cube(s);
-      const std::string of = name(look) + (guide == GuideUse::on ? std::string(", guided") : "");
+      const std::string of =
+          name(visibility) + (guide == GuideUse::on ? std::string(", guided") : "");
       const Average white{Vec3d(1.0), Vec3d(0.0)};
       compare(average(r.film), white, of, family, 1e-5);
       compare(average(r.film, 6, 4, 4, 4), white, of + ", cube", family, 1e-5);
@@ -254,19 +255,20 @@ TEST(SurfacePicture, GroundByTheLightOfAFire) {
       for (const Visibility visibility : {Visibility::surface, Visibility::shadow_catcher}) {
         Pixel p(component(kFireExtinction, Rgb(albedo), 0, Rgb(5.0f), kFirePlace), {9, 4, 7},
                 {4, 0, 3});
-        p.scene.surfaces = {ground(0.9, look)};
+        p.scene.surfaces = {ground(0.9, visibility)};
         if (shielded) p.scene.surfaces.emplace_back(kShield);
         // Its light is a matter of alpha.
-        if (look == Visibility::shadow_catcher) p.scene.lights = {Sun{{1, 2, 1}, Rgb(2.0f), 0}};
+        if (visibility == Visibility::shadow_catcher)
+          p.scene.lights = {Sun{{1, 2, 1}, Rgb(2.0f), 0}};
         p.scene.options.line_emission = LineEmission::on;
         p.scene.options.samples = 100'000;
         p.scene.options.aovs.add(Aov::lights);
         const RenderResult r = p.result();
         const PixelSums& sums = r.film.pixels.front();
-        expect_mean(
-            sums, 0.9 / kPi * irradiance,
-            std::string(name(look)) + (shielded ? ", shielded, " : ", ") + std::to_string(albedo),
-            family);
+        expect_mean(sums, 0.9 / kPi * irradiance,
+                    std::string(name(visibility)) + (shielded ? ", shielded, " : ", ") +
+                        std::to_string(albedo),
+                    family);
         ASSERT_EQ(r.film.layers.back().name, "emission");
         EXPECT_NEAR(r.film.layers.back().sums.front().x, sums.sum.x, 1e-5 * sums.sum.x);
       }
@@ -515,7 +517,7 @@ TEST(SurfacePicture, AShadowCatcherShowsLightThatIsThrownOnIt) {
 TEST(SurfacePicture, AShadowCatcherInTheDarkShowsLightThatIsThrownOnIt) {
   const auto picture = [](Visibility visibility) {
     Pixel p(far_away(), {3, 1, 0.3}, {0.4, 0, 0});
-    p.scene.surfaces = {ground(0.5, look), BallSurface{{0, 3, 0}, 1, {Rgb(0.8f)}}};
+    p.scene.surfaces = {ground(0.5, visibility), BallSurface{{0, 3, 0}, 1, {Rgb(0.8f)}}};
     p.scene.lights.emplace_back(
         AreaLight{{0, 0.5, 0}, {0, 1, 0}, {1, 1}, {0, 0, 1}, Rgb(3.0f), ""});
     p.scene.options.background = false;
@@ -641,7 +643,7 @@ TEST(SurfacePicture, GuidingChangesNoMean) {
   for (const Visibility visibility : {Visibility::surface, Visibility::shadow_catcher}) {
     CloudScene s = cloud_scene_of_cube();
     s.medium = component(0.6, Rgb(0.95f), 0.8);
-    s.surfaces = {ground(0.6, look), BallSurface{{14, 4, 9}, 3, {Rgb(0.8f)}}};
+    s.surfaces = {ground(0.6, visibility), BallSurface{{14, 4, 9}, 3, {Rgb(0.8f)}}};
     s.lights = {Sun{{1, 2, -1}, Rgb(3.0f), 2}, PointLight{{-9, 9, 9}, Rgb(200.0f), "", 1.5},
                 AreaLight{{6, 25, 6}, {0, -1, 0}, {6, 6}, {0, 0, 1}, Rgb(2.0f), ""}};
     s.environment = ImageSky{2, 2, {Rgb(0.4f), Rgb(0.1f), Rgb(0.2f), Rgb(0.3f)}};
@@ -653,7 +655,7 @@ TEST(SurfacePicture, GuidingChangesNoMean) {
     s.options.seed = 7;
     const RenderResult guided = run_cube(s);
     EXPECT_TRUE(guided.guided);
-    compare(average(guided.film), average(plain.film), name(look), family, 1e-4);
+    compare(average(guided.film), average(plain.film), name(visibility), family, 1e-4);
     // The cube in the middle and the ground before it, each by itself.
     compare(average(guided.film, 6, 4, 4, 4), average(plain.film, 6, 4, 4, 4), "cube", family,
             1e-4);

@@ -56,11 +56,67 @@ std::vector<Case> more_cases() {
   return all;
 }
 
-/// Every case, guided and plain.
+/// What may change a path, or what is made of it, though hardly its mean: for comparisons of bytes.
+std::vector<Case> further_cases() {
+  std::vector<Case> all;
+  const auto add = [&](const std::string& name, const auto& change) {
+    CloudScene s = sunny();
+    change(s);
+    all.push_back({name, s});
+  };
+  add("thin", [](CloudScene& s) { s.medium.extinction = 0.01; });
+  add("thick", [](CloudScene& s) {
+    s.medium.extinction = 40;
+    s.options.max_bounces = 30;
+  });
+  add("no scattering but once", [](CloudScene& s) { s.options.max_bounces = 1; });
+  add("octree of one node", [](CloudScene& s) { s.options.depth = 0; });
+  add("loose bounds", [](CloudScene& s) { s.options.majorant_scale = 3; });
+  add("homogenised", [](CloudScene& s) { s.options.homogenise = 0.05; });
+  add("no background", [](CloudScene& s) { s.options.background = false; });
+  add("counted", [](CloudScene& s) { s.options.count = true; });
+  add("a wide filter", [](CloudScene& s) { s.options.filter = PixelFilter::gaussian; });
+  add("a crop of later samples", [](CloudScene& s) {
+    s.options.crop_x = 3, s.options.crop_y = 5;
+    s.options.crop_width = 9, s.options.crop_height = 7;
+    s.options.first_sample = 1000;
+  });
+  add("all layers", [](CloudScene& s) {
+    for (const AovRow& row : kAovs) s.options.aovs.add(row.aov);
+  });
+  add("deep", [](CloudScene& s) { s.options.deep = true; });
+  add("parallel rays", [](CloudScene& s) {
+    s.camera = Camera{{8, 8, 60}, {8, 8, 8}};
+    s.camera.kind = CameraKind::orthographic;
+    s.camera.ortho_scale = 30;
+  });
+  add("all directions, from within", [](CloudScene& s) {
+    s.camera = Camera{{8, 8, 8}, {8, 8, 0}};
+    s.camera.kind = CameraKind::latlong;
+  });
+  add("a lens", [](CloudScene& s) {
+    s.camera = Camera{{8, 8, 60}, {8, 8, 8}};
+    s.camera.f_stop = 0.02, s.camera.focus_distance = 40;
+  });
+  add("many lights", [](CloudScene& s) {
+    for (int i = 0; i < 40; ++i) {
+      s.lights.emplace_back(
+          PointLight{direction_on_spiral(i, 40) * 40.0, Rgb(50.0f, 80.0f, 99.0f)});
+    }
+  });
+  add("droplets alone", [](CloudScene& s) {
+    s.medium.others = {{0.999, Rgb(1.0f), Droplets(12), Rgb(0.0f)}};
+  });
+  add("nothing at all", [](CloudScene& s) { s.medium.extinction = 1e-30; });
+  return all;
+}
+
+/// Every case of both lists, guided and plain.
 template <class Visit>
-void visit_scenes(const Visit& visit) {
+void visit_scenes(const Visit& visit, std::vector<Case> further = {}) {
   std::vector<Case> all = cases();
   for (Case& c : more_cases()) all.push_back(std::move(c));
+  for (Case& c : further) all.push_back(std::move(c));
   for (const Case& c : all) {
     for (const GuideUse guide : {GuideUse::on, GuideUse::off}) {
       Case scene = c;
@@ -78,7 +134,7 @@ Film render_with(KernelKind kernel, const Volume& v, CloudScene s) {
 
 TEST(WavefrontKernels, HaveTheMeansOfTheScalarTracer) {
   const std::vector<KernelKind> kernels = simd_kernels();
-  if (kernels.empty()) GTEST_SKIP() << "the machine has no lane kernel";
+  if (kernels.empty()) GTEST_SKIP() << "the machine has no SIMD kernel";
   proof::Family family;
   proof::Moments deviations;
   visit_scenes([&](const std::string& name, CloudScene s) {
@@ -123,12 +179,19 @@ TEST(PhaseBatch, AnswerForEachLaneAsItsPhaseFunctionDoes) {
 
 TEST(WavefrontKernels, OfEveryWidthGiveTheSameBytes) {
   const std::vector<KernelKind> kernels = simd_kernels();
-  if (kernels.size() < 2) GTEST_SKIP() << "the machine has one lane kernel at most";
-  visit_scenes([&](const std::string& name, CloudScene s) {
-    s.options.samples = 5;
-    const Volume v = volume_of(s);
-    EXPECT_TRUE(same_bytes(render_with(kernels[0], v, s), render_with(kernels[1], v, s))) << name;
-  });
+  if (kernels.size() < 2) GTEST_SKIP() << "the machine has one SIMD kernel at most";
+  visit_scenes(
+      [&](const std::string& name, CloudScene s) {
+        s.options.samples = 5;
+        const Volume v = volume_of(s);
+        const Film a = render_with(kernels[0], v, s), b = render_with(kernels[1], v, s);
+        EXPECT_TRUE(same_bytes(a, b)) << name;
+        EXPECT_EQ(a.layers.size(), b.layers.size());
+        for (std::size_t k = 0; k < a.layers.size(); ++k) {
+          EXPECT_EQ(a.layers[k].sums, b.layers[k].sums) << name << ": " << a.layers[k].name;
+        }
+      },
+      further_cases());
 }
 
 /// Which samples and pixels are traced together is a matter of threads, passes
@@ -222,7 +285,7 @@ Average guided_by(KernelKind kernel, const Volume& v, CloudScene s, const Value&
   detail::CoarseCells cells = detail::make_coarse_cells(v);
   PagedVector<detail::Importance::Row> rows(cells.count());
   for (std::size_t k = 0; k < rows.size(); ++k) rows[k].at.fill(value(k));
-  std::vector<float> importances(rows.size() * (setup.lights.size() + 1), 1.0f);
+  std::vector<float> importances(rows.size() * (setup.light.sources.size() + 1), 1.0f);
   setup.importance = std::make_shared<const detail::Importance>(
       std::move(cells), Vec3f(0, 1, 0), HenyeyGreenstein(0), std::move(rows),
       std::move(importances));
@@ -242,7 +305,7 @@ Average guided_by(KernelKind kernel, const Volume& v, CloudScene s, const Value&
 /// split at every turn.
 TEST(WavefrontKernels, WeightsOutliveAnyImportance) {
   const std::vector<KernelKind> kernels = simd_kernels();
-  if (kernels.empty()) GTEST_SKIP() << "the machine has no lane kernel";
+  if (kernels.empty()) GTEST_SKIP() << "the machine has no SIMD kernel";
   proof::Family family;
   for (const Rgb albedo : {Rgb(0.99f), Rgb(0.99f, 0.9f, 0.95f)}) {  // one lobe, any medium
     CloudScene s = sunny();

@@ -48,7 +48,7 @@ class PathTracer {
 
   /// Whether flights bring light besides that of their ends.
   [[nodiscard]] bool flights_bring_light() const {
-    return !Kind::kSimple && (s_.emission || s_.meets_lights);
+    return !Kind::kSimple && (s_.emission || s_.light.met_on_flights);
   }
   /// Whether what emits along flights is a light.
   [[nodiscard]] bool samples_fires() const {

@@ -140,7 +140,7 @@ Paths guide(const RenderPlan& plan, PathSetup& setup, RenderResult& result) {
     result.guided = setup.importance != nullptr;
     if (!result.guided) paths = plain(paths);  // nothing to be guided by
   }
-  if (!std::isfinite(setup.shadow_unit)) {
+  if (!std::isfinite(setup.light.shadow_unit)) {
     throw Error("the lights are too bright for single precision");
   }
   return paths;

@@ -27,7 +27,7 @@ class SurfaceTracer {
       const Hit hit = traversal.fly(direction_, rng);
       const SurfaceHit& surface = traversal.surface();
       const bool leaves = hit.component == nullptr && surface.material == nullptr;
-      if (s_.emission || s_.meets_lights) add_on_the_way(from, !leaves, rng);
+      if (s_.emission || s_.light.met_on_flights) add_on_the_way(from, !leaves, rng);
       const bool goes_on =
           hit.component ? collide(*hit.component, rng) : !leaves && meet(surface, rng);
       if (leaves) leave();
@@ -79,7 +79,7 @@ class SurfaceTracer {
       add_along(s_, flight, own, throughput_, rng, r_);
       r_.scattered(scatterings_);
     }
-    if (!s_.meets_lights) return;
+    if (!s_.light.met_on_flights) return;
     // A lamp on the surface that ends the flight is met before it.
     flight.length += 2 * traversal.surface().clearance + 1e-6 * flight.length;
     if (on_catcher_) {
@@ -244,10 +244,10 @@ class SurfaceTracer {
   [[nodiscard]] Rgb light_in_the_open(const SurfaceHit& surface) {
     if (surface.normal != open_normal_) {
       open_normal_ = surface.normal;
-      open_sky_ = s_.open_sky->irradiance(open_normal_);
+      open_sky_ = s_.light.open_sky->irradiance(open_normal_);
     }
     Rgb sum = open_sky_;
-    for (const LightSource& source : s_.lights) {
+    for (const LightSource& source : s_.light.sources) {
       sum += std::visit([&](const auto& l) { return l.on_plane(surface.place, surface.normal); },
                         source);
     }

@@ -145,7 +145,8 @@ void draw_to_mean(const IncidentLight& light, const CoarseCells& cells, int phot
 Rgb irradiance_in(const PathSetup& setup, const CoarseCells& cells, std::size_t light,
                   std::size_t row) {
   const Box box = transform(cells.to_world, cells.cube(row));
-  return std::visit([&](const auto& l) { return l.irradiance_on(box); }, setup.lights[light]);
+  return std::visit([&](const auto& l) { return l.irradiance_on(box); },
+                    setup.light.sources[light]);
 }
 
 /// In proportion to the spread of an analog shadow ray, nearly: the root of the mean transmittance
@@ -156,7 +157,7 @@ std::vector<float> shadow_importances(const PathSetup& setup, const CoarseCells&
                                       const IncidentLight& light) {
   constexpr double kGain = 5;  // over the plain tracer, where light arrives for certain
   constexpr double kLeast = 0.02;
-  const std::size_t lights = setup.lights.size();
+  const std::size_t lights = setup.light.sources.size();
   std::vector<float> all(cells.count() * (lights + 1), 1.0f);
   parallel_for(1, cells.count(), [&](std::size_t row) {
     for (std::size_t i = 0; i < lights && !setup.stopped(); ++i) {
@@ -209,8 +210,8 @@ double mean_seen(const PathSetup& setup, const Importance& importance) {
   for (int i = 0; i < kRays && !setup.stopped(); ++i) {
     Rng rng(kKey, 0, std::uint64_t(i));
     const auto [x, y] = rng.uniform2();
-    const Ray ray =
-        setup.projection.ray(double(x) * setup.options.width, double(y) * setup.options.height);
+    const Ray ray = setup.view.projection.ray(double(x) * setup.options.width,
+                                              double(y) * setup.options.height);
     const Vec3f d(ray.d);
     if (setup.moving) traversal.work.set_time(sample_time(setup, 0, 0, std::uint32_t(i)));
     if (!traversal.start(ray) || traversal.fly(d, rng).component == nullptr) continue;
@@ -286,7 +287,7 @@ std::optional<Importance> make_importance(const PathSetup& setup) {
 void guide_paths(const RenderPlan& plan, PathSetup& setup) {
   // What is constant is of no order of scattering, nor is it everywhere where surfaces are.
   const bool none = plan.scene.options.aovs.has(Aov::scattering) || plan.surfaces != nullptr;
-  PathSetup guided(plan, none ? Rgb(0.0f) : constant_part(plan.scene.environment, setup.sky),
+  PathSetup guided(plan, none ? Rgb(0.0f) : constant_part(plan.scene.environment, setup.light.sky),
                    setup.dense);
   guided.stop = setup.stop;
   std::optional<Importance> importance = make_importance(guided);

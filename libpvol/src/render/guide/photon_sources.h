@@ -41,7 +41,7 @@ class PhotonSources {
   void add_fires(double& strongest);
   [[nodiscard]] Photon from_light(const LightSource& source, Rng& rng) const;
   [[nodiscard]] Photon from_sky(Rng& rng) const;
-  [[nodiscard]] Photon from_matter(Rng& rng) const;
+  [[nodiscard]] Photon from_media(Rng& rng) const;
   [[nodiscard]] Photon from_fires(Rng& rng) const;
 
   const PathSetup& s_;

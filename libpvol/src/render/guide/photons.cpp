@@ -54,7 +54,7 @@ IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells, in
     light.power = 0;
     return light;
   }
-  LightCounts counts(light, cells.count(), setup.lights.size(), photons);
+  LightCounts counts(light, cells.count(), setup.light.sources.size(), photons);
   if (setup.kernel != KernelKind::scalar) {
     trace_photons_by_wavefront(setup, cells, sources, photons, counts);
   } else {

@@ -69,9 +69,9 @@ template <class Pdf>
 [[gnu::noinline]] inline void add_met(const PathSetup& s, const FlightLine& flight, const Pdf& pdf,
                                       Rgb throughput, PathResult& r) {
   const Ray ray{flight.from, Vec3d(flight.direction)};
-  for (std::size_t i = 0; i < s.lights.size(); ++i) {
-    const LightMet met =
-        std::visit([&](const auto& light) { return light.met(ray, flight.length); }, s.lights[i]);
+  for (std::size_t i = 0; i < s.light.sources.size(); ++i) {
+    const LightMet met = std::visit(
+        [&](const auto& light) { return light.met(ray, flight.length); }, s.light.sources[i]);
     if (!(largest(met.radiance) > 0)) continue;
     const float p = pdf();
     const Rgb sum = throughput * met.radiance * (p > 0 ? balance(p, met.pdf) : 1.0f);
@@ -85,15 +85,15 @@ template <class Pdf>
 inline void add_on_the_way(const PathSetup& s, const FlightLine& flight, const Pdf& pdf,
                            Rgb throughput, Rng& rng, PathResult& r) {
   if (s.emission) add_along(s, flight, pdf, throughput, rng, r);
-  if (s.meets_lights) add_met(s, flight, pdf, throughput, r);
+  if (s.light.met_on_flights) add_met(s, flight, pdf, throughput, r);
 }
 
 /// Light in the direction of a camera ray that met nothing.
 inline void add_seen(const PathSetup& s, Vec3f direction, Rgb throughput, PathResult& r) {
-  Rgb sum = s.sky.radiance(direction) - s.constant;
+  Rgb sum = s.light.sky.radiance(direction) - s.constant;
   if (r.in_layers()) r.sky() += throughput * sum;
-  for (std::size_t i = 0; i < s.lights.size(); ++i) {
-    const auto* const sun = std::get_if<SunLight>(&s.lights[i]);
+  for (std::size_t i = 0; i < s.light.sources.size(); ++i) {
+    const auto* const sun = std::get_if<SunLight>(&s.light.sources[i]);
     if (sun == nullptr) continue;
     const Rgb seen = sun->seen(direction);
     sum += seen;
@@ -107,11 +107,11 @@ inline void add_seen(const PathSetup& s, Vec3f direction, Rgb throughput, PathRe
 template <class Pdf>
 inline void add_scattered(const PathSetup& s, const Pdf& pdf, Vec3f direction, Rgb throughput,
                           PathResult& r) {
-  Rgb sum = s.sky.radiance(direction) - s.constant;
-  if (s.sky.sampled()) sum *= balance(pdf(), s.sky.pdf(direction));
+  Rgb sum = s.light.sky.radiance(direction) - s.constant;
+  if (s.light.sky.sampled()) sum *= balance(pdf(), s.light.sky.pdf(direction));
   if (r.in_layers()) r.sky() += throughput * sum;
-  for (std::size_t i = 0; i < s.lights.size(); ++i) {
-    const auto* const sun = std::get_if<SunLight>(&s.lights[i]);
+  for (std::size_t i = 0; i < s.light.sources.size(); ++i) {
+    const auto* const sun = std::get_if<SunLight>(&s.light.sources[i]);
     if (sun == nullptr) continue;
     const Rgb seen = sun->seen(direction);
     if (!(largest(seen) > 0)) continue;
@@ -140,7 +140,7 @@ struct PathVertex {
 template <class Traversal>
 [[nodiscard]] inline Rgb shadowed(const PathVertex<Traversal>& v, Rgb light,
                                   const LightSample& towards, float importance) {
-  const float value = absolute_luminance(light) * importance / v.s.shadow_unit;
+  const float value = absolute_luminance(light) * importance / v.s.light.shadow_unit;
   if (!(value > 0) || (value < 1 && !(v.rng.uniform() < value)) || v.s.stopped()) return Rgb(0.0f);
   if constexpr (Traversal::kHasSurfaces) {
     if (v.traversal.hides(towards.direction, towards.distance)) return Rgb(0.0f);
@@ -180,14 +180,14 @@ template <class ShadowImportance, class Ask>
                                        const ShadowImportance& importance, Rng& rng,
                                        const Ask& ask) {
   double sum = 0;
-  for (std::size_t i = 0; i < s.lights.size(); ++i)
-    sum += estimated_contribution(s.lights[i], i, place, importance);
+  for (std::size_t i = 0; i < s.light.sources.size(); ++i)
+    sum += estimated_contribution(s.light.sources[i], i, place, importance);
   if (!(sum > 0)) return;
   const double part = sum / kAsked;
   double next = double(rng.uniform()) * part, below = 0;
   int asked = 0;
-  for (std::size_t i = 0; i < s.lights.size() && asked < kAsked; ++i) {
-    const double own = estimated_contribution(s.lights[i], i, place, importance);
+  for (std::size_t i = 0; i < s.light.sources.size() && asked < kAsked; ++i) {
+    const double own = estimated_contribution(s.light.sources[i], i, place, importance);
     for (below += own; asked < kAsked && next < below; ++asked) {
       ask(i, float(part / own));
       next = (asked + 1 + double(rng.uniform())) * part;
@@ -206,23 +206,23 @@ inline void add_light_here(const PathVertex<Traversal>& v, const Phase& phase,
   Rgb sum(0.0f);
   const auto place = [&] { return v.traversal.position(); };
   const auto ask = [&](std::size_t i, float factor) {
-    const LightSample l = Kind::sample(s.lights[i], place, v.rng);
+    const LightSample l = Kind::sample(s.light.sources[i], place, v.rng);
     const float p = pdf_phase(phase, v.from, l.direction);
     const float weighted = (l.pdf > 0 ? balance(l.pdf, p) * p / l.pdf : p) * factor;
     const Rgb arrived = shadowed(v, v.throughput * l.radiance * weighted, l, importance(i));
     sum += arrived;
     if (r.in_layers()) r.layers[i] += arrived;
   };
-  if (!Kind::kSimple && s.lights.size() > kMostAsked) {
+  if (!Kind::kSimple && s.light.sources.size() > kMostAsked) {
     ask_some(s, v.traversal.position(), importance, v.rng, ask);
   } else {
-    for (std::size_t i = 0; i < s.lights.size(); ++i) ask(i, 1);
+    for (std::size_t i = 0; i < s.light.sources.size(); ++i) ask(i, 1);
   }
-  if (s.sky.sampled()) {
-    const LightSample l = s.sky.sample(v.rng);
+  if (s.light.sky.sampled()) {
+    const LightSample l = s.light.sky.sample(v.rng);
     const float p = pdf_phase(phase, v.from, l.direction);
     const Rgb arrived = shadowed(v, v.throughput * (l.radiance - s.constant) * (p / (l.pdf + p)), l,
-                                 importance(s.lights.size()));
+                                 importance(s.light.sources.size()));
     sum += arrived;
     if (r.in_layers()) r.sky() += arrived;
   }

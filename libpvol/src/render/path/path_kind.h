@@ -57,7 +57,7 @@ struct AnyPaths {
   const auto is_simple = [](const LightSource& l) {
     return std::holds_alternative<SunLight>(l) || std::holds_alternative<PointSource>(l);
   };
-  return s.lights.size() <= kMostAsked && std::ranges::all_of(s.lights, is_simple) &&
+  return s.light.sources.size() <= kMostAsked && std::ranges::all_of(s.light.sources, is_simple) &&
          s.emission == nullptr && !s.moving && !s.albedo_varies &&
          std::ranges::all_of(s.volumes, [](const VolumeSetup& v) {
            return std::ranges::all_of(v.components, [](const MediumComponent& m) {

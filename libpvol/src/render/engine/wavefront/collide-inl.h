@@ -72,7 +72,7 @@ HWY_NOINLINE Towards sample_sky(const WavefrontScene& s, std::size_t number, Ran
   alignas(64) float d[3][kLanes], radiance[3][kLanes], pdf[kLanes];
   for (std::size_t k = 0; k < kLanes; ++k) {
     Rng own(key[k], counter[k], number);
-    const LightSample l = s.setup.sky.sample(own);
+    const LightSample l = s.setup.light.sky.sample(own);
     const Rgb more = l.radiance - s.setup.constant;
     for (int c = 0; c < 3; ++c) d[c][k] = l.direction[c], radiance[c][k] = more[c];
     pdf[k] = l.pdf;
@@ -134,7 +134,7 @@ HWY_INLINE void add_shadow_rays(const WavefrontScene& s, WavefrontMemory& m, std
   };
   const F luminance = part(0.2126f, 0, to.radiance.x) + part(0.7152f, 1, to.radiance.y) +
                       part(0.0722f, 2, to.radiance.z);
-  const F value = luminance * share * importance * splat(1 / s.setup.shadow_unit);
+  const F value = luminance * share * importance * splat(1 / s.setup.light.shadow_unit);
   const M positive = hn::And(p.alive, hn::Gt(value, splat(0)));
   const M few = hn::And(positive, hn::Lt(value, splat(1)));
   const M chosen = hn::And(few, hn::Lt(p.rng.fine_uniform(), value));
@@ -274,7 +274,7 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
     for (std::size_t c = 0; c < p.w.size(); ++c) p.w[c] = p.w[c] * component.albedo_of(c);
     if constexpr (!kGuided) end_faint(p, kPathRoulette);
     p.alive = hn::And(p.alive, hn::Gt(p.largest(), splat(0)));
-    const I lights = splat_int(int(s.setup.lights.size()) + 1);
+    const I lights = splat_int(int(s.setup.light.sources.size()) + 1);
     for (std::size_t light = 0; light < s.lights.size(); ++light) {
       F shadow_importance = splat(1);
       if constexpr (kGuided) {

@@ -85,7 +85,7 @@ HWY_INLINE void put_rows(const WavefrontScene& s, const Importance& importance,
   const Place p(s.field.bounds, e.x, e.y, e.z);
   std::uint32_t* const rows = to.bits(kAux) + to.n;
   pack(real, as_bits(row_of(importance.cells(), p.x, p.y, p.z)), rows);
-  const std::size_t lights = s.setup.lights.size() + 1;
+  const std::size_t lights = s.setup.light.sources.size() + 1;
   for (std::size_t k = 0; k < count(real); ++k) {
     prefetch(&importance.rows()[rows[k]]);
     prefetch(importance.shadow_importances() + rows[k] * lights);

@@ -58,8 +58,8 @@ HWY_NOINLINE void end_shadow_rays(const WavefrontScene& s, WavefrontMemory& m) {
     const std::size_t at = m.events.gone_source[k];
     const std::uint32_t id = q.bits(kId)[at], light = light_of(id);
     m.slots.add(slot_of(id), scatterings_of(id), [&](PathResult& r) {
-      const bool sky = light == s.setup.lights.size();
-      const Rgb radiance = sky ? s.setup.sky.radiance(direction_at(q, at)) - s.setup.constant
+      const bool sky = light == s.setup.light.sources.size();
+      const Rgb radiance = sky ? s.setup.light.sky.radiance(direction_at(q, at)) - s.setup.constant
                                : s.lights[light].radiance;
       const Rgb arrived = weight_at<ComponentKind>(q, at) * radiance;
       r.radiance += arrived;

@@ -76,17 +76,17 @@ WavefrontScene::WavefrontScene(const PathSetup& s)
   orders = s.options.aovs.has(Aov::scattering);
   counts_collisions = orders || s.max_bounces <= kMostWavefrontBounces;
   limited = false;
-  weighted = s.sky.sampled();
-  dark_sky = !s.sky.sampled() && largest(s.sky.radiance({0, 1, 0}) - s.constant) == 0 &&
-             s.sky.is_constant();
-  for (const LightSource& source : s.lights) {
+  weighted = s.light.sky.sampled();
+  dark_sky = !s.light.sky.sampled() && largest(s.light.sky.radiance({0, 1, 0}) - s.constant) == 0 &&
+             s.light.sky.is_constant();
+  for (const LightSource& source : s.light.sources) {
     lights.push_back(make_simd_light(source, volume.volume.density.world_to_cells));
     limited = limited || std::holds_alternative<PointSource>(source);
     const bool seen = lights.back().kind == SimdLight::Kind::disc;
     weighted = weighted || seen;
     dark_sky = dark_sky && !seen;
   }
-  if (s.sky.sampled()) lights.emplace_back();
+  if (s.light.sky.sampled()) lights.emplace_back();
   const auto bit = [](std::size_t f) { return std::uint32_t(1) << f; };
   fields = bit(kX) | bit(kY) | bit(kZ) | bit(kDX) | bit(kDY) | bit(kDZ) | bit(kW0) | bit(kDepth) |
            bit(kRng0) | bit(kRng1) | bit(kId);
