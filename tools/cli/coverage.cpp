@@ -12,7 +12,7 @@ namespace {
 
 using formats::FilmPiece;
 
-/// Numbers of samples; of those by need one stands for all.
+/// Numbers of samples; of adaptive ones, one stands for all.
 std::pair<std::uint64_t, std::uint64_t> range_of(const FilmPiece& p) {
   return p.end > 0 ? std::pair<std::uint64_t, std::uint64_t>{p.begin, p.end}
                    : std::pair<std::uint64_t, std::uint64_t>{0, 1};

@@ -171,7 +171,7 @@ double sum(const std::vector<double>& v) { return std::accumulate(v.begin(), v.e
 
 /// The ways in which a picture is cut: all frames alike.
 struct Cuts {
-  std::vector<PicturePart> pilots;  ///< none unless samples go by need
+  std::vector<PicturePart> pilots;  ///< none unless samples are adaptive
   std::vector<PicturePart> parts;
   std::optional<PixelRect> crop;  ///< what they make up, where that is not the whole image
 };
