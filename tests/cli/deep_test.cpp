@@ -106,10 +106,11 @@ TEST_F(Deep, MisuseIsToldBeforeAnythingIsRendered) {
   expect_refused(2, {"--deep-bins", "8"}, "go with --deep FILE");
   expect_refused(2, {"--deep-error", "0.1"}, "go with --deep FILE");
   expect_refused(2, {"--deep", deep, "--deep-bins", "0"}, "--deep-bins: found '0'");
-  expect_refused(1, {"--deep", deep, "--tracker", "weighted-delta"},
-                 "those of tracker weighted-delta have weights; choose a tracker without");
+  expect_refused(
+      1, {"--deep", deep, "--tracker", "weighted-delta"},
+      "those of the tracker weighted-delta have weights; choose a tracker without weights");
   expect_refused(1, {"--deep", deep, "--size", "20000x20000", "--spp", "1000"},
-                 "GiB of memory; expected at most 8: take fewer bins");
+                 "GiB of memory; expected at most 8: choose fewer bins");
   EXPECT_FALSE(std::filesystem::exists(deep));
 }
 

@@ -156,7 +156,7 @@ TEST_F(Resume, OfPartsAndAdaptiveWorksToo) {
   }
 }
 
-/// The work of a sample that an interruption gave up is not counted: samples by need go by it.
+/// The work of a sample that an interruption gave up is not counted: adaptive samples depend on it.
 TEST_F(Resume, OfCountsGivesTheBytesOfOneRender) {
   const Words kind{"--kernel", "scalar", "--guide", "off",
                    "--spp",    "24",     "--aov",   "collisions,lookups"};
@@ -204,7 +204,7 @@ TEST_F(Resume, WantsAPictureThatKeepsSums) {
       {{"-o", folder_ / "a.png", "--resume"}, "--resume wants exact sums, which an .exr keeps"},
       {{"-o", folder_ / "a.png", "--sums", "on"}, "--sums on wants exact sums"},
       {{"-o", exr("a"), "--resume", "--deep", exr("deep")}, "--resume does not go with --deep"},
-      {{"-o", exr("a"), "--samples", "4:2"}, "a first number less than the second"}};
+      {{"-o", exr("a"), "--samples", "4:2"}, "a first number below the second"}};
   for (const auto& [more, mentions] : lines) {
     const RunResult r = run_tool(PVOL_RENDER, Words{ball_} + more);
     EXPECT_EQ(r.exit, 2) << r.err;

@@ -299,7 +299,7 @@ std::vector<Refusal> refusals() {
       {head + ball +
            "[[solid]]\n[[solid.form]]\nshape = \"half-space\"\npoint = [0, 0, 0]\n"
            "inward = [0, 1, 0]\n",
-       "r.toml:1:", "solid 1 reaches to infinity"},
+       "r.toml:1:", "solid 1 extends to infinity"},
       {head + "[cumulus]\ntowers = 99\n", "r.toml:3:", "towers"},
       {head + "[cumulus]\nheight = 99\n", "r.toml:2:", "height"},
   };

@@ -47,7 +47,7 @@ RayBody::RayBody(const Body& body) : body_(body), view_(view(body_)), box_(bound
   const Vec3d extent = box_.extent();
   if (box_.empty()) return;
   if (!is_finite(box_.lo) || !is_finite(box_.hi) || !is_finite(extent)) {
-    throw Error("the body has no end; cut it by another one to give it a surface");
+    throw Error("the body is unbounded; intersect it with another one to give it a surface");
   }
   const Vec3d rim(1e-9 * max_component(extent));
   box_ = {box_.lo - rim, box_.hi + rim};

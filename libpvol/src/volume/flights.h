@@ -15,15 +15,15 @@ namespace pvol::detail {
 /// For flights that nobody stops.
 inline const std::atomic<bool> kNeverStop = false;
 
-/// What flights count, and what ends watched ones: once it is true, they end as they please, and
-/// what they bring is to be dropped.
+/// What flights count, and what ends cancellable ones: once `stop` is true, they end
+/// anywhere, and their results are to be dropped.
 struct Watch : Tally {
   const std::atomic<bool>* stop = &kNeverStop;
   float time = 0;  ///< in frames, of what moves
 };
 
-/// Whether flights count what they do, or are watched and count: only these end when they are told
-/// to, at the cost of asking at each look-up.
+/// Whether flights count what they do, or are cancellable and count: only these end when told to,
+/// at the cost of a test at each look-up.
 enum class Watching { none, count, stop };
 
 /// The loops for one kind of field, along a walk through its octree.
@@ -64,11 +64,11 @@ template <LookUp kLookUp>
 template <LookUp kLookUp>
 [[nodiscard]] Flights find_mapped_flights_of(bool cancellable);
 
-/// Of fields of which some share samples: nearest and trilinear ones. Always watched.
+/// Of fields of which some share samples: nearest and trilinear ones. Always cancellable.
 template <LookUp kLookUp>
 [[nodiscard]] Flights find_shared_flights_of(int micro_edge);
 
-/// Flights through fields in motion are always watched (advected_flights_of.h).
+/// Flights through fields in motion are always cancellable (advected_flights_of.h).
 template <LookUp kLookUp>
 [[nodiscard]] Flights find_advected_flights_of(bool count);
 

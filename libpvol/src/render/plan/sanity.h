@@ -15,7 +15,7 @@ inline constexpr double kMostNullCollisions = 1e6;
   return worst_null_collisions(volume) > kMostNullCollisions;
 }
 
-/// The same above which flights are watched: thousands of such segments take a second.
+/// The same above which flights are cancellable: thousands of such segments take a second.
 inline constexpr double kManyNullCollisions = 1e4;
 [[nodiscard]] inline bool has_long_flights(const Volume& volume) {
   return worst_null_collisions(volume) > kManyNullCollisions;
