@@ -95,7 +95,9 @@ TEST_F(Deep, ConvertFlattensIt) {
   }
   const RunResult again = run_tool(PVOL_CONVERT, {folder / "flat.exr", folder / "b.exr"});
   EXPECT_EQ(again.exit, 1);
-  EXPECT_NE(again.err.find("flat.exr: is no deep picture"), std::string::npos) << again.err;
+  EXPECT_NE(again.err.find("flat.exr: found a flat picture; expected a deep one"),
+            std::string::npos)
+      << again.err;
 }
 
 TEST_F(Deep, MisuseIsToldBeforeAnythingIsRendered) {

@@ -125,7 +125,7 @@ TEST_F(Density, ToleranceIsKept) {
   expect_success(PVOL_RENDER, render(folder_ / "a.pvol", "a.png",
                                      {"--density", "fpn", "--density-tolerance", "0.1"}));
   expect_error(1, PVOL_RENDER, render(folder_ / "a.pvol", "a.png", {"--density", "fpn"}),
-               "a.pvol: its density is kept in fpn with a tolerance of 0.1");
+               "a.pvol: its density is stored as fpn with a tolerance of 0.1");
 }
 
 TEST_F(Density, OfAFileIsNotRoundedTwice) {

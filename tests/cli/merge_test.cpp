@@ -150,7 +150,7 @@ TEST_F(Merge, RefusesPartsOfOtherPictures) {
   expect_refused({"a", "other_layers"}, "they have other layers");
   expect_refused({"a", "filtered"}, "other layers");
   expect_refused({"a", "adaptive"}, "--noise is ");
-  expect_refused({"a", "plain"}, "plain.exr: keeps no exact sums");
+  expect_refused({"a", "plain"}, "plain.exr: has no exact sums");
   std::ofstream(ball_, std::ios::app) << "# the same cloud, another file\n";
   render("changed", {"--spp", "12", "--samples", "3:12"});
   expect_refused({"a", "changed"}, "their scenes, or the contents of their clouds, differ");

@@ -313,7 +313,7 @@ TEST(Render, KeepsLayersThatItIsAskedFor) {
                      "--aov: found 'samples,varience', expected none, transmittance, variance, ");
   arguments.back() = "samples";
   arguments.insert(arguments.end(), {"--compression", "dwaa"});
-  expect_usage_error(PVOL_RENDER, arguments, "samples holds numbers; take multipart");
+  expect_usage_error(PVOL_RENDER, arguments, "samples holds numbers; use multipart");
   EXPECT_FALSE(std::filesystem::exists(folder / "b.exr"));
 }
 

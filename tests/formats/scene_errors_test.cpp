@@ -59,7 +59,7 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
       {"[camera]\nmatrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\nup = [0, 1, 0]\n",
        "s.toml:5:6: camera.up is an array of 3; expected either a matrix or position"},
       {"[camera]\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nzoom = 2\n",
-       "s.toml:6:8: camera.zoom is 2; expected none of a camera whose place is given"},
+       "s.toml:6:8: camera.zoom is 2; expected none for a camera with a position"},
       {"[camera]\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nprojection = \"latlong\"\n"
        "f_stop = 2\n",
        "s.toml:7:10: camera.f_stop is 2; expected none, since only perspective cameras"},
@@ -108,7 +108,7 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
        "s.toml:4:1: unknown key \"field\" in [medium.albedo_field]; expected one of grid, scale, "
        "offset, clamp, power, ramp, smooth or colors"},
       {"[medium.albedo]\ngrid = \"Cd\"\n",
-       "medium.albedo is a table; expected a number or three; the grid that varies it is in "
+       "medium.albedo is a table; expected a number or three; set a grid of albedos in "
        "[medium.albedo_field]"},
       {"[medium]\nalbedo = [0.5, 0.5]\n",
        "medium.albedo is an array of 2; expected a number in [0, 1], or an array of 3 of them"},
@@ -177,9 +177,8 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
        "turn from the first placement, or degrees about the same axes, which determine the way"},
       {"[volume.to]\ntranslate = [1, 0, 0]\n[medium]\nmatrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, "
        "0]\n",
-       "s.toml:4:13: volume.to.translate is an array of 3; expected a matrix, as the first "
-       "placement "
-       "has one"},
+       "s.toml:4:13: volume.to.translate is an array of 3; expected a matrix, since the first "
+       "placement has one"},
       {"[environment]\ntype = \"imge\"\n",
        "s.toml:4:8: environment.type is \"imge\"; expected \"constant\", \"gradient\", "
        "\"image\" or \"clear\"; "
@@ -236,7 +235,7 @@ TEST_F(SceneText, BadPhaseFilesAreRefusedWithTheirLines) {
       {"0 1\n181 1\n", "p.txt:2: the angle is 181; expected degrees in [0, 180]"},
       {"0 1\n180 -2\n", "p.txt:2: the value is -2; expected a number of at least 0"},
       {"0 1\n9 2\n9 3\n180 1\n",
-       "p.txt:3: the angle is 9 after 9; expected angles that ascend; sort"},
+       "p.txt:3: the angle is 9 after 9; expected ascending angles: sort"},
       {"0 1\n90 1\n",
        "p.txt: medium.phase_table is an array of 2; expected angles from 0 to 180 degrees"},
       {"0 0\n180 0\n",
@@ -268,7 +267,7 @@ TEST_F(SceneText, BadFrameworkIsRefused) {
             "background, filter, filter_width, aov, deep_bins, deep_error, "
             "density, density_tolerance, majorant_scale, homogenise or preview");
   EXPECT_EQ(error("sun = [1]\n" + kCloud), "s.toml:1:8: sun[1] is 1; expected a table");
-  EXPECT_NE(error("[recipe]\n").find("s.toml: is a recipe"), std::string::npos);
+  EXPECT_NE(error("[recipe]\n").find("s.toml: found a recipe"), std::string::npos);
   EXPECT_NE(error("volume.fil = 3\n").find("s.toml:1:8: unknown key \"fil\" in [volume]"),
             std::string::npos);
   EXPECT_NE(error(std::string("a = \"\xff\"")).find("s.toml:1:"), std::string::npos);
@@ -296,7 +295,7 @@ TEST_F(SceneText, BadSetsAreRefusedWithTheirText) {
       {"camera.target=[0, 0, 0]",
        "--set camera.target=[0, 0, 0]: [camera] has no position; add it"},
       {"volume[2].grid=smoke",
-       "--set volume[2].grid=smoke: there is one volume, and no list of them"},
+       "--set volume[2].grid=smoke: volume is a table, not a list of tables"},
       {"sun[2].angle=1", "--set sun[2].angle=1: there is no sun[2]; expected a number up to 1"},
       {"sun[0].angle=1",
        "--set sun[0].angle=1: expected a number from 1 in the brackets of sun[0]"},

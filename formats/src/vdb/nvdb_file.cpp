@@ -177,7 +177,7 @@ std::vector<NvdbGrid> inspect_nvdb(ByteSource& source) {
   ByteCursor cursor(source, {0, source.size()}, "the list of grids");
   while (cursor.left() > 0) {
     if (std::string_view(cursor.bytes(8), 8) != kSegmentMagic) {
-      cursor.fail("no start of grids where one should be; the file is damaged");
+      cursor.fail("found no start of grids; the file is damaged");
     }
     check_version(cursor, cursor.value<std::uint32_t>());
     const auto count = cursor.value<std::uint16_t>();
