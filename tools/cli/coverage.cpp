@@ -130,7 +130,7 @@ std::optional<Missing> find_missing(const std::vector<FilmPiece>& pieces, const 
 
 std::string describe(const FilmPiece& p) {
   const std::string samples =
-      p.end > 0 ? fmt::format("samples {}:{}", p.begin, p.end) : "samples by need";
+      p.end > 0 ? fmt::format("samples {}:{}", p.begin, p.end) : "adaptive samples";
   const std::string pixels =
       p.width == 1 && p.height == 1
           ? fmt::format("pixel {},{}", p.x, p.y)
