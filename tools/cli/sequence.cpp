@@ -28,9 +28,8 @@ void check_frames(const FramesGiven& given) {
 void refuse_pattern(const std::filesystem::path& input) {
   std::error_code ignored;
   if (!has_pattern(input) || std::filesystem::exists(input, ignored)) return;
-  throw UsageError(
-      fmt::format("{} is a pattern for frames; choose some with --frames A-B or --frame N",
-                  input.string()));
+  throw UsageError(fmt::format(
+      "{} is a pattern for frames; choose some with --frames A-B or --frame N", input.string()));
 }
 
 void require_pattern(const std::vector<std::filesystem::path>& inputs) {

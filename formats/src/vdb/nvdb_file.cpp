@@ -97,7 +97,7 @@ void check_size(const ByteCursor& cursor, const NvdbGrid& e) {
       e.codec == kPlain ? e.size == stored : e.size / kBestRatio[e.codec] <= stored && e.size > 0;
   if (fits && stored <= cursor.left()) return;
   cursor.fail(fmt::format(
-      "a grid of {} bytes, stored in {}, of which {} are there; the file is damaged or cut off",
+      "a grid of {} bytes, stored in {}, of which {} are left; the file is damaged or cut off",
       e.size, stored, std::min(stored, cursor.left())));
 }
 

@@ -170,7 +170,7 @@ std::optional<std::string> check_parents(const Pyramid& p, std::size_t level) {
     if (parent != parents.end() && parent->code <= n.code) break;
   }
   if (parent == parents.end()) return std::nullopt;
-  return place(level, *parent) + "missing, but children are there";
+  return place(level, *parent) + "missing, but its children exist";
 }
 
 /// The support must reach into the outermost cubes: a smaller one would cut density off.
@@ -192,7 +192,7 @@ std::optional<std::string> check_support(const Pyramid& p) {
     if (first < 0 || first >= kLeafEdge || last < 0 || last >= kLeafEdge) {
       return "support [" + std::to_string(p.support_lo[axis]) + ", " +
              std::to_string(p.support_hi[axis]) +
-             ") does not end in the outermost cubes, which reach from " +
+             ") does not end in the outermost cubes, which extend from " +
              std::to_string(p.origin[axis] + lo[axis]) + " to " +
              std::to_string(p.origin[axis] + hi[axis]);
     }

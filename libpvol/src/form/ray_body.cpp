@@ -15,8 +15,8 @@ void collect(const Body& body, std::vector<const FreeForm*>& forms) {
     for (const Perturbation& p : body.form.perturbations) {
       if (p.form.perturbations.empty()) continue;
       throw Error(
-          "a perturbation that has perturbations of its own has no surface in closed form; "
-          "expected one level of them");
+          "a perturbation that is itself perturbed has no surface in closed form; expected one "
+          "level of perturbations");
     }
     forms.push_back(&body.form);
   }

@@ -119,15 +119,16 @@ void check_deep(std::span<const Volume> volumes, const RenderOptions& o) {
 /// Flights for several channels have weights, and one tracker of their own.
 void check_chromatic(std::span<const Volume> volumes, const RenderOptions& o) {
   if (std::ranges::none_of(volumes, [](const Volume& v) { return is_chromatic(v.medium); })) return;
-  const char* wrong = count_places(volumes) > 1 ? "one volume only, not several"
-                      : o.deep ? "flat pictures only, since samples of deep ones have no weights"
+  const char* wrong = count_places(volumes) > 1 ? "one volume"
+                      : o.deep ? "flat pictures, since samples of deep ones have no weights"
                       : is_weighted(o.tracker) || o.tracker == Tracker::regular
-                          ? "the trackers decomposition and delta only"
+                          ? "the trackers decomposition and delta"
                           : nullptr;
-  require(wrong == nullptr,
-          std::string(
-              "an extinction that differs by channel (extinction_color) can be combined with ") +
-              (wrong ? wrong : ""));
+  require(
+      wrong == nullptr,
+      std::string(
+          "an extinction that differs by channel (extinction_color) can be combined only with ") +
+          (wrong ? wrong : ""));
 }
 
 /// Of what ends flights or is passed by them, which takes flights without weights.
@@ -139,7 +140,7 @@ void check_beside(const std::string& what, const char* flat, std::span<const Vol
           ? "an extinction that is the same for all channels (no extinction_color)"
       : o.deep ? flat
                : nullptr;
-  if (wrong) throw Error(what + " go with " + wrong);
+  if (wrong) throw Error(what + " can be combined only with " + wrong);
 }
 
 /// Flights are compiled for one of these kinds, not for two at once.
@@ -167,12 +168,12 @@ void check(std::span<const Volume> volumes, const Scene& scene) {
   check_chromatic(volumes, scene.options);
   check_kinds(volumes);
   if (!scene.surfaces.empty()) {
-    check_beside("scenes with surfaces", "flat pictures, for deep ones hold volumes alone", volumes,
-                 scene.options);
+    check_beside("scenes with surfaces", "flat pictures, since deep ones hold volumes only",
+                 volumes, scene.options);
   }
   if (any_is_met(make_light_sources(scene.lights))) {
-    check_beside("lights that rays meet (area, point with a radius)",
-                 "flat pictures, for deep ones are made of what collides", volumes, scene.options);
+    check_beside("lights with an extent (area, point with a radius)",
+                 "flat pictures, since deep ones hold collisions only", volumes, scene.options);
   }
   if (scene.options.deep) check_deep(volumes, scene.options);
   for (const Volume& v : volumes) {
