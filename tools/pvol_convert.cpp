@@ -27,14 +27,14 @@ using namespace pvol;
 
 constexpr const char* kTool = "pvol-convert";
 
-constexpr const char* kExamples = R"(The endings of the names say what is converted:
+constexpr const char* kExamples = R"(The endings of the names determine the conversion:
   .toml (a recipe), .nvdb or .pvol to .vdb; .vdb to .vdb keeps the one grid that pvol would render,
-  with the values it would use: non-finite and negative ones are 0. pvol-fit makes .pvol files.
-  A .pvol gives all its grids; colours, NAME.x, NAME.y and NAME.z in it, become one of vectors, and
-  so do velocities, NAME.x+, NAME.x- and so on, and the [flow] of a recipe.
-  .exr, deep, to .exr, flat: the picture without background that its samples show together.
-  .pbrt, a scene of pbrt-v4, to .toml: a scene for pvol-render, with what it needs beside it; what
-  cannot be mapped is named on stderr and at the top of the scene.
+  with the values it would use: non-finite and negative ones become 0. pvol-fit makes .pvol files.
+  All grids of a .pvol are written; its colours, NAME.x, NAME.y and NAME.z, become a grid of
+  vectors, as do velocities, NAME.x+, NAME.x- and so on, and the [flow] of a recipe.
+  Deep .exr to flat .exr: its samples are composited, without a background.
+  .pbrt, a scene of pbrt-v4, to .toml: a scene for pvol-render, with the files that it needs; what
+  cannot be converted is listed on stderr and at the top of the scene.
   .pvol to .ply or .obj: the surface of its shell, in world space; to .png: slices through the cloud
   (grey) and its shell (blue).
 
@@ -44,7 +44,7 @@ Examples:
   pvol-convert cloud.pvol cloud.vdb --bounds
       the density with its majorants and minorants, for any VDB viewer
   pvol-convert cloud.deep.exr flat.exr
-      a deep picture of pvol-render --deep for programs that want one sample a pixel
+      a deep picture of pvol-render --deep, for programs that need one sample per pixel
   pvol-convert samples/pbrt_scene.pbrt scene.toml && pvol-render scene.toml -o scene.exr
       a scene of pbrt-v4
   pvol-convert cloud.pvol shell.ply --resolution 256
@@ -67,14 +67,13 @@ struct Options {
 std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   const cli::CommandLine app("Converts clouds between file formats.", kTool, kExamples);
   cli::add_quiet(app, o.common);
-  app.add_option(
-         "INPUT", o.input,
-         "The cloud: .toml (a recipe), .nvdb, .pvol or .vdb; a deep .exr; or a scene: .pbrt")
+  app.add_option("INPUT", o.input,
+                 "Cloud: .toml (a recipe), .nvdb, .pvol or .vdb; a deep .exr; or a scene: .pbrt")
       .type_name("")
       .required();
-  app.add_option("OUTPUT", o.output,
-                 "The file to write: .vdb, a shell's .ply, .obj or .png, a flat .exr, or a scene: "
-                 ".toml")
+  app.add_option(
+         "OUTPUT", o.output,
+         "File to write: .vdb, a shell's .ply, .obj or .png, a flat .exr, or a scene: .toml")
       .type_name("")
       .required();
   cli::add_frames(app, o.frames);
@@ -82,14 +81,14 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
                "Add the grids majorant and minorant: bounds on the density over cubes of 8^3 "
                "voxels, one voxel at the centre of each cube");
   app.add_option("--resolution", o.resolution,
-                 "Steps of a shell's triangles along its longest side, 8 to 1024 [128]")
+                 "Number of steps of a shell's mesh along its longest side, 8 to 1024 [128]")
       .type_name("N")
       .check(cli::fits(whole(8, 1024)));
   app.add_option("--grid", o.grid.grid,
                  "Grid of a .vdb or .nvdb file [density, else the only float grid]")
       .type_name("NAME");
-  app.add_flag("--strict", o.grid.strict, "Refuse an input that draws a warning");
-  app.add_flag("--json", o.json, "The report as JSON");
+  app.add_flag("--strict", o.grid.strict, "Refuse an input that causes a warning");
+  app.add_flag("--json", o.json, "Print the report as JSON");
   return app.parse(argc, argv);
 }
 
@@ -114,11 +113,11 @@ void check_pair(const Options& o) {
   const bool readable = from == ".toml" || from == ".nvdb" || from == ".pvol" || from == ".vdb";
   if (!(readable && to == ".vdb") && !(from == ".pvol" && shows_shell(o)) && !flattens(o) &&
       !imports(o)) {
-    throw cli::UsageError(fmt::format(
-        "{}: there is no conversion from '{}' to '{}'; there are: .toml (a recipe), .nvdb, .pvol "
-        "and .vdb to .vdb, .pvol to .ply, .obj and .png, deep .exr to flat, and .pbrt to .toml. "
-        "pvol-fit makes .pvol files.",
-        o.input.string(), from, to));
+    throw cli::UsageError(
+        fmt::format("{}: there is no conversion from '{}' to '{}'; expected .toml (a recipe), "
+                    ".nvdb, .pvol and .vdb to .vdb, .pvol to .ply, .obj and .png, deep .exr to "
+                    "flat, or .pbrt to .toml. pvol-fit makes .pvol files.",
+                    o.input.string(), from, to));
   }
   cli::check_output(o.output, {".vdb", ".ply", ".obj", ".png", ".exr", ".toml"});
   if (cli::same_file(o.input, o.output)) {
@@ -173,7 +172,7 @@ const Shell& require_shell(const Options& o, const std::optional<Shell>& shell) 
 
 /// Slices show the density as well; a mesh needs the shell alone.
 int convert_shell(const Options& o) {
-  if (o.bounds) throw cli::UsageError("--bounds goes with an output that ends in .vdb");
+  if (o.bounds) throw cli::UsageError("--bounds needs an output that ends in .vdb");
   formats::GridReport density;
   if (formats::ending(o.output) == ".png") {
     const formats::Cloud cloud = cli::load_cloud({kTool, o.common.quiet}, o.input, o.grid);
@@ -190,7 +189,7 @@ int convert_shell(const Options& o) {
 }
 
 int convert_picture(const Options& o) {
-  if (o.bounds) throw cli::UsageError("--bounds goes with an output that ends in .vdb");
+  if (o.bounds) throw cli::UsageError("--bounds needs an output that ends in .vdb");
   const formats::StoredFilm flat = formats::flatten_exr(o.input);
   formats::write_exr(o.output, flat.film, flat.attributes);
   report(o, {}, {});
@@ -237,7 +236,7 @@ Fields load_fields(const Options& o) {
 
 /// Notes go to stderr whole: what is not in the picture is no matter of taste.
 int convert_scene(const Options& o) {
-  if (o.bounds) throw cli::UsageError("--bounds goes with an output that ends in .vdb");
+  if (o.bounds) throw cli::UsageError("--bounds needs an output that ends in .vdb");
   const formats::PbrtScene scene = formats::read_pbrt(o.input, o.output.stem().string());
   if (o.grid.strict && !scene.notes.empty()) {
     throw Error(scene.notes.front() + " (refused because of --strict)");

@@ -29,51 +29,49 @@ constexpr const char* kExamples = R"(Examples:
   pvol-fit cloud.vdb -o cloud.pvol
       the grid named density, with a copy of it in the file
   pvol-fit explosion.vdb --grid temperature --density reference --json -o explosion.pvol
-      another grid, small file: rendering will read explosion.vdb again; report as JSON
+      another grid in a small file: rendering reads explosion.vdb again; report as JSON
   pvol-fit cloud.vdb --shells 16 --check -o cloud.pvol
-      with a bounding shell of 16 perturbations, proven to hold the cloud and checked again by CGAL
+      with a bounding shell of 16 perturbations, proven to contain the cloud and checked by CGAL
   pvol-fit smoke.####.vdb -o smoke.####.pvol --frames 1-240
       a sequence, frame by frame, with a line for each
 
-The report on stdout tells the grid, its size, the bounds, and the bytes and seconds they took.
+The report on stdout gives the grid, its size, the bounds, and their bytes and seconds.
 Exit status: 0 success, 1 failure, 2 wrong usage.)";
 
 using cli::Fit;
 using Options = cli::FitOptions;
 
 void add_files(const cli::CommandLine& app, Options& o) {
-  app.add_option("INPUT", o.input, "The cloud: .vdb, .nvdb, or a recipe (.toml)")
+  app.add_option("INPUT", o.input, "Cloud: .vdb, .nvdb, or a recipe (.toml)")
       .type_name("")
       .required();
-  app.add_option("-o,--output", o.output, "The .pvol file to write").type_name("FILE").required();
+  app.add_option("-o,--output", o.output, "File to write (.pvol)").type_name("FILE").required();
   app.add_option("--grid", o.grid.grid,
-                 "Grid of a .vdb or .nvdb file; a name that occurs several times takes an index, "
+                 "Grid of a .vdb or .nvdb file; a name that occurs several times needs an index, "
                  "\"density[1]\" [density, else the only float grid]")
       .type_name("NAME");
   app.add_option(
          "--fields", o.fields,
-         "Grids that the file holds besides the density, each with bounds of its own: auto "
-         "takes those that fires go by, flames and temperature or the like, and the colours "
-         "that albedos go by, Cd or color; all every grid of numbers besides, and velocities, "
-         "which "
-         "motion blur goes by. Colours are three grids in the file, NAME.x, NAME.y and NAME.z, "
-         "velocities up to six, NAME.x+, NAME.x- and so on; those of a recipe's [flow] are always "
-         "kept, but with none [auto]")
+         "Grids that the file holds in addition to the density, each with its own bounds. auto: "
+         "grids of fires, flames and temperature or the like, and colours of the albedo, Cd or "
+         "color. all: also every other grid of numbers, and velocities for motion blur. Colours "
+         "are three grids in the file, NAME.x, NAME.y and NAME.z, velocities up to six, NAME.x+, "
+         "NAME.x- and so on; those of a recipe's [flow] are always kept, except with none [auto]")
       .type_name("auto|all|none|NAME,...");
-  app.add_option("--unit", o.unit,
-                 "Unit of the world, as a note for readers of the file, e.g. m; extinction is per "
-                 "this unit")
+  app.add_option(
+         "--unit", o.unit,
+         "World unit, as a note for readers of the file, e.g. m; extinction is per this unit")
       .type_name("NAME");
 }
 
 void add_density(const cli::CommandLine& app, Options& o) {
   app.add_option("--density", o.density,
-                 "fp32: the file holds every sample, exactly, and works alone; for large clouds it "
-                 "is about as large as the source. fp16: halves, fp8: 8 bits of the range of each "
-                 "brick of 8^3, fpn: 1 to 16 bits, as few as keep to --density-tolerance; smaller "
-                 "files whose pictures are biased, by an error that the report states. reference: "
-                 "it holds the source's name, size and hash, less than a hundredth of its bytes, "
-                 "and needs it to render [fp32]")
+                 "fp32: the file holds every sample exactly and needs no other file; for large "
+                 "clouds it is about as large as the source. fp16: halves, fp8: 8 bits of the "
+                 "range of each brick of 8^3, fpn: 1 to 16 bits, as few as --density-tolerance "
+                 "allows; smaller files whose pictures are biased, by an error that the report "
+                 "states. reference: only the source's name, size and hash, less than a hundredth "
+                 "of its bytes; rendering needs the source [fp32]")
       .type_name("NAME")
       .check(cli::fits(name_of<Precision>().or_word("reference")));
   app.add_option(
@@ -88,16 +86,15 @@ void add_density(const cli::CommandLine& app, Options& o) {
 void add_bounds(const cli::CommandLine& app, Options& o) {
   app.add_option("--micro-bounds", o.micro_bounds,
                  "Store bounds of cubes of 2^3 voxels, which save look-ups in fields that miss the "
-                 "cache and are else built at load. Those of single voxels are nearly as large as "
-                 "the source and never stored: pvol-render --micro-bounds 1 builds them, and those "
-                 "of tricubic "
-                 "interpolation [none]")
+                 "cache and are otherwise built at load. Those of single voxels are nearly as "
+                 "large as the source and never stored: pvol-render --micro-bounds 1 builds them, "
+                 "and those of tricubic interpolation [none]")
       .type_name("none|2")
       .check(cli::one_of({"none", "2", "1"}));
-  app.add_option(
-         "--interpolation", o.look_up,
-         "What the bounds hold for: trilinear (and nearest); tricubic, somewhat looser, which "
-         "holds for all three and pvol-render --interpolation tricubic needs [trilinear]")
+  app.add_option("--interpolation", o.look_up,
+                 "Interpolation for which the bounds hold: trilinear (and nearest), or tricubic, "
+                 "whose bounds are somewhat looser, hold for all three and are needed by "
+                 "pvol-render --interpolation tricubic [trilinear]")
       .type_name("trilinear|tricubic")
       .check(cli::one_of({name(LookUp::trilinear), name(LookUp::tricubic)}));
 }
@@ -105,16 +102,15 @@ void add_bounds(const cli::CommandLine& app, Options& o) {
 void add_shells(const cli::CommandLine& app, Options& o) {
   app.add_option(
          "--shells", o.shells,
-         fmt::format("Fit a bounding shell of that many perturbations, 0 to {} (soft: {}), or of "
-                     "the number that should cost rays least; takes 1 to 30 seconds and 88 + 44 K "
-                     "bytes [none]",
-                     kMaxPerturbations, kMaxSoftPerturbations))
+         fmt::format(
+             "Fit a bounding shell of K perturbations, 0 to {} (soft: {}), or auto, the number at "
+             "which rays should cost least; takes 1 to 30 seconds and 88 + 44 K bytes [none]",
+             kMaxPerturbations, kMaxSoftPerturbations))
       .type_name("K|auto|none")
       .check(cli::word_or_number({"auto", "none"}, kMaxPerturbations));
-  app.add_option(
-         "--shell-kind", o.shell_kind,
-         "hard: an ellipsoid with quadrics cut away, fast for rays. soft: a smooth surface, "
-         "tests take twice as long [hard]")
+  app.add_option("--shell-kind", o.shell_kind,
+                 "hard: an ellipsoid from which quadrics are cut, fast for rays. soft: a smooth "
+                 "surface, whose tests take twice as long [hard]")
       .type_name("hard|soft")
       .check(cli::one_of({"hard", "soft"}));
   app.add_option("--shell-effort", o.shell_effort,
@@ -137,14 +133,13 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   add_density(app, o);
   add_bounds(app, o);
   add_shells(app, o);
-  app.add_flag(
-      "--closed-form", o.closed_form,
-      "Bound a recipe by its formulas, without sampling it. Bounds are looser, and the density "
-      "stays in the recipe, which a render samples");
+  app.add_flag("--closed-form", o.closed_form,
+               "Bound a recipe by its formulas, without sampling it. Bounds are looser, and the "
+               "density stays in the recipe, which is sampled when rendering");
   app.add_flag("--strict", o.grid.strict,
-               "Refuse an input that draws a warning: non-finite or negative densities, say");
-  app.add_flag("--json", o.json, "The report as JSON");
-  app.add_option("--threads", o.threads, "Threads; 0 is one for each hardware thread [0]")
+               "Refuse an input that causes a warning, such as non-finite or negative densities");
+  app.add_flag("--json", o.json, "Print the report as JSON");
+  app.add_option("--threads", o.threads, "Number of threads; 0 is one for each hardware thread [0]")
       .type_name("N")
       .check(cli::fits(whole(0, kMostThreads)));
   return app.parse(argc, argv);
@@ -178,7 +173,7 @@ formats::LoadedGrid load_density(const Options& o) {
       nothing.grid.name = nothing.report.grid = "density";
       nothing.report.type = "none";
       nothing.report.warnings.emplace_back(
-          "no grid is called density: the file holds a fire alone; take a grid for the density "
+          "no grid is called density: the file holds only a fire; choose a grid for the density "
           "with --grid NAME");
       return nothing;
     }
@@ -228,15 +223,16 @@ Fit fit(const Options& o) {
 void check_density(const Options& o) {
   if (o.micro_bounds == "1") {
     throw cli::UsageError(
-        "--micro-bounds 1: bounds of single voxels would take 70 to 120 % of the source; a file "
-        "holds those of 2^3 voxels, and pvol-render --micro-bounds 1 builds single ones at load");
+        "--micro-bounds 1: bounds of single voxels would take 70 to 120 % of the source; store "
+        "those of 2^3 voxels, and let pvol-render --micro-bounds 1 build single ones at load");
   }
   if (o.closed_form && (o.micro_bounds != "none" || cli::is_quantised(o))) {
     throw cli::UsageError(
-        "--closed-form takes no samples: --micro-bounds and --density fp16, fp8 and fpn need them");
+        "--closed-form takes no samples, but --micro-bounds and --density fp16, fp8 and fpn need "
+        "them; leave one of them out");
   }
   if (o.tolerance && o.density != "fpn") {
-    throw cli::UsageError("--density-tolerance goes with --density fpn");
+    throw cli::UsageError("--density-tolerance needs --density fpn");
   }
 }
 
@@ -249,12 +245,13 @@ void check_options(const Options& o) {
                     o.input.string(), kind));
   }
   if (o.closed_form && kind != ".toml") {
-    throw cli::UsageError(
-        fmt::format("--closed-form is for recipes (.toml); {} holds samples", o.input.string()));
+    throw cli::UsageError(fmt::format("--closed-form is for recipes (.toml), but {} holds samples",
+                                      o.input.string()));
   }
   check_density(o);
   if (o.closed_form && !o.grid.grid.empty()) {
-    throw cli::UsageError("--grid does not go with --closed-form: a recipe makes one grid");
+    throw cli::UsageError(
+        "--grid and --closed-form exclude each other: a recipe has only one grid");
   }
   if (o.closed_form && o.look_up == "tricubic") {
     throw cli::UsageError(
@@ -263,14 +260,15 @@ void check_options(const Options& o) {
   }
   if (o.shell_kind == "soft" && o.shells != "none" && o.shells != "auto" &&
       std::stoi(o.shells) > kMaxSoftPerturbations) {
-    throw cli::UsageError(fmt::format("--shells {}: a soft shell has at most {} perturbations",
-                                      o.shells, kMaxSoftPerturbations));
+    throw cli::UsageError(
+        fmt::format("--shells {}: expected at most {} perturbations of a soft shell", o.shells,
+                    kMaxSoftPerturbations));
   }
   if (o.check && !cli::can_check_shells()) {
     throw cli::UsageError("this pvol was built without CGAL, which --check needs");
   }
   if (o.check && o.shells == "none") {
-    throw cli::UsageError("--check checks the shell that --shells asks for; add --shells auto");
+    throw cli::UsageError("--check needs a shell to check; add --shells auto");
   }
 }
 

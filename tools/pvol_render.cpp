@@ -53,7 +53,7 @@ std::shared_ptr<const formats::Cloud> load_volume(const Options& o, cli::SceneCl
                                                       cli::kChosenThickness, volume.density_map);
     volume.has_extinction = true;
     if (!o.common.quiet) {
-      std::cerr << kTool << ": no extinction given; chose "
+      std::cerr << kTool << ": no extinction is set; chose "
                 << cli::readable(volume.medium.extinction)
                 << " per world unit (change it with --set " << key << "=X)\n";
     }
@@ -66,9 +66,9 @@ void warn_of_bounds(const std::filesystem::path& file, const Volume& volume) {
   const BoundsExcess& e = volume.density.excess;
   if (e.nodes == 0) return;
   cli::print_warnings(
-      kTool, {fmt::format("{}: the bounds of {} cubes do not hold, the worst majorant is {} times "
-                          "too low, at ({:.0f}, {:.0f}, {:.0f}); the tracker's weights make up for "
-                          "it, with more noise. Fit the cloud again",
+      kTool, {fmt::format("{}: the bounds of {} cubes do not hold; the worst majorant is {} times "
+                          "too low, at ({:.0f}, {:.0f}, {:.0f}). The tracker's weights compensate "
+                          "for it with more noise; fit the cloud again",
                           file.string(), e.nodes, cli::readable(e.factor), e.worst.lo.x,
                           e.worst.lo.y, e.worst.lo.z)});
 }
@@ -149,7 +149,7 @@ bool show_live(const Options& o, const RenderJob& job, const std::filesystem::pa
               [&] { cli::save_png(o, png, job, film); });
     return true;
   } catch (const Error& e) {
-    cli::print_warnings(kTool, {std::string(e.what()) + "; rendering goes on without --live"});
+    cli::print_warnings(kTool, {std::string(e.what()) + "; rendering continues without --live"});
     return false;
   }
 }
@@ -165,7 +165,7 @@ std::optional<cli::FilteredPicture> filter(const Options& o, const RenderJob& jo
                                [&] { return result.complete && cli::interrupted(); });
   } catch (const Error& e) {
     if (result.complete && !cli::interrupted()) throw;
-    cli::print_warnings(kTool, {std::string(e.what()) + "; it is saved as it is"});
+    cli::print_warnings(kTool, {std::string(e.what()) + "; the picture is saved unfiltered"});
     return std::nullopt;
   }
 }
@@ -199,8 +199,8 @@ int render_and_save(const Options& o, const cli::Outputs& out, RenderJob job, bo
   }
   if (verbose && !o.common.quiet) cli::print_facts(job);
   if (!o.common.quiet && !begun.film.pixels.empty()) {
-    std::cerr << kTool << ": going on with " << cli::readable_count(cli::count_samples(begun.film))
-              << " samples of " << (o.pilot.empty() ? out.exr : o.pilot).string() << '\n';
+    std::cerr << kTool << ": resuming with " << cli::readable_count(cli::count_samples(begun.film))
+              << " samples from " << (o.pilot.empty() ? out.exr : o.pilot).string() << '\n';
   }
   std::optional<report::LivePage> live;
   if (o.live) live.emplace(out.png);
@@ -225,8 +225,8 @@ int render_and_save(const Options& o, const cli::Outputs& out, RenderJob job, bo
     return cli::kSuccess;
   }
   throw Error("interrupted after " + cli::progress_text(t) +
-              " samples; what was rendered is saved" +
-              (out.exr.empty() || !out.deep.empty() ? "" : ", and --resume goes on with it"));
+              " samples; the picture so far is saved" +
+              (out.exr.empty() || !out.deep.empty() ? "" : ", and --resume continues it"));
 }
 
 // --- sequences ----------------------------------------------------------------------------------
@@ -245,13 +245,13 @@ formats::SceneFile choose(const Options& o, int frame) {
   }
   if (chosen_for_nothing || empty == job.volumes.size()) {
     throw Error(
-        fmt::format("frame {}: the density is 0 everywhere, so there is nothing to choose "
-                    "extinction and camera for; name another frame with --lock-frame N",
+        fmt::format("frame {}: the density is 0 everywhere, so extinction and camera "
+                    "cannot be chosen; name another frame with --lock-frame N",
                     frame));
   }
   if (!o.common.quiet) {
-    std::cerr << kTool << ": no " << what << " given; chosen for frame " << frame
-              << ", and for all frames the same\n";
+    std::cerr << kTool << ": no value is set for " << what << "; chosen for frame " << frame
+              << ", and used for all frames\n";
   }
   return std::move(job.file);
 }
@@ -269,8 +269,8 @@ int render_frames(const Options& o) {
     const std::string what = cli::open_choices(cli::scene_of_frame(o, reference));
     cli::print_warnings(
         kTool,
-        {fmt::format("no {} given; chosen for frame {} alone; for pictures that go together give "
-                     "all frames as well, --frames A-B, or the same --lock-frame N to each",
+        {fmt::format("no value is set for {}; chosen for frame {} alone. For pictures that match, "
+                     "give all frames as well, --frames A-B, or the same --lock-frame N to each",
                      what, reference)});
   }
   std::optional<formats::SceneFile> chosen;

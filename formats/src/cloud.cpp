@@ -40,12 +40,11 @@ GridReport describe_samples(const VoxelGrid& grid, const std::string& type) {
 std::filesystem::path find_source(const std::filesystem::path& file, const Metadata& m) {
   const std::filesystem::path source = file.parent_path() / m.source.file;
   const std::string advice =
-      "; put the original back, or fit again (--density fp32 for a .pvol that "
-      "needs no other file)";
+      "; restore the original, or fit again (--density fp32 for a .pvol that needs no other file)";
   std::error_code failure;
   if (!std::filesystem::is_regular_file(source, failure)) {
-    throw Error(file.string() + ": its density is in " + source.string() + ", which is not there" +
-                advice);
+    throw Error(file.string() + ": its density is in " + source.string() +
+                ", which does not exist" + advice);
   }
   const FileHash found = hash_file(source);
   if (found.bytes != m.source.bytes || found.hash != m.source.hash) {
@@ -72,12 +71,12 @@ LoadedGrid take_density(const std::filesystem::path& file, PvolFile& content,
 Recipe read_recipe_of(const std::filesystem::path& file, const GridOptions& options) {
   if (!is_recipe(file)) {
     throw Error(file.string() +
-                ": is a scene, expected a cloud: a .vdb, .nvdb or .pvol file, or a "
-                "recipe, which is a .toml file with a [recipe] table");
+                ": found a scene, expected a cloud: a .vdb, .nvdb or .pvol file, or a recipe, "
+                "which is a .toml file with a [recipe] table");
   }
   Recipe recipe = read_recipe(file);
   if (!options.grid.empty() && options.grid != recipe.name) {
-    throw Error(file.string() + ": a recipe makes the grid \"" + recipe.name + "\", not \"" +
+    throw Error(file.string() + ": the recipe holds the grid \"" + recipe.name + "\", not \"" +
                 options.grid + "\"");
   }
   return recipe;
@@ -206,9 +205,8 @@ AlbedoGrid load_albedo(const std::filesystem::path& file, const AlbedoMap& map, 
   }
   if (map.is_of_numbers()) {
     throw Error(fmt::format(
-        "{}: the grid '{}' has colours, which are taken as they are; found scale, offset, clamp, "
-        "power, ramp or colors in [medium.albedo_field], expected none of them, which are for "
-        "grids of numbers",
+        "{}: the grid '{}' has colours, which are not mapped; found scale, offset, clamp, power, "
+        "ramp or colors in [medium.albedo_field], which apply to grids of numbers; leave them out",
         file.string(), map.grid));
   }
   grid.colors = read_color(file, map.grid, strict);
@@ -249,8 +247,8 @@ namespace {
 /// Refuses to change the samples of a cloud that has none.
 void require_samples(const Cloud& cloud, const char* what, const std::filesystem::path& file) {
   if (cloud.recipe() == nullptr) return;
-  throw Error(file.string() + ": a recipe with procedural look-ups has no samples, which " + what +
-              " would change; choose another interpolation");
+  throw Error(file.string() + ": a recipe with procedural look-ups has no samples, but " + what +
+              " changes samples; choose another interpolation");
 }
 
 /// Bounds for new samples, for the interpolation that the old ones were for. Those of a recipe in
@@ -282,7 +280,7 @@ void quantise(Cloud& cloud, const Quantisation& how, const std::filesystem::path
                                       ? fmt::format(" with a tolerance of {:g}", stored.tolerance)
                                       : "";
     throw Error(fmt::format(
-        "{}: its density is kept in {}{}; render it as it is stored, or take its source, {}",
+        "{}: its density is stored as {}{}; render it as it is stored, or use its source, {}",
         file.string(), name(stored.precision), tolerance, m.source.file));
   }
   require_samples(cloud, "another precision", file);

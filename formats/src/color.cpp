@@ -26,10 +26,10 @@ bool has_part(std::span<const GridEntry> grids, const std::string& name) {
 LoadedColor read_parts(const std::filesystem::path& file, const std::string& name, bool strict) {
   const std::vector<GridEntry> grids = grids_of(file);
   if (!has_colors(grids, name)) {
-    throw Error(fmt::format(
-        "{}: holds no colours called '{}', which are three grids '{}.x', '{}.y' and '{}.z'; the "
-        "file has: {}",
-        file.string(), name, name, name, name, listed(grids)));
+    throw Error(
+        fmt::format("{}: holds no colours called '{}'; expected three grids '{}.x', '{}.y' and "
+                    "'{}.z'; the file has: {}",
+                    file.string(), name, name, name, name, listed(grids)));
   }
   LoadedColor loaded;
   const std::vector<std::string> parts = color_parts(name);

@@ -56,24 +56,24 @@ std::vector<std::string> bind_fields(SceneVolume& v, std::span<const GridEntry> 
   if (v.grid.empty() && lacks_density(grids) && (v.fire || !first_of(kFireNames, grids).empty())) {
     v.grid = kNoGrid;
     if (!v.fire) v.fire.emplace().kelvin = 1;
-    notes.push_back("no grid is called density: the volume is a fire alone");
+    notes.push_back("no grid is called density: the volume has only a fire");
   }
   if (!v.fire) return notes;
   Fire& fire = *v.fire;
   if (fire.field.empty()) {
     fire.field = first_of(kFireNames, grids);
     if (fire.field.empty()) {
-      throw Error(fmt::format(
-          "{}: no grid is called flames, heat, temperature or the like, which a fire could go by; "
-          "name one with medium.fire.field; the file has: {}",
-          v.file.string(), listed(grids)));
+      throw Error(
+          fmt::format("{}: no grid is called flames, heat, temperature or the like, so the fire "
+                      "has no field; name one with medium.fire.field; the file has: {}",
+                      v.file.string(), listed(grids)));
     }
-    notes.push_back("the fire goes by the grid " + fire.field);
+    notes.push_back("the fire uses the grid " + fire.field);
   }
   const std::string temperature = first_of(kTemperatureNames, grids);
   if (fire.color_by.empty() && fire.colored()) {
     fire.color_by = temperature.empty() ? fire.field : temperature;
-    notes.push_back("its colour goes by the grid " + fire.color_by);
+    notes.push_back("its colour uses the grid " + fire.color_by);
   }
   return notes;
 }
@@ -84,18 +84,18 @@ std::vector<std::string> bind_albedo(SceneVolume& v, std::span<const GridEntry> 
   if (name.empty()) {
     if (!v.albedo_field) return {};
     throw Error(fmt::format(
-        "{}: no grid of colours is called Cd, color, colour or albedo, which the albedo could go "
-        "by; name one, or a grid of numbers, with medium.albedo_field.grid; the file has: {}",
+        "{}: no grid of colours is called Cd, color, colour or albedo, so the albedo has no field; "
+        "name one, or a grid of numbers, with medium.albedo_field.grid; the file has: {}",
         v.file.string(), listed(grids)));
   }
   if (!v.albedo_field && ending(v.file) == ".nvdb") {
     return {"the colours of the grid " + name +
-            " are left out: they are read from .vdb and .pvol files"};
+            " are ignored: they are read from .vdb and .pvol files only"};
   }
   if (!v.albedo_field) v.albedo_field.emplace();
   v.albedo_field->grid = name;
-  return {"the albedo goes by the colours of the grid " + name +
-          " (--set medium.albedo_field.grid=none leaves them out)"};
+  return {"the albedo uses the colours of the grid " + name +
+          " (--set medium.albedo_field.grid=none ignores them)"};
 }
 
 }  // namespace pvol::formats

@@ -119,8 +119,8 @@ std::optional<LoadedVelocity> read_velocity(const std::filesystem::path& file,
   if (kind == ".pvol") return read_pvol_velocity(file, name, strict);
   if (kind == ".toml") return sample_recipe(file);
   throw Error(file.string() +
-              ": velocities are read from .vdb and .pvol files and from recipes; name one with "
-              "medium.motion.file");
+              ": velocities are read from .vdb and .pvol files and from recipes only; name one "
+              "with medium.motion.file");
 }
 
 }  // namespace pvol::formats

@@ -135,13 +135,13 @@ TEST(CapiVolume, SaysWhatIsWrong) {
   };
   a = smoke.array();
   a.values = nullptr;
-  expect("no address", commit_with(a));
+  expect("address of the array of samples is null", commit_with(a));
   a = smoke.array();
   a.size[1] = 0;
   expect("(40, 0, 40)", commit_with(a));
   a = smoke.array();
   a.type = pvol_type(3);
-  expect("type of samples of 3", commit_with(a));
+  expect("type of samples 3", commit_with(a));
   Smoke bad;
   bad.values[41 * 40 + 7] = -1;
   expect("sample (1, 1, 7)", commit_with(bad.array()));
@@ -150,7 +150,7 @@ TEST(CapiVolume, SaysWhatIsWrong) {
   pvol_leaf leaf{smoke.values.data(), {0, 4, 0}};
   pvol_leaves leaves{};
   leaves.leaves = &leaf, leaves.leaf_count = 1;
-  expect("multiple of its edge", [&] { v.set(PVOL_DENSITY, leaves).commit(); });
+  expect("multiple of the edge", [&] { v.set(PVOL_DENSITY, leaves).commit(); });
   pvol_tile tile{{0, 0, 0}, 16, 1};
   leaves = {};
   leaves.tiles = &tile, leaves.tile_count = 1;
@@ -332,7 +332,7 @@ TEST(CapiCommit, ChangesOfTheMediumKeepTheSamples) {
   }
   v.set_interpolation(PVOL_NEAREST).commit();
   const api::Error e = error_of([&] { v.set_interpolation(PVOL_TRICUBIC).commit(); });
-  EXPECT_NE(std::string(e.what()).find("set those of the density again"), std::string::npos);
+  EXPECT_NE(std::string(e.what()).find("set the samples of the density again"), std::string::npos);
   EXPECT_GT(v.density(place_of(20, 20, 20)), 0) << "as it was";
 }
 

@@ -82,11 +82,11 @@ constexpr const char* kNone = "medium.albedo_field.grid=none";
 
 TEST_F(ColorFiles, AreBoundAndTold) {
   const std::string log = render("smoke.vdb", "a.exr");
-  EXPECT_NE(log.find("smoke.vdb: the albedo goes by the colours of the grid Cd (--set " +
-                     std::string(kNone) + " leaves them out)"),
+  EXPECT_NE(log.find("smoke.vdb: the albedo uses the colours of the grid Cd (--set " +
+                     std::string(kNone) + " ignores them)"),
             std::string::npos)
       << log;
-  EXPECT_NE(log.find("the albedo is a field"), std::string::npos) << log;
+  EXPECT_NE(log.find("the albedo varies in space"), std::string::npos) << log;
   const std::string without = render("smoke.vdb", "grey.exr", {"--set", kNone});
   EXPECT_EQ(without.find("the colours of the grid"), std::string::npos) << without;
   EXPECT_GT(largest_difference("a.exr", "grey.exr"), 0.1);
@@ -115,7 +115,7 @@ TEST_F(ColorFiles, FitKeepsThem) {
     EXPECT_EQ(fit["fields"][0]["name"], "Cd.x");
     EXPECT_EQ(fit["fields"][3]["name"], "Cd.black");
     const std::string log = render("s.pvol", "pvol.exr");
-    EXPECT_NE(log.find("the albedo goes by the colours of the grid Cd"), std::string::npos) << log;
+    EXPECT_NE(log.find("the albedo uses the colours of the grid Cd"), std::string::npos) << log;
     EXPECT_LE(largest_difference("vdb.exr", "pvol.exr"), most) << precision;
   }
   // Rounded samples of 8 bits: other flights, and the same light on average.
@@ -160,8 +160,7 @@ TEST_F(ColorFiles, NumbersGoByARamp) {
           {folder_ / "smoke.vdb", "-o", folder_ / "x.exr", "--set", "medium.albedo_field.power=2"},
           1)
           .err;
-  EXPECT_NE(refused.find("the grid 'Cd' has colours, which are taken as they are"),
-            std::string::npos)
+  EXPECT_NE(refused.find("the grid 'Cd' has colours, which are not mapped"), std::string::npos)
       << refused;
 }
 

@@ -45,7 +45,7 @@ TEST_F(Deep, IsWrittenBesideAPictureThatDoesNotChange) {
   const RunResult r = render("a.exr", {"--deep", folder / "a.deep.exr"});
   EXPECT_EQ(r.exit, 0) << r.err;
   EXPECT_NE(r.err.find("a.deep.exr, "), std::string::npos) << r.err;
-  EXPECT_NE(r.err.find(" deep samples a pixel"), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find(" deep samples per pixel"), std::string::npos) << r.err;
   EXPECT_EQ(read_text(folder / "plain.exr"), read_text(folder / "a.exr"));
   // Coarser, it is smaller.
   EXPECT_EQ(render("b.exr", {"--deep", folder / "b.exr.exr", "--deep-error", "0.2"}).exit, 0);
@@ -95,7 +95,9 @@ TEST_F(Deep, ConvertFlattensIt) {
   }
   const RunResult again = run_tool(PVOL_CONVERT, {folder / "flat.exr", folder / "b.exr"});
   EXPECT_EQ(again.exit, 1);
-  EXPECT_NE(again.err.find("flat.exr: is no deep picture"), std::string::npos) << again.err;
+  EXPECT_NE(again.err.find("flat.exr: found a flat picture; expected a deep one"),
+            std::string::npos)
+      << again.err;
 }
 
 TEST_F(Deep, MisuseIsToldBeforeAnythingIsRendered) {
@@ -103,13 +105,14 @@ TEST_F(Deep, MisuseIsToldBeforeAnythingIsRendered) {
   expect_refused(2, {"--deep", folder / "refused.exr"},
                  "are the same file, " + folder / "refused.exr" + "; choose another name");
   expect_refused(2, {"--deep", folder / "deep.png"}, "ends in '.png', expected .exr");
-  expect_refused(2, {"--deep-bins", "8"}, "go with --deep FILE");
-  expect_refused(2, {"--deep-error", "0.1"}, "go with --deep FILE");
+  expect_refused(2, {"--deep-bins", "8"}, "need --deep FILE");
+  expect_refused(2, {"--deep-error", "0.1"}, "need --deep FILE");
   expect_refused(2, {"--deep", deep, "--deep-bins", "0"}, "--deep-bins: found '0'");
-  expect_refused(1, {"--deep", deep, "--tracker", "weighted-delta"},
-                 "those of tracker weighted-delta have weights; choose a tracker without");
+  expect_refused(
+      1, {"--deep", deep, "--tracker", "weighted-delta"},
+      "those of the tracker weighted-delta have weights; choose a tracker without weights");
   expect_refused(1, {"--deep", deep, "--size", "20000x20000", "--spp", "1000"},
-                 "GiB of memory; expected at most 8: take fewer bins");
+                 "GiB of memory; expected at most 8: choose fewer bins");
   EXPECT_FALSE(std::filesystem::exists(deep));
 }
 

@@ -120,7 +120,7 @@ TEST_F(DenoiseOption, IsReportedAndRefusedWhereNoiseIsNotKnown) {
   EXPECT_EQ(stats["options"]["biased"], "yes: denoised");
   const RunResult one = render("b.exr", {"--spp", "1", "--denoise"});
   EXPECT_EQ(one.exit, 2);
-  EXPECT_NE(one.err.find("--denoise takes --spp 2 or more"), std::string::npos) << one.err;
+  EXPECT_NE(one.err.find("--denoise needs --spp 2 or more"), std::string::npos) << one.err;
 }
 
 }  // namespace denoise_test

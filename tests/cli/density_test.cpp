@@ -125,7 +125,7 @@ TEST_F(Density, ToleranceIsKept) {
   expect_success(PVOL_RENDER, render(folder_ / "a.pvol", "a.png",
                                      {"--density", "fpn", "--density-tolerance", "0.1"}));
   expect_error(1, PVOL_RENDER, render(folder_ / "a.pvol", "a.png", {"--density", "fpn"}),
-               "a.pvol: its density is kept in fpn with a tolerance of 0.1");
+               "a.pvol: its density is stored as fpn with a tolerance of 0.1");
 }
 
 TEST_F(Density, OfAFileIsNotRoundedTwice) {
@@ -158,7 +158,7 @@ TEST_F(Density, MisuseIsRefused) {
   };
   refuse({"--micro-bounds", "1"}, "single voxels would take");
   refuse({"--micro-bounds", "4"}, "--micro-bounds");
-  refuse({"--density", "fp8", "--density-tolerance", "0.1"}, "goes with --density fpn");
+  refuse({"--density", "fp8", "--density-tolerance", "0.1"}, "needs --density fpn");
   refuse({"--density", "fpn", "--density-tolerance", "0"}, "--density-tolerance");
   expect_error(2, PVOL_FIT,
                {folder_ / "a.toml", "-o", folder_ / "a.pvol", "--closed-form", "--density", "fp8"},
@@ -169,7 +169,7 @@ TEST_F(Density, MisuseIsRefused) {
       "takes no samples");
   expect_error(2, PVOL_RENDER, render(vdb_, "a.png", {"--density", "reference"}), "--density");
   expect_error(2, PVOL_RENDER, render(vdb_, "a.png", {"--density-tolerance", "0.1"}),
-               "goes with --density fpn");
+               "needs --density fpn");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "a.pvol"));
 }
 

@@ -76,10 +76,9 @@ class FireFiles : public ::testing::Test {
 
 TEST_F(FireFiles, WithoutDensityIsAFireByNight) {
   const std::string log = render("fire.vdb", "a.exr");
-  for (const char* told :
-       {"no grid is called density: the volume is a fire alone", "the fire goes by the grid flames",
-        "its colour goes by the grid temperature", "Kelvin where it is 1", "for the fire",
-        "a fire without smoke"}) {
+  for (const char* told : {"no grid is called density: the volume has only a fire",
+                           "the fire uses the grid flames", "its colour uses the grid temperature",
+                           "Kelvin where it is 1", "for the fire", "a fire without smoke"}) {
     EXPECT_NE(log.find(told), std::string::npos) << told << "\n" << log;
   }
   const Vec3d mean = mean_of("a.exr");
@@ -97,7 +96,7 @@ TEST_F(FireFiles, WithoutDensityIsAFireByNight) {
 
 TEST_F(FireFiles, SmokeTellsOfTheGridsThatCouldBurn) {
   const std::string log = render("all.vdb", "a.exr");
-  EXPECT_NE(log.find("the file has flames and temperature, too; --set medium.fire.kelvin=K"),
+  EXPECT_NE(log.find("the file has flames and temperature; --set medium.fire.kelvin=K"),
             std::string::npos)
       << log;
   const std::vector<std::string> night{

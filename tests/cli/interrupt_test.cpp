@@ -155,7 +155,7 @@ TEST_F(Interrupt, EndsTheFitOfAShell) {
 TEST_F(Interrupt, TheFirstOneSavesAPictureAndTheSecondEndsTheTool) {
   const RunResult once = run_tool(PVOL_RENDER, long_picture(), at_text("noise ", {SIGHUP}));
   EXPECT_EQ(once.exit, 1) << once.err;
-  EXPECT_NE(once.err.find("; what was rendered is saved"), once.err.npos) << once.err;
+  EXPECT_NE(once.err.find("; the picture so far is saved"), once.err.npos) << once.err;
   EXPECT_FALSE(read_text(picture).empty());
   // What is interrupted on the way into a .png is filtered to the end, by one thread for seconds. A
   // second signal counts a second after the first.
@@ -187,7 +187,7 @@ TEST_F(Interrupt, InTheFilterSavesThePictureAsItIs) {
       PVOL_RENDER, {ball, "-o", picture, "--size", "1280x960", "--spp", "2", "--denoise"},
       at_text("\rfiltering", {SIGINT}));
   EXPECT_EQ(r.exit, 1) << r.err;
-  EXPECT_NE(r.err.find("interrupted; it is saved as it is"), r.err.npos) << r.err;
+  EXPECT_NE(r.err.find("interrupted; the picture is saved unfiltered"), r.err.npos) << r.err;
   EXPECT_TRUE(std::filesystem::exists(picture));
 }
 
@@ -217,7 +217,7 @@ TEST_F(Interrupt, StudiesReportWhatTheyMeasured) {
     if (!sent && later) sent = kill(pid, SIGINT) == 0;
   });
   EXPECT_EQ(late.exit, 1) << late.err;
-  EXPECT_NE(late.err.find("the report holds what was measured until then"), late.err.npos)
+  EXPECT_NE(late.err.find("the report contains the measurements so far"), late.err.npos)
       << late.err;
   EXPECT_NE(late.out, "");
 }

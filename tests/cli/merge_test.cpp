@@ -92,7 +92,7 @@ TEST_F(Merge, OfSamplesAdaptiveGoesByAPilotOfTheWhole) {
   render("one", noise);
   render("pilot_1", noise + Words{"--samples", "0:16", "--crop", "0,0,40,11"});
   render("pilot_2", noise + Words{"--samples", "0:16", "--crop", "0,11,40,19"});
-  expect_refused({"pilot_1", "pilot_2"}, "no part has samples by need");
+  expect_refused({"pilot_1", "pilot_2"}, "no part has adaptive samples");
   ASSERT_EQ(merge("pilot", {"pilot_2", "pilot_1"}, {"--partial"}).exit, 0);
   const Words go_on = noise + Words{"--pilot", exr("pilot")};
   render("p1", go_on + Words{"--crop", "0,0,13,30"});
@@ -100,7 +100,7 @@ TEST_F(Merge, OfSamplesAdaptiveGoesByAPilotOfTheWhole) {
   render("p3", go_on + Words{"--crop", "13,7,27,23"});
   ASSERT_EQ(merge("whole", {"p2", "p1", "p3"}).exit, 0);
   expect_same("whole", "one");
-  expect_refused({"p2", "p1"}, "no part has samples by need of pixel 13,7");
+  expect_refused({"p2", "p1"}, "no part has adaptive samples of pixel 13,7");
   expect_refused({"p2", "p1", "p3", "pilot"}, "both have");
 }
 
@@ -147,10 +147,10 @@ TEST_F(Merge, RefusesPartsOfOtherPictures) {
   render("plain", {"--spp", "12"});
   expect_refused({"a", "other_scene"}, "their scenes, or the contents of their clouds, differ");
   expect_refused({"a", "other_size"}, "differ");
-  expect_refused({"a", "other_layers"}, "they have other layers");
-  expect_refused({"a", "filtered"}, "other layers");
+  expect_refused({"a", "other_layers"}, "they have different layers");
+  expect_refused({"a", "filtered"}, "different layers");
   expect_refused({"a", "adaptive"}, "--noise is ");
-  expect_refused({"a", "plain"}, "plain.exr: keeps no exact sums");
+  expect_refused({"a", "plain"}, "plain.exr: has no exact sums");
   std::ofstream(ball_, std::ios::app) << "# the same cloud, another file\n";
   render("changed", {"--spp", "12", "--samples", "3:12"});
   expect_refused({"a", "changed"}, "their scenes, or the contents of their clouds, differ");
@@ -162,8 +162,8 @@ TEST_F(Merge, RefusesSamplesThatAreMissingOrThereTwice) {
     render(part_name(k), options + kParts[k]);
   }
   expect_refused({"p0", "p1", "p2"},
-                 "no part has samples 4:12 of pixel 17,0 of seed 1; in all 690 "
-                 "pixels lack some; --partial merges what is there");
+                 "no part has samples 4:12 of pixel 17,0 of seed 1; 690 pixels lack samples in "
+                 "all; --partial merges the parts that exist");
   expect_refused({"p0", "p2", "p3"}, "no part has samples 3:4 of pixel 0,0");
   expect_refused({"p0", "p1", "p2", "p3", "p1"}, "both have samples 3:4 of pixels 0,0 to 39,29");
   render("late", options + Words{"--samples", "11:12"});
@@ -202,7 +202,7 @@ TEST_F(Merge, TellsWrongUse) {
       {{"merge"}, "PART"},
       {{"merge", exr("p0")}, "--output"},
       {{"merge", exr("p0"), "-o", folder_ / "a.vdb"}, "expected .exr"},
-      {{"merge", exr("p0"), "-o", exr("p0")}, "is a part and the output"},
+      {{"merge", exr("p0"), "-o", exr("p0")}, "is both a part and the output"},
       {{"merge", exr("p0"), "-o", exr("a"), "--png", folder_ / "a.png", "--no-png"}, "exclude"}};
   for (const auto& [line, mentions] : lines) {
     const RunResult r = run_tool(PVOL_CONVERT, line);

@@ -52,7 +52,7 @@ constexpr const char* kShutter = "camera.shutter=[-0.5, 0.5]";
 TEST_F(MotionTool, AShutterIsAllThatItTakes) {
   const RunResult r = render(vdb_, "a.exr", {"--set", kShutter});
   EXPECT_EQ(r.exit, 0) << r.err;
-  EXPECT_NE(r.err.find("fog.vdb: it moves by the grid vel"), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find("fog.vdb: it moves with the grid vel"), std::string::npos) << r.err;
   EXPECT_NE(r.err.find("it moves by up to 5 voxels"), std::string::npos) << r.err;
   const auto same = [&](const std::string& a, const std::string& b) {
     return read_text(folder_ / a) == read_text(folder_ / b);
@@ -143,7 +143,7 @@ TEST_F(MotionTool, VelocitiesOfAPvolFileAreThoseOfTheSource) {
     ASSERT_EQ(fitted.exit, 0) << fitted.err;
     EXPECT_EQ(fitted.err.find("left out"), std::string::npos) << fitted.err;
     const RunResult r = render(pvol, "b.png", {"--set", kShutter});
-    EXPECT_NE(r.err.find("kept.pvol: it moves by the grid vel"), std::string::npos) << r.err;
+    EXPECT_NE(r.err.find("kept.pvol: it moves with the grid vel"), std::string::npos) << r.err;
     EXPECT_EQ(read_text(folder_ / "a.png"), read_text(folder_ / "b.png")) << fields;
     const RunResult back = run_tool(PVOL_CONVERT, {pvol, folder_ / "back.vdb"});
     ASSERT_EQ(back.exit, 0) << back.err;
@@ -163,7 +163,7 @@ TEST_F(MotionTool, RecipesMoveByTheirFlow) {
   const std::vector<std::string> moves{"--set", kShutter, "--set", "medium.extinction=3"};
   const RunResult r = render(folder_ / "ball.toml", "a.png", moves);
   ASSERT_EQ(r.exit, 0) << r.err;
-  EXPECT_NE(r.err.find("ball.toml: it moves by the grid flow"), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find("ball.toml: it moves with the grid flow"), std::string::npos) << r.err;
   ASSERT_EQ(render(folder_ / "ball.toml", "still.png", {"--set", "medium.extinction=3"}).exit, 0);
   EXPECT_NE(read_text(folder_ / "a.png"), read_text(folder_ / "still.png"));
   const std::string pvol = folder_ / "ball.pvol", vdb = folder_ / "ball.vdb";
@@ -171,7 +171,7 @@ TEST_F(MotionTool, RecipesMoveByTheirFlow) {
   ASSERT_EQ(run_tool(PVOL_CONVERT, {folder_ / "ball.toml", vdb}).exit, 0);
   for (const std::string& file : {pvol, vdb}) {
     const RunResult moved = render(file, "b.png", moves);
-    EXPECT_NE(moved.err.find("it moves by the grid v"), std::string::npos) << moved.err;
+    EXPECT_NE(moved.err.find("it moves with the grid v"), std::string::npos) << moved.err;
     EXPECT_EQ(read_text(folder_ / "a.png"), read_text(folder_ / "b.png")) << file;
   }
   std::ofstream(folder_ / "bad.toml") << "[recipe]\n[[form]]\nshape = \"ellipsoid\"\n"

@@ -79,14 +79,14 @@ TEST_F(Resume, AfterCtrlCAndTermGivesTheBytesOfOneRender) {
     std::filesystem::remove(exr("a"));
     const RunResult stopped = disturb("a", {}, at_progress(signal));
     ASSERT_EQ(stopped.exit, 1) << stopped.err << " a render of seconds ended within one";
-    EXPECT_NE(stopped.err.find("; what was rendered is saved, and --resume goes on with it"),
+    EXPECT_NE(stopped.err.find("; the picture so far is saved, and --resume continues it"),
               std::string::npos)
         << stopped.err;
     const auto header = formats::read_picture_header(exr("a"));
     EXPECT_TRUE(header.has_sums);
     const RunResult again = render("a", {"--resume"});
     EXPECT_EQ(again.exit, 0) << again.err;
-    EXPECT_NE(again.err.find("going on with "), std::string::npos) << again.err;
+    EXPECT_NE(again.err.find("resuming with "), std::string::npos) << again.err;
     EXPECT_TRUE(read_text(exr("a")) == whole());
     const RunResult finished = render("a", {"--resume"});
     EXPECT_EQ(finished.exit, 0);
@@ -127,7 +127,7 @@ TEST_F(Resume, FullDisksLeaveTheLastCheckpoint) {
       run_tool("/bin/sh",
                Words{"-c", "trap '' XFSZ; ulimit -f 16; exec \"$0\" \"$@\"", PVOL_RENDER} + again);
   EXPECT_EQ(full.exit, 1) << full.err;
-  EXPECT_NE(full.err.find("there is no new checkpoint, and rendering goes on"), std::string::npos)
+  EXPECT_NE(full.err.find("no checkpoint was written, and rendering continues"), std::string::npos)
       << full.err;
   EXPECT_TRUE(read_text(exr("a")) == checkpoint);
   EXPECT_EQ(render("a", {"--resume"}).exit, 0);
@@ -156,7 +156,7 @@ TEST_F(Resume, OfPartsAndAdaptiveWorksToo) {
   }
 }
 
-/// The work of a sample that an interruption gave up is not counted: samples by need go by it.
+/// The work of a sample that an interruption gave up is not counted: adaptive samples depend on it.
 TEST_F(Resume, OfCountsGivesTheBytesOfOneRender) {
   const Words kind{"--kernel", "scalar", "--guide", "off",
                    "--spp",    "24",     "--aov",   "collisions,lookups"};
@@ -190,7 +190,7 @@ TEST_F(Resume, RefusesPicturesOfSomethingElse) {
   ASSERT_EQ(render("a", few).exit, 0);
   refuses({"--spp", "8"}, "its scene has 'spp = 4', this one 'spp = 8'");
   refuses(few + Words{"--set", "medium.g=0.1"}, "its scene has 'g = ");
-  refuses(few + Words{"--samples", "0:2"}, "it has all samples, this one samples 0:2");
+  refuses(few + Words{"--samples", "0:2"}, "it has all samples, this one has samples 0:2");
   refuses(few + Words{"--denoise"}, "it was rendered without --denoise");
   ASSERT_EQ(render("a", few + Words{"--sums", "off", "--samples", "0:2"}).exit, 0);
   std::ofstream(ball_, std::ios::app) << "# another\n";
@@ -201,10 +201,11 @@ TEST_F(Resume, RefusesPicturesOfSomethingElse) {
 
 TEST_F(Resume, WantsAPictureThatKeepsSums) {
   const std::pair<Words, const char*> lines[] = {
-      {{"-o", folder_ / "a.png", "--resume"}, "--resume wants exact sums, which an .exr keeps"},
-      {{"-o", folder_ / "a.png", "--sums", "on"}, "--sums on wants exact sums"},
-      {{"-o", exr("a"), "--resume", "--deep", exr("deep")}, "--resume does not go with --deep"},
-      {{"-o", exr("a"), "--samples", "4:2"}, "a first number less than the second"}};
+      {{"-o", folder_ / "a.png", "--resume"}, "--resume needs exact sums and thus an .exr"},
+      {{"-o", folder_ / "a.png", "--sums", "on"}, "--sums on needs exact sums"},
+      {{"-o", exr("a"), "--resume", "--deep", exr("deep")},
+       "--resume and --deep exclude each other"},
+      {{"-o", exr("a"), "--samples", "4:2"}, "a first number below the second"}};
   for (const auto& [more, mentions] : lines) {
     const RunResult r = run_tool(PVOL_RENDER, Words{ball_} + more);
     EXPECT_EQ(r.exit, 2) << r.err;

@@ -132,24 +132,24 @@ TEST_F(Sequence, IsCheckedBeforeAnyWork) {
     refuse(PVOL_FIT, arguments, exit, mentions);
   };
   refuse_fit({smoke, "-o", pvol}, 2,
-             smoke + " is a pattern for frames; say which with --frames A-B");
+             smoke + " is a pattern for frames; choose some with --frames A-B");
   refuse_fit({smoke, "-o", folder / "s.pvol", "--frames", "1-3"}, 2,
              "3 frames would be written to this one file; write " + pvol);
   refuse_fit({smoke, "-o", folder / "s.pvol", "--frames", "1-3", "--frame", "2"}, 2,
              "3 frames would be written");
   refuse_fit({at("smoke", 1, "toml"), "-o", pvol, "--frames", "1-3"}, 2,
-             "want an input whose name has a place for the number, such as ");
+             "need an input whose name has a place for the number, such as ");
   refuse_fit({smoke, "-o", pvol, "--frames", "3-1"}, 2,
-             "--frames: found '3-1', expected a range that goes up, such as 1-3");
+             "--frames: found '3-1', expected an ascending range, such as 1-3");
   refuse_fit({smoke, "-o", pvol, "--frames", "all"}, 2, "--frames: found 'all', expected a frame");
   refuse_fit({smoke, "-o", pvol, "--frame", "1-3"}, 2, "--frame: found '1-3', expected one frame");
   refuse_fit({smoke, "-o", pvol, "--frames", "1-3", "--frame", "7"}, 2,
              "--frame 7 is not among the 3 frames of --frames");
   refuse_fit({at("smoke", 1, "toml"), "-o", pvol, "--skip-existing"}, 2,
-             "--skip-existing goes with --frames or --frame");
+             "--skip-existing needs --frames or --frame");
   refuse_fit({smoke, "-o", pvol, "--frames", "0-5"}, 1,
              "frame 0: " + at("smoke", 0, "toml") +
-                 ": there is no such file; files of other frames are missing, too: 4, 5\n");
+                 ": there is no such file; files of other frames are missing as well: 4, 5\n");
   refuse_fit({smoke, "-o", pvol, "--frames", "1-100"}, 1,
              ": 5, 6, 7, 8, 9, 10, 11, 12 and 88 more\n");
   refuse(PVOL_CONVERT, {smoke, folder / "s.vdb", "--frames", "1-3"}, 2,
@@ -169,7 +169,7 @@ TEST_F(Sequence, EndsAtAFrameThatFails) {
 TEST_F(Sequence, GoesOnWhereItStopped) {
   std::ofstream(at("s", 2, "pvol")) << "kept";
   const Words fit{smoke, "-o", folder / "s.####.pvol", "--frames", "1-3", "--skip-existing"};
-  EXPECT_EQ(run(PVOL_FIT, fit).err, "pvol-fit: 1 of 3 frames are there and skipped\n");
+  EXPECT_EQ(run(PVOL_FIT, fit).err, "pvol-fit: 1 of 3 frames exist and are skipped\n");
   EXPECT_EQ(read_text(at("s", 2, "pvol")), "kept");
   EXPECT_TRUE(exists("s.0001.pvol") && exists("s.0003.pvol"));
 
@@ -187,8 +187,11 @@ TEST_F(Sequence, GoesOnWhereItStopped) {
 TEST_F(Sequence, IsRenderedWithTheExtinctionAndTheCameraOfOneFrame) {
   const RunResult r =
       render(smoke, {"-o", exr, "--frames", "1-3", "--stats", folder / "a.####.json"});
-  EXPECT_EQ(count(r.err, "no extinction given; chose "), 1u) << r.err;
-  EXPECT_EQ(count(r.err, "no extinction and camera given; chosen for frame 1, and for all"), 1u);
+  EXPECT_EQ(count(r.err, "no extinction is set; chose "), 1u) << r.err;
+  EXPECT_EQ(
+      count(r.err,
+            "no value is set for extinction and camera; chosen for frame 1, and used for all"),
+      1u);
   render(at("smoke", 1, "toml"), {"-o", folder / "first.exr", "--quiet"});
   render(at("smoke", 3, "toml"), {"-o", folder / "third.exr", "--quiet"});
   const auto first = header(folder / "first.exr");
@@ -217,7 +220,7 @@ TEST_F(Sequence, HasTheSameBytesFrameByFrameOnAFarm) {
     SCOPED_TRACE(frame);
     const std::string number = std::to_string(frame), farm = at("farm", frame, "exr");
     for (const Words& task : {Words{"--frames", "1-3", "--frame", number},
-                                  Words{"--lock-frame", "1", "--frame", number}}) {
+                              Words{"--lock-frame", "1", "--frame", number}}) {
       const RunResult r =
           render(smoke, Words{"-o", folder / "farm.####.exr", "--no-resume"} + task);
       EXPECT_EQ(r.err.find("warning"), std::string::npos) << r.err;
@@ -241,13 +244,14 @@ TEST_F(Sequence, IsLockedToAnyFrame) {
   refuse(PVOL_RENDER, {smoke, "-o", exr, "--frames", "1-2", "--lock-frame", "9"}, 1,
          "frame 9: " + at("smoke", 9, "toml") + ": there is no such file\n");
   refuse(PVOL_RENDER, {at("smoke", 1, "toml"), "-o", exr, "--lock-frame", "1"}, 2,
-         "--lock-frame goes with --frames or --frame");
+         "--lock-frame needs --frames or --frame");
 }
 
 TEST_F(Sequence, WarnsOfAFrameThatChoosesForItself) {
   const RunResult r = render(smoke, {"-o", folder / "a.exr", "--frame", "3"});
-  EXPECT_NE(r.err.find("warning: no extinction and camera given; chosen for frame 3 alone; "),
-            std::string::npos)
+  EXPECT_NE(
+      r.err.find("warning: no value is set for extinction and camera; chosen for frame 3 alone. "),
+      std::string::npos)
       << r.err;
   EXPECT_NE(r.err.find("--lock-frame N"), std::string::npos) << r.err;
   render(at("smoke", 3, "toml"), {"-o", folder / "third.exr", "--quiet"});
@@ -255,17 +259,16 @@ TEST_F(Sequence, WarnsOfAFrameThatChoosesForItself) {
             header(folder / "third.exr").at("pvol:extinction"));
   const Words camera{"--set", "camera.position=[0,0,9]", "--set", "camera.target=[0,0,0]"};
   EXPECT_NE(render(smoke, camera + Words{"-o", folder / "a.exr", "--frame", "3"})
-                .err.find("warning: no extinction given; chosen for frame 3 alone"),
+                .err.find("warning: no value is set for extinction; chosen for frame 3 alone"),
             std::string::npos);
 }
 
 TEST_F(Sequence, NeedsNoOtherFrameWhereTheSceneHasAll) {
   const Words all{"--set", "camera.position=[0,0,9]", "--set", "camera.target=[0,0,0]",
-                      "--set", "medium.extinction=2"};
+                  "--set", "medium.extinction=2"};
   render(smoke, all + Words{"-o", exr, "--frames", "2-3", "--quiet"});
   std::filesystem::remove(at("smoke", 1, "toml"));
-  for (const Words& task :
-       {Words{"--frame", "3"}, Words{"--frame", "3", "--frames", "1-3"}}) {
+  for (const Words& task : {Words{"--frame", "3"}, Words{"--frame", "3", "--frames", "1-3"}}) {
     const RunResult r = render(smoke, all + task + Words{"-o", folder / "b.####.exr"});
     EXPECT_EQ(r.err.find("warning"), std::string::npos) << r.err;
     EXPECT_EQ(r.err.find("chosen"), std::string::npos) << r.err;
@@ -277,10 +280,9 @@ TEST_F(Sequence, NeedsNoOtherFrameWhereTheSceneHasAll) {
 TEST_F(Sequence, ChoosesNothingForAnEmptyFrame) {
   std::ofstream(at("smoke", 0, "toml"))
       << recipe(1) + "[[cut]]\nshape = \"ellipsoid\"\ncentre = [9, 0, 0]\nradii = 1\n";
-  refuse(
-      PVOL_RENDER, {smoke, "-o", exr, "--frames", "0-3", "--quiet"}, 1,
-      "frame 0: the density is 0 everywhere, so there is nothing to choose extinction and camera "
-      "for; name another frame with --lock-frame N");
+  refuse(PVOL_RENDER, {smoke, "-o", exr, "--frames", "0-3", "--quiet"}, 1,
+         "frame 0: the density is 0 everywhere, so extinction and camera cannot be chosen; name "
+         "another frame with --lock-frame N");
   refuse(PVOL_RENDER, {smoke, "-o", exr, "--frames", "0-3", "--frame", "0", "--quiet"}, 1,
          "--lock-frame N");
   render(smoke, {"-o", exr, "--frames", "0-3", "--lock-frame", "2", "--quiet"});
@@ -333,7 +335,7 @@ TEST_F(Sequence, PrintsTheSceneOfAFrameWithAllThatIsChosen) {
   run(PVOL_RENDER, {folder / "printed.toml", "-o", folder / "again.exr", "--quiet"});
   EXPECT_EQ(read_text(folder / "again.png"), read_text(at("a", 2, "png")));
   refuse(PVOL_RENDER, {smoke, "--print-scene", "--frames", "1-3"}, 2,
-         "--print-scene prints one scene; say of which frame with --frame N");
+         "--print-scene prints one scene; choose its frame with --frame N");
 }
 
 // --- scenes -------------------------------------------------------------------------------------
@@ -360,7 +362,7 @@ TEST_F(Sequence, MayBeOneVolumeOfAScene) {
   refuse(PVOL_RENDER, {scene, "-o", folder / "b.#.exr", "--frames", "3-4"}, 1,
          "frame 4: " + at("smoke", 4, "toml") + ": there is no such file\n");
   std::ofstream(scene) << "[volume]\nfile = \"rock.toml\"\n";
-  refuse(PVOL_RENDER, {scene, "-o", exr, "--frames", "1-3"}, 2, "want an input whose name has");
+  refuse(PVOL_RENDER, {scene, "-o", exr, "--frames", "1-3"}, 2, "need an input whose name has");
 }
 
 TEST_F(Sequence, MayHaveASkyAndASceneForEachFrame) {
@@ -472,7 +474,7 @@ TEST_F(Sequence, KeepsAFrameThatIsNotDoneForTheNextRun) {
 /// What is finished is known by its scene and the contents of its files, not by its name.
 TEST_F(Sequence, LeavesOutWhatIsFinishedAndNothingElse) {
   const Words line{"-o",   exr,     "--frames", "1-3",       "--size",
-                       "12x8", "--spp", "4",        "--summary", folder / "summary.json"};
+                   "12x8", "--spp", "4",        "--summary", folder / "summary.json"};
   std::string log;
   const auto states = [&](const Words& more) {
     const RunResult r = run(PVOL_RENDER, Words{smoke} + line + more);

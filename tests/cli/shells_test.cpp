@@ -76,10 +76,11 @@ TEST(Shells, ThatDoNotHoldAreFound) {
   ASSERT_TRUE(content.shell);
   content.shell->form.base.constant -= 0.125;
   formats::write_pvol(f.cloud, content);
-  expect_exit(1, run_tool(PVOL_STATS, {"shells", f.cloud, "--verify"}), "does not hold the cloud");
+  expect_exit(1, run_tool(PVOL_STATS, {"shells", f.cloud, "--verify"}),
+              "does not contain the cloud");
   const std::vector<std::string> render{f.cloud, "-o", f.folder / "a.png", "--size", "8x8",
                                         "--spp", "1",  "--quiet"};
-  expect_exit(1, run_tool(PVOL_RENDER, render), "shell does not hold the cloud");
+  expect_exit(1, run_tool(PVOL_RENDER, render), "shell does not contain the cloud");
   std::vector<std::string> without = render;
   without.insert(without.end(), {"--shells", "off"});
   EXPECT_EQ(run_tool(PVOL_RENDER, without).exit, 0);

@@ -109,11 +109,12 @@ TEST_F(Skies, WhatIsNoSkyIsRefused) {
   expect_refused({clear, "environment.sun=maybe"}, 2, "expected true or false");
   expect_refused({clear, "environment.date=tomorrow"}, 2, "expected a date from 1800 to 2200");
   expect_refused({clear, "environment.date=2024-06-21T12:00:00Z"}, 2, "latitude and longitude");
-  expect_refused({clear, "environment.latitude=3"}, 2, "expected a date that it goes with");
+  expect_refused({clear, "environment.latitude=3"}, 2, "expected none without date");
   expect_refused({clear, "environment.date=2024-06-21T12:00:00Z", "environment.latitude=3",
                   "environment.longitude=4", "environment.azimuth=1"},
-                 2, "which tells where the sun is");
-  expect_refused({clear, "environment.north=[0,2,0]"}, 2, "expected a direction across up");
+                 2, "which sets the position of the sun");
+  expect_refused({clear, "environment.north=[0,2,0]"}, 2,
+                 "expected a direction not parallel to up");
   std::ofstream(folder_ / "bad.toml") << "[volume]\nfile = \"a.vdb\"\n[environment]\ntype = "
                                          "\"clear\"\ndate = \"2023-02-29T00:00Z\"\n";
   const RunResult r = run_tool(PVOL_RENDER, {folder_ / "bad.toml", "-o", folder_ / "a.exr"});
@@ -127,7 +128,7 @@ TEST_F(Skies, NightIsBlack) {
                                           "environment.latitude=51.5", "environment.longitude=0"};
   const RunResult r = render(midnight, "b.exr");
   EXPECT_EQ(r.exit, 0);
-  EXPECT_TRUE(has(r.err, "degrees below the horizon; what is left is night")) << r.err;
+  EXPECT_TRUE(has(r.err, "degrees below the horizon, which leaves night")) << r.err;
   ASSERT_EQ(render({"environment.type=clear", "environment.elevation=-30"}).exit, 0);
   for (const Vec3d& p : pixels("a.exr")) EXPECT_EQ(p, Vec3d(0.0));
 }

@@ -162,15 +162,15 @@ TEST_F(Split, AdaptiveHasPilotsFirst) {
 
 TEST_F(Split, OfASequenceHasPartsOfEachFrame) {
   const Words frames{folder / "smoke.####.toml",
-                         "-o",
-                         folder / "a.####.exr",
-                         "--frames",
-                         "1-2",
-                         "--size",
-                         "96x64",
-                         "--split",
-                         "3",
-                         "--for"};
+                     "-o",
+                     folder / "a.####.exr",
+                     "--frames",
+                     "1-2",
+                     "--size",
+                     "96x64",
+                     "--split",
+                     "3",
+                     "--for"};
   const RunResult r = run_tool(PVOL_RENDER, frames + Words{"json"});
   ASSERT_EQ(r.exit, 0) << r.err;
   const json j = json::parse(r.out).at("frames");
@@ -217,9 +217,9 @@ TEST_F(Split, RefusesWhatCannotBe) {
   refuse({"--split", "4", "--live"}, "--live");
   refuse({"--split", "4", "--denoise"}, "--denoise");
   refuse({"--split", "4", "--print-scene"}, "--print-scene");
-  refuse({"--for", "json"}, "--for goes with --split");
-  refuse({"--at-once", "3"}, "--at-once goes with");
-  refuse({"--split", "4", "--at-once", "3"}, "--at-once goes with");
+  refuse({"--for", "json"}, "--for needs --split");
+  refuse({"--at-once", "3"}, "--at-once needs");
+  refuse({"--split", "4", "--at-once", "3"}, "--at-once needs");
   refuse({"--split", "4", "--for", "condor"}, "text or json or slurm");
 }
 
@@ -280,14 +280,13 @@ TEST_F(Copies, ThatCannotBeMadeAreNotNeeded) {
   const RunResult r = run_tool(PVOL_RENDER, {pvol, "-o", exr, "--size", "12x8", "--spp", "2",
                                              "--local-copies", folder / "file"});
   EXPECT_EQ(r.exit, 0) << r.err;
-  EXPECT_NE(r.err.find("it is read where it is"), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find("the original is read instead"), std::string::npos) << r.err;
 }
 
 // --- arrays of pvol-stats -----------------------------------------------------------------------
 
 TEST_F(Split, OfStatisticsIsATaskForEachCloud) {
-  const Words clouds{"depth",  ball, folder / "smoke.0001.toml", "--budget", "1",
-                         "--size", "8x8"};
+  const Words clouds{"depth", ball, folder / "smoke.0001.toml", "--budget", "1", "--size", "8x8"};
   const RunResult r = run_tool(PVOL_STATS, clouds + Words{"--for", "json"});
   ASSERT_EQ(r.exit, 0) << r.err;
   const json tasks = json::parse(r.out).at("tasks");

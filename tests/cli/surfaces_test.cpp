@@ -91,7 +91,7 @@ TEST_F(SurfaceScenes, WhatGoesWrongIsToldWithItsFile) {
                     "strength = 0.2\n[[cut.perturbation.perturbation]]\nshape = \"ellipsoid\"\n"
                     "centre = [0, 1, 0]\nradii = 0.1\nstrength = 1\n") +
        "\"}]"},
-      1, "one level of them");
+      1, "one level of perturbations");
   expect_error({"plane.albedo=1.5"}, 2, "[0, 1]");
   expect_error({"render.tracker=weighted-delta"}, 1, "without weights");
   expect_error({"medium.extinction_color=[1,0.5,0.2]"}, 1, "extinction_color");

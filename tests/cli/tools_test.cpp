@@ -313,7 +313,7 @@ TEST(Render, KeepsLayersThatItIsAskedFor) {
                      "--aov: found 'samples,varience', expected none, transmittance, variance, ");
   arguments.back() = "samples";
   arguments.insert(arguments.end(), {"--compression", "dwaa"});
-  expect_usage_error(PVOL_RENDER, arguments, "samples holds numbers; take multipart");
+  expect_usage_error(PVOL_RENDER, arguments, "samples holds numbers; use multipart");
   EXPECT_FALSE(std::filesystem::exists(folder / "b.exr"));
 }
 
@@ -322,7 +322,7 @@ TEST(Render, WarnsOfWhatHalfDoesNotHold) {
   auto arguments = small_render(write_ball(folder), folder / "a.exr");
   arguments.insert(arguments.end(), {"--pixel-type", "half", "--set",
                                      "environment={type=\"constant\",radiance=1e6}"});
-  EXPECT_NE(expect_success(PVOL_RENDER, arguments).err.find("values are beyond 65504"),
+  EXPECT_NE(expect_success(PVOL_RENDER, arguments).err.find("values exceed 65504"),
             std::string::npos);
 }
 
@@ -342,7 +342,7 @@ TEST(Render, LivePageReloadsUntilTheEnd) {
             4)
       << "the cloud, two pictures and the page";
   arguments.push_back("--no-png");
-  expect_usage_error(PVOL_RENDER, arguments, "--live shows the .png");
+  expect_usage_error(PVOL_RENDER, arguments, "--live needs the .png");
 }
 
 TEST(Render, LivePageShowsThePictureMeanwhile) {

@@ -163,7 +163,7 @@ TEST(Trade, MeasuresWhatHardlyEndsWhereUsersInsist) {
     a.insert(a.begin() + 1, {recipe.file, "--size", "1x1", "--quiet"});
     a.insert(a.end(), {"--extinction", "4e5", "--set", "medium.albedo=0"});
     a.insert(a.end(), {"--set", "render.depth=0"});
-    expect_exit(1, a, "insist with --force");
+    expect_exit(1, a, "render anyway with --force");
     a.emplace_back("--force");
     const RunResult r = run_tool(PVOL_STATS, a);
     EXPECT_EQ(r.exit, 0) << verb.front() << ": " << r.err;

@@ -87,7 +87,7 @@ TEST(Flow, WhatIsOutOfRangeIsNamed) {
   EXPECT_NE(refused({}, box, 1e-4).find("512 voxels"), std::string::npos);
   EXPECT_NE(refused({.velocity = {1e30, 0, 0}, .stretch = {1e30, 0, 0}},
                     {{0, 0, 0}, {1e10, 1e10, 1e10}}, 1e9)
-                .find("beyond 3.4e38"),
+                .find("exceeds 3.4e38"),
             std::string::npos);
 }
 

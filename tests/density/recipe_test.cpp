@@ -267,7 +267,7 @@ TEST(Recipe, RefusesWhatIsOutOfRangeByName) {
   refuses("largest density", [](Recipe& r) { r.modulations = {{{}, 1e35}}; });
   refuses("solid 1 edge", [](Recipe& r) { r.solids = {{ball({}, 1), 1, 0}}; });
   refuses("solid 1 density", [](Recipe& r) { r.solids = {{ball({}, 1), kNan, 1}}; });
-  refuses("solid 1 reaches to infinity", [](Recipe& r) {
+  refuses("solid 1 extends to infinity", [](Recipe& r) {
     r.solids = {{FreeForm{half_space({}, {1, 0, 0}), {}}, 1, 1}};
   });
   const auto refuses_table = [&](const std::string& word, std::vector<ProfilePoint> points) {

@@ -120,7 +120,7 @@ TEST(ExrLayout, NumbersAreNotRoundedByDwaa) {
   const ExrOptions o = all_of(ExrCompression::dwaa);
   const std::string message =
       error_of([&] { write_exr(folder.file("a.exr"), make_film(), {}, o); });
-  EXPECT_NE(message.find("transmittance holds numbers; take multipart"), std::string::npos)
+  EXPECT_NE(message.find("transmittance holds numbers; use multipart"), std::string::npos)
       << message;
   EXPECT_FALSE(std::filesystem::exists(folder.file("a.exr")));
   EXPECT_NO_THROW(validate({.aovs = {Aov::lights}, .compression = ExrCompression::dwaa}));

@@ -52,8 +52,8 @@ TEST(FieldNames, ColoursAreVectorsOrThreeNumbers) {
 TEST(FieldNames, AlbedosGoByColoursUnlessTheSceneSaysSo) {
   SceneVolume v{.file = "smoke.vdb"};
   EXPECT_EQ(bind_albedo(v, colors({"Cd"})),
-            (std::vector<std::string>{"the albedo goes by the colours of the grid Cd (--set "
-                                      "medium.albedo_field.grid=none leaves them out)"}));
+            (std::vector<std::string>{"the albedo uses the colours of the grid Cd (--set "
+                                      "medium.albedo_field.grid=none ignores them)"}));
   ASSERT_TRUE(v.albedo_field);
   EXPECT_EQ(v.albedo_field->grid, "Cd");
   EXPECT_TRUE(bind_albedo(v, colors({"color"})).empty()) << "it has one";
@@ -67,14 +67,15 @@ TEST(FieldNames, AlbedosGoByColoursUnlessTheSceneSaysSo) {
   EXPECT_TRUE(bind_albedo(plain, colors({"v"})).empty());
   EXPECT_FALSE(plain.albedo_field);
   SceneVolume nano{.file = "smoke.nvdb"};
-  EXPECT_EQ(bind_albedo(nano, colors({"Cd"})),
-            (std::vector<std::string>{"the colours of the grid Cd are left out: they are read from "
-                                      ".vdb and .pvol files"}));
+  EXPECT_EQ(
+      bind_albedo(nano, colors({"Cd"})),
+      (std::vector<std::string>{
+          "the colours of the grid Cd are ignored: they are read from .vdb and .pvol files only"}));
   EXPECT_FALSE(nano.albedo_field);
   SceneVolume wanted{.file = "smoke.vdb", .albedo_field = AlbedoMap{}};
   EXPECT_EQ(error_of([&] { (void)bind_albedo(wanted, colors({"v"})); }),
-            "smoke.vdb: no grid of colours is called Cd, color, colour or albedo, which the albedo "
-            "could go by; name one, or a grid of numbers, with medium.albedo_field.grid; the file "
+            "smoke.vdb: no grid of colours is called Cd, color, colour or albedo, so the albedo "
+            "has no field; name one, or a grid of numbers, with medium.albedo_field.grid; the file "
             "has: density (float), v (vec3s)");
 }
 
@@ -121,8 +122,8 @@ TEST(FieldNames, AFireWithNothingToGoByIsRefused) {
   EXPECT_EQ(error_of([&] {
               (void)bind_fields(v, grids({"density", "v"}));
             }),
-            "fire.vdb: no grid is called flames, heat, temperature or the like, which a fire could "
-            "go by; name one with medium.fire.field; the file has: density (float), v (float)");
+            "fire.vdb: no grid is called flames, heat, temperature or the like, so the fire has no "
+            "field; name one with medium.fire.field; the file has: density (float), v (float)");
 }
 
 }  // namespace field_names_test

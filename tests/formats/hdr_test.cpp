@@ -182,13 +182,13 @@ TEST_F(HdrTest, WhatIsNotOneIsRefusedWithItsPlace) {
   says("#?RADIANCE\n" + std::string(5000, 'x') + "\n", "goes on and on");
   std::string endless = "#?RADIANCE\n";
   for (int i = 0; i < 300'000; ++i) endless += "A=1\n";
-  says(endless, "goes on and on");
+  says(endless, "the header is too long");
   // Lines of pixels.
   const std::string one_line = kHead + "-Y 1 +X 12\n";
   says(one_line + std::string("\2\2\0\x0b", 4) + std::string(60, '\1'), "a line of 11 pixels");
   says(one_line + std::string("\2\2\0\x0c\0", 5) + std::string(60, '\1'), "a run of 0 values");
   says(one_line + std::string("\2\2\0\x0c\x8d\7", 6) + std::string(60, '\1'),
-       "a run of 13 values where 12 are left");
+       "a run of 13 values, expected 1 to 12");
   says(one_line + std::string("\1\1\1\1", 4) + std::string(60, '\5'), "repeated");
   says(one_line + pixel(0, 0) + std::string("\1\1\1\x0c", 4) + std::string(60, '\5'), "repeated");
   const std::string zero("\1\1\1\0", 4);

@@ -113,7 +113,7 @@ TEST(PbrtScene, SpheresThatShineAreBallsOfLight) {
   EXPECT_NEAR(double(second.intensity.y) * 4 * std::numbers::pi, 7, 1e-5);
   EXPECT_EQ(s.file.scene.lights.size(), 2u);
   EXPECT_EQ(s.file.scene.surfaces.size(), 1u);  // the disk, which shines no more
-  EXPECT_NE(note_of(s, "such as this disk"), "");
+  EXPECT_NE(note_of(s, "the light of this disk is left out"), "");
 }
 
 TEST(PbrtScene, RectanglesThatShineFaceTheWayOfPbrts) {
@@ -322,7 +322,7 @@ TEST(PbrtScene, HomogeneousMediaFillBallsWhereverTheyAre) {
     EXPECT_NEAR(sum * std::abs(determinant(place)) / volume, i == 0 ? 1 : 0.5, 1e-3);
     expect_near(middle / sum, mirrored(i == 0 ? Vec3d{1, 2, 3} : Vec3d{6, 2, 4}), 1e-3);
   }
-  EXPECT_NE(note_of(s, "fills of this trianglemesh is left out"), "");
+  EXPECT_NE(note_of(s, "inside this trianglemesh is left out"), "");
 }
 
 TEST(PbrtScene, ShapesThatCutMediaOffAreNamed) {

@@ -14,8 +14,8 @@
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
 #include "pvol/formats/pvol_file.h"
-#include "support/pvol_bytes.h"
 #include "support/error_of.h"
+#include "support/pvol_bytes.h"
 #include "support/pvol_content.h"
 #include "support/random_pyramid.h"
 
@@ -147,8 +147,9 @@ TEST_F(PvolFileTest, FieldsRoundTripAndAreReadAlone) {
   ASSERT_EQ(names.size(), 3u);
   EXPECT_EQ(names[2].name, "temperature");
   EXPECT_FALSE(names[2].empty);
-  EXPECT_NE(test::error_of([&] { (void)read_pvol_grid(path("a.pvol"), "heat"); })
-                .find("\"flames\", \"temperature\", not \"heat\""),
+  EXPECT_NE(test::error_of([&] {
+              (void)read_pvol_grid(path("a.pvol"), "heat");
+            }).find("\"flames\", \"temperature\", not \"heat\""),
             std::string::npos);
 }
 
@@ -165,8 +166,9 @@ TEST_F(PvolFileTest, FieldsThatCannotBeAreRefused) {
             std::string::npos);
   PvolFile nested = with_fields();
   nested.fields[0].fields = {nested.fields[1]};
-  EXPECT_NE(test::error_of([&] { write_pvol(path("a.pvol"), nested); }).find("fields of its own"),
-            std::string::npos);
+  EXPECT_NE(
+      test::error_of([&] { write_pvol(path("a.pvol"), nested); }).find("cannot have fields itself"),
+      std::string::npos);
   // Forged: a field within a field, two of one name, one that is damaged within.
   const auto refusal = [&](const PvolBytes& bytes) {
     return test::error_of([&] { (void)read_pvol(bytes.bytes(), "a.pvol"); });
@@ -182,7 +184,7 @@ TEST_F(PvolFileTest, FieldsThatCannotBeAreRefused) {
   first = std::find_if(deep.chunks.begin(), deep.chunks.end(), is_field);
   first->stored = good.bytes();
   first->entry.raw_bytes = first->stored.size();
-  EXPECT_NE(refusal(deep).find("a field has fields of its own"), std::string::npos);
+  EXPECT_NE(refusal(deep).find("a field has fields itself"), std::string::npos);
   PvolBytes damaged = good;
   first = std::find_if(damaged.chunks.begin(), damaged.chunks.end(), is_field);
   first->stored[first->stored.size() / 2] ^= std::byte{1};

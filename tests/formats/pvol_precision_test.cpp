@@ -251,7 +251,7 @@ std::vector<Forgery> forgeries_of_micro_bounds(const MicroBounds& micro) {
   const std::size_t first_open = steps + 4 * first_leaf(micro, true);
   const std::size_t first_closed = steps + 4 * first_leaf(micro, false);
   return {
-      {"micr is there 2", k8, [](PvolBytes& f) { f.chunks.push_back(f.chunks[kMicro]); }},
+      {"micr occurs 2", k8, [](PvolBytes& f) { f.chunks.push_back(f.chunks[kMicro]); }},
       {"unknown edge 1", k8, u32(kMicro, 0, 1)},
       {"the bounds have", k8, u32(kMicro, 4, 0)},
       {"the bounds have", k8, u32(kMicro, 4, 0xffffffff)},
@@ -280,13 +280,13 @@ std::vector<Forgery> forgeries_of_codes(const QuantisedGrid& codes) {
   const std::size_t lo = 16 + 20 * tiles + 12 * bricks, hi = lo + 4 * bricks;
   const std::size_t widths = hi + 4 * bricks;
   return {
-      {"DENQ is there 2", k8, [](PvolBytes& f) { f.chunks.push_back(f.chunks[kDensity]); }},
-      {"both there", k8,
+      {"DENQ occurs 2", k8, [](PvolBytes& f) { f.chunks.push_back(f.chunks[kDensity]); }},
+      {"both DENS and DENQ", k8,
        [](PvolBytes& f) {
          f.chunks.push_back(f.chunks[kDensity]);
          f.chunks.back().entry.id = detail::kDensity;
        }},
-      {"not there", k8, [](PvolBytes& f) { f.chunks.pop_back(); }},
+      {"a quantised density, which is missing", k8, [](PvolBytes& f) { f.chunks.pop_back(); }},
       {"precision 2", k8, meta("\"density\":{", "\"Density\":{")},
       {"precision 2", k8, meta("\"precision\":\"fp8\"", "\"precision\":\"fp16\"")},
       {"fp16, fp8 or fpn", k8, meta("\"precision\":\"fp8\"", "\"precision\":\"fp7\"")},
@@ -294,7 +294,7 @@ std::vector<Forgery> forgeries_of_codes(const QuantisedGrid& codes) {
       {"absolute_error", k8, meta("\"absolute_error\":", "\"absolute_error\":[],\"a\":")},
       {"precision 0", k8, u32(kDensity, 0, 0)},
       {"precision 3", k8, u32(kDensity, 0, 3)},
-      {"goes with fp16", k8, u32(kDensity, 4, 1)},
+      {"which only fp16 has", k8, u32(kDensity, 4, 1)},
       {"exponent of 113", k16, u32(kDensity, 4, 113)},
       {"exponent of -165", k16, u32(kDensity, 4, std::uint32_t(-165))},
       {"raw bytes", k8, u32(kDensity, 8, 0xffffffff)},
@@ -343,7 +343,7 @@ TEST_F(PvolPrecisionTest, WidthsAreFilledUpWithZeros) {
   ASSERT_NE(bricks % 4, 0u);
   PvolBytes bad(written(tiny, Compression::none));
   bad.put(bad.chunks.size() - 1, 16 + 20 * tiles + 20 * bricks + bricks, std::uint8_t(1));
-  test::expect_refused(bad, "filled up with zeros");
+  test::expect_refused(bad, "padded with zeros");
 }
 
 TEST_F(PvolPrecisionTest, RandomDamageWithRightSumsNeverCrashes) {
@@ -400,7 +400,7 @@ TEST_F(PvolPrecisionTest, CloudsAreRoundedOnce) {
   for (const Quantisation& other : {Quantisation{Precision::fp32}, Quantisation{Precision::fp8},
                                     Quantisation{Precision::fpn, 0.2}}) {
     const std::string error = error_of([&] { quantise(cloud, other, "a.pvol"); });
-    EXPECT_NE(error.find("a.pvol: its density is kept in fpn"), std::string::npos) << error;
+    EXPECT_NE(error.find("a.pvol: its density is stored as fpn"), std::string::npos) << error;
   }
   write_pvol(path("a.pvol"), with_micro_bounds(compact_file()));
   Cloud exact = load_cloud(path("a.pvol"));

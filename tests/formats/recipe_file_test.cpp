@@ -276,13 +276,14 @@ std::vector<Refusal> refusals() {
       {head + "[[form]]\nop = \"union\"\nradii = 1\n", "r.toml:4:", "radii"},
       {head + "[[form]]\nop = \"union\"\n[[form.part]]\nradii = 1\n", "r.toml:4:", "shape"},
       {head + "[[body.a]]\nuse = \"b\"\n[[body.b]]\nuse = \"a\"\n" + ball,
-       "r.toml:5:", "not made of this one"},
-      {head + "[[body.a]]\nuse = \"a\"\n" + ball, "r.toml:3:", "not made of this one"},
+       "r.toml:5:", "a body that does not contain this one"},
+      {head + "[[body.a]]\nuse = \"a\"\n" + ball,
+       "r.toml:3:", "a body that does not contain this one"},
       {head + doubled(20) + "[[form]]\nuse = \"b20\"\n", "r.toml:", "65536 forms"},
       {head + doubled(10, 100) + "[[form]]\nuse = \"b10\"\n", "r.toml:", "65536 forms"},
       // An empty body costs nothing of that, whether it is read before its uses or by the first.
-      {head + ball + "[body]\na = []\n" + doublings(40, "a"), "r.toml:9:", "has a form"},
-      {head + ball + "[body]\nz = []\n" + doublings(40, "z"), "r.toml:9:", "has a form"},
+      {head + ball + "[body]\na = []\n" + doublings(40, "a"), "r.toml:9:", "a body with a form"},
+      {head + ball + "[body]\nz = []\n" + doublings(40, "z"), "r.toml:9:", "a body with a form"},
       {head + chained(40) + "[[form]]\nuse = \"b10\"\n", "r.toml:", "32"},
       {head + ball + "scale = 0\n", "r.toml:6:", "scale"},
       {head + ball + "scale = [1, 2]\n", "r.toml:6:", "scale"},
@@ -299,7 +300,7 @@ std::vector<Refusal> refusals() {
       {head + ball +
            "[[solid]]\n[[solid.form]]\nshape = \"half-space\"\npoint = [0, 0, 0]\n"
            "inward = [0, 1, 0]\n",
-       "r.toml:1:", "solid 1 reaches to infinity"},
+       "r.toml:1:", "solid 1 extends to infinity"},
       {head + "[cumulus]\ntowers = 99\n", "r.toml:3:", "towers"},
       {head + "[cumulus]\nheight = 99\n", "r.toml:2:", "height"},
   };

@@ -25,10 +25,12 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
        "\"holdout\""},
       {"[[ball]]\nradius = 0\n", "s.toml:4:10: ball[1].radius is 0; expected a number above 0"},
       {"[[mesh]]\nfile = \"a.obj\"\nscale = [1, 0, 1]\n",
-       "s.toml:5:9: mesh[1].scale is an array of 3; expected a placement that can be undone"},
+       "s.toml:5:9: mesh[1].scale is an array of 3; expected an invertible placement"},
       {"[[plane]]\ncentre = [0, 0, 0]\n",
        "unknown key \"centre\" in [plane[1]]; expected one of point, normal, albedo or look"},
-      {"[rendr]\n", "environment, sun, point, spot, area, plane, ball, solid, mesh or render; did you mean \"render\"?"},
+      {"[rendr]\n",
+       "environment, sun, point, spot, area, plane, ball, solid, mesh or render; did you mean "
+       "\"render\"?"},
       {"[camera]\nposition = [0, 0, 0]\n", "s.toml:3:1: [camera] has no target; add it"},
       {"[camera]\n  fovv = 3\n",
        "s.toml:4:3: unknown key \"fovv\" in [camera]; expected one of position, target, up, "
@@ -45,7 +47,7 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
       {"[camera]\nposition = [0, 0, nan]\ntarget = [0, 0, 1]\n",
        "s.toml:4:19: camera.position[3] is nan; expected a finite number"},
       {"[camera]\nposition = [1, 1, 1]\ntarget = [1, 1, 1]\n",
-       "s.toml:5:10: camera.target is an array of 3; expected another point than position"},
+       "s.toml:5:10: camera.target is an array of 3; expected a point other than position"},
       {"[camera]\nposition = [0, 0, 0]\ntarget = [0, -2, 0]\n",
        "s.toml:5:10: camera.target is an array of 3; expected up, by default [0, 1, 0], not along"},
       {"[camera]\nposition = [0, 0, 0]\ntarget = [0, 0, 2]\nup = [0, 0, -1]\n",
@@ -57,12 +59,13 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
       {"[camera]\nmatrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\nup = [0, 1, 0]\n",
        "s.toml:5:6: camera.up is an array of 3; expected either a matrix or position"},
       {"[camera]\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nzoom = 2\n",
-       "s.toml:6:8: camera.zoom is 2; expected none of a camera whose place is given"},
+       "s.toml:6:8: camera.zoom is 2; expected none for a camera with a position"},
       {"[camera]\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nprojection = \"latlong\"\n"
        "f_stop = 2\n",
-       "s.toml:7:10: camera.f_stop is 2; expected none, for a camera that is not perspective"},
+       "s.toml:7:10: camera.f_stop is 2; expected none, since only perspective cameras"},
       {"[camera]\nshutter = [0.5, -0.5]\n",
-       "s.toml:4:11: camera.shutter is an array of 2; expected an opening before the closing"},
+       "s.toml:4:11: camera.shutter is an array of 2; expected an opening time before the closing "
+       "time"},
       {"[camera]\nshutter = 0.5\n",
        "s.toml:4:11: camera.shutter is 0.5; expected an array of 2 numbers"},
       {"[camera]\nfps = 0\n", "s.toml:4:7: camera.fps is 0; expected a number in [0.001, 1e+06]"},
@@ -77,13 +80,13 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
        "s.toml:4:21: medium.albedo[3] is -0.5; expected a number in [0, 1]"},
       {"[medium]\nextinction_color = [0.5, 0.5, 0.9]\n",
        "s.toml:4:20: medium.extinction_color is an array of 3; expected shares of which the "
-       "largest is 1; the rest is extinction's"},
+       "largest is 1; scale with extinction instead"},
       {"[medium.density]\nramp = [[0, 0], [1, 2], [0.5, 1]]\n",
-       "s.toml:4:8: medium.density.ramp is an array of 3; expected points whose first numbers "
-       "ascend"},
+       "s.toml:4:8: medium.density.ramp is an array of 3; expected points with ascending first "
+       "numbers"},
       {"[medium.density]\nclamp = [1, 0]\n",
-       "s.toml:4:9: medium.density.clamp is an array of 2; expected the least value, then the "
-       "most"},
+       "s.toml:4:9: medium.density.clamp is an array of 2; expected the smallest value, then the "
+       "largest"},
       {"[medium.density]\npower = 0\n",
        "s.toml:4:9: medium.density.power is 0; expected a number in (0, 64]"},
       {"[medium.density]\nfactor = 2\n",
@@ -99,13 +102,13 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
        "s.toml:4:23: medium.fire.kelvin_of_intensity is 1500; expected kelvin"},
       {"[medium.fire]\ncolors = [[0, 1, 1]]\n", "s.toml:4:11: medium.fire.colors[1] is"},
       {"[medium.albedo_field]\ncolors = [[0, 1, 1, 1.5]]\n",
-       "s.toml:4:10: medium.albedo_field.colors is an array of 1; expected colours in [0, 1], by "
-       "which albedos are multiplied"},
+       "s.toml:4:10: medium.albedo_field.colors is an array of 1; expected colours in [0, 1], "
+       "which multiply the albedo"},
       {"[medium.albedo_field]\nfield = \"Cd\"\n",
        "s.toml:4:1: unknown key \"field\" in [medium.albedo_field]; expected one of grid, scale, "
        "offset, clamp, power, ramp, smooth or colors"},
       {"[medium.albedo]\ngrid = \"Cd\"\n",
-       "medium.albedo is a table; expected a number or three; the grid that varies it is in "
+       "medium.albedo is a table; expected a number or three; set a grid of albedos in "
        "[medium.albedo_field]"},
       {"[medium]\nalbedo = [0.5, 0.5]\n",
        "medium.albedo is an array of 2; expected a number in [0, 1], or an array of 3 of them"},
@@ -138,21 +141,20 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
        "s.toml:4:14: medium.extinction is -1; expected a number of at least 0"},
       {"[medium]\nextinction = inf\n",
        "s.toml:4:14: medium.extinction is inf; expected a number of at least 0"},
-      {"[medium]\nscale = 0\n",
-       "s.toml:4:9: medium.scale is 0; expected a placement that can be undone"},
+      {"[medium]\nscale = 0\n", "s.toml:4:9: medium.scale is 0; expected an invertible placement"},
       {"[medium]\nrotate = [0, 0, 0, 30]\n",
        "s.toml:4:10: medium.rotate is an array of 4; expected an axis that is not zero"},
       {"[medium]\nrotate = [[0, 0, 1, 30], [0, 1]]\n",
        "s.toml:4:26: medium.rotate[2] is an array of 2; expected an array of 4 numbers"},
       {"[medium]\nmatrix = [1, 2]\n", "expected an array of 12 or 16 numbers"},
       {"[medium]\nmatrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1]\n",
-       "s.toml:4:10: medium.matrix is an array of 16; expected a last row of 0, 0, 0, 1; the"},
+       "s.toml:4:10: medium.matrix is an array of 16; expected a last row of 0, 0, 0, 1, with the"},
       {"[medium]\nmatrix = [1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0]\n",
-       "s.toml:4:10: medium.matrix is an array of 12; expected a placement that can be undone"},
+       "s.toml:4:10: medium.matrix is an array of 12; expected an invertible placement"},
       {"[medium]\nmatrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]\nscale = 2\n",
        "s.toml:5:9: medium.scale is 2; expected either matrix, or scale, rotate and translate"},
       {"[[volume.instance]]\nscale = 2\n[[volume.instance]]\nscale = 0\n",
-       "s.toml:6:9: volume.instance[2].scale is 0; expected a placement that can be undone"},
+       "s.toml:6:9: volume.instance[2].scale is 0; expected an invertible placement"},
       {"[[volume.instance]]\nmatrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]\nscale = 2\n",
        "s.toml:5:9: volume.instance[1].scale is 2; expected either matrix, or scale, rotate and"},
       {"[[volume.instance]]\nextinction = 2\n",
@@ -163,24 +165,20 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
        "rotate, "
        "translate or matrix"},
       {"[volume.to]\nscale = 0\n",
-       "s.toml:4:9: volume.to.scale is 0; expected a placement that can be undone, with no scale "
-       "of "
-       "0"},
+       "s.toml:4:9: volume.to.scale is 0; expected an invertible placement, with no scale of 0"},
       {"[volume.to]\nscale = [1, -1, 1]\n",
-       "s.toml:4:9: volume.to.scale is an array of 3; expected a placement that is mirrored where "
-       "the first one is"},
+       "s.toml:4:9: volume.to.scale is an array of 3; expected a placement that mirrors if and "
+       "only if the first one does"},
       {"[volume.to]\nscale = [-1, -1, 1]\n",
-       "s.toml:4:9: volume.to.scale is an array of 3; expected scales that do not pass 0 on their "
-       "way from the first ones"},
+       "s.toml:4:9: volume.to.scale is an array of 3; expected scales with the signs of the first "
+       "ones, so that none passes 0"},
       {"[volume.to]\nrotate = [1, 0, 0, 180]\n[medium]\nrotate = [0, 1, 0, 0]\n",
-       "s.toml:4:10: volume.to.rotate is an array of 4; expected less than a half turn away from "
-       "the "
-       "first placement, or turns about its axes, whose degrees say which way to go"},
+       "s.toml:4:10: volume.to.rotate is an array of 4; expected a rotation of less than half a "
+       "turn from the first placement, or degrees about the same axes, which determine the way"},
       {"[volume.to]\ntranslate = [1, 0, 0]\n[medium]\nmatrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, "
        "0]\n",
-       "s.toml:4:13: volume.to.translate is an array of 3; expected a matrix, as the first "
-       "placement "
-       "has one"},
+       "s.toml:4:13: volume.to.translate is an array of 3; expected a matrix, since the first "
+       "placement has one"},
       {"[environment]\ntype = \"imge\"\n",
        "s.toml:4:8: environment.type is \"imge\"; expected \"constant\", \"gradient\", "
        "\"image\" or \"clear\"; "
@@ -237,7 +235,7 @@ TEST_F(SceneText, BadPhaseFilesAreRefusedWithTheirLines) {
       {"0 1\n181 1\n", "p.txt:2: the angle is 181; expected degrees in [0, 180]"},
       {"0 1\n180 -2\n", "p.txt:2: the value is -2; expected a number of at least 0"},
       {"0 1\n9 2\n9 3\n180 1\n",
-       "p.txt:3: the angle is 9 after 9; expected angles that ascend; sort"},
+       "p.txt:3: the angle is 9 after 9; expected ascending angles: sort"},
       {"0 1\n90 1\n",
        "p.txt: medium.phase_table is an array of 2; expected angles from 0 to 180 degrees"},
       {"0 0\n180 0\n",
@@ -269,7 +267,7 @@ TEST_F(SceneText, BadFrameworkIsRefused) {
             "background, filter, filter_width, aov, deep_bins, deep_error, "
             "density, density_tolerance, majorant_scale, homogenise or preview");
   EXPECT_EQ(error("sun = [1]\n" + kCloud), "s.toml:1:8: sun[1] is 1; expected a table");
-  EXPECT_NE(error("[recipe]\n").find("s.toml: is a recipe"), std::string::npos);
+  EXPECT_NE(error("[recipe]\n").find("s.toml: found a recipe"), std::string::npos);
   EXPECT_NE(error("volume.fil = 3\n").find("s.toml:1:8: unknown key \"fil\" in [volume]"),
             std::string::npos);
   EXPECT_NE(error(std::string("a = \"\xff\"")).find("s.toml:1:"), std::string::npos);
@@ -297,7 +295,7 @@ TEST_F(SceneText, BadSetsAreRefusedWithTheirText) {
       {"camera.target=[0, 0, 0]",
        "--set camera.target=[0, 0, 0]: [camera] has no position; add it"},
       {"volume[2].grid=smoke",
-       "--set volume[2].grid=smoke: there is one volume, and no list of them"},
+       "--set volume[2].grid=smoke: volume is a table, not a list of tables"},
       {"sun[2].angle=1", "--set sun[2].angle=1: there is no sun[2]; expected a number up to 1"},
       {"sun[0].angle=1",
        "--set sun[0].angle=1: expected a number from 1 in the brackets of sun[0]"},

@@ -128,7 +128,7 @@ TEST(Sweep, StartsNoPilotsOnceTheyHaveTakenTheirPart) {
   FakeRenderer renderer{{{0, 1e-3}, {3, 1e-3}, {3, 1e-3}, {3, 1e-3}, {3, 1e-3}, {3, 1e-3}}};
   const std::vector<Measured> m = run_sweep(renderer, 20);
   EXPECT_EQ(m[0].left_out, "");
-  EXPECT_EQ(m[5].left_out, "the budget leaves no time to find out what it costs");
+  EXPECT_EQ(m[5].left_out, "the budget leaves no time for its pilot render");
   EXPECT_LE(renderer.now - 100, 20.1);
 }
 
@@ -227,7 +227,7 @@ TEST(Sweep, LeavesOutWhatDoesTheSameAsTheFirst) {
   SweepOptions o = options_for(renderer, 60);
   o.always = [](std::size_t i) { return i == 4; };
   const std::vector<Measured> m = sweep(names, o, render);
-  EXPECT_EQ(m[1].left_out, "does what default does");
+  EXPECT_EQ(m[1].left_out, "does the same as default");
   for (const std::size_t i : {0u, 2u, 3u, 4u}) EXPECT_EQ(m[i].left_out, "") << names[i];
 }
 

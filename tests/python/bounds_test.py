@@ -132,7 +132,7 @@ class Shells(unittest.TestCase):
         same = dict(size=(24, 18), spp=4, seed=5)
         np.testing.assert_array_equal(pvol.render(v, shells="on", **same).rgb, pvol.render(v, shells="off", **same).rgb)
         other = pvol.Volume(np.ones((40, 40, 40)), index_to_world=v.index_to_world)
-        with self.assertRaisesRegex(pvol.Error, "shell does not hold"):
+        with self.assertRaisesRegex(pvol.Error, "shell does not contain"):
             pvol.render(other.with_shell(v.shell), **same)
 
 

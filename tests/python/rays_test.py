@@ -117,7 +117,7 @@ class Estimators(unittest.TestCase):
         np.testing.assert_array_equal(t, v.flights(origins, 4 * directions, seed=1))
         counted, _ = v.flights(origins, directions, seed=1, counts=True)
         np.testing.assert_array_equal(v.flights(origins, directions, seed=1, kernel="scalar"), counted)
-        with self.assertRaisesRegex(pvol.Error, "kernel sse; it is auto or scalar"):
+        with self.assertRaisesRegex(pvol.Error, "kernel sse; expected auto or scalar"):
             v.flights(origins, directions, kernel="sse")
 
     def test_one_at_a_time_and_many_at_once_agree(self):

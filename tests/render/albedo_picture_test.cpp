@@ -324,7 +324,7 @@ TEST(AlbedoPicture, HasNoKernelOfLanes) {
   s.options.kernel = KernelKind::avx2;
   EXPECT_NE(error_of([&] {
               (void)plan({&v, 1}, s.scene());
-            }).find("the albedo is a field"),
+            }).find("the albedo varies in space"),
             std::string::npos);
 }
 

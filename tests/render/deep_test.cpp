@@ -383,7 +383,7 @@ TEST(Deep, RefusesWeightsAndMoreMemoryThanIsSensible) {
       s.options.samples = samples;
     };
   };
-  EXPECT_NE(refusal(large(64, 1000)).find("expected at most 8: take fewer bins"),
+  EXPECT_NE(refusal(large(64, 1000)).find("expected at most 8: choose fewer bins"),
             std::string::npos);
   EXPECT_EQ(refusal(large(64, 1)), "") << "one sample fills no more than a bin";
   EXPECT_EQ(refusal(large(1, 1000)), "");

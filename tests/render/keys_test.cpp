@@ -195,7 +195,8 @@ TEST(Keys, RefuseAndChangeNothing) {
 TEST(Keys, SayWhatHelpNeeds) {
   const RenderOptions options;
   const auto help = [&](const char* key) { return help_of(*find_key(entries(options), key)); };
-  EXPECT_EQ(help("depth"), "Octree depth where the walk stops (0 to 16) [auto: by cost]");
+  EXPECT_EQ(help("depth"),
+            "Octree depth at which the walk stops (0 to 16) [auto: the depth of least cost]");
   EXPECT_EQ(help("size"), "Size of the image in pixels [640x480]");
   EXPECT_EQ(help("spp"), "Samples per pixel [64]");
   EXPECT_NE(help("background").find("[on]"), std::string::npos);

@@ -159,7 +159,8 @@ TEST(MappedDensity, RefusesWhatDoesNotGoWithIt) {
   const auto refusal = [&](VolumeOptions o, const FieldMap& map) {
     return error_of([&] { (void)mapped(f, map, 1, o); });
   };
-  EXPECT_NE(refusal({}, {.offset = 0.1}).find("expected 0 of 0"), std::string::npos);
+  EXPECT_NE(refusal({}, {.offset = 0.1}).find("of 0, which would fill all space; expected 0"),
+            std::string::npos);
   EXPECT_NE(refusal({.look_up = LookUp::tricubic}, {.scale = 2}).find("interpolation"),
             std::string::npos);
   EXPECT_NE(refusal({.homogenise = 0.1}, {.scale = 2}).find("homogenised"), std::string::npos);

@@ -1,4 +1,4 @@
-// Which samples a render takes: that limits hold, and that samples by need leave means unbiased.
+// Which samples a render takes: that limits hold, and that adaptive samples leave means unbiased.
 #include "render/engine/passes.h"
 
 #include <gtest/gtest.h>
@@ -184,7 +184,7 @@ TEST(Passes, AdaptiveLeaveMeansUnbiased) {
   test("picture", all);
   EXPECT_TRUE(family.passes());
   EXPECT_LT(std::sqrt(all.variance_of_mean()), 0.001) << "a bias of 1 % would show";
-  EXPECT_GT(number.mean(), 1.5 * kPilot) << "most samples are by need";
+  EXPECT_GT(number.mean(), 1.5 * kPilot) << "most samples are adaptive";
 }
 
 CloudScene noisy_scene() {
@@ -211,7 +211,7 @@ TEST(Render, AdaptiveGivesTheSameBytesForAnyThreadsAndWithCounts) {
   EXPECT_TRUE(same_bytes(one.film, run(cloud(), s).film)) << "counted";
 }
 
-/// Samples by need are those of a fixed number: a pixel's are numbered from 0 on.
+/// Adaptive samples are those of a fixed number: a pixel's are numbered from 0 on.
 TEST(Render, AdaptiveTakesSamplesOfTheSameNumbers) {
   CloudScene s = noisy_scene();
   s.options.noise = 0.06;  // 0.1 takes the least samples everywhere
@@ -236,7 +236,7 @@ TEST(Render, AdaptiveTakesSamplesOfTheSameNumbers) {
   }
 }
 
-/// Whole renders by need against one of many samples.
+/// Whole adaptive renders against one of many samples.
 TEST(Render, AdaptiveIsUnbiased) {
   CloudScene s = noisy_scene();
   s.options.guide = GuideUse::off;

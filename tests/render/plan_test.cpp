@@ -59,7 +59,7 @@ TEST(Plan, SaysWhatTheUserTold) {
   s.options.depth = 1;
   s.options.kernel = KernelKind::scalar;
   const RenderPlan p = plan(std::span(&v, 1), s.scene());
-  for (const Decision& d : p.decisions) EXPECT_EQ(d.reason, "as told") << d.what;
+  for (const Decision& d : p.decisions) EXPECT_EQ(d.reason, "as set") << d.what;
   EXPECT_EQ(decision(p, "shadow rays").choice, "ratio");
   EXPECT_EQ(decision(p, "paths").choice, "guided");
   EXPECT_EQ(p.kernel, (Kernel{LookUp::trilinear, 1, Paths::guided, true}));
@@ -173,7 +173,7 @@ TEST(Plan, DoubtsUnitsByThicknessAndSaysWhatWouldMakeSense) {
   }
   const Volume none = make_thick_volume(0, 0.9f);
   EXPECT_EQ(warnings(none, scene_around(none)),
-            "thick.vdb: medium.extinction is 0: nothing of it is seen\n");
+            "thick.vdb: medium.extinction is 0, so the volume is invisible\n");
 }
 
 TEST(Plan, DoubtsCamerasThatSeeNothing) {
@@ -182,11 +182,11 @@ TEST(Plan, DoubtsCamerasThatSeeNothing) {
   EXPECT_EQ(warnings(v, s), "");
   CloudScene away = s;
   away.camera.target = s.camera.position * 2.0 - s.camera.target;
-  EXPECT_EQ(warnings(v, away).find("none of 576 rays over the picture meets a volume: "), 0u)
+  EXPECT_EQ(warnings(v, away).find("none of 576 rays through the picture hits a volume: "), 0u)
       << warnings(v, away);
   s.options.width = 1024;
   s.options.crop_width = 16;
-  EXPECT_EQ(warnings(v, s).find("none of 576 rays over the picture meets a volume: "), 0u)
+  EXPECT_EQ(warnings(v, s).find("none of 576 rays through the picture hits a volume: "), 0u)
       << warnings(v, s);
 }
 

@@ -82,8 +82,8 @@ std::vector<std::pair<std::string, CloudScene>> scenes() {
       s.options.aovs.add(a);
     }
   });
-  add("by need", [](CloudScene& s) { s.options.noise = 0.08; });
-  add("by need, scalar and counted", [](CloudScene& s) {
+  add("adaptive", [](CloudScene& s) { s.options.noise = 0.08; });
+  add("adaptive, scalar and counted", [](CloudScene& s) {
     s.options.noise = 0.08, s.options.kernel = KernelKind::scalar, s.options.count = true;
   });
   return all;
@@ -252,7 +252,7 @@ TEST(Parts, AdaptiveRefuseOtherPilots) {
   EXPECT_THROW((void)begin_by_pilot(shot.planned, crop_of(pilot, 0, 0, 12, 6)), Error);
   EXPECT_THROW((void)begin_by_pilot(shot.planned, shot.whole()), Error) << "all samples";
   CloudScene even = cloud_scene();
-  EXPECT_THROW((void)begin_by_pilot(Shot(even).planned, pilot), Error) << "not by need";
+  EXPECT_THROW((void)begin_by_pilot(Shot(even).planned, pilot), Error) << "not adaptive";
 }
 
 TEST(Parts, OfFilmsLieInThem) {

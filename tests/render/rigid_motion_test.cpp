@@ -303,7 +303,7 @@ TEST(RigidMotion, ThePlanSaysWhatItTakes) {
   const Pyramid pyramid = build_pyramid(block().grid);
   const BoundedGrid grid{block().grid, pyramid};
   burning.fire = std::make_shared<const Emitter>(make_emitter({}, grid, &grid, {}));
-  EXPECT_TRUE(has(refused(burning, [](auto&) {}), "a fire stands still"));
+  EXPECT_TRUE(has(refused(burning, [](auto&) {}), "a volume with a fire cannot move as a whole"));
   Volume coloured = v;
   coloured.medium.extinction_color = Rgb(1.0f, 0.5f, 0.2f);
   EXPECT_TRUE(has(refused(coloured, [](auto&) {}), "extinction_color"));

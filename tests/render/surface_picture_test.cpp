@@ -724,7 +724,7 @@ TEST(SurfacePicture, WhatDoesNotGoTogetherIsRefused) {
   expect_refused(deep, "deep");
   CloudScene room = cloud_scene_of_cube();
   room.surfaces = {BallSurface{{6, 6, 6}, 60, {Rgb(1.0f)}}};
-  expect_refused(room, "to and fro between surfaces");
+  expect_refused(room, "bounce between surfaces");
   room.options.max_bounces = 10;
   room.options.width = room.options.height = 4;
   EXPECT_NO_THROW((void)run_cube(room));

@@ -303,17 +303,17 @@ TEST(Surfaces, ThatCannotBeAreRefused) {
   expect_refused(BallSurface{{0, 0, 0}, 0, {}}, "radius");
   expect_refused(MeshSurface{}, "no triangles");
   TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 3}}};
-  expect_refused(mesh_surface(mesh), "vertices that there are");
+  expect_refused(mesh_surface(mesh), "vertex that does not exist");
   mesh.triangles = {{0, 1, 2}};
   mesh.vertices[1].x = std::numeric_limits<double>::quiet_NaN();
   expect_refused(mesh_surface(mesh), "finite");
   mesh.vertices[1].x = 1;
   EXPECT_NO_THROW(validate(mesh_surface(mesh)));
-  expect_refused(mesh_surface(mesh, scaling({1, 0, 1})), "undone");
+  expect_refused(mesh_surface(mesh, scaling({1, 0, 1})), "invertible");
   SolidSurface solid;
   expect_refused(solid, "missing");
   solid.body = std::make_shared<const Body>(FreeForm{half_space({0, 0, 0}, {0, 1, 0}), {}});
-  expect_refused(solid, "no end");
+  expect_refused(solid, "unbounded");
   const Surface beyond = mesh_surface(test::ball_mesh(4), scaling(Vec3d(1e308)));
   EXPECT_THROW(Surfaces({&beyond, 1}), Error);
 }

@@ -86,7 +86,7 @@ TEST(Shell, ValidateNamesWhatIsWrong) {
             std::string::npos);
   EXPECT_NE(broken([](Shell& s) {
               s.form.perturbations[0].form.perturbations.resize(1);
-            }).find("perturbations of its own"),
+            }).find("itself perturbed"),
             std::string::npos);
   for (const double bound : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
     EXPECT_NE(broken([&](Shell& s) { s.certificate.bound = bound; }).find("certificate"),

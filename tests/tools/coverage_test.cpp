@@ -138,7 +138,7 @@ TEST(Coverage, AdaptiveIsByPixels) {
   const auto missing = find_missing({piece(0, 0, 4, 3, 0, 0)}, whole);
   ASSERT_TRUE(missing);
   EXPECT_EQ(missing->pixels, 4u);
-  EXPECT_EQ(describe(missing->first), "samples by need of pixel 0,3 of seed 1");
+  EXPECT_EQ(describe(missing->first), "adaptive samples of pixel 0,3 of seed 1");
   EXPECT_EQ(find_missing({piece(0, 0, 4, 4, 0, 16)}, whole)->pixels, 16u) << "a pilot";
   EXPECT_TRUE(find_doubled({piece(0, 0, 4, 3, 0, 0), piece(0, 2, 4, 2, 0, 0)}));
   EXPECT_TRUE(find_doubled({piece(0, 0, 4, 3, 0, 0), piece(0, 0, 4, 3, 0, 16)})) << "a pilot";

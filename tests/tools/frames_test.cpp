@@ -52,15 +52,15 @@ TEST(Frames, OfOtherFormsAreRefusedWithExamples) {
         << text << ": " << told;
   }
   EXPECT_TRUE(refusal("1,b,2").starts_with("found 'b', expected")) << "the part that is wrong";
-  EXPECT_EQ(refusal("10-1"), "found '10-1', expected a range that goes up, such as 1-10");
-  EXPECT_EQ(refusal("-3--5"), "found '-3--5', expected a range that goes up, such as -5--3");
+  EXPECT_EQ(refusal("10-1"), "found '10-1', expected an ascending range, such as 1-10");
+  EXPECT_EQ(refusal("-3--5"), "found '-3--5', expected an ascending range, such as -5--3");
   EXPECT_EQ(refusal("1-10x0"), "found '1-10x0', expected a step of 1 or more, such as 1-10x2");
 }
 
 TEST(Frames, AreOfALimitedNumber) {
   EXPECT_EQ(parse_frames("1-100000").size(), kMostFrames);
   EXPECT_EQ(refusal("0-100000"),
-            "found '0-100000', expected at most 100000 frames; take them in parts");
+            "found '0-100000', expected at most 100000 frames; divide them into several runs");
   EXPECT_EQ(parse_frames("-9999999-9999999x9999999"), (Frames{-9999999, 0, 9999999}));
 }
 

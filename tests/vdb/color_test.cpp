@@ -113,7 +113,7 @@ TEST_F(Colors, OfOtherFilesAndNamesAreRefused) {
             "out with medium.albedo_field.grid = \"none\"");
   EXPECT_NE(error_of([&] {
               (void)load_albedo(file, {.grid = "tint", .map = {.scale = 2}});
-            }).find("the grid 'tint' has colours, which are taken as they are"),
+            }).find("the grid 'tint' has colours, which are not mapped"),
             std::string::npos);
 }
 

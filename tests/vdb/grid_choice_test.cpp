@@ -83,7 +83,7 @@ TEST(GridChoice, RecipesAndPvolFilesHoldOneGrid) {
   EXPECT_NE(refused(pvol, "fire").find("a.pvol: holds the grid \"smoke\", not \"fire\""),
             std::string::npos);
   EXPECT_NE(refused(samples / "column.toml", "fire").find("not \"fire\""), std::string::npos);
-  EXPECT_NE(refused(samples / "cumulus_scene.toml", "").find("is a scene, expected a cloud"),
+  EXPECT_NE(refused(samples / "cumulus_scene.toml", "").find("found a scene, expected a cloud"),
             std::string::npos);
 }
 

@@ -115,7 +115,7 @@ constexpr Refused kRefused[] = {
     {"bad/frustum.vdb", "frustum"},
     {"bad/future_version_99.vdb", "version 99"},
     {"bad/int32_density.vdb", "whole numbers (int32)"},
-    {"bad/levelset_class_unknown.vdb", "is a level set though"},
+    {"bad/levelset_class_unknown.vdb", "is a level set, though not marked as one"},
     {"bad/levelset_named_density.vdb", "density (float, level set)"},
     {"bad/mask_density.vdb", "on/off values (mask)"},
     {"bad/no_grids.vdb", "holds no grids"},

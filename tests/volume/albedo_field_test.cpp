@@ -125,8 +125,8 @@ TEST(AlbedoField, RefusesWhatCannotBe) {
     return error_of([&] { (void)make_albedo_field(map, colors, nullptr, {}); });
   };
   EXPECT_EQ(refusal({.map = {.scale = 2}}),
-            "albedo field: the grid Cd has colours, which are taken as they are; scale, offset, "
-            "clamp, power, ramp and colors are for grids of numbers: leave them out");
+            "albedo field: the grid Cd has colours, which are not mapped; scale, offset, clamp, "
+            "power, ramp and colors apply to grids of numbers: leave them out");
   const Field f = make_field("heat", {0, 0, 0}, {8, 8, 8}, [](Vec3i) { return 1.0; });
   const Pyramid pyramid = build_pyramid(f.grid);
   AlbedoMap map;
@@ -134,7 +134,7 @@ TEST(AlbedoField, RefusesWhatCannotBe) {
   EXPECT_EQ(error_of([&] {
               (void)make_albedo_field(map, {f.grid, pyramid}, {});
             }),
-            "albedo field: colors: expected colours in [0, 1], by which albedos are multiplied");
+            "albedo field: colors: expected colours in [0, 1], which multiply the albedo");
   ColorGrid far = colors;
   for (VoxelGrid* g : {&far.channels[0], &far.known}) {
     g->tiles.push_back({{1 << 20, 1 << 20, 1 << 20}, 8, 1});

@@ -182,7 +182,7 @@ TEST(BatchesOfAnyVolume, TakeTheScalarKernelWhereLanesDoNotServe) {
   FieldMap map;
   map.scale = 2;
   expect_scalar(with({.map = std::make_shared<const FieldMap>(map)}), "mapped", rays);
-  expect_scalar(with({.homogenise = 0.1}), "homogeneous", rays);
+  expect_scalar(with({.homogenise = 0.1}), "homogenised", rays);
   const PlacedCloud thick(plain.field, plain.to_world, 1e6);
   expect_scalar(thick.volume, "thick", rays);
   Rays about;

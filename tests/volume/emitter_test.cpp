@@ -116,7 +116,8 @@ TEST(Emitter, RefusesWhatCannotBe) {
   const auto refusal = [&](const Fire& fire) {
     return error_of([&] { (void)make_emitter(fire, field.grid, nullptr, {}); });
   };
-  EXPECT_NE(refusal({.map = {.offset = 1}}).find("expected 0 of 0"), std::string::npos);
+  EXPECT_NE(refusal({.map = {.offset = 1}}).find("of 0, which would fill all space; expected 0"),
+            std::string::npos);
   EXPECT_NE(refusal({.intensity = -1}).find("intensity"), std::string::npos);
   EXPECT_NE(refusal({.kelvin_of_intensity = 1000}).find("kelvin"), std::string::npos);
   Fire both{.kelvin = 1};

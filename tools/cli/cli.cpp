@@ -77,10 +77,10 @@ void check_output(const std::filesystem::path& file, const std::vector<std::stri
   }
   const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
   if (!std::filesystem::is_directory(folder, ignored)) {
-    throw Error(file.string() + ": there is no folder " + folder.string() + "; make it first");
+    throw Error(file.string() + ": there is no folder " + folder.string() + "; create it first");
   }
   if (access(folder.c_str(), W_OK) != 0) {
-    throw Error(file.string() + ": the folder " + folder.string() + " cannot be written to");
+    throw Error(file.string() + ": the folder " + folder.string() + " is not writable");
   }
 }
 

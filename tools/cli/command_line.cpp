@@ -25,7 +25,7 @@ void add_memory_limit(CLI::App& app) {
   constexpr double kLeast = 1e8;  // what the tools and their libraries take themselves
   app.add_option_function<std::string>(
          "--memory-limit", [](const std::string& text) { limit_memory(*parse_bytes(text)); },
-         "Fail with a message rather than take more address space than this, e.g. 4G")
+         "Limit of the address space, e.g. 4G: fail with a message instead of using more")
       ->type_name("BYTES")
       ->check(CLI::Validator(
           [](const std::string& text) -> std::string {
@@ -263,7 +263,8 @@ std::optional<int> CommandLine::parse(int argc, char** argv,
 }
 
 void add_quiet(const CommandLine& line, Common& common) {
-  line.add_flag("--quiet", common.quiet, "No report and no progress; warnings and errors stay");
+  line.add_flag("--quiet", common.quiet,
+                "Print no report and no progress, only warnings and errors");
 }
 
 }  // namespace pvol::cli

@@ -12,7 +12,7 @@ namespace {
 
 using formats::FilmPiece;
 
-/// Numbers of samples; of those by need one stands for all.
+/// Numbers of samples; of adaptive ones, one stands for all.
 std::pair<std::uint64_t, std::uint64_t> range_of(const FilmPiece& p) {
   return p.end > 0 ? std::pair<std::uint64_t, std::uint64_t>{p.begin, p.end}
                    : std::pair<std::uint64_t, std::uint64_t>{0, 1};
@@ -130,7 +130,7 @@ std::optional<Missing> find_missing(const std::vector<FilmPiece>& pieces, const 
 
 std::string describe(const FilmPiece& p) {
   const std::string samples =
-      p.end > 0 ? fmt::format("samples {}:{}", p.begin, p.end) : "samples by need";
+      p.end > 0 ? fmt::format("samples {}:{}", p.begin, p.end) : "adaptive samples";
   const std::string pixels =
       p.width == 1 && p.height == 1
           ? fmt::format("pixel {},{}", p.x, p.y)

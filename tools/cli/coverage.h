@@ -16,13 +16,13 @@ struct Doubled {
   formats::FilmPiece both;   ///< what they have in common
 };
 
-/// The first ones, if there are any. Pieces by need have all samples of their pixels.
+/// The first ones, if there are any. Adaptive pieces have all samples of their pixels.
 [[nodiscard]] std::optional<Doubled> find_doubled(const std::vector<formats::FilmPiece>& pieces);
 
 /// Pixels without some samples of a seed.
 struct Missing {
   std::size_t pixels = 0;    ///< of the whole
-  formats::FilmPiece first;  ///< a pixel and samples of it, 0:0 by need
+  formats::FilmPiece first;  ///< a pixel and its samples; adaptive: 0:0
 };
 
 /// What pieces, none of them doubled, lack of a whole: the same window, samples and seed.

@@ -21,7 +21,8 @@ bool is_wanted(const Layer& layer, AovSet asked) {
 
 Scene with_needs_of_filter(const Scene& scene) {
   if (!is_adaptive(scene.options) && scene.options.samples < 2) {
-    throw UsageError("--denoise takes --spp 2 or more: one sample does not tell how noisy it is");
+    throw UsageError(
+        "--denoise needs --spp 2 or more, since one sample gives no estimate of its noise");
   }
   Scene changed = scene;
   for (const AovRow& r : kAovs) {

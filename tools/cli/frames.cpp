@@ -22,9 +22,8 @@ Range parse_range(const std::string& text) {
   std::smatch part;
   if (!std::regex_match(text, part, form)) {
     throw UsageError(
-        fmt::format("found '{}', expected a frame such as 17, a range such as 1-240, "
-                    "1-240x10 or -5-10, or several of them with commas; numbers have "
-                    "at most 7 digits",
+        fmt::format("found '{}', expected a frame such as 17, a range such as 1-240, 1-240x10 or "
+                    "-5-10, or several of them separated by commas; numbers have at most 7 digits",
                     text));
   }
   Range r;
@@ -32,7 +31,7 @@ Range parse_range(const std::string& text) {
   if (part[2].matched) r.last = std::stoi(part[2]);
   if (part[3].matched) r.step = std::stoi(part[3]);
   if (r.first > r.last) {
-    throw UsageError(fmt::format("found '{}', expected a range that goes up, such as {}-{}", text,
+    throw UsageError(fmt::format("found '{}', expected an ascending range, such as {}-{}", text,
                                  r.last, r.first));
   }
   if (r.step == 0) {
@@ -75,8 +74,9 @@ std::vector<int> parse_frames(const std::string& text) {
     for (int frame = r.first; frame <= r.last; frame += r.step) {
       if (seen.insert(frame).second) frames.push_back(frame);
       if (frames.size() <= kMostFrames) continue;
-      throw UsageError(fmt::format("found '{}', expected at most {} frames; take them in parts",
-                                   text, kMostFrames));
+      throw UsageError(
+          fmt::format("found '{}', expected at most {} frames; divide them into several runs", text,
+                      kMostFrames));
     }
   }
   return frames;

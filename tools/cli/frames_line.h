@@ -33,27 +33,27 @@ template <class Parser>
 inline void add_frames(const CommandLine& app, FramesGiven& given) {
   app.add_option_function(
          "--frames", [&given](const std::string& text) { given.frames = parse_frames(text); },
-         "A sequence: these frames one by one, 1-240, every tenth 1-240x10, a list with commas. "
-         "Names have #### or %04d where the number goes, with zeros to that width")
+         "Process a sequence, one frame after another: 1-240, every tenth 1-240x10, or a list with "
+         "commas. File names contain #### or %04d in place of the number, which is padded with "
+         "zeros to that width")
       .type_name("A-B[xN]")
       .check(parses(parse_frames));
   app.add_option_function(
          "--frame", [&given](const std::string& text) { given.frame = parse_frame(text); },
-         "That frame alone, of the sequence of --frames where both are given")
+         "Process this frame alone; with --frames, one frame of that sequence")
       .type_name("N")
       .check(parses(parse_frame));
-  app.add_flag(
-      "--skip-existing", given.skip_existing,
-      "Leave out frames whose files are there, but for pictures that are not finished; files "
-      "are written whole or not at all");
+  app.add_flag("--skip-existing", given.skip_existing,
+               "Skip frames whose files exist, except unfinished pictures; files are always "
+               "written completely or not at all");
 }
 
 inline void add_lock_frame(const CommandLine& app, FramesGiven& given) {
   app.add_option_function(
          "--lock-frame",
          [&given](const std::string& text) { given.lock_frame = parse_frame(text); },
-         "Frame for which extinction and camera are chosen where the scene gives none, for all "
-         "frames alike [the first of --frames]")
+         "Frame for which extinction and camera are chosen if the scene has none; all frames use "
+         "them [the first of --frames]")
       .type_name("N")
       .check(parses(parse_frame));
 }

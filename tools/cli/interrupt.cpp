@@ -73,7 +73,7 @@ void say(const char* tool, const char* what, const char* more) {
   formats::abandon_writes();
   const std::scoped_lock lock(notes);
   if (again) {
-    say(tool, "interrupted again; what was not saved is lost", "");
+    say(tool, "interrupted again; unsaved work is lost", "");
   } else {
     const char* stage = stage_now.data();
     say(tool, *stage == '\0' ? "interrupted" : "interrupted while ", stage);

@@ -49,7 +49,7 @@ bool bind_grids(const Loader& by, formats::SceneVolume& volume) {
   const std::vector<std::string> dark = formats::usual_fire_grids(grids);
   if (!volume.fire && grids.size() > 1 && !dark.empty()) {
     tell(by, name + fmt::format("the file has {}", fmt::join(dark, " and ")) +
-                 ", too; --set medium.fire.kelvin=K makes a fire of it");
+                 "; --set medium.fire.kelvin=K makes it a fire");
   }
   return volume.fire && !had_fire;
 }
@@ -143,7 +143,7 @@ void load_fire(const Loader& by, formats::SceneVolume& volume, bool strict, bool
   if (volume.has_intensity) return;
   fire.intensity = choose_intensity(cloud, fire, volume.first_place());
   volume.has_intensity = true;
-  tell(by, "no intensity given; chose " + readable(fire.intensity) +
+  tell(by, "no intensity is set; chose " + readable(fire.intensity) +
                " per world unit for the fire (change it with --set medium.fire.intensity=X)");
 }
 
@@ -173,7 +173,7 @@ void load_motion(const Loader& by, const formats::SceneVolume& volume, bool stri
   }
   print_warnings(by.tool, found->warnings);
   if (choice.field.empty()) {
-    tell(by, volume.file.filename().string() + ": it moves by the grid " + found->name);
+    tell(by, volume.file.filename().string() + ": it moves with the grid " + found->name);
   }
   cloud.motion = std::make_shared<const formats::CloudMotion>(
       formats::CloudMotion{std::move(found->grid), choice.scale / camera.fps, camera.shutter});
@@ -386,7 +386,7 @@ void require_proof(const std::filesystem::path& file, const formats::Cloud& clou
                                          : make_support(cloud.grid(), cloud.pyramid);
   if (certify(*cloud.shell, support, enough).bound >= enough.enough) return;
   throw Error(file.string() +
-              ": its shell does not hold the cloud; fit it again, or render with --shells off");
+              ": its shell does not contain the cloud; fit it again, or render with --shells off");
 }
 
 Camera frame_all(std::span<const Volume> volumes, const Scene& scene) {

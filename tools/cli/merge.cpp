@@ -84,7 +84,7 @@ void check_same(const std::vector<Part>& parts) {
     if (p.window.width != first.window.width || p.window.height != first.window.height) {
       refuse(p, "their images differ in size");
     }
-    if (!same_layers(p.window, first.window)) refuse(p, "they have other layers (--aov)");
+    if (!same_layers(p.window, first.window)) refuse(p, "they have different layers (--aov)");
     if (attribute(p, "pvol:noise") != attribute(first, "pvol:noise")) {
       refuse(p, fmt::format("--noise is {} and {}", attribute(first, "pvol:noise"),
                             attribute(p, "pvol:noise")));
@@ -97,7 +97,7 @@ void check_same(const std::vector<Part>& parts) {
   if (makers.size() > 1) {
     print_warnings(kTool,
                    {fmt::format("the parts were made by several kernels or versions, {}: the "
-                                "picture is as right, but perhaps not the bytes of one run",
+                                "picture is correct, but may differ in bits from one run",
                                 fmt::join(makers, ", "))});
   }
 }
@@ -146,11 +146,11 @@ FilmPiece whole_of(const MergeGiven& o, const std::vector<Part>& parts) {
 /// Throws Error unless all is there, of each seed.
 void refuse_missing(const std::vector<Part>& parts, const Pieces& pieces, FilmPiece whole,
                     const std::set<std::uint64_t>& seeds) {
-  constexpr const char* kAdvice = "; --partial merges what is there";
+  constexpr const char* kAdvice = "; --partial merges the parts that exist";
   for (std::size_t i = 0; i < pieces.all.size(); ++i) {
     if (pieces.all[i].complete) continue;
     const Part& p = parts[pieces.part[i]];
-    throw Error(fmt::format("{} is not finished, it has {} samples; render it with --resume{}",
+    throw Error(fmt::format("{} is not finished: it has {} samples; render it with --resume{}",
                             p.file.string(), attribute(p, "pvol:samples"), kAdvice));
   }
   for (const std::uint64_t seed : seeds) {
@@ -159,7 +159,7 @@ void refuse_missing(const std::vector<Part>& parts, const Pieces& pieces, FilmPi
     if (!missing) continue;
     throw Error(fmt::format(
         "no part has {}{}{}", describe(missing->first),
-        missing->pixels > 1 ? fmt::format("; in all {} pixels lack some", missing->pixels) : "",
+        missing->pixels > 1 ? fmt::format("; {} pixels lack samples in all", missing->pixels) : "",
         kAdvice));
   }
 }
@@ -302,8 +302,8 @@ void check_names(const MergeGiven& o) {
   if (o.no_png && !o.png.empty()) throw UsageError("--png and --no-png exclude each other");
   for (const std::filesystem::path& part : o.parts) {
     if (!same_file(part, o.output)) continue;
-    throw UsageError(fmt::format("{} is a part and the output; choose another name for the output",
-                                 part.string()));
+    throw UsageError(fmt::format(
+        "{} is both a part and the output; choose another name for the output", part.string()));
   }
 }
 

@@ -19,10 +19,9 @@ inline void add_display(const CommandLine& app, double& exposure, formats::ToneM
   app.add_option("--exposure", exposure, "Exposure of the .png in stops (EV) [0]")
       .type_name("EV")
       .check(number_from(-100, 100, "a number from -100 to 100"));
-  add_named(
-      app, "--tone-map", tone_map,
-      "How the .png shows light above the screen's white: srgb clips it, neutral (Khronos) and "
-      "filmic (Hable) compress it [srgb]");
+  add_named(app, "--tone-map", tone_map,
+            "How the .png shows radiance above the screen's white: srgb clips it, neutral "
+            "(Khronos) and filmic (Hable) compress it [srgb]");
 }
 
 }  // namespace pvol::cli

@@ -90,13 +90,13 @@ void print_facts(const RenderJob& job) {
   std::cerr << "  roughly " << cli::readable(f.collisions / f.samples)
             << " collisions per sample and " << cli::readable_seconds(f.cpu_seconds)
             << (is_adaptive(o) ? " of CPU time for " + cli::readable(expected_samples(o)) +
-                                     " samples a pixel\n"
-                               : " of CPU time to expect\n");
+                                     " samples per pixel\n"
+                               : " of CPU time expected\n");
   if (is_adaptive(o)) {
-    std::cerr << "  samples by need until";
+    std::cerr << "  adaptive samples until";
     if (o.noise) std::cerr << " the noise is about " << cli::readable(100 * *o.noise) << " %";
     if (o.noise && o.time) std::cerr << " or";
-    if (o.time) std::cerr << " the time is up, " << cli::readable_seconds(*o.time);
+    if (o.time) std::cerr << " the time limit, " << cli::readable_seconds(*o.time);
     std::cerr << '\n';
   }
 }

@@ -12,37 +12,37 @@ namespace pvol::cli {
 namespace {
 
 constexpr const char* kExamples =
-    R"(Without a scene file the camera frames the cloud, under a sun and a gradient sky. Where no extinction
-is given, one is chosen that makes the cloud about 40 mean free paths thick, and printed.
+    R"(Without a scene file, the camera frames the cloud under a sun and a gradient sky. If no extinction
+is set, one that makes the cloud about 40 mean free paths thick is chosen and printed.
 World units are those of the cloud's transform; extinction is per world unit and unit of density.
 
 Examples:
   pvol-render cloud.vdb -o cloud.exr --size 1280x720 --spp 256
       writes cloud.exr and cloud.png
   pvol-render cloud.vdb -o cloud.exr --background off --aov variance,samples --pixel-type half
-      a cloud to put over another picture, with what pvol-stats image compares pictures by
+      a cloud to composite over another picture, with the layers that pvol-stats image needs
   pvol-render scene.toml -o noon.exr --set medium.g=0.5 --tracker delta --stats noon.json
-      a scene with one value changed, and the counts of the work done
+      a scene with one value changed, and counts of the work in a file
   pvol-render smoke.####.pvol -o smoke.####.exr --frames 1-240
-      a sequence: extinction and camera are those of frame 1, and each frame has other noise; run
-      again, it leaves out what is finished
+      a sequence: extinction and camera are those of frame 1, and each frame has different noise;
+      when run again, it skips finished frames
   pvol-render scene.toml -o scene.exr --spp 65536 --resume
-      a long one: it goes on where Ctrl-C, a killed process or a full disk ended it
+      a long render: run it again to continue after Ctrl-C, a killed process or a full disk
 
-Ctrl-C and SIGTERM save what was rendered, a second one ends at once; SIGUSR1 has a checkpoint
-written.
+Ctrl-C and SIGTERM save the picture so far, and a second one ends at once; SIGUSR1 writes a
+checkpoint.
 Exit status: 0 success, 1 failure, 2 wrong usage.)";
 
 /// How the picture is written, which says nothing of what is in it.
 void add_layout(const CommandLine& app, RenderOptionsGiven& o) {
   add_named(app, "--pixel-type", o.pixels,
-            "Colour in the .exr: float, or half, which takes half the bytes, rounds to 11 bits and "
-            "ends at 65504; numbers such as variance are always float [float]");
+            "Type of colours in the .exr: float, or half, which needs half the bytes, rounds to 11 "
+            "bits and ends at 65504; numbers such as variance are always float [float]");
   add_named(app, "--compression", o.compression,
-            "Of the .exr: zip, zips, piz, none, or dwaa, which rounds colour [zip]");
+            "Compression of the .exr: zip, zips, piz, none, or dwaa, which rounds colours [zip]");
   app.add_flag(
       "--multipart", o.multipart,
-      "Each layer of --aov in a part of the .exr of its own; else they are channels of one");
+      "Write each layer of --aov to a separate part of the .exr instead of channels of one part");
 }
 
 void add_files(const CommandLine& app, RenderOptionsGiven& o) {
@@ -57,46 +57,47 @@ void add_files(const CommandLine& app, RenderOptionsGiven& o) {
       .type_name("FILE");
   app.add_flag("--no-png", o.no_png, "Write no .png");
   add_display(app, o.exposure, o.tone_map);
-  app.add_flag("--denoise", o.denoise,
-               "Biased: filter the noise of the finished picture, guided by what first collisions "
-               "tell. The .exr keeps the noisy picture and its variance as layers noisy and "
-               "noisy_variance; the log and variance have the estimated error, bias included");
+  app.add_flag(
+      "--denoise", o.denoise,
+      "Biased: filter the noise of the finished picture, guided by features of first collisions. "
+      "The .exr keeps the noisy picture and its variance as layers noisy and noisy_variance; the "
+      "log and the layer variance give the estimated error, bias included");
   app.add_option("--checkpoint", o.checkpoint,
-                 "Minutes between checkpoints: the outputs are written as they are by then, and "
-                 "--resume goes on from them, whatever ended the render; 0 is none [10]")
+                 "Minutes between checkpoints, which write the outputs so far; --resume continues "
+                 "from them if the render ends early; 0 is none [10]")
       .type_name("MINUTES")
       .check(number_from(0, 1e6, "minutes from 0 to a million"));
   app.add_flag_callback(
       "--resume", [&o] { o.resume = true; },
-      "Go on from the picture at --output, if it is of this scene and not finished, to the bytes "
-      "of a render that was never interrupted; if it is finished, do nothing. Frames of a sequence "
-      "do so by themselves");
+      "Continue the unfinished picture at --output, if it shows this scene; the result has the "
+      "bytes of an uninterrupted render. If the picture is finished, do nothing. Frames of a "
+      "sequence are always resumed");
   app.add_flag_callback(
       "--no-resume", [&o] { o.resume = false; },
-      "Render anew whatever is there, frames of a sequence that are finished, too");
+      "Render everything again, including finished frames of a sequence");
   app.add_option("--pilot", o.pilot,
-                 "With --noise: a whole picture of --samples 0:16, merged, from whose samples and "
-                 "needs this part goes on")
+                 "With --noise: a whole, merged picture of --samples 0:16, from which this part "
+                 "takes its first samples and the distribution of the others")
       .type_name("FILE");
   add_named(app, "--sums", o.sums,
-            "Whether the .exr keeps exact sums, for --resume and pvol-convert merge; auto: where "
-            "it is a part or not finished [auto]");
+            "Whether the .exr keeps exact sums, for --resume and pvol-convert merge; auto: if it "
+            "is a part or unfinished [auto]");
   app.add_flag("--live", o.live,
-               "Write the .png while rendering, at most once a second, and beside it a page of its "
-               "name, .html, which a browser reloads until the end");
+               "Write the .png while rendering, at most once per second, and beside it an .html "
+               "page of the same name, which a browser reloads until the end");
   app.add_option("--deep", o.deep,
-                 "Write a deep .exr besides, of what is seen at which depth, to be put together "
-                 "with other deep pictures; never with a background")
+                 "Write a deep .exr as well, with colour and alpha by depth, for compositing with "
+                 "other deep pictures; it never has a background")
       .type_name("FILE");
   app.add_option("--stats", o.stats,
                  "Count the work and write counts, times and errors as JSON; - is stdout")
       .type_name("FILE");
   app.add_option("--summary", o.summary,
-                 "Of a sequence, write what became of each frame as JSON: state, times, noise")
+                 "Write the outcome of each frame of a sequence as JSON: state, times, noise")
       .type_name("FILE");
   app.add_option("--grid", o.grid.grid, "Grid of a .vdb or .nvdb file [density, else the only one]")
       .type_name("NAME");
-  app.add_flag("--strict", o.grid.strict, "Refuse a cloud that draws a warning");
+  app.add_flag("--strict", o.grid.strict, "Refuse a cloud that causes a warning");
 }
 
 /// A flag for each row of the options' tables.
@@ -116,13 +117,12 @@ void add_options(const CommandLine& app, RenderOptionsGiven& o) {
 /// Every key of a scene, for the man page.
 std::vector<ManualPart> scene_manual() {
   std::vector<ManualPart> parts;
-  parts.push_back(
-      {"SCENE FILE",
-       false,
-       "A scene is a TOML file of these sections; [volume] alone is needed. Colours are "
-       "one number or three, file names are relative to the scene file, and --set "
-       "SECTION.KEY=VALUE replaces a value.",
-       {}});
+  parts.push_back({"SCENE FILE",
+                   false,
+                   "A scene is a TOML file of these sections; only [volume] is required. Colours "
+                   "are one number or three, file names are relative to the scene file, and --set "
+                   "SECTION.KEY=VALUE replaces a value.",
+                   {}});
   for (const formats::SectionManual& section : formats::describe_sections()) {
     ManualPart& part = parts.emplace_back(ManualPart{section.heading, true, section.about, {}});
     for (const auto& line : section.lines) {
@@ -131,13 +131,12 @@ std::vector<ManualPart> scene_manual() {
                               fmt::format("{}. Value: {}{}.", line.help, line.expected, otherwise));
     }
   }
-  ManualPart& layers =
-      parts.emplace_back(ManualPart{"LAYERS",
-                                    false,
-                                    "What --aov keeps in the .exr beside R, G, B and A. Channels "
-                                    "are LAYER.R, LAYER.G and LAYER.B "
-                                    "or, of one number, LAYER.Y.",
-                                    {}});
+  ManualPart& layers = parts.emplace_back(
+      ManualPart{"LAYERS",
+                 false,
+                 "Layers that --aov adds to R, G, B and A in the .exr. Channels are LAYER.R, "
+                 "LAYER.G and LAYER.B or, for single numbers, LAYER.Y.",
+                 {}});
   for (const AovRow& r : kAovs) {
     const std::string units = *r.units != 0 ? fmt::format(" ({})", r.units) : "";
     layers.terms.emplace_back(r.name, fmt::format("{}{}: {}.", r.meaning, units, r.sums));
@@ -175,8 +174,9 @@ void add_view(const CommandLine& app, RenderOptionsGiven& o) {
          [&o](const std::string& view) {
            for (std::string& key : view_keys(view)) o.sets.push_back(std::move(key));
          },
-         "Where the camera is that frames the clouds: front, right, side, back, left, top, bottom, "
-         "or degrees about up from the front and above, such as 45,20 [a little above the front]")
+         "Direction from which the camera that frames the clouds looks: front, right, side, back, "
+         "left, top, bottom, or degrees about up from the front and above, such as 45,20 [a little "
+         "above the front]")
       .type_name("NAME|AZ,EL");
   Camera defaults;
   const Entries all = entries(defaults);
@@ -198,8 +198,8 @@ void add_view(const CommandLine& app, RenderOptionsGiven& o) {
            const bool axis = text == "y" || text == "z";
            o.sets.push_back(axis ? "world.up=\"" + text + '"' : "camera.up=[" + text + ']');
          },
-         "The axis that is up, y or z, for camera, sky and the usual sun; or, for the camera "
-         "alone, any direction [y]")
+         "Axis that is up, y or z, for camera, sky and the default sun; or, for the camera alone, "
+         "any direction [y]")
       .type_name("y|z|X,Y,Z")
       .check({[either = fits(up)](const std::string& text) {
         return text == "y" || text == "z" ? std::string() : either.fault(text);
@@ -209,13 +209,13 @@ void add_view(const CommandLine& app, RenderOptionsGiven& o) {
 void add_scene(const CommandLine& app, RenderOptionsGiven& o) {
   add_view(app, o);
   app.add_option("--set", o.sets,
-                 "Set a value of the scene, e.g. medium.g=0.5; of lists by number, "
-                 "volume[2].medium.g=0.5; repeatable")
+                 "Set a value of the scene, e.g. medium.g=0.5, or in lists volume[2].medium.g=0.5; "
+                 "repeatable")
       .type_name("KEY=VALUE")
       .repeatable();
   app.add_flag("--print-scene", o.print_scene,
-               "Print the scene with every value as TOML, and render nothing");
-  app.add_flag("--force", o.force, "Render even what would hardly end");
+               "Print the scene with all its values as TOML, and render nothing");
+  app.add_flag("--force", o.force, "Render even scenes that would hardly end");
 }
 
 }  // namespace
@@ -232,8 +232,8 @@ void apply(const std::map<std::string, std::string>& options, const Entries& ent
     if (*e.about.goes_with == 0) continue;
     const Entry& other = *find_key(entries, e.about.goes_with);
     if (other.value() == Value(e.about.of_value)) continue;
-    throw UsageError(fmt::format("{} goes with {} {}", flag_of(e.about), flag_of(other.about),
-                                 e.about.of_value));
+    throw UsageError(
+        fmt::format("{} needs {} {}", flag_of(e.about), flag_of(other.about), e.about.of_value));
   }
 }
 

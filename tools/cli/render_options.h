@@ -39,7 +39,7 @@ struct RenderOptionsGiven {
   bool no_png = false, print_scene = false, force = false;
   std::filesystem::path summary;  ///< of a sequence, as JSON
   std::optional<bool> resume;     ///< --resume or --no-resume
-  std::filesystem::path pilot;    ///< picture of the first samples of a whole, by need
+  std::filesystem::path pilot;    ///< picture of a whole's first adaptive samples
   double checkpoint = 10;         ///< minutes; 0: none
   KeepSums sums = KeepSums::automatic;
 };

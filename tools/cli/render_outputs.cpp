@@ -26,7 +26,7 @@ formats::ExrOptions exr_options(const Options& o, const Scene& scene) {
 void check_deep(const Options& o, const Outputs& out) {
   for (const char* key : {"deep_bins", "deep_error"}) {
     if (!o.deep.empty() || !o.options.contains(key)) continue;
-    throw UsageError("--deep-bins and --deep-error go with --deep FILE: the deep picture");
+    throw UsageError("--deep-bins and --deep-error need --deep FILE, the deep picture");
   }
   if (o.deep.empty()) return;
   check_output(o.deep, {".exr"});
@@ -46,12 +46,12 @@ void check_parts(const Options& o, const Outputs& out) {
   for (const auto& [given, flag] : wanted) {
     if (!given) continue;
     if (out.exr.empty()) {
-      throw UsageError(fmt::format("{} wants exact sums, which an .exr keeps; found the output {}",
+      throw UsageError(fmt::format("{} needs exact sums and thus an .exr; found the output {}",
                                    flag, o.output.string()));
     }
     if (!out.deep.empty()) {
       throw UsageError(
-          fmt::format("{} does not go with --deep: deep pictures keep no exact sums", flag));
+          fmt::format("{} and --deep exclude each other: deep pictures have no exact sums", flag));
     }
   }
 }
@@ -60,7 +60,7 @@ void warn_of_clamped(const std::filesystem::path& file, std::uint64_t values) {
   if (values == 0) return;
   print_warnings(
       kTool,
-      {fmt::format("{}: {} values are beyond 65504, the most that half holds, and were set to "
+      {fmt::format("{}: {} values exceed 65504, the largest that half holds, and were set to "
                    "that; keep them with --pixel-type float",
                    file.string(), values)});
 }
@@ -75,7 +75,7 @@ void save_deep(const Options& o, const std::filesystem::path& file, const Render
   if (o.common.quiet) return;
   std::cerr << kTool << ": wrote " << file.string() << ", "
             << readable(double(done.samples) / double(t.film().pixels.size()))
-            << " deep samples a pixel\n";
+            << " deep samples per pixel\n";
 }
 
 /// Whether the picture is to be gone on with, or one of several.
@@ -108,7 +108,7 @@ Outputs choose_outputs(const Options& o) {
   Outputs out;
   if (formats::ending(o.output) == ".png") {
     if (o.no_png || !o.png.empty()) {
-      throw UsageError("the output is a .png; --png and --no-png go with an .exr");
+      throw UsageError("the output is a .png; --png and --no-png need an .exr");
     }
     out.png = o.output;
   } else {
@@ -121,10 +121,10 @@ Outputs choose_outputs(const Options& o) {
   out.deep = o.deep;
   check_deep(o, out);
   check_parts(o, out);
-  if (o.live && out.png.empty()) throw UsageError("--live shows the .png; leave out --no-png");
+  if (o.live && out.png.empty()) throw UsageError("--live needs the .png; leave out --no-png");
   if (!o.stats.empty() && o.stats != "-") check_output(o.stats, {".json"});
   if (!o.summary.empty() && !o.frames.any()) {
-    throw UsageError("--summary tells of the frames of a sequence; it goes with --frames");
+    throw UsageError("--summary describes the frames of a sequence; it needs --frames");
   }
   if (!o.summary.empty() && o.summary != "-") check_output(o.summary, {".json"});
   return out;
@@ -159,7 +159,7 @@ void write_text(const std::filesystem::path& file, const std::string& text) {
   formats::write_atomically(file, [&](const std::filesystem::path& aside) {
     std::ofstream out(aside, std::ios::binary);
     out << text;
-    if (!out.flush()) throw Error(file.string() + ": cannot be written; is the disk full?");
+    if (!out.flush()) throw Error(file.string() + ": cannot be written; check the disk space");
   });
 }
 
@@ -174,13 +174,13 @@ void save(const Options& o, const Outputs& out, const RenderJob& job, const Time
   save_pictures(o, out, job, t);
   if (out.exr.empty() && describe_bias(job, t) != "no") {
     print_warnings(kTool, {out.png.string() + ": the picture is biased (" + describe_bias(job, t) +
-                           "), which only an .exr can say of itself"});
+                           "), which only an .exr can record"});
   }
   if (!o.stats.empty()) write_text(o.stats, stats_text(job, t));
   if (o.common.quiet) return;
   if (job.plan.guide.used && !t.result.guided) {
-    std::cerr << kTool << ": paths were not guided: no light but the constant part of the sky "
-              << "reaches what the camera sees\n";
+    std::cerr << kTool << ": paths were not guided: only the constant part of the sky "
+              << "lights what the camera sees\n";
   }
   std::cerr << kTool << ": " << (job.frame ? job.frame->label + ": " : "")
             << readable_count(t.samples) << " samples in " << readable_seconds(t.wall_seconds)

@@ -117,7 +117,7 @@ std::string micro_bounds_text(const Volume& volume) {
 
 std::string noise_text(const Film& film) {
   const std::optional<double> noise = relative_noise(film);
-  return noise ? "noise " + readable(100 * *noise) + " %" : "noise not known yet";
+  return noise ? "noise " + readable(100 * *noise) + " %" : "noise unknown so far";
 }
 
 std::string progress_text(const TimedRender& t) {

@@ -61,7 +61,7 @@ formats::SceneFile scene_of_frame(const RenderOptionsGiven& o, int frame) {
 void check_sequence(const RenderOptionsGiven& o) {
   if (!has_pattern(o.input)) require_pattern(files_of(scene_of(o)));
   if (o.print_scene && o.frames.now().size() > 1) {
-    throw UsageError("--print-scene prints one scene; say of which frame with --frame N");
+    throw UsageError("--print-scene prints one scene; choose its frame with --frame N");
   }
   for (const std::filesystem::path* file : outputs_of(o)) require_output_pattern(o.frames, *file);
 }
@@ -127,8 +127,8 @@ void lock(formats::SceneFile& scene, const formats::SceneFile& chosen) {
     if (v.has_extinction) continue;
     if (i >= chosen.volumes.size()) {
       throw Error(
-          fmt::format("{}: volume {} has no extinction, and the frame to take it from has "
-                      "{} volumes; give it one",
+          fmt::format("{}: volume {} has no extinction, and the frame that supplies it has "
+                      "{} volumes; set its extinction",
                       v.file.string(), i + 1, chosen.volumes.size()));
     }
     v.medium.extinction = chosen.volumes[i].medium.extinction;

@@ -31,7 +31,7 @@ std::string difference(const std::string& found, const std::string& expected) {
     x.clear(), y.clear();
     std::getline(a, x), std::getline(b, y);
   } while (x == y && (a || b));
-  return fmt::format("its scene has '{}', this one '{}'", x, y);
+  return fmt::format("its scene has '{}', this one has '{}'", x, y);
 }
 
 bool have_same_window(const formats::FilmPiece& a, const formats::FilmPiece& b) {
@@ -56,11 +56,11 @@ void check_picture(const std::filesystem::path& file, const formats::PictureHead
     const std::string found = attribute(h.attributes, name), here = attribute(wanted, name);
     if (found == here) continue;
     if (name == std::string("pvol:key")) {
-      refuse(found.empty() ? "no version of pvol-render that keeps keys wrote it"
-                           : "the contents of its clouds, or other files of its scene, changed");
+      refuse(found.empty() ? "it was written by a version of pvol-render without keys"
+                           : "the contents of its clouds or of other files of its scene changed");
     }
     if (name == std::string("pvol:part")) {
-      refuse(fmt::format("it has {}, this one {}", found.empty() ? "all samples" : found,
+      refuse(fmt::format("it has {}, this one has {}", found.empty() ? "all samples" : found,
                          here.empty() ? "all" : here));
     }
     refuse(found.empty() ? "pvol-render did not write it" : difference(found, here));
@@ -75,8 +75,8 @@ void check_picture(const std::filesystem::path& file, const formats::PictureHead
     const std::string found = attribute(h.attributes, name), here = attribute(wanted, name);
     if (found == here) continue;
     print_warnings("pvol-render",
-                   {fmt::format("{}: its samples so far are by {} {}, those to come by {}: the "
-                                "picture is as right, but perhaps not the bytes of one run",
+                   {fmt::format("{}: its samples so far are by {} {}, the further ones by {}: the "
+                                "picture is correct, but may differ in bits from one run",
                                 file.string(), name + std::string("pvol:").size(), found, here)});
   }
 }
@@ -104,7 +104,7 @@ ResumeState resume(const Options& o, const Outputs& out, const RenderJob& job) {
   if (!h.has_sums) {
     if (has_all_samples(h.attributes)) return {.film = {}, .finished = all_there(o, out)};
     throw Error(
-        fmt::format("--resume: {} keeps no sums to go on with (--sums off); render it anew "
+        fmt::format("--resume: {} has no sums to continue from (--sums off); render it again "
                     "with --no-resume",
                     out.exr.string()));
   }
@@ -122,7 +122,7 @@ ResumeState resume(const Options& o, const Outputs& out, const RenderJob& job) {
 ResumeState go_on_from_pilot(const std::filesystem::path& file, const RenderJob& job) {
   const formats::FilmFile pilot = formats::read_film_file(file);
   if (pilot.record.key != job.key) {
-    throw Error(fmt::format("--pilot: {} is of another scene or other clouds", file.string()));
+    throw Error(fmt::format("--pilot: {} shows another scene or other clouds", file.string()));
   }
   return naming(file, [&] { return ResumeState{begin_by_pilot(job.plan, pilot.film)}; });
 }

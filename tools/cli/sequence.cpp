@@ -15,7 +15,7 @@ namespace pvol::cli {
 
 void check_frames(const FramesGiven& given) {
   if (!given.any() && (given.lock_frame || given.skip_existing)) {
-    throw UsageError(fmt::format("{} goes with --frames or --frame",
+    throw UsageError(fmt::format("{} needs --frames or --frame",
                                  given.lock_frame ? "--lock-frame" : "--skip-existing"));
   }
   const std::vector<int> all = given.all();
@@ -28,15 +28,14 @@ void check_frames(const FramesGiven& given) {
 void refuse_pattern(const std::filesystem::path& input) {
   std::error_code ignored;
   if (!has_pattern(input) || std::filesystem::exists(input, ignored)) return;
-  throw UsageError(
-      fmt::format("{} is a pattern for frames; say which with --frames A-B, or one with --frame N",
-                  input.string()));
+  throw UsageError(fmt::format(
+      "{} is a pattern for frames; choose some with --frames A-B or --frame N", input.string()));
 }
 
 void require_pattern(const std::vector<std::filesystem::path>& inputs) {
   if (std::any_of(inputs.begin(), inputs.end(), has_pattern)) return;
   throw UsageError(fmt::format(
-      "{}: --frames and --frame want an input whose name has a place for the number, such as {}",
+      "{}: --frames and --frame need an input whose name has a place for the number, such as {}",
       inputs.back().string(), with_pattern(inputs.back()).string()));
 }
 
@@ -60,7 +59,7 @@ void require_files(const std::vector<FrameFile>& files) {
   const FrameFile& first = missing.front();
   frames.erase(first.frame);
   std::vector<int> others(frames.begin(), frames.end());
-  std::string more = others.empty() ? "" : "; files of other frames are missing, too: ";
+  std::string more = others.empty() ? "" : "; files of other frames are missing as well: ";
   constexpr std::size_t kMostNamed = 8;
   const std::string unnamed =
       others.size() > kMostNamed ? fmt::format(" and {} more", others.size() - kMostNamed) : "";
@@ -76,7 +75,7 @@ std::vector<int> frames_to_do(const SequenceTool& tool, const FramesGiven& given
   if (!given.skip_existing) return frames;
   const std::size_t skipped = std::erase_if(frames, is_there);
   if (skipped > 0 && !tool.quiet) {
-    std::cerr << fmt::format("{}: {} of {} frames are there and skipped\n", tool.name, skipped,
+    std::cerr << fmt::format("{}: {} of {} frames exist and are skipped\n", tool.name, skipped,
                              skipped + frames.size());
   }
   return frames;

@@ -70,7 +70,7 @@ std::string summary_text(const std::vector<FrameOutcome>& frames) {
     text += count_of(frames, s);
   }
   if (rendered > 0) {
-    text += fmt::format("; {} a frame, {} at most, {} in all; noise {} % at most",
+    text += fmt::format("; {} per frame, {} at most, {} in all; noise {} % at most",
                         readable_seconds(seconds / double(rendered)), readable_seconds(longest),
                         readable_seconds(seconds), readable(100 * noisiest));
   }

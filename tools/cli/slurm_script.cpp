@@ -8,9 +8,9 @@ namespace pvol::cli {
 namespace {
 
 constexpr const char* kHead = R"(#
-# Run it where the work is to be done, with options of sbatch for all tasks, such as
+# Run it in the folder of the job, with options of sbatch for all tasks, such as
 #   bash FILE --partition=long --time=4:00:00 --cpus-per-task=16
-# It submits arrays and ends. Run again, it does what is not done yet.
+# It submits arrays and ends. When run again, it does the rest of the work.
 set -euo pipefail
 )";
 
@@ -18,14 +18,14 @@ set -euo pipefail
 // checkpoint. A tool takes a second SIGTERM as "at once", so that nobody may send two.
 constexpr const char* kTask = R"task(#!/bin/bash
 # One task of an array: line FIRST + its number of LIST.   task.sh LIST FIRST
-most_restarts=5  # of a task that fails; one that runs out of time is no failure
-most_in_all=100  # even so: it gets nowhere within its time
+most_restarts=5  # of a task that fails; running out of time is no failure
+most_in_all=100  # restarts of any kind: it makes no progress within its time
 
 mapfile -t -s $(($2 + SLURM_ARRAY_TASK_ID)) -n 1 line <"$1"
 again='' ended='' signalled=''
 # Slurm's warning that time is nearly up: save, and queue again.
 trap 'signalled=1; again=1; kill -TERM "$tool" 2>/dev/null' USR1
-# Slurm ends the task, and tells the tool as well. Should it not: save and go on is harmless.
+# Slurm ends the task and signals the tool as well. If it does not, saving a checkpoint is harmless.
 trap 'signalled=1; ended=1; sleep 1; kill -USR1 "$tool" 2>/dev/null' TERM
 eval "${line[0]} &"
 tool=$!

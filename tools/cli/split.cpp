@@ -86,8 +86,7 @@ int choose_edge(const PixelRect& whole, std::uint32_t samples, int count) {
   while (edge > 1 && capacity(whole, edge) < wanted) edge /= 2;
   if (capacity(whole, edge) >= wanted) return edge;
   throw UsageError(fmt::format(
-      "--split {}: the picture has {} x {} pixels with {} samples each, which make at most {} "
-      "parts; ask for fewer",
+      "--split {}: the picture has {} x {} pixels with {} samples each; expected at most {} parts",
       count, whole.width, whole.height, samples, capacity(whole, 1) * samples));
 }
 

@@ -171,7 +171,7 @@ double sum(const std::vector<double>& v) { return std::accumulate(v.begin(), v.e
 
 /// The ways in which a picture is cut: all frames alike.
 struct Cuts {
-  std::vector<PicturePart> pilots;  ///< none unless samples go by need
+  std::vector<PicturePart> pilots;  ///< none unless samples are adaptive
   std::vector<PicturePart> parts;
   std::optional<PixelRect> crop;  ///< what they make up, where that is not the whole image
 };
@@ -213,7 +213,7 @@ SplitPicture picture(const RenderOptionsGiven& o, std::optional<int> frame, cons
 }
 
 void refuse(bool given, const char* flag, const char* why) {
-  if (given) throw UsageError(fmt::format("--split and {} do not go together: {}", flag, why));
+  if (given) throw UsageError(fmt::format("--split and {} exclude each other: {}", flag, why));
 }
 
 }  // namespace
@@ -226,28 +226,28 @@ Arguments MergeCommand::command() const {
 
 void check_split(const RenderOptionsGiven& o) {
   if (!o.split.parts) {
-    if (o.split.form) throw UsageError("--for goes with --split N: how the parts are printed");
-    if (o.split.at_once) throw UsageError("--at-once goes with --split N --for slurm");
+    if (o.split.form) throw UsageError("--for needs --split N, whose parts it prints");
+    if (o.split.at_once) throw UsageError("--at-once needs --split N --for slurm");
     return;
   }
   if (o.split.at_once && o.split.form != SplitForm::slurm) {
-    throw UsageError("--at-once goes with --for slurm: how many tasks run at a time");
+    throw UsageError("--at-once needs --for slurm, whose tasks it limits");
   }
   if (!o.print_scene && formats::ending(o.output) == ".png") {
-    throw UsageError(
-        fmt::format("--split: found the output {}, expected an .exr: only those can be merged",
-                    o.output.string()));
+    throw UsageError(fmt::format(
+        "--split: found the output {}, expected an .exr, since only those can be merged",
+        o.output.string()));
   }
   refuse(o.options.contains("time") && o.options.at("time") != "off", "--time",
-         "each part would take that long; give --noise or --spp");
-  refuse(!o.deep.empty(), "--deep", "deep pictures of parts are not merged");
-  refuse(!o.stats.empty(), "--stats", "each part would count for itself alone");
-  refuse(o.live, "--live", "nothing is rendered here");
-  refuse(o.denoise, "--denoise", "a filter wants the whole picture");
-  refuse(o.print_scene, "--print-scene", "each prints something else");
+         "each part would take that long; use --noise or --spp");
+  refuse(!o.deep.empty(), "--deep", "deep pictures cannot be merged");
+  refuse(!o.stats.empty(), "--stats", "each part would count only its own work");
+  refuse(o.live, "--live", "nothing is rendered in this run");
+  refuse(o.denoise, "--denoise", "the filter needs the whole picture");
+  refuse(o.print_scene, "--print-scene", "each prints its own result");
   const auto given = [&](const char* flag) { return value_of(o.arguments, flag).has_value(); };
-  refuse(given("--samples"), "--samples", "parts are made of the picture's own, --spp");
-  refuse(given("--pilot"), "--pilot", "the split has pilots of its own");
+  refuse(given("--samples"), "--samples", "the split divides the samples of --spp itself");
+  refuse(given("--pilot"), "--pilot", "the split makes its own pilots");
 }
 
 Arguments echoed(const Arguments& given) {
@@ -266,8 +266,8 @@ Arguments echoed(const Arguments& given) {
 SplitJob split_job(const RenderOptionsGiven& o, const RenderPlan& plan) {
   if (plan.scene.options.time) {
     throw UsageError(
-        "--split: the scene limits the time of the render, and parts would each take "
-        "that long; give --time off, and --noise or --spp");
+        "--split: the scene limits the time of the render, and each part would take that long; use "
+        "--time off, and --noise or --spp");
   }
   const int count = *o.split.parts;
   constexpr int kCellsOfPart = 64, kLeastCells = 8192, kMostCells = 131072;
@@ -289,7 +289,7 @@ std::string summary(const SplitJob& job) {
   const double each = job.cpu_seconds / double(one.parts.parts.size());
   std::string text;
   if (one.frame) text = fmt::format("{} frames of ", job.pictures.size());
-  if (one.pilots) text += fmt::format("{} to show the need and ", one.pilots->parts.size());
+  if (one.pilots) text += fmt::format("{} pilots and ", one.pilots->parts.size());
   return text + fmt::format(
                     "{} parts of {} of CPU time by forecast, {} in all; the largest takes "
                     "{:.3g} times the mean",

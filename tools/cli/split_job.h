@@ -40,7 +40,7 @@ struct SplitStage {
 struct SplitPicture {
   std::optional<int> frame{};
   std::filesystem::path output{}, folder{};  ///< of its parts
-  std::optional<SplitStage> pilots{};        ///< before the parts, where samples go by need
+  std::optional<SplitStage> pilots{};        ///< before the parts, of adaptive samples
   SplitStage parts{};
 };
 

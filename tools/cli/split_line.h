@@ -17,27 +17,27 @@ inline void add_form(const CommandLine& app, SplitGiven& given, const std::strin
          "--for", [&given](const std::string& t) { given.form = *find_named<SplitForm>(t); }, help)
       .type_name("NAME")
       .check(fits(name_of<SplitForm>()));
-  app.add_option("--at-once", given.at_once, "With --for slurm: most tasks that run at a time")
+  app.add_option("--at-once", given.at_once,
+                 "With --for slurm: maximum number of tasks that run at a time")
       .type_name("N")
       .check(fits(whole(1, kMostParts)));
 }
 
 inline void add_split(const CommandLine& app, SplitGiven& given,
                       std::filesystem::path& local_copies) {
-  app.add_option(
-         "--split", given.parts,
-         fmt::format("Render nothing; print command lines of {}, parts of about equal work, "
-                     "and of the merge that makes the same picture of them",
-                     ends_of(whole(1, kMostParts))))
+  app.add_option("--split", given.parts,
+                 fmt::format("Render nothing; print command lines of {}, for parts of about equal "
+                             "work, and of the merge that combines them to the same picture",
+                             ends_of(whole(1, kMostParts))))
       .type_name("N")
       .check(fits(whole(1, kMostParts)));
   add_form(app, given,
-           "How --split prints: text, a script for bash or lines for any queue; json; slurm, a "
+           "Output of --split: text, a script for bash or lines for any queue; json; slurm, a "
            "script that submits arrays [text]");
   app.add_option("--local-copies", local_copies,
-                 "Copy the scene's files to this folder, where they are not there yet, and read "
-                 "them from there; auto is a folder of the user's in $SLURM_TMPDIR, $TMPDIR or "
-                 "/tmp, whichever is there first")
+                 "Copy the scene's files to this folder, unless they are already there, and read "
+                 "them from there; auto is a folder of the user in $SLURM_TMPDIR, $TMPDIR or /tmp, "
+                 "whichever exists first")
       .type_name("DIR|auto");
 }
 

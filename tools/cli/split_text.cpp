@@ -19,8 +19,8 @@ std::string text_of(const SplitPicture& picture) {
       picture.frame ? fmt::format("\n# frame {}\n", *picture.frame) : std::string("\n");
   text += fmt::format("mkdir -p {}\n", shell_word(picture.folder.string()));
   if (picture.pilots) {
-    text += "# pilots, which show where samples are needed\n" + text_of(*picture.pilots);
-    text += "# the parts by these needs\n";
+    text += "# pilots, which find where samples are needed\n" + text_of(*picture.pilots);
+    text += "# the parts, with samples where they are needed\n";
   }
   return text + text_of(picture.parts);
 }
@@ -70,7 +70,7 @@ std::string split_script(const SplitJob& job) {
       "# {}.\n"
       "# Each line that renders may run anywhere, in this folder, at the same time as the others; "
       "a merge\n"
-      "# wants those before it. A line that is run again goes on where it was.\n"
+      "# needs those before it. A line that is run again continues its work.\n"
       "set -e\n",
       summary(job));
   for (const SplitPicture& picture : job.pictures) text += text_of(picture);

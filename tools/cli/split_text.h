@@ -14,7 +14,7 @@ namespace pvol::cli {
 /// given to any queue that starts processes.
 [[nodiscard]] std::string split_script(const SplitJob& job);
 
-/// {"parts": [...], "merge": {...}}, and "pilots" with the same where samples go by need; of
+/// {"parts": [...], "merge": {...}}, and "pilots" with the same for adaptive samples; of
 /// sequences {"frames": [{"frame": 1, ...}, ...]}.
 [[nodiscard]] std::string split_json(const SplitJob& job);
 

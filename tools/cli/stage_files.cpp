@@ -92,7 +92,7 @@ std::vector<std::string> use_local_copies(const std::string& tool, const fs::pat
       if (const auto source = source_beside(file)) (void)copy_to(folder, *source);
       return copy_to(folder, file);
     } catch (const Error& e) {
-      print_warnings(tool, {std::string(e.what()) + "; it is read where it is"});
+      print_warnings(tool, {std::string(e.what()) + "; the original is read instead"});
       return file;
     }
   });

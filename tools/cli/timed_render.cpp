@@ -46,8 +46,8 @@ class Checkpoints {
                   << cli::progress_text(t) << " samples\n";
       }
     } catch (const Error& e) {
-      cli::print_warnings(kTool, {std::string(e.what()) + "; there is no new checkpoint, and "
-                                                          "rendering goes on"});
+      cli::print_warnings(
+          kTool, {std::string(e.what()) + "; no checkpoint was written, and rendering continues"});
     }
     next_ = watch_.seconds() + 60 * o_.checkpoint;
     due_ = false;
@@ -70,7 +70,7 @@ std::string note(const Film& film, std::uint64_t wanted) {
   std::string text = cli::noise_text(film);
   const std::optional<double> noise = relative_noise(film);
   if (double(wanted) > done && noise.value_or(0) > 0) {
-    text += ", " + cli::readable(100 * *noise * std::sqrt(done / double(wanted))) + " % to expect";
+    text += ", " + cli::readable(100 * *noise * std::sqrt(done / double(wanted))) + " % expected";
   }
   return text;
 }

@@ -8,7 +8,8 @@ namespace {
 
 [[noreturn]] void refuse() {
   throw UsageError(
-      "this pvol was built without work for many machines; configure it with -DPVOL_WITH_FARM=ON");
+      "this pvol was built without support for render farms; configure it with "
+      "-DPVOL_WITH_FARM=ON");
 }
 
 }  // namespace

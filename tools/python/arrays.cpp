@@ -43,7 +43,7 @@ Shape joined(const Shape& a, const Shape& b, const Shape& c) {
         .cast<Shape>();
   } catch (const py::error_already_set&) {
     throw Error("origins of " + text_of(a) + " rays, directions of " + text_of(b) +
-                " and t_max of " + text_of(c) + " do not broadcast against each other");
+                " and t_max of " + text_of(c) + " cannot be broadcast against each other");
   }
 }
 
@@ -51,7 +51,7 @@ Shape leading_shape(const char* what, const Doubles& array) {
   Shape shape = shape_of(array);
   if (shape.empty() || shape.back() != 3) {
     throw Error(std::string(what) + " have the shape " + text_of(shape) +
-                "; expected (..., 3), the components of a vector last");
+                "; expected (..., 3), with the components of a vector last");
   }
   shape.pop_back();
   return shape;

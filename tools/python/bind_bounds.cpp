@@ -37,7 +37,7 @@ Parameters
 ----------
 level : int, optional
     Of the pyramid: 0 has nodes of 8^3 cells, each further one of twice the edge, up to
-    `levels` - 1, the root. Default: the cubes where walks stop.
+    `levels` - 1, the root. Default: the cubes at which walks stop.
 
 Returns
 -------

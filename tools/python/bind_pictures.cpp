@@ -101,13 +101,13 @@ scene : path, dict, Volume or sequence of Volumes
 **settings
     Options of the renderer by their keys (spp=64, size=(320, 240), noise=0.02, seed=1, tracker=...,
     aov=["depth"], threads=2); other sections as dicts (camera={"azimuth": 45}), which add to those of
-    the scene; count=True counts the work, force=True renders what would hardly end. `pvol-render --help` has all options, its
-    man page all sections.
+    the scene; count=True counts the work, force=True renders scenes that would hardly end.
+    `pvol-render --help` lists all options, its man page all sections.
 
 Returns
 -------
 Picture
-    Ctrl-C ends the render within a moment and is passed on; nothing is kept then.)";
+    Ctrl-C ends the render within a moment and is passed on; the picture is then lost.)";
 
 constexpr const char* kSaveText = R"(Writes an .exr (linear, with variance and samples) or a .png.
 
@@ -121,8 +121,8 @@ tone_map : str
 
 constexpr const char* kAovText = R"(A layer, (H, W) or (H, W, 3), by its name.
 
-"variance", "samples" and "transmittance" are always there; others where they were asked for with
-aov=[...] (`pvol-render --help`); see `layers`.)";
+"variance", "samples" and "transmittance" always exist; others are requested with aov=[...]
+(`pvol-render --help`); see `layers`.)";
 
 }  // namespace
 
@@ -136,9 +136,10 @@ void bind_pictures(py::module_& m) {
       .def_property_readonly("layers", &layer_names, "Names for `aov`.")
       .def("aov", &aov, py::arg("name"), kAovText)
       .def_property_readonly("counts", &counts,
-                             "Work by name, in all; empty without count=True or counting AOVs.")
-      .def_readonly("plan", &Picture::plan, "What was chosen, a line each, with reasons.")
-      .def_readonly("attributes", &Picture::attributes, "What the header of an .exr says.")
+                             "Total work by name; empty without count=True or counting AOVs.")
+      .def_readonly("plan", &Picture::plan,
+                    "Choices of the renderer and their reasons, one per line.")
+      .def_readonly("attributes", &Picture::attributes, "Attributes in the header of an .exr.")
       .def_property_readonly(
           "noise", [](const Picture& p) { return relative_noise(p.film); },
           "Root mean square error over mean luminance, or None.")
@@ -147,7 +148,7 @@ void bind_pictures(py::module_& m) {
       .def("__repr__", &text_of);
   m.def("render", &render, py::arg("scene"), kRenderText);
   m.def("read_picture", &read_picture, py::arg("path"),
-        "Reads an .exr as a Picture, with errors and layers as far as it has them.");
+        "Reads an .exr as a Picture, with the errors and layers that it has.");
 }
 
 }  // namespace pvol::python

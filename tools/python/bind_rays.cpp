@@ -57,7 +57,7 @@ py::object for_rays(const Rays& rays, bool counts, const Work& work) {
 bool goes_at_once(const std::string& kernel, bool counts) {
   if (kernel == "scalar") return false;
   if (kernel == "auto") return !counts;
-  throw Error("the kernel " + kernel + "; it is auto or scalar");
+  throw Error("the kernel " + kernel + "; expected auto or scalar");
 }
 
 py::object flights(const CloudVolume& v, const Doubles& origins, const Doubles& directions,
@@ -132,7 +132,7 @@ constexpr const char* kDensityText = R"(Density at points of the world, interpol
 Parameters
 ----------
 points : array (..., 3)
-    World coordinates; doubles of any strides are read where they are.
+    World coordinates; doubles of any strides are read in place.
 
 Returns
 -------
@@ -153,19 +153,19 @@ Parameters
 origins, directions : array (..., 3)
     Broadcast against each other; directions are normalised.
 t_max : float or array (...)
-    How far rays go, in world units.
+    Length of the rays, in world units.
 seed : int
-    Ray i of a call takes random numbers of its own by (seed, i): give each call another seed.
+    Ray i of a call has its own random numbers, from (seed, i): give each call another seed.
 tracker : str
     "decomposition", "delta", "regular", "weighted-delta" or "weighted-decomposition"; all follow
     the same law, at different costs. Volumes with bounds that hold, as they do here, give weights
     of 1.
 counts : bool
-    Whether to return what each ray took.
+    Whether to return the work of each ray.
 kernel : str
-    "auto": by decomposition and without counts many rays at once, in the lanes of the processor's
-    registers, at a third of the time. "scalar": one ray at a time, as with counts; by other random
-    numbers, so that results differ by noise.
+    "auto": with decomposition and without counts, many rays at once in the lanes of the
+    processor's registers, in a third of the time. "scalar": one ray at a time, as with counts, with
+    other random numbers, so that results differ by noise.
 
 Returns
 -------

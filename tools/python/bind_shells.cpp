@@ -167,13 +167,14 @@ py::array_t<double> frame_of(const PlacedShell& s) {
 }
 
 constexpr const char* kShellText =
-    R"(A closed region of a few hundred bytes that holds every occupied cell.
+    R"(A closed region of a few hundred bytes that contains every occupied cell.
 
 Made by `fit_shell`, or read with a .pvol file (`Volume.shell`). Inside its box it is where
 F(p) >= 0, with perturbations that bulge or dent it: of hard shells by union and difference, of soft
 ones by F'(p) = F(p) + sum_i a_i max(0, Q_i(p))^2 >= 0.)";
 
-constexpr const char* kFitText = R"(Fits a shell around a volume, and proves that it holds it.
+constexpr const char* kFitText =
+    R"(Fits a shell around a volume, and proves that the shell contains it.
 
 Parameters
 ----------
@@ -181,7 +182,7 @@ volume : Volume
 kind : str
     "hard" (rays meet it in roots of quadratics) or "soft" (a smooth surface, quartics).
 perturbations : int, optional
-    How many; by default as many as make rays cheapest.
+    Number of perturbations. Default: the number at which rays cost least.
 effort : int
     1 to 10: more tries.
 
@@ -201,7 +202,7 @@ Returns
 -------
 structured array
     "ray" (number of the ray, counted through the leading axes), "t0", "t1" (world units): ascending
-    and apart for each ray. They hold every t at which the ray is inside.)";
+    and apart for each ray. They contain every t at which the ray is inside.)";
 
 }  // namespace
 
@@ -220,11 +221,12 @@ void bind_shells(py::module_& m, VolumeClass& volume) {
                              "Of the perturbations, (n,): above 0 bulges, below dents.")
       .def_property_readonly(
           "world_to_frame", &frame_of,
-          "The map of columns (x, y, z, 1) to where quadrics are written, (4, 4).")
+          "The map of columns (x, y, z, 1) to the space of the quadrics, (4, 4).")
       .def_property_readonly("certificate", &certificate_of,
                              "The proof: least slack over all occupied cells, and the one needed.")
-      .def_property_readonly("tightness", &tightness_of,
-                             "Volume and rays that hit, over those of the occupied cells.")
+      .def_property_readonly(
+          "tightness", &tightness_of,
+          "Volume and number of rays that hit, over those of the occupied cells.")
       .def("contains", &contains, py::arg("points"),
            "Whether points (..., 3) of the world are in it.")
       .def("intersect", &intersect, py::arg("origins"), py::arg("directions"),

@@ -45,7 +45,8 @@ std::vector<Variant> variants_of(const py::object& given) {
       variant.emplace_back(py::str(key), plain(value));
     }
   }
-  if (all.empty()) throw Error("variants: found none; leave them out for all that trade measures");
+  if (all.empty())
+    throw Error("variants: found none; leave them out to measure all variants of pvol-stats trade");
   return all;
 }
 
@@ -69,11 +70,11 @@ a, b : Picture or path of an .exr
 Returns
 -------
 dict
-    What `pvol-stats image --json` prints: by channel and in luminance means, bias with its standard
-    error and interval, RMSE, the part of the MSE that noise explains, and a verdict on bias with its
-    p-value.)";
+    The output of `pvol-stats image --json`: by channel and in luminance means, bias with its
+    standard error and interval, RMSE, the part of the MSE that noise explains, and a verdict on
+    bias with its p-value.)";
 
-constexpr const char* kTradeText = R"(What settings of the renderer cost and gain, measured in turn.
+constexpr const char* kTradeText = R"(Costs and gains of the renderer's settings, measured in turn.
 
 Parameters
 ----------
@@ -85,8 +86,8 @@ variants : sequence of dicts, optional
 budget : float
     Seconds of the clock.
 most_samples : int
-    At most so many samples a pixel in each round, and sixteen times as many of the reference: ends
-    before the budget. 0: as the budget allows.
+    Maximum number of samples per pixel in each round, and sixteen times as many for the reference;
+    it may end the measurement before the budget does. 0: as many as the budget allows.
 
 Returns
 -------

@@ -188,7 +188,7 @@ interpolation : str
 depth, micro_bounds, homogenise, majorant_scale
     As the options of the renderer: where walks stop (0 to 16), and so on.
 **medium
-    All else that a [medium] of a scene may say: emission, other phase functions, placement, ...)";
+    All other keys of a scene's [medium]: emission, other phase functions, placement, ...)";
 
 constexpr const char* kLoadText = R"(Reads a cloud: .pvol, .vdb, .nvdb, or a recipe (.toml).
 
@@ -198,8 +198,8 @@ path : path
 grid : str, optional
     Name of the density's grid. Default "density", else the only one.
 **settings
-    As for `Volume`. Without an extinction one is chosen that makes the cloud 40 mean free paths
-    thick along its thickest axis. Recipes know "procedural" interpolation, too.
+    As for `Volume`. Without an extinction, one is chosen that makes the cloud 40 mean free paths
+    thick along its thickest axis. Recipes also support "procedural" interpolation.
 
 Returns
 -------
@@ -207,14 +207,14 @@ Volume)";
 
 constexpr const char* kWithMediumText = R"(The same density with another medium.
 
-Takes the settings of a medium (see `Volume`); those that are not named stay, a None goes back to the
-default. Albedo, phase and emission are exchanged for nothing; another extinction has octree and
-samples made anew.)";
+Takes the settings of a medium (see `Volume`); those that are not named stay, a None restores the
+default. Changing albedo, phase or emission costs nothing; another extinction rebuilds octree and
+samples.)";
 
 constexpr const char* kWithOptionsText = R"(The same density and medium, made with other options.
 
 depth, micro_bounds, homogenise, majorant_scale and, as far as the bounds hold for it, interpolation;
-those that are not named stay, a None goes back to the default.)";
+those that are not named stay, a None restores the default.)";
 
 }  // namespace
 
@@ -241,17 +241,17 @@ VolumeClass bind_volume(py::module_& m) {
       .def_property_readonly(
           "extinction", [](const CloudVolume& v) { return v.volume.medium.extinction; },
           "Per world unit and unit of density.")
-      .def_property_readonly("albedo", &albedo_of, "By channel, of the first kind of medium.")
+      .def_property_readonly("albedo", &albedo_of, "By channel, of the first component.")
       .def_property_readonly(
           "interpolation", [](const CloudVolume& v) { return name(v.volume.density.look_up); },
-          "How the density at a point is found.")
+          "How the density at a point is interpolated.")
       .def_property_readonly(
           "depth", [](const CloudVolume& v) { return v.volume.density.octree.depth; },
           "Deepest level of the octree at which walks stop; 0 is the root.")
       .def_property_readonly(
           "levels", [](const CloudVolume& v) { return v.cloud->pyramid.levels.size(); },
           "Levels of the pyramid of bounds; 0 has nodes of 8^3 cells, the last the root.")
-      .def_property_readonly("bytes", &bytes_of, "In memory, of its parts.");
+      .def_property_readonly("bytes", &bytes_of, "Size of its parts in memory, in bytes.");
   m.def("load", &load, py::arg("path"), py::arg("grid") = py::none(), kLoadText);
   return volume;
 }

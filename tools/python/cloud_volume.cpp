@@ -38,7 +38,7 @@ formats::SceneFile read_making(const std::filesystem::path& file, const Making& 
   const formats::SceneVolume& v = scene.volumes.front();
   if (v.fire || v.velocity || v.albedo_field) {
     throw Error(
-        "fire, motion and albedo_field take grids of a file; render a scene that names the file");
+        "fire, motion and albedo_field need grids of a file; render a scene that names the file");
   }
   return scene;
 }
@@ -56,7 +56,9 @@ CloudVolume make_cloud_volume(std::shared_ptr<const formats::Cloud> cloud,
 
 std::shared_ptr<const formats::Cloud> bound_grid(VoxelGrid grid, LookUp look_up) {
   if (look_up == LookUp::procedural) {
-    throw Error("interpolation: an array has samples, and no procedural look-ups");
+    throw Error(
+        "interpolation: found procedural, which arrays of samples do not support; choose another "
+        "one");
   }
   auto cloud = std::make_shared<formats::Cloud>();
   cloud->pyramid = build_pyramid(grid, look_up);

@@ -20,7 +20,7 @@ std::string without_set(std::string text) {
 /// pvol.Error for what the library throws.
 void bind_error(py::module_& m) {
   static py::exception<Error> error(m, "Error", PyExc_ValueError);
-  error.attr("__doc__") = "Bad input: what was found, what was expected, and what to do about it.";
+  error.attr("__doc__") = "Bad input: what was found, what was expected, and a remedy.";
   py::register_exception_translator([](std::exception_ptr p) {
     try {
       if (p) std::rethrow_exception(p);

@@ -185,7 +185,7 @@ Plane layer_of(const Picture& picture, const std::string& name) {
   const std::vector<std::string> known = layer_names(picture);
   if (std::ranges::find(known, name) == known.end()) {
     throw Error("the picture has no layer '" + name + "'; it has " + listed(known) +
-                ". Ask for others with aov=[...]");
+                ". Request others with aov=[...]");
   }
   Plane plane;
   for (const Layer& layer : film.layers) {

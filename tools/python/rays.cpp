@@ -21,8 +21,8 @@ constexpr std::size_t kPartAtOnce = 8192;
 
 [[noreturn]] void refuse_closed_form() {
   throw Error(
-      "there is a closed form of the optical depth for nearest and trilinear interpolation only; "
-      "choose another estimator or tracker for this volume");
+      "the optical depth has a closed form for nearest and trilinear interpolation only; choose "
+      "another estimator or tracker for this volume");
 }
 
 void put(const CountColumns& to, std::size_t i, const Tally& tally) {
@@ -165,8 +165,8 @@ void sample_flights(const Volume& volume, const RayViews& rays, Tracker tracker,
       break;
   }
   throw Error(
-      "delta-global is delta with one majorant for all of the volume: make the volume with depth=0 "
-      "and take the tracker delta");
+      "delta-global is delta with one majorant for the whole volume: make the volume with depth=0 "
+      "and use the tracker delta");
 }
 
 void sample_flights_at_once(const Volume& volume, const BatchField& field, const RayViews& rays,

@@ -52,7 +52,8 @@ py::list tables_of(const py::object& volumes, SceneRequest& to) {
 
 void refuse_second_medium(const py::dict& scene, const SceneRequest& request) {
   if (!scene.contains("medium") || request.in_memory.empty() || !request.in_memory.front()) return;
-  throw Error("medium: a volume in memory has its own; change it with volume.with_medium(...)");
+  throw Error(
+      "medium: a volume in memory has its own medium; change it with volume.with_medium(...)");
 }
 
 /// The text of a scene, section by section.

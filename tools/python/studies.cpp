@@ -41,7 +41,9 @@ std::vector<cli::Candidate> candidates_of(const TradeRequest& request,
   }
   for (const Variant& variant : request.variants) {
     if (variant.empty())
-      throw Error("variants: found one that sets nothing; the default is measured anyway");
+      throw Error(
+          "variants: found one that sets nothing; leave it out, since the default is always "
+          "measured");
     cli::Candidate c = cli::candidate(loaded, variant[0].first, variant[0].second);
     for (std::size_t k = 1; k < variant.size(); ++k) {
       c = cli::combine(c, cli::candidate(loaded, variant[k].first, variant[k].second));

@@ -233,7 +233,7 @@ void write_page(const std::filesystem::path& file, const report::Document& docum
     std::ofstream out(aside, std::ios::binary);
     out.write(text.data(), std::streamsize(text.size()));
     out.close();
-    if (!out) throw Error(file.string() + ": writing failed; is the disk full?");
+    if (!out) throw Error(file.string() + ": writing failed; check that the disk is not full");
   });
 }
 

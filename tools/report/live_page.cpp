@@ -64,7 +64,8 @@ void LivePage::write(const std::string& state, bool reloads) {
   formats::write_atomically(page_, [&](const std::filesystem::path& aside) {
     std::ofstream out(aside, std::ios::binary);
     out << text;
-    if (!out.flush()) throw Error(page_.string() + ": cannot be written; is the disk full?");
+    if (!out.flush())
+      throw Error(page_.string() + ": cannot be written; check that the disk is not full");
   });
 }
 

@@ -24,13 +24,14 @@ namespace {
 
 ShellCheck check_shell(const Shell& shell, const Support& support,
                        const ShellCheckOptions& options) {
-  if (support.empty()) throw Error("a shell cannot be checked against a cloud without cells");
+  if (support.empty())
+    throw Error("the cloud has no cells against which the shell could be checked");
   if (options.points == 0 || options.mesh_points == 0) {
-    throw Error("a shell's check needs at least one point to look at");
+    throw Error("the check of a shell needs at least one point");
   }
   if (options.mesh_resolution < 8 || options.mesh_resolution > 512) {
-    throw Error("a mesh of " + std::to_string(options.mesh_resolution) +
-                " steps was asked for; choose a resolution from 8 to 512");
+    throw Error("found a resolution of " + std::to_string(options.mesh_resolution) +
+                " steps, expected 8 to 512");
   }
   ShellCheck check;
   const TriangleMesh boundary = make_mesh(support);

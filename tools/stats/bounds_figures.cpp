@@ -40,7 +40,7 @@ report::Figure depth_plot(const BoundsReport& r) {
           r, "decomposition, even", [](const Tightness& t) { return t.residual.even; }, 1, false),
       by_depth(
           r, "decomposition, dense", [](const Tightness& t) { return t.residual.dense; }, 1, true)};
-  return {svg::draw(p), "Finer cubes bound more tightly, and take more steps to walk."};
+  return {svg::draw(p), "Finer cubes have tighter bounds, but walks take more steps."};
 }
 
 /// The middle of the distribution of hi / mean, by depth.
@@ -57,7 +57,7 @@ report::Figure quantile_plot(const BoundsReport& r) {
     }
     p.series.push_back(s);
   }
-  return {svg::draw(p), "What these shares of the mass do not exceed; 1 is the best there is."};
+  return {svg::draw(p), "Upper limits for these shares of the mass; 1 is the optimum."};
 }
 
 svg::Bars bars_of(const Distribution& d, const std::string& name, int colour) {
@@ -93,8 +93,8 @@ report::Figure histogram(const TwoDistributions& d, const std::string& title,
 report::Figure gap_scale(const BoundsReport& r) {
   return {
       colour_bar(ColourMap::sequential, 0, double(r.cloud.pyramid.scale), "hi - lo at the borders"),
-      std::string("Grey is density, on a root scale. Borders of cubes have the colour of their "
-                  "gap: where they are yellow, decisions need look-ups.") +
+      std::string("Grey is density, on a square root scale. Borders of cubes have the colour of "
+                  "their gap: where they are yellow, decisions need look-ups.") +
           (r.cloud.shell ? " Orange: the shell." : "")};
 }
 
@@ -108,12 +108,12 @@ report::Figure heat_map(const Film& film, const std::vector<double>& values,
 }
 
 report::Figures heat_maps(const Film& film) {
-  return {{heat_map(film, measure::lookups_per_sample(film), "look-ups for each path",
-                    fmt::format("Decomposition without micro-bounds, {} paths a pixel.",
-                                film.pixels[0].samples)),
-           heat_map(film, measure::lookups_per_collision(film), "look-ups for each real collision",
-                    "What the bounds leave open: high at the rim, where cubes hold cloud and "
-                    "air.")}};
+  return {
+      {heat_map(film, measure::lookups_per_sample(film), "look-ups for each path",
+                fmt::format("Decomposition without micro-bounds, {} paths per pixel.",
+                            film.pixels[0].samples)),
+       heat_map(film, measure::lookups_per_collision(film), "look-ups for each real collision",
+                "High at the rim, where cubes contain both cloud and air and bounds are loose.")}};
 }
 
 }  // namespace

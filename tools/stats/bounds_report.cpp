@@ -41,7 +41,7 @@ Table depth_table(const BoundsStatistics& s) {
 }
 
 Table quantile_table(const DepthDistributions& d) {
-  Table t{.caption = "in the leaves: what 5, 25, 50, 75 and 95 % of volume or mass do not exceed",
+  Table t{.caption = "in the leaves: upper limits for 5, 25, 50, 75 and 95 % of volume or mass",
           .header = {"", "5 %", "25 %", "50 %", "75 %", "95 %"}};
   const auto add = [&](const char* name, const Distribution& values) {
     t.rows.push_back({name});
@@ -149,10 +149,10 @@ std::vector<report::Content> lookup_part(const BoundsReport& r) {
 }
 
 constexpr const char* kLookupNotes =
-    "Even: collisions lie as the density does, as where one can see through. Dense: places count "
-    "once more by their density, as where paths stay in the core. Measured: a short render of the "
-    "whole cloud from the front under an even sky, with its 95 % interval; paths at the rim of a "
-    "thick cloud meet looser bounds than either expectation.";
+    "Even: collisions are distributed like the density, as in thin clouds. Dense: places are "
+    "weighted by their density once more, as where paths stay in the core. Measured: a short "
+    "render of the whole cloud from the front under an even sky, with its 95 % interval; paths at "
+    "the rim of a thick cloud meet looser bounds than either expectation.";
 
 }  // namespace
 
@@ -177,7 +177,7 @@ report::Document bounds_document(const BoundsReport& r, bool pictures) {
                      .lead = fmt::format("grid {}, {}", r.cloud.report.grid, describe_size(r))};
   if (r.check) {
     add(d, report::Verdict{
-               fmt::format("verified: {} leaves and {} uniform cubes hold their samples",
+               fmt::format("verified: the bounds of {} leaves and {} uniform cubes hold",
                            readable_count(r.check->leaves), readable_count(r.check->uniform)),
                report::Mood::good});
   }

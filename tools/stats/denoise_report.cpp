@@ -23,7 +23,7 @@ std::string percent_of_root(double value, double square_half_width) {
 }
 
 report::Table table_of(const DenoiseReport& report) {
-  report::Table t{.caption = "Errors in % of the mean luminance, by samples a pixel",
+  report::Table t{.caption = "Errors in % of the mean luminance, by samples per pixel",
                   .header = {"spp", "noise", "filtered", "estimated", "bias of mean", "systematic",
                              "layers", "filter", "gain"}};
   for (const FilterFigures& f : report.figures) {
@@ -40,12 +40,12 @@ report::Table table_of(const DenoiseReport& report) {
 
 Text notes(const DenoiseReport& report) {
   return {fmt::format(
-      "{} pictures in each row, against {} samples a pixel; intervals of 95 %. noise: without the "
-      "filter. estimated: what the filter says of itself. bias of mean: light that the filter adds "
-      "to the whole picture; systematic: what it falsifies in the pixels, which no number of "
-      "pictures averages out. layers: time of rendering with all that the filter wants, over that "
-      "without. filter: its own CPU time. gain: CPU time of an unfiltered picture of the same "
-      "error, over that of the filtered one.",
+      "{} pictures in each row, against {} samples per pixel; intervals of 95 %. noise: error "
+      "without the filter. estimated: the filter's own estimate of its error. bias of mean: light "
+      "that the filter adds to the whole picture; systematic: its error in pixels, which no number "
+      "of pictures averages out. layers: time of rendering with all layers that the filter needs, "
+      "over that without. filter: its own CPU time. gain: CPU time of an unfiltered picture of the "
+      "same error, over that of the filtered one.",
       report.figures.empty() ? 0 : report.figures.front().trials,
       report.base.study.reference_samples)};
 }
@@ -79,7 +79,7 @@ report::Verdict verdict_of(const DenoiseReport& report, double error) {
   const LoadedScene& loaded = report.base.loaded;
   const std::string filtered =
       w.filtered ? fmt::format("{} filtered", readable_seconds(w.filtered->seconds))
-                 : std::string("the filter was not seen to reach it");
+                 : std::string("not reached with the filter");
   return {fmt::format("for a relative error of {:.4g} %, {}x{} pixels: about {} of CPU time, {}",
                       100 * error, loaded.picture_width, loaded.picture_height,
                       readable_seconds(w.plain.seconds), filtered),

@@ -48,7 +48,7 @@ std::vector<Line> good_lines(const DepthReport& r) {
 
 report::Table depth_table(const DepthReport& report) {
   report::Table t{
-      .caption = "One row for each depth; the first is the base of all factors",
+      .caption = "One row per depth; factors are relative to the first",
       .header = {"depth", "bounds", "tree", "built x", "us/sample", "tracking less by", "look-ups",
                  "tests", "segm.", "RMSE 1 spp", "look-ups x var less by", "time x var less by"},
       .split = 6};
@@ -77,11 +77,10 @@ std::string settings_text(const StudyReport& report) {
 
 Text notes(const Study& study) {
   return {
-      fmt::format("Factors against the first row: medians over rounds in which the depths took "
-                  "turns; intervals "
-                  "hold the median with {:.0f} % or more. bounds: from all voxels, alike for every "
-                  "depth; tree: "
-                  "bricks and octree. RMSE: over the mean, against {} samples a pixel.",
+      fmt::format("Factors relative to the first row: medians over rounds in which the depths took "
+                  "turns; intervals contain the median with a probability of at least {:.0f} %. "
+                  "bounds: from all voxels, the same for every depth; tree: bricks and octree. "
+                  "RMSE: over the mean, against {} samples per pixel.",
                   100 * measure::coverage(study).probability, study.reference_samples)};
 }
 
@@ -92,7 +91,7 @@ Text bias_note(const DepthReport& report) {
     biased += fmt::format("{}{}", biased.empty() ? "" : ", ", l.depth.asked);
   }
   return {biased.empty() ? "No depth differs from the reference beyond noise."
-                         : "BIASED, though none should be; please report this: depth " + biased};
+                         : "BIASED, which is an error of pvol; please report it: depth " + biased};
 }
 
 // --- plots --------------------------------------------------------------------------------------
@@ -119,8 +118,8 @@ report::Figures paper_figures(const DepthReport& report) {
             report, "Increase in the calculation time of the octree",
             "times that of the first depth", [](const Line& l) { return l.building().all.value; },
             &PaperRow::build)),
-        "As the paper's figure 3. Bounds are made of all voxels whatever the depth, so "
-        "building hardly depends on it here."},
+        "As the paper's figure 3. Bounds are made from all voxels for every depth, so building "
+        "hardly depends on it here."},
        {svg::draw(beside_paper(
             report, "Decrease in the calculation time of path tracking", "times less",
             [](const Line& l) { return measure::inverse(l.row.time).value; }, &PaperRow::tracking)),

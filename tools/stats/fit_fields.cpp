@@ -89,9 +89,9 @@ std::vector<std::string> choose_fields(const FitOptions& o, const std::string& t
   if (const std::string velocity = formats::usual_velocity(grids); !velocity.empty()) {
     if (o.fields == "all") names.push_back(velocity);
     if (o.fields == "auto") {
-      print_warnings("pvol-fit", {"the velocities " + velocity +
-                                  " are left out; --fields all, or "
-                                  "their name there, keeps them for motion blur"});
+      print_warnings("pvol-fit",
+                     {"the velocities " + velocity +
+                      " are left out; keep them for motion blur with --fields all or their name"});
     }
   }
   std::erase(names, taken);

@@ -141,34 +141,35 @@ std::vector<std::string> warnings(const FitOptions& o, const Fit& f) {
     all.push_back(fmt::format("{}: {}", o.input.string(), std::move(text)));
   };
   if (f.file.pyramid.empty() && f.fields.empty())
-    doubt("the density is 0 everywhere; nothing will be seen");
+    doubt("the density is 0 everywhere, so the cloud is invisible");
   if (f.file.codes) {
     constexpr double kMostMass = 0.01;
     const QuantisationError& e = f.file.codes->error;
     if (std::abs(e.mass) > kMostMass) {
       doubt(fmt::format(
-          "--density {} changes the cloud's mass by {} %, because most of it is "
-          "fainter than the largest error; {}",
+          "--density {} changes the cloud's mass by {} %, because most of the density is below the "
+          "largest error; {}",
           o.density, readable(100 * e.mass),
-          o.density == "fpn" ? "lower --density-tolerance, or take fp16" : "take fp16 or fp32"));
+          o.density == "fpn" ? "lower --density-tolerance, or use fp16" : "use fp16 or fp32"));
     }
     if (e.absolute == 0 && o.density == "fp16" && f.loaded.report.type == "half") {
       doubt(
-          "its samples are halves already: --density fp32 keeps them as exactly, and often in "
-          "fewer bytes");
+          "its samples are halves already: --density fp32 is exact as well, and often needs fewer "
+          "bytes");
     }
   }
   if (f.file.shell && o.shells != "auto") {
     const std::size_t made = f.file.shell->form.perturbations.size();
     if (made < std::size_t(std::stoi(o.shells))) {
-      doubt(fmt::format("the shell has {} of {} perturbations: no other removes an empty cell",
-                        made, o.shells));
+      doubt(
+          fmt::format("the shell has {} of {} perturbations: no further one removes an empty cell",
+                      made, o.shells));
     }
   }
   try {
     validate_placement(f.loaded.grid.index_to_world, f.file.pyramid);
   } catch (const Error& e) {
-    doubt(fmt::format("as it lies in the world it cannot be rendered: {}", e.what()));
+    doubt(fmt::format("it cannot be rendered at its place in the world: {}", e.what()));
   }
   return all;
 }

@@ -100,8 +100,8 @@ std::vector<Content> pixel_lines(const FilmComparison& r) {
 report::Verdict verdict_of(const FilmComparison& r) {
   if (!r.verdict) {
     return {
-        "whether there is a bias is not known: that takes the variances of both pictures (--aov "
-        "variance,samples), of two samples a pixel at least"};
+        "whether there is a bias is not known; the test needs the variances of both pictures "
+        "(--aov variance,samples), with at least two samples per pixel"};
   }
   const measure::BiasVerdict& v = *r.verdict;
   const std::string odds =
@@ -178,7 +178,7 @@ std::vector<Content> picture_parts(const ImageReport& r) {
   maps.figures.push_back(map_figure(
       map_colours(sigmas, r.a.film.crop_width, ColourMap::diverging, -kMapSigmas, kMapSigmas),
       kMapSigmas, "difference in standard deviations",
-      "Noise alone looks like even grain here; patches and edges of one colour are bias."));
+      "Noise alone looks like even grain here; patches and edges of one colour indicate bias."));
   parts.push_back(maps);
   parts.push_back(report::Figures{{{svg::draw(sigma_plot(sigmas)),
                                     "With few samples each pixel's own deviation is noisy, and its "

@@ -31,7 +31,7 @@ std::vector<Content> tightness_part(const ShellReport& r) {
     return fmt::format("{:.4g} ± {:.4g}", ratio, hit_half_width(t));
   };
   Table hulls{.caption = "Volumes and rays, as multiples of those of the cloud's occupied voxels",
-              .header = {"", "volume", "rays that meet it"},
+              .header = {"", "volume", "rays that hit it"},
               .rows = {{"the shell", readable(t.volume_ratio), hits(t.hit_ratio)},
                        {"its box", readable(t.box_volume_ratio), hits(t.box_hit_ratio)}}};
   if (!r.check) {
@@ -58,7 +58,7 @@ std::vector<Content> proof_part(const ShellReport& r) {
         {"proved again from the density", readable(again.bound), readable_count(again.boxes)});
     table.rows.push_back({"what rays need", readable(r.replay->margin), ""});
   }
-  std::vector<Content> part{Heading{"That it holds"}, table};
+  std::vector<Content> part{Heading{"Proof"}, table};
   if (r.check) {
     part.push_back(report::Verdict{"CGAL's exact arithmetic finds no point of the cloud outside",
                                    report::Mood::good});
@@ -83,13 +83,13 @@ std::vector<Content> cost_part(const measure::ShellProbe& p) {
                {"null collisions", per_ray(p.without.path.null_collisions),
                 per_ray(p.with_shell.path.null_collisions)},
                {"look-ups", per_ray(p.without.path.lookups), per_ray(p.with_shell.path.lookups)}}};
-  return {Heading{"What it costs and saves"}, table,
-          Text{fmt::format("Of the rays that meet the box the shell rejects {:.4g} % ± {:.4g} % "
-                           "(95 % interval). By the cost model a test takes {:.4g} ns and saves "
-                           "{:.4g} ns of walking, for each ray that meets the box.",
+  return {Heading{"Cost and savings"}, table,
+          Text{fmt::format("Of the rays that hit the box, the shell rejects {:.4g} % ± {:.4g} % "
+                           "(95 % interval). By the cost model, a test takes {:.4g} ns and saves "
+                           "{:.4g} ns of walking for each ray that hits the box.",
                            100 * p.rejected.value, 100 * p.rejected.half_width, e.spent, e.saved)},
-          report::Verdict{e.pays() ? "By that estimate the shell pays for this view"
-                                   : "By that estimate the shell does not pay for this view, and "
+          report::Verdict{e.pays() ? "By this estimate, the shell saves time for this view"
+                                   : "By this estimate, the shell saves no time for this view, and "
                                      "pvol-render leaves it out"}};
 }
 

@@ -24,7 +24,7 @@ std::array<std::string, 4> shell_lines(const Shell& shell, std::uint64_t bytes) 
   return {fmt::format("{}, {} perturbations, {}", name(shell.kind), shell.form.perturbations.size(),
                       readable_bytes(bytes)),
           fmt::format("volume {:.4g} times the cloud's (its box: {:.4g}); rays that enter {:.4g} "
-                      "times those that meet the cloud (its box: {:.4g})",
+                      "times those that hit the cloud (its box: {:.4g})",
                       t.volume_ratio, t.box_volume_ratio, t.hit_ratio, t.box_hit_ratio),
           fmt::format("certified with {} boxes down to {}: slack at least {:.4g}",
                       readable_count(c.boxes), edge(c.depth), c.bound),

@@ -48,8 +48,9 @@ std::vector<Task> tasks_of(const StatsArray& array, const std::string& verb) {
   for (const std::filesystem::path& cloud : array.clouds) {
     const std::string output = fmt::format("{}.{}.json", cloud.stem().string(), verb);
     if (!outputs.insert(output).second) {
-      throw UsageError(fmt::format("{}: another cloud of that name would be reported to {}, too",
-                                   cloud.string(), output));
+      throw UsageError(fmt::format(
+          "{}: the report of another cloud of that name would go to {} as well; rename one of them",
+          cloud.string(), output));
     }
     tasks.push_back({command_for(array, cloud.string()), output});
   }
@@ -91,16 +92,16 @@ std::string print(const StatsArray& array, const std::string& verb) {
 int run_or_print(const StatsArray& array, const std::string& verb, bool page,
                  const std::function<int(const std::filesystem::path&)>& run) {
   if (array.given.at_once && array.given.form != SplitForm::slurm) {
-    throw UsageError("--at-once goes with --for slurm: how many tasks run at a time");
+    throw UsageError("--at-once needs --for slurm, whose tasks it limits");
   }
   if (!array.given.form) {
     if (array.clouds.size() == 1) return run(array.clouds.front());
-    throw UsageError(
-        fmt::format("found {} clouds, expected one; --for text, json or slurm prints "
-                    "a task for each",
-                    array.clouds.size()));
+    throw UsageError(fmt::format(
+        "found {} clouds, expected one; use --for text, json or slurm to print a task for each",
+        array.clouds.size()));
   }
-  if (page) throw UsageError("--html and --for do not go together: all clouds have one page");
+  if (page)
+    throw UsageError("--html and --for exclude each other: all clouds would write the same page");
   std::cout << print(array, verb);
   return kSuccess;
 }

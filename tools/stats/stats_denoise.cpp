@@ -54,7 +54,7 @@ std::vector<measure::FilterTrial> try_often(StudyClock& clock, const LoadedScene
   double longest = 0;
   while (int(trials.size()) < kTrials && !interrupted() && clock.left() > longest) {
     clock.announce(
-        fmt::format("{} samples a pixel, picture {} of {}", samples, trials.size() + 1, kTrials));
+        fmt::format("{} samples per pixel, picture {} of {}", samples, trials.size() + 1, kTrials));
     const double begin = clock.left();
     auto t = try_once(loaded, samples, samples + trials.size(), clock.left());
     longest = std::max(longest, begin - clock.left());

@@ -25,20 +25,20 @@ std::vector<std::string> warnings_of(const ImageReport& r) {
   const std::string seed = attribute(r.a, "pvol:seed");
   if (!seed.empty() && seed == attribute(r.b, "pvol:seed")) {
     w.push_back(fmt::format(
-        "both pictures were rendered with seed {}: what random numbers they share makes every "
+        "both pictures were rendered with seed {}: the random numbers that they share make every "
         "interval too wide and may hide a bias; render one of them again with another --seed",
         seed));
   }
   for (const auto& [name, film] : {std::pair(r.name_a, &r.a), std::pair(r.name_b, &r.b)}) {
     if (!film->has_variances) {
       w.push_back(name +
-                  " has no variances: whether differences are more than noise is not known. Render "
-                  "it with --aov variance,samples to know");
+                  " has no variances, so noise and bias cannot be told apart; render it with --aov "
+                  "variance,samples");
     }
     if (attribute(*film, "pvol:denoised") == "on") {
       w.push_back(name +
-                  ": was filtered by --denoise: its pixels are not independent, so that intervals "
-                  "and findings of bias do not hold. Compare a picture without the filter");
+                  ": was filtered by --denoise: its pixels are not independent, so intervals and "
+                  "findings of bias are invalid. Compare a picture without the filter");
     }
   }
   return w;
@@ -78,8 +78,8 @@ int run_image(const ImageOptions& o) {
   if (!o.fail_on_bias) return kSuccess;
   if (!r.comparison.verdict) {
     throw Error(o.a.string() +
-                ": --fail-on-bias needs the variances of both pictures, of two samples a pixel at "
-                "least; render them with --aov variance,samples and --spp 2 or more");
+                ": --fail-on-bias needs the variances of both pictures, with at least two samples "
+                "per pixel; render them with --aov variance,samples and --spp 2 or more");
   }
   return r.comparison.verdict->detected ? kFailure : kSuccess;
 }

@@ -33,8 +33,8 @@ void require_proof(const std::string& file, const Shell& shell, const ShellRepla
   const double promised = std::max(shell.certificate.bound - CertifyOptions{}.tolerance, r.margin);
   if (r.certificate.bound >= promised) return;
   throw Error(fmt::format(
-      "{}: the shell does not hold the cloud as promised: its slack is at least {:.4g}, expected "
-      "{:.4g} or more. Fit it again, or drop it with pvol-fit --shells none.",
+      "{}: the shell is not proven to contain the cloud: its slack is at least {:.4g}, expected "
+      "{:.4g} or more. Fit it again, or leave it out with pvol-fit --shells none.",
       file, r.certificate.bound, promised));
 }
 

@@ -60,7 +60,7 @@ std::vector<measure::Measured> StudyClock::sweep(const std::vector<std::string>&
 }
 
 void StudyClock::require_whole() {
-  if (interrupted()) throw Error("interrupted; the report holds what was measured until then");
+  if (interrupted()) throw Error("interrupted; the report contains the measurements so far");
 }
 
 void StudyClock::stop() { report_.used = clock_seconds() - begin_; }

@@ -86,10 +86,10 @@ report::Figures bars(const Study& study, const char* title, measure::Estimate Ro
 
 report::Figures trade_plots(const StudyReport& report) {
   return {{{svg::draw(front_plot(report.study)),
-            "Left is cheaper, down is truer. Systematic error: as large as the interval of its "
-            "measurement allows."},
+            "Settings to the left are cheaper, lower ones are more accurate. Systematic error: the "
+            "largest that the interval of its measurement allows."},
            {svg::draw(convergence_plot(report)),
-            "The default and what is on the front; dashed ones are biased and level off."}}};
+            "The default and the settings on the front; dashed ones are biased and level off."}}};
 }
 
 std::vector<report::Content> ratio_parts(const Study& study) {

@@ -13,34 +13,35 @@ namespace pvol::cli {
 namespace {
 
 constexpr const char* kTradeHelp = R"(What is measured:
-  Settings of one option each (octree depth, micro-bounds, tracker, shadow rays, guided paths, shells,
-  interpolation, precision of the density, homogenised nodes, previews, bounce limit), then combinations of those that gained most, each against the default in the
-  same rounds. time: CPU time of a sample, on one thread. variance: of a sample's luminance, averaged
-  over the pixels. time x variance: what a picture of given noise costs. Bias: the mean against many
-  samples of the default; the report calls a setting biased where the means of the picture's parts or
-  its pixels differ more than noise explains, and errs once in a hundred reports.
+  Settings of one option each (octree depth, micro-bounds, tracker, shadow rays, guided paths,
+  shells, interpolation, precision of the density, homogenised nodes, previews, bounce limit), then
+  combinations of those that gained most, each against the default in the same rounds. time: CPU
+  time of a sample, on one thread. variance: of a sample's luminance, averaged over the pixels.
+  time x variance: cost of a picture of given noise. Bias: the mean against many samples of the
+  default; the report calls a setting biased if the means of the picture's parts or its pixels
+  differ by more than noise explains, and errs once in a hundred reports.
 
-  With --denoise the filter of pvol-render --denoise alone is measured, at 4, 16, 64 ... samples a
-  pixel as far as the budget goes: its error, its bias, and the time of an unfiltered picture of the
-  same error over its own. A pixel of a larger picture has less detail, and is filtered better: give
-  --size as you will render.
+  With --denoise, only the filter of pvol-render --denoise is measured, at 4, 16, 64 ... samples per
+  pixel as far as the budget allows: its error, its bias, and the time of an unfiltered picture of
+  the same error over its own. Pixels of a larger picture have less detail and are filtered better:
+  choose the --size of the render.
 
 Examples:
   pvol-stats trade cloud.vdb --budget 120 --html trade.html
-      two minutes of measuring, a page to look at
+      two minutes of measuring, and a page with the results
   pvol-stats trade clouds/*.vdb --for slurm | bash
-      all of them on a farm, reported to NAME.trade.json
+      all of them on a farm, with reports in NAME.trade.json
   pvol-stats trade scene.toml --max-error 0.02
-      the setting that renders the scene with a relative error of 2 % in least time
+      the setting that renders the scene with a relative error of 2 % in the least time
 
 Exit status: 0 success, 1 failure, 2 wrong usage.)";
 
 constexpr const char* kDepthHelp = R"(What is measured:
   The effect of the octree's depth, after table 1 of "Rendering of inhomogeneous volumes using
-  perturbation functions": building time and tracking time for each depth, in turn, with their ratios
-  to the first depth's. bounds: extremes of all voxels down to leaves of 8^3, alike for every depth;
-  tree: bricks of samples and the octree cut at the depth. Depths below the cloud's leaves are those
-  of its leaves.
+  perturbation functions": building time and tracking time for each depth, in turn, with their
+  ratios to the first depth's. bounds: extremes of all voxels down to leaves of 8^3, the same for
+  every depth; tree: bricks of samples and the octree cut at the depth. Depths below the cloud's
+  leaves are those of its leaves.
 
 Examples:
   pvol-stats depth cloud.vdb
@@ -99,28 +100,30 @@ void add_scene(const CommandLine& verb, SceneOptions& o, StatsArray& array) {
           "Size of the pictures measured [about 96x96]")
       .type_name("WxH")
       .check(is_size());
-  verb.add_flag("--force", o.force, "Measure even what would hardly end");
+  verb.add_flag("--force", o.force, "Measure even settings that would hardly end");
   add_form(verb, array.given,
-           "Measure nothing; print a task for each of the files, which reports to NAME.VERB.json: "
+           "Measure nothing; print a task for each of the files, which writes NAME.VERB.json: "
            "text, lines for bash; json; slurm, a script that submits an array");
 }
 
 void add_output(const CommandLine& verb, double& budget, std::optional<std::filesystem::path>& html,
                 bool& json, bool& quiet) {
-  verb.add_option("--budget", budget,
-                  fmt::format("Seconds that measuring may take, after loading [{}]", budget))
+  verb.add_option(
+          "--budget", budget,
+          fmt::format("Limit of the time for measuring, after loading, in seconds [{}]", budget))
       .type_name("SECONDS")
       .check(number_from(0.1, 1e6, "a number from 0.1 to 1e6"));
-  verb.add_flag("--json", json, "The report as JSON");
-  verb.add_option("--html", html, "Write the report as a page, too").type_name("FILE");
-  verb.add_flag("--quiet", quiet, "No progress and no text; warnings, errors and files stay");
+  verb.add_flag("--json", json, "Print the report as JSON");
+  verb.add_option("--html", html, "Write the report as an HTML page as well").type_name("FILE");
+  verb.add_flag("--quiet", quiet,
+                "Print no progress and no text, only warnings and errors; files are written");
 }
 
 }  // namespace
 
 void add_depth(const CommandLine& app, DepthOptions& o, std::function<int()>& run) {
   const CommandLine verb =
-      app.add_verb("depth", "What the octree's depth costs and gains", kDepthHelp, [&] {
+      app.add_verb("depth", "Costs and gains of the octree's depth", kDepthHelp, [&] {
         run = [&] {
           return run_or_print(o.array, "depth", o.html.has_value(), [&](const auto& cloud) {
             o.scene.input = cloud;
@@ -133,19 +136,20 @@ void add_depth(const CommandLine& app, DepthOptions& o, std::function<int()>& ru
   for (const Named<Tracker>& t : names(Tracker{})) {
     if (t.value != Tracker::delta_global) trackers.emplace_back(t.name);
   }
-  verb.add_option(
-          "--depths", o.depths,
-          fmt::format("Octree depths, {}, with commas between them; the first is the one that the "
-                      "others are compared with [0,4,8,16]",
-                      ends_of(whole(0, kDeepestOctree))))
+  verb.add_option("--depths", o.depths,
+                  fmt::format("Octree depths, {}, separated by commas; the others are compared "
+                              "with the first [0,4,8,16]",
+                              ends_of(whole(0, kDeepestOctree))))
       .type_name("N,N,...")
       .separated_by(',')
       .check(fits(whole(0, kDeepestOctree)));
   verb.add_option("--tracker", o.tracker,
-                  fmt::format("Free paths: {} [the scene's, else decomposition]", listed(trackers)))
+                  fmt::format("Tracker of free paths: {} [the scene's, else decomposition]",
+                              listed(trackers)))
       .type_name("NAME")
       .check(one_of(trackers));
-  verb.add_option("--spp", o.most_samples, "Most samples a pixel in one round [65536]")
+  verb.add_option("--spp", o.most_samples,
+                  "Maximum number of samples per pixel in one round [65536]")
       .type_name("N")
       .check(fits(whole(2, 65536)));
   add_output(verb, o.budget, o.html, o.json, o.quiet);
@@ -153,7 +157,7 @@ void add_depth(const CommandLine& app, DepthOptions& o, std::function<int()>& ru
 
 void add_trade(const CommandLine& app, TradeOptions& o, std::function<int()>& run) {
   const CommandLine verb =
-      app.add_verb("trade", "What each option gains in time and costs in error", kTradeHelp, [&] {
+      app.add_verb("trade", "Gain in time and cost in error of each option", kTradeHelp, [&] {
         run = [&] {
           return run_or_print(o.array, "trade", o.html.has_value(), [&](const auto& cloud) {
             o.scene.input = cloud;
@@ -164,23 +168,23 @@ void add_trade(const CommandLine& app, TradeOptions& o, std::function<int()>& ru
   add_scene(verb, o.scene, o.array);
   const Option error =
       verb.add_option("--max-error", o.most_error,
-                      "Recommend the fastest setting for this error: root mean squared over the "
+                      "Recommend the fastest setting for this error, the root mean square over the "
                       "mean luminance, e.g. 0.02 [0.1, 0.03 and 0.01]")
           .type_name("X")
           .check(number_from(1e-9, 1e3, "a number from 1e-9 to 1000"));
   const Option time =
-      verb.add_option("--max-time", o.most_time,
-                      "Recommend the setting of least error in this CPU time of the picture, in "
-                      "seconds")
+      verb.add_option(
+              "--max-time", o.most_time,
+              "Recommend the setting of least error for this CPU time of the picture, in seconds")
           .type_name("SECONDS")
           .check(number_from(1e-3, 1e9, "a number from 0.001 to 1e9"))
           .excludes(error);
   verb.add_flag("--denoise", o.denoise,
-                "Measure what filtering the picture gains, and falsifies, instead of the options")
+                "Measure gain and error of filtering the picture, instead of the options")
       .excludes(time);
   verb.add_option("--threads", o.threads,
-                  "Threads for the reference; all else is timed on one. 0 is one for each "
-                  "hardware thread [0]")
+                  "Number of threads for the reference; all other renders are timed on one. 0 is "
+                  "one for each hardware thread [0]")
       .type_name("N")
       .check(fits(whole(0, kMostThreads)));
   add_output(verb, o.budget, o.html, o.json, o.quiet);

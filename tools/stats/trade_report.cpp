@@ -42,24 +42,24 @@ std::string bias_text(const Row& row) {
 /// What the intervals of the table hold, and how often it is wrong.
 std::vector<Content> notes(const Study& study) {
   const measure::Coverage c = measure::coverage(study);
-  return {
-      Text{fmt::format("Ratios to the default: medians of {} rounds or more, in which the settings "
-                       "took turns; intervals hold the median with {:.0f} % or more.",
-                       c.rounds, 100 * c.probability)},
-      Text{fmt::format(
-          "Bias: against {} samples a pixel of the default, with 95 % intervals. No unbiased "
-          "setting is called biased but with {:.0f} % probability for the whole table.",
-          study.reference_samples, 100 * measure::kFalseAlarms)},
-      Text{fmt::format("Look-ups: per sample. {}", study.rows[0].instructions
-                                                       ? "Instructions are in --json."
-                                                       : "Instructions: not counted on this "
-                                                         "machine.")}};
+  return {Text{fmt::format(
+              "Ratios to the default: medians of at least {} rounds, in which the settings took "
+              "turns; intervals contain the median with a probability of at least {:.0f} %.",
+              c.rounds, 100 * c.probability)},
+          Text{fmt::format(
+              "Bias: against {} samples per pixel of the default, with 95 % intervals. The "
+              "probability that any unbiased setting of the table is called biased is {:.0f} %.",
+              study.reference_samples, 100 * measure::kFalseAlarms)},
+          Text{fmt::format("Look-ups: per sample. {}", study.rows[0].instructions
+                                                           ? "Instructions are in --json."
+                                                           : "Instructions: not counted on this "
+                                                             "machine.")}};
 }
 
 // --- parts --------------------------------------------------------------------------------------
 
 report::Table trade_table(const Study& study) {
-  report::Table t{.caption = "Ratios to the default with their intervals; look-ups a sample.",
+  report::Table t{.caption = "Ratios to the default with their intervals; look-ups per sample.",
                   .header = {"setting", "time", "variance", "time x variance", "look-ups", "bytes",
                              "bias of the mean"},
                   .marks =
@@ -88,7 +88,7 @@ std::vector<Content> verdicts(const Study& study) {
 
 /// With this a page begins and a terminal ends.
 std::vector<Content> advice_part(const StudyReport& report) {
-  std::vector<Content> part{Heading{"What to type"}};
+  std::vector<Content> part{Heading{"Commands"}};
   for (const measure::Goal& g : report.study.goals) {
     part.push_back(report::Verdict{advice_text(report, g), report::Mood::plain,
                                    g.advice ? command_line(report, *g.advice) : ""});
@@ -122,11 +122,11 @@ std::string command_line(const StudyReport& report, const measure::Advice& advic
 std::string advice_text(const StudyReport& report, const measure::Goal& g) {
   if (!g.advice) {
     return fmt::format("{}: no setting measured reaches that{}", goal_text(g),
-                       g.error ? " error" : ": one sample a pixel takes longer");
+                       g.error ? " error" : ": one sample per pixel takes longer");
   }
   const Row& row = report.study.rows[g.advice->setting];
   const std::string bias =
-      fmt::format(", of which up to {:.4g} % is bias that stays", 100 * row.offset());
+      fmt::format(", of which up to {:.4g} % is bias that remains", 100 * row.offset());
   return fmt::format("{}, {}x{} pixels: about {} of CPU time, relative error {:.4g} %{}",
                      goal_text(g), report.loaded.picture_width, report.loaded.picture_height,
                      readable_seconds(g.advice->seconds), 100 * g.advice->error,
@@ -140,7 +140,7 @@ std::string verdict_text(const Row& row) {
   return fmt::format(
       "BIASED: mean {}{}{}", bias_text(row),
       by_place ? fmt::format(", by place: {:.2g} % or less", 100 * row.offset()) : "",
-      row.variant.biased ? "" : ", though it should not be: please report this");
+      row.variant.biased ? "" : ", which is an error of pvol: please report it");
 }
 
 report::Document trade_document(const StudyReport& report, bool pictures) {
@@ -161,8 +161,7 @@ report::Document trade_document(const StudyReport& report, bool pictures) {
   add(d, Heading{"Bias"});
   add(d, verdicts(study), Shown::everywhere);
   if (!any_wrongly_biased(study)) {
-    add(d,
-        report::Verdict{"No setting that should be unbiased was found biased.", report::Mood::good},
+    add(d, report::Verdict{"No unbiased setting was found biased.", report::Mood::good},
         Shown::on_page);
   }
   if (pictures) add(d, bias_parts(study), Shown::on_page);

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 
 [[noreturn]] void fail(const std::string& what, const fs::path& file) {
   throw Error(file.string() + ": " + what + " (" + std::generic_category().message(errno) +
-              "). Check that the folder exists, that it can be written and that there is space.");
+              "). Check that the folder exists and is writable, and that there is space.");
 }
 
 /// The file to replace: where `file` is a link, what it points to. Devices, pipes and folders are
@@ -35,7 +35,8 @@ fs::path resolve(const fs::path& file) {
   const fs::file_status status = fs::status(file, absent);
   if (!fs::exists(status)) return file;
   if (!fs::is_regular_file(status)) {
-    throw Error(file.string() + ": cannot be written: it is a folder or a device, not a file.");
+    throw Error(file.string() +
+                ": cannot be written: it is a folder or a device, expected a file.");
   }
   return fs::canonical(file);
 }

@@ -29,7 +29,7 @@ ByteSource::ByteSource(std::filesystem::path file) : file_(std::move(file)) {
   struct stat info = {};
   if (::fstat(descriptor_, &info) != 0 || !S_ISREG(info.st_mode)) {
     ::close(descriptor_);
-    throw Error("cannot read " + file_.string() + ": it is not a regular file");
+    throw Error("cannot read " + file_.string() + ": expected a regular file");
   }
   size_ = std::uint64_t(info.st_size);
 }
@@ -41,9 +41,9 @@ void ByteSource::read(std::uint64_t position, std::size_t count, char* to) const
     const ssize_t got = ::pread(descriptor_, to, count, off_t(position));
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) {
-      throw Error(
-          fmt::format("cannot read {} at byte {}: {}", file_.string(), position,
-                      (got < 0 ? std::strerror(errno) : "the file became shorter meanwhile")));
+      throw Error(fmt::format(
+          "cannot read {} at byte {}: {}", file_.string(), position,
+          (got < 0 ? std::strerror(errno) : "the file was truncated while it was read")));
     }
     to += got;
     position += std::uint64_t(got);
@@ -78,7 +78,7 @@ std::string ByteCursor::string() {
 
 void ByteCursor::need(std::uint64_t count) const {
   if (count <= left()) return;
-  fail(fmt::format("needs {} more bytes, but only {} are there; the file is damaged or cut off",
+  fail(fmt::format("needs {} more bytes, but only {} are left; the file is damaged or cut off",
                    count, left()));
 }
 

@@ -25,7 +25,7 @@ void finish_report(const std::filesystem::path& file, const ValueCounts& counts,
   std::vector<std::string>& warnings = report.warnings;
   if (counts.non_finite > 0) {
     warnings.push_back(of_active(counts.non_finite, counts) +
-                       " are not finite, or beyond what a float holds; they are taken as 0");
+                       " are not finite or exceed the range of floats; they are taken as 0");
   }
   if (counts.negative > 0) {
     warnings.push_back(of_active(counts.negative, counts) + " are negative; they are taken as 0");

@@ -89,9 +89,10 @@ std::size_t choose_grid(const std::filesystem::path& file, const std::vector<Gri
   const Indices usable = which(grids, [](const GridChoice& g) { return g.refusal.empty(); });
   if (usable.size() == 1) return usable.front();
   if (usable.size() > 1) {
-    throw Error(where +
-                "no grid is called 'density' and several could be it; choose one with --grid NAME" +
-                there);
+    throw Error(
+        where +
+        "no grid is called 'density', and several hold densities; choose one with --grid NAME" +
+        there);
   }
   if (grids.size() == 1) {
     throw Error(where + "grid '" + printable(grids[0].name) +

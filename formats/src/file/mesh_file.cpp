@@ -80,7 +80,8 @@ std::string encode(const std::filesystem::path& file, const TriangleMesh& mesh) 
   const std::string extension = ending(file);
   if (extension == ".ply") return encode_ply(mesh);
   if (extension == ".obj") return encode_obj(mesh);
-  throw Error(file.string() + ": meshes are written as .ply or .obj; give the file such a name");
+  throw Error(file.string() +
+              ": meshes are written as .ply or .obj; choose a name with one of these endings");
 }
 
 }  // namespace
@@ -92,7 +93,8 @@ void write_mesh(const std::filesystem::path& file, const TriangleMesh& mesh,
     std::ofstream stream(aside, std::ios::binary);
     stream.write(bytes.data(), std::streamsize(bytes.size()));
     stream.close();
-    if (!stream) throw Error(file.string() + ": cannot be written: is there space on the disk?");
+    if (!stream)
+      throw Error(file.string() + ": cannot be written; check that there is space on the disk");
   });
 }
 

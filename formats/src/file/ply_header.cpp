@@ -115,7 +115,7 @@ class HeaderReader {
     PlyProperty p;
     if (words_.size() == 5 && words_[1] == "list") {
       p = {std::string(words_[4]), type(words_[3]), true, type(words_[2])};
-      if (p.count.is_float) fail("a list's number of values to be whole");
+      if (p.count.is_float) fail("a whole type for the number of values of a list");
     } else if (words_.size() == 3) {
       p = {std::string(words_[2]), type(words_[1])};
     } else {

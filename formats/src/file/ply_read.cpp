@@ -180,7 +180,7 @@ void read_faces(PlyNumbers& numbers, const PlyElement& element, std::uint64_t ve
         continue;
       }
       const std::uint64_t count = next_count(numbers, p);
-      if (vertices == 0) numbers.fail("a face", "none where there is no vertex");
+      if (vertices == 0) numbers.fail("a face", "no faces, since there are no vertices");
       if (count < 3) numbers.fail(fmt::format("{} vertices", count), "at least three");
       for (std::uint64_t c = 0; c < count; ++c) {
         faces.corners.push_back(

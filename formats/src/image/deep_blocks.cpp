@@ -32,13 +32,13 @@ DeepBlocks::DeepBlocks(const std::filesystem::path& file)
     : source_(file), headers_(read_exr_headers(source_)) {
   const ExrPart& p = part();
   const auto refuse = [&](const char* what) { throw Error(file.string() + ": " + what); };
-  if (!p.deep) refuse("is no deep picture");
+  if (!p.deep) refuse("found a flat picture; expected a deep one");
   if (headers_.several || p.tiled) {
     refuse("has deep pixels in tiles or several parts; expected scanlines in one part");
   }
   const bool zips = p.packing == ExrPacking::zip && p.block_rows == 1;
   if (!zips && p.packing != ExrPacking::none) {
-    refuse("has another compression than zips and none; write it with one of those");
+    refuse("found an unsupported compression; expected zips or none: write it with one of those");
   }
   check_deep_part(file, p, source_.size());
 }
@@ -60,7 +60,7 @@ const DeepBlock& DeepBlocks::read(std::size_t row, int y) {
   std::memcpy(block_.ends.data(), unpacked_.data(), count_bytes);
   std::uint32_t before = 0;
   for (const std::uint32_t end : block_.ends) {
-    if (end < before) cursor.fail("counts of samples that make no sense; the file is damaged");
+    if (end < before) cursor.fail("counts of samples that decrease; the file is damaged");
     before = end;
   }
   if (size != before * part().pixel_bytes) {

@@ -86,8 +86,8 @@ void check_part(ByteSource& source, const ExrPart& p, const std::vector<Block>& 
     block.copy(reinterpret_cast<char*>(stored.data()), size);
     if (fills(b.bytes, p.packing, stored, room)) continue;
     throw Error(
-        fmt::format("{}: block {} of its pixels does not fill {} bytes, as its header says; the "
-                    "file is damaged",
+        fmt::format("{}: block {} of its pixels does not fill {} bytes, the size in its header; "
+                    "the file is damaged",
                     source.file().string(), b.number, b.bytes));
   }
 }

@@ -53,10 +53,10 @@ void check_window(const ExrPart& p) {
 void check_ratio(const ExrPart& p, std::uint64_t file_bytes) {
   const auto pixels = std::uint64_t(p.width * p.height);
   if (pixels <= kFewPixels || pixels * p.pixel_bytes / kBestRatio <= file_bytes) return;
-  throw Error(fmt::format(
-      "has {} x {} pixels in {} bytes; expected at most 2^24 in less than a thousandth of what "
-      "they take: write it smaller, or with another compression",
-      p.width, p.height, file_bytes));
+  throw Error(
+      fmt::format("has {} x {} pixels in {} bytes; expected at most 2^24 pixels when compressed "
+                  "below a thousandth: write it smaller, or with another compression",
+                  p.width, p.height, file_bytes));
 }
 
 /// Compares what OpenEXR takes memory for, the table of blocks and a row of them, with the file.
@@ -106,7 +106,7 @@ std::size_t check_exr_file(const std::filesystem::path& file) {
   try {
     if (headers.parts.front().deep) {
       throw Error(
-          "has deep pixels, of several samples each; expected one: flatten it by pvol-convert "
+          "has deep pixels, with several samples each; expected one: flatten it with pvol-convert "
           "DEEP.exr FLAT.exr");
     }
     for (const ExrPart& part : headers.parts) {
@@ -136,7 +136,7 @@ Film film_of(const Imf::Header& header) {
   constexpr std::int64_t kMost = std::numeric_limits<int>::max();
   if (width < 1 || height < 1 || width > kMost || height > kMost || x < -kMost || x > kMost ||
       y < -kMost || y > kMost) {
-    throw Error("has windows whose size makes no sense; it is damaged");
+    throw Error("has windows of impossible size; it is damaged");
   }
   Film f;
   f.width = int(width), f.height = int(height);

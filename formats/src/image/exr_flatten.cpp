@@ -100,8 +100,8 @@ DeepValue flatten(std::span<const Values> samples) {
     }
     if (!(s.z <= s.z_back) || (!all.empty() && s.z < all.back().z_back)) {
       throw Error(
-          "has samples that overlap or are not in the order of depth; expected those of one "
-          "picture. Flatten it by oiiotool DEEP.exr --flatten -o FLAT.exr");
+          "has samples that overlap or are not in order of depth; expected those of one picture. "
+          "Flatten it with oiiotool DEEP.exr --flatten -o FLAT.exr");
     }
     all.push_back(s);
   }

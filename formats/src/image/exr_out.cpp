@@ -63,7 +63,7 @@ Imf::Header make_header(const Film& film, const std::optional<Camera>& camera) {
 void add_attributes(const std::map<std::string, std::string>& attributes, Imf::Header& header) {
   for (const auto& [name, text] : attributes) {
     if (header.find(name) != header.end()) {
-      throw Error("the attribute " + name + " has a meaning of its own in EXR files; rename it");
+      throw Error("the attribute " + name + " is reserved in EXR files; rename it");
     }
     header.insert(name, Imf::StringAttribute(text));
   }
@@ -97,7 +97,7 @@ void write_exr_file(const std::filesystem::path& file, const Film& film,
       // The destructors of OpenEXR's files write the offsets of the blocks and hide what goes
       // wrong.
       stream.close();
-      if (!stream) throw Error("writing failed; is the disk full?");
+      if (!stream) throw Error("writing failed; check that the disk is not full");
     } catch (const std::exception& e) {
       throw Error(file.string() + ": " + e.what());
     }

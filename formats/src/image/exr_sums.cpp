@@ -74,7 +74,7 @@ Layer to_layer(const Json& j, bool& weights) {
   j.at("least").get_to(l.least);
   j.at("weights").get_to(weights);
   if (l.components.empty() || l.components.size() > 3 || (l.least && weights)) {
-    throw Error("the layer " + l.name + " makes no sense; the file is damaged");
+    throw Error("the layer " + l.name + " is impossible; the file is damaged");
   }
   return l;
 }
@@ -86,13 +86,13 @@ void check_piece(const FilmPiece& p, const Film& film) {
                       p.width <= film.crop_width - x && p.height <= film.crop_height - y;
   const bool adaptive = p.begin == 0 && p.end == 0;
   if (inside && (adaptive || p.begin < p.end)) return;
-  throw Error("has pieces that do not lie in it, or are empty; the file is damaged");
+  throw Error("has pieces that are empty or lie outside it; the file is damaged");
 }
 
 /// As `to_json` made it; throws what nlohmann throws.
 SumsHeader from_json(const Json& j) {
   if (j.at("version").get<int>() != kVersion) {
-    throw Error(fmt::format("keeps its sums in version {}; this program reads version {}",
+    throw Error(fmt::format("stores its sums in version {}; this program reads version {}",
                             j.at("version").get<int>(), kVersion));
   }
   SumsHeader h;
@@ -153,7 +153,7 @@ void write_sums(Imf::OutputPart& out, const Film& film, const FilmRecord& record
 SumsHeader read_sums_header(const Imf::Header& header) {
   const auto* text = header.findTypedAttribute<Imf::StringAttribute>(kRecord);
   if (text == nullptr || text->value().size() > kLongestRecord) {
-    throw Error("keeps sums without their record; the file is damaged");
+    throw Error("has sums without their record; the file is damaged");
   }
   SumsHeader h;
   try {

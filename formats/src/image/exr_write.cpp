@@ -183,10 +183,10 @@ void validate(const ExrOptions& options) {
   if (options.compression != ExrCompression::dwaa || options.multipart) return;
   for (const AovRow& r : kAovs) {
     if (r.colour || !options.aovs.has(r.aov)) continue;
-    throw Error(fmt::format(
-        "compression dwaa rounds what it takes for colour, and {} holds numbers; take multipart, "
-        "where layers of numbers are packed by zip, or another compression",
-        r.name));
+    throw Error(
+        fmt::format("compression dwaa rounds colours, but {} holds numbers; use multipart, where "
+                    "layers of numbers are packed by zip, or another compression",
+                    r.name));
   }
 }
 

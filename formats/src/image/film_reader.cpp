@@ -77,8 +77,8 @@ struct FilmReader::State {
     part = find_sums(in);
     if (part < 0) {
       throw Error(
-          "keeps no exact sums, which pictures have that are parts of one (--samples, "
-          "--crop), or were written by --checkpoint or with --sums on");
+          "has no exact sums; expected a part of a picture (--samples, --crop), or one written by "
+          "--checkpoint or with --sums on");
     }
     header = detail::read_sums_header(in.header(part));
     attributes = detail::string_attributes(in.header(0));

@@ -53,7 +53,7 @@ class Bytes {
       if (c == '\n') break;
       text += c;
       if (text.size() > kLongestLine || place_ > kLongestHeader) {
-        fail("the header goes on and on; expected one of a Radiance picture (.hdr)");
+        fail("the header is too long; expected one of a Radiance picture (.hdr)");
       }
     }
     if (!text.empty() && text.back() == '\r') text.pop_back();
@@ -192,10 +192,9 @@ void read_by_channels(Bytes& in, std::vector<Rgbe>& line) {
       const bool run = code > 128;
       const std::size_t count = run ? code - 128 : code;
       if (count == 0 || count > line.size() - i) {
-        in.fail(
-            fmt::format("a run of {} values where {} are left of the line; expected 1 to that: "
-                        "the file is damaged",
-                        count, line.size() - i));
+        in.fail(fmt::format(
+            "found a run of {} values, expected 1 to {}, the rest of the line: the file is damaged",
+            count, line.size() - i));
       }
       const std::uint8_t value = run ? in.next() : 0;
       for (const std::size_t end = i + count; i != end; ++i) {
@@ -219,8 +218,8 @@ void read_by_pixels(Bytes& in, std::vector<Rgbe>& line) {
     const std::uint64_t count = shift > 24 ? ~std::uint64_t{0} : std::uint64_t{p[3]} << shift;
     if (i == 0 || count > line.size() - i) {
       in.fail(
-          fmt::format("a pixel is repeated where {} are left of the line, after {}; expected "
-                      "no more, and one before: the file is damaged",
+          fmt::format("a repeated pixel exceeds the {} that are left of the line, or follows none "
+                      "({} so far): the file is damaged",
                       line.size() - i, i));
     }
     std::fill_n(line.begin() + std::ptrdiff_t(i), count, line[i - 1]);

@@ -43,7 +43,7 @@ std::vector<std::uint8_t> encode_film(const std::filesystem::path& file, const F
       const PixelSums& sums = film.at(x, y);
       if (!is_finite(sums.sum) || !std::isfinite(sums.alpha)) {
         throw Error(fmt::format(
-            "{}: pixel ({}, {}) is not finite, and PNG cannot hold it; write EXR to look at it",
+            "{}: pixel ({}, {}) is not finite, which PNG cannot hold; write .exr to inspect it",
             file.string(), film.x + x, film.y + y));
       }
       const std::array<std::uint8_t, 4> pixel = encode_pixel(sums, factor, alpha, map);

@@ -60,7 +60,7 @@ bool add_ball(const PbrtShape& shape, const Affine& place, const PbrtMaking& mak
   const std::optional<double> scale = even_scale(place);
   if (shape.type != "sphere" || !scale || !is_whole_sphere(shape)) return false;
   const double r = shape.parameters.number("radius", 1) * *scale, pi = std::numbers::pi;
-  if (!(r > 0)) fail_at(shape.where, "a sphere without radius", "a radius above 0");
+  if (!(r > 0)) fail_at(shape.where, "a sphere with a radius of 0 or less", "a radius above 0");
   const PbrtThing& light = *shape.area_light;
   const bool two_sided = light.parameters.flag("twosided", false);
   if (shape.reversed && !two_sided) return false;  // it shines inwards
@@ -85,12 +85,12 @@ bool make_area_light(const PbrtShape& shape, const Affine& place, const PbrtMaki
     }
   }
   if (!made) {
-    making.note(shape.where, fmt::format("the light of area lights that are no whole spheres or "
-                                         "rectangles, such as this {}, is left out",
+    making.note(shape.where, fmt::format("the light of this {} is left out: only whole spheres and "
+                                         "rectangles become area lights",
                                          shown(shape.type)));
     return false;
   }
-  making.note(shape.where, "area lights let light through, which pbrt's do not");
+  making.note(shape.where, "area lights do not block light, unlike pbrt's");
   light.parameters.note_unused(*making.notes, "area light");
   return true;
 }

@@ -85,13 +85,14 @@ CameraKind kind_of(const PbrtThing& camera, const PbrtMaking& making) {
   if (camera.type == "spherical") {
     if (camera.parameters.word("mapping", "equalarea") != "equirectangular") {
       making.note(camera.where,
-                  "the camera's equal-area mapping becomes longitude and latitude: another picture "
-                  "of the same surroundings");
+                  "the camera's equal-area mapping becomes longitude and latitude: the same "
+                  "surroundings, projected differently");
     }
     return CameraKind::latlong;
   }
-  making.note(camera.where, fmt::format("the camera \"{}\" is taken as perspective, of 90 degrees",
-                                        shown(camera.type)));
+  making.note(camera.where,
+              fmt::format("the camera \"{}\" becomes a perspective camera of 90 degrees",
+                          shown(camera.type)));
   return CameraKind::perspective;
 }
 
@@ -110,7 +111,7 @@ void set_window(const PbrtThing& camera, const PbrtMaking& making, const View& v
   }
   w = {w.x * scale * x, w.y * scale * y, w.width * scale * x, w.height * scale * y};
   if (std::abs(w.width / w.height / aspect - 1) > 1e-6) {
-    making.note(camera.where, "pixels that are not square become so: the picture's height is kept");
+    making.note(camera.where, "pixels become square: the picture's height is kept");
   }
   const double longer = w.height * std::max(aspect, 1.0);
   c.fov = degrees_of(w.height);
@@ -139,7 +140,7 @@ void make_camera(const PbrtDescription& from, PbrtMaking& making) {
   for (Vec3d* v : {&view.forward, &view.right, &view.up}) *v = making.world.vector(*v);
   const Vec3d f = normalize(view.forward), u = normalize(view.up), r = normalize(view.right);
   if (std::abs(dot(f, u)) + std::abs(dot(f, r)) + std::abs(dot(u, r)) > 1e-6) {
-    making.note(camera.where, "the camera's transform shears: it is taken without that");
+    making.note(camera.where, "the shear of the camera's transform is left out");
   }
   c.position = making.world.point(camera.place.t);
   c.target = c.position + f;
@@ -149,7 +150,7 @@ void make_camera(const PbrtDescription& from, PbrtMaking& making) {
   (void)p.number("shutteropen", 0), (void)p.number("shutterclose", 1);  // nothing moves
   p.note_unused(*making.notes, "camera");
   if (!from.camera_medium.empty()) {
-    making.note(camera.where, fmt::format("the camera's medium \"{}\" without end is left out",
+    making.note(camera.where, fmt::format("the camera's unbounded medium \"{}\" is left out",
                                           shown(from.camera_medium)));
   }
 }

@@ -69,7 +69,7 @@ std::optional<Rgb> color_of(const PbrtThing& thing, std::string_view name, PbrtS
   if (p->type == "float") return at_least_0(*p, Rgb(float(n[0])));
   if (p->type == "blackbody") {
     if (what == PbrtSpectrum::light) return blackbody_color(float(n[0]));
-    notes.add(p->where, called + " of matter is a black body: its colour is taken as 1");
+    notes.add(p->where, called + " of a medium is a black body: its colour is taken as 1");
     return Rgb(1.0f);
   }
   if (!p->strings.empty()) {
@@ -82,7 +82,9 @@ std::optional<Rgb> color_of(const PbrtThing& thing, std::string_view name, PbrtS
   bool even = true;
   for (std::size_t i = 3; i < n.size(); i += 2) even = even && n[i] == n[1];
   if (!even)
-    notes.add(p->where, called + " is given by wavelength: approximated by means over thirds");
+    notes.add(
+        p->where,
+        called + " is given by wavelength: it becomes RGB by means over thirds of the spectrum");
   const Rgb color = at_least_0(*p, from_wavelengths(*p));
   const double y = double(luminance(color));
   return what == PbrtSpectrum::reflectance || !(y > 0) ? color : Rgb(Vec3d(color) / y);

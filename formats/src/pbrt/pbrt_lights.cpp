@@ -26,7 +26,8 @@ void make_distant(const PbrtPlaced& light, const PbrtMaking& making, Sky&) {
   Sun sun;
   sun.irradiance = strength(light, "L", "illuminance", 1, making);
   sun.direction = making.world.vector(light.place.vector(from - to));
-  if (!(length(sun.direction) > 0)) fail_at(light.where, "a light from nowhere", "from and to");
+  if (!(length(sun.direction) > 0))
+    fail_at(light.where, "a light with from equal to to", "two different points from and to");
   sun.direction = normalize(sun.direction);
   making.scene->file.scene.lights.emplace_back(sun);
 }
@@ -45,7 +46,7 @@ void make_spot(const PbrtPlaced& light, const PbrtMaking& making, Sky&) {
   const double cone = p.number("coneangle", 30), fade = p.number("conedeltaangle", 5);
   if (!(cone > 0 && cone <= 180 && fade >= 0 && fade <= cone)) {
     fail_at(light.where, fmt::format("a cone of {} degrees that fades over {}", cone, fade),
-            "coneangle above 0 to 180, and conedeltaangle of 0 to that");
+            "coneangle in (0, 180], and conedeltaangle from 0 to coneangle");
   }
   constexpr double kDegree = std::numbers::pi / 180;
   const double rim = std::cos(cone * kDegree), full = std::cos((cone - fade) * kDegree);
@@ -53,7 +54,8 @@ void make_spot(const PbrtPlaced& light, const PbrtMaking& making, Sky&) {
   SpotLight spot;
   spot.position = making.world.point(light.place.point(from));
   spot.direction = making.world.vector(light.place.vector(to - from));
-  if (!(length(spot.direction) > 0)) fail_at(light.where, "a spot to nowhere", "from and to");
+  if (!(length(spot.direction) > 0))
+    fail_at(light.where, "a spot with from equal to to", "from and to");
   spot.direction = normalize(spot.direction);
   spot.angle = 2 * cone, spot.blend = fade / cone;
   const double own = 2 * std::numbers::pi * (1 - full + (full - rim) / 2);
@@ -65,7 +67,7 @@ void make_infinite(const PbrtPlaced& light, const PbrtMaking& making, Sky& sky) 
   const std::string name = light.parameters.word("filename", "");
   if (light.parameters.find("portal")) {
     making.note(light.where,
-                "the portal of an infinite light is left out: it shines from all around");
+                "the portal of an infinite light is left out: the light comes from all directions");
   }
   if (name.empty()) {
     sky.radiance += strength(light, "L", "illuminance", std::numbers::pi, making);
@@ -80,7 +82,8 @@ void make_infinite(const PbrtPlaced& light, const PbrtMaking& making, Sky& sky) 
     return;
   }
   if (light.parameters.find("illuminance")) {
-    making.note(light.where, "illuminance of a light with a picture is left out: see --exposure");
+    making.note(light.where,
+                "illuminance of a light with a picture is left out: set --exposure instead");
   }
   PbrtSkyPicture picture{read_sky(file), making.world * light.place,
                          strength(light, "L", "", 1, making)};

@@ -23,7 +23,7 @@ void set_crop(const PbrtThing& film, const PbrtMaking& making, const std::array<
   const int x1 = int(std::clamp(b[1], 0.0, double(o.width)));
   const int y0 = int(std::clamp(b[2], 0.0, double(o.height)));
   const int y1 = int(std::clamp(b[3], 0.0, double(o.height)));
-  if (x0 >= x1 || y0 >= y1) fail_at(film.where, "a crop without pixels", "some within the picture");
+  if (x0 >= x1 || y0 >= y1) fail_at(film.where, "an empty crop", "pixels within the picture");
   if (x0 == 0 && y0 == 0 && x1 == o.width && y1 == o.height) return;
   o.crop_x = x0, o.crop_y = y0, o.crop_width = x1 - x0, o.crop_height = y1 - y0;
 }
@@ -51,23 +51,25 @@ void make_film(const PbrtThing& film, const PbrtMaking& making) {
   }
   const std::string name = p.word("filename", "");
   if (!name.empty()) {
-    making.note(film.where,
-                fmt::format("pbrt writes {}; pvol-render takes -o NAME.exr", shown(name)));
+    making.note(
+        film.where,
+        fmt::format("the output name {} is left out: use pvol-render -o NAME.exr", shown(name)));
   }
   const double exposure = p.number("iso", 100) / 100 * p.number("exposuretime", 1);
   if (exposure != 1 && exposure > 0) {
-    making.note(film.where, fmt::format("the sensor's factor of {:.4g} is left out; for the PNG: "
-                                        "--exposure {:.3f}",
-                                        exposure, std::log2(exposure)));
+    making.note(
+        film.where,
+        fmt::format("the sensor's factor of {:.4g} is left out: for the PNG, use --exposure {:.3f}",
+                    exposure, std::log2(exposure)));
   }
   (void)p.number("diagonal", 35);  // of realistic cameras
   if (const std::string sensor = p.word("sensor", "cie1931"); sensor != "cie1931") {
-    making.note(film.where,
-                fmt::format("the sensor \"{}\" is left out: linear Rec.709", shown(sensor)));
+    making.note(film.where, fmt::format("the sensor \"{}\" is left out: colours are linear Rec.709",
+                                        shown(sensor)));
   }
   if (!film.type.empty() && film.type != "rgb") {
-    making.note(film.where,
-                fmt::format("the film \"{}\" is taken as rgb; layers: --aov", shown(film.type)));
+    making.note(film.where, fmt::format("the film \"{}\" is taken as rgb: choose layers with --aov",
+                                        shown(film.type)));
   }
   p.note_unused(*making.notes, "film");
 }
@@ -80,7 +82,7 @@ void make_filter(const PbrtThing& filter, const PbrtMaking& making) {
   const double x = p.number("xradius", usual), y = p.number("yradius", usual);
   const auto width = [](double w) { return std::clamp(w, 0.01, 100.0); };
   if (x != y)
-    making.note(filter.where, "the filter's radii differ: that along x is taken for both");
+    making.note(filter.where, "the filter's radii differ: the one along x is used for both");
   if (type == "box") {
     o.filter = PixelFilter::box;
     o.filter_width = width(2 * x);
@@ -108,7 +110,7 @@ void make_sampler(const PbrtThing& sampler, const PbrtMaking& making) {
     making.scene->file.scene.options.seed = std::uint64_t(std::max(p.whole("seed", 0), 0));
   }
   if (!(samples >= 1 && samples < 4e9)) {
-    fail_at(sampler.where, fmt::format("{} samples a pixel", samples), "at least 1");
+    fail_at(sampler.where, fmt::format("{} samples per pixel", samples), "at least 1");
   }
   making.scene->file.scene.options.samples = std::uint32_t(samples);
   p.note_unused(*making.notes, "sampler");
@@ -121,10 +123,9 @@ void make_integrator(const PbrtThing& integrator, const PbrtMaking& making) {
   const int depth = p.whole("maxdepth", 5);
   if (depth < 0) fail_at(integrator.where, fmt::format("maxdepth {}", depth), "0 or more");
   making.scene->file.scene.options.max_bounces = std::uint32_t(depth);
-  making.note(integrator.where,
-              fmt::format("maxdepth {}{} becomes max_bounces, which makes the picture darker than "
-                          "light would; --max-bounces none is without that",
-                          depth, p.find("maxdepth") ? "" : ", pbrt's default,"));
+  making.note(integrator.where, fmt::format("maxdepth {}{} becomes max_bounces, which darkens the "
+                                            "picture; --max-bounces none lifts the limit",
+                                            depth, p.find("maxdepth") ? "" : ", pbrt's default,"));
   if (!type.empty() && type != "volpath") {
     making.note(integrator.where,
                 fmt::format("the integrator \"{}\" is taken as volpath", shown(type)));

@@ -23,7 +23,7 @@ const std::vector<double>& some_numbers(const PbrtParameter& p, std::size_t coun
 const std::string& some_string(const PbrtParameter& p) {
   if (p.strings.empty()) {
     fail_at(p.where, fmt::format("\"{} {}\"", shown(p.type), shown(p.name)),
-            "a parameter of a word in quotation marks");
+            "a string in quotation marks");
   }
   return p.strings.front();
 }

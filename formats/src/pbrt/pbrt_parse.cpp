@@ -28,7 +28,7 @@ class PbrtParser {
   PbrtDescription read() {
     while (words_.next()) directive();
     if (!blocks_.empty()) {
-      fail_at(blocks_.back().where, "a block that is not ended", "its AttributeEnd or the like");
+      fail_at(blocks_.back().where, "a block without an end", "AttributeEnd or the like");
     }
     return std::move(scene_);
   }
@@ -86,7 +86,7 @@ class PbrtParser {
 
   void apply(const Affine& map, const PbrtWhere& where, bool replaces = false) {
     if (!is_invertible(map)) {
-      fail_at(where, "a transform that cannot be undone", "one that keeps volumes");
+      fail_at(where, "a transform without an inverse", "an invertible transform");
     }
     if (state_.sets_start) state_.ctm = replaces ? map : state_.ctm * map;
   }
@@ -115,14 +115,16 @@ class PbrtParser {
       const std::string system = words_.string("a name");
       const auto found = systems_.find(system);
       if (found == systems_.end()) {
-        fail_at(where, fmt::format("\"{}\"", shown(system)), "a coordinate system named before");
+        fail_at(where, fmt::format("\"{}\"", shown(system)),
+                "a coordinate system that was defined before");
       }
       apply(found->second, where, true);
     } else if (name == "ActiveTransform") {
       const std::string which(words_.need("All, StartTime or EndTime").text);
       state_.sets_start = which != "EndTime";
       if (which != "All") {
-        notes_->add(where, "motion by ActiveTransform is left out: things stand as at StartTime");
+        notes_->add(where,
+                    "motion by ActiveTransform is left out: everything stays as at StartTime");
       }
     } else if (name == "TransformTimes") {
       words_.number(), words_.number();
@@ -141,7 +143,8 @@ class PbrtParser {
 
   void end(const std::string& name) {
     if (blocks_.empty() || blocks_.back().end != name) {
-      fail_at(words_.where(), name, blocks_.empty() ? "a block begun before" : blocks_.back().end);
+      fail_at(words_.where(), name,
+              blocks_.empty() ? "a block that was begun before" : blocks_.back().end);
     }
     const Affine ctm = blocks_.back().state.ctm;
     const bool sets_start = blocks_.back().state.sets_start;
@@ -247,7 +250,7 @@ class PbrtParser {
       const std::string key = words_.string("a name");
       const auto found = materials_.find(key);
       if (found == materials_.end()) {
-        fail_at(where, fmt::format("\"{}\"", shown(key)), "a material named before");
+        fail_at(where, fmt::format("\"{}\"", shown(key)), "a material that was defined before");
       }
       state_.material = found->second;
     } else if (name == "MakeNamedMedium") {
@@ -274,7 +277,8 @@ class PbrtParser {
     auto [key, medium] = named("medium");
     const bool again =
         std::ranges::any_of(scene_.media, [&key = key](const auto& m) { return m.first == key; });
-    if (again) fail_at(where, fmt::format("medium \"{}\" again", shown(key)), "each medium once");
+    if (again)
+      fail_at(where, fmt::format("medium \"{}\" a second time", shown(key)), "each medium once");
     scene_.media.emplace_back(std::move(key), PbrtPlaced{std::move(medium), state_.ctm});
   }
 

@@ -59,7 +59,8 @@ void write_text(const std::filesystem::path& file, const std::string& text) {
     std::ofstream stream(aside, std::ios::binary);
     stream << text;
     stream.close();
-    if (!stream) throw Error(file.string() + ": cannot be written: is there space on the disk?");
+    if (!stream)
+      throw Error(file.string() + ": cannot be written; check that there is space on the disk");
   });
 }
 
@@ -80,7 +81,7 @@ PbrtScene read_pbrt(const std::filesystem::path& file, const std::string& stem) 
   if (!scene.file.volumes.empty()) return scene;
   std::string why = file.string() +
                     ": has no medium that pvol renders; expected one of type homogeneous, "
-                    "uniformgrid or nanovdb that a shape has inside";
+                    "uniformgrid or nanovdb inside a shape";
   for (const std::string& note : scene.notes) {
     if (note.find(": medium \"") != note.npos) why += "\n  " + note;
   }

@@ -24,8 +24,7 @@ std::vector<std::uint32_t> indices_of(const PbrtShape& shape, std::size_t vertic
   }
   for (const double i : given) {
     if (!(i >= 0 && i < double(vertices) && i == std::floor(i))) {
-      fail_at(shape.where, fmt::format("index {} of {} vertices", i, vertices),
-              "numbers below that");
+      fail_at(shape.where, fmt::format("index {} of {} vertices", i, vertices), "a smaller number");
     }
     all.push_back(std::uint32_t(i));
   }
@@ -112,7 +111,7 @@ TriangleMesh triangles_of(const PbrtShape& shape, PbrtNotes& notes) {
   if (shape.type == "bilinearmesh") return bilinear_mesh(shape, notes);
   if (shape.type == "sphere" || shape.type == "disk" || shape.type == "cylinder") {
     if (!(shape.parameters.number("radius", 1) > 0)) {
-      fail_at(shape.where, "a radius that is not above 0", "one that is");
+      fail_at(shape.where, "a radius of 0 or less", "a radius above 0");
     }
     notes.add(shape.where,
               fmt::format("shapes of type {} become triangles of 3.75 degrees{}", shape.type,

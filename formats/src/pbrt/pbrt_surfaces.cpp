@@ -35,7 +35,7 @@ Rgb albedo_of(const PbrtDescription& from, const PbrtShape& shape, const PbrtMak
   const PbrtThing& material = shape.material;
   if (material.type != "diffuse") {
     making.note(material.where,
-                fmt::format("the material \"{}\" is taken as diffuse, of its reflectance or 0.5",
+                fmt::format("the material \"{}\" is taken as diffuse, with its reflectance or 0.5",
                             shown(material.type)));
   }
   std::optional<Rgb> color;
@@ -62,7 +62,8 @@ bool make_ball(const PbrtShape& shape, const Affine& place, Rgb albedo, const Pb
   ball.centre = place.t;
   ball.radius = shape.parameters.number("radius", 1) * *scale;
   ball.material.albedo = albedo;
-  if (!(ball.radius > 0)) fail_at(shape.where, "a sphere without radius", "a radius above 0");
+  if (!(ball.radius > 0))
+    fail_at(shape.where, "a sphere with a radius of 0 or less", "a radius above 0");
   making.scene->file.scene.surfaces.emplace_back(ball);
   return true;
 }
@@ -74,11 +75,11 @@ bool make_file(const PbrtShape& shape, const Affine& place, Rgb albedo, const Pb
   const std::filesystem::path file =
       std::filesystem::absolute(making.folder / name).lexically_normal();
   if (ending(file) != ".ply" || !std::filesystem::exists(file)) {
-    making.note(shape.where,
-                fmt::format("the mesh {} is left out: {}", shown(name),
-                            ending(file) == ".gz"    ? "unpack it with gunzip, and name the result"
-                            : ending(file) != ".ply" ? "expected a .ply"
-                                                     : "there is no such file"));
+    making.note(shape.where, fmt::format("the mesh {} is left out: {}", shown(name),
+                                         ending(file) == ".gz"
+                                             ? "unpack it with gunzip, and use the unpacked name"
+                                         : ending(file) != ".ply" ? "expected a .ply"
+                                                                  : "there is no such file"));
     return true;
   }
   MeshSurface mesh;

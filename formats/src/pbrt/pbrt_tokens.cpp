@@ -13,7 +13,8 @@ namespace {
 
 std::string read_text(const std::filesystem::path& file) {
   if (ending(file) == ".gz") {
-    throw Error(file.string() + ": is compressed; unpack it with gunzip and name the result");
+    throw Error(file.string() +
+                ": is compressed; unpack it with gunzip, and use the unpacked name");
   }
   ByteSource source(file);
   std::string text(source.size(), '\0');
@@ -65,7 +66,7 @@ std::optional<PbrtToken> PbrtTokens::next() {
   }
   const std::size_t end = text.find_first_of("\"\n", begin + 1);
   if (end == text.npos || text[end] == '\n') {
-    fail_at(where(), "a string without its end", "a second quotation mark on the line");
+    fail_at(where(), "a string without an end", "a second quotation mark on the line");
   }
   at_ = end + 1;
   return token(PbrtToken::Kind::string, text.substr(begin + 1, end - begin - 1));

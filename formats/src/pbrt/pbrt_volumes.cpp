@@ -122,7 +122,7 @@ Lattice lattice_of(const Making& m, std::size_t count) {
   const Vec3d a = p.point("p0", {0, 0, 0}), b = p.point("p1", {1, 1, 1});
   const Box box = extend(extend(Box{}, a), b);
   const Vec3d size = box.extent(), cell{size.x / n.x, size.y / n.y, size.z / n.z};
-  if (!(min_component(cell) > 0)) fail_at(m.medium.where, "p0 and p1 without volume", "a box");
+  if (!(min_component(cell) > 0)) fail_at(m.medium.where, "p0 and p1 that span no volume", "a box");
   return {n, translation(box.lo + cell * 0.5) * scaling(cell), box};
 }
 
@@ -156,7 +156,7 @@ void set_glow(Making& m, const Lattice& at, const std::vector<double>& density,
     return;
   }
   if (factors.size() != density.size()) {
-    fail_at(m.medium.where, fmt::format("{} numbers in Lescale", factors.size()), "one a sample");
+    fail_at(m.medium.where, fmt::format("{} numbers in Lescale", factors.size()), "one per sample");
   }
   for (std::size_t i = 0; i < factors.size(); ++i) factors[i] *= density[i];
   grids.push_back(grid_of(m, at, kGlow, factors));
@@ -176,12 +176,12 @@ std::optional<Box> make_uniform(Making& m) {
   set_glow(m, at, density, grids);
   if (!temperature.empty()) {
     if (temperature.size() != density.size()) {
-      fail_at(m.medium.where, fmt::format("{} temperatures", temperature.size()), "one a sample");
+      fail_at(m.medium.where, fmt::format("{} temperatures", temperature.size()), "one per sample");
     }
     grids.push_back(grid_of(m, at, kTemperature, temperature));
     set_temperature(m, *std::ranges::max_element(temperature), 1);
   }
-  m.note("its density fades over half a voxel beyond p0 and p1, where pbrt cuts it off");
+  m.note("its density fades over half a voxel beyond p0 and p1, while pbrt cuts it off");
   m.volume.file = grids_file(m);
   m.volume.grid = kDensity;
   m.scene.scene->volumes.push_back({m.volume.file.string(), std::move(grids)});
@@ -241,8 +241,8 @@ std::vector<Filled> filled_by(const Making& m) {
       all.push_back({shape.place * to_box, hull->is_ball});
       continue;
     }
-    m.scene.note(shape.where, fmt::format("what medium \"{}\" fills of this {} is left out: only "
-                                          "whole spheres, or else boxes of triangles, are filled",
+    m.scene.note(shape.where, fmt::format("medium \"{}\" inside this {} is left out: only whole "
+                                          "spheres, or else boxes of triangles, are filled",
                                           shown(m.name), shown(shape.type)));
   }
   return all;
@@ -271,7 +271,7 @@ std::optional<Box> make_homogeneous(Making& m) {
       m.volume.instances.push_back(m.scene.world * moved * inverse(m.scene.world));
     }
   }
-  m.note(fmt::format("is a grid of {}^3 samples that fills its {}, with edges of one of them",
+  m.note(fmt::format("becomes a grid of {}^3 samples that fills its {}, with edges one sample wide",
                      kSamples, filled.front().is_ball ? "sphere" : "box"));
   const auto le = color_of(m.medium, "Le", PbrtSpectrum::light, *m.scene.notes);
   const double strength = m.medium.parameters.number("Lescale", 1);
@@ -299,7 +299,7 @@ void check_hulls(const Making& m, const Box& box) {
     if (hull && contains(*hull, inverse(shape.place) * m.medium.place, box)) continue;
     m.scene.note(
         shape.where,
-        fmt::format("the {} {} medium \"{}\", of which pvol renders all", shown(shape.type),
+        fmt::format("the {} {} medium \"{}\", but pvol renders all of it", shown(shape.type),
                     hull ? "cuts off part of" : "may cut off part of", shown(m.name)));
   }
 }
@@ -309,12 +309,12 @@ void make_volume(const PbrtDescription& from, const PbrtMaking& making, const st
   const bool bounded =
       std::ranges::find(from.shapes, name, &PbrtShape::inside) != from.shapes.end();
   Making m{.medium = medium, .name = name, .scene = making, .from = from};
-  if (!bounded) return m.note("is left out: no shape has it inside");
+  if (!bounded) return m.note("is left out: no shape contains it");
   const auto* kind = std::ranges::find(
       kKinds, medium.type, [](const MediumKind& k) { return std::string_view(k.type); });
   if (kind == kKinds.end()) {
     return m.note(
-        fmt::format("is left out: media of type \"{}\" are not read", shown(medium.type)));
+        fmt::format("is left out: media of type \"{}\" are not supported", shown(medium.type)));
   }
   set_matter(m);
   const std::optional<Box> box = kind->make(m);
@@ -335,7 +335,7 @@ void make_volumes(const PbrtDescription& from, const PbrtMaking& making) {
           std::ranges::any_of(from.media, [&](const auto& m) { return m.first == name; });
       if (name.empty() || known) continue;
       fail_at(shape.where, fmt::format("medium \"{}\"", shown(name)),
-              "one that MakeNamedMedium has named");
+              "one that MakeNamedMedium defines");
     }
   }
 }

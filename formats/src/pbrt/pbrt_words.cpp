@@ -121,7 +121,7 @@ PbrtParameter PbrtWords::parameter() {
   }
   if (p.name.empty() || (!is_one_of(kNumeric, p.type) && !is_one_of(kOthers, p.type))) {
     fail_at(p.where, fmt::format("\"{}\"", shown(said)),
-            "a parameter as \"float fov\", of type integer, float, point2, point3, vector3, "
+            "a parameter such as \"float fov\", of type integer, float, point2, point3, vector3, "
             "normal, rgb, blackbody, spectrum, bool, string or texture");
   }
   if (need("the parameter's value").kind != PbrtToken::Kind::open) {

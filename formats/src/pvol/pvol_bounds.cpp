@@ -245,7 +245,7 @@ class Decoder {
 
 std::vector<std::byte> encode_bounds(const Pyramid& pyramid, const std::string& place) {
   if (const auto wrong = validate(pyramid)) {
-    throw Error(place + ": the bounds to be written are wrong: " + *wrong + ".");
+    throw Error(place + ": the bounds to write are wrong: " + *wrong + ".");
   }
   const Encoder encoder(pyramid);
   if (encoder.terminals() > kMaxTerminals) {

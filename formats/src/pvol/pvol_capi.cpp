@@ -13,8 +13,8 @@ namespace {
 [[nodiscard]] std::shared_ptr<const detail::BoundedDensity> given(PvolFile&& file,
                                                                   const std::string& name) {
   if (!file.density && !file.pyramid.empty()) {
-    throw Error(name + ": the file has no density of its own, it refers to " +
-                file.metadata.source.file + "; fit it again with its density (pvol-fit --embed)");
+    throw Error(name + ": the file has no density; it refers to " + file.metadata.source.file +
+                "; fit it again with its density (pvol-fit --density fp32)");
   }
   auto d = std::make_shared<detail::BoundedDensity>();
   if (file.density) d->grid = *std::move(file.density);

@@ -70,12 +70,12 @@ void ChunkReader::check_frames() const {
   while (left > 0) {
     const std::uint64_t expected = std::min<std::uint64_t>(left, kFrameBytes);
     const std::size_t size = ZSTD_findFrameCompressedSize(rest.data(), rest.size());
-    if (ZSTD_isError(size)) refuse(place_, "the compressed data is no whole zstd frame");
+    if (ZSTD_isError(size)) refuse(place_, "the compressed data is not a whole zstd frame");
     const unsigned long long content = ZSTD_getFrameContentSize(rest.data(), rest.size());
     if (content != expected) {
       refuse(place_, "a zstd frame of " + number(content) + " raw bytes; expected " +
                          number(expected) + " with " + number(left) + " of " +
-                         number(entry_.raw_bytes) + " to come");
+                         number(entry_.raw_bytes) + " left");
     }
     rest = rest.subspan(size);
     left -= expected;

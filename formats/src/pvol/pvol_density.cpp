@@ -11,7 +11,7 @@ void encode_density(const VoxelGrid& grid, const Pyramid& pyramid, ChunkWriter& 
                     const std::string& place) {
   const VoxelGrid g = occupied(grid);
   if (const auto wrong = check_blocks(g, pyramid)) {
-    throw Error(place + ": the density to be written is wrong: " + *wrong + ".");
+    throw Error(place + ": the density to write is wrong: " + *wrong + ".");
   }
   chunk.put(DensityHeader{std::uint32_t(g.tiles.size()), std::uint32_t(g.bricks.size())});
   write_blocks(g, chunk);
@@ -19,7 +19,7 @@ void encode_density(const VoxelGrid& grid, const Pyramid& pyramid, ChunkWriter& 
     std::array<float, kBrickSamples> values;
     for (std::size_t i = 0; i < values.size(); ++i) {
       if (!is_density(b.values[i])) {
-        throw Error(place + ": the density to be written is wrong: brick at " + text(b.origin) +
+        throw Error(place + ": the density to write is wrong: brick at " + text(b.origin) +
                     ": a sample is negative or not finite.");
       }
       values[i] = b.values[i] + 0.0f;  // -0 becomes 0, so that equal fields give equal bytes

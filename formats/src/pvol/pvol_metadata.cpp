@@ -98,7 +98,7 @@ struct Object {
   }
 
   [[nodiscard]] Affine map(const char* key) const {
-    const char* expected = "three rows of four numbers, with an inverse";
+    const char* expected = "three rows of four numbers that form an invertible map";
     const Json& rows = at(key);
     if (!rows.is_array() || rows.size() != 3) wrong(key, expected);
     Affine a;

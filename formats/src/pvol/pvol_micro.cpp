@@ -58,12 +58,12 @@ void encode_micro(const LeafMicroBounds& micro, const Pyramid& pyramid, ChunkWri
   const MicroBounds& m = micro.by_leaf;
   const std::size_t leaves = leaf_count(pyramid);
   if (m.edge != kEdge || m.scales.size() != leaves || m.codes.size() != leaves * kCubes) {
-    throw Error(place +
-                ": the micro-bounds to be written belong to another cloud, or are not those of "
-                "cubes of 2^3 cells.");
+    throw Error(
+        place +
+        ": the micro-bounds to write belong to another cloud, or are not for cubes of 2^3 cells.");
   }
   if (const auto wrong = check(m)) {
-    throw Error(place + ": the micro-bounds to be written are wrong: " + *wrong + ".");
+    throw Error(place + ": the micro-bounds to write are wrong: " + *wrong + ".");
   }
   chunk.put(MicroHeader{kEdge, std::uint32_t(leaves), std::uint32_t(count_open(m.scales)), 0});
   // Like stands with like, which compresses better than the same leaf by leaf.

@@ -53,7 +53,7 @@ std::optional<std::string> check_codes(const QuantisedGrid& q) {
     if (const auto wrong = check_scale(q.scales[i], q.how.precision)) return brick(i) + *wrong;
   }
   if (q.how.precision != Precision::fp16) {
-    if (q.exponent != 0) return "an exponent, which goes with fp16 alone";
+    if (q.exponent != 0) return "an exponent, which only fp16 has";
     return std::nullopt;
   }
   if (q.exponent < kLeastExponent || q.exponent > kLargestExponent) {
@@ -97,7 +97,7 @@ void read_scales(ChunkReader& chunk, std::size_t bricks, QuantisedGrid& q) {
   }
   if (std::any_of(widths.begin() + std::ptrdiff_t(bricks), widths.end(),
                   [](std::uint8_t w) { return w != 0; })) {
-    refuse(chunk.place(), "the widths are not filled up with zeros");
+    refuse(chunk.place(), "the widths are not padded with zeros");
   }
 }
 
@@ -113,7 +113,7 @@ void encode_quantised(const QuantisedGrid& q, const Pyramid& pyramid, ChunkWrite
       (q.scales.size() != (half ? 0 : q.origins.size()) || q.codes.size() != count_code_bytes(q))) {
     wrong = "bricks, scales and codes do not agree in number";
   }
-  if (wrong) throw Error(place + ": the density to be written is wrong: " + *wrong + ".");
+  if (wrong) throw Error(place + ": the density to write is wrong: " + *wrong + ".");
   chunk.put(QuantisedHeader{std::uint32_t(q.how.precision), half ? q.exponent : 0,
                             std::uint32_t(q.tiles.size()), std::uint32_t(q.origins.size())});
   write_blocks(blocks, chunk);
@@ -130,7 +130,7 @@ VoxelGrid decode_quantised(ChunkReader& chunk, const Pyramid& pyramid, const Met
   const auto h = chunk.get<QuantisedHeader>();
   if (h.precision == 0 || h.precision != std::uint32_t(metadata.quantisation.precision)) {
     refuse(chunk.place(),
-           fmt::format("precision {}; expected 1, 2 or 3 (fp16, fp8, fpn), as the metadata say",
+           fmt::format("precision {}; expected 1, 2 or 3 (fp16, fp8, fpn), as in the metadata",
                        h.precision));
   }
   QuantisedGrid q;

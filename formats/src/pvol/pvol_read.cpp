@@ -74,20 +74,20 @@ std::string expected(std::uint64_t found, std::uint64_t wanted) {
 FileHeader read_header(Bytes bytes, const std::string& name) {
   const std::size_t known = std::min(bytes.size(), kMagic.size());
   if (known < kMagic.size() || std::memcmp(bytes.data(), kMagic.data(), known) != 0) {
-    refuse(name, "does not begin as a .pvol file does");
+    refuse(name, "does not begin with the signature of a .pvol file");
   }
   if (bytes.size() < sizeof(FileHeader)) {
     refuse(name, fmt::format("a file of {} bytes is too short for a header", bytes.size()));
   }
   const auto h = copy_at<FileHeader>(bytes, 0);
   if (h.version < 1 || h.reader_version < 1 || h.reader_version > h.version) {
-    refuse(name, fmt::format("header: format version {} for readers of version {} makes no sense",
+    refuse(name, fmt::format("header: format version {} for readers of version {} is impossible",
                              h.version, h.reader_version));
   }
   if (h.reader_version > kVersion) {
     throw Error(
-        fmt::format("{}: a file of format version {}, which takes a reader of version {}; this one "
-                    "knows version {}. Use a newer pvol.",
+        fmt::format("{}: a file of format version {}, which needs a reader of version {}; this one "
+                    "has version {}. Use a newer pvol.",
                     name, h.version, h.reader_version, kVersion));
   }
   if (h.file_bytes != bytes.size()) {
@@ -124,7 +124,7 @@ void check_layout(Bytes bytes, const std::vector<ChunkEntry>& table, const std::
     const std::uint64_t start = (end + kChunkAlignment - 1) / kChunkAlignment * kChunkAlignment;
     if (e.offset != start) refuse(place, "offset " + expected(e.offset, start));
     if (start > bytes.size() || e.stored_bytes > bytes.size() - start) {
-      refuse(place, fmt::format("its {} bytes from {} reach past the end of the file",
+      refuse(place, fmt::format("its {} bytes from {} extend past the end of the file",
                                 e.stored_bytes, start));
     }
     const Bytes padding = bytes.subspan(end, start - end);
@@ -156,10 +156,11 @@ class Container {
       const auto n =
           std::count_if(table_.begin(), table_.end(), [&](auto& e) { return e.id == id; });
       if (n > 1 || (n == 0 && (id == kMeta || id == kBounds))) {
-        refuse(name_, fmt::format("chunk {} is there {} times", text(id), n));
+        refuse(name_, fmt::format("chunk {} occurs {} times", text(id), n));
       }
     }
-    if (has(kDensity) && has(kQuantised)) refuse(name_, "DENS and DENQ are both there");
+    if (has(kDensity) && has(kQuantised))
+      refuse(name_, "found both DENS and DENQ; expected one of them");
   }
 
   [[nodiscard]] const std::vector<ChunkEntry>& table() const { return table_; }
@@ -247,7 +248,7 @@ PvolFile read_grid(const Container& file, const std::string& name) {
     });
   }
   if (!content.density && content.metadata.quantisation.precision != Precision::fp32) {
-    refuse(name, "the metadata speak of a density of less precision, which is not there");
+    refuse(name, "the metadata describe a quantised density, which is missing");
   }
   if (content.density) {
     content.density->name = content.metadata.grid_name;
@@ -270,7 +271,7 @@ std::vector<NamedField> fields_of(const Container& file) {
   std::vector<NamedField> fields;
   std::vector<std::string> names{name_of(file)};
   for (Container& field : file.fields()) {
-    if (field.has(kField)) refuse(field.name(), "a field has fields of its own");
+    if (field.has(kField)) refuse(field.name(), "a field has fields itself");
     const std::string name = name_of(field);
     if (std::find(names.begin(), names.end(), name) != names.end()) {
       refuse(field.name(), "a second grid is called '" + name + "'");
@@ -287,7 +288,7 @@ auto within_memory(const std::string& name, const F& f) {
   try {
     return f();
   } catch (const std::bad_alloc&) {
-    throw Error(name + ": there is not enough memory for what the file holds.");
+    throw Error(name + ": not enough memory for the content of the file.");
   }
 }
 
@@ -324,7 +325,7 @@ PvolFile read_pvol_grid(const fs::path& path, const std::string& name) {
       names += ", \"" + field.name + '"';
     }
     throw Error(path.string() + ": holds the grid " + names + ", not \"" + name +
-                "\"; fit a file of its own to that grid");
+                "\"; fit another file to that grid");
   });
 }
 

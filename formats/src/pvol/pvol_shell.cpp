@@ -43,12 +43,12 @@ void append(std::vector<std::byte>& to, const T& value) {
 std::vector<std::byte> encode_shell(const Shell& shell, const Pyramid& pyramid,
                                     const std::string& place) {
   if (const auto wrong = validate(shell)) {
-    throw Error(place + ": the shell to be written is wrong: " + *wrong + ".");
+    throw Error(place + ": the shell to write is wrong: " + *wrong + ".");
   }
   if (shell.lo != pyramid.support_lo || shell.hi != pyramid.support_hi) {
-    throw Error(place +
-                ": the shell to be written belongs to another cloud: its box differs from "
-                "that of the bounds.");
+    throw Error(
+        place +
+        ": the shell to write belongs to another cloud: its box differs from that of the bounds.");
   }
   ShellHeader h;
   h.kind = shell.kind == ShellKind::soft ? 1 : 0;

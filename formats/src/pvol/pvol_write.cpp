@@ -69,7 +69,7 @@ void check_fields(const PvolFile& content, const std::string& place) {
   std::vector<std::string> names{content.metadata.grid_name};
   for (const PvolFile& field : content.fields) {
     const std::string& name = field.metadata.grid_name;
-    if (!field.fields.empty()) throw Error(place + ": a field cannot have fields of its own.");
+    if (!field.fields.empty()) throw Error(place + ": a field cannot have fields itself.");
     if (std::find(names.begin(), names.end(), name) != names.end()) {
       throw Error(place + ": two grids are called '" + name + "'; names must differ.");
     }
@@ -152,7 +152,9 @@ PvolSizes write_pvol(const std::filesystem::path& file, const PvolFile& content,
     std::ofstream out(aside, std::ios::binary | std::ios::trunc);
     const std::vector<ChunkEntry> table = write_file(out, content, compression, file.string());
     out.close();
-    if (!out) throw Error(file.string() + ": cannot be written whole. Is there space on the disk?");
+    if (!out)
+      throw Error(file.string() +
+                  ": cannot be written completely; check that there is space on the disk");
     sizes = measure(table);
   });
   return sizes;

@@ -68,7 +68,7 @@ TomlArray read_points(const std::string& file, const std::string& name) {
     const std::array<double, 2> point = read_point(line, where);
     if (point[0] <= before) {
       refuse(where, fmt::format("the angle is {} after {}", point[0], before),
-             "angles that ascend; sort the lines and leave out those that are there twice");
+             "ascending angles: sort the lines and remove duplicates");
     }
     before = point[0];
     const std::string point_name = fmt::format("{}[{}]", name, points.size() + 1);
@@ -92,7 +92,7 @@ void load(TomlValue& value) {
     throw Error(named + ", which cannot be read; check the name and its permissions");
   }
   if (fs::file_size(file, ignored) > kLargestFile) {
-    throw Error(named + ", which has more than 4 MiB; leave points out");
+    throw Error(named + ", which has more than 4 MiB; reduce the number of points");
   }
   value.value = read_points(file, value.name);
   value.where = file;

@@ -122,7 +122,7 @@ Body placed(const Body& body, const TomlTable& table) {
 
 /// "65536 forms ...".
 std::string limit() {
-  return fmt::format("{} forms and perturbations in all, each use of a named body counted",
+  return fmt::format("{} forms and perturbations in all, counting each use of a named body",
                      kMostQuadrics);
 }
 
@@ -167,10 +167,10 @@ Body BodyReader::read_used(const TomlTable& table) {
   table.allow_only({"use", "steepness", "scale", "rotate", "translate"});
   const std::string name = *table.string("use");
   if (named_ == nullptr || !named_->has(name)) {
-    table.fail("use", "the name of a body that the file has as [[body.NAME]]");
+    table.fail("use", "the name of a body that the file defines as [[body.NAME]]");
   }
   if (std::find(open_.begin(), open_.end(), name) != open_.end()) {
-    table.fail("use", "a body that is not made of this one");
+    table.fail("use", "a body that does not contain this one");
   }
   if (open_.size() >= std::size_t(kDeepestTree)) {
     table.fail("use", fmt::format("at most {} bodies that use one another", kDeepestTree));
@@ -183,7 +183,7 @@ Body BodyReader::read_used(const TomlTable& table) {
     open_.pop_back();
   }
   // Uses of nothing would cost nothing of the limit below, and double without end.
-  if (count_quadrics(done_[name]) == 0) table.fail("use", "a body that has a form");
+  if (count_quadrics(done_[name]) == 0) table.fail("use", "a body with a form");
   if (quadrics_ > kMostQuadrics) table.fail("use", "at most " + limit());
   return done_[name];
 }
@@ -192,7 +192,7 @@ Body BodyReader::read_tree(const TomlTable& table) {
   table.allow_only({"op", "part", "steepness", "scale", "rotate", "translate"});
   const std::string op = *table.word("op", {"union", "intersection", "difference"});
   std::vector<Body> parts = read_all(table, "part");
-  if (parts.empty()) table.fail("part", "one part or more");
+  if (parts.empty()) table.fail("part", "at least one part");
   return {op == "union"          ? BodyOp::join
           : op == "intersection" ? BodyOp::intersection
                                  : BodyOp::difference,

@@ -70,7 +70,7 @@ Solid read_solid(const TomlTable& table, BodyReader& reader) {
   solid.density = table.number("density", Range::closed(1e-30, 1e30)).value_or(solid.density);
   solid.edge = table.number("edge", Range::closed(1e-30, 1e30)).value_or(solid.edge);
   std::vector<Body> forms = reader.read_all(table, "form");
-  if (forms.empty()) table.fail("form", "one form or more, [[solid.form]]");
+  if (forms.empty()) table.fail("form", "at least one form, [[solid.form]]");
   solid.body = {BodyOp::join, std::move(forms)};
   std::vector<Body> all = reader.read_all(table, "cut");
   if (all.empty()) return solid;

@@ -55,8 +55,7 @@ void read_keys(const TomlTable& table, const Entries& entries,
     const Description& about = e.about;
     if (*about.goes_with == 0 || !table.has(about.key)) continue;
     if (find_key(entries, about.goes_with)->value() == Value(about.of_value)) continue;
-    table.fail(about.key,
-               fmt::format("{} = \"{}\", with which it goes", about.goes_with, about.of_value));
+    table.fail(about.key, fmt::format("{} = \"{}\" beside it", about.goes_with, about.of_value));
   }
 }
 void read_keys(const TomlTable& table, const Entries& entries) {
@@ -126,7 +125,8 @@ void read_camera(const TomlTable& table, SceneFile& file) {
   }
   for (const char* key : {"azimuth", "elevation", "zoom"}) {
     if (!file.has_camera || !table.has(key)) continue;
-    table.fail(key, "none of a camera whose place is given; leave that out to frame the clouds");
+    table.fail(key,
+               "none for a camera with a position; leave the position out to frame the clouds");
   }
   read_keys(table, all);
   if (file.has_camera) refuse_misfit(table, misfit(camera));
@@ -163,7 +163,7 @@ void read_medium(const TomlTable& given, SceneVolume& volume, Placement& placeme
   const TomlTable table = of_chosen_kind<PhaseFunction>(given, first_key(first.phase), allowed);
   if (const TomlValue* albedo = table.find("albedo");
       albedo != nullptr && std::holds_alternative<TomlTable>(albedo->value)) {
-    table.fail("albedo", "a number or three; the grid that varies it is in [medium.albedo_field]");
+    table.fail("albedo", "a number or three; set a grid of albedos in [medium.albedo_field]");
   }
   read_keys(table, joined(component, place), allowed);
   refuse_misfit(table, misfit(placement));
@@ -183,7 +183,7 @@ void read_medium(const TomlTable& given, SceneVolume& volume, Placement& placeme
     const Entries own = entries(c);
     read_keys(of_chosen_kind<PhaseFunction>(*t, first_key(c.phase), key_names(own)), own);
     medium.components.push_back(c);
-    if (!share_rest(medium)) t->fail("share", "shares of components that sum up to at most 1");
+    if (!share_rest(medium)) t->fail("share", "shares of the components that sum up to at most 1");
   }
 }
 
@@ -195,7 +195,7 @@ MovingPlacement read_to(const TomlTable& table, const Placement& from) {
   const Entries own = entries(to);
   if (from.matrix && !table.has("matrix")) {
     for (const std::string_view key : key_names(own)) {
-      if (table.has(key)) table.fail(key, "a matrix, as the first placement has one");
+      if (table.has(key)) table.fail(key, "a matrix, since the first placement has one");
     }
   }
   read_keys(table, own);
@@ -310,7 +310,8 @@ void read_render(const TomlTable& table, SceneFile& file) {
 
 SceneFile read_table(const TomlTable& root) {
   if (root.has("recipe")) {
-    throw Error(root.where + ": is a recipe of a cloud; expected a scene, with the recipe as the " +
+    throw Error(root.where +
+                ": found a recipe of a cloud; expected a scene, with the recipe as the " +
                 "file of its [volume]");
   }
   root.allow_only(section_names());

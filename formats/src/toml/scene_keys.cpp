@@ -71,47 +71,49 @@ std::vector<SectionManual> describe_sections() {
   Placement placement;
   const Entries component = all_component_keys(components);
   std::vector<SectionManual> all;
-  all.push_back(section("[volume]", "The cloud; [[volume]] for each of several, which may overlap.",
+  all.push_back(section("[volume]",
+                        "The cloud. Several clouds, which may overlap, have a [[volume]] each.",
                         entries(file.volumes.front())));
-  all.push_back(section("[[volume.instance]]",
-                        "The volume at a place of its own, after the placement that its medium "
-                        "has: once for each, or just there without any. All share its data.",
-                        entries(placement)));
+  all.push_back(
+      section("[[volume.instance]]",
+              "A further placement of the volume, applied after that of its medium. The volume "
+              "appears once for each instance, or once without any; all share its data.",
+              entries(placement)));
   all.push_back(section("[volume.to]",
-                        "Where the volume is one frame later: its medium's placement moves there "
-                        "evenly while the camera's shutter is open, as an instance's does by its "
-                        "own `to = {...}`. Keys left out keep their values.",
+                        "The placement of the volume one frame later: the medium's placement moves "
+                        "there evenly while the camera's shutter is open. Instances have a `to = "
+                        "{...}` for this. Keys left out keep their values.",
                         entries(placement)));
   World world;
-  all.push_back(section("[world]", "Which way the scene stands.", entries(world)));
+  all.push_back(section("[world]", "The orientation of the scene.", entries(world)));
   all.push_back(section("[camera]", "Without position and target the camera frames the clouds.",
                         entries(file.scene.camera)));
   all.push_back(
       section("[medium]",
-              "What the first volume is made of, and where it lies; each further volume "
-              "has a [volume.medium].",
+              "The medium of the first volume, and its placement; each further volume has a "
+              "[volume.medium].",
               joined(joined(entries(file.volumes.front().medium), without(component, "share")),
                      entries(placement))));
-  all.push_back(
-      section("[[medium.component]]", "Another kind of medium in the same cloud.", component));
+  all.push_back(section("[[medium.component]]",
+                        "Another component of the medium in the same cloud.", component));
   FieldMap map;
-  all.push_back(section("[medium.density]",
-                        "What the density is of the grid's values, after interpolation; it must be "
-                        "0 where they are.",
-                        entries(map)));
+  all.push_back(section(
+      "[medium.density]",
+      "A map from the grid's values to the density, after interpolation; it must map 0 to 0.",
+      entries(map)));
   Fire fire;
   all.push_back(section("[medium.fire]",
-                        "Light that a grid of the file emits, beside the density or without one.",
+                        "Emission by a grid of the file, with or without a density.",
                         entries(fire)));
   AlbedoMap albedo;
   all.push_back(section("[medium.albedo_field]",
                         "A grid of the file by which the albedo of every component is multiplied; "
-                        "colours of the usual names need no such section.",
+                        "grids of colours with common names need no such section.",
                         entries(albedo)));
   VelocityChoice velocity;
   all.push_back(section("[medium.motion]",
-                        "What moves the cloud while the camera's shutter is open; velocities of "
-                        "the usual names need no such section.",
+                        "The motion of the cloud while the camera's shutter is open; velocities "
+                        "with common names need no such section.",
                         entries(velocity)));
   for (Environment& sky : all_kinds<Environment>()) {
     const std::string type = kind_name(sky);
@@ -123,7 +125,7 @@ std::vector<SectionManual> describe_sections() {
   for (Surface& surface : all_kinds<Surface>()) {
     all.push_back(section(std::string("[[") + kind_name(surface) + "]]", "", entries(surface)));
   }
-  all.push_back(section("[render]", "How it is rendered; the command line has the same options.",
+  all.push_back(section("[render]", "Options of the renderer; the command line has the same.",
                         render_keys(file)));
   return all;
 }

@@ -177,7 +177,7 @@ TomlTable& section(TomlTable& table, const std::string& numbered, const std::str
     }
     if (auto* found = std::get_if<TomlTable>(&(*array)[number - 1].value)) return *found;
   } else if (number > 1) {
-    throw Error(fmt::format("{}: there is one {}, and no list of them", where, value.name));
+    throw Error(fmt::format("{}: {} is a table, not a list of tables", where, value.name));
   }
   if (auto* found = std::get_if<TomlTable>(&value.value)) return *found;
   throw Error(where + ": " + value.name + " is " + value.text() + " and has no keys");

@@ -56,8 +56,8 @@ class TreeCopy {
     }
     if (background_ > 0 && mirrored_) {
       throw Error(memory_.where +
-                  "it is a level set though it does not say so (its empty space "
-                  "holds a value outside and minus that inside); convert it to a fog volume first");
+                  "it is a level set, though not marked as one (its empty space holds a value "
+                  "outside and minus that inside); convert it to a fog volume first");
     }
     finish();
   }
@@ -187,7 +187,7 @@ Affine affine_map(const NvdbMemory& memory, const nanovdb::GridData& head) {
   const Affine back = inverse(a);
   bool usable = is_finite(a.t) && is_finite(back.t);
   for (std::size_t r = 0; r < 3; ++r) usable &= is_finite(a.m[r]) && is_finite(back.m[r]);
-  if (!usable) memory.fail("its map to the world is not finite or flattens space");
+  if (!usable) memory.fail("its map to the world is not finite or has no inverse");
   return a;
 }
 
@@ -224,7 +224,7 @@ LoadedGrid read_nvdb(const std::filesystem::path& file, const GridOptions& optio
   const auto& head = memory.at<nanovdb::GridData>(0);
   if (head.mMagic != NANOVDB_MAGIC_NUMBER || head.mGridType != chosen.type ||
       head.mGridClass != chosen.grid_class || head.mGridSize > memory.size) {
-    memory.fail("its head is not what the list of grids says");
+    memory.fail("its head does not match the list of grids");
   }
   loaded.grid.index_to_world = affine_map(memory, head);
   using nanovdb::GridType;

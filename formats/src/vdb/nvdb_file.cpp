@@ -97,7 +97,7 @@ void check_size(const ByteCursor& cursor, const NvdbGrid& e) {
       e.codec == kPlain ? e.size == stored : e.size / kBestRatio[e.codec] <= stored && e.size > 0;
   if (fits && stored <= cursor.left()) return;
   cursor.fail(fmt::format(
-      "a grid of {} bytes, stored in {}, of which {} are there; the file is damaged or cut off",
+      "a grid of {} bytes, stored in {}, of which {} are left; the file is damaged or cut off",
       e.size, stored, std::min(stored, cursor.left())));
 }
 
@@ -177,7 +177,7 @@ std::vector<NvdbGrid> inspect_nvdb(ByteSource& source) {
   ByteCursor cursor(source, {0, source.size()}, "the list of grids");
   while (cursor.left() > 0) {
     if (std::string_view(cursor.bytes(8), 8) != kSegmentMagic) {
-      cursor.fail("no start of grids where one should be; the file is damaged");
+      cursor.fail("found no start of grids; the file is damaged");
     }
     check_version(cursor, cursor.value<std::uint32_t>());
     const auto count = cursor.value<std::uint16_t>();

@@ -48,7 +48,7 @@ void finish(const std::filesystem::path& path, const ColorCounts& counts, bool s
   warn(counts.above, "are above 1; they are taken as 1");
   if (counts.active == 0) {
     report.warnings.push_back(
-        fmt::format("grid '{}': no voxel says a colour", printable(report.grid)));
+        fmt::format("grid '{}': no voxel has a colour", printable(report.grid)));
   }
   if (!strict || report.warnings.empty()) return;
   throw Error(fmt::format("{}: is refused (strict): {}", path.string(), report.warnings.front()));

@@ -148,8 +148,8 @@ Affine affine_map(const ByteSource& source, const VdbGrid& grid,
   for (std::size_t r = 0; r < 3; ++r) usable &= is_finite(a.m[r]) && is_finite(back.m[r]);
   if (usable) return a;
   throw Error(source.file().string() + ": grid '" + printable(grid.name) +
-              "': its map to the world is not finite or flattens space; the file is damaged, or "
-              "give the grid a transform with an inverse");
+              "': its map to the world is not finite or has no inverse; the file is damaged, or "
+              "give the grid an invertible transform");
 }
 
 }  // namespace pvol::formats::detail

@@ -119,9 +119,8 @@ void check_bbox(const ByteSource& source, const VdbGrid& grid, const FloatTree& 
   const openvdb::Coord lo = box.min(), hi = box.max();
   const std::array<std::int32_t, 6> found = {lo.x(), lo.y(), lo.z(), hi.x(), hi.y(), hi.z()};
   if (any ? found == told : !told_any) return;
-  throw Error(
-      source.file().string() + ": grid '" + detail::printable(grid.name) +
-      "': its active voxels do not fill the box that its metadata give; the file is damaged");
+  throw Error(source.file().string() + ": grid '" + detail::printable(grid.name) +
+              "': its active voxels do not fill the box in its metadata; the file is damaged");
 }
 
 }  // namespace
@@ -154,7 +153,7 @@ LoadedGrid read_vdb(const std::filesystem::path& path, const GridOptions& option
   found += add_bricks(*tree, grid);
   if (tree->background() > 0 && found.mirrored > 0) {
     throw Error(fmt::format(
-        "{}: grid '{}' is a level set though it does not say so: its empty space holds {:f} "
+        "{}: grid '{}' is a level set, though not marked as one: its empty space holds {:f} "
         "outside and minus that inside; convert it to a fog volume first; the file has: {}",
         path.string(), detail::printable(chosen.name), tree->background(), list_grids(list)));
   }

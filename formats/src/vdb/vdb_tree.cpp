@@ -193,9 +193,9 @@ VdbTreeSize check_vdb_tree(ByteSource& source, const VdbGrid& grid, std::uint64_
   }
   walk.all_leaf_values();
   if (grid.voxel_count && walk.active_voxels != *grid.voxel_count) {
-    cursor.fail(
-        fmt::format("{} active voxels instead of {}, as its metadata say; the file is damaged",
-                    walk.active_voxels, *grid.voxel_count));
+    cursor.fail(fmt::format(
+        "{} active voxels instead of {}, the number in its metadata; the file is damaged",
+        walk.active_voxels, *grid.voxel_count));
   }
   return {cursor.position(), walk.active_voxels};
 }

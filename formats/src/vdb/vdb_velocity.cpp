@@ -64,8 +64,8 @@ LoadedVelocity load(ByteSource& source, const VdbFile& file,
   }
   if (chosen.front()->grid_class == "staggered") {
     loaded.warnings.push_back(
-        "the velocities are staggered; they are taken as if they lay at the "
-        "voxels' own places, half a voxel away");
+        "the velocities are staggered; they are used as if they lay at the voxels' centres, half a "
+        "voxel away");
   }
   if (non_finite > 0) {
     loaded.warnings.push_back(

@@ -69,7 +69,7 @@ openvdb::math::Transform::Ptr transform(const VoxelGrid& grid) try {
   return result;
 } catch (const openvdb::ArithmeticError&) {
   throw Error("grid '" + grid.name +
-              "': OpenVDB takes no map to the world that is flat or whose voxels are below about "
+              "': OpenVDB rejects its map to the world, which is flat or has voxels below about "
               "1e-5; scale the world up");
 }
 

@@ -233,8 +233,9 @@ class Volume {
   }
   static void require_size(const pvol_rays& rays, std::size_t results) {
     if (results < rays.count) {
-      throw std::invalid_argument("there is room for " + std::to_string(results) +
-                                  " results of a batch of " + std::to_string(rays.count) + " rays");
+      throw std::invalid_argument("the array of results has " + std::to_string(results) +
+                                  " elements; expected one for each of " +
+                                  std::to_string(rays.count) + " rays");
     }
   }
 };

@@ -37,7 +37,8 @@ void fill(Bricks& bricks, Vec3i at, std::int32_t edge, const PyramidNode& node,
         BoundBrick& brick = bricks[origin];
         if (bricks.size() > max_bricks) {
           throw Error("its bounds as voxels would take more than " + std::to_string(max_bricks) +
-                      " bricks of 8^3: the cloud holds huge uniform regions");
+                      " bricks of 8^3; it holds huge uniform regions. Crop the volume or resample "
+                      "it to larger voxels");
         }
         const Vec3i lo = max(at - origin, Vec3i(0)), hi = min(end - origin, Vec3i(kBrickEdge));
         for (int i = lo.x; i < hi.x; ++i) {

@@ -151,8 +151,8 @@ class Collector {
   void take_from_budget(std::uint64_t count) {
     if (count > left_) {
       throw Error(
-          "the density takes too many leaves of 8^3 voxels to bound: the file holds huge "
-          "constant tiles. Crop the volume or resample it to larger voxels.");
+          "the density has too many leaves of 8^3 voxels to bound, because it holds huge constant "
+          "tiles. Crop the volume or resample it to larger voxels.");
     }
     left_ -= count;
   }
@@ -231,7 +231,8 @@ Range leaf_range(const detail::BlockFinder& blocks, Vec3i origin, KernelExtent e
 
 Pyramid build_pyramid(const VoxelGrid& grid, LookUp look_up, std::uint64_t max_leaves) {
   if (look_up == LookUp::procedural) {
-    throw Error("samples have no procedural look-ups; bound the recipe that they are of");
+    throw Error(
+        "found samples with procedural look-ups; expected a recipe: bound the recipe itself");
   }
   const Extent extent = measure(grid);
   Pyramid p;

@@ -12,11 +12,11 @@ namespace {
 void check(const FieldMap& map, const Pyramid& pyramid) {
   if (const float empty = value_at(map, 0); empty > 0) {
     throw Error("the map makes " + detail::digits(double(empty)) +
-                " of 0, so that all space would be filled; expected 0 of 0. Lower its offset, or "
-                "let its ramp begin at 0, 0");
+                " of 0, which would fill all space; expected 0. Lower its offset, or start its "
+                "ramp at 0, 0");
   }
   if (!std::isfinite(range_over(map, {0, pyramid.scale}).hi)) {
-    throw Error("the map makes values beyond single precision of values up to " +
+    throw Error("the map exceeds the range of single precision for values up to " +
                 detail::digits(double(pyramid.scale)) + "; take a smaller scale or power");
   }
 }

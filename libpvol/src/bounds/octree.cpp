@@ -249,7 +249,8 @@ class Layout {
     for (std::uint64_t left = mask; left != 0; left &= left - 1) {
       tree_.entries.push_back(entry[std::size_t(std::countr_zero(left))]);
     }
-    if (tree_.entries.size() >= Octree::kNodeBit) throw Error("too many nodes in the octree");
+    if (tree_.entries.size() >= Octree::kNodeBit)
+      throw Error("the octree has too many nodes; resample the volume to larger voxels");
   }
 
   /// A child whose code is known goes to its bit; entries without extinction are empty space.

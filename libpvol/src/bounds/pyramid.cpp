@@ -110,7 +110,8 @@ std::optional<std::string> check_frame(const Pyramid& p) {
   if (!(p.scale > 0) || !std::isfinite(p.scale)) {
     return "scale " + text(p.scale) + "; expected a positive number";
   }
-  if (p.look_up == LookUp::nearest) return "bounds for nearest samples alone";
+  if (p.look_up == LookUp::nearest)
+    return "bounds for nearest interpolation alone; expected trilinear or tricubic";
   const std::int64_t edge = std::int64_t(1) << p.root_log2();
   // The first leaf's apron needs room.
   const std::int64_t least = kMinOrigin + (extent_of(p.look_up).below > 0 ? kLeafEdge : 0);
@@ -143,7 +144,7 @@ std::optional<std::string> check_level(const Pyramid& p, std::size_t level) {
     }
     for (const float v : {n.lo, n.hi}) {
       if (decode(encode_down(v, p.scale), p.scale) != v) {
-        return place(level, n) + text(v) + " is no value of the 16-bit code";
+        return place(level, n) + text(v) + " is not a value of the 16-bit code";
       }
     }
   }
@@ -169,7 +170,7 @@ std::optional<std::string> check_parents(const Pyramid& p, std::size_t level) {
     if (parent != parents.end() && parent->code <= n.code) break;
   }
   if (parent == parents.end()) return std::nullopt;
-  return place(level, *parent) + "missing, but children are there";
+  return place(level, *parent) + "missing, but its children exist";
 }
 
 /// The support must reach into the outermost cubes: a smaller one would cut density off.
@@ -191,7 +192,7 @@ std::optional<std::string> check_support(const Pyramid& p) {
     if (first < 0 || first >= kLeafEdge || last < 0 || last >= kLeafEdge) {
       return "support [" + std::to_string(p.support_lo[axis]) + ", " +
              std::to_string(p.support_hi[axis]) +
-             ") does not end in the outermost cubes, which reach from " +
+             ") does not end in the outermost cubes, which extend from " +
              std::to_string(p.origin[axis] + lo[axis]) + " to " +
              std::to_string(p.origin[axis] + hi[axis]);
     }
@@ -244,7 +245,7 @@ std::optional<std::string> validate(const Pyramid& p) {
   for (std::size_t level = 1; level < p.levels.size(); ++level) {
     if (auto wrong = check_parents(p, level)) return wrong;
   }
-  if (p.levels.back().empty()) return "there is no root";
+  if (p.levels.back().empty()) return "the root is missing";
   if (p.levels.back()[0].hi != p.scale) {
     return "the root's majorant " + text(p.levels.back()[0].hi) + " is not the scale " +
            text(p.scale);

@@ -27,9 +27,9 @@ void place_root(Pyramid& p, Vec3l lo, Vec3l hi, float largest) {
   int root_log2 = 3;
   while ((std::int64_t(1) << root_log2) < cells) ++root_log2;
   if (root_log2 > kMaxRootLog2) {
-    throw Error("the density reaches over " + std::to_string(cells) +
-                " voxels along one axis; pvol handles up to 16777216. Split the parts that lie so "
-                "far apart into clouds of their own, or remove stray voxels.");
+    throw Error("the density extends over " + std::to_string(cells) +
+                " voxels along one axis; expected at most 16777216. Split distant parts into "
+                "separate clouds, or remove stray voxels.");
   }
   p.levels.resize(std::size_t(root_log2) - 2);
   if (!in_lattice(p.origin, extent) || !in_lattice(p.support_hi, extent)) {

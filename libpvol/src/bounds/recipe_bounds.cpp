@@ -113,8 +113,8 @@ Pyramid build_pyramid(const Recipe& recipe, int refine, std::uint64_t max_leaves
   std::atomic<std::uint64_t> count = 0;
   const auto add = [&](const Cube& cube, Interval range, FoundNodes& found) {
     if (++count > max_leaves) {
-      throw Error("the recipe takes more than " + std::to_string(max_leaves) +
-                  " leaves of 8^3 voxels to bound; enlarge the voxel");
+      throw Error("the recipe needs more than " + std::to_string(max_leaves) +
+                  " leaves of 8^3 voxels; enlarge the voxel");
     }
     found.nodes.emplace_back(cube.log2 - kLeafLog2, make_node(code_of(root, cube), range));
   };

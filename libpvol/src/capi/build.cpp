@@ -56,8 +56,8 @@ void check_shared(const FieldSamples& samples, LookUp look_up) {
   if (!samples.shared) return;
   if (look_up == LookUp::tricubic) {
     throw Error(
-        "shared samples have nearest and trilinear look-ups; set them for tricubic ones, which "
-        "copies them");
+        "found tricubic interpolation of shared samples, expected nearest or trilinear; set the "
+        "samples instead, which copies them");
   }
   if (const auto* const array = std::get_if<pvol_array>(&samples.from)) (void)shared_array(*array);
 }
@@ -146,13 +146,13 @@ class DensityBuild {
     const bool was_tricubic = before_->volume->density.look_up == LookUp::tricubic;
     if (was_tricubic != (s_.look_up == LookUp::tricubic)) {
       throw Error(
-          "the interpolation changed to or from tricubic, which reads other samples; set those of "
-          "the density again before the commit");
+          "the interpolation changed to or from tricubic, which needs other samples; set the "
+          "samples of the density again before the commit");
     }
     if (s_.shell && !out_.known_shell && !before_->bricks->pyramid.empty()) {
       throw Error(
-          "a shell is fitted to samples, which are not there any more; set those of the density "
-          "again before the commit");
+          "a shell is fitted to the density's samples, which were released; set them again before "
+          "the commit");
     }
     out_.bricks = before_->bricks;
     make([&](int edge) {

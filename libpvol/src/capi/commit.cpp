@@ -50,8 +50,8 @@ template <class Work>
 void check(const pvol_commit_options& o) {
   require_cleared(o.reserved);
   if (o.threads < 0) {
-    throw Error("a commit with " + std::to_string(o.threads) +
-                " threads; 0 stands for all of the machine");
+    throw Error("found a commit with " + std::to_string(o.threads) +
+                " threads, expected 0 or more; 0 uses all of the machine's");
   }
 }
 

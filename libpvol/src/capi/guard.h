@@ -15,7 +15,7 @@ namespace pvol::detail {
 template <class Reserved>
 void require_cleared(const Reserved& reserved) {
   for (const auto r : reserved) {
-    if (r != 0) throw Error("a reserved member is not 0; clear the whole structure first");
+    if (r != 0) throw Error("a reserved member is not 0; set the whole structure to 0 first");
   }
 }
 
@@ -40,15 +40,15 @@ pvol_status guarded(pvol_volume* volume, const Work& work) noexcept {
     work();
     return PVOL_OK;
   } catch (const Cancelled&) {
-    return fail(*volume, PVOL_CANCELLED, "the commit was cancelled; the volume is as before");
+    return fail(*volume, PVOL_CANCELLED, "the commit was cancelled; the volume is unchanged");
   } catch (const Error& e) {
     return fail(*volume, PVOL_INVALID, e.what());
   } catch (const std::bad_alloc&) {
-    return fail(*volume, PVOL_NO_MEMORY, "there is not enough memory");
+    return fail(*volume, PVOL_NO_MEMORY, "not enough memory");
   } catch (const std::exception& e) {
     return fail(*volume, PVOL_FAILED, e.what());
   } catch (...) {
-    return fail(*volume, PVOL_FAILED, "something failed that says nothing of itself");
+    return fail(*volume, PVOL_FAILED, "an unknown exception was thrown");
   }
 }
 

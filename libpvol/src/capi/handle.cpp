@@ -15,7 +15,7 @@ namespace {
 
 [[nodiscard]] FieldSamples& field_of(pvol_volume& volume, int field) {
   if (field < 0 || field >= PVOL_MOST_FIELDS) {
-    throw Error("there is no field " + std::to_string(field) + "; fields are 0, the density, to " +
+    throw Error("there is no field " + std::to_string(field) + "; expected 0, the density, to " +
                 std::to_string(PVOL_MOST_FIELDS - 1));
   }
   return volume.settings.fields[std::size_t(field)];
@@ -30,7 +30,8 @@ template <class Samples>
     require_cleared(samples->reserved);
     if (shared && field != PVOL_DENSITY) {
       throw Error(
-          "samples are shared of the density, field 0; set those of others, which copies them");
+          "only samples of field 0, the density, can be shared; set those of other fields, which "
+          "copies them");
     }
     f.from = *samples;
     f.shared = shared;
@@ -51,8 +52,8 @@ template <class Samples>
   }
   if (!usable) {
     throw Error(
-        "the map from lattice points to the world is not finite or has no inverse; check that its "
-        "rows are x, y and z of the world, each with the translation last");
+        "the map from lattice points to the world is not finite or has no inverse; expected rows "
+        "for x, y and z of the world, each with the translation last");
   }
   return a;
 }
@@ -67,7 +68,7 @@ template <class Samples>
       return LookUp::tricubic;
   }
   throw Error("there is no interpolation " + std::to_string(int(interpolation)) +
-              "; it is PVOL_TRILINEAR, PVOL_NEAREST or PVOL_TRICUBIC");
+              "; expected PVOL_TRILINEAR, PVOL_NEAREST or PVOL_TRICUBIC");
 }
 
 }  // namespace
@@ -136,7 +137,8 @@ pvol_status pvol_set_changed(pvol_volume* volume, int field, const int32_t lo[3]
     const LatticeBox box{Vec3l(lo[0], lo[1], lo[2]), Vec3l(hi[0], hi[1], hi[2])};
     if (min_component(box.hi - box.lo) < 1) {
       throw Error(
-          "a box of changed samples holds none; its high corner is beyond the last of them");
+          "the box of changed samples is empty; expected a high corner beyond the last changed "
+          "sample");
     }
     f.changed.push_back(box);
   });
@@ -149,8 +151,8 @@ pvol_status pvol_set_transform(pvol_volume* volume, int field, const double m[12
 pvol_status pvol_set_extinction(pvol_volume* volume, double extinction) {
   return guarded(volume, [&] {
     if (!(extinction >= 0 && std::isfinite(extinction))) {
-      throw Error("an extinction of " + std::to_string(extinction) +
-                  "; it must be finite and not negative");
+      throw Error("the extinction is " + std::to_string(extinction) +
+                  "; expected a finite number of at least 0");
     }
     volume->settings.extinction = extinction;
   });
@@ -160,9 +162,9 @@ pvol_status pvol_set_extinction_color(pvol_volume* volume, const float share[3])
   return guarded(volume, [&] {
     const Rgb c(share[0], share[1], share[2]);
     if (!(min_component(c) >= 0 && max_component(c) == 1)) {
-      throw Error("shares of the extinction of (" + std::to_string(c.x) + ", " +
+      throw Error("the shares of the extinction are (" + std::to_string(c.x) + ", " +
                   std::to_string(c.y) + ", " + std::to_string(c.z) +
-                  "); each lies in [0, 1], and the largest is 1");
+                  "); expected numbers in [0, 1], of which the largest is 1");
     }
     volume->settings.share = c;
   });

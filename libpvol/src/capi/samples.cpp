@@ -28,8 +28,8 @@ namespace {
     case PVOL_HALF:
       return 2;
   }
-  throw Error("a type of samples of " + std::to_string(int(type)) +
-              "; it is PVOL_FLOAT, PVOL_DOUBLE or PVOL_HALF");
+  throw Error("there is no type of samples " + std::to_string(int(type)) +
+              "; expected PVOL_FLOAT, PVOL_DOUBLE or PVOL_HALF");
 }
 
 /// In bytes.
@@ -71,24 +71,24 @@ void check_values(const Brick& leaf) {
     if (v >= 0 && std::isfinite(v)) continue;
     throw Error("sample " + text(leaf.origin + Vec3i(i >> 6, i >> 3 & 7, i & 7)) + " is " +
                 std::to_string(v) +
-                "; every sample must be finite and not negative. Clean the field first.");
+                "; expected a finite number of at least 0. Clean the field first.");
   }
 }
 
 void check_origin(Vec3i origin, std::int32_t edge) {
   if (((origin.x | origin.y | origin.z) & (edge - 1)) == 0) return;
   throw Error("a cube of " + std::to_string(edge) + "^3 samples lies at " + text(origin) +
-              "; its origin must be a multiple of its edge along each axis");
+              "; expected an origin that is a multiple of the edge along each axis");
 }
 
 [[nodiscard]] Tile tile_of(const pvol_tile& t) {
   if (t.edge != 8 && t.edge != 128 && t.edge != 4096) {
-    throw Error("a tile has an edge of " + std::to_string(t.edge) + "; it is 8, 128 or 4096");
+    throw Error("a tile has an edge of " + std::to_string(t.edge) + "; expected 8, 128 or 4096");
   }
   check_origin(vec(t.origin), t.edge);
   if (!(t.value >= 0 && std::isfinite(t.value))) {
     throw Error("the tile at " + text(vec(t.origin)) + " has the value " + std::to_string(t.value) +
-                "; it must be finite and not negative");
+                "; expected a finite number of at least 0");
   }
   return {vec(t.origin), t.edge, t.value};
 }
@@ -97,12 +97,12 @@ void check_origin(Vec3i origin, std::int32_t edge) {
 
 VoxelGrid read_samples(const pvol_array& a, const LatticeBox& box) {
   const Vec3i size = vec(a.size), begin = vec(a.origin);
-  if (a.values == nullptr) throw Error("the array of samples has no address");
+  if (a.values == nullptr) throw Error("the address of the array of samples is null");
   const Vec3l stride = stride_of(a);
   const Vec3l end = Vec3l(begin) + Vec3l(size);
   if (min_component(size) < 1 || max_component(end) > std::numeric_limits<std::int32_t>::max()) {
     throw Error("an array of " + text(size) + " samples at " + text(begin) +
-                "; it needs one along each axis, and to end below 2^31");
+                "; expected at least one along each axis, and an end below 2^31");
   }
   const Vec3l from = max(Vec3l(begin), box.lo), to_end = min(end, box.hi);
   if (min_component(to_end - from) < 1) return {};
@@ -115,7 +115,7 @@ VoxelGrid read_samples(const pvol_array& a, const LatticeBox& box) {
 }
 
 VoxelGrid read_samples(const pvol_bricks& b, const LatticeBox& box) {
-  if (b.fill == nullptr) throw Error("bricks have no function that fills them");
+  if (b.fill == nullptr) throw Error("the function that fills bricks is null");
   const Vec3l lo = max(Vec3l(vec(b.lo)), box.lo), hi = min(Vec3l(vec(b.hi)), box.hi);
   const bool is_box = min_component(Vec3l(vec(b.hi)) - Vec3l(vec(b.lo))) > 0;
   if (is_box && min_component(hi - lo) < 1) return {};
@@ -127,8 +127,10 @@ VoxelGrid read_samples(const pvol_bricks& b, const LatticeBox& box) {
 }
 
 VoxelGrid read_samples(const pvol_leaves& l, const LatticeBox& box) {
-  if (l.leaf_count > 0 && l.leaves == nullptr) throw Error("the array of leaves has no address");
-  if (l.tile_count > 0 && l.tiles == nullptr) throw Error("the array of tiles has no address");
+  if (l.leaf_count > 0 && l.leaves == nullptr)
+    throw Error("the address of the array of leaves is null");
+  if (l.tile_count > 0 && l.tiles == nullptr)
+    throw Error("the address of the array of tiles is null");
   VoxelGrid grid;
   for (std::size_t i = 0; i < l.leaf_count; ++i) {
     const Vec3i origin = vec(l.leaves[i].origin);
@@ -148,17 +150,15 @@ VoxelGrid read_samples(const pvol_leaves& l, const LatticeBox& box) {
 
 DenseArray shared_array(const pvol_array& a) {
   if (a.type != PVOL_FLOAT) {
-    throw Error(
-        "an array is shared where its samples are floats (PVOL_FLOAT); set this one, which copies "
-        "it");
+    throw Error("only arrays of floats (PVOL_FLOAT) can be shared; set this one, which copies it");
   }
   const Vec3l stride = stride_of(a);
   const auto bits = std::uint64_t(stride.x | stride.y | stride.z) |
                     std::uint64_t(reinterpret_cast<std::uintptr_t>(a.values));
   if (bits % sizeof(float) != 0) {
     throw Error(
-        "an array is shared where its address and strides are multiples of 4 bytes; set this one, "
-        "which copies it");
+        "only arrays whose address and strides are multiples of 4 bytes can be shared; set this "
+        "one, which copies it");
   }
   constexpr std::int64_t kBytes = sizeof(float);
   return {static_cast<const float*>(a.values), vec(a.size), vec(a.origin),

@@ -24,7 +24,7 @@ void check_size(const std::string& what, double v) {
 
 void check_depth(const std::string& what, int depth) {
   check(depth <= kDeepestTree, what + " depth", depth,
-        "at most " + std::to_string(kDeepestTree) + " levels: divide it into bodies of their own");
+        "at most " + std::to_string(kDeepestTree) + " levels: divide it into several bodies");
 }
 
 void check(const Quadric& q, const std::string& what) {
@@ -49,7 +49,7 @@ std::string numbered(const std::string& what, std::size_t i) {
 void check(const Body& body, const std::string& what, int depth = 0) {
   check_depth(what, depth);
   if (body.op == BodyOp::form) return check(body.form, what);
-  if (body.parts.empty()) throw Error("recipe: " + what + " has no parts; add one");
+  if (body.parts.empty()) throw Error("recipe: " + what + " has no parts; expected at least one");
   for (std::size_t i = 0; i < body.parts.size(); ++i) {
     check(body.parts[i], numbered(what + ", part", i), depth + 1);
   }
@@ -77,7 +77,7 @@ void check(const Profile& profile) {
           points[i].density, "a number in [0, 1e30]");
     if (i == 0) continue;
     check(points[i].depth - points[i - 1].depth >= kLeastSize, what + " depth", points[i].depth,
-          "more than that of the point before it");
+          "more than the depth of the point before it");
   }
   check(points.front().density == 0, "the first density of the profile", points.front().density,
         "0, so that the cloud ends");
@@ -90,7 +90,7 @@ void check(const Solid& solid, const std::string& what) {
   check_size(what + " edge", solid.edge);
   const Box box = bounds(solid.body);
   if (!box.empty() && !(is_finite(box.lo) && is_finite(box.hi))) {
-    throw Error("recipe: " + what + " reaches to infinity; intersect it with ellipsoids");
+    throw Error("recipe: " + what + " extends to infinity; intersect it with ellipsoids");
   }
 }
 
@@ -123,7 +123,7 @@ void validate(const Recipe& recipe) {
   check_size("edge", recipe.edge);
   check(recipe.profile);
   if (recipe.forms.empty() && recipe.solids.empty()) {
-    throw Error("recipe: there is no form; add one");
+    throw Error("recipe: there is no form; expected at least one");
   }
   check_each(recipe.forms, "form");
   check_each(recipe.cuts, "cut");
@@ -135,7 +135,7 @@ void validate(const Recipe& recipe) {
   check(most <= kMostSize, "the largest density", most, "at most 1e30");
   const Box box = support(recipe);
   if (!box.empty() && !(is_finite(box.lo) && is_finite(box.hi))) {
-    throw Error("recipe: the forms reach to infinity; use ellipsoids, or add cuts around them");
+    throw Error("recipe: the forms extend to infinity; use ellipsoids, or add cuts around them");
   }
   check_size("voxel", recipe.voxel);  // readers derive it from the support
   if (!box.empty()) check_lattices(recipe, box);

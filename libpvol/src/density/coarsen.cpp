@@ -35,7 +35,7 @@ class Blocks {
     constexpr std::size_t kMost = std::size_t(1) << 21;  // 4 GB
     if (found_.size() > kMost) {
       throw Error(
-          "the cloud is too large for a preview, which would take more than 2^21 bricks; render it "
+          "the cloud is too large for a preview, which would need more than 2^21 bricks; render it "
           "without --preview");
     }
   }

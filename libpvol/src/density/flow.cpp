@@ -40,7 +40,7 @@ void sample_brick(const Flow& flow, Vec3i origin, double voxel, Slab& slab) {
     const Vec3d v = velocity_at(flow, Vec3d(origin + at) * voxel);
     for (int c = 0; c < 3; ++c) {
       if (!(std::abs(v[c]) <= double(FLT_MAX))) {
-        throw Error("flow: a velocity is beyond 3.4e38. Check its units.");
+        throw Error("flow: a velocity exceeds 3.4e38; check its unit");
       }
       slab.samples[std::size_t(c)].push_back(float(v[c]));
     }
@@ -95,7 +95,7 @@ Vec3d velocity_at(const Flow& flow, Vec3d world) {
 VelocityGrid sample_flow(const Flow& flow, const Box& box, double voxel) {
   validate(flow);
   check(voxel > 0 && std::isfinite(voxel), "the voxel", voxel, "a number above 0");
-  if (box.empty()) throw Error("flow: there is no box to sample it in");
+  if (box.empty()) throw Error("flow: there is no box in which to sample it");
   const Vec3d margin = box.extent() * 0.5 + Vec3d(voxel);
   const Vec3d low = (box.lo - margin) / (voxel * kBrickEdge);
   const Vec3d high = (box.hi + margin) / (voxel * kBrickEdge);

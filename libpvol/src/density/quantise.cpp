@@ -192,10 +192,10 @@ float decode_half(std::uint16_t code, int exponent) {
 
 QuantisedGrid quantise(const VoxelGrid& grid, const Quantisation& how) {
   if (how.precision == Precision::fp32) {
-    throw Error("samples of fp32 are not quantised; ask for fp16, fp8 or fpn");
+    throw Error("found fp32, which is not quantised; expected fp16, fp8 or fpn");
   }
   if (!(how.tolerance >= kLeastTolerance && how.tolerance <= kLargestTolerance)) {
-    throw Error("a tolerance of " + std::to_string(how.tolerance) +
+    throw Error("the tolerance is " + std::to_string(how.tolerance) +
                 " of the largest density; expected " + expected(number(kToleranceRange)));
   }
   const VoxelGrid g = occupied(grid);

@@ -31,13 +31,13 @@ void check_range(Vec3l lo, Vec3l hi) {
   constexpr std::int64_t kFarthest = std::int64_t(1) << 30;
   if (min_component(hi - lo) < 1) {
     throw Error(
-        "the density has no samples: its size must be at least 1 along each axis. Check "
-        "the order of the corners, or the array's size.");
+        "the density has no samples; expected a size of at least 1 along each axis. Check the "
+        "order of the corners, or the array's size.");
   }
   if (min_component(lo) < -kFarthest || max_component(hi) > kFarthest) {
     throw Error(
-        "the density reaches lattice points beyond +-2^30; move it towards the origin of "
-        "its index space, and its map to the world with it.");
+        "the density has lattice points beyond +-2^30; move it towards the origin of its index "
+        "space, and adapt its map to the world.");
   }
 }
 
@@ -49,7 +49,7 @@ bool holds_density(Vec3i origin, const float* values) {
       constexpr int e = kBrickEdge;
       throw Error("sample " + text(origin + Vec3i(i / (e * e), i / e % e, i % e)) +
                   " of the density is " + std::to_string(values[i]) +
-                  "; every sample must be finite and not negative. Clean the density first.");
+                  "; expected a finite number of at least 0. Clean the density first.");
     }
     any |= values[i] > 0;
   }
@@ -108,7 +108,7 @@ VoxelGrid make_grid(Vec3i lo, Vec3i hi, const FillBrick& fill, const Affine& ind
 VoxelGrid make_grid(const DenseArray& array, const Affine& index_to_world) {
   const Vec3l size(array.size), begin(array.origin), end = begin + size;
   check_range(begin, end);
-  if (array.values == nullptr) throw Error("the array of densities has no address");
+  if (array.values == nullptr) throw Error("the address of the array of densities is null");
   const Vec3l stride = detail::stride_of(array);
   const auto copy = [&](Vec3l at, float* to, std::int64_t count) {
     const float* const from = array.values + dot(at - begin, stride);

@@ -94,8 +94,8 @@ Displacements make_displacements(const VelocityGrid& velocity, const Affine& ind
   if (box.empty() || seconds == 0) return d;
   if (box.count() > kMostVectorLeaves) {
     throw Error(
-        "the box of the velocities has more than 2^24 leaves of 8^3 voxels; resample them "
-        "to larger voxels, which motion blur does not show");
+        "the box of the velocities has more than 2^24 leaves of 8^3 voxels; resample them to "
+        "larger voxels, which motion blur hides");
   }
   d.index_to_cells = translation(-Vec3d(box.lo * kBrickEdge)) * inverse(velocity.index_to_world()) *
                      index_to_world;
@@ -104,7 +104,7 @@ Displacements make_displacements(const VelocityGrid& velocity, const Affine& ind
                                 [&](Float4 v) { return widen(Vec3f(map.vector(Vec3d(vec3(v))))); });
   add_levels(d);
   if (!(d.largest <= kMostCells)) {
-    throw Error("matter moves by up to " + detail::digits(double(d.largest)) +
+    throw Error("the medium moves by up to " + detail::digits(double(d.largest)) +
                 " voxels a frame, expected at most 2^20. Velocities are in world units per second: "
                 "check their scale, and the camera's fps");
   }

@@ -52,8 +52,8 @@ MicroBounds arrange(const LeafMicroBounds& bounds, const BrickField& field,
   const bool edge_known = stored.edge == 1 || stored.edge == 2;
   const std::size_t cubes = edge_known ? micro_cubes_per_brick(stored.edge) : 0;
   if (!edge_known || stored.scales.size() != leaves || stored.codes.size() != leaves * cubes) {
-    throw Error("there are micro-bounds of " + std::to_string(stored.scales.size()) +
-                " leaves, where the bounds have " + std::to_string(leaves) + "." + kRemedy);
+    throw Error("there are micro-bounds for " + std::to_string(stored.scales.size()) +
+                " leaves; expected " + std::to_string(leaves) + "." + kRemedy);
   }
   MicroBounds m;
   m.edge = stored.edge;

@@ -65,7 +65,8 @@ void bound_brick(MicroBounds& m, std::size_t b, const RangesOfBrick& ranges_of,
 
 MicroBounds make_micro_bounds(std::size_t bricks, int edge, const RangesOfBrick& ranges_of) {
   if (edge != 1 && edge != 2) {
-    throw Error(std::to_string(edge) + ": the edge of micro-bounds must be 1 or 2 cells");
+    throw Error("found an edge of " + std::to_string(edge) +
+                " cells of micro-bounds; expected 1 or 2");
   }
   MicroBounds m;
   m.edge = edge;

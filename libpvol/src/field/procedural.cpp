@@ -74,7 +74,7 @@ class Narrowing {
       const Vec3d p = (Vec3d(cube.lo) + part * double(cube.edge)) * field_.recipe->voxel;
       const auto rho = static_cast<float>(density(view, p));
       if (node.lo <= rho && rho <= node.hi) continue;
-      throw Error(std::to_string(rho) + " is the density in leaf " + std::to_string(node.code) +
+      throw Error(std::to_string(rho) + " is a density in leaf " + std::to_string(node.code) +
                   ", whose bounds are [" + std::to_string(node.lo) + ", " +
                   std::to_string(node.hi) +
                   "]: they belong to another recipe or were damaged; fit the recipe again.");

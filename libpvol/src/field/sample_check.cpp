@@ -47,12 +47,12 @@ void SampleCheck::fail(const Box& cube, const PyramidNode& node, float lo, float
   const auto at = [](double v) { return std::to_string(std::int64_t(v)); };
   std::string message = "the bounds do not hold: the cube of ";
   message += at(cube.hi.x - cube.lo.x) + "^3 voxels at (" + at(cube.lo.x) + ", " + at(cube.lo.y) +
-             ", " + at(cube.lo.z) + ") says " + range(node.lo, node.hi) + ", its samples lie in " +
-             range(lo, hi) +
+             ", " + at(cube.lo.z) + ") has bounds " + range(node.lo, node.hi) +
+             ", but its samples lie in " + range(lo, hi) +
              ". They belong to another density or were damaged; fit the cloud again.";
   if (most_excess_ > 1) {
-    message += " (Trackers with weights are right up to a factor of " +
-               std::to_string(most_excess_) + " only.)";
+    message += " (Weighted trackers are correct up to a factor of " + std::to_string(most_excess_) +
+               " only.)";
   }
   throw Error(message);
 }
@@ -67,8 +67,8 @@ void check_support(const VoxelGrid& grid, const Pyramid& pyramid, LookUp look_up
   const auto require = [&](bool holds) {
     if (holds) return;
     throw Error(
-        "the bounds do not hold: there is density outside the box that they name. They belong to "
-        "another density or were damaged; fit the cloud again.");
+        "the bounds do not hold: there is density outside their box. They belong to another "
+        "density or were damaged; fit the cloud again.");
   };
   for (const Tile& t : grid.tiles) {
     require(t.value == 0 || inside(Vec3l(t.origin), Vec3l(t.origin) + Vec3l(t.edge - 1)));

@@ -15,8 +15,8 @@ void collect(const Body& body, std::vector<const FreeForm*>& forms) {
     for (const Perturbation& p : body.form.perturbations) {
       if (p.form.perturbations.empty()) continue;
       throw Error(
-          "a perturbation that has perturbations of its own has no surface in closed form; "
-          "expected one level of them");
+          "a perturbation that is itself perturbed has no surface in closed form; expected one "
+          "level of perturbations");
     }
     forms.push_back(&body.form);
   }
@@ -47,7 +47,7 @@ RayBody::RayBody(const Body& body) : body_(body), view_(view(body_)), box_(bound
   const Vec3d extent = box_.extent();
   if (box_.empty()) return;
   if (!is_finite(box_.lo) || !is_finite(box_.hi) || !is_finite(extent)) {
-    throw Error("the body has no end; cut it by another one to give it a surface");
+    throw Error("the body is unbounded; intersect it with another one to give it a surface");
   }
   const Vec3d rim(1e-9 * max_component(extent));
   box_ = {box_.lo - rim, box_.hi + rim};

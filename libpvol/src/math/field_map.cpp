@@ -46,14 +46,14 @@ ValueRange range_over(const FieldMap& map, ValueRange from) {
 
 const char* expect_ends(const Value& value) {
   const Value::List& list = *value.list();
-  return *list[0].number() < *list[1].number() ? nullptr : "the least value, then the most";
+  return *list[0].number() < *list[1].number() ? nullptr : "the smallest value, then the largest";
 }
 
 const char* expect_points(const Value& value) {
   std::optional<double> last;
   for (const Value& row : rows_of(value)) {
     const double x = *row.list()->front().number();
-    if (last && !(*last < x)) return "points whose first numbers ascend";
+    if (last && !(*last < x)) return "points with ascending first numbers";
     last = x;
   }
   return nullptr;

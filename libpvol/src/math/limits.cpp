@@ -180,7 +180,7 @@ const char* expect_direction(const Value& v) {
 
 const char* expect_rising(const Value& v) {
   const Value::List& two = *v.list();
-  return *two[0].number() < *two[1].number() ? nullptr : "a first number less than the second";
+  return *two[0].number() < *two[1].number() ? nullptr : "a first number below the second";
 }
 
 std::optional<Refusal> refuse(const Limits& limits, const Value& value) {

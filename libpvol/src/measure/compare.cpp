@@ -140,11 +140,13 @@ void check(const Film& a, const Film& b, const CompareOptions& o) {
               a.crop_width == b.crop_width && a.crop_height == b.crop_height,
           "the pictures show different rectangles: " + rectangle(a) + ", and " + rectangle(b) +
               "; render both with the same size and crop");
-  require(!a.pixels.empty(), "the pictures have no pixels");
+  require(!a.pixels.empty(), "the pictures have no pixels; expected at least one");
   check_pixels(a, "first");
   check_pixels(b, "second");
-  require(o.confidence >= 0 && o.confidence < 1, "the confidence must lie in [0, 1)");
-  require(o.level > 0 && o.level < 1, "the level of a test must lie between 0 and 1");
+  require(o.confidence >= 0 && o.confidence < 1,
+          "the confidence is out of range; expected a number in [0, 1)");
+  require(o.level > 0 && o.level < 1,
+          "the level of the test is out of range; expected a number between 0 and 1");
 }
 
 double samples_per_pixel(const Film& f) {

@@ -56,7 +56,8 @@ double root(double square) { return std::sqrt(std::max(0.0, square)); }
 
 FilterFigures judge_filter(const Film& reference, std::span<const FilterTrial> trials) {
   const double light = mean_luminance(reference);
-  if (!(light > 0)) throw Error("the reference is black: errors have nothing to be relative to");
+  if (!(light > 0))
+    throw Error("the reference is black, so relative errors are not defined; add light");
   FilterFigures f;
   f.trials = int(trials.size());
   const double n = double(trials.size()), pixels = double(reference.pixels.size());
@@ -64,7 +65,7 @@ FilterFigures judge_filter(const Film& reference, std::span<const FilterTrial> t
   double noisy = 0, estimated = 0;
   for (const FilterTrial& t : trials) {
     if (t.film.pixels.size() != reference.pixels.size()) {
-      throw Error("films of different sizes cannot be compared");
+      throw Error("the films have different sizes; expected the same size and crop");
     }
     const auto clean = [&](std::size_t i) { return t.filtered.colour[i]; };
     noisy += squared_error(reference, [&](std::size_t i) { return mean(t.film.pixels[i]); }) / n;

@@ -87,7 +87,8 @@ double choose_extinction(const VoxelGrid& grid) {
   const VolumeFacts f = describe(grid, 1, {});
   const double* t = f.mean_optical_thickness;
   const double mean = (t[0] + t[1] + t[2]) / 3;
-  if (!(mean > 0)) throw Error("the cloud is too thin to choose an extinction for; give one");
+  if (!(mean > 0))
+    throw Error("the cloud is too thin to choose an extinction; set medium.extinction");
   return kMeanThickness / mean;
 }
 

@@ -117,7 +117,7 @@ void set_reference(Study& study, Film reference) {
   study.reference = std::move(reference);
   study.reference_mean = mean_luminance(study.reference);
   if (!(study.reference_mean > 0)) {
-    throw Error("the picture is black; there is no error to measure");
+    throw Error("the picture is black, so there is no error to measure; add light");
   }
   study.reference_samples = study.reference.pixels.front().samples;
 }

@@ -94,7 +94,7 @@ class Sweep {
       } else if (i == 0 || o_.clock() < pilots_end) {
         costs[i] = pilot(i);
       } else {
-        leave_out(i, "the budget leaves no time to find out what it costs");
+        leave_out(i, "the budget leaves no time for its pilot render");
       }
     }
     const double first = plan_first(costs[0]);
@@ -158,7 +158,7 @@ class Sweep {
         const std::string why =
             "one sample takes more than " + text_of_seconds(request.most_seconds);
         if (i == 0)
-          throw Error("the budget is too short: of " + names_[0] + ' ' + why + "; " + o_.remedy);
+          throw Error("the budget is too short: for " + names_[0] + ' ' + why + "; " + o_.remedy);
         leave_out(i, why);
         return {};
       }
@@ -168,7 +168,7 @@ class Sweep {
       if (i == 0) {
         first_ = std::move(run);
       } else if (o_.always && !o_.always(i) && same_work(run, first_)) {
-        leave_out(i, "does what " + names_[0] + " does");
+        leave_out(i, "does the same as " + names_[0] + " does");
       }
       return {seconds * (1 - samples_share), seconds * samples_share / n};
     } catch (const Error& e) {
@@ -187,10 +187,10 @@ class Sweep {
     const std::string needs = "needs about " + text_of_seconds(least(cost));
     if (i == 0) {
       throw Error("the budget is too short: " + names_[0] + " alone " + needs + ", and " +
-                  text_of_seconds(std::max(0.0, left())) + " are left after pilot renders; " +
+                  text_of_seconds(std::max(0.0, left())) + " are left after the pilot renders; " +
                   o_.remedy);
     }
-    leave_out(i, needs + ", more than its share of the budget");
+    leave_out(i, needs + ", which exceeds its share of the budget");
   }
 
   void leave_out(std::size_t i, const std::string& why) { results_[i].left_out = why; }
@@ -251,7 +251,7 @@ class Sweep {
     if (!m.left_out.empty() || (m.rounds() >= enough && m.counted > 0)) return;
     const std::string why = cut() ? "interrupted before it was measured"
                             : plans_[i].rounds == 0
-                                ? "took far longer than its pilot render had foretold"
+                                ? "took far longer than its pilot render predicted"
                                 : "the budget ran out before it was measured";
     if (i == 0) throw Error(names_[0] + ": " + why);
     leave_out(i, why);

@@ -33,7 +33,7 @@ Advice describe(std::span<const Setting> settings, std::size_t i, double pixels,
 }  // namespace
 
 Estimate estimate_median(std::vector<double> values, double coverage) {
-  if (values.empty()) throw Error("a median needs at least one value");
+  if (values.empty()) throw Error("the median of no values is not defined; expected at least one");
   std::sort(values.begin(), values.end());
   const std::size_t n = values.size();
   Estimate e;

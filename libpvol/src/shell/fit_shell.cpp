@@ -23,17 +23,17 @@ int most_perturbations(ShellKind kind) {
 
 void check(const Support& support, const ShellOptions& options) {
   if (support.empty()) {
-    throw Error("The cloud has no occupied cell: there is nothing to fit a shell to.");
+    throw Error("the cloud has no occupied cell to fit a shell to; expected density above 0");
   }
   const int most = most_perturbations(options.kind);
   const int wanted = options.perturbations.value_or(0);
   if (wanted < 0 || wanted > most) {
-    throw Error(std::to_string(wanted) + " perturbations were asked for; a " +
+    throw Error(std::to_string(wanted) + " perturbations requested, but a " +
                 (options.kind == ShellKind::hard ? "hard" : "soft") + " shell has 0 to " +
                 std::to_string(most) + ".");
   }
   if (options.effort < 1 || options.effort > kMostEffort) {
-    throw Error("Effort " + std::to_string(options.effort) + " was asked for, expected 1 to " +
+    throw Error("found an effort of " + std::to_string(options.effort) + ", expected 1 to " +
                 std::to_string(kMostEffort) + ".");
   }
 }
@@ -98,7 +98,7 @@ void certify_or_loosen(Shell& shell, const Support& support) {
     if (missing <= 0) return;
     loosen(shell, (1 << attempt) * missing);
   }
-  throw Error("No shell of this cloud could be certified: its slack stays at " +
+  throw Error("no shell of this cloud could be certified: its slack stays at " +
               std::to_string(shell.certificate.bound) +
               ". Fit with fewer perturbations, or without a shell.");
 }

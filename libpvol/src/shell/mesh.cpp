@@ -267,8 +267,8 @@ std::vector<Face> open_faces(const Support& support) {
 
 TriangleMesh make_mesh(const Shell& shell, int resolution) {
   if (resolution < 8 || resolution > 1024) {
-    throw Error("a mesh of " + std::to_string(resolution) +
-                " steps was asked for; choose a resolution from 8 to 1024");
+    throw Error("found a resolution of " + std::to_string(resolution) +
+                " steps, expected 8 to 1024");
   }
   const Lattice lattice(shell, resolution);
   const std::vector<EdgeTriangle> triangles = march(lattice);

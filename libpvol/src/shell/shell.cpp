@@ -72,14 +72,14 @@ std::optional<std::string> validate(const Shell& shell) {
   if (min_component(shell.hi - shell.lo) <= 0) return "its box is empty";
   const std::vector<Perturbation>& perturbations = shell.form.perturbations;
   if (perturbations.size() > std::size_t(kMaxPerturbations)) {
-    return "it has " + std::to_string(perturbations.size()) + " perturbations, at most " +
+    return "it has " + std::to_string(perturbations.size()) + " perturbations; expected at most " +
            std::to_string(kMaxPerturbations) + " are possible";
   }
   if (!is_finite(shell.form) || shell.form != round_to_float(shell.form)) {
     return "a coefficient is not a finite float";
   }
   for (const Perturbation& r : perturbations) {
-    if (!r.form.perturbations.empty()) return "a perturbation has perturbations of its own";
+    if (!r.form.perturbations.empty()) return "a perturbation is itself perturbed";
     if (shell.kind == ShellKind::hard && std::abs(r.strength) != 1) {
       return "a strength of a hard shell is " + std::to_string(r.strength) + ", expected 1 or -1";
     }

@@ -218,7 +218,7 @@ Support make_support(const std::vector<Vec3l>& cells) {
   while (root_log2 <= kMaxRootLog2 && max_component(hi - origin) >> root_log2 != 0) ++root_log2;
   if (root_log2 > kMaxRootLog2) {
     throw Error(std::to_string(max_component(hi - lo) + 1) +
-                " cells from end to end are more than a support can hold, 2^24");
+                " cells along an axis; a support holds at most 2^24");
   }
   struct Place {
     std::uint64_t code;

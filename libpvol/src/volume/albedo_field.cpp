@@ -75,8 +75,8 @@ AlbedoField make_albedo_field(const AlbedoMap& map, const ColorGrid& colors,
                               const VoxelGrid* density, const Affine& object_to_world) {
   if (map.is_of_numbers()) {
     throw Error("albedo field: the grid " + colors.name() +
-                " has colours, which are taken as they are; scale, offset, clamp, power, ramp and "
-                "colors are for grids of numbers: leave them out");
+                " has colours, which are not mapped; scale, offset, clamp, power, ramp and colors "
+                "apply to grids of numbers: leave them out");
   }
   AlbedoField f{.map = map};
   const auto& c = colors.channels;

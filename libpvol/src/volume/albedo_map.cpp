@@ -15,7 +15,7 @@ std::optional<Misfit> misfit(const AlbedoMap& map) {
   for (const Ramp& ramp : map.colors.channels) {
     for (const RampPoint& p : ramp.points) {
       if (!(p.y >= 0 && p.y <= 1)) {
-        return Misfit{{"colors"}, "colours in [0, 1], by which albedos are multiplied"};
+        return Misfit{{"colors"}, "colours in [0, 1], which multiply the albedo"};
       }
     }
   }

@@ -25,8 +25,8 @@ namespace {
 
 [[noreturn]] void refuse_closed_form() {
   throw Error(
-      "there is a closed form of the optical depth for nearest and trilinear interpolation only; "
-      "estimate the transmittance of this volume with another estimator");
+      "the optical depth has a closed form for nearest and trilinear interpolation only; choose "
+      "another estimator of the transmittance");
 }
 
 }  // namespace
@@ -34,8 +34,8 @@ namespace {
 void detail::check_estimator(const Volume& volume, Transmittance estimator) {
   if (estimator == Transmittance::automatic) {
     throw Error(
-        "sample_transmittance does not choose an estimator ray by ray: call "
-        "choose_transmittance once and pass on its choice");
+        "sample_transmittance does not accept the automatic estimator; call choose_transmittance "
+        "once and pass its result");
   }
   if (estimator == Transmittance::regular && !has_closed_form(volume.density.look_up))
     refuse_closed_form();

@@ -10,11 +10,11 @@ std::optional<Misfit> misfit(const Fire& fire) {
     return Misfit{{"colors", "kelvin"}, "either the colour of a black body or a ramp of colours"};
   }
   if (fire.kelvin_of_intensity && !fire.kelvin) {
-    return Misfit{{"kelvin_of_intensity"}, "kelvin, which says what temperatures are"};
+    return Misfit{{"kelvin_of_intensity"}, "kelvin beside it, which gives temperatures their unit"};
   }
   for (const Ramp& ramp : fire.colors.channels) {
     for (const RampPoint& p : ramp.points) {
-      if (p.y < 0) return Misfit{{"colors"}, "colours that are not negative"};
+      if (p.y < 0) return Misfit{{"colors"}, "colours of at least 0"};
     }
   }
   return std::nullopt;

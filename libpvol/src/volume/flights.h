@@ -15,15 +15,15 @@ namespace pvol::detail {
 /// For flights that nobody stops.
 inline const std::atomic<bool> kNeverStop = false;
 
-/// What flights count, and what ends cancellable ones: once it is true, they end as they please,
-/// and what they bring is to be dropped.
+/// What flights count, and what ends cancellable ones: once `stop` is true, they end
+/// anywhere, and their results are to be dropped.
 struct FlightMonitor : Tally {
   const std::atomic<bool>* stop = &kNeverStop;
   float time = 0;  ///< in frames, of what moves
 };
 
-/// Whether flights count what they do, or are cancellable and count: only these end when they are
-/// told to, at the cost of asking at each look-up.
+/// Whether flights count what they do, or are cancellable and count: only these end when told to,
+/// at the cost of a test at each look-up.
 enum class Monitoring { none, count, cancel };
 
 /// The loops for one kind of field, along a walk through its octree.

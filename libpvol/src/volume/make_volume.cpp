@@ -32,8 +32,8 @@ void check_majorant_scale(const VolumeOptions& o) {
   if (o.majorant_scale >= least && o.majorant_scale <= kMostMajorantScale) return;
   throw Error("a majorant scale of " + detail::digits(o.majorant_scale, 6) + " is outside [" +
               detail::digits(least, 6) + ", " + detail::digits(kMostMajorantScale, 6) +
-              "]. Below 1 majorants do not bound: that takes one of the trackers with "
-              "weights, and 1/3 is the least that they can make up for.");
+              "]. Below 1, majorants are no bounds: that needs a weighted tracker, and 1/3 is the "
+              "least for which it can compensate.");
 }
 
 /// About what a look-up costs, in the unit of the model of T2.1; a recipe may be cheaper or dearer.
@@ -120,7 +120,7 @@ void check_map(const VolumeOptions& o) {
                       : o.look_up != LookUp::nearest && o.look_up != LookUp::trilinear
                           ? "interpolation other than nearest and trilinear"
                           : nullptr;
-  if (wrong) throw Error(std::string("a mapped density does not go with ") + wrong);
+  if (wrong) throw Error(std::string("a mapped density cannot be combined with ") + wrong);
 }
 
 /// Refuses what does not go with samples that stay where they are.
@@ -131,7 +131,7 @@ void check_shared(const VolumeOptions& o) {
                       : o.map != nullptr ? "a mapped density"
                       : o.homogenise     ? "homogenised parts"
                                          : nullptr;
-  if (wrong) throw Error(std::string("samples are not shared with ") + wrong + "; copy them");
+  if (wrong) throw Error(std::string("samples cannot be shared with ") + wrong + "; copy them");
 }
 
 /// The tree of what a map leaves of the field.
@@ -140,8 +140,8 @@ Octree build_mapped_octree(const Pyramid& pyramid, VolumeField& f, double cell_l
                            const std::vector<std::vector<std::uint32_t>>& brick_of) {
   const Pyramid mapped = map_pyramid(pyramid, *f.map);
   if (!(double(f.scale) * double(mapped.scale) <= double(FLT_MAX))) {
-    throw Error("the map makes densities up to " + detail::digits(double(mapped.scale), 6) +
-                ", which the extinction takes beyond 3.4e38");
+    throw Error("the map yields densities up to " + detail::digits(double(mapped.scale), 6) +
+                ", and the extinction scales these beyond 3.4e38");
   }
   if (mapped.empty()) f.world_box = {};
   return build_octree(mapped, double(f.scale), cell_length, choose_cut(o, f.look_up),
@@ -165,7 +165,7 @@ void check_place(const Affine& to_world, const Affine& to_cells, const Box& box,
   if (largest * cell_length > kMaxVoxelDepth) {
     throw Error(
         "an optical depth of " + detail::digits(largest * cell_length, 6) +
-        " per voxel is more than paths can resolve (1e12). Check the unit of the extinction.");
+        " per voxel is too large; expected at most 1e12. Check the unit of the extinction.");
   }
   detail::check_placement(to_world, to_cells, box);
 }
@@ -263,7 +263,7 @@ void validate_placement(const Affine& index_to_world, const Pyramid& pyramid) {
 Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Medium& medium,
                    const VolumeOptions& o, const LeafMicroBounds* stored) {
   if (o.look_up == LookUp::procedural) {
-    throw Error("samples have no procedural look-ups, which are for recipes");
+    throw Error("found samples with procedural look-ups; expected a recipe");
   }
   check_map(o);
   check_shared(o);
@@ -316,9 +316,10 @@ Volume detail::make_volume(const LinkedBricks& bricks, const Pyramid& pyramid,
 
 Volume make_volume(std::shared_ptr<const Recipe> recipe, const Pyramid& pyramid,
                    const Medium& medium, const VolumeOptions& o) {
-  if (o.map) throw Error("procedural look-ups have no map; choose another interpolation");
+  if (o.map) throw Error("procedural look-ups do not support a map; choose another interpolation");
   if (o.homogenise) {
-    throw Error("procedural look-ups leave nothing to homogenise; choose another interpolation");
+    throw Error(
+        "procedural look-ups do not support homogenised parts; choose another interpolation");
   }
   auto [v, cell_length, cell_diagonal] =
       place(scaling(Vec3d(recipe->voxel)), pyramid, medium, o, LookUp::procedural);

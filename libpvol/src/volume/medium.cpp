@@ -17,7 +17,7 @@ void require(bool ok, const std::string& message) {
 }  // namespace
 
 const char* expect_true(const Value& v) {
-  return std::get<bool>(v.data) ? nullptr : "true, or another phase function in its place";
+  return std::get<bool>(v.data) ? nullptr : "true, or another phase function instead";
 }
 
 Value to_value(const PhaseTable& table) {
@@ -42,22 +42,24 @@ const char* expect_phase_points(const Value& rows) {
 const char* expect_a_one(const Value& value) {
   Rgb color;
   assign(color, value);
-  return max_component(color) == 1 ? nullptr
-                                   : "shares of which the largest is 1; the rest is extinction's";
+  return max_component(color) == 1
+             ? nullptr
+             : "shares of which the largest is 1; scale with extinction instead";
 }
 
 void validate(const Medium& medium) {
   require(
       max_component(medium.extinction_color) == 1 && min_component(medium.extinction_color) >= 0,
-      "the colour of an extinction has shares in [0, 1], of which the largest is 1");
-  require(!medium.components.empty(), "a medium needs at least one component");
+      "the shares of the extinction by channel are out of range; expected numbers in [0, 1], of "
+      "which the largest is 1");
+  require(!medium.components.empty(), "the medium has no component; expected at least one");
   double sum = 0;
   for (const Component& c : medium.components) {
     require_limits("medium", entries(c));
     sum += c.share;
   }
   require(std::abs(sum - 1) <= kShareSlack,
-          "the shares of components sum up to " + std::to_string(sum) + ", expected 1");
+          "the shares of the components sum up to " + std::to_string(sum) + ", expected 1");
 }
 
 bool share_rest(Medium& medium) {

@@ -21,10 +21,10 @@ void require(bool ok, const char* message) {
 void check(const Volume& v, const VolumeOptions& o) {
   require(o.look_up != LookUp::procedural,
           "needs samples; choose another interpolation than procedural");
-  require(!v.density.shares_samples(), "has samples of its own; do not share them");
-  require(v.density.map == nullptr, "has no mapped density; leave the map out");
+  require(!v.density.shares_samples(), "cannot share samples; copy them");
+  require(v.density.map == nullptr, "cannot have a mapped density; leave out the map");
   require(!o.homogenise && v.density.homogeneous == nullptr,
-          "has no nodes that count as homogeneous; leave homogenise off");
+          "does not support homogenise; leave it off");
   require(o.majorant_scale == 1 && v.density.majorant_excess == 1 && v.density.excess.nodes == 0,
           "needs bounds that hold, without a factor; leave majorant_scale at 1, or fit the cloud "
           "again");

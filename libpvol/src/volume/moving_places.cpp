@@ -60,8 +60,8 @@ void check_place(const Volume& v, const MovingPlace& place, const Shutter& shutt
   const double t0 = std::min(shutter.open, 0.0), t1 = std::max(shutter.close, 0.0);
   if (!stays_regular(place.object, t0, t1) || !stays_regular(place.instance, t0, t1)) {
     throw Error(
-        "a moving placement becomes flat while the shutter is open: between two placements scales "
-        "go through 0 there. Close the shutter earlier, or give scales that stay apart from 0.");
+        "a moving placement becomes flat while the shutter is open, because a scale passes through "
+        "0. Close the shutter earlier, or give scales that do not pass 0.");
   }
   const Affine to_object = cells_to_object(v.density, v);
   const Box& support = v.density.octree.support();
@@ -80,8 +80,9 @@ void check_resume_state(const Volume& v, std::size_t number, const MovingPlace& 
   const double size = length(own.point(corners.back()) - own.point(corners.front()));
   for (const Vec3d& p : corners) {
     if (length(start.point(p) - own.point(p)) <= kSame * size) continue;
-    throw Error("moving place " + std::to_string(number + 1) +
-                " is not where the volume is at time 0; expected the place that it was made for");
+    throw Error("moving instance " + std::to_string(number + 1) +
+                " starts elsewhere than the volume; expected the placement for which it was made "
+                "at time 0");
   }
 }
 
@@ -128,8 +129,9 @@ Box swept_box(const MovingPlace& place, const Affine& to_object, const Box& box,
 
 Volume move_places(Volume v, std::vector<MovingPlace> places, const Shutter& shutter) {
   if (places.size() != count_places(v)) {
-    throw Error("there are " + std::to_string(places.size()) + " moving places of a volume with " +
-                std::to_string(count_places(v)) + "; expected as many");
+    throw Error("there are " + std::to_string(places.size()) +
+                " moving instances of a volume with " + std::to_string(count_places(v)) +
+                "; expected as many");
   }
   if (!shutter.moves() || v.density.octree.empty()) return v;
   if (std::ranges::none_of(places, &MovingPlace::moves)) return v;
@@ -144,8 +146,8 @@ Volume move_places(Volume v, std::vector<MovingPlace> places, const Shutter& shu
                        place.instance.linear_rate != MovingMap{}.linear_rate;
     if (grows && v.density.homogeneous != nullptr) {
       throw Error(
-          "a volume that grows while the shutter is open has no nodes that count as homogeneous; "
-          "leave homogenise off, or scales as they are");
+          "a volume that grows while the shutter is open does not support homogenise; leave it "
+          "off, or keep the scales constant");
     }
     moving->longest = std::max(moving->longest, longest_way(v, place, shutter));
   }

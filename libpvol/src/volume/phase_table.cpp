@@ -58,11 +58,11 @@ double mean_cosine_of(const std::vector<Knot>& knots) {
 }  // namespace
 
 const char* expect_phase_table(const std::vector<Point>& points) {
-  if (points.size() < 2) return "two points [angle, value] or more";
+  if (points.size() < 2) return "at least two points [angle, value]";
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto [angle, value] = points[i];
     if (!(value >= 0) || !std::isfinite(value)) return "values that are finite and at least 0";
-    if (i > 0 && !(angle > points[i - 1].angle)) return "angles that ascend";
+    if (i > 0 && !(angle > points[i - 1].angle)) return "ascending angles";
   }
   if (points.front().angle != 0 || points.back().angle != 180) {
     return "angles from 0 to 180 degrees, both included";
@@ -77,7 +77,7 @@ const char* expect_phase_table(const std::vector<Point>& points) {
 
 PhaseTable::PhaseTable(std::vector<Point> points) {
   if (const char* wanted = expect_phase_table(points)) {
-    throw Error(std::string("a table of a phase function is not one; expected ") + wanted);
+    throw Error(std::string("the table is not a phase function; expected ") + wanted);
   }
   Data made{std::move(points), {}, 0};
   made.knots = make_knots(made.points);

@@ -39,9 +39,8 @@ void check_placement(const Affine& to_world, const Affine& to_cells, const Box& 
   }
   if (loss > kMaxLoss) {
     throw Error(
-        "the cloud lies so far from the world's origin that positions in it are only known "
-        "to " +
-        digits(loss, 6) + " voxels, where 0.001 are needed. Move it nearer the origin.");
+        "the cloud lies so far from the world's origin that positions in it are rounded to " +
+        digits(loss, 6) + " voxels; expected at most 0.001. Move it nearer to the origin.");
   }
 }
 

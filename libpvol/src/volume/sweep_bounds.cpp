@@ -43,8 +43,8 @@ class Sweep {
     if (levels_ + 2 > kMaxRootLog2 || min_component(Vec3d(result_.origin)) < double(kMinOrigin) ||
         max_component(Vec3d(result_.support_hi)) > double(kMaxOrigin) - 2 * kLeafEdge) {
       throw Error(
-          "matter moves beyond the 2^24 voxels along an axis that a cloud may span; check "
-          "the scale of its velocities, and the camera's fps");
+          "the medium moves over more than 2^24 voxels along an axis, the most that a cloud may "
+          "span; check the scale of its velocities, and the camera's fps");
     }
   }
 
@@ -110,7 +110,7 @@ class Sweep {
   [[nodiscard]] static Codes children_of(const Codes& cubes) {
     if (cubes.size() > kMostLeaves / 8) {
       throw Error(
-          "while the shutter is open the cloud reaches more than 2^26 leaves of 8^3 voxels; "
+          "while the shutter is open, the cloud covers more than 2^26 leaves of 8^3 voxels; "
           "shorten the shutter, or render a preview");
     }
     Codes all;

@@ -19,12 +19,13 @@ inline double usable_length(const Vec3d& direction) {
 }
 
 [[noreturn, gnu::cold]] void refuse(Vec3d direction, double t_max) {
-  if (std::isnan(t_max)) throw Error("the t_max of a ray is not a number; check where it is made");
+  if (std::isnan(t_max))
+    throw Error("the t_max of a ray is NaN; expected a number. Check the code that sets it.");
   if (usable_length(direction) == 0) {
     throw Error("a ray has a direction of length " + std::to_string(length(direction)) +
-                "; it must be finite and not zero. Check where the renderer samples directions.");
+                "; expected a finite one above 0. Check the code that samples directions.");
   }
-  throw Error("a ray has an origin that is not finite; check where it is made");
+  throw Error("the origin of a ray is not finite; check the code that sets it");
 }
 
 /// The part of a ray in the box, from wherever the ray begins.

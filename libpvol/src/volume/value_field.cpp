@@ -18,7 +18,7 @@ VolumeField make_value_field(const BoundedGrid& from, const FieldMap& map,
   const Pyramid& pyramid = from.pyramid;
   if (!pyramid.empty() && !holds_for(pyramid.look_up, LookUp::trilinear)) {
     throw Error(std::string("the bounds of ") + from.grid.name + " were made for " +
-                name(pyramid.look_up) + " interpolation; those of " + whose + " are trilinear");
+                name(pyramid.look_up) + " interpolation; expected trilinear bounds for " + whose);
   }
   detail::require_cover(from.grid, pyramid);
   const Affine to_world = object_to_world * from.grid.index_to_world;

@@ -11,7 +11,7 @@ namespace pvol::formats {
 struct FilmPiece {
   std::uint64_t seed = 0;
   int x = 0, y = 0, width = 0, height = 0;
-  std::uint32_t begin = 0, end = 0;  ///< numbers of the samples of each pixel; by need 0, 0
+  std::uint32_t begin = 0, end = 0;  ///< numbers of each pixel's samples; adaptive: 0, 0
   bool complete = false;             ///< whether all of them are there
   friend bool operator==(const FilmPiece&, const FilmPiece&) = default;
 };

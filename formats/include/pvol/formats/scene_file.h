@@ -32,20 +32,20 @@ template <std::same_as<VelocityChoice> V>
       key<&V::field>({.key = "field",
                       .metavar = "NAME",
                       .limits = any_text(),
-                      .help = "Grid of velocities in world units of the file per second, or three "
-                              "of their components NAME.x, NAME.y and NAME.z",
+                      .help = "Grid of velocities, in world units of the file per second, or three "
+                              "grids of components, NAME.x, NAME.y and NAME.z",
                       .otherwise = "v, vel or velocity"}),
       {{.key = "file",
         .metavar = "FILE",
         .limits = file_name(),
-        .help = "A .vdb or .pvol file with the velocities, or a recipe with a [flow]",
+        .help = "File with the velocities: .vdb, .pvol, or a recipe with a [flow]",
         .otherwise = "that of the volume"},
        [](const V& v) { return v.file.empty() ? Value{} : to_value(v.file.string()); },
        [](V& v, const Value& value) { v.file = *value.word(); }},
       key<&V::scale>({.key = "scale",
                       .metavar = "X",
                       .limits = number(Range::closed(-1e6, 1e6)),
-                      .help = "Factor on velocities"}),
+                      .help = "Factor on the velocities"}),
   });
 }
 
@@ -83,14 +83,14 @@ template <std::same_as<SceneVolume> V>
       {{.key = "file",
         .metavar = "FILE",
         .limits = file_name(),
-        .help = "The cloud: .pvol, .vdb, .nvdb, or a recipe (.toml)",
+        .help = "File of the cloud: .pvol, .vdb, .nvdb, or a recipe (.toml)",
         .required = true},
        [](const V& v) { return to_value(v.file.string()); },
        [](V& v, const Value& value) { v.file = *value.word(); }},
       key<&V::grid>({.key = "grid",
                      .metavar = "NAME",
                      .limits = any_text(),
-                     .help = "Grid with the density; none: the volume is a fire alone",
+                     .help = "Grid with the density; none: the volume has only a fire",
                      .otherwise = "density, else the only one"}),
   });
 }
@@ -107,8 +107,8 @@ template <std::same_as<World> W>
 [[nodiscard]] constexpr auto keys(const W&) {
   return std::to_array<Key<W>>({
       key<&W::up>({.key = "up",
-                   .help = "The axis that is up, for the camera, the sky and the usual sun where "
-                           "they do not say; z as in Blender"}),
+                   .help = "Axis that is up, the default for the camera, the sky and the default "
+                           "sun; z as in Blender"}),
   });
 }
 

@@ -49,8 +49,8 @@ template <std::same_as<std::optional<Quantisation>> Q>
       {{.key = "density",
         .metavar = "NAME",
         .limits = name_of<Precision>().or_word("stored"),
-        .help = "Round the density, as pvol-fit explains it: a biased picture that shows what such "
-                "a file would lose",
+        .help = "Round the density as pvol-fit --density would; biased, it shows what such a file "
+                "loses",
         .otherwise = "as stored",
         .effect = Effect::bias,
         .factor = "density",

@@ -1,4 +1,4 @@
-// Samples by need: what a pilot of each pixel says about its neighbours (THEORY.md, T5.8).
+// Adaptive samples: what a pilot of each pixel shows about its neighbours (THEORY.md, T5.8).
 #pragma once
 
 #include <array>

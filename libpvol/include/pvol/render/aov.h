@@ -38,32 +38,34 @@ struct AovRow {
 };
 
 inline constexpr std::array kAovs = std::to_array<AovRow>({
-    {Aov::transmittance, "transmittance", "share of the background's light that is seen", "", "Y",
-     "mean over the samples; 1 less the film's own alpha, also where a background is seen"},
+    {Aov::transmittance, "transmittance", "share of the background that shows through", "", "Y",
+     "mean over the samples; 1 - alpha of the film, even where a background is visible"},
     {Aov::variance, "variance", "variance of the pixel's mean colour, by channel",
-     "squares of radiance", "RGB", "from sums of samples and of their squares; 0 of one sample"},
+     "squares of radiance", "RGB",
+     "from sums of samples and of their squares; 0 for a single sample"},
     {Aov::samples, "samples", "camera samples", "", "Y", "their number"},
     {Aov::lights, "lights",
-     "light of the sky, of each sun or point and of emission, in layers of their own whose sum is "
-     "the picture: sky, sun_1, point_1, emission",
+     "light of the sky, of each sun or point light and of emission in separate layers, which sum "
+     "up to the picture: sky, sun_1, point_1, emission",
      "radiance", "RGB", "means over the samples", true},
     {Aov::scattering, "scattering",
-     "light by how often it was scattered, in layers whose sum is the picture: unscattered, "
-     "single, "
-     "multiple",
+     "light by number of scatterings in separate layers, which sum up to the picture: unscattered, "
+     "single, multiple",
      "radiance", "RGB", "means over the samples", true},
-    {Aov::halves, "halves", "the picture of every other sample, in layers: half_1, half_2",
-     "radiance", "RGB", "means over half of the samples each, which are independent", true},
-    {Aov::depth, "depth", "depth of first collisions along the camera's axis; 1e10 without any",
-     "world units", "Z", "mean over the samples that collide"},
-    {Aov::nearest, "nearest", "depth of the first collision that is nearest; 1e10 without any",
-     "world units", "Z", "least of the samples"},
-    {Aov::position, "position", "place of first collisions in the world", "world units", "XYZ",
+    {Aov::halves, "halves", "pictures of the odd and the even samples, in layers: half_1, half_2",
+     "radiance", "RGB", "each the mean over half of the samples; the halves are independent", true},
+    {Aov::depth, "depth",
+     "depth of first collisions along the camera's axis; 1e10 where there is none", "world units",
+     "Z", "mean over the samples that collide"},
+    {Aov::nearest, "nearest", "depth of the nearest first collision; 1e10 where there is none",
+     "world units", "Z", "minimum over the samples"},
+    {Aov::position, "position", "position of first collisions in the world", "world units", "XYZ",
      "mean over the samples that collide"},
     {Aov::normal, "normal",
-     "direction in which the extinction falls at first collisions, shorter where directions differ",
+     "direction of steepest descent of the extinction at first collisions; shorter than 1 where "
+     "directions differ",
      "", "XYZ", "mean over the samples that collide"},
-    {Aov::albedo, "albedo", "albedo of what first collisions met", "", "RGB",
+    {Aov::albedo, "albedo", "albedo at first collisions", "", "RGB",
      "mean over the samples that collide", true},
     {Aov::lookups, "lookups", "look-ups of the density", "a sample", "Y", "mean over the samples",
      false, true},
@@ -107,6 +109,6 @@ namespace detail {
   return true;
 }
 }  // namespace detail
-static_assert(detail::aovs_in_order(), "the rows of AOVs are in the order of the enumeration");
+static_assert(detail::aovs_in_order(), "the rows of AOVs must be in the order of the enumeration");
 
 }  // namespace pvol

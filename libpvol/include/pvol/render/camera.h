@@ -91,23 +91,23 @@ template <std::same_as<Camera> C>
       key<&C::position>({.key = "position",
                          .metavar = "XYZ",
                          .limits = number().times(3),
-                         .help = "Where the camera is, in world units",
+                         .help = "Position of the camera, in world units",
                          .required = true}),
       key<&C::target>({.key = "target",
                        .metavar = "XYZ",
                        .limits = number().times(3),
-                       .help = "The point at the image's centre",
+                       .help = "Point at the image's centre",
                        .required = true}),
       key<&C::up>({.key = "up",
                    .metavar = "XYZ",
                    .limits = direction(),
-                   .help = "The direction that is up in the image"}),
+                   .help = "Direction that is up in the image"}),
       {{.key = "matrix",
         .metavar = "M",
         .limits = number().times(16).also(expect_matrix),
-        .help = "In place of position, target and up: 16 numbers, row by row, of the matrix from "
-                "the camera, which looks along -z with y up, to the world, as Blender "
-                "(matrix_world) and Houdini (worldTransform) print it",
+        .help = "Replaces position, target and up: the camera-to-world matrix, 16 numbers by rows, "
+                "as Blender (matrix_world) and Houdini (worldTransform) print it; the camera looks "
+                "along -z, y is up",
         .otherwise = "none"},
        [](const C&) { return Value(); },  // it is written as position, target and up
        [](C& c, const Value& v) {
@@ -115,29 +115,28 @@ template <std::same_as<Camera> C>
          for (std::size_t i = 0; i < m.size(); ++i) m[i] = *(*v.list())[i].number();
          (void)place(c, m);
        }},
-      key<&C::kind>({.key = "projection", .help = "Which rays the camera has"}),
+      key<&C::kind>({.key = "projection", .help = "Projection of the camera"}),
       key<&C::fov>({.key = "fov",
                     .metavar = "DEGREES",
                     .limits = number(Range::open(0, 180)),
-                    .help = "Vertical field of view in degrees, of a perspective camera"}),
+                    .help = "Vertical field of view of a perspective camera, in degrees"}),
       key<&C::focal_length>({.key = "focal_length",
                              .metavar = "MM",
                              .limits = number(Range::above(0)).or_word("none"),
-                             .help = "In place of fov: focal length of the lens in mm",
+                             .help = "Replaces fov: focal length of the lens in mm",
                              .otherwise = "none"}),
       key<&C::sensor>({.key = "sensor",
                        .metavar = "MM",
                        .limits = number(Range::above(0)),
                        .help = "Size of the sensor in mm, for focal_length"}),
       key<&C::fit>({.key = "sensor_fit",
-                    .help =
-                        "The side of the picture that sensor, ortho_scale and shift go by; auto "
-                        "is the longer one, as in Blender; Houdini's is horizontal"}),
+                    .help = "Side of the picture to which sensor, ortho_scale and shift refer; "
+                            "auto is the longer one, as in Blender; Houdini uses horizontal"}),
       {{.key = "shift",
         .metavar = "X,Y",
         .limits = number(Range::closed(-100, 100)).times(2),
-        .help = "Moves the sensor right and up, over its size, so that the target leaves the "
-                "centre; as in Blender"},
+        .help = "Shift of the sensor to the right and up, as a fraction of its size, as in "
+                "Blender; it moves the target away from the centre"},
        [](const C& c) {
          return Value(Value::List{c.shift[0], c.shift[1]});
        },
@@ -147,42 +146,47 @@ template <std::same_as<Camera> C>
       key<&C::ortho_scale>({.key = "ortho_scale",
                             .metavar = "X",
                             .limits = number(Range::above(0)),
-                            .help = "World units along the side of sensor_fit, of an orthographic "
-                                    "camera whose place is given"}),
+                            .help = "World units along the side chosen by sensor_fit, for an "
+                                    "orthographic camera with a position"}),
       key<&C::f_stop>({.key = "f_stop",
                        .metavar = "N",
                        .limits = number(Range::above(0)).or_word("none"),
-                       .help = "Focal length over the diameter of the lens: what is not at "
-                               "focus_distance is blurred, the more the smaller this is",
+                       .help = "Focal length over the diameter of the lens; smaller numbers blur "
+                               "what is not at focus_distance more",
                        .otherwise = "none"}),
-      key<&C::focus_distance>({.key = "focus_distance",
-                               .metavar = "X",
-                               .limits = number(Range::above(0)).or_word("none"),
-                               .help = "Distance along the view that is sharp, in world units",
-                               .otherwise = "none: the target's"}),
-      key<&C::metres>({.key = "metres",
-                       .metavar = "X",
-                       .limits = number(Range::above(0)),
-                       .help = "Length of a world unit in metres, for the size of the lens"}),
-      key<&C::azimuth>({.key = "azimuth",
-                        .metavar = "DEGREES",
-                        .limits = number(Range::closed(-360, 360)),
-                        .help = "Of a camera without position, which frames the clouds: from where "
-                                "it looks, about up; 0 is the front, +z, and 90 the right, +x"}),
-      key<&C::elevation>({.key = "elevation",
-                          .metavar = "DEGREES",
-                          .limits = number(Range::closed(-90, 90)).or_word("none"),
-                          .help = "Of such a camera: how far above the clouds it is",
-                          .otherwise = "none: 6.8, a little above"}),
-      key<&C::zoom>({.key = "zoom",
-                     .metavar = "X",
-                     .limits = number(Range::closed(1e-3, 1e3)),
-                     .help = "Of such a camera: size of the clouds in the picture; 1 fills it"}),
+      key<&C::focus_distance>(
+          {.key = "focus_distance",
+           .metavar = "X",
+           .limits = number(Range::above(0)).or_word("none"),
+           .help = "Distance along the viewing direction that is in focus, in world units",
+           .otherwise = "none: the target's"}),
+      key<&C::metres>(
+          {.key = "metres",
+           .metavar = "X",
+           .limits = number(Range::above(0)),
+           .help = "Length of a world unit in metres, which sets the size of the lens"}),
+      key<&C::azimuth>(
+          {.key = "azimuth",
+           .metavar = "DEGREES",
+           .limits = number(Range::closed(-360, 360)),
+           .help = "For a camera without position, which frames the clouds: direction from which "
+                   "it looks, in degrees about up; 0 is the front, +z, and 90 the right, +x"}),
+      key<&C::elevation>(
+          {.key = "elevation",
+           .metavar = "DEGREES",
+           .limits = number(Range::closed(-90, 90)).or_word("none"),
+           .help = "For a camera without position: its elevation above the clouds in degrees",
+           .otherwise = "none: 6.8, a little above"}),
+      key<&C::zoom>(
+          {.key = "zoom",
+           .metavar = "X",
+           .limits = number(Range::closed(1e-3, 1e3)),
+           .help = "For a camera without position: size of the clouds in the picture; 1 fills it"}),
       {{.key = "shutter",
         .metavar = "OPEN,CLOSE",
         .limits = number(Range::closed(-100, 100)).times(2).also(expect_shutter),
-        .help = "Opening and closing in frames from the time of the files, e.g. [-0.25, 0.25]: "
-                "clouds with velocities move in between; [0, 0] shows them still"},
+        .help = "Opening and closing times in frames, relative to the files' time, e.g. [-0.25, "
+                "0.25]; clouds with velocities move in between, and [0, 0] keeps them still"},
        [](const C& c) {
          return Value(Value::List{c.shutter.open, c.shutter.close});
        },
@@ -192,7 +196,7 @@ template <std::same_as<Camera> C>
       key<&C::fps>({.key = "fps",
                     .metavar = "X",
                     .limits = number(Range::closed(1e-3, 1e6)),
-                    .help = "Frames per second, for velocities"}),
+                    .help = "Frames per second, by which velocities are converted"}),
   });
 }
 

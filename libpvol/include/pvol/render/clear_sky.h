@@ -37,33 +37,35 @@ struct ClearSky {
 template <std::same_as<ClearSky> S>
 [[nodiscard]] constexpr auto keys(const S&) {
   return std::to_array<Key<S>>({
-      key<&S::elevation>({.key = "elevation",
-                          .metavar = "DEGREES",
-                          .limits = number(Range::closed(-90, 90)).or_word("none"),
-                          .help = "Of the sun above the horizon; below -18 it is night",
-                          .otherwise = "none: by the date, else 37"}),
+      key<&S::elevation>(
+          {.key = "elevation",
+           .metavar = "DEGREES",
+           .limits = number(Range::closed(-90, 90)).or_word("none"),
+           .help = "Elevation of the sun above the horizon in degrees; below -18 it is night",
+           .otherwise = "none: computed from date, else 37"}),
       key<&S::azimuth>({.key = "azimuth",
                         .metavar = "DEGREES",
                         .limits = number(Range::closed(-360, 360)).or_word("none"),
-                        .help = "Of the sun, from north through east",
-                        .otherwise = "none: by the date, else 245"}),
+                        .help = "Azimuth of the sun in degrees, from north towards east",
+                        .otherwise = "none: computed from date, else 245"}),
       {{.key = "date",
         .metavar = "TIME",
         .limits = any_text().also(expect_date),
-        .help = "In place of elevation and azimuth: when the sun stands where it is seen from "
-                "latitude and longitude, as 2024-06-21T14:30:00+02:00, or with Z for UTC",
+        .help =
+            "Replaces elevation and azimuth: date and time from which the sun's position at "
+            "latitude and longitude is computed, e.g. 2024-06-21T14:30:00+02:00, or with Z for UTC",
         .otherwise = "none"},
        [](const S& s) { return s.date.empty() ? Value() : Value(s.date); },
        [](S& s, const Value& v) { s.date = *v.word(); }},
       key<&S::latitude>({.key = "latitude",
                          .metavar = "DEGREES",
                          .limits = number(Range::closed(-90, 90)).or_word("none"),
-                         .help = "Of the place, for the date; north is positive",
+                         .help = "Latitude in degrees, used with date; north is positive",
                          .otherwise = "none"}),
       key<&S::longitude>({.key = "longitude",
                           .metavar = "DEGREES",
                           .limits = number(Range::closed(-360, 360)).or_word("none"),
-                          .help = "Of the place, for the date; east is positive",
+                          .help = "Longitude in degrees, used with date; east is positive",
                           .otherwise = "none"}),
       key<&S::turbidity>({.key = "turbidity",
                           .metavar = "X",
@@ -73,27 +75,28 @@ template <std::same_as<ClearSky> S>
       key<&S::ozone>({.key = "ozone",
                       .metavar = "DU",
                       .limits = number(Range::closed(0, 1000)),
-                      .help = "Ozone in Dobson units, which keeps dusk blue"}),
-      key<&S::ground>({.key = "ground",
-                       .metavar = "RGB",
-                       .limits = number(Range::closed(0, 1)).or_three(),
-                       .help = "Albedo of the ground, which lights the air and is seen below the "
-                               "horizon"}),
-      key<&S::irradiance>({.key = "irradiance",
-                           .metavar = "X",
-                           .limits = number(Range::closed(0, 1e29)),
-                           .help = "Irradiance of a plane that faces the sun above the air, the "
-                                   "unit of all light of the sky; 133300 makes candela per square "
-                                   "metre of it"}),
-      key<&S::sun>({.key = "sun", .help = "Whether the sun shines, too, a disc of 0.53 degrees"}),
+                      .help = "Ozone in Dobson units; it keeps the sky blue at dusk"}),
+      key<&S::ground>(
+          {.key = "ground",
+           .metavar = "RGB",
+           .limits = number(Range::closed(0, 1)).or_three(),
+           .help = "Albedo of the ground, which lights the air and is visible below the horizon"}),
+      key<&S::irradiance>(
+          {.key = "irradiance",
+           .metavar = "X",
+           .limits = number(Range::closed(0, 1e29)),
+           .help = "Irradiance of a plane that faces the sun outside the atmosphere; it scales all "
+                   "light of the sky, and 133300 yields candela per square metre"}),
+      key<&S::sun>(
+          {.key = "sun", .help = "Whether the sun itself shines, as a disc of 0.53 degrees"}),
       key<&S::up>({.key = "up",
                    .metavar = "XYZ",
                    .limits = direction(),
-                   .help = "The direction of the zenith"}),
+                   .help = "Direction of the zenith"}),
       key<&S::north>({.key = "north",
                       .metavar = "XYZ",
                       .limits = direction(),
-                      .help = "North, from which azimuths count"}),
+                      .help = "Direction of north, from which azimuths are measured"}),
   });
 }
 

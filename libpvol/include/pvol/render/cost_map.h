@@ -24,12 +24,12 @@ struct CostMap {
   double cell_width = 1, cell_height = 1;  ///< likewise
   int columns = 0, rows = 0;
   std::vector<double> seconds;
-  std::vector<double> pilot_seconds;  ///< where samples go by need: of those that show the need
+  std::vector<double> pilot_seconds;  ///< of the pilot, for adaptive samples
 };
 
 /// Renders a small picture of the plan's scene, of about `cells` pixels with a few samples each,
 /// and prices the work in it by the cost model (THEORY.md, T6.1) so that it sums up to the plan's
-/// forecast. Samples by need follow from the small picture's noise (T5.8). Deterministic. Throws
+/// forecast. Adaptive samples follow from the small picture's noise (T5.8). Deterministic. Throws
 /// what `plan` and `render` throw.
 [[nodiscard]] CostMap map_cost(const RenderPlan& plan, int cells);
 

@@ -51,7 +51,7 @@ struct Film {
   std::uint32_t first_sample = 0;       ///< number of the first one of each pixel
   /// Of films that were rendered: what the sums of `pixels` and `layers` are rounded from.
   FilmSums sums{};
-  std::optional<AdaptiveSamples> needs{};  ///< of pictures by need, once their pilot is done
+  std::optional<AdaptiveSamples> needs{};  ///< adaptive samples, after the pilot
 
   [[nodiscard]] std::size_t index(int px, int py) const {
     return std::size_t(py) * std::size_t(crop_width) + std::size_t(px);

@@ -15,7 +15,7 @@ namespace pvol {
   const std::string* name = v.word();
   return name->empty() || is_group_name(*name)
              ? nullptr
-             : "letters, digits and underscores, and no name of another layer or channel";
+             : "letters, digits and underscores, and not the name of another layer or channel";
 }
 
 /// The row of a light's group, which `--aov lights` goes by.
@@ -24,8 +24,8 @@ template <auto kMember>
   return key<kMember>({.key = "group",
                        .metavar = "NAME",
                        .limits = any_text().also(expect_group),
-                       .help = "Lights of one group share a layer of this name where layers of "
-                               "lights are kept; sky is the sky's"});
+                       .help = "Name of the layer that all lights of this group share with --aov "
+                               "lights; sky is the layer of the sky"});
 }
 
 }  // namespace pvol

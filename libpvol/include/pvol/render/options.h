@@ -82,12 +82,13 @@ struct RenderOptions {
   int crop_x = 0, crop_y = 0;           ///< upper left corner of the part that is rendered
   int crop_width = 0, crop_height = 0;  ///< 0: up to the image's edge
   std::uint32_t samples = 64;           ///< camera samples per pixel
-  /// Instead of `samples` in every pixel, samples by need until the picture's relative noise
-  /// (`relative_noise`) is about this, or until this many seconds have passed: what comes first.
+  /// Instead of `samples` in every pixel, adaptive samples until the picture's relative noise
+  /// (`relative_noise`) is about this, or until this many seconds have passed, whichever comes
+  /// first.
   std::optional<double> noise, time;
   std::uint32_t first_sample = 0;  ///< number of the first of them: pictures of one seed add up
-  /// Which of them are rendered, as `crop` says it of pixels: from part_begin on, before part_end;
-  /// all where that is 0. Of samples by need these can be the kPilot first ones alone.
+  /// Which of them are rendered, as `crop` for pixels: from part_begin on, before part_end; all
+  /// where that is 0. Of adaptive samples, only the first kPilot can be chosen.
   std::uint32_t part_begin = 0, part_end = 0;
   std::uint64_t seed = 1;
   int threads = 0;  ///< 0: one for each hardware thread
@@ -164,29 +165,27 @@ template <std::same_as<RenderOptions> O>
       key<&O::noise>({.key = "noise",
                       .metavar = "X|off",
                       .limits = number(Range{0, 1, true, false}).or_word("off"),
-                      .help =
-                          "Instead of --spp samples in every pixel: more where there is more "
-                          "noise, until the standard error of pixels is about this share of the "
-                          "picture's mean luminance, 0.02 for 2 %",
+                      .help = "Replaces --spp: adaptive samples, more where there is more noise, "
+                              "until the standard error of pixels is about this fraction of the "
+                              "picture's mean luminance, 0.02 for 2 %",
                       .effect = Effect::cost}),
       key<&O::time>({.key = "time",
                      .metavar = "SECONDS|off",
                      .limits = number(Range::above(0)).or_word("off"),
-                     .help = "Instead of --spp samples in every pixel: as many as there is time "
-                             "for, more where there is more noise; with --noise what comes first",
+                     .help = "Replaces --spp: adaptive samples until this time is used up, more "
+                             "where there is more noise; with --noise, whichever limit comes first",
                      .effect = Effect::cost}),
       key<&O::first_sample>({.key = "first_sample",
                              .metavar = "N",
                              .limits = whole(0, kMost32),
-                             .help = "Number of the first sample of each pixel: pictures of one "
-                                     "seed with other samples are parts of one picture",
+                             .help = "Number of the first sample of each pixel; pictures with one "
+                                     "seed and different samples are parts of one picture",
                              .effect = Effect::cost}),
       {{.key = "samples",
         .metavar = "A:B",
         .limits = whole(0, kMost32).times(2, ':').also(expect_rising),
-        .help = "Part of the samples of each pixel to render: from number A on, before B, of those "
-                "that --spp says. Parts make a whole by pvol-convert merge. With --noise 0:16, its "
-                "pilot",
+        .help = "Render only samples A to B - 1 of the --spp samples of each pixel; pvol-convert "
+                "merge combines such parts. With --noise: 0:16, its pilot",
         .otherwise = "all",
         .effect = Effect::cost,
         .in_scenes = false},
@@ -211,72 +210,71 @@ template <std::same_as<RenderOptions> O>
                         .effect = Effect::cost,
                         .in_scenes = false}),
       key<&O::tracker>({.key = "tracker",
-                        .help = "Free paths: same picture, other cost",
+                        .help = "How free paths are sampled: same picture, different cost",
                         .effect = Effect::cost,
                         .factor = "tracker",
                         .sweep = "delta-global delta decomposition weighted-delta "
                                  "weighted-decomposition regular"}),
-      key<&O::transmittance>(
-          {.key = "transmittance",
-           .help = "Shadow rays; auto chooses by the cloud's bounds and says why",
-           .effect = Effect::cost,
-           .factor = "shadow rays",
-           .sweep = "analog ratio residual-ratio regular"}),
+      key<&O::transmittance>({.key = "transmittance",
+                              .help = "How the transmittance of shadow rays is estimated; auto "
+                                      "chooses by the cloud's bounds and prints the reason",
+                              .effect = Effect::cost,
+                              .factor = "shadow rays",
+                              .sweep = "analog ratio residual-ratio regular"}),
       key<&O::micro_bounds>(
           {.key = "micro_bounds",
-           .help = "Bounds of cubes of 2^3 or of single voxels that save look-ups; same picture to "
-                   "the last bit, auto uses 2^3 where they should save time. Those of 2^3 are "
-                   "taken from a .pvol file that has them, else built",
+           .help = "Bounds of single voxels (1) or of cubes of 2^3 (2), which save look-ups; the "
+                   "picture stays the same to the last bit. auto uses 2^3 where they should save "
+                   "time. Those of 2^3 are read from a .pvol file that has them, else built",
            .effect = Effect::cost,
            .factor = "micro-bounds",
            .sweep = "none 2 1"}),
       key<&O::look_up>(
           {.key = "interpolation",
-           .help = "Between voxels; tricubic is a B-spline, and a .pvol must be fitted for it; "
-                   "procedural evaluates a recipe without sampling it",
+           .help = "Interpolation between voxels; tricubic is a B-spline and needs a .pvol that "
+                   "was fitted for it; procedural evaluates a recipe without sampling it",
            .effect = Effect::field,
            .factor = "interpolation",
            .sweep = "nearest trilinear tricubic"}),
       key<&O::shells>(
           {.key = "shells",
-           .help = "Whether camera rays test the shell of a .pvol file before its octree: the "
-                   "picture is the same; auto estimates for this camera whether it saves time",
+           .help = "Whether camera rays test the shell of a .pvol file before its octree; the "
+                   "picture stays the same. auto estimates whether that saves time for this camera",
            .effect = Effect::cost,
            .factor = "shells",
            .sweep = "on off"}),
       key<&O::guide>(
           {.key = "guide",
-           .help = "Whether paths are guided by a coarse estimate of where the light is: less "
-                   "noise in thick clouds, same picture on average; auto guides where it should "
-                   "pay",
+           .help = "Whether paths are guided by a coarse estimate of the light: less noise in "
+                   "thick clouds, same picture on average; auto guides where that should save time",
            .effect = Effect::cost,
            .factor = "guided paths",
            .sweep = "on off"}),
       key<&O::kernel>(
           {.key = "kernel",
-           .help = "How many paths a thread follows at once: auto takes the most that the machine "
-                   "and the scene allow, and says why; the picture is the same on average",
+           .help = "How many paths a thread traces at once: auto uses as many as the machine and "
+                   "the scene allow and prints the reason; the picture is the same on average",
            .effect = Effect::cost}),
       key<&O::line_emission>(
           {.key = "line_emission",
-           .help = "Whether emission of matter is gathered along flights instead of at collisions; "
-                   "auto does where a cloud is thin. Fires always are",
+           .help = "Whether emission of media is gathered along flights instead of at collisions; "
+                   "auto does so where a cloud is thin. Fires are always gathered along flights",
            .effect = Effect::cost,
            .factor = "line emission",
            .sweep = "on off"}),
       key<&O::emission_points>({.key = "emission_points",
                                 .metavar = "N",
                                 .limits = whole(1, 64),
-                                .help = "Points of a flight at which emission is looked up, for "
-                                        "each 8 voxels of its way; 8 is one in each voxel",
+                                .help = "Points at which emission is looked up, per 8 voxels of a "
+                                        "flight; 8 is one per voxel",
                                 .effect = Effect::cost,
                                 .factor = "emission points",
                                 .sweep = "2 8"}),
       key<&O::depth>({.key = "depth",
                       .metavar = "N|auto",
                       .limits = whole(0, kDeepestOctree).or_word("auto"),
-                      .help = "Octree depth where the walk stops",
-                      .otherwise = "auto: by cost",
+                      .help = "Octree depth at which the walk stops",
+                      .otherwise = "auto: the depth of least cost",
                       .effect = Effect::cost,
                       .factor = "octree depth",
                       .sweep = "0 2 3 4 6 8"}),
@@ -284,38 +282,38 @@ template <std::same_as<RenderOptions> O>
           {.key = "max_bounces",
            .metavar = "N|none",
            .limits = whole(0, kMost32).or_word("none"),
-           .help = "Most scatterings of a path; a limit makes the picture too dark",
+           .help = "Maximum number of scatterings of a path; a limit darkens the picture",
            .effect = Effect::bias,
            .factor = "bounce limit",
            .sweep = "4 16 64 256"}),
       key<&O::background>(
           {.key = "background",
-           .help = "Whether the sky is seen behind the cloud; off leaves it transparent"}),
+           .help = "Whether the sky is visible behind the cloud; off leaves it transparent"}),
       key<&O::filter>({.key = "filter",
-                       .help = "How light around a pixel counts in it; wider ones than a box of "
-                               "one pixel make edges smoother"}),
+                       .help = "Reconstruction filter of pixels; wider ones than a box of one "
+                               "pixel make edges smoother"}),
       key<&O::filter_width>({.key = "filter_width",
                              .metavar = "PIXELS",
                              .limits = number(Range::closed(0.01, 100)).or_word("auto"),
-                             .help = "Width of that filter from end to end",
-                             .otherwise = "auto: 1 of a box, 3 of others"}),
+                             .help = "Full width of the filter",
+                             .otherwise = "auto: 1 for a box, 3 for others"}),
       key<&O::aovs>({.key = "aov",
-                     .help = "What the .exr keeps beside colour and alpha, in layers of their own; "
-                             "pvol-stats image wants variance and samples",
+                     .help = "Layers that the .exr holds in addition to colour and alpha; "
+                             "pvol-stats image needs variance and samples",
                      .effect = Effect::cost}),
-      key<&O::deep_bins>({.key = "deep_bins",
-                          .metavar = "N",
-                          .limits = whole(1, kMostDeepBins),
-                          .help = "Equal steps of depth that a deep picture tells apart, between "
-                                  "the front and the back of the clouds' boxes: its finest "
-                                  "samples. Memory is at most 32 bytes for each step of a pixel",
-                          .effect = Effect::cost}),
+      key<&O::deep_bins>(
+          {.key = "deep_bins",
+           .metavar = "N",
+           .limits = whole(1, kMostDeepBins),
+           .help = "Number of equal steps of depth in a deep picture, between the front and the "
+                   "back of the clouds' boxes; memory is at most 32 bytes per step and pixel",
+           .effect = Effect::cost}),
       key<&O::deep_error>(
           {.key = "deep_error",
            .metavar = "X",
            .limits = number(Range::closed(0, 1)),
-           .help = "How far a deep picture may be off by merging steps that nearly continue each "
-                   "other: anywhere in depth, this share of a pixel's alpha and colour",
+           .help = "Largest error of a deep picture from merging similar steps of depth, as a "
+                   "fraction of a pixel's alpha and colour at any depth",
            .effect = Effect::cost}),
       key<&O::majorant_scale>(
           {.key = "majorant_scale",
@@ -324,28 +322,27 @@ template <std::same_as<RenderOptions> O>
            .help = "For measurements: factor on majorants. Above 1 the picture stays the same; "
                    "below 1 it takes a weighted tracker and more samples",
            .effect = Effect::cost}),
-      key<&O::homogenise>(
-          {.key = "homogenise",
-           .metavar = "DEPTH",
-           .limits = number(Range::at_least(0)).or_word("off"),
-           .help = "Biased: nodes that can change the optical depth of a ray by no more than this "
-                   "count as homogeneous, without look-ups; the log has a bound on the error of "
-                   "whole rays",
+      key<&O::homogenise>({.key = "homogenise",
+                           .metavar = "DEPTH",
+                           .limits = number(Range::at_least(0)).or_word("off"),
+                           .help = "Biased: nodes that can change the optical depth of a ray by no "
+                                   "more than this are treated as homogeneous, without look-ups; "
+                                   "the log gives a bound on the error of whole rays",
+                           .effect = Effect::bias,
+                           .factor = "homogenised nodes",
+                           .sweep = "0.1 1 10"}),
+      key<&O::preview>(
+          {.key = "preview",
+           .metavar = "N",
+           .limits = whole(0, kMostCoarsenings),
+           .help = "Biased: halve the number of samples along each axis this many times",
            .effect = Effect::bias,
-           .factor = "homogenised nodes",
-           .sweep = "0.1 1 10"}),
-      key<&O::preview>({.key = "preview",
-                        .metavar = "N",
-                        .limits = whole(0, kMostCoarsenings),
-                        .help = "Biased: halve the number of samples along each axis that many "
-                                "times",
-                        .effect = Effect::bias,
-                        .factor = "preview",
-                        .sweep = "1 2 3"}),
+           .factor = "preview",
+           .sweep = "1 2 3"}),
   });
 }
 
-/// Whether samples are taken by need.
+/// Whether samples are adaptive.
 [[nodiscard]] inline bool is_adaptive(const RenderOptions& o) { return o.noise || o.time; }
 
 /// Samples of a pixel that choices reckon with.
@@ -354,7 +351,7 @@ template <std::same_as<RenderOptions> O>
   return is_adaptive(o) ? kAdaptive : o.samples;
 }
 
-/// Samples of a pixel that are rendered, those by need as choices reckon with them.
+/// Samples of a pixel that are rendered, adaptive ones as expected_samples estimates them.
 [[nodiscard]] inline double samples_of_part(const RenderOptions& o) {
   return o.part_end > 0 ? double(o.part_end) - o.part_begin : expected_samples(o);
 }

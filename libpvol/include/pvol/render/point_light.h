@@ -26,18 +26,18 @@ template <std::same_as<PointLight> T>
       key<&T::position>({.key = "position",
                          .metavar = "XYZ",
                          .limits = number().times(3),
-                         .help = "Where the light is, in world units",
+                         .help = "Position of the light, in world units",
                          .required = true}),
       key<&T::intensity>({.key = "intensity",
                           .metavar = "RGB",
                           .limits = number(kRadianceRange).or_three(),
-                          .help = "Irradiance one world unit away; it falls with the "
+                          .help = "Irradiance at a distance of one world unit; it falls with the "
                                   "square of the distance"}),
       key<&T::radius>({.key = "radius",
                        .metavar = "X",
                        .limits = number(Range::at_least(0)),
-                       .help = "Of a ball that shines as evenly, in world units; 0 is a point, "
-                               "which no ray meets"}),
+                       .help = "Radius of a sphere that emits evenly, in world units; 0 is a "
+                               "point, which is invisible"}),
       group_key<&T::group>(),
   });
 }

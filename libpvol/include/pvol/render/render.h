@@ -27,7 +27,7 @@ struct RenderCallbacks {
   PassDone pass_done{};
   /// Asked as often as `progress` is told, if there is one. Where it returns true, threads end the
   /// tiles that they are at, and `pass_done` sees the film in the middle of a pass: pixels of one
-  /// that is not by need yet then differ in their samples.
+  /// that is not adaptive yet then differ in their samples.
   std::function<bool()> wants_film{};
 };
 
@@ -47,15 +47,15 @@ struct RenderResult {
 
 /// The same for a film that an earlier render of this plan began, or nobody (an empty one): that
 /// render may have been stopped anywhere, and together they give the bytes of one. `film` is the
-/// plan's part of the image, with `sums`, the plan's layers and, by need, perhaps `needs` and more
-/// samples than the plan wants. Counts of the pilot of pictures by need are part of it. Throws
+/// plan's part of the image, with `sums`, the plan's layers and, if adaptive, perhaps `needs` and
+/// more samples than the plan wants. It includes counts of an adaptive picture's pilot. Throws
 /// Error for other films and for deep ones.
 [[nodiscard]] RenderResult resume(const RenderPlan& plan, Film film,
                                   const RenderCallbacks& callbacks);
 
-/// The part of a pilot that a plan by need goes on from: `pilot` is of the whole picture, of which
-/// the plan's crop is a part, with kPilot samples in each pixel and their counts. The result has
-/// the needs of the whole. Throws Error for another film.
+/// The part of a pilot from which an adaptive plan continues: `pilot` is of the whole picture, of
+/// which the plan's crop is a part, with kPilot samples in each pixel and their counts. The result
+/// has the needs of the whole. Throws Error for another film.
 [[nodiscard]] Film begin_by_pilot(const RenderPlan& plan, const Film& pilot);
 
 /// Plans without a limit on work, and renders. Several volumes may overlap.

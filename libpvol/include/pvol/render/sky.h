@@ -57,7 +57,7 @@ template <std::same_as<GradientSky> S>
       key<&S::up>({.key = "up",
                    .metavar = "XYZ",
                    .limits = direction(),
-                   .help = "The direction of the zenith"}),
+                   .help = "Direction of the zenith"}),
   });
 }
 
@@ -81,20 +81,20 @@ template <std::same_as<ImageSky> S>
       key<&S::file>({.key = "file",
                      .metavar = "FILE",
                      .limits = file_name(),
-                     .help = "Latitude-longitude picture (.exr, .hdr)",
+                     .help = "Picture in latitude and longitude (.exr, .hdr)",
                      .required = true}),
       key<&S::scale>({.key = "scale",
                       .metavar = "RGB",
                       .limits = number(kRadianceRange).or_three(),
-                      .help = "Factor on every pixel"}),
+                      .help = "Factor on the radiance of every pixel"}),
       key<&S::rotation>({.key = "rotation",
                          .metavar = "DEGREES",
                          .limits = number(),
-                         .help = "Turn of the picture about up in degrees"}),
+                         .help = "Rotation of the picture about up in degrees"}),
       key<&S::up>({.key = "up",
                    .metavar = "XYZ",
                    .limits = direction(),
-                   .help = "The direction of the picture's upper edge"}),
+                   .help = "Direction of the picture's upper edge"}),
   });
 }
 

@@ -31,7 +31,7 @@ template <std::same_as<Sun> T>
       key<&T::direction>({.key = "direction",
                           .metavar = "XYZ",
                           .limits = direction(),
-                          .help = "From the scene towards the sun"}),
+                          .help = "Direction from the scene towards the sun"}),
       key<&T::irradiance>({.key = "irradiance",
                            .metavar = "RGB",
                            .limits = number(kRadianceRange).or_three(),
@@ -39,7 +39,7 @@ template <std::same_as<Sun> T>
       key<&T::angle>({.key = "angle",
                       .metavar = "DEGREES",
                       .limits = number(Range::half_open(0, 180)).also(expect_disc),
-                      .help = "Diameter of its disc in degrees, 0 or at least 0.01"}),
+                      .help = "Angular diameter of the disc in degrees, 0 or at least 0.01"}),
       group_key<&T::group>(),
   });
 }

@@ -41,12 +41,11 @@ template <std::same_as<Material> F>
       key<&F::albedo>({.key = "albedo",
                        .metavar = "RGB",
                        .limits = number(Range::closed(0, 1)).or_three(),
-                       .help = "Share of the light that falls on it and is scattered, evenly; 0 is "
-                               "black"}),
+                       .help = "Fraction of the incident light that is scattered, evenly in all "
+                               "directions; 0 is black"}),
       key<&F::visibility>({.key = "look",
-                           .help =
-                               "What the camera sees of it; a shadow-catcher is seen by the shadow "
-                               "on it alone, a holdout is a hole with alpha 0"}),
+                           .help = "How the camera sees the surface; of a shadow-catcher only the "
+                                   "shadows on it are visible, a holdout is a hole with alpha 0"}),
   });
 }
 
@@ -64,11 +63,11 @@ template <std::same_as<PlaneSurface> P>
       key<&P::point>({.key = "point",
                       .metavar = "XYZ",
                       .limits = number().times(3),
-                      .help = "A point of it, in world units"}),
+                      .help = "A point of the plane, in world units"}),
       key<&P::normal>({.key = "normal",
                        .metavar = "XYZ",
                        .limits = direction(),
-                       .help = "The direction it faces; both sides are the same",
+                       .help = "Normal of the plane; both sides are alike",
                        .otherwise = "up"}),
       keys_of_kind<&P::material>(),
   });
@@ -87,11 +86,11 @@ template <std::same_as<BallSurface> B>
       key<&B::centre>({.key = "centre",
                        .metavar = "XYZ",
                        .limits = number().times(3),
-                       .help = "Its centre, in world units"}),
+                       .help = "Centre of the sphere, in world units"}),
       key<&B::radius>({.key = "radius",
                        .metavar = "X",
                        .limits = number(Range::above(0)),
-                       .help = "Its radius, in world units"}),
+                       .help = "Radius of the sphere, in world units"}),
       keys_of_kind<&B::material>(),
   });
 }
@@ -111,8 +110,8 @@ template <std::same_as<SolidSurface> S>
       key<&S::file>({.key = "file",
                      .metavar = "FILE",
                      .limits = file_name(),
-                     .help = "A recipe (.toml): the union of its forms within its cuts, and of its "
-                             "solids, without noise",
+                     .help = "A recipe (.toml), of which the surface is taken: the union of its "
+                             "forms within its cuts and of its solids, without noise",
                      .required = true}),
       keys_of_kind<&S::place>(),
       keys_of_kind<&S::material>(),
@@ -134,7 +133,7 @@ template <std::same_as<MeshSurface> M>
       key<&M::file>({.key = "file",
                      .metavar = "FILE",
                      .limits = file_name(),
-                     .help = "Triangles or other polygons (.obj, .ply)",
+                     .help = "File of triangles or other polygons (.obj, .ply)",
                      .required = true}),
       keys_of_kind<&M::place>(),
       keys_of_kind<&M::material>(),

@@ -29,7 +29,7 @@ template <std::same_as<AlbedoMap> A>
       key<&A::grid>({.key = "grid",
                      .metavar = "NAME",
                      .limits = any_text(),
-                     .help = "Grid of colours, or of numbers, that the albedo is multiplied by; "
+                     .help = "Grid of colours or of numbers by which the albedo is multiplied; "
                              "none: the albedo is the same everywhere",
                      .otherwise = "Cd, color, colour or albedo"}),
       Key<A>{{.key = ""},
@@ -40,7 +40,7 @@ template <std::same_as<AlbedoMap> A>
       key<&A::colors>({.key = "colors",
                        .metavar = "X,R,G,B",
                        .limits = number().times(4).in_rows().also(expect_points),
-                       .help = "Colours along the mapped values of a grid of numbers, by rows",
+                       .help = "Colours for the mapped values of a grid of numbers, by rows",
                        .otherwise = "the mapped value, a grey"}),
   });
 }

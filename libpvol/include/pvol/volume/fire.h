@@ -40,7 +40,7 @@ template <std::same_as<Fire> F>
       key<&F::field>({.key = "field",
                       .metavar = "NAME",
                       .limits = any_text(),
-                      .help = "Grid that says how much is emitted",
+                      .help = "Grid of the emission's strength",
                       .otherwise = "flames, flame, fire, burn, heat or temperature"}),
       Key<F>{{.key = ""},
              nullptr,
@@ -55,28 +55,29 @@ template <std::same_as<Fire> F>
       key<&F::color>({.key = "color",
                       .metavar = "RGB",
                       .limits = number(kRadianceRange).or_three(),
-                      .help = "Factor on what is emitted"}),
+                      .help = "Factor on the emitted radiance"}),
       key<&F::color_by>({.key = "color_by",
                          .metavar = "NAME",
                          .limits = any_text(),
-                         .help = "Grid that kelvin and colors go by",
-                         .otherwise = "temperature, else the field"}),
+                         .help = "Grid to which kelvin and colors apply",
+                         .otherwise = "temperature, else that of field"}),
       key<&F::kelvin>({.key = "kelvin",
                        .metavar = "K",
                        .limits = number(kKelvinRange),
-                       .help = "Colour of a black body, of this temperature where color_by is 1 "
-                               "(1 where its values are in Kelvin)",
-                       .otherwise = "no black body's"}),
-      key<&F::kelvin_of_intensity>({.key = "kelvin_of_intensity",
-                                    .metavar = "K",
-                                    .limits = number(kKelvinRange),
-                                    .help = "Temperature at which the intensity is as said; it "
-                                            "goes with its fourth power (Stefan-Boltzmann)",
-                                    .otherwise = "it does not go with it"}),
+                       .help = "Emit the colour of a black body, which has this temperature where "
+                               "color_by is 1; set it to 1 for values in Kelvin",
+                       .otherwise = "no black body"}),
+      key<&F::kelvin_of_intensity>(
+          {.key = "kelvin_of_intensity",
+           .metavar = "K",
+           .limits = number(kKelvinRange),
+           .help = "Temperature at which the emission has the given intensity; it grows with the "
+                   "fourth power of temperature (Stefan-Boltzmann)",
+           .otherwise = "independent of temperature"}),
       key<&F::colors>({.key = "colors",
                        .metavar = "X,R,G,B",
                        .limits = number().times(4).in_rows().also(expect_points),
-                       .help = "Colours along the values of color_by, by rows"}),
+                       .help = "Colours for the values of color_by, by rows"}),
   });
 }
 

@@ -16,8 +16,8 @@ template <std::same_as<HenyeyGreenstein> H>
       {{.key = "g",
         .metavar = "G",
         .limits = number(Range::closed(-kLargestMeanCosine, kLargestMeanCosine)),
-        .help = "Mean cosine of the scattering angle (Henyey-Greenstein): above 0 is forward, 0 is "
-                "isotropic"},
+        .help = "Mean cosine of the scattering angle (Henyey-Greenstein): above 0 scatters "
+                "forward, 0 evenly"},
        [](const H& hg) { return to_value(hg.mean_cosine); },
        [](H& hg, const Value& v) { hg = H(*v.number()); }},
   });
@@ -42,7 +42,7 @@ template <std::same_as<TwoLobes> P>
       key<&P::share>({.key = "forward_share",
                       .metavar = "X",
                       .limits = number(Range::closed(0, 1)),
-                      .help = "Share of the first lobe"}),
+                      .help = "Weight of the first lobe"}),
   });
 }
 
@@ -54,7 +54,8 @@ template <std::same_as<Rayleigh> P>
   return std::to_array<Key<P>>({
       {{.key = "rayleigh",
         .limits = flag().also(expect_true),
-        .help = "Instead of g, whether matter is far smaller than the wavelength, as air is",
+        .help = "Replaces g: whether particles are much smaller than the wavelength, as those of "
+                "air are (Rayleigh)",
         .otherwise = "none"},
        [](const P&) { return to_value(true); },
        [](P&, const Value&) {}},
@@ -67,7 +68,7 @@ template <std::same_as<Draine> P>
       {{.key = "draine_g",
         .metavar = "G",
         .limits = number(Range::closed(-kLargestMeanCosine, kLargestMeanCosine)),
-        .help = "Instead of g, Draine's phase function: that of its Henyey-Greenstein factor"},
+        .help = "Replaces g: Draine's phase function, with this g in its Henyey-Greenstein factor"},
        [](const P& p) { return to_value(p.lobe.mean_cosine); },
        [](P& p, const Value& v) { p = P(*v.number(), p.alpha); }},
       {{.key = "draine_alpha",
@@ -86,8 +87,8 @@ template <std::same_as<Droplets> P>
       {{.key = "droplet_diameter",
         .metavar = "X",
         .limits = number({.lo = 0, .hi = kLargestDroplet, .lo_open = true}),
-        .help = "Instead of g, droplets of water of this diameter in micrometres: fog has 1 to "
-                "20, clouds 10 to 30"},
+        .help = "Replaces g: phase function of water droplets of this diameter in micrometres; fog "
+                "has 1 to 20, clouds 10 to 30"},
        [](const P& p) { return to_value(p.diameter); },
        [](P& p, const Value& v) { p = P(*v.number()); }},
   });
@@ -104,8 +105,9 @@ template <std::same_as<PhaseTable> P>
       {{.key = "phase_table",
         .metavar = "TABLE",
         .limits = number().times(2).in_rows().also(expect_phase_points),
-        .help = "Instead of g, points [angle in degrees, value] from 0 to 180, between which the "
-                "value is linear in the cosine, in any unit; or a text file with one a line",
+        .help =
+            "Replaces g: points [angle in degrees, value] from 0 to 180, between which the value "
+            "is linear in the cosine, in any unit; or a text file with one point per line",
         .otherwise = "none"},
        [](const P& p) { return to_value(p); },
        [](P& p, const Value& v) { p = P(phase_points(v)); }},
@@ -118,17 +120,17 @@ template <std::same_as<Component> C>
       key<&C::share>({.key = "share",
                       .metavar = "X",
                       .limits = number(Range::closed(0, 1)),
-                      .help = "Share of the extinction; the medium itself has what is left",
+                      .help = "Share of the extinction; the medium itself has the rest",
                       .required = true}),
       key<&C::albedo>({.key = "albedo",
                        .metavar = "RGB",
                        .limits = number(Range::closed(0, 1)).or_three(),
-                       .help = "Scattering over extinction"}),
+                       .help = "Ratio of scattering to extinction"}),
       keys_of_kind<&C::phase>(),
       key<&C::emission>({.key = "emission",
                          .metavar = "RGB",
                          .limits = number(kRadianceRange).or_three(),
-                         .help = "Radiance that an absorbing medium emits"}),
+                         .help = "Radiance that the absorbing part of the medium emits"}),
   });
 }
 
@@ -147,8 +149,8 @@ template <std::same_as<Medium> T>
           {.key = "extinction_color",
            .metavar = "RGB",
            .limits = number(Range::closed(0, 1)).or_three().also(expect_a_one),
-           .help = "Share of the extinction by channel, the largest of which is 1; takes about "
-                   "three times as long as grey"}),
+           .help = "Extinction by channel, relative to the largest, which is 1; rendering takes "
+                   "about three times as long as in grey"}),
   });
 }
 

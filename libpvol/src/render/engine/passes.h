@@ -15,11 +15,11 @@ namespace pvol::detail {
 /// kernels.
 inline constexpr std::uint32_t kMostOfPass = 256;
 
-/// Most samples of a pixel by need.
+/// Most adaptive samples of a pixel.
 inline constexpr std::uint32_t kMostOfPixel = 1u << 30;
 
 /// The passes of a render: `options.samples` in every pixel or, where noise or time are limited,
-/// samples by need.
+/// adaptive samples.
 class Passes {
  public:
   /// For a film of so many pixels.
@@ -44,7 +44,7 @@ class Passes {
   std::uint64_t total_ = 0;
 
   std::uint32_t uniform_ = 0;        // samples of every pixel while they are equal
-  double average_ = kPilot;          // samples of a pixel that passes by need are aiming at
+  double average_ = kPilot;          // samples of a pixel at which adaptive passes aim
   std::vector<std::uint32_t> goal_;  // what they come to for each pixel
 
   double seconds_ = 0, done_ = 0, speed_ = 0;  // after the last pass; samples per second in it

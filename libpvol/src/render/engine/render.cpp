@@ -60,7 +60,9 @@ Film continued(Film fresh, Film earlier) {
     earlier.layers[k].least = fresh.layers[k].least;
   }
   if (same) return earlier;
-  throw Error("the film to go on with is not one of this picture");
+  throw Error(
+      "the film to resume belongs to another picture; expected the same size, crop, layers and "
+      "first sample");
 }
 
 double seconds_since(std::chrono::steady_clock::time_point t) {
@@ -141,7 +143,7 @@ Paths guide(const RenderPlan& plan, PathSetup& setup, RenderResult& result) {
     if (!result.guided) paths = plain(paths);  // nothing to be guided by
   }
   if (!std::isfinite(setup.light.shadow_unit)) {
-    throw Error("the lights are too bright for single precision");
+    throw Error("the lights are too bright for single precision; scale them down");
   }
   return paths;
 }
@@ -150,8 +152,8 @@ void check_sample_numbers(const RenderOptions& o) {
   const std::uint64_t last =
       std::uint64_t(o.first_sample) + (is_adaptive(o) ? detail::kMostOfPixel : o.samples);
   if (last <= std::numeric_limits<std::uint32_t>::max()) return;
-  throw Error("samples up to number " + std::to_string(last) +
-              " are asked for; expected at most 4294967295");
+  throw Error("the samples have numbers up to " + std::to_string(last) +
+              "; expected at most 4294967295: lower the first sample or the number of samples");
 }
 
 /// Gives the empty film its layers and what an earlier render left.
@@ -231,8 +233,10 @@ Film begin_by_pilot(const RenderPlan& plan, const Film& pilot) {
                         pilot.y + pilot.crop_height >= part.y + part.crop_height;
   const auto is_done = [](const PixelSums& p) { return p.samples == kPilot; };
   if (!has_part || !is_adaptive(o) || !std::ranges::all_of(pilot.pixels, is_done)) {
-    throw Error("the pilot is not one of this picture by need, all of it, with " +
-                std::to_string(kPilot) + " samples in each pixel");
+    throw Error(
+        "the pilot does not fit this picture; expected all of a picture with adaptive samples, "
+        "with " +
+        std::to_string(kPilot) + " samples in each pixel");
   }
   Film film = crop_of(pilot, part.x, part.y, part.crop_width, part.crop_height);
   film.needs = detail::needs_of_part(detail::find_adaptive_samples(pilot, o.noise), pilot, part);

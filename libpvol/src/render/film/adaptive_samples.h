@@ -20,7 +20,7 @@ inline constexpr double kSampleCost = 200;
 /// tracer. Kernels in lanes take a fifth of it for all of them.
 [[nodiscard]] std::vector<float> sample_costs(const Film& film);
 
-/// Most samples of a pixel, on average, of pictures by need.
+/// Most adaptive samples of a pixel, on average.
 inline constexpr double kMostSamples = 1 << 20;
 
 /// The colour, 0 or 1, of pixel `index` of a film: that of the whole image.

@@ -174,7 +174,7 @@ double most_deep_bytes(double pixels, int bins, double samples) {
 void add_samples(DeepFilm& to, const DeepFilm& from) {
   if (to.pixels.size() != from.pixels.size() || to.bins != from.bins || to.front != from.front ||
       to.back != from.back) {
-    throw Error("deep films of different sizes or bins cannot be added");
+    throw Error("the deep films have different sizes or bins; expected the same to add them");
   }
   for (std::size_t i = 0; i < to.pixels.size(); ++i) {
     for (const DeepBin& b : from.pixels[i]) {

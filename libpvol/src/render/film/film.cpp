@@ -120,10 +120,12 @@ void add_part(Film& to, const Film& part) {
   const int x = part.x - to.x, y = part.y - to.y;
   if (to.width != part.width || to.height != part.height || x < 0 || y < 0 ||
       x + part.crop_width > to.crop_width || y + part.crop_height > to.crop_height) {
-    throw Error("a part of a film does not lie in it");
+    throw Error("the part lies outside the film; expected a rectangle inside it");
   }
   if (!have_same_layers(to, part) || to.sums.empty() || part.sums.empty()) {
-    throw Error("a part of a film has other layers or no exact sums");
+    throw Error(
+        "the part has other layers than the film, or no exact sums; expected the same layers with "
+        "sums");
   }
   for (int row = 0; row < part.crop_height; ++row) {
     for (int column = 0; column < part.crop_width; ++column) {
@@ -141,7 +143,7 @@ void add_part(Film& to, const Film& part) {
 void add_samples(Film& to, const Film& from) {
   if (from.pixels.size() != to.pixels.size() || from.crop_width != to.crop_width ||
       from.layers.size() != to.layers.size()) {
-    throw Error("films of different sizes or layers cannot be added");
+    throw Error("the films have different sizes or layers; expected the same to add them");
   }
   const bool exact = !to.sums.empty() && !from.sums.empty();
   if (exact) {

@@ -55,7 +55,7 @@ struct PathResult {
 inline void require_finite(const PathResult& r, int x, int y) {
   if (is_finite(r.radiance)) return;
   throw Error("pixel (" + std::to_string(x) + ", " + std::to_string(y) +
-              ") became infinite: the lights are too bright for single precision");
+              ") became infinite: the lights are too bright for single precision; scale them down");
 }
 
 }  // namespace pvol::detail

@@ -44,10 +44,10 @@ void check_places(const Emitter& fire, const Volume& volume) {
 void check_motion(const Volume& volume, const Scene& scene) {
   const RenderOptions& o = scene.options;
   require(volume.density.motion->shutter == scene.camera.shutter,
-          "the volume was made for another shutter than the camera's");
+          "the volume was made for another shutter than the camera's; make it again for this one");
   require(o.tracker != Tracker::regular && o.transmittance != Transmittance::regular,
-          "regular tracking and regular transmittance have no closed form where a volume moves; "
-          "choose another tracker or transmittance, or the shutter [0, 0]");
+          "regular tracking and regular transmittance have no closed form for a volume that moves; "
+          "choose another tracker or transmittance, or set the shutter to [0, 0]");
   require(o.line_emission != LineEmission::on,
           "the emission of a volume that moves is gathered at collisions; leave line emission at "
           "auto");
@@ -57,16 +57,17 @@ void check_motion(const Volume& volume, const Scene& scene) {
 void check_moving_places(const Volume& volume, const Scene& scene) {
   const RenderOptions& o = scene.options;
   require(volume.moving_places->shutter == scene.camera.shutter,
-          "the volume's places move for another shutter than the camera's");
+          "the volume's instances were made for another shutter than the camera's; make them again "
+          "for this one");
   require(volume.fire == nullptr,
-          "a fire stands still: its volume does not move as a whole; leave the fire or the motion "
-          "of its place (`to`) out, or the shutter at [0, 0]");
+          "a volume with a fire cannot move as a whole; leave out the fire or the motion (`to`), "
+          "or set the shutter to [0, 0]");
   require(!is_weighted(o.tracker),
-          std::string("a volume that moves as a whole takes a tracker without weights, not ") +
+          std::string("a volume that moves as a whole needs a tracker without weights, found ") +
               name(o.tracker) + "; choose another one, such as decomposition");
   require(!is_chromatic(volume.medium),
-          "an extinction that differs by channel (extinction_color) does not go with a volume that "
-          "moves as a whole; leave one of them out, or the shutter at [0, 0]");
+          "an extinction that differs by channel (extinction_color) cannot be combined with a "
+          "volume that moves as a whole; leave out one of them, or set the shutter to [0, 0]");
   require(o.line_emission != LineEmission::on,
           "the emission of a volume that moves is gathered at collisions; leave line emission at "
           "auto");
@@ -75,7 +76,8 @@ void check_moving_places(const Volume& volume, const Scene& scene) {
 void check(const Volume& volume, const RenderOptions& o) {
   validate(volume.medium);
   require(volume.density.majorant_excess == 1 || is_weighted(o.tracker),
-          "the volume's majorants do not hold, which takes a tracker with weights");
+          "the volume's majorants do not hold, which needs a weighted tracker; choose "
+          "weighted-delta or weighted-decomposition");
   require(has_closed_form(o.look_up) ||
               (o.tracker != Tracker::regular && o.transmittance != Transmittance::regular),
           "regular tracking and regular transmittance have closed forms for nearest and trilinear "
@@ -87,44 +89,46 @@ void check(const Volume& volume, const RenderOptions& o) {
   require(volume.density.scale == float(volume.medium.extinction) &&
               volume.density.look_up == o.look_up &&
               (o.tracker != Tracker::delta_global || volume.density.octree.depth == 0),
-          "the volume was made for another extinction, interpolation or tracker than the scene's");
+          "the volume was made for another extinction, interpolation or tracker than the scene's; "
+          "make it again for this scene");
   if (volume.fire != nullptr) check_places(*volume.fire, volume);
 }
 
 /// Deep pictures are made of samples that collide or do not, and of memory.
 void check_deep(std::span<const Volume> volumes, const RenderOptions& o) {
-  require(
-      std::ranges::none_of(volumes, [](const Volume& v) { return v.fire != nullptr; }) &&
-          o.line_emission != LineEmission::on,
-      "deep pictures are made of what collides, and light of fires and of emission along flights "
-      "comes from all along a ray; leave the fire or the deep picture out, and line emission at "
-      "auto");
+  require(std::ranges::none_of(volumes, [](const Volume& v) { return v.fire != nullptr; }) &&
+              o.line_emission != LineEmission::on,
+          "deep pictures consist of collisions, but fires and emission along flights add light all "
+          "along a ray; leave out the fire or the deep picture, and leave line emission at auto");
   require(!is_weighted(o.tracker),
-          std::string("deep pictures count samples that collide, and those of tracker ") +
-              name(o.tracker) + " have weights; choose a tracker without, such as decomposition");
+          std::string("deep pictures count collisions, but those of the tracker ") +
+              name(o.tracker) +
+              " have weights; choose a tracker without weights, such as decomposition");
   const double pixels = double(o.crop_width ? o.crop_width : o.width - o.crop_x) *
                         double(o.crop_height ? o.crop_height : o.height - o.crop_y);
   constexpr double kUnlimited = std::numeric_limits<double>::infinity();
   const double bytes =
       most_deep_bytes(pixels, o.deep_bins, is_adaptive(o) ? kUnlimited : double(o.samples));
-  require(bytes <= kMostDeepBytes, "a deep picture of " + digits(pixels) + " pixels in " +
-                                       std::to_string(o.deep_bins) + " bins of depth may take " +
-                                       digits(bytes / 0x1p30) +
-                                       " GiB of memory; expected at "
-                                       "most 8: take fewer bins, or render it in parts (crop)");
+  require(
+      bytes <= kMostDeepBytes,
+      "a deep picture of " + digits(pixels) + " pixels in " + std::to_string(o.deep_bins) +
+          " bins of depth may need " + digits(bytes / 0x1p30) +
+          " GiB of memory; expected at most 8: choose fewer bins, or render it in parts (crop)");
 }
 
 /// Flights for several channels have weights, and one tracker of their own.
 void check_chromatic(std::span<const Volume> volumes, const RenderOptions& o) {
   if (std::ranges::none_of(volumes, [](const Volume& v) { return is_chromatic(v.medium); })) return;
-  const char* wrong = count_places(volumes) > 1 ? "one volume alone"
-                      : o.deep                  ? "no deep picture, whose samples have no weights"
+  const char* wrong = count_places(volumes) > 1 ? "one volume"
+                      : o.deep ? "flat pictures, since samples of deep ones have no weights"
                       : is_weighted(o.tracker) || o.tracker == Tracker::regular
-                          ? "the trackers decomposition and delta, for which it has one of its own"
+                          ? "the trackers decomposition and delta"
                           : nullptr;
-  require(wrong == nullptr,
-          std::string("an extinction that differs by channel (extinction_color) goes with ") +
-              (wrong ? wrong : ""));
+  require(
+      wrong == nullptr,
+      std::string(
+          "an extinction that differs by channel (extinction_color) can be combined only with ") +
+          (wrong ? wrong : ""));
 }
 
 /// Of what ends flights or is passed by them, which takes flights without weights.
@@ -136,7 +140,7 @@ void check_beside(const std::string& what, const char* flat, std::span<const Vol
           ? "an extinction that is the same for all channels (no extinction_color)"
       : o.deep ? flat
                : nullptr;
-  if (wrong) throw Error(what + " go with " + wrong);
+  if (wrong) throw Error(what + " can be combined only with " + wrong);
 }
 
 /// Flights are compiled for one of these kinds, not for two at once.
@@ -146,30 +150,30 @@ void check_kinds(std::span<const Volume> volumes) {
   const bool mapped = any([](const Volume& v) { return v.density.map != nullptr; });
   const bool chromatic = any([](const Volume& v) { return is_chromatic(v.medium); });
   require(!moves || !(mapped || chromatic),
-          "volumes that move go neither with mapped densities nor with an extinction that differs "
-          "by channel; leave the shutter at [0, 0], or these out");
+          "volumes that move cannot be combined with mapped densities or an extinction that "
+          "differs by channel; set the shutter to [0, 0], or leave these out");
   const bool shared = any([](const Volume& v) { return v.density.shares_samples(); });
   require(!shared || !(moves || mapped),
-          "volumes that share samples go neither with mapped densities nor with volumes that move; "
-          "leave share_samples off, or these out");
+          "volumes that share samples cannot be combined with mapped densities or volumes that "
+          "move; leave share_samples off, or leave these out");
 }
 
 }  // namespace
 
 void check(std::span<const Volume> volumes, const Scene& scene) {
   check(scene);
-  require(!volumes.empty(), "there is no volume to render");
+  require(!volumes.empty(), "there is no volume to render; expected at least one");
   require(count_places(volumes) == 1 || !is_weighted(scene.options.tracker),
-          "weighted trackers take one volume; choose another tracker for several");
+          "weighted trackers support one volume only; choose another tracker for several");
   check_chromatic(volumes, scene.options);
   check_kinds(volumes);
   if (!scene.surfaces.empty()) {
-    check_beside("scenes with surfaces", "flat pictures, for deep ones hold volumes alone", volumes,
-                 scene.options);
+    check_beside("scenes with surfaces", "flat pictures, since deep ones hold volumes only",
+                 volumes, scene.options);
   }
   if (any_is_met(make_light_sources(scene.lights))) {
-    check_beside("lights that rays meet (area, point with a radius)",
-                 "flat pictures, for deep ones are made of what collides", volumes, scene.options);
+    check_beside("lights with an extent (area, point with a radius)",
+                 "flat pictures, since deep ones hold collisions only", volumes, scene.options);
   }
   if (scene.options.deep) check_deep(volumes, scene.options);
   for (const Volume& v : volumes) {

@@ -16,9 +16,9 @@ namespace {
 /// Why paths cannot be guided, or null.
 const char* obstacle(std::span<const Volume> volumes, const RenderOptions& o) {
   if (volumes.empty()) return "there is no volume";
-  if (is_chromatic(volumes.front().medium)) return "the extinction has a colour";
-  if (is_weighted(o.tracker)) return "the tracker has weights";
-  if (o.max_bounces) return "bounces are limited";
+  if (is_chromatic(volumes.front().medium)) return "the extinction differs by channel";
+  if (is_weighted(o.tracker)) return "the tracker is weighted";
+  if (o.max_bounces) return "the number of bounces is limited";
   return nullptr;
 }
 
@@ -68,13 +68,13 @@ GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene,
   constexpr double kPaths = 1 << 17;        // that take longer than the photons
   constexpr double kPathsOfPlace = 20'000;  // tests/bench/RESULTS.md, a sky of many clouds
   const RenderOptions& o = scene.options;
-  if (o.guide == GuideUse::off) return {false, "as told"};
+  if (o.guide == GuideUse::off) return {false, "as set"};
   if (const char* reason = obstacle(volumes, o)) {
     if (o.guide == GuideUse::automatic) return {false, reason};
     throw Error(std::string("paths cannot be guided: ") + reason +
-                "; leave guide at auto, or change that");
+                "; leave guide at auto, or change the scene");
   }
-  if (o.guide == GuideUse::on) return {true, "as told"};
+  if (o.guide == GuideUse::on) return {true, "as set"};
   if (!has_directions(volumes, lighting)) return {false, "light comes from a smooth sky alone"};
   const double thickness = choose_transmittance(volumes).thickness;
   double albedo = 0;
@@ -83,13 +83,13 @@ GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene,
   if (thickness < kThickness) return {false, "the cloud is thin", scatterings};
   if (albedo < kAlbedo) return {false, "the cloud absorbs much", scatterings};
   if (paths < kPaths) {
-    return {false, "the picture takes less time than a guide", scatterings};
+    return {false, "the picture takes less time than building a guide", scatterings};
   }
   const std::size_t places = count_places(volumes);
   if (places > 1 && paths < kPathsOfPlace * double(places)) {
-    return {false, "so many volumes share too few photons", scatterings};
+    return {false, "there are too few photons for so many volumes", scatterings};
   }
-  return {true, "light comes from somewhere", scatterings};
+  return {true, "light comes from certain directions", scatterings};
 }
 
 }  // namespace pvol

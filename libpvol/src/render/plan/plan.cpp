@@ -62,9 +62,9 @@ Kernel choose_kernel(const RenderPlan& p) {
 
 Decision decide_cut(const Volume& v, const RenderOptions& o) {
   return {"octree", "walks stop at depth " + std::to_string(v.density.octree.depth) + " or above",
-          o.depth                              ? "as told"
-          : o.tracker == Tracker::delta_global ? "the tracker takes one majorant"
-                                               : "where segments cost least"};
+          o.depth                              ? "as set"
+          : o.tracker == Tracker::delta_global ? "the tracker uses one majorant"
+                                               : "the depth of least cost"};
 }
 
 Decision decide_micro_bounds(const Volume& v, const RenderOptions& o) {
@@ -72,29 +72,29 @@ Decision decide_micro_bounds(const Volume& v, const RenderOptions& o) {
   const std::string edge = std::to_string(f.micro.edge);
   const std::string choice = f.micro.edge == 0 ? "none" : "of " + edge + "^3 voxels";
   if (f.motion != nullptr) return {"micro-bounds", choice, "the volume moves"};
-  if (o.micro_bounds != MicroBoundsUse::automatic) return {"micro-bounds", choice, "as told"};
+  if (o.micro_bounds != MicroBoundsUse::automatic) return {"micro-bounds", choice, "as set"};
   return {"micro-bounds", choice,
-          f.micro.edge == 0 ? "look-ups cost little or segments leave little open"
-          : f.micro_stored  ? "from the file: look-ups cost more than they do"
-                            : "built: look-ups cost more than they do"};
+          f.micro.edge == 0 ? "look-ups are cheap, or bounds are already tight"
+          : f.micro_stored  ? "from the file: look-ups cost more than micro-bounds"
+                            : "built: look-ups cost more than micro-bounds"};
 }
 
 Decision decide_motion(const Motion& m) {
   return {"motion", "blurred",
           "it moves by up to " + digits(m.longest) +
-              " voxels along an axis between the files' time "
-              "and the shutter's farthest"};
+              " voxels along an axis between the files' time and the shutter's farther end"};
 }
 
 Decision decide_moving_places(const Volume& v) {
   const MovingPlaces& m = *v.moving_places;
   const auto moving = std::ranges::count_if(m.all, &MovingPlace::moves);
-  const std::string which = m.all.size() == 1 ? "it moves"
-                                              : std::to_string(moving) + " of its " +
-                                                    std::to_string(m.all.size()) + " places move";
+  const std::string which =
+      m.all.size() == 1
+          ? "it moves"
+          : std::to_string(moving) + " of its " + std::to_string(m.all.size()) + " instances move";
   return {"motion", "as a whole",
           which + " by up to " + digits(m.longest) +
-              " world units between the files' time and times of the shutter"};
+              " world units between the files' time and the shutter's farther end"};
 }
 
 /// The reason is the estimate, whoever chose: it is worth knowing.
@@ -115,8 +115,8 @@ Decision decide_guide(const GuideChoice& guide) {
 
 Decision decide_transmittance(const TransmittanceChoice& t, bool by_user, bool in_lanes) {
   return {"shadow rays", name(t.estimator),
-          by_user    ? "as told"
-          : in_lanes ? "those of many paths at once"
+          by_user    ? "as set"
+          : in_lanes ? "the estimator that traces many paths at once"
                      : "optical thickness about " + digits(t.thickness) + " on average, " +
                            digits(100 * t.control_share) + " % of the majorants are minorants"};
 }
@@ -130,14 +130,14 @@ std::optional<Decision> decide_emission(const RenderPlan& p, const RenderOptions
   if (p.emission == nullptr) {
     if (std::ranges::none_of(p.volumes, emits)) return std::nullopt;
     return Decision{"emission", "gathered at collisions",
-                    wanted.line_emission == LineEmission::off ? "as told" : "the clouds are thick"};
+                    wanted.line_emission == LineEmission::off ? "as set" : "the clouds are thick"};
   }
   const bool fires = std::ranges::any_of(p.volumes, [](const Volume& v) { return bool(v.fire); });
   return Decision{
       "emission",
       p.emission->lit ? "gathered along flights, and sampled as a light" : "gathered along flights",
       fires                                      ? "a field emits"
-      : wanted.line_emission == LineEmission::on ? "as told"
+      : wanted.line_emission == LineEmission::on ? "as set"
                                                  : "the cloud is thin"};
 }
 

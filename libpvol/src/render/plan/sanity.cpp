@@ -36,24 +36,27 @@ constexpr double kFaintest = 0.002;                   // share of camera rays th
 
 [[nodiscard]] std::string growing_weights(double excess, double thickness, double growth,
                                           double most) {
-  return "weights would grow without end: majorants are up to " + digits(excess) +
+  return "weights would grow without bound: majorants are up to " + digits(excess) +
          " times too low in a cloud of optical thickness up to " + digits(thickness) +
-         ", so that the variance grows by exp(" + digits(growth) + "), expected at most exp(" +
-         digits(most) + "). Fit the cloud again, raise --majorant-scale, or insist with --force.";
+         ", so the variance grows by exp(" + digits(growth) + "), expected at most exp(" +
+         digits(most) +
+         "). Fit the cloud again, raise --majorant-scale, or render anyway with --force.";
 }
 
 [[nodiscard]] std::string null_collisions(const Volume& v, double count) {
   return "a ray would meet about " + digits(count) +
          " null collisions in one segment, expected at most " + digits(kMostNullCollisions) + ". " +
          usual_extinction(v) +
-         "; or leave --depth at auto and --tracker at decomposition, or insist with --force.";
+         "; or leave --depth at auto and --tracker at decomposition, or render anyway with "
+         "--force.";
 }
 
 [[nodiscard]] std::string scatterings(const Volume& v, double count) {
   return "a path would scatter about " + digits(count) + " times, expected at most " +
          digits(kMostScatterings) + ": the cloud is about " + digits(thickness(v)) +
          " mean free paths thick and has albedo " + digits(double(largest_albedo(v))) + ". " +
-         usual_extinction(v) + "; or limit paths with --max-bounces N, or insist with --force.";
+         usual_extinction(v) +
+         "; or limit paths with --max-bounces N, or render anyway with --force.";
 }
 
 [[nodiscard]] std::string point(const Vec3d& p) {
@@ -63,10 +66,10 @@ constexpr double kFaintest = 0.002;                   // share of camera rays th
 [[nodiscard]] std::string unseen(const RenderPlan& plan, int rays) {
   const Box all = world_box(plan.volumes);
   const Camera& c = plan.scene.camera;
-  return "none of " + std::to_string(rays) + " rays over the picture meets a volume: from " +
+  return "none of " + std::to_string(rays) + " rays through the picture hits a volume: from " +
          point(c.position) + " the camera looks towards " + point(c.target) +
-         ", and the density lies between " + point(all.lo) + " and " + point(all.hi) +
-         (plan.surfaces ? "; or surfaces are in the way" : "");
+         ", but the density lies between " + point(all.lo) + " and " + point(all.hi) +
+         (plan.surfaces ? ", or surfaces hide it" : "");
 }
 
 /// Whether some leaf is as thick as a mean free path: a cloud that is thin all the same is lost in
@@ -83,13 +86,13 @@ constexpr double kFaintest = 0.002;                   // share of camera rays th
   if (v.density.octree.empty()) {
     return v.fire != nullptr ? "" : named(v, "the density is 0 everywhere");
   }
-  if (v.medium.extinction == 0) return named(v, "medium.extinction is 0: nothing of it is seen");
+  if (v.medium.extinction == 0)
+    return named(v, "medium.extinction is 0, so the volume is invisible");
   const double t = thickness(v);
   if (t <= kThickest && (t >= kThinnest || is_dense_somewhere(v))) return {};
   return named(v, "the cloud is about " + digits(t) + " mean free paths thick, expected " +
-                      digits(kThinnest) + " to " + digits(kThickest) + ": is its extinction of " +
-                      digits(v.medium.extinction) + " meant for another unit? " +
-                      usual_extinction(v));
+                      digits(kThinnest) + " to " + digits(kThickest) + ". Does its extinction of " +
+                      digits(v.medium.extinction) + " have the right unit? " + usual_extinction(v));
 }
 
 /// Warnings about a volume's motion.
@@ -97,10 +100,11 @@ void warn_of_motion(const Volume& v, std::vector<std::string>& all) {
   if (v.density.motion == nullptr) return;
   const Motion& m = *v.density.motion;
   if (m.longest > m.still_extent) {
-    all.push_back(named(v, "while the shutter is open matter moves by up to " + digits(m.longest) +
-                               " voxels, more than the cloud's " + digits(m.still_extent) +
-                               ": are single velocities far above the others, or is their scale, "
-                               "or the camera's fps, meant for another unit?"));
+    all.push_back(named(v, "while the shutter is open, the medium moves by up to " +
+                               digits(m.longest) + " voxels, more than the cloud's " +
+                               digits(m.still_extent) +
+                               ". Check for single velocities far above the others, and check the "
+                               "unit of their scale and the camera's fps"));
   }
   if (v.fire != nullptr) {
     all.push_back(named(v, "its fire stands still while its density moves"));
@@ -140,9 +144,9 @@ void refuse_endless_paths(const RenderPlan& plan, const CameraProbe& probe) {
   });
   if (white && 2 * probe.caught > probe.paths && !plan.scene.options.max_bounces) {
     throw Error(
-        "most paths go to and fro between surfaces without losing light and would hardly end; "
-        "lower the surfaces' albedo (0.8 is white paint), open what encloses the scene, or limit "
-        "the bounces with --max-bounces N; --force renders it all the same");
+        "most paths bounce between surfaces without losing light and would hardly end; lower the "
+        "surfaces' albedo (0.8 is white paint), open the enclosure, limit the bounces with "
+        "--max-bounces N, or render anyway with --force");
   }
   if (!(probe.collisions() > kMostScatterings)) return;
   const Volume& thickest = *std::max_element(
@@ -159,10 +163,9 @@ void warn_of_date(const Scene& scene, std::vector<std::string>& all) {
   if (sky == nullptr || sky->date.empty()) return;
   const double elevation = sun_of(*sky).elevation;
   if (elevation > -0.3) return;
-  all.push_back("at the sky's date the sun is " + digits(-elevation, 2) +
-                " degrees below the horizon; what is left is " +
-                (elevation > -18 ? "dusk" : "night") +
-                ". Is the time's zone right, and east of Greenwich positive?");
+  all.push_back("at the sky's date, the sun is " + digits(-elevation, 2) +
+                " degrees below the horizon, which leaves " + (elevation > -18 ? "dusk" : "night") +
+                ". Check the time zone, and that longitudes east of Greenwich are positive");
 }
 
 }  // namespace
@@ -176,15 +179,15 @@ std::vector<std::string> find_warnings(const RenderPlan& plan, const CameraProbe
                                [](const Volume& v) { return !v.density.octree.empty(); });
   if (any && probe.depths.empty()) all.push_back(unseen(plan, probe.rays));
   if (all.empty() && !plan.surfaces && opacity(probe) < kFaintest) {
-    all.push_back("of the camera's rays through the volumes' boxes a share of " +
+    all.push_back("of the camera's rays through the volumes' boxes, only a fraction of " +
                   digits(opacity(probe), 2) +
-                  " collides: the picture is empty, nearly. Do single voxels lie far outside the "
-                  "cloud, or far above its other values? pvol-stats bounds tells");
+                  " collides, so the picture is almost empty. Check with pvol-stats bounds for "
+                  "single voxels far outside the cloud or far above its other values");
   }
   if (plan.surfaces && plan.surfaces->catch_shadows() && plan.scene.options.noise) {
     all.push_back(
-        "a limit on noise goes by radiance alone, and what a shadow catcher shows is mostly alpha: "
-        "set the samples by --spp instead");
+        "a limit on noise measures radiance only, but a shadow catcher shows mostly alpha; set the "
+        "samples with --spp instead");
   }
   for (const Volume& v : plan.volumes) warn_of_motion(v, all);
   warn_of_date(plan.scene, all);

@@ -82,30 +82,31 @@ const char* expect_matrix(const Value& value) {
   for (std::size_t i = 0; i < m.size(); ++i) m[i] = *(*value.list())[i].number();
   Camera unused;
   return place(unused, m) ? nullptr
-                          : "a matrix of rotation, scale and place, whose last row or last column "
-                            "is 0, 0, 0, 1, not mirrored";
+                          : "a matrix of rotation, scale and translation that does not mirror, "
+                            "with 0, 0, 0, 1 as its last row or last column";
 }
 
 const char* expect_shutter(const Value& value) {
   const Value::List& times = *value.list();
-  return *times[0].number() <= *times[1].number() ? nullptr : "an opening before the closing";
+  return *times[0].number() <= *times[1].number() ? nullptr
+                                                  : "an opening time before the closing time";
 }
 
 std::optional<Misfit> misfit(const Camera& c) {
   constexpr double kLeastSine = 1e-6;  // of the angle between up and the view; the cross product of
                                        // two unit vectors is accurate to about 1e-16
   const Vec3d view = c.target - c.position;
-  if (view == Vec3d{}) return Misfit{{"target"}, "another point than position"};
+  if (view == Vec3d{}) return Misfit{{"target"}, "a point other than position"};
   const double sine = length(cross(normalize(view), normalize(c.up)));
   if (!(sine > kLeastSine)) {
     return Misfit{{"up", "target"},
                   "up, by default [0, 1, 0], not along the line from position to target"};
   }
   if (c.kind != CameraKind::perspective && c.f_stop) {
-    return Misfit{{"f_stop"}, "none, for a camera that is not perspective and has no lens"};
+    return Misfit{{"f_stop"}, "none, since only perspective cameras have a lens"};
   }
   if (c.kind == CameraKind::latlong && c.shift != std::array<double, 2>{0, 0}) {
-    return Misfit{{"shift"}, "[0, 0], for a camera that sees all directions"};
+    return Misfit{{"shift"}, "[0, 0], since the camera sees all directions"};
   }
   return std::nullopt;
 }

@@ -125,17 +125,18 @@ MovingMap MovingPlacement::map() const {
 std::optional<Misfit> misfit(const MovingPlacement& p) {
   if (determinant(p.from.map()) * determinant(p.to.map()) < 0) {
     return Misfit{{"scale", "matrix"},
-                  "a placement that is mirrored where the first one is, and not elsewhere"};
+                  "a placement that mirrors if and only if the first one does"};
   }
   const MovingMap map = p.map();
   if (!turns_by_angles(p) && !map.turns.empty() &&
       std::abs(map.turns.front().rate) > std::numbers::pi - kNearHalf) {
     return Misfit{{"rotate", "matrix"},
-                  "less than a half turn away from the first placement, or turns about its axes, "
-                  "whose degrees say which way to go"};
+                  "a rotation of less than half a turn from the first placement, or degrees about "
+                  "the same axes, which determine the way"};
   }
   if (stays_regular(map, 0, 1)) return std::nullopt;
-  return Misfit{{"scale", "matrix"}, "scales that do not pass 0 on their way from the first ones"};
+  return Misfit{{"scale", "matrix"},
+                "scales with the signs of the first ones, so that none passes 0"};
 }
 
 }  // namespace pvol

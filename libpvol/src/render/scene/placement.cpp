@@ -38,7 +38,7 @@ const char* expect_affine(const Value& value) {
   if (value.list()->size() == 12) return nullptr;
   const bool affine = number_at(value, 12) == 0 && number_at(value, 13) == 0 &&
                       number_at(value, 14) == 0 && number_at(value, 15) == 1;
-  return affine ? nullptr : "a last row of 0, 0, 0, 1; the translation stands in the last column";
+  return affine ? nullptr : "a last row of 0, 0, 0, 1, with the translation in the last column";
 }
 
 Value turns_value(const Placement& p) {
@@ -85,7 +85,7 @@ std::optional<Misfit> misfit(const Placement& p) {
   }
   const Affine back = inverse(p.map());
   if (is_finite(back.m[0]) && is_finite(back.m[1]) && is_finite(back.m[2])) return std::nullopt;
-  return Misfit{{"matrix", "scale"}, "a placement that can be undone, with no scale of 0"};
+  return Misfit{{"matrix", "scale"}, "an invertible placement, with no scale of 0"};
 }
 
 }  // namespace pvol

@@ -22,14 +22,14 @@ std::optional<Misfit> misfit(const RenderOptions& o) {
   const bool one_pixel = (o.crop_width ? o.crop_width : o.width - o.crop_x) == 1 &&
                          (o.crop_height ? o.crop_height : o.height - o.crop_y) == 1;
   if (o.noise && one_pixel) {
-    return Misfit{{"noise"}, "off for a single pixel, which has no others to tell its noise"};
+    return Misfit{{"noise"},
+                  "off for a single pixel, whose noise cannot be estimated from neighbours"};
   }
   if (o.part_end > 0 || o.part_begin > 0) {
     const std::uint32_t all = is_adaptive(o) ? kPilot : o.samples;
     const bool pilot = o.part_begin == 0 && o.part_end == kPilot;
     if (is_adaptive(o) && !pilot) {
-      return Misfit{{"samples"},
-                    "0:" + std::to_string(kPilot) + ", the pilot, where samples are by need"};
+      return Misfit{{"samples"}, "0:" + std::to_string(kPilot) + ", the pilot of adaptive samples"};
     }
     if (o.part_begin >= o.part_end || o.part_end > all) {
       return Misfit{{"samples"},
@@ -60,11 +60,11 @@ void validate(const Environment& environment) {
   require_limits("sky", without(entries(environment), "file"));  // which pixels in memory lack
   require(picture->width > 0 && picture->height > 0 &&
               picture->pixels.size() == std::size_t(picture->width) * std::size_t(picture->height),
-          "sky: the picture must have width x height pixels");
+          "sky: the number of pixels is wrong; expected width x height");
   const auto is_light = [](Rgb c) { return is_finite(c) && min_component(c) >= 0; };
   for (const Rgb pixel : picture->pixels) {
     require(is_light(pixel) && is_light(pixel * picture->scale),
-            "sky: every radiance must be finite and not negative");
+            "sky: a radiance is negative or not finite; expected finite numbers of at least 0");
   }
 }
 

@@ -8,7 +8,8 @@ namespace pvol::detail {
 namespace {
 
 [[nodiscard]] bool machine_has(KernelKind kernel) {
-  return kernel == KernelKind::avx512 ? has_avx512() : kernel == KernelKind::avx2 && has_x86_64_v3();
+  return kernel == KernelKind::avx512 ? has_avx512()
+                                      : kernel == KernelKind::avx2 && has_x86_64_v3();
 }
 
 }  // namespace
@@ -19,7 +20,7 @@ bool has_kernel(KernelKind kernel) {
 }
 
 KernelChoice choose_kernel(KernelKind wanted, const char* obstacle, const LaneWords& words) {
-  if (wanted == KernelKind::scalar) return {KernelKind::scalar, "as told"};
+  if (wanted == KernelKind::scalar) return {KernelKind::scalar, "as set"};
   if (wanted == KernelKind::automatic) {
     if (obstacle != nullptr) return {KernelKind::scalar, obstacle};
     for (const KernelKind kernel : {KernelKind::avx512, KernelKind::avx2}) {
@@ -31,13 +32,13 @@ KernelChoice choose_kernel(KernelKind wanted, const char* obstacle, const LaneWo
   }
   if (!has_kernel(wanted)) {
     throw Error(std::string("the kernel ") + name(wanted) +
-                " does not run on this machine; leave kernel at auto, which takes what there is");
+                " does not run on this machine; leave kernel at auto, which chooses one that does");
   }
   if (obstacle != nullptr) {
-    throw Error(std::string("the kernel ") + name(wanted) + " does not serve this " +
-                words.subject + ": " + obstacle + "; leave kernel at auto, or change that");
+    throw Error(std::string("the kernel ") + name(wanted) + " does not support this " +
+                words.subject + ": " + obstacle + "; leave kernel at auto, or change this");
   }
-  return {wanted, "as told"};
+  return {wanted, "as set"};
 }
 
 }  // namespace pvol::detail

@@ -32,7 +32,7 @@ const char* simd_obstacle(const Volume& v) {
   if (v.moving_places != nullptr) return "the volume moves as a whole";
   if (f.map != nullptr) return "the density is mapped";
   // Their constants would reach beyond the support's box, to the ends of leaves.
-  if (f.homogeneous != nullptr) return "nodes count as homogeneous";
+  if (f.homogeneous != nullptr) return "nodes are homogenised";
   if (f.octree.empty()) return "the volume is empty";
   // Places of rays are floats: of the largest clouds they would lose what matters.
   constexpr int kLargestEdge = 4000;

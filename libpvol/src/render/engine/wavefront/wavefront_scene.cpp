@@ -103,20 +103,19 @@ const char* wavefront_obstacle(std::span<const Volume> volumes, const Scene& sce
   if (o.transmittance != Transmittance::automatic && o.transmittance != Transmittance::analog) {
     return "shadow rays are not analog";
   }
-  if (o.depth) return "the octree's depth is set";
+  if (o.depth) return "the octree's depth is set by the user";
   if (o.majorant_scale != 1) return "majorants are scaled";
-  if (o.max_bounces && *o.max_bounces > kMostWavefrontBounces)
-    return "the limit on bounces is high";
+  if (o.max_bounces && *o.max_bounces > kMostWavefrontBounces) return "the bounce limit is high";
   const Volume& v = volumes.front();
   if (v.fire != nullptr) return "a field emits";
-  if (v.albedo != nullptr) return "the albedo is a field";
-  if (is_chromatic(v.medium)) return "the extinction has a colour";
+  if (v.albedo != nullptr) return "the albedo varies in space";
+  if (is_chromatic(v.medium)) return "the extinction differs by channel";
   if (gathers_along_flights(v, o)) return "emission is gathered along flights";
   constexpr std::size_t kMostLights = 255;
   for (const LightSource& source : make_light_sources(scene.lights)) {
     const bool served =
         std::holds_alternative<SunLight>(source) || std::holds_alternative<PointSource>(source);
-    if (!served) return "some light is neither a sun nor a point";
+    if (!served) return "a light is neither a sun nor a point light";
   }
   if (most_lights(scene) > kMostLights) return "there are more than 255 lights";
   return simd_obstacle(v);

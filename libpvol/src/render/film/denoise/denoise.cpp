@@ -24,12 +24,14 @@ using detail::Tile;
 
 void check(const DenoiseOptions& o) {
   constexpr int kMostWindow = 32, kMostPatch = 8;
-  if (o.window < 1 || o.window > kMostWindow) throw Error("denoise: window is not in 1..32");
-  if (o.patch < 0 || o.patch > kMostPatch) throw Error("denoise: patch is not in 0..8");
+  if (o.window < 1 || o.window > kMostWindow)
+    throw Error("denoise: window is out of range; expected 1 to 32");
+  if (o.patch < 0 || o.patch > kMostPatch)
+    throw Error("denoise: patch is out of range; expected 0 to 8");
   if (!(o.bandwidth > 0) || !std::isfinite(o.bandwidth)) {
-    throw Error("denoise: bandwidth is not above 0");
+    throw Error("denoise: bandwidth is out of range; expected a number above 0");
   }
-  if (o.threads < 0) throw Error("denoise: threads is negative");
+  if (o.threads < 0) throw Error("denoise: threads is negative; expected 0 or more");
 }
 
 bool any_filtered(const Plane& filtered, const Tile& t) {

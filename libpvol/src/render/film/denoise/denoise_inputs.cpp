@@ -33,8 +33,8 @@ const Layer* find_layer(const Film& film, const std::string& name) {
 
 const Layer& layer_of(const Film& film, const std::string& name, Aov aov) {
   if (const Layer* layer = find_layer(film, name)) return *layer;
-  throw Error("a film without the layer " + name + " cannot be filtered; render it with --aov " +
-              row(aov).name);
+  throw Error("the film cannot be filtered: it lacks the layer " + name +
+              "; render it with --aov " + row(aov).name);
 }
 
 const Layer& half_of(const Film& film, int half) {
@@ -258,11 +258,11 @@ void check_film(const Film& film) {
   for (const PixelSums& p : film.pixels) {
     if (p.samples < 2) {
       throw Error(
-          "a film with pixels of fewer than two samples cannot be filtered: their noise is not "
-          "known. Of a file that has no variances render it again with --aov variance,samples");
+          "the film cannot be filtered: a pixel has fewer than two samples, so its noise is "
+          "unknown. If the file has no variances, render it again with --aov variance,samples");
     }
     if (!is_finite(p.sum) || !is_finite(p.sum_squares)) {
-      throw Error("a film with pixels that are not finite cannot be filtered");
+      throw Error("the film cannot be filtered: a pixel is not finite; render it again");
     }
   }
 }

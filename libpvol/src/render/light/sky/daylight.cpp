@@ -107,17 +107,18 @@ const char* expect_date(const Value& value) {
 
 std::optional<Misfit> misfit(const ClearSky& sky) {
   const Vec3d up = normalize(sky.up), north = normalize(sky.north);
-  if (!(length(across(up, north)) > 1e-6)) return Misfit{{"north", "up"}, "a direction across up"};
+  if (!(length(across(up, north)) > 1e-6))
+    return Misfit{{"north", "up"}, "a direction not parallel to up"};
   if (sky.date.empty()) {
-    const char* const expected = "a date that it goes with, and none where elevation is given";
+    const char* const expected = "none without date, and none beside elevation";
     if (sky.latitude) return Misfit{{"latitude"}, expected};
     if (sky.longitude) return Misfit{{"longitude"}, expected};
     return std::nullopt;
   }
-  const char* const told = "none beside a date, which tells where the sun is";
+  const char* const told = "none beside date, which sets the position of the sun";
   if (sky.elevation) return Misfit{{"elevation"}, told};
   if (sky.azimuth) return Misfit{{"azimuth"}, told};
-  const char* const place = "a place to go with it, latitude and longitude in degrees";
+  const char* const place = "latitude and longitude in degrees beside it";
   if (!sky.latitude || !sky.longitude) return Misfit{{"date"}, place};
   return std::nullopt;
 }

@@ -17,7 +17,7 @@ constexpr double kClearance = 0x1p-20;
 void require(bool ok, RTCDevice device) {
   if (ok && rtcGetDeviceError(device) == RTC_ERROR_NONE) return;
   throw Error(
-      "Embree could not take the scene's meshes; there may be too little memory for their "
+      "Embree failed to build the scene's meshes; there may be too little memory for their "
       "triangles");
 }
 
@@ -87,7 +87,7 @@ MeshScene::MeshScene(std::span<const PlacedMesh> meshes) {
   embree_ = embree;
   if (box_.empty()) return;
   if (!is_finite(box_.lo) || !is_finite(box_.hi) || !is_finite(box_.extent())) {
-    throw Error("a mesh's place takes it out of the range of numbers; check its scale and matrix");
+    throw Error("the placement of a mesh overflows its coordinates; check its scale and matrix");
   }
   centre_ = box_.centre();
   const double reach = max_component(box_.extent()) * 0.5;

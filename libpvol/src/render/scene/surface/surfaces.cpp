@@ -16,11 +16,11 @@ void validate_body(const Body* body) {
 void validate_mesh(const TriangleMesh* mesh) {
   if (mesh == nullptr || mesh->triangles.empty()) throw Error("there are no triangles");
   for (const Vec3d v : mesh->vertices) {
-    if (!is_finite(v)) throw Error("every coordinate must be finite");
+    if (!is_finite(v)) throw Error("a coordinate is not finite; expected finite coordinates");
   }
   for (const auto& triangle : mesh->triangles) {
     if (*std::ranges::max_element(triangle) >= mesh->vertices.size()) {
-      throw Error("every triangle must have vertices that there are");
+      throw Error("a triangle refers to a vertex that does not exist");
     }
   }
 }
