@@ -549,7 +549,7 @@ TEST(Render, TakesSamplesUntilANoiseOrATime) {
                                           "24x16", "--no-png", "--stats", "-"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const RunResult r = expect_success(PVOL_RENDER, arguments);
-    EXPECT_NE(r.err.find("samples by need until"), std::string::npos) << r.err;
+    EXPECT_NE(r.err.find("adaptive samples until"), std::string::npos) << r.err;
     return json::parse(r.out);
   };
   const json by_noise = stats({"--noise", "0.03"});
