@@ -116,7 +116,7 @@ Decision decide_guide(const GuideChoice& guide) {
 Decision decide_transmittance(const TransmittanceChoice& t, bool by_user, bool in_lanes) {
   return {"shadow rays", name(t.estimator),
           by_user    ? "as set"
-          : in_lanes ? "the estimator that traces many paths at once"
+          : in_lanes ? "many paths are traced at once"
                      : "optical thickness about " + digits(t.thickness) + " on average, " +
                            digits(100 * t.control_share) + " % of the majorants are minorants"};
 }
