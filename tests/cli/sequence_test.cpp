@@ -383,6 +383,20 @@ TEST_F(Sequence, MayHaveASkyAndASceneForEachFrame) {
   EXPECT_NE(camera(at("a", 1, "exr")), camera(at("a", 2, "exr"))) << "given for each frame";
 }
 
+TEST_F(Sequence, IsRenderedByTheScenesThatWereChecked) {
+  const std::string scene = folder / "scene.toml";
+  std::ofstream(scene) << "[volume]\nfile = \"smoke.####.toml\"\n";
+  const RunResult r =
+      run_tool(PVOL_RENDER, {scene, "-o", exr, "--frames", "1-2", "--size", "64x48", "--spp", "64"},
+               [&](int, const std::string& err) {
+                 if (err.find("and for all frames the same") != err.npos)
+                   std::ofstream(scene) << "damaged";
+               });
+  EXPECT_EQ(r.exit, 0) << r.err;
+  EXPECT_EQ(read_text(scene), "damaged") << "while the frames were rendered";
+  EXPECT_TRUE(exists("a.0001.exr") && exists("a.0002.exr"));
+}
+
 TEST_F(Sequence, LeavesAloneWhatTheSceneOfAFrameHas) {
   for (const int frame : {1, 2}) {
     std::ofstream(at("scene", frame, "toml"))
