@@ -1,4 +1,4 @@
-"""Reads which headers include which, and fails where the library's doors do not shut:
+"""Reads which headers include which, and fails where the public API includes too much:
 check_headers.py FOLDER_OF_THE_PROJECT INSTALLED_HEADER...
 
 Each installed header includes installed ones only, none of them belongs to the modules that reports are

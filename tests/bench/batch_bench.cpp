@@ -137,9 +137,9 @@ int run_all(int argc, char** argv) {
         }
       });
   print("one call a ray", single, single);
-  for (const KernelKind lanes : {KernelKind::scalar, KernelKind::avx2, KernelKind::avx512}) {
+  for (const KernelKind kernel : {KernelKind::scalar, KernelKind::avx2, KernelKind::avx512}) {
     try {
-      const BatchField f(v, lanes);
+      const BatchField f(v, kernel);
       for (const std::size_t size : {std::size_t(64), std::size_t(1024), n}) {
         const auto in_parts = [&](const auto& sample) {
           for (std::size_t at = 0; at < n; at += size) {
@@ -163,10 +163,10 @@ int run_all(int argc, char** argv) {
                                             t.data() + at);
               });
             });
-        print(std::string(name(lanes)) + ", by " + std::to_string(size), times, single);
+        print(std::string(name(kernel)) + ", by " + std::to_string(size), times, single);
       }
     } catch (const Error& e) {
-      std::printf("%s: %s\n", name(lanes), e.what());
+      std::printf("%s: %s\n", name(kernel), e.what());
     }
   }
   return 0;

@@ -1,5 +1,5 @@
 // pvol inside another renderer: one path tracer, and the medium that it asks is a NanoVDB grid
-// behind a grid of majorants, or a volume of pvol by one of its doors: path by path in C++ and in
+// behind a grid of majorants, or a volume of pvol by one of its APIs: path by path in C++ and in
 // C, or as a wavefront whose rays are batches.
 //
 //   embed_bench CLOUD [OPTIONS]     (see kUsage)
@@ -164,11 +164,11 @@ void add_media(Bench& bench, const NanoMedium& nano, const Volume& volume, const
 /// For each kernel that the machine has.
 std::vector<BatchField> batch_fields(const Volume& volume) {
   std::vector<BatchField> all;
-  for (const KernelKind lanes : {KernelKind::avx2, KernelKind::avx512}) {
+  for (const KernelKind kernel : {KernelKind::avx2, KernelKind::avx512}) {
     try {
-      all.emplace_back(volume, lanes);
+      all.emplace_back(volume, kernel);
     } catch (const Error& e) {
-      std::printf("no batches by %s: %s\n", name(lanes), e.what());
+      std::printf("no batches by %s: %s\n", name(kernel), e.what());
     }
   }
   return all;

@@ -4,7 +4,7 @@ samples and time x variance against emission at collisions, on the same scenes.
 
     tests/bench/fires.py build/ci/tools/pvol-render FIRE.vdb GRID SMOKE.vdb [--size 192x192] [--spp 64]
 
-FIRE.vdb's grid GRID is taken for matter that glows: thin (extinction 0.002 over about a hundred voxels of 1,
+FIRE.vdb's grid GRID is taken for a medium that glows: thin (extinction 0.002 over about a hundred voxels of 1,
 emission 2000), in the midst of nothing, and beside the smoke, which its light falls on. Each case is rendered
 twice with other seeds: noise is half of the mean squared difference, so that it rests on no estimate."""
 import argparse

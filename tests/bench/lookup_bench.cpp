@@ -56,7 +56,7 @@ void find_places(Bench& b, std::size_t count) {
     Cursor cursor = make_cursor(
         tree, tree.support().lo + size * Vec3d(double(x), double(y), double(rng.uniform())));
     for (int k = 0; k < 1000 && b.coherent.size() < count; ++k) {
-      Walk walk(tree, cursor, lanes(random_direction(rng)));
+      Walk walk(tree, cursor, widen(random_direction(rng)));
       LeafHandle leaf = 0;
       const PlainField field{[&](const Segment& s, const LatticePoint& p) {
         leaf = s.leaf;
@@ -124,7 +124,7 @@ void walk_bench(benchmark::State& state, const Octree& tree) {
   for (auto _ : state) {
     const auto [x, y] = rng.uniform2();
     Cursor cursor = make_cursor(tree, tree.support().lo + size * Vec3d(double(x), double(y), 0.5));
-    Walk walk(tree, cursor, lanes(random_direction(rng)));
+    Walk walk(tree, cursor, widen(random_direction(rng)));
     while (const auto s = walk.next()) {
       ++segments;
       benchmark::DoNotOptimize(s->hi);

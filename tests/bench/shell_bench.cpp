@@ -207,7 +207,7 @@ Method octree_method(const std::vector<Ray>& lines, const Box& box, const Octree
   return {"octree",
           tree.nodes.size() * sizeof(Octree::Node) + tree.entries.size() * sizeof(Octree::Entry), 0,
           counter(lines, box, [&](const Ray& r, const Span& s) {
-            Walk walk(tree, make_cursor(tree, r.at(s.t0)), lanes(Vec3f(r.d)));
+            Walk walk(tree, make_cursor(tree, r.at(s.t0)), widen(Vec3f(r.d)));
             return walk.next().has_value();
           })};
 }
@@ -320,7 +320,7 @@ void count_plateaus(const Volume& volume, double tolerance) {
     const auto span = intersect(box, ray, 0, kInfinity);
     if (!span) continue;
     Walk walk(volume.density.octree, make_cursor(volume.density.octree, ray.at(span->t0)),
-              lanes(Vec3f(ray.d)));
+              widen(Vec3f(ray.d)));
     std::optional<Segment> before;
     while (const auto s = walk.next()) {
       ++segments;

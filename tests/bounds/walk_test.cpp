@@ -86,7 +86,7 @@ Terminal terminal_at(const Octree& tree, Vec3i cell) {
   const Octree::Node* node = &tree.nodes[0];
   for (;;) {
     const Octree::Entry* e =
-        tree.child(*node, Octree::child_bit(lanes(cell), Octree::child_log2(int(node->height))));
+        tree.child(*node, Octree::child_bit(widen(cell), Octree::child_log2(int(node->height))));
     if (e == nullptr) return {};
     if (e->log2 != 0) {
       const int mask = ~((1 << e->log2) - 1);
@@ -109,7 +109,7 @@ std::optional<Start> start(const Volume& v, const Ray& in_index, double cells_pe
       intersect(v.density.octree.support(), ray, 0, std::numeric_limits<double>::infinity());
   if (!span) return std::nullopt;
   const Vec3d o = ray.at(span->t0);
-  return Start{make_cursor(v.density.octree, o), lanes(direction), {o, ray.d}};
+  return Start{make_cursor(v.density.octree, o), widen(direction), {o, ray.d}};
 }
 
 /// Largest distance from a walk's point to the exact one: rounding of steps and of t.
@@ -253,7 +253,7 @@ TEST_P(WalkOver, PersistentCursorWalksLikeAFreshOne) {
         fresh.height = v.density.octree.height;
         const Vec3d aim = uniform_in(rng, support) - position(cursor.at);
         const Float4 d =
-            lanes(Vec3f(turn % 4 == 0 ? lattice_direction(rng.block().lo) : normalize(aim)));
+            widen(Vec3f(turn % 4 == 0 ? lattice_direction(rng.block().lo) : normalize(aim)));
         Walk walk(v.density.octree, cursor, d), plain(v.density.octree, fresh, d);
         const std::uint64_t stop = rng.block().lo % 5;
         bool turned = false;
@@ -321,7 +321,7 @@ TEST(Walk, EndsForEveryDirection) {
           if (x == 0 && y == 0 && z == 0) continue;
           Cursor cursor =
               make_cursor(v.density.octree, uniform_in(rng, v.density.octree.support()));
-          Walk walk(v.density.octree, cursor, lanes(Vec3f(x, y, z)));
+          Walk walk(v.density.octree, cursor, widen(Vec3f(x, y, z)));
           int count = 0;
           while (const auto s = walk.next()) {
             ASSERT_LE(++count, most_segments(v)) << x << ' ' << y << ' ' << z;
@@ -391,7 +391,7 @@ TEST(Walk, CrossesTheLargestCloud) {
   const Volume v = make_volume(grid, Medium{});
   // Along the diagonal all places are exact.
   Cursor cursor = make_cursor(v.density.octree, Vec3d(8.0) - Vec3d(v.density.octree.origin));
-  Walk walk(v.density.octree, cursor, lanes(Vec3f(1.0f)));
+  Walk walk(v.density.octree, cursor, widen(Vec3f(1.0f)));
   auto s = walk.next();
   ASSERT_TRUE(s);
   EXPECT_EQ(s->t0, 0);
@@ -418,7 +418,7 @@ TEST(Walk, ReachesTheEndOfALongCloud) {
   const Octree tree = build_octree(p, 1, 1, {16, {}}, no_bricks, kZeroBrick);
   for (const float speed : {0.3f, 0.7f, 1.1f, 1.9f}) {
     const Cursor cursor = make_cursor(tree, tree.support().lo + Vec3d(0.5, 2, 2));
-    Walk walk(tree, cursor, lanes(Vec3f(speed, 4e-6f * speed, 5e-6f * speed)));
+    Walk walk(tree, cursor, widen(Vec3f(speed, 4e-6f * speed, 5e-6f * speed)));
     double end = 0;
     while (const auto s = walk.next()) end = s->t1;
     EXPECT_GE(0.5 + end * double(speed), tree.support().extent().x - 0.01) << speed;

@@ -233,7 +233,7 @@ TEST_F(NumbersOfTheCaller, OfAnArrayAndThenOfTheStream) {
 
 TEST_F(NumbersOfTheCaller, StratifiedOnesMakeLessNoise) {
   // The first number is the depth of the first tentative collision: in strata it halves the noise
-  // of flights in matter that is nearly homogeneous.
+  // of flights in a medium that is nearly homogeneous.
   const std::vector<float> even(16 * 16 * 16, 1);
   api::Volume v;
   v.set(PVOL_DENSITY, api::array(even.data(), {{16, 16, 16}})).set_extinction(0.1).commit();
@@ -274,8 +274,8 @@ TEST_F(NumbersOfTheCaller, BadOnesDoNoHarm) {
 }
 
 TEST(CapiPaths, GoOnWhereTheyCollided) {
-  // In a ball of matter that scatters evenly and absorbs nothing, each path leaves; the mean number
-  // of collisions against paths of the C++ API with numbers of its own.
+  // In a ball of a medium that scatters evenly and absorbs nothing, each path leaves; the mean
+  // number of collisions against paths of the C++ API with numbers of its own.
   const Smoke smoke;
   const api::Volume v = make_smoke(smoke, 8);
   const Volume other = make_same(smoke, 8);

@@ -15,10 +15,15 @@ using testing::ScratchFolder;
 
 class Skies : public ::testing::Test {
  protected:
-  /// Of the sample cloud, small; arguments of --set.
+  Skies() {
+    std::ofstream(ball_) << "[recipe]\nresolution = 24\n[[form]]\nshape = \"ellipsoid\"\n"
+                            "centre = [0, 0, 0]\nradii = 1\n";
+  }
+
+  /// Of a ball, small; arguments of --set.
   RunResult render(const std::vector<std::string>& sets, const char* output = "a.exr",
                    const std::vector<std::string>& more = {}) {
-    std::vector<std::string> all{PVOL_SAMPLES "/cumulus.toml",
+    std::vector<std::string> all{ball_,
                                  "-o",
                                  folder_ / output,
                                  "--size",
@@ -50,6 +55,7 @@ class Skies : public ::testing::Test {
   }
 
   ScratchFolder folder_;
+  std::string ball_ = folder_ / "ball.toml";
 };
 
 bool has(const std::string& text, const std::string& part) {

@@ -87,7 +87,7 @@ TEST(MicroBounds, AreTight) {
         const float v = samples[(at.x * kFieldEdge + at.y) * kFieldEdge + at.z];
         least = std::min(least, v), most = std::max(most, v);
       }
-      const DensityRange r = micro_range<2>(m, std::uint32_t(b), lanes(low));
+      const DensityRange r = micro_range<2>(m, std::uint32_t(b), widen(low));
       EXPECT_TRUE(least - tolerance < r.lo && r.hi < most + tolerance) << r.lo << " " << r.hi;
     }
   }

@@ -61,7 +61,7 @@ Field as_field(const float* samples) {
 }
 
 float look_up(const float* brick, Vec3i cell, Float4 offset) {
-  return density_in_brick<kTricubic>(brick, {lanes(cell), offset});
+  return density_in_brick<kTricubic>(brick, {widen(cell), offset});
 }
 
 /// (T1.4): 2^-17 of the largest sample off the exact value, 6 ulp off the hull, never below 0.
@@ -213,7 +213,7 @@ int violations(const BrickField& f, const MicroBounds& m) {
     for (int i = 0; i < 8 * 512; ++i) {
       const Vec3i cell((i >> 6) & 7, (i >> 3) & 7, i & 7);
       const auto brick = std::uint32_t(b);
-      const DensityRange r = micro_range<kCubes>(m, brick, lanes(cell));
+      const DensityRange r = micro_range<kCubes>(m, brick, widen(cell));
       const float rho = look_up(f.brick<kTricubic>(brick), cell, nasty_offsets(rng));
       wrong += !(r.lo <= rho && rho <= r.hi);
     }
@@ -244,7 +244,7 @@ TEST(TricubicMicroBounds, AreFarTighterThanTheHull) {
     const Field brick = as_field(linked.field.brick<kTricubic>(b));
     for (int i = 0; i < 512; ++i) {
       const Vec3i cell(i >> 6, i >> 3 & 7, i & 7);
-      const DensityRange r = micro_range<1>(m, b, lanes(cell));
+      const DensityRange r = micro_range<1>(m, b, widen(cell));
       width += double(r.hi - r.lo), code += double(m.scales[b].step);
       const auto [lo, hi] = extremes(brick, cell, 1);
       hull += double(hi - lo);

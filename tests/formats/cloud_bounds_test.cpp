@@ -67,7 +67,7 @@ std::size_t count_wrong(const Pyramid& p, const FieldWithLinks& f) {
         cell[axis] = int(place * 8);
         frac[axis] = offset < 0.25f ? 0.0f : offset > 0.75f ? 1.0f : offset;
       }
-      const LatticePoint at{lanes(cell), lanes(frac)};
+      const LatticePoint at{widen(cell), widen(frac)};
       const float v = density_in_brick<LookUp::trilinear>(s, at);
       const float nearest = density_in_brick<LookUp::nearest>(s, at);
       const float slack = 3 * FLT_EPSILON * leaf.hi;

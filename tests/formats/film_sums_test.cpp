@@ -51,7 +51,7 @@ Film some_film(bool adaptive) {
     for (std::size_t c = 0; c < p.counts.size(); ++c) {
       p.counts[c] = (std::uint64_t(random()) << (i % 32)) * (c != 2);
     }
-    settle(f, i);
+    flush(f, i);
   }
   if (adaptive) {
     f.needs = AdaptiveSamples{{}, {12.25, 1.0 / 3}};

@@ -350,7 +350,7 @@ TEST(PbrtScene, SurfacesOfEachKind) {
   const auto& ball = std::get<BallSurface>(s.file.scene.surfaces[0]);
   expect_near(ball.centre, mirrored({1, 2, 3}));
   EXPECT_DOUBLE_EQ(ball.radius, 1);
-  expect_near(Vec3d(ball.finish.albedo), {0.8, 0.1, 0.1});
+  expect_near(Vec3d(ball.material.albedo), {0.8, 0.1, 0.1});
   const auto& mesh = std::get<MeshSurface>(s.file.scene.surfaces[1]);  // all of 0.5
   EXPECT_EQ(mesh.file, "out_mesh1.ply");
   ASSERT_EQ(s.meshes.size(), 1u);

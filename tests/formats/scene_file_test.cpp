@@ -402,12 +402,12 @@ TEST_F(SceneText, SurfacesAreReadByKind) {
   EXPECT_EQ(material_of(all[0]).albedo, Rgb(0.1f, 0.2f, 0.3f));
   EXPECT_EQ(std::get<PlaneSurface>(all[1]).point, Vec3d(1, 2, 3));
   EXPECT_EQ(std::get<PlaneSurface>(all[1]).normal, Vec3d(1, 0, 0));
-  EXPECT_EQ(material_of(all[2]).look, Visibility::shadow_catcher);
+  EXPECT_EQ(material_of(all[2]).visibility, Visibility::shadow_catcher);
   EXPECT_EQ(std::get<SolidSurface>(all[2]).file, "/c.toml");
   const auto& mesh = std::get<MeshSurface>(all[3]);
   EXPECT_TRUE(mesh.file.ends_with("/a/b.obj")) << mesh.file << " is relative to the scene";
   EXPECT_EQ(mesh.place.map().point({1, 1, 1}), Vec3d(2.0));
-  EXPECT_EQ(mesh.finish.look, Visibility::holdout);
+  EXPECT_EQ(mesh.material.visibility, Visibility::holdout);
   const SceneFile upright = read(kCloud + "[world]\nup = \"z\"\n[[plane]]\n");
   EXPECT_EQ(std::get<PlaneSurface>(upright.scene.surfaces[0]).normal, Vec3d(0, 0, 1));
 }
@@ -457,9 +457,9 @@ TEST_F(SceneText, SetsReplaceAndAddValues) {
       text, {"medium.g=0.5", " medium.albedo = [1, 0.5, 0] ", "render.tracker=delta",
              "render.size=[64,32]", "sun.angle=3", "environment.radiance=1", "volume.file=b.vdb",
              "render.background=false", "volume.grid='fog'", "render.depth=auto"});
-  const Component& matter = file.volumes[0].medium.components[0];
-  EXPECT_EQ(mean_cosine(matter.phase), 0.5);
-  EXPECT_EQ(matter.albedo, Rgb(1, 0.5f, 0));
+  const Component& component = file.volumes[0].medium.components[0];
+  EXPECT_EQ(mean_cosine(component.phase), 0.5);
+  EXPECT_EQ(component.albedo, Rgb(1, 0.5f, 0));
   EXPECT_EQ(file.scene.options.tracker, Tracker::delta);
   EXPECT_EQ(file.scene.options.width, 64);
   ASSERT_EQ(file.scene.lights.size(), 2u);

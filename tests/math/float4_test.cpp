@@ -69,11 +69,11 @@ TEST(Float4Numbers, FloorRoundsDown) {
 TEST(Float4Numbers, HoldVectors) {
   EXPECT_EQ(test::bits_of(Float4{}), (LaneBits{0, 0, 0, 0}));
   EXPECT_EQ(test::bits_of(Int4{}), (LaneBits{0, 0, 0, 0}));
-  EXPECT_EQ(vec3(lanes(Vec3f(1, 2, 3))), Vec3f(1, 2, 3));
-  EXPECT_EQ(vec3(lanes(Vec3i(-4, 5, -6))), Vec3i(-4, 5, -6));
-  EXPECT_EQ(lanes(Vec3f(1, 2, 3))[3], 0);
-  EXPECT_EQ(lanes(Vec3f(1, 2, 3), 9)[3], 9);
-  EXPECT_EQ(lanes(Vec3i(1, 2, 3))[3], 0);
+  EXPECT_EQ(vec3(widen(Vec3f(1, 2, 3))), Vec3f(1, 2, 3));
+  EXPECT_EQ(vec3(widen(Vec3i(-4, 5, -6))), Vec3i(-4, 5, -6));
+  EXPECT_EQ(widen(Vec3f(1, 2, 3))[3], 0);
+  EXPECT_EQ(widen(Vec3f(1, 2, 3), 9)[3], 9);
+  EXPECT_EQ(widen(Vec3i(1, 2, 3))[3], 0);
   EXPECT_EQ(test::bits_of(splat(5)), test::bits_of(Int4{5, 5, 5, 5}));
   EXPECT_EQ(test::bits_of(splat(0.5f)), test::bits_of(Float4{0.5f, 0.5f, 0.5f, 0.5f}));
 }

@@ -1,4 +1,4 @@
-// Pictures of matter whose albedo is a field: constants, closed forms, furnaces, places.
+// Pictures of media whose albedo is a field: constants, closed forms, furnaces, places.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -320,7 +320,7 @@ TEST(AlbedoPicture, HasNoKernelOfLanes) {
   const Volume v = tinted(cloud(), s, patches());
   s.options.kernel = KernelKind::automatic;
   const RenderPlan p = plan({&v, 1}, s.scene());
-  EXPECT_EQ(p.kernel.lanes, KernelKind::scalar);
+  EXPECT_EQ(p.kernel.kind, KernelKind::scalar);
   s.options.kernel = KernelKind::avx2;
   EXPECT_NE(error_of([&] {
               (void)plan({&v, 1}, s.scene());

@@ -34,7 +34,7 @@ const Layer& layer(const Film& film, const std::string& name) {
   throw Error("no layer " + name);
 }
 
-/// Sun, sky and emission, in matter of any colour or of one.
+/// Sun, sky and emission, in media of any colour or of one.
 CloudScene bright_scene(bool grey, GuideUse guide) {
   CloudScene s = cloud_scene();
   if (grey) s.medium.albedo = Rgb(0.95f);

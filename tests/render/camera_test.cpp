@@ -196,7 +196,7 @@ TEST(Lens, RaysOfAPixelMeetWhereItIsSharp) {
 TEST(Lens, BlursAsFarAsItShould) {
   for (const double f_stop : {2.0, 4.0}) {
     CloudScene s;
-    s.medium = matter(1e3, Rgb(0.0f), 0);
+    s.medium = component(1e3, Rgb(0.0f), 0);
     s.medium.object_to_world = translation({-0.3, -0.3, -0.3}) * scaling(Vec3d(0.05));
     s.environment = ConstantSky{Rgb(0.0f)};
     s.lights.clear();
@@ -229,7 +229,7 @@ TEST(Camera, EveryKindSeesTheFurnace) {
     for (const bool lens : {false, true}) {
       if (lens && kind != CameraKind::perspective) continue;
       CloudScene s;
-      s.medium = matter(0.3, Rgb(1.0f), 0.3);
+      s.medium = component(0.3, Rgb(1.0f), 0.3);
       s.environment = ConstantSky{Rgb(1.0f)};
       s.lights.clear();
       s.camera.kind = kind;
@@ -422,7 +422,7 @@ TEST(PixelFilters, AreWhatPicturesShow) {
   for (const PixelFilter filter :
        {PixelFilter::box, PixelFilter::gaussian, PixelFilter::blackman_harris}) {
     CloudScene s;
-    s.medium = matter(1e4, Rgb(0.0f), 0);
+    s.medium = component(1e4, Rgb(0.0f), 0);
     s.medium.object_to_world = translation({-0.18, -0.18, 0}) * scaling(Vec3d(0.03));
     s.environment = ConstantSky{Rgb(0.0f)};
     s.lights.clear();

@@ -234,7 +234,7 @@ TEST(Deep, FollowsTheClosedFormOfACubeByDepthAlongTheAxis) {
   proof::Family family;
   for (const int column : {500, 999}) {
     CloudScene s;
-    s.medium = matter(0.12, Rgb(0.0f), 0, Rgb(1.0f, 2.0f, 3.0f));
+    s.medium = component(0.12, Rgb(0.0f), 0, Rgb(1.0f, 2.0f, 3.0f));
     s.camera.fov = 40;
     s.options.width = s.options.height = 1000;
     s.options.crop_x = column, s.options.crop_y = 500;
@@ -309,8 +309,8 @@ TEST(Deep, IsTheSameForAnyNumberOfThreadsAndPasses) {
 /// Two glowing cubes that lie apart, and the picture of both.
 TEST(Deep, ScenesRenderedApartAreOneSceneInDepth) {
   const std::vector<Body> bodies{
-      matter(0.05, Rgb(0.0f), 0, Rgb(3.0f, 1.0f, 0.5f)),
-      matter(0.1, Rgb(0.0f), 0, Rgb(0.2f, 1.0f, 4.0f), translation({4, 3, -30}))};
+      component(0.05, Rgb(0.0f), 0, Rgb(3.0f, 1.0f, 0.5f)),
+      component(0.1, Rgb(0.0f), 0, Rgb(0.2f, 1.0f, 4.0f), translation({4, 3, -30}))};
   CloudScene s;
   s.camera.position = {8, 9, 60};
   s.camera.target = {7, 7, -10};

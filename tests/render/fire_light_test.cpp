@@ -41,8 +41,8 @@ TEST(FireLight, SingleScatteringIsItsIntegral) {
       {"stretched, within", translation({9, 4, 5}) * scaling(Vec3d(1, 0.5, 2))},
   };
   const Affine aside{{Vec3d{0.8, 0.1, 0}, Vec3d{0, 0.7, 0.1}, Vec3d{0.1, 0, 0.9}}, {5, 3, -2}};
-  const std::vector<Body> one{matter(0.15, Rgb(1.0f, 0.5f, 0.25f), 0.4)};
-  const std::vector<Body> two{one.front(), matter(0.2, Rgb(0.9f), -0.3, Rgb(0.0f), aside)};
+  const std::vector<Body> one{component(0.15, Rgb(1.0f, 0.5f, 0.25f), 0.4)};
+  const std::vector<Body> two{one.front(), component(0.2, Rgb(0.9f), -0.3, Rgb(0.0f), aside)};
   const Fire fire{.intensity = 30, .color = Rgb(1.0f, 2.0f, 0.5f)};
   const Pyramid pyramid = build_pyramid(spark().grid);
   proof::Family family;

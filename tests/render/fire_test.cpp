@@ -106,7 +106,7 @@ TEST(Fire, SlabThatAbsorbsIsItsClosedForm) {
   EXPECT_TRUE(family.passes());
 }
 
-/// A scene whose matter glows, once by collisions and once along flights, which are told how.
+/// A scene whose medium glows, once by collisions and once along flights, which are told how.
 RenderResult glow(std::span<const Volume> volumes, CloudScene s, LineEmission lines,
                   std::uint64_t seed) {
   s.options.line_emission = lines;
@@ -154,8 +154,8 @@ TEST(LineEmission, OfWispsIsTheSamePicture) {
   EXPECT_TRUE(family.passes());
 }
 
-/// Smoke beside matter that glows and does not scatter: its light on the smoke is sampled where it
-/// is gathered along flights, and met by chance at collisions.
+/// Smoke beside a medium that glows and does not scatter: its light on the smoke is sampled where
+/// it is gathered along flights, and met by chance at collisions.
 TEST(LineEmission, LightsOtherVolumes) {
   proof::Family family;
   CloudScene s = cloud_scene();

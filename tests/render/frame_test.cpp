@@ -31,12 +31,12 @@ Volume make_rod(const Affine& place) {
 }
 
 /// How far the corners of occupied voxels lie from the picture's middle, in half pictures.
-struct Reach {
+struct Extent {
   double across = 0, down = 0;
 };
-Reach reach(const Affine& place, const Camera& c, int width, int height) {
+Extent extent_of(const Affine& place, const Camera& c, int width, int height) {
   const detail::Projection projection(c, width, height);
-  Reach most;
+  Extent most;
   for (int i = 0; i < 64; ++i) {
     for (const Vec3d off : {Vec3d(-3, 0, 0), Vec3d(0, 3, 1), Vec3d(2, -1, 1), Vec3d(1, 1, 1)}) {
       if (!Box{Vec3d(0), Vec3d(63)}.contains(Vec3d(i) + off)) continue;
@@ -74,11 +74,11 @@ TEST(Frame, FromAslantTheCloudFillsThePicture) {
         like.azimuth = azimuth;
         like.elevation = elevation;
         const Camera c = frame_volumes({&v, 1}, 1.5, like);
-        const Reach r = reach(place, c, 300, 200);
+        const Extent r = extent_of(place, c, 300, 200);
         EXPECT_LE(std::max(r.across, r.down), 1) << azimuth << ", " << elevation;
         EXPECT_GE(std::max(r.across, r.down), 0.7) << azimuth << ", " << elevation;
         const Camera by_box = frame(still_world_box({&v, 1}), 1.5, like);
-        const Reach b = reach(place, by_box, 300, 200);
+        const Extent b = extent_of(place, by_box, 300, 200);
         EXPECT_GE(std::max(r.across, r.down), 0.99 * std::max(b.across, b.down));
       }
     }
@@ -101,12 +101,12 @@ TEST(Frame, OrthographicAndZoomedCamerasFillIt) {
   like.kind = CameraKind::orthographic;
   for (const double zoom : {1.0, 2.0}) {
     like.zoom = zoom;
-    const Reach r = reach({}, frame_volumes({&v, 1}, 1.5, like), 300, 200);
+    const Extent r = extent_of({}, frame_volumes({&v, 1}, 1.5, like), 300, 200);
     EXPECT_LE(std::max(r.across, r.down), zoom);
     EXPECT_GE(std::max(r.across, r.down), 0.75 * zoom);
   }
   like.kind = CameraKind::perspective;
-  const Reach r = reach({}, frame_volumes({&v, 1}, 1.5, like), 300, 200);
+  const Extent r = extent_of({}, frame_volumes({&v, 1}, 1.5, like), 300, 200);
   EXPECT_GE(std::max(r.across, r.down), 0.75 * 2);
 }
 
@@ -127,7 +127,7 @@ TEST(Frame, ManyPlacesAreAllSeen) {
   const Camera c = frame_volumes({&v, 1}, 1.5, like);
   const detail::Projection projection(c, 300, 200);
   for (const Affine& place : o.instances) {
-    const Reach r = reach(place, c, 300, 200);
+    const Extent r = extent_of(place, c, 300, 200);
     EXPECT_LE(std::max(r.across, r.down), 1);
   }
 }

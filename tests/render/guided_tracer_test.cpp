@@ -25,6 +25,8 @@ Script script;
 /// Flies by the script. The place after collision i is cell (i, 0, 0).
 class ScriptedTraversal {
  public:
+  static constexpr bool kByChannel = false, kHasSurfaces = false;
+
   explicit ScriptedTraversal(const detail::PathSetup&) {}
   [[nodiscard]] bool start(const Ray&) { return true; }
   [[nodiscard]] detail::Hit fly(Vec3f direction, Rng&) {
@@ -44,8 +46,8 @@ class ScriptedTraversal {
   struct {
     static void set_time(float) {}
   } work;
-  [[nodiscard]] detail::Reach reach(Vec3f, Rng&) { return {detail::kEndless, 1}; }
-  [[nodiscard]] float pass(Vec3f, double, Rng&) {
+  [[nodiscard]] detail::FreeFlight free_flight(Vec3f, Rng&) { return {detail::kEndless, 1}; }
+  [[nodiscard]] float transmittance(Vec3f, double, Rng&) {
     ++script.passed;
     return 1;
   }
@@ -132,11 +134,11 @@ void expect_fair_roulette(Tracer& tracer, float chance, float survivor, proof::F
 
 TEST_F(ScriptedPaths, SurvivorsOfImportanceRouletteMakeUpForTheOthers) {
   proof::Family family;
-  for (const float worth : {0.03f, 0.25f, 0.45f}) {
+  for (const float importance : {0.03f, 0.25f, 0.45f}) {
     script.collisions = {scattering(0.5f)};
-    const detail::PathSetup s = setup({flat(worth)});
+    const detail::PathSetup s = setup({flat(importance)});
     Guided tracer(s);
-    expect_fair_roulette(tracer, worth, 0.5f / worth, family);
+    expect_fair_roulette(tracer, importance, 0.5f / importance, family);
   }
   EXPECT_TRUE(family.passes());
 }
@@ -166,13 +168,13 @@ TEST_F(ScriptedPaths, NoRouletteWhereItWouldSaveNothing) {
 
 /// Each path brings what all of its branches together do: nothing is lost or made twice.
 TEST_F(ScriptedPaths, BranchesShareTheThroughput) {
-  for (const float worth : {2.0f, 2.5f, 4.0f, 7.9f, 8.0f, 1e9f}) {
+  for (const float importance : {2.0f, 2.5f, 4.0f, 7.9f, 8.0f, 1e9f}) {
     script.collisions = {scattering(1)};
-    const detail::PathSetup s = setup({flat(worth)});
+    const detail::PathSetup s = setup({flat(importance)});
     Guided tracer(s);
-    EXPECT_FLOAT_EQ(trace(tracer), 1) << worth;
-    const int paths = worth > detail::kSplitAbove ? int(std::min(worth, 8.0f)) : 1;
-    EXPECT_EQ(int(script.flown.size()), 1 + paths) << worth;
+    EXPECT_FLOAT_EQ(trace(tracer), 1) << importance;
+    const int paths = importance > detail::kSplitAbove ? int(std::min(importance, 8.0f)) : 1;
+    EXPECT_EQ(int(script.flown.size()), 1 + paths) << importance;
   }
 }
 
@@ -190,7 +192,7 @@ TEST_F(ScriptedPaths, NothingIsLostWhereNoMoreBranchesCanWait) {
   }
 }
 
-/// Branches scatter at the collision where they waited: by its matter, and out of the flight that
+/// Branches scatter at the collision where they waited: by its medium, and out of the flight that
 /// ended there.
 TEST_F(ScriptedPaths, BranchesGoOnFromTheirOwnCollision) {
   const double g = kLargestMeanCosine;  // straight on or back
@@ -250,15 +252,15 @@ TEST_F(ScriptedPaths, ShadowRaysAreCounted) {
 
 /// So the number of shadow rays does not hang on the unit of light.
 TEST_F(ScriptedPaths, ATenthOfTheLightIsWorthAShadowRay) {
-  EXPECT_EQ(setup().shadow_unit, 0);
-  EXPECT_NEAR(setup({Sun{{0, 1, 0}, Rgb(3.0f), 0}}).shadow_unit, 0.3, 1e-6);
-  EXPECT_NEAR(setup({Sun{{0, 1, 0}, Rgb(3e-6f), 0}}).shadow_unit, 3e-7, 1e-12);
+  EXPECT_EQ(setup().light.shadow_unit, 0);
+  EXPECT_NEAR(setup({Sun{{0, 1, 0}, Rgb(3.0f), 0}}).light.shadow_unit, 0.3, 1e-6);
+  EXPECT_NEAR(setup({Sun{{0, 1, 0}, Rgb(3e-6f), 0}}).light.shadow_unit, 3e-7, 1e-12);
 }
 
 /// All over its pixel, and nowhere else.
 TEST_F(ScriptedPaths, CameraRaysBeginInTheirPixel) {
   const detail::PathSetup s = setup();
-  const detail::Projection& p = s.projection;
+  const detail::Projection& p = s.view.projection;
   const Vec3d forward = p.ray(0.5, 0.5).d;  // the middle of the one pixel
   const auto in_plane = [&](Vec3d d) { return d / dot(d, forward); };
   const Vec3d corner = in_plane(p.ray(0, 0).d);

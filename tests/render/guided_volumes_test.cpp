@@ -54,7 +54,7 @@ std::shared_ptr<const Emitter> fire_at(const Affine& place) {
 }
 
 std::vector<Volume> two_puffs(CloudScene& s, const Affine& second) {
-  Body other = matter(0.3, Rgb(0.6f, 0.9f, 0.95f), -0.3);
+  Body other = component(0.3, Rgb(0.6f, 0.9f, 0.95f), -0.3);
   other.object_to_world = second;
   return make_volumes(puff(), std::vector{s.medium, other}, s);
 }
@@ -160,7 +160,7 @@ TEST(GuidedVolumes, WhiteFurnace) {
   for (const float albedo : {1.0f, 0.8f}) {
     CloudScene s = sunny();
     s.options.samples = proof::samples(800);
-    s.medium = matter(1, Rgb(albedo), 0.5, Rgb(1.0f));
+    s.medium = component(1, Rgb(albedo), 0.5, Rgb(1.0f));
     s.environment = ConstantSky{Rgb(0.5f)};
     s.lights = {Sun{{0.1, 0.3, 1}, irradiance, 179.9}, Sun{{-0.1, -0.3, -1}, irradiance, 179.9}};
     const Volume v = instances_of(s, {Affine{}, translation({25, 5, 3}) * scaling(Vec3d(0.6))});
@@ -291,7 +291,7 @@ TEST(GuidedVolumes, PhotonsCountTheLightOfSunAndFire) {
   for (const bool by_fire : {false, true}) {
     CloudScene s = sunny();
     s.options.look_up = LookUp::nearest;
-    s.medium = matter(1e-2, Rgb(0.5f), 0.5);
+    s.medium = component(1e-2, Rgb(0.5f), 0.5);
     s.environment = ConstantSky{Rgb(0.0f)};
     if (by_fire) s.lights.clear();
     VolumeOptions o = s.volume_options();

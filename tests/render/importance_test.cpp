@@ -78,7 +78,7 @@ TEST(Importance, WhiteFurnace) {
     constexpr double kDegree = std::numbers::pi / 180;
     CloudScene s = sunny();
     s.options.samples = proof::samples(1200);
-    s.medium = matter(1, f.albedo, f.g, Rgb(1.0f));
+    s.medium = component(1, f.albedo, f.g, Rgb(1.0f));
     s.environment = ConstantSky{Rgb(f.sky)};
     const double sine = std::sin(89.95 * kDegree);
     const Rgb irradiance(Vec3d((1 - double(f.sky)) * std::numbers::pi * sine * sine));
@@ -243,7 +243,7 @@ TEST(Importance, OfAWideCloudHasLargerCells) {
 TEST(Importance, PhotonsCountTheLightOfAThinCube) {
   CloudScene s = sunny();
   s.options.look_up = LookUp::nearest;
-  s.medium = matter(1e-3, Rgb(0.9f), 0.5);
+  s.medium = component(1e-3, Rgb(0.9f), 0.5);
   const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
   s.camera = frame(v.density.world_box, 1);
   const detail::PathSetup setup(plan(std::span(&v, 1), s.scene()), Rgb(0.5f));
@@ -273,7 +273,7 @@ TEST(Importance, PhotonsCountTheLightOfAPoint) {
   for (const Vec3d& place : {Vec3d(20, 3, 9), Vec3d(1e9, -2e9, 3e9), Vec3d(6, 8.34, 7.17)}) {
     CloudScene s = sunny();
     s.options.look_up = LookUp::nearest;
-    s.medium = matter(kExtinction, Rgb(1.0f), 0.5);
+    s.medium = component(kExtinction, Rgb(1.0f), 0.5);
     const double squared_distance = dot(place, place);
     s.lights = {PointLight{place, Rgb(float(squared_distance))}};
     const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
@@ -291,7 +291,7 @@ TEST(Importance, PhotonsCountTheLightOfAPoint) {
       const double depth =
           optical_depth(std::vector{s.medium}, {p, (place - p) / distance}, distance);
       const Vec3i cell(v.density.world_to_cells.point(p));
-      expected[cells.row(lanes(cell))] += kExtinction * step * step * step * std::exp(-depth) *
+      expected[cells.row(widen(cell))] += kExtinction * step * step * step * std::exp(-depth) *
                                           squared_distance / (distance * distance);
     }
     const auto sum = [](const auto& all) { return std::accumulate(all.begin(), all.end(), 0.0); };
@@ -310,7 +310,7 @@ TEST(Importance, PhotonsCountTheLightOfAPoint) {
 /// Paths that no photon foresaw must not vanish: light may still come to them.
 TEST(Importance, IsNowhereZero) {
   CloudScene s = sunny();
-  s.medium = matter(4, Rgb(0.3f), 0.95);  // so thick that no photon reaches most of the cells
+  s.medium = component(4, Rgb(0.3f), 0.95);  // so thick that no photon reaches most of the cells
   s.environment = ConstantSky{Rgb(0.0f)};
   const Volume v = volume_of(s);
   const detail::PathSetup setup(plan(std::span(&v, 1), s.scene()));
@@ -320,7 +320,7 @@ TEST(Importance, IsNowhereZero) {
   for (int i = 0; i < 8 * 8 * 8; ++i) {
     const Vec3i part(i % 8, i / 8 % 8, i / 64);
     const Vec3i cell(last.x * part.x / 7, last.y * part.y / 7, last.z * part.z / 7);
-    const detail::Importance::Row& row = importance->row(lanes(cell));
+    const detail::Importance::Row& row = importance->row(widen(cell));
     for (float u = 0; u <= 1; u += 0.125f) ASSERT_GT(row.of(u), 0) << i << ", " << u;
   }
 }
@@ -331,17 +331,17 @@ TEST(Importance, OfASmallCopyIsTheSame) {
   for (const double scale : {1.0, 1e-3}) {
     CloudScene s = sunny();
     s.options.look_up = LookUp::nearest;
-    s.medium = matter(0.5 / scale, Rgb(0.9f), 0.5, {}, scaling(Vec3d(scale)));
+    s.medium = component(0.5 / scale, Rgb(0.9f), 0.5, {}, scaling(Vec3d(scale)));
     const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
     s.camera = frame(v.density.world_box, 1);
     const detail::PathSetup setup(plan(std::span(&v, 1), s.scene()), Rgb(0.5f));
     both.push_back(*detail::make_importance(setup));
   }
   for (int i = 0; i < 8; ++i) {
-    const Int4 cell = lanes(Vec3i(i >> 2, i >> 1 & 1, i & 1) * 12);
+    const Int4 cell = widen(Vec3i(i >> 2, i >> 1 & 1, i & 1) * 12);
     const detail::Importance::Row &a = both[0].row(cell), &b = both[1].row(cell);
     for (std::size_t k = 0; k < a.at.size(); ++k) EXPECT_NEAR(b.at[k] / a.at[k], 1, 0.1) << i;
-    EXPECT_NEAR(*both[1].shadow_worth(b) / *both[0].shadow_worth(a), 1, 0.1) << i;
+    EXPECT_NEAR(*both[1].shadow_importance(b) / *both[0].shadow_importance(a), 1, 0.1) << i;
   }
 }
 
@@ -349,13 +349,13 @@ TEST(Importance, OfASmallCopyIsTheSame) {
 TEST(Importance, IsThePhaseFunctionInAThinCube) {
   CloudScene s = sunny();
   s.options.look_up = LookUp::nearest;
-  s.medium = matter(1e-2, Rgb(1.0f), 0.5);
+  s.medium = component(1e-2, Rgb(1.0f), 0.5);
   const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
   s.camera = frame(v.density.world_box, 1);
   const detail::PathSetup setup(plan(std::span(&v, 1), s.scene()), Rgb(0.5f));
   const auto importance = detail::make_importance(setup);
   ASSERT_TRUE(importance);
-  const detail::Importance::Row& row = importance->row(lanes(Vec3i(6, 6, 6)));
+  const detail::Importance::Row& row = importance->row(widen(Vec3i(6, 6, 6)));
   const double scale = double(row.of(0.5f)) / phase(0.5, 0.5);
   for (double u = 0.1; u < 1; u += 0.1) {
     const double cosine = 1 - 2 * u * u;

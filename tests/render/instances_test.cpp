@@ -128,7 +128,7 @@ TEST(Instances, HaveTheExpectationOfVolumesOfTheirOwn) {
 std::vector<Body> crossed_cubes(int count, double extinction, std::uint64_t seed) {
   std::vector<Body> bodies;
   for (const Affine& place : random_places(count, 3, seed)) {
-    bodies.push_back(matter(extinction, Rgb(0.8f), 0.3, {}, place * translation(Vec3d(-6.0))));
+    bodies.push_back(component(extinction, Rgb(0.8f), 0.3, {}, place * translation(Vec3d(-6.0))));
   }
   return bodies;
 }
@@ -196,9 +196,10 @@ TEST(Instances, FlightsAndTransmittancesAreThoseOfTheSum) {
       if (i < 1000) {
         const double distance = 40 + 0.03 * i, depth = optical_depth(bodies, r.ray, distance);
         const double before = length(traversal.position() - r.ray.o);
-        ASSERT_NEAR(double(traversal.pass(d, distance - before, rng)), std::exp(-depth), 1e-5);
+        ASSERT_NEAR(double(traversal.transmittance(d, distance - before, rng)), std::exp(-depth),
+                    1e-5);
       }
-      if (traversal.fly(d, rng).matter == nullptr) {
+      if (traversal.fly(d, rng).component == nullptr) {
         ++counts.back();
         continue;
       }

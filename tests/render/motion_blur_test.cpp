@@ -265,7 +265,7 @@ TEST(MotionBlur, ThePlanSaysWhatItTakes) {
     return error_of([&] { (void)plan(std::span(&v, 1), with.scene()); });
   };
   const RenderPlan p = plan(std::span(&v, 1), s.scene());
-  EXPECT_EQ(p.kernel.lanes, KernelKind::scalar);
+  EXPECT_EQ(p.kernel.kind, KernelKind::scalar);
   EXPECT_TRUE(p.warnings.empty()) << p.warnings.front();
   const auto changed = [&](const auto& change) {
     CloudScene with = s;

@@ -157,8 +157,8 @@ int compare_rays(detail::MovingVolumes& moving, detail::ManyVolumes& still, cons
     EXPECT_EQ(meets, still.start(ray));
     if (!meets) continue;
     EXPECT_LT(length(moving.position() - still.position()), 1e-6);
-    const double there = double(still.pass(d, detail::kEndless, rng));
-    EXPECT_NEAR(double(moving.pass(d, detail::kEndless, rng)), there, 2e-5);
+    const double there = double(still.transmittance(d, detail::kEndless, rng));
+    EXPECT_NEAR(double(moving.transmittance(d, detail::kEndless, rng)), there, 2e-5);
     met += there < 0.9;
   }
   return met;

@@ -240,8 +240,8 @@ const Lit kLit[] = {
 
 TEST(NearLights, SingleScatteringIsItsIntegral) {
   const Affine aside{{Vec3d{0.8, 0.1, 0}, Vec3d{0, 0.7, 0.1}, Vec3d{0.1, 0, 0.9}}, {5, 3, -2}};
-  const std::vector<Body> one{matter(0.15, Rgb(1.0f, 0.5f, 0.25f), 0.4)};
-  const std::vector<Body> two{one.front(), matter(0.2, Rgb(0.9f), -0.3, Rgb(0.0f), aside)};
+  const std::vector<Body> one{component(0.15, Rgb(1.0f, 0.5f, 0.25f), 0.4)};
+  const std::vector<Body> two{one.front(), component(0.2, Rgb(0.9f), -0.3, Rgb(0.0f), aside)};
   proof::Family family;
   proof::Moments all;
   std::uint64_t seed = 0;
@@ -261,7 +261,7 @@ TEST(NearLights, SingleScatteringIsItsIntegral) {
 /// bring arrives, also of a far bright one among many near faint ones and of one that shines
 /// elsewhere.
 TEST(NearLights, OfManySomeAreAsked) {
-  OneRay r({matter(0.15, Rgb(1.0f, 0.5f, 0.25f), 0.4)}, {6, 25, 30}, {6.5, 6, 5});
+  OneRay r({component(0.15, Rgb(1.0f, 0.5f, 0.25f), 0.4)}, {6, 25, 30}, {6.5, 6, 5});
   for (const Lit& lit : kLit) r.scene.lights.push_back(lit.light);
   Rng rng(proof::seeded(16), 0, 0);
   for (int i = 0; i < 70; ++i) {
@@ -284,7 +284,7 @@ TEST(NearLights, OfManySomeAreAsked) {
 /// The camera sees a lamp through a cloud, which dims it and adds nothing where it is black.
 TEST(NearLights, LampsAreSeen) {
   for (const bool behind : {true, false}) {
-    OneRay r({matter(0.1, Rgb(0.0f), 0)}, {6, 6, 40}, {6, 6, 0});
+    OneRay r({component(0.1, Rgb(0.0f), 0)}, {6, 6, 40}, {6, 6, 0});
     r.scene.lights = {PointLight{{6, 6, behind ? -10.0 : 20.0}, Rgb(float(4 * kPi)), "", 2}};
     const Average a = average(render(make_volumes(cube(), r.bodies, r.scene), r.scene).film);
     const double expected = behind ? std::exp(-1.3) : 1;
@@ -296,7 +296,7 @@ TEST(NearLights, LampsAreSeen) {
 TEST(NearLights, AllTracersAgree) {
   proof::Family family;
   CloudScene s;
-  s.medium = matter(0.5, Rgb(0.95f), 0.6);
+  s.medium = component(0.5, Rgb(0.95f), 0.6);
   s.camera.position = {40, 20, 30};
   s.camera.target = {6, 6, 6};
   s.environment = ConstantSky{Rgb(0.1f)};
@@ -314,7 +314,7 @@ TEST(NearLights, AllTracersAgree) {
     if (surface) t.surfaces = {BallSurface{{0, 0, 1e7}, 1, {}}};
     return average(render(volume, t).film);
   };
-  for (const bool many : {false, true}) {  // of many some are asked, by worth, too
+  for (const bool many : {false, true}) {  // of many some are drawn, by importance, too
     for (int i = 0; many && i < 64; ++i) {
       s.lights.emplace_back(PointLight{{i * 0.5 - 8, 16 - i * 0.4, 18}, Rgb(7.5f)});
     }
@@ -333,7 +333,7 @@ RenderResult render_field(const Field& field, const CloudScene& scene) {
 
 TEST(NearLights, WhatDoesNotGoTogetherIsRefused) {
   CloudScene s;
-  s.medium = matter(0.5, Rgb(0.95f), 0.6);
+  s.medium = component(0.5, Rgb(0.95f), 0.6);
   s.options.look_up = LookUp::nearest;
   s.lights = {PointLight{{0, 20, 0}, Rgb(1.0f), "", 2}};
   s.options.tracker = Tracker::weighted_delta;

@@ -39,9 +39,9 @@ TEST(Plan, LeavesNothingToChooseAndSaysWhy) {
   const RenderPlan p = plan(std::span(&v, 1), s.scene());
   EXPECT_NE(p.scene.options.transmittance, Transmittance::automatic);
   EXPECT_EQ(p.scene.options.transmittance, p.transmittance.estimator);
-  const KernelKind lanes = p.scene.options.kernel;
-  EXPECT_NE(lanes, KernelKind::automatic);
-  EXPECT_EQ(p.kernel, (Kernel{LookUp::trilinear, 0, Paths::one_volume, true, lanes}));
+  const KernelKind kernel = p.scene.options.kernel;
+  EXPECT_NE(kernel, KernelKind::automatic);
+  EXPECT_EQ(p.kernel, (Kernel{LookUp::trilinear, 0, Paths::one_volume, true, kernel}));
   for (const char* what : {"octree", "micro-bounds", "paths", "kernel", "shadow rays"}) {
     EXPECT_FALSE(decision(p, what).choice.empty()) << what;
     EXPECT_FALSE(decision(p, what).reason.empty()) << what;
@@ -147,7 +147,7 @@ TEST(Plan, RefusesEndlessWorkUnlessForced) {
   EXPECT_EQ(refusal(limited, false), "");
 }
 
-/// What plan doubts about a scene, in one string.
+/// The warnings of a plan, in one string.
 std::string warnings(std::span<const Volume> volumes, const CloudScene& s) {
   std::string all;
   for (const std::string& d : plan(volumes, s.scene()).warnings) all += d + '\n';

@@ -62,8 +62,8 @@ const Lit kLit[] = {
 
 TEST(PointLight, SingleScatteringIsItsIntegral) {
   const Affine aside{{Vec3d{0.8, 0.1, 0}, Vec3d{0, 0.7, 0.1}, Vec3d{0.1, 0, 0.9}}, {5, 3, -2}};
-  const std::vector<Body> one{matter(0.15, Rgb(1.0f, 0.5f, 0.25f), 0.4)};
-  const std::vector<Body> two{one.front(), matter(0.2, Rgb(0.9f), -0.3, Rgb(0.0f), aside)};
+  const std::vector<Body> one{component(0.15, Rgb(1.0f, 0.5f, 0.25f), 0.4)};
+  const std::vector<Body> two{one.front(), component(0.2, Rgb(0.9f), -0.3, Rgb(0.0f), aside)};
   proof::Family family;
   proof::Moments all;
   std::uint64_t seed = 0;
@@ -94,7 +94,7 @@ TEST(PointLight, SingleScatteringIsItsIntegral) {
 /// not be saved on for that.
 TEST(PointLight, NoVolumeIsSpecial) {
   const Affine small = scaling(Vec3d(1e-3));
-  OneRay r({matter(0.3, Rgb(0.9f), 0.2), matter(300, Rgb(0.9f), 0.2, Rgb(0.0f), small)},
+  OneRay r({component(0.3, Rgb(0.9f), 0.2), component(300, Rgb(0.9f), 0.2, Rgb(0.0f), small)},
            {6, 25, 30}, {6.5, 6, 5});
   r.scene.lights = {PointLight{{-0.02, 0.005, 0.005}, Rgb(20.0f)}};
   r.scene.options.samples = proof::samples(4000);
@@ -107,8 +107,8 @@ TEST(PointLight, NoVolumeIsSpecial) {
 
 /// Between two clouds apart, one of which holds the lamp: its light comes through half of that one.
 TEST(PointLight, WithinAnotherCloudIsDimmedUpToIt) {
-  OneRay r({matter(0.15, Rgb(0.9f), 0.2),
-            matter(0.3, Rgb(0.9f), 0.2, Rgb(0.0f), translation({20, 0, 0}))},
+  OneRay r({component(0.15, Rgb(0.9f), 0.2),
+            component(0.3, Rgb(0.9f), 0.2, Rgb(0.0f), translation({20, 0, 0}))},
            {6, 25, 30}, {6.5, 6, 5});
   r.scene.lights = {PointLight{{26, 6, 6}, Rgb(500.0f)}};
   proof::Family family;
@@ -117,7 +117,7 @@ TEST(PointLight, WithinAnotherCloudIsDimmedUpToIt) {
 }
 
 TEST(PointLight, OrderOfKindsDoesNotMatter) {
-  OneRay r({matter(0.3, Rgb(0.9f), 0.2)}, {30, 25, 30}, {6, 6, 6});
+  OneRay r({component(0.3, Rgb(0.9f), 0.2)}, {30, 25, 30}, {6, 6, 6});
   const Sun sun{{0.3, 1, 0.2}, Rgb(2.0f), 10};
   const PointLight red{{20, 9, 1}, Rgb(90.0f, 0.0f, 0.0f)},
       blue{{9, 1, 20}, Rgb(0.0f, 0.0f, 90.0f)};
@@ -138,7 +138,7 @@ TEST(PointLight, OrderOfKindsDoesNotMatter) {
 /// Light that was scattered often, too: from far away a point is a sun.
 TEST(PointLight, FarAwayIsASun) {
   const Vec3d far = Vec3d(0.5, 0.7, -0.3) * 1e9;
-  OneRay r({matter(0.3, Rgb(0.99f), 0.6)}, {30, 25, 30}, {6, 6, 6});
+  OneRay r({component(0.3, Rgb(0.99f), 0.6)}, {30, 25, 30}, {6, 6, 6});
   r.scene.options.max_bounces.reset();
   r.scene.options.guide = GuideUse::off;
   const auto picture = [&](const Light& light) {

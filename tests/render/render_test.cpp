@@ -388,7 +388,7 @@ double resident_bytes() {
 }
 
 /// As a service renders thumbnails: with progress, guided and not.
-TEST(Render, AHundredThousandTinyRendersDoNotGrow) {
+TEST(Render, TensOfThousandsOfTinyRendersDoNotGrow) {
   CloudScene s = cloud_scene();
   s.options.width = s.options.height = 1;
   s.options.samples = 1;

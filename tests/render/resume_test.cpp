@@ -208,7 +208,7 @@ TEST(Parts, HaveThePixelsOfTheWhole) {
       part.options.part_begin = p.begin, part.options.part_end = p.end;
       add_part(sum, Shot(part).whole());
     }
-    for (std::size_t i = 0; i < sum.pixels.size(); ++i) settle(sum, i);
+    for (std::size_t i = 0; i < sum.pixels.size(); ++i) flush(sum, i);
     expect_same(sum, whole, name);
   }
 }
@@ -237,7 +237,7 @@ TEST(Parts, AdaptiveFollowThePilotOfTheWhole) {
       const Shot shot(part);
       add_part(sum, resume(shot.planned, begin_by_pilot(shot.planned, pilot), {}).film);
     }
-    for (std::size_t i = 0; i < sum.pixels.size(); ++i) settle(sum, i);
+    for (std::size_t i = 0; i < sum.pixels.size(); ++i) flush(sum, i);
     expect_same(sum, whole, name(kernel));
   }
 }

@@ -257,7 +257,7 @@ TEST(RigidMotion, ThreadsChangeNoBit) {
   }
 }
 
-/// Deep samples lie where matter is while the shutter is open.
+/// Deep samples lie where the density is while the shutter is open.
 TEST(RigidMotion, DeepPicturesReachAsFarAsItMoves) {
   CloudScene s = scene_of({0, 1});
   s.options.deep = true;
@@ -274,7 +274,7 @@ TEST(RigidMotion, ThePlanSaysWhatItTakes) {
   const RenderPlan p = plan({&v, 1}, s.scene());
   EXPECT_TRUE(p.kernel.places_move);
   EXPECT_FALSE(p.kernel.moving);
-  EXPECT_EQ(p.kernel.lanes, KernelKind::scalar);
+  EXPECT_EQ(p.kernel.kind, KernelKind::scalar);
   EXPECT_GT(p.forecast.collisions, 0);
   std::string all;
   for (const Decision& d : p.decisions) all += d.what + ' ' + d.choice + ": " + d.reason + '\n';

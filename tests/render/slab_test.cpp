@@ -122,7 +122,7 @@ Fate follow(const Volume& v, double cosine, double albedo, const HenyeyGreenstei
   NoTally tally;
   for (bool scattered = false;; scattered = true) {
     const Vec3d in_cells = v.density.world_to_cells.vector(Vec3d(d));
-    Walk walk(v.density.octree, cursor, lanes(Vec3f(in_cells)));
+    Walk walk(v.density.octree, cursor, widen(Vec3f(in_cells)));
     const Flight flight = free_flight<kTracker>(walk, exact<LookUp::trilinear>(v), rng, tally);
     if (!flight.collided) {
       sideways += leaves_sideways(v, cursor, in_cells);

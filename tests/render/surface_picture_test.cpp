@@ -19,10 +19,10 @@ namespace surface_picture_test {
 constexpr double kPi = std::numbers::pi;
 
 /// A small cube that is out of the way, for scenes that are about surfaces alone.
-Body far_away() { return matter(1, Rgb(0.5f), 0, Rgb(0.0f), translation({0, 0, 1e5})); }
+Body far_away() { return component(1, Rgb(0.5f), 0, Rgb(0.0f), translation({0, 0, 1e5})); }
 
-PlaneSurface ground(double albedo, Visibility look = Visibility::surface) {
-  return {{0, 0, 0}, {0, 1, 0}, {Rgb(float(albedo)), look}};
+PlaneSurface ground(double albedo, Visibility visibility = Visibility::surface) {
+  return {{0, 0, 0}, {0, 1, 0}, {Rgb(float(albedo)), visibility}};
 }
 
 /// One pixel, whose samples are a camera's only ray. The scene's first body is to be made.
@@ -62,7 +62,7 @@ void expect_mean(const PixelSums& p, double expected, const std::string& name,
 /// The cube on the ground, from aside.
 CloudScene cloud_scene_of_cube() {
   CloudScene s;
-  s.medium = matter(0.2, Rgb(0.9f), 0.3);
+  s.medium = component(0.2, Rgb(0.9f), 0.3);
   s.camera.position = {40, 20, 30};
   s.camera.target = {6, 5, 6};
   s.options.look_up = LookUp::nearest;
@@ -128,7 +128,7 @@ TEST(SurfacePicture, AnIntegratingSphere) {
     for (const Surface& room : rooms) {
       Pixel p(far_away(), {8, 1, 0.5}, {7, -3, 0.1});
       p.scene.surfaces = {room};
-      std::visit([&](auto& s) { s.finish.albedo = Rgb(float(albedo)); }, p.scene.surfaces[0]);
+      std::visit([&](auto& s) { s.material.albedo = Rgb(float(albedo)); }, p.scene.surfaces[0]);
       p.scene.lights = {PointLight{{7, 0, 0}, Rgb(2.0f)}};
       p.scene.environment = ConstantSky{Rgb(1e6f)};
       const double expected = albedo / kPi * 2 / 9 / (1 - albedo);
@@ -155,7 +155,7 @@ TEST(SurfacePicture, TheFurnaceHidesWhiteSurfaces) {
   MeshSurface mesh;
   mesh.mesh = std::make_shared<const TriangleMesh>(ball_mesh(12));
   mesh.place.matrix = translation({6, 14, 6}) * scaling({5, 3, 4});
-  mesh.finish.albedo = Rgb(1.0f);
+  mesh.material.albedo = Rgb(1.0f);
   s.surfaces = {ground(1), BallSurface{{6, 6, 6}, 4, {Rgb(1.0f)}}, mesh};
   s.options.count = true;
   const RenderResult r = run_cube(s);
@@ -169,18 +169,19 @@ TEST(SurfacePicture, TheFurnaceHidesWhiteSurfaces) {
 /// So are they on average where that light is sampled, and on catchers, whatever a path met before.
 TEST(SurfacePicture, TheFurnaceOfASampledSkyHidesThemOnAverage) {
   proof::Family family;
-  for (const Visibility look : {Visibility::surface, Visibility::shadow_catcher}) {
+  for (const Visibility visibility : {Visibility::surface, Visibility::shadow_catcher}) {
     for (const GuideUse guide : {GuideUse::off, GuideUse::on}) {
       CloudScene s = cloud_scene_of_cube();
       s.environment = ImageSky{4, 2, std::vector<Rgb>(8, Rgb(1.0f))};
       s.lights.clear();
-      s.medium = matter(0.2, Rgb(1.0f), 0.7);
+      s.medium = component(0.2, Rgb(1.0f), 0.7);
       s.options.width = s.options.height = 16;
       s.options.samples = 128;
       s.options.guide = guide;
-      s.surfaces = {ground(1, look), BallSurface{{6, 14, 6}, 4, {Rgb(1.0f)}}};
+      s.surfaces = {ground(1, visibility), BallSurface{{6, 14, 6}, 4, {Rgb(1.0f)}}};
       const RenderResult r = run_cube(s);
-      const std::string of = name(look) + (guide == GuideUse::on ? std::string(", guided") : "");
+      const std::string of =
+          name(visibility) + (guide == GuideUse::on ? std::string(", guided") : "");
       const Average white{Vec3d(1.0), Vec3d(0.0)};
       compare(average(r.film), white, of, family, 1e-5);
       compare(average(r.film, 6, 4, 4, 4), white, of + ", cube", family, 1e-5);
@@ -203,7 +204,7 @@ TEST(SurfacePicture, GroundUnderASlab) {
       // The cube is 13 wide: as thin as 1.5 in y, and a million wide across.
       const Affine wide = translation({0, 2, 0}) * scaling({1e6 / 13, 1.0 / 13, 1e6 / 13}) *
                           translation({-6, 0.5, -6});
-      Pixel p(matter(1.5, Rgb(0.95f), g, Rgb(0.0f), wide), {0.3, 1.5, 0.2}, {0, 0, 0});
+      Pixel p(component(1.5, Rgb(0.95f), g, Rgb(0.0f), wide), {0.3, 1.5, 0.2}, {0, 0, 0});
       p.scene.surfaces = {ground(albedo > 0 ? albedo : 0.4)};
       if (albedo == 0) p.scene.options.max_bounces = 1;  // the unscattered beam alone
       p.scene.lights = {Sun{{std::sqrt(1 - cosine * cosine), cosine, 0}, Rgb(2.0f), 0}};
@@ -251,22 +252,23 @@ TEST(SurfacePicture, GroundByTheLightOfAFire) {
   for (const bool shielded : {false, true}) {
     const double irradiance = irradiance_of_the_fire(shielded);
     for (const float albedo : {0.0f, 1e-7f}) {
-      for (const Visibility look : {Visibility::surface, Visibility::shadow_catcher}) {
-        Pixel p(matter(kFireExtinction, Rgb(albedo), 0, Rgb(5.0f), kFirePlace), {9, 4, 7},
+      for (const Visibility visibility : {Visibility::surface, Visibility::shadow_catcher}) {
+        Pixel p(component(kFireExtinction, Rgb(albedo), 0, Rgb(5.0f), kFirePlace), {9, 4, 7},
                 {4, 0, 3});
-        p.scene.surfaces = {ground(0.9, look)};
+        p.scene.surfaces = {ground(0.9, visibility)};
         if (shielded) p.scene.surfaces.emplace_back(kShield);
         // Its light is a matter of alpha.
-        if (look == Visibility::shadow_catcher) p.scene.lights = {Sun{{1, 2, 1}, Rgb(2.0f), 0}};
+        if (visibility == Visibility::shadow_catcher)
+          p.scene.lights = {Sun{{1, 2, 1}, Rgb(2.0f), 0}};
         p.scene.options.line_emission = LineEmission::on;
         p.scene.options.samples = 100'000;
         p.scene.options.aovs.add(Aov::lights);
         const RenderResult r = p.result();
         const PixelSums& sums = r.film.pixels.front();
-        expect_mean(
-            sums, 0.9 / kPi * irradiance,
-            std::string(name(look)) + (shielded ? ", shielded, " : ", ") + std::to_string(albedo),
-            family);
+        expect_mean(sums, 0.9 / kPi * irradiance,
+                    std::string(name(visibility)) + (shielded ? ", shielded, " : ", ") +
+                        std::to_string(albedo),
+                    family);
         ASSERT_EQ(r.film.layers.back().name, "emission");
         EXPECT_NEAR(r.film.layers.back().sums.front().x, sums.sum.x, 1e-5 * sums.sum.x);
       }
@@ -284,7 +286,7 @@ void expect_alpha(const PixelSums& p, double expected) {
 TEST(SurfacePicture, AShadowCatcherCoversByTheLightThatIsMissing) {
   // Under an absorbing cube of optical depth 0.9 along the sun's ray.
   const Affine above = translation({-6, 3, -6});
-  Pixel p(matter(0.9 / 13, Rgb(0.0f), 0, Rgb(0.0f), above), {20, 2, 0}, {0, 0, 0});
+  Pixel p(component(0.9 / 13, Rgb(0.0f), 0, Rgb(0.0f), above), {20, 2, 0}, {0, 0, 0});
   p.scene.surfaces = {ground(0.3, Visibility::shadow_catcher)};
   p.scene.lights = {Sun{{0, 1, 0}, Rgb(2.0f), 0}};
   p.scene.options.background = false;
@@ -310,7 +312,7 @@ TEST(SurfacePicture, AShadowCatcherUnderABall) {
     for (const bool sun : {false, true}) {
       Pixel p(far_away(), {5, 0.5, 0}, {0, 0, 0});
       p.scene.surfaces = {ground(0.0, Visibility::shadow_catcher), BallSurface{{0, 2, 0}, 1.2, {}}};
-      std::get<BallSurface>(p.scene.surfaces[1]).finish.albedo = Rgb(0.0f);
+      std::get<BallSurface>(p.scene.surfaces[1]).material.albedo = Rgb(0.0f);
       p.scene.environment = sky;
       // A sun that the ball does not hide, as bright on the ground as the sky.
       if (sun) p.scene.lights = {Sun{{1, 0.5, 0}, Rgb(float(0.5 * kPi * std::sqrt(5.0))), 4}};
@@ -387,7 +389,7 @@ TEST(SurfacePicture, AWhiteCatcherIsThrownTheLightThatItsShadowLacks) {
       translation({0, 2, 0}) * scaling({1e6 / 13, 1.0 / 13, 1e6 / 13}) * translation({-6, 0.5, -6});
   for (const Environment& sky : skies) {
     for (const bool ball : {true, false}) {
-      Pixel p(ball ? far_away() : matter(2, Rgb(1.0f), 0.3, Rgb(0.0f), wide), {5, 0.5, 0},
+      Pixel p(ball ? far_away() : component(2, Rgb(1.0f), 0.3, Rgb(0.0f), wide), {5, 0.5, 0},
               {0, 0, 0});
       p.scene.surfaces = {ground(1, Visibility::shadow_catcher)};
       if (ball) p.scene.surfaces.emplace_back(BallSurface{{0, 2, 0}, 1.2, {Rgb(1.0f)}});
@@ -470,7 +472,8 @@ TEST(SurfacePicture, LampsAreSeenBesideWhatCatchesShadows) {
 TEST(SurfacePicture, AlphaIsThatOfSurfacesAndNotOfTheSky) {
   for (const bool background : {true, false}) {
     // A cloud under the ground, which nothing of it reaches.
-    Pixel p(matter(1, Rgb(0.9f), 0, Rgb(0.0f), translation({-6, -20, -6})), {3, 5, 2}, {3, 50, 9});
+    Pixel p(component(1, Rgb(0.9f), 0, Rgb(0.0f), translation({-6, -20, -6})), {3, 5, 2},
+            {3, 50, 9});
     p.scene.surfaces = {ground(0.6)};
     p.scene.environment = ConstantSky{Rgb(0.8f)};
     p.scene.options.background = background;
@@ -495,7 +498,7 @@ TEST(SurfacePicture, AShadowCatcherShowsLightThatIsThrownOnIt) {
   const Slab slab(optics, {0.6});
   const Affine wide =
       translation({0, 2, 0}) * scaling({1e6 / 13, 1.0 / 13, 1e6 / 13}) * translation({-6, 0.5, -6});
-  Pixel p(matter(2, Rgb(1.0f), 0.3, Rgb(0.0f), wide), {0.3, 1.5, 0.2}, {0, 0, 0});
+  Pixel p(component(2, Rgb(1.0f), 0.3, Rgb(0.0f), wide), {0.3, 1.5, 0.2}, {0, 0, 0});
   p.scene.surfaces = {ground(0.5, Visibility::shadow_catcher)};
   p.scene.lights = {Sun{{0.8, 0.6, 0}, Rgb(2.0f), 0}};
   p.scene.options.background = false;
@@ -512,9 +515,9 @@ TEST(SurfacePicture, AShadowCatcherShowsLightThatIsThrownOnIt) {
 /// Where no light arrives unscattered there is no shadow, and light that is thrown there is shown:
 /// an area that shines up on a ball, of which the catcher is dark by itself.
 TEST(SurfacePicture, AShadowCatcherInTheDarkShowsLightThatIsThrownOnIt) {
-  const auto picture = [](Visibility look) {
+  const auto picture = [](Visibility visibility) {
     Pixel p(far_away(), {3, 1, 0.3}, {0.4, 0, 0});
-    p.scene.surfaces = {ground(0.5, look), BallSurface{{0, 3, 0}, 1, {Rgb(0.8f)}}};
+    p.scene.surfaces = {ground(0.5, visibility), BallSurface{{0, 3, 0}, 1, {Rgb(0.8f)}}};
     p.scene.lights.emplace_back(
         AreaLight{{0, 0.5, 0}, {0, 1, 0}, {1, 1}, {0, 0, 1}, Rgb(3.0f), ""});
     p.scene.options.background = false;
@@ -555,7 +558,7 @@ TEST(SurfacePicture, ALampMayLieOnAWall) {
   ceiling.place.translate = Vec3d(0, 2, 0);
   const Surface walls[] = {PlaneSurface{{0, 2, 0}, {0, 1, 0}, {Rgb(0.0f)}}, ceiling};
   for (Surface wall : walls) {
-    std::visit([](auto& s) { s.finish.albedo = Rgb(0.0f); }, wall);
+    std::visit([](auto& s) { s.material.albedo = Rgb(0.0f); }, wall);
     Pixel p(far_away(), {1, 1, 0.3}, {0, 0, 0});
     const AreaLight lamp{{0, 2, 0}, {0, -1, 0}, {0.5, 0.5}, {0, 0, 1}, Rgb(3.0f), ""};
     const double irradiance = double(AreaSource(lamp).on_plane({0, 0, 0}, {0, 1, 0}).x);
@@ -570,7 +573,7 @@ TEST(SurfacePicture, ALampMayLieOnAWall) {
 
 TEST(SurfacePicture, AHoldoutIsAHole) {
   // A cube of optical depth 1 before it, whose light is what it is without.
-  Pixel p(matter(1.0 / 13, Rgb(0.9f), 0), {6, 6, 40}, {6, 6, 6});
+  Pixel p(component(1.0 / 13, Rgb(0.9f), 0), {6, 6, 40}, {6, 6, 6});
   p.scene.environment = ConstantSky{Rgb(1.0f)};
   p.scene.surfaces = {BallSurface{{6, 6, -20}, 5, {Rgb(0.5f), Visibility::holdout}}};
   p.scene.options.max_bounces = 0;
@@ -624,7 +627,7 @@ TEST(SurfacePicture, LayersAreTheSurfacesAndSumUp) {
 
 /// What is first met is now the cloud's, now that of the ground behind it.
 TEST(SurfacePicture, TheFirstAlbedoIsThatOfWhatIsMet) {
-  Pixel p(matter(1.0 / 13, Rgb(0.9f), 0), {6, 6, 40}, {6, 6, 6});
+  Pixel p(component(1.0 / 13, Rgb(0.9f), 0), {6, 6, 40}, {6, 6, 6});
   p.scene.surfaces = {PlaneSurface{{0, 0, -20}, {0, 0, 1}, {Rgb(0.4f)}}};
   p.scene.options.aovs.add(Aov::albedo);
   const Film film = p.result().film;
@@ -637,10 +640,10 @@ TEST(SurfacePicture, TheFirstAlbedoIsThatOfWhatIsMet) {
 /// ground and beside it, on a catcher, too.
 TEST(SurfacePicture, GuidingChangesNoMean) {
   proof::Family family;
-  for (const Visibility look : {Visibility::surface, Visibility::shadow_catcher}) {
+  for (const Visibility visibility : {Visibility::surface, Visibility::shadow_catcher}) {
     CloudScene s = cloud_scene_of_cube();
-    s.medium = matter(0.6, Rgb(0.95f), 0.8);
-    s.surfaces = {ground(0.6, look), BallSurface{{14, 4, 9}, 3, {Rgb(0.8f)}}};
+    s.medium = component(0.6, Rgb(0.95f), 0.8);
+    s.surfaces = {ground(0.6, visibility), BallSurface{{14, 4, 9}, 3, {Rgb(0.8f)}}};
     s.lights = {Sun{{1, 2, -1}, Rgb(3.0f), 2}, PointLight{{-9, 9, 9}, Rgb(200.0f), "", 1.5},
                 AreaLight{{6, 25, 6}, {0, -1, 0}, {6, 6}, {0, 0, 1}, Rgb(2.0f), ""}};
     s.environment = ImageSky{2, 2, {Rgb(0.4f), Rgb(0.1f), Rgb(0.2f), Rgb(0.3f)}};
@@ -652,7 +655,7 @@ TEST(SurfacePicture, GuidingChangesNoMean) {
     s.options.seed = 7;
     const RenderResult guided = run_cube(s);
     EXPECT_TRUE(guided.guided);
-    compare(average(guided.film), average(plain.film), name(look), family, 1e-4);
+    compare(average(guided.film), average(plain.film), name(visibility), family, 1e-4);
     // The cube in the middle and the ground before it, each by itself.
     compare(average(guided.film, 6, 4, 4, 4), average(plain.film, 6, 4, 4, 4), "cube", family,
             1e-4);
@@ -666,7 +669,7 @@ TEST(SurfacePicture, GuidingChangesNoMean) {
 /// it, without surfaces that would even things out.
 TEST(SurfacePicture, BranchesBringTheSameLight) {
   CloudScene s = cloud_scene_of_cube();
-  s.medium = matter(0.6, Rgb(0.95f), 0.85);
+  s.medium = component(0.6, Rgb(0.95f), 0.85);
   s.lights = {Sun{{30, 10, -30}, Rgb(3.0f), 5}, PointLight{{2, 9, 4}, Rgb(3.0f), "", 1}};
   s.environment = ConstantSky{Rgb(0.0f)};
   s.options.width = s.options.height = 12;

@@ -33,7 +33,7 @@ TEST(Surfaces, APlaneIsMetFromEitherSide) {
   const Surfaces s(all);
   for (const double side : {1.0, -1.0}) {
     const SurfaceHit hit = s.first_hit({{5, 2 + 4 * side, 1}, {0, -side, 0}}, kFar);
-    ASSERT_NE(hit.finish, nullptr);
+    ASSERT_NE(hit.material, nullptr);
     EXPECT_NEAR(hit.distance, 4, 1e-12);
     EXPECT_EQ(hit.normal, Vec3d(0, side, 0));
     EXPECT_GT((hit.place.y - 2) * side, 0) << "on the ray's side";
@@ -41,7 +41,7 @@ TEST(Surfaces, APlaneIsMetFromEitherSide) {
     EXPECT_FALSE(s.block({hit.place, normalize(Vec3d(1, side * 0.01, 0))}, kFar)) << "leaves";
     EXPECT_TRUE(s.block({hit.place, normalize(Vec3d(1, -side * 0.01, 0))}, kFar)) << "enters";
   }
-  EXPECT_EQ(s.first_hit({{0, 3, 0}, {1, 0, 0}}, kFar).finish, nullptr) << "along it";
+  EXPECT_EQ(s.first_hit({{0, 3, 0}, {1, 0, 0}}, kFar).material, nullptr) << "along it";
   EXPECT_FALSE(s.block({{0, 3, 0}, {0, -1, 0}}, 0.9));
   EXPECT_TRUE(s.block({{0, 3, 0}, {0, -1, 0}}, 1.1));
 }
@@ -89,9 +89,9 @@ TEST(Surfaces, MeshesAreMetWhereTheirTrianglesAre) {
       const Nearest expected = search(soup, place, ray);
       if (expected.margin < 1e-4) continue;
       const SurfaceHit hit = s.first_hit(ray, kFar);
-      ASSERT_EQ(hit.finish != nullptr, expected.t < kFar) << n;
+      ASSERT_EQ(hit.material != nullptr, expected.t < kFar) << n;
       EXPECT_EQ(s.block(ray, kFar), expected.t < kFar);
-      if (!hit.finish) continue;
+      if (!hit.material) continue;
       ++hits;
       EXPECT_NEAR(hit.distance, expected.t, 1e-5 * (10 + expected.t));
       EXPECT_LT(dot(hit.normal, ray.d), 0);
@@ -136,7 +136,7 @@ TEST(Surfaces, PlacesLieOnTheSideThatTheRayCameFrom) {
       const Vec3d from = centres[k] + (out ? 20.0 : 0.02) * normalize(random_point(rng, 1));
       const Vec3d to = out ? centres[k] - from + random_point(rng, 0.5) : random_point(rng, 1);
       const SurfaceHit hit = s.first_hit({from, normalize(to)}, kFar);
-      if (hit.finish == nullptr) continue;
+      if (hit.material == nullptr) continue;
       Vec3d away = normalize(random_point(rng, 1));
       if (dot(away, hit.normal) < 0) away = -away;
       if (dot(away, hit.normal) < 0.01) continue;
@@ -159,7 +159,7 @@ TEST(Surfaces, FarAwayPlacesLieOutside) {
       const Vec3d d = normalize(random_point(rng, 1));
       const Vec3d aim = centre + random_point(rng, 0.5 * radius);
       const SurfaceHit hit = s.first_hit({aim - d * from, d}, kFar);
-      if (hit.finish == nullptr) continue;
+      if (hit.material == nullptr) continue;
       Vec3d away = normalize(random_point(rng, 1));
       if (dot(away, hit.normal) < 0) away = -away;
       if (dot(away, hit.normal) < 0.05) continue;
@@ -196,11 +196,11 @@ TEST(Surfaces, TheNearestOfAllKindsCounts) {
                          mesh_surface(test::ball_mesh(16), translation({0, 10, 0}))};
   const Surfaces s(all);
   const Vec3d down(0, -1, 0);
-  EXPECT_EQ(s.first_hit({{0, 20, 0}, down}, kFar).finish->albedo, Rgb(0.5f));
-  EXPECT_EQ(s.first_hit({{0, 8, 0}, down}, kFar).finish->albedo, Rgb(0.2f));
-  EXPECT_EQ(s.first_hit({{0, 3, 0}, down}, kFar).finish->albedo, Rgb(0.1f));
-  EXPECT_EQ(s.first_hit({{0, 3, 0}, down}, 3.9).finish, nullptr);
-  EXPECT_EQ(s.first_hit({{0, 3, 0}, -down}, kFar).finish->albedo, Rgb(0.2f)) << "from within";
+  EXPECT_EQ(s.first_hit({{0, 20, 0}, down}, kFar).material->albedo, Rgb(0.5f));
+  EXPECT_EQ(s.first_hit({{0, 8, 0}, down}, kFar).material->albedo, Rgb(0.2f));
+  EXPECT_EQ(s.first_hit({{0, 3, 0}, down}, kFar).material->albedo, Rgb(0.1f));
+  EXPECT_EQ(s.first_hit({{0, 3, 0}, down}, 3.9).material, nullptr);
+  EXPECT_EQ(s.first_hit({{0, 3, 0}, -down}, kFar).material->albedo, Rgb(0.2f)) << "from within";
 }
 
 /// Two meshes, balls before and behind one another, and a plane before all: each hit has the finish
@@ -214,14 +214,14 @@ TEST(Surfaces, OfManyOfAKindTheNearestCounts) {
                            BallSurface{{0, 9, 0}, 1, {Rgb(0.3f)}},
                            mesh_surface(test::ball_mesh(16), translation({0, 13, 0})),
                            mesh_surface(aslant, translation({0, 17, 0}))};
-  std::get<MeshSurface>(all[4]).finish.albedo = Rgb(0.4f);
-  std::get<MeshSurface>(all[5]).finish.albedo = Rgb(0.6f);
+  std::get<MeshSurface>(all[4]).material.albedo = Rgb(0.4f);
+  std::get<MeshSurface>(all[5]).material.albedo = Rgb(0.6f);
   const auto expect_hit = [&](double from, Vec3d way, double at, float albedo) {
     for (int order = 0; order < 2; ++order) {
       const Surfaces s(all);
       const SurfaceHit hit = s.first_hit({{1e-3, from, 1e-3}, way}, kFar);
-      ASSERT_NE(hit.finish, nullptr) << from;
-      EXPECT_EQ(hit.finish->albedo, Rgb(albedo)) << from;
+      ASSERT_NE(hit.material, nullptr) << from;
+      EXPECT_EQ(hit.material->albedo, Rgb(albedo)) << from;
       EXPECT_NEAR(hit.place.y, at, 0.01) << from;
       if (albedo == 0.6f) {
         const Vec3d normal = normalize(cross(Vec3d(-4, 2, 0), Vec3d(-1, 0, 2)));
@@ -259,7 +259,7 @@ TEST(Surfaces, NormalsOfWhatIsStretchedStandOnIt) {
     for (int n = 0; n < 500; ++n) {
       const Vec3d from = place.point(3.0 * normalize(random_point(rng, 1)));
       const SurfaceHit hit = s.first_hit({from, normalize(place.t - from)}, kFar);
-      ASSERT_NE(hit.finish, nullptr);
+      ASSERT_NE(hit.material, nullptr);
       const Vec3d at = inverse(place).point(hit.place);
       const Vec3d tangent = normalize(cross(at, random_point(rng, 1)));
       EXPECT_NEAR(dot(hit.normal, normalize(place.vector(tangent))), 0, tolerance[k])
@@ -281,7 +281,7 @@ TEST(Surfaces, AFlatMeshIsMet) {
       const Vec3d from = to + Vec3d(0, 0, n % 2 ? 2 : -2) + random_point(rng, 1);
       const Ray ray{from, normalize(to - from)};
       const SurfaceHit hit = s.first_hit(ray, kFar);
-      ASSERT_NE(hit.finish, nullptr) << z << ", " << n;
+      ASSERT_NE(hit.material, nullptr) << z << ", " << n;
       EXPECT_NEAR(hit.distance, length(to - from), 1e-6) << z;
       EXPECT_TRUE(s.block(ray, kFar));
     }

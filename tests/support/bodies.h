@@ -25,8 +25,8 @@ inline const Field& cube() {
 inline const Box kCube{Vec3d(-0.5), Vec3d(12.5)};
 
 /// A medium of one component.
-[[nodiscard]] inline Body matter(double extinction, Rgb albedo, double g, Rgb emission = {},
-                                 const Affine& place = {}) {
+[[nodiscard]] inline Body component(double extinction, Rgb albedo, double g, Rgb emission = {},
+                                    const Affine& place = {}) {
   return {extinction, albedo, g, emission, {}, place};
 }
 
@@ -84,7 +84,7 @@ struct OneRay {
   return (1 - g * g) / (4 * std::numbers::pi * std::pow(1 + g * g - 2 * g * cosine, 1.5));
 }
 
-/// Light from one direction as it arrives at a place in the absence of any matter: of a delta sun,
+/// Light from one direction as it arrives at a place in the absence of any medium: of a delta sun,
 /// a point or a spot, or one of many pieces of a ball or an area.
 struct Arriving {
   Vec3d towards;  ///< the light

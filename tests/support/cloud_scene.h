@@ -44,9 +44,7 @@ struct CloudScene {
   RenderOptions options;
   std::vector<Surface> surfaces{};
 
-  [[nodiscard]] Scene scene() const {
-    return {camera, environment, lights, options, surfaces};
-  }
+  [[nodiscard]] Scene scene() const { return {camera, environment, lights, options, surfaces}; }
   [[nodiscard]] VolumeOptions volume_options() const {
     VolumeOptions o = pvol::volume_options(options);
     o.object_to_world = medium.object_to_world;
@@ -64,7 +62,7 @@ struct CloudScene {
   return pvol::make_volume(std::move(recipe), pyramid, s.medium.medium(), s.volume_options());
 }
 
-/// Renders volumes with the matter that they were made with; a run with new random numbers shifts
+/// Renders volumes with the medium that they were made with; a run with new random numbers shifts
 /// the seed.
 [[nodiscard]] inline RenderResult render(std::span<const Volume> volumes, const CloudScene& s,
                                          const Progress& progress = {}) {
@@ -74,7 +72,7 @@ struct CloudScene {
   return pvol::render(volumes, scene, progress);
 }
 
-/// Renders the volume with the matter that the scene's body has now.
+/// Renders the volume with the medium that the scene's body has now.
 [[nodiscard]] inline RenderResult render(Volume volume, const CloudScene& s,
                                          const Progress& progress = {}) {
   volume.medium = s.medium.medium();

@@ -39,7 +39,7 @@ Aim aim(const Field& field, const Volume& volume, LookUp look_up, int kind, doub
     const auto span = intersect(support, {ray.o - origin, ray.d}, 0, 1e9);
     if (!span) continue;
     const Cursor cursor = make_cursor(volume.density.octree, ray.at(span->t0) - origin);
-    Float4 direction = lanes(Vec3f(ray.d));
+    Float4 direction = widen(Vec3f(ray.d));
     const auto oracle = [&] {
       return RayOracle(field, look_up, of_walk(volume, cursor, direction),
                        double(volume.density.scale));

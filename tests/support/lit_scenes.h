@@ -25,7 +25,7 @@ inline const Field& puff() {
 /// The puff in the sun, before a constant sky; its optical thickness is about 12.
 inline CloudScene sunny() {
   CloudScene s;
-  s.medium = matter(0.4, Rgb(0.999f), 0.877);
+  s.medium = component(0.4, Rgb(0.999f), 0.877);
   s.environment = ConstantSky{Rgb(0.5f)};
   s.lights = {Sun{{0.6, 0.8, 0.35}, Rgb(3.0f), 0}};
   s.options.width = s.options.height = 16;

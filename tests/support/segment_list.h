@@ -17,7 +17,7 @@ struct SegmentList {
     return at < segments.size() ? std::optional<Segment>(segments[at++]) : std::nullopt;
   }
   [[nodiscard]] static LatticePoint point(double t) {
-    return {Int4{}, lanes(Vec3f(float(t), 0, 0))};
+    return {Int4{}, widen(Vec3f(float(t), 0, 0))};
   }
 };
 

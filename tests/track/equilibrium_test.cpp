@@ -68,7 +68,7 @@ PathCounts follow(const Volume& v, const Field& field, Rng& rng) {
   Tally tally;
   double collisions = 0;
   for (;;) {
-    Walk walk(v.density.octree, cursor, lanes(d));
+    Walk walk(v.density.octree, cursor, widen(d));
     const Flight f = free_flight<kTracker>(walk, field, rng, tally);
     if (!f.collided) return {double(tally.lookups), collisions};
     ++collisions;

@@ -133,7 +133,7 @@ TEST(Lookups, DecompositionSavesTheShareOfTheMinorant) {
     const Cursor start =
         make_cursor(v.density.octree, Vec3d(20.25, 20.5, 20.75) - Vec3d(v.density.octree.origin));
     Cursor probe = start;
-    const auto leaf = Walk(v.density.octree, probe, lanes(Vec3f(1, 0, 0))).next();
+    const auto leaf = Walk(v.density.octree, probe, widen(Vec3f(1, 0, 0))).next();
     ASSERT_TRUE(leaf);
     const double share = 1 - double(leaf->lo) / double(leaf->hi);
     EXPECT_NEAR(share, 1 - lo, 0x1p-10);  // the code of bounds rounds outward
@@ -141,7 +141,7 @@ TEST(Lookups, DecompositionSavesTheShareOfTheMinorant) {
     const auto fly = [&]<Tracker kTracker>(std::uint64_t i, std::size_t which) {
       Rng rng(kSeed, which, i);
       const auto [x, y] = rng.uniform2();
-      Walk walk(v.density.octree, start, lanes(normalize(Vec3f(x - 0.5f, y - 0.5f, 0.25f))));
+      Walk walk(v.density.octree, start, widen(normalize(Vec3f(x - 0.5f, y - 0.5f, 0.25f))));
       Tally tally;
       const Flight flight = free_flight<kTracker>(walk, trilinear, rng, tally);
       EXPECT_LT(flight.t, 10);  // before the leaves at the border

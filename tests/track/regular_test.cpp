@@ -89,7 +89,7 @@ TEST(Regular, LooksUpEachCellOnce) {
   Walk walk(
       v.density.octree,
       make_cursor(v.density.octree, Vec3d(v.density.octree.support().lo) + Vec3d(0, 2.25, 3.5)),
-      lanes(Vec3f(1, 0, -0.0f)));
+      widen(Vec3f(1, 0, -0.0f)));
   Tally tally;
   EXPECT_NEAR(optical_depth(walk, exact<LookUp::trilinear>(v), tally), 20, 1e-5);
   EXPECT_TRUE(tally.lookups == 21 || tally.lookups == 22);  // walks end a little beyond the support
@@ -106,7 +106,7 @@ TEST(Regular, IsRightInFacesAndEdges) {
       const Cursor cursor = make_cursor(v.density.octree, low + at);
       const RayOracle oracle(f, LookUp::trilinear,
                              {low + at + Vec3d(v.density.octree.origin), Vec3d(d)}, 1);
-      Walk walk(v.density.octree, cursor, lanes(d));
+      Walk walk(v.density.octree, cursor, widen(d));
       NoTally none;
       EXPECT_NEAR(optical_depth(walk, exact<LookUp::trilinear>(v), none), oracle.optical_depth(),
                   1e-5 * (1 + oracle.optical_depth()))

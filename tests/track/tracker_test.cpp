@@ -268,8 +268,8 @@ TEST(TrackerEdges, NegativeZerosInDirectionsAreZeros) {
     for (std::uint64_t i = 0; i < 500; ++i) {
       Rng rng(kSeed, 71, i), same = rng;
       NoTally none;
-      Walk plus(v.density.octree, cursor, lanes(Vec3f(0.1f, 0.0f, 0.0f)));
-      Walk minus(v.density.octree, cursor, lanes(Vec3f(0.1f, -0.0f, -0.0f)));
+      Walk plus(v.density.octree, cursor, widen(Vec3f(0.1f, 0.0f, 0.0f)));
+      Walk minus(v.density.octree, cursor, widen(Vec3f(0.1f, -0.0f, -0.0f)));
       constexpr Tracker kTracker = decltype(constant)::value;
       const Flight a = free_flight<kTracker>(plus, medium, rng, none);
       const Flight b = free_flight<kTracker>(minus, medium, same, none);

@@ -246,10 +246,10 @@ TEST(Batches, KernelsOfEveryWidthGiveTheSameBits) {
   for (const LookUp look_up : {kTrilinear, kNearest}) {
     const PlacedCloud cloud(field("contrast"), placements()[2].to_world, 1, {.look_up = look_up});
     std::vector<Answers> all;
-    for (const KernelKind lanes : {KernelKind::avx2, KernelKind::avx512}) {
-      const std::string why = error_of([&] { BatchField(cloud.volume, lanes); });
+    for (const KernelKind kernel : {KernelKind::avx2, KernelKind::avx512}) {
+      const std::string why = error_of([&] { BatchField(cloud.volume, kernel); });
       if (!why.empty()) GTEST_SKIP() << why;
-      all.push_back(answers(BatchField(cloud.volume, lanes), aimed(cloud, 5000, 34).batch(), {}));
+      all.push_back(answers(BatchField(cloud.volume, kernel), aimed(cloud, 5000, 34).batch(), {}));
     }
     EXPECT_TRUE(all[0] == all[1]);
   }

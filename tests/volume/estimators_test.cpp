@@ -22,8 +22,8 @@ constexpr MicroBoundsUse kUses[] = {MicroBoundsUse::cells_8, MicroBoundsUse::cel
 /// The field, optically 4 thick where it is dense, under two suns and a picture as sky.
 CloudScene scene_of(const Field& field) {
   CloudScene s;
-  s.medium = matter(4.0 / std::min({field.size.x, field.size.y, field.size.z}),
-                    Rgb(0.9f, 0.95f, 0.99f), 0.5, Rgb(0.1f));
+  s.medium = component(4.0 / std::min({field.size.x, field.size.y, field.size.z}),
+                       Rgb(0.9f, 0.95f, 0.99f), 0.5, Rgb(0.1f));
   s.environment = ImageSky{2, 2, {Rgb(1.0f), Rgb(0.2f), Rgb(0.1f), Rgb(0.5f)}, Rgb(1.0f), 30};
   s.lights = {Sun{{0.6, 0.8, 0.35}, Rgb(3.0f), 0}, Sun{{-1, 0.2, 0.1}, Rgb(2.0f, 1.0f, 0.5f), 10}};
   s.options.width = s.options.height = 12;
@@ -197,7 +197,7 @@ TEST(Estimators, WeightedTrackersNeedNoBounds) {
   for (const Tracker tracker : {Tracker::weighted_delta, Tracker::weighted_decomposition}) {
     for (const Transmittance transmittance : kUnbounded) {
       for (const Rgb albedo : {Rgb(0.03f, 0.02f, 0.04f), Rgb(0.9f)}) {
-        OneRay r({matter(0.15, albedo, 0.3)}, {30, 25, 28}, {6, 6, 6});
+        OneRay r({component(0.15, albedo, 0.3)}, {30, 25, 28}, {6, 6, 6});
         r.scene.lights = {Sun{{0.5, 0.7, -0.3}, Rgb(2.0f, 3.0f, 1.5f), 0}};
         r.scene.options.tracker = tracker;
         r.scene.options.transmittance = transmittance;
@@ -229,7 +229,7 @@ TEST(Estimators, TheChoiceFollowsThicknessAndMinorants) {
   const auto choose = [](const Field& f, double extinction, int copies = 1, double size = 1) {
     CloudScene s;
     s.options.depth = 16;
-    const Body m = matter(extinction, Rgb(1.0f), 0, {}, scaling(Vec3d(size)));
+    const Body m = component(extinction, Rgb(1.0f), 0, {}, scaling(Vec3d(size)));
     return choose_transmittance(make_volumes(f, std::vector<Body>(std::size_t(copies), m), s));
   };
   const TransmittanceChoice thick = choose(block(), 1);
@@ -299,7 +299,7 @@ TEST(Estimators, ShadowRaysByValueKeepTheMean) {
   for (const Valued& lights : valued_lights()) {
     for (const Transmittance transmittance :
          {Transmittance::residual_ratio, Transmittance::analog}) {
-      OneRay r({matter(0.04, Rgb(1.0f), lights.g)}, {30, 25, 28}, {6, 6, 6});
+      OneRay r({component(0.04, Rgb(1.0f), lights.g)}, {30, 25, 28}, {6, 6, 6});
       r.scene.lights.assign(lights.suns.begin(), lights.suns.end());
       r.scene.options.transmittance = transmittance;
       r.scene.options.samples = transmittance == Transmittance::analog ? 100'000 : 400'000;

@@ -12,9 +12,9 @@ namespace pvol::test {
 namespace flights_test {
 
 using detail::find_flights;
+using detail::FlightMonitor;
 using detail::Flights;
-using detail::Watch;
-using detail::Watching;
+using detail::Monitoring;
 
 /// Empty but for two voxels far from each other, under one majorant: 10^14 null collisions lie on a
 /// ray between them.
@@ -32,16 +32,19 @@ TEST(Flights, StopHoweverManyNullCollisionsLieAhead) {
     for (const auto micro :
          {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1}) {
       const Volume v = make_stray_volume(look_up, micro);
-      const Flights flights = find_flights({look_up, v.density.micro.edge, false}, Watching::stop);
+      const Flights flights = find_flights({.look_up = look_up, .micro_edge = v.density.micro.edge},
+                                           Monitoring::cancel);
       Rng rng(1, 2, 3);
-      Watch watch{{}, &stop};
+      FlightMonitor monitor{{}, &stop};
       const auto walk = [&] { return *enter(v, {{-9, 30, 33}, {1, 0, 0}}, 1e3); };
       for (const Tracker tracker : {Tracker::delta, Tracker::delta_global, Tracker::decomposition,
                                     Tracker::weighted_delta, Tracker::weighted_decomposition}) {
-        EXPECT_TRUE(flights.fly(tracker, v.density, walk().local(), rng, watch).collided);
+        EXPECT_TRUE(flights.fly(tracker, v.density, walk().local(), rng, monitor).collided);
         for (const auto estimator :
              {Transmittance::analog, Transmittance::ratio, Transmittance::residual_ratio}) {
-          EXPECT_EQ(flights.pass(estimator, tracker, v.density, walk().local(), rng, watch), 0);
+          EXPECT_EQ(
+              flights.transmittance(estimator, tracker, v.density, walk().local(), rng, monitor),
+              0);
         }
       }
     }

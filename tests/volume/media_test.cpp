@@ -21,9 +21,9 @@ OneRay towards_middle(std::vector<Body> bodies, Vec3d from) {
   return {std::move(bodies), from, {6, 6, 6}};
 }
 
-/// Three kinds of matter that differ in everything.
+/// Three kinds of medium that differ in everything.
 Body mixture(double extinction) {
-  Body m = matter(extinction, Rgb(0.9f, 0.1f, 0.3f), -0.5);
+  Body m = component(extinction, Rgb(0.9f, 0.1f, 0.3f), -0.5);
   m.others = {{0.3, Rgb(0.2f, 0.8f, 0.1f), HenyeyGreenstein(0.6), kBlack},
               {0.2, Rgb(0.0f, 0.5f, 1.0f), HenyeyGreenstein(0), kBlack}};
   return m;
@@ -47,7 +47,7 @@ CloudScene cloud_scene() {
   s.camera.target = {0, 0, 0};
   s.camera.fov = 24;
   s.environment = ConstantSky{Rgb(0.2f, 0.3f, 0.5f)};
-  s.medium = matter(0.4, Rgb(0.95f, 0.9f, 0.8f), 0.6);
+  s.medium = component(0.4, Rgb(0.95f, 0.9f, 0.8f), 0.6);
   s.lights = {Sun{{0.6, 0.8, 0.35}, Rgb(3.0f), 0}};
   s.options.width = s.options.height = 8;
   s.options.samples = 300;
@@ -89,7 +89,7 @@ TEST(Media, ComponentsScatterInProportionToTheirShares) {
 
 /// Each glows in a colour of its own; every ray ends in one of them.
 TEST(Media, CollisionsFallToComponentsByTheirShares) {
-  Body m = matter(5, kBlack, 0, Rgb(1.0f, 0.0f, 0.0f));
+  Body m = component(5, kBlack, 0, Rgb(1.0f, 0.0f, 0.0f));
   m.others = {{0.35, kBlack, HenyeyGreenstein(0), Rgb(0.0f, 1.0f, 0.0f)},
               {0.2, kBlack, HenyeyGreenstein(0), Rgb(0.0f, 0.0f, 1.0f)}};
   OneRay r = towards_middle({m}, {30, 25, 28});
@@ -120,10 +120,10 @@ TEST(Media, AComponentInPartsIsOne) {
 /// Where phase functions agree, only the mean albedo counts.
 TEST(Media, AbsorbersLowerTheAlbedo) {
   const CloudScene s = cloud_scene();
-  Body mixed = matter(0.4, Rgb(1.0f, 0.9f, 0.4f), 0.6);
+  Body mixed = component(0.4, Rgb(1.0f, 0.9f, 0.4f), 0.6);
   mixed.others = {{0.25, kBlack, HenyeyGreenstein(0.6), kBlack},
                   {0.25, Rgb(1.0f, 0.2f, 0.8f), HenyeyGreenstein(0.6), kBlack}};
-  const Body mean = matter(0.4, Rgb(0.75f, 0.5f, 0.4f), 0.6);
+  const Body mean = component(0.4, Rgb(0.75f, 0.5f, 0.4f), 0.6);
   CloudScene other = s;
   other.options.seed = 2;
   proof::Family family;
@@ -139,7 +139,7 @@ TEST(Media, EmissionFollowsBeerAndLambert) {
   for (const Tracker tracker : kTrackers) {
     for (const double extinction : {1e-3, 0.05, 0.3, 5.0}) {
       for (const Vec3d from : {Vec3d(30, 25, 28), Vec3d(6.5, 7, 3000), Vec3d(3, 4, 9)}) {
-        Body m = matter(extinction, kBlack, 0, Rgb(2.0f, 0.5f, 0.1f));
+        Body m = component(extinction, kBlack, 0, Rgb(2.0f, 0.5f, 0.1f));
         if (number % 2 != 0) {
           m.others = {{0.4, Rgb(0.5f, 0.0f, 1.0f), HenyeyGreenstein(0.3), Rgb(1.0f, 4.0f, 50.0f)}};
         }
@@ -169,7 +169,7 @@ TEST(Media, MatterInThermalEquilibriumIsInvisible) {
       CloudScene s = cloud_scene();
       s.lights.clear();
       s.environment = ConstantSky{glow};
-      Body m = matter(0.5, albedo, g, glow);
+      Body m = component(0.5, albedo, g, glow);
       if (number % 2 != 0)
         m.others = {{0.3, Rgb(0.1f, 0.9f, 0.6f) * albedo, HenyeyGreenstein(-0.2), glow}};
       s.options.seed = ++number;
@@ -253,8 +253,8 @@ Affine skew_place(Vec3d stretch, Vec3d to) {
 /// Bodies in all positions to each other, as the camera sees them.
 std::vector<std::vector<Body>> arrangements(bool glowing) {
   const auto of = [glowing](double extinction, Rgb colour, double g, const Affine& place) {
-    return glowing ? matter(extinction, colour * 0.3f, g, Rgb(3.0f) * colour, place)
-                   : matter(extinction, colour, g, kBlack, place);
+    return glowing ? component(extinction, colour * 0.3f, g, Rgb(3.0f) * colour, place)
+                   : component(extinction, colour, g, kBlack, place);
   };
   const Rgb red(1.0f, 0.2f, 0.1f), green(0.1f, 0.9f, 0.2f), blue(0.2f, 0.1f, 1.0f);
   const Affine here, behind = translation({-20, -14, -16}), above = translation({4, 14, 1});
@@ -315,11 +315,11 @@ TEST(Media, BodiesThrowShadowsOnEachOther) {
   EXPECT_TRUE(family.passes());
 }
 
-/// Two clouds of different matter that overlap in part, with all orders of scattering.
+/// Two clouds of different media that overlap in part, with all orders of scattering.
 TEST(Media, TheOrderOfVolumesDoesNotCount) {
   CloudScene s = cloud_scene();
   s.environment = ImageSky{2, 1, {Rgb(1.0f, 0.2f, 0.3f), Rgb(0.1f, 0.8f, 2.0f)}, Rgb(1.0f), 40};
-  const Body a = mixture(0.3), b = matter(0.5, Rgb(0.99f), 0.8, kBlack, translation({3, 4, -5}));
+  const Body a = mixture(0.3), b = component(0.5, Rgb(0.99f), 0.8, kBlack, translation({3, 4, -5}));
   const Film one = picture({a, b}, s);
   s.options.seed = 2;
   proof::Family family;
@@ -333,8 +333,8 @@ TEST(Media, OverlappingWhiteBodiesAreInvisible) {
   s.environment = ConstantSky{Rgb(1.0f)};
   s.options.samples = 50;
   const std::vector<Body> white{
-      matter(0.3, Rgb(1.0f), 0.9),
-      matter(0.4, Rgb(1.0f), -0.5, kBlack, skew_place({0.8, 1.2, 1}, {2, 3, 1}))};
+      component(0.3, Rgb(1.0f), 0.9),
+      component(0.4, Rgb(1.0f), -0.5, kBlack, skew_place({0.8, 1.2, 1}, {2, 3, 1}))};
   for (const PixelSums& p : picture(white, s).pixels) EXPECT_EQ(mean(p), Vec3d(1.0));
   s.environment = ImageSky{6, 3, std::vector<Rgb>(18, Rgb(1.0f)), Rgb(1.0f), 20};
   s.options.samples = proof::samples(300);
@@ -403,11 +403,11 @@ TEST(Media, TwoLobesAreTwoComponents) {
     two.options.seed = 77;
     const TwoLobes lobes{HenyeyGreenstein(0.8), HenyeyGreenstein(-0.5), 0.75};
     Volume volume = make_volumes(cloud(), std::vector{s.medium}, one).front();
-    const Component matter = volume.medium.components.front();
-    volume.medium.components = {matter};
+    const Component component = volume.medium.components.front();
+    volume.medium.components = {component};
     volume.medium.components[0].phase = lobes;
     const Film lobed = pvol::render(volume, one.scene()).film;
-    volume.medium.components = {matter, matter};
+    volume.medium.components = {component, component};
     volume.medium.components[0].share = lobes.share;
     volume.medium.components[0].phase = lobes.forward;
     volume.medium.components[1].share = 1 - lobes.share;

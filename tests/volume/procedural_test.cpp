@@ -70,7 +70,7 @@ Int4 random_cell(const Volume& v, Rng& rng) {
     const int size = v.density.octree.support_hi[axis] - v.density.octree.support_lo[axis];
     cell[axis] = v.density.octree.support_lo[axis] + int(rng.block().lo % std::uint64_t(size));
   }
-  return lanes(cell);
+  return widen(cell);
 }
 
 /// Look-ups are the recipe's density to the last bit, 0 outside all leaves, and inside the bounds
@@ -187,7 +187,7 @@ Start find_ray(const Cloud& c, const Volume& v, std::uint64_t stream) {
     if (!span) continue;
     const Cursor cursor = make_cursor(v.density.octree, middle + d * (span->t0 - 1000));
     const Vec3d from = Vec3d(vec3(cursor.at.cell)) + Vec3d(vec3(cursor.at.frac));
-    const Float4 unit = lanes(Vec3f(d));
+    const Float4 unit = widen(Vec3f(d));
     const auto mu = [&](double t) {
       const Vec3d p = from + Vec3d(vec3(unit)) * t + Vec3d(v.density.octree.origin);
       return double(v.density.scale) * density(*c.recipe, p * c.recipe->voxel);

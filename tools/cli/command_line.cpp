@@ -216,6 +216,23 @@ Option CommandLine::add_option(const std::string& flags, T& to, const std::strin
 
 template Option CommandLine::add_option(const std::string&, int&, const std::string&) const;
 template Option CommandLine::add_option(const std::string&, double&, const std::string&) const;
+template Option CommandLine::add_option(const std::string&, std::string&, const std::string&) const;
+template Option CommandLine::add_option(const std::string&, std::filesystem::path&,
+                                        const std::string&) const;
+template Option CommandLine::add_option(const std::string&, std::optional<int>&,
+                                        const std::string&) const;
+template Option CommandLine::add_option(const std::string&, std::optional<double>&,
+                                        const std::string&) const;
+template Option CommandLine::add_option(const std::string&, std::optional<std::string>&,
+                                        const std::string&) const;
+template Option CommandLine::add_option(const std::string&, std::optional<std::filesystem::path>&,
+                                        const std::string&) const;
+template Option CommandLine::add_option(const std::string&, std::vector<int>&,
+                                        const std::string&) const;
+template Option CommandLine::add_option(const std::string&, std::vector<std::string>&,
+                                        const std::string&) const;
+template Option CommandLine::add_option(const std::string&, std::vector<std::filesystem::path>&,
+                                        const std::string&) const;
 
 Option CommandLine::add_option_function(const std::string& flags,
                                         const std::function<void(const std::string&)>& take,

@@ -224,7 +224,7 @@ Film add_up(const MergeGiven& o, const std::vector<Part>& parts, const FilmPiece
       add_part(film, rows);
     }
   });
-  for (std::size_t i = 0; i < film.pixels.size(); ++i) settle(film, i);
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) flush(film, i);
   return film;
 }
 

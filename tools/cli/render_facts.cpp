@@ -13,8 +13,6 @@
 namespace pvol::cli {
 namespace {
 
-constexpr const char* kTool = "pvol-render";
-
 /// "  paths guided (--guide auto): ...", for the decision of this name about a volume, or all.
 void print_decision(const RenderPlan& plan, const std::string& what, const std::string& told,
                     int volume = -1) {
@@ -45,7 +43,7 @@ void print_density(const Volume& volume, const cli::VolumeReport& report) {
 
 void print_facts(const Volume& volume, const VolumeFacts& f) {
   using cli::readable;
-  std::cerr << kTool << ": " << volume.name << ": ";
+  std::cerr << kRenderTool << ": " << volume.name << ": ";
   if (volume.density.world_box.empty()) {
     std::cerr << (volume.fire ? "a fire without smoke\n" : "the density is 0 everywhere\n");
     return;

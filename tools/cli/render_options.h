@@ -17,6 +17,9 @@
 
 namespace pvol::cli {
 
+/// The tool's name in messages.
+inline constexpr const char* kRenderTool = "pvol-render";
+
 /// What the user gave.
 struct RenderOptionsGiven {
   Common common;

@@ -48,7 +48,7 @@ Json describe_volumes(const RenderJob& job) {
 /// What was made of the options for the first volume, and of the density for each.
 void describe_choices(const RenderJob& job, const TimedRender& t, Json& j) {
   const Volume& first = job.volumes.front();
-  j["kernel_used"] = name(job.plan.kernel.lanes);
+  j["kernel_used"] = name(job.plan.kernel.kind);
   j["micro_bounds_used"] = first.density.micro.edge;
   j["micro_bounds_from"] = micro_bounds_text(first);
   for (const VolumeReport& v : job.reports) j["density"].push_back(describe_density(v));

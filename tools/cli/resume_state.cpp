@@ -15,7 +15,6 @@
 namespace pvol::cli {
 namespace {
 
-using Options = RenderOptionsGiven;
 using Attributes = std::map<std::string, std::string>;
 
 std::string attribute(const Attributes& all, const std::string& name) {
@@ -96,13 +95,15 @@ bool has_all_samples(const Attributes& a) {
   return of != std::string::npos && samples.substr(0, of) == samples.substr(of + 4);
 }
 
-ResumeState resume(const Options& o, const Outputs& out, const RenderJob& job) {
+ResumeState resume(const FrameJob& frame, const RenderJob& job) {
+  const Outputs& out = frame.outputs;
   std::error_code ignored;
   if (!std::filesystem::exists(out.exr, ignored)) return {};
   const formats::PictureHeader h = formats::read_picture_header(out.exr);
   check_picture(out.exr, h, job);
   if (!h.has_sums) {
-    if (has_all_samples(h.attributes)) return {.film = {}, .finished = all_there(o, out)};
+    if (has_all_samples(h.attributes))
+      return {.film = {}, .finished = all_there(frame.options, out)};
     throw Error(
         fmt::format("--resume: {} has no sums to continue from (--sums off); render it again "
                     "with --no-resume",
@@ -115,8 +116,16 @@ ResumeState resume(const Options& o, const Outputs& out, const RenderJob& job) {
   const bool filter_owed =
       attribute(h.attributes, kWishForFilter) == "on" && job.file.scene.options.part_end == 0;
   b.complete = complete;
-  b.finished = complete && !filter_owed && all_there(o, out);
+  b.finished = complete && !filter_owed && all_there(frame.options, out);
   return b;
+}
+
+/// Whether a file is a picture that a render left before it had all samples that are wanted.
+bool is_unfinished(const RenderOptionsGiven& o, const std::filesystem::path& file) {
+  const std::optional<formats::PictureHeader> h = header_of(file);
+  if (!h || !h->has_sums) return false;
+  const bool of_others = h->attributes.contains("pvol:part") && !o.options.contains("samples");
+  return of_others || !has_all_samples(h->attributes);
 }
 
 ResumeState go_on_from_pilot(const std::filesystem::path& file, const RenderJob& job) {
@@ -143,12 +152,14 @@ formats::FilmPiece piece_of(const RenderOptions& o, bool complete) {
   return p;
 }
 
-ResumeState find_resume_state(const Options& o, const Outputs& out, const RenderJob& job) {
+ResumeState find_resume_state(const FrameJob& frame, const RenderJob& job) {
+  const RenderOptionsGiven& o = frame.options;
+  const Outputs& out = frame.outputs;
   ResumeState b;
-  const bool implied = !o.resume && job.frame;
+  const bool implied = !o.resume && frame.in_sequence;
   if ((implied || o.resume.value_or(false)) && !out.exr.empty() && out.deep.empty()) {
     try {
-      b = resume(o, out, job);
+      b = resume(frame, job);
     } catch (const Error&) {
       // Frames of a scene that changed since, or damaged ones, are rendered anew.
       if (!implied) throw;
@@ -158,25 +169,26 @@ ResumeState find_resume_state(const Options& o, const Outputs& out, const Render
   return go_on_from_pilot(o.pilot, job);
 }
 
-bool is_unfinished(const Options& o, const std::filesystem::path& file) {
-  const std::optional<formats::PictureHeader> h = header_of(file);
-  if (!h || !h->has_sums) return false;
-  const bool of_others = h->attributes.contains("pvol:part") && !o.options.contains("samples");
-  return of_others || !has_all_samples(h->attributes);
+bool is_rendered(const FrameJob& frame) {
+  if (frame.options.print_scene || !all_there(frame.options, frame.outputs)) return false;
+  const std::filesystem::path& file = frame.outputs.exr;
+  return file.empty() || !is_unfinished(frame.options, file);
 }
 
-bool is_finished(const Options& of_frame, const formats::SceneFile& scene) {
-  const Outputs out = choose_outputs(of_frame);
-  if (out.exr.empty() || !all_there(of_frame, out)) return false;
-  const std::optional<formats::PictureHeader> found = header_of(out.exr);
+bool is_finished(const FrameJob& frame) {
+  const RenderOptionsGiven& o = frame.options;
+  if (!frame.in_sequence || !o.resume.value_or(true)) return false;
+  if (frame.outputs.exr.empty() || !all_there(o, frame.outputs)) return false;
+  const std::optional<formats::PictureHeader> found = header_of(frame.outputs.exr);
   if (!found) return false;
   const formats::PictureHeader& h = *found;
-  if (!has_all_samples(h.attributes) || attribute(h.attributes, "pvol:key") != picture_key(scene) ||
-      !have_same_window(window_of(h.window), piece_of(scene.scene.options, true))) {
+  if (!has_all_samples(h.attributes) ||
+      attribute(h.attributes, "pvol:key") != picture_key(frame.scene) ||
+      !have_same_window(window_of(h.window), piece_of(frame.scene.scene.options, true))) {
     return false;
   }
   // The key does not know what leaves pictures the same on average, but for their noise.
-  RenderOptions options = scene.scene.options;
+  RenderOptions options = frame.scene.scene.options;
   const auto is_as_found = [&](const Entry& e) {
     const bool open = std::string_view(e.about.key) == "transmittance" &&
                       options.transmittance == Transmittance::automatic;
@@ -185,9 +197,8 @@ bool is_finished(const Options& of_frame, const formats::SceneFile& scene) {
   };
   return std::ranges::all_of(entries(options), is_as_found) &&
          attribute(h.attributes, "pvol:part") == part_text(options) &&
-         attribute(h.attributes, "pvol:denoised") == (of_frame.denoise ? "on" : "off") &&
-         h.multipart == of_frame.multipart && h.pixels == of_frame.pixels &&
-         h.compression == of_frame.compression;
+         attribute(h.attributes, "pvol:denoised") == (o.denoise ? "on" : "off") &&
+         h.multipart == o.multipart && h.pixels == o.pixels && h.compression == o.compression;
 }
 
 }  // namespace pvol::cli

@@ -1,8 +1,7 @@
 // Where a render begins: with nothing, or with what an earlier one left.
 #pragma once
 
-#include "cli/render_options.h"
-#include "cli/render_outputs.h"
+#include "cli/frame_job.h"
 #include "cli/render_report.h"
 #include "pvol/formats/film_record.h"
 
@@ -17,15 +16,15 @@ struct ResumeState {
 
 /// Looks for it where the options say so, --resume and --pilot. Throws Error where there is a
 /// picture of something else.
-[[nodiscard]] ResumeState find_resume_state(const RenderOptionsGiven& o, const Outputs& out,
-                                            const RenderJob& job);
+[[nodiscard]] ResumeState find_resume_state(const FrameJob& frame, const RenderJob& job);
 
-/// Whether a file is a picture that a render left before it had all samples that are wanted.
-[[nodiscard]] bool is_unfinished(const RenderOptionsGiven& o, const std::filesystem::path& file);
+/// Whether all outputs that are asked for exist, and the picture holds all its samples.
+[[nodiscard]] bool is_rendered(const FrameJob& frame);
 
-/// Whether a frame's picture is finished, by the scene with nothing left to choose and the contents
-/// of its files: without loading clouds.
-[[nodiscard]] bool is_finished(const RenderOptionsGiven& of_frame, const formats::SceneFile& scene);
+/// Whether a frame's picture is finished, judged by its scene with nothing left to choose and by
+/// the contents of its files, without loading clouds. Never of a picture by itself, and not with
+/// --no-resume.
+[[nodiscard]] bool is_finished(const FrameJob& frame);
 
 /// The samples that a job renders.
 [[nodiscard]] formats::FilmPiece piece_of(const RenderOptions& o, bool complete);

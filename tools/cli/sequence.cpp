@@ -69,20 +69,18 @@ void require_files(const std::vector<FrameFile>& files) {
       fmt::format("frame {}: {}: there is no such file{}", first.frame, first.file.string(), more));
 }
 
-std::vector<int> frames_to_do(const SequenceTool& tool, const FramesGiven& given,
-                              const std::function<bool(int)>& is_there) {
-  std::vector<int> frames = given.now();
-  if (!given.skip_existing) return frames;
-  const std::size_t skipped = std::erase_if(frames, is_there);
-  if (skipped > 0 && !tool.quiet) {
-    std::cerr << fmt::format("{}: {} of {} frames exist and are skipped\n", tool.name, skipped,
-                             skipped + frames.size());
-  }
-  return frames;
+void print_skipped(const SequenceTool& tool, std::size_t skipped, std::size_t of) {
+  if (skipped == 0 || tool.quiet) return;
+  std::cerr << fmt::format("{}: {} of {} frames exist and are skipped\n", tool.name, skipped, of);
+}
+
+std::string frame_label(int number, std::size_t index, std::size_t count) {
+  if (count == 1) return fmt::format("frame {}", number);
+  return fmt::format("frame {} ({} of {})", number, index + 1, count);
 }
 
 int for_each_frame(const SequenceTool& tool, const std::vector<int>& frames,
-                   const FrameWork& work) {
+                   const std::function<int(std::size_t)>& work) {
   std::atomic<std::size_t> done = 0;
   const TellsOnInterrupt tells([&] {
     if (tool.quiet || frames.size() == 1) return;
@@ -92,11 +90,9 @@ int for_each_frame(const SequenceTool& tool, const std::vector<int>& frames,
   int worst = kSuccess;
   for (std::size_t i = 0; i < frames.size(); ++i, ++done) {
     const std::string name = fmt::format("frame {}", frames[i]);
-    const std::string label =
-        frames.size() == 1 ? name : fmt::format("{} ({} of {})", name, i + 1, frames.size());
     const int code = run_guarded(fmt::format("{}: {}", tool.name, name), [&] {
       if (interrupted()) throw Error("interrupted before it began");
-      return work(frames[i], label);
+      return work(i);
     });
     if (worst == kSuccess) worst = code;
     if (code != kSuccess && (!tool.goes_on || interrupted())) break;
@@ -109,13 +105,16 @@ int for_each_file(const SequenceTool& tool, const FramesGiven& given,
                   const FrameWork& work) {
   require_pattern({input});
   require_output_pattern(given, output);
-  const std::vector<int> frames = frames_to_do(tool, given, [&](int frame) {
+  std::vector<int> frames = given.now();
+  leave_out_existing(tool, given, frames, [&](int frame) {
     return std::filesystem::exists(file_of_frame(output, frame));
   });
   std::vector<FrameFile> inputs;
   for (const int frame : frames) inputs.push_back({frame, file_of_frame(input, frame)});
   require_files(inputs);
-  return for_each_frame(tool, frames, work);
+  return for_each_frame(tool, frames, [&](std::size_t i) {
+    return work(frames[i], frame_label(frames[i], i, frames.size()));
+  });
 }
 
 }  // namespace pvol::cli

@@ -53,17 +53,30 @@ struct SequenceTool {
   bool goes_on = false;  ///< to other frames after one that failed
 };
 
-/// The frames to do now: without those that are there already, where those are to be skipped.
-[[nodiscard]] std::vector<int> frames_to_do(const SequenceTool& tool, const FramesGiven& given,
-                                            const std::function<bool(int frame)>& is_there);
+/// Tells how many frames are left out, if any.
+void print_skipped(const SequenceTool& tool, std::size_t skipped, std::size_t of);
 
-/// `label` is "frame 17 (5 of 24)", or "frame 17" of one alone; returns an exit code.
-using FrameWork = std::function<int(int frame, const std::string& label)>;
+/// Leaves out the frames for which is_there(frame) holds, where those are to be skipped. A frame is
+/// its number, or whatever a tool has resolved for it.
+template <class Frame, class IsThere>
+void leave_out_existing(const SequenceTool& tool, const FramesGiven& given,
+                        std::vector<Frame>& frames, const IsThere& is_there) {
+  if (!given.skip_existing) return;
+  const std::size_t skipped = std::erase_if(frames, is_there);
+  print_skipped(tool, skipped, skipped + frames.size());
+}
 
-/// Does the frames one after another and returns the exit code: that of the first that fails, after
-/// which no other is begun unless the tool goes on. None is once it is interrupted.
+/// "frame 17 (5 of 24)" for number 17 at index 4 of 24, or "frame 17" of one alone.
+[[nodiscard]] std::string frame_label(int number, std::size_t index, std::size_t count);
+
+/// Does the frames one after another, work(index) for each, and returns the exit code: that of the
+/// first that fails, after which no other is begun unless the tool goes on. None is once it is
+/// interrupted.
 [[nodiscard]] int for_each_frame(const SequenceTool& tool, const std::vector<int>& frames,
-                                 const FrameWork& work);
+                                 const std::function<int(std::size_t index)>& work);
+
+/// Works on a frame under its label; returns an exit code.
+using FrameWork = std::function<int(int frame, const std::string& label)>;
 
 /// All of this for a tool that makes one file of one file.
 [[nodiscard]] int for_each_file(const SequenceTool& tool, const FramesGiven& given,

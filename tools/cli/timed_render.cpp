@@ -8,6 +8,7 @@
 
 #include "cli/instructions.h"
 #include "cli/interrupt.h"
+#include "cli/render_outputs.h"
 #include "pvol/error.h"
 
 namespace pvol::cli {
@@ -20,19 +21,16 @@ std::uint64_t count_samples(const Film& film) {
 
 namespace {
 
-constexpr const char* kTool = "pvol-render";
-
 /// Writes checkpoints, whatever becomes of the render.
 class Checkpoints {
  public:
-  Checkpoints(const RenderOptionsGiven& o, const cli::Outputs& out, const RenderJob& job)
-      : o_(o), out_(out), job_(job) {}
+  Checkpoints(const FrameJob& frame, const RenderJob& job) : frame_(frame), job_(job) {}
 
   /// Whether one is due, which is so from then on until it is written. From any thread.
   [[nodiscard]] bool due() {
-    if (out_.exr.empty() || !out_.deep.empty()) return false;
-    const bool late = o_.checkpoint > 0 && watch_.seconds() > next_;
-    if (late || cli::take_checkpoint_request()) due_ = true;
+    if (frame_.outputs.exr.empty() || !frame_.outputs.deep.empty()) return false;
+    const bool late = frame_.options.checkpoint > 0 && watch_.seconds() > next_;
+    if (late || take_checkpoint_request()) due_ = true;
     return due_;
   }
 
@@ -40,58 +38,57 @@ class Checkpoints {
   void write_if_due(const TimedRender& t) {
     if (!due_) return;
     try {
-      cli::save_pictures(o_, out_, job_, t);
-      if (!o_.common.quiet && !cli::on_terminal()) {
-        std::cerr << kTool << ": checkpoint in " << out_.exr.string() << ", "
-                  << cli::progress_text(t) << " samples\n";
+      save_pictures(frame_, job_, t);
+      if (!frame_.options.common.quiet && !on_terminal()) {
+        std::cerr << kRenderTool << ": checkpoint in " << frame_.outputs.exr.string() << ", "
+                  << progress_text(t) << " samples\n";
       }
     } catch (const Error& e) {
-      cli::print_warnings(
-          kTool, {std::string(e.what()) + "; no checkpoint was written, and rendering continues"});
+      print_warnings(kRenderTool, {std::string(e.what()) +
+                                   "; no checkpoint was written, and rendering continues"});
     }
-    next_ = watch_.seconds() + 60 * o_.checkpoint;
+    next_ = watch_.seconds() + 60 * frame_.options.checkpoint;
     due_ = false;
   }
 
  private:
-  const RenderOptionsGiven& o_;
-  const cli::Outputs& out_;
+  const FrameJob& frame_;
   const RenderJob& job_;
-  const cli::Stopwatch watch_;
-  std::atomic<double> next_ = 60 * o_.checkpoint;  // of the watch's seconds
+  const Stopwatch watch_;
+  std::atomic<double> next_ = 60 * frame_.options.checkpoint;  // of the watch's seconds
   std::atomic<bool> due_ = false;
 };
 
-/// "noise 7.2 %, 2.1 % to expect", where the number of samples wanted is known: noise falls with
+/// "noise 7.2 %, 2.1 % expected", where the number of samples wanted is known: noise falls with
 /// its root.
 std::string note(const Film& film, std::uint64_t wanted) {
   double done = 0;
   for (const PixelSums& p : film.pixels) done += p.samples;
-  std::string text = cli::noise_text(film);
+  std::string text = noise_text(film);
   const std::optional<double> noise = relative_noise(film);
   if (double(wanted) > done && noise.value_or(0) > 0) {
-    text += ", " + cli::readable(100 * *noise * std::sqrt(done / double(wanted))) + " % expected";
+    text += ", " + readable(100 * *noise * std::sqrt(done / double(wanted))) + " % expected";
   }
   return text;
 }
 
 }  // namespace
 
-TimedRender render_timed(const RenderOptionsGiven& o, const cli::Outputs& out, const RenderJob& job,
-                         Film begun, const PassDone& show) {
+TimedRender render_timed(const FrameJob& frame, const RenderJob& job, Film begun,
+                         const PassDone& show) {
   TimedRender t;
   // The log of a sequence has a line a frame.
-  const bool in_log = o.frames.now().size() > 1 && !cli::on_terminal();
-  cli::ProgressBar bar(job.frame ? job.frame->label : "rendering", "samples",
-                       o.common.quiet || in_log);
-  Checkpoints checkpoints(o, out, job);
-  cli::Stopwatch watch;
-  const double before = cli::cpu_seconds();
+  const bool in_log = frame.frames_of_run > 1 && !on_terminal();
+  ProgressBar bar(job.frame ? job.frame->label : "rendering", "samples",
+                  frame.options.common.quiet || in_log);
+  Checkpoints checkpoints(frame, job);
+  Stopwatch watch;
+  const double before = cpu_seconds();
   std::atomic<std::uint64_t> wanted = 0;
   const auto progress = [&](std::uint64_t done, std::uint64_t total) {
     bar.show(done, total);
     wanted = total;
-    return !cli::interrupted();
+    return !interrupted();
   };
   const auto pass_done = [&](const Film& film) {
     bar.note(note(film, wanted));
@@ -99,13 +96,13 @@ TimedRender render_timed(const RenderOptionsGiven& o, const cli::Outputs& out, c
     TimedRender now;
     now.under_way = &film;
     now.result.complete = false;
-    now.cpu_seconds = cli::cpu_seconds() - before, now.wall_seconds = watch.seconds();
+    now.cpu_seconds = cpu_seconds() - before, now.wall_seconds = watch.seconds();
     now.samples = count_samples(film), now.samples_wanted = wanted;
     checkpoints.write_if_due(now);
   };
   t.result =
       resume(job.plan, std::move(begun), {progress, pass_done, [&] { return checkpoints.due(); }});
-  t.cpu_seconds = cli::cpu_seconds() - before;
+  t.cpu_seconds = cpu_seconds() - before;
   t.wall_seconds = watch.lap();
   t.samples = count_samples(t.result.film);
   t.samples_wanted = t.result.complete ? t.samples : wanted.load();

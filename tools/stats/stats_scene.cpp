@@ -63,7 +63,8 @@ std::vector<Volume> make_volumes(const LoadedScene& loaded,
   return volumes;
 }
 
-/// Frames the clouds where the scene has no camera; refuses and doubts what pvol-render would.
+/// Frames the clouds where the scene has no camera; refuses what pvol-render would, and warns as it
+/// does.
 void choose_camera(LoadedScene& loaded) {
   Scene& scene = loaded.file.scene;
   const std::vector<Volume> volumes = make_volumes(loaded, loaded.clouds, scene);

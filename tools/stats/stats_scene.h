@@ -42,7 +42,8 @@ struct LoadedScene {
 
 /// Reads everything and completes it as pvol-render does: an extinction that makes the thickest
 /// axis 40 mean free paths thick, a camera that frames the clouds. Pictures get the size asked for,
-/// or else one of about `pixels` pixels in the scene's proportions, without a crop. Prints doubts.
+/// or else one of about `pixels` pixels in the scene's proportions, without a crop. Prints
+/// warnings.
 [[nodiscard]] LoadedScene load_scene(const SceneOptions& o, int pixels, bool quiet);
 
 /// The cloud of a scene's volume, with what the volume leaves open chosen.

@@ -103,7 +103,7 @@ struct FilmReader::State {
     }
     for (std::size_t i = 0; i < film.pixels.size(); ++i) {
       detail::check_sums(film, i);
-      settle(film, i);
+      flush(film, i);
     }
     return film;
   }

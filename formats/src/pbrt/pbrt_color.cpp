@@ -73,7 +73,7 @@ std::optional<Rgb> color_of(const PbrtThing& thing, std::string_view name, PbrtS
     return Rgb(1.0f);
   }
   if (!p->strings.empty()) {
-    if (p->strings.front() != "stdillum-D65" || what == PbrtSpectrum::matter) {
+    if (p->strings.front() != "stdillum-D65" || what == PbrtSpectrum::reflectance) {
       notes.add(p->where, fmt::format("{} is the spectrum \"{}\", taken as white", called,
                                       shown(p->strings.front())));
     }
@@ -87,7 +87,7 @@ std::optional<Rgb> color_of(const PbrtThing& thing, std::string_view name, PbrtS
         called + " is given by wavelength: it becomes RGB by means over thirds of the spectrum");
   const Rgb color = at_least_0(*p, from_wavelengths(*p));
   const double y = double(luminance(color));
-  return what == PbrtSpectrum::matter || !(y > 0) ? color : Rgb(Vec3d(color) / y);
+  return what == PbrtSpectrum::reflectance || !(y > 0) ? color : Rgb(Vec3d(color) / y);
 }
 
 Rgb peak_normalised_blackbody(double kelvin) {

@@ -10,7 +10,7 @@ namespace pvol::formats::detail {
 /// What a spectrum is of.
 enum class PbrtSpectrum {
   light,   ///< of luminance 1, but for rgb, which stands for itself
-  matter,  ///< reflectances and cross sections: values count
+  reflectance,  ///< reflectances and cross sections: values count
 };
 
 /// A spectral parameter; nothing without it. Spectra given by wavelength become their means over

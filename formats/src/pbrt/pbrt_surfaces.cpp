@@ -27,7 +27,7 @@ std::optional<Rgb> of_texture(const PbrtDescription& from, const std::string& na
                               PbrtNotes& notes) {
   const auto found = from.textures.find(name);
   if (found == from.textures.end() || found->second.type != "constant") return std::nullopt;
-  return color_of(found->second, "value", PbrtSpectrum::matter, notes);
+  return color_of(found->second, "value", PbrtSpectrum::reflectance, notes);
 }
 
 Rgb albedo_of(const PbrtDescription& from, const PbrtShape& shape, const PbrtMaking& making) {
@@ -47,7 +47,7 @@ Rgb albedo_of(const PbrtDescription& from, const PbrtShape& shape, const PbrtMak
       making.note(p->where, fmt::format("the texture \"{}\" is taken as 0.5", shown(name)));
     }
   } else {
-    color = color_of(material, "reflectance", PbrtSpectrum::matter, *making.notes);
+    color = color_of(material, "reflectance", PbrtSpectrum::reflectance, *making.notes);
   }
   material.parameters.note_unused(*making.notes,
                                   fmt::format("material \"{}\"", shown(material.type)));
@@ -61,7 +61,7 @@ bool make_ball(const PbrtShape& shape, const Affine& place, Rgb albedo, const Pb
   BallSurface ball;
   ball.centre = place.t;
   ball.radius = shape.parameters.number("radius", 1) * *scale;
-  ball.finish.albedo = albedo;
+  ball.material.albedo = albedo;
   if (!(ball.radius > 0))
     fail_at(shape.where, "a sphere with a radius of 0 or less", "a radius above 0");
   making.scene->file.scene.surfaces.emplace_back(ball);
@@ -85,7 +85,7 @@ bool make_file(const PbrtShape& shape, const Affine& place, Rgb albedo, const Pb
   MeshSurface mesh;
   mesh.file = file.string();
   if (!(place == Affine{})) mesh.place.matrix = place;
-  mesh.finish.albedo = albedo;
+  mesh.material.albedo = albedo;
   making.scene->file.scene.surfaces.emplace_back(mesh);
   return true;
 }
@@ -127,7 +127,7 @@ void make_surfaces(const PbrtDescription& from, const PbrtMaking& making) {
   for (std::size_t i = 0; i < batches.size(); ++i) {
     MeshSurface mesh;
     mesh.file = fmt::format("{}_mesh{}.ply", making.stem, i + 1);
-    mesh.finish.albedo = batches[i].albedo;
+    mesh.material.albedo = batches[i].albedo;
     making.scene->file.scene.surfaces.emplace_back(mesh);
     making.scene->meshes.push_back({mesh.file, std::move(batches[i].mesh)});
   }

@@ -36,7 +36,7 @@ struct Making {
 /// Extinction, albedo and phase function.
 void set_matter(Making& m) {
   const auto color = [&](const char* name) {
-    return color_of(m.medium, name, PbrtSpectrum::matter, *m.scene.notes);
+    return color_of(m.medium, name, PbrtSpectrum::reflectance, *m.scene.notes);
   };
   const auto absorbed = color("sigma_a"), scattered = color("sigma_s");
   const double scale = m.medium.parameters.number("scale", 1);
@@ -48,18 +48,18 @@ void set_matter(Making& m) {
             "sigma_a, sigma_s and scale above 0");
   }
   Medium& medium = m.volume.medium;
-  Component& matter = medium.components.front();
+  Component& component = medium.components.front();
   medium.extinction = most;
   m.volume.has_extinction = true;
   for (int c = 0; c < 3; ++c) {
     medium.extinction_color[c] = most > 0 ? float(all[c] / most) : 1;
-    matter.albedo[c] = all[c] > 0 ? float(s[c] / all[c]) : 0;
+    component.albedo[c] = all[c] > 0 ? float(s[c] / all[c]) : 0;
   }
   m.absorption = Rgb(a);
   const double g = m.medium.parameters.number("g", 0);
   const double kept = std::clamp(g, -kLargestMeanCosine, kLargestMeanCosine);
   if (g != kept) m.note(fmt::format("g = {} is taken as {}", g, kept));
-  matter.phase = HenyeyGreenstein(kept);
+  component.phase = HenyeyGreenstein(kept);
 }
 
 /// The radiance by a temperature, as pbrt has it, in points along a grid's values: none below 100
@@ -229,7 +229,7 @@ struct Filled {
   bool is_ball = false;
 };
 
-/// What homogeneous matter fills: whole spheres and boxes. Others are named, and boxes where the
+/// What a homogeneous medium fills: whole spheres and boxes. Others are named, and boxes where the
 /// first is a ball or the other way round.
 std::vector<Filled> filled_by(const Making& m) {
   std::vector<Filled> all;

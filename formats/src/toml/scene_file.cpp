@@ -151,9 +151,9 @@ void read_medium(const TomlTable& given, SceneVolume& volume, Placement& placeme
   Medium& medium = volume.medium;
   Component& first = medium.components.front();
   choose_kind(given, first.phase);
-  const Entries matter = joined(entries(medium), without(entries(first), "share"));
+  const Entries component = joined(entries(medium), without(entries(first), "share"));
   const Entries place = entries(placement);
-  std::vector<std::string_view> allowed = key_names(matter);
+  std::vector<std::string_view> allowed = key_names(component);
   allowed.emplace_back("component");
   allowed.emplace_back("density");
   allowed.emplace_back("fire");
@@ -165,7 +165,7 @@ void read_medium(const TomlTable& given, SceneVolume& volume, Placement& placeme
       albedo != nullptr && std::holds_alternative<TomlTable>(albedo->value)) {
     table.fail("albedo", "a number or three; set a grid of albedos in [medium.albedo_field]");
   }
-  read_keys(table, joined(matter, place), allowed);
+  read_keys(table, joined(component, place), allowed);
   refuse_misfit(table, misfit(placement));
   volume.has_extinction = table.has("extinction");
   volume.object_to_world = placement.map();

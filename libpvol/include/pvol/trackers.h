@@ -54,9 +54,9 @@ class RayWalk {
  public:
   RayWalk() = default;  ///< without segments
   RayWalk(const Octree& tree, const Cursor& cursor, Vec3d cells_per_length, Span span)
-      : walk_(tree, cursor, lanes(Vec3f(cells_per_length)), span.t1 - span.t0), span_(span) {}
+      : walk_(tree, cursor, widen(Vec3f(cells_per_length)), span.t1 - span.t0), span_(span) {}
   RayWalk(const Octree& tree, const LatticePoint& from, Vec3d cells_per_length, Span span)
-      : walk_(tree, from, lanes(Vec3f(cells_per_length)), span.t1 - span.t0), span_(span) {}
+      : walk_(tree, from, widen(Vec3f(cells_per_length)), span.t1 - span.t0), span_(span) {}
 
   /// The next piece of the ray with lo <= mu_t <= hi and hi > 0, or nothing at the end: in order,
   /// apart, within [0, t_max], and with mu_t = 0 between them. Ends are rounded to a few ulps; so

@@ -112,7 +112,7 @@ class Collector {
   Collector(const Pyramid& pyramid, std::uint64_t max_leaves)
       : origin_(pyramid.origin),
         root_level_(int(pyramid.levels.size()) - 1),
-        below_(reach_of(pyramid.look_up).below),
+        below_(extent_of(pyramid.look_up).below),
         left_(max_leaves) {
     found_.uniform.resize(pyramid.levels.size());
   }
@@ -208,7 +208,7 @@ class Collector {
 };
 
 /// Extremes of the samples that the interpolants of a leaf's cells read (THEORY.md, T1.1, T1.4).
-Range leaf_range(const detail::BlockFinder& blocks, Vec3i origin, KernelReach reach) {
+Range leaf_range(const detail::BlockFinder& blocks, Vec3i origin, KernelExtent extent) {
   Range r;
   const auto add = [&](const detail::BlockSource& b, Vec3i from, Vec3i count, Vec3i) {
     if (b.values == nullptr) {
@@ -223,7 +223,7 @@ Range leaf_range(const detail::BlockFinder& blocks, Vec3i origin, KernelReach re
       }
     }
   };
-  detail::for_blocks_in_reach(blocks, origin, reach, add);
+  detail::for_blocks_in_extent(blocks, origin, extent, add);
   return r;
 }
 
@@ -250,7 +250,7 @@ Pyramid build_pyramid(const VoxelGrid& grid, LookUp look_up, std::uint64_t max_l
     for (std::size_t i = begin; i != end; ++i) {
       const std::uint64_t code = candidates.leaves[i];
       const Vec3l at = p.origin + Vec3l(morton_decode(code)) * kLeafEdge;
-      const Range range = leaf_range(blocks, Vec3i(at), reach_of(p.look_up));
+      const Range range = leaf_range(blocks, Vec3i(at), extent_of(p.look_up));
       leaves[i] = detail::quantize({code, range.lo(), range.hi()}, p.scale);
     }
   });

@@ -163,8 +163,8 @@ class Layout {
 
   Octree run() {
     tree_.origin = p_.origin;
-    tree_.support_lo = lanes(Vec3i(p_.support_lo - p_.origin));
-    tree_.support_hi = lanes(Vec3i(p_.support_hi - p_.origin));
+    tree_.support_lo = widen(Vec3i(p_.support_lo - p_.origin));
+    tree_.support_hi = widen(Vec3i(p_.support_hi - p_.origin));
     if (p_.empty()) return std::move(tree_);
     count_terminals(p_, stops_, tree_);
     tree_.height = root_level() / 2 + 1;
@@ -258,7 +258,7 @@ class Layout {
                   const Octree::Entry& e) {
     if (e.log2 != 0 && e.hi == 0) return;
     const Vec3i at(morton_decode(child & 63));
-    const std::uint32_t bit = Octree::child_bit(lanes(at), 0);
+    const std::uint32_t bit = Octree::child_bit(widen(at), 0);
     entry[bit] = e;
     mask |= 1ull << bit;
   }

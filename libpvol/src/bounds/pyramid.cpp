@@ -114,7 +114,7 @@ std::optional<std::string> check_frame(const Pyramid& p) {
     return "bounds for nearest interpolation alone; expected trilinear or tricubic";
   const std::int64_t edge = std::int64_t(1) << p.root_log2();
   // The first leaf's apron needs room.
-  const std::int64_t least = kMinOrigin + (reach_of(p.look_up).below > 0 ? kLeafEdge : 0);
+  const std::int64_t least = kMinOrigin + (extent_of(p.look_up).below > 0 ? kLeafEdge : 0);
   for (int axis = 0; axis < 3; ++axis) {
     const std::int64_t origin = p.origin[axis], lo = p.support_lo[axis], hi = p.support_hi[axis];
     if (origin % kLeafEdge != 0 || origin < least || origin > kMaxOrigin) {

@@ -9,8 +9,8 @@ namespace pvol::detail {
 namespace {
 
 /// Whether all corners of the sample blocks that a leaf reads are 32-bit lattice points.
-bool in_lattice(Vec3l origin, KernelReach reach) {
-  const std::int64_t below = reach.below > 0 ? kLeafEdge : 0;
+bool in_lattice(Vec3l origin, KernelExtent extent) {
+  const std::int64_t below = extent.below > 0 ? kLeafEdge : 0;
   return min_component(origin) - below >= std::numeric_limits<std::int32_t>::min() &&
          max_component(origin) <= std::numeric_limits<std::int32_t>::max() - 2 * kLeafEdge;
 }
@@ -18,9 +18,9 @@ bool in_lattice(Vec3l origin, KernelReach reach) {
 }  // namespace
 
 void place_root(Pyramid& p, Vec3l lo, Vec3l hi, float largest) {
-  const KernelReach reach = reach_of(p.look_up);
-  p.support_lo = lo - Vec3l(reach.above);
-  p.support_hi = hi + Vec3l(reach.below + 1);
+  const KernelExtent extent = extent_of(p.look_up);
+  p.support_lo = lo - Vec3l(extent.above);
+  p.support_hi = hi + Vec3l(extent.below + 1);
   p.scale = largest;
   for (int axis = 0; axis < 3; ++axis) p.origin[axis] = p.support_lo[axis] & ~std::int64_t(7);
   const std::int64_t cells = max_component(p.support_hi - p.origin);
@@ -32,7 +32,7 @@ void place_root(Pyramid& p, Vec3l lo, Vec3l hi, float largest) {
                 "separate clouds, or remove stray voxels.");
   }
   p.levels.resize(std::size_t(root_log2) - 2);
-  if (!in_lattice(p.origin, reach) || !in_lattice(p.support_hi, reach)) {
+  if (!in_lattice(p.origin, extent) || !in_lattice(p.support_hi, extent)) {
     throw Error(
         "voxels lie within 16 of the end of the 32-bit index range; move the volume towards "
         "the origin of its index space.");

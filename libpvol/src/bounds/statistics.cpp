@@ -53,7 +53,7 @@ LeafSums sum_leaf(const detail::BlockFinder& blocks, Vec3i origin, LookUp look_u
       }
     }
   };
-  detail::for_blocks_in_reach(blocks, origin, reach_of(look_up), add);
+  detail::for_blocks_in_extent(blocks, origin, extent_of(look_up), add);
   return s;
 }
 
@@ -128,7 +128,7 @@ void visit_terminals_of_leaf(const Octree& tree, Vec3i cell, const Visit& visit)
   const Octree::Node* n = &tree.nodes[0];
   while (n->height > 0) {
     const Octree::Entry* e =
-        tree.child(*n, Octree::child_bit(lanes(cell), Octree::child_log2(int(n->height))));
+        tree.child(*n, Octree::child_bit(widen(cell), Octree::child_log2(int(n->height))));
     if (e == nullptr) return;
     if (e->log2 != 0) return visit(*e, 1.0);
     n = &tree.nodes[e->link & ~Octree::kNodeBit];

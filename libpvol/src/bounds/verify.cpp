@@ -105,14 +105,14 @@ double filled_blocks(const VoxelGrid& grid) {
 /// The samples that interpolation in a cube of cells reads. Of one that cannot be full, which a
 /// damaged file may make as large as it likes, only those around the first block and the emptiness.
 Range range_of(const BlockFinder& blocks, double filled, Vec3i lo, std::int64_t edge,
-               KernelReach reach) {
+               KernelExtent extent) {
   Range range;
   if (std::pow(double(edge) / kBrickEdge, 3) > filled) {
     range.add(0);
     edge = kBrickEdge;
   }
-  const Vec3i hi = lo + Vec3i(int(edge) - 1 + reach.above);
-  if (reach.below == 0) {
+  const Vec3i hi = lo + Vec3i(int(edge) - 1 + extent.above);
+  if (extent.below == 0) {
     add_box(blocks, lo, hi, range);
     return range;
   }
@@ -120,7 +120,7 @@ Range range_of(const BlockFinder& blocks, double filled, Vec3i lo, std::int64_t 
   for (int corner = 0; corner < 8; ++corner) {
     Vec3i from = lo, to = hi;
     for (int a = 0; a < 3; ++a) {
-      if (corner >> a & 1) from[a] = lo[a] - reach.below, to[a] = lo[a] - 1;
+      if (corner >> a & 1) from[a] = lo[a] - extent.below, to[a] = lo[a] - 1;
     }
     add_layers(blocks, from, to, range);
   }
@@ -135,7 +135,7 @@ enum class Ask { bounds, one_value };
 void check_cubes(const Cubes& cubes, const BlockFinder& blocks, double filled, std::size_t level,
                  Ask ask, BoundsCheck& check) {
   const auto& nodes = cubes.pyramid.levels[level];
-  const KernelReach reach = reach_of(cubes.pyramid.look_up);
+  const KernelExtent extent = extent_of(cubes.pyramid.look_up);
   std::vector<std::size_t> own;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (level == 0 || is_uniform(cubes.pyramid, level, i)) own.push_back(i);
@@ -145,7 +145,7 @@ void check_cubes(const Cubes& cubes, const BlockFinder& blocks, double filled, s
   parallel_parts(0, own.size(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k != end; ++k) {
       const Vec3i lo(cubes.origin(level, nodes[own[k]].code));
-      found[k] = range_of(blocks, level == 0 ? filled + 1 : filled, lo, cubes.edge(level), reach);
+      found[k] = range_of(blocks, level == 0 ? filled + 1 : filled, lo, cubes.edge(level), extent);
     }
   });
   for (std::size_t k = 0; k < own.size(); ++k) {
@@ -231,18 +231,18 @@ SampleBox box_of(const Brick& brick) {
 /// What the samples of a brick need: cubes around all cells in which they have density. These lie
 /// in its own leaf and, where samples reach across its faces, in the leaves around it, for each of
 /// which one cell is enough: the leaf is there, or it is not.
-void look_around(const Brick& brick, const SampleBox& box, KernelReach reach,
+void look_around(const Brick& brick, const SampleBox& box, KernelExtent extent,
                  MissingCubes& missing) {
   const Vec3l origin(brick.origin), last(kBrickEdge - 1);
-  missing.look(max(box.lo - Vec3l(reach.above), origin),
-               min(box.hi + Vec3l(reach.below), origin + last));
+  missing.look(max(box.lo - Vec3l(extent.above), origin),
+               min(box.hi + Vec3l(extent.below), origin + last));
   const Vec3l lo = box.lo - origin, hi = box.hi - origin;
   for (int neighbour = 0; neighbour < 27; ++neighbour) {
     const Vec3l step(neighbour / 9 - 1, neighbour / 3 % 3 - 1, neighbour % 3 - 1);
     const auto reaches = [&](Vec3l from, Vec3l to) {  // some of the samples from .. to
       for (int a = 0; a < 3; ++a) {
-        if (step[a] < 0 && from[a] >= reach.above) return false;
-        if (step[a] > 0 && to[a] < kBrickEdge - reach.below) return false;
+        if (step[a] < 0 && from[a] >= extent.above) return false;
+        if (step[a] > 0 && to[a] < kBrickEdge - extent.below) return false;
       }
       return true;
     };
@@ -263,8 +263,8 @@ void look_around(const Brick& brick, const SampleBox& box, KernelReach reach,
 /// Every sample above 0 against the cubes and the box around the cells in which it has density.
 void check_places(const VoxelGrid& grid, const Cubes& cubes, const BlockFinder& blocks,
                   BoundsCheck& check) {
-  const KernelReach reach = reach_of(cubes.pyramid.look_up);
-  const Vec3l above(reach.above), below(reach.below);
+  const KernelExtent extent = extent_of(cubes.pyramid.look_up);
+  const Vec3l above(extent.above), below(extent.below);
   MissingCubes missing(cubes, blocks);
   SampleBox all;
   std::mutex mutex;
@@ -275,7 +275,7 @@ void check_places(const VoxelGrid& grid, const Cubes& cubes, const BlockFinder& 
       const SampleBox box = box_of(grid.bricks[k]);
       if (box.empty()) continue;
       of_part.add(box.lo, box.hi);
-      look_around(grid.bricks[k], box, reach, part);
+      look_around(grid.bricks[k], box, extent, part);
     }
     const std::scoped_lock lock(mutex);
     missing.add(part);

@@ -217,8 +217,10 @@ std::unique_ptr<const Committed> build(const Settings& settings, const Committed
   }
   const int edge = density.micro.edge;
   const bool shared = density.shares_samples();
-  out->flights = find_flights({density.look_up, edge, false, false, shared}, Watching::none);
-  out->kernels = find_ray_kernels({density.look_up, edge, shared});
+  out->flights = find_flights({.look_up = density.look_up, .micro_edge = edge, .shared = shared},
+                              Monitoring::none);
+  out->kernels =
+      find_ray_kernels({.look_up = density.look_up, .micro_edge = edge, .shared = shared});
   out->batch.emplace(std::shared_ptr<const Volume>(out->volume));
   progress(1);
   return out;

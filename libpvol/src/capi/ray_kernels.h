@@ -15,12 +15,12 @@ struct RayKernels {
   /// Whether mu < mu_t there; `hi` is the segment's majorant.
   bool (*exceeds)(const VolumeField&, const RayWalk&, LeafHandle leaf, double t, float mu);
   Flight (*fly)(const VolumeField&, RayWalk&, CallerNumbers&);
-  float (*pass)(const VolumeField&, Transmittance, RayWalk&, CallerNumbers&);
+  float (*transmittance)(const VolumeField&, Transmittance, RayWalk&, CallerNumbers&);
   /// The optical depth; null where there is no closed form.
   double (*depth)(const VolumeField&, RayWalk&);
   ChromaticFlight (*fly_rgb)(const VolumeField&, Rgb share, Rgb throughput, RayWalk&,
                              CallerNumbers&);
-  Rgb (*pass_rgb)(const VolumeField&, Rgb share, RayWalk&, CallerNumbers&);
+  Rgb (*transmittance_rgb)(const VolumeField&, Rgb share, RayWalk&, CallerNumbers&);
 };
 
 /// What chooses the loops: a field of samples without a map that stands still.

@@ -15,8 +15,8 @@ namespace pvol::detail {
 }
 
 template <class Field>
-[[nodiscard]] float pass_by(Transmittance estimator, const Field& field, RayWalk& walk,
-                            CallerNumbers& numbers) {
+[[nodiscard]] float estimate_transmittance(Transmittance estimator, const Field& field,
+                                           RayWalk& walk, CallerNumbers& numbers) {
   NoTally none;
   switch (estimator) {
     case Transmittance::analog:
@@ -51,9 +51,10 @@ template <LookUp kLookUp, int kMicroEdge, bool kShared>
     return free_flight<Tracker::decomposition>(walk, make_field<kLookUp, kMicroEdge, kShared>(f),
                                                numbers, none);
   };
-  k.pass = [](const VolumeField& f, Transmittance estimator, RayWalk& walk,
-              CallerNumbers& numbers) {
-    return pass_by(estimator, make_field<kLookUp, kMicroEdge, kShared>(f), walk, numbers);
+  k.transmittance = [](const VolumeField& f, Transmittance estimator, RayWalk& walk,
+                       CallerNumbers& numbers) {
+    return estimate_transmittance(estimator, make_field<kLookUp, kMicroEdge, kShared>(f), walk,
+                                  numbers);
   };
   if constexpr (has_closed_form(kLookUp)) {
     k.depth = [](const VolumeField& f, RayWalk& walk) {
@@ -69,7 +70,7 @@ template <LookUp kLookUp, int kMicroEdge, bool kShared>
     if (flight.collided) flight.t = walk.world(flight.t);
     return flight;
   };
-  k.pass_rgb = [](const VolumeField& f, Rgb share, RayWalk& walk, CallerNumbers& numbers) {
+  k.transmittance_rgb = [](const VolumeField& f, Rgb share, RayWalk& walk, CallerNumbers& numbers) {
     NoTally none;
     return chromatic_transmittance(walk.local(), make_field<kLookUp, 0, kShared>(f), share, numbers,
                                    none);

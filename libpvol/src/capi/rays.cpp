@@ -25,14 +25,15 @@ Flight fly(const Committed& c, RayWalk& walk, pvol_random& random) {
     return c.kernels.fly(field, walk, numbers);
   }
   Flight flight = with_own(random, [&](Rng& rng) {
-    Watch unused;
+    FlightMonitor unused;
     return c.flights.fly(Tracker::decomposition, field, walk.local(), rng, unused);
   });
   if (flight.collided) flight.t = walk.world(flight.t);
   return flight;
 }
 
-float pass(const Committed& c, pvol_estimator estimator, RayWalk& walk, pvol_random& random) {
+float estimate_transmittance(const Committed& c, pvol_estimator estimator, RayWalk& walk,
+                             pvol_random& random) {
   const VolumeField& field = c.volume->density;
   if (estimator == PVOL_EXACT) {
     if (c.kernels.depth == nullptr) return std::numeric_limits<float>::quiet_NaN();
@@ -40,12 +41,13 @@ float pass(const Committed& c, pvol_estimator estimator, RayWalk& walk, pvol_ran
   }
   if (!is_own(random)) {
     CallerNumbers numbers(random);
-    return c.kernels.pass(field, estimator_of(estimator), walk, numbers);
+    return c.kernels.transmittance(field, estimator_of(estimator), walk, numbers);
   }
   const Tracker tracker = estimator == PVOL_ANALOG ? Tracker::decomposition : Tracker::delta;
   return with_own(random, [&](Rng& rng) {
-    Watch unused;
-    return c.flights.pass(estimator_of(estimator), tracker, field, walk.local(), rng, unused);
+    FlightMonitor unused;
+    return c.flights.transmittance(estimator_of(estimator), tracker, field, walk.local(), rng,
+                                   unused);
   });
 }
 
@@ -82,7 +84,8 @@ int pvol_sample_transmittance(const pvol_volume* volume, const pvol_ray* ray,
   RayWalk walk;
   const Entry entry = enter(c, *ray, walk);
   if (entry == Entry::bad) return PVOL_BAD_RAY;
-  *transmittance = entry == Entry::misses ? 1 : pass(*c, estimator, walk, *random);
+  *transmittance =
+      entry == Entry::misses ? 1 : estimate_transmittance(*c, estimator, walk, *random);
   return std::isnan(*transmittance) ? PVOL_BAD_RAY : 1;
 }
 

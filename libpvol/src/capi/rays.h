@@ -39,7 +39,7 @@ namespace pvol::detail {
 
 /// An estimate of the transmittance of what lies ahead of a walk; no number for a closed form where
 /// there is none.
-[[nodiscard]] float pass(const Committed& c, pvol_estimator estimator, RayWalk& walk,
-                         pvol_random& random);
+[[nodiscard]] float estimate_transmittance(const Committed& c, pvol_estimator estimator,
+                                           RayWalk& walk, pvol_random& random);
 
 }  // namespace pvol::detail

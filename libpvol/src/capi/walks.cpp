@@ -77,7 +77,7 @@ int pvol_walk_flight(pvol_walk* walk, pvol_random* random, double* t) {
 
 float pvol_walk_transmittance(pvol_walk* walk, pvol_estimator estimator, pvol_random* random) {
   CapiWalk& w = in(walk);
-  return w.volume == nullptr ? 1 : pass(*w.volume, estimator, w.walk, *random);
+  return w.volume == nullptr ? 1 : estimate_transmittance(*w.volume, estimator, w.walk, *random);
 }
 
 double pvol_walk_optical_depth(pvol_walk* walk) {
@@ -123,7 +123,7 @@ void pvol_walk_transmittance_rgb(pvol_walk* walk, pvol_random* random, float tra
   Rgb passed(1.0f);
   if (w.volume != nullptr) {
     CallerNumbers numbers(*random);
-    passed = w.volume->kernels.pass_rgb(field_of(w), w.volume->share, w.walk, numbers);
+    passed = w.volume->kernels.transmittance_rgb(field_of(w), w.volume->share, w.walk, numbers);
   }
   for (int c = 0; c < 3; ++c) transmittance[c] = passed[c];
 }

@@ -91,7 +91,7 @@ class BlockFinder {
 /// leaf at `leaf` reads: its `count` samples from `from` on are those of the leaf from `to` on,
 /// where the leaf's cells begin at 0.
 template <class F>
-void for_blocks_in_reach(const BlockFinder& blocks, Vec3i leaf, KernelReach reach, const F& f) {
+void for_blocks_in_extent(const BlockFinder& blocks, Vec3i leaf, KernelExtent reach, const F& f) {
   constexpr int kEdge = kBrickEdge;
   const int from[3] = {kEdge - reach.below, 0, 0}, count[3] = {reach.below, kEdge, reach.above};
   const int first = reach.below > 0 ? -1 : 0;

@@ -39,10 +39,10 @@ class Copies {
 }  // namespace
 
 void detail::gather(const BlockFinder& blocks, Vec3i origin, LookUp look_up, float* out) {
-  const KernelReach reach = reach_of(look_up);
+  const KernelExtent extent = extent_of(look_up);
   const int edge = field_edge(look_up);
   const auto copy = [&](const BlockSource& b, Vec3i from, Vec3i count, Vec3i to) {
-    const Vec3i first = to + Vec3i(reach.below);
+    const Vec3i first = to + Vec3i(extent.below);
     for (int i = 0; i < count.x; ++i) {
       for (int j = 0; j < count.y; ++j) {
         float* row = out + ((first.x + i) * edge + first.y + j) * edge + first.z;
@@ -55,7 +55,7 @@ void detail::gather(const BlockFinder& blocks, Vec3i origin, LookUp look_up, flo
       }
     }
   };
-  for_blocks_in_reach(blocks, origin, reach, copy);
+  for_blocks_in_extent(blocks, origin, extent, copy);
 }
 
 FieldWithLinks build_field(const VoxelGrid& grid, const Pyramid& pyramid,

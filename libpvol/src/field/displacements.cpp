@@ -101,7 +101,7 @@ Displacements make_displacements(const VelocityGrid& velocity, const Affine& ind
                      index_to_world;
   const Affine map = to_displacements(index_to_world, seconds);
   d.bricks = make_vector_bricks(grids, box,
-                                [&](Float4 v) { return lanes(Vec3f(map.vector(Vec3d(vec3(v))))); });
+                                [&](Float4 v) { return widen(Vec3f(map.vector(Vec3d(vec3(v))))); });
   add_levels(d);
   if (!(d.largest <= kMostCells)) {
     throw Error("the medium moves by up to " + detail::digits(double(d.largest)) +

@@ -60,11 +60,11 @@ class TileBricks {
     if (blocks_.find(leaf).values != nullptr) return std::nullopt;
     key_.clear();
     bool plain = true;
-    for_blocks_in_reach(blocks_, leaf, reach_of(look_up_),
-                        [&](const BlockSource& b, Vec3i, Vec3i, Vec3i) {
-                          plain = plain && b.values == nullptr;
-                          key_.push_back(b.constant);
-                        });
+    for_blocks_in_extent(blocks_, leaf, extent_of(look_up_),
+                         [&](const BlockSource& b, Vec3i, Vec3i, Vec3i) {
+                           plain = plain && b.values == nullptr;
+                           key_.push_back(b.constant);
+                         });
     if (!plain) return std::nullopt;
     const auto [at, fresh] = made_.try_emplace(key_);
     if (fresh) {

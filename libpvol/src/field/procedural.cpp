@@ -87,7 +87,7 @@ class Narrowing {
 };
 
 /// Ranges of a cube's parts, for those of a brick: dividing first tells which of the recipe's parts
-/// matter there.
+/// density there.
 void add_ranges(const RecipeView& view, double voxel, const Cube& brick, const Cube& cube, int edge,
                 detail::CubeRanges& ranges) {
   const NarrowedRecipe here = narrow(view, box_of(voxel, cube));

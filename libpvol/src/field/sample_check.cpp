@@ -58,9 +58,9 @@ void SampleCheck::fail(const Box& cube, const PyramidNode& node, float lo, float
 }
 
 void check_support(const VoxelGrid& grid, const Pyramid& pyramid, LookUp look_up) {
-  const KernelReach reach = reach_of(look_up);
-  const Vec3l first = pyramid.support_lo + Vec3l(reach.above);
-  const Vec3l last = pyramid.support_hi - Vec3l(reach.below + 1);
+  const KernelExtent extent = extent_of(look_up);
+  const Vec3l first = pyramid.support_lo + Vec3l(extent.above);
+  const Vec3l last = pyramid.support_hi - Vec3l(extent.below + 1);
   const auto inside = [&](Vec3l lo, Vec3l hi) {
     return min(lo, first) == first && max(hi, last) == last;
   };

@@ -68,10 +68,10 @@ class Builder {
     for (std::size_t c = 0; c < blocks_.size(); ++c) {
       value[c] = blocks_[c].find(leaf).constant;
       bool same = true;
-      detail::for_blocks_in_reach(blocks_[c], leaf, {0, 1},
-                                  [&](const BlockSource& b, Vec3i, Vec3i, Vec3i) {
-                                    same &= b.values == nullptr && b.constant == value[c];
-                                  });
+      detail::for_blocks_in_extent(blocks_[c], leaf, {0, 1},
+                                   [&](const BlockSource& b, Vec3i, Vec3i, Vec3i) {
+                                     same &= b.values == nullptr && b.constant == value[c];
+                                   });
       if (!same) return std::nullopt;
     }
     return value;
@@ -92,7 +92,7 @@ class Builder {
           }
         }
       };
-      detail::for_blocks_in_reach(blocks_[c], leaf, {0, 1}, copy);
+      detail::for_blocks_in_extent(blocks_[c], leaf, {0, 1}, copy);
     }
     for (std::size_t i = 0; i < samples.size(); ++i) out[i] = value_(load(samples[i].data()));
   }

@@ -18,11 +18,11 @@ constexpr CellMask kNoCells{};
 /// Which of the samples that a leaf's cells read are above 0: bit z of row[x][y]; 9^3 of them, or
 /// 11^3 for tricubic interpolation.
 struct SampleBits {
-  KernelReach reach;
+  KernelExtent reach;
   std::uint16_t row[11][11] = {};
 };
 
-SampleBits samples_above_zero(const detail::BlockFinder& blocks, Vec3i origin, KernelReach reach) {
+SampleBits samples_above_zero(const detail::BlockFinder& blocks, Vec3i origin, KernelExtent reach) {
   SampleBits bits{reach};
   const auto add = [&](const detail::BlockSource& b, Vec3i from, Vec3i count, Vec3i to) {
     if (b.values == nullptr && b.constant == 0) return;
@@ -40,7 +40,7 @@ SampleBits samples_above_zero(const detail::BlockFinder& blocks, Vec3i origin, K
       }
     }
   };
-  detail::for_blocks_in_reach(blocks, origin, reach, add);
+  detail::for_blocks_in_extent(blocks, origin, reach, add);
   return bits;
 }
 
@@ -191,7 +191,7 @@ Support make_support(Vec3l origin, int root_log2, std::vector<MaskedBlock> parts
 Support make_support(const VoxelGrid& grid, const Pyramid& pyramid) {
   if (pyramid.empty()) return {};
   const detail::BlockFinder blocks(grid);
-  const KernelReach reach = reach_of(pyramid.look_up);
+  const KernelExtent reach = extent_of(pyramid.look_up);
   const std::vector<PyramidNode>& leaves = pyramid.levels[0];
   std::vector<MaskedBlock> parts(leaves.size());
   parallel_for(0, leaves.size(), [&](std::size_t i) {

@@ -8,7 +8,7 @@
 
 namespace pvol::detail {
 
-/// Where the matter at a place was at the files' time, both in cells from the octree's origin.
+/// Where the density at a place was at the files' time, both in cells from the octree's origin.
 [[nodiscard]] inline Vec3d source_of(const Motion& motion, float time, Vec3d cells) {
   const Float4 d = motion.displacements.bricks.at(motion.cells_to_lattice.point(cells));
   return cells - Vec3d(vec3(d * splat(time)));

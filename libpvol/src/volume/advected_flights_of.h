@@ -1,4 +1,4 @@
-// The loops behind flights.h for fields in motion: a watch knows the time.
+// The loops behind flights.h for advected fields; the monitor holds the time.
 #pragma once
 
 #include "volume/advected_field.h"
@@ -9,15 +9,16 @@ namespace pvol::detail {
 template <LookUp kLookUp, bool kCount>
 [[nodiscard]] Flights make_advected_flights() {
   using Field = AdvectedField<kLookUp>;
-  return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, Watch& watch) {
-            return with_count<kCount>(watch, [&](auto& count) {
-              return fly(tracker, Field{f, watch.time, *watch.stop}, walk, rng, count);
+  return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, FlightMonitor& monitor) {
+            return with_count<kCount>(monitor, [&](auto& count) {
+              return fly(tracker, Field{f, monitor.time, *monitor.stop}, walk, rng, count);
             });
           },
           [](Transmittance estimator, Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng,
-             Watch& watch) {
-            return with_count<kCount>(watch, [&](auto& count) {
-              return pass(estimator, tracker, Field{f, watch.time, *watch.stop}, walk, rng, count);
+             FlightMonitor& monitor) {
+            return with_count<kCount>(monitor, [&](auto& count) {
+              return estimate_transmittance(estimator, tracker, Field{f, monitor.time, *monitor.stop},
+                                            walk, rng, count);
             });
           }};
 }

@@ -16,17 +16,17 @@ namespace pvol {
 struct detail::BatchFieldData {
   std::shared_ptr<const Volume> owner;
   const Volume& volume;
-  LaneChoice choice;
+  KernelChoice choice;
   BatchKernels kernels;               // null where the choice is scalar
   std::optional<DenseBounds> bounds;  // likewise
-  std::optional<LaneField> field;
+  std::optional<SimdField> field;
 
   BatchFieldData(std::shared_ptr<const Volume> v, KernelKind kernel)
       : owner(std::move(v)), volume(*owner) {
-    const char* const obstacle = lane_obstacle(volume);
-    choice = choose_lanes(kernel, obstacle, {.rays = "rays", .subject = "volume"});
-    if (choice.lanes == KernelKind::scalar) return;
-    kernels = find_batch_kernels(choice.lanes);
+    const char* const obstacle = simd_obstacle(volume);
+    choice = choose_kernel(kernel, obstacle, {.rays = "rays", .subject = "volume"});
+    if (choice.kernel == KernelKind::scalar) return;
+    kernels = find_batch_kernels(choice.kernel);
     bounds.emplace(make_dense_bounds(volume.density));
     field.emplace(volume.density, *bounds);
   }
@@ -70,7 +70,7 @@ BatchField::BatchField(std::shared_ptr<const Volume> volume, KernelKind kernel)
 
 std::uint64_t BatchField::bytes() const { return data_->bounds ? data_->bounds->bytes() : 0; }
 
-KernelKind BatchField::kernel() const { return data_->choice.lanes; }
+KernelKind BatchField::kernel() const { return data_->choice.kernel; }
 const std::string& BatchField::reason() const { return data_->choice.reason; }
 
 std::size_t sample_flights(const BatchField& field, const RayBatch& rays,

@@ -17,18 +17,19 @@ struct CancellableSource : PlainField<Source> {
 }  // namespace
 
 ChromaticFlight fly_chromatic(const VolumeField& field, Rgb share, Rgb throughput, Walk& walk,
-                              Rng& rng, Watch& watch) {
-  Tally& tally = watch;
+                              Rng& rng, FlightMonitor& monitor) {
+  Tally& tally = monitor;
   return visit_source(field, [&](const auto& source) {
-    const CancellableSource<std::decay_t<decltype(source)>> cancellable{{source}, *watch.stop};
+    const CancellableSource<std::decay_t<decltype(source)>> cancellable{{source}, *monitor.stop};
     return chromatic_flight(walk, cancellable, share, throughput, rng, tally);
   });
 }
 
-Rgb pass_chromatic(const VolumeField& field, Rgb share, Walk& walk, Rng& rng, Watch& watch) {
-  Tally& tally = watch;
+Rgb chromatic_transmittance(const VolumeField& field, Rgb share, Walk& walk, Rng& rng,
+                            FlightMonitor& monitor) {
+  Tally& tally = monitor;
   return visit_source(field, [&](const auto& source) {
-    const CancellableSource<std::decay_t<decltype(source)>> cancellable{{source}, *watch.stop};
+    const CancellableSource<std::decay_t<decltype(source)>> cancellable{{source}, *monitor.stop};
     return chromatic_transmittance(walk, cancellable, share, rng, tally);
   });
 }

@@ -8,8 +8,8 @@ namespace pvol::detail {
 
 /// See track/chromatic.h. They always count.
 [[nodiscard]] ChromaticFlight fly_chromatic(const VolumeField& field, Rgb share, Rgb throughput,
-                                            Walk& walk, Rng& rng, Watch& watch);
-[[nodiscard]] Rgb pass_chromatic(const VolumeField& field, Rgb share, Walk& walk, Rng& rng,
-                                 Watch& watch);
+                                            Walk& walk, Rng& rng, FlightMonitor& monitor);
+[[nodiscard]] Rgb chromatic_transmittance(const VolumeField& field, Rgb share, Walk& walk, Rng& rng,
+                                          FlightMonitor& monitor);
 
 }  // namespace pvol::detail

@@ -20,7 +20,7 @@ namespace {
 [[nodiscard]] detail::Flights flights_of(const VolumeField& f) {
   return detail::find_flights(
       {f.look_up, f.micro.edge, f.map != nullptr, f.motion != nullptr, f.shares_samples()},
-      detail::Watching::none);
+      detail::Monitoring::none);
 }
 
 [[noreturn]] void refuse_closed_form() {
@@ -53,7 +53,7 @@ Volume make_volume(const Recipe& recipe, const Medium& medium, const VolumeOptio
 Flight sample_flight(const Volume& volume, const Ray& ray, double t_max, Rng& rng) {
   auto walk = enter(volume, ray, t_max);
   if (!walk) return {};
-  detail::Watch unused;
+  detail::FlightMonitor unused;
   Flight flight = flights_of(volume.density)
                       .fly(Tracker::decomposition, volume.density, walk->local(), rng, unused);
   if (flight.collided) flight.t = walk->world(flight.t);
@@ -67,9 +67,9 @@ float sample_transmittance(const Volume& volume, const Ray& ray, double t_max, R
   if (!walk) return 1;
   const Tracker tracker =
       estimator == Transmittance::analog ? Tracker::decomposition : Tracker::delta;
-  detail::Watch unused;
+  detail::FlightMonitor unused;
   return flights_of(volume.density)
-      .pass(estimator, tracker, volume.density, walk->local(), rng, unused);
+      .transmittance(estimator, tracker, volume.density, walk->local(), rng, unused);
 }
 
 double exact_transmittance(const Volume& volume, const Ray& ray, double t_max) {

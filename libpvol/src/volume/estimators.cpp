@@ -45,8 +45,8 @@ class OpenIntegral {
         for (c.z = 0; c.z < n; ++c.z) {
           const Vec3i at = low + c * edge;
           const Vec3d extent(max(min(at + Vec3i(edge), last) - max(at, first), Vec3i(0)));
-          const DensityRange r = edge == 1 ? micro_range<1>(v_.density.micro, brick, lanes(at))
-                                           : micro_range<2>(v_.density.micro, brick, lanes(at));
+          const DensityRange r = edge == 1 ? micro_range<1>(v_.density.micro, brick, widen(at))
+                                           : micro_range<2>(v_.density.micro, brick, widen(at));
           const double open = double(std::min(v_.density.scale * r.hi, bounds.hi)) -
                               double(std::max(v_.density.scale * r.lo, bounds.lo));
           sum += std::max(0.0, open) * extent.x * extent.y * extent.z;

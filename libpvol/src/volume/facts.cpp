@@ -172,7 +172,7 @@ VolumeFacts describe(const Density& density, double extinction, const Affine& ob
   if (const auto* grid = std::get_if<VoxelGrid>(&density)) {
     return describe(*grid, extinction, object_to_world);
   }
-  return describe(*std::get<1>(density), extinction, object_to_world);
+  return describe(*std::get<std::shared_ptr<const Recipe>>(density), extinction, object_to_world);
 }
 
 VolumeFacts describe(const Volume& volume, VolumeFacts f) {

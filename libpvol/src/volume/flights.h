@@ -17,20 +17,20 @@ inline const std::atomic<bool> kNeverStop = false;
 
 /// What flights count, and what ends cancellable ones: once `stop` is true, they end
 /// anywhere, and their results are to be dropped.
-struct Watch : Tally {
+struct FlightMonitor : Tally {
   const std::atomic<bool>* stop = &kNeverStop;
   float time = 0;  ///< in frames, of what moves
 };
 
 /// Whether flights count what they do, or are cancellable and count: only these end when told to,
 /// at the cost of a test at each look-up.
-enum class Watching { none, count, stop };
+enum class Monitoring { none, count, cancel };
 
 /// The loops for one kind of field, along a walk through its octree.
 struct Flights {
-  Flight (*fly)(Tracker, const VolumeField&, Walk&, Rng&, Watch&);
+  Flight (*fly)(Tracker, const VolumeField&, Walk&, Rng&, FlightMonitor&);
   /// An estimate of the transmittance; flights of `analog` are those of the tracker.
-  float (*pass)(Transmittance, Tracker, const VolumeField&, Walk&, Rng&, Watch&);
+  float (*transmittance)(Transmittance, Tracker, const VolumeField&, Walk&, Rng&, FlightMonitor&);
 };
 
 /// What look-ups of fields are: `micro_edge` is that of the micro-bounds which they have and which
@@ -39,7 +39,7 @@ struct Flights {
 struct FieldKind {
   LookUp look_up;
   int micro_edge;
-  bool mapped;
+  bool mapped = false;
   bool moving = false;  ///< some volumes move, with or without others that stand still
   bool shared = false;  ///< some share samples, which does not go with maps and motion
 };
@@ -47,12 +47,12 @@ struct FieldKind {
 /// For fields of a kind. Without counts tallies stay as they are. Estimators that are chosen by
 /// volume (`automatic`), and closed forms (`regular`) for fields that have none, were refused
 /// before.
-[[nodiscard]] Flights find_flights(const FieldKind& kind, Watching watching);
+[[nodiscard]] Flights find_flights(const FieldKind& kind, Monitoring monitoring);
 
 /// The same among those that are compiled for the processor that all is compiled for, and among
 /// those for x86-64-v3: same results to the last bit.
-[[nodiscard]] Flights find_baseline_flights(const FieldKind& kind, Watching watching);
-[[nodiscard]] Flights find_v3_flights(const FieldKind& kind, Watching watching);
+[[nodiscard]] Flights find_baseline_flights(const FieldKind& kind, Monitoring monitoring);
+[[nodiscard]] Flights find_v3_flights(const FieldKind& kind, Monitoring monitoring);
 
 /// The same for one way of look-up (flights_of.h). Each is instantiated in sources of its own, made
 /// of flights_of.cpp.in and cancellable_flights_of.cpp.in by the list in libpvol/CMakeLists.txt.
@@ -68,7 +68,7 @@ template <LookUp kLookUp>
 template <LookUp kLookUp>
 [[nodiscard]] Flights find_shared_flights_of(int micro_edge);
 
-/// Flights through fields in motion are always cancellable (advected_flights_of.h).
+/// Flights through advected fields are always cancellable (advected_flights_of.h).
 template <LookUp kLookUp>
 [[nodiscard]] Flights find_advected_flights_of(bool count);
 

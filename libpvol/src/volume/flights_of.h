@@ -35,8 +35,8 @@ template <class Field, class Count>
 }
 
 template <class Field, class Count>
-[[nodiscard]] float pass(Transmittance estimator, Tracker tracker, const Field& field, Walk& walk,
-                         Rng& rng, Count& count) {
+[[nodiscard]] float estimate_transmittance(Transmittance estimator, Tracker tracker,
+                                           const Field& field, Walk& walk, Rng& rng, Count& count) {
   switch (estimator) {
     case Transmittance::ratio:
       return is_weighted(tracker)
@@ -71,15 +71,16 @@ template <bool kCount, class F>
 
 template <LookUp kLookUp, int kMicroEdge, bool kCount>
 [[nodiscard]] Flights make_flights() {
-  return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, Watch& watch) {
-            return with_count<kCount>(watch, [&](auto& count) {
+  return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, FlightMonitor& monitor) {
+            return with_count<kCount>(monitor, [&](auto& count) {
               return fly(tracker, make_field<kLookUp, kMicroEdge>(f), walk, rng, count);
             });
           },
           [](Transmittance estimator, Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng,
-             Watch& watch) {
-            return with_count<kCount>(watch, [&](auto& count) {
-              return pass(estimator, tracker, make_field<kLookUp, kMicroEdge>(f), walk, rng, count);
+             FlightMonitor& monitor) {
+            return with_count<kCount>(monitor, [&](auto& count) {
+              return estimate_transmittance(estimator, tracker, make_field<kLookUp, kMicroEdge>(f),
+                                            walk, rng, count);
             });
           }};
 }
@@ -104,28 +105,29 @@ struct CancellableField : Field {
 };
 
 template <class Field>
-[[nodiscard]] CancellableField<Field> cancellable(const Field& field, const Watch& watch) {
-  return {field, *watch.stop};
+[[nodiscard]] CancellableField<Field> cancellable(const Field& field,
+                                                  const FlightMonitor& monitor) {
+  return {field, *monitor.stop};
 }
 
-/// Flights that count, through what kMake(field, watch) makes of a volume's field.
+/// Flights that count, through what kMake(field, monitor) makes of a volume's field.
 template <auto kMake>
 [[nodiscard]] Flights make_counting_flights() {
-  return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, Watch& watch) {
-            Tally& tally = watch;
-            return fly(tracker, kMake(f, watch), walk, rng, tally);
+  return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, FlightMonitor& monitor) {
+            Tally& tally = monitor;
+            return fly(tracker, kMake(f, monitor), walk, rng, tally);
           },
           [](Transmittance estimator, Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng,
-             Watch& watch) {
-            Tally& tally = watch;
-            return pass(estimator, tracker, kMake(f, watch), walk, rng, tally);
+             FlightMonitor& monitor) {
+            Tally& tally = monitor;
+            return estimate_transmittance(estimator, tracker, kMake(f, monitor), walk, rng, tally);
           }};
 }
 
 template <LookUp kLookUp, int kMicroEdge, bool kShared>
 [[nodiscard]] Flights make_cancellable_flights() {
-  return make_counting_flights<[](const VolumeField& f, const Watch& watch) {
-    return cancellable(make_field<kLookUp, kMicroEdge, kShared>(f), watch);
+  return make_counting_flights<[](const VolumeField& f, const FlightMonitor& monitor) {
+    return cancellable(make_field<kLookUp, kMicroEdge, kShared>(f), monitor);
   }>();
 }
 
@@ -139,12 +141,13 @@ template <class F>
 
 template <LookUp kLookUp>
 Flights find_mapped_flights_of(bool is_cancellable) {
-  return is_cancellable ? make_counting_flights<[](const VolumeField& f, const Watch& watch) {
-    return cancellable(PlainField{mapped_source<kLookUp>(f)}, watch);
-  }>()
-                        : make_counting_flights<[](const VolumeField& f, const Watch&) {
-                            return PlainField{mapped_source<kLookUp>(f)};
-                          }>();
+  return is_cancellable
+             ? make_counting_flights<[](const VolumeField& f, const FlightMonitor& monitor) {
+                 return cancellable(PlainField{mapped_source<kLookUp>(f)}, monitor);
+               }>()
+             : make_counting_flights<[](const VolumeField& f, const FlightMonitor&) {
+                 return PlainField{mapped_source<kLookUp>(f)};
+               }>();
 }
 
 template <LookUp kLookUp>

@@ -342,7 +342,7 @@ Volume make_volume(const Density& density, const Pyramid& pyramid, const Medium&
   if (const auto* grid = std::get_if<VoxelGrid>(&density)) {
     return make_volume(*grid, pyramid, medium, o, stored);
   }
-  return make_volume(std::get<1>(density), pyramid, medium, o);
+  return make_volume(std::get<std::shared_ptr<const Recipe>>(density), pyramid, medium, o);
 }
 
 }  // namespace pvol

@@ -44,7 +44,7 @@ void check(const Volume& v, const VolumeOptions& o) {
     const Vec3i end = at + Vec3i(kLeafEdge);
     const bool outside = at.x >= hi.x || at.y >= hi.y || at.z >= hi.z || end.x <= lo.x ||
                          end.y <= lo.y || end.z <= lo.z;
-    links[0].push_back(outside ? kZeroBrick : detail::brick_of_leaf(still, lanes(at), kZeroBrick));
+    links[0].push_back(outside ? kZeroBrick : detail::brick_of_leaf(still, widen(at), kZeroBrick));
   }
   return links;
 }

@@ -98,7 +98,7 @@ class StillRanges {
   /// (THEORY.md, T1.2).
   void add_samples(Vec3l low, const Box& box, DensityRange& r) const {
     constexpr float kSlack = 0x1p-21f;
-    const std::uint32_t b = brick_of_leaf(f_.octree, lanes(Vec3i(low)), kZeroBrick);
+    const std::uint32_t b = brick_of_leaf(f_.octree, widen(Vec3i(low)), kZeroBrick);
     std::array<float, kFieldSamples> scratch;
     const float* const samples = samples_of(f_, b, scratch.data());
     Vec3i from, to;

@@ -1,4 +1,4 @@
-// Bounds of a density that moves: leaf by leaf, from the box that its matter came from.
+// Bounds of a density that moves: leaf by leaf, from the box that its density came from.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -28,7 +28,7 @@ class Sweep {
         to_(std::max(s.close, 0.0)),
         ranges_(pyramid, still),
         still_origin_(pyramid.origin) {
-    // Where matter may get to: the largest displacement on all sides.
+    // Where the density may get to: the largest displacement on all sides.
     const Vec3d reach(double(d.largest) * s.farthest() + kRounding * (1 + double(d.largest)));
     result_.look_up = pyramid.look_up;
     result_.support_lo = Vec3l(floor(Vec3d(pyramid.support_lo) - reach));
@@ -74,7 +74,7 @@ class Sweep {
   Pyramid result_;
   int levels_ = 0;
 
-  /// The box that matter of a cube was in at the files' time, in cells of the still pyramid.
+  /// The box that the density of a cube was in at the files' time, in cells of the still pyramid.
   [[nodiscard]] Box source_of(int level, std::uint64_t code) const {
     const std::int64_t edge = std::int64_t(kLeafEdge) << level;
     const Vec3l low = result_.origin + Vec3l(morton_decode(code)) * edge;

@@ -40,7 +40,7 @@ struct Cloud {
   [[nodiscard]] VoxelGrid& grid() { return std::get<VoxelGrid>(density); }
   /// The recipe of one that has none, else null.
   [[nodiscard]] const Recipe* recipe() const {
-    return is_sampled(density) ? nullptr : std::get<1>(density).get();
+    return is_sampled(density) ? nullptr : std::get<std::shared_ptr<const Recipe>>(density).get();
   }
 };
 

@@ -41,7 +41,7 @@ struct Cursor {
   }
   // Not by elements in memory: reading a vector that was just written piece by piece waits for all
   // that came before, cache misses included.
-  return {lanes(cell), lanes(frac)};
+  return {widen(cell), widen(frac)};
 }
 
 /// A cursor at that point: a ray starts where it enters the support's box.

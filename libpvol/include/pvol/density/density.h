@@ -19,7 +19,7 @@ using Density = std::variant<VoxelGrid, std::shared_ptr<const Recipe>>;
 /// Where cells lie in the object's space: the map of the samples, or a recipe's voxels.
 [[nodiscard]] inline Affine index_to_object(const Density& density) {
   if (const auto* grid = std::get_if<VoxelGrid>(&density)) return grid->index_to_world;
-  return scaling(Vec3d(std::get<1>(density)->voxel));
+  return scaling(Vec3d(std::get<std::shared_ptr<const Recipe>>(density)->voxel));
 }
 
 }  // namespace pvol

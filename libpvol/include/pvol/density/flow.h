@@ -1,4 +1,4 @@
-// How the matter of a procedural cloud moves, in closed form.
+// How a procedural cloud moves, in closed form.
 #pragma once
 
 #include "pvol/density/noise.h"
@@ -26,9 +26,9 @@ void validate(const Flow& flow);
 [[nodiscard]] Vec3d velocity_at(const Flow& flow, Vec3d world);
 
 /// Samples of the flow in a box of the world and around it, at least one voxel and half of the
-/// box's extent wide, since matter moves only where there is a velocity. Sparse as densities are,
-/// without bricks of zeros; the same for any number of threads. Throws Error for an empty box, a
-/// voxel that is not above 0, velocities beyond 3.4e38 and more than 512 voxels along a side.
+/// box's extent wide, since the density moves only where there is a velocity. Sparse as densities
+/// are, without bricks of zeros; the same for any number of threads. Throws Error for an empty box,
+/// a voxel that is not above 0, velocities beyond 3.4e38 and more than 512 voxels along a side.
 [[nodiscard]] VelocityGrid sample_flow(const Flow& flow, const Box& box, double voxel);
 
 }  // namespace pvol

@@ -93,11 +93,11 @@ enum class LookUp {
 }
 
 /// Along each axis, interpolation in cell i reads the samples i - below .. i + above.
-struct KernelReach {
+struct KernelExtent {
   int below, above;
 };
-[[nodiscard]] constexpr KernelReach reach_of(LookUp look_up) {
-  return look_up == LookUp::tricubic ? KernelReach{1, 2} : KernelReach{0, 1};
+[[nodiscard]] constexpr KernelExtent extent_of(LookUp look_up) {
+  return look_up == LookUp::tricubic ? KernelExtent{1, 2} : KernelExtent{0, 1};
 }
 
 /// Sample (i, j, k) by search: slow, for tests and converters.

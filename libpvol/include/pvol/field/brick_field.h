@@ -17,7 +17,7 @@ namespace pvol {
 
 /// Samples along each edge of a field's brick: those that interpolation in its 8 cells reads.
 [[nodiscard]] constexpr int field_edge(LookUp look_up) {
-  return kLeafEdge + reach_of(look_up).below + reach_of(look_up).above;
+  return kLeafEdge + extent_of(look_up).below + extent_of(look_up).above;
 }
 [[nodiscard]] constexpr int field_samples(LookUp look_up) {
   return field_edge(look_up) * field_edge(look_up) * field_edge(look_up);

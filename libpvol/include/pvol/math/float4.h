@@ -23,8 +23,8 @@
 
 namespace pvol {
 
-[[nodiscard]] inline Float4 lanes(Vec3f v, float spare = 0) { return {v.x, v.y, v.z, spare}; }
-[[nodiscard]] inline Int4 lanes(Vec3i v) { return {v.x, v.y, v.z, 0}; }
+[[nodiscard]] inline Float4 widen(Vec3f v, float spare = 0) { return {v.x, v.y, v.z, spare}; }
+[[nodiscard]] inline Int4 widen(Vec3i v) { return {v.x, v.y, v.z, 0}; }
 [[nodiscard]] inline Float4 splat(float v) { return v; }
 [[nodiscard]] inline Int4 splat(std::int32_t v) { return v; }
 [[nodiscard]] inline Vec3f vec3(Float4 v) { return {v[0], v[1], v[2]}; }

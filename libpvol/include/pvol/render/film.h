@@ -88,14 +88,14 @@ struct Film {
 void start_sums(Film& film);
 
 /// Rounds what `sums` has of a pixel to its double sums, and those of the layers.
-void settle(Film& film, std::size_t pixel);
+void flush(Film& film, std::size_t pixel);
 
 /// The part of a film that a rectangle of the image has, which lies in that of the film; without
 /// bins of depth and needs.
 [[nodiscard]] Film crop_of(const Film& film, int x, int y, int width, int height);
 
 /// Adds the samples of a film that is a part of the same image, lies in this one's, and has the
-/// same layers, both with `sums`; the doubles of `to` are left for `settle`. Throws Error for
+/// same layers, both with `sums`; the doubles of `to` are left for `flush`. Throws Error for
 /// others.
 void add_part(Film& to, const Film& part);
 

@@ -1,4 +1,4 @@
-// All light of a scene that comes from outside its matter.
+// All light of a scene that comes from outside its media.
 #pragma once
 
 #include <vector>

@@ -47,8 +47,8 @@ enum class GuideUse {
   });
 }
 
-/// Whether the light that matter emits is gathered along flights, by its integral, rather than
-/// where they collide: far less noise where matter is thin, more where it is thick (THEORY.md,
+/// Whether the light that media emit is gathered along flights, by its integral, rather than
+/// where they collide: far less noise where the medium is thin, more where it is thick (THEORY.md,
 /// T5.11).
 enum class LineEmission {
   automatic,  ///< where a volume is thin

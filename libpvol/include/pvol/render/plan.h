@@ -69,13 +69,13 @@ struct Kernel {
   int micro_edge = 0;  ///< of micro-bounds that all volumes have: 0 (none), 1 or 2 cells
   Paths paths = Paths::one_volume;
   bool count = false;
-  KernelKind lanes = KernelKind::scalar;  ///< not automatic
-  bool mapped = false;          ///< some volume's density is mapped
-  bool cancellable = false;     ///< flights may take long, so that they ask whether to stop
-  bool endless = false;         ///< flights may be, nearly
-  bool moving = false;          ///< velocities move some density: samples have times
-  bool places_move = false;     ///< some volume moves as a whole: samples have times
-  bool shared = false;          ///< some volume's samples are shared
+  KernelKind kind = KernelKind::scalar;  ///< not automatic
+  bool mapped = false;                   ///< some volume's density is mapped
+  bool cancellable = false;  ///< flights may take long, so that they ask whether to stop
+  bool endless = false;      ///< flights may be, nearly
+  bool moving = false;       ///< velocities move some density: samples have times
+  bool places_move = false;  ///< some volume moves as a whole: samples have times
+  bool shared = false;       ///< some volume's samples are shared
   friend bool operator==(const Kernel&, const Kernel&) = default;
 };
 
@@ -123,7 +123,7 @@ struct PlanOptions {
   /// Plan what would hardly end, too.
   bool force = false;
   /// Follow a few paths of the camera. Without them there is no forecast, and neither long paths
-  /// are refused nor a camera doubted.
+  /// are refused nor is there a warning about the camera.
   bool forecast = true;
   /// Camera paths that choices reckon with; 0: those of the scene. For measurements on small
   /// pictures that stand for large ones.

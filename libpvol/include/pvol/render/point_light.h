@@ -9,7 +9,7 @@
 namespace pvol {
 
 /// Shines evenly in all directions, outside clouds or inside. No ray meets a point: light comes
-/// from it by next-event estimation alone, whose variance has no bound where matter touches the
+/// from it by next-event estimation alone, whose variance has no bound where the medium touches the
 /// light (THEORY.md, T5.6). A ball is met by rays; it lets light through.
 struct PointLight {
   static constexpr const char* kName = "point";

@@ -22,7 +22,7 @@ using Progress = std::function<bool(std::uint64_t done, std::uint64_t total)>;
 using PassDone = std::function<void(const Film& film)>;
 
 /// Who looks at a render while it goes on.
-struct RenderWatch {
+struct RenderCallbacks {
   Progress progress{};
   PassDone pass_done{};
   /// Asked as often as `progress` is told, if there is one. Where it returns true, threads end the
@@ -50,7 +50,8 @@ struct RenderResult {
 /// plan's part of the image, with `sums`, the plan's layers and, if adaptive, perhaps `needs` and
 /// more samples than the plan wants. It includes counts of an adaptive picture's pilot. Throws
 /// Error for other films and for deep ones.
-[[nodiscard]] RenderResult resume(const RenderPlan& plan, Film film, const RenderWatch& watch);
+[[nodiscard]] RenderResult resume(const RenderPlan& plan, Film film,
+                                  const RenderCallbacks& callbacks);
 
 /// The part of a pilot from which an adaptive plan continues: `pilot` is of the whole picture, of
 /// which the plan's crop is a part, with kPilot samples in each pixel and their counts. The result

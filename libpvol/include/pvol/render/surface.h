@@ -32,7 +32,7 @@ enum class Visibility {
 /// How a surface scatters, on either side.
 struct Material {
   Rgb albedo{0.5f};  ///< share of the light that falls on it; 0: black
-  Visibility look = Visibility::surface;
+  Visibility visibility = Visibility::surface;
   friend bool operator==(const Material&, const Material&) = default;
 };
 template <std::same_as<Material> F>
@@ -43,9 +43,9 @@ template <std::same_as<Material> F>
                        .limits = number(Range::closed(0, 1)).or_three(),
                        .help = "Fraction of the incident light that is scattered, evenly in all "
                                "directions; 0 is black"}),
-      key<&F::look>({.key = "look",
-                     .help = "How the camera sees the surface; of a shadow-catcher only the "
-                             "shadows on it are visible, a holdout is a hole with alpha 0"}),
+      key<&F::visibility>({.key = "look",
+                           .help = "How the camera sees the surface; of a shadow-catcher only the "
+                                   "shadows on it are visible, a holdout is a hole with alpha 0"}),
   });
 }
 
@@ -54,7 +54,7 @@ struct PlaneSurface {
   static constexpr const char* kName = "plane";
   Vec3d point{0, 0, 0};
   Vec3d normal{0, 1, 0};  ///< of any length > 0
-  Material finish{};
+  Material material{};
   friend bool operator==(const PlaneSurface&, const PlaneSurface&) = default;
 };
 template <std::same_as<PlaneSurface> P>
@@ -69,7 +69,7 @@ template <std::same_as<PlaneSurface> P>
                        .limits = direction(),
                        .help = "Normal of the plane; both sides are alike",
                        .otherwise = "up"}),
-      keys_of_kind<&P::finish>(),
+      keys_of_kind<&P::material>(),
   });
 }
 
@@ -77,7 +77,7 @@ struct BallSurface {
   static constexpr const char* kName = "ball";
   Vec3d centre{0, 0, 0};
   double radius = 1;
-  Material finish{};
+  Material material{};
   friend bool operator==(const BallSurface&, const BallSurface&) = default;
 };
 template <std::same_as<BallSurface> B>
@@ -91,7 +91,7 @@ template <std::same_as<BallSurface> B>
                        .metavar = "X",
                        .limits = number(Range::above(0)),
                        .help = "Radius of the sphere, in world units"}),
-      keys_of_kind<&B::finish>(),
+      keys_of_kind<&B::material>(),
   });
 }
 
@@ -101,7 +101,7 @@ struct SolidSurface {
   std::string file{};                  ///< that the body comes from; empty where it is from memory
   std::shared_ptr<const Body> body{};  ///< bounded, its perturbations without ones of their own
   Placement place{};
-  Material finish{};
+  Material material{};
   friend bool operator==(const SolidSurface&, const SolidSurface&) = default;
 };
 template <std::same_as<SolidSurface> S>
@@ -114,7 +114,7 @@ template <std::same_as<SolidSurface> S>
                              "forms within its cuts and of its solids, without noise",
                      .required = true}),
       keys_of_kind<&S::place>(),
-      keys_of_kind<&S::finish>(),
+      keys_of_kind<&S::material>(),
   });
 }
 
@@ -124,7 +124,7 @@ struct MeshSurface {
   std::string file{};  ///< that the triangles come from; empty where they are from memory
   std::shared_ptr<const TriangleMesh> mesh{};
   Placement place{};
-  Material finish{};
+  Material material{};
   friend bool operator==(const MeshSurface&, const MeshSurface&) = default;
 };
 template <std::same_as<MeshSurface> M>
@@ -136,14 +136,14 @@ template <std::same_as<MeshSurface> M>
                      .help = "File of triangles or other polygons (.obj, .ply)",
                      .required = true}),
       keys_of_kind<&M::place>(),
-      keys_of_kind<&M::finish>(),
+      keys_of_kind<&M::material>(),
   });
 }
 
 using Surface = std::variant<PlaneSurface, BallSurface, SolidSurface, MeshSurface>;
 
 [[nodiscard]] inline const Material& material_of(const Surface& surface) {
-  return std::visit([](const auto& s) -> const Material& { return s.finish; }, surface);
+  return std::visit([](const auto& s) -> const Material& { return s.material; }, surface);
 }
 
 /// A place that cannot be undone, or a matrix besides the rest.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 
 #include "pvol/math/vec.h"
 #include "pvol/track/field.h"
@@ -11,10 +12,16 @@
 
 namespace pvol {
 
-/// Whether a field says by `ends()` that flights through it are to end: they then do, anyhow.
+/// A field whose flights may be told to end: `ends()` is true from then on.
+template <class Field>
+concept EndsFlights = requires(const Field& field) {
+  { field.ends() } -> std::same_as<bool>;
+};
+
+/// Whether flights through a field are to end, wherever they are.
 template <class Field>
 [[nodiscard]] bool is_over(const Field& field) {
-  if constexpr (requires { field.ends(); }) return field.ends();
+  if constexpr (EndsFlights<Field>) return field.ends();
   return false;
 }
 

@@ -104,7 +104,7 @@ struct SegmentLine {
   [[nodiscard]] Int4 cell_at(double x) const {
     const Vec3d p = start + step * x;
     const Int4 cell =
-        from.cell + lanes(Vec3i(int(std::floor(p.x)), int(std::floor(p.y)), int(std::floor(p.z))));
+        from.cell + widen(Vec3i(int(std::floor(p.x)), int(std::floor(p.y)), int(std::floor(p.z))));
     return min(max(cell, min(from.cell, to.cell)), max(from.cell, to.cell));
   }
 

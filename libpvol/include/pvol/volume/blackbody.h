@@ -1,4 +1,4 @@
-// The colour of glowing matter.
+// The colour of glowing media.
 #pragma once
 
 #include "pvol/math/vec.h"

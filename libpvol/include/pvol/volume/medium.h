@@ -8,7 +8,7 @@
 
 namespace pvol {
 
-/// A kind of matter that takes part in the extinction: droplets, soot, hot gas.
+/// A kind of medium that takes part in the extinction: droplets, soot, hot gas.
 struct Component {
   double share = 1;    ///< of the extinction, everywhere, in [0, 1]
   Rgb albedo{0.999f};  ///< mu_s / mu_t by channel, in [0, 1]

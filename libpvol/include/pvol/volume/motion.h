@@ -37,7 +37,7 @@ struct Movement {
                                  const VolumeOptions& options);
 
 /// Bounds of a moving density, as a pyramid whose leaves lie on the lattice of the still one: over
-/// each leaf, of what the still density is anywhere in the box that its matter came from at any
+/// each leaf, of what the still density is anywhere in the box that its density came from at any
 /// time of the shutter and at 0. Links of the still field say where samples are, so that boxes that
 /// lie partly in a leaf see their own samples only; not for tricubic look-ups.
 [[nodiscard]] Pyramid sweep_bounds(const Pyramid& pyramid, const VolumeField& still,

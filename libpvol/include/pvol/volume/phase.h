@@ -1,4 +1,4 @@
-// Phase functions: how matter scatters light, by the angle between the directions of flight.
+// Phase functions: how media scatter light, by the angle between the directions of flight.
 //
 // To add one: a header like henyey_greenstein.h with a plain struct and the three questions below,
 // its name in PhaseFunction, and its rows in medium_keys.h (libpvol/SOURCES.md). In scenes a phase
@@ -20,7 +20,7 @@ namespace pvol {
 using PhaseFunction =
     std::variant<HenyeyGreenstein, TwoLobes, Rayleigh, Draine, Droplets, PhaseTable>;
 
-/// f(kind), and its result: one lobe first, by which most matter scatters, and which a table of
+/// f(kind), and its result: one lobe first, by which most media scatter, and which a table of
 /// calls for all kinds would slow down.
 template <class F>
 [[nodiscard]] inline decltype(auto) visit_phase(const PhaseFunction& phase, const F& f) {

@@ -115,12 +115,20 @@ struct VolumeField {
   std::shared_ptr<const Motion> motion{};  ///< null: it stands still
 
   /// The bricks of samples; the field is no recipe and shares none.
-  [[nodiscard]] const BrickField& bricks() const { return *std::get<0>(values); }
+  [[nodiscard]] const BrickField& bricks() const {
+    return *std::get<std::shared_ptr<const BrickField>>(values);
+  }
   /// The recipe; the field has no samples.
-  [[nodiscard]] const ProceduralField& recipe() const { return *std::get<1>(values); }
+  [[nodiscard]] const ProceduralField& recipe() const {
+    return *std::get<std::shared_ptr<const ProceduralField>>(values);
+  }
   /// Whether look-ups read samples where they are, and the field that knows where.
-  [[nodiscard]] bool shares_samples() const { return values.index() == 2; }
-  [[nodiscard]] const SharedField& shared() const { return *std::get<2>(values); }
+  [[nodiscard]] bool shares_samples() const {
+    return std::holds_alternative<std::shared_ptr<const SharedField>>(values);
+  }
+  [[nodiscard]] const SharedField& shared() const {
+    return *std::get<std::shared_ptr<const SharedField>>(values);
+  }
   /// Of all that look-ups read, and those of them that are shared.
   [[nodiscard]] std::uint64_t value_bytes() const;
   [[nodiscard]] std::uint64_t shared_bytes() const;

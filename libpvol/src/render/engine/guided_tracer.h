@@ -30,8 +30,8 @@ class GuidedTracer {
     }
     const Hit first = traversal.start(ray) ? traversal.fly(direction_, rng) : Hit{};
     const auto unscattered = [] { return 0.0f; };
-    if (glows()) add_on_the_way(ray.o, first, unscattered, Rgb(1.0f), rng);
-    if (first.matter == nullptr) {
+    if (flights_bring_light()) add_on_the_way(ray.o, first, unscattered, Rgb(1.0f), rng);
+    if (first.component == nullptr) {
       if (s_.options.background) {
         add_constant(s_, r_);
         add_seen(s_, direction_, Rgb(1.0f), r_);
@@ -44,16 +44,16 @@ class GuidedTracer {
     if (s_.first_collisions) r_.first = traversal.position(), r_.first_weight = 1;
     throughput_ = Rgb(1.0f);
     scatterings_ = 0;
-    bool alive = collide(*first.matter, rng);
+    bool alive = collide(*first.component, rng);
     while (alive) {
       const Vec3f from = direction_;
       turn_path(rng);
-      const auto pdf = [&] { return pdf_phase(Kind::phase(*matter_), from, direction_); };
-      const Vec3d start = glows() ? traversal.position() : Vec3d{};
+      const auto pdf = [&] { return pdf_phase(Kind::phase(*component_), from, direction_); };
+      const Vec3d start = flights_bring_light() ? traversal.position() : Vec3d{};
       const Hit hit = traversal.fly(direction_, rng);
-      if (glows()) add_on_the_way(start, hit, pdf, throughput_, rng);
-      if (hit.matter != nullptr) {
-        alive = collide(*hit.matter, rng) || resume();
+      if (flights_bring_light()) add_on_the_way(start, hit, pdf, throughput_, rng);
+      if (hit.component != nullptr) {
+        alive = collide(*hit.component, rng) || resume();
       } else {
         add_scattered(s_, pdf, direction_, throughput_, r_);
         r_.scattered(scatterings_);
@@ -63,6 +63,7 @@ class GuidedTracer {
     return r_;
   }
 
+  static constexpr bool kHasSurfaces = false;
   Traversal traversal;
   std::uint64_t collisions = 0, shadow_rays = 0;
 
@@ -72,56 +73,61 @@ class GuidedTracer {
   const PathSetup& s_;
   const Importance& importance_;
   PathResult r_;
-  Vec3f direction_;                          // of the flight, in the world
-  Rgb throughput_;                           // of the path
-  std::uint32_t scatterings_ = 0;            // of the path, that at its place included
-  const MediumComponent* matter_ = nullptr;  // of the last collision
-  const Importance::Row* row_ = nullptr;     // of its place
+  Vec3f direction_;                             // of the flight, in the world
+  Rgb throughput_;                              // of the path
+  std::uint32_t scatterings_ = 0;               // of the path, that at its place included
+  const MediumComponent* component_ = nullptr;  // of the last collision
+  const Importance::Row* row_ = nullptr;        // of its place
   Branches<Place> waiting_;
 
   /// Whether flights bring light besides that of their ends.
-  [[nodiscard]] bool glows() const { return !Kind::kSimple && (s_.emission || s_.meets_lights); }
+  [[nodiscard]] bool flights_bring_light() const {
+    return !Kind::kSimple && (s_.emission || s_.light.met_on_flights);
+  }
   /// Whether what emits along flights is a light.
-  [[nodiscard]] bool burns() const { return !Kind::kSimple && s_.emission && s_.emission->lit; }
+  [[nodiscard]] bool samples_fires() const {
+    return !Kind::kSimple && s_.emission && s_.emission->lit;
+  }
 
   /// Adds what a collision gives of its own and by next-event estimation; whether the path goes on
   /// from there, by itself or split.
-  [[nodiscard]] bool collide(const MediumComponent& matter, Rng& rng) {
+  [[nodiscard]] bool collide(const MediumComponent& component, Rng& rng) {
     ++collisions;
     if (s_.stopped()) return false;
-    const auto& here = Kind::local(s_, traversal, matter);
+    const auto& here = Kind::local(s_, traversal, component);
     add_emitted(s_, here, throughput_, r_);
     r_.scattered(scatterings_++);
-    matter_ = &matter;
+    component_ = &component;
     row_ = &importance_.row(traversal.place());
-    const float worth = largest(throughput_) * row_->of(importance_.half_sine(direction_));
-    if (!survives_by_worth(worth, throughput_, rng)) return false;
+    const float contribution = largest(throughput_) * row_->of(importance_.half_sine(direction_));
+    if (!survives_by_contribution(contribution, throughput_, rng)) return false;
     throughput_ *= here.albedo;
     if (!(largest(throughput_) > 0)) return false;
-    const float* worths = importance_.shadow_worth(*row_);
-    const auto worth_of = [&](std::size_t light) { return worths[light]; };
-    add_light_here<Kind>(s_, Kind::phase(matter), direction_, throughput_, worth_of, traversal, rng,
-                         shadow_rays, r_);
-    if (burns()) {
-      add_fire_here(s_, matter.phase, direction_, throughput_, traversal, rng, shadow_rays, r_);
-    }
+    const float* importances = importance_.shadow_importance(*row_);
+    const auto importance_of = [&](std::size_t light) { return importances[light]; };
+    const PathVertex<Traversal> vertex{s_,  traversal,   direction_, throughput_,
+                                       rng, shadow_rays, r_};
+    add_light_here<Kind>(vertex, Kind::phase(component), importance_of);
+    if (samples_fires()) add_fire_here(vertex, component.phase);
     r_.scattered(scatterings_);
-    if (worth > kSplitAbove && !waiting_.full()) split(int(std::min(worth, kMostCopies)));
+    if (contribution > kSplitAbove && !waiting_.full())
+      split(int(std::min(contribution, kMostCopies)));
     return true;
   }
 
   /// What a flight brings on its way.
   template <class Pdf>
   void add_on_the_way(Vec3d from, const Hit& hit, const Pdf& pdf, Rgb throughput, Rng& rng) {
-    detail::add_on_the_way(s_, from, direction_, hit.matter != nullptr, traversal, pdf, throughput,
-                           rng, r_);
+    const bool collided = hit.component != nullptr;
+    const double length = collided ? pvol::length(traversal.position() - from) : kEndless;
+    detail::add_on_the_way(s_, {from, direction_, length}, pdf, throughput, rng, r_);
   }
 
   /// Makes the path one of several equal ones that share its throughput.
   void split(int copies) {
     throughput_ *= 1 / float(copies);
     waiting_.add(
-        {traversal.place(), matter_, row_, direction_, throughput_, scatterings_, copies - 1});
+        {traversal.place(), component_, row_, direction_, throughput_, scatterings_, copies - 1});
   }
 
   /// Goes on with a branch that waits; false where none does.
@@ -129,7 +135,7 @@ class GuidedTracer {
     const Branch<Place>* branch = waiting_.take();
     if (branch == nullptr) return false;
     traversal.return_to(branch->place);
-    matter_ = branch->matter;
+    component_ = branch->component;
     row_ = branch->row;
     direction_ = branch->direction;
     throughput_ = branch->throughput;
@@ -138,7 +144,7 @@ class GuidedTracer {
   }
 
   void turn_path(Rng& rng) {
-    direction_ = turn_by_importance<Kind>(importance_, *row_, Kind::phase(*matter_), direction_,
+    direction_ = turn_by_importance<Kind>(importance_, *row_, Kind::phase(*component_), direction_,
                                           throughput_, rng);
   }
 };

@@ -29,38 +29,44 @@ class PathTracer {
       walk(ray.o, rng);
     } else {
       if (s_.options.background) add_seen(s_, direction_, Rgb(1.0f), r_);
-      if (glows()) add_on_the_way(ray.o, false, 0, Rgb(1.0f), rng);
+      if (flights_bring_light()) add_on_the_way(ray.o, false, 0, Rgb(1.0f), rng);
       r_.scattered(0);
     }
     return r_;
   }
 
+  static constexpr bool kHasSurfaces = false;
   Traversal traversal;
   std::uint64_t collisions = 0, shadow_rays = 0;
 
  private:
   const PathSetup& s_;
   PathResult r_;
-  Vec3f direction_;                          // of the flight, in the world
-  Vec3f from_;                               // before the last scattering
-  const MediumComponent* matter_ = nullptr;  // of the last scattering
+  Vec3f direction_;                             // of the flight, in the world
+  Vec3f from_;                                  // before the last scattering
+  const MediumComponent* component_ = nullptr;  // of the last scattering
 
   /// Whether flights bring light besides that of their ends.
-  [[nodiscard]] bool glows() const { return !Kind::kSimple && (s_.emission || s_.meets_lights); }
+  [[nodiscard]] bool flights_bring_light() const {
+    return !Kind::kSimple && (s_.emission || s_.light.met_on_flights);
+  }
   /// Whether what emits along flights is a light.
-  [[nodiscard]] bool burns() const { return !Kind::kSimple && s_.emission && s_.emission->lit; }
+  [[nodiscard]] bool samples_fires() const {
+    return !Kind::kSimple && s_.emission && s_.emission->lit;
+  }
 
   /// From the camera's place.
   void walk(Vec3d from, Rng& rng) {
     Rgb throughput(1.0f);
     for (std::uint32_t bounces = 0;; ++bounces) {
-      if (glows() && bounces > 0) from = traversal.position();
+      if (flights_bring_light() && bounces > 0) from = traversal.position();
       const auto hit = fly(throughput, rng);
       throughput *= hit.weight;
-      if (glows()) add_on_the_way(from, hit.matter != nullptr, bounces, throughput, rng);
-      if (hit.matter == nullptr) {
+      if (flights_bring_light())
+        add_on_the_way(from, hit.component != nullptr, bounces, throughput, rng);
+      if (hit.component == nullptr) {
         if (bounces > 0) {
-          const auto pdf = [&] { return pdf_phase(Kind::phase(*matter_), from_, direction_); };
+          const auto pdf = [&] { return pdf_phase(Kind::phase(*component_), from_, direction_); };
           add_scattered(s_, pdf, direction_, throughput, r_);
         } else {
           r_.alpha = 1 - mean_of(hit.weight);
@@ -76,21 +82,20 @@ class PathTracer {
       }
       ++collisions;
       if (s_.stopped()) return;
-      const MediumComponent& matter = *hit.matter;
-      const auto& here = Kind::local(s_, traversal, matter);
+      const MediumComponent& component = *hit.component;
+      const auto& here = Kind::local(s_, traversal, component);
       add_emitted(s_, here, throughput, r_);
       r_.scattered(bounces);
       if (bounces == s_.max_bounces) return;
       throughput *= here.albedo;
       if (!survives(throughput, rng)) return;
-      matter_ = &matter;
-      const auto& phase = Kind::phase(matter);
-      const auto worth = [](std::size_t) { return 1.0f; };
-      add_light_here<Kind>(s_, phase, direction_, throughput, worth, traversal, rng, shadow_rays,
-                           r_);
-      if (burns()) {
-        add_fire_here(s_, matter.phase, direction_, throughput, traversal, rng, shadow_rays, r_);
-      }
+      component_ = &component;
+      const auto& phase = Kind::phase(component);
+      const auto importance = [](std::size_t) { return 1.0f; };
+      const PathVertex<Traversal> vertex{s_,  traversal,   direction_, throughput,
+                                         rng, shadow_rays, r_};
+      add_light_here<Kind>(vertex, phase, importance);
+      if (samples_fires()) add_fire_here(vertex, component.phase);
       r_.scattered(bounces + 1);
       from_ = direction_;
       direction_ = sample_phase(phase, from_, rng);
@@ -99,7 +104,7 @@ class PathTracer {
 
   /// The next flight of a path of this throughput.
   [[nodiscard]] auto fly(Rgb throughput, Rng& rng) {
-    if constexpr (requires { traversal.fly(direction_, throughput, rng); }) {
+    if constexpr (Traversal::kByChannel) {
       return traversal.fly(direction_, throughput, rng);
     } else {
       return traversal.fly(direction_, rng);
@@ -112,9 +117,10 @@ class PathTracer {
   /// What a flight brings on its way.
   void add_on_the_way(Vec3d from, bool collided, std::uint32_t bounces, Rgb throughput, Rng& rng) {
     const auto pdf = [&] {
-      return bounces > 0 ? pdf_phase(matter_->phase, from_, direction_) : 0.0f;
+      return bounces > 0 ? pdf_phase(component_->phase, from_, direction_) : 0.0f;
     };
-    detail::add_on_the_way(s_, from, direction_, collided, traversal, pdf, throughput, rng, r_);
+    const double length = collided ? pvol::length(traversal.position() - from) : kEndless;
+    detail::add_on_the_way(s_, {from, direction_, length}, pdf, throughput, rng, r_);
   }
 };
 

@@ -75,7 +75,7 @@ PathSetup with_counts(const RenderPlan& plan, const PathSetup& setup) {
   counted.count = true;
   if (!plan.kernel.cancellable) {
     counted.flights =
-        detail::find_flights(detail::field_kind(plan.kernel), detail::Watching::count);
+        detail::find_flights(detail::field_kind(plan.kernel), detail::Monitoring::count);
   }
   return counted;
 }
@@ -142,7 +142,7 @@ Paths guide(const RenderPlan& plan, PathSetup& setup, RenderResult& result) {
     result.guided = setup.importance != nullptr;
     if (!result.guided) paths = plain(paths);  // nothing to be guided by
   }
-  if (!std::isfinite(setup.shadow_unit)) {
+  if (!std::isfinite(setup.light.shadow_unit)) {
     throw Error("the lights are too bright for single precision; scale them down");
   }
   return paths;
@@ -154,6 +154,60 @@ void check_sample_numbers(const RenderOptions& o) {
   if (last <= std::numeric_limits<std::uint32_t>::max()) return;
   throw Error("the samples have numbers up to " + std::to_string(last) +
               "; expected at most 4294967295: lower the first sample or the number of samples");
+}
+
+/// Gives the empty film its layers and what an earlier render left.
+void begin_film(const PathSetup& setup, Film earlier, Passes& passes, Reporter& reporter,
+                Film& film) {
+  film.layers = detail::make_layers(setup, film.pixels.size());
+  film.deep = detail::make_deep(setup, film.pixels.size());
+  start_sums(film);
+  film = continued(std::move(film), std::move(earlier));
+  passes.resume(film);
+  reporter.add(count_samples(film, {0, 0, film.crop_width, film.crop_height}));
+}
+
+/// What all passes of a render share.
+struct Job {
+  const RenderPlan& plan;
+  const PathSetup& setup;
+  Paths paths;
+  int threads;
+  tbb::task_arena& arena;
+  const RenderCallbacks& callbacks;
+  std::chrono::steady_clock::time_point begin;
+};
+
+/// Renders pass by pass until the film has all samples or the reporter says stop: whether it has.
+bool render_passes(const Job& job, Passes& passes, Reporter& reporter, RenderResult& result) {
+  Film& film = result.film;
+  const bool adaptive = is_adaptive(job.plan.scene.options);
+  // Adaptive samples follow costs, too: their pilot is counted.
+  const bool counts_pilot = adaptive && !job.setup.count && !film.needs;
+  std::optional<PathSetup> counted;
+  if (counts_pilot) counted.emplace(with_counts(job.plan, job.setup));
+  std::optional<PassRenderer> renderer;
+  renderer.emplace(job.plan, counted ? *counted : job.setup, job.paths);
+  std::optional<SampleTargets> targets;
+  for (bool any = false; (targets = passes.next(film, seconds_since(job.begin))); any = true) {
+    if (reporter.stop()) break;
+    if (any && job.callbacks.pass_done) job.callbacks.pass_done(film);
+    reporter.expect(passes.total());
+    if (counts_pilot && !targets->each.empty()) renderer.emplace(job.plan, job.setup, job.paths);
+    for (;;) {
+      job.arena.execute([&] { renderer->render(*targets, job.threads, film, reporter); });
+      if (reporter.stop() || reaches(film, *targets)) break;
+      if (reporter.take_pause() && job.callbacks.pass_done) job.callbacks.pass_done(film);
+    }
+    if (!reaches(film, *targets)) break;
+  }
+  if (job.setup.count) result.counts = renderer->counts();
+  // The pilot's counts are no longer wanted once the needs are known.
+  const bool pilot = adaptive && !film.needs;
+  if (!job.setup.count && !pilot) {
+    for (PixelSums& p : film.pixels) p.counts = {};
+  }
+  return !targets;
 }
 
 }  // namespace
@@ -189,15 +243,14 @@ Film begin_by_pilot(const RenderPlan& plan, const Film& pilot) {
   return film;
 }
 
-RenderResult resume(const RenderPlan& plan, Film earlier, const RenderWatch& watch) {
+RenderResult resume(const RenderPlan& plan, Film earlier, const RenderCallbacks& callbacks) {
   const auto begin = std::chrono::steady_clock::now();
   const RenderOptions& o = plan.scene.options;
   check_sample_numbers(o);
   RenderResult result;
-  Film& film = result.film;
-  film = make_film(o);
-  Passes passes(o, film.pixels.size());
-  Reporter reporter(watch, passes.total());
+  result.film = make_film(o);
+  Passes passes(o, result.film.pixels.size());
+  Reporter reporter(callbacks, passes.total());
   const int threads = o.threads > 0 ? o.threads : tbb::this_task_arena::max_concurrency();
   // The control is the process's: it may only raise the limit, for more threads than there are
   // cores.
@@ -209,39 +262,9 @@ RenderResult resume(const RenderPlan& plan, Film earlier, const RenderWatch& wat
   PathSetup setup(plan);
   setup.stop = &reporter.stop();
   const Paths paths = arena.execute([&] { return guide(plan, setup, result); });
-  film.layers = detail::make_layers(setup, film.pixels.size());
-  film.deep = detail::make_deep(setup, film.pixels.size());
-  start_sums(film);
-  film = continued(std::move(film), std::move(earlier));
-  passes.resume(film);
-  reporter.add(count_samples(film, {0, 0, film.crop_width, film.crop_height}));
-
-  // Adaptive samples depend on costs, too: their pilot is counted.
-  const bool counts_pilot = is_adaptive(o) && !setup.count && !film.needs;
-  std::optional<PathSetup> counted;
-  if (counts_pilot) counted.emplace(with_counts(plan, setup));
-  std::optional<PassRenderer> renderer;
-  renderer.emplace(plan, counted ? *counted : setup, paths);
-  std::optional<SampleTargets> targets;
-  for (bool any = false; (targets = passes.next(film, seconds_since(begin))); any = true) {
-    if (reporter.stop()) break;
-    if (any && watch.pass_done) watch.pass_done(film);
-    reporter.expect(passes.total());
-    if (counts_pilot && !targets->each.empty()) renderer.emplace(plan, setup, paths);
-    for (;;) {
-      arena.execute([&] { renderer->render(*targets, threads, film, reporter); });
-      if (reporter.stop() || reaches(film, *targets)) break;
-      if (reporter.take_pause() && watch.pass_done) watch.pass_done(film);
-    }
-    if (!reaches(film, *targets)) break;
-  }
-  if (setup.count) result.counts = renderer->counts();
-  // The pilot's counts are no longer wanted once the needs are known.
-  const bool pilot = is_adaptive(o) && !film.needs;
-  if (!setup.count && !pilot) {
-    for (PixelSums& p : film.pixels) p.counts = {};
-  }
-  result.complete = !targets;
+  begin_film(setup, std::move(earlier), passes, reporter, result.film);
+  const Job job{plan, setup, paths, threads, arena, callbacks, begin};
+  result.complete = render_passes(job, passes, reporter, result);
   result.goal = passes.total();
   reporter.finish();
   return result;

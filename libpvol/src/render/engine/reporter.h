@@ -17,7 +17,7 @@ namespace pvol::detail {
 /// wishes to stop and to see the film.
 class Reporter {
  public:
-  Reporter(const RenderWatch& by, std::uint64_t total)
+  Reporter(const RenderCallbacks& by, std::uint64_t total)
       : progress_(by.progress), wants_film_(by.wants_film), total_(total) {
     if (progress_) watch_ = std::jthread([this](const std::stop_token& ended) { watch(ended); });
   }

@@ -26,15 +26,17 @@ class SurfaceTracer {
     for (Vec3d from = ray.o;; from = traversal.position()) {
       const Hit hit = traversal.fly(direction_, rng);
       const SurfaceHit& surface = traversal.surface();
-      const bool leaves = hit.matter == nullptr && surface.finish == nullptr;
-      if (s_.emission || s_.meets_lights) add_on_the_way(from, !leaves, rng);
-      const bool goes_on = hit.matter ? collide(*hit.matter, rng) : !leaves && meet(surface, rng);
+      const bool leaves = hit.component == nullptr && surface.material == nullptr;
+      if (s_.emission || s_.light.met_on_flights) add_on_the_way(from, !leaves, rng);
+      const bool goes_on =
+          hit.component ? collide(*hit.component, rng) : !leaves && meet(surface, rng);
       if (leaves) leave();
       if (!goes_on && !resume(rng)) return r_;
       traversal.aim(direction_);
     }
   }
 
+  static constexpr bool kHasSurfaces = true;
   AmongSurfaces<Places> traversal;
   std::uint64_t collisions = 0, shadow_rays = 0, surface_hits = 0;
 
@@ -44,7 +46,7 @@ class SurfaceTracer {
   Vec3f direction_, from_;  // of the flight, and of the one before it
   Rgb throughput_;
   std::uint32_t scatterings_ = 0;
-  const MediumComponent* matter_ =
+  const MediumComponent* component_ =
       nullptr;               // of the last collision; null where a surface came after it
   Lambert lobe_;             // of that surface
   bool on_catcher_ = false;  // whether that was a shadow catcher before the camera
@@ -65,27 +67,27 @@ class SurfaceTracer {
   /// Of the direction of the flight, as the last scattering drew it; 0 before the first.
   [[nodiscard]] float pdf() const {
     if (scatterings_ == 0) return 0;
-    return matter_ ? pdf_phase(matter_->phase, from_, direction_)
-                   : pdf_phase(lobe_, from_, direction_);
+    return component_ ? pdf_phase(component_->phase, from_, direction_)
+                      : pdf_phase(lobe_, from_, direction_);
   }
 
   /// What a flight brings on its way. Light on a shadow catcher is there without the shadow, too.
   void add_on_the_way(Vec3d from, bool collided, Rng& rng) {
     const auto own = [&] { return pdf(); };
+    FlightLine flight{from, direction_, collided ? length(traversal.position() - from) : kEndless};
     if (s_.emission) {
-      add_along(s_, from, direction_, collided, traversal, own, throughput_, rng, r_);
+      add_along(s_, flight, own, throughput_, rng, r_);
       r_.scattered(scatterings_);
     }
-    if (!s_.meets_lights) return;
-    double distance = collided ? length(traversal.position() - from) : kEndless;
+    if (!s_.light.met_on_flights) return;
     // A lamp on the surface that ends the flight is met before it.
-    distance += 2 * traversal.surface().clearance + 1e-6 * distance;
+    flight.length += 2 * traversal.surface().clearance + 1e-6 * flight.length;
     if (on_catcher_) {
       direct_.reset();
-      add_met(s_, from, direction_, distance, own, Rgb(1.0f), direct_);
-      uncover();
+      add_met(s_, flight, own, Rgb(1.0f), direct_);
+      subtract_direct_light();
     } else {
-      add_met(s_, from, direction_, distance, own, throughput_, r_);
+      add_met(s_, flight, own, throughput_, r_);
     }
   }
 
@@ -96,7 +98,7 @@ class SurfaceTracer {
       const auto own = [&] { return pdf(); };
       direct_.reset();
       add_scattered(s_, own, direction_, Rgb(1.0f), direct_);
-      return uncover();
+      return subtract_direct_light();
     } else {
       add_scattered(
           s_, [&] { return pdf(); }, direction_, throughput_, r_);
@@ -105,37 +107,37 @@ class SurfaceTracer {
   }
 
   /// A collision; whether the path goes on.
-  [[nodiscard]] bool collide(const MediumComponent& matter, Rng& rng) {
+  [[nodiscard]] bool collide(const MediumComponent& component, Rng& rng) {
     on_catcher_ = false;
     const Vec3d place = traversal.position();
     if (scatterings_ == 0) note_first(place);
     ++collisions;
-    const auto& here = detail::local(s_, traversal, matter);
+    const auto& here = detail::local(s_, traversal, component);
     add_emitted(s_, here, throughput_, r_);
     r_.scattered(scatterings_);
-    matter_ = &matter;
+    component_ = &component;
     if (is_at_end()) return false;
     if (!s_.importance) {
       throughput_ *= here.albedo;
       if (!survives(throughput_, rng)) return false;
-      gather(matter.phase, even_worth, rng);
-      turn_path(matter.phase, rng);
+      gather(component.phase, even_importance, rng);
+      turn_path(component.phase, rng);
       return true;
     }
     const Importance& importance = *s_.importance;
     const Importance::Row& row = importance.row(traversal.place());
-    const float worth = largest(throughput_) * row.of(importance.half_sine(direction_));
-    if (!survives_by_worth(worth, throughput_, rng)) return false;
+    const float contribution = largest(throughput_) * row.of(importance.half_sine(direction_));
+    if (!survives_by_contribution(contribution, throughput_, rng)) return false;
     throughput_ *= here.albedo;
     if (!(largest(throughput_) > 0)) return false;
-    const float* worths = importance.shadow_worth(row);
-    const auto worth_of = [&](std::size_t light) { return worths[light]; };
-    gather(matter.phase, worth_of, rng);
-    if (worth > kSplitAbove && !waiting_.full()) {
-      const int copies = int(std::min(worth, kMostCopies));
+    const float* importances = importance.shadow_importance(row);
+    const auto importance_of = [&](std::size_t light) { return importances[light]; };
+    gather(component.phase, importance_of, rng);
+    if (contribution > kSplitAbove && !waiting_.full()) {
+      const int copies = int(std::min(contribution, kMostCopies));
       throughput_ *= 1 / float(copies);
       waiting_.add(
-          {traversal.place(), matter_, &row, direction_, throughput_, scatterings_, copies - 1});
+          {traversal.place(), component_, &row, direction_, throughput_, scatterings_, copies - 1});
     }
     turn_guided(row, rng);
     return true;
@@ -144,8 +146,8 @@ class SurfaceTracer {
   /// Scatters by importance.
   void turn_guided(const Importance::Row& row, Rng& rng) {
     from_ = direction_;
-    direction_ =
-        turn_by_importance<AnyPaths>(*s_.importance, row, matter_->phase, from_, throughput_, rng);
+    direction_ = turn_by_importance<AnyPaths>(*s_.importance, row, component_->phase, from_,
+                                              throughput_, rng);
   }
 
   /// Goes on with a branch that waits; false where none does.
@@ -153,7 +155,7 @@ class SurfaceTracer {
     const Branch<WorldPlace>* branch = waiting_.take();
     if (branch == nullptr) return false;
     traversal.return_to(branch->place);
-    matter_ = branch->matter;
+    component_ = branch->component;
     direction_ = branch->direction;
     throughput_ = branch->throughput;
     scatterings_ = branch->scatterings;
@@ -164,23 +166,23 @@ class SurfaceTracer {
 
   /// A surface; whether the path goes on.
   [[nodiscard]] bool meet(const SurfaceHit& surface, Rng& rng) {
-    const Material& finish = *surface.finish;
+    const Material& material = *surface.material;
     r_.scattered(scatterings_);
     ++surface_hits;
-    matter_ = nullptr;
+    component_ = nullptr;
     lobe_.normal = Vec3f(surface.normal);
     on_catcher_ = false;
     if (scatterings_ == 0) {
-      if (finish.look == Visibility::holdout) return false;
-      if (finish.look == Visibility::shadow_catcher) return catch_shadow(surface, rng);
+      if (material.visibility == Visibility::holdout) return false;
+      if (material.visibility == Visibility::shadow_catcher) return catch_shadow(surface, rng);
       note_first(surface.place);
       r_.first_normal = surface.normal;
-      r_.first_material = &finish;
+      r_.first_material = &material;
     }
     if (is_at_end()) return false;
-    throughput_ *= finish.albedo;
+    throughput_ *= material.albedo;
     if (!survives(throughput_, rng)) return false;
-    gather(lobe_, even_worth, rng);
+    gather(lobe_, even_importance, rng);
     turn_path(lobe_, rng);
     return true;
   }
@@ -193,17 +195,19 @@ class SurfaceTracer {
 
   [[nodiscard]] bool is_at_end() const { return s_.stopped() || scatterings_ >= s_.max_bounces; }
 
-  [[nodiscard]] static float even_worth(std::size_t /*light*/) { return 1; }
+  [[nodiscard]] static float even_importance(std::size_t /*light*/) { return 1; }
 
   /// Light that a lobe scatters into the path: one more scattering.
-  template <class Lobe, class Worth>
-  void gather(const Lobe& lobe, const Worth& worth, Rng& rng) {
-    add_light_here<AnyPaths>(s_, lobe, direction_, throughput_, worth, traversal, rng, shadow_rays,
-                             r_);
-    if (s_.emission && s_.emission->lit) {
-      add_fire_here(s_, lobe, direction_, throughput_, traversal, rng, shadow_rays, r_);
-    }
+  template <class Lobe, class ShadowImportance>
+  void gather(const Lobe& lobe, const ShadowImportance& importance, Rng& rng) {
+    const auto here = vertex(throughput_, rng, r_);
+    add_light_here<AnyPaths>(here, lobe, importance);
+    if (s_.emission && s_.emission->lit) add_fire_here(here, lobe);
     r_.scattered(++scatterings_);
+  }
+
+  [[nodiscard]] PathVertex<AmongSurfaces<Places>> vertex(Rgb throughput, Rng& rng, PathResult& r) {
+    return {s_, traversal, direction_, throughput, rng, shadow_rays, r};
   }
 
   template <class Lobe>
@@ -224,13 +228,12 @@ class SurfaceTracer {
     r_.alpha = 1;
     if (largest(open_light_) > 0) {
       direct_.reset();
-      add_light_here<AnyPaths>(s_, lobe_, direction_, Rgb(1.0f), even_worth, traversal, rng,
-                               shadow_rays, direct_);
+      add_light_here<AnyPaths>(vertex(Rgb(1.0f), rng, direct_), lobe_, even_importance);
     }
-    uncover();
-    throughput_ = s_.max_bounces > 0 ? surface.finish->albedo : Rgb(0.0f);
+    subtract_direct_light();
+    throughput_ = s_.max_bounces > 0 ? surface.material->albedo : Rgb(0.0f);
     if (s_.emission && s_.emission->lit && largest(throughput_) > 0) {
-      add_fire_here(s_, lobe_, direction_, throughput_, traversal, rng, shadow_rays, r_);
+      add_fire_here(vertex(throughput_, rng, r_), lobe_);
     }
     r_.scattered(++scatterings_);
     turn_path(lobe_, rng);
@@ -241,10 +244,10 @@ class SurfaceTracer {
   [[nodiscard]] Rgb light_in_the_open(const SurfaceHit& surface) {
     if (surface.normal != open_normal_) {
       open_normal_ = surface.normal;
-      open_sky_ = s_.open_sky->irradiance(open_normal_);
+      open_sky_ = s_.light.open_sky->irradiance(open_normal_);
     }
     Rgb sum = open_sky_;
-    for (const LightSource& source : s_.lights) {
+    for (const LightSource& source : s_.light.sources) {
       sum += std::visit([&](const auto& l) { return l.on_plane(surface.place, surface.normal); },
                         source);
     }
@@ -253,7 +256,7 @@ class SurfaceTracer {
 
   /// Takes what arrived unscattered off what the catcher covers; where nothing ever does, there is
   /// no shadow, and it covers nothing.
-  void uncover() {
+  void subtract_direct_light() {
     const float open = luminance(open_light_);
     if (!(open > 0)) {
       if (r_.alpha == 0) return;

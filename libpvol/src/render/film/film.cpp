@@ -85,7 +85,7 @@ void start_sums(Film& film) {
   }
 }
 
-void settle(Film& film, std::size_t pixel) {
+void flush(Film& film, std::size_t pixel) {
   PixelSums& p = film.pixels[pixel];
   const ExactPixel& exact = film.sums.pixels[pixel];
   p.sum = value(exact.light), p.sum_squares = value(exact.squares), p.alpha = value(exact.alpha);
@@ -159,7 +159,7 @@ void add_samples(Film& to, const Film& from) {
     add_counts(p, q);
   }
   for (std::size_t k = 0; k < to.layers.size(); ++k) add(to.layers[k], from.layers[k]);
-  for (std::size_t i = 0; exact && i < to.pixels.size(); ++i) settle(to, i);
+  for (std::size_t i = 0; exact && i < to.pixels.size(); ++i) flush(to, i);
 }
 
 }  // namespace pvol

@@ -15,7 +15,7 @@ inline constexpr float kSplitAbove = 2, kMostCopies = 8;
 template <class Place>
 struct Branch {
   Place place;
-  const MediumComponent* matter;
+  const MediumComponent* component;
   const Importance::Row* row;
   Vec3f direction;  ///< of the flight that ended there
   Rgb throughput;   ///< of each

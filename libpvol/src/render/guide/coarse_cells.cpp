@@ -130,7 +130,7 @@ void add_rows(const std::vector<double>& sums, double scale, CoarseCells& cells)
   const Vec3d extent = box.extent() / edge;
   cells.size =
       max(Vec3i(Vec3d(std::ceil(extent.x), std::ceil(extent.y), std::ceil(extent.z))), Vec3i(1));
-  cells.last = lanes(cells.size - Vec3i(1));
+  cells.last = widen(cells.size - Vec3i(1));
   return cells;
 }
 

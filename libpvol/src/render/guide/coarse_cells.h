@@ -36,7 +36,7 @@ struct CoarseCells {
   // Of places of paths, through one volume and through many.
   [[nodiscard]] std::uint32_t row(const Cursor& place) const { return row(place.at.cell); }
   [[nodiscard]] std::uint32_t row(const WorldPlace& place) const {
-    return row(lanes(Vec3i(to_cells.point(place.position))));
+    return row(widen(Vec3i(to_cells.point(place.position))));
   }
 
   [[nodiscard]] std::size_t index(Vec3i c) const {

@@ -59,18 +59,18 @@ void add_phase(const PhaseFunction& phase, double weight, Kernel& kernel) {
 }
 
 /// What all components together make of incident light.
-Kernel scattering_kernel(const std::vector<Share>& matter) {
+Kernel scattering_kernel(const std::vector<Share>& components) {
   Kernel kernel{};
-  for (const auto& [m, share] : matter) {
+  for (const auto& [m, share] : components) {
     add_phase(m->phase, double(share * luminance(m->albedo)), kernel);
   }
   return kernel;
 }
 
 /// The lobe of directions from which the axis' light scatters, for all components together.
-HenyeyGreenstein mean_lobe(const std::vector<Share>& matter) {
+HenyeyGreenstein mean_lobe(const std::vector<Share>& components) {
   float sum = 0;
-  for (const auto& [m, share] : matter) sum += share * float(mean_cosine(m->phase));
+  for (const auto& [m, share] : components) sum += share * float(mean_cosine(m->phase));
   return HenyeyGreenstein(std::clamp(double(sum), 0.0, kLargestMeanCosine));
 }
 
@@ -145,18 +145,19 @@ void draw_to_mean(const IncidentLight& light, const CoarseCells& cells, int phot
 Rgb irradiance_in(const PathSetup& setup, const CoarseCells& cells, std::size_t light,
                   std::size_t row) {
   const Box box = transform(cells.to_world, cells.cube(row));
-  return std::visit([&](const auto& l) { return l.irradiance_on(box); }, setup.lights[light]);
+  return std::visit([&](const auto& l) { return l.irradiance_on(box); },
+                    setup.light.sources[light]);
 }
 
 /// In proportion to the spread of an analog shadow ray, nearly: the root of the mean transmittance
 /// T, which is the power that collides straight from the light over mass and irradiance, and of
 /// a little besides, because T is not the same all over a cell. Rough near a point light, whose
 /// irradiance varies from cell to cell.
-std::vector<float> shadow_worths(const PathSetup& setup, const CoarseCells& cells,
-                                 const IncidentLight& light) {
+std::vector<float> shadow_importances(const PathSetup& setup, const CoarseCells& cells,
+                                      const IncidentLight& light) {
   constexpr double kGain = 5;  // over the plain tracer, where light arrives for certain
   constexpr double kLeast = 0.02;
-  const std::size_t lights = setup.lights.size();
+  const std::size_t lights = setup.light.sources.size();
   std::vector<float> all(cells.count() * (lights + 1), 1.0f);
   parallel_for(1, cells.count(), [&](std::size_t row) {
     for (std::size_t i = 0; i < lights && !setup.stopped(); ++i) {
@@ -209,11 +210,11 @@ double mean_seen(const PathSetup& setup, const Importance& importance) {
   for (int i = 0; i < kRays && !setup.stopped(); ++i) {
     Rng rng(kKey, 0, std::uint64_t(i));
     const auto [x, y] = rng.uniform2();
-    const Ray ray =
-        setup.projection.ray(double(x) * setup.options.width, double(y) * setup.options.height);
+    const Ray ray = setup.view.projection.ray(double(x) * setup.options.width,
+                                              double(y) * setup.options.height);
     const Vec3f d(ray.d);
     if (setup.moving) traversal.work.set_time(sample_time(setup, 0, 0, std::uint32_t(i)));
-    if (!traversal.start(ray) || traversal.fly(d, rng).matter == nullptr) continue;
+    if (!traversal.start(ray) || traversal.fly(d, rng).component == nullptr) continue;
     sum += double(importance.row(traversal.place()).of(importance.half_sine(d)));
     ++hits;
   }
@@ -250,7 +251,7 @@ Rgb constant_part(const Environment& environment, const SkyLight& light) {
 /// samples in lanes, for 40 of many volumes, which share them.
 int count_photons(const PathSetup& setup) {
   const bool many = !is_one(setup);
-  if (setup.lanes == KernelKind::scalar && !many) return kLeastPhotons;
+  if (setup.kernel == KernelKind::scalar && !many) return kLeastPhotons;
   const RenderOptions& o = setup.options;
   const double samples = double(o.width) * o.height * expected_samples(o);
   return int(std::clamp(samples / (many ? 40 : 80), double(kLeastPhotons),
@@ -265,14 +266,14 @@ std::optional<Importance> make_importance(const PathSetup& setup) {
   const int photons = count_photons(setup);
   const IncidentLight light = trace_photons(setup, cells, photons);
   if (!(light.power > 0) || setup.stopped()) return std::nullopt;
-  const std::vector<Share> matter = mixture(setup, cells);
-  const auto power = scattered_power(light, scattering_kernel(matter));
+  const std::vector<Share> components = mixture(setup, cells);
+  const auto power = scattered_power(light, scattering_kernel(components));
   std::vector<Nodes> radiance = blurred_radiance(cells, power);
   if (!is_one(setup)) draw_to_mean(light, cells, photons, radiance);
   PagedVector<Importance::Row> rows = make_rows(cells, radiance);
-  const HenyeyGreenstein lobe = mean_lobe(matter);
-  std::vector<float> worths = shadow_worths(setup, cells, light);
-  const Importance unscaled(cells, light.axis, lobe, rows, worths);
+  const HenyeyGreenstein lobe = mean_lobe(components);
+  std::vector<float> importances = shadow_importances(setup, cells, light);
+  const Importance unscaled(cells, light.axis, lobe, rows, importances);
   const double seen = setup.instances->moves() ? mean_seen<MovingVolumes>(setup, unscaled)
                       : is_one(setup)          ? mean_seen<OneVolume>(setup, unscaled)
                                                : mean_seen<ManyVolumes>(setup, unscaled);
@@ -280,13 +281,13 @@ std::optional<Importance> make_importance(const PathSetup& setup) {
   for (Importance::Row& row : rows) {
     for (float& v : row.at) v = float(double(v) / (kUnit * seen));
   }
-  return Importance(std::move(cells), light.axis, lobe, std::move(rows), std::move(worths));
+  return Importance(std::move(cells), light.axis, lobe, std::move(rows), std::move(importances));
 }
 
 void guide_paths(const RenderPlan& plan, PathSetup& setup) {
   // What is constant is of no order of scattering, nor is it everywhere where surfaces are.
   const bool none = plan.scene.options.aovs.has(Aov::scattering) || plan.surfaces != nullptr;
-  PathSetup guided(plan, none ? Rgb(0.0f) : constant_part(plan.scene.environment, setup.sky),
+  PathSetup guided(plan, none ? Rgb(0.0f) : constant_part(plan.scene.environment, setup.light.sky),
                    setup.dense);
   guided.stop = setup.stop;
   std::optional<Importance> importance = make_importance(guided);

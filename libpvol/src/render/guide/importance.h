@@ -1,5 +1,5 @@
 // How much light a path may expect at a place and in a direction, coarsely: it decides where paths
-// are ended, split and turned, never what they are worth.
+// are ended, split and turned, never their expectation.
 #pragma once
 
 #include <algorithm>
@@ -16,8 +16,8 @@ namespace pvol::detail {
 inline constexpr int kDirectionNodes = 16;
 
 /// The in-scattered radiance per unit of extinction, averaged over coarse cells and around the
-/// strongest light's axis, in units of what a path of throughput 1 should be worth (THEORY.md,
-/// T5.5). Never 0.
+/// strongest light's axis, in units of the contribution that a path of throughput 1 should have
+/// (THEORY.md, T5.5). Never 0.
 class Importance {
  public:
   struct alignas(64) Row {  // in a cache line
@@ -34,10 +34,10 @@ class Importance {
   };
 
   Importance(CoarseCells cells, Vec3f axis, HenyeyGreenstein lobe, PagedVector<Row> rows,
-             std::vector<float> shadow_worth)
+             std::vector<float> shadow_importance)
       : cells_(std::move(cells)),
         rows_(std::move(rows)),
-        shadow_worth_(std::move(shadow_worth)),
+        shadow_importance_(std::move(shadow_importance)),
         axis_(axis),
         lobe_(lobe) {}
 
@@ -46,11 +46,11 @@ class Importance {
   [[nodiscard]] const Row& row(const Place& place) const {
     return rows_[cells_.row(place)];
   }
-  /// What a shadow ray from there is worth, by light and then for the sky, in units of about the
+  /// Importance of a shadow ray from there, by light and then for the sky, in units of about the
   /// plain tracer's shadow unit: the more of them arrive, the more.
-  [[nodiscard]] const float* shadow_worth(const Row& row) const {
-    const auto lights = shadow_worth_.size() / rows_.size();
-    return shadow_worth_.data() + std::size_t(&row - rows_.data()) * lights;
+  [[nodiscard]] const float* shadow_importance(const Row& row) const {
+    const auto lights = shadow_importance_.size() / rows_.size();
+    return shadow_importance_.data() + std::size_t(&row - rows_.data()) * lights;
   }
   [[nodiscard]] float half_sine(Vec3f direction) const {
     return detail::half_sine(direction, axis_);
@@ -59,7 +59,7 @@ class Importance {
   // The tables themselves, for kernels that read them in lanes.
   [[nodiscard]] const CoarseCells& cells() const { return cells_; }
   [[nodiscard]] const PagedVector<Row>& rows() const { return rows_; }
-  [[nodiscard]] const float* shadow_worths() const { return shadow_worth_.data(); }
+  [[nodiscard]] const float* shadow_importances() const { return shadow_importance_.data(); }
 
   /// About the axis: where paths that are turned should go.
   [[nodiscard]] const HenyeyGreenstein& lobe() const { return lobe_; }
@@ -67,7 +67,7 @@ class Importance {
  private:
   CoarseCells cells_;
   PagedVector<Row> rows_;
-  std::vector<float> shadow_worth_;  // by row and light
+  std::vector<float> shadow_importance_;  // by row and light
   Vec3f axis_;
   HenyeyGreenstein lobe_;
 };

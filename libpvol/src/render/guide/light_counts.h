@@ -48,7 +48,7 @@ class LightCounts {
 
  private:
   static constexpr int kSteps = 1 << 16;                   // per photon of mean power
-  static constexpr std::uint64_t kMostSteps = 1ull << 32;  // no photon is worth more
+  static constexpr std::uint64_t kMostSteps = 1ull << 32;  // no photon counts more
 
   static void add(std::uint64_t& count, float power) {
     const double steps = std::min(double(power) * kSteps, double(kMostSteps));

@@ -8,9 +8,9 @@
 
 namespace pvol::detail {
 
-/// A kind of matter with its share of the extinction of all volumes at all places.
+/// A kind of medium with its share of the extinction of all volumes at all places.
 struct Share {
-  const MediumComponent* matter;
+  const MediumComponent* component;
   float share;
 };
 
@@ -22,7 +22,7 @@ struct Share {
   for (std::size_t i = 0; i < setup.volumes.size(); ++i) {
     const auto of_volume = float(sum > 0 ? cells.mass_of_volumes[i] / sum : 0);
     float before = 0;
-    for (const MediumComponent& m : setup.volumes[i].matter) {
+    for (const MediumComponent& m : setup.volumes[i].components) {
       all.push_back({&m, (m.share_up_to - before) * of_volume});
       before = m.share_up_to;
     }

@@ -8,7 +8,7 @@ namespace pvol::detail {
 
 /// Traces photons 0 to `photons` - 1 of the sources with the setup's kernel, which is one of lanes,
 /// and adds them to the counts, which come out the same for any number of threads.
-void trace_photons_in_lanes(const PathSetup& setup, const CoarseCells& cells,
+void trace_photons_by_wavefront(const PathSetup& setup, const CoarseCells& cells,
                             const PhotonSources& sources, int photons, LightCounts& counts);
 
 }  // namespace pvol::detail

@@ -96,11 +96,11 @@ Target make_target(const PathSetup& s) {
   return {box, Affine{}};
 }
 
-/// What matter emits at collisions, on average over all of it.
+/// What media emit at collisions, on average over all of it.
 Rgb mean_emitted(const PathSetup& s, const CoarseCells& cells) {
   Rgb sum(0.0f);
   for (const Share& of : mixture(s, cells)) {
-    const Rgb e = of.matter->emitted;
+    const Rgb e = of.component->emitted;
     sum += Rgb(std::abs(e.x), std::abs(e.y), std::abs(e.z)) * of.share;
   }
   return sum;
@@ -111,13 +111,13 @@ Rgb mean_emitted(const PathSetup& s, const CoarseCells& cells) {
 PhotonSources::PhotonSources(const PathSetup& setup, const CoarseCells& cells)
     : s_(setup), cells_(cells), target_(make_target(setup)), emitted_(mean_emitted(setup, cells)) {
   double strongest = 0;
-  for (const LightSource& source : s_.lights) {
+  for (const LightSource& source : s_.light.sources) {
     const Beam b = std::visit([&](const auto& light) { return beam(light, target_); }, source);
     add(b.power);
     if (b.has_axis) propose_axis(b.power, b.axis, strongest);
   }
   add_sky(strongest);
-  add(matter_power());
+  add(component_power());
   if (s_.emission && s_.emission->lit) add_fires(strongest);
 }
 
@@ -126,10 +126,10 @@ Photon PhotonSources::sample(Rng& rng) const {
   std::size_t i = 0;
   while (i + 1 < up_to_.size() && u >= up_to_[i]) ++i;
   const double own = up_to_[i] - (i > 0 ? up_to_[i - 1] : 0);
-  Photon p = i < s_.lights.size()        ? from_light(s_.lights[i], rng)
-             : i == s_.lights.size()     ? from_sky(rng)
-             : i == s_.lights.size() + 1 ? from_matter(rng)
-                                         : from_fires(rng);
+  Photon p = i < s_.light.sources.size()        ? from_light(s_.light.sources[i], rng)
+             : i == s_.light.sources.size()     ? from_sky(rng)
+             : i == s_.light.sources.size() + 1 ? from_media(rng)
+                                                : from_fires(rng);
   p.power *= float(power() / own);
   p.source = i;
   return p;
@@ -138,11 +138,11 @@ Photon PhotonSources::sample(Rng& rng) const {
 /// The sky by its own sampling and uniformly, half and half.
 LightSample PhotonSources::sample_sky(Rng& rng) const {
   LightSample l;
-  const bool own = s_.sky.sampled() && rng.uniform() < 0.5f;
-  l.direction = own ? s_.sky.sample(rng).direction : uniform_direction(rng);
+  const bool own = s_.light.sky.sampled() && rng.uniform() < 0.5f;
+  l.direction = own ? s_.light.sky.sample(rng).direction : uniform_direction(rng);
   constexpr float kUniform = 1 / (4 * kPi);
-  l.pdf = s_.sky.sampled() ? 0.5f * (kUniform + s_.sky.pdf(l.direction)) : kUniform;
-  const Rgb more = s_.sky.radiance(l.direction) - s_.constant;
+  l.pdf = s_.light.sky.sampled() ? 0.5f * (kUniform + s_.light.sky.pdf(l.direction)) : kUniform;
+  const Rgb more = s_.light.sky.radiance(l.direction) - s_.constant;
   l.radiance = Rgb(std::abs(more.x), std::abs(more.y), std::abs(more.z));
   return l;
 }
@@ -163,7 +163,7 @@ void PhotonSources::add_sky(double& strongest) {
   if (length(mean) > 0) propose_axis(power, Vec3f(normalize(mean)), strongest);
 }
 
-double PhotonSources::matter_power() {
+double PhotonSources::component_power() {
   double sum = 0;
   for (const double m : cells_.mass) mass_up_to_.push_back(sum += m);
   return 4 * double(kPi) * sum * double(luminance(emitted_));
@@ -179,7 +179,7 @@ Photon PhotonSources::from_sky(Rng& rng) const {
   return {target_.ray(d, rng), l.radiance * float(target_.shadow(d) / (double(l.pdf) * power()))};
 }
 
-Photon PhotonSources::from_matter(Rng& rng) const {
+Photon PhotonSources::from_media(Rng& rng) const {
   const double u = to_uniform_double(rng.block().lo) * mass_up_to_.back();
   const auto above = std::upper_bound(mass_up_to_.begin(), mass_up_to_.end() - 1, u);
   const auto row = std::uint32_t(above - mass_up_to_.begin());

@@ -1,4 +1,4 @@
-// Where photons come from: the lights of a scene, its sky and its matter.
+// Where photons come from: the lights of a scene, its sky and its media.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@ namespace pvol::detail {
 struct Photon {
   Ray ray;
   Rgb power{0.0f};
-  std::size_t source = 0;  ///< number of its light; larger ones are the sky and matter
+  std::size_t source = 0;  ///< number of its light; larger ones are the sky and media
 };
 
 /// The lights of the scene less its constant, to draw photons from in proportion to their power.
@@ -37,19 +37,19 @@ class PhotonSources {
     if (power > strongest) strongest = power, axis_ = axis;
   }
   [[nodiscard]] LightSample sample_sky(Rng& rng) const;
-  [[nodiscard]] double matter_power();
+  [[nodiscard]] double component_power();
   void add_fires(double& strongest);
   [[nodiscard]] Photon from_light(const LightSource& source, Rng& rng) const;
   [[nodiscard]] Photon from_sky(Rng& rng) const;
-  [[nodiscard]] Photon from_matter(Rng& rng) const;
+  [[nodiscard]] Photon from_media(Rng& rng) const;
   [[nodiscard]] Photon from_fires(Rng& rng) const;
 
   const PathSetup& s_;
   const CoarseCells& cells_;
   Target target_;
   Vec3f axis_{0, 1, 0};
-  Rgb emitted_;                     // by matter at collisions, on average
-  std::vector<double> up_to_;       // powers: lights, the sky, matter, fires
+  Rgb emitted_;                     // by media at collisions, on average
+  std::vector<double> up_to_;       // powers: lights, the sky, media, fires
   std::vector<double> mass_up_to_;  // by row of the cells
 };
 

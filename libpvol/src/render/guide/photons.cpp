@@ -29,17 +29,17 @@ void trace(const PhotonSources& sources, const PathSetup& setup, const CoarseCel
   Vec3f d(p.ray.d);
   for (int flight = 0; flight < kMostPhotonFlights && !*setup.stop; ++flight) {
     const Hit hit = traversal.fly(d, rng);
-    if (hit.matter == nullptr) return;
+    if (hit.component == nullptr) return;
     const std::uint32_t row = cells.row(traversal.place());
     counts.add(row, -d, luminance(power));
     if (flight == 0) counts.add_direct(row, p.source, luminance(power));
-    power *= local(setup, traversal, *hit.matter).albedo;
+    power *= local(setup, traversal, *hit.component).albedo;
     const float most = largest(power);
     if (most < kPhotonRoulette) {
       if (!(rng.uniform() * kPhotonRoulette < most)) return;
       power *= kPhotonRoulette / most;
     }
-    d = sample_phase(hit.matter->phase, d, rng);
+    d = sample_phase(hit.component->phase, d, rng);
   }
 }
 
@@ -54,9 +54,9 @@ IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells, in
     light.power = 0;
     return light;
   }
-  LightCounts counts(light, cells.count(), setup.lights.size(), photons);
-  if (setup.lanes != KernelKind::scalar) {
-    trace_photons_in_lanes(setup, cells, sources, photons, counts);
+  LightCounts counts(light, cells.count(), setup.light.sources.size(), photons);
+  if (setup.kernel != KernelKind::scalar) {
+    trace_photons_by_wavefront(setup, cells, sources, photons, counts);
   } else {
     const auto trace_one = setup.instances->moves() ? &trace<MovingVolumes>
                            : setup.is_one_still()   ? &trace<OneVolume>

@@ -1,4 +1,4 @@
-// Where the light of a scene goes: photons from its lights, its sky and its matter, counted by
+// Where the light of a scene goes: photons from its lights, its sky and its media, counted by
 // coarse cell and direction.
 #pragma once
 

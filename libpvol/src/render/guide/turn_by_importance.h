@@ -49,11 +49,11 @@ template <class Kind, class Phase>
   return d[chosen];
 }
 
-/// Whether a path goes on that is worth so much, by roulette where that is little.
-[[nodiscard]] inline bool survives_by_worth(float worth, Rgb& throughput, Rng& rng) {
-  if (worth >= kEndBelow) return true;
-  if (!(rng.uniform() < worth)) return false;
-  throughput *= 1 / worth;
+/// Whether a path of this estimated contribution goes on, by roulette where that is little.
+[[nodiscard]] inline bool survives_by_contribution(float contribution, Rgb& throughput, Rng& rng) {
+  if (contribution >= kEndBelow) return true;
+  if (!(rng.uniform() < contribution)) return false;
+  throughput *= 1 / contribution;
   return true;
 }
 

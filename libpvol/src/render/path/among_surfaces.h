@@ -11,6 +11,8 @@ namespace pvol::detail {
 template <class Places>
 class AmongSurfaces {
  public:
+  static constexpr bool kByChannel = false, kHasSurfaces = true;
+
   explicit AmongSurfaces(const PathSetup& setup)
       : work(volumes_.work), volumes_(setup), surfaces_(*setup.surfaces) {}
   AmongSurfaces(const AmongSurfaces&) = delete;  // `work` is that of its volumes
@@ -37,9 +39,9 @@ class AmongSurfaces {
   [[nodiscard]] Hit fly(Vec3f direction, Rng& rng) {
     if (any_volume_) {
       const Hit hit = volumes_.fly(direction, rng, ahead_.distance);
-      if (hit.matter != nullptr) return hit;
+      if (hit.component != nullptr) return hit;
     }
-    if (ahead_.finish != nullptr) volumes_.move_to(ahead_.place);
+    if (ahead_.material != nullptr) volumes_.move_to(ahead_.place);
     return {};
   }
 
@@ -48,12 +50,12 @@ class AmongSurfaces {
 
   // As of the volumes alone, with surfaces in the way.
 
-  [[nodiscard]] Reach reach(Vec3f direction, Rng& rng) {
+  [[nodiscard]] FreeFlight free_flight(Vec3f direction, Rng& rng) {
     const SurfaceHit end = surfaces_.first_hit({position(), Vec3d(direction)}, kEndless);
-    return volumes_.reach(direction, rng, end.distance);
+    return volumes_.free_flight(direction, rng, end.distance);
   }
-  [[nodiscard]] float pass(Vec3f direction, double distance, Rng& rng) {
-    return volumes_.pass(direction, distance, rng);
+  [[nodiscard]] float transmittance(Vec3f direction, double distance, Rng& rng) {
+    return volumes_.transmittance(direction, distance, rng);
   }
   /// Whether a surface is in the way of light from this distance, which `pass` does not ask. A lamp
   /// on a wall is not hidden by it.
@@ -64,8 +66,8 @@ class AmongSurfaces {
   [[nodiscard]] Vec3d position() const { return volumes_.position(); }
   [[nodiscard]] const WorldPlace& place() const { return volumes_.place(); }
   void return_to(const WorldPlace& place) { volumes_.return_to(place); }
-  [[nodiscard]] LocalMedium local(const MediumComponent& matter) const {
-    return volumes_.local(matter);
+  [[nodiscard]] LocalMedium local(const MediumComponent& component) const {
+    return volumes_.local(component);
   }
 
   Work& work;

@@ -32,12 +32,13 @@ struct CameraSample {
       : rng(s.options.seed, std::uint64_t(y) * std::uint64_t(s.options.width) + std::uint64_t(x),
             sample) {
     const auto [u, v] = sample_point(s, x, y, sample, Aside::pixel);
-    const double at_x = x + 0.5 + double(s.filter(u)), at_y = y + 0.5 + double(s.filter(v));
-    if (!s.projection.has_lens()) {
-      ray = s.projection.ray(at_x, at_y);
+    const double at_x = x + 0.5 + double(s.view.filter(u)),
+                 at_y = y + 0.5 + double(s.view.filter(v));
+    if (!s.view.projection.has_lens()) {
+      ray = s.view.projection.ray(at_x, at_y);
     } else {
       const auto [lens_u, lens_v] = sample_point(s, x, y, sample, Aside::lens);
-      ray = s.projection.ray(at_x, at_y, lens_u, lens_v);
+      ray = s.view.projection.ray(at_x, at_y, lens_u, lens_v);
     }
   }
 };
@@ -50,7 +51,7 @@ struct CameraSample {
   const std::uint32_t reversed = reverse_bits(sample);
   const auto shift =
       std::uint32_t(Rng(s.options.seed ^ std::uint64_t(Aside::time), pixel, 0).block().lo);
-  return float(s.camera.shutter.at(double(reversed + shift) * 0x1p-32));
+  return float(s.view.camera.shutter.at(double(reversed + shift) * 0x1p-32));
 }
 
 /// visit(ray, i) for count^2 rays, evenly over a part of the image.

@@ -8,12 +8,12 @@ namespace pvol::detail {
 
 /// Where a flight for all channels ended.
 struct ChromaticHit {
-  const MediumComponent* matter = nullptr;  ///< what it collided with; null where it left
+  const MediumComponent* component = nullptr;  ///< what it collided with; null where it left
   Rgb weight{1.0f};
 };
 
 /// How far such a flight got.
-struct ChromaticReach {
+struct ChromaticFreeFlight {
   double distance;  ///< world units; infinite where it left
   Rgb weight;
 };
@@ -21,6 +21,8 @@ struct ChromaticReach {
 /// One volume, as OneVolume; flights go by what the path carries in each channel.
 class ChromaticVolume {
  public:
+  static constexpr bool kByChannel = true, kHasSurfaces = false;
+
   explicit ChromaticVolume(const PathSetup& setup)
       : work(setup), v_(setup.volumes.front()), share_(v_.volume.medium.extinction_color) {}
 
@@ -46,21 +48,21 @@ class ChromaticVolume {
   }
 
   /// The component that the path's last flight collided with, as it is there.
-  [[nodiscard]] LocalMedium local(const MediumComponent& matter) const {
-    return local_medium(v_, matter, pvol::position(cursor_.at), work.path.time);
+  [[nodiscard]] LocalMedium local(const MediumComponent& component) const {
+    return local_medium(v_, component, pvol::position(cursor_.at), work.path.time);
   }
 
   /// Of light of all channels alike.
-  [[nodiscard]] ChromaticReach reach(Vec3f direction, Rng& rng) {
+  [[nodiscard]] ChromaticFreeFlight free_flight(Vec3f direction, Rng& rng) {
     Walk walk = walk_to(direction, kEndless);
     const ChromaticFlight f =
         fly_chromatic(v_.volume.density, share_, Rgb(1.0f), walk, rng, work.shadow);
     return {f.collided ? f.t : kEndless, f.weight};
   }
 
-  [[nodiscard]] Rgb pass(Vec3f direction, double distance, Rng& rng) {
+  [[nodiscard]] Rgb transmittance(Vec3f direction, double distance, Rng& rng) {
     Walk walk = walk_to(direction, distance);
-    return pass_chromatic(v_.volume.density, share_, walk, rng, work.shadow);
+    return chromatic_transmittance(v_.volume.density, share_, walk, rng, work.shadow);
   }
 
   Work work;

@@ -15,7 +15,7 @@ struct FirstCollisionLayer {
   Vec3d (*value)(const PathSetup&, const PathResult&);
 };
 
-double depth_of(const PathSetup& s, Vec3d place) { return s.projection.depth(place); }
+double depth_of(const PathSetup& s, Vec3d place) { return s.view.projection.depth(place); }
 
 Vec3d depth_of(const PathSetup& s, const PathResult& r) { return Vec3d(depth_of(s, r.first)); }
 
@@ -97,7 +97,7 @@ std::vector<Layer> make_layers(const PathSetup& s, std::size_t pixels) {
     return layers.back();
   };
   if (aovs.has(Aov::lights)) {
-    for (const std::string& name : s.layer_names) add(name);
+    for (const std::string& name : s.layers.names) add(name);
   }
   if (aovs.has(Aov::scattering)) add("unscattered"), add("single"), add("multiple");
   if (aovs.has(Aov::halves)) {
@@ -151,9 +151,9 @@ void add_to_deep(const PathSetup& s, const PathResult& r, std::size_t pixel, Dee
 void add_to_layers(const PathSetup& s, const PathResult& r, std::size_t pixel, Film& film) {
   auto next = film.sums.layers.begin();
   for (std::size_t k = 0; k < r.layers.size(); ++k) {
-    add(next[std::ptrdiff_t(s.layer_of[k])].sums[pixel], Vec3d(r.layers[k]));
+    add(next[std::ptrdiff_t(s.layers.of[k])].sums[pixel], Vec3d(r.layers[k]));
   }
-  if (r.in_layers()) next += std::ptrdiff_t(s.layer_names.size());
+  if (r.in_layers()) next += std::ptrdiff_t(s.layers.names.size());
   for (const Rgb& part : r.orders) add((next++)->sums[pixel], Vec3d(part));
   if (s.options.aovs.has(Aov::halves)) {
     // By the sample's number in the picture, whatever part of it this film is.

@@ -18,7 +18,7 @@ void add_to_deep(const PathSetup& setup, const PathResult& r, std::size_t pixel,
 /// Adds a sample to layers that were made for its setup.
 void add_to_layers(const PathSetup& setup, const PathResult& r, std::size_t pixel, Film& film);
 
-/// Adds a sample to the film's exact sums; `settle` brings the pixel's others up to date.
+/// Adds a sample to the film's exact sums; `flush` brings the pixel's others up to date.
 inline void add_sample(const PathSetup& setup, const PathResult& r, std::size_t pixel, Film& film) {
   if (!film.layers.empty()) add_to_layers(setup, r, pixel, film);
   if (!film.deep.pixels.empty() && r.first_weight != 0) add_to_deep(setup, r, pixel, film.deep);

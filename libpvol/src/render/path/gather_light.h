@@ -31,43 +31,47 @@ inline void add_constant(const PathSetup& s, PathResult& r) {
 }
 
 /// What a collision of a path of this throughput emits, less what it absorbs of the constant, which
-/// is the sky's. Of matter that is the same all over, or as it is there.
+/// is the sky's. Of a component that is the same all over, or as it is there.
 template <class AnyComponent>
-inline void add_emitted(const PathSetup& s, const AnyComponent& matter, Rgb throughput,
+inline void add_emitted(const PathSetup& s, const AnyComponent& component, Rgb throughput,
                         PathResult& r) {
-  r.radiance += throughput * matter.emitted;
+  r.radiance += throughput * component.emitted;
   if (!r.in_layers()) return;
-  const Rgb absorbed = (Rgb(1.0f) - matter.albedo) * s.constant;
-  r.emission() += throughput * (matter.emitted + absorbed);
+  const Rgb absorbed = (Rgb(1.0f) - component.albedo) * s.constant;
+  r.emission() += throughput * (component.emitted + absorbed);
   r.sky() -= throughput * absorbed;
 }
 
-/// What is emitted along a flight from a place of the world that ended at the traversal's, or left;
-/// of a path that was scattered with the density pdf(), weighted against `add_fire_here`.
-template <class Traversal, class Pdf>
-[[gnu::noinline]] inline void add_along(const PathSetup& s, Vec3d from, Vec3f direction,
-                                        bool collided, const Traversal& traversal, const Pdf& pdf,
-                                        Rgb throughput, Rng& rng, PathResult& r) {
-  const double distance = collided ? length(traversal.position() - from) : kEndless;
-  Rgb sum = emission_along(*s.emission, {from, Vec3d(direction)}, distance, rng);
+/// The straight line of a flight in the world.
+struct FlightLine {
+  Vec3d from;
+  Vec3f direction;
+  double length;  ///< infinite where it left
+};
+
+/// What is emitted along a flight of a path that was scattered with the density pdf(), weighted
+/// against `add_fire_here`.
+template <class Pdf>
+[[gnu::noinline]] inline void add_along(const PathSetup& s, const FlightLine& flight,
+                                        const Pdf& pdf, Rgb throughput, Rng& rng, PathResult& r) {
+  Rgb sum = emission_along(*s.emission, {flight.from, Vec3d(flight.direction)}, flight.length, rng);
   if (!(largest(sum) > 0)) return;
   if (const float p = pdf(); p > 0 && s.emission->lit) {
-    sum *= balance(p, s.emission->lights.pdf(from, direction));
+    sum *= balance(p, s.emission->lights.pdf(flight.from, flight.direction));
   }
   r.radiance += throughput * sum;
   if (r.in_layers()) r.emission() += throughput * sum;
 }
 
-/// Light of lights that a flight from a place of the world passes within a distance; of a path that
-/// was scattered with the density pdf(), weighted against `add_light_here`.
+/// Light of lights that a flight meets; of a path that was scattered with the density pdf(),
+/// weighted against `add_light_here`.
 template <class Pdf>
-[[gnu::noinline]] inline void add_met(const PathSetup& s, Vec3d from, Vec3f direction,
-                                      double distance, const Pdf& pdf, Rgb throughput,
-                                      PathResult& r) {
-  const Ray ray{from, Vec3d(direction)};
-  for (std::size_t i = 0; i < s.lights.size(); ++i) {
-    const LightMet met =
-        std::visit([&](const auto& light) { return light.met(ray, distance); }, s.lights[i]);
+[[gnu::noinline]] inline void add_met(const PathSetup& s, const FlightLine& flight, const Pdf& pdf,
+                                      Rgb throughput, PathResult& r) {
+  const Ray ray{flight.from, Vec3d(flight.direction)};
+  for (std::size_t i = 0; i < s.light.sources.size(); ++i) {
+    const LightMet met = std::visit(
+        [&](const auto& light) { return light.met(ray, flight.length); }, s.light.sources[i]);
     if (!(largest(met.radiance) > 0)) continue;
     const float p = pdf();
     const Rgb sum = throughput * met.radiance * (p > 0 ? balance(p, met.pdf) : 1.0f);
@@ -77,22 +81,19 @@ template <class Pdf>
 }
 
 /// What a flight brings besides its end: emission along it, and lights that it passes.
-template <class Traversal, class Pdf>
-inline void add_on_the_way(const PathSetup& s, Vec3d from, Vec3f direction, bool collided,
-                           const Traversal& traversal, const Pdf& pdf, Rgb throughput, Rng& rng,
-                           PathResult& r) {
-  if (s.emission) add_along(s, from, direction, collided, traversal, pdf, throughput, rng, r);
-  if (!s.meets_lights) return;
-  const double distance = collided ? length(traversal.position() - from) : kEndless;
-  add_met(s, from, direction, distance, pdf, throughput, r);
+template <class Pdf>
+inline void add_on_the_way(const PathSetup& s, const FlightLine& flight, const Pdf& pdf,
+                           Rgb throughput, Rng& rng, PathResult& r) {
+  if (s.emission) add_along(s, flight, pdf, throughput, rng, r);
+  if (s.light.met_on_flights) add_met(s, flight, pdf, throughput, r);
 }
 
 /// Light in the direction of a camera ray that met nothing.
 inline void add_seen(const PathSetup& s, Vec3f direction, Rgb throughput, PathResult& r) {
-  Rgb sum = s.sky.radiance(direction) - s.constant;
+  Rgb sum = s.light.sky.radiance(direction) - s.constant;
   if (r.in_layers()) r.sky() += throughput * sum;
-  for (std::size_t i = 0; i < s.lights.size(); ++i) {
-    const auto* const sun = std::get_if<SunLight>(&s.lights[i]);
+  for (std::size_t i = 0; i < s.light.sources.size(); ++i) {
+    const auto* const sun = std::get_if<SunLight>(&s.light.sources[i]);
     if (sun == nullptr) continue;
     const Rgb seen = sun->seen(direction);
     sum += seen;
@@ -106,11 +107,11 @@ inline void add_seen(const PathSetup& s, Vec3f direction, Rgb throughput, PathRe
 template <class Pdf>
 inline void add_scattered(const PathSetup& s, const Pdf& pdf, Vec3f direction, Rgb throughput,
                           PathResult& r) {
-  Rgb sum = s.sky.radiance(direction) - s.constant;
-  if (s.sky.sampled()) sum *= balance(pdf(), s.sky.pdf(direction));
+  Rgb sum = s.light.sky.radiance(direction) - s.constant;
+  if (s.light.sky.sampled()) sum *= balance(pdf(), s.light.sky.pdf(direction));
   if (r.in_layers()) r.sky() += throughput * sum;
-  for (std::size_t i = 0; i < s.lights.size(); ++i) {
-    const auto* const sun = std::get_if<SunLight>(&s.lights[i]);
+  for (std::size_t i = 0; i < s.light.sources.size(); ++i) {
+    const auto* const sun = std::get_if<SunLight>(&s.light.sources[i]);
     if (sun == nullptr) continue;
     const Rgb seen = sun->seen(direction);
     if (!(largest(seen) > 0)) continue;
@@ -121,55 +122,72 @@ inline void add_scattered(const PathSetup& s, const Pdf& pdf, Vec3f direction, R
   r.radiance += throughput * sum;
 }
 
-/// `light` times an estimate of the transmittance on the way to it. The more light, and the more a
-/// ray of it is worth, the more shadow rays: none or one by roulette, or the mean over several
-/// (THEORY.md, T5.2).
+/// A path where it scatters, for what gathers light there.
 template <class Traversal>
-[[nodiscard]] inline Rgb shadowed(const PathSetup& s, Rgb light, const LightSample& towards,
-                                  float worth, Traversal& traversal, Rng& rng,
-                                  std::uint64_t& shadow_rays) {
-  const float value = absolute_luminance(light) * worth / s.shadow_unit;
-  if (!(value > 0) || (value < 1 && !(rng.uniform() < value)) || s.stopped()) return Rgb(0.0f);
-  if constexpr (requires { traversal.hides(towards.direction, towards.distance); }) {
-    if (traversal.hides(towards.direction, towards.distance)) return Rgb(0.0f);
+struct PathVertex {
+  const PathSetup& s;
+  Traversal& traversal;  ///< at the place
+  Vec3f from;            ///< direction of the flight that ended there
+  Rgb throughput;        ///< after the albedo
+  Rng& rng;
+  std::uint64_t& shadow_rays;  ///< counted
+  PathResult& r;
+};
+
+/// `light` times an estimate of the transmittance on the way to it. The more light, and the larger
+/// the importance of a ray of it, the more shadow rays: none or one by roulette, or the mean over
+/// several (THEORY.md, T5.2).
+template <class Traversal>
+[[nodiscard]] inline Rgb shadowed(const PathVertex<Traversal>& v, Rgb light,
+                                  const LightSample& towards, float importance) {
+  const float value = absolute_luminance(light) * importance / v.s.light.shadow_unit;
+  if (!(value > 0) || (value < 1 && !(v.rng.uniform() < value)) || v.s.stopped()) return Rgb(0.0f);
+  if constexpr (Traversal::kHasSurfaces) {
+    if (v.traversal.hides(towards.direction, towards.distance)) return Rgb(0.0f);
   }
   const int rays = value < 1 ? 1 : value < float(kMostShadowRays) ? int(value) : kMostShadowRays;
-  shadow_rays += std::uint64_t(rays);
-  decltype(traversal.pass(towards.direction, towards.distance, rng)) sum{0};  // or by channel
-  for (int i = 0; i < rays; ++i) sum += traversal.pass(towards.direction, towards.distance, rng);
+  v.shadow_rays += std::uint64_t(rays);
+  const auto estimate = [&] {
+    return v.traversal.transmittance(towards.direction, towards.distance, v.rng);
+  };
+  decltype(estimate()) sum{0};  // or by channel
+  for (int i = 0; i < rays; ++i) sum += estimate();
   return light * (sum / (value < 1 ? value : float(rays)));
 }
 
 /// Of more than kMostAsked lights so many are drawn at a collision.
 inline constexpr int kAsked = 4;
 
-/// About what a light brings to a place, times what its shadow rays are worth there; above 0
+/// About what a light brings to a place, times the importance of its shadow rays there; above 0
 /// wherever the light comes.
-template <class Worth>
-[[nodiscard]] inline double promise(const LightSource& source, std::size_t i, Vec3d place,
-                                    const Worth& worth) {
+template <class ShadowImportance>
+[[nodiscard]] inline double estimated_contribution(const LightSource& source, std::size_t i,
+                                                   Vec3d place,
+                                                   const ShadowImportance& importance) {
   const Rgb irradiance = std::visit(
       [&](const auto& light) {
         return light.irradiance_on({place, place});
       },
       source);
   constexpr double kMost = 1e30;  // at a light
-  return std::min(double(luminance(irradiance)) * double(worth(i)), kMost);
+  return std::min(double(luminance(irradiance)) * double(importance(i)), kMost);
 }
 
-/// ask(i, 1 / expected number of times that it is asked) for lights drawn by what they promise, one
-/// from each of kAsked equal parts of the sum (THEORY.md, T5.19).
-template <class Worth, class Ask>
-[[gnu::noinline]] inline void ask_some(const PathSetup& s, Vec3d place, const Worth& worth,
-                                       Rng& rng, const Ask& ask) {
+/// ask(i, 1 / expected number of times that it is asked) for lights drawn by their estimated
+/// contribution, one from each of kAsked equal parts of the sum (THEORY.md, T5.19).
+template <class ShadowImportance, class Ask>
+[[gnu::noinline]] inline void ask_some(const PathSetup& s, Vec3d place,
+                                       const ShadowImportance& importance, Rng& rng,
+                                       const Ask& ask) {
   double sum = 0;
-  for (std::size_t i = 0; i < s.lights.size(); ++i) sum += promise(s.lights[i], i, place, worth);
+  for (std::size_t i = 0; i < s.light.sources.size(); ++i)
+    sum += estimated_contribution(s.light.sources[i], i, place, importance);
   if (!(sum > 0)) return;
   const double part = sum / kAsked;
   double next = double(rng.uniform()) * part, below = 0;
   int asked = 0;
-  for (std::size_t i = 0; i < s.lights.size() && asked < kAsked; ++i) {
-    const double own = promise(s.lights[i], i, place, worth);
+  for (std::size_t i = 0; i < s.light.sources.size() && asked < kAsked; ++i) {
+    const double own = estimated_contribution(s.light.sources[i], i, place, importance);
     for (below += own; asked < kAsked && next < below; ++asked) {
       ask(i, float(part / own));
       next = (asked + 1 + double(rng.uniform())) * part;
@@ -177,65 +195,61 @@ template <class Worth, class Ask>
   }
 }
 
-/// Next-event estimation: light of every source and of a sampled sky that scatters at the
-/// traversal's place into a path of this throughput and flight direction, of a kind of paths.
-/// `worth(i)` is what a shadow ray to light i is worth there, above 0; the sky comes after the
-/// lights.
-template <class Kind, class Phase, class Traversal, class Worth>
-inline void add_light_here(const PathSetup& s, const Phase& phase, Vec3f from, Rgb throughput,
-                           const Worth& worth, Traversal& traversal, Rng& rng,
-                           std::uint64_t& shadow_rays, PathResult& r) {
+/// Next-event estimation: light of every source and of a sampled sky that scatters into a path of a
+/// kind of paths. `importance(i)` is that of a shadow ray to light i from there, above 0; the sky
+/// comes after the lights.
+template <class Kind, class Phase, class Traversal, class ShadowImportance>
+inline void add_light_here(const PathVertex<Traversal>& v, const Phase& phase,
+                           const ShadowImportance& importance) {
+  const PathSetup& s = v.s;
+  PathResult& r = v.r;
   Rgb sum(0.0f);
-  const auto place = [&] { return traversal.position(); };
+  const auto place = [&] { return v.traversal.position(); };
   const auto ask = [&](std::size_t i, float factor) {
-    const LightSample l = Kind::sample(s.lights[i], place, rng);
-    const float p = pdf_phase(phase, from, l.direction);
+    const LightSample l = Kind::sample(s.light.sources[i], place, v.rng);
+    const float p = pdf_phase(phase, v.from, l.direction);
     const float weighted = (l.pdf > 0 ? balance(l.pdf, p) * p / l.pdf : p) * factor;
-    const Rgb arrived =
-        shadowed(s, throughput * l.radiance * weighted, l, worth(i), traversal, rng, shadow_rays);
+    const Rgb arrived = shadowed(v, v.throughput * l.radiance * weighted, l, importance(i));
     sum += arrived;
     if (r.in_layers()) r.layers[i] += arrived;
   };
-  if (!Kind::kSimple && s.lights.size() > kMostAsked) {
-    ask_some(s, traversal.position(), worth, rng, ask);
+  if (!Kind::kSimple && s.light.sources.size() > kMostAsked) {
+    ask_some(s, v.traversal.position(), importance, v.rng, ask);
   } else {
-    for (std::size_t i = 0; i < s.lights.size(); ++i) ask(i, 1);
+    for (std::size_t i = 0; i < s.light.sources.size(); ++i) ask(i, 1);
   }
-  if (s.sky.sampled()) {
-    const LightSample l = s.sky.sample(rng);
-    const float p = pdf_phase(phase, from, l.direction);
-    const Rgb arrived = shadowed(s, throughput * (l.radiance - s.constant) * (p / (l.pdf + p)), l,
-                                 worth(s.lights.size()), traversal, rng, shadow_rays);
+  if (s.light.sky.sampled()) {
+    const LightSample l = s.light.sky.sample(v.rng);
+    const float p = pdf_phase(phase, v.from, l.direction);
+    const Rgb arrived = shadowed(v, v.throughput * (l.radiance - s.constant) * (p / (l.pdf + p)), l,
+                                 importance(s.light.sources.size()));
     sum += arrived;
     if (r.in_layers()) r.sky() += arrived;
   }
   r.radiance += sum;
 }
 
-/// Light of emitting fields that scatters at the traversal's place into a path of this throughput
-/// and flight direction: of all that lies in a direction towards one of its points, up to where a
-/// flight ends (THEORY.md, T5.12).
+/// Light of emitting fields that scatters into a path: of all that lies in a direction towards one
+/// of their points, up to where a flight ends (THEORY.md, T5.12).
 template <class Phase, class Traversal>
-[[gnu::noinline]] inline void add_fire_here(const PathSetup& s, const Phase& phase, Vec3f from,
-                                            Rgb throughput, Traversal& traversal, Rng& rng,
-                                            std::uint64_t& shadow_rays, PathResult& r) {
-  const EmissionSetup& fire = *s.emission;
-  const Vec3d place = traversal.position();
-  const EmissionLights::Towards to = fire.lights.sample(place, rng);
+[[gnu::noinline]] inline void add_fire_here(const PathVertex<Traversal>& v, const Phase& phase) {
+  const EmissionSetup& fire = *v.s.emission;
+  const Vec3d place = v.traversal.position();
+  const EmissionLights::Towards to = fire.lights.sample(place, v.rng);
   if (!(to.pdf > 0)) return;
-  const float p = pdf_phase(phase, from, to.direction);
+  const float p = pdf_phase(phase, v.from, to.direction);
   // By what the flight may bring beside the path's other light, which falls with the distance to
   // the fire as much: faint and sideways ones are drawn by roulette.
   constexpr float kEven = 4 * std::numbers::pi_v<float>, kSideways = 4;
   const float value =
-      std::min(absolute_luminance(throughput) * std::min(kSideways * kEven * p, 1.0f), 1.0f);
-  if (!(value > 0) || (value < 1 && !(rng.uniform() < value))) return;
-  ++shadow_rays;
-  const auto reach = traversal.reach(to.direction, rng);
-  const Rgb sum = emission_along(fire, {place, Vec3d(to.direction)}, reach.distance, rng) *
-                  (balance(to.pdf, p) * p / to.pdf * reach.weight / value);
-  r.radiance += throughput * sum;
-  if (r.in_layers()) r.emission() += throughput * sum;
+      std::min(absolute_luminance(v.throughput) * std::min(kSideways * kEven * p, 1.0f), 1.0f);
+  if (!(value > 0) || (value < 1 && !(v.rng.uniform() < value))) return;
+  ++v.shadow_rays;
+  const auto flight = v.traversal.free_flight(to.direction, v.rng);
+  const Rgb sum = emission_along(fire, {place, Vec3d(to.direction)}, flight.distance, v.rng) *
+                  (balance(to.pdf, p) * p / to.pdf * flight.weight / value);
+  v.r.radiance += v.throughput * sum;
+  if (v.r.in_layers()) v.r.emission() += v.throughput * sum;
 }
 
 }  // namespace pvol::detail

@@ -28,9 +28,9 @@ struct Instance {
   }
   [[nodiscard]] Float4 in_cells(Vec3f d) const {
     const auto& [x, y, z] = world_to_cells.m;
-    return lanes(Vec3f(Vec3d(x.x, y.x, z.x))) * splat(d.x) +
-           lanes(Vec3f(Vec3d(x.y, y.y, z.y))) * splat(d.y) +
-           lanes(Vec3f(Vec3d(x.z, y.z, z.z))) * splat(d.z);
+    return widen(Vec3f(Vec3d(x.x, y.x, z.x))) * splat(d.x) +
+           widen(Vec3f(Vec3d(x.y, y.y, z.y))) * splat(d.y) +
+           widen(Vec3f(Vec3d(x.z, y.z, z.z))) * splat(d.z);
   }
 };
 

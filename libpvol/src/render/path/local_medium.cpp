@@ -5,14 +5,14 @@
 
 namespace pvol::detail {
 
-LocalMedium local_medium(const VolumeSetup& volume, const MediumComponent& matter, Vec3d cells,
+LocalMedium local_medium(const VolumeSetup& volume, const MediumComponent& component, Vec3d cells,
                          float time) {
   const AlbedoField* const field = volume.volume.albedo.get();
-  if (field == nullptr) return everywhere(matter);
+  if (field == nullptr) return everywhere(component);
   const Motion* const motion = volume.volume.density.motion.get();
   if (motion != nullptr && time != 0) cells = source_of(*motion, time, cells);
-  const Rgb albedo = matter.albedo * color_in(*field, volume.cells_to_albedo.point(cells));
-  return {albedo, (Rgb(1.0f) - albedo) * matter.source};
+  const Rgb albedo = component.albedo * color_in(*field, volume.cells_to_albedo.point(cells));
+  return {albedo, (Rgb(1.0f) - albedo) * component.source};
 }
 
 }  // namespace pvol::detail

@@ -8,16 +8,16 @@ namespace pvol::detail {
 /// The component at a place in cells of its volume's density, at a time: the colour there moves
 /// with the density. Of volumes whose albedo is no field, what it is everywhere.
 [[nodiscard, gnu::noinline]] LocalMedium local_medium(const VolumeSetup& volume,
-                                                      const MediumComponent& matter, Vec3d cells,
+                                                      const MediumComponent& component, Vec3d cells,
                                                       float time);
 
 /// The component at the traversal's place, with which it collided there.
 template <class Traversal>
 [[nodiscard]] inline LocalMedium local(const PathSetup& s, const Traversal& traversal,
-                                       const MediumComponent& matter) {
+                                       const MediumComponent& component) {
   if (!s.albedo_varies) [[likely]]
-    return everywhere(matter);
-  return traversal.local(matter);
+    return everywhere(component);
+  return traversal.local(component);
 }
 
 }  // namespace pvol::detail

@@ -13,7 +13,7 @@ namespace pvol::detail {
 /// Most lights that are all asked at a collision.
 inline constexpr std::size_t kMostAsked = 64;
 
-/// All matter scatters by one Henyey-Greenstein lobe and is the same all over its volume, lights
+/// All media scatter by one Henyey-Greenstein lobe and are the same all over their volumes, lights
 /// are a few suns and points, nothing emits along flights, nothing moves.
 struct SimplePaths {
   static constexpr bool kSimple = true;
@@ -57,10 +57,10 @@ struct AnyPaths {
   const auto is_simple = [](const LightSource& l) {
     return std::holds_alternative<SunLight>(l) || std::holds_alternative<PointSource>(l);
   };
-  return s.lights.size() <= kMostAsked && std::ranges::all_of(s.lights, is_simple) &&
+  return s.light.sources.size() <= kMostAsked && std::ranges::all_of(s.light.sources, is_simple) &&
          s.emission == nullptr && !s.moving && !s.albedo_varies &&
          std::ranges::all_of(s.volumes, [](const VolumeSetup& v) {
-           return std::ranges::all_of(v.matter, [](const MediumComponent& m) {
+           return std::ranges::all_of(v.components, [](const MediumComponent& m) {
              return std::holds_alternative<HenyeyGreenstein>(m.phase);
            });
          });

@@ -25,7 +25,7 @@ struct PathResult {
   const Material* first_material = nullptr;
 
   explicit PathResult(const PathSetup& s)
-      : layers(s.options.aovs.has(Aov::lights) ? s.lights.size() + 2 : 0),
+      : layers(s.options.aovs.has(Aov::lights) ? s.light.sources.size() + 2 : 0),
         orders(s.options.aovs.has(Aov::scattering) ? kOrders : 0) {}
   void reset() {
     radiance = Rgb(0.0f), alpha = 0, first_weight = 0, first_material = nullptr;

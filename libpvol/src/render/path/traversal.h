@@ -7,12 +7,12 @@ namespace pvol::detail {
 
 /// Where a flight of a path ended.
 struct Hit {
-  const MediumComponent* matter = nullptr;  ///< what it collided with; null where it left
-  float weight = 1;                ///< of the flight
+  const MediumComponent* component = nullptr;  ///< what it collided with; null where it left
+  float weight = 1;                            ///< of the flight
 };
 
 /// How far a flight got.
-struct Reach {
+struct FreeFlight {
   double distance;  ///< world units; infinite where it left
   float weight;
 };
@@ -20,7 +20,7 @@ inline constexpr double kEndless = std::numeric_limits<double>::infinity();
 
 /// Counts of a traversal; its tallies stay 0 where flights do not count.
 struct Work {
-  Watch path, shadow;
+  FlightMonitor path, shadow;
   std::uint64_t shell_tests = 0, shell_rejections = 0;
 
   explicit Work(const PathSetup& setup) : path{{}, setup.stop}, shadow{{}, setup.stop} {}
@@ -44,6 +44,9 @@ struct Work {
 /// has left the convex box cannot come back.
 class OneVolume {
  public:
+  /// Whether flights need the throughput and weigh each channel, and whether surfaces block light.
+  static constexpr bool kByChannel = false, kHasSurfaces = false;
+
   explicit OneVolume(const PathSetup& setup) : work(setup), s_(setup), v_(setup.volumes.front()) {}
 
   /// Whether the camera's ray may meet the volume.
@@ -64,7 +67,7 @@ class OneVolume {
   }
 
   /// A free flight from the path's place, which stays there: how far it gets, and its weight.
-  [[nodiscard, gnu::noinline]] Reach reach(Vec3f direction, Rng& rng) {
+  [[nodiscard, gnu::noinline]] FreeFlight free_flight(Vec3f direction, Rng& rng) {
     Walk walk(v_.volume.density.octree, cursor_, v_.in_cells(direction));
     const Flight f = s_.flights.fly(s_.options.tracker, v_.volume.density, walk, rng, work.shadow);
     return {f.collided ? f.t : kEndless, f.weight};
@@ -80,15 +83,15 @@ class OneVolume {
   }
 
   /// The component that the path's last flight collided with, as it is there.
-  [[nodiscard]] LocalMedium local(const MediumComponent& matter) const {
-    return local_medium(v_, matter, pvol::position(cursor_.at), work.path.time);
+  [[nodiscard]] LocalMedium local(const MediumComponent& component) const {
+    return local_medium(v_, component, pvol::position(cursor_.at), work.path.time);
   }
 
   /// Transmittance from the path's place over a distance, or to the outside.
-  [[nodiscard, gnu::noinline]] float pass(Vec3f direction, double distance, Rng& rng) {
+  [[nodiscard, gnu::noinline]] float transmittance(Vec3f direction, double distance, Rng& rng) {
     Walk walk(v_.volume.density.octree, cursor_, v_.in_cells(direction), distance);
-    return s_.flights.pass(s_.options.transmittance, s_.options.tracker, v_.volume.density, walk,
-                           rng, work.shadow);
+    return s_.flights.transmittance(s_.options.transmittance, s_.options.tracker, v_.volume.density,
+                                    walk, rng, work.shadow);
   }
 
   Work work;
@@ -143,6 +146,8 @@ class MovingPlacesAt {
 template <class Places>
 class VolumesAt {
  public:
+  static constexpr bool kByChannel = false, kHasSurfaces = false;
+
   explicit VolumesAt(const PathSetup& setup)
       : work(setup), s_(setup), in_(*setup.instances), places_(in_) {}
 
@@ -174,7 +179,8 @@ class VolumesAt {
     return {&s_.volumes[hit->volume].choose_component(rng), 1};
   }
 
-  [[nodiscard, gnu::noinline]] Reach reach(Vec3f direction, Rng& rng, double limit = kEndless) {
+  [[nodiscard, gnu::noinline]] FreeFlight free_flight(Vec3f direction, Rng& rng,
+                                                      double limit = kEndless) {
     return {find_nearest(direction, limit, rng, work.shadow).distance, 1};
   }
 
@@ -186,18 +192,18 @@ class VolumesAt {
   void return_to(const WorldPlace& place) { place_ = place; }
 
   /// The component that the path's last flight collided with, as it is there.
-  [[nodiscard]] LocalMedium local(const MediumComponent& matter) const {
+  [[nodiscard]] LocalMedium local(const MediumComponent& component) const {
     const auto number = std::uint32_t(place_.within - in_.all.data());
     const Instance in = in_.at_time(number, double(work.path.time));
-    return local_medium(s_.volumes[in.volume], matter, in.world_to_cells.point(place_.position),
+    return local_medium(s_.volumes[in.volume], component, in.world_to_cells.point(place_.position),
                         work.path.time);
   }
 
-  [[nodiscard, gnu::noinline]] float pass(Vec3f direction, double distance, Rng& rng) {
+  [[nodiscard, gnu::noinline]] float transmittance(Vec3f direction, double distance, Rng& rng) {
     float product = 1;
     visit_walks(direction, distance, [&](const Instance& at, double, double limit, Walk& walk) {
-      product *= s_.flights.pass(s_.options.transmittance, s_.options.tracker, field(at), walk, rng,
-                                 work.shadow);
+      product *= s_.flights.transmittance(s_.options.transmittance, s_.options.tracker, field(at),
+                                          walk, rng, work.shadow);
       return product == 0 ? 0 : limit;
     });
     return product;
@@ -240,10 +246,11 @@ class VolumesAt {
 
   /// The shortest of the flights through all, and whose it is; the limit and none where that is
   /// shorter.
-  [[nodiscard]] Nearest find_nearest(Vec3f direction, double end, Rng& rng, Watch& watch) {
+  [[nodiscard]] Nearest find_nearest(Vec3f direction, double end, Rng& rng,
+                                     FlightMonitor& monitor) {
     Nearest nearest{end, nullptr};
     visit_walks(direction, end, [&](const Instance& at, double t0, double limit, Walk& walk) {
-      const Flight f = s_.flights.fly(s_.options.tracker, field(at), walk, rng, watch);
+      const Flight f = s_.flights.fly(s_.options.tracker, field(at), walk, rng, monitor);
       if (!f.collided || !(t0 + f.t < limit)) return limit;
       nearest = {t0 + f.t, &at};
       return t0 + f.t;

@@ -39,7 +39,7 @@ constexpr std::uint32_t kMostBounces = 256;    // of a path
 [[nodiscard]] std::optional<double> sample_depth(const PathSetup& setup, const Ray& ray, Rng& rng) {
   std::optional<double> sum;
   const Instances& in = *setup.instances;
-  const double frames = in.moves() ? setup.camera.shutter.at(double(rng.uniform())) : 0;
+  const double frames = in.moves() ? setup.view.camera.shutter.at(double(rng.uniform())) : 0;
   const double end = setup.surfaces ? setup.surfaces->first_hit(ray, kEndless).distance : kEndless;
   in.tree.visit(ray, end, [&](std::uint32_t i, double limit) {
     const Instance at = in.at_time(i, frames);
@@ -67,7 +67,7 @@ constexpr std::uint32_t kMostBounces = 256;    // of a path
   p.emission = plan.emission;
   p.surfaces = plan.surfaces;
   p.kernel.count = true;
-  p.kernel.lanes = KernelKind::scalar;
+  p.kernel.kind = KernelKind::scalar;
   p.kernel.paths = plain(plan.kernel.paths);
   p.scene.camera = plan.scene.camera;
   p.lighting = plan.lighting;
@@ -124,7 +124,7 @@ CameraProbe probe_camera(const RenderPlan& plan) {
   }
   CameraProbe probe;
   double sum = 0;
-  visit_coarse_rays(setup.projection, image_part(o), kRaysAlong, [&](const Ray& ray, int i) {
+  visit_coarse_rays(setup.view.projection, image_part(o), kRaysAlong, [&](const Ray& ray, int i) {
     ++probe.rays;
     Rng rng(kKey, 0, std::uint64_t(i));
     const auto depth = sample_depth(setup, ray, rng);

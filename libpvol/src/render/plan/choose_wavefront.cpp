@@ -1,14 +1,14 @@
 #include "render/plan/choose_wavefront.h"
 
-#include "render/engine/wavefront/lane_scene.h"
+#include "render/engine/wavefront/wavefront_scene.h"
 
 namespace pvol::detail {
 
-LaneChoice choose_lanes(std::span<const Volume> volumes, const Scene& scene) {
+KernelChoice choose_wavefront(std::span<const Volume> volumes, const Scene& scene) {
   const KernelKind wanted = scene.options.kernel;
   const char* const obstacle =
-      wanted == KernelKind::scalar ? nullptr : lane_obstacle(volumes, scene);
-  return choose_lanes(wanted, obstacle, {.rays = "paths", .subject = "scene"});
+      wanted == KernelKind::scalar ? nullptr : wavefront_obstacle(volumes, scene);
+  return choose_kernel(wanted, obstacle, {.rays = "paths", .subject = "scene"});
 }
 
 }  // namespace pvol::detail

@@ -11,6 +11,6 @@ namespace pvol::detail {
 
 /// The most lanes that the machine and the scene allow, or what the options say. Throws Error where
 /// they name a kernel that cannot render it. `volumes` were checked.
-[[nodiscard]] LaneChoice choose_lanes(std::span<const Volume> volumes, const Scene& scene);
+[[nodiscard]] KernelChoice choose_wavefront(std::span<const Volume> volumes, const Scene& scene);
 
 }  // namespace pvol::detail

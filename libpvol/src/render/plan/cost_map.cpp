@@ -51,9 +51,9 @@ std::vector<double> samples_of(const Film& film, const RenderOptions& o) {
 
 /// What a sample costs in each pixel, in nanoseconds: kernels that follow many paths at once save
 /// more on the paths than on what a sample takes in any case (tests/bench/FARM.md).
-std::vector<double> costs_of(const Film& film, KernelKind lanes) {
-  const double in_any_case = lanes == KernelKind::scalar ? detail::kSampleCost : 110;
-  const double share = detail::share_of_time(lanes);
+std::vector<double> costs_of(const Film& film, KernelKind kernel) {
+  const double in_any_case = kernel == KernelKind::scalar ? detail::kSampleCost : 110;
+  const double share = detail::share_of_time(kernel);
   std::vector<double> all;
   for (const float scalar : detail::sample_costs(film)) {
     all.push_back(in_any_case + share * (double(scalar) - detail::kSampleCost));
@@ -89,7 +89,7 @@ CostMap map_cost(const RenderPlan& plan, int cells) {
   map.top = film.y * map.cell_height;
   map.columns = film.crop_width;
   map.rows = film.crop_height;
-  const std::vector<double> costs = costs_of(film, plan.kernel.lanes);
+  const std::vector<double> costs = costs_of(film, plan.kernel.kind);
   const std::vector<double> samples = samples_of(film, large);
   const double unit = seconds_per_unit(plan, costs) * map.cell_width * map.cell_height;
   for (std::size_t i = 0; i < costs.size(); ++i) {

@@ -23,8 +23,8 @@ namespace {
 
 }  // namespace
 
-double share_of_time(KernelKind lanes) {
-  return lanes == KernelKind::avx512 ? 0.22 : lanes == KernelKind::avx2 ? 0.28 : 1;
+double share_of_time(KernelKind kernel) {
+  return kernel == KernelKind::avx512 ? 0.22 : kernel == KernelKind::avx2 ? 0.28 : 1;
 }
 
 Forecast forecast(const RenderPlan& plan, const CameraProbe& probe) {
@@ -35,7 +35,7 @@ Forecast forecast(const RenderPlan& plan, const CameraProbe& probe) {
   Forecast f;
   f.samples = double(part.width) * part.height * samples_of_part(plan.scene.options);
   f.collisions = f.samples * probe.collisions();
-  f.cpu_seconds = share_of_time(plan.kernel.lanes) * f.samples *
+  f.cpu_seconds = share_of_time(plan.kernel.kind) * f.samples *
                   (1e-9 * (kSample + kSurface * probe.surface_hits()) +
                    probe.followed() * seconds_per_collision(probe.counts) +
                    (probe.collisions() - probe.followed()) * seconds_per_collision(beyond));

@@ -9,6 +9,6 @@ namespace pvol::detail {
 [[nodiscard]] Forecast forecast(const RenderPlan& plan, const CameraProbe& probe);
 
 /// Of the scalar tracers' time, what kernels take for the same paths.
-[[nodiscard]] double share_of_time(KernelKind lanes);
+[[nodiscard]] double share_of_time(KernelKind kernel);
 
 }  // namespace pvol::detail

@@ -48,7 +48,7 @@ Kernel choose_kernel(const RenderPlan& p) {
           .micro_edge = common_micro_edge(p.volumes),
           .paths = choose_paths(p),
           .count = p.scene.options.count || counted(p.scene.options.aovs),
-          .lanes = p.scene.options.kernel,
+          .kind = p.scene.options.kernel,
           .mapped = std::ranges::any_of(p.volumes,
                                         [](const Volume& v) { return v.density.map != nullptr; }),
           .cancellable = std::ranges::any_of(p.volumes, detail::has_long_flights),
@@ -121,14 +121,14 @@ Decision decide_transmittance(const TransmittanceChoice& t, bool by_user, bool i
                            digits(100 * t.control_share) + " % of the majorants are minorants"};
 }
 
-/// Of volumes whose matter emits, and of fires.
+/// Of volumes whose media emit, and of fires.
 std::optional<Decision> decide_emission(const RenderPlan& p, const RenderOptions& wanted) {
-  const auto glows = [](const Volume& v) {
+  const auto emits = [](const Volume& v) {
     return std::ranges::any_of(v.medium.components,
                                [](const Component& c) { return c.emission != Rgb(0.0f); });
   };
   if (p.emission == nullptr) {
-    if (std::ranges::none_of(p.volumes, glows)) return std::nullopt;
+    if (std::ranges::none_of(p.volumes, emits)) return std::nullopt;
     return Decision{"emission", "gathered at collisions",
                     wanted.line_emission == LineEmission::off ? "as set" : "the clouds are thick"};
   }
@@ -143,7 +143,7 @@ std::optional<Decision> decide_emission(const RenderPlan& p, const RenderOptions
 
 /// The choices in words, in the order in which they bear on each other.
 std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted,
-                             const std::string& lane_reason) {
+                             const std::string& kernel_reason) {
   std::vector<Decision> all;
   for (std::size_t i = 0; i < p.volumes.size(); ++i) {
     const Volume& v = p.volumes[i];
@@ -157,10 +157,10 @@ std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted,
   }
   if (auto emission = decide_emission(p, wanted)) all.push_back(std::move(*emission));
   all.push_back(decide_guide(p.guide));
-  all.push_back({"kernel", name(p.kernel.lanes), lane_reason});
+  all.push_back({"kernel", name(p.kernel.kind), kernel_reason});
   all.push_back(decide_transmittance(p.transmittance,
                                      wanted.transmittance != Transmittance::automatic,
-                                     p.kernel.lanes != KernelKind::scalar));
+                                     p.kernel.kind != KernelKind::scalar));
   return all;
 }
 
@@ -176,10 +176,10 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
   if (o.transmittance != Transmittance::automatic) p.transmittance.estimator = o.transmittance;
   o.transmittance = p.transmittance.estimator;
   detail::check(volumes, p.scene);
-  const detail::LaneChoice lanes = detail::choose_lanes(volumes, scene);
-  if (lanes.lanes != KernelKind::scalar) o.transmittance = Transmittance::analog;
+  const detail::KernelChoice choice = detail::choose_wavefront(volumes, scene);
+  if (choice.kernel != KernelKind::scalar) o.transmittance = Transmittance::analog;
   p.transmittance.estimator = o.transmittance;
-  o.kernel = lanes.lanes;
+  o.kernel = choice.kernel;
   for (std::size_t i = 0; i < volumes.size() && !options.force; ++i) {
     detail::refuse_endless_flights(volumes[i],
                                    i < options.facts.size() ? &options.facts[i] : nullptr, o);
@@ -191,7 +191,7 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
   p.surfaces = detail::make_surfaces(scene.surfaces);
   p.kernel = choose_kernel(p);
   p.emission = detail::prepare_emission(volumes, p.scene);
-  p.decisions = decide(p, scene.options, lanes.reason);
+  p.decisions = decide(p, scene.options, choice.reason);
   if (!options.forecast) return p;
   const detail::CameraProbe probe = detail::probe_camera(p);
   if (!options.force) detail::refuse_endless_paths(p, probe);

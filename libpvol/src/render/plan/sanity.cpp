@@ -95,7 +95,7 @@ constexpr double kFaintest = 0.002;                   // share of camera rays th
                       digits(v.medium.extinction) + " have the right unit? " + usual_extinction(v));
 }
 
-/// What of a volume's motion is to be doubted.
+/// Warnings about a volume's motion.
 void warn_of_motion(const Volume& v, std::vector<std::string>& all) {
   if (v.density.motion == nullptr) return;
   const Motion& m = *v.density.motion;

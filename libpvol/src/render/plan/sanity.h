@@ -1,4 +1,4 @@
-// Pictures that no one would want to wait for, or to look at: refused, or doubted.
+// Pictures that no one would want to wait for, or to look at: refused, or rendered with a warning.
 #pragma once
 
 #include <string>

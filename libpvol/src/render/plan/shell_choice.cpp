@@ -44,7 +44,7 @@ ShellEstimate estimate_shell(const Volume& volume, const Shell& shell, const Sce
       if (!rays.misses(ray, span->t0, span->t1)) return limit;
       ++e.rejected;
       e.saved += empty_walk_cost(volume, make_cursor(volume.density.octree, ray.at(span->t0)),
-                                 lanes(Vec3f(ray.d)));
+                                 widen(Vec3f(ray.d)));
       return limit;
     });
   });

@@ -48,7 +48,7 @@ HWY_INLINE void put_back(BatchMemory& m, const RaysInFlight& in_flight, std::siz
 
 /// Collisions are found, and handed to collide(event, slot); null ones fly on.
 template <class Collide>
-HWY_INLINE void end_at_collisions(const LaneField& f, BatchMemory& m, const Collide& collide) {
+HWY_INLINE void end_at_collisions(const SimdField& f, BatchMemory& m, const Collide& collide) {
   const Events& e = m.events;
   decide(f, m);
   for (std::size_t at = 0; at < e.n; at += kLanes) {

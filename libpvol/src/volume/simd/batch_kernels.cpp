@@ -13,12 +13,12 @@
 #if HWY_ONCE
 namespace pvol::detail {
 
-BatchKernels find_batch_kernels([[maybe_unused]] KernelKind lanes) {
+BatchKernels find_batch_kernels([[maybe_unused]] KernelKind kernel) {
 #if HWY_TARGETS & HWY_AVX3
-  if (lanes == KernelKind::avx512) return N_AVX3::batch_kernels();
+  if (kernel == KernelKind::avx512) return N_AVX3::batch_kernels();
 #endif
 #if HWY_TARGETS & HWY_AVX2
-  if (lanes == KernelKind::avx2) return N_AVX2::batch_kernels();
+  if (kernel == KernelKind::avx2) return N_AVX2::batch_kernels();
 #endif
   return {};
 }

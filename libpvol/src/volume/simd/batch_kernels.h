@@ -5,13 +5,13 @@
 
 #include "pvol/volume/batch.h"
 #include "volume/simd/flight_memory.h"
-#include "volume/simd/lane_field.h"
+#include "volume/simd/simd_field.h"
 
 namespace pvol::detail {
 
 /// A batch and where its results go.
 struct BatchTask {
-  const LaneField& field;
+  const SimdField& field;
   const VolumeField& volume;  ///< the same one
   const RayBatch& rays;
   const BatchNumbers& numbers;
@@ -59,6 +59,6 @@ struct BatchKernels {
 };
 
 /// Those of an instruction set; null where it was not compiled.
-[[nodiscard]] BatchKernels find_batch_kernels(KernelKind lanes);
+[[nodiscard]] BatchKernels find_batch_kernels(KernelKind kernel);
 
 }  // namespace pvol::detail

@@ -7,25 +7,26 @@
 namespace pvol::detail {
 namespace {
 
-[[nodiscard]] bool machine_has(KernelKind lanes) {
-  return lanes == KernelKind::avx512 ? has_avx512() : lanes == KernelKind::avx2 && has_x86_64_v3();
+[[nodiscard]] bool machine_has(KernelKind kernel) {
+  return kernel == KernelKind::avx512 ? has_avx512()
+                                      : kernel == KernelKind::avx2 && has_x86_64_v3();
 }
 
 }  // namespace
 
-bool has_kernel(KernelKind lanes) {
-  if (lanes == KernelKind::scalar) return true;
-  return machine_has(lanes) && find_batch_kernels(lanes).flights != nullptr;
+bool has_kernel(KernelKind kernel) {
+  if (kernel == KernelKind::scalar) return true;
+  return machine_has(kernel) && find_batch_kernels(kernel).flights != nullptr;
 }
 
-LaneChoice choose_lanes(KernelKind wanted, const char* obstacle, const LaneWords& words) {
+KernelChoice choose_kernel(KernelKind wanted, const char* obstacle, const LaneWords& words) {
   if (wanted == KernelKind::scalar) return {KernelKind::scalar, "as set"};
   if (wanted == KernelKind::automatic) {
     if (obstacle != nullptr) return {KernelKind::scalar, obstacle};
-    for (const KernelKind lanes : {KernelKind::avx512, KernelKind::avx2}) {
-      if (!has_kernel(lanes)) continue;
-      return {lanes,
-              (lanes == KernelKind::avx512 ? "16 " : "8 ") + std::string(words.rays) + " at once"};
+    for (const KernelKind kernel : {KernelKind::avx512, KernelKind::avx2}) {
+      if (!has_kernel(kernel)) continue;
+      return {kernel,
+              (kernel == KernelKind::avx512 ? "16 " : "8 ") + std::string(words.rays) + " at once"};
     }
     return {KernelKind::scalar, "the machine has neither AVX-512 nor AVX2"};
   }

@@ -7,8 +7,8 @@
 
 namespace pvol::detail {
 
-struct LaneChoice {
-  KernelKind lanes = KernelKind::scalar;  ///< not automatic
+struct KernelChoice {
+  KernelKind kernel = KernelKind::scalar;  ///< not automatic
   std::string reason;
 };
 
@@ -20,10 +20,10 @@ struct LaneWords {
 
 /// The most lanes that the machine has, where there is no obstacle (else null), or what is wanted.
 /// Throws Error where that is a kernel that cannot do it.
-[[nodiscard]] LaneChoice choose_lanes(KernelKind wanted, const char* obstacle,
+[[nodiscard]] KernelChoice choose_kernel(KernelKind wanted, const char* obstacle,
                                       const LaneWords& words);
 
 /// Whether this machine and this build have such a kernel; `scalar` always.
-[[nodiscard]] bool has_kernel(KernelKind lanes);
+[[nodiscard]] bool has_kernel(KernelKind kernel);
 
 }  // namespace pvol::detail

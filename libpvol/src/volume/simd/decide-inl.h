@@ -42,7 +42,7 @@ HWY_INLINE void prefetch_cell(const float* first) {
 }
 
 /// Draws the events' u; those below the minorant are real. Of the rest, where their samples are.
-inline HWY_NOINLINE void decide_by_bounds(const LaneField& f, FlightMemory& m) {
+inline HWY_NOINLINE void decide_by_bounds(const SimdField& f, FlightMemory& m) {
   Events& e = m.events;
   const Records& q = m.flying;
   const int cubes = kLeafEdge >> f.micro_shift;
@@ -76,7 +76,7 @@ inline HWY_NOINLINE void decide_by_bounds(const LaneField& f, FlightMemory& m) {
 }
 
 /// Lists an event's look-ups, whose samples are fetched.
-HWY_INLINE void list_undecided(const LaneField& f, Events& e, std::size_t at, M open) {
+HWY_INLINE void list_undecided(const SimdField& f, Events& e, std::size_t at, M open) {
   const std::size_t before = e.undecided;
   pack(open, hn::Iota(kU, std::uint32_t(at)), &e.which[before]);
   pack(open, load(&e.sample[at]), &e.at[before]);
@@ -85,7 +85,7 @@ HWY_INLINE void list_undecided(const LaneField& f, Events& e, std::size_t at, M 
 }
 
 /// Decides what micro-bounds can, and lists the rest.
-inline HWY_NOINLINE void decide_by_micro_bounds(const LaneField& f, Events& e) {
+inline HWY_NOINLINE void decide_by_micro_bounds(const SimdField& f, Events& e) {
   e.undecided = 0;
   const F scale = splat(f.scale);
   const auto* const pairs = reinterpret_cast<const std::uint32_t*>(f.micro_codes);
@@ -132,7 +132,7 @@ HWY_INLINE F look_up(const float* samples, I index, F x, F y, F z) {
 
 /// Density at the chosen events of a register of them all, whose samples were fetched.
 template <LookUp kLookUp>
-HWY_INLINE F density_at_event(const LaneField& f, const Events& e, std::size_t at, M on) {
+HWY_INLINE F density_at_event(const SimdField& f, const Events& e, std::size_t at, M on) {
   const auto fraction = [&](const Events::Array<float>& of) {
     const F v = load(&of[at]);
     return v - hn::Floor(v);
@@ -143,7 +143,7 @@ HWY_INLINE F density_at_event(const LaneField& f, const Events& e, std::size_t a
 
 /// Decides the rest.
 template <LookUp kLookUp>
-HWY_NOINLINE void decide_by_look_ups(const LaneField& f, Events& e) {
+HWY_NOINLINE void decide_by_look_ups(const SimdField& f, Events& e) {
   const F scale = splat(f.scale);
   for (std::size_t at = 0; at < e.undecided; at += kLanes) {
     const M on = first(e.undecided - at);
@@ -163,7 +163,7 @@ HWY_NOINLINE void decide_by_look_ups(const LaneField& f, Events& e) {
 }
 
 /// Finds out which events are real collisions: the bits of Events::real.
-HWY_INLINE void decide(const LaneField& f, FlightMemory& m) {
+HWY_INLINE void decide(const SimdField& f, FlightMemory& m) {
   decide_by_bounds(f, m);
   decide_by_micro_bounds(f, m.events);
   if (f.look_up == LookUp::nearest) {
@@ -175,7 +175,7 @@ HWY_INLINE void decide(const LaneField& f, FlightMemory& m) {
 
 /// Where every event's samples are, which are fetched, and its majorant, in Events::mu: for those
 /// who look all of them up.
-inline HWY_NOINLINE void fetch_samples(const LaneField& f, Events& e) {
+inline HWY_NOINLINE void fetch_samples(const SimdField& f, Events& e) {
   for (std::size_t at = 0; at < e.n; at += kLanes) {
     const M on = first(e.n - at);
     const Place p(f.bounds, load(&e.x[at]), load(&e.y[at]), load(&e.z[at]));

@@ -12,7 +12,7 @@
 #include <limits>
 
 #include "volume/simd/batch_kernels.h"
-#include "volume/simd/lane_math-inl.h"
+#include "volume/simd/simd_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {

@@ -8,8 +8,8 @@
 #endif
 
 #include "volume/simd/flight_memory.h"
-#include "volume/simd/lane_field.h"
-#include "volume/simd/lane_math-inl.h"
+#include "volume/simd/simd_field.h"
+#include "volume/simd/simd_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
@@ -36,7 +36,7 @@ HWY_INLINE F minorant_share(U word) {
 }
 
 /// Steps in cells per world length for the directions of the slice, and their reciprocals.
-HWY_INLINE void aim(const LaneField& f, FlightMemory& m) {
+HWY_INLINE void aim(const SimdField& f, FlightMemory& m) {
   const Records& q = m.flying;
   for (std::size_t at = 0; at < q.n; at += kLanes) {
     const F x = load(q[kDX] + at), y = load(q[kDY] + at), z = load(q[kDZ] + at);
@@ -95,7 +95,7 @@ struct Flying {
 
   /// Moves every ray that lives through one cube.
   template <class Counts>
-  HWY_INLINE void step(const LaneField& f, FlightMemory& m, Counts& counts) {
+  HWY_INLINE void step(const SimdField& f, FlightMemory& m, Counts& counts) {
     const Place p(f.bounds, x, y, z);
     const I word = as_int(gather(f.bounds.word.data(), where(live, p.cube)));
     const M solid = mask(hn::Gt(word, splat_int(DenseBounds::kFirstSolid - 1)));
@@ -152,7 +152,7 @@ struct Flying {
 /// turns: a step waits for its bounds for most of its time. `counts` is told of the segments, where
 /// it is on.
 template <bool kLimited, class Counts>
-HWY_NOINLINE void fly(const LaneField& f, FlightMemory& m, Counts& counts) {
+HWY_NOINLINE void fly(const SimdField& f, FlightMemory& m, Counts& counts) {
   aim(f, m);
   m.events.n = m.events.gone = 0;
   Flying<kLimited> a{}, b{};

@@ -20,7 +20,7 @@ template <class Tracer>
   c.shadow_rays = tracer.shadow_rays;
   c.shell_tests = work.shell_tests;
   c.shell_rejections = work.shell_rejections;
-  if constexpr (requires { tracer.surface_hits; }) c.surface_hits = tracer.surface_hits;
+  if constexpr (Tracer::kHasSurfaces) c.surface_hits = tracer.surface_hits;
   return c;
 }
 
@@ -53,7 +53,7 @@ bool render_tile(const PathSetup& setup, const ImagePart& tile, const SampleTarg
         // One by one, for the work of a sample that was given up does not count.
         if (setup.count) count_pixel(film.pixels[pixel]);
       }
-      settle(film, pixel);
+      flush(film, pixel);
     }
   }
   if (setup.count) counts += before;

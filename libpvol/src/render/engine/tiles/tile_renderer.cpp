@@ -5,10 +5,10 @@ namespace pvol::detail {
 TileRenderer::TileRenderer(const RenderPlan& plan, const PathSetup& setup, Paths paths)
     : setup_(setup),
       scalar_(find_tile_function(paths, setup)),
-      memory_([&setup] { return LaneMemory(setup); }) {
-  if (plan.kernel.lanes == KernelKind::scalar) return;
+      memory_([&setup] { return WavefrontMemory(setup); }) {
+  if (plan.kernel.kind == KernelKind::scalar) return;
   lanes_.emplace(setup);
-  kernel_ = find_lane_kernel(plan.kernel.lanes, paths == Paths::guided, lanes_->one_lobe);
+  kernel_ = find_wavefront_kernel(plan.kernel.kind, paths == Paths::guided, lanes_->one_lobe);
 }
 
 bool TileRenderer::render(const ImagePart& tile, const SampleTargets& targets, Film& film,

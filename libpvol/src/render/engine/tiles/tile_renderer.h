@@ -25,9 +25,9 @@ class TileRenderer {
  private:
   const PathSetup& setup_;
   TileFunction scalar_;
-  std::optional<LaneScene> lanes_;
-  LaneKernel kernel_ = nullptr;
-  tbb::enumerable_thread_specific<LaneMemory> memory_;
+  std::optional<WavefrontScene> lanes_;
+  WavefrontKernel kernel_ = nullptr;
+  tbb::enumerable_thread_specific<WavefrontMemory> memory_;
 };
 
 }  // namespace pvol::detail

@@ -16,15 +16,15 @@ HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
 
 /// Paths at their collisions.
-template <class MediumComponent>
+template <class ComponentKind>
 struct Paths {
   M alive;
   F x, y, z;
   V from;  ///< direction of the flight
-  std::array<F, MediumComponent::kWeights> w;
+  std::array<F, ComponentKind::kWeights> w;
   Random rng;
   U id;
-  I matter;
+  I component;
   I row;  ///< of the importance
 
   HWY_INLINE Paths(const Records& q, std::size_t at)
@@ -35,7 +35,7 @@ struct Paths {
         from{load(q[kDX] + at), load(q[kDY] + at), load(q[kDZ] + at)},
         rng{load(q.bits(kRng0) + at), load(q.bits(kRng1) + at)},
         id(load(q.bits(kId) + at)),
-        matter(splat_int(0)),
+        component(splat_int(0)),
         row(splat_int(0)) {
     for (std::size_t c = 0; c < w.size(); ++c) w[c] = load(q[kW0 + c] + at);
   }
@@ -66,13 +66,13 @@ struct Towards {
 };
 
 /// Samples a picture of a sky, lane by lane. `number` is that of the sky among the lights.
-HWY_NOINLINE Towards sample_sky(const LaneScene& s, std::size_t number, Random& rng) {
+HWY_NOINLINE Towards sample_sky(const WavefrontScene& s, std::size_t number, Random& rng) {
   alignas(64) std::uint32_t key[kLanes], counter[kLanes];
   store(rng.next(), key), store(rng.next(), counter);
   alignas(64) float d[3][kLanes], radiance[3][kLanes], pdf[kLanes];
   for (std::size_t k = 0; k < kLanes; ++k) {
     Rng own(key[k], counter[k], number);
-    const LightSample l = s.setup.sky.sample(own);
+    const LightSample l = s.setup.light.sky.sample(own);
     const Rgb more = l.radiance - s.setup.constant;
     for (int c = 0; c < 3; ++c) d[c][k] = l.direction[c], radiance[c][k] = more[c];
     pdf[k] = l.pdf;
@@ -85,9 +85,9 @@ HWY_NOINLINE Towards sample_sky(const LaneScene& s, std::size_t number, Random& 
 }
 
 /// A point light: nothing comes from one that is nearer than floats can tell, as in PointSource.
-template <class MediumComponent>
-HWY_INLINE Towards sample_point(const LaneScene& s, const LaneLight& l,
-                                const Paths<MediumComponent>& p) {
+template <class ComponentKind>
+HWY_INLINE Towards sample_point(const WavefrontScene& s, const SimdLight& l,
+                                const Paths<ComponentKind>& p) {
   const V way{splat(l.place.x) - p.x, splat(l.place.y) - p.y, splat(l.place.z) - p.z};
   const auto along = [&](int axis) { return dot(splat(s.to_world[std::size_t(axis)]), way); };
   const V in_world{along(0), along(1), along(2)};
@@ -105,36 +105,36 @@ HWY_INLINE Towards sample_point(const LaneScene& s, const LaneLight& l,
           at_hand(factor, 0)};
 }
 
-template <class MediumComponent>
-HWY_INLINE Towards sample_light(const LaneScene& s, std::size_t light,
-                                const Paths<MediumComponent>& p, Random& rng) {
-  const LaneLight& l = s.lights[light];
+template <class ComponentKind>
+HWY_INLINE Towards sample_light(const WavefrontScene& s, std::size_t light,
+                                const Paths<ComponentKind>& p, Random& rng) {
+  const SimdLight& l = s.lights[light];
   const F far = splat(0x1p100f);
-  if (l.kind == LaneLight::Kind::delta) {
+  if (l.kind == SimdLight::Kind::delta) {
     return {splat(l.direction), splat(l.radiance), splat(0), far, splat(1)};
   }
-  if (l.kind == LaneLight::Kind::disc) {
+  if (l.kind == SimdLight::Kind::disc) {
     const F u = rng.uniform(), azimuth = rng.uniform();
     return {turn(splat(l.direction), splat(l.one_minus_cos_radius) * u, azimuth), splat(l.radiance),
             splat(l.pdf), far, splat(1)};
   }
-  if (l.kind == LaneLight::Kind::point) return sample_point(s, l, p);
+  if (l.kind == SimdLight::Kind::point) return sample_point(s, l, p);
   return sample_sky(s, light, rng);
 }
 
-/// Shadow rays to a light, as `shadowed` draws them; `worth` is that of a ray there.
-template <class MediumComponent>
-HWY_INLINE void add_shadow_rays(const LaneScene& s, LaneMemory& m, std::size_t light, F worth,
-                                Paths<MediumComponent>& p) {
+/// Shadow rays to a light, as `shadowed` draws them; `importance` is that of a ray there.
+template <class ComponentKind>
+HWY_INLINE void add_shadow_rays(const WavefrontScene& s, WavefrontMemory& m, std::size_t light,
+                                F importance, Paths<ComponentKind>& p) {
   const Towards to = sample_light(s, light, p, p.rng);
-  const F pdf = MediumComponent(s, p.matter).pdf(p.from, to.direction);
+  const F pdf = ComponentKind(s, p.component).pdf(p.from, to.direction);
   const F share = select(hn::Gt(to.pdf, splat(0)), pdf / (to.pdf + pdf), pdf);
   const auto part = [&](float coefficient, std::size_t c, F radiance) {
-    return splat(coefficient) * hn::Abs(p.w[MediumComponent::kWeights == 1 ? 0 : c] * radiance);
+    return splat(coefficient) * hn::Abs(p.w[ComponentKind::kWeights == 1 ? 0 : c] * radiance);
   };
   const F luminance = part(0.2126f, 0, to.radiance.x) + part(0.7152f, 1, to.radiance.y) +
                       part(0.0722f, 2, to.radiance.z);
-  const F value = luminance * share * worth * splat(1 / s.setup.shadow_unit);
+  const F value = luminance * share * importance * splat(1 / s.setup.light.shadow_unit);
   const M positive = hn::And(p.alive, hn::Gt(value, splat(0)));
   const M few = hn::And(positive, hn::Lt(value, splat(1)));
   const M chosen = hn::And(few, hn::Lt(p.rng.fine_uniform(), value));
@@ -154,7 +154,7 @@ HWY_INLINE void add_shadow_rays(const LaneScene& s, LaneMemory& m, std::size_t l
     p.put_random(on, own, q);
     pack(on, to.direction.x, q[kDX] + q.n), pack(on, to.direction.y, q[kDY] + q.n);
     pack(on, to.direction.z, q[kDZ] + q.n);
-    for (std::size_t c = 0; c < MediumComponent::kWeights; ++c) {
+    for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) {
       pack(on, p.w[c] * weight, q[kW0 + c] + q.n);
     }
     pack(on, depth, q[kDepth] + q.n);
@@ -171,21 +171,22 @@ HWY_INLINE void add_shadow_rays(const LaneScene& s, LaneMemory& m, std::size_t l
 }
 
 /// What collisions emit, lane by lane.
-template <class MediumComponent>
-HWY_NOINLINE void add_emission(const LaneScene& s, LaneMemory& m, const Paths<MediumComponent>& p) {
-  alignas(64) float w[MediumComponent::kWeights][kLanes];
-  alignas(64) std::uint32_t id[kLanes], matter[kLanes];
-  for (std::size_t c = 0; c < MediumComponent::kWeights; ++c) store(p.w[c], w[c]);
-  store(p.id, id), store(as_bits(p.matter), matter);
+template <class ComponentKind>
+HWY_NOINLINE void add_emission(const WavefrontScene& s, WavefrontMemory& m,
+                               const Paths<ComponentKind>& p) {
+  alignas(64) float w[ComponentKind::kWeights][kLanes];
+  alignas(64) std::uint32_t id[kLanes], component[kLanes];
+  for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) store(p.w[c], w[c]);
+  store(p.id, id), store(as_bits(p.component), component);
   for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
     const auto k = std::size_t(std::countr_zero(lanes));
-    if (MediumComponent::kWeights == 1 && !s.orders) {
+    if (ComponentKind::kWeights == 1 && !s.orders) {
       m.slots.add_collision(slot_of(id[k]), w[0][k]);
     } else {
-      constexpr std::size_t kSecond = MediumComponent::kWeights / 2,
-                            kThird = MediumComponent::kWeights - 1;
+      constexpr std::size_t kSecond = ComponentKind::kWeights / 2,
+                            kThird = ComponentKind::kWeights - 1;
       m.slots.add(slot_of(id[k]), number_of(id[k]), [&](PathResult& r) {
-        add_emitted(s.setup, everywhere(s.volume.matter[matter[k]]),
+        add_emitted(s.setup, everywhere(s.volume.components[component[k]]),
                     Rgb(w[0][k], w[kSecond][k], w[kThird][k]), r);
       });
     }
@@ -193,8 +194,8 @@ HWY_NOINLINE void add_emission(const LaneScene& s, LaneMemory& m, const Paths<Me
 }
 
 /// The roulette of plain paths, by throughput, below a threshold.
-template <class MediumComponent>
-HWY_INLINE void end_faint(Paths<MediumComponent>& p, float threshold) {
+template <class ComponentKind>
+HWY_INLINE void end_faint(Paths<ComponentKind>& p, float threshold) {
   const F most = p.largest();
   const M faint = hn::Lt(most, splat(threshold));
   const M stays = hn::Lt(p.rng.fine_uniform() * splat(threshold), most);
@@ -202,19 +203,19 @@ HWY_INLINE void end_faint(Paths<MediumComponent>& p, float threshold) {
   p.alive = hn::AndNot(hn::AndNot(stays, faint), p.alive);
 }
 
-/// That of guided paths, by worth, before the albedo.
-template <class MediumComponent>
-HWY_INLINE void end_by_worth(Paths<MediumComponent>& p, F worth) {
-  const M low = hn::Lt(worth, splat(kEndBelow));
-  const M stays = hn::Lt(p.rng.fine_uniform(), worth);
-  p.scale(low, splat(1) / worth);
+/// That of guided paths, by their estimated contribution, before the albedo.
+template <class ComponentKind>
+HWY_INLINE void end_by_contribution(Paths<ComponentKind>& p, F contribution) {
+  const M low = hn::Lt(contribution, splat(kEndBelow));
+  const M stays = hn::Lt(p.rng.fine_uniform(), contribution);
+  p.scale(low, splat(1) / contribution);
   p.alive = hn::AndNot(hn::AndNot(stays, low), p.alive);
 }
 
 /// Passes paths on to be scattered, as often as they are split. `turned` are those whose directions
 /// are chosen by importance.
-template <class MediumComponent>
-HWY_INLINE void put_paths(LaneMemory& m, Paths<MediumComponent>& p, I copies, M turned) {
+template <class ComponentKind>
+HWY_INLINE void put_paths(WavefrontMemory& m, Paths<ComponentKind>& p, I copies, M turned) {
   m.straight.reserve(kLanes * std::size_t(kMostCopies));
   m.turned.reserve(kLanes * std::size_t(kMostCopies));
   const auto put = [&](M on, const Random& rng, Records& q) {
@@ -222,10 +223,11 @@ HWY_INLINE void put_paths(LaneMemory& m, Paths<MediumComponent>& p, I copies, M 
     p.put_random(on, rng, q);
     pack(on, p.from.x, q[kDX] + q.n), pack(on, p.from.y, q[kDY] + q.n);
     pack(on, p.from.z, q[kDZ] + q.n);
-    for (std::size_t c = 0; c < MediumComponent::kWeights; ++c) pack(on, p.w[c], q[kW0 + c] + q.n);
+    for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) pack(on, p.w[c], q[kW0 + c] + q.n);
     pack(on, p.id, q.bits(kId) + q.n);
     pack(on, as_bits(p.row), q.bits(kAux) + q.n);
-    if constexpr (MediumComponent::kWeights > 1) pack(on, as_bits(p.matter), q.bits(kMatter) + q.n);
+    if constexpr (ComponentKind::kWeights > 1)
+      pack(on, as_bits(p.component), q.bits(kComponent) + q.n);
     q.n += count(on);
   };
   const Random::Seed seed = p.rng.seed();
@@ -239,8 +241,8 @@ HWY_INLINE void put_paths(LaneMemory& m, Paths<MediumComponent>& p, I copies, M 
   }
 }
 
-template <bool kGuided, class MediumComponent>
-HWY_NOINLINE void collide(const LaneScene& s, LaneMemory& m) {
+template <bool kGuided, class ComponentKind>
+HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
   Records& q = m.collisions;
   m.counts.collisions += q.n;
   if (s.count) {
@@ -249,39 +251,41 @@ HWY_NOINLINE void collide(const LaneScene& s, LaneMemory& m) {
     }
   }
   for (std::size_t at = 0; at < q.n; at += kLanes) {
-    Paths<MediumComponent> p(q, at);
-    p.matter = MediumComponent::choose(s, p.rng);
+    Paths<ComponentKind> p(q, at);
+    p.component = ComponentKind::choose(s, p.rng);
     if (s.emits) add_emission(s, m, p);
-    F worth = splat(1);
+    F contribution = splat(1);
     if constexpr (kGuided) {
       const Importance& importance = *s.importance();
       p.row = where(p.alive, as_int(load(q.bits(kAux) + at)));
-      worth = p.largest() *
-              importance_of(importance, p.row, one_minus_cos(p.from, splat(importance.axis())));
-      end_by_worth(p, worth);
-    } else if (s.setup.max_bounces <= kMostLaneBounces) {
+      contribution = p.largest() * importance_of(importance, p.row,
+                                                 one_minus_cos(p.from, splat(importance.axis())));
+      end_by_contribution(p, contribution);
+    } else if (s.setup.max_bounces <= kMostWavefrontBounces) {
       const I bounces = as_int(hn::ShiftRight<16>(p.id));
       p.alive = hn::And(p.alive, mask(hn::Lt(bounces, splat_int(int(s.setup.max_bounces)))));
     }
     if (s.counts_collisions) {
-      const M few = mask(hn::Lt(as_int(hn::ShiftRight<16>(p.id)), splat_int(kMostLaneBounces)));
+      const M few =
+          mask(hn::Lt(as_int(hn::ShiftRight<16>(p.id)), splat_int(kMostWavefrontBounces)));
       p.id = p.id + as_bits(where(few, splat_int(int(kMostSlots))));
     }
-    const MediumComponent matter(s, p.matter);
-    for (std::size_t c = 0; c < p.w.size(); ++c) p.w[c] = p.w[c] * matter.albedo_of(c);
+    const ComponentKind component(s, p.component);
+    for (std::size_t c = 0; c < p.w.size(); ++c) p.w[c] = p.w[c] * component.albedo_of(c);
     if constexpr (!kGuided) end_faint(p, kPathRoulette);
     p.alive = hn::And(p.alive, hn::Gt(p.largest(), splat(0)));
-    const I lights = splat_int(int(s.setup.lights.size()) + 1);
+    const I lights = splat_int(int(s.setup.light.sources.size()) + 1);
     for (std::size_t light = 0; light < s.lights.size(); ++light) {
-      F shadow_worth = splat(1);
+      F shadow_importance = splat(1);
       if constexpr (kGuided) {
-        shadow_worth = gather(s.importance()->shadow_worths() + light, p.row * lights);
+        shadow_importance = gather(s.importance()->shadow_importances() + light, p.row * lights);
       }
-      add_shadow_rays(s, m, light, shadow_worth, p);
+      add_shadow_rays(s, m, light, shadow_importance, p);
     }
     if constexpr (kGuided) {
-      const M split = hn::Gt(worth, splat(kSplitAbove));
-      const I copies = select(split, to_int(hn::Min(worth, splat(kMostCopies))), splat_int(1));
+      const M split = hn::Gt(contribution, splat(kSplitAbove));
+      const I copies =
+          select(split, to_int(hn::Min(contribution, splat(kMostCopies))), splat_int(1));
       p.scale(split, splat(1) / to_float(copies));
       put_paths(m, p, copies, turns(*s.importance(), p.row));
     } else {

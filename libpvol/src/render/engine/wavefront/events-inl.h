@@ -9,7 +9,7 @@
 #endif
 
 #include "render/engine/wavefront/guide-inl.h"
-#include "render/engine/wavefront/lane_memory.h"
+#include "render/engine/wavefront/wavefront_memory.h"
 #include "volume/simd/decide-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -18,8 +18,8 @@ namespace pvol::detail::HWY_NAMESPACE {
 /// Where the renderer counts the work of flights and decisions: in the tally of the whole picture
 /// and in those of samples, one lane at a time.
 struct SampleCounts {
-  const LaneScene& s;
-  LaneMemory& m;
+  const WavefrontScene& s;
+  WavefrontMemory& m;
   Tally& tally;
 
   HWY_INLINE bool on() const { return s.count; }
@@ -61,7 +61,7 @@ struct InFlight {
   RaysInFlight rays;
   F w0, w1, w2, pdf;
 
-  HWY_INLINE InFlight(const LaneScene& s, const LaneMemory& m, std::size_t at, M on)
+  HWY_INLINE InFlight(const WavefrontScene& s, const WavefrontMemory& m, std::size_t at, M on)
       : rays(m, at, on) {
     const Records& q = m.flying;
     w0 = gather(q[kW0], rays.source);
@@ -69,7 +69,7 @@ struct InFlight {
     if (s.weighted) pdf = gather(q[kPdf], rays.source);
   }
 
-  HWY_INLINE void put(const LaneScene& s, M chosen, const Random& rng, Records& to) const {
+  HWY_INLINE void put(const WavefrontScene& s, M chosen, const Random& rng, Records& to) const {
     const std::size_t n = to.n;
     rays.put(chosen, rng, to);
     pack(chosen, w0, to[kW0] + n);
@@ -80,20 +80,20 @@ struct InFlight {
 };
 
 /// Adds the rows of the importance to real collisions of guided paths, and fetches them.
-HWY_INLINE void put_rows(const LaneScene& s, const Importance& importance, const RaysInFlight& e,
-                         M real, Records& to) {
+HWY_INLINE void put_rows(const WavefrontScene& s, const Importance& importance,
+                         const RaysInFlight& e, M real, Records& to) {
   const Place p(s.field.bounds, e.x, e.y, e.z);
   std::uint32_t* const rows = to.bits(kAux) + to.n;
   pack(real, as_bits(row_of(importance.cells(), p.x, p.y, p.z)), rows);
-  const std::size_t lights = s.setup.lights.size() + 1;
+  const std::size_t lights = s.setup.light.sources.size() + 1;
   for (std::size_t k = 0; k < count(real); ++k) {
     prefetch(&importance.rows()[rows[k]]);
-    prefetch(importance.shadow_worths() + rows[k] * lights);
+    prefetch(importance.shadow_importances() + rows[k] * lights);
   }
 }
 
 /// Real collisions go to `real`, or nowhere where it is null; null ones fly on in `back`.
-HWY_NOINLINE void decide(const LaneScene& s, LaneMemory& m, Records& back, Records* real,
+HWY_NOINLINE void decide(const WavefrontScene& s, WavefrontMemory& m, Records& back, Records* real,
                          Tally& tally) {
   const Events& e = m.events;
   decide(s.field, m);

@@ -7,9 +7,9 @@
 #define PVOL_LANE_MATTER_INL_H
 #endif
 
-#include "render/engine/wavefront/lane_scene.h"
-#include "render/engine/wavefront/phase_lanes.h"
-#include "volume/simd/lane_math-inl.h"
+#include "render/engine/wavefront/phase_batch.h"
+#include "render/engine/wavefront/wavefront_scene.h"
+#include "volume/simd/simd_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
@@ -30,12 +30,12 @@ struct OneLobe {
   F albedo;
   Lobe lobe;
 
-  HWY_INLINE OneLobe(const LaneScene& s, I)
-      : albedo(splat(s.matter.albedo[0][0])),
-        lobe{splat(s.matter.lobes[0].g[0]), splat(s.matter.lobes[0].one_minus_g[0]),
-             splat(s.matter.lobes[0].one_minus_g2[0]), splat(s.matter.lobes[0].axis[0])} {}
+  HWY_INLINE OneLobe(const WavefrontScene& s, I)
+      : albedo(splat(s.components.albedo[0][0])),
+        lobe{splat(s.components.lobes[0].g[0]), splat(s.components.lobes[0].one_minus_g[0]),
+             splat(s.components.lobes[0].one_minus_g2[0]), splat(s.components.lobes[0].axis[0])} {}
 
-  static HWY_INLINE I choose(const LaneScene&, Random&) { return splat_int(0); }
+  static HWY_INLINE I choose(const WavefrontScene&, Random&) { return splat_int(0); }
   HWY_INLINE F albedo_of(std::size_t) const { return albedo; }
   HWY_INLINE F pdf(V from, V to) const {
     return pdf_of_angle(lobe, one_minus_cos(along_axis(lobe, from), to));
@@ -56,10 +56,11 @@ struct AnyComponent {
   const ComponentTable& t;
   I number;  ///< of each lane's component
 
-  HWY_INLINE AnyComponent(const LaneScene& s, I matter) : t(s.matter), number(matter) {}
+  HWY_INLINE AnyComponent(const WavefrontScene& s, I component)
+      : t(s.components), number(component) {}
 
-  static HWY_INLINE I choose(const LaneScene& s, Random& rng) {
-    const std::vector<float>& up_to = s.matter.share_up_to;
+  static HWY_INLINE I choose(const WavefrontScene& s, Random& rng) {
+    const std::vector<float>& up_to = s.components.share_up_to;
     I chosen = splat_int(0);
     if (up_to.size() == 1) return chosen;
     const F u = rng.uniform();
@@ -100,15 +101,15 @@ struct AnyComponent {
 
  private:
   HWY_NOINLINE F pdf_one_by_one(V from, V to) const {
-    PhaseLanes lanes;
-    store(as_bits(number), lanes.matter);
+    PhaseBatch lanes;
+    store(as_bits(number), lanes.component);
     store_vector(from, lanes.from), store_vector(to, lanes.to);
     find_densities(t.one_by_one, kLanes, lanes);
     return load(lanes.pdf);
   }
   HWY_NOINLINE Scattered sample_one_by_one(V from, F u, F azimuth) const {
-    PhaseLanes lanes;
-    store(as_bits(number), lanes.matter);
+    PhaseBatch lanes;
+    store(as_bits(number), lanes.component);
     store_vector(from, lanes.from);
     store(u, lanes.u), store(azimuth, lanes.azimuth);
     sample_directions(t.one_by_one, kLanes, lanes);

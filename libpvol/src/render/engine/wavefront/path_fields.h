@@ -11,7 +11,7 @@ enum PathField : std::size_t {
   kW2,      ///< weight by channel
   kPdf,     ///< density of the phase function for the direction, where lights ask for it
   kAux,     ///< of the stage
-  kMatter,  ///< number of the component that the path collided with
+  kComponent,  ///< number of the component that the path collided with
   kPathFields,
 };
 static_assert(kPathFields <= kMostFields);

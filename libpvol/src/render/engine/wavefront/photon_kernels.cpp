@@ -5,15 +5,15 @@
 
 namespace pvol::detail {
 
-void trace_photons_in_lanes(const PathSetup& setup, const CoarseCells& cells,
+void trace_photons_by_wavefront(const PathSetup& setup, const CoarseCells& cells,
                             const PhotonSources& sources, int photons, LightCounts& counts) {
-  LaneScene scene(setup);
+  WavefrontScene scene(setup);
   scene.count = false;
-  const PhotonKernel kernel = find_photon_kernel(setup.lanes, scene.one_lobe);
+  const PhotonKernel kernel = find_photon_kernel(setup.kernel, scene.one_lobe);
   constexpr std::size_t kBatch = 10'000;  // enough to keep lanes busy
   const std::size_t batches = (std::size_t(photons) + kBatch - 1) / kBatch;
   parallel_for(0, batches, [&](std::size_t i) {
-    LaneMemory memory(setup);
+    WavefrontMemory memory(setup);
     const std::uint64_t begin = i * kBatch;
     const std::uint64_t end = std::min(begin + kBatch, std::uint64_t(photons));
     kernel(scene, memory, {cells, sources, begin, end, counts});

@@ -14,50 +14,52 @@ namespace pvol::detail::HWY_NAMESPACE {
 
 /// Puts a photon where it enters the box of the support. Its id has the number of its source, and
 /// above it that of its flights.
-inline void start(const LaneScene& s, LaneMemory& m, const PhotonTask& task, std::uint64_t number) {
+inline void start(const WavefrontScene& s, WavefrontMemory& m, const PhotonTask& task,
+                  std::uint64_t number) {
   Rng rng(kPhotonKey, 0, number);
   const Photon p = task.sources.sample(rng);
   const Ray cells = s.volume.in_cells(p.ray);
   const auto span = s.volume.in_box(cells);
   if (!span || !is_finite(p.power)) return;
-  // Of grey matter all that counts is a photon's luminance.
+  // In a grey medium all that counts is a photon's luminance.
   const Rgb weight = s.one_lobe ? Rgb(luminance(p.power)) : p.power;
   const auto source = std::uint32_t(std::min<std::size_t>(p.source, kMostSlots - 1));
   put_ray(s, m.paths, cells.at(span->t0), Vec3f(p.ray.d), weight, source, rng);
 }
 
 /// Counts what arrives in the cells of collisions, lane by lane.
-template <class MediumComponent>
-HWY_NOINLINE void count_light(const PhotonTask& task, const Paths<MediumComponent>& p, I row) {
-  alignas(64) float w[MediumComponent::kWeights][kLanes], d[3][kLanes];
+template <class ComponentKind>
+HWY_NOINLINE void count_light(const PhotonTask& task, const Paths<ComponentKind>& p, I row) {
+  alignas(64) float w[ComponentKind::kWeights][kLanes], d[3][kLanes];
   alignas(64) std::uint32_t id[kLanes], rows[kLanes];
-  for (std::size_t c = 0; c < MediumComponent::kWeights; ++c) store(p.w[c], w[c]);
+  for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) store(p.w[c], w[c]);
   store(p.from.x, d[0]), store(p.from.y, d[1]), store(p.from.z, d[2]);
   store(p.id, id), store(as_bits(row), rows);
   for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
     const auto k = std::size_t(std::countr_zero(lanes));
-    const float power = MediumComponent::kWeights == 1
+    const float power = ComponentKind::kWeights == 1
                             ? w[0][k]
-                            : luminance(Rgb(w[0][k], w[MediumComponent::kWeights / 2][k],
-                                            w[MediumComponent::kWeights - 1][k]));
+                            : luminance(Rgb(w[0][k], w[ComponentKind::kWeights / 2][k],
+                                            w[ComponentKind::kWeights - 1][k]));
     task.counts.add(rows[k], Vec3f(-d[0][k], -d[1][k], -d[2][k]), power);
     if (number_of(id[k]) == 0) task.counts.add_direct(rows[k], slot_of(id[k]), power);
   }
 }
 
-template <class MediumComponent>
-HWY_NOINLINE void collide_photons(const LaneScene& s, LaneMemory& m, const PhotonTask& task) {
+template <class ComponentKind>
+HWY_NOINLINE void collide_photons(const WavefrontScene& s, WavefrontMemory& m,
+                                  const PhotonTask& task) {
   Records& q = m.collisions;
   for (std::size_t at = 0; at < q.n; at += kLanes) {
-    Paths<MediumComponent> p(q, at);
-    p.matter = MediumComponent::choose(s, p.rng);
+    Paths<ComponentKind> p(q, at);
+    p.component = ComponentKind::choose(s, p.rng);
     const Place place(s.field.bounds, p.x, p.y, p.z);
     count_light(task, p, where(p.alive, row_of(task.cells, place.x, place.y, place.z)));
     p.id = p.id + splat_bits(kMostSlots);
     const I flights = as_int(hn::ShiftRight<16>(p.id));
     p.alive = hn::And(p.alive, mask(hn::Lt(flights, splat_int(kMostPhotonFlights))));
-    const MediumComponent matter(s, p.matter);
-    for (std::size_t c = 0; c < p.w.size(); ++c) p.w[c] = p.w[c] * matter.albedo_of(c);
+    const ComponentKind component(s, p.component);
+    for (std::size_t c = 0; c < p.w.size(); ++c) p.w[c] = p.w[c] * component.albedo_of(c);
     end_faint(p, kPhotonRoulette);
     p.alive = hn::And(p.alive, hn::Gt(p.largest(), splat(0)));
     put_paths(m, p, splat_int(1), first(0));
@@ -66,8 +68,8 @@ HWY_NOINLINE void collide_photons(const LaneScene& s, LaneMemory& m, const Photo
 }
 
 /// Traces the photons of a task; see PhotonKernel.
-template <class MediumComponent>
-void trace_photons(const LaneScene& s, LaneMemory& m, const PhotonTask& task) {
+template <class ComponentKind>
+void trace_photons(const WavefrontScene& s, WavefrontMemory& m, const PhotonTask& task) {
   Tally none;
   for (std::uint64_t next = task.begin; !s.setup.stop->load(std::memory_order_relaxed);) {
     m.paths.reserve(kSlice);
@@ -75,8 +77,8 @@ void trace_photons(const LaneScene& s, LaneMemory& m, const PhotonTask& task) {
     if (m.paths.n == 0) break;
     take_and_fly(s, m, m.paths, none);
     decide(s, m, m.paths, &m.collisions, none);
-    collide_photons<MediumComponent>(s, m, task);
-    scatter<MediumComponent>(s, m.straight, m.paths);
+    collide_photons<ComponentKind>(s, m, task);
+    scatter<ComponentKind>(s, m.straight, m.paths);
   }
 }
 

@@ -14,13 +14,13 @@ HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
 
 /// A register of paths to be scattered is put among those that are to fly.
-template <class MediumComponent>
-HWY_INLINE void launch(const LaneScene& s, const Records& q, std::size_t at, M on, V direction,
+template <class ComponentKind>
+HWY_INLINE void launch(const WavefrontScene& s, const Records& q, std::size_t at, M on, V direction,
                        F pdf, F factor, Random& rng, Records& to) {
   const std::size_t n = to.n;
   for (const Field f : {kX, kY, kZ, kId}) store(load(q[f] + at), to[f] + n);
   store(direction.x, to[kDX] + n), store(direction.y, to[kDY] + n), store(direction.z, to[kDZ] + n);
-  for (std::size_t c = 0; c < MediumComponent::kWeights; ++c) {
+  for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) {
     const std::size_t f = kW0 + c;
     store(load(q[f] + at) * factor, to[f] + n);
   }
@@ -34,31 +34,32 @@ HWY_INLINE V direction_of(const Records& q, std::size_t at) {
   return {load(q[kDX] + at), load(q[kDY] + at), load(q[kDZ] + at)};
 }
 
-template <class MediumComponent>
-HWY_INLINE MediumComponent matter_of(const LaneScene& s, const Records& q, std::size_t at, M on) {
-  return MediumComponent(s, MediumComponent::kWeights > 1
-                                ? where(on, as_int(load(q.bits(kMatter) + at)))
+template <class ComponentKind>
+HWY_INLINE ComponentKind component_of(const WavefrontScene& s, const Records& q, std::size_t at,
+                                        M on) {
+  return ComponentKind(s, ComponentKind::kWeights > 1
+                                ? where(on, as_int(load(q.bits(kComponent) + at)))
                                 : splat_int(0));
 }
 
-template <class MediumComponent>
-HWY_NOINLINE void scatter(const LaneScene& s, Records& q, Records& to) {
+template <class ComponentKind>
+HWY_NOINLINE void scatter(const WavefrontScene& s, Records& q, Records& to) {
   to.reserve(q.n);
   for (std::size_t at = 0; at < q.n; at += kLanes) {
     const M on = first(q.n - at);
     Random rng{load(q.bits(kRng0) + at), load(q.bits(kRng1) + at)};
-    const MediumComponent matter = matter_of<MediumComponent>(s, q, at, on);
+    const ComponentKind component = component_of<ComponentKind>(s, q, at, on);
     const F u = rng.uniform(), azimuth = rng.uniform();
-    const Scattered d = matter.sample(direction_of(q, at), u, azimuth);
-    launch<MediumComponent>(s, q, at, on, d.direction, d.pdf, splat(1), rng, to);
+    const Scattered d = component.sample(direction_of(q, at), u, azimuth);
+    launch<ComponentKind>(s, q, at, on, d.direction, d.pdf, splat(1), rng, to);
   }
   q.n = 0;
 }
 
 /// Of two directions from the phase function and one from the axis' lobe, one is chosen in
 /// proportion to phase function times importance over the sum of their densities.
-template <class MediumComponent>
-HWY_NOINLINE void scatter_guided(const LaneScene& s, Records& q, Records& to) {
+template <class ComponentKind>
+HWY_NOINLINE void scatter_guided(const WavefrontScene& s, Records& q, Records& to) {
   const Importance& importance = *s.importance();
   const V axis = splat(importance.axis());
   const Lobe lobe = lobe_of(importance.lobe());
@@ -66,7 +67,7 @@ HWY_NOINLINE void scatter_guided(const LaneScene& s, Records& q, Records& to) {
   for (std::size_t at = 0; at < q.n; at += kLanes) {
     const M on = first(q.n - at);
     Random rng{load(q.bits(kRng0) + at), load(q.bits(kRng1) + at)};
-    const MediumComponent matter = matter_of<MediumComponent>(s, q, at, on);
+    const ComponentKind component = component_of<ComponentKind>(s, q, at, on);
     const V from = direction_of(q, at);
     const I row = where(on, as_int(load(q.bits(kAux) + at)));
     V d[3];
@@ -79,17 +80,17 @@ HWY_NOINLINE void scatter_guided(const LaneScene& s, Records& q, Records& to) {
     };
     for (int i = 0; i < 2; ++i) {
       const F u = rng.uniform(), azimuth = rng.uniform();
-      const Scattered to_d = matter.sample(from, u, azimuth);
+      const Scattered to_d = component.sample(from, u, azimuth);
       propose(i, to_d.direction, to_d.pdf, one_minus_cos(to_d.direction, axis));
     }
     const F c = one_minus_cos_of_share(lobe, rng.uniform());
     const V d2 = turn(axis, c, rng.uniform());
-    propose(2, d2, matter.pdf(from, d2), c);
+    propose(2, d2, component.pdf(from, d2), c);
     const F sum01 = weight[0] + weight[1], sum = sum01 + weight[2];
     const F u = rng.uniform() * sum;
     const M is0 = hn::Lt(u, weight[0]), is1 = hn::Lt(u, sum01);
     const auto pick = [&](auto a, auto b, auto e) { return select(is0, a, select(is1, b, e)); };
-    launch<MediumComponent>(s, q, at, on, pick(d[0], d[1], d[2]), pick(pdf[0], pdf[1], pdf[2]),
+    launch<ComponentKind>(s, q, at, on, pick(d[0], d[1], d[2]), pick(pdf[0], pdf[1], pdf[2]),
                             sum / pick(value[0], value[1], value[2]), rng, to);
   }
   q.n = 0;

@@ -17,14 +17,14 @@ namespace pvol::detail::HWY_NAMESPACE {
   return {q[kDX][at], q[kDY][at], q[kDZ][at]};
 }
 
-template <class MediumComponent>
+template <class ComponentKind>
 [[nodiscard]] Rgb weight_at(const Records& q, std::size_t at) {
-  constexpr bool kGrey = MediumComponent::kWeights == 1;
+  constexpr bool kGrey = ComponentKind::kWeights == 1;
   return {q[kW0][at], q[kGrey ? kW0 : kW1][at], q[kGrey ? kW0 : kW2][at]};
 }
 
 /// Rays of the camera that left without a collision see what lies behind.
-HWY_NOINLINE void end_camera_rays(const LaneScene& s, LaneMemory& m) {
+HWY_NOINLINE void end_camera_rays(const WavefrontScene& s, WavefrontMemory& m) {
   if (!s.setup.options.background) return;
   for (std::size_t k = 0; k < m.events.gone; ++k) {
     const std::size_t at = m.events.gone_source[k];
@@ -36,8 +36,8 @@ HWY_NOINLINE void end_camera_rays(const LaneScene& s, LaneMemory& m) {
 }
 
 /// Paths that left bring the light of where they went.
-template <class MediumComponent>
-HWY_NOINLINE void end_paths(const LaneScene& s, LaneMemory& m) {
+template <class ComponentKind>
+HWY_NOINLINE void end_paths(const WavefrontScene& s, WavefrontMemory& m) {
   if (s.dark_sky) return;
   const Records& q = m.flying;
   for (std::size_t k = 0; k < m.events.gone; ++k) {
@@ -45,23 +45,23 @@ HWY_NOINLINE void end_paths(const LaneScene& s, LaneMemory& m) {
     const std::uint32_t id = q.bits(kId)[at];
     m.slots.add(slot_of(id), number_of(id), [&](PathResult& r) {
       const auto pdf = [&] { return q[kPdf][at]; };
-      add_scattered(s.setup, pdf, direction_at(q, at), weight_at<MediumComponent>(q, at), r);
+      add_scattered(s.setup, pdf, direction_at(q, at), weight_at<ComponentKind>(q, at), r);
     });
   }
 }
 
 /// Shadow rays that left have reached their light.
-template <class MediumComponent>
-HWY_NOINLINE void end_shadow_rays(const LaneScene& s, LaneMemory& m) {
+template <class ComponentKind>
+HWY_NOINLINE void end_shadow_rays(const WavefrontScene& s, WavefrontMemory& m) {
   const Records& q = m.flying;
   for (std::size_t k = 0; k < m.events.gone; ++k) {
     const std::size_t at = m.events.gone_source[k];
     const std::uint32_t id = q.bits(kId)[at], light = light_of(id);
     m.slots.add(slot_of(id), scatterings_of(id), [&](PathResult& r) {
-      const bool sky = light == s.setup.lights.size();
-      const Rgb radiance = sky ? s.setup.sky.radiance(direction_at(q, at)) - s.setup.constant
+      const bool sky = light == s.setup.light.sources.size();
+      const Rgb radiance = sky ? s.setup.light.sky.radiance(direction_at(q, at)) - s.setup.constant
                                : s.lights[light].radiance;
-      const Rgb arrived = weight_at<MediumComponent>(q, at) * radiance;
+      const Rgb arrived = weight_at<ComponentKind>(q, at) * radiance;
       r.radiance += arrived;
       if (r.in_layers()) (sky ? r.sky() : r.layers[light]) += arrived;
     });
@@ -115,7 +115,7 @@ class Samples {
 }
 
 /// Puts a ray at a place, in cells from the octree's origin, at or in the box of the support.
-inline void put_ray(const LaneScene& s, Records& q, Vec3d place, Vec3f d, Rgb weight,
+inline void put_ray(const WavefrontScene& s, Records& q, Vec3d place, Vec3f d, Rgb weight,
                     std::uint32_t id, Rng& rng) {
   const std::size_t n = put_ray(s.field, q, place, d, rng);
   for (int c = 0; c < 3; ++c) q[kW0 + std::size_t(c)][n] = weight[c];
@@ -125,7 +125,7 @@ inline void put_ray(const LaneScene& s, Records& q, Vec3d place, Vec3f d, Rgb we
 
 /// Puts a camera ray where it enters the box of the support; one that misses that sees what lies
 /// behind.
-inline void start(const LaneScene& s, LaneMemory& m, const Samples::Sample& sample,
+inline void start(const WavefrontScene& s, WavefrontMemory& m, const Samples::Sample& sample,
                   std::uint32_t slot, const Film& film, Work& work) {
   auto [rng, ray] = CameraSample(s.setup, film.x + sample.x, film.y + sample.y,
                                  film.first_sample + sample.number);
@@ -144,13 +144,14 @@ inline void start(const LaneScene& s, LaneMemory& m, const Samples::Sample& samp
   put_ray(s, m.camera, cells.at(span->t0), d, Rgb(1.0f), slot, rng);
 }
 
-[[nodiscard]] inline Vec3d world_place(const LaneScene& s, const Records& q, std::size_t at) {
+[[nodiscard]] inline Vec3d world_place(const WavefrontScene& s, const Records& q, std::size_t at) {
   const Vec3d place{double(q[kX][at]), double(q[kY][at]), double(q[kZ][at])};
   return s.volume.cells_to_world.point(place - Vec3d(DenseBounds::kBorder));
 }
 
 /// Everything that first collisions of the camera's rays bring at once.
-HWY_NOINLINE void add_first_collisions(const LaneScene& s, LaneMemory& m, std::size_t from) {
+HWY_NOINLINE void add_first_collisions(const WavefrontScene& s, WavefrontMemory& m,
+                                       std::size_t from) {
   const bool constant = largest(s.setup.constant) > 0;
   for (std::size_t k = from; k < m.collisions.n; ++k) {
     const std::uint32_t slot = slot_of(m.collisions.bits(kId)[k]);
@@ -161,13 +162,14 @@ HWY_NOINLINE void add_first_collisions(const LaneScene& s, LaneMemory& m, std::s
 }
 
 /// Takes rays from the end of a queue and flies them; null collisions go back to it.
-HWY_INLINE void take_and_fly(const LaneScene& s, LaneMemory& m, Records& queue, Tally& tally) {
+HWY_INLINE void take_and_fly(const WavefrontScene& s, WavefrontMemory& m, Records& queue,
+                             Tally& tally) {
   queue.take_last(kSlice, s.fields, m.flying);
   SampleCounts counts{s, m, tally};
   fly<false>(s.field, m, counts);
 }
 
-HWY_INLINE void fly_camera_rays(const LaneScene& s, LaneMemory& m) {
+HWY_INLINE void fly_camera_rays(const WavefrontScene& s, WavefrontMemory& m) {
   take_and_fly(s, m, m.camera, m.counts.path);
   end_camera_rays(s, m);
   const std::size_t before = m.collisions.n;
@@ -175,15 +177,15 @@ HWY_INLINE void fly_camera_rays(const LaneScene& s, LaneMemory& m) {
   add_first_collisions(s, m, before);
 }
 
-template <class MediumComponent>
-HWY_INLINE void fly_paths(const LaneScene& s, LaneMemory& m) {
+template <class ComponentKind>
+HWY_INLINE void fly_paths(const WavefrontScene& s, WavefrontMemory& m) {
   take_and_fly(s, m, m.paths, m.counts.path);
-  end_paths<MediumComponent>(s, m);
+  end_paths<ComponentKind>(s, m);
   decide(s, m, m.paths, &m.collisions, m.counts.path);
 }
 
-template <class MediumComponent>
-HWY_INLINE void fly_shadow_rays(const LaneScene& s, LaneMemory& m) {
+template <class ComponentKind>
+HWY_INLINE void fly_shadow_rays(const WavefrontScene& s, WavefrontMemory& m) {
   m.shadows.take_last(kSlice, s.fields, m.flying);
   SampleCounts counts{s, m, m.counts.shadow};
   if (s.limited) {
@@ -191,13 +193,13 @@ HWY_INLINE void fly_shadow_rays(const LaneScene& s, LaneMemory& m) {
   } else {
     fly<false>(s.field, m, counts);
   }
-  end_shadow_rays<MediumComponent>(s, m);
+  end_shadow_rays<ComponentKind>(s, m);
   decide(s, m, m.shadows, nullptr, m.counts.shadow);
 }
 
 /// Adds a tile's samples to the film, which changes what they lack.
-void finish(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const SampleTargets& targets,
-            Film& film) {
+void finish(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile,
+            const SampleTargets& targets, Film& film) {
   std::uint32_t slot = 0;
   for (int y = tile.y; y != tile.y + tile.height; ++y) {
     for (int x = tile.x; x != tile.x + tile.width; ++x) {
@@ -211,15 +213,15 @@ void finish(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const Samp
           film.pixels[pixel].counts[c] += m.slots.counts[slot][c];
         }
       }
-      settle(film, pixel);
+      flush(film, pixel);
     }
   }
 }
 
-/// Traces and adds a tile's samples; see LaneKernel.
-template <bool kGuided, class MediumComponent>
-bool trace(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const SampleTargets& targets,
-           Film& film, Counts& counts) {
+/// Traces and adds a tile's samples; see WavefrontKernel.
+template <bool kGuided, class ComponentKind>
+bool trace(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile,
+           const SampleTargets& targets, Film& film, Counts& counts) {
   Samples samples(tile, targets, film);
   m.slots.start(count_samples(tile, targets, film));
   m.counts = {};
@@ -229,9 +231,9 @@ bool trace(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const Sampl
   for (;;) {
     if (s.setup.stop->load(std::memory_order_relaxed)) return false;
     if (m.paths.n >= kSlice) {
-      fly_paths<MediumComponent>(s, m);
+      fly_paths<ComponentKind>(s, m);
     } else if (m.shadows.n >= kSlice) {
-      fly_shadow_rays<MediumComponent>(s, m);
+      fly_shadow_rays<ComponentKind>(s, m);
     } else if (samples.any() || m.camera.n > 0) {
       m.camera.reserve(kSlice);
       while (m.camera.n < kSlice && samples.any()) {
@@ -239,15 +241,15 @@ bool trace(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const Sampl
       }
       fly_camera_rays(s, m);
     } else if (m.paths.n > 0) {
-      fly_paths<MediumComponent>(s, m);
+      fly_paths<ComponentKind>(s, m);
     } else if (m.shadows.n > 0) {
-      fly_shadow_rays<MediumComponent>(s, m);
+      fly_shadow_rays<ComponentKind>(s, m);
     } else {
       break;
     }
-    collide<kGuided, MediumComponent>(s, m);
-    scatter<MediumComponent>(s, m.straight, m.paths);
-    if constexpr (kGuided) scatter_guided<MediumComponent>(s, m.turned, m.paths);
+    collide<kGuided, ComponentKind>(s, m);
+    scatter<ComponentKind>(s, m.straight, m.paths);
+    if constexpr (kGuided) scatter_guided<ComponentKind>(s, m.turned, m.paths);
   }
   finish(s, m, tile, targets, film);
   m.counts.shell_tests = work.shell_tests;
@@ -256,7 +258,7 @@ bool trace(const LaneScene& s, LaneMemory& m, const ImagePart& tile, const Sampl
   return true;
 }
 
-[[nodiscard]] inline LaneKernel find_kernel(bool guided, bool one_lobe) {
+[[nodiscard]] inline WavefrontKernel find_kernel(bool guided, bool one_lobe) {
   if (guided) return one_lobe ? &trace<true, OneLobe> : &trace<true, AnyComponent>;
   return one_lobe ? &trace<false, OneLobe> : &trace<false, AnyComponent>;
 }

@@ -20,29 +20,29 @@ namespace {
 
 /// The functions of one instruction set; none where it was not compiled.
 struct Kernels {
-  LaneKernel (*find)(bool guided, bool one_lobe) = nullptr;
+  WavefrontKernel (*find)(bool guided, bool one_lobe) = nullptr;
   PhotonKernel (*find_photons)(bool one_lobe) = nullptr;
 };
 
-Kernels kernels_of([[maybe_unused]] KernelKind lanes) {
+Kernels kernels_of([[maybe_unused]] KernelKind kernel) {
 #if HWY_TARGETS & HWY_AVX3
-  if (lanes == KernelKind::avx512) return {&N_AVX3::find_kernel, &N_AVX3::find_photons};
+  if (kernel == KernelKind::avx512) return {&N_AVX3::find_kernel, &N_AVX3::find_photons};
 #endif
 #if HWY_TARGETS & HWY_AVX2
-  if (lanes == KernelKind::avx2) return {&N_AVX2::find_kernel, &N_AVX2::find_photons};
+  if (kernel == KernelKind::avx2) return {&N_AVX2::find_kernel, &N_AVX2::find_photons};
 #endif
   return {};
 }
 
 }  // namespace
 
-LaneKernel find_lane_kernel(KernelKind lanes, bool guided, bool one_lobe) {
-  const Kernels k = kernels_of(lanes);
+WavefrontKernel find_wavefront_kernel(KernelKind kernel, bool guided, bool one_lobe) {
+  const Kernels k = kernels_of(kernel);
   return k.find == nullptr ? nullptr : k.find(guided, one_lobe);
 }
 
-PhotonKernel find_photon_kernel(KernelKind lanes, bool one_lobe) {
-  const Kernels k = kernels_of(lanes);
+PhotonKernel find_photon_kernel(KernelKind kernel, bool one_lobe) {
+  const Kernels k = kernels_of(kernel);
   return k.find_photons == nullptr ? nullptr : k.find_photons(one_lobe);
 }
 

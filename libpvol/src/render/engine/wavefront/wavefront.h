@@ -3,8 +3,8 @@
 #pragma once
 
 #include "render/engine/tiles/sample_targets.h"
-#include "render/engine/wavefront/lane_memory.h"
-#include "render/engine/wavefront/lane_scene.h"
+#include "render/engine/wavefront/wavefront_memory.h"
+#include "render/engine/wavefront/wavefront_scene.h"
 #include "render/guide/light_counts.h"
 #include "render/guide/photon_sources.h"
 
@@ -12,10 +12,10 @@ namespace pvol::detail {
 
 /// Adds samples to every pixel of a tile, as a TileFunction does; they are at most kMostSlots. Each
 /// sample's value is the same whatever else is in the tile.
-using LaneKernel = bool (*)(const LaneScene&, LaneMemory&, const ImagePart& tile,
+using WavefrontKernel = bool (*)(const WavefrontScene&, WavefrontMemory&, const ImagePart& tile,
                             const SampleTargets&, Film&, Counts&);
 
-[[nodiscard]] LaneKernel find_lane_kernel(KernelKind lanes, bool guided, bool one_lobe);
+[[nodiscard]] WavefrontKernel find_wavefront_kernel(KernelKind kernel, bool guided, bool one_lobe);
 
 /// Photons [begin, end) to trace and to count.
 struct PhotonTask {
@@ -24,8 +24,8 @@ struct PhotonTask {
   std::uint64_t begin, end;
   LightCounts& counts;
 };
-using PhotonKernel = void (*)(const LaneScene&, LaneMemory&, const PhotonTask&);
+using PhotonKernel = void (*)(const WavefrontScene&, WavefrontMemory&, const PhotonTask&);
 
-[[nodiscard]] PhotonKernel find_photon_kernel(KernelKind lanes, bool one_lobe);
+[[nodiscard]] PhotonKernel find_photon_kernel(KernelKind kernel, bool one_lobe);
 
 }  // namespace pvol::detail

@@ -20,8 +20,8 @@ Rgb emitted(const Medium& medium, const Part& part) {
   return sum * medium.extinction_color;
 }
 
-/// What matter of a volume emits, all components together: (1 - albedo x colour) L_e, and nothing
-/// else.
+/// What the medium of a volume emits, all components together: (1 - albedo x colour) L_e, and
+/// nothing else.
 EmissionSource source_of(const Volume& v) {
   const auto by_albedo = [](Rgb albedo) { return albedo; };
   const auto absorbed = [](Rgb albedo) { return Rgb(1.0f) - albedo; };
@@ -38,7 +38,7 @@ Rgb integrate(const EmissionSource& source, const Value& value, const Ray& ray, 
               Span span, float u, int points) {
   constexpr float kGolden = 0.618034f;  // steps by it spread over [0, 1) evenly
   const Octree& tree = source.field->octree;
-  Walk walk(tree, make_cursor(tree, cells.at(span.t0)), lanes(Vec3f(cells.d)), span.t1 - span.t0);
+  Walk walk(tree, make_cursor(tree, cells.at(span.t0)), widen(Vec3f(cells.d)), span.t1 - span.t0);
   const double pieces = length(cells.d) * points / kStride;
   Rgb sum(0.0f);
   while (const auto s = walk.next()) {

@@ -1,4 +1,4 @@
-// What emits light along flights: fires, and matter that is thin.
+// What emits light along flights: fires, and thin media.
 #pragma once
 
 #include <span>
@@ -17,10 +17,10 @@ namespace pvol::detail {
 struct EmissionSource {
   const VolumeField* field = nullptr;  ///< where it is not 0
   const Emitter* fire = nullptr;       ///< or null:
-  Rgb of_depth{0.0f};                  ///< what matter emits per unit of optical depth
+  Rgb of_depth{0.0f};                  ///< what the medium emits per unit of optical depth
   Affine to_first{};  ///< from its place to the volume's first one, where the field is
   Box box{};          ///< around its place in the world
-  const AlbedoField* albedo = nullptr;  ///< of matter; or null, else of_depth is what it would
+  const AlbedoField* albedo = nullptr;  ///< of the medium; or null, else of_depth is what it would
                                         ///< emit if it were black, and
   Rgb per_color{0.0f};                  ///< how much less, by the field's colour
 
@@ -36,10 +36,10 @@ struct EmissionSource {
   }
 };
 
-/// Whether what matter of the volume emits is gathered along flights, not at collisions.
+/// Whether what the medium of the volume emits is gathered along flights, not at collisions.
 [[nodiscard]] bool gathers_along_flights(const Volume& volume, const RenderOptions& options);
 
-/// What emits along flights in these volumes: fires, and matter that is thin; those of one field
+/// What emits along flights in these volumes: fires, and thin media; those of one field
 /// side by side.
 [[nodiscard]] std::vector<EmissionSource> emission_sources(std::span<const Volume> volumes,
                                                            const RenderOptions& options);

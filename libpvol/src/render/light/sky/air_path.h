@@ -19,7 +19,7 @@ struct AirStep {
   int to;
   double t;  ///< there, in km from the ray's begin
   ByMatter near{}, far{};
-  Spectrum pass{};  ///< transmittance of the step
+  Spectrum transmittance{};  ///< transmittance of the step
 };
 struct AirPath {
   std::vector<AirStep> steps;

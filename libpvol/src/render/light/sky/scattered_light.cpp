@@ -97,7 +97,7 @@ Gathered gather(const AirPath& path, const AirRay& ray, const Arriving& arriving
     };
     add(&ByMatter::molecules);
     add(&ByMatter::aerosols);
-    g.through *= step.pass;
+    g.through *= step.transmittance;
     before = after;
   }
   return g;

@@ -25,12 +25,18 @@ void validate_mesh(const TriangleMesh* mesh) {
   }
 }
 
+/// A surface that has a placement of its own.
+template <class AnySurface>
+concept Placed = requires(const AnySurface& s) {
+  { s.place } -> std::convertible_to<const Placement&>;
+};
+
 }  // namespace
 
 std::optional<Misfit> misfit(const Surface& surface) {
   return std::visit(
       [](const auto& s) -> std::optional<Misfit> {
-        if constexpr (requires { s.place; }) return misfit(s.place);
+        if constexpr (Placed<std::remove_cvref_t<decltype(s)>>) return misfit(s.place);
         return std::nullopt;
       },
       surface);
@@ -67,14 +73,14 @@ namespace {
 /// The hit at a distance along the ray, with its normal of any length. To a surface's own clearance
 /// comes what is lost of places that are far from the origin, or from the ray's.
 [[nodiscard]] SurfaceHit make_hit(const Ray& ray, double distance, Vec3d normal, double clearance,
-                                  const Material& finish) {
+                                  const Material& material) {
   const double size = length(normal);
   Vec3d n = size > 0 ? normal / size : -ray.d;  // at a point where it is not known
   if (dot(n, ray.d) > 0) n = -n;
   constexpr double kLost = 1e-12;
   const Vec3d at = ray.at(distance);
   const double away = clearance + kLost * (length(at) + distance);
-  return {distance, at + n * away, n, away, &finish};
+  return {distance, at + n * away, n, away, &material};
 }
 
 }  // namespace
@@ -85,23 +91,23 @@ struct Surfaces::Add {
   std::vector<PlacedMesh>& meshes;
 
   void operator()(const PlaneSurface& p) const {
-    to.planes_.push_back({p.point, normalize(p.normal), p.finish});
+    to.planes_.push_back({p.point, normalize(p.normal), p.material});
   }
   void operator()(const BallSurface& b) const {
     add_body(Body(FreeForm{unit_ball(), {}}), translation(b.centre) * scaling(Vec3d(b.radius)),
-             b.finish);
+             b.material);
   }
-  void operator()(const SolidSurface& s) const { add_body(*s.body, s.place.map(), s.finish); }
+  void operator()(const SolidSurface& s) const { add_body(*s.body, s.place.map(), s.material); }
   void operator()(const MeshSurface& m) const {
     meshes.push_back({m.mesh.get(), m.place.map()});
-    to.mesh_materials_.push_back(m.finish);
+    to.mesh_materials_.push_back(m.material);
   }
 
-  void add_body(const Body& body, const Affine& map, const Material& finish) const {
+  void add_body(const Body& body, const Affine& map, const Material& material) const {
     auto ready = std::make_unique<const RayBody>(body);
     constexpr double kClearance = 1e-9;  // of the diagonal; roots are good to 1e-14 of it
     const double clearance = kClearance * length(transform(map, ready->box()).extent());
-    to.bodies_.push_back({std::move(ready), map, inverse(map), clearance, finish});
+    to.bodies_.push_back({std::move(ready), map, inverse(map), clearance, material});
   }
 };
 
@@ -109,7 +115,7 @@ Surfaces::Surfaces(std::span<const Surface> surfaces) {
   std::vector<PlacedMesh> meshes;
   for (const Surface& s : surfaces) {
     std::visit(Add{*this, meshes}, s);
-    catch_shadows_ = catch_shadows_ || material_of(s).look == Visibility::shadow_catcher;
+    catch_shadows_ = catch_shadows_ || material_of(s).visibility == Visibility::shadow_catcher;
   }
   if (!meshes.empty()) meshes_.emplace(meshes);
 }
@@ -130,11 +136,11 @@ SurfaceHit Surfaces::first_hit(const Ray& ray, double limit) const {
     const auto t = meet(p, ray, hit.distance);
     if (!t) continue;
     constexpr double kClearance = 1e-12;
-    hit = make_hit(ray, *t, p.normal, kClearance * length(p.point), p.finish);
+    hit = make_hit(ray, *t, p.normal, kClearance * length(p.point), p.material);
   }
   for (const PlacedBody& b : bodies_) {
     if (const auto found = meet(b, ray, hit.distance)) {
-      hit = make_hit(ray, found->t, to_world(b.to_body, found->normal), b.clearance, b.finish);
+      hit = make_hit(ray, found->t, to_world(b.to_body, found->normal), b.clearance, b.material);
     }
   }
   if (meshes_) {
@@ -142,7 +148,7 @@ SurfaceHit Surfaces::first_hit(const Ray& ray, double limit) const {
       hit = make_hit(ray, found->t, found->normal, found->clearance, mesh_materials_[found->mesh]);
     }
   }
-  if (hit.finish == nullptr) hit.distance = std::numeric_limits<double>::infinity();
+  if (hit.material == nullptr) hit.distance = std::numeric_limits<double>::infinity();
   return hit;
 }
 

@@ -16,10 +16,10 @@ namespace pvol::detail {
 /// Where a ray meets a surface.
 struct SurfaceHit {
   double distance = std::numeric_limits<double>::infinity();
-  Vec3d place;                       ///< just before it, on the ray's side
-  Vec3d normal;                      ///< unit, on the ray's side
-  double clearance = 0;              ///< of the place from the surface, along the normal
-  const Material* finish = nullptr;  ///< null: there is none
+  Vec3d place;                         ///< just before it, on the ray's side
+  Vec3d normal;                        ///< unit, on the ray's side
+  double clearance = 0;                ///< of the place from the surface, along the normal
+  const Material* material = nullptr;  ///< null: there is none
 };
 
 /// Immutable; safe to use from any thread.
@@ -41,13 +41,13 @@ class Surfaces {
  private:
   struct Plane {
     Vec3d point, normal;  // unit
-    Material finish;
+    Material material;
   };
   struct PlacedBody {
     std::unique_ptr<const RayBody> body;
     Affine to_world, to_body;
     double clearance;  // world units, beside that of places far away
-    Material finish;
+    Material material;
   };
   struct Add;
 

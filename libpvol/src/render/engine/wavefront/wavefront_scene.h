@@ -9,7 +9,7 @@
 #include "render/engine/wavefront/path_fields.h"
 #include "render/guide/importance.h"
 #include "render/path/path_setup.h"
-#include "volume/simd/lane_field.h"
+#include "volume/simd/simd_field.h"
 
 namespace pvol::detail {
 
@@ -24,12 +24,12 @@ struct ComponentTable {
   };
   std::array<Lobe, 2> lobes;
   /// All components where a phase function has other than lobes, else none: then lanes are asked
-  /// for one by one (phase_lanes.h).
+  /// for one by one (phase_batch.h).
   std::span<const MediumComponent> one_by_one;
 };
 
 /// A light, by the way in which kernels sample it.
-struct LaneLight {
+struct SimdLight {
   enum class Kind {
     delta,  ///< one direction
     disc,   ///< uniform over a disc in the sky
@@ -47,17 +47,17 @@ struct LaneLight {
 
 /// Constants of a render that all threads share. Needs one volume of bricks that is not
 /// empty, for nearest or trilinear look-ups.
-struct LaneScene {
+struct WavefrontScene {
   const PathSetup& setup;
   const VolumeSetup& volume;
   std::array<Vec3f, 3> to_world;  ///< rows of the map of steps in cells to the world
-  LaneField field;                ///< with the setup's bounds
+  SimdField field;                ///< with the setup's bounds
 
-  ComponentTable matter;
+  ComponentTable components;
   bool one_lobe;  ///< one component of one lobe and grey albedo: all that most clouds need
   bool emits;     ///< whether collisions add light of their own
 
-  std::vector<LaneLight> lights;  ///< those of the scene; then the sky, if it is sampled
+  std::vector<SimdLight> lights;  ///< those of the scene; then the sky, if it is sampled
   bool limited;                   ///< whether a light may be nearer than the edge of the volume
   bool weighted;  ///< whether lights that paths meet by themselves are weighted by densities
   bool count;     ///< whether work is counted
@@ -66,15 +66,15 @@ struct LaneScene {
   std::uint32_t fields;    ///< bits of those that rays of the scene have
   bool dark_sky;           ///< whether rays that leave after a scattering bring nothing
 
-  explicit LaneScene(const PathSetup& s);
+  explicit WavefrontScene(const PathSetup& s);
 
   [[nodiscard]] const Importance* importance() const { return setup.importance.get(); }
 };
 
 /// Most bounces that a path can be limited to.
-inline constexpr std::uint32_t kMostLaneBounces = 65'000;
+inline constexpr std::uint32_t kMostWavefrontBounces = 65'000;
 
 /// Why the lane kernels do not render what the plan says, or null. `volumes` were checked.
-[[nodiscard]] const char* lane_obstacle(std::span<const Volume> volumes, const Scene& scene);
+[[nodiscard]] const char* wavefront_obstacle(std::span<const Volume> volumes, const Scene& scene);
 
 }  // namespace pvol::detail

@@ -12,7 +12,7 @@
 namespace pvol::detail {
 
 /// Refers to bounds and samples, which outlive it.
-struct LaneField {
+struct SimdField {
   const DenseBounds& bounds;
   const float* samples;                        ///< of bricks
   const std::uint16_t* micro_codes = nullptr;  ///< pairs of bytes, or null where there are none
@@ -27,16 +27,16 @@ struct LaneField {
   Vec3f low, high;
 
   /// Of a field that has no obstacle. `b` are its bounds.
-  LaneField(const VolumeField& f, const DenseBounds& b);
+  SimdField(const VolumeField& f, const DenseBounds& b);
 };
 
 /// Why lanes do not serve the rays of a volume, at its first place, or null.
-[[nodiscard]] const char* lane_obstacle(const Volume& volume);
+[[nodiscard]] const char* simd_obstacle(const Volume& volume);
 
 /// Adds a ray from a place in cells from the octree's origin, which is moved into the box of the
 /// support, in a unit direction of the world. Its optical depth and the state of its random numbers
 /// are the next of `rng`. Returns the record's number; the record's other fields are the caller's.
-inline std::size_t put_ray(const LaneField& f, Records& q, Vec3d place, Vec3f d, Rng& rng) {
+inline std::size_t put_ray(const SimdField& f, Records& q, Vec3d place, Vec3f d, Rng& rng) {
   const std::size_t n = q.n++;
   for (int axis = 0; axis < 3; ++axis) {
     const auto at = float(place[axis] + double(DenseBounds::kBorder));

@@ -10,18 +10,18 @@
 
 #include "pvol/math/direction.h"
 #include "render/engine/tiles/tile_renderer.h"
-#include "render/engine/wavefront/phase_lanes.h"
+#include "render/engine/wavefront/phase_batch.h"
 #include "render/plan/choose_wavefront.h"
 #include "support/lit_scenes.h"
 #include "support/pictures.h"
 
 namespace pvol::test {
-namespace lanes_test {
+namespace wavefront_test {
 
-std::vector<KernelKind> lane_kernels() {
+std::vector<KernelKind> simd_kernels() {
   std::vector<KernelKind> all;
-  for (const KernelKind lanes : {KernelKind::avx2, KernelKind::avx512}) {
-    if (detail::has_kernel(lanes)) all.push_back(lanes);
+  for (const KernelKind kernel : {KernelKind::avx2, KernelKind::avx512}) {
+    if (detail::has_kernel(kernel)) all.push_back(kernel);
   }
   return all;
 }
@@ -56,11 +56,67 @@ std::vector<Case> more_cases() {
   return all;
 }
 
-/// Every case, guided and plain.
+/// What may change a path, or what is made of it, though hardly its mean: for comparisons of bytes.
+std::vector<Case> further_cases() {
+  std::vector<Case> all;
+  const auto add = [&](const std::string& name, const auto& change) {
+    CloudScene s = sunny();
+    change(s);
+    all.push_back({name, s});
+  };
+  add("thin", [](CloudScene& s) { s.medium.extinction = 0.01; });
+  add("thick", [](CloudScene& s) {
+    s.medium.extinction = 40;
+    s.options.max_bounces = 30;
+  });
+  add("no scattering but once", [](CloudScene& s) { s.options.max_bounces = 1; });
+  add("octree of one node", [](CloudScene& s) { s.options.depth = 0; });
+  add("loose bounds", [](CloudScene& s) { s.options.majorant_scale = 3; });
+  add("homogenised", [](CloudScene& s) { s.options.homogenise = 0.05; });
+  add("no background", [](CloudScene& s) { s.options.background = false; });
+  add("counted", [](CloudScene& s) { s.options.count = true; });
+  add("a wide filter", [](CloudScene& s) { s.options.filter = PixelFilter::gaussian; });
+  add("a crop of later samples", [](CloudScene& s) {
+    s.options.crop_x = 3, s.options.crop_y = 5;
+    s.options.crop_width = 9, s.options.crop_height = 7;
+    s.options.first_sample = 1000;
+  });
+  add("all layers", [](CloudScene& s) {
+    for (const AovRow& row : kAovs) s.options.aovs.add(row.aov);
+  });
+  add("deep", [](CloudScene& s) { s.options.deep = true; });
+  add("parallel rays", [](CloudScene& s) {
+    s.camera = Camera{{8, 8, 60}, {8, 8, 8}};
+    s.camera.kind = CameraKind::orthographic;
+    s.camera.ortho_scale = 30;
+  });
+  add("all directions, from within", [](CloudScene& s) {
+    s.camera = Camera{{8, 8, 8}, {8, 8, 0}};
+    s.camera.kind = CameraKind::latlong;
+  });
+  add("a lens", [](CloudScene& s) {
+    s.camera = Camera{{8, 8, 60}, {8, 8, 8}};
+    s.camera.f_stop = 0.02, s.camera.focus_distance = 40;
+  });
+  add("many lights", [](CloudScene& s) {
+    for (int i = 0; i < 40; ++i) {
+      s.lights.emplace_back(
+          PointLight{direction_on_spiral(i, 40) * 40.0, Rgb(50.0f, 80.0f, 99.0f)});
+    }
+  });
+  add("droplets alone", [](CloudScene& s) {
+    s.medium.others = {{0.999, Rgb(1.0f), Droplets(12), Rgb(0.0f)}};
+  });
+  add("nothing at all", [](CloudScene& s) { s.medium.extinction = 1e-30; });
+  return all;
+}
+
+/// Every case of both lists, guided and plain.
 template <class Visit>
-void visit_scenes(const Visit& visit) {
+void visit_scenes(const Visit& visit, std::vector<Case> further = {}) {
   std::vector<Case> all = cases();
   for (Case& c : more_cases()) all.push_back(std::move(c));
+  for (Case& c : further) all.push_back(std::move(c));
   for (const Case& c : all) {
     for (const GuideUse guide : {GuideUse::on, GuideUse::off}) {
       Case scene = c;
@@ -76,9 +132,9 @@ Film render_with(KernelKind kernel, const Volume& v, CloudScene s) {
   return render(v, s).film;
 }
 
-TEST(LaneKernels, HaveTheMeansOfTheScalarTracer) {
-  const std::vector<KernelKind> kernels = lane_kernels();
-  if (kernels.empty()) GTEST_SKIP() << "the machine has no lane kernel";
+TEST(WavefrontKernels, HaveTheMeansOfTheScalarTracer) {
+  const std::vector<KernelKind> kernels = simd_kernels();
+  if (kernels.empty()) GTEST_SKIP() << "the machine has no SIMD kernel";
   proof::Family family;
   proof::Moments deviations;
   visit_scenes([&](const std::string& name, CloudScene s) {
@@ -95,21 +151,21 @@ TEST(LaneKernels, HaveTheMeansOfTheScalarTracer) {
   EXPECT_TRUE(family.passes());
 }
 
-TEST(PhaseLanes, AnswerForEachLaneAsItsPhaseFunctionDoes) {
+TEST(PhaseBatch, AnswerForEachLaneAsItsPhaseFunctionDoes) {
   const std::vector<detail::MediumComponent> all{{0.5f, Rgb(1.0f), Rgb(0.0f), Draine(0.4, 3)},
                                                  {1, Rgb(1.0f), Rgb(0.0f), Droplets(9)}};
-  detail::PhaseLanes lanes;
+  detail::PhaseBatch lanes;
   for (std::uint32_t k = 0; k < detail::kMostLanes; ++k) {
     const Vec3f from(direction_on_spiral(int(k), 16)), to(direction_on_spiral(15 - int(k), 16));
     for (int axis = 0; axis < 3; ++axis)
       lanes.from[axis][k] = from[axis], lanes.to[axis][k] = to[axis];
     lanes.u[k] = float(k) / 16, lanes.azimuth[k] = float(15 - k) / 16;
-    lanes.matter[k] = k % 2;
+    lanes.component[k] = k % 2;
   }
   const auto at = [](const float(&v)[3][detail::kMostLanes], std::size_t k) {
     return Vec3f(v[0][k], v[1][k], v[2][k]);
   };
-  detail::PhaseLanes found = lanes;
+  detail::PhaseBatch found = lanes;
   detail::find_densities(all, detail::kMostLanes, found);
   detail::sample_directions(all, detail::kMostLanes, lanes);
   for (std::size_t k = 0; k < detail::kMostLanes; ++k) {
@@ -121,20 +177,27 @@ TEST(PhaseLanes, AnswerForEachLaneAsItsPhaseFunctionDoes) {
   }
 }
 
-TEST(LaneKernels, OfEveryWidthGiveTheSameBytes) {
-  const std::vector<KernelKind> kernels = lane_kernels();
-  if (kernels.size() < 2) GTEST_SKIP() << "the machine has one lane kernel at most";
-  visit_scenes([&](const std::string& name, CloudScene s) {
-    s.options.samples = 5;
-    const Volume v = volume_of(s);
-    EXPECT_TRUE(same_bytes(render_with(kernels[0], v, s), render_with(kernels[1], v, s))) << name;
-  });
+TEST(WavefrontKernels, OfEveryWidthGiveTheSameBytes) {
+  const std::vector<KernelKind> kernels = simd_kernels();
+  if (kernels.size() < 2) GTEST_SKIP() << "the machine has one SIMD kernel at most";
+  visit_scenes(
+      [&](const std::string& name, CloudScene s) {
+        s.options.samples = 5;
+        const Volume v = volume_of(s);
+        const Film a = render_with(kernels[0], v, s), b = render_with(kernels[1], v, s);
+        EXPECT_TRUE(same_bytes(a, b)) << name;
+        EXPECT_EQ(a.layers.size(), b.layers.size());
+        for (std::size_t k = 0; k < a.layers.size(); ++k) {
+          EXPECT_EQ(a.layers[k].sums, b.layers[k].sums) << name << ": " << a.layers[k].name;
+        }
+      },
+      further_cases());
 }
 
 /// Which samples and pixels are traced together is a matter of threads, passes
 /// and crops.
-TEST(LaneKernels, CompanyChangesNoBit) {
-  for (const KernelKind kernel : lane_kernels()) {
+TEST(WavefrontKernels, CompanyChangesNoBit) {
+  for (const KernelKind kernel : simd_kernels()) {
     visit_scenes([&](const std::string& name, CloudScene s) {
       s.options.samples = 20;
       const Volume v = volume_of(s);
@@ -154,8 +217,8 @@ TEST(LaneKernels, CompanyChangesNoBit) {
   }
 }
 
-TEST(LaneKernels, MicroBoundsAndCountsChangeNoBit) {
-  for (const KernelKind kernel : lane_kernels()) {
+TEST(WavefrontKernels, MicroBoundsAndCountsChangeNoBit) {
+  for (const KernelKind kernel : simd_kernels()) {
     CloudScene s = sunny();
     s.options.samples = 10;
     s.options.micro_bounds = MicroBoundsUse::none;
@@ -171,8 +234,8 @@ TEST(LaneKernels, MicroBoundsAndCountsChangeNoBit) {
   }
 }
 
-TEST(LaneKernels, CountWhatTheScalarTracerCounts) {
-  for (const KernelKind kernel : lane_kernels()) {
+TEST(WavefrontKernels, CountWhatTheScalarTracerCounts) {
+  for (const KernelKind kernel : simd_kernels()) {
     for (const GuideUse guide : {GuideUse::on, GuideUse::off}) {
       CloudScene s = sunny();
       s.options.count = true;
@@ -222,9 +285,10 @@ Average guided_by(KernelKind kernel, const Volume& v, CloudScene s, const Value&
   detail::CoarseCells cells = detail::make_coarse_cells(v);
   PagedVector<detail::Importance::Row> rows(cells.count());
   for (std::size_t k = 0; k < rows.size(); ++k) rows[k].at.fill(value(k));
-  std::vector<float> worths(rows.size() * (setup.lights.size() + 1), 1.0f);
+  std::vector<float> importances(rows.size() * (setup.light.sources.size() + 1), 1.0f);
   setup.importance = std::make_shared<const detail::Importance>(
-      std::move(cells), Vec3f(0, 1, 0), HenyeyGreenstein(0), std::move(rows), std::move(worths));
+      std::move(cells), Vec3f(0, 1, 0), HenyeyGreenstein(0), std::move(rows),
+      std::move(importances));
   Film film;
   film.width = film.height = film.crop_width = film.crop_height = s.options.width;
   film.pixels.resize(std::size_t(film.width) * std::size_t(film.height));
@@ -239,11 +303,11 @@ Average guided_by(KernelKind kernel, const Volume& v, CloudScene s, const Value&
 
 /// Where importance jumps from cell to cell, paths go through a roulette or are
 /// split at every turn.
-TEST(LaneKernels, WeightsOutliveAnyImportance) {
-  const std::vector<KernelKind> kernels = lane_kernels();
-  if (kernels.empty()) GTEST_SKIP() << "the machine has no lane kernel";
+TEST(WavefrontKernels, WeightsOutliveAnyImportance) {
+  const std::vector<KernelKind> kernels = simd_kernels();
+  if (kernels.empty()) GTEST_SKIP() << "the machine has no SIMD kernel";
   proof::Family family;
-  for (const Rgb albedo : {Rgb(0.99f), Rgb(0.99f, 0.9f, 0.95f)}) {  // one lobe, any matter
+  for (const Rgb albedo : {Rgb(0.99f), Rgb(0.99f, 0.9f, 0.95f)}) {  // one lobe, any medium
     CloudScene s = sunny();
     s.medium.g = 0;
     s.medium.albedo = albedo;
@@ -262,8 +326,8 @@ TEST(LaneKernels, WeightsOutliveAnyImportance) {
   EXPECT_TRUE(family.passes());
 }
 
-TEST(LaneKernels, BouncesAreLimited) {
-  for (const KernelKind kernel : lane_kernels()) {
+TEST(WavefrontKernels, BouncesAreLimited) {
+  for (const KernelKind kernel : simd_kernels()) {
     proof::Family family;
     for (const std::uint32_t limit : {0u, 1u, 3u}) {
       CloudScene s = sunny();
@@ -278,18 +342,18 @@ TEST(LaneKernels, BouncesAreLimited) {
   }
 }
 
-TEST(ChooseLanes, RefusesWhatItDoesNotServeAndSaysWhy) {
+TEST(ChooseWavefront, RefusesWhatItDoesNotServeAndSaysWhy) {
   CloudScene s = sunny();
   s.options.tracker = Tracker::delta;
   const std::vector<Volume> volumes = make_volumes(puff(), std::vector{s.medium}, s);
-  const detail::LaneChoice choice = detail::choose_lanes(volumes, s.scene());
-  EXPECT_EQ(choice.lanes, KernelKind::scalar);
+  const detail::KernelChoice choice = detail::choose_wavefront(volumes, s.scene());
+  EXPECT_EQ(choice.kernel, KernelKind::scalar);
   EXPECT_EQ(choice.reason, "the tracker is not decomposition");
-  for (const KernelKind kernel : lane_kernels()) {
+  for (const KernelKind kernel : simd_kernels()) {
     s.options.kernel = kernel;
-    EXPECT_THROW((void)detail::choose_lanes(volumes, s.scene()), Error);
+    EXPECT_THROW((void)detail::choose_wavefront(volumes, s.scene()), Error);
   }
 }
 
-}  // namespace lanes_test
+}  // namespace wavefront_test
 }  // namespace pvol::test

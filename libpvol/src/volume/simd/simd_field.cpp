@@ -1,4 +1,4 @@
-#include "volume/simd/lane_field.h"
+#include "volume/simd/simd_field.h"
 
 #include <cmath>
 
@@ -6,7 +6,7 @@
 
 namespace pvol::detail {
 
-LaneField::LaneField(const VolumeField& f, const DenseBounds& b)
+SimdField::SimdField(const VolumeField& f, const DenseBounds& b)
     : bounds(b), samples(f.bricks().samples.data()), scale(f.scale), look_up(f.look_up) {
   if (f.micro.edge > 0) {
     micro_codes = reinterpret_cast<const std::uint16_t*>(f.micro.codes.data());
@@ -22,7 +22,7 @@ LaneField::LaneField(const VolumeField& f, const DenseBounds& b)
   }
 }
 
-const char* lane_obstacle(const Volume& v) {
+const char* simd_obstacle(const Volume& v) {
   const VolumeField& f = v.density;
   if (f.look_up != LookUp::nearest && f.look_up != LookUp::trilinear) {
     return "the interpolation is neither nearest nor trilinear";

@@ -54,8 +54,8 @@ class Slots {
     for (Rgb& part : result_.layers) part = colour(sums += 3);
     for (Rgb& part : result_.orders) part = colour(sums += 3);
     if (const double weight = collided_[slot].value(); weight != 0) {
-      const MediumComponent& matter = setup_.volumes.front().matter.front();
-      add_emitted(setup_, everywhere(matter), Rgb(float(weight)), result_);
+      const MediumComponent& component = setup_.volumes.front().components.front();
+      add_emitted(setup_, everywhere(component), Rgb(float(weight)), result_);
     }
     result_.alpha = alpha[slot];
     result_.first_weight = 0;
@@ -84,13 +84,13 @@ class Slots {
   }
 };
 
-struct LaneMemory : FlightMemory {
+struct WavefrontMemory : FlightMemory {
   Records camera{kPathFields}, paths{kPathFields}, shadows{kPathFields};  ///< that wait to fly
   Records collisions{kPathFields}, straight{kPathFields}, turned{kPathFields};
   Slots slots;
   Counts counts;
 
-  explicit LaneMemory(const PathSetup& setup) : FlightMemory(kPathFields), slots(setup) {}
+  explicit WavefrontMemory(const PathSetup& setup) : FlightMemory(kPathFields), slots(setup) {}
 };
 
 /// Numbers of samples in a batch go into 16 bits of a record's id.

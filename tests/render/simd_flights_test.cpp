@@ -17,7 +17,7 @@
 #include "support/statistics.h"
 
 namespace pvol::test {
-namespace lane_flights_test {
+namespace simd_flights_test {
 
 /// Pixels that see all but a point: every sample is nearly the same ray.
 CloudScene one_ray(Vec3d from, Vec3d to) {
@@ -37,7 +37,7 @@ CloudScene one_ray(Vec3d from, Vec3d to) {
 
 /// In fields of every kind, along rays across and askew: the share of flights
 /// that collide is 1 - exp(-tau).
-TEST(LaneFlights, CollideAsOftenAsTheOpticalDepthSays) {
+TEST(SimdFlights, CollideAsOftenAsTheOpticalDepthSays) {
   proof::Family family;
   for (const Field& f : fields()) {
     for (const LookUp look_up : {LookUp::trilinear, LookUp::nearest}) {
@@ -71,7 +71,7 @@ TEST(LaneFlights, CollideAsOftenAsTheOpticalDepthSays) {
 /// Light that scattered once: where the first flights end, how many shadow rays
 /// arrive, and what they weigh, against the scalar tracer in closed form
 /// (regular tracking and transmittance); in thin voxels and in those of a thousand free paths.
-TEST(LaneFlights, BringTheLightOfOneScattering) {
+TEST(SimdFlights, BringTheLightOfOneScattering) {
   proof::Family family;
   proof::Moments deviations;
   for (const char* name : {"constant", "gaussian", "contrast", "tiles_8"}) {
@@ -81,7 +81,7 @@ TEST(LaneFlights, BringTheLightOfOneScattering) {
       CloudScene s;
       s.environment = ConstantSky{Rgb(0.0f)};
       s.lights = {Sun{{0.3, 0.8, 0.4}, Rgb(2.0f), 0}};
-      s.medium = matter(extinction, Rgb(1.0f), g);
+      s.medium = component(extinction, Rgb(1.0f), g);
       s.options.width = s.options.height = 32;
       s.options.samples = proof::samples(600);
       s.options.max_bounces = 1;
@@ -108,7 +108,7 @@ TEST(LaneFlights, BringTheLightOfOneScattering) {
 
 /// What guiding does to weights, in each of its steps, at a noise that shows 1
 /// %.
-TEST(LaneFlights, GuidedOnesBringWhatPlainOnesDo) {
+TEST(SimdFlights, GuidedOnesBringWhatPlainOnesDo) {
   proof::Family family;
   for (Case& c : cases()) {
     constexpr const char* kSome[] = {"forward", "isotropic", "two components", "sun disc"};
@@ -135,7 +135,7 @@ TEST(LaneFlights, GuidedOnesBringWhatPlainOnesDo) {
 /// Two suns of half a sky each are a white furnace, and each by itself is one
 /// light that guided paths look for: their two pictures add up to 1, whatever
 /// weights do on the way.
-TEST(LaneFlights, GuidedOnesInTwoHalvesOfAFurnaceAddUp) {
+TEST(SimdFlights, GuidedOnesInTwoHalvesOfAFurnaceAddUp) {
   proof::Family family;
   for (const double extinction : {0.4, 2.0}) {
     for (const double g : {0.0, 0.8}) {
@@ -144,7 +144,7 @@ TEST(LaneFlights, GuidedOnesInTwoHalvesOfAFurnaceAddUp) {
         CloudScene s = sunny();
         s.environment = ConstantSky{Rgb(0.0f)};
         s.lights = {Sun{Vec3d{0.6, 0.8, 0.35} * side, Rgb(float(std::numbers::pi)), 179.99}};
-        s.medium = matter(extinction, Rgb(1.0f), g);
+        s.medium = component(extinction, Rgb(1.0f), g);
         s.options.samples = proof::samples(8000);
         s.options.threads = 0;
         s.options.seed = side > 0 ? 1 : 2;
@@ -158,5 +158,5 @@ TEST(LaneFlights, GuidedOnesInTwoHalvesOfAFurnaceAddUp) {
   EXPECT_TRUE(family.passes());
 }
 
-}  // namespace lane_flights_test
+}  // namespace simd_flights_test
 }  // namespace pvol::test

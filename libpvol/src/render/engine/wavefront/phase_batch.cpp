@@ -1,4 +1,4 @@
-#include "render/engine/wavefront/phase_lanes.h"
+#include "render/engine/wavefront/phase_batch.h"
 
 namespace pvol::detail {
 namespace {
@@ -9,16 +9,16 @@ Vec3f vector_of(const float (&v)[3][kMostLanes], std::size_t lane) {
 
 }  // namespace
 
-void find_densities(std::span<const MediumComponent> all, std::size_t count, PhaseLanes& lanes) {
+void find_densities(std::span<const MediumComponent> all, std::size_t count, PhaseBatch& lanes) {
   for (std::size_t k = 0; k < count; ++k) {
     lanes.pdf[k] =
-        pdf_phase(all[lanes.matter[k]].phase, vector_of(lanes.from, k), vector_of(lanes.to, k));
+        pdf_phase(all[lanes.component[k]].phase, vector_of(lanes.from, k), vector_of(lanes.to, k));
   }
 }
 
-void sample_directions(std::span<const MediumComponent> all, std::size_t count, PhaseLanes& lanes) {
+void sample_directions(std::span<const MediumComponent> all, std::size_t count, PhaseBatch& lanes) {
   for (std::size_t k = 0; k < count; ++k) {
-    const PhaseSample s = sample_phase(all[lanes.matter[k]].phase, vector_of(lanes.from, k),
+    const PhaseSample s = sample_phase(all[lanes.component[k]].phase, vector_of(lanes.from, k),
                                        lanes.u[k], lanes.azimuth[k]);
     for (int axis = 0; axis < 3; ++axis) lanes.to[axis][k] = s.direction[axis];
     lanes.pdf[k] = s.pdf;

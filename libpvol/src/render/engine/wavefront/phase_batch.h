@@ -9,21 +9,21 @@
 
 namespace pvol::detail {
 
-struct PhaseLanes {
+struct PhaseBatch {
   alignas(64) float from[3][kMostLanes];
   alignas(64) float to[3][kMostLanes];
   alignas(64) float pdf[kMostLanes];
   alignas(64) float u[kMostLanes];
   alignas(64) float azimuth[kMostLanes];
-  alignas(64) std::uint32_t matter[kMostLanes];  ///< the component's number
+  alignas(64) std::uint32_t component[kMostLanes];  ///< the component's number
 };
 
 // Compiled once for all instruction sets, as the scalar tracers' are.
 
 /// Sets `pdf` of the first `count` lanes.
-void find_densities(std::span<const MediumComponent> all, std::size_t count, PhaseLanes& lanes);
+void find_densities(std::span<const MediumComponent> all, std::size_t count, PhaseBatch& lanes);
 
 /// Sets `to` and `pdf`, by `u` and `azimuth`.
-void sample_directions(std::span<const MediumComponent> all, std::size_t count, PhaseLanes& lanes);
+void sample_directions(std::span<const MediumComponent> all, std::size_t count, PhaseBatch& lanes);
 
 }  // namespace pvol::detail

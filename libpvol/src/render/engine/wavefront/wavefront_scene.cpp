@@ -1,4 +1,4 @@
-#include "render/engine/wavefront/lane_scene.h"
+#include "render/engine/wavefront/wavefront_scene.h"
 
 #include "pvol/render/lighting.h"
 #include "pvol/volume/facts.h"
@@ -41,17 +41,17 @@ bool has_one_lobe(const std::vector<MediumComponent>& all) {
          m.albedo.x == m.albedo.y && m.albedo.y == m.albedo.z;
 }
 
-LaneLight make_lane_light(const LightSource& source, const Affine& world_to_cells) {
-  LaneLight l;
+SimdLight make_simd_light(const LightSource& source, const Affine& world_to_cells) {
+  SimdLight l;
   if (const auto* sun = std::get_if<SunLight>(&source)) {
-    l.kind = sun->disc_pdf == 0 ? LaneLight::Kind::delta : LaneLight::Kind::disc;
+    l.kind = sun->disc_pdf == 0 ? SimdLight::Kind::delta : SimdLight::Kind::disc;
     l.direction = sun->direction;
     l.one_minus_cos_radius = sun->one_minus_cos_radius;
     l.pdf = sun->disc_pdf;
     l.radiance = sun->disc_pdf == 0 ? sun->irradiance : sun->disc_radiance;
-  } else {  // no others come here, see lane_obstacle
+  } else {  // no others come here, see wavefront_obstacle
     const PointSource& point = std::get<PointSource>(source);
-    l.kind = LaneLight::Kind::point;
+    l.kind = SimdLight::Kind::point;
     l.place = Vec3f(world_to_cells.point(point.position) + Vec3d(DenseBounds::kBorder));
     l.radiance = point.intensity;
   }
@@ -61,32 +61,32 @@ LaneLight make_lane_light(const LightSource& source, const Affine& world_to_cell
 
 }  // namespace
 
-LaneScene::LaneScene(const PathSetup& s)
+WavefrontScene::WavefrontScene(const PathSetup& s)
     : setup(s),
       volume(s.volumes.front()),
       to_world{Vec3f(volume.cells_to_world.m[0]), Vec3f(volume.cells_to_world.m[1]),
                Vec3f(volume.cells_to_world.m[2])},
       field(volume.volume.density, *s.dense),
-      matter(make_component_table(volume.matter)),
-      one_lobe(has_one_lobe(volume.matter)) {
+      components(make_component_table(volume.components)),
+      one_lobe(has_one_lobe(volume.components)) {
   // What is absorbed is in layers.
   emits = s.options.aovs.has(Aov::lights) && largest(s.constant) > 0;
-  for (const MediumComponent& m : volume.matter) emits = emits || largest(m.emitted) > 0;
+  for (const MediumComponent& m : volume.components) emits = emits || largest(m.emitted) > 0;
   count = s.count;
   orders = s.options.aovs.has(Aov::scattering);
-  counts_collisions = orders || s.max_bounces <= kMostLaneBounces;
+  counts_collisions = orders || s.max_bounces <= kMostWavefrontBounces;
   limited = false;
-  weighted = s.sky.sampled();
-  dark_sky = !s.sky.sampled() && largest(s.sky.radiance({0, 1, 0}) - s.constant) == 0 &&
-             s.sky.is_constant();
-  for (const LightSource& source : s.lights) {
-    lights.push_back(make_lane_light(source, volume.volume.density.world_to_cells));
+  weighted = s.light.sky.sampled();
+  dark_sky = !s.light.sky.sampled() && largest(s.light.sky.radiance({0, 1, 0}) - s.constant) == 0 &&
+             s.light.sky.is_constant();
+  for (const LightSource& source : s.light.sources) {
+    lights.push_back(make_simd_light(source, volume.volume.density.world_to_cells));
     limited = limited || std::holds_alternative<PointSource>(source);
-    const bool seen = lights.back().kind == LaneLight::Kind::disc;
+    const bool seen = lights.back().kind == SimdLight::Kind::disc;
     weighted = weighted || seen;
     dark_sky = dark_sky && !seen;
   }
-  if (s.sky.sampled()) lights.emplace_back();
+  if (s.light.sky.sampled()) lights.emplace_back();
   const auto bit = [](std::size_t f) { return std::uint32_t(1) << f; };
   fields = bit(kX) | bit(kY) | bit(kZ) | bit(kDX) | bit(kDY) | bit(kDZ) | bit(kW0) | bit(kDepth) |
            bit(kRng0) | bit(kRng1) | bit(kId);
@@ -95,7 +95,7 @@ LaneScene::LaneScene(const PathSetup& s)
   if (weighted) fields |= bit(kPdf);
 }
 
-const char* lane_obstacle(std::span<const Volume> volumes, const Scene& scene) {
+const char* wavefront_obstacle(std::span<const Volume> volumes, const Scene& scene) {
   const RenderOptions& o = scene.options;
   if (count_places(volumes) != 1) return "there are several volumes";
   if (!scene.surfaces.empty()) return "there are surfaces";
@@ -105,7 +105,7 @@ const char* lane_obstacle(std::span<const Volume> volumes, const Scene& scene) {
   }
   if (o.depth) return "the octree's depth is set by the user";
   if (o.majorant_scale != 1) return "majorants are scaled";
-  if (o.max_bounces && *o.max_bounces > kMostLaneBounces) return "the bounce limit is high";
+  if (o.max_bounces && *o.max_bounces > kMostWavefrontBounces) return "the bounce limit is high";
   const Volume& v = volumes.front();
   if (v.fire != nullptr) return "a field emits";
   if (v.albedo != nullptr) return "the albedo varies in space";
@@ -118,7 +118,7 @@ const char* lane_obstacle(std::span<const Volume> volumes, const Scene& scene) {
     if (!served) return "a light is neither a sun nor a point light";
   }
   if (most_lights(scene) > kMostLights) return "there are more than 255 lights";
-  return lane_obstacle(v);
+  return simd_obstacle(v);
 }
 
 }  // namespace pvol::detail

@@ -1,0 +1,99 @@
+// A volume as paths walk through it.
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "pvol/shell/ray_shell.h"
+#include "pvol/volume/albedo_field.h"
+#include "pvol/volume/phase.h"
+#include "pvol/volume/volume.h"
+
+namespace pvol::detail {
+
+/// A component of a medium as a collision meets it.
+struct MediumComponent {
+  float share_up_to;  ///< of the extinction: its own and those of the components before it
+  Rgb albedo;
+  Rgb emitted;  ///< (1 - albedo) (L_e - constant): the source of a collision (THEORY.md, T5.1,
+                ///< T5.5)
+  PhaseFunction phase;
+  Rgb source{0.0f};  ///< L_e - constant
+};
+
+/// What it is at a place, where its albedo is a field.
+struct LocalMedium {
+  Rgb albedo;
+  Rgb emitted;  ///< as MediumComponent::emitted, with that albedo
+};
+
+/// Of a component that is the same everywhere.
+[[nodiscard]] inline LocalMedium everywhere(const MediumComponent& m) {
+  return {m.albedo, m.emitted};
+}
+
+/// Of a medium whose emission counts at collisions, or not at all there.
+[[nodiscard]] inline std::vector<MediumComponent> make_components(const Medium& medium,
+                                                                  Rgb constant, bool emits) {
+  std::vector<MediumComponent> all;
+  double sum = 0;
+  for (const Component& c : medium.components) {
+    sum += c.share;
+    const Rgb source = (emits ? c.emission : Rgb(0.0f)) - constant;
+    all.push_back({float(sum), c.albedo, (Rgb(1.0f) - c.albedo) * source, c.phase, source});
+  }
+  return all;
+}
+
+/// One of the volumes that paths walk through, at its first place.
+struct VolumeSetup {
+  const Volume& volume;
+  Float4 cells_x, cells_y,
+      cells_z;  // change of the position in cells per unit along each world axis
+  Affine cells_to_world;
+  std::vector<MediumComponent> components;
+  Affine cells_to_albedo;  ///< to those of the albedo's field, where there is one
+
+  /// Tested by rays before they enter the octree; none where a plan leaves it out.
+  std::optional<RayShell> shell{};
+
+  VolumeSetup(const Volume& v, Rgb constant, bool emits_at_collisions)
+      : volume(v),
+        cells_x(widen(Vec3f(v.density.world_to_cells.vector({1, 0, 0})))),
+        cells_y(widen(Vec3f(v.density.world_to_cells.vector({0, 1, 0})))),
+        cells_z(widen(Vec3f(v.density.world_to_cells.vector({0, 0, 1})))),
+        cells_to_world(inverse(v.density.world_to_cells)),
+        components(make_components(v.medium, constant, emits_at_collisions)),
+        cells_to_albedo(v.albedo ? v.albedo->world_to_cells * cells_to_world : Affine{}) {}
+
+  [[nodiscard]] Float4 in_cells(Vec3f direction) const {
+    return cells_x * splat(direction.x) + cells_y * splat(direction.y) +
+           cells_z * splat(direction.z);
+  }
+
+  /// A ray of the world in cells from the octree's origin; its t is world length still.
+  [[nodiscard]] Ray in_cells(const Ray& ray) const {
+    return {volume.density.world_to_cells.point(ray.o),
+            volume.density.world_to_cells.vector(ray.d)};
+  }
+
+  /// The part of such a ray in the box of the support.
+  [[nodiscard]] std::optional<Span> in_box(const Ray& cells) const {
+    if (volume.density.octree.empty()) return std::nullopt;
+    return intersect(volume.density.octree.support(), cells, 0,
+                     std::numeric_limits<double>::infinity());
+  }
+
+  /// The component that a collision belongs to, in proportion to the shares.
+  [[nodiscard]] const MediumComponent& choose_component(Rng& rng) const {
+    if (components.size() == 1) return components.front();
+    const float u = rng.uniform();
+    for (const MediumComponent& m : components) {
+      if (u < m.share_up_to) return m;
+    }
+    return components.back();
+  }
+};
+
+}  // namespace pvol::detail

@@ -1,0 +1,167 @@
+#include "cli/frame_job.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <variant>
+
+#include "cli/cli.h"
+#include "cli/load_scene.h"
+#include "cli/resume_state.h"
+#include "cli/scene_files.h"
+#include "cli/sequence.h"
+#include "cli/shared_choices.h"
+#include "pvol/math/rng.h"
+
+namespace pvol::cli {
+namespace {
+
+/// The names of all outputs that options have.
+template <class GivenOptions>
+auto output_names(GivenOptions& o) {
+  std::vector files{&o.output, &o.png, &o.deep};
+  if (o.stats != "-") files.push_back(&o.stats);
+  return files;
+}
+
+formats::SceneFile parse_scene(const RenderOptionsGiven& o) {
+  const StageLine stage("reading " + o.input.filename().string(), o.common.quiet);
+  formats::SceneFile file = read_scene(o.input, o.sets);
+  if (!o.grid.grid.empty()) file.volumes.front().grid = o.grid.grid;
+  cli::apply(o.options, formats::render_keys(file));
+  file.scene.options.count = !o.stats.empty();
+  file.scene.options.deep = !o.deep.empty();
+  return file;
+}
+
+/// Noise that stays while the picture moves looks like a dirty window, so each frame has random
+/// numbers of its own. Below 2^63, for scenes to hold it.
+std::uint64_t seed_of_frame(std::uint64_t seed, int frame) {
+  // Mixed twice, so that frame 2 of seed 1 is not frame 1 of seed 2.
+  return mix64(seed + mix64(std::uint64_t(frame))) >> 1;
+}
+
+// --- frames -------------------------------------------------------------------------------------
+
+/// What the frames of a sequence have in common.
+struct SequenceGiven {
+  RenderOptionsGiven options;  ///< without the frames, of which each job would keep a list
+  std::size_t frames_of_run = 0;
+  bool alone = false;  ///< the frame chooses for itself
+  int reference = 0;
+  std::optional<formats::SceneFile> scene{};  ///< of all frames, where the input has no pattern
+};
+
+/// Throws UsageError for names without a place for the frame's number, and for what goes with one
+/// picture only.
+SequenceGiven common_to_frames(const RenderOptionsGiven& o) {
+  const FramesGiven& frames = o.frames;
+  (void)choose_outputs(o);
+  SequenceGiven given{.options = o,
+                      .frames_of_run = frames.now().size(),
+                      .alone = frames.all().size() == 1 && !frames.lock_frame,
+                      .reference = frames.lock_frame.value_or(frames.all().front())};
+  given.options.frames = {};
+  if (!has_pattern(o.input)) {
+    given.scene = parse_scene(o);
+    require_pattern(files_of(*given.scene));
+  }
+  if (o.print_scene && given.frames_of_run > 1) {
+    throw UsageError("--print-scene prints one scene; choose its frame with --frame N");
+  }
+  for (const std::filesystem::path* file : output_names(o)) require_output_pattern(frames, *file);
+  return given;
+}
+
+/// A frame's job without its scene.
+FrameJob name_frame(const SequenceGiven& given, int frame) {
+  FrameJob job{.options = given.options, .frames_of_run = given.frames_of_run};
+  job.in_sequence.emplace().number = frame;
+  RenderOptionsGiven& o = job.options;
+  o.frames.frame = frame;
+  o.input = file_of_frame(o.input, frame);
+  for (std::filesystem::path* file : output_names(o)) *file = file_of_frame(*file, frame);
+  job.outputs = choose_outputs(o);
+  return job;
+}
+
+/// Parses the scene of a frame, or takes that of all frames, and names its files and its seed.
+void add_scene(const SequenceGiven& given, FrameJob& job) {
+  const int frame = job.in_sequence->number;
+  job.scene = given.scene ? *given.scene : parse_scene(job.options);
+  for (formats::SceneVolume& v : job.scene.volumes) v.file = file_of_frame(v.file, frame);
+  auto* sky = std::get_if<ImageSky>(&job.scene.scene.environment);
+  if (sky) sky->file = file_of_frame(sky->file, frame).string();
+  std::uint64_t& seed = job.scene.scene.options.seed;
+  seed = seed_of_frame(seed, frame);
+  job.open = open_choices(job.scene);
+  if (!job.open.empty()) job.in_sequence->locked_to = given.reference;
+}
+
+/// Names the frames to do, the first of which tells about its clouds.
+std::vector<FrameJob> name_frames(const SequenceGiven& given, const FramesGiven& frames) {
+  std::vector<FrameJob> jobs;
+  for (const int frame : frames.now()) jobs.push_back(name_frame(given, frame));
+  leave_out_existing({kRenderTool, given.options.common.quiet}, frames, jobs, is_rendered);
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    jobs[i].in_sequence->label = frame_label(jobs[i].in_sequence->number, i, jobs.size());
+    jobs[i].prints_facts = i == 0;
+  }
+  return jobs;
+}
+
+/// Parses the scenes of the frames and, where one of them leaves something open, of the reference.
+/// Then throws Error for all files that are missing.
+FrameJobs add_scenes(const SequenceGiven& given, std::vector<FrameJob> jobs) {
+  std::vector<FrameFile> needed;
+  bool open = false;
+  const auto add = [&](FrameJob& job) {
+    const int frame = job.in_sequence->number;
+    needed.push_back({frame, job.options.input});
+    if (!std::filesystem::exists(job.options.input)) return;
+    add_scene(given, job);
+    for (const auto& file : files_of(job.scene)) needed.push_back({frame, file});
+    if (!job.outputs.exr.empty()) check_layout(job.options, job.scene.scene);
+    open = open || !job.open.empty();
+  };
+  for (FrameJob& job : jobs) add(job);
+  std::optional<FrameJob> reference;
+  if (open && !given.alone) {
+    const auto among = std::ranges::find(
+        jobs, given.reference, [](const FrameJob& job) { return job.in_sequence->number; });
+    reference = among != jobs.end() ? *among : name_frame(given, given.reference);
+    if (among == jobs.end()) add(*reference);
+  }
+  require_files(needed);
+  return {std::move(jobs), std::move(reference)};
+}
+
+}  // namespace
+
+// --- all jobs -----------------------------------------------------------------------------------
+
+FrameJobs resolve_jobs(const RenderOptionsGiven& o) {
+  if (o.frames.any()) {
+    const SequenceGiven given = common_to_frames(o);
+    return add_scenes(given, name_frames(given, o.frames));
+  }
+  FrameJob job{.options = o, .outputs = choose_outputs(o)};
+  refuse_pattern(o.input);
+  job.scene = parse_scene(o);
+  for (const auto& file : files_of(job.scene)) refuse_pattern(file);
+  job.open = open_choices(job.scene);
+  return {{std::move(job)}};
+}
+
+FrameJob resolve_split(const RenderOptionsGiven& o) {
+  if (o.frames.any()) {
+    const SequenceGiven given = common_to_frames(o);
+    FrameJob job = name_frame(given, given.reference);
+    add_scene(given, job);
+    return job;
+  }
+  FrameJob job{.options = o, .outputs = choose_outputs(o)};
+  job.scene = parse_scene(o);
+  return job;
+}
+
+}  // namespace pvol::cli
