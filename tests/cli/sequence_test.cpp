@@ -462,14 +462,14 @@ TEST_F(Sequence, KeepsAFrameThatIsNotDoneForTheNextRun) {
   const RunResult r = run_tool(
       PVOL_RENDER, {smoke, "-o", exr, "--frame", "2", "--size", "64x48", "--spp", "4000000000"},
       [&](int pid, const std::string& err) {
-        if (!sent && err.find(" to expect", err.find("\nframe 2 ")) != err.npos) {
+        if (!sent && err.find(" expected", err.find("\nframe 2 ")) != err.npos) {
           sent = kill(pid, SIGINT) == 0;
         }
       });
   EXPECT_EQ(r.exit, 1) << r.err;
   EXPECT_NE(r.err.find("pvol-render: frame 2: error: interrupted after "), std::string::npos)
       << r.err;
-  EXPECT_NE(r.err.find("; what was rendered is saved, and --resume goes on with it\n"),
+  EXPECT_NE(r.err.find("; the picture so far is saved, and --resume continues it\n"),
             std::string::npos)
       << r.err;
   const auto header = formats::read_picture_header(folder / "a.0002.exr");
@@ -480,7 +480,7 @@ TEST_F(Sequence, KeepsAFrameThatIsNotDoneForTheNextRun) {
                                    {smoke, "-o", exr, "--frame", "2", "--size", "64x48", "--spp",
                                     "4000000000", "--skip-existing"},
                                    [&](int pid, const std::string& err) {
-                                     if (err.find("going on with ") != err.npos) kill(pid, SIGKILL);
+                                     if (err.find("resuming with ") != err.npos) kill(pid, SIGKILL);
                                    });
   EXPECT_EQ(again.signal, SIGKILL) << again.err;
 }

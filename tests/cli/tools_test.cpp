@@ -466,7 +466,7 @@ TEST(Render, AliasesOfAFileAreReadOnce) {
     for (auto at = r.err.find(what); at != std::string::npos; at = r.err.find(what, at + 1)) ++n;
     return n;
   };
-  EXPECT_EQ(lines("no extinction given; chose"), 2) << "each by its own place: " << r.err;
+  EXPECT_EQ(lines("no extinction is set; chose"), 2) << "each by its own place: " << r.err;
 }
 
 TEST(Render, ErrorsNameTheInstance) {
@@ -486,11 +486,11 @@ TEST(Render, ChoosesAnExtinctionAndSaysWhich) {
   const std::vector<std::string> arguments{vdb,     "-o", folder / "a.png", "--size", "2x2",
                                            "--spp", "1"};
   const std::string told = expect_success(PVOL_RENDER, arguments).err;
-  EXPECT_NE(told.find("no extinction given"), std::string::npos) << told;
+  EXPECT_NE(told.find("no extinction is set"), std::string::npos) << told;
   EXPECT_NE(told.find("shortest free path"), std::string::npos) << told;
   auto given = arguments;
   given.insert(given.end(), {"--set", "medium.extinction=2"});
-  EXPECT_EQ(expect_success(PVOL_RENDER, given).err.find("no extinction given"), std::string::npos);
+  EXPECT_EQ(expect_success(PVOL_RENDER, given).err.find("no extinction is set"), std::string::npos);
 }
 
 TEST(Render, BiasedOptionsSayThatTheyAre) {

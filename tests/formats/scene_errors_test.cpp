@@ -129,7 +129,8 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
        "s.toml:4:15: medium.phase_table is 3; expected an array of points [angle, value], or the "
        "name of a file of them"},
       {"[medium]\nphase_table = [0, 1]\n",
-       "s.toml:4:15: medium.phase_table is an array of 2; expected two points [angle, value]"},
+       "s.toml:4:15: medium.phase_table is an array of 2; expected at least two points [angle, "
+       "value]"},
       {"[medium]\nphase_table = [[0, 1], [180]]\n",
        "s.toml:4:24: medium.phase_table[2] is an array of 1; expected an array of 2 numbers"},
       {"[medium]\nphase_table = [[0, 1], [120, 1]]\n",
@@ -240,7 +241,7 @@ TEST_F(SceneText, BadPhaseFilesAreRefusedWithTheirLines) {
        "p.txt: medium.phase_table is an array of 2; expected angles from 0 to 180 degrees"},
       {"0 0\n180 0\n",
        "p.txt: medium.phase_table is an array of 2; expected values that are not all"},
-      {"0 1\n", "p.txt: medium.phase_table is an array of 1; expected two points"},
+      {"0 1\n", "p.txt: medium.phase_table is an array of 1; expected at least two points"},
   };
   for (const auto& [text, message] : cases) {
     std::ofstream(folder_ / "p.txt", std::ios::binary) << text;

@@ -274,11 +274,11 @@ TEST(MotionBlur, ThePlanSaysWhatItTakes) {
   };
   EXPECT_NE(changed([](auto& c) {
               c.options.transmittance = Transmittance::regular;
-            }).find("no closed form where a volume moves"),
+            }).find("no closed form for a volume that moves"),
             std::string::npos);
   EXPECT_NE(changed([](auto& c) {
               c.options.tracker = Tracker::regular;
-            }).find("no closed form where a volume moves"),
+            }).find("no closed form for a volume that moves"),
             std::string::npos);
   EXPECT_NE(changed([](auto& c) {
               c.options.line_emission = LineEmission::on;
