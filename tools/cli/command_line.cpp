@@ -215,6 +215,7 @@ Option CommandLine::add_option(const std::string& flags, T& to, const std::strin
 }
 
 template Option CommandLine::add_option(const std::string&, int&, const std::string&) const;
+template Option CommandLine::add_option(const std::string&, unsigned&, const std::string&) const;
 template Option CommandLine::add_option(const std::string&, double&, const std::string&) const;
 template Option CommandLine::add_option(const std::string&, std::string&, const std::string&) const;
 template Option CommandLine::add_option(const std::string&, std::filesystem::path&,
