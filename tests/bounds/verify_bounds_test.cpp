@@ -255,7 +255,8 @@ TEST(VerifyCover, VolumesAreNotMadeOfBoundsThatLackALeafOrHideOthers) {
   const Pyramid p = build_pyramid(one_value);
   EXPECT_EQ(refused(one_value, p, LookUp::trilinear), "");
   EXPECT_FALSE(verify_cover(nearly.grid, p).holds());
-  EXPECT_EQ(refused(nearly.grid, p, LookUp::trilinear).find("the bounds do not hold: one value"),
+  EXPECT_EQ(refused(nearly.grid, p, LookUp::trilinear)
+                .find("the bounds do not hold: they claim one value"),
             0u);
 }
 

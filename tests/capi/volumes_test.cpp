@@ -124,7 +124,7 @@ TEST(CapiVolume, SaysWhatIsWrong) {
   expect("no field 16", [&] { v.set(16, smoke.array()); });
   expect("no field -1", [&] { v.clear(-1); });
   expect("no inverse", [&] { v.set_transform(PVOL_DENSITY, {}); });
-  expect("extinction of -1", [&] { v.set_extinction(-1); });
+  expect("extinction is -1", [&] { v.set_extinction(-1); });
   expect("largest is 1", [&] { v.set_extinction_color({0.5f, 0.5f, 0.5f}); });
   expect("no interpolation 3", [&] { v.set_interpolation(pvol_interpolation(3)); });
   pvol_array a = smoke.array();

@@ -25,10 +25,11 @@ inline void add_form(const CommandLine& app, SplitGiven& given, const std::strin
 
 inline void add_split(const CommandLine& app, SplitGiven& given,
                       std::filesystem::path& local_copies) {
-  app.add_option("--split", given.parts,
-                 fmt::format("Render nothing; print command lines of {}, for parts of about equal "
-                             "work, and of the merge that combines them to the same picture",
-                             ends_of(whole(1, kMostParts))))
+  app.add_option(
+         "--split", given.parts,
+         fmt::format("Render nothing; print command lines of N parts (1 to {}) of about equal "
+                     "work, and of the merge that combines them to the same picture",
+                     kMostParts))
       .type_name("N")
       .check(fits(whole(1, kMostParts)));
   add_form(app, given,

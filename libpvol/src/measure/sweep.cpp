@@ -168,7 +168,7 @@ class Sweep {
       if (i == 0) {
         first_ = std::move(run);
       } else if (o_.always && !o_.always(i) && same_work(run, first_)) {
-        leave_out(i, "does the same as " + names_[0] + " does");
+        leave_out(i, "does the same as " + names_[0]);
       }
       return {seconds * (1 - samples_share), seconds * samples_share / n};
     } catch (const Error& e) {
