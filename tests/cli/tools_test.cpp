@@ -424,6 +424,41 @@ TEST(Render, PrintedSceneMakesTheSamePicture) {
   EXPECT_EQ(read_text(folder / "a.png"), read_text(folder / "b.png"));
 }
 
+/// Flags for the camera that frames the clouds and values of --set, in either order.
+TEST(Render, FlagsOfTheViewGoWithSets) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder);
+  const auto print = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {vdb, "--print-scene"});
+    return expect_success(PVOL_RENDER, arguments).out;
+  };
+  struct Case {
+    const char *flag, *value;
+    std::vector<std::string> sets;
+  };
+  const Case cases[] = {{"--view", "45,20", {"camera.azimuth=45", "camera.elevation=20"}},
+                        {"--view", "side", {"camera.azimuth=90", "camera.elevation=0"}},
+                        {"--zoom", "1.5", {"camera.zoom=1.5"}},
+                        {"--fov", "20", {"camera.fov=20"}},
+                        {"--up", "z", {"world.up=\"z\""}}};
+  for (const Case& c : cases) {
+    std::vector<std::string> all{"--set", "medium.g=0.25"};
+    for (const std::string& set : c.sets) all.insert(all.end(), {"--set", set});
+    const std::string expected = print(all);
+    EXPECT_NE(expected.find("g = 0.25"), std::string::npos) << expected;
+    EXPECT_EQ(print({c.flag, c.value, "--set", "medium.g=0.25"}), expected) << c.flag;
+    EXPECT_EQ(print({"--set", "medium.g=0.25", c.flag, c.value}), expected) << c.flag;
+  }
+}
+
+TEST(Render, RefusesViewsThatAreNone) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder);
+  for (const char* view : {"foo", "10", "10,", "x,20", "10,91", "400,0", "1,2,3", ""}) {
+    expect_usage_error(PVOL_RENDER, {vdb, "--print-scene", "--view", view}, "--view");
+  }
+}
+
 /// A scene of the ball at many places.
 std::string write_sky(const ScratchFolder& folder, int count) {
   std::string text = "[volume]\nfile = \"ball.vdb\"\n";

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <array>
+
 #include "cli/command_line.h"
 #include "cli/frames_line.h"
 #include "cli/picture_line.h"
@@ -144,48 +146,61 @@ std::vector<ManualPart> scene_manual() {
   return parts;
 }
 
-/// What --view says of a camera that frames the clouds: a word, or two angles.
-std::vector<std::string> view_keys(const std::string& view) {
+/// Azimuth and elevation of a camera that frames the clouds, as --view gives them: by a word, or in
+/// degrees. Nothing for another text.
+std::optional<std::array<std::string, 2>> parse_view(const std::string& view) {
   struct Named {
     const char *name, *azimuth, *elevation;
   };
   constexpr Named kViews[] = {{"front", "0", "0"},   {"right", "90", "0"}, {"side", "90", "0"},
                               {"back", "180", "0"},  {"left", "-90", "0"}, {"top", "0", "90"},
                               {"bottom", "0", "-90"}};
-  const auto both = [](const std::string& azimuth, const std::string& elevation) {
-    return std::vector{"camera.azimuth=" + azimuth, "camera.elevation=" + elevation};
-  };
   for (const Named& v : kViews) {
-    if (view == v.name) return both(v.azimuth, v.elevation);
+    if (view == v.name) return {{v.azimuth, v.elevation}};
   }
   const std::size_t comma = view.find(',');
-  if (comma == std::string::npos) {
-    throw UsageError("--view: found '" + view +
-                     "', expected front, right, side, back, left, top, bottom, or degrees about "
-                     "up and above, such as 45,20");
-  }
-  return both(view.substr(0, comma), view.substr(comma + 1));
+  if (comma == std::string::npos) return std::nullopt;
+  return {{view.substr(0, comma), view.substr(comma + 1)}};
 }
 
-/// Flags for a camera that frames the clouds, which are keys of the scene.
-void add_view(const CommandLine& app, RenderOptionsGiven& o) {
+Check is_view(const Entries& camera) {
+  return {[azimuth = fits(find_key(camera, "azimuth")->about.limits),
+           elevation = fits(find_key(camera, "elevation")->about.limits)](const std::string& text) {
+            const auto view = parse_view(text);
+            if (!view) {
+              return fmt::format(
+                  "found '{}', expected front, right, side, back, left, top, bottom, or degrees "
+                  "about up and above, such as 45,20",
+                  text);
+            }
+            const std::string fault = azimuth.fault((*view)[0]);
+            return fault.empty() ? elevation.fault((*view)[1]) : fault;
+          },
+          "front right side back left top bottom"};
+}
+
+/// Flags for a camera that frames the clouds. They add keys of the scene to `sets`.
+void add_view(const CommandLine& app, std::vector<std::string>& sets) {
+  Camera defaults;
+  const Entries all = entries(defaults);
   app.add_option_function(
          "--view",
-         [&o](const std::string& view) {
-           for (std::string& key : view_keys(view)) o.sets.push_back(std::move(key));
+         [&sets](const std::string& text) {
+           const auto [azimuth, elevation] = parse_view(text).value();
+           sets.push_back("camera.azimuth=" + azimuth);
+           sets.push_back("camera.elevation=" + elevation);
          },
          "Direction from which the camera that frames the clouds looks: front, right, side, back, "
          "left, top, bottom, or degrees about up from the front and above, such as 45,20 [a little "
          "above the front]")
-      .type_name("NAME|AZ,EL");
-  Camera defaults;
-  const Entries all = entries(defaults);
+      .type_name("NAME|AZ,EL")
+      .check(is_view(all));
   for (const char* key : {"zoom", "fov"}) {
     const Entry& e = *find_key(all, key);
     app.add_option_function(
            flag_of(e.about),
-           [&o, set = fmt::format("camera.{}=", key)](const std::string& text) {
-             o.sets.push_back(set + text);
+           [&sets, set = fmt::format("camera.{}=", key)](const std::string& text) {
+             sets.push_back(set + text);
            },
            help_of(e))
         .type_name(metavar_of(e.about))
@@ -194,9 +209,9 @@ void add_view(const CommandLine& app, RenderOptionsGiven& o) {
   const Limits up = find_key(all, "up")->about.limits;
   app.add_option_function(
          "--up",
-         [&o](const std::string& text) {
+         [&sets](const std::string& text) {
            const bool axis = text == "y" || text == "z";
-           o.sets.push_back(axis ? "world.up=\"" + text + '"' : "camera.up=[" + text + ']');
+           sets.push_back(axis ? "world.up=\"" + text + '"' : "camera.up=[" + text + ']');
          },
          "Axis that is up, y or z, for camera, sky and the default sun; or, for the camera alone, "
          "any direction [y]")
@@ -207,7 +222,6 @@ void add_view(const CommandLine& app, RenderOptionsGiven& o) {
 }
 
 void add_scene(const CommandLine& app, RenderOptionsGiven& o) {
-  add_view(app, o);
   app.add_option("--set", o.sets,
                  "Set a value of the scene, e.g. medium.g=0.5, or in lists volume[2].medium.g=0.5; "
                  "repeatable")
@@ -247,8 +261,13 @@ std::optional<int> read_command_line(int argc, char** argv, RenderOptionsGiven& 
   o.arguments.assign(argv, argv + argc);
   add_split(app, o.split, o.local_copies);
   add_options(app, o);
+  std::vector<std::string> of_flags;
+  add_view(app, of_flags);
   add_scene(app, o);
-  return app.parse(argc, argv, scene_manual());
+  const std::optional<int> code = app.parse(argc, argv, scene_manual());
+  // After all --set, in whose list the parser keeps nothing else.
+  o.sets.insert(o.sets.end(), of_flags.begin(), of_flags.end());
+  return code;
 }
 
 }  // namespace pvol::cli
