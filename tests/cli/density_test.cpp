@@ -133,7 +133,7 @@ TEST_F(Density, OfAFileIsNotRoundedTwice) {
   expect_success(PVOL_RENDER, render(folder_ / "a.pvol", "a.png", {"--density", "fp8"}));
   for (const char* other : {"fp32", "fp16", "fpn"}) {
     expect_error(1, PVOL_RENDER, render(folder_ / "a.pvol", "a.png", {"--density", other}),
-                 "kept in fp8");
+                 "stored as fp8");
   }
 }
 

@@ -188,7 +188,7 @@ TEST_F(Resume, RefusesPicturesOfSomethingElse) {
   };
   const Words few{"--spp", "4"};
   ASSERT_EQ(render("a", few).exit, 0);
-  refuses({"--spp", "8"}, "its scene has 'spp = 4', this one 'spp = 8'");
+  refuses({"--spp", "8"}, "its scene has 'spp = 4', this one has 'spp = 8'");
   refuses(few + Words{"--set", "medium.g=0.1"}, "its scene has 'g = ");
   refuses(few + Words{"--samples", "0:2"}, "it has all samples, this one has samples 0:2");
   refuses(few + Words{"--denoise"}, "it was rendered without --denoise");

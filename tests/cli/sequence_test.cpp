@@ -389,7 +389,7 @@ TEST_F(Sequence, IsRenderedByTheScenesThatWereChecked) {
   const RunResult r =
       run_tool(PVOL_RENDER, {scene, "-o", exr, "--frames", "1-2", "--size", "64x48", "--spp", "64"},
                [&](int, const std::string& err) {
-                 if (err.find("and for all frames the same") != err.npos)
+                 if (err.find("and used for all frames") != err.npos)
                    std::ofstream(scene) << "damaged";
                });
   EXPECT_EQ(r.exit, 0) << r.err;

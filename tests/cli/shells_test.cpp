@@ -77,7 +77,7 @@ TEST(Shells, ThatDoNotHoldAreFound) {
   content.shell->form.base.constant -= 0.125;
   formats::write_pvol(f.cloud, content);
   expect_exit(1, run_tool(PVOL_STATS, {"shells", f.cloud, "--verify"}),
-              "does not contain the cloud");
+              "is not proven to contain the cloud");
   const std::vector<std::string> render{f.cloud, "-o", f.folder / "a.png", "--size", "8x8",
                                         "--spp", "1",  "--quiet"};
   expect_exit(1, run_tool(PVOL_RENDER, render), "shell does not contain the cloud");

@@ -162,7 +162,7 @@ TEST(Fit, ByReferenceReadsTheSourceAgainAndRefusesAChangedOne) {
 
   const std::vector<std::string> stats{"bounds", pvol};
   std::filesystem::rename(vdb, folder / "gone.vdb");
-  expect_failure(PVOL_STATS, stats, "ball.vdb, which is not there");
+  expect_failure(PVOL_STATS, stats, "ball.vdb, which does not exist");
   std::ofstream(vdb, std::ios::binary) << read_text(folder / "gone.vdb") << 'x';
   expect_failure(PVOL_STATS, stats, "which has changed");
 }
@@ -552,7 +552,7 @@ TEST(Render, MajorantsCanBeScaledForTrackersThatBearIt) {
   const ScratchFolder folder;
   auto arguments = small_render(write_ball(folder), folder / "a.exr");
   arguments.insert(arguments.end(), {"--majorant-scale", "0.5"});
-  expect_failure(PVOL_RENDER, arguments, "weights");
+  expect_failure(PVOL_RENDER, arguments, "weighted tracker");
   EXPECT_FALSE(std::filesystem::exists(folder / "a.exr"));
   arguments.insert(arguments.end(), {"--tracker", "weighted-delta"});
   arguments.insert(arguments.end(), {"--set", "medium.extinction=100"});

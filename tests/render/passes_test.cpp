@@ -123,7 +123,37 @@ TEST(Passes, EndAtTheWantedNoise) {
   }
 }
 
-/// What a pixel gets, and what its colour gets in all, does not hang on any sample of its colour.
+/// As a fire before black: fewer samples a pixel than the pilot's, all of them for few pixels.
+TEST(Passes, EndAtTheWantedNoiseWhereMostPixelsAreBlack) {
+  RenderOptions o;
+  o.noise = 0.05;
+  Film film = empty_film(64, 64);
+  const auto is_lit = [](std::size_t i) { return i % 64 < 8 && i / 64 < 8; };
+  Passes passes(o, film.pixels.size());
+  Rng rng(7, 0, 0);
+  while (const auto targets = passes.next(film, 0)) {
+    fill(film, *targets,
+         [&](std::size_t i) { return is_lit(i) ? 1 + 3.4 * (double(rng.uniform()) - 0.5) : 0.0; });
+  }
+  EXPECT_NEAR(relative_noise(film).value(), 0.05, 0.005);
+  EXPECT_LT(samples(film), 4096 * 1.5 * kPilot);
+}
+
+/// One sample in each half, which a filter needs, whatever the time.
+TEST(Passes, HalvesHaveASampleEach) {
+  RenderOptions o;
+  o.time = 1e-4;
+  o.aovs.add(Aov::halves);
+  Film film = empty_film(8, 8);
+  Passes passes(o, 64);
+  double seconds = 0;
+  while (const auto targets = passes.next(film, seconds)) {
+    fill(film, *targets, [&](std::size_t) { return seconds += 1; });
+  }
+  for (const PixelSums& p : film.pixels) EXPECT_EQ(p.samples, 2u);
+}
+
+/// What a pixel gets, and what its colour gets in all, does not depend on any sample of its colour.
 TEST(Needs, OfAPixelFollowFromPixelsOfTheOtherColourAlone) {
   Film film = empty_film(9, 7);
   Rng rng(5, 0, 0);

@@ -34,7 +34,7 @@ void require_proof(const std::string& file, const Shell& shell, const ShellRepla
   if (r.certificate.bound >= promised) return;
   throw Error(fmt::format(
       "{}: the shell is not proven to contain the cloud: its slack is at least {:.4g}, expected "
-      "{:.4g} or more. Fit it again, or leave it out with pvol-fit --shells none.",
+      "{:.4g} or more; fit it again, or leave it out with pvol-fit --shells none",
       file, r.certificate.bound, promised));
 }
 

@@ -11,7 +11,8 @@ Passes::Passes(const RenderOptions& options, std::size_t pixels)
       pilot_only_(adaptive_ && options.part_end > 0),
       samples_(options.part_end > 0 ? options.part_end - options.part_begin : options.samples),
       noise_(options.noise),
-      time_(options.time) {
+      time_(options.time),
+      least_(options.aovs.has(Aov::halves) ? 2 : 1) {
   if (pilot_only_) samples_ = kPilot;
   if (!adaptive_ || pilot_only_) total_ = std::uint64_t(pixels) * samples_;
 }
@@ -49,12 +50,13 @@ double Passes::affordable() const {
   return std::max(0.0, *time_ - seconds_) * speed_;
 }
 
-/// As many samples again as there are, 16 at most, and as there is time for. The first pass is
-/// taken whatever the time.
+/// As many samples again as there are, 16 at most, and as there is time for. The first ones are
+/// taken whatever the time: one in each pixel, or one for each half of the samples, which a filter
+/// needs.
 std::optional<SampleTargets> Passes::next_equal(const Film& film, std::uint32_t end) {
   constexpr std::uint32_t kMost = 16;
   std::uint32_t more = std::min(std::clamp(uniform_, 1u, kMost), end - uniform_);
-  if (uniform_ > 0) {
+  if (uniform_ >= least_) {
     const double paid = std::floor(affordable() / double(film.pixels.size()));
     more = std::uint32_t(std::min(double(more), paid));
   }

@@ -41,6 +41,7 @@ class Passes {
   bool pilot_only_;
   std::uint32_t samples_;
   std::optional<double> noise_, time_;
+  std::uint32_t least_;  // samples of each pixel, whatever the time
   std::uint64_t total_ = 0;
 
   std::uint32_t uniform_ = 0;        // samples of every pixel while they are equal

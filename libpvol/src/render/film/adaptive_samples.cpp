@@ -94,8 +94,10 @@ double samples_for(double noise, const Film& film, std::size_t colour,
   const auto suffice = [&](double samples) {
     return expected_variance(film, colour, variance, share, samples) <= wanted * wanted;
   };
-  double lo = kPilot, hi = kMostSamples;
-  if (suffice(lo)) return 0;
+  if (suffice(0)) return 0;
+  // Where most pixels are calm, the shares of the others are large, and fewer samples than the pilot
+  // has are more for them.
+  double lo = suffice(kPilot) ? 1e-3 : kPilot, hi = kMostSamples;
   while (hi > 1.001 * lo) {
     const double middle = std::sqrt(lo * hi);
     (suffice(middle) ? hi : lo) = middle;
