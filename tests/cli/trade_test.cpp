@@ -172,7 +172,7 @@ TEST(Trade, MeasuresWhatHardlyEndsWhereUsersInsist) {
 
 TEST(Trade, SaysWhereTheBudgetIsTooShort) {
   const Recipe recipe;
-  expect_exit(1, {"trade", recipe.file, "--size", "4096x4096", "--budget", "0.1", "--quiet"},
+  expect_exit(1, {"trade", recipe.file, "--size", "1024x1024", "--budget", "0.1", "--quiet"},
               "budget");
 }
 

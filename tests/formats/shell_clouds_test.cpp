@@ -104,9 +104,9 @@ std::uint64_t count_lost_lines(const Shell& shell, const Support& support, std::
 TEST_P(ShellOfCloud, IsTightAndLosesNothing) {
   const std::filesystem::path file = std::filesystem::path(PVOL_SHARED_DATA) / GetParam().file;
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there";
-  if (!proof::runs_all() && GetParam().file != "wdas_cloud_sixteenth.vdb") {
-    GTEST_SKIP() << "tests/nightly fits shells to the other clouds";
-  }
+  const bool every_time =
+      GetParam().file == "wdas_cloud_sixteenth.vdb" && GetParam().kind == ShellKind::hard;
+  if (!proof::runs_all() && !every_time) GTEST_SKIP() << "tests/nightly fits the other shells";
   const formats::LoadedGrid loaded = formats::load_grid(file, {GetParam().grid, false});
   const Support support = make_support(loaded.grid, build_pyramid(loaded.grid));
   const Shell shell = fit_shell(support, {GetParam().kind, 16});
@@ -114,7 +114,7 @@ TEST_P(ShellOfCloud, IsTightAndLosesNothing) {
   EXPECT_GE(shell.tightness.volume_ratio, 1);
   EXPECT_LT(shell.tightness.hit_ratio, 1.25);
   EXPECT_EQ(count_lost_points(shell, support), 0u);
-  EXPECT_EQ(count_lost_lines(shell, support, 1'000'000), 0u);
+  EXPECT_EQ(count_lost_lines(shell, support, proof::samples(1'000'000)), 0u);
 }
 
 INSTANTIATE_TEST_SUITE_P(

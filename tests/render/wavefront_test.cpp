@@ -235,7 +235,6 @@ TEST(WavefrontKernels, MicroBoundsAndCountsChangeNoBit) {
 TEST(WavefrontKernels, CountWhatTheScalarTracerCounts) {
   for (const KernelKind kernel : simd_kernels()) {
     for (const GuideUse guide : {GuideUse::on, GuideUse::off}) {
-      if (guide == GuideUse::on && c.scene.options.max_bounces) continue;  // not together
       CloudScene s = sunny();
       s.options.count = true;
       s.options.guide = guide;
