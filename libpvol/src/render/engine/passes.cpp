@@ -94,10 +94,15 @@ double Passes::samples_of(const Film& film, std::size_t pixel, double average) c
 bool Passes::raise_goal(const Film& film) {
   constexpr double kLeast = 0.02;  // more samples, as a share of those at hand, worth a pass
   const double most = *std::max_element(film.needs->samples.begin(), film.needs->samples.end());
-  const double step = std::min(average_, 0.5 * affordable() / double(film.pixels.size()));
-  const double before = average_;
-  average_ = std::min(average_ + step, most);
-  if (!(average_ > before * (1 + (average_ < most ? kLeast : 0)))) return false;
+  if (most <= 0) return false;
+  if (goal_.empty() && most < average_) {
+    average_ = most;  // few pixels are noisy: the goal is below the pilot's average
+  } else {
+    const double step = std::min(average_, 0.5 * affordable() / double(film.pixels.size()));
+    const double before = average_;
+    average_ = std::min(average_ + step, most);
+    if (!(average_ > before * (1 + (average_ < most ? kLeast : 0)))) return false;
+  }
   goal_.resize(film.pixels.size());
   for (std::size_t i = 0; i < goal_.size(); ++i) {
     goal_[i] = std::uint32_t(std::min(samples_of(film, i, average_), double(kMostOfPixel)));
