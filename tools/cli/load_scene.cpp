@@ -49,7 +49,8 @@ bool bind_grids(const Loader& by, formats::SceneVolume& volume) {
   const std::vector<std::string> dark = formats::usual_fire_grids(grids);
   if (!volume.fire && grids.size() > 1 && !dark.empty()) {
     tell(by, name + fmt::format("the file has {}", fmt::join(dark, " and ")) +
-                 "; --set medium.fire.kelvin=K makes it a fire");
+                 "; --set medium.fire.kelvin=1900 makes it a fire, which needs dim lights and thin "
+                 "smoke");
   }
   return volume.fire && !had_fire;
 }
