@@ -46,8 +46,8 @@ class SurfaceTracer {
   Vec3f direction_, from_;  // of the flight, and of the one before it
   Rgb throughput_;
   std::uint32_t scatterings_ = 0;
-  const MediumComponent* component_ =
-      nullptr;               // of the last collision; null where a surface came after it
+  // Of the last collision; null where a surface came after it.
+  const MediumComponent* component_ = nullptr;
   Lambert lobe_;             // of that surface
   bool on_catcher_ = false;  // whether that was a shadow catcher before the camera
 

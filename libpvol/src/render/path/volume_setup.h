@@ -49,8 +49,8 @@ struct LocalMedium {
 /// One of the volumes that paths walk through, at its first place.
 struct VolumeSetup {
   const Volume& volume;
-  Float4 cells_x, cells_y,
-      cells_z;  // change of the position in cells per unit along each world axis
+  /// Change of the position in cells per unit along each axis of the world.
+  Float4 cells_x, cells_y, cells_z;
   Affine cells_to_world;
   std::vector<MediumComponent> components;
   Affine cells_to_albedo;  ///< to those of the albedo's field, where there is one
