@@ -23,17 +23,15 @@ bool is_among(const std::vector<std::string>& words, const std::string& text) {
 /// Takes effect while the line is parsed, before anything is loaded.
 void add_memory_limit(CLI::App& app) {
   constexpr double kLeast = 1e8;  // what the tools and their libraries take themselves
-  app.add_option_function<std::string>(
-         "--memory-limit", [](const std::string& text) { limit_memory(*parse_bytes(text)); },
-         "Limit of the address space, e.g. 4G: fail with a message instead of using more")
-      ->type_name("BYTES")
-      ->check(CLI::Validator(
-          [](const std::string& text) -> std::string {
-            const std::optional<double> bytes = parse_bytes(text);
-            if (bytes && *bytes >= kLeast) return {};
-            return fmt::format("found '{}', expected a size of 100M or more, such as 4G", text);
-          },
-          ""));
+  Option(app.add_option_function<std::string>(
+             "--memory-limit", [](const std::string& text) { limit_memory(*parse_bytes(text)); },
+             "Limit of the address space, e.g. 4G: fail with a message instead of using more"))
+      .type_name("BYTES")
+      .check({[](const std::string& text) -> std::string {
+        const std::optional<double> bytes = parse_bytes(text);
+        if (bytes && *bytes >= kLeast) return {};
+        return fmt::format("found '{}', expected a size of 100M or more, such as 4G", text);
+      }});
 }
 
 /// Version, help and messages as all tools have them.
@@ -180,11 +178,6 @@ const Option& Option::takes_all() const {
 
 const Option& Option::excludes(const Option& other) const {
   option_->excludes(other.option_);
-  return *this;
-}
-
-const Option& Option::describe(const std::string& help) const {
-  option_->description(help);
   return *this;
 }
 

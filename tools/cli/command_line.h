@@ -57,7 +57,6 @@ class Option {
   /// Takes any number of values, and keeps all.
   const Option& takes_all() const;
   const Option& excludes(const Option& other) const;
-  const Option& describe(const std::string& help) const;
 
  private:
   CLI::Option* option_;

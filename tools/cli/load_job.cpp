@@ -52,7 +52,8 @@ void warn_of_bounds(const std::filesystem::path& file, const Volume& volume) {
                    e.worst.lo.z)});
 }
 
-/// Makes the clouds of a job's scene ready, and chooses extinctions and camera where it has none.
+/// Makes the clouds of a job's scene ready, and chooses the extinctions and the camera that it
+/// leaves open.
 void load_scene(const RenderOptionsGiven& o, RenderJob& job) {
   load_sky(job.file);
   load_surfaces(job.file);
