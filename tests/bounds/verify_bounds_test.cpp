@@ -5,6 +5,7 @@
 #include "pvol/error.h"
 #include "pvol/volume/make_volume.h"
 #include "support/fields.h"
+#include "support/messages.h"
 
 namespace pvol {
 namespace verify_bounds_test {
@@ -150,13 +151,13 @@ TEST(VerifyBounds, PlacesThatNoPyramidReachesAreRefused) {
   VoxelGrid far_apart = tile({0, 0, 0}, 8);
   far_apart.tiles.push_back({{1 << 24, 0, 0}, 8, 0.5f});
   const std::string too_far = refusal(far_apart, LookUp::trilinear);
-  EXPECT_EQ(too_far.find("the density extends over 16777232 voxels"), 0u) << too_far;
+  EXPECT_TRUE(says(too_far, "bounds.density_extends_over"));
   far_apart.tiles.back().origin.x -= 16;
   EXPECT_EQ(refusal(far_apart, LookUp::trilinear), "");
   const VoxelGrid last = tile({0, 2147483640, 0}, 8);
-  EXPECT_EQ(refusal(last, LookUp::trilinear).find("voxels lie within 16 of the end"), 0u);
-  EXPECT_EQ(refusal(tile({0, 0, 0}, 8), LookUp::procedural).find("found samples with procedural"),
-            0u);
+  EXPECT_TRUE(says(refusal(last, LookUp::trilinear), "bounds.voxels_lie_within"));
+  EXPECT_TRUE(
+      says(refusal(tile({0, 0, 0}, 8), LookUp::procedural), "bounds.samples_procedural_look"));
 }
 
 TEST(VerifyBounds, HugeCubesOverNothingTakeNoTime) {
@@ -244,7 +245,7 @@ TEST(VerifyCover, VolumesAreNotMadeOfBoundsThatLackALeafOrHideOthers) {
     for (std::size_t i = 0; i < good.levels[0].size(); ++i) {
       Pyramid p = good;
       p.levels[0].erase(p.levels[0].begin() + std::ptrdiff_t(i));
-      EXPECT_EQ(refused(f.grid, p, look_up).find("the bounds do not hold: "), 0u) << i;
+      EXPECT_TRUE(says(refused(f.grid, p, look_up), "bounds.density_outside_them")) << i;
     }
   }
   // Samples of one value but for one, under the bounds of a tile.
@@ -255,9 +256,7 @@ TEST(VerifyCover, VolumesAreNotMadeOfBoundsThatLackALeafOrHideOthers) {
   const Pyramid p = build_pyramid(one_value);
   EXPECT_EQ(refused(one_value, p, LookUp::trilinear), "");
   EXPECT_FALSE(verify_cover(nearly.grid, p).holds());
-  EXPECT_EQ(refused(nearly.grid, p, LookUp::trilinear)
-                .find("the bounds do not hold: they claim one value"),
-            0u);
+  EXPECT_TRUE(says(refused(nearly.grid, p, LookUp::trilinear), "bounds.claim_value_cube"));
 }
 
 }  // namespace verify_bounds_test

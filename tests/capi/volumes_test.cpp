@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "capi/capi_fields.h"
+#include "support/messages.h"
 
 namespace pvol::test {
 namespace volumes_test {
@@ -114,47 +115,47 @@ TEST(CapiVolume, SaysWhatIsWrong) {
   pvol_set_error_function(
       v.get(), [](void* user, pvol_status, const char* m) { *static_cast<std::string*>(user) = m; },
       &heard);
-  const auto expect = [&](const char* part, const auto& f) {
+  const auto expect = [&](const char* key, const auto& f) {
     const api::Error e = error_of(f);
-    EXPECT_EQ(e.status(), PVOL_INVALID) << part;
-    EXPECT_NE(std::string(e.what()).find(part), std::string::npos) << e.what();
+    EXPECT_EQ(e.status(), PVOL_INVALID) << key;
+    EXPECT_TRUE(says(e.what(), key));
     EXPECT_EQ(heard, e.what());
     EXPECT_STREQ(pvol_message(v.get()), e.what());
   };
-  expect("no field 16", [&] { v.set(16, smoke.array()); });
-  expect("no field -1", [&] { v.clear(-1); });
-  expect("no inverse", [&] { v.set_transform(PVOL_DENSITY, {}); });
-  expect("extinction is -1", [&] { v.set_extinction(-1); });
-  expect("largest is 1", [&] { v.set_extinction_color({0.5f, 0.5f, 0.5f}); });
-  expect("no interpolation 3", [&] { v.set_interpolation(pvol_interpolation(3)); });
+  expect("capi.no_field", [&] { v.set(16, smoke.array()); });
+  expect("capi.no_field_minus", [&] { v.clear(-1); });
+  expect("capi.map_lattice_points", [&] { v.set_transform(PVOL_DENSITY, {}); });
+  expect("capi.extinction_minus", [&] { v.set_extinction(-1); });
+  expect("capi.shares_extinction", [&] { v.set_extinction_color({0.5f, 0.5f, 0.5f}); });
+  expect("capi.no_interpolation", [&] { v.set_interpolation(pvol_interpolation(3)); });
   pvol_array a = smoke.array();
   a.reserved[1] = 1;
-  expect("reserved", [&] { v.set(PVOL_DENSITY, a); });
+  expect("capi.reserved_member_not", [&] { v.set(PVOL_DENSITY, a); });
   const auto commit_with = [&](const pvol_array& array) {
     return [&v, array] { v.set(PVOL_DENSITY, array).commit(); };
   };
   a = smoke.array();
   a.values = nullptr;
-  expect("address of the array of samples is null", commit_with(a));
+  expect("capi.address_array_samples", commit_with(a));
   a = smoke.array();
   a.size[1] = 0;
-  expect("(40, 0, 40)", commit_with(a));
+  expect("capi.array_samples_expected", commit_with(a));
   a = smoke.array();
   a.type = pvol_type(3);
-  expect("type of samples 3", commit_with(a));
+  expect("capi.no_type_samples", commit_with(a));
   Smoke bad;
   bad.values[41 * 40 + 7] = -1;
-  expect("sample (1, 1, 7)", commit_with(bad.array()));
+  expect("capi.sample_density_expected", commit_with(bad.array()));
   bad.values[41 * 40 + 7] = std::numeric_limits<float>::quiet_NaN();
-  expect("sample (1, 1, 7)", commit_with(bad.array()));
+  expect("capi.sample_density_expected", commit_with(bad.array()));
   pvol_leaf leaf{smoke.values.data(), {0, 4, 0}};
   pvol_leaves leaves{};
   leaves.leaves = &leaf, leaves.leaf_count = 1;
-  expect("multiple of the edge", [&] { v.set(PVOL_DENSITY, leaves).commit(); });
+  expect("capi.cube_samples_lies", [&] { v.set(PVOL_DENSITY, leaves).commit(); });
   pvol_tile tile{{0, 0, 0}, 16, 1};
   leaves = {};
   leaves.tiles = &tile, leaves.tile_count = 1;
-  expect("edge of 16", [&] { v.set(PVOL_DENSITY, leaves).commit(); });
+  expect("capi.tile_edge", [&] { v.set(PVOL_DENSITY, leaves).commit(); });
 
   v.set(PVOL_DENSITY, smoke.array()).commit();  // and all is well after that
   EXPECT_GT(v.density({20, 20, 20}), 0);
@@ -332,7 +333,7 @@ TEST(CapiCommit, ChangesOfTheMediumKeepTheSamples) {
   }
   v.set_interpolation(PVOL_NEAREST).commit();
   const api::Error e = error_of([&] { v.set_interpolation(PVOL_TRICUBIC).commit(); });
-  EXPECT_NE(std::string(e.what()).find("set the samples of the density again"), std::string::npos);
+  EXPECT_TRUE(says(e.what(), "capi.interpolation_changed_tricubic"));
   EXPECT_GT(v.density(place_of(20, 20, 20)), 0) << "as it was";
 }
 

@@ -10,6 +10,7 @@
 #include "support/bodies.h"
 #include "support/cloud_scene.h"
 #include "support/fields.h"
+#include "support/messages.h"
 
 namespace pvol::test {
 namespace leaf_micro_bounds_test {
@@ -100,8 +101,8 @@ TEST(LeafMicroBounds, OfAnotherDensityMakeNoVolume) {
   CloudScene s;
   s.medium.extinction = 1;
   s.options.micro_bounds = MicroBoundsUse::cells_8;
-  EXPECT_NE(error_of([&] { (void)make_volume(g, p, s, &stored); }).find("do not hold"),
-            std::string::npos);
+  EXPECT_TRUE(
+      says(error_of([&] { (void)make_volume(g, p, s, &stored); }), "bounds.micro_bounds_leaf"));
 }
 
 }  // namespace leaf_micro_bounds_test

@@ -13,6 +13,7 @@
 #include "pvol/render/render.h"
 #include "support/cloud_scene.h"
 #include "support/fields.h"
+#include "support/messages.h"
 #include "support/statistics.h"
 
 namespace pvol::measure {
@@ -408,9 +409,9 @@ TEST(Compare, WhatCannotBeComparedIsRefused) {
   Film moved = a, smaller = make_film(grey, 8, 4, 2, 1), broken = a;
   moved.x = 1, moved.width = 9;
   broken.pixels[13].sum.y = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_NE(refused(moved, {}).find("different rectangles"), std::string::npos);
+  EXPECT_TRUE(says(refused(moved, {}), "comparison.pictures_show_different_rectangles"));
   EXPECT_NE(refused(smaller, {}).find("8 x 4"), std::string::npos);
-  EXPECT_NE(refused(broken, {}).find("(5, 1) is not finite"), std::string::npos);
+  EXPECT_TRUE(says(refused(broken, {}), "comparison.second_picture_pixel"));
   EXPECT_NE(refused(a, {1.0, 1e-3}).find("confidence"), std::string::npos);
   EXPECT_NE(refused(a, {0.9, 0}).find("level"), std::string::npos);
 }

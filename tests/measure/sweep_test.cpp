@@ -8,6 +8,7 @@
 
 #include "pvol/error.h"
 #include "pvol/math/rng.h"
+#include "support/messages.h"
 
 namespace pvol::measure {
 namespace sweep_test {
@@ -128,7 +129,7 @@ TEST(Sweep, StartsNoPilotsOnceTheyHaveTakenTheirPart) {
   FakeRenderer renderer{{{0, 1e-3}, {3, 1e-3}, {3, 1e-3}, {3, 1e-3}, {3, 1e-3}, {3, 1e-3}}};
   const std::vector<Measured> m = run_sweep(renderer, 20);
   EXPECT_EQ(m[0].left_out, "");
-  EXPECT_EQ(m[5].left_out, "the budget leaves no time for its pilot render");
+  EXPECT_TRUE(says(m[5].left_out, "trade.budget_leaves_no_time"));
   EXPECT_LE(renderer.now - 100, 20.1);
 }
 
@@ -200,8 +201,8 @@ TEST(Sweep, SaysWhatComesNext) {
   };
   (void)sweep({"one", "two"}, o, std::ref(renderer));
   ASSERT_GE(said.size(), 4u);
-  EXPECT_EQ(said[0], "pilot render of one");
-  EXPECT_EQ(said[2], "round 1 of 7: one");
+  EXPECT_TRUE(says(said[0], "trade.pilot_render"));
+  EXPECT_TRUE(says(said[2], "trade.round"));
 }
 
 TEST(Sweep, LeavesOutTheDearestUntilAllOthersFit) {
@@ -227,7 +228,7 @@ TEST(Sweep, LeavesOutWhatDoesTheSameAsTheFirst) {
   SweepOptions o = options_for(renderer, 60);
   o.always = [](std::size_t i) { return i == 4; };
   const std::vector<Measured> m = sweep(names, o, render);
-  EXPECT_EQ(m[1].left_out, "does the same as default");
+  EXPECT_TRUE(says(m[1].left_out, "trade.same_default"));
   for (const std::size_t i : {0u, 2u, 3u, 4u}) EXPECT_EQ(m[i].left_out, "") << names[i];
 }
 
@@ -266,7 +267,7 @@ TEST(Sweep, NamesAStopWithinAPilotAndNotItsCost) {
       (void)sweep({"a", "b", "c"}, o, render);
       ADD_FAILURE() << "nothing was measured";
     } catch (const Error& e) {
-      EXPECT_STREQ(e.what(), "a: interrupted before it was measured") << stopped;
+      EXPECT_TRUE(says(e.what(), "trade.interrupted_before_measured")) << stopped;
     }
   }
 }

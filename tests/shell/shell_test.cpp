@@ -4,6 +4,8 @@
 
 #include <limits>
 
+#include "support/messages.h"
+
 namespace pvol {
 namespace shell_test {
 
@@ -74,7 +76,7 @@ TEST(Shell, ValidateNamesWhatIsWrong) {
     return validate(s).value_or("valid");
   };
   EXPECT_EQ(broken([](Shell&) {}), "valid");
-  EXPECT_NE(broken([](Shell& s) { s.hi.y = s.lo.y; }).find("box is empty"), std::string::npos);
+  EXPECT_TRUE(says(broken([](Shell& s) { s.hi.y = s.lo.y; }), "shell.box_empty"));
   EXPECT_NE(broken([](Shell& s) { s.form.base.constant = 0.1; }).find("float"), std::string::npos);
   EXPECT_NE(broken([](Shell& s) {
               s.form.perturbations[1].form.base.linear.y = std::numeric_limits<double>::infinity();
@@ -84,10 +86,8 @@ TEST(Shell, ValidateNamesWhatIsWrong) {
             std::string::npos);
   EXPECT_NE(broken([](Shell& s) { s.form.perturbations.resize(65); }).find("65"),
             std::string::npos);
-  EXPECT_NE(broken([](Shell& s) {
-              s.form.perturbations[0].form.perturbations.resize(1);
-            }).find("itself perturbed"),
-            std::string::npos);
+  EXPECT_TRUE(says(broken([](Shell& s) { s.form.perturbations[0].form.perturbations.resize(1); }),
+                   "shell.perturbation_itself_perturbed"));
   for (const double bound : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
     EXPECT_NE(broken([&](Shell& s) { s.certificate.bound = bound; }).find("certificate"),
               std::string::npos);

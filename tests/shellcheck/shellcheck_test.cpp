@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pvol/error.h"
+#include "support/messages.h"
 
 namespace pvol {
 namespace shellcheck_test {
@@ -72,7 +73,7 @@ void expect_caught(const Shell& shell, const Support& support, const std::string
   const Vec3d p = frame(shell).to_shell(check.witness->index);
   EXPECT_LT(slack(shell, p), 0) << what;
   EXPECT_NEAR(slack(shell, p), check.witness->value, 1e-9) << what;
-  EXPECT_NE(describe(check).find("NOT contained: " + what), std::string::npos);
+  EXPECT_TRUE(says(describe(check), "shell.not_contained_cuts"));
 }
 
 /// A ball of 40 cells in a sphere with a dent above and one at a side that stop short of the cells.

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "stats/trade_variants.h"
+#include "support/messages.h"
 #include "support/run_tool.h"
 
 namespace pvol::cli {
@@ -98,7 +99,7 @@ TEST(Trade, CatchesABounceLimitAndNoUnbiasedSetting) {
   const measure::Row& limited = study.rows.back();
   EXPECT_LT(limited.bias.luminance.bias, 0);
   EXPECT_GE(limited.offset(), -limited.bias.luminance.relative_bias);
-  EXPECT_NE(verdict_text(limited).find("BIASED: mean -"), std::string::npos);
+  EXPECT_TRUE(says(verdict_text(limited), "trade.biased_mean_minus"));
   EXPECT_TRUE(limited.on_front);  // much faster: nothing beats it in time
 
   ASSERT_TRUE(study.goals[0].advice);

@@ -10,6 +10,7 @@
 #include "pvol/volume/make_volume.h"
 #include "support/error_of.h"
 #include "support/fields.h"
+#include "support/messages.h"
 #include "support/velocities.h"
 #include "volume/advected_field.h"
 #include "volume/flights.h"
@@ -308,11 +309,11 @@ TEST(Motion, WhatCannotBeIsRefused) {
     });
   };
   EXPECT_EQ(moving({}), "");
-  EXPECT_NE(moving({.tracker = Tracker::regular}).find("no closed form"), std::string::npos);
+  EXPECT_TRUE(says(moving({.tracker = Tracker::regular}), "motion.volume_motion_no_closed"));
   EXPECT_NE(moving({.majorant_scale = 2}).find("majorant_scale"), std::string::npos);
   EXPECT_NE(moving({.homogenise = 0.1}).find("homogenise"), std::string::npos);
-  EXPECT_NE(moving({}, 1e9).find("voxels a frame"), std::string::npos);
-  EXPECT_NE(moving({}, 1e38).find("voxels a frame"), std::string::npos);
+  EXPECT_TRUE(says(moving({}, 1e9), "motion.medium_moves_up_voxels"));
+  EXPECT_TRUE(says(moving({}, 1e38), "motion.medium_moves_up_voxels"));
   VelocityGrid huge = v;
   huge.along[0].tiles = {{{4096, 0, 0}, 4096, 1}};
   EXPECT_NE(error_of([&] { (void)make_displacements(huge, {}, 1); }).find("2^24 leaves"),

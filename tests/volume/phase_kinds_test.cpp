@@ -9,6 +9,7 @@
 
 #include "pvol/error.h"
 #include "pvol/volume/phase.h"
+#include "support/messages.h"
 #include "support/statistics.h"
 
 namespace pvol {
@@ -362,25 +363,25 @@ TEST(PhaseTable, OfAKnownFunctionTendsToIt) {
 TEST(PhaseTable, RefusesWhatIsNoTable) {
   const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
   const std::pair<std::vector<PhaseTable::Point>, std::string> cases[] = {
-      {{}, "two points"},
-      {{{0, 1}}, "two points"},
-      {{{0, 1}, {90, 1}}, "from 0 to 180"},
-      {{{1, 1}, {180, 1}}, "from 0 to 180"},
-      {{{0, 1}, {90, 1}, {90, 2}, {180, 1}}, "ascend"},
-      {{{0, 1}, {nan, 1}, {180, 1}}, "ascend"},
-      {{{0, 1}, {180, -1}}, "at least 0"},
-      {{{0, nan}, {180, 1}}, "at least 0"},
-      {{{0, inf}, {180, 1}}, "at least 0"},
-      {{{0, 0}, {180, 0}}, "not all 0"},
-      {{{0, 1}, {1e-3, 0}, {180, 0}}, "wider"},
-      {{{0, 1}, {1e-200, 0}, {180, 0}}, "wider"},
+      {{}, "phase.expected_least_two"},
+      {{{0, 1}}, "phase.expected_least_two"},
+      {{{0, 1}, {90, 1}}, "phase.expected_angles_degrees"},
+      {{{1, 1}, {180, 1}}, "phase.expected_angles_degrees"},
+      {{{0, 1}, {90, 1}, {90, 2}, {180, 1}}, "phase.expected_ascending_angles"},
+      {{{0, 1}, {nan, 1}, {180, 1}}, "phase.expected_ascending_angles"},
+      {{{0, 1}, {180, -1}}, "phase.expected_values_finite"},
+      {{{0, nan}, {180, 1}}, "phase.expected_values_finite"},
+      {{{0, inf}, {180, 1}}, "phase.expected_values_finite"},
+      {{{0, 0}, {180, 0}}, "phase.expected_values_not"},
+      {{{0, 1}, {1e-3, 0}, {180, 0}}, "phase.expected_peak_wider"},
+      {{{0, 1}, {1e-200, 0}, {180, 0}}, "phase.expected_peak_wider"},
   };
-  for (const auto& [points, words] : cases) {
+  for (const auto& [points, key] : cases) {
     try {
       (void)PhaseTable(points);
-      ADD_FAILURE() << words;
+      ADD_FAILURE() << key;
     } catch (const Error& e) {
-      EXPECT_NE(std::string(e.what()).find(words), std::string::npos) << e.what();
+      EXPECT_TRUE(says(e.what(), key));
     }
   }
 }
