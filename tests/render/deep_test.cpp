@@ -9,6 +9,7 @@
 #include "pvol/math/rng.h"
 #include "support/bodies.h"
 #include "support/lit_scenes.h"
+#include "support/messages.h"
 #include "support/pictures.h"
 #include "support/statistics.h"
 
@@ -372,10 +373,9 @@ std::string refusal(const std::function<void(CloudScene&)>& change) {
 
 TEST(Deep, RefusesWeightsAndMoreMemoryThanIsSensible) {
   EXPECT_EQ(refusal([](CloudScene&) {}), "");
-  EXPECT_NE(refusal([](CloudScene& s) {
-              s.options.tracker = Tracker::weighted_decomposition;
-            }).find("choose a tracker without"),
-            std::string::npos);
+  EXPECT_TRUE(
+      says(refusal([](CloudScene& s) { s.options.tracker = Tracker::weighted_decomposition; }),
+           "deep.deep_pictures_count"));
   const auto large = [](int bins, std::uint32_t samples) {
     return [=](CloudScene& s) {
       s.options.width = s.options.height = 8192;
@@ -383,8 +383,7 @@ TEST(Deep, RefusesWeightsAndMoreMemoryThanIsSensible) {
       s.options.samples = samples;
     };
   };
-  EXPECT_NE(refusal(large(64, 1000)).find("expected at most 8: choose fewer bins"),
-            std::string::npos);
+  EXPECT_TRUE(says(refusal(large(64, 1000)), "deep.deep_picture_pixels"));
   EXPECT_EQ(refusal(large(64, 1)), "") << "one sample fills no more than a bin";
   EXPECT_EQ(refusal(large(1, 1000)), "");
   EXPECT_NE(refusal([&](CloudScene& s) {

@@ -10,6 +10,7 @@
 #include "pvol/render/lights.h"
 #include "support/bodies.h"
 #include "support/meshes.h"
+#include "support/messages.h"
 #include "support/slab_oracle.h"
 #include "support/statistics.h"
 
@@ -702,29 +703,29 @@ TEST(SurfacePicture, IsTheSameForAnyThreads) {
   }
 }
 
-void expect_refused(CloudScene s, const std::string& words) {
+void expect_refused(CloudScene s, const std::string& key) {
   if (s.surfaces.empty()) s.surfaces.push_back(ground(0.5));
   const Field& f = cube();
   const Volume v = make_volume(f.grid, build_pyramid(f.grid), s);
   const Scene scene = s.scene();
   try {
     (void)plan({&v, 1}, scene);
-    FAIL() << words;
+    FAIL() << key;
   } catch (const Error& e) {
-    EXPECT_NE(std::string(e.what()).find(words), std::string::npos) << e.what();
+    EXPECT_TRUE(says(e.what(), key));
   }
 }
 
 TEST(SurfacePicture, WhatDoesNotGoTogetherIsRefused) {
   CloudScene weighted = cloud_scene_of_cube();
   weighted.options.tracker = Tracker::weighted_decomposition;
-  expect_refused(weighted, "without weights");
+  expect_refused(weighted, "surfaces.scenes_surfaces_combined");
   CloudScene deep = cloud_scene_of_cube();
   deep.options.deep = true;
-  expect_refused(deep, "deep");
+  expect_refused(deep, "surfaces.scenes_surfaces_combined_flat");
   CloudScene room = cloud_scene_of_cube();
   room.surfaces = {BallSurface{{6, 6, 6}, 60, {Rgb(1.0f)}}};
-  expect_refused(room, "bounce between surfaces");
+  expect_refused(room, "surfaces.most_paths_bounce");
   room.options.max_bounces = 10;
   room.options.width = room.options.height = 4;
   EXPECT_NO_THROW((void)run_cube(room));

@@ -10,6 +10,7 @@
 #include "pvol/math/rng.h"
 #include "support/bodies.h"
 #include "support/meshes.h"
+#include "support/messages.h"
 
 namespace pvol::detail {
 namespace surfaces_test {
@@ -288,32 +289,32 @@ TEST(Surfaces, AFlatMeshIsMet) {
   }
 }
 
-void expect_refused(const Surface& surface, const std::string& words) {
+void expect_refused(const Surface& surface, const std::string& key) {
   try {
     validate(surface);
-    FAIL() << words;
+    FAIL() << key;
   } catch (const Error& e) {
-    EXPECT_NE(std::string(e.what()).find(words), std::string::npos) << e.what();
+    EXPECT_TRUE(says(e.what(), key));
   }
 }
 
 TEST(Surfaces, ThatCannotBeAreRefused) {
-  expect_refused(PlaneSurface{{0, 0, 0}, {0, 0, 0}, {}}, "normal");
-  expect_refused(PlaneSurface{{0, 0, 0}, {0, 1, 0}, {Rgb(1.5f)}}, "albedo");
-  expect_refused(BallSurface{{0, 0, 0}, 0, {}}, "radius");
-  expect_refused(MeshSurface{}, "no triangles");
+  expect_refused(PlaneSurface{{0, 0, 0}, {0, 0, 0}, {}}, "surfaces.plane_normal");
+  expect_refused(PlaneSurface{{0, 0, 0}, {0, 1, 0}, {Rgb(1.5f)}}, "surfaces.plane_albedo");
+  expect_refused(BallSurface{{0, 0, 0}, 0, {}}, "surfaces.ball_radius");
+  expect_refused(MeshSurface{}, "surfaces.mesh_no_triangles");
   TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 3}}};
-  expect_refused(mesh_surface(mesh), "vertex that does not exist");
+  expect_refused(mesh_surface(mesh), "surfaces.mesh_triangle_refers");
   mesh.triangles = {{0, 1, 2}};
   mesh.vertices[1].x = std::numeric_limits<double>::quiet_NaN();
-  expect_refused(mesh_surface(mesh), "finite");
+  expect_refused(mesh_surface(mesh), "surfaces.mesh_coordinate_not_finite");
   mesh.vertices[1].x = 1;
   EXPECT_NO_THROW(validate(mesh_surface(mesh)));
-  expect_refused(mesh_surface(mesh, scaling({1, 0, 1})), "invertible");
+  expect_refused(mesh_surface(mesh, scaling({1, 0, 1})), "surfaces.mesh_matrix_expected");
   SolidSurface solid;
-  expect_refused(solid, "missing");
+  expect_refused(solid, "surfaces.solid_body_missing");
   solid.body = std::make_shared<const Body>(FreeForm{half_space({0, 0, 0}, {0, 1, 0}), {}});
-  expect_refused(solid, "unbounded");
+  expect_refused(solid, "surfaces.solid_body_unbounded");
   const Surface beyond = mesh_surface(test::ball_mesh(4), scaling(Vec3d(1e308)));
   EXPECT_THROW(Surfaces({&beyond, 1}), Error);
 }
