@@ -13,6 +13,7 @@
 
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
+#include "support/messages.h"
 #include "support/temporary_folder.h"
 
 namespace pvol::formats {
@@ -63,7 +64,7 @@ TEST(ExrDamage, AttributesAreInTheFileAndOfTheSizeOfTheirType) {
     std::memcpy(bytes.data() + at, &size, sizeof size);
     write_bytes(folder.file("b.exr"), bytes);
     const std::string message = refusal(folder.file("b.exr"));
-    EXPECT_NE(message.find("the attribute 'pixelAspectRatio' has"), std::string::npos) << message;
+    EXPECT_TRUE(says(message, "exr.byte_attribute_pixelaspectratio"));
   }
 }
 
@@ -71,7 +72,7 @@ TEST(ExrDamage, BlocksOfGigabytesAreRefused) {
   Imf::Header header = header_of(40000, 300, 100);
   header.compression() = Imf::DWAB_COMPRESSION;
   const std::string message = refusal(header);
-  EXPECT_NE(message.find("has blocks of 256 rows that take"), std::string::npos) << message;
+  EXPECT_TRUE(says(message, "exr.blocks_rows_bytes"));
 }
 
 TEST(ExrDamage, MoreBlocksThanAFileHoldsAreRefused) {
@@ -85,7 +86,7 @@ TEST(ExrDamage, MoreBlocksThanAFileHoldsAreRefused) {
   std::memcpy(bytes.data() + bytes.find(window) + window.size(), corners, sizeof corners);
   write_bytes(folder.file("a.exr"), bytes);
   const std::string message = refusal(folder.file("a.exr"));
-  EXPECT_NE(message.find("do not hold 268435456 blocks"), std::string::npos) << message;
+  EXPECT_TRUE(says(message, "exr.incomplete_bytes_not_hold"));
 }
 
 /// Another data window, three times as wide.
@@ -107,8 +108,7 @@ TEST(ExrDamage, PixelsThatDoNotFillThePictureAreRefused) {
   write_bytes(folder.file("b.exr"), widened(read_bytes(folder.file("a.exr"))));
   // They were what happened to be in memory.
   const std::string message = refusal(folder.file("b.exr"));
-  EXPECT_NE(message.find("b.exr: block 0 of its pixels does not fill"), std::string::npos)
-      << message;
+  EXPECT_TRUE(says(message, "exr.block_0_pixels_not_fill"));
 
   // A block of no bytes, which the table's first entry leads to.
   std::string none = read_bytes(folder.file("a.exr"));
@@ -117,7 +117,7 @@ TEST(ExrDamage, PixelsThatDoNotFillThePictureAreRefused) {
   std::memcpy(&block, none.data() + none.find(last) + last.size(), sizeof block);
   std::memset(none.data() + block + 4, 0, 4);
   write_bytes(folder.file("b.exr"), none);
-  EXPECT_NE(refusal(folder.file("b.exr")).find("block 0 of its pixels"), std::string::npos);
+  EXPECT_TRUE(says(refusal(folder.file("b.exr")), "exr.block_0_pixels"));
 
   // Without a word about its compression a file is zipped.
   std::string bytes = widened(read_bytes(folder.file("a.exr")));
@@ -195,8 +195,7 @@ TEST(ExrDamage, NoBlockIsShorterThanItsHeaderSays) {
       ASSERT_LE(block.size(), stored_block(bytes, block_at(middle)).size());
       write_bytes(bad, std::string(bytes).replace(block_at(middle), block.size(), block));
       const std::string message = refusal(bad);
-      EXPECT_NE(message.find("block " + std::to_string(middle) + " of its pixels does not fill"),
-                std::string::npos)
+      EXPECT_TRUE(says(message, "exr.block_pixels_not_fill"))
           << compression << ' ' << tiled << ' ' << message;
     }
   }
@@ -230,9 +229,7 @@ TEST(ExrDamage, NoBlockOfAnyPartIsShorterThanItsHeaderSays) {
     const std::string block = shortened(stored_block(bytes, at), 2);
     write_bytes(bad, std::string(bytes).replace(at, block.size(), block));
     const std::string message = film_refusal(bad);
-    EXPECT_NE(message.find("block " + std::to_string(i % kRows) + " of its pixels does not fill"),
-              std::string::npos)
-        << i << ' ' << message;
+    EXPECT_TRUE(says(message, "exr.block_pixels_not_fill")) << i << ' ' << message;
   }
 }
 
@@ -260,10 +257,9 @@ TEST(ExrDamage, PartsCountTogether) {
     const Imf::MultiPartOutputFile out(folder.file("a.exr").c_str(), headers.data(), int(parts));
   };
   write(4);
-  EXPECT_NE(film_refusal(folder.file("a.exr")).find("pixels are missing"), std::string::npos);
+  EXPECT_TRUE(says(film_refusal(folder.file("a.exr")), "exr.incomplete_pixels_missing"));
   write(5);
-  EXPECT_NE(film_refusal(folder.file("a.exr")).find("has blocks of 256 rows that take"),
-            std::string::npos);
+  EXPECT_TRUE(says(film_refusal(folder.file("a.exr")), "exr.blocks_rows_bytes"));
 }
 
 TEST(ExrDamage, KilobytesDoNotFillMemory) {
@@ -286,22 +282,21 @@ TEST(ExrDamage, KilobytesDoNotFillMemory) {
   }
   ASSERT_LT(fs::file_size(file), 100'000u);
   const std::string message = refusal(file);
-  EXPECT_NE(message.find("has 8192 x 4096 pixels in "), std::string::npos) << message;
+  EXPECT_TRUE(says(message, "exr.x_pixels_bytes"));
 }
 
 TEST(ExrDamage, ChannelsOfFewerSamplesAreRefused) {
   Imf::Header header = header_of(4, 4);
   header.channels().insert("Z", Imf::Channel(Imf::HALF, 2, 1));
   const std::string message = refusal(header);
-  EXPECT_NE(message.find("has fewer samples than pixels in its channel Z"), std::string::npos)
-      << message;
+  EXPECT_TRUE(says(message, "exr.fewer_samples_pixels"));
 }
 
 TEST(ExrDamage, TilesBeyondEveryPictureAreRefused) {
   Imf::Header header = header_of(16, 16);
   header.setTileDescription(Imf::TileDescription(16, 65537));
   const std::string message = refusal(header);
-  EXPECT_NE(message.find("has tiles of 16 x 65537 pixels"), std::string::npos) << message;
+  EXPECT_TRUE(says(message, "exr.tiles_x_pixels"));
 }
 
 TEST(ExrDamage, DeepPixelsAreRefused) {
@@ -311,7 +306,7 @@ TEST(ExrDamage, DeepPixelsAreRefused) {
   header.compression() = Imf::ZIPS_COMPRESSION;
   { const Imf::DeepScanLineOutputFile out(folder.file("a.exr").c_str(), header); }
   const std::string message = refusal(folder.file("a.exr"));
-  EXPECT_NE(message.find("has deep pixels"), std::string::npos) << message;
+  EXPECT_TRUE(says(message, "deep.deep_pixels_several"));
 }
 
 }  // namespace exr_damage_test

@@ -14,6 +14,7 @@
 
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
+#include "support/messages.h"
 #include "support/temporary_folder.h"
 
 namespace pvol::formats {
@@ -133,8 +134,8 @@ TEST_P(FilmFileInParts, LayersComeBackWithTheirNames) {
   }
   film.layers[3].sums[5].y = std::nan("");
   write_exr(folder.file("b.exr"), film, {}, everything(GetParam()));
-  EXPECT_NE(error_of([&] { (void)read_film(folder.file("b.exr")); }).find("layer sun.1"),
-            std::string::npos);
+  EXPECT_TRUE(
+      says(error_of([&] { (void)read_film(folder.file("b.exr")); }), "film.pixel_layer_sun"));
 }
 
 /// An EXR of 4 x 2 pixels with these channels, of one value each.
@@ -223,15 +224,12 @@ TEST(FilmFile, WhatMakesNoSenseIsRefused) {
     return error_of([&] { (void)read_film(folder.file("a.exr")); });
   };
   EXPECT_EQ(refused("R", 3), "no error");
-  EXPECT_NE(refused("variance.G", -1).find("a.exr: pixel (0, 0) holds"), std::string::npos);
+  EXPECT_TRUE(says(refused("variance.G", -1), "film.pixel_holds_samples"));
   EXPECT_NE(refused("samples.Y", 2.5f).find("samples.Y 2.5"), std::string::npos);
   EXPECT_NE(refused("samples.Y", 1e20f).find("samples"), std::string::npos);
   EXPECT_NE(refused("R", std::numeric_limits<float>::infinity()).find("finite"), std::string::npos);
   write_channels(folder.file("b.exr"), {{"R", 1}, {"Y", 1}});
-  EXPECT_NE(error_of([&] {
-              (void)read_film(folder.file("b.exr"));
-            }).find("no channel G; expected R, G and B, found R, Y"),
-            std::string::npos);
+  EXPECT_TRUE(says(error_of([&] { (void)read_film(folder.file("b.exr")); }), "film.no_channel_g"));
   EXPECT_THROW((void)read_film(folder.file("absent.exr")), Error);
 }
 

@@ -10,6 +10,7 @@
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
 #include "support/error_of.h"
+#include "support/messages.h"
 #include "support/temporary_folder.h"
 
 namespace pvol::formats {
@@ -157,44 +158,46 @@ TEST_F(HdrTest, ExposureAndCorrectionAreUndone) {
 
 TEST_F(HdrTest, WhatIsNotOneIsRefusedWithItsPlace) {
   const std::string body = picture(kUsual, new_runs).substr(kHead.size());
-  const auto says = [&](const std::string& bytes, const std::string& text) {
+  const auto refuses = [&](const std::string& bytes, const std::string& key) {
     const std::string message = refusal(bytes);
-    EXPECT_NE(message.find(text), std::string::npos) << message;
+    EXPECT_TRUE(says(message, key));
     EXPECT_NE(message.find("a.hdr"), std::string::npos) << message;
   };
-  says("", "expected one that begins with #?RADIANCE");
-  says("P6 12 5", "expected one that begins with #?RADIANCE");
-  says("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n" + body, "expected 32-bit_rle_rgbe");
-  says("#?RADIANCE\nEXPOSURE=0\n\n" + body, "EXPOSURE is \"0\"");
-  says("#?RADIANCE\nEXPOSURE=nan\n\n" + body, "EXPOSURE is \"nan\"");
-  says("#?RADIANCE\nCOLORCORR=1 2\n\n" + body, "expected three numbers");
-  says("#?RADIANCE\nPRIMARIES=0.7 0.3 0.2 0.7 0.1 0 0.3 0.3\n\n" + body, "Rec.709");
-  says(kHead + "-Y 5 +Z 12\n", "expected a line such as -Y 512 +X 1024");
-  says(kHead + "-Y 5 +Y 12\n", "expected a line such as -Y 512 +X 1024");
-  says(kHead + "-Y 5 +X\n", "expected a line such as -Y 512 +X 1024");
-  says(kHead + "-Y 0 +X 12\n", "12 x 0 pixels");
-  says(kHead + "-Y 5 +X -12\n", "-12 x 5 pixels");
-  says(kHead + "-Y 5x +X 12\n", "12 x 5x pixels");
-  says(kHead + "-Y 65537 +X 1\n", "1 x 65537 pixels");
-  says(kHead + "-Y 65536 +X 65536\n", "65536 x 65536 pixels");
-  says(kHead + "-Y 99999999999999999999 +X 1\n", "pixels; expected 1 to 65536");
-  says(kHead + "-Y 60000 +X 4000\n" + body, "lines of pixels; expected at least 4 each");
-  says("#?RADIANCE\n" + std::string(5000, 'x') + "\n", "the header is too long");
+  refuses("", "hdr.not_radiance_picture");
+  refuses("P6 12 5", "hdr.not_radiance_picture");
+  refuses("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n" + body, "hdr.format_bit_rle_xyze");
+  refuses("#?RADIANCE\nEXPOSURE=0\n\n" + body, "hdr.byte_exposure");
+  refuses("#?RADIANCE\nEXPOSURE=nan\n\n" + body, "hdr.byte_exposure_nan");
+  refuses("#?RADIANCE\nCOLORCORR=1 2\n\n" + body, "hdr.byte_colorcorr");
+  refuses("#?RADIANCE\nPRIMARIES=0.7 0.3 0.2 0.7 0.1 0 0.3 0.3\n\n" + body,
+          "hdr.primaries_expected_rec");
+  refuses(kHead + "-Y 5 +Z 12\n", "hdr.byte_header_ends");
+  refuses(kHead + "-Y 5 +Y 12\n", "hdr.byte_header_ends");
+  refuses(kHead + "-Y 5 +X\n", "hdr.byte_header_ends");
+  refuses(kHead + "-Y 0 +X 12\n", "hdr.picture_x_pixels");
+  refuses(kHead + "-Y 5 +X -12\n", "hdr.picture_minus_x");
+  refuses(kHead + "-Y 5x +X 12\n", "hdr.picture_x_5x");
+  refuses(kHead + "-Y 65537 +X 1\n", "hdr.too_many_rows");
+  refuses(kHead + "-Y 65536 +X 65536\n", "hdr.picture_65536_x");
+  refuses(kHead + "-Y 99999999999999999999 +X 1\n", "hdr.rows_overflow");
+  refuses(kHead + "-Y 60000 +X 4000\n" + body, "hdr.byte_bytes_left");
+  refuses("#?RADIANCE\n" + std::string(5000, 'x') + "\n", "hdr.byte_header_too_long");
   std::string endless = "#?RADIANCE\n";
   for (int i = 0; i < 300'000; ++i) endless += "A=1\n";
-  says(endless, "the header is too long");
+  refuses(endless, "hdr.byte_header_too_long");
   // Lines of pixels.
   const std::string one_line = kHead + "-Y 1 +X 12\n";
-  says(one_line + std::string("\2\2\0\x0b", 4) + std::string(60, '\1'), "a line of 11 pixels");
-  says(one_line + std::string("\2\2\0\x0c\0", 5) + std::string(60, '\1'), "a run of 0 values");
-  says(one_line + std::string("\2\2\0\x0c\x8d\7", 6) + std::string(60, '\1'),
-       "a run of 13 values, expected 1 to 12");
-  says(one_line + std::string("\1\1\1\1", 4) + std::string(60, '\5'), "repeated");
-  says(one_line + pixel(0, 0) + std::string("\1\1\1\x0c", 4) + std::string(60, '\5'), "repeated");
+  refuses(one_line + std::string("\2\2\0\x0b", 4) + std::string(60, '\1'), "hdr.line_pixels");
+  refuses(one_line + std::string("\2\2\0\x0c\0", 5) + std::string(60, '\1'), "hdr.run_values");
+  refuses(one_line + std::string("\2\2\0\x0c\x8d\7", 6) + std::string(60, '\1'),
+          "hdr.run_13_values");
+  refuses(one_line + std::string("\1\1\1\1", 4) + std::string(60, '\5'), "hdr.byte_repeated_pixel");
+  refuses(one_line + pixel(0, 0) + std::string("\1\1\1\x0c", 4) + std::string(60, '\5'),
+          "hdr.byte_repeated_pixel");
   const std::string zero("\1\1\1\0", 4);
-  says(one_line + pixel(0, 0) + zero + zero + zero + zero + zero + std::string(60, '\5'),
-       "repeated");
-  says("#?RADIANCE\nEXPOSURE=1e-10\n\n-Y 1 +X 1\n\xff\xff\xff\xff", "brighter than 3e38");
+  refuses(one_line + pixel(0, 0) + zero + zero + zero + zero + zero + std::string(60, '\5'),
+          "hdr.byte_repeated_pixel");
+  refuses("#?RADIANCE\nEXPOSURE=1e-10\n\n-Y 1 +X 1\n\xff\xff\xff\xff", "hdr.pixel_line_brighter");
 }
 
 TEST_F(HdrTest, EveryTruncationIsRefused) {

@@ -13,6 +13,7 @@
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/pvol_file.h"
 #include "support/forgeries.h"
+#include "support/messages.h"
 #include "support/pvol_bytes.h"
 #include "support/pvol_content.h"
 
@@ -127,18 +128,24 @@ TEST_F(PvolPrecisionTest, WrongContentIsNotWritten) {
     EXPECT_TRUE(files().empty());
     return message;
   };
-  const auto expect = [](const std::string& message, const char* part) {
-    EXPECT_NE(message.find(part), std::string::npos) << part << " is not in: " << message;
+  const auto expect = [](const std::string& message, const char* key) {
+    EXPECT_TRUE(says(message, key));
   };
-  expect(error([](PvolFile& f) { f.density = compact_file().density; }), "not both");
-  expect(error([](PvolFile& f) { f.codes->codes.pop_back(); }), "in number");
-  expect(error([](PvolFile& f) { f.codes->scales.pop_back(); }), "in number");
-  expect(error([](PvolFile& f) { f.codes->scales[0].lo = 0; }), "positive");
-  expect(error([](PvolFile& f) { f.codes->scales[0].bits = 3; }), "3 bits");
-  expect(error([](PvolFile& f) { f.codes->origins[0].x = 1; }), "aligned");
-  expect(error([](PvolFile& f) { f.micro->by_leaf.scales.pop_back(); }), "another cloud");
-  expect(error([](PvolFile& f) { f.micro->by_leaf.edge = 1; }), "2^3");
-  expect(error([](PvolFile& f) { f.micro->by_leaf.scales[0].base = std::nanf(""); }), "base");
+  expect(error([](PvolFile& f) { f.density = compact_file().density; }),
+         "pvol_file.holds_either_samples");
+  expect(error([](PvolFile& f) { f.codes->codes.pop_back(); }),
+         "pvol_file.density_write_wrong_bricks");
+  expect(error([](PvolFile& f) { f.codes->scales.pop_back(); }),
+         "pvol_file.density_write_wrong_bricks");
+  expect(error([](PvolFile& f) { f.codes->scales[0].lo = 0; }), "pvol_file.density_write_wrong");
+  expect(error([](PvolFile& f) { f.codes->scales[0].bits = 3; }), "pvol_file.codes_of_three_bits");
+  expect(error([](PvolFile& f) { f.codes->origins[0].x = 1; }), "pvol_file.brick_not_aligned");
+  expect(error([](PvolFile& f) { f.micro->by_leaf.scales.pop_back(); }),
+         "pvol_file.micro_bounds_write_belong");
+  expect(error([](PvolFile& f) { f.micro->by_leaf.edge = 1; }),
+         "pvol_file.micro_bounds_write_belong");
+  expect(error([](PvolFile& f) { f.micro->by_leaf.scales[0].base = std::nanf(""); }),
+         "pvol_file.micro_bounds_write");
 }
 
 // --- bytes --------------------------------------------------------------------------------------
@@ -224,7 +231,7 @@ TEST_F(PvolPrecisionTest, TruncationsAndFlippedBitsAreRefused) {
 }
 
 struct Forgery {
-  const char* named;  // in the error
+  const char* key;  // of the message
   Precision precision;
   test::Damage damage;
 };
@@ -251,22 +258,23 @@ std::vector<Forgery> forgeries_of_micro_bounds(const MicroBounds& micro) {
   const std::size_t first_open = steps + 4 * first_leaf(micro, true);
   const std::size_t first_closed = steps + 4 * first_leaf(micro, false);
   return {
-      {"micr occurs 2", k8, [](PvolBytes& f) { f.chunks.push_back(f.chunks[kMicro]); }},
-      {"unknown edge 1", k8, u32(kMicro, 0, 1)},
-      {"the bounds have", k8, u32(kMicro, 4, 0)},
-      {"the bounds have", k8, u32(kMicro, 4, 0xffffffff)},
-      {"the bounds have", k8, u32(kMicro, 8, 0xffffffff)},
-      {"raw bytes", k8, u32(kMicro, 8, open - 1)},
-      {"raw bytes", k8, u32(kMicro, 8, open + 1)},
-      {"ends early", k8, [](PvolBytes& f) { f.set(kMicro, {}); }},
-      {"base is negative", k8, f32(kMicro, 16, -1)},
-      {"base is negative", k8, f32(kMicro, 16, std::nanf(""))},
-      {"base is negative", k8, f32(kMicro, 16, HUGE_VALF)},
-      {"have a step", k8, f32(kMicro, first_open, 0)},
-      {"have a step", k8, f32(kMicro, first_open, std::nanf(""))},
-      {"have a step", k8, f32(kMicro, first_closed, 1)},
-      {"step is negative", k8, f32(kMicro, first_open, HUGE_VALF)},
-      {"above the upper one", k8,
+      {"pvol_file.micr_occurs_times", k8,
+       [](PvolBytes& f) { f.chunks.push_back(f.chunks[kMicro]); }},
+      {"pvol_file.micr_micro_bounds", k8, u32(kMicro, 0, 1)},
+      {"pvol_file.micr_leaves_codes", k8, u32(kMicro, 4, 0)},
+      {"pvol_file.micr_leaves_codes", k8, u32(kMicro, 4, 0xffffffff)},
+      {"pvol_file.micr_leaves_codes", k8, u32(kMicro, 8, 0xffffffff)},
+      {"pvol_file.micr_raw_bytes", k8, u32(kMicro, 8, open - 1)},
+      {"pvol_file.micr_8864_raw", k8, u32(kMicro, 8, open + 1)},
+      {"pvol_file.ends_early_bytes", k8, [](PvolBytes& f) { f.set(kMicro, {}); }},
+      {"pvol_file.micr_leaf_base", k8, f32(kMicro, 16, -1)},
+      {"pvol_file.micr_leaf_base", k8, f32(kMicro, 16, std::nanf(""))},
+      {"pvol_file.micr_leaf_base", k8, f32(kMicro, 16, HUGE_VALF)},
+      {"pvol_file.micr_leaves_step", k8, f32(kMicro, first_open, 0)},
+      {"pvol_file.micr_leaves_step", k8, f32(kMicro, first_open, std::nanf(""))},
+      {"pvol_file.micr_leaves_step", k8, f32(kMicro, first_closed, 1)},
+      {"pvol_file.micr_leaf_step", k8, f32(kMicro, first_open, HUGE_VALF)},
+      {"pvol_file.micr_leaf_lower", k8,
        [=](PvolBytes& f) {
          f.put(kMicro, 16 + 8 * leaves, std::uint8_t(9));
          f.put(kMicro, 16 + 8 * leaves + 64 * open, std::uint8_t(8));
@@ -280,45 +288,57 @@ std::vector<Forgery> forgeries_of_codes(const QuantisedGrid& codes) {
   const std::size_t lo = 16 + 20 * tiles + 12 * bricks, hi = lo + 4 * bricks;
   const std::size_t widths = hi + 4 * bricks;
   return {
-      {"DENQ occurs 2", k8, [](PvolBytes& f) { f.chunks.push_back(f.chunks[kDensity]); }},
-      {"both DENS and DENQ", k8,
+      {"pvol_file.denq_occurs_times", k8,
+       [](PvolBytes& f) { f.chunks.push_back(f.chunks[kDensity]); }},
+      {"pvol_file.both_dens_denq", k8,
        [](PvolBytes& f) {
          f.chunks.push_back(f.chunks[kDensity]);
          f.chunks.back().entry.id = detail::kDensity;
        }},
-      {"a quantised density, which is missing", k8, [](PvolBytes& f) { f.chunks.pop_back(); }},
-      {"precision 2", k8, meta("\"density\":{", "\"Density\":{")},
-      {"precision 2", k8, meta("\"precision\":\"fp8\"", "\"precision\":\"fp16\"")},
-      {"fp16, fp8 or fpn", k8, meta("\"precision\":\"fp8\"", "\"precision\":\"fp7\"")},
-      {"fp16, fp8 or fpn", k8, meta("\"precision\":\"fp8\"", "\"precision\":\"fp32\"")},
-      {"absolute_error", k8, meta("\"absolute_error\":", "\"absolute_error\":[],\"a\":")},
-      {"precision 0", k8, u32(kDensity, 0, 0)},
-      {"precision 3", k8, u32(kDensity, 0, 3)},
-      {"which only fp16 has", k8, u32(kDensity, 4, 1)},
-      {"exponent of 113", k16, u32(kDensity, 4, 113)},
-      {"exponent of -165", k16, u32(kDensity, 4, std::uint32_t(-165))},
-      {"raw bytes", k8, u32(kDensity, 8, 0xffffffff)},
-      {"raw bytes", k8, u32(kDensity, 12, 0xffffffff)},
-      {"raw bytes", kN, u32(kDensity, 12, 0xffffffff)},
-      {"raw bytes", k16, u32(kDensity, 12, 0xffffffff)},
-      {"ends early", k8, [](PvolBytes& f) { f.set(kDensity, {}); }},
-      {"positive", k8, f32(kDensity, 32, 0)},
-      {"not aligned", k8, u32(kDensity, 16 + 20 * tiles, 1)},
-      {"out of order", k8,
+      {"pvol_file.metadata_describe_quantised", k8, [](PvolBytes& f) { f.chunks.pop_back(); }},
+      {"pvol_file.denq_other_precision", k8, meta("\"density\":{", "\"Density\":{")},
+      {"pvol_file.denq_other_precision", k8,
+       meta("\"precision\":\"fp8\"", "\"precision\":\"fp16\"")},
+      {"pvol_file.meta_density_precision", k8,
+       meta("\"precision\":\"fp8\"", "\"precision\":\"fp7\"")},
+      {"pvol_file.meta_density_precision", k8,
+       meta("\"precision\":\"fp8\"", "\"precision\":\"fp32\"")},
+      {"pvol_file.meta_density_absolute_error", k8,
+       meta("\"absolute_error\":", "\"absolute_error\":[],\"a\":")},
+      {"pvol_file.denq_precision_zero", k8, u32(kDensity, 0, 0)},
+      {"pvol_file.denq_unlike_metadata", k8, u32(kDensity, 0, 3)},
+      {"pvol_file.denq_exponent_fp16", k8, u32(kDensity, 4, 1)},
+      {"pvol_file.denq_exponent", k16, u32(kDensity, 4, 113)},
+      {"pvol_file.denq_exponent_minus", k16, u32(kDensity, 4, std::uint32_t(-165))},
+      {"pvol_file.denq_6572_raw", k8, u32(kDensity, 8, 0xffffffff)},
+      {"pvol_file.denq_6572_raw_bytes", k8, u32(kDensity, 12, 0xffffffff)},
+      {"pvol_file.denq_3500_raw_bytes", kN, u32(kDensity, 12, 0xffffffff)},
+      {"pvol_file.denq_raw_bytes", k16, u32(kDensity, 12, 0xffffffff)},
+      {"pvol_file.ends_early_bytes", k8, [](PvolBytes& f) { f.set(kDensity, {}); }},
+      {"pvol_file.denq_tile_value", k8, f32(kDensity, 32, 0)},
+      {"pvol_file.denq_brick_not_aligned", k8, u32(kDensity, 16 + 20 * tiles, 1)},
+      {"pvol_file.denq_brick_out_order", k8,
        [=](PvolBytes& f) { f.swap(kDensity, 16 + 20 * tiles, 28 + 20 * tiles, 12); }},
-      {"expected positive", k8, f32(kDensity, lo, 0)},
-      {"expected positive", k8, f32(kDensity, lo, -1)},
-      {"expected positive", k8, f32(kDensity, lo, std::nanf(""))},
-      {"expected positive", k8, f32(kDensity, lo, 1e30f)},
-      {"expected positive", k8, f32(kDensity, hi, HUGE_VALF)},
-      {"expected positive", k8, f32(kDensity, hi, std::nanf(""))},
-      {"of 4 bits", k8, [=](PvolBytes& f) { f.put(kDensity, widths, std::uint8_t(4)); }},
-      {"of 0 bits", kN, [=](PvolBytes& f) { f.put(kDensity, widths, std::uint8_t(0)); }},
-      {"of 9 bits", kN, [=](PvolBytes& f) { f.put(kDensity, widths, std::uint8_t(9)); }},
-      {"raw bytes", kN, [=](PvolBytes& f) { f.put(kDensity, widths, std::uint8_t(16)); }},
-      {"one code for two", kN, [=](PvolBytes& f) { f.put(kDensity, widths, std::uint8_t(129)); }},
-      {"not finite", k16, [=](PvolBytes& f) { f.put(kDensity, lo, std::uint16_t(0x7c00)); }},
-      {"not finite", k16, [=](PvolBytes& f) { f.put(kDensity, lo, std::uint16_t(0x8001)); }},
+      {"pvol_file.denq_brick_samples", k8, f32(kDensity, lo, 0)},
+      {"pvol_file.denq_brick_samples", k8, f32(kDensity, lo, -1)},
+      {"pvol_file.denq_brick_samples", k8, f32(kDensity, lo, std::nanf(""))},
+      {"pvol_file.denq_brick_samples", k8, f32(kDensity, lo, 1e30f)},
+      {"pvol_file.denq_brick_samples", k8, f32(kDensity, hi, HUGE_VALF)},
+      {"pvol_file.denq_brick_samples", k8, f32(kDensity, hi, std::nanf(""))},
+      {"pvol_file.denq_codes_of_four_bits", k8,
+       [=](PvolBytes& f) { f.put(kDensity, widths, std::uint8_t(4)); }},
+      {"pvol_file.denq_codes_of_no_bits", kN,
+       [=](PvolBytes& f) { f.put(kDensity, widths, std::uint8_t(0)); }},
+      {"pvol_file.denq_codes_too_wide", kN,
+       [=](PvolBytes& f) { f.put(kDensity, widths, std::uint8_t(9)); }},
+      {"pvol_file.denq_3500_raw", kN,
+       [=](PvolBytes& f) { f.put(kDensity, widths, std::uint8_t(16)); }},
+      {"pvol_file.denq_brick_code", kN,
+       [=](PvolBytes& f) { f.put(kDensity, widths, std::uint8_t(129)); }},
+      {"pvol_file.brick_sample_negative", k16,
+       [=](PvolBytes& f) { f.put(kDensity, lo, std::uint16_t(0x7c00)); }},
+      {"pvol_file.brick_sample_negative", k16,
+       [=](PvolBytes& f) { f.put(kDensity, lo, std::uint16_t(0x8001)); }},
   };
 }
 
@@ -332,7 +352,7 @@ TEST_F(PvolPrecisionTest, ForgedFilesAreRefusedThoughTheirSumsMatch) {
     PvolBytes bad(written(full_file(forgery.precision), Compression::none));
     ASSERT_NO_THROW((void)read_pvol(bad.bytes(), "a"));
     forgery.damage(bad);
-    test::expect_refused(bad, forgery.named);
+    test::expect_refused(bad, forgery.key);
   }
 }
 
@@ -343,7 +363,7 @@ TEST_F(PvolPrecisionTest, WidthsAreFilledUpWithZeros) {
   ASSERT_NE(bricks % 4, 0u);
   PvolBytes bad(written(tiny, Compression::none));
   bad.put(bad.chunks.size() - 1, 16 + 20 * tiles + 20 * bricks + bricks, std::uint8_t(1));
-  test::expect_refused(bad, "padded with zeros");
+  test::expect_refused(bad, "pvol_file.denq_widths_not_padded");
 }
 
 TEST_F(PvolPrecisionTest, RandomDamageWithRightSumsNeverCrashes) {
@@ -400,7 +420,7 @@ TEST_F(PvolPrecisionTest, CloudsAreRoundedOnce) {
   for (const Quantisation& other : {Quantisation{Precision::fp32}, Quantisation{Precision::fp8},
                                     Quantisation{Precision::fpn, 0.2}}) {
     const std::string error = error_of([&] { quantise(cloud, other, "a.pvol"); });
-    EXPECT_NE(error.find("a.pvol: its density is stored as fpn"), std::string::npos) << error;
+    EXPECT_TRUE(says(error, "pvol_file.density_stored_fpn"));
   }
   write_pvol(path("a.pvol"), with_micro_bounds(compact_file()));
   Cloud exact = load_cloud(path("a.pvol"));

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "pvol/formats/pvol_file.h"
+#include "support/messages.h"
 #include "support/pvol_bytes.h"
 #include "support/pvol_content.h"
 
@@ -31,11 +32,10 @@ inline Damage meta(const std::string& from, const std::string& to) {
   return [=](PvolBytes& f) { f.replace_text(0, from, to); };
 }
 
-/// Expects that the file is refused with an error that tells its name and what is wrong.
-inline void expect_refused(const PvolBytes& bad, const char* wrong) {
+/// Expects that the file is refused with the error of this key, which tells its name.
+inline void expect_refused(const PvolBytes& bad, const char* key) {
   const std::string error = error_of([&] { (void)formats::read_pvol(bad.bytes(), "a.pvol"); });
-  EXPECT_NE(error.find(wrong), std::string::npos)
-      << wrong << " is not in: " << (error.empty() ? "no error" : error);
+  EXPECT_TRUE(says(error, key));
   EXPECT_EQ(error.find("a.pvol"), 0u);
 }
 

@@ -33,12 +33,11 @@ inline formats::PbrtScene read_pbrt_text(const std::string& text) {
   return formats::read_pbrt(folder.file("a.pbrt"), "out");
 }
 
-/// The first note that has the words, else "".
-inline std::string note_of(const formats::PbrtScene& scene, const std::string& words) {
-  for (const std::string& note : scene.notes) {
-    if (note.find(words) != note.npos) return note;
-  }
-  return "";
+/// All notes, a line each.
+inline std::string notes_of(const formats::PbrtScene& scene) {
+  std::string all;
+  for (const std::string& note : scene.notes) all += note + '\n';
+  return all;
 }
 
 }  // namespace pvol::test

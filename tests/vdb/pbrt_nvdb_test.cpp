@@ -10,12 +10,13 @@
 #include <cmath>
 
 #include "pvol/formats/cloud.h"
+#include "support/messages.h"
 #include "support/pbrt_text.h"
 
 namespace pvol::formats {
 namespace pbrt_nvdb_test {
 
-using test::note_of;
+using test::notes_of;
 using test::pbrt_text;
 
 /// Samples of 0 to 9 along each axis, half a unit apart.
@@ -65,14 +66,14 @@ TEST_F(PbrtNvdb, TheFileStaysAndHasThePlaceOfItsMedium) {
   EXPECT_FALSE(v.fire);
   EXPECT_TRUE(s.volumes.empty());
   EXPECT_EQ(v.object_to_world.point({4, 5, 6}), Vec3d(5, 7, -9));  // z is mirrored
-  EXPECT_EQ(note_of(s, "cuts off"), "");
+  EXPECT_EQ(times_said(notes_of(s), "pbrt.sphere_cuts_off"), 0);
   write_pbrt(folder_.file("b.toml"), s);
   EXPECT_NE(read_bytes(folder_.file("b.toml")).find("file = \"clouds/a.nvdb\""), std::string::npos);
   EXPECT_EQ(read_scene(folder_.file("b.toml")).volumes.at(0).file, folder_.file("clouds/a.nvdb"));
 }
 
 TEST_F(PbrtNvdb, AShapeThatIsTooSmallIsNamed) {
-  EXPECT_NE(note_of(scene("", kSmall), "the sphere cuts off part of medium \"c\""), "");
+  EXPECT_TRUE(says(notes_of(scene("", kSmall)), "pbrt.sphere_cuts_off_part"));
 }
 
 TEST_F(PbrtNvdb, TemperaturesGlow) {
