@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "pvol/formats/cloud.h"
+#include "support/messages.h"
 #include "support/run_tool.h"
 
 namespace pvol {
@@ -34,10 +35,10 @@ class Density : public ::testing::Test {
     return r;
   }
   static void expect_error(int exit, const char* tool, const std::vector<std::string>& arguments,
-                           const std::string& part) {
+                           const std::string& key) {
     const RunResult r = run_tool(tool, arguments);
     EXPECT_EQ(r.exit, exit) << r.err;
-    EXPECT_NE(r.err.find(part), std::string::npos) << part << " is not in: " << r.err;
+    EXPECT_TRUE(says(r.err, key));
   }
 
   json fit(const std::string& name, std::vector<std::string> more) {
@@ -99,7 +100,7 @@ TEST_F(Density, PicturesSayThatTheyAreBiased) {
       bias({"--density", "fp16", "--max-bounces", "3"}).find("yes: max_bounces, density fp16"), 0u);
   const std::string log =
       expect_success(PVOL_RENDER, render(vdb_, "a.png", {"--density", "fpn"})).err;
-  EXPECT_NE(log.find("density fpn, biased: samples are off by up to"), std::string::npos) << log;
+  EXPECT_TRUE(says(log, "density.density_fpn_biased"));
 }
 
 /// Two values fit into eight bits as they are.
@@ -111,7 +112,7 @@ TEST_F(Density, ThatLosesNothingIsNotBiased) {
   formats::write_vdb(vdb_, {&grid});
   EXPECT_EQ(fit("a.pvol", {"--density", "fp8"})["density"]["absolute_error"], 0);
   const RunResult r = expect_success(PVOL_RENDER, render(folder_ / "a.pvol", "a.exr"));
-  EXPECT_NE(r.err.find("density fp8, exact"), std::string::npos) << r.err;
+  EXPECT_TRUE(says(r.err, "density.density_fp8_exact"));
   EXPECT_EQ(read_text(folder_ / "a.exr").find("yes: density"), std::string::npos);
 }
 
@@ -125,7 +126,7 @@ TEST_F(Density, ToleranceIsKept) {
   expect_success(PVOL_RENDER, render(folder_ / "a.pvol", "a.png",
                                      {"--density", "fpn", "--density-tolerance", "0.1"}));
   expect_error(1, PVOL_RENDER, render(folder_ / "a.pvol", "a.png", {"--density", "fpn"}),
-               "a.pvol: its density is stored as fpn with a tolerance of 0.1");
+               "density.density_stored_fpn");
 }
 
 TEST_F(Density, OfAFileIsNotRoundedTwice) {
@@ -133,7 +134,7 @@ TEST_F(Density, OfAFileIsNotRoundedTwice) {
   expect_success(PVOL_RENDER, render(folder_ / "a.pvol", "a.png", {"--density", "fp8"}));
   for (const char* other : {"fp32", "fp16", "fpn"}) {
     expect_error(1, PVOL_RENDER, render(folder_ / "a.pvol", "a.png", {"--density", other}),
-                 "stored as fp8");
+                 "density.density_stored_fp8");
   }
 }
 
@@ -145,9 +146,10 @@ TEST_F(Density, PrintedScenesKeepIt) {
   std::ofstream(folder_ / "scene.toml") << expect_success(PVOL_RENDER, arguments).out;
   expect_success(PVOL_RENDER, {folder_ / "scene.toml", "-o", folder_ / "b.png"});
   EXPECT_EQ(read_text(folder_ / "a.png"), read_text(folder_ / "b.png"));
-  expect_error(2, PVOL_RENDER, render(vdb_, "c.png", {"--set", "render.density=fp7"}), "stored");
+  expect_error(2, PVOL_RENDER, render(vdb_, "c.png", {"--set", "render.density=fp7"}),
+               "density.no_precision_fp7");
   expect_error(2, PVOL_RENDER, render(vdb_, "c.png", {"--set", "render.density_tolerance=0.1"}),
-               "density = \"fpn\"");
+               "density.tolerance_without_fpn");
 }
 
 TEST_F(Density, MisuseIsRefused) {
@@ -156,20 +158,21 @@ TEST_F(Density, MisuseIsRefused) {
     more.insert(more.begin(), to.begin(), to.end());
     expect_error(2, PVOL_FIT, more, part);
   };
-  refuse({"--micro-bounds", "1"}, "single voxels would take");
-  refuse({"--micro-bounds", "4"}, "--micro-bounds");
-  refuse({"--density", "fp8", "--density-tolerance", "0.1"}, "needs --density fpn");
-  refuse({"--density", "fpn", "--density-tolerance", "0"}, "--density-tolerance");
+  refuse({"--micro-bounds", "1"}, "density.micro_bounds_bounds");
+  refuse({"--micro-bounds", "4"}, "density.micro_bounds_none");
+  refuse({"--density", "fp8", "--density-tolerance", "0.1"}, "density.error_density_tolerance");
+  refuse({"--density", "fpn", "--density-tolerance", "0"}, "density.density_tolerance_number");
   expect_error(2, PVOL_FIT,
                {folder_ / "a.toml", "-o", folder_ / "a.pvol", "--closed-form", "--density", "fp8"},
-               "takes no samples");
+               "density.closed_form_takes");
   expect_error(
       2, PVOL_FIT,
       {folder_ / "a.toml", "-o", folder_ / "a.pvol", "--closed-form", "--micro-bounds", "2"},
-      "takes no samples");
-  expect_error(2, PVOL_RENDER, render(vdb_, "a.png", {"--density", "reference"}), "--density");
+      "density.closed_form_takes");
+  expect_error(2, PVOL_RENDER, render(vdb_, "a.png", {"--density", "reference"}),
+               "density.density_reference_stored_fp32");
   expect_error(2, PVOL_RENDER, render(vdb_, "a.png", {"--density-tolerance", "0.1"}),
-               "needs --density fpn");
+               "density.error_density_tolerance");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "a.pvol"));
 }
 
@@ -194,7 +197,7 @@ TEST_F(Density, StoredMicroBoundsAreUsedAndChangeNoPixel) {
   const std::string log =
       expect_success(PVOL_RENDER, render(folder_ / "micro.pvol", "a.png", {"--micro-bounds", "2"}))
           .err;
-  EXPECT_NE(log.find("micro-bounds: 2^3 from the file"), std::string::npos) << log;
+  EXPECT_TRUE(says(log, "density.mean_optical_thickness"));
 }
 
 TEST_F(Density, StoredMicroBoundsThatDoNotHoldAreRefused) {
@@ -205,7 +208,7 @@ TEST_F(Density, StoredMicroBoundsThatDoNotHoldAreRefused) {
   ++std::find_if(codes.begin(), codes.end(), [](auto c) { return c.lo < c.hi; })->lo;
   formats::write_pvol(folder_ / "a.pvol", content);
   expect_error(1, PVOL_RENDER, render(folder_ / "a.pvol", "a.png", {"--micro-bounds", "2"}),
-               "a.pvol: the micro-bounds of leaf");
+               "density.micro_bounds_leaf");
   expect_success(PVOL_RENDER, render(folder_ / "a.pvol", "a.png", {"--micro-bounds", "none"}));
 }
 

@@ -13,6 +13,7 @@
 #include "pvol/formats/image.h"
 #include "pvol/formats/pvol_file.h"
 #include "support/effort.h"
+#include "support/messages.h"
 #include "support/run_tool.h"
 
 namespace pvol {
@@ -131,12 +132,12 @@ TEST(Faults, LittleMemoryIsAnErrorThatSaysSo) {
     arguments.insert(arguments.end(), {"--memory-limit", std::to_string(megabytes) + "M"});
     const RunResult r = run_tool(w.tool, arguments);
     EXPECT_EQ(r.exit, 1) << r.err << " signal " << r.signal;
-    EXPECT_NE(r.err.find("not enough memory"), std::string::npos) << r.err;
+    EXPECT_TRUE(says(r.err, "tools.error_not_enough"));
     EXPECT_EQ(names_in(folder.path()), std::set<std::string>{"large.toml"});
   }
   const RunResult r = run_tool(PVOL_FIT, {recipe, "-o", folder / "a.pvol", "--memory-limit", "1"});
   EXPECT_EQ(r.exit, 2);
-  EXPECT_NE(r.err.find("expected a size of 100M or more"), std::string::npos) << r.err;
+  EXPECT_TRUE(says(r.err, "tools.memory_limit_size_100m"));
 }
 
 /// Ends a tool by a signal after so many milliseconds.

@@ -12,6 +12,7 @@
 #include <regex>
 #include <thread>
 
+#include "support/messages.h"
 #include "support/run_tool.h"
 
 namespace pvol {
@@ -26,15 +27,20 @@ using testing::Words;
 
 using WhileRunning = std::function<void(int pid, const std::string& err)>;
 
-/// Sends the signals, in their order by number, once stderr holds the text.
-WhileRunning at_text(const std::string& text, const std::vector<int>& signals) {
-  return [text, signals, sent = false](int pid, const std::string& err) mutable {
-    if (sent || err.find(text) == err.npos) return;
+/// Sends the signals, in their order by number, once stderr has the message of this key.
+WhileRunning at_message(const std::string& key, const std::vector<int>& signals) {
+  return [key, signals, sent = false](int pid, const std::string& err) mutable {
+    if (sent || times_said(err, key) == 0) return;
     sent = true;
     kill(pid, SIGSTOP);
     for (const int s : signals) kill(pid, s);
     kill(pid, SIGCONT);
   };
+}
+
+/// What was said last.
+std::string last_line(const std::string& err) {
+  return err.empty() ? err : err.substr(err.rfind('\n', err.size() - 2) + 1);
 }
 
 /// Whether a signal to a process waits for one of its threads to take it.
@@ -94,7 +100,7 @@ TEST_F(Interrupt, EndsLoadingByTheSignalItself) {
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
       const RunResult r = run_tool(command[0], arguments_of(command), when_it_reads({signal}));
       EXPECT_EQ(r.signal, signal) << command[0] << ": " << r.err;
-      EXPECT_TRUE(r.err.ends_with(": interrupted while reading cloud.toml\n")) << r.err;
+      EXPECT_TRUE(says(last_line(r.err), "interrupt.interrupted_reading_cloud"));
       EXPECT_TRUE(out.empty());
     }
   }
@@ -104,8 +110,12 @@ TEST_F(Interrupt, CoversTheLineOnTheTerminal) {
   const RunResult r =
       run_on_terminal(PVOL_FIT, {fifo, "-o", out / "a.pvol"}, when_it_reads({SIGINT}));
   EXPECT_EQ(r.signal, SIGINT) << r.err;
-  const std::string line = "reading cloud.toml", blank(line.size(), ' ');
-  EXPECT_EQ(r.err, '\r' + line + '\r' + blank + "\rpvol-fit: interrupted while " + line + "\r\n");
+  EXPECT_TRUE(says(r.err, "interrupt.reading_cloud_toml"));
+  EXPECT_TRUE(says(r.err, "interrupt.interrupted_reading_cloud_toml"));
+  // A line, as many blanks over it, and the message.
+  EXPECT_TRUE(std::regex_match(r.err, std::regex("\r(.+)\r( +)\r[^\r]+\r\n"))) << r.err;
+  const std::size_t size = r.err.find('\r', 1);
+  EXPECT_EQ(r.err.find_first_not_of(' ', size + 1), 2 * size) << r.err;
 }
 
 TEST_F(Interrupt, AWishForACheckpointEndsNothing) {
@@ -147,25 +157,26 @@ TEST_F(Interrupt, EndsPlanning) {
   scene.close();
   const RunResult r =
       run_on_terminal(PVOL_RENDER, {folder / "scene.toml", "-o", picture, "--force"},
-                      at_text("planning", {SIGINT}));
+                      at_message("interrupt.during_planning", {SIGINT}));
   EXPECT_EQ(r.signal, SIGINT) << r.err;
-  EXPECT_NE(r.err.find("interrupted while planning"), r.err.npos) << r.err;
+  EXPECT_TRUE(says(r.err, "interrupt.interrupted_planning"));
   EXPECT_TRUE(out.empty());
 }
 
 TEST_F(Interrupt, EndsTheFitOfAShell) {
   const RunResult r = run_on_terminal(
       PVOL_FIT, {ball, "-o", out / "a.pvol", "--shells", "64", "--shell-effort", "10"},
-      at_text("fitting the shell", {SIGINT}));
+      at_message("interrupt.during_shell", {SIGINT}));
   EXPECT_EQ(r.signal, SIGINT) << r.err;
-  EXPECT_NE(r.err.find("interrupted while fitting the shell"), r.err.npos) << r.err;
+  EXPECT_TRUE(says(r.err, "interrupt.interrupted_fitting_shell"));
   EXPECT_TRUE(out.empty());
 }
 
 TEST_F(Interrupt, TheFirstOneSavesAPictureAndTheSecondEndsTheTool) {
-  const RunResult once = run_tool(PVOL_RENDER, long_picture(), at_text("noise ", {SIGHUP}));
+  const RunResult once =
+      run_tool(PVOL_RENDER, long_picture(), at_message("interrupt.during_rendering", {SIGHUP}));
   EXPECT_EQ(once.exit, 1) << once.err;
-  EXPECT_NE(once.err.find("; the picture so far is saved"), once.err.npos) << once.err;
+  EXPECT_TRUE(says(once.err, "interrupt.interrupted_after_samples"));
   EXPECT_FALSE(read_text(picture).empty());
   // What is interrupted on the way into a .png is filtered to the end. A second signal counts a
   // second after the first, during which the tool stands still here: however fast it filters.
@@ -173,7 +184,7 @@ TEST_F(Interrupt, TheFirstOneSavesAPictureAndTheSecondEndsTheTool) {
   std::ofstream(png) << "old";
   bool sent = false;
   const auto twice_apart = [&](int pid, const std::string& err) {
-    if (sent || err.find("noise ") == err.npos) return;
+    if (sent || times_said(err, "interrupt.during_rendering") == 0) return;
     sent = true;
     kill(pid, SIGINT);
     while (is_pending(pid, SIGINT)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -187,7 +198,7 @@ TEST_F(Interrupt, TheFirstOneSavesAPictureAndTheSecondEndsTheTool) {
       {ball, "-o", png, "--size", "640x480", "--spp", "1000000", "--denoise", "--threads", "1"},
       twice_apart);
   EXPECT_EQ(twice.signal, SIGTERM) << twice.err;
-  EXPECT_NE(twice.err.find("interrupted again"), twice.err.npos) << twice.err;
+  EXPECT_TRUE(says(twice.err, "interrupt.interrupted_again"));
   EXPECT_EQ(read_text(png), "old");
   for (const auto& entry : std::filesystem::directory_iterator(out.path())) {
     EXPECT_EQ(entry.path().string().find(".tmp-"), std::string::npos) << entry.path();
@@ -197,9 +208,9 @@ TEST_F(Interrupt, TheFirstOneSavesAPictureAndTheSecondEndsTheTool) {
 TEST_F(Interrupt, InTheFilterSavesThePictureAsItIs) {
   const RunResult r = run_on_terminal(
       PVOL_RENDER, {ball, "-o", picture, "--size", "800x600", "--spp", "2", "--denoise"},
-      at_text("\rfiltering", {SIGINT}));
+      at_message("interrupt.during_filter", {SIGINT}));
   EXPECT_EQ(r.exit, 1) << r.err;
-  EXPECT_NE(r.err.find("interrupted; the picture is saved unfiltered"), r.err.npos) << r.err;
+  EXPECT_TRUE(says(r.err, "interrupt.picture_unfiltered"));
   EXPECT_TRUE(std::filesystem::exists(picture));
 }
 
@@ -211,14 +222,15 @@ TEST_F(Interrupt, BetweenFramesKeepsThoseThatAreDone) {
       run_tool(PVOL_FIT, {folder / "smoke.####.toml", "-o", out / "a.####.pvol", "--frames", "1-2"},
                when_it_reads({SIGINT}));
   EXPECT_EQ(r.signal, SIGINT) << r.err;
-  EXPECT_NE(r.err.find("interrupted while reading smoke.0002.toml\n"), r.err.npos) << r.err;
-  EXPECT_TRUE(r.err.ends_with("pvol-fit: 1 of 2 frames are done\n")) << r.err;
+  EXPECT_TRUE(says(r.err, "interrupt.interrupted_reading_smoke"));
+  EXPECT_TRUE(says(last_line(r.err), "interrupt.frames_done"));
   EXPECT_TRUE(std::filesystem::exists(out / "a.0001.pvol"));
 }
 
 TEST_F(Interrupt, StudiesReportWhatTheyMeasured) {
   Words words{"trade", ball, "--size", "16x16", "--budget", "3600"};
-  const RunResult early = run_tool(PVOL_STATS, words, at_text("the reference; ", {SIGINT}));
+  const RunResult early =
+      run_tool(PVOL_STATS, words, at_message("interrupt.during_reference", {SIGINT}));
   EXPECT_EQ(early.signal, SIGINT) << early.err;
   EXPECT_EQ(early.out, "");
   words.back() = "40";
@@ -229,8 +241,7 @@ TEST_F(Interrupt, StudiesReportWhatTheyMeasured) {
     if (!sent && later) sent = kill(pid, SIGINT) == 0;
   });
   EXPECT_EQ(late.exit, 1) << late.err;
-  EXPECT_NE(late.err.find("the report contains the measurements so far"), late.err.npos)
-      << late.err;
+  EXPECT_TRUE(says(late.err, "interrupt.interrupted_report_contains"));
   EXPECT_NE(late.out, "");
 }
 

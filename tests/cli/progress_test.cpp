@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <regex>
 
+#include "support/messages.h"
 #include "support/run_tool.h"
 
 namespace pvol {
@@ -38,12 +40,15 @@ TEST_F(Progress, TerminalsShowWhatLoadsAndForgetIt) {
   for (const std::vector<std::string>& command : commands()) {
     const RunResult r = run_on_terminal(command[0], arguments_of(command));
     EXPECT_EQ(r.exit, 0) << r.err;
-    const std::size_t reading = r.err.find("\rreading ball.toml");
-    const std::size_t bounds = r.err.find("\rbuilding bounds", reading);
-    ASSERT_NE(bounds, std::string::npos) << command[0] << ": " << r.err;
-    // Blanks and a return to the line's begin.
-    const std::string blank = '\r' + std::string(std::string("building bounds").size(), ' ') + '\r';
-    EXPECT_NE(r.err.find(blank, bounds), std::string::npos) << command[0] << ": " << r.err;
+    EXPECT_TRUE(says(r.err, "progress.reading_ball_toml")) << command[0];
+    EXPECT_TRUE(says(r.err, "progress.building_bounds")) << command[0];
+    EXPECT_LT(r.err.find("\rreading"), r.err.find("\rbuilding")) << command[0] << ": " << r.err;
+    // Each line is covered by as many blanks, and a return goes to its begin.
+    const std::regex covered("\\r([a-z][^\\r]*[^\\r ]) *\\r( +)(?=\\r)");
+    EXPECT_TRUE(std::regex_search(r.err, covered)) << command[0] << ": " << r.err;
+    for (std::sregex_iterator at(r.err.begin(), r.err.end(), covered), end; at != end; ++at) {
+      EXPECT_EQ((*at)[1].length(), (*at)[2].length()) << command[0] << ": " << r.err;
+    }
   }
 }
 
@@ -60,7 +65,7 @@ TEST_F(Progress, ErrorsStandOnALineOfTheirOwn) {
   std::ofstream(folder / "bad.vdb") << "no grids";
   const RunResult r = run_on_terminal(PVOL_STATS, {"bounds", folder / "bad.vdb"});
   EXPECT_EQ(r.exit, 1);
-  EXPECT_NE(r.err.find(" \rpvol-stats: error: "), std::string::npos) << r.err;
+  EXPECT_TRUE(says(r.err, "progress.error_on_its_line"));
 }
 
 TEST_F(Progress, BarsAreDrawnOverEachOtherOnTerminals) {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "pvol/formats/pvol_file.h"
+#include "support/messages.h"
 #include "support/run_tool.h"
 
 namespace pvol {
@@ -34,9 +35,9 @@ struct Files {
   }
 };
 
-void expect_exit(int code, const RunResult& r, const std::string& mentions) {
+void expect_exit(int code, const RunResult& r, const std::string& key) {
   EXPECT_EQ(r.exit, code) << r.err;
-  EXPECT_NE((r.out + r.err).find(mentions), std::string::npos) << r.out << r.err;
+  EXPECT_TRUE(says(r.out + r.err, key));
 }
 
 TEST(Shells, AreFittedStoredAndVerified) {
@@ -56,13 +57,15 @@ TEST(Shells, AreFittedStoredAndVerified) {
   const json verified = json::parse(r.out)["verified"];
   EXPECT_GE(verified["certificate"]["bound"], shell["certificate"]["bound"]);
   EXPECT_NEAR(verified["volume_ratio"], shell["volume_ratio"], 1e-6);
-  expect_exit(0, run_tool(PVOL_STATS, {"shells", f.cloud, "--verify"}), "verified");
+  expect_exit(0, run_tool(PVOL_STATS, {"shells", f.cloud, "--verify"}),
+              "shell.verified_proof_again");
 }
 
 TEST(Shells, SoftOnesAreTheirOwnKind) {
   const Files f({"--shells", "2", "--shell-kind", "soft"});
   EXPECT_EQ(f.report["shell"]["kind"], "soft");
-  expect_exit(0, run_tool(PVOL_STATS, {"shells", f.cloud, "--verify"}), "soft");
+  expect_exit(0, run_tool(PVOL_STATS, {"shells", f.cloud, "--verify"}),
+              "shell.soft_perturbations_b");
 }
 
 TEST(Shells, AutoChoosesANumber) {
@@ -76,17 +79,16 @@ TEST(Shells, ThatDoNotHoldAreFound) {
   ASSERT_TRUE(content.shell);
   content.shell->form.base.constant -= 0.125;
   formats::write_pvol(f.cloud, content);
-  expect_exit(1, run_tool(PVOL_STATS, {"shells", f.cloud, "--verify"}),
-              "is not proven to contain the cloud");
+  expect_exit(1, run_tool(PVOL_STATS, {"shells", f.cloud, "--verify"}), "shell.shell_not_proven");
   const std::vector<std::string> render{f.cloud, "-o", f.folder / "a.png", "--size", "8x8",
                                         "--spp", "1",  "--quiet"};
-  expect_exit(1, run_tool(PVOL_RENDER, render), "shell does not contain the cloud");
+  expect_exit(1, run_tool(PVOL_RENDER, render), "shell.shell_not_contain");
   std::vector<std::string> without = render;
   without.insert(without.end(), {"--shells", "off"});
   EXPECT_EQ(run_tool(PVOL_RENDER, without).exit, 0);
   const RunResult r = run_tool(PVOL_STATS, {"shells", f.cloud, "--check"});
-  if (r.err.find("without CGAL") != std::string::npos) GTEST_SKIP() << "built without CGAL";
-  expect_exit(1, r, "point");
+  if (times_said(r.err, "shell.without_cgal") > 0) GTEST_SKIP() << "built without CGAL";
+  expect_exit(1, r, "shell.exact_signs_points");
 }
 
 TEST(Shells, AreCheckedByCgal) {
@@ -95,8 +97,8 @@ TEST(Shells, AreCheckedByCgal) {
                                       "centre = [0, 0, 0]\nradii = 1\n";
   const RunResult r =
       run_tool(PVOL_FIT, {folder / "a.toml", "-o", folder / "a.pvol", "--shells", "2", "--check"});
-  if (r.err.find("without CGAL") != std::string::npos) GTEST_SKIP() << "built without CGAL";
-  expect_exit(0, r, "contained: no occupied point");
+  if (times_said(r.err, "shell.without_cgal") > 0) GTEST_SKIP() << "built without CGAL";
+  expect_exit(0, r, "shell.contained_no_occupied");
 }
 
 TEST(Shells, AreLeftOutWhereNodesAreHomogenised) {
@@ -124,8 +126,7 @@ TEST(Shells, ChangeNoPixel) {
     const json j = json::parse(r.out);
     EXPECT_EQ(j["options"]["shell_used"], use == "on");
     EXPECT_EQ(j["shell_rejections"] > 0, use == "on");
-    EXPECT_NE(r.err.find(use == "on" ? "shell used" : "shell left out"), std::string::npos)
-        << r.err;
+    EXPECT_TRUE(says(r.err, use == "on" ? "shell.shell_used" : "shell.shell_left_out"));
   }
   EXPECT_EQ(read_text(f.folder / "on.png"), read_text(f.folder / "off.png"));
 }
@@ -139,7 +140,8 @@ TEST(Shells, ConvertToMeshesAndSlices) {
   }
   EXPECT_EQ(read_text(f.folder / "a.ply").substr(0, 4), "ply\n");
   const Files without({});
-  expect_exit(1, run_tool(PVOL_CONVERT, {without.cloud, f.folder / "b.ply"}), "no shell");
+  expect_exit(1, run_tool(PVOL_CONVERT, {without.cloud, f.folder / "b.ply"}),
+              "shell.error_egg_holds");
   EXPECT_FALSE(std::filesystem::exists(f.folder / "b.ply"));
 }
 
@@ -148,25 +150,28 @@ TEST(Shells, OfRecipesNeedNoSamples) {
   EXPECT_EQ(f.report["bytes"]["density"], 0);
   EXPECT_GT(f.report["bounds"]["leaves"], 0);
   // The exact support lies in that of the closed form.
-  expect_exit(0, run_tool(PVOL_STATS, {"shells", f.cloud, "--verify"}), "verified");
+  expect_exit(0, run_tool(PVOL_STATS, {"shells", f.cloud, "--verify"}),
+              "shell.verified_proof_again");
   const RunResult r = run_tool(
       PVOL_RENDER, {f.cloud, "-o", f.folder / "a.png", "--size", "24x24", "--spp", "2", "--quiet"});
   EXPECT_EQ(r.exit, 0) << r.err;
   expect_exit(2, run_tool(PVOL_FIT, {f.folder / "a.vdb", "-o", f.cloud, "--closed-form"}),
-              "recipes");
+              "shell.closed_form_recipes");
 }
 
 TEST(Shells, MisuseIsRefused) {
   const Files f({});
-  expect_exit(1, run_tool(PVOL_STATS, {"shells", f.cloud}), "no shell");
-  expect_exit(2, run_tool(PVOL_STATS, {"shells", f.recipe}), ".pvol");
-  expect_exit(2, run_tool(PVOL_FIT, {f.recipe, "-o", f.cloud, "--shells", "65"}), "65");
-  expect_exit(2, run_tool(PVOL_FIT, {f.recipe, "-o", f.cloud, "--check"}), "--shells");
+  expect_exit(1, run_tool(PVOL_STATS, {"shells", f.cloud}), "shell.error_egg_holds");
+  expect_exit(2, run_tool(PVOL_STATS, {"shells", f.recipe}), "shell.shells_kept_files");
+  expect_exit(2, run_tool(PVOL_FIT, {f.recipe, "-o", f.cloud, "--shells", "65"}),
+              "shell.shells_auto_none");
+  expect_exit(2, run_tool(PVOL_FIT, {f.recipe, "-o", f.cloud, "--check"}),
+              "shell.check_needs_shell");
   expect_exit(
       2, run_tool(PVOL_FIT, {f.recipe, "-o", f.cloud, "--shells", "33", "--shell-kind", "soft"}),
-      "at most 32");
+      "shell.shells_expected_most_perturbations");
   expect_exit(2, run_tool(PVOL_RENDER, {f.cloud, "-o", f.folder / "a.png", "--shells", "yes"}),
-              "auto or on or off");
+              "shell.shells_yes_auto_off");
 }
 
 }  // namespace shells_test

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "support/messages.h"
 #include "support/run_tool.h"
 
 namespace pvol {
@@ -41,10 +42,10 @@ struct Split : ::testing::Test {
   [[nodiscard]] json parts(const Words& more) const {
     return json::parse(split(more + Words{"--for", "json"}).out);
   }
-  void refuse(const Words& more, const std::string& mentions) const {
+  void refuse(const Words& more, const std::string& key) const {
     const RunResult r = split(more, 2);
     EXPECT_EQ(r.out, "");
-    EXPECT_NE(r.err.find(mentions), std::string::npos) << r.err;
+    EXPECT_TRUE(says(r.err, key));
   }
   [[nodiscard]] RunResult bash(const std::string& script, const Words& flags = {}) const {
     std::ofstream(folder / "script.sh") << script;
@@ -68,8 +69,8 @@ TEST_F(Split, RendersNothingAndSaysWhatToExpect) {
   const RunResult r = split({"--split", "5"});
   EXPECT_EQ(count(r.out, "--crop "), 5u);
   EXPECT_EQ(count(r.out, " merge "), 1u);
-  EXPECT_NE(r.err.find("5 parts of "), std::string::npos) << r.err;
-  EXPECT_NE(r.err.find("times the mean"), std::string::npos) << r.err;
+  EXPECT_TRUE(says(r.err, "split.parts_cpu_time_forecast"));
+  EXPECT_TRUE(says(r.err, "split.parts_cpu_time"));
   EXPECT_FALSE(std::filesystem::exists(exr) || std::filesystem::exists(folder / "whole.parts"));
   EXPECT_EQ(bash(r.out, {"-n"}).exit, 0) << "the text is a script for bash";
 }
@@ -207,20 +208,20 @@ TEST_F(Split, ForSlurmIsAScriptThatSubmitsArrays) {
 }
 
 TEST_F(Split, RefusesWhatCannotBe) {
-  refuse({"--split", "0"}, "--split");
-  refuse({"--split", "100001"}, "100000");
-  refuse({"--size", "2x2", "--spp", "2", "--split", "9"}, "at most 8 parts");
-  refuse({"--split", "4", "--time", "10"}, "--noise or --spp");
-  refuse({"--split", "4", "-o", folder / "a.png"}, "expected an .exr");
-  refuse({"--split", "4", "--deep", folder / "deep.exr"}, "--deep");
-  refuse({"--split", "4", "--stats", folder / "s.json"}, "--stats");
-  refuse({"--split", "4", "--live"}, "--live");
-  refuse({"--split", "4", "--denoise"}, "--denoise");
-  refuse({"--split", "4", "--print-scene"}, "--print-scene");
-  refuse({"--for", "json"}, "--for needs --split");
-  refuse({"--at-once", "3"}, "--at-once needs");
-  refuse({"--split", "4", "--at-once", "3"}, "--at-once needs");
-  refuse({"--split", "4", "--for", "condor"}, "text or json or slurm");
+  refuse({"--split", "0"}, "split.split_whole_number");
+  refuse({"--split", "100001"}, "split.split_100001_whole_number");
+  refuse({"--size", "2x2", "--spp", "2", "--split", "9"}, "split.split_picture_x");
+  refuse({"--split", "4", "--time", "10"}, "split.split_time_exclude");
+  refuse({"--split", "4", "-o", folder / "a.png"}, "split.split_output_png");
+  refuse({"--split", "4", "--deep", folder / "deep.exr"}, "split.split_deep_exclude");
+  refuse({"--split", "4", "--stats", folder / "s.json"}, "split.split_stats_exclude");
+  refuse({"--split", "4", "--live"}, "split.split_live_exclude");
+  refuse({"--split", "4", "--denoise"}, "split.split_denoise_exclude");
+  refuse({"--split", "4", "--print-scene"}, "split.split_print_scene");
+  refuse({"--for", "json"}, "split.needs_split_n");
+  refuse({"--at-once", "3"}, "split.at_once_without_split");
+  refuse({"--split", "4", "--at-once", "3"}, "split.at_once_without_slurm");
+  refuse({"--split", "4", "--for", "condor"}, "split.condor_text_json");
 }
 
 // --- copies of clouds ---------------------------------------------------------------------------
@@ -280,7 +281,7 @@ TEST_F(Copies, ThatCannotBeMadeAreNotNeeded) {
   const RunResult r = run_tool(PVOL_RENDER, {pvol, "-o", exr, "--size", "12x8", "--spp", "2",
                                              "--local-copies", folder / "file"});
   EXPECT_EQ(r.exit, 0) << r.err;
-  EXPECT_NE(r.err.find("the original is read instead"), std::string::npos) << r.err;
+  EXPECT_TRUE(says(r.err, "split.copied_not_directory"));
 }
 
 // --- arrays of pvol-stats -----------------------------------------------------------------------

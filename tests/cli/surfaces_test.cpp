@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "pvol/formats/image.h"
+#include "support/messages.h"
 #include "support/run_tool.h"
 
 namespace pvol {
@@ -70,16 +71,16 @@ TEST_F(SurfaceScenes, APlaneIsAddedToACloudAlone) {
 }
 
 TEST_F(SurfaceScenes, WhatGoesWrongIsToldWithItsFile) {
-  const auto expect_error = [&](std::vector<std::string> sets, int exit, const std::string& words) {
+  const auto expect_error = [&](std::vector<std::string> sets, int exit, const std::string& key) {
     std::vector<std::string> more;
     for (const std::string& set : sets) more.insert(more.end(), {"--set", set});
     const std::string err = render(kGround, more, exit).err;
-    EXPECT_NE(err.find(words), std::string::npos) << err;
+    EXPECT_TRUE(says(err, key));
     EXPECT_EQ(err.find("terminate"), std::string::npos) << err;
   };
-  expect_error({"mesh.file=" + write("empty.obj", "v 0 0 0\n")}, 1, "empty.obj");
-  expect_error({"mesh.file=" + (folder_ / "none.ply")}, 1, "none.ply");
-  expect_error({"mesh.file=" + write("a.stl", "solid a\n")}, 1, ".obj and .ply");
+  expect_error({"mesh.file=" + write("empty.obj", "v 0 0 0\n")}, 1, "surfaces.vertices_no_face");
+  expect_error({"mesh.file=" + (folder_ / "none.ply")}, 1, "surfaces.open_none_ply");
+  expect_error({"mesh.file=" + write("a.stl", "solid a\n")}, 1, "surfaces.meshes_read_obj");
   const std::string flow =
       "[recipe]\n[[form]]\nshape = \"half-space\"\npoint = [0, 0, 0]\n"
       "inward = [0, 1, 0]\n[[cut]]\nshape = \"ellipsoid\"\ncentre = [0, 0, 0]\n"
@@ -91,10 +92,11 @@ TEST_F(SurfaceScenes, WhatGoesWrongIsToldWithItsFile) {
                     "strength = 0.2\n[[cut.perturbation.perturbation]]\nshape = \"ellipsoid\"\n"
                     "centre = [0, 1, 0]\nradii = 0.1\nstrength = 1\n") +
        "\"}]"},
-      1, "one level of perturbations");
-  expect_error({"plane.albedo=1.5"}, 2, "[0, 1]");
-  expect_error({"render.tracker=weighted-delta"}, 1, "without weights");
-  expect_error({"medium.extinction_color=[1,0.5,0.2]"}, 1, "extinction_color");
+      1, "surfaces.solid_perturbation_itself_perturbed");
+  expect_error({"plane.albedo=1.5"}, 2, "surfaces.set_plane_albedo_1_5");
+  expect_error({"render.tracker=weighted-delta"}, 1, "surfaces.scenes_surfaces_combined");
+  expect_error({"medium.extinction_color=[1,0.5,0.2]"}, 1,
+               "surfaces.scenes_surfaces_combined_extinction");
   (void)render(kGround, {"--set", "solid=[{file=\"" + write("half.toml", flow) + "\"}]"});
 }
 
