@@ -5,6 +5,7 @@ import numpy as np
 
 import pvol
 from clouds import lumps
+from messages import message
 
 
 class Bounds(unittest.TestCase):
@@ -132,7 +133,7 @@ class Shells(unittest.TestCase):
         same = dict(size=(24, 18), spp=4, seed=5)
         np.testing.assert_array_equal(pvol.render(v, shells="on", **same).rgb, pvol.render(v, shells="off", **same).rgb)
         other = pvol.Volume(np.ones((40, 40, 40)), index_to_world=v.index_to_world)
-        with self.assertRaisesRegex(pvol.Error, "shell does not contain"):
+        with self.assertRaisesRegex(pvol.Error, message("python.shell_without_cloud")):
             pvol.render(other.with_shell(v.shell), **same)
 
 

@@ -6,6 +6,8 @@ import sys
 import tempfile
 import unittest
 
+from messages import message
+
 EXAMPLES = pathlib.Path(os.environ.get("PVOL_SAMPLES", "samples")) / "python"
 
 
@@ -27,7 +29,7 @@ class Examples(unittest.TestCase):
     def test_first_steps(self):
         out = self.run_script("first_steps.py", "--size", "48", "--spp", "16", "--voxels", "40",
                               makes="ring.png")
-        self.assertIn("look-ups a sample", out)
+        self.assertRegex(out, message("python.lookups_of_a_sample"))
 
     def test_lookups_by_depth(self):
         import importlib.util
@@ -35,7 +37,7 @@ class Examples(unittest.TestCase):
         if importlib.util.find_spec("matplotlib") is None:
             self.skipTest("there is no matplotlib")
         out = self.run_script("lookups_by_depth.py", "--rays", "20000", makes="depth.png")
-        self.assertIn("chosen by cost", out)
+        self.assertRegex(out, message("python.depth_by_cost"))
 
     def test_transmittance(self):
         out = self.run_script("transmittance.py", "--rays", "64", "--repeats", "256", "--voxels", "32")
@@ -49,7 +51,7 @@ class Examples(unittest.TestCase):
     def test_own_path_tracer(self):
         out = self.run_script("own_path_tracer.py", "--size", "40", "--spp", "16", "--voxels", "32",
                               makes="own.npy")
-        self.assertIn("standard errors", out)
+        self.assertRegex(out, message("python.standard_errors"))
 
     def test_all_are_here(self):
         ours = {n.removeprefix("test_") + ".py" for n in dir(self) if n.startswith("test_")}

@@ -11,6 +11,7 @@ import numpy as np
 
 import pvol
 from clouds import lumps, slab
+from messages import message
 
 SAMPLES = os.environ.get("PVOL_SAMPLES", "samples")
 SMALL = dict(size=(32, 24), spp=16)
@@ -56,7 +57,7 @@ class Pictures(unittest.TestCase):
         self.assertGreater(p.counts["lookups_path"], 0)
         self.assertEqual(pvol.render(self.v, **SMALL).counts, {})
         self.assertIn("shadow rays", p.plan)
-        with self.assertRaisesRegex(pvol.Error, "no layer 'albedo'"):
+        with self.assertRaisesRegex(pvol.Error, message("python.no_layer")):
             p.aov("albedo")
 
     def test_errors_are_those_of_repeats(self):
@@ -182,7 +183,7 @@ class Studies(unittest.TestCase):
             self.assertFalse(r["biased_by_design"] or r["bias"]["detected"])
         self.assertTrue(rows[3]["biased_by_design"] and rows[3]["bias"]["detected"])
         self.assertEqual(rows[0]["time"]["value"], 1)
-        with self.assertRaisesRegex(pvol.Error, "no option 'depht'"):
+        with self.assertRaisesRegex(pvol.Error, message("python.no_option_depht")):
             pvol.trade(v, [{"depht": 0}], size=(8, 8))
 
 

@@ -5,6 +5,7 @@ import numpy as np
 
 import pvol
 from clouds import lumps, slab
+from messages import message
 
 N = 400_000
 TRACKERS = ["delta", "decomposition", "weighted-delta", "weighted-decomposition", "regular"]
@@ -117,7 +118,7 @@ class Estimators(unittest.TestCase):
         np.testing.assert_array_equal(t, v.flights(origins, 4 * directions, seed=1))
         counted, _ = v.flights(origins, directions, seed=1, counts=True)
         np.testing.assert_array_equal(v.flights(origins, directions, seed=1, kernel="scalar"), counted)
-        with self.assertRaisesRegex(pvol.Error, "kernel sse; expected auto or scalar"):
+        with self.assertRaisesRegex(pvol.Error, message("python.no_kernel")):
             v.flights(origins, directions, kernel="sse")
 
     def test_one_at_a_time_and_many_at_once_agree(self):
