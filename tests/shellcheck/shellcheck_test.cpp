@@ -73,7 +73,7 @@ void expect_caught(const Shell& shell, const Support& support, const std::string
   const Vec3d p = frame(shell).to_shell(check.witness->index);
   EXPECT_LT(slack(shell, p), 0) << what;
   EXPECT_NEAR(slack(shell, p), check.witness->value, 1e-9) << what;
-  EXPECT_TRUE(says(describe(check), "shell.not_contained_cuts"));
+  EXPECT_TRUE(says(describe(check), "shell.not_contained_cuts", {what}));
 }
 
 /// A ball of 40 cells in a sphere with a dent above and one at a side that stop short of the cells.
