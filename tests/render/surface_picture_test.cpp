@@ -220,6 +220,38 @@ TEST(SurfacePicture, GroundUnderASlab) {
   EXPECT_TRUE(family.passes());
 }
 
+/// However dark the ground and however low the sun: in the open no sample differs from another, and
+/// in the shadow of a cloud they differ as much as estimates of its transmittance.
+TEST(SurfacePicture, SunlitGroundThatTheCameraSeesIsSmooth) {
+  for (const double albedo : {0.01, 0.05, 0.3}) {
+    for (const double elevation : {2.0, 20.0, 90.0}) {
+      for (const bool shaded : {false, true}) {
+        const double angle = elevation * kPi / 180;
+        const Vec3d to_sun{std::cos(angle), std::sin(angle), 0};
+        const Affine above = translation(30 * to_sun) * translation(Vec3d(-6));
+        Pixel p(component(shaded ? 0.1 : 1, Rgb(0.0f), 0, Rgb(0.0f),
+                          shaded ? above : translation({0, 0, 1e5})),
+                {0.1, 1.5, -1}, {0, 0, 0});
+        p.scene.surfaces = {ground(albedo)};
+        p.scene.lights = {Sun{to_sun, Rgb(3.0f), 0}};
+        p.scene.options.max_bounces = 1;
+        p.scene.options.samples = 256;
+        const PixelSums sums = p.sums();
+        const double open = albedo / kPi * 3 * std::sin(angle), value = mean(sums).x;
+        const double deviation = std::sqrt(256 * variance_of_mean(sums).x) / value;
+        const double through = value / open;  // by a shadow ray that arrives or does not
+        EXPECT_LT(deviation, shaded ? 1.2 * std::sqrt((1 - through) / through) : 1e-4)
+            << albedo << " at " << elevation << " degrees";
+        if (shaded) {
+          EXPECT_LT(through, 0.4);
+        } else {
+          EXPECT_NEAR(value, open, 1e-5 * open);
+        }
+      }
+    }
+  }
+}
+
 /// The ball that hides a part of the fire below.
 const BallSurface kShield{{2.5, 1.6, 2.2}, 0.8, {Rgb(0.0f)}};
 const Affine kFirePlace = translation({-2, 3, -1}) * scaling(Vec3d(0.4));

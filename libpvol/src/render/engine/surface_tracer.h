@@ -181,7 +181,8 @@ class SurfaceTracer {
     }
     if (is_at_end()) return false;
     throughput_ *= material.albedo;
-    if (!survives(throughput_, rng)) return false;
+    const bool seen = scatterings_ == 0;  // it is its pixel's noise, and no roulette decides on it
+    if (seen ? !(largest(throughput_) > 0) : !survives(throughput_, rng)) return false;
     gather(lobe_, even_importance, rng);
     turn_path(lobe_, rng);
     return true;
@@ -207,7 +208,10 @@ class SurfaceTracer {
   }
 
   [[nodiscard]] PathVertex<AmongSurfaces<Places>> vertex(Rgb throughput, Rng& rng, PathResult& r) {
-    return {s_, traversal, direction_, throughput, rng, shadow_rays, r};
+    const bool on_surface = component_ == nullptr;
+    return {s_,         traversal,  direction_,
+            throughput, rng,        shadow_rays,
+            r,          on_surface, on_surface && scatterings_ == 0};
   }
 
   template <class Lobe>

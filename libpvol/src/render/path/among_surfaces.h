@@ -57,11 +57,15 @@ class AmongSurfaces {
   [[nodiscard]] float transmittance(Vec3f direction, double distance, Rng& rng) {
     return volumes_.transmittance(direction, distance, rng);
   }
-  /// Whether a surface is in the way of light from this distance, which `pass` does not ask. A lamp
-  /// on a wall is not hidden by it.
+  /// Whether a surface is in the way of light from this distance, which `transmittance` does not
+  /// ask. A lamp on a wall is not hidden by it.
   [[nodiscard]] bool hides(Vec3f direction, double distance) const {
     constexpr double kUpTo = 1 - 1e-6;
     return surfaces_.block({position(), Vec3d(direction)}, distance * kUpTo);
+  }
+  /// Whether a volume may dim light from this distance.
+  [[nodiscard]] bool meets_volume(Vec3f direction, double distance) {
+    return volumes_.meets_any(direction, distance);
   }
   [[nodiscard]] Vec3d position() const { return volumes_.position(); }
   [[nodiscard]] const WorldPlace& place() const { return volumes_.place(); }

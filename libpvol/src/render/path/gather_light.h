@@ -132,18 +132,29 @@ struct PathVertex {
   Rng& rng;
   std::uint64_t& shadow_rays;  ///< counted
   PathResult& r;
+  bool on_surface = false;  ///< else in a volume
+  bool seen = false;        ///< a surface that the camera sees: its light is its pixel's noise
 };
 
 /// `light` times an estimate of the transmittance on the way to it. The more light, and the larger
 /// the importance of a ray of it, the more shadow rays: none or one by roulette, or the mean over
-/// several (THEORY.md, T5.2).
+/// several (THEORY.md, T5.2). On surfaces a ray that meets no volume is certain, and so is one ray
+/// at least where the camera sees them.
 template <class Traversal>
 [[nodiscard]] inline Rgb shadowed(const PathVertex<Traversal>& v, Rgb light,
                                   const LightSample& towards, float importance) {
-  const float value = absolute_luminance(light) * importance / v.s.light.shadow_unit;
-  if (!(value > 0) || (value < 1 && !(v.rng.uniform() < value)) || v.s.stopped()) return Rgb(0.0f);
+  float value = absolute_luminance(light) * importance / v.s.light.shadow_unit;
+  if (!(value > 0)) return Rgb(0.0f);
   if constexpr (Traversal::kHasSurfaces) {
-    if (v.traversal.hides(towards.direction, towards.distance)) return Rgb(0.0f);
+    if (v.on_surface) {
+      if (v.traversal.hides(towards.direction, towards.distance)) return Rgb(0.0f);
+      if (!v.traversal.meets_volume(towards.direction, towards.distance)) return light;
+      if (v.seen) value = std::max(value, 1.0f);
+    }
+  }
+  if ((value < 1 && !(v.rng.uniform() < value)) || v.s.stopped()) return Rgb(0.0f);
+  if constexpr (Traversal::kHasSurfaces) {
+    if (!v.on_surface && v.traversal.hides(towards.direction, towards.distance)) return Rgb(0.0f);
   }
   const int rays = value < 1 ? 1 : value < float(kMostShadowRays) ? int(value) : kMostShadowRays;
   v.shadow_rays += std::uint64_t(rays);
@@ -242,7 +253,9 @@ template <class Phase, class Traversal>
   // the fire as much: faint and sideways ones are drawn by roulette.
   constexpr float kEven = 4 * std::numbers::pi_v<float>, kSideways = 4;
   const float value =
-      std::min(absolute_luminance(v.throughput) * std::min(kSideways * kEven * p, 1.0f), 1.0f);
+      v.seen ? 1.0f
+             : std::min(absolute_luminance(v.throughput) * std::min(kSideways * kEven * p, 1.0f),
+                        1.0f);
   if (!(value > 0) || (value < 1 && !(v.rng.uniform() < value))) return;
   ++v.shadow_rays;
   const auto flight = v.traversal.free_flight(to.direction, v.rng);

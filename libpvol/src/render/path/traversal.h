@@ -209,6 +209,17 @@ class VolumesAt {
     return product;
   }
 
+  /// Whether a ray from the path's place may meet density before a distance.
+  [[nodiscard]] bool meets_any(Vec3f direction, double distance) {
+    bool meets = false;
+    visit_boxes(direction, distance,
+                [&](const Instance&, const Instance&, const Ray&, double, double) {
+                  meets = true;
+                  return 0.0;  // ends the visit
+                });
+    return meets;
+  }
+
   Work work;
 
  private:
@@ -221,10 +232,10 @@ class VolumesAt {
     return s_.volumes[at.volume].volume.density;
   }
 
-  /// limit = visit(instance of all, where it begins, limit, walk from there up to the limit) for
-  /// those that a ray from the path's place may meet before it.
+  /// limit = visit(instance of all, as it is at the time, ray in its cells, where it begins, limit)
+  /// for those that a ray from the path's place may meet before it.
   template <class Visit>
-  void visit_walks(Vec3f direction, double distance, const Visit& visit) {
+  void visit_boxes(Vec3f direction, double distance, const Visit& visit) {
     const Ray ray{place_.position, Vec3d(direction)};
     in_.tree.visit(ray, distance, [&](std::uint32_t i, double limit) {
       const Instance& at = places_.at(i, work.path.time);
@@ -237,11 +248,21 @@ class VolumesAt {
           outside_shell(v, cells, {span->t0, std::min(span->t1, limit)}, work)) {
         return limit;
       }
-      const Octree& tree = v.volume.density.octree;
-      Walk walk(tree, make_cursor(tree, cells.at(span->t0)), at.in_cells(direction),
-                limit - span->t0);
-      return visit(in_.all[i], span->t0, limit, walk);
+      return visit(in_.all[i], at, cells, span->t0, limit);
     });
+  }
+
+  /// limit = visit(instance of all, where it begins, limit, walk from there up to the limit), for
+  /// the same.
+  template <class Visit>
+  void visit_walks(Vec3f direction, double distance, const Visit& visit) {
+    visit_boxes(
+        direction, distance,
+        [&](const Instance& in, const Instance& at, const Ray& cells, double t0, double limit) {
+          const Octree& tree = s_.volumes[at.volume].volume.density.octree;
+          Walk walk(tree, make_cursor(tree, cells.at(t0)), at.in_cells(direction), limit - t0);
+          return visit(in, t0, limit, walk);
+        });
   }
 
   /// The shortest of the flights through all, and whose it is; the limit and none where that is
