@@ -204,6 +204,105 @@ TEST(Fire, OfTheDensityIsMatterThatGlows) {
   EXPECT_TRUE(family.passes());
 }
 
+/// A fire of which one part burns in smoke, one in thin air and one in none at all, as a scene of
+/// some kind has it.
+struct PartlySmoking {
+  CloudScene scene = cloud_scene();
+  Rgb extinction_color{1.0f};
+  std::vector<Affine> places{};
+
+  [[nodiscard]] Volume volume() const {
+    const Field density = make_field("density", {0, 0, 0}, {24, 16, 16}, [](Vec3i at) {
+      return at.x < 8 ? 0.0 : at.x < 16 ? 0.002 : 1.0;
+    });
+    const Field flames = make_field("flames", {0, 0, 0}, {24, 16, 16},
+                                    [](Vec3i at) { return 0.2 + 0.1 * (at.y % 3) + 0.02 * at.z; });
+    Medium medium = scene.medium.medium();
+    medium.extinction_color = extinction_color;
+    Volume v = pvol::make_volume(density.grid, build_pyramid(density.grid), medium,
+                                 scene.volume_options());
+    v.further_places = places;
+    v.fire = fire_of(flames, {.intensity = 0.7, .color = Rgb(3.0f, 2.0f, 1.0f)});
+    return v;
+  }
+};
+
+std::vector<std::pair<std::string, PartlySmoking>> partly_smoking() {
+  PartlySmoking plain;
+  plain.scene.camera.position = {12, 30, 60};
+  plain.scene.camera.target = {12, 8, 8};
+  plain.scene.medium.extinction = 0.4;
+  plain.scene.medium.albedo = Rgb(0.8f, 0.6f, 0.4f);
+  plain.scene.options.guide = GuideUse::off;
+  PartlySmoking by_channel = plain, placed = plain, grounded = plain, guided = plain;
+  by_channel.extinction_color = Rgb(0.3f, 1.0f, 0.6f);
+  placed.places = {translation({0, 9, 0}) * scaling(Vec3d(0.5))};
+  grounded.scene.surfaces = {PlaneSurface{{0, -2, 0}, {0, 1, 0}, {Rgb(0.5f)}}};
+  guided.scene.options.guide = GuideUse::on;
+  return {{"plain", plain},
+          {"by channel", by_channel},
+          {"at two places", placed},
+          {"over a ground", grounded},
+          {"guided", guided}};
+}
+
+/// Whether paths are asked to collide, to walk along lines, or what the plan makes of both.
+TEST(Fire, IsTheSameAtCollisionsAndAlongFlights) {
+  proof::Family family;
+  for (auto& [name, of] : partly_smoking()) {
+    CloudScene s = of.scene;
+    s.options.samples = proof::samples(name == "plain" ? 30'000 : 3000);
+    const auto picture = [&](LineEmission lines, std::uint64_t seed) {
+      s.options.line_emission = lines;
+      s.options.seed = proof::seeded(seed);
+      const Volume v = of.volume();
+      const RenderPlan p = plan({&v, 1}, s.scene());
+      const bool collides = p.emission->at_collisions.front() != nullptr;
+      EXPECT_EQ(collides, lines != LineEmission::on);
+      EXPECT_FALSE(p.emission->sources.empty()) << "where there is no density";
+      return render(p).film;
+    };
+    const Film along = picture(LineEmission::on, 21);
+    compare(picture(LineEmission::off, 22), along, name + ", at collisions", family);
+    compare(picture(LineEmission::automatic, 23), along, name + ", by plan", family);
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+/// Sampled as a light or found by scattered rays.
+TEST(Fire, IsTheSameWithoutSamplesOfIt) {
+  proof::Family family;
+  for (auto& [name, of] : partly_smoking()) {
+    CloudScene s = of.scene;
+    s.options.samples = proof::samples(1200);
+    const auto picture = [&](bool sampled, std::uint64_t seed) {
+      s.options.seed = proof::seeded(seed);
+      const Volume v = of.volume();
+      RenderPlan p = plan({&v, 1}, s.scene());
+      auto emission = std::make_shared<detail::EmissionSetup>(*p.emission);
+      emission->sampled_in_volumes = sampled;
+      emission->sampled_on_surfaces = sampled;
+      p.emission = std::move(emission);
+      return render(p).film;
+    };
+    compare(picture(true, 31), picture(false, 32), name, family);
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+/// Samples cost more than they save within a fire, and pay where smoke is lit by one far away.
+TEST(Fire, IsSampledAsALightWhereThatPays) {
+  CloudScene s = cloud_scene();
+  s.environment = ConstantSky{Rgb(0.0f)};
+  s.lights.clear();
+  Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
+  const Fire fire{.intensity = 1};
+  v.fire = fire_of(cloud(), fire);
+  EXPECT_FALSE(plan({&v, 1}, s.scene()).emission->sampled_in_volumes);
+  v.fire = fire_of(cloud(), fire, translation({200, 0, 0}));
+  EXPECT_TRUE(plan({&v, 1}, s.scene()).emission->sampled_in_volumes);
+}
+
 TEST(Fire, LayersAndOrdersAddUp) {
   CloudScene s = cloud_scene();
   s.options.samples = 16;

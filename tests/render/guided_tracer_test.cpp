@@ -40,11 +40,12 @@ class ScriptedTraversal {
   [[nodiscard]] const Cursor& place() const { return place_; }
   void return_to(const Cursor& place) { place_ = place; }
   [[nodiscard]] Vec3d position() const { return Vec3d(place_.at.cell[0], 0, 0); }
-  [[nodiscard]] detail::LocalMedium local(const detail::MediumComponent& m) const {
-    return everywhere(m);
-  }
+  [[nodiscard]] detail::CollisionPlace collision() const { return {}; }
   struct {
     static void set_time(float) {}
+    struct {
+      float time = 0;
+    } path;
   } work;
   [[nodiscard]] detail::FreeFlight free_flight(Vec3f, Rng&) { return {detail::kEndless, 1}; }
   [[nodiscard]] float transmittance(Vec3f, double, Rng&) {

@@ -47,11 +47,11 @@ enum class GuideUse {
   });
 }
 
-/// Whether the light that media emit is gathered along flights, by its integral, rather than
-/// where they collide: far less noise where the medium is thin, more where it is thick (THEORY.md,
-/// T5.11).
+/// Whether the light that media and fires emit is gathered along flights, by its integral, rather
+/// than where paths collide: far less noise where the medium is thin, more work and more noise
+/// where it is thick (THEORY.md, T5.11). Where a fire burns and nothing collides, it always is.
 enum class LineEmission {
-  automatic,  ///< where a volume is thin
+  automatic,  ///< where a volume is thin; of a fire in the leaves where it pays
   on,
   off,
 };
@@ -257,8 +257,9 @@ template <std::same_as<RenderOptions> O>
            .effect = Effect::cost}),
       key<&O::line_emission>(
           {.key = "line_emission",
-           .help = "Whether emission of media is gathered along flights instead of at collisions; "
-                   "auto does so where a cloud is thin. Fires are always gathered along flights",
+           .help = "Whether emission is gathered along flights instead of at collisions; auto does "
+                   "so where a cloud is thin, and in the parts of a fire where it pays. Where a "
+                   "fire burns without density it always is",
            .effect = Effect::cost,
            .factor = "line emission",
            .sweep = "on off"}),

@@ -86,7 +86,7 @@ class GuidedTracer {
   }
   /// Whether what emits along flights is a light.
   [[nodiscard]] bool samples_fires() const {
-    return !Kind::kSimple && s_.emission && s_.emission->lit;
+    return !Kind::kSimple && s_.emission && s_.emission->sampled_in_volumes;
   }
 
   /// Adds what a collision gives of its own and by next-event estimation; whether the path goes on
@@ -120,7 +120,8 @@ class GuidedTracer {
   void add_on_the_way(Vec3d from, const Hit& hit, const Pdf& pdf, Rgb throughput, Rng& rng) {
     const bool collided = hit.component != nullptr;
     const double length = collided ? pvol::length(traversal.position() - from) : kEndless;
-    detail::add_on_the_way(s_, {from, direction_, length}, pdf, throughput, rng, r_);
+    const CollisionPlace end = collided ? traversal.collision() : CollisionPlace{};
+    detail::add_on_the_way(s_, {from, direction_, length, end}, pdf, throughput, rng, r_);
   }
 
   /// Makes the path one of several equal ones that share its throughput.

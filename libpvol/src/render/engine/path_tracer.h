@@ -52,7 +52,7 @@ class PathTracer {
   }
   /// Whether what emits along flights is a light.
   [[nodiscard]] bool samples_fires() const {
-    return !Kind::kSimple && s_.emission && s_.emission->lit;
+    return !Kind::kSimple && s_.emission && s_.emission->sampled_in_volumes;
   }
 
   /// From the camera's place.
@@ -120,7 +120,8 @@ class PathTracer {
       return bounces > 0 ? pdf_phase(component_->phase, from_, direction_) : 0.0f;
     };
     const double length = collided ? pvol::length(traversal.position() - from) : kEndless;
-    detail::add_on_the_way(s_, {from, direction_, length}, pdf, throughput, rng, r_);
+    const CollisionPlace end = collided ? traversal.collision() : CollisionPlace{};
+    detail::add_on_the_way(s_, {from, direction_, length, end}, pdf, throughput, rng, r_);
   }
 };
 

@@ -27,7 +27,7 @@ class SurfaceTracer {
       const Hit hit = traversal.fly(direction_, rng);
       const SurfaceHit& surface = traversal.surface();
       const bool leaves = hit.component == nullptr && surface.material == nullptr;
-      if (s_.emission || s_.light.met_on_flights) add_on_the_way(from, !leaves, rng);
+      if (s_.emission || s_.light.met_on_flights) add_on_the_way(from, hit, !leaves, rng);
       const bool goes_on =
           hit.component ? collide(*hit.component, rng) : !leaves && meet(surface, rng);
       if (leaves) leave();
@@ -72,11 +72,13 @@ class SurfaceTracer {
   }
 
   /// What a flight brings on its way. Light on a shadow catcher is there without the shadow, too.
-  void add_on_the_way(Vec3d from, bool collided, Rng& rng) {
+  void add_on_the_way(Vec3d from, const Hit& hit, bool ends, Rng& rng) {
     const auto own = [&] { return pdf(); };
-    FlightLine flight{from, direction_, collided ? length(traversal.position() - from) : kEndless};
+    FlightLine flight{from, direction_, ends ? length(traversal.position() - from) : kEndless,
+                      hit.component ? traversal.collision() : CollisionPlace{}};
     if (s_.emission) {
-      add_along(s_, flight, own, throughput_, rng, r_);
+      const auto sampled = [&] { return samples_fires() ? pdf() : 0.0f; };
+      add_along(s_, flight, sampled, throughput_, rng, r_);
       r_.scattered(scatterings_);
     }
     if (!s_.light.met_on_flights) return;
@@ -89,6 +91,12 @@ class SurfaceTracer {
     } else {
       add_met(s_, flight, own, throughput_, r_);
     }
+  }
+
+  /// Whether fires are sampled as lights where the path is scattered.
+  [[nodiscard]] bool samples_fires() const {
+    return s_.emission &&
+           (component_ ? s_.emission->sampled_in_volumes : s_.emission->sampled_on_surfaces);
   }
 
   void leave() {
@@ -203,7 +211,7 @@ class SurfaceTracer {
   void gather(const Lobe& lobe, const ShadowImportance& importance, Rng& rng) {
     const auto here = vertex(throughput_, rng, r_);
     add_light_here<AnyPaths>(here, lobe, importance);
-    if (s_.emission && s_.emission->lit) add_fire_here(here, lobe);
+    if (samples_fires()) add_fire_here(here, lobe);
     r_.scattered(++scatterings_);
   }
 
@@ -236,7 +244,7 @@ class SurfaceTracer {
     }
     subtract_direct_light();
     throughput_ = s_.max_bounces > 0 ? surface.material->albedo : Rgb(0.0f);
-    if (s_.emission && s_.emission->lit && largest(throughput_) > 0) {
+    if (samples_fires() && largest(throughput_) > 0) {
       add_fire_here(vertex(throughput_, rng, r_), lobe_);
     }
     r_.scattered(++scatterings_);

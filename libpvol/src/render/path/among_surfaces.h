@@ -70,9 +70,7 @@ class AmongSurfaces {
   [[nodiscard]] Vec3d position() const { return volumes_.position(); }
   [[nodiscard]] const WorldPlace& place() const { return volumes_.place(); }
   void return_to(const WorldPlace& place) { volumes_.return_to(place); }
-  [[nodiscard]] LocalMedium local(const MediumComponent& component) const {
-    return volumes_.local(component);
-  }
+  [[nodiscard]] CollisionPlace collision() const { return volumes_.collision(); }
 
   Work& work;
 

@@ -16,6 +16,7 @@ struct ChromaticHit {
 struct ChromaticFreeFlight {
   double distance;  ///< world units; infinite where it left
   Rgb weight;
+  CollisionPlace end{};  ///< where it did not
 };
 
 /// One volume, as OneVolume; flights go by what the path carries in each channel.
@@ -47,17 +48,16 @@ class ChromaticVolume {
     return v_.cells_to_world.point(pvol::position(cursor_.at));
   }
 
-  /// The component that the path's last flight collided with, as it is there.
-  [[nodiscard]] LocalMedium local(const MediumComponent& component) const {
-    return local_medium(v_, component, pvol::position(cursor_.at), work.path.time);
-  }
+  /// Where the path's last flight collided.
+  [[nodiscard]] CollisionPlace collision() const { return {&v_, pvol::position(cursor_.at)}; }
 
   /// Of light of all channels alike.
   [[nodiscard]] ChromaticFreeFlight free_flight(Vec3f direction, Rng& rng) {
     Walk walk = walk_to(direction, kEndless);
     const ChromaticFlight f =
         fly_chromatic(v_.volume.density, share_, Rgb(1.0f), walk, rng, work.shadow);
-    return {f.collided ? f.t : kEndless, f.weight};
+    if (!f.collided) return {kEndless, f.weight};
+    return {f.t, f.weight, {&v_, pvol::position(walk.point(f.t))}};
   }
 
   [[nodiscard]] Rgb transmittance(Vec3f direction, double distance, Rng& rng) {

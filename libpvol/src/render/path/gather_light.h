@@ -46,18 +46,35 @@ inline void add_emitted(const PathSetup& s, const AnyComponent& component, Rgb t
 struct FlightLine {
   Vec3d from;
   Vec3f direction;
-  double length;  ///< infinite where it left
+  double length;         ///< infinite where it left
+  CollisionPlace end{};  ///< where it collided
 };
 
-/// What is emitted along a flight of a path that was scattered with the density pdf(), weighted
-/// against `add_fire_here`.
+/// What is emitted along a flight, or where it collides.
+[[nodiscard]] inline Rgb emission_of(const PathSetup& s, const FlightLine& flight, Rng& rng) {
+  Rgb sum(0.0f);
+  if (!s.emission->sources.empty()) {
+    sum = emission_along(*s.emission, {flight.from, Vec3d(flight.direction)}, flight.length, rng);
+  }
+  if (flight.end.volume != nullptr && flight.end.volume->fire != nullptr) {
+    sum += flight.end.volume->fire->source(flight.end.cells);
+  }
+  return sum;
+}
+
+/// That of a flight of a path, weighted against `add_fire_here` if that was asked where the path
+/// was scattered with the density pdf(); else pdf() is 0.
 template <class Pdf>
 [[gnu::noinline]] inline void add_along(const PathSetup& s, const FlightLine& flight,
                                         const Pdf& pdf, Rgb throughput, Rng& rng, PathResult& r) {
-  Rgb sum = emission_along(*s.emission, {flight.from, Vec3d(flight.direction)}, flight.length, rng);
+  Rgb sum = emission_of(s, flight, rng);
   if (!(largest(sum) > 0)) return;
-  if (const float p = pdf(); p > 0 && s.emission->lit) {
-    sum *= balance(p, s.emission->lights.pdf(flight.from, flight.direction));
+  if (const float p = pdf(); p > 0) {
+    const float share = balance(p, s.emission->lights.pdf(flight.from, flight.direction));
+    if (s.pilot) note_hit(*s.pilot, luminance(throughput * sum), share);
+    sum *= share;
+  } else if (s.pilot) {
+    s.pilot->seen += double(luminance(throughput * sum));
   }
   r.radiance += throughput * sum;
   if (r.in_layers()) r.emission() += throughput * sum;
@@ -84,7 +101,10 @@ template <class Pdf>
 template <class Pdf>
 inline void add_on_the_way(const PathSetup& s, const FlightLine& flight, const Pdf& pdf,
                            Rgb throughput, Rng& rng, PathResult& r) {
-  if (s.emission) add_along(s, flight, pdf, throughput, rng, r);
+  if (s.emission) {
+    const auto sampled = [&] { return s.emission->sampled_in_volumes ? pdf() : 0.0f; };
+    add_along(s, flight, sampled, throughput, rng, r);
+  }
   if (s.light.met_on_flights) add_met(s, flight, pdf, throughput, r);
 }
 
@@ -259,8 +279,12 @@ template <class Phase, class Traversal>
   if (!(value > 0) || (value < 1 && !(v.rng.uniform() < value))) return;
   ++v.shadow_rays;
   const auto flight = v.traversal.free_flight(to.direction, v.rng);
-  const Rgb sum = emission_along(fire, {place, Vec3d(to.direction)}, flight.distance, v.rng) *
-                  (balance(to.pdf, p) * p / to.pdf * flight.weight / value);
+  const Rgb light =
+      emission_of(v.s, {place, to.direction, flight.distance, flight.end}, v.rng) * flight.weight;
+  if (v.s.pilot) {
+    note_sample(*v.s.pilot, luminance(v.throughput * light), balance(p, to.pdf), value);
+  }
+  const Rgb sum = light * (balance(to.pdf, p) * p / to.pdf / value);
   v.r.radiance += v.throughput * sum;
   if (v.r.in_layers()) v.r.emission() += v.throughput * sum;
 }

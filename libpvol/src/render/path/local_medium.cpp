@@ -5,8 +5,10 @@
 
 namespace pvol::detail {
 
-LocalMedium local_medium(const VolumeSetup& volume, const MediumComponent& component, Vec3d cells,
+LocalMedium local_medium(const CollisionPlace& place, const MediumComponent& component,
                          float time) {
+  const VolumeSetup& volume = *place.volume;
+  Vec3d cells = place.cells;
   const AlbedoField* const field = volume.volume.albedo.get();
   if (field == nullptr) return everywhere(component);
   const Motion* const motion = volume.volume.density.motion.get();

@@ -5,11 +5,10 @@
 
 namespace pvol::detail {
 
-/// The component at a place in cells of its volume's density, at a time: the colour there moves
-/// with the density. Of volumes whose albedo is no field, what it is everywhere.
-[[nodiscard, gnu::noinline]] LocalMedium local_medium(const VolumeSetup& volume,
-                                                      const MediumComponent& component, Vec3d cells,
-                                                      float time);
+/// The component at a place, at a time: the colour there moves with the density. Of volumes whose
+/// albedo is no field, what it is everywhere.
+[[nodiscard, gnu::noinline]] LocalMedium local_medium(const CollisionPlace& place,
+                                                      const MediumComponent& component, float time);
 
 /// The component at the traversal's place, with which it collided there.
 template <class Traversal>
@@ -17,7 +16,7 @@ template <class Traversal>
                                        const MediumComponent& component) {
   if (!s.albedo_varies) [[likely]]
     return everywhere(component);
-  return traversal.local(component);
+  return local_medium(traversal.collision(), component, traversal.work.path.time);
 }
 
 }  // namespace pvol::detail

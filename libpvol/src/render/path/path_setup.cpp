@@ -85,7 +85,8 @@ PathSetup::PathSetup(const RenderPlan& plan, Rgb constant_,
   }
   for (std::size_t i = 0; i < plan.volumes.size(); ++i) {
     const Volume& v = plan.volumes[i];
-    volumes.emplace_back(v, constant, !gathers_along_flights(v, options));
+    const FireAtCollisions* fire = emission ? emission->at_collisions[i].get() : nullptr;
+    volumes.emplace_back(v, constant, !gathers_along_flights(v, options), fire);
     if (plan.shells[i].kept) volumes.back().shell.emplace(*v.shell, v.density.octree.origin);
   }
 }

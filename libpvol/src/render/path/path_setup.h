@@ -91,10 +91,11 @@ struct PathSetup {
   /// Of the one volume, where the kernel is one of SIMD; setups may share them.
   std::shared_ptr<const DenseBounds> dense;
   std::uint32_t max_bounces;
-  bool count;             ///< whether flights do
-  bool first_collisions;  ///< whether somebody asks where they are
-  bool moving;            ///< whether samples have times
-  bool albedo_varies;     ///< whether that of any volume is a field
+  bool count;                  ///< whether flights do
+  bool first_collisions;       ///< whether somebody asks where they are
+  bool moving;                 ///< whether samples have times
+  bool albedo_varies;          ///< whether that of any volume is a field
+  FirePilot* pilot = nullptr;  ///< null: nobody asks
   /// Once it is true, paths end as they please, and what they bring is to be dropped.
   const std::atomic<bool>* stop = &kNeverStop;
 

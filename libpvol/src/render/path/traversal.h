@@ -15,6 +15,7 @@ struct Hit {
 struct FreeFlight {
   double distance;  ///< world units; infinite where it left
   float weight;
+  CollisionPlace end{};  ///< where it did not
 };
 inline constexpr double kEndless = std::numeric_limits<double>::infinity();
 
@@ -70,7 +71,8 @@ class OneVolume {
   [[nodiscard, gnu::noinline]] FreeFlight free_flight(Vec3f direction, Rng& rng) {
     Walk walk(v_.volume.density.octree, cursor_, v_.in_cells(direction));
     const Flight f = s_.flights.fly(s_.options.tracker, v_.volume.density, walk, rng, work.shadow);
-    return {f.collided ? f.t : kEndless, f.weight};
+    if (!f.collided) return {kEndless, f.weight};
+    return {f.t, f.weight, {&v_, pvol::position(walk.point(f.t))}};
   }
 
   /// The path's place, to come back to.
@@ -82,10 +84,8 @@ class OneVolume {
     return v_.cells_to_world.point(pvol::position(cursor_.at));
   }
 
-  /// The component that the path's last flight collided with, as it is there.
-  [[nodiscard]] LocalMedium local(const MediumComponent& component) const {
-    return local_medium(v_, component, pvol::position(cursor_.at), work.path.time);
-  }
+  /// Where the path's last flight collided.
+  [[nodiscard]] CollisionPlace collision() const { return {&v_, pvol::position(cursor_.at)}; }
 
   /// Transmittance from the path's place over a distance, or to the outside.
   [[nodiscard, gnu::noinline]] float transmittance(Vec3f direction, double distance, Rng& rng) {
@@ -181,7 +181,10 @@ class VolumesAt {
 
   [[nodiscard, gnu::noinline]] FreeFlight free_flight(Vec3f direction, Rng& rng,
                                                       double limit = kEndless) {
-    return {find_nearest(direction, limit, rng, work.shadow).distance, 1};
+    const auto [nearest, hit] = find_nearest(direction, limit, rng, work.shadow);
+    if (hit == nullptr) return {nearest, 1};
+    const Vec3d end = Ray{place_.position, Vec3d(direction)}.at(nearest);
+    return {nearest, 1, collision_at({end, hit})};
   }
 
   [[nodiscard]] Vec3d position() const { return place_.position; }
@@ -191,13 +194,8 @@ class VolumesAt {
   [[nodiscard]] const WorldPlace& place() const { return place_; }
   void return_to(const WorldPlace& place) { place_ = place; }
 
-  /// The component that the path's last flight collided with, as it is there.
-  [[nodiscard]] LocalMedium local(const MediumComponent& component) const {
-    const auto number = std::uint32_t(place_.within - in_.all.data());
-    const Instance in = in_.at_time(number, double(work.path.time));
-    return local_medium(s_.volumes[in.volume], component, in.world_to_cells.point(place_.position),
-                        work.path.time);
-  }
+  /// Where the path's last flight collided.
+  [[nodiscard]] CollisionPlace collision() const { return collision_at(place_); }
 
   [[nodiscard, gnu::noinline]] float transmittance(Vec3f direction, double distance, Rng& rng) {
     float product = 1;
@@ -227,6 +225,12 @@ class VolumesAt {
     double distance;
     const Instance* hit;  ///< null: there is none
   };
+
+  [[nodiscard]] CollisionPlace collision_at(const WorldPlace& place) const {
+    const auto number = std::uint32_t(place.within - in_.all.data());
+    const Instance in = in_.at_time(number, double(work.path.time));
+    return {&s_.volumes[in.volume], in.world_to_cells.point(place.position)};
+  }
 
   [[nodiscard]] const VolumeField& field(const Instance& at) const {
     return s_.volumes[at.volume].volume.density;

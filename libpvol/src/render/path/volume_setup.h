@@ -9,6 +9,7 @@
 #include "pvol/volume/albedo_field.h"
 #include "pvol/volume/phase.h"
 #include "pvol/volume/volume.h"
+#include "render/light/emission/fire_at_collisions.h"
 
 namespace pvol::detail {
 
@@ -53,19 +54,22 @@ struct VolumeSetup {
   Float4 cells_x, cells_y, cells_z;
   Affine cells_to_world;
   std::vector<MediumComponent> components;
-  Affine cells_to_albedo;  ///< to those of the albedo's field, where there is one
+  Affine cells_to_albedo;        ///< to those of the albedo's field, where there is one
+  const FireAtCollisions* fire;  ///< whose light collisions bring; null: none
 
   /// Tested by rays before they enter the octree; none where a plan leaves it out.
   std::optional<RayShell> shell{};
 
-  VolumeSetup(const Volume& v, Rgb constant, bool emits_at_collisions)
+  VolumeSetup(const Volume& v, Rgb constant, bool emits_at_collisions,
+              const FireAtCollisions* fire_)
       : volume(v),
         cells_x(widen(Vec3f(v.density.world_to_cells.vector({1, 0, 0})))),
         cells_y(widen(Vec3f(v.density.world_to_cells.vector({0, 1, 0})))),
         cells_z(widen(Vec3f(v.density.world_to_cells.vector({0, 0, 1})))),
         cells_to_world(inverse(v.density.world_to_cells)),
         components(make_components(v.medium, constant, emits_at_collisions)),
-        cells_to_albedo(v.albedo ? v.albedo->world_to_cells * cells_to_world : Affine{}) {}
+        cells_to_albedo(v.albedo ? v.albedo->world_to_cells * cells_to_world : Affine{}),
+        fire(fire_) {}
 
   [[nodiscard]] Float4 in_cells(Vec3f direction) const {
     return cells_x * splat(direction.x) + cells_y * splat(direction.y) +
@@ -94,6 +98,12 @@ struct VolumeSetup {
     }
     return components.back();
   }
+};
+
+/// Where a flight collided.
+struct CollisionPlace {
+  const VolumeSetup* volume = nullptr;  ///< null: nowhere
+  Vec3d cells{};                        ///< of the volume
 };
 
 }  // namespace pvol::detail

@@ -58,8 +58,9 @@ constexpr std::uint32_t kMostBounces = 256;    // of a path
   return of(c.path) + of(c.shadow) + c.collisions + c.shadow_rays + c.surface_hits;
 }
 
-/// The plan as plain paths take it, with counts.
-[[nodiscard]] RenderPlan plain_plan(const RenderPlan& plan) {
+}  // namespace
+
+RenderPlan plain_plan(const RenderPlan& plan) {
   RenderPlan p;
   p.volumes = plan.volumes;
   p.shells = plan.shells;
@@ -79,33 +80,38 @@ constexpr std::uint32_t kMostBounces = 256;    // of a path
   return p;
 }
 
-/// Samples of single pixels that lie evenly over the picture.
-void follow_paths(const RenderPlan& plan, const PathSetup& setup, int across, int down,
-                  CameraProbe& probe) {
+int count_pixels(const RenderPlan& plan) {
+  const ImagePart part = image_part(plan.scene.options);
+  return std::min(kRaysAlong, part.width) * std::min(kRaysAlong, part.height);
+}
+
+void follow_paths(const RenderPlan& plan, const PathSetup& setup, int paths, CameraProbe& probe,
+                  const std::function<void(Rgb)>& visit) {
   constexpr int kProbeStride = 229;  // a prime above kRaysAlong: all are met
   const TileFunction render_part = find_tile_function(plan.kernel.paths, setup);
   const ImagePart part = image_part(plan.scene.options);
+  const int across = std::min(kRaysAlong, part.width), down = std::min(kRaysAlong, part.height);
   Film film;
   film.width = plan.scene.options.width, film.height = plan.scene.options.height;
   film.crop_width = film.crop_height = 1;
   film.pixels.resize(1);
-  film.first_sample = plan.scene.options.first_sample;
-  start_sums(film);
-  for (; probe.paths < across * down && steps(probe.counts) < kMostSteps; ++probe.paths) {
+  for (; probe.paths < paths && steps(probe.counts) < kMostSteps; ++probe.paths) {
     const int i = int(std::int64_t(probe.paths) * kProbeStride % (across * down));
     film.x = part.x + int(std::int64_t(part.width) * (i % across) / across);
     film.y = part.y + int(std::int64_t(part.height) * (i / across) / down);
+    film.first_sample =
+        plan.scene.options.first_sample - std::uint32_t(probe.paths / (across * down));
     Counts path;
     film.pixels[0] = {};
+    start_sums(film);
     (void)render_part(setup, {0, 0, 1, 1}, {.all = 1}, film, path);
     probe.counts += path;
     if (path.collisions > kMostBounces) probe.cut_counts += path;
     const bool cut = path.surface_hits + path.collisions > kMostBounces;
     if (cut && path.surface_hits > path.collisions) ++probe.caught;
+    visit(Rgb(mean(film.pixels[0])));
   }
 }
-
-}  // namespace
 
 double CameraProbe::collisions() const {
   constexpr std::uint64_t kEnough = 100;  // for the mean of the paths to stand on its own
@@ -136,9 +142,7 @@ CameraProbe probe_camera(const RenderPlan& plan) {
   });
   probe.by_depth = sum / probe.rays;
   if (plan.kernel.endless) return probe;
-  const ImagePart part = image_part(o);
-  follow_paths(unguided, setup, std::min(kRaysAlong, part.width), std::min(kRaysAlong, part.height),
-               probe);
+  follow_paths(unguided, setup, count_pixels(unguided), probe, [](Rgb) {});
   return probe;
 }
 

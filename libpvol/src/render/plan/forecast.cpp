@@ -6,12 +6,8 @@
 namespace pvol::detail {
 namespace {
 
-/// Of flights that end in about as many collisions as there are of them.
-[[nodiscard]] double nanoseconds(const Tally& t, std::uint64_t flights) {
-  const WalkCosts costs;
-  return costs.segment * double(t.segments) +
-         costs.tentative * double(t.null_collisions + flights) + costs.lookup * double(t.lookups);
-}
+constexpr double kSample = 200;   // ns besides collisions
+constexpr double kSurface = 700;  // ns of a hit, with its shadow rays
 
 /// Seconds of a collision among these, with the flight before it and the shadow rays from it.
 [[nodiscard]] double seconds_per_collision(const Counts& c) {
@@ -23,13 +19,22 @@ namespace {
 
 }  // namespace
 
+double nanoseconds(const Tally& t, std::uint64_t flights) {
+  const WalkCosts costs;
+  return costs.segment * double(t.segments) +
+         costs.tentative * double(t.null_collisions + flights) + costs.lookup * double(t.lookups);
+}
+
+double seconds_of(const Counts& counts, int paths) {
+  return 1e-9 * (kSample * paths + kSurface * double(counts.surface_hits)) +
+         double(counts.collisions) * seconds_per_collision(counts);
+}
+
 double share_of_time(KernelKind kernel) {
   return kernel == KernelKind::avx512 ? 0.22 : kernel == KernelKind::avx2 ? 0.28 : 1;
 }
 
 Forecast forecast(const RenderPlan& plan, const CameraProbe& probe) {
-  constexpr double kSample = 200;   // ns besides collisions
-  constexpr double kSurface = 700;  // ns of a hit, with its shadow rays
   const ImagePart part = image_part(plan.scene.options);
   const Counts& beyond = probe.cut_counts.collisions > 0 ? probe.cut_counts : probe.counts;
   Forecast f;

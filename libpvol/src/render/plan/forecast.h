@@ -8,6 +8,15 @@ namespace pvol::detail {
 /// For a plan whose choices are made, by what a few of its paths meet; see Forecast.
 [[nodiscard]] Forecast forecast(const RenderPlan& plan, const CameraProbe& probe);
 
+/// Seconds of the scalar tracers for so many paths with these counts.
+[[nodiscard]] double seconds_of(const Counts& counts, int paths);
+
+/// Nanoseconds of flights that end in about as many collisions as there are of them.
+[[nodiscard]] double nanoseconds(const Tally& t, std::uint64_t flights);
+
+/// Nanoseconds of the density with which fires are sampled as lights in one direction.
+inline constexpr double kDirectionsPdf = 400;
+
 /// Of the scalar tracers' time, what kernels take for the same paths.
 [[nodiscard]] double share_of_time(KernelKind kernel);
 

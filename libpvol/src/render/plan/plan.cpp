@@ -9,6 +9,7 @@
 #include "render/light/emission/emission_setup.h"
 #include "render/plan/check_scene.h"
 #include "render/plan/choose_wavefront.h"
+#include "render/plan/fire_lights.h"
 #include "render/plan/forecast.h"
 #include "render/plan/sanity.h"
 #include "render/scene/surface/surfaces.h"
@@ -132,13 +133,22 @@ std::optional<Decision> decide_emission(const RenderPlan& p, const RenderOptions
     return Decision{"emission", "gathered at collisions",
                     wanted.line_emission == LineEmission::off ? "as set" : "the clouds are thick"};
   }
+  const detail::EmissionSetup& e = *p.emission;
   const bool fires = std::ranges::any_of(p.volumes, [](const Volume& v) { return bool(v.fire); });
-  return Decision{
-      "emission",
-      p.emission->lit ? "gathered along flights, and sampled as a light" : "gathered along flights",
-      fires                                      ? "a field emits"
-      : wanted.line_emission == LineEmission::on ? "as set"
-                                                 : "the cloud is thin"};
+  const bool collide = std::ranges::any_of(e.at_collisions, [](const auto& f) { return bool(f); });
+  std::string choice = !collide            ? "gathered along flights"
+                       : e.sources.empty() ? "gathered at collisions"
+                                           : "gathered at collisions, in thin parts along flights";
+  if (e.sampled_in_volumes) {
+    choice += ", and sampled as a light";
+  } else if (e.sampled_on_surfaces && !p.scene.surfaces.empty()) {
+    choice += ", and sampled as a light by surfaces";
+  }
+  return Decision{"emission", std::move(choice),
+                  wanted.line_emission != LineEmission::automatic ? "as set"
+                  : collide                                       ? "paths collide where it burns"
+                  : fires                                         ? "a field emits"
+                                                                  : "the cloud is thin"};
 }
 
 /// The choices in words, in the order in which they bear on each other.
@@ -191,6 +201,7 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
   p.surfaces = detail::make_surfaces(scene.surfaces);
   p.kernel = choose_kernel(p);
   p.emission = detail::prepare_emission(volumes, p.scene);
+  if (p.emission && p.emission->lit) p.emission = detail::choose_fire_lights(p);
   p.decisions = decide(p, scene.options, choice.reason);
   if (!options.forecast) return p;
   const detail::CameraProbe probe = detail::probe_camera(p);

@@ -1,4 +1,4 @@
-// Emission that is gathered along flights: all that paths ask of it.
+// Emission of fires and along flights: all that paths ask of it.
 #pragma once
 
 #include <memory>
@@ -11,14 +11,44 @@ namespace pvol::detail {
 
 /// Everything that emits along flights, made once for a plan.
 struct EmissionSetup {
-  std::vector<EmissionSource> sources;
-  BoxTree tree{};             ///< of their boxes
+  std::vector<EmissionSource> sources;  ///< with light that flights gather on their way
+  BoxTree tree{};                       ///< of their boxes
+  /// Of the fire of each volume, where collisions bring light of it; else null.
+  std::vector<std::shared_ptr<const FireAtCollisions>> at_collisions{};
   int points = 1;             ///< of a line, for each leaf on its way
-  bool lit = false;           ///< whether scattered light of it is sampled besides
-  EmissionLights lights{{}};  ///< of sources, where they are lit
+  bool lit = false;           ///< whether anything scatters its light
+  EmissionLights lights{{}};  ///< of all that emits, where it is lit
+  /// Whether scatterings in volumes, and those on surfaces, sample it as a light besides.
+  bool sampled_in_volumes = false, sampled_on_surfaces = false;
 };
 
-/// Null where nothing emits along flights.
+/// What a pilot notes of light of fires that is scattered in volumes (plan/fire_lights.h).
+struct FirePilot {
+  /// Sums of the squares that a path has on average of luminance by a scattering, where fires are
+  /// sampled as lights and where they are not (THEORY.md, T5.12).
+  double sampled = 0, unsampled = 0;
+  double seen = 0;                      ///< luminance that came without being scattered
+  std::uint64_t flights = 0, pdfs = 0;  ///< of samples of lights; densities of directions
+};
+
+/// Notes what a scattered ray brought, whose weight against samples of lights is `share`.
+inline void note_hit(FirePilot& pilot, float brought, float share) {
+  const double square = double(brought) * double(brought) * double(share);
+  pilot.unsampled += square;
+  pilot.sampled += square * double(share);
+  ++pilot.pdfs;
+}
+
+/// The same of the sample of a light, which was taken with this probability.
+inline void note_sample(FirePilot& pilot, float brought, float share, float probability) {
+  const double square = double(brought) * double(brought) * double(share / probability);
+  pilot.unsampled += square;
+  pilot.sampled += square * double(share / probability);
+  ++pilot.flights, ++pilot.pdfs;
+}
+
+/// Null where no fire burns and nothing else emits along flights. Samples all as lights, wherever
+/// they are scattered.
 [[nodiscard]] std::shared_ptr<const EmissionSetup> prepare_emission(std::span<const Volume> volumes,
                                                                     const Scene& scene);
 

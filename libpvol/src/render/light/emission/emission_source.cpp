@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "pvol/volume/estimators.h"
 #include "pvol/volume/extinction_source.h"
 #include "pvol/volume/facts.h"
+#include "render/light/emission/collision_limit.h"
 
 namespace pvol::detail {
 namespace {
@@ -37,7 +39,7 @@ template <class Value>
 Rgb integrate(const EmissionSource& source, const Value& value, const Ray& ray, const Ray& cells,
               Span span, float u, int points) {
   constexpr float kGolden = 0.618034f;  // steps by it spread over [0, 1) evenly
-  const Octree& tree = source.field->octree;
+  const Octree& tree = source.lines();
   Walk walk(tree, make_cursor(tree, cells.at(span.t0)), widen(Vec3f(cells.d)), span.t1 - span.t0);
   const double pieces = length(cells.d) * points / kStride;
   Rgb sum(0.0f);
@@ -71,6 +73,21 @@ bool gathers_along_flights(const Volume& volume, const RenderOptions& options) {
   return choose_transmittance(std::span(&volume, 1)).thickness < kThin;
 }
 
+namespace {
+
+/// Null where all of a fire's light is gathered along flights.
+std::shared_ptr<const FireAtCollisions> score_at_collisions(const Volume& volume,
+                                                            const RenderOptions& options) {
+  if (volume.density.octree.empty() || options.line_emission == LineEmission::on) return nullptr;
+  const double most = options.line_emission == LineEmission::off
+                          ? double(std::numeric_limits<float>::max())
+                          : brightest_at_collisions(volume, options.emission_points);
+  auto scored = std::make_shared<const FireAtCollisions>(volume, most);
+  return scored->holds_any() ? scored : nullptr;
+}
+
+}  // namespace
+
 std::vector<EmissionSource> emission_sources(std::span<const Volume> volumes,
                                              const RenderOptions& options) {
   std::vector<EmissionSource> all;
@@ -82,7 +99,11 @@ std::vector<EmissionSource> emission_sources(std::span<const Volume> volumes,
     }
   };
   for (const Volume& v : volumes) {
-    if (v.fire != nullptr) add(v, {.field = &v.fire->field, .fire = v.fire.get()});
+    if (v.fire != nullptr) {
+      add(v, {.field = &v.fire->field,
+              .fire = v.fire.get(),
+              .at_collisions = score_at_collisions(v, options)});
+    }
     if (gathers_along_flights(v, options)) add(v, source_of(v));
   }
   std::erase_if(all, [](const EmissionSource& s) { return s.field->octree.empty(); });
@@ -94,7 +115,7 @@ Rgb integrate(const EmissionSource& source, const Ray& world, double distance, f
   const VolumeField& f = *source.field;
   const Ray ray{source.to_first.point(world.o), source.to_first.vector(world.d)};
   const Ray cells{f.world_to_cells.point(ray.o), f.world_to_cells.vector(ray.d)};
-  const auto span = intersect(f.octree.support(), cells, 0, distance);
+  const auto span = intersect(source.lines().support(), cells, 0, distance);
   if (!span) return Rgb(0.0f);
   return visit_source(
       f, [&](const auto& value) { return integrate(source, value, ray, cells, *span, u, points); });

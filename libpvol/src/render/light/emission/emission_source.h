@@ -1,6 +1,7 @@
 // What emits light along flights: fires, and thin media.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "pvol/volume/albedo_field.h"
 #include "pvol/volume/emitter.h"
 #include "pvol/volume/volume.h"
+#include "render/light/emission/fire_at_collisions.h"
 
 namespace pvol::detail {
 
@@ -23,6 +25,12 @@ struct EmissionSource {
   const AlbedoField* albedo = nullptr;  ///< of the medium; or null, else of_depth is what it would
                                         ///< emit if it were black, and
   Rgb per_color{0.0f};                  ///< how much less, by the field's colour
+  std::shared_ptr<const FireAtCollisions> at_collisions{};  ///< of the fire; or null
+
+  /// Where lines gather light: without what collisions bring.
+  [[nodiscard]] const Octree& lines() const {
+    return at_collisions ? at_collisions->lines() : field->octree;
+  }
 
   /// Radiance per world unit at a point of a segment of the field, that lies there in the world of
   /// the first place.

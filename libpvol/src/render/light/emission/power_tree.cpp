@@ -21,7 +21,6 @@ struct PowerTree::Cube {
 namespace {
 
 using Cube = PowerTree::Cube;
-using Luminances = PowerTree::Luminances;
 
 /// The cubes below a node; `most` bounds the field there, where a terminal lies above it.
 void add_cubes(const Octree& tree, std::uint32_t index, Vec3i lo, float most,
@@ -48,25 +47,21 @@ void add_cubes(const Octree& tree, std::uint32_t index, Vec3i lo, float most,
   }
 }
 
-/// Points along each edge of a cube at which emission is looked up: one in each cell of a leaf.
-constexpr int kAlong = kLeafEdge;
-
-constexpr std::size_t place_in(Vec3i p) { return std::size_t((p.x * kAlong + p.y) * kAlong + p.z); }
-
-/// Luminance emitted per world unit at the points of a cube.
+/// Luminance emitted per world unit in a cube, by a few points of it.
 template <class Value>
-Luminances luminances(const EmissionSource& source, const Value& value, const Affine& to_world,
-                      const Cube& cube) {
+float mean_luminance(const EmissionSource& source, const Value& value, const Affine& to_world,
+                     const Cube& cube) {
+  constexpr int kAlong = 4;  // each edge
   const Segment anywhere{.t0 = 0, .t1 = 0, .lo = 0, .hi = 0, .leaf = Octree::kNodeBit};
   const double step = double(cube.edge) / kAlong;
-  Luminances all;
-  for (int i = 0; i < int(all.size()); ++i) {
+  float sum = 0;
+  for (int i = 0; i < kAlong * kAlong * kAlong; ++i) {
     const Vec3i at(i / (kAlong * kAlong), i / kAlong % kAlong, i % kAlong);
     const Vec3d cells = Vec3d(cube.lo) + (Vec3d(at) + Vec3d(0.5)) * step;
-    const LatticePoint p = make_cursor(source.field->octree, cells).at;
-    all[place_in(at)] = luminance(source.at(value, anywhere, p, to_world.point(cells)));
+    const LatticePoint p = lattice_point(source.field->octree, cells);
+    sum += luminance(source.at(value, anywhere, p, to_world.point(cells)));
   }
-  return all;
+  return sum / (kAlong * kAlong * kAlong);
 }
 
 /// What a cube may emit by its bounds.
@@ -75,36 +70,6 @@ float bound_of(const EmissionSource& source, const Cube& cube) {
                            ? source.fire->fire.color * float(source.fire->fire.intensity)
                            : source.of_depth;
   return cube.most * luminance(of_bound);
-}
-
-/// Part of a cube, in points.
-struct Part {
-  Vec3i lo;
-  int edge;
-};
-
-float mean_of(const Luminances& all, const Part& part) {
-  float sum = 0;
-  for (int x = 0; x < part.edge; ++x) {
-    for (int y = 0; y < part.edge; ++y) {
-      for (int z = 0; z < part.edge; ++z) sum += all[place_in(part.lo + Vec3i(x, y, z))];
-    }
-  }
-  return sum / float(part.edge * part.edge * part.edge);
-}
-
-Part eighth(const Part& part, int k) {
-  const int half = part.edge / 2;
-  return {part.lo + Vec3i(k & 1, k >> 1 & 1, k >> 2) * half, half};
-}
-
-/// Whether points should be spread within the part by where it shines.
-bool is_uneven(const Luminances& all, const Part& part) {
-  constexpr float kUneven = 2;
-  if (part.edge == 1) return false;
-  float most = 0;
-  for (int k = 0; k < 8; ++k) most = std::max(most, mean_of(all, eighth(part, k)));
-  return most > kUneven * mean_of(all, part);
 }
 
 std::uint64_t code_of(Vec3f lo) { return morton_encode(Vec3<std::uint32_t>(lo)); }
@@ -116,27 +81,25 @@ float PowerTree::Node::seen_from(Vec3f cell) const {
   return power / std::max(dot(away, away), dot(half, half));
 }
 
-std::vector<PowerTree::Node> PowerTree::divide(const EmissionSource& source, const Cube& cube,
-                                               const Luminances& all) {
-  // Points may miss what is small: a little goes by the bounds.
-  constexpr float kMissed = 1e-4f;
-  const float floor = kMissed * bound_of(source, cube), step = float(cube.edge) / kAlong;
-  std::vector<Node> nodes;
-  std::vector<Part> parts{{Vec3i(0), kAlong}};
-  while (!parts.empty()) {
-    const Part part = parts.back();
-    parts.pop_back();
-    if (is_uneven(all, part)) {
-      for (int k = 0; k < 8; ++k) parts.push_back(eighth(part, k));
-      continue;
+std::vector<PowerTree::Node> PowerTree::join(std::vector<Node> cubes) {
+  // A density of directions tests all boxes that its line meets. From as few as this on, what is
+  // saved weighs more than directions that suit the fire less (tests/bench/RESULTS.md).
+  constexpr std::size_t kMostBoxes = 32;
+  for (int shift = 3; cubes.size() > kMostBoxes; shift += 3) {
+    std::vector<Node> fewer;
+    for (const Node& c : cubes) {
+      if (fewer.empty() || code_of(fewer.back().lo) >> shift != code_of(c.lo) >> shift) {
+        fewer.push_back(c);
+        continue;
+      }
+      Node& to = fewer.back();
+      to.lo = min(to.lo, c.lo);
+      to.hi = max(to.hi, c.hi);
+      to.power += c.power;
     }
-    const float edge = float(part.edge) * step;
-    const Vec3f lo = Vec3f(cube.lo) + Vec3f(part.lo) * step;
-    nodes.push_back({.lo = lo,
-                     .hi = lo + Vec3f(edge),
-                     .power = (mean_of(all, part) + floor) * edge * edge * edge});
+    cubes = std::move(fewer);
   }
-  return nodes;
+  return cubes;
 }
 
 PowerTree::PowerTree(const EmissionSource& source) {
@@ -144,18 +107,24 @@ PowerTree::PowerTree(const EmissionSource& source) {
   const Affine to_world = inverse(f.world_to_cells);
   std::vector<Cube> cubes;
   add_cubes(f.octree, 0, Vec3i(0), 0, cubes);
-  std::vector<std::vector<Node>> parts(cubes.size());
+  // Points may miss what is small: a little goes by the bounds.
+  constexpr float kMissed = 1e-4f;
+  std::vector<Node> leaves(cubes.size());
   visit_source(f, [&](const auto& value) {
     parallel_for(0, cubes.size(), [&](std::size_t i) {
-      parts[i] = divide(source, cubes[i], luminances(source, value, to_world, cubes[i]));
+      const Cube& c = cubes[i];
+      const auto edge = float(c.edge);
+      const Vec3f lo(c.lo);
+      const float light =
+          mean_luminance(source, value, to_world, c) + kMissed * bound_of(source, c);
+      leaves[i] = {.lo = lo, .hi = lo + Vec3f(edge), .power = light * edge * edge * edge};
     });
   });
-  std::vector<Node> leaves;
-  for (const std::vector<Node>& p : parts) leaves.insert(leaves.end(), p.begin(), p.end());
   std::erase_if(leaves, [](const Node& n) { return !(n.power > 0); });
   if (leaves.empty()) return;
   std::sort(leaves.begin(), leaves.end(),
             [](const Node& a, const Node& b) { return code_of(a.lo) < code_of(b.lo); });
+  leaves = join(std::move(leaves));
   constexpr int kTopShift = 3 * 20;  // of the bits that tell the root's children apart
   nodes_.emplace_back();
   build(leaves, 0, leaves.size(), kTopShift, 0);

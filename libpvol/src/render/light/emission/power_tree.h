@@ -1,7 +1,6 @@
 // Emitted power by place, to sample directions towards what shines.
 #pragma once
 
-#include <array>
 #include <memory>
 #include <vector>
 
@@ -12,10 +11,10 @@
 
 namespace pvol::detail {
 
-/// The cubes of a field's octree, and parts of them where they shine unevenly, in a tree of at most
-/// eight children a node, with the power that each emits: in cells, so that all places of a field
-/// share it. A place sees a node by its power over the squared distance, no nearer than its radius;
-/// from node to node a cube is chosen in proportion to that, and a point in it evenly. The density
+/// Boxes around what shines in a field's octree, in a tree of at most eight children a node, with
+/// the power that each emits: in cells, so that all places of a field share it. A place sees a node
+/// by its power over the squared distance, no nearer than its radius; from node to node a box is
+/// chosen in proportion to that, and a point in it evenly. The density
 /// of directions follows exactly, whatever the powers: they need not be (THEORY.md, T5.12).
 /// Based on: Simon, Hanika, Zirr, Dachsbacher. Line integration for rendering heterogeneous
 /// emissive volumes. 2017; Villemin, Hery. Practical illumination from flames. 2013.
@@ -25,7 +24,7 @@ class PowerTree {
     Vec3f lo, hi;     ///< cells
     float power = 0;  ///< in cells; that of a cube of this luminance a world unit: its volume
     std::uint32_t first = 0;
-    std::uint32_t count = 0;  ///< of children; 0: a cube
+    std::uint32_t count = 0;  ///< of children; 0: a box
     [[nodiscard]] float seen_from(Vec3f cell) const;
   };
 
@@ -46,8 +45,6 @@ class PowerTree {
   [[nodiscard]] double pdf(const Ray& cells, double cell_volume) const;
 
   struct Cube;  ///< of the octree
-  /// Emitted at points of one, evenly spread: one in each cell of a leaf.
-  using Luminances = std::array<float, kLeafEdge * kLeafEdge * kLeafEdge>;
 
  private:
   struct Line;
@@ -55,9 +52,8 @@ class PowerTree {
   template <class Weight>
   [[nodiscard]] Vec3d sample_by(const Weight& weight, Rng& rng) const;
 
-  /// The parts of a cube, finer where it shines unevenly.
-  [[nodiscard]] static std::vector<Node> divide(const EmissionSource& source, const Cube& cube,
-                                                const Luminances& all);
+  /// Neighbours joined, in ever larger cubes of the lattice, until they are few.
+  [[nodiscard]] static std::vector<Node> join(std::vector<Node> cubes);
   void build(std::vector<Node>& cubes, std::size_t begin, std::size_t end, int shift,
              std::size_t at);
   [[nodiscard]] double pdf(const Line& line, const Node& node, double share) const;
