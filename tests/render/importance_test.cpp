@@ -150,6 +150,11 @@ TEST(Importance, GuidesWhereItMayAndShould) {
     const double paths = double(s.options.width) * s.options.height * s.options.samples;
     return choose_guide(make_volumes(puff(), media, s), s.scene(), paths);
   };
+  s.options.width = s.options.height = 128;
+  s.options.samples = 1;
+  EXPECT_TRUE(choose().used) << "a first preview";
+  s.options.width = s.options.height = 32;
+  s.options.samples = 4;
   EXPECT_FALSE(choose().used) << "too few samples";
   s.options.samples = 2000;
   s.medium.extinction = 2;

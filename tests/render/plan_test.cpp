@@ -42,7 +42,7 @@ TEST(Plan, LeavesNothingToChooseAndSaysWhy) {
   EXPECT_EQ(p.scene.options.transmittance, p.transmittance.estimator);
   const KernelKind kernel = p.scene.options.kernel;
   EXPECT_NE(kernel, KernelKind::automatic);
-  EXPECT_EQ(p.kernel, (Kernel{LookUp::trilinear, 0, Paths::one_volume, true, kernel}));
+  EXPECT_EQ(p.kernel, (Kernel{LookUp::trilinear, 0, Paths::guided, true, kernel}));
   for (const char* what : {"octree", "micro-bounds", "paths", "kernel", "shadow rays"}) {
     EXPECT_FALSE(decision(p, what).choice.empty()) << what;
     EXPECT_FALSE(decision(p, what).reason.empty()) << what;

@@ -65,7 +65,8 @@ GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene,
   // Below these, guided and plain paths cost about the same for the same noise, or plain ones less
   // (tests/bench/clouds.py).
   constexpr double kThickness = 0.5, kAlbedo = 0.75;
-  constexpr double kPaths = 1 << 17;        // that take longer than the photons
+  // Reading a cloud takes longer than its photons: from so few paths on, a command gains by them.
+  constexpr double kPaths = 1 << 14;
   constexpr double kPathsOfPlace = 20'000;  // tests/bench/RESULTS.md, a sky of many clouds
   const RenderOptions& o = scene.options;
   if (o.guide == GuideUse::off) return {false, "as set"};
