@@ -113,6 +113,17 @@ TEST_F(FireFiles, SmokeTellsOfTheGridsThatCouldBurn) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean_of("lit.exr")[c], 2 * once[c], 1e-4 * once[c]);
 }
 
+TEST_F(FireFiles, TheLogSaysHowTheirLightIsGathered) {
+  const auto log_of = [&](const char* field, const char* lines) {
+    return render("all.vdb", "a.exr",
+                  {"--set", std::string("medium.fire.field=") + field, "--set",
+                   "medium.fire.intensity=2", "--line-emission", lines});
+  };
+  EXPECT_TRUE(says(log_of("density", "auto"), "fire.emission_at_collisions"));
+  EXPECT_TRUE(says(log_of("flames", "auto"), "fire.emission_beside_smoke"));
+  EXPECT_TRUE(says(log_of("density", "on"), "fire.emission_along_flights"));
+}
+
 TEST_F(FireFiles, FitKeepsTheGridsThatFiresGoBy) {
   const json fit =
       json::parse(run(PVOL_FIT, {folder_ / "all.vdb", "-o", folder_ / "all.pvol", "--json"}).out);

@@ -181,6 +181,22 @@ TEST(Plan, DoubtsUnitsByThicknessAndSaysWhatWouldMakeSense) {
   EXPECT_EQ(first_of(invisible) + '\n', invisible) << "nothing else";
 }
 
+TEST(Plan, DoubtsSunsBehindPlanesAndCamerasInClouds) {
+  const Volume v = make_test_volume(field("gaussian"), 2, std::nullopt);
+  CloudScene s = scene_around(v);
+  s.surfaces = {PlaneSurface{{0, -40, 0}, {0, -2, 0}, {}}};
+  s.lights = {Sun{{1, 1, 0}, Rgb(1.0f), 0}, Sun{{0, 3, 0}, Rgb(1.0f), 0}};
+  EXPECT_EQ(warnings(v, s), "") << "whichever side the normal is on";
+  s.lights[1] = Sun{{1, -1, 0}, Rgb(1.0f), 0};
+  const std::string text = warnings(v, s);
+  EXPECT_TRUE(says(first_of(text), "plan.sun_behind_plane"));
+  EXPECT_EQ(first_of(text) + '\n', text) << "of one sun alone";
+  s.lights.pop_back();
+  s.camera.position = v.density.world_box.centre();
+  s.camera.target = s.camera.position + Vec3d(1, 0, 0);
+  EXPECT_TRUE(says(first_of(warnings(v, s)), "plan.camera_inside_cloud"));
+}
+
 TEST(Plan, DoubtsCamerasThatSeeNothing) {
   const Volume v = make_test_volume(field("gaussian"), 2, std::nullopt);
   CloudScene s = scene_around(v);

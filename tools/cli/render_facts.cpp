@@ -51,9 +51,13 @@ void print_facts(const Volume& volume, const VolumeFacts& f) {
   if (count_places(volume) > 1) {
     std::cerr << cli::readable_count(count_places(volume)) << " instances, the first of ";
   }
-  const Vec3d size = volume.density.world_box.extent();
+  const Box& box = volume.density.world_box;
+  const Vec3d size = box.extent();
+  const auto corner = [](Vec3d p) {
+    return fmt::format("({}, {}, {})", readable(p.x), readable(p.y), readable(p.z));
+  };
   std::cerr << readable(size.x) << " x " << readable(size.y) << " x " << readable(size.z)
-            << " world units\n"
+            << " world units, from " << corner(box.lo) << " to " << corner(box.hi) << '\n'
             << "  largest extinction " << readable(f.largest_extinction)
             << " per world unit: shortest free path " << readable(f.shortest_free_path)
             << " world units\n"
@@ -82,6 +86,7 @@ void print_facts(const RenderJob& job) {
     return;
   }
   print_decision(job.plan, "paths", told("--guide", name(o.guide)));
+  print_decision(job.plan, "emission", told("--line-emission", name(o.line_emission)));
   print_decision(job.plan, "kernel", "");
   if (job.chose_transmittance) print_decision(job.plan, "shadow rays", "");
   const Forecast& f = job.plan.forecast;

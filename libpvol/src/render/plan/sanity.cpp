@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "math/digits.h"
 #include "pvol/bounds/pyramid.h"
@@ -12,6 +13,7 @@
 #include "pvol/volume/facts.h"
 #include "pvol/volume/motion.h"
 #include "render/path/path_setup.h"
+#include "volume/cell_look_up.h"
 
 namespace pvol::detail {
 namespace {
@@ -168,6 +170,45 @@ void warn_of_date(const Scene& scene, std::vector<std::string>& all) {
                 ". Check the time zone, and that longitudes east of Greenwich are positive");
 }
 
+/// Suns that shine on the side of a plane that the camera does not see.
+void warn_of_suns(const Scene& scene, std::vector<std::string>& all) {
+  for (const Surface& surface : scene.surfaces) {
+    const auto* const plane = std::get_if<PlaneSurface>(&surface);
+    if (plane == nullptr) continue;
+    const double side = dot(scene.camera.position - plane->point, plane->normal);
+    int number = 0;
+    for (const Light& light : scene.lights) {
+      const auto* const sun = std::get_if<Sun>(&light);
+      if (sun == nullptr) continue;
+      ++number;
+      const double sine = dot(normalize(sun->direction), normalize(plane->normal));
+      if (!(sine * side < 0)) continue;
+      all.push_back(
+          "sun " + std::to_string(number) + " is " +
+          digits(std::asin(std::abs(sine)) * 180 / std::numbers::pi, 2) +
+          " degrees behind a plane that the camera looks at, which leaves the plane and all before "
+          "it in its shadow. Check which axis points up, and that the direction of a sun "
+          "is the way towards it");
+    }
+  }
+}
+
+/// A camera from which one sees hardly farther than a part of the cloud that it is in.
+void warn_of_camera(const RenderPlan& plan, std::vector<std::string>& all) {
+  constexpr double kFar = 0.1;  // of the cloud's size
+  for (const Volume& v : plan.volumes) {
+    if (v.density.octree.empty()) continue;
+    const Vec3d at = plan.scene.camera.position;
+    const double mu = double(extinction_in_cells(v, v.density.world_to_cells.point(at)));
+    const double size = length(v.density.world_box.hi - v.density.world_box.lo);
+    if (!(mu * size * kFar > 1)) continue;
+    all.push_back(named(v, "the camera is inside the cloud, where light gets " + digits(1 / mu) +
+                               " world units far on average; the cloud lies between " +
+                               point(v.density.world_box.lo) + " and " +
+                               point(v.density.world_box.hi)));
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> find_warnings(const RenderPlan& plan, const CameraProbe& probe) {
@@ -191,6 +232,8 @@ std::vector<std::string> find_warnings(const RenderPlan& plan, const CameraProbe
   }
   for (const Volume& v : plan.volumes) warn_of_motion(v, all);
   warn_of_date(plan.scene, all);
+  warn_of_suns(plan.scene, all);
+  warn_of_camera(plan, all);
   return all;
 }
 
