@@ -127,9 +127,18 @@ TEST_P(BatchRays, RaysThatMeetNothingSeeThrough) {
   rays.add({centre, {1, 2, 3}}, 0);
   rays.add({centre, {1, 2, 3}}, -1);
   rays.add({centre + Vec3d(1e300, 0, 0), {1, 2, 3}}, kFar);
+  // Along an axis, on either side of the box.
+  for (const double beside : {-30, 30}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      Vec3d off, along;
+      off[axis] = beside, along[(axis + 1) % 3] = 1;
+      rays.add({centre + off, along}, kFar);
+    }
+  }
+  const std::size_t n = rays.o.size();
   const Answers all = answers(ready(cloud), rays.batch(), {});
-  EXPECT_TRUE(all == (Answers{std::vector<double>(5, kFar), std::vector<float>(5, 1),
-                              std::vector<float>(5, 1)}));
+  EXPECT_TRUE(all == (Answers{std::vector<double>(n, kFar), std::vector<float>(n, 1),
+                              std::vector<float>(n, 1)}));
   EXPECT_TRUE(answers(ready(cloud), {}, {}) == Answers{});
 }
 
