@@ -104,6 +104,32 @@ TEST(CapiRays, WalksAreThoseOfTheCppApi) {
   EXPECT_GT(segments, 300);
 }
 
+/// What is looked up belongs to the leaf of the flight's end, not to that of the last segment.
+TEST(CapiRays, FlightsAfterSegmentsEndInLeavesOfTheirOwn) {
+  const Smoke smoke;
+  const api::Volume v = make_smoke(smoke, 5);
+  Rng rng(9, 9, 9);
+  int collided = 0;
+  for (std::uint64_t i = 0; i < 200; ++i) {
+    const pvol_ray ray = random_ray(rng, smoke.n);
+    api::Random random(3, 4, i);
+    api::Walk walk = v.enter(ray), other = v.enter(ray);
+    (void)walk.next();
+    const auto t = walk.flight(random);
+    if (!t) continue;
+    ++collided;
+    while (const auto s = other.next()) {
+      if (*t <= s->t1) break;
+    }
+    const float mu = other.extinction(*t);
+    EXPECT_NEAR(walk.extinction(*t), mu, 1e-4f * mu);
+    EXPECT_NEAR(walk.density(*t), other.density(*t), 1e-4f * mu);
+    EXPECT_TRUE(walk.exceeds(*t, 0.999f * mu));
+    EXPECT_FALSE(walk.exceeds(*t, 1.001f * mu));
+  }
+  EXPECT_GT(collided, 50);
+}
+
 TEST(CapiRays, WalksAreCopiedByAssignment) {
   const Smoke smoke;
   const api::Volume v = make_smoke(smoke, 5);
@@ -394,6 +420,37 @@ TEST(CapiBatches, AreThoseOfTheCppApi) {
   api::Volume uncommitted;
   EXPECT_EQ(uncommitted.flights(rays, streams, {t.data(), kRays}), kRays);
   EXPECT_TRUE(std::isnan(t[0]) && std::isnan(t[kRays - 1]));
+}
+
+TEST(CapiBatches, LengthsArePackedFloatsOrDoubles) {
+  const Smoke smoke;
+  const api::Volume v = make_smoke(smoke, 5);
+  constexpr std::size_t kRays = 300;
+  std::vector<double> o, d, doubles;
+  std::vector<float> floats;
+  Rng rng(8, 8, 9);
+  for (std::size_t i = 0; i < kRays; ++i) {
+    const pvol_ray ray = random_ray(rng, smoke.n);
+    o.insert(o.end(), ray.o, ray.o + 3), d.insert(d.end(), ray.d, ray.d + 3);
+    floats.push_back(6 * rng.uniform());
+    doubles.push_back(double(floats.back()));
+  }
+  const RayBatch batch{kRays,
+                       {o.data(), true, 3 * sizeof(double), sizeof(double)},
+                       {d.data(), true, 3 * sizeof(double), sizeof(double)},
+                       {doubles.data(), true, sizeof(double)}};
+  std::vector<double> t(kRays), expected(kRays);
+  (void)sample_flights(BatchField(make_same(smoke, 5)), batch, {.seed = 3}, expected.data());
+  pvol_rays rays{};
+  rays.count = kRays;
+  rays.origins = api::vectors(o.data()), rays.directions = api::vectors(d.data());
+  pvol_streams streams{};
+  streams.seed = 3;
+  for (const pvol_vectors& lengths : {api::vectors(floats.data()), api::vectors(doubles.data())}) {
+    rays.t_max = lengths;
+    EXPECT_EQ(v.flights(rays, streams, {t.data(), kRays}), 0u);
+    EXPECT_EQ(t, expected);
+  }
 }
 
 }  // namespace rays_test

@@ -148,6 +148,11 @@ TEST(CapiVolume, SaysWhatIsWrong) {
   expect("capi.sample_density_expected", commit_with(bad.array()));
   bad.values[41 * 40 + 7] = std::numeric_limits<float>::quiet_NaN();
   expect("capi.sample_density_expected", commit_with(bad.array()));
+  std::vector<std::uint16_t> halves(smoke.values.size());
+  halves[41 * 40 + 7] = 0xbc00;  // -1
+  a = smoke.array();
+  a.values = halves.data(), a.type = PVOL_HALF;
+  expect("capi.sample_density_expected", commit_with(a));
   pvol_leaf leaf{smoke.values.data(), {0, 4, 0}};
   pvol_leaves leaves{};
   leaves.leaves = &leaf, leaves.leaf_count = 1;
