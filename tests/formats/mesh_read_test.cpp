@@ -108,6 +108,24 @@ TEST(MeshRead, PlyOfIntegersAndOfFacesFirst) {
   EXPECT_EQ(mesh.triangles, (decltype(mesh.triangles){{2, 1, 0}}));
 }
 
+TEST(MeshRead, BinaryPlyOfIntegersBelowZero) {
+  for (const bool big : {false, true}) {
+    std::string b = std::string("ply\nformat binary_") + (big ? "big" : "little") +
+                    "_endian 1.0\nelement vertex 3\nproperty char x\nproperty short y\n"
+                    "property int z\nelement face 1\n"
+                    "property list uchar uchar vertex_indices\nend_header\n";
+    for (int i = 0; i < 3; ++i) {
+      append(b, std::int8_t(-128 + i), big), append(b, std::int16_t(-32768 + i), big);
+      append(b, std::int32_t(-70'000 - i), big);
+    }
+    for (const int v : {3, 0, 1, 2}) append(b, std::uint8_t(v), big);
+    const TriangleMesh mesh = read_text("a.ply", b);
+    EXPECT_EQ(mesh.vertices,
+              (std::vector<Vec3d>{
+                  {-128, -32768, -70'000}, {-127, -32767, -70'001}, {-126, -32766, -70'002}}));
+  }
+}
+
 TEST(MeshRead, EveryStatementOfObj) { EXPECT_EQ(read_text("a.obj", kObj), kExpected); }
 
 TEST(MeshRead, WhatWasWrittenComesBackToTheLastBit) {
