@@ -57,13 +57,17 @@ TEST(PbrtScene, PointLightsByIntensityPowerAndTemperature) {
   const PbrtScene s = scene_of(
       "Translate 1 2 3 LightSource \"point\" \"rgb I\" [ 4 5 6 ] \"point3 from\" [ 0 0 1 ]\n"
       "LightSource \"point\" \"float power\" 100\n"
-      "LightSource \"point\" \"blackbody I\" 2500 \"float scale\" 3");
+      "LightSource \"point\" \"blackbody I\" 2500 \"float scale\" 3\n"
+      "LightSource \"point\" \"spectrum I\" [ 400 0 700 6 ]");
   const auto at = [&](std::size_t i) { return std::get<PointLight>(s.file.scene.lights.at(i)); };
   expect_near(at(0).position, mirrored({1, 2, 4}));
   expect_near(Vec3d(at(0).intensity), {4, 5, 6});
   expect_near(Vec3d(at(1).intensity), Vec3d(100 / (4 * std::numbers::pi)));
   expect_near(Vec3d(at(2).intensity), Vec3d(blackbody_color(2500)) * 3.0);
   EXPECT_NEAR(luminance(at(2).intensity), 3, 1e-3);
+  // Of means over thirds: 5, 3 and 1.
+  const Rgb ascending(5.0f, 3.0f, 1.0f);
+  expect_near(Vec3d(at(3).intensity), Vec3d(ascending) / double(luminance(ascending)));
 }
 
 /// What pbrt's spot light sends along a direction at an angle from its axis.
@@ -104,7 +108,8 @@ TEST(PbrtScene, SpheresThatShineAreBallsOfLight) {
       "AreaLightSource \"diffuse\" \"rgb L\" [ 1 2 3 ] \"float scale\" 2 Translate 1 2 3 Scale 2 2 "
       "2 "
       "Shape \"sphere\" \"float radius\" .25\n"
-      "AreaLightSource \"diffuse\" \"float power\" 7 Shape \"sphere\" Shape \"disk\"");
+      "AreaLightSource \"diffuse\" \"float power\" 7 Shape \"sphere\" Shape \"disk\"\n"
+      "AreaLightSource \"diffuse\" \"bool twosided\" true \"float power\" 7 Shape \"sphere\"");
   const auto& ball = std::get<PointLight>(s.file.scene.lights.at(0));
   expect_near(ball.position, mirrored({1, 2, 3}));
   EXPECT_DOUBLE_EQ(ball.radius, 0.5);
@@ -112,7 +117,10 @@ TEST(PbrtScene, SpheresThatShineAreBallsOfLight) {
   // All of its power over the sphere around it.
   const auto& second = std::get<PointLight>(s.file.scene.lights.at(1));
   EXPECT_NEAR(double(second.intensity.y) * 4 * std::numbers::pi, 7, 1e-5);
-  EXPECT_EQ(s.file.scene.lights.size(), 2u);
+  // Half of it, as the other half shines inwards.
+  const auto& third = std::get<PointLight>(s.file.scene.lights.at(2));
+  EXPECT_NEAR(double(third.intensity.y) * 4 * std::numbers::pi, 3.5, 1e-5);
+  EXPECT_EQ(s.file.scene.lights.size(), 3u);
   EXPECT_EQ(s.file.scene.surfaces.size(), 1u);  // the disk, which shines no more
   EXPECT_TRUE(says(notes_of(s), "pbrt.light_disk_left"));
 }
