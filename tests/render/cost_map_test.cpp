@@ -89,6 +89,18 @@ TEST(CostMap, CoversACrop) {
   EXPECT_EQ(rendered_part(s.options), (PixelRect{31, 17, 47, 40}));
 }
 
+TEST(CostMap, CoversACropByCellsThatAreNotSquare) {
+  CloudScene s = large_scene();
+  s.options.crop_x = 70, s.options.crop_y = 50;
+  s.options.crop_width = 50, s.options.crop_height = 40;
+  const CostMap map = map_cost(Mapped(s).plan, 1);
+  EXPECT_EQ(map.cell_width, 40);
+  EXPECT_EQ(map.cell_height, 45);
+  EXPECT_EQ(map.left, 40);
+  EXPECT_EQ(map.top, 45);
+  EXPECT_EQ(map.columns * map.rows, 2);
+}
+
 TEST(CostMap, OfATinyPictureHasACellForEachPixel) {
   const Mapped m(cloud_scene());
   const CostMap map = map_cost(m.plan, 10'000);
