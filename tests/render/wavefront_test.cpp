@@ -43,6 +43,10 @@ std::vector<Case> more_cases() {
   add("two lobes", [](CloudScene& s) {
     s.medium.others = {{0.999, Rgb(0.99f), TwoLobes{}, Rgb(0.0f)}};
   });
+  add("narrow lobes, as many forward as backward", [](CloudScene& s) {
+    const TwoLobes lobes{HenyeyGreenstein(0.8), HenyeyGreenstein(-0.8), 0.5};
+    s.medium.others = {{0.999, Rgb(0.99f), lobes, Rgb(0.0f)}};
+  });
   add("skewed and turned", [](CloudScene& s) {
     s.medium.object_to_world =
         Affine{{Vec3d{0.02, 0.004, 0}, {0, 0.03, -0.01}, {0.005, 0, 0.025}}, {7, -3, 2}};
