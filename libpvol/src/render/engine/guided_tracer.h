@@ -120,7 +120,7 @@ class GuidedTracer {
   void add_on_the_way(Vec3d from, const Hit& hit, const Pdf& pdf, Rgb throughput, Rng& rng) {
     const bool collided = hit.component != nullptr;
     const double length = collided ? pvol::length(traversal.position() - from) : kEndless;
-    const CollisionPlace end = collided ? traversal.collision() : CollisionPlace{};
+    const CollisionPlace end = collided && s_.emission ? traversal.collision() : CollisionPlace{};
     detail::add_on_the_way(s_, {from, direction_, length, end}, pdf, throughput, rng, r_);
   }
 

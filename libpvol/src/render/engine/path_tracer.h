@@ -120,7 +120,7 @@ class PathTracer {
       return bounces > 0 ? pdf_phase(component_->phase, from_, direction_) : 0.0f;
     };
     const double length = collided ? pvol::length(traversal.position() - from) : kEndless;
-    const CollisionPlace end = collided ? traversal.collision() : CollisionPlace{};
+    const CollisionPlace end = collided && s_.emission ? traversal.collision() : CollisionPlace{};
     detail::add_on_the_way(s_, {from, direction_, length, end}, pdf, throughput, rng, r_);
   }
 };

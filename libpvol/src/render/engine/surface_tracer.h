@@ -75,7 +75,7 @@ class SurfaceTracer {
   void add_on_the_way(Vec3d from, const Hit& hit, bool ends, Rng& rng) {
     const auto own = [&] { return pdf(); };
     FlightLine flight{from, direction_, ends ? length(traversal.position() - from) : kEndless,
-                      hit.component ? traversal.collision() : CollisionPlace{}};
+                      hit.component && s_.emission ? traversal.collision() : CollisionPlace{}};
     if (s_.emission) {
       const auto sampled = [&] { return samples_fires() ? pdf() : 0.0f; };
       add_along(s_, flight, sampled, throughput_, rng, r_);

@@ -47,7 +47,7 @@ struct FlightLine {
   Vec3d from;
   Vec3f direction;
   double length;         ///< infinite where it left
-  CollisionPlace end{};  ///< where it collided
+  CollisionPlace end{};  ///< where it collided, in scenes with emission
 };
 
 /// What is emitted along a flight, or where it collides.
