@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -338,6 +339,28 @@ TEST_F(PvolFileTest, AtomicWriterPassesOnWhatTheCallerThrows) {
   EXPECT_TRUE(files().empty());
 }
 
+TEST_F(PvolFileTest, AReplacedFileKeepsItsModeAndItsGroup) {
+  const auto write = [&] {
+    write_atomically(path("a"), [](const fs::path& aside) { std::ofstream(aside) << "whole"; });
+  };
+  const auto info = [&] {
+    struct stat found = {};
+    EXPECT_EQ(stat(path("a").c_str(), &found), 0);
+    return found;
+  };
+  write();
+  const mode_t mask = umask(0);
+  umask(mask);
+  EXPECT_EQ(info().st_mode & 0777, 0666 & ~mask) << "of a new file";
+  ASSERT_EQ(chmod(path("a").c_str(), 0640), 0);
+  const bool may_give = chown(path("a").c_str(), uid_t(-1), 12345) == 0;  // as root
+  write();
+  EXPECT_EQ(info().st_mode & 0777, 0640u);
+  if (may_give) {
+    EXPECT_EQ(info().st_gid, 12345u);
+  }
+}
+
 /// As by a thread that ends the process meanwhile.
 TEST_F(PvolFileTest, AbandonedWritesLeaveNothing) {
   std::ofstream(path("a")) << "old";
@@ -492,9 +515,8 @@ std::string print(const fs::path& file) {
 }
 
 TEST_F(PvolFileTest, AnIndependentReaderSeesTheSame) {
-  if (std::system("python3 -c 'pass' > /dev/null 2>&1") != 0) GTEST_SKIP() << "there is no python3";
   const bool zstd = std::system("zstd --version > /dev/null 2>&1") == 0;
-  const std::string command = "python3 \"" PVOL_READ_PVOL "\" \"" + path("a.pvol").string() +
+  const std::string command = PVOL_PYTHON " \"" PVOL_READ_PVOL "\" \"" + path("a.pvol").string() +
                               "\" > \"" + path("print").string() + "\" 2>&1";
   std::vector<PvolFile> contents{some_file(), test::with_micro_bounds(test::compact_file())};
   for (const Precision p : {Precision::fp16, Precision::fp8, Precision::fpn}) {

@@ -135,6 +135,17 @@ LockedFile create(const fs::path& target, fs::path& aside) {
   }
 }
 
+/// Gives a file that is to replace another the mode and, where it may, the group of that one.
+void take_over_access(const fs::path& target, const fs::path& aside) {
+  struct stat before = {}, now = {};
+  if (::stat(target.c_str(), &before) != 0 || ::stat(aside.c_str(), &now) != 0) return;
+  mode_t mode = before.st_mode & 0777;
+  if (before.st_gid != now.st_gid && ::chown(aside.c_str(), uid_t(-1), before.st_gid) != 0) {
+    mode &= ~mode_t(070) | (now.st_mode & 0070);  // what one group may do is not for another
+  }
+  (void)::chmod(aside.c_str(), mode);
+}
+
 /// Waits until a file or a folder's entries are on the disk.
 void sync(const fs::path& path, int flags) {
   const int fd = ::open(path.c_str(), flags | O_CLOEXEC);
@@ -159,6 +170,7 @@ void write_atomically(const fs::path& file, const std::function<void(const fs::p
   try {
     write(aside);
     sync(aside, O_RDONLY);
+    take_over_access(target, aside);
     if (::rename(aside.c_str(), target.c_str()) != 0) fail("cannot be renamed into place", aside);
   } catch (...) {
     std::error_code ignored;
