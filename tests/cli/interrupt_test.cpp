@@ -91,7 +91,27 @@ struct Interrupt : ::testing::Test {
   [[nodiscard]] Words long_picture() const {
     return {ball, "-o", picture, "--size", "12x8", "--spp", "4000000000"};
   }
+  /// A picture of the ball without end, whose filter takes a while on one thread.
+  [[nodiscard]] Words long_filter(const std::string& file) const {
+    return {ball,    "-o",      file,        "--size",    "640x480",
+            "--spp", "1000000", "--denoise", "--threads", "1"};
+  }
 };
+
+/// Sends two signals while the tool renders. A second one counts a second after the first, during
+/// which the tool stands still here, however fast it is.
+WhileRunning twice_apart(int first, int second) {
+  return [first, second, sent = false](int pid, const std::string& err) mutable {
+    if (sent || times_said(err, "interrupt.during_rendering") == 0) return;
+    sent = true;
+    kill(pid, first);
+    while (is_pending(pid, first)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    kill(pid, SIGSTOP);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1200));
+    kill(pid, second), kill(pid, SIGCONT);
+  };
+}
 
 Words arguments_of(const Words& command) { return {command.begin() + 1, command.end()}; }
 
@@ -178,31 +198,60 @@ TEST_F(Interrupt, TheFirstOneSavesAPictureAndTheSecondEndsTheTool) {
   EXPECT_EQ(once.exit, 1) << once.err;
   EXPECT_TRUE(says(once.err, "interrupt.interrupted_after_samples"));
   EXPECT_FALSE(read_text(picture).empty());
-  // What is interrupted on the way into a .png is filtered to the end. A second signal counts a
-  // second after the first, during which the tool stands still here: however fast it filters.
+  // What is interrupted on the way into a .png is filtered to the end.
   const std::string png = out / "b.png";
   std::ofstream(png) << "old";
-  bool sent = false;
-  const auto twice_apart = [&](int pid, const std::string& err) {
-    if (sent || times_said(err, "interrupt.during_rendering") == 0) return;
-    sent = true;
-    kill(pid, SIGINT);
-    while (is_pending(pid, SIGINT)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    std::this_thread::sleep_for(std::chrono::milliseconds(30));
-    kill(pid, SIGSTOP);
-    std::this_thread::sleep_for(std::chrono::milliseconds(1200));
-    kill(pid, SIGTERM), kill(pid, SIGCONT);
-  };
-  const RunResult twice = run_tool(
-      PVOL_RENDER,
-      {ball, "-o", png, "--size", "640x480", "--spp", "1000000", "--denoise", "--threads", "1"},
-      twice_apart);
+  const RunResult twice = run_tool(PVOL_RENDER, long_filter(png), twice_apart(SIGINT, SIGTERM));
   EXPECT_EQ(twice.signal, SIGTERM) << twice.err;
   EXPECT_TRUE(says(twice.err, "interrupt.interrupted_again"));
   EXPECT_EQ(read_text(png), "old");
   for (const auto& entry : std::filesystem::directory_iterator(out.path())) {
     EXPECT_EQ(entry.path().string().find(".tmp-"), std::string::npos) << entry.path();
   }
+}
+
+TEST_F(Interrupt, SchedulersAndLimitsSaveAPicture) {
+  for (const int signal : {SIGUSR2, SIGXCPU}) {
+    std::filesystem::remove(picture);
+    const RunResult r =
+        run_tool(PVOL_RENDER, long_picture(), at_message("interrupt.during_rendering", {signal}));
+    EXPECT_EQ(r.exit, 1) << r.err;
+    EXPECT_TRUE(says(r.err, "interrupt.interrupted_after_samples"));
+    EXPECT_FALSE(read_text(picture).empty());
+  }
+}
+
+TEST_F(Interrupt, TheLimitOfCpuTimeIsOneWishHoweverOftenItIsTold) {
+  const std::string png = out / "b.png";
+  const RunResult r = run_tool(PVOL_RENDER, long_filter(png), twice_apart(SIGXCPU, SIGXCPU));
+  EXPECT_EQ(r.exit, 1) << r.err;
+  EXPECT_FALSE(read_text(png).empty());
+}
+
+TEST_F(Interrupt, AReaderOfTheLogThatIsGoneEndsNothing) {
+  const std::string status = out / "status";
+  const Words words{"-c",    "( \"$@\"; echo $? > '" + status + "' ) 2>&1 | head -c 1",
+                    "sh",    PVOL_RENDER,
+                    ball,    "-o",
+                    picture, "--size",
+                    "64x64", "--spp",
+                    "64"};
+  (void)run_tool("/bin/sh", words);
+  EXPECT_EQ(read_text(status), "0\n");
+  EXPECT_FALSE(read_text(picture).empty());
+}
+
+TEST_F(Interrupt, AReaderOfTheOutputThatIsGoneEndsTheToolQuietly) {
+  const std::string status = out / "status";
+  // Lines until one cannot be written: then the reader is gone.
+  const std::string wait = "trap '' PIPE; while echo; do :; done 2>/dev/null; trap - PIPE; ";
+  const Words words{"-c",     "( " + wait + "\"$@\"; echo $? > '" + status + "' ) | true",
+                    "sh",     PVOL_RENDER,
+                    ball,     "--print-scene",
+                    "--quiet"};
+  const RunResult r = run_tool("/bin/sh", words);
+  EXPECT_EQ(read_text(status), std::to_string(128 + SIGPIPE) + "\n");
+  EXPECT_EQ(r.err, "");
 }
 
 TEST_F(Interrupt, InTheFilterSavesThePictureAsItIs) {

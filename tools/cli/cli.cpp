@@ -46,6 +46,7 @@ int run_guarded(const std::string& tool, const std::function<int()>& body) {
     std::cout.flush();
     give_way_to_signal();
     if (std::cout) return code;
+    end_if_reader_left();
     complain("cannot write to standard output");
   } catch (const UsageError& e) {
     complain(e.what());

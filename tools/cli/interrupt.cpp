@@ -3,6 +3,7 @@
 #include "cli/interrupt.h"
 
 #include <fmt/format.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <initializer_list>
 #include <mutex>
 #include <system_error>
 #include <thread>
@@ -29,6 +31,7 @@ enum class Phase { plain, saving, stopping, ending };
 // nothing has a destructor that does anything.
 std::atomic<Phase> phase = Phase::plain;
 std::atomic<bool> checkpoint_requested = false;
+std::atomic<bool> outlives_readers = false;  // whoever began the tool ignores SIGPIPE
 std::atomic<std::size_t> line_width = 0;
 std::mutex notes;  // of what follows; nobody waits for anything while holding it
 std::array<char, 256> stage_now{};
@@ -40,6 +43,10 @@ const std::function<void()>* tell_now = nullptr;
   struct sigaction action {};
   return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
 }
+
+/// Those that end a tool: wishes of users and of schedulers (SIGUSR2 announces the end of a job
+/// under Grid Engine), and the limit of CPU time.
+constexpr std::initializer_list<int> kEndingSignals = {SIGINT, SIGTERM, SIGHUP, SIGUSR2, SIGXCPU};
 
 /// Those of them that are not ignored: nohup and shells in the background mean it.
 [[nodiscard]] sigset_t set_of(std::initializer_list<int> signals) {
@@ -68,7 +75,7 @@ void say(const char* tool, const char* what, const char* more) {
   const bool again = phase.exchange(Phase::ending) == Phase::stopping;
   // From here on a further signal ends the process by itself, should a disk or the reader of stderr
   // be stuck.
-  const sigset_t all = set_of({SIGINT, SIGTERM, SIGHUP});
+  const sigset_t all = set_of(kEndingSignals);
   pthread_sigmask(SIG_UNBLOCK, &all, nullptr);
   formats::abandon_writes();
   const std::scoped_lock lock(notes);
@@ -97,6 +104,8 @@ constexpr auto kOneWish = std::chrono::seconds(1);
     if (sigwait(&set, &signal) != 0) continue;
     if (signal == SIGUSR1) {
       if (phase == Phase::saving) checkpoint_requested = true;
+    } else if (signal == SIGXCPU && phase == Phase::stopping) {
+      continue;  // the kernel repeats it each second of CPU time, until its harder limit kills
     } else if (becomes(Phase::saving, Phase::stopping)) {
       first = std::chrono::steady_clock::now();
     } else if (phase != Phase::stopping || std::chrono::steady_clock::now() - first > kOneWish) {
@@ -108,7 +117,11 @@ constexpr auto kOneWish = std::chrono::seconds(1);
 }  // namespace
 
 void watch_signals(const std::string& tool) {
-  const sigset_t set = set_of({SIGINT, SIGTERM, SIGHUP, SIGUSR1});
+  // A reader of the log that is gone ends no render: writing fails instead, here and in children.
+  outlives_readers = is_ignored(SIGPIPE);
+  std::signal(SIGPIPE, SIG_IGN);
+  sigset_t set = set_of(kEndingSignals);
+  if (!is_ignored(SIGUSR1)) sigaddset(&set, SIGUSR1);
   sigset_t before;
   pthread_sigmask(SIG_BLOCK, &set, &before);
   try {
@@ -148,6 +161,13 @@ void note_stage(const std::string& stage) {
 }
 
 void note_line(std::size_t width) { line_width = width; }
+
+void end_if_reader_left() {
+  pollfd out{STDOUT_FILENO, 0, 0};
+  if (outlives_readers || ::poll(&out, 1, 0) != 1 || (out.revents & POLLERR) == 0) return;
+  std::signal(SIGPIPE, SIG_DFL);
+  ::raise(SIGPIPE);
+}
 
 void give_way_to_signal() {
   while (phase == Phase::ending) std::this_thread::sleep_for(std::chrono::milliseconds(10));

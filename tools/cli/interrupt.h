@@ -8,10 +8,11 @@
 
 namespace pvol::cli {
 
-/// From here on SIGINT, SIGTERM and SIGHUP end the tool at once, whatever it is doing: files that
-/// are half written are removed, one line on stderr tells in what it was interrupted, and the
-/// process dies of the signal, so that shells and schedulers see it. SIGUSR1 ends nothing. Signals
-/// that were ignored stay so. To be called once, in main, before there is another thread.
+/// From here on SIGINT, SIGTERM, SIGHUP, SIGUSR2 and SIGXCPU end the tool at once, whatever it is
+/// doing: files that are half written are removed, one line on stderr tells in what it was
+/// interrupted, and the process dies of the signal, so that shells and schedulers see it. SIGUSR1
+/// ends nothing, nor does a reader of stderr or stdout that is gone. Signals that were ignored stay
+/// so. To be called once, in main, before there is another thread.
 void watch_signals(const std::string& tool);
 
 /// While one is there, the first signal only makes `interrupted` true, for the tool to save what it
@@ -54,6 +55,10 @@ void note_stage(const std::string& stage);
 
 /// Notes how wide the line on the terminal is that a message would have to cover.
 void note_line(std::size_t width);
+
+/// Ends the tool by SIGPIPE where nobody reads its standard output any more, as in `tool | head
+/// -1`.
+void end_if_reader_left();
 
 /// Does not return where a signal is about to end the tool: what fails meanwhile is no news.
 void give_way_to_signal();
