@@ -90,10 +90,10 @@ RenderJob load(const FrameJob& frame) {
   job.frame = frame.in_sequence;
   job.file = frame.scene;
   job.denoise = o.denoise;
-  const auto own = use_local_copies(kRenderTool, local_folder(o.local_copies), job.file);
+  const StagedFiles staged = use_local_copies(kRenderTool, local_folder(o.local_copies), job.file);
   load_scene(o, job);
   if (!o.print_scene && !o.split.parts) job.key = picture_key(job.file);
-  restore_names(own, job.file);
+  restore_names(staged, job.file);
   for (std::size_t i = 0; i < job.volumes.size(); ++i) {
     job.reports[i].file = job.file.volumes[i].file;
     job.volumes[i].name = job.reports[i].file.string();

@@ -1,15 +1,11 @@
 #include "cli/stage_files.h"
 
-#include <fmt/format.h>
-#include <unistd.h>
-
-#include <cstdlib>
 #include <functional>
+#include <optional>
 
 #include "cli/cli.h"
 #include "cli/scene_files.h"
 #include "pvol/error.h"
-#include "pvol/formats/atomic_file.h"
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/pvol_file.h"
 
@@ -34,12 +30,6 @@ void visit_names(formats::SceneFile& scene,
   visit_files(scene, visit);
 }
 
-bool is_copy(const fs::path& copy, const fs::path& file) {
-  std::error_code none;
-  return fs::exists(copy, none) && fs::file_size(copy, none) == fs::file_size(file, none) &&
-         fs::last_write_time(copy, none) == fs::last_write_time(file, none);
-}
-
 /// The file that a .pvol takes its density from, by its place beside it; else nothing.
 std::optional<fs::path> source_beside(const fs::path& file) {
   if (formats::ending(file) != ".pvol" || formats::measure_pvol(file).density > 0) return {};
@@ -52,57 +42,37 @@ std::optional<fs::path> source_beside(const fs::path& file) {
 
 }  // namespace
 
-fs::path local_folder(const fs::path& given) {
-  if (given != "auto") return given;
-  fs::path base = "/tmp";
-  for (const char* name : {"SLURM_TMPDIR", "TMPDIR"}) {
-    const char* const value = std::getenv(name);
-    if (value == nullptr || *value == 0) continue;
-    base = value;
-    break;
-  }
-  const char* const user = std::getenv("USER");
-  return base / fmt::format("pvol-{}", user ? std::string(user) : std::to_string(getuid()));
-}
-
-fs::path copy_to(const fs::path& folder, const fs::path& file) {
-  const fs::path copy = folder / fs::absolute(file).lexically_normal().relative_path();
+StagedFiles use_local_copies(const std::string& tool, const fs::path& folder,
+                             formats::SceneFile& scene) {
+  StagedFiles staged;
+  if (folder.empty()) return staged;
+  const auto warn = [&](const Error& e) {
+    print_warnings(tool, {std::string(e.what()) + "; originals are read instead"});
+  };
   try {
-    if (is_copy(copy, file)) return copy;
-    fs::create_directories(copy.parent_path());
-    formats::write_atomically(copy, [&](const fs::path& aside) {
-      fs::copy_file(file, aside, fs::copy_options::overwrite_existing);
-      fs::last_write_time(aside, fs::last_write_time(file));
-    });
-  } catch (const fs::filesystem_error& e) {
-    throw Error(fmt::format("{}: cannot be copied to {}: {}", file.string(), folder.string(),
-                            e.code().message()));
+    staged.copies = std::make_unique<LocalCopies>(folder);
+  } catch (const Error& e) {
+    warn(e);
+    return staged;
   }
-  return copy;
-}
-
-std::vector<std::string> use_local_copies(const std::string& tool, const fs::path& folder,
-                                          formats::SceneFile& scene) {
-  std::vector<std::string> own;
-  if (folder.empty()) return own;
   visit_names(scene, [&](const fs::path& file) {
-    own.push_back(file.string());
+    staged.own.push_back(file.string());
     if (!fs::exists(file)) return file;  // it is missed where it is loaded
     try {
-      if (const auto source = source_beside(file)) (void)copy_to(folder, *source);
-      return copy_to(folder, file);
+      if (const auto source = source_beside(file)) (void)staged.copies->copy(*source);
+      return staged.copies->copy(file);
     } catch (const Error& e) {
-      print_warnings(tool, {std::string(e.what()) + "; the original is read instead"});
+      warn(e);
       return file;
     }
   });
-  return own;
+  return staged;
 }
 
-void restore_names(const std::vector<std::string>& own, formats::SceneFile& scene) {
-  if (own.empty()) return;
+void restore_names(const StagedFiles& staged, formats::SceneFile& scene) {
+  if (staged.own.empty()) return;
   std::size_t i = 0;
-  visit_names(scene, [&](const fs::path&) { return fs::path(own.at(i++)); });
+  visit_names(scene, [&](const fs::path&) { return fs::path(staged.own.at(i++)); });
 }
 
 }  // namespace pvol::cli
