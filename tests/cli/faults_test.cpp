@@ -88,20 +88,29 @@ TEST(Faults, ALimitOnFilesIsAnErrorAndLeavesTheOldFile) {
 }
 
 /// A disk of 8 kB, where the test may mount one.
+struct SmallDisk {
+  std::string folder;
+  bool mounted;
+
+  explicit SmallDisk(const std::string& name) : folder(name) {
+    std::filesystem::create_directory(folder);
+    mounted = mount("pvol-test", folder.c_str(), "tmpfs", 0, "size=8k") == 0;
+  }
+  ~SmallDisk() { umount(folder.c_str()); }
+  SmallDisk(const SmallDisk&) = delete;
+  SmallDisk& operator=(const SmallDisk&) = delete;
+};
+
 TEST(Faults, AFullDiskIsAnErrorAndLeavesTheOldFile) {
   const ScratchFolder folder;
   const std::string disk = folder / "disk";
-  struct Unmount {
-    std::string disk;
-    ~Unmount() { umount(disk.c_str()); }
-  } unmount{disk};
-  std::filesystem::create_directory(disk);
-  if (mount("pvol-test", disk.c_str(), "tmpfs", 0, "size=8k") != 0) {
+  const SmallDisk small(disk);
+  if (!small.mounted) {
     GTEST_SKIP() << "mounting a small disk takes root; ALimitOnFiles... covers the rest";
   }
   for (const Writer& w : writers(write_recipe(folder), disk)) {
     std::ofstream(w.output) << "old";
-    const RunResult r = run_tool(w.tool, w.arguments);
+    const RunResult r = run_with("TMPDIR='" + disk + "'; export TMPDIR", w.tool, w.arguments);
     EXPECT_EQ(r.exit, 1) << r.err;
     EXPECT_NE(r.err.find(w.output), std::string::npos) << r.err;
     EXPECT_EQ(names_in(disk), std::set{std::filesystem::path(w.output).filename().string()});
@@ -112,6 +121,34 @@ TEST(Faults, AFullDiskIsAnErrorAndLeavesTheOldFile) {
   for (const Writer& w : writers(write_recipe(folder), disk)) {
     expect_failure(run_tool(w.tool, w.arguments), disk);
     EXPECT_TRUE(names_in(disk).empty());
+  }
+}
+
+/// The disk is full at the end of a render, that of temporary files is not.
+TEST(Faults, APictureIsSavedElsewhereWhereItsDiskIsFull) {
+  const ScratchFolder folder, elsewhere;
+  const std::string disk = folder / "disk", recipe = write_recipe(folder);
+  const SmallDisk small(disk);
+  if (!small.mounted) GTEST_SKIP() << "mounting a small disk takes root";
+  const std::vector<std::string> options{"--size", "96x96", "--spp", "2", "--quiet"};
+  for (const char* name : {"a.exr", "a.png"}) {
+    const auto arguments_for = [&](const std::string& file) {
+      std::vector<std::string> all{recipe, "-o", file};
+      all.insert(all.end(), options.begin(), options.end());
+      return all;
+    };
+    ASSERT_EQ(run_tool(PVOL_RENDER, arguments_for(folder / name)).exit, 0);
+    const RunResult r = run_with("TMPDIR='" + elsewhere.path().string() + "'; export TMPDIR",
+                                 PVOL_RENDER, arguments_for(disk + '/' + name));
+    EXPECT_EQ(r.exit, 1);
+    EXPECT_TRUE(says(r.err, "faults.saved_elsewhere"));
+    EXPECT_TRUE(names_in(disk).empty());
+    bool found = false;
+    for (const std::string& other : names_in(elsewhere.path())) {
+      if (!other.ends_with(name)) continue;
+      found = read_text(elsewhere / other) == read_text(folder / name);
+    }
+    EXPECT_TRUE(found) << name << ": the picture itself";
   }
 }
 

@@ -1,6 +1,7 @@
 #include "cli/render_outputs.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <iostream>
@@ -84,10 +85,41 @@ void save_pictures(const FrameJob& frame, const RenderJob& job, const TimedRende
   if (!out.deep.empty()) save_deep(o, out.deep, job, t);
 }
 
+namespace {
+
+/// Saves pictures in the folder of temporary files, where the disk of their own folder is full or
+/// gone: a render may be worth days. Throws Error in any case, for the first that could not be
+/// saved, with where they are instead.
+[[noreturn]] void save_elsewhere(const FrameJob& frame, const RenderJob& job, const TimedRender& t,
+                                 const Error& failure) {
+  FrameJob other = frame;
+  std::string names;
+  const auto rename = [&](std::filesystem::path& file) {
+    if (file.empty()) return;
+    file = std::filesystem::temp_directory_path() /
+           fmt::format("pvol-{}-{}", getpid(), file.filename().string());
+    names += (names.empty() ? "" : " and ") + file.string();
+  };
+  try {
+    rename(other.outputs.exr), rename(other.outputs.png), rename(other.outputs.deep);
+    save_pictures(other, job, t);
+  } catch (const std::exception&) {
+    throw Error(failure.what());
+  }
+  throw Error(std::string(failure.what()) + " The picture was saved as " + names +
+              " instead; move it to its place.");
+}
+
+}  // namespace
+
 void save(const FrameJob& frame, const RenderJob& job, const TimedRender& t) {
   const RenderOptionsGiven& o = frame.options;
   const Outputs& out = frame.outputs;
-  save_pictures(frame, job, t);
+  try {
+    save_pictures(frame, job, t);
+  } catch (const Error& e) {
+    save_elsewhere(frame, job, t, e);
+  }
   if (out.exr.empty() && describe_bias(job, t) != "no") {
     print_warnings(kRenderTool, {out.png.string() + ": the picture is biased (" +
                                  describe_bias(job, t) + "), which only an .exr can record"});
