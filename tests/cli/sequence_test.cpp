@@ -451,7 +451,6 @@ TEST_F(Sequence, KeepsAFrameThatIsNotDoneForTheNextRun) {
       });
   EXPECT_EQ(r.exit, 1) << r.err;
   EXPECT_TRUE(says(r.err, "frames.interrupted_after_samples"));
-  EXPECT_TRUE(says(r.err, "frames.interrupted_after_samples"));
   const auto header = formats::read_picture_header(folder / "a.0002.exr");
   EXPECT_TRUE(header.has_sums);
   EXPECT_TRUE(header.attributes.at("pvol:samples").ends_with(" of 12288000000000"));
@@ -460,7 +459,7 @@ TEST_F(Sequence, KeepsAFrameThatIsNotDoneForTheNextRun) {
                                    {smoke, "-o", exr, "--frame", "2", "--size", "64x48", "--spp",
                                     "4000000000", "--skip-existing"},
                                    [&](int pid, const std::string& err) {
-                                     if (times_said(err, "resume.resuming") > 0) kill(pid, SIGKILL);
+                                     if (times_said(err, "frames.resuming") > 0) kill(pid, SIGKILL);
                                    });
   EXPECT_EQ(again.signal, SIGKILL) << again.err;
 }

@@ -72,7 +72,7 @@ TEST(Depth, ReportsEachDepthAgainstTheFirst) {
     EXPECT_FALSE(d.at("bias_detected"));
   }
   EXPECT_GT(first.at("lookups_per_sample"), j["depths"][3].at("lookups_per_sample"));
-  EXPECT_TRUE(!testing::has_python() || testing::is_page(page));
+  EXPECT_TRUE(testing::is_page(page));
   const std::string text = read_text(page);
   EXPECT_EQ(text.find("<!DOCTYPE html>"), 0u);
   EXPECT_NE(text.find("ball &amp; co.toml"), std::string::npos);
@@ -117,7 +117,7 @@ TEST(Trade, ReportsEverySettingAgainstTheDefault) {
   const json& advice = j.at("goals").at(0).at("advice");
   EXPECT_LE(advice.at("relative_error"), 0.1);
   EXPECT_EQ(advice.at("command").get<std::string>().find("pvol-render '"), 0u);
-  EXPECT_TRUE(!testing::has_python() || testing::is_page(page));
+  EXPECT_TRUE(testing::is_page(page));
   const std::string text = read_text(page);
   EXPECT_NE(text.find("data:image/png"), std::string::npos);
   EXPECT_EQ(testing::without_pictures(text).find("nan"), std::string::npos);
@@ -202,9 +202,7 @@ TEST(Trade, MeasuresWhatTheFilterGainsAndFalsifies) {
   EXPECT_LT(j["denoise"][0]["filtered"]["value"], 0.7 * double(j["denoise"][0]["noise"]));
   ASSERT_EQ(j.at("goals").size(), 3u);
   EXPECT_NE(std::string(j["goals"][0].at("command")).find("--spp "), std::string::npos);
-  if (testing::has_python()) {
-    EXPECT_TRUE(testing::is_page(page));
-  }
+  EXPECT_TRUE(testing::is_page(page));
 }
 
 TEST(Trade, OfTheFilterTakesNoTimeForAGoal) {

@@ -9,10 +9,6 @@
 
 namespace pvol::testing {
 
-[[nodiscard]] inline bool has_python() {
-  return std::system("python3 -c 'pass' > /dev/null 2>&1") == 0;
-}
-
 /// The page without its embedded pictures, whose base64 may spell any word.
 [[nodiscard]] inline std::string without_pictures(std::string page) {
   const std::string opening = ";base64,";
@@ -26,7 +22,7 @@ namespace pvol::testing {
 /// Fails where check_html.py refuses the page, whose name holds no quotes.
 [[nodiscard]] inline ::testing::AssertionResult is_page(const std::filesystem::path& file) {
   const std::string command =
-      "python3 \"" PVOL_CHECK_HTML "\" \"" + file.string() + "\"";  // says why on stderr
+      PVOL_PYTHON " \"" PVOL_CHECK_HTML "\" \"" + file.string() + "\"";  // says why on stderr
   if (std::system(command.c_str()) == 0) return ::testing::AssertionSuccess();
   return ::testing::AssertionFailure() << file << " is not well-formed";
 }

@@ -1,6 +1,7 @@
 #include "support/run_tool.h"
 
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -37,7 +38,20 @@ RunResult result_of(int status) {
   return r;
 }
 
-constexpr auto kLimit = std::chrono::minutes(2);
+/// What still runs after so long hangs, or waits for what never comes.
+constexpr auto kLimit = std::chrono::minutes(5);
+
+using Clock = std::chrono::steady_clock;
+
+/// Kills a tool that began at `start` and runs too long: whatever is then expected of it, the test
+/// fails.
+void end_if_late(int pid, const std::string& program, Clock::time_point& start) {
+  if (Clock::now() - start < kLimit) return;
+  kill(pid, SIGKILL);
+  start = Clock::now();
+  ADD_FAILURE() << program << " was still running after "
+                << std::chrono::duration_cast<std::chrono::seconds>(kLimit).count() << " s";
+}
 
 }  // namespace
 
@@ -57,9 +71,9 @@ RunResult run_tool(const std::string& program, const std::vector<std::string>& a
   if (pid == 0) become(program, arguments, out, err);
 
   int status = 0;
-  const auto start = std::chrono::steady_clock::now();
+  auto start = Clock::now();
   while (waitpid(pid, &status, WNOHANG) == 0) {
-    if (std::chrono::steady_clock::now() - start > kLimit) kill(pid, SIGKILL);
+    end_if_late(pid, program, start);
     if (while_running) while_running(pid, read_text(err));
     std::this_thread::sleep_for(std::chrono::milliseconds(while_running ? 20 : 2));
   }
@@ -85,7 +99,7 @@ RunResult run_on_terminal(const std::string& program, const std::vector<std::str
   int status = 0;
   // What was written stays to be read; the terminal's end would come as an error.
   fcntl(screen, F_SETFL, O_NONBLOCK);
-  const auto start = std::chrono::steady_clock::now();
+  auto start = Clock::now();
   for (bool ended = false;;) {
     char text[4096];
     const ssize_t size = read(screen, text, sizeof text);
@@ -93,7 +107,7 @@ RunResult run_on_terminal(const std::string& program, const std::vector<std::str
     if (size > 0) continue;
     if (ended) break;
     ended = waitpid(pid, &status, WNOHANG) != 0;
-    if (!ended && std::chrono::steady_clock::now() - start > kLimit) kill(pid, SIGKILL);
+    if (!ended) end_if_late(pid, program, start);
     if (!ended && while_running) while_running(pid, err);
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
