@@ -177,6 +177,43 @@ TEST(Faults, LittleMemoryIsAnErrorThatSaysSo) {
   EXPECT_TRUE(says(r.err, "tools.memory_limit_size_100m"));
 }
 
+TEST(Faults, APictureThatDoesNotFitIsRefusedBeforeItsCloudsAreRead) {
+  const ScratchFolder folder;
+  const RunResult r = run_tool(PVOL_RENDER, {write_recipe(folder), "-o", folder / "a.exr", "--size",
+                                             "200000x200000", "--spp", "1"});
+  EXPECT_EQ(r.exit, 1);
+  EXPECT_TRUE(says(r.err, "faults.picture_needs_memory"));
+  EXPECT_EQ(names_in(folder.path()), std::set<std::string>{"ball.toml"});
+}
+
+/// Whatever the limit, and wherever memory ends: in OpenVDB, in blosc, in a thread.
+TEST(Faults, ALimitOfMemoryEndsNoToolByASignal) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers reserve address space";
+#endif
+  const ScratchFolder folder, out;
+  const std::string recipe = folder / "ball.toml", vdb = folder / "ball.vdb";
+  std::ofstream(recipe) << "[recipe]\nresolution = 320\nedge = 0.3\n[[form]]\n"
+                        << "shape = \"ellipsoid\"\ncentre = [0, 0, 0]\nradii = 1\n";
+  ASSERT_EQ(run_tool(PVOL_CONVERT, {recipe, vdb}).exit, 0);
+  int refused_by_counts = 0;
+  for (int megabytes = 170; megabytes < 400; megabytes += proof::runs_all() ? 10 : 60) {
+    for (const Writer& w : writers(vdb, out.path())) {
+      if (w.output.ends_with(".html")) continue;  // as the others, and slower
+      auto arguments = w.arguments;
+      arguments.insert(arguments.end(), {"--memory-limit", std::to_string(megabytes) + "M"});
+      const RunResult r = run_tool(w.tool, arguments);
+      EXPECT_EQ(r.signal, 0) << w.tool << ' ' << megabytes << ": " << r.err;
+      if (r.exit == 0) continue;
+      EXPECT_NE(r.err.find(" memory"), std::string::npos) << megabytes << ": " << r.err;
+      refused_by_counts += times_said(r.err, "faults.grid_needs_memory") > 0;
+      EXPECT_FALSE(std::filesystem::exists(w.output)) << w.output;
+    }
+    for (const std::string& name : names_in(out.path())) std::filesystem::remove(out / name);
+  }
+  EXPECT_GT(refused_by_counts, 0);
+}
+
 /// Ends a tool by a signal after so many milliseconds.
 RunResult end_after(int milliseconds, int signal, const Writer& w) {
   bool sent = false;

@@ -9,9 +9,12 @@
 #include <random>
 
 #include "pvol/error.h"
+#include "pvol/formats/memory.h"
+#include "support/error_of.h"
 #include "support/messages.h"
 #include "support/temporary_folder.h"
 #include "support/vdb_files.h"
+#include "vdb/vdb_load.h"
 
 namespace pvol::formats {
 namespace vdb_test {
@@ -76,6 +79,33 @@ TEST(VoxelGrid, SortingOrdersByXThenYThenZ) {
   sort(grid);
   const Vec3i want[] = {{-8, 8, 8}, {0, 0, 0}, {0, 0, 8}, {0, 8, 0}, {8, 0, 0}};
   for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(grid.bricks[i].origin, want[i]);
+}
+
+/// Of trees with few and with many leaves in a node, as OpenVDB counts it.
+TEST(Vdb, TheMemoryOfATreeIsKnownBeforeItIsRead) {
+  const TemporaryFolder folder;
+  std::vector<Vec3i> near, far;
+  for (int i = 0; i < 600; ++i) {
+    near.push_back(Vec3i(i % 10, i / 10 % 10, i / 100) * 8);
+    far.push_back(Vec3i(i % 10, i / 10 % 10, i / 100) * 1024);
+  }
+  for (const VoxelGrid& grid : {noise_grid(near, 1), noise_grid(far, 2), small_grid()}) {
+    const fs::path file = folder.file("a.vdb");
+    write_vdb(file, {&grid});
+    detail::ByteSource source(file);
+    const detail::VdbFile found = detail::inspect_vdb(source);
+    const auto& tree = found.grids.at(0);
+    const double told = double(detail::check_vdb_tree(source, tree, tree.tree.end).memory);
+    const double used = double(detail::load_vdb_grid(source, found, tree)->memUsage());
+    EXPECT_GT(told, 0.99 * used);
+    EXPECT_LT(told, 1.1 * used);
+  }
+}
+
+TEST(Memory, MoreThanThereIsIsRefused) {
+  EXPECT_NO_THROW(require_memory(0, "nothing"));
+  const std::string error = test::error_of([] { require_memory(1ull << 60, "all"); });
+  EXPECT_TRUE(says(error, "vdb.more_memory_than_machine"));
 }
 
 TEST(Vdb, WrittenGridsReadBackTheSame) {

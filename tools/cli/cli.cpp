@@ -5,23 +5,60 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
+#include <exception>
 #include <iostream>
 #include <new>
+#include <string_view>
+#include <system_error>
 
 #include "cli/interrupt.h"
 #include "pvol/error.h"
+#include "pvol/formats/atomic_file.h"
 #include "pvol/formats/cloud.h"
 
 namespace pvol::cli {
 namespace {
 
-/// " within 500 MB", where there is a limit.
-std::string memory_limit_text() {
+/// "not enough memory for this input within 500 MB; ...", where there is a limit. In a buffer,
+/// since there may be no memory for a text.
+using Text = std::array<char, 256>;
+Text no_memory_text() {
+  Text text{};
   rlimit limit{};
-  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return "";
-  return " within " + readable_bytes(limit.rlim_cur);
+  constexpr const char* kWhat = "not enough memory for this input";
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) {
+    fmt::format_to_n(text.data(), text.size() - 1, "{}", kWhat);
+  } else {
+    fmt::format_to_n(text.data(), text.size() - 1,
+                     "{} within {}; raise the limit (--memory-limit, ulimit -v)", kWhat,
+                     readable_bytes(limit.rlim_cur));
+  }
+  return text;
+}
+
+std::array<char, 32> tool_now{};  // for end_without_memory, which has no caller
+
+/// Where memory ends in a thread that can tell nobody, or there is none for a thread.
+[[noreturn]] void end_without_memory() {
+  bool is_memory = false;
+  try {
+    if (const auto now = std::current_exception()) std::rethrow_exception(now);
+  } catch (const std::bad_alloc&) {
+    is_memory = true;
+  } catch (const std::exception& e) {
+    is_memory = std::string_view(e.what()).find("pthread_create") != std::string_view::npos;
+  } catch (...) {  // something else
+  }
+  if (!is_memory) std::abort();
+  formats::abandon_writes();
+  std::array<char, 512> line;
+  const auto end = fmt::format_to_n(line.data(), line.size(), "{}: error: {}\n", tool_now.data(),
+                                    no_memory_text().data());
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, line.data(), end.size);
+  ::_exit(kFailure);
 }
 
 /// Draws a line on the terminal over the last one, of this width.
@@ -41,6 +78,8 @@ int run_guarded(const std::string& tool, const std::function<int()>& body) {
     std::cout.flush();
     std::cerr << tool << ": error: " << what << '\n';
   };
+  std::copy_n(tool.begin(), std::min(tool.size(), tool_now.size() - 1), tool_now.begin());
+  std::set_terminate(end_without_memory);
   try {
     const int code = body();
     std::cout.flush();
@@ -53,7 +92,10 @@ int run_guarded(const std::string& tool, const std::function<int()>& body) {
     std::cerr << "Run with --help for the options.\n";
     return kUsage;
   } catch (const std::bad_alloc&) {
-    complain(("not enough memory for this input" + memory_limit_text()).c_str());
+    complain(no_memory_text().data());
+  } catch (const std::system_error& e) {
+    const bool no_thread = e.code() == std::errc::resource_unavailable_try_again;
+    complain(no_thread ? no_memory_text().data() : e.what());
   } catch (const std::exception& e) {
     complain(e.what());
   }

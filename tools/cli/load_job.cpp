@@ -14,6 +14,8 @@
 #include "cli/stage_files.h"
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/formats/cloud.h"
+#include "pvol/formats/memory.h"
+#include "pvol/render/film.h"
 #include "pvol/shell/certificate.h"
 #include "pvol/volume/facts.h"
 
@@ -80,6 +82,16 @@ void load_scene(const RenderOptionsGiven& o, RenderJob& job) {
   }
 }
 
+/// Refuses a picture that cannot fit, before its clouds are read: 40 000 million pixels are a slip.
+void require_film_memory(const RenderOptions& o) {
+  constexpr std::uint64_t kExactSums = 192;  // beside the sums of a pixel (math/reproducible_sum.h)
+  const auto width = std::uint64_t(o.crop_width ? o.crop_width : o.width - o.crop_x);
+  const auto height = std::uint64_t(o.crop_height ? o.crop_height : o.height - o.crop_y);
+  formats::require_memory(
+      width * height * (sizeof(PixelSums) + kExactSums),
+      fmt::format("a picture of {} x {} pixels (--crop renders a part)", width, height));
+}
+
 }  // namespace
 
 RenderJob load(const FrameJob& frame) {
@@ -90,6 +102,7 @@ RenderJob load(const FrameJob& frame) {
   job.frame = frame.in_sequence;
   job.file = frame.scene;
   job.denoise = o.denoise;
+  if (!o.print_scene && !o.split.parts) require_film_memory(job.file.scene.options);
   const StagedFiles staged = use_local_copies(kRenderTool, local_folder(o.local_copies), job.file);
   load_scene(o, job);
   if (!o.print_scene && !o.split.parts) job.key = picture_key(job.file);

@@ -69,6 +69,7 @@ struct VdbFile {
 struct VdbTreeSize {
   std::uint64_t end = 0;            ///< first byte after the values
   std::uint64_t active_voxels = 0;  ///< tiles counted by their volume
+  std::uint64_t memory = 0;         ///< bytes that OpenVDB takes for the tree, or a little less
 };
 
 /// Walks the structure of a grid's own tree that begins at grid.tree.begin and ends at or before

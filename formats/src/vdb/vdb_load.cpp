@@ -12,6 +12,7 @@
 #include <streambuf>
 
 #include "pvol/error.h"
+#include "pvol/formats/memory.h"
 #include "vdb/openvdb_start.h"
 
 namespace pvol::formats::detail {
@@ -120,6 +121,10 @@ openvdb::GridBase::Ptr load_vdb_grid(ByteSource& source, const VdbFile& file, co
     throw Error(fmt::format("{}ends at byte {} instead of {}; the file is damaged", where, size.end,
                             owner.tree.end));
   }
+  // OpenVDB and blosc crash where memory ends while they read.
+  constexpr std::uint64_t kBuffers = std::uint64_t{16} << 20;
+  require_memory(size.memory + kBuffers,
+                 source.file().string() + ": grid '" + printable(grid.name) + "'");
   try {
     start_openvdb();
     return load_checked(source, file, grid, owner);

@@ -62,6 +62,7 @@ struct TreeWalk {
   ValueLayout layout;
   std::uint32_t compression = 0;
   std::uint64_t active_voxels = 0;
+  std::array<std::uint64_t, 3> nodes{};             // by level
   std::map<Coord, std::vector<LeafMask>> leaves{};  // by child of the root, in the order of values
 
   template <std::size_t N>
@@ -123,6 +124,7 @@ void TreeWalk::values(std::size_t active, std::size_t entries) {
 
 template <int kLevel>
 void TreeWalk::node(std::vector<LeafMask>& masks) {
+  ++nodes[kLevel];
   if constexpr (kLevel == 0) {
     masks.push_back(mask<8>());
     active_voxels += count_on(masks.back());
@@ -176,6 +178,18 @@ void TreeWalk::all_leaf_values() {
   }
 }
 
+/// Values and masks of nodes in memory: a leaf has one mask, other nodes two, and room for a
+/// pointer in place of each value. Halves are floats there.
+std::uint64_t bytes_of_nodes(const std::array<std::uint64_t, 3>& nodes, const ValueLayout& layout) {
+  constexpr std::uint64_t kOther = 64;  // what a node has besides, and what its allocation takes
+  const std::uint64_t entry = std::max<std::uint64_t>(sizeof(void*), layout.bytes);
+  std::uint64_t bytes = nodes[0] * (kEntries[0] * layout.bytes + kEntries[0] / 8 + 2 * kOther);
+  for (const std::size_t level : {1, 2}) {
+    bytes += nodes[level] * (kEntries[level] * entry + kEntries[level] / 4 + kOther);
+  }
+  return bytes;
+}
+
 }  // namespace
 
 VdbTreeSize check_vdb_tree(ByteSource& source, const VdbGrid& grid, std::uint64_t limit) {
@@ -197,7 +211,7 @@ VdbTreeSize check_vdb_tree(ByteSource& source, const VdbGrid& grid, std::uint64_
         "{} active voxels instead of {}, the number in its metadata; the file is damaged",
         walk.active_voxels, *grid.voxel_count));
   }
-  return {cursor.position(), walk.active_voxels};
+  return {cursor.position(), walk.active_voxels, bytes_of_nodes(walk.nodes, walk.layout)};
 }
 
 }  // namespace pvol::formats::detail
