@@ -11,6 +11,8 @@ namespace {
 using namespace pvol;
 
 constexpr const char* kExamples = R"(Examples:
+  pvol-stats info cloud.vdb
+      its grids, their ranges, where they lie, and which of them a render uses
   pvol-stats bounds cloud.pvol
       nodes, tightness and classes of space, depth by depth, and bytes by part
   pvol-stats bounds cloud.vdb --extinction 0.5 --json
@@ -51,7 +53,14 @@ constexpr const char* kImageHelp = R"(What the figures mean:
   their quarters and so on, and the systematic MSE, in every channel; --level is for all of these
   together.)";
 
+constexpr const char* kInfoHelp = R"(What the figures mean:
+  Use: what a render takes the grid for where the scene says nothing, by the names that simulators
+  write. Values: the least and the largest above 0. Voxels: the first and last lattice points with
+  such values. World: the box of the interpolated values, one voxel wider. Voxel: the lengths of
+  its edges in the world; "turned" where its axes are not the world's. Memory: of the samples.)";
+
 struct Options {
+  cli::InfoOptions info;
   cli::BoundsOptions bounds;
   cli::ShellsOptions shells;
   cli::ImageOptions image;
@@ -59,6 +68,18 @@ struct Options {
   cli::TradeOptions trade;
   std::function<int()> run;  ///< the verb that was given
 };
+
+void add_info(const cli::CommandLine& app, Options& o) {
+  const cli::CommandLine verb =
+      app.add_verb("info", "The grids of files, where they lie, and what a render uses",
+                   std::string(kInfoHelp) + "\n\n" + kExamples,
+                   [&o] { o.run = [&o] { return cli::run_info(o.info); }; });
+  verb.add_option("FILE", o.info.inputs, "Clouds: .pvol, .vdb, .nvdb, or recipes (.toml)")
+      .takes_all()
+      .type_name("")
+      .required();
+  verb.add_flag("--json", o.info.json, "Print the report as JSON");
+}
 
 void add_bounds(const cli::CommandLine& app, Options& all) {
   cli::BoundsOptions& o = all.bounds;
@@ -138,6 +159,7 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   const cli::CommandLine app(
       "Measures clouds, their bounds and their shells, and compares pictures of them.",
       "pvol-stats", kExamples);
+  add_info(app, o);
   add_bounds(app, o);
   add_shells(app, o);
   add_image(app, o);

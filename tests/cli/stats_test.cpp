@@ -7,6 +7,7 @@
 
 #include "pvol/formats/image.h"
 #include "pvol/formats/pvol_file.h"
+#include "pvol/formats/vdb.h"
 #include "support/html_check.h"
 #include "support/messages.h"
 #include "support/run_tool.h"
@@ -287,6 +288,61 @@ TEST(StatsPages, OfBoundsAndShellsAreWellFormed) {
   expect_page(bounds);
   ASSERT_EQ(run_tool(PVOL_STATS, {"shells", ball.cloud, "--verify", "--html", shell}).exit, 0);
   expect_page(shell);
+}
+
+// --- info ---------------------------------------------------------------------------------------
+
+/// A half-dense box of 4 x 5 x 6 samples of 0.25 to 2 from (-3, 8, 1) on, in voxels of 0.5 at an
+/// offset.
+VoxelGrid small_box(const char* name) {
+  std::vector<float> values;
+  for (int i = 0; i < 4 * 5 * 6; ++i) values.push_back(i == 0 ? 0.25f : i == 7 ? 2.0f : 1.0f);
+  VoxelGrid grid =
+      make_grid(DenseArray{.values = values.data(), .size = {4, 5, 6}, .origin = {-3, 8, 1}},
+                translation({10, 20, 30}) * scaling({0.5, 0.5, 0.5}));
+  grid.name = name;
+  return grid;
+}
+
+TEST(StatsInfo, SaysWhereGridsLieAndWhatTheyHold) {
+  const ScratchFolder folder;
+  const VoxelGrid density = small_box("density"), heat = small_box("heat");
+  const std::string file = folder / "a.vdb", fire = folder / "b.vdb";
+  formats::write_vdb(file, {&density, &heat});
+  formats::write_vdb(fire, {&heat});
+  const RunResult r = run_tool(PVOL_STATS, {"info", file, fire, "--json"});
+  ASSERT_EQ(r.exit, 0) << r.err;
+  const json j = json::parse(r.out);
+  ASSERT_EQ(j.size(), 2u);
+  EXPECT_EQ(j[0]["file"], file);
+  EXPECT_EQ(j[0]["bytes"], std::filesystem::file_size(file));
+  ASSERT_EQ(j[0]["grids"].size(), 2u);
+  const json& g = j[0]["grids"][0];
+  EXPECT_EQ(g["name"], "density");
+  EXPECT_EQ(g["type"], "float");
+  EXPECT_EQ(g["use"], "density");
+  EXPECT_EQ(g["active_voxels"], 120);
+  EXPECT_EQ(g["values"], json({0.25, 2.0}));
+  EXPECT_EQ(g["voxels"]["first"], json({-3, 8, 1}));
+  EXPECT_EQ(g["voxels"]["last"], json({0, 12, 6}));
+  EXPECT_EQ(g["world"]["low"], json({8.0, 23.5, 30.0})) << "a voxel wider";
+  EXPECT_EQ(g["world"]["high"], json({10.5, 26.5, 33.5}));
+  EXPECT_EQ(g["voxel_size"], json({0.5, 0.5, 0.5}));
+  EXPECT_EQ(g["rotated"], false);
+  EXPECT_EQ(j[0]["grids"][1]["use"], "fire, if asked for");
+  EXPECT_EQ(j[1]["grids"][0]["use"], "density, fire, if asked for") << "the only grid";
+}
+
+TEST(StatsInfo, GoesOnAfterAFileThatCannotBeRead) {
+  const ScratchFolder folder;
+  const VoxelGrid density = small_box("density");
+  const std::string file = folder / "a.vdb", none = folder / "none.vdb";
+  formats::write_vdb(file, {&density});
+  const RunResult r = run_tool(PVOL_STATS, {"info", none, file});
+  EXPECT_EQ(r.exit, 1);
+  EXPECT_TRUE(says(r.err, "stats.info_no_file"));
+  EXPECT_TRUE(says(r.out, "stats.info_head"));
+  EXPECT_TRUE(says(r.out, "stats.info_places"));
 }
 
 }  // namespace stats_test

@@ -3,11 +3,18 @@
 
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "cli/cli.h"
 #include "pvol/formats/cloud.h"
 
 namespace pvol::cli {
+
+struct InfoOptions {
+  std::vector<std::filesystem::path> inputs;
+  bool json = false;
+};
+[[nodiscard]] int run_info(const InfoOptions& o);
 
 struct BoundsOptions {
   std::filesystem::path input;
