@@ -85,6 +85,38 @@ TEST_F(DenoiseOption, KeepsLayersThatWereAskedFor) {
             (std::vector<std::string>{"depth", "half_1", "half_2", "noisy", "noisy_variance"}));
 }
 
+/// The light of each source and each number of scatterings, as compositing adds them.
+TEST_F(DenoiseOption, FiltersTheLayersThatSumUpToThePicture) {
+  const auto clean = film("clean.exr", {"--spp", "8", "--denoise", "--aov", "lights,scattering"});
+  for (const std::vector<std::string>& set : {std::vector<std::string>{"sky", "sun_1", "emission"},
+                                              {"unscattered", "single", "multiple"}}) {
+    for (std::size_t i = 0; i < clean.film.pixels.size(); ++i) {
+      Vec3d sum;
+      for (const Layer& l : clean.film.layers) {
+        if (std::ranges::find(set, l.name) != set.end()) sum += value(l, clean.film, i);
+      }
+      const Vec3d is = mean(clean.film.pixels[i]);
+      for (int c = 0; c < 3; ++c) ASSERT_NEAR(sum[c], is[c], 1e-6 * is[c]) << set[0];
+    }
+  }
+}
+
+/// Droplets seen against a low sun: few samples have most of the light.
+TEST_F(DenoiseOption, SaysHowManyFirefliesItSpread) {
+  const std::vector<std::string> low_sun{"--spp",
+                                         "4",
+                                         "--denoise",
+                                         "--set",
+                                         "medium.droplet_diameter=14",
+                                         "--set",
+                                         "sun.direction=[0,0.1,-1]"};
+  const auto clean = film("clean.exr", low_sun);
+  EXPECT_GT(std::stoi(clean.attributes.at("pvol:fireflies")), 0);
+  EXPECT_TRUE(says(log_, "denoise.fireflies"));
+  (void)film("calm.exr", {"--spp", "64", "--denoise"});
+  EXPECT_EQ(log_.find("fireflies"), std::string::npos);
+}
+
 TEST_F(DenoiseOption, ServesCropsSamplesAdaptiveAndPicturesAlone) {
   film("crop.exr", {"--spp", "4", "--denoise", "--crop", "10,5,17,20"});
   film("need.exr", {"--noise", "0.05", "--denoise"});
@@ -118,6 +150,7 @@ TEST_F(DenoiseOption, IsReportedAndRefusedWhereNoiseIsNotKnown) {
   const RunResult r = render("a.exr", {"--spp", "4", "--denoise", "--stats", "-", "--quiet"});
   const json stats = json::parse(r.out);
   EXPECT_GT(stats["denoised"]["estimated_error"], 0);
+  EXPECT_GE(stats["denoised"]["fireflies"], 0);
   EXPECT_EQ(stats["options"]["biased"], "yes: denoised");
   const RunResult one = render("b.exr", {"--spp", "1", "--denoise"});
   EXPECT_EQ(one.exit, 2);

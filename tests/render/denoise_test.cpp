@@ -4,75 +4,15 @@
 
 #include <cmath>
 #include <functional>
-#include <random>
 #include <string>
 
 #include "pvol/error.h"
+#include "support/known_film.h"
 #include "support/messages.h"
 #include "support/small_cloud.h"
 
 namespace pvol::test {
 namespace denoise_test {
-
-/// What a film of known truth is made of.
-struct Truth {
-  int width = 48, height = 40;
-  int samples = 32;
-  double noise = 0.5;  ///< standard deviation of a sample
-  double rare = 0;     ///< share of samples that have all the light; 0 where noise is normal
-  std::function<double(int x, int y)> light = [](int, int) { return 1.0; };
-  std::function<double(int x, int y)> depth = [](int, int) { return 5.0; };
-  std::function<double(int x, int y)> alpha = [](int, int) { return 1.0; };
-  unsigned seed = 1;
-};
-
-Film make(const Truth& t) {
-  Film f;
-  f.width = f.crop_width = t.width, f.height = f.crop_height = t.height;
-  const std::size_t pixels = std::size_t(t.width) * std::size_t(t.height);
-  f.pixels.resize(pixels);
-  for (const char* name : {"half_1", "half_2", "depth", "normal", "albedo"}) {
-    f.layers.push_back({name, std::vector<Vec3d>(pixels), "RGB", std::vector<double>(pixels)});
-  }
-  f.layers[2].components = "Z", f.layers[3].components = "XYZ";
-  std::mt19937 generator(t.seed);
-  std::normal_distribution<double> normal;
-  std::uniform_real_distribution<double> uniform;
-  for (std::size_t i = 0; i < pixels; ++i) {
-    const int x = int(i) % t.width, y = int(i) / t.width;
-    PixelSums& p = f.pixels[i];
-    for (int n = 0; n < t.samples; ++n) {
-      const double light = t.light(x, y);
-      const bool bright = t.rare > 0 && uniform(generator) < t.rare;
-      const Vec3d v = Vec3d(1, 2, 0.5) * (t.rare > 0 ? (bright ? light / t.rare : 0)
-                                                     : light + t.noise * normal(generator));
-      p.sum += v, p.sum_squares += v * v;
-      f.layers[std::size_t(n % 2)].sums[i] += v;
-      f.layers[std::size_t(n % 2)].weights[i] += 1;
-      ++p.samples;
-    }
-    p.alpha = t.alpha(x, y) * p.samples;
-    for (std::size_t k = 2; k < 5; ++k) f.layers[k].weights[i] = p.alpha;
-    f.layers[2].sums[i] = Vec3d(t.depth(x, y) * p.alpha);
-    f.layers[3].sums[i] = Vec3d(0, 0, p.alpha);
-    f.layers[4].sums[i] = Vec3d(p.alpha);
-  }
-  return f;
-}
-
-/// Root mean square of the red errors over the pixels for which `of` holds.
-double error(
-    const Truth& t, const std::vector<Vec3d>& colour,
-    const std::function<bool(int x, int y)>& of = [](int, int) { return true; }) {
-  double sum = 0, count = 0;
-  for (std::size_t i = 0; i < colour.size(); ++i) {
-    const int x = int(i) % t.width, y = int(i) / t.width;
-    if (!of(x, y)) continue;
-    const double e = colour[i].x - t.light(x, y);
-    sum += e * e, ++count;
-  }
-  return std::sqrt(sum / count);
-}
 
 double root_mean(const std::vector<Vec3d>& squares) {
   double sum = 0;
@@ -84,12 +24,6 @@ double mean_light(const Denoised& d) {
   double sum = 0;
   for (const Vec3d& c : d.colour) sum += c.x;
   return sum / double(d.colour.size());
-}
-
-std::vector<Vec3d> means(const Film& f) {
-  std::vector<Vec3d> all;
-  for (const PixelSums& p : f.pixels) all.push_back(mean(p));
-  return all;
 }
 
 TEST(Denoise, AveragesOverTheWindowWhereNothingDiffers) {

@@ -36,7 +36,7 @@ FilteredPicture filter_picture(const Film& film, const RenderOptions& asked,
   Stopwatch watch;
   const double before = cpu_seconds();
   const Denoised d = denoise(film, {.threads = asked.threads, .stop = stop});
-  FilteredPicture p{with_colour(film, d), d.relative_error};
+  FilteredPicture p{with_colour(film, d), d.relative_error, d.fireflies};
   std::erase_if(p.film.layers, [&](const Layer& l) { return !is_wanted(l, asked.aovs); });
   p.cpu_seconds = cpu_seconds() - before, p.wall_seconds = watch.lap();
   return p;

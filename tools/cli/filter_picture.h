@@ -12,6 +12,7 @@ namespace pvol::cli {
 struct FilteredPicture {
   Film film;                  ///< with the noisy picture and its variance as layers
   double relative_error = 0;  ///< as estimated
+  std::size_t fireflies = 0;  ///< pixels whose rare bright light was spread
   double cpu_seconds = 0, wall_seconds = 0;
 };
 

@@ -334,6 +334,7 @@ Merged finish(const MergeGiven& o, const Part& first, const Whole& whole, Film f
   std::erase_if(m.attributes, [](const auto& a) { return !a.first.starts_with("pvol:"); });
   m.attributes.erase("pvol:relative_noise");
   m.attributes.erase("pvol:estimated_error");
+  m.attributes.erase("pvol:fireflies");
   describe_whole(whole, !o.crop.empty(), m.scene, m.attributes);
   const bool denoise = wants_filter(m.attributes);
   if (denoise && !o.partial) m.filtered = filter_picture(m.film, m.scene.scene.options, {});

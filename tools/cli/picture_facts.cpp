@@ -38,6 +38,7 @@ void describe_film(const Film& film, std::uint64_t samples, std::uint64_t wanted
   }
   if (filtered) {
     attributes["pvol:estimated_error"] = fmt::format("{:.6g}", filtered->relative_error);
+    attributes["pvol:fireflies"] = std::to_string(filtered->fireflies);
   }
 }
 

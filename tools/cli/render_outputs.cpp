@@ -136,6 +136,9 @@ void save(const FrameJob& frame, const RenderJob& job, const TimedRender& t) {
   if (t.filtered) {
     std::cerr << "; filtered in " << readable_seconds(t.filtered->wall_seconds)
               << ", estimated error " << readable(100 * t.filtered->relative_error) << " %";
+    if (t.filtered->fireflies > 0) {
+      std::cerr << ", fireflies in " << readable_count(t.filtered->fireflies) << " pixels spread";
+    }
   }
   std::cerr << "; wrote " << out.exr.string() << (out.exr.empty() || out.png.empty() ? "" : " and ")
             << out.png.string() << '\n';

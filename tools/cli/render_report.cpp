@@ -159,6 +159,7 @@ std::string stats_text(const RenderJob& job, const TimedRender& t) {
   j["relative_noise"] = noise ? Json(*noise) : Json();
   if (t.filtered) {
     j["denoised"] = {{"estimated_error", t.filtered->relative_error},
+                     {"fireflies", t.filtered->fireflies},
                      {"cpu_seconds", t.filtered->cpu_seconds},
                      {"wall_seconds", t.filtered->wall_seconds}};
   }

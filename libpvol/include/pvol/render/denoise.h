@@ -2,9 +2,10 @@
 //
 // Based on: Bitterli et al. Nonlinearly Weighted First-order Regression for Denoising Monte Carlo
 // Renderings. 2016; Rousselle et al. Adaptive Rendering with Non-Local Means Filtering. 2012
-// (THEORY.md, T5.10).
+// (THEORY.md, T5.10, T5.21 and T5.22).
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <vector>
 
@@ -22,6 +23,12 @@ struct DenoiseOptions {
   std::function<bool()> stop{};
 };
 
+/// A layer of a film that is a part of its colour, filtered: a value for each pixel.
+struct FilteredLayer {
+  std::size_t number = 0;  ///< among the film's layers
+  std::vector<Vec3d> values;
+};
+
 /// A filtered picture: for each pixel of a film, by channel.
 struct Denoised {
   std::vector<Vec3d> colour;
@@ -34,6 +41,12 @@ struct Denoised {
   /// The root mean square over all pixels of the estimated error of their luminance, over the
   /// picture's mean luminance: beside `relative_noise` of the film. 0 without light.
   double relative_error = 0;
+  /// Pixels that rare samples made far brighter than all around them, and whose light was spread
+  /// over their surroundings before the picture was filtered (T5.21).
+  std::size_t fireflies = 0;
+  /// The layers of Aov::lights and of Aov::scattering, as far as the film has them, filtered by the
+  /// weights of the picture. Each of these sets sums up to `colour`, but for rounding (T5.22).
+  std::vector<FilteredLayer> layers;
 };
 
 /// What a film must have been asked for to be filtered: `variance` and `samples` where it comes
@@ -41,15 +54,17 @@ struct Denoised {
 [[nodiscard]] AovSet denoising_aovs();
 
 /// Filters the film's colour. Pixels around which, within two to each side, no sample collided or
-/// there is no noise stay as they are; what is filtered is never negative. The same film gives the
-/// same bytes for any number of threads. Throws Error for a film that lacks a layer, which it
-/// names, or has pixels of fewer than two samples or that are not finite, for options out of
-/// range, and where it was stopped.
+/// there is no noise stay as they are. What is filtered is never negative, and lies within the
+/// range of what the window has, fireflies spread. The same film gives the same bytes for any
+/// number of threads. Throws Error for a film that lacks a layer, which it names, or has pixels of
+/// fewer than two samples or that are not finite, for options out of range, and where it was
+/// stopped.
 [[nodiscard]] Denoised denoise(const Film& film, const DenoiseOptions& options = {});
 
-/// The film as it is written: colour is the filtered one, and variances are its `mse`. Samples,
-/// alpha and layers are the film's; further layers have the colour that was, `noisy`, and its
-/// variance, `noisy_variance`, with X, Y, Z for R, G, B because files round what is colour.
+/// The film as it is written: colour and its parts are the filtered ones, and variances are its
+/// `mse`. Samples, alpha and all other layers are the film's; further layers have the colour that
+/// was, `noisy`, and its variance, `noisy_variance`, with X, Y, Z for R, G, B because files round
+/// what is colour.
 [[nodiscard]] Film with_colour(const Film& film, const Denoised& denoised);
 
 }  // namespace pvol

@@ -9,18 +9,21 @@
 
 #include "math/parallel.h"
 #include "pvol/error.h"
+#include "render/film/denoise/colour_parts.h"
 #include "render/film/denoise/denoise_inputs.h"
+#include "render/film/denoise/filter_error.h"
 #include "render/film/denoise/regression.h"
 
 namespace pvol {
 namespace {
 
+using detail::Errors;
 using detail::Halves;
-using detail::kTile;
 using detail::Plane;
 using detail::Planes;
 using detail::Predictions;
 using detail::Tile;
+using detail::WindowValues;
 
 void check(const DenoiseOptions& o) {
   constexpr int kMostWindow = 32, kMostPatch = 8;
@@ -42,119 +45,87 @@ bool any_filtered(const Plane& filtered, const Tile& t) {
   return false;
 }
 
-/// The picture from what all tiles say of their surroundings, added up in the order of the tiles.
-Planes join(const std::vector<Predictions>& parts, int width, int height, int window) {
-  Planes out;
-  for (std::size_t c = 0; c <= Predictions::kColours; ++c) out.emplace_back(width, height, 0);
-  parallel_for(0, out.size(), [&](std::size_t c) {
-    for (std::size_t number = 0; number < parts.size(); ++number) {
-      const Predictions& part = parts[number];
-      if (part.edge == 0) continue;
-      const Tile t = detail::tile_of(number, width, height);
-      const int y0 = std::max(0, t.y - window), y1 = std::min(height, t.y + t.height + window);
-      const int x0 = std::max(0, t.x - window), x1 = std::min(width, t.x + t.width + window);
-      for (int y = y0; y < y1; ++y) {
-        const float* from =
-            part.sums[c].data() + std::ptrdiff_t(y - t.y + window) * part.edge - t.x + window;
-        float* to = out[c].row(y);
-        for (int x = x0; x < x1; ++x) to[x] += from[x];
-      }
-    }
-  });
-  return out;
-}
+/// What is known of the pixels of some planes, by plane.
+struct Filtered {
+  Planes sums;                                       ///< of predictions times weights
+  Plane weights;                                     ///< their sums
+  std::vector<std::vector<WindowValues>> windows{};  ///< by pixels, in rows
 
-/// One half's colour, with weights from the other half.
-Planes filter_half(const Halves& halves, std::size_t half, const Planes& features,
-                   const detail::PatchOptions& options, const std::function<bool()>& stop) {
-  const int width = halves.filtered.width(), height = halves.filtered.height();
-  const detail::RegressionInput in{halves.colour[1 - half], halves.colour[half].values, features,
-                                   options};
-  std::vector<Predictions> parts(detail::tiles_in(width, height));
-  parallel_for(0, parts.size(), [&](std::size_t i) {
-    detail::heed(stop);
-    const Tile t = detail::tile_of(i, width, height);
-    if (any_filtered(halves.filtered, t)) parts[i] = detail::regress(in, t);
-  });
-  Planes sums = join(parts, width, height, options.window);
-  for (std::size_t c = 0; c < Predictions::kColours; ++c) {
-    for (int y = 0; y < height; ++y) {
-      const float* weights = sums[Predictions::kColours].row(y);
-      float* to = sums[c].row(y);
-      for (int x = 0; x < width; ++x) to[x] = weights[x] > 0 ? to[x] / weights[x] : 0;
-    }
-  }
-  sums.pop_back();
-  return sums;
-}
-
-/// Errors of one channel: of the mean of both filtered halves.
-struct Errors {
-  Plane variance, mse;  ///< smoothed
-  double mean_mse = 0;  ///< over the pixels that were filtered
+  Filtered(std::size_t planes, int width, int height)
+      : sums(planes, Plane(width, height, 0)),
+        weights(width, height, 0),
+        windows(planes, std::vector<WindowValues>(std::size_t(width) * std::size_t(height))) {}
 };
 
-/// With e_a and e_b the errors of the filtered halves, ((e_a + e_b)/2)^2 =
-/// (e_a^2 + e_b^2)/2 - ((e_a - e_b)/2)^2, of which the last term is seen, and e_a^2 is on average
-/// (a - v)^2 less the variance of v, the other half as it was.
-struct RawErrors {
-  Plane halves;       ///< (e_a^2 + e_b^2)/2, on average
-  Plane difference;   ///< ((e_a - e_b)/2)^2
-  Plane uncertainty;  ///< variance of `halves`, were noise normal and the filter without error
-};
+/// Adds a plane of what is predicted around a tile.
+void add(const std::vector<float>& from, int edge, const Tile& t, int window, Plane& to) {
+  const int y0 = std::max(0, t.y - window), y1 = std::min(to.height(), t.y + t.height + window);
+  const int x0 = std::max(0, t.x - window), x1 = std::min(to.width(), t.x + t.width + window);
+  for (int y = y0; y < y1; ++y) {
+    const float* row = from.data() + std::ptrdiff_t(y - t.y + window) * edge - t.x + window;
+    for (int x = x0; x < x1; ++x) to.row(y)[x] += row[x];
+  }
+}
 
-RawErrors find_raw_errors(const Halves& halves, const std::array<Planes, 2>& filtered,
-                          std::size_t c) {
-  const int width = halves.filtered.width(), height = halves.filtered.height();
-  RawErrors raw{{width, height, 0}, {width, height, 0}, {width, height, 0}};
-  parallel_for(0, std::size_t(height), [&](std::size_t row) {
-    const int y = int(row);
-    for (int x = 0; x < width; ++x) {
-      double sum = 0, uncertain = 0;
-      for (const std::size_t half : {0u, 1u}) {
-        const detail::Guide& other = halves.colour[1 - half];
-        const double d = double(filtered[half][c].row(y)[x]) - double(other.values[c].row(y)[x]);
-        const double noise = double(other.variances[c].row(y)[x]);
-        sum += (d * d - noise) / 2, uncertain += noise * noise / 2;
+void add(const Predictions& p, const Tile& t, int window, std::size_t c, Filtered& to) {
+  if (c == to.sums.size()) return add(p.weights, p.edge, t, window, to.weights);
+  add(p.sums[c], p.edge, t, window, to.sums[c]);
+  for (int y = 0; y < t.height; ++y) {
+    const std::size_t at =
+        std::size_t(t.y + y) * std::size_t(to.weights.width()) + std::size_t(t.x);
+    std::copy_n(p.windows[c].begin() + y * detail::kTile, t.width,
+                to.windows[c].begin() + std::ptrdiff_t(at));
+  }
+}
+
+/// The value, but where it lies beyond what the window has one that has gone back towards the
+/// window's mean: far enough to be no extreme of it.
+float credible(const WindowValues& w, float value) {
+  constexpr float kShort = 0.9f;  // of the extreme
+  if (value > w.most) return w.mean + kShort * (w.most - w.mean);
+  if (value < w.least) return w.mean - kShort * (w.mean - w.least);
+  return value;
+}
+
+/// The means of the predictions, as far as they are credible.
+Planes finish(Filtered f) {
+  const int width = f.weights.width();
+  for (std::size_t c = 0; c < f.sums.size(); ++c) {
+    for (int y = 0; y < f.weights.height(); ++y) {
+      const WindowValues* windows = f.windows[c].data() + std::ptrdiff_t(y) * width;
+      const float* weights = f.weights.row(y);
+      float* to = f.sums[c].row(y);
+      for (int x = 0; x < width; ++x) {
+        to[x] = weights[x] > 0 ? credible(windows[x], to[x] / weights[x]) : 0;
       }
-      const double d = double(filtered[0][c].row(y)[x]) - double(filtered[1][c].row(y)[x]);
-      raw.halves.row(y)[x] = float(sum);
-      raw.difference.row(y)[x] = float(d * d / 4);
-      raw.uncertainty.row(y)[x] = float(uncertain);
-    }
-  });
-  return raw;
-}
-
-/// What the halves' common error adds to the variance. Where that is less than its own uncertainty
-/// little of it is believed: the positive part of noise would else look like an error everywhere.
-double believed(double common, double uncertainty) {
-  constexpr double kDeviations = 3;
-  if (!(common > 0)) return 0;
-  return common * (common * common / (common * common + kDeviations * kDeviations * uncertainty));
-}
-
-Errors find_errors(const Halves& halves, const std::array<Planes, 2>& filtered, std::size_t c) {
-  constexpr int kSmooth = 9;
-  constexpr double kArea = (2 * kSmooth + 1) * (2 * kSmooth + 1);
-  const RawErrors raw = find_raw_errors(halves, filtered, c);
-  Errors errors{detail::box_mean(raw.difference, halves.filtered, kSmooth),
-                detail::box_mean(raw.halves, halves.filtered, kSmooth)};
-  const Plane uncertainty = detail::box_mean(raw.uncertainty, halves.filtered, kSmooth);
-  double sum = 0, least = 0, count = 0;
-  for (int y = 0; y < halves.filtered.height(); ++y) {
-    for (int x = 0; x < halves.filtered.width(); ++x) {
-      if (!(halves.filtered.row(y)[x] > 0)) continue;
-      const double difference = double(raw.difference.row(y)[x]);
-      sum += double(raw.halves.row(y)[x]) - difference, least += difference, ++count;
-      const double variance = double(errors.variance.row(y)[x]);
-      const double common = double(errors.mse.row(y)[x]) - 2 * variance;
-      errors.mse.row(y)[x] =
-          float(variance + believed(common, double(uncertainty.row(y)[x]) / kArea));
     }
   }
-  errors.mean_mse = std::max(sum, least) / count;
-  return errors;
+  return std::move(f.sums);
+}
+
+/// Colours of one half, or of all samples, with weights from a half. Tiles are added up in their
+/// order, so many at a time that those of all need not be held.
+Planes filter_by(const detail::RegressionInput& in, const Plane& where,
+                 const std::function<bool()>& stop) {
+  constexpr std::size_t kTogether = 256;
+  const int width = where.width(), height = where.height();
+  const std::size_t tiles = detail::tiles_in(width, height), planes = in.colours.size();
+  Filtered all(planes, width, height);
+  for (std::size_t first = 0; first < tiles; first += kTogether) {
+    std::vector<Predictions> parts(std::min(kTogether, tiles - first));
+    parallel_for(0, parts.size(), [&](std::size_t i) {
+      detail::heed(stop);
+      const Tile t = detail::tile_of(first + i, width, height);
+      if (any_filtered(where, t)) parts[i] = detail::regress(in, t);
+    });
+    parallel_for(0, planes + 1, [&](std::size_t c) {
+      for (std::size_t i = 0; i < parts.size(); ++i) {
+        const Tile t = detail::tile_of(first + i, width, height);
+        if (parts[i].edge > 0) add(parts[i], t, in.options.window, c, all);
+      }
+    });
+  }
+  return finish(std::move(all));
 }
 
 double luminance_of(Vec3d c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
@@ -190,6 +161,25 @@ double relative_error(const Denoised& d, const Halves& halves, Vec3d mean_mse) {
   return light > 0 ? std::sqrt(errors * double(d.colour.size())) / light : 0;
 }
 
+/// The planes of both halves, each with weights from the other; after these the parts of the
+/// colour, of all samples, by the weights of either.
+std::array<Planes, 2> filter_halves(const Film& film, const Halves& halves,
+                                    const std::vector<detail::ColourParts>& sets,
+                                    const detail::PatchOptions& patches,
+                                    const std::function<bool()>& stop) {
+  const int margin = detail::margin_of(patches);
+  const Planes features = detail::make_features(film, margin, stop);
+  const Planes parts = detail::planes_of_parts(film, sets, halves, margin);
+  std::array<Planes, 2> filtered;
+  for (const std::size_t half : {0u, 1u}) {
+    Planes colours = halves.colour[half].values;
+    colours.insert(colours.end(), parts.begin(), parts.end());
+    filtered[half] =
+        filter_by({halves.colour[1 - half], colours, features, patches}, halves.filtered, stop);
+  }
+  return filtered;
+}
+
 Denoised filter(const Film& film, const DenoiseOptions& o) {
   Denoised out;
   for (const PixelSums& p : film.pixels) {
@@ -198,18 +188,19 @@ Denoised filter(const Film& film, const DenoiseOptions& o) {
   }
   out.mse = out.variance;
   const detail::PatchOptions patches{o.window, o.patch, float(o.bandwidth)};
-  const int margin = detail::margin_of(patches);
-  const Halves halves = detail::make_halves(film, margin);
+  const Halves halves = detail::make_halves(film, detail::margin_of(patches));
+  out.fireflies = halves.fireflies.pixels;
   Vec3d mean_mse;
   if (halves.any) {
-    const Planes features = detail::make_features(film, margin, o.stop);
-    const std::array<Planes, 2> filtered{filter_half(halves, 0, features, patches, o.stop),
-                                         filter_half(halves, 1, features, patches, o.stop)};
+    const auto sets = detail::find_colour_parts(film);
+    const std::array<Planes, 2> filtered = filter_halves(film, halves, sets, patches, o.stop);
     for (int c = 0; c < 3; ++c) {
-      const Errors errors = find_errors(halves, filtered, std::size_t(c));
+      const Errors errors = detail::find_errors(halves, filtered, std::size_t(c));
       put(film, halves, filtered, c, errors, out);
       mean_mse[c] = errors.mean_mse * halves.scale * halves.scale;
     }
+    out.layers = detail::fit_parts(film, sets, halves,
+                                   {filtered[0].data() + 3, filtered[1].data() + 3}, out.colour);
   }
   out.relative_error = relative_error(out, halves, mean_mse);
   return out;
@@ -229,6 +220,11 @@ Film with_colour(const Film& film, const Denoised& d) {
   Film out = film;
   add_layer(out, "noisy", "RGB", [](const PixelSums& p) { return mean(p); });
   add_layer(out, "noisy_variance", "XYZ", variance_of_mean);
+  for (const FilteredLayer& f : d.layers) {
+    for (std::size_t i = 0; i < out.pixels.size(); ++i) {
+      out.layers[f.number].sums[i] = f.values[i] * double(out.pixels[i].samples);
+    }
+  }
   for (std::size_t i = 0; i < out.pixels.size(); ++i) {
     PixelSums& p = out.pixels[i];
     const double n = p.samples;

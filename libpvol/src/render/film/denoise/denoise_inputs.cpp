@@ -89,21 +89,33 @@ double mean_radiance(const Film& film) {
 
 double share_hit(const PixelSums& p) { return std::clamp(p.alpha / p.samples, 0.0, 1.0); }
 
-/// One half's colour, and the variance of its mean: that of all samples, of which it has a part.
-/// Variances of few samples are noise themselves, low where bright samples were missed; so they are
-/// means over a neighbourhood.
-Guide make_half(const Film& film, const Layer& half, double scale, int margin) {
-  Guide guide;
+/// Both halves of the colour, and the variance of its pixels.
+TwoHalves colours_of(const Film& film, double scale, int margin) {
+  TwoHalves p;
   for (int c = 0; c < 3; ++c) {
-    guide.values.push_back(
-        make_plane(film, margin, [&](std::size_t i) { return value(half, film, i)[c] / scale; }));
-    const Plane raw = make_plane(film, 0, [&](std::size_t i) {
-      const PixelSums& p = film.pixels[i];
-      return variance_of_mean(p)[c] / (scale * scale) * p.samples / samples_of(half, film, i);
-    });
-    guide.variances.push_back(with_margin(box_mean(raw, ones(film), kNoiseRadius), margin));
+    for (const int half : {0, 1}) {
+      const Layer& layer = half_of(film, half);
+      p.values[std::size_t(half)].push_back(make_plane(
+          film, margin, [&](std::size_t i) { return value(layer, film, i)[c] / scale; }));
+    }
+    p.variances.push_back(make_plane(film, 0, [&](std::size_t i) {
+      return variance_of_mean(film.pixels[i])[c] / (scale * scale);
+    }));
   }
-  return guide;
+  return p;
+}
+
+/// The variance of a half's mean: that of all samples, of which it has a part. Variances of few
+/// samples are noise themselves, low where bright samples were missed; so they are means over a
+/// neighbourhood, without fireflies.
+Plane variance_of_half(const Film& film, const Layer& half, const Plane& of_mean,
+                       const Plane& others, int margin) {
+  Plane raw = make_plane(film, 0);
+  for_pixels(film, [&](std::size_t i, int x, int y) {
+    const double part = film.pixels[i].samples / samples_of(half, film, i);
+    raw.row(y)[x] = float(double(of_mean.row(y)[x]) * part);
+  });
+  return with_margin(box_mean(raw, others, kNoiseRadius), margin);
 }
 
 // --- features -----------------------------------------------------------------------------------
@@ -248,6 +260,20 @@ void add_filtered(const Film& film, const Feature& f, int margin, const PatchOpt
   for (std::size_t c = first; c < to.size(); ++c) to[c].repeat_edges();
 }
 
+/// 1 for pixels around which there is noise, and samples collided.
+Plane find_filtered(const Film& film, const Planes& variances, int margin) {
+  const auto alpha = [&](std::size_t i) { return film.pixels[i].alpha; };
+  const Plane hit = box_mean(make_plane(film, 0, alpha), ones(film), kNoiseRadius);
+  Planes noise;
+  for (const Plane& v : variances) noise.push_back(box_mean(v, ones(film), kNoiseRadius));
+  Plane filtered = make_plane(film, margin);
+  for_pixels(film, [&](std::size_t, int x, int y) {
+    const bool noisy = std::ranges::any_of(noise, [&](const Plane& v) { return v.row(y)[x] > 0; });
+    filtered.row(y)[x] = noisy && hit.row(y)[x] > 0 ? 1 : 0;
+  });
+  return filtered;
+}
+
 }  // namespace
 
 void check_film(const Film& film) {
@@ -271,17 +297,18 @@ Halves make_halves(const Film& film, int margin) {
   Halves h;
   const double radiance = mean_radiance(film);
   h.scale = radiance > 0 ? radiance : 1;
+  TwoHalves p = colours_of(film, h.scale, margin);
+  h.filtered = find_filtered(film, p.variances, margin);
+  h.fireflies = spread_fireflies(p, h.filtered);
   for (const int half : {0, 1}) {
-    h.colour[std::size_t(half)] = make_half(film, half_of(film, half), h.scale, margin);
+    Guide& guide = h.colour[std::size_t(half)];
+    guide.values = std::move(p.values[std::size_t(half)]);
+    for (Plane& plane : guide.values) plane.repeat_edges();
+    for (const Plane& v : p.variances) {
+      guide.variances.push_back(
+          variance_of_half(film, half_of(film, half), v, h.fireflies.others, margin));
+    }
   }
-  const auto alpha = [&](std::size_t i) { return film.pixels[i].alpha; };
-  const Plane hit = box_mean(make_plane(film, 0, alpha), ones(film), kNoiseRadius);
-  h.filtered = make_plane(film, margin);
-  for_pixels(film, [&](std::size_t, int x, int y) {
-    bool noisy = false;
-    for (const Plane& v : h.colour[0].variances) noisy = noisy || v.row(y)[x] > 0;
-    h.filtered.row(y)[x] = noisy && hit.row(y)[x] > 0 ? 1 : 0;
-  });
   for (int y = 0; y < film.crop_height; ++y) {
     const float* r = h.filtered.row(y);
     h.any = h.any || std::any_of(r, r + film.crop_width, [](float f) { return f > 0; });

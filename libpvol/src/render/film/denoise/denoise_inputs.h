@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "pvol/render/film.h"
+#include "render/film/denoise/fireflies.h"
 #include "render/film/denoise/patch_weights.h"
 
 namespace pvol::detail {
@@ -12,7 +13,8 @@ namespace pvol::detail {
 /// The two halves of a film's samples, in units of `scale`.
 struct Halves {
   double scale = 1;             ///< radiance that is 1 in the planes: the film's mean
-  std::array<Guide, 2> colour;  ///< with variances of the halves' means, smoothed
+  std::array<Guide, 2> colour;  ///< without fireflies; variances of the halves' means, smoothed
+  Fireflies fireflies;          ///< whose light is spread over the halves
   Plane filtered;               ///< 1 for pixels that are to be filtered, else 0
   bool any = false;             ///< whether there are such pixels
 };

@@ -1,22 +1,50 @@
 #include "render/film/denoise/regression.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 namespace pvol::detail {
 namespace {
 
-constexpr std::size_t kColours = Predictions::kColours;
 constexpr std::size_t kMostUnknowns = 1 + kMostFeatures;
-constexpr std::size_t kMoments = kMostUnknowns * (kMostUnknowns + 1) / 2 + kColours * kMostUnknowns;
+constexpr std::size_t kSystemMoments = kMostUnknowns * (kMostUnknowns + 1) / 2;
 
 /// Of each pixel in a row of a tile, so that compilers make vectors of them.
 using Row = std::array<float, kTile>;
 using FeatureRows = std::array<Row, kMostFeatures>;
+using UnknownRows = std::array<Row, kMostUnknowns>;
 
-/// Weighted products of unknowns' factors, then of these and of colours.
-using Moments = std::array<Row, kMoments>;
-using Coefficients = std::array<std::array<Row, kMostUnknowns>, kColours>;
+/// Least and greatest values.
+struct Range {
+  Row least, most;
+
+  Range() {
+    least.fill(std::numeric_limits<float>::infinity());
+    most.fill(-std::numeric_limits<float>::infinity());
+  }
+  /// Takes in values of pixels that have a weight.
+  void add(const float* weights, const Row& values) {
+    for (std::size_t x = 0; x < kTile; ++x) {
+      const bool counts = weights[x] > 0;
+      least[x] = counts ? std::min(least[x], values[x]) : least[x];
+      most[x] = counts ? std::max(most[x], values[x]) : most[x];
+    }
+  }
+};
+
+/// Weighted products of the unknowns' factors, and of these and each plane of the colours.
+struct Moments {
+  std::array<Row, kSystemMoments> system{};
+  std::vector<UnknownRows> planes;
+  std::vector<Range> ranges;  ///< of the planes
+
+  explicit Moments(std::size_t count) : planes(count), ranges(count) {}
+};
+
+/// Of each plane: its value where features do not differ, and its slopes by features.
+using Coefficients = std::vector<UnknownRows>;
 
 /// The features of the pixels at an offset from those of a row of the tile, less their own.
 void find_differences(const RegressionInput& in, const Tile& t, int dx, int dy, int y,
@@ -36,21 +64,22 @@ void add_products(Row& to, const Row& a, const Row& b) {
 void add_moments(const RegressionInput& in, const Tile& t, const float* weights, int dx, int dy,
                  int y, const FeatureRows& d, Moments& m) {
   const std::size_t features = in.features.size();
-  std::array<Row, kMostUnknowns> weighted;  // factors of unknowns times weights
+  UnknownRows weighted;  // factors of unknowns times weights
   std::copy_n(weights, kTile, weighted[0].begin());
   for (std::size_t i = 0; i < features; ++i) {
     for (std::size_t x = 0; x < kTile; ++x) weighted[i + 1][x] = weights[x] * d[i][x];
   }
   std::size_t k = 0;
   for (std::size_t i = 0; i <= features; ++i) {
-    Row& first = m[k++];
+    Row& first = m.system[k++];
     for (std::size_t x = 0; x < kTile; ++x) first[x] += weighted[i][x];
-    for (std::size_t j = 0; j < i; ++j) add_products(m[k++], weighted[i], d[j]);
+    for (std::size_t j = 0; j < i; ++j) add_products(m.system[k++], weighted[i], d[j]);
   }
-  for (const Plane& colour : in.colour) {
+  for (std::size_t c = 0; c < in.colours.size(); ++c) {
     Row u{};
-    std::copy_n(colour.row(t.y + y + dy) + t.x + dx, t.width, u.begin());
-    for (std::size_t i = 0; i <= features; ++i) add_products(m[k++], weighted[i], u);
+    std::copy_n(in.colours[c].row(t.y + y + dy) + t.x + dx, t.width, u.begin());
+    for (std::size_t i = 0; i <= features; ++i) add_products(m.planes[c][i], weighted[i], u);
+    m.ranges[c].add(weights, u);
   }
 }
 
@@ -59,12 +88,19 @@ struct System {
   std::size_t unknowns = 0;
   std::array<std::array<double, kMostUnknowns>, kMostUnknowns> a{};
 
+  /// Unknowns that others determine but for rounding get an infinite pivot, and become 0.
   void factorise() {
+    constexpr double kRounding = 1e-5;  // of moments, which are sums of floats
     for (std::size_t i = 0; i < unknowns; ++i) {
       for (std::size_t j = 0; j <= i; ++j) {
         double sum = a[i][j];
         for (std::size_t k = 0; k < j; ++k) sum -= a[i][k] * a[j][k];
-        a[i][j] = i == j ? std::sqrt(sum) : sum / a[j][j];
+        if (i != j) {
+          a[i][j] = sum / a[j][j];
+        } else {
+          const bool independent = sum > kRounding * a[i][i];
+          a[i][i] = independent ? std::sqrt(sum) : std::numeric_limits<double>::infinity();
+        }
       }
     }
   }
@@ -87,39 +123,23 @@ void solve_row(std::size_t features, const Moments& m, Coefficients& out) {
   constexpr double kWarned = 1;
   constexpr double kLeast = 1e-9;  // of features that do not differ; their scale is 1
   for (std::size_t x = 0; x < kTile; ++x) {
-    const double all = double(m[0][x]);
-    for (auto& colour : out) {
-      for (std::size_t i = 0; i <= features; ++i) colour[i][x] = 0;
-    }
+    const double all = double(m.system[0][x]);
     if (!(all > 0)) continue;
     System s{features + 1, {}};
     std::size_t k = 0;
     for (std::size_t i = 0; i <= features; ++i) {
-      s.a[i][0] = double(m[k++][x]);
-      for (std::size_t j = 0; j < i; ++j) s.a[i][j + 1] = double(m[k++][x]);
+      s.a[i][0] = double(m.system[k++][x]);
+      for (std::size_t j = 0; j < i; ++j) s.a[i][j + 1] = double(m.system[k++][x]);
       if (i > 0) s.a[i][i] += kWarned * s.a[i][i] / all + kLeast * all;
     }
     s.factorise();
-    for (auto& colour : out) {
+    for (std::size_t c = 0; c < out.size(); ++c) {
       std::array<double, kMostUnknowns> b{};
-      for (std::size_t i = 0; i <= features; ++i) b[i] = double(m[k++][x]);
+      for (std::size_t i = 0; i <= features; ++i) b[i] = double(m.planes[c][i][x]);
       s.solve(b);
-      for (std::size_t i = 0; i <= features; ++i) colour[i][x] = float(b[i]);
+      for (std::size_t i = 0; i <= features; ++i) out[c][i][x] = float(b[i]);
     }
   }
-}
-
-void predict(const Tile& t, const PatchOptions& o, const float* weights, int dx, int dy, int y,
-             std::size_t features, const FeatureRows& d, const Coefficients& fits, Predictions& p) {
-  const int at = (y + dy + o.window) * p.edge + dx + o.window;
-  for (std::size_t c = 0; c < kColours; ++c) {
-    Row value = fits[c][0];
-    for (std::size_t i = 0; i < features; ++i) add_products(value, fits[c][i + 1], d[i]);
-    float* to = p.sums[c].data() + at;
-    for (int x = 0; x < t.width; ++x) to[x] += weights[x] * value[std::size_t(x)];
-  }
-  float* to = p.sums[kColours].data() + at;
-  for (int x = 0; x < t.width; ++x) to[x] += weights[x];
 }
 
 /// Calls f(dx, dy) for the offsets of a window.
@@ -130,26 +150,57 @@ void for_offsets(int window, const F& f) {
   }
 }
 
+/// Adds what the fits of a row of the tile predict for their windows.
+void add_predictions(const RegressionInput& in, const Tile& t, const float* weights, int dx, int dy,
+                     int y, const FeatureRows& d, const Coefficients& fits, Predictions& p) {
+  const int at = (y + dy + in.options.window) * p.edge + dx + in.options.window;
+  for (std::size_t c = 0; c < fits.size(); ++c) {
+    Row value = fits[c][0];
+    for (std::size_t i = 0; i < in.features.size(); ++i) add_products(value, fits[c][i + 1], d[i]);
+    float* to = p.sums[c].data() + at;
+    for (int x = 0; x < t.width; ++x) to[x] += weights[x] * value[std::size_t(x)];
+  }
+  float* to = p.weights.data() + at;
+  for (int x = 0; x < t.width; ++x) to[x] += weights[x];
+}
+
+/// What the moments of a row tell of the windows of its pixels.
+void put_windows(const Tile& t, int y, const Moments& m, Predictions& p) {
+  for (std::size_t c = 0; c < m.planes.size(); ++c) {
+    for (std::size_t x = 0; x < std::size_t(t.width); ++x) {
+      const float all = m.system[0][x];
+      if (!(all > 0)) continue;
+      p.windows[c][std::size_t(y) * kTile + x] = {m.planes[c][0][x] / all, m.ranges[c].least[x],
+                                                  m.ranges[c].most[x]};
+    }
+  }
+}
+
 }  // namespace
 
 Predictions regress(const RegressionInput& in, const Tile& t) {
   const int window = in.options.window;
+  const std::size_t planes = in.colours.size();
   const PatchWeights weights(in.guide, t, in.options);
   Predictions p;
   p.edge = kTile + 2 * window;
-  for (auto& sums : p.sums) sums.resize(std::size_t(p.edge) * std::size_t(p.edge));
+  const std::size_t size = std::size_t(p.edge) * std::size_t(p.edge);
+  p.sums.assign(planes, std::vector<float>(size));
+  p.weights.resize(size);
+  p.windows.assign(planes, std::vector<WindowValues>(kTile * kTile));
   for (int y = 0; y < t.height; ++y) {
     FeatureRows d{};
-    Moments m{};
+    Moments m(planes);
     for_offsets(window, [&](int dx, int dy) {
       find_differences(in, t, dx, dy, y, d);
       add_moments(in, t, weights.row(dx, dy, y), dx, dy, y, d, m);
     });
-    Coefficients fits;
+    put_windows(t, y, m, p);
+    Coefficients fits(planes);
     solve_row(in.features.size(), m, fits);
     for_offsets(window, [&](int dx, int dy) {
       find_differences(in, t, dx, dy, y, d);
-      predict(t, in.options, weights.row(dx, dy, y), dx, dy, y, in.features.size(), d, fits, p);
+      add_predictions(in, t, weights.row(dx, dy, y), dx, dy, y, d, fits, p);
     });
   }
   return p;

@@ -1,9 +1,7 @@
 // Colour as a linear function of features around each pixel, fitted to one half of the samples.
 // Based on: Bitterli et al. Nonlinearly Weighted First-order Regression for Denoising Monte Carlo
-// Renderings. 2016.
+// Renderings. 2016 (THEORY.md, T5.10).
 #pragma once
-
-#include <array>
 
 #include "render/film/denoise/patch_weights.h"
 
@@ -12,24 +10,30 @@ namespace pvol::detail {
 /// Features beside the constant: place in the picture (2), alpha, depth, normal (3), albedo (3).
 inline constexpr std::size_t kMostFeatures = 10;
 
-/// What is fitted: a colour of three planes by features of about the same scale, with weights of
-/// the guide, whose noise is not the colour's.
+/// What is fitted: planes of colours, by features of about the same scale, with weights of the
+/// guide, whose noise is not theirs.
 struct RegressionInput {
   const Guide& guide;
-  const Planes& colour;
+  const Planes& colours;
   const Planes& features;
   PatchOptions options;
 };
 
-/// What the fits around a tile's pixels say of all pixels in their windows: those of the tile and
-/// around it. Sums of weights, and of colours times weights.
-struct Predictions {
-  static constexpr std::size_t kColours = 3;
-  int edge = 0;                                       ///< pixels in a row of these
-  std::array<std::vector<float>, kColours + 1> sums;  ///< the last one is that of weights
+/// What a pixel's window has of one plane, of the pixels that have a weight.
+struct WindowValues {
+  float mean = 0, least = 0, most = 0;  ///< the mean is weighted
 };
 
-/// Fits a plane for each pixel of the tile, and predicts its window by it.
+/// What the fits around a tile's pixels say of all pixels in their windows: those of the tile and
+/// around it.
+struct Predictions {
+  int edge = 0;                                    ///< pixels in a row of these
+  std::vector<std::vector<float>> sums;            ///< of the planes of colours, times weights
+  std::vector<float> weights;                      ///< their sums
+  std::vector<std::vector<WindowValues>> windows;  ///< of the tile's pixels, in rows of kTile
+};
+
+/// Fits a plane to each colour for each pixel of the tile, and predicts its window by it.
 [[nodiscard]] Predictions regress(const RegressionInput& in, const Tile& tile);
 
 }  // namespace pvol::detail
