@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "pvol/render/denoise.h"
 #include "render/film/denoise/fireflies.h"
@@ -84,6 +85,38 @@ TEST(Fireflies, DoNotBlurWhatIsAround) {
   std::vector<Vec3d> darker = d.colour;
   for (Vec3d& c : darker) c *= 1 / more;
   EXPECT_LT(error(t, darker), 2 * error(t, clean.colour));
+}
+
+/// Of bright pixels that are too many to be fireflies the window's range is left: planes through
+/// them fall below zero beside them.
+TEST(Fireflies, LeaveEachPixelWithinWhatItsWindowHas) {
+  const Truth t = cloud_truth();
+  Film film = make(t);
+  for (const auto& [x, y] : {std::pair{20, 20}, {60, 30}, {47, 60}}) {
+    for (int i = 0; i < 9; ++i) {
+      const std::size_t at = film.index(x + i % 3, y + i / 3);
+      const Vec3d v(2000, 4000, 1000);
+      film.pixels[at].sum += v, film.pixels[at].sum_squares += v * v;
+      film.layers[std::size_t(i % 2)].sums[at] += v;
+    }
+  }
+  const DenoiseOptions o;
+  const Denoised d = denoise(film, o);
+  for (std::size_t at = 0; at < film.pixels.size(); ++at) {
+    const int x = int(at) % t.width, y = int(at) / t.width;
+    double least = 1e30, most = 0;
+    for (int j = std::max(0, y - o.window); j <= std::min(t.height - 1, y + o.window); ++j) {
+      for (int i = std::max(0, x - o.window); i <= std::min(t.width - 1, x + o.window); ++i) {
+        for (const std::size_t half : {0u, 1u}) {
+          const double v = value(film.layers[half], film, film.index(i, j)).x;
+          least = std::min(least, v), most = std::max(most, v);
+        }
+      }
+    }
+    ASSERT_GT(least, 0);
+    ASSERT_GE(d.colour[at].x, least * (1 - 1e-6)) << x << ", " << y;
+    ASSERT_LE(d.colour[at].x, most * (1 + 1e-6)) << x << ", " << y;
+  }
 }
 
 /// Both halves see it, and so do most samples: it is a lamp.

@@ -86,9 +86,10 @@ bool spread(const Excess& e, const Plane& level, const RectangleSums& sums, Adde
   constexpr std::array<double, 3> kRadii{1, 0.75, 0.5};
   const int whole = std::max(level.width(), level.height());
   int radius = kLeastRadius;
-  while (radius<whole&& double(e.light)> kLittle * sums.over(square(level, e.x, e.y, radius))) {
-    radius += radius / 2;
-  }
+  const auto has_little = [&] {
+    return kLittle * sums.over(square(level, e.x, e.y, radius)) < double(e.light);
+  };
+  while (radius < whole && has_little()) radius += radius / 2;
   const double least = kRounding * sums.over(square(level, 0, 0, whole));
   std::vector<Rectangle> areas;  // each within the one before, and lit
   for (const double r : kRadii) {
