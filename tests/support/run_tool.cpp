@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -18,6 +19,7 @@ namespace {
 /// In the child: becomes the program, with its streams in files or on a terminal.
 [[noreturn]] void become(const std::string& program, const std::vector<std::string>& arguments,
                          const std::string& out, const std::string& err) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // a test that is stopped leaves no tool behind
   const int null = open("/dev/null", O_RDONLY);
   const int to_out = open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   const int to_err = open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOCTTY, 0600);
