@@ -2,6 +2,7 @@
 // are pvol's own, and against closed forms where they are the caller's.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <random>
@@ -175,6 +176,68 @@ TEST(CapiRays, BadOnesAreTold) {
   while (pvol_walk_flight(&walk, &random, &t) != 1) ASSERT_EQ(pvol_enter(v.get(), &good, &walk), 1);
   const double none[3] = {0, 0, 0};
   EXPECT_EQ(pvol_resume(&walk, t, none, 1), PVOL_BAD_RAY);
+}
+
+/// As a C program may pass it.
+pvol_estimator unknown_estimator() {
+  const int value = 9;
+  pvol_estimator e;
+  std::memcpy(&e, &value, sizeof e);
+  return e;
+}
+
+TEST(CapiRays, NullPointersAndUnknownNamesAreBad) {
+  const api::Volume owner = make_smoke(Smoke());
+  const pvol_volume* const v = owner.get();
+  const pvol_ray good = ray_between({-5, 20, 20}, {20, 20, 20});
+  api::Random random(1, 2, 3);
+  double t = 7;
+  float passed = 7;
+  pvol_walk walk;
+  EXPECT_EQ(pvol_sample_flight(v, nullptr, &random, &t), PVOL_BAD_RAY);
+  EXPECT_EQ(pvol_sample_flight(v, &good, nullptr, &t), PVOL_BAD_RAY);
+  EXPECT_EQ(pvol_sample_flight(v, &good, &random, nullptr), PVOL_BAD_RAY);
+  EXPECT_EQ(pvol_sample_transmittance(v, nullptr, PVOL_RATIO, &random, &passed), PVOL_BAD_RAY);
+  EXPECT_EQ(pvol_sample_transmittance(v, &good, PVOL_RATIO, &random, nullptr), PVOL_BAD_RAY);
+  const pvol_estimator unknown = unknown_estimator();
+  EXPECT_EQ(pvol_sample_transmittance(v, &good, unknown, &random, &passed), PVOL_BAD_RAY);
+  EXPECT_EQ(pvol_optical_depth(v, nullptr, &t), PVOL_BAD_RAY);
+  EXPECT_EQ(pvol_optical_depth(v, &good, nullptr), PVOL_BAD_RAY);
+  EXPECT_EQ(pvol_enter(v, &good, nullptr), PVOL_BAD_RAY);
+  EXPECT_EQ(pvol_enter(v, nullptr, &walk), PVOL_BAD_RAY);
+  ASSERT_EQ(pvol_enter(v, &good, &walk), 1);
+  const double nan = std::numeric_limits<double>::quiet_NaN(), along[3] = {1, 0, 0};
+  EXPECT_EQ(pvol_resume(&walk, nan, along, 1), PVOL_BAD_RAY);
+  EXPECT_EQ(pvol_resume(&walk, 1, nullptr, 1), PVOL_BAD_RAY);
+  EXPECT_TRUE(std::isnan(pvol_walk_transmittance(&walk, unknown, &random)));
+}
+
+TEST(CapiBatches, OfWhatIsNotThereAreRefused) {
+  const api::Volume owner = make_smoke(Smoke());
+  const pvol_volume* const v = owner.get();
+  const double origin[3] = {-5, 20, 20}, direction[3] = {1, 0, 0};
+  const pvol_streams streams{};
+  double t = 7;
+  float passed = 7;
+  pvol_rays rays{};
+  rays.count = 1;
+  rays.origins.values = origin, rays.origins.type = PVOL_DOUBLE;
+  rays.directions.values = direction, rays.directions.type = PVOL_DOUBLE;
+  ASSERT_EQ(pvol_flights(v, &rays, &streams, &t), 0u);
+  EXPECT_EQ(pvol_flights(v, nullptr, &streams, &t), 0u);
+  EXPECT_EQ(pvol_flights(v, &rays, &streams, nullptr), 1u);
+  EXPECT_EQ(pvol_flights(v, &rays, nullptr, &t), 1u);
+  EXPECT_TRUE(std::isnan(t));
+  EXPECT_EQ(pvol_transmittances(v, &rays, PVOL_RATIO, nullptr, &passed), 1u);
+  EXPECT_TRUE(std::isnan(passed));
+  passed = 7;
+  EXPECT_EQ(pvol_transmittances(v, &rays, unknown_estimator(), &streams, &passed), 1u);
+  EXPECT_TRUE(std::isnan(passed));
+  EXPECT_EQ(pvol_optical_depths(v, &rays, nullptr), 1u);
+  t = 7;
+  rays.directions.type = pvol_type(3);
+  EXPECT_EQ(pvol_flights(v, &rays, &streams, &t), 1u);
+  EXPECT_TRUE(std::isnan(t));
 }
 
 TEST(CapiRays, ThatMissGoOnNowhere) {

@@ -162,10 +162,51 @@ TEST(CapiVolume, SaysWhatIsWrong) {
   leaves.tiles = &tile, leaves.tile_count = 1;
   expect("capi.tile_edge", [&] { v.set(PVOL_DENSITY, leaves).commit(); });
 
+  const std::vector<float> ones(512, 1.0f);
+  const pvol_leaf twice[] = {{ones.data(), {0, 8, 0}}, {ones.data(), {0, 8, 0}}};
+  leaves = {};
+  leaves.leaves = twice, leaves.leaf_count = 2;
+  expect("capi.cubes_overlap", [&] { v.set(PVOL_DENSITY, leaves).commit(); });
+  const pvol_tile around{{0, 0, -128}, 128, 1};
+  const pvol_leaf within{ones.data(), {0, 120, -8}};
+  leaves.leaves = &within, leaves.leaf_count = 1;
+  leaves.tiles = &around, leaves.tile_count = 1;
+  expect("capi.cube_in_tile", [&] { v.set(PVOL_DENSITY, leaves).commit(); });
+
   v.set(PVOL_DENSITY, smoke.array()).commit();  // and all is well after that
   EXPECT_GT(v.density({20, 20, 20}), 0);
   EXPECT_EQ(pvol_commit(nullptr, nullptr), PVOL_INVALID);
   EXPECT_EQ(pvol_api_version(), PVOL_API_VERSION);
+}
+
+/// Before the commit, by the call that is given one.
+TEST(CapiVolume, NullPointersAreRefused) {
+  const Smoke smoke;
+  api::Volume owner;
+  owner.set(PVOL_DENSITY, smoke.array()).commit();
+  pvol_volume* const v = owner.get();
+  const auto expect_invalid = [&](pvol_status status, const char* key) {
+    EXPECT_EQ(status, PVOL_INVALID) << key;
+    EXPECT_TRUE(says(pvol_message(v), key));
+  };
+  pvol_array array = smoke.array();
+  array.values = nullptr;
+  expect_invalid(pvol_set_array(v, 0, &array), "capi.address_array_samples");
+  expect_invalid(pvol_set_array(v, 0, nullptr), "capi.null_description");
+  const pvol_bricks bricks{};
+  expect_invalid(pvol_set_bricks(v, 0, &bricks), "capi.null_function");
+  pvol_leaves leaves{};
+  leaves.leaf_count = 1;
+  expect_invalid(pvol_set_leaves(v, 0, &leaves), "capi.null_leaves");
+  leaves = {};
+  leaves.tile_count = 1;
+  expect_invalid(pvol_set_leaves(v, 0, &leaves), "capi.null_tiles");
+  expect_invalid(pvol_set_transform(v, 0, nullptr), "capi.null_map");
+  expect_invalid(pvol_set_extinction_color(v, nullptr), "capi.null_shares");
+  const int32_t corner[3] = {0, 0, 0};
+  expect_invalid(pvol_set_changed(v, 0, nullptr, corner), "capi.null_low_corner");
+  expect_invalid(pvol_set_changed(v, 0, corner, nullptr), "capi.null_high_corner");
+  EXPECT_GT(owner.density({20, 20, 20}), 0) << "as it was";
 }
 
 TEST(CapiVolume, WithoutDensityEverythingGetsThrough) {

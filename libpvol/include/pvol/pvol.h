@@ -31,7 +31,9 @@
  * (pvol_set_error_function). Calls for rays return 1, 0 or PVOL_BAD_RAY and nothing else happens,
  * so that no message floods a render's threads: a bad ray is one that is not finite, has no
  * direction or a t_max that is no number, as any volume that was not committed is bad for all rays.
- * Nothing throws or exits.
+ * A null pointer is refused likewise, where its declaration does not say what it means: with
+ * PVOL_INVALID, as a bad ray, or, in batches, with all results no number. (Walks and random numbers
+ * of calls that go on with a walk are not checked.) Nothing throws or exits.
  *
  * Threads. Once committed, a volume may be used by any number of threads at once. Setters, commit
  * and the message are for one thread at a time, while no other uses the volume. A pvol_walk and a

@@ -34,7 +34,7 @@ namespace {
 /// Calls of a batch through a volume that was not committed, or of rays that are not there.
 template <class Number>
 [[nodiscard]] std::size_t refuse_all(const pvol_rays& rays, Number* results) {
-  for (std::size_t i = 0; i < rays.count; ++i) {
+  for (std::size_t i = 0; results != nullptr && i < rays.count; ++i) {
     results[i] = std::numeric_limits<Number>::quiet_NaN();
   }
   return rays.count;
@@ -50,10 +50,13 @@ template <class Number, class Run>
   }
 }
 
+[[nodiscard]] bool has_numbers(const pvol_vectors& v) {
+  return v.type == PVOL_FLOAT || v.type == PVOL_DOUBLE;
+}
+
 [[nodiscard]] bool usable(const Committed* c, const pvol_rays& rays) {
   return c != nullptr && rays.origins.values != nullptr && rays.directions.values != nullptr &&
-         rays.origins.type != PVOL_HALF && rays.directions.type != PVOL_HALF &&
-         rays.t_max.type != PVOL_HALF;
+         has_numbers(rays.origins) && has_numbers(rays.directions) && has_numbers(rays.t_max);
 }
 
 [[nodiscard]] std::size_t optical_depths(const Committed& c, const RayBatch& rays, double* depth) {
@@ -80,8 +83,9 @@ extern "C" {
 
 size_t pvol_flights(const pvol_volume* volume, const pvol_rays* rays, const pvol_streams* streams,
                     double* t) {
+  if (rays == nullptr) return 0;
   const Committed* const c = committed(volume);
-  if (!usable(c, *rays)) return refuse_all(*rays, t);
+  if (!usable(c, *rays) || streams == nullptr || t == nullptr) return refuse_all(*rays, t);
   return or_refuse(*rays, t, [&] {
     return sample_flights(*c->batch, batch_of(*rays), streams_of(*streams), t);
   });
@@ -90,9 +94,11 @@ size_t pvol_flights(const pvol_volume* volume, const pvol_rays* rays, const pvol
 size_t pvol_transmittances(const pvol_volume* volume, const pvol_rays* rays,
                            pvol_estimator estimator, const pvol_streams* streams,
                            float* transmittance) {
+  if (rays == nullptr) return 0;
   const Committed* const c = committed(volume);
   const bool closed = c != nullptr && c->kernels.depth != nullptr;
-  if (!usable(c, *rays) || (estimator == PVOL_EXACT && !closed)) {
+  if (!usable(c, *rays) || streams == nullptr || transmittance == nullptr ||
+      !is_estimator(estimator) || (estimator == PVOL_EXACT && !closed)) {
     return refuse_all(*rays, transmittance);
   }
   return or_refuse(*rays, transmittance, [&] {
@@ -102,8 +108,11 @@ size_t pvol_transmittances(const pvol_volume* volume, const pvol_rays* rays,
 }
 
 size_t pvol_optical_depths(const pvol_volume* volume, const pvol_rays* rays, double* depth) {
+  if (rays == nullptr) return 0;
   const Committed* const c = committed(volume);
-  if (!usable(c, *rays) || c->kernels.depth == nullptr) return refuse_all(*rays, depth);
+  if (!usable(c, *rays) || depth == nullptr || c->kernels.depth == nullptr) {
+    return refuse_all(*rays, depth);
+  }
   return optical_depths(*c, batch_of(*rays), depth);
 }
 

@@ -19,6 +19,11 @@ void require_cleared(const Reserved& reserved) {
   }
 }
 
+/// Throws Error where a pointer to `what` is null.
+inline void require_not_null(const void* pointer, const char* what) {
+  if (pointer == nullptr) throw Error(std::string(what) + " is null");
+}
+
 /// Keeps the message and tells who asked to be told.
 inline pvol_status fail(pvol_volume& volume, pvol_status status, const char* message) noexcept {
   try {

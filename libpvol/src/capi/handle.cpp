@@ -26,8 +26,9 @@ template <class Samples>
                                       bool shared = false) {
   return guarded(volume, [&] {
     FieldSamples& f = field_of(*volume, field);
-    if (samples == nullptr) throw Error("the samples of a field are null");
+    require_not_null(samples, "the description of the samples");
     require_cleared(samples->reserved);
+    require_samples(*samples);
     if (shared && field != PVOL_DENSITY) {
       throw Error(
           "only samples of field 0, the density, can be shared; set those of other fields, which "
@@ -40,6 +41,7 @@ template <class Samples>
 }
 
 [[nodiscard]] Affine affine_of(const double m[12]) {
+  require_not_null(m, "the map from lattice points to the world");
   Affine a;
   for (int row = 0; row < 3; ++row) {
     a.m[std::size_t(row)] = {m[4 * row], m[4 * row + 1], m[4 * row + 2]};
@@ -134,6 +136,8 @@ pvol_status pvol_set_changed(pvol_volume* volume, int field, const int32_t lo[3]
                              const int32_t hi[3]) {
   return guarded(volume, [&] {
     FieldSamples& f = field_of(*volume, field);
+    require_not_null(lo, "the low corner of the box of changed samples");
+    require_not_null(hi, "the high corner of the box of changed samples");
     const LatticeBox box{Vec3l(lo[0], lo[1], lo[2]), Vec3l(hi[0], hi[1], hi[2])};
     if (min_component(box.hi - box.lo) < 1) {
       throw Error(
@@ -160,6 +164,7 @@ pvol_status pvol_set_extinction(pvol_volume* volume, double extinction) {
 
 pvol_status pvol_set_extinction_color(pvol_volume* volume, const float share[3]) {
   return guarded(volume, [&] {
+    require_not_null(share, "the array of the extinction's shares");
     const Rgb c(share[0], share[1], share[2]);
     if (!(min_component(c) >= 0 && max_component(c) == 1)) {
       throw Error("the shares of the extinction are (" + std::to_string(c.x) + ", " +

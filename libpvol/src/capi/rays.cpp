@@ -35,6 +35,7 @@ Flight fly(const Committed& c, RayWalk& walk, pvol_random& random) {
 float estimate_transmittance(const Committed& c, pvol_estimator estimator, RayWalk& walk,
                              pvol_random& random) {
   const VolumeField& field = c.volume->density;
+  if (!is_estimator(estimator)) return std::numeric_limits<float>::quiet_NaN();
   if (estimator == PVOL_EXACT) {
     if (c.kernels.depth == nullptr) return std::numeric_limits<float>::quiet_NaN();
     return float(std::exp(-c.kernels.depth(field, walk)));
@@ -68,6 +69,7 @@ double pvol_uniform(pvol_random* random) { return CallerNumbers(*random).one(); 
 
 int pvol_sample_flight(const pvol_volume* volume, const pvol_ray* ray, pvol_random* random,
                        double* t) {
+  if (ray == nullptr || random == nullptr || t == nullptr) return PVOL_BAD_RAY;
   const Committed* const c = committed(volume);
   RayWalk walk;
   const Entry entry = enter(c, *ray, walk);
@@ -80,16 +82,18 @@ int pvol_sample_flight(const pvol_volume* volume, const pvol_ray* ray, pvol_rand
 
 int pvol_sample_transmittance(const pvol_volume* volume, const pvol_ray* ray,
                               pvol_estimator estimator, pvol_random* random, float* transmittance) {
+  if (ray == nullptr || random == nullptr || transmittance == nullptr) return PVOL_BAD_RAY;
   const Committed* const c = committed(volume);
   RayWalk walk;
   const Entry entry = enter(c, *ray, walk);
-  if (entry == Entry::bad) return PVOL_BAD_RAY;
+  if (entry == Entry::bad || !is_estimator(estimator)) return PVOL_BAD_RAY;
   *transmittance =
       entry == Entry::misses ? 1 : estimate_transmittance(*c, estimator, walk, *random);
   return std::isnan(*transmittance) ? PVOL_BAD_RAY : 1;
 }
 
 int pvol_optical_depth(const pvol_volume* volume, const pvol_ray* ray, double* depth) {
+  if (ray == nullptr || depth == nullptr) return PVOL_BAD_RAY;
   const Committed* const c = committed(volume);
   RayWalk walk;
   const Entry entry = enter(c, *ray, walk);

@@ -19,7 +19,13 @@ namespace pvol::detail {
   return enter_ray(*c->volume, {vec(ray.o), vec(ray.d)}, ray.t_max, walk);
 }
 
-/// What C programs get of an estimator's name; the nearest there is for one that there is not.
+/// Whether there is such an estimator.
+[[nodiscard]] inline bool is_estimator(pvol_estimator estimator) {
+  return estimator == PVOL_RATIO || estimator == PVOL_ANALOG || estimator == PVOL_RESIDUAL_RATIO ||
+         estimator == PVOL_EXACT;
+}
+
+/// What C programs get of the name of one.
 [[nodiscard]] inline Transmittance estimator_of(pvol_estimator estimator) {
   switch (estimator) {
     case PVOL_ANALOG:
@@ -38,7 +44,7 @@ namespace pvol::detail {
 [[nodiscard]] Flight fly(const Committed& c, RayWalk& walk, pvol_random& random);
 
 /// An estimate of the transmittance of what lies ahead of a walk; no number for a closed form where
-/// there is none.
+/// there is none, and for an estimator that there is not.
 [[nodiscard]] float estimate_transmittance(const Committed& c, pvol_estimator estimator,
                                            RayWalk& walk, pvol_random& random);
 

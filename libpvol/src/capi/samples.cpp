@@ -1,10 +1,13 @@
 // From what C programs have in memory to grids.
 #include "capi/samples.h"
 
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <set>
 #include <string>
 
+#include "capi/guard.h"
 #include "density/array_rows.h"
 #include "math/parallel.h"
 #include "pvol/density/quantise.h"
@@ -93,11 +96,60 @@ void check_origin(Vec3i origin, std::int32_t edge) {
   return {vec(t.origin), t.edge, t.value};
 }
 
+/// Tiles by what they cover.
+using Tiles = std::set<std::array<std::int32_t, 4>>;
+
+[[noreturn]] void refuse_overlap(Vec3i origin, std::int32_t edge, Vec3i other, std::int32_t its) {
+  throw Error("a cube of " + std::to_string(edge) + "^3 samples at " + text(origin) +
+              " overlaps one of " + std::to_string(its) + "^3 at " + text(other) +
+              "; expected cubes that are disjoint");
+}
+
+void check_outside(const Tiles& tiles, Vec3i origin, std::int32_t edge) {
+  for (const std::int32_t its : {4096, 128, 8}) {
+    const Vec3i around(origin.x & -its, origin.y & -its, origin.z & -its);
+    if (its >= edge && tiles.contains({around.x, around.y, around.z, its})) {
+      refuse_overlap(origin, edge, around, its);
+    }
+  }
+}
+
+/// Throws Error where cubes of a grid whose bricks are in order overlap.
+void check_disjoint(const VoxelGrid& grid) {
+  Tiles tiles;
+  for (const std::int32_t edge : {4096, 128, 8}) {
+    for (const Tile& t : grid.tiles) {
+      if (t.edge != edge) continue;
+      check_outside(tiles, t.origin, edge);
+      tiles.insert({t.origin.x, t.origin.y, t.origin.z, edge});
+    }
+  }
+  for (std::size_t i = 0; i < grid.bricks.size(); ++i) {
+    const Vec3i origin = grid.bricks[i].origin;
+    if (i > 0 && grid.bricks[i - 1].origin == origin) {
+      refuse_overlap(origin, kBrickEdge, origin, kBrickEdge);
+    }
+    if (!tiles.empty()) check_outside(tiles, origin, kBrickEdge);
+  }
+}
+
 }  // namespace
+
+void require_samples(const pvol_array& a) {
+  require_not_null(a.values, "the address of the array of samples");
+}
+
+void require_samples(const pvol_bricks& b) {
+  if (b.fill == nullptr) throw Error("the function that fills bricks is null");
+}
+
+void require_samples(const pvol_leaves& l) {
+  if (l.leaf_count > 0) require_not_null(l.leaves, "the address of the array of leaves");
+  if (l.tile_count > 0) require_not_null(l.tiles, "the address of the array of tiles");
+}
 
 VoxelGrid read_samples(const pvol_array& a, const LatticeBox& box) {
   const Vec3i size = vec(a.size), begin = vec(a.origin);
-  if (a.values == nullptr) throw Error("the address of the array of samples is null");
   const Vec3l stride = stride_of(a);
   const Vec3l end = Vec3l(begin) + Vec3l(size);
   if (min_component(size) < 1 || max_component(end) > std::numeric_limits<std::int32_t>::max()) {
@@ -115,7 +167,6 @@ VoxelGrid read_samples(const pvol_array& a, const LatticeBox& box) {
 }
 
 VoxelGrid read_samples(const pvol_bricks& b, const LatticeBox& box) {
-  if (b.fill == nullptr) throw Error("the function that fills bricks is null");
   const Vec3l lo = max(Vec3l(vec(b.lo)), box.lo), hi = min(Vec3l(vec(b.hi)), box.hi);
   const bool is_box = min_component(Vec3l(vec(b.hi)) - Vec3l(vec(b.lo))) > 0;
   if (is_box && min_component(hi - lo) < 1) return {};
@@ -127,10 +178,6 @@ VoxelGrid read_samples(const pvol_bricks& b, const LatticeBox& box) {
 }
 
 VoxelGrid read_samples(const pvol_leaves& l, const LatticeBox& box) {
-  if (l.leaf_count > 0 && l.leaves == nullptr)
-    throw Error("the address of the array of leaves is null");
-  if (l.tile_count > 0 && l.tiles == nullptr)
-    throw Error("the address of the array of tiles is null");
   VoxelGrid grid;
   for (std::size_t i = 0; i < l.leaf_count; ++i) {
     const Vec3i origin = vec(l.leaves[i].origin);
@@ -145,7 +192,9 @@ VoxelGrid read_samples(const pvol_leaves& l, const LatticeBox& box) {
     }
   });
   for (std::size_t i = 0; i < l.tile_count; ++i) grid.tiles.push_back(tile_of(l.tiles[i]));
-  return occupied(grid);
+  grid = occupied(grid);
+  check_disjoint(grid);
+  return grid;
 }
 
 DenseArray shared_array(const pvol_array& a) {

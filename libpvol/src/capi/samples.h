@@ -30,6 +30,11 @@ struct FieldSamples {
   bool shared = false;  ///< look-ups read them where they are
 };
 
+/// Throws Error where what is to be read, or the function that fills it, is null.
+void require_samples(const pvol_array& array);
+void require_samples(const pvol_bricks& bricks);
+void require_samples(const pvol_leaves& leaves);
+
 /// Reads those in a box. Throws Error for what is no density, and Cancelled where a function gives
 /// up.
 [[nodiscard]] VoxelGrid read_samples(const pvol_array& array, const LatticeBox& box);

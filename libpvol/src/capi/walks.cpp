@@ -30,9 +30,10 @@ using namespace pvol::detail;
 extern "C" {
 
 int pvol_enter(const pvol_volume* volume, const pvol_ray* ray, pvol_walk* walk) {
+  if (walk == nullptr) return PVOL_BAD_RAY;
   CapiWalk& w = *new (static_cast<void*>(walk)) CapiWalk;
   w.volume = committed(volume);
-  const Entry entry = enter(w.volume, *ray, w.walk);
+  const Entry entry = ray == nullptr ? Entry::bad : enter(w.volume, *ray, w.walk);
   if (entry != Entry::enters) w.volume = nullptr;  // no segments, and nowhere to go on from
   if (entry == Entry::bad) return PVOL_BAD_RAY;
   return entry == Entry::enters ? 1 : 0;
@@ -89,7 +90,7 @@ double pvol_walk_optical_depth(pvol_walk* walk) {
 
 int pvol_resume(pvol_walk* walk, double t, const double direction[3], double t_max) {
   CapiWalk& w = in(walk);
-  if (w.volume == nullptr) return PVOL_BAD_RAY;
+  if (w.volume == nullptr || direction == nullptr || !std::isfinite(t)) return PVOL_BAD_RAY;
   const Cursor from = w.walk.cursor_at(t);
   const Entry entry = resume_ray(*w.volume->volume, from, vec(direction), t_max, w.walk);
   return entry == Entry::enters ? 1 : PVOL_BAD_RAY;
