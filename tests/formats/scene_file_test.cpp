@@ -152,6 +152,16 @@ TEST_F(SceneText, SettingAPhaseFunctionReplacesThatOfTheFile) {
             std::string::npos);
 }
 
+TEST_F(SceneText, NamesOfOtherProgramsLeadToOurs) {
+  EXPECT_TRUE(says(error(kCloud, {"camera.lens=35"}), "scene.lens_is_focal_length"));
+  EXPECT_TRUE(says(error(kCloud + "[[sun]]\ncolor = 3\n", {}), "scene.color_is_irradiance"));
+  EXPECT_TRUE(says(error(kCloud, {"render.samples=9"}), "scene.samples_is_spp"));
+}
+
+TEST_F(SceneText, ABackslashInANameOfAFileIsExplained) {
+  EXPECT_TRUE(says(error("[volume]\nfile = \"C:\\Users\\me.vdb\"\n", {}), "scene.backslash"));
+}
+
 /// Relative to the scene; of --set, as all files, to the current folder.
 TEST_F(SceneText, PhaseTablesAreReadFromTextFiles) {
   fs::create_directories(folder_ / "mie");

@@ -113,6 +113,15 @@ TomlValue parse_value(const std::string& text, const std::string& name, const st
   return value;
 }
 
+/// What is wrong; of names of files with backslashes also what to do.
+std::string description(const toml::parse_error& e) {
+  std::string text(e.description());
+  if (text.find("unicode scalar") != text.npos || text.find("escape sequence") != text.npos) {
+    text += "; a backslash between \" begins an escape: write names of files with /, or between '";
+  }
+  return text;
+}
+
 std::string trimmed(std::string_view text) {
   constexpr std::string_view kBlank = " \t";
   const auto first = text.find_first_not_of(kBlank);
@@ -196,7 +205,7 @@ TomlTable parse_toml(std::string_view text, const std::string& source) {
   try {
     return convert_table(toml::parse(text), "", source, place);
   } catch (const toml::parse_error& e) {
-    throw Error(place(e.source(), source) + ": not valid TOML: " + std::string(e.description()));
+    throw Error(place(e.source(), source) + ": not valid TOML: " + description(e));
   }
 }
 

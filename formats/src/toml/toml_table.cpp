@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <numeric>
+#include <string_view>
 
 #include "pvol/error.h"
 
@@ -35,8 +36,23 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-/// '; did you mean "fov"?', or nothing where every word needs more than two edits of the key, or
-/// edits of more than half of it.
+/// What other programs call some of our keys; the first of ours that is expected counts.
+struct OtherName {
+  std::string_view theirs, ours;
+};
+constexpr OtherName kOtherNames[] = {
+    {"lens", "focal_length"},   {"color", "irradiance"},      {"color", "intensity"},
+    {"color", "radiance"},      {"color", "albedo"},          {"colour", "irradiance"},
+    {"colour", "intensity"},    {"colour", "radiance"},       {"colour", "albedo"},
+    {"energy", "irradiance"},   {"energy", "intensity"},      {"strength", "irradiance"},
+    {"strength", "radiance"},   {"strength", "intensity"},    {"anisotropy", "g"},
+    {"samples", "spp"},         {"resolution", "size"},       {"rotation", "rotate"},
+    {"location", "translate"},  {"translation", "translate"}, {"position", "translate"},
+    {"radiance", "irradiance"}, {"look_at", "target"},        {"aperture", "f_stop"},
+};
+
+/// '; did you mean "fov"?', by spelling or by kOtherNames, or nothing where every word needs more
+/// than two edits of the key, or edits of more than half of it.
 template <class Words>
 std::string suggestion(std::string_view key, const Words& words) {
   constexpr std::size_t kClose = 2;
@@ -45,8 +61,14 @@ std::string suggestion(std::string_view key, const Words& words) {
   });
   if (nearest == words.end()) return "";
   const std::size_t edits = edit_distance(key, *nearest);
-  if (edits > kClose || edits * 2 > key.size()) return "";
-  return "; did you mean " + toml_string(*nearest) + "?";
+  if (edits <= kClose && edits * 2 <= key.size()) {
+    return "; did you mean " + toml_string(*nearest) + "?";
+  }
+  for (const OtherName& name : kOtherNames) {
+    if (name.theirs != key || std::ranges::find(words, name.ours) == words.end()) continue;
+    return "; did you mean " + toml_string(name.ours) + "?";
+  }
+  return "";
 }
 
 /// The value without its place; nothing for a table, which no key takes, and for a date.
