@@ -289,6 +289,44 @@ TEST_F(Image, PngHasTheCodesOfTheSrgbStandard) {
   }
 }
 
+/// Values between two codes are both, in as many pixels as the mean wants, and finely mixed; what
+/// is a code stays one; a crop has the codes of the whole.
+TEST_F(Image, PngIsDithered) {
+  constexpr int kEdge = 64;
+  const auto codes_of = [&](double code, int x, int y, int edge) {
+    const double v = (code / 255 + 0.055) / 1.055;
+    Film film = random_film(kEdge, kEdge, x, y, edge, edge);
+    for (PixelSums& p : film.pixels) {
+      p.samples = 4, p.sum = Vec3d(4 * std::pow(v, 2.4)), p.alpha = 4;
+    }
+    write_png(file("a.png"), film, 0, false);
+    return read_png(file("a.png"), PNG_FORMAT_RGB, edge, edge);
+  };
+  for (const double code : {100.0, 100.1, 100.5, 100.8, 101.0}) {
+    const std::vector<int> codes = codes_of(code, 0, 0, kEdge);
+    double sum = 0;
+    for (const int c : codes) sum += c;
+    EXPECT_NEAR(sum / double(codes.size()), code, code == std::round(code) ? 1e-9 : 0.02);
+    for (const int c : codes) ASSERT_TRUE(c == 100 || c == 101) << c;
+    // Of blocks of 4 x 4 none is of one code where half of them are to be of each.
+    for (int block = 0; code == 100.5 && block < kEdge * kEdge / 16; ++block) {
+      int high = 0;
+      for (int i = 0; i < 16; ++i) {
+        const int x = block % 16 * 4 + i % 4, y = block / 16 * 4 + i / 4;
+        high += codes[std::size_t(3 * (y * kEdge + x))] - 100;
+      }
+      EXPECT_TRUE(high > 2 && high < 14) << high;
+    }
+    const std::vector<int> crop = codes_of(code, 5, 9, 8);
+    for (int y = 0; y < 8; ++y) {
+      for (int x = 0; x < 8; ++x) {
+        EXPECT_EQ(crop[std::size_t(3 * (8 * y + x))],
+                  codes[std::size_t(3 * ((y + 9) * kEdge + x + 5))]);
+      }
+    }
+  }
+}
+
 TEST_F(Image, PngScalesByPowersOfTwo) {
   write_png(file("a.png"), one_pixel({0.25, 0.125, 4}, 1), 1, false);
   EXPECT_EQ(read_png(file("a.png"), PNG_FORMAT_RGB, 1, 1), (std::vector<int>{188, 137, 255}));

@@ -22,14 +22,25 @@ double encode_srgb(double linear) {
 
 std::uint8_t to_byte(double v) { return static_cast<std::uint8_t>(std::lround(255 * v)); }
 
-/// The bytes of one pixel; three or four of them count.
-std::array<std::uint8_t, 4> encode_pixel(const PixelSums& sums, double factor, bool alpha,
-                                         ToneMap map) {
+/// Where a value between two codes is rounded up, in (0, 1) and even over pixels, by a pattern
+/// whose neighbours differ: smooth gradients would else show bands. (J. Jimenez, "Next Generation
+/// Post-Processing in Call of Duty", 2014: interleaved gradient noise.)
+double dither(int x, int y) {
+  const auto fraction = [](double v) { return v - std::floor(v); };
+  const double noise = fraction(52.9829189 * fraction(0.06711056 * x + 0.00583715 * y));
+  constexpr double kRounding = 1e-6;  // so that a value that is a code stays one
+  return std::clamp(fraction(noise + 0.5), kRounding, 1 - kRounding);
+}
+
+/// The bytes of one pixel of the whole picture; three or four of them count.
+std::array<std::uint8_t, 4> encode_pixel(const PixelSums& sums, int x, int y, double factor,
+                                         bool alpha, ToneMap map) {
   const double a = sums.samples ? std::clamp(sums.alpha / sums.samples, 0.0, 1.0) : 0;
   Vec3d colour = mean(sums) * factor;
   if (alpha) colour = a > 0 ? colour / a : Vec3d{};
   colour = to_display(colour, map);
-  const auto encode = [](double v) { return to_byte(encode_srgb(v)); };
+  const double up = dither(x, y);
+  const auto encode = [&](double v) { return std::uint8_t(255 * encode_srgb(v) + up); };
   return {encode(colour.x), encode(colour.y), encode(colour.z), to_byte(a)};
 }
 
@@ -46,7 +57,8 @@ std::vector<std::uint8_t> encode_film(const std::filesystem::path& file, const F
             "{}: pixel ({}, {}) is not finite, which PNG cannot hold; write .exr to inspect it",
             file.string(), film.x + x, film.y + y));
       }
-      const std::array<std::uint8_t, 4> pixel = encode_pixel(sums, factor, alpha, map);
+      const std::array<std::uint8_t, 4> pixel =
+          encode_pixel(sums, film.x + x, film.y + y, factor, alpha, map);
       bytes.insert(bytes.end(), pixel.begin(), pixel.begin() + std::ptrdiff_t(depth));
     }
   }
@@ -92,12 +104,16 @@ void write_png(const std::filesystem::path& file, const Film& film, double expos
 Picture to_picture(const Film& film, double exposure) {
   Picture p{film.crop_width, film.crop_height, {}};
   p.rgb.reserve(3 * film.pixels.size());
-  for (const PixelSums& sums : film.pixels) {
-    std::array<std::uint8_t, 4> pixel{255, 0, 255, 255};
-    if (is_finite(sums.sum)) {
-      pixel = encode_pixel(sums, std::exp2(exposure), false, ToneMap::srgb);
+  for (int y = 0; y < film.crop_height; ++y) {
+    for (int x = 0; x < film.crop_width; ++x) {
+      const PixelSums& sums = film.at(x, y);
+      std::array<std::uint8_t, 4> pixel{255, 0, 255, 255};
+      if (is_finite(sums.sum)) {
+        pixel =
+            encode_pixel(sums, film.x + x, film.y + y, std::exp2(exposure), false, ToneMap::srgb);
+      }
+      p.rgb.insert(p.rgb.end(), pixel.begin(), pixel.begin() + 3);
     }
-    p.rgb.insert(p.rgb.end(), pixel.begin(), pixel.begin() + 3);
   }
   return p;
 }

@@ -114,8 +114,9 @@ enum class ToneMap {
 [[nodiscard]] Vec3d to_display(Vec3d linear, ToneMap map);
 
 /// Writes the rendered rectangle as 8-bit sRGB (IEC 61966-2-1, with the sRGB chunk): radiance times
-/// 2^exposure, by the tone map in [0, 1], rounded to the nearest code. With `alpha` an RGBA picture
-/// with unpremultiplied colour, black where alpha is 0; it suits films rendered without background.
+/// 2^exposure, by the tone map in [0, 1], rounded up or down to a code by a fixed pattern whose
+/// mean is the value, so that gradients have no bands (dither). With `alpha` an RGBA picture with
+/// unpremultiplied colour, black where alpha is 0; it suits films rendered without background.
 /// Atomic. Throws Error for an empty film, an exposure beyond what double holds, and a pixel that
 /// is not finite, which it names.
 void write_png(const std::filesystem::path& file, const Film& film, double exposure, bool alpha,
