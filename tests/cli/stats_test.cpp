@@ -333,6 +333,21 @@ TEST(StatsInfo, SaysWhereGridsLieAndWhatTheyHold) {
   EXPECT_EQ(j[1]["grids"][0]["use"], "density, fire, if asked for") << "the only grid";
 }
 
+/// Names of files and grids come from anywhere.
+TEST(StatsInfo, NamesDoNothingToTerminals) {
+  const ScratchFolder folder;
+  const VoxelGrid density = small_box("\x1b]0;title\a");
+  const std::string file = folder / "\x1b[31m.vdb";
+  formats::write_vdb(file, {&density});
+  for (const RunResult& r :
+       {run_tool(PVOL_STATS, {"info", file}), run_tool(PVOL_STATS, {"bounds", file}),
+        run_tool(PVOL_RENDER, {file, "-o", folder / "a.exr", "--size", "4x4", "--spp", "1"})}) {
+    EXPECT_EQ(r.exit, 0) << r.err;
+    EXPECT_EQ((r.out + r.err).find_first_of("\x1b\a"), std::string::npos) << r.out << r.err;
+    EXPECT_NE((r.out + r.err).find("\\x1b[31m.vdb"), std::string::npos);
+  }
+}
+
 TEST(StatsInfo, GoesOnAfterAFileThatCannotBeRead) {
   const ScratchFolder folder;
   const VoxelGrid density = small_box("density");

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "cli/escaped_output.h"
 #include "cli/interrupt.h"
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
@@ -80,6 +81,7 @@ int run_guarded(const std::string& tool, const std::function<int()>& body) {
   };
   std::copy_n(tool.begin(), std::min(tool.size(), tool_now.size() - 1), tool_now.begin());
   std::set_terminate(end_without_memory);
+  const EscapedOutput out(std::cout), err(std::cerr);
   try {
     const int code = body();
     std::cout.flush();

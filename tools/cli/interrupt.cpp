@@ -156,7 +156,9 @@ TellsOnInterrupt::~TellsOnInterrupt() {
 void note_stage(const std::string& stage) {
   const std::scoped_lock lock(notes);
   const std::size_t size = std::min(stage.size(), stage_now.size() - 1);
-  std::copy_n(stage.data(), size, stage_now.data());
+  // Names may hold control characters, which are not for terminals.
+  std::transform(stage.begin(), stage.begin() + std::ptrdiff_t(size), stage_now.begin(),
+                 [](char c) { return (c >= 0 && c < ' ') || c == 0x7f ? '?' : c; });
   stage_now[size] = '\0';
 }
 
