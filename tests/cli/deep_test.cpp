@@ -108,7 +108,7 @@ TEST_F(Deep, MisuseIsToldBeforeAnythingIsRendered) {
   expect_refused(2, {"--deep", deep, "--deep-bins", "0"}, "deep.deep_bins_whole_number");
   expect_refused(1, {"--deep", deep, "--tracker", "weighted-delta"},
                  "deep.deep_pictures_count_collisions");
-  expect_refused(1, {"--deep", deep, "--size", "20000x20000", "--spp", "1000"},
+  expect_refused(1, {"--deep", deep, "--size", "1000x1000", "--spp", "1000", "--deep-bins", "1024"},
                  "deep.deep_picture_pixels_bins");
   EXPECT_FALSE(std::filesystem::exists(deep));
 }

@@ -322,14 +322,14 @@ TEST_F(Copies, ThatCannotBeMadeAreNotNeeded) {
 // --- arrays of pvol-stats -----------------------------------------------------------------------
 
 TEST_F(Split, OfStatisticsIsATaskForEachCloud) {
-  const Words clouds{"depth", ball, folder / "smoke.0001.toml", "--budget", "600", "--size", "8x8",
+  const Words clouds{"depth", ball, folder / "smoke.0001.toml", "--budget", "10", "--size", "8x8",
                      "--spp", "4"};
   const RunResult r = run_tool(PVOL_STATS, clouds + Words{"--for", "json"});
   ASSERT_EQ(r.exit, 0) << r.err;
   const json tasks = json::parse(r.out).at("tasks");
   ASSERT_EQ(tasks.size(), 2u);
-  EXPECT_EQ(tasks[0]["command"], json({PVOL_STATS, "depth", ball, "--budget", "600", "--size",
-                                       "8x8", "--spp", "4", "--json", "--quiet"}));
+  EXPECT_EQ(tasks[0]["command"], json({PVOL_STATS, "depth", ball, "--budget", "10", "--size", "8x8",
+                                       "--spp", "4", "--json", "--quiet"}));
   EXPECT_EQ(tasks[0]["stdout"], "ball & co.depth.json");
   EXPECT_EQ(tasks[1]["stdout"], "smoke.0001.depth.json");
 
