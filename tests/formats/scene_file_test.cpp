@@ -160,6 +160,7 @@ TEST_F(SceneText, NamesOfOtherProgramsLeadToOurs) {
 
 TEST_F(SceneText, ABackslashInANameOfAFileIsExplained) {
   EXPECT_TRUE(says(error("[volume]\nfile = \"C:\\Users\\me.vdb\"\n", {}), "scene.backslash"));
+  EXPECT_TRUE(says(error(kCloud, {"volume.file=\"C:\\Users\""}), "scene.backslash_in_set"));
 }
 
 /// Relative to the scene; of --set, as all files, to the current folder.

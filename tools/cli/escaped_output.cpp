@@ -32,9 +32,7 @@ std::streamsize EscapedOutput::xsputn(const char* text, std::streamsize size) {
 int EscapedOutput::sync() { return put_held() ? to_->pubsync() : -1; }
 
 bool EscapedOutput::put_held() {
-  if (!holds_c2_) return true;
-  holds_c2_ = false;
-  return to_->sputc(char(kC2)) != traits_type::eof();
+  return !holds_c2_.exchange(false) || to_->sputc(char(kC2)) != traits_type::eof();
 }
 
 bool EscapedOutput::spell(unsigned char c) {

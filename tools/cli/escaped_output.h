@@ -1,6 +1,7 @@
 // Text on terminals that does what it says and nothing else.
 #pragma once
 
+#include <atomic>
 #include <ostream>
 #include <streambuf>
 
@@ -26,8 +27,9 @@ class EscapedOutput : private std::streambuf {
 
   std::ostream& stream_;
   std::streambuf* to_;
-  bool holds_c2_ =
-      false;  // the first byte of control characters 0x80 to 0x9f in UTF-8, and of others
+  // The first byte of the control characters 0x80 to 0x9f in UTF-8, and of others. Threads may
+  // write to one stream at the same time.
+  std::atomic<bool> holds_c2_ = false;
 };
 
 }  // namespace pvol::cli

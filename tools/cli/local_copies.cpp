@@ -39,9 +39,10 @@ std::string identity_of(const fs::path& file) {
                      s.st_mtim.tv_nsec, s.st_ctim.tv_sec, s.st_ctim.tv_nsec);
 }
 
-std::string record_of(const fs::path& file, const fs::path& copy) {
+/// What a copy's record says of the file that it was made of and of the copy itself; "" for none.
+std::string record_of(const std::string& file, const fs::path& copy) {
   const std::string own = identity_of(copy);
-  return own.empty() ? "" : identity_of(file) + '\n' + own + '\n';
+  return own.empty() ? "" : file + '\n' + own + '\n';
 }
 
 /// A folder that holds copies can be written by its user alone.
@@ -183,7 +184,7 @@ fs::path LocalCopies::copy(const fs::path& file) {
     fs::create_directories(copy.parent_path());
     Record record(copy.string() + kRecord);
     const auto holds = [&] {
-      const std::string expected = record_of(file, copy);
+      const std::string expected = record_of(identity_of(file), copy);
       return !expected.empty() && record.read() == expected;
     };
     record.lock(LOCK_SH);
@@ -193,7 +194,7 @@ fs::path LocalCopies::copy(const fs::path& file) {
         const std::string before = identity_of(file);
         make_copy(folder_, file, copy);
         // Of a file that changed meanwhile the record says what it was before: it does not hold.
-        record.write(before + '\n' + identity_of(copy) + '\n');
+        record.write(record_of(before, copy));
       }
       record.share();
     }

@@ -6,11 +6,19 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <optional>
 
 #include "pvol/error.h"
 
 namespace pvol::formats {
 namespace {
+
+/// What the process may take at most, in bytes.
+struct MemoryLimit {
+  std::uint64_t most = 0;  ///< in all
+  std::uint64_t left = 0;  ///< beside what it has taken
+  bool set = false;        ///< by a limit of the address space; else it is what the machine has
+};
 
 /// Bytes of address space that the process has, and of them those in memory.
 struct Taken {
@@ -30,8 +38,7 @@ std::string megabytes(std::uint64_t bytes) {
   return fmt::format("{} MB", (bytes + 999999) / 1000000);
 }
 
-}  // namespace
-
+/// Nothing where neither a limit nor the machine's memory is known.
 std::optional<MemoryLimit> memory_limit() {
   const Taken now = taken();
   rlimit limit{};
@@ -43,6 +50,8 @@ std::optional<MemoryLimit> memory_limit() {
   const std::uint64_t all = (std::uint64_t(info.totalram) + info.totalswap) * info.mem_unit;
   return MemoryLimit{all, less(all, now.resident), false};
 }
+
+}  // namespace
 
 void require_memory(std::uint64_t bytes, const std::string& what) {
   const std::optional<MemoryLimit> limit = memory_limit();

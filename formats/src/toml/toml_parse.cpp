@@ -92,6 +92,15 @@ std::string too_deep() {
                      detail::kDeepestToml);
 }
 
+/// What is wrong; of names of files with backslashes also what to do.
+std::string description(const toml::parse_error& e) {
+  std::string text(e.description());
+  if (text.find("unicode scalar") != text.npos || text.find("escape sequence") != text.npos) {
+    text += "; a backslash between \" begins an escape: write names of files with /, or between '";
+  }
+  return text;
+}
+
 /// The value after '=', or a string where it is a bare word.
 TomlValue parse_value(const std::string& text, const std::string& name, const std::string& where) {
   const Place place = [&](const toml::source_region&, const std::string&) { return where; };
@@ -103,7 +112,7 @@ TomlValue parse_value(const std::string& text, const std::string& name, const st
   } catch (const toml::parse_error& e) {
     constexpr std::string_view kNeverBare = "\"'[{";
     if (text.empty() || kNeverBare.find(text.front()) != std::string_view::npos) {
-      throw Error(where + ": the value is not valid TOML: " + std::string(e.description()));
+      throw Error(where + ": the value is not valid TOML: " + description(e));
     }
   }
   TomlValue value;
@@ -111,15 +120,6 @@ TomlValue parse_value(const std::string& text, const std::string& name, const st
   value.where = where;
   value.value = text;
   return value;
-}
-
-/// What is wrong; of names of files with backslashes also what to do.
-std::string description(const toml::parse_error& e) {
-  std::string text(e.description());
-  if (text.find("unicode scalar") != text.npos || text.find("escape sequence") != text.npos) {
-    text += "; a backslash between \" begins an escape: write names of files with /, or between '";
-  }
-  return text;
 }
 
 std::string trimmed(std::string_view text) {

@@ -1,6 +1,7 @@
 #include "render/film/denoise/fireflies.h"
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <vector>
 
