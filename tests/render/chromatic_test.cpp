@@ -58,6 +58,35 @@ TEST(Chromatic, EachChannelIsTheGreyPictureOfItsExtinction) {
   EXPECT_TRUE(family.passes());
 }
 
+/// What is seen through it is that of each channel; alpha is of their mean.
+TEST(Chromatic, TransmittanceByChannelIsThatOfEach) {
+  CloudScene s = cloud_scene();
+  s.options.samples = proof::samples(400);
+  s.options.guide = GuideUse::off;
+  s.options.aovs.add(Aov::transmittance_rgb);
+  const Rgb color(1.0f, 0.5f, 0.1f);
+  const Volume v = chromatic(cloud(), s, color);
+  const Film film = render({&v, 1}, s).film;
+  const double pixels = double(film.pixels.size());
+  Vec3d through;
+  double alpha = 0;
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    through += value(film.layers.at(0), film, i) / pixels;
+    alpha += film.pixels[i].alpha / film.pixels[i].samples / pixels;
+  }
+  EXPECT_NEAR(1 - alpha, (through.x + through.y + through.z) / 3, 1e-6);
+  for (int c = 0; c < 3; ++c) {
+    CloudScene grey = s;
+    grey.medium.extinction *= double(color[c]);
+    double open = 0;
+    for (const PixelSums& p : run(cloud(), grey).film.pixels) {
+      open += (1 - p.alpha / p.samples) / pixels;
+    }
+    EXPECT_NEAR(through[c], open, 5 / std::sqrt(pixels * s.options.samples)) << c;
+  }
+  EXPECT_GT(through.z, through.x + 0.1);
+}
+
 TEST(Chromatic, WhiteFurnaceIsWhite) {
   CloudScene s = cloud_scene();
   s.environment = ConstantSky{Rgb(1.0f)};

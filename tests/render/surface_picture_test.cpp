@@ -13,52 +13,12 @@
 #include "support/messages.h"
 #include "support/slab_oracle.h"
 #include "support/statistics.h"
+#include "support/surface_pixel.h"
 
 namespace pvol::test {
 namespace surface_picture_test {
 
 constexpr double kPi = std::numbers::pi;
-
-/// A small cube that is out of the way, for scenes that are about surfaces alone.
-Body far_away() { return component(1, Rgb(0.5f), 0, Rgb(0.0f), translation({0, 0, 1e5})); }
-
-PlaneSurface ground(double albedo, Visibility visibility = Visibility::surface) {
-  return {{0, 0, 0}, {0, 1, 0}, {Rgb(float(albedo)), visibility}};
-}
-
-/// One pixel, whose samples are a camera's only ray. The scene's first body is to be made.
-struct Pixel {
-  CloudScene scene;
-  Field const* field = &cube();
-
-  Pixel(const Body& body, Vec3d from, Vec3d to) {
-    scene.medium = body;
-    scene.camera.position = from;
-    scene.camera.target = to;
-    scene.camera.up = {0.1, 0.2, 1};
-    scene.camera.fov = 1e-4;
-    scene.environment = ConstantSky{Rgb(0.0f)};
-    scene.options.width = scene.options.height = 1;
-    scene.options.samples = 20'000;
-    scene.options.look_up = LookUp::nearest;
-    scene.options.threads = 1;
-  }
-  [[nodiscard]] RenderResult result() const {
-    return render(make_volume(field->grid, build_pyramid(field->grid), scene), scene);
-  }
-  [[nodiscard]] PixelSums sums() const { return result().film.pixels.front(); }
-};
-
-/// Where a sample's values are all the same, rounding is what is left.
-void expect_mean(const PixelSums& p, double expected, const std::string& name,
-                 proof::Family& family) {
-  const double error = std::sqrt(variance_of_mean(p).x), off = mean(p).x - expected;
-  const double rounding = 2e-6 * std::abs(expected);
-  if (std::abs(off) <= rounding) return family.add(name, 1);
-  ASSERT_GT(error, 0) << name << ": " << mean(p).x << " instead of " << expected;
-  EXPECT_LT(error, 0.012 * std::abs(expected)) << name << ": too few samples to tell";
-  family.add(name, proof::normal_p_value((std::abs(off) - rounding) / error));
-}
 
 /// The cube on the ground, from aside.
 CloudScene cloud_scene_of_cube() {
@@ -310,12 +270,6 @@ TEST(SurfacePicture, GroundByTheLightOfAFire) {
   EXPECT_TRUE(family.passes());
 }
 
-/// Alpha of a pixel, whose samples' noise the film does not keep: the standard error is at most
-/// that of samples in [-1, 1].
-void expect_alpha(const PixelSums& p, double expected) {
-  EXPECT_NEAR(p.alpha / p.samples, expected, 5 / std::sqrt(double(p.samples)));
-}
-
 TEST(SurfacePicture, AShadowCatcherCoversByTheLightThatIsMissing) {
   // Under an absorbing cube of optical depth 0.9 along the sun's ray.
   const Affine above = translation({-6, 3, -6});
@@ -359,6 +313,30 @@ TEST(SurfacePicture, AShadowCatcherUnderABall) {
       EXPECT_NEAR(seen.x, 0.5 * (1 - expected * (sun ? 0.5 : 1)), 0.02);
     }
   }
+}
+
+/// A shield before a fire that lets its light through, or blocks nothing else.
+TEST(SurfacePicture, TheLightOfAFirePassesWhatCastsNoShadow) {
+  proof::Family family;
+  const double open = irradiance_of_the_fire(false), shielded = irradiance_of_the_fire(true);
+  for (const bool shadow : {true, false}) {
+    for (const bool light : {true, false}) {
+      for (const float albedo : {0.0f, 1e-7f}) {
+        Pixel p(component(kFireExtinction, Rgb(albedo), 0, Rgb(5.0f), kFirePlace), {9, 4, 7},
+                {4, 0, 3});
+        BallSurface shield = kShield;
+        shield.material.visible_shadow = shadow, shield.material.visible_light = light;
+        p.scene.surfaces = {ground(0.9), shield};
+        p.scene.options.line_emission = LineEmission::on;
+        p.scene.options.samples = 100'000;
+        expect_mean(p.sums(), 0.9 / kPi * (shadow ? shielded : open),
+                    std::string(shadow ? "shadow, " : "no shadow, ") +
+                        (light ? "light, " : "no light, ") + std::to_string(albedo),
+                    family);
+      }
+    }
+  }
+  EXPECT_TRUE(family.passes());
 }
 
 /// A sky and a sun of other colours count by luminance.

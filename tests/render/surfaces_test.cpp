@@ -31,7 +31,7 @@ MeshSurface mesh_surface(TriangleMesh mesh, const Affine& place = {}) {
 
 TEST(Surfaces, APlaneIsMetFromEitherSide) {
   const Surface all[] = {PlaneSurface{{0, 2, 0}, {0, 3, 0}, {}}};
-  const Surfaces s(all);
+  const SurfaceSet s(all);
   for (const double side : {1.0, -1.0}) {
     const SurfaceHit hit = s.first_hit({{5, 2 + 4 * side, 1}, {0, -side, 0}}, kFar);
     ASSERT_NE(hit.material, nullptr);
@@ -82,7 +82,7 @@ TEST(Surfaces, MeshesAreMetWhereTheirTrianglesAre) {
   const Affine far{{Vec3d(0, -2, 0), Vec3d(3, 0, 0.5), Vec3d(0, 0.3, 1)}, {3e6, -2e6, 1e6}};
   for (const Affine& place : {Affine{}, far}) {
     const Surface all[] = {mesh_surface(soup, place)};
-    const Surfaces s(all);
+    const SurfaceSet s(all);
     int hits = 0;
     for (int n = 0; n < 4000; ++n) {
       const Vec3d from = place.point(random_point(rng, 5));
@@ -107,7 +107,7 @@ TEST(Surfaces, NothingLeaksOutOfAClosedMesh) {
   const TriangleMesh ball = test::ball_mesh(24);
   const Affine place = translation({1e5, 2, -3}) * scaling({40, 1, 7});
   const Surface all[] = {mesh_surface(ball, place)};
-  const Surfaces s(all);
+  const SurfaceSet s(all);
   Rng rng(6, 0, 0);
   for (int n = 0; n < 100'000; ++n) {
     // Through vertices and along edges, too.
@@ -130,7 +130,7 @@ TEST(Surfaces, PlacesLieOnTheSideThatTheRayCameFrom) {
   const Vec3d centres[] = {{0, 1e4, 5}, {700, 0, 0}, {0, 0, 0}};
   Rng rng(7, 0, 0);
   for (std::size_t k = 0; k < std::size(kinds); ++k) {
-    const Surfaces s({&kinds[k], 1});
+    const SurfaceSet s({&kinds[k], 1});
     int outside = 0, inside = 0;
     for (int n = 0; n < 5000; ++n) {
       const bool out = n % 2;
@@ -154,7 +154,7 @@ TEST(Surfaces, PlacesLieOnTheSideThatTheRayCameFrom) {
 TEST(Surfaces, FarAwayPlacesLieOutside) {
   Rng rng(8, 0, 0);
   const auto check = [&](const Surface& surface, Vec3d centre, double radius, double from) {
-    const Surfaces s({&surface, 1});
+    const SurfaceSet s({&surface, 1});
     int hits = 0;
     for (int n = 0; n < 2000; ++n) {
       const Vec3d d = normalize(random_point(rng, 1));
@@ -185,7 +185,7 @@ TEST(Surfaces, ALargeMeshLeavesSmallOnesTheirShadows) {
   const Surface all[] = {mesh_surface(test::square_mesh(5e4), translation({0, -10, 0})),
                          mesh_surface(test::square_mesh(1)),
                          mesh_surface(test::square_mesh(0.5), translation({0.1, 0.02, 0.2}))};
-  const Surfaces s(all);
+  const SurfaceSet s(all);
   const SurfaceHit hit = s.first_hit({{0.3, 0.01, 0.2}, {0, -1, 0}}, kFar);
   EXPECT_NEAR(hit.place.y, 0, 1e-4);
   EXPECT_TRUE(s.block({hit.place, {0, 1, 0}}, kFar));
@@ -195,7 +195,7 @@ TEST(Surfaces, TheNearestOfAllKindsCounts) {
   const Surface all[] = {PlaneSurface{{0, -1, 0}, {0, 1, 0}, {Rgb(0.1f)}},
                          BallSurface{{0, 5, 0}, 1, {Rgb(0.2f)}},
                          mesh_surface(test::ball_mesh(16), translation({0, 10, 0}))};
-  const Surfaces s(all);
+  const SurfaceSet s(all);
   const Vec3d down(0, -1, 0);
   EXPECT_EQ(s.first_hit({{0, 20, 0}, down}, kFar).material->albedo, Rgb(0.5f));
   EXPECT_EQ(s.first_hit({{0, 8, 0}, down}, kFar).material->albedo, Rgb(0.2f));
@@ -219,7 +219,7 @@ TEST(Surfaces, OfManyOfAKindTheNearestCounts) {
   std::get<MeshSurface>(all[5]).material.albedo = Rgb(0.6f);
   const auto expect_hit = [&](double from, Vec3d way, double at, float albedo) {
     for (int order = 0; order < 2; ++order) {
-      const Surfaces s(all);
+      const SurfaceSet s(all);
       const SurfaceHit hit = s.first_hit({{1e-3, from, 1e-3}, way}, kFar);
       ASSERT_NE(hit.material, nullptr) << from;
       EXPECT_EQ(hit.material->albedo, Rgb(albedo)) << from;
@@ -256,7 +256,7 @@ TEST(Surfaces, NormalsOfWhatIsStretchedStandOnIt) {
   const double tolerance[] = {1e-6, 0.1};  // of the mesh's flat pieces
   Rng rng(8, 0, 0);
   for (std::size_t k = 0; k < std::size(kinds); ++k) {
-    const Surfaces s({&kinds[k], 1});
+    const SurfaceSet s({&kinds[k], 1});
     for (int n = 0; n < 500; ++n) {
       const Vec3d from = place.point(3.0 * normalize(random_point(rng, 1)));
       const SurfaceHit hit = s.first_hit({from, normalize(place.t - from)}, kFar);
@@ -275,7 +275,7 @@ TEST(Surfaces, AFlatMeshIsMet) {
   Rng rng(9, 0, 0);
   for (const double z : {0.0, 0.1, -1e3 / 3, 1e7 / 7}) {
     const Surface all[] = {mesh_surface(square, translation({z, -z, z}))};
-    const Surfaces s(all);
+    const SurfaceSet s(all);
     for (int n = 0; n < 1000; ++n) {
       const Vec3d to = Vec3d(z, -z, z) + Vec3d(0.01 + 0.98 * double(rng.uniform()),
                                                0.01 + 0.98 * double(rng.uniform()), 0);
@@ -316,7 +316,7 @@ TEST(Surfaces, ThatCannotBeAreRefused) {
   solid.body = std::make_shared<const Body>(FreeForm{half_space({0, 0, 0}, {0, 1, 0}), {}});
   expect_refused(solid, "surfaces.solid_body_unbounded");
   const Surface beyond = mesh_surface(test::ball_mesh(4), scaling(Vec3d(1e308)));
-  EXPECT_THROW(Surfaces({&beyond, 1}), Error);
+  EXPECT_THROW(SurfaceSet({&beyond, 1}), Error);
 }
 
 }  // namespace surfaces_test

@@ -15,6 +15,7 @@ enum class Aov {
   lights,
   scattering,
   halves,
+  transmittance_rgb,
   depth,
   nearest,
   position,
@@ -54,6 +55,13 @@ inline constexpr std::array kAovs = std::to_array<AovRow>({
      "radiance", "RGB", "means over the samples", true},
     {Aov::halves, "halves", "pictures of the odd and the even samples, in layers: half_1, half_2",
      "radiance", "RGB", "each the mean over half of the samples; the halves are independent", true},
+    {Aov::transmittance_rgb, "transmittance_rgb",
+     "share of the background that shows through, by channel: where light that reaches a shadow "
+     "has a colour of its own, and where the extinction differs by channel",
+     "", "RGB",
+     "mean over the samples; without a visible background, the picture plus this times a "
+     "photograph is the photograph with the clouds in it",
+     true},
     {Aov::depth, "depth",
      "depth of first collisions along the camera's axis; 1e10 where there is none", "world units",
      "Z", "mean over the samples that collide"},

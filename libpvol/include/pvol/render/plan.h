@@ -24,7 +24,7 @@ namespace pvol {
 
 namespace detail {
 struct EmissionSetup;  // src/render/light/emission
-class Surfaces;        // src/render/scene/surface
+struct Surfaces;       // src/render/scene/surface
 }  // namespace detail
 
 /// How paths go through a scene's volumes.

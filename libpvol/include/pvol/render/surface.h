@@ -29,10 +29,14 @@ enum class Visibility {
                                            {Visibility::holdout, "holdout"}});
 }
 
-/// How a surface scatters, on either side.
+/// How a surface scatters, on either side, and which rays meet it.
 struct Material {
   Rgb albedo{0.5f};  ///< share of the light that falls on it; 0: black
   Visibility visibility = Visibility::surface;
+  // Rays pass what they do not meet as if it were not there (THEORY.md, T5.18).
+  bool visible_camera = true;  ///< camera rays meet it
+  bool visible_shadow = true;  ///< it is in the way of light from lights, the sky and fires
+  bool visible_light = true;   ///< scattered light meets it, and is scattered again
   friend bool operator==(const Material&, const Material&) = default;
 };
 template <std::same_as<Material> F>
@@ -46,6 +50,15 @@ template <std::same_as<Material> F>
       key<&F::visibility>({.key = "look",
                            .help = "How the camera sees the surface; of a shadow-catcher only the "
                                    "shadows on it are visible, a holdout is a hole with alpha 0"}),
+      key<&F::visible_camera>({.key = "visible_camera",
+                               .help = "Whether the camera sees the surface; what stands behind it "
+                                       "is visible otherwise"}),
+      key<&F::visible_shadow>({.key = "visible_shadow",
+                               .help = "Whether the surface casts shadows: whether it blocks the "
+                                       "light of lights, the sky and fires"}),
+      key<&F::visible_light>({.key = "visible_light",
+                              .help = "Whether light that was scattered before meets the surface, "
+                                      "which absorbs a part and scatters the rest"}),
   });
 }
 

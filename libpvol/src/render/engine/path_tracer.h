@@ -70,6 +70,7 @@ class PathTracer {
           add_scattered(s_, pdf, direction_, throughput, r_);
         } else {
           r_.alpha = 1 - mean_of(hit.weight);
+          if constexpr (Traversal::kByChannel) r_.tint = hit.weight - Rgb(mean_of(hit.weight));
           if (s_.options.background) add_seen(s_, direction_, throughput, r_);
         }
         r_.scattered(bounces);

@@ -29,10 +29,11 @@ class SurfaceTracer {
       const bool leaves = hit.component == nullptr && surface.material == nullptr;
       if (s_.emission || s_.light.met_on_flights) add_on_the_way(from, hit, !leaves, rng);
       const bool goes_on =
-          hit.component ? collide(*hit.component, rng) : !leaves && meet(surface, rng);
+          hit.component ? collide(*hit.component, from, rng) : !leaves && meet(surface, rng);
       if (leaves) leave();
       if (!goes_on && !resume(rng)) return r_;
-      traversal.aim(direction_);
+      flight_weight_ = traversal.aim(direction_, rng);
+      throughput_ *= flight_weight_;
     }
   }
 
@@ -45,6 +46,7 @@ class SurfaceTracer {
   PathResult r_, direct_;   // of the path; of what arrives at a shadow catcher unscattered
   Vec3f direction_, from_;  // of the flight, and of the one before it
   Rgb throughput_;
+  float flight_weight_ = 1;  // a part of that, of the flight alone
   std::uint32_t scatterings_ = 0;
   // Of the last collision; null where a surface came after it.
   const MediumComponent* component_ = nullptr;
@@ -55,6 +57,7 @@ class SurfaceTracer {
     r_.reset();
     direction_ = Vec3f(ray.d);
     throughput_ = Rgb(1.0f);
+    flight_weight_ = 1;
     scatterings_ = 0;
     on_catcher_ = false;
     if (s_.moving) {
@@ -74,8 +77,12 @@ class SurfaceTracer {
   /// What a flight brings on its way. Light on a shadow catcher is there without the shadow, too.
   void add_on_the_way(Vec3d from, const Hit& hit, bool ends, Rng& rng) {
     const auto own = [&] { return pdf(); };
-    FlightLine flight{from, direction_, ends ? length(traversal.position() - from) : kEndless,
-                      hit.component && s_.emission ? traversal.collision() : CollisionPlace{}};
+    FlightLine flight{from, direction_, ends ? length(traversal.position() - from) : kEndless};
+    if (flight.length > traversal.direct_until()) {
+      flight.length = traversal.direct_until();
+    } else if (hit.component && s_.emission) {
+      flight.end = traversal.collision();
+    }
     if (s_.emission) {
       const auto sampled = [&] { return samples_fires() ? pdf() : 0.0f; };
       add_along(s_, flight, sampled, throughput_, rng, r_);
@@ -86,7 +93,7 @@ class SurfaceTracer {
     flight.length += 2 * traversal.surface().clearance + 1e-6 * flight.length;
     if (on_catcher_) {
       direct_.reset();
-      add_met(s_, flight, own, Rgb(1.0f), direct_);
+      add_met(s_, flight, own, Rgb(flight_weight_), direct_);
       subtract_direct_light();
     } else {
       add_met(s_, flight, own, throughput_, r_);
@@ -100,12 +107,13 @@ class SurfaceTracer {
   }
 
   void leave() {
+    if (traversal.direct_until() != kEndless) return;
     if (scatterings_ == 0) {
       if (s_.options.background) add_seen(s_, direction_, throughput_, r_);
     } else if (on_catcher_) {
       const auto own = [&] { return pdf(); };
       direct_.reset();
-      add_scattered(s_, own, direction_, Rgb(1.0f), direct_);
+      add_scattered(s_, own, direction_, Rgb(flight_weight_), direct_);
       return subtract_direct_light();
     } else {
       add_scattered(
@@ -114,17 +122,18 @@ class SurfaceTracer {
     r_.scattered(scatterings_);
   }
 
-  /// A collision; whether the path goes on.
-  [[nodiscard]] bool collide(const MediumComponent& component, Rng& rng) {
+  /// A collision of a flight from there; whether the path goes on.
+  [[nodiscard]] bool collide(const MediumComponent& component, Vec3d from, Rng& rng) {
     on_catcher_ = false;
     const Vec3d place = traversal.position();
     if (scatterings_ == 0) note_first(place);
     ++collisions;
     const auto& here = detail::local(s_, traversal, component);
-    add_emitted(s_, here, throughput_, r_);
+    if (traversal.direct_until() == kEndless || length(place - from) < traversal.direct_until())
+      add_emitted(s_, here, throughput_, r_);
     r_.scattered(scatterings_);
     component_ = &component;
-    if (is_at_end()) return false;
+    if (!traversal.scatters() || is_at_end()) return false;
     if (!s_.importance) {
       throughput_ *= here.albedo;
       if (!survives(throughput_, rng)) return false;
@@ -276,8 +285,13 @@ class SurfaceTracer {
       if (s_.options.background) add_seen(s_, seen_, Rgb(1.0f), r_);
     } else {
       const float share = luminance(direct_.radiance) / open;
+      Rgb shares(share);
+      for (int c = 0; c < 3; ++c) {
+        if (open_light_[c] > 0) shares[c] = direct_.radiance[c] / open_light_[c];
+      }
       r_.alpha -= share;
-      if (s_.options.background) add_seen(s_, seen_, Rgb(share), r_);
+      r_.tint += shares - Rgb(share);
+      if (s_.options.background) add_seen(s_, seen_, shares, r_);
     }
     r_.scattered(0);
   }

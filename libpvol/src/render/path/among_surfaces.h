@@ -1,6 +1,8 @@
 // How paths move through volumes that have surfaces among them.
 #pragma once
 
+#include <algorithm>
+
 #include "render/path/traversal.h"
 #include "render/scene/surface/surfaces.h"
 
@@ -8,6 +10,10 @@ namespace pvol::detail {
 
 /// Flights through volumes end where the first surface is; shadow rays end there for good. A path
 /// may come back into volumes that it has left, so that places are those of the world.
+///
+/// Where scattered rays meet others than shadow rays do, a flight brings the light of lights, the
+/// sky and fires from as far as shadow rays come, and scattered light by way of what scattered rays
+/// meet. Where the first lies behind a surface that brings the second, one of them is drawn.
 template <class Places>
 class AmongSurfaces {
  public:
@@ -21,7 +27,8 @@ class AmongSurfaces {
   /// Aims along the camera's ray, whose direction is precise, and moves to where the first volume
   /// on it begins.
   void start(const Ray& ray) {
-    ahead_ = surfaces_.first_hit(ray, kEndless);
+    ahead_ = surfaces_.camera->first_hit(ray, kEndless);
+    direct_until_ = kEndless, scatters_ = true;
     const double first = volumes_.first_box(ray, ahead_.distance);
     any_volume_ = first != kEndless;
     if (!any_volume_) return;
@@ -29,11 +36,17 @@ class AmongSurfaces {
     ahead_.distance -= first;
   }
 
-  /// Aims from the path's place.
-  void aim(Vec3f direction) {
-    ahead_ = surfaces_.first_hit({position(), Vec3d(direction)}, kEndless);
+  /// Aims from the path's place. What the flight brings is to be multiplied by the factor.
+  [[nodiscard]] float aim(Vec3f direction, Rng& rng) {
+    ahead_ = surfaces_.scattered->first_hit({position(), Vec3d(direction)}, kEndless);
     any_volume_ = true;
+    return surfaces_.shadows_differ() ? aim_by_kind(direction, rng) : 1;
   }
+
+  /// How far from the flight's start light is unscattered that the flight may bring.
+  [[nodiscard]] double direct_until() const { return direct_until_; }
+  /// Whether the path is scattered where the flight collides.
+  [[nodiscard]] bool scatters() const { return scatters_; }
 
   /// Flies where it was aimed at: to a collision, else to the surface ahead, else it leaves.
   [[nodiscard]] Hit fly(Vec3f direction, Rng& rng) {
@@ -51,7 +64,7 @@ class AmongSurfaces {
   // As of the volumes alone, with surfaces in the way.
 
   [[nodiscard]] FreeFlight free_flight(Vec3f direction, Rng& rng) {
-    const SurfaceHit end = surfaces_.first_hit({position(), Vec3d(direction)}, kEndless);
+    const SurfaceHit end = surfaces_.shadow->first_hit({position(), Vec3d(direction)}, kEndless);
     return volumes_.free_flight(direction, rng, end.distance);
   }
   [[nodiscard]] float transmittance(Vec3f direction, double distance, Rng& rng) {
@@ -61,7 +74,7 @@ class AmongSurfaces {
   /// ask. A lamp on a wall is not hidden by it.
   [[nodiscard]] bool hides(Vec3f direction, double distance) const {
     constexpr double kUpTo = 1 - 1e-6;
-    return surfaces_.block({position(), Vec3d(direction)}, distance * kUpTo);
+    return surfaces_.shadow->block({position(), Vec3d(direction)}, distance * kUpTo);
   }
   /// Whether a volume may dim light from this distance.
   [[nodiscard]] bool meets_volume(Vec3f direction, double distance) {
@@ -79,6 +92,24 @@ class AmongSurfaces {
   const Surfaces& surfaces_;
   SurfaceHit ahead_;
   bool any_volume_ = true;  // before that
+  double direct_until_ = kEndless;
+  bool scatters_ = true;
+
+  [[nodiscard]] float aim_by_kind(Vec3f direction, Rng& rng) {
+    direct_until_ = surfaces_.shadow->first_hit({position(), Vec3d(direction)}, kEndless).distance;
+    scatters_ = true;
+    if (ahead_.material == nullptr) return 1;
+    if (ahead_.material->visible_shadow) direct_until_ = std::min(direct_until_, ahead_.distance);
+    if (!(ahead_.distance < direct_until_)) return 1;
+    // In proportion to the light on either way where that is about the same.
+    const float weight = 1 + largest(ahead_.material->albedo);
+    if (rng.uniform() * weight < 1) {
+      ahead_ = {}, scatters_ = false;
+      return weight;
+    }
+    direct_until_ = 0;
+    return weight / (weight - 1);
+  }
 };
 
 }  // namespace pvol::detail

@@ -103,6 +103,7 @@ std::vector<Layer> make_layers(const PathSetup& s, std::size_t pixels) {
   if (aovs.has(Aov::halves)) {
     for (const char* name : {"half_1", "half_2"}) add(name).weights.resize(pixels);
   }
+  if (aovs.has(Aov::transmittance_rgb)) add(row(Aov::transmittance_rgb).name);
   for (const FirstCollisionLayer& of : kFirstCollisionLayers) {
     if (!aovs.has(of.aov)) continue;
     Layer& layer = add(row(of.aov).name, of.components);
@@ -161,6 +162,9 @@ void add_to_layers(const PathSetup& s, const PathResult& r, std::size_t pixel, F
     add(half.sums[pixel], Vec3d(r.radiance));
     add(half.weights[pixel], 1);
     next += 2;
+  }
+  if (s.options.aovs.has(Aov::transmittance_rgb)) {
+    add((next++)->sums[pixel], Vec3d(1.0 - double(r.alpha)) + Vec3d(r.tint));
   }
   if (r.first_weight == 0) return;
   for (const FirstCollisionLayer& of : kFirstCollisionLayers) {

@@ -14,6 +14,7 @@ namespace pvol::detail {
 struct PathResult {
   Rgb radiance{0.0f};
   float alpha = 0;  ///< estimate of 1 - transmittance
+  Rgb tint{0.0f};   ///< of that transmittance: what channels have more than their mean
   std::vector<Rgb> layers;
   /// Radiance by scatterings: of light that was not scattered, that was once, that was more often;
   /// empty where nobody asks.
@@ -28,7 +29,7 @@ struct PathResult {
       : layers(s.options.aovs.has(Aov::lights) ? s.light.sources.size() + 2 : 0),
         orders(s.options.aovs.has(Aov::scattering) ? kOrders : 0) {}
   void reset() {
-    radiance = Rgb(0.0f), alpha = 0, first_weight = 0, first_material = nullptr;
+    radiance = tint = Rgb(0.0f), alpha = 0, first_weight = 0, first_material = nullptr;
     for (Rgb& layer : layers) layer = Rgb(0.0f);
     for (Rgb& order : orders) order = Rgb(0.0f);
     ordered_ = Rgb(0.0f);

@@ -39,7 +39,7 @@ LightSetup::LightSetup(const RenderPlan& plan, const Box& box)
       sources(make_light_sources(lighting->lights)),
       shadow_unit(shadow_unit_of(sky, sources, box)),
       met_on_flights(any_is_met(sources)),
-      open_sky(plan.surfaces && plan.surfaces->catch_shadows()
+      open_sky(plan.surfaces && plan.surfaces->camera->catch_shadows()
                    ? std::make_shared<const OpenSky>(sky)
                    : nullptr) {}
 

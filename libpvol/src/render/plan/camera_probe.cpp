@@ -40,7 +40,8 @@ constexpr std::uint32_t kMostBounces = 256;    // of a path
   std::optional<double> sum;
   const Instances& in = *setup.instances;
   const double frames = in.moves() ? setup.view.camera.shutter.at(double(rng.uniform())) : 0;
-  const double end = setup.surfaces ? setup.surfaces->first_hit(ray, kEndless).distance : kEndless;
+  const double end =
+      setup.surfaces ? setup.surfaces->camera->first_hit(ray, kEndless).distance : kEndless;
   in.tree.visit(ray, end, [&](std::uint32_t i, double limit) {
     const Instance at = in.at_time(i, frames);
     const VolumeSetup& v = setup.volumes[at.volume];

@@ -142,7 +142,7 @@ void refuse_endless_paths(const RenderPlan& plan, const CameraProbe& probe) {
   // Roulette ends paths after some 4 / (1 - albedo) hits: 0.999 is about what clouds may take.
   constexpr float kWhite = 0.999f;
   const bool white = std::ranges::any_of(plan.scene.surfaces, [](const Surface& s) {
-    return max_component(material_of(s).albedo) > kWhite;
+    return material_of(s).visible_light && max_component(material_of(s).albedo) > kWhite;
   });
   if (white && 2 * probe.caught > probe.paths && !plan.scene.options.max_bounces) {
     throw Error(
@@ -174,7 +174,7 @@ void warn_of_date(const Scene& scene, std::vector<std::string>& all) {
 void warn_of_suns(const Scene& scene, std::vector<std::string>& all) {
   for (const Surface& surface : scene.surfaces) {
     const auto* const plane = std::get_if<PlaneSurface>(&surface);
-    if (plane == nullptr) continue;
+    if (plane == nullptr || !plane->material.visible_shadow) continue;
     const double side = dot(scene.camera.position - plane->point, plane->normal);
     int number = 0;
     for (const Light& light : scene.lights) {
@@ -225,7 +225,7 @@ std::vector<std::string> find_warnings(const RenderPlan& plan, const CameraProbe
                   " collides, so the picture is almost empty. Check with pvol-stats bounds for "
                   "single voxels far outside the cloud or far above its other values");
   }
-  if (plan.surfaces && plan.surfaces->catch_shadows() && plan.scene.options.noise) {
+  if (plan.surfaces && plan.surfaces->camera->catch_shadows() && plan.scene.options.noise) {
     all.push_back(
         "a limit on noise measures radiance only, but a shadow catcher shows mostly alpha; set the "
         "samples with --spp instead");

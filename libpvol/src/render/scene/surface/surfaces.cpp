@@ -86,8 +86,8 @@ namespace {
 }  // namespace
 
 /// One for each kind of surface.
-struct Surfaces::Add {
-  Surfaces& to;
+struct SurfaceSet::Add {
+  SurfaceSet& to;
   std::vector<PlacedMesh>& meshes;
 
   void operator()(const PlaneSurface& p) const {
@@ -111,7 +111,7 @@ struct Surfaces::Add {
   }
 };
 
-Surfaces::Surfaces(std::span<const Surface> surfaces) {
+SurfaceSet::SurfaceSet(std::span<const Surface> surfaces) {
   std::vector<PlacedMesh> meshes;
   for (const Surface& s : surfaces) {
     std::visit(Add{*this, meshes}, s);
@@ -120,16 +120,16 @@ Surfaces::Surfaces(std::span<const Surface> surfaces) {
   if (!meshes.empty()) meshes_.emplace(meshes);
 }
 
-std::optional<double> Surfaces::meet(const Plane& plane, const Ray& ray, double limit) {
+std::optional<double> SurfaceSet::meet(const Plane& plane, const Ray& ray, double limit) {
   const double t = dot(plane.normal, plane.point - ray.o) / dot(plane.normal, ray.d);
   return t > 0 && t < limit ? std::optional(t) : std::nullopt;
 }
 
-std::optional<RayBody::Hit> Surfaces::meet(const PlacedBody& body, const Ray& ray, double limit) {
+std::optional<RayBody::Hit> SurfaceSet::meet(const PlacedBody& body, const Ray& ray, double limit) {
   return body.body->first_hit({body.to_body.point(ray.o), body.to_body.vector(ray.d)}, 0, limit);
 }
 
-SurfaceHit Surfaces::first_hit(const Ray& ray, double limit) const {
+SurfaceHit SurfaceSet::first_hit(const Ray& ray, double limit) const {
   SurfaceHit hit;
   hit.distance = limit;
   for (const Plane& p : planes_) {
@@ -152,7 +152,7 @@ SurfaceHit Surfaces::first_hit(const Ray& ray, double limit) const {
   return hit;
 }
 
-bool Surfaces::block(const Ray& ray, double limit) const {
+bool SurfaceSet::block(const Ray& ray, double limit) const {
   const auto meets = [&](const auto& surface) { return meet(surface, ray, limit).has_value(); };
   return std::ranges::any_of(planes_, meets) || std::ranges::any_of(bodies_, meets) ||
          (meshes_ && meshes_->blocks(ray, limit));
@@ -160,7 +160,23 @@ bool Surfaces::block(const Ray& ray, double limit) const {
 
 std::shared_ptr<const Surfaces> make_surfaces(std::span<const Surface> surfaces) {
   if (surfaces.empty()) return nullptr;
-  return std::make_shared<const Surfaces>(surfaces);
+  // Triangles are held once by what is equal.
+  std::vector<std::pair<std::vector<bool>, std::shared_ptr<const SurfaceSet>>> made;
+  const auto met_by = [&](bool Material::*kind) {
+    std::vector<bool> meets;
+    std::vector<Surface> some;
+    for (const Surface& s : surfaces) {
+      meets.push_back(material_of(s).*kind);
+      if (meets.back()) some.push_back(s);
+    }
+    for (const auto& [of, set] : made) {
+      if (of == meets) return set;
+    }
+    return made.emplace_back(meets, std::make_shared<const SurfaceSet>(some)).second;
+  };
+  return std::make_shared<const Surfaces>(Surfaces{met_by(&Material::visible_camera),
+                                                   met_by(&Material::visible_shadow),
+                                                   met_by(&Material::visible_light)});
 }
 
 }  // namespace pvol::detail

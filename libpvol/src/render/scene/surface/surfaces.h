@@ -22,13 +22,13 @@ struct SurfaceHit {
   const Material* material = nullptr;  ///< null: there is none
 };
 
-/// Immutable; safe to use from any thread.
-class Surfaces {
+/// What rays of one kind meet. Immutable; safe to use from any thread.
+class SurfaceSet {
  public:
   /// Of valid surfaces. Throws Error where their triangles cannot be had.
-  explicit Surfaces(std::span<const Surface> surfaces);
-  Surfaces(const Surfaces&) = delete;
-  Surfaces& operator=(const Surfaces&) = delete;
+  explicit SurfaceSet(std::span<const Surface> surfaces);
+  SurfaceSet(const SurfaceSet&) = delete;
+  SurfaceSet& operator=(const SurfaceSet&) = delete;
 
   /// The first one that a ray of unit direction meets before the limit.
   [[nodiscard]] SurfaceHit first_hit(const Ray& ray, double limit) const;
@@ -60,6 +60,14 @@ class Surfaces {
   std::vector<Material> mesh_materials_;
   std::optional<MeshScene> meshes_;
   bool catch_shadows_ = false;
+};
+
+/// The surfaces that each kind of ray meets; the same set where all meet the same ones.
+struct Surfaces {
+  std::shared_ptr<const SurfaceSet> camera, shadow, scattered;
+
+  /// Whether scattered rays meet others than those that cast shadows.
+  [[nodiscard]] bool shadows_differ() const { return shadow != scattered; }
 };
 
 /// Null for none.
