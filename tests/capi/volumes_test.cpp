@@ -391,6 +391,7 @@ TEST(CapiCommit, TellsHowFarItIsAndCanBeCancelled) {
     int calls = 0, most;
   } watch{-1, 0, 1000};
   pvol_commit_options o{};
+  o.threads = 1;  // of several, that tell of what they read, one waits for none: calls would differ
   o.user = &watch;
   o.progress = [](void* user, double done) {
     auto& w = *static_cast<Watch*>(user);
@@ -402,7 +403,7 @@ TEST(CapiCommit, TellsHowFarItIsAndCanBeCancelled) {
   EXPECT_EQ(watch.last, 1);
   ASSERT_GT(watch.calls, 4);
 
-  const Smoke other(32, 1);
+  const Smoke other(40, 1);
   for (int most = 0; most < watch.calls - 1; ++most) {
     Watch stopping{-1, 0, most};
     pvol_commit_options stop = o;
@@ -443,6 +444,55 @@ TEST(CapiCommit, IsCancelledFromAnotherThread) {
   bricks.fill = [](void*, const std::int32_t*, float*) { return 1; };
   v.set(PVOL_DENSITY, bricks);
   EXPECT_EQ(error_of([&] { v.commit(); }).status(), PVOL_CANCELLED) << "the function gave up";
+}
+
+/// Empty bricks, which end neither soon nor early by what they hold.
+struct ManyBricks {
+  api::Volume volume;
+  int calls = 0, cancel_at = -1;
+  std::vector<double> told;
+
+  /// How a commit in one thread ends whose progress function gives up at `end`.
+  pvol_status commit(std::int32_t x, double end) {
+    pvol_bricks bricks{};
+    bricks.hi[0] = x, bricks.hi[1] = bricks.hi[2] = 800;
+    bricks.user = this;
+    bricks.fill = [](void* user, const std::int32_t*, float*) {
+      auto& b = *static_cast<ManyBricks*>(user);
+      if (++b.calls == b.cancel_at) pvol_cancel(b.volume.get());
+      return 0;
+    };
+    pvol_commit_options o{};
+    o.threads = 1;
+    std::pair both(this, end);
+    o.user = &both;
+    o.progress = [](void* user, double done) {
+      auto& [b, last] = *static_cast<std::pair<ManyBricks*, double>*>(user);
+      b->told.push_back(done);
+      return done > last ? 1 : 0;
+    };
+    volume.set(PVOL_DENSITY, bricks);
+    return pvol_commit(volume.get(), &o);
+  }
+};
+
+TEST(CapiCommit, IsCancelledAtTheNextBrick) {
+  ManyBricks bricks;
+  bricks.cancel_at = 10;
+  EXPECT_EQ(bricks.commit(20000, 1), PVOL_CANCELLED);
+  EXPECT_EQ(bricks.calls, 10);
+}
+
+TEST(CapiCommit, TellsOfBricksAsTheyAreRead) {
+  ManyBricks early;
+  EXPECT_EQ(early.commit(20000, 0), PVOL_CANCELLED);
+  EXPECT_LT(early.calls, 100'000) << "of 25 millions";
+  EXPECT_EQ(early.told.size(), 2u) << "none after the one that cancelled";
+
+  ManyBricks all;
+  EXPECT_EQ(all.commit(80, 1), PVOL_OK);
+  EXPECT_GT(std::count_if(all.told.begin(), all.told.end(), [](double d) { return d < 0.2; }), 50);
+  EXPECT_TRUE(std::is_sorted(all.told.begin(), all.told.end()));
 }
 
 TEST(CapiCommit, WorksInTheArenaOrThreadsThatItIsGiven) {

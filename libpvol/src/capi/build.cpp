@@ -17,9 +17,14 @@
 namespace pvol::detail {
 namespace {
 
+/// What is told of a part of some work, as of all of it.
+[[nodiscard]] Progress part_of(const Progress& all, double begin, double end) {
+  return [&all, begin, end](double done) { all(begin + (end - begin) * done); };
+}
+
 /// The samples of a field in a box, where there are new ones.
-[[nodiscard]] std::optional<VoxelGrid> read(const FieldSamples& samples,
-                                            const LatticeBox& box = kEverywhere) {
+[[nodiscard]] std::optional<VoxelGrid> read(const FieldSamples& samples, const LatticeBox& box,
+                                            const Progress& progress) {
   std::optional<VoxelGrid> grid;
   std::visit(
       [&](const auto& from) {
@@ -27,7 +32,7 @@ namespace {
         if constexpr (!std::is_same_v<From, FieldSamples::None> &&
                       !std::is_same_v<From, FieldSamples::Same> &&
                       !std::is_same_v<From, std::shared_ptr<const BoundedDensity>>) {
-          grid = read_samples(from, box);
+          grid = read_samples(from, box, progress);
           grid->index_to_world = samples.index_to_world;
         }
       },
@@ -81,7 +86,7 @@ class DensityBuild {
     }
     if (can_update_in_place()) return update();
     check_shared(samples, s_.look_up);
-    VoxelGrid grid = read(samples).value_or(VoxelGrid{});
+    VoxelGrid grid = read(samples, kEverywhere, part_of(progress_, 0, 0.2)).value_or(VoxelGrid{});
     progress_(0.2);
     Pyramid pyramid = build_pyramid(grid, s_.look_up);
     progress_(0.4);
@@ -127,7 +132,11 @@ class DensityBuild {
   /// The density of before but for the leaves that changed.
   void update() {
     const FieldSamples& samples = s_.fields[PVOL_DENSITY];
-    const ReadBox read_box = [&](const LatticeBox& box) { return *read(samples, box); };
+    // Of each box anew, how much of it is read would not rise.
+    const Progress unless_cancelled = [&](double) { progress_(0); };
+    const ReadBox read_box = [&](const LatticeBox& box) {
+      return *read(samples, box, unless_cancelled);
+    };
     out_.bricks = std::make_shared<const BoundedBricks>(
         update_bricks(*before_->bricks, samples.changed, read_box));
     progress_(0.6);
@@ -185,18 +194,24 @@ class DensityBuild {
 
 void add_fields(const Settings& s, const Committed* before, const Progress& progress,
                 Committed& out) {
+  const auto of_field = [&](std::size_t i, double begin, double end) {
+    const auto at = [&](double done) {
+      return 0.7 + 0.2 * (double(i - 1) + done) / double(s.fields.size() - 1);
+    };
+    return part_of(progress, at(begin), at(end));
+  };
   for (std::size_t i = 1; i < s.fields.size(); ++i) {
     if (std::holds_alternative<FieldSamples::Same>(s.fields[i].from)) {
       auto same = std::make_shared<VolumeField>(*before->fields[i]);
       same->world_to_cells =
           translation(-Vec3d(same->octree.origin)) * inverse(s.fields[i].index_to_world);
       out.fields[i] = std::move(same);
-    } else if (const auto grid = read(s.fields[i])) {
+    } else if (const auto grid = read(s.fields[i], kEverywhere, of_field(i, 0, 0.5))) {
       const Pyramid pyramid = build_pyramid(*grid);
       out.fields[i] = std::make_shared<const VolumeField>(
           make_value_field({*grid, pyramid}, {}, {}, "fields beside the density"));
     }
-    progress(0.7 + 0.2 * double(i) / double(s.fields.size()));
+    of_field(i, 0, 1)(1);
   }
 }
 

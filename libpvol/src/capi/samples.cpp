@@ -1,7 +1,9 @@
 // From what C programs have in memory to grids.
 #include "capi/samples.h"
 
+#include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <set>
@@ -133,6 +135,51 @@ void check_disjoint(const VoxelGrid& grid) {
   }
 }
 
+/// Tells how much of a box bricks have been read of, as they are: in the order of their z, but from
+/// several threads at once.
+class ReadProgress {
+ public:
+  ReadProgress(const LatticeBox& box, const Progress& progress)
+      : first_z_(box.lo.z & -kBrickEdge), progress_(progress) {
+    const auto bricks = [](std::int64_t lo, std::int64_t hi) {
+      return (((hi - 1) & -kBrickEdge) - (lo & -kBrickEdge)) / kBrickEdge + 1;
+    };
+    runs_ = double(bricks(box.lo.x, box.hi.x)) * double(bricks(box.lo.y, box.hi.y)) *
+            double(((box.hi.z - 1) & -kRun) - (box.lo.z & -kRun) + kRun) / kRun;
+    step_ = std::uint64_t(std::clamp(runs_ / 64, 1.0, 2048.0));
+  }
+
+  /// Before a brick is read.
+  void begin(Vec3i origin) {
+    if ((origin.z & (kRun - 1)) != 0 && origin.z != first_z_) return;
+    if ((begun_.fetch_add(1, std::memory_order_relaxed) + 1) % step_ != 0) return;
+    if (telling_.exchange(true, std::memory_order_acquire)) return;  // then another thread does
+    progress_(std::min(double(begun_.load(std::memory_order_relaxed)) / runs_, 1.0));
+    telling_.store(false, std::memory_order_release);
+  }
+
+ private:
+  /// Lattice points along z whose bricks are counted at once.
+  static constexpr std::int64_t kRun = 128;
+
+  std::int64_t first_z_;
+  const Progress& progress_;
+  double runs_ = 0;         ///< in the box
+  std::uint64_t step_ = 1;  ///< runs from one call to the next
+  std::atomic<std::uint64_t> begun_ = 0;
+  std::atomic<bool> telling_ = false;  ///< for good, where the work is to end
+};
+
+/// The lattice points lo <= p < hi by `fill`, brick by brick.
+[[nodiscard]] VoxelGrid read_bricks(Vec3i lo, Vec3i hi, const Progress& progress,
+                                    const FillBrick& fill) {
+  ReadProgress read({Vec3l(lo), Vec3l(hi)}, progress);
+  return make_grid(lo, hi, [&](Vec3i origin, float* values) {
+    read.begin(origin);
+    fill(origin, values);
+  });
+}
+
 }  // namespace
 
 void require_samples(const pvol_array& a) {
@@ -148,7 +195,7 @@ void require_samples(const pvol_leaves& l) {
   if (l.tile_count > 0) require_not_null(l.tiles, "the address of the array of tiles");
 }
 
-VoxelGrid read_samples(const pvol_array& a, const LatticeBox& box) {
+VoxelGrid read_samples(const pvol_array& a, const LatticeBox& box, const Progress& progress) {
   const Vec3i size = vec(a.size), begin = vec(a.origin);
   const Vec3l stride = stride_of(a);
   const Vec3l end = Vec3l(begin) + Vec3l(size);
@@ -163,21 +210,21 @@ VoxelGrid read_samples(const pvol_array& a, const LatticeBox& box) {
     const char* const source = values + dot(at - Vec3l(begin), stride);
     for (std::int64_t k = 0; k < count; ++k) to[k] = load(source + k * stride.z, a.type);
   };
-  return make_grid(Vec3i(from), Vec3i(to_end), fill_by_rows(from, to_end, copy));
+  return read_bricks(Vec3i(from), Vec3i(to_end), progress, fill_by_rows(from, to_end, copy));
 }
 
-VoxelGrid read_samples(const pvol_bricks& b, const LatticeBox& box) {
+VoxelGrid read_samples(const pvol_bricks& b, const LatticeBox& box, const Progress& progress) {
   const Vec3l lo = max(Vec3l(vec(b.lo)), box.lo), hi = min(Vec3l(vec(b.hi)), box.hi);
   const bool is_box = min_component(Vec3l(vec(b.hi)) - Vec3l(vec(b.lo))) > 0;
   if (is_box && min_component(hi - lo) < 1) return {};
-  return make_grid(is_box ? Vec3i(lo) : vec(b.lo), is_box ? Vec3i(hi) : vec(b.hi),
-                   [&](Vec3i origin, float* values) {
-                     const std::int32_t at[3] = {origin.x, origin.y, origin.z};
-                     if (b.fill(b.user, at, values) != 0) throw Cancelled{};
-                   });
+  return read_bricks(is_box ? Vec3i(lo) : vec(b.lo), is_box ? Vec3i(hi) : vec(b.hi), progress,
+                     [&](Vec3i origin, float* values) {
+                       const std::int32_t at[3] = {origin.x, origin.y, origin.z};
+                       if (b.fill(b.user, at, values) != 0) throw Cancelled{};
+                     });
 }
 
-VoxelGrid read_samples(const pvol_leaves& l, const LatticeBox& box) {
+VoxelGrid read_samples(const pvol_leaves& l, const LatticeBox& box, const Progress&) {
   VoxelGrid grid;
   for (std::size_t i = 0; i < l.leaf_count; ++i) {
     const Vec3i origin = vec(l.leaves[i].origin);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <variant>
@@ -35,11 +36,18 @@ void require_samples(const pvol_array& array);
 void require_samples(const pvol_bricks& bricks);
 void require_samples(const pvol_leaves& leaves);
 
+/// Called with the share of some work that is done, which rises from 0 to 1, by one thread at a
+/// time; throws Cancelled where the work is to end.
+using Progress = std::function<void(double done)>;
+
 /// Reads those in a box. Throws Error for what is no density, and Cancelled where a function gives
-/// up.
-[[nodiscard]] VoxelGrid read_samples(const pvol_array& array, const LatticeBox& box);
-[[nodiscard]] VoxelGrid read_samples(const pvol_bricks& bricks, const LatticeBox& box);
-[[nodiscard]] VoxelGrid read_samples(const pvol_leaves& leaves, const LatticeBox& box);
+/// up or `progress` says so.
+[[nodiscard]] VoxelGrid read_samples(const pvol_array& array, const LatticeBox& box,
+                                     const Progress& progress);
+[[nodiscard]] VoxelGrid read_samples(const pvol_bricks& bricks, const LatticeBox& box,
+                                     const Progress& progress);
+[[nodiscard]] VoxelGrid read_samples(const pvol_leaves& leaves, const LatticeBox& box,
+                                     const Progress& progress);
 
 /// The array as look-ups can read it where it is. Throws Error where it does not hold floats at
 /// their places.

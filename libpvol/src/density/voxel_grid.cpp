@@ -66,6 +66,7 @@ Slab fill_slab(Vec3i lo, Vec3i hi, const FillBrick& fill) {
   Slab slab;
   for (std::int32_t y = lo.y; y < hi.y; y += kBrickEdge) {
     for (std::int32_t z = lo.z; z < hi.z; z += kBrickEdge) {
+      throw_if_cancelled();
       const Vec3i origin(lo.x, y, z);
       const std::size_t before = slab.samples.size();
       slab.samples.resize(before + kBrickSamples);

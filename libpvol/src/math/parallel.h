@@ -9,6 +9,10 @@ namespace pvol {
 /// Thrown by loops whose task group, one around them, was cancelled: parts are missing.
 struct LoopCancelled {};
 
+/// Throws LoopCancelled where the task group that this is called in was cancelled: for bodies whose
+/// steps take long.
+void throw_if_cancelled();
+
 /// A part of a loop, begin to end, and what it is a part of.
 using PartFunction = void (*)(const void* body, std::size_t begin, std::size_t end);
 void parallel_parts(std::size_t begin, std::size_t end, std::size_t grain, const void* body,
