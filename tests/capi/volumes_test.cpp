@@ -1,10 +1,12 @@
 // Volumes of the C API: what they are made of, what is said of them, and how commits end.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <thread>
@@ -178,6 +180,42 @@ TEST(CapiVolume, SaysWhatIsWrong) {
   EXPECT_EQ(pvol_commit(nullptr, nullptr), PVOL_INVALID);
   EXPECT_EQ(pvol_api_version(), PVOL_API_VERSION);
 }
+
+/// Of one number over and over: all bricks are occupied.
+TEST(CapiVolume, RefusesWhatNoMemoryHolds) {
+  constexpr std::int32_t kMany = 100'000;
+  const std::vector<float> ones(kMany, 1.0f);
+  pvol_array a = api::array(ones.data(), {{kMany, kMany, kMany}});
+  a.stride[2] = sizeof(float);  // and none along the other axes
+  api::Volume v;
+  const api::Error e = error_of([&] { v.set(PVOL_DENSITY, a).commit(); });
+  EXPECT_EQ(e.status(), PVOL_NO_MEMORY);
+  EXPECT_TRUE(says(e.what(), "capi.needs_memory"));
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+/// Bricks that a function fills, whose need shows as they are read.
+TEST(CapiVolumeDeathTest, RefusesBricksWhenMemoryEnds) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const auto fill_up = [] {
+    pvol_bricks bricks{};
+    bricks.hi[0] = bricks.hi[1] = bricks.hi[2] = 100'000;
+    bricks.fill = [](void*, const std::int32_t*, float* values) {
+      values[0] = 1;
+      return 0;
+    };
+    api::Volume v;
+    v.set(PVOL_DENSITY, bricks);
+    rlimit limit{};
+    getrlimit(RLIMIT_AS, &limit);
+    limit.rlim_cur = rlim_t(1) << 30;
+    setrlimit(RLIMIT_AS, &limit);
+    const api::Error e = error_of([&] { v.commit(); });
+    std::exit(e.status() == PVOL_NO_MEMORY && says(e.what(), "capi.needs_memory") ? 0 : 1);
+  };
+  EXPECT_EXIT(fill_up(), testing::ExitedWithCode(0), "");
+}
+#endif
 
 /// Before the commit, by the call that is given one.
 TEST(CapiVolume, NullPointersAreRefused) {

@@ -18,6 +18,10 @@ class Arrays(unittest.TestCase):
         points = np.array([[3, 5, 7], [20, 1, 2], [0, 0, 28]], float)
         np.testing.assert_allclose(v.density(points), [a[3, 5, 7], a[20, 1, 2], a[0, 0, 28]], rtol=1e-6)
 
+    def test_what_no_memory_holds_is_refused(self):
+        with self.assertRaisesRegex(pvol.Error, message("capi.needs_memory")):
+            pvol.Volume(np.broadcast_to(np.float32(1), (100_000,) * 3))
+
     def test_interpolation_is_trilinear(self):
         a = ramp()
         v = pvol.Volume(a)

@@ -198,8 +198,9 @@ typedef struct pvol_commit_options {
 } pvol_commit_options;
 
 /* Bounds what was set and makes it ready for rays. Until this has succeeded once the volume is bad
- * for rays; where it fails or is cancelled it stays as it was committed before. Options may be
- * null.
+ * for rays; where it fails or is cancelled it stays as it was committed before. Samples that need
+ * more memory than is free are refused with PVOL_NO_MEMORY: those of an array by a part of them
+ * before they are read, others as they are. Options may be null.
  *
  * A volume may be set anew and committed again, frame by frame. Fields that were not set since the
  * last commit keep their samples, whose memory may be gone unless it is shared, and cost nothing;

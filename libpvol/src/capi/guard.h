@@ -7,6 +7,7 @@
 
 #include "capi/committed.h"
 #include "capi/samples.h"
+#include "math/memory.h"
 #include "pvol/error.h"
 
 namespace pvol::detail {
@@ -46,6 +47,8 @@ pvol_status guarded(pvol_volume* volume, const Work& work) noexcept {
     return PVOL_OK;
   } catch (const Cancelled&) {
     return fail(*volume, PVOL_CANCELLED, "the commit was cancelled; the volume is unchanged");
+  } catch (const NoMemory& e) {
+    return fail(*volume, PVOL_NO_MEMORY, e.what());
   } catch (const Error& e) {
     return fail(*volume, PVOL_INVALID, e.what());
   } catch (const std::bad_alloc&) {

@@ -210,7 +210,9 @@ VoxelGrid read_samples(const pvol_array& a, const LatticeBox& box, const Progres
     const char* const source = values + dot(at - Vec3l(begin), stride);
     for (std::int64_t k = 0; k < count; ++k) to[k] = load(source + k * stride.z, a.type);
   };
-  return read_bricks(Vec3i(from), Vec3i(to_end), progress, fill_by_rows(from, to_end, copy));
+  const FillBrick fill = fill_by_rows(from, to_end, copy);
+  require_grid_memory(from, to_end, fill);
+  return read_bricks(Vec3i(from), Vec3i(to_end), progress, fill);
 }
 
 VoxelGrid read_samples(const pvol_bricks& b, const LatticeBox& box, const Progress& progress) {

@@ -28,4 +28,9 @@ template <class Copy>
   };
 }
 
+/// Throws NoMemory (math/memory.h) where a grid of what `fill` writes for the lattice points lo <=
+/// p < hi would need more than is free, by what it writes for some of the bricks: for arrays, which
+/// are there to be read twice.
+void require_grid_memory(Vec3l lo, Vec3l hi, const FillBrick& fill);
+
 }  // namespace pvol::detail

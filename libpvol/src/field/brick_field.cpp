@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "field/link_bricks.h"
+#include "math/memory.h"
 
 namespace pvol {
 namespace {
@@ -17,6 +18,10 @@ class Copies {
 
   std::uint32_t extend(std::size_t n) {
     const std::size_t first = field_.bricks();
+    const double bytes = double(n) * double(count_) * sizeof(float);
+    if (const std::uint64_t free = detail::free_memory(); bytes > double(free)) {
+      detail::refuse_memory("the density", bytes, free);
+    }
     field_.samples.resize((first + n) * count_);
     return std::uint32_t(first);
   }

@@ -57,8 +57,8 @@ struct DenseArray {
 };
 
 /// A sparse copy of the array, without bricks of zeros. Throws Error, naming the sample, where a
-/// value is not finite or negative; for a size below 1, an array of no address, and lattice points
-/// beyond +-2^30.
+/// value is not finite or negative; for a size below 1, an array of no address, lattice points
+/// beyond +-2^30, and bricks that need more memory than is free, judged by some of them first.
 [[nodiscard]] VoxelGrid make_grid(const DenseArray& array, const Affine& index_to_world = {});
 
 /// Writes the samples of the brick at `origin`, in the order of Brick::values, over zeros.
