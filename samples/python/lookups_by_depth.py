@@ -1,7 +1,8 @@
 """Why walks stop where they do: look-ups and segments against the depth of the octree.
 
 With one box around everything (depth 0) most tentative collisions are null and cost a look-up each;
-deeper, bounds get tighter and look-ups fewer, but a ray crosses more of them. The flights follow
+deeper, bounds get tighter and look-ups fewer, but a ray crosses more of them. Walks stop at the
+depth if not above, where that costs least; without a depth nothing limits them. The flights follow
 the same law at every depth.
 
     PYTHONPATH=build/release/python python3 samples/python/lookups_by_depth.py --out out/depth.png
@@ -36,21 +37,27 @@ def main() -> None:
 
     chosen = pvol.load(args.cloud)
     origins, directions = rays_across(chosen, args.rays, seed=1)
-    depths = list(range(chosen.levels))
+    depths = list(range(chosen.depth + 1))
     figures: dict[str, list[float]] = {"look-ups": [], "segments": [], "null collisions": []}
     hits = []
-    for depth in depths:
+    for depth in [*depths, None]:
         volume = chosen.with_options(depth=depth)
-        t, work = volume.flights(origins, directions, seed=depth, tracker="delta", counts=True)
+        t, work = volume.flights(origins, directions, seed=volume.depth, tracker="delta", counts=True)
         hits.append(np.isfinite(t).mean())
-        figures["look-ups"].append(work["lookups"].mean())
-        figures["segments"].append(work["segments"].mean())
-        figures["null collisions"].append(work["null_collisions"].mean())
+        means = {
+            "look-ups": work["lookups"].mean(),
+            "segments": work["segments"].mean(),
+            "null collisions": work["null_collisions"].mean(),
+        }
+        limit = f"depth {depth}" if depth is not None else f"chosen by cost: depth {volume.depth}"
         print(
-            f"depth {depth}: {figures['look-ups'][-1]:7.2f} look-ups, "
-            f"{figures['segments'][-1]:6.2f} segments a flight, {hits[-1]:.4f} collide"
+            f"{limit}: {means['look-ups']:7.2f} look-ups, "
+            f"{means['segments']:6.2f} segments a flight, {hits[-1]:.4f} collide"
         )
-    print(f"chosen by cost: depth {chosen.depth}")
+        if depth is not None:
+            for name, mean in means.items():
+                figures[name].append(mean)
+    assert all(means[name] == figures[name][-1] for name in means), "the chosen depth has other bounds"
     # One law: shares of flights that collide differ by noise alone.
     noise = np.sqrt(0.5 / args.rays)
     assert np.ptp(hits) < 6 * noise, "depth changed the law of free flights"
@@ -63,8 +70,10 @@ def main() -> None:
     figure, axes = pyplot.subplots(figsize=(6.4, 4), layout="constrained")
     for name, values in figures.items():
         axes.plot(depths, values, marker="o", label=name)
-    axes.axvline(chosen.depth, color="grey", linestyle=":", label="deepest chosen by cost")
-    axes.set(xlabel="octree depth at which walks stop", ylabel="a flight (delta tracking)")
+    axes.set(
+        xlabel="deepest octree level at which walks stop; the last is chosen by cost",
+        ylabel="a flight (delta tracking)",
+    )
     axes.set_yscale("log")
     axes.set_xticks(depths)
     axes.legend()

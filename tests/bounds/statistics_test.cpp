@@ -42,6 +42,7 @@ Octree build(const VoxelGrid& g, const Pyramid& p, double extinction, int depth)
   const FieldWithLinks f = build_field(g, p);
   Cut cut;
   cut.depth = depth;
+  cut.everywhere = true;
   return build_octree(p, extinction, 1, cut, f.brick_of, kZeroBrick);
 }
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "pvol/bounds/integrals.h"
@@ -28,6 +29,9 @@ const std::vector<std::optional<int>> kDepths = [] {
   for (int depth = 0; depth <= 16; ++depth) d.push_back(depth);
   return d;
 }();
+
+/// The level of the octree at which its leaves are.
+int leaf_depth(const Field& f) { return int(build_pyramid(f.grid).levels.size()) - 1; }
 
 double uniform(Rng& rng, double lo, double hi) { return lo + (hi - lo) * double(rng.uniform()); }
 
@@ -212,9 +216,10 @@ TEST_P(WalkOver, SegmentsCoverTheDensityAndTheirBoundsHold) {
   }
 }
 
+/// Among leaves: in a face between parts of one, either side may be the ray's.
 TEST_P(WalkOver, NeighboursInNonEmptySpaceAbut) {
   const Field& f = field(GetParam());
-  const Volume v = make_test_volume(f, 1, 16);
+  const Volume v = make_test_volume(f, 1, leaf_depth(f));
   for (const Ray& ray : rays_through(v)) {
     const auto from = start(v, ray);
     if (!from) continue;
@@ -364,7 +369,7 @@ TEST(Walk, GoesIntoLeavesWhereThatPays) {
   };
   const Volume thin = make_test_volume(f, 0.01, std::nullopt);
   const Volume thick = make_test_volume(f, 5, std::nullopt);
-  const Volume leaves = make_test_volume(f, 5, kDeepestOctree);
+  const Volume leaves = make_test_volume(f, 5, leaf_depth(f));
   EXPECT_GE(smallest(thin), 3);
   EXPECT_EQ(smallest(leaves), 3);
   EXPECT_EQ(smallest(thick), 1);
@@ -379,6 +384,32 @@ TEST(Walk, GoesIntoLeavesWhereThatPays) {
     const double exact = exact_transmittance(leaves, {from, to - from}, 1e9);
     EXPECT_NEAR(exact_transmittance(thick, {from, to - from}, 1e9), exact, 1e-5 * exact + 1e-12);
   }
+}
+
+/// The depth of a tree is the limit under which it is made again; greater ones change nothing.
+TEST(Walk, StopsAtTheSamePlacesByTheDepthOfItsTree) {
+  const auto same = [](const Octree::Entry& a, const Octree::Entry& b) {
+    return a.lo == b.lo && a.hi == b.hi && a.link == b.link && a.log2 == b.log2 &&
+           a.grouped == b.grouped;
+  };
+  int leaves = 0, parts = 0;
+  for (const Field& f : fields()) {
+    for (const double extinction : {0.001, 0.05, 0.3, 1.0, 5.0, 200.0}) {
+      const Octree tree = make_test_volume(f, extinction, std::nullopt).density.octree;
+      for (const int depth : {tree.depth, kDeepestOctree}) {
+        const Octree again = make_test_volume(f, extinction, depth).density.octree;
+        EXPECT_EQ(again.depth, tree.depth) << f.name << ' ' << extinction;
+        EXPECT_EQ(again.terminals, tree.terminals) << f.name << ' ' << extinction;
+        EXPECT_TRUE(std::ranges::equal(again.entries, tree.entries, same)) << f.name;
+      }
+      for (int depth = 0; depth < tree.depth; ++depth) {
+        EXPECT_LE(make_test_volume(f, extinction, depth).density.octree.depth, depth);
+      }
+      ++(tree.depth <= leaf_depth(f) ? leaves : parts);
+    }
+  }
+  EXPECT_GT(leaves, 3);
+  EXPECT_GT(parts, 3);
 }
 
 /// Two voxels as far apart as a cloud may reach.
@@ -415,7 +446,7 @@ TEST(Walk, ReachesTheEndOfALongCloud) {
   const Pyramid p = build_pyramid(grid);
   std::vector<std::vector<std::uint32_t>> no_bricks;
   for (const auto& level : p.levels) no_bricks.emplace_back(level.size(), kZeroBrick);
-  const Octree tree = build_octree(p, 1, 1, {16, {}}, no_bricks, kZeroBrick);
+  const Octree tree = build_octree(p, 1, 1, {.everywhere = true}, no_bricks, kZeroBrick);
   for (const float speed : {0.3f, 0.7f, 1.1f, 1.9f}) {
     const Cursor cursor = make_cursor(tree, tree.support().lo + Vec3d(0.5, 2, 2));
     Walk walk(tree, cursor, widen(Vec3f(speed, 4e-6f * speed, 5e-6f * speed)));

@@ -618,7 +618,7 @@ TEST(Render, RefusesMisuse) {
   refuse({"--aov", "depht"}, "tools.aov_depht_none_transmittance");
   refuse({"--tracker", "fast"}, "tools.tracker_fast_delta_global");
   refuse({"--max-bounces", "-1"}, "tools.max_bounces_minus_none_whole");
-  refuse({"--depth", "17"}, "tools.depth_auto_whole");
+  refuse({"--depth", "24"}, "tools.depth_auto_whole");
   refuse({"--background", "maybe"}, "tools.background_maybe_off");
   refuse({"--seed", "-3"}, "tools.seed_minus_whole_number");
   refuse({"--stats", "counts.txt"}, "tools.output_counts_txt");

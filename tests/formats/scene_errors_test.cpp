@@ -120,7 +120,7 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
       {"[render]\nspp = 0\n", "scene.spp_zero"},
       {"[render]\nseed = -1\n", "scene.seed_negative"},
       {"[render]\ntracker = \"deltta\"\n", "scene.tracker_deltta"},
-      {"[render]\ndepth = 17\n", "scene.depth_17"},
+      {"[render]\ndepth = 24\n", "scene.depth_24"},
       {"[render]\ndepth = \"deep\"\n", "scene.depth_deep"},
       {"[render]\nmax_bounces = 1979-05-27\n", "scene.max_bounces_whole_number"},
       {"[render]\nbackground = \"off\"\n", "scene.background_off"},

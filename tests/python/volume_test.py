@@ -131,9 +131,12 @@ class Facts(unittest.TestCase):
 
     def test_other_options(self):
         v = pvol.Volume(lumps(), extinction=3, name="lumps")
-        for depth in range(v.levels):
+        for depth in range(v.depth + 1):
             w = v.with_options(depth=depth)
-            self.assertEqual((w.depth, w.extinction, w.name), (depth, 3, "lumps"))
+            self.assertEqual((w.extinction, w.name), (3, "lumps"))
+            self.assertLessEqual(w.depth, depth)
+        self.assertEqual(w.depth, v.depth)
+        w = v.with_options(depth=0)
         self.assertEqual(w.with_options(depth=None).depth, v.depth)
         self.assertEqual(w.with_medium(extinction=4).depth, w.depth)
         loose = v.with_options(majorant_scale=2)

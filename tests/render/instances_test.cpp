@@ -62,7 +62,7 @@ CloudScene busy_scene() {
   s.lights = {Sun{{0.6, 0.8, 0.35}, Rgb(3.0f), 0}, PointLight{{10, 200, 40}, Rgb(9000.0f)}};
   s.environment = GradientSky{};
   s.options.guide = GuideUse::automatic;
-  s.options.depth = kDeepestOctree;                 // not by the size of a place
+  s.options.depth = 0;                              // not by the size of a place
   s.options.transmittance = Transmittance::analog;  // nor by how many they are
   s.options.width = 24, s.options.height = 20;
   s.options.samples = 16;

@@ -110,7 +110,7 @@ TEST(Limits, SpeakTheLanguageOfCommandLines) {
   };
   EXPECT_TRUE(says(told(flag(), "maybe"), "limits.off"));
   EXPECT_TRUE(says(told(name_of<ShellUse>(), "yes"), "limits.auto_off"));
-  EXPECT_TRUE(says(told(whole(0, 16).or_word("auto"), "17"), "limits.auto_whole_number"));
+  EXPECT_TRUE(says(told(whole(0, 23).or_word("auto"), "24"), "limits.auto_whole_number"));
   EXPECT_TRUE(says(told(set_of<ShellUse>().or_word("none"), "on,yes"), "limits.none_auto_off"));
   EXPECT_TRUE(says(told(whole(1, 9).times(2, 'x'), "3x0"), "limits.whole_number_of_two"));
   EXPECT_TRUE(says(told(number(Range::at_least(0)), "-1"), "limits.number_least"));
@@ -177,7 +177,7 @@ TEST(Keys, TakeTheirOwnDefaultsAndWhatTheyAreSweptOver) {
 TEST(Keys, RefuseAndChangeNothing) {
   RenderOptions options;
   const Entries all = entries(options);
-  for (const auto& [key, text] : {std::pair{"depth", "17"},
+  for (const auto& [key, text] : {std::pair{"depth", "24"},
                                   {"majorant_scale", "1001"},
                                   {"majorant_scale", "0.33"},
                                   {"preview", "9"},

@@ -9,6 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "pvol/bounds/octree.h"
+#include "pvol/bounds/pyramid.h"
+#include "pvol/field/brick_field.h"
 #include "support/bodies.h"
 #include "support/cloud_scene.h"
 #include "support/estimators.h"
@@ -129,7 +132,7 @@ const Field& block() {
 TEST(Estimators, MicroBoundsAreBuiltWhereTheyAreOfUse) {
   const auto edge = [](const Field& f, MicroBoundsUse use, Tracker tracker = Tracker::delta) {
     CloudScene s = scene_of(f);
-    s.options.depth = 16;
+    s.medium.extinction = 20;  // walks go down to the leaves
     s.options.micro_bounds = use;
     s.options.tracker = tracker;
     return make_volumes(f, std::vector{s.medium}, s).front().density.micro.edge;
@@ -223,14 +226,22 @@ TEST(Estimators, WeightedTrackersNeedNoBounds) {
   EXPECT_TRUE(family.passes());
 }
 
+/// One whose walks stop at leaves, where that pays and where it does not.
+Octree octree_of_leaves(const Field& f, double extinction) {
+  const Pyramid p = build_pyramid(f.grid);
+  return build_octree(p, extinction, 1, {.everywhere = true}, build_field(f.grid, p).brick_of,
+                      kZeroBrick);
+}
+
 /// The block's samples span 129^3 cells, in leaves of 136^3, 120^3 of them uniform. The mean
 /// optical thickness over the chords of its box is 4 V / S mu.
 TEST(Estimators, TheChoiceFollowsThicknessAndMinorants) {
   const auto choose = [](const Field& f, double extinction, int copies = 1, double size = 1) {
-    CloudScene s;
-    s.options.depth = 16;
     const Body m = component(extinction, Rgb(1.0f), 0, {}, scaling(Vec3d(size)));
-    return choose_transmittance(make_volumes(f, std::vector<Body>(std::size_t(copies), m), s));
+    const std::vector<Body> media(std::size_t(copies), m);
+    std::vector<Volume> volumes = make_volumes(f, media, CloudScene{});
+    for (Volume& v : volumes) v.density.octree = octree_of_leaves(f, extinction);
+    return choose_transmittance(volumes);
   };
   const TransmittanceChoice thick = choose(block(), 1);
   EXPECT_EQ(thick.estimator, Transmittance::analog);

@@ -87,11 +87,10 @@ struct Moved {
   Pyramid pyramid;
   Volume volume;
 };
-Moved move(const Case& c, std::optional<int> depth = kDeepestOctree) {
+Moved move(const Case& c) {
   Moved m{build_pyramid(c.field->grid, c.look_up), {}};
   VolumeOptions o;
   o.look_up = c.look_up;
-  o.depth = depth;
   const Medium medium{.extinction = kExtinction};
   m.volume = make_moving(make_volume(c.field->grid, m.pyramid, medium, o), m.pyramid,
                          c.field->grid.index_to_world, {c.velocity, 1, c.shutter}, o);
@@ -177,7 +176,7 @@ TEST(Motion, LookUpsFindSparksThatMove) {
   };
   const Case c{
       "sparks", &sparks, make_velocity({-8, -8, -8}, {40, 40, 40}, constant, {}), at, {0, 0.5}};
-  check_look_ups(c, move(c, std::nullopt), 200);
+  check_look_ups(c, move(c), 200);
 }
 
 /// Every point of every segment, at all times, and bounds that are met: those of a hundredth less
@@ -210,8 +209,8 @@ TEST(Motion, BoundsHoldAtAllTimesAndNotByFar) {
         }
       }
     }
-    EXPECT_GT(tightest, c.field == &ramp() ? 0.999 : 0.75) << c.name;
-    EXPECT_LT(slack, 20 * extinctions) << c.name;
+    EXPECT_GT(tightest, c.field == &ramp() ? 0.999 : 0.7) << c.name;
+    EXPECT_LT(slack, 40 * extinctions) << c.name;
     EXPECT_LE(lowest, c.field == &ramp() ? 1.005 : 1e9) << c.name;
     EXPECT_LE(validate(m.pyramid).value_or("").size(), 0u);
     EXPECT_GT(tree.terminals, 20u) << c.name;

@@ -78,7 +78,6 @@ Int4 random_cell(const Volume& v, Rng& rng) {
 TEST(Procedural, LookupsAreTheRecipeAndKeepAllBounds) {
   for (const Cloud& c : clouds()) {
     CloudScene s = scene_for(c);
-    s.options.depth = 16;
     const Volume v = make_volume(c.recipe, c.pyramid, s);
     const MicroBounds one = build_micro_bounds(v.density.recipe(), 1);
     const MicroBounds two = build_micro_bounds(v.density.recipe(), 2);
@@ -113,7 +112,6 @@ TEST(Procedural, LookupsAreTheRecipeAndKeepAllBounds) {
 TEST(Procedural, BoundsOfALimitedDepthHold) {
   for (const Cloud& c : clouds()) {
     CloudScene s = scene_for(c);
-    s.options.depth = 16;
     const int deepest = int(c.pyramid.levels.size()) - 1;
     EXPECT_EQ(limit_depth(c.pyramid, deepest), c.pyramid) << c.name;
     const Pyramid limited = limit_depth(c.pyramid, deepest - 1);
@@ -222,7 +220,7 @@ TEST(ProceduralTracking, FollowsTheOpticalDepthOfTheRecipe) {
   std::map<std::string, FlightHistogram> sums;
   std::uint64_t stream = 0;
   for (const Cloud& c : clouds()) {
-    for (const std::optional<int> depth : {std::optional<int>(16), std::optional<int>()}) {
+    for (const std::optional<int> depth : {std::optional<int>(2), std::optional<int>()}) {
       CloudScene s = scene_for(c);
       s.options.depth = depth;
       const Volume v = make_volume(c.recipe, c.pyramid, s);

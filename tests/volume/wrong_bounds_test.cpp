@@ -94,7 +94,7 @@ TEST(WrongBounds, NoOtherCubesClaimToKnowTheDensity) {
     return count;
   };
   CloudScene s = scene_of(Tracker::weighted_decomposition, 1);
-  s.options.depth = 16;
+  s.medium.extinction = 50;  // walks go down to the leaves
   EXPECT_GT(claims(s, build_pyramid(cloud().grid)), 0u);
   EXPECT_EQ(claims(s, too_low(2.9)), 0u);
   s.options.majorant_scale = 0.5;

@@ -185,8 +185,11 @@ g : float
     Mean cosine of Henyey-Greenstein. Default 0.5.
 interpolation : str
     "trilinear" (default), "nearest" or "tricubic".
-depth, micro_bounds, homogenise, majorant_scale
-    As the options of the renderer: where walks stop (0 to 16), and so on.
+depth : int, optional
+    Deepest level of the octree at which walks stop, 0 (the root) to 23; above it, and without, they
+    stop where that costs least.
+micro_bounds, homogenise, majorant_scale
+    As the options of the renderer.
 **medium
     All other keys of a scene's [medium]: emission, other phase functions, placement, ...)";
 
@@ -247,7 +250,9 @@ VolumeClass bind_volume(py::module_& m) {
           "How the density at a point is interpolated.")
       .def_property_readonly(
           "depth", [](const CloudVolume& v) { return v.volume.density.octree.depth; },
-          "Deepest level of the octree at which walks stop; 0 is the root.")
+          "Deepest level of the octree at which walks stop; 0 is the root. The volume made with "
+          "this "
+          "depth has the same bounds.")
       .def_property_readonly(
           "levels", [](const CloudVolume& v) { return v.cloud->pyramid.levels.size(); },
           "Levels of the pyramid of bounds; 0 has nodes of 8^3 cells, the last the root.")

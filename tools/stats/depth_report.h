@@ -15,7 +15,7 @@ namespace pvol::cli {
 /// has the same number.
 struct DepthRow {
   int asked = 0;
-  int depth = 0;  ///< at which the walk stops: not below the cloud's leaves
+  int depth = 0;  ///< the same, or that of the walks without a limit where it is less
   measure::BuildTimes build;
 };
 
@@ -24,7 +24,7 @@ struct DepthReport {
   std::vector<DepthRow> depths;
 };
 
-/// "8 = 5" where the depth asked for is that of the leaves, at 5.
+/// "8 = 5" where walks go no deeper than 5 without a limit.
 [[nodiscard]] std::string depth_text(const DepthRow& row);
 
 /// With `pictures` what only pages show is drawn, too.

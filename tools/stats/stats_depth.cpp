@@ -25,15 +25,19 @@ namespace {
 constexpr double kReferencePart = 0.2, kBuildPart = 0.2;
 constexpr int kBuildRounds = 6, kFewestBuildRounds = 2, kPixels = 96 * 96;
 
+/// The level at which walks stop that no depth limits: a greater depth changes nothing.
 int deepest(const LoadedScene& loaded) {
+  Scene scene = loaded.file.scene;
+  scene.options.depth.reset();
   int depth = 0;
-  for (const formats::Cloud& c : loaded.clouds) {
-    depth = std::max(depth, int(c.pyramid.levels.size()) - 1);
+  for (std::size_t k = 0; k < loaded.clouds.size(); ++k) {
+    const Volume volume = make_volume(loaded.clouds[k], loaded.file.volumes[k], scene);
+    depth = std::max(depth, volume.density.octree.depth);
   }
   return depth;
 }
 
-/// What `auto` would choose by the depth is chosen once, at the deepest, so that only the depth
+/// What `auto` would choose by the depth is chosen once, without a limit, so that only the depth
 /// changes.
 void fix_choices(const DepthOptions& o, LoadedScene& loaded) {
   RenderOptions& r = loaded.file.scene.options;
@@ -45,7 +49,7 @@ void fix_choices(const DepthOptions& o, LoadedScene& loaded) {
   if (r.guide == GuideUse::automatic) r.guide = GuideUse::off;  // it is tracking that is measured
   if (r.transmittance != Transmittance::automatic) return;
   Scene scene = loaded.file.scene;
-  scene.options.depth = deepest(loaded);
+  scene.options.depth.reset();
   const Volume volume = make_volume(loaded.clouds.front(), loaded.file.volumes.front(), scene);
   r.transmittance = choose_transmittance(std::span(&volume, 1)).estimator;
 }
@@ -76,7 +80,7 @@ std::vector<measure::BuildTimes> time_building(const LoadedScene& loaded,
   return times;
 }
 
-/// Depths at which walks stop, each once, the first one first.
+/// Depths that differ, each once, the first one first.
 std::vector<int> distinct(const std::vector<int>& asked, int deepest) {
   std::vector<int> depths;
   for (const int a : asked) {

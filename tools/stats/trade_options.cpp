@@ -40,8 +40,8 @@ constexpr const char* kDepthHelp = R"(What is measured:
   The effect of the octree's depth, after table 1 of "Rendering of inhomogeneous volumes using
   perturbation functions": building time and tracking time for each depth, in turn, with their
   ratios to the first depth's. bounds: extremes of all voxels down to leaves of 8^3, the same for
-  every depth; tree: bricks of samples and the octree cut at the depth. Depths below the cloud's
-  leaves are those of its leaves.
+  every depth; tree: bricks of samples and the octree. Walks stop where that costs least, and not
+  below the depth; "16 = 7" is a depth of 16 where they go no deeper than 7 without a limit.
 
 Examples:
   pvol-stats depth cloud.vdb

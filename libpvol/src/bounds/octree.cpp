@@ -15,16 +15,27 @@ namespace {
 
 using Stops = std::vector<std::vector<char>>;  // by level and node: whether the walk stops there
 
-Stops stops_at_depth(const Pyramid& p, int depth) {
-  const int root = int(p.levels.size()) - 1;
-  const int cut = std::max(0, root - depth);
+/// How deep a walk may go in a pyramid.
+struct Limit {
+  std::size_t level = 0;  ///< walks stop here, if not above
+  int parts = 2;          ///< levels below the leaves: 0, 1 (eights of them) or 2
+
+  Limit(const Pyramid& p, std::optional<int> depth) {
+    if (!depth) return;
+    const int below_leaves = *depth - (int(p.levels.size()) - 1);
+    level = std::size_t(std::max(0, -below_leaves));
+    parts = std::clamp(below_leaves, 0, 2);
+  }
+};
+
+Stops stops_at(const Pyramid& p, const Limit& limit) {
   Stops stops(p.levels.size());
-  for (int level = 0; level <= root; ++level) {
-    const auto& nodes = p.levels[std::size_t(level)];
-    auto& stop = stops[std::size_t(level)];
-    stop.assign(nodes.size(), char(level <= cut));
-    for (std::size_t i = 0; level > cut && i < nodes.size(); ++i) {
-      stop[i] = char(is_uniform(p, std::size_t(level), i));
+  for (std::size_t level = 0; level < p.levels.size(); ++level) {
+    const auto& nodes = p.levels[level];
+    auto& stop = stops[level];
+    stop.assign(nodes.size(), char(level <= limit.level));
+    for (std::size_t i = 0; level > limit.level && i < nodes.size(); ++i) {
+      stop[i] = char(is_uniform(p, level, i));
     }
   }
   return stops;
@@ -67,7 +78,8 @@ struct LeafParts {
   bool is_met = false;  ///< by walks, any of them
 };
 
-LeafParts choose_parts(const PyramidNode& leaf, PartBounds bounds, const CrossingCost& cost) {
+LeafParts choose_parts(const PyramidNode& leaf, PartBounds bounds, const CrossingCost& cost,
+                       const Limit& limit) {
   LeafParts r{bounds};
   for (std::size_t group = 0; group < 8; ++group) {
     const std::size_t first = (group >> 2) * 32 + (group >> 1 & 1) * 8 + (group & 1) * 2;
@@ -84,8 +96,9 @@ LeafParts choose_parts(const PyramidNode& leaf, PartBounds bounds, const Crossin
     }
     r.is_met = r.is_met || cost.is_met(hi);
     const double together = cost.is_met(hi) ? cost.stop(2, lo, hi) : cost.skip();
-    r.cost += kChildShare * std::min(apart, together);
-    if (apart < together) continue;
+    const bool divided = limit.parts == 2 && apart < together;
+    r.cost += kChildShare * (divided ? apart : together);
+    if (divided) continue;
     for (std::size_t k = 0; k < 8; ++k) {
       r.bounds.lo[part(k)] = lo, r.bounds.hi[part(k)] = hi;
       r.grouped |= std::uint64_t(cost.is_met(hi)) << part(k);
@@ -94,10 +107,12 @@ LeafParts choose_parts(const PyramidNode& leaf, PartBounds bounds, const Crossin
   return r;
 }
 
-/// The cheapest cut, bottom up (THEORY.md, T2.1). The cost of a node is that of a ray that crosses
-/// it: along a mean chord if the walk stops, else each child's cost times the share of crossing
-/// rays that cross the child. Walks that do not stop at a leaf go on into its parts.
-Stops stops_by_cost(const Pyramid& p, const CrossingCost& cost,
+/// The cheapest cut within the limit, bottom up (THEORY.md, T2.1). The cost of a node is that of a
+/// ray that crosses it: along a mean chord if the walk stops, else each child's cost times the
+/// share of crossing rays that cross the child. Walks that do not stop at a leaf go on into its
+/// parts. A limit where the cheapest cut of all is deepest leaves that as it is: what walks do not
+/// meet only gets dearer.
+Stops stops_by_cost(const Pyramid& p, const CrossingCost& cost, const Limit& limit,
                     const std::vector<std::vector<std::uint32_t>>& brick_of,
                     const BoundParts& parts) {
   Stops stops(p.levels.size());
@@ -113,9 +128,9 @@ Stops stops_by_cost(const Pyramid& p, const CrossingCost& cost,
         const NodeRange c = children(p, level, i);
         double descend = double(8 - (c.end - c.begin)) * kChildShare * cost.skip();
         for (std::size_t k = c.begin; k < c.end; ++k) descend += kChildShare * below[k];
-        bool stops_here = c.empty() || stop <= descend;
+        bool stops_here = level <= limit.level || c.empty() || stop <= descend;
         if (level == 0 && parts && cost.least_of_parts(n.lo) < stop) {
-          const LeafParts chosen = choose_parts(n, parts(brick_of[0][i]), cost);
+          const LeafParts chosen = choose_parts(n, parts(brick_of[0][i]), cost, limit);
           descend = chosen.cost;
           stops_here = stop <= descend || !chosen.is_met;
         }
@@ -152,14 +167,15 @@ class Layout {
  public:
   Layout(const Pyramid& p, float extinction, const Stops& stops,
          const std::vector<std::vector<std::uint32_t>>& brick_of, std::uint32_t zero_brick,
-         const BoundParts& parts, const CrossingCost& cost)
+         const BoundParts& parts, const CrossingCost& cost, const Limit& limit)
       : p_(p),
         extinction_(extinction),
         stops_(stops),
         brick_of_(brick_of),
         zero_(zero_brick),
         parts_(parts),
-        cost_(cost) {}
+        cost_(cost),
+        limit_(limit) {}
 
   Octree run() {
     tree_.origin = p_.origin;
@@ -180,6 +196,7 @@ class Layout {
   std::uint32_t zero_;
   const BoundParts& parts_;
   const CrossingCost& cost_;
+  const Limit& limit_;
   Octree tree_;
 
   [[nodiscard]] int root_level() const { return int(p_.levels.size()) - 1; }
@@ -224,7 +241,7 @@ class Layout {
     const auto id = std::uint32_t(tree_.nodes.size());
     tree_.nodes.push_back({0, 0, 0});
     const std::uint32_t brick = brick_of_[0][i];
-    const LeafParts parts = choose_parts(p_.levels[0][i], parts_(brick), cost_);
+    const LeafParts parts = choose_parts(p_.levels[0][i], parts_(brick), cost_, limit_);
     std::array<Octree::Entry, 64> entry;
     std::uint64_t mask = 0;
     for (std::size_t k = 0; k < 64; ++k) {
@@ -312,10 +329,11 @@ Octree build_octree(const Pyramid& pyramid, double extinction, double cell_lengt
   // they save.
   constexpr std::size_t kMostLeaves = 4096;
   const bool few = !pyramid.empty() && pyramid.levels[0].size() <= kMostLeaves;
-  const BoundParts parts = few ? bound_parts : BoundParts{};
-  const Stops stops = cut.depth ? stops_at_depth(pyramid, *cut.depth)
-                                : stops_by_cost(pyramid, cost, brick_of, parts);
-  return Layout(pyramid, float(extinction), stops, brick_of, zero_brick, parts, cost).run();
+  const Limit limit(pyramid, cut.depth);
+  const BoundParts parts = few && limit.parts > 0 ? bound_parts : BoundParts{};
+  const Stops stops = cut.everywhere ? stops_at(pyramid, limit)
+                                     : stops_by_cost(pyramid, cost, limit, brick_of, parts);
+  return Layout(pyramid, float(extinction), stops, brick_of, zero_brick, parts, cost, limit).run();
 }
 
 }  // namespace pvol

@@ -30,9 +30,9 @@ VolumeField make_value_field(const BoundedGrid& from, const FieldMap& map,
   detail::check_placement(to_world, f.world_to_cells, f.world_box);
   FieldWithLinks built = build_field(from.grid, pyramid);
   // Points of a line are spread over segments: those of leaves make for little noise.
-  f.octree = build_octree(mapped, 1, std::cbrt(std::abs(determinant(to_world))),
-                          {.depth = kDeepestOctree, .costs = {}},
-                          links_of(mapped, pyramid, built.brick_of), kZeroBrick);
+  f.octree =
+      build_octree(mapped, 1, std::cbrt(std::abs(determinant(to_world))), {.everywhere = true},
+                   links_of(mapped, pyramid, built.brick_of), kZeroBrick);
   f.values = std::make_shared<const BrickField>(std::move(built.field));
   f.leaves = detail::index_leaves_of(f);
   return f;

@@ -107,12 +107,19 @@ struct WalkCosts {
   double lookup = 20;     ///< finding and interpolating the density
 };
 
-inline constexpr int kDeepestOctree = 16;  ///< level at which a walk may be told to stop
+/// Level of the parts of leaves in the largest cloud (kMaxRootLog2): no octree is deeper.
+inline constexpr int kDeepestOctree = 23;
 
-/// Which terminals the walk stops at.
+/// Which terminals the walk stops at: those of least cost down to a depth. With the depth that the
+/// tree without a limit has (Octree::depth), they are the same as without.
 struct Cut {
-  std::optional<int> depth;  ///< octree level 0 (root) to kDeepestOctree, or by cost
-  WalkCosts costs;
+  /// Deepest octree level at which walks stop, 0 (root) to kDeepestOctree; the parts of leaves are
+  /// the two levels below them. Without: no limit.
+  std::optional<int> depth{};
+  WalkCosts costs{};
+  /// Walks go on to the depth, or to leaves above it, whatever that costs: not below leaves, and
+  /// not into cubes of one density.
+  bool everywhere = false;
 };
 
 /// Bounds of what look-ups compute in the parts of a leaf, of 2^3 cells each, part (i, j, k) at

@@ -72,7 +72,7 @@ struct Entry {
 using Entries = std::vector<Entry>;
 
 /// The help with the words, or ends of the range, that the metavar does not show, and the default
-/// in brackets: "Octree depth where the walk stops (0 to 16) [auto: by cost]". The entry is that of
+/// in brackets: "Deepest octree level (0 to 23) [auto: no limit]". The entry is that of
 /// a thing with its defaults.
 [[nodiscard]] std::string help_of(const Entry& entry);
 

@@ -138,10 +138,10 @@ struct Refusal {
 /// Nothing where the value is within the limits.
 [[nodiscard]] std::optional<Refusal> refuse(const Limits& limits, const Value& value);
 
-/// E.g. `a number in [0, 1]`, `a whole number in 0..16 or "auto"`, `an array of 4 numbers`.
+/// E.g. `a number in [0, 1]`, `a whole number in 0..23 or "auto"`, `an array of 4 numbers`.
 [[nodiscard]] std::string expected(const Limits& limits);
 
-/// For help: "0 to 16" of one number whose ends say something, else nothing.
+/// For help: "0 to 23" of one number whose ends say something, else nothing.
 [[nodiscard]] std::string ends_of(const Limits& limits);
 
 /// The value that a text means under these limits, as command lines write it: 640x480, on, auto,
@@ -149,7 +149,7 @@ struct Refusal {
 [[nodiscard]] Value parse_value(const Limits& limits, std::string_view text);
 
 /// What was expected of a value that was refused, in the words of a command line: auto or a whole
-/// number in 0..16.
+/// number in 0..23.
 [[nodiscard]] std::string command_expected(const Limits& limits, const Refusal& refusal);
 
 /// The text that `parse_value` takes for the value.

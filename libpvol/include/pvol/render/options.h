@@ -101,7 +101,8 @@ struct RenderOptions {
   KernelKind kernel = KernelKind::automatic;
   LineEmission line_emission = LineEmission::automatic;
   int emission_points = 4;   ///< of a flight, for each 8 voxels of a field of emission on its way
-  std::optional<int> depth;  ///< octree depth at which the walk stops, 0..16; else by cost
+  std::optional<int> depth;  ///< deepest octree level at which walks stop, 0 to
+                             ///< kDeepestOctree; above it, and without, by cost
   /// Factor on majorants, for measurements: above 1 bounds get looser and the picture stays the
   /// same; below 1, down to 1/3, they do not bound, which takes a tracker with weights.
   double majorant_scale = 1;
@@ -274,8 +275,9 @@ template <std::same_as<RenderOptions> O>
       key<&O::depth>({.key = "depth",
                       .metavar = "N|auto",
                       .limits = whole(0, kDeepestOctree).or_word("auto"),
-                      .help = "Octree depth at which the walk stops",
-                      .otherwise = "auto: the depth of least cost",
+                      .help = "Deepest octree level at which walks stop; above it they "
+                              "stop where that costs least",
+                      .otherwise = "auto: no limit",
                       .effect = Effect::cost,
                       .factor = "octree depth",
                       .sweep = "0 2 3 4 6 8"}),

@@ -11,9 +11,9 @@ namespace pvol {
 
 struct LeafMicroBounds;  // field/leaf_micro_bounds.h
 
-/// Makes a cloud ready for a medium, a way of look-up and a tracker: the walk stops at
-/// options.depth or, without it, where the cost model says (THEORY.md, T2.1); at the root for the
-/// tracker delta_global. Micro-bounds are made where options.micro_bounds asks for them: of those
+/// Makes a cloud ready for a medium, a way of look-up and a tracker: the walk stops where the cost
+/// model says (THEORY.md, T2.1), and not below options.depth; at the root for the tracker
+/// delta_global. Micro-bounds are made where options.micro_bounds asks for them: of those
 /// `stored`, where they are there and of the size that is wanted, else built.
 /// Trackers with weights take bounds up to kMostBoundsExcess too low, options.majorant_scale
 /// included. Throws Error where bounds or stored micro-bounds do not hold for the density otherwise

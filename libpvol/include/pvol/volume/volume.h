@@ -62,7 +62,8 @@ struct VolumeOptions {
   std::vector<Affine> instances{};
   LookUp look_up = LookUp::trilinear;                       ///< of samples; recipes are evaluated
   MicroBoundsUse micro_bounds = MicroBoundsUse::automatic;  ///< never changes a result
-  std::optional<int> depth{};  ///< octree depth at which walks stop, 0..16; else by cost
+  std::optional<int> depth{};  ///< deepest octree level at which walks stop, 0 to
+                               ///< kDeepestOctree; above it, and without, by cost
   Tracker tracker = Tracker::decomposition;
   /// Factor on majorants, for measurements: above 1 bounds get looser and the picture stays the
   /// same; below 1, down to 1/3, they do not bound, which takes a tracker with weights.
