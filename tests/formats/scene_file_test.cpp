@@ -146,8 +146,8 @@ TEST_F(SceneText, SettingAPhaseFunctionReplacesThatOfTheFile) {
             (Phases{Droplets(9), Rayleigh{}}));
   EXPECT_EQ(phases({"medium.g=0.2", "medium.component.phase_table=[[0,1],[180,2]]"}),
             (Phases{HenyeyGreenstein(0.2), PhaseTable({{0, 1}, {180, 2}})}));
-  EXPECT_TRUE(says(error(two, {"medium.g=0.2", "medium.rayleigh=true"}),
-                   "scene.set_no_key_medium_rayleigh"));
+  EXPECT_TRUE(
+      says(error(two, {"medium.g=0.2", "medium.rayleigh=true"}), "scene.set_two_phase_functions"));
   EXPECT_NE(error(two, {"medium.g_backward=-0.2", "medium.rayleigh=true"}).find("g_backward"),
             std::string::npos);
 }

@@ -112,6 +112,36 @@ TomlTable of_chosen_kind(TomlTable table, std::string_view key,
 /// The key that tells the phase function from others.
 std::string_view first_key(const PhaseFunction& phase) { return entries(phase).front().about.key; }
 
+/// Refuses the first key of a phase function other than the chosen one.
+void refuse_other_phases(const TomlTable& table, const PhaseFunction& chosen) {
+  const std::string_view own = first_key(chosen);
+  for (PhaseFunction& kind : all_kinds<PhaseFunction>()) {
+    if (kind.index() == chosen.index()) continue;
+    for (const Entry& e : entries(kind)) {
+      const TomlValue* const found = table.find(e.about.key);
+      if (found == nullptr) continue;
+      if (!table.has(own)) {
+        throw Error(fmt::format("{}: {} goes with {}; add that", found->key_where, found->key,
+                                first_key(kind)));
+      }
+      throw Error(fmt::format("{}: {} and {} are of two phase functions; leave one of them out",
+                              found->key_where, found->key, own));
+    }
+  }
+}
+
+/// The keys, with those of all phase functions behind that of the chosen one.
+std::vector<std::string_view> with_phases(std::vector<std::string_view> keys,
+                                          const PhaseFunction& chosen) {
+  std::vector<std::string_view> others;
+  for (const PhaseFunction& kind : all_kinds<PhaseFunction>()) {
+    if (kind.index() != chosen.index()) others.push_back(first_key(kind));
+  }
+  const auto own = std::find(keys.begin(), keys.end(), first_key(chosen));
+  keys.insert(own + 1, others.begin(), others.end());
+  return keys;
+}
+
 void read_camera(const TomlTable& table, SceneFile& file) {
   Camera& camera = file.scene.camera;
   Entries all = entries(camera);
@@ -165,7 +195,8 @@ void read_medium(const TomlTable& given, SceneVolume& volume, Placement& placeme
       albedo != nullptr && std::holds_alternative<TomlTable>(albedo->value)) {
     table.fail("albedo", "a number or three; set a grid of albedos in [medium.albedo_field]");
   }
-  read_keys(table, joined(component, place), allowed);
+  refuse_other_phases(table, first.phase);
+  read_keys(table, joined(component, place), with_phases(allowed, first.phase));
   refuse_misfit(table, misfit(placement));
   volume.has_extinction = table.has("extinction");
   volume.object_to_world = placement.map();
@@ -181,7 +212,9 @@ void read_medium(const TomlTable& given, SceneVolume& volume, Placement& placeme
     Component c;
     choose_kind(*t, c.phase);
     const Entries own = entries(c);
-    read_keys(of_chosen_kind<PhaseFunction>(*t, first_key(c.phase), key_names(own)), own);
+    const TomlTable rest = of_chosen_kind<PhaseFunction>(*t, first_key(c.phase), key_names(own));
+    refuse_other_phases(rest, c.phase);
+    read_keys(rest, own, with_phases(key_names(own), c.phase));
     medium.components.push_back(c);
     if (!share_rest(medium)) t->fail("share", "shares of the components that sum up to at most 1");
   }
