@@ -13,11 +13,13 @@
 #define PVOL_PVOL_HPP
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <exception>
 #include <limits>
 #include <new>
 #include <optional>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "pvol/pvol.h"
@@ -25,18 +27,22 @@
 namespace pvol {
 namespace api {
 
-/// What failed, by pvol_message.
-class Error : public std::runtime_error {
+/// What failed, by pvol_message; of that the first 1023 bytes.
+class Error : public std::exception {
  public:
-  Error(pvol_status status, const std::string& message)
-      : std::runtime_error(message), status_(status) {}
-  pvol_status status() const { return status_; }
+  Error(pvol_status status, const char* message) noexcept : status_(status) {
+    std::snprintf(message_, sizeof message_, "%s", message);
+  }
+  const char* what() const noexcept override { return message_; }
+  pvol_status status() const noexcept { return status_; }
 
  private:
   pvol_status status_;
+  char message_[1024];
 };
 
 using Vec = std::array<double, 3>;
+using Rgb = std::array<float, 3>;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// A ray as pvol_ray. Without a t_max it is infinite.
@@ -93,7 +99,21 @@ class Random : public pvol_random {
     r.user = &f;
     return r;
   }
+  /// The next numbers are these, then those of the stream; they must outlive their use. Without
+  /// effect on numbers of a function.
+  Random& begin_with(Span<const float> first) {
+    numbers = first.data;
+    count = static_cast<std::uint32_t>(first.size);
+    taken = 0;
+    return *this;
+  }
   double uniform() { return pvol_uniform(this); }
+};
+
+/// A flight where channels differ in their extinction.
+struct RgbFlight {
+  std::optional<double> t;  ///< of the collision, if there is one
+  Rgb weight;               ///< by which to multiply the throughput, also where there is none
 };
 
 /// A ray's way through a volume, as pvol_walk. Copies go their own ways.
@@ -125,6 +145,17 @@ class Walk {
     return pvol_walk_transmittance(&walk_, estimator, &random);
   }
   double optical_depth() { return pvol_walk_optical_depth(&walk_); }
+  RgbFlight flight_rgb(const Rgb& throughput, pvol_random& random) {
+    RgbFlight f;
+    double t;
+    if (pvol_walk_flight_rgb(&walk_, throughput.data(), &random, &t, f.weight.data()) == 1) f.t = t;
+    return f;
+  }
+  Rgb transmittance_rgb(pvol_random& random) {
+    Rgb passed;
+    pvol_walk_transmittance_rgb(&walk_, &random, passed.data());
+    return passed;
+  }
   /// False for a bad direction.
   bool resume(double t, const Vec& direction, double t_max = kInfinity) {
     return pvol_resume(&walk_, t, direction.data(), t_max) == 1;
@@ -175,7 +206,7 @@ class Volume {
     return require(pvol_set_transform(get(), field, m.data()));
   }
   Volume& set_extinction(double mu) { return require(pvol_set_extinction(get(), mu)); }
-  Volume& set_extinction_color(const std::array<float, 3>& share) {
+  Volume& set_extinction_color(const Rgb& share) {
     return require(pvol_set_extinction_color(get(), share.data()));
   }
   Volume& set_interpolation(pvol_interpolation interpolation) {
@@ -185,12 +216,34 @@ class Volume {
   Volume& commit(const pvol_commit_options& options = {}) {
     return require(pvol_commit(get(), &options));
   }
+  /// From any thread: commit, if one is under way, soon throws Error with PVOL_CANCELLED.
+  void cancel() const { pvol_cancel(get()); }
+
+  Volume& set_error_function(pvol_error_function function, void* user) {
+    return require(pvol_set_error_function(get(), function, user));
+  }
+  /// `f(status, message)` is called before Error is thrown. It must outlive the volume, and must
+  /// not throw.
+  template <class F>
+  Volume& set_error_function(F& f) {
+    return set_error_function(
+        [](void* user, pvol_status status, const char* message) {
+          (*static_cast<F*>(user))(status, message);
+        },
+        &f);
+  }
 
   /// Low and high corner; nothing where there is no density.
   std::optional<std::pair<Vec, Vec>> box() const {
     std::pair<Vec, Vec> b;
     if (pvol_box(get(), b.first.data(), b.second.data()) == 0) return std::nullopt;
     return b;
+  }
+  /// Bounds of mu_t, the lower first; nothing for a box that is not one, and without a commit.
+  std::optional<std::array<float, 2>> extinction_range(const Vec& lo, const Vec& hi) const {
+    std::array<float, 2> range;
+    if (pvol_extinction_range(get(), lo.data(), hi.data(), range.data()) != 1) return std::nullopt;
+    return range;
   }
   float density(const Vec& place) const { return pvol_density(get(), place.data()); }
   float extinction(const Vec& place) const { return pvol_extinction(get(), place.data()); }
@@ -207,6 +260,19 @@ class Volume {
   float transmittance(const pvol_ray& ray, pvol_estimator estimator, pvol_random& random) const {
     float passed = 1;
     return pvol_sample_transmittance(get(), &ray, estimator, &random, &passed) == 1 ? passed : 1;
+  }
+  /// Nothing for bad rays, and for all rays of tricubic volumes.
+  std::optional<double> optical_depth(const pvol_ray& ray) const {
+    double depth;
+    if (pvol_optical_depth(get(), &ray, &depth) != 1) return std::nullopt;
+    return depth;
+  }
+  /// How many spans there are; of them the first fill `spans`.
+  std::size_t shell_spans(const pvol_ray& ray, Span<pvol_span> spans) const {
+    constexpr std::size_t kMost = 1 << 20;
+    const int capacity = static_cast<int>(spans.size < kMost ? spans.size : kMost);
+    const int count = pvol_shell_spans(get(), &ray, spans.data, capacity);
+    return count < 0 ? 0 : static_cast<std::size_t>(count);
   }
 
   /// Many rays at once; each returns the number of bad ones.
@@ -232,11 +298,12 @@ class Volume {
     return *this;
   }
   static void require_size(const pvol_rays& rays, std::size_t results) {
-    if (results < rays.count) {
-      throw std::invalid_argument("the array of results has " + std::to_string(results) +
-                                  " elements; expected one for each of " +
-                                  std::to_string(rays.count) + " rays");
-    }
+    if (results >= rays.count) return;
+    char message[128];
+    std::snprintf(message, sizeof message,
+                  "the array of results has %zu elements; expected one for each of %zu rays",
+                  results, rays.count);
+    throw Error(PVOL_INVALID, message);
   }
 };
 
