@@ -115,5 +115,41 @@ TEST(CapiHeader, TellsOfErrorsAndCancels) {
   EXPECT_THROW((void)v.flights(two, {}, {&t, 1}), api::Error) << "room for one result alone";
 }
 
+/// With the same stream: the values of single calls where no lanes serve, else their mean.
+TEST(CapiHeader, BatchesHaveTheDistributionOfSingleCalls) {
+  const Smoke smoke;
+  constexpr std::size_t kRays = 20'000;
+  const pvol_ray ray = ray_between({-10, 19, 20}, {20, 20, 19});
+  std::vector<double> origins, directions;
+  for (std::size_t i = 0; i < kRays; ++i) {
+    origins.insert(origins.end(), ray.o, ray.o + 3);
+    directions.insert(directions.end(), ray.d, ray.d + 3);
+  }
+  pvol_rays rays{};
+  rays.count = kRays;
+  rays.origins = api::vectors(origins.data()), rays.directions = api::vectors(directions.data());
+  for (const bool tricubic : {true, false}) {
+    api::Volume v;
+    v.set(PVOL_DENSITY, smoke.array()).set_transform(PVOL_DENSITY, kPlacement).set_extinction(0.7);
+    v.set_interpolation(tricubic ? PVOL_TRICUBIC : PVOL_TRILINEAR).commit();
+    std::vector<double> t(kRays);
+    EXPECT_EQ(v.flights(rays, {}, {t.data(), kRays}), 0u);
+    double batch = 0, single = 0;
+    std::size_t equal = 0;
+    for (std::uint64_t i = 0; i < kRays; ++i) {
+      api::Random random(0, i, 0);
+      const double own = v.flight(ray, random).value_or(api::kInfinity);
+      equal += own == t[i];
+      batch += std::isinf(t[i]), single += std::isinf(own);
+    }
+    if (tricubic) {
+      EXPECT_EQ(equal, kRays);
+    }
+    const double share = single / kRays, sigma = std::sqrt(2 * share * (1 - share) / kRays);
+    EXPECT_GT(single, 0);
+    EXPECT_NEAR(batch / kRays, share, 5 * sigma);
+  }
+}
+
 }  // namespace header_test
 }  // namespace pvol::test

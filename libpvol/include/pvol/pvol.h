@@ -374,14 +374,23 @@ typedef struct pvol_streams {
   const uint64_t* streams;
 } pvol_streams;
 
-/* As pvol_sample_flight for each ray, many at a time in the lanes of the processor's registers:
- * t[i] is the place of the collision, infinite where there is none, and no number for a bad ray.
+/* A flight of each ray, many at a time in the lanes of the processor's registers: t[i] is the place
+ * of the collision, infinite where there is none, and no number for a bad ray.
+ *
+ * Its distribution is that of pvol_sample_flight. Its value by the same stream often is not: lanes
+ * draw tentative collisions by bounds of small cubes, single calls by those of a tree. Lanes of any
+ * width give the same values. Batches go ray by ray, and give the values of single calls, on
+ * processors without AVX2, and through tricubic volumes, shared samples and the largest and
+ * thickest clouds: of more than 4000 samples along an axis, or with mean free paths of less than
+ * some thousandths of the distance between samples.
+ *
  * Works on the thread that calls, which keeps 220 KB for it until it ends; share a large batch
  * among threads of yours. Returns how many rays were bad; all where the volume was not committed,
  * and where there is no memory. */
 size_t pvol_flights(const pvol_volume* volume, const pvol_rays* rays, const pvol_streams* streams,
                     double* t);
-/* The same for transmittances, by PVOL_RATIO or PVOL_ANALOG in lanes, by others one by one. */
+/* The same for transmittances, by PVOL_RATIO or PVOL_ANALOG in lanes, by others one by one with the
+ * values of pvol_sample_transmittance. */
 size_t pvol_transmittances(const pvol_volume* volume, const pvol_rays* rays,
                            pvol_estimator estimator, const pvol_streams* streams,
                            float* transmittance);
