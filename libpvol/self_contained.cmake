@@ -1,5 +1,6 @@
 # Self-contained objects: many objects become one, whose inline functions and instantiated templates belong
-# to it alone.
+# to it alone. Hidden objects: nothing of theirs is seen outside the program or plug-in that they become part
+# of, and nothing outside takes their place.
 #
 # A compiler leaves a copy of each inline function in every object that calls it, and the linker keeps one
 # of them for the whole program. A client that is compiled with -march=native, -ffast-math or -O0 could so
@@ -56,6 +57,26 @@ function(pvol_self_contained RESULT NAME)
       -P ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/hide_symbols.cmake
     DEPENDS ${objects} ${list} ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/hide_symbols.cmake
     COMMENT "Hiding symbols of ${NAME}.o" VERBATIM)
+  set_source_files_properties(${object} PROPERTIES EXTERNAL_OBJECT TRUE GENERATED TRUE)
+  set(${RESULT} ${object} PARENT_SCOPE)
+endfunction()
+
+# RESULT becomes the objects for a static library: NAME_hidden.o of the self-contained object, or where there
+# is none, the objects as they are. A plug-in that holds it neither shows the library's functions to others
+# nor calls those of another library or of the program that loads it.
+function(pvol_hidden RESULT NAME)
+  set(objects ${ARGN})
+  if(NOT PVOL_HIDES_SYMBOLS)
+    set(${RESULT} ${objects} PARENT_SCOPE)
+    return()
+  endif()
+  set(object ${CMAKE_CURRENT_BINARY_DIR}/self_contained/${NAME}_hidden.o)
+  add_custom_command(OUTPUT ${object}
+    COMMAND ${CMAKE_COMMAND} -D LINKER=${PVOL_BINUTILS_LINKER} -D NM=${PVOL_BINUTILS_NM}
+      -D COMPILER=${CMAKE_CXX_COMPILER} -D OBJECT=${objects} -D HIDDEN=${object}
+      -P ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/hide_object.cmake
+    DEPENDS ${objects} ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/hide_object.cmake
+    COMMENT "Making ${NAME}_hidden.o" VERBATIM)
   set_source_files_properties(${object} PROPERTIES EXTERNAL_OBJECT TRUE GENERATED TRUE)
   set(${RESULT} ${object} PARENT_SCOPE)
 endfunction()

@@ -10,13 +10,21 @@ endfunction()
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
 run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${WORK}/build -G ${GENERATOR}
   -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_C_COMPILER=${C_COMPILER}
-  -D CMAKE_PREFIX_PATH=${WORK}/prefix -D CMAKE_BUILD_TYPE=Release)
+  -D CMAKE_PREFIX_PATH=${WORK}/prefix -D CMAKE_BUILD_TYPE=Release -D SELF_CONTAINED=${SELF_CONTAINED})
 run(${CMAKE_COMMAND} --build ${WORK}/build)
 run(${WORK}/build/consumer)
 run(${WORK}/build/c_client_static)
 run(${WORK}/build/c_client_shared)
 run(${WORK}/build/recipes)
 run(${WORK}/build/host ${WORK}/build/plugin.so)
+
+# Clouds and rays do without Embree, which pictures need.
+foreach(program c_client_static c_client_shared)
+  execute_process(COMMAND ldd ${WORK}/build/${program} OUTPUT_VARIABLE needed COMMAND_ERROR_IS_FATAL ANY)
+  if(needed MATCHES "embree")
+    message(FATAL_ERROR "${program} needs Embree:\n${needed}")
+  endif()
+endforeach()
 
 # Without CMake: by pkg-config and the shared library.
 file(GLOB_RECURSE package ${WORK}/prefix/pvol.pc)
@@ -25,6 +33,10 @@ run(sh -c "${C_COMPILER} -std=c99 ${CMAKE_CURRENT_LIST_DIR}/c_client.c -o ${WORK
   $(PKG_CONFIG_PATH=${package} pkg-config --cflags --libs pvol) -lm \
   -Wl,-rpath,$(PKG_CONFIG_PATH=${package} pkg-config --variable=libdir pvol)")
 run(${WORK}/build/c_plain)
+run(sh -c "${C_COMPILER} -std=c99 ${CMAKE_CURRENT_LIST_DIR}/c_client.c -o ${WORK}/build/c_plain_render \
+  $(PKG_CONFIG_PATH=${package} pkg-config --cflags --libs pvol_render) -lm \
+  -Wl,-rpath,$(PKG_CONFIG_PATH=${package} pkg-config --variable=libdir pvol_render)")
+run(${WORK}/build/c_plain_render)
 
 # Inline functions of the library are its own: clients of any options get the same bits.
 foreach(kind plain fast unoptimised)
