@@ -226,7 +226,7 @@ int pvol_extinction_range(const pvol_volume* volume, const double lo[3], const d
 uint64_t pvol_bytes(const pvol_volume* volume);
 
 /* The density, mu_t, and a field's value at a place of the world; 0 outside, and where the place is
- * not finite. */
+ * null or not finite. */
 float pvol_density(const pvol_volume* volume, const double place[3]);
 float pvol_extinction(const pvol_volume* volume, const double place[3]);
 float pvol_value(const pvol_volume* volume, int field, const double place[3]);

@@ -54,7 +54,7 @@ extern "C" {
 
 int pvol_box(const pvol_volume* volume, double lo[3], double hi[3]) {
   const Committed* const c = committed(volume);
-  if (c == nullptr || c->volume->density.octree.empty()) return 0;
+  if (c == nullptr || c->volume->density.octree.empty() || !lo || !hi) return 0;
   const Box box = c->volume->density.world_box;
   for (int axis = 0; axis < 3; ++axis) lo[axis] = box.lo[axis], hi[axis] = box.hi[axis];
   return 1;
@@ -63,6 +63,7 @@ int pvol_box(const pvol_volume* volume, double lo[3], double hi[3]) {
 int pvol_extinction_range(const pvol_volume* volume, const double lo[3], const double hi[3],
                           float range[2]) {
   const Committed* const c = committed(volume);
+  if (lo == nullptr || hi == nullptr || range == nullptr) return PVOL_BAD_RAY;
   const Box box{vec(lo), vec(hi)};
   const bool is_box = is_finite(box.lo) && is_finite(box.hi) && min(box.lo, box.hi) == box.lo;
   if (c == nullptr || !is_box) return PVOL_BAD_RAY;
@@ -85,17 +86,17 @@ uint64_t pvol_bytes(const pvol_volume* volume) {
 
 float pvol_density(const pvol_volume* volume, const double place[3]) {
   const Committed* const c = committed(volume);
-  return c == nullptr ? 0 : density_at(*c->volume, vec(place));
+  return c == nullptr || place == nullptr ? 0 : density_at(*c->volume, vec(place));
 }
 
 float pvol_extinction(const pvol_volume* volume, const double place[3]) {
   const Committed* const c = committed(volume);
-  return c == nullptr ? 0 : extinction_at(*c->volume, vec(place));
+  return c == nullptr || place == nullptr ? 0 : extinction_at(*c->volume, vec(place));
 }
 
 float pvol_value(const pvol_volume* volume, int field, const double place[3]) {
   const Committed* const c = committed(volume);
-  if (c == nullptr || field < 0 || field >= PVOL_MOST_FIELDS) return 0;
+  if (c == nullptr || place == nullptr || field < 0 || field >= PVOL_MOST_FIELDS) return 0;
   if (field == PVOL_DENSITY) return density_at(*c->volume, vec(place));
   const auto& f = c->fields[std::size_t(field)];
   return f == nullptr ? 0 : value_at(*f, vec(place));
@@ -103,6 +104,7 @@ float pvol_value(const pvol_volume* volume, int field, const double place[3]) {
 
 int pvol_shell_spans(const pvol_volume* volume, const pvol_ray* ray, pvol_span* spans,
                      int capacity) try {
+  if (ray == nullptr || (spans == nullptr && capacity > 0)) return PVOL_BAD_RAY;
   const Committed* const c = committed(volume);
   RayWalk walk;
   const auto entry = enter(c, *ray, walk);
