@@ -730,9 +730,6 @@ TEST(SurfacePicture, WhatDoesNotGoTogetherIsRefused) {
   CloudScene weighted = cloud_scene_of_cube();
   weighted.options.tracker = Tracker::weighted_decomposition;
   expect_refused(weighted, "surfaces.scenes_surfaces_combined");
-  CloudScene deep = cloud_scene_of_cube();
-  deep.options.deep = true;
-  expect_refused(deep, "surfaces.scenes_surfaces_combined_flat");
   CloudScene room = cloud_scene_of_cube();
   room.surfaces = {BallSurface{{6, 6, 6}, 60, {Rgb(1.0f)}}};
   expect_refused(room, "surfaces.most_paths_bounce");

@@ -244,6 +244,7 @@ class SurfaceTracer {
   [[nodiscard]] bool catch_shadow(const SurfaceHit& surface, Rng& rng) {
     if (s_.stopped()) return false;
     on_catcher_ = true;
+    r_.first = surface.place, r_.first_material = surface.material;
     seen_ = direction_;
     open_light_ = light_in_the_open(surface);
     r_.alpha = 1;
@@ -278,20 +279,23 @@ class SurfaceTracer {
   /// Takes what arrived unscattered off what the catcher covers; where nothing ever does, there is
   /// no shadow, and it covers nothing.
   void subtract_direct_light() {
-    const float open = luminance(open_light_);
-    if (!(open > 0)) {
-      if (r_.alpha == 0) return;
-      r_.alpha = 0;
-      if (s_.options.background) add_seen(s_, seen_, Rgb(1.0f), r_);
-    } else {
+    Rgb shares(1.0f);
+    if (const float open = luminance(open_light_); open > 0) {
       const float share = luminance(direct_.radiance) / open;
-      Rgb shares(share);
+      shares = Rgb(share);
       for (int c = 0; c < 3; ++c) {
         if (open_light_[c] > 0) shares[c] = direct_.radiance[c] / open_light_[c];
       }
       r_.alpha -= share;
       r_.tint += shares - Rgb(share);
-      if (s_.options.background) add_seen(s_, seen_, shares, r_);
+    } else {
+      if (r_.alpha == 0) return;
+      r_.alpha = 0;
+    }
+    if (s_.options.background) {
+      const Rgb before = r_.radiance;
+      add_seen(s_, seen_, shares, r_);
+      r_.background += r_.radiance - before;
     }
     r_.scattered(0);
   }

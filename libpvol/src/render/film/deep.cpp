@@ -2,29 +2,59 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <optional>
 
 #include "pvol/error.h"
 
 namespace pvol {
 namespace {
 
-/// The bin of this number, of `most` that a pixel can have.
-DeepBin& bin_at(std::vector<DeepBin>& bins, std::uint32_t number, int most) {
-  auto at = std::ranges::lower_bound(bins, number, {}, &DeepBin::number);
-  if (at != bins.end() && at->number == number) return *at;
+/// Makes room before a place for one more, of `most` that a pixel can have.
+template <class Bin>
+Bin& insert(std::vector<Bin>& bins, typename std::vector<Bin>::iterator at, const Bin& bin,
+            int most) {
+  const auto before = at - bins.begin();
   if (bins.size() == bins.capacity()) {
-    const auto before = at - bins.begin();
     bins.reserve(std::min(std::size_t(most), 2 * bins.size() + 1));
-    at = bins.begin() + before;
   }
-  return *bins.insert(at, DeepBin{{}, 0, number});
+  return *bins.insert(bins.begin() + before, bin);
+}
+
+/// The bin of this number.
+DeepBin& bin_at(std::vector<DeepBin>& bins, std::uint32_t number, int most) {
+  const auto at = std::ranges::lower_bound(bins, number, {}, &DeepBin::number);
+  if (at != bins.end() && at->number == number) return *at;
+  return insert(bins, at, DeepBin{{}, 0, number}, most);
+}
+
+/// The interval of a depth above 0: its exponent and the first ten bits of its fraction.
+std::int64_t interval_of(double depth) {
+  constexpr int kBits = std::numeric_limits<double>::digits - 1 - 10;
+  return std::bit_cast<std::int64_t>(depth) >> kBits;
+}
+
+/// What has this number; where there is no room for it, the nearest in depth.
+DeepSurface& surface_at(std::vector<DeepSurface>& all, std::int64_t number, int most) {
+  auto at = std::ranges::lower_bound(all, number, {}, &DeepSurface::number);
+  if (at != all.end() && at->number == number) return *at;
+  if (all.size() < std::size_t(most)) {
+    DeepSurface one;
+    one.number = number;
+    return insert(all, at, one, most);
+  }
+  if (at == all.end()) return all.back();
+  if (at == all.begin()) return all.front();
+  const auto before = std::prev(at);
+  return number - before->number < at->number - number ? *before : *at;
 }
 
 /// What samples add to colour, by channel, and to alpha, in sums over them.
 using Sums = std::array<double, 4>;
-Sums sums_of(const DeepBin& b) { return {b.sum.x, b.sum.y, b.sum.z, double(b.count)}; }
+Sums sums_of(const Vec3d& sum, double alpha) { return {sum.x, sum.y, sum.z, alpha}; }
 void add(Sums& to, const Sums& from) {
   for (std::size_t c = 0; c < to.size(); ++c) to[c] += from[c];
 }
@@ -48,23 +78,79 @@ class Even {
   double front_, alpha_, rate_;
 };
 
-/// Makes samples of the bins of a pixel.
+/// What samples met first between two depths, or where these are equal at a surface.
+struct Part {
+  double front, back;
+  Sums sums;
+};
+
+/// A surface. Whatever noise says, it covers no less than nothing and no more than all that met it.
+Part part_of(const DeepSurface& s) {
+  const double depth = s.depth / s.count;
+  return {depth, depth, sums_of(s.sum, std::clamp(s.alpha, 0.0, double(s.count)))};
+}
+
+/// What an even bin, where `arrived` samples arrive, has before a depth inside.
+Part part_before(const Part& bin, double depth, double arrived) {
+  const double alpha = bin.sums[3] / arrived;
+  const double share = alpha < 1 ? Even(bin.front, bin.back, alpha).share(depth)
+                                 : (depth - bin.front) / (bin.back - bin.front);
+  Part before{bin.front, depth, bin.sums};
+  for (double& s : before.sums) s *= share;
+  return before;
+}
+
+/// All that a pixel met, in order of depth. A surface that nothing lies behind has all of its bin
+/// before it; others divide theirs.
+std::vector<Part> parts_of(const DeepFilm& film, std::size_t pixel, double samples) {
+  std::vector<Part> bins, surfaces, all;
+  for (const DeepBin& b : film.pixels[pixel]) {
+    bins.push_back({film.edge(b.number), film.edge(b.number + 1), sums_of(b.sum, b.count)});
+  }
+  if (film.surfaces.empty()) return bins;
+  for (const DeepSurface& s : film.surfaces[pixel]) surfaces.push_back(part_of(s));
+  const auto put = [&](const Part& part) {
+    if (part.sums != Sums{}) all.push_back(part);
+    samples -= part.sums[3];
+  };
+  std::size_t next = 0;
+  for (std::size_t k = 0; k < surfaces.size(); ++k) {
+    const double depth = surfaces[k].front;
+    for (; next < bins.size() && bins[next].front < depth; ++next) {
+      Part& bin = bins[next];
+      if (bin.back > depth && (next + 1 < bins.size() || k + 1 < surfaces.size())) {
+        const Part before = part_before(bin, depth, samples);
+        put(before);
+        bin.front = depth;
+        for (std::size_t c = 0; c < bin.sums.size(); ++c) bin.sums[c] -= before.sums[c];
+        break;
+      }
+      bin.back = std::min(bin.back, depth);
+      put(bin);
+    }
+    put(surfaces[k]);
+  }
+  for (; next < bins.size(); ++next) put(bins[next]);
+  return all;
+}
+
+/// Makes samples of the parts of a pixel.
 class Merger {
  public:
   Merger(const DeepFilm& film, std::size_t pixel, std::uint32_t samples, double error)
-      : film_(film), bins_(film.pixels[pixel]), samples_(samples) {
-    for (const DeepBin& b : bins_) add(allowed_, sums_of(b));
+      : parts_(parts_of(film, pixel, samples)), samples_(samples) {
+    for (const Part& p : parts_) add(allowed_, p.sums);
     for (double& a : allowed_) a = error * std::abs(a);
   }
 
   std::vector<DeepSample> run() {
     std::vector<DeepSample> all;
-    for (std::size_t i = 0; i < bins_.size();) {
+    for (std::size_t i = 0; i < parts_.size();) {
       std::size_t end = i + 1;
-      Sums sums = sums_of(bins_[i]);
-      for (; end < bins_.size(); ++end) {
+      Sums sums = parts_[i].sums;
+      for (; end < parts_.size(); ++end) {
         Sums more = sums;
-        add(more, sums_of(bins_[end]));
+        add(more, parts_[end].sums);
         if (!may_merge(i, end + 1, more)) break;
         sums = more;
       }
@@ -76,14 +162,13 @@ class Merger {
   }
 
  private:
-  const DeepFilm& film_;
-  const std::vector<DeepBin>& bins_;
+  std::vector<Part> parts_;
   double samples_;
   Sums allowed_{};     // change of the sums
-  double before_ = 0;  // samples that collided before the bins under way
+  double before_ = 0;  // samples that ended before the parts under way
 
-  [[nodiscard]] double front(std::size_t i) const { return film_.edge(bins_[i].number); }
-  [[nodiscard]] double back(std::size_t i) const { return film_.edge(bins_[i].number + 1); }
+  [[nodiscard]] double front(std::size_t i) const { return parts_[i].front; }
+  [[nodiscard]] double back(std::size_t i) const { return parts_[i].back; }
 
   [[nodiscard]] DeepSample sample_of(std::size_t begin, std::size_t end, const Sums& sums) const {
     const double arrived = samples_ - before_;
@@ -98,11 +183,11 @@ class Merger {
     const double arrived = samples_ - before_;
     if (!(sums[3] < arrived)) return false;  // covers all: nothing even would
     const Even merged(front(begin), back(end - 1), sums[3] / arrived);
-    Sums inside{};  // of the bins before this one
+    Sums inside{};  // of the parts before this one
     double count = 0;
     for (std::size_t i = begin; i < end; ++i) {
       if (!(front(i) < back(i))) return false;  // thinner than double tells apart
-      const Sums own = sums_of(bins_[i]);
+      const Sums& own = parts_[i].sums;
       const Even bin(front(i), back(i), own[3] / (arrived - count));
       for (std::size_t c = 0; c < sums.size(); ++c) {
         // In gaps nothing is added, so that the change is greatest at a gap's ends.
@@ -140,6 +225,14 @@ void DeepFilm::add(std::size_t pixel, double depth, Vec3d radiance) {
   ++bin.count;
 }
 
+void DeepFilm::add_surface(std::size_t pixel, double depth, Vec3d radiance, double alpha) {
+  DeepSurface& s = surface_at(surfaces[pixel], interval_of(depth), bins);
+  s.sum += radiance;
+  s.alpha += alpha;
+  s.depth += depth;
+  ++s.count;
+}
+
 std::vector<DeepSample> deep_samples(const DeepFilm& film, std::size_t pixel, std::uint32_t samples,
                                      double error) {
   return Merger(film, pixel, samples, error).run();
@@ -166,14 +259,17 @@ DeepValue flatten(std::span<const DeepSample> samples) {
 }
 
 // Room for bins is doubled as they come.
-double most_deep_bytes(double pixels, int bins, double samples) {
-  return pixels *
-         (sizeof(std::vector<DeepBin>) + sizeof(DeepBin) * std::min(double(bins), 2 * samples));
+double most_deep_bytes(double pixels, int bins, double samples, bool surfaces) {
+  const auto of = [&](std::size_t list, std::size_t one) {
+    return double(list) + double(one) * std::min(double(bins), 2 * samples);
+  };
+  return pixels * (of(sizeof(std::vector<DeepBin>), sizeof(DeepBin)) +
+                   (surfaces ? of(sizeof(std::vector<DeepSurface>), sizeof(DeepSurface)) : 0));
 }
 
 void add_samples(DeepFilm& to, const DeepFilm& from) {
-  if (to.pixels.size() != from.pixels.size() || to.bins != from.bins || to.front != from.front ||
-      to.back != from.back) {
+  if (to.pixels.size() != from.pixels.size() || to.surfaces.size() != from.surfaces.size() ||
+      to.bins != from.bins || to.front != from.front || to.back != from.back) {
     throw Error("the deep films have different sizes or bins; expected the same to add them");
   }
   for (std::size_t i = 0; i < to.pixels.size(); ++i) {
@@ -181,6 +277,15 @@ void add_samples(DeepFilm& to, const DeepFilm& from) {
       DeepBin& bin = bin_at(to.pixels[i], b.number, to.bins);
       bin.sum += b.sum;
       bin.count += b.count;
+    }
+  }
+  for (std::size_t i = 0; i < to.surfaces.size(); ++i) {
+    for (const DeepSurface& s : from.surfaces[i]) {
+      DeepSurface& one = surface_at(to.surfaces[i], s.number, to.bins);
+      one.sum += s.sum;
+      one.alpha += s.alpha;
+      one.depth += s.depth;
+      one.count += s.count;
     }
   }
 }

@@ -142,11 +142,18 @@ DeepFilm make_deep(const PathSetup& s, std::size_t pixels) {
   }
   front = std::max(front, 0.0);              // nothing behind the camera is seen
   if (!(front < back)) front = 0, back = 1;  // nor anything at all
-  return {front, back, s.options.deep_bins, std::vector<std::vector<DeepBin>>(pixels)};
+  DeepFilm film{front, back, s.options.deep_bins, std::vector<std::vector<DeepBin>>(pixels)};
+  if (s.surfaces) film.surfaces.resize(pixels);
+  return film;
 }
 
 void add_to_deep(const PathSetup& s, const PathResult& r, std::size_t pixel, DeepFilm& film) {
-  film.add(pixel, depth_of(s, r.first), Vec3d(r.radiance));
+  const double depth = depth_of(s, r.first);
+  if (r.first_material) {
+    film.add_surface(pixel, depth, Vec3d(r.radiance - r.background), double(r.alpha));
+  } else {
+    film.add(pixel, depth, Vec3d(r.radiance));
+  }
 }
 
 void add_to_layers(const PathSetup& s, const PathResult& r, std::size_t pixel, Film& film) {

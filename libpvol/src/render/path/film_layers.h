@@ -12,7 +12,7 @@ namespace pvol::detail {
 /// the back of what the volumes' boxes have before the camera.
 [[nodiscard]] DeepFilm make_deep(const PathSetup& setup, std::size_t pixels);
 
-/// Adds a sample that collided to those bins.
+/// Adds a sample that met something to those bins.
 void add_to_deep(const PathSetup& setup, const PathResult& r, std::size_t pixel, DeepFilm& film);
 
 /// Adds a sample to layers that were made for its setup.
@@ -21,7 +21,8 @@ void add_to_layers(const PathSetup& setup, const PathResult& r, std::size_t pixe
 /// Adds a sample to the film's exact sums; `flush` brings the pixel's others up to date.
 inline void add_sample(const PathSetup& setup, const PathResult& r, std::size_t pixel, Film& film) {
   if (!film.layers.empty()) add_to_layers(setup, r, pixel, film);
-  if (!film.deep.pixels.empty() && r.first_weight != 0) add_to_deep(setup, r, pixel, film.deep);
+  if (!film.deep.pixels.empty() && (r.first_weight != 0 || r.first_material))
+    add_to_deep(setup, r, pixel, film.deep);
   ExactPixel& p = film.sums.pixels[pixel];
   const Vec3d v(r.radiance);
   add(p.light, v);

@@ -13,8 +13,9 @@ namespace pvol::detail {
 /// none where nobody asks for them.
 struct PathResult {
   Rgb radiance{0.0f};
-  float alpha = 0;  ///< estimate of 1 - transmittance
-  Rgb tint{0.0f};   ///< of that transmittance: what channels have more than their mean
+  float alpha = 0;       ///< estimate of 1 - transmittance
+  Rgb background{0.0f};  ///< of the radiance, what a shadow catcher shows of the background
+  Rgb tint{0.0f};        ///< of that transmittance: what channels have more than their mean
   std::vector<Rgb> layers;
   /// Radiance by scatterings: of light that was not scattered, that was once, that was more often;
   /// empty where nobody asks.
@@ -23,13 +24,13 @@ struct PathResult {
   float first_weight = 0;  ///< of the flight that ended there; 0: none did
   float time = 0;          ///< of the path, in frames, where the setup moves
   Vec3d first_normal;      ///< where that place is on a surface, which has this finish
-  const Material* first_material = nullptr;
+  const Material* first_material = nullptr;  ///< a shadow catcher's too, which no weight counts
 
   explicit PathResult(const PathSetup& s)
       : layers(s.options.aovs.has(Aov::lights) ? s.light.sources.size() + 2 : 0),
         orders(s.options.aovs.has(Aov::scattering) ? kOrders : 0) {}
   void reset() {
-    radiance = tint = Rgb(0.0f), alpha = 0, first_weight = 0, first_material = nullptr;
+    radiance = background = tint = Rgb(0.0f), alpha = 0, first_weight = 0, first_material = nullptr;
     for (Rgb& layer : layers) layer = Rgb(0.0f);
     for (Rgb& order : orders) order = Rgb(0.0f);
     ordered_ = Rgb(0.0f);

@@ -95,7 +95,8 @@ void check(const Volume& volume, const RenderOptions& o) {
 }
 
 /// Deep pictures are made of samples that collide or do not, and of memory.
-void check_deep(std::span<const Volume> volumes, const RenderOptions& o) {
+void check_deep(std::span<const Volume> volumes, const Scene& scene) {
+  const RenderOptions& o = scene.options;
   require(std::ranges::none_of(volumes, [](const Volume& v) { return v.fire != nullptr; }) &&
               o.line_emission != LineEmission::on,
           "deep pictures consist of collisions, but fires and emission along flights add light all "
@@ -108,7 +109,8 @@ void check_deep(std::span<const Volume> volumes, const RenderOptions& o) {
                         double(o.crop_height ? o.crop_height : o.height - o.crop_y);
   constexpr double kUnlimited = std::numeric_limits<double>::infinity();
   const double bytes =
-      most_deep_bytes(pixels, o.deep_bins, is_adaptive(o) ? kUnlimited : double(o.samples));
+      most_deep_bytes(pixels, o.deep_bins, is_adaptive(o) ? kUnlimited : double(o.samples),
+                      !scene.surfaces.empty());
   require(
       bytes <= kMostDeepBytes,
       "a deep picture of " + digits(pixels) + " pixels in " + std::to_string(o.deep_bins) +
@@ -131,7 +133,8 @@ void check_chromatic(std::span<const Volume> volumes, const RenderOptions& o) {
           (wrong ? wrong : ""));
 }
 
-/// Of what ends flights or is passed by them, which takes flights without weights.
+/// Of what ends flights or is passed by them, which takes flights without weights; `flat` says what
+/// there is against deep pictures, or is null.
 void check_beside(const std::string& what, const char* flat, std::span<const Volume> volumes,
                   const RenderOptions& o) {
   const char* const wrong =
@@ -168,14 +171,13 @@ void check(std::span<const Volume> volumes, const Scene& scene) {
   check_chromatic(volumes, scene.options);
   check_kinds(volumes);
   if (!scene.surfaces.empty()) {
-    check_beside("scenes with surfaces", "flat pictures, since deep ones hold volumes only",
-                 volumes, scene.options);
+    check_beside("scenes with surfaces", nullptr, volumes, scene.options);
   }
   if (any_is_met(make_light_sources(scene.lights))) {
     check_beside("lights with an extent (area, point with a radius)",
                  "flat pictures, since deep ones hold collisions only", volumes, scene.options);
   }
-  if (scene.options.deep) check_deep(volumes, scene.options);
+  if (scene.options.deep) check_deep(volumes, scene);
   for (const Volume& v : volumes) {
     check(v, scene.options);
     if (v.density.motion != nullptr) check_motion(v, scene);
