@@ -85,6 +85,9 @@ TEST_F(FireFiles, WithoutDensityIsAFireByNight) {
   const Vec3d mean = mean_of("a.exr");
   EXPECT_GT(mean.x, 0.001);
   EXPECT_GT(mean.x, 2 * mean.z) << "of the colour of flames";
+  // What the log advises changes the fire, and not the night around it.
+  render("fire.vdb", "other.exr", {"--set", "medium.fire.intensity=1e-9"});
+  EXPECT_LT(mean_of("other.exr").z, 1e-3 * mean.z);
   // The scene that made it, printed, makes it again.
   const std::string scene = run(PVOL_RENDER, {folder_ / "fire.vdb", "-o", folder_ / "b.exr",
                                               "--print-scene", "--size", "32x24", "--spp", "16"})

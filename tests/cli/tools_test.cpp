@@ -97,7 +97,8 @@ TEST(Tools, HelpGoesToStdoutAndEndsWithTwoExamples) {
 
 TEST(Tools, VersionIsThatOfTheLibrary) {
   for (const char* tool : kTools) {
-    EXPECT_EQ(expect_success(tool, {"--version"}).out, PVOL_VERSION "\n");
+    const std::string name = std::filesystem::path(tool).filename().string();
+    EXPECT_EQ(expect_success(tool, {"--version"}).out, name + " " PVOL_VERSION "\n");
   }
 }
 

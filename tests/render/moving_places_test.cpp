@@ -139,6 +139,18 @@ TEST(MovingPlaces, ArcsBulgeBetweenTheEndsOfTheShutter) {
   for (int i = 0; i <= 200'000; ++i) {
     ASSERT_TRUE(course.contains(flies.at(i / 200'000.0).point(point.lo)));
   }
+  // It turns and grows out of almost nothing: likewise.
+  MovingMap grows = between(turned({0, 0, 1}, 0), turned({0, 0, 1}, 90));
+  grows.linear = scaling(Vec3d(1e-3));
+  grows.linear_rate[0].x = 1;
+  const MovingPlace spiral = place_of(MovingMap{}, grows);
+  for (int k = 0; k < 20; ++k) {  // wherever the extreme is between the ends of steps
+    const double end = 0.7 + 0.02 * k;
+    const Box winding = swept_box(spiral, {}, point, 0, end);
+    for (int i = 0; i <= 20'000; ++i) {
+      ASSERT_TRUE(winding.contains(spiral.at(end * i / 20'000).point(point.lo))) << end;
+    }
+  }
 }
 
 /// Compares rays at a time, all over a box of the world: where they begin and what they leave of

@@ -123,6 +123,25 @@ TEST(Passes, EndAtTheWantedNoise) {
   }
 }
 
+/// Each colour of pixels goes on to its own needs, whichever has more.
+TEST(Passes, EachColourEndsAtItsOwnNeeds) {
+  for (const std::array<double, 2> needs : {std::array{100.0, 400.0}, std::array{400.0, 100.0}}) {
+    RenderOptions o;
+    o.noise = 0.01;
+    Film film = empty_film(16, 16);
+    Passes passes(o, film.pixels.size());
+    while (const auto targets = passes.next(film, 0)) {
+      fill(film, *targets, [](std::size_t) { return 1.0; });
+      if (!film.needs && film.pixels[0].samples == kPilot) {
+        film.needs = AdaptiveSamples{std::vector<float>(film.pixels.size(), 1.0f), needs};
+      }
+    }
+    for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+      EXPECT_EQ(film.pixels[i].samples, needs[std::size_t(detail::colour_of(film, i))]) << i;
+    }
+  }
+}
+
 /// As a fire before black: fewer samples a pixel than the pilot's, all of them for few pixels.
 TEST(Passes, EndAtTheWantedNoiseWhereMostPixelsAreBlack) {
   RenderOptions o;

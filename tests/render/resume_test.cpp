@@ -258,6 +258,9 @@ TEST(Parts, AdaptiveRefuseOtherPilots) {
 TEST(Parts, OfFilmsLieInThem) {
   const Film film = Shot(cloud_scene()).whole();
   const Film part = crop_of(film, 2, 3, 4, 5);
+  Film later = film;
+  later.first_sample = 77;
+  EXPECT_EQ(crop_of(later, 2, 3, 4, 5).first_sample, 77u);
   for (int y = 0; y < 5; ++y) {
     for (int x = 0; x < 4; ++x) {
       EXPECT_TRUE(same_bytes(part.at(x, y), film.at(x + 2, y + 3)));

@@ -726,6 +726,19 @@ void expect_refused(CloudScene s, const std::string& key) {
   }
 }
 
+/// A catcher whose paths may not scatter shows no light of a fire.
+TEST(SurfacePicture, ACatcherWithoutBouncesThrowsNoFire) {
+  for (const std::uint32_t bounces : {0u, 1u}) {
+    Pixel p(component(kFireExtinction, Rgb(0.0f), 0, Rgb(5.0f), kFirePlace), {9, 4, 7}, {4, 0, 3});
+    p.scene.surfaces = {ground(0.9, Visibility::shadow_catcher)};
+    p.scene.lights = {Sun{{1, 2, 1}, Rgb(2.0f), 0}};
+    p.scene.options.background = false;
+    p.scene.options.line_emission = LineEmission::on;
+    p.scene.options.max_bounces = bounces;
+    EXPECT_EQ(mean(p.sums()).x > 0, bounces > 0);
+  }
+}
+
 TEST(SurfacePicture, WhatDoesNotGoTogetherIsRefused) {
   CloudScene weighted = cloud_scene_of_cube();
   weighted.options.tracker = Tracker::weighted_decomposition;

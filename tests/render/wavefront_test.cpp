@@ -52,6 +52,12 @@ std::vector<Case> more_cases() {
         Affine{{Vec3d{0.02, 0.004, 0}, {0, 0.03, -0.01}, {0.005, 0, 0.025}}, {7, -3, 2}};
     s.medium.extinction = 16;
   });
+  // Shadow rays of very different lengths, most of which pass through null collisions.
+  add("a lamp within and one far away", [](CloudScene& s) {
+    s.lights = {PointLight{{9, 9, 9}, Rgb(20.0f)}, PointLight{{60, 70, 80}, Rgb(9e3f)}};
+    s.environment = ConstantSky{Rgb(0.0f)};
+    s.options.transmittance = Transmittance::analog;
+  });
   add("absorbing", [](CloudScene& s) { s.medium.albedo = Rgb(0.0f); });
   // Paths are long, and all they bring is found after many roulettes.
   add("black sky, thick", [](CloudScene& s) {

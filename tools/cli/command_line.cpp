@@ -38,7 +38,7 @@ void add_memory_limit(CLI::App& app) {
 void add_common(CLI::App& app, const std::string& examples) {
   // So that scripts around a tool can be called with options that they set themselves.
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
-  app.set_version_flag("--version", std::string(PVOL_VERSION), "Print the version and exit");
+  app.set_version_flag("--version", app.get_name() + " " PVOL_VERSION, "Print the version and exit");
   app.set_help_flag("-h,--help", "Print this help and exit");
   add_memory_limit(app);
   app.get_formatter()->column_width(kColumn);

@@ -184,13 +184,13 @@ void load_motion(const Loader& by, const formats::SceneVolume& volume, bool stri
 
 namespace {
 
-/// A fire alone is seen by night, where nobody says otherwise.
+/// A fire alone is seen by night, where nobody says otherwise, whatever is said of the fire itself.
 void darken_around_fire(const std::vector<std::string>& sets, formats::SceneFile& scene) {
   formats::SceneVolume& v = scene.volumes.front();
   const auto sets_any = [&](std::string_view section) {
     return std::ranges::any_of(sets, [&](const auto& s) { return s.starts_with(section); });
   };
-  if (v.fire || !v.grid.empty() || sets_any("environment") || sets_any("sun")) return;
+  if (!v.grid.empty() || sets_any("environment") || sets_any("sun")) return;
   if (!std::filesystem::exists(v.file)) return;  // it is missed where it is loaded
   const std::vector<formats::GridEntry> grids = formats::grids_of(v.file);
   if (!formats::lacks_density(grids) || formats::usual_fire_grids(grids).empty()) return;
