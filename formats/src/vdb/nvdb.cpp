@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <nanovdb/NanoVDB.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <set>
@@ -13,6 +12,7 @@
 
 #include "file/density_values.h"
 #include "pvol/error.h"
+#include "vdb/nvdb_checksum.h"
 #include "vdb/nvdb_file.h"
 
 namespace pvol::formats {
@@ -22,6 +22,7 @@ namespace {
 using detail::ByteSource;
 using detail::NvdbGrid;
 using detail::NvdbMemory;
+using detail::NvdbNode;
 using detail::ValueCounts;
 
 /// Copies the densities of one grid; T is NanoVDB's name for the kind of values.
@@ -36,7 +37,7 @@ class TreeCopy {
     const auto& root = memory_.at<Root>(offset);
     background_ = float(root.mBackground);
     static_cast<void>(memory_.at<Root>(offset, root.mTableSize * sizeof(typename Root::Tile)));
-    check_head(offset + sizeof(Root) + root.mTableSize * sizeof(typename Root::Tile));
+    check_head(memory_, offset + sizeof(Root) + root.mTableSize * sizeof(typename Root::Tile));
     std::set<std::tuple<int, int, int>> seen;
     for (std::uint32_t i = 0; i < root.mTableSize; ++i) {
       const auto& tile = *root.tile(i);
@@ -51,6 +52,7 @@ class TreeCopy {
         value(float(tile.value), tile.state != 0, origin, kEdge);
       }
     }
+    check_nodes(memory_, nodes_);
     if (tree.mVoxelCount != 0 && counts_.active != tree.mVoxelCount) {
       memory_.fail(fmt::format("{} active voxels instead of {}", counts_.active, tree.mVoxelCount));
     }
@@ -64,7 +66,6 @@ class TreeCopy {
 
   [[nodiscard]] const ValueCounts& counts() const { return counts_; }
   [[nodiscard]] float background() const { return background_; }
-  [[nodiscard]] bool head_matches() const { return head_matches_; }
 
  private:
   using Leaf = typename nanovdb::NanoLeaf<T>::DataType;
@@ -74,21 +75,13 @@ class TreeCopy {
   static constexpr std::uint64_t kTree = sizeof(nanovdb::GridData);
   static constexpr int kEdge = 4096, kUpperEdge = 128;  // of entries of the root and of upper nodes
 
-  /// The checksum of everything before the nodes, where the file has one.
-  void check_head(std::uint64_t end) {
-    constexpr std::uint64_t kUnchecked = 16;  // magic and checksum themselves
-    constexpr std::uint32_t kNone = 0xffffffff;
-    const auto& head = memory_.at<nanovdb::GridData>(0);
-    const auto stored = std::uint32_t(head.mChecksum);
-    head_matches_ =
-        stored == kNone || ::crc32(0, reinterpret_cast<const Bytef*>(memory_.data()) + kUnchecked,
-                                   uInt(end - kUnchecked)) == stored;
-  }
-
-  /// Counts a visit of a node: more than fit into the grid would be nodes with several parents.
+  /// Lists a node: more than fit into the grid would be nodes with several parents.
   template <class Node>
-  void count_visit(std::uint64_t& visits) {
-    if (++visits > memory_.size / sizeof(Node)) memory_.fail("nodes have several parents");
+  const Node& visit(std::vector<NvdbNode>& nodes, std::uint64_t offset) {
+    const Node& node = memory_.at<Node>(offset);
+    nodes.push_back({offset, sizeof(Node), sizeof(Node)});
+    if (nodes.size() > memory_.size / sizeof(Node)) memory_.fail("nodes have several parents");
+    return node;
   }
 
   void value(float v, bool active, Vec3i origin, int edge) {
@@ -119,23 +112,21 @@ class TreeCopy {
   }
 
   void upper(std::uint64_t offset, Vec3i origin) {
-    count_visit<Upper>(uppers_);
-    entries<kUpperEdge, 5>(memory_.at<Upper>(offset), offset, origin,
+    entries<kUpperEdge, 5>(visit<Upper>(nodes_[0], offset), offset, origin,
                            [this](std::uint64_t to, Vec3i at) { lower(to, at); });
   }
 
   void lower(std::uint64_t offset, Vec3i origin) {
-    count_visit<Lower>(lowers_);
-    entries<kBrickEdge, 4>(memory_.at<Lower>(offset), offset, origin,
+    entries<kBrickEdge, 4>(visit<Lower>(nodes_[1], offset), offset, origin,
                            [this](std::uint64_t to, Vec3i at) { leaf(to, at); });
   }
 
   void leaf(std::uint64_t offset, Vec3i origin) {
-    count_visit<Leaf>(leaves_);
-    const Leaf& node = memory_.at<Leaf>(offset);
+    const Leaf& node = visit<Leaf>(nodes_[2], offset);
     if constexpr (!Leaf::FIXED_SIZE) {
       constexpr int kMostBits = 4;  // 2^4
       if (node.mFlags >> 5 > kMostBits) memory_.fail("a leaf of unknown precision");
+      nodes_[2].back().size = node.memUsage();
       static_cast<void>(memory_.at<Leaf>(offset, node.memUsage() - sizeof(Leaf)));
     }
     const std::size_t start = values_.size();
@@ -173,8 +164,7 @@ class TreeCopy {
   ValueCounts counts_;
   float background_ = 0;
   bool mirrored_ = false;  // an inactive sample is -background
-  bool head_matches_ = true;
-  std::uint64_t uppers_ = 0, lowers_ = 0, leaves_ = 0;
+  detail::NvdbLevels nodes_;
   std::vector<float> values_;
   std::vector<Vec3i> origins_;
 };
@@ -196,10 +186,6 @@ void copy_grid(const NvdbMemory& memory, const GridOptions& options, const ByteS
                LoadedGrid& loaded) {
   TreeCopy<T> copy(memory, loaded.grid);
   copy.run();
-  if (!copy.head_matches()) {
-    loaded.report.warnings.push_back(
-        "the checksum of the grid's head does not match; the file may be damaged");
-  }
   finish_report(source.file(), copy.counts(), copy.background(), options.strict, loaded.report);
 }
 

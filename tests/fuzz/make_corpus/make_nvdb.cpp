@@ -38,12 +38,16 @@ openvdb::FloatGrid::Ptr leaf_grid() {
   return grid;
 }
 
+// Without checksums, which would refuse nearly all that the fuzzer makes of a file.
+constexpr auto kStats = nanovdb::StatsMode::Default;
+constexpr auto kUnchecked = nanovdb::ChecksumMode::Disable;
+
 template <class T>
 void write_precision(const fs::path& file) {
-  const auto grid = leaf_grid();
-  nanovdb::io::writeGrid(file.string(),
-                         nanovdb::openToNanoVDB<nanovdb::HostBuffer, openvdb::FloatTree, T>(*grid),
-                         Codec::ZIP);
+  using nanovdb::HostBuffer, openvdb::FloatTree;
+  const auto handle =
+      nanovdb::openToNanoVDB<HostBuffer, FloatTree, T>(*leaf_grid(), kStats, kUnchecked);
+  nanovdb::io::writeGrid(file.string(), handle, Codec::ZIP);
 }
 
 }  // namespace
@@ -51,7 +55,8 @@ void write_precision(const fs::path& file) {
 void make_nvdb_corpus(const fs::path& folder) {
   openvdb::initialize();
   const auto write = [&](const std::string& name, const openvdb::GridBase::Ptr& grid, Codec codec) {
-    nanovdb::io::writeGrid((folder / name).string(), nanovdb::openToNanoVDB(grid), codec);
+    const auto handle = nanovdb::openToNanoVDB(grid, kStats, kUnchecked);
+    nanovdb::io::writeGrid((folder / name).string(), handle, codec);
   };
   write("root_plain.nvdb", root_grid(), Codec::NONE);
   write("root_zip.nvdb", root_grid(), Codec::ZIP);
@@ -59,6 +64,9 @@ void make_nvdb_corpus(const fs::path& folder) {
   write("float_zip.nvdb", leaf_grid(), Codec::ZIP);
   write("float_blosc.nvdb", leaf_grid(), Codec::BLOSC);
   write("empty.nvdb", named("density"), Codec::NONE);
+  nanovdb::io::writeGrid((folder / "checked.nvdb").string(),
+                         nanovdb::openToNanoVDB(*leaf_grid(), kStats, nanovdb::ChecksumMode::Full),
+                         Codec::ZIP);
 
   const auto doubles = openvdb::DoubleGrid::create();
   doubles->tree().setValue({1, 2, 3}, 1e300);
