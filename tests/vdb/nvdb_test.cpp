@@ -150,6 +150,17 @@ TEST(Nvdb, SharedFileHasTheValuesOfItsOriginal) {
   EXPECT_TRUE(says(refusal(folder / "bad/zero_bytes.vdb"), "vdb.nvdb_of_no_bytes"));
 }
 
+TEST(Nvdb, UndeclaredLevelSetsAreKnownByTheirInsideInLeaves) {
+  const TemporaryFolder folder;
+  openvdb::initialize();
+  auto grid = openvdb::FloatGrid::create(1.5f);
+  grid->setName("density");
+  for (int i = 0; i < 8; ++i) grid->tree().setValue({i, 3, 4}, 0.25f);
+  grid->tree().setValueOff({3, 5, 4}, -1.5f);
+  nanovdb::io::writeGrid(folder.file("a.nvdb").string(), nanovdb::openToNanoVDB(*grid));
+  EXPECT_TRUE(says(refusal(folder.file("a.nvdb")), "vdb.unmarked_level_set"));
+}
+
 TEST(Nvdb, NewerFilesAreRefusedByName) {
   const TemporaryFolder folder;
   write_bytes(folder.file("a.nvdb"), "NanoVDB2" + std::string(500, 'x'));
