@@ -57,17 +57,47 @@ TEST(PbrtScene, PointLightsByIntensityPowerAndTemperature) {
   const PbrtScene s = scene_of(
       "Translate 1 2 3 LightSource \"point\" \"rgb I\" [ 4 5 6 ] \"point3 from\" [ 0 0 1 ]\n"
       "LightSource \"point\" \"float power\" 100\n"
-      "LightSource \"point\" \"blackbody I\" 2500 \"float scale\" 3\n"
-      "LightSource \"point\" \"spectrum I\" [ 400 0 700 6 ]");
+      "LightSource \"point\" \"blackbody I\" 2500 \"float scale\" 3");
   const auto at = [&](std::size_t i) { return std::get<PointLight>(s.file.scene.lights.at(i)); };
   expect_near(at(0).position, mirrored({1, 2, 4}));
   expect_near(Vec3d(at(0).intensity), {4, 5, 6});
   expect_near(Vec3d(at(1).intensity), Vec3d(100 / (4 * std::numbers::pi)));
   expect_near(Vec3d(at(2).intensity), Vec3d(blackbody_color(2500)) * 3.0);
   EXPECT_NEAR(luminance(at(2).intensity), 3, 1e-3);
-  // Of means over thirds: 5, 3 and 1.
-  const Rgb ascending(5.0f, 3.0f, 1.0f);
-  expect_near(Vec3d(at(3).intensity), Vec3d(ascending) / double(luminance(ascending)));
+}
+
+/// What pbrt-v4's film has of spectra by wavelength, 16384 samples: of lights over their luminance,
+/// of reflectances in the light of rgb 1 1 1.
+TEST(PbrtScene, SpectraHaveTheColoursThatPbrtsFilmSees) {
+  const auto light = [](const std::string& pairs) {
+    const PbrtScene s = scene_of("LightSource \"point\" \"spectrum I\" [ " + pairs + " ]");
+    return Vec3d(std::get<PointLight>(s.file.scene.lights.at(0)).intensity);
+  };
+  expect_near(light("400 0 700 6"), {1.764, 0.852, 0.214}, 3e-3);
+  expect_near(light("200 1 900 1"), {1.205, 0.948, 0.909}, 3e-3);
+  const Vec3d green = light("500 1 600 1");  // 0 beyond: (0.364, 1.302, -0.112)
+  EXPECT_EQ(green.z, 0);
+  EXPECT_NEAR(green.x / green.y, 0.364 / 1.302, 5e-3);
+  EXPECT_NEAR(double(luminance(Rgb(green))), 1, 1e-6);
+  const auto matter = [](const std::string& pairs) {
+    const PbrtScene s = scene_of("Material \"diffuse\" \"spectrum reflectance\" [ " + pairs +
+                                 " ] Shape \"sphere\"");
+    return Vec3d(std::get<BallSurface>(s.file.scene.surfaces.at(0)).material.albedo);
+  };
+  expect_near(matter("400 .1 550 .4 700 .8"), {0.638, 0.389, 0.180}, 2e-3);
+  expect_near(matter("360 .5 830 .5"), {0.5, 0.5, 0.5});
+  expect_near(matter("450 0 500 .6 560 .6 600 0"), {0, 0.601, 0.084}, 4e-3);
+}
+
+TEST(PbrtScene, SpectraByWavelengthAreNamed) {
+  const PbrtScene s = scene_of(
+      "LightSource \"point\" \"spectrum I\" [ 400 0 700 6 ]\n"
+      "LightSource \"distant\" \"spectrum L\" [ 500 1 550 1 ]");
+  EXPECT_TRUE(says(notes_of(s), "pbrt.by_wavelength"));
+  EXPECT_TRUE(says(notes_of(s), "pbrt.by_wavelength_outside"));
+  EXPECT_TRUE(says(
+      error_of([] { (void)scene_of("LightSource \"point\" \"spectrum I\" [ 400 0 700 -1 ]"); }),
+      "pbrt.by_wavelength_negative"));
 }
 
 /// What pbrt's spot light sends along a direction at an angle from its axis.

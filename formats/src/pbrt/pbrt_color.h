@@ -9,13 +9,13 @@ namespace pvol::formats::detail {
 
 /// What a spectrum is of.
 enum class PbrtSpectrum {
-  light,   ///< of luminance 1, but for rgb, which stands for itself
+  light,        ///< of luminance 1, but for rgb, which stands for itself
   reflectance,  ///< reflectances and cross sections: values count
 };
 
-/// A spectral parameter; nothing without it. Spectra given by wavelength become their means over
-/// thirds of 400 to 700 nm; those of files and of names that are not known are named and taken as
-/// white.
+/// A spectral parameter; nothing without it. Spectra given by wavelength become what the CIE
+/// observer sees of them: of lights as they are, of other things in the light of D65. Those of
+/// files and of names that are not known are named and taken as white.
 [[nodiscard]] std::optional<Rgb> color_of(const PbrtThing& thing, std::string_view name,
                                           PbrtSpectrum what, PbrtNotes& notes);
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "math/observer.h"
+#include "pvol/math/observer.h"
 
 namespace pvol {
 namespace {

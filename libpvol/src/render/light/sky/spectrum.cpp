@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "math/observer.h"
+#include "pvol/math/observer.h"
 
 namespace pvol::detail {
 namespace {
