@@ -278,9 +278,7 @@ TEST(PbrtScene, ExtinctionAlbedoAndPhase) {
   expect_near(Vec3d(usual.components.front().albedo), Vec3d(0.5));
 }
 
-TEST(PbrtScene, EmissionEvenAndBySamples) {
-  const PbrtScene even = scene_of("", fog_of("\"rgb Le\" [ 1 2 3 ]"));
-  expect_near(Vec3d(even.file.volumes.at(0).medium.components.front().emission), {1, 2, 3});
+TEST(PbrtScene, EmissionBySamples) {
   const PbrtScene s = scene_of(
       "",
       fog_of("\"rgb Le\" [ 1 2 3 ] \"rgb sigma_a\" [ 1 1 2 ] \"float scale\" 5 \"float Lescale\" "
@@ -290,6 +288,18 @@ TEST(PbrtScene, EmissionEvenAndBySamples) {
   expect_near(Vec3d(emission(*v.fire, 1, 0)), {5, 10, 30});
   EXPECT_EQ(v.fire->field, "glow");
   EXPECT_EQ(sample(s.volumes.at(0).grids.at(1), {1, 1, 1}), 16);
+}
+
+// pbrt then takes a single sample in the middle of the box, and 0 around it: 3/4 of it along each
+// axis at a quarter of the box.
+TEST(PbrtScene, EmissionWithoutLescaleFadesToTheCorners) {
+  const PbrtScene s = scene_of("", fog_of("\"rgb Le\" [ 1 2 3 ] \"rgb sigma_a\" [ 1 1 2 ]"));
+  const SceneVolume& v = s.file.volumes.at(0);
+  ASSERT_TRUE(v.fire);
+  expect_near(Vec3d(emission(*v.fire, 1, 0)), {1, 2, 6});
+  EXPECT_EQ(v.fire->field, "glow");
+  EXPECT_FLOAT_EQ(sample(s.volumes.at(0).grids.at(1), {1, 0, 1}), 6 * 27 / 64.0f);
+  EXPECT_TRUE(says(notes_of(s), "pbrt.without_lescale"));
 }
 
 /// pbrt's radiance of a temperature: Planck's law over its peak, weighed by the observer, in steps
@@ -308,18 +318,32 @@ double luminance_of(double kelvin) {
 
 TEST(PbrtScene, TemperaturesGlowAsPbrtsDo) {
   const PbrtScene s = scene_of(
-      "", fog_of("\"rgb sigma_a\" [ 3 3 3 ] \"float temperatureoffset\" 1 "
-                 "\"float temperaturescale\" 1000 \"float temperature\" [ 1 1 2 2 3 3 4 4 ]"));
+      "",
+      fog_of("\"rgb sigma_a\" [ 3 3 3 ] \"float temperatureoffset\" 1 \"float Lescale\" [ 1 1 1 1 "
+             ".5 .5 .5 .5 ] \"float temperaturescale\" 1000 "
+             "\"float temperature\" [ 1 1 2 2 3 3 4 4 ]"));
   const SceneVolume& v = s.file.volumes.at(0);
   ASSERT_TRUE(v.fire);
-  EXPECT_EQ(v.fire->field, "density");
+  EXPECT_EQ(v.fire->field, "glow");
   EXPECT_EQ(v.fire->color_by, "temperature");
-  EXPECT_EQ(s.volumes.at(0).grids.at(1).name, "temperature");
-  for (const double value : {2.5, 3.0, 3.9}) {  // 1500 to 2900 K, at density 2
+  const auto& grids = s.volumes.at(0).grids;
+  EXPECT_EQ(grids.at(1).name, "temperature");
+  EXPECT_EQ(sample(grids.at(2), {1, 1, 0}), 4);  // Lescale times density
+  EXPECT_EQ(sample(grids.at(2), {1, 1, 1}), 4);
+  for (const double value : {2.5, 3.0, 3.9}) {  // 1500 to 2900 K, at strength 2
     const double expected = 2 * 3 * luminance_of((value - 1) * 1000);
     EXPECT_NEAR(double(luminance(emission(*v.fire, 2, float(value)))) / expected, 1, 0.03) << value;
   }
   EXPECT_EQ(emission(*v.fire, 2, 1.05f), Rgb(0.0f));
+}
+
+TEST(PbrtScene, ScalesOfEmissionNeedEmission) {
+  const std::string scales = "\"float Lescale\" [ 1 1 1 1 1 1 1 1 ] ";
+  EXPECT_TRUE(says(notes_of(scene_of("", fog_of(scales))), "pbrt.lescale_alone"));
+  const std::string both = error_of([&] {
+    (void)scene_of("", fog_of("\"rgb Le\" [ 1 1 1 ] \"float temperature\" [ 1 1 1 1 1 1 1 1 ]"));
+  });
+  EXPECT_TRUE(says(both, "pbrt.le_and_temperature"));
 }
 
 TEST(PbrtScene, NanovdbKeepsItsFileAndPlace) {

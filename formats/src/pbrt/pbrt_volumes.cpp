@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <set>
 
 #include "file/mesh_read.h"
@@ -141,46 +142,71 @@ VoxelGrid grid_of(const Making& m, const Lattice& at, const char* name,
   }
 }
 
-/// Light of Le, even or with a factor for each sample.
-void set_glow(Making& m, const Lattice& at, const std::vector<double>& density,
-              std::vector<VoxelGrid>& grids) {
-  const auto le = color_of(m.medium, "Le", PbrtSpectrum::light, *m.scene.notes);
-  std::vector<double> factors = m.medium.parameters.numbers("Lescale");
-  if (!le || !(max_component(*le) > 0)) {
-    if (factors.size() > 1) m.note("Lescale without Le is left out");
-    return;
-  }
-  if (factors.size() <= 1) {
-    const double factor = factors.empty() ? 1 : factors.front();
-    m.volume.medium.components.front().emission = Rgb(Vec3d(*le) * factor);
-    return;
-  }
-  if (factors.size() != density.size()) {
-    fail_at(m.medium.where, fmt::format("{} numbers in Lescale", factors.size()), "one per sample");
-  }
-  for (std::size_t i = 0; i < factors.size(); ++i) factors[i] *= density[i];
-  grids.push_back(grid_of(m, at, kGlow, factors));
-  Fire& fire = m.volume.fire.emplace();
-  fire.field = kGlow;
-  fire.color = *le * m.absorption;
-  m.volume.has_intensity = true;
-  m.note("Lescale times density is taken as linear between samples");
+/// What pbrt multiplies emission by at a place of [0, 1]^3 without Lescale: one sample in the
+/// middle of the box, half of which is left at the middle of a face and 1/8 in a corner.
+double fading(Vec3d at) {
+  double product = 1;
+  for (int axis = 0; axis < 3; ++axis) product *= 1 - std::abs(at[axis] - 0.5);
+  return product;
 }
 
-std::optional<Box> make_uniform(Making& m) {
-  const std::vector<double> density = m.medium.parameters.numbers(kDensity);
-  const std::vector<double> temperature = m.medium.parameters.numbers(kTemperature);
-  if (density.empty()) fail_at(m.medium.where, "a uniformgrid without density", "its samples");
-  const Lattice at = lattice_of(m, density.size());
-  std::vector<VoxelGrid> grids{grid_of(m, at, kDensity, density)};
-  set_glow(m, at, density, grids);
+/// Lescale of each sample.
+std::vector<double> scales_of(const Making& m, const Lattice& at, std::size_t count) {
+  std::vector<double> scales = m.medium.parameters.numbers("Lescale");
+  if (!scales.empty() && scales.size() != count) {
+    fail_at(m.medium.where, fmt::format("{} numbers in Lescale", scales.size()), "one per sample");
+  }
+  if (!scales.empty()) return scales;
+  m.note("without Lescale its emission fades to 1/8 in the corners of p0 and p1, as pbrt has it");
+  for (int z = 0; z < at.size.z; ++z) {
+    for (int y = 0; y < at.size.y; ++y) {
+      for (int x = 0; x < at.size.x; ++x) {
+        scales.push_back(
+            fading({(x + 0.5) / at.size.x, (y + 0.5) / at.size.y, (z + 0.5) / at.size.z}));
+      }
+    }
+  }
+  return scales;
+}
+
+/// The fire's strength by place: Lescale times density.
+VoxelGrid glow_grid(const Making& m, const Lattice& at, const std::vector<double>& density) {
+  std::vector<double> glow = scales_of(m, at, density.size());
+  for (std::size_t i = 0; i < glow.size(); ++i) glow[i] *= density[i];
+  m.note("Lescale times density is taken as linear between samples");
+  return grid_of(m, at, kGlow, glow);
+}
+
+/// Emission of a uniformgrid by Le or by temperatures.
+void set_glow(Making& m, const Lattice& at, const std::vector<double>& density,
+              std::vector<VoxelGrid>& grids) {
+  const PbrtParameters& p = m.medium.parameters;
+  const auto le = color_of(m.medium, "Le", PbrtSpectrum::light, *m.scene.notes);
+  const std::vector<double> temperature = p.numbers(kTemperature);
   if (!temperature.empty()) {
+    if (le) fail_at(m.medium.where, "Le and temperature in one medium", "one of them");
     if (temperature.size() != density.size()) {
       fail_at(m.medium.where, fmt::format("{} temperatures", temperature.size()), "one per sample");
     }
     grids.push_back(grid_of(m, at, kTemperature, temperature));
     set_temperature(m, *std::ranges::max_element(temperature), 1);
+  } else if (le && max_component(*le) > 0) {
+    m.volume.fire.emplace().color = *le * m.absorption;
+    m.volume.has_intensity = true;
+  } else if (p.find("Lescale") != nullptr) {
+    m.note("Lescale without Le and temperature is left out");
   }
+  if (!m.volume.fire) return;
+  m.volume.fire->field = kGlow;
+  grids.push_back(glow_grid(m, at, density));
+}
+
+std::optional<Box> make_uniform(Making& m) {
+  const std::vector<double> density = m.medium.parameters.numbers(kDensity);
+  if (density.empty()) fail_at(m.medium.where, "a uniformgrid without density", "its samples");
+  const Lattice at = lattice_of(m, density.size());
+  std::vector<VoxelGrid> grids{grid_of(m, at, kDensity, density)};
+  set_glow(m, at, density, grids);
   m.note("its density fades over half a voxel beyond p0 and p1, while pbrt cuts it off");
   m.volume.file = grids_file(m);
   m.volume.grid = kDensity;
