@@ -388,6 +388,24 @@ TEST(PbrtScene, HomogeneousMediaFillBallsWhereverTheyAre) {
   EXPECT_TRUE(says(notes_of(s), "pbrt.medium_f_inside"));
 }
 
+TEST(PbrtScene, PresetsAreMatterByName) {
+  const auto ball_of = [](const std::string& preset) {
+    return kPbrtFog +
+           "MakeNamedMedium \"b\" \"string type\" \"homogeneous\" \"float scale\" 10 \"rgb "
+           "sigma_s\" "
+           "[ 9 9 9 ] \"string preset\" \"" +
+           preset + "\"\nMediumInterface \"b\" \"\" Material \"interface\" Shape \"sphere\"";
+  };
+  const PbrtScene s = scene_of("", ball_of("Ketchup"));
+  const Medium& m = s.file.volumes.at(1).medium;
+  EXPECT_NEAR(m.extinction, 14.8, 1e-5);  // 10 (0.03 + 1.45) in blue
+  expect_near(Vec3d(m.extinction_color), {0.241 / 1.48, 1.04 / 1.48, 1});
+  expect_near(Vec3d(m.components.front().albedo), {0.18 / 0.241, 0.07 / 1.04, 0.03 / 1.48});
+  const PbrtScene other = scene_of("", ball_of("Coke"));
+  EXPECT_EQ(other.file.volumes.size(), 1u);
+  EXPECT_TRUE(says(notes_of(other), "pbrt.preset_coke"));
+}
+
 TEST(PbrtScene, ShapesThatCutMediaOffAreNamed) {
   EXPECT_EQ(times_said(notes_of(scene_of("")), "pbrt.sphere_cuts_off"), 0);
   const std::string small =

@@ -9,6 +9,7 @@
 #include "file/mesh_read.h"
 #include "pbrt/pbrt_bounds.h"
 #include "pbrt/pbrt_color.h"
+#include "pbrt/pbrt_presets.h"
 #include "pbrt/pbrt_world.h"
 #include "pvol/error.h"
 #include "pvol/formats/vdb.h"
@@ -34,15 +35,32 @@ struct Making {
   }
 };
 
-/// Extinction, albedo and phase function.
-void set_matter(Making& m) {
+/// Scattering and absorption by the name of a preset, which goes before cross sections, or by
+/// these. Nothing, and a note, where the preset is not known.
+std::optional<PbrtPreset> matter_of(const Making& m) {
   const auto color = [&](const char* name) {
-    return color_of(m.medium, name, PbrtSpectrum::reflectance, *m.scene.notes);
+    const auto c = color_of(m.medium, name, PbrtSpectrum::reflectance, *m.scene.notes);
+    return c.value_or(Rgb(1.0f));
   };
-  const auto absorbed = color("sigma_a"), scattered = color("sigma_s");
+  const PbrtPreset own{.name = "", .scattering = color("sigma_s"), .absorption = color("sigma_a")};
+  if (m.medium.type != "homogeneous") return own;
+  const std::string name = m.medium.parameters.word("preset", "");
+  if (name.empty()) return own;
+  const std::optional<PbrtPreset> preset = preset_of(name);
+  if (!preset) {
+    m.note(
+        fmt::format("is left out: its preset \"{}\" is none of {}; give sigma_a and sigma_s "
+                    "instead",
+                    shown(name), preset_names()));
+  }
+  return preset;
+}
+
+/// Extinction, albedo and phase function.
+void set_matter(Making& m, const PbrtPreset& matter) {
   const double scale = m.medium.parameters.number("scale", 1);
-  const Vec3d a = Vec3d(absorbed.value_or(Rgb(1.0f))) * scale;
-  const Vec3d s = Vec3d(scattered.value_or(Rgb(1.0f))) * scale, all = a + s;
+  const Vec3d a = Vec3d(matter.absorption) * scale;
+  const Vec3d s = Vec3d(matter.scattering) * scale, all = a + s;
   const double most = max_component(all);
   if (!(min_component(all) >= 0) || !is_finite(all)) {
     fail_at(m.medium.where, "a medium of negative extinction",
@@ -342,7 +360,9 @@ void make_volume(const PbrtDescription& from, const PbrtMaking& making, const st
     return m.note(
         fmt::format("is left out: media of type \"{}\" are not supported", shown(medium.type)));
   }
-  set_matter(m);
+  const std::optional<PbrtPreset> matter = matter_of(m);
+  if (!matter) return;
+  set_matter(m, *matter);
   const std::optional<Box> box = kind->make(m);
   medium.parameters.note_unused(*making.notes, fmt::format("medium \"{}\"", shown(name)));
   if (m.volume.file.empty()) return;
