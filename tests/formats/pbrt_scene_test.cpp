@@ -418,6 +418,16 @@ TEST(PbrtScene, ShapesThatCutMediaOffAreNamed) {
   EXPECT_EQ(times_said(notes_of(scene_of(large)), "pbrt.sphere_cuts_off"), 0);
 }
 
+TEST(PbrtScene, AMediumOnBothSidesOfItsShapesIsLeftOut) {
+  const std::string both =
+      kPbrtFog +
+      "MakeNamedMedium \"b\" \"string type\" \"uniformgrid\" \"float density\" 1\n"
+      "MediumInterface \"b\" Material \"interface\" Shape \"sphere\"";
+  const PbrtScene s = scene_of("", both);
+  EXPECT_EQ(s.file.volumes.size(), 1u);
+  EXPECT_TRUE(says(notes_of(s), "pbrt.medium_on_both_sides"));
+}
+
 TEST(PbrtScene, SurfacesOfEachKind) {
   const PbrtScene s = scene_of(
       "MakeNamedMaterial \"red\" \"string type\" \"diffuse\" \"rgb reflectance\" [ .8 .1 .1 ]\n"

@@ -267,6 +267,11 @@ std::optional<Box> make_nanovdb(Making& m) {
   return samples_of(density.grid);
 }
 
+/// Whether what enters the shape enters the medium. A shape with it on both sides changes nothing.
+bool lets_in(const PbrtShape& shape, const std::string& medium) {
+  return shape.inside == medium && shape.outside != medium;
+}
+
 /// From the cube [0, 1]^3 to what a shape fills, in pbrt's world.
 struct Filled {
   Affine from_cube;
@@ -278,7 +283,7 @@ struct Filled {
 std::vector<Filled> filled_by(const Making& m) {
   std::vector<Filled> all;
   for (const PbrtShape& shape : m.from.shapes) {
-    if (shape.inside != m.name || shape.outside == m.name) continue;
+    if (!lets_in(shape, m.name)) continue;
     const std::optional<PbrtHull> hull = hull_of(shape);
     if (hull && (all.empty() || all.front().is_ball == hull->is_ball)) {
       const Affine to_box = translation(hull->box.lo) * scaling(hull->box.extent());
@@ -338,7 +343,7 @@ constexpr std::array<MediumKind, 3> kKinds{
 /// Names shapes that let the medium in and do not hold all of it.
 void check_hulls(const Making& m, const Box& box) {
   for (const PbrtShape& shape : m.from.shapes) {
-    if (shape.inside != m.name || shape.outside == m.name) continue;
+    if (!lets_in(shape, m.name)) continue;
     const std::optional<PbrtHull> hull = hull_of(shape);
     if (hull && contains(*hull, inverse(shape.place) * m.medium.place, box)) continue;
     m.scene.note(
@@ -350,10 +355,15 @@ void check_hulls(const Making& m, const Box& box) {
 
 void make_volume(const PbrtDescription& from, const PbrtMaking& making, const std::string& name,
                  const PbrtPlaced& medium) {
-  const bool bounded =
-      std::ranges::find(from.shapes, name, &PbrtShape::inside) != from.shapes.end();
+  const auto any = [&](auto condition) { return std::ranges::any_of(from.shapes, condition); };
   Making m{.medium = medium, .name = name, .scene = making, .from = from};
-  if (!bounded) return m.note("is left out: no shape contains it");
+  if (!any([&](const PbrtShape& s) { return lets_in(s, name); })) {
+    const bool on_both_sides = any([&](const PbrtShape& s) { return s.inside == name; });
+    return m.note(on_both_sides
+                      ? "is left out: its shapes have it on both sides (MediumInterface with "
+                        "one name), which lets nothing in, as in pbrt"
+                      : "is left out: no shape contains it");
+  }
   const auto* kind = std::ranges::find(
       kKinds, medium.type, [](const MediumKind& k) { return std::string_view(k.type); });
   if (kind == kKinds.end()) {
