@@ -258,6 +258,18 @@ TEST(PbrtScene, SamplesOfAUniformGridAreWherePbrtsAre) {
   }
 }
 
+TEST(PbrtScene, AMediumMadeBeforeTheCameraStandsWherePbrtHasIt) {
+  const std::string medium =
+      "MakeNamedMedium \"b\" \"string type\" \"uniformgrid\" \"float density\" 1\n";
+  const PbrtScene s = scene_of("",
+                               "AttributeBegin MediumInterface \"b\" \"\" Material \"interface\" "
+                               "Shape \"sphere\" AttributeEnd\n",
+                               "Translate 1 2 3\n" + medium + kCamera);
+  // The camera is at (-1, -2, -8).
+  expect_near(s.file.volumes.at(0).object_to_world.point({0, 0, 0}), mirrored({0, 0, -5}));
+  EXPECT_TRUE(says(notes_of(s), "pbrt.medium_before_camera"));
+}
+
 std::string fog_of(const std::string& parameters) {
   std::string text = kPbrtFog;
   return text.insert(text.find("\"float density\""), parameters + " ");

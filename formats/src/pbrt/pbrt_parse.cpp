@@ -196,10 +196,7 @@ class PbrtParser {
   bool setting(const std::string& name) {
     const PbrtWhere where = words_.where();
     if (name == "Camera") {
-      const Affine to_world = inverse(state_.ctm);
-      systems_["camera"] = to_world;
-      scene_.camera_medium = state_.outside;
-      scene_.camera = PbrtPlaced{thing(), to_world};
+      camera();
     } else if (name == "Film")
       scene_.film = thing();
     else if (name == "Sampler")
@@ -228,6 +225,22 @@ class PbrtParser {
       return false;
     }
     return true;
+  }
+
+  void camera() {
+    const Affine to_world = inverse(state_.ctm);
+    systems_["camera"] = to_world;
+    scene_.camera_medium = state_.outside;
+    scene_.camera = PbrtPlaced{thing(), to_world};
+    for (auto& [key, medium] : scene_.media) {
+      // pbrt's rendering space, the world moved by the camera's place, is not known before.
+      medium.place = translation(to_world.t) * medium.place;
+      if (medium.type == "homogeneous") continue;  // it stands where its shapes do
+      notes_->add(medium.where,
+                  fmt::format("medium \"{}\" is made before the camera: as in pbrt, its "
+                              "place counts from that of the camera",
+                              shown(key)));
+    }
   }
 
   /// Things that the scene is made of.
