@@ -64,6 +64,8 @@ std::array<char, 32> tool_now{};  // for end_without_memory, which has no caller
 
 /// Draws a line on the terminal over the last one, of this width.
 void redraw(const std::string& line, std::size_t& width) {
+  // Whoever writes over it, in between too, covers what stands there.
+  note_line(std::max(width, line.size()));
   // Blanks cover what a longer line left behind.
   std::cerr << '\r' << line << std::string(width > line.size() ? width - line.size() : 0, ' ')
             << std::flush;
