@@ -345,13 +345,8 @@ TEST(SurfacePicture, AShadowCatcherInColouredLight) {
   ImageSky even{4, 2, std::vector<Rgb>(8, sky)};
   const Environment skies[] = {ConstantSky{sky}, even};
   for (const Environment& environment : skies) {
-    Pixel p(far_away(), {5, 0.5, 0}, {0, 0, 0});
-    p.scene.surfaces = {ground(0.0, Visibility::shadow_catcher),
-                        BallSurface{{0, 2, 0}, 1.2, {Rgb(0.0f)}}};
-    p.scene.environment = environment;
-    p.scene.lights = {Sun{{1, 0.5, 0}, sun * float(kPi * std::sqrt(5.0)), 0}};
+    Pixel p = catcher_below_a_ball(environment, sun);
     p.scene.options.background = false;
-    p.scene.options.samples = 60'000;
     const double of_sky = double(luminance(sky)), of_sun = double(luminance(sun));
     expect_alpha(p.sums(), 0.36 * of_sky / (of_sky + of_sun));
     // The sky behind it is the sky's light, and unscattered.

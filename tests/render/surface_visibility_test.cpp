@@ -105,12 +105,7 @@ TEST(SurfaceVisibility, ShadowsOnACatcherHaveTheColourOfTheLightThatIsLeft) {
   const Rgb sky(0.9f, 0.2f, 0.1f), sun(0.1f, 0.3f, 1.0f);
   const Environment skies[] = {ConstantSky{sky}, ImageSky{4, 2, std::vector<Rgb>(8, sky)}};
   for (const Environment& environment : skies) {
-    Pixel p(far_away(), {5, 0.5, 0}, {0, 0, 0});
-    p.scene.surfaces = {ground(0.0, Visibility::shadow_catcher),
-                        BallSurface{{0, 2, 0}, 1.2, {Rgb(0.0f)}}};
-    p.scene.environment = environment;
-    p.scene.lights = {Sun{{1, 0.5, 0}, sun * float(kPi * std::sqrt(5.0)), 0}};
-    p.scene.options.samples = 60'000;
+    Pixel p = catcher_below_a_ball(environment, sun);
     p.scene.options.aovs.add(Aov::transmittance_rgb);
     const Film film = p.result().film;
     ASSERT_EQ(film.layers.size(), 1u);

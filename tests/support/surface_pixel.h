@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "support/bodies.h"
@@ -40,6 +41,18 @@ struct Pixel {
   }
   [[nodiscard]] PixelSums sums() const { return result().film.pixels.front(); }
 };
+
+/// A catcher half in the light: a black ball hides 36 % of a sky of this colour, and not the sun,
+/// which brings as much irradiance as the whole sky of its colour would.
+inline Pixel catcher_below_a_ball(const Environment& sky, Rgb sun) {
+  Pixel p(far_away(), {5, 0.5, 0}, {0, 0, 0});
+  p.scene.surfaces = {ground(0.0, Visibility::shadow_catcher),
+                      BallSurface{{0, 2, 0}, 1.2, {Rgb(0.0f)}}};
+  p.scene.environment = sky;
+  p.scene.lights = {Sun{{1, 0.5, 0}, sun * float(std::numbers::pi * std::sqrt(5.0)), 0}};
+  p.scene.options.samples = 60'000;
+  return p;
+}
 
 /// Where a sample's values are all the same, rounding is what is left.
 inline void expect_mean(const PixelSums& p, double expected, const std::string& name,

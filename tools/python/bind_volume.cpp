@@ -251,8 +251,7 @@ VolumeClass bind_volume(py::module_& m) {
       .def_property_readonly(
           "depth", [](const CloudVolume& v) { return v.volume.density.octree.depth; },
           "Deepest level of the octree at which walks stop; 0 is the root. The volume made with "
-          "this "
-          "depth has the same bounds.")
+          "this depth has the same bounds.")
       .def_property_readonly(
           "levels", [](const CloudVolume& v) { return v.cloud->pyramid.levels.size(); },
           "Levels of the pyramid of bounds; 0 has nodes of 8^3 cells, the last the root.")

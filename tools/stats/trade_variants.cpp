@@ -17,7 +17,7 @@ const RenderOptions& own(const LoadedScene& loaded) { return loaded.file.scene.o
 bool sampled(const LoadedScene& loaded) { return !loaded.clouds.front().recipe(); }
 
 /// The level of the deepest cloud's leaves.
-int deepest(const LoadedScene& loaded) {
+int leaf_level(const LoadedScene& loaded) {
   int depth = 0;
   for (const formats::Cloud& c : loaded.clouds) {
     depth = std::max(depth, int(c.pyramid.levels.size()) - 1);
@@ -71,7 +71,7 @@ struct Rule {
   ChangeCloud (*cloud)(const Value&) = nullptr;
 };
 constexpr Rule kRules[] = {
-    {"depth", [](const LoadedScene& l, const Value& v) { return *v.whole() <= deepest(l); }},
+    {"depth", [](const LoadedScene& l, const Value& v) { return *v.whole() <= leaf_level(l); }},
     {"tracker", other_tracker},
     {"shells",
      [](const LoadedScene& l, const Value&) {
@@ -100,7 +100,7 @@ std::vector<Value> swept_values(const LoadedScene& loaded, const Description& ab
   std::vector<Value> values;
   std::istringstream words(about.sweep);
   for (std::string word; words >> word;) values.push_back(parse_value(about.limits, word));
-  const Value last = std::int64_t(deepest(loaded));
+  const Value last = std::int64_t(leaf_level(loaded));
   if (std::string_view(about.key) == "depth" &&
       std::find(values.begin(), values.end(), last) == values.end()) {
     values.push_back(last);

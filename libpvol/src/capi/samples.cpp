@@ -141,10 +141,8 @@ class ReadProgress {
  public:
   ReadProgress(const LatticeBox& box, const Progress& progress)
       : first_z_(box.lo.z & -kBrickEdge), progress_(progress) {
-    const auto bricks = [](std::int64_t lo, std::int64_t hi) {
-      return (((hi - 1) & -kBrickEdge) - (lo & -kBrickEdge)) / kBrickEdge + 1;
-    };
-    runs_ = double(bricks(box.lo.x, box.hi.x)) * double(bricks(box.lo.y, box.hi.y)) *
+    const Vec3l bricks = count_bricks(box.lo, box.hi);
+    runs_ = double(bricks.x) * double(bricks.y) *
             double(((box.hi.z - 1) & -kRun) - (box.lo.z & -kRun) + kRun) / kRun;
     step_ = std::uint64_t(std::clamp(runs_ / 64, 1.0, 2048.0));
   }

@@ -28,6 +28,15 @@ template <class Copy>
   };
 }
 
+/// Along each axis, of those that hold a lattice point of lo <= p < hi.
+[[nodiscard]] inline Vec3l count_bricks(Vec3l lo, Vec3l hi) {
+  Vec3l count;
+  for (int axis = 0; axis < 3; ++axis) {
+    count[axis] = (((hi[axis] - 1) & -kBrickEdge) - (lo[axis] & -kBrickEdge)) / kBrickEdge + 1;
+  }
+  return count;
+}
+
 /// Throws NoMemory (math/memory.h) where a grid of what `fill` writes for the lattice points lo <=
 /// p < hi would need more than is free, by what it writes for some of the bricks: for arrays, which
 /// are there to be read twice.

@@ -131,14 +131,6 @@ void Slab::fill(Vec3i lo, Vec3i hi, const FillBrick& fill, Room& room) {
   if (!chunks_.empty()) chunks_.back().shrink_to_fit();
 }
 
-/// Bricks along each axis of those that hold a lattice point of lo <= p < hi.
-Vec3l count_bricks(Vec3l lo, Vec3l hi) {
-  const auto brick = [](std::int64_t p) { return p >> 3; };
-  static_assert(kBrickEdge == 8);
-  return Vec3l(brick(hi.x - 1), brick(hi.y - 1), brick(hi.z - 1)) -
-         Vec3l(brick(lo.x), brick(lo.y), brick(lo.z)) + Vec3l(1);
-}
-
 }  // namespace
 
 void detail::require_grid_memory(Vec3l lo, Vec3l hi, const FillBrick& fill) {

@@ -62,10 +62,10 @@ struct DeepSample {
 
 /// What a pixel of `samples` camera samples sees: from front to back, disjoint. Surfaces are thin
 /// samples at the mean of their depths; the medium of their bin lies before them where nothing lies
-/// behind, else it is divided there. `error`, 0 or more,
-/// is a share of the pixel's alpha, and of its colour in each channel: neighbouring bins are one
-/// sample where alpha and colour of all that is before a depth, as functions of it, change by no
-/// more than that anywhere. All together give the film's alpha and colour without background, but
+/// behind, else it is divided there. `error`, 0 or more, is a share of the pixel's alpha, and of
+/// its colour in each channel: neighbouring bins are one sample where alpha and colour of all that
+/// is before a depth, as functions of it, change by no more than that anywhere. All together give
+/// the film's alpha, but for noise of shadow catchers, and its colour without background, but
 /// for rounding. A sample that covers all the rest (alpha 1) is thin, in the middle of its bin.
 [[nodiscard]] std::vector<DeepSample> deep_samples(const DeepFilm& film, std::size_t pixel,
                                                    std::uint32_t samples, double error);

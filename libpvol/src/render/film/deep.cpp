@@ -6,7 +6,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <optional>
 
 #include "pvol/error.h"
 
@@ -50,6 +49,14 @@ DeepSurface& surface_at(std::vector<DeepSurface>& all, std::int64_t number, int 
   if (at == all.begin()) return all.front();
   const auto before = std::prev(at);
   return number - before->number < at->number - number ? *before : *at;
+}
+
+/// Adds the sums of one to those of another.
+void add_sums(DeepSurface& to, const DeepSurface& from) {
+  to.sum += from.sum;
+  to.alpha += from.alpha;
+  to.depth += from.depth;
+  to.count += from.count;
 }
 
 /// What samples add to colour, by channel, and to alpha, in sums over them.
@@ -226,11 +233,8 @@ void DeepFilm::add(std::size_t pixel, double depth, Vec3d radiance) {
 }
 
 void DeepFilm::add_surface(std::size_t pixel, double depth, Vec3d radiance, double alpha) {
-  DeepSurface& s = surface_at(surfaces[pixel], interval_of(depth), bins);
-  s.sum += radiance;
-  s.alpha += alpha;
-  s.depth += depth;
-  ++s.count;
+  const std::int64_t number = interval_of(depth);
+  add_sums(surface_at(surfaces[pixel], number, bins), {radiance, alpha, depth, 1, number});
 }
 
 std::vector<DeepSample> deep_samples(const DeepFilm& film, std::size_t pixel, std::uint32_t samples,
@@ -281,11 +285,7 @@ void add_samples(DeepFilm& to, const DeepFilm& from) {
   }
   for (std::size_t i = 0; i < to.surfaces.size(); ++i) {
     for (const DeepSurface& s : from.surfaces[i]) {
-      DeepSurface& one = surface_at(to.surfaces[i], s.number, to.bins);
-      one.sum += s.sum;
-      one.alpha += s.alpha;
-      one.depth += s.depth;
-      one.count += s.count;
+      add_sums(surface_at(to.surfaces[i], s.number, to.bins), s);
     }
   }
 }

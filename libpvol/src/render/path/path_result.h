@@ -14,8 +14,8 @@ namespace pvol::detail {
 struct PathResult {
   Rgb radiance{0.0f};
   float alpha = 0;       ///< estimate of 1 - transmittance
+  Rgb tint{0.0f};        ///< what that transmittance has more by channel
   Rgb background{0.0f};  ///< of the radiance, what a shadow catcher shows of the background
-  Rgb tint{0.0f};        ///< of that transmittance: what channels have more than their mean
   std::vector<Rgb> layers;
   /// Radiance by scatterings: of light that was not scattered, that was once, that was more often;
   /// empty where nobody asks.

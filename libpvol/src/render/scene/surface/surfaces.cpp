@@ -160,7 +160,7 @@ bool SurfaceSet::block(const Ray& ray, double limit) const {
 
 std::shared_ptr<const Surfaces> make_surfaces(std::span<const Surface> surfaces) {
   if (surfaces.empty()) return nullptr;
-  // Triangles are held once by what is equal.
+  // Kinds of rays that meet the same surfaces share one set, and so its triangles.
   std::vector<std::pair<std::vector<bool>, std::shared_ptr<const SurfaceSet>>> made;
   const auto met_by = [&](bool Material::*kind) {
     std::vector<bool> meets;
