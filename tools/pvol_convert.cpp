@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "cli/command_line.h"
+#include "cli/filter_frames.h"
 #include "cli/frames_line.h"
 #include "cli/interrupt.h"
 #include "cli/json.h"
@@ -51,6 +52,8 @@ Examples:
       the bounding shell as triangles
   pvol-convert merge part*.exr -o whole.exr
       a picture from its parts; see pvol-convert merge --help
+  pvol-convert denoise noisy.####.exr -o clean.####.exr --frames 1-240
+      a sequence without noise and flicker; see pvol-convert denoise --help
 
 Exit status: 0 success, 1 failure, 2 wrong usage.)";
 
@@ -311,12 +314,19 @@ int merge_parts(int argc, char** argv) {
   return cli::run_guarded(kTool, [&] { return cli::merge(given); });
 }
 
+int filter(int argc, char** argv) {
+  cli::FilterGiven given;
+  if (const auto code = cli::read_filter_line(argc, argv, given)) return *code;
+  return cli::run_guarded(kTool, [&] { return cli::filter_frames(given); });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   cli::watch_signals(kTool);
-  // A verb; all else goes by the endings of two names.
+  // Two verbs; all else goes by the endings of two names.
   if (argc > 1 && argv[1] == std::string_view("merge")) return merge_parts(argc - 1, argv + 1);
+  if (argc > 1 && argv[1] == std::string_view("denoise")) return filter(argc - 1, argv + 1);
   Options options;
   if (const auto code = read_command_line(argc, argv, options)) return *code;
   return cli::run_guarded(kTool, [&] { return run(options); });

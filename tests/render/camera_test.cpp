@@ -448,5 +448,31 @@ TEST(PixelFilters, AreWhatPicturesShow) {
   }
 }
 
+TEST(Camera, SeesPlacesWhereItsRaysShowThem) {
+  const Turned t;
+  Rng rng(2, 0, 0);
+  for (const CameraKind kind :
+       {CameraKind::perspective, CameraKind::orthographic, CameraKind::latlong}) {
+    Camera c{.kind = kind, .shift = {0.2, -0.1}, .ortho_scale = 3};
+    ASSERT_TRUE(place(c, t.rows()));
+    const Projection p(c, 300, 200);
+    for (int i = 0; i < 200; ++i) {
+      const double x = 300 * double(rng.uniform()), y = 200 * double(rng.uniform());
+      const double depth = 0.5 + 9 * double(rng.uniform());
+      const Vec3d place = p.place(x, y, depth);
+      ASSERT_LT(miss(p.ray(x, y), place), 1e-9);
+      const bool ahead = dot(p.ray(x, y).d, -t.z) > 0;
+      if (ahead) {
+        ASSERT_NEAR(p.depth(place), depth, 1e-9);
+      }
+      const auto seen = p.seen(place);
+      ASSERT_TRUE(seen);
+      ASSERT_NEAR((*seen)[0], x, 1e-6);
+      ASSERT_NEAR((*seen)[1], y, 1e-6);
+    }
+    EXPECT_EQ(p.seen(t.place + t.z).has_value(), kind == CameraKind::latlong) << "behind";
+  }
+}
+
 }  // namespace camera_test
 }  // namespace pvol::test

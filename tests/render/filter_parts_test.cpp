@@ -57,7 +57,7 @@ TEST(PatchWeights, FollowTheFormula) {
       g.variances.push_back(random_plane(40, 12, detail::margin_of(o), 0.3, generator));
     }
     const detail::Tile t{0, 0, detail::kTile, 12};
-    const detail::PatchWeights weights(g, t, o);
+    const detail::PatchWeights weights(g, g, nullptr, t, o);
     int inside = 0;  // weights that are neither 0 nor 1
     for (int y = 0; y < 12; ++y) {
       for (int dy = std::max(-2, -y); dy <= std::min(2, 11 - y); ++dy) {
@@ -85,7 +85,7 @@ TEST(Features, LoseTheirNoise) {
   for (std::size_t i = 0; i < film.pixels.size(); ++i) {
     film.layers[depth].sums[i].x = (5 + normal(generator)) * film.layers[depth].weights[i];
   }
-  const detail::Planes planes = detail::make_features(film, 0, {});
+  const detail::Planes planes = detail::make_features(film, 0, {}).planes;
   const Plane& p =
       planes.back();  // after place and alpha, of features that are not the same everywhere
   ASSERT_EQ(planes.size(), 4u);

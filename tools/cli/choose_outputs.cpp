@@ -50,6 +50,11 @@ Outputs choose_outputs(const RenderOptionsGiven& o) {
   if (o.output.empty()) throw UsageError("--output is required: the picture to write");
   check_output(o.output, {".exr", ".png"});
   if (o.no_png && !o.png.empty()) throw UsageError("--png and --no-png exclude each other");
+  if (o.denoise && o.denoise_layers) {
+    throw UsageError(
+        "--denoise and --denoise-layers exclude each other: the layers are for a picture that "
+        "pvol-convert denoise filters afterwards");
+  }
   Outputs out;
   if (formats::ending(o.output) == ".png") {
     if (o.no_png || !o.png.empty()) {

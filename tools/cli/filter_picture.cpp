@@ -19,15 +19,25 @@ bool is_wanted(const Layer& layer, AovSet asked) {
 
 }  // namespace
 
+AovSet layers_for_filter() {
+  AovSet all = denoising_aovs();
+  all.add(Aov::transmittance);  // before a background, files have it nowhere else
+  return all;
+}
+
+void add(AovSet more, AovSet& to) {
+  for (const AovRow& r : kAovs) {
+    if (more.has(r.aov)) to.add(r.aov);
+  }
+}
+
 Scene with_needs_of_filter(const Scene& scene) {
   if (!is_adaptive(scene.options) && scene.options.samples < 2) {
     throw UsageError(
         "--denoise needs --spp 2 or more, since one sample gives no estimate of its noise");
   }
   Scene changed = scene;
-  for (const AovRow& r : kAovs) {
-    if (denoising_aovs().has(r.aov)) changed.options.aovs.add(r.aov);
-  }
+  add(denoising_aovs(), changed.options.aovs);
   return changed;
 }
 

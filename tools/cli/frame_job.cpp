@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "cli/cli.h"
+#include "cli/filter_picture.h"
 #include "cli/load_scene.h"
 #include "cli/resume_state.h"
 #include "cli/scene_files.h"
@@ -28,6 +29,7 @@ formats::SceneFile parse_scene(const RenderOptionsGiven& o) {
   formats::SceneFile file = read_scene(o.input, o.sets);
   if (!o.grid.grid.empty()) file.volumes.front().grid = o.grid.grid;
   cli::apply(o.options, formats::render_keys(file));
+  if (o.denoise_layers) add(layers_for_filter(), file.scene.options.aovs);
   file.scene.options.count = !o.stats.empty();
   file.scene.options.deep = !o.deep.empty();
   return file;

@@ -24,8 +24,6 @@ namespace {
 
 using formats::FilmPiece;
 
-constexpr const char* kTool = "pvol-convert";
-
 /// A file, and what it says without its pixels.
 struct Part {
   std::filesystem::path file;
@@ -95,7 +93,7 @@ void check_same(const std::vector<Part>& parts) {
     makers.insert(attribute(p, "pvol:kernel_used") + " of version " + attribute(p, "pvol:version"));
   }
   if (makers.size() > 1) {
-    print_warnings(kTool,
+    print_warnings(kConvertTool,
                    {fmt::format("the parts were made by several kernels or versions, {}: the "
                                 "picture is correct, but may differ in bits from one run",
                                 fmt::join(makers, ", "))});
@@ -288,20 +286,11 @@ std::pair<std::uint64_t, std::uint64_t> count_samples(const Film& film, const Fi
   return {n, pixels * (whole.end - whole.begin) * seeds};
 }
 
-void write_png(const MergeGiven& o, const Film& film, bool background) {
-  if (o.no_png) return;
-  const std::filesystem::path file =
-      o.png.empty() ? std::filesystem::path(o.output).replace_extension(".png") : o.png;
-  formats::write_png(file, film, o.exposure, !background, o.tone_map);
-}
-
 /// Throws UsageError for names that do not go together.
 void check_names(const MergeGiven& o) {
-  check_output(o.output, {".exr"});
-  if (!o.png.empty()) check_output(o.png, {".png"});
-  if (o.no_png && !o.png.empty()) throw UsageError("--png and --no-png exclude each other");
+  check(o.output);
   for (const std::filesystem::path& part : o.parts) {
-    if (!same_file(part, o.output)) continue;
+    if (!same_file(part, o.output.exr)) continue;
     throw UsageError(fmt::format(
         "{} is both a part and the output; choose another name for the output", part.string()));
   }
@@ -361,8 +350,8 @@ void write(const MergeGiven& o, const Part& first, Whole whole, const Merged& m)
     layout.sums = {&m.film, {.key = first.record.key, .pieces = std::move(pieces)}};
   }
   const Film& picture = m.filtered ? m.filtered->film : m.film;
-  formats::write_exr(o.output, picture, m.attributes, layout);
-  write_png(o, picture, m.scene.scene.options.background);
+  formats::write_exr(o.output.exr, picture, m.attributes, layout);
+  save_png(o.output, picture, m.scene.scene.options.background);
 }
 
 }  // namespace
@@ -383,10 +372,10 @@ int merge(const MergeGiven& o) {
   write(o, parts.front(), whole, m);
   if (o.common.quiet) return kSuccess;
   const std::optional<double> noise = relative_noise(m.film);
-  std::cerr << fmt::format("{}: {} parts, {} samples{}; wrote {}\n", kTool, parts.size(),
+  std::cerr << fmt::format("{}: {} parts, {} samples{}; wrote {}\n", kConvertTool, parts.size(),
                            m.attributes.at("pvol:samples"),
                            noise ? ", noise " + readable(100 * *noise) + " %" : "",
-                           o.output.string());
+                           o.output.exr.string());
   return kSuccess;
 }
 

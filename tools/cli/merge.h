@@ -7,7 +7,7 @@
 
 #include "cli/cli.h"
 #include "cli/keep_sums.h"
-#include "pvol/formats/image.h"
+#include "cli/picture_output.h"
 
 namespace pvol::cli {
 
@@ -15,12 +15,10 @@ namespace pvol::cli {
 struct MergeGiven {
   Common common;
   std::vector<std::filesystem::path> parts;
-  std::filesystem::path output, png;
-  bool no_png = false, partial = false;
+  PictureOutput output;
+  bool partial = false;
   std::vector<int> crop;  ///< x, y, width, height; empty: all of the image
   KeepSums sums = KeepSums::automatic;
-  double exposure = 0;
-  formats::ToneMap tone_map = formats::ToneMap::srgb;
 };
 
 /// Nothing where the tool goes on, else its exit code.

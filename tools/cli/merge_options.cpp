@@ -28,9 +28,7 @@ std::optional<int> read_merge_line(int argc, char** argv, MergeGiven& o) {
   app.add_option("PART", o.parts, "Parts of a picture: .exr with exact sums")
       .type_name("")
       .required();
-  app.add_option("-o,--output", o.output, "Picture to write: .exr, with the layout of the parts")
-      .type_name("FILE")
-      .required();
+  add_output(app, o.output, "Picture to write: .exr, with the layout of the parts");
   app.add_flag("--partial", o.partial,
                "Merge the parts that exist even if samples are missing or parts are unfinished; "
                "the picture keeps its sums, so the rest can be merged later");
@@ -40,10 +38,6 @@ std::optional<int> read_merge_line(int argc, char** argv, MergeGiven& o) {
       .values(4);
   add_named(app, "--sums", o.sums,
             "Whether the picture keeps its exact sums; auto: with --partial and --crop [auto]");
-  app.add_option("--png", o.png, "Name of the .png [the output's, ending in .png]")
-      .type_name("FILE");
-  app.add_flag("--no-png", o.no_png, "Write no .png");
-  add_display(app, o.exposure, o.tone_map);
   return app.parse(argc, argv);
 }
 

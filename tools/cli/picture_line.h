@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cli/command_line.h"
+#include "cli/picture_output.h"
 #include "pvol/formats/image.h"
 #include "pvol/math/keys.h"
 
@@ -22,6 +23,15 @@ inline void add_display(const CommandLine& app, double& exposure, formats::ToneM
   add_named(app, "--tone-map", tone_map,
             "How the .png shows radiance above the screen's white: srgb clips it, neutral "
             "(Khronos) and filmic (Hable) compress it [srgb]");
+}
+
+/// Names of a picture that is made of others; `help` is that of --output.
+inline void add_output(const CommandLine& app, PictureOutput& to, const char* help) {
+  app.add_option("-o,--output", to.exr, help).type_name("FILE").required();
+  app.add_option("--png", to.png, "Name of the .png [the output's, ending in .png]")
+      .type_name("FILE");
+  app.add_flag("--no-png", to.no_png, "Write no .png");
+  add_display(app, to.exposure, to.tone_map);
 }
 
 }  // namespace pvol::cli

@@ -64,6 +64,9 @@ void add_files(const CommandLine& app, RenderOptionsGiven& o) {
       "Biased: filter the noise of the finished picture, guided by features of first collisions. "
       "The .exr keeps the noisy picture and its variance as layers noisy and noisy_variance; the "
       "log and the layer variance give the estimated error, bias included");
+  app.add_flag("--denoise-layers", o.denoise_layers,
+               "Write the layers that pvol-convert denoise needs to filter the picture afterwards, "
+               "or a sequence with light from frame to frame");
   app.add_option("--checkpoint", o.checkpoint,
                  "Minutes between checkpoints, which write the outputs so far; --resume continues "
                  "from them if the render ends early; 0 is none [10]")

@@ -35,7 +35,7 @@ struct RenderOptionsGiven {
   formats::ExrCompression compression = formats::ExrCompression::zip;
   bool multipart = false;
   bool live = false;
-  bool denoise = false;
+  bool denoise = false, denoise_layers = false;
   SplitGiven split;
   std::filesystem::path local_copies;  ///< folder, or "auto"; empty: none
   std::vector<std::string> arguments;  ///< the command line as given, with the tool's name

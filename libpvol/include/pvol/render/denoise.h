@@ -2,17 +2,25 @@
 //
 // Based on: Bitterli et al. Nonlinearly Weighted First-order Regression for Denoising Monte Carlo
 // Renderings. 2016; Rousselle et al. Adaptive Rendering with Non-Local Means Filtering. 2012
-// (THEORY.md, T5.10, T5.21 and T5.22).
+// (THEORY.md, T5.10, T5.21, T5.22 and T5.23).
 #pragma once
 
 #include <cstddef>
 #include <functional>
+#include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "pvol/render/aov.h"
+#include "pvol/render/camera.h"
 #include "pvol/render/film.h"
 
 namespace pvol {
+
+namespace detail {
+struct FramePlanes;
+}
 
 struct DenoiseOptions {
   int window = 6;          ///< pixels to each side that a pixel's neighbours come from, 1..32
@@ -60,6 +68,32 @@ struct Denoised {
 /// fewer than two samples or that are not finite, for options out of range, and where it was
 /// stopped.
 [[nodiscard]] Denoised denoise(const Film& film, const DenoiseOptions& options = {});
+
+/// A frame of a sequence, made ready for the filter: once for all frames that it bears upon. Holds
+/// some 80 to 200 bytes a pixel, and not the film.
+class FilterFrame {
+ public:
+  /// `camera` rendered the film; without it all frames count as seen by one that stands still.
+  /// Throws as denoise does.
+  explicit FilterFrame(const Film& film, const std::optional<Camera>& camera = std::nullopt,
+                       const DenoiseOptions& options = {});
+
+ private:
+  friend Denoised denoise(const Film& film, const FilterFrame& own,
+                          std::span<const FilterFrame> others);
+  DenoiseOptions options_;
+  std::shared_ptr<const detail::FramePlanes> planes_;
+};
+
+/// Filters a frame with light from others, which come before and after it in the sequence: each
+/// pixel is also estimated from those that show its point there, by the depth of first collisions
+/// and the cameras, and from what is around them. What moved by more than the window, or changed,
+/// is left out by its looks. Noise falls with the number of frames, and what is left of it hardly
+/// changes from frame to frame (T5.23). `own` was made of `film`, and of all frames with the same
+/// options. Frames must have different random numbers. Throws Error for frames that differ in size,
+/// crop or layers of light.
+[[nodiscard]] Denoised denoise(const Film& film, const FilterFrame& own,
+                               std::span<const FilterFrame> others);
 
 /// The film as it is written: colour and its parts are the filtered ones, and variances are its
 /// `mse`. Samples, alpha and all other layers are the film's; further layers have the colour that

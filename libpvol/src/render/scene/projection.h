@@ -1,8 +1,11 @@
 // The rays of a camera.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "pvol/math/box.h"
 #include "pvol/math/circle.h"
@@ -64,6 +67,27 @@ class Projection {
   /// Distance of a place along the view.
   [[nodiscard]] double depth(Vec3d place) const { return dot(place - origin_, forward_); }
 
+  /// The place at this depth that (x, y) shows. Where rays go at right angles to the view, or back,
+  /// as some of latlong pictures, one as far along the ray.
+  [[nodiscard]] Vec3d place(double x, double y, double depth) const {
+    const Ray r = ray(x, y);
+    const double along = dot(r.d, forward_);
+    const double from = kind_ == CameraKind::orthographic ? dot(r.o - origin_, forward_) : 0;
+    return r.o + r.d * (along > 0 ? (depth - from) / along : depth);
+  }
+
+  /// Where a place is seen through the middle of the lens, in pixels; nothing of one behind.
+  [[nodiscard]] std::optional<std::array<double, 2>> seen(Vec3d place) const {
+    const Vec3d to = place - origin_;
+    if (kind_ == CameraKind::latlong) return seen_around(to);
+    const double far = dot(to, forward_);
+    if (!(far > 0)) return std::nullopt;
+    const Vec3d on_plane =
+        (kind_ == CameraKind::orthographic ? to - forward_ * (far - 1) : to / far) - corner_;
+    return std::array{dot(on_plane, right_) / dot(right_, right_),
+                      dot(on_plane, down_) / dot(down_, down_)};
+  }
+
  private:
   /// Direction at turns of longitude to the right of the view, and of latitude above it.
   [[nodiscard]] Vec3d along(double longitude, double latitude) const {
@@ -72,6 +96,16 @@ class Projection {
     return normalize(forward_ * (level * std::cos(kTurn * longitude)) +
                      right_ * (level * std::sin(kTurn * longitude)) -
                      down_ * std::sin(kTurn * latitude));
+  }
+
+  /// In a latlong picture, which shows everything but the camera itself.
+  [[nodiscard]] std::optional<std::array<double, 2>> seen_around(Vec3d to) const {
+    constexpr double kTurn = 2 * std::numbers::pi;
+    const double distance = length(to);
+    if (!(distance > 0)) return std::nullopt;
+    const double longitude = std::atan2(dot(to, right_), dot(to, forward_)) / kTurn;
+    const double latitude = -std::asin(std::clamp(dot(to, down_) / distance, -1.0, 1.0)) / kTurn;
+    return std::array{(longitude + 0.5) / turns_[0], (0.25 - latitude) / turns_[1]};
   }
 
   Vec3d origin_, forward_;

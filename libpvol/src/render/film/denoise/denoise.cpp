@@ -9,15 +9,15 @@
 
 #include "math/parallel.h"
 #include "pvol/error.h"
-#include "render/film/denoise/colour_parts.h"
-#include "render/film/denoise/denoise_inputs.h"
 #include "render/film/denoise/filter_error.h"
+#include "render/film/denoise/frame_planes.h"
 #include "render/film/denoise/regression.h"
 
 namespace pvol {
 namespace {
 
 using detail::Errors;
+using detail::FramePlanes;
 using detail::Halves;
 using detail::Plane;
 using detail::Planes;
@@ -109,7 +109,7 @@ Planes filter_by(const detail::RegressionInput& in, const Plane& where,
                  const std::function<bool()>& stop) {
   constexpr std::size_t kTogether = 256;
   const int width = where.width(), height = where.height();
-  const std::size_t tiles = detail::tiles_in(width, height), planes = in.colours.size();
+  const std::size_t tiles = detail::tiles_in(width, height), planes = in.own.colours.size();
   Filtered all(planes, width, height);
   for (std::size_t first = 0; first < tiles; first += kTogether) {
     std::vector<Predictions> parts(std::min(kTogether, tiles - first));
@@ -161,39 +161,50 @@ double relative_error(const Denoised& d, const Halves& halves, Vec3d mean_mse) {
   return light > 0 ? std::sqrt(errors * double(d.colour.size())) / light : 0;
 }
 
-/// The planes of both halves, each with weights from the other; after these the parts of the
-/// colour, of all samples, by the weights of either.
-std::array<Planes, 2> filter_halves(const Film& film, const Halves& halves,
-                                    const std::vector<detail::ColourParts>& sets,
-                                    const detail::PatchOptions& patches,
+/// One half of a frame and, after its colour, the parts of that, of all samples; weights are from
+/// the other half.
+detail::FrameInput input_of(const std::array<detail::Guide, 2>& colour, const Planes& parts,
+                            const Planes& features, const Plane* known, std::size_t half) {
+  detail::FrameInput in{&colour[1 - half], {}, &features, known};
+  for (const Plane& p : colour[half].values) in.colours.push_back(&p);
+  for (const Plane& p : parts) in.colours.push_back(&p);
+  return in;
+}
+
+/// The planes of both halves, each with weights from the other.
+std::array<Planes, 2> filter_halves(const FramePlanes& own,
+                                    const std::vector<detail::AlignedFrame>& others,
                                     const std::function<bool()>& stop) {
-  const int margin = detail::margin_of(patches);
-  const Planes features = detail::make_features(film, margin, stop);
-  const Planes parts = detail::planes_of_parts(film, sets, halves, margin);
   std::array<Planes, 2> filtered;
   for (const std::size_t half : {0u, 1u}) {
-    Planes colours = halves.colour[half].values;
-    colours.insert(colours.end(), parts.begin(), parts.end());
-    filtered[half] =
-        filter_by({halves.colour[1 - half], colours, features, patches}, halves.filtered, stop);
+    detail::RegressionInput in{
+        input_of(own.halves.colour, own.parts, own.features.planes, nullptr, half),
+        {},
+        own.patches};
+    for (const detail::AlignedFrame& f : others) {
+      in.others.push_back(input_of(f.colour, f.parts, f.features, &f.known, half));
+    }
+    filtered[half] = filter_by(in, own.halves.filtered, stop);
   }
   return filtered;
 }
 
-Denoised filter(const Film& film, const DenoiseOptions& o) {
+Denoised filter(const Film& film, const FramePlanes& own,
+                const std::vector<const FramePlanes*>& others, const std::function<bool()>& stop) {
   Denoised out;
   for (const PixelSums& p : film.pixels) {
     out.colour.push_back(mean(p));
     out.variance.push_back(variance_of_mean(p));
   }
   out.mse = out.variance;
-  const detail::PatchOptions patches{o.window, o.patch, float(o.bandwidth)};
-  const Halves halves = detail::make_halves(film, detail::margin_of(patches));
+  const Halves& halves = own.halves;
   out.fireflies = halves.fireflies.pixels;
   Vec3d mean_mse;
   if (halves.any) {
     const auto sets = detail::find_colour_parts(film);
-    const std::array<Planes, 2> filtered = filter_halves(film, halves, sets, patches, o.stop);
+    std::vector<detail::AlignedFrame> aligned;
+    for (const FramePlanes* other : others) aligned.push_back(detail::align(*other, own));
+    const std::array<Planes, 2> filtered = filter_halves(own, aligned, stop);
     for (int c = 0; c < 3; ++c) {
       const Errors errors = detail::find_errors(halves, filtered, std::size_t(c));
       put(film, halves, filtered, c, errors, out);
@@ -204,6 +215,17 @@ Denoised filter(const Film& film, const DenoiseOptions& o) {
   }
   out.relative_error = relative_error(out, halves, mean_mse);
   return out;
+}
+
+/// Calls f() with so many threads, 0: one for each hardware thread.
+template <class F>
+void in_arena(int given, const F& f) {
+  const int threads = given > 0 ? given : tbb::this_task_arena::max_concurrency();
+  constexpr auto kLimit = tbb::global_control::max_allowed_parallelism;
+  const tbb::global_control allow(
+      kLimit, std::max(std::size_t(threads), tbb::global_control::active_value(kLimit)));
+  tbb::task_arena arena(threads);
+  arena.execute(f);
 }
 
 /// A layer whose values are `of(pixel)`, which are means over the samples.
@@ -234,18 +256,33 @@ Film with_colour(const Film& film, const Denoised& d) {
   return out;
 }
 
+FilterFrame::FilterFrame(const Film& film, const std::optional<Camera>& camera,
+                         const DenoiseOptions& o)
+    : options_(o) {
+  check(o);
+  detail::check_film(film);
+  if (film.pixels.empty()) throw Error("denoise: the film has no pixels");
+  const detail::PatchOptions patches{o.window, o.patch, float(o.bandwidth)};
+  in_arena(o.threads, [&] {
+    planes_ =
+        std::make_shared<FramePlanes>(detail::make_frame_planes(film, patches, camera, o.stop));
+  });
+}
+
+Denoised denoise(const Film& film, const FilterFrame& own, std::span<const FilterFrame> others) {
+  std::vector<const FramePlanes*> planes;
+  for (const FilterFrame& f : others) planes.push_back(f.planes_.get());
+  Denoised out;
+  in_arena(own.options_.threads,
+           [&] { out = filter(film, *own.planes_, planes, own.options_.stop); });
+  return out;
+}
+
 Denoised denoise(const Film& film, const DenoiseOptions& o) {
   check(o);
   detail::check_film(film);
-  Denoised out;
-  if (film.pixels.empty()) return out;
-  const int threads = o.threads > 0 ? o.threads : tbb::this_task_arena::max_concurrency();
-  constexpr auto kLimit = tbb::global_control::max_allowed_parallelism;
-  const tbb::global_control allow(
-      kLimit, std::max(std::size_t(threads), tbb::global_control::active_value(kLimit)));
-  tbb::task_arena arena(threads);
-  arena.execute([&] { out = filter(film, o); });
-  return out;
+  if (film.pixels.empty()) return {};
+  return denoise(film, FilterFrame(film, std::nullopt, o), {});
 }
 
 }  // namespace pvol

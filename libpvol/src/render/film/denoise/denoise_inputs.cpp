@@ -124,6 +124,7 @@ Plane variance_of_half(const Film& film, const Layer& half, const Plane& of_mean
 struct Feature {
   Guide guide;
   Plane weight;
+  std::vector<FeatureScale> scales;  ///< by the numbers of planes in the guide
 };
 
 /// Squared differences from the mean of four neighbours have 5/4 of the variance where the feature
@@ -171,7 +172,7 @@ void fill(const Film& film, const Plane& weight, Plane& value) {
 
 /// A layer of first collisions. In units of its spread over the pixels that have any, which is 0
 /// for one that is the same everywhere.
-Feature feature_of(const Film& film, const Layer& layer, int margin) {
+Feature feature_of(const Film& film, const Layer& layer, FeatureKind kind, int margin) {
   Feature f;
   f.weight = make_plane(film, margin, [&](std::size_t i) {
     return value(layer, film, i).x < kNothingMet ? film.pixels[i].alpha : 0;
@@ -187,10 +188,12 @@ Feature feature_of(const Film& film, const Layer& layer, int margin) {
     if (!(all > 0)) continue;
     const double centre = sum / all, spread = squares / all - centre * centre;
     constexpr double kSame = 1e-10;  // of variances: what rounding leaves
+    FeatureScale& scale = f.scales.emplace_back(FeatureScale{kind, c, centre});
     if (!(spread > kSame * squares / all)) continue;
+    scale.spread = std::sqrt(spread), scale.plane = f.guide.values.size();
     f.guide.values.push_back(make_plane(film, margin, [&](std::size_t i) {
       const double v = value(layer, film, i)[c];
-      return v < kNothingMet ? (v - centre) / std::sqrt(spread) : 0;
+      return v < kNothingMet ? (v - centre) / scale.spread : 0;
     }));
     f.guide.variances.push_back(noise_of_feature(film, f.guide.values.back(), f.weight, margin));
     fill(film, f.weight, f.guide.values.back());
@@ -209,6 +212,7 @@ Feature alpha_of(const Film& film, int margin) {
     return a * (1 - a) / film.pixels[i].samples;
   });
   f.guide.variances.push_back(with_margin(box_mean(raw, f.weight, kNoiseRadius), margin));
+  f.scales.push_back({.kind = FeatureKind::alpha, .plane = 0});
   return f;
 }
 
@@ -238,14 +242,19 @@ RowSums sum_row(const Feature& f, const Tile& t, const PatchWeights& weights, in
 
 /// Non-local means of the feature, guided by itself. Pixels without it take what is around them.
 void add_filtered(const Film& film, const Feature& f, int margin, const PatchOptions& options,
-                  const std::function<bool()>& stop, Planes& to) {
-  if (f.guide.values.empty()) return;
+                  const std::function<bool()>& stop, Features& all) {
+  Planes& to = all.planes;
   const std::size_t first = to.size();
+  for (FeatureScale scale : f.scales) {
+    if (scale.plane) *scale.plane += first;
+    all.scales.push_back(scale);
+  }
+  if (f.guide.values.empty()) return;
   for (std::size_t c = 0; c < f.guide.values.size(); ++c) to.push_back(make_plane(film, margin));
   parallel_for(0, tiles_in(film.crop_width, film.crop_height), [&](std::size_t number) {
     heed(stop);
     const Tile t = tile_of(number, film.crop_width, film.crop_height);
-    const PatchWeights weights(f.guide, t, options);
+    const PatchWeights weights(f.guide, f.guide, nullptr, t, options);
     for (int y = 0; y < t.height; ++y) {
       const RowSums sums = sum_row(f, t, weights, options.window, y);
       for (std::size_t c = 0; c < f.guide.values.size(); ++c) {
@@ -320,12 +329,12 @@ void heed(const std::function<bool()>& stop) {
   if (stop && stop()) throw Error("denoise: interrupted");
 }
 
-Planes make_features(const Film& film, int margin, const std::function<bool()>& stop) {
+Features make_features(const Film& film, int margin, const std::function<bool()>& stop) {
   constexpr PatchOptions kFeatures{.window = 5, .patch = 3, .bandwidth = 1};
-  Planes planes;
+  Features all;
   for (const int axis : {0, 1}) {
     constexpr float kScale = 0.1f;
-    Plane& place = planes.emplace_back(make_plane(film, margin));
+    Plane& place = all.planes.emplace_back(make_plane(film, margin));
     for (int y = -margin; y < film.crop_height + margin; ++y) {
       for (int x = -margin; x < film.crop_width + margin; ++x) {
         place.row(y)[x] = kScale * float(axis == 0 ? x : y);
@@ -333,14 +342,12 @@ Planes make_features(const Film& film, int margin, const std::function<bool()>& 
     }
   }
   const int own = std::max(margin, margin_of(kFeatures));
-  const auto add = [&](const Feature& f) {
-    add_filtered(film, f, margin, kFeatures, stop, planes);
-  };
+  const auto add = [&](const Feature& f) { add_filtered(film, f, margin, kFeatures, stop, all); };
   add(alpha_of(film, own));
-  add(feature_of(film, layer_of(film, "depth", Aov::depth), own));
-  add(feature_of(film, layer_of(film, "normal", Aov::normal), own));
-  add(feature_of(film, layer_of(film, "albedo", Aov::albedo), own));
-  return planes;
+  add(feature_of(film, layer_of(film, "depth", Aov::depth), FeatureKind::depth, own));
+  add(feature_of(film, layer_of(film, "normal", Aov::normal), FeatureKind::normal, own));
+  add(feature_of(film, layer_of(film, "albedo", Aov::albedo), FeatureKind::albedo, own));
+  return all;
 }
 
 }  // namespace pvol::detail

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <functional>
+#include <optional>
 
 #include "pvol/render/film.h"
 #include "render/film/denoise/fireflies.h"
@@ -20,9 +21,27 @@ struct Halves {
 };
 [[nodiscard]] Halves make_halves(const Film& film, int margin);
 
+/// What features tell of: layers, and alpha.
+enum class FeatureKind { alpha, depth, normal, albedo };
+
+/// What a feature's plane is, so that those of another frame can be put in its units.
+struct FeatureScale {
+  FeatureKind kind = FeatureKind::alpha;
+  int component = 0;
+  double centre = 0, spread = 1;       ///< the plane has (value - centre) / spread
+  std::optional<std::size_t> plane{};  ///< none: the value is `centre` everywhere
+};
+
 /// Features of about the scale 1, filtered by themselves: place in the picture, alpha, and what
-/// first collisions tell. Those that are the same everywhere are left out. Heeds `stop`.
-[[nodiscard]] Planes make_features(const Film& film, int margin, const std::function<bool()>& stop);
+/// first collisions tell. Those that are the same everywhere have no plane.
+struct Features {
+  Planes planes;                     ///< the first two are the place
+  std::vector<FeatureScale> scales;  ///< of the others
+};
+
+/// Heeds `stop`.
+[[nodiscard]] Features make_features(const Film& film, int margin,
+                                     const std::function<bool()>& stop);
 
 /// Throws Error once `stop`, if there is one, is true.
 void heed(const std::function<bool()>& stop);

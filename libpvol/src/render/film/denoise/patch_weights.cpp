@@ -15,8 +15,8 @@ using Surroundings = std::array<std::array<float, kEdge>, kEdge>;
 
 /// Squared differences over the variance that they should have, less what noise alone leads to
 /// expect, averaged over the planes: around 0 for pixels of equal expectation.
-void add_differences(const Guide& guide, const Tile& t, const PatchOptions& o, int dx, int dy,
-                     Surroundings& sum) {
+void add_differences(const Guide& here, const Guide& there, const Tile& t, const PatchOptions& o,
+                     int dx, int dy, Surroundings& sum) {
   // Of a scale that planes have after they were made ready; far below any noise that matters.
   constexpr float kLeast = 1e-12f;
   const float k2 = o.bandwidth * o.bandwidth;
@@ -24,12 +24,12 @@ void add_differences(const Guide& guide, const Tile& t, const PatchOptions& o, i
   for (int y = 0; y < t.height + 2 * o.patch; ++y) {
     float* s = sum[std::size_t(y)].data();
     std::fill_n(s, width, 0.0f);
-    for (std::size_t c = 0; c < guide.values.size(); ++c) {
-      const int here = t.y + y - o.patch, x0 = t.x - o.patch;
-      const float* p = guide.values[c].row(here) + x0;
-      const float* q = guide.values[c].row(here + dy) + x0 + dx;
-      const float* vp = guide.variances[c].row(here) + x0;
-      const float* vq = guide.variances[c].row(here + dy) + x0 + dx;
+    for (std::size_t c = 0; c < here.values.size(); ++c) {
+      const int row = t.y + y - o.patch, x0 = t.x - o.patch;
+      const float* p = here.values[c].row(row) + x0;
+      const float* q = there.values[c].row(row + dy) + x0 + dx;
+      const float* vp = here.variances[c].row(row) + x0;
+      const float* vq = there.variances[c].row(row + dy) + x0 + dx;
       for (int x = 0; x < width; ++x) {
         const float d = p[x] - q[x];
         const float explained = vp[x] + std::min(vp[x], vq[x]);
@@ -59,16 +59,17 @@ Tile tile_of(std::size_t number, int width, int height) {
   return {x, y, std::min(kTile, width - x), std::min(kTile, height - y)};
 }
 
-PatchWeights::PatchWeights(const Guide& guide, const Tile& t, const PatchOptions& o)
+PatchWeights::PatchWeights(const Guide& here, const Guide& there, const Plane* known, const Tile& t,
+                           const PatchOptions& o)
     : window_(o.window), weights_(std::size_t(offsets_of(o.window)) * kTile * kTile) {
-  const int picture_width = guide.values[0].width(), picture_height = guide.values[0].height();
+  const int picture_width = here.values[0].width(), picture_height = here.values[0].height();
   const int edge = 2 * o.patch + 1;
-  const float share = 1 / (float(edge * edge) * float(guide.values.size()));
+  const float share = 1 / (float(edge * edge) * float(here.values.size()));
   Surroundings d{};
   float* to = weights_.data();
   for (int dy = -o.window; dy <= o.window; ++dy) {
     for (int dx = -o.window; dx <= o.window; ++dx, to += kTile * kTile) {
-      add_differences(guide, t, o, dx, dy, d);
+      add_differences(here, there, t, o, dx, dy, d);
       for (int y = 0; y < t.height + 2 * o.patch; ++y) {  // sums of stretches, at their left ends
         auto& row = d[std::size_t(y)];
         for (int x = 0; x < t.width; ++x) {
@@ -86,8 +87,10 @@ PatchWeights::PatchWeights(const Guide& guide, const Tile& t, const PatchOptions
           const float* row = d[std::size_t(y + i)].data();
           for (int x = 0; x < kTile; ++x) sum[std::size_t(x)] += row[x];
         }
+        const float* counts = known ? known->row(t.y + y + dy) + t.x + dx : nullptr;
         for (int x = first; x < last; ++x) {
-          to[y * kTile + x] = fall_off(sum[std::size_t(x)] * share);
+          const float w = fall_off(sum[std::size_t(x)] * share);
+          to[y * kTile + x] = counts ? w * counts[x] : w;
         }
       }
     }

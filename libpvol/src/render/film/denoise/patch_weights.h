@@ -33,13 +33,16 @@ struct PatchOptions {
 /// Offsets in a window.
 [[nodiscard]] constexpr int offsets_of(int window) { return (2 * window + 1) * (2 * window + 1); }
 
-/// The weights of the pixels at all offsets from those of a tile.
+/// The weights of the pixels at all offsets from those of a tile, in the same picture or in another
+/// of the same size.
 class PatchWeights {
  public:
-  PatchWeights(const Guide& guide, const Tile& tile, const PatchOptions& options);
+  /// `there` has the other pixels. `known` is 0 for those that count for nothing; null: none do.
+  PatchWeights(const Guide& here, const Guide& there, const Plane* known, const Tile& tile,
+               const PatchOptions& options);
 
   /// kTile numbers in [0, 1] for a row of the tile and the offset (dx, dy) within the window; 0
-  /// where the other pixel lies outside the picture and beyond the tile's width.
+  /// where the other pixel lies outside the picture or is unknown, and beyond the tile's width.
   [[nodiscard]] const float* row(int dx, int dy, int y) const {
     const int offset = (dy + window_) * (2 * window_ + 1) + dx + window_;
     return weights_.data() + (std::size_t(offset) * kTile + std::size_t(y)) * kTile;

@@ -47,11 +47,11 @@ struct Moments {
 using Coefficients = std::vector<UnknownRows>;
 
 /// The features of the pixels at an offset from those of a row of the tile, less their own.
-void find_differences(const RegressionInput& in, const Tile& t, int dx, int dy, int y,
+void find_differences(const Planes& own, const Planes& others, const Tile& t, int dx, int dy, int y,
                       FeatureRows& d) {
-  for (std::size_t i = 0; i < in.features.size(); ++i) {
-    const float* p = in.features[i].row(t.y + y) + t.x;
-    const float* q = in.features[i].row(t.y + y + dy) + t.x + dx;
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    const float* p = own[i].row(t.y + y) + t.x;
+    const float* q = others[i].row(t.y + y + dy) + t.x + dx;
     for (int x = 0; x < t.width; ++x) d[i][std::size_t(x)] = q[x] - p[x];
   }
 }
@@ -61,9 +61,9 @@ void add_products(Row& to, const Row& a, const Row& b) {
   for (std::size_t x = 0; x < kTile; ++x) to[x] += a[x] * b[x];
 }
 
-void add_moments(const RegressionInput& in, const Tile& t, const float* weights, int dx, int dy,
-                 int y, const FeatureRows& d, Moments& m) {
-  const std::size_t features = in.features.size();
+void add_moments(const FrameInput& in, const Tile& t, const float* weights, int dx, int dy, int y,
+                 const FeatureRows& d, Moments& m) {
+  const std::size_t features = in.features->size();
   UnknownRows weighted;  // factors of unknowns times weights
   std::copy_n(weights, kTile, weighted[0].begin());
   for (std::size_t i = 0; i < features; ++i) {
@@ -77,7 +77,7 @@ void add_moments(const RegressionInput& in, const Tile& t, const float* weights,
   }
   for (std::size_t c = 0; c < in.colours.size(); ++c) {
     Row u{};
-    std::copy_n(in.colours[c].row(t.y + y + dy) + t.x + dx, t.width, u.begin());
+    std::copy_n(in.colours[c]->row(t.y + y + dy) + t.x + dx, t.width, u.begin());
     for (std::size_t i = 0; i <= features; ++i) add_products(m.planes[c][i], weighted[i], u);
     m.ranges[c].add(weights, u);
   }
@@ -151,12 +151,11 @@ void for_offsets(int window, const F& f) {
 }
 
 /// Adds what the fits of a row of the tile predict for their windows.
-void add_predictions(const RegressionInput& in, const Tile& t, const float* weights, int dx, int dy,
-                     int y, const FeatureRows& d, const Coefficients& fits, Predictions& p) {
-  const int at = (y + dy + in.options.window) * p.edge + dx + in.options.window;
+void add_predictions(const Tile& t, const float* weights, int at, const FeatureRows& d,
+                     std::size_t features, const Coefficients& fits, Predictions& p) {
   for (std::size_t c = 0; c < fits.size(); ++c) {
     Row value = fits[c][0];
-    for (std::size_t i = 0; i < in.features.size(); ++i) add_products(value, fits[c][i + 1], d[i]);
+    for (std::size_t i = 0; i < features; ++i) add_products(value, fits[c][i + 1], d[i]);
     float* to = p.sums[c].data() + at;
     for (int x = 0; x < t.width; ++x) to[x] += weights[x] * value[std::size_t(x)];
   }
@@ -176,12 +175,29 @@ void put_windows(const Tile& t, int y, const Moments& m, Predictions& p) {
   }
 }
 
+/// A frame, and what its pixels weigh.
+struct FrameWeights {
+  const FrameInput* frame;
+  PatchWeights weights;
+};
+
+/// Of the frame that is filtered, which is the first, and of all others.
+std::vector<FrameWeights> find_weights(const RegressionInput& in, const Tile& t) {
+  std::vector<FrameWeights> all;
+  const auto add = [&](const FrameInput& f) {
+    all.push_back({&f, PatchWeights(*in.own.guide, *f.guide, f.known, t, in.options)});
+  };
+  add(in.own);
+  for (const FrameInput& f : in.others) add(f);
+  return all;
+}
+
 }  // namespace
 
 Predictions regress(const RegressionInput& in, const Tile& t) {
   const int window = in.options.window;
-  const std::size_t planes = in.colours.size();
-  const PatchWeights weights(in.guide, t, in.options);
+  const std::size_t planes = in.own.colours.size(), features = in.own.features->size();
+  const std::vector<FrameWeights> frames = find_weights(in, t);
   Predictions p;
   p.edge = kTile + 2 * window;
   const std::size_t size = std::size_t(p.edge) * std::size_t(p.edge);
@@ -191,16 +207,20 @@ Predictions regress(const RegressionInput& in, const Tile& t) {
   for (int y = 0; y < t.height; ++y) {
     FeatureRows d{};
     Moments m(planes);
-    for_offsets(window, [&](int dx, int dy) {
-      find_differences(in, t, dx, dy, y, d);
-      add_moments(in, t, weights.row(dx, dy, y), dx, dy, y, d, m);
-    });
+    for (const auto& [frame, weights] : frames) {
+      for_offsets(window, [&](int dx, int dy) {
+        find_differences(*in.own.features, *frame->features, t, dx, dy, y, d);
+        add_moments(*frame, t, weights.row(dx, dy, y), dx, dy, y, d, m);
+      });
+    }
     put_windows(t, y, m, p);
     Coefficients fits(planes);
-    solve_row(in.features.size(), m, fits);
+    solve_row(features, m, fits);
+    const PatchWeights& own = frames.front().weights;
     for_offsets(window, [&](int dx, int dy) {
-      find_differences(in, t, dx, dy, y, d);
-      add_predictions(in, t, weights.row(dx, dy, y), dx, dy, y, d, fits, p);
+      const int at = (y + dy + window) * p.edge + dx + window;
+      find_differences(*in.own.features, *in.own.features, t, dx, dy, y, d);
+      add_predictions(t, own.row(dx, dy, y), at, d, features, fits, p);
     });
   }
   return p;

@@ -10,12 +10,19 @@ namespace pvol::detail {
 /// Features beside the constant: place in the picture (2), alpha, depth, normal (3), albedo (3).
 inline constexpr std::size_t kMostFeatures = 10;
 
+/// Planes of one frame, as the pixels of the frame that is filtered see them.
+struct FrameInput {
+  const Guide* guide = nullptr;  ///< for the weights
+  std::vector<const Plane*> colours;
+  const Planes* features = nullptr;
+  const Plane* known = nullptr;  ///< 0 for pixels that count for nothing; null: none do
+};
+
 /// What is fitted: planes of colours, by features of about the same scale, with weights of the
-/// guide, whose noise is not theirs.
+/// guides, whose noise is not theirs.
 struct RegressionInput {
-  const Guide& guide;
-  const Planes& colours;
-  const Planes& features;
+  FrameInput own;
+  std::vector<FrameInput> others;  ///< of frames before and after: further pixels of each window
   PatchOptions options;
 };
 
@@ -33,7 +40,8 @@ struct Predictions {
   std::vector<std::vector<WindowValues>> windows;  ///< of the tile's pixels, in rows of kTile
 };
 
-/// Fits a plane to each colour for each pixel of the tile, and predicts its window by it.
+/// Fits a plane to each colour for each pixel of the tile, with what its window has in all frames,
+/// and predicts the window of its own frame by it.
 [[nodiscard]] Predictions regress(const RegressionInput& in, const Tile& tile);
 
 }  // namespace pvol::detail
