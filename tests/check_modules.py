@@ -2,20 +2,21 @@
 
 The modules and what each may see are described in libpvol/SOURCES.md. A module sees itself and the modules
 listed before it, whether as public headers ("pvol/MODULE/x.h") or as its sources' own ("MODULE/x.h"). The
-renderer is seven modules in src/render, whose public headers share a folder: pvol/render.
+renderer is eight modules in src/render, whose public headers share a folder: pvol/render.
 """
 import pathlib
 import re
 import sys
 import tempfile
 
-RENDER = ["film", "scene", "light", "path", "guide", "engine", "plan"]
+RENDER = ["film", "scene", "denoise", "light", "path", "guide", "engine", "plan"]
 LIBRARY = ["math", "form", "density", "bounds", "field", "shell", "track", "volume",
            *(f"render/{m}" for m in RENDER), "measure", "capi"]
 # Public headers of the renderer that do not describe a scene. What a plan holds is known to the paths that
 # follow it; who makes it comes last.
 RENDER_HEADERS = {
-    "film": "adaptive_samples aov counts deep denoise film film_channels film_sums",
+    "film": "adaptive_samples aov counts deep film film_channels film_sums",
+    "denoise": "denoise",
     "light": "daylight lighting lights near_lights sky_light sun_position",
     "path": "guide_choice plan shell_choice",
     "engine": "render",

@@ -6,8 +6,8 @@
 #include <random>
 
 #include "pvol/render/denoise.h"
-#include "render/film/denoise/denoise_inputs.h"
-#include "render/film/denoise/patch_weights.h"
+#include "render/denoise/denoise_inputs.h"
+#include "render/denoise/patch_weights.h"
 #include "support/known_film.h"
 
 namespace pvol::test {

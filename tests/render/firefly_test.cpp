@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "pvol/render/denoise.h"
-#include "render/film/denoise/fireflies.h"
-#include "render/film/denoise/summed_area.h"
+#include "render/denoise/fireflies.h"
+#include "render/denoise/summed_area.h"
 #include "support/known_film.h"
 
 namespace pvol::test {

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "render/film/denoise/plane.h"
+#include "render/denoise/plane.h"
 
 namespace pvol::detail {
 

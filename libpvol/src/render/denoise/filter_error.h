@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "render/film/denoise/denoise_inputs.h"
+#include "render/denoise/denoise_inputs.h"
 
 namespace pvol::detail {
 

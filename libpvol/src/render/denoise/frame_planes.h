@@ -4,8 +4,8 @@
 #include <functional>
 
 #include "pvol/render/camera.h"
-#include "render/film/denoise/colour_parts.h"
-#include "render/film/denoise/denoise_inputs.h"
+#include "render/denoise/colour_parts.h"
+#include "render/denoise/denoise_inputs.h"
 
 namespace pvol::detail {
 

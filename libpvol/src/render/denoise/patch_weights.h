@@ -2,7 +2,7 @@
 // Based on: Rousselle et al. Adaptive Rendering with Non-Local Means Filtering. 2012.
 #pragma once
 
-#include "render/film/denoise/plane.h"
+#include "render/denoise/plane.h"
 
 namespace pvol::detail {
 

@@ -1,4 +1,4 @@
-#include "render/film/denoise/regression.h"
+#include "render/denoise/regression.h"
 
 #include <algorithm>
 #include <array>

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "pvol/render/film.h"
-#include "render/film/denoise/fireflies.h"
-#include "render/film/denoise/patch_weights.h"
+#include "render/denoise/fireflies.h"
+#include "render/denoise/patch_weights.h"
 
 namespace pvol::detail {
 

@@ -1,4 +1,4 @@
-#include "render/film/denoise/denoise_inputs.h"
+#include "render/denoise/denoise_inputs.h"
 
 #include <algorithm>
 #include <cmath>

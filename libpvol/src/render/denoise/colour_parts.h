@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "pvol/render/denoise.h"
-#include "render/film/denoise/denoise_inputs.h"
+#include "render/denoise/denoise_inputs.h"
 
 namespace pvol::detail {
 

@@ -1,4 +1,4 @@
-#include "render/film/denoise/patch_weights.h"
+#include "render/denoise/patch_weights.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "render/film/denoise/fireflies.h"
+#include "render/denoise/fireflies.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "math/parallel.h"
-#include "render/film/denoise/summed_area.h"
+#include "render/denoise/summed_area.h"
 
 namespace pvol::detail {
 namespace {

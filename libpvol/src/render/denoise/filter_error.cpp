@@ -1,4 +1,4 @@
-#include "render/film/denoise/filter_error.h"
+#include "render/denoise/filter_error.h"
 
 #include <algorithm>
 

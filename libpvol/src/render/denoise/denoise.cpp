@@ -9,9 +9,9 @@
 
 #include "math/parallel.h"
 #include "pvol/error.h"
-#include "render/film/denoise/filter_error.h"
-#include "render/film/denoise/frame_planes.h"
-#include "render/film/denoise/regression.h"
+#include "render/denoise/filter_error.h"
+#include "render/denoise/frame_planes.h"
+#include "render/denoise/regression.h"
 
 namespace pvol {
 namespace {

@@ -1,4 +1,4 @@
-#include "render/film/denoise/frame_planes.h"
+#include "render/denoise/frame_planes.h"
 
 #include <algorithm>
 #include <cmath>

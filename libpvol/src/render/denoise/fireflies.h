@@ -7,7 +7,7 @@
 
 #include <array>
 
-#include "render/film/denoise/plane.h"
+#include "render/denoise/plane.h"
 
 namespace pvol::detail {
 

@@ -3,7 +3,7 @@
 // Renderings. 2016 (THEORY.md, T5.10).
 #pragma once
 
-#include "render/film/denoise/patch_weights.h"
+#include "render/denoise/patch_weights.h"
 
 namespace pvol::detail {
 

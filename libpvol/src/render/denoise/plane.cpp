@@ -1,4 +1,4 @@
-#include "render/film/denoise/plane.h"
+#include "render/denoise/plane.h"
 
 #include <algorithm>
 

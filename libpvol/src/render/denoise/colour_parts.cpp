@@ -1,4 +1,4 @@
-#include "render/film/denoise/colour_parts.h"
+#include "render/denoise/colour_parts.h"
 
 #include <algorithm>
 #include <array>
