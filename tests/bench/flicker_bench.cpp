@@ -1,9 +1,9 @@
 // What the filter leaves of the flicker of a sequence, by frames that it takes light from:
 //   flicker_bench NOISY.####.exr REFERENCE.####.exr FIRST LAST
-// NOISY frames are rendered with --denoise-layers, REFERENCE frames with many samples. Flicker is by
-// how much the error of a pixel's luminance changes from one frame to the next, over its luminance
-// (but at least 1 % of the mean). It is printed for half of the pixels that have noise, and for 95 %
-// of them.
+// NOISY frames are rendered with --denoise-layers, REFERENCE frames with many samples. Flicker is
+// by how much the error of a pixel's luminance changes from one frame to the next, over its
+// luminance (but at least 1 % of the mean). It is printed for half of the pixels that show some of
+// a cloud, and for 95 % of them.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -92,7 +92,7 @@ void print(const std::vector<Frame>& frames, int around, int margin) {
     std::vector<double> errors = errors_of(f, colour_of(frames, n, around));
     for (std::size_t i = 0; i < errors.size(); ++i) {
       squares += errors[i] * errors[i], light += f.truth[i], ++pixels;
-      if (!last.empty() && noise_of(f.noisy.pixels[i]) > 0) {
+      if (!last.empty() && f.noisy.pixels[i].alpha > 0) {
         flicker.push_back(std::abs(errors[i] - last[i]) / std::max(least, f.truth[i]));
       }
     }

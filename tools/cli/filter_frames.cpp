@@ -21,7 +21,7 @@ namespace {
 
 /// A rendered picture, ready for the filter.
 struct Picture {
-  Film film;  ///< until it is filtered; after that others need no more than `frame`
+  std::filesystem::path file;
   formats::PictureHeader header;
   formats::SceneFile scene;
   std::optional<FilterFrame> frame;
@@ -55,8 +55,8 @@ Picture open_picture(const FilterGiven& o, const std::filesystem::path& file) {
     Picture p;
     p.header = formats::read_picture_header(file);
     p.scene = scene_of(file, p.header.attributes);
-    p.film = formats::read_film(file).film;
-    p.frame.emplace(p.film, p.scene.scene.camera,
+    p.file = file;
+    p.frame.emplace(formats::read_film(file).film, p.scene.scene.camera,
                     DenoiseOptions{.threads = o.threads, .stop = interrupted});
     return p;
   });
@@ -69,14 +69,12 @@ void drop_halves(Film& film) {
 
 /// The attributes of the picture, with what the filter did.
 std::map<std::string, std::string> describe_filtered(const Picture& p,
-                                                     const std::optional<FilteredPicture>& filtered,
+                                                     const FilteredPicture& filtered,
                                                      std::size_t others) {
   std::map<std::string, std::string> a = p.header.attributes;
   std::erase_if(a, [](const auto& entry) { return !entry.first.starts_with("pvol:"); });
-  const std::string samples = a["pvol:samples"];
   describe_filter(true, a);
-  describe_film(p.film, 0, 0, filtered, a);
-  a["pvol:samples"] = samples;
+  describe_error(filtered, a);
   a["pvol:denoise_frames"] = std::to_string(others + 1);
   return a;
 }
@@ -91,21 +89,22 @@ void write(const FilterGiven& o, const Picture& p, const FilteredPicture& filter
   save_png(o.output, filtered.film, scene.options.background);
 }
 
-/// Filters a picture with light from others, and writes it. Its film is gone after that.
-void filter_one(const FilterGiven& o, const std::string& label, Picture& p,
+/// Filters a picture with light from others, and writes it.
+void filter_one(const FilterGiven& o, const std::string& label, const Picture& p,
                 const std::vector<FilterFrame>& others) {
   Stopwatch watch;
-  const Denoised d = denoise(p.film, *p.frame, others);
-  std::optional<FilteredPicture> f{{with_colour(p.film, d), d.relative_error, d.fireflies}};
-  drop_halves(f->film);
-  f->wall_seconds = watch.lap();
-  write(o, p, *f, describe_filtered(p, f, others.size()));
-  p.film = {};
+  // Read again rather than kept, since it takes most of the memory.
+  const Film film = formats::read_film(p.file).film;
+  const Denoised d = denoise(film, *p.frame, others);
+  FilteredPicture f{with_colour(film, d), d.relative_error, d.fireflies};
+  drop_halves(f.film);
+  f.wall_seconds = watch.lap();
+  write(o, p, f, describe_filtered(p, f, others.size()));
   if (o.common.quiet) return;
   std::cerr << fmt::format("{}: {}filtered in {}{}, estimated error {} %; wrote {}\n", kConvertTool,
-                           label, readable_seconds(f->wall_seconds),
+                           label, readable_seconds(f.wall_seconds),
                            others.empty() ? "" : fmt::format(" with {} others", others.size()),
-                           readable(100 * f->relative_error), o.output.exr.string());
+                           readable(100 * f.relative_error), o.output.exr.string());
 }
 
 FilterGiven names_of_frame(const FilterGiven& o, int frame) {

@@ -36,10 +36,13 @@ void describe_film(const Film& film, std::uint64_t samples, std::uint64_t wanted
   if (const std::optional<double> noise = relative_noise(film)) {
     attributes["pvol:relative_noise"] = fmt::format("{:.6g}", *noise);
   }
-  if (filtered) {
-    attributes["pvol:estimated_error"] = fmt::format("{:.6g}", filtered->relative_error);
-    attributes["pvol:fireflies"] = std::to_string(filtered->fireflies);
-  }
+  if (filtered) describe_error(*filtered, attributes);
+}
+
+void describe_error(const FilteredPicture& filtered,
+                    std::map<std::string, std::string>& attributes) {
+  attributes["pvol:estimated_error"] = fmt::format("{:.6g}", filtered.relative_error);
+  attributes["pvol:fireflies"] = std::to_string(filtered.fireflies);
 }
 
 bool wants_filter(const std::map<std::string, std::string>& attributes) {

@@ -30,6 +30,10 @@ void describe_film(const Film& film, std::uint64_t samples, std::uint64_t wanted
                    const std::optional<FilteredPicture>& filtered,
                    std::map<std::string, std::string>& attributes);
 
+/// What the filter says of its picture.
+void describe_error(const FilteredPicture& filtered,
+                    std::map<std::string, std::string>& attributes);
+
 /// Says "on" in headers of parts that make a picture to be filtered, when they are a whole.
 inline constexpr const char* kWishForFilter = "pvol:denoise_whole";
 
