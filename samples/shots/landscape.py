@@ -111,6 +111,25 @@ class Mesh:
         self.face(*low[::-1])
         self.face(*high)
 
+    def ellipsoid(self, centre, radii, seed, rings=7, sides=10):
+        """A rough one, as the crown of a tree is."""
+        rows = []
+        for r in range(rings + 1):
+            polar = math.pi * r / rings
+            row = []
+            for s in range(sides):
+                t = 2 * math.pi * s / sides
+                k = 0.85 + 0.3 * unit_noise(r, s if 0 < r < rings else 0, seed)
+                row.append((centre[0] + k * radii[0] * math.sin(polar) * math.cos(t),
+                            centre[1] + k * radii[1] * math.cos(polar),
+                            centre[2] + k * radii[2] * math.sin(polar) * math.sin(t)))
+            rows.append(row)
+        for low, high in zip(rows, rows[1:]):
+            for s in range(sides):
+                t = (s + 1) % sides
+                self.face(low[s], low[t], high[t])
+                self.face(low[s], high[t], high[s])
+
     def write(self, path):
         with open(path, "w") as out:
             out.write("# Written by samples/shots/landscape.py\n")
@@ -130,9 +149,9 @@ def ground_height(x, z):
     away = math.hypot(x, z)
     rolling = 0.11 * fractal_noise(x / 3.1, z / 3.1, 1) * smooth_step(0.2, 3, away)
     valley = -0.2 * math.exp(-((x + 0.6 * z / 10) / 3.2)**2)          # the river's
-    hills = 0.55 * smooth_step(9, 22, away) * (0.45 + fractal_noise(x / 7.3, z / 7.3, 20))
+    hills = 0.75 * smooth_step(7, 18, away) * (0.25 + 1.3 * fractal_noise(x / 6.3, z / 6.3, 20))
     ridge = 1 - abs(fractal_noise(x / 16, z / 16, 40, 6)) * 2.2
-    mountains = 1.9 * smooth_step(26, 48, away) * max(0, ridge)**1.6
+    mountains = 1.7 * smooth_step(22, 40, away) * max(0, ridge)**1.6
     return rolling + valley + max(hills, 0) + mountains
 
 
@@ -278,6 +297,18 @@ def build_halls(mesh):
         mesh.house((x, 0, z), size, roof, turn)
 
 
+def plant_park(mesh):
+    """Broad trees around the halls and a line of them far away."""
+    for n in range(700):
+        x = 1100 * (unit_noise(n, 1, 95) - 0.42)
+        z = -50 - 450 * unit_noise(n, 2, 95)
+        size = 5 + 4 * unit_noise(n, 3, 95)
+        for crown in range(3):
+            u, v, w = (size * 0.9 * (unit_noise(n, crown, 96 + k) - 0.5) for k in range(3))
+            mesh.ellipsoid((x + u, size * (0.85 + 0.25 * crown) + 0.5 * v, z + w),
+                           (size * 0.62, size * 0.6, size * 0.62), 3 * n + crown)
+
+
 def main():
     folder = sys.argv[1]
     os.makedirs(folder, exist_ok=True)
@@ -292,6 +323,7 @@ def main():
     raise_stones(meshes["stones"])
     build_chimney(meshes["works"], meshes["bands"])
     build_halls(meshes["halls"])
+    plant_park(meshes["park"])
     for name, mesh in meshes.items():
         if mesh.faces:
             mesh.write(os.path.join(folder, name + ".obj"))
