@@ -199,7 +199,6 @@ def make_valley(meshes):
 
 def plant_trees(mesh):
     """Trees in the woods and a few in the open, fewer where they are too far to be told apart."""
-    planted = 0
     for n in range(60000):
         away = 0.5 * 24**unit_noise(n, 1, 90)
         angle = math.radians(41) * (2 * unit_noise(n, 2, 90) - 1)
@@ -208,8 +207,6 @@ def plant_trees(mesh):
             continue
         size = (0.6 + 0.8 * unit_noise(n, 4, 90)) * (1 + away / 9)
         mesh.cone((x, ground_height(x, z) - 0.002, z), 0.0055 * size, 0.019 * size)
-        planted += 1
-    return planted
 
 
 def build_village(mesh, x, z, houses, seed):
@@ -298,7 +295,7 @@ def build_halls(mesh):
 
 
 def plant_park(mesh):
-    """Broad trees around the halls and a line of them far away."""
+    """Broad trees behind the halls: three rough crowns each."""
     for n in range(700):
         x = 1100 * (unit_noise(n, 1, 95) - 0.42)
         z = -50 - 450 * unit_noise(n, 2, 95)
