@@ -37,7 +37,7 @@ struct Planned {
   Planned(const Planned&) = delete;
   Planned& operator=(const Planned&) = delete;
 
-  /// By plain paths on one thread, whose every task takes `tick` seconds.
+  /// By plain paths on one thread, whose every tile takes `tick` seconds.
   [[nodiscard]] TimedPaths time(double samples, double tick) const {
     const PathSetup setup(plan);
     tbb::task_arena arena(1);
@@ -68,14 +68,15 @@ TEST(TimePaths, FollowsPathsLikeThoseOfTheRender) {
   }
 }
 
-/// Each task takes a tick: a pixel with 16 paths.
+/// Each tile takes a tick: eight pixels of a row, or what is left of it, with 16 paths each.
 TEST(TimePaths, TakesAHundredthOfLongRendersAndLittleOfShortOnes) {
   CloudScene s = counting_scene();
   s.options.kernel = KernelKind::scalar;
   const Planned p(s);
   EXPECT_NEAR(p.time(1e4, 1e-3).seconds, 0.02, 1.5e-3);
-  EXPECT_NEAR(p.time(1e5, 1e-3).seconds, 0.01 * 1e5 / 16 * 1e-3, 1.5e-3);
-  EXPECT_EQ(p.time(1e3, 10).seconds, 10) << "a pixel at least";
+  const TimedPaths some = p.time(5e5, 1e-3);
+  EXPECT_NEAR(some.seconds, 0.01 * 5e5 * some.seconds_of_path(), 1.5e-3);
+  EXPECT_EQ(p.time(1e3, 10).seconds, 10) << "a tile at least";
   const TimedPaths all = p.time(1e9, 1e-3);
   EXPECT_NEAR(double(all.paths), 512 * 16, 40 * 16) << "the small picture at most";
   EXPECT_NEAR(all.cold_seconds, 0.01, 1.5e-3);

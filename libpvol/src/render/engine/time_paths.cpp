@@ -46,9 +46,13 @@ class SmallRender {
       : setup_(small_setup(plan, setup, most_paths / samples_at_once(setup.options))),
         tiles_(plan, setup_, paths),
         at_once_(samples_at_once(setup_.options)),
-        in_lanes_(plan.kernel.kind != KernelKind::scalar),
         clock_(clock),
         film_(make_film(setup_.options)) {
+    // Kernels in lanes want many paths at once; tracers want more than their own making costs.
+    const bool in_lanes = plan.kernel.kind != KernelKind::scalar;
+    const int pixels = parts(in_lanes ? 2048 : 128, at_once_);
+    tile_width_ = std::min(film_.crop_width, pixels);
+    tile_height_ = in_lanes ? parts(pixels, tile_width_) : 1;
     film_.layers = make_layers(setup_, film_.pixels.size());
     film_.deep = make_deep(setup_, film_.pixels.size());
     start_sums(film_);
@@ -59,7 +63,7 @@ class SmallRender {
   [[nodiscard]] TimedPaths run_pass(const GoesOn& goes_on) {
     constexpr int kStride = 514229;  // a prime: tasks far from each other, and all of them
     const SampleTargets targets{.all = samples_ += std::uint32_t(at_once_)};
-    const int tasks = in_lanes_ ? parts(film_.crop_height, rows_of_task()) : pixels();
+    const int tasks = columns() * parts(film_.crop_height, tile_height_);
     TimedPaths all;
     std::mutex mutex;  // of the sum
     const auto run_task = [&](int i) {
@@ -76,21 +80,14 @@ class SmallRender {
   }
 
  private:
-  [[nodiscard]] int pixels() const { return int(film_.pixels.size()); }
-
   static int parts(int whole, int part) { return (whole + part - 1) / part; }
 
-  /// Kernels in lanes want some thousand paths at once.
-  [[nodiscard]] int rows_of_task() const {
-    constexpr int kPathsOfTask = 2048;
-    return parts(kPathsOfTask, film_.crop_width * at_once_);
-  }
+  [[nodiscard]] int columns() const { return parts(film_.crop_width, tile_width_); }
 
-  /// Some rows for kernels in lanes, or a pixel.
   [[nodiscard]] ImagePart tile_of(int task) const {
-    const int width = film_.crop_width, rows = rows_of_task();
-    if (!in_lanes_) return {task % width, task / width, 1, 1};
-    return {0, task * rows, width, std::min(rows, film_.crop_height - task * rows)};
+    const int x = task % columns() * tile_width_, y = task / columns() * tile_height_;
+    return {x, y, std::min(tile_width_, film_.crop_width - x),
+            std::min(tile_height_, film_.crop_height - y)};
   }
 
   TimedPaths time(const ImagePart& tile, const SampleTargets& targets) {
@@ -106,7 +103,7 @@ class SmallRender {
   PathSetup setup_;
   TileRenderer tiles_;
   int at_once_;
-  bool in_lanes_;
+  int tile_width_, tile_height_;
   const Clock& clock_;
   std::uint32_t samples_ = 0;  // of a pixel after the pass
   Film film_;
