@@ -50,9 +50,8 @@ class SmallRender {
         film_(make_film(setup_.options)) {
     // Kernels in lanes want many paths at once; tracers want more than their own making costs.
     const bool in_lanes = plan.kernel.kind != KernelKind::scalar;
-    const int pixels = parts(in_lanes ? 2048 : 128, at_once_);
-    tile_width_ = std::min(film_.crop_width, pixels);
-    tile_height_ = in_lanes ? parts(pixels, tile_width_) : 1;
+    tile_width_ = in_lanes ? film_.crop_width : std::min(film_.crop_width, 8);
+    tile_height_ = in_lanes ? parts(2048, tile_width_ * at_once_) : 1;
     film_.layers = make_layers(setup_, film_.pixels.size());
     film_.deep = make_deep(setup_, film_.pixels.size());
     start_sums(film_);
