@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 #include <string_view>
 
 #include "file/grid_names.h"
@@ -17,6 +18,7 @@ namespace {
 constexpr std::string_view kDensityNames[] = {"density"};
 constexpr std::string_view kFireNames[] = {"flames", "flame",    "fire",       "burn",
                                            "heat",   "emission", "temperature"};
+constexpr std::span<const std::string_view> kFlameNames(kFireNames, std::size(kFireNames) - 1);
 constexpr std::string_view kTemperatureNames[] = {"temperature", "temp", "heat"};
 
 using detail::listed;
@@ -42,6 +44,8 @@ std::vector<std::string> usual_fire_grids(std::span<const GridEntry> grids) {
   return all;
 }
 
+bool has_flames(std::span<const GridEntry> grids) { return !first_of(kFlameNames, grids).empty(); }
+
 bool lacks_density(std::span<const GridEntry> grids) {
   const auto usable = std::ranges::count_if(grids, [](const GridEntry& g) { return g.usable; });
   const bool empty = std::ranges::any_of(grids, [](const GridEntry& g) {
@@ -57,9 +61,13 @@ std::vector<std::string> bind_fields(SceneVolume& v, std::span<const GridEntry> 
     v.grid = kNoGrid;
     if (!v.fire) v.fire.emplace().kelvin = 1;
     notes.push_back("no grid is called density: the volume has only a fire");
+  } else if (v.grid.empty() && v.shows_fire && !v.fire && has_flames(grids)) {
+    v.fire.emplace();
+    notes.push_back("it burns (--grid density shows the smoke alone)");
   }
   if (!v.fire) return notes;
   Fire& fire = *v.fire;
+  if (v.shows_fire && !fire.colored()) fire.kelvin = 1;
   if (fire.field.empty()) {
     fire.field = first_of(kFireNames, grids);
     if (fire.field.empty()) {

@@ -98,21 +98,60 @@ TEST_F(FireFiles, WithoutDensityIsAFireByNight) {
   EXPECT_EQ(mean_of("b.exr"), mean);
 }
 
-TEST_F(FireFiles, SmokeTellsOfTheGridsThatCouldBurn) {
+TEST_F(FireFiles, WithDensityBurnsInItsSmoke) {
   const std::string log = render("all.vdb", "a.exr");
+  for (const char* key : {"fire.burns", "fire.fire_uses_grid_all", "fire.kelvin_change_set",
+                          "fire.no_intensity_set", "tools.extinction_chosen"}) {
+    EXPECT_TRUE(says(log, key)) << key;
+  }
+  const Vec3d mean = mean_of("a.exr");
+  EXPECT_GT(mean.x, 2 * mean.z) << "of the colour of flames";
+  EXPECT_GT(mean.z, 0.01) << "in the light of dusk";
+  // What the log advises changes the brightness and not the colour.
+  render("all.vdb", "dim.exr", {"--set", "medium.fire.intensity=1e-3"});
+  EXPECT_LT(mean_of("dim.exr").x, mean_of("dim.exr").z);
+  // The scene that made it, printed, makes it again.
+  std::ofstream(folder_ / "again.toml")
+      << run(PVOL_RENDER, {folder_ / "all.vdb", "-o", folder_ / "b.exr", "--print-scene", "--size",
+                           "32x24", "--spp", "16"})
+             .out;
+  run(PVOL_RENDER, {folder_ / "again.toml", "-o", folder_ / "b.exr"});
+  EXPECT_EQ(mean_of("b.exr"), mean);
+}
+
+TEST_F(FireFiles, AreSmokeByDayWhereTheGridIsNamed) {
+  const std::string log = render("all.vdb", "a.exr", {"--grid", "density"});
+  EXPECT_EQ(log.find("fire"), std::string::npos) << log;
+  const Vec3d day = mean_of("a.exr");
+  EXPECT_GT(day.z, day.x) << "under a blue sky";
+  EXPECT_GT(day.z, 0.1);
+}
+
+/// Temperatures drive smoke as well: they are no flames.
+TEST_F(FireFiles, SmokeWithATemperatureIsSmoke) {
+  const VoxelGrid smoke = formats::load_grid(folder_ / "all.vdb", {"density"}).grid;
+  const VoxelGrid heat = formats::load_grid(folder_ / "all.vdb", {"temperature"}).grid;
+  formats::write_vdb(folder_ / "warm.vdb", {&smoke, &heat});
+  EXPECT_TRUE(says(render("warm.vdb", "a.exr"), "fire.temperature"));
+  EXPECT_GT(mean_of("a.exr").z, mean_of("a.exr").x);
+}
+
+TEST_F(FireFiles, ScenesTellOfTheGridsThatCouldBurn) {
+  std::ofstream(folder_ / "smoke.toml") << "[volume]\nfile = \"all.vdb\"\n";
+  const std::string log = render("smoke.toml", "a.exr");
   EXPECT_TRUE(says(log, "fire.flames_temperature"));
   const std::vector<std::string> night{
       "--set", "environment.type=constant", "--set", "environment.radiance=0",
       "--set", "sun.irradiance=0",          "--set", "medium.extinction=3"};
-  render("all.vdb", "dark.exr", night);
+  render("smoke.toml", "dark.exr", night);
   EXPECT_EQ(mean_of("dark.exr"), Vec3d{});
   std::vector<std::string> lit = night;
   lit.insert(lit.end(), {"--set", "medium.fire.kelvin=1800", "--set", "medium.fire.intensity=5"});
-  render("all.vdb", "lit.exr", lit);
+  render("smoke.toml", "lit.exr", lit);
   const Vec3d once = mean_of("lit.exr");
   EXPECT_GT(once.x, once.z);
   lit.back() = "medium.fire.intensity=10";
-  render("all.vdb", "lit.exr", lit);
+  render("smoke.toml", "lit.exr", lit);
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean_of("lit.exr")[c], 2 * once[c], 1e-4 * once[c]);
 }
 
@@ -209,7 +248,8 @@ TEST_F(FireFiles, RampsCutThinSmokeAway) {
     for (const PixelSums& p : film.pixels) sum += double(p.alpha) / p.samples;
     return sum;
   };
-  const std::vector<std::string> thick{"--set", "medium.extinction=200", "--background", "off"};
+  const std::vector<std::string> thick{"--grid",       "density", "--set", "medium.extinction=200",
+                                       "--background", "off"};
   render("all.vdb", "whole.exr", thick);
   std::vector<std::string> cut = thick;
   cut.insert(cut.end(), {"--set", "medium.density.ramp=[[0,0],[0.5,0],[1,1]]"});

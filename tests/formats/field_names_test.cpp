@@ -115,6 +115,23 @@ TEST(FieldNames, WhatTheSceneSaysStays) {
   EXPECT_EQ(grey.fire->color_by, "") << "nothing asks for a colour";
 }
 
+TEST(FieldNames, FlamesAreShownBesideADensityWhereFiresAre) {
+  SceneVolume v{.file = "fire.vdb", .shows_fire = true};
+  EXPECT_EQ(bind_fields(v, grids({"density", "flames", "temperature"})).size(), 3u);
+  EXPECT_EQ(v.grid, "") << "the density is there as well";
+  ASSERT_TRUE(v.fire);
+  EXPECT_EQ(v.fire->field, "flames");
+  EXPECT_TRUE(v.fire->kelvin);
+  SceneVolume dim{.file = "fire.vdb", .fire = Fire{.intensity = 0.1}, .shows_fire = true};
+  EXPECT_EQ(bind_fields(dim, grids({"density", "flames"})).size(), 2u);
+  EXPECT_TRUE(dim.fire->kelvin) << "what is said of its brightness leaves the colour";
+  SceneVolume named{.file = "fire.vdb", .grid = "density", .shows_fire = true};
+  EXPECT_TRUE(bind_fields(named, grids({"density", "flames"})).empty());
+  SceneVolume warm{.file = "smoke.vdb", .shows_fire = true};
+  EXPECT_TRUE(bind_fields(warm, grids({"density", "temperature"})).empty());
+  EXPECT_FALSE(warm.fire) << "temperatures drive smoke as well";
+}
+
 TEST(FieldNames, AFireWithNothingToGoByIsRefused) {
   SceneVolume v{.file = "fire.vdb", .fire = Fire{}};
   EXPECT_TRUE(says(error_of([&] {

@@ -34,20 +34,20 @@ CloudScene large_scene() {
 
 double sum(const std::vector<double>& v) { return std::accumulate(v.begin(), v.end(), 0.0); }
 
-TEST(CostMap, SumsUpToTheForecast) {
+TEST(CostMap, SumsUpToTheSamples) {
   const Mapped m(large_scene());
   const CostMap map = map_cost(m.plan, 400);
   EXPECT_NEAR(map.columns * map.rows, 400, 60);
-  EXPECT_NEAR(sum(map.seconds), m.plan.forecast.cpu_seconds, 1e-9 * m.plan.forecast.cpu_seconds);
-  EXPECT_TRUE(map.pilot_seconds.empty());
-  EXPECT_NEAR(CostSums(map, map.seconds).of({0, 0, 120, 90}), sum(map.seconds), 1e-12);
+  EXPECT_NEAR(sum(map.work), m.plan.forecast.samples, 1e-9 * m.plan.forecast.samples);
+  EXPECT_TRUE(map.pilot_work.empty());
+  EXPECT_NEAR(CostSums(map, map.work).of({0, 0, 120, 90}), sum(map.work), 1e-12);
 }
 
 TEST(CostMap, IsTheSameAtEachCallAndForAnyNumberOfThreads) {
   CloudScene s = large_scene();
   const CostMap two = map_cost(Mapped(s).plan, 400);
   s.options.threads = 1;
-  EXPECT_EQ(two.seconds, map_cost(Mapped(s).plan, 400).seconds);
+  EXPECT_EQ(two.work, map_cost(Mapped(s).plan, 400).work);
 }
 
 TEST(CostMap, FollowsWhatARenderCounts) {
@@ -57,7 +57,7 @@ TEST(CostMap, FollowsWhatARenderCounts) {
   s.options.kernel = KernelKind::scalar;
   const Mapped m(s);
   const CostMap map = map_cost(m.plan, 400);
-  const CostSums cost(map, map.seconds);
+  const CostSums cost(map, map.work);
   const Film film = render(m.plan).film;
   const auto work = [&](const PixelRect& r) {  // in nanoseconds of the cost model
     double sum = 0;
@@ -114,14 +114,14 @@ TEST(CostMap, OfAPictureAdaptiveTellsThePilotApart) {
   s.options.noise = 0.01;
   const Mapped m(s);
   const CostMap map = map_cost(m.plan, 400);
-  ASSERT_EQ(map.pilot_seconds.size(), map.seconds.size());
-  for (std::size_t i = 0; i < map.seconds.size(); ++i) {
-    EXPECT_GE(map.seconds[i], map.pilot_seconds[i]);
+  ASSERT_EQ(map.pilot_work.size(), map.work.size());
+  for (std::size_t i = 0; i < map.work.size(); ++i) {
+    EXPECT_GE(map.work[i], map.pilot_work[i]);
   }
-  EXPECT_GT(sum(map.seconds), 2 * sum(map.pilot_seconds));
+  EXPECT_GT(sum(map.work), 2 * sum(map.pilot_work));
   s.options.noise = 0.02;
-  const double less = sum(map_cost(Mapped(s).plan, 400).seconds);
-  EXPECT_NEAR(sum(map.seconds) / less, 4, 0.6) << "a quarter of the samples for twice the noise";
+  const double less = sum(map_cost(Mapped(s).plan, 400).work);
+  EXPECT_NEAR(sum(map.work) / less, 4, 0.6) << "a quarter of the samples for twice the noise";
 }
 
 TEST(CostSums, AreThoseOfEvenCells) {
@@ -129,8 +129,8 @@ TEST(CostSums, AreThoseOfEvenCells) {
   map.left = -1, map.top = 2, map.cell_width = 2.5, map.cell_height = 1.5;
   map.columns = 5, map.rows = 4;
   Rng rng(1, 2, 3);
-  for (int i = 0; i < 20; ++i) map.seconds.push_back(double(rng.uniform()));
-  const CostSums sums(map, map.seconds);
+  for (int i = 0; i < 20; ++i) map.work.push_back(double(rng.uniform()));
+  const CostSums sums(map, map.work);
   const auto by_hand = [&](const PixelRect& r) {
     double total = 0;
     for (int j = 0; j < 4; ++j) {
@@ -138,7 +138,7 @@ TEST(CostSums, AreThoseOfEvenCells) {
         const double x = map.left + i * 2.5, y = map.top + j * 1.5;
         const double w = std::min(x + 2.5, double(r.x + r.width)) - std::max(x, double(r.x));
         const double h = std::min(y + 1.5, double(r.y + r.height)) - std::max(y, double(r.y));
-        if (w > 0 && h > 0) total += map.seconds[std::size_t(5 * j + i)] * w * h / 3.75;
+        if (w > 0 && h > 0) total += map.work[std::size_t(5 * j + i)] * w * h / 3.75;
       }
     }
     return total;

@@ -102,7 +102,6 @@ TEST(Plan, ForecastsCollisionsWithinAFactorOfFour) {
         EXPECT_EQ(p.forecast.samples, 32 * 32 * 64);
         EXPECT_LT(p.forecast.collisions, 4 * found) << name << ' ' << depth << ' ' << albedo;
         EXPECT_GT(p.forecast.collisions, found / 4) << name << ' ' << depth << ' ' << albedo;
-        EXPECT_GT(p.forecast.cpu_seconds, 0);
       }
     }
   }

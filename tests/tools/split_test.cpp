@@ -21,7 +21,7 @@ CostMap random_map(const PixelRect& whole, std::uint64_t seed) {
   Rng rng(seed, 0, 0);
   for (int i = 0; i < 400; ++i) {
     const double u = double(rng.uniform());
-    map.seconds.push_back(u < 0.2 ? 0 : std::pow(10, 4 * double(rng.uniform())));
+    map.work.push_back(u < 0.2 ? 0 : std::pow(10, 4 * double(rng.uniform())));
   }
   return map;
 }
@@ -31,13 +31,13 @@ CostMap even_map(const PixelRect& whole) {
   map.columns = map.rows = 1;
   map.left = whole.x, map.top = whole.y;
   map.cell_width = whole.width, map.cell_height = whole.height;
-  map.seconds = {1};
+  map.work = {1};
   return map;
 }
 
 std::vector<PicturePart> split(const PixelRect& whole, std::uint32_t samples, int count,
                                const CostMap& map) {
-  return split_picture(whole, samples, count, CostSums(map, map.seconds));
+  return split_picture(whole, samples, count, CostSums(map, map.work));
 }
 
 /// Samples of each pixel that the parts have, where none is missing and none twice.

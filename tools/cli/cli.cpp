@@ -13,6 +13,7 @@
 #include <new>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "cli/escaped_output.h"
 #include "cli/interrupt.h"
@@ -232,16 +233,38 @@ ProgressBar::~ProgressBar() {
   note_line(0);
 }
 
+double ProgressBar::seconds() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
+void ProgressBar::begin(std::uint64_t done, double unit_seconds) {
+  const std::scoped_lock lock(mutex_);
+  left_.begin(seconds(), done, unit_seconds);
+}
+
 void ProgressBar::note(std::string text) {
   const std::scoped_lock lock(mutex_);
   note_ = std::move(text);
 }
 
+void ProgressBar::print(const std::string& line) {
+  const std::scoped_lock lock(mutex_);
+  if (width_ > 0) redraw("", width_);
+  std::cerr << (terminal_ ? "\r" : "") << line << '\n';
+}
+
 void ProgressBar::show(std::uint64_t done, std::uint64_t total) {
   if (quiet_) return;
+  const std::scoped_lock lock(mutex_);
   const auto now = std::chrono::steady_clock::now();
   const double part = total > 0 ? std::min(double(done) / double(total), 1.0) : 0;
   const int tenths = int(part * 10);
+  const double time = seconds();
+  // The units that were unknown so far may cost more than those before: what they cost counts anew.
+  if (std::exchange(total_unknown_, total == 0) && total > 0) {
+    const double rate = left_.rate(time, done);
+    left_.begin(time, done, rate > 0 ? 1 / rate : 0);
+  }
   // Ten times a second is smooth enough for eyes; files want ten lines, not thousands, and a sign
   // of life where those are far apart.
   const bool due = now >= next_ || (terminal_ ? done >= total : tenths > tenths_);
@@ -249,22 +272,21 @@ void ProgressBar::show(std::uint64_t done, std::uint64_t total) {
   next_ = now + (terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(10));
   tenths_ = tenths;
 
-  const double seconds = std::chrono::duration<double>(now - start_).count();
   std::string line = total > 0 ? fmt::format("{} {:3.0f} %", label_, std::floor(part * 100))
                                : label_ + ": " + readable_count(done) + ' ' + unit_;
   if (terminal_ && total > 0) {
     const auto full = std::size_t(part * 30);
     line += " [" + std::string(full, '#') + std::string(30 - full, '.') + "]";
   }
-  if (seconds > 0)
-    line += ", " + readable_count(std::uint64_t(double(done) / seconds)) + ' ' + unit_ + "/s";
-  if (done > 0 && done < total) {
-    line += ", " + readable_seconds(seconds / part * (1 - part)) + " left";
+  if (const auto rate = std::uint64_t(left_.rate(time, done)); rate > 0) {
+    line += ", " + readable_count(rate) + ' ' + unit_ + "/s";
   }
-  {
-    const std::scoped_lock lock(mutex_);
-    if (!note_.empty()) line += ", " + note_;
+  if (done < total) {
+    if (const auto left = left_.at(time, done, total)) {
+      line += ", " + readable_seconds(*left) + " left";
+    }
   }
+  if (!note_.empty()) line += ", " + note_;
   draw(line);
 }
 

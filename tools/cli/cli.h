@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/time_left.h"
 #include "pvol/error.h"
 
 namespace pvol::cli {
@@ -110,21 +111,31 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
+  /// The work begins now, with `done` units from an earlier run. By forecast a unit takes so many
+  /// seconds; 0: nobody knows. Without a call it begins with the bar.
+  void begin(std::uint64_t done, double unit_seconds);
+
   /// `total` is 0 where it is not known yet.
   void show(std::uint64_t done, std::uint64_t total);
 
   /// What lines to come end with.
   void note(std::string text);
 
+  /// Prints a line of its own, whether quiet or not; on a terminal the bar goes on below it.
+  void print(const std::string& line);
+
  private:
+  [[nodiscard]] double seconds() const;  // since the bar is there
   void draw(const std::string& line);
 
   std::string label_, unit_, note_;
-  std::mutex mutex_;  // of the note: `show` is called from other threads
+  std::mutex mutex_;  // of all below: `show` is called from other threads
   bool quiet_, terminal_;
   std::chrono::steady_clock::time_point start_, next_;
-  int tenths_ = 0;         // last tenth that got a line
-  std::size_t width_ = 0;  // of the line on the terminal
+  TimeLeft left_;
+  bool total_unknown_ = false;  // when it was shown last
+  int tenths_ = 0;              // last tenth that got a line
+  std::size_t width_ = 0;       // of the line on the terminal
 };
 
 }  // namespace pvol::cli

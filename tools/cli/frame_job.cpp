@@ -26,8 +26,7 @@ auto output_names(GivenOptions& o) {
 
 formats::SceneFile parse_scene(const RenderOptionsGiven& o) {
   const StageLine stage("reading " + o.input.filename().string(), o.common.quiet);
-  formats::SceneFile file = read_scene(o.input, o.sets);
-  if (!o.grid.grid.empty()) file.volumes.front().grid = o.grid.grid;
+  formats::SceneFile file = read_scene(o.input, o.sets, o.grid.grid);
   cli::apply(o.options, formats::render_keys(file));
   if (o.denoise_layers) add(layers_for_filter(), file.scene.options.aovs);
   file.scene.options.count = !o.stats.empty();

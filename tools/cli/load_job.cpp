@@ -29,8 +29,8 @@ std::shared_ptr<const formats::Cloud> load_volume(const RenderOptionsGiven& o, S
                                                   formats::SceneVolume& volume) {
   auto cloud = clouds.load(volume);
   if (!volume.has_extinction && !cloud->pyramid.empty()) {
-    volume.medium.extinction =
-        choose_extinction(*cloud, volume.first_place(), kChosenThickness, volume.density_map);
+    volume.medium.extinction = choose_extinction(*cloud, volume.first_place(),
+                                                 chosen_thickness(volume), volume.density_map);
     volume.has_extinction = true;
     if (!o.common.quiet) {
       std::cerr << kRenderTool << ": no extinction is set; chose "

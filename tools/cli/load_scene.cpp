@@ -40,9 +40,10 @@ void tell(const Loader& by, const std::string& text) {
   if (!by.quiet) std::cerr << by.tool << ": " << text << '\n';
 }
 
-/// Names the grids that the volume leaves open; whether it became a fire that nobody described.
+/// Names the grids that the volume leaves open; whether its fire got a colour that nobody
+/// described.
 bool bind_grids(const Loader& by, formats::SceneVolume& volume) {
-  const bool had_fire = volume.fire.has_value();
+  const bool colored = volume.fire && (volume.fire->colored() || !volume.shows_fire);
   const std::vector<formats::GridEntry> grids = formats::grids_of(volume.file);
   const std::string name = volume.file.filename().string() + ": ";
   for (const std::string& note : formats::bind_fields(volume, grids)) tell(by, name + note);
@@ -52,7 +53,7 @@ bool bind_grids(const Loader& by, formats::SceneVolume& volume) {
                  "; --set medium.fire.kelvin=1900 makes it a fire, which needs dim lights and thin "
                  "smoke");
   }
-  return volume.fire && !had_fire;
+  return volume.fire && !colored;
 }
 
 /// Loads the grid that a volume's albedo goes by, where there is one.
@@ -184,29 +185,35 @@ void load_motion(const Loader& by, const formats::SceneVolume& volume, bool stri
 
 namespace {
 
-/// A fire alone is seen by night, where nobody says otherwise, whatever is said of the fire itself.
-void darken_around_fire(const std::vector<std::string>& sets, formats::SceneFile& scene) {
+/// What a file by itself with the grids of a fire shows where nobody says otherwise: the fire by
+/// night, whatever is said of the fire itself, and sooty smoke around it in the last light of dusk.
+void show_fire(const std::vector<std::string>& sets, formats::SceneFile& scene) {
   formats::SceneVolume& v = scene.volumes.front();
   const auto sets_any = [&](std::string_view section) {
     return std::ranges::any_of(sets, [&](const auto& s) { return s.starts_with(section); });
   };
-  if (!v.grid.empty() || sets_any("environment") || sets_any("sun")) return;
-  if (!std::filesystem::exists(v.file)) return;  // it is missed where it is loaded
+  if (!v.grid.empty() || !std::filesystem::exists(v.file))
+    return;  // it is missed where it is loaded
   const std::vector<formats::GridEntry> grids = formats::grids_of(v.file);
-  if (!formats::lacks_density(grids) || formats::usual_fire_grids(grids).empty()) return;
-  scene.scene.environment = ConstantSky{Rgb(0.0f)};
+  const bool smokes = !formats::lacks_density(grids);
+  if (smokes ? !formats::has_flames(grids) : formats::usual_fire_grids(grids).empty()) return;
+  v.shows_fire = true;
+  if (smokes && !sets_any("medium.albedo")) v.medium.components.front().albedo = Rgb(0.5f);
+  if (sets_any("environment") || sets_any("sun")) return;
+  scene.scene.environment = ConstantSky{smokes ? Rgb(0.02f, 0.03f, 0.05f) : Rgb(0.0f)};
   scene.scene.lights.clear();
 }
 
 }  // namespace
 
 formats::SceneFile read_scene(const std::filesystem::path& input,
-                              const std::vector<std::string>& sets) {
+                              const std::vector<std::string>& sets, const std::string& grid) {
   const bool is_scene = formats::ending(input) == ".toml" && !formats::is_recipe(input);
   try {
-    if (is_scene) return formats::read_scene(input, sets);
-    formats::SceneFile scene = formats::default_scene(input, sets);
-    darken_around_fire(sets, scene);
+    formats::SceneFile scene =
+        is_scene ? formats::read_scene(input, sets) : formats::default_scene(input, sets);
+    if (!grid.empty()) scene.volumes.front().grid = grid;
+    if (!is_scene) show_fire(sets, scene);
     return scene;
   } catch (const Error& e) {
     // What the command line set is the command line's fault.
@@ -290,6 +297,11 @@ formats::Cloud load_cloud(const Loader& by, formats::SceneVolume& volume, bool s
   const Camera& camera = scene.scene.camera;
   if (camera.shutter.moves()) load_motion(by, volume, strict, camera, cloud);
   return cloud;
+}
+
+double chosen_thickness(const formats::SceneVolume& volume) {
+  constexpr double kAroundFire = 4;  // more would hide it
+  return volume.shows_fire && volume.fire ? kAroundFire : kChosenThickness;
 }
 
 double choose_extinction(const formats::Cloud& cloud, const Affine& object_to_world,

@@ -14,12 +14,17 @@
 
 namespace pvol::cli {
 
-/// Mean optical thickness along the thickest axis where no extinction is given.
+/// Mean optical thickness along the thickest axis where no extinction is given, of clouds.
 inline constexpr double kChosenThickness = 40;
 
-/// A scene file, or the default scene around a cloud, with values set.
+/// The same for a volume whose grids are bound: smoke around a fire that is shown is thinner.
+[[nodiscard]] double chosen_thickness(const formats::SceneVolume& volume);
+
+/// A scene file, or the default scene around a cloud, with values set and, unless empty, the grid
+/// of the first volume's density.
 [[nodiscard]] formats::SceneFile read_scene(const std::filesystem::path& input,
-                                            const std::vector<std::string>& sets);
+                                            const std::vector<std::string>& sets,
+                                            const std::string& grid = {});
 
 /// Reads the pixels of the scene's sky, where it is a picture.
 void load_sky(formats::SceneFile& file);

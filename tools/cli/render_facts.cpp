@@ -91,10 +91,7 @@ void print_facts(const RenderJob& job) {
   if (job.chose_transmittance) print_decision(job.plan, "shadow rays", "");
   const Forecast& f = job.plan.forecast;
   std::cerr << "  roughly " << cli::readable(f.collisions / f.samples)
-            << " collisions per sample and " << cli::readable_seconds(f.cpu_seconds)
-            << (is_adaptive(o) ? " of CPU time for " + cli::readable(expected_samples(o)) +
-                                     " samples per pixel\n"
-                               : " of CPU time expected\n");
+            << " collisions per sample\n";
   if (is_adaptive(o)) {
     std::cerr << "  adaptive samples until";
     if (o.noise) std::cerr << " the noise is about " << cli::readable(100 * *o.noise) << " %";

@@ -152,6 +152,10 @@ std::string stats_text(const RenderJob& job, const TimedRender& t) {
   j["samples"] = t.samples;
   j["cpu_seconds"] = t.cpu_seconds;
   j["wall_seconds"] = t.wall_seconds;
+  j["forecast"] = {{"cpu_seconds", t.forecast.cpu_seconds()},
+                   {"guide_seconds", t.forecast.guide_seconds},
+                   {"samples", t.forecast.samples},
+                   {"own_cpu_seconds", t.forecast.own_seconds}};
   for (const Counter& counter : kCounters) j[counter.name] = value(counter, t.result.counts);
   j["mean_rgb"] = {mean_rgb.x, mean_rgb.y, mean_rgb.z};
   j["variance_rgb"] = {variance_rgb.x, variance_rgb.y, variance_rgb.z};

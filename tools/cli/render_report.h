@@ -46,6 +46,7 @@ struct TimedRender {
   RenderResult result;
   const Film* under_way = nullptr;  ///< of a render that goes on; `result` then has no film yet
   double cpu_seconds = 0, wall_seconds = 0;  ///< of this run
+  TimeForecast forecast{};                   ///< of this run; no samples where nobody asked
   std::uint64_t samples = 0;                 ///< of the camera, over all pixels
   std::uint64_t samples_wanted = 0;          ///< 0 where that was not known yet
   std::optional<FilteredPicture> filtered;   ///< where it was asked for

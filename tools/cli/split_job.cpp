@@ -10,6 +10,7 @@
 #include "cli/cli.h"
 #include "cli/split_render.h"
 #include "pvol/formats/cloud.h"
+#include "pvol/render/render.h"
 
 namespace pvol::cli {
 namespace {
@@ -182,14 +183,14 @@ Cuts cut(const RenderPlan& plan, const CostMap& map, int count) {
   Cuts c;
   if (whole != PixelRect{0, 0, o.width, o.height}) c.crop = whole;
   if (!is_adaptive(o)) {
-    c.parts = split_picture(whole, o.samples, count, CostSums(map, map.seconds));
+    c.parts = split_picture(whole, o.samples, count, CostSums(map, map.work));
     return c;
   }
   constexpr std::uint32_t kAllTogether = 1;  // a pixel's samples are never cut
-  c.parts = split_picture(whole, kAllTogether, count, CostSums(map, map.seconds));
-  const double share = sum(map.pilot_seconds) / sum(map.seconds);
+  c.parts = split_picture(whole, kAllTogether, count, CostSums(map, map.work));
+  const double share = sum(map.pilot_work) / sum(map.work);
   const int pilots = std::clamp(int(std::lround(count * share)), 1, count);
-  c.pilots = split_picture(whole, kAllTogether, pilots, CostSums(map, map.pilot_seconds));
+  c.pilots = split_picture(whole, kAllTogether, pilots, CostSums(map, map.pilot_work));
   for (PicturePart& p : c.pilots) p.end_sample = kPilot;
   return c;
 }
@@ -273,8 +274,10 @@ SplitJob split_job(const RenderOptionsGiven& o, const RenderPlan& plan) {
   constexpr int kCellsOfPart = 64, kLeastCells = 8192, kMostCells = 131072;
   const CostMap map = map_cost(plan, std::clamp(kCellsOfPart * count, kLeastCells, kMostCells));
   const Cuts cuts = cut(plan, map, count);
+  const TimeForecast time = forecast_time(plan);
+  const double processes = double(cuts.parts.size() + cuts.pilots.size());
   SplitJob job{.folder = parts_folder(o),
-               .cpu_seconds = sum(map.seconds),
+               .cpu_seconds = time.sample_seconds * sum(map.work) + time.guide_seconds * processes,
                .imbalance = imbalance(cuts.parts)};
   if (o.frames.any()) {
     for (const int frame : o.frames.now()) job.pictures.push_back(picture(o, frame, cuts));

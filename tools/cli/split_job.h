@@ -47,7 +47,7 @@ struct SplitPicture {
 struct SplitJob {
   std::filesystem::path folder{};  ///< of all that is written on the way
   std::vector<SplitPicture> pictures{};
-  double cpu_seconds = 0;  ///< of one picture, by forecast
+  double cpu_seconds = 0;  ///< of one picture in parts, each with a guide of its own; by forecast
   double imbalance = 1;    ///< of its parts
 };
 

@@ -72,6 +72,21 @@ std::string note(const Film& film, std::uint64_t wanted) {
   return text;
 }
 
+/// "pvol-render: about 12 s of CPU time expected, 0.8 s of it for the guide; 6 s on 2 threads".
+std::string forecast_text(const TimeForecast& f, const RenderOptions& o) {
+  std::string text =
+      fmt::format("{}: about {} of CPU time", kRenderTool, readable_seconds(f.cpu_seconds()));
+  text +=
+      is_adaptive(o) ? " for " + readable(expected_samples(o)) + " samples per pixel" : " expected";
+  if (f.guide_seconds > 0)
+    text += ", " + readable_seconds(f.guide_seconds) + " of it for the guide";
+  if (f.threads > 1) {
+    text +=
+        fmt::format("; {} on {} threads", readable_seconds(f.cpu_seconds() / f.threads), f.threads);
+  }
+  return text;
+}
+
 }  // namespace
 
 TimedRender render_timed(const FrameJob& frame, const RenderJob& job, Film begun,
@@ -100,8 +115,18 @@ TimedRender render_timed(const FrameJob& frame, const RenderJob& job, Film begun
     now.samples = count_samples(film), now.samples_wanted = wanted;
     checkpoints.write_if_due(now);
   };
-  t.result =
-      resume(job.plan, std::move(begun), {progress, pass_done, [&] { return checkpoints.due(); }});
+  RenderCallbacks callbacks{progress, pass_done, [&] { return checkpoints.due(); }};
+  if (!frame.options.common.quiet || !frame.options.stats.empty()) {
+    const std::uint64_t done = count_samples(begun);
+    callbacks.forecast = [&, done](const TimeForecast& f) {
+      t.forecast = f;
+      bar.begin(done, f.sample_seconds / f.threads);
+      if (f.sample_seconds > 0 && !frame.options.common.quiet && frame.prints_facts) {
+        bar.print(forecast_text(f, job.plan.scene.options));
+      }
+    };
+  }
+  t.result = resume(job.plan, std::move(begun), callbacks);
   t.cpu_seconds = cpu_seconds() - before;
   t.wall_seconds = watch.lap();
   t.samples = count_samples(t.result.film);

@@ -59,7 +59,7 @@ void add_volume(const CloudVolume* in_memory, cli::SceneClouds& clouds, formats:
     cloud = clouds.load(v);
     if (!v.has_extinction && !cloud->pyramid.empty()) {
       v.medium.extinction =
-          cli::choose_extinction(*cloud, v.first_place(), cli::kChosenThickness, v.density_map);
+          cli::choose_extinction(*cloud, v.first_place(), cli::chosen_thickness(v), v.density_map);
       v.has_extinction = true;
     }
   }

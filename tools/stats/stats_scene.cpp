@@ -44,7 +44,8 @@ void set_extinction(const SceneOptions& o, LoadedScene& loaded) {
     const bool asked = i == 0 && (o.extinction || o.thickness);
     if (v.has_extinction && !asked) continue;
     if (i == 0) loaded.chose_extinction = !asked;
-    const double thickness = i == 0 ? o.thickness.value_or(kChosenThickness) : kChosenThickness;
+    const double chosen = chosen_thickness(v);
+    const double thickness = i == 0 ? o.thickness.value_or(chosen) : chosen;
     v.medium.extinction =
         i == 0 && o.extinction
             ? *o.extinction

@@ -18,15 +18,20 @@ namespace pvol::formats {
 /// is another one, which colour it has.
 [[nodiscard]] std::vector<std::string> usual_fire_grids(std::span<const GridEntry> grids);
 
+/// Whether a grid has the name of a fire's strength. Temperatures alone do not: smoke has them,
+/// too.
+[[nodiscard]] bool has_flames(std::span<const GridEntry> grids);
+
 /// Whether no grid is called density, or only one that is 0 everywhere, and it is not plain which
 /// other one is meant.
 [[nodiscard]] bool lacks_density(std::span<const GridEntry> grids);
 
 /// Names the grids that a volume goes by, as far as the scene leaves them open, by the names that
 /// Houdini, EmberGen, Blender and Bifrost write, in capitals or not. A file with flames or heat and
-/// no density becomes a fire alone, of the colour of black bodies where nobody described it.
-/// Returns what was bound, in whole sentences for the user; nothing where all was said. Throws
-/// Error that lists the grids where a fire has none to go by.
+/// no density becomes a fire alone, of the colour of black bodies where nobody described it; so
+/// does the fire of a volume that shows fires (shows_fire), beside its smoke. Returns what was
+/// bound, in whole sentences for the user; nothing where all was said. Throws Error that lists the
+/// grids where a fire has none to go by.
 [[nodiscard]] std::vector<std::string> bind_fields(SceneVolume& volume,
                                                    std::span<const GridEntry> grids);
 

@@ -60,7 +60,8 @@ struct SceneVolume {
   std::vector<Affine> instances{};  ///< placed after that, once under each; none: once as it is
   FieldMap density_map{};           ///< of the density's values
   std::optional<Fire> fire{};
-  bool has_intensity = false;                ///< of the fire; false: the caller may choose one
+  bool has_intensity = false;  ///< of the fire; false: the caller may choose one
+  bool shows_fire = false;  ///< grids of a fire are shown as one, whether there is a density or not
   std::optional<VelocityChoice> velocity{};  ///< without: by the usual names, where there are any
   /// Without: by the usual names, where there are any. A grid kNoGrid: the albedo is no field.
   std::optional<AlbedoMap> albedo_field{};

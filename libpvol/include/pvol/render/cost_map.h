@@ -18,26 +18,27 @@ struct PixelRect {
 /// The part of an image that is rendered: all of it, or the crop.
 [[nodiscard]] PixelRect rendered_part(const RenderOptions& options);
 
-/// CPU seconds of cells that cover the part of a picture that is rendered, row by row.
+/// The work in cells that cover the part of a picture that is rendered, row by row.
 struct CostMap {
   double left = 0, top = 0;                ///< of the first cell, in pixels of the image
   double cell_width = 1, cell_height = 1;  ///< likewise
   int columns = 0, rows = 0;
-  std::vector<double> seconds;
-  std::vector<double> pilot_seconds;  ///< of the pilot, for adaptive samples
+  std::vector<double> work;        ///< in mean samples of the picture
+  std::vector<double> pilot_work;  ///< of the pilot, for adaptive samples
 };
 
 /// Renders a small picture of the plan's scene, of about `cells` pixels with a few samples each,
-/// and prices the work in it by the cost model (THEORY.md, T6.1) so that it sums up to the plan's
-/// forecast. Adaptive samples follow from the small picture's noise (T5.8). Deterministic. Throws
-/// what `plan` and `render` throw.
+/// and prices the work in it by the cost model (THEORY.md, T6.1). The unit is what a sample costs
+/// on average where all pixels have equally many: the sum is then the number of samples. Adaptive
+/// samples follow from the small picture's noise (T5.8). Deterministic. Throws what `plan` and
+/// `render` throw.
 [[nodiscard]] CostMap map_cost(const RenderPlan& plan, int cells);
 
-/// Seconds of any rectangle, in constant time.
+/// The work in any rectangle, in constant time.
 class CostSums {
  public:
-  /// `seconds` has one number for each of the map's cells, which are spread evenly in the cell.
-  CostSums(const CostMap& map, const std::vector<double>& seconds);
+  /// `work` has one number for each of the map's cells, which are spread evenly in the cell.
+  CostSums(const CostMap& map, const std::vector<double>& work);
 
   [[nodiscard]] double of(const PixelRect& part) const;
 

@@ -87,12 +87,11 @@ struct Decision {
   int volume = -1;     ///< number of the one that it is about; -1: all
 };
 
-/// What the render will take, by a few of its paths and the cost model (THEORY.md, T6.1): within a
-/// factor of about three, on one core of the machine that the model was solved on.
+/// The work of the render, by a few of its paths (THEORY.md, T6.1). The time that it takes is
+/// measured when it begins: TimeForecast in render.h.
 struct Forecast {
-  double samples = 0;      ///< of the camera
-  double collisions = 0;   ///< of all paths
-  double cpu_seconds = 0;  ///< of all threads together
+  double samples = 0;     ///< of the camera
+  double collisions = 0;  ///< of all paths
 };
 
 struct RenderPlan {

@@ -54,8 +54,7 @@ double Passes::affordable() const {
 /// taken whatever the time: one in each pixel, or one for each half of the samples, which a filter
 /// needs.
 std::optional<SampleTargets> Passes::next_equal(const Film& film, std::uint32_t end) {
-  constexpr std::uint32_t kMost = 16;
-  std::uint32_t more = std::min(std::clamp(uniform_, 1u, kMost), end - uniform_);
+  std::uint32_t more = std::min(std::clamp(uniform_, 1u, kMostOfEqualPass), end - uniform_);
   if (uniform_ >= least_) {
     const double paid = std::floor(affordable() / double(film.pixels.size()));
     more = std::uint32_t(std::min(double(more), paid));

@@ -15,6 +15,9 @@ namespace pvol::detail {
 /// kernels.
 inline constexpr std::uint32_t kMostOfPass = 256;
 
+/// The same where all pixels get equally many.
+inline constexpr std::uint32_t kMostOfEqualPass = 16;
+
 /// Most adaptive samples of a pixel.
 inline constexpr std::uint32_t kMostOfPixel = 1u << 30;
 

@@ -17,28 +17,20 @@
 #include "render/engine/passes.h"
 #include "render/engine/reporter.h"
 #include "render/engine/tiles/tile_renderer.h"
+#include "render/engine/time_paths.h"
 #include "render/guide/importance.h"
 #include "render/path/film_layers.h"
 
 namespace pvol {
 namespace {
 
+using detail::count_samples;
+using detail::make_film;
 using detail::Passes;
 using detail::PathSetup;
 using detail::Reporter;
 using detail::SampleTargets;
 using detail::TileRenderer;
-
-Film make_film(const RenderOptions& o) {
-  Film f;
-  f.width = o.width, f.height = o.height;
-  const detail::ImagePart part = detail::image_part(o);
-  f.x = part.x, f.y = part.y;
-  f.crop_width = part.width, f.crop_height = part.height;
-  f.pixels.resize(std::size_t(f.crop_width) * std::size_t(f.crop_height));
-  f.first_sample = o.first_sample + o.part_begin;
-  return f;
-}
 
 bool have_same_window(const Film& a, const Film& b) {
   return a.width == b.width && a.height == b.height && a.x == b.x && a.y == b.y &&
@@ -78,15 +70,6 @@ PathSetup with_counts(const RenderPlan& plan, const PathSetup& setup) {
         detail::find_flights(detail::field_kind(plan.kernel), detail::Monitoring::count);
   }
   return counted;
-}
-
-/// Samples of a part of the film.
-std::uint64_t count_samples(const Film& film, const detail::ImagePart& part) {
-  std::uint64_t n = 0;
-  for (int y = part.y; y != part.y + part.height; ++y) {
-    for (int x = part.x; x != part.x + part.width; ++x) n += film.at(x, y).samples;
-  }
-  return n;
 }
 
 bool reaches(const Film& film, const SampleTargets& targets) {
@@ -146,6 +129,42 @@ Paths guide(const RenderPlan& plan, PathSetup& setup, RenderResult& result) {
     throw Error("the lights are too bright for single precision; scale them down");
   }
   return paths;
+}
+
+/// The threads of a render. The control is the process's: it may only raise the limit, for more
+/// threads than there are cores.
+struct Workers {
+  static constexpr auto kLimit = tbb::global_control::max_allowed_parallelism;
+  int threads;
+  tbb::global_control allow;
+  tbb::task_arena arena;
+
+  explicit Workers(const RenderOptions& o)
+      : threads(o.threads > 0 ? o.threads : tbb::this_task_arena::max_concurrency()),
+        allow(kLimit, std::max(std::size_t(threads), tbb::global_control::active_value(kLimit))),
+        arena(threads) {}
+};
+
+/// For what the result's film lacks.
+TimeForecast forecast(const RenderPlan& plan, const PathSetup& setup, Paths paths,
+                      tbb::task_arena& arena, const RenderResult& result) {
+  const RenderOptions& o = plan.scene.options;
+  const detail::ImagePart part = detail::image_part(o);
+  const double all = double(part.width) * part.height * samples_of_part(o);
+  const double done =
+      double(count_samples(result.film, {0, 0, result.film.crop_width, result.film.crop_height}));
+  TimeForecast f{.guide_seconds = result.guide_seconds,
+                 .samples = std::max(0.0, all - done),
+                 .threads = arena.max_concurrency()};
+  if (f.samples <= 0) return f;
+  try {
+    const detail::TimedPaths timed =
+        arena.execute([&] { return detail::time_paths(plan, setup, paths, f.samples); });
+    f.sample_seconds = timed.seconds_of_path();
+    f.own_seconds = timed.seconds + timed.cold_seconds;
+  } catch (const Error&) {  // the render meets it, too, and names its pixel
+  }
+  return f;
 }
 
 void check_sample_numbers(const RenderOptions& o) {
@@ -243,6 +262,14 @@ Film begin_by_pilot(const RenderPlan& plan, const Film& pilot) {
   return film;
 }
 
+TimeForecast forecast_time(const RenderPlan& plan) {
+  Workers workers(plan.scene.options);
+  PathSetup setup(plan);
+  RenderResult result;
+  const Paths paths = workers.arena.execute([&] { return guide(plan, setup, result); });
+  return forecast(plan, setup, paths, workers.arena, result);
+}
+
 RenderResult resume(const RenderPlan& plan, Film earlier, const RenderCallbacks& callbacks) {
   const auto begin = std::chrono::steady_clock::now();
   const RenderOptions& o = plan.scene.options;
@@ -251,19 +278,15 @@ RenderResult resume(const RenderPlan& plan, Film earlier, const RenderCallbacks&
   result.film = make_film(o);
   Passes passes(o, result.film.pixels.size());
   Reporter reporter(callbacks, passes.total());
-  const int threads = o.threads > 0 ? o.threads : tbb::this_task_arena::max_concurrency();
-  // The control is the process's: it may only raise the limit, for more threads than there are
-  // cores.
-  constexpr auto kLimit = tbb::global_control::max_allowed_parallelism;
-  const tbb::global_control allow(
-      kLimit, std::max(std::size_t(threads), tbb::global_control::active_value(kLimit)));
-  tbb::task_arena arena(threads);
-
+  Workers workers(o);
   PathSetup setup(plan);
   setup.stop = &reporter.stop();
-  const Paths paths = arena.execute([&] { return guide(plan, setup, result); });
+  const Paths paths = workers.arena.execute([&] { return guide(plan, setup, result); });
   begin_film(setup, std::move(earlier), passes, reporter, result.film);
-  const Job job{plan, setup, paths, threads, arena, callbacks, begin};
+  if (callbacks.forecast) {
+    callbacks.forecast(forecast(plan, setup, paths, workers.arena, result));
+  }
+  const Job job{plan, setup, paths, workers.threads, workers.arena, callbacks, begin};
   result.complete = render_passes(job, passes, reporter, result);
   result.goal = passes.total();
   reporter.finish();

@@ -89,6 +89,25 @@ constexpr std::array kFirstCollisionLayers = std::to_array<FirstCollisionLayer>(
 
 }  // namespace
 
+Film make_film(const RenderOptions& o) {
+  Film f;
+  f.width = o.width, f.height = o.height;
+  const ImagePart part = image_part(o);
+  f.x = part.x, f.y = part.y;
+  f.crop_width = part.width, f.crop_height = part.height;
+  f.pixels.resize(std::size_t(f.crop_width) * std::size_t(f.crop_height));
+  f.first_sample = o.first_sample + o.part_begin;
+  return f;
+}
+
+std::uint64_t count_samples(const Film& film, const ImagePart& part) {
+  std::uint64_t n = 0;
+  for (int y = part.y; y != part.y + part.height; ++y) {
+    for (int x = part.x; x != part.x + part.width; ++x) n += film.at(x, y).samples;
+  }
+  return n;
+}
+
 std::vector<Layer> make_layers(const PathSetup& s, std::size_t pixels) {
   const AovSet& aovs = s.options.aovs;
   std::vector<Layer> layers;

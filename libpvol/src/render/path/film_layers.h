@@ -5,6 +5,12 @@
 
 namespace pvol::detail {
 
+/// An empty film of the part that is rendered, without layers and sums.
+[[nodiscard]] Film make_film(const RenderOptions& options);
+
+/// Samples of a part of the film; pixels are counted from the film's own corner.
+[[nodiscard]] std::uint64_t count_samples(const Film& film, const ImagePart& part);
+
 /// The layers that a film of these paths has, for so many pixels.
 [[nodiscard]] std::vector<Layer> make_layers(const PathSetup& setup, std::size_t pixels);
 

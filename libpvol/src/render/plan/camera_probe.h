@@ -24,9 +24,6 @@ struct CameraProbe {
 
   /// Of a path on average. Where paths were cut, or hardly any collided, depths have a say.
   [[nodiscard]] double collisions() const;
-  [[nodiscard]] double surface_hits() const {
-    return paths > 0 ? double(counts.surface_hits) / paths : 0;
-  }
   [[nodiscard]] double followed() const {
     return paths > 0 ? double(counts.collisions) / paths : 0;
   }

@@ -8,25 +8,16 @@
 #include "render/film/adaptive_samples.h"
 #include "render/path/path_setup.h"
 #include "render/plan/forecast.h"
+#include "render/scene/small_picture.h"
 
 namespace pvol {
 namespace {
 
-/// The scene in a small picture, its crop covering that of the large one in whole pixels.
+/// The scene in a small picture.
 Scene small_scene(const RenderPlan& plan, int cells) {
-  const RenderOptions& large = plan.scene.options;
-  const PixelRect part = rendered_part(large);
-  const double shrink =
-      std::max(1.0, std::sqrt(double(part.width) * part.height / std::max(1, cells)));
   Scene s = plan.scene;
   RenderOptions& o = s.options;
-  o.width = std::max(1, int(std::lround(large.width / shrink)));
-  o.height = std::max(1, int(std::lround(large.height / shrink)));
-  const double across = double(large.width) / o.width, down = double(large.height) / o.height;
-  o.crop_x = std::min(o.width - 1, int(part.x / across));
-  o.crop_y = std::min(o.height - 1, int(part.y / down));
-  o.crop_width = std::min(o.width, int(std::ceil((part.x + part.width) / across))) - o.crop_x;
-  o.crop_height = std::min(o.height, int(std::ceil((part.y + part.height) / down))) - o.crop_y;
+  o = detail::in_small(o, cells);
   o.samples = kPilot;
   o.noise.reset(), o.time.reset();
   o.first_sample = 0;
@@ -61,13 +52,6 @@ std::vector<double> costs_of(const Film& film, KernelKind kernel) {
   return all;
 }
 
-/// Seconds of a sample of the large picture for each nanosecond.
-double seconds_per_unit(const RenderPlan& plan, const std::vector<double>& costs) {
-  const Forecast& f = plan.forecast;
-  const double mean = std::accumulate(costs.begin(), costs.end(), 0.0) / double(costs.size());
-  return f.samples > 0 && f.cpu_seconds > 0 && mean > 0 ? f.cpu_seconds / f.samples / mean : 1e-9;
-}
-
 }  // namespace
 
 PixelRect rendered_part(const RenderOptions& options) {
@@ -91,15 +75,16 @@ CostMap map_cost(const RenderPlan& plan, int cells) {
   map.rows = film.crop_height;
   const std::vector<double> costs = costs_of(film, plan.kernel.kind);
   const std::vector<double> samples = samples_of(film, large);
-  const double unit = seconds_per_unit(plan, costs) * map.cell_width * map.cell_height;
+  const double mean = std::accumulate(costs.begin(), costs.end(), 0.0) / double(costs.size());
+  const double unit = map.cell_width * map.cell_height / mean;
   for (std::size_t i = 0; i < costs.size(); ++i) {
-    map.seconds.push_back(unit * costs[i] * samples[i]);
-    if (is_adaptive(large)) map.pilot_seconds.push_back(unit * costs[i] * kPilot);
+    map.work.push_back(unit * costs[i] * samples[i]);
+    if (is_adaptive(large)) map.pilot_work.push_back(unit * costs[i] * kPilot);
   }
   return map;
 }
 
-CostSums::CostSums(const CostMap& map, const std::vector<double>& seconds)
+CostSums::CostSums(const CostMap& map, const std::vector<double>& work)
     : left_(map.left),
       top_(map.top),
       cell_width_(map.cell_width),
@@ -113,7 +98,7 @@ CostSums::CostSums(const CostMap& map, const std::vector<double>& seconds)
   for (int j = 0; j < rows_; ++j) {
     double row = 0;
     for (int i = 0; i < columns_; ++i) {
-      row += seconds[std::size_t(j) * std::size_t(columns_) + std::size_t(i)];
+      row += work[std::size_t(j) * std::size_t(columns_) + std::size_t(i)];
       corner(i + 1, j + 1) = corner(i + 1, j) + row;
     }
   }

@@ -36,14 +36,9 @@ double share_of_time(KernelKind kernel) {
 
 Forecast forecast(const RenderPlan& plan, const CameraProbe& probe) {
   const ImagePart part = image_part(plan.scene.options);
-  const Counts& beyond = probe.cut_counts.collisions > 0 ? probe.cut_counts : probe.counts;
   Forecast f;
   f.samples = double(part.width) * part.height * samples_of_part(plan.scene.options);
   f.collisions = f.samples * probe.collisions();
-  f.cpu_seconds = share_of_time(plan.kernel.kind) * f.samples *
-                  (1e-9 * (kSample + kSurface * probe.surface_hits()) +
-                   probe.followed() * seconds_per_collision(probe.counts) +
-                   (probe.collisions() - probe.followed()) * seconds_per_collision(beyond));
   return f;
 }
 

@@ -1,4 +1,4 @@
-// What a render will take.
+// The work of a render, and what work costs.
 #pragma once
 
 #include "render/plan/camera_probe.h"
