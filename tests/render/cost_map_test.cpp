@@ -40,7 +40,7 @@ TEST(CostMap, SumsUpToTheSamples) {
   EXPECT_NEAR(map.columns * map.rows, 400, 60);
   EXPECT_NEAR(sum(map.work), m.plan.forecast.samples, 1e-9 * m.plan.forecast.samples);
   EXPECT_TRUE(map.pilot_work.empty());
-  EXPECT_NEAR(CostSums(map, map.work).of({0, 0, 120, 90}), sum(map.work), 1e-12);
+  EXPECT_NEAR(CostSums(map, map.work).of({0, 0, 120, 90}), sum(map.work), 1e-12 * sum(map.work));
 }
 
 TEST(CostMap, IsTheSameAtEachCallAndForAnyNumberOfThreads) {

@@ -24,7 +24,7 @@ using test::CloudScene;
 CloudScene counting_scene() {
   CloudScene s = cloud_scene();
   s.options.width = 96, s.options.height = 72;
-  s.options.count = true;
+  s.options.count = true, s.options.threads = 2;
   return s;
 }
 

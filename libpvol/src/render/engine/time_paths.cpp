@@ -52,16 +52,14 @@ class SmallRender {
     const bool in_lanes = plan.kernel.kind != KernelKind::scalar;
     tile_width_ = in_lanes ? film_.crop_width : std::min(film_.crop_width, 8);
     tile_height_ = in_lanes ? parts(2048, tile_width_ * at_once_) : 1;
-    film_.layers = make_layers(setup_, film_.pixels.size());
-    film_.deep = make_deep(setup_, film_.pixels.size());
-    start_sums(film_);
   }
 
-  /// Gives pixels their next samples, as long as goes_on(what is done).
+  /// Gives pixels their samples, as long as goes_on(what is done). Begins anew each time.
   template <class GoesOn>
   [[nodiscard]] TimedPaths run_pass(const GoesOn& goes_on) {
+    clear();
     constexpr int kStride = 514229;  // a prime: tasks far from each other, and all of them
-    const SampleTargets targets{.all = samples_ += std::uint32_t(at_once_)};
+    const SampleTargets targets{.all = std::uint32_t(at_once_)};
     const int tasks = columns() * parts(film_.crop_height, tile_height_);
     TimedPaths all;
     std::mutex mutex;  // of the sum
@@ -79,6 +77,13 @@ class SmallRender {
   }
 
  private:
+  void clear() {
+    film_ = make_film(setup_.options);
+    film_.layers = make_layers(setup_, film_.pixels.size());
+    film_.deep = make_deep(setup_, film_.pixels.size());
+    start_sums(film_);
+  }
+
   static int parts(int whole, int part) { return (whole + part - 1) / part; }
 
   [[nodiscard]] int columns() const { return parts(film_.crop_width, tile_width_); }
@@ -104,7 +109,6 @@ class SmallRender {
   int at_once_;
   int tile_width_, tile_height_;
   const Clock& clock_;
-  std::uint32_t samples_ = 0;  // of a pixel after the pass
   Film film_;
 };
 
