@@ -6,9 +6,9 @@
 The same bytes every time. Lengths of the valley are kilometres, those of the stones and the works metres;
 +y is up.
 """
+import argparse
 import math
 import os
-import sys
 
 
 def unit_noise(*key):
@@ -307,7 +307,9 @@ def plant_park(mesh):
 
 
 def main():
-    folder = sys.argv[1]
+    parser = argparse.ArgumentParser(description="Writes the meshes of the shots in this folder as .obj.")
+    parser.add_argument("folder", help="for the files; made if it is missing")
+    folder = parser.parse_args().folder
     os.makedirs(folder, exist_ok=True)
     names = ("meadow", "wheat", "fallow", "woods", "far", "trees", "houses", "logs", "stones", "works",
              "bands", "halls", "park")

@@ -666,6 +666,20 @@ TEST(Render, InterruptedRenderAdaptiveSavesAWholePicture) {
   EXPECT_TRUE(std::filesystem::exists(exr));
 }
 
+TEST(Render, SamplesOfTheCommandLineReplaceANoiseOfTheScene) {
+  const ScratchFolder folder;
+  const std::string scene = folder / "scene.toml";
+  std::ofstream(scene) << "[volume]\nfile = \"" << write_ball(folder)
+                       << "\"\n[render]\nsize = [24, 16]\nnoise = 0.5\ntime = 3\n";
+  const auto samples = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {scene, "-o", folder / "a.png", "--quiet", "--stats", "-"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return json::parse(expect_success(PVOL_RENDER, arguments).out).at("samples").get<int>();
+  };
+  EXPECT_EQ(samples({"--spp", "3"}), 24 * 16 * 3);
+  EXPECT_GE(samples({"--spp", "3", "--noise", "0.4"}), 24 * 16 * 16) << "--noise replaces --spp";
+}
+
 TEST(Render, TheLastOfRepeatedOptionsCounts) {
   const ScratchFolder folder;
   auto arguments = small_render(write_ball(folder), folder / "a.exr");
