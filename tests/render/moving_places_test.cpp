@@ -144,8 +144,8 @@ TEST(MovingPlaces, ArcsBulgeBetweenTheEndsOfTheShutter) {
   grows.linear = scaling(Vec3d(1e-3));
   grows.linear_rate[0].x = 1;
   const MovingPlace spiral = place_of(MovingMap{}, grows);
-  for (int k = 0; k < 20; ++k) {  // wherever the extreme is between the ends of steps
-    const double end = 0.7 + 0.02 * k;
+  for (int k = 0; k < 40; ++k) {  // wherever the extreme, at 0.548, is between the ends of steps
+    const double end = 0.555 + 0.002 * k;
     const Box winding = swept_box(spiral, {}, point, 0, end);
     for (int i = 0; i <= 20'000; ++i) {
       ASSERT_TRUE(winding.contains(spiral.at(end * i / 20'000).point(point.lo))) << end;
