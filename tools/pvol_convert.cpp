@@ -324,7 +324,7 @@ int filter(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   cli::watch_signals(kTool);
-  // Two verbs; all else goes by the endings of two names.
+  // Two verbs; for all else the endings of two names decide.
   if (argc > 1 && argv[1] == std::string_view("merge")) return merge_parts(argc - 1, argv + 1);
   if (argc > 1 && argv[1] == std::string_view("denoise")) return filter(argc - 1, argv + 1);
   Options options;

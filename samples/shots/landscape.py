@@ -124,9 +124,13 @@ class Mesh:
                             centre[1] + k * radii[1] * math.cos(polar),
                             centre[2] + k * radii[2] * math.sin(polar) * math.sin(t)))
             rows.append(row)
-        for low, high in zip(rows, rows[1:]):
-            for s in range(sides):
-                t = (s + 1) % sides
+        self.wrap(rows)
+
+    def wrap(self, rings):
+        """The wall between rings of as many points each, one above the other."""
+        for low, high in zip(rings, rings[1:]):
+            for s in range(len(low)):
+                t = (s + 1) % len(low)
                 self.face(low[s], low[t], high[t])
                 self.face(low[s], high[t], high[s])
 
@@ -251,11 +255,7 @@ def rough_stone(mesh, foot, size, turn, seed):
             ring.append((foot[0] + c * x - s * z, foot[1] + size[1] * y + drop,
                          foot[2] + s * x + c * z))
         levels.append(ring)
-    for low, high in zip(levels, levels[1:]):
-        for k in range(sides):
-            j = (k + 1) % sides
-            mesh.face(low[k], low[j], high[j])
-            mesh.face(low[k], high[j], high[k])
+    mesh.wrap(levels)
     middle = tuple(sum(p[n] for p in levels[-1]) / sides for n in range(3))
     for k in range(sides):
         mesh.face(levels[-1][k], levels[-1][(k + 1) % sides], middle)

@@ -186,14 +186,14 @@ void load_motion(const Loader& by, const formats::SceneVolume& volume, bool stri
 namespace {
 
 /// What a file by itself with the grids of a fire shows where nobody says otherwise: the fire by
-/// night, whatever is said of the fire itself, and sooty smoke around it in the last light of dusk.
+/// night, whatever is set of the fire itself, and sooty smoke around it in the last light of dusk.
 void show_fire(const std::vector<std::string>& sets, formats::SceneFile& scene) {
   formats::SceneVolume& v = scene.volumes.front();
   const auto sets_any = [&](std::string_view section) {
     return std::ranges::any_of(sets, [&](const auto& s) { return s.starts_with(section); });
   };
-  if (!v.grid.empty() || !std::filesystem::exists(v.file))
-    return;  // it is missed where it is loaded
+  if (!v.grid.empty()) return;
+  if (!std::filesystem::exists(v.file)) return;  // it is missed where it is loaded
   const std::vector<formats::GridEntry> grids = formats::grids_of(v.file);
   const bool smokes = !formats::lacks_density(grids);
   if (smokes ? !formats::has_flames(grids) : formats::usual_fire_grids(grids).empty()) return;

@@ -1,13 +1,11 @@
 #include "pvol/render/denoise.h"
 
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "math/parallel.h"
+#include "math/workers.h"
 #include "pvol/error.h"
 #include "render/denoise/filter_error.h"
 #include "render/denoise/frame_planes.h"
@@ -24,6 +22,7 @@ using detail::Planes;
 using detail::Predictions;
 using detail::Tile;
 using detail::WindowValues;
+using detail::Workers;
 
 void check(const DenoiseOptions& o) {
   constexpr int kMostWindow = 32, kMostPatch = 8;
@@ -217,17 +216,6 @@ Denoised filter(const Film& film, const FramePlanes& own,
   return out;
 }
 
-/// Calls f() with so many threads, 0: one for each hardware thread.
-template <class F>
-void in_arena(int given, const F& f) {
-  const int threads = given > 0 ? given : tbb::this_task_arena::max_concurrency();
-  constexpr auto kLimit = tbb::global_control::max_allowed_parallelism;
-  const tbb::global_control allow(
-      kLimit, std::max(std::size_t(threads), tbb::global_control::active_value(kLimit)));
-  tbb::task_arena arena(threads);
-  arena.execute(f);
-}
-
 /// A layer whose values are `of(pixel)`, which are means over the samples.
 template <class F>
 void add_layer(Film& film, const char* name, const char* components, const F& of) {
@@ -263,7 +251,7 @@ FilterFrame::FilterFrame(const Film& film, const std::optional<Camera>& camera,
   detail::check_film(film);
   if (film.pixels.empty()) throw Error("denoise: the film has no pixels");
   const detail::PatchOptions patches{o.window, o.patch, float(o.bandwidth)};
-  in_arena(o.threads, [&] {
+  Workers(o.threads).arena.execute([&] {
     planes_ =
         std::make_shared<FramePlanes>(detail::make_frame_planes(film, patches, camera, o.stop));
   });
@@ -273,15 +261,18 @@ Denoised denoise(const Film& film, const FilterFrame& own, std::span<const Filte
   std::vector<const FramePlanes*> planes;
   for (const FilterFrame& f : others) planes.push_back(f.planes_.get());
   Denoised out;
-  in_arena(own.options_.threads,
-           [&] { out = filter(film, *own.planes_, planes, own.options_.stop); });
+  Workers(own.options_.threads).arena.execute([&] {
+    out = filter(film, *own.planes_, planes, own.options_.stop);
+  });
   return out;
 }
 
 Denoised denoise(const Film& film, const DenoiseOptions& o) {
-  check(o);
-  detail::check_film(film);
-  if (film.pixels.empty()) return {};
+  if (film.pixels.empty()) {
+    check(o);
+    detail::check_film(film);
+    return {};
+  }
   return denoise(film, FilterFrame(film, std::nullopt, o), {});
 }
 

@@ -5,6 +5,7 @@
 
 #include "math/parallel.h"
 #include "pvol/error.h"
+#include "render/film/window.h"
 #include "render/scene/projection.h"
 
 namespace pvol::detail {
@@ -124,9 +125,7 @@ Planes take_features(const FramePlanes& other, const FramePlanes& own, const Pla
 }
 
 void check_alike(const FramePlanes& other, const FramePlanes& own) {
-  const Film &a = own.window, &b = other.window;
-  if (a.width != b.width || a.height != b.height || a.x != b.x || a.y != b.y ||
-      a.crop_width != b.crop_width || a.crop_height != b.crop_height) {
+  if (!have_same_window(other.window, own.window)) {
     throw Error("denoise: the frames differ in size or crop; expected one for all of a sequence");
   }
   if (other.names != own.names) {

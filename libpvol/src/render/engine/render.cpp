@@ -2,7 +2,6 @@
 #include "pvol/render/render.h"
 
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -13,11 +12,13 @@
 #include <limits>
 #include <optional>
 
+#include "math/workers.h"
 #include "pvol/error.h"
 #include "render/engine/passes.h"
 #include "render/engine/reporter.h"
 #include "render/engine/tiles/tile_renderer.h"
 #include "render/engine/time_paths.h"
+#include "render/film/window.h"
 #include "render/guide/importance.h"
 #include "render/path/film_layers.h"
 
@@ -25,17 +26,14 @@ namespace pvol {
 namespace {
 
 using detail::count_samples;
+using detail::have_same_window;
 using detail::make_film;
 using detail::Passes;
 using detail::PathSetup;
 using detail::Reporter;
 using detail::SampleTargets;
 using detail::TileRenderer;
-
-bool have_same_window(const Film& a, const Film& b) {
-  return a.width == b.width && a.height == b.height && a.x == b.x && a.y == b.y &&
-         a.crop_width == b.crop_width && a.crop_height == b.crop_height;
-}
+using detail::Workers;
 
 /// Of an earlier render: the empty film `fresh` with what that one has.
 Film continued(Film fresh, Film earlier) {
@@ -130,20 +128,6 @@ Paths guide(const RenderPlan& plan, PathSetup& setup, RenderResult& result) {
   }
   return paths;
 }
-
-/// The threads of a render. The control is the process's: it may only raise the limit, for more
-/// threads than there are cores.
-struct Workers {
-  static constexpr auto kLimit = tbb::global_control::max_allowed_parallelism;
-  int threads;
-  tbb::global_control allow;
-  tbb::task_arena arena;
-
-  explicit Workers(const RenderOptions& o)
-      : threads(o.threads > 0 ? o.threads : tbb::this_task_arena::max_concurrency()),
-        allow(kLimit, std::max(std::size_t(threads), tbb::global_control::active_value(kLimit))),
-        arena(threads) {}
-};
 
 /// For what the result's film lacks.
 TimeForecast forecast(const RenderPlan& plan, const PathSetup& setup, Paths paths,
@@ -263,7 +247,7 @@ Film begin_by_pilot(const RenderPlan& plan, const Film& pilot) {
 }
 
 TimeForecast forecast_time(const RenderPlan& plan) {
-  Workers workers(plan.scene.options);
+  Workers workers(plan.scene.options.threads);
   PathSetup setup(plan);
   RenderResult result;
   const Paths paths = workers.arena.execute([&] { return guide(plan, setup, result); });
@@ -278,7 +262,7 @@ RenderResult resume(const RenderPlan& plan, Film earlier, const RenderCallbacks&
   result.film = make_film(o);
   Passes passes(o, result.film.pixels.size());
   Reporter reporter(callbacks, passes.total());
-  Workers workers(o);
+  Workers workers(o.threads);
   PathSetup setup(plan);
   setup.stop = &reporter.stop();
   const Paths paths = workers.arena.execute([&] { return guide(plan, setup, result); });
