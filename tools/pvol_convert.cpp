@@ -310,24 +310,30 @@ int run(const Options& o) {
 
 int merge_parts(int argc, char** argv) {
   cli::MergeGiven given;
-  if (const auto code = cli::read_merge_line(argc, argv, given)) return *code;
-  return cli::run_guarded(kTool, [&] { return cli::merge(given); });
+  const auto code = cli::read_merge_line(argc, argv, given);
+  return code ? *code : cli::merge(given);
 }
 
 int filter(int argc, char** argv) {
   cli::FilterGiven given;
-  if (const auto code = cli::read_filter_line(argc, argv, given)) return *code;
-  return cli::run_guarded(kTool, [&] { return cli::filter_frames(given); });
+  const auto code = cli::read_filter_line(argc, argv, given);
+  return code ? *code : cli::filter_frames(given);
+}
+
+int convert_one(int argc, char** argv) {
+  Options options;
+  const auto code = read_command_line(argc, argv, options);
+  return code ? *code : run(options);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   cli::watch_signals(kTool);
-  // Two verbs; for all else the endings of two names decide.
-  if (argc > 1 && argv[1] == std::string_view("merge")) return merge_parts(argc - 1, argv + 1);
-  if (argc > 1 && argv[1] == std::string_view("denoise")) return filter(argc - 1, argv + 1);
-  Options options;
-  if (const auto code = read_command_line(argc, argv, options)) return *code;
-  return cli::run_guarded(kTool, [&] { return run(options); });
+  return cli::run_guarded(kTool, [&] {
+    // Two verbs; for all else the endings of two names decide.
+    if (argc > 1 && argv[1] == std::string_view("merge")) return merge_parts(argc - 1, argv + 1);
+    if (argc > 1 && argv[1] == std::string_view("denoise")) return filter(argc - 1, argv + 1);
+    return convert_one(argc, argv);
+  });
 }

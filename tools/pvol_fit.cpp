@@ -316,7 +316,9 @@ int run(const Options& o) {
 
 int main(int argc, char** argv) {
   cli::watch_signals(kTool);
-  Options options;
-  if (const auto code = read_command_line(argc, argv, options)) return *code;
-  return cli::run_guarded(kTool, [&] { return run(options); });
+  return cli::run_guarded(kTool, [&] {
+    Options options;
+    const auto code = read_command_line(argc, argv, options);
+    return code ? *code : run(options);
+  });
 }

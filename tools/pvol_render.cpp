@@ -209,7 +209,9 @@ int run(const Options& o) {
 
 int main(int argc, char** argv) {
   cli::watch_signals(kRenderTool);
-  Options options;
-  if (const auto code = cli::read_command_line(argc, argv, options)) return *code;
-  return cli::run_guarded(kRenderTool, [&] { return run(options); });
+  return cli::run_guarded(kRenderTool, [&] {
+    Options options;
+    const auto code = cli::read_command_line(argc, argv, options);
+    return code ? *code : run(options);
+  });
 }

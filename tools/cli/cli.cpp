@@ -17,6 +17,7 @@
 
 #include "cli/escaped_output.h"
 #include "cli/interrupt.h"
+#include "cli/root_folder.h"
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
 #include "pvol/formats/cloud.h"
@@ -81,6 +82,8 @@ int run_guarded(const std::string& tool, const std::function<int()>& body) {
     give_way_to_signal();
     std::cout.flush();
     std::cerr << tool << ": error: " << what << '\n';
+    if (kept_below().empty()) return;
+    std::cerr << "Only files below " << kept_below().string() << " can be used (--root).\n";
   };
   std::copy_n(tool.begin(), std::min(tool.size(), tool_now.size() - 1), tool_now.begin());
   std::set_terminate(end_without_memory);
@@ -123,6 +126,7 @@ void check_output(const std::filesystem::path& file, const std::vector<std::stri
   if (std::filesystem::is_directory(file, ignored)) {
     throw Error(file.string() + ": is a folder, expected the name of a file to write");
   }
+  if (!is_kept(file)) throw Error(file.string() + ": lies outside the folder of --root");
   const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
   if (!std::filesystem::is_directory(folder, ignored)) {
     throw Error(file.string() + ": there is no folder " + folder.string() + "; create it first");

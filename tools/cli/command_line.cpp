@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "cli/json.h"
+#include "cli/root_folder.h"
 #include "pvol/version.h"
 
 namespace pvol::cli {
@@ -34,6 +35,15 @@ void add_memory_limit(CLI::App& app) {
       }});
 }
 
+/// Likewise, and before the options that are added after it.
+void add_root(CLI::App& app) {
+  app.add_option_function<std::string>(
+         "--root", [](const std::string& folder) { keep_below(folder); },
+         "Read and write files below this folder only, whatever scenes and links name: for "
+         "services that render what others send (Linux 5.13 or later)")
+      ->type_name("DIR");
+}
+
 /// Version, help and messages as all tools have them.
 void add_common(CLI::App& app, const std::string& examples) {
   // So that scripts around a tool can be called with options that they set themselves.
@@ -41,6 +51,7 @@ void add_common(CLI::App& app, const std::string& examples) {
   app.set_version_flag("--version", app.get_name() + " " PVOL_VERSION, "Print the version and exit");
   app.set_help_flag("-h,--help", "Print this help and exit");
   add_memory_limit(app);
+  add_root(app);
   app.get_formatter()->column_width(kColumn);
   app.footer(examples);
   app.failure_message([](const CLI::App* a, const CLI::Error& e) {

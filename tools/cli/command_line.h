@@ -62,8 +62,8 @@ class Option {
   CLI::Option* option_;
 };
 
-/// A tool's command line, or one of its verbs. All have --help, --version and --memory-limit. What
-/// options are read into must outlive it. Copies are the same command line.
+/// A tool's command line, or one of its verbs. All have --help, --version, --memory-limit and
+/// --root. What options are read into must outlive it. Copies are the same command line.
 class CommandLine {
  public:
   /// `examples` ends the help.
