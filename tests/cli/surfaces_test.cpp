@@ -66,7 +66,7 @@ TEST_F(SurfaceScenes, SamplesMeetTheirSurfaces) {
 
 TEST_F(SurfaceScenes, ShadowsAndHolesHaveTheirAlpha) {
   (void)render(ground_, {"--background", "off", "--set", "plane.look=shadow-catcher", "--set",
-                         "mesh.look=holdout"});
+                         "mesh.look=holdout", "--filter", "box"});
   const Film f = film();
   const auto alpha = [&](double x, double y) {
     const PixelSums& p = f.at(int(x * 32), int(y * 24));

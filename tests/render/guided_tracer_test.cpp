@@ -95,6 +95,7 @@ class ScriptedPaths : public testing::Test {
     CloudScene s{{}, ConstantSky{Rgb(1.0f)}, std::move(lights), {}, {}};
     s.options.width = s.options.height = 1;
     s.options.look_up = LookUp::nearest;
+    s.options.filter = PixelFilter::box;
     volumes_ = make_volumes(cube(), std::vector{s.medium}, s);
     s.camera = frame(volumes_.front().density.world_box, 1);
     return detail::PathSetup(plan(volumes_, s.scene()));

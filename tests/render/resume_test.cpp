@@ -244,7 +244,7 @@ TEST(Parts, AdaptiveFollowThePilotOfTheWhole) {
 
 TEST(Parts, AdaptiveRefuseOtherPilots) {
   CloudScene s = cloud_scene();
-  s.options.noise = 0.06;
+  s.options.noise = 0.03;
   const Shot shot(s);
   s.options.part_end = kPilot;
   const Film pilot = Shot(s).whole();

@@ -12,7 +12,7 @@ constexpr unsigned char kC2 = 0xc2;
 EscapedOutput::EscapedOutput(std::ostream& stream) : stream_(stream), to_(stream.rdbuf(this)) {}
 
 EscapedOutput::~EscapedOutput() {
-  (void)sync();
+  (void)EscapedOutput::sync();
   const auto state = stream_.rdstate();
   stream_.rdbuf(to_);  // which clears the state
   stream_.setstate(state);

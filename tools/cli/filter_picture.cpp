@@ -25,19 +25,13 @@ AovSet layers_for_filter() {
   return all;
 }
 
-void add(AovSet more, AovSet& to) {
-  for (const AovRow& r : kAovs) {
-    if (more.has(r.aov)) to.add(r.aov);
-  }
-}
-
 Scene with_needs_of_filter(const Scene& scene) {
   if (!is_adaptive(scene.options) && scene.options.samples < 2) {
     throw UsageError(
         "--denoise needs --spp 2 or more, since one sample gives no estimate of its noise");
   }
   Scene changed = scene;
-  add(denoising_aovs(), changed.options.aovs);
+  changed.options.aovs.add(denoising_aovs());
   return changed;
 }
 

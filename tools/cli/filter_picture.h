@@ -19,8 +19,6 @@ struct FilteredPicture {
 /// Layers that a picture needs to be filtered when it has been written.
 [[nodiscard]] AovSet layers_for_filter();
 
-void add(AovSet more, AovSet& to);
-
 /// The scene, rendered with all that the filter needs. Throws UsageError for one sample a pixel,
 /// whose noise is not known.
 [[nodiscard]] Scene with_needs_of_filter(const Scene& scene);

@@ -67,6 +67,7 @@ class SetOf {
   }
 
   constexpr void add(Enum v) { bits_ |= bit(v); }
+  constexpr void add(SetOf others) { bits_ |= others.bits_; }
   constexpr void remove(Enum v) { bits_ &= ~bit(v); }
   [[nodiscard]] constexpr bool has(Enum v) const { return (bits_ & bit(v)) != 0; }
   [[nodiscard]] constexpr bool empty() const { return bits_ == 0; }

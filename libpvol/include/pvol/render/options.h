@@ -118,7 +118,7 @@ struct RenderOptions {
   bool deep = false;       ///< keep what is seen by depth (deep.h); takes a tracker without weights
   int deep_bins = 64;      ///< into which deep pictures sort the depths of the volumes' boxes
   double deep_error = 0.005;  ///< share of alpha and colour by which merged bins may be off
-  PixelFilter filter = PixelFilter::box;
+  PixelFilter filter = PixelFilter::blackman_harris;
   std::optional<double> filter_width;  ///< in pixels; none: 1 of a box, 3 of others
   bool count = false;  ///< count look-ups and the like, also for no AOV (a few per cent slower)
   friend bool operator==(const RenderOptions&, const RenderOptions&) = default;
@@ -293,8 +293,8 @@ template <std::same_as<RenderOptions> O>
           {.key = "background",
            .help = "Whether the sky is visible behind the cloud; off leaves it transparent"}),
       key<&O::filter>({.key = "filter",
-                       .help = "Reconstruction filter of pixels; wider ones than a box of one "
-                               "pixel make edges smoother"}),
+                       .help = "Reconstruction filter of pixels: a box of one pixel is sharp, and "
+                               "its edges are jagged"}),
       key<&O::filter_width>({.key = "filter_width",
                              .metavar = "PIXELS",
                              .limits = number(Range::closed(0.01, 100)).or_word("auto"),

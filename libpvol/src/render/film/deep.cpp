@@ -180,7 +180,7 @@ class Merger {
   [[nodiscard]] DeepSample sample_of(std::size_t begin, std::size_t end, const Sums& sums) const {
     const double arrived = samples_ - before_;
     DeepSample s{front(begin), back(end - 1), Vec3d(sums[0], sums[1], sums[2]) / arrived,
-                 sums[3] / arrived};
+                 std::min(sums[3] / arrived, 1.0)};  // rounding may leave less to arrive
     if (s.alpha == 1) s.z = s.z_back = 0.5 * (s.z + s.z_back);
     return s;
   }
