@@ -15,17 +15,10 @@
 #include "support/lit_scenes.h"
 #include "support/messages.h"
 #include "support/pictures.h"
+#include "support/simd_kernels.h"
 
 namespace pvol::test {
 namespace wavefront_test {
-
-std::vector<KernelKind> simd_kernels() {
-  std::vector<KernelKind> all;
-  for (const KernelKind kernel : {KernelKind::avx2, KernelKind::avx512}) {
-    if (detail::has_kernel(kernel)) all.push_back(kernel);
-  }
-  return all;
-}
 
 /// What the guide's cases lack.
 std::vector<Case> more_cases() {

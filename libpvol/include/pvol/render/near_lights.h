@@ -29,6 +29,8 @@ struct PointSource {
   [[nodiscard]] Rgb irradiance_on(const Box& box) const;
   [[nodiscard]] Rgb on_plane(Vec3d place, Vec3d normal) const;
   [[nodiscard]] LightSample arriving_at(Vec3d place) const;
+  /// To which all that comes from the light is proportional.
+  [[nodiscard]] Rgb color() const { return intensity; }
 };
 
 /// A ball that shines outwards; in it it is dark. Sampled evenly over the directions in which it
@@ -38,6 +40,7 @@ class BallSource {
   explicit BallSource(const PointLight& light);
 
   [[nodiscard]] const PointSource& centre() const { return centre_; }
+  [[nodiscard]] Rgb color() const { return centre_.intensity; }
   template <class Where>
   [[nodiscard]] LightSample sample(const Where& where, Rng& rng) const {
     return sample_from(where(), rng);
@@ -62,6 +65,7 @@ class SpotSource {
   explicit SpotSource(const SpotLight& light);
 
   [[nodiscard]] const PointSource& point() const { return point_; }
+  [[nodiscard]] Rgb color() const { return point_.intensity; }
   /// Share of the intensity in a direction, unit, from the light.
   [[nodiscard]] double share(Vec3d direction) const;
   template <class Where>
@@ -90,6 +94,7 @@ class AreaSource {
 
   /// As a point in its middle that shines this much along its direction.
   [[nodiscard]] const PointSource& centre() const { return centre_; }
+  [[nodiscard]] Rgb color() const { return centre_.intensity; }
   [[nodiscard]] Vec3d normal() const { return normal_; }
   template <class Where>
   [[nodiscard]] LightSample sample(const Where& where, Rng& rng) const {

@@ -60,6 +60,7 @@ struct SampleCounts {
 struct InFlight {
   RaysInFlight rays;
   F w0, w1, w2, pdf;
+  V from;
 
   HWY_INLINE InFlight(const WavefrontScene& s, const WavefrontMemory& m, std::size_t at, M on)
       : rays(m, at, on) {
@@ -67,6 +68,10 @@ struct InFlight {
     w0 = gather(q[kW0], rays.source);
     if (!s.one_lobe) w1 = gather(q[kW1], rays.source), w2 = gather(q[kW2], rays.source);
     if (s.weighted) pdf = gather(q[kPdf], rays.source);
+    if (s.lines) {
+      from = {gather(q[kFromX], rays.source), gather(q[kFromY], rays.source),
+              gather(q[kFromZ], rays.source)};
+    }
   }
 
   HWY_INLINE void put(const WavefrontScene& s, M chosen, const Random& rng, Records& to) const {
@@ -75,6 +80,10 @@ struct InFlight {
     pack(chosen, w0, to[kW0] + n);
     if (!s.one_lobe) pack(chosen, w1, to[kW1] + n), pack(chosen, w2, to[kW2] + n);
     if (s.weighted) pack(chosen, pdf, to[kPdf] + n);
+    if (s.lines) {
+      pack(chosen, from.x, to[kFromX] + n), pack(chosen, from.y, to[kFromY] + n);
+      pack(chosen, from.z, to[kFromZ] + n);
+    }
     to.n += count(chosen);
   }
 };

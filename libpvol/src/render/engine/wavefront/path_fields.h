@@ -8,10 +8,13 @@ namespace pvol::detail {
 /// Behind kW0, which grey weights have alone. Not every queue has a use for all of them.
 enum PathField : std::size_t {
   kW1 = kRayFields,
-  kW2,      ///< weight by channel
-  kPdf,     ///< density of the phase function for the direction, where lights ask for it
-  kAux,     ///< of the stage
+  kW2,         ///< weight by channel
+  kPdf,        ///< density of the phase function for the direction, where lights ask for it
+  kAux,        ///< of the stage
   kComponent,  ///< number of the component that the path collided with
+  kFromX,
+  kFromY,
+  kFromZ,  ///< where the flight began, in scenes whose flights bring light on their way
   kPathFields,
 };
 static_assert(kPathFields <= kMostFields);

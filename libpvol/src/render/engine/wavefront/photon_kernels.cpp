@@ -6,7 +6,7 @@
 namespace pvol::detail {
 
 void trace_photons_by_wavefront(const PathSetup& setup, const CoarseCells& cells,
-                            const PhotonSources& sources, int photons, LightCounts& counts) {
+                                const PhotonSources& sources, int photons, LightCounts& counts) {
   WavefrontScene scene(setup);
   scene.count = false;
   const PhotonKernel kernel = find_photon_kernel(setup.kernel, scene.one_lobe);

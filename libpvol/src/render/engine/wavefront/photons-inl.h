@@ -58,8 +58,7 @@ HWY_NOINLINE void collide_photons(const WavefrontScene& s, WavefrontMemory& m,
     p.id = p.id + splat_bits(kMostSlots);
     const I flights = as_int(hn::ShiftRight<16>(p.id));
     p.alive = hn::And(p.alive, mask(hn::Lt(flights, splat_int(kMostPhotonFlights))));
-    const ComponentKind component(s, p.component);
-    for (std::size_t c = 0; c < p.w.size(); ++c) p.w[c] = p.w[c] * component.albedo_of(c);
+    weaken(s, p);
     end_faint(p, kPhotonRoulette);
     p.alive = hn::And(p.alive, hn::Gt(p.largest(), splat(0)));
     put_paths(m, p, splat_int(1), first(0));

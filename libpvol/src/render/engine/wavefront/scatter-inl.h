@@ -25,6 +25,10 @@ HWY_INLINE void launch(const WavefrontScene& s, const Records& q, std::size_t at
     store(load(q[f] + at) * factor, to[f] + n);
   }
   if (s.weighted) store(pdf, to[kPdf] + n);
+  if (s.lines) {
+    store(load(q[kX] + at), to[kFromX] + n), store(load(q[kY] + at), to[kFromY] + n);
+    store(load(q[kZ] + at), to[kFromZ] + n);
+  }
   store(rng.exponential(), to[kDepth] + n);
   store(rng.s0, to.bits(kRng0) + n), store(rng.s1, to.bits(kRng1) + n);
   to.n += count(on);
@@ -36,10 +40,10 @@ HWY_INLINE V direction_of(const Records& q, std::size_t at) {
 
 template <class ComponentKind>
 HWY_INLINE ComponentKind component_of(const WavefrontScene& s, const Records& q, std::size_t at,
-                                        M on) {
+                                      M on) {
   return ComponentKind(s, ComponentKind::kWeights > 1
-                                ? where(on, as_int(load(q.bits(kComponent) + at)))
-                                : splat_int(0));
+                              ? where(on, as_int(load(q.bits(kComponent) + at)))
+                              : splat_int(0));
 }
 
 template <class ComponentKind>
@@ -91,7 +95,7 @@ HWY_NOINLINE void scatter_guided(const WavefrontScene& s, Records& q, Records& t
     const M is0 = hn::Lt(u, weight[0]), is1 = hn::Lt(u, sum01);
     const auto pick = [&](auto a, auto b, auto e) { return select(is0, a, select(is1, b, e)); };
     launch<ComponentKind>(s, q, at, on, pick(d[0], d[1], d[2]), pick(pdf[0], pdf[1], pdf[2]),
-                            sum / pick(value[0], value[1], value[2]), rng, to);
+                          sum / pick(value[0], value[1], value[2]), rng, to);
   }
   q.n = 0;
 }

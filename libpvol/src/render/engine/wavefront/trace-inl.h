@@ -13,18 +13,28 @@
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
 
-[[nodiscard]] inline Vec3f direction_at(const Records& q, std::size_t at) {
-  return {q[kDX][at], q[kDY][at], q[kDZ][at]};
-}
+/// The weights of rays of the camera; records of grey scenes have but one.
+[[nodiscard]] inline Rgb camera_weight(const Records&, std::size_t) { return Rgb(1.0f); }
 
-template <class ComponentKind>
-[[nodiscard]] Rgb weight_at(const Records& q, std::size_t at) {
-  constexpr bool kGrey = ComponentKind::kWeights == 1;
-  return {q[kW0][at], q[kGrey ? kW0 : kW1][at], q[kGrey ? kW0 : kW2][at]};
+using WeightAt = Rgb (*)(const Records&, std::size_t);
+
+/// What flights bring on their way: of those that left, and of collisions from one on.
+void add_lines_of_gone(const WavefrontScene& s, WavefrontMemory& m, WeightAt weight_at) {
+  for (std::size_t k = 0; k < m.events.gone; ++k) {
+    const std::size_t at = m.events.gone_source[k];
+    add_on_the_way(s, m, m.flying, at, true, weight_at(m.flying, at));
+  }
+}
+void add_lines_of_collisions(const WavefrontScene& s, WavefrontMemory& m, std::size_t from,
+                             WeightAt weight_at) {
+  for (std::size_t k = from; k < m.collisions.n; ++k) {
+    add_on_the_way(s, m, m.collisions, k, false, weight_at(m.collisions, k));
+  }
 }
 
 /// Rays of the camera that left without a collision see what lies behind.
 HWY_NOINLINE void end_camera_rays(const WavefrontScene& s, WavefrontMemory& m) {
+  if (s.lines) add_lines_of_gone(s, m, camera_weight);
   if (!s.setup.options.background) return;
   for (std::size_t k = 0; k < m.events.gone; ++k) {
     const std::size_t at = m.events.gone_source[k];
@@ -38,6 +48,7 @@ HWY_NOINLINE void end_camera_rays(const WavefrontScene& s, WavefrontMemory& m) {
 /// Paths that left bring the light of where they went.
 template <class ComponentKind>
 HWY_NOINLINE void end_paths(const WavefrontScene& s, WavefrontMemory& m) {
+  if (s.lines) add_lines_of_gone(s, m, weight_at<ComponentKind>);
   if (s.dark_sky) return;
   const Records& q = m.flying;
   for (std::size_t k = 0; k < m.events.gone; ++k) {
@@ -120,6 +131,7 @@ inline void put_ray(const WavefrontScene& s, Records& q, Vec3d place, Vec3f d, R
   const std::size_t n = put_ray(s.field, q, place, d, rng);
   for (int c = 0; c < 3; ++c) q[kW0 + std::size_t(c)][n] = weight[c];
   q[kPdf][n] = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) q[kFromX + axis][n] = q[kX + axis][n];
   q.bits(kId)[n] = id;
 }
 
@@ -132,7 +144,15 @@ inline void start(const WavefrontScene& s, WavefrontMemory& m, const Samples::Sa
   const Ray cells = s.volume.in_cells(ray);
   const auto span = s.volume.in_box(cells);
   const Vec3f d(ray.d);
-  if (!span || outside_shell(s.volume, cells, *span, work)) {
+  const bool misses = !span || outside_shell(s.volume, cells, *span, work);
+  if (s.lines) {
+    m.slots.add(slot, 0, [&](PathResult& r) {
+      const auto unscattered = [] { return 0.0f; };
+      const FlightLine up_to_box{ray.o, d, misses ? kEndless : span->t0};
+      detail::add_on_the_way(s.setup, up_to_box, unscattered, Rgb(1.0f), rng, r);
+    });
+  }
+  if (misses) {
     if (s.setup.options.background) {
       m.slots.add(slot, 0, [&](PathResult& r) {
         add_constant(s.setup, r);
@@ -142,11 +162,6 @@ inline void start(const WavefrontScene& s, WavefrontMemory& m, const Samples::Sa
     return;
   }
   put_ray(s, m.camera, cells.at(span->t0), d, Rgb(1.0f), slot, rng);
-}
-
-[[nodiscard]] inline Vec3d world_place(const WavefrontScene& s, const Records& q, std::size_t at) {
-  const Vec3d place{double(q[kX][at]), double(q[kY][at]), double(q[kZ][at])};
-  return s.volume.cells_to_world.point(place - Vec3d(DenseBounds::kBorder));
 }
 
 /// Everything that first collisions of the camera's rays bring at once.
@@ -175,13 +190,16 @@ HWY_INLINE void fly_camera_rays(const WavefrontScene& s, WavefrontMemory& m) {
   const std::size_t before = m.collisions.n;
   decide(s, m, m.camera, &m.collisions, m.counts.path);
   add_first_collisions(s, m, before);
+  if (s.lines) add_lines_of_collisions(s, m, before, camera_weight);
 }
 
 template <class ComponentKind>
 HWY_INLINE void fly_paths(const WavefrontScene& s, WavefrontMemory& m) {
   take_and_fly(s, m, m.paths, m.counts.path);
   end_paths<ComponentKind>(s, m);
+  const std::size_t before = m.collisions.n;
   decide(s, m, m.paths, &m.collisions, m.counts.path);
+  if (s.lines) add_lines_of_collisions(s, m, before, weight_at<ComponentKind>);
 }
 
 template <class ComponentKind>
@@ -195,6 +213,19 @@ HWY_INLINE void fly_shadow_rays(const WavefrontScene& s, WavefrontMemory& m) {
   }
   end_shadow_rays<ComponentKind>(s, m);
   decide(s, m, m.shadows, nullptr, m.counts.shadow);
+}
+
+template <class ComponentKind>
+HWY_NOINLINE void fly_to_fires(const WavefrontScene& s, WavefrontMemory& m) {
+  take_and_fly(s, m, m.to_fires, m.counts.shadow);
+  for (std::size_t k = 0; k < m.events.gone; ++k) {
+    end_fire_ray<ComponentKind>(s, m, m.flying, m.events.gone_source[k], true);
+  }
+  decide(s, m, m.to_fires, &m.fire_ends, m.counts.shadow);
+  for (std::size_t k = 0; k < m.fire_ends.n; ++k) {
+    end_fire_ray<ComponentKind>(s, m, m.fire_ends, k, false);
+  }
+  m.fire_ends.n = 0;
 }
 
 /// Adds a tile's samples to the film, which changes what they lack.
@@ -226,6 +257,7 @@ bool trace(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile,
   m.slots.start(count_samples(tile, targets, film));
   m.counts = {};
   m.camera.n = m.paths.n = m.shadows.n = m.collisions.n = m.straight.n = m.turned.n = 0;
+  m.to_fires.n = m.fire_ends.n = 0;
   Work work(s.setup);
   std::uint32_t next = 0;
   for (;;) {
@@ -234,6 +266,8 @@ bool trace(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile,
       fly_paths<ComponentKind>(s, m);
     } else if (m.shadows.n >= kSlice) {
       fly_shadow_rays<ComponentKind>(s, m);
+    } else if (m.to_fires.n >= kSlice) {
+      fly_to_fires<ComponentKind>(s, m);
     } else if (samples.any() || m.camera.n > 0) {
       m.camera.reserve(kSlice);
       while (m.camera.n < kSlice && samples.any()) {
@@ -244,6 +278,8 @@ bool trace(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile,
       fly_paths<ComponentKind>(s, m);
     } else if (m.shadows.n > 0) {
       fly_shadow_rays<ComponentKind>(s, m);
+    } else if (m.to_fires.n > 0) {
+      fly_to_fires<ComponentKind>(s, m);
     } else {
       break;
     }

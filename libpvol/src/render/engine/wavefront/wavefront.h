@@ -13,7 +13,7 @@ namespace pvol::detail {
 /// Adds samples to every pixel of a tile, as a TileFunction does; they are at most kMostSlots. Each
 /// sample's value is the same whatever else is in the tile.
 using WavefrontKernel = bool (*)(const WavefrontScene&, WavefrontMemory&, const ImagePart& tile,
-                            const SampleTargets&, Film&, Counts&);
+                                 const SampleTargets&, Film&, Counts&);
 
 [[nodiscard]] WavefrontKernel find_wavefront_kernel(KernelKind kernel, bool guided, bool one_lobe);
 

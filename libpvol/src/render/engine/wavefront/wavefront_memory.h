@@ -86,7 +86,9 @@ class Slots {
 
 struct WavefrontMemory : FlightMemory {
   Records camera{kPathFields}, paths{kPathFields}, shadows{kPathFields};  ///< that wait to fly
+  Records to_fires{kPathFields};  ///< likewise, towards fires
   Records collisions{kPathFields}, straight{kPathFields}, turned{kPathFields};
+  Records fire_ends{kPathFields};  ///< collisions of those towards fires
   Slots slots;
   Counts counts;
 
@@ -100,7 +102,10 @@ inline constexpr std::uint32_t kMostSlots = 1u << 16;
 [[nodiscard]] inline std::uint32_t number_of(std::uint32_t id) { return id >> 16; }
 /// Of a shadow ray the number of its light, and how often its light will have been scattered, up to
 /// 2, where that is counted.
-[[nodiscard]] inline std::uint32_t light_of(std::uint32_t id) { return id >> 16 & 255; }
-[[nodiscard]] inline std::uint32_t scatterings_of(std::uint32_t id) { return id >> 24; }
+inline constexpr std::uint32_t kMostWavefrontLights = (1u << 14) - 1;  // the sky comes last
+[[nodiscard]] inline std::uint32_t light_of(std::uint32_t id) {
+  return id >> 16 & kMostWavefrontLights;
+}
+[[nodiscard]] inline std::uint32_t scatterings_of(std::uint32_t id) { return id >> 30; }
 
 }  // namespace pvol::detail

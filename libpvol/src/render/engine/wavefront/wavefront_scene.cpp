@@ -2,7 +2,6 @@
 
 #include "pvol/render/lighting.h"
 #include "pvol/volume/facts.h"
-#include "render/light/emission/emission_source.h"
 #include "render/path/gather_light.h"
 
 namespace pvol::detail {
@@ -41,20 +40,27 @@ bool has_one_lobe(const std::vector<MediumComponent>& all) {
          m.albedo.x == m.albedo.y && m.albedo.y == m.albedo.z;
 }
 
+SimdLight simd_light(const SunLight& sun, const Affine&) {
+  const bool delta = sun.disc_pdf == 0;
+  return {.kind = delta ? SimdLight::Kind::delta : SimdLight::Kind::disc,
+          .direction = sun.direction,
+          .one_minus_cos_radius = sun.one_minus_cos_radius,
+          .pdf = sun.disc_pdf,
+          .radiance = delta ? sun.irradiance : sun.disc_radiance};
+}
+SimdLight simd_light(const PointSource& point, const Affine& world_to_cells) {
+  return {.kind = SimdLight::Kind::point,
+          .place = Vec3f(world_to_cells.point(point.position) + Vec3d(DenseBounds::kBorder)),
+          .radiance = point.color()};
+}
+template <class AtAPlace>
+SimdLight simd_light(const AtAPlace& light, const Affine&) {
+  return {.kind = SimdLight::Kind::other, .radiance = light.color()};
+}
+
 SimdLight make_simd_light(const LightSource& source, const Affine& world_to_cells) {
-  SimdLight l;
-  if (const auto* sun = std::get_if<SunLight>(&source)) {
-    l.kind = sun->disc_pdf == 0 ? SimdLight::Kind::delta : SimdLight::Kind::disc;
-    l.direction = sun->direction;
-    l.one_minus_cos_radius = sun->one_minus_cos_radius;
-    l.pdf = sun->disc_pdf;
-    l.radiance = sun->disc_pdf == 0 ? sun->irradiance : sun->disc_radiance;
-  } else {  // no others come here, see wavefront_obstacle
-    const PointSource& point = std::get<PointSource>(source);
-    l.kind = SimdLight::Kind::point;
-    l.place = Vec3f(world_to_cells.point(point.position) + Vec3d(DenseBounds::kBorder));
-    l.radiance = point.intensity;
-  }
+  SimdLight l =
+      std::visit([&](const auto& light) { return simd_light(light, world_to_cells); }, source);
   l.value = absolute_luminance(l.radiance);
   return l;
 }
@@ -68,20 +74,24 @@ WavefrontScene::WavefrontScene(const PathSetup& s)
                Vec3f(volume.cells_to_world.m[2])},
       field(volume.volume.density, *s.dense),
       components(make_component_table(volume.components)),
-      one_lobe(has_one_lobe(volume.components)) {
+      one_lobe(has_one_lobe(volume.components) && !s.albedo_varies),
+      drawn(s.light.sources.size() > kMostAsked),
+      lines(s.emission != nullptr || s.light.met_on_flights) {
   // What is absorbed is in layers.
   emits = s.options.aovs.has(Aov::lights) && largest(s.constant) > 0;
-  for (const MediumComponent& m : volume.components) emits = emits || largest(m.emitted) > 0;
+  for (const MediumComponent& m : volume.components) {
+    emits = emits || largest(s.albedo_varies ? m.source : m.emitted) > 0;
+  }
   count = s.count;
   orders = s.options.aovs.has(Aov::scattering);
   counts_collisions = orders || s.max_bounces <= kMostWavefrontBounces;
   limited = false;
-  weighted = s.light.sky.sampled();
+  weighted = s.light.sky.sampled() || lines;
   dark_sky = !s.light.sky.sampled() && largest(s.light.sky.radiance({0, 1, 0}) - s.constant) == 0 &&
              s.light.sky.is_constant();
   for (const LightSource& source : s.light.sources) {
     lights.push_back(make_simd_light(source, volume.volume.density.world_to_cells));
-    limited = limited || std::holds_alternative<PointSource>(source);
+    limited = limited || !std::holds_alternative<SunLight>(source);
     const bool seen = lights.back().kind == SimdLight::Kind::disc;
     weighted = weighted || seen;
     dark_sky = dark_sky && !seen;
@@ -93,6 +103,7 @@ WavefrontScene::WavefrontScene(const PathSetup& s)
   if (!one_lobe) fields |= bit(kW1) | bit(kW2);
   if (limited) fields |= bit(kLeft);
   if (weighted) fields |= bit(kPdf);
+  if (lines) fields |= bit(kFromX) | bit(kFromY) | bit(kFromZ);
 }
 
 const char* wavefront_obstacle(std::span<const Volume> volumes, const Scene& scene) {
@@ -107,17 +118,8 @@ const char* wavefront_obstacle(std::span<const Volume> volumes, const Scene& sce
   if (o.majorant_scale != 1) return "majorants are scaled";
   if (o.max_bounces && *o.max_bounces > kMostWavefrontBounces) return "the bounce limit is high";
   const Volume& v = volumes.front();
-  if (v.fire != nullptr) return "a field emits";
-  if (v.albedo != nullptr) return "the albedo varies in space";
   if (is_chromatic(v.medium)) return "the extinction differs by channel";
-  if (gathers_along_flights(v, o)) return "emission is gathered along flights";
-  constexpr std::size_t kMostLights = 255;
-  for (const LightSource& source : make_light_sources(scene.lights)) {
-    const bool served =
-        std::holds_alternative<SunLight>(source) || std::holds_alternative<PointSource>(source);
-    if (!served) return "a light is neither a sun nor a point light";
-  }
-  if (most_lights(scene) > kMostLights) return "there are more than 255 lights";
+  if (most_lights(scene) > kMostWavefrontLights) return "there are more than 16 383 lights";
   return simd_obstacle(v);
 }
 

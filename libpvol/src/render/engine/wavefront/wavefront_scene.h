@@ -34,15 +34,17 @@ struct SimdLight {
     delta,  ///< one direction
     disc,   ///< uniform over a disc in the sky
     point,  ///< from a place
+    other,  ///< from a place of its own, one lane at a time
     sky,    ///< by its picture, one lane at a time
   };
   Kind kind = Kind::sky;
-  Vec3f direction;                 ///< of delta and disc
-  Vec3f place;                     ///< of a point, in cells as rays have them
+  Vec3f direction{};               ///< of delta and disc
+  Vec3f place{};                   ///< of a point, in cells as rays have them
   float one_minus_cos_radius = 0;  ///< of a disc
   float pdf = 0;                   ///< of a disc
-  Rgb radiance{0.0f};              ///< what a shadow ray brings: irradiance of delta lights
-  float value = 0;                 ///< absolute luminance of that
+  Rgb radiance{0.0f};  ///< what a shadow ray brings, or has the colour of: irradiance of delta
+                       ///< lights, intensity of those at places
+  float value = 0;     ///< absolute luminance of that
 };
 
 /// Constants of a render that all threads share. Needs one volume of bricks that is not
@@ -58,7 +60,9 @@ struct WavefrontScene {
   bool emits;     ///< whether collisions add light of their own
 
   std::vector<SimdLight> lights;  ///< those of the scene; then the sky, if it is sampled
-  bool limited;                   ///< whether a light may be nearer than the edge of the volume
+  bool drawn;     ///< whether they are so many that of the scene's some are drawn at a collision
+  bool lines;     ///< whether flights bring light on their way, and note where they begin
+  bool limited;   ///< whether a light may be nearer than the edge of the volume
   bool weighted;  ///< whether lights that paths meet by themselves are weighted by densities
   bool count;     ///< whether work is counted
   bool counts_collisions;  ///< whether paths count their own
@@ -69,6 +73,10 @@ struct WavefrontScene {
   explicit WavefrontScene(const PathSetup& s);
 
   [[nodiscard]] const Importance* importance() const { return setup.importance.get(); }
+  /// Whether collisions send rays to fires.
+  [[nodiscard]] bool samples_fires() const {
+    return setup.emission != nullptr && setup.emission->sampled_in_volumes;
+  }
 };
 
 /// Most bounces that a path can be limited to.

@@ -1,0 +1,102 @@
+// Light of fires and of lights that flights pass (THEORY.md, T5.11, T5.12), lane by lane.
+
+#if defined(PVOL_LANE_ON_THE_WAY_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef PVOL_LANE_ON_THE_WAY_INL_H
+#undef PVOL_LANE_ON_THE_WAY_INL_H
+#else
+#define PVOL_LANE_ON_THE_WAY_INL_H
+#endif
+
+#include "render/engine/wavefront/lights-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace pvol::detail::HWY_NAMESPACE {
+
+/// Streams of a record's random numbers, for what its flight asks for.
+inline constexpr std::uint64_t kOnTheWay = 1;
+
+/// The straight line of a record's flight, which has ended at its place, or has left.
+[[nodiscard]] inline FlightLine flight_of(const WavefrontScene& s, const Records& q, std::size_t at,
+                                          bool left) {
+  FlightLine flight{world_place(s, q, at, kFromX), direction_at(q, at), kEndless};
+  if (left) return flight;
+  flight.length = length(world_place(s, q, at) - flight.from);
+  flight.end = {&s.volume, cells_at(q, at)};
+  return flight;
+}
+
+/// Light that the flight of a record of this weight brings on its way, which has ended at its place
+/// or `left`.
+inline void add_on_the_way(const WavefrontScene& s, WavefrontMemory& m, const Records& q,
+                           std::size_t at, bool left, Rgb weight) {
+  const FlightLine flight = flight_of(s, q, at, left);
+  Rng rng(q.bits(kRng0)[at], q.bits(kRng1)[at], kOnTheWay);
+  const std::uint32_t id = q.bits(kId)[at];
+  m.slots.add(slot_of(id), number_of(id), [&](PathResult& r) {
+    detail::add_on_the_way(
+        s.setup, flight, [&] { return q[kPdf][at]; }, weight, rng, r);
+  });
+}
+
+/// The probability with which add_fire_here takes a ray in whose direction a path scatters with the
+/// density `pdf`.
+template <class ComponentKind>
+HWY_INLINE F value_of_fire_ray(const Paths<ComponentKind>& p, F pdf) {
+  constexpr float kEven = 4 * std::numbers::pi_v<float>, kSideways = 4;
+  const F luminance = p.luminance();
+  return hn::Min(luminance * hn::Min(splat(kSideways * kEven) * pdf, splat(1)), splat(1));
+}
+
+/// Rays from collisions towards fires, as add_fire_here draws them.
+template <class ComponentKind>
+HWY_NOINLINE void ask_fires(const WavefrontScene& s, WavefrontMemory& m, Paths<ComponentKind>& p) {
+  const LaneStreams streams(p.rng);
+  const LanePlaces place(s, p);
+  TowardsByLane lanes_to;
+  for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
+    const auto k = std::size_t(std::countr_zero(lanes));
+    Rng own = streams.of(k, s.lights.size() + 1);
+    const EmissionLights::Towards l = s.setup.emission->lights.sample(place(k), own);
+    if (l.pdf > 0) lanes_to.set(k, {.direction = l.direction, .radiance = {}, .pdf = l.pdf}, {}, 1);
+  }
+  const Towards to = lanes_to.in_lanes();
+  const F pdf = ComponentKind(s, p.component).pdf(p.from, to.direction);
+  const F value = value_of_fire_ray(p, pdf);
+  const M chosen = hn::And(hn::And(p.alive, hn::Gt(to.pdf * value, splat(0))),
+                           hn::Lt(p.rng.fine_uniform(), value));
+  const F weight = pdf / ((to.pdf + pdf) * value);
+  Random own = Random::stream(p.rng.seed(), 0);
+  Records& q = m.to_fires;
+  q.reserve(kLanes);
+  pack(chosen, own.exponential(), q[kDepth] + q.n);
+  p.put_place(chosen, q);
+  p.put_place(chosen, q, kFromX);
+  p.put_random(chosen, own, q);
+  pack(chosen, to.direction.x, q[kDX] + q.n), pack(chosen, to.direction.y, q[kDY] + q.n);
+  pack(chosen, to.direction.z, q[kDZ] + q.n);
+  for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) {
+    pack(chosen, p.w[c] * weight, q[kW0 + c] + q.n);
+  }
+  pack(chosen, p.id, q.bits(kId) + q.n);
+  q.n += count(chosen);
+  m.counts.shadow_rays += count(chosen);
+}
+
+/// What rays towards fires have met, up to their places or to where they left.
+template <class ComponentKind>
+inline void end_fire_ray(const WavefrontScene& s, WavefrontMemory& m, const Records& q,
+                         std::size_t at, bool left) {
+  const FlightLine flight = flight_of(s, q, at, left);
+  Rng rng(q.bits(kRng0)[at], q.bits(kRng1)[at], kOnTheWay);
+  const Rgb light = emission_of(s.setup, flight, rng) * weight_at<ComponentKind>(q, at);
+  const std::uint32_t id = q.bits(kId)[at];
+  m.slots.add(slot_of(id), number_of(id), [&](PathResult& r) {
+    r.radiance += light;
+    if (r.in_layers()) r.emission() += light;
+  });
+}
+
+}  // namespace pvol::detail::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
