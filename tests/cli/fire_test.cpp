@@ -253,8 +253,7 @@ TEST_F(FireFiles, RampsCutThinSmokeAway) {
   render("all.vdb", "whole.exr", thick);
   std::vector<std::string> cut = thick;
   cut.insert(cut.end(), {"--set", "medium.density.ramp=[[0,0],[0.5,0],[1,1]]"});
-  const std::string log = render("all.vdb", "cut.exr", cut);
-  EXPECT_TRUE(says(log, "fire.kernel_scalar_density"));
+  render("all.vdb", "cut.exr", cut);
   // Radius 8 becomes 4: about a quarter of the area.
   EXPECT_LT(alpha("cut.exr"), 0.4 * alpha("whole.exr"));
   EXPECT_GT(alpha("cut.exr"), 0.1 * alpha("whole.exr"));

@@ -6,7 +6,6 @@
 #include <memory>
 
 #include "pvol/density/recipe.h"
-#include "pvol/math/field_map.h"
 #include "support/batches.h"
 #include "support/recipes.h"
 
@@ -187,10 +186,6 @@ TEST(BatchesOfAnyVolume, TakeTheScalarKernelWhereLanesDoNotServe) {
   const auto with = [&](const VolumeOptions& o) {
     return PlacedCloud(plain.field, plain.to_world, 0.5, o).volume;
   };
-  expect_scalar(with({.look_up = LookUp::tricubic}), "interpolation", rays);
-  FieldMap map;
-  map.scale = 2;
-  expect_scalar(with({.map = std::make_shared<const FieldMap>(map)}), "mapped", rays);
   expect_scalar(with({.homogenise = 0.1}), "homogenised", rays);
   const PlacedCloud thick(plain.field, plain.to_world, 1e6);
   expect_scalar(thick.volume, "thick", rays);

@@ -6,7 +6,12 @@
 #include <memory>
 #include <thread>
 
+#include "pvol/bounds/recipe_bounds.h"
+#include "pvol/math/field_map.h"
+#include "pvol/trackers.h"
+#include "pvol/volume/make_volume.h"
 #include "support/batches.h"
+#include "support/recipes.h"
 #include "support/statistics.h"
 
 namespace pvol::test {
@@ -240,6 +245,47 @@ TEST_P(Batch, AnalogIsWhetherAFlightLeaves) {
   const PlacedCloud cloud(field("gaussian"), {}, 0.5);
   const Answers all = answers(ready(cloud), aimed(cloud, 3000, 33).batch(), {});
   for (std::size_t i = 0; i < 3000; ++i) ASSERT_EQ(all.analog[i], float(std::isinf(all.t[i])));
+}
+
+/// Of fields that lanes ask one by one, rays end where single rays do.
+TEST_P(Batch, HasTheMeansOfSingleRaysForEveryKindOfLookUp) {
+  const auto map = std::make_shared<const FieldMap>(
+      FieldMap{.ramp = {{{0, 0}, {0.2f, 1.5f}, {0.5f, 0}, {1, 0.7f}}, true}});
+  const auto recipe = std::make_shared<const Recipe>(make_sample());
+  const VoxelGrid& grid = field("contrast").grid;
+  const Medium medium{.extinction = 0.3}, thick{.extinction = 2};
+  const std::pair<std::string, Volume> volumes[] = {
+      {"tricubic", make_volume(grid, medium, {.look_up = LookUp::tricubic})},
+      {"mapped", make_volume(grid, medium, {.map = map})},
+      {"shared", make_volume(grid, medium, {.share_samples = true})},
+      {"recipe", make_volume(recipe, build_pyramid(*recipe), thick, {})},
+  };
+  proof::Family family;
+  for (const auto& [what, v] : volumes) {
+    const BatchField f(std::make_shared<const Volume>(v), GetParam());
+    ASSERT_EQ(f.kernel(), GetParam()) << what;
+    const Vec3d middle = v.density.world_box.centre();
+    const Ray ray{middle - Vec3d(50, 20, 30), normalize(Vec3d(50, 20.3, 30.1))};
+    const std::size_t rays = proof::samples<std::size_t>(100'000);
+    const RayBatch batch = again(ray, 1000.0, rays);
+    const std::vector<double> t = flights(f, batch, {.seed = 3});
+    const std::vector<float> r = through(f, batch, {.seed = 4}, kRatio);
+    proof::Moments left, ratio, far, single_left, single_far;
+    for (std::size_t i = 0; i < rays; ++i) {
+      left.add(std::isinf(t[i])), ratio.add(double(r[i]));
+      if (!std::isinf(t[i])) far.add(t[i]);
+      Rng rng(proof::seeded(5), 0, i);
+      const Flight one = sample_flight(v, ray, 1000, rng);
+      single_left.add(!one.collided);
+      if (one.collided) single_far.add(one.t);
+    }
+    EXPECT_GT(single_left.mean(), 0.01) << what;
+    EXPECT_LT(single_left.mean(), 0.99) << what;
+    family.add(what + ", left", proof::equal_means_p_value(left, single_left));
+    family.add(what + ", ratio", proof::equal_means_p_value(ratio, single_left));
+    family.add(what + ", distance", proof::equal_means_p_value(far, single_far));
+  }
+  EXPECT_TRUE(family.passes());
 }
 
 TEST(Batches, KernelsOfEveryWidthGiveTheSameBits) {

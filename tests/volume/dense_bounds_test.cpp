@@ -5,9 +5,13 @@
 
 #include <cmath>
 
+#include "pvol/bounds/recipe_bounds.h"
 #include "pvol/embed.h"
+#include "pvol/math/field_map.h"
+#include "pvol/volume/make_volume.h"
 #include "support/fields.h"
 #include "support/nasty_offset.h"
+#include "support/recipes.h"
 
 namespace pvol::test {
 namespace dense_bounds_test {
@@ -72,6 +76,45 @@ TEST(DenseBounds, HoldAllThatIsInTheirCubes) {
       ASSERT_EQ(b.shift, shift);
       Rng rng(5, 77, std::uint64_t(shift));
       for (int i = 0; i < 40'000 && !::testing::Test::HasFatalFailure(); ++i) {
+        const auto along = [&](double end) {
+          const double whole = std::floor(double(rng.uniform()) * (end + 20) - 10);
+          return whole + double(nasty_offset(rng)) * (1 - 0x1p-20);
+        };
+        check_place(v, b, {along(box.x), along(box.y), along(box.z)});
+      }
+    }
+  }
+}
+
+/// Volumes of every kind of look-up that is not made in lanes.
+std::vector<std::pair<std::string, Volume>> looked_up_otherwise() {
+  std::vector<std::pair<std::string, Volume>> all;
+  const Medium medium{.extinction = 7};
+  const auto map = std::make_shared<const FieldMap>(
+      FieldMap{.ramp = {{{0, 0}, {0.2f, 1.5f}, {0.5f, 0}, {1, 0.7f}}, true}});
+  for (const Field& f : fields()) {
+    const auto add = [&](const std::string& what, const VolumeOptions& o) {
+      all.emplace_back(f.name + ", " + what, make_volume(f.grid, medium, o));
+    };
+    add("tricubic", {.look_up = LookUp::tricubic});
+    add("mapped", {.map = map});
+    add("mapped, nearest", {.look_up = LookUp::nearest, .map = map});
+    add("shared", {.share_samples = true});
+  }
+  const auto recipe = std::make_shared<const Recipe>(make_sample());
+  const Pyramid pyramid = build_pyramid(*recipe);
+  all.emplace_back("recipe", make_volume(recipe, pyramid, medium, {}));
+  return all;
+}
+
+TEST(DenseBounds, HoldForEveryKindOfLookUp) {
+  for (const auto& [name, v] : looked_up_otherwise()) {
+    SCOPED_TRACE(name);
+    const Vec3d box = Vec3d(vec3(v.density.octree.support_hi));
+    for (const std::optional<int> shift : {std::optional<int>{}, {1}, {2}, {3}}) {
+      const DenseBounds b = make_dense_bounds(v.density, shift);
+      Rng rng(6, 78, std::uint64_t(b.shift));
+      for (int i = 0; i < 10'000 && !::testing::Test::HasFatalFailure(); ++i) {
         const auto along = [&](double end) {
           const double whole = std::floor(double(rng.uniform()) * (end + 20) - 10);
           return whole + double(nasty_offset(rng)) * (1 - 0x1p-20);

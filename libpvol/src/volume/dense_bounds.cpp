@@ -4,12 +4,15 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "bounds/octree_children.h"
 #include "field/cube_range.h"
 #include "math/parallel.h"
 #include "pvol/field/brick_field.h"
 #include "pvol/field/micro_range.h"
+#include "pvol/math/field_map.h"
+#include "volume/field_samples.h"
 
 namespace pvol::detail {
 namespace {
@@ -60,18 +63,7 @@ void for_cubes(int n, const Visit& visit) {
   }
 }
 
-CubesOfBricks ranges_of(const BrickField& field, int shift) {
-  CubesOfBricks all(field.bricks(), kLeafEdge >> shift);
-  parallel_for(0, field.bricks(), [&](std::size_t b) {
-    const float* const samples = field.brick(std::uint32_t(b));
-    DensityRange* const range = all.of_brick(b);
-    for_cubes(all.n,
-              [&](int at, Vec3i cube) { range[at] = samples_in_cube(samples, cube, 1 << shift); });
-  });
-  return all;
-}
-
-/// The same of cubes of twice the edge.
+/// Those of cubes of twice the edge.
 CubesOfBricks coarser(const CubesOfBricks& fine, std::size_t bricks) {
   CubesOfBricks all(bricks, fine.n / 2);
   parallel_for(0, bricks, [&](std::size_t b) {
@@ -84,6 +76,41 @@ CubesOfBricks coarser(const CubesOfBricks& fine, std::size_t bricks) {
       r.hi = std::max(r.hi, from[at].hi);
     });
   });
+  return all;
+}
+
+/// What look-ups can compute in each cube of a brick's samples, before the field's map.
+void find_ranges(const VolumeField& field, std::uint32_t b, int n, DensityRange* range) {
+  if (field.look_up == LookUp::tricubic) {
+    CubeRanges cubes;  // for the finest alone
+    tricubic_ranges(field.bricks().brick<LookUp::tricubic>(b), 1 << kFinest, cubes);
+    std::copy_n(cubes.cube.begin(), n * n * n, range);
+    return;
+  }
+  std::array<float, kFieldSamples> scratch;
+  const float* const samples = samples_of(field, b, scratch.data());
+  for_cubes(n,
+            [&](int at, Vec3i cube) { range[at] = samples_in_cube(samples, cube, kLeafEdge / n); });
+}
+
+/// Bounds on what the field's map makes of them.
+void map_ranges(const FieldMap& map, int n, DensityRange* range) {
+  for_cubes(n, [&](int at, Vec3i) {
+    const DensityRange r = reach_of_look_ups(range[at]);
+    const ValueRange mapped = range_over(map, {r.lo, r.hi});
+    range[at] = {mapped.lo, mapped.hi};
+  });
+}
+
+CubesOfBricks ranges_of(const VolumeField& field, int shift) {
+  const std::size_t bricks = count_bricks(field);
+  const bool halves = field.look_up == LookUp::tricubic && shift > kFinest;
+  CubesOfBricks all(bricks, kLeafEdge >> (halves ? kFinest : shift));
+  parallel_for(0, bricks, [&](std::size_t b) {
+    find_ranges(field, std::uint32_t(b), all.n, all.of_brick(b));
+    if (field.map != nullptr) map_ranges(*field.map, all.n, all.of_brick(b));
+  });
+  while (all.n > kLeafEdge >> shift) all = coarser(all, bricks);
   return all;
 }
 
@@ -201,7 +228,7 @@ void fill_rest(const Octree& tree, DenseBounds& b) {
 
 /// How many leaves have each brick.
 std::vector<std::uint32_t> count_leaves(const VolumeField& field) {
-  std::vector<std::uint32_t> leaves(field.bricks().bricks());
+  std::vector<std::uint32_t> leaves(count_bricks(field));
   const Octree& tree = field.octree;
   for_bricks(tree, tree.nodes[0], {}, [&](Vec3i, int edge, std::uint32_t brick) {
     const auto along = std::uint32_t(edge / kLeafEdge);
@@ -212,10 +239,9 @@ std::vector<std::uint32_t> count_leaves(const VolumeField& field) {
 
 /// The edge of cubes that costs rays least, and their densities.
 CubesOfBricks choose_cubes(const VolumeField& field, int& shift) {
-  const BrickField& bricks = field.bricks();
   int finest = kFinest;
   while (finest < kCoarsest && count_words(field.octree, finest) > kMostFineWords) ++finest;
-  CubesOfBricks best = ranges_of(bricks, finest);
+  CubesOfBricks best = ranges_of(field, finest);
   shift = finest;
   const std::vector<std::uint32_t> leaves = count_leaves(field);
   const double cell = std::cbrt(std::abs(determinant(inverse(field.world_to_cells))));
@@ -223,12 +249,46 @@ CubesOfBricks choose_cubes(const VolumeField& field, int& shift) {
   double least = cost_of(best, leaves, depth, count_words(field.octree, finest));
   CubesOfBricks next = best;
   for (int coarse = finest + 1; coarse <= kCoarsest; ++coarse) {
-    next = coarser(next, bricks.bricks());
+    next = coarser(next, leaves.size());
     const double cost = cost_of(next, leaves, depth, count_words(field.octree, coarse));
     if (cost > least) continue;
     best = next, least = cost, shift = coarse;
   }
   return best;
+}
+
+/// Calls visit(brick, lo, hi) with the bounds of each leaf and uniform cube of an octree.
+template <class Visit>
+void visit_leaf_bounds(const Octree& tree, const Octree::Node& node, const Visit& visit) {
+  for (int k = 0; k < std::popcount(node.mask); ++k) {
+    const Octree::Entry& e = tree.entries[node.first + std::uint32_t(k)];
+    if ((e.link & Octree::kNodeBit) == 0) {
+      visit(e.link, e.lo, e.hi);
+      continue;
+    }
+    const Octree::Node& below = tree.nodes[e.link & ~Octree::kNodeBit];
+    if (below.height > 0) {
+      visit_leaf_bounds(tree, below, visit);
+      continue;
+    }
+    const std::span parts(&tree.entries[below.first], std::size_t(std::popcount(below.mask)));
+    float hi = 0, lo = parts.size() == 64 ? parts.front().lo : 0;
+    for (const Octree::Entry& part : parts) {
+      lo = std::min(lo, part.lo), hi = std::max(hi, part.hi);
+    }
+    visit(parts.front().link, lo, hi);
+  }
+}
+
+/// The bounds of a recipe's leaves, which has no samples: those of its octree, over the scale.
+CubesOfBricks ranges_in_tree(const VolumeField& field) {
+  const Octree& tree = field.octree;
+  CubesOfBricks all(0, 1);
+  visit_leaf_bounds(tree, tree.nodes[0], [&](std::uint32_t brick, float lo, float hi) {
+    if (brick >= all.range.size()) all.range.resize(brick + 1, {0, 0});
+    all.range[brick] = {lo / field.scale, hi / field.scale};
+  });
+  return all;
 }
 
 }  // namespace
@@ -248,9 +308,11 @@ std::uint64_t count_words(const Octree& tree, int shift) {
 DenseBounds make_dense_bounds(const VolumeField& field, std::optional<int> shift) {
   const Octree& tree = field.octree;
   DenseBounds b;
-  if (shift) b.shift = *shift;
-  const CubesOfBricks ranges =
-      shift ? ranges_of(field.bricks(), *shift) : choose_cubes(field, b.shift);
+  const bool procedural = field.look_up == LookUp::procedural;
+  if (shift && !procedural) b.shift = *shift;
+  const CubesOfBricks ranges = procedural ? ranges_in_tree(field)
+                               : shift    ? ranges_of(field, *shift)
+                                          : choose_cubes(field, b.shift);
   b.size = count_along(tree, b.shift);
   b.leaves = count_along(tree, kCoarsest);
   b.word.assign(volume_of(b.size), 0);

@@ -19,8 +19,8 @@ namespace pvol::detail {
 /// The word of a cube that holds density has the majorant of mu_t [1/world length] in its upper 20
 /// bits, those of a float, rounded up; and in its lower 12 the minorant, as a share of that
 /// majorant, rounded down. Other words are below kFirstSolid: kOutside, or the log2 of the edge, in
-/// cells, of an aligned empty cube around it. The bounds hold for what trilinear and nearest
-/// look-ups compute, rounding included (THEORY.md, T2.2).
+/// cells, of an aligned empty cube around it. The bounds hold for what look-ups compute, rounding
+/// and the field's map included (THEORY.md, T2.2).
 struct DenseBounds {
   static constexpr int kBorder = 32;                  ///< a multiple of the largest empty cube
   static constexpr int kLargestEmpty = 5;             ///< log2 of its edge
@@ -53,9 +53,8 @@ struct DenseBounds {
 /// Number of words that the field would take, with cubes of this edge.
 [[nodiscard]] std::uint64_t count_words(const Octree& tree, int shift = 3);
 
-/// Bounds of a field of bricks for trilinear or nearest look-ups, which is not empty, in parallel.
-/// The cubes are of 8^3 cells or, where that costs rays less (THEORY.md, T2.2), smaller, unless
-/// `shift` says which.
+/// Bounds of a field that is not empty, in parallel. The cubes are of 8^3 cells or, where that costs
+/// rays less (THEORY.md, T2.2), smaller, unless `shift` says which; those of recipes are of 8^3.
 [[nodiscard]] DenseBounds make_dense_bounds(const VolumeField& field,
                                             std::optional<int> shift = std::nullopt);
 

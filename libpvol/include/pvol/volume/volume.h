@@ -77,9 +77,9 @@ struct VolumeOptions {
   /// Paths that are expected, for `automatic` micro-bounds of recipes, which take long to make.
   double paths = std::numeric_limits<double>::infinity();
   /// Look-ups read the samples of the grid's bricks where they are: with the same results, in less
-  /// memory, a little slower and without lanes. The grid's owner is kept; where it is null the
-  /// samples must outlive the volume and its copies. For nearest and trilinear look-ups of what has
-  /// no map, homogenised parts or motion.
+  /// memory, a little slower. The grid's owner is kept; where it is null the samples must outlive
+  /// the volume and its copies. For nearest and trilinear look-ups of what has no map, homogenised
+  /// parts or motion.
   bool share_samples = false;
 };
 

@@ -21,7 +21,7 @@ struct LaneWords {
 /// The most lanes that the machine has, where there is no obstacle (else null), or what is wanted.
 /// Throws Error where that is a kernel that cannot do it.
 [[nodiscard]] KernelChoice choose_kernel(KernelKind wanted, const char* obstacle,
-                                      const LaneWords& words);
+                                         const LaneWords& words);
 
 /// Whether this machine and this build have such a kernel; `scalar` always.
 [[nodiscard]] bool has_kernel(KernelKind kernel);

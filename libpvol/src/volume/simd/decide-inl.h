@@ -81,6 +81,7 @@ HWY_INLINE void list_undecided(const SimdField& f, Events& e, std::size_t at, M 
   pack(open, hn::Iota(kU, std::uint32_t(at)), &e.which[before]);
   pack(open, load(&e.sample[at]), &e.at[before]);
   e.undecided += count(open);
+  if (f.samples == nullptr) return;
   for (std::size_t k = before; k < e.undecided; ++k) prefetch_cell(f.samples + e.at[k]);
 }
 
@@ -133,6 +134,7 @@ HWY_INLINE F look_up(const float* samples, I index, F x, F y, F z) {
 /// Density at the chosen events of a register of them all, whose samples were fetched.
 template <LookUp kLookUp>
 HWY_INLINE F density_at_event(const SimdField& f, const Events& e, std::size_t at, M on) {
+  if (f.samples == nullptr) return load(&e.density[at]);
   const auto fraction = [&](const Events::Array<float>& of) {
     const F v = load(&of[at]);
     return v - hn::Floor(v);
@@ -162,11 +164,24 @@ HWY_NOINLINE void decide_by_look_ups(const SimdField& f, Events& e) {
   }
 }
 
+/// Decides the rest, lane by lane.
+inline HWY_NOINLINE void decide_one_by_one(const SimdField& f, Events& e) {
+  look_up_one_by_one(*f.one_by_one, e.x.data(), e.y.data(), e.z.data(), e.brick.data(),
+                     {e.which.data(), e.undecided}, e.density.data());
+  for (std::size_t k = 0; k < e.undecided; ++k) {
+    const std::uint32_t event = e.which[k];
+    const bool real = e.mu[event] < f.scale * e.density[k];
+    e.real[event / kLanes] |= std::uint32_t(real) << (event % kLanes);
+  }
+}
+
 /// Finds out which events are real collisions: the bits of Events::real.
 HWY_INLINE void decide(const SimdField& f, FlightMemory& m) {
   decide_by_bounds(f, m);
   decide_by_micro_bounds(f, m.events);
-  if (f.look_up == LookUp::nearest) {
+  if (f.samples == nullptr) {
+    decide_one_by_one(f, m.events);
+  } else if (f.look_up == LookUp::nearest) {
     decide_by_look_ups<LookUp::nearest>(f, m.events);
   } else {
     decide_by_look_ups<LookUp::trilinear>(f, m.events);
@@ -174,7 +189,7 @@ HWY_INLINE void decide(const SimdField& f, FlightMemory& m) {
 }
 
 /// Where every event's samples are, which are fetched, and its majorant, in Events::mu: for those
-/// who look all of them up.
+/// who look all of them up. Of fields without lanes their densities instead.
 inline HWY_NOINLINE void fetch_samples(const SimdField& f, Events& e) {
   for (std::size_t at = 0; at < e.n; at += kLanes) {
     const M on = first(e.n - at);
@@ -182,9 +197,15 @@ inline HWY_NOINLINE void fetch_samples(const SimdField& f, Events& e) {
     store(majorant(gather(f.bounds.word.data(), where(on, p.cube))), &e.mu[at]);
     const I brick = as_int(gather(f.bounds.brick.data(), where(on, p.leaf(f.bounds))));
     store(as_bits(CellInLeaf(p).first_sample(brick)), &e.sample[at]);
+    store(as_bits(brick), &e.brick[at]);
+    store(hn::Iota(kU, std::uint32_t(at)), &e.which[at]);
+    if (f.samples == nullptr) continue;
     const std::size_t end = std::min(at + kLanes, e.n);
     for (std::size_t k = at; k < end; ++k) prefetch_cell(f.samples + e.sample[k]);
   }
+  if (f.samples != nullptr) return;
+  look_up_one_by_one(*f.one_by_one, e.x.data(), e.y.data(), e.z.data(), e.brick.data(),
+                     {e.which.data(), e.n}, e.density.data());
 }
 
 /// Events of a register on their way to a queue: their places, and the rays they were.

@@ -30,6 +30,7 @@ struct Events {
   std::size_t undecided = 0;
   Array<std::uint32_t> which;  ///< events that need a look-up
   Array<std::uint32_t> at;     ///< their first sample
+  Array<float> density;        ///< there, of fields that are looked up one by one
 };
 
 struct FlightMemory {

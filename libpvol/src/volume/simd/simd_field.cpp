@@ -2,12 +2,27 @@
 
 #include <cmath>
 
-#include "pvol/field/brick_field.h"
+#include "pvol/bounds/walk.h"
+#include "pvol/volume/extinction_source.h"
 
 namespace pvol::detail {
 
+namespace {
+
+/// Whether look-ups are made in lanes.
+bool has_lanes(const VolumeField& f) {
+  return has_closed_form(f.look_up) && !f.shares_samples() && f.map == nullptr;
+}
+
+}  // namespace
+
 SimdField::SimdField(const VolumeField& f, const DenseBounds& b)
-    : bounds(b), samples(f.bricks().samples.data()), scale(f.scale), look_up(f.look_up) {
+    : bounds(b), scale(f.scale), look_up(f.look_up) {
+  if (has_lanes(f)) {
+    samples = f.bricks().samples.data();
+  } else {
+    one_by_one = &f;
+  }
   if (f.micro.edge > 0) {
     micro_codes = reinterpret_cast<const std::uint16_t*>(f.micro.codes.data());
     micro_scales = reinterpret_cast<const float*>(f.micro.scales.data());
@@ -22,15 +37,22 @@ SimdField::SimdField(const VolumeField& f, const DenseBounds& b)
   }
 }
 
+void look_up_one_by_one(const VolumeField& field, const float* x, const float* y, const float* z,
+                        const std::uint32_t* brick, std::span<const std::uint32_t> which,
+                        float* density) {
+  visit_source(field, [&](const auto& source) {
+    for (const std::uint32_t event : which) {
+      const Vec3d place{double(x[event]), double(y[event]), double(z[event])};
+      const LatticePoint at = lattice_point(field.octree, place - Vec3d(DenseBounds::kBorder));
+      *density++ = source.density(brick[event], at);
+    }
+  });
+}
+
 const char* simd_obstacle(const Volume& v) {
   const VolumeField& f = v.density;
-  if (f.look_up != LookUp::nearest && f.look_up != LookUp::trilinear) {
-    return "the interpolation is neither nearest nor trilinear";
-  }
-  if (f.shares_samples()) return "the samples are shared";
   if (f.motion != nullptr) return "the volume moves";
   if (v.moving_places != nullptr) return "the volume moves as a whole";
-  if (f.map != nullptr) return "the density is mapped";
   // Their constants would reach beyond the support's box, to the ends of leaves.
   if (f.homogeneous != nullptr) return "nodes are homogenised";
   if (f.octree.empty()) return "the volume is empty";
@@ -42,7 +64,8 @@ const char* simd_obstacle(const Volume& v) {
   constexpr std::uint64_t kMostWords = 1u << 24;
   if (count_words(f.octree) > kMostWords) return "the volume's box has more than 2^24 leaves";
   constexpr std::size_t kMostBricks = (std::size_t(1) << 31) / kFieldSamples - 1;
-  if (f.bricks().bricks() > kMostBricks) return "the volume has more than 2.9 million bricks";
+  if (has_lanes(f) && f.bricks().bricks() > kMostBricks)
+    return "the volume has more than 2.9 million bricks";
   float most = 0;
   for (const Octree::Entry& e : f.octree.entries) most = std::max(most, e.hi);
   // A mean free path is to be at least 64 spacings of the floats (THEORY.md, T2.2).

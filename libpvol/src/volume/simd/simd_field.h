@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 
 #include "pvol/math/rng.h"
 #include "pvol/volume/volume.h"
@@ -14,12 +15,13 @@ namespace pvol::detail {
 /// Refers to bounds and samples, which outlive it.
 struct SimdField {
   const DenseBounds& bounds;
-  const float* samples;                        ///< of bricks
+  const float* samples = nullptr;              ///< of bricks, for look-ups in lanes; or null:
+  const VolumeField* one_by_one = nullptr;     ///< what looks up densities lane by lane
   const std::uint16_t* micro_codes = nullptr;  ///< pairs of bytes, or null where there are none
   const float* micro_scales = nullptr;         ///< pairs of base and step
   int micro_shift = 0;                         ///< log2 of their cubes' edge
   float scale;                                 ///< mu_t of a density of 1 [1/world length]
-  LookUp look_up;                              ///< nearest or trilinear
+  LookUp look_up;                              ///< in lanes nearest or trilinear
   /// By axis of the world, the change of the position in cells per unit along it.
   std::array<Vec3f, 3> cells;
   /// The box of the support, in cells from the dense bounds' low corner: rays enter at or above
@@ -29,6 +31,12 @@ struct SimdField {
   /// Of a field that has no obstacle. `b` are its bounds.
   SimdField(const VolumeField& f, const DenseBounds& b);
 };
+
+/// The densities of a field, mapped, at places in cells from the dense bounds' low corner, each in
+/// a cell of a brick: what has no look-ups in lanes. Entries `which` of all arrays but the last.
+void look_up_one_by_one(const VolumeField& field, const float* x, const float* y, const float* z,
+                        const std::uint32_t* brick, std::span<const std::uint32_t> which,
+                        float* density);
 
 /// Why lanes do not serve the rays of a volume, at its first place, or null.
 [[nodiscard]] const char* simd_obstacle(const Volume& volume);
