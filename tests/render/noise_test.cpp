@@ -1,5 +1,5 @@
-// Noise, which no mean tells: rays that are to be independent are, samples go where light comes
-// from, and no more of them are taken than a noise needs.
+// Noise, which no mean tells: rays that are to be independent are, and samples go where light comes
+// from.
 #include <gtest/gtest.h>
 
 #include <algorithm>
