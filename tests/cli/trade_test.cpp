@@ -82,7 +82,7 @@ TEST(Depth, PrintsThePaperBesideItsTable) {
   const Recipe recipe;
   const RunResult r =
       run_tool(PVOL_STATS, {"depth", recipe.file, "--size", "16x12", "--thickness", "5", "--budget",
-                            "2", "--depths", "0,16", "--tracker", "delta"});
+                            "8", "--depths", "0,16", "--tracker", "delta"});
   ASSERT_EQ(r.exit, 0) << r.err;
   EXPECT_NE(r.out.find("4.92 / 11.47 / 14.31"), std::string::npos);
   EXPECT_TRUE(says(r.out, "trade.albedo_g"));

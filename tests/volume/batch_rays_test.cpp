@@ -189,11 +189,6 @@ TEST(BatchesOfAnyVolume, TakeTheScalarKernelWhereLanesDoNotServe) {
   expect_scalar(with({.homogenise = 0.1}), "homogenised", rays);
   const PlacedCloud thick(plain.field, plain.to_world, 1e6);
   expect_scalar(thick.volume, "thick", rays);
-  Rays about;
-  for (const Vec3d& from : {Vec3d(2, 0.3, 0), Vec3d(-2, 0.1, 0.4), Vec3d(0, 0, 3)}) {
-    about.add({from, -from}, kFar);
-  }
-  expect_scalar(make_volume(make_sample(), {.extinction = 1}), "interpolation", about);
   const Field nothing = make_field("nothing", {0, 0, 0}, {9, 9, 9}, [](Vec3i) { return 0; });
   expect_scalar(PlacedCloud(nothing, {}, 1).volume, "empty", rays);
 }

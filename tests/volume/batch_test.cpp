@@ -267,23 +267,24 @@ TEST_P(Batch, HasTheMeansOfSingleRaysForEveryKindOfLookUp) {
     const Vec3d middle = v.density.world_box.centre();
     const Ray ray{middle - Vec3d(50, 20, 30), normalize(Vec3d(50, 20.3, 30.1))};
     const std::size_t rays = proof::samples<std::size_t>(100'000);
-    const RayBatch batch = again(ray, 1000.0, rays);
+    const double far = 1000;
+    const RayBatch batch = again(ray, far, rays);
     const std::vector<double> t = flights(f, batch, {.seed = 3});
     const std::vector<float> r = through(f, batch, {.seed = 4}, kRatio);
-    proof::Moments left, ratio, far, single_left, single_far;
+    proof::Moments left, ratio, distance, single_left, single_distance;
     for (std::size_t i = 0; i < rays; ++i) {
       left.add(std::isinf(t[i])), ratio.add(double(r[i]));
-      if (!std::isinf(t[i])) far.add(t[i]);
+      if (!std::isinf(t[i])) distance.add(t[i]);
       Rng rng(proof::seeded(5), 0, i);
-      const Flight one = sample_flight(v, ray, 1000, rng);
+      const Flight one = sample_flight(v, ray, far, rng);
       single_left.add(!one.collided);
-      if (one.collided) single_far.add(one.t);
+      if (one.collided) single_distance.add(one.t);
     }
     EXPECT_GT(single_left.mean(), 0.01) << what;
     EXPECT_LT(single_left.mean(), 0.99) << what;
     family.add(what + ", left", proof::equal_means_p_value(left, single_left));
     family.add(what + ", ratio", proof::equal_means_p_value(ratio, single_left));
-    family.add(what + ", distance", proof::equal_means_p_value(far, single_far));
+    family.add(what + ", distance", proof::equal_means_p_value(distance, single_distance));
   }
   EXPECT_TRUE(family.passes());
 }
