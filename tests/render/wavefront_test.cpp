@@ -51,6 +51,13 @@ std::vector<Case> more_cases() {
     s.environment = ConstantSky{Rgb(0.0f)};
     s.options.transmittance = Transmittance::analog;
   });
+  add("shadow rays by ratio",
+      [](CloudScene& s) { s.options.transmittance = Transmittance::ratio; });
+  add("shadow rays by ratio, to a lamp within", [](CloudScene& s) {
+    s.options.transmittance = Transmittance::ratio;
+    s.options.look_up = LookUp::nearest;
+    s.lights = {PointLight{{9, 9, 9}, Rgb(20.0f)}};
+  });
   add("absorbing", [](CloudScene& s) { s.medium.albedo = Rgb(0.0f); });
   // Paths are long, and all they bring is found after many roulettes.
   add("black sky, thick", [](CloudScene& s) {

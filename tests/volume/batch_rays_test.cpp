@@ -7,7 +7,6 @@
 
 #include "pvol/density/recipe.h"
 #include "support/batches.h"
-#include "support/recipes.h"
 
 namespace pvol::test {
 namespace batch_rays_test {

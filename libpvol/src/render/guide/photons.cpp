@@ -55,7 +55,7 @@ IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells, in
     return light;
   }
   LightCounts counts(light, cells.count(), setup.light.sources.size(), photons);
-  if (setup.kernel != KernelKind::scalar) {
+  if (setup.kernel != KernelKind::scalar && setup.is_one_still()) {
     trace_photons_by_wavefront(setup, cells, sources, photons, counts);
   } else {
     const auto trace_one = setup.instances->moves() ? &trace<MovingVolumes>

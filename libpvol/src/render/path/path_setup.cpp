@@ -25,6 +25,15 @@ namespace {
   return kUnit * light;
 }
 
+/// Those of empty volumes have no words.
+[[nodiscard]] std::vector<DenseBounds> bounds_of(std::span<const Volume> volumes) {
+  std::vector<DenseBounds> all;
+  for (const Volume& v : volumes) {
+    all.push_back(v.density.octree.empty() ? DenseBounds{} : make_dense_bounds(v.density));
+  }
+  return all;
+}
+
 }  // namespace
 
 CameraSetup::CameraSetup(const Scene& scene)
@@ -61,7 +70,7 @@ void LayerNames::add(const std::string& name) {
 }
 
 PathSetup::PathSetup(const RenderPlan& plan, Rgb constant_,
-                     std::shared_ptr<const DenseBounds> dense_)
+                     std::shared_ptr<const std::vector<DenseBounds>> dense_)
     : scene_volumes(plan.volumes),
       options(plan.scene.options),
       view(plan.scene),
@@ -81,7 +90,7 @@ PathSetup::PathSetup(const RenderPlan& plan, Rgb constant_,
       albedo_varies(
           std::ranges::any_of(plan.volumes, [](const Volume& v) { return v.albedo != nullptr; })) {
   if (kernel != KernelKind::scalar && dense == nullptr) {
-    dense = std::make_shared<const DenseBounds>(make_dense_bounds(plan.volumes.front().density));
+    dense = std::make_shared<const std::vector<DenseBounds>>(bounds_of(plan.volumes));
   }
   for (std::size_t i = 0; i < plan.volumes.size(); ++i) {
     const Volume& v = plan.volumes[i];

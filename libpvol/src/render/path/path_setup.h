@@ -88,8 +88,8 @@ struct PathSetup {
 
   Flights flights;    ///< of the plan's kernel
   KernelKind kernel;  ///< not automatic
-  /// Of the one volume, where the kernel is one of SIMD; setups may share them.
-  std::shared_ptr<const DenseBounds> dense;
+  /// Of each volume, where the kernel is one of SIMD; setups may share them.
+  std::shared_ptr<const std::vector<DenseBounds>> dense;
   std::uint32_t max_bounces;
   bool count;                  ///< whether flights do
   bool first_collisions;       ///< whether somebody asks where they are
@@ -100,7 +100,7 @@ struct PathSetup {
   const std::atomic<bool>* stop = &kNeverStop;
 
   explicit PathSetup(const RenderPlan& plan, Rgb constant_ = Rgb(0.0f),
-                     std::shared_ptr<const DenseBounds> dense_ = nullptr);
+                     std::shared_ptr<const std::vector<DenseBounds>> dense_ = nullptr);
 
   /// Whether paths go through one volume alone, which stands still: in its cells.
   [[nodiscard]] bool is_one_still() const { return instances->is_one_still() && !surfaces; }

@@ -187,7 +187,8 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
   o.transmittance = p.transmittance.estimator;
   detail::check(volumes, p.scene);
   const detail::KernelChoice choice = detail::choose_wavefront(volumes, scene);
-  if (choice.kernel != KernelKind::scalar) o.transmittance = Transmittance::analog;
+  const bool chosen = scene.options.transmittance == Transmittance::automatic;
+  if (choice.kernel != KernelKind::scalar && chosen) o.transmittance = Transmittance::analog;
   p.transmittance.estimator = o.transmittance;
   o.kernel = choice.kernel;
   for (std::size_t i = 0; i < volumes.size() && !options.force; ++i) {

@@ -113,11 +113,7 @@ struct BatchRatio {
     for (std::size_t at = 0; at < e.n; at += kLanes) {
       const M on = first(e.n - at);
       const RaysInFlight in_flight(m, at, on);
-      const F mu = splat(task.field.scale) * density_at_event<kLookUp>(task.field, e, at, on);
-      // Rounding may lift mu_t above the majorant, as in ratio_transmittance, and may carry the
-      // event across a face, into an empty cube: there both are 0.
-      const F majorant = load(&e.mu[at]), passed = hn::Max(splat(0), splat(1) - mu / majorant);
-      const F null = select(hn::Gt(majorant, splat(0)), passed, splat(1));
+      const F null = passing<kLookUp>(task.field, e, at, on);
       F weight = gather(q[kW0], in_flight.source) * null;
       Random rng{gather(q.bits(kRng0), in_flight.source), gather(q.bits(kRng1), in_flight.source)};
       const F least = splat(kTransmittanceRoulette);

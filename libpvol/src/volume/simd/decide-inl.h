@@ -208,6 +208,16 @@ inline HWY_NOINLINE void fetch_samples(const SimdField& f, Events& e) {
                      {e.which.data(), e.n}, e.density.data());
 }
 
+/// The probabilities with which rays pass the events of a register, whose samples were fetched, for
+/// ratio tracking (THEORY.md, T3.3). Rounding may lift mu_t above the majorant, as in
+/// ratio_transmittance, and may carry an event across a face, into an empty cube: there both are 0.
+template <LookUp kLookUp>
+HWY_INLINE F passing(const SimdField& f, const Events& e, std::size_t at, M on) {
+  const F mu = splat(f.scale) * density_at_event<kLookUp>(f, e, at, on);
+  const F majorant = load(&e.mu[at]), passed = hn::Max(splat(0), splat(1) - mu / majorant);
+  return select(hn::Gt(majorant, splat(0)), passed, splat(1));
+}
+
 /// Events of a register on their way to a queue: their places, and the rays they were.
 struct RaysInFlight {
   F x, y, z, dx, dy, dz;

@@ -38,16 +38,25 @@ HWY_INLINE F minorant_share(U word) {
 /// Steps in cells per world length for the directions of the slice, and their reciprocals.
 HWY_INLINE void aim(const SimdField& f, FlightMemory& m) {
   const Records& q = m.flying;
+  const auto put = [&](std::size_t at, std::size_t axis, F step) {
+    // The reciprocal of 0 is large, not infinite.
+    const F least = hn::Max(hn::Abs(step), splat(0x1p-120f));
+    store(step, m.step[axis].data() + at);
+    store(splat(1) / hn::CopySign(least, step), m.inverse[axis].data() + at);
+  };
+  if (f.step_field != 0) {
+    for (std::size_t at = 0; at < q.n; at += kLanes) {
+      for (std::size_t axis = 0; axis < 3; ++axis) put(at, axis, load(q[f.step_field + axis] + at));
+    }
+    return;
+  }
   for (std::size_t at = 0; at < q.n; at += kLanes) {
     const F x = load(q[kDX] + at), y = load(q[kDY] + at), z = load(q[kDZ] + at);
-    for (int axis = 0; axis < 3; ++axis) {
-      const F step =
-          hn::MulAdd(x, splat(f.cells[0][axis]),
-                     hn::MulAdd(y, splat(f.cells[1][axis]), z * splat(f.cells[2][axis])));
-      // The reciprocal of 0 is large, not infinite.
-      const F least = hn::Max(hn::Abs(step), splat(0x1p-120f));
-      store(step, m.step[std::size_t(axis)].data() + at);
-      store(splat(1) / hn::CopySign(least, step), m.inverse[std::size_t(axis)].data() + at);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const int i = int(axis);
+      put(at, axis,
+          hn::MulAdd(x, splat(f.cells[0][i]),
+                     hn::MulAdd(y, splat(f.cells[1][i]), z * splat(f.cells[2][i]))));
     }
   }
 }

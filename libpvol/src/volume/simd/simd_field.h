@@ -24,6 +24,7 @@ struct SimdField {
   LookUp look_up;                              ///< in lanes nearest or trilinear
   /// By axis of the world, the change of the position in cells per unit along it.
   std::array<Vec3f, 3> cells;
+  std::size_t step_field = 0;  ///< first of three of records that bring their own steps; 0: none
   /// The box of the support, in cells from the dense bounds' low corner: rays enter at or above
   /// `low`, and at or below `high`, the last float before its end.
   Vec3f low, high;

@@ -7,14 +7,14 @@ TileRenderer::TileRenderer(const RenderPlan& plan, const PathSetup& setup, Paths
       scalar_(find_tile_function(paths, setup)),
       memory_([&setup] { return WavefrontMemory(setup); }) {
   if (plan.kernel.kind == KernelKind::scalar) return;
-  lanes_.emplace(setup);
-  kernel_ = find_wavefront_kernel(plan.kernel.kind, paths == Paths::guided, lanes_->one_lobe);
+  scenes_ = make_wavefront_scenes(setup);
+  kernel_ = find_wavefront_kernel(plan.kernel.kind, setup.importance != nullptr, scenes_.front());
 }
 
 bool TileRenderer::render(const ImagePart& tile, const SampleTargets& targets, Film& film,
                           Counts& counts) {
   if (kernel_ == nullptr) return scalar_(setup_, tile, targets, film, counts);
-  return kernel_(*lanes_, memory_.local(), tile, targets, film, counts);
+  return kernel_(scenes_, memory_.local(), tile, targets, film, counts);
 }
 
 int TileRenderer::edge(const SampleTargets& targets, const Film& film, int threads) const {

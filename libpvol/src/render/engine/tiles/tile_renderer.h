@@ -3,7 +3,7 @@
 
 #include <tbb/enumerable_thread_specific.h>
 
-#include <optional>
+#include <vector>
 
 #include "render/engine/tiles/render_tile.h"
 #include "render/engine/wavefront/wavefront.h"
@@ -25,7 +25,7 @@ class TileRenderer {
  private:
   const PathSetup& setup_;
   TileFunction scalar_;
-  std::optional<WavefrontScene> lanes_;
+  std::vector<WavefrontScene> scenes_;  ///< of the volumes, where the kernel is one of lanes
   WavefrontKernel kernel_ = nullptr;
   tbb::enumerable_thread_specific<WavefrontMemory> memory_;
 };

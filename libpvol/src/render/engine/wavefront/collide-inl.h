@@ -24,11 +24,12 @@ namespace pvol::detail::HWY_NAMESPACE {
 
 /// Multiplies the weights by albedos that vary in space, lane by lane.
 template <class ComponentKind>
-HWY_NOINLINE void weaken_by_place(const WavefrontScene& s, Paths<ComponentKind>& p) {
+HWY_NOINLINE void weaken_by_place(const WavefrontScene& s, WavefrontMemory& m,
+                                  Paths<ComponentKind>& p) {
   alignas(64) float albedo[ComponentKind::kWeights][kLanes] = {};
   alignas(64) std::uint32_t component[kLanes];
   store(as_bits(p.component), component);
-  const LanePlaces places(s, p);
+  const LanePlaces places(s, m, p);
   for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
     const auto k = std::size_t(std::countr_zero(lanes));
     const Rgb here = medium_at(s, places, k, component[k]).albedo;
@@ -39,8 +40,8 @@ HWY_NOINLINE void weaken_by_place(const WavefrontScene& s, Paths<ComponentKind>&
 
 /// Multiplies the weights by the albedos of the components at the paths' places.
 template <class ComponentKind>
-HWY_INLINE void weaken(const WavefrontScene& s, Paths<ComponentKind>& p) {
-  if (ComponentKind::kWeights > 1 && s.setup.albedo_varies) return weaken_by_place(s, p);
+HWY_INLINE void weaken(const WavefrontScene& s, WavefrontMemory& m, Paths<ComponentKind>& p) {
+  if (ComponentKind::kWeights > 1 && s.setup.albedo_varies) return weaken_by_place(s, m, p);
   const ComponentKind component(s, p.component);
   for (std::size_t c = 0; c < p.w.size(); ++c) p.w[c] = p.w[c] * component.albedo_of(c);
 }
@@ -53,10 +54,10 @@ HWY_NOINLINE void add_emission(const WavefrontScene& s, WavefrontMemory& m,
   alignas(64) std::uint32_t id[kLanes], component[kLanes];
   for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) store(p.w[c], w[c]);
   store(p.id, id), store(as_bits(p.component), component);
-  const LanePlaces places(s, p);
+  const LanePlaces places(s, m, p);
   for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
     const auto k = std::size_t(std::countr_zero(lanes));
-    if (ComponentKind::kWeights == 1 && !s.orders) {
+    if (ComponentKind::kWeights == 1 && !s.orders && !s.many) {
       m.slots.add_collision(slot_of(id[k]), w[0][k]);
     } else {
       constexpr std::size_t kSecond = ComponentKind::kWeights / 2,
@@ -101,6 +102,7 @@ HWY_INLINE void put_paths(WavefrontMemory& m, Paths<ComponentKind>& p, I copies,
     pack(on, p.from.z, q[kDZ] + q.n);
     for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) pack(on, p.w[c], q[kW0 + c] + q.n);
     pack(on, p.id, q.bits(kId) + q.n);
+    pack(on, p.ray, q.bits(kRay) + q.n);
     pack(on, as_bits(p.row), q.bits(kAux) + q.n);
     if constexpr (ComponentKind::kWeights > 1)
       pack(on, as_bits(p.component), q.bits(kComponent) + q.n);
@@ -146,7 +148,7 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
           mask(hn::Lt(as_int(hn::ShiftRight<16>(p.id)), splat_int(kMostWavefrontBounces)));
       p.id = p.id + as_bits(where(few, splat_int(int(kMostSlots))));
     }
-    weaken(s, p);
+    weaken(s, m, p);
     if constexpr (!kGuided) end_faint(p, kPathRoulette);
     p.alive = hn::And(p.alive, hn::Gt(p.largest(), splat(0)));
     ask_lights<kGuided>(s, m, p);

@@ -8,6 +8,7 @@
 #define PVOL_LANE_EVENTS_INL_H
 #endif
 
+#include "pvol/track/transmittance.h"
 #include "render/engine/wavefront/guide-inl.h"
 #include "render/engine/wavefront/wavefront_memory.h"
 #include "volume/simd/decide-inl.h"
@@ -47,6 +48,13 @@ struct SampleCounts {
     }
   }
 
+  /// Events that were all looked up, and passed.
+  void add_weighed() {
+    const Events& e = m.events;
+    tally.lookups += e.n, tally.null_collisions += e.n;
+    for (std::size_t k = 0; k < e.n; ++k) add_each(&e.source[k], 1, PixelCounter::lookups);
+  }
+
  private:
   void add_each(const std::uint32_t* sources, std::uint32_t lanes, PixelCounter counter) {
     for (; lanes != 0; lanes &= lanes - 1) {
@@ -60,7 +68,8 @@ struct SampleCounts {
 struct InFlight {
   RaysInFlight rays;
   F w0, w1, w2, pdf;
-  V from;
+  V from, step;
+  U ray;
 
   HWY_INLINE InFlight(const WavefrontScene& s, const WavefrontMemory& m, std::size_t at, M on)
       : rays(m, at, on) {
@@ -71,6 +80,11 @@ struct InFlight {
     if (s.lines) {
       from = {gather(q[kFromX], rays.source), gather(q[kFromY], rays.source),
               gather(q[kFromZ], rays.source)};
+    }
+    if (s.many) {
+      step = {gather(q[kStepX], rays.source), gather(q[kStepY], rays.source),
+              gather(q[kStepZ], rays.source)};
+      ray = gather(q.bits(kRay), rays.source);
     }
   }
 
@@ -83,6 +97,10 @@ struct InFlight {
     if (s.lines) {
       pack(chosen, from.x, to[kFromX] + n), pack(chosen, from.y, to[kFromY] + n);
       pack(chosen, from.z, to[kFromZ] + n);
+    }
+    if (s.many) {
+      pack(chosen, step.x, to[kStepX] + n), pack(chosen, step.y, to[kStepY] + n);
+      pack(chosen, step.z, to[kStepZ] + n), pack(chosen, ray, to.bits(kRay) + n);
     }
     to.n += count(chosen);
   }
@@ -115,12 +133,53 @@ HWY_NOINLINE void decide(const WavefrontScene& s, WavefrontMemory& m, Records& b
     const M null = hn::AndNot(is_real, on);
     const InFlight in_flight(s, m, at, on);
     if (real != nullptr) {
-      if (s.importance() != nullptr) put_rows(s, *s.importance(), in_flight.rays, is_real, *real);
+      if (s.importance() != nullptr && !s.many)
+        put_rows(s, *s.importance(), in_flight.rays, is_real, *real);
       in_flight.put(s, is_real, rng, *real);
     }
     pack(null, rng.exponential(), back[kDepth] + back.n);
     if (s.limited) pack(null, load(&e.left[at]), back[kLeft] + back.n);
     in_flight.put(s, null, rng, back);
+  }
+}
+
+/// Shadow rays of the slice pass their events with weights, and fly on in `back` but for those that
+/// a roulette drops; dropped(record) is told of these. kPdf holds the products (T3.3).
+template <LookUp kLookUp, class Dropped>
+HWY_NOINLINE void weigh_by(const WavefrontScene& s, WavefrontMemory& m, Records& back,
+                           const Dropped& dropped) {
+  const Events& e = m.events;
+  const Records& q = m.flying;
+  for (std::size_t at = 0; at < e.n; at += kLanes) {
+    const M on = first(e.n - at);
+    InFlight in_flight(s, m, at, on);
+    const I source = in_flight.rays.source;
+    Random rng{gather(q.bits(kRng0), source), gather(q.bits(kRng1), source)};
+    const F product = in_flight.pdf * passing<kLookUp>(s.field, e, at, on);
+    const F least = splat(kTransmittanceRoulette);
+    const M low = hn::Lt(product, least);
+    const M ends = hn::And(on, hn::AndNot(hn::Lt(rng.fine_uniform() * least, product), low));
+    in_flight.pdf = select(low, least, product);
+    for (std::uint32_t lanes = bits_of(ends); lanes != 0; lanes &= lanes - 1) {
+      dropped(e.source[at + std::size_t(std::countr_zero(lanes))]);
+    }
+    const M stays = hn::AndNot(ends, on);
+    pack(stays, rng.exponential(), back[kDepth] + back.n);
+    if (s.limited) pack(stays, load(&e.left[at]), back[kLeft] + back.n);
+    in_flight.put(s, stays, rng, back);
+  }
+}
+
+template <class Dropped>
+HWY_INLINE void weigh(const WavefrontScene& s, WavefrontMemory& m, Records& back, Tally& tally,
+                      const Dropped& dropped) {
+  fetch_samples(s.field, m.events);
+  back.reserve(m.events.n);
+  if (s.count) SampleCounts{s, m, tally}.add_weighed();
+  if (s.field.look_up == LookUp::nearest) {
+    weigh_by<LookUp::nearest>(s, m, back, dropped);
+  } else {
+    weigh_by<LookUp::trilinear>(s, m, back, dropped);
   }
 }
 

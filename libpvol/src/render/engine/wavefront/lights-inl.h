@@ -66,17 +66,21 @@ HWY_NOINLINE Towards sample_sky(const WavefrontScene& s, std::size_t number, Ran
 /// The places of paths in the world, lane by lane.
 struct LanePlaces {
   const WavefrontScene& s;
+  WorldRays& rays;
   alignas(64) float at[3][kLanes];
+  alignas(64) std::uint32_t ray[kLanes];
 
   template <class ComponentKind>
-  LanePlaces(const WavefrontScene& scene, const Paths<ComponentKind>& p) : s(scene) {
-    store(p.x, at[0]), store(p.y, at[1]), store(p.z, at[2]);
+  LanePlaces(const WavefrontScene& scene, WavefrontMemory& m, const Paths<ComponentKind>& p)
+      : s(scene), rays(m.rays) {
+    store(p.x, at[0]), store(p.y, at[1]), store(p.z, at[2]), store(p.ray, ray);
   }
   [[nodiscard]] Vec3d in_cells(std::size_t lane) const {
     const Vec3d place{double(at[0][lane]), double(at[1][lane]), double(at[2][lane])};
     return place - Vec3d(DenseBounds::kBorder);
   }
   [[nodiscard]] Vec3d operator()(std::size_t lane) const {
+    if (s.many) return rays[ray[lane]].place;
     return s.volume.cells_to_world.point(in_cells(lane));
   }
 };
@@ -93,10 +97,10 @@ inline void ask_light(const WavefrontScene& s, std::size_t light, Vec3d place, f
 
 /// A light that has no lanes of its own.
 template <class ComponentKind>
-HWY_NOINLINE Towards sample_other(const WavefrontScene& s, std::size_t light,
+HWY_NOINLINE Towards sample_other(const WavefrontScene& s, WavefrontMemory& m, std::size_t light,
                                   const Paths<ComponentKind>& p, Random& rng) {
   const LaneStreams streams(rng);
-  const LanePlaces place(s, p);
+  const LanePlaces place(s, m, p);
   TowardsByLane to;
   for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
     const auto k = std::size_t(std::countr_zero(lanes));
@@ -128,7 +132,7 @@ HWY_INLINE Towards sample_point(const WavefrontScene& s, const SimdLight& l,
 }
 
 template <class ComponentKind>
-HWY_INLINE Towards sample_light(const WavefrontScene& s, std::size_t light,
+HWY_INLINE Towards sample_light(const WavefrontScene& s, WavefrontMemory& m, std::size_t light,
                                 const Paths<ComponentKind>& p, Random& rng) {
   const SimdLight& l = s.lights[light];
   const F far = splat(0x1p100f);
@@ -141,7 +145,7 @@ HWY_INLINE Towards sample_light(const WavefrontScene& s, std::size_t light,
             splat(l.pdf), far, splat(1)};
   }
   if (l.kind == SimdLight::Kind::point) return sample_point(s, l, p);
-  if (l.kind == SimdLight::Kind::other) return sample_other(s, light, p, rng);
+  if (l.kind == SimdLight::Kind::other) return sample_other(s, m, light, p, rng);
   return sample_sky(s, light, rng);
 }
 
@@ -181,6 +185,8 @@ HWY_INLINE void add_shadow_rays(const WavefrontScene& s, WavefrontMemory& m, con
     }
     pack(on, depth, q[kDepth] + q.n);
     if (s.limited) pack(on, to.distance, q[kLeft] + q.n);
+    if (s.ratio) store(splat(1), q[kPdf] + q.n);
+    if (s.many) pack(on, p.ray, q.bits(kRay) + q.n);
     U id = (p.id & splat_bits(kMostSlots - 1)) | hn::ShiftLeft<16>(light);
     if (s.orders) {
       const U times = hn::Min(hn::ShiftRight<16>(p.id), splat_bits(2));
@@ -197,7 +203,7 @@ template <bool kGuided, class ComponentKind>
 HWY_NOINLINE void ask_some_lights(const WavefrontScene& s, WavefrontMemory& m,
                                   Paths<ComponentKind>& p) {
   const LaneStreams streams(p.rng);
-  const LanePlaces place(s, p);
+  const LanePlaces place(s, m, p);
   std::array<TowardsByLane, kAsked> to;
   alignas(64) std::uint32_t light[kAsked][kLanes] = {}, row[kLanes];
   alignas(64) float importance[kAsked][kLanes] = {};
@@ -233,7 +239,7 @@ HWY_INLINE void ask_lights(const WavefrontScene& s, WavefrontMemory& m, Paths<Co
       importance =
           gather(s.importance()->shadow_importances() + light, p.row * splat_int(int(lights) + 1));
     }
-    const Towards to = sample_light(s, light, p, p.rng);
+    const Towards to = sample_light(s, m, light, p, p.rng);
     add_shadow_rays(s, m, to, splat_bits(std::uint32_t(light)), importance, p);
   }
 }

@@ -51,7 +51,7 @@ HWY_INLINE F value_of_fire_ray(const Paths<ComponentKind>& p, F pdf) {
 template <class ComponentKind>
 HWY_NOINLINE void ask_fires(const WavefrontScene& s, WavefrontMemory& m, Paths<ComponentKind>& p) {
   const LaneStreams streams(p.rng);
-  const LanePlaces place(s, p);
+  const LanePlaces place(s, m, p);
   TowardsByLane lanes_to;
   for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
     const auto k = std::size_t(std::countr_zero(lanes));
@@ -78,8 +78,17 @@ HWY_NOINLINE void ask_fires(const WavefrontScene& s, WavefrontMemory& m, Paths<C
     pack(chosen, p.w[c] * weight, q[kW0 + c] + q.n);
   }
   pack(chosen, p.id, q.bits(kId) + q.n);
+  if (s.many) pack(chosen, p.ray, q.bits(kRay) + q.n);
   q.n += count(chosen);
   m.counts.shadow_rays += count(chosen);
+}
+
+/// Light of fires that reaches the place of a ray with this id.
+inline void add_fire(WavefrontMemory& m, std::uint32_t id, Rgb light) {
+  m.slots.add(slot_of(id), number_of(id), [&](PathResult& r) {
+    r.radiance += light;
+    if (r.in_layers()) r.emission() += light;
+  });
 }
 
 /// What rays towards fires have met, up to their places or to where they left.
@@ -89,11 +98,7 @@ inline void end_fire_ray(const WavefrontScene& s, WavefrontMemory& m, const Reco
   const FlightLine flight = flight_of(s, q, at, left);
   Rng rng(q.bits(kRng0)[at], q.bits(kRng1)[at], kOnTheWay);
   const Rgb light = emission_of(s.setup, flight, rng) * weight_at<ComponentKind>(q, at);
-  const std::uint32_t id = q.bits(kId)[at];
-  m.slots.add(slot_of(id), number_of(id), [&](PathResult& r) {
-    r.radiance += light;
-    if (r.in_layers()) r.emission() += light;
-  });
+  add_fire(m, q.bits(kId)[at], light);
 }
 
 }  // namespace pvol::detail::HWY_NAMESPACE

@@ -15,6 +15,11 @@ enum PathField : std::size_t {
   kFromX,
   kFromY,
   kFromZ,  ///< where the flight began, in scenes whose flights bring light on their way
+  // Through many volumes:
+  kStepX,
+  kStepY,
+  kStepZ,  ///< of the ray, in cells of where it flies, per world length
+  kRay,    ///< number of what it is in the world (world_rays.h)
   kPathFields,
 };
 static_assert(kPathFields <= kMostFields);

@@ -43,6 +43,7 @@ struct Paths {
   U id;
   I component;
   I row;  ///< of the importance
+  U ray;  ///< through many volumes
 
   HWY_INLINE Paths(const Records& q, std::size_t at)
       : alive(first(q.n - at)),
@@ -53,7 +54,8 @@ struct Paths {
         rng{load(q.bits(kRng0) + at), load(q.bits(kRng1) + at)},
         id(load(q.bits(kId) + at)),
         component(splat_int(0)),
-        row(splat_int(0)) {
+        row(splat_int(0)),
+        ray(load(q.bits(kRay) + at)) {
     for (std::size_t c = 0; c < w.size(); ++c) w[c] = load(q[kW0 + c] + at);
   }
 

@@ -32,50 +32,63 @@ void add_lines_of_collisions(const WavefrontScene& s, WavefrontMemory& m, std::s
   }
 }
 
-/// Rays of the camera that left without a collision see what lies behind.
-HWY_NOINLINE void end_camera_rays(const WavefrontScene& s, WavefrontMemory& m) {
-  if (s.lines) add_lines_of_gone(s, m, camera_weight);
-  if (!s.setup.options.background) return;
-  for (std::size_t k = 0; k < m.events.gone; ++k) {
-    const std::size_t at = m.events.gone_source[k];
-    m.slots.add(slot_of(m.flying.bits(kId)[at]), 0, [&](PathResult& r) {
-      add_constant(s.setup, r);
-      add_seen(s.setup, direction_at(m.flying, at), Rgb(1.0f), r);
-    });
-  }
+/// A ray of the camera that met nothing sees what lies behind.
+inline void see_behind(const PathSetup& s, WavefrontMemory& m, std::uint32_t slot,
+                       Vec3f direction) {
+  if (!s.options.background) return;
+  m.slots.add(slot, 0, [&](PathResult& r) {
+    add_constant(s, r);
+    add_seen(s, direction, Rgb(1.0f), r);
+  });
 }
 
-/// Paths that left bring the light of where they went.
+/// A path that left brings the light of where it went.
+template <class ComponentKind>
+HWY_INLINE void end_path(const WavefrontScene& s, WavefrontMemory& m, const Records& q,
+                         std::size_t at) {
+  const std::uint32_t id = q.bits(kId)[at];
+  m.slots.add(slot_of(id), number_of(id), [&](PathResult& r) {
+    const auto pdf = [&] { return q[kPdf][at]; };
+    add_scattered(s.setup, pdf, direction_at(q, at), weight_at<ComponentKind>(q, at), r);
+  });
+}
+
+/// A shadow ray that left has reached its light.
+template <class ComponentKind>
+HWY_INLINE void end_shadow_ray(const WavefrontScene& s, WavefrontMemory& m, const Records& q,
+                               std::size_t at) {
+  const std::uint32_t id = q.bits(kId)[at], light = light_of(id);
+  m.slots.add(slot_of(id), scatterings_of(id), [&](PathResult& r) {
+    const bool sky = light == s.setup.light.sources.size();
+    const Rgb radiance = sky ? s.setup.light.sky.radiance(direction_at(q, at)) - s.setup.constant
+                             : s.lights[light].radiance;
+    const float passed = s.ratio ? q[kPdf][at] : 1;
+    const Rgb arrived = weight_at<ComponentKind>(q, at) * radiance * passed;
+    r.radiance += arrived;
+    if (r.in_layers()) (sky ? r.sky() : r.layers[light]) += arrived;
+  });
+}
+
+/// Rays of a slice that left.
+HWY_NOINLINE void end_camera_rays(const WavefrontScene& s, WavefrontMemory& m) {
+  if (s.lines) add_lines_of_gone(s, m, camera_weight);
+  for (std::size_t k = 0; k < m.events.gone; ++k) {
+    const std::size_t at = m.events.gone_source[k];
+    see_behind(s.setup, m, slot_of(m.flying.bits(kId)[at]), direction_at(m.flying, at));
+  }
+}
 template <class ComponentKind>
 HWY_NOINLINE void end_paths(const WavefrontScene& s, WavefrontMemory& m) {
   if (s.lines) add_lines_of_gone(s, m, weight_at<ComponentKind>);
   if (s.dark_sky) return;
-  const Records& q = m.flying;
   for (std::size_t k = 0; k < m.events.gone; ++k) {
-    const std::size_t at = m.events.gone_source[k];
-    const std::uint32_t id = q.bits(kId)[at];
-    m.slots.add(slot_of(id), number_of(id), [&](PathResult& r) {
-      const auto pdf = [&] { return q[kPdf][at]; };
-      add_scattered(s.setup, pdf, direction_at(q, at), weight_at<ComponentKind>(q, at), r);
-    });
+    end_path<ComponentKind>(s, m, m.flying, m.events.gone_source[k]);
   }
 }
-
-/// Shadow rays that left have reached their light.
 template <class ComponentKind>
 HWY_NOINLINE void end_shadow_rays(const WavefrontScene& s, WavefrontMemory& m) {
-  const Records& q = m.flying;
   for (std::size_t k = 0; k < m.events.gone; ++k) {
-    const std::size_t at = m.events.gone_source[k];
-    const std::uint32_t id = q.bits(kId)[at], light = light_of(id);
-    m.slots.add(slot_of(id), scatterings_of(id), [&](PathResult& r) {
-      const bool sky = light == s.setup.light.sources.size();
-      const Rgb radiance = sky ? s.setup.light.sky.radiance(direction_at(q, at)) - s.setup.constant
-                               : s.lights[light].radiance;
-      const Rgb arrived = weight_at<ComponentKind>(q, at) * radiance;
-      r.radiance += arrived;
-      if (r.in_layers()) (sky ? r.sky() : r.layers[light]) += arrived;
-    });
+    end_shadow_ray<ComponentKind>(s, m, m.flying, m.events.gone_source[k]);
   }
 }
 
@@ -153,35 +166,35 @@ inline void start(const WavefrontScene& s, WavefrontMemory& m, const Samples::Sa
     });
   }
   if (misses) {
-    if (s.setup.options.background) {
-      m.slots.add(slot, 0, [&](PathResult& r) {
-        add_constant(s.setup, r);
-        add_seen(s.setup, d, Rgb(1.0f), r);
-      });
-    }
+    see_behind(s.setup, m, slot, d);
     return;
   }
   put_ray(s, m.camera, cells.at(span->t0), d, Rgb(1.0f), slot, rng);
 }
 
-/// Everything that first collisions of the camera's rays bring at once.
+/// All that a first collision of a ray of the camera brings at once.
+inline void add_first_collision(const PathSetup& s, WavefrontMemory& m, std::uint32_t slot,
+                                Vec3d place) {
+  m.slots.alpha[slot] = 1;
+  if (largest(s.constant) > 0) m.slots.add(slot, 0, [&](PathResult& r) { add_constant(s, r); });
+  if (s.first_collisions) m.slots.first[slot] = place;
+}
 HWY_NOINLINE void add_first_collisions(const WavefrontScene& s, WavefrontMemory& m,
                                        std::size_t from) {
-  const bool constant = largest(s.setup.constant) > 0;
   for (std::size_t k = from; k < m.collisions.n; ++k) {
     const std::uint32_t slot = slot_of(m.collisions.bits(kId)[k]);
-    m.slots.alpha[slot] = 1;
-    if (constant) m.slots.add(slot, 0, [&](PathResult& r) { add_constant(s.setup, r); });
-    if (s.setup.first_collisions) m.slots.first[slot] = world_place(s, m.collisions, k);
+    const bool asked = s.setup.first_collisions;
+    add_first_collision(s.setup, m, slot, asked ? world_place(s, m.collisions, k) : Vec3d{});
   }
 }
 
 /// Takes rays from the end of a queue and flies them; null collisions go back to it.
+template <bool kLimited = false>
 HWY_INLINE void take_and_fly(const WavefrontScene& s, WavefrontMemory& m, Records& queue,
                              Tally& tally) {
   queue.take_last(kSlice, s.fields, m.flying);
   SampleCounts counts{s, m, tally};
-  fly<false>(s.field, m, counts);
+  fly<kLimited>(s.field, m, counts);
 }
 
 HWY_INLINE void fly_camera_rays(const WavefrontScene& s, WavefrontMemory& m) {
@@ -204,15 +217,17 @@ HWY_INLINE void fly_paths(const WavefrontScene& s, WavefrontMemory& m) {
 
 template <class ComponentKind>
 HWY_INLINE void fly_shadow_rays(const WavefrontScene& s, WavefrontMemory& m) {
-  m.shadows.take_last(kSlice, s.fields, m.flying);
-  SampleCounts counts{s, m, m.counts.shadow};
   if (s.limited) {
-    fly<true>(s.field, m, counts);
+    take_and_fly<true>(s, m, m.shadows, m.counts.shadow);
   } else {
-    fly<false>(s.field, m, counts);
+    take_and_fly(s, m, m.shadows, m.counts.shadow);
   }
   end_shadow_rays<ComponentKind>(s, m);
-  decide(s, m, m.shadows, nullptr, m.counts.shadow);
+  if (s.ratio) {
+    weigh(s, m, m.shadows, m.counts.shadow, [](std::uint32_t) {});
+  } else {
+    decide(s, m, m.shadows, nullptr, m.counts.shadow);
+  }
 }
 
 template <class ComponentKind>
@@ -229,7 +244,7 @@ HWY_NOINLINE void fly_to_fires(const WavefrontScene& s, WavefrontMemory& m) {
 }
 
 /// Adds a tile's samples to the film, which changes what they lack.
-void finish(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile,
+void finish(const PathSetup& s, WavefrontMemory& m, const ImagePart& tile,
             const SampleTargets& targets, Film& film) {
   std::uint32_t slot = 0;
   for (int y = tile.y; y != tile.y + tile.height; ++y) {
@@ -239,8 +254,8 @@ void finish(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile,
       for (; film.pixels[pixel].samples < end; ++slot) {
         const PathResult& r = m.slots.result(slot);
         require_finite(r, film.x + x, film.y + y);
-        add_sample(s.setup, r, pixel, film);
-        for (std::size_t c = 0; c < kPixelCounts.size() && s.setup.count; ++c) {
+        add_sample(s, r, pixel, film);
+        for (std::size_t c = 0; c < kPixelCounts.size() && s.count; ++c) {
           film.pixels[pixel].counts[c] += m.slots.counts[slot][c];
         }
       }
@@ -249,10 +264,11 @@ void finish(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile,
   }
 }
 
-/// Traces and adds a tile's samples; see WavefrontKernel.
+/// Traces and adds a tile's samples through one volume; see WavefrontKernel.
 template <bool kGuided, class ComponentKind>
-bool trace(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile,
+bool trace(std::span<const WavefrontScene> scenes, WavefrontMemory& m, const ImagePart& tile,
            const SampleTargets& targets, Film& film, Counts& counts) {
+  const WavefrontScene& s = scenes.front();
   Samples samples(tile, targets, film);
   m.slots.start(count_samples(tile, targets, film));
   m.counts = {};
@@ -287,16 +303,11 @@ bool trace(const WavefrontScene& s, WavefrontMemory& m, const ImagePart& tile,
     scatter<ComponentKind>(s, m.straight, m.paths);
     if constexpr (kGuided) scatter_guided<ComponentKind>(s, m.turned, m.paths);
   }
-  finish(s, m, tile, targets, film);
+  finish(s.setup, m, tile, targets, film);
   m.counts.shell_tests = work.shell_tests;
   m.counts.shell_rejections = work.shell_rejections;
   if (s.setup.count) counts += m.counts;
   return true;
-}
-
-[[nodiscard]] inline WavefrontKernel find_kernel(bool guided, bool one_lobe) {
-  if (guided) return one_lobe ? &trace<true, OneLobe> : &trace<true, AnyComponent>;
-  return one_lobe ? &trace<false, OneLobe> : &trace<false, AnyComponent>;
 }
 
 }  // namespace pvol::detail::HWY_NAMESPACE

@@ -10,6 +10,7 @@
 #include <hwy/highway.h>
 
 #if HWY_TARGET & (HWY_AVX2 | HWY_AVX3)
+#include "render/engine/wavefront/many-inl.h"
 #include "render/engine/wavefront/photons-inl.h"
 #endif
 
@@ -20,7 +21,7 @@ namespace {
 
 /// The functions of one instruction set; none where it was not compiled.
 struct Kernels {
-  WavefrontKernel (*find)(bool guided, bool one_lobe) = nullptr;
+  WavefrontKernel (*find)(bool guided, bool one_lobe, bool many) = nullptr;
   PhotonKernel (*find_photons)(bool one_lobe) = nullptr;
 };
 
@@ -36,9 +37,9 @@ Kernels kernels_of([[maybe_unused]] KernelKind kernel) {
 
 }  // namespace
 
-WavefrontKernel find_wavefront_kernel(KernelKind kernel, bool guided, bool one_lobe) {
+WavefrontKernel find_wavefront_kernel(KernelKind kernel, bool guided, const WavefrontScene& scene) {
   const Kernels k = kernels_of(kernel);
-  return k.find == nullptr ? nullptr : k.find(guided, one_lobe);
+  return k.find == nullptr ? nullptr : k.find(guided, scene.one_lobe, scene.many);
 }
 
 PhotonKernel find_photon_kernel(KernelKind kernel, bool one_lobe) {

@@ -10,12 +10,14 @@
 
 namespace pvol::detail {
 
-/// Adds samples to every pixel of a tile, as a TileFunction does; they are at most kMostSlots. Each
-/// sample's value is the same whatever else is in the tile.
-using WavefrontKernel = bool (*)(const WavefrontScene&, WavefrontMemory&, const ImagePart& tile,
-                                 const SampleTargets&, Film&, Counts&);
+/// Adds samples to every pixel of a tile, as a TileFunction does; they are at most kMostSlots.
+/// Scenes are those of the volumes. Each sample's value is the same whatever else is in the tile.
+using WavefrontKernel = bool (*)(std::span<const WavefrontScene>, WavefrontMemory&,
+                                 const ImagePart& tile, const SampleTargets&, Film&, Counts&);
 
-[[nodiscard]] WavefrontKernel find_wavefront_kernel(KernelKind kernel, bool guided, bool one_lobe);
+/// For scenes like these.
+[[nodiscard]] WavefrontKernel find_wavefront_kernel(KernelKind kernel, bool guided,
+                                                    const WavefrontScene& scene);
 
 /// Photons [begin, end) to trace and to count.
 struct PhotonTask {

@@ -7,6 +7,7 @@
 #include "pvol/render/counts.h"
 #include "render/engine/wavefront/exact_sum.h"
 #include "render/engine/wavefront/path_fields.h"
+#include "render/engine/wavefront/world_rays.h"
 #include "render/path/film_layers.h"
 #include "render/path/gather_light.h"
 #include "volume/simd/flight_memory.h"
@@ -84,6 +85,10 @@ class Slots {
   }
 };
 
+/// What rays do, each kind with queues of its own.
+enum class RayKind : std::size_t { camera, path, shadow, to_fire };
+inline constexpr std::size_t kRayKinds = 4;
+
 struct WavefrontMemory : FlightMemory {
   Records camera{kPathFields}, paths{kPathFields}, shadows{kPathFields};  ///< that wait to fly
   Records to_fires{kPathFields};  ///< likewise, towards fires
@@ -92,7 +97,21 @@ struct WavefrontMemory : FlightMemory {
   Slots slots;
   Counts counts;
 
-  explicit WavefrontMemory(const PathSetup& setup) : FlightMemory(kPathFields), slots(setup) {}
+  // Through many volumes:
+  WorldRays rays;
+  std::vector<std::array<Records, kRayKinds>> queues;  ///< that wait to fly, by volume
+  std::vector<Records> hits;                           ///< collisions of paths, by volume
+  Records arrived{kPathFields};                        ///< tentative collisions that were real
+
+  explicit WavefrontMemory(const PathSetup& setup) : FlightMemory(kPathFields), slots(setup) {
+    if (setup.is_one_still() && !setup.volumes.front().volume.density.octree.empty()) return;
+    constexpr std::size_t kFew = 64;
+    for (std::size_t i = 0; i < setup.volumes.size(); ++i) {
+      queues.push_back({Records(kPathFields, kFew), Records(kPathFields, kFew),
+                        Records(kPathFields, kFew), Records(kPathFields, kFew)});
+      hits.emplace_back(kPathFields, kFew);
+    }
+  }
 };
 
 /// Numbers of samples in a batch go into 16 bits of a record's id.

@@ -1,5 +1,7 @@
 #include "render/engine/wavefront/wavefront_scene.h"
 
+#include <algorithm>
+
 #include "pvol/render/lighting.h"
 #include "pvol/volume/facts.h"
 #include "render/path/gather_light.h"
@@ -67,16 +69,19 @@ SimdLight make_simd_light(const LightSource& source, const Affine& world_to_cell
 
 }  // namespace
 
-WavefrontScene::WavefrontScene(const PathSetup& s)
+WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
     : setup(s),
-      volume(s.volumes.front()),
+      volume(s.volumes[number]),
+      many(!s.is_one_still() || volume.volume.density.octree.empty()),
       to_world{Vec3f(volume.cells_to_world.m[0]), Vec3f(volume.cells_to_world.m[1]),
                Vec3f(volume.cells_to_world.m[2])},
-      field(volume.volume.density, *s.dense),
+      field(volume.volume.density, (*s.dense)[number]),
       components(make_component_table(volume.components)),
-      one_lobe(has_one_lobe(volume.components) && !s.albedo_varies),
+      one_lobe(std::ranges::all_of(
+                   s.volumes, [](const VolumeSetup& v) { return has_one_lobe(v.components); }) &&
+               !s.albedo_varies),
       drawn(s.light.sources.size() > kMostAsked),
-      lines(s.emission != nullptr || s.light.met_on_flights) {
+      lines(!many && brings_light_on_the_way(s)) {
   // What is absorbed is in layers.
   emits = s.options.aovs.has(Aov::lights) && largest(s.constant) > 0;
   for (const MediumComponent& m : volume.components) {
@@ -85,12 +90,16 @@ WavefrontScene::WavefrontScene(const PathSetup& s)
   count = s.count;
   orders = s.options.aovs.has(Aov::scattering);
   counts_collisions = orders || s.max_bounces <= kMostWavefrontBounces;
-  limited = false;
-  weighted = s.light.sky.sampled() || lines;
+  limited = many;
+  ratio = s.options.transmittance == Transmittance::ratio;
+  weighted = ratio || s.light.sky.sampled() || brings_light_on_the_way(s);
   dark_sky = !s.light.sky.sampled() && largest(s.light.sky.radiance({0, 1, 0}) - s.constant) == 0 &&
              s.light.sky.is_constant();
   for (const LightSource& source : s.light.sources) {
     lights.push_back(make_simd_light(source, volume.volume.density.world_to_cells));
+    // Cells differ from place to place.
+    if (many && lights.back().kind == SimdLight::Kind::point)
+      lights.back().kind = SimdLight::Kind::other;
     limited = limited || !std::holds_alternative<SunLight>(source);
     const bool seen = lights.back().kind == SimdLight::Kind::disc;
     weighted = weighted || seen;
@@ -103,24 +112,37 @@ WavefrontScene::WavefrontScene(const PathSetup& s)
   if (!one_lobe) fields |= bit(kW1) | bit(kW2);
   if (limited) fields |= bit(kLeft);
   if (weighted) fields |= bit(kPdf);
+  if (many) {
+    fields |= bit(kStepX) | bit(kStepY) | bit(kStepZ) | bit(kRay);
+    field.step_field = kStepX;
+  }
   if (lines) fields |= bit(kFromX) | bit(kFromY) | bit(kFromZ);
+}
+
+std::vector<WavefrontScene> make_wavefront_scenes(const PathSetup& s) {
+  std::vector<WavefrontScene> all;
+  for (std::size_t i = 0; i < s.volumes.size(); ++i) all.emplace_back(s, i);
+  return all;
 }
 
 const char* wavefront_obstacle(std::span<const Volume> volumes, const Scene& scene) {
   const RenderOptions& o = scene.options;
-  if (count_places(volumes) != 1) return "there are several volumes";
   if (!scene.surfaces.empty()) return "there are surfaces";
   if (o.tracker != Tracker::decomposition) return "the tracker is not decomposition";
-  if (o.transmittance != Transmittance::automatic && o.transmittance != Transmittance::analog) {
-    return "shadow rays are not analog";
+  if (o.transmittance == Transmittance::residual_ratio ||
+      o.transmittance == Transmittance::regular) {
+    return "shadow rays are neither analog nor by ratio";
   }
   if (o.depth) return "the octree's depth is set by the user";
   if (o.majorant_scale != 1) return "majorants are scaled";
   if (o.max_bounces && *o.max_bounces > kMostWavefrontBounces) return "the bounce limit is high";
-  const Volume& v = volumes.front();
-  if (is_chromatic(v.medium)) return "the extinction differs by channel";
   if (most_lights(scene) > kMostWavefrontLights) return "there are more than 16 383 lights";
-  return simd_obstacle(v);
+  for (const Volume& v : volumes) {
+    if (is_chromatic(v.medium)) return "the extinction differs by channel";
+    if (v.density.octree.empty()) continue;
+    if (const char* const obstacle = simd_obstacle(v)) return obstacle;
+  }
+  return nullptr;
 }
 
 }  // namespace pvol::detail

@@ -47,11 +47,11 @@ struct SimdLight {
   float value = 0;     ///< absolute luminance of that
 };
 
-/// Constants of a render that all threads share. Needs one volume of bricks that is not
-/// empty, for nearest or trilinear look-ups.
+/// Constants of a render that all threads share, for paths in one of its volumes.
 struct WavefrontScene {
   const PathSetup& setup;
   const VolumeSetup& volume;
+  bool many;                      ///< whether rays may meet several volumes or places, or none
   std::array<Vec3f, 3> to_world;  ///< rows of the map of steps in cells to the world
   SimdField field;                ///< with the setup's bounds
 
@@ -61,7 +61,9 @@ struct WavefrontScene {
 
   std::vector<SimdLight> lights;  ///< those of the scene; then the sky, if it is sampled
   bool drawn;     ///< whether they are so many that of the scene's some are drawn at a collision
-  bool lines;     ///< whether flights bring light on their way, and note where they begin
+  bool lines;     ///< whether flights through one volume bring light on their way, and note where
+                  ///< they begin
+  bool ratio;     ///< whether shadow rays have weights, of ratio tracking
   bool limited;   ///< whether a light may be nearer than the edge of the volume
   bool weighted;  ///< whether lights that paths meet by themselves are weighted by densities
   bool count;     ///< whether work is counted
@@ -70,7 +72,7 @@ struct WavefrontScene {
   std::uint32_t fields;    ///< bits of those that rays of the scene have
   bool dark_sky;           ///< whether rays that leave after a scattering bring nothing
 
-  explicit WavefrontScene(const PathSetup& s);
+  explicit WavefrontScene(const PathSetup& s, std::size_t number = 0);
 
   [[nodiscard]] const Importance* importance() const { return setup.importance.get(); }
   /// Whether collisions send rays to fires.
@@ -78,6 +80,14 @@ struct WavefrontScene {
     return setup.emission != nullptr && setup.emission->sampled_in_volumes;
   }
 };
+
+/// Whether flights bring light of fires or of lights that they pass.
+[[nodiscard]] inline bool brings_light_on_the_way(const PathSetup& s) {
+  return s.emission != nullptr || s.light.met_on_flights;
+}
+
+/// One for each volume of the setup.
+[[nodiscard]] std::vector<WavefrontScene> make_wavefront_scenes(const PathSetup& s);
 
 /// Most bounces that a path can be limited to.
 inline constexpr std::uint32_t kMostWavefrontBounces = 65'000;
