@@ -135,15 +135,10 @@ TEST(CapiHeader, BatchesHaveTheDistributionOfSingleCalls) {
     std::vector<double> t(kRays);
     EXPECT_EQ(v.flights(rays, {}, {t.data(), kRays}), 0u);
     double batch = 0, single = 0;
-    std::size_t equal = 0;
     for (std::uint64_t i = 0; i < kRays; ++i) {
       api::Random random(0, i, 0);
       const double own = v.flight(ray, random).value_or(api::kInfinity);
-      equal += own == t[i];
       batch += std::isinf(t[i]), single += std::isinf(own);
-    }
-    if (tricubic) {
-      EXPECT_EQ(equal, kRays);
     }
     const double share = single / kRays, sigma = std::sqrt(2 * share * (1 - share) / kRays);
     EXPECT_GT(single, 0);

@@ -257,7 +257,6 @@ TEST_P(Batch, HasTheMeansOfSingleRaysForEveryKindOfLookUp) {
   const std::pair<std::string, Volume> volumes[] = {
       {"tricubic", make_volume(grid, medium, {.look_up = LookUp::tricubic})},
       {"mapped", make_volume(grid, medium, {.map = map})},
-      {"shared", make_volume(grid, medium, {.share_samples = true})},
       {"recipe", make_volume(recipe, build_pyramid(*recipe), thick, {})},
   };
   proof::Family family;

@@ -103,9 +103,12 @@ TEST(SharedSamples, MakeTheSamePictures) {
   }
 }
 
-TEST(SharedSamples, HaveTheKernelOfCopies) {
-  EXPECT_EQ(BatchField(make(cloud().grid, true), KernelKind::automatic).kernel(),
-            BatchField(make(cloud().grid, false), KernelKind::automatic).kernel());
+TEST(SharedSamples, GoRayByRay) {
+  const Volume v = make(cloud().grid, true);
+  const BatchField f(v, KernelKind::automatic);
+  EXPECT_EQ(f.kernel(), KernelKind::scalar);
+  EXPECT_NE(f.reason().find("shared"), std::string::npos) << f.reason();
+  EXPECT_THROW(BatchField(v, KernelKind::avx2), Error);
 }
 
 TEST(SharedSamples, AreRefusedWhereTheyDoNotGo) {

@@ -76,10 +76,9 @@ struct VolumeOptions {
   std::optional<double> homogenise{};
   /// Paths that are expected, for `automatic` micro-bounds of recipes, which take long to make.
   double paths = std::numeric_limits<double>::infinity();
-  /// Look-ups read the samples of the grid's bricks where they are: with the same results, in less
-  /// memory, a little slower. The grid's owner is kept; where it is null the samples must outlive
-  /// the volume and its copies. For nearest and trilinear look-ups of what has no map, homogenised
-  /// parts or motion.
+  /// Look-ups read the samples of the grid's bricks where they are, with the same results; batches
+  /// go ray by ray. The grid's owner is kept; where it is null the samples must outlive all copies.
+  /// For nearest and trilinear look-ups of what has no map, homogenised parts or motion.
   bool share_samples = false;
 };
 
