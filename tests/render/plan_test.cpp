@@ -68,13 +68,13 @@ TEST(Plan, SaysWhatTheUserTold) {
 
 TEST(Plan, MicroBoundsServeWhereAllVolumesHaveThem) {
   std::vector<Volume> volumes(2, make_test_volume(field("gaussian"), 2, std::nullopt));
-  const CloudScene s = scene_around(volumes[0]);
+  CloudScene s = scene_around(volumes[0]);
+  s.options.kernel = KernelKind::scalar;  // lanes use those that each volume has
   volumes[0].density.micro = build_micro_bounds(volumes[0].density.bricks(), 2);
   EXPECT_EQ(plan(volumes, s.scene()).kernel.micro_edge, 0);
   volumes[1].density.micro = build_micro_bounds(volumes[1].density.bricks(), 2);
-  const Kernel kernel = plan(volumes, s.scene()).kernel;
-  EXPECT_EQ(kernel.micro_edge, 2);
-  EXPECT_EQ(kernel.paths, Paths::many_volumes);
+  EXPECT_EQ(plan(volumes, s.scene()).kernel,
+            (Kernel{LookUp::trilinear, 2, Paths::many_volumes, true}));
 }
 
 TEST(Plan, IsWhatRenderDoes) {

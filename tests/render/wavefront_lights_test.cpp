@@ -11,18 +11,10 @@
 #include "render/engine/wavefront/wavefront.h"
 #include "support/colors.h"
 #include "support/lit_scenes.h"
-#include "support/pictures.h"
-#include "support/simd_kernels.h"
+#include "support/wavefront_shots.h"
 
 namespace pvol::test {
 namespace wavefront_lights_test {
-
-/// A scene and the volume in it.
-struct Shot {
-  std::string name;
-  CloudScene scene;
-  Volume volume;
-};
 
 void add_lamps(CloudScene& s) {
   s.lights.emplace_back(
@@ -53,7 +45,7 @@ std::vector<Shot> shots() {
       change(s);
       Volume v = volume_of(s);
       fill(v);
-      all.push_back({name + (guide == GuideUse::on ? ", guided" : ", plain"), s, std::move(v)});
+      all.push_back({name_of(name, guide), s, {std::move(v)}});
     }
   };
   const auto grey = [](Volume&) {};
@@ -123,65 +115,9 @@ std::vector<Shot> shots() {
   return all;
 }
 
-Film render_with(KernelKind kernel, const Shot& shot, CloudScene s) {
-  s.options.kernel = kernel;
-  return render(std::span<const Volume>(&shot.volume, 1), s).film;
-}
-
-TEST(WavefrontLights, HaveTheMeansOfTheScalarTracer) {
-  const std::vector<KernelKind> kernels = simd_kernels();
-  if (kernels.empty()) GTEST_SKIP() << "the machine has no SIMD kernel";
-  proof::Family family;
-  proof::Moments deviations;
-  for (const Shot& shot : shots()) {
-    CloudScene s = shot.scene;
-    s.options.samples = proof::samples(400);
-    const Film scalar = render_with(KernelKind::scalar, shot, s);
-    s.options.samples = proof::samples(800);
-    s.options.seed = 2;
-    const Film lanes = render_with(kernels.back(), shot, s);
-    compare(scalar, lanes, shot.name, family);
-    deviations.add(compare(average(lanes), average(scalar), shot.name + ", again", family));
-    EXPECT_EQ(scalar.layers.size(), lanes.layers.size());
-  }
-  add_all_together(deviations, family);
-  EXPECT_TRUE(family.passes());
-}
-
-TEST(WavefrontLights, OfEveryWidthGiveTheSameBytes) {
-  const std::vector<KernelKind> kernels = simd_kernels();
-  if (kernels.size() < 2) GTEST_SKIP() << "the machine has one SIMD kernel at most";
-  for (const Shot& shot : shots()) {
-    CloudScene s = shot.scene;
-    s.options.samples = 5;
-    const Film a = render_with(kernels[0], shot, s), b = render_with(kernels[1], shot, s);
-    EXPECT_TRUE(same_bytes(a, b)) << shot.name;
-    ASSERT_EQ(a.layers.size(), b.layers.size());
-    for (std::size_t k = 0; k < a.layers.size(); ++k) {
-      EXPECT_EQ(a.layers[k].sums, b.layers[k].sums) << shot.name << ": " << a.layers[k].name;
-    }
-  }
-}
-
-TEST(WavefrontLights, CompanyChangesNoBit) {
-  for (const KernelKind kernel : simd_kernels()) {
-    for (const Shot& shot : shots()) {
-      CloudScene s = shot.scene;
-      s.options.samples = 20;
-      const Film whole = render_with(kernel, shot, s);
-      s.options.threads = 7;
-      EXPECT_TRUE(same_bytes(whole, render_with(kernel, shot, s))) << shot.name;
-      s.options.crop_x = 5, s.options.crop_y = 6;
-      s.options.crop_width = 3, s.options.crop_height = 4;
-      const Film crop = render_with(kernel, shot, s);
-      for (int y = 0; y < 4; ++y) {
-        for (int x = 0; x < 3; ++x) {
-          EXPECT_TRUE(same_bytes(crop.at(x, y), whole.at(5 + x, 6 + y))) << shot.name;
-        }
-      }
-    }
-  }
-}
+TEST(WavefrontLights, HaveTheMeansOfTheScalarTracer) { expect_means_of_scalar(shots(), 400); }
+TEST(WavefrontLights, OfEveryWidthGiveTheSameBytes) { expect_same_at_every_width(shots()); }
+TEST(WavefrontLights, CompanyChangesNoBit) { expect_same_in_any_company(shots()); }
 
 /// Layers of lights add up to the picture, whichever way their light came.
 TEST(WavefrontLights, LayersAddUp) {

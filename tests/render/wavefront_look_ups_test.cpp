@@ -9,18 +9,11 @@
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/math/field_map.h"
 #include "support/lit_scenes.h"
-#include "support/pictures.h"
 #include "support/recipes.h"
-#include "support/simd_kernels.h"
+#include "support/wavefront_shots.h"
 
 namespace pvol::test {
 namespace wavefront_look_ups_test {
-
-struct Shot {
-  std::string name;
-  CloudScene scene;
-  Volume volume;
-};
 
 std::vector<Shot> shots() {
   std::vector<Shot> all;
@@ -30,7 +23,7 @@ std::vector<Shot> shots() {
       s.options.guide = guide;
       Volume v = make(s);
       s.camera = frame(v.density.world_box, 1);
-      all.push_back({name + (guide == GuideUse::on ? ", guided" : ", plain"), s, std::move(v)});
+      all.push_back({name_of(name, guide), s, {std::move(v)}});
     }
   };
   const auto with = [&](const auto& change) {
@@ -66,40 +59,8 @@ std::vector<Shot> shots() {
   return all;
 }
 
-Film render_with(KernelKind kernel, const Shot& shot, CloudScene s) {
-  s.options.kernel = kernel;
-  return render(std::span<const Volume>(&shot.volume, 1), s).film;
-}
-
-TEST(WavefrontLookUps, HaveTheMeansOfTheScalarTracer) {
-  const std::vector<KernelKind> kernels = simd_kernels();
-  if (kernels.empty()) GTEST_SKIP() << "the machine has no SIMD kernel";
-  proof::Family family;
-  proof::Moments deviations;
-  for (const Shot& shot : shots()) {
-    CloudScene s = shot.scene;
-    s.options.samples = proof::samples(300);
-    const Film scalar = render_with(KernelKind::scalar, shot, s);
-    s.options.samples = proof::samples(600);
-    s.options.seed = 2;
-    const Film lanes = render_with(kernels.back(), shot, s);
-    compare(scalar, lanes, shot.name, family);
-    deviations.add(compare(average(lanes), average(scalar), shot.name + ", again", family));
-  }
-  add_all_together(deviations, family);
-  EXPECT_TRUE(family.passes());
-}
-
-TEST(WavefrontLookUps, OfEveryWidthGiveTheSameBytes) {
-  const std::vector<KernelKind> kernels = simd_kernels();
-  if (kernels.size() < 2) GTEST_SKIP() << "the machine has one SIMD kernel at most";
-  for (const Shot& shot : shots()) {
-    CloudScene s = shot.scene;
-    s.options.samples = 5;
-    EXPECT_TRUE(same_bytes(render_with(kernels[0], shot, s), render_with(kernels[1], shot, s)))
-        << shot.name;
-  }
-}
+TEST(WavefrontLookUps, HaveTheMeansOfTheScalarTracer) { expect_means_of_scalar(shots(), 300); }
+TEST(WavefrontLookUps, OfEveryWidthGiveTheSameBytes) { expect_same_at_every_width(shots()); }
 
 /// Shared samples are looked up one by one, copied ones in lanes: the decisions are the same.
 TEST(WavefrontLookUps, OfSharedSamplesChangeNoBit) {
@@ -111,8 +72,8 @@ TEST(WavefrontLookUps, OfSharedSamplesChangeNoBit) {
     o.share_samples = true;
     const Volume shared =
         pvol::make_volume(puff().grid, build_pyramid(puff().grid), s.medium.medium(), o);
-    EXPECT_TRUE(same_bytes(render_with(kernel, {"copied", s, std::move(copied)}, s),
-                           render_with(kernel, {"shared", s, shared}, s)));
+    EXPECT_TRUE(same_bytes(render_with(kernel, {"copied", s, {std::move(copied)}}, s),
+                           render_with(kernel, {"shared", s, {shared}}, s)));
   }
 }
 

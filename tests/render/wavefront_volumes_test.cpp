@@ -8,17 +8,10 @@
 #include "pvol/volume/emitter.h"
 #include "support/colors.h"
 #include "support/lit_scenes.h"
-#include "support/pictures.h"
-#include "support/simd_kernels.h"
+#include "support/wavefront_shots.h"
 
 namespace pvol::test {
 namespace wavefront_volumes_test {
-
-struct Shot {
-  std::string name;
-  CloudScene scene;
-  std::vector<Volume> volumes;
-};
 
 /// The puff with a medium, at a place.
 Volume puff_at(CloudScene s, const Body& body, const Affine& place) {
@@ -34,7 +27,7 @@ std::vector<Shot> shots() {
       s.options.guide = guide;
       s.camera = Camera{{120, 60, 90}, {25, 16, 18}};
       s.camera.fov = 30;
-      all.push_back({name + (guide == GuideUse::on ? ", guided" : ", plain"), s, volumes});
+      all.push_back({name_of(name, guide), s, volumes});
     }
   };
   const CloudScene plain = sunny();
@@ -73,29 +66,9 @@ std::vector<Shot> shots() {
   return all;
 }
 
-Film render_with(KernelKind kernel, const Shot& shot, CloudScene s) {
-  s.options.kernel = kernel;
-  return render(shot.volumes, s).film;
-}
-
-TEST(WavefrontVolumes, HaveTheMeansOfTheScalarTracer) {
-  const std::vector<KernelKind> kernels = simd_kernels();
-  if (kernels.empty()) GTEST_SKIP() << "the machine has no SIMD kernel";
-  proof::Family family;
-  proof::Moments deviations;
-  for (const Shot& shot : shots()) {
-    CloudScene s = shot.scene;
-    s.options.samples = proof::samples(600);
-    const Film scalar = render_with(KernelKind::scalar, shot, s);
-    s.options.samples = proof::samples(1200);
-    s.options.seed = 2;
-    const Film lanes = render_with(kernels.back(), shot, s);
-    compare(scalar, lanes, shot.name, family);
-    deviations.add(compare(average(lanes), average(scalar), shot.name + ", again", family));
-  }
-  add_all_together(deviations, family);
-  EXPECT_TRUE(family.passes());
-}
+TEST(WavefrontVolumes, HaveTheMeansOfTheScalarTracer) { expect_means_of_scalar(shots(), 600); }
+TEST(WavefrontVolumes, OfEveryWidthGiveTheSameBytes) { expect_same_at_every_width(shots()); }
+TEST(WavefrontVolumes, CompanyChangesNoBit) { expect_same_in_any_company(shots()); }
 
 /// A volume in two halves of its extinction is the volume.
 TEST(WavefrontVolumes, OfHalfTheExtinctionAddUp) {
@@ -111,37 +84,6 @@ TEST(WavefrontVolumes, OfHalfTheExtinctionAddUp) {
   proof::Family family;
   compare(whole, halves, "halves", family);
   EXPECT_TRUE(family.passes());
-}
-
-TEST(WavefrontVolumes, OfEveryWidthGiveTheSameBytes) {
-  const std::vector<KernelKind> kernels = simd_kernels();
-  if (kernels.size() < 2) GTEST_SKIP() << "the machine has one SIMD kernel at most";
-  for (const Shot& shot : shots()) {
-    CloudScene s = shot.scene;
-    s.options.samples = 5;
-    EXPECT_TRUE(same_bytes(render_with(kernels[0], shot, s), render_with(kernels[1], shot, s)))
-        << shot.name;
-  }
-}
-
-TEST(WavefrontVolumes, CompanyChangesNoBit) {
-  for (const KernelKind kernel : simd_kernels()) {
-    for (const Shot& shot : shots()) {
-      CloudScene s = shot.scene;
-      s.options.samples = 20;
-      const Film whole = render_with(kernel, shot, s);
-      s.options.threads = 7;
-      EXPECT_TRUE(same_bytes(whole, render_with(kernel, shot, s))) << shot.name;
-      s.options.crop_x = 5, s.options.crop_y = 6;
-      s.options.crop_width = 3, s.options.crop_height = 4;
-      const Film crop = render_with(kernel, shot, s);
-      for (int y = 0; y < 4; ++y) {
-        for (int x = 0; x < 3; ++x) {
-          EXPECT_TRUE(same_bytes(crop.at(x, y), whole.at(5 + x, 6 + y))) << shot.name;
-        }
-      }
-    }
-  }
 }
 
 }  // namespace wavefront_volumes_test

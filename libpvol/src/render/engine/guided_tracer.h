@@ -82,11 +82,11 @@ class GuidedTracer {
 
   /// Whether flights bring light besides that of their ends.
   [[nodiscard]] bool flights_bring_light() const {
-    return !Kind::kSimple && (s_.emission || s_.light.met_on_flights);
+    return !Kind::kSimple && s_.flights_bring_light();
   }
   /// Whether what emits along flights is a light.
   [[nodiscard]] bool samples_fires() const {
-    return !Kind::kSimple && s_.emission && s_.emission->sampled_in_volumes;
+    return !Kind::kSimple && s_.samples_fires();
   }
 
   /// Adds what a collision gives of its own and by next-event estimation; whether the path goes on

@@ -27,7 +27,7 @@ class SurfaceTracer {
       const Hit hit = traversal.fly(direction_, rng);
       const SurfaceHit& surface = traversal.surface();
       const bool leaves = hit.component == nullptr && surface.material == nullptr;
-      if (s_.emission || s_.light.met_on_flights) add_on_the_way(from, hit, !leaves, rng);
+      if (s_.flights_bring_light()) add_on_the_way(from, hit, !leaves, rng);
       const bool goes_on =
           hit.component ? collide(*hit.component, from, rng) : !leaves && meet(surface, rng);
       if (leaves) leave();

@@ -104,6 +104,14 @@ struct PathSetup {
 
   /// Whether paths go through one volume alone, which stands still: in its cells.
   [[nodiscard]] bool is_one_still() const { return instances->is_one_still() && !surfaces; }
+  /// Whether flights bring light besides that of their ends: of fires, or of lights that they pass.
+  [[nodiscard]] bool flights_bring_light() const {
+    return emission != nullptr || light.met_on_flights;
+  }
+  /// Whether scatterings in volumes sample fires as lights.
+  [[nodiscard]] bool samples_fires() const {
+    return emission != nullptr && emission->sampled_in_volumes;
+  }
 
   /// Whether what is under way is to end. Asked at each collision and for each light: next to
   /// flights that costs nothing, and they may be long.

@@ -152,7 +152,7 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
     if constexpr (!kGuided) end_faint(p, kPathRoulette);
     p.alive = hn::And(p.alive, hn::Gt(p.largest(), splat(0)));
     ask_lights<kGuided>(s, m, p);
-    if (s.samples_fires()) ask_fires(s, m, p);
+    if (s.setup.samples_fires()) ask_fires(s, m, p);
     if constexpr (kGuided) {
       const M split = hn::Gt(contribution, splat(kSplitAbove));
       const I copies =

@@ -33,6 +33,21 @@ struct Waiting {
   std::uint32_t rng0, rng1;
 };
 
+/// Adds a record of the ray to a queue, with all but its place; returns its number.
+inline std::size_t put_waiting(std::uint32_t number, const Waiting& of, Records& to) {
+  to.reserve(1);
+  const std::size_t n = to.n++;
+  for (const std::size_t f :
+       {std::size_t(kDX), std::size_t(kDY), std::size_t(kDZ), std::size_t(kW0), std::size_t(kW1),
+        std::size_t(kW2), std::size_t(kPdf)}) {
+    to[f][n] = of.q[f][of.at];
+  }
+  to.bits(kRng0)[n] = of.rng0, to.bits(kRng1)[n] = of.rng1;
+  to.bits(kId)[n] = of.q.bits(kId)[of.at];
+  to.bits(kRay)[n] = number;
+  return n;
+}
+
 /// Puts a ray where it enters an instance.
 inline void enter(const ManyVolumesAtOnce& w, std::uint32_t number, const WorldRay::Visit& visit,
                   const Waiting& of) {
@@ -40,25 +55,16 @@ inline void enter(const ManyVolumesAtOnce& w, std::uint32_t number, const WorldR
   const Instance& in = w.instance(visit.instance);
   const WavefrontScene& s = w.scenes[in.volume];
   Records& to = w.m.queues[in.volume][std::size_t(of.kind)];
-  to.reserve(1);
-  const std::size_t n = to.n++;
+  const std::size_t n = put_waiting(number, of, to);
   const Ray cells = in.in_cells(r.ray);
   const Vec3d place = cells.at(visit.t0) + Vec3d(DenseBounds::kBorder);
   for (int axis = 0; axis < 3; ++axis) {
     const auto k = std::size_t(axis);
     to[kX + k][n] = std::clamp(float(place[axis]), s.field.low[axis], s.field.high[axis]);
     to[kStepX + k][n] = float(cells.d[axis]);
-    to[kDX + k][n] = of.q[kDX + k][of.at];
-  }
-  for (const std::size_t f : {std::size_t(kW0), std::size_t(kW1), std::size_t(kW2)}) {
-    to[f][n] = of.q[f][of.at];
   }
   to[kLeft][n] = float(std::min(r.end() - visit.t0, 0x1p100));
   to[kDepth][n] = of.depth;
-  to[kPdf][n] = of.q[kPdf][of.at];
-  to.bits(kRng0)[n] = of.rng0, to.bits(kRng1)[n] = of.rng1;
-  to.bits(kId)[n] = of.q.bits(kId)[of.at];
-  to.bits(kRay)[n] = number;
 }
 
 /// Puts a path that has collided among the collisions of the volume.
@@ -66,18 +72,8 @@ inline void put_hit(const ManyVolumesAtOnce& w, std::uint32_t number, const Wait
   WorldRay& r = w.m.rays[number];
   r.within = r.hit;
   Records& to = w.m.hits[w.instance(r.hit).volume];
-  to.reserve(1);
-  const std::size_t n = to.n++;
-  for (std::size_t k = 0; k < 3; ++k) {
-    to[kX + k][n] = r.cells[int(k)];
-    to[kDX + k][n] = of.q[kDX + k][of.at];
-  }
-  for (const std::size_t f : {std::size_t(kW0), std::size_t(kW1), std::size_t(kW2)}) {
-    to[f][n] = of.q[f][of.at];
-  }
-  to.bits(kRng0)[n] = of.rng0, to.bits(kRng1)[n] = of.rng1;
-  to.bits(kId)[n] = of.q.bits(kId)[of.at];
-  to.bits(kRay)[n] = number;
+  const std::size_t n = put_waiting(number, of, to);
+  for (std::size_t k = 0; k < 3; ++k) to[kX + k][n] = r.cells[int(k)];
   if (const Importance* const importance = w.setup.importance.get()) {
     to.bits(kAux)[n] = importance->cells().row(WorldPlace{r.place});
   }
@@ -108,7 +104,7 @@ void finish_ray(const ManyVolumesAtOnce& w, std::uint32_t number, const Waiting&
     add_fire(m, id, emission_of(w.setup, flight, rng) * weight);
     return m.rays.remove(number);
   }
-  if (brings_light_on_the_way(w.setup)) {
+  if (w.setup.flights_bring_light()) {
     m.slots.add(slot_of(id), number_of(id), [&](PathResult& to) {
       const auto pdf = [&] { return seen ? 0.0f : of.q[kPdf][of.at]; };
       detail::add_on_the_way(w.setup, flight, pdf, weight, rng, to);

@@ -104,7 +104,7 @@ struct WavefrontMemory : FlightMemory {
   Records arrived{kPathFields};                        ///< tentative collisions that were real
 
   explicit WavefrontMemory(const PathSetup& setup) : FlightMemory(kPathFields), slots(setup) {
-    if (setup.is_one_still() && !setup.volumes.front().volume.density.octree.empty()) return;
+    if (!fly_in_the_world(setup)) return;
     constexpr std::size_t kFew = 64;
     for (std::size_t i = 0; i < setup.volumes.size(); ++i) {
       queues.push_back({Records(kPathFields, kFew), Records(kPathFields, kFew),

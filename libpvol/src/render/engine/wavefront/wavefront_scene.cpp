@@ -72,7 +72,7 @@ SimdLight make_simd_light(const LightSource& source, const Affine& world_to_cell
 WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
     : setup(s),
       volume(s.volumes[number]),
-      many(!s.is_one_still() || volume.volume.density.octree.empty()),
+      many(fly_in_the_world(s)),
       to_world{Vec3f(volume.cells_to_world.m[0]), Vec3f(volume.cells_to_world.m[1]),
                Vec3f(volume.cells_to_world.m[2])},
       field(volume.volume.density, (*s.dense)[number]),
@@ -81,7 +81,7 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
                    s.volumes, [](const VolumeSetup& v) { return has_one_lobe(v.components); }) &&
                !s.albedo_varies),
       drawn(s.light.sources.size() > kMostAsked),
-      lines(!many && brings_light_on_the_way(s)) {
+      lines(!many && s.flights_bring_light()) {
   // What is absorbed is in layers.
   emits = s.options.aovs.has(Aov::lights) && largest(s.constant) > 0;
   for (const MediumComponent& m : volume.components) {
@@ -92,7 +92,7 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
   counts_collisions = orders || s.max_bounces <= kMostWavefrontBounces;
   limited = many;
   ratio = s.options.transmittance == Transmittance::ratio;
-  weighted = ratio || s.light.sky.sampled() || brings_light_on_the_way(s);
+  weighted = ratio || s.light.sky.sampled() || s.flights_bring_light();
   dark_sky = !s.light.sky.sampled() && largest(s.light.sky.radiance({0, 1, 0}) - s.constant) == 0 &&
              s.light.sky.is_constant();
   for (const LightSource& source : s.light.sources) {

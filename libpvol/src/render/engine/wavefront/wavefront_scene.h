@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "render/engine/wavefront/path_fields.h"
+#include "render/engine/wavefront/world_rays.h"
 #include "render/guide/importance.h"
 #include "render/path/path_setup.h"
 #include "volume/simd/simd_field.h"
@@ -75,16 +76,7 @@ struct WavefrontScene {
   explicit WavefrontScene(const PathSetup& s, std::size_t number = 0);
 
   [[nodiscard]] const Importance* importance() const { return setup.importance.get(); }
-  /// Whether collisions send rays to fires.
-  [[nodiscard]] bool samples_fires() const {
-    return setup.emission != nullptr && setup.emission->sampled_in_volumes;
-  }
 };
-
-/// Whether flights bring light of fires or of lights that they pass.
-[[nodiscard]] inline bool brings_light_on_the_way(const PathSetup& s) {
-  return s.emission != nullptr || s.light.met_on_flights;
-}
 
 /// One for each volume of the setup.
 [[nodiscard]] std::vector<WavefrontScene> make_wavefront_scenes(const PathSetup& s);

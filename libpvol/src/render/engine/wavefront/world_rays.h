@@ -12,6 +12,12 @@
 
 namespace pvol::detail {
 
+/// Whether rays of the setup are kept in the world: they may meet several volumes or places, or
+/// none.
+[[nodiscard]] inline bool fly_in_the_world(const PathSetup& s) {
+  return !s.is_one_still() || s.volumes.front().volume.density.octree.empty();
+}
+
 /// A ray, what lies on its way, and the nearest of the collisions that its flights have found:
 /// those in each volume are independent, and the shortest is that of their sum (THEORY.md, T3.8).
 struct WorldRay {
