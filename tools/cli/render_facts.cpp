@@ -7,6 +7,7 @@
 #include <string>
 
 #include "cli/cli.h"
+#include "cli/render_options.h"
 #include "pvol/bounds/homogenise.h"
 #include "pvol/volume/facts.h"
 
