@@ -275,12 +275,12 @@ TEST(RigidMotion, ThePlanSaysWhatItTakes) {
   const RenderPlan p = plan({&v, 1}, s.scene());
   EXPECT_TRUE(p.kernel.places_move);
   EXPECT_FALSE(p.kernel.moving);
-  EXPECT_EQ(p.kernel.kind, KernelKind::scalar);
+  const Volume still = still_at(block(), s, alone(shifted(Vec3d{}, {0, 10, 0})), 0);
+  EXPECT_EQ(p.kernel.kind, plan({&still, 1}, s.scene()).kernel.kind);
   EXPECT_GT(p.forecast.collisions, 0);
   std::string all;
   for (const Decision& d : p.decisions) all += d.what + ' ' + d.choice + ": " + d.reason + '\n';
   EXPECT_TRUE(says(all, "motion.motion_whole_moves"));
-  EXPECT_TRUE(says(all, "motion.kernel_scalar_volume"));
   EXPECT_TRUE(p.warnings.empty()) << p.warnings.front();
   const auto refused = [&](const Volume& of, const auto& change) {
     CloudScene with = s;

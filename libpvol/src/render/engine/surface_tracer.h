@@ -7,6 +7,7 @@
 #include "render/path/camera_rays.h"
 #include "render/path/gather_light.h"
 #include "render/path/lambert.h"
+#include "render/path/open_light.h"
 #include "render/path/path_kind.h"
 
 namespace pvol::detail {
@@ -109,7 +110,10 @@ class SurfaceTracer {
   void leave() {
     if (traversal.direct_until() != kEndless) return;
     if (scatterings_ == 0) {
-      if (s_.options.background) add_seen(s_, direction_, throughput_, r_);
+      if (s_.options.background) {
+        add_constant(s_, r_);
+        add_seen(s_, direction_, throughput_, r_);
+      }
     } else if (on_catcher_) {
       const auto own = [&] { return pdf(); };
       direct_.reset();
@@ -196,6 +200,7 @@ class SurfaceTracer {
       r_.first_normal = surface.normal;
       r_.first_material = &material;
     }
+    subtract_absorbed(s_, material.albedo, throughput_, r_);
     if (is_at_end()) return false;
     throughput_ *= material.albedo;
     const bool seen = scatterings_ == 0;  // it is its pixel's noise, and no roulette decides on it
@@ -208,6 +213,7 @@ class SurfaceTracer {
   /// Makes the sample one that met something.
   void note_first(Vec3d place) {
     r_.alpha = 1;
+    add_constant(s_, r_);
     if (s_.first_collisions) r_.first = place, r_.first_weight = 1;
   }
 
@@ -246,7 +252,7 @@ class SurfaceTracer {
     on_catcher_ = true;
     r_.first = surface.place, r_.first_material = surface.material;
     seen_ = direction_;
-    open_light_ = light_in_the_open(surface);
+    open_light_ = open_(s_.light, surface);
     r_.alpha = 1;
     if (largest(open_light_) > 0) {
       direct_.reset();
@@ -260,20 +266,6 @@ class SurfaceTracer {
     r_.scattered(++scatterings_);
     turn_path(lobe_, rng);
     return largest(throughput_) > 0 || largest(open_light_) > 0;
-  }
-
-  /// What a white surface there would scatter if nothing were in the way.
-  [[nodiscard]] Rgb light_in_the_open(const SurfaceHit& surface) {
-    if (surface.normal != open_normal_) {
-      open_normal_ = surface.normal;
-      open_sky_ = s_.light.open_sky->irradiance(open_normal_);
-    }
-    Rgb sum = open_sky_;
-    for (const LightSource& source : s_.light.sources) {
-      sum += std::visit([&](const auto& l) { return l.on_plane(surface.place, surface.normal); },
-                        source);
-    }
-    return sum * float(1 / std::numbers::pi);
   }
 
   /// Takes what arrived unscattered off what the catcher covers; where nothing ever does, there is
@@ -301,10 +293,9 @@ class SurfaceTracer {
   }
 
   Branches<WorldPlace> waiting_;
-  Vec3f seen_;         // the camera's direction to the catcher
-  Rgb open_light_;     // there without shadow
-  Vec3d open_normal_;  // of the catcher that was asked for last: of planes there is but one
-  Rgb open_sky_;       // its irradiance
+  Vec3f seen_;      // the camera's direction to the catcher
+  Rgb open_light_;  // there without shadow
+  OpenLight open_;
 };
 
 }  // namespace pvol::detail

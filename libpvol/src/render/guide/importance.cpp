@@ -285,8 +285,9 @@ std::optional<Importance> make_importance(const PathSetup& setup) {
 }
 
 void guide_paths(const RenderPlan& plan, PathSetup& setup) {
-  // What is constant is of no order of scattering, nor is it everywhere where surfaces are.
-  const bool none = plan.scene.options.aovs.has(Aov::scattering) || plan.surfaces != nullptr;
+  // What is constant is of no order of scattering.
+  const bool none = plan.scene.options.aovs.has(Aov::scattering) ||
+                    (plan.surfaces != nullptr && !plan.surfaces->are_even());
   PathSetup guided(plan, none ? Rgb(0.0f) : constant_part(plan.scene.environment, setup.light.sky),
                    setup.dense);
   guided.stop = setup.stop;

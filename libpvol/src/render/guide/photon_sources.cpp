@@ -6,6 +6,8 @@
 
 #include "pvol/volume/facts.h"
 #include "render/guide/mixture.h"
+#include "render/path/gather_light.h"
+#include "render/path/lambert.h"
 
 namespace pvol::detail {
 namespace {
@@ -116,7 +118,7 @@ PhotonSources::PhotonSources(const PathSetup& setup, const CoarseCells& cells)
     add(b.power);
     if (b.has_axis) propose_axis(b.power, b.axis, strongest);
   }
-  add_sky(strongest);
+  add_around(strongest);
   add(component_power());
   if (s_.emission && s_.emission->lit) add_fires(strongest);
 }
@@ -127,7 +129,7 @@ Photon PhotonSources::sample(Rng& rng) const {
   while (i + 1 < up_to_.size() && u >= up_to_[i]) ++i;
   const double own = up_to_[i] - (i > 0 ? up_to_[i - 1] : 0);
   Photon p = i < s_.light.sources.size()        ? from_light(s_.light.sources[i], rng)
-             : i == s_.light.sources.size()     ? from_sky(rng)
+             : i == s_.light.sources.size()     ? from_around(rng)
              : i == s_.light.sources.size() + 1 ? from_media(rng)
                                                 : from_fires(rng);
   p.power *= float(power() / own);
@@ -135,26 +137,53 @@ Photon PhotonSources::sample(Rng& rng) const {
   return p;
 }
 
-/// The sky by its own sampling and uniformly, half and half.
-LightSample PhotonSources::sample_sky(Rng& rng) const {
+/// The sky by its own sampling and uniformly, half and half. A surface on the way to the target
+/// hides it, and brings what it scatters instead.
+PhotonSources::FromAround PhotonSources::sample_around(Rng& rng) const {
   LightSample l;
   const bool own = s_.light.sky.sampled() && rng.uniform() < 0.5f;
   l.direction = own ? s_.light.sky.sample(rng).direction : uniform_direction(rng);
   constexpr float kUniform = 1 / (4 * kPi);
   l.pdf = s_.light.sky.sampled() ? 0.5f * (kUniform + s_.light.sky.pdf(l.direction)) : kUniform;
-  const Rgb more = s_.light.sky.radiance(l.direction) - s_.constant;
+  const Ray ray = target_.ray(-l.direction, rng);
+  l.radiance = s_.light.sky.radiance(l.direction);
+  if (s_.surfaces) {
+    const SurfaceHit hit = s_.surfaces->scattered->first_hit({ray.o, Vec3d(l.direction)}, kEndless);
+    if (hit.material != nullptr) l.radiance = seen_on(hit, rng);
+  }
+  const Rgb more = l.radiance - s_.constant;
   l.radiance = Rgb(std::abs(more.x), std::abs(more.y), std::abs(more.z));
-  return l;
+  return {l, ray};
 }
 
-void PhotonSources::add_sky(double& strongest) {
+/// About what a surface scatters: light of the lights as if no volume were in the way, and of the
+/// sky from one direction.
+Rgb PhotonSources::seen_on(const SurfaceHit& surface, Rng& rng) const {
+  const Lambert lobe{Vec3f(surface.normal)};
+  const Vec3f up = sample_phase(lobe, {}, rng);
+  const bool open = !s_.surfaces->shadow->block({surface.place, Vec3d(up)}, kEndless);
+  Rgb sum = open ? s_.light.sky.radiance(up) : Rgb(0.0f);
+  const auto even = [](std::size_t) { return 1.0f; };
+  const auto place = [&] { return surface.place; };
+  ask_each(s_, place, even, rng, [&](std::size_t i, float factor) {
+    const LightSample l = std::visit([&](const auto& light) { return light.sample(place, rng); },
+                                     s_.light.sources[i]);
+    const float cosine = std::max(0.0f, dot(lobe.normal, l.direction));
+    if (!(cosine > 0)) return;
+    if (s_.surfaces->shadow->block({surface.place, Vec3d(l.direction)}, l.distance)) return;
+    sum += l.radiance * (cosine * factor / kPi / (l.pdf > 0 ? l.pdf : 1));
+  });
+  return surface.material->albedo * sum;
+}
+
+void PhotonSources::add_around(double& strongest) {
   constexpr int kSamples = 4096;
   constexpr std::uint64_t kKey = 0x736b79;
   double power = 0;
   Vec3d mean;
   for (int i = 0; i < kSamples; ++i) {
     Rng rng(kKey, 0, std::uint64_t(i));
-    const LightSample l = sample_sky(rng);
+    const LightSample l = sample_around(rng).sky;
     const double radiance = double(luminance(l.radiance)), weight = 1 / (double(l.pdf) * kSamples);
     power += radiance * weight * target_.shadow(l.direction);
     mean += Vec3d(l.direction) * (radiance * radiance * weight);  // squared: where it is brightest
@@ -170,13 +199,16 @@ double PhotonSources::component_power() {
 }
 
 Photon PhotonSources::from_light(const LightSource& source, Rng& rng) const {
-  return std::visit([&](const auto& light) { return emit(light, target_, power(), rng); }, source);
+  Photon p =
+      std::visit([&](const auto& light) { return emit(light, target_, power(), rng); }, source);
+  const bool from_afar = std::holds_alternative<SunLight>(source) && s_.surfaces;
+  if (from_afar && s_.surfaces->shadow->block({p.ray.o, -p.ray.d}, kEndless)) p.power = Rgb(0.0f);
+  return p;
 }
 
-Photon PhotonSources::from_sky(Rng& rng) const {
-  const LightSample l = sample_sky(rng);
-  const Vec3f d = -l.direction;
-  return {target_.ray(d, rng), l.radiance * float(target_.shadow(d) / (double(l.pdf) * power()))};
+Photon PhotonSources::from_around(Rng& rng) const {
+  const auto [l, ray] = sample_around(rng);
+  return {ray, l.radiance * float(target_.shadow(l.direction) / (double(l.pdf) * power()))};
 }
 
 Photon PhotonSources::from_media(Rng& rng) const {

@@ -1,4 +1,5 @@
-// Where photons come from: the lights of a scene, its sky and its media.
+// Where photons come from: the lights of a scene, its sky with the surfaces before it, and its
+// media.
 #pragma once
 
 #include <vector>
@@ -13,7 +14,7 @@ namespace pvol::detail {
 struct Photon {
   Ray ray;
   Rgb power{0.0f};
-  std::size_t source = 0;  ///< number of its light; larger ones are the sky and media
+  std::size_t source = 0;  ///< number of its light; larger ones are sky, surfaces and media
 };
 
 /// The lights of the scene less its constant, to draw photons from in proportion to their power.
@@ -31,16 +32,22 @@ class PhotonSources {
   [[nodiscard]] Photon sample(Rng& rng) const;
 
  private:
-  void add_sky(double& strongest);
+  void add_around(double& strongest);
   void add(double power) { up_to_.push_back((up_to_.empty() ? 0 : up_to_.back()) + power); }
   void propose_axis(double power, Vec3f axis, double& strongest) {
     if (power > strongest) strongest = power, axis_ = axis;
   }
-  [[nodiscard]] LightSample sample_sky(Rng& rng) const;
+  /// A direction of the sky, and a ray from there to the target.
+  struct FromAround {
+    LightSample sky;
+    Ray ray;
+  };
+  [[nodiscard]] FromAround sample_around(Rng& rng) const;
+  [[nodiscard]] Rgb seen_on(const SurfaceHit& surface, Rng& rng) const;
   [[nodiscard]] double component_power();
   void add_fires(double& strongest);
   [[nodiscard]] Photon from_light(const LightSource& source, Rng& rng) const;
-  [[nodiscard]] Photon from_sky(Rng& rng) const;
+  [[nodiscard]] Photon from_around(Rng& rng) const;
   [[nodiscard]] Photon from_media(Rng& rng) const;
   [[nodiscard]] Photon from_fires(Rng& rng) const;
 

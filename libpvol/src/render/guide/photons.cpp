@@ -34,11 +34,7 @@ void trace(const PhotonSources& sources, const PathSetup& setup, const CoarseCel
     counts.add(row, -d, luminance(power));
     if (flight == 0) counts.add_direct(row, p.source, luminance(power));
     power *= local(setup, traversal, *hit.component).albedo;
-    const float most = largest(power);
-    if (most < kPhotonRoulette) {
-      if (!(rng.uniform() * kPhotonRoulette < most)) return;
-      power *= kPhotonRoulette / most;
-    }
+    if (!survives(power, kPhotonRoulette, rng)) return;
     d = sample_phase(hit.component->phase, d, rng);
   }
 }
@@ -55,7 +51,7 @@ IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells, in
     return light;
   }
   LightCounts counts(light, cells.count(), setup.light.sources.size(), photons);
-  if (setup.kernel != KernelKind::scalar && setup.is_one_still()) {
+  if (setup.kernel != KernelKind::scalar) {
     trace_photons_by_wavefront(setup, cells, sources, photons, counts);
   } else {
     const auto trace_one = setup.instances->moves() ? &trace<MovingVolumes>

@@ -30,6 +30,13 @@ inline void add_constant(const PathSetup& s, PathResult& r) {
   if (r.in_layers()) r.sky() += s.constant;
 }
 
+/// What a surface of this albedo, which a path of this throughput meets, absorbs of the constant.
+inline void subtract_absorbed(const PathSetup& s, Rgb albedo, Rgb throughput, PathResult& r) {
+  const Rgb absorbed = throughput * (Rgb(1.0f) - albedo) * s.constant;
+  r.radiance -= absorbed;
+  if (r.in_layers()) r.sky() -= absorbed;
+}
+
 /// What a collision of a path of this throughput emits, less what it absorbs of the constant, which
 /// is the sky's. Of a component that is the same all over, or as it is there.
 template <class AnyComponent>
@@ -226,6 +233,14 @@ template <class ShadowImportance, class Ask>
   }
 }
 
+/// ask(i, 1 / expected number of times that it is asked) for all lights, or for some of many.
+template <class ShadowImportance, class Place, class Ask>
+inline void ask_each(const PathSetup& s, const Place& place, const ShadowImportance& importance,
+                     Rng& rng, const Ask& ask) {
+  if (s.light.sources.size() > kMostAsked) return ask_some(s, place(), importance, rng, ask);
+  for (std::size_t i = 0; i < s.light.sources.size(); ++i) ask(i, 1);
+}
+
 /// Next-event estimation: light of every source and of a sampled sky that scatters into a path of a
 /// kind of paths. `importance(i)` is that of a shadow ray to light i from there, above 0; the sky
 /// comes after the lights.
@@ -244,10 +259,10 @@ inline void add_light_here(const PathVertex<Traversal>& v, const Phase& phase,
     sum += arrived;
     if (r.in_layers()) r.layers[i] += arrived;
   };
-  if (!Kind::kSimple && s.light.sources.size() > kMostAsked) {
-    ask_some(s, v.traversal.position(), importance, v.rng, ask);
-  } else {
+  if constexpr (Kind::kSimple) {
     for (std::size_t i = 0; i < s.light.sources.size(); ++i) ask(i, 1);
+  } else {
+    ask_each(s, place, importance, v.rng, ask);
   }
   if (s.light.sky.sampled()) {
     const LightSample l = s.light.sky.sample(v.rng);

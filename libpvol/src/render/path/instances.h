@@ -63,6 +63,11 @@ struct Instances {
   [[nodiscard]] bool is_one_still() const { return all.size() == 1 && !moves(); }
   /// An instance at a time, in frames, while the shutter is open.
   [[nodiscard]] Instance at_time(std::uint32_t number, double frames) const;
+  /// The same, which `moved` holds where any moves.
+  [[nodiscard]] const Instance& at_time(std::uint32_t number, double frames,
+                                        Instance& moved) const {
+    return moves() ? moved = at_time(number, frames) : all[number];
+  }
 
  private:
   void add_motion(std::span<const Volume> volumes);

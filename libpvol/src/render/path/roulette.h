@@ -16,12 +16,15 @@ namespace pvol::detail {
 /// Paths of a throughput below this are continued with probability throughput / threshold.
 inline constexpr float kPathRoulette = 1.0f / 16;
 
-[[nodiscard]] inline bool survives(Rgb& throughput, Rng& rng) {
+[[nodiscard]] inline bool survives(Rgb& throughput, float threshold, Rng& rng) {
   const float most = largest(throughput);
-  if (most >= kPathRoulette) return true;
-  if (!(rng.uniform() * kPathRoulette < most)) return false;
-  throughput *= kPathRoulette / most;
+  if (most >= threshold) return true;
+  if (!(rng.uniform() * threshold < most)) return false;
+  throughput *= threshold / most;
   return true;
+}
+[[nodiscard]] inline bool survives(Rgb& throughput, Rng& rng) {
+  return survives(throughput, kPathRoulette, rng);
 }
 
 }  // namespace pvol::detail

@@ -52,7 +52,6 @@ void look_up_one_by_one(const VolumeField& field, const float* x, const float* y
 const char* simd_obstacle(const Volume& v) {
   const VolumeField& f = v.density;
   if (f.motion != nullptr) return "the volume moves";
-  if (v.moving_places != nullptr) return "the volume moves as a whole";
   // Their constants would reach beyond the support's box, to the ends of leaves.
   if (f.homogeneous != nullptr) return "nodes are homogenised";
   if (f.octree.empty()) return "the volume is empty";

@@ -57,6 +57,7 @@ HWY_NOINLINE void add_emission(const WavefrontScene& s, WavefrontMemory& m,
   const LanePlaces places(s, m, p);
   for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
     const auto k = std::size_t(std::countr_zero(lanes));
+    if (s.many && !places.brings_light(k)) continue;
     if (ComponentKind::kWeights == 1 && !s.orders && !s.many) {
       m.slots.add_collision(slot_of(id[k]), w[0][k]);
     } else {

@@ -83,6 +83,11 @@ struct LanePlaces {
     if (s.many) return rays[ray[lane]].place;
     return s.volume.cells_to_world.point(in_cells(lane));
   }
+  /// Whether the flight to there brings what the place emits, of rays in the world.
+  [[nodiscard]] bool brings_light(std::size_t lane) const {
+    const WorldRay& r = rays[ray[lane]];
+    return r.nearest < r.among.direct_until;
+  }
 };
 
 /// Asks one of the scene's lights, of any kind, from a lane; `times` is a factor on what it brings.

@@ -7,7 +7,7 @@
 #define PVOL_LANE_PHOTONS_INL_H
 #endif
 
-#include "render/engine/wavefront/trace-inl.h"
+#include "render/engine/wavefront/many-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
@@ -53,8 +53,13 @@ HWY_NOINLINE void collide_photons(const WavefrontScene& s, WavefrontMemory& m,
   for (std::size_t at = 0; at < q.n; at += kLanes) {
     Paths<ComponentKind> p(q, at);
     p.component = ComponentKind::choose(s, p.rng);
-    const Place place(s.field.bounds, p.x, p.y, p.z);
-    count_light(task, p, where(p.alive, row_of(task.cells, place.x, place.y, place.z)));
+    if (s.many) {
+      p.row = as_int(load(q.bits(kAux) + at));
+    } else {
+      const Place place(s.field.bounds, p.x, p.y, p.z);
+      p.row = row_of(task.cells, place.x, place.y, place.z);
+    }
+    count_light(task, p, where(p.alive, p.row));
     p.id = p.id + splat_bits(kMostSlots);
     const I flights = as_int(hn::ShiftRight<16>(p.id));
     p.alive = hn::And(p.alive, mask(hn::Lt(flights, splat_int(kMostPhotonFlights))));
@@ -68,7 +73,9 @@ HWY_NOINLINE void collide_photons(const WavefrontScene& s, WavefrontMemory& m,
 
 /// Traces the photons of a task; see PhotonKernel.
 template <class ComponentKind>
-void trace_photons(const WavefrontScene& s, WavefrontMemory& m, const PhotonTask& task) {
+void trace_photons(std::span<const WavefrontScene> scenes, WavefrontMemory& m,
+                   const PhotonTask& task) {
+  const WavefrontScene& s = scenes.front();
   Tally none;
   for (std::uint64_t next = task.begin; !s.setup.stop->load(std::memory_order_relaxed);) {
     m.paths.reserve(kSlice);
@@ -81,7 +88,43 @@ void trace_photons(const WavefrontScene& s, WavefrontMemory& m, const PhotonTask
   }
 }
 
-[[nodiscard]] inline PhotonKernel find_photons(bool one_lobe) {
+/// A photon in the world.
+template <class ComponentKind>
+void start(const World& w, const PhotonTask& task, std::uint64_t number) {
+  Rng rng(kPhotonKey, 0, number);
+  const Photon p = task.sources.sample(rng);
+  if (!is_finite(p.power) || !(largest(p.power) > 0)) return;
+  const auto source = std::uint32_t(std::min<std::size_t>(p.source, kMostSlots - 1));
+  Sent sent{.kind = RayKind::photon, .ray = p.ray, .id = source};
+  sent.weight = w.scenes.front().one_lobe ? Rgb(luminance(p.power)) : p.power;
+  if (w.setup.moving) sent.time = sample_time(w.setup, 0, 0, std::uint32_t(number));
+  send<ComponentKind>(w, sent, rng);
+}
+
+/// The same through many volumes, or among surfaces.
+template <class ComponentKind>
+void trace_photons_in_world(std::span<const WavefrontScene> scenes, WavefrontMemory& m,
+                            const PhotonTask& task) {
+  Work work(scenes.front().setup);
+  const World w{scenes, scenes.front().setup, m, work, &task.cells};
+  std::uint64_t next = task.begin;
+  const auto collide_in = [&](std::size_t volume) {
+    std::swap(m.collisions, m.hits[volume]);
+    const std::size_t parents = m.collisions.n;
+    collide_photons<ComponentKind>(scenes[volume], m, task);
+    scatter<ComponentKind>(scenes[volume], m.straight, m.paths);
+    aim_all<ComponentKind>(w, RayKind::photon, m.paths);
+    for (std::size_t k = 0; k < parents; ++k) m.rays.remove(m.collisions.bits(kRay)[k]);
+    std::swap(m.collisions, m.hits[volume]);
+  };
+  (void)follow_all<ComponentKind>(
+      w, [&] { return next < task.end; }, [&] { start<ComponentKind>(w, task, next++); },
+      collide_in);
+}
+
+[[nodiscard]] inline PhotonKernel find_photons(bool one_lobe, bool many) {
+  if (many)
+    return one_lobe ? &trace_photons_in_world<OneLobe> : &trace_photons_in_world<AnyComponent>;
   return one_lobe ? &trace_photons<OneLobe> : &trace_photons<AnyComponent>;
 }
 

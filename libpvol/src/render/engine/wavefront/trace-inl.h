@@ -42,30 +42,40 @@ inline void see_behind(const PathSetup& s, WavefrontMemory& m, std::uint32_t slo
   });
 }
 
-/// A path that left brings the light of where it went.
+/// A path that left brings the light of where it went, times a factor.
 template <class ComponentKind>
 HWY_INLINE void end_path(const WavefrontScene& s, WavefrontMemory& m, const Records& q,
-                         std::size_t at) {
+                         std::size_t at, float factor = 1) {
   const std::uint32_t id = q.bits(kId)[at];
   m.slots.add(slot_of(id), number_of(id), [&](PathResult& r) {
     const auto pdf = [&] { return q[kPdf][at]; };
-    add_scattered(s.setup, pdf, direction_at(q, at), weight_at<ComponentKind>(q, at), r);
+    add_scattered(s.setup, pdf, direction_at(q, at), weight_at<ComponentKind>(q, at) * factor, r);
   });
 }
 
-/// A shadow ray that left has reached its light.
+/// Light of a source, or of the sky, which has the number after them, has arrived.
+inline void add_light(const PathSetup& s, std::size_t light, Rgb arrived, PathResult& r) {
+  r.radiance += arrived;
+  if (!r.in_layers()) return;
+  (light == s.light.sources.size() ? r.sky() : r.layers[light]) += arrived;
+}
+
+/// What a shadow ray that left brings from its light.
+template <class ComponentKind>
+[[nodiscard]] inline Rgb arrived_by(const WavefrontScene& s, const Records& q, std::size_t at) {
+  const std::uint32_t light = light_of(q.bits(kId)[at]);
+  const bool sky = light == s.setup.light.sources.size();
+  const Rgb radiance = sky ? s.setup.light.sky.radiance(direction_at(q, at)) - s.setup.constant
+                           : s.lights[light].radiance;
+  const float passed = s.ratio ? q[kPdf][at] : 1;
+  return weight_at<ComponentKind>(q, at) * radiance * passed;
+}
 template <class ComponentKind>
 HWY_INLINE void end_shadow_ray(const WavefrontScene& s, WavefrontMemory& m, const Records& q,
                                std::size_t at) {
-  const std::uint32_t id = q.bits(kId)[at], light = light_of(id);
+  const std::uint32_t id = q.bits(kId)[at];
   m.slots.add(slot_of(id), scatterings_of(id), [&](PathResult& r) {
-    const bool sky = light == s.setup.light.sources.size();
-    const Rgb radiance = sky ? s.setup.light.sky.radiance(direction_at(q, at)) - s.setup.constant
-                             : s.lights[light].radiance;
-    const float passed = s.ratio ? q[kPdf][at] : 1;
-    const Rgb arrived = weight_at<ComponentKind>(q, at) * radiance * passed;
-    r.radiance += arrived;
-    if (r.in_layers()) (sky ? r.sky() : r.layers[light]) += arrived;
+    add_light(s.setup, light_of(id), arrived_by<ComponentKind>(s, q, at), r);
   });
 }
 

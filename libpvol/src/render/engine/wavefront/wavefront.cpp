@@ -22,7 +22,7 @@ namespace {
 /// The functions of one instruction set; none where it was not compiled.
 struct Kernels {
   WavefrontKernel (*find)(bool guided, bool one_lobe, bool many) = nullptr;
-  PhotonKernel (*find_photons)(bool one_lobe) = nullptr;
+  PhotonKernel (*find_photons)(bool one_lobe, bool many) = nullptr;
 };
 
 Kernels kernels_of([[maybe_unused]] KernelKind kernel) {
@@ -42,9 +42,9 @@ WavefrontKernel find_wavefront_kernel(KernelKind kernel, bool guided, const Wave
   return k.find == nullptr ? nullptr : k.find(guided, scene.one_lobe, scene.many);
 }
 
-PhotonKernel find_photon_kernel(KernelKind kernel, bool one_lobe) {
+PhotonKernel find_photon_kernel(KernelKind kernel, const WavefrontScene& scene) {
   const Kernels k = kernels_of(kernel);
-  return k.find_photons == nullptr ? nullptr : k.find_photons(one_lobe);
+  return k.find_photons == nullptr ? nullptr : k.find_photons(scene.one_lobe, scene.many);
 }
 
 }  // namespace pvol::detail

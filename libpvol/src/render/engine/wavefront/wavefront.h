@@ -26,8 +26,8 @@ struct PhotonTask {
   std::uint64_t begin, end;
   LightCounts& counts;
 };
-using PhotonKernel = void (*)(const WavefrontScene&, WavefrontMemory&, const PhotonTask&);
+using PhotonKernel = void (*)(std::span<const WavefrontScene>, WavefrontMemory&, const PhotonTask&);
 
-[[nodiscard]] PhotonKernel find_photon_kernel(KernelKind kernel, bool one_lobe);
+[[nodiscard]] PhotonKernel find_photon_kernel(KernelKind kernel, const WavefrontScene& scene);
 
 }  // namespace pvol::detail

@@ -10,6 +10,7 @@
 #include "render/engine/wavefront/world_rays.h"
 #include "render/path/film_layers.h"
 #include "render/path/gather_light.h"
+#include "render/path/open_light.h"
 #include "volume/simd/flight_memory.h"
 
 namespace pvol::detail {
@@ -29,6 +30,10 @@ class Slots {
     alpha.assign(count, 0);
     counts.assign(count, {});
     if (setup_.first_collisions) first.assign(count, {});
+    if (setup_.moving) times.assign(count, 0);
+    if (!setup_.surfaces) return;
+    seen.assign(count, {});
+    if (setup_.surfaces->camera->catch_shadows()) caught_.assign(count, {});
   }
 
   /// Calls add(result) with an empty result, and adds what it then holds to the slot: light that
@@ -49,6 +54,22 @@ class Slots {
   /// added at the end.
   void add_collision(std::uint32_t slot, float weight) { collided_[slot].add(weight); }
 
+  /// A shadow catcher before the camera: with the direction towards it, and the light that it would
+  /// scatter if it were white and nothing were in the way.
+  void see_catcher(std::uint32_t slot, Vec3f direction, Rgb open) {
+    alpha[slot] = 1;
+    caught_[slot] = {.any = true, .seen = direction, .open = open};
+  }
+
+  /// Calls add(result) with an empty result: what it then holds is light that reached the slot's
+  /// shadow catcher unscattered.
+  template <class Add>
+  void add_caught(std::uint32_t slot, const Add& add) {
+    result_.reset();
+    add(result_);
+    add_colour(caught_[slot].direct.data(), result_.radiance);
+  }
+
   [[nodiscard]] const PathResult& result(std::size_t slot) {
     const ExactSum* sums = &sums_[slot * colours_ * 3];
     result_.radiance = colour(sums);
@@ -59,16 +80,27 @@ class Slots {
       add_emitted(setup_, everywhere(component), Rgb(float(weight)), result_);
     }
     result_.alpha = alpha[slot];
+    if (setup_.moving) result_.time = times[slot];
     result_.first_weight = 0;
     if (setup_.first_collisions && alpha[slot] > 0) {
       result_.first = first[slot], result_.first_weight = 1;
     }
+    if (!seen.empty()) {
+      result_.first_material = seen[slot].material, result_.first_normal = seen[slot].normal;
+    }
+    if (!caught_.empty()) subtract_caught(caught_[slot]);
     return result_;
   }
 
   std::vector<float> alpha;
   std::vector<Vec3d>
       first;  ///< place of the first collision in the world, where they are asked for
+  std::vector<float> times;  ///< of samples, in frames, where anything moves
+  struct SeenSurface {
+    const Material* material = nullptr;  ///< null: the camera sees none
+    Vec3d normal{};
+  };
+  std::vector<SeenSurface> seen;                                       ///< where there are surfaces
   std::vector<std::array<std::uint32_t, kPixelCounts.size()>> counts;  ///< where they are asked for
 
  private:
@@ -76,6 +108,38 @@ class Slots {
   PathResult result_;
   std::size_t colours_;
   std::vector<ExactSum> sums_, collided_;
+  struct Caught {
+    bool any = false;
+    Vec3f seen{};
+    Rgb open{0.0f};
+    std::array<ExactSum, 3> direct{};
+  };
+  std::vector<Caught> caught_;
+
+  /// Takes what arrived unscattered off what a shadow catcher covers; where nothing ever does,
+  /// there is no shadow, and it covers nothing (THEORY.md, T5.18).
+  void subtract_caught(const Caught& c) {
+    result_.tint = result_.background = Rgb(0.0f);
+    if (!c.any) return;
+    result_.first_weight = 0;
+    Rgb shares(1.0f);
+    float share = 1;
+    if (const float open = luminance(c.open); open > 0) {
+      const Rgb direct = colour(c.direct.data());
+      share = luminance(direct) / open;
+      shares = Rgb(share);
+      for (int k = 0; k < 3; ++k) {
+        if (c.open[k] > 0) shares[k] = direct[k] / c.open[k];
+      }
+    }
+    result_.alpha = 1 - share;
+    result_.tint = shares - Rgb(share);
+    if (!setup_.options.background) return;
+    const Rgb before = result_.radiance;
+    add_seen(setup_, c.seen, shares, result_);
+    result_.background = result_.radiance - before;
+    if (!result_.orders.empty()) result_.orders.front() += result_.background;
+  }
 
   static void add_colour(ExactSum* sums, Rgb c) {
     for (int k = 0; k < 3; ++k) sums[k].add(c[k]);
@@ -84,10 +148,6 @@ class Slots {
     return {float(sums[0].value()), float(sums[1].value()), float(sums[2].value())};
   }
 };
-
-/// What rays do, each kind with queues of its own.
-enum class RayKind : std::size_t { camera, path, shadow, to_fire };
-inline constexpr std::size_t kRayKinds = 4;
 
 struct WavefrontMemory : FlightMemory {
   Records camera{kPathFields}, paths{kPathFields}, shadows{kPathFields};  ///< that wait to fly
@@ -99,16 +159,19 @@ struct WavefrontMemory : FlightMemory {
 
   // Through many volumes:
   WorldRays rays;
-  std::vector<std::array<Records, kRayKinds>> queues;  ///< that wait to fly, by volume
-  std::vector<Records> hits;                           ///< collisions of paths, by volume
-  Records arrived{kPathFields};                        ///< tentative collisions that were real
+  std::vector<std::vector<Records>> queues;        ///< that wait to fly, by volume and kind
+  std::vector<Records> hits;                       ///< collisions of paths, by volume
+  Records arrived{kPathFields};                    ///< tentative collisions that were real
+  Records sent{kPathFields};                       ///< the record of a ray that is about to be sent
+  Records met{kPathFields}, meeting{kPathFields};  ///< paths that have met a surface
+  OpenLight open_light;                            ///< on shadow catchers
 
   explicit WavefrontMemory(const PathSetup& setup) : FlightMemory(kPathFields), slots(setup) {
     if (!fly_in_the_world(setup)) return;
     constexpr std::size_t kFew = 64;
-    for (std::size_t i = 0; i < setup.volumes.size(); ++i) {
-      queues.push_back({Records(kPathFields, kFew), Records(kPathFields, kFew),
-                        Records(kPathFields, kFew), Records(kPathFields, kFew)});
+    queues.resize(setup.volumes.size());
+    for (auto& kinds : queues) {
+      for (std::size_t k = 0; k < kRayKinds; ++k) kinds.emplace_back(kPathFields, kFew);
       hits.emplace_back(kPathFields, kFew);
     }
   }

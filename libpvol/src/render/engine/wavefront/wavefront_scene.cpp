@@ -4,6 +4,7 @@
 
 #include "pvol/render/lighting.h"
 #include "pvol/volume/facts.h"
+#include "render/engine/wavefront/wavefront_memory.h"
 #include "render/path/gather_light.h"
 
 namespace pvol::detail {
@@ -79,7 +80,7 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
       components(make_component_table(volume.components)),
       one_lobe(std::ranges::all_of(
                    s.volumes, [](const VolumeSetup& v) { return has_one_lobe(v.components); }) &&
-               !s.albedo_varies),
+               !s.albedo_varies && (s.surfaces == nullptr || s.surfaces->are_grey())),
       drawn(s.light.sources.size() > kMostAsked),
       lines(!many && s.flights_bring_light()) {
   // What is absorbed is in layers.
@@ -127,7 +128,6 @@ std::vector<WavefrontScene> make_wavefront_scenes(const PathSetup& s) {
 
 const char* wavefront_obstacle(std::span<const Volume> volumes, const Scene& scene) {
   const RenderOptions& o = scene.options;
-  if (!scene.surfaces.empty()) return "there are surfaces";
   if (o.tracker != Tracker::decomposition) return "the tracker is not decomposition";
   if (o.transmittance == Transmittance::residual_ratio ||
       o.transmittance == Transmittance::regular) {

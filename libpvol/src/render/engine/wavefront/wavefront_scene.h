@@ -52,12 +52,12 @@ struct SimdLight {
 struct WavefrontScene {
   const PathSetup& setup;
   const VolumeSetup& volume;
-  bool many;                      ///< whether rays may meet several volumes or places, or none
+  bool many;                      ///< whether rays are kept in the world: fly_in_the_world()
   std::array<Vec3f, 3> to_world;  ///< rows of the map of steps in cells to the world
   SimdField field;                ///< with the setup's bounds
 
   ComponentTable components;
-  bool one_lobe;  ///< one component of one lobe and grey albedo: all that most clouds need
+  bool one_lobe;  ///< one component of one lobe, and grey albedos: all that most clouds need
   bool emits;     ///< whether collisions add light of their own
 
   std::vector<SimdLight> lights;  ///< those of the scene; then the sky, if it is sampled

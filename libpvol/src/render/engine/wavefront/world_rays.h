@@ -1,5 +1,5 @@
-// Rays of scenes of many volumes, as they are in the world: records have them in the cells of the
-// volume where they fly.
+// Rays of scenes of many volumes, or of volumes among surfaces, as they are in the world: records
+// have them in the cells of the volume where they fly.
 #pragma once
 
 #include <algorithm>
@@ -8,15 +8,20 @@
 #include <vector>
 
 #include "render/path/path_setup.h"
+#include "render/path/roulette.h"
 #include "render/path/traversal.h"
 
 namespace pvol::detail {
 
 /// Whether rays of the setup are kept in the world: they may meet several volumes or places, or
-/// none.
+/// none, or surfaces.
 [[nodiscard]] inline bool fly_in_the_world(const PathSetup& s) {
   return !s.is_one_still() || s.volumes.front().volume.density.octree.empty();
 }
+
+/// What rays do, each kind with queues of its own.
+enum class RayKind : std::size_t { camera, path, shadow, to_fire, photon };
+inline constexpr std::size_t kRayKinds = 5;
 
 /// A ray, what lies on its way, and the nearest of the collisions that its flights have found:
 /// those in each volume are independent, and the shortest is that of their sum (THEORY.md, T3.8).
@@ -28,31 +33,106 @@ struct WorldRay {
     std::uint32_t instance;
   };
 
-  Ray ray;
-  double limit = kEndless;          ///< where it ends: at a light
+  Ray ray{};
+  RayKind kind = RayKind::camera;
+  float time = 0;                   ///< of its path, in frames
+  double limit = kEndless;          ///< where it ends: at a light, or at a surface
   double nearest = kEndless;        ///< of its collisions
   std::uint32_t hit = kNowhere;     ///< instance of that one
-  Vec3f cells;                      ///< its place there, as records have it
-  Vec3d place;                      ///< and in the world, once the ray has ended
   std::uint32_t within = kNowhere;  ///< instance in which it begins, by a collision there
-  std::vector<Visit> visits;        ///< those found so far, in the order in which they begin
+  Vec3f cells{};                    ///< place of the collision there, as records have it
+  Vec3d place{};                    ///< and in the world, once the ray has ended
+  std::vector<Visit> visits{};      ///< those found so far, in the order in which they begin
   std::size_t next = 0;             ///< of them
-  bool searched = false;            ///< whether there are no others
+  bool searched = false;            ///< whether there are no others, and surfaces are known
+
+  bool off_surface = false;  ///< it begins on one
+  bool on_catcher = false;   ///< that is a shadow catcher before the camera
+
+  /// What surfaces make of it, once they are known.
+  struct AmongSurfaces {
+    bool hidden = false;   ///< of a shadow ray: one is in its way
+    SurfaceHit surface{};  ///< the one that ends it, if it does not collide before
+    // What paths bring where scattered rays meet other surfaces than shadow rays do, as in
+    // path/among_surfaces.h: unscattered light from so far, scattered light or none, times a
+    // factor.
+    double direct_until = kEndless;
+    bool scatters = true;
+    float factor = 1;
+  } among{};
 
   [[nodiscard]] double end() const { return std::min(nearest, limit); }
+  /// Whether it ends by a collision.
+  [[nodiscard]] bool collides() const { return hit != kNowhere; }
 };
+
+/// Decides what a path's ray brings where surfaces differ by kind of ray, as
+/// AmongSurfaces::aim_by_kind.
+inline void choose_what_comes(const Surfaces& surfaces, WorldRay& r, Rng& rng) {
+  r.among.direct_until = surfaces.shadow->first_hit(r.ray, r.end()).distance;
+  const Material* const ahead = r.among.surface.material;
+  if (ahead == nullptr) return;
+  if (ahead->visible_shadow)
+    r.among.direct_until = std::min(r.among.direct_until, r.among.surface.distance);
+  if (!(r.among.surface.distance < r.among.direct_until)) return;
+  const float weight = 1 + largest(ahead->albedo);
+  if (rng.uniform() * weight < 1) {
+    r.among.surface = {}, r.among.scatters = false, r.among.factor = weight;
+  } else {
+    r.among.direct_until = 0, r.among.factor = weight / (weight - 1);
+  }
+}
+
+/// Finds the surface that a ray meets before all that it has met so far.
+inline void find_surface(const Surfaces& surfaces, WorldRay& r, Rng rng) {
+  r.among = {};
+  if (r.kind == RayKind::shadow) {
+    // A lamp on a wall is not hidden by it. From surfaces, lights that are hidden are not asked.
+    constexpr double kUpTo = 1 - 1e-6;
+    r.among.hidden = !r.off_surface && surfaces.shadow->block(r.ray, r.limit * kUpTo);
+    return;
+  }
+  const SurfaceSet& met = r.kind == RayKind::camera    ? *surfaces.camera
+                          : r.kind == RayKind::to_fire ? *surfaces.shadow
+                                                       : *surfaces.scattered;
+  r.among.surface = met.first_hit(r.ray, r.end());
+  if (r.kind == RayKind::path && surfaces.shadows_differ()) choose_what_comes(surfaces, r, rng);
+  if (r.among.surface.material == nullptr) return;
+  r.limit = r.among.surface.distance;
+  r.nearest = kEndless, r.hit = WorldRay::kNowhere;
+}
+
+/// limit = visit(instance, where the ray enters its box, limit) for all on a ray before the limit
+/// but for one.
+template <class Visit>
+void visit_instances(const PathSetup& s, const WorldRay& r, double end, std::uint32_t but,
+                     Work& work, const Visit& visit) {
+  s.instances->tree.visit(r.ray, end, [&](std::uint32_t i, double limit) {
+    if (i == but) return limit;
+    Instance moved;
+    const Instance& at = s.instances->at_time(i, double(r.time), moved);
+    const VolumeSetup& v = s.volumes[at.volume];
+    const Ray cells = at.in_cells(r.ray);
+    const auto span = v.in_box(cells);
+    if (!span || !(span->t0 < limit)) return limit;
+    if (outside_shell(v, cells, {span->t0, std::min(span->t1, limit)}, work)) return limit;
+    return visit(i, span->t0, limit);
+  });
+}
 
 /// Those that are on their way, by number.
 class WorldRays {
  public:
   /// One that has met nothing yet.
-  [[nodiscard]] std::uint32_t add(const Ray& ray, double limit, std::uint32_t within) {
+  [[nodiscard]] std::uint32_t add(RayKind kind, const Ray& ray, double limit, std::uint32_t within,
+                                  float time) {
     if (free_.empty()) free_.push_back(std::uint32_t(all_.size())), all_.emplace_back();
     const std::uint32_t number = free_.back();
     free_.pop_back();
     WorldRay& r = all_[number];
-    r.ray = ray, r.limit = limit, r.nearest = kEndless, r.hit = WorldRay::kNowhere;
-    r.within = within, r.next = 0, r.searched = false;
+    r.ray = ray, r.kind = kind, r.time = time, r.limit = limit, r.within = within;
+    r.nearest = kEndless, r.hit = WorldRay::kNowhere;
+    r.next = 0, r.searched = r.off_surface = r.on_catcher = false;
     r.visits.clear();
     if (within != WorldRay::kNowhere) r.visits.push_back({0, within});
     return number;
@@ -65,25 +145,22 @@ class WorldRays {
   [[nodiscard]] WorldRay& operator[](std::uint32_t number) { return all_[number]; }
 
   /// The next instance that a ray enters before it ends; null where there is none. A ray flies
-  /// where it begins before the others are searched for: most collide there.
-  [[nodiscard]] const WorldRay::Visit* next_visit(const PathSetup& s, WorldRay& r, Work& work) {
-    if (r.next == r.visits.size() && !r.searched) find_visits(s, r, work);
+  /// where it begins before others and surfaces are searched for: most collide there.
+  [[nodiscard]] const WorldRay::Visit* next_visit(const PathSetup& s, WorldRay& r, const Rng& rng,
+                                                  Work& work) {
+    if (r.next == r.visits.size() && !r.searched) {
+      r.searched = true;
+      if (s.surfaces) find_surface(*s.surfaces, r, rng);
+      if (!r.among.hidden) find_visits(s, r, work);
+    }
     if (r.next == r.visits.size() || !(r.visits[r.next].t0 < r.end())) return nullptr;
     return &r.visits[r.next++];
   }
 
  private:
   static void find_visits(const PathSetup& s, WorldRay& r, Work& work) {
-    r.searched = true;
-    s.instances->tree.visit(r.ray, r.end(), [&](std::uint32_t i, double limit) {
-      if (i == r.within) return limit;
-      const Instance& at = s.instances->all[i];
-      const VolumeSetup& v = s.volumes[at.volume];
-      const Ray cells = at.in_cells(r.ray);
-      const auto span = v.in_box(cells);
-      if (!span || !(span->t0 < limit)) return limit;
-      if (outside_shell(v, cells, {span->t0, std::min(span->t1, limit)}, work)) return limit;
-      r.visits.push_back({span->t0, i});
+    visit_instances(s, r, r.end(), r.within, work, [&](std::uint32_t i, double t0, double limit) {
+      r.visits.push_back({t0, i});
       return limit;
     });
     std::sort(r.visits.begin() + std::ptrdiff_t(r.next), r.visits.end(),

@@ -115,7 +115,9 @@ SurfaceSet::SurfaceSet(std::span<const Surface> surfaces) {
   std::vector<PlacedMesh> meshes;
   for (const Surface& s : surfaces) {
     std::visit(Add{*this, meshes}, s);
-    catch_shadows_ = catch_shadows_ || material_of(s).visibility == Visibility::shadow_catcher;
+    const Material& m = material_of(s);
+    catch_shadows_ = catch_shadows_ || m.visibility == Visibility::shadow_catcher;
+    are_grey_ = are_grey_ && m.albedo.x == m.albedo.y && m.albedo.y == m.albedo.z;
   }
   if (!meshes.empty()) meshes_.emplace(meshes);
 }

@@ -37,6 +37,8 @@ class SurfaceSet {
 
   /// Whether the camera sees shadows alone of some.
   [[nodiscard]] bool catch_shadows() const { return catch_shadows_; }
+  /// Whether all scatter every channel alike.
+  [[nodiscard]] bool are_grey() const { return are_grey_; }
 
  private:
   struct Plane {
@@ -59,7 +61,7 @@ class SurfaceSet {
   std::vector<PlacedBody> bodies_;
   std::vector<Material> mesh_materials_;
   std::optional<MeshScene> meshes_;
-  bool catch_shadows_ = false;
+  bool catch_shadows_ = false, are_grey_ = true;
 };
 
 /// The surfaces that each kind of ray meets; the same set where all meet the same ones.
@@ -68,6 +70,11 @@ struct Surfaces {
 
   /// Whether scattered rays meet others than those that cast shadows.
   [[nodiscard]] bool shadows_differ() const { return shadow != scattered; }
+  /// Whether light is the same whatever rays it meets the surfaces by, but for what the camera sees
+  /// first: a constant may be left out of it then.
+  [[nodiscard]] bool are_even() const { return !shadows_differ() && !camera->catch_shadows(); }
+  /// Whether those that scatter light scatter every channel alike.
+  [[nodiscard]] bool are_grey() const { return camera->are_grey() && scattered->are_grey(); }
 };
 
 /// Null for none.

@@ -1,0 +1,34 @@
+// Light on surfaces that nothing shades.
+#pragma once
+
+#include <numbers>
+#include <variant>
+
+#include "render/path/path_setup.h"
+
+namespace pvol::detail {
+
+/// What a white surface would scatter if nothing were in the way: what shadow catchers compare with
+/// (THEORY.md, T5.18). Used by one thread.
+class OpenLight {
+ public:
+  /// Of lights that have an open sky.
+  [[nodiscard]] Rgb operator()(const LightSetup& light, const SurfaceHit& surface) {
+    if (surface.normal != normal_) {
+      normal_ = surface.normal;
+      sky_ = light.open_sky->irradiance(normal_);
+    }
+    Rgb sum = sky_;
+    for (const LightSource& source : light.sources) {
+      sum += std::visit([&](const auto& l) { return l.on_plane(surface.place, surface.normal); },
+                        source);
+    }
+    return sum * float(1 / std::numbers::pi);
+  }
+
+ private:
+  Vec3d normal_;  // of the surface that was asked for last: of planes there is but one
+  Rgb sky_;       // its irradiance
+};
+
+}  // namespace pvol::detail
