@@ -9,6 +9,7 @@
 #include "support/messages.h"
 #include "support/pictures.h"
 #include "support/small_cloud.h"
+#include "support/wavefront_shots.h"
 
 namespace pvol::test {
 namespace chromatic_test {
@@ -54,6 +55,38 @@ TEST(Chromatic, EachChannelIsTheGreyPictureOfItsExtinction) {
     s.options.tracker = Tracker::delta;
     s.options.background = false;
     compare_channels(s, cloud(), color, "delta, transparent", family);
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+/// What only kernels for many paths at once render: among surfaces, with lamps that are met,
+/// guided.
+TEST(Chromatic, EachChannelIsGreyBesideAllElse) {
+  if (simd_kernels().empty()) GTEST_SKIP() << "the machine has no SIMD kernel";
+  proof::Family family;
+  const Rgb color(1.0f, 0.5f, 0.1f);
+  CloudScene s = cloud_scene();
+  s.options.samples = proof::samples(600);
+  s.options.kernel = simd_kernels().back();
+  s.options.guide = GuideUse::on;
+  compare_channels(s, cloud(), color, "guided", family);
+  const Box box = make_volume(cloud().grid, build_pyramid(cloud().grid), s).density.world_box;
+  const PlaneSurface floor{{0, box.lo.y - 0.5, 0}, {0, 1, 0}, {Rgb(0.5f)}};
+  const BallSurface ball{box.centre(), 0.2 * box.extent().x, {Rgb(0.6f)}};
+  for (const GuideUse guide : {GuideUse::on, GuideUse::off}) {
+    const std::string how = name_of("", guide);
+    s.options.guide = guide;
+    s.surfaces = {floor, ball};
+    compare_channels(s, cloud(), color, "ground and a ball" + how, family);
+    CloudScene caught = s;
+    caught.surfaces = {floor, ball};
+    std::get<PlaneSurface>(caught.surfaces[0]).material.visibility = Visibility::shadow_catcher;
+    std::get<BallSurface>(caught.surfaces[1]).material.visibility = Visibility::holdout;
+    compare_channels(caught, cloud(), color, "a catcher and a holdout" + how, family);
+    CloudScene lamp = s;
+    lamp.lights = {PointLight{box.centre() + Vec3d(0, box.extent().y, 0), Rgb(300.0f), "", 2}};
+    lamp.medium.emission = Rgb(0.5f, 0.2f, 0.1f);
+    compare_channels(lamp, cloud(), color, "a lamp that is met, and glow" + how, family);
   }
   EXPECT_TRUE(family.passes());
 }

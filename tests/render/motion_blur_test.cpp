@@ -266,7 +266,8 @@ TEST(MotionBlur, ThePlanSaysWhatItTakes) {
     return error_of([&] { (void)plan(std::span(&v, 1), with.scene()); });
   };
   const RenderPlan p = plan(std::span(&v, 1), s.scene());
-  EXPECT_EQ(p.kernel.kind, KernelKind::scalar);
+  const Volume still = make_volume(puff().grid, build_pyramid(puff().grid), s);
+  EXPECT_EQ(p.kernel.kind, plan(std::span(&still, 1), s.scene()).kernel.kind);
   EXPECT_TRUE(p.warnings.empty()) << p.warnings.front();
   const auto changed = [&](const auto& change) {
     CloudScene with = s;

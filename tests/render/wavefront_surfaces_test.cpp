@@ -2,14 +2,17 @@
 // tracers, and against themselves.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "pvol/volume/emitter.h"
+#include "pvol/volume/motion.h"
 #include "support/lit_scenes.h"
 #include "support/meshes.h"
 #include "support/moving_places.h"
+#include "support/velocities.h"
 #include "support/wavefront_shots.h"
 
 namespace pvol::test {
@@ -26,6 +29,16 @@ Volume with_fire(Volume v) {
   v.fire = std::make_shared<const Emitter>(make_emitter(
       {.intensity = 0.1, .color = Rgb(6.0f, 3.0f, 1.0f)}, {puff().grid, pyramid}, nullptr, {}));
   return v;
+}
+
+/// The puff, turning about its middle.
+Volume whirling(const CloudScene& s) {
+  const VelocityGrid velocity = make_velocity({-8, -8, -8}, {48, 40, 44}, [](Vec3i p) {
+    return Vec3d(p.y - 16, 20 - p.x, 6 * std::sin(0.4 * p.x)) * (p.z > 18 ? 0.8 : -0.3);
+  });
+  const Pyramid p = build_pyramid(puff().grid, s.options.look_up);
+  return make_moving(make_volume(puff().grid, p, s), p, puff().grid.index_to_world,
+                     {velocity, 1, s.camera.shutter}, s.volume_options());
 }
 
 Surface floor_of(const Material& material) { return PlaneSurface{{0, -3, 0}, {0, 1, 0}, material}; }
@@ -137,6 +150,15 @@ void add_fires_and_more(Shots& shots) {
     s.camera.shutter = {-0.5, 0.5};
     volumes = {moving(puff(), s, alone(swinging()))};
   });
+  for (const LookUp look_up : {LookUp::nearest, LookUp::trilinear, LookUp::tricubic}) {
+    shots.add("velocities, " + std::string(name(look_up)),
+              [&](CloudScene& s, std::vector<Volume>& volumes) {
+                s.camera.shutter = {-0.5, 0.5};
+                s.options.look_up = look_up;
+                s.surfaces = {floor_of({Rgb(0.5f)})};
+                volumes = {whirling(s)};
+              });
+  }
   shots.add("volumes that move over ground", [](CloudScene& s, std::vector<Volume>& volumes) {
     s.camera.shutter = {0, 1};
     s.surfaces = {floor_of({Rgb(0.5f)}), ball_of({Rgb(0.7f)})};

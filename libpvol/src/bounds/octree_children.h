@@ -1,6 +1,10 @@
 // The children of a node of the octree with their cubes, for what looks at all of a tree.
 #pragma once
 
+#include <algorithm>
+#include <bit>
+#include <span>
+
 #include "pvol/bounds/octree.h"
 
 namespace pvol::detail {
@@ -32,16 +36,31 @@ void for_children(const Octree& tree, const Octree::Node& node, Vec3i low, const
   return at;
 }
 
-/// Calls visit(low, edge, brick) for every leaf and uniform cube below a node whose low corner is
-/// `at`, whatever the cut: its cube is low + [0, edge)^3.
+/// Calls visit(low, edge, entry) for every leaf and uniform cube below a node whose low corner is
+/// `at`, whatever the cut: its cube is low + [0, edge)^3, and the entry has its brick and bounds.
+template <class Visit>
+void for_leaves(const Octree& tree, const Octree::Node& node, Vec3i at, const Visit& visit) {
+  for_children(tree, node, at, [&](const Octree::Entry& e, Vec3i low, int edge) {
+    if ((e.link & Octree::kNodeBit) == 0) return visit(low, edge, e);
+    const Octree::Node& below = tree.nodes[e.link & ~Octree::kNodeBit];
+    if (below.height > 0) return for_leaves(tree, below, low, visit);
+    // Parts of a leaf; nothing is in those that are not there.
+    constexpr std::size_t kAll = 64;
+    const std::span parts(&tree.entries[below.first], std::size_t(std::popcount(below.mask)));
+    Octree::Entry leaf = parts.front();
+    if (parts.size() < kAll) leaf.lo = 0;
+    for (const Octree::Entry& part : parts) {
+      leaf.lo = std::min(leaf.lo, part.lo), leaf.hi = std::max(leaf.hi, part.hi);
+    }
+    visit(low, edge, leaf);
+  });
+}
+
+/// Calls visit(low, edge, brick) for the same.
 template <class Visit>
 void for_bricks(const Octree& tree, const Octree::Node& node, Vec3i at, const Visit& visit) {
-  for_children(tree, node, at, [&](const Octree::Entry& e, Vec3i low, int edge) {
-    if ((e.link & Octree::kNodeBit) == 0) return visit(low, edge, e.link);
-    const Octree::Node& below = tree.nodes[e.link & ~Octree::kNodeBit];
-    if (below.height > 0) return for_bricks(tree, below, low, visit);
-    visit(low, edge, tree.entries[below.first].link);  // parts of a leaf
-  });
+  for_leaves(tree, node, at,
+             [&](Vec3i low, int edge, const Octree::Entry& e) { visit(low, edge, e.link); });
 }
 
 }  // namespace pvol::detail

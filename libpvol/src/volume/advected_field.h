@@ -14,6 +14,19 @@ namespace pvol::detail {
   return cells - Vec3d(vec3(d * splat(time)));
 }
 
+/// The density at a place of a leaf, at a time in frames; of what stands still at any.
+template <LookUp kLookUp>
+[[nodiscard]] float density_at_time(const VolumeField& field, LeafHandle leaf,
+                                    const LatticePoint& p, float time) {
+  const BrickExtinction<kLookUp> still{field.bricks(), field.octree, field.scale};
+  if (field.motion == nullptr || time == 0) return still.density(leaf, p);
+  const Vec3d source = source_of(*field.motion, time, position(p));
+  if (source == position(p)) return still.density(leaf, p);
+  if (!field.octree.support().contains(source)) return 0;
+  constexpr LeafHandle kRoot = Octree::kNodeBit;
+  return still.density(kRoot, make_cursor(field.octree, source).at);
+}
+
 /// Every question is a look-up of what is at the point at `time`. Other volumes of the scene may
 /// stand still: theirs are plain. Ends flights once it is to stop, as a CancellableField does.
 template <LookUp kLookUp>
@@ -26,13 +39,7 @@ struct AdvectedField {
   [[nodiscard]] float extinction(const Segment& s, const LatticePoint& p, Count& count) const {
     if (stop.load(std::memory_order_relaxed)) return s.hi;
     count.lookup();
-    const BrickExtinction<kLookUp> still{field.bricks(), field.octree, field.scale};
-    if (field.motion == nullptr || time == 0) return still(s, p);
-    const Vec3d source = source_of(*field.motion, time, position(p));
-    if (source == position(p)) return still(s, p);
-    if (!field.octree.support().contains(source)) return 0;
-    constexpr LeafHandle kRoot = Octree::kNodeBit;
-    return field.scale * still.density(kRoot, make_cursor(field.octree, source).at);
+    return field.scale * density_at_time<kLookUp>(field, s.leaf, p, time);
   }
 
   template <class Count>

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <span>
 
 #include "bounds/octree_children.h"
 #include "field/cube_range.h"
@@ -142,20 +141,14 @@ std::uint32_t word_of(DensityRange r, float scale) {
   return pack_bounds(scale * r.lo * (1 - kSlack), scale * r.hi * (1 + kSlack));
 }
 
-/// Writes the words and bricks of leaves.
+/// Writes the words and bricks of leaves, which have words for n^3 cubes.
 struct LeafWords {
   const Octree& tree;
-  const CubesOfBricks& ranges;
-  float scale;
+  int n;
   DenseBounds& out;
 
   /// A leaf, or a uniform cube, as far as it lies in the support.
-  void add_cube(Vec3i low, int edge, std::uint32_t brick) {
-    if (brick == kZeroBrick) return;
-    std::array<std::uint32_t, 64> words;
-    for_cubes(ranges.n, [&](int at, Vec3i) {
-      words[std::size_t(at)] = word_of(ranges.of_brick(brick)[at], scale);
-    });
+  void add_cube(Vec3i low, int edge, std::uint32_t brick, const std::uint32_t* words) {
     const Vec3i end = min(low + Vec3i(edge), vec3(tree.support_hi));
     for (int x = low.x; x < end.x; x += kLeafEdge) {
       for (int y = low.y; y < end.y; y += kLeafEdge) {
@@ -164,16 +157,15 @@ struct LeafWords {
     }
   }
 
-  void add_leaf(Vec3i low, std::uint32_t brick, const std::array<std::uint32_t, 64>& words) {
+  void add_leaf(Vec3i low, std::uint32_t brick, const std::uint32_t* words) {
     const Vec3i from_border = low + Vec3i(DenseBounds::kBorder);
     const auto along = [&](int shift) {
       return Vec3i(from_border.x >> shift, from_border.y >> shift, from_border.z >> shift);
     };
     out.brick[index_in(out.leaves, along(kCoarsest))] = brick;
     const Vec3i first = along(out.shift);
-    for_cubes(ranges.n, [&](int at, Vec3i cube) {
-      out.word[index_in(out.size, first + cube)] = words[std::size_t(at)];
-    });
+    for_cubes(n,
+              [&](int at, Vec3i cube) { out.word[index_in(out.size, first + cube)] = words[at]; });
   }
 };
 
@@ -257,38 +249,41 @@ CubesOfBricks choose_cubes(const VolumeField& field, int& shift) {
   return best;
 }
 
-/// Calls visit(brick, lo, hi) with the bounds of each leaf and uniform cube of an octree.
-template <class Visit>
-void visit_leaf_bounds(const Octree& tree, const Octree::Node& node, const Visit& visit) {
-  for (int k = 0; k < std::popcount(node.mask); ++k) {
-    const Octree::Entry& e = tree.entries[node.first + std::uint32_t(k)];
-    if ((e.link & Octree::kNodeBit) == 0) {
-      visit(e.link, e.lo, e.hi);
-      continue;
-    }
-    const Octree::Node& below = tree.nodes[e.link & ~Octree::kNodeBit];
-    if (below.height > 0) {
-      visit_leaf_bounds(tree, below, visit);
-      continue;
-    }
-    const std::span parts(&tree.entries[below.first], std::size_t(std::popcount(below.mask)));
-    float hi = 0, lo = parts.size() == 64 ? parts.front().lo : 0;
-    for (const Octree::Entry& part : parts) {
-      lo = std::min(lo, part.lo), hi = std::max(hi, part.hi);
-    }
-    visit(parts.front().link, lo, hi);
-  }
+/// Whether samples do not tell the densities of a leaf, but the octree alone: there are none, or
+/// what is there came from elsewhere.
+bool is_bounded_by_tree(const VolumeField& f) {
+  return f.look_up == LookUp::procedural || f.motion != nullptr;
 }
 
-/// The bounds of a recipe's leaves, which has no samples: those of its octree, over the scale.
-CubesOfBricks ranges_in_tree(const VolumeField& field) {
+/// Words of leaves by the bounds of the octree.
+void add_words_of_tree(const VolumeField& field, DenseBounds& b) {
   const Octree& tree = field.octree;
-  CubesOfBricks all(0, 1);
-  visit_leaf_bounds(tree, tree.nodes[0], [&](std::uint32_t brick, float lo, float hi) {
-    if (brick >= all.range.size()) all.range.resize(brick + 1, {0, 0});
-    all.range[brick] = {lo / field.scale, hi / field.scale};
+  b.shift = kCoarsest;
+  b.size = count_along(tree, b.shift);
+  b.word.assign(volume_of(b.size), 0);
+  LeafWords words{tree, 1, b};
+  for_leaves(tree, tree.nodes[0], {}, [&](Vec3i low, int edge, const Octree::Entry& e) {
+    const std::uint32_t word = word_of({e.lo / field.scale, e.hi / field.scale}, field.scale);
+    words.add_cube(low, edge, e.link, &word);
   });
-  return all;
+}
+
+/// Words of cubes in leaves by the samples of their bricks.
+void add_words_of_bricks(const VolumeField& field, std::optional<int> shift, DenseBounds& b) {
+  const Octree& tree = field.octree;
+  if (shift) b.shift = *shift;
+  const CubesOfBricks ranges = shift ? ranges_of(field, *shift) : choose_cubes(field, b.shift);
+  b.size = count_along(tree, b.shift);
+  b.word.assign(volume_of(b.size), 0);
+  LeafWords words{tree, ranges.n, b};
+  for_bricks(tree, tree.nodes[0], {}, [&](Vec3i low, int edge, std::uint32_t brick) {
+    if (brick == kZeroBrick) return;
+    std::array<std::uint32_t, 64> of_cubes;
+    for_cubes(ranges.n, [&](int at, Vec3i) {
+      of_cubes[std::size_t(at)] = word_of(ranges.of_brick(brick)[at], field.scale);
+    });
+    words.add_cube(low, edge, brick, of_cubes.data());
+  });
 }
 
 }  // namespace
@@ -308,18 +303,13 @@ std::uint64_t count_words(const Octree& tree, int shift) {
 DenseBounds make_dense_bounds(const VolumeField& field, std::optional<int> shift) {
   const Octree& tree = field.octree;
   DenseBounds b;
-  const bool procedural = field.look_up == LookUp::procedural;
-  if (shift && !procedural) b.shift = *shift;
-  const CubesOfBricks ranges = procedural ? ranges_in_tree(field)
-                               : shift    ? ranges_of(field, *shift)
-                                          : choose_cubes(field, b.shift);
-  b.size = count_along(tree, b.shift);
   b.leaves = count_along(tree, kCoarsest);
-  b.word.assign(volume_of(b.size), 0);
   b.brick.assign(volume_of(b.leaves), kZeroBrick);
-  for_bricks(tree, tree.nodes[0], {}, [&](Vec3i low, int edge, std::uint32_t brick) {
-    LeafWords{tree, ranges, field.scale, b}.add_cube(low, edge, brick);
-  });
+  if (is_bounded_by_tree(field)) {
+    add_words_of_tree(field, b);
+  } else {
+    add_words_of_bricks(field, shift, b);
+  }
   fill_rest(tree, b);
   return b;
 }

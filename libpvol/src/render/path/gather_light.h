@@ -25,10 +25,11 @@ inline constexpr int kMostShadowRays = 8;
 }
 
 /// The constant that is left out of all else.
-inline void add_constant(const PathSetup& s, PathResult& r) {
-  r.radiance += s.constant;
-  if (r.in_layers()) r.sky() += s.constant;
+inline void add_constant(const PathSetup& s, Rgb throughput, PathResult& r) {
+  r.radiance += throughput * s.constant;
+  if (r.in_layers()) r.sky() += throughput * s.constant;
 }
+inline void add_constant(const PathSetup& s, PathResult& r) { add_constant(s, Rgb(1.0f), r); }
 
 /// What a surface of this albedo, which a path of this throughput meets, absorbs of the constant.
 inline void subtract_absorbed(const PathSetup& s, Rgb albedo, Rgb throughput, PathResult& r) {

@@ -88,7 +88,9 @@ PathSetup::PathSetup(const RenderPlan& plan, Rgb constant_,
       first_collisions(options.deep || of_first_collisions(options.aovs)),
       moving(plan.kernel.moving || plan.kernel.places_move),
       albedo_varies(
-          std::ranges::any_of(plan.volumes, [](const Volume& v) { return v.albedo != nullptr; })) {
+          std::ranges::any_of(plan.volumes, [](const Volume& v) { return v.albedo != nullptr; })),
+      by_channel(std::ranges::any_of(plan.volumes,
+                                     [](const Volume& v) { return is_chromatic(v.medium); })) {
   if (kernel != KernelKind::scalar && dense == nullptr) {
     dense = std::make_shared<const std::vector<DenseBounds>>(bounds_of(plan.volumes));
   }

@@ -95,6 +95,8 @@ struct PathSetup {
   bool first_collisions;       ///< whether somebody asks where they are
   bool moving;                 ///< whether samples have times
   bool albedo_varies;          ///< whether that of any volume is a field
+  bool by_channel;  ///< whether the extinction of the one volume differs by channel: flights have
+                    ///< weights then
   FirePilot* pilot = nullptr;  ///< null: nobody asks
   /// Once it is true, paths end as they please, and what they bring is to be dropped.
   const std::atomic<bool>* stop = &kNeverStop;

@@ -135,14 +135,11 @@ void check_chromatic(std::span<const Volume> volumes, const RenderOptions& o) {
 
 /// Of what ends flights or is passed by them, which takes flights without weights; `flat` says what
 /// there is against deep pictures, or is null.
-void check_beside(const std::string& what, const char* flat, std::span<const Volume> volumes,
-                  const RenderOptions& o) {
-  const char* const wrong =
-      is_weighted(o.tracker) ? "a tracker without weights, such as decomposition"
-      : std::ranges::any_of(volumes, [](const Volume& v) { return is_chromatic(v.medium); })
-          ? "an extinction that is the same for all channels (no extinction_color)"
-      : o.deep ? flat
-               : nullptr;
+void check_beside(const std::string& what, const char* flat, const RenderOptions& o) {
+  const char* const wrong = is_weighted(o.tracker)
+                                ? "a tracker without weights, such as decomposition"
+                            : o.deep ? flat
+                                     : nullptr;
   if (wrong) throw Error(what + " can be combined only with " + wrong);
 }
 
@@ -171,11 +168,11 @@ void check(std::span<const Volume> volumes, const Scene& scene) {
   check_chromatic(volumes, scene.options);
   check_kinds(volumes);
   if (!scene.surfaces.empty()) {
-    check_beside("scenes with surfaces", nullptr, volumes, scene.options);
+    check_beside("scenes with surfaces", nullptr, scene.options);
   }
   if (any_is_met(make_light_sources(scene.lights))) {
     check_beside("lights with an extent (area, point with a radius)",
-                 "flat pictures, since deep ones hold collisions only", volumes, scene.options);
+                 "flat pictures, since deep ones hold collisions only", scene.options);
   }
   if (scene.options.deep) check_deep(volumes, scene);
   for (const Volume& v : volumes) {
@@ -183,6 +180,16 @@ void check(std::span<const Volume> volumes, const Scene& scene) {
     if (v.density.motion != nullptr) check_motion(v, scene);
     if (places_move(v)) check_moving_places(v, scene);
   }
+}
+
+void check_scalar(std::span<const Volume> volumes, const Scene& scene, const std::string& reason) {
+  const auto chromatic = [](const Volume& v) { return is_chromatic(v.medium); };
+  if (std::ranges::none_of(volumes, chromatic)) return;
+  require(scene.surfaces.empty() && !any_is_met(make_light_sources(scene.lights)),
+          "surfaces and lights with an extent (area, point with a radius) can be combined with an "
+          "extinction that differs by channel (extinction_color) only where many paths are traced "
+          "at once, but the kernel is scalar: " +
+              reason);
 }
 
 }  // namespace pvol::detail

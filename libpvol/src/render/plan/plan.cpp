@@ -35,8 +35,8 @@ int common_micro_edge(std::span<const Volume> volumes) {
 
 Paths choose_paths(const RenderPlan& p) {
   const bool guided = p.guide.used;
-  if (is_chromatic(p.volumes.front().medium)) return Paths::chromatic;
   if (p.surfaces) return Paths::surfaces;
+  if (is_chromatic(p.volumes.front().medium)) return Paths::chromatic;
   if (std::ranges::any_of(p.volumes, places_move)) {
     return guided ? Paths::guided_moving : Paths::moving_places;
   }
@@ -187,6 +187,7 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
   o.transmittance = p.transmittance.estimator;
   detail::check(volumes, p.scene);
   const detail::KernelChoice choice = detail::choose_wavefront(volumes, scene);
+  if (choice.kernel == KernelKind::scalar) detail::check_scalar(volumes, p.scene, choice.reason);
   const bool chosen = scene.options.transmittance == Transmittance::automatic;
   if (choice.kernel != KernelKind::scalar && chosen) o.transmittance = Transmittance::analog;
   p.transmittance.estimator = o.transmittance;
@@ -197,8 +198,8 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
   }
   for (const Volume& v : volumes) p.shells.push_back(choose_shell(v, scene));
   p.lighting = std::make_shared<const Lighting>(make_lighting(p.scene));
-  p.guide =
-      choose_guide(volumes, scene, *p.lighting, options.paths > 0 ? options.paths : count_paths(o));
+  p.guide = choose_guide(volumes, p.scene, *p.lighting,
+                         options.paths > 0 ? options.paths : count_paths(o));
   p.surfaces = detail::make_surfaces(scene.surfaces);
   p.kernel = choose_kernel(p);
   p.emission = detail::prepare_emission(volumes, p.scene);

@@ -98,7 +98,7 @@ struct BatchRatio {
   void start(std::size_t ray, bool bad) const { BatchAnalog{task}.start(ray, bad); }
   void leave(std::size_t ray, float weight) const { task.through[ray] = weight; }
   HWY_INLINE void decide_events(BatchMemory& m) const {
-    fetch_samples(task.field, m.events);
+    fetch_samples(task.field, m);
     if (task.field.look_up == LookUp::nearest) {
       weigh<LookUp::nearest>(m);
     } else {

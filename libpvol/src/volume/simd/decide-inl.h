@@ -164,10 +164,21 @@ HWY_NOINLINE void decide_by_look_ups(const SimdField& f, Events& e) {
   }
 }
 
+/// Looks up the first events of Events::which, lane by lane.
+inline void look_up_events(const SimdField& f, FlightMemory& m, std::size_t n) {
+  Events& e = m.events;
+  const std::span<const std::uint32_t> which{e.which.data(), n};
+  if (f.time_field != 0) {
+    for (const std::uint32_t event : which) e.time[event] = m.flying[f.time_field][e.source[event]];
+  }
+  detail::look_up_one_by_one(*f.one_by_one, e.x.data(), e.y.data(), e.z.data(), e.time.data(),
+                             e.brick.data(), which, e.density.data());
+}
+
 /// Decides the rest, lane by lane.
-inline HWY_NOINLINE void decide_one_by_one(const SimdField& f, Events& e) {
-  look_up_one_by_one(*f.one_by_one, e.x.data(), e.y.data(), e.z.data(), e.brick.data(),
-                     {e.which.data(), e.undecided}, e.density.data());
+inline HWY_NOINLINE void decide_one_by_one(const SimdField& f, FlightMemory& m) {
+  Events& e = m.events;
+  look_up_events(f, m, e.undecided);
   for (std::size_t k = 0; k < e.undecided; ++k) {
     const std::uint32_t event = e.which[k];
     const bool real = e.mu[event] < f.scale * e.density[k];
@@ -180,7 +191,7 @@ HWY_INLINE void decide(const SimdField& f, FlightMemory& m) {
   decide_by_bounds(f, m);
   decide_by_micro_bounds(f, m.events);
   if (f.samples == nullptr) {
-    decide_one_by_one(f, m.events);
+    decide_one_by_one(f, m);
   } else if (f.look_up == LookUp::nearest) {
     decide_by_look_ups<LookUp::nearest>(f, m.events);
   } else {
@@ -190,7 +201,8 @@ HWY_INLINE void decide(const SimdField& f, FlightMemory& m) {
 
 /// Where every event's samples are, which are fetched, and its majorant, in Events::mu: for those
 /// who look all of them up. Of fields without lanes their densities instead.
-inline HWY_NOINLINE void fetch_samples(const SimdField& f, Events& e) {
+inline HWY_NOINLINE void fetch_samples(const SimdField& f, FlightMemory& m) {
+  Events& e = m.events;
   for (std::size_t at = 0; at < e.n; at += kLanes) {
     const M on = first(e.n - at);
     const Place p(f.bounds, load(&e.x[at]), load(&e.y[at]), load(&e.z[at]));
@@ -203,19 +215,23 @@ inline HWY_NOINLINE void fetch_samples(const SimdField& f, Events& e) {
     const std::size_t end = std::min(at + kLanes, e.n);
     for (std::size_t k = at; k < end; ++k) prefetch_cell(f.samples + e.sample[k]);
   }
-  if (f.samples != nullptr) return;
-  look_up_one_by_one(*f.one_by_one, e.x.data(), e.y.data(), e.z.data(), e.brick.data(),
-                     {e.which.data(), e.n}, e.density.data());
+  if (f.samples == nullptr) look_up_events(f, m, e.n);
 }
 
-/// The probabilities with which rays pass the events of a register, whose samples were fetched, for
-/// ratio tracking (THEORY.md, T3.3). Rounding may lift mu_t above the majorant, as in
-/// ratio_transmittance, and may carry an event across a face, into an empty cube: there both are 0.
+/// The shares of the majorant that extinctions are at the events of a register, whose samples were
+/// fetched. Rounding may lift mu_t above the majorant, and may carry an event across a face, into
+/// an empty cube: there both are 0.
+template <LookUp kLookUp>
+HWY_INLINE F share_of_majorant(const SimdField& f, const Events& e, std::size_t at, M on) {
+  const F mu = splat(f.scale) * density_at_event<kLookUp>(f, e, at, on);
+  const F majorant = load(&e.mu[at]), share = hn::Min(mu / majorant, splat(1));
+  return select(hn::Gt(majorant, splat(0)), share, splat(0));
+}
+
+/// The probabilities with which rays pass them, for ratio tracking (THEORY.md, T3.3).
 template <LookUp kLookUp>
 HWY_INLINE F passing(const SimdField& f, const Events& e, std::size_t at, M on) {
-  const F mu = splat(f.scale) * density_at_event<kLookUp>(f, e, at, on);
-  const F majorant = load(&e.mu[at]), passed = hn::Max(splat(0), splat(1) - mu / majorant);
-  return select(hn::Gt(majorant, splat(0)), passed, splat(1));
+  return splat(1) - share_of_majorant<kLookUp>(f, e, at, on);
 }
 
 /// Events of a register on their way to a queue: their places, and the rays they were.

@@ -31,6 +31,7 @@ struct Events {
   Array<std::uint32_t> which;  ///< events that need a look-up
   Array<std::uint32_t> at;     ///< their first sample
   Array<float> density;        ///< there, of fields that are looked up one by one
+  Array<float> time;           ///< of rays through those that move
 };
 
 struct FlightMemory {

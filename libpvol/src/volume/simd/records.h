@@ -35,7 +35,7 @@ enum Field : std::size_t {
 };
 
 /// Most fields that records may have.
-inline constexpr std::size_t kMostFields = 24;
+inline constexpr std::size_t kMostFields = 32;
 
 /// Records in arrays, which grow as they must. Not every queue has a use for all fields, and memory
 /// that nobody touches is none.

@@ -4,6 +4,7 @@
 
 #include "pvol/bounds/walk.h"
 #include "pvol/volume/extinction_source.h"
+#include "volume/advected_field.h"
 
 namespace pvol::detail {
 
@@ -11,7 +12,8 @@ namespace {
 
 /// Whether look-ups are made in lanes.
 bool has_lanes(const VolumeField& f) {
-  return has_closed_form(f.look_up) && !f.shares_samples() && f.map == nullptr;
+  return has_closed_form(f.look_up) && !f.shares_samples() && f.map == nullptr &&
+         f.motion == nullptr;
 }
 
 }  // namespace
@@ -38,20 +40,33 @@ SimdField::SimdField(const VolumeField& f, const DenseBounds& b)
 }
 
 void look_up_one_by_one(const VolumeField& field, const float* x, const float* y, const float* z,
-                        const std::uint32_t* brick, std::span<const std::uint32_t> which,
-                        float* density) {
-  visit_source(field, [&](const auto& source) {
+                        const float* time, const std::uint32_t* brick,
+                        std::span<const std::uint32_t> which, float* density) {
+  const auto for_places = [&](const auto& density_at) {
     for (const std::uint32_t event : which) {
       const Vec3d place{double(x[event]), double(y[event]), double(z[event])};
-      const LatticePoint at = lattice_point(field.octree, place - Vec3d(DenseBounds::kBorder));
-      *density++ = source.density(brick[event], at);
+      *density++ =
+          density_at(event, lattice_point(field.octree, place - Vec3d(DenseBounds::kBorder)));
     }
+  };
+  if (field.motion != nullptr) {
+    return visit_look_up(field.look_up, [&](auto look_up) {
+      if constexpr (look_up != LookUp::procedural) {
+        for_places([&](std::uint32_t event, const LatticePoint& at) {
+          return density_at_time<look_up>(field, brick[event], at, time[event]);
+        });
+      }
+    });
+  }
+  visit_source(field, [&](const auto& source) {
+    for_places([&](std::uint32_t event, const LatticePoint& at) {
+      return source.density(brick[event], at);
+    });
   });
 }
 
 const char* simd_obstacle(const Volume& v) {
   const VolumeField& f = v.density;
-  if (f.motion != nullptr) return "the volume moves";
   // Their constants would reach beyond the support's box, to the ends of leaves.
   if (f.homogeneous != nullptr) return "nodes are homogenised";
   if (f.octree.empty()) return "the volume is empty";

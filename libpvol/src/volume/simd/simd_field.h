@@ -25,6 +25,7 @@ struct SimdField {
   /// By axis of the world, the change of the position in cells per unit along it.
   std::array<Vec3f, 3> cells;
   std::size_t step_field = 0;  ///< first of three of records that bring their own steps; 0: none
+  std::size_t time_field = 0;  ///< of records that see what moves at a time [frames]; 0: none
   /// The box of the support, in cells from the dense bounds' low corner: rays enter at or above
   /// `low`, and at or below `high`, the last float before its end.
   Vec3f low, high;
@@ -35,9 +36,10 @@ struct SimdField {
 
 /// The densities of a field, mapped, at places in cells from the dense bounds' low corner, each in
 /// a cell of a brick: what has no look-ups in lanes. Entries `which` of all arrays but the last.
+/// `time` is where the field moves, else null.
 void look_up_one_by_one(const VolumeField& field, const float* x, const float* y, const float* z,
-                        const std::uint32_t* brick, std::span<const std::uint32_t> which,
-                        float* density);
+                        const float* time, const std::uint32_t* brick,
+                        std::span<const std::uint32_t> which, float* density);
 
 /// Why lanes do not serve the rays of a volume, at its first place, or null.
 [[nodiscard]] const char* simd_obstacle(const Volume& volume);

@@ -48,10 +48,10 @@ struct SampleCounts {
     }
   }
 
-  /// Events that were all looked up, and passed.
-  void add_weighed() {
+  /// Events that were all looked up, of which so many were passed.
+  void add_weighed(std::size_t passed) {
     const Events& e = m.events;
-    tally.lookups += e.n, tally.null_collisions += e.n;
+    tally.lookups += e.n, tally.null_collisions += passed;
     for (std::size_t k = 0; k < e.n; ++k) add_each(&e.source[k], 1, PixelCounter::lookups);
   }
 
@@ -70,6 +70,7 @@ struct InFlight {
   F w0, w1, w2, pdf;
   V from, step;
   U ray;
+  F time;
 
   HWY_INLINE InFlight(const WavefrontScene& s, const WavefrontMemory& m, std::size_t at, M on)
       : rays(m, at, on) {
@@ -85,6 +86,7 @@ struct InFlight {
       step = {gather(q[kStepX], rays.source), gather(q[kStepY], rays.source),
               gather(q[kStepZ], rays.source)};
       ray = gather(q.bits(kRay), rays.source);
+      if (s.field.time_field != 0) time = gather(q[kTime], rays.source);
     }
   }
 
@@ -101,6 +103,7 @@ struct InFlight {
     if (s.many) {
       pack(chosen, step.x, to[kStepX] + n), pack(chosen, step.y, to[kStepY] + n);
       pack(chosen, step.z, to[kStepZ] + n), pack(chosen, ray, to.bits(kRay) + n);
+      if (s.field.time_field != 0) pack(chosen, time, to[kTime] + n);
     }
     to.n += count(chosen);
   }
@@ -119,10 +122,54 @@ HWY_INLINE void put_rows(const WavefrontScene& s, const Importance& importance,
   }
 }
 
+/// decide() where the extinction differs by channel: one decision for all channels, by what the
+/// rays carry of each (THEORY.md, T3.9).
+template <LookUp kLookUp>
+HWY_NOINLINE void decide_by_channel(const WavefrontScene& s, WavefrontMemory& m, Records& back,
+                                    Records& real, Tally& tally) {
+  const Events& e = m.events;
+  const Records& q = m.flying;
+  const F one = splat(1);
+  const std::size_t before = back.n;
+  for (std::size_t at = 0; at < e.n; at += kLanes) {
+    const M on = first(e.n - at);
+    InFlight in_flight(s, m, at, on);
+    const I source = in_flight.rays.source;
+    Random rng{gather(q.bits(kRng0), source), gather(q.bits(kRng1), source)};
+    const F share = share_of_majorant<kLookUp>(s.field, e, at, on);
+    const F real_0 = splat(s.share.x) * share, real_1 = splat(s.share.y) * share,
+            real_2 = splat(s.share.z) * share;
+    const F w0 = hn::Abs(in_flight.w0), w1 = hn::Abs(in_flight.w1), w2 = hn::Abs(in_flight.w2);
+    const F carried = w0 + w1 + w2;
+    const F p = select(hn::Gt(carried, splat(0)),
+                       (w0 * real_0 + w1 * real_1 + w2 * real_2) / carried, share);
+    const M collides = hn::And(on, hn::Lt(rng.fine_uniform(), p));
+    const auto weigh = [&](F& w, F of_real) {
+      w = w * select(collides, of_real / p, (one - of_real) / (one - p));
+    };
+    weigh(in_flight.w0, real_0), weigh(in_flight.w1, real_1), weigh(in_flight.w2, real_2);
+    const M null = hn::AndNot(collides, on);
+    if (s.importance() != nullptr && !s.many)
+      put_rows(s, *s.importance(), in_flight.rays, collides, real);
+    in_flight.put(s, collides, rng, real);
+    pack(null, rng.exponential(), back[kDepth] + back.n);
+    if (s.limited) pack(null, load(&e.left[at]), back[kLeft] + back.n);
+    in_flight.put(s, null, rng, back);
+  }
+  if (s.count) SampleCounts{s, m, tally}.add_weighed(back.n - before);
+}
+
 /// Real collisions go to `real`, or nowhere where it is null; null ones fly on in `back`.
 HWY_NOINLINE void decide(const WavefrontScene& s, WavefrontMemory& m, Records& back, Records* real,
                          Tally& tally) {
   const Events& e = m.events;
+  if (s.setup.by_channel && real != nullptr) {
+    fetch_samples(s.field, m);
+    back.reserve(e.n), real->reserve(e.n);
+    return s.field.look_up == LookUp::nearest
+               ? decide_by_channel<LookUp::nearest>(s, m, back, *real, tally)
+               : decide_by_channel<LookUp::trilinear>(s, m, back, *real, tally);
+  }
   decide(s.field, m);
   if (s.count) SampleCounts{s, m, tally}.add_decisions();
   back.reserve(e.n);
@@ -144,7 +191,8 @@ HWY_NOINLINE void decide(const WavefrontScene& s, WavefrontMemory& m, Records& b
 }
 
 /// Shadow rays of the slice pass their events with weights, and fly on in `back` but for those that
-/// a roulette drops; dropped(record) is told of these. kPdf holds the products (T3.3).
+/// a roulette drops; dropped(record) is told of these. kPdf holds the products (T3.3), or where
+/// channels differ the largest of them, which the weights have in them then (T3.9).
 template <LookUp kLookUp, class Dropped>
 HWY_NOINLINE void weigh_by(const WavefrontScene& s, WavefrontMemory& m, Records& back,
                            const Dropped& dropped) {
@@ -155,11 +203,21 @@ HWY_NOINLINE void weigh_by(const WavefrontScene& s, WavefrontMemory& m, Records&
     InFlight in_flight(s, m, at, on);
     const I source = in_flight.rays.source;
     Random rng{gather(q.bits(kRng0), source), gather(q.bits(kRng1), source)};
-    const F product = in_flight.pdf * passing<kLookUp>(s.field, e, at, on);
+    const F share = share_of_majorant<kLookUp>(s.field, e, at, on);
+    const auto passed = [&](float of) { return splat(1) - splat(of) * share; };
+    const bool by_channel = s.setup.by_channel;
+    const F product =
+        in_flight.pdf * (by_channel ? passed(min_component(s.share)) : splat(1) - share);
     const F least = splat(kTransmittanceRoulette);
     const M low = hn::Lt(product, least);
     const M ends = hn::And(on, hn::AndNot(hn::Lt(rng.fine_uniform() * least, product), low));
     in_flight.pdf = select(low, least, product);
+    if (by_channel) {
+      const F lifted = select(low, least / product, splat(1));
+      in_flight.w0 = in_flight.w0 * passed(s.share.x) * lifted;
+      in_flight.w1 = in_flight.w1 * passed(s.share.y) * lifted;
+      in_flight.w2 = in_flight.w2 * passed(s.share.z) * lifted;
+    }
     for (std::uint32_t lanes = bits_of(ends); lanes != 0; lanes &= lanes - 1) {
       dropped(e.source[at + std::size_t(std::countr_zero(lanes))]);
     }
@@ -173,9 +231,9 @@ HWY_NOINLINE void weigh_by(const WavefrontScene& s, WavefrontMemory& m, Records&
 template <class Dropped>
 HWY_INLINE void weigh(const WavefrontScene& s, WavefrontMemory& m, Records& back, Tally& tally,
                       const Dropped& dropped) {
-  fetch_samples(s.field, m.events);
+  fetch_samples(s.field, m);
   back.reserve(m.events.n);
-  if (s.count) SampleCounts{s, m, tally}.add_weighed();
+  if (s.count) SampleCounts{s, m, tally}.add_weighed(m.events.n);
   if (s.field.look_up == LookUp::nearest) {
     weigh_by<LookUp::nearest>(s, m, back, dropped);
   } else {

@@ -144,14 +144,15 @@ void scatter(const World& w, const OnSurface& v, Rgb throughput) {
 /// A shadow catcher before the camera: light that reaches it unscattered tells how much it covers;
 /// all other light it scatters as what it is.
 template <class ComponentKind>
-void catch_shadow(const World& w, const OnSurface& v, const SurfaceHit& surface, Vec3f direction) {
+void catch_shadow(const World& w, const OnSurface& v, const SurfaceHit& surface, Vec3f direction,
+                  Rgb weight) {
   const PathSetup& s = w.setup;
   const Rgb open = w.m.open_light(s.light, surface);
-  w.m.slots.see_catcher(v.slot(), direction, open);
+  w.m.slots.see_catcher(v.slot(), direction, open, weight);
   if (s.first_collisions) w.m.slots.first[v.slot()] = surface.place;
   w.m.slots.seen[v.slot()].material = surface.material;
   if (largest(open) > 0) ask_lights<ComponentKind>(w, v, Rgb(1.0f));
-  const Rgb throughput = s.max_bounces > 0 ? surface.material->albedo : Rgb(0.0f);
+  const Rgb throughput = s.max_bounces > 0 ? weight * surface.material->albedo : Rgb(0.0f);
   const bool scatters = largest(throughput) > 0;
   if (scatters && samples_fires_on_surfaces(s)) ask_fires<ComponentKind>(w, v, throughput);
   if (scatters || largest(open) > 0) scatter<ComponentKind>(w, v, throughput);
@@ -178,13 +179,17 @@ void meet(const World& w, const Records& q, std::size_t at) {
                     rng};
   w.m.rays.remove(number);
   ++w.m.counts.surface_hits;
+  Rgb throughput = weight_at<ComponentKind>(q, at);
   if (seen) {
-    if (material.visibility == Visibility::holdout) return;
-    if (v.catcher) return catch_shadow<ComponentKind>(w, v, surface, direction_at(q, at));
-    add_first_collision(s, w.m, v.slot(), surface.place);
+    if (material.visibility == Visibility::holdout) {
+      if (s.by_channel) w.m.slots.dim(v.slot(), throughput);
+      return;
+    }
+    if (v.catcher)
+      return catch_shadow<ComponentKind>(w, v, surface, direction_at(q, at), throughput);
+    add_first_collision(s, w.m, v.slot(), surface.place, throughput);
     w.m.slots.seen[v.slot()] = {&material, surface.normal};
   }
-  Rgb throughput = weight_at<ComponentKind>(q, at);
   if (largest(s.constant) > 0) {
     w.m.slots.add(v.slot(), scatterings,
                   [&](PathResult& r) { subtract_absorbed(s, material.albedo, throughput, r); });

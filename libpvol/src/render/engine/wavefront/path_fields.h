@@ -20,6 +20,7 @@ enum PathField : std::size_t {
   kStepY,
   kStepZ,  ///< of the ray, in cells of where it flies, per world length
   kRay,    ///< number of what it is in the world (world_rays.h)
+  kTime,   ///< of its path, in frames, where densities move
   kPathFields,
 };
 static_assert(kPathFields <= kMostFields);

@@ -13,9 +13,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
 
-/// The weights of rays of the camera; records of grey scenes have but one.
-[[nodiscard]] inline Rgb camera_weight(const Records&, std::size_t) { return Rgb(1.0f); }
-
 using WeightAt = Rgb (*)(const Records&, std::size_t);
 
 /// What flights bring on their way: of those that left, and of collisions from one on.
@@ -32,13 +29,14 @@ void add_lines_of_collisions(const WavefrontScene& s, WavefrontMemory& m, std::s
   }
 }
 
-/// A ray of the camera that met nothing sees what lies behind.
-inline void see_behind(const PathSetup& s, WavefrontMemory& m, std::uint32_t slot,
-                       Vec3f direction) {
+/// A ray of the camera that met nothing sees what lies behind, dimmed by the weight.
+inline void see_behind(const PathSetup& s, WavefrontMemory& m, std::uint32_t slot, Vec3f direction,
+                       Rgb weight = Rgb(1.0f)) {
+  if (s.by_channel) m.slots.dim(slot, weight);
   if (!s.options.background) return;
   m.slots.add(slot, 0, [&](PathResult& r) {
-    add_constant(s, r);
-    add_seen(s, direction, Rgb(1.0f), r);
+    add_constant(s, weight, r);
+    add_seen(s, direction, weight, r);
   });
 }
 
@@ -67,7 +65,7 @@ template <class ComponentKind>
   const bool sky = light == s.setup.light.sources.size();
   const Rgb radiance = sky ? s.setup.light.sky.radiance(direction_at(q, at)) - s.setup.constant
                            : s.lights[light].radiance;
-  const float passed = s.ratio ? q[kPdf][at] : 1;
+  const float passed = s.ratio && !s.setup.by_channel ? q[kPdf][at] : 1;
   return weight_at<ComponentKind>(q, at) * radiance * passed;
 }
 template <class ComponentKind>
@@ -80,11 +78,13 @@ HWY_INLINE void end_shadow_ray(const WavefrontScene& s, WavefrontMemory& m, cons
 }
 
 /// Rays of a slice that left.
+template <class ComponentKind>
 HWY_NOINLINE void end_camera_rays(const WavefrontScene& s, WavefrontMemory& m) {
-  if (s.lines) add_lines_of_gone(s, m, camera_weight);
+  if (s.lines) add_lines_of_gone(s, m, weight_at<ComponentKind>);
   for (std::size_t k = 0; k < m.events.gone; ++k) {
     const std::size_t at = m.events.gone_source[k];
-    see_behind(s.setup, m, slot_of(m.flying.bits(kId)[at]), direction_at(m.flying, at));
+    see_behind(s.setup, m, slot_of(m.flying.bits(kId)[at]), direction_at(m.flying, at),
+               weight_at<ComponentKind>(m.flying, at));
   }
 }
 template <class ComponentKind>
@@ -182,19 +182,25 @@ inline void start(const WavefrontScene& s, WavefrontMemory& m, const Samples::Sa
   put_ray(s, m.camera, cells.at(span->t0), d, Rgb(1.0f), slot, rng);
 }
 
-/// All that a first collision of a ray of the camera brings at once.
+/// All that a first collision of a ray of the camera of this weight brings at once.
 inline void add_first_collision(const PathSetup& s, WavefrontMemory& m, std::uint32_t slot,
-                                Vec3d place) {
+                                Vec3d place, Rgb weight) {
   m.slots.alpha[slot] = 1;
-  if (largest(s.constant) > 0) m.slots.add(slot, 0, [&](PathResult& r) { add_constant(s, r); });
-  if (s.first_collisions) m.slots.first[slot] = place;
+  if (largest(s.constant) > 0) {
+    m.slots.add(slot, 0, [&](PathResult& r) { add_constant(s, weight, r); });
+  }
+  if (!s.first_collisions) return;
+  m.slots.first[slot] = place;
+  if (s.by_channel) m.slots.note_first_weight(slot, weight);
 }
+template <class ComponentKind>
 HWY_NOINLINE void add_first_collisions(const WavefrontScene& s, WavefrontMemory& m,
                                        std::size_t from) {
   for (std::size_t k = from; k < m.collisions.n; ++k) {
     const std::uint32_t slot = slot_of(m.collisions.bits(kId)[k]);
     const bool asked = s.setup.first_collisions;
-    add_first_collision(s.setup, m, slot, asked ? world_place(s, m.collisions, k) : Vec3d{});
+    add_first_collision(s.setup, m, slot, asked ? world_place(s, m.collisions, k) : Vec3d{},
+                        weight_at<ComponentKind>(m.collisions, k));
   }
 }
 
@@ -207,13 +213,14 @@ HWY_INLINE void take_and_fly(const WavefrontScene& s, WavefrontMemory& m, Record
   fly<kLimited>(s.field, m, counts);
 }
 
+template <class ComponentKind>
 HWY_INLINE void fly_camera_rays(const WavefrontScene& s, WavefrontMemory& m) {
   take_and_fly(s, m, m.camera, m.counts.path);
-  end_camera_rays(s, m);
+  end_camera_rays<ComponentKind>(s, m);
   const std::size_t before = m.collisions.n;
   decide(s, m, m.camera, &m.collisions, m.counts.path);
-  add_first_collisions(s, m, before);
-  if (s.lines) add_lines_of_collisions(s, m, before, camera_weight);
+  add_first_collisions<ComponentKind>(s, m, before);
+  if (s.lines) add_lines_of_collisions(s, m, before, weight_at<ComponentKind>);
 }
 
 template <class ComponentKind>
@@ -299,7 +306,7 @@ bool trace(std::span<const WavefrontScene> scenes, WavefrontMemory& m, const Ima
       while (m.camera.n < kSlice && samples.any()) {
         start(s, m, samples.next(), next++, film, work);
       }
-      fly_camera_rays(s, m);
+      fly_camera_rays<ComponentKind>(s, m);
     } else if (m.paths.n > 0) {
       fly_paths<ComponentKind>(s, m);
     } else if (m.shadows.n > 0) {

@@ -31,6 +31,7 @@ class Slots {
     counts.assign(count, {});
     if (setup_.first_collisions) first.assign(count, {});
     if (setup_.moving) times.assign(count, 0);
+    if (setup_.by_channel) dimmed_.assign(count, {});
     if (!setup_.surfaces) return;
     seen.assign(count, {});
     if (setup_.surfaces->camera->catch_shadows()) caught_.assign(count, {});
@@ -54,11 +55,22 @@ class Slots {
   /// added at the end.
   void add_collision(std::uint32_t slot, float weight) { collided_[slot].add(weight); }
 
-  /// A shadow catcher before the camera: with the direction towards it, and the light that it would
-  /// scatter if it were white and nothing were in the way.
-  void see_catcher(std::uint32_t slot, Vec3f direction, Rgb open) {
+  /// What lies behind the volume is seen through it, with a weight by channel.
+  void dim(std::uint32_t slot, Rgb weight) {
+    const float mean = mean_of(weight);
+    alpha[slot] = 1 - mean;
+    dimmed_[slot].tint = weight - Rgb(mean);
+  }
+  /// Of the flight to the first collision, where that has one.
+  void note_first_weight(std::uint32_t slot, Rgb weight) {
+    dimmed_[slot].first_weight = mean_of(weight);
+  }
+
+  /// A shadow catcher before the camera, seen with this weight: with the direction towards it, and
+  /// the light that it would scatter if it were white and nothing were in the way.
+  void see_catcher(std::uint32_t slot, Vec3f direction, Rgb open, Rgb weight) {
     alpha[slot] = 1;
-    caught_[slot] = {.any = true, .seen = direction, .open = open};
+    caught_[slot] = {.any = true, .seen = direction, .weight = weight, .open = open};
   }
 
   /// Calls add(result) with an empty result: what it then holds is light that reached the slot's
@@ -84,6 +96,10 @@ class Slots {
     result_.first_weight = 0;
     if (setup_.first_collisions && alpha[slot] > 0) {
       result_.first = first[slot], result_.first_weight = 1;
+    }
+    if (setup_.by_channel) {
+      result_.tint = dimmed_[slot].tint;
+      if (result_.first_weight > 0) result_.first_weight = dimmed_[slot].first_weight;
     }
     if (!seen.empty()) {
       result_.first_material = seen[slot].material, result_.first_normal = seen[slot].normal;
@@ -111,21 +127,30 @@ class Slots {
   struct Caught {
     bool any = false;
     Vec3f seen{};
+    Rgb weight{1.0f};
     Rgb open{0.0f};
     std::array<ExactSum, 3> direct{};
   };
   std::vector<Caught> caught_;
+  struct Dimmed {
+    Rgb tint{0.0f};
+    float first_weight = 0;
+  };
+  std::vector<Dimmed> dimmed_;  // where flights have weights
+
+  [[nodiscard]] static float mean_of(Rgb c) { return (c.x + c.y + c.z) / 3; }
 
   /// Takes what arrived unscattered off what a shadow catcher covers; where nothing ever does,
   /// there is no shadow, and it covers nothing (THEORY.md, T5.18).
   void subtract_caught(const Caught& c) {
-    result_.tint = result_.background = Rgb(0.0f);
+    result_.background = Rgb(0.0f);
+    if (!setup_.by_channel) result_.tint = Rgb(0.0f);
     if (!c.any) return;
     result_.first_weight = 0;
-    Rgb shares(1.0f);
-    float share = 1;
+    Rgb shares = c.weight;
+    float share = luminance(shares);
     if (const float open = luminance(c.open); open > 0) {
-      const Rgb direct = colour(c.direct.data());
+      const Rgb direct = colour(c.direct.data()) * c.weight;
       share = luminance(direct) / open;
       shares = Rgb(share);
       for (int k = 0; k < 3; ++k) {

@@ -80,7 +80,7 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
       components(make_component_table(volume.components)),
       one_lobe(std::ranges::all_of(
                    s.volumes, [](const VolumeSetup& v) { return has_one_lobe(v.components); }) &&
-               !s.albedo_varies && (s.surfaces == nullptr || s.surfaces->are_grey())),
+               !s.albedo_varies && !s.by_channel && (s.surfaces == nullptr || s.surfaces->are_grey())),
       drawn(s.light.sources.size() > kMostAsked),
       lines(!many && s.flights_bring_light()) {
   // What is absorbed is in layers.
@@ -92,7 +92,8 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
   orders = s.options.aovs.has(Aov::scattering);
   counts_collisions = orders || s.max_bounces <= kMostWavefrontBounces;
   limited = many;
-  ratio = s.options.transmittance == Transmittance::ratio;
+  ratio = s.options.transmittance == Transmittance::ratio || s.by_channel;
+  share = volume.volume.medium.extinction_color;
   weighted = ratio || s.light.sky.sampled() || s.flights_bring_light();
   dark_sky = !s.light.sky.sampled() && largest(s.light.sky.radiance({0, 1, 0}) - s.constant) == 0 &&
              s.light.sky.is_constant();
@@ -116,6 +117,7 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
   if (many) {
     fields |= bit(kStepX) | bit(kStepY) | bit(kStepZ) | bit(kRay);
     field.step_field = kStepX;
+    if (volume.volume.density.motion != nullptr) fields |= bit(kTime), field.time_field = kTime;
   }
   if (lines) fields |= bit(kFromX) | bit(kFromY) | bit(kFromZ);
 }
@@ -138,7 +140,6 @@ const char* wavefront_obstacle(std::span<const Volume> volumes, const Scene& sce
   if (o.max_bounces && *o.max_bounces > kMostWavefrontBounces) return "the bounce limit is high";
   if (most_lights(scene) > kMostWavefrontLights) return "there are more than 16 383 lights";
   for (const Volume& v : volumes) {
-    if (is_chromatic(v.medium)) return "the extinction differs by channel";
     if (v.density.octree.empty()) continue;
     if (const char* const obstacle = simd_obstacle(v)) return obstacle;
   }

@@ -65,6 +65,7 @@ struct WavefrontScene {
   bool lines;     ///< whether flights through one volume bring light on their way, and note where
                   ///< they begin
   bool ratio;     ///< whether shadow rays have weights, of ratio tracking
+  Rgb share;      ///< of the extinction, by channel
   bool limited;   ///< whether a light may be nearer than the edge of the volume
   bool weighted;  ///< whether lights that paths meet by themselves are weighted by densities
   bool count;     ///< whether work is counted

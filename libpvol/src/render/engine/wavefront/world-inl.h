@@ -84,6 +84,7 @@ inline void enter(const World& w, std::uint32_t number, const WorldRay::Visit& v
     to[kX + k][n] = std::clamp(float(place[axis]), s.field.low[axis], s.field.high[axis]);
     to[kStepX + k][n] = float(cells.d[axis]);
   }
+  to[kTime][n] = r.time;
   to[kLeft][n] = float(std::min(r.end() - visit.t0, 0x1p100));
   to[kDepth][n] = of.depth;
 }
@@ -167,7 +168,7 @@ void leave(const World& w, const WorldRay& r, const Records& q, std::size_t at) 
   const std::uint32_t slot = slot_of(q.bits(kId)[at]);
   const auto pdf = [&] { return q[kPdf][at]; };
   if (r.kind == RayKind::camera) {
-    see_behind(w.setup, w.m, slot, direction_at(q, at));
+    see_behind(w.setup, w.m, slot, direction_at(q, at), weight_at<ComponentKind>(q, at));
   } else if (r.on_catcher) {
     w.m.slots.add_caught(slot, [&](PathResult& to) {
       add_scattered(w.setup, pdf, direction_at(q, at), Rgb(r.among.factor), to);
@@ -221,7 +222,9 @@ void finish_ray(const World& w, std::uint32_t number, const Waiting& of) {
     return m.rays.remove(number);
   }
   r.place = r.ray.at(r.nearest);
-  if (r.kind == RayKind::camera) add_first_collision(w.setup, m, slot_of(id), r.place);
+  if (r.kind == RayKind::camera) {
+    add_first_collision(w.setup, m, slot_of(id), r.place, weight_at<ComponentKind>(of.q, of.at));
+  }
   if (r.among.scatters) return put_hit(w, number, of);
   add_last_emission<ComponentKind>(w, r, of);
   m.rays.remove(number);

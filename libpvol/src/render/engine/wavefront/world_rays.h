@@ -14,9 +14,9 @@
 namespace pvol::detail {
 
 /// Whether rays of the setup are kept in the world: they may meet several volumes or places, or
-/// none, or surfaces.
+/// none, or surfaces, or see what moves at times of their own.
 [[nodiscard]] inline bool fly_in_the_world(const PathSetup& s) {
-  return !s.is_one_still() || s.volumes.front().volume.density.octree.empty();
+  return !s.is_one_still() || s.moving || s.volumes.front().volume.density.octree.empty();
 }
 
 /// What rays do, each kind with queues of its own.
@@ -145,10 +145,11 @@ class WorldRays {
   [[nodiscard]] WorldRay& operator[](std::uint32_t number) { return all_[number]; }
 
   /// The next instance that a ray enters before it ends; null where there is none. A ray flies
-  /// where it begins before others and surfaces are searched for: most collide there.
+  /// where it begins before others and surfaces are searched for: most collide there. But where
+  /// flights have weights, they must not go on behind a surface.
   [[nodiscard]] const WorldRay::Visit* next_visit(const PathSetup& s, WorldRay& r, const Rng& rng,
                                                   Work& work) {
-    if (r.next == r.visits.size() && !r.searched) {
+    if ((r.next == r.visits.size() || s.by_channel) && !r.searched) {
       r.searched = true;
       if (s.surfaces) find_surface(*s.surfaces, r, rng);
       if (!r.among.hidden) find_visits(s, r, work);
