@@ -81,7 +81,7 @@ HWY_INLINE void list_undecided(const SimdField& f, Events& e, std::size_t at, M 
   pack(open, hn::Iota(kU, std::uint32_t(at)), &e.which[before]);
   pack(open, load(&e.sample[at]), &e.at[before]);
   e.undecided += count(open);
-  if (f.samples == nullptr) return;
+  if (f.samples == nullptr || f.moving != nullptr) return;
   for (std::size_t k = before; k < e.undecided; ++k) prefetch_cell(f.samples + e.at[k]);
 }
 
@@ -131,16 +131,59 @@ HWY_INLINE F look_up(const float* samples, I index, F x, F y, F z) {
   }
 }
 
+/// Notes the times of the first events of Events::which, in fields that move.
+inline void note_times(const SimdField& f, FlightMemory& m, std::size_t n) {
+  if (f.time_field == 0) return;
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::uint32_t event = m.events.which[k];
+    m.events.time[event] = m.flying[f.time_field][m.events.source[event]];
+  }
+}
+
+/// Finds the samples of the first events of Events::which of a field that moves: Events::at, from
+/// where what is there came. Nothing came from outside the support.
+inline HWY_NOINLINE void find_moved_samples(const SimdField& f, FlightMemory& m, std::size_t n) {
+  Events& e = m.events;
+  note_times(f, m, n);
+  trace_back(*f.moving,
+             {e.x.data(), e.y.data(), e.z.data(), e.time.data(), e.at_rest[0].data(),
+              e.at_rest[1].data(), e.at_rest[2].data()},
+             {e.which.data(), n});
+  for (std::size_t at = 0; at < n; at += kLanes) {
+    const I which = where(first(n - at), as_int(load(&e.which[at])));
+    M inside = first(n - at);
+    std::array<F, 3> place;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const F low = splat(f.low[int(axis)]), high = splat(f.high[int(axis)]);
+      const F own = gather(e.at_rest[axis].data(), which);
+      inside = hn::And(inside, hn::And(hn::Ge(own, low), hn::Le(own, high)));
+      place[axis] = hn::Min(hn::Max(own, low), high);
+    }
+    const Place p(f.bounds, place[0], place[1], place[2]);
+    const I brick = as_int(gather(f.bounds.brick.data(), p.leaf(f.bounds)));
+    const I own = select(inside, brick, splat_int(int(kZeroBrick)));
+    store(as_bits(CellInLeaf(p).first_sample(own)), &e.at[at]);
+    for (std::size_t k = at; k < std::min(at + kLanes, n); ++k) prefetch_cell(f.samples + e.at[k]);
+  }
+}
+
+/// Where look-ups of an event lie in their cell: its place, or what was moved there.
+HWY_INLINE const Events::Array<float>& looked_up(const SimdField& f, const Events& e,
+                                                 std::size_t axis) {
+  if (f.moving != nullptr) return e.at_rest[axis];
+  return axis == 0 ? e.x : axis == 1 ? e.y : e.z;
+}
+
 /// Density at the chosen events of a register of them all, whose samples were fetched.
 template <LookUp kLookUp>
 HWY_INLINE F density_at_event(const SimdField& f, const Events& e, std::size_t at, M on) {
   if (f.samples == nullptr) return load(&e.density[at]);
-  const auto fraction = [&](const Events::Array<float>& of) {
-    const F v = load(&of[at]);
+  const auto fraction = [&](std::size_t axis) {
+    const F v = load(&looked_up(f, e, axis)[at]);
     return v - hn::Floor(v);
   };
-  return look_up<kLookUp>(f.samples, where(on, as_int(load(&e.sample[at]))), fraction(e.x),
-                          fraction(e.y), fraction(e.z));
+  return look_up<kLookUp>(f.samples, where(on, as_int(load(&e.sample[at]))), fraction(0),
+                          fraction(1), fraction(2));
 }
 
 /// Decides the rest.
@@ -151,11 +194,11 @@ HWY_NOINLINE void decide_by_look_ups(const SimdField& f, Events& e) {
     const M on = first(e.undecided - at);
     const I which = where(on, as_int(load(&e.which[at])));
     const I index = where(on, as_int(load(&e.at[at])));
-    const auto fraction = [&](const Events::Array<float>& of) {
-      const F v = gather(of.data(), which);
+    const auto fraction = [&](std::size_t axis) {
+      const F v = gather(looked_up(f, e, axis).data(), which);
       return v - hn::Floor(v);
     };
-    const F rho = look_up<kLookUp>(f.samples, index, fraction(e.x), fraction(e.y), fraction(e.z));
+    const F rho = look_up<kLookUp>(f.samples, index, fraction(0), fraction(1), fraction(2));
     const M real = hn::And(on, hn::Lt(gather(e.mu.data(), which), scale * rho));
     for (std::uint32_t lanes = bits_of(real); lanes != 0; lanes &= lanes - 1) {
       const std::uint32_t event = e.which[at + std::size_t(std::countr_zero(lanes))];
@@ -168,9 +211,7 @@ HWY_NOINLINE void decide_by_look_ups(const SimdField& f, Events& e) {
 inline void look_up_events(const SimdField& f, FlightMemory& m, std::size_t n) {
   Events& e = m.events;
   const std::span<const std::uint32_t> which{e.which.data(), n};
-  if (f.time_field != 0) {
-    for (const std::uint32_t event : which) e.time[event] = m.flying[f.time_field][e.source[event]];
-  }
+  note_times(f, m, n);
   detail::look_up_one_by_one(*f.one_by_one, e.x.data(), e.y.data(), e.z.data(), e.time.data(),
                              e.brick.data(), which, e.density.data());
 }
@@ -190,6 +231,7 @@ inline HWY_NOINLINE void decide_one_by_one(const SimdField& f, FlightMemory& m) 
 HWY_INLINE void decide(const SimdField& f, FlightMemory& m) {
   decide_by_bounds(f, m);
   decide_by_micro_bounds(f, m.events);
+  if (f.moving != nullptr) find_moved_samples(f, m, m.events.undecided);
   if (f.samples == nullptr) {
     decide_one_by_one(f, m);
   } else if (f.look_up == LookUp::nearest) {
@@ -215,7 +257,12 @@ inline HWY_NOINLINE void fetch_samples(const SimdField& f, FlightMemory& m) {
     const std::size_t end = std::min(at + kLanes, e.n);
     for (std::size_t k = at; k < end; ++k) prefetch_cell(f.samples + e.sample[k]);
   }
-  if (f.samples == nullptr) look_up_events(f, m, e.n);
+  if (f.moving != nullptr) {
+    find_moved_samples(f, m, e.n);
+    std::copy_n(e.at.data(), e.n, e.sample.data());
+  } else if (f.samples == nullptr) {
+    look_up_events(f, m, e.n);
+  }
 }
 
 /// The shares of the majorant that extinctions are at the events of a register, whose samples were

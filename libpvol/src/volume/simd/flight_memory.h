@@ -31,7 +31,9 @@ struct Events {
   Array<std::uint32_t> which;  ///< events that need a look-up
   Array<std::uint32_t> at;     ///< their first sample
   Array<float> density;        ///< there, of fields that are looked up one by one
-  Array<float> time;           ///< of rays through those that move
+  // In fields that move:
+  Array<float> time;                    ///< of the rays, in frames
+  std::array<Array<float>, 3> at_rest;  ///< where what is there was at the files' time
 };
 
 struct FlightMemory {

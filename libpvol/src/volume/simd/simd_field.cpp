@@ -12,8 +12,7 @@ namespace {
 
 /// Whether look-ups are made in lanes.
 bool has_lanes(const VolumeField& f) {
-  return has_closed_form(f.look_up) && !f.shares_samples() && f.map == nullptr &&
-         f.motion == nullptr;
+  return has_closed_form(f.look_up) && !f.shares_samples() && f.map == nullptr;
 }
 
 }  // namespace
@@ -22,6 +21,7 @@ SimdField::SimdField(const VolumeField& f, const DenseBounds& b)
     : bounds(b), scale(f.scale), look_up(f.look_up) {
   if (has_lanes(f)) {
     samples = f.bricks().samples.data();
+    if (f.motion != nullptr) moving = &f;
   } else {
     one_by_one = &f;
   }
@@ -63,6 +63,17 @@ void look_up_one_by_one(const VolumeField& field, const float* x, const float* y
       return source.density(brick[event], at);
     });
   });
+}
+
+void trace_back(const VolumeField& field, const PlacesInMotion& places,
+                std::span<const std::uint32_t> which) {
+  const Vec3d border(DenseBounds::kBorder);
+  for (const std::uint32_t event : which) {
+    const Vec3d at{double(places.x[event]), double(places.y[event]), double(places.z[event])};
+    const Vec3d from = source_of(*field.motion, places.time[event], at - border) + border;
+    places.to_x[event] = float(from.x), places.to_y[event] = float(from.y);
+    places.to_z[event] = float(from.z);
+  }
 }
 
 const char* simd_obstacle(const Volume& v) {

@@ -17,6 +17,7 @@ struct SimdField {
   const DenseBounds& bounds;
   const float* samples = nullptr;              ///< of bricks, for look-ups in lanes; or null:
   const VolumeField* one_by_one = nullptr;     ///< what looks up densities lane by lane
+  const VolumeField* moving = nullptr;         ///< what moves samples that lanes look up, or null
   const std::uint16_t* micro_codes = nullptr;  ///< pairs of bytes, or null where there are none
   const float* micro_scales = nullptr;         ///< pairs of base and step
   int micro_shift = 0;                         ///< log2 of their cubes' edge
@@ -40,6 +41,16 @@ struct SimdField {
 void look_up_one_by_one(const VolumeField& field, const float* x, const float* y, const float* z,
                         const float* time, const std::uint32_t* brick,
                         std::span<const std::uint32_t> which, float* density);
+
+/// Where the densities at these places were at the files' time, as `to_x`, `to_y` and `to_z`; in
+/// the same cells, which a field in motion may have moved by `time` frames.
+struct PlacesInMotion {
+  const float *x, *y, *z, *time;
+  float *to_x, *to_y, *to_z;
+};
+/// For entries `which` of all arrays.
+void trace_back(const VolumeField& field, const PlacesInMotion& places,
+                std::span<const std::uint32_t> which);
 
 /// Why lanes do not serve the rays of a volume, at its first place, or null.
 [[nodiscard]] const char* simd_obstacle(const Volume& volume);

@@ -74,6 +74,7 @@ struct LanePlaces {
   LanePlaces(const WavefrontScene& scene, WavefrontMemory& m, const Paths<ComponentKind>& p)
       : s(scene), rays(m.rays) {
     store(p.x, at[0]), store(p.y, at[1]), store(p.z, at[2]), store(p.ray, ray);
+    if (s.many) rays.prefetch(ray, count(p.alive));
   }
   [[nodiscard]] Vec3d in_cells(std::size_t lane) const {
     const Vec3d place{double(at[0][lane]), double(at[1][lane]), double(at[2][lane])};

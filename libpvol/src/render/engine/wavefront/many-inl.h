@@ -35,14 +35,17 @@ template <class ComponentKind>
 HWY_NOINLINE void arrive_all(const World& w, bool collided, const Records& q,
                              const std::uint32_t* which, std::size_t n) {
   alignas(64) float depth[kLanes];
-  alignas(64) std::uint32_t rng0[kLanes], rng1[kLanes], at[kLanes];
+  alignas(64) std::uint32_t rng0[kLanes], rng1[kLanes], at[kLanes], rays[kLanes];
   for (std::size_t k = 0; k < n; k += kLanes) {
     const U all = which == nullptr ? hn::Iota(kU, std::uint32_t(k)) : load(which + k);
     const I index = where(first(n - k), as_int(all));
     Random rng{gather(q.bits(kRng0), index), gather(q.bits(kRng1), index)};
     store(rng.exponential(), depth);
     store(rng.s0, rng0), store(rng.s1, rng1), store(as_bits(index), at);
-    for (std::size_t i = 0; i < std::min(kLanes, n - k); ++i) {
+    store(gather(q.bits(kRay), index), rays);
+    const std::size_t lanes = std::min(kLanes, n - k);
+    w.m.rays.prefetch(rays, lanes);
+    for (std::size_t i = 0; i < lanes; ++i) {
       arrive<ComponentKind>(w, collided, {q, at[i], depth[i], rng0[i], rng1[i]});
     }
   }
@@ -71,6 +74,7 @@ HWY_NOINLINE void fly_in(const World& w, std::size_t volume, RayKind kind) {
 template <class ComponentKind>
 HWY_NOINLINE void aim_all(const World& w, RayKind kind, Records& q) {
   for (std::size_t at = 0; at < q.n; ++at) {
+    if (at % kLanes == 0) w.m.rays.prefetch(q.bits(kRay) + at, std::min(kLanes, q.n - at));
     const WorldRay& parent = w.m.rays[q.bits(kRay)[at]];
     const Ray ray{parent.place, Vec3d(direction_at(q, at))};
     const double left = kind == RayKind::shadow ? double(q[kLeft][at]) : kEndless;

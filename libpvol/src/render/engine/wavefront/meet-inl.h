@@ -59,9 +59,9 @@ void ask_light(const World& w, const OnSurface& v, std::size_t light, const Ligh
   float value = absolute_luminance(weight * own) / s.light.shadow_unit;
   if (!(value > 0)) return;
   WorldRay way{.ray = {v.place, Vec3d(towards.direction)},
+               .limit = towards.distance,
                .kind = RayKind::shadow,
-               .time = v.time,
-               .limit = towards.distance};
+               .time = v.time};
   // Here it was asked before: rays off surfaces do not ask again.
   find_surface(*s.surfaces, way, v.rng);
   if (way.among.hidden) return;

@@ -70,7 +70,7 @@ inline std::size_t put_ended(const WorldRay& r, std::uint32_t number, const Wait
 }
 
 /// Puts a ray where it enters an instance.
-inline void enter(const World& w, std::uint32_t number, const WorldRay::Visit& visit,
+inline void enter(const World& w, std::uint32_t number, const Visits::Visit& visit,
                   const Waiting& of) {
   const WorldRay& r = w.m.rays[number];
   const std::uint32_t volume = w.volume_of(visit.instance);
@@ -233,7 +233,7 @@ void finish_ray(const World& w, std::uint32_t number, const Waiting& of) {
 template <class ComponentKind>
 void go_on(const World& w, std::uint32_t number, const Waiting& of) {
   WorldRay& r = w.m.rays[number];
-  const WorldRay::Visit* const visit = w.m.rays.next_visit(w.setup, r, of.stream(kAhead), w.work);
+  const Visits::Visit* const visit = w.m.rays.next_visit(w.setup, r, of.stream(kAhead), w.work);
   if (visit != nullptr) {
     enter(w, number, *visit, of);
   } else {

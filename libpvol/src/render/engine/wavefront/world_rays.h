@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -20,34 +21,64 @@ namespace pvol::detail {
 }
 
 /// What rays do, each kind with queues of its own.
-enum class RayKind : std::size_t { camera, path, shadow, to_fire, photon };
+enum class RayKind : std::uint32_t { camera, path, shadow, to_fire, photon };
 inline constexpr std::size_t kRayKinds = 5;
 
-/// A ray, what lies on its way, and the nearest of the collisions that its flights have found:
-/// those in each volume are independent, and the shortest is that of their sum (THEORY.md, T3.8).
-struct WorldRay {
-  static constexpr std::uint32_t kNowhere = ~0u;
-
+/// Where a ray enters the boxes of instances, of which there are few.
+class Visits {
+ public:
   struct Visit {
-    double t0;  ///< where it enters the box of the instance
+    double t0;
     std::uint32_t instance;
   };
 
-  Ray ray{};
-  RayKind kind = RayKind::camera;
-  float time = 0;                   ///< of its path, in frames
-  double limit = kEndless;          ///< where it ends: at a light, or at a surface
-  double nearest = kEndless;        ///< of its collisions
-  std::uint32_t hit = kNowhere;     ///< instance of that one
-  std::uint32_t within = kNowhere;  ///< instance in which it begins, by a collision there
-  Vec3f cells{};                    ///< place of the collision there, as records have it
-  Vec3d place{};                    ///< and in the world, once the ray has ended
-  std::vector<Visit> visits{};      ///< those found so far, in the order in which they begin
-  std::size_t next = 0;             ///< of them
-  bool searched = false;            ///< whether there are no others, and surfaces are known
+  void clear() { n_ = 0, many_.clear(); }
+  void add(double t0, std::uint32_t instance) {
+    if (n_ < few_.size()) {
+      few_[n_] = {t0, instance};
+    } else {
+      if (n_ == few_.size()) many_.assign(few_.begin(), few_.end());
+      many_.push_back({t0, instance});
+    }
+    ++n_;
+  }
+  [[nodiscard]] std::size_t size() const { return n_; }
+  [[nodiscard]] const Visit& operator[](std::size_t i) const {
+    return n_ <= few_.size() ? few_[i] : many_[i];
+  }
+  /// Those from `first` on in the order in which they begin.
+  void sort_from(std::size_t first) {
+    Visit* const all = n_ <= few_.size() ? few_.data() : many_.data();
+    std::sort(all + first, all + n_, [](const Visit& a, const Visit& b) {
+      return std::pair(a.t0, a.instance) < std::pair(b.t0, b.instance);
+    });
+  }
 
-  bool off_surface = false;  ///< it begins on one
-  bool on_catcher = false;   ///< that is a shadow catcher before the camera
+ private:
+  std::size_t n_ = 0;
+  std::array<Visit, 3> few_;   // all of them, if they are not more: beside the rest of the ray
+  std::vector<Visit> many_{};  // else
+};
+
+/// A ray, what lies on its way, and the nearest of the collisions that its flights have found:
+/// those in each volume are independent, and the shortest is that of their sum (THEORY.md, T3.8).
+struct alignas(64) WorldRay {
+  static constexpr std::uint32_t kNowhere = ~0u;
+
+  Ray ray{};
+  double limit = kEndless;    ///< where it ends: at a light, or at a surface
+  double nearest = kEndless;  ///< of its collisions
+  RayKind kind = RayKind::camera;
+  std::uint32_t hit = kNowhere;     ///< instance of the nearest collision
+  std::uint32_t within = kNowhere;  ///< instance in which it begins, by a collision there
+  float time = 0;                   ///< of its path, in frames
+  std::uint32_t next = 0;           ///< of its visits
+  bool searched = false;            ///< whether there are no others, and surfaces are known
+  bool off_surface = false;         ///< it begins on one
+  bool on_catcher = false;          ///< that is a shadow catcher before the camera
+  Visits visits{};                  ///< those found so far
+  Vec3f cells{};                    ///< place of the collision in its cells, as records have it
+  Vec3d place{};                    ///< and in the world, once the ray has ended
 
   /// What surfaces make of it, once they are known.
   struct AmongSurfaces {
@@ -134,7 +165,7 @@ class WorldRays {
     r.nearest = kEndless, r.hit = WorldRay::kNowhere;
     r.next = 0, r.searched = r.off_surface = r.on_catcher = false;
     r.visits.clear();
-    if (within != WorldRay::kNowhere) r.visits.push_back({0, within});
+    if (within != WorldRay::kNowhere) r.visits.add(0, within);
     return number;
   }
   void remove(std::uint32_t number) { free_.push_back(number); }
@@ -143,12 +174,20 @@ class WorldRays {
     for (std::size_t i = all_.size(); i > 0; --i) free_.push_back(std::uint32_t(i - 1));
   }
   [[nodiscard]] WorldRay& operator[](std::uint32_t number) { return all_[number]; }
+  /// Fetches rays that are about to be asked for: there are more of them than caches hold.
+  void prefetch(const std::uint32_t* numbers, std::size_t n) const {
+    constexpr std::size_t kLine = 64, kLines = 4;
+    for (std::size_t i = 0; i < n; ++i) {
+      const char* const at = reinterpret_cast<const char*>(&all_[numbers[i]]);
+      for (std::size_t line = 0; line < kLines; ++line) __builtin_prefetch(at + line * kLine);
+    }
+  }
 
   /// The next instance that a ray enters before it ends; null where there is none. A ray flies
   /// where it begins before others and surfaces are searched for: most collide there. But where
   /// flights have weights, they must not go on behind a surface.
-  [[nodiscard]] const WorldRay::Visit* next_visit(const PathSetup& s, WorldRay& r, const Rng& rng,
-                                                  Work& work) {
+  [[nodiscard]] const Visits::Visit* next_visit(const PathSetup& s, WorldRay& r, const Rng& rng,
+                                                Work& work) {
     if ((r.next == r.visits.size() || s.by_channel) && !r.searched) {
       r.searched = true;
       if (s.surfaces) find_surface(*s.surfaces, r, rng);
@@ -161,13 +200,10 @@ class WorldRays {
  private:
   static void find_visits(const PathSetup& s, WorldRay& r, Work& work) {
     visit_instances(s, r, r.end(), r.within, work, [&](std::uint32_t i, double t0, double limit) {
-      r.visits.push_back({t0, i});
+      r.visits.add(t0, i);
       return limit;
     });
-    std::sort(r.visits.begin() + std::ptrdiff_t(r.next), r.visits.end(),
-              [](const WorldRay::Visit& a, const WorldRay::Visit& b) {
-                return std::pair(a.t0, a.instance) < std::pair(b.t0, b.instance);
-              });
+    r.visits.sort_from(r.next);
   }
 
   std::vector<WorldRay> all_;
