@@ -10,9 +10,17 @@ namespace pvol::test {
 /// From few lanes to many.
 [[nodiscard]] inline std::vector<KernelKind> simd_kernels() {
   std::vector<KernelKind> all;
-  for (const KernelKind kernel : {KernelKind::avx2, KernelKind::avx512}) {
+  for (const KernelKind kernel :
+       {KernelKind::sse4, KernelKind::neon, KernelKind::avx2, KernelKind::avx512}) {
     if (detail::has_kernel(kernel)) all.push_back(kernel);
   }
+  return all;
+}
+
+/// Those of them whose bytes are the same: they add to products that are not rounded.
+[[nodiscard]] inline std::vector<KernelKind> fusing_kernels() {
+  std::vector<KernelKind> all = simd_kernels();
+  std::erase(all, KernelKind::sse4);
   return all;
 }
 

@@ -54,7 +54,7 @@ inline void expect_means_of_scalar(const std::vector<Shot>& shots, std::uint32_t
 
 /// Sums and layers.
 inline void expect_same_at_every_width(const std::vector<Shot>& shots) {
-  const std::vector<KernelKind> kernels = simd_kernels();
+  const std::vector<KernelKind> kernels = fusing_kernels();
   if (kernels.size() < 2) GTEST_SKIP() << "the machine has one SIMD kernel at most";
   for (const Shot& shot : shots) {
     CloudScene s = shot.scene;

@@ -13,8 +13,8 @@ namespace batch_rays_test {
 
 class BatchRays : public Batch {};
 INSTANTIATE_TEST_SUITE_P(Kernels, BatchRays,
-                         ::testing::Values(KernelKind::scalar, KernelKind::avx2,
-                                           KernelKind::avx512),
+                         ::testing::Values(KernelKind::scalar, KernelKind::sse4, KernelKind::neon,
+                                           KernelKind::avx2, KernelKind::avx512),
                          [](const auto& of) { return std::string(name(of.param)); });
 
 // Arrays.

@@ -3,10 +3,17 @@
 
 namespace pvol::detail {
 
+/// The second level of x86-64, with the instructions for AES that its processors have had since
+/// 2010. False elsewhere.
+[[nodiscard]] bool has_sse4();
+
 /// The third level of x86-64: AVX2, fused multiply-add, bit manipulation. False elsewhere.
 [[nodiscard]] bool has_x86_64_v3();
 
 /// That, and the parts of AVX-512 that processors have had since 2017.
 [[nodiscard]] bool has_avx512();
+
+/// Those of 64-bit ARM, which all have it.
+[[nodiscard]] bool has_neon();
 
 }  // namespace pvol::detail

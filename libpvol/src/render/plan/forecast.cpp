@@ -31,7 +31,17 @@ double seconds_of(const Counts& counts, int paths) {
 }
 
 double share_of_time(KernelKind kernel) {
-  return kernel == KernelKind::avx512 ? 0.22 : kernel == KernelKind::avx2 ? 0.28 : 1;
+  switch (kernel) {
+    case KernelKind::avx512:
+      return 0.22;
+    case KernelKind::avx2:
+      return 0.28;
+    case KernelKind::sse4:
+    case KernelKind::neon:
+      return 0.45;
+    default:
+      return 1;
+  }
 }
 
 Forecast forecast(const RenderPlan& plan, const CameraProbe& probe) {

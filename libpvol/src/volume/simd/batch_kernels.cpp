@@ -6,7 +6,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#if HWY_TARGET & (HWY_AVX2 | HWY_AVX3)
+#if HWY_TARGET & PVOL_TARGETS_WITH_LANES
 #include "volume/simd/batch-inl.h"
 #endif
 
@@ -19,6 +19,12 @@ BatchKernels find_batch_kernels([[maybe_unused]] KernelKind kernel) {
 #endif
 #if HWY_TARGETS & HWY_AVX2
   if (kernel == KernelKind::avx2) return N_AVX2::batch_kernels();
+#endif
+#if HWY_TARGETS & HWY_SSE4
+  if (kernel == KernelKind::sse4) return N_SSE4::batch_kernels();
+#endif
+#if HWY_TARGETS & HWY_NEON
+  if (kernel == KernelKind::neon) return N_NEON::batch_kernels();
 #endif
   return {};
 }

@@ -8,8 +8,22 @@ namespace pvol::detail {
 namespace {
 
 [[nodiscard]] bool machine_has(KernelKind kernel) {
-  return kernel == KernelKind::avx512 ? has_avx512()
-                                      : kernel == KernelKind::avx2 && has_x86_64_v3();
+  switch (kernel) {
+    case KernelKind::avx512:
+      return has_avx512();
+    case KernelKind::avx2:
+      return has_x86_64_v3();
+    case KernelKind::sse4:
+      return has_sse4();
+    case KernelKind::neon:
+      return has_neon();
+    default:
+      return kernel == KernelKind::scalar;
+  }
+}
+
+[[nodiscard]] int lanes_of(KernelKind kernel) {
+  return kernel == KernelKind::avx512 ? 16 : kernel == KernelKind::avx2 ? 8 : 4;
 }
 
 }  // namespace
@@ -23,12 +37,13 @@ KernelChoice choose_kernel(KernelKind wanted, const char* obstacle, const LaneWo
   if (wanted == KernelKind::scalar) return {KernelKind::scalar, "as set"};
   if (wanted == KernelKind::automatic) {
     if (obstacle != nullptr) return {KernelKind::scalar, obstacle};
-    for (const KernelKind kernel : {KernelKind::avx512, KernelKind::avx2}) {
+    for (const KernelKind kernel :
+         {KernelKind::avx512, KernelKind::avx2, KernelKind::sse4, KernelKind::neon}) {
       if (!has_kernel(kernel)) continue;
-      return {kernel,
-              (kernel == KernelKind::avx512 ? "16 " : "8 ") + std::string(words.rays) + " at once"};
+      return {kernel, std::to_string(lanes_of(kernel)) + ' ' + words.rays + " at once"};
     }
-    return {KernelKind::scalar, "the machine has neither AVX-512 nor AVX2"};
+    return {KernelKind::scalar,
+            "the machine has no vector instructions that there is a kernel for"};
   }
   if (!has_kernel(wanted)) {
     throw Error(std::string("the kernel ") + name(wanted) +

@@ -9,7 +9,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#if HWY_TARGET & (HWY_AVX2 | HWY_AVX3)
+#if HWY_TARGET & PVOL_TARGETS_WITH_LANES
 #include "render/engine/wavefront/many-inl.h"
 #include "render/engine/wavefront/photons-inl.h"
 #endif
@@ -31,6 +31,12 @@ Kernels kernels_of([[maybe_unused]] KernelKind kernel) {
 #endif
 #if HWY_TARGETS & HWY_AVX2
   if (kernel == KernelKind::avx2) return {&N_AVX2::find_kernel, &N_AVX2::find_photons};
+#endif
+#if HWY_TARGETS & HWY_SSE4
+  if (kernel == KernelKind::sse4) return {&N_SSE4::find_kernel, &N_SSE4::find_photons};
+#endif
+#if HWY_TARGETS & HWY_NEON
+  if (kernel == KernelKind::neon) return {&N_NEON::find_kernel, &N_NEON::find_photons};
 #endif
   return {};
 }
