@@ -29,7 +29,7 @@ FORMATS = ["file", "image", "toml", "vdb", "pvol", "pbrt"]
 # What the library is built from: the standard library, compilers' own headers of vector instructions,
 # oneTBB, Embree and nothing else.
 AT_HOME_IN_LIBRARY = re.compile(
-    r"<(tbb/\w+\.h|hwy/\w+\.h|embree3/rtcore\.h|sys/(mman|resource)\.h|unistd\.h|std(def|int)\.h"
+    r"<(tbb/\w+\.h|hwy/\w+\.h|embree3/rtcore\.h|sys/(auxv|mman|resource)\.h|unistd\.h|std(def|int)\.h"
     r"|[es]mmintrin\.h|arm_neon\.h|[a-z_0-9]+)>$")
 
 INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|(<[^>]+>))')

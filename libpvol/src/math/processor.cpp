@@ -1,5 +1,9 @@
 #include "math/processor.h"
 
+#if defined(__aarch64__) && defined(__linux__)
+#include <sys/auxv.h>
+#endif
+
 namespace pvol::detail {
 
 #if defined(__x86_64__)
@@ -24,7 +28,9 @@ bool has_x86_64_v3() { return false; }
 bool has_avx512() { return false; }
 #endif
 
-#if defined(__aarch64__)
+#if defined(__aarch64__) && defined(__linux__)
+bool has_neon() { return (getauxval(AT_HWCAP) & HWCAP_AES) != 0; }
+#elif defined(__aarch64__)
 bool has_neon() { return true; }
 #else
 bool has_neon() { return false; }

@@ -13,7 +13,7 @@ namespace pvol::detail {
 /// That, and the parts of AVX-512 that processors have had since 2017.
 [[nodiscard]] bool has_avx512();
 
-/// Those of 64-bit ARM, which all have it.
+/// The vectors of 64-bit ARM, with the instructions for AES: kernels are compiled for both.
 [[nodiscard]] bool has_neon();
 
 }  // namespace pvol::detail

@@ -152,7 +152,7 @@ inline HWY_NOINLINE void find_moved_samples(const SimdField& f, FlightMemory& m,
   for (std::size_t at = 0; at < n; at += kLanes) {
     const I which = where(first(n - at), as_int(load(&e.which[at])));
     M inside = first(n - at);
-    std::array<F, 3> place;
+    F place[3];
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const F low = splat(f.low[int(axis)]), high = splat(f.high[int(axis)]);
       const F own = gather(e.at_rest[axis].data(), which);

@@ -72,8 +72,8 @@ HWY_INLINE F face_ahead(I cell, I low_bits, M downward) {
 /// Rays in flight, one a lane.
 template <bool kLimited>
 struct Flying {
-  F x, y, z, sx, sy, sz, ix, iy, iz, depth, left;
-  U source;
+  F x = splat(0), y = x, z = x, sx = x, sy = x, sz = x, ix = x, iy = x, iz = x, depth = x, left = x;
+  U source = splat_bits(0);
   M live = first(0), ended = first(0);  ///< those that fly, and those that used up their depth
 
   /// Hands out the ended rays and, where enough lanes are idle, takes rays from `at` on behind

@@ -19,7 +19,7 @@ namespace pvol::detail::HWY_NAMESPACE {
                                            std::size_t lane, std::uint32_t component) {
   const MediumComponent& m = s.volume.components[component];
   if (!s.setup.albedo_varies) return everywhere(m);
-  return local_medium({&s.volume, places.in_cells(lane)}, m, 0);
+  return local_medium({&s.volume, places.in_cells(lane)}, m, places.time(lane));
 }
 
 /// Multiplies the weights by albedos that vary in space, lane by lane.
@@ -43,7 +43,8 @@ template <class ComponentKind>
 HWY_INLINE void weaken(const WavefrontScene& s, WavefrontMemory& m, Paths<ComponentKind>& p) {
   if (ComponentKind::kWeights > 1 && s.setup.albedo_varies) return weaken_by_place(s, m, p);
   const ComponentKind component(s, p.component);
-  for (std::size_t c = 0; c < p.w.size(); ++c) p.w[c] = p.w[c] * component.albedo_of(c);
+  for (std::size_t c = 0; c < ComponentKind::kWeights; ++c)
+    p.w[c] = p.w[c] * component.albedo_of(c);
 }
 
 /// What collisions emit, lane by lane.

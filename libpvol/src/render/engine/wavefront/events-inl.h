@@ -67,10 +67,9 @@ struct SampleCounts {
 /// Events of a register on their way to a queue: rays, and what the scene's paths carry besides.
 struct InFlight {
   RaysInFlight rays;
-  F w0, w1, w2, pdf;
-  V from, step;
-  U ray;
-  F time;
+  F w0, w1 = splat(0), w2 = w1, pdf = w1, time = w1;
+  V from{w1, w1, w1}, step = from;
+  U ray = splat_bits(0);
 
   HWY_INLINE InFlight(const WavefrontScene& s, const WavefrontMemory& m, std::size_t at, M on)
       : rays(m, at, on) {

@@ -84,6 +84,8 @@ struct LanePlaces {
     if (s.many) return rays[ray[lane]].place;
     return s.volume.cells_to_world.point(in_cells(lane));
   }
+  /// Of the path, in frames.
+  [[nodiscard]] float time(std::size_t lane) const { return s.many ? rays[ray[lane]].time : 0; }
   /// Whether the flight to there brings what the place emits, of rays in the world.
   [[nodiscard]] bool brings_light(std::size_t lane) const {
     const WorldRay& r = rays[ray[lane]];

@@ -38,7 +38,7 @@ struct Paths {
   M alive;
   F x, y, z;
   V from;  ///< direction of the flight
-  std::array<F, ComponentKind::kWeights> w;
+  F w[ComponentKind::kWeights];
   Random rng;
   U id;
   I component;
@@ -56,12 +56,12 @@ struct Paths {
         component(splat_int(0)),
         row(splat_int(0)),
         ray(load(q.bits(kRay) + at)) {
-    for (std::size_t c = 0; c < w.size(); ++c) w[c] = load(q[kW0 + c] + at);
+    for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) w[c] = load(q[kW0 + c] + at);
   }
 
   HWY_INLINE F largest() const {
     F most = hn::Abs(w[0]);
-    for (std::size_t c = 1; c < w.size(); ++c) most = hn::Max(most, hn::Abs(w[c]));
+    for (std::size_t c = 1; c < ComponentKind::kWeights; ++c) most = hn::Max(most, hn::Abs(w[c]));
     return most;
   }
   HWY_INLINE void scale(M chosen, F factor) {

@@ -75,7 +75,7 @@ HWY_NOINLINE void scatter_guided(const WavefrontScene& s, Records& q, Records& t
     const ComponentKind component = component_of<ComponentKind>(s, q, at, on);
     const V from = direction_of(q, at);
     const I row = where(on, as_int(load(q.bits(kAux) + at)));
-    V d[3];
+    V d[3] = {from, from, from};
     F pdf[3], value[3], weight[3];
     const auto propose = [&](int i, V direction, F p, F from_axis) {
       d[i] = direction;
