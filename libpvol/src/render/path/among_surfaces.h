@@ -71,10 +71,9 @@ class AmongSurfaces {
     return volumes_.transmittance(direction, distance, rng);
   }
   /// Whether a surface is in the way of light from this distance, which `transmittance` does not
-  /// ask. A lamp on a wall is not hidden by it.
+  /// ask.
   [[nodiscard]] bool hides(Vec3f direction, double distance) const {
-    constexpr double kUpTo = 1 - 1e-6;
-    return surfaces_.shadow->block({position(), Vec3d(direction)}, distance * kUpTo);
+    return surfaces_.hide({position(), Vec3d(direction)}, distance);
   }
   /// Whether a volume may dim light from this distance.
   [[nodiscard]] bool meets_volume(Vec3f direction, double distance) {

@@ -19,6 +19,12 @@ namespace pvol::detail {
 /// Most shadow rays for one light at one collision.
 inline constexpr int kMostShadowRays = 8;
 
+/// How many are traced where their number is to be this (THEORY.md, T5.2), if roulette lets one
+/// through where that is below 1.
+[[nodiscard]] inline int count_shadow_rays(float value) {
+  return value < 1 ? 1 : value < float(kMostShadowRays) ? int(value) : kMostShadowRays;
+}
+
 /// Luminance of the sizes of channels, which may be negative.
 [[nodiscard]] inline float absolute_luminance(Rgb c) {
   return luminance(Rgb(std::abs(c.x), std::abs(c.y), std::abs(c.z)));
@@ -184,7 +190,7 @@ template <class Traversal>
   if constexpr (Traversal::kHasSurfaces) {
     if (!v.on_surface && v.traversal.hides(towards.direction, towards.distance)) return Rgb(0.0f);
   }
-  const int rays = value < 1 ? 1 : value < float(kMostShadowRays) ? int(value) : kMostShadowRays;
+  const int rays = count_shadow_rays(value);
   v.shadow_rays += std::uint64_t(rays);
   const auto estimate = [&] {
     return v.traversal.transmittance(towards.direction, towards.distance, v.rng);
@@ -276,6 +282,14 @@ inline void add_light_here(const PathVertex<Traversal>& v, const Phase& phase,
   r.radiance += sum;
 }
 
+/// The probability of a ray towards a fire, into whose direction a path of this throughput is
+/// scattered with this density: by what the flight may bring beside the path's other light, which
+/// falls with the distance to the fire as much. Faint and sideways ones are drawn by roulette.
+[[nodiscard]] inline float value_of_fire_ray(Rgb throughput, float pdf) {
+  constexpr float kEven = 4 * std::numbers::pi_v<float>, kSideways = 4;
+  return std::min(absolute_luminance(throughput) * std::min(kSideways * kEven * pdf, 1.0f), 1.0f);
+}
+
 /// Light of emitting fields that scatters into a path: of all that lies in a direction towards one
 /// of their points, up to where a flight ends (THEORY.md, T5.12).
 template <class Phase, class Traversal>
@@ -285,13 +299,7 @@ template <class Phase, class Traversal>
   const EmissionLights::Towards to = fire.lights.sample(place, v.rng);
   if (!(to.pdf > 0)) return;
   const float p = pdf_phase(phase, v.from, to.direction);
-  // By what the flight may bring beside the path's other light, which falls with the distance to
-  // the fire as much: faint and sideways ones are drawn by roulette.
-  constexpr float kEven = 4 * std::numbers::pi_v<float>, kSideways = 4;
-  const float value =
-      v.seen ? 1.0f
-             : std::min(absolute_luminance(v.throughput) * std::min(kSideways * kEven * p, 1.0f),
-                        1.0f);
+  const float value = v.seen ? 1.0f : value_of_fire_ray(v.throughput, p);
   if (!(value > 0) || (value < 1 && !(v.rng.uniform() < value))) return;
   ++v.shadow_rays;
   const auto flight = v.traversal.free_flight(to.direction, v.rng);

@@ -108,6 +108,19 @@ struct InFlight {
   }
 };
 
+/// The state of the random numbers of records.
+HWY_INLINE Random random_of(const Records& q, I index) {
+  return {gather(q.bits(kRng0), index), gather(q.bits(kRng1), index)};
+}
+
+/// Chosen events of a register fly on in `back`.
+HWY_INLINE void fly_on(const WavefrontScene& s, const Events& e, std::size_t at, M chosen,
+                       const InFlight& in_flight, Random& rng, Records& back) {
+  pack(chosen, rng.exponential(), back[kDepth] + back.n);
+  if (s.limited) pack(chosen, load(&e.left[at]), back[kLeft] + back.n);
+  in_flight.put(s, chosen, rng, back);
+}
+
 /// Adds the rows of the importance to real collisions of guided paths, and fetches them.
 HWY_INLINE void put_rows(const WavefrontScene& s, const Importance& importance,
                          const RaysInFlight& e, M real, Records& to) {
@@ -127,14 +140,12 @@ template <LookUp kLookUp>
 HWY_NOINLINE void decide_by_channel(const WavefrontScene& s, WavefrontMemory& m, Records& back,
                                     Records& real, Tally& tally) {
   const Events& e = m.events;
-  const Records& q = m.flying;
   const F one = splat(1);
   const std::size_t before = back.n;
   for (std::size_t at = 0; at < e.n; at += kLanes) {
     const M on = first(e.n - at);
     InFlight in_flight(s, m, at, on);
-    const I source = in_flight.rays.source;
-    Random rng{gather(q.bits(kRng0), source), gather(q.bits(kRng1), source)};
+    Random rng = random_of(m.flying, in_flight.rays.source);
     const F share = share_of_majorant<kLookUp>(s.field, e, at, on);
     const F real_0 = splat(s.share.x) * share, real_1 = splat(s.share.y) * share,
             real_2 = splat(s.share.z) * share;
@@ -151,9 +162,7 @@ HWY_NOINLINE void decide_by_channel(const WavefrontScene& s, WavefrontMemory& m,
     if (s.importance() != nullptr && !s.many)
       put_rows(s, *s.importance(), in_flight.rays, collides, real);
     in_flight.put(s, collides, rng, real);
-    pack(null, rng.exponential(), back[kDepth] + back.n);
-    if (s.limited) pack(null, load(&e.left[at]), back[kLeft] + back.n);
-    in_flight.put(s, null, rng, back);
+    fly_on(s, e, at, null, in_flight, rng, back);
   }
   if (s.count) SampleCounts{s, m, tally}.add_weighed(back.n - before);
 }
@@ -162,7 +171,7 @@ HWY_NOINLINE void decide_by_channel(const WavefrontScene& s, WavefrontMemory& m,
 HWY_NOINLINE void decide(const WavefrontScene& s, WavefrontMemory& m, Records& back, Records* real,
                          Tally& tally) {
   const Events& e = m.events;
-  if (s.setup.by_channel && real != nullptr) {
+  if (s.setup.by_channel) {  // whose shadow rays have weights, and are not decided
     fetch_samples(s.field, m);
     back.reserve(e.n), real->reserve(e.n);
     return s.field.look_up == LookUp::nearest
@@ -183,9 +192,7 @@ HWY_NOINLINE void decide(const WavefrontScene& s, WavefrontMemory& m, Records& b
         put_rows(s, *s.importance(), in_flight.rays, is_real, *real);
       in_flight.put(s, is_real, rng, *real);
     }
-    pack(null, rng.exponential(), back[kDepth] + back.n);
-    if (s.limited) pack(null, load(&e.left[at]), back[kLeft] + back.n);
-    in_flight.put(s, null, rng, back);
+    fly_on(s, e, at, null, in_flight, rng, back);
   }
 }
 
@@ -196,12 +203,10 @@ template <LookUp kLookUp, class Dropped>
 HWY_NOINLINE void weigh_by(const WavefrontScene& s, WavefrontMemory& m, Records& back,
                            const Dropped& dropped) {
   const Events& e = m.events;
-  const Records& q = m.flying;
   for (std::size_t at = 0; at < e.n; at += kLanes) {
     const M on = first(e.n - at);
     InFlight in_flight(s, m, at, on);
-    const I source = in_flight.rays.source;
-    Random rng{gather(q.bits(kRng0), source), gather(q.bits(kRng1), source)};
+    Random rng = random_of(m.flying, in_flight.rays.source);
     const F share = share_of_majorant<kLookUp>(s.field, e, at, on);
     const auto passed = [&](float of) { return splat(1) - splat(of) * share; };
     const bool by_channel = s.setup.by_channel;
@@ -221,9 +226,7 @@ HWY_NOINLINE void weigh_by(const WavefrontScene& s, WavefrontMemory& m, Records&
       dropped(e.source[at + std::size_t(std::countr_zero(lanes))]);
     }
     const M stays = hn::AndNot(ends, on);
-    pack(stays, rng.exponential(), back[kDepth] + back.n);
-    if (s.limited) pack(stays, load(&e.left[at]), back[kLeft] + back.n);
-    in_flight.put(s, stays, rng, back);
+    fly_on(s, e, at, stays, in_flight, rng, back);
   }
 }
 

@@ -39,7 +39,7 @@ HWY_NOINLINE void arrive_all(const World& w, bool collided, const Records& q,
   for (std::size_t k = 0; k < n; k += kLanes) {
     const U all = which == nullptr ? hn::Iota(kU, std::uint32_t(k)) : load(which + k);
     const I index = where(first(n - k), as_int(all));
-    Random rng{gather(q.bits(kRng0), index), gather(q.bits(kRng1), index)};
+    Random rng = random_of(q, index);
     store(rng.exponential(), depth);
     store(rng.s0, rng0), store(rng.s1, rng1), store(as_bits(index), at);
     store(gather(q.bits(kRay), index), rays);
@@ -85,20 +85,30 @@ HWY_NOINLINE void aim_all(const World& w, RayKind kind, Records& q) {
   q.n = 0;
 }
 
-template <bool kGuided, class ComponentKind>
-void collide_in(const World& w, std::size_t volume) {
+/// Calls collide(scene) while the collisions of a volume are those of the memory, which it is to
+/// empty; their rays end then.
+template <class Collide>
+void collide_in(const World& w, std::size_t volume, const Collide& collide) {
   WavefrontMemory& m = w.m;
-  const WavefrontScene& s = w.scenes[volume];
   std::swap(m.collisions, m.hits[volume]);
   const std::size_t parents = m.collisions.n;
-  collide<kGuided, ComponentKind>(s, m);
-  scatter<ComponentKind>(s, m.straight, m.paths);
-  if constexpr (kGuided) scatter_guided<ComponentKind>(s, m.turned, m.paths);
-  aim_all<ComponentKind>(w, RayKind::shadow, m.shadows);
-  aim_all<ComponentKind>(w, RayKind::to_fire, m.to_fires);
-  aim_all<ComponentKind>(w, RayKind::path, m.paths);
+  collide(w.scenes[volume]);
   for (std::size_t k = 0; k < parents; ++k) m.rays.remove(m.collisions.bits(kRay)[k]);
   std::swap(m.collisions, m.hits[volume]);
+}
+
+/// Paths at their collisions in a volume.
+template <bool kGuided, class ComponentKind>
+void collide_paths(const World& w, std::size_t volume) {
+  WavefrontMemory& m = w.m;
+  collide_in(w, volume, [&](const WavefrontScene& s) {
+    collide<kGuided, ComponentKind>(s, m);
+    scatter<ComponentKind>(s, m.straight, m.paths);
+    if constexpr (kGuided) scatter_guided<ComponentKind>(s, m.turned, m.paths);
+    aim_all<ComponentKind>(w, RayKind::shadow, m.shadows);
+    aim_all<ComponentKind>(w, RayKind::to_fire, m.to_fires);
+    aim_all<ComponentKind>(w, RayKind::path, m.paths);
+  });
 }
 
 /// A sample's ray of the camera.
@@ -130,10 +140,10 @@ struct Fullest {
   }
 };
 
-/// Follows rays to their ends: those that start() begins while any() says so, and all that come of
-/// them; collide_in(volume) is to empty the volume's collisions. False where the setup stops it.
+/// Follows rays to their ends: those that start() begins while any() is true, and all that come of
+/// them; collide(volume) is to empty the volume's collisions. False where the setup stops it.
 template <class ComponentKind, class Any, class Start, class Collide>
-bool follow_all(const World& w, const Any& any, const Start& start, const Collide& collide_in) {
+bool follow_all(const World& w, const Any& any, const Start& start, const Collide& collide) {
   WavefrontMemory& m = w.m;
   m.rays.clear();
   for (auto& kinds : m.queues) {
@@ -144,7 +154,7 @@ bool follow_all(const World& w, const Any& any, const Start& start, const Collid
   m.met.n = m.meeting.n = 0;
   const auto collide_where = [&](std::size_t least) {
     for (std::size_t v = 0; v < w.scenes.size(); ++v) {
-      if (m.hits[v].n >= least) collide_in(v);
+      if (m.hits[v].n >= least) collide(v);
     }
   };
   constexpr std::size_t kEnough = 16 * kLanes;  // collisions that fill registers
@@ -179,7 +189,7 @@ bool trace_many(std::span<const WavefrontScene> scenes, WavefrontMemory& m, cons
   const bool whole = follow_all<ComponentKind>(
       w, [&] { return samples.any(); },
       [&] { start<ComponentKind>(w, samples.next(), slot++, film); },
-      [&](std::size_t volume) { collide_in<kGuided, ComponentKind>(w, volume); });
+      [&](std::size_t volume) { collide_paths<kGuided, ComponentKind>(w, volume); });
   if (!whole) return false;
   finish(setup, m, tile, targets, film);
   m.counts.shell_tests = work.shell_tests;

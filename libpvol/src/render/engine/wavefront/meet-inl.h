@@ -39,10 +39,11 @@ struct OnSurface {
   }
 };
 
-/// Whether a volume may dim light from this distance.
-[[nodiscard]] inline bool meets_volume(const World& w, const WorldRay& towards) {
+/// Whether a volume may dim light that comes along a ray from this distance.
+[[nodiscard]] inline bool meets_volume(const World& w, const Ray& ray, double distance,
+                                       float time) {
   bool meets = false;
-  visit_instances(w.setup, towards, towards.limit, WorldRay::kNowhere, w.work,
+  visit_instances(w.setup, ray, time, distance, WorldRay::kNowhere, w.work,
                   [&](std::uint32_t, double, double) {
                     meets = true;
                     return 0.0;  // ends the visit
@@ -58,21 +59,17 @@ void ask_light(const World& w, const OnSurface& v, std::size_t light, const Ligh
   const PathSetup& s = w.setup;
   float value = absolute_luminance(weight * own) / s.light.shadow_unit;
   if (!(value > 0)) return;
-  WorldRay way{.ray = {v.place, Vec3d(towards.direction)},
-               .limit = towards.distance,
-               .kind = RayKind::shadow,
-               .time = v.time};
-  // Here it was asked before: rays off surfaces do not ask again.
-  find_surface(*s.surfaces, way, v.rng);
-  if (way.among.hidden) return;
-  if (!meets_volume(w, way)) {
+  // Here it is asked once: rays off surfaces do not ask again.
+  const Ray way{v.place, Vec3d(towards.direction)};
+  if (s.surfaces->hide(way, towards.distance)) return;
+  if (!meets_volume(w, way, towards.distance, v.time)) {
     const auto add = [&](PathResult& r) { add_light(s, light, weight * own, r); };
     return v.catcher ? w.m.slots.add_caught(v.slot(), add)
                      : w.m.slots.add(v.slot(), v.scatterings(), add);
   }
   if (v.seen) value = std::max(value, 1.0f);
   if (value < 1 && !(v.rng.uniform() < value)) return;
-  const int rays = value < 1 ? 1 : value < float(kMostShadowRays) ? int(value) : kMostShadowRays;
+  const int rays = count_shadow_rays(value);
   w.m.counts.shadow_rays += std::uint64_t(rays);
   Sent sent = v.ray(RayKind::shadow, towards.direction);
   sent.id = v.slot() | std::uint32_t(light) << 16;
@@ -114,11 +111,7 @@ void ask_fires(const World& w, const OnSurface& v, Rgb throughput) {
   const EmissionLights::Towards to = w.setup.emission->lights.sample(v.place, v.rng);
   if (!(to.pdf > 0)) return;
   const float p = pdf_phase(v.lobe, {}, to.direction);
-  constexpr float kEven = 4 * std::numbers::pi_v<float>, kSideways = 4;
-  const float value =
-      v.seen
-          ? 1.0f
-          : std::min(absolute_luminance(throughput) * std::min(kSideways * kEven * p, 1.0f), 1.0f);
+  const float value = v.seen ? 1.0f : detail::value_of_fire_ray(throughput, p);
   if (!(value * p > 0) || (value < 1 && !(v.rng.uniform() < value))) return;
   ++w.m.counts.shadow_rays;
   Sent sent = v.ray(RayKind::to_fire, to.direction);

@@ -108,18 +108,14 @@ void trace_photons_in_world(std::span<const WavefrontScene> scenes, WavefrontMem
   Work work(scenes.front().setup);
   const World w{scenes, scenes.front().setup, m, work, &task.cells};
   std::uint64_t next = task.begin;
-  const auto collide_in = [&](std::size_t volume) {
-    std::swap(m.collisions, m.hits[volume]);
-    const std::size_t parents = m.collisions.n;
-    collide_photons<ComponentKind>(scenes[volume], m, task);
-    scatter<ComponentKind>(scenes[volume], m.straight, m.paths);
+  const auto collide = [&](const WavefrontScene& s) {
+    collide_photons<ComponentKind>(s, m, task);
+    scatter<ComponentKind>(s, m.straight, m.paths);
     aim_all<ComponentKind>(w, RayKind::photon, m.paths);
-    for (std::size_t k = 0; k < parents; ++k) m.rays.remove(m.collisions.bits(kRay)[k]);
-    std::swap(m.collisions, m.hits[volume]);
   };
   (void)follow_all<ComponentKind>(
       w, [&] { return next < task.end; }, [&] { start<ComponentKind>(w, task, next++); },
-      collide_in);
+      [&](std::size_t volume) { collide_in(w, volume, collide); });
 }
 
 [[nodiscard]] inline PhotonKernel find_photons(bool one_lobe, bool many) {

@@ -32,7 +32,7 @@ struct World {
 };
 
 /// Streams of a record's random numbers, as kOnTheWay.
-inline constexpr std::uint64_t kAhead = 2, kMet = 3;
+inline constexpr std::uint64_t kAhead = 2, kMet = 3, kLastCollision = 5;
 
 /// A record that waits for where its ray goes next, with the numbers for its next flight.
 struct Waiting {
@@ -183,7 +183,7 @@ template <class ComponentKind>
 void add_last_emission(const World& w, const WorldRay& r, const Waiting& of) {
   if (!(r.nearest < r.among.direct_until)) return;
   const VolumeSetup& v = w.setup.volumes[w.volume_of(r.hit)];
-  Rng rng = of.stream(kAhead + kMet);
+  Rng rng = of.stream(kLastCollision);
   const MediumComponent& component = v.choose_component(rng);
   const CollisionPlace here{&v, Vec3d(r.cells) - Vec3d(DenseBounds::kBorder)};
   const LocalMedium medium =

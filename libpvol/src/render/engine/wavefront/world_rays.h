@@ -118,9 +118,8 @@ inline void choose_what_comes(const Surfaces& surfaces, WorldRay& r, Rng& rng) {
 inline void find_surface(const Surfaces& surfaces, WorldRay& r, Rng rng) {
   r.among = {};
   if (r.kind == RayKind::shadow) {
-    // A lamp on a wall is not hidden by it. From surfaces, lights that are hidden are not asked.
-    constexpr double kUpTo = 1 - 1e-6;
-    r.among.hidden = !r.off_surface && surfaces.shadow->block(r.ray, r.limit * kUpTo);
+    // From surfaces, lights that are hidden are not asked.
+    r.among.hidden = !r.off_surface && surfaces.hide(r.ray, r.limit);
     return;
   }
   const SurfaceSet& met = r.kind == RayKind::camera    ? *surfaces.camera
@@ -133,17 +132,17 @@ inline void find_surface(const Surfaces& surfaces, WorldRay& r, Rng rng) {
   r.nearest = kEndless, r.hit = WorldRay::kNowhere;
 }
 
-/// limit = visit(instance, where the ray enters its box, limit) for all on a ray before the limit
-/// but for one.
+/// limit = visit(instance, where a ray at a time enters its box, limit) for all before the limit
+/// `end` but for one.
 template <class Visit>
-void visit_instances(const PathSetup& s, const WorldRay& r, double end, std::uint32_t but,
+void visit_instances(const PathSetup& s, const Ray& ray, float time, double end, std::uint32_t but,
                      Work& work, const Visit& visit) {
-  s.instances->tree.visit(r.ray, end, [&](std::uint32_t i, double limit) {
+  s.instances->tree.visit(ray, end, [&](std::uint32_t i, double limit) {
     if (i == but) return limit;
     Instance moved;
-    const Instance& at = s.instances->at_time(i, double(r.time), moved);
+    const Instance& at = s.instances->at_time(i, double(time), moved);
     const VolumeSetup& v = s.volumes[at.volume];
-    const Ray cells = at.in_cells(r.ray);
+    const Ray cells = at.in_cells(ray);
     const auto span = v.in_box(cells);
     if (!span || !(span->t0 < limit)) return limit;
     if (outside_shell(v, cells, {span->t0, std::min(span->t1, limit)}, work)) return limit;
@@ -199,10 +198,11 @@ class WorldRays {
 
  private:
   static void find_visits(const PathSetup& s, WorldRay& r, Work& work) {
-    visit_instances(s, r, r.end(), r.within, work, [&](std::uint32_t i, double t0, double limit) {
-      r.visits.add(t0, i);
-      return limit;
-    });
+    visit_instances(s, r.ray, r.time, r.end(), r.within, work,
+                    [&](std::uint32_t i, double t0, double limit) {
+                      r.visits.add(t0, i);
+                      return limit;
+                    });
     r.visits.sort_from(r.next);
   }
 

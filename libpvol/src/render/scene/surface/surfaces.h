@@ -68,6 +68,12 @@ class SurfaceSet {
 struct Surfaces {
   std::shared_ptr<const SurfaceSet> camera, shadow, scattered;
 
+  /// Whether one is in the way of light that comes along a ray from this distance. A lamp on a wall
+  /// is not hidden by it.
+  [[nodiscard]] bool hide(const Ray& ray, double distance) const {
+    constexpr double kUpTo = 1 - 1e-6;
+    return shadow->block(ray, distance * kUpTo);
+  }
   /// Whether scattered rays meet others than those that cast shadows.
   [[nodiscard]] bool shadows_differ() const { return shadow != scattered; }
   /// Whether light is the same whatever rays it meets the surfaces by, but for what the camera sees
