@@ -264,11 +264,11 @@ void check_options(const Options& o) {
         fmt::format("--shells {}: expected at most {} perturbations of a soft shell", o.shells,
                     kMaxSoftPerturbations));
   }
-  if (o.check && !cli::can_check_shells()) {
-    throw cli::UsageError("this pvol was built without CGAL, which --check needs");
-  }
   if (o.check && o.shells == "none") {
     throw cli::UsageError("--check needs a shell to check; add --shells auto");
+  }
+  if (o.check && !cli::can_check_shells()) {
+    throw cli::UsageError("this pvol was built without CGAL, which --check needs");
   }
 }
 

@@ -12,7 +12,7 @@ namespace pvol::detail {
 namespace {
 
 /// Of the reach of places: vertices, and where rays begin, are each off by half an ulp of it.
-constexpr double kClearance = 0x1p-20;
+constexpr double kMeshClearance = 0x1p-20;
 
 void require(bool ok, RTCDevice device) {
   if (ok && rtcGetDeviceError(device) == RTC_ERROR_NONE) return;
@@ -95,7 +95,7 @@ MeshScene::MeshScene(std::span<const PlacedMesh> meshes) {
   for (const PlacedMesh& m : meshes) embree->add(m, centre_, scale_);
   rtcCommitScene(embree->scene);
   require(true, embree->device);
-  const Vec3d rim(kClearance * reach);
+  const Vec3d rim(kMeshClearance * reach);
   box_ = {box_.lo - rim, box_.hi + rim};
 }
 
@@ -135,9 +135,9 @@ std::optional<MeshScene::Hit> MeshScene::first_hit(const Ray& ray, double limit)
   const double exact = dot(normal, a - q->ray.o) / dot(normal, q->ray.d);
   const auto rough = double(found.ray.tfar);
   // Along the triangle the quotient says little.
-  const bool near = std::abs(exact - rough) <= 4 * kClearance + 1e-5 * rough;
+  const bool near = std::abs(exact - rough) <= 4 * kMeshClearance + 1e-5 * rough;
   const double t = near ? std::max(exact, 0.0) : rough;
-  const double clearance = kClearance * (length(q->ray.at(t)) + length(u) + length(v));
+  const double clearance = kMeshClearance * (length(q->ray.at(t)) + length(u) + length(v));
   return Hit{q->skipped + t / scale_, normal, clearance / scale_, found.hit.geomID};
 }
 
