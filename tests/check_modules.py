@@ -136,7 +136,7 @@ PLANTED = {
     "libpvol/src/render/light/lights.cpp": "pvol/formats/image.h",
     "libpvol/src/render/film/film.cpp": "pvol/render/scene.h",
     "libpvol/src/render/scene/camera.cpp": "render/light/near_lights.h",
-    "libpvol/src/render/path/traversal.h": "pvol/render/cost_map.h",
+    "libpvol/src/render/path/outside_shell.h": "pvol/render/cost_map.h",
     "libpvol/include/pvol/render/lights.h": "pvol/render/plan.h",
     "libpvol/src/render/loose.cpp": "pvol/math/vec.h",
     "libpvol/src/density/noise.cpp": "<openvdb/openvdb.h>",

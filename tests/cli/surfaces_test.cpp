@@ -106,9 +106,6 @@ TEST_F(SurfaceScenes, WhatGoesWrongIsToldWithItsFile) {
        "\"}]"},
       1, "surfaces.solid_perturbation_itself_perturbed");
   expect_error({"plane.albedo=1.5"}, 2, "surfaces.set_plane_albedo_1_5");
-  expect_error({"render.tracker=weighted-delta"}, 1, "surfaces.scenes_surfaces_combined");
-  expect_error({"medium.extinction_color=[1,0.5,0.2]", "render.kernel=scalar"}, 1,
-               "surfaces.scenes_surfaces_combined_extinction");
   (void)render(ground_, {"--set", "solid=[{file=\"" + write("half.toml", flow) + "\"}]"});
 }
 

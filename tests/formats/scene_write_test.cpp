@@ -76,7 +76,7 @@ struct RandomScene {
     o.shells = ShellUse(whole(0, 2));
     o.guide = GuideUse(whole(0, 2));
     if (coin()) o.depth = whole(0, 16);
-    if (coin()) o.max_bounces = std::uint32_t(bits() >> 32);
+    if (coin()) o.max_bounces = std::uint32_t(bits() % (kMostBounces + 1));
     o.background = coin();
     for (const AovRow& r : kAovs) {
       if (coin()) o.aovs.add(r.aov);

@@ -12,12 +12,12 @@
 #include "pvol/shell/fit_shell.h"
 #include "pvol/volume/emitter.h"
 #include "pvol/volume/facts.h"
-#include "render/path/traversal.h"
 #include "support/bodies.h"
 #include "support/error_of.h"
 #include "support/lit_scenes.h"
 #include "support/messages.h"
 #include "support/pictures.h"
+#include "support/rays_through.h"
 
 namespace pvol::test {
 namespace instances_test {
@@ -180,31 +180,27 @@ TEST(Instances, FlightsAndTransmittancesAreThoseOfTheSum) {
     OneRay r(bodies, {40, 30, 55}, {1, 0.5, -1});
     const auto places = places_of(bodies);
     r.scene.medium.object_to_world = {};
-    r.scene.options.transmittance = Transmittance::regular;  // exact here
     const Volume v = instances_of(cube(), r.scene, places);
     const RenderPlan p = plan({&v, 1}, r.scene.scene());
     const detail::PathSetup setup(p);
-    detail::ManyVolumes traversal(setup);
+    detail::ShellCounts shells;
     const double all = optical_depth(bodies, r.ray);
     EXPECT_GT(all, 1);
-    const Vec3f d(r.ray.d);
     const int kFlights = proof::samples<int>(1'000'000), kBins = 16;
     // Of optical depth: bins of equal probability, and one for what leaves.
     std::vector<std::uint64_t> counts(kBins + 1);
     for (int i = 0; i < kFlights; ++i) {
       Rng rng(proof::seeded(3), std::uint64_t(count), std::uint64_t(i));
-      ASSERT_TRUE(traversal.start(r.ray));
       if (i < 1000) {
         const double distance = 40 + 0.03 * i, depth = optical_depth(bodies, r.ray, distance);
-        const double before = length(traversal.position() - r.ray.o);
-        ASSERT_NEAR(double(traversal.transmittance(d, distance - before, rng)), std::exp(-depth),
-                    1e-5);
+        ASSERT_NEAR(pass(setup, r.ray, 0, distance, shells).transmittance, std::exp(-depth), 1e-5);
       }
-      if (traversal.fly(d, rng).component == nullptr) {
+      const auto place = detail::first_collision(setup, r.ray, 0, rng);
+      if (!place) {
         ++counts.back();
         continue;
       }
-      const double t = length(traversal.position() - r.ray.o);
+      const double t = length(*place - r.ray.o);
       const double share = std::expm1(-optical_depth(bodies, r.ray, t)) / std::expm1(-all);
       ++counts[std::size_t(std::min(int(share * kBins), kBins - 1))];
     }
@@ -318,15 +314,20 @@ TEST(Instances, ThatCannotBeAreNamed) {
             std::string::npos);
 }
 
-TEST(Instances, NeedTrackersWithoutWeights) {
+/// Weights of flights multiply wherever they end.
+TEST(Instances, WeightedTrackersHaveTheMeansOfTheOthers) {
   CloudScene s = sunny();
-  s.options.guide = GuideUse::automatic;
-  s.options.tracker = Tracker::weighted_delta;
+  s.options.guide = GuideUse::off;
+  s.options.samples = proof::samples(400);
   const Volume v = instances_of(puff(), s, {{}, translation({9, 0, 0})});
-  EXPECT_TRUE(says(error_of([&] {
-                     (void)plan({&v, 1}, s.scene());
-                   }),
-                   "instances.weighted_trackers_support"));
+  s.camera = frame(world_box({&v, 1}), 1);
+  const Film analog = render({&v, 1}, s).film;
+  proof::Family family;
+  for (const Tracker tracker : {Tracker::weighted_delta, Tracker::weighted_decomposition}) {
+    s.options.tracker = tracker, s.options.seed = 2 + std::uint64_t(tracker);
+    compare(render({&v, 1}, s).film, analog, name(tracker), family);
+  }
+  EXPECT_TRUE(family.passes());
 }
 
 /// A thousand clouds are one to users who read what was decided, and as thick as one.
@@ -337,7 +338,6 @@ TEST(Instances, AreOneVolumeToThePlan) {
   const Volume many = instances_of(puff(), s, random_places(1000, 500, 2));
   s.camera = frame(world_box(std::span(&many, 1)), 1);
   const RenderPlan p = plan({&many, 1}, s.scene());
-  EXPECT_EQ(p.kernel.paths, Paths::many_volumes);
   EXPECT_EQ(p.decisions.size(), plan({&one, 1}, s.scene()).decisions.size());
   EXPECT_TRUE(p.warnings.empty()) << p.warnings.front();
   const double thickness = choose_transmittance({&one, 1}).thickness;

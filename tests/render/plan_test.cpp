@@ -42,7 +42,10 @@ TEST(Plan, LeavesNothingToChooseAndSaysWhy) {
   EXPECT_EQ(p.scene.options.transmittance, p.transmittance.estimator);
   const KernelKind kernel = p.scene.options.kernel;
   EXPECT_NE(kernel, KernelKind::automatic);
-  EXPECT_EQ(p.kernel, (Kernel{LookUp::trilinear, 0, Paths::guided, true, kernel}));
+  EXPECT_EQ(p.kernel, (Kernel{.kind = kernel, .count = true}));
+  EXPECT_TRUE(p.guide.used);
+  ASSERT_EQ(p.one_by_one.size(), 1u);
+  EXPECT_EQ(p.one_by_one[0], nullptr);
   for (const char* what : {"octree", "micro-bounds", "paths", "kernel", "shadow rays"}) {
     EXPECT_FALSE(decision(p, what).choice.empty()) << what;
     EXPECT_FALSE(decision(p, what).reason.empty()) << what;
@@ -63,18 +66,7 @@ TEST(Plan, SaysWhatTheUserTold) {
   for (const Decision& d : p.decisions) EXPECT_TRUE(says(d.reason, "plan.as_set")) << d.what;
   EXPECT_EQ(decision(p, "shadow rays").choice, "ratio");
   EXPECT_EQ(decision(p, "paths").choice, "guided");
-  EXPECT_EQ(p.kernel, (Kernel{LookUp::trilinear, 1, Paths::guided, true}));
-}
-
-TEST(Plan, MicroBoundsServeWhereAllVolumesHaveThem) {
-  std::vector<Volume> volumes(2, make_test_volume(field("gaussian"), 2, std::nullopt));
-  CloudScene s = scene_around(volumes[0]);
-  s.options.kernel = KernelKind::scalar;  // lanes use those that each volume has
-  volumes[0].density.micro = build_micro_bounds(volumes[0].density.bricks(), 2);
-  EXPECT_EQ(plan(volumes, s.scene()).kernel.micro_edge, 0);
-  volumes[1].density.micro = build_micro_bounds(volumes[1].density.bricks(), 2);
-  EXPECT_EQ(plan(volumes, s.scene()).kernel,
-            (Kernel{LookUp::trilinear, 2, Paths::many_volumes, true}));
+  EXPECT_EQ(p.kernel, (Kernel{.count = true}));
 }
 
 TEST(Plan, IsWhatRenderDoes) {
@@ -228,13 +220,27 @@ TEST(Plan, DoubtsCloudsLostInTheirBox) {
         1e-29);
 }
 
+/// A volume that lanes do not serve changes nothing of the others.
+TEST(Plan, FlightsGoOneByOneThroughSomeVolumes) {
+  std::vector<Volume> volumes;
+  for (const double extinction : {1.0, 1e7}) {
+    volumes.push_back(make_thick_volume(extinction, 1));
+  }
+  const CloudScene s = scene_around(volumes[0]);
+  const RenderPlan p = plan(volumes, s.scene(), {.force = true, .forecast = false});
+  ASSERT_EQ(p.one_by_one.size(), 2u);
+  EXPECT_EQ(p.one_by_one[0], nullptr);
+  ASSERT_NE(p.one_by_one[1], nullptr);
+  EXPECT_EQ(decision(p, "flights").volume, 1);
+  EXPECT_EQ(decision(p, "shadow rays").choice, "analog");
+}
+
 TEST(Plan, ForecastCostsLittleHoweverThickTheCloudAndManyItsLights) {
   for (const double extinction : {1.0, 1e4, 1e8}) {
     const Volume v = make_thick_volume(extinction, 1);
     CloudScene s = scene_around(v);
     s.lights.assign(300, Sun{});
     RenderPlan p = plan(std::span(&v, 1), s.scene(), {.force = true});
-    p.kernel.paths = Paths::one_volume;
     const detail::CameraProbe probe = detail::probe_camera(p);
     EXPECT_EQ(probe.paths > 0, extinction < 1e8) << "endless flights are not followed";
     std::uint64_t steps = 0;

@@ -308,7 +308,7 @@ Average guided_by(KernelKind kernel, const Volume& v, CloudScene s, const Value&
   film.pixels.resize(std::size_t(film.width) * std::size_t(film.height));
   start_sums(film);
   Counts unused;
-  detail::TileRenderer renderer(p, setup, Paths::guided);
+  detail::TileRenderer renderer(setup);
   for (std::uint32_t sample = 50; sample <= s.options.samples; sample += 50) {
     EXPECT_TRUE(renderer.render({0, 0, film.width, film.height}, {.all = sample}, film, unused));
   }
@@ -356,16 +356,15 @@ TEST(WavefrontKernels, BouncesAreLimited) {
   }
 }
 
-TEST(ChooseWavefront, RefusesWhatItDoesNotServeAndSaysWhy) {
+TEST(ChooseWavefront, FlightsGoOneByOneWhereLanesDoNotServeAndItIsSaid) {
   CloudScene s = sunny();
   s.options.tracker = Tracker::delta;
   const std::vector<Volume> volumes = make_volumes(puff(), std::vector{s.medium}, s);
-  const detail::KernelChoice choice = detail::choose_wavefront(volumes, s.scene());
-  EXPECT_EQ(choice.kernel, KernelKind::scalar);
-  EXPECT_TRUE(says(choice.reason, "plan.tracker_not_decomposition"));
   for (const KernelKind kernel : simd_kernels()) {
     s.options.kernel = kernel;
-    EXPECT_THROW((void)detail::choose_wavefront(volumes, s.scene()), Error);
+    const RenderPlan p = plan(volumes, s.scene(), {.forecast = false});
+    EXPECT_EQ(p.kernel.kind, kernel);
+    EXPECT_TRUE(says(p.one_by_one.front(), "plan.tracker_not_decomposition"));
   }
 }
 

@@ -368,13 +368,6 @@ TEST(Media, EmptyVolumesTakeNoPart) {
 
 TEST(Media, WhatMakesNoSenseIsRefused) {
   CloudScene s = cloud_scene();
-  const std::vector<Body> two{s.medium, s.medium};
-  for (const Tracker tracker : {Tracker::weighted_delta, Tracker::weighted_decomposition}) {
-    CloudScene weighted = s;
-    weighted.options.tracker = tracker;
-    EXPECT_THROW((void)picture(two, weighted), Error);
-    EXPECT_NO_THROW((void)picture({s.medium}, weighted));
-  }
   EXPECT_THROW((void)render(std::vector<Volume>{}, s), Error);
   const auto refused = [&](auto change) {
     Body m = s.medium;

@@ -18,9 +18,7 @@ namespace pvol {
 namespace {
 
 [[nodiscard]] detail::Flights flights_of(const VolumeField& f) {
-  return detail::find_flights(
-      {f.look_up, f.micro.edge, f.map != nullptr, f.motion != nullptr, f.shares_samples()},
-      detail::Monitoring::none);
+  return detail::find_flights(detail::kind_of(f), detail::Monitoring::none);
 }
 
 [[noreturn]] void refuse_closed_form() {

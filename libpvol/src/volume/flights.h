@@ -40,9 +40,14 @@ struct FieldKind {
   LookUp look_up;
   int micro_edge;
   bool mapped = false;
-  bool moving = false;  ///< some volumes move, with or without others that stand still
-  bool shared = false;  ///< some share samples, which does not go with maps and motion
+  bool moving = false;
+  bool shared = false;  ///< samples are shared, which does not go with maps and motion
 };
+
+/// That of a volume's field.
+[[nodiscard]] inline FieldKind kind_of(const VolumeField& f) {
+  return {f.look_up, f.micro.edge, f.map != nullptr, f.motion != nullptr, f.shares_samples()};
+}
 
 /// For fields of a kind. Without counts tallies stay as they are. Estimators that are chosen by
 /// volume (`automatic`), and closed forms (`regular`) for fields that have none, were refused

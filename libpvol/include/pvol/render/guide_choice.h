@@ -17,8 +17,8 @@ struct GuideChoice {
 
 /// `automatic` guides where paths scatter so often, and are so many, that it should pay, and where
 /// light comes from more than a smooth sky; fires do not count, whose own noise it hardly lessens.
-/// Guiding needs a tracker without weights, no limit on bounces, and under the scalar kernel an
-/// extinction that is the same for all channels: `on` throws Error without them. Deterministic, from the scene and the number of camera paths alone.
+/// Guiding needs a tracker without weights and no limit on bounces: `on` throws Error without them.
+/// Deterministic, from the scene and the number of camera paths alone.
 [[nodiscard]] GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene,
                                        double paths);
 /// The same, of a scene whose lighting is made.

@@ -17,6 +17,9 @@ struct Lighting {
 /// Of valid scenes. A clear sky is computed here, once for all who share what comes of it.
 [[nodiscard]] Lighting make_lighting(const Scene& scene);
 
+/// Most lights of a scene.
+inline constexpr std::size_t kMostLights = 16'383;
+
 /// How many lights that has at most, without making it.
 [[nodiscard]] std::size_t most_lights(const Scene& scene);
 

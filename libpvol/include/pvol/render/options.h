@@ -77,6 +77,9 @@ enum class PixelFilter {
   });
 }
 
+/// Most scatterings that paths can be limited to.
+inline constexpr std::uint32_t kMostBounces = 65'000;
+
 struct RenderOptions {
   int width = 640, height = 480;
   int crop_x = 0, crop_y = 0;           ///< upper left corner of the part that is rendered
@@ -284,7 +287,7 @@ template <std::same_as<RenderOptions> O>
       key<&O::max_bounces>(
           {.key = "max_bounces",
            .metavar = "N|none",
-           .limits = whole(0, kMost32).or_word("none"),
+           .limits = whole(0, kMostBounces).or_word("none"),
            .help = "Maximum number of scatterings of a path; a limit darkens the picture",
            .effect = Effect::bias,
            .factor = "bounce limit",

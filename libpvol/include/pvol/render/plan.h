@@ -27,55 +27,14 @@ struct EmissionSetup;  // src/render/light/emission
 struct Surfaces;       // src/render/scene/surface
 }  // namespace detail
 
-/// How paths go through a scene's volumes.
-enum class Paths {
-  one_volume,
-  many_volumes,
-  guided,
-  guided_many,
-  chromatic,
-  moving_places,
-  guided_moving,
-  surfaces
-};
-[[nodiscard]] constexpr auto names(Paths) {
-  return std::to_array<Named<Paths>>({{Paths::one_volume, "one volume"},
-                                      {Paths::many_volumes, "many volumes"},
-                                      {Paths::guided, "guided"},
-                                      {Paths::guided_many, "guided through many"},
-                                      {Paths::chromatic, "chromatic"},
-                                      {Paths::moving_places, "moving places"},
-                                      {Paths::guided_moving, "guided through moving places"},
-                                      {Paths::surfaces, "among surfaces"}});
-}
-
-/// Without guiding.
-[[nodiscard]] constexpr Paths plain(Paths p) {
-  switch (p) {
-    case Paths::guided:
-      return Paths::one_volume;
-    case Paths::guided_many:
-      return Paths::many_volumes;
-    case Paths::guided_moving:
-      return Paths::moving_places;
-    default:
-      return p;
-  }
-}
-
-/// Which compiled loops render: those through the field and those of paths.
+/// How paths are followed.
 struct Kernel {
-  LookUp look_up = LookUp::trilinear;
-  int micro_edge = 0;  ///< of micro-bounds that all volumes have: 0 (none), 1 or 2 cells
-  Paths paths = Paths::one_volume;
-  bool count = false;
   KernelKind kind = KernelKind::scalar;  ///< not automatic
-  bool mapped = false;                   ///< some volume's density is mapped
+  bool count = false;
   bool cancellable = false;  ///< flights may take long, so that they ask whether to stop
   bool endless = false;      ///< flights may be, nearly
   bool moving = false;       ///< velocities move some density: samples have times
   bool places_move = false;  ///< some volume moves as a whole: samples have times
-  bool shared = false;       ///< some volume's samples are shared
   friend bool operator==(const Kernel&, const Kernel&) = default;
 };
 
@@ -103,6 +62,8 @@ struct RenderPlan {
   GuideChoice guide{};
   std::vector<ShellChoice> shells{};  ///< one for each volume
   Kernel kernel{};
+  /// For each volume, why flights through it go one by one; null: many go at once.
+  std::vector<const char*> one_by_one{};
   std::shared_ptr<const detail::EmissionSetup> emission{};  ///< null: none along flights
   std::shared_ptr<const detail::Surfaces> surfaces{};       ///< null: there are none
   std::vector<Decision> decisions{};

@@ -5,11 +5,11 @@
 
 namespace pvol {
 
-/// How many paths or rays a thread follows at once. What comes of them is the same on average; the
-/// random numbers are others in lanes, and the same for any number of them. So are all bytes, but
-/// for those of sse4, which rounds a product before it adds to it.
+/// How many flights of paths or rays a thread follows at once. What comes of them is the same on
+/// average; the random numbers are others in lanes, and the same for any number of them. So are all
+/// bytes, but for those of sse4, which rounds a product before it adds to it.
 enum class KernelKind {
-  automatic,  ///< as many as the machine has, where lanes serve what is asked for
+  automatic,  ///< as many as the machine has, where lanes serve a volume
   scalar,     ///< one at a time
   sse4,       ///< 4, on older processors of x86
   neon,       ///< 4, on those of ARM

@@ -207,10 +207,10 @@ Predictions regress(const RegressionInput& in, const Tile& t) {
   for (int y = 0; y < t.height; ++y) {
     FeatureRows d{};
     Moments m(planes);
-    for (const auto& [frame, weights] : frames) {
+    for (const FrameWeights& of : frames) {
       for_offsets(window, [&](int dx, int dy) {
-        find_differences(*in.own.features, *frame->features, t, dx, dy, y, d);
-        add_moments(*frame, t, weights.row(dx, dy, y), dx, dy, y, d, m);
+        find_differences(*in.own.features, *of.frame->features, t, dx, dy, y, d);
+        add_moments(*of.frame, t, of.weights.row(dx, dy, y), dx, dy, y, d, m);
       });
     }
     put_windows(t, y, m, p);

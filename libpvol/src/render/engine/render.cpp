@@ -1,4 +1,4 @@
-// Tiles, threads and options around the path tracer.
+// Tiles, threads and options around the kernels.
 #include "pvol/render/render.h"
 
 #include <tbb/enumerable_thread_specific.h>
@@ -59,17 +59,6 @@ double seconds_since(std::chrono::steady_clock::time_point t) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - t).count();
 }
 
-/// The same paths, counted.
-PathSetup with_counts(const RenderPlan& plan, const PathSetup& setup) {
-  PathSetup counted = setup;
-  counted.count = true;
-  if (!plan.kernel.cancellable) {
-    counted.flights =
-        detail::find_flights(detail::field_kind(plan.kernel), detail::Monitoring::count);
-  }
-  return counted;
-}
-
 bool reaches(const Film& film, const SampleTargets& targets) {
   for (std::size_t i = 0; i < film.pixels.size(); ++i) {
     if (film.pixels[i].samples < targets.of(i)) return false;
@@ -80,8 +69,7 @@ bool reaches(const Film& film, const SampleTargets& targets) {
 /// Renders tile by tile, on all threads of the arena that it is called in.
 class PassRenderer {
  public:
-  PassRenderer(const RenderPlan& plan, const PathSetup& setup, Paths paths)
-      : tiles_(plan, setup, paths) {}
+  explicit PassRenderer(const PathSetup& setup) : tiles_(setup) {}
 
   /// Brings every pixel to its target, unless the reporter says stop or pause.
   void render(const SampleTargets& targets, int threads, Film& film, Reporter& reporter) {
@@ -113,25 +101,22 @@ class PassRenderer {
   tbb::enumerable_thread_specific<Counts> counts_;
 };
 
-/// Guides the setup's paths where the plan says so; what paths it is then for.
-Paths guide(const RenderPlan& plan, PathSetup& setup, RenderResult& result) {
-  Paths paths = plan.kernel.paths;
+/// Guides the setup's paths where the plan says so.
+void guide(const RenderPlan& plan, PathSetup& setup, RenderResult& result) {
   if (plan.guide.used) {
     const std::clock_t begin = std::clock();
     detail::guide_paths(plan, setup);
     result.guide_seconds = double(std::clock() - begin) / CLOCKS_PER_SEC;
     result.guided = setup.importance != nullptr;
-    if (!result.guided) paths = plain(paths);  // nothing to be guided by
   }
   if (!std::isfinite(setup.light.shadow_unit)) {
     throw Error("the lights are too bright for single precision; scale them down");
   }
-  return paths;
 }
 
 /// For what the result's film lacks.
-TimeForecast forecast(const RenderPlan& plan, const PathSetup& setup, Paths paths,
-                      tbb::task_arena& arena, const RenderResult& result) {
+TimeForecast forecast(const RenderPlan& plan, const PathSetup& setup, tbb::task_arena& arena,
+                      const RenderResult& result) {
   const RenderOptions& o = plan.scene.options;
   const detail::ImagePart part = detail::image_part(o);
   const double all = double(part.width) * part.height * samples_of_part(o);
@@ -143,7 +128,7 @@ TimeForecast forecast(const RenderPlan& plan, const PathSetup& setup, Paths path
   if (f.samples <= 0) return f;
   try {
     const detail::TimedPaths timed =
-        arena.execute([&] { return detail::time_paths(plan, setup, paths, f.samples); });
+        arena.execute([&] { return detail::time_paths(setup, f.samples); });
     f.sample_seconds = timed.seconds_of_path();
     f.own_seconds = timed.seconds + timed.cold_seconds;
   } catch (const Error&) {  // the render meets it, too, and names its pixel
@@ -174,7 +159,6 @@ void begin_film(const PathSetup& setup, Film earlier, Passes& passes, Reporter& 
 struct Job {
   const RenderPlan& plan;
   const PathSetup& setup;
-  Paths paths;
   int threads;
   tbb::task_arena& arena;
   const RenderCallbacks& callbacks;
@@ -188,15 +172,15 @@ bool render_passes(const Job& job, Passes& passes, Reporter& reporter, RenderRes
   // Adaptive samples follow costs, too: their pilot is counted.
   const bool counts_pilot = adaptive && !job.setup.count && !film.needs;
   std::optional<PathSetup> counted;
-  if (counts_pilot) counted.emplace(with_counts(job.plan, job.setup));
+  if (counts_pilot) counted.emplace(job.setup).count_flights(job.plan);
   std::optional<PassRenderer> renderer;
-  renderer.emplace(job.plan, counted ? *counted : job.setup, job.paths);
+  renderer.emplace(counted ? *counted : job.setup);
   std::optional<SampleTargets> targets;
   for (bool any = false; (targets = passes.next(film, seconds_since(job.begin))); any = true) {
     if (reporter.stop()) break;
     if (any && job.callbacks.pass_done) job.callbacks.pass_done(film);
     reporter.expect(passes.total());
-    if (counts_pilot && !targets->each.empty()) renderer.emplace(job.plan, job.setup, job.paths);
+    if (counts_pilot && !targets->each.empty()) renderer.emplace(job.setup);
     for (;;) {
       job.arena.execute([&] { renderer->render(*targets, job.threads, film, reporter); });
       if (reporter.stop() || reaches(film, *targets)) break;
@@ -250,8 +234,8 @@ TimeForecast forecast_time(const RenderPlan& plan) {
   Workers workers(plan.scene.options.threads);
   PathSetup setup(plan);
   RenderResult result;
-  const Paths paths = workers.arena.execute([&] { return guide(plan, setup, result); });
-  return forecast(plan, setup, paths, workers.arena, result);
+  workers.arena.execute([&] { guide(plan, setup, result); });
+  return forecast(plan, setup, workers.arena, result);
 }
 
 RenderResult resume(const RenderPlan& plan, Film earlier, const RenderCallbacks& callbacks) {
@@ -265,12 +249,12 @@ RenderResult resume(const RenderPlan& plan, Film earlier, const RenderCallbacks&
   Workers workers(o.threads);
   PathSetup setup(plan);
   setup.stop = &reporter.stop();
-  const Paths paths = workers.arena.execute([&] { return guide(plan, setup, result); });
+  workers.arena.execute([&] { guide(plan, setup, result); });
   begin_film(setup, std::move(earlier), passes, reporter, result.film);
   if (callbacks.forecast) {
-    callbacks.forecast(forecast(plan, setup, paths, workers.arena, result));
+    callbacks.forecast(forecast(plan, setup, workers.arena, result));
   }
-  const Job job{plan, setup, paths, workers.threads, workers.arena, callbacks, begin};
+  const Job job{plan, setup, workers.threads, workers.arena, callbacks, begin};
   result.complete = render_passes(job, passes, reporter, result);
   result.goal = passes.total();
   reporter.finish();

@@ -11,7 +11,6 @@
 #include "render/engine/passes.h"
 #include "render/engine/tiles/tile_renderer.h"
 #include "render/path/film_layers.h"
-#include "render/scene/small_picture.h"
 
 namespace pvol::detail {
 namespace {
@@ -20,6 +19,7 @@ constexpr double kLeastSeconds = 0.02;  // of each thread
 constexpr double kColdShare = 0.5;      // of those, before the clock counts
 constexpr double kShare = 0.01;         // of the render
 constexpr int kPaths = 8192;            // of the small picture at most, for each thread
+constexpr int kPathsOfTile = 2048;      // kernels want many at once
 
 /// Samples that a pixel of the small picture gets at once, as in the last pass of the render: they
 /// share what is in the caches.
@@ -27,32 +27,16 @@ int samples_at_once(const RenderOptions& o) {
   return int(std::clamp(samples_of_part(o) / 2, 1.0, double(kMostOfEqualPass)));
 }
 
-/// The setup for a picture of so many pixels in place of the large one.
-PathSetup small_setup(const RenderPlan& plan, const PathSetup& setup, int pixels) {
-  Scene scene;
-  scene.camera = plan.scene.camera;
-  scene.options = in_small(setup.options, pixels);
-  PathSetup small = setup;
-  small.options = scene.options;
-  small.view = CameraSetup(scene);
-  return small;
-}
-
 /// A small picture, rendered in passes, whose samples are timed.
 class SmallRender {
  public:
-  SmallRender(const RenderPlan& plan, const PathSetup& setup, Paths paths, int most_paths,
-              const Clock& clock)
-      : setup_(small_setup(plan, setup, most_paths / samples_at_once(setup.options))),
-        tiles_(plan, setup_, paths),
+  SmallRender(const PathSetup& setup, int most_paths, const Clock& clock)
+      : setup_(setup.in_small(most_paths / samples_at_once(setup.options))),
+        tiles_(setup_),
         at_once_(samples_at_once(setup_.options)),
         clock_(clock),
-        film_(make_film(setup_.options)) {
-    // Kernels in lanes want many paths at once; tracers want more than their own making costs.
-    const bool in_lanes = plan.kernel.kind != KernelKind::scalar;
-    tile_width_ = in_lanes ? film_.crop_width : std::min(film_.crop_width, 8);
-    tile_height_ = in_lanes ? parts(2048, tile_width_ * at_once_) : 1;
-  }
+        film_(make_film(setup_.options)),
+        tile_height_(parts(kPathsOfTile, film_.crop_width * at_once_)) {}
 
   /// Gives pixels their samples, as long as goes_on(what is done). Begins anew each time.
   template <class GoesOn>
@@ -60,7 +44,7 @@ class SmallRender {
     clear();
     constexpr int kStride = 514229;  // a prime: tasks far from each other, and all of them
     const SampleTargets targets{.all = std::uint32_t(at_once_)};
-    const int tasks = columns() * parts(film_.crop_height, tile_height_);
+    const int tasks = parts(film_.crop_height, tile_height_);
     TimedPaths all;
     std::mutex mutex;  // of the sum
     const auto run_task = [&](int i) {
@@ -86,12 +70,9 @@ class SmallRender {
 
   static int parts(int whole, int part) { return (whole + part - 1) / part; }
 
-  [[nodiscard]] int columns() const { return parts(film_.crop_width, tile_width_); }
-
   [[nodiscard]] ImagePart tile_of(int task) const {
-    const int x = task % columns() * tile_width_, y = task / columns() * tile_height_;
-    return {x, y, std::min(tile_width_, film_.crop_width - x),
-            std::min(tile_height_, film_.crop_height - y)};
+    const int y = task * tile_height_;
+    return {0, y, film_.crop_width, std::min(tile_height_, film_.crop_height - y)};
   }
 
   TimedPaths time(const ImagePart& tile, const SampleTargets& targets) {
@@ -107,9 +88,9 @@ class SmallRender {
   PathSetup setup_;
   TileRenderer tiles_;
   int at_once_;
-  int tile_width_, tile_height_;
   const Clock& clock_;
   Film film_;
+  int tile_height_;
 };
 
 }  // namespace
@@ -130,10 +111,9 @@ TimedPaths& TimedPaths::operator+=(const TimedPaths& t) {
   return *this;
 }
 
-TimedPaths time_paths(const RenderPlan& plan, const PathSetup& setup, Paths paths, double samples,
-                      const Clock& clock) {
+TimedPaths time_paths(const PathSetup& setup, double samples, const Clock& clock) {
   const int threads = tbb::this_task_arena::max_concurrency();
-  SmallRender small(plan, setup, paths, kPaths * threads, clock);
+  SmallRender small(setup, kPaths * threads, clock);
   const double least = kLeastSeconds * threads;
   // The first paths wait for memory that later ones find in the caches.
   const TimedPaths cold =

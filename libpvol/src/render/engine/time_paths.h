@@ -26,12 +26,12 @@ struct TimedPaths {
   TimedPaths& operator+=(const TimedPaths& t);
 };
 
-/// Times paths that are spread over the picture and traced as in a render of so many samples: by the
-/// kernel of the plan, guided where the setup is, on all threads of the arena that it is called in.
-/// They take 20 ms on each thread or 1 % of the render, whichever is more, and a tile beyond, and are
-/// some thousand at most; others before them warm the caches for half as long. Ends early once the
-/// setup says stop. Throws what tracers throw.
-[[nodiscard]] TimedPaths time_paths(const RenderPlan& plan, const PathSetup& setup, Paths paths,
-                                    double samples, const Clock& clock = thread_seconds);
+/// Times paths that are spread over the picture and traced as in a render of so many samples:
+/// guided where the setup is, on all threads of the arena that it is called in. They take 20 ms on
+/// each thread or 1 % of the render, whichever is more, and a tile beyond, and are some thousand at
+/// most; others before them warm the caches for half as long. Ends early once the setup says stop.
+/// Throws what kernels throw.
+[[nodiscard]] TimedPaths time_paths(const PathSetup& setup, double samples,
+                                    const Clock& clock = thread_seconds);
 
 }  // namespace pvol::detail

@@ -33,10 +33,9 @@ struct CoarseCells {
     const Int4 c = min(max((cell >> shift) - low, splat(0)), last);
     return rows[index({c[0], c[1], c[2]})];
   }
-  // Of places of paths, through one volume and through many.
-  [[nodiscard]] std::uint32_t row(const Cursor& place) const { return row(place.at.cell); }
-  [[nodiscard]] std::uint32_t row(const WorldPlace& place) const {
-    return row(widen(Vec3i(to_cells.point(place.position))));
+  /// Of a place in the world.
+  [[nodiscard]] std::uint32_t row(Vec3d place) const {
+    return row(widen(Vec3i(to_cells.point(place))));
   }
 
   [[nodiscard]] std::size_t index(Vec3i c) const {

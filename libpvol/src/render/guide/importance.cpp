@@ -7,8 +7,7 @@
 #include "pvol/math/direction.h"
 #include "render/guide/mixture.h"
 #include "render/path/camera_rays.h"
-#include "render/path/gather_light.h"
-#include "render/path/traversal.h"
+#include "render/path/first_collision.h"
 
 namespace pvol::detail {
 namespace {
@@ -200,11 +199,9 @@ PagedVector<Importance::Row> make_rows(const CoarseCells& cells,
 }
 
 /// Mean importance where camera rays of the whole image first collide; 0 where none does.
-template <class Traversal>
 double mean_seen(const PathSetup& setup, const Importance& importance) {
   constexpr int kRays = 4096;
   constexpr std::uint64_t kKey = 0x63616d657261;
-  Traversal traversal(setup);
   double sum = 0;
   int hits = 0;
   for (int i = 0; i < kRays && !setup.stopped(); ++i) {
@@ -212,10 +209,10 @@ double mean_seen(const PathSetup& setup, const Importance& importance) {
     const auto [x, y] = rng.uniform2();
     const Ray ray = setup.view.projection.ray(double(x) * setup.options.width,
                                               double(y) * setup.options.height);
-    const Vec3f d(ray.d);
-    if (setup.moving) traversal.work.set_time(sample_time(setup, 0, 0, std::uint32_t(i)));
-    if (!traversal.start(ray) || traversal.fly(d, rng).component == nullptr) continue;
-    sum += double(importance.row(traversal.place()).of(importance.half_sine(d)));
+    const float time = setup.moving ? sample_time(setup, 0, 0, std::uint32_t(i)) : 0;
+    const auto place = first_collision(setup, ray, time, rng);
+    if (!place) continue;
+    sum += double(importance.row(*place).of(importance.half_sine(Vec3f(ray.d))));
     ++hits;
   }
   return hits > 0 ? sum / hits : 0;
@@ -251,7 +248,6 @@ Rgb constant_part(const Environment& environment, const SkyLight& light) {
 /// samples in lanes, for 40 of many volumes, which share them.
 int count_photons(const PathSetup& setup) {
   const bool many = !is_one(setup);
-  if (setup.kernel == KernelKind::scalar && !many) return kLeastPhotons;
   const RenderOptions& o = setup.options;
   const double samples = double(o.width) * o.height * expected_samples(o);
   return int(std::clamp(samples / (many ? 40 : 80), double(kLeastPhotons),
@@ -274,9 +270,7 @@ std::optional<Importance> make_importance(const PathSetup& setup) {
   const HenyeyGreenstein lobe = mean_lobe(components);
   std::vector<float> importances = shadow_importances(setup, cells, light);
   const Importance unscaled(cells, light.axis, lobe, rows, importances);
-  const double seen = setup.instances->moves() ? mean_seen<MovingVolumes>(setup, unscaled)
-                      : is_one(setup)          ? mean_seen<OneVolume>(setup, unscaled)
-                                               : mean_seen<ManyVolumes>(setup, unscaled);
+  const double seen = mean_seen(setup, unscaled);
   if (!(seen > 0) || setup.stopped()) return std::nullopt;
   for (Importance::Row& row : rows) {
     for (float& v : row.at) v = float(double(v) / (kUnit * seen));

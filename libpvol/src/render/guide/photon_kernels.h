@@ -6,9 +6,9 @@
 
 namespace pvol::detail {
 
-/// Traces photons 0 to `photons` - 1 of the sources with the setup's kernel, which is one of lanes,
-/// and adds them to the counts, which come out the same for any number of threads.
+/// Traces photons 0 to `photons` - 1 of the sources with the setup's kernel, and
+/// adds them to the counts, which come out the same for any number of threads.
 void trace_photons_by_wavefront(const PathSetup& setup, const CoarseCells& cells,
-                            const PhotonSources& sources, int photons, LightCounts& counts);
+                                const PhotonSources& sources, int photons, LightCounts& counts);
 
 }  // namespace pvol::detail

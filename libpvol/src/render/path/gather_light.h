@@ -6,10 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "render/path/path_kind.h"
 #include "render/path/path_result.h"
 #include "render/path/roulette.h"
-#include "render/path/traversal.h"
 
 namespace pvol::detail {
 
@@ -76,8 +74,8 @@ struct FlightLine {
   return sum;
 }
 
-/// That of a flight of a path, weighted against `add_fire_here` if that was asked where the path
-/// was scattered with the density pdf(); else pdf() is 0.
+/// That of a flight of a path, weighted against samples of fires if these were asked for where the
+/// path was scattered with the density pdf(); else pdf() is 0.
 template <class Pdf>
 [[gnu::noinline]] inline void add_along(const PathSetup& s, const FlightLine& flight,
                                         const Pdf& pdf, Rgb throughput, Rng& rng, PathResult& r) {
@@ -87,15 +85,13 @@ template <class Pdf>
     const float share = balance(p, s.emission->lights.pdf(flight.from, flight.direction));
     if (s.pilot) note_hit(*s.pilot, luminance(throughput * sum), share);
     sum *= share;
-  } else if (s.pilot) {
-    s.pilot->seen += double(luminance(throughput * sum));
   }
   r.radiance += throughput * sum;
   if (r.in_layers()) r.emission() += throughput * sum;
 }
 
 /// Light of lights that a flight meets; of a path that was scattered with the density pdf(),
-/// weighted against `add_light_here`.
+/// weighted against samples of lights.
 template <class Pdf>
 [[gnu::noinline]] inline void add_met(const PathSetup& s, const FlightLine& flight, const Pdf& pdf,
                                       Rgb throughput, PathResult& r) {
@@ -137,7 +133,7 @@ inline void add_seen(const PathSetup& s, Vec3f direction, Rgb throughput, PathRe
 }
 
 /// Light in the direction of a ray that left the cloud after it was scattered there with the
-/// density pdf(), weighted against `add_light_here`.
+/// density pdf(), weighted against samples of lights.
 template <class Pdf>
 inline void add_scattered(const PathSetup& s, const Pdf& pdf, Vec3f direction, Rgb throughput,
                           PathResult& r) {
@@ -156,51 +152,15 @@ inline void add_scattered(const PathSetup& s, const Pdf& pdf, Vec3f direction, R
   r.radiance += throughput * sum;
 }
 
-/// A path where it scatters, for what gathers light there.
-template <class Traversal>
-struct PathVertex {
-  const PathSetup& s;
-  Traversal& traversal;  ///< at the place
-  Vec3f from;            ///< direction of the flight that ended there
-  Rgb throughput;        ///< after the albedo
-  Rng& rng;
-  std::uint64_t& shadow_rays;  ///< counted
-  PathResult& r;
-  bool on_surface = false;  ///< else in a volume
-  bool seen = false;        ///< a surface that the camera sees: its light is its pixel's noise
-};
-
-/// `light` times an estimate of the transmittance on the way to it. The more light, and the larger
-/// the importance of a ray of it, the more shadow rays: none or one by roulette, or the mean over
-/// several (THEORY.md, T5.2). On surfaces a ray that meets no volume is certain, and so is one ray
-/// at least where the camera sees them.
-template <class Traversal>
-[[nodiscard]] inline Rgb shadowed(const PathVertex<Traversal>& v, Rgb light,
-                                  const LightSample& towards, float importance) {
-  float value = absolute_luminance(light) * importance / v.s.light.shadow_unit;
-  if (!(value > 0)) return Rgb(0.0f);
-  if constexpr (Traversal::kHasSurfaces) {
-    if (v.on_surface) {
-      if (v.traversal.hides(towards.direction, towards.distance)) return Rgb(0.0f);
-      if (!v.traversal.meets_volume(towards.direction, towards.distance)) return light;
-      if (v.seen) value = std::max(value, 1.0f);
-    }
-  }
-  if ((value < 1 && !(v.rng.uniform() < value)) || v.s.stopped()) return Rgb(0.0f);
-  if constexpr (Traversal::kHasSurfaces) {
-    if (!v.on_surface && v.traversal.hides(towards.direction, towards.distance)) return Rgb(0.0f);
-  }
-  const int rays = count_shadow_rays(value);
-  v.shadow_rays += std::uint64_t(rays);
-  const auto estimate = [&] {
-    return v.traversal.transmittance(towards.direction, towards.distance, v.rng);
-  };
-  decltype(estimate()) sum{0};  // or by channel
-  for (int i = 0; i < rays; ++i) sum += estimate();
-  return light * (sum / (value < 1 ? value : float(rays)));
+/// A sample of a light, seen from a place of the world.
+[[nodiscard]] inline LightSample sample_light(const LightSource& light, Vec3d place, Rng& rng) {
+  return std::visit([&](const auto& l) { return l.sample([&] { return place; }, rng); }, light);
 }
 
-/// Of more than kMostAsked lights so many are drawn at a collision.
+/// Most lights that are all asked at a collision.
+inline constexpr std::size_t kMostAsked = 64;
+
+/// Of more so many are drawn.
 inline constexpr int kAsked = 4;
 
 /// About what a light brings to a place, times the importance of its shadow rays there; above 0
@@ -241,45 +201,11 @@ template <class ShadowImportance, class Ask>
 }
 
 /// ask(i, 1 / expected number of times that it is asked) for all lights, or for some of many.
-template <class ShadowImportance, class Place, class Ask>
-inline void ask_each(const PathSetup& s, const Place& place, const ShadowImportance& importance,
-                     Rng& rng, const Ask& ask) {
-  if (s.light.sources.size() > kMostAsked) return ask_some(s, place(), importance, rng, ask);
+template <class ShadowImportance, class Ask>
+inline void ask_each(const PathSetup& s, Vec3d place, const ShadowImportance& importance, Rng& rng,
+                     const Ask& ask) {
+  if (s.light.sources.size() > kMostAsked) return ask_some(s, place, importance, rng, ask);
   for (std::size_t i = 0; i < s.light.sources.size(); ++i) ask(i, 1);
-}
-
-/// Next-event estimation: light of every source and of a sampled sky that scatters into a path of a
-/// kind of paths. `importance(i)` is that of a shadow ray to light i from there, above 0; the sky
-/// comes after the lights.
-template <class Kind, class Phase, class Traversal, class ShadowImportance>
-inline void add_light_here(const PathVertex<Traversal>& v, const Phase& phase,
-                           const ShadowImportance& importance) {
-  const PathSetup& s = v.s;
-  PathResult& r = v.r;
-  Rgb sum(0.0f);
-  const auto place = [&] { return v.traversal.position(); };
-  const auto ask = [&](std::size_t i, float factor) {
-    const LightSample l = Kind::sample(s.light.sources[i], place, v.rng);
-    const float p = pdf_phase(phase, v.from, l.direction);
-    const float weighted = (l.pdf > 0 ? balance(l.pdf, p) * p / l.pdf : p) * factor;
-    const Rgb arrived = shadowed(v, v.throughput * l.radiance * weighted, l, importance(i));
-    sum += arrived;
-    if (r.in_layers()) r.layers[i] += arrived;
-  };
-  if constexpr (Kind::kSimple) {
-    for (std::size_t i = 0; i < s.light.sources.size(); ++i) ask(i, 1);
-  } else {
-    ask_each(s, place, importance, v.rng, ask);
-  }
-  if (s.light.sky.sampled()) {
-    const LightSample l = s.light.sky.sample(v.rng);
-    const float p = pdf_phase(phase, v.from, l.direction);
-    const Rgb arrived = shadowed(v, v.throughput * (l.radiance - s.constant) * (p / (l.pdf + p)), l,
-                                 importance(s.light.sources.size()));
-    sum += arrived;
-    if (r.in_layers()) r.sky() += arrived;
-  }
-  r.radiance += sum;
 }
 
 /// The probability of a ray towards a fire, into whose direction a path of this throughput is
@@ -288,29 +214,6 @@ inline void add_light_here(const PathVertex<Traversal>& v, const Phase& phase,
 [[nodiscard]] inline float value_of_fire_ray(Rgb throughput, float pdf) {
   constexpr float kEven = 4 * std::numbers::pi_v<float>, kSideways = 4;
   return std::min(absolute_luminance(throughput) * std::min(kSideways * kEven * pdf, 1.0f), 1.0f);
-}
-
-/// Light of emitting fields that scatters into a path: of all that lies in a direction towards one
-/// of their points, up to where a flight ends (THEORY.md, T5.12).
-template <class Phase, class Traversal>
-[[gnu::noinline]] inline void add_fire_here(const PathVertex<Traversal>& v, const Phase& phase) {
-  const EmissionSetup& fire = *v.s.emission;
-  const Vec3d place = v.traversal.position();
-  const EmissionLights::Towards to = fire.lights.sample(place, v.rng);
-  if (!(to.pdf > 0)) return;
-  const float p = pdf_phase(phase, v.from, to.direction);
-  const float value = v.seen ? 1.0f : value_of_fire_ray(v.throughput, p);
-  if (!(value > 0) || (value < 1 && !(v.rng.uniform() < value))) return;
-  ++v.shadow_rays;
-  const auto flight = v.traversal.free_flight(to.direction, v.rng);
-  const Rgb light =
-      emission_of(v.s, {place, to.direction, flight.distance, flight.end}, v.rng) * flight.weight;
-  if (v.s.pilot) {
-    note_sample(*v.s.pilot, luminance(v.throughput * light), balance(p, to.pdf), value);
-  }
-  const Rgb sum = light * (balance(to.pdf, p) * p / to.pdf / value);
-  v.r.radiance += v.throughput * sum;
-  if (v.r.in_layers()) v.r.emission() += v.throughput * sum;
 }
 
 }  // namespace pvol::detail

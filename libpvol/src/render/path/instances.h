@@ -34,12 +34,6 @@ struct Instance {
   }
 };
 
-/// A place in the world and what holds it.
-struct WorldPlace {
-  Vec3d position;
-  const Instance* within = nullptr;  ///< of `Instances::all`, that the path's last collision was in
-};
-
 /// What moves an instance.
 struct InstanceMotion {
   const MovingPlace* place;  ///< of the volume's; null: it stands still

@@ -10,13 +10,4 @@ namespace pvol::detail {
 [[nodiscard, gnu::noinline]] LocalMedium local_medium(const CollisionPlace& place,
                                                       const MediumComponent& component, float time);
 
-/// The component at the traversal's place, with which it collided there.
-template <class Traversal>
-[[nodiscard]] inline LocalMedium local(const PathSetup& s, const Traversal& traversal,
-                                       const MediumComponent& component) {
-  if (!s.albedo_varies) [[likely]]
-    return everywhere(component);
-  return local_medium(traversal.collision(), component, traversal.work.path.time);
-}
-
 }  // namespace pvol::detail

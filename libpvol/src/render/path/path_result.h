@@ -33,24 +33,13 @@ struct PathResult {
     radiance = background = tint = Rgb(0.0f), alpha = 0, first_weight = 0, first_material = nullptr;
     for (Rgb& layer : layers) layer = Rgb(0.0f);
     for (Rgb& order : orders) order = Rgb(0.0f);
-    ordered_ = Rgb(0.0f);
   }
 
   [[nodiscard]] bool in_layers() const { return !layers.empty(); }
   [[nodiscard]] Rgb& sky() { return layers[layers.size() - 2]; }
   [[nodiscard]] Rgb& emission() { return layers.back(); }
 
-  /// Counts what was added since the last call as light that was scattered so often.
-  void scattered(std::uint32_t times) {
-    if (orders.empty()) return;
-    orders[std::min<std::size_t>(times, kOrders - 1)] += radiance - ordered_;
-    ordered_ = radiance;
-  }
-
   static constexpr std::size_t kOrders = 3;
-
- private:
-  Rgb ordered_{0.0f};  // of the radiance, what orders hold
 };
 
 /// Throws Error for a sample of pixel (x, y) that is more than a float holds.

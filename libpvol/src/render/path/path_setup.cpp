@@ -4,6 +4,8 @@
 #include <numbers>
 
 #include "pvol/volume/facts.h"
+#include "render/scene/small_picture.h"
+#include "volume/simd/choose_batch_kernels.h"
 
 namespace pvol::detail {
 namespace {
@@ -25,11 +27,15 @@ namespace {
   return kUnit * light;
 }
 
-/// Those of empty volumes have no words.
-[[nodiscard]] std::vector<DenseBounds> bounds_of(std::span<const Volume> volumes) {
-  std::vector<DenseBounds> all;
-  for (const Volume& v : volumes) {
-    all.push_back(v.density.octree.empty() ? DenseBounds{} : make_dense_bounds(v.density));
+[[nodiscard]] bool is_one_by_one(const RenderPlan& plan, std::size_t volume) {
+  return !plan.one_by_one.empty() && plan.one_by_one[volume] != nullptr;
+}
+
+[[nodiscard]] std::vector<DenseBounds> bounds_of(const RenderPlan& plan) {
+  std::vector<DenseBounds> all(plan.volumes.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const VolumeField& f = plan.volumes[i].density;
+    if (!f.octree.empty() && !is_one_by_one(plan, i)) all[i] = make_dense_bounds(f);
   }
   return all;
 }
@@ -80,8 +86,7 @@ PathSetup::PathSetup(const RenderPlan& plan, Rgb constant_,
       instances(std::make_shared<const Instances>(plan.volumes)),
       emission(plan.emission),
       surfaces(plan.surfaces),
-      flights(find_flights(field_kind(plan.kernel), monitoring_of(plan.kernel))),
-      kernel(plan.kernel.kind),
+      kernel(lanes_for(plan.kernel.kind)),
       dense(std::move(dense_)),
       max_bounces(options.max_bounces.value_or(~0u)),
       count(plan.kernel.count),
@@ -90,16 +95,34 @@ PathSetup::PathSetup(const RenderPlan& plan, Rgb constant_,
       albedo_varies(
           std::ranges::any_of(plan.volumes, [](const Volume& v) { return v.albedo != nullptr; })),
       by_channel(std::ranges::any_of(plan.volumes,
-                                     [](const Volume& v) { return is_chromatic(v.medium); })) {
-  if (kernel != KernelKind::scalar && dense == nullptr) {
-    dense = std::make_shared<const std::vector<DenseBounds>>(bounds_of(plan.volumes));
-  }
+                                     [](const Volume& v) { return is_chromatic(v.medium); })),
+      weighs(by_channel || is_weighted(options.tracker)) {
+  if (dense == nullptr) dense = std::make_shared<const std::vector<DenseBounds>>(bounds_of(plan));
+  const Monitoring monitoring = monitoring_of(plan.kernel);
   for (std::size_t i = 0; i < plan.volumes.size(); ++i) {
     const Volume& v = plan.volumes[i];
     const FireAtCollisions* fire = emission ? emission->at_collisions[i].get() : nullptr;
-    volumes.emplace_back(v, constant, !gathers_along_flights(v, options), fire);
+    volumes.emplace_back(v, constant, !gathers_along_flights(v, options), fire,
+                         find_flights(kind_of(v.density), monitoring), is_one_by_one(plan, i));
     if (plan.shells[i].kept) volumes.back().shell.emplace(*v.shell, v.density.octree.origin);
   }
+}
+
+void PathSetup::count_flights(const RenderPlan& plan) {
+  count = true;
+  if (plan.kernel.cancellable) return;  // these count always
+  for (VolumeSetup& v : volumes)
+    v.flights = find_flights(kind_of(v.volume.density), Monitoring::count);
+}
+
+PathSetup PathSetup::in_small(int pixels) const {
+  Scene scene;
+  scene.camera = view.camera;
+  scene.options = detail::in_small(options, pixels);
+  PathSetup small = *this;
+  small.options = scene.options;
+  small.view = CameraSetup(scene);
+  return small;
 }
 
 }  // namespace pvol::detail

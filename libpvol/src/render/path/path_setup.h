@@ -19,19 +19,10 @@
 #include "render/scene/projection.h"
 #include "render/scene/surface/surfaces.h"
 #include "volume/dense_bounds.h"
-#include "volume/flights.h"
 
 namespace pvol::detail {
 
 class Importance;
-
-[[nodiscard]] inline FieldKind field_kind(const Kernel& k) {
-  return {.look_up = k.look_up,
-          .micro_edge = k.mapped || k.moving ? 0 : k.micro_edge,
-          .mapped = k.mapped,
-          .moving = k.moving,
-          .shared = k.shared};
-}
 
 /// Where camera rays begin (camera_rays.h).
 struct CameraSetup {
@@ -86,23 +77,28 @@ struct PathSetup {
   std::shared_ptr<const EmissionSetup> emission;  ///< along flights; null: there is none
   std::shared_ptr<const Surfaces> surfaces;       ///< null: there are none
 
-  Flights flights;    ///< of the plan's kernel
-  KernelKind kernel;  ///< not automatic
-  /// Of each volume, where the kernel is one of SIMD; setups may share them.
+  KernelKind kernel;  ///< of lanes
+  /// Of each volume; setups may share them. Those of empty volumes, and of those through which
+  /// flights go one by one, have no words.
   std::shared_ptr<const std::vector<DenseBounds>> dense;
   std::uint32_t max_bounces;
   bool count;                  ///< whether flights do
   bool first_collisions;       ///< whether somebody asks where they are
   bool moving;                 ///< whether samples have times
   bool albedo_varies;          ///< whether that of any volume is a field
-  bool by_channel;  ///< whether the extinction of the one volume differs by channel: flights have
-                    ///< weights then
+  bool by_channel;             ///< whether the extinction of any volume differs by channel
+  bool weighs;                 ///< whether flights have weights: by channel, or by the tracker
   FirePilot* pilot = nullptr;  ///< null: nobody asks
   /// Once it is true, paths end as they please, and what they bring is to be dropped.
   const std::atomic<bool>* stop = &kNeverStop;
 
   explicit PathSetup(const RenderPlan& plan, Rgb constant_ = Rgb(0.0f),
                      std::shared_ptr<const std::vector<DenseBounds>> dense_ = nullptr);
+
+  /// Makes flights count what they do.
+  void count_flights(const RenderPlan& plan);
+  /// The same paths through a picture of about so many pixels in place of the large one.
+  [[nodiscard]] PathSetup in_small(int pixels) const;
 
   /// Whether paths go through one volume alone, which stands still: in its cells.
   [[nodiscard]] bool is_one_still() const { return instances->is_one_still() && !surfaces; }

@@ -10,8 +10,11 @@
 #include "pvol/volume/phase.h"
 #include "pvol/volume/volume.h"
 #include "render/light/emission/fire_at_collisions.h"
+#include "volume/flights.h"
 
 namespace pvol::detail {
+
+inline constexpr double kEndless = std::numeric_limits<double>::infinity();
 
 /// A component of a medium as a collision meets it.
 struct MediumComponent {
@@ -50,31 +53,25 @@ struct LocalMedium {
 /// One of the volumes that paths walk through, at its first place.
 struct VolumeSetup {
   const Volume& volume;
-  /// Change of the position in cells per unit along each axis of the world.
-  Float4 cells_x, cells_y, cells_z;
   Affine cells_to_world;
   std::vector<MediumComponent> components;
   Affine cells_to_albedo;        ///< to those of the albedo's field, where there is one
   const FireAtCollisions* fire;  ///< whose light collisions bring; null: none
+  Flights flights;               ///< through its field, one by one
+  bool one_by_one;               ///< whether all flights through it are
 
   /// Tested by rays before they enter the octree; none where a plan leaves it out.
   std::optional<RayShell> shell{};
 
   VolumeSetup(const Volume& v, Rgb constant, bool emits_at_collisions,
-              const FireAtCollisions* fire_)
+              const FireAtCollisions* fire_, const Flights& flights_, bool one_by_one_)
       : volume(v),
-        cells_x(widen(Vec3f(v.density.world_to_cells.vector({1, 0, 0})))),
-        cells_y(widen(Vec3f(v.density.world_to_cells.vector({0, 1, 0})))),
-        cells_z(widen(Vec3f(v.density.world_to_cells.vector({0, 0, 1})))),
         cells_to_world(inverse(v.density.world_to_cells)),
         components(make_components(v.medium, constant, emits_at_collisions)),
         cells_to_albedo(v.albedo ? v.albedo->world_to_cells * cells_to_world : Affine{}),
-        fire(fire_) {}
-
-  [[nodiscard]] Float4 in_cells(Vec3f direction) const {
-    return cells_x * splat(direction.x) + cells_y * splat(direction.y) +
-           cells_z * splat(direction.z);
-  }
+        fire(fire_),
+        flights(flights_),
+        one_by_one(one_by_one_) {}
 
   /// A ray of the world in cells from the octree's origin; its t is world length still.
   [[nodiscard]] Ray in_cells(const Ray& ray) const {
@@ -85,8 +82,7 @@ struct VolumeSetup {
   /// The part of such a ray in the box of the support.
   [[nodiscard]] std::optional<Span> in_box(const Ray& cells) const {
     if (volume.density.octree.empty()) return std::nullopt;
-    return intersect(volume.density.octree.support(), cells, 0,
-                     std::numeric_limits<double>::infinity());
+    return intersect(volume.density.octree.support(), cells, 0, kEndless);
   }
 
   /// The component that a collision belongs to, in proportion to the shares.

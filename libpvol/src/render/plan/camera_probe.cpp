@@ -5,16 +5,15 @@
 
 #include "pvol/bounds/walk.h"
 #include "pvol/volume/extinction_source.h"
-#include "render/engine/tiles/render_tile.h"
+#include "render/engine/tiles/tile_renderer.h"
 #include "render/path/camera_rays.h"
-#include "render/path/traversal.h"
+#include "render/path/film_layers.h"
 
 namespace pvol::detail {
 namespace {
 
 constexpr int kRaysAlong = 24;                 // each edge of the image
 constexpr std::uint64_t kMostSteps = 1 << 20;  // of all paths
-constexpr std::uint32_t kMostBounces = 256;    // of a path
 
 /// Optical depth of a ray through an instance of a volume by one look-up in each segment, right on
 /// average; nothing where it misses the box.
@@ -66,57 +65,53 @@ RenderPlan plain_plan(const RenderPlan& plan) {
   p.volumes = plan.volumes;
   p.shells = plan.shells;
   p.kernel = plan.kernel;
+  p.one_by_one = plan.one_by_one;
   p.emission = plan.emission;
   p.surfaces = plan.surfaces;
   p.kernel.count = true;
-  p.kernel.kind = KernelKind::scalar;
-  p.kernel.paths = plain(plan.kernel.paths);
   p.scene.camera = plan.scene.camera;
   p.lighting = plan.lighting;
   p.scene.options = plan.scene.options;
   p.scene.options.first_sample = ~0u - 1;  // one that hardly any picture has
   p.scene.options.aovs = {};
   p.scene.options.max_bounces =
-      std::min(kMostBounces, plan.scene.options.max_bounces.value_or(kMostBounces));
+      std::min(kMostProbed, plan.scene.options.max_bounces.value_or(kMostProbed));
   return p;
 }
 
-int count_pixels(const RenderPlan& plan) {
-  const ImagePart part = image_part(plan.scene.options);
-  return std::min(kRaysAlong, part.width) * std::min(kRaysAlong, part.height);
+void follow_paths(const PathSetup& setup, int paths, CameraProbe& probe,
+                  const std::function<void(const Film&, std::size_t)>& visit) {
+  constexpr int kPathsAtOnce = 64;
+  const PathSetup small = setup.in_small(kRaysAlong * kRaysAlong);
+  TileRenderer tiles(small);
+  Film film = make_film(small.options);
+  film.first_sample = small.options.first_sample;  // the same in all parts of a picture
+  for (; probe.paths < paths && steps(probe.counts) < kMostSteps; --film.first_sample) {
+    film.pixels.assign(film.pixels.size(), {});
+    film.layers = make_layers(small, film.pixels.size());
+    start_sums(film);
+    const int rows = std::max(1, kPathsAtOnce / film.crop_width);
+    for (int y = 0; y < film.crop_height && steps(probe.counts) < kMostSteps; y += rows) {
+      const ImagePart tile{0, y, film.crop_width, std::min(rows, film.crop_height - y)};
+      (void)tiles.render(tile, {.all = 1}, film, probe.counts);
+      probe.paths += tile.width * tile.height;
+      for (int x = 0; x < tile.width * tile.height; ++x) {
+        const std::size_t pixel = film.index(0, y) + std::size_t(x);
+        probe.cut |= film.pixels[pixel].count(PixelCounter::collisions) > kMostProbed;
+        visit(film, pixel);
+      }
+    }
+  }
 }
 
-void follow_paths(const RenderPlan& plan, const PathSetup& setup, int paths, CameraProbe& probe,
-                  const std::function<void(Rgb)>& visit) {
-  constexpr int kProbeStride = 229;  // a prime above kRaysAlong: all are met
-  const TileFunction render_part = find_tile_function(plan.kernel.paths, setup);
-  const ImagePart part = image_part(plan.scene.options);
-  const int across = std::min(kRaysAlong, part.width), down = std::min(kRaysAlong, part.height);
-  Film film;
-  film.width = plan.scene.options.width, film.height = plan.scene.options.height;
-  film.crop_width = film.crop_height = 1;
-  film.pixels.resize(1);
-  for (; probe.paths < paths && steps(probe.counts) < kMostSteps; ++probe.paths) {
-    const int i = int(std::int64_t(probe.paths) * kProbeStride % (across * down));
-    film.x = part.x + int(std::int64_t(part.width) * (i % across) / across);
-    film.y = part.y + int(std::int64_t(part.height) * (i / across) / down);
-    film.first_sample =
-        plan.scene.options.first_sample - std::uint32_t(probe.paths / (across * down));
-    Counts path;
-    film.pixels[0] = {};
-    start_sums(film);
-    (void)render_part(setup, {0, 0, 1, 1}, {.all = 1}, film, path);
-    probe.counts += path;
-    if (path.collisions > kMostBounces) probe.cut_counts += path;
-    const bool cut = path.surface_hits + path.collisions > kMostBounces;
-    if (cut && path.surface_hits > path.collisions) ++probe.caught;
-    visit(Rgb(mean(film.pixels[0])));
-  }
+bool CameraProbe::caught() const {
+  return counts.surface_hits > counts.collisions &&
+         2 * counts.surface_hits > std::uint64_t(paths) * kMostProbed;
 }
 
 double CameraProbe::collisions() const {
   constexpr std::uint64_t kEnough = 100;  // for the mean of the paths to stand on its own
-  const bool whole = counts.collisions >= kEnough && cut_counts.collisions == 0;
+  const bool whole = counts.collisions >= kEnough && !cut;
   return whole ? followed() : std::max(followed(), by_depth);
 }
 
@@ -143,7 +138,7 @@ CameraProbe probe_camera(const RenderPlan& plan) {
   });
   probe.by_depth = sum / probe.rays;
   if (plan.kernel.endless) return probe;
-  follow_paths(unguided, setup, count_pixels(unguided), probe, [](Rgb) {});
+  follow_paths(setup, 1, probe, [](const Film&, std::size_t) {});
   return probe;
 }
 

@@ -7,6 +7,7 @@
 #include "math/digits.h"
 #include "pvol/error.h"
 #include "pvol/render/deep.h"
+#include "pvol/render/lighting.h"
 #include "pvol/render/lights.h"
 #include "pvol/volume/emitter.h"
 #include "pvol/volume/facts.h"
@@ -62,12 +63,6 @@ void check_moving_places(const Volume& volume, const Scene& scene) {
   require(volume.fire == nullptr,
           "a volume with a fire cannot move as a whole; leave out the fire or the motion (`to`), "
           "or set the shutter to [0, 0]");
-  require(!is_weighted(o.tracker),
-          std::string("a volume that moves as a whole needs a tracker without weights, found ") +
-              name(o.tracker) + "; choose another one, such as decomposition");
-  require(!is_chromatic(volume.medium),
-          "an extinction that differs by channel (extinction_color) cannot be combined with a "
-          "volume that moves as a whole; leave out one of them, or set the shutter to [0, 0]");
   require(o.line_emission != LineEmission::on,
           "the emission of a volume that moves is gathered at collisions; leave line emission at "
           "auto");
@@ -97,6 +92,9 @@ void check(const Volume& volume, const RenderOptions& o) {
 /// Deep pictures are made of samples that collide or do not, and of memory.
 void check_deep(std::span<const Volume> volumes, const Scene& scene) {
   const RenderOptions& o = scene.options;
+  require(!any_is_met(make_light_sources(scene.lights)),
+          "deep pictures consist of collisions, but paths meet lights with an extent (area, point "
+          "with a radius) on their way; leave out these or the deep picture");
   require(std::ranges::none_of(volumes, [](const Volume& v) { return v.fire != nullptr; }) &&
               o.line_emission != LineEmission::on,
           "deep pictures consist of collisions, but fires and emission along flights add light all "
@@ -118,11 +116,10 @@ void check_deep(std::span<const Volume> volumes, const Scene& scene) {
           " GiB of memory; expected at most 8: choose fewer bins, or render it in parts (crop)");
 }
 
-/// Flights for several channels have weights, and one tracker of their own.
+/// One tracker decides for several channels.
 void check_chromatic(std::span<const Volume> volumes, const RenderOptions& o) {
   if (std::ranges::none_of(volumes, [](const Volume& v) { return is_chromatic(v.medium); })) return;
-  const char* wrong = count_places(volumes) > 1 ? "one volume"
-                      : o.deep ? "flat pictures, since samples of deep ones have no weights"
+  const char* wrong = o.deep ? "flat pictures, since samples of deep ones have no weights"
                       : is_weighted(o.tracker) || o.tracker == Tracker::regular
                           ? "the trackers decomposition and delta"
                           : nullptr;
@@ -133,29 +130,11 @@ void check_chromatic(std::span<const Volume> volumes, const RenderOptions& o) {
           (wrong ? wrong : ""));
 }
 
-/// Of what ends flights or is passed by them, which takes flights without weights; `flat` says what
-/// there is against deep pictures, or is null.
-void check_beside(const std::string& what, const char* flat, const RenderOptions& o) {
-  const char* const wrong = is_weighted(o.tracker)
-                                ? "a tracker without weights, such as decomposition"
-                            : o.deep ? flat
-                                     : nullptr;
-  if (wrong) throw Error(what + " can be combined only with " + wrong);
-}
-
-/// Flights are compiled for one of these kinds, not for two at once.
-void check_kinds(std::span<const Volume> volumes) {
-  const auto any = [&](const auto& is) { return std::ranges::any_of(volumes, is); };
-  const bool moves = any([](const Volume& v) { return v.density.motion != nullptr; });
-  const bool mapped = any([](const Volume& v) { return v.density.map != nullptr; });
-  const bool chromatic = any([](const Volume& v) { return is_chromatic(v.medium); });
-  require(!moves || !(mapped || chromatic),
-          "volumes that move cannot be combined with mapped densities or an extinction that "
-          "differs by channel; set the shutter to [0, 0], or leave these out");
-  const bool shared = any([](const Volume& v) { return v.density.shares_samples(); });
-  require(!shared || !(moves || mapped),
-          "volumes that share samples cannot be combined with mapped densities or volumes that "
-          "move; leave share_samples off, or leave these out");
+/// Densities in motion are looked up in one way.
+void check_moving_density(const Volume& v) {
+  require(v.density.map == nullptr && !is_chromatic(v.medium) && !v.density.shares_samples(),
+          "volumes that move cannot be combined with mapped densities, shared samples or an "
+          "extinction that differs by channel; set the shutter to [0, 0], or leave these out");
 }
 
 }  // namespace
@@ -163,33 +142,16 @@ void check_kinds(std::span<const Volume> volumes) {
 void check(std::span<const Volume> volumes, const Scene& scene) {
   check(scene);
   require(!volumes.empty(), "there is no volume to render; expected at least one");
-  require(count_places(volumes) == 1 || !is_weighted(scene.options.tracker),
-          "weighted trackers support one volume only; choose another tracker for several");
+  require(most_lights(scene) <= kMostLights, "the scene has " + std::to_string(most_lights(scene)) +
+                                                 " lights; expected at most " +
+                                                 std::to_string(kMostLights));
   check_chromatic(volumes, scene.options);
-  check_kinds(volumes);
-  if (!scene.surfaces.empty()) {
-    check_beside("scenes with surfaces", nullptr, scene.options);
-  }
-  if (any_is_met(make_light_sources(scene.lights))) {
-    check_beside("lights with an extent (area, point with a radius)",
-                 "flat pictures, since deep ones hold collisions only", scene.options);
-  }
   if (scene.options.deep) check_deep(volumes, scene);
   for (const Volume& v : volumes) {
     check(v, scene.options);
-    if (v.density.motion != nullptr) check_motion(v, scene);
+    if (v.density.motion != nullptr) check_motion(v, scene), check_moving_density(v);
     if (places_move(v)) check_moving_places(v, scene);
   }
-}
-
-void check_scalar(std::span<const Volume> volumes, const Scene& scene, const std::string& reason) {
-  const auto chromatic = [](const Volume& v) { return is_chromatic(v.medium); };
-  if (std::ranges::none_of(volumes, chromatic)) return;
-  require(scene.surfaces.empty() && !any_is_met(make_light_sources(scene.lights)),
-          "surfaces and lights with an extent (area, point with a radius) can be combined with an "
-          "extinction that differs by channel (extinction_color) only where many paths are traced "
-          "at once, but the kernel is scalar: " +
-              reason);
 }
 
 }  // namespace pvol::detail

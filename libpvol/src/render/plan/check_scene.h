@@ -2,7 +2,6 @@
 #pragma once
 
 #include <span>
-#include <string>
 
 #include "pvol/render/scene.h"
 #include "pvol/volume/volume.h"
@@ -12,8 +11,5 @@ namespace pvol::detail {
 /// Throws Error, which says what is wrong, for a scene with values out of range, and for volumes
 /// that do not go with it or with each other.
 void check(std::span<const Volume> volumes, const Scene& scene);
-
-/// Throws Error for what the scalar kernel does not render; `reason` says why it was chosen.
-void check_scalar(std::span<const Volume> volumes, const Scene& scene, const std::string& reason);
 
 }  // namespace pvol::detail

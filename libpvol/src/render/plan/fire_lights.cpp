@@ -10,16 +10,16 @@ namespace {
 bool pays_to_sample_fires(const RenderPlan& plan) {
   RenderPlan plain = plain_plan(plan);
   plain.scene.options.background = false;  // of no account where light is scattered
+  plain.scene.options.aovs.add(Aov::scattering);
   FirePilot pilot;
   PathSetup setup(plain);
   setup.pilot = &pilot;
   constexpr int kPaths = 1024;
   CameraProbe probe;
   double square = 0;  // sum over the paths of that of their scattered luminance
-  follow_paths(plain, setup, kPaths, probe, [&](Rgb radiance) {
-    const double scattered = double(luminance(radiance)) - pilot.seen;
-    square += scattered * scattered;
-    pilot.seen = 0;
+  follow_paths(setup, kPaths, probe, [&](const Film& film, std::size_t pixel) {
+    const Rgb scattered(mean(film.pixels[pixel]) - film.layers.front().sums[pixel]);
+    square += double(luminance(scattered)) * double(luminance(scattered));
   });
   if (pilot.flights == 0) return true;  // and costs nothing
   const double pdfs = kDirectionsPdf * double(pilot.pdfs);

@@ -8,7 +8,7 @@ namespace pvol::detail {
 /// For a plan whose choices are made, by what a few of its paths meet; see Forecast.
 [[nodiscard]] Forecast forecast(const RenderPlan& plan, const CameraProbe& probe);
 
-/// Seconds of the scalar tracers for so many paths with these counts.
+/// Seconds of so many paths with these counts, if they were followed one by one.
 [[nodiscard]] double seconds_of(const Counts& counts, int paths);
 
 /// Nanoseconds of flights that end in about as many collisions as there are of them.
@@ -17,7 +17,7 @@ namespace pvol::detail {
 /// Nanoseconds of the density with which fires are sampled as lights in one direction.
 inline constexpr double kDirectionsPdf = 400;
 
-/// Of the scalar tracers' time, what kernels take for the same paths.
+/// Of that, what kernels take for the same paths.
 [[nodiscard]] double share_of_time(KernelKind kernel);
 
 }  // namespace pvol::detail

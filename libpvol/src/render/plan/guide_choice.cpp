@@ -16,8 +16,6 @@ namespace {
 /// Why paths cannot be guided, or null.
 const char* obstacle(std::span<const Volume> volumes, const RenderOptions& o) {
   if (volumes.empty()) return "there is no volume";
-  if (o.kernel == KernelKind::scalar && is_chromatic(volumes.front().medium))
-    return "the extinction differs by channel, and the kernel is scalar";
   if (is_weighted(o.tracker)) return "the tracker is weighted";
   if (o.max_bounces) return "the number of bounces is limited";
   return nullptr;

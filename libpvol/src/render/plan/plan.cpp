@@ -23,42 +23,14 @@ double count_paths(const RenderOptions& o) {
   return double(o.width) * o.height * expected_samples(o);
 }
 
-/// Micro-bounds serve where all volumes have them, but for empty ones.
-int common_micro_edge(std::span<const Volume> volumes) {
-  int edge = 0;
-  for (const Volume& v : volumes) edge = std::max(edge, v.density.micro.edge);
-  const bool all = std::all_of(volumes.begin(), volumes.end(), [&](const Volume& v) {
-    return v.density.octree.empty() || v.density.micro.edge == edge;
-  });
-  return all ? edge : 0;
-}
-
-Paths choose_paths(const RenderPlan& p) {
-  const bool guided = p.guide.used;
-  if (p.surfaces) return Paths::surfaces;
-  if (is_chromatic(p.volumes.front().medium)) return Paths::chromatic;
-  if (std::ranges::any_of(p.volumes, places_move)) {
-    return guided ? Paths::guided_moving : Paths::moving_places;
-  }
-  if (count_places(p.volumes) > 1) return guided ? Paths::guided_many : Paths::many_volumes;
-  return guided ? Paths::guided : Paths::one_volume;
-}
-
 Kernel choose_kernel(const RenderPlan& p) {
-  return {.look_up = p.scene.options.look_up,
-          .micro_edge = common_micro_edge(p.volumes),
-          .paths = choose_paths(p),
+  const auto any = [&](const auto& is) { return std::ranges::any_of(p.volumes, is); };
+  return {.kind = p.scene.options.kernel,
           .count = p.scene.options.count || counted(p.scene.options.aovs),
-          .kind = p.scene.options.kernel,
-          .mapped = std::ranges::any_of(p.volumes,
-                                        [](const Volume& v) { return v.density.map != nullptr; }),
-          .cancellable = std::ranges::any_of(p.volumes, detail::has_long_flights),
-          .endless = std::ranges::any_of(p.volumes, detail::has_endless_flights),
-          .moving = std::ranges::any_of(
-              p.volumes, [](const Volume& v) { return v.density.motion != nullptr; }),
-          .places_move = std::ranges::any_of(p.volumes, places_move),
-          .shared = std::ranges::any_of(
-              p.volumes, [](const Volume& v) { return v.density.shares_samples(); })};
+          .cancellable = any(detail::has_long_flights),
+          .endless = any(detail::has_endless_flights),
+          .moving = any([](const Volume& v) { return v.density.motion != nullptr; }),
+          .places_move = any(places_move)};
 }
 
 Decision decide_cut(const Volume& v, const RenderOptions& o) {
@@ -151,6 +123,11 @@ std::optional<Decision> decide_emission(const RenderPlan& p, const RenderOptions
                                                                   : "the cloud is thin"};
 }
 
+/// Whether lanes serve the flights through any volume.
+bool any_in_lanes(const RenderPlan& p) {
+  return std::ranges::any_of(p.one_by_one, [](const char* reason) { return reason == nullptr; });
+}
+
 /// The choices in words, in the order in which they bear on each other.
 std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted,
                              const std::string& kernel_reason) {
@@ -168,9 +145,12 @@ std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted,
   if (auto emission = decide_emission(p, wanted)) all.push_back(std::move(*emission));
   all.push_back(decide_guide(p.guide));
   all.push_back({"kernel", name(p.kernel.kind), kernel_reason});
-  all.push_back(decide_transmittance(p.transmittance,
-                                     wanted.transmittance != Transmittance::automatic,
-                                     p.kernel.kind != KernelKind::scalar));
+  for (std::size_t i = 0; i < p.volumes.size(); ++i) {
+    if (const char* const reason = p.one_by_one[i]; reason && p.kernel.kind != KernelKind::scalar)
+      all.push_back({"flights", "one by one", reason, int(i)});
+  }
+  all.push_back(decide_transmittance(
+      p.transmittance, wanted.transmittance != Transmittance::automatic, any_in_lanes(p)));
   return all;
 }
 
@@ -186,12 +166,16 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
   if (o.transmittance != Transmittance::automatic) p.transmittance.estimator = o.transmittance;
   o.transmittance = p.transmittance.estimator;
   detail::check(volumes, p.scene);
-  const detail::KernelChoice choice = detail::choose_wavefront(volumes, scene);
-  if (choice.kernel == KernelKind::scalar) detail::check_scalar(volumes, p.scene, choice.reason);
-  const bool chosen = scene.options.transmittance == Transmittance::automatic;
-  if (choice.kernel != KernelKind::scalar && chosen) o.transmittance = Transmittance::analog;
-  p.transmittance.estimator = o.transmittance;
+  const detail::KernelChoice choice = detail::choose_wavefront(o.kernel);
   o.kernel = choice.kernel;
+  for (const Volume& v : volumes) {
+    RenderOptions asked = o;
+    asked.transmittance = scene.options.transmittance;
+    p.one_by_one.push_back(detail::why_one_by_one(v, asked));
+  }
+  if (any_in_lanes(p) && scene.options.transmittance == Transmittance::automatic)
+    o.transmittance = Transmittance::analog;
+  p.transmittance.estimator = o.transmittance;
   for (std::size_t i = 0; i < volumes.size() && !options.force; ++i) {
     detail::refuse_endless_flights(volumes[i],
                                    i < options.facts.size() ? &options.facts[i] : nullptr, o);

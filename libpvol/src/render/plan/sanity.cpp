@@ -144,7 +144,7 @@ void refuse_endless_paths(const RenderPlan& plan, const CameraProbe& probe) {
   const bool white = std::ranges::any_of(plan.scene.surfaces, [](const Surface& s) {
     return material_of(s).visible_light && max_component(material_of(s).albedo) > kWhite;
   });
-  if (white && 2 * probe.caught > probe.paths && !plan.scene.options.max_bounces) {
+  if (white && probe.caught() && !plan.scene.options.max_bounces) {
     throw Error(
         "most paths bounce between surfaces without losing light and would hardly end; lower the "
         "surfaces' albedo (0.8 is white paint), open the enclosure, limit the bounces with "

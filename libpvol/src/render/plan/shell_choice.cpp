@@ -4,7 +4,8 @@
 #include "pvol/bounds/walk.h"
 #include "pvol/shell/costs.h"
 #include "render/path/camera_rays.h"
-#include "render/path/traversal.h"
+#include "render/path/instances.h"
+#include "render/path/volume_setup.h"
 
 namespace pvol {
 namespace {

@@ -26,6 +26,15 @@ namespace {
   return kernel == KernelKind::avx512 ? 16 : kernel == KernelKind::avx2 ? 8 : 4;
 }
 
+/// Scalar where the machine has no lanes.
+[[nodiscard]] KernelKind best_kernel() {
+  for (const KernelKind kernel :
+       {KernelKind::avx512, KernelKind::avx2, KernelKind::sse4, KernelKind::neon}) {
+    if (has_kernel(kernel)) return kernel;
+  }
+  return KernelKind::scalar;
+}
+
 }  // namespace
 
 bool has_kernel(KernelKind kernel) {
@@ -33,17 +42,24 @@ bool has_kernel(KernelKind kernel) {
   return machine_has(kernel) && find_batch_kernels(kernel).flights != nullptr;
 }
 
+KernelKind lanes_for(KernelKind kernel) {
+  if (kernel != KernelKind::scalar && kernel != KernelKind::automatic) return kernel;
+  const KernelKind best = best_kernel();
+  if (best != KernelKind::scalar) return best;
+  throw Error(
+      "this machine has no vector instructions that paths are followed by; expected SSE 4.1 or "
+      "NEON "
+      "at least");
+}
+
 KernelChoice choose_kernel(KernelKind wanted, const char* obstacle, const LaneWords& words) {
   if (wanted == KernelKind::scalar) return {KernelKind::scalar, "as set"};
   if (wanted == KernelKind::automatic) {
     if (obstacle != nullptr) return {KernelKind::scalar, obstacle};
-    for (const KernelKind kernel :
-         {KernelKind::avx512, KernelKind::avx2, KernelKind::sse4, KernelKind::neon}) {
-      if (!has_kernel(kernel)) continue;
-      return {kernel, std::to_string(lanes_of(kernel)) + ' ' + words.rays + " at once"};
-    }
-    return {KernelKind::scalar,
-            "the machine has no vector instructions that there is a kernel for"};
+    const KernelKind best = best_kernel();
+    if (best == KernelKind::scalar)
+      return {best, "the machine has no vector instructions that there is a kernel for"};
+    return {best, std::to_string(lanes_of(best)) + ' ' + words.rays + " at once"};
   }
   if (!has_kernel(wanted)) {
     throw Error(std::string("the kernel ") + name(wanted) +

@@ -23,6 +23,10 @@ struct LaneWords {
 [[nodiscard]] KernelChoice choose_kernel(KernelKind wanted, const char* obstacle,
                                          const LaneWords& words);
 
+/// The kernel itself, or the machine's best instead of `scalar` and `automatic`. Throws Error where
+/// there is none.
+[[nodiscard]] KernelKind lanes_for(KernelKind kernel);
+
 /// Whether this machine and this build have such a kernel; `scalar` always.
 [[nodiscard]] bool has_kernel(KernelKind kernel);
 

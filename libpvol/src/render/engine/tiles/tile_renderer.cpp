@@ -2,24 +2,18 @@
 
 namespace pvol::detail {
 
-TileRenderer::TileRenderer(const RenderPlan& plan, const PathSetup& setup, Paths paths)
-    : setup_(setup),
-      scalar_(find_tile_function(paths, setup)),
-      memory_([&setup] { return WavefrontMemory(setup); }) {
-  if (plan.kernel.kind == KernelKind::scalar) return;
-  scenes_ = make_wavefront_scenes(setup);
-  kernel_ = find_wavefront_kernel(plan.kernel.kind, setup.importance != nullptr, scenes_.front());
-}
+TileRenderer::TileRenderer(const PathSetup& setup)
+    : scenes_(make_wavefront_scenes(setup)),
+      kernel_(find_wavefront_kernel(setup.kernel, setup.importance != nullptr, scenes_.front())),
+      memory_([&setup] { return WavefrontMemory(setup); }) {}
 
 bool TileRenderer::render(const ImagePart& tile, const SampleTargets& targets, Film& film,
                           Counts& counts) {
-  if (kernel_ == nullptr) return scalar_(setup_, tile, targets, film, counts);
   return kernel_(scenes_, memory_.local(), tile, targets, film, counts);
 }
 
 int TileRenderer::edge(const SampleTargets& targets, const Film& film, int threads) const {
   int edge = 16;
-  if (kernel_ == nullptr) return edge;
   constexpr std::int64_t kPaths = 8192;  // of a tile: its last ones leave lanes idle
   constexpr std::int64_t kTiles = 4;     // for each thread
   const std::int64_t pixels = std::int64_t(film.crop_width) * film.crop_height;

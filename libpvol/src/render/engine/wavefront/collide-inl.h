@@ -8,8 +8,8 @@
 #define PVOL_LANE_COLLIDE_INL_H
 #endif
 
-#include "render/engine/guided_tracer.h"
 #include "render/engine/wavefront/on_the_way-inl.h"
+#include "render/path/local_medium.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
@@ -71,6 +71,10 @@ HWY_NOINLINE void add_emission(const WavefrontScene& s, WavefrontMemory& m,
     }
   }
 }
+
+/// Importance below which guided paths are ended by roulette, and above which they are split, and
+/// the most that one of them is split into.
+inline constexpr float kEndBelow = 0.5f, kSplitAbove = 2, kMostCopies = 8;
 
 /// The roulette of plain paths, by throughput, below a threshold.
 template <class ComponentKind>
@@ -141,13 +145,12 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
       contribution = p.largest() * importance_of(importance, p.row,
                                                  one_minus_cos(p.from, splat(importance.axis())));
       end_by_contribution(p, contribution);
-    } else if (s.setup.max_bounces <= kMostWavefrontBounces) {
+    } else if (s.setup.max_bounces <= kMostBounces) {
       const I bounces = as_int(hn::ShiftRight<16>(p.id));
       p.alive = hn::And(p.alive, mask(hn::Lt(bounces, splat_int(int(s.setup.max_bounces)))));
     }
     if (s.counts_collisions) {
-      const M few =
-          mask(hn::Lt(as_int(hn::ShiftRight<16>(p.id)), splat_int(kMostWavefrontBounces)));
+      const M few = mask(hn::Lt(as_int(hn::ShiftRight<16>(p.id)), splat_int(kMostBounces)));
       p.id = p.id + as_bits(where(few, splat_int(int(kMostSlots))));
     }
     weaken(s, m, p);

@@ -96,9 +96,7 @@ struct LanePlaces {
 /// Asks one of the scene's lights, of any kind, from a lane; `times` is a factor on what it brings.
 inline void ask_light(const WavefrontScene& s, std::size_t light, Vec3d place, float times,
                       std::size_t lane, Rng& rng, TowardsByLane& to) {
-  const LightSample l =
-      std::visit([&](const auto& source) { return source.sample([&] { return place; }, rng); },
-                 s.setup.light.sources[light]);
+  const LightSample l = detail::sample_light(s.setup.light.sources[light], place, rng);
   const float all = largest(s.lights[light].radiance);
   to.set(lane, l, l.radiance * times, all > 0 ? times * (largest(l.radiance) / all) : 0);
 }

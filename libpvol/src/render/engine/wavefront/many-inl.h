@@ -9,7 +9,7 @@
 #define PVOL_LANE_MANY_INL_H
 #endif
 
-#include "render/engine/wavefront/meet-inl.h"
+#include "render/engine/wavefront/one_by_one-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
@@ -58,6 +58,7 @@ HWY_NOINLINE void fly_in(const World& w, std::size_t volume, RayKind kind) {
   const bool shadow = kind == RayKind::shadow || kind == RayKind::to_fire;
   Tally& tally = shadow ? m.counts.shadow : m.counts.path;
   Records& queue = m.queues[volume][std::size_t(kind)];
+  if (s.volume.one_by_one) return fly_one_by_one<ComponentKind>(w, s, queue, tally);
   take_and_fly<true>(s, m, queue, tally);
   if (kind == RayKind::shadow && s.ratio) {
     weigh(s, m, queue, tally, [&](std::uint32_t at) { m.rays.remove(m.flying.bits(kRay)[at]); });
@@ -180,8 +181,8 @@ template <bool kGuided, class ComponentKind>
 bool trace_many(std::span<const WavefrontScene> scenes, WavefrontMemory& m, const ImagePart& tile,
                 const SampleTargets& targets, Film& film, Counts& counts) {
   const PathSetup& setup = scenes.front().setup;
-  Work work(setup);
-  const World w{scenes, setup, m, work, kGuided ? &setup.importance->cells() : nullptr};
+  ShellCounts shells;
+  const World w{scenes, setup, m, shells, kGuided ? &setup.importance->cells() : nullptr};
   Samples samples(tile, targets, film);
   m.slots.start(count_samples(tile, targets, film));
   m.counts = {};
@@ -192,8 +193,8 @@ bool trace_many(std::span<const WavefrontScene> scenes, WavefrontMemory& m, cons
       [&](std::size_t volume) { collide_paths<kGuided, ComponentKind>(w, volume); });
   if (!whole) return false;
   finish(setup, m, tile, targets, film);
-  m.counts.shell_tests = work.shell_tests;
-  m.counts.shell_rejections = work.shell_rejections;
+  m.counts.shell_tests = shells.tests;
+  m.counts.shell_rejections = shells.rejections;
   if (setup.count) counts += m.counts;
   return true;
 }

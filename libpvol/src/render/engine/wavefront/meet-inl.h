@@ -43,7 +43,7 @@ struct OnSurface {
 [[nodiscard]] inline bool meets_volume(const World& w, const Ray& ray, double distance,
                                        float time) {
   bool meets = false;
-  visit_instances(w.setup, ray, time, distance, WorldRay::kNowhere, w.work,
+  visit_instances(w.setup, ray, time, distance, WorldRay::kNowhere, w.shells,
                   [&](std::uint32_t, double, double) {
                     meets = true;
                     return 0.0;  // ends the visit
@@ -90,9 +90,8 @@ void ask_lights(const World& w, const OnSurface& v, Rgb throughput) {
     return l.pdf > 0 ? p / (l.pdf + p) : p;
   };
   const auto even = [](std::size_t) { return 1.0f; };
-  const auto place = [&] { return v.place; };
-  ask_each(s, place, even, v.rng, [&](std::size_t i, float factor) {
-    const LightSample l = AnyPaths::sample(s.light.sources[i], place, v.rng);
+  ask_each(s, v.place, even, v.rng, [&](std::size_t i, float factor) {
+    const LightSample l = detail::sample_light(s.light.sources[i], v.place, v.rng);
     const Rgb own = w.scenes.front().lights[i].radiance;
     const float most = largest(own);
     if (!(most > 0)) return;
@@ -105,7 +104,7 @@ void ask_lights(const World& w, const OnSurface& v, Rgb throughput) {
                            l.radiance - s.constant);
 }
 
-/// A ray towards a fire, as add_fire_here draws it.
+/// A ray towards a fire, as from collisions.
 template <class ComponentKind>
 void ask_fires(const World& w, const OnSurface& v, Rgb throughput) {
   const EmissionLights::Towards to = w.setup.emission->lights.sample(v.place, v.rng);
@@ -115,7 +114,8 @@ void ask_fires(const World& w, const OnSurface& v, Rgb throughput) {
   if (!(value * p > 0) || (value < 1 && !(v.rng.uniform() < value))) return;
   ++w.m.counts.shadow_rays;
   Sent sent = v.ray(RayKind::to_fire, to.direction);
-  sent.weight = throughput * (p / (to.pdf + p) / value);
+  sent.pdf = p / (to.pdf + p) / value;
+  sent.weight = throughput * sent.pdf;
   send<ComponentKind>(w, sent, v.rng);
 }
 
@@ -160,7 +160,7 @@ void meet(const World& w, const Records& q, std::size_t at) {
   const SurfaceHit surface = r.among.surface;
   const Material& material = *surface.material;
   const std::uint32_t scatterings = number_of(id);
-  const bool counts = w.scenes.front().counts_collisions && scatterings < kMostWavefrontBounces;
+  const bool counts = w.scenes.front().counts_collisions && scatterings < kMostBounces;
   Rng rng(q.bits(kRng0)[at], q.bits(kRng1)[at], kMet);
   const bool seen = r.kind == RayKind::camera;
   const OnSurface v{surface.place,
@@ -175,7 +175,7 @@ void meet(const World& w, const Records& q, std::size_t at) {
   Rgb throughput = weight_at<ComponentKind>(q, at);
   if (seen) {
     if (material.visibility == Visibility::holdout) {
-      if (s.by_channel) w.m.slots.dim(v.slot(), throughput);
+      if (s.weighs) w.m.slots.dim(v.slot(), throughput);
       return;
     }
     if (v.catcher)

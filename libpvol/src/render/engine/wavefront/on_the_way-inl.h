@@ -38,8 +38,7 @@ inline void add_on_the_way(const WavefrontScene& s, WavefrontMemory& m, const Re
   });
 }
 
-/// The probability with which add_fire_here takes a ray in whose direction a path scatters with the
-/// density `pdf`.
+/// detail::value_of_fire_ray in lanes.
 template <class ComponentKind>
 HWY_INLINE F value_of_fire_ray(const Paths<ComponentKind>& p, F pdf) {
   constexpr float kEven = 4 * std::numbers::pi_v<float>, kSideways = 4;
@@ -47,7 +46,7 @@ HWY_INLINE F value_of_fire_ray(const Paths<ComponentKind>& p, F pdf) {
   return hn::Min(luminance * hn::Min(splat(kSideways * kEven) * pdf, splat(1)), splat(1));
 }
 
-/// Rays from collisions towards fires, as add_fire_here draws them.
+/// Rays from collisions towards fires (THEORY.md, T5.12).
 template <class ComponentKind>
 HWY_NOINLINE void ask_fires(const WavefrontScene& s, WavefrontMemory& m, Paths<ComponentKind>& p) {
   const LaneStreams streams(p.rng);
@@ -77,14 +76,18 @@ HWY_NOINLINE void ask_fires(const WavefrontScene& s, WavefrontMemory& m, Paths<C
   for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) {
     pack(chosen, p.w[c] * weight, q[kW0 + c] + q.n);
   }
+  if (s.setup.pilot != nullptr) pack(chosen, pdf / ((to.pdf + pdf) * value), q[kPdf] + q.n);
   pack(chosen, p.id, q.bits(kId) + q.n);
   if (s.many) pack(chosen, p.ray, q.bits(kRay) + q.n);
   q.n += count(chosen);
   m.counts.shadow_rays += count(chosen);
 }
 
-/// Light of fires that reaches the place of a ray with this id.
-inline void add_fire(WavefrontMemory& m, std::uint32_t id, Rgb light) {
+/// Light of fires that reaches the place of a record's ray.
+inline void add_fire(const PathSetup& s, WavefrontMemory& m, const Records& q, std::size_t at,
+                     Rgb light) {
+  if (s.pilot != nullptr) note_sample(*s.pilot, luminance(light), q[kPdf][at]);
+  const std::uint32_t id = q.bits(kId)[at];
   m.slots.add(slot_of(id), number_of(id), [&](PathResult& r) {
     r.radiance += light;
     if (r.in_layers()) r.emission() += light;
@@ -98,7 +101,7 @@ inline void end_fire_ray(const WavefrontScene& s, WavefrontMemory& m, const Reco
   const FlightLine flight = flight_of(s, q, at, left);
   Rng rng(q.bits(kRng0)[at], q.bits(kRng1)[at], kOnTheWay);
   const Rgb light = emission_of(s.setup, flight, rng) * weight_at<ComponentKind>(q, at);
-  add_fire(m, q.bits(kId)[at], light);
+  add_fire(s.setup, m, q, at, light);
 }
 
 }  // namespace pvol::detail::HWY_NAMESPACE

@@ -18,7 +18,7 @@ struct PhaseBatch {
   alignas(64) std::uint32_t component[kMostLanes];  ///< the component's number
 };
 
-// Compiled once for all instruction sets, as the scalar tracers' are.
+// Compiled once for all instruction sets.
 
 /// Sets `pdf` of the first `count` lanes.
 void find_densities(std::span<const MediumComponent> all, std::size_t count, PhaseBatch& lanes);

@@ -105,8 +105,8 @@ void start(const World& w, const PhotonTask& task, std::uint64_t number) {
 template <class ComponentKind>
 void trace_photons_in_world(std::span<const WavefrontScene> scenes, WavefrontMemory& m,
                             const PhotonTask& task) {
-  Work work(scenes.front().setup);
-  const World w{scenes, scenes.front().setup, m, work, &task.cells};
+  ShellCounts shells;
+  const World w{scenes, scenes.front().setup, m, shells, &task.cells};
   std::uint64_t next = task.begin;
   const auto collide = [&](const WavefrontScene& s) {
     collide_photons<ComponentKind>(s, m, task);

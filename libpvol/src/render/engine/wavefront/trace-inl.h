@@ -9,6 +9,7 @@
 
 #include "render/engine/wavefront/scatter-inl.h"
 #include "render/engine/wavefront/wavefront.h"
+#include "render/path/camera_rays.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
@@ -32,7 +33,7 @@ void add_lines_of_collisions(const WavefrontScene& s, WavefrontMemory& m, std::s
 /// A ray of the camera that met nothing sees what lies behind, dimmed by the weight.
 inline void see_behind(const PathSetup& s, WavefrontMemory& m, std::uint32_t slot, Vec3f direction,
                        Rgb weight = Rgb(1.0f)) {
-  if (s.by_channel) m.slots.dim(slot, weight);
+  if (s.weighs) m.slots.dim(slot, weight);
   if (!s.options.background) return;
   m.slots.add(slot, 0, [&](PathResult& r) {
     add_constant(s, weight, r);
@@ -161,25 +162,26 @@ inline void put_ray(const WavefrontScene& s, Records& q, Vec3d place, Vec3f d, R
 /// Puts a camera ray where it enters the box of the support; one that misses that sees what lies
 /// behind.
 inline void start(const WavefrontScene& s, WavefrontMemory& m, const Samples::Sample& sample,
-                  std::uint32_t slot, const Film& film, Work& work) {
-  auto [rng, ray] = CameraSample(s.setup, film.x + sample.x, film.y + sample.y,
-                                 film.first_sample + sample.number);
+                  std::uint32_t slot, const Film& film, ShellCounts& shells) {
+  CameraSample from(s.setup, film.x + sample.x, film.y + sample.y,
+                    film.first_sample + sample.number);
+  const Ray& ray = from.ray;
   const Ray cells = s.volume.in_cells(ray);
   const auto span = s.volume.in_box(cells);
   const Vec3f d(ray.d);
-  const bool misses = !span || outside_shell(s.volume, cells, *span, work);
+  const bool misses = !span || outside_shell(s.volume, cells, *span, shells);
   if (s.lines) {
     m.slots.add(slot, 0, [&](PathResult& r) {
       const auto unscattered = [] { return 0.0f; };
       const FlightLine up_to_box{ray.o, d, misses ? kEndless : span->t0};
-      detail::add_on_the_way(s.setup, up_to_box, unscattered, Rgb(1.0f), rng, r);
+      detail::add_on_the_way(s.setup, up_to_box, unscattered, Rgb(1.0f), from.rng, r);
     });
   }
   if (misses) {
     see_behind(s.setup, m, slot, d);
     return;
   }
-  put_ray(s, m.camera, cells.at(span->t0), d, Rgb(1.0f), slot, rng);
+  put_ray(s, m.camera, cells.at(span->t0), d, Rgb(1.0f), slot, from.rng);
 }
 
 /// All that a first collision of a ray of the camera of this weight brings at once.
@@ -191,7 +193,7 @@ inline void add_first_collision(const PathSetup& s, WavefrontMemory& m, std::uin
   }
   if (!s.first_collisions) return;
   m.slots.first[slot] = place;
-  if (s.by_channel) m.slots.note_first_weight(slot, weight);
+  if (s.weighs) m.slots.note_first_weight(slot, weight);
 }
 template <class ComponentKind>
 HWY_NOINLINE void add_first_collisions(const WavefrontScene& s, WavefrontMemory& m,
@@ -291,7 +293,7 @@ bool trace(std::span<const WavefrontScene> scenes, WavefrontMemory& m, const Ima
   m.counts = {};
   m.camera.n = m.paths.n = m.shadows.n = m.collisions.n = m.straight.n = m.turned.n = 0;
   m.to_fires.n = m.fire_ends.n = 0;
-  Work work(s.setup);
+  ShellCounts shells;
   std::uint32_t next = 0;
   for (;;) {
     if (s.setup.stop->load(std::memory_order_relaxed)) return false;
@@ -304,7 +306,7 @@ bool trace(std::span<const WavefrontScene> scenes, WavefrontMemory& m, const Ima
     } else if (samples.any() || m.camera.n > 0) {
       m.camera.reserve(kSlice);
       while (m.camera.n < kSlice && samples.any()) {
-        start(s, m, samples.next(), next++, film, work);
+        start(s, m, samples.next(), next++, film, shells);
       }
       fly_camera_rays<ComponentKind>(s, m);
     } else if (m.paths.n > 0) {
@@ -321,8 +323,8 @@ bool trace(std::span<const WavefrontScene> scenes, WavefrontMemory& m, const Ima
     if constexpr (kGuided) scatter_guided<ComponentKind>(s, m.turned, m.paths);
   }
   finish(s.setup, m, tile, targets, film);
-  m.counts.shell_tests = work.shell_tests;
-  m.counts.shell_rejections = work.shell_rejections;
+  m.counts.shell_tests = shells.tests;
+  m.counts.shell_rejections = shells.rejections;
   if (s.setup.count) counts += m.counts;
   return true;
 }

@@ -1,5 +1,4 @@
-// The lane kernels: many paths at once, in stages with queues between them, 16 or 8 in a register.
-// The scalar tracers (path/path_tracer.h, guide/guided_tracer.h) are their reference.
+// The kernels: many paths at once, in stages with queues between them, 16, 8 or 4 in a register.
 #pragma once
 
 #include "render/engine/tiles/sample_targets.h"
@@ -10,8 +9,9 @@
 
 namespace pvol::detail {
 
-/// Adds samples to every pixel of a tile, as a TileFunction does; they are at most kMostSlots.
-/// Scenes are those of the volumes. Each sample's value is the same whatever else is in the tile.
+/// Adds samples to every pixel of a tile up to its target; they are at most kMostSlots. False where
+/// the setup stopped it. Scenes are those of the volumes. Each sample's value is the same whatever
+/// else is in the tile.
 using WavefrontKernel = bool (*)(std::span<const WavefrontScene>, WavefrontMemory&,
                                  const ImagePart& tile, const SampleTargets&, Film&, Counts&);
 

@@ -31,7 +31,7 @@ class Slots {
     counts.assign(count, {});
     if (setup_.first_collisions) first.assign(count, {});
     if (setup_.moving) times.assign(count, 0);
-    if (setup_.by_channel) dimmed_.assign(count, {});
+    if (setup_.weighs) dimmed_.assign(count, {});
     if (!setup_.surfaces) return;
     seen.assign(count, {});
     if (setup_.surfaces->camera->catch_shadows()) caught_.assign(count, {});
@@ -97,7 +97,7 @@ class Slots {
     if (setup_.first_collisions && alpha[slot] > 0) {
       result_.first = first[slot], result_.first_weight = 1;
     }
-    if (setup_.by_channel) {
+    if (setup_.weighs) {
       result_.tint = dimmed_[slot].tint;
       if (result_.first_weight > 0) result_.first_weight = dimmed_[slot].first_weight;
     }
@@ -138,13 +138,15 @@ class Slots {
   };
   std::vector<Dimmed> dimmed_;  // where flights have weights
 
-  [[nodiscard]] static float mean_of(Rgb c) { return (c.x + c.y + c.z) / 3; }
+  [[nodiscard]] static float mean_of(Rgb c) {
+    return c.x + ((c.y - c.x) + (c.z - c.x)) / 3;  // of grey its value
+  }
 
   /// Takes what arrived unscattered off what a shadow catcher covers; where nothing ever does,
   /// there is no shadow, and it covers nothing (THEORY.md, T5.18).
   void subtract_caught(const Caught& c) {
     result_.background = Rgb(0.0f);
-    if (!setup_.by_channel) result_.tint = Rgb(0.0f);
+    if (!setup_.weighs) result_.tint = Rgb(0.0f);
     if (!c.any) return;
     result_.first_weight = 0;
     Rgb shares = c.weight;
@@ -209,9 +211,9 @@ inline constexpr std::uint32_t kMostSlots = 1u << 16;
 [[nodiscard]] inline std::uint32_t number_of(std::uint32_t id) { return id >> 16; }
 /// Of a shadow ray the number of its light, and how often its light will have been scattered, up to
 /// 2, where that is counted.
-inline constexpr std::uint32_t kMostWavefrontLights = (1u << 14) - 1;  // the sky comes last
+static_assert(kMostLights == (1u << 14) - 1);  // the sky comes last
 [[nodiscard]] inline std::uint32_t light_of(std::uint32_t id) {
-  return id >> 16 & kMostWavefrontLights;
+  return id >> 16 & std::uint32_t(kMostLights);
 }
 [[nodiscard]] inline std::uint32_t scatterings_of(std::uint32_t id) { return id >> 30; }
 

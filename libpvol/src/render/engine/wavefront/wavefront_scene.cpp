@@ -80,7 +80,8 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
       components(make_component_table(volume.components)),
       one_lobe(std::ranges::all_of(
                    s.volumes, [](const VolumeSetup& v) { return has_one_lobe(v.components); }) &&
-               !s.albedo_varies && !s.by_channel && (s.surfaces == nullptr || s.surfaces->are_grey())),
+               !s.albedo_varies && !s.by_channel &&
+               (s.surfaces == nullptr || s.surfaces->are_grey())),
       drawn(s.light.sources.size() > kMostAsked),
       lines(!many && s.flights_bring_light()) {
   // What is absorbed is in layers.
@@ -90,9 +91,9 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
   }
   count = s.count;
   orders = s.options.aovs.has(Aov::scattering);
-  counts_collisions = orders || s.max_bounces <= kMostWavefrontBounces;
+  counts_collisions = orders || s.max_bounces <= kMostBounces;
   limited = many;
-  ratio = s.options.transmittance == Transmittance::ratio || s.by_channel;
+  ratio = s.options.transmittance != Transmittance::analog || s.weighs;
   share = volume.volume.medium.extinction_color;
   weighted = ratio || s.light.sky.sampled() || s.flights_bring_light();
   dark_sky = !s.light.sky.sampled() && largest(s.light.sky.radiance({0, 1, 0}) - s.constant) == 0 &&
@@ -126,24 +127,6 @@ std::vector<WavefrontScene> make_wavefront_scenes(const PathSetup& s) {
   std::vector<WavefrontScene> all;
   for (std::size_t i = 0; i < s.volumes.size(); ++i) all.emplace_back(s, i);
   return all;
-}
-
-const char* wavefront_obstacle(std::span<const Volume> volumes, const Scene& scene) {
-  const RenderOptions& o = scene.options;
-  if (o.tracker != Tracker::decomposition) return "the tracker is not decomposition";
-  if (o.transmittance == Transmittance::residual_ratio ||
-      o.transmittance == Transmittance::regular) {
-    return "shadow rays are neither analog nor by ratio";
-  }
-  if (o.depth) return "the octree's depth is set by the user";
-  if (o.majorant_scale != 1) return "majorants are scaled";
-  if (o.max_bounces && *o.max_bounces > kMostWavefrontBounces) return "the bounce limit is high";
-  if (most_lights(scene) > kMostWavefrontLights) return "there are more than 16 383 lights";
-  for (const Volume& v : volumes) {
-    if (v.density.octree.empty()) continue;
-    if (const char* const obstacle = simd_obstacle(v)) return obstacle;
-  }
-  return nullptr;
 }
 
 }  // namespace pvol::detail

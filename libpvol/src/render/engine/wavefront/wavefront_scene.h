@@ -64,7 +64,7 @@ struct WavefrontScene {
   bool drawn;     ///< whether they are so many that of the scene's some are drawn at a collision
   bool lines;     ///< whether flights through one volume bring light on their way, and note where
                   ///< they begin
-  bool ratio;     ///< whether shadow rays have weights, of ratio tracking
+  bool ratio;     ///< whether shadow rays have weights, as of ratio tracking
   Rgb share;      ///< of the extinction, by channel
   bool limited;   ///< whether a light may be nearer than the edge of the volume
   bool weighted;  ///< whether lights that paths meet by themselves are weighted by densities
@@ -81,11 +81,5 @@ struct WavefrontScene {
 
 /// One for each volume of the setup.
 [[nodiscard]] std::vector<WavefrontScene> make_wavefront_scenes(const PathSetup& s);
-
-/// Most bounces that a path can be limited to.
-inline constexpr std::uint32_t kMostWavefrontBounces = 65'000;
-
-/// Why the lane kernels do not render what the plan says, or null. `volumes` were checked.
-[[nodiscard]] const char* wavefront_obstacle(std::span<const Volume> volumes, const Scene& scene);
 
 }  // namespace pvol::detail

@@ -18,7 +18,7 @@ struct World {
   std::span<const WavefrontScene> scenes;
   const PathSetup& setup;
   WavefrontMemory& m;
-  Work& work;
+  ShellCounts& shells;
   const CoarseCells* cells;  ///< whose rows collisions have; null: none
 
   /// A ray in the cells of an instance, where that is at its time.
@@ -96,7 +96,7 @@ inline void put_hit(const World& w, std::uint32_t number, const Waiting& of) {
   Records& to = w.m.hits[w.volume_of(r.hit)];
   const std::size_t n = put_ended(r, number, of, to);
   for (std::size_t k = 0; k < 3; ++k) to[kX + k][n] = r.cells[int(k)];
-  if (w.cells != nullptr) to.bits(kAux)[n] = w.cells->row(WorldPlace{r.place});
+  if (w.cells != nullptr) to.bits(kAux)[n] = w.cells->row(r.place);
 }
 
 /// The line of a ray as far as it brings light by itself.
@@ -206,7 +206,7 @@ void finish_ray(const World& w, std::uint32_t number, const Waiting& of) {
   }
   if (r.kind == RayKind::to_fire) {
     Rng rng = of.stream(kOnTheWay);
-    add_fire(m, id,
+    add_fire(w.setup, m, of.q, of.at,
              emission_of(w.setup, line_of(w, r, of.q, of.at), rng) *
                  weight_at<ComponentKind>(of.q, of.at));
     return m.rays.remove(number);
@@ -233,7 +233,7 @@ void finish_ray(const World& w, std::uint32_t number, const Waiting& of) {
 template <class ComponentKind>
 void go_on(const World& w, std::uint32_t number, const Waiting& of) {
   WorldRay& r = w.m.rays[number];
-  const Visits::Visit* const visit = w.m.rays.next_visit(w.setup, r, of.stream(kAhead), w.work);
+  const Visits::Visit* const visit = w.m.rays.next_visit(w.setup, r, of.stream(kAhead), w.shells);
   if (visit != nullptr) {
     enter(w, number, *visit, of);
   } else {

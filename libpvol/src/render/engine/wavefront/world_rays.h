@@ -8,16 +8,17 @@
 #include <utility>
 #include <vector>
 
+#include "render/path/outside_shell.h"
 #include "render/path/path_setup.h"
 #include "render/path/roulette.h"
-#include "render/path/traversal.h"
 
 namespace pvol::detail {
 
 /// Whether rays of the setup are kept in the world: they may meet several volumes or places, or
-/// none, or surfaces, or see what moves at times of their own.
+/// none, or surfaces, or see what moves at times of their own, or fly one by one.
 [[nodiscard]] inline bool fly_in_the_world(const PathSetup& s) {
-  return !s.is_one_still() || s.moving || s.volumes.front().volume.density.octree.empty();
+  const VolumeSetup& first = s.volumes.front();
+  return !s.is_one_still() || s.moving || first.one_by_one || first.volume.density.octree.empty();
 }
 
 /// What rays do, each kind with queues of its own.
@@ -84,9 +85,8 @@ struct alignas(64) WorldRay {
   struct AmongSurfaces {
     bool hidden = false;   ///< of a shadow ray: one is in its way
     SurfaceHit surface{};  ///< the one that ends it, if it does not collide before
-    // What paths bring where scattered rays meet other surfaces than shadow rays do, as in
-    // path/among_surfaces.h: unscattered light from so far, scattered light or none, times a
-    // factor.
+    // What paths bring where scattered rays meet other surfaces than shadow rays do: unscattered
+    // light from so far, scattered light or none, times a factor (THEORY.md, T5.18).
     double direct_until = kEndless;
     bool scatters = true;
     float factor = 1;
@@ -97,8 +97,9 @@ struct alignas(64) WorldRay {
   [[nodiscard]] bool collides() const { return hit != kNowhere; }
 };
 
-/// Decides what a path's ray brings where surfaces differ by kind of ray, as
-/// AmongSurfaces::aim_by_kind.
+/// Decides what a path's ray brings where surfaces differ by kind of ray: where scattered light
+/// comes from behind a surface that stops the rest, one of them is drawn, in proportion to about
+/// what they are.
 inline void choose_what_comes(const Surfaces& surfaces, WorldRay& r, Rng& rng) {
   r.among.direct_until = surfaces.shadow->first_hit(r.ray, r.end()).distance;
   const Material* const ahead = r.among.surface.material;
@@ -136,7 +137,7 @@ inline void find_surface(const Surfaces& surfaces, WorldRay& r, Rng rng) {
 /// `end` but for one.
 template <class Visit>
 void visit_instances(const PathSetup& s, const Ray& ray, float time, double end, std::uint32_t but,
-                     Work& work, const Visit& visit) {
+                     ShellCounts& shells, const Visit& visit) {
   s.instances->tree.visit(ray, end, [&](std::uint32_t i, double limit) {
     if (i == but) return limit;
     Instance moved;
@@ -145,7 +146,7 @@ void visit_instances(const PathSetup& s, const Ray& ray, float time, double end,
     const Ray cells = at.in_cells(ray);
     const auto span = v.in_box(cells);
     if (!span || !(span->t0 < limit)) return limit;
-    if (outside_shell(v, cells, {span->t0, std::min(span->t1, limit)}, work)) return limit;
+    if (outside_shell(v, cells, {span->t0, std::min(span->t1, limit)}, shells)) return limit;
     return visit(i, span->t0, limit);
   });
 }
@@ -186,19 +187,19 @@ class WorldRays {
   /// where it begins before others and surfaces are searched for: most collide there. But where
   /// flights have weights, they must not go on behind a surface.
   [[nodiscard]] const Visits::Visit* next_visit(const PathSetup& s, WorldRay& r, const Rng& rng,
-                                                Work& work) {
-    if ((r.next == r.visits.size() || s.by_channel) && !r.searched) {
+                                                ShellCounts& shells) {
+    if ((r.next == r.visits.size() || s.weighs) && !r.searched) {
       r.searched = true;
       if (s.surfaces) find_surface(*s.surfaces, r, rng);
-      if (!r.among.hidden) find_visits(s, r, work);
+      if (!r.among.hidden) find_visits(s, r, shells);
     }
     if (r.next == r.visits.size() || !(r.visits[r.next].t0 < r.end())) return nullptr;
     return &r.visits[r.next++];
   }
 
  private:
-  static void find_visits(const PathSetup& s, WorldRay& r, Work& work) {
-    visit_instances(s, r.ray, r.time, r.end(), r.within, work,
+  static void find_visits(const PathSetup& s, WorldRay& r, ShellCounts& shells) {
+    visit_instances(s, r.ray, r.time, r.end(), r.within, shells,
                     [&](std::uint32_t i, double t0, double limit) {
                       r.visits.add(t0, i);
                       return limit;

@@ -27,7 +27,6 @@ struct FirePilot {
   /// Sums of the squares that a path has on average of luminance by a scattering, where fires are
   /// sampled as lights and where they are not (THEORY.md, T5.12).
   double sampled = 0, unsampled = 0;
-  double seen = 0;                      ///< luminance that came without being scattered
   std::uint64_t flights = 0, pdfs = 0;  ///< of samples of lights; densities of directions
 };
 
@@ -39,11 +38,12 @@ inline void note_hit(FirePilot& pilot, float brought, float share) {
   ++pilot.pdfs;
 }
 
-/// The same of the sample of a light, which was taken with this probability.
-inline void note_sample(FirePilot& pilot, float brought, float share, float probability) {
-  const double square = double(brought) * double(brought) * double(share / probability);
-  pilot.unsampled += square;
-  pilot.sampled += square * double(share / probability);
+/// The same of the sample of a light: what it brought times its weight, which is its share over the
+/// probability with which it was taken.
+inline void note_sample(FirePilot& pilot, float brought, float weight) {
+  const double square = double(brought) * double(brought);
+  pilot.unsampled += square / double(weight);
+  pilot.sampled += square;
   ++pilot.flights, ++pilot.pdfs;
 }
 
