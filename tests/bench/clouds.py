@@ -4,13 +4,13 @@
   clouds.py PVOL_RENDER CLOUD... [--thickness T]... [--size N] [--spp N] [--rounds N]
 
 Renders each cloud at mean optical thicknesses along its thickest axis, in the sun, under the sky and in both, by the
-scalar tracers and by the fastest kernel, guided and not, and by what `auto` chooses, on one thread and in turn.
+flights one by one and by the fastest kernel, guided and not, and by what `auto` chooses, on one thread and in turn.
 Prints for each
 
   E       CPU time of a camera sample, the guide's share included, times the variance of its luminance
-  gain    the better E of the scalar tracers over the better one of the lane kernels
+  gain    the better E of flights one by one over the better one of those in lanes
   auto    E of the defaults over the better of guided and plain: 1 where the choice is right
-  us      CPU time of a sample by the better scalar tracer and by the defaults
+  us      CPU time of a sample by the better of flights one by one and by the defaults
 
 Recipes among the clouds (.toml) are rendered as samples. Figures belong to one machine on one day: quote the ratios.
 """

@@ -36,9 +36,8 @@ LARGEST_CHANGE = 0.01  # of --compare
 def measure(program, arguments, folder, *report):
     """Instructions in the tiles."""
     counts = folder / "counts"
-    # Those of scalar tracers, and of the kernels of AVX2, which valgrind runs.
-    inside = ["--toggle-collect=*render_tile*"] + [
-        f"--toggle-collect={result} pvol::detail::N_AVX2::trace*" for result in ("bool", "void")]
+    # Those of the kernels of AVX2, which valgrind runs.
+    inside = [f"--toggle-collect={result} pvol::detail::N_AVX2::trace*" for result in ("bool", "void")]
     command = ["valgrind", "--tool=callgrind", *inside, f"--callgrind-out-file={counts}",
                program, *arguments, "--threads", "1", "--quiet", *report, "-o", str(folder / "a.exr"), "--no-png"]
     run = subprocess.run(command, capture_output=True, text=True)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Cost at equal noise of the scalar tracers and the lane kernels, on one thread, in turn in one run.
+"""Cost at equal noise of flights one by one and in lanes, on one thread, in turn in one run.
 
   kernels.py PVOL_RENDER CLOUD [--old REVISION] [--rounds N] [--size N] [--spp N] [--set KEY=VALUE]... [--case I]...
 
@@ -9,7 +9,7 @@ alone, by every kernel that the machine has, guided and not. Prints for each
   us     CPU time of a camera sample: that of a long picture less that of a short one, so that loading and the
          guide's photons do not count; the least of the rounds
   noise  variance of one sample's luminance
-  E      their product, the cost of a picture of given noise, and its ratio to the scalar guided tracer
+  E      their product, the cost of a picture of given noise, and its ratio to guided paths of flights one by one
   all    CPU seconds of the whole command for the long picture, loading and photons included
   MB     peak memory
 

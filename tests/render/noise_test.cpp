@@ -37,7 +37,7 @@ CloudScene long_run() {
 
 /// Both are the same estimator with other numbers. Where several shadow rays go to one light, and
 /// where paths are split, they are worth several.
-TEST(Noise, OfLanesIsThatOfTheScalarTracer) {
+TEST(Noise, OfLanesIsThatOfFlightsOneByOne) {
   if (simd_kernels().empty()) GTEST_SKIP() << "the machine has no SIMD kernel";
   CloudScene forward = long_run(), isotropic = long_run(), thick = long_run(), lit = long_run();
   isotropic.medium.g = 0;

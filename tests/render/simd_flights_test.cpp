@@ -69,7 +69,7 @@ TEST(SimdFlights, CollideAsOftenAsTheOpticalDepthSays) {
 }
 
 /// Light that scattered once: where the first flights end, how many shadow rays
-/// arrive, and what they weigh, against the scalar tracer in closed form
+/// arrive, and what they weigh, against flights one by one in closed form
 /// (regular tracking and transmittance); in thin voxels and in those of a thousand free paths.
 TEST(SimdFlights, BringTheLightOfOneScattering) {
   proof::Family family;

@@ -1,5 +1,5 @@
 // What the lane kernels ask for one lane at a time: lamps, many lights, albedo fields, fires, thin
-// media. Against the scalar tracers, and against themselves.
+// media. Against flights one by one, and against themselves.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -115,7 +115,9 @@ std::vector<Shot> shots() {
   return all;
 }
 
-TEST(WavefrontLights, HaveTheMeansOfTheScalarTracer) { expect_means_of_scalar(shots(), 400); }
+TEST(WavefrontLights, HaveTheMeansOfFlightsOneByOne) {
+  expect_means_of_flights_one_by_one(shots(), 400);
+}
 TEST(WavefrontLights, OfEveryWidthGiveTheSameBytes) { expect_same_at_every_width(shots()); }
 TEST(WavefrontLights, CompanyChangesNoBit) { expect_same_in_any_company(shots()); }
 

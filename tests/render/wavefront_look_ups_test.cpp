@@ -1,4 +1,4 @@
-// Fields whose densities the lane kernels look up one by one: against the scalar tracers, and
+// Fields whose densities the lane kernels look up one by one: against flights one by one, and
 // against themselves.
 #include <gtest/gtest.h>
 
@@ -59,7 +59,9 @@ std::vector<Shot> shots() {
   return all;
 }
 
-TEST(WavefrontLookUps, HaveTheMeansOfTheScalarTracer) { expect_means_of_scalar(shots(), 300); }
+TEST(WavefrontLookUps, HaveTheMeansOfFlightsOneByOne) {
+  expect_means_of_flights_one_by_one(shots(), 300);
+}
 TEST(WavefrontLookUps, OfEveryWidthGiveTheSameBytes) { expect_same_at_every_width(shots()); }
 
 /// Shared samples are looked up one by one, copied ones in lanes: the decisions are the same.

@@ -184,7 +184,9 @@ TEST(WavefrontSurfaces, LeaveTheSceneItsKernel) {
   EXPECT_EQ(plan({&v, 1}, s.scene()).kernel.kind, without);
 }
 
-TEST(WavefrontSurfaces, HaveTheMeansOfTheScalarTracer) { expect_means_of_scalar(shots(), 600); }
+TEST(WavefrontSurfaces, HaveTheMeansOfFlightsOneByOne) {
+  expect_means_of_flights_one_by_one(shots(), 600);
+}
 TEST(WavefrontSurfaces, OfEveryWidthGiveTheSameBytes) { expect_same_at_every_width(shots()); }
 TEST(WavefrontSurfaces, CompanyChangesNoBit) { expect_same_in_any_company(shots()); }
 

@@ -1,4 +1,4 @@
-// The lane kernels against the scalar tracers, and against themselves.
+// The lane kernels against flights one by one, and against themselves.
 #include "render/engine/wavefront/wavefront.h"
 
 #include <gtest/gtest.h>
@@ -141,7 +141,7 @@ Film render_with(KernelKind kernel, const Volume& v, CloudScene s) {
   return render(v, s).film;
 }
 
-TEST(WavefrontKernels, HaveTheMeansOfTheScalarTracer) {
+TEST(WavefrontKernels, HaveTheMeansOfFlightsOneByOne) {
   const std::vector<KernelKind> kernels = simd_kernels();
   if (kernels.empty()) GTEST_SKIP() << "the machine has no SIMD kernel";
   proof::Family family;
@@ -248,7 +248,7 @@ TEST(WavefrontKernels, MicroBoundsAndCountsChangeNoBit) {
   }
 }
 
-TEST(WavefrontKernels, CountWhatTheScalarTracerCounts) {
+TEST(WavefrontKernels, CountWhatFlightsOneByOneCount) {
   for (const KernelKind kernel : simd_kernels()) {
     for (const GuideUse guide : {GuideUse::on, GuideUse::off}) {
       CloudScene s = sunny();

@@ -1,4 +1,4 @@
-// Several volumes and instances in the lane kernels: against the scalar tracers, and against
+// Several volumes and instances in the lane kernels: against flights one by one, and against
 // themselves.
 #include <gtest/gtest.h>
 
@@ -66,7 +66,9 @@ std::vector<Shot> shots() {
   return all;
 }
 
-TEST(WavefrontVolumes, HaveTheMeansOfTheScalarTracer) { expect_means_of_scalar(shots(), 600); }
+TEST(WavefrontVolumes, HaveTheMeansOfFlightsOneByOne) {
+  expect_means_of_flights_one_by_one(shots(), 600);
+}
 TEST(WavefrontVolumes, OfEveryWidthGiveTheSameBytes) { expect_same_at_every_width(shots()); }
 TEST(WavefrontVolumes, CompanyChangesNoBit) { expect_same_in_any_company(shots()); }
 

@@ -1,4 +1,4 @@
-// What the lane kernels owe to every scene: the means of the scalar tracers, and bytes that hang
+// What the lane kernels owe to every scene: the means of flights one by one, and bytes that hang
 // neither on the width of registers nor on what is traced beside.
 #pragma once
 
@@ -31,8 +31,9 @@ struct Shot {
   return render(shot.volumes, s).film;
 }
 
-/// The widest kernel with twice as many samples as the scalar tracers.
-inline void expect_means_of_scalar(const std::vector<Shot>& shots, std::uint32_t samples) {
+/// The widest kernel with twice as many samples as flights one by one.
+inline void expect_means_of_flights_one_by_one(const std::vector<Shot>& shots,
+                                               std::uint32_t samples) {
   const std::vector<KernelKind> kernels = simd_kernels();
   if (kernels.empty()) GTEST_SKIP() << "the machine has no SIMD kernel";
   proof::Family family;
