@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pvol/bounds/walk.h"
 #include "pvol/volume/extinction_source.h"
 #include "render/engine/tiles/tile_renderer.h"
 #include "render/path/camera_rays.h"
 #include "render/path/film_layers.h"
+#include "render/path/first_collision.h"
 
 namespace pvol::detail {
 namespace {
@@ -19,13 +19,11 @@ constexpr std::uint64_t kMostSteps = 1 << 20;  // of all paths
 /// average; nothing where it misses the box.
 [[nodiscard]] std::optional<double> sample_depth(const VolumeSetup& v, const Instance& at,
                                                  const Ray& world, double limit, Rng& rng) {
-  const Ray ray = at.in_cells(world);
-  const auto span = v.in_box(ray);
+  const auto span = v.in_box(at.in_cells(world));
   if (!span || !(span->t0 < limit)) return std::nullopt;
   const VolumeField& f = v.volume.density;
   return visit_source(f, [&](const auto& mu) {
-    Walk walk(f.octree, make_cursor(f.octree, ray.at(span->t0)), at.in_cells(Vec3f(world.d)),
-              limit - span->t0);
+    Walk walk = walk_through(v, at, world, span->t0, limit - span->t0);
     double depth = 0;
     while (const auto s = walk.next()) {
       const double length = s->t1 - s->t0;

@@ -168,11 +168,9 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
   detail::check(volumes, p.scene);
   const detail::KernelChoice choice = detail::choose_wavefront(o.kernel);
   o.kernel = choice.kernel;
-  for (const Volume& v : volumes) {
-    RenderOptions asked = o;
-    asked.transmittance = scene.options.transmittance;
-    p.one_by_one.push_back(detail::why_one_by_one(v, asked));
-  }
+  RenderOptions asked = o;
+  asked.transmittance = scene.options.transmittance;
+  for (const Volume& v : volumes) p.one_by_one.push_back(detail::why_one_by_one(v, asked));
   if (any_in_lanes(p) && scene.options.transmittance == Transmittance::automatic)
     o.transmittance = Transmittance::analog;
   p.transmittance.estimator = o.transmittance;
