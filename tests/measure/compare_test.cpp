@@ -182,20 +182,20 @@ void expect_honest(const Rates& r, double level) {
 
 TEST(Compare, FalseAlarmsAreAsRareAsPromised) {
   const auto film = [](std::uint64_t seed) { return make_film(exponential, 40, 32, 16, seed); };
-  const Rates r = rates_of(film, film, 500, 0.1);
+  const Rates r = rates_of(film, film, proof::samples(500), 0.1);
   expect_honest(r, 0.1);
   // Nor far rarer, which would cost power: the tests are nearly independent.
-  EXPECT_GT(r.alarms, 500 * 0.1 / 3);
-  EXPECT_LT(r.holds, 500 * 0.95);
-  EXPECT_LT(r.systematic_holds, 500 * 0.96);
+  EXPECT_GT(double(r.alarms), double(r.count) * 0.1 / 3);
+  EXPECT_LT(double(r.holds), double(r.count) * 0.95);
+  EXPECT_LT(double(r.systematic_holds), double(r.count) * 0.96);
 }
 
 TEST(Compare, RareBrightSamplesRaiseNoFalseAlarms) {
   const auto film = [](std::uint64_t seed) { return make_film(rare, 48, 48, 8, seed); };
-  expect_honest(rates_of(film, film, 500, 0.1), 0.1);
+  expect_honest(rates_of(film, film, proof::samples(500), 0.1), 0.1);
   // The second film has sixteen times the samples: differences are as skew as the first film.
   const auto reference = [](std::uint64_t seed) { return make_film(rare, 48, 48, 128, seed); };
-  expect_honest(rates_of(film, reference, 120, 0.1), 0.1);
+  expect_honest(rates_of(film, reference, proof::samples(120), 0.1), 0.1);
 }
 
 /// As at the edge of a flame: skewness 32, and most short films miss what makes the mean.
@@ -212,7 +212,7 @@ TEST(Compare, ShortFilmsOfSkewedLawsAreNotCalledTooDark) {
     if (seed / 2 % kPairs == 0) reference = make_film(flames, 64, 64, 512, ~seed);
     return reference;
   };
-  const Rates r = rates_of(film, shared, 1000, 0.01);
+  const Rates r = rates_of(film, shared, proof::samples(1000), 0.01);
   EXPECT_GT(at_least(r.alarms, r.count, 0.01), 1e-3) << r.alarms << " of " << r.count;
   EXPECT_GT(at_least(r.regions, r.count, 0.01), 1e-3) << r.regions << " of " << r.count;
 }
@@ -264,7 +264,7 @@ class Cloud {
 TEST(Compare, RendersWithOtherSeedsAreNotFlagged) {
   const Cloud cloud;
   const auto film = [&](std::uint64_t seed) { return cloud.render(seed); };
-  expect_honest(rates_of(film, film, 150, 0.1), 0.1);
+  expect_honest(rates_of(film, film, proof::samples(150), 0.1), 0.1);
 }
 
 /// Short films of real paths against long ones, as trade compares them: a thin cloud that scatters

@@ -249,7 +249,9 @@ std::vector<std::pair<std::string, PartlySmoking>> partly_smoking() {
 /// Whether paths are asked to collide, to walk along lines, or what the plan makes of both.
 TEST(Fire, IsTheSameAtCollisionsAndAlongFlights) {
   proof::Family family;
-  for (auto& [name, of] : partly_smoking()) {
+  for (const auto& named : partly_smoking()) {
+    const std::string& name = named.first;
+    PartlySmoking of = named.second;
     CloudScene s = of.scene;
     s.options.samples = proof::samples(name == "plain" ? 30'000 : 3000);
     const auto picture = [&](LineEmission lines, std::uint64_t seed) {
@@ -272,7 +274,9 @@ TEST(Fire, IsTheSameAtCollisionsAndAlongFlights) {
 /// Sampled as a light or found by scattered rays.
 TEST(Fire, IsTheSameWithoutSamplesOfIt) {
   proof::Family family;
-  for (auto& [name, of] : partly_smoking()) {
+  for (const auto& named : partly_smoking()) {
+    const std::string& name = named.first;
+    PartlySmoking of = named.second;
     CloudScene s = of.scene;
     s.options.samples = proof::samples(1200);
     const auto picture = [&](bool sampled, std::uint64_t seed) {
@@ -377,7 +381,7 @@ TEST(EmissionLights, DensitiesAreThoseOfTheirSamples) {
     };
     Rng rng(proof::seeded(7), 3, std::uint64_t(place.x + 100));
     for (int i = 0; i < kSamples; ++i) {
-      const auto to = lights.sample(place, rng);
+      const auto to = lights.sample(place, 0, rng);
       ASSERT_GT(to.pdf, 0);
       EXPECT_NEAR(length(Vec3d(to.direction)), 1, 1e-6);
       ++counts[bin(Vec3d(to.direction))];
@@ -392,8 +396,8 @@ TEST(EmissionLights, DensitiesAreThoseOfTheirSamples) {
         const double phi = 2 * std::numbers::pi * ((j + double(b)) / columns - 0.5);
         const double r = std::sqrt(std::max(0.0, 1 - z * z));
         const Vec3d d{r * std::cos(phi), r * std::sin(phi), z};
-        const double share =
-            double(lights.pdf(place, Vec3f(d))) * 4 * std::numbers::pi / (double(rows) * columns);
+        const double share = double(lights.pdf(place, Vec3f(d), 0)) * 4 * std::numbers::pi /
+                             (double(rows) * columns);
         expected[bin(d)] += share * kSamples;
         whole += share;
       }

@@ -278,8 +278,6 @@ TEST(MotionBlur, ThePlanSaysWhatItTakes) {
                    "motion.regular_tracking_regular"));
   EXPECT_TRUE(says(changed([](auto& c) { c.options.tracker = Tracker::regular; }),
                    "motion.regular_tracking_regular"));
-  EXPECT_TRUE(says(changed([](auto& c) { c.options.line_emission = LineEmission::on; }),
-                   "motion.emission_volume_moves"));
   EXPECT_TRUE(says(changed([](auto& c) { c.camera.shutter.close = 1; }),
                    "motion.volume_of_another_shutter"));
   const Volume fast = moving(puff(), s, everywhere({100, 0, 0}));

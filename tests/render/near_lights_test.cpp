@@ -336,6 +336,7 @@ TEST(NearLights, ShineOnPathsOfWeightedTrackersAlike) {
   s.medium = component(0.5, Rgb(0.95f), 0.6);
   s.options.look_up = LookUp::nearest;
   s.options.guide = GuideUse::off;
+  s.options.width = s.options.height = 64;
   s.options.samples = proof::samples(400);
   s.lights = {PointLight{{0, 20, 0}, Rgb(1.0f), "", 2}};
   const Film analog = render_field(cube(), s).film;

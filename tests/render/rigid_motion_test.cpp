@@ -305,13 +305,6 @@ TEST(RigidMotion, ThePlanSaysWhatItTakes) {
   };
   EXPECT_TRUE(says(refused(v, [](auto& c) { c.camera.shutter.close = 1; }),
                    "motion.instances_of_another_shutter"));
-  EXPECT_TRUE(says(refused(v, [](auto& c) { c.options.line_emission = LineEmission::on; }),
-                   "motion.emission_volume_moves"));
-  Volume burning = v;
-  const Pyramid pyramid = build_pyramid(block().grid);
-  const BoundedGrid grid{block().grid, pyramid};
-  burning.fire = std::make_shared<const Emitter>(make_emitter({}, grid, &grid, {}));
-  EXPECT_TRUE(says(refused(burning, [](auto&) {}), "motion.volume_fire_move"));
 }
 
 TEST(RigidMotion, RefusesPlacesThatBecomeFlatOrAreTooMany) {

@@ -739,6 +739,7 @@ TEST(SurfacePicture, WeightedTrackersHaveTheMeansOfTheOthers) {
   CloudScene s = cloud_scene_of_cube();
   s.surfaces.push_back(ground(0.5));
   s.options.guide = GuideUse::off;
+  s.options.width = s.options.height = 64;
   s.options.samples = proof::samples(400);
   const Film analog = run_cube(s).film;
   proof::Family family;

@@ -84,9 +84,13 @@ inline double compare(const Average& a, const Average& b, const std::string& nam
 
 /// Adds the test that deviations, each of variance 1, are 0 on average: it finds small errors that
 /// all of them share.
-inline void add_all_together(const proof::Moments& deviations, proof::Family& family) {
-  family.add("all together",
+inline void add_all_together(const proof::Moments& deviations, const std::string& name,
+                             proof::Family& family) {
+  family.add(name,
              proof::normal_p_value(deviations.mean() * std::sqrt(double(deviations.count()))));
+}
+inline void add_all_together(const proof::Moments& deviations, proof::Family& family) {
+  add_all_together(deviations, "all together", family);
 }
 
 /// Adds tests that two pictures have the same expectation: on average, in each quarter, and in

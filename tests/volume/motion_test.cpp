@@ -12,7 +12,7 @@
 #include "support/fields.h"
 #include "support/messages.h"
 #include "support/velocities.h"
-#include "volume/advected_field.h"
+#include "volume/any_source.h"
 #include "volume/flights.h"
 
 namespace pvol::test {
@@ -110,18 +110,6 @@ double expected(const Case& c, const Volume& still, Vec3d x, double t) {
   return kExtinction * trilinear([&](Vec3i p) { return double(c.field->at(p)); }, from);
 }
 
-template <class F>
-auto with_advected_field(const Case& c, const Volume& v, float time, const F& f) {
-  switch (c.look_up) {
-    case LookUp::nearest:
-      return f(detail::AdvectedField<LookUp::nearest>{v.density, time, detail::kNeverStop});
-    case LookUp::tricubic:
-      return f(detail::AdvectedField<LookUp::tricubic>{v.density, time, detail::kNeverStop});
-    default:
-      return f(detail::AdvectedField<LookUp::trilinear>{v.density, time, detail::kNeverStop});
-  }
-}
-
 /// A random place in and around what the volume reaches.
 Vec3d random_place(const Volume& v, Rng& rng) {
   const Box box = v.density.world_box;
@@ -133,7 +121,6 @@ void check_look_ups(const Case& c, const Moved& m, int least_inside) {
   const Volume still = make_volume(c.field->grid, m.pyramid, Medium{.extinction = kExtinction},
                                    {.look_up = c.look_up});
   Rng rng(3, 1, 4);
-  NoTally none;
   int inside = 0, differ = 0;
   for (int i = 0; i < 20'000; ++i) {
     const Vec3d x = random_place(m.volume, rng);
@@ -145,9 +132,8 @@ void check_look_ups(const Case& c, const Moved& m, int least_inside) {
       continue;
     }
     const Segment s{0, 1, 0, 1e9f, Octree::kNodeBit};
-    const float found = with_advected_field(c, m.volume, t, [&](const auto& field) {
-      return field.extinction(s, make_cursor(m.volume.density.octree, cells).at, none);
-    });
+    const detail::AnyExtinction extinction{m.volume.density, t};
+    const float found = extinction(s, make_cursor(m.volume.density.octree, cells).at);
     inside += right > 0;
     // Nearest look-ups jump: places that differ by rounding may lie on either side.
     if (c.look_up == LookUp::nearest) {
@@ -186,7 +172,6 @@ TEST(Motion, BoundsHoldAtAllTimesAndNotByFar) {
     const Moved m = move(c);
     const Octree& tree = m.volume.density.octree;
     Rng rng(2, 7, 1);
-    NoTally none;
     double slack = 0, extinctions = 0, tightest = 0, lowest = 1e9;
     for (int ray = 0; ray < 6000; ++ray) {
       const Vec3d from = random_place(m.volume, rng), to = random_place(m.volume, rng);
@@ -198,8 +183,7 @@ TEST(Motion, BoundsHoldAtAllTimesAndNotByFar) {
           const float u = rng.uniform(), along = i < 4 ? float(i / 2) : rng.uniform();
           const auto t = float(c.shutter.at(i < 4 ? i % 2 : double(u)));
           const LatticePoint p = walk->point(s->t0 + (s->t1 - s->t0) * double(along));
-          const float mu = with_advected_field(
-              c, m.volume, t, [&](const auto& field) { return field.extinction(*s, p, none); });
+          const float mu = detail::AnyExtinction{m.volume.density, t}(*s, p);
           ASSERT_LE(mu, s->hi * (1 + 1e-6f)) << c.name << ", t " << t;
           ASSERT_GE(mu, s->lo * (1 - 1e-6f)) << c.name << ", t " << t;
           slack += double(s->hi);

@@ -3,6 +3,7 @@
 #include <type_traits>
 
 #include "pvol/volume/extinction_source.h"
+#include "volume/any_source.h"
 
 namespace pvol::detail {
 namespace {
@@ -14,13 +15,23 @@ struct CancellableSource : PlainField<Source> {
   [[nodiscard]] bool ends() const { return stop.load(std::memory_order_relaxed); }
 };
 
+/// f(cancellable) and its result, of what the field has at the monitor's time.
+template <class F>
+decltype(auto) visit_cancellable(const VolumeField& field, const FlightMonitor& monitor,
+                                 const F& f) {
+  const auto visit = [&](const auto& source) {
+    return f(CancellableSource<std::decay_t<decltype(source)>>{{source}, *monitor.stop});
+  };
+  if (field.motion != nullptr) return visit(AnyExtinction{field, monitor.time});
+  return visit_source(field, visit);
+}
+
 }  // namespace
 
 ChromaticFlight fly_chromatic(const VolumeField& field, Rgb share, Rgb throughput, Walk& walk,
                               Rng& rng, FlightMonitor& monitor) {
   Tally& tally = monitor;
-  return visit_source(field, [&](const auto& source) {
-    const CancellableSource<std::decay_t<decltype(source)>> cancellable{{source}, *monitor.stop};
+  return visit_cancellable(field, monitor, [&](const auto& cancellable) {
     return chromatic_flight(walk, cancellable, share, throughput, rng, tally);
   });
 }
@@ -28,8 +39,7 @@ ChromaticFlight fly_chromatic(const VolumeField& field, Rgb share, Rgb throughpu
 Rgb chromatic_transmittance(const VolumeField& field, Rgb share, Walk& walk, Rng& rng,
                             FlightMonitor& monitor) {
   Tally& tally = monitor;
-  return visit_source(field, [&](const auto& source) {
-    const CancellableSource<std::decay_t<decltype(source)>> cancellable{{source}, *monitor.stop};
+  return visit_cancellable(field, monitor, [&](const auto& cancellable) {
     return chromatic_transmittance(walk, cancellable, share, rng, tally);
   });
 }

@@ -34,14 +34,13 @@ struct Flights {
 };
 
 /// What look-ups of fields are: `micro_edge` is that of the micro-bounds which they have and which
-/// are to be used, or 0, as it is for fields with maps and for those that move, which do not go
-/// together, and have no procedural look-ups.
+/// are to be used, or 0, as it is for fields with maps and for those that move.
 struct FieldKind {
   LookUp look_up;
   int micro_edge;
   bool mapped = false;
   bool moving = false;
-  bool shared = false;  ///< samples are shared, which does not go with maps and motion
+  bool shared = false;  ///< samples are shared
 };
 
 /// That of a volume's field.
@@ -72,9 +71,5 @@ template <LookUp kLookUp>
 /// Of fields of which some share samples: nearest and trilinear ones. Always cancellable.
 template <LookUp kLookUp>
 [[nodiscard]] Flights find_shared_flights_of(int micro_edge);
-
-/// Flights through advected fields are always cancellable (advected_flights_of.h).
-template <LookUp kLookUp>
-[[nodiscard]] Flights find_advected_flights_of(bool count);
 
 }  // namespace pvol::detail

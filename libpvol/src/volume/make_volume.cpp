@@ -115,12 +115,9 @@ void check_look_up(const Pyramid& pyramid, LookUp wanted) {
 
 /// Refuses what does not go with a map.
 void check_map(const VolumeOptions& o) {
-  if (o.map == nullptr) return;
-  const char* wrong = o.homogenise ? "homogenised parts"
-                      : o.look_up != LookUp::nearest && o.look_up != LookUp::trilinear
-                          ? "interpolation other than nearest and trilinear"
-                          : nullptr;
-  if (wrong) throw Error(std::string("a mapped density cannot be combined with ") + wrong);
+  if (o.map != nullptr && o.homogenise) {
+    throw Error("a mapped density cannot be combined with homogenised parts");
+  }
 }
 
 /// Refuses what does not go with samples that stay where they are.
@@ -128,16 +125,37 @@ void check_shared(const VolumeOptions& o) {
   if (!o.share_samples) return;
   const char* wrong = o.look_up != LookUp::nearest && o.look_up != LookUp::trilinear
                           ? "interpolation other than nearest and trilinear"
-                      : o.map != nullptr ? "a mapped density"
-                      : o.homogenise     ? "homogenised parts"
-                                         : nullptr;
+                      : o.homogenise ? "homogenised parts"
+                                     : nullptr;
   if (wrong) throw Error(std::string("samples cannot be shared with ") + wrong + "; copy them");
 }
 
-/// The tree of what a map leaves of the field.
-Octree build_mapped_octree(const Pyramid& pyramid, VolumeField& f, double cell_length,
-                           const VolumeOptions& o,
-                           const std::vector<std::vector<std::uint32_t>>& brick_of) {
+/// What a walk may know of parts of leaves: nothing where only the bounds of the pyramid will do,
+/// or where shorter segments save no look-ups.
+BoundParts parts_of(const VolumeField& f, const VolumeOptions& o) {
+  const bool closed = f.look_up == LookUp::nearest || f.look_up == LookUp::trilinear;
+  const bool as_they_are = o.majorant_scale == 1 && f.excess.nodes == 0;
+  if (!closed || !as_they_are || is_weighted(o.tracker) || o.tracker == Tracker::regular) return {};
+  return [&f](std::uint32_t brick) {
+    std::array<float, kFieldSamples> scratch;
+    const float* const samples = detail::samples_of(f, brick, scratch.data());
+    PartBounds r;
+    for (std::size_t k = 0; k < r.lo.size(); ++k) {
+      const Vec3i part(int(k >> 4), int(k >> 2 & 3), int(k & 3));
+      const DensityRange d = detail::reach_of_look_ups(detail::samples_in_cube(samples, part, 2));
+      r.lo[k] = d.lo, r.hi[k] = d.hi;
+    }
+    return r;
+  };
+}
+
+/// The tree of the field's bounds, or of what its map leaves of them.
+Octree build_tree(const Pyramid& pyramid, VolumeField& f, double extinction, double cell_length,
+                  const VolumeOptions& o, const std::vector<std::vector<std::uint32_t>>& brick_of) {
+  if (f.map == nullptr) {
+    return build_octree(pyramid, extinction, cell_length, choose_cut(o, f.look_up), brick_of,
+                        kZeroBrick, parts_of(f, o));
+  }
   const Pyramid mapped = map_pyramid(pyramid, *f.map);
   if (!(double(f.scale) * double(mapped.scale) <= double(FLT_MAX))) {
     throw Error("the map yields densities up to " + detail::digits(double(mapped.scale), 6) +
@@ -206,34 +224,13 @@ Placed place(const Affine& index_to_object, const Pyramid& pyramid, const Medium
   return {std::move(v), std::cbrt(std::abs(determinant(to_world))), diagonal};
 }
 
-/// What a walk may know of parts of leaves: nothing where only the bounds of the pyramid will do,
-/// or where shorter segments save no look-ups.
-BoundParts parts_of(const VolumeField& f, const VolumeOptions& o) {
-  const bool closed = f.look_up == LookUp::nearest || f.look_up == LookUp::trilinear;
-  const bool as_they_are = o.majorant_scale == 1 && f.excess.nodes == 0;
-  if (!closed || !as_they_are || is_weighted(o.tracker) || o.tracker == Tracker::regular) return {};
-  return [&f](std::uint32_t brick) {
-    std::array<float, kFieldSamples> scratch;
-    const float* const samples = detail::samples_of(f, brick, scratch.data());
-    PartBounds r;
-    for (std::size_t k = 0; k < r.lo.size(); ++k) {
-      const Vec3i part(int(k >> 4), int(k >> 2 & 3), int(k & 3));
-      const DensityRange d = detail::reach_of_look_ups(detail::samples_in_cube(samples, part, 2));
-      r.lo[k] = d.lo, r.hi[k] = d.hi;
-    }
-    return r;
-  };
-}
-
 /// Gives a field that has its place the bricks, and the tree of their bounds.
 void add_bricks(VolumeField& f, const detail::LinkedBricks& bricks, const Pyramid& bounds,
                 const Medium& medium, double cell_length, const VolumeOptions& o) {
   f.map = o.map;
   f.excess = bricks.excess;
   f.values = bricks.values;
-  f.octree = f.map ? build_mapped_octree(bounds, f, cell_length, o, bricks.brick_of)
-                   : build_octree(bounds, medium.extinction, cell_length, choose_cut(o, f.look_up),
-                                  bricks.brick_of, kZeroBrick, parts_of(f, o));
+  f.octree = build_tree(bounds, f, medium.extinction, cell_length, o, bricks.brick_of);
   f.leaves = detail::index_leaves_of(f);
   scale_majorants(f, o.majorant_scale);
 }
@@ -316,7 +313,6 @@ Volume detail::make_volume(const LinkedBricks& bricks, const Pyramid& pyramid,
 
 Volume make_volume(std::shared_ptr<const Recipe> recipe, const Pyramid& pyramid,
                    const Medium& medium, const VolumeOptions& o) {
-  if (o.map) throw Error("procedural look-ups do not support a map; choose another interpolation");
   if (o.homogenise) {
     throw Error(
         "procedural look-ups do not support homogenised parts; choose another interpolation");
@@ -326,8 +322,8 @@ Volume make_volume(std::shared_ptr<const Recipe> recipe, const Pyramid& pyramid,
   VolumeField& f = v.density;
   f.name = recipe->name;
   ProceduralWithLinks built = make_procedural_field(std::move(recipe), pyramid);
-  f.octree = build_octree(pyramid, medium.extinction, cell_length, choose_cut(o, f.look_up),
-                          built.brick_of, kZeroBrick);
+  f.map = o.map;
+  f.octree = build_tree(pyramid, f, medium.extinction, cell_length, o, built.brick_of);
   f.values = std::move(built.field);
   f.leaves = detail::index_leaves_of(f);
   scale_majorants(f, o.majorant_scale);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "bounds/octree_children.h"
+#include "pvol/bounds/map_pyramid.h"
 #include "pvol/error.h"
 #include "pvol/field/brick_field.h"
 #include "volume/cell_look_up.h"
@@ -21,8 +22,6 @@ void require(bool ok, const char* message) {
 void check(const Volume& v, const VolumeOptions& o) {
   require(o.look_up != LookUp::procedural,
           "needs samples; choose another interpolation than procedural");
-  require(!v.density.shares_samples(), "cannot share samples; copy them");
-  require(v.density.map == nullptr, "cannot have a mapped density; leave out the map");
   require(!o.homogenise && v.density.homogeneous == nullptr,
           "does not support homogenise; leave it off");
   require(o.majorant_scale == 1 && v.density.majorant_excess == 1 && v.density.excess.nodes == 0,
@@ -74,7 +73,8 @@ Volume make_moving(Volume v, const Pyramid& pyramid, const Affine& index_to_obje
 
   VolumeField& f = v.density;
   const Affine to_world = o.object_to_world * index_to_object;
-  const Pyramid swept = sweep_bounds(pyramid, f, d, movement.shutter);
+  Pyramid swept = sweep_bounds(pyramid, f, d, movement.shutter);
+  if (f.map != nullptr) swept = map_pyramid(swept, *f.map);
   f.world_to_cells = translation(-Vec3d(swept.origin)) * inverse(to_world);
   f.world_box = transform(to_world, swept.support());
   detail::check_placement(to_world, f.world_to_cells, f.world_box);

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "pvol/error.h"
+#include "pvol/volume/emitter.h"
 #include "pvol/volume/facts.h"
 #include "volume/placement.h"
 
@@ -55,6 +57,23 @@ Course mapped(const MovingMap& map, const Course& c, double t0, double t1) {
           second * c.distance + 2 * first * c.speed + size * c.acceleration};
 }
 
+/// Those of a volume that hold something, which move together.
+std::vector<const VolumeField*> fields_of(const Volume& v) {
+  std::vector<const VolumeField*> all;
+  if (!v.density.octree.empty()) all.push_back(&v.density);
+  if (v.fire != nullptr && !v.fire->field.octree.empty()) all.push_back(&v.fire->field);
+  return all;
+}
+
+/// Of the boxes of these, in the object's space.
+std::vector<Vec3d> corners_of(const Volume& v) {
+  std::vector<Vec3d> all;
+  for (const VolumeField* f : fields_of(v)) {
+    for (const Vec3d& p : corners_of(cells_to_object(*f, v), f->octree.support())) all.push_back(p);
+  }
+  return all;
+}
+
 /// Refuses places at which no paths could go through the volume.
 void check_place(const Volume& v, const MovingPlace& place, const Shutter& shutter) {
   const double t0 = std::min(shutter.open, 0.0), t1 = std::max(shutter.close, 0.0);
@@ -63,19 +82,20 @@ void check_place(const Volume& v, const MovingPlace& place, const Shutter& shutt
         "a moving placement becomes flat while the shutter is open, because a scale passes through "
         "0. Close the shutter earlier, or give scales that do not pass 0.");
   }
-  const Affine to_object = cells_to_object(v.density, v);
-  const Box& support = v.density.octree.support();
   constexpr int kTimes = 8;
-  for (int i = 0; i <= kTimes; ++i) {
-    const Affine to_world = place.at(t0 + (t1 - t0) * i / kTimes) * to_object;
-    detail::check_placement(to_world, inverse(to_world), transform(to_world, support));
+  for (const VolumeField* f : fields_of(v)) {
+    for (int i = 0; i <= kTimes; ++i) {
+      const Affine to_world = place.at(t0 + (t1 - t0) * i / kTimes) * cells_to_object(*f, v);
+      detail::check_placement(to_world, inverse(to_world),
+                              transform(to_world, f->octree.support()));
+    }
   }
 }
 
 /// Refuses a place that is not the volume's own where it begins.
 void check_resume_state(const Volume& v, std::size_t number, const MovingPlace& place) {
   constexpr double kSame = 1e-6;  // of the volume's size
-  const auto corners = corners_of(cells_to_object(v.density, v), v.density.octree.support());
+  const std::vector<Vec3d> corners = corners_of(v);
   const Affine own = inverse(to_first_place(v, number)) * v.object_to_world, start = place.at(0);
   const double size = length(own.point(corners.back()) - own.point(corners.front()));
   for (const Vec3d& p : corners) {
@@ -88,7 +108,7 @@ void check_resume_state(const Volume& v, std::size_t number, const MovingPlace& 
 
 /// The longest way of a corner, from time 0 to times of the shutter.
 double longest_way(const Volume& v, const MovingPlace& place, const Shutter& shutter) {
-  const auto corners = corners_of(cells_to_object(v.density, v), v.density.octree.support());
+  const std::vector<Vec3d> corners = corners_of(v);
   constexpr int kTimes = 16;
   double longest = 0;
   const Affine still = place.at(0);
@@ -133,7 +153,7 @@ Volume move_places(Volume v, std::vector<MovingPlace> places, const Shutter& shu
                 " moving instances of a volume with " + std::to_string(count_places(v)) +
                 "; expected as many");
   }
-  if (!shutter.moves() || v.density.octree.empty()) return v;
+  if (!shutter.moves() || fields_of(v).empty()) return v;
   if (std::ranges::none_of(places, &MovingPlace::moves)) return v;
   auto moving = std::make_shared<MovingPlaces>();
   moving->shutter = shutter;

@@ -36,23 +36,24 @@ struct ChromaticFlight {
 /// and shares are in [0, 1]: of each tentative collision at the rate of the majorant, one decision
 /// for all channels, by probabilities in proportion to what they carry, `throughput` times their
 /// weights so far. So none of the products exceeds the sum of them all, however far the channels
-/// are apart. E[weight f(t)] is the integral of share mu_t T f by channel (THEORY.md, T3.9).
-/// Based on: Kutz, Habel, Li, Novak. Spectral and Decomposition Tracking. 2017, section 5.1, with
-/// probabilities by path history.
+/// are apart. Majorants need not hold: then weights may be negative, and grow. E[weight f(t)] is
+/// the integral of share mu_t T f by channel (THEORY.md, T3.9). Based on: Kutz, Habel, Li, Novak.
+/// Spectral and Decomposition Tracking. 2017, section 5.1, with probabilities by path history.
 template <class Segments, class Field, class Numbers, class Count>
 [[nodiscard]] ChromaticFlight chromatic_flight(Segments& segments, const Field& field, Rgb share,
                                                Rgb throughput, Numbers& rng, Count& count) {
   static_assert(ExtinctionField<Field, Count>);
   ChromaticFlight flight;
   const auto carried = [&](Rgb x) {
-    return std::abs(throughput.x) * x.x + std::abs(throughput.y) * x.y +
-           std::abs(throughput.z) * x.z;
+    const Rgb product = throughput * x;
+    return std::abs(product.x) + std::abs(product.y) + std::abs(product.z);
   };
   const auto is_real = [&](const Segment& s, double t, float u) {
-    const float mu = std::min(field.extinction(s, segments.point(t), count) / s.hi, 1.0f);
+    const float mu = field.extinction(s, segments.point(t), count) / s.hi;
     const Rgb real = share * mu;
-    const float all = carried(flight.weight),
-                p = all > 0 ? carried(flight.weight * real) / all : mu;
+    const Rgb excess = max(real - Rgb(1.0f), Rgb(0.0f));
+    const float all = carried(flight.weight) + 2 * carried(flight.weight * excess),
+                p = all > 0 ? carried(flight.weight * real) / all : std::min(mu, 1.0f);
     flight.t = t;
     if (is_over(field)) return true;
     if (u < p) {
@@ -67,17 +68,17 @@ template <class Segments, class Field, class Numbers, class Count>
   return flight;
 }
 
-/// An unbiased estimate of the transmittance by channel, each in [0, 1] but for roulette, which
-/// lifts the largest to kTransmittanceRoulette.
+/// An unbiased estimate of the transmittance by channel; where majorants hold, each in [0, 1] but
+/// for roulette, which lifts the largest to kTransmittanceRoulette.
 template <class Segments, class Field, class Numbers, class Count>
 [[nodiscard]] Rgb chromatic_transmittance(Segments& segments, const Field& field, Rgb share,
                                           Numbers& rng, Count& count) {
   Rgb weight(1.0f);
   const auto ends = [&](const Segment& s, double t, float u) {
-    const float mu = std::min(field.extinction(s, segments.point(t), count) / s.hi, 1.0f);
+    const float mu = field.extinction(s, segments.point(t), count) / s.hi;
     weight *= Rgb(1.0f) - share * mu;
     if (is_over(field)) return true;
-    const float most = max_component(weight);
+    const float most = max_component(max(weight, -weight));
     if (most >= kTransmittanceRoulette) return false;
     if (!(u * kTransmittanceRoulette < most)) return true;
     weight *= kTransmittanceRoulette / most;

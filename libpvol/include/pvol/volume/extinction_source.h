@@ -45,13 +45,12 @@ struct MappedExtinction {
   }
 };
 
-/// What look-ups of a field with a map read, or of one without beside others with maps. Refers to
-/// the field.
-template <LookUp kLookUp>
+/// What look-ups of a field with a map read. Refers to the field.
+template <LookUp kLookUp, bool kShared = false>
 [[nodiscard]] auto mapped_source(const VolumeField& f) {
-  static const FieldMap kNone;
-  using Source = BrickExtinction<kLookUp>;
-  return MappedExtinction<Source>{Source{f.bricks(), f.octree, 1}, f.map ? *f.map : kNone, f.scale};
+  auto source = extinction_source<kLookUp, kShared>(f);
+  source.scale = 1;
+  return MappedExtinction<decltype(source)>{source, *f.map, f.scale};
 }
 
 /// The field of trackers: every question a look-up, or the field's micro-bounds first, whose edge
@@ -92,16 +91,16 @@ decltype(auto) visit_closed_look_up(LookUp look_up, const F& f) {
 /// f(source), and its result, with the field's source, mapped or not.
 template <class F>
 decltype(auto) visit_source(const VolumeField& field, const F& f) {
-  if (field.map != nullptr) {  // volumes are made with one for these two
-    return field.look_up == LookUp::nearest ? f(mapped_source<LookUp::nearest>(field))
-                                            : f(mapped_source<LookUp::trilinear>(field));
-  }
+  const auto visit = [&](auto look_up, auto shared) {
+    return field.map != nullptr ? f(mapped_source<look_up, shared>(field))
+                                : f(extinction_source<look_up, shared>(field));
+  };
   if (field.shares_samples()) {
-    return visit_closed_look_up(
-        field.look_up, [&](auto look_up) { return f(extinction_source<look_up, true>(field)); });
+    return visit_closed_look_up(field.look_up,
+                                [&](auto look_up) { return visit(look_up, std::true_type{}); });
   }
   return visit_look_up(field.look_up,
-                       [&](auto look_up) { return f(extinction_source<look_up>(field)); });
+                       [&](auto look_up) { return visit(look_up, std::false_type{}); });
 }
 
 }  // namespace pvol

@@ -69,7 +69,7 @@ struct VolumeOptions {
   /// same; below 1, down to 1/3, they do not bound, which takes a tracker with weights.
   double majorant_scale = 1;
   /// Of the density's values, after interpolation: majorants are as tight as the map's range, and
-  /// what it makes 0 is empty. Null: none. For nearest and trilinear look-ups of samples.
+  /// what it makes 0 is empty. Null: none.
   std::shared_ptr<const FieldMap> map{};
   /// Biased: nodes of the octree that can change the optical depth of a ray through them by no more
   /// than this count as homogeneous (homogenise.h).
@@ -78,7 +78,7 @@ struct VolumeOptions {
   double paths = std::numeric_limits<double>::infinity();
   /// Look-ups read the samples of the grid's bricks where they are, with the same results; batches
   /// go ray by ray. The grid's owner is kept; where it is null the samples must outlive all copies.
-  /// For nearest and trilinear look-ups of what has no map, homogenised parts or motion.
+  /// For nearest and trilinear look-ups of what has no homogenised parts.
   bool share_samples = false;
 };
 

@@ -279,8 +279,9 @@ std::optional<Importance> make_importance(const PathSetup& setup) {
 }
 
 void guide_paths(const RenderPlan& plan, PathSetup& setup) {
-  // What is constant is of no order of scattering.
-  const bool none = plan.scene.options.aovs.has(Aov::scattering) ||
+  // What is constant is of no order of scattering, and paths that are cut short get less of it.
+  const RenderOptions& o = plan.scene.options;
+  const bool none = o.aovs.has(Aov::scattering) || o.max_bounces ||
                     (plan.surfaces != nullptr && !plan.surfaces->are_even());
   PathSetup guided(plan, none ? Rgb(0.0f) : constant_part(plan.scene.environment, setup.light.sky),
                    setup.dense);

@@ -60,13 +60,15 @@ struct FlightLine {
   Vec3f direction;
   double length;         ///< infinite where it left
   CollisionPlace end{};  ///< where it collided, in scenes with emission
+  float time = 0;        ///< of its path, in frames
 };
 
 /// What is emitted along a flight, or where it collides.
 [[nodiscard]] inline Rgb emission_of(const PathSetup& s, const FlightLine& flight, Rng& rng) {
   Rgb sum(0.0f);
   if (!s.emission->sources.empty()) {
-    sum = emission_along(*s.emission, {flight.from, Vec3d(flight.direction)}, flight.length, rng);
+    const Ray ray{flight.from, Vec3d(flight.direction)};
+    sum = emission_along(*s.emission, ray, flight.length, flight.time, rng);
   }
   if (flight.end.volume != nullptr && flight.end.volume->fire != nullptr) {
     sum += flight.end.volume->fire->source(flight.end.cells);
@@ -82,7 +84,8 @@ template <class Pdf>
   Rgb sum = emission_of(s, flight, rng);
   if (!(largest(sum) > 0)) return;
   if (const float p = pdf(); p > 0) {
-    const float share = balance(p, s.emission->lights.pdf(flight.from, flight.direction));
+    const EmissionLights& lights = s.emission->lights;
+    const float share = balance(p, lights.pdf(flight.from, flight.direction, flight.time));
     if (s.pilot) note_hit(*s.pilot, luminance(throughput * sum), share);
     sum *= share;
   }

@@ -1,7 +1,7 @@
 #include "render/path/local_medium.h"
 
 #include "pvol/volume/albedo_field.h"
-#include "volume/advected_field.h"
+#include "volume/any_source.h"
 
 namespace pvol::detail {
 
@@ -12,7 +12,7 @@ LocalMedium local_medium(const CollisionPlace& place, const MediumComponent& com
   const AlbedoField* const field = volume.volume.albedo.get();
   if (field == nullptr) return everywhere(component);
   const Motion* const motion = volume.volume.density.motion.get();
-  if (motion != nullptr && time != 0) cells = source_of(*motion, time, cells);
+  if (motion != nullptr && time != 0) cells = place_at_rest(*motion, time, cells);
   const Rgb albedo = component.albedo * color_in(*field, volume.cells_to_albedo.point(cells));
   return {albedo, (Rgb(1.0f) - albedo) * component.source};
 }

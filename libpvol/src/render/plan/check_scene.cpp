@@ -49,23 +49,13 @@ void check_motion(const Volume& volume, const Scene& scene) {
   require(o.tracker != Tracker::regular && o.transmittance != Transmittance::regular,
           "regular tracking and regular transmittance have no closed form for a volume that moves; "
           "choose another tracker or transmittance, or set the shutter to [0, 0]");
-  require(o.line_emission != LineEmission::on,
-          "the emission of a volume that moves is gathered at collisions; leave line emission at "
-          "auto");
 }
 
 /// Of a volume that moves as a whole.
 void check_moving_places(const Volume& volume, const Scene& scene) {
-  const RenderOptions& o = scene.options;
   require(volume.moving_places->shutter == scene.camera.shutter,
           "the volume's instances were made for another shutter than the camera's; make them again "
           "for this one");
-  require(volume.fire == nullptr,
-          "a volume with a fire cannot move as a whole; leave out the fire or the motion (`to`), "
-          "or set the shutter to [0, 0]");
-  require(o.line_emission != LineEmission::on,
-          "the emission of a volume that moves is gathered at collisions; leave line emission at "
-          "auto");
 }
 
 void check(const Volume& volume, const RenderOptions& o) {
@@ -119,22 +109,12 @@ void check_deep(std::span<const Volume> volumes, const Scene& scene) {
 /// One tracker decides for several channels.
 void check_chromatic(std::span<const Volume> volumes, const RenderOptions& o) {
   if (std::ranges::none_of(volumes, [](const Volume& v) { return is_chromatic(v.medium); })) return;
-  const char* wrong = o.deep ? "flat pictures, since samples of deep ones have no weights"
-                      : is_weighted(o.tracker) || o.tracker == Tracker::regular
-                          ? "the trackers decomposition and delta"
-                          : nullptr;
-  require(
-      wrong == nullptr,
-      std::string(
-          "an extinction that differs by channel (extinction_color) can be combined only with ") +
-          (wrong ? wrong : ""));
-}
-
-/// Densities in motion are looked up in one way.
-void check_moving_density(const Volume& v) {
-  require(v.density.map == nullptr && !is_chromatic(v.medium) && !v.density.shares_samples(),
-          "volumes that move cannot be combined with mapped densities, shared samples or an "
-          "extinction that differs by channel; set the shutter to [0, 0], or leave these out");
+  require(!o.deep,
+          "an extinction that differs by channel (extinction_color) can be combined only with flat "
+          "pictures, since samples of deep ones have no weights");
+  require(o.tracker != Tracker::regular,
+          "regular tracking inverts one optical depth, but an extinction that differs by channel "
+          "(extinction_color) has three; choose another tracker");
 }
 
 }  // namespace
@@ -149,7 +129,7 @@ void check(std::span<const Volume> volumes, const Scene& scene) {
   if (scene.options.deep) check_deep(volumes, scene);
   for (const Volume& v : volumes) {
     check(v, scene.options);
-    if (v.density.motion != nullptr) check_motion(v, scene), check_moving_density(v);
+    if (v.density.motion != nullptr) check_motion(v, scene);
     if (places_move(v)) check_moving_places(v, scene);
   }
 }

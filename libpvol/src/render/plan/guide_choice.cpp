@@ -14,10 +14,12 @@ namespace pvol {
 namespace {
 
 /// Why paths cannot be guided, or null.
-const char* obstacle(std::span<const Volume> volumes, const RenderOptions& o) {
+const char* obstacle(std::span<const Volume> volumes) {
   if (volumes.empty()) return "there is no volume";
-  if (is_weighted(o.tracker)) return "the tracker is weighted";
-  if (o.max_bounces) return "the number of bounces is limited";
+  const auto excess = [](const Volume& v) { return v.density.majorant_excess; };
+  if (std::ranges::any_of(volumes, [&](const Volume& v) { return excess(v) > 1; })) {
+    return "where majorants do not hold, weights grow, and so would the number of paths";
+  }
   return nullptr;
 }
 
@@ -69,12 +71,13 @@ GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene,
   constexpr double kPathsOfPlace = 20'000;  // tests/bench/RESULTS.md, a sky of many clouds
   const RenderOptions& o = scene.options;
   if (o.guide == GuideUse::off) return {false, "as set"};
-  if (const char* reason = obstacle(volumes, o)) {
+  if (const char* reason = obstacle(volumes)) {
     if (o.guide == GuideUse::automatic) return {false, reason};
     throw Error(std::string("paths cannot be guided: ") + reason +
                 "; leave guide at auto, or change the scene");
   }
   if (o.guide == GuideUse::on) return {true, "as set"};
+  if (o.max_bounces) return {false, "the number of bounces is limited"};
   if (!has_directions(volumes, lighting)) return {false, "light comes from a smooth sky alone"};
   const double thickness = choose_transmittance(volumes).thickness;
   double albedo = 0;

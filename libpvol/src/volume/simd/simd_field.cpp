@@ -4,7 +4,7 @@
 
 #include "pvol/bounds/walk.h"
 #include "pvol/volume/extinction_source.h"
-#include "volume/advected_field.h"
+#include "volume/any_source.h"
 
 namespace pvol::detail {
 
@@ -50,12 +50,8 @@ void look_up_one_by_one(const VolumeField& field, const float* x, const float* y
     }
   };
   if (field.motion != nullptr) {
-    return visit_look_up(field.look_up, [&](auto look_up) {
-      if constexpr (look_up != LookUp::procedural) {
-        for_places([&](std::uint32_t event, const LatticePoint& at) {
-          return density_at_time<look_up>(field, brick[event], at, time[event]);
-        });
-      }
+    return for_places([&](std::uint32_t event, const LatticePoint& at) {
+      return density_at_time(field, brick[event], at, time[event]);
     });
   }
   visit_source(field, [&](const auto& source) {
@@ -70,7 +66,7 @@ void trace_back(const VolumeField& field, const PlacesInMotion& places,
   const Vec3d border(DenseBounds::kBorder);
   for (const std::uint32_t event : which) {
     const Vec3d at{double(places.x[event]), double(places.y[event]), double(places.z[event])};
-    const Vec3d from = source_of(*field.motion, places.time[event], at - border) + border;
+    const Vec3d from = place_at_rest(*field.motion, places.time[event], at - border) + border;
     places.to_x[event] = float(from.x), places.to_y[event] = float(from.y);
     places.to_z[event] = float(from.z);
   }

@@ -145,7 +145,8 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
       contribution = p.largest() * importance_of(importance, p.row,
                                                  one_minus_cos(p.from, splat(importance.axis())));
       end_by_contribution(p, contribution);
-    } else if (s.setup.max_bounces <= kMostBounces) {
+    }
+    if (s.setup.max_bounces <= kMostBounces) {
       const I bounces = as_int(hn::ShiftRight<16>(p.id));
       p.alive = hn::And(p.alive, mask(hn::Lt(bounces, splat_int(int(s.setup.max_bounces)))));
     }

@@ -107,7 +107,7 @@ void ask_lights(const World& w, const OnSurface& v, Rgb throughput) {
 /// A ray towards a fire, as from collisions.
 template <class ComponentKind>
 void ask_fires(const World& w, const OnSurface& v, Rgb throughput) {
-  const EmissionLights::Towards to = w.setup.emission->lights.sample(v.place, v.rng);
+  const EmissionLights::Towards to = w.setup.emission->lights.sample(v.place, v.time, v.rng);
   if (!(to.pdf > 0)) return;
   const float p = pdf_phase(v.lobe, {}, to.direction);
   const float value = v.seen ? 1.0f : detail::value_of_fire_ray(throughput, p);

@@ -55,7 +55,7 @@ HWY_NOINLINE void ask_fires(const WavefrontScene& s, WavefrontMemory& m, Paths<C
   for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
     const auto k = std::size_t(std::countr_zero(lanes));
     Rng own = streams.of(k, s.lights.size() + 1);
-    const EmissionLights::Towards l = s.setup.emission->lights.sample(place(k), own);
+    const EmissionLights::Towards l = s.setup.emission->lights.sample(place(k), place.time(k), own);
     if (l.pdf > 0) lanes_to.set(k, {.direction = l.direction, .radiance = {}, .pdf = l.pdf}, {}, 1);
   }
   const Towards to = lanes_to.in_lanes();

@@ -102,7 +102,7 @@ inline void put_hit(const World& w, std::uint32_t number, const Waiting& of) {
 /// The line of a ray as far as it brings light by itself.
 [[nodiscard]] inline FlightLine line_of(const World& w, const WorldRay& r, const Records& q,
                                         std::size_t at) {
-  FlightLine line{r.ray.o, direction_at(q, at), kEndless};
+  FlightLine line{r.ray.o, direction_at(q, at), kEndless, {}, r.time};
   if (r.collides()) {
     line.length = r.nearest;
   } else if (r.among.surface.material != nullptr) {

@@ -34,11 +34,12 @@ std::shared_ptr<const EmissionSetup> prepare_emission(std::span<const Volume> vo
   return std::make_shared<const EmissionSetup>(std::move(setup));
 }
 
-Rgb emission_along(const EmissionSetup& setup, const Ray& ray, double distance, Rng& rng) {
+Rgb emission_along(const EmissionSetup& setup, const Ray& ray, double distance, float time,
+                   Rng& rng) {
   Rgb sum(0.0f);
   const float u = rng.uniform();  // for all: each is right on average, and so is the sum
   setup.tree.visit(ray, distance, [&](std::uint32_t i, double limit) {
-    sum += integrate(setup.sources[i], ray, distance, u, setup.points);
+    sum += integrate(setup.sources[i], ray, distance, time, u, setup.points);
     return limit;
   });
   return sum;

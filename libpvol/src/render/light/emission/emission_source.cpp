@@ -8,6 +8,7 @@
 #include "pvol/volume/extinction_source.h"
 #include "pvol/volume/facts.h"
 #include "render/light/emission/collision_limit.h"
+#include "volume/any_source.h"
 
 namespace pvol::detail {
 namespace {
@@ -35,9 +36,16 @@ EmissionSource source_of(const Volume& v) {
           .per_color = emitted(v.medium, by_albedo)};
 }
 
+/// Where what is at a place of the field was at the files' time: colours move along.
+Vec3d at_rest(const VolumeField& field, const LatticePoint& p, Vec3d world, float time) {
+  if (field.motion == nullptr) return world;
+  const Vec3d from = place_at_rest(*field.motion, time, position(p));
+  return inverse(field.world_to_cells).point(from);
+}
+
 template <class Value>
 Rgb integrate(const EmissionSource& source, const Value& value, const Ray& ray, const Ray& cells,
-              Span span, float u, int points) {
+              Span span, float time, float u, int points) {
   constexpr float kGolden = 0.618034f;  // steps by it spread over [0, 1) evenly
   const Octree& tree = source.lines();
   Walk walk(tree, make_cursor(tree, cells.at(span.t0)), widen(Vec3f(cells.d)), span.t1 - span.t0);
@@ -49,7 +57,9 @@ Rgb integrate(const EmissionSource& source, const Value& value, const Ray& ray, 
     const double piece = length / count;
     for (int k = 0; k < count; ++k) {
       const double t = s->t0 + (k + double(u)) * piece;
-      sum += source.at(value, *s, walk.point(t), ray.at(span.t0 + t)) * float(piece);
+      const LatticePoint p = walk.point(t);
+      const Vec3d place = at_rest(*source.field, p, ray.at(span.t0 + t), time);
+      sum += source.at(value, *s, p, place) * float(piece);
       u += kGolden;
       if (u >= 1) u -= 1;
     }
@@ -64,8 +74,6 @@ bool gathers_along_flights(const Volume& volume, const RenderOptions& options) {
   // collisions; they cross over at 1.4 (THEORY.md, T5.11).
   constexpr double kThin = 1.4;
   if (source_of(volume).of_depth == Rgb(0.0f)) return false;
-  // Collisions know the time.
-  if (volume.density.motion != nullptr || volume.moving_places != nullptr) return false;
   if (options.deep) return false;  // whose samples lie where paths collide
   if (options.line_emission != LineEmission::automatic) {
     return options.line_emission == LineEmission::on;
@@ -94,6 +102,8 @@ std::vector<EmissionSource> emission_sources(std::span<const Volume> volumes,
   const auto add = [&](const Volume& v, EmissionSource source) {
     for (std::size_t place = 0; place < count_places(v); ++place) {
       source.to_first = to_first_place(v, place);
+      source.moves = place_moves(v, place) ? &v.moving_places->all[place] : nullptr;
+      source.object_to_first = v.object_to_world;
       source.box = world_box(*source.field, v, place);
       all.push_back(source);
     }
@@ -110,15 +120,18 @@ std::vector<EmissionSource> emission_sources(std::span<const Volume> volumes,
   return all;
 }
 
-Rgb integrate(const EmissionSource& source, const Ray& world, double distance, float u,
+Rgb integrate(const EmissionSource& source, const Ray& world, double distance, float time, float u,
               int points) {
   const VolumeField& f = *source.field;
-  const Ray ray{source.to_first.point(world.o), source.to_first.vector(world.d)};
+  const Affine to_first = source.to_first_at(time);
+  const Ray ray{to_first.point(world.o), to_first.vector(world.d)};
   const Ray cells{f.world_to_cells.point(ray.o), f.world_to_cells.vector(ray.d)};
   const auto span = intersect(source.lines().support(), cells, 0, distance);
   if (!span) return Rgb(0.0f);
-  return visit_source(
-      f, [&](const auto& value) { return integrate(source, value, ray, cells, *span, u, points); });
+  const auto of = [&](const auto& value) {
+    return integrate(source, value, ray, cells, *span, time, u, points);
+  };
+  return f.motion != nullptr ? of(AnyExtinction{f, time}) : visit_source(f, of);
 }
 
 }  // namespace pvol::detail

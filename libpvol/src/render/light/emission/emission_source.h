@@ -9,6 +9,7 @@
 #include "pvol/render/options.h"
 #include "pvol/volume/albedo_field.h"
 #include "pvol/volume/emitter.h"
+#include "pvol/volume/moving_places.h"
 #include "pvol/volume/volume.h"
 #include "render/light/emission/fire_at_collisions.h"
 
@@ -21,12 +22,18 @@ struct EmissionSource {
   const Emitter* fire = nullptr;       ///< or null:
   Rgb of_depth{0.0f};                  ///< what the medium emits per unit of optical depth
   Affine to_first{};  ///< from its place to the volume's first one, where the field is
-  Box box{};          ///< around its place in the world
+  Box box{};          ///< around its place in the world, at all times
+  const MovingPlace* moves = nullptr;   ///< with its volume; null: it stands still
+  Affine object_to_first{};             ///< where it moves
   const AlbedoField* albedo = nullptr;  ///< of the medium; or null, else of_depth is what it would
                                         ///< emit if it were black, and
   Rgb per_color{0.0f};                  ///< how much less, by the field's colour
   std::shared_ptr<const FireAtCollisions> at_collisions{};  ///< of the fire; or null
 
+  /// At a time in frames.
+  [[nodiscard]] Affine to_first_at(float time) const {
+    return moves ? object_to_first * inverse(moves->at(double(time))) : to_first;
+  }
   /// Where lines gather light: without what collisions bring.
   [[nodiscard]] const Octree& lines() const {
     return at_collisions ? at_collisions->lines() : field->octree;
@@ -53,10 +60,10 @@ struct EmissionSource {
                                                            const RenderOptions& options);
 
 /// The integral of what the source emits along a ray of the world of unit direction, up to a
-/// distance that may be infinite, by points spread over the segments of its octree: one for each
-/// kStride cells, times `points`. With u uniform in [0, 1) right on average, exact where emission
-/// is the same along each of these pieces (THEORY.md, T5.11).
-[[nodiscard]] Rgb integrate(const EmissionSource& source, const Ray& ray, double distance, float u,
-                            int points);
+/// distance that may be infinite, at a time in frames, by points spread over the segments of its
+/// octree: one for each kStride cells, times `points`. With u uniform in [0, 1) right on average,
+/// exact where emission is the same along each of these pieces (THEORY.md, T5.11).
+[[nodiscard]] Rgb integrate(const EmissionSource& source, const Ray& ray, double distance,
+                            float time, float u, int points);
 
 }  // namespace pvol::detail

@@ -145,7 +145,7 @@ FireAtCollisions::FireAtCollisions(const Volume& volume, double most)
   cells_to_fire_ = fire.world_to_cells * cells_to_world_;
   holds_.assign(fire.bricks().bricks(), false);
   lines_ = fire.octree;
-  if (fire.octree.empty() || density.octree.empty() || volume.moving_places) return;
+  if (fire.octree.empty() || density.octree.empty()) return;
   if (min_component(volume.medium.extinction_color) == 0) return;
   const auto shift = shift_between(fire, density);
   if (!shift) return;

@@ -224,28 +224,32 @@ double PowerTree::pdf(const Ray& cells, double cell_volume) const {
 }
 
 PlacedPower::PlacedPower(const EmissionSource& source, std::shared_ptr<const PowerTree> tree)
-    : tree_(std::move(tree)), to_cells_(source.field->world_to_cells * source.to_first) {
-  const Affine to_world = inverse(to_cells_);
+    : source_(source), tree_(std::move(tree)), still_(place_at(0)) {}
+
+PlacedPower::Place PlacedPower::place_at(float time) const {
+  const Affine to_cells = source_.field->world_to_cells * source_.to_first_at(time);
+  const Affine to_world = inverse(to_cells);
   const PowerTree::Node& root = *tree_->root();
   const Vec3d corner = to_world.vector(Vec3d(root.hi - root.lo) * 0.5);
-  cell_volume_ = std::abs(determinant(to_world));
-  centre_ = to_world.point(Vec3d(root.lo + root.hi) * 0.5);
-  reach_ = dot(corner, corner);
+  return {to_cells, std::abs(determinant(to_world)), to_world.point(Vec3d(root.lo + root.hi) * 0.5),
+          dot(corner, corner)};
 }
 
-double PlacedPower::seen_from(Vec3d place) const {
-  const Vec3d away = place - centre_;
-  return cell_volume_ * double(tree_->root()->power) / std::max(dot(away, away), reach_);
+double PlacedPower::seen_from(Vec3d place, const Place& own) const {
+  const Vec3d away = place - own.centre;
+  return own.cell_volume * double(tree_->root()->power) / std::max(dot(away, away), own.reach);
 }
 
-Vec3d PlacedPower::sample(Vec3d place, Rng& rng) const {
-  return inverse(to_cells_).point(tree_->sample(Vec3f(to_cells_.point(place)), rng));
+Vec3d PlacedPower::sample(Vec3d place, const Place& own, Rng& rng) const {
+  return inverse(own.to_cells).point(tree_->sample(Vec3f(own.to_cells.point(place)), rng));
 }
 
-Vec3d PlacedPower::sample(Rng& rng) const { return inverse(to_cells_).point(tree_->sample(rng)); }
+Vec3d PlacedPower::sample(Rng& rng) const {
+  return inverse(still_.to_cells).point(tree_->sample(rng));
+}
 
-double PlacedPower::pdf(Vec3d place, Vec3d d) const {
-  return tree_->pdf({to_cells_.point(place), to_cells_.vector(d)}, cell_volume_);
+double PlacedPower::pdf(Vec3d place, Vec3d d, const Place& own) const {
+  return tree_->pdf({own.to_cells.point(place), own.to_cells.vector(d)}, own.cell_volume);
 }
 
 EmissionLights::EmissionLights(const std::vector<EmissionSource>& sources) {
@@ -258,22 +262,21 @@ EmissionLights::EmissionLights(const std::vector<EmissionSource>& sources) {
   }
 }
 
-EmissionLights::Towards EmissionLights::sample(Vec3d place, Rng& rng) const {
+EmissionLights::Towards EmissionLights::sample(Vec3d place, float time, Rng& rng) const {
+  const auto seen = [&](std::size_t k) { return lights_[k].seen_from(place, lights_[k].at(time)); };
   double sum = 0;
-  for (const PlacedPower& l : lights_) sum += l.seen_from(place);
+  for (std::size_t k = 0; k < lights_.size(); ++k) sum += seen(k);
   if (!(sum > 0)) return {};
   std::size_t k = 0;
   if (lights_.size() > 1) {
     double left = double(rng.uniform()) * sum;
-    while (k + 1 < lights_.size() && !(left < lights_[k].seen_from(place))) {
-      left -= lights_[k++].seen_from(place);
-    }
+    while (k + 1 < lights_.size() && !(left < seen(k))) left -= seen(k++);
   }
-  const Vec3d way = lights_[k].sample(place, rng) - place;
+  const Vec3d way = lights_[k].sample(place, lights_[k].at(time), rng) - place;
   const double distance = length(way);
   if (!(distance > 0)) return {};
   const Vec3f d(way / distance);
-  return {d, pdf(place, d)};
+  return {d, pdf(place, d, time)};
 }
 
 double EmissionLights::power() const {
@@ -296,13 +299,14 @@ Vec3d EmissionLights::centre() const {
   return sum;
 }
 
-float EmissionLights::pdf(Vec3d place, Vec3f direction) const {
+float EmissionLights::pdf(Vec3d place, Vec3f direction, float time) const {
   double sum = 0, density = 0;
   for (const PlacedPower& l : lights_) {
-    const double seen = l.seen_from(place);
+    const PlacedPower::Place own = l.at(time);
+    const double seen = l.seen_from(place, own);
     if (!(seen > 0)) continue;
     sum += seen;
-    density += seen * l.pdf(place, Vec3d(direction));
+    density += seen * l.pdf(place, Vec3d(direction), own);
   }
   return sum > 0 ? float(density / sum) : 0;
 }

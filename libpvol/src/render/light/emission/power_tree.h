@@ -61,34 +61,42 @@ class PowerTree {
   std::vector<Node> nodes_;  ///< the root first, children side by side; none: all is dark
 };
 
-/// A source as a light: its tree, which others share, at a place of its own.
+/// A source as a light: its tree, which others share, at a place of its own. Times are in frames.
 class PlacedPower {
  public:
-  /// The tree is not dark.
+  /// The tree is not dark. Refers to where the source moves, if it does.
   PlacedPower(const EmissionSource& source, std::shared_ptr<const PowerTree> tree);
 
+  /// Where it is at a time.
+  struct Place {
+    Affine to_cells;
+    double cell_volume;  ///< in the world
+    Vec3d centre;
+    double reach;  ///< of what shines, from the centre, squared
+  };
+  [[nodiscard]] Place at(float time) const { return source_.moves ? place_at(time) : still_; }
+
   /// What a place of the world gets, about: power over squared distance.
-  [[nodiscard]] double seen_from(Vec3d place) const;
-
+  [[nodiscard]] double seen_from(Vec3d place, const Place& own) const;
   /// A point in the world.
-  [[nodiscard]] Vec3d sample(Vec3d place, Rng& rng) const;
-
-  /// About what it emits per steradian.
-  [[nodiscard]] double power() const { return cell_volume_ * double(tree_->root()->power); }
-  /// A point in the world in proportion to that.
-  [[nodiscard]] Vec3d sample(Rng& rng) const;
-  [[nodiscard]] Vec3d centre() const { return centre_; }
-
+  [[nodiscard]] Vec3d sample(Vec3d place, const Place& own, Rng& rng) const;
   /// Density per steradian of the directions from a place to its samples; that of unit direction
   /// d.
-  [[nodiscard]] double pdf(Vec3d place, Vec3d d) const;
+  [[nodiscard]] double pdf(Vec3d place, Vec3d d, const Place& own) const;
+
+  // At the files' time:
+  /// About what it emits per steradian.
+  [[nodiscard]] double power() const { return still_.cell_volume * double(tree_->root()->power); }
+  /// A point in the world in proportion to that.
+  [[nodiscard]] Vec3d sample(Rng& rng) const;
+  [[nodiscard]] Vec3d centre() const { return still_.centre; }
 
  private:
+  EmissionSource source_;
   std::shared_ptr<const PowerTree> tree_;
-  Affine to_cells_;
-  double cell_volume_;  ///< in the world
-  Vec3d centre_;
-  double reach_;  ///< of what shines, from the centre, squared
+  Place still_;
+
+  [[nodiscard]] Place place_at(float time) const;
 };
 
 /// All sources of a scene as lights. Asks each of them, so that what many fires cost a collision is
@@ -101,10 +109,11 @@ class EmissionLights {
     Vec3f direction{};
     float pdf = 0;  ///< per steradian; 0: there is no light
   };
-  [[nodiscard]] Towards sample(Vec3d place, Rng& rng) const;
-  [[nodiscard]] float pdf(Vec3d place, Vec3f direction) const;
+  /// At a time in frames.
+  [[nodiscard]] Towards sample(Vec3d place, float time, Rng& rng) const;
+  [[nodiscard]] float pdf(Vec3d place, Vec3f direction, float time) const;
 
-  /// About what all emit per steradian [luminance times area].
+  /// About what all emit per steradian [luminance times area], at the files' time.
   [[nodiscard]] double power() const;
   /// A point of the world in proportion to it.
   [[nodiscard]] Vec3d sample(Rng& rng) const;

@@ -1,0 +1,57 @@
+#include "support/reference_scene.h"
+
+#include <memory>
+
+#include "pvol/volume/emitter.h"
+#include "pvol/volume/motion.h"
+#include "support/colors.h"
+#include "support/velocities.h"
+
+namespace pvol::test {
+namespace {
+
+VolumeOptions options_of(const ReferenceVolume& v, const CloudScene& scene) {
+  VolumeOptions o = volume_options(scene.options);
+  o.object_to_world = v.places.front().object.at(0);
+  const bool instanced = v.places.size() > 1 || v.places.front().instance != MovingMap{};
+  for (const MovingPlace& place : v.places) {
+    if (instanced) o.instances.push_back(place.instance.at(0));
+  }
+  if (!v.map.is_identity()) o.map = std::make_shared<const FieldMap>(v.map);
+  o.share_samples = v.share_samples;
+  return o;
+}
+
+Volume make(const ReferenceVolume& v, const CloudScene& scene) {
+  const VolumeOptions o = options_of(v, scene);
+  const VoxelGrid& grid = v.field->grid;
+  const Pyramid pyramid = build_pyramid(grid, o.look_up);
+  Volume made = pvol::make_volume(grid, pyramid, v.medium, o);
+  if (v.velocity) {
+    const VelocityGrid velocity = make_velocity(
+        kToldFrom, kToldFrom + kToldSize, [&](Vec3i p) { return v.velocity(Vec3d(p)); });
+    made = make_moving(made, pyramid, grid.index_to_world, {velocity, 1, scene.camera.shutter}, o);
+  }
+  const Affine place = v.places.front().at(0);
+  if (v.albedo) {
+    const auto color = [&](Vec3i p) { return Rgb(v.albedo(Vec3d(p))); };
+    made.albedo = albedo_of(make_colors(kToldFrom, kToldSize, color), &grid, place);
+  }
+  if (v.fire) {
+    const VoxelGrid& burning = v.fire->field->grid;
+    const Fire fire{.intensity = v.fire->intensity, .color = v.fire->color};
+    made.fire = std::make_shared<const Emitter>(
+        make_emitter(fire, {burning, build_pyramid(burning)}, nullptr, place));
+  }
+  return move_places(made, v.places, scene.camera.shutter);
+}
+
+}  // namespace
+
+std::vector<Volume> make_volumes(const ReferenceScene& scene) {
+  std::vector<Volume> all;
+  for (const ReferenceVolume& v : scene.volumes) all.push_back(make(v, scene.scene));
+  return all;
+}
+
+}  // namespace pvol::test

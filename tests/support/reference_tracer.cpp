@@ -1,0 +1,469 @@
+#include "support/reference_tracer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "support/oracle.h"
+
+namespace pvol::test {
+namespace {
+
+constexpr double kPi = std::numbers::pi, kNowhere = std::numeric_limits<double>::infinity();
+
+/// A point of the unit sphere, evenly.
+Vec3d any_direction(Rng& rng) {
+  const auto [u, v] = rng.uniform2();
+  const double z = 1 - 2 * double(u), r = std::sqrt(1 - z * z), azimuth = 2 * kPi * double(v);
+  return {r * std::cos(azimuth), r * std::sin(azimuth), z};
+}
+
+// --- Media ---
+
+/// A volume at one of its places, at one time.
+struct Placed {
+  const ReferenceVolume* volume;
+  Affine to_object;
+};
+
+/// What there is at a place, in one channel.
+struct Local {
+  struct Lobe {
+    const PhaseFunction* phase;
+    double scattering;
+  };
+  double extinction = 0, emission = 0;  ///< both per world unit
+  std::vector<Lobe> lobes{};
+
+  [[nodiscard]] double scattering() const {
+    double sum = 0;
+    for (const Lobe& l : lobes) sum += l.scattering;
+    return sum;
+  }
+};
+
+/// All volumes at one time, in one channel.
+class Media {
+ public:
+  Media(const ReferenceScene& scene, double time, int channel)
+      : look_up_(scene.scene.options.look_up), time_(time), channel_(channel) {
+    for (const ReferenceVolume& v : scene.volumes) {
+      for (const MovingPlace& place : v.places) {
+        all_.push_back({&v, inverse(place.at(time))});
+        box_ = join(box_, transform(place.at(time), reach(v)));
+      }
+      const double largest = std::max(mapped(v, 0), mapped(v, double(v.field->largest)));
+      majorant_ +=
+          (v.medium.extinction * largest + (v.fire ? kOfFires : 0)) * double(v.places.size());
+    }
+  }
+
+  [[nodiscard]] double majorant() const { return majorant_; }
+  [[nodiscard]] const Box& box() const { return box_; }
+
+  [[nodiscard]] Local at(Vec3d world) const {
+    Local sum;
+    for (const Placed& p : all_) {
+      const ReferenceVolume& v = *p.volume;
+      const Vec3d x = p.to_object.point(world);
+      if (v.fire) {
+        sum.emission += v.fire->intensity * double(v.fire->color[channel_]) *
+                        density_at(*v.fire->field, LookUp::trilinear, x);
+      }
+      const Vec3d source = moved(v, x);
+      const double mu = v.medium.extinction * double(v.medium.extinction_color[channel_]) *
+                        mapped(v, density_at(*v.field, look_up_, source));
+      if (mu == 0) continue;
+      sum.extinction += mu;
+      const double color = v.albedo ? v.albedo(source)[channel_] : 1;
+      for (const Component& c : v.medium.components) {
+        const double albedo = color * double(c.albedo[channel_]);
+        sum.lobes.push_back({&c.phase, mu * c.share * albedo});
+        sum.emission += mu * c.share * (1 - albedo) * double(c.emission[channel_]);
+      }
+    }
+    return sum;
+  }
+
+ private:
+  static constexpr double kOfFires = 0.2;  // tentative collisions per world unit, for emission
+
+  LookUp look_up_;
+  double time_;
+  int channel_;
+  std::vector<Placed> all_{};
+  Box box_{Vec3d(kNowhere), Vec3d(-kNowhere)};
+  double majorant_ = 0;
+
+  [[nodiscard]] static double mapped(const ReferenceVolume& v, double density) {
+    double y = v.map.scale * density + v.map.offset;
+    if (v.map.clamp) y = std::clamp(y, (*v.map.clamp)[0], (*v.map.clamp)[1]);
+    return std::max(0.0, v.map.power == 1 ? y : std::pow(std::max(y, 0.0), v.map.power));
+  }
+  /// Where the density at x was at the time of the samples.
+  [[nodiscard]] Vec3d moved(const ReferenceVolume& v, Vec3d x) const {
+    return v.velocity ? x - v.velocity(x) * time_ : x;
+  }
+  /// Beyond which there is nothing of a volume, in its object's space: the box of all that is told.
+  [[nodiscard]] static Box reach(const ReferenceVolume& v) {
+    const Box samples{Vec3d(v.field->origin) - Vec3d(2),
+                      Vec3d(v.field->origin + v.field->size) + Vec3d(2)};
+    if (!v.velocity && !v.fire) return samples;
+    return {Vec3d(kToldFrom), Vec3d(kToldFrom + kToldSize)};
+  }
+};
+
+// --- Surfaces ---
+
+struct Hit {
+  double t = kNowhere;
+  Vec3d normal{};  ///< unit, on the ray's side
+  const Material* material = nullptr;
+};
+
+/// What is nearer counts as the start itself.
+constexpr double kClearance = 1e-6;
+
+void take_nearer(Hit& hit, const Ray& ray, double t, Vec3d normal, const Material& material) {
+  if (t <= kClearance || t >= hit.t) return;
+  normal = normalize(normal);
+  hit = {t, dot(normal, ray.d) < 0 ? normal : -normal, &material};
+}
+void meet(const PlaneSurface& plane, const Ray& ray, Hit& hit) {
+  const double t = dot(plane.point - ray.o, plane.normal) / dot(ray.d, plane.normal);
+  take_nearer(hit, ray, t, plane.normal, plane.material);
+}
+void meet(const BallSurface& ball, const Ray& ray, Hit& hit) {
+  const Vec3d o = ray.o - ball.centre;
+  const double b = dot(o, ray.d), root = b * b - dot(o, o) + ball.radius * ball.radius;
+  if (root <= 0) return;
+  for (const double t : {-b - std::sqrt(root), -b + std::sqrt(root)}) {
+    take_nearer(hit, ray, t, o + ray.d * t, ball.material);
+  }
+}
+void meet(const MeshSurface& surface, const Ray& ray, Hit& hit) {
+  const Affine place = surface.place.map();
+  for (const auto& triangle : surface.mesh->triangles) {
+    const auto corner = [&](int i) {
+      return place.point(surface.mesh->vertices[triangle[std::size_t(i)]]);
+    };
+    const Vec3d a = corner(0), e1 = corner(1) - a, e2 = corner(2) - a, normal = cross(e1, e2);
+    const double t = dot(a - ray.o, normal) / dot(ray.d, normal);
+    if (!std::isfinite(t)) continue;
+    const Vec3d p = ray.at(t) - a;  // inside, where its share of each edge is
+    const double u = dot(cross(p, e2), normal), v = dot(cross(e1, p), normal);
+    const double all = dot(normal, normal);
+    if (u >= 0 && v >= 0 && u + v <= all) take_nearer(hit, ray, t, normal, surface.material);
+  }
+}
+template <class Other>
+void meet(const Other&, const Ray&, Hit&) {
+  throw std::logic_error("the reference tracer does not know this surface");
+}
+
+Hit nearest(const std::vector<Surface>& surfaces, const Ray& ray) {
+  Hit hit;
+  for (const Surface& s : surfaces) std::visit([&](const auto& kind) { meet(kind, ray, hit); }, s);
+  return hit;
+}
+
+// --- Lights ---
+
+/// A direction to a light from a place, and what comes from there over its probability density.
+struct Towards {
+  Vec3d direction{};
+  double distance = kNowhere;
+  double radiance = 0;
+};
+
+/// Of a surface that shines, seen at a point of it that was chosen evenly over an area.
+Towards from_surface(Vec3d way, Vec3d normal, double radiance, double area) {
+  const double square = dot(way, way), cosine = -dot(way, normal) / std::sqrt(square);
+  return {normalize(way), std::sqrt(square), cosine <= 0 ? 0 : radiance * cosine * area / square};
+}
+double half_angle(const Sun& sun) { return sun.angle / 2 * kPi / 180; }
+double radiance_of(const Sun& sun, int c) {
+  return double(sun.irradiance[c]) / (kPi * std::pow(std::sin(half_angle(sun)), 2));
+}
+double radiance_of(const PointLight& ball, int c) {
+  return double(ball.intensity[c]) / (kPi * ball.radius * ball.radius);
+}
+
+Towards towards(const Sun& sun, Vec3d, int c, Rng& rng) {
+  const Vec3d axis = normalize(sun.direction);
+  if (sun.angle == 0) return {axis, kNowhere, double(sun.irradiance[c])};
+  const auto [u, v] = rng.uniform2();
+  const double cap = 1 - std::cos(half_angle(sun)), cosine = 1 - cap * double(u);
+  const double sine = std::sqrt(1 - cosine * cosine), azimuth = 2 * kPi * double(v);
+  Vec3d s, t;
+  orthonormal_basis(axis, s, t);
+  const Vec3d d = axis * cosine + (s * std::cos(azimuth) + t * std::sin(azimuth)) * sine;
+  return {d, kNowhere, radiance_of(sun, c) * 2 * kPi * cap};
+}
+Towards towards(const PointLight& light, Vec3d place, int c, Rng& rng) {
+  const Vec3d way = light.position - place;
+  if (light.radius == 0) {
+    return {normalize(way), length(way), double(light.intensity[c]) / dot(way, way)};
+  }
+  const Vec3d normal = any_direction(rng);
+  return from_surface(way + normal * light.radius, normal, radiance_of(light, c),
+                      4 * kPi * light.radius * light.radius);
+}
+Towards towards(const SpotLight& light, Vec3d place, int c, Rng&) {
+  const Vec3d way = light.position - place;
+  const double cosine = -dot(normalize(way), normalize(light.direction)), degrees = kPi / 180;
+  const double rim = std::cos(light.angle / 2 * degrees);
+  const double full = std::cos(light.angle / 2 * (1 - light.blend) * degrees);
+  const double x = std::clamp((cosine - rim) / (full - rim), 0.0, 1.0);
+  const double shown = x * x * (3 - 2 * x);
+  return {normalize(way), length(way), shown * double(light.intensity[c]) / dot(way, way)};
+}
+/// The sides of an area, and its normal.
+struct Sides {
+  Vec3d across, up, normal;
+};
+Sides sides_of(const AreaLight& light) {
+  const Vec3d normal = normalize(light.direction), across = normalize(cross(light.up, normal));
+  return {across * light.size[0], cross(normal, across) * light.size[1], normal};
+}
+Towards towards(const AreaLight& light, Vec3d place, int c, Rng& rng) {
+  const auto [u, v] = rng.uniform2();
+  const Sides s = sides_of(light);
+  const Vec3d at = light.position + s.across * (double(u) - 0.5) + s.up * (double(v) - 0.5);
+  return from_surface(at - place, s.normal, double(light.radiance[c]),
+                      light.size[0] * light.size[1]);
+}
+
+template <class Other>
+Towards towards(const Other&, Vec3d, int, Rng&) {
+  throw std::logic_error("the reference tracer does not know this light");
+}
+
+/// What a camera ray sees of a light that lets light through, if nothing stops it before `end`.
+double seen(const Sun& sun, const Ray& ray, double end, int c) {
+  const bool met = sun.angle > 0 && end == kNowhere &&
+                   dot(ray.d, normalize(sun.direction)) > std::cos(half_angle(sun));
+  return met ? radiance_of(sun, c) : 0;
+}
+double seen(const PointLight& light, const Ray& ray, double end, int c) {
+  if (light.radius == 0) return 0;
+  Hit hit;
+  meet(BallSurface{light.position, light.radius, {}}, ray, hit);
+  return hit.t < end ? radiance_of(light, c) : 0;
+}
+double seen(const AreaLight& light, const Ray& ray, double end, int c) {
+  const Sides s = sides_of(light);
+  const double t = dot(light.position - ray.o, s.normal) / dot(ray.d, s.normal);
+  if (!(t > 0 && t < end && dot(ray.d, s.normal) < 0)) return 0;
+  const Vec3d p = ray.at(t) - light.position;
+  const auto within = [&](Vec3d side) { return 2 * std::abs(dot(p, side)) <= dot(side, side); };
+  return within(s.across) && within(s.up) ? double(light.radiance[c]) : 0;
+}
+
+template <class OfNoExtent>
+double seen(const OfNoExtent&, const Ray&, double, int) {
+  return 0;
+}
+
+double radiance_of(const ConstantSky& sky, Vec3d, int c) { return double(sky.radiance[c]); }
+double radiance_of(const GradientSky& sky, Vec3d d, int c) {
+  const double up = dot(d, normalize(sky.up));
+  const double end = double(up >= 0 ? sky.zenith[c] : sky.ground[c]);
+  return double(sky.horizon[c]) + std::abs(up) * (end - double(sky.horizon[c]));
+}
+/// Of one that is neither turned nor scaled.
+double radiance_of(const ImageSky& sky, Vec3d d, int c) {
+  const double turn = std::atan2(d.z, d.x) / (2 * kPi), down = std::acos(d.y) / kPi;
+  const int x = std::min(int((turn - std::floor(turn)) * sky.width), sky.width - 1);
+  const int y = std::min(int(down * sky.height), sky.height - 1);
+  return double(sky.pixels[std::size_t(y * sky.width + x)][c]);
+}
+template <class Other>
+double radiance_of(const Other&, Vec3d, int) {
+  throw std::logic_error("the reference tracer does not know this sky");
+}
+
+// --- Paths ---
+
+class Tracer {
+ public:
+  Tracer(const ReferenceScene& scene, double time, int channel, Rng& rng)
+      : scene_(scene.scene), medium_(scene, time, channel), c_(channel), rng_(rng) {}
+
+  struct Result {
+    double radiance = 0;
+    bool covered = false;  ///< whether something stopped the camera ray
+  };
+  [[nodiscard]] Result trace(Ray ray) {
+    Result result;
+    double weight = 1;
+    const std::uint32_t most = scene_.options.max_bounces.value_or(1'000'000);
+    for (std::uint32_t bounce = 0;; ++bounce) {
+      const Hit hit = nearest(scene_.surfaces, ray);
+      double emitted = 0;
+      const std::optional<Collision> collision = fly(ray, hit.t, emitted);
+      result.radiance += weight * emitted;
+      const double end = collision ? collision->t : hit.t;
+      if (bounce == 0 ? scene_.options.background : true) {
+        result.radiance += weight * behind(ray, end, bounce == 0);
+      }
+      if (bounce == 0) result.covered = end < kNowhere;
+      if (end == kNowhere || bounce == most) return result;
+      const Vec3d place = ray.at(end);
+      if (collision) {
+        weight *= collision->medium.scattering() / collision->medium.extinction;
+        result.radiance += weight * lit(collision->medium, ray.d, place);
+        ray = {place, scatter(collision->medium, ray.d)};
+      } else {
+        weight *= double(hit.material->albedo[c_]);
+        result.radiance += weight * lit(hit, place);
+        ray = {place, normalize(hit.normal + any_direction(rng_))};
+      }
+      if (weight < 0.3) {
+        if (double(rng_.uniform()) >= weight) return result;
+        weight = 1;
+      }
+    }
+  }
+
+ private:
+  const CloudScene& scene_;
+  Media medium_;
+  int c_;
+  Rng& rng_;
+
+  struct Collision {
+    double t;
+    Local medium;
+  };
+
+  /// f(t, medium) at tentative collisions before `end` until it returns false.
+  template <class F>
+  void tentative_collisions(const Ray& ray, double end, const F& f) {
+    const auto span = intersect(medium_.box(), ray, 0, std::min(end, 1e9));
+    if (!span) return;
+    for (double t = span->t0;;) {
+      t += double(to_exponential(rng_.block().lo)) / medium_.majorant();
+      if (t >= span->t1 || !f(t, medium_.at(ray.at(t)))) return;
+    }
+  }
+
+  std::optional<Collision> fly(const Ray& ray, double end, double& emitted) {
+    std::optional<Collision> found;
+    tentative_collisions(ray, end, [&](double t, Local medium) {
+      emitted += medium.emission / medium_.majorant();
+      if (double(rng_.uniform()) * medium_.majorant() >= medium.extinction) return true;
+      found = {t, std::move(medium)};
+      return false;
+    });
+    return found;
+  }
+
+  double transmittance(const Ray& ray, double end) {
+    if (nearest(scene_.surfaces, ray).t < end) return 0;
+    double passed = 1;
+    tentative_collisions(ray, end, [&](double, const Local& medium) {
+      passed *= 1 - medium.extinction / medium_.majorant();
+      return passed > 0;
+    });
+    return passed;
+  }
+
+  double behind(const Ray& ray, double end, bool of_camera) {
+    double sum = 0;
+    if (end == kNowhere) {
+      sum += std::visit([&](const auto& sky) { return radiance_of(sky, ray.d, c_); },
+                        scene_.environment);
+    }
+    for (const Light& light : scene_.lights) {
+      if (of_camera) sum += std::visit([&](const auto& l) { return seen(l, ray, end, c_); }, light);
+    }
+    return sum;
+  }
+
+  /// f(direction) is the share of what comes from there that goes on along the path.
+  template <class F>
+  double lit_by_lights(Vec3d place, const F& f) {
+    double sum = 0;
+    for (const Light& light : scene_.lights) {
+      const Towards to =
+          std::visit([&](const auto& l) { return towards(l, place, c_, rng_); }, light);
+      const double share = to.radiance > 0 ? f(to.direction) : 0;
+      if (share > 0) sum += share * to.radiance * transmittance({place, to.direction}, to.distance);
+    }
+    return sum;
+  }
+  double lit(const Local& medium, Vec3d from, Vec3d place) {
+    return lit_by_lights(place, [&](Vec3d to) {
+      double sum = 0;
+      for (const Local::Lobe& l : medium.lobes) {
+        sum += l.scattering * double(pdf_phase(*l.phase, Vec3f(from), Vec3f(to)));
+      }
+      return sum / medium.scattering();
+    });
+  }
+  double lit(const Hit& hit, Vec3d place) {
+    return lit_by_lights(place, [&](Vec3d to) { return std::max(0.0, dot(hit.normal, to)) / kPi; });
+  }
+
+  Vec3d scatter(const Local& medium, Vec3d from) {
+    double left = double(rng_.uniform()) * medium.scattering();
+    const PhaseFunction* phase = medium.lobes.back().phase;
+    for (const Local::Lobe& l : medium.lobes) {
+      if (left < l.scattering) {
+        phase = l.phase;
+        break;
+      }
+      left -= l.scattering;
+    }
+    return normalize(Vec3d(sample_phase(*phase, Vec3f(from), rng_)));
+  }
+};
+
+/// The camera ray of a place in the picture, in pixels from its upper left corner.
+Ray camera_ray(const CloudScene& scene, double x, double y) {
+  const Camera& c = scene.camera;
+  const Vec3d ahead = normalize(c.target - c.position), right = normalize(cross(ahead, c.up));
+  const double half = std::tan(c.fov / 2 * kPi / 180), height = scene.options.height;
+  const Vec3d up = cross(right, ahead);
+  const double across = (2 * x - scene.options.width) / height, above = 1 - 2 * y / height;
+  return {c.position, normalize(ahead + right * (half * across) + up * (half * above))};
+}
+
+}  // namespace
+
+Film reference_film(const ReferenceScene& scene, std::uint32_t samples, std::uint64_t seed) {
+  Film film;
+  film.width = film.crop_width = scene.scene.options.width;
+  film.height = film.crop_height = scene.scene.options.height;
+  film.pixels.resize(std::size_t(film.width) * std::size_t(film.height));
+  const Shutter shutter = scene.scene.camera.shutter;
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    PixelSums& pixel = film.pixels[i];
+    const double px = double(i % std::size_t(film.width)), py = double(i / std::size_t(film.width));
+    for (std::uint32_t sample = 0; sample < samples; ++sample) {
+      Rng rng(seed, i, sample);
+      int stopped = 0;
+      for (int c = 0; c < 3; ++c) {  // each a picture by itself
+        const auto [u, v] = rng.uniform2();
+        Tracer tracer(scene, shutter.at(double(rng.uniform())), c, rng);
+        const auto [radiance, covered] =
+            tracer.trace(camera_ray(scene.scene, px + double(u), py + double(v)));
+        pixel.sum[c] += radiance;
+        pixel.sum_squares[c] += radiance * radiance;
+        stopped += covered;
+      }
+      pixel.alpha += stopped / 3.0;
+      ++pixel.samples;
+    }
+  }
+  return film;
+}
+
+}  // namespace pvol::test
