@@ -19,8 +19,10 @@ double StudyClock::left() const { return report_.budget - (clock_seconds() - beg
 
 void StudyClock::announce(const std::string& next, double seconds_left) {
   constexpr double kPause = 5;
-  if (quiet_ || clock_seconds() < last_ + kPause) return;
+  const std::string round = next.starts_with("round ") ? next.substr(0, next.find(':')) : "";
+  if (quiet_ || (round == round_ && clock_seconds() < last_ + kPause)) return;
   last_ = clock_seconds();
+  round_ = round;
   std::cerr << fmt::format("pvol-stats: {}; {} left\n", next,
                            readable_seconds(std::max(0.0, seconds_left)));
 }

@@ -11,7 +11,7 @@
 namespace pvol::cli {
 
 /// Measures for a report and keeps the clock; from the reference on interruptions leave a report of
-/// what was measured. Says on stderr what is measured next, every few seconds.
+/// what was measured. Says on stderr what is measured next, at each round and every few seconds.
 class StudyClock {
  public:
   StudyClock(StudyReport& report, bool quiet);
@@ -44,6 +44,7 @@ class StudyClock {
   StudyReport& report_;
   bool quiet_;
   double begin_, last_ = 0;
+  std::string round_;  // that was told last
 };
 
 }  // namespace pvol::cli
