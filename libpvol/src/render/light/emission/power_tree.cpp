@@ -263,7 +263,10 @@ EmissionLights::EmissionLights(const std::vector<EmissionSource>& sources) {
 }
 
 EmissionLights::Towards EmissionLights::sample(Vec3d place, float time, Rng& rng) const {
-  const auto seen = [&](std::size_t k) { return lights_[k].seen_from(place, lights_[k].at(time)); };
+  PlacedPower::Place moved;
+  const auto seen = [&](std::size_t k) {
+    return lights_[k].seen_from(place, lights_[k].at(time, moved));
+  };
   double sum = 0;
   for (std::size_t k = 0; k < lights_.size(); ++k) sum += seen(k);
   if (!(sum > 0)) return {};
@@ -272,7 +275,7 @@ EmissionLights::Towards EmissionLights::sample(Vec3d place, float time, Rng& rng
     double left = double(rng.uniform()) * sum;
     while (k + 1 < lights_.size() && !(left < seen(k))) left -= seen(k++);
   }
-  const Vec3d way = lights_[k].sample(place, lights_[k].at(time), rng) - place;
+  const Vec3d way = lights_[k].sample(place, lights_[k].at(time, moved), rng) - place;
   const double distance = length(way);
   if (!(distance > 0)) return {};
   const Vec3f d(way / distance);
@@ -301,8 +304,9 @@ Vec3d EmissionLights::centre() const {
 
 float EmissionLights::pdf(Vec3d place, Vec3f direction, float time) const {
   double sum = 0, density = 0;
+  PlacedPower::Place moved;
   for (const PlacedPower& l : lights_) {
-    const PlacedPower::Place own = l.at(time);
+    const PlacedPower::Place& own = l.at(time, moved);
     const double seen = l.seen_from(place, own);
     if (!(seen > 0)) continue;
     sum += seen;

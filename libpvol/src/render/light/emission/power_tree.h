@@ -74,7 +74,10 @@ class PlacedPower {
     Vec3d centre;
     double reach;  ///< of what shines, from the centre, squared
   };
-  [[nodiscard]] Place at(float time) const { return source_.moves ? place_at(time) : still_; }
+  /// Of what moves in `moved`, which is to outlive the result.
+  [[nodiscard]] const Place& at(float time, Place& moved) const {
+    return source_.moves ? moved = place_at(time) : still_;
+  }
 
   /// What a place of the world gets, about: power over squared distance.
   [[nodiscard]] double seen_from(Vec3d place, const Place& own) const;
