@@ -34,6 +34,8 @@ const Field& flame() {
   return f;
 }
 
+ReferenceFire burning() { return {&flame(), 0.2, Rgb(3.0f, 1.5f, 0.5f)}; }
+
 const Field& nothing() {
   static const Field f = make_field("nothing", {0, 0, 0}, {8, 8, 8}, [](Vec3i) { return 0.0; });
   return f;
@@ -68,6 +70,12 @@ struct Feature {
   std::string kind, name;
   std::function<void(ReferenceScene&)> add;
 };
+
+/// Sets an option of the render.
+template <class T, class U>
+std::function<void(ReferenceScene&)> option(T RenderOptions::*member, U value) {
+  return [=](ReferenceScene& r) { r.scene.options.*member = value; };
+}
 
 /// In the order in which they are added: volumes, and then what becomes of the first of them.
 const std::vector<Feature>& features() {
@@ -104,8 +112,8 @@ const std::vector<Feature>& features() {
          r.volumes[0].map.scale = 1.5;
          r.volumes[0].map.power = 2;
        }},
-      {"look-up", "tricubic", [](R& r) { r.scene.options.look_up = LookUp::tricubic; }},
-      {"look-up", "nearest", [](R& r) { r.scene.options.look_up = LookUp::nearest; }},
+      {"look-up", "tricubic", option(&RenderOptions::look_up, LookUp::tricubic)},
+      {"look-up", "nearest", option(&RenderOptions::look_up, LookUp::nearest)},
       {"extinction", "extinction by channel",
        [](R& r) { r.volumes[0].medium.extinction_color = Rgb(1.0f, 0.6f, 0.2f); }},
       {"albedo", "an albedo grid",
@@ -122,14 +130,11 @@ const std::vector<Feature>& features() {
          components[0].share = 0.6;
          components.push_back({0.4, Rgb(0.99f, 0.5f, 0.8f), Rayleigh{}});
        }},
-      {"fire", "a fire",
-       [](R& r) {
-         r.volumes[0].fire = ReferenceFire{&flame(), 0.2, Rgb(3.0f, 1.5f, 0.5f)};
-       }},
+      {"fire", "a fire", [](R& r) { r.volumes[0].fire = burning(); }},
       {"fire", "a fire alone",
        [](R& r) {
          r.volumes[0].field = &nothing();
-         r.volumes[0].fire = ReferenceFire{&flame(), 0.2, Rgb(3.0f, 1.5f, 0.5f)};
+         r.volumes[0].fire = burning();
        }},
       {"lights", "a spot",
        [](R& r) {
@@ -173,29 +178,27 @@ const std::vector<Feature>& features() {
          mesh.material.albedo = Rgb(0.2f, 0.5f, 0.8f);
          r.scene.surfaces.push_back(mesh);
        }},
-      {"bounces", "two scatterings at most", [](R& r) { r.scene.options.max_bounces = 2; }},
-      {"background", "a background", [](R& r) { r.scene.options.background = true; }},
-      {"guide", "guided", [](R& r) { r.scene.options.guide = GuideUse::on; }},
-      {"tracker", "delta", [](R& r) { r.scene.options.tracker = Tracker::delta; }},
-      {"tracker", "weighted delta",
-       [](R& r) { r.scene.options.tracker = Tracker::weighted_delta; }},
+      {"bounces", "two scatterings at most", option(&RenderOptions::max_bounces, 2u)},
+      {"background", "a background", option(&RenderOptions::background, true)},
+      {"guide", "guided", option(&RenderOptions::guide, GuideUse::on)},
+      {"tracker", "delta", option(&RenderOptions::tracker, Tracker::delta)},
+      {"tracker", "weighted delta", option(&RenderOptions::tracker, Tracker::weighted_delta)},
       {"tracker", "weighted decomposition",
-       [](R& r) { r.scene.options.tracker = Tracker::weighted_decomposition; }},
+       option(&RenderOptions::tracker, Tracker::weighted_decomposition)},
       {"tracker", "majorants that do not hold",
        [](R& r) {
          r.scene.options.tracker = Tracker::weighted_delta;
          r.scene.options.majorant_scale = 0.7;
        }},
-      {"tracker", "regular", [](R& r) { r.scene.options.tracker = Tracker::regular; }},
-      {"shadow rays", "ratio", [](R& r) { r.scene.options.transmittance = Transmittance::ratio; }},
+      {"tracker", "regular", option(&RenderOptions::tracker, Tracker::regular)},
+      {"shadow rays", "ratio", option(&RenderOptions::transmittance, Transmittance::ratio)},
       {"shadow rays", "residual ratio",
-       [](R& r) { r.scene.options.transmittance = Transmittance::residual_ratio; }},
-      {"shadow rays", "closed form",
-       [](R& r) { r.scene.options.transmittance = Transmittance::regular; }},
+       option(&RenderOptions::transmittance, Transmittance::residual_ratio)},
+      {"shadow rays", "closed form", option(&RenderOptions::transmittance, Transmittance::regular)},
       {"micro-bounds", "micro-bounds",
-       [](R& r) { r.scene.options.micro_bounds = MicroBoundsUse::cells_1; }},
+       option(&RenderOptions::micro_bounds, MicroBoundsUse::cells_1)},
       {"emission", "emission along flights",
-       [](R& r) { r.scene.options.line_emission = LineEmission::on; }},
+       option(&RenderOptions::line_emission, LineEmission::on)},
   };
   return all;
 }

@@ -119,19 +119,28 @@ inline void add_arriving(const PointLight& light, Vec3d place, std::vector<Arriv
         {to, near, intensity / (pi * r * r) * (2 * pi * cap / (kLightSteps * kLightSteps))});
   }
 }
-inline void add_arriving(const SpotLight& light, Vec3d place, std::vector<Arriving>& all) {
+[[nodiscard]] inline Arriving from_spot(const SpotLight& light, Vec3d place) {
   const Vec3d way = light.position - place;
   const double degrees = std::numbers::pi / 180;
   const double cosine = -dot(normalize(way), normalize(light.direction));
   const double rim = std::cos(light.angle / 2 * degrees);
   const double full = std::cos(light.angle / 2 * (1 - light.blend) * degrees);
   const double x = std::clamp((cosine - rim) / (full - rim), 0.0, 1.0);
-  all.push_back(from_point(way, Vec3d(light.intensity) * (x * x * (3 - 2 * x))));
+  return from_point(way, Vec3d(light.intensity) * (x * x * (3 - 2 * x)));
+}
+inline void add_arriving(const SpotLight& light, Vec3d place, std::vector<Arriving>& all) {
+  all.push_back(from_spot(light, place));
+}
+/// The sides of an area, and its normal.
+struct Sides {
+  Vec3d across, up, normal;
+};
+[[nodiscard]] inline Sides sides_of(const AreaLight& light) {
+  const Vec3d normal = normalize(light.direction), across = normalize(cross(light.up, normal));
+  return {across * light.size[0], cross(normal, across) * light.size[1], normal};
 }
 inline void add_arriving(const AreaLight& light, Vec3d place, std::vector<Arriving>& all) {
-  const Vec3d normal = normalize(light.direction);
-  const Vec3d across = normalize(cross(light.up, normal)) * light.size[0];
-  const Vec3d up = normalize(cross(normal, across)) * light.size[1];
+  const auto [across, up, normal] = sides_of(light);
   for (int i = 0; i < kLightSteps * kLightSteps; ++i) {
     const double u = (i / kLightSteps + 0.5) / kLightSteps - 0.5;
     const double v = (i % kLightSteps + 0.5) / kLightSteps - 0.5;

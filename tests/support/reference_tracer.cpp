@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "support/bodies.h"
 #include "support/oracle.h"
 
 namespace pvol::test {
@@ -187,6 +188,9 @@ Towards from_surface(Vec3d way, Vec3d normal, double radiance, double area) {
   const double square = dot(way, way), cosine = -dot(way, normal) / std::sqrt(square);
   return {normalize(way), std::sqrt(square), cosine <= 0 ? 0 : radiance * cosine * area / square};
 }
+Towards from(const Arriving& light, int c) {
+  return {light.towards, light.distance, light.irradiance[c]};
+}
 double half_angle(const Sun& sun) { return sun.angle / 2 * kPi / 180; }
 double radiance_of(const Sun& sun, int c) {
   return double(sun.irradiance[c]) / (kPi * std::pow(std::sin(half_angle(sun)), 2));
@@ -208,29 +212,13 @@ Towards towards(const Sun& sun, Vec3d, int c, Rng& rng) {
 }
 Towards towards(const PointLight& light, Vec3d place, int c, Rng& rng) {
   const Vec3d way = light.position - place;
-  if (light.radius == 0) {
-    return {normalize(way), length(way), double(light.intensity[c]) / dot(way, way)};
-  }
+  if (light.radius == 0) return from(from_point(way, Vec3d(light.intensity)), c);
   const Vec3d normal = any_direction(rng);
   return from_surface(way + normal * light.radius, normal, radiance_of(light, c),
                       4 * kPi * light.radius * light.radius);
 }
 Towards towards(const SpotLight& light, Vec3d place, int c, Rng&) {
-  const Vec3d way = light.position - place;
-  const double cosine = -dot(normalize(way), normalize(light.direction)), degrees = kPi / 180;
-  const double rim = std::cos(light.angle / 2 * degrees);
-  const double full = std::cos(light.angle / 2 * (1 - light.blend) * degrees);
-  const double x = std::clamp((cosine - rim) / (full - rim), 0.0, 1.0);
-  const double shown = x * x * (3 - 2 * x);
-  return {normalize(way), length(way), shown * double(light.intensity[c]) / dot(way, way)};
-}
-/// The sides of an area, and its normal.
-struct Sides {
-  Vec3d across, up, normal;
-};
-Sides sides_of(const AreaLight& light) {
-  const Vec3d normal = normalize(light.direction), across = normalize(cross(light.up, normal));
-  return {across * light.size[0], cross(normal, across) * light.size[1], normal};
+  return from(from_spot(light, place), c);
 }
 Towards towards(const AreaLight& light, Vec3d place, int c, Rng& rng) {
   const auto [u, v] = rng.uniform2();

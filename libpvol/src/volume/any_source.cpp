@@ -1,14 +1,11 @@
 #include "volume/any_source.h"
 
-#include "pvol/volume/extinction_source.h"
-
 namespace pvol::detail {
 
 float density_at_time(const VolumeField& field, LeafHandle leaf, const LatticePoint& p,
                       float time) {
   return visit_source(field, [&](const auto& still) -> float {
-    if (field.motion == nullptr || time == 0) return still.density(leaf, p);
-    const Vec3d from = place_at_rest(*field.motion, time, position(p));
+    const Vec3d from = place_at_rest(field, time, position(p));
     if (from == position(p)) return still.density(leaf, p);
     if (!field.octree.support().contains(from)) return 0;
     constexpr LeafHandle kRoot = Octree::kNodeBit;

@@ -2,7 +2,6 @@
 
 #include <type_traits>
 
-#include "pvol/volume/extinction_source.h"
 #include "volume/any_source.h"
 
 namespace pvol::detail {
@@ -19,11 +18,9 @@ struct CancellableSource : PlainField<Source> {
 template <class F>
 decltype(auto) visit_cancellable(const VolumeField& field, const FlightMonitor& monitor,
                                  const F& f) {
-  const auto visit = [&](const auto& source) {
+  return visit_source_at(field, monitor.time, [&](const auto& source) {
     return f(CancellableSource<std::decay_t<decltype(source)>>{{source}, *monitor.stop});
-  };
-  if (field.motion != nullptr) return visit(AnyExtinction{field, monitor.time});
-  return visit_source(field, visit);
+  });
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ struct GuideChoice {
 
 /// `automatic` guides where paths scatter so often, and are so many, that it should pay, and where
 /// light comes from more than a smooth sky; fires do not count, whose own noise it hardly lessens.
-/// Guiding needs a tracker without weights and no limit on bounces: `on` throws Error without them.
+/// Guiding needs a volume, and majorants that hold: `on` throws Error without them.
 /// Deterministic, from the scene and the number of camera paths alone.
 [[nodiscard]] GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene,
                                        double paths);

@@ -37,8 +37,9 @@ struct ChromaticFlight {
 /// for all channels, by probabilities in proportion to what they carry, `throughput` times their
 /// weights so far. So none of the products exceeds the sum of them all, however far the channels
 /// are apart. Majorants need not hold: then weights may be negative, and grow. E[weight f(t)] is
-/// the integral of share mu_t T f by channel (THEORY.md, T3.9). Based on: Kutz, Habel, Li, Novak.
-/// Spectral and Decomposition Tracking. 2017, section 5.1, with probabilities by path history.
+/// the integral of share mu_t T f by channel (THEORY.md, T3.9).
+/// Based on: Kutz, Habel, Li, Novak. Spectral and Decomposition Tracking. 2017, section 5.1, with
+/// probabilities by path history.
 template <class Segments, class Field, class Numbers, class Count>
 [[nodiscard]] ChromaticFlight chromatic_flight(Segments& segments, const Field& field, Rgb share,
                                                Rgb throughput, Numbers& rng, Count& count) {

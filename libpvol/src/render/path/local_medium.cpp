@@ -8,11 +8,9 @@ namespace pvol::detail {
 LocalMedium local_medium(const CollisionPlace& place, const MediumComponent& component,
                          float time) {
   const VolumeSetup& volume = *place.volume;
-  Vec3d cells = place.cells;
   const AlbedoField* const field = volume.volume.albedo.get();
   if (field == nullptr) return everywhere(component);
-  const Motion* const motion = volume.volume.density.motion.get();
-  if (motion != nullptr && time != 0) cells = place_at_rest(*motion, time, cells);
+  const Vec3d cells = place_at_rest(volume.volume.density, time, place.cells);
   const Rgb albedo = component.albedo * color_in(*field, volume.cells_to_albedo.point(cells));
   return {albedo, (Rgb(1.0f) - albedo) * component.source};
 }

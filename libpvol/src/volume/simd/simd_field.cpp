@@ -66,7 +66,7 @@ void trace_back(const VolumeField& field, const PlacesInMotion& places,
   const Vec3d border(DenseBounds::kBorder);
   for (const std::uint32_t event : which) {
     const Vec3d at{double(places.x[event]), double(places.y[event]), double(places.z[event])};
-    const Vec3d from = place_at_rest(*field.motion, places.time[event], at - border) + border;
+    const Vec3d from = place_at_rest(field, places.time[event], at - border) + border;
     places.to_x[event] = float(from.x), places.to_y[event] = float(from.y);
     places.to_z[event] = float(from.z);
   }

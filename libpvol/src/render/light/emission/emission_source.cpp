@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "pvol/volume/estimators.h"
-#include "pvol/volume/extinction_source.h"
 #include "pvol/volume/facts.h"
 #include "render/light/emission/collision_limit.h"
 #include "volume/any_source.h"
@@ -36,13 +35,6 @@ EmissionSource source_of(const Volume& v) {
           .per_color = emitted(v.medium, by_albedo)};
 }
 
-/// Where what is at a place of the field was at the files' time: colours move along.
-Vec3d at_rest(const VolumeField& field, const LatticePoint& p, Vec3d world, float time) {
-  if (field.motion == nullptr) return world;
-  const Vec3d from = place_at_rest(*field.motion, time, position(p));
-  return inverse(field.world_to_cells).point(from);
-}
-
 template <class Value>
 Rgb integrate(const EmissionSource& source, const Value& value, const Ray& ray, const Ray& cells,
               Span span, float time, float u, int points) {
@@ -50,6 +42,8 @@ Rgb integrate(const EmissionSource& source, const Value& value, const Ray& ray, 
   const Octree& tree = source.lines();
   Walk walk(tree, make_cursor(tree, cells.at(span.t0)), widen(Vec3f(cells.d)), span.t1 - span.t0);
   const double pieces = length(cells.d) * points / kStride;
+  const bool colors_move = source.albedo != nullptr && source.field->motion != nullptr;
+  const Affine to_world = colors_move ? inverse(source.field->world_to_cells) : Affine{};
   Rgb sum(0.0f);
   while (const auto s = walk.next()) {
     const double length = s->t1 - s->t0;
@@ -58,7 +52,9 @@ Rgb integrate(const EmissionSource& source, const Value& value, const Ray& ray, 
     for (int k = 0; k < count; ++k) {
       const double t = s->t0 + (k + double(u)) * piece;
       const LatticePoint p = walk.point(t);
-      const Vec3d place = at_rest(*source.field, p, ray.at(span.t0 + t), time);
+      const Vec3d place = colors_move
+                              ? to_world.point(place_at_rest(*source.field, time, position(p)))
+                              : ray.at(span.t0 + t);
       sum += source.at(value, *s, p, place) * float(piece);
       u += kGolden;
       if (u >= 1) u -= 1;
@@ -128,10 +124,9 @@ Rgb integrate(const EmissionSource& source, const Ray& world, double distance, f
   const Ray cells{f.world_to_cells.point(ray.o), f.world_to_cells.vector(ray.d)};
   const auto span = intersect(source.lines().support(), cells, 0, distance);
   if (!span) return Rgb(0.0f);
-  const auto of = [&](const auto& value) {
+  return visit_source_at(f, time, [&](const auto& value) {
     return integrate(source, value, ray, cells, *span, time, u, points);
-  };
-  return f.motion != nullptr ? of(AnyExtinction{f, time}) : visit_source(f, of);
+  });
 }
 
 }  // namespace pvol::detail
