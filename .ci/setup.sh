@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that pvol is built from, where any are missing; it takes milliseconds when
 # everything is there.
-#   .ci/setup.sh          for all of it, as tests/run needs
+#   .ci/setup.sh          for all that tests/run needs
 #   .ci/setup.sh tools    for pvol-fit, pvol-render and pvol-convert, as samples/run needs
+#   .ci/setup.sh nightly  for all that tests/nightly needs
 set -euo pipefail
 
 packages=(
@@ -19,10 +20,12 @@ packages=(
   libcgal-dev                                       # the independent check of shells
   libgtest-dev libbenchmark-dev python3             # python3 runs second readers of files
   pybind11-dev python3-dev python3-numpy            # the Python module
-  python3-matplotlib                                # one of its examples
   openimageio-tools                                 # oiiotool reads pictures back in tests
   groff-base                                        # which sets the man pages
-  slurmctld slurmd slurm-client munge               # a farm of one node, for tests
+)
+[[ ${1:-} != nightly ]] || packages+=(
+  python3-matplotlib                                # one of the module's examples
+  slurmctld slurmd slurm-client munge               # a farm of one node
   cppcheck                                          # tests/analyse
 )
 

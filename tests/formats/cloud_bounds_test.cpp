@@ -13,6 +13,7 @@
 #include "pvol/field/micro_range.h"
 #include "pvol/formats/cloud.h"
 #include "pvol/math/rng.h"
+#include "support/effort.h"
 
 namespace pvol {
 namespace cloud_bounds_test {
@@ -21,13 +22,16 @@ namespace fs = std::filesystem;
 
 const fs::path kShared = PVOL_SHARED_DATA;
 
+/// All of them; on each commit without the largest.
 std::vector<fs::path> clouds() {
   std::vector<fs::path> files;
   if (!fs::exists(kShared)) return files;
   for (const char* folder : {"", "odd"}) {
     for (const auto& entry : fs::directory_iterator(kShared / folder)) {
       const auto ending = entry.path().extension();
-      if (ending == ".vdb" || ending == ".nvdb") files.push_back(entry.path());
+      if (ending != ".vdb" && ending != ".nvdb") continue;
+      if (!proof::runs_all() && entry.path().stem() == "wdas_x4_detail") continue;
+      files.push_back(entry.path());
     }
   }
   std::sort(files.begin(), files.end());

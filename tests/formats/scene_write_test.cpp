@@ -71,7 +71,7 @@ struct RandomScene {
     o.seed = bits() >> 1;
     o.tracker = Tracker(whole(0, 5));
     o.transmittance = Transmittance(whole(0, 4));
-    o.micro_bounds = MicroBoundsUse(whole(0, 3));
+    o.micro_bounds = MicroBoundsUse(whole(0, 4));
     o.look_up = LookUp(whole(0, 3));
     o.shells = ShellUse(whole(0, 2));
     o.guide = GuideUse(whole(0, 2));

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "support/effort.h"
 #include "volume/simd/choose_batch_kernels.h"
 
 namespace pvol::test {
@@ -14,6 +15,13 @@ namespace pvol::test {
        {KernelKind::sse4, KernelKind::neon, KernelKind::avx2, KernelKind::avx512}) {
     if (detail::has_kernel(kernel)) all.push_back(kernel);
   }
+  return all;
+}
+
+/// Those for tests of every scene that render each several times: on each commit the widest.
+[[nodiscard]] inline std::vector<KernelKind> kernels_to_try() {
+  std::vector<KernelKind> all = simd_kernels();
+  if (!proof::runs_all() && !all.empty()) all.erase(all.begin(), all.end() - 1);
   return all;
 }
 

@@ -71,7 +71,7 @@ inline void expect_same_at_every_width(const std::vector<Shot>& shots) {
 
 /// By other threads, and in a crop.
 inline void expect_same_in_any_company(const std::vector<Shot>& shots) {
-  for (const KernelKind kernel : simd_kernels()) {
+  for (const KernelKind kernel : kernels_to_try()) {
     for (const Shot& shot : shots) {
       CloudScene s = shot.scene;
       s.options.samples = 20;
