@@ -168,7 +168,8 @@ class MissingCubes {
 
   /// Cells lo <= c <= hi.
   void look(Vec3l lo, Vec3l hi) {
-    if (!cubes_.pyramid.empty()) descend(cubes_.pyramid.levels.size() - 1, 0, true, lo, hi);
+    if (cubes_.pyramid.empty() || are_in_leaf(lo, hi)) return;
+    descend(top(), 0, true, lo, hi);
   }
 
   void add(const MissingCubes& other) {
@@ -189,6 +190,20 @@ class MissingCubes {
   }
 
  private:
+  [[nodiscard]] std::size_t top() const { return cubes_.pyramid.levels.size() - 1; }
+
+  /// Whether all are in one leaf that is there, as most are: known without a descent.
+  [[nodiscard]] bool are_in_leaf(Vec3l lo, Vec3l hi) const {
+    Vec3<std::uint32_t> leaf;
+    for (int a = 0; a < 3; ++a) {
+      const std::int64_t from = lo[a] - cubes_.pyramid.origin[a], to = from + hi[a] - lo[a];
+      if (from < 0 || from >= cubes_.edge(top()) || from / kLeafEdge != to / kLeafEdge)
+        return false;
+      leaf[a] = std::uint32_t(from / kLeafEdge);
+    }
+    return find(cubes_.pyramid.levels[0], morton_encode(leaf)).has_value();
+  }
+
   /// Below a cube that is not there, on to the leaves or what the box fills.
   void descend(std::size_t level, std::uint64_t code, bool there, Vec3l lo, Vec3l hi) {
     const Vec3l first = cubes_.origin(level, code), last = first + Vec3l(cubes_.edge(level) - 1);
