@@ -32,7 +32,7 @@ using namespace pvol::bench;
 
 constexpr const char* kUsage =
     "usage: embed_bench CLOUD [--thickness X] [--g X] [--paths N] [--rounds N] [--analog]\n"
-    "                   [--micro-bounds auto|none|2|1] [--only TEXT]\n"
+    "                   [--micro-bounds auto|none|2|1|codes] [--only TEXT]\n"
     "CLOUD            samples with trilinear look-ups; .vdb, .pvol, ...\n"
     "--thickness 78   mean optical thickness along x\n"
     "--g 0.877        mean cosine of the phase function, Henyey and Greenstein's\n"
@@ -115,12 +115,12 @@ void print_bytes(const char* name, const Volume& v, double theirs) {
   const VolumeField& f = v.density;
   const std::uint64_t index = f.leaves ? f.leaves->bytes() : 0;
   const std::uint64_t samples = f.value_bytes() - f.shared_bytes();
-  const std::uint64_t all = samples + f.octree.bytes() + f.micro.bytes() + index;
+  const std::uint64_t all = samples + f.octree.bytes() + f.squeeze_bytes() + index;
   const auto mb = [](std::uint64_t bytes) { return double(bytes) / 1e6; };
   std::printf(
       "bytes: %s %.2f MB: samples %.2f, octree %.2f, index %.2f, micro-bounds %.2f; "
       "ratio %.3f\n",
-      name, mb(all), mb(samples), mb(f.octree.bytes()), mb(index), mb(f.micro.bytes()),
+      name, mb(all), mb(samples), mb(f.octree.bytes()), mb(index), mb(f.squeeze_bytes()),
       double(all) / theirs);
 }
 

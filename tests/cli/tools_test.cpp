@@ -305,7 +305,8 @@ TEST(Render, KeepsLayersThatItIsAskedFor) {
   for (const PixelSums& p : plain.film.pixels) EXPECT_EQ(p.alpha, 1) << "a sky is seen";
   EXPECT_EQ(lookups(plain.film), 0u);
 
-  const formats::StoredFilm all = film({"--aov", "lights,lookups,variance,samples"});
+  const formats::StoredFilm all =
+      film({"--aov", "lights,lookups,variance,samples", "--micro-bounds", "none"});
   EXPECT_TRUE(all.has_variances);
   EXPECT_EQ(all.film.pixels.front().samples, 4u);
   EXPECT_EQ(all.film.layers.size(), 3u);

@@ -89,8 +89,11 @@ TEST(LeafMicroBounds, AreUsedWhereTheSceneWantsThem) {
   EXPECT_EQ(make_volume(g, p, s, &stored).density.micro.edge, 1);
   s.options.micro_bounds = MicroBoundsUse::none;
   EXPECT_FALSE(make_volume(g, p, s, &stored).density.micro_stored);
-  s.options.micro_bounds = MicroBoundsUse::automatic;  // a small field wants none
+  s.options.micro_bounds = MicroBoundsUse::automatic;  // which wants codes
   EXPECT_EQ(make_volume(g, p, s, &stored).density.micro.edge, 0);
+  s.options.micro_bounds = MicroBoundsUse::codes;
+  EXPECT_FALSE(make_volume(g, p, s, &stored).density.micro_stored);
+  EXPECT_NE(make_volume(g, p, s, &stored).density.codes, nullptr);
 }
 
 TEST(LeafMicroBounds, OfAnotherDensityMakeNoVolume) {

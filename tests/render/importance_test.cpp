@@ -120,7 +120,8 @@ TEST(Importance, ThreadsAndMicroBoundsChangeNoBit) {
   for (const int threads : {2, 5}) {
     s.options.threads = threads;
     for (const auto use :
-         {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1}) {
+         {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1,
+          MicroBoundsUse::codes}) {
       s.options.micro_bounds = use;
       for (const bool count : {false, true}) {
         s.options.count = count;

@@ -202,7 +202,7 @@ TEST(Keys, SayWhatHelpNeeds) {
   EXPECT_NE(help("background").find("[on]"), std::string::npos);
   EXPECT_TRUE(says(help("tracker"), "limits.how_free_paths"));
   EXPECT_EQ(flag_of(find_key(entries(options), "micro_bounds")->about), "--micro-bounds");
-  EXPECT_EQ(metavar_of(find_key(entries(options), "micro_bounds")->about), "auto|none|2|1");
+  EXPECT_EQ(metavar_of(find_key(entries(options), "micro_bounds")->about), "auto|none|2|1|codes");
 }
 
 TEST(Keys, OfAKindComeWithTheirMember) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -64,18 +65,27 @@ TEST(WavefrontLookUps, HaveTheMeansOfFlightsOneByOne) {
 }
 TEST(WavefrontLookUps, OfEveryWidthGiveTheSameBytes) { expect_same_at_every_width(shots()); }
 
-/// Shared samples are looked up one by one, copied ones in lanes: the decisions are the same.
+/// Shared samples are looked up one by one, copied ones in lanes, and codes of either spare nearly
+/// all look-ups: the decisions are the same.
 TEST(WavefrontLookUps, OfSharedSamplesChangeNoBit) {
+  const Pyramid pyramid = build_pyramid(puff().grid);
   for (const KernelKind kernel : simd_kernels()) {
-    CloudScene s = sunny();
-    s.options.samples = 10;
-    Volume copied = volume_of(s);
-    VolumeOptions o = s.volume_options();
-    o.share_samples = true;
-    const Volume shared =
-        pvol::make_volume(puff().grid, build_pyramid(puff().grid), s.medium.medium(), o);
-    EXPECT_TRUE(same_bytes(render_with(kernel, {"copied", s, {std::move(copied)}}, s),
-                           render_with(kernel, {"shared", s, {shared}}, s)));
+    for (const LookUp look_up : {LookUp::trilinear, LookUp::nearest}) {
+      CloudScene s = sunny();
+      s.options.samples = 10;
+      s.options.look_up = look_up;
+      VolumeOptions o = s.volume_options();
+      std::optional<Film> plain;
+      for (const MicroBoundsUse use : {MicroBoundsUse::none, MicroBoundsUse::codes}) {
+        for (const bool share : {false, true}) {
+          o.micro_bounds = use, o.share_samples = share;
+          const Volume v = pvol::make_volume(puff().grid, pyramid, s.medium.medium(), o);
+          const Film film = render_with(kernel, {"", s, {v}}, s);
+          if (!plain) plain = film;
+          EXPECT_TRUE(same_bytes(*plain, film)) << name(use) << (share ? ", shared" : ", copied");
+        }
+      }
+    }
   }
 }
 

@@ -33,6 +33,7 @@ std::vector<Case> more_cases() {
       [](CloudScene& s) { s.options.micro_bounds = MicroBoundsUse::cells_1; });
   add("micro-bounds of 2^3",
       [](CloudScene& s) { s.options.micro_bounds = MicroBoundsUse::cells_8; });
+  add("no micro-bounds", [](CloudScene& s) { s.options.micro_bounds = MicroBoundsUse::none; });
   add("two lobes", [](CloudScene& s) {
     s.medium.others = {{0.999, Rgb(0.99f), TwoLobes{}, Rgb(0.0f)}};
   });
@@ -211,7 +212,7 @@ TEST(WavefrontKernels, OfEveryWidthGiveTheSameBytes) {
 /// Which samples and pixels are traced together is a matter of threads, passes
 /// and crops.
 TEST(WavefrontKernels, CompanyChangesNoBit) {
-  for (const KernelKind kernel : simd_kernels()) {
+  for (const KernelKind kernel : kernels_to_try()) {
     visit_scenes([&](const std::string& name, CloudScene s) {
       s.options.samples = 20;
       const Volume v = volume_of(s);
@@ -238,7 +239,8 @@ TEST(WavefrontKernels, MicroBoundsAndCountsChangeNoBit) {
     s.options.micro_bounds = MicroBoundsUse::none;
     const Volume without = volume_of(s);
     const Film plain = render_with(kernel, without, s);
-    for (const MicroBoundsUse use : {MicroBoundsUse::cells_8, MicroBoundsUse::cells_1}) {
+    for (const MicroBoundsUse use :
+         {MicroBoundsUse::cells_8, MicroBoundsUse::cells_1, MicroBoundsUse::codes}) {
       for (const bool count : {false, true}) {
         s.options.micro_bounds = use;
         s.options.count = count;

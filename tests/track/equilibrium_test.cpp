@@ -117,39 +117,43 @@ TEST(Equilibrium, CountsAreVolumeIntegralsOfBounds) {
 }
 
 /// The same with micro-bounds: what they leave open, within the bounds of the walk, is looked up.
-template <int kEdge>
+template <Squeeze kSqueeze>
 void test_squeeze(const Volume& v, double density_sum, const std::string& name,
                   proof::Family& family) {
   constexpr int kPaths = 700'000;
-  const auto source = exact<LookUp::trilinear>(v).source;
-  const SqueezedField<kEdge, std::remove_const_t<decltype(source)>> field{source, v.density.micro};
+  const auto field = make_field<LookUp::trilinear, kSqueeze>(v.density);
   const double lookups = integrate_open(v) / (double(v.density.scale) * density_sum);
   proof::Moments excess, collisions;
   for (int i = 0; i < kPaths; ++i) {
-    Rng rng(kSeed, std::uint64_t(100 + kEdge), std::uint64_t(i));
+    Rng rng(kSeed, std::uint64_t(100 + int(kSqueeze)), std::uint64_t(i));
     const PathCounts c = follow<Tracker::decomposition>(v, field, rng);
     excess.add(c.lookups - lookups * c.collisions);
     collisions.add(c.collisions);
   }
   const double rounding = 1e-5 * lookups * collisions.mean();
   family.add(name, proof::mean_p_value(excess, 0, rounding));
-  // An error of 1.5 % would be found: five standard errors are less.
-  EXPECT_LT(5 * std::sqrt(excess.variance_of_mean()), 0.015 * lookups * collisions.mean()) << name;
+  // An error of 1.5 % would be found: five standard errors are less. Codes leave few look-ups.
+  const double found = kSqueeze == Squeeze::codes ? 0.06 : 0.015;
+  EXPECT_LT(5 * std::sqrt(excess.variance_of_mean()), found * lookups * collisions.mean()) << name;
 }
 
-TEST(Equilibrium, MicroBoundsLeaveTheirIntegralOpen) {
+TEST(Equilibrium, MicroBoundsAndCodesLeaveTheirIntegralOpen) {
   const Field cloud = make_cloud();
   proof::Family family;
   for (const std::optional<int> depth : {std::optional<int>(), std::optional(1)}) {
     Volume v = make_test_volume(cloud, 0.3, depth, Tracker::decomposition);
+    v.density.codes.reset();
     const double plain = integrate_open(v);
-    for (const int edge : {2, 1}) {
-      v.density.micro = build_micro_bounds(v.density.bricks(), edge);
-      EXPECT_LT(integrate_open(v), plain);
-      const std::string name = std::to_string(edge) + (depth ? ", shallow" : ", by cost");
-      edge == 1 ? test_squeeze<1>(v, cloud.sum, name, family)
-                : test_squeeze<2>(v, cloud.sum, name, family);
-    }
+    const std::string name = depth ? ", shallow" : ", by cost";
+    v.density.micro = build_micro_bounds(v.density.bricks(), 2);
+    EXPECT_LT(integrate_open(v), plain);
+    test_squeeze<Squeeze::cells_8>(v, cloud.sum, "2" + name, family);
+    v.density.micro = build_micro_bounds(v.density.bricks(), 1);
+    EXPECT_LT(integrate_open(v), plain);
+    test_squeeze<Squeeze::cells_1>(v, cloud.sum, "1" + name, family);
+    v.density.codes = std::make_shared<const SampleCodes>(build_sample_codes(v.density.bricks()));
+    EXPECT_LT(integrate_open(v), 0.03 * plain);
+    test_squeeze<Squeeze::codes>(v, cloud.sum, "codes" + name, family);
   }
   EXPECT_TRUE(family.passes());
 }

@@ -238,6 +238,7 @@ TEST_P(Batch, MicroBoundsChangeNoBit) {
   };
   const Answers plain = with(MicroBoundsUse::none);
   EXPECT_TRUE(with(MicroBoundsUse::cells_8) == plain);
+  EXPECT_TRUE(with(MicroBoundsUse::codes) == plain);
   EXPECT_TRUE(with(MicroBoundsUse::cells_1) == plain);
 }
 

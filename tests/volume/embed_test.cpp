@@ -253,6 +253,7 @@ TEST(Embed, MicroBoundsChangeNothing) {
     const auto plain = with(MicroBoundsUse::none, 0);
     EXPECT_EQ(with(MicroBoundsUse::cells_8, 2), plain);
     EXPECT_EQ(with(MicroBoundsUse::cells_1, 1), plain);
+    EXPECT_EQ(with(MicroBoundsUse::codes, 0), plain);
   }
 }
 

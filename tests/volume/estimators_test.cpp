@@ -12,6 +12,7 @@
 #include "pvol/bounds/octree.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/field/brick_field.h"
+#include "pvol/volume/extinction_source.h"
 #include "support/bodies.h"
 #include "support/cloud_scene.h"
 #include "support/estimators.h"
@@ -43,7 +44,7 @@ std::uint64_t lookups(const Counts& c) { return c.path.lookups + c.shadow.lookup
 void test_squeeze(const Field& field, const Pyramid& pyramid, CloudScene s) {
   s.options.micro_bounds = MicroBoundsUse::none;
   const Volume plain = make_volume(field.grid, pyramid, s);
-  EXPECT_EQ(plain.density.micro.edge, 0);
+  EXPECT_EQ(plain.density.squeeze_bytes(), 0u);
   s.camera = frame(plain.density.world_box, 1);
   const RenderResult reference = render(plain, s);
   for (const MicroBoundsUse use : kUses) {
@@ -51,15 +52,14 @@ void test_squeeze(const Field& field, const Pyramid& pyramid, CloudScene s) {
     const Volume volume = make_volume(field.grid, pyramid, s);
     const RenderResult squeezed = render(volume, s);
     const std::string name = field.name + ", " + label(s.options.tracker) + ", " +
-                             label(s.options.transmittance) + ", edge " +
-                             std::to_string(volume.density.micro.edge);
+                             label(s.options.transmittance) + ", micro-bounds " + pvol::name(use);
     EXPECT_TRUE(same_bytes(reference.film, squeezed.film)) << name;
     EXPECT_EQ(reference.counts.collisions, squeezed.counts.collisions) << name;
     EXPECT_EQ(reference.counts.path.null_collisions, squeezed.counts.path.null_collisions) << name;
     EXPECT_EQ(reference.counts.shadow_rays, squeezed.counts.shadow_rays) << name;
     EXPECT_LE(lookups(squeezed.counts), lookups(reference.counts)) << name;
     const bool is_thin = std::min({field.size.x, field.size.y, field.size.z}) == 1;
-    if (volume.density.micro.edge > 0 && !is_thin && reference.counts.path.lookups > 100) {
+    if (volume.density.squeeze_bytes() > 0 && !is_thin && reference.counts.path.lookups > 100) {
       EXPECT_LT(squeezed.counts.path.lookups, reference.counts.path.lookups) << name;
     }
   }
@@ -89,12 +89,14 @@ TEST(Estimators, MicroBoundsOfSeveralVolumesChangeNoBit) {
   std::vector<Body> media{s.medium, s.medium};
   media[1].object_to_world = translation({4, 5, -3});
   std::vector<std::vector<Volume>> all;
-  for (const auto use : {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1}) {
+  for (const auto use : {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1,
+                         MicroBoundsUse::codes}) {
     s.options.micro_bounds = use;
     all.push_back(make_volumes(f, media, s));
   }
   all.push_back({all[1][0], all[0][1]});  // each volume uses those that it has
   all.push_back({all[1][0], all[2][1]});
+  all.push_back({all[3][0], all[2][1]});
   s.camera = frame(all[0][0].density.world_box, 1);
   const RenderResult reference = render(all[0], s);
   for (std::size_t i = 1; i < all.size(); ++i) {
@@ -106,7 +108,8 @@ TEST(Estimators, MicroBoundsOfSeveralVolumesChangeNoBit) {
 
 TEST(Estimators, CountingChangesNoBit) {
   CloudScene s = scene_of(field("checkerboard"));
-  for (const auto use : {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1}) {
+  for (const auto use : {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1,
+                         MicroBoundsUse::codes}) {
     s.options.micro_bounds = use;
     const Volume v = make_volumes(field("checkerboard"), std::vector{s.medium}, s).front();
     s.camera = frame(v.density.world_box, 1);
@@ -124,15 +127,16 @@ const Field& block() {
   return f;
 }
 
-/// `automatic` has them for large fields whose segments leave much open; nothing makes them where
-/// no tracker would ask.
+/// `automatic` has codes where segments leave much open; nothing makes bounds where no tracker would
+/// ask.
 TEST(Estimators, MicroBoundsAreBuiltWhereTheyAreOfUse) {
-  const auto edge = [](const Field& f, MicroBoundsUse use, Tracker tracker = Tracker::delta) {
+  const auto squeeze = [](const Field& f, MicroBoundsUse use, Tracker tracker = Tracker::delta) {
     CloudScene s = scene_of(f);
     s.medium.extinction = 20;  // walks go down to the leaves
+    s.options.samples = 10'000;
     s.options.micro_bounds = use;
     s.options.tracker = tracker;
-    return make_volumes(f, std::vector{s.medium}, s).front().density.micro.edge;
+    return squeeze_of(make_volumes(f, std::vector{s.medium}, s).front().density);
   };
   const Field none = make_field("none", {0, 0, 0}, {3, 3, 3}, [](Vec3i) { return 0.0; });
   const Vec3i large(208);
@@ -140,17 +144,19 @@ TEST(Estimators, MicroBoundsAreBuiltWhereTheyAreOfUse) {
       make_field("smooth", {0, 0, 0}, large, [](Vec3i p) { return 1 + 0.1 * std::sin(0.1 * p.x); });
   const Field rough = make_field("rough", {0, 0, 0}, large,
                                  [](Vec3i p) { return (73 * p.x + 179 * p.y + 283 * p.z) % 7; });
-  EXPECT_EQ(edge(rough, MicroBoundsUse::automatic), 2);
-  EXPECT_EQ(edge(smooth, MicroBoundsUse::automatic), 0) << "segments decide";
-  EXPECT_EQ(edge(field("contrast"), MicroBoundsUse::automatic), 0) << "look-ups are cheap";
-  EXPECT_EQ(edge(field("contrast"), MicroBoundsUse::none), 0);
-  EXPECT_EQ(edge(field("contrast"), MicroBoundsUse::cells_1), 1);
-  EXPECT_EQ(edge(block(), MicroBoundsUse::cells_8), 2);
+  EXPECT_EQ(squeeze(rough, MicroBoundsUse::automatic), Squeeze::codes);
+  EXPECT_EQ(squeeze(smooth, MicroBoundsUse::automatic), Squeeze::none) << "segments decide";
+  EXPECT_EQ(squeeze(field("contrast"), MicroBoundsUse::automatic), Squeeze::codes);
+  EXPECT_EQ(squeeze(field("contrast"), MicroBoundsUse::none), Squeeze::none);
+  EXPECT_EQ(squeeze(field("contrast"), MicroBoundsUse::cells_1), Squeeze::cells_1);
+  EXPECT_EQ(squeeze(block(), MicroBoundsUse::cells_8), Squeeze::cells_8);
+  EXPECT_EQ(squeeze(block(), MicroBoundsUse::codes), Squeeze::codes);
   for (const Tracker t :
        {Tracker::weighted_delta, Tracker::weighted_decomposition, Tracker::regular}) {
-    EXPECT_EQ(edge(field("contrast"), MicroBoundsUse::cells_1, t), 0) << label(t);
+    EXPECT_EQ(squeeze(field("contrast"), MicroBoundsUse::cells_1, t), Squeeze::none) << label(t);
+    EXPECT_EQ(squeeze(field("contrast"), MicroBoundsUse::codes, t), Squeeze::none) << label(t);
   }
-  for (const MicroBoundsUse use : kUses) EXPECT_EQ(edge(none, use), 0);
+  for (const MicroBoundsUse use : kUses) EXPECT_EQ(squeeze(none, use), Squeeze::none);
 }
 
 /// Where bounds hold, weights are 1: samples of alpha are 0 or 1.

@@ -14,7 +14,6 @@ namespace flights_test {
 using detail::find_flights;
 using detail::FlightMonitor;
 using detail::Flights;
-using detail::Monitoring;
 
 /// Empty but for two voxels far from each other, under one majorant: 10^14 null collisions lie on a
 /// ray between them.
@@ -29,11 +28,10 @@ Volume make_stray_volume(LookUp look_up, MicroBoundsUse micro_bounds) {
 TEST(Flights, StopHoweverManyNullCollisionsLieAhead) {
   const std::atomic<bool> stop = true;
   for (const LookUp look_up : {LookUp::nearest, LookUp::trilinear, LookUp::tricubic}) {
-    for (const auto micro :
-         {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1}) {
+    for (const auto micro : {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1,
+                             MicroBoundsUse::codes}) {
       const Volume v = make_stray_volume(look_up, micro);
-      const Flights flights = find_flights({.look_up = look_up, .micro_edge = v.density.micro.edge},
-                                           Monitoring::cancel);
+      const Flights flights = find_flights(detail::kind_of(v.density));
       Rng rng(1, 2, 3);
       FlightMonitor monitor{{}, &stop};
       const auto walk = [&] { return *enter(v, {{-9, 30, 33}, {1, 0, 0}}, 1e3); };

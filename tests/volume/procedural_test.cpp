@@ -247,7 +247,7 @@ double p_value_with_extinction_times(float factor, int flights) {
       const Start a = start_in(c, v, ray);
       auto source = extinction_source<kProcedural>(v.density);
       source.scale *= factor;
-      const SqueezedField<2, ProceduralExtinction> wrong{source, v.density.micro};
+      const SqueezedField<CubeBounds<2>, ProceduralExtinction> wrong{source, {v.density.micro}};
       if (!sum) sum.emplace(a.oracle);
       sum->add(sample_flights<Tracker::delta>(v.density.octree, a, wrong, flights, 900 + ray));
     }
@@ -269,8 +269,8 @@ TEST(ProceduralSqueeze, IsBitIdenticalToPlainTracking) {
     const PlainField plain{source};
     const MicroBounds one = build_micro_bounds(v.density.recipe(), 1);
     const MicroBounds two = build_micro_bounds(v.density.recipe(), 2);
-    const SqueezedField<1, ProceduralExtinction> single{source, one};
-    const SqueezedField<2, ProceduralExtinction> cubes{source, two};
+    const SqueezedField<CubeBounds<1>, ProceduralExtinction> single{source, {one}};
+    const SqueezedField<CubeBounds<2>, ProceduralExtinction> cubes{source, {two}};
     for (std::uint64_t ray = 0; ray < kRaysOfCloud; ++ray) {
       const Start a = start_in(c, v, ray);
       const double fine = compare_flights<Tracker::delta>(v.density.octree, a, plain, single, 2000);

@@ -36,8 +36,8 @@ TEST(SharedSamples, GiveWhatCopiesGive) {
   using enum Transmittance;
   for (const Field& f : fields()) {
     for (const LookUp look_up : {LookUp::trilinear, LookUp::nearest}) {
-      for (const MicroBoundsUse micro :
-           {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1}) {
+      for (const MicroBoundsUse micro : {MicroBoundsUse::none, MicroBoundsUse::cells_8,
+                                         MicroBoundsUse::cells_1, MicroBoundsUse::codes}) {
         SCOPED_TRACE(f.name + ", " + name(look_up) + ", micro-bounds " + name(micro));
         const VolumeOptions o{.look_up = look_up, .micro_bounds = micro};
         const Volume shared = make(f.grid, true, o), copied = make(f.grid, false, o);

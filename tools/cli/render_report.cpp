@@ -49,7 +49,6 @@ Json describe_volumes(const RenderJob& job) {
 void describe_choices(const RenderJob& job, const TimedRender& t, Json& j) {
   const Volume& first = job.volumes.front();
   j["kernel_used"] = name(job.plan.kernel.kind);
-  j["micro_bounds_used"] = first.density.micro.edge;
   j["micro_bounds_from"] = micro_bounds_text(first);
   for (const VolumeReport& v : job.reports) j["density"].push_back(describe_density(v));
   j["effective_depth"] = job.facts.front().depth;
@@ -110,6 +109,7 @@ std::string describe_bias(const RenderJob& job, const TimedRender& t) {
 }
 
 std::string micro_bounds_text(const Volume& volume) {
+  if (volume.density.codes) return "codes of samples";
   if (volume.density.micro.edge == 0) return "none";
   if (volume.density.micro.edge == 1) return "single voxels, built at load";
   return volume.density.micro_stored ? "2^3 from the file" : "2^3 built at load";

@@ -154,7 +154,7 @@ py::dict bytes_of(const CloudVolume& v) {
   py::dict bytes;
   bytes["samples"] = v.volume.density.value_bytes();
   bytes["octree"] = v.volume.density.octree.bytes();
-  bytes["micro_bounds"] = v.volume.density.micro.bytes();
+  bytes["micro_bounds"] = v.volume.density.squeeze_bytes();
   return bytes;
 }
 

@@ -83,7 +83,7 @@ measure::SetUp set_up_of(const std::vector<Volume>& volumes, double seconds) {
   for (const Volume& v : volumes) {
     s.field_bytes += v.density.value_bytes();
     s.octree_bytes += v.density.octree.bytes();
-    s.micro_bytes += v.density.micro.bytes();
+    s.micro_bytes += v.density.squeeze_bytes();
     s.depth = std::max(s.depth, v.density.octree.depth);
   }
   return s;

@@ -13,13 +13,11 @@
 //   const pvol::Flight flight = pvol::sample_flight(cloud, {origin, direction}, t_max, rng);
 //   const float shadow = pvol::sample_transmittance(cloud, {place, to_light}, distance, rng);
 //
-// Units. Lengths are in world units, mu_t is per world unit, optical depths have no unit. t is
-// the distance from the ray's origin: directions are normalised on entry, whatever their length, so
-// that the place at t is o + t d for a unit vector d.
+// Units. Lengths are in world units, mu_t is per world unit. t is the distance from the ray's
+// origin: directions of any length are normalised on entry, so that the place at t is o + t d.
 //
-// Threads and lifetime. A Volume has copies of all it needs: the grid may go. Nothing changes it,
-// and any number of threads may use it at once, each with an Rng of its own. A copy of it shares
-// the samples.
+// Threads and lifetime. A Volume has copies of all it needs: the grid may go. Any number of threads
+// may use it at once, each with an Rng of its own. A copy of it shares the samples.
 //
 // Random numbers. An Rng is 24 bytes and made in no time: key one by (seed, pixel, sample) for each
 // path and pass it on, or make one for each call by two 64-bit numbers from a generator of yours,
@@ -78,8 +76,7 @@ struct Recipe;  // density/recipe.h
 [[nodiscard]] double exact_transmittance(const Volume& volume, const Ray& ray, double t_max);
 
 /// rho and mu_t at a point of the world; 0 outside the cloud, and where the point is not finite.
-/// Where the samples are is read from an index of leaves, or found from the octree's root where the
-/// cloud is sparse; along a ray, a walk and a field know without (trackers.h).
+/// The samples are found anew at each; along a ray, a walk and a field know them (trackers.h).
 [[nodiscard]] float density_at(const Volume& volume, Vec3d world);
 [[nodiscard]] float extinction_at(const Volume& volume, Vec3d world);
 

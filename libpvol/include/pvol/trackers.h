@@ -114,23 +114,18 @@ decltype(auto) visit_field(const Volume& volume, const F& f) {
   if (volume.density.map != nullptr) {
     return visit_source(volume.density, [&](const auto& source) { return f(PlainField{source}); });
   }
-  const auto with_edge = [&](auto look_up, auto shared) -> decltype(auto) {
-    switch (volume.density.micro.edge) {
-      case 1:
-        return f(make_field<look_up, 1, shared>(volume.density));
-      case 2:
-        return f(make_field<look_up, 2, shared>(volume.density));
-      default:
-        return f(make_field<look_up, 0, shared>(volume.density));
-    }
+  const auto visit = [&](auto look_up, auto shared) -> decltype(auto) {
+    return visit_squeeze<look_up>(squeeze_of(volume.density), [&](auto squeeze) -> decltype(auto) {
+      return f(make_field<look_up, squeeze, shared>(volume.density));
+    });
   };
   if (volume.density.shares_samples()) {
     return visit_closed_look_up(volume.density.look_up, [&](auto look_up) -> decltype(auto) {
-      return with_edge(look_up, std::true_type{});
+      return visit(look_up, std::true_type{});
     });
   }
   return visit_look_up(volume.density.look_up, [&](auto look_up) -> decltype(auto) {
-    return with_edge(look_up, std::false_type{});
+    return visit(look_up, std::false_type{});
   });
 }
 

@@ -230,12 +230,10 @@ std::unique_ptr<const Committed> build(const Settings& settings, const Committed
   if (out->known_shell && settings.shell) {
     out->shell.emplace(*out->known_shell, density.octree.origin);
   }
-  const int edge = density.micro.edge;
   const bool shared = density.shares_samples();
-  out->flights = find_flights({.look_up = density.look_up, .micro_edge = edge, .shared = shared},
-                              Monitoring::none);
-  out->kernels =
-      find_ray_kernels({.look_up = density.look_up, .micro_edge = edge, .shared = shared});
+  out->flights = find_flights(kind_of(density));
+  out->kernels = find_ray_kernels(
+      {.look_up = density.look_up, .squeeze = squeeze_of(density), .shared = shared});
   out->batch.emplace(std::shared_ptr<const Volume>(out->volume));
   progress(1);
   return out;

@@ -21,7 +21,7 @@ template <class T>
 }
 
 [[nodiscard]] std::uint64_t bytes_of(const VolumeField& f) {
-  return f.value_bytes() - f.shared_bytes() + f.octree.bytes() + f.micro.bytes() +
+  return f.value_bytes() - f.shared_bytes() + f.octree.bytes() + f.squeeze_bytes() +
          (f.leaves ? f.leaves->bytes() : 0);
 }
 

@@ -26,7 +26,7 @@ struct RayKernels {
 /// What chooses the loops: a field of samples without a map that stands still.
 struct RayKind {
   LookUp look_up;
-  int micro_edge;
+  Squeeze squeeze;
   bool shared;  ///< it shares samples: nearest or trilinear
 };
 
@@ -38,7 +38,7 @@ struct RayKind {
 [[nodiscard]] RayKernels find_v3_ray_kernels(const RayKind& kind);
 
 /// The same for one way of look-up (ray_kernels_of.h), each in a source of its own.
-template <LookUp kLookUp, bool kShared>
-[[nodiscard]] RayKernels find_ray_kernels_of(int micro_edge);
+template <LookUp kLookUp>
+[[nodiscard]] RayKernels find_ray_kernels_of(const RayKind& kind);
 
 }  // namespace pvol::detail

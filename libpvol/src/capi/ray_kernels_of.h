@@ -30,7 +30,7 @@ template <class Field>
   }
 }
 
-template <LookUp kLookUp, int kMicroEdge, bool kShared>
+template <LookUp kLookUp, Squeeze kSqueeze, bool kShared>
 [[nodiscard]] RayKernels make_ray_kernels() {
   RayKernels k{};
   k.next = [](RayWalk& walk, Segment& segment) {
@@ -43,46 +43,54 @@ template <LookUp kLookUp, int kMicroEdge, bool kShared>
   };
   k.exceeds = [](const VolumeField& f, const RayWalk& walk, LeafHandle leaf, double t, float mu) {
     NoTally none;
-    return make_field<kLookUp, kMicroEdge, kShared>(f).exceeds(segment_with(leaf), walk.point(t),
-                                                               mu, none);
+    return make_field<kLookUp, kSqueeze, kShared>(f).exceeds(segment_with(leaf), walk.point(t), mu,
+                                                             none);
   };
   k.fly = [](const VolumeField& f, RayWalk& walk, CallerNumbers& numbers) {
     NoTally none;
-    return free_flight<Tracker::decomposition>(walk, make_field<kLookUp, kMicroEdge, kShared>(f),
+    return free_flight<Tracker::decomposition>(walk, make_field<kLookUp, kSqueeze, kShared>(f),
                                                numbers, none);
   };
   k.transmittance = [](const VolumeField& f, Transmittance estimator, RayWalk& walk,
                        CallerNumbers& numbers) {
-    return estimate_transmittance(estimator, make_field<kLookUp, kMicroEdge, kShared>(f), walk,
+    return estimate_transmittance(estimator, make_field<kLookUp, kSqueeze, kShared>(f), walk,
                                   numbers);
   };
   if constexpr (has_closed_form(kLookUp)) {
     k.depth = [](const VolumeField& f, RayWalk& walk) {
       NoTally none;
-      return optical_depth(walk, make_field<kLookUp, 0, kShared>(f), none);
+      return optical_depth(walk, make_field<kLookUp, Squeeze::none, kShared>(f), none);
     };
   }
   k.fly_rgb = [](const VolumeField& f, Rgb share, Rgb throughput, RayWalk& walk,
                  CallerNumbers& numbers) {
     NoTally none;
-    ChromaticFlight flight = chromatic_flight(walk.local(), make_field<kLookUp, 0, kShared>(f),
-                                              share, throughput, numbers, none);
+    ChromaticFlight flight =
+        chromatic_flight(walk.local(), make_field<kLookUp, Squeeze::none, kShared>(f), share,
+                         throughput, numbers, none);
     if (flight.collided) flight.t = walk.world(flight.t);
     return flight;
   };
   k.transmittance_rgb = [](const VolumeField& f, Rgb share, RayWalk& walk, CallerNumbers& numbers) {
     NoTally none;
-    return chromatic_transmittance(walk.local(), make_field<kLookUp, 0, kShared>(f), share, numbers,
-                                   none);
+    return chromatic_transmittance(walk.local(), make_field<kLookUp, Squeeze::none, kShared>(f),
+                                   share, numbers, none);
   };
   return k;
 }
 
 template <LookUp kLookUp, bool kShared>
-RayKernels find_ray_kernels_of(int micro_edge) {
-  if (micro_edge == 1) return make_ray_kernels<kLookUp, 1, kShared>();
-  if (micro_edge == 2) return make_ray_kernels<kLookUp, 2, kShared>();
-  return make_ray_kernels<kLookUp, 0, kShared>();
+[[nodiscard]] RayKernels find_ray_kernels_with(Squeeze squeeze) {
+  return visit_squeeze<kLookUp>(
+      squeeze, [](auto kind) { return make_ray_kernels<kLookUp, kind, kShared>(); });
+}
+
+template <LookUp kLookUp>
+RayKernels find_ray_kernels_of(const RayKind& kind) {
+  if constexpr (has_closed_form(kLookUp)) {
+    if (kind.shared) return find_ray_kernels_with<kLookUp, true>(kind.squeeze);
+  }
+  return find_ray_kernels_with<kLookUp, false>(kind.squeeze);
 }
 
 }  // namespace pvol::detail

@@ -18,7 +18,7 @@ namespace pvol {
 namespace {
 
 [[nodiscard]] detail::Flights flights_of(const VolumeField& f) {
-  return detail::find_flights(detail::kind_of(f), detail::Monitoring::none);
+  return detail::find_flights(detail::kind_of(f));
 }
 
 [[noreturn]] void refuse_closed_form() {

@@ -7,6 +7,7 @@
 #include "pvol/bounds/integrals.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/field/micro_range.h"
+#include "pvol/volume/extinction_source.h"
 #include "pvol/volume/facts.h"
 
 namespace pvol {
@@ -35,9 +36,21 @@ class OpenIntegral {
  private:
   const Volume& v_;
 
+  /// Of a cube: what codes say in its middle, or micro-bounds anywhere.
+  [[nodiscard]] DensityRange range_in(std::uint32_t brick, Vec3i at) const {
+    const MicroBounds& micro = v_.density.micro;
+    if (v_.density.codes == nullptr) {
+      return micro.edge == 1 ? micro_range<1>(micro, brick, widen(at))
+                             : micro_range<2>(micro, brick, widen(at));
+    }
+    return visit_closed_look_up(v_.density.look_up, [&](auto look_up) {
+      return code_range<look_up>(*v_.density.codes, brick, {widen(at), splat(0.5f)});
+    });
+  }
+
   /// A leaf, or a part of one.
   void add_cube(std::uint32_t brick, Vec3i low, int length, const Octree::Entry& bounds) {
-    const int edge = v_.density.micro.edge, n = length / edge;
+    const int edge = v_.density.codes ? 1 : v_.density.micro.edge, n = length / edge;
     const Vec3i first = vec3(v_.density.octree.support_lo),
                 last = vec3(v_.density.octree.support_hi);
     for (Vec3i c; c.x < n; ++c.x) {
@@ -45,8 +58,7 @@ class OpenIntegral {
         for (c.z = 0; c.z < n; ++c.z) {
           const Vec3i at = low + c * edge;
           const Vec3d extent(max(min(at + Vec3i(edge), last) - max(at, first), Vec3i(0)));
-          const DensityRange r = edge == 1 ? micro_range<1>(v_.density.micro, brick, widen(at))
-                                           : micro_range<2>(v_.density.micro, brick, widen(at));
+          const DensityRange r = range_in(brick, at);
           const double open = double(std::min(v_.density.scale * r.hi, bounds.hi)) -
                               double(std::max(v_.density.scale * r.lo, bounds.lo));
           sum += std::max(0.0, open) * extent.x * extent.y * extent.z;
@@ -59,7 +71,7 @@ class OpenIntegral {
 }  // namespace
 
 double integrate_open(const Volume& volume) {
-  if (volume.density.micro.edge == 0) {
+  if (squeeze_of(volume.density) == Squeeze::none) {
     const BoundIntegrals b = integrate_bounds(volume.density.octree);
     return b.hi - b.lo;
   }

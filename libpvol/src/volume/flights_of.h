@@ -58,33 +58,6 @@ template <class Field, class Count>
   return f.collided ? 0.0f : f.weight;
 }
 
-/// f of the tally, or of one that costs nothing.
-template <bool kCount, class F>
-[[nodiscard]] auto with_count(Tally& tally, const F& f) {
-  if constexpr (kCount) {
-    return f(tally);
-  } else {
-    NoTally none;
-    return f(none);
-  }
-}
-
-template <LookUp kLookUp, int kMicroEdge, bool kCount>
-[[nodiscard]] Flights make_flights() {
-  return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, FlightMonitor& monitor) {
-            return with_count<kCount>(monitor, [&](auto& count) {
-              return fly(tracker, make_field<kLookUp, kMicroEdge>(f), walk, rng, count);
-            });
-          },
-          [](Transmittance estimator, Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng,
-             FlightMonitor& monitor) {
-            return with_count<kCount>(monitor, [&](auto& count) {
-              return estimate_transmittance(estimator, tracker, make_field<kLookUp, kMicroEdge>(f),
-                                            walk, rng, count);
-            });
-          }};
-}
-
 /// A field that ends flights once it is to stop, however many null collisions lie ahead: all it is
 /// asked about collides, and nothing passes it.
 template <class Field>
@@ -110,66 +83,45 @@ template <class Field>
   return {field, *monitor.stop};
 }
 
-/// Flights that count, through what kMake(field, monitor) makes of a volume's field.
+/// Flights through what kMake(field, monitor) makes of a volume's field.
 template <auto kMake>
-[[nodiscard]] Flights make_counting_flights() {
+[[nodiscard]] Flights make_flights() {
   return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, FlightMonitor& monitor) {
             Tally& tally = monitor;
-            return fly(tracker, kMake(f, monitor), walk, rng, tally);
+            return fly(tracker, cancellable(kMake(f, monitor), monitor), walk, rng, tally);
           },
           [](Transmittance estimator, Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng,
              FlightMonitor& monitor) {
             Tally& tally = monitor;
-            return estimate_transmittance(estimator, tracker, kMake(f, monitor), walk, rng, tally);
+            return estimate_transmittance(
+                estimator, tracker, cancellable(kMake(f, monitor), monitor), walk, rng, tally);
           }};
 }
 
-template <LookUp kLookUp, int kMicroEdge, bool kShared>
-[[nodiscard]] Flights make_cancellable_flights() {
-  return make_counting_flights<[](const VolumeField& f, const FlightMonitor& monitor) {
-    return cancellable(make_field<kLookUp, kMicroEdge, kShared>(f), monitor);
-  }>();
-}
-
-/// f(edge) of micro-bounds as a std::integral_constant.
-template <class F>
-[[nodiscard]] Flights with_edge(int micro_edge, const F& f) {
-  if (micro_edge == 1) return f(std::integral_constant<int, 1>{});
-  if (micro_edge == 2) return f(std::integral_constant<int, 2>{});
-  return f(std::integral_constant<int, 0>{});
+/// Of fields without maps.
+template <LookUp kLookUp, bool kShared>
+[[nodiscard]] Flights find_plain_flights(Squeeze squeeze) {
+  return visit_squeeze<kLookUp>(squeeze, [](auto kind) {
+    return make_flights<[](const VolumeField& f, const FlightMonitor&) {
+      return make_field<kLookUp, decltype(kind)::value, kShared>(f);
+    }>();
+  });
 }
 
 template <LookUp kLookUp>
-Flights find_mapped_flights_of(bool is_cancellable) {
-  return is_cancellable
-             ? make_counting_flights<[](const VolumeField& f, const FlightMonitor& monitor) {
-                 return cancellable(PlainField{mapped_source<kLookUp>(f)}, monitor);
-               }>()
-             : make_counting_flights<[](const VolumeField& f, const FlightMonitor&) {
-                 return PlainField{mapped_source<kLookUp>(f)};
-               }>();
-}
-
-template <LookUp kLookUp>
-Flights find_cancellable_flights_of(int micro_edge) {
-  return with_edge(micro_edge,
-                   [](auto edge) { return make_cancellable_flights<kLookUp, edge, false>(); });
-}
-
-template <LookUp kLookUp>
-Flights find_shared_flights_of(int micro_edge) {
-  return with_edge(micro_edge,
-                   [](auto edge) { return make_cancellable_flights<kLookUp, edge, true>(); });
-}
-
-template <LookUp kLookUp>
-Flights find_flights_of(int micro_edge, bool count) {
-  static_assert(has_closed_form(kLookUp) ==
-                CellField<decltype(make_field<kLookUp, 0>(std::declval<const VolumeField&>()))>);
-  const auto choose = [&](auto edge) {
-    return count ? make_flights<kLookUp, edge, true>() : make_flights<kLookUp, edge, false>();
-  };
-  return with_edge(micro_edge, choose);
+Flights find_flights_of(const FieldKind& kind) {
+  static_assert(
+      has_closed_form(kLookUp) ==
+      CellField<decltype(make_field<kLookUp, Squeeze::none>(std::declval<const VolumeField&>()))>);
+  if constexpr (has_closed_form(kLookUp)) {
+    if (kind.mapped) {
+      return make_flights<[](const VolumeField& f, const FlightMonitor&) {
+        return PlainField{mapped_source<kLookUp>(f)};
+      }>();
+    }
+    if (kind.shared) return find_plain_flights<kLookUp, true>(kind.squeeze);
+  }
+  return find_plain_flights<kLookUp, false>(kind.squeeze);
 }
 
 }  // namespace pvol::detail

@@ -17,6 +17,7 @@
 #include "pvol/field/brick_field.h"
 #include "pvol/field/leaf_micro_bounds.h"
 #include "pvol/field/procedural.h"
+#include "pvol/field/sample_codes.h"
 #include "pvol/field/shared_field.h"
 #include "volume/cell_look_up.h"
 #include "volume/field_checks.h"
@@ -55,45 +56,69 @@ void scale_majorants(VolumeField& v, double factor) {
   }
 }
 
-/// Whether micro-bounds save more time than they cost, where segments leave much open.
-bool pay(const VolumeField& v, const Pyramid& pyramid, const VolumeOptions& o) {
-  // Look-ups in bricks are cheap until they miss the cache: measured on whole renders, micro-bounds
-  // cost 3 % of the time with a field of 3 MB and save 7 % with one of 57 MB; with tricubic
-  // look-ups 13 % with one of 19 MB.
-  constexpr std::size_t kLarge = std::size_t(32) << 20;
-  if (v.look_up == LookUp::tricubic) return true;
-  if (v.look_up == LookUp::trilinear || v.look_up == LookUp::nearest) {
-    return v.value_bytes() > kLarge;
+/// What saves more time than it costs in a field whose segments leave much open.
+Squeeze choose_squeeze(const VolumeField& v, const Pyramid& pyramid, const VolumeOptions& o) {
+  const double leaves = double(pyramid.levels[0].size());
+  switch (v.look_up) {
+    case LookUp::procedural: {
+      // They save some 10 us of a camera sample, half of it, and take 4 ms of a leaf to make.
+      constexpr double kSamplesPerLeaf = 400;
+      return o.paths > kSamplesPerLeaf * leaves ? Squeeze::cells_1 : Squeeze::none;
+    }
+    case LookUp::tricubic:
+      return Squeeze::cells_8;  // 13 % of the time of a field of 19 MB
+    case LookUp::nearest:
+    case LookUp::trilinear:
+      break;
   }
-  // Of a recipe those of single cells save some 10 us of a camera sample, half of it, and take 4 ms
-  // of a leaf to make.
-  constexpr double kSamplesPerLeaf = 400;
-  return o.paths > kSamplesPerLeaf * double(pyramid.levels[0].size());
+  // Who traces rays of their own gains as little by codes as by micro-bounds, which are smaller;
+  // they pay where look-ups miss the cache.
+  constexpr std::size_t kLarge = std::size_t(32) << 20;
+  if (std::isinf(o.paths)) return v.value_bytes() > kLarge ? Squeeze::cells_8 : Squeeze::none;
+  // Of renders codes save .2 us of a camera sample, and take 1 us of a leaf to make.
+  constexpr double kSamplesPerLeaf = 5;
+  return o.paths > kSamplesPerLeaf * leaves ? Squeeze::codes : Squeeze::none;
 }
 
-/// Edge of the micro-bounds that the options ask for; 0: none. They bound values without a map.
-int micro_edge(const VolumeField& v, const Pyramid& pyramid, const VolumeOptions& o) {
-  constexpr double kOpen = 0.25;  // look-ups per collision without them
-  if (o.map != nullptr) return 0;
-  const bool of_use = !is_weighted(o.tracker) && o.tracker != Tracker::regular && !v.octree.empty();
+/// What is to decide collisions, by the options: bounds of values without a map.
+Squeeze squeeze_for(const VolumeField& v, const Pyramid& pyramid, const VolumeOptions& o) {
+  constexpr double kOpen = 0.25;  // look-ups per collision without
+  const bool of_use = o.map == nullptr && !is_weighted(o.tracker) &&
+                      o.tracker != Tracker::regular && !v.octree.empty();
+  if (!of_use) return Squeeze::none;
   switch (o.micro_bounds) {
     case MicroBoundsUse::cells_8:
-      return of_use ? 2 : 0;
+      return Squeeze::cells_8;
     case MicroBoundsUse::cells_1:
-      return of_use ? 1 : 0;
+      return Squeeze::cells_1;
+    case MicroBoundsUse::codes:
+      return has_closed_form(v.look_up) ? Squeeze::codes : Squeeze::cells_1;
     case MicroBoundsUse::automatic:
-      if (!of_use || !pay(v, pyramid, o)) return 0;
-      if (integrate_bounds(v.octree).open_share() <= kOpen) return 0;
-      return v.look_up == LookUp::procedural ? 1 : 2;
+      if (integrate_bounds(v.octree).open_share() > kOpen) return choose_squeeze(v, pyramid, o);
+      break;
     case MicroBoundsUse::none:
       break;
   }
-  return 0;
+  return Squeeze::none;
 }
 
-/// Whether stored micro-bounds speak of this interpolant: those of files do of two.
-bool is_bounded(LookUp look_up) {
-  return look_up == LookUp::nearest || look_up == LookUp::trilinear;
+/// Gives a field what is to decide collisions in it.
+void add_squeeze(VolumeField& f, const Pyramid& pyramid, const VolumeOptions& o,
+                 const detail::GetMicroBounds& micro_bounds) {
+  switch (squeeze_for(f, pyramid, o)) {
+    case Squeeze::cells_8:
+      f.micro = micro_bounds(2);
+      break;
+    case Squeeze::cells_1:
+      f.micro = micro_bounds(1);
+      break;
+    case Squeeze::codes:
+      f.codes = std::make_shared<const SampleCodes>(
+          detail::visit_bricks(f, [](const auto& bricks) { return build_sample_codes(bricks); }));
+      break;
+    case Squeeze::none:
+      break;
+  }
 }
 
 /// Where a walk should stop, for what look-ups of this kind cost.
@@ -251,6 +276,10 @@ std::uint64_t VolumeField::shared_bytes() const {
   return shares_samples() ? shared().shared_bytes : 0;
 }
 
+std::uint64_t VolumeField::squeeze_bytes() const {
+  return micro.bytes() + (codes ? codes->bytes() : 0);
+}
+
 void validate_placement(const Affine& index_to_world, const Pyramid& pyramid) {
   detail::check_placement(index_to_world,
                           translation(-Vec3d(pyramid.origin)) * inverse(index_to_world),
@@ -285,12 +314,13 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Medium& 
                                           ? detail::link(build_shared_field(grid, bounds, rules))
                                           : detail::link(build_field(grid, bounds, rules));
   add_bricks(f, bricks, bounds, medium, placed.cell_length, o);
-  if (const int edge = micro_edge(f, bounds, o)) {
-    f.micro_stored = stored && stored->by_leaf.edge == edge && is_bounded(f.look_up) &&
+  const auto micro_bounds = [&](int edge) {
+    f.micro_stored = stored && stored->by_leaf.edge == edge && has_closed_form(f.look_up) &&
                      !o.homogenise && !o.share_samples;
-    f.micro = f.micro_stored ? arrange(*stored, f.bricks(), bricks.brick_of, pyramid)
-                             : detail::build_micro_bounds(bricks, edge);
-  }
+    return f.micro_stored ? arrange(*stored, f.bricks(), bricks.brick_of, pyramid)
+                          : detail::build_micro_bounds(bricks, edge);
+  };
+  add_squeeze(f, bounds, o, micro_bounds);
   return std::move(placed.volume);
 }
 
@@ -307,7 +337,7 @@ Volume detail::make_volume(const LinkedBricks& bricks, const Pyramid& pyramid,
   Placed placed = place(index_to_object, pyramid, medium, o, o.look_up);
   VolumeField& f = placed.volume.density;
   add_bricks(f, bricks, pyramid, medium, placed.cell_length, o);
-  if (const int edge = micro_edge(f, pyramid, o)) f.micro = micro_bounds(edge);
+  add_squeeze(f, pyramid, o, micro_bounds);
   return std::move(placed.volume);
 }
 
@@ -327,9 +357,7 @@ Volume make_volume(std::shared_ptr<const Recipe> recipe, const Pyramid& pyramid,
   f.values = std::move(built.field);
   f.leaves = detail::index_leaves_of(f);
   scale_majorants(f, o.majorant_scale);
-  if (const int edge = micro_edge(f, pyramid, o)) {
-    f.micro = build_micro_bounds(f.recipe(), edge);
-  }
+  add_squeeze(f, pyramid, o, [&](int edge) { return build_micro_bounds(f.recipe(), edge); });
   return std::move(v);
 }
 

@@ -82,6 +82,7 @@ Volume make_moving(Volume v, const Pyramid& pyramid, const Affine& index_to_obje
                           choose_cut(o), links_of(swept, f.octree), kZeroBrick);
   f.leaves = detail::index_leaves_of(f);
   f.micro = {};
+  f.codes.reset();
   f.micro_stored = false;
   v.shell = nullptr;
   motion->cells_to_lattice = d.index_to_cells * translation(Vec3d(swept.origin));

@@ -46,16 +46,17 @@ struct BrickField {
 
 inline constexpr std::uint32_t kZeroBrick = 0;
 
-/// Density at a point of a brick; the point's cell counts modulo the leaf's edge.
+/// Density at a point of a brick of samples, which may be integers; the point's cell counts modulo
+/// the leaf's edge.
 /// Trilinear: exact in the samples' convex hull but for rounding of at most 3 ulp of the largest
 /// corner; between equal corners the value is exactly theirs. Tricubic: see tricubic.h.
-template <LookUp kLookUp>
-[[nodiscard, gnu::always_inline]] inline float density_in_brick(const float* brick,
+template <LookUp kLookUp, class Sample>
+[[nodiscard, gnu::always_inline]] inline float density_in_brick(const Sample* brick,
                                                                 const LatticePoint& p) {
   constexpr int kMask = kLeafEdge - 1;
   constexpr int kY = field_edge(kLookUp), kX = kY * kY;
   const Int4 in_leaf = p.cell & kMask;
-  const float* s = brick + in_leaf[0] * kX + in_leaf[1] * kY + in_leaf[2];
+  const Sample* s = brick + in_leaf[0] * kX + in_leaf[1] * kY + in_leaf[2];
   const Float4 f = p.frac;
   if constexpr (kLookUp == LookUp::nearest) {
     return s[(f[0] < 0.5f ? 0 : kX) + (f[1] < 0.5f ? 0 : kY) + (f[2] < 0.5f ? 0 : 1)];

@@ -227,12 +227,15 @@ template <std::same_as<RenderOptions> O>
                               .sweep = "analog ratio residual-ratio regular"}),
       key<&O::micro_bounds>(
           {.key = "micro_bounds",
-           .help = "Bounds of single voxels (1) or of cubes of 2^3 (2), which save look-ups; the "
-                   "picture stays the same to the last bit. auto uses 2^3 where they should save "
-                   "time. Those of 2^3 are read from a .pvol file that has them, else built",
+           .help =
+               "What saves look-ups: samples as bytes (codes), or bounds of single voxels (1) or "
+               "of cubes of 2^3 (2); the picture stays the same to the last bit. auto uses codes "
+               "for trilinear and nearest interpolation, 2^3 for tricubic and 1 for procedural, "
+               "where they should save time. Codes are for trilinear and nearest, others have 1 "
+               "instead; those of 2^3 are read from a .pvol file that has them",
            .effect = Effect::cost,
            .factor = "micro-bounds",
-           .sweep = "none 2 1"}),
+           .sweep = "none 2 1 codes"}),
       key<&O::look_up>(
           {.key = "interpolation",
            .help = "Interpolation between voxels; tricubic is a B-spline and needs a .pvol that "

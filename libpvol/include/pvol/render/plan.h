@@ -31,7 +31,6 @@ struct Surfaces;       // src/render/scene/surface
 struct Kernel {
   KernelKind kind = KernelKind::scalar;  ///< not automatic
   bool count = false;
-  bool cancellable = false;  ///< flights may take long, so that they ask whether to stop
   bool endless = false;      ///< flights may be, nearly
   bool moving = false;       ///< velocities move some density: samples have times
   bool places_move = false;  ///< some volume moves as a whole: samples have times

@@ -7,6 +7,7 @@
 #include "pvol/bounds/walk.h"
 #include "pvol/density/voxel_grid.h"
 #include "pvol/field/micro_range.h"
+#include "pvol/field/sample_codes.h"
 #include "pvol/track/tally.h"
 
 namespace pvol {
@@ -54,13 +55,41 @@ struct PlainField {
 template <class Source>
 PlainField(Source) -> PlainField<Source>;
 
-/// Micro-bounds first, and a look-up only where they leave the decision open (THEORY.md, T3.4). The
-/// source is made of bricks, as BrickExtinction is: source.brick(s, p), source.in_brick(brick, p)
-/// and source.scale, the factor from density to mu_t. `bounds` has cubes of kEdge cells.
-template <int kEdge, class Source>
+/// What decides most tentative collisions before the density is looked up.
+enum class Squeeze {
+  none,
+  cells_8,  ///< micro-bounds of cubes of 2^3 cells
+  cells_1,  ///< of single cells
+  codes,    ///< samples as bytes
+};
+
+/// What micro-bounds say of a point in a brick.
+template <int kEdge>
+struct CubeBounds {
+  const MicroBounds& bounds;
+
+  [[nodiscard]] DensityRange operator()(std::uint32_t brick, const LatticePoint& p) const {
+    return micro_range<kEdge>(bounds, brick, p.cell);
+  }
+};
+
+/// What the codes of samples say of it.
+template <LookUp kLookUp>
+struct CodeBounds {
+  const SampleCodes& codes;
+
+  [[nodiscard]] DensityRange operator()(std::uint32_t brick, const LatticePoint& p) const {
+    return code_range<kLookUp>(codes, brick, p);
+  }
+};
+
+/// Bounds of the density at the point first, and a look-up only where they leave the decision open
+/// (THEORY.md, T3.4 and T3.10). The source is made of bricks, as BrickExtinction is:
+/// source.brick(s, p), source.in_brick(brick, p) and source.scale, the factor from density to mu_t.
+template <class Bounds, class Source>
 struct SqueezedField {
   Source source;
-  const MicroBounds& bounds;
+  Bounds bounds;
 
   template <class Count>
   [[nodiscard]] float extinction(const Segment& s, const LatticePoint& p, Count& count) const {
@@ -73,7 +102,7 @@ struct SqueezedField {
                              Count& count) const {
     const std::uint32_t brick = source.brick(s, p);
     count.bounds_test();
-    const DensityRange range = micro_range<kEdge>(bounds, brick, p.cell);
+    const DensityRange range = bounds(brick, p);
     // Products round monotonically, and the look-up multiplies by the same factor.
     if (mu < source.scale * range.lo) return true;
     if (!(mu < source.scale * range.hi)) return false;

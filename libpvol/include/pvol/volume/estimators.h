@@ -7,10 +7,9 @@
 
 namespace pvol {
 
-/// The integral of bounds (integrals.h) over the part of [lo, hi) that micro-bounds leave open as
-/// well: over that of mu_t, the look-ups of `decomposition` per collision that lies as the density
-/// does. hi - lo for a volume without micro-bounds. For complete pyramids, not those of
-/// limit_depth.
+/// The integral of bounds (integrals.h) over the part of [lo, hi) that micro-bounds or codes leave
+/// open as well: over that of mu_t, the look-ups of `decomposition` per collision that lies as the
+/// density does. hi - lo for a volume without. For complete pyramids, not those of limit_depth.
 [[nodiscard]] double integrate_open(const Volume& volume);
 
 /// The estimator of shadow rays for `Transmittance::automatic`, and why.

@@ -53,16 +53,48 @@ template <LookUp kLookUp, bool kShared = false>
   return MappedExtinction<decltype(source)>{source, *f.map, f.scale};
 }
 
-/// The field of trackers: every question a look-up, or the field's micro-bounds first, whose edge
-/// it must be; 0: none are used. Refers to the field.
-template <LookUp kLookUp, int kMicroEdge, bool kShared = false>
+/// What a field has to decide collisions by.
+[[nodiscard]] inline Squeeze squeeze_of(const VolumeField& f) {
+  if (f.codes != nullptr) return Squeeze::codes;
+  return f.micro.edge == 1   ? Squeeze::cells_1
+         : f.micro.edge == 2 ? Squeeze::cells_8
+                             : Squeeze::none;
+}
+
+/// The field of trackers: every question a look-up, or bounds first, which the field has. Refers to
+/// the field.
+template <LookUp kLookUp, Squeeze kSqueeze, bool kShared = false>
 [[nodiscard]] auto make_field(const VolumeField& f) {
-  const auto source = extinction_source<kLookUp, kShared>(f);
-  if constexpr (kMicroEdge == 0) {
+  using Source = decltype(extinction_source<kLookUp, kShared>(f));
+  const Source source = extinction_source<kLookUp, kShared>(f);
+  if constexpr (kSqueeze == Squeeze::none) {
     return PlainField{source};
+  } else if constexpr (kSqueeze == Squeeze::codes) {
+    return SqueezedField<CodeBounds<kLookUp>, Source>{source, {*f.codes}};
   } else {
-    return SqueezedField<kMicroEdge, std::remove_const_t<decltype(source)>>{source, f.micro};
+    return SqueezedField<CubeBounds<kSqueeze == Squeeze::cells_1 ? 1 : 2>, Source>{source,
+                                                                                   {f.micro}};
   }
+}
+
+/// f(constant), and its result, with what decides collisions in a field as a
+/// std::integral_constant.
+template <LookUp kLookUp, class F>
+decltype(auto) visit_squeeze(Squeeze squeeze, const F& f) {
+  switch (squeeze) {
+    case Squeeze::cells_8:
+      return f(std::integral_constant<Squeeze, Squeeze::cells_8>{});
+    case Squeeze::cells_1:
+      return f(std::integral_constant<Squeeze, Squeeze::cells_1>{});
+    case Squeeze::codes:
+      if constexpr (has_closed_form(kLookUp)) {
+        return f(std::integral_constant<Squeeze, Squeeze::codes>{});
+      }
+      break;  // are not made
+    case Squeeze::none:
+      break;
+  }
+  return f(std::integral_constant<Squeeze, Squeeze::none>{});
 }
 
 /// f(constant), and its result, with the field's kind of look-up as a std::integral_constant.

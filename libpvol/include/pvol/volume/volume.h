@@ -34,15 +34,17 @@ struct ProceduralField;   // field/procedural.h
 struct SharedField;       // field/shared_field.h
 struct FieldMap;          // math/field_map.h
 struct Shell;             // shell/shell.h
+struct SampleCodes;       // field/sample_codes.h
 
-/// Which micro-bounds decide tentative collisions before the density is looked up. The picture is
-/// the same to the last bit; trackers with weights do not use them.
+/// What decides tentative collisions before the density is looked up: micro-bounds, or samples as
+/// bytes. The picture is the same to the last bit; trackers with weights do not use them.
 enum class MicroBoundsUse {
-  automatic,  ///< where segments leave much open and look-ups cost: cubes of 2^3 cells for tricubic
-              ///< fields and those that miss the cache, single cells for large pictures of recipes
+  automatic,  ///< where bounds leave much open and look-ups cost: codes for pictures of nearest and
+              ///< trilinear fields, cells_1 for large pictures of recipes, cells_8 otherwise
   none,
   cells_8,  ///< for cubes of 2^3 cells
   cells_1,  ///< for single cells
+  codes,    ///< samples as bytes: for nearest and trilinear look-ups; others have cells_1 instead
 };
 [[nodiscard]] constexpr auto names(MicroBoundsUse) {
   return std::to_array<Named<MicroBoundsUse>>({
@@ -50,6 +52,7 @@ enum class MicroBoundsUse {
       {MicroBoundsUse::none, "none"},
       {MicroBoundsUse::cells_8, "2"},
       {MicroBoundsUse::cells_1, "1"},
+      {MicroBoundsUse::codes, "codes"},
   });
 }
 
@@ -71,10 +74,10 @@ struct VolumeOptions {
   /// Of the density's values, after interpolation: majorants are as tight as the map's range, and
   /// what it makes 0 is empty. Null: none.
   std::shared_ptr<const FieldMap> map{};
-  /// Biased: nodes of the octree that can change the optical depth of a ray through them by no more
-  /// than this count as homogeneous (homogenise.h).
+  /// Biased: nodes that can change no ray's optical depth by more are homogeneous (homogenise.h).
   std::optional<double> homogenise{};
-  /// Paths that are expected, for `automatic` micro-bounds of recipes, which take long to make.
+  /// Paths of the picture that is expected, which `automatic` micro-bounds and codes must pay for;
+  /// infinite for other uses.
   double paths = std::numeric_limits<double>::infinity();
   /// Look-ups read the samples of the grid's bricks where they are, with the same results; batches
   /// go ray by ray. The grid's owner is kept; where it is null the samples must outlive all copies.
@@ -82,8 +85,8 @@ struct VolumeOptions {
   bool share_samples = false;
 };
 
-/// What look-ups read: samples in bricks, a recipe, or samples that stay where they are. Copies of
-/// a volume share it.
+/// What look-ups read: samples in bricks, a recipe, or samples of others. Copies of a volume share
+/// it.
 using FieldValues =
     std::variant<std::shared_ptr<const BrickField>, std::shared_ptr<const ProceduralField>,
                  std::shared_ptr<const SharedField>>;
@@ -104,15 +107,14 @@ struct VolumeField {
   float scale = 1;            ///< rounded once for bounds and look-ups alike
   MicroBounds micro;          ///< of values, for the squeeze; of edge 0 where there is none
   bool micro_stored = false;  ///< whether they were given, not built
-  Affine world_to_cells;      ///< world to cells from the octree's origin
-  Box world_box;              ///< around the support; empty for an empty field
-  /// The largest factor by which scale * value may exceed a majorant: 1 but for trackers with
-  /// weights.
+  std::shared_ptr<const SampleCodes> codes{};  ///< of values, in place of these; null: none
+  Affine world_to_cells;                       ///< world to cells from the octree's origin
+  Box world_box;                               ///< around the support; empty for an empty field
+  /// The largest factor by which scale * value may exceed a majorant: 1 but for weighted trackers.
   double majorant_excess = 1;
   BoundsExcess excess;  ///< of the pyramid's bounds; without nodes where they hold
-  /// Null where options.homogenise did not ask for them.
-  std::shared_ptr<const HomogeneousParts> homogeneous;
-  std::shared_ptr<const Motion> motion{};  ///< null: it stands still
+  std::shared_ptr<const HomogeneousParts> homogeneous;  ///< null: the options ask for none
+  std::shared_ptr<const Motion> motion{};               ///< null: it stands still
 
   /// The bricks of samples; the field is no recipe and shares none.
   [[nodiscard]] const BrickField& bricks() const {
@@ -129,9 +131,11 @@ struct VolumeField {
   [[nodiscard]] const SharedField& shared() const {
     return *std::get<std::shared_ptr<const SharedField>>(values);
   }
-  /// Of all that look-ups read, and those of them that are shared.
+  /// Of all that look-ups read, those of them that are shared, and of what decides without
+  /// look-ups.
   [[nodiscard]] std::uint64_t value_bytes() const;
   [[nodiscard]] std::uint64_t shared_bytes() const;
+  [[nodiscard]] std::uint64_t squeeze_bytes() const;
 };
 
 /// Everything a tracker needs to know of a cloud, for one extinction and placement. Safe to read
@@ -145,8 +149,7 @@ struct Volume {
   /// further one. Extinction is per world unit: at a place of another size the same bounds hold.
   std::vector<Affine> further_places{};
   VolumeField density{};  ///< scaled to mu_t by the medium's extinction
-  /// Certified to hold the density, in its index space; null where there is none. A plan decides
-  /// whether rays test it.
+  /// Certified to hold the density, in its index space; null: none. Plans decide if rays test it.
   std::shared_ptr<const Shell> shell{};
   std::shared_ptr<const Emitter> fire{};  ///< light of a field of its own; null: none
   std::string name{};                     ///< for messages

@@ -172,7 +172,7 @@ bool render_passes(const Job& job, Passes& passes, Reporter& reporter, RenderRes
   // Adaptive samples follow costs, too: their pilot is counted.
   const bool counts_pilot = adaptive && !job.setup.count && !film.needs;
   std::optional<PathSetup> counted;
-  if (counts_pilot) counted.emplace(job.setup).count_flights(job.plan);
+  if (counts_pilot) counted.emplace(job.setup).count = true;
   std::optional<PassRenderer> renderer;
   renderer.emplace(counted ? *counted : job.setup);
   std::optional<SampleTargets> targets;

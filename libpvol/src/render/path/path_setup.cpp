@@ -10,11 +10,6 @@
 namespace pvol::detail {
 namespace {
 
-[[nodiscard]] Monitoring monitoring_of(const Kernel& kernel) {
-  if (kernel.cancellable) return Monitoring::cancel;
-  return kernel.count ? Monitoring::count : Monitoring::none;
-}
-
 /// A share of the light that falls on the volumes.
 [[nodiscard]] float shadow_unit_of(const SkyLight& sky, std::span<const LightSource> lights,
                                    const Box& box) {
@@ -98,21 +93,13 @@ PathSetup::PathSetup(const RenderPlan& plan, Rgb constant_,
                                      [](const Volume& v) { return is_chromatic(v.medium); })),
       weighs(by_channel || is_weighted(options.tracker)) {
   if (dense == nullptr) dense = std::make_shared<const std::vector<DenseBounds>>(bounds_of(plan));
-  const Monitoring monitoring = monitoring_of(plan.kernel);
   for (std::size_t i = 0; i < plan.volumes.size(); ++i) {
     const Volume& v = plan.volumes[i];
     const FireAtCollisions* fire = emission ? emission->at_collisions[i].get() : nullptr;
     volumes.emplace_back(v, constant, !gathers_along_flights(v, options), fire,
-                         find_flights(kind_of(v.density), monitoring), is_one_by_one(plan, i));
+                         find_flights(kind_of(v.density)), is_one_by_one(plan, i));
     if (plan.shells[i].kept) volumes.back().shell.emplace(*v.shell, v.density.octree.origin);
   }
-}
-
-void PathSetup::count_flights(const RenderPlan& plan) {
-  count = true;
-  if (plan.kernel.cancellable) return;  // these count always
-  for (VolumeSetup& v : volumes)
-    v.flights = find_flights(kind_of(v.volume.density), Monitoring::count);
 }
 
 PathSetup PathSetup::in_small(int pixels) const {

@@ -95,8 +95,6 @@ struct PathSetup {
   explicit PathSetup(const RenderPlan& plan, Rgb constant_ = Rgb(0.0f),
                      std::shared_ptr<const std::vector<DenseBounds>> dense_ = nullptr);
 
-  /// Makes flights count what they do.
-  void count_flights(const RenderPlan& plan);
   /// The same paths through a picture of about so many pixels in place of the large one.
   [[nodiscard]] PathSetup in_small(int pixels) const;
 

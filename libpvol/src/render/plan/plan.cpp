@@ -27,7 +27,6 @@ Kernel choose_kernel(const RenderPlan& p) {
   const auto any = [&](const auto& is) { return std::ranges::any_of(p.volumes, is); };
   return {.kind = p.scene.options.kernel,
           .count = p.scene.options.count || counted(p.scene.options.aovs),
-          .cancellable = any(detail::has_long_flights),
           .endless = any(detail::has_endless_flights),
           .moving = any([](const Volume& v) { return v.density.motion != nullptr; }),
           .places_move = any(places_move)};
@@ -43,13 +42,16 @@ Decision decide_cut(const Volume& v, const RenderOptions& o) {
 Decision decide_micro_bounds(const Volume& v, const RenderOptions& o) {
   const VolumeField& f = v.density;
   const std::string edge = std::to_string(f.micro.edge);
-  const std::string choice = f.micro.edge == 0 ? "none" : "of " + edge + "^3 voxels";
+  const std::string choice = f.codes             ? "codes of samples"
+                             : f.micro.edge == 0 ? "none"
+                                                 : "of " + edge + "^3 voxels";
   if (f.motion != nullptr) return {"micro-bounds", choice, "the volume moves"};
   if (o.micro_bounds != MicroBoundsUse::automatic) return {"micro-bounds", choice, "as set"};
   return {"micro-bounds", choice,
-          f.micro.edge == 0 ? "look-ups are cheap, or bounds are already tight"
-          : f.micro_stored  ? "from the file: look-ups cost more than micro-bounds"
-                            : "built: look-ups cost more than micro-bounds"};
+          f.codes             ? "they decide all but one tentative collision in a hundred or more"
+          : f.micro.edge == 0 ? "look-ups are cheap, bounds are already tight, or paths are few"
+          : f.micro_stored    ? "from the file: look-ups cost more than micro-bounds"
+                              : "built: look-ups cost more than micro-bounds"};
 }
 
 Decision decide_motion(const Motion& m) {

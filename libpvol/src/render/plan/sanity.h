@@ -15,12 +15,6 @@ inline constexpr double kMostNullCollisions = 1e6;
   return worst_null_collisions(volume) > kMostNullCollisions;
 }
 
-/// The same above which flights are cancellable: thousands of such segments take a second.
-inline constexpr double kManyNullCollisions = 1e4;
-[[nodiscard]] inline bool has_long_flights(const Volume& volume) {
-  return worst_null_collisions(volume) > kManyNullCollisions;
-}
-
 /// Throws Error where a picture would take for ever, nearly: null collisions without number in
 /// empty space under an enormous majorant and, by the facts if there are any, weights that grow
 /// without end.

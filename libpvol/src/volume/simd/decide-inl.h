@@ -1,5 +1,5 @@
 // The stage of decisions: which tentative collisions are real. In passes over all events, each of
-// which fetches what the next one reads: bounds, micro-bounds, look-ups.
+// which fetches what the next one reads: bounds; codes of samples or micro-bounds; look-ups.
 
 #if defined(PVOL_LANE_DECIDE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PVOL_LANE_DECIDE_INL_H
@@ -9,6 +9,7 @@
 #endif
 
 #include "pvol/field/brick_field.h"
+#include "pvol/field/sample_codes.h"
 #include "volume/simd/flights-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -34,6 +35,20 @@ struct CellInLeaf {
     return brick * splat_int(kFieldSamples) + index_in_cube(x, y, z, kFieldEdge);
   }
 };
+
+/// From a cell's first sample to that of the corner nearest to a place in the cell.
+HWY_INLINE I nearest_corner(F x, F y, F z) {
+  const auto step = [](F f, int stride) {
+    return where(hn::Ge(f, splat(0.5f)), splat_int(stride));
+  };
+  return step(x, kFieldEdge * kFieldEdge) + step(y, kFieldEdge) + step(z, 1);
+}
+
+/// Fetches the codes around a cell.
+HWY_INLINE void prefetch_cell(const std::uint8_t* first) {
+  constexpr int kY = kFieldEdge, kX = kFieldEdge * kFieldEdge;
+  prefetch(first), prefetch(first + kY + 1), prefetch(first + kX), prefetch(first + kX + kY + 1);
+}
 
 /// Fetches the samples around a cell.
 HWY_INLINE void prefetch_cell(const float* first) {
@@ -64,6 +79,11 @@ inline HWY_NOINLINE void decide_by_bounds(const SimdField& f, FlightMemory& m) {
     const CellInLeaf cell(p);
     store(as_bits(brick), &e.brick[at]);
     store(as_bits(cell.first_sample(brick)), &e.sample[at]);
+    if (f.codes != nullptr) {
+      for (std::uint32_t lanes = bits_of(open); lanes != 0; lanes &= lanes - 1) {
+        prefetch_cell(f.codes + e.sample[at + std::size_t(std::countr_zero(lanes))]);
+      }
+    }
     if (f.micro_codes == nullptr) continue;
     const auto cube_of = [&](I v) { return hn::ShiftRightSame(v, f.micro_shift); };
     const I cube = brick * splat_int(cubes * cubes * cubes) +
@@ -113,15 +133,53 @@ inline HWY_NOINLINE void decide_by_micro_bounds(const SimdField& f, Events& e) {
   }
 }
 
+/// What look-ups would compute from codes, at places in cells whose first codes are at `index`.
+template <LookUp kLookUp>
+HWY_INLINE F look_up_codes(const std::uint8_t* codes, I index, F x, F y, F z) {
+  constexpr int kY = kFieldEdge, kX = kFieldEdge * kFieldEdge;
+  const auto lowest = [](U word) { return to_float(as_int(word & splat_bits(255))); };
+  if constexpr (kLookUp == LookUp::nearest) {
+    return lowest(gather_bytes(codes, index + nearest_corner(x, y, z)));
+  } else {
+    const auto lerp = [](F a, F b, F t) { return a + (b - a) * t; };
+    const auto row = [&](int offset) {
+      const U word = gather_bytes(codes + offset, index);
+      return lerp(lowest(word), lowest(hn::ShiftRight<8>(word)), z);
+    };
+    return lerp(lerp(row(0), row(kY), y), lerp(row(kX), row(kX + kY), y), x);
+  }
+}
+
+/// Decides what the codes of samples can (code_range), and lists the rest.
+template <LookUp kLookUp>
+HWY_NOINLINE void decide_by_codes(const SimdField& f, Events& e) {
+  e.undecided = 0;
+  const F scale = splat(f.scale);
+  for (std::size_t at = 0; at < e.n; at += kLanes) {
+    const M open = mask_of(e.open[at / kLanes]);
+    const I brick = where(open, as_int(load(&e.brick[at])));
+    const auto fraction = [&](const Events::Array<float>& place) {
+      const F v = load(&place[at]);
+      return v - hn::Floor(v);
+    };
+    const F code = look_up_codes<kLookUp>(f.codes, where(open, as_int(load(&e.sample[at]))),
+                                          fraction(e.x), fraction(e.y), fraction(e.z));
+    const F base = gather(f.code_scales, brick + brick);
+    const F step = gather(f.code_scales + 1, brick + brick);
+    const F mu = load(&e.mu[at]), slack = splat(kCodeSlack);
+    const M real = hn::And(open, hn::Lt(mu, scale * (base + (code - slack) * step)));
+    e.real[at / kLanes] |= bits_of(real);
+    const M below = hn::Lt(mu, scale * (base + (code + slack) * step));
+    list_undecided(f, e, at, hn::And(hn::AndNot(real, open), below));
+  }
+}
+
 /// Density at places in cells whose first samples are at `index`, as density_in_brick rounds it.
 template <LookUp kLookUp>
 HWY_INLINE F look_up(const float* samples, I index, F x, F y, F z) {
   constexpr int kY = kFieldEdge, kX = kFieldEdge * kFieldEdge;
   if constexpr (kLookUp == LookUp::nearest) {
-    const auto step = [](F f, int stride) {
-      return where(hn::Ge(f, splat(0.5f)), splat_int(stride));
-    };
-    return gather(samples, index + step(x, kX) + step(y, kY) + step(z, 1));
+    return gather(samples, index + nearest_corner(x, y, z));
   } else {
     const auto at = [&](int offset) { return gather(samples + offset, index); };
     const auto lerp = [](F a, F b, F t) { return a + (b - a) * t; };
@@ -230,7 +288,13 @@ inline HWY_NOINLINE void decide_one_by_one(const SimdField& f, FlightMemory& m) 
 /// Finds out which events are real collisions: the bits of Events::real.
 HWY_INLINE void decide(const SimdField& f, FlightMemory& m) {
   decide_by_bounds(f, m);
-  decide_by_micro_bounds(f, m.events);
+  if (f.codes == nullptr) {
+    decide_by_micro_bounds(f, m.events);
+  } else if (f.look_up == LookUp::nearest) {
+    decide_by_codes<LookUp::nearest>(f, m.events);
+  } else {
+    decide_by_codes<LookUp::trilinear>(f, m.events);
+  }
   if (f.moving != nullptr) find_moved_samples(f, m, m.events.undecided);
   if (f.samples == nullptr) {
     decide_one_by_one(f, m);

@@ -3,8 +3,10 @@
 #include <cmath>
 
 #include "pvol/bounds/walk.h"
+#include "pvol/field/sample_codes.h"
 #include "pvol/volume/extinction_source.h"
 #include "volume/any_source.h"
+#include "volume/field_samples.h"
 
 namespace pvol::detail {
 
@@ -29,6 +31,10 @@ SimdField::SimdField(const VolumeField& f, const DenseBounds& b)
     micro_codes = reinterpret_cast<const std::uint16_t*>(f.micro.codes.data());
     micro_scales = reinterpret_cast<const float*>(f.micro.scales.data());
     micro_shift = f.micro.edge - 1;  // of 1 and 2
+  }
+  if (f.codes != nullptr) {
+    codes = f.codes->codes.data();
+    code_scales = reinterpret_cast<const float*>(f.codes->scales.data());
   }
   for (int axis = 0; axis < 3; ++axis) {
     Vec3d unit(0);
@@ -85,7 +91,7 @@ const char* simd_obstacle(const Volume& v) {
   constexpr std::uint64_t kMostWords = 1u << 24;
   if (count_words(f.octree) > kMostWords) return "the volume's box has more than 2^24 leaves";
   constexpr std::size_t kMostBricks = (std::size_t(1) << 31) / kFieldSamples - 1;
-  if (has_lanes(f) && f.bricks().bricks() > kMostBricks)
+  if ((has_lanes(f) || f.codes != nullptr) && count_bricks(f) > kMostBricks)
     return "the volume has more than 2.9 million bricks";
   float most = 0;
   for (const Octree::Entry& e : f.octree.entries) most = std::max(most, e.hi);

@@ -21,6 +21,8 @@ struct SimdField {
   const std::uint16_t* micro_codes = nullptr;  ///< pairs of bytes, or null where there are none
   const float* micro_scales = nullptr;         ///< pairs of base and step
   int micro_shift = 0;                         ///< log2 of their cubes' edge
+  const std::uint8_t* codes = nullptr;         ///< of samples, or null where there are none
+  const float* code_scales = nullptr;          ///< pairs of base and step
   float scale;                                 ///< mu_t of a density of 1 [1/world length]
   LookUp look_up;                              ///< in lanes nearest or trilinear
   /// By axis of the world, the change of the position in cells per unit along it.

@@ -53,6 +53,10 @@ HWY_INLINE F gather(const float* from, I at) { return hn::GatherIndex(kF, from, 
 HWY_INLINE U gather(const std::uint32_t* from, I at) {
   return as_bits(hn::GatherIndex(kI, reinterpret_cast<const std::int32_t*>(from), at));
 }
+/// Words of the four bytes from each place on.
+HWY_INLINE U gather_bytes(const std::uint8_t* from, I at) {
+  return as_bits(hn::GatherOffset(kI, reinterpret_cast<const std::int32_t*>(from), at));
+}
 
 /// Masks of integer comparisons, for floats.
 HWY_INLINE M mask(hn::Mask<DI> m) { return hn::RebindMask(kF, m); }

@@ -32,7 +32,7 @@ struct SampleCounts {
 
   void add_decisions() {
     const Events& e = m.events;
-    const bool micro = s.field.micro_codes != nullptr;
+    const bool micro = s.field.micro_codes != nullptr || s.field.codes != nullptr;
     tally.bounds_tests += e.n;
     tally.lookups += e.undecided;
     for (std::size_t k = 0; k < (e.n + kLanes - 1) / kLanes; ++k) {

@@ -1,0 +1,57 @@
+// Samples as bytes: they decide nearly every tentative collision, and the samples themselves are
+// read only where they cannot. Walks do not see them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "pvol/field/brick_field.h"
+#include "pvol/field/micro_range.h"
+#include "pvol/math/pages.h"
+
+namespace pvol {
+
+struct SharedField;  // shared_field.h
+
+/// For every brick of a field of 9^3 samples, in its order, a byte for each sample. Code c of a
+/// brick stands for base + c * step. What nearest and trilinear look-ups compute at a place is at
+/// most kCodeSlack steps away from what they would compute from codes (THEORY.md, T3.10).
+struct SampleCodes {
+  struct Scale {
+    float base, step;
+    friend bool operator==(const Scale&, const Scale&) = default;
+  };
+  /// Behind the last code, so that a word can be read at any.
+  static constexpr std::size_t kBeyond = 3;
+
+  std::vector<Scale> scales;        ///< by brick
+  PagedVector<std::uint8_t> codes;  ///< of sample i of brick b at b * 9^3 + i, and kBeyond more
+
+  [[nodiscard]] std::size_t bytes() const {
+    return scales.size() * sizeof(Scale) + codes.size() * sizeof(std::uint8_t);
+  }
+  friend bool operator==(const SampleCodes&, const SampleCodes&) = default;
+};
+
+/// Half a step is rounded away in codes; the rest is the rounding of look-ups and of codes.
+inline constexpr float kCodeSlack = 0.5f + 0x1p-8f;
+
+/// What look-ups at a point of a brick can compute.
+template <LookUp kLookUp>
+[[nodiscard, gnu::always_inline]] inline DensityRange code_range(const SampleCodes& codes,
+                                                                 std::uint32_t brick,
+                                                                 const LatticePoint& p) {
+  static_assert(has_closed_form(kLookUp));
+  const std::uint8_t* const of_brick = codes.codes.data() + std::size_t(brick) * kFieldSamples;
+  const float code = density_in_brick<kLookUp>(of_brick, p);
+  const auto [base, step] = codes.scales[brick];
+  return {base + (code - kCodeSlack) * step, base + (code + kCodeSlack) * step};
+}
+
+/// The codes of a field for nearest and trilinear look-ups, made in parallel; the result does not
+/// depend on the number of threads.
+[[nodiscard]] SampleCodes build_sample_codes(const BrickField& field);
+[[nodiscard]] SampleCodes build_sample_codes(const SharedField& field);
+
+}  // namespace pvol
