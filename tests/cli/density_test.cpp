@@ -190,8 +190,8 @@ TEST_F(Density, StoredMicroBoundsAreUsedAndChangeNoPixel) {
   EXPECT_EQ(from("plain.pvol", "2"), "2^3 built at load");
   EXPECT_EQ(from("micro.pvol", "1"), "single voxels, built at load");
   EXPECT_EQ(from("micro.pvol", "none"), "none");
-  EXPECT_EQ(from("micro.pvol", "codes"), "codes of samples");
-  EXPECT_EQ(from("micro.pvol", "auto"), "codes of samples");
+  EXPECT_EQ(from("micro.pvol", "codes"), "codes");
+  EXPECT_EQ(from("micro.pvol", "auto"), "codes");
   for (const std::string other :
        {"plain.pvol2", "micro.pvol1", "micro.pvolnone", "micro.pvolcodes"}) {
     EXPECT_EQ(read_text(folder_ / "micro.pvol2.png"), read_text(folder_ / (other + ".png")));

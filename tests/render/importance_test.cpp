@@ -119,9 +119,8 @@ TEST(Importance, ThreadsAndMicroBoundsChangeNoBit) {
   const Film reference = render(volume_of(s), s).film;
   for (const int threads : {2, 5}) {
     s.options.threads = threads;
-    for (const auto use :
-         {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1,
-          MicroBoundsUse::codes}) {
+    for (const auto use : {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1,
+                           MicroBoundsUse::codes}) {
       s.options.micro_bounds = use;
       for (const bool count : {false, true}) {
         s.options.count = count;

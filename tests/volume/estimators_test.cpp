@@ -127,8 +127,8 @@ const Field& block() {
   return f;
 }
 
-/// `automatic` has codes where segments leave much open; nothing makes bounds where no tracker would
-/// ask.
+/// `automatic` has codes where segments leave much open; nothing makes bounds where no tracker
+/// would ask.
 TEST(Estimators, MicroBoundsAreBuiltWhereTheyAreOfUse) {
   const auto squeeze = [](const Field& f, MicroBoundsUse use, Tracker tracker = Tracker::delta) {
     CloudScene s = scene_of(f);

@@ -109,7 +109,7 @@ std::string describe_bias(const RenderJob& job, const TimedRender& t) {
 }
 
 std::string micro_bounds_text(const Volume& volume) {
-  if (volume.density.codes) return "codes of samples";
+  if (volume.density.codes) return "codes";
   if (volume.density.micro.edge == 0) return "none";
   if (volume.density.micro.edge == 1) return "single voxels, built at load";
   return volume.density.micro_stored ? "2^3 from the file" : "2^3 built at load";
