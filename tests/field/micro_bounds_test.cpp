@@ -14,19 +14,10 @@
 #include "pvol/track/transmittance.h"
 #include "support/flights.h"
 #include "support/nasty_offset.h"
+#include "support/random_bricks.h"
 
 namespace pvol::test {
 namespace micro_bounds_test {
-
-/// A field of bricks by `value(rng)`, the first of them zero as in every field.
-template <class Value>
-BrickField random_bricks(int bricks, std::uint64_t stream, const Value& value) {
-  BrickField f;
-  f.samples.assign(kFieldSamples, 0.0f);
-  Rng rng(kSeed, stream, 0);
-  for (int i = 0; i < bricks * kFieldSamples; ++i) f.samples.push_back(value(rng));
-  return f;
-}
 
 /// How many of many look-ups, spread over all bricks, leave their micro-bounds.
 template <int kEdge>

@@ -12,19 +12,10 @@
 #include "pvol/field/shared_field.h"
 #include "support/fields.h"
 #include "support/nasty_offset.h"
+#include "support/random_bricks.h"
 
 namespace pvol::test {
 namespace sample_codes_test {
-
-/// A field of bricks by `value(rng)`, the first of them zero as in every field.
-template <class Value>
-BrickField random_bricks(int bricks, std::uint64_t stream, const Value& value) {
-  BrickField f;
-  f.samples.assign(kFieldSamples, 0.0f);
-  Rng rng(kSeed, stream, 0);
-  for (int i = 0; i < bricks * kFieldSamples; ++i) f.samples.push_back(value(rng));
-  return f;
-}
 
 struct Found {
   int wrong = 0;       ///< densities that left their range

@@ -23,11 +23,12 @@ struct detail::BatchFieldData {
 
   BatchFieldData(std::shared_ptr<const Volume> v, KernelKind kernel)
       : owner(std::move(v)), volume(*owner) {
-    const char* const obstacle = volume.moving_places != nullptr    ? "the volume moves as a whole"
-                                 : volume.density.motion != nullptr ? "the volume moves"
-                                 // Bounds of every small cube would take what sharing saves.
-                                 : volume.density.shares_samples() ? "the samples are shared"
-                                                                   : simd_obstacle(volume);
+    const char* const obstacle =
+        volume.moving_places != nullptr    ? "the volume moves as a whole"
+        : volume.density.motion != nullptr ? "the volume moves"
+        // Bounds of every small cube would take what sharing saves.
+        : volume.density.shares_samples() ? "the samples are shared"
+                                          : simd_obstacle(volume);
     choice = choose_kernel(kernel, obstacle, {.rays = "rays", .subject = "volume"});
     if (choice.kernel == KernelKind::scalar) return;
     kernels = find_batch_kernels(choice.kernel);

@@ -53,9 +53,8 @@ struct DenseBounds {
 /// Number of words that the field would take, with cubes of this edge.
 [[nodiscard]] std::uint64_t count_words(const Octree& tree, int shift = 3);
 
-/// Bounds of a field that is not empty, in parallel. The cubes are of 8^3 cells or, where that
-/// costs rays less (THEORY.md, T2.2), smaller, unless `shift` says which; those of recipes are of
-/// 8^3.
+/// Bounds of a field that is not empty, in parallel. The cubes are of 8^3 cells or, where that costs
+/// rays less (THEORY.md, T2.2), smaller, unless `shift` says which; those of recipes are of 8^3.
 [[nodiscard]] DenseBounds make_dense_bounds(const VolumeField& field,
                                             std::optional<int> shift = std::nullopt);
 
