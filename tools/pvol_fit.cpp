@@ -81,6 +81,13 @@ void add_density(const cli::CommandLine& app, Options& o) {
                      ends_of(number(kToleranceRange))))
       .type_name("X")
       .check(cli::fits(number(kToleranceRange)));
+  app.add_option("--compression", o.compression,
+                 "zstd: the smallest file. none: a file of 2 kB for each 8^3 voxels, whose samples "
+                 "renders use where they lie: it is ready sooner, takes no memory for them but the "
+                 "system's cache, which several renders share, and may be larger than memory. With "
+                 "--density fp32; other precisions are decoded [zstd]")
+      .type_name("zstd|none")
+      .check(cli::one_of({name(formats::Compression::zstd), name(formats::Compression::none)}));
 }
 
 void add_bounds(const cli::CommandLine& app, Options& o) {
@@ -214,7 +221,8 @@ Fit fit(const Options& o) {
   f.source_bytes = f.file.metadata.source.bytes;
   const bool embeds = o.density == "fp32" || f.loaded.report.type == "none";
   if (embeds && !o.closed_form) f.file.density = f.loaded.grid;
-  f.bytes = formats::write_pvol(o.output, f.file);
+  f.bytes = formats::write_pvol(o.output, f.file,
+                                find_named<formats::Compression>(o.compression).value());
   f.write_seconds = watch.lap();
   return f;
 }

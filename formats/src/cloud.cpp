@@ -146,6 +146,7 @@ Cloud load_pvol(const std::filesystem::path& file, const GridOptions& options, L
   cloud.shell = std::move(content.shell);
   cloud.micro = std::move(content.micro);
   cloud.metadata = std::move(content.metadata);
+  cloud.forget_pages = std::move(content.forget_pages);
   return cloud;
 }
 

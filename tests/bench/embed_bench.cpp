@@ -207,8 +207,9 @@ int run(const Wishes& w) {
       make_volume(cloud.grid(), cloud.pyramid, medium, {.micro_bounds = w.micro_bounds});
   const NanoMedium nano = make_nano_medium(cloud.grid(), volume.density.scale);
   const Setting setting = make_setting(volume.density.world_box, w.g);
-  const Volume shared = make_volume(cloud.grid(), cloud.pyramid, medium,
-                                    {.micro_bounds = w.micro_bounds, .share_samples = true});
+  const Volume shared =
+      make_volume(cloud.grid(), cloud.pyramid, medium,
+                  {.micro_bounds = w.micro_bounds, .samples = SampleStorage::shared});
   print_bytes(nano, volume, shared);
 
   const CapiVolume capi = make_capi_volume(cloud.grid(), medium.extinction);

@@ -43,7 +43,10 @@ CloudScene scene_of(double extinction, std::optional<double> tolerance) {
 }
 
 Volume volume_of(const Field& f, double extinction, std::optional<double> tolerance) {
-  return make_volume(f.grid, build_pyramid(f.grid), scene_of(extinction, tolerance));
+  const CloudScene s = scene_of(extinction, tolerance);
+  VolumeOptions o = s.volume_options();
+  o.samples = SampleStorage::copied;
+  return pvol::make_volume(f.grid, build_pyramid(f.grid), s.medium.medium(), o);
 }
 
 Ray random_line(const Volume& v, Rng& rng) {

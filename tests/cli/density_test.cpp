@@ -85,6 +85,21 @@ TEST_F(Density, FileAndLoadTimeMakeTheSamePicture) {
   }
 }
 
+/// Samples in a mapped file, or copies of them, decide what those of the source do.
+TEST_F(Density, MappedSamplesMakeTheSamePicture) {
+  const json packed = fit("packed.pvol", {}), plain = fit("plain.pvol", {"--compression", "none"});
+  EXPECT_LT(packed["bytes"]["density"], plain["bytes"]["density"]);
+  for (const std::vector<std::string>& more :
+       std::vector<std::vector<std::string>>{{}, {"--transmittance", "ratio"}}) {
+    const json source = stats(vdb_, "source.png", more);
+    for (const std::string file : {"packed", "plain"}) {
+      const json of_file = stats(folder_ / (file + ".pvol"), file + ".png", more);
+      EXPECT_EQ(of_file["mean_rgb"], source["mean_rgb"]) << file;
+      EXPECT_EQ(read_text(folder_ / (file + ".png")), read_text(folder_ / "source.png")) << file;
+    }
+  }
+}
+
 TEST_F(Density, PicturesSayThatTheyAreBiased) {
   const auto bias = [&](const std::vector<std::string>& more) {
     expect_success(PVOL_RENDER, render(vdb_, "a.exr", more));

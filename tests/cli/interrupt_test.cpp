@@ -126,6 +126,24 @@ TEST_F(Interrupt, EndsLoadingByTheSignalItself) {
   }
 }
 
+/// A cloud whose file is cut off under a render ends it with a message, not by SIGBUS.
+TEST_F(Interrupt, EndsWhereAMappedFileBecomesShorter) {
+  const std::string cloud = folder / "ball.pvol";
+  ASSERT_EQ(run_tool(PVOL_FIT, {ball, "-o", cloud, "--compression", "none"}).exit, 0);
+  Words words = long_picture();
+  words[0] = cloud;
+  const RunResult r =
+      run_on_terminal(PVOL_RENDER, words, [&, cut = false](int, const std::string& err) mutable {
+        if (cut || times_said(err, "interrupt.during_rendering") == 0) return;
+        cut = true;
+        std::filesystem::resize_file(cloud, 0);
+      });
+  EXPECT_EQ(r.exit, 1) << r.err;
+  EXPECT_TRUE(says(r.err, "interrupt.file_became_shorter")) << r.err;
+  EXPECT_NE(r.err.find(cloud), std::string::npos) << r.err;
+  EXPECT_TRUE(out.empty());
+}
+
 TEST_F(Interrupt, CoversTheLineOnTheTerminal) {
   const RunResult r =
       run_on_terminal(PVOL_FIT, {fifo, "-o", out / "a.pvol"}, when_it_reads({SIGINT}));

@@ -62,6 +62,31 @@ TEST_F(PvolFileTest, RoundTripKeepsEverything) {
   }
 }
 
+/// Samples that are exact and not compressed are used where they lie: they are there though the
+/// name is gone, and when the memory of their pages was given back.
+TEST_F(PvolFileTest, PlainSamplesStayInTheMappedFile) {
+  const PvolFile content = some_file();
+  for (const Compression compression : {Compression::none, Compression::zstd}) {
+    write_pvol(path("a.pvol"), content, compression);
+    const PvolFile whole = read_pvol(path("a.pvol")), grid = read_pvol_grid(path("a.pvol"), "");
+    EXPECT_EQ(whole.forget_pages != nullptr, compression == Compression::none);
+    fs::remove(path("a.pvol"));
+    for (const PvolFile& back : {whole, grid}) {
+      if (back.forget_pages) back.forget_pages();
+      expect_equal_samples(*back.density, *content.density);
+    }
+  }
+  // Bytes of the caller's are copied.
+  write_pvol(path("a.pvol"), content, Compression::none);
+  std::ostringstream text;
+  text << std::ifstream(path("a.pvol"), std::ios::binary).rdbuf();
+  std::string bytes = text.str();
+  const PvolFile copied = read_pvol(std::as_bytes(std::span(bytes)), "a");
+  std::fill(bytes.begin(), bytes.end(), '\0');
+  EXPECT_EQ(copied.forget_pages, nullptr);
+  expect_equal_samples(*copied.density, *content.density);
+}
+
 TEST_F(PvolFileTest, DensityOfManyFramesRoundTrips) {
   const PvolFile content = some_file(1500, false);
   write_pvol(path("a.pvol"), content);

@@ -88,8 +88,11 @@ CloudScene scene_of(const Layer& layer, double depth, Tracker tracker) {
   return s;
 }
 
-Volume volume_of(const Layer& layer, const CloudScene& scene) {
-  return make_volume(layer.grid, layer.pyramid, scene);
+Volume volume_of(const Layer& layer, const CloudScene& scene,
+                 SampleStorage samples = SampleStorage::automatic) {
+  VolumeOptions o = scene.volume_options();
+  o.samples = samples;
+  return pvol::make_volume(layer.grid, layer.pyramid, scene.medium.medium(), o);
 }
 
 enum Fate { reflected, transmitted, direct, absorbed, kFates };
@@ -243,7 +246,9 @@ TEST(Slab, FlightsReflectAndTransmitWhatTheyShould) {
       double made_for = 0;
       for_each_slab([&](std::uint64_t number, double depth, double albedo, double g) {
         if (depth < layer.least_depth) return;
-        if (made_for != depth) volume = volume_of(layer, scene_of(layer, depth, tracker));
+        if (made_for != depth) {
+          volume = volume_of(layer, scene_of(layer, depth, tracker), SampleStorage::copied);
+        }
         made_for = depth;
         const Expectation& e = expected[number];
         for (const std::size_t i : {0, 1}) {

@@ -48,7 +48,7 @@ std::vector<Shot> shots() {
     add(std::string("mapped, ") + name(s.options.look_up), s,
         with([&](VolumeOptions& o) { o.map = std::make_shared<const FieldMap>(ramp); }));
     add(std::string("shared, ") + name(s.options.look_up), s,
-        with([](VolumeOptions& o) { o.share_samples = true; }));
+        with([](VolumeOptions& o) { o.samples = SampleStorage::shared; }));
   }
   CloudScene recipe = sunny();
   recipe.medium.extinction = 8;
@@ -78,7 +78,7 @@ TEST(WavefrontLookUps, OfSharedSamplesChangeNoBit) {
       std::optional<Film> plain;
       for (const MicroBoundsUse use : {MicroBoundsUse::none, MicroBoundsUse::codes}) {
         for (const bool share : {false, true}) {
-          o.micro_bounds = use, o.share_samples = share;
+          o.micro_bounds = use, o.samples = share ? SampleStorage::shared : SampleStorage::copied;
           const Volume v = pvol::make_volume(puff().grid, pyramid, s.medium.medium(), o);
           const Film film = render_with(kernel, {"", s, {v}}, s);
           if (!plain) plain = film;

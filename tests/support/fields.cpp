@@ -173,7 +173,10 @@ Volume make_test_volume(const Field& field, double extinction, std::optional<int
   scene.options.depth = depth;
   scene.options.tracker = tracker;
   scene.options.look_up = look_up;
-  return make_volume(field.grid, build_pyramid(field.grid, look_up), scene);
+  VolumeOptions o = scene.volume_options();
+  o.samples = SampleStorage::copied;
+  return pvol::make_volume(field.grid, build_pyramid(field.grid, look_up), scene.medium.medium(),
+                           o);
 }
 
 }  // namespace pvol::test

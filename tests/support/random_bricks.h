@@ -3,6 +3,7 @@
 
 #include "pvol/field/brick_field.h"
 #include "support/fields.h"
+#include "support/flights.h"
 
 namespace pvol::test {
 

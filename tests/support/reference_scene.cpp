@@ -18,7 +18,7 @@ VolumeOptions options_of(const ReferenceVolume& v, const CloudScene& scene) {
     if (instanced) o.instances.push_back(place.instance.at(0));
   }
   if (!v.map.is_identity()) o.map = std::make_shared<const FieldMap>(v.map);
-  o.share_samples = v.share_samples;
+  if (v.share_samples) o.samples = SampleStorage::shared;
   return o;
 }
 

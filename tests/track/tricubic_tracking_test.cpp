@@ -51,7 +51,8 @@ TEST(TricubicTracking, BoundsServeTrilinearLookups) {
   std::uint64_t stream = 50'000;
   for (const char* name : {"gaussian", "sparse", "tiles_128"}) {
     const Field& f = field(name);
-    const Volume v = make_volume(f.grid, build_pyramid(f.grid, kTricubic), CloudScene{});
+    const Volume v = pvol::make_volume(f.grid, build_pyramid(f.grid, kTricubic),
+                                       CloudScene{}.medium.medium(), VolumeOptions{});
     const Aim a = aim(f, v, LookUp::trilinear, 0, kDepth);
     prove(v.density.octree, a, exact<LookUp::trilinear>(v), 4000, name, stream, family, sums);
   }

@@ -99,7 +99,7 @@ std::vector<std::pair<std::string, Volume>> looked_up_otherwise() {
     add("tricubic", {.look_up = LookUp::tricubic});
     add("mapped", {.map = map});
     add("mapped, nearest", {.look_up = LookUp::nearest, .map = map});
-    add("shared", {.share_samples = true});
+    add("shared", {.samples = SampleStorage::shared});
   }
   const auto recipe = std::make_shared<const Recipe>(make_sample());
   const Pyramid pyramid = build_pyramid(*recipe);

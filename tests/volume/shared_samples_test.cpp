@@ -7,6 +7,7 @@
 #include "pvol/error.h"
 #include "pvol/math/field_map.h"
 #include "pvol/render/render.h"
+#include "pvol/render/scene_volume.h"
 #include "pvol/trackers.h"
 #include "pvol/volume/batch.h"
 #include "support/error_of.h"
@@ -18,7 +19,7 @@ namespace pvol::test {
 namespace shared_samples_test {
 
 [[nodiscard]] Volume make(const VoxelGrid& grid, bool share, VolumeOptions o = {}) {
-  o.share_samples = share;
+  o.samples = share ? SampleStorage::shared : SampleStorage::copied;
   return make_volume(grid, {.extinction = 5 / 20.0}, o);
 }
 
@@ -81,6 +82,28 @@ TEST(SharedSamples, KeepTheirOwnerAndTakeLessMemory) {
   EXPECT_TRUE(watch.expired());
 }
 
+/// Pictures whose collisions codes decide read few samples: they stay where a grid's owner keeps
+/// them, unless something else asks for most of them.
+TEST(SharedSamples, ArePlainInPicturesByCodes) {
+  const auto shares = [](const VoxelGrid& grid, const VolumeOptions& o) {
+    const VolumeField f = std::move(make_volume(grid, {.extinction = 1}, o).density);
+    EXPECT_EQ(f.codes != nullptr, f.shares_samples());
+    return f.shares_samples();
+  };
+  const VoxelGrid& grid = cloud().grid;
+  ASSERT_NE(grid.owner, nullptr);
+  EXPECT_TRUE(shares(grid, {.paths = 1}));
+  EXPECT_FALSE(shares(grid, {}));
+  EXPECT_FALSE(shares(grid, {.micro_bounds = MicroBoundsUse::cells_8, .paths = 1e9}));
+  EXPECT_FALSE(shares(grid, {.tracker = Tracker::weighted_delta, .paths = 1e9}));
+  EXPECT_FALSE(shares(grid, {.look_up = LookUp::tricubic, .paths = 1e9}));
+  EXPECT_FALSE(shares(grid, {.map = std::make_shared<const FieldMap>(), .paths = 1e9}));
+  RenderOptions ratio;
+  ratio.transmittance = Transmittance::ratio;
+  EXPECT_EQ(volume_options(ratio).samples, SampleStorage::copied);
+  EXPECT_EQ(volume_options({}).samples, SampleStorage::automatic);
+}
+
 TEST(SharedSamples, MakeTheSamePictures) {
   const Pyramid pyramid = build_pyramid(cloud().grid);
   for (const bool guided : {false, true}) {
@@ -91,7 +114,7 @@ TEST(SharedSamples, MakeTheSamePictures) {
       std::vector<Volume> volumes;
       for (const bool share : shares) {
         VolumeOptions o = s.volume_options();
-        o.share_samples = share;
+        o.samples = share ? SampleStorage::shared : SampleStorage::copied;
         if (!volumes.empty()) o.object_to_world = translation({18, 3, -2}) * o.object_to_world;
         volumes.push_back(make_volume(cloud().grid, pyramid, s.medium.medium(), o));
       }
@@ -129,7 +152,7 @@ TEST(SharedSamples, GoBesideMappedDensities) {
     VolumeOptions o = s.volume_options();
     o.map = std::make_shared<const FieldMap>();
     std::vector<Volume> both{make_volume(cloud().grid, pyramid, s.medium.medium(), o)};
-    o.map = nullptr, o.share_samples = share;
+    o.map = nullptr, o.samples = share ? SampleStorage::shared : SampleStorage::copied;
     o.object_to_world = translation({9, 3, -2}) * o.object_to_world;
     both.push_back(make_volume(cloud().grid, pyramid, s.medium.medium(), o));
     return render(both, s.scene()).film;

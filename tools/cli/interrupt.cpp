@@ -10,9 +10,14 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cinttypes>
 #include <csignal>
+#include <cstdint>
+#include <cstdio>
+#include <fstream>
 #include <initializer_list>
 #include <mutex>
+#include <string>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -33,6 +38,7 @@ std::atomic<Phase> phase = Phase::plain;
 std::atomic<bool> checkpoint_requested = false;
 std::atomic<bool> outlives_readers = false;  // whoever began the tool ignores SIGPIPE
 std::atomic<std::size_t> line_width = 0;
+std::atomic<const void*> lost_page = nullptr;
 std::mutex notes;  // of what follows; nobody waits for anything while holding it
 std::array<char, 256> stage_now{};
 const std::function<void()>* tell_now = nullptr;
@@ -43,6 +49,10 @@ const std::function<void()>* tell_now = nullptr;
   struct sigaction action {};
   return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
 }
+
+/// How a thread that lost a page of a mapped file tells the one that takes signals. Nobody else
+/// sends it: by default it is ignored.
+constexpr int kLostPage = SIGURG;
 
 /// Those that end a tool: wishes of users and of schedulers (SIGUSR2 announces the end of a job
 /// under Grid Engine), and the limit of CPU time.
@@ -97,11 +107,59 @@ void say(const char* tool, const char* what, const char* more) {
 /// process and then its group.
 constexpr auto kOneWish = std::chrono::seconds(1);
 
+/// The file that is mapped at an address, or an empty name.
+std::string file_at(const void* address) {
+  const auto wanted = reinterpret_cast<std::uintptr_t>(address);
+  std::ifstream maps("/proc/self/maps");
+  for (std::string line; std::getline(maps, line);) {
+    // begin-end access offset device inode   name
+    std::uintptr_t begin = 0, end = 0;
+    int name = 0;
+    if (std::sscanf(line.c_str(), "%" SCNxPTR "-%" SCNxPTR " %*s %*s %*s %*s %n", &begin, &end,
+                    &name) == 2 &&
+        begin <= wanted && wanted < end) {
+      return line.substr(std::min(std::size_t(name), line.size()));
+    }
+  }
+  return {};
+}
+
+/// Ends the tool because a page of a mapped file is gone.
+[[noreturn]] void end_by_lost_page(const char* tool) {
+  formats::abandon_writes();
+  const std::string file = file_at(lost_page);
+  const std::scoped_lock lock(notes);
+  say(tool, file.empty() ? "a mapped file" : file.c_str(),
+      ": became shorter, or its disk failed, while it was in use. Render again; to replace a file "
+      "that is in use, write the new one aside and rename it");
+  ::_exit(1);
+}
+
+/// Of the thread that asked for the page, which cannot go on: the one that takes signals ends the
+/// tool.
+extern "C" void on_bus_error(int signal, siginfo_t* info, void*) {
+  if (info->si_code != BUS_ADRERR) {
+    std::signal(signal, SIG_DFL);  // and fail again, as no file is to blame
+    return;
+  }
+  lost_page = info->si_addr;
+  ::kill(::getpid(), kLostPage);
+  for (;;) ::pause();
+}
+
+void catch_bus_errors() {
+  struct sigaction action {};
+  action.sa_sigaction = on_bus_error;
+  action.sa_flags = SA_SIGINFO;
+  sigaction(SIGBUS, &action, nullptr);
+}
+
 [[noreturn]] void watch(const sigset_t& set, const std::string& tool) {
   std::chrono::steady_clock::time_point first{};
   for (;;) {
     int signal = 0;
     if (sigwait(&set, &signal) != 0) continue;
+    if (signal == kLostPage) end_by_lost_page(tool.c_str());
     if (signal == SIGUSR1) {
       if (phase == Phase::saving) checkpoint_requested = true;
     } else if (signal == SIGXCPU && phase == Phase::stopping) {
@@ -122,10 +180,12 @@ void watch_signals(const std::string& tool) {
   std::signal(SIGPIPE, SIG_IGN);
   sigset_t set = set_of(kEndingSignals);
   if (!is_ignored(SIGUSR1)) sigaddset(&set, SIGUSR1);
+  sigaddset(&set, kLostPage);
   sigset_t before;
   pthread_sigmask(SIG_BLOCK, &set, &before);
   try {
     std::thread([set, tool] { watch(set, tool); }).detach();
+    catch_bus_errors();
   } catch (const std::system_error&) {  // no thread to be had: then signals end the process
     pthread_sigmask(SIG_SETMASK, &before, nullptr);
   }

@@ -12,7 +12,8 @@ namespace pvol::cli {
 /// doing: files that are half written are removed, one line on stderr tells in what it was
 /// interrupted, and the process dies of the signal, so that shells and schedulers see it. SIGUSR1
 /// ends nothing, nor does a reader of stderr or stdout that is gone. Signals that were ignored stay
-/// so. To be called once, in main, before there is another thread.
+/// so. SIGBUS, where a page of a mapped file is gone, ends the tool with a line that names the
+/// file, and exit status 1. To be called once, in main, before there is another thread.
 void watch_signals(const std::string& tool);
 
 /// While one is there, the first signal only makes `interrupted` true, for the tool to save what it

@@ -75,6 +75,7 @@ void load_scene(const RenderOptionsGiven& o, RenderJob& job) {
     job.reports.push_back({v.file, cloud.metadata.quantisation, cloud.metadata.quantisation_error});
     job.facts.push_back(describe(job.volumes.back(), describe(cloud, v)));
     if (scene.options.shells != ShellUse::off) require_proof(v.file, cloud);
+    if (cloud.forget_pages) cloud.forget_pages();  // what was read once to be checked
   }
   if (!job.file.has_camera) {
     scene.camera = frame_all(job.volumes, scene);

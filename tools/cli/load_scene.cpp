@@ -355,14 +355,19 @@ std::vector<MovingPlace> moving_places(const formats::SceneVolume& volume) {
 }  // namespace
 
 Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volume,
-                   const Scene& scene) {
+                   const Scene& scene, SampleStorage samples) {
   const RenderOptions& options = scene.options;
   VolumeOptions o = volume_options(options);
+  if (samples != SampleStorage::automatic) o.samples = samples;
   o.object_to_world = volume.object_to_world;
   o.instances = volume.instances;
   if (!volume.density_map.is_identity()) {
     o.map = std::make_shared<const FieldMap>(volume.density_map);
   }
+  // Fires ask for the density of every collision in them, and what moves for every density that a
+  // path meets, where it came from.
+  if (cloud.fire || cloud.motion) o.samples = SampleStorage::copied;
+  if (cloud.motion) o.micro_bounds = MicroBoundsUse::none;
   const LeafMicroBounds* stored = cloud.micro ? &*cloud.micro : nullptr;
   Volume v = pvol::make_volume(cloud.density, cloud.pyramid, volume.medium, o, stored);
   if (cloud.shell) v.shell = std::make_shared<const Shell>(*cloud.shell);

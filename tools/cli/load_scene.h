@@ -66,7 +66,8 @@ struct Loader {
 /// The cloud with the medium and placements of a scene's volume, for the scene's options and
 /// shutter.
 [[nodiscard]] Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volume,
-                                 const Scene& scene);
+                                 const Scene& scene,
+                                 SampleStorage samples = SampleStorage::automatic);
 
 /// Figures about a cloud as a volume of a scene.
 [[nodiscard]] VolumeFacts describe(const formats::Cloud& cloud, const formats::SceneVolume& volume);

@@ -20,7 +20,8 @@ CloudVolume make(std::shared_ptr<const formats::Cloud> cloud, Making how,
                 std::make_shared<LazyBatchField>()};
   Scene scene;
   scene.options = options;
-  v.volume = cli::make_volume(*v.cloud, v.given, scene);
+  // Batches of rays look up copies.
+  v.volume = cli::make_volume(*v.cloud, v.given, scene, SampleStorage::copied);
   return v;
 }
 

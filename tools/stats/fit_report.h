@@ -25,6 +25,7 @@ struct FitOptions {
   std::string density = "fp32", look_up = "trilinear";
   std::optional<double> tolerance;
   std::string micro_bounds = "none";
+  std::string compression = "zstd";
   std::string shells = "none", shell_kind = "hard";
   int shell_effort = 1;
   std::string fields = "auto";

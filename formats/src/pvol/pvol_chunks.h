@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <iosfwd>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -117,7 +118,9 @@ static_assert(sizeof(TileRecord) == 20);
 /// bytes as the table says, so that nobody takes memory for more.
 class ChunkReader {
  public:
-  ChunkReader(const ChunkEntry& entry, Bytes stored, std::string place);
+  /// The bytes have an owner that keeps them, or last as long as this.
+  ChunkReader(const ChunkEntry& entry, Bytes stored, std::string place,
+              std::shared_ptr<const void> owner = nullptr);
 
   /// Fills `to`; refuses where less is left.
   void read(std::span<std::byte> to);
@@ -133,10 +136,19 @@ class ChunkReader {
     return value;
   }
 
+  /// The next `size` bytes where they lie, and who keeps them; nothing where they are compressed
+  /// or nobody keeps them: read them then.
+  struct InPlace {
+    Bytes bytes;
+    std::shared_ptr<const void> owner;
+  };
+  [[nodiscard]] std::optional<InPlace> take_in_place(std::uint64_t size);
+
   [[nodiscard]] std::uint64_t raw_bytes() const { return entry_.raw_bytes; }
   [[nodiscard]] const std::string& place() const { return place_; }
 
  private:
+  void require(std::uint64_t size) const;
   void check_frames() const;
   void next_frame();
 
@@ -146,6 +158,7 @@ class ChunkReader {
   std::uint64_t left_;
   std::vector<std::byte> buffer_, shuffled_;
   std::string place_;
+  std::shared_ptr<const void> owner_;
 };
 
 /// Appends one chunk to a stream: raw bytes in, its table entry out.

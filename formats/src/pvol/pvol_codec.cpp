@@ -45,8 +45,13 @@ void refuse(const std::string& place, const std::string& wrong) {
 
 std::uint64_t checksum(Bytes bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
 
-ChunkReader::ChunkReader(const ChunkEntry& entry, Bytes stored, std::string place)
-    : entry_(entry), stored_(stored), left_(entry.raw_bytes), place_(std::move(place)) {
+ChunkReader::ChunkReader(const ChunkEntry& entry, Bytes stored, std::string place,
+                         std::shared_ptr<const void> owner)
+    : entry_(entry),
+      stored_(stored),
+      left_(entry.raw_bytes),
+      place_(std::move(place)),
+      owner_(std::move(owner)) {
   switch (entry.codec) {
     case Codec::raw:
       if (stored.size() != entry.raw_bytes) {
@@ -101,11 +106,23 @@ void ChunkReader::next_frame() {
   frame_ = buffer_;
 }
 
+void ChunkReader::require(std::uint64_t size) const {
+  if (size <= left_) return;
+  refuse(place_,
+         "ends early: " + number(left_) + " bytes are left where " + number(size) + " are needed");
+}
+
+std::optional<ChunkReader::InPlace> ChunkReader::take_in_place(std::uint64_t size) {
+  require(size);
+  if (entry_.codec != Codec::raw || owner_ == nullptr) return std::nullopt;
+  const InPlace next{frame_.first(size), owner_};
+  frame_ = frame_.subspan(size);
+  left_ -= size;
+  return next;
+}
+
 void ChunkReader::read(std::span<std::byte> to) {
-  if (to.size() > left_) {
-    refuse(place_, "ends early: " + number(left_) + " bytes are left where " + number(to.size()) +
-                       " are needed");
-  }
+  require(to.size());
   while (!to.empty()) {
     if (frame_.empty()) next_frame();
     const std::size_t n = std::min(to.size(), frame_.size());

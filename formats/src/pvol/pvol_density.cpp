@@ -2,11 +2,47 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
+#include <optional>
 
 #include "pvol/error.h"
 #include "pvol/pvol_blocks.h"
 
 namespace pvol::formats::detail {
+namespace {
+
+struct Samples {
+  std::span<const float> values;
+  std::shared_ptr<const void> owner;
+};
+
+/// The next samples of a chunk: where they lie, if that can be.
+Samples take_samples(ChunkReader& chunk, std::size_t count) {
+  if (auto in_place = chunk.take_in_place(count * sizeof(float))) {
+    const std::byte* const at = in_place->bytes.data();
+    // Chunks begin at multiples of 64, and all that is before the samples is words.
+    return {{reinterpret_cast<const float*>(at), count}, std::move(in_place->owner)};
+  }
+  const auto values = std::make_shared_for_overwrite<float[]>(count);
+  chunk.read(std::as_writable_bytes(std::span(values.get(), count)));
+  return {{values.get(), count}, values};
+}
+
+/// The first brick with a sample that is no density.
+std::optional<std::size_t> find_wrong_brick(std::span<const float> samples) {
+  for (std::size_t b = 0; b < samples.size() / kBrickSamples; ++b) {
+    // Without a branch for each, as nearly all are right.
+    bool right = true;
+    for (const float v : samples.subspan(b * kBrickSamples, kBrickSamples)) {
+      right &= v >= 0 && v <= std::numeric_limits<float>::max();
+    }
+    if (!right) return b;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
 void encode_density(const VoxelGrid& grid, const Pyramid& pyramid, ChunkWriter& chunk,
                     const std::string& place) {
   const VoxelGrid g = occupied(grid);
@@ -39,19 +75,14 @@ VoxelGrid decode_density(ChunkReader& chunk, const Pyramid& pyramid) {
   VoxelGrid grid = read_blocks(chunk, header.tiles, header.bricks);
   if (const auto bad = check_blocks(grid, pyramid)) refuse(chunk.place(), *bad);
 
-  const std::size_t count = std::size_t(header.bricks) * kBrickSamples;
-  const auto values = std::make_shared_for_overwrite<float[]>(count);
-  const std::span<float> samples(values.get(), count);
-  chunk.read(std::as_writable_bytes(samples));
-  const auto wrong = std::find_if_not(samples.begin(), samples.end(), is_density);
-  if (wrong != samples.end()) {
-    refuse(chunk.place(), fmt::format("brick {}: a sample is negative or not finite",
-                                      (wrong - samples.begin()) / kBrickSamples));
+  const auto [samples, owner] = take_samples(chunk, std::size_t(header.bricks) * kBrickSamples);
+  if (const auto wrong = find_wrong_brick(samples)) {
+    refuse(chunk.place(), fmt::format("brick {}: a sample is negative or not finite", *wrong));
   }
   for (std::size_t b = 0; b < grid.bricks.size(); ++b) {
     grid.bricks[b].values = samples.data() + b * kBrickSamples;
   }
-  grid.owner = values;
+  grid.owner = owner;
   return grid;
 }
 

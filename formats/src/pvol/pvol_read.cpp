@@ -1,17 +1,12 @@
 // Reading .pvol files: header and table are checked whole before any chunk is looked at.
 #include <fmt/format.h>
 
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
+#include <memory>
 #include <new>
-#include <system_error>
 
+#include "file/mapped_file.h"
 #include "pvol/error.h"
 #include "pvol/pvol_chunks.h"
 
@@ -20,39 +15,6 @@ namespace {
 
 using namespace detail;
 namespace fs = std::filesystem;
-
-/// The bytes of a file, mapped for reading.
-class MappedFile {
- public:
-  explicit MappedFile(const fs::path& file) {
-    const int fd = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
-    if (fd < 0) fail(file);
-    struct stat info {};
-    const bool is_file = ::fstat(fd, &info) == 0 && S_ISREG(info.st_mode);
-    if (is_file && info.st_size > 0) {
-      void* at = ::mmap(nullptr, std::size_t(info.st_size), PROT_READ, MAP_PRIVATE, fd, 0);
-      if (at != MAP_FAILED) bytes_ = {static_cast<const std::byte*>(at), std::size_t(info.st_size)};
-    }
-    ::close(fd);
-    if (!is_file) throw Error(file.string() + ": is not a file.");
-    if (info.st_size > 0 && bytes_.empty()) fail(file);
-  }
-  ~MappedFile() {
-    if (!bytes_.empty()) ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
-  }
-  MappedFile(const MappedFile&) = delete;
-  MappedFile& operator=(const MappedFile&) = delete;
-
-  [[nodiscard]] Bytes bytes() const { return bytes_; }
-
- private:
-  [[noreturn]] static void fail(const fs::path& file) {
-    throw Error(file.string() + ": cannot be read (" + std::generic_category().message(errno) +
-                ").");
-  }
-
-  Bytes bytes_;
-};
 
 template <class T>
 T copy_at(Bytes bytes, std::size_t offset) {
@@ -139,10 +101,14 @@ void check_layout(Bytes bytes, const std::vector<ChunkEntry>& table, const std::
 /// What later versions may add without harm has an id that begins in lower case.
 bool is_ancillary(Id id) { return id[0] >= 'a' && id[0] <= 'z'; }
 
+/// The file that is mapped; null: the bytes are the caller's.
+using Owner = std::shared_ptr<const MappedFile>;
+
 /// The chunks of a file, found and checked.
 class Container {
  public:
-  Container(Bytes bytes, std::string name) : bytes_(bytes), name_(std::move(name)) {
+  Container(Bytes bytes, std::string name, Owner owner = nullptr)
+      : bytes_(bytes), name_(std::move(name)), owner_(std::move(owner)) {
     table_ = read_table(bytes_, name_);
     check_layout(bytes_, table_, name_);
     for (const ChunkEntry& e : table_) {
@@ -166,6 +132,7 @@ class Container {
   [[nodiscard]] const std::vector<ChunkEntry>& table() const { return table_; }
   [[nodiscard]] bool has(Id id) const { return find(id) != nullptr; }
   [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] const Owner& owner() const { return owner_; }
 
   /// The files within the file, once their checksums are found to be right.
   [[nodiscard]] std::vector<Container> fields() const {
@@ -176,7 +143,7 @@ class Container {
       if (e.codec != Codec::raw) refuse(place, "it is compressed as a whole");
       const Bytes stored = bytes_.subspan(e.offset, e.stored_bytes);
       if (checksum(stored) != e.checksum) refuse(place, "the checksum does not match");
-      all.emplace_back(stored, place);
+      all.emplace_back(stored, place, owner_);
     }
     return all;
   }
@@ -188,7 +155,7 @@ class Container {
     const std::string place = fmt::format("{}: chunk {} at byte {}", name_, text(id), e.offset);
     const Bytes stored = bytes_.subspan(e.offset, e.stored_bytes);
     if (checksum(stored) != e.checksum) refuse(place, "the checksum does not match");
-    ChunkReader chunk(e, stored, place);
+    ChunkReader chunk(e, stored, place, owner_);
     return decode_chunk(chunk);
   }
 
@@ -200,6 +167,7 @@ class Container {
 
   Bytes bytes_;
   std::string name_;
+  Owner owner_;
   std::vector<ChunkEntry> table_;
 };
 
@@ -251,6 +219,9 @@ PvolFile read_grid(const Container& file, const std::string& name) {
     refuse(name, "the metadata describe a quantised density, which is missing");
   }
   if (content.density) {
+    if (const Owner& owner = file.owner(); owner != nullptr && content.density->owner == owner) {
+      content.forget_pages = [owner] { owner->forget_pages(); };
+    }
     content.density->name = content.metadata.grid_name;
     content.density->index_to_world = content.metadata.index_to_world;
   }
@@ -292,28 +263,33 @@ auto within_memory(const std::string& name, const F& f) {
   }
 }
 
+PvolFile read_all(const Container& file, const std::string& name) {
+  PvolFile content = read_grid(file, name);
+  for (const NamedField& field : fields_of(file)) {
+    content.fields.push_back(read_grid(field.file, field.file.name()));
+  }
+  return content;
+}
+
+/// The container of a file, which stays mapped as long as samples in it are used.
+Container map_file(const fs::path& file) {
+  const auto mapped = std::make_shared<const MappedFile>(file);
+  return {mapped->bytes(), file.string(), mapped};
+}
+
 }  // namespace
 
 PvolFile read_pvol(std::span<const std::byte> bytes, const std::string& name) {
-  return within_memory(name, [&] {
-    const Container file(bytes, name);
-    PvolFile content = read_grid(file, name);
-    for (const NamedField& field : fields_of(file)) {
-      content.fields.push_back(read_grid(field.file, field.file.name()));
-    }
-    return content;
-  });
+  return within_memory(name, [&] { return read_all(Container(bytes, name), name); });
 }
 
 PvolFile read_pvol(const fs::path& file) {
-  const MappedFile mapped(file);
-  return read_pvol(mapped.bytes(), file.string());
+  return within_memory(file.string(), [&] { return read_all(map_file(file), file.string()); });
 }
 
 PvolFile read_pvol_grid(const fs::path& path, const std::string& name) {
-  const MappedFile mapped(path);
   return within_memory(path.string(), [&] {
-    const Container file(mapped.bytes(), path.string());
+    const Container file = map_file(path);
     const Metadata own = file.decode(kMeta, decode_metadata).metadata;
     // Also by the name that it had in the source.
     if (name.empty() || name == own.grid_name || name == own.source.grid) {

@@ -2,13 +2,12 @@
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
-#include <bit>
-#include <limits>
 #include <mutex>
 #include <string>
 
 #include "bounds/pyramid_parts.h"
 #include "density/lattice_index.h"
+#include "density/sample_range.h"
 #include "math/parallel.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/error.h"
@@ -16,54 +15,8 @@
 namespace pvol {
 namespace {
 
-/// Least and largest of samples, which are never negative: their bits order as their values do, and
-/// extremes of integers vectorise where those of floats may not.
-struct Range {
-  std::int32_t lo_bits = std::numeric_limits<std::int32_t>::max();
-  std::int32_t hi_bits = 0;
-
-  void add(const float* values, int count) {
-    for (int i = 0; i < count; ++i) {
-      const auto bits = std::bit_cast<std::int32_t>(values[i]);
-      lo_bits = std::min(lo_bits, bits);
-      hi_bits = std::max(hi_bits, bits);
-    }
-  }
-  [[nodiscard]] float lo() const { return std::max(0.0f, std::bit_cast<float>(lo_bits)); }
-  [[nodiscard]] float hi() const { return std::bit_cast<float>(hi_bits); }
-};
-
-/// Smallest box of lattice points, in 64 bits: extents of hostile files overflow 32.
-struct PointBox {
-  Vec3l lo{std::numeric_limits<std::int64_t>::max()};
-  Vec3l hi{std::numeric_limits<std::int64_t>::min()};
-  [[nodiscard]] bool empty() const { return lo.x > hi.x; }
-  void add(const PointBox& b) {
-    lo = min(lo, b.lo);
-    hi = max(hi, b.hi);
-  }
-  [[nodiscard]] bool contains(const PointBox& b) const {
-    return min(lo, b.lo) == lo && max(hi, b.hi) == hi;
-  }
-};
-
-PointBox nonzero_box(const Brick& brick) {
-  PointBox box;
-  for (int i = 0; i < kBrickEdge; ++i) {
-    for (int j = 0; j < kBrickEdge; ++j) {
-      const float* row = brick.values + (i * kBrickEdge + j) * kBrickEdge;
-      for (int k = 0; k < kBrickEdge; ++k) {
-        if (row[k] == 0) continue;
-        const Vec3l at = Vec3l(brick.origin) + Vec3l(i, j, k);
-        box.add({at, at});
-      }
-    }
-  }
-  return box;
-}
-
 struct Extent {
-  PointBox points;
+  detail::PointBox points;
   float largest = 0;
 };
 
@@ -82,9 +35,9 @@ Extent measure(const VoxelGrid& grid) {
       const Brick& b = grid.bricks[i];
       const Vec3l origin(b.origin);
       if (!part.points.contains({origin, origin + Vec3l(kBrickEdge - 1)})) {
-        part.points.add(nonzero_box(b));
+        part.points.add(detail::box_of(b));
       }
-      Range range;
+      detail::SampleRange range;
       range.add(b.values, kBrickSamples);
       part.largest = std::max(part.largest, range.hi());
     }
@@ -208,8 +161,9 @@ class Collector {
 };
 
 /// Extremes of the samples that the interpolants of a leaf's cells read (THEORY.md, T1.1, T1.4).
-Range leaf_range(const detail::BlockFinder& blocks, Vec3i origin, KernelExtent extent) {
-  Range r;
+detail::SampleRange leaf_range(const detail::BlockFinder& blocks, Vec3i origin,
+                               KernelExtent extent) {
+  detail::SampleRange r;
   const auto add = [&](const detail::BlockSource& b, Vec3i from, Vec3i count, Vec3i) {
     if (b.values == nullptr) {
       r.add(&b.constant, 1);
@@ -250,7 +204,7 @@ Pyramid build_pyramid(const VoxelGrid& grid, LookUp look_up, std::uint64_t max_l
     for (std::size_t i = begin; i != end; ++i) {
       const std::uint64_t code = candidates.leaves[i];
       const Vec3l at = p.origin + Vec3l(morton_decode(code)) * kLeafEdge;
-      const Range range = leaf_range(blocks, Vec3i(at), extent_of(p.look_up));
+      const detail::SampleRange range = leaf_range(blocks, Vec3i(at), extent_of(p.look_up));
       leaves[i] = detail::quantize({code, range.lo(), range.hi()}, p.scale);
     }
   });

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "density/lattice_index.h"
+#include "density/sample_range.h"
 #include "math/parallel.h"
 
 namespace pvol {
@@ -14,6 +15,8 @@ namespace {
 
 using detail::BlockFinder;
 using detail::BlockSource;
+using detail::box_of;
+using detail::PointBox;
 
 /// A range that grows with what is added.
 struct Range {
@@ -227,26 +230,10 @@ class MissingCubes {
   std::vector<std::pair<std::size_t, std::uint64_t>> places_;
 };
 
-/// The box of the samples above 0 in a brick, and whether there is one.
-struct SampleBox {
-  Vec3l lo{std::numeric_limits<std::int64_t>::max()}, hi{std::numeric_limits<std::int64_t>::min()};
-  [[nodiscard]] bool empty() const { return lo.x > hi.x; }
-  void add(Vec3l a, Vec3l b) { lo = min(lo, a), hi = max(hi, b); }
-};
-
-SampleBox box_of(const Brick& brick) {
-  SampleBox box;
-  for (int i = 0; i < kBrickSamples; ++i) {
-    const Vec3l at = Vec3l(brick.origin) + Vec3l(i >> 6, i >> 3 & 7, i & 7);
-    if (brick.values[i] > 0) box.add(at, at);
-  }
-  return box;
-}
-
 /// What the samples of a brick need: cubes around all cells in which they have density. These lie
 /// in its own leaf and, where samples reach across its faces, in the leaves around it, for each of
 /// which one cell is enough: the leaf is there, or it is not.
-void look_around(const Brick& brick, const SampleBox& box, KernelExtent extent,
+void look_around(const Brick& brick, const PointBox& box, KernelExtent extent,
                  MissingCubes& missing) {
   const Vec3l origin(brick.origin), last(kBrickEdge - 1);
   missing.look(max(box.lo - Vec3l(extent.above), origin),
@@ -281,13 +268,13 @@ void check_places(const VoxelGrid& grid, const Cubes& cubes, const BlockFinder& 
   const KernelExtent extent = extent_of(cubes.pyramid.look_up);
   const Vec3l above(extent.above), below(extent.below);
   MissingCubes missing(cubes, blocks);
-  SampleBox all;
+  PointBox all;
   std::mutex mutex;
   parallel_parts(0, grid.bricks.size(), 64, [&](std::size_t begin, std::size_t end) {
     MissingCubes part(cubes, blocks);
-    SampleBox of_part;
+    PointBox of_part;
     for (std::size_t k = begin; k != end; ++k) {
-      const SampleBox box = box_of(grid.bricks[k]);
+      const PointBox box = box_of(grid.bricks[k]);
       if (box.empty()) continue;
       of_part.add(box.lo, box.hi);
       look_around(grid.bricks[k], box, extent, part);

@@ -7,6 +7,7 @@
 
 #include "bounds/pyramid_parts.h"
 #include "density/lattice_index.h"
+#include "density/sample_range.h"
 #include "field/gather.h"
 #include "math/parallel.h"
 
@@ -20,8 +21,8 @@ struct LeafBrick {
 };
 
 [[nodiscard]] DensityRange range_of(const float* samples) {
-  const auto [lo, hi] = std::minmax_element(samples, samples + kFieldSamples);
-  return {*lo, *hi};
+  const SampleRange range(samples, kFieldSamples);
+  return {range.lo(), range.hi()};
 }
 
 [[nodiscard]] std::vector<DensityRange> ranges_of(const BrickField& field) {

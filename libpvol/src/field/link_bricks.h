@@ -4,10 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "density/lattice_index.h"
+#include "density/sample_range.h"
+#include "field/brick_codes.h"
+#include "field/brick_samples.h"
 #include "field/gather.h"
 #include "field/sample_check.h"
 #include "math/parallel.h"
@@ -71,8 +75,8 @@ class TileBricks {
       at->second.brick = keeper_.extend(1);
       std::array<float, kMostFieldSamples> scratch;
       const float* const samples = keeper_.fill(at->second.brick, leaf, scratch.data());
-      const auto [lo, hi] = std::minmax_element(samples, samples + field_samples(look_up_));
-      at->second.lo = *lo, at->second.hi = *hi;
+      const SampleRange range(samples, field_samples(look_up_));
+      at->second.lo = range.lo(), at->second.hi = range.hi();
     }
     return at->second;
   }
@@ -91,7 +95,26 @@ class TileBricks {
   return leaf.lo >= leaf.hi * (1 - 0x1p-10f);
 }
 
-/// Fills `brick_of` and `excess` of a field whose bricks `keeper` keeps. Throws Error as
+/// Writes the codes of a brick with these samples.
+inline void code_brick(SampleCodes& codes, std::uint32_t b, const float* samples) {
+  codes.scales[b] = code_samples(samples, codes.of_brick(b));
+}
+
+/// Room for the codes of all bricks, and those of the first ones.
+template <class Field>
+[[nodiscard]] std::shared_ptr<SampleCodes> code_first_bricks(const Field& field,
+                                                             std::uint32_t count) {
+  auto codes = std::make_shared<SampleCodes>();
+  codes->scales.resize(field.bricks());
+  codes->codes.resize(field.bricks() * std::size_t(kFieldSamples) + SampleCodes::kBeyond);
+  std::array<float, kFieldSamples> scratch;
+  for (std::uint32_t b = 0; b < count; ++b) {
+    code_brick(*codes, b, samples_of(field, b, scratch.data()));
+  }
+  return codes;
+}
+
+/// Fills `brick_of`, `excess` and `codes` of a field whose bricks `keeper` keeps. Throws Error as
 /// build_field.
 template <class Keeper, class Field>
 void link_bricks(const BlockFinder& blocks, bool has_tiles, const Pyramid& pyramid,
@@ -153,6 +176,9 @@ void link_bricks(const BlockFinder& blocks, bool has_tiles, const Pyramid& pyram
     rest.push_back(i);
   }
   const std::uint32_t first = keeper.extend(rest.size());
+  const std::shared_ptr<SampleCodes> codes =
+      options.codes ? code_first_bricks(r.field, first) : nullptr;
+  r.codes = codes;
   parallel_parts(0, rest.size(), 64, [&](std::size_t begin, std::size_t end) {
     std::array<float, kMostFieldSamples> scratch;
     for (std::size_t k = begin; k != end; ++k) {
@@ -161,6 +187,7 @@ void link_bricks(const BlockFinder& blocks, bool has_tiles, const Pyramid& pyram
       const float* const of_leaf =
           keeper.fill(brick_of[rest[k]], origin_of(pyramid, 0, leaf.code), scratch.data());
       check.add(0, leaf, of_leaf, count);
+      if (codes != nullptr) code_brick(*codes, brick_of[rest[k]], of_leaf);
     }
   });
   r.excess = check.excess();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "density/sample_range.h"
 #include "field/brick_samples.h"
 #include "field/cube_range.h"
 #include "field/micro_codes.h"
@@ -14,8 +15,8 @@ namespace pvol {
 namespace {
 
 void trilinear_ranges(const float* samples, int edge, detail::CubeRanges& ranges) {
-  const auto [lo, hi] = std::minmax_element(samples, samples + kFieldSamples);
-  ranges.all = detail::reach_of_look_ups({*lo, *hi});
+  const detail::SampleRange all(samples, kFieldSamples);
+  ranges.all = detail::reach_of_look_ups({all.lo(), all.hi()});
   const int n = kLeafEdge / edge;
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < n; ++j) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <tuple>
 
+#include "density/sample_range.h"
 #include "pvol/error.h"
 
 namespace pvol::detail {
@@ -28,8 +29,8 @@ void SampleCheck::add(std::size_t level, const PyramidNode& node, float lo, floa
 }
 
 void SampleCheck::add(std::size_t level, const PyramidNode& node, const float* samples, int count) {
-  const auto [lo, hi] = std::minmax_element(samples, samples + count);
-  add(level, node, *lo, *hi);
+  const SampleRange range(samples, count);
+  add(level, node, range.lo(), range.hi());
 }
 
 Box SampleCheck::cube_of(std::size_t level, const PyramidNode& node) const {

@@ -5,6 +5,7 @@
 
 #include "pvol/field/brick_field.h"
 
+#include "density/sample_range.h"
 #include "field/micro_codes.h"
 
 namespace pvol::detail {
@@ -68,9 +69,9 @@ Extremes extremes_of(std::vector<double> v, int length, int cubes, int stride, i
 
 void tricubic_ranges(const float* samples, int edge, CubeRanges& ranges) {
   constexpr int kCount = kSamples * kSamples * kSamples;
-  const auto [least, most] = std::minmax_element(samples, samples + kCount);
-  if (*least == *most) {
-    ranges.all = {*least, *least};
+  const SampleRange all(samples, kCount);
+  if (all.lo() == all.hi()) {
+    ranges.all = {all.lo(), all.hi()};
     ranges.cube.fill(ranges.all);
     return;
   }

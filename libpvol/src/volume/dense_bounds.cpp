@@ -6,7 +6,8 @@
 #include <limits>
 
 #include "bounds/octree_children.h"
-#include "field/cube_range.h"
+#include "field/brick_codes.h"
+#include "field/micro_codes.h"
 #include "math/parallel.h"
 #include "pvol/field/brick_field.h"
 #include "pvol/field/micro_range.h"
@@ -18,6 +19,8 @@ namespace {
 
 constexpr int kFinest = 1, kCoarsest = 3;  // shifts
 constexpr std::uint64_t kMostFineWords = 1u << 21;
+constexpr std::size_t kGrain = 64;  // bricks of a task
+constexpr float kLargest = std::numeric_limits<float>::max();
 
 /// The box that the arrays cover, in cells: the border below, and above the support as much as
 /// makes the edge of the largest empty cubes.
@@ -37,19 +40,10 @@ std::size_t volume_of(Vec3i size) {
   return std::size_t(size.x) * std::size_t(size.y) * std::size_t(size.z);
 }
 
-/// Densities of the cubes of each brick, cube (i, j, k) of n^3 at (i * n + j) * n + k.
-struct CubesOfBricks {
-  int n = 1;
-  std::vector<DensityRange> range;
-
-  explicit CubesOfBricks(std::size_t bricks, int along)
-      : n(along), range(bricks * std::size_t(n * n * n)) {}
-  [[nodiscard]] DensityRange* of_brick(std::size_t b) {
-    return range.data() + b * std::size_t(n * n * n);
-  }
-  [[nodiscard]] const DensityRange* of_brick(std::size_t b) const {
-    return range.data() + b * std::size_t(n * n * n);
-  }
+/// Densities of the n^3 cubes of a brick, cube (i, j, k) at (i * n + j) * n + k.
+struct CubesOfBrick {
+  int n;
+  std::array<DensityRange, 64> range;
 };
 
 /// Calls visit(index, (i, j, k)) for the n^3 cubes of a brick.
@@ -63,76 +57,69 @@ void for_cubes(int n, const Visit& visit) {
 }
 
 /// Those of cubes of twice the edge.
-CubesOfBricks coarser(const CubesOfBricks& fine, std::size_t bricks) {
-  CubesOfBricks all(bricks, fine.n / 2);
-  parallel_for(0, bricks, [&](std::size_t b) {
-    const DensityRange* const from = fine.of_brick(b);
-    DensityRange* const to = all.of_brick(b);
-    for_cubes(all.n, [&](int at, Vec3i) { to[at] = {std::numeric_limits<float>::max(), 0}; });
-    for_cubes(fine.n, [&](int at, Vec3i cube) {
-      DensityRange& r = to[((cube.x >> 1) * all.n + (cube.y >> 1)) * all.n + (cube.z >> 1)];
-      r.lo = std::min(r.lo, from[at].lo);
-      r.hi = std::max(r.hi, from[at].hi);
-    });
+CubesOfBrick coarser(const CubesOfBrick& fine) {
+  CubesOfBrick r{fine.n / 2, {}};
+  for_cubes(r.n, [&](int at, Vec3i) { r.range[std::size_t(at)] = {kLargest, 0}; });
+  for_cubes(fine.n, [&](int at, Vec3i cube) {
+    const int parent = ((cube.x >> 1) * r.n + (cube.y >> 1)) * r.n + (cube.z >> 1);
+    DensityRange& to = r.range[std::size_t(parent)];
+    const DensityRange& from = fine.range[std::size_t(at)];
+    to = {std::min(to.lo, from.lo), std::max(to.hi, from.hi)};
   });
-  return all;
+  return r;
 }
 
-/// What look-ups can compute in each cube of a brick's samples, before the field's map.
-void find_ranges(const VolumeField& field, std::uint32_t b, int n, DensityRange* range) {
+/// What look-ups can compute in the finest cubes of a brick, before the field's map.
+void find_ranges(const VolumeField& field, std::uint32_t b, std::array<DensityRange, 64>& range) {
   if (field.look_up == LookUp::tricubic) {
-    CubeRanges cubes;  // for the finest alone
+    CubeRanges cubes;
     tricubic_ranges(field.bricks().brick<LookUp::tricubic>(b), 1 << kFinest, cubes);
-    std::copy_n(cubes.cube.begin(), n * n * n, range);
+    std::copy_n(cubes.cube.begin(), range.size(), range.begin());
     return;
   }
-  std::array<float, kFieldSamples> scratch;
-  const float* const samples = samples_of(field, b, scratch.data());
-  for_cubes(n,
-            [&](int at, Vec3i cube) { range[at] = samples_in_cube(samples, cube, kLeafEdge / n); });
+  // By codes of samples, which tell the same whether the field has them or not.
+  std::array<std::uint8_t, kFieldSamples> own;
+  const bool has_codes = field.codes != nullptr;
+  SampleCodes::Scale scale;
+  if (has_codes) {
+    scale = field.codes->scales[b];
+  } else {
+    std::array<float, kFieldSamples> scratch;
+    scale = code_samples(samples_of(field, b, scratch.data()), own.data());
+  }
+  std::array<CodeRange, 64> codes;
+  find_code_ranges(has_codes ? field.codes->of_brick(b) : own.data(), codes);
+  for (std::size_t i = 0; i < range.size(); ++i) range[i] = reach_of_codes(scale, codes[i]);
 }
 
-/// Bounds on what the field's map makes of them.
-void map_ranges(const FieldMap& map, int n, DensityRange* range) {
-  for_cubes(n, [&](int at, Vec3i) {
-    const DensityRange r = reach_of_look_ups(range[at]);
-    const ValueRange mapped = range_over(map, {r.lo, r.hi});
-    range[at] = {mapped.lo, mapped.hi};
-  });
+/// The same, mapped, in cubes of an edge.
+CubesOfBrick cubes_of(const VolumeField& field, std::uint32_t b, int shift) {
+  CubesOfBrick r{kLeafEdge >> kFinest, {}};
+  find_ranges(field, b, r.range);
+  if (field.map != nullptr) {
+    for (DensityRange& d : r.range) {
+      const ValueRange mapped = range_over(*field.map, {d.lo, d.hi});
+      d = {mapped.lo, mapped.hi};
+    }
+  }
+  while (r.n > kLeafEdge >> shift) r = coarser(r);
+  return r;
 }
 
-CubesOfBricks ranges_of(const VolumeField& field, int shift) {
-  const std::size_t bricks = count_bricks(field);
-  const bool halves = field.look_up == LookUp::tricubic && shift > kFinest;
-  CubesOfBricks all(bricks, kLeafEdge >> (halves ? kFinest : shift));
-  parallel_for(0, bricks, [&](std::size_t b) {
-    find_ranges(field, std::uint32_t(b), all.n, all.of_brick(b));
-    if (field.map != nullptr) map_ranges(*field.map, all.n, all.of_brick(b));
-  });
-  while (all.n > kLeafEdge >> shift) all = coarser(all, bricks);
-  return all;
-}
-
-/// What rays cost in the cubes of all leaves with these bricks, up to a factor (THEORY.md, T2.2):
-/// steps, by the mean chord of 2/3 of the edge, and tentative collisions, by the majorant.
-/// `depth_per_density` is the optical depth of a cell of density 1. Words that caches do not hold
-/// make steps dearer.
-double cost_of(const CubesOfBricks& ranges, const std::vector<std::uint32_t>& leaves_of,
-               double depth_per_density, std::uint64_t words) {
+/// What rays cost in a leaf of such cubes, up to a factor (THEORY.md, T2.2): steps, by the mean
+/// chord of 2/3 of the edge, and tentative collisions, by the majorant. `depth_per_density` is the
+/// optical depth of a cell of density 1. Words that caches do not hold make steps dearer.
+double cost_of(const CubesOfBrick& cubes, double depth_per_density, std::uint64_t words) {
   constexpr std::uint64_t kCached = 1u << 20;
   constexpr double kTentative = 3;
   const double step = words > kCached ? 1.5 : 1;
-  const double edge = double(kLeafEdge) / ranges.n, cells = edge * edge * edge;
-  double sum = 0;
-  for (std::size_t b = 0; b < leaves_of.size(); ++b) {
-    double cost = 0;
-    for_cubes(ranges.n, [&](int at, Vec3i) {
-      const double hi = double(ranges.of_brick(b)[at].hi);
-      cost += cells * (step / (2.0 / 3.0 * edge) + kTentative * hi * depth_per_density);
-    });
-    sum += cost * double(leaves_of[b]);
-  }
-  return sum;
+  const double edge = double(kLeafEdge) / cubes.n, cells = edge * edge * edge;
+  double cost = 0;
+  for_cubes(cubes.n, [&](int at, Vec3i) {
+    const double hi = double(cubes.range[std::size_t(at)].hi);
+    cost += cells * (step / (2.0 / 3.0 * edge) + kTentative * hi * depth_per_density);
+  });
+  return cost;
 }
 
 /// The word of a cube of samples from lo to hi. Look-ups leave their range by 3 ulp at most (T1.2).
@@ -148,7 +135,7 @@ struct LeafWords {
   DenseBounds& out;
 
   /// A leaf, or a uniform cube, as far as it lies in the support.
-  void add_cube(Vec3i low, int edge, std::uint32_t brick, const std::uint32_t* words) {
+  void add_cube(Vec3i low, int edge, std::uint32_t brick, const std::uint32_t* words) const {
     const Vec3i end = min(low + Vec3i(edge), vec3(tree.support_hi));
     for (int x = low.x; x < end.x; x += kLeafEdge) {
       for (int y = low.y; y < end.y; y += kLeafEdge) {
@@ -157,7 +144,7 @@ struct LeafWords {
     }
   }
 
-  void add_leaf(Vec3i low, std::uint32_t brick, const std::uint32_t* words) {
+  void add_leaf(Vec3i low, std::uint32_t brick, const std::uint32_t* words) const {
     const Vec3i from_border = low + Vec3i(DenseBounds::kBorder);
     const auto along = [&](int shift) {
       return Vec3i(from_border.x >> shift, from_border.y >> shift, from_border.z >> shift);
@@ -229,22 +216,37 @@ std::vector<std::uint32_t> count_leaves(const VolumeField& field) {
   return leaves;
 }
 
-/// The edge of cubes that costs rays least, and their densities.
-CubesOfBricks choose_cubes(const VolumeField& field, int& shift) {
+/// The edge of cubes that costs rays least.
+int choose_shift(const VolumeField& field) {
   int finest = kFinest;
   while (finest < kCoarsest && count_words(field.octree, finest) > kMostFineWords) ++finest;
-  CubesOfBricks best = ranges_of(field, finest);
-  shift = finest;
-  const std::vector<std::uint32_t> leaves = count_leaves(field);
+  if (finest == kCoarsest) return finest;
   const double cell = std::cbrt(std::abs(determinant(inverse(field.world_to_cells))));
   const double depth = double(field.scale) * cell;
-  double least = cost_of(best, leaves, depth, count_words(field.octree, finest));
-  CubesOfBricks next = best;
-  for (int coarse = finest + 1; coarse <= kCoarsest; ++coarse) {
-    next = coarser(next, leaves.size());
-    const double cost = cost_of(next, leaves, depth, count_words(field.octree, coarse));
-    if (cost > least) continue;
-    best = next, least = cost, shift = coarse;
+  std::array<std::uint64_t, kCoarsest + 1> words{};
+  for (int shift = finest; shift <= kCoarsest; ++shift) {
+    words[std::size_t(shift)] = count_words(field.octree, shift);
+  }
+  using Costs = std::array<double, kCoarsest + 1>;  // by shift
+  const std::vector<std::uint32_t> leaves = count_leaves(field);
+  std::vector<Costs> of_bricks(leaves.size());
+  parallel_parts(0, leaves.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b != end; ++b) {
+      if (leaves[b] == 0) continue;
+      CubesOfBrick cubes = cubes_of(field, std::uint32_t(b), finest);
+      for (auto shift = std::size_t(finest);; ++shift, cubes = coarser(cubes)) {
+        of_bricks[b][shift] = double(leaves[b]) * cost_of(cubes, depth, words[shift]);
+        if (shift == kCoarsest) break;
+      }
+    }
+  });
+  Costs sum{};
+  for (const Costs& costs : of_bricks) {
+    for (std::size_t shift = 0; shift < sum.size(); ++shift) sum[shift] += costs[shift];
+  }
+  int best = finest;
+  for (int shift = finest + 1; shift <= kCoarsest; ++shift) {
+    if (sum[std::size_t(shift)] <= sum[std::size_t(best)]) best = shift;
   }
   return best;
 }
@@ -271,18 +273,28 @@ void add_words_of_tree(const VolumeField& field, DenseBounds& b) {
 /// Words of cubes in leaves by the samples of their bricks.
 void add_words_of_bricks(const VolumeField& field, std::optional<int> shift, DenseBounds& b) {
   const Octree& tree = field.octree;
-  if (shift) b.shift = *shift;
-  const CubesOfBricks ranges = shift ? ranges_of(field, *shift) : choose_cubes(field, b.shift);
+  b.shift = shift ? *shift : choose_shift(field);
   b.size = count_along(tree, b.shift);
   b.word.assign(volume_of(b.size), 0);
-  LeafWords words{tree, ranges.n, b};
+  struct Cube {
+    Vec3i low;
+    int edge;
+    std::uint32_t brick;
+  };
+  std::vector<Cube> all;
   for_bricks(tree, tree.nodes[0], {}, [&](Vec3i low, int edge, std::uint32_t brick) {
-    if (brick == kZeroBrick) return;
-    std::array<std::uint32_t, 64> of_cubes;
-    for_cubes(ranges.n, [&](int at, Vec3i) {
-      of_cubes[std::size_t(at)] = word_of(ranges.of_brick(brick)[at], field.scale);
-    });
-    words.add_cube(low, edge, brick, of_cubes.data());
+    if (brick != kZeroBrick) all.push_back({low, edge, brick});
+  });
+  LeafWords words{tree, kLeafEdge >> b.shift, b};
+  parallel_parts(0, all.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i != end; ++i) {
+      const CubesOfBrick cubes = cubes_of(field, all[i].brick, b.shift);
+      std::array<std::uint32_t, 64> of_cubes;
+      for_cubes(cubes.n, [&](int at, Vec3i) {
+        of_cubes[std::size_t(at)] = word_of(cubes.range[std::size_t(at)], field.scale);
+      });
+      words.add_cube(all[i].low, all[i].edge, all[i].brick, of_cubes.data());
+    }
   });
 }
 

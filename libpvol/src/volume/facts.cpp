@@ -5,6 +5,8 @@
 #include <cmath>
 #include <map>
 
+#include "density/sample_range.h"
+#include "math/parallel.h"
 #include "pvol/volume/emitter.h"
 #include "pvol/volume/moving_places.h"
 #include "volume/placement.h"
@@ -19,16 +21,14 @@ class Columns {
   explicit Columns(int axis) : axis_(axis) {}
 
   void add(const Brick& brick) {
-    const int stride[3] = {kBrickEdge * kBrickEdge, kBrickEdge, 1};
-    const int along = stride[axis_], u = stride[(axis_ + 1) % 3], w = stride[(axis_ + 2) % 3];
     std::array<double, kColumns>& sums = block(brick.origin).sums;
-    for (int i = 0; i < kBrickEdge; ++i) {
-      for (int j = 0; j < kBrickEdge; ++j) {
-        double& sum = sums[std::size_t(i * kBrickEdge + j)];
-        for (int k = 0; k < kBrickEdge; ++k) {
-          sum += double(brick.values[i * u + j * w + k * along]);
-        }
-      }
+    switch (axis_) {  // strides that compilers know
+      case 0:
+        return add_to<kBrickEdge * kBrickEdge, kBrickEdge, 1>(sums, brick.values);
+      case 1:
+        return add_to<kBrickEdge, kBrickEdge * kBrickEdge, 1>(sums, brick.values);
+      default:
+        return add_to<1, kBrickEdge * kBrickEdge, kBrickEdge>(sums, brick.values);
     }
   }
 
@@ -44,6 +44,14 @@ class Columns {
         for (double& sum : b.sums) sum += double(tile.value) * tile.edge;
         b.stands_for = std::max(b.stands_for, step / kBrickEdge);
       }
+    }
+  }
+
+  /// The sums of other bricks.
+  void add(const Columns& other) {
+    for (const auto& [place, b] : other.blocks_) {
+      Block& to = blocks_[place];
+      for (std::size_t i = 0; i < kColumns; ++i) to.sums[i] += b.sums[i];
     }
   }
 
@@ -72,6 +80,18 @@ class Columns {
     int stands_for = 1;  ///< blocks along an edge
   };
 
+  template <int kAlong, int kRow, int kColumn>
+  static void add_to(std::array<double, kColumns>& sums, const float* values) {
+    for (int k = 0; k < kBrickEdge; ++k) {
+      for (int i = 0; i < kBrickEdge; ++i) {
+        for (int j = 0; j < kBrickEdge; ++j) {
+          sums[std::size_t(i * kBrickEdge + j)] +=
+              double(values[k * kAlong + i * kRow + j * kColumn]);
+        }
+      }
+    }
+  }
+
   Block& block(Vec3i at) {
     const auto place = [&](int shift) {
       return std::uint64_t(std::uint32_t(at[(axis_ + shift) % 3] / kBrickEdge));
@@ -82,6 +102,42 @@ class Columns {
   int axis_;
   std::map<std::uint64_t, Block> blocks_;
 };
+
+/// In parts of the grid that are added in order, so that the sums do not depend on threads.
+constexpr std::size_t kParts = 8;
+
+/// f(part, first, end) for all parts of a grid's bricks.
+template <class F>
+void for_parts(const VoxelGrid& grid, const F& f) {
+  const std::size_t bricks = grid.bricks.size();
+  parallel_for(0, kParts, [&](std::size_t part) {
+    f(part, bricks * part / kParts, bricks * (part + 1) / kParts);
+  });
+}
+
+Columns columns_along(int axis, const VoxelGrid& grid) {
+  std::vector<Columns> parts(kParts, Columns(axis));
+  for_parts(grid, [&](std::size_t part, std::size_t first, std::size_t end) {
+    for (std::size_t b = first; b != end; ++b) parts[part].add(grid.bricks[b]);
+  });
+  Columns all(axis);
+  for (const Columns& part : parts) all.add(part);
+  for (const Tile& t : grid.tiles) all.add(t);
+  return all;
+}
+
+float largest_sample(const VoxelGrid& grid) {
+  std::array<detail::SampleRange, kParts> parts;
+  for_parts(grid, [&](std::size_t part, std::size_t first, std::size_t end) {
+    for (std::size_t b = first; b != end; ++b) {
+      parts[part].add(grid.bricks[b].values, kBrickSamples);
+    }
+  });
+  float most = 0;
+  for (const detail::SampleRange& part : parts) most = std::max(most, part.hi());
+  for (const Tile& t : grid.tiles) most = std::max(most, t.value);
+  return most;
+}
 
 /// Around a field at a place at the time of the files.
 Box still_box(const VolumeField& field, const Volume& volume, std::size_t place) {
@@ -142,19 +198,12 @@ double worst_null_collisions(const Volume& volume) {
 
 VolumeFacts describe(const VoxelGrid& grid, double extinction, const Affine& object_to_world) {
   VolumeFacts f;
-  float most = 0;
-  for (const Brick& b : grid.bricks) {
-    most = std::max(most, *std::max_element(b.values, b.values + kBrickSamples));
-  }
-  for (const Tile& t : grid.tiles) most = std::max(most, t.value);
+  const Affine to_world = object_to_world * grid.index_to_world;
+  const float most = largest_sample(grid);
   f.largest_extinction = extinction * double(most);
   f.shortest_free_path = 1 / f.largest_extinction;
-  const Affine to_world = object_to_world * grid.index_to_world;
   for (int axis = 0; axis < 3; ++axis) {
-    Columns columns(axis);
-    for (const Brick& b : grid.bricks) columns.add(b);
-    for (const Tile& t : grid.tiles) columns.add(t);
-    const Columns::Result r = columns.result();
+    const Columns::Result r = columns_along(axis, grid).result();
     const double step = detail::column_length(to_world, axis) * extinction;
     f.mean_optical_thickness[axis] = r.mean * step;
     f.largest_optical_thickness = std::max(f.largest_optical_thickness, r.largest * step);

@@ -21,6 +21,7 @@ struct LinkedBricks {
   FieldValues values;  ///< no recipe
   std::vector<std::vector<std::uint32_t>> brick_of;
   BoundsExcess excess;
+  std::shared_ptr<const SampleCodes> codes{};  ///< null: there are none
 };
 /// The copies of samples; they are not shared.
 [[nodiscard]] inline const BrickField& copies_of(const LinkedBricks& bricks) {
@@ -31,7 +32,7 @@ struct LinkedBricks {
 template <class Field>
 [[nodiscard]] LinkedBricks link(WithLinks<Field>&& built) {
   return {std::make_shared<const Field>(std::move(built.field)), std::move(built.brick_of),
-          built.excess};
+          built.excess, std::move(built.codes)};
 }
 
 /// Micro-bounds of such bricks.

@@ -56,69 +56,63 @@ void scale_majorants(VolumeField& v, double factor) {
   }
 }
 
-/// What saves more time than it costs in a field whose segments leave much open.
-Squeeze choose_squeeze(const VolumeField& v, const Pyramid& pyramid, const VolumeOptions& o) {
-  const double leaves = double(pyramid.levels[0].size());
-  switch (v.look_up) {
-    case LookUp::procedural: {
-      // They save some 10 us of a camera sample, half of it, and take 4 ms of a leaf to make.
-      constexpr double kSamplesPerLeaf = 400;
-      return o.paths > kSamplesPerLeaf * leaves ? Squeeze::cells_1 : Squeeze::none;
-    }
-    case LookUp::tricubic:
-      return Squeeze::cells_8;  // 13 % of the time of a field of 19 MB
-    case LookUp::nearest:
-    case LookUp::trilinear:
-      break;
-  }
-  // Who traces rays of their own gains as little by codes as by micro-bounds, which are smaller;
-  // they pay where look-ups miss the cache.
-  constexpr std::size_t kLarge = std::size_t(32) << 20;
-  if (std::isinf(o.paths)) return v.value_bytes() > kLarge ? Squeeze::cells_8 : Squeeze::none;
-  // Of renders codes save .2 us of a camera sample, and take 1 us of a leaf to make.
-  constexpr double kSamplesPerLeaf = 5;
-  return o.paths > kSamplesPerLeaf * leaves ? Squeeze::codes : Squeeze::none;
+/// Whether trackers ask no more of values than on which side of a number they lie, so that bounds
+/// of them, which a map would not let hold, may decide.
+bool decides_by_bounds(const VolumeOptions& o) {
+  return o.map == nullptr && !is_weighted(o.tracker) && o.tracker != Tracker::regular;
 }
 
-/// What is to decide collisions, by the options: bounds of values without a map.
-Squeeze squeeze_for(const VolumeField& v, const Pyramid& pyramid, const VolumeOptions& o) {
+/// Whether codes of the samples are to decide: in all pictures that they serve, since they are made
+/// in the pass that checks the samples, and bounds of small cubes follow from them faster.
+bool decides_by_codes(const Pyramid& pyramid, const VolumeOptions& o) {
+  const bool wanted = o.micro_bounds == MicroBoundsUse::codes ||
+                      (o.micro_bounds == MicroBoundsUse::automatic && std::isfinite(o.paths));
+  return wanted && !pyramid.empty() && decides_by_bounds(o) && has_closed_form(o.look_up);
+}
+
+/// Whether look-ups are to read a grid's samples where they are.
+bool shares_samples(const VoxelGrid& grid, const Pyramid& pyramid, const VolumeOptions& o) {
+  if (o.samples != SampleStorage::automatic) return o.samples == SampleStorage::shared;
+  return decides_by_codes(pyramid, o) && std::isfinite(o.paths) && grid.owner != nullptr &&
+         !o.homogenise;
+}
+
+/// The edge of the cubes whose micro-bounds save more time than they cost in a field without codes,
+/// whose segments leave much open; 0: none do.
+int choose_edge(const VolumeField& v, const Pyramid& pyramid, const VolumeOptions& o) {
+  if (v.look_up == LookUp::procedural) {
+    // They save some 10 us of a camera sample, half of it, and take 4 ms of a leaf to make.
+    constexpr double kSamplesPerLeaf = 400;
+    return o.paths > kSamplesPerLeaf * double(pyramid.levels[0].size()) ? 1 : 0;
+  }
+  if (v.look_up == LookUp::tricubic) return 2;  // 13 % of the time of a field of 19 MB
+  // Who traces rays of their own gains little by them; they pay where look-ups miss the cache.
+  constexpr std::size_t kLarge = std::size_t(32) << 20;
+  return v.value_bytes() > kLarge ? 2 : 0;
+}
+
+/// The edge of the cubes whose micro-bounds are to decide collisions; 0: none are.
+int edge_for(const VolumeField& v, const Pyramid& pyramid, const VolumeOptions& o) {
   constexpr double kOpen = 0.25;  // look-ups per collision without
-  const bool of_use = o.map == nullptr && !is_weighted(o.tracker) &&
-                      o.tracker != Tracker::regular && !v.octree.empty();
-  if (!of_use) return Squeeze::none;
+  if (!decides_by_bounds(o) || v.octree.empty() || v.codes != nullptr) return 0;
   switch (o.micro_bounds) {
     case MicroBoundsUse::cells_8:
-      return Squeeze::cells_8;
+      return 2;
     case MicroBoundsUse::cells_1:
-      return Squeeze::cells_1;
-    case MicroBoundsUse::codes:
-      return has_closed_form(v.look_up) ? Squeeze::codes : Squeeze::cells_1;
+    case MicroBoundsUse::codes:  // of tricubic look-ups and recipes
+      return 1;
     case MicroBoundsUse::automatic:
-      if (integrate_bounds(v.octree).open_share() > kOpen) return choose_squeeze(v, pyramid, o);
-      break;
+      return integrate_bounds(v.octree).open_share() > kOpen ? choose_edge(v, pyramid, o) : 0;
     case MicroBoundsUse::none:
       break;
   }
-  return Squeeze::none;
+  return 0;
 }
 
-/// Gives a field what is to decide collisions in it.
-void add_squeeze(VolumeField& f, const Pyramid& pyramid, const VolumeOptions& o,
-                 const detail::GetMicroBounds& micro_bounds) {
-  switch (squeeze_for(f, pyramid, o)) {
-    case Squeeze::cells_8:
-      f.micro = micro_bounds(2);
-      break;
-    case Squeeze::cells_1:
-      f.micro = micro_bounds(1);
-      break;
-    case Squeeze::codes:
-      f.codes = std::make_shared<const SampleCodes>(
-          detail::visit_bricks(f, [](const auto& bricks) { return build_sample_codes(bricks); }));
-      break;
-    case Squeeze::none:
-      break;
-  }
+/// Gives a field micro-bounds where they are to decide collisions in it.
+void add_micro_bounds(VolumeField& f, const Pyramid& pyramid, const VolumeOptions& o,
+                      const detail::GetMicroBounds& micro_bounds) {
+  if (const int edge = edge_for(f, pyramid, o); edge > 0) f.micro = micro_bounds(edge);
 }
 
 /// Where a walk should stop, for what look-ups of this kind cost.
@@ -147,7 +141,7 @@ void check_map(const VolumeOptions& o) {
 
 /// Refuses what does not go with samples that stay where they are.
 void check_shared(const VolumeOptions& o) {
-  if (!o.share_samples) return;
+  if (o.samples != SampleStorage::shared) return;
   const char* wrong = o.look_up != LookUp::nearest && o.look_up != LookUp::trilinear
                           ? "interpolation other than nearest and trilinear"
                       : o.homogenise ? "homogenised parts"
@@ -255,6 +249,7 @@ void add_bricks(VolumeField& f, const detail::LinkedBricks& bricks, const Pyrami
   f.map = o.map;
   f.excess = bricks.excess;
   f.values = bricks.values;
+  f.codes = bricks.codes;
   f.octree = build_tree(bounds, f, medium.extinction, cell_length, o, bricks.brick_of);
   f.leaves = detail::index_leaves_of(f);
   scale_majorants(f, o.majorant_scale);
@@ -298,6 +293,7 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Medium& 
   f.name = grid.name;
   FieldOptions rules;
   rules.look_up = o.look_up;
+  rules.codes = decides_by_codes(pyramid, o);
   rules.most_excess = is_weighted(o.tracker) ? kMostBoundsExcess * o.majorant_scale : 1;
   HomogenisedPyramid homogenised;
   if (!o.homogenise) {
@@ -310,17 +306,17 @@ Volume make_volume(const VoxelGrid& grid, const Pyramid& pyramid, const Medium& 
     f.homogeneous = std::make_shared<const HomogeneousParts>(homogenised.parts);
   }
   const Pyramid& bounds = o.homogenise ? homogenised.pyramid : pyramid;
-  const detail::LinkedBricks bricks = o.share_samples
-                                          ? detail::link(build_shared_field(grid, bounds, rules))
-                                          : detail::link(build_field(grid, bounds, rules));
+  const bool share = shares_samples(grid, pyramid, o);
+  const detail::LinkedBricks bricks = share ? detail::link(build_shared_field(grid, bounds, rules))
+                                            : detail::link(build_field(grid, bounds, rules));
   add_bricks(f, bricks, bounds, medium, placed.cell_length, o);
   const auto micro_bounds = [&](int edge) {
     f.micro_stored = stored && stored->by_leaf.edge == edge && has_closed_form(f.look_up) &&
-                     !o.homogenise && !o.share_samples;
+                     !o.homogenise && !share;
     return f.micro_stored ? arrange(*stored, f.bricks(), bricks.brick_of, pyramid)
                           : detail::build_micro_bounds(bricks, edge);
   };
-  add_squeeze(f, bounds, o, micro_bounds);
+  add_micro_bounds(f, bounds, o, micro_bounds);
   return std::move(placed.volume);
 }
 
@@ -337,7 +333,7 @@ Volume detail::make_volume(const LinkedBricks& bricks, const Pyramid& pyramid,
   Placed placed = place(index_to_object, pyramid, medium, o, o.look_up);
   VolumeField& f = placed.volume.density;
   add_bricks(f, bricks, pyramid, medium, placed.cell_length, o);
-  add_squeeze(f, pyramid, o, micro_bounds);
+  add_micro_bounds(f, pyramid, o, micro_bounds);
   return std::move(placed.volume);
 }
 
@@ -357,7 +353,7 @@ Volume make_volume(std::shared_ptr<const Recipe> recipe, const Pyramid& pyramid,
   f.values = std::move(built.field);
   f.leaves = detail::index_leaves_of(f);
   scale_majorants(f, o.majorant_scale);
-  add_squeeze(f, pyramid, o, [&](int edge) { return build_micro_bounds(f.recipe(), edge); });
+  add_micro_bounds(f, pyramid, o, [&](int edge) { return build_micro_bounds(f.recipe(), edge); });
   return std::move(v);
 }
 

@@ -34,6 +34,7 @@ struct Cloud {
   std::shared_ptr<const FireFields> fire{};  ///< null where there is none, or nobody asked for it
   std::shared_ptr<const CloudMotion> motion{};  ///< null where it stands still
   std::shared_ptr<const AlbedoGrid> albedo{};   ///< as `fire`
+  std::function<void()> forget_pages{};         ///< as PvolFile's; null: its samples are in memory
 
   /// The samples of a density that has them.
   [[nodiscard]] const VoxelGrid& grid() const { return std::get<VoxelGrid>(density); }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -14,6 +15,7 @@
 #include "pvol/density/quantise.h"
 #include "pvol/density/voxel_grid.h"
 #include "pvol/field/leaf_micro_bounds.h"
+#include "pvol/math/names.h"
 #include "pvol/shell/shell.h"
 
 namespace pvol::formats {
@@ -53,6 +55,9 @@ struct PvolFile {
   /// Further grids (flames, temperature) with bounds and maps of their own, told apart by
   /// metadata.grid_name. They have no fields themselves.
   std::vector<PvolFile> fields{};
+  /// Of what was read from a file whose samples are used where they lie in it: gives back the
+  /// memory of its pages, which the system reads again where they are used again. Else null.
+  std::function<void()> forget_pages{};
 };
 
 /// Sizes in bytes of the parts of a file, as stored. The total includes padding and chunks of later
@@ -62,8 +67,15 @@ struct PvolSizes {
                 total = 0;
 };
 
-/// `none` makes files that any program can read without a decompressor.
+/// `none` makes files that any program can read without a decompressor, and whose samples, if they
+/// are exact, are used where they lie in the mapped file.
 enum class Compression { none, zstd };
+[[nodiscard]] constexpr auto names(Compression) {
+  return std::to_array<Named<Compression>>({
+      {Compression::none, "none"},
+      {Compression::zstd, "zstd"},
+  });
+}
 
 /// Writes the file aside, syncs it and renames it: after an error the old file is still there. The
 /// same content gives the same bytes (with the same zstd): density is stored in sorted order and
@@ -73,9 +85,10 @@ PvolSizes write_pvol(const std::filesystem::path& file, const PvolFile& content,
                      Compression compression = Compression::zstd);
 
 /// Reads and validates everything: sizes, offsets, checksums, order of nodes, finite values. Memory
-/// is that of the result, of the codes of a quantised density, and one megabyte. The file must not
-/// be truncated meanwhile; replacing it, as `write_pvol` does, is safe. Throws Error that names the
-/// file, the chunk, what was found and what was expected.
+/// is that of the result, of the codes of a quantised density, and one megabyte; samples that are
+/// exact and not compressed stay in the file, which is mapped as long as they are used. The file
+/// must not be truncated meanwhile; replacing it, as `write_pvol` does, is safe. Throws Error that
+/// names the file, the chunk, what was found and what was expected.
 [[nodiscard]] PvolFile read_pvol(const std::filesystem::path& file);
 
 /// The same from memory; `name` stands for the file in errors.

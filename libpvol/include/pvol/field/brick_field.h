@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "pvol/bounds/octree.h"
@@ -125,7 +126,11 @@ struct FieldOptions {
   double most_excess = 1;
   /// Nodes over which the density is the constant lo = hi, whatever the samples (homogenise.h).
   const NodeMarks* constant = nullptr;
+  /// Whether to make codes of the samples, for nearest and trilinear look-ups.
+  bool codes = false;
 };
+
+struct SampleCodes;  // sample_codes.h
 
 /// A field, and the brick of each leaf and uniform cube of its pyramid, by level and node: what
 /// `build_octree` links to.
@@ -134,6 +139,7 @@ struct WithLinks {
   Field field;
   std::vector<std::vector<std::uint32_t>> brick_of;
   BoundsExcess excess;
+  std::shared_ptr<const SampleCodes> codes{};  ///< null: the options ask for none
 };
 using FieldWithLinks = WithLinks<BrickField>;
 

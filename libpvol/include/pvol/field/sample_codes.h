@@ -12,11 +12,10 @@
 
 namespace pvol {
 
-struct SharedField;  // shared_field.h
-
 /// For every brick of a field of 9^3 samples, in its order, a byte for each sample. Code c of a
 /// brick stands for base + c * step. What nearest and trilinear look-ups compute at a place is at
-/// most kCodeSlack steps away from what they would compute from codes (THEORY.md, T3.10).
+/// most kCodeSlack steps away from what they would compute from codes (THEORY.md, T3.10). Where a
+/// brick has samples of 0, base is below 0, and code 0 stands for them alone.
 struct SampleCodes {
   struct Scale {
     float base, step;
@@ -28,6 +27,12 @@ struct SampleCodes {
   std::vector<Scale> scales;        ///< by brick
   PagedVector<std::uint8_t> codes;  ///< of sample i of brick b at b * 9^3 + i, and kBeyond more
 
+  [[nodiscard]] const std::uint8_t* of_brick(std::uint32_t b) const {
+    return codes.data() + std::size_t(b) * kFieldSamples;
+  }
+  [[nodiscard]] std::uint8_t* of_brick(std::uint32_t b) {
+    return codes.data() + std::size_t(b) * kFieldSamples;
+  }
   [[nodiscard]] std::size_t bytes() const {
     return scales.size() * sizeof(Scale) + codes.size() * sizeof(std::uint8_t);
   }
@@ -43,8 +48,7 @@ template <LookUp kLookUp>
                                                                  std::uint32_t brick,
                                                                  const LatticePoint& p) {
   static_assert(has_closed_form(kLookUp));
-  const std::uint8_t* const of_brick = codes.codes.data() + std::size_t(brick) * kFieldSamples;
-  const float code = density_in_brick<kLookUp>(of_brick, p);
+  const float code = density_in_brick<kLookUp>(codes.of_brick(brick), p);
   const auto [base, step] = codes.scales[brick];
   return {base + (code - kCodeSlack) * step, base + (code + kCodeSlack) * step};
 }
@@ -52,6 +56,5 @@ template <LookUp kLookUp>
 /// The codes of a field for nearest and trilinear look-ups, made in parallel; the result does not
 /// depend on the number of threads.
 [[nodiscard]] SampleCodes build_sample_codes(const BrickField& field);
-[[nodiscard]] SampleCodes build_sample_codes(const SharedField& field);
 
 }  // namespace pvol

@@ -44,21 +44,28 @@ struct SharedField {
 
 namespace detail {
 
-/// The samples at the corners of a cell, which counts modulo the leaf's edge: that of (x, y, z) in
-/// {0, 1}^3 at [4x + 2y + z].
-[[nodiscard, gnu::always_inline]] inline std::array<float, 8> corners_of(const LeafSamples& leaf,
-                                                                         Int4 cell) {
+/// Where the samples at the corners of a cell are, which counts modulo the leaf's edge: that of
+/// (x, y, z) in {0, 1}^3 at [4x + 2y + z].
+[[nodiscard, gnu::always_inline]] inline std::array<const float*, 8> corner_places(
+    const LeafSamples& leaf, Int4 cell) {
   constexpr int kMask = kBrickEdge - 1;
   const Int4 low = cell & kMask, high = (low + 1) & kMask, next = (low + 1) >> 3;
   const std::array<int, 2> x{low[0] * 64, high[0] * 64}, y{low[1] * 8, high[1] * 8},
       z{low[2], high[2]};
   const std::array<int, 2> bx{0, next[0] * 4}, by{0, next[1] * 2}, bz{0, next[2]};
-  std::array<float, 8> c;
+  std::array<const float*, 8> c;
   for (std::size_t i = 0; i < 8; ++i) {
     const std::size_t ix = i >> 2, iy = i >> 1 & 1, iz = i & 1;
-    c[i] = leaf.block[std::size_t(bx[ix] + by[iy] + bz[iz])][x[ix] + y[iy] + z[iz]];
+    c[i] = leaf.block[std::size_t(bx[ix] + by[iy] + bz[iz])] + (x[ix] + y[iy] + z[iz]);
   }
   return c;
+}
+
+/// The samples at the corners of a cell, in the same order.
+[[nodiscard, gnu::always_inline]] inline std::array<float, 8> corners_of(const LeafSamples& leaf,
+                                                                         Int4 cell) {
+  const std::array<const float*, 8> at = corner_places(leaf, cell);
+  return {*at[0], *at[1], *at[2], *at[3], *at[4], *at[5], *at[6], *at[7]};
 }
 [[nodiscard, gnu::always_inline]] inline std::array<float, 8> corners_of(const ArraySamples& window,
                                                                          Int4 cell) {

@@ -39,8 +39,7 @@ struct SampleCodes;       // field/sample_codes.h
 /// What decides tentative collisions before the density is looked up: micro-bounds, or samples as
 /// bytes. The picture is the same to the last bit; trackers with weights do not use them.
 enum class MicroBoundsUse {
-  automatic,  ///< where bounds leave much open and look-ups cost: codes for pictures of nearest and
-              ///< trilinear fields, cells_1 for large pictures of recipes, cells_8 otherwise
+  automatic,  ///< codes in pictures of nearest and trilinear fields; otherwise what pays
   none,
   cells_8,  ///< for cubes of 2^3 cells
   cells_1,  ///< for single cells
@@ -55,6 +54,13 @@ enum class MicroBoundsUse {
       {MicroBoundsUse::codes, "codes"},
   });
 }
+
+/// Where look-ups read the samples of a grid. Results are the same.
+enum class SampleStorage {
+  automatic,  ///< shared in pictures by codes, which read few, of grids with an owner; else copied
+  copied,     ///< in bricks with an apron, where look-ups are fastest
+  shared,     ///< where they are, which the grid's owner or the caller keeps; batches go one by one
+};
 
 /// What a volume is made for, besides its medium.
 struct VolumeOptions {
@@ -76,17 +82,12 @@ struct VolumeOptions {
   std::shared_ptr<const FieldMap> map{};
   /// Biased: nodes that can change no ray's optical depth by more are homogeneous (homogenise.h).
   std::optional<double> homogenise{};
-  /// Paths of the picture that is expected, which `automatic` micro-bounds and codes must pay for;
-  /// infinite for other uses.
+  /// Of the expected picture, which `automatic` choices must pay for; infinite for other uses.
   double paths = std::numeric_limits<double>::infinity();
-  /// Look-ups read the samples of the grid's bricks where they are, with the same results; batches
-  /// go ray by ray. The grid's owner is kept; where it is null the samples must outlive all copies.
-  /// For nearest and trilinear look-ups of what has no homogenised parts.
-  bool share_samples = false;
+  SampleStorage samples = SampleStorage::automatic;
 };
 
-/// What look-ups read: samples in bricks, a recipe, or samples of others. Copies of a volume share
-/// it.
+/// What look-ups read: samples in bricks, a recipe, or samples of others; copies share it.
 using FieldValues =
     std::variant<std::shared_ptr<const BrickField>, std::shared_ptr<const ProceduralField>,
                  std::shared_ptr<const SharedField>>;
@@ -131,8 +132,7 @@ struct VolumeField {
   [[nodiscard]] const SharedField& shared() const {
     return *std::get<std::shared_ptr<const SharedField>>(values);
   }
-  /// Of all that look-ups read, those of them that are shared, and of what decides without
-  /// look-ups.
+  /// Of all that look-ups read, of what is shared of it, and of what decides without them.
   [[nodiscard]] std::uint64_t value_bytes() const;
   [[nodiscard]] std::uint64_t shared_bytes() const;
   [[nodiscard]] std::uint64_t squeeze_bytes() const;

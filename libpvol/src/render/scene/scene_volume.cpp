@@ -2,6 +2,18 @@
 
 namespace pvol {
 
+namespace {
+
+/// Shadow rays by ratio and the like look up every density that they meet, which is fastest in
+/// copies.
+SampleStorage storage_for(Transmittance estimator) {
+  using enum Transmittance;
+  return estimator == analog || estimator == automatic ? SampleStorage::automatic
+                                                       : SampleStorage::copied;
+}
+
+}  // namespace
+
 VolumeOptions volume_options(const RenderOptions& o) {
   return {.object_to_world = {},
           .look_up = o.look_up,
@@ -10,7 +22,8 @@ VolumeOptions volume_options(const RenderOptions& o) {
           .tracker = o.tracker,
           .majorant_scale = o.majorant_scale,
           .homogenise = o.homogenise,
-          .paths = double(o.width) * o.height * expected_samples(o)};
+          .paths = double(o.width) * o.height * expected_samples(o),
+          .samples = storage_for(o.transmittance)};
 }
 
 }  // namespace pvol

@@ -153,6 +153,7 @@ HWY_INLINE F look_up_codes(const std::uint8_t* codes, I index, F x, F y, F z) {
 /// Decides what the codes of samples can (code_range), and lists the rest.
 template <LookUp kLookUp>
 HWY_NOINLINE void decide_by_codes(const SimdField& f, Events& e) {
+  constexpr std::uint32_t kMiddle = 1u << 31;
   e.undecided = 0;
   const F scale = splat(f.scale);
   for (std::size_t at = 0; at < e.n; at += kLanes) {
@@ -162,8 +163,10 @@ HWY_NOINLINE void decide_by_codes(const SimdField& f, Events& e) {
       const F v = load(&place[at]);
       return v - hn::Floor(v);
     };
-    const F code = look_up_codes<kLookUp>(f.codes, where(open, as_int(load(&e.sample[at]))),
-                                          fraction(e.x), fraction(e.y), fraction(e.z));
+    // Indices are signed: counted from the middle, they reach 2^32 codes.
+    const U from_middle = as_bits(where(open, as_int(load(&e.sample[at])))) ^ splat_bits(kMiddle);
+    const F code = look_up_codes<kLookUp>(f.codes + kMiddle, as_int(from_middle), fraction(e.x),
+                                          fraction(e.y), fraction(e.z));
     const F base = gather(f.code_scales, brick + brick);
     const F step = gather(f.code_scales + 1, brick + brick);
     const F mu = load(&e.mu[at]), slack = splat(kCodeSlack);

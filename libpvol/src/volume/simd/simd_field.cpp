@@ -12,6 +12,22 @@ namespace pvol::detail {
 
 namespace {
 
+void prefetch(const void* p) { __builtin_prefetch(p, 0, 3); }
+
+/// Fetches what look-ups at the corners of cells read of shared samples, which lie all over memory:
+/// where the samples are, then the samples.
+template <class CellOf>
+void prefetch_shared(const SharedField& field, const std::uint32_t* brick,
+                     std::span<const std::uint32_t> which, const CellOf& cell_of) {
+  if (!field.in_leaves()) return;
+  for (const std::uint32_t event : which) prefetch(&field.leaves[brick[event]]);
+  for (const std::uint32_t event : which) {
+    for (const float* const corner : corner_places(field.leaves[brick[event]], cell_of(event))) {
+      prefetch(corner);
+    }
+  }
+}
+
 /// Whether look-ups are made in lanes.
 bool has_lanes(const VolumeField& f) {
   return has_closed_form(f.look_up) && !f.shares_samples() && f.map == nullptr;
@@ -48,17 +64,21 @@ SimdField::SimdField(const VolumeField& f, const DenseBounds& b)
 void look_up_one_by_one(const VolumeField& field, const float* x, const float* y, const float* z,
                         const float* time, const std::uint32_t* brick,
                         std::span<const std::uint32_t> which, float* density) {
+  const auto place_of = [&](std::uint32_t event) {
+    const Vec3d place{double(x[event]), double(y[event]), double(z[event])};
+    return lattice_point(field.octree, place - Vec3d(DenseBounds::kBorder));
+  };
   const auto for_places = [&](const auto& density_at) {
-    for (const std::uint32_t event : which) {
-      const Vec3d place{double(x[event]), double(y[event]), double(z[event])};
-      *density++ =
-          density_at(event, lattice_point(field.octree, place - Vec3d(DenseBounds::kBorder)));
-    }
+    for (const std::uint32_t event : which) *density++ = density_at(event, place_of(event));
   };
   if (field.motion != nullptr) {
     return for_places([&](std::uint32_t event, const LatticePoint& at) {
       return density_at_time(field, brick[event], at, time[event]);
     });
+  }
+  if (field.shares_samples()) {
+    prefetch_shared(field.shared(), brick, which,
+                    [&](std::uint32_t event) { return place_of(event).cell; });
   }
   visit_source(field, [&](const auto& source) {
     for_places([&](std::uint32_t event, const LatticePoint& at) {
@@ -90,9 +110,12 @@ const char* simd_obstacle(const Volume& v) {
     return "the volume has more than 4000 voxels along an axis";
   constexpr std::uint64_t kMostWords = 1u << 24;
   if (count_words(f.octree) > kMostWords) return "the volume's box has more than 2^24 leaves";
-  constexpr std::size_t kMostBricks = (std::size_t(1) << 31) / kFieldSamples - 1;
-  if ((has_lanes(f) || f.codes != nullptr) && count_bricks(f) > kMostBricks)
+  // Lanes count samples in 31 bits, and codes in 32.
+  constexpr std::size_t kMostSamples = std::size_t(1) << 31;
+  if (has_lanes(f) && count_bricks(f) > kMostSamples / kFieldSamples - 1)
     return "the volume has more than 2.9 million bricks";
+  if (f.codes != nullptr && count_bricks(f) > 2 * kMostSamples / kFieldSamples - 1)
+    return "the volume has more than 5.8 million bricks";
   float most = 0;
   for (const Octree::Entry& e : f.octree.entries) most = std::max(most, e.hi);
   // A mean free path is to be at least 64 spacings of the floats (THEORY.md, T2.2).

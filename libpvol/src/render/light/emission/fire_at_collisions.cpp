@@ -1,6 +1,7 @@
 #include "render/light/emission/fire_at_collisions.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -11,6 +12,7 @@
 #include "pvol/field/brick_field.h"
 #include "pvol/volume/value_field.h"
 #include "volume/cell_look_up.h"
+#include "volume/field_samples.h"
 
 namespace pvol::detail {
 namespace {
@@ -18,10 +20,7 @@ namespace {
 /// From the cells of the fire to those of the density, where these lie in one lattice whose leaves
 /// are the same and are interpolated alike.
 std::optional<Vec3i> shift_between(const VolumeField& fire, const VolumeField& density) {
-  if (density.look_up != LookUp::trilinear || density.map || density.motion ||
-      density.shares_samples()) {
-    return std::nullopt;
-  }
+  if (density.look_up != LookUp::trilinear || density.map || density.motion) return std::nullopt;
   constexpr double kAlike = 1e-6;  // cells over a whole leaf
   const Affine across = density.world_to_cells * inverse(fire.world_to_cells);
   for (int axis = 0; axis < 3; ++axis) {
@@ -41,37 +40,38 @@ std::optional<Vec3i> shift_between(const VolumeField& fire, const VolumeField& d
   return whole;
 }
 
-/// A leaf of the fire with the samples of both fields.
+/// A leaf of the fire with the bricks of both fields.
 struct Leaf {
   Vec3i low;
-  std::uint32_t brick;     ///< of the fire
-  const float* emitted;    ///< null where it is no leaf but a larger cube
-  const float* scattered;  ///< null: there is no density
+  std::uint32_t brick;         ///< of the fire
+  const float* emitted;        ///< its samples; null where it is no leaf but a larger cube
+  std::uint32_t of_scatterer;  ///< of the density; kZeroBrick: there is none
 };
 
 std::vector<Leaf> leaves_of(const VolumeField& fire, const VolumeField& density, Vec3i shift) {
   const Octree& tree = density.octree;
   const int size = 1 << (Octree::child_log2(tree.height) + 2);
   std::vector<Leaf> leaves;
-  for_bricks(fire.octree, fire.octree.nodes[0], Vec3i(0),
-             [&](Vec3i low, int edge, std::uint32_t b) {
-               const Vec3i there = low + shift;
-               const bool inside = min_component(there) >= 0 && max_component(there) < size;
-               const std::uint32_t other =
-                   inside ? brick_of_leaf(tree, widen(there), kZeroBrick) : kZeroBrick;
-               leaves.push_back({low, b, edge == kLeafEdge ? fire.bricks().brick(b) : nullptr,
-                                 other == kZeroBrick ? nullptr : density.bricks().brick(other)});
-             });
+  for_bricks(
+      fire.octree, fire.octree.nodes[0], Vec3i(0), [&](Vec3i low, int edge, std::uint32_t b) {
+        const Vec3i there = low + shift;
+        const bool inside = min_component(there) >= 0 && max_component(there) < size;
+        const std::uint32_t other =
+            inside ? brick_of_leaf(tree, widen(there), kZeroBrick) : kZeroBrick;
+        leaves.push_back({low, b, edge == kLeafEdge ? fire.bricks().brick(b) : nullptr, other});
+      });
   return leaves;
 }
 
 /// Whether paths collide wherever the leaf emits, and bring up to `most` then.
 bool collides(const Volume& volume, const Affine& to_world, const Leaf& leaf, float most) {
-  if (leaf.emitted == nullptr || leaf.scattered == nullptr) return false;
+  if (leaf.emitted == nullptr || leaf.of_scatterer == kZeroBrick) return false;
+  std::array<float, kFieldSamples> scratch;
+  const float* const scattered = samples_of(volume.density, leaf.of_scatterer, scratch.data());
   const Emitter& fire = *volume.fire;
   for (int i = 0; i < kFieldSamples; ++i) {
     if (leaf.emitted[i] == 0) continue;
-    const float mu = volume.density.scale * leaf.scattered[i];
+    const float mu = volume.density.scale * scattered[i];
     if (!(mu > 0)) return false;
     const Vec3i at(i / (kFieldEdge * kFieldEdge), i / kFieldEdge % kFieldEdge, i % kFieldEdge);
     if ((at.x | at.y | at.z) & 1) continue;  // colours take long, and these tell enough
