@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <tuple>
 
 namespace pvol::formats::detail {
@@ -43,8 +42,6 @@ Vec3i as_vec(std::array<std::int32_t, 3> v) { return {v[0], v[1], v[2]}; }
 }  // namespace
 
 std::string text(Vec3i v) { return fmt::format("({}, {}, {})", v.x, v.y, v.z); }
-
-bool is_density(float v) { return v >= 0 && std::isfinite(v); }
 
 std::optional<std::string> check_blocks(const VoxelGrid& grid, const Pyramid& pyramid) {
   const auto in_tile = [&](Vec3i at, std::int32_t smallest) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -13,7 +14,9 @@ namespace pvol::formats::detail {
 [[nodiscard]] std::string text(Vec3i v);
 
 /// Whether a sample may have this value.
-[[nodiscard]] bool is_density(float v);
+[[nodiscard]] inline bool is_density(float v) {
+  return v >= 0 && v <= std::numeric_limits<float>::max();
+}
 
 /// Order, alignment, disjointness and place of bricks and tiles; a sentence about what is wrong.
 /// Samples are not looked at.

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <optional>
 
 #include "pvol/error.h"
@@ -34,7 +33,7 @@ std::optional<std::size_t> find_wrong_brick(std::span<const float> samples) {
     // Without a branch for each, as nearly all are right.
     bool right = true;
     for (const float v : samples.subspan(b * kBrickSamples, kBrickSamples)) {
-      right &= v >= 0 && v <= std::numeric_limits<float>::max();
+      right &= is_density(v);
     }
     if (!right) return b;
   }
