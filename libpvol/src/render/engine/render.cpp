@@ -14,6 +14,7 @@
 
 #include "math/workers.h"
 #include "pvol/error.h"
+#include "render/engine/estimate_pixels.h"
 #include "render/engine/passes.h"
 #include "render/engine/reporter.h"
 #include "render/engine/tiles/tile_renderer.h"
@@ -106,6 +107,7 @@ void guide(const RenderPlan& plan, PathSetup& setup, RenderResult& result) {
   if (plan.guide.used) {
     const std::clock_t begin = std::clock();
     detail::guide_paths(plan, setup);
+    if (setup.importance) setup.pixel_importance = detail::estimate_pixel_importance(setup);
     result.guide_seconds = double(std::clock() - begin) / CLOCKS_PER_SEC;
     result.guided = setup.importance != nullptr;
   }

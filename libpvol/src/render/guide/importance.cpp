@@ -13,7 +13,7 @@ namespace pvol::detail {
 namespace {
 
 constexpr int kLeastPhotons = 20'000, kMostPhotons = 200'000, kMostOfMany = 1'000'000;
-constexpr double kUnit = 0.5;    // of the mean importance where camera rays meet the cloud
+constexpr double kUnit = 0.25;    // of the mean importance where camera rays meet the cloud
 constexpr double kFloor = 0.02;  // of the mean importance of the cloud
 
 [[nodiscard]] bool is_one(const PathSetup& setup) { return setup.is_one_still(); }
@@ -117,7 +117,7 @@ std::vector<Nodes> blurred_radiance(const CoarseCells& cells, const std::vector<
 /// too bright.
 void draw_to_mean(const IncidentLight& light, const CoarseCells& cells, int photons,
                   std::vector<Nodes>& radiance) {
-  constexpr double kPrior = 16;
+  constexpr double kPrior = 32;
   Nodes mean{};
   double mass = 0;
   for (std::size_t row = 1; row < cells.count(); ++row) {
@@ -154,7 +154,7 @@ Rgb irradiance_in(const PathSetup& setup, const CoarseCells& cells, std::size_t 
 /// irradiance varies from cell to cell.
 std::vector<float> shadow_importances(const PathSetup& setup, const CoarseCells& cells,
                                       const IncidentLight& light) {
-  constexpr double kGain = 5;  // over the plain tracer, where light arrives for certain
+  constexpr double kGain = 7.5;  // over the plain tracer, where light arrives for certain
   constexpr double kLeast = 0.02;
   const std::size_t lights = setup.light.sources.size();
   std::vector<float> all(cells.count() * (lights + 1), 1.0f);
@@ -265,7 +265,7 @@ std::optional<Importance> make_importance(const PathSetup& setup) {
   const std::vector<Share> components = mixture(setup, cells);
   const auto power = scattered_power(light, scattering_kernel(components));
   std::vector<Nodes> radiance = blurred_radiance(cells, power);
-  if (!is_one(setup)) draw_to_mean(light, cells, photons, radiance);
+  draw_to_mean(light, cells, photons, radiance);
   PagedVector<Importance::Row> rows = make_rows(cells, radiance);
   const HenyeyGreenstein lobe = mean_lobe(components);
   std::vector<float> importances = shadow_importances(setup, cells, light);

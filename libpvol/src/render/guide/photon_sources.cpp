@@ -164,7 +164,8 @@ Rgb PhotonSources::seen_on(const SurfaceHit& surface, Rng& rng) const {
   const bool open = !s_.surfaces->shadow->block({surface.place, Vec3d(up)}, kEndless);
   Rgb sum = open ? s_.light.sky.radiance(up) : Rgb(0.0f);
   const auto even = [](std::size_t) { return 1.0f; };
-  ask_each(s_, surface.place, even, rng, [&](std::size_t i, float factor) {
+  std::vector<double> weights;
+  ask_each(s_, surface.place, even, weights, rng, [&](std::size_t i, float factor) {
     const LightSample l = sample_light(s_.light.sources[i], surface.place, rng);
     const float cosine = std::max(0.0f, dot(lobe.normal, l.direction));
     if (!(cosine > 0)) return;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "render/path/path_result.h"
 #include "render/path/roulette.h"
@@ -160,44 +161,28 @@ inline void add_scattered(const PathSetup& s, const Pdf& pdf, Vec3f direction, R
   return std::visit([&](const auto& l) { return l.sample([&] { return place; }, rng); }, light);
 }
 
-/// Most lights that are all asked at a collision.
-inline constexpr std::size_t kMostAsked = 64;
-
-/// Of more so many are drawn.
+/// Of many lights so many are drawn.
 inline constexpr int kAsked = 4;
 
-/// About what a light brings to a place, times the importance of its shadow rays there; above 0
-/// wherever the light comes.
-template <class ShadowImportance>
-[[nodiscard]] inline double estimated_contribution(const LightSource& source, std::size_t i,
-                                                   Vec3d place,
-                                                   const ShadowImportance& importance) {
-  const Rgb irradiance = std::visit(
-      [&](const auto& light) {
-        return light.irradiance_on({place, place});
-      },
-      source);
-  constexpr double kMost = 1e30;  // at a light
-  return std::min(double(luminance(irradiance)) * double(importance(i)), kMost);
-}
-
-/// ask(i, 1 / expected number of times that it is asked) for lights drawn by their estimated
-/// contribution, one from each of kAsked equal parts of the sum (THEORY.md, T5.19).
+/// ask(i, 1 / expected number of times that it is asked) for lights drawn by what they bring to the
+/// place, about, times the importance of their shadow rays there: one from each of kAsked equal parts
+/// of the sum (THEORY.md, T5.19). `weights` is for its own use.
 template <class ShadowImportance, class Ask>
 [[gnu::noinline]] inline void ask_some(const PathSetup& s, Vec3d place,
-                                       const ShadowImportance& importance, Rng& rng,
-                                       const Ask& ask) {
+                                       const ShadowImportance& importance,
+                                       std::vector<double>& weights, Rng& rng, const Ask& ask) {
+  const std::size_t lights = s.light.sources.size();
+  weights.resize(lights);
+  s.light.many->weigh(place, weights);
   double sum = 0;
-  for (std::size_t i = 0; i < s.light.sources.size(); ++i)
-    sum += estimated_contribution(s.light.sources[i], i, place, importance);
+  for (std::size_t i = 0; i < lights; ++i) sum += weights[i] *= double(importance(i));
   if (!(sum > 0)) return;
   const double part = sum / kAsked;
   double next = double(rng.uniform()) * part, below = 0;
   int asked = 0;
-  for (std::size_t i = 0; i < s.light.sources.size() && asked < kAsked; ++i) {
-    const double own = estimated_contribution(s.light.sources[i], i, place, importance);
-    for (below += own; asked < kAsked && next < below; ++asked) {
-      ask(i, float(part / own));
+  for (std::size_t i = 0; i < lights && asked < kAsked; ++i) {
+    for (below += weights[i]; asked < kAsked && next < below; ++asked) {
+      ask(i, float(part / weights[i]));
       next = (asked + 1 + double(rng.uniform())) * part;
     }
   }
@@ -205,9 +190,9 @@ template <class ShadowImportance, class Ask>
 
 /// ask(i, 1 / expected number of times that it is asked) for all lights, or for some of many.
 template <class ShadowImportance, class Ask>
-inline void ask_each(const PathSetup& s, Vec3d place, const ShadowImportance& importance, Rng& rng,
-                     const Ask& ask) {
-  if (s.light.sources.size() > kMostAsked) return ask_some(s, place, importance, rng, ask);
+inline void ask_each(const PathSetup& s, Vec3d place, const ShadowImportance& importance,
+                     std::vector<double>& weights, Rng& rng, const Ask& ask) {
+  if (s.light.many != nullptr) return ask_some(s, place, importance, weights, rng, ask);
   for (std::size_t i = 0; i < s.light.sources.size(); ++i) ask(i, 1);
 }
 

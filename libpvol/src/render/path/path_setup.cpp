@@ -47,6 +47,7 @@ LightSetup::LightSetup(const RenderPlan& plan, const Box& box)
                              : std::make_shared<const Lighting>(make_lighting(plan.scene))),
       sky(lighting->sky),
       sources(make_light_sources(lighting->lights)),
+      many(sources.size() > kMostAsked ? std::make_shared<const ManyLights>(sources) : nullptr),
       shadow_unit(shadow_unit_of(sky, sources, box)),
       met_on_flights(any_is_met(sources)),
       open_sky(plan.surfaces && plan.surfaces->camera->catch_shadows()

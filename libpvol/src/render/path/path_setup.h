@@ -13,6 +13,8 @@
 #include "render/light/emission/emission_setup.h"
 #include "render/light/open_sky.h"
 #include "render/path/instances.h"
+#include "render/path/many_lights.h"
+#include "render/path/pixel_importance.h"
 #include "render/path/volume_setup.h"
 #include "render/scene/filter_offsets.h"
 #include "render/scene/image_part.h"
@@ -33,11 +35,15 @@ struct CameraSetup {
   explicit CameraSetup(const Scene& scene);
 };
 
+/// Most lights that are all asked at a collision.
+inline constexpr std::size_t kMostAsked = 64;
+
 /// Light from outside the volumes, ready for sampling (gather_light.h, photon_sources.h).
 struct LightSetup {
   std::shared_ptr<const Lighting> lighting;
   SkyLight sky;  ///< that of the lighting, as are the lights
   std::vector<LightSource> sources;
+  std::shared_ptr<const ManyLights> many;  ///< where some are drawn of so many, else null
   float shadow_unit;    ///< radiance for which there is one shadow ray (THEORY.md, T5.2)
   bool met_on_flights;  ///< whether flights may meet some of the lights
   std::shared_ptr<const OpenSky> open_sky;  ///< where surfaces catch shadows, else null
@@ -71,6 +77,7 @@ struct PathSetup {
   /// camera path as it is (THEORY.md, T5.5); 0 where paths are not guided.
   Rgb constant;
   std::shared_ptr<const Importance> importance;  ///< of guided paths
+  std::shared_ptr<const PixelImportance> pixel_importance;  ///< likewise; null: all count alike
 
   std::vector<VolumeSetup> volumes;
   std::shared_ptr<const Instances> instances;     ///< of the volumes

@@ -125,6 +125,12 @@ HWY_INLINE void put_paths(WavefrontMemory& m, Paths<ComponentKind>& p, I copies,
   }
 }
 
+template <class ComponentKind>
+HWY_INLINE F importance_of_pixels(const WavefrontMemory& m, const Paths<ComponentKind>& p) {
+  const U slot = p.id & splat_bits(kMostSlots - 1);
+  return gather(m.slots.importance.data(), where(p.alive, as_int(slot)));
+}
+
 template <bool kGuided, class ComponentKind>
 HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
   Records& q = m.collisions;
@@ -141,8 +147,10 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
     F contribution = splat(1);
     if constexpr (kGuided) {
       const Importance& importance = *s.importance();
+      if (s.setup.pixel_importance) p.pixel = importance_of_pixels(m, p);
       p.row = where(p.alive, as_int(load(q.bits(kAux) + at)));
-      contribution = p.largest() * importance_of(importance, p.row,
+      contribution = p.largest() * p.pixel *
+                     importance_of(importance, p.row,
                                                  one_minus_cos(p.from, splat(importance.axis())));
       end_by_contribution(p, contribution);
     }

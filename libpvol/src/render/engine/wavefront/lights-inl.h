@@ -166,7 +166,7 @@ HWY_INLINE void add_shadow_rays(const WavefrontScene& s, WavefrontMemory& m, con
   };
   const F luminance = part(0.2126f, 0, to.radiance.x) + part(0.7152f, 1, to.radiance.y) +
                       part(0.0722f, 2, to.radiance.z);
-  const F value = luminance * share * importance * splat(1 / s.setup.light.shadow_unit);
+  const F value = luminance * share * importance * p.pixel * splat(1 / s.setup.light.shadow_unit);
   const M positive = hn::And(p.alive, hn::Gt(value, splat(0)));
   const M few = hn::And(positive, hn::Lt(value, splat(1)));
   const M chosen = hn::And(few, hn::Lt(p.rng.fine_uniform(), value));
@@ -223,7 +223,7 @@ HWY_NOINLINE void ask_some_lights(const WavefrontScene& s, WavefrontMemory& m,
       return s.importance()->shadow_importances()[row[k] * (lights + 1) + i];
     };
     std::size_t asked = 0;
-    ask_some(s.setup, place(k), importance_of, own, [&](std::size_t i, float times) {
+    ask_some(s.setup, place(k), importance_of, m.light_weights, own, [&](std::size_t i, float times) {
       ask_light(s, i, place(k), times, k, own, to[asked]);
       light[asked][k] = std::uint32_t(i), importance[asked][k] = importance_of(i);
       ++asked;

@@ -118,6 +118,7 @@ void start(const World& w, const Samples::Sample& sample, std::uint32_t slot, co
   const int x = film.x + sample.x, y = film.y + sample.y;
   const std::uint32_t number = film.first_sample + sample.number;
   auto [rng, ray] = CameraSample(w.setup, x, y, number);
+  w.m.slots.note_pixel(slot, x, y);
   Sent sent{.kind = RayKind::camera, .ray = ray, .id = slot};
   if (w.setup.moving) {
     sent.time = sample_time(w.setup, x, y, number);

@@ -57,7 +57,8 @@ template <class ComponentKind>
 void ask_light(const World& w, const OnSurface& v, std::size_t light, const LightSample& towards,
                Rgb weight, Rgb own) {
   const PathSetup& s = w.setup;
-  float value = absolute_luminance(weight * own) / s.light.shadow_unit;
+  float value = absolute_luminance(weight * own) / s.light.shadow_unit *
+                w.m.slots.importance_of(v.slot());
   if (!(value > 0)) return;
   // Here it is asked once: rays off surfaces do not ask again.
   const Ray way{v.place, Vec3d(towards.direction)};
@@ -90,7 +91,7 @@ void ask_lights(const World& w, const OnSurface& v, Rgb throughput) {
     return l.pdf > 0 ? p / (l.pdf + p) : p;
   };
   const auto even = [](std::size_t) { return 1.0f; };
-  ask_each(s, v.place, even, v.rng, [&](std::size_t i, float factor) {
+  ask_each(s, v.place, even, w.m.light_weights, v.rng, [&](std::size_t i, float factor) {
     const LightSample l = detail::sample_light(s.light.sources[i], v.place, v.rng);
     const Rgb own = w.scenes.front().lights[i].radiance;
     const float most = largest(own);

@@ -44,6 +44,7 @@ struct Paths {
   I component;
   I row;  ///< of the importance
   U ray;  ///< through many volumes
+  F pixel = splat(1);  ///< importance of theirs
 
   HWY_INLINE Paths(const Records& q, std::size_t at)
       : alive(first(q.n - at)),

@@ -165,6 +165,7 @@ inline void start(const WavefrontScene& s, WavefrontMemory& m, const Samples::Sa
                   std::uint32_t slot, const Film& film, ShellCounts& shells) {
   CameraSample from(s.setup, film.x + sample.x, film.y + sample.y,
                     film.first_sample + sample.number);
+  m.slots.note_pixel(slot, film.x + sample.x, film.y + sample.y);
   const Ray& ray = from.ray;
   const Ray cells = s.volume.in_cells(ray);
   const auto span = s.volume.in_box(cells);

@@ -28,6 +28,7 @@ class Slots {
     sums_.assign(count * colours_ * 3, {});
     collided_.assign(count, {});
     alpha.assign(count, 0);
+    if (setup_.pixel_importance) importance.assign(count, 1);
     counts.assign(count, {});
     if (setup_.first_collisions) first.assign(count, {});
     if (setup_.moving) times.assign(count, 0);
@@ -108,7 +109,18 @@ class Slots {
     return result_;
   }
 
+  /// That of a slot's pixel.
+  void note_pixel(std::uint32_t slot, int x, int y) {
+    if (!setup_.pixel_importance) return;
+    const RenderOptions& o = setup_.options;
+    importance[slot] = setup_.pixel_importance->of((x + 0.5) / o.width, (y + 0.5) / o.height);
+  }
+  [[nodiscard]] float importance_of(std::uint32_t slot) const {
+    return setup_.pixel_importance ? importance[slot] : 1;
+  }
+
   std::vector<float> alpha;
+  std::vector<float> importance;  ///< of pixels, where they differ by it
   std::vector<Vec3d>
       first;  ///< place of the first collision in the world, where they are asked for
   std::vector<float> times;  ///< of samples, in frames, where anything moves
@@ -183,6 +195,7 @@ struct WavefrontMemory : FlightMemory {
   Records fire_ends{kPathFields};  ///< collisions of those towards fires
   Slots slots;
   Counts counts;
+  std::vector<double> light_weights;  ///< of ask_some()
 
   // Through many volumes:
   WorldRays rays;

@@ -82,7 +82,7 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
                    s.volumes, [](const VolumeSetup& v) { return has_one_lobe(v.components); }) &&
                !s.albedo_varies && !s.by_channel &&
                (s.surfaces == nullptr || s.surfaces->are_grey())),
-      drawn(s.light.sources.size() > kMostAsked),
+      drawn(s.light.many != nullptr),
       lines(!many && s.flights_bring_light()) {
   // What is absorbed is in layers.
   emits = s.options.aovs.has(Aov::lights) && largest(s.constant) > 0;
