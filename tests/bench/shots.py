@@ -100,7 +100,15 @@ SHOTS = {
     "inside a cloud": volume("cumulus.toml", "extinction = 3", *CLOUD) + SUN +
     camera([0.1, 0.3, 0.1], [-0.6, 0.5, 0.8], 60),
 }
-HAZE = '[recipe]\nresolution = 64\nedge = 0.2\n[[form]]\nshape = "ellipsoid"\ncentre = [0, -1, 0]\nradii = [2.5, 1.2, 2.5]\n'
+HAZE = """[recipe]
+resolution = 64
+edge = 0.2
+
+[[form]]
+shape = "ellipsoid"
+centre = [0, -1, 0]
+radii = [2.5, 1.2, 2.5]
+"""
 
 
 def scene_of(shot):

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <vector>
 
 namespace pvol {
@@ -45,11 +46,13 @@ TEST(ManyLights, AreWeighedByWhatTheyBring) {
 }
 
 TEST(ManyLights, AreFiniteWhereTheyAre) {
-  const std::vector<Light> lights{PointLight{{1, 2, 3}, Rgb(5.0f)}};
-  std::vector<double> weights(1);
+  const std::vector<Light> lights{PointLight{{1, 2, 3}, Rgb(5.0f)},
+                                  PointLight{{1, 2, 3}, Rgb(0.0f)}};
+  std::vector<double> weights(2);
   ManyLights(make_light_sources(lights)).weigh({1, 2, 3}, weights);
   EXPECT_GT(weights[0], 1e20);
   EXPECT_TRUE(std::isfinite(weights[0]));
+  EXPECT_EQ(weights[1], 0);
 }
 
 }  // namespace many_lights_test

@@ -99,7 +99,9 @@ constexpr double kLeastImportance = 1.0 / 8, kMostImportance = 8;
 std::shared_ptr<const PixelImportance> estimate_pixel_importance(const PathSetup& setup) {
   const RenderOptions& o = setup.options;
   const double samples = double(o.width) * o.height * expected_samples(o);
-  const double pixels = std::min(samples * kShareOfImage / kSamplesOfPixel, kMostPixels);
+  // How many samples there is time for is not known: they may be few.
+  const double most = o.time ? kMostPixels / 4 : kMostPixels;
+  const double pixels = std::min(samples * kShareOfImage / kSamplesOfPixel, most);
   if (pixels < kLeastPixels) return nullptr;
   const Film film = render_small(make_small(setup, int(pixels)));
   if (setup.stopped()) return nullptr;

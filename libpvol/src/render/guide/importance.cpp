@@ -13,7 +13,7 @@ namespace pvol::detail {
 namespace {
 
 constexpr int kLeastPhotons = 20'000, kMostPhotons = 200'000, kMostOfMany = 1'000'000;
-constexpr double kUnit = 0.25;    // of the mean importance where camera rays meet the cloud
+constexpr double kUnit = 0.25;   // of the mean importance where camera rays meet the cloud
 constexpr double kFloor = 0.02;  // of the mean importance of the cloud
 
 [[nodiscard]] bool is_one(const PathSetup& setup) { return setup.is_one_still(); }

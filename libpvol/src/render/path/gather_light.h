@@ -165,8 +165,8 @@ inline void add_scattered(const PathSetup& s, const Pdf& pdf, Vec3f direction, R
 inline constexpr int kAsked = 4;
 
 /// ask(i, 1 / expected number of times that it is asked) for lights drawn by what they bring to the
-/// place, about, times the importance of their shadow rays there: one from each of kAsked equal parts
-/// of the sum (THEORY.md, T5.19). `weights` is for its own use.
+/// place, about, times the importance of their shadow rays there: one from each of kAsked equal
+/// parts of the sum (THEORY.md, T5.19). `weights` is for its own use.
 template <class ShadowImportance, class Ask>
 [[gnu::noinline]] inline void ask_some(const PathSetup& s, Vec3d place,
                                        const ShadowImportance& importance,

@@ -1,6 +1,7 @@
 #include "render/path/many_lights.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace pvol::detail {
@@ -14,6 +15,7 @@ const PointSource* as_point(const LightSource& light) {
 }
 
 constexpr double kMostWeight = 1e30;  // at a light
+constexpr double kLeastSquare = std::numeric_limits<double>::min();
 
 double weight_of(const LightSource& light, Vec3d place) {
   const auto irradiance = [&](const auto& l) { return l.irradiance_on({place, place}); };
@@ -39,7 +41,8 @@ void ManyLights::weigh(Vec3d place, std::span<double> to) const {
   double* const of_points = to.data() + first_;
   for (std::size_t i = 0; i < points; ++i) {
     const double x = x_[i] - place.x, y = y_[i] - place.y, z = z_[i] - place.z;
-    of_points[i] = std::min(power_[i] / (x * x + y * y + z * z), kMostWeight);
+    const double square = std::max(x * x + y * y + z * z, kLeastSquare);
+    of_points[i] = std::min(power_[i] / square, kMostWeight);
   }
   for (std::size_t i = first_ + points; i < lights_.size(); ++i) {
     to[i] = weight_of(lights_[i], place);

@@ -76,7 +76,7 @@ struct PathSetup {
   /// Radiance that is everywhere and is left out of sky, emission and paths, to be added to every
   /// camera path as it is (THEORY.md, T5.5); 0 where paths are not guided.
   Rgb constant;
-  std::shared_ptr<const Importance> importance;  ///< of guided paths
+  std::shared_ptr<const Importance> importance;             ///< of guided paths
   std::shared_ptr<const PixelImportance> pixel_importance;  ///< likewise; null: all count alike
 
   std::vector<VolumeSetup> volumes;

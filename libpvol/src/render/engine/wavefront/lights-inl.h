@@ -223,11 +223,12 @@ HWY_NOINLINE void ask_some_lights(const WavefrontScene& s, WavefrontMemory& m,
       return s.importance()->shadow_importances()[row[k] * (lights + 1) + i];
     };
     std::size_t asked = 0;
-    ask_some(s.setup, place(k), importance_of, m.light_weights, own, [&](std::size_t i, float times) {
-      ask_light(s, i, place(k), times, k, own, to[asked]);
-      light[asked][k] = std::uint32_t(i), importance[asked][k] = importance_of(i);
-      ++asked;
-    });
+    ask_some(s.setup, place(k), importance_of, m.light_weights, own,
+             [&](std::size_t i, float times) {
+               ask_light(s, i, place(k), times, k, own, to[asked]);
+               light[asked][k] = std::uint32_t(i), importance[asked][k] = importance_of(i);
+               ++asked;
+             });
   }
   for (std::size_t k = 0; k < std::size_t(kAsked); ++k) {
     add_shadow_rays(s, m, to[k].in_lanes(), load(light[k]), load(importance[k]), p);

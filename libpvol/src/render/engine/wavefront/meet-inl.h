@@ -57,8 +57,8 @@ template <class ComponentKind>
 void ask_light(const World& w, const OnSurface& v, std::size_t light, const LightSample& towards,
                Rgb weight, Rgb own) {
   const PathSetup& s = w.setup;
-  float value = absolute_luminance(weight * own) / s.light.shadow_unit *
-                w.m.slots.importance_of(v.slot());
+  float value =
+      absolute_luminance(weight * own) / s.light.shadow_unit * w.m.slots.importance_of(v.slot());
   if (!(value > 0)) return;
   // Here it is asked once: rays off surfaces do not ask again.
   const Ray way{v.place, Vec3d(towards.direction)};
@@ -111,7 +111,8 @@ void ask_fires(const World& w, const OnSurface& v, Rgb throughput) {
   const EmissionLights::Towards to = w.setup.emission->lights.sample(v.place, v.time, v.rng);
   if (!(to.pdf > 0)) return;
   const float p = pdf_phase(v.lobe, {}, to.direction);
-  const float value = v.seen ? 1.0f : detail::value_of_fire_ray(throughput, p);
+  const float pixel = w.m.slots.importance_of(v.slot());
+  const float value = v.seen ? 1.0f : detail::value_of_fire_ray(throughput * pixel, p);
   if (!(value * p > 0) || (value < 1 && !(v.rng.uniform() < value))) return;
   ++w.m.counts.shadow_rays;
   Sent sent = v.ray(RayKind::to_fire, to.direction);
@@ -190,8 +191,12 @@ void meet(const World& w, const Records& q, std::size_t at) {
   }
   if (scatterings >= s.max_bounces) return;
   throughput *= material.albedo;
-  // It is its pixel's noise, and no roulette decides on it.
-  if (seen ? !(largest(throughput) > 0) : !survives(throughput, rng)) return;
+  if (seen) {  // it is its pixel's noise, and no roulette decides on it
+    if (!(largest(throughput) > 0)) return;
+    w.m.slots.note_albedo(v.slot(), largest(throughput));
+  } else if (!survives(throughput, kPathRoulette / w.m.slots.importance_of(v.slot()), rng)) {
+    return;
+  }
   ask_lights<ComponentKind>(w, v, throughput);
   if (samples_fires_on_surfaces(s)) ask_fires<ComponentKind>(w, v, throughput);
   scatter<ComponentKind>(w, v, throughput);

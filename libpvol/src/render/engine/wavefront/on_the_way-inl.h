@@ -42,7 +42,7 @@ inline void add_on_the_way(const WavefrontScene& s, WavefrontMemory& m, const Re
 template <class ComponentKind>
 HWY_INLINE F value_of_fire_ray(const Paths<ComponentKind>& p, F pdf) {
   constexpr float kEven = 4 * std::numbers::pi_v<float>, kSideways = 4;
-  const F luminance = p.luminance();
+  const F luminance = p.luminance() * p.pixel;
   return hn::Min(luminance * hn::Min(splat(kSideways * kEven) * pdf, splat(1)), splat(1));
 }
 

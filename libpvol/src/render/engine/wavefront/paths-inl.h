@@ -42,8 +42,8 @@ struct Paths {
   Random rng;
   U id;
   I component;
-  I row;  ///< of the importance
-  U ray;  ///< through many volumes
+  I row;               ///< of the importance
+  U ray;               ///< through many volumes
   F pixel = splat(1);  ///< importance of theirs
 
   HWY_INLINE Paths(const Records& q, std::size_t at)

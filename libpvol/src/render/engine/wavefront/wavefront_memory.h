@@ -1,6 +1,7 @@
 // What a thread keeps while it traces a batch of samples in lanes.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -28,7 +29,7 @@ class Slots {
     sums_.assign(count * colours_ * 3, {});
     collided_.assign(count, {});
     alpha.assign(count, 0);
-    if (setup_.pixel_importance) importance.assign(count, 1);
+    if (setup_.pixel_importance || setup_.surfaces) importance.assign(count, 1);
     counts.assign(count, {});
     if (setup_.first_collisions) first.assign(count, {});
     if (setup_.moving) times.assign(count, 0);
@@ -115,12 +116,17 @@ class Slots {
     const RenderOptions& o = setup_.options;
     importance[slot] = setup_.pixel_importance->of((x + 0.5) / o.width, (y + 0.5) / o.height);
   }
+  /// That of a slot whose camera ray has met a surface of this albedo, where that of pixels is not
+  /// known: what is dark shows its noise as well as what is bright.
+  void note_albedo(std::uint32_t slot, float albedo) {
+    if (!setup_.pixel_importance) importance[slot] = 1 / std::clamp(albedo, kPathRoulette, 1.0f);
+  }
   [[nodiscard]] float importance_of(std::uint32_t slot) const {
-    return setup_.pixel_importance ? importance[slot] : 1;
+    return importance.empty() ? 1 : importance[slot];
   }
 
   std::vector<float> alpha;
-  std::vector<float> importance;  ///< of pixels, where they differ by it
+  std::vector<float> importance;  ///< of pixels; none: all have 1
   std::vector<Vec3d>
       first;  ///< place of the first collision in the world, where they are asked for
   std::vector<float> times;  ///< of samples, in frames, where anything moves
