@@ -120,13 +120,11 @@ def scene_of(shot):
     return "[[volume]]\n".join(["", first.replace("[volume.medium", "[medium"), *others])
 
 
-def render(program, scene, spp, size, folder, seed):
+def render(program, scene, spp, size, folder, seed, *more):
     """CPU seconds, and the mean of R, G and B in each pixel."""
     picture, stats = folder / "a.exr", folder / "a.json"
     command = [*shlex.split(program), scene, "-o", picture, "--stats", stats, "--spp", spp, "--size", size,
-               "--seed", seed, "--no-png", "--quiet", "--filter", "box"]
-    if spp < 1024:
-        command += ["--threads", 1]
+               "--seed", seed, "--no-png", "--quiet", "--filter", "box", *more]
     run = subprocess.run([str(c) for c in command], capture_output=True, text=True)
     if run.returncode:
         sys.exit(run.stderr)
@@ -165,7 +163,8 @@ def main():
             seconds, squares, relatives = {}, {}, {}
             for seed in range(given.rounds):
                 for program in (given.old, given.new):
-                    took, picture = render(program, scene, given.spp, given.size, folder, seed)
+                    took, picture = render(program, scene, given.spp, given.size, folder, seed,
+                                           "--threads", 1)
                     square, relative = errors(picture, reference)
                     seconds[program] = min(seconds.get(program, took), took)
                     squares[program] = squares.get(program, 0) + square / given.rounds

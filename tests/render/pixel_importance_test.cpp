@@ -6,7 +6,6 @@
 
 #include "pvol/render/plan.h"
 #include "render/engine/tiles/tile_renderer.h"
-#include "render/film/window.h"
 #include "render/guide/importance.h"
 #include "render/path/film_layers.h"
 #include "support/lit_scenes.h"
@@ -63,9 +62,7 @@ struct Prepared {
   };
   [[nodiscard]] Rendered render() const {
     const RenderOptions& o = setup.options;
-    Rendered r{detail::make_film(o), {}};
-    r.film.layers = detail::make_layers(setup, r.film.pixels.size());
-    start_sums(r.film);
+    Rendered r{detail::make_film(setup), {}};
     detail::TileRenderer tiles(setup);
     constexpr int kEdge = 8;  // so that few samples wait at once
     for (int y = 0; y < o.height; y += kEdge) {

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "render/engine/tiles/tile_renderer.h"
-#include "render/film/window.h"
 #include "render/path/film_layers.h"
 #include "render/path/gather_light.h"
 
@@ -29,10 +28,7 @@ constexpr double kLeastPixels = 64, kMostPixels = 4096;
 }
 
 [[nodiscard]] Film render_small(const PathSetup& small) {
-  Film film = make_film(small.options);
-  film.layers = make_layers(small, film.pixels.size());
-  film.deep = make_deep(small, film.pixels.size());
-  start_sums(film);
+  Film film = make_film(small);
   TileRenderer tiles(small);
   constexpr int kEdge = 16;
   const int columns = (film.width + kEdge - 1) / kEdge, rows = (film.height + kEdge - 1) / kEdge;

@@ -149,10 +149,7 @@ void check_sample_numbers(const RenderOptions& o) {
 /// Gives the empty film its layers and what an earlier render left.
 void begin_film(const PathSetup& setup, Film earlier, Passes& passes, Reporter& reporter,
                 Film& film) {
-  film.layers = detail::make_layers(setup, film.pixels.size());
-  film.deep = detail::make_deep(setup, film.pixels.size());
-  start_sums(film);
-  film = continued(std::move(film), std::move(earlier));
+  film = continued(make_film(setup), std::move(earlier));
   passes.resume(film);
   reporter.add(count_samples(film, {0, 0, film.crop_width, film.crop_height}));
 }

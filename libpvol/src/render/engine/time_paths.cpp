@@ -41,7 +41,7 @@ class SmallRender {
   /// Gives pixels their samples, as long as goes_on(what is done). Begins anew each time.
   template <class GoesOn>
   [[nodiscard]] TimedPaths run_pass(const GoesOn& goes_on) {
-    clear();
+    film_ = make_film(setup_);
     constexpr int kStride = 514229;  // a prime: tasks far from each other, and all of them
     const SampleTargets targets{.all = std::uint32_t(at_once_)};
     const int tasks = parts(film_.crop_height, tile_height_);
@@ -61,13 +61,6 @@ class SmallRender {
   }
 
  private:
-  void clear() {
-    film_ = make_film(setup_.options);
-    film_.layers = make_layers(setup_, film_.pixels.size());
-    film_.deep = make_deep(setup_, film_.pixels.size());
-    start_sums(film_);
-  }
-
   static int parts(int whole, int part) { return (whole + part - 1) / part; }
 
   [[nodiscard]] ImagePart tile_of(int task) const {

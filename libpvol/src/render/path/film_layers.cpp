@@ -166,6 +166,14 @@ DeepFilm make_deep(const PathSetup& s, std::size_t pixels) {
   return film;
 }
 
+Film make_film(const PathSetup& setup) {
+  Film film = make_film(setup.options);
+  film.layers = make_layers(setup, film.pixels.size());
+  film.deep = make_deep(setup, film.pixels.size());
+  start_sums(film);
+  return film;
+}
+
 void add_to_deep(const PathSetup& s, const PathResult& r, std::size_t pixel, DeepFilm& film) {
   const double depth = depth_of(s, r.first);
   if (r.first_material) {

@@ -18,6 +18,9 @@ namespace pvol::detail {
 /// the back of what the volumes' boxes have before the camera.
 [[nodiscard]] DeepFilm make_deep(const PathSetup& setup, std::size_t pixels);
 
+/// An empty film of these paths, with its layers, bins and sums.
+[[nodiscard]] Film make_film(const PathSetup& setup);
+
 /// Adds a sample that met something to those bins.
 void add_to_deep(const PathSetup& setup, const PathResult& r, std::size_t pixel, DeepFilm& film);
 

@@ -10,6 +10,9 @@
 namespace pvol::detail {
 namespace {
 
+/// Most lights that are all asked at a collision.
+constexpr std::size_t kMostAsked = 64;
+
 /// A share of the light that falls on the volumes.
 [[nodiscard]] float shadow_unit_of(const SkyLight& sky, std::span<const LightSource> lights,
                                    const Box& box) {

@@ -35,9 +35,6 @@ struct CameraSetup {
   explicit CameraSetup(const Scene& scene);
 };
 
-/// Most lights that are all asked at a collision.
-inline constexpr std::size_t kMostAsked = 64;
-
 /// Light from outside the volumes, ready for sampling (gather_light.h, photon_sources.h).
 struct LightSetup {
   std::shared_ptr<const Lighting> lighting;
