@@ -39,10 +39,10 @@ struct Frame {
   std::vector<double> truth;
 };
 
-Frame read(const std::string& noisy, const std::string& reference) {
+Frame read(const std::string& noisy, const std::string& reference, int frame) {
   const formats::StoredFilm stored = formats::read_film(noisy);
   const auto scene = formats::parse_scene(stored.attributes.at("pvol:scene"), noisy);
-  Frame f{stored.film, FilterFrame(stored.film, scene.scene.camera), {}};
+  Frame f{stored.film, FilterFrame(stored.film, scene.scene.camera, {}, double(frame)), {}};
   for (const PixelSums& p : formats::read_film(reference).film.pixels) {
     f.truth.push_back(luminance_of(mean(p)));
   }
@@ -110,7 +110,7 @@ void run(std::span<char*> given) {
   constexpr int kMost = 3;
   std::vector<Frame> frames;
   for (int n = std::atoi(given[2]); n <= std::atoi(given[3]); ++n) {
-    frames.push_back(read(file_of_frame(given[0], n), file_of_frame(given[1], n)));
+    frames.push_back(read(file_of_frame(given[0], n), file_of_frame(given[1], n), n));
   }
   if (frames.size() < 2 * kMost + 2) throw Error("expected at least 8 frames");
   for (int around = -1; around <= kMost; ++around) print(frames, around, kMost);

@@ -101,6 +101,28 @@ TEST_F(DenoiseFrames, TakesLightFromTheFramesAround) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "task.2.exr"));
 }
 
+TEST_F(DenoiseFrames, HaveTheVelocitiesOfTheirClouds) {
+  std::ofstream(folder_ / "ball.1.toml", std::ios::app)
+      << "[flow]\nvelocity = [0, 48, -24]\n";  // a second, at 24 frames
+  const RunResult r = render("shot.1.toml", "noisy.exr", {"--denoise-layers", "--no-png"});
+  ASSERT_EQ(r.exit, 0) << r.err;
+  const Film film = formats::read_film(folder_ / "noisy.exr").film;
+  ASSERT_TRUE(has_layer(film, "velocity"));
+  const auto layer = std::ranges::find(film.layers, "velocity", &Layer::name);
+  int hits = 0;
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    if (film.pixels[i].alpha == 0) continue;
+    EXPECT_LT(length(value(*layer, film, i) - Vec3d(0, 2, -1)), 2e-3);
+    ++hits;
+  }
+  EXPECT_GT(hits, 100);
+  ASSERT_EQ(render("shot.2.toml", "still.exr", {"--denoise-layers", "--no-png"}).exit, 0);
+  const Film still = formats::read_film(folder_ / "still.exr").film;
+  ASSERT_TRUE(has_layer(still, "velocity"));
+  const auto zero = std::ranges::find(still.layers, "velocity", &Layer::name);
+  EXPECT_TRUE(std::ranges::all_of(zero->sums, [](Vec3d v) { return v == Vec3d{}; }));
+}
+
 TEST_F(DenoiseFrames, SaysWhatIsMissing) {
   render_all();
   const auto expect_refused = [](const RunResult& r, int code, const char* key) {

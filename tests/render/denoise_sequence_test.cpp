@@ -20,8 +20,8 @@ struct Frame {
   FilterFrame ready;
 
   explicit Frame(Truth t, const std::optional<Camera>& camera = std::nullopt,
-                 const DenoiseOptions& o = {})
-      : truth(std::move(t)), film(make(truth)), ready(film, camera, o) {}
+                 const DenoiseOptions& o = {}, double time = 0)
+      : truth(std::move(t)), film(make(truth)), ready(film, camera, o, time) {}
 };
 
 /// One of the frames, filtered with all others.
@@ -106,6 +106,43 @@ TEST(DenoiseSequence, FollowsTheCamera) {
   EXPECT_LT(error_of(fast), 1.3 * error_of(still));
   EXPECT_GT(error_of(pan(camera, 17, 5, false)), 1.2 * error_of(still))
       << "without cameras nothing is found that far away";
+}
+
+/// A wall at depth 5 that slides by so many pixels a frame, twice as fast below the middle, before
+/// a camera that goes along with the slower half or stands still.
+std::vector<Frame> slide(double pixels, bool follows, bool told) {
+  std::vector<Frame> frames;
+  Truth t;
+  t.width = 96, t.noise = 0.7;
+  Camera camera;
+  const double pixel = 5 * 2 * half_height(camera, 96.0 / 40) / 40;  // of the wall
+  const auto speed = [](int y) { return y < 20 ? 1 : 2; };
+  if (told) t.velocity = [=](int, int y) { return Vec3d(-pixels * pixel * speed(y), 0, 0); };
+  for (int i = 0; i < 5; ++i) {
+    const double moved = pixels * (i - 2);
+    t.light = [=](int x, int y) {
+      const double at = x + moved * (speed(y) - (follows ? 1 : 0));
+      return 2 + std::cos(0.25 * at) * std::cos(0.3 * y) + 0.5 * std::cos(0.9 * at);
+    };
+    t.seed = unsigned(i + 1);
+    const double x = follows ? -moved * pixel : 0;
+    camera.position = {x, 0, 5}, camera.target = {x, 0, 0};
+    frames.emplace_back(t, camera, DenoiseOptions{}, i);
+  }
+  return frames;
+}
+
+TEST(DenoiseSequence, FollowsWhatMoves) {
+  const auto error_of = [](const std::vector<Frame>& frames) {
+    const auto away_from_the_edge = [](int, int y) { return y < 14 || y > 26; };
+    return error(frames[2].truth, filter(frames, 2).colour, away_from_the_edge);
+  };
+  const double at_rest = error_of(slide(0, false, true));
+  for (const bool follows : {false, true}) {
+    EXPECT_LT(error_of(slide(11, follows, true)), 1.25 * at_rest) << follows;
+    EXPECT_GT(error_of(slide(11, follows, false)), 1.2 * error_of(slide(11, follows, true)))
+        << "velocities that are not told are not known";
+  }
 }
 
 /// Of a picture of which a part was rendered, far from the middle, about which the camera turns.

@@ -94,6 +94,8 @@ TEST(SunPosition, IsThatOfThePublishedExampleOfSpa) {
 TEST(SunPosition, HasThePublishedDeclination) {
   // Meeus 1998, examples 25.a and b, for 0h of terrestrial time, 59 s ahead: the accurate one.
   EXPECT_NEAR(declination("1992-10-12T23:59:01Z"), -7.783817, 0.005);
+  // The same example by the low-precision theory, with nutation: 25.a.
+  EXPECT_NEAR(declination("1992-10-13T00:00Z"), -7.78507, 1e-4);
   // The March equinoxes and that of September 2000, by the minute.
   for (const char* equinox : {"2000-03-20T07:35Z", "2010-03-20T17:32Z", "2020-03-20T03:50Z",
                               "2024-03-20T03:06Z", "2000-09-22T17:28Z"}) {

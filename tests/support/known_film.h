@@ -19,6 +19,7 @@ struct Truth {
   std::function<double(int x, int y)> light = [](int, int) { return 1.0; };
   std::function<double(int x, int y)> depth = [](int, int) { return 5.0; };
   std::function<double(int x, int y)> alpha = [](int, int) { return 1.0; };
+  std::function<Vec3d(int x, int y)> velocity{};  ///< without it there is no such layer
   unsigned seed = 1;
 };
 
@@ -31,6 +32,10 @@ inline Film make(const Truth& t) {
     f.layers.push_back({name, std::vector<Vec3d>(pixels), "RGB", std::vector<double>(pixels)});
   }
   f.layers[2].components = "Z", f.layers[3].components = "XYZ";
+  if (t.velocity) {
+    f.layers.push_back(
+        {"velocity", std::vector<Vec3d>(pixels), "XYZ", std::vector<double>(pixels)});
+  }
   std::mt19937 generator(t.seed);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform;
@@ -48,10 +53,11 @@ inline Film make(const Truth& t) {
       ++p.samples;
     }
     p.alpha = t.alpha(x, y) * p.samples;
-    for (std::size_t k = 2; k < 5; ++k) f.layers[k].weights[i] = p.alpha;
+    for (std::size_t k = 2; k < f.layers.size(); ++k) f.layers[k].weights[i] = p.alpha;
     f.layers[2].sums[i] = Vec3d(t.depth(x, y) * p.alpha);
     f.layers[3].sums[i] = Vec3d(0, 0, p.alpha);
     f.layers[4].sums[i] = Vec3d(p.alpha);
+    if (t.velocity) f.layers[5].sums[i] = t.velocity(x, y) * p.alpha;
   }
   return f;
 }

@@ -50,14 +50,14 @@ formats::SceneFile scene_of(const std::filesystem::path& file,
   return scene;
 }
 
-Picture open_picture(const FilterGiven& o, const std::filesystem::path& file) {
+Picture open_picture(const FilterGiven& o, const std::filesystem::path& file, int frame = 0) {
   return naming(file, [&] {
     Picture p;
     p.header = formats::read_picture_header(file);
     p.scene = scene_of(file, p.header.attributes);
     p.file = file;
     p.frame.emplace(formats::read_film(file).film, p.scene.scene.camera,
-                    DenoiseOptions{.threads = o.threads, .stop = interrupted});
+                    DenoiseOptions{.threads = o.threads, .stop = interrupted}, double(frame));
     return p;
   });
 }
@@ -136,7 +136,7 @@ class Sequence {
     std::vector<FilterFrame> others;
     for (const int f : window) {
       if (!pictures_.contains(f)) {
-        pictures_.emplace(f, open_picture(given_, file_of_frame(given_.input, f)));
+        pictures_.emplace(f, open_picture(given_, file_of_frame(given_.input, f), f));
       }
       if (f != frame) others.push_back(*pictures_.at(f).frame);
     }

@@ -25,6 +25,12 @@ AovSet layers_for_filter() {
   return all;
 }
 
+AovSet layers_for_sequence() {
+  AovSet all = layers_for_filter();
+  all.add(Aov::velocity);
+  return all;
+}
+
 Scene with_needs_of_filter(const Scene& scene) {
   if (!is_adaptive(scene.options) && scene.options.samples < 2) {
     throw UsageError(

@@ -16,8 +16,10 @@ struct FilteredPicture {
   double cpu_seconds = 0, wall_seconds = 0;
 };
 
-/// Layers that a picture needs to be filtered when it has been written.
+/// Layers that a picture needs to be filtered when it has been written, and that a frame of a
+/// sequence needs besides for others to find what moves.
 [[nodiscard]] AovSet layers_for_filter();
+[[nodiscard]] AovSet layers_for_sequence();
 
 /// The scene, rendered with all that the filter needs. Throws UsageError for one sample a pixel,
 /// whose noise is not known.

@@ -35,7 +35,7 @@ formats::SceneFile parse_scene(const RenderOptionsGiven& o) {
   formats::SceneFile file = read_scene(o.input, o.sets, o.grid.grid);
   cli::apply(o.options, formats::render_keys(file));
   replace_limits(o, file.scene.options);
-  if (o.denoise_layers) file.scene.options.aovs.add(layers_for_filter());
+  if (o.denoise_layers) file.scene.options.aovs.add(layers_for_sequence());
   file.scene.options.count = !o.stats.empty();
   file.scene.options.deep = !o.deep.empty();
   return file;

@@ -149,8 +149,8 @@ void load_fire(const Loader& by, formats::SceneVolume& volume, bool strict, bool
                " per world unit for the fire (change it with --set medium.fire.intensity=X)");
 }
 
-/// Loads what moves a volume while the shutter is open. A file without velocities stands still,
-/// unless the scene asks for them.
+/// Loads what moves a volume. A file without velocities stands still, unless the scene asks for
+/// them.
 void load_motion(const Loader& by, const formats::SceneVolume& volume, bool strict,
                  const Camera& camera, formats::Cloud& cloud) {
   const formats::VelocityChoice choice = volume.velocity.value_or(formats::VelocityChoice{});
@@ -158,7 +158,7 @@ void load_motion(const Loader& by, const formats::SceneVolume& volume, bool stri
   const bool as_a_whole = volume.moving || !volume.moving_instances.empty();
   const auto stands_still = [&](const char* why) {
     if (volume.velocity) throw Error(file.string() + ": " + why);
-    if (as_a_whole) return;  // it moves without velocities
+    if (as_a_whole || !camera.shutter.moves()) return;  // nobody expects that it moves by them
     tell(by, volume.file.filename().string() + ": " + why + ": it stands still");
   };
   if (cloud.pyramid.empty()) return stands_still("there is no density to move");
@@ -174,7 +174,7 @@ void load_motion(const Loader& by, const formats::SceneVolume& volume, bool stri
                                : "it has no velocities v, vel or velocity");
   }
   print_warnings(by.tool, found->warnings);
-  if (choice.field.empty()) {
+  if (choice.field.empty() && camera.shutter.moves()) {
     tell(by, volume.file.filename().string() + ": it moves with the grid " + found->name);
   }
   cloud.motion = std::make_shared<const formats::CloudMotion>(
@@ -295,7 +295,9 @@ formats::Cloud load_cloud(const Loader& by, formats::SceneVolume& volume, bool s
   if (volume.fire) load_fire(by, volume, strict, undescribed, cloud);
   load_albedo(by, volume, strict, cloud);
   const Camera& camera = scene.scene.camera;
-  if (camera.shutter.moves()) load_motion(by, volume, strict, camera, cloud);
+  if (camera.shutter.moves() || o.aovs.has(Aov::velocity)) {
+    load_motion(by, volume, strict, camera, cloud);
+  }
   return cloud;
 }
 
@@ -366,8 +368,9 @@ Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volu
   }
   // Fires ask for the density of every collision in them, and what moves for every density that a
   // path meets, where it came from.
-  if (cloud.fire || cloud.motion) o.samples = SampleStorage::copied;
-  if (cloud.motion) o.micro_bounds = MicroBoundsUse::none;
+  const bool moves = cloud.motion && cloud.motion->shutter.moves();
+  if (cloud.fire || moves) o.samples = SampleStorage::copied;
+  if (moves) o.micro_bounds = MicroBoundsUse::none;
   const LeafMicroBounds* stored = cloud.micro ? &*cloud.micro : nullptr;
   Volume v = pvol::make_volume(cloud.density, cloud.pyramid, volume.medium, o, stored);
   if (cloud.shell) v.shell = std::make_shared<const Shell>(*cloud.shell);

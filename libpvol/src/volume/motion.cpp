@@ -9,6 +9,7 @@
 #include "pvol/bounds/map_pyramid.h"
 #include "pvol/error.h"
 #include "pvol/field/brick_field.h"
+#include "pvol/volume/moving_places.h"
 #include "volume/cell_look_up.h"
 #include "volume/placement.h"
 
@@ -61,8 +62,9 @@ void check(const Volume& v, const VolumeOptions& o) {
 
 Volume make_moving(Volume v, const Pyramid& pyramid, const Affine& index_to_object,
                    const Movement& movement, const VolumeOptions& o) {
-  check(v, o);
-  if (pyramid.empty() || !movement.shutter.moves()) return v;
+  const bool opens = movement.shutter.moves();
+  if (opens) check(v, o);
+  if (pyramid.empty()) return v;
   auto motion = std::make_shared<Motion>();
   motion->shutter = movement.shutter;
   motion->displacements = make_displacements(movement.velocity, index_to_object, movement.seconds);
@@ -70,8 +72,13 @@ Volume make_moving(Volume v, const Pyramid& pyramid, const Affine& index_to_obje
   if (d.largest == 0) return v;
   motion->longest = double(d.largest) * movement.shutter.farthest();
   motion->still_extent = max_component(pyramid.support().extent());
-
+  v.velocities = motion;
   VolumeField& f = v.density;
+  if (!opens) {
+    motion->cells_to_lattice = d.index_to_cells * translation(Vec3d(f.octree.origin));
+    return v;
+  }
+
   const Affine to_world = o.object_to_world * index_to_object;
   Pyramid swept = sweep_bounds(pyramid, f, d, movement.shutter);
   if (f.map != nullptr) swept = map_pyramid(swept, *f.map);
@@ -88,6 +95,23 @@ Volume make_moving(Volume v, const Pyramid& pyramid, const Affine& index_to_obje
   motion->cells_to_lattice = d.index_to_cells * translation(Vec3d(swept.origin));
   f.motion = std::move(motion);
   return v;
+}
+
+Vec3d velocity_at(const Volume& v, std::size_t place, const Affine& world_to_cells, Vec3d cells,
+                  double frames) {
+  Vec3d sum;
+  if (const Motion* m = v.velocities.get()) {
+    const Float4 d = m->displacements.bricks.at(m->cells_to_lattice.point(cells));
+    sum = inverse(world_to_cells).vector(Vec3d(vec3(d)));
+  }
+  if (const MovingPlaces* m = v.place_velocities.get()) {
+    constexpr double kStep = 1.0 / 256;  // of a frame: turns are straight, and rounding is small
+    const Vec3d p = cells_to_object(v.density, v).point(cells);
+    const MovingPlace& at = m->all[place];
+    const Vec3d way = at.at(frames + kStep).point(p) - at.at(frames - kStep).point(p);
+    sum += way / (2 * kStep);
+  }
+  return sum;
 }
 
 }  // namespace pvol

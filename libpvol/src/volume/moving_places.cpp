@@ -153,7 +153,7 @@ Volume move_places(Volume v, std::vector<MovingPlace> places, const Shutter& shu
                 " moving instances of a volume with " + std::to_string(count_places(v)) +
                 "; expected as many");
   }
-  if (!shutter.moves() || fields_of(v).empty()) return v;
+  if (fields_of(v).empty()) return v;
   if (std::ranges::none_of(places, &MovingPlace::moves)) return v;
   auto moving = std::make_shared<MovingPlaces>();
   moving->shutter = shutter;
@@ -172,7 +172,8 @@ Volume move_places(Volume v, std::vector<MovingPlace> places, const Shutter& shu
     moving->longest = std::max(moving->longest, longest_way(v, place, shutter));
   }
   moving->all = std::move(places);
-  v.moving_places = std::move(moving);
+  v.place_velocities = moving;
+  if (shutter.moves()) v.moving_places = std::move(moving);
   return v;
 }
 

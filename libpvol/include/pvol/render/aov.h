@@ -21,6 +21,7 @@ enum class Aov {
   position,
   normal,
   albedo,
+  velocity,
   lookups,
   bounds_tests,
   segments,
@@ -75,6 +76,9 @@ inline constexpr std::array kAovs = std::to_array<AovRow>({
      "", "XYZ", "mean over the samples that collide"},
     {Aov::albedo, "albedo", "albedo at first collisions", "", "RGB",
      "mean over the samples that collide", true},
+    {Aov::velocity, "velocity",
+     "how far what first collisions hit moves in a frame, by its velocities and as a whole",
+     "world units a frame", "XYZ", "mean over the samples that collide"},
     {Aov::lookups, "lookups", "look-ups of the density", "a sample", "Y", "mean over the samples",
      false, true},
     {Aov::bounds_tests, "bounds_tests", "tentative collisions compared with bounds", "a sample",
@@ -98,7 +102,7 @@ using AovSet = SetOf<Aov>;
 /// Whether they tell of first collisions.
 [[nodiscard]] constexpr bool of_first_collisions(AovSet aovs) {
   return aovs.has(Aov::depth) || aovs.has(Aov::nearest) || aovs.has(Aov::position) ||
-         aovs.has(Aov::normal) || aovs.has(Aov::albedo);
+         aovs.has(Aov::normal) || aovs.has(Aov::albedo) || aovs.has(Aov::velocity);
 }
 
 /// Whether rendering them takes counts.

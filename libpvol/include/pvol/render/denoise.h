@@ -73,10 +73,10 @@ struct Denoised {
 /// some 80 to 200 bytes a pixel, and not the film.
 class FilterFrame {
  public:
-  /// `camera` rendered the film; without it all frames count as seen by one that stands still.
-  /// Throws as denoise does.
+  /// `camera` rendered the film at `time`, in frames; without a camera all frames count as seen by
+  /// one that stands still, and velocities are not used. Throws as denoise does.
   explicit FilterFrame(const Film& film, const std::optional<Camera>& camera = std::nullopt,
-                       const DenoiseOptions& options = {});
+                       const DenoiseOptions& options = {}, double time = 0);
 
  private:
   friend Denoised denoise(const Film& film, const FilterFrame& own,
@@ -86,12 +86,12 @@ class FilterFrame {
 };
 
 /// Filters a frame with light from others, which come before and after it in the sequence: each
-/// pixel is also estimated from those that show its point there, by the depth of first collisions
-/// and the cameras, and from what is around them. What moved by more than the window, or changed,
-/// is left out by its looks. Noise falls with the number of frames, and what is left of it hardly
-/// changes from frame to frame (T5.23). `own` was made of `film`, and of all frames with the same
-/// options. Frames must have different random numbers. Throws Error for frames that differ in size,
-/// crop or layers of light.
+/// pixel is also estimated from those that show its point there, by the depth of first collisions,
+/// their velocities if the film has Aov::velocity, and the cameras, and from what is around them.
+/// What is elsewhere by more than the window, or changed, is left out by its looks. Noise falls
+/// with the number of frames, and what is left of it hardly changes from frame to frame (T5.23).
+/// `own` was made of `film`, and of all frames with the same options. Frames must have different
+/// random numbers. Throws Error for frames that differ in size, crop or layers of light.
 [[nodiscard]] Denoised denoise(const Film& film, const FilterFrame& own,
                                std::span<const FilterFrame> others);
 

@@ -29,12 +29,19 @@ struct Movement {
 
 /// The same volume in motion. `pyramid` is the one that it was made with, `index_to_object` its
 /// density's own map. Shells and micro-bounds, which bound what stands still, are dropped; fires
-/// stay where they are. A volume that nothing moves stays as it is. Throws Error for recipes with
-/// procedural look-ups, for homogenised or scaled bounds and bounds that do not hold, for the
-/// tracker regular, and where displacements are out of range (make_displacements).
+/// stay where they are. While the shutter is closed it only learns its velocities; a volume that
+/// nothing moves stays as it is. Throws Error where displacements are out of range
+/// (make_displacements) and, if the shutter opens, for recipes with procedural look-ups, for
+/// homogenised or scaled bounds and bounds that do not hold, and for the tracker regular.
 [[nodiscard]] Volume make_moving(Volume still, const Pyramid& pyramid,
                                  const Affine& index_to_object, const Movement& movement,
                                  const VolumeOptions& options);
+
+/// How far a volume moves in a frame, in the world, at a place of its density's cells: by its
+/// velocities, and as a whole at this time, in frames (T1.6, T1.7). `place` is the number of its
+/// place, `world_to_cells` that place at this time. 0 where nothing is known of it.
+[[nodiscard]] Vec3d velocity_at(const Volume& volume, std::size_t place,
+                                const Affine& world_to_cells, Vec3d cells, double frames);
 
 /// Bounds of a moving density, as a pyramid whose leaves lie on the lattice of the still one: over
 /// each leaf, of what the still density is anywhere in the box that its density came from at any

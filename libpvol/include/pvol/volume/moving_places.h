@@ -27,10 +27,10 @@ struct MovingPlaces {
 };
 
 /// The same volume with places that move, whose number is that of the volume's and which are its
-/// own at time 0. One that has nothing to move, or no time for it, stays as it is. Comes last,
-/// after make_moving: the box of what the volume holds is then known. Throws Error for a place that
-/// cannot be undone at all times of the shutter, or is out of range there (validate_placement), and
-/// for homogenised nodes of a volume that grows.
+/// own at time 0. While the shutter is closed it only learns their velocities; one that has nothing
+/// to move stays as it is. Comes last, after make_moving: the box of what the volume holds is then
+/// known. Throws Error for a place that cannot be undone at all times of the shutter, or is out of
+/// range there (validate_placement), and for homogenised nodes of a volume that grows.
 [[nodiscard]] Volume move_places(Volume volume, std::vector<MovingPlace> places,
                                  const Shutter& shutter);
 

@@ -148,14 +148,14 @@ struct Volume {
   /// Maps of the world that take the volume, fields, shell and fire, from its first place to each
   /// further one. Extinction is per world unit: at a place of another size the same bounds hold.
   std::vector<Affine> further_places{};
-  VolumeField density{};  ///< scaled to mu_t by the medium's extinction
-  /// Certified to hold the density, in its index space; null: none. Plans decide if rays test it.
-  std::shared_ptr<const Shell> shell{};
+  VolumeField density{};                  ///< scaled to mu_t by the medium's extinction
+  std::shared_ptr<const Shell> shell{};   ///< certified, in the density's index space; null: none
   std::shared_ptr<const Emitter> fire{};  ///< light of a field of its own; null: none
   std::string name{};                     ///< for messages
-  /// By which the albedo of the components varies; null: it does not.
-  std::shared_ptr<const AlbedoField> albedo{};
-  std::shared_ptr<const MovingPlaces> moving_places{};  ///< null: no place moves
+  std::shared_ptr<const AlbedoField> albedo{};             ///< multiplies the components'; or null
+  std::shared_ptr<const MovingPlaces> moving_places{};     ///< null: no place moves
+  std::shared_ptr<const Motion> velocities{};              ///< known with a closed shutter, too
+  std::shared_ptr<const MovingPlaces> place_velocities{};  ///< likewise
 };
 
 }  // namespace pvol

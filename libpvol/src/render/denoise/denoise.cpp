@@ -245,15 +245,15 @@ Film with_colour(const Film& film, const Denoised& d) {
 }
 
 FilterFrame::FilterFrame(const Film& film, const std::optional<Camera>& camera,
-                         const DenoiseOptions& o)
+                         const DenoiseOptions& o, double time)
     : options_(o) {
   check(o);
   detail::check_film(film);
   if (film.pixels.empty()) throw Error("denoise: the film has no pixels");
   const detail::PatchOptions patches{o.window, o.patch, float(o.bandwidth)};
   Workers(o.threads).arena.execute([&] {
-    planes_ =
-        std::make_shared<FramePlanes>(detail::make_frame_planes(film, patches, camera, o.stop));
+    planes_ = std::make_shared<FramePlanes>(
+        detail::make_frame_planes(film, patches, {camera, time}, o.stop));
   });
 }
 

@@ -329,8 +329,22 @@ void heed(const std::function<bool()>& stop) {
   if (stop && stop()) throw Error("denoise: interrupted");
 }
 
+namespace {
+constexpr PatchOptions kFeatures{.window = 5, .patch = 3, .bandwidth = 1};
+}
+
+std::optional<Features> make_velocity(const Film& film, int margin,
+                                      const std::function<bool()>& stop) {
+  const Layer* layer = find_layer(film, row(Aov::velocity).name);
+  if (layer == nullptr) return {};
+  const int own = std::max(margin, margin_of(kFeatures));
+  Features f;
+  add_filtered(film, feature_of(film, *layer, FeatureKind::velocity, own), margin, kFeatures, stop,
+               f);
+  return f;
+}
+
 Features make_features(const Film& film, int margin, const std::function<bool()>& stop) {
-  constexpr PatchOptions kFeatures{.window = 5, .patch = 3, .bandwidth = 1};
   Features all;
   for (const int axis : {0, 1}) {
     constexpr float kScale = 0.1f;

@@ -22,7 +22,7 @@ struct Halves {
 [[nodiscard]] Halves make_halves(const Film& film, int margin);
 
 /// What features tell of: layers, and alpha.
-enum class FeatureKind { alpha, depth, normal, albedo };
+enum class FeatureKind { alpha, depth, normal, albedo, velocity };
 
 /// What a feature's plane is, so that those of another frame can be put in its units.
 struct FeatureScale {
@@ -42,6 +42,10 @@ struct Features {
 /// Heeds `stop`.
 [[nodiscard]] Features make_features(const Film& film, int margin,
                                      const std::function<bool()>& stop);
+
+/// Velocities of first collisions, filtered like features, if the film has them. Heeds `stop`.
+[[nodiscard]] std::optional<Features> make_velocity(const Film& film, int margin,
+                                                    const std::function<bool()>& stop);
 
 /// Throws Error once `stop`, if there is one, is true.
 void heed(const std::function<bool()>& stop);

@@ -11,11 +11,14 @@
 namespace pvol::detail {
 namespace {
 
-/// Depths of first collisions in world units, as far as the features tell.
-class Depths {
+/// A component of a feature in its own units, or another value where the film does not tell it.
+class Component {
  public:
-  explicit Depths(const Features& features) {
-    const auto of = std::ranges::find(features.scales, FeatureKind::depth, &FeatureScale::kind);
+  Component(const Features& features, FeatureKind kind, int component, double otherwise)
+      : centre_(otherwise) {
+    const auto of = std::ranges::find_if(features.scales, [&](const FeatureScale& s) {
+      return s.kind == kind && s.component == component;
+    });
     if (of == features.scales.end()) return;
     centre_ = of->centre, spread_ = of->spread;
     if (of->plane) plane_ = &features.planes[*of->plane];
@@ -23,10 +26,34 @@ class Depths {
   [[nodiscard]] double at(int x, int y) const {
     return plane_ ? centre_ + spread_ * double(plane_->row(y)[x]) : centre_;
   }
+  /// Whether it is the same, and this, everywhere.
+  [[nodiscard]] bool is(double value) const { return plane_ == nullptr && centre_ == value; }
 
  private:
   const Plane* plane_ = nullptr;
-  double centre_ = kNothingMet, spread_ = 1;
+  double centre_, spread_ = 1;
+};
+
+/// How far what pixels show moves from a frame to another, in world units.
+class Ways {
+ public:
+  Ways(const FramePlanes& from, double frames) : frames_(from.velocity ? frames : 0) {
+    if (!from.velocity) return;
+    for (int axis = 0; axis < 3; ++axis) {
+      velocity_.emplace_back(*from.velocity, FeatureKind::velocity, axis, 0.0);
+    }
+  }
+  [[nodiscard]] bool any() const {
+    return frames_ != 0 && std::ranges::any_of(velocity_, [](const auto& v) { return !v.is(0); });
+  }
+  [[nodiscard]] Vec3d at(int x, int y) const {
+    if (frames_ == 0) return {};
+    return Vec3d(velocity_[0].at(x, y), velocity_[1].at(x, y), velocity_[2].at(x, y)) * frames_;
+  }
+
+ private:
+  double frames_;
+  std::vector<Component> velocity_;
 };
 
 /// Where each pixel's point lies in another frame: its pixel there, and how much deeper it is.
@@ -45,19 +72,22 @@ Places same_places(int width, int height) {
 
 Places find_places(const FramePlanes& other, const FramePlanes& own) {
   const Film& w = own.window;
-  if (!own.camera || !other.camera || *own.camera == *other.camera) {
+  const auto& from = own.view.camera;
+  const auto& to = other.view.camera;
+  const Ways ways(own, other.view.time - own.view.time);
+  if (!from || !to || (*from == *to && !ways.any())) {
     return same_places(w.crop_width, w.crop_height);
   }
-  const Projection here(*own.camera, w.width, w.height);
-  const Projection there(*other.camera, w.width, w.height);
-  const Depths depths(own.features);
+  const Projection here(*from, w.width, w.height);
+  const Projection there(*to, w.width, w.height);
+  const Component depths(own.features, FeatureKind::depth, 0, kNothingMet);
   const std::size_t size = std::size_t(w.crop_width) * std::size_t(w.crop_height);
   Places p{std::vector<int>(size, -1), std::vector<float>(size)};
   parallel_for(0, std::size_t(w.crop_height), [&](std::size_t row) {
     for (int x = 0; x < w.crop_width; ++x) {
       const int y = int(row);
       const double depth = depths.at(x, y);
-      const Vec3d place = here.place(w.x + x + 0.5, w.y + y + 0.5, depth);
+      const Vec3d place = here.place(w.x + x + 0.5, w.y + y + 0.5, depth) + ways.at(x, y);
       const auto seen = there.seen(place);
       if (!seen) continue;
       const double px = std::floor((*seen)[0]) - w.x, py = std::floor((*seen)[1]) - w.y;
@@ -137,14 +167,14 @@ void check_alike(const FramePlanes& other, const FramePlanes& own) {
 
 }  // namespace
 
-FramePlanes make_frame_planes(const Film& film, const PatchOptions& patches,
-                              const std::optional<Camera>& camera,
+FramePlanes make_frame_planes(const Film& film, const PatchOptions& patches, const FrameView& view,
                               const std::function<bool()>& stop) {
   const int margin = margin_of(patches);
   FramePlanes f;
-  f.patches = patches, f.camera = camera;
+  f.patches = patches, f.view = view;
   f.halves = make_halves(film, margin);
   f.features = make_features(film, margin, stop);
+  if (view.camera) f.velocity = make_velocity(film, margin, stop);
   const std::vector<ColourParts> sets = find_colour_parts(film);
   f.parts = planes_of_parts(film, sets, f.halves, margin);
   for (const ColourParts& parts : sets) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "pvol/volume/motion.h"
 #include "pvol/volume/moving_places.h"
 #include "volume/cell_look_up.h"
 
@@ -19,12 +20,13 @@ double depth_of(const PathSetup& s, Vec3d place) { return s.view.projection.dept
 
 Vec3d depth_of(const PathSetup& s, const PathResult& r) { return Vec3d(depth_of(s, r.first)); }
 
-/// visit(volume, world to cells) for all that may be at a place at a time, and perhaps for others.
+/// visit(volume, number of its place, world to cells) for all that may be at a place at a time, and
+/// perhaps for others.
 template <class Visit>
 void visit_at(const PathSetup& s, Vec3d place, float frames, const Visit& visit) {
   s.instances->tree.visit_at(place, [&](std::uint32_t i) {
     const Instance at = s.instances->at_time(i, double(frames));
-    visit(s.volumes[at.volume].volume, at.world_to_cells);
+    visit(s.volumes[at.volume].volume, at.place, at.world_to_cells);
   });
 }
 
@@ -34,7 +36,7 @@ Vec3d normal_of(const PathSetup& s, const PathResult& r) {
   if (r.first_material) return r.first_normal;
   const Vec3d place = r.first;
   Vec3d sum;
-  visit_at(s, place, r.time, [&](const Volume& v, const Affine& to_cells) {
+  visit_at(s, place, r.time, [&](const Volume& v, std::uint32_t, const Affine& to_cells) {
     const Vec3d at = to_cells.point(place);
     Vec3d cells;  // the gradient in cells
     for (int axis = 0; axis < 3; ++axis) {
@@ -61,22 +63,39 @@ Rgb color_in_cells(const Volume& v, Vec3d cells) {
   return color_at(*v.albedo, inverse(v.density.world_to_cells).point(cells));
 }
 
-/// The mean albedo of all that is there, by extinction.
-Vec3d albedo_of(const PathSetup& s, const PathResult& r) {
-  if (r.first_material) return Vec3d(r.first_material->albedo);
+/// The mean, by extinction, of value(volume, number of its place, world to cells, place in cells)
+/// of all that a first collision may have hit.
+template <class Value>
+Vec3d mean_of_all(const PathSetup& s, const PathResult& r, const Value& value) {
   Vec3d sum;
   double all = 0;
   const bool alone = s.volumes.size() == 1;
-  visit_at(s, r.first, r.time, [&](const Volume& v, const Affine& to_cells) {
+  visit_at(s, r.first, r.time, [&](const Volume& v, std::uint32_t place, const Affine& to_cells) {
     const Vec3d cells = to_cells.point(r.first);
     const double mu = alone ? 1 : double(extinction_in_cells(v, cells));
-    const Rgb color = color_in_cells(v, cells);
-    for (const Component& c : v.medium.components) {
-      sum += Vec3d(c.albedo * color) * (mu * c.share);
-    }
+    sum += value(v, place, to_cells, cells) * mu;
     all += mu;
   });
   return all > 0 ? sum / all : Vec3d{};
+}
+
+Vec3d albedo_of(const PathSetup& s, const PathResult& r) {
+  if (r.first_material) return Vec3d(r.first_material->albedo);
+  return mean_of_all(s, r, [](const Volume& v, std::uint32_t, const Affine&, Vec3d cells) {
+    const Rgb color = color_in_cells(v, cells);
+    Vec3d sum;
+    for (const Component& c : v.medium.components) sum += Vec3d(c.albedo * color) * c.share;
+    return sum;
+  });
+}
+
+/// Surfaces stand still.
+Vec3d velocity_of(const PathSetup& s, const PathResult& r) {
+  if (r.first_material) return {};
+  return mean_of_all(
+      s, r, [&](const Volume& v, std::uint32_t place, const Affine& to_cells, Vec3d cells) {
+        return velocity_at(v, place, to_cells, cells, double(r.time));
+      });
 }
 
 constexpr std::array kFirstCollisionLayers = std::to_array<FirstCollisionLayer>({
@@ -85,6 +104,7 @@ constexpr std::array kFirstCollisionLayers = std::to_array<FirstCollisionLayer>(
     {Aov::position, "XYZ", [](const PathSetup&, const PathResult& r) { return r.first; }},
     {Aov::normal, "XYZ", &normal_of},
     {Aov::albedo, "RGB", &albedo_of},
+    {Aov::velocity, "XYZ", &velocity_of},
 });
 
 }  // namespace
