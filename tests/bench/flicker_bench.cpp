@@ -42,7 +42,9 @@ struct Frame {
 Frame read(const std::string& noisy, const std::string& reference, int frame) {
   const formats::StoredFilm stored = formats::read_film(noisy);
   const auto scene = formats::parse_scene(stored.attributes.at("pvol:scene"), noisy);
-  Frame f{stored.film, FilterFrame(stored.film, scene.scene.camera, {}, double(frame)), {}};
+  Frame f{stored.film,
+          FilterFrame(stored.film, middle_camera(scene.scene.camera), {}, double(frame)),
+          {}};
   for (const PixelSums& p : formats::read_film(reference).film.pixels) {
     f.truth.push_back(luminance_of(mean(p)));
   }

@@ -108,6 +108,16 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
       {"[volume.to]\ntranslate = [1, 0, 0]\n[medium]\nmatrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, "
        "0]\n",
        "scene.volume_to_translate_matrix_since"},
+      {"[camera.to]\nposition = [1, 2, 3]\n", "scene.camera_to_without_position"},
+      {"[camera]\nposition = [0, 0, 5]\ntarget = [0, 0, 0]\n[camera.to]\nfov = 40\n",
+       "scene.no_key_camera_to_fov"},
+      {"[camera]\nposition = [0, 0, 5]\ntarget = [0, 0, 0]\nto = { target = [0, 0, 9] }\n",
+       "scene.camera_to_half_turn"},
+      {"[camera]\nposition = [0, 0, 5]\ntarget = [0, 0, 0]\n[camera.to]\nup = [0, 0, 1]\n",
+       "scene.camera_to_along_up"},
+      {"[camera]\nposition = [0, 0, 5]\ntarget = [0, 0, 0]\n[camera.to]\nup = [1, 0, 0]\n"
+       "matrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n",
+       "scene.camera_to_matrix_and_up"},
       {"[environment]\ntype = \"imge\"\n", "scene.environment_type_imge"},
       {"[environment]\ntype = \"image\"\n", "scene.environment_no"},
       {"[environment]\ntype = \"constant\"\nzenith = 1\n", "scene.no_key_environment_zenith"},

@@ -319,6 +319,23 @@ scale = 3
   EXPECT_EQ(read(kCloud).volumes[0].first_place(), Affine{});
 }
 
+TEST_F(SceneText, CamerasHaveAnotherPlaceAFrameLater) {
+  const std::string camera =
+      "[camera]\nposition = [0, 0, 5]\ntarget = [0, 1, 0]\nup = [1, 1, 0]\n";
+  const SceneFile file = read(kCloud + camera + "[camera.to]\nposition = [2, 0, 5]\n");
+  const CameraPlace expected{{2, 0, 5}, {0, 1, 0}, {1, 1, 0}};
+  EXPECT_EQ(file.scene.camera.to, expected) << "keys that are left out keep their values";
+  EXPECT_EQ(read(to_toml(file)), file);
+  EXPECT_FALSE(read(kCloud + camera).scene.camera.to);
+  const SceneFile set = read(kCloud + camera, {"camera.to.target=[0, 2, 0]"});
+  EXPECT_EQ(set.scene.camera.to->target, Vec3d(0, 2, 0));
+  EXPECT_EQ(set.scene.camera.to->position, Vec3d(0, 0, 5));
+  const SceneFile printed = read(
+      kCloud + camera +
+      "to = { matrix = [1, 0, 0, 7, 0, 1, 0, 8, 0, 0, 1, 9, 0, 0, 0, 1] }\n");
+  EXPECT_EQ(printed.scene.camera.to, (CameraPlace{{7, 8, 9}, {7, 8, 8}, {0, 1, 0}}));
+}
+
 TEST_F(SceneText, PlacesHaveAnotherOneAFrameLater) {
   const SceneFile file = read(R"([volume]
 file = "a.vdb"

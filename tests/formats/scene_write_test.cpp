@@ -212,6 +212,10 @@ struct RandomScene {
     file.has_camera = coin();
     if (file.has_camera) {
       file.scene.camera = camera();
+      if (coin()) {
+        file.scene.camera.to = {file.scene.camera.position + Vec3d(uniform(0, 1), 0, 0),
+                                file.scene.camera.target, file.scene.camera.up};
+      }
     } else if (coin()) {  // a frame keeps the rest
       file.scene.camera.shutter = {-0.5, uniform(0, 1)};
       file.scene.camera.fov = 50;

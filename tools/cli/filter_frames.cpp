@@ -56,7 +56,7 @@ Picture open_picture(const FilterGiven& o, const std::filesystem::path& file, in
     p.header = formats::read_picture_header(file);
     p.scene = scene_of(file, p.header.attributes);
     p.file = file;
-    p.frame.emplace(formats::read_film(file).film, p.scene.scene.camera,
+    p.frame.emplace(formats::read_film(file).film, middle_camera(p.scene.scene.camera),
                     DenoiseOptions{.threads = o.threads, .stop = interrupted}, double(frame));
     return p;
   });

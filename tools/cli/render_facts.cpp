@@ -86,6 +86,7 @@ void print_facts(const RenderJob& job) {
                   [](const Volume& v) { return v.density.octree.empty(); })) {
     return;
   }
+  print_decision(job.plan, "camera", "");
   print_decision(job.plan, "paths", told("--guide", name(o.guide)));
   print_decision(job.plan, "emission", told("--line-emission", name(o.line_emission)));
   print_decision(job.plan, "kernel", "");

@@ -56,7 +56,7 @@ Imf::Header make_header(const Film& film, const std::optional<Camera>& camera) {
                           {film.x + film.crop_width - 1, film.y + film.crop_height - 1});
   Imf::Header header(display, data);
   Imf::addChromaticities(header, Imf::Chromaticities());  // the default is Rec.709 with D65
-  if (camera) add_camera(*camera, film, header);
+  if (camera) add_camera(middle_camera(*camera), film, header);
   return header;
 }
 

@@ -31,6 +31,24 @@ void resolve_files(TomlTable& table, const std::filesystem::path& folder) {
     }
   }
 }
+/// Where the camera is a frame later.
+void read_way(const TomlTable& table, SceneFile& file) {
+  Camera& camera = file.scene.camera;
+  if (!file.has_camera) {
+    throw Error(table.where +
+                ": found a camera that moves without a position; expected position "
+                "and target, or matrix, in [camera]");
+  }
+  CameraPlace& to = camera.to.emplace(CameraPlace{camera.position, camera.target, camera.up});
+  for (const char* key : {"position", "target", "up"}) {
+    if (table.has("matrix") && table.has(key)) {
+      table.fail(key, "either a matrix or position, target and up");
+    }
+  }
+  read_keys(table, entries(to));
+  refuse_misfit(table, misfit_of_way(camera));
+}
+
 void read_camera(const TomlTable& table, SceneFile& file) {
   Camera& camera = file.scene.camera;
   Entries all = entries(camera);
@@ -47,8 +65,11 @@ void read_camera(const TomlTable& table, SceneFile& file) {
     table.fail(key,
                "none for a camera with a position; leave the position out to frame the clouds");
   }
-  read_keys(table, all);
+  std::vector<std::string_view> allowed = key_names(all);
+  allowed.emplace_back("to");
+  read_keys(table, all, allowed);
   if (file.has_camera) refuse_misfit(table, misfit(camera));
+  if (const TomlTable* to = table.table("to")) read_way(*to, file);
 }
 Vec3d up_of(UpAxis axis) { return axis == UpAxis::z ? Vec3d(0, 0, 1) : Vec3d(0, 1, 0); }
 

@@ -88,6 +88,11 @@ std::vector<SectionManual> describe_sections() {
   all.push_back(section("[world]", "The orientation of the scene.", entries(world)));
   all.push_back(section("[camera]", "Without position and target the camera frames the clouds.",
                         entries(file.scene.camera)));
+  CameraPlace to;
+  all.push_back(section("[camera.to]",
+                        "The place of the camera one frame later: it moves there evenly while the "
+                        "shutter is open. Keys left out keep their values.",
+                        entries(to)));
   all.push_back(
       section("[medium]",
               "The medium of the first volume, and its placement; each further volume has a "

@@ -86,6 +86,7 @@ std::string to_toml(const SceneFile& file) {
     Entries all = entries(scene.camera);
     for (const char* key : {"azimuth", "elevation", "zoom"}) all = without(std::move(all), key);
     text += "\n[camera]\n" + lines(all);
+    if (scene.camera.to) text += "\n[camera.to]\n" + lines(entries(*scene.camera.to));
   } else if (scene.camera != Camera{}) {  // what a frame keeps
     text += "\n[camera]\n" + lines(without(without(entries(scene.camera), "position"), "target"));
   }

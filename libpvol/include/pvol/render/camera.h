@@ -6,6 +6,7 @@
 
 #include "pvol/math/box.h"
 #include "pvol/math/keys.h"
+#include "pvol/math/moving_map.h"
 #include "pvol/math/names.h"
 #include "pvol/math/vec.h"
 #include "pvol/volume/shutter.h"
@@ -35,13 +36,21 @@ enum class SensorFit {
                                           {SensorFit::vertical, "vertical"}});
 }
 
+/// Where a camera is, and where it looks.
+struct CameraPlace {
+  Vec3d position{0, 0, 0};
+  Vec3d target{0, 0, -1};
+  Vec3d up{0, 1, 0};
+  friend bool operator==(const CameraPlace&, const CameraPlace&) = default;
+};
+
 /// Camera in world space; image x runs right, y runs down.
 struct Camera {
   Vec3d position{0, 0, 0};
   Vec3d target{0, 0, -1};  ///< the point at the image's centre, but for a shift
   Vec3d up{0, 1, 0};       ///< must not be parallel to target - position
   double fov = 35;         ///< vertical field of view in degrees, in (0, 180)
-  Shutter shutter{};       ///< in frames; of volumes that have velocities
+  Shutter shutter{};       ///< in frames, of all that moves
   double fps = 24;         ///< frames per second
   CameraKind kind = CameraKind::perspective;
   /// In mm; takes the place of fov, with the sensor's size in mm along the side that `fit` says.
@@ -57,6 +66,9 @@ struct Camera {
   std::optional<double> f_stop{};
   std::optional<double> focus_distance{};  ///< along the view in world units; none: the target's
   double metres = 1;                       ///< of a world unit
+  /// Where it is a frame later: it moves there evenly, and turns the shortest way, while the
+  /// shutter is open (THEORY.md, T1.7); none: it stands still.
+  std::optional<CameraPlace> to{};
   // Of a camera that frames the clouds by itself: from where, in degrees, and how near.
   double azimuth = 0;  ///< about up, against the clock from above; 0: from the front, +z
   /// Of the camera above the clouds, in [-90, 90]; none: a little, 0.12 over the distance.
@@ -74,16 +86,65 @@ struct Camera {
 /// Radius of the lens in world units; 0: none.
 [[nodiscard]] double lens_radius(const Camera& camera, double aspect);
 
+/// What takes the camera from where it is at time 0 to where it is at others, in frames, and all
+/// that it sees along; nothing of one that stands still. For valid cameras.
+[[nodiscard]] std::optional<MovingMap> motion_of(const Camera& camera);
+
+/// The camera as it is at a time, in frames, where it stands still. Its focus has moved along.
+[[nodiscard]] Camera camera_at(const Camera& camera, double frames);
+
+/// In the middle of the shutter: depths are along its axis.
+[[nodiscard]] inline Camera middle_camera(const Camera& camera) {
+  return camera_at(camera, camera.shutter.at(0.5));
+}
+
 /// Position, target and up of a 4x4 matrix that takes the camera's space to the world: it looks
 /// along its -z, with y up. Either with the place in the last column, row by row, as Blender prints
 /// Camera.matrix_world, or in the last row, as Houdini's worldTransform(); where the place is the
 /// origin, it is taken as the former. Scales do not count. Nothing of one that is not affine or has
 /// no volume.
-[[nodiscard]] bool place(Camera& camera, const std::array<double, 16>& matrix);
+[[nodiscard]] std::optional<CameraPlace> camera_place(const std::array<double, 16>& matrix);
+/// Sets those; whether there are any.
+bool place(Camera& camera, const std::array<double, 16>& matrix);
+bool place(CameraPlace& camera, const std::array<double, 16>& matrix);
 
-// What scenes may say, or null: a shutter that opens before it closes, a matrix that `place` takes.
+// What scenes may say, or null: a shutter that opens before it closes, a matrix that camera_place
+// takes.
 [[nodiscard]] const char* expect_shutter(const Value& value);
 [[nodiscard]] const char* expect_matrix(const Value& value);
+
+/// Of what has a place, by a list of 16 numbers.
+template <class C>
+void assign_camera_matrix(C& c, const Value& v) {
+  std::array<double, 16> m{};
+  for (std::size_t i = 0; i < m.size(); ++i) m[i] = *(*v.list())[i].number();
+  (void)place(c, m);
+}
+
+template <std::same_as<CameraPlace> P>
+[[nodiscard]] constexpr auto keys(const P&) {
+  return std::to_array<Key<P>>({
+      key<&P::position>({.key = "position",
+                         .metavar = "XYZ",
+                         .limits = number().times(3),
+                         .help = "Position of the camera one frame later, in world units"}),
+      key<&P::target>({.key = "target",
+                       .metavar = "XYZ",
+                       .limits = number().times(3),
+                       .help = "Point at the image's centre then"}),
+      key<&P::up>({.key = "up",
+                   .metavar = "XYZ",
+                   .limits = direction(),
+                   .help = "Direction that is up in the image then"}),
+      {{.key = "matrix",
+        .metavar = "M",
+        .limits = number().times(16).also(expect_matrix),
+        .help = "Replaces position, target and up: the camera-to-world matrix of the next frame",
+        .otherwise = "none"},
+       [](const P&) { return Value(); },  // it is written as position, target and up
+       &assign_camera_matrix<P>},
+  });
+}
 
 template <std::same_as<Camera> C>
 [[nodiscard]] constexpr auto keys(const C&) {
@@ -110,11 +171,7 @@ template <std::same_as<Camera> C>
                 "along -z, y is up",
         .otherwise = "none"},
        [](const C&) { return Value(); },  // it is written as position, target and up
-       [](C& c, const Value& v) {
-         std::array<double, 16> m{};
-         for (std::size_t i = 0; i < m.size(); ++i) m[i] = *(*v.list())[i].number();
-         (void)place(c, m);
-       }},
+       &assign_camera_matrix<C>},
       key<&C::kind>({.key = "projection", .help = "Projection of the camera"}),
       key<&C::fov>({.key = "fov",
                     .metavar = "DEGREES",
@@ -186,7 +243,8 @@ template <std::same_as<Camera> C>
         .metavar = "OPEN,CLOSE",
         .limits = number(Range::closed(-100, 100)).times(2).also(expect_shutter),
         .help = "Opening and closing times in frames, relative to the files' time, e.g. [-0.25, "
-                "0.25]; clouds with velocities move in between, and [0, 0] keeps them still"},
+                "0.25]; clouds with velocities and all that has a `to` move in between, and [0, 0] "
+                "keeps them still"},
        [](const C& c) {
          return Value(Value::List{c.shutter.open, c.shutter.close});
        },
@@ -200,8 +258,10 @@ template <std::same_as<Camera> C>
   });
 }
 
-/// A target where the camera is, `up` along the view, and what goes with another kind only.
+/// A target where the camera is, `up` along the view, and what goes with another kind only; of its
+/// way, a half turn, which might go either way. Keys of the latter are those of CameraPlace.
 [[nodiscard]] std::optional<Misfit> misfit(const Camera& camera);
+[[nodiscard]] std::optional<Misfit> misfit_of_way(const Camera& camera);
 
 /// Throws Error for values out of range, alone or together.
 void validate(const Camera& camera);

@@ -23,6 +23,17 @@ enum class Aside : std::uint64_t {
   return point_of_square(sample, seeds_of(s.options.seed ^ std::uint64_t(of), pixel));
 }
 
+/// The time of a camera sample, in frames. Any run of 2^k samples of a pixel that starts at a
+/// multiple of it has one in each 2^k-th of the shutter: digits of the sample's number in reverse,
+/// shifted by a random number of the pixel. Those of the path itself are not touched.
+[[nodiscard]] inline float sample_time(const PathSetup& s, int x, int y, std::uint32_t sample) {
+  const std::uint64_t pixel = std::uint64_t(y) * std::uint64_t(s.options.width) + std::uint64_t(x);
+  const std::uint32_t reversed = reverse_bits(sample);
+  const auto shift =
+      std::uint32_t(Rng(s.options.seed ^ std::uint64_t(Aside::time), pixel, 0).block().lo);
+  return float(s.view.camera.shutter.at(double(reversed + shift) * 0x1p-32));
+}
+
 /// A camera sample: its random numbers, and its ray through the pixel's filter and the lens.
 struct CameraSample {
   Rng rng;
@@ -40,19 +51,9 @@ struct CameraSample {
       const auto [lens_u, lens_v] = sample_point(s, x, y, sample, Aside::lens);
       ray = s.view.projection.ray(at_x, at_y, lens_u, lens_v);
     }
+    if (s.view.motion) ray = s.view.motion->at(double(sample_time(s, x, y, sample)), ray);
   }
 };
-
-/// The time of a camera sample, in frames. Any run of 2^k samples of a pixel that starts at a
-/// multiple of it has one in each 2^k-th of the shutter: digits of the sample's number in reverse,
-/// shifted by a random number of the pixel. Those of the path itself are not touched.
-[[nodiscard]] inline float sample_time(const PathSetup& s, int x, int y, std::uint32_t sample) {
-  const std::uint64_t pixel = std::uint64_t(y) * std::uint64_t(s.options.width) + std::uint64_t(x);
-  const std::uint32_t reversed = reverse_bits(sample);
-  const auto shift =
-      std::uint32_t(Rng(s.options.seed ^ std::uint64_t(Aside::time), pixel, 0).block().lo);
-  return float(s.view.camera.shutter.at(double(reversed + shift) * 0x1p-32));
-}
 
 /// visit(ray, i) for count^2 rays, evenly over a part of the image.
 template <class Visit>

@@ -42,8 +42,13 @@ constexpr std::size_t kMostAsked = 64;
 
 CameraSetup::CameraSetup(const Scene& scene)
     : camera(scene.camera),
-      projection(scene.camera, scene.options.width, scene.options.height),
-      filter(scene.options.filter, scene.options.filter_width) {}
+      projection(middle_camera(camera), scene.options.width, scene.options.height),
+      filter(scene.options.filter, scene.options.filter_width) {
+  const auto map = motion_of(camera);
+  const Shutter& shutter = camera.shutter;
+  if (!map || shutter.open == shutter.close) return;
+  motion = {*map, inverse(map->at(shutter.at(0.5)))};
+}
 
 LightSetup::LightSetup(const RenderPlan& plan, const Box& box)
     : lighting(plan.lighting ? plan.lighting

@@ -26,11 +26,23 @@ namespace pvol::detail {
 
 class Importance;
 
+/// How a camera moves about where it is in the middle of the shutter.
+struct CameraMotion {
+  MovingMap map;
+  Affine from_middle;
+
+  [[nodiscard]] Ray at(double frames, const Ray& ray) const {
+    const Affine to_then = map.at(frames) * from_middle;
+    return {to_then.point(ray.o), normalize(to_then.vector(ray.d))};
+  }
+};
+
 /// Where camera rays begin (camera_rays.h).
 struct CameraSetup {
   Camera camera;
-  Projection projection;
+  Projection projection;  ///< of the camera in the middle of the shutter
   FilterOffsets filter;
+  std::optional<CameraMotion> motion;  ///< none: it stands still while the shutter is open
 
   explicit CameraSetup(const Scene& scene);
 };

@@ -72,6 +72,19 @@ Decision decide_moving_places(const Volume& v) {
               " world units between the files' time and the shutter's farther end"};
 }
 
+Decision decide_camera(const Camera& c, const MovingMap& motion) {
+  if (c.shutter.open == c.shutter.close) {
+    return {"camera", "stands still", "the shutter is open for an instant"};
+  }
+  const double frames = c.shutter.close - c.shutter.open;
+  double turn = 0;
+  for (const MovingTurn& t : motion.turns) turn += std::abs(t.rate);
+  return {"camera", "moves",
+          "by " + digits(length(motion.shift_rate) * frames) + " world units and " +
+              digits(turn * frames * 180 / std::numbers::pi) +
+              " degrees while the shutter is open"};
+}
+
 /// The reason is the estimate, whoever chose: it is worth knowing.
 Decision decide_shell(const ShellChoice& shell) {
   const ShellEstimate& e = shell.estimate;
@@ -134,6 +147,8 @@ bool any_in_lanes(const RenderPlan& p) {
 std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted,
                              const std::string& kernel_reason) {
   std::vector<Decision> all;
+  const Camera& camera = p.scene.camera;
+  if (const auto motion = motion_of(camera)) all.push_back(decide_camera(camera, *motion));
   for (std::size_t i = 0; i < p.volumes.size(); ++i) {
     const Volume& v = p.volumes[i];
     const std::size_t first = all.size();

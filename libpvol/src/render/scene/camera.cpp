@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "pvol/error.h"
+#include "pvol/render/placement.h"
 
 namespace pvol {
 namespace {
@@ -49,6 +50,35 @@ std::optional<Axes> axes_of(const std::array<double, 16>& m) {
   return a;
 }
 
+CameraPlace place_of(const Camera& c) { return {c.position, c.target, c.up}; }
+
+/// From the camera's space, with x to the right, y down and z along the view, to the world.
+Affine frame_of(const CameraPlace& p) {
+  const Vec3d z = normalize(p.target - p.position), x = normalize(cross(z, p.up)), y = cross(z, x);
+  Affine a;
+  for (int r = 0; r < 3; ++r) a.m[std::size_t(r)] = {x[r], y[r], z[r]};
+  a.t = p.position;
+  return a;
+}
+
+MovingPlacement way_of(const Camera& c) {
+  MovingPlacement way;
+  way.from.matrix = frame_of(place_of(c)), way.to.matrix = frame_of(*c.to);
+  return way;
+}
+
+/// A target where the camera is, or `up` along the view.
+std::optional<Misfit> misfit_of_place(const CameraPlace& p) {
+  constexpr double kLeastSine = 1e-6;  // of the angle between up and the view; the cross product of
+                                       // two unit vectors is accurate to about 1e-16
+  const Vec3d view = p.target - p.position;
+  if (view == Vec3d{}) return Misfit{{"target"}, "a point other than position"};
+  const double sine = length(cross(normalize(view), normalize(p.up)));
+  if (sine > kLeastSine) return std::nullopt;
+  return Misfit{{"up", "target"},
+                "up, by default [0, 1, 0], not along the line from position to target"};
+}
+
 }  // namespace
 
 double half_height(const Camera& c, double aspect) {
@@ -68,22 +98,47 @@ double lens_radius(const Camera& c, double aspect) {
   return focal_length(c, aspect) / 1000 / c.metres / (2 * *c.f_stop);
 }
 
-bool place(Camera& camera, const std::array<double, 16>& matrix) {
+std::optional<CameraPlace> camera_place(const std::array<double, 16>& matrix) {
   const std::optional<Axes> axes = axes_of(matrix);
-  if (!axes) return false;
-  camera.position = axes->place;
-  camera.target = axes->place - normalize(axes->z);
-  camera.up = normalize(axes->y);
+  if (!axes) return std::nullopt;
+  return CameraPlace{axes->place, axes->place - normalize(axes->z), normalize(axes->y)};
+}
+
+bool place(CameraPlace& camera, const std::array<double, 16>& matrix) {
+  const auto found = camera_place(matrix);
+  if (found) camera = *found;
+  return found.has_value();
+}
+
+bool place(Camera& camera, const std::array<double, 16>& matrix) {
+  CameraPlace p;
+  if (!place(p, matrix)) return false;
+  camera.position = p.position, camera.target = p.target, camera.up = p.up;
   return true;
+}
+
+std::optional<MovingMap> motion_of(const Camera& c) {
+  if (!c.to || *c.to == place_of(c)) return std::nullopt;
+  return way_of(c).map();
+}
+
+Camera camera_at(const Camera& c, double frames) {
+  const auto motion = motion_of(c);
+  Camera still = c;
+  still.to.reset();
+  if (!motion || frames == 0) return still;
+  const Affine to_then = motion->at(frames) * inverse(frame_of(place_of(c)));
+  still.position = to_then.point(c.position), still.target = to_then.point(c.target);
+  still.up = to_then.vector(c.up);
+  return still;
 }
 
 const char* expect_matrix(const Value& value) {
   std::array<double, 16> m{};
   for (std::size_t i = 0; i < m.size(); ++i) m[i] = *(*value.list())[i].number();
-  Camera unused;
-  return place(unused, m) ? nullptr
-                          : "a matrix of rotation, scale and translation that does not mirror, "
-                            "with 0, 0, 0, 1 as its last row or last column";
+  return camera_place(m) ? nullptr
+                         : "a matrix of rotation, scale and translation that does not mirror, "
+                           "with 0, 0, 0, 1 as its last row or last column";
 }
 
 const char* expect_shutter(const Value& value) {
@@ -93,15 +148,7 @@ const char* expect_shutter(const Value& value) {
 }
 
 std::optional<Misfit> misfit(const Camera& c) {
-  constexpr double kLeastSine = 1e-6;  // of the angle between up and the view; the cross product of
-                                       // two unit vectors is accurate to about 1e-16
-  const Vec3d view = c.target - c.position;
-  if (view == Vec3d{}) return Misfit{{"target"}, "a point other than position"};
-  const double sine = length(cross(normalize(view), normalize(c.up)));
-  if (!(sine > kLeastSine)) {
-    return Misfit{{"up", "target"},
-                  "up, by default [0, 1, 0], not along the line from position to target"};
-  }
+  if (const auto wrong = misfit_of_place(place_of(c))) return wrong;
   if (c.kind != CameraKind::perspective && c.f_stop) {
     return Misfit{{"f_stop"}, "none, since only perspective cameras have a lens"};
   }
@@ -111,11 +158,24 @@ std::optional<Misfit> misfit(const Camera& c) {
   return std::nullopt;
 }
 
+std::optional<Misfit> misfit_of_way(const Camera& c) {
+  if (!c.to) return std::nullopt;
+  if (const auto wrong = misfit_of_place(*c.to)) return wrong;
+  if (!misfit(way_of(c))) return std::nullopt;
+  return Misfit{{"target", "up", "matrix"}, "a view less than half a turn from the first"};
+}
+
 void validate(const Camera& camera) {
+  const auto refuse = [](const char* section, const std::optional<Misfit>& wrong) {
+    if (!wrong) return;
+    throw Error(std::string(section) + ": " + wrong->keys.front() + ": expected " +
+                wrong->expected);
+  };
   require_limits("camera", without(entries(camera), "matrix"));
-  if (const auto wrong = misfit(camera)) {
-    throw Error(std::string("camera: ") + wrong->keys.front() + ": expected " + wrong->expected);
-  }
+  refuse("camera", misfit(camera));
+  if (!camera.to) return;
+  require_limits("camera.to", without(entries(*camera.to), "matrix"));
+  refuse("camera.to", misfit_of_way(camera));
 }
 
 }  // namespace pvol
