@@ -370,6 +370,25 @@ TEST(Circle, PointsLieWithinTheStatedError) {
   EXPECT_LT(worst, 2e-7);
 }
 
+TEST(Circle, AnglesLieWithinTheStatedError) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> uniform(-1, 1);
+  double worst = 0;
+  for (int i = 0; i < 1'000'000; ++i) {
+    float x = uniform(random), y = uniform(random);
+    if (i % 3 == 0) x = std::ldexp(x, -i % 60);
+    if (i % 5 == 0) y = std::ldexp(y, -i % 60);
+    const double exact = std::atan2(double(y), double(x)) / (2 * std::numbers::pi);
+    worst = std::max(worst, std::abs(double(turns_of(y, x)) - exact));
+  }
+  EXPECT_LT(worst, 1e-7);
+  EXPECT_EQ(turns_of(0, 0), 0);
+  EXPECT_EQ(turns_of(1, 0), 0.25f);
+  EXPECT_EQ(turns_of(-1, 0), -0.25f);
+  EXPECT_EQ(turns_of(0, -1), 0.5f);
+  EXPECT_EQ(turns_of(-0.0f, -1), -0.5f);
+}
+
 TEST(Circle, FourPointsAreThoseOfOneEach) {
   for (int i = 0; i <= 100'000; i += 4) {
     const Float4 u = to_float(Int4{i, i + 1, i + 2, i + 3}) * 1e-5f;

@@ -260,7 +260,11 @@ std::vector<Picture> pictures() {
   holes.name = "black pixels";
   for (int i = 0; i < 16; ++i) set(holes, i, i / 2, Rgb(0.0f));
   for (int x = 0; x < 16; ++x) set(holes, x, 3, Rgb(0.0f));
-  for (Picture& p : std::vector{hot, poles, blue, holes}) all.push_back(std::move(p));
+  Picture decades = noise_picture(32, 16, 9);
+  decades.name = "thirty decades";
+  for (int i = 0; i < 32 * 16; ++i)
+    set(decades, i % 32, i / 32, Rgb(std::pow(10.0f, float(-i % 31))));
+  for (Picture& p : std::vector{hot, poles, blue, holes, decades}) all.push_back(std::move(p));
   return all;
 }
 

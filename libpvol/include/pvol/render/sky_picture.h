@@ -1,6 +1,7 @@
 // A picture of a sky made ready for rays and for sampling.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "pvol/math/rng.h"
@@ -27,7 +28,7 @@ class SkyPicture {
 
   [[nodiscard]] Rgb radiance(Vec3f direction) const;
   /// False for a black picture, which must not be sampled.
-  [[nodiscard]] bool sampled() const { return !row_cdf_.empty(); }
+  [[nodiscard]] bool sampled() const { return !bins_.empty(); }
   [[nodiscard]] LightSample sample(Rng& rng) const;
   /// Luminance averaged over all directions.
   [[nodiscard]] float mean_luminance() const { return mean_luminance_; }
@@ -45,24 +46,34 @@ class SkyPicture {
   };
   /// In pixels from the left and upper edges.
   struct Place {
-    double x, y;
+    float x, y;
   };
+  /// Of as many as there are pixels, equally likely: its own pixel where a random number is below
+  /// `own`, else another (Walker 1977).
+  struct Bin {
+    std::uint32_t own, other;
+  };
+  [[nodiscard]] static std::vector<Bin> make_bins(std::vector<double> shares);
   [[nodiscard]] Place place_of(Vec3f direction) const;
   [[nodiscard]] Pixel pixel_at(Vec3f direction) const;
-  [[nodiscard]] Rgb at(int x, int y) const;
+  [[nodiscard]] std::size_t index(int x, int y) const {
+    return std::size_t(y) * std::size_t(image_.width) + std::size_t(x);
+  }
+  [[nodiscard]] Rgb at(int x, int y) const { return image_.pixels[index(x, y)]; }
   [[nodiscard]] Rgb mixed(Place p) const;
   [[nodiscard]] float weight(int x, int y) const;
   [[nodiscard]] float pixel_pdf(Pixel p) const;
 
-  ImageSky image_;
+  ImageSky image_;  // pixels are radiances: times the scale
   bool smooth_;
-  double rotation_ = 0;            // in turns
-  bool turned_ = false;            // whether the picture's upper edge is not +y
-  Vec3f x_, y_, z_;                // its axes in the world, where it is turned
-  std::vector<double> row_cdf_;    // height + 1 values from 0 to 1
-  std::vector<double> pixel_cdf_;  // for each row width + 1 values from 0 to 1
-  std::vector<double> row_y_;      // height + 1 values of cos(theta) at the rows' borders
+  float rotation_ = 0;          // in turns
+  bool turned_ = false;         // whether the picture's upper edge is not +y
+  Vec3f x_, y_, z_;             // its axes in the world, where it is turned
+  std::vector<float> weights_;  // of smooth pixels, by which they are chosen
+  std::vector<Bin> bins_;       // one for each pixel
+  std::vector<double> row_y_;   // height + 1 values of cos(theta) at the rows' borders
   float mean_luminance_ = 0;
+  double pdf_per_luminance_ = 0;
 };
 
 }  // namespace pvol

@@ -3,73 +3,77 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <span>
 #include <utility>
 
+#include "math/philox.h"
 #include "math/turn_up.h"
+#include "pvol/math/circle.h"
 
 namespace pvol {
 namespace {
 
 using std::numbers::pi;
 
-/// Index i with cdf[i] <= u < cdf[i + 1]; cdf ascends from 0 to 1.
-int find_bin(std::span<const double> cdf, double u) {
-  const auto above = std::upper_bound(cdf.begin(), cdf.end() - 1, u);
-  return std::max(0, int(above - cdf.begin()) - 1);
-}
-
-/// Turns weights into a cumulative distribution in place: n + 1 values; returns the sum.
-double accumulate(std::span<double> cdf) {
-  double sum = 0;
-  for (double& v : cdf) {
-    const double weight = v;
-    v = sum;
-    sum += weight;
-  }
-  for (double& v : cdf) v = sum > 0 ? v / sum : 0;
-  cdf.back() = 1;
-  return sum;
-}
-
 }  // namespace
 
 SkyPicture::SkyPicture(ImageSky image, SkyPixels pixels)
     : image_(std::move(image)),
       smooth_(pixels == SkyPixels::smooth),
-      rotation_(image_.rotation / 360),
+      rotation_(float(image_.rotation / 360 - std::floor(image_.rotation / 360))),
       turned_(normalize(image_.up) != Vec3d(0, 1, 0)) {
   const int width = image_.width, height = image_.height;
   if (turned_) {
     const auto axis = [&](Vec3d v) { return Vec3f(turn_up(normalize(image_.up), v)); };
     x_ = axis({1, 0, 0}), y_ = axis({0, 1, 0}), z_ = axis({0, 0, 1});
   }
+  for (Rgb& p : image_.pixels) p = p * image_.scale;
   for (int y = 0; y <= height; ++y) row_y_.push_back(std::cos(pi * y / height));
-  std::vector<double> rows(std::size_t(height) + 1);
-  pixel_cdf_.resize(std::size_t(height) * std::size_t(width + 1));
+  std::vector<double> shares(image_.pixels.size());
+  double sum = 0;
   for (int y = 0; y < height; ++y) {
-    const std::span row(&pixel_cdf_[std::size_t(y) * std::size_t(width + 1)],
-                        std::size_t(width) + 1);
-    for (int x = 0; x < width; ++x) row[std::size_t(x)] = double(weight(x, y));
     const double solid_angle = row_y_[std::size_t(y)] - row_y_[std::size_t(y) + 1];
-    rows[std::size_t(y)] = accumulate(row) * solid_angle;
+    for (int x = 0; x < width; ++x) {
+      sum += shares[index(x, y)] = double(weight(x, y)) * solid_angle;
+      if (smooth_) weights_.push_back(weight(x, y));
+    }
   }
-  const double sum = accumulate(rows);
   mean_luminance_ = float(sum / (2 * width));
-  if (sum > 0) row_cdf_ = std::move(rows);  // a black picture is not sampled
+  if (!(sum > 0)) return;  // a black picture is not sampled
+  pdf_per_luminance_ = width / (2 * pi * sum);
+  for (double& s : shares) s *= double(shares.size()) / sum;
+  bins_ = make_bins(shares);
 }
 
-Rgb SkyPicture::at(int x, int y) const {
-  return image_.pixels[std::size_t(y) * std::size_t(image_.width) + std::size_t(x)] * image_.scale;
+/// Of shares with the mean 1: bins of less than that are filled up by those of more (Vose 1991).
+std::vector<SkyPicture::Bin> SkyPicture::make_bins(std::vector<double> shares) {
+  constexpr double kFull = 0x1p32;
+  constexpr std::uint32_t kAll = ~0u;
+  std::vector<Bin> bins(shares.size());
+  std::vector<std::uint32_t> small, large;
+  for (std::uint32_t i = 0; i < shares.size(); ++i) (shares[i] < 1 ? small : large).push_back(i);
+  while (!small.empty() && !large.empty()) {
+    const std::uint32_t little = small.back(), much = large.back();
+    small.pop_back();
+    bins[little] = {std::uint32_t(shares[little] * kFull), much};
+    shares[much] -= 1 - shares[little];
+    if (shares[much] >= 1) continue;
+    large.pop_back();
+    small.push_back(much);
+  }
+  // What rounding has left of either is full.
+  for (const auto& left : {small, large}) {
+    for (const std::uint32_t i : left) bins[i] = {kAll, i};
+  }
+  return bins;
 }
 
 SkyPicture::Place SkyPicture::place_of(Vec3f d) const {
   if (turned_) d = {dot(d, x_), dot(d, y_), dot(d, z_)};
-  double turns = std::atan2(double(d.z), double(d.x)) / (2 * pi) - rotation_;
+  float turns = turns_of(d.z, d.x) - rotation_;
   turns -= std::floor(turns);
   // Near the poles y is 1 to the last digit for a fraction of a degree; x and z still tell.
-  const double theta = std::atan2(std::hypot(double(d.x), double(d.z)), double(d.y)) / pi;
-  return {turns * image_.width, theta * image_.height};
+  const float down = 2 * turns_of(std::sqrt(d.x * d.x + d.z * d.z), d.y);
+  return {turns * float(image_.width), down * float(image_.height)};
 }
 
 SkyPicture::Pixel SkyPicture::pixel_at(Vec3f d) const {
@@ -86,12 +90,13 @@ Rgb SkyPicture::radiance(Vec3f d) const {
 /// Bilinear within the half of the sky that the place is in.
 Rgb SkyPicture::mixed(Place p) const {
   const int width = image_.width, half = image_.height / 2;
-  const int first = p.y < half ? 0 : half;
-  const double x = p.x - 0.5, y = std::clamp(p.y - 0.5, double(first), double(first + half - 1));
+  const int first = p.y < float(half) ? 0 : half, last = first + half - 1;
+  const float x = p.x - 0.5f, y = std::clamp(p.y - 0.5f, float(first), float(last));
   const int left = int(std::floor(x)), upper = int(y);
-  const float u = float(x - left), v = float(y - upper);
-  const int x0 = (left + width) % width, x1 = (left + 1) % width;
-  const int y1 = std::min(upper + 1, first + half - 1);
+  const float u = x - float(left), v = y - float(upper);
+  const int x0 = left < 0 ? left + width : std::min(left, width - 1);
+  const int x1 = left + 1 >= width ? left + 1 - width : left + 1;
+  const int y1 = std::min(upper + 1, last);
   const Rgb above = at(x0, upper) + (at(x1, upper) - at(x0, upper)) * u;
   const Rgb below = at(x0, y1) + (at(x1, y1) - at(x0, y1)) * u;
   return above + (below - above) * v;
@@ -111,35 +116,32 @@ float SkyPicture::weight(int x, int y) const {
 }
 
 float SkyPicture::pixel_pdf(Pixel p) const {
-  const std::size_t y = std::size_t(p.y), x = std::size_t(p.x), width = std::size_t(image_.width);
-  const double* row = &pixel_cdf_[y * (width + 1)];
-  const double share = (row_cdf_[y + 1] - row_cdf_[y]) * (row[x + 1] - row[x]);
-  const double solid_angle = 2 * pi / image_.width * (row_y_[y] - row_y_[y + 1]);
-  return float(share / solid_angle);
+  const float chosen = smooth_ ? weights_[index(p.x, p.y)] : luminance(at(p.x, p.y));
+  return float(double(chosen) * pdf_per_luminance_);
 }
 
 LightSample SkyPicture::sample(Rng& rng) const {
   const Philox::Block bits = rng.block();
-  const int y = find_bin(row_cdf_, to_uniform_double(bits.lo));
-  const std::size_t width = std::size_t(image_.width);
-  const std::span row(&pixel_cdf_[std::size_t(y) * (width + 1)], width + 1);
-  const int x = find_bin(row, to_uniform_double(bits.hi));
+  const auto bin = std::uint32_t((bits.lo >> 32) * bins_.size() >> 32);
+  const bool own = std::uint32_t(bits.hi >> 32) <= bins_[bin].own;
+  const std::uint32_t pixel = own ? bin : bins_[bin].other, width = std::uint32_t(image_.width);
+  const int y = int(pixel / width), x = int(pixel % width);
   // Uniform in the pixel's solid angle: cos(theta) and azimuth are uniform.
   const double top = row_y_[std::size_t(y)], bottom = row_y_[std::size_t(y) + 1];
   const auto [along, around] = rng.uniform2();
   const double cosine = top + (bottom - top) * double(along);
-  const double azimuth = 2 * pi * ((x + double(around)) / image_.width + rotation_);
-  const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
-  Vec3f d(Vec3d(sine * std::cos(azimuth), cosine, sine * std::sin(azimuth)));
+  const float sine = float(std::sqrt(std::max(0.0, 1 - cosine * cosine)));
+  const double turns = (x + double(around)) / image_.width + double(rotation_);
+  const CirclePoint azimuth = point_at_turns(float(turns < 1 ? turns : turns - 1));
+  Vec3f d(sine * azimuth.cosine, float(cosine), sine * azimuth.sine);
   if (turned_) d = x_ * d.x + y_ * d.y + z_ * d.z;
-  const Rgb light =
-      smooth_ ? mixed({double(x) + double(around), std::acos(cosine) / pi * image_.height})
-              : at(x, y);
-  return {d, light, pixel_pdf({x, y})};
+  if (!smooth_) return {d, at(x, y), pixel_pdf({x, y})};
+  const float down = 2 * turns_of(sine, float(cosine));
+  return {d, mixed({float(x) + around, down * float(image_.height)}), pixel_pdf({x, y})};
 }
 
 Vec3f SkyPicture::direction_at(double across, double down) const {
-  const double azimuth = 2 * pi * (across + rotation_), sine = std::sin(pi * down);
+  const double azimuth = 2 * pi * (across + double(rotation_)), sine = std::sin(pi * down);
   const Vec3f d(Vec3d(sine * std::cos(azimuth), std::cos(pi * down), sine * std::sin(azimuth)));
   return turned_ ? x_ * d.x + y_ * d.y + z_ * d.z : d;
 }
