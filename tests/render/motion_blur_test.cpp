@@ -142,24 +142,11 @@ TEST(MotionBlur, AUniformVelocityIsATranslation) {
     CloudScene still = s;
     still.options.samples = 64;
     still.options.guide = GuideUse::off;
-    Film sum;
-    constexpr int kTimes = 32;
-    for (int i = 0; i < kTimes; ++i) {
-      still.options.seed = std::uint64_t(77 + i);
-      still.medium.object_to_world = translation(velocity * shutter.at((i + 0.5) / kTimes));
-      const Film part =
-          render(make_volume(puff().grid, build_pyramid(puff().grid), still), still).film;
-      if (i == 0) {
-        sum = part;
-        continue;
-      }
-      for (std::size_t p = 0; p < sum.pixels.size(); ++p) {
-        sum.pixels[p].sum += part.pixels[p].sum;
-        sum.pixels[p].sum_squares += part.pixels[p].sum_squares;
-        sum.pixels[p].alpha += part.pixels[p].alpha;
-        sum.pixels[p].samples += part.pixels[p].samples;
-      }
-    }
+    const Film sum = over_shutter(shutter, 32, [&](double time, std::uint64_t seed) {
+      still.options.seed = seed;
+      still.medium.object_to_world = translation(velocity * time);
+      return render(make_volume(puff().grid, build_pyramid(puff().grid), still), still).film;
+    });
     compare(blurred, sum, "shutter from " + std::to_string(shutter.open), family);
   }
   EXPECT_TRUE(family.passes());

@@ -77,25 +77,12 @@ TEST(MovingCamera, IsTheMeanOfPicturesOverTheShutter) {
     if (lens) s.camera.f_stop = 0.02, s.camera.focus_distance = 60;
     s.options.samples = proof::samples(2048);
     const Film blurred = render(v, s).film;
-    Film sum;
-    constexpr int kTimes = 32;
-    for (int i = 0; i < kTimes; ++i) {
+    const Film sum = over_shutter(s.camera.shutter, 32, [&](double time, std::uint64_t seed) {
       CloudScene still = s;
-      still.camera = camera_at(s.camera, s.camera.shutter.at((i + 0.5) / kTimes));
-      still.options.samples = 64;
-      still.options.seed = std::uint64_t(50 + i);
-      const Film part = render(v, still).film;
-      if (i == 0) {
-        sum = part;
-        continue;
-      }
-      for (std::size_t p = 0; p < sum.pixels.size(); ++p) {
-        sum.pixels[p].sum += part.pixels[p].sum;
-        sum.pixels[p].sum_squares += part.pixels[p].sum_squares;
-        sum.pixels[p].alpha += part.pixels[p].alpha;
-        sum.pixels[p].samples += part.pixels[p].samples;
-      }
-    }
+      still.camera = camera_at(s.camera, time);
+      still.options.samples = 64, still.options.seed = seed;
+      return render(v, still).film;
+    });
     compare(blurred, sum, lens ? "through a lens" : "sharp", family);
   }
   EXPECT_TRUE(family.passes());

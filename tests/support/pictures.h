@@ -8,6 +8,7 @@
 #include <string>
 
 #include "pvol/render/film.h"
+#include "pvol/volume/shutter.h"
 #include "support/statistics.h"
 
 namespace pvol::test {
@@ -104,6 +105,27 @@ inline void compare(const Film& a, const Film& b, const std::string& name, proof
             name + ", quarter " + std::to_string(quarter), family);
   }
   compare(average_alpha(a), average_alpha(b), name + ", alpha", family);
+}
+
+/// The samples of all pictures that still(time, seed) makes at times evenly over the shutter, in
+/// one film.
+template <class Still>
+[[nodiscard]] Film over_shutter(const Shutter& shutter, int times, const Still& still) {
+  Film sum;
+  for (int i = 0; i < times; ++i) {
+    const Film part = still(shutter.at((i + 0.5) / times), std::uint64_t(77 + i));
+    if (i == 0) {
+      sum = part;
+      continue;
+    }
+    for (std::size_t p = 0; p < sum.pixels.size(); ++p) {
+      sum.pixels[p].sum += part.pixels[p].sum;
+      sum.pixels[p].sum_squares += part.pixels[p].sum_squares;
+      sum.pixels[p].alpha += part.pixels[p].alpha;
+      sum.pixels[p].samples += part.pixels[p].samples;
+    }
+  }
+  return sum;
 }
 
 }  // namespace pvol::test

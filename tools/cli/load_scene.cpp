@@ -108,16 +108,19 @@ std::shared_ptr<const AlbedoField> make_albedo(const formats::Cloud& cloud,
       make_albedo_field(map, cloud.albedo->colors->grid, density, place));
 }
 
+Movement movement_of(const formats::CloudMotion& m) { return {m.velocity, m.seconds, m.shutter}; }
+
+/// Moves with the cloud.
 std::shared_ptr<const Emitter> make_fire(const formats::FireFields& f,
-                                         const formats::SceneVolume& volume) {
+                                         const formats::SceneVolume& volume,
+                                         const formats::CloudMotion* motion) {
   const BoundedGrid field{f.field.grid(), f.field.pyramid};
-  if (!f.color_by) {
-    return std::make_shared<const Emitter>(
-        make_emitter(*volume.fire, field, nullptr, volume.first_place()));
-  }
-  const BoundedGrid color_by{f.color_by->grid(), f.color_by->pyramid};
-  return std::make_shared<const Emitter>(
-      make_emitter(*volume.fire, field, &color_by, volume.first_place()));
+  const Affine place = volume.first_place();
+  std::optional<BoundedGrid> color_by;
+  if (f.color_by) color_by.emplace(BoundedGrid{f.color_by->grid(), f.color_by->pyramid});
+  Emitter fire = make_emitter(*volume.fire, field, color_by ? &*color_by : nullptr, place);
+  if (motion) fire = make_moving(std::move(fire), field, place, movement_of(*motion));
+  return std::make_shared<const Emitter>(std::move(fire));
 }
 
 /// What values of the field of colour mean in Kelvin, where nobody said: simulations write Kelvin
@@ -161,7 +164,7 @@ void load_motion(const Loader& by, const formats::SceneVolume& volume, bool stri
     if (as_a_whole || !camera.shutter.moves()) return;  // nobody expects that it moves by them
     tell(by, volume.file.filename().string() + ": " + why + ": it stands still");
   };
-  if (cloud.pyramid.empty()) return stands_still("there is no density to move");
+  if (cloud.pyramid.empty() && !cloud.fire) return stands_still("there is nothing to move");
   if (!volume.velocity && formats::ending(file) == ".nvdb") {
     return stands_still("velocities are read from .vdb and .pvol files (medium.motion.file)");
   }
@@ -375,10 +378,10 @@ Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volu
   Volume v = pvol::make_volume(cloud.density, cloud.pyramid, volume.medium, o, stored);
   if (cloud.shell) v.shell = std::make_shared<const Shell>(*cloud.shell);
   if (const formats::CloudMotion* m = cloud.motion.get()) {
-    v = make_moving(std::move(v), cloud.pyramid, index_to_object(cloud.density),
-                    {m->velocity, m->seconds, m->shutter}, o);
+    v = make_moving(std::move(v), cloud.pyramid, index_to_object(cloud.density), movement_of(*m),
+                    o);
   }
-  if (cloud.fire && volume.fire) v.fire = make_fire(*cloud.fire, volume);
+  if (cloud.fire && volume.fire) v.fire = make_fire(*cloud.fire, volume, cloud.motion.get());
   if (cloud.albedo && volume.albedo_field) v.albedo = make_albedo(cloud, volume, o.look_up);
   v.name = volume.file.string();
   if (volume.moving || !volume.moving_instances.empty()) {

@@ -58,43 +58,76 @@ void check(const Volume& v, const VolumeOptions& o) {
   return cut;
 }
 
+/// Of a field of these bounds; null where nothing moves it.
+[[nodiscard]] std::shared_ptr<Motion> make_motion(const Pyramid& pyramid,
+                                                  const Affine& index_to_object,
+                                                  const Movement& movement) {
+  if (pyramid.empty()) return nullptr;
+  auto motion = std::make_shared<Motion>();
+  motion->shutter = movement.shutter;
+  motion->displacements = make_displacements(movement.velocity, index_to_object, movement.seconds);
+  const float largest = motion->displacements.largest;
+  if (largest == 0) return nullptr;
+  motion->longest = double(largest) * movement.shutter.farthest();
+  motion->still_extent = max_component(pyramid.support().extent());
+  return motion;
+}
+
+/// How a moving field is bounded: `map` is of its values, and they are `scale` times as large.
+struct SweptTree {
+  const FieldMap* map;
+  double scale;
+  Cut cut;
+};
+
+/// Sets a still field in motion, whose own map leads `to_world`.
+void set_in_motion(VolumeField& f, const Pyramid& pyramid, const Affine& to_world,
+                   const SweptTree& tree, std::shared_ptr<Motion> motion) {
+  const Displacements& d = motion->displacements;
+  Pyramid swept = sweep_bounds(pyramid, f, d, motion->shutter);
+  if (tree.map != nullptr) swept = map_pyramid(swept, *tree.map);
+  f.world_to_cells = translation(-Vec3d(swept.origin)) * inverse(to_world);
+  f.world_box = transform(to_world, swept.support());
+  detail::check_placement(to_world, f.world_to_cells, f.world_box);
+  f.octree = build_octree(swept, tree.scale, std::cbrt(std::abs(determinant(to_world))), tree.cut,
+                          links_of(swept, f.octree), kZeroBrick);
+  f.leaves = detail::index_leaves_of(f);
+  f.micro = {};
+  f.codes.reset();
+  f.micro_stored = false;
+  motion->cells_to_lattice = d.index_to_cells * translation(Vec3d(swept.origin));
+  f.motion = std::move(motion);
+}
+
 }  // namespace
 
 Volume make_moving(Volume v, const Pyramid& pyramid, const Affine& index_to_object,
                    const Movement& movement, const VolumeOptions& o) {
   const bool opens = movement.shutter.moves();
   if (opens) check(v, o);
-  if (pyramid.empty()) return v;
-  auto motion = std::make_shared<Motion>();
-  motion->shutter = movement.shutter;
-  motion->displacements = make_displacements(movement.velocity, index_to_object, movement.seconds);
-  const Displacements& d = motion->displacements;
-  if (d.largest == 0) return v;
-  motion->longest = double(d.largest) * movement.shutter.farthest();
-  motion->still_extent = max_component(pyramid.support().extent());
+  auto motion = make_motion(pyramid, index_to_object, movement);
+  if (motion == nullptr) return v;
   v.velocities = motion;
-  VolumeField& f = v.density;
   if (!opens) {
-    motion->cells_to_lattice = d.index_to_cells * translation(Vec3d(f.octree.origin));
+    motion->cells_to_lattice =
+        motion->displacements.index_to_cells * translation(Vec3d(v.density.octree.origin));
     return v;
   }
-
-  const Affine to_world = o.object_to_world * index_to_object;
-  Pyramid swept = sweep_bounds(pyramid, f, d, movement.shutter);
-  if (f.map != nullptr) swept = map_pyramid(swept, *f.map);
-  f.world_to_cells = translation(-Vec3d(swept.origin)) * inverse(to_world);
-  f.world_box = transform(to_world, swept.support());
-  detail::check_placement(to_world, f.world_to_cells, f.world_box);
-  f.octree = build_octree(swept, v.medium.extinction, std::cbrt(std::abs(determinant(to_world))),
-                          choose_cut(o), links_of(swept, f.octree), kZeroBrick);
-  f.leaves = detail::index_leaves_of(f);
-  f.micro = {};
-  f.codes.reset();
-  f.micro_stored = false;
+  set_in_motion(v.density, pyramid, o.object_to_world * index_to_object,
+                {v.density.map.get(), v.medium.extinction, choose_cut(o)}, std::move(motion));
   v.shell = nullptr;
-  motion->cells_to_lattice = d.index_to_cells * translation(Vec3d(swept.origin));
-  f.motion = std::move(motion);
   return v;
+}
+
+Emitter make_moving(Emitter e, const BoundedGrid& field, const Affine& object_to_world,
+                    const Movement& movement) {
+  if (!movement.shutter.moves()) return e;
+  const Affine& to_object = field.grid.index_to_world;
+  auto motion = make_motion(field.pyramid, to_object, movement);
+  if (motion == nullptr) return e;
+  set_in_motion(e.field, field.pyramid, object_to_world * to_object,
+                {&e.fire.map, 1, {.everywhere = true}}, std::move(motion));
+  return e;
 }
 
 Vec3d velocity_at(const Volume& v, std::size_t place, const Affine& world_to_cells, Vec3d cells,

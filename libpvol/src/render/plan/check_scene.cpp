@@ -41,11 +41,16 @@ void check_places(const Emitter& fire, const Volume& volume) {
   }
 }
 
+/// Of what moves by velocities.
+void check_shutter(const VolumeField& field, const Scene& scene) {
+  require(field.motion == nullptr || field.motion->shutter == scene.camera.shutter,
+          "the volume was made for another shutter than the camera's; make it again for this one");
+}
+
 /// Of a volume that moves.
 void check_motion(const Volume& volume, const Scene& scene) {
   const RenderOptions& o = scene.options;
-  require(volume.density.motion->shutter == scene.camera.shutter,
-          "the volume was made for another shutter than the camera's; make it again for this one");
+  check_shutter(volume.density, scene);
   require(o.tracker != Tracker::regular && o.transmittance != Transmittance::regular,
           "regular tracking and regular transmittance have no closed form for a volume that moves; "
           "choose another tracker or transmittance, or set the shutter to [0, 0]");
@@ -130,6 +135,7 @@ void check(std::span<const Volume> volumes, const Scene& scene) {
   for (const Volume& v : volumes) {
     check(v, scene.options);
     if (v.density.motion != nullptr) check_motion(v, scene);
+    if (v.fire) check_shutter(v.fire->field, scene);
     if (places_move(v)) check_moving_places(v, scene);
   }
 }

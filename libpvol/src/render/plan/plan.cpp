@@ -28,7 +28,7 @@ Kernel choose_kernel(const RenderPlan& p) {
   return {.kind = p.scene.options.kernel,
           .count = p.scene.options.count || counted(p.scene.options.aovs),
           .endless = any(detail::has_endless_flights),
-          .moving = any([](const Volume& v) { return v.density.motion != nullptr; }),
+          .moving = any([](const Volume& v) { return motion_of(v) != nullptr; }),
           .places_move = any(places_move)};
 }
 
@@ -154,7 +154,7 @@ std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted,
     const std::size_t first = all.size();
     all.push_back(decide_cut(v, wanted));
     all.push_back(decide_micro_bounds(v, wanted));
-    if (v.density.motion) all.push_back(decide_motion(*v.density.motion));
+    if (const Motion* m = motion_of(v)) all.push_back(decide_motion(*m));
     if (places_move(v)) all.push_back(decide_moving_places(v));
     if (v.shell) all.push_back(decide_shell(p.shells[i]));
     for (std::size_t k = first; k < all.size(); ++k) all[k].volume = int(i);

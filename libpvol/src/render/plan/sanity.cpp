@@ -99,8 +99,8 @@ constexpr double kFaintest = 0.002;                   // share of camera rays th
 
 /// Warnings about a volume's motion.
 void warn_of_motion(const Volume& v, std::vector<std::string>& all) {
-  if (v.density.motion == nullptr) return;
-  const Motion& m = *v.density.motion;
+  if (motion_of(v) == nullptr) return;
+  const Motion& m = *motion_of(v);
   if (m.longest > m.still_extent) {
     all.push_back(named(v, "while the shutter is open, the medium moves by up to " +
                                digits(m.longest) + " voxels, more than the cloud's " +
@@ -108,7 +108,7 @@ void warn_of_motion(const Volume& v, std::vector<std::string>& all) {
                                ". Check for single velocities far above the others, and check the "
                                "unit of their scale and the camera's fps"));
   }
-  if (v.fire != nullptr) {
+  if (v.fire != nullptr && v.fire->field.motion == nullptr) {
     all.push_back(named(v, "its fire stands still while its density moves"));
   }
 }

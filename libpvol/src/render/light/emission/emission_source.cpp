@@ -42,7 +42,8 @@ Rgb integrate(const EmissionSource& source, const Value& value, const Ray& ray, 
   const Octree& tree = source.lines();
   Walk walk(tree, make_cursor(tree, cells.at(span.t0)), widen(Vec3f(cells.d)), span.t1 - span.t0);
   const double pieces = length(cells.d) * points / kStride;
-  const bool colors_move = source.albedo != nullptr && source.field->motion != nullptr;
+  const bool colored = source.albedo != nullptr || (source.fire && source.fire->color_by);
+  const bool colors_move = colored && source.field->motion != nullptr;
   const Affine to_world = colors_move ? inverse(source.field->world_to_cells) : Affine{};
   Rgb sum(0.0f);
   while (const auto s = walk.next()) {

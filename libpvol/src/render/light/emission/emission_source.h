@@ -39,8 +39,8 @@ struct EmissionSource {
     return at_collisions ? at_collisions->lines() : field->octree;
   }
 
-  /// Radiance per world unit at a point of a segment of the field, that lies there in the world of
-  /// the first place.
+  /// Radiance per world unit at a point of a segment of the field, that lay there at the files'
+  /// time in the world of the first place.
   template <class Mu>
   [[nodiscard]] Rgb at(const Mu& value, const Segment& s, const LatticePoint& p,
                        Vec3d world) const {
