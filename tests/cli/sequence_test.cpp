@@ -368,6 +368,23 @@ TEST_F(Sequence, MayHaveASkyAndASceneForEachFrame) {
   EXPECT_NE(camera(at("a", 1, "exr")), camera(at("a", 2, "exr"))) << "given for each frame";
 }
 
+TEST_F(Sequence, MayHaveAMeshForEachFrame) {
+  for (const int frame : {1, 2}) {
+    std::ofstream(at("roof", frame, "obj"))
+        << "v -9 " << frame << " -9\nv 9 1 -9\nv 0 1 9\nf 1 2 3\n";
+  }
+  const std::string scene = folder / "roof.toml";
+  std::ofstream(scene) << "[volume]\nfile = \"smoke.0001.toml\"\n[[mesh]]\n"
+                          "file = \"roof.####.obj\"\n[camera]\nposition = [0, 0, 6]\n"
+                          "target = [0, 0, 0]\n[medium]\nextinction = 5\n";
+  refuse(PVOL_RENDER, {scene, "-o", exr, "--frames", "1-3"}, 1, "frames.no_mesh");
+  render(scene, {"-o", exr, "--frames", "1-2", "--quiet"});
+  const std::string first = header(at("a", 1, "exr")).at("pvol:scene");
+  EXPECT_NE(first.find("roof.0001.obj"), std::string::npos) << first;
+  const std::string second = header(at("a", 2, "exr")).at("pvol:scene");
+  EXPECT_NE(second.find("roof.0002.obj"), std::string::npos) << second;
+}
+
 TEST_F(Sequence, IsRenderedByTheScenesThatWereChecked) {
   const std::string scene = folder / "scene.toml";
   std::ofstream(scene) << "[volume]\nfile = \"smoke.####.toml\"\n";

@@ -118,6 +118,9 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
       {"[camera]\nposition = [0, 0, 5]\ntarget = [0, 0, 0]\n[camera.to]\nup = [1, 0, 0]\n"
        "matrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n",
        "scene.camera_to_matrix_and_up"},
+      {"[[ball]]\nto = { radius = 2 }\n", "scene.no_key_ball_to_radius"},
+      {"[[plane]]\nto = { point = [0, 1, 0] }\n", "scene.no_key_plane_to"},
+      {"[[mesh]]\nfile = \"a.obj\"\nto = { scale = [1, 1, -1] }\n", "scene.mesh_to_scale_mirrors"},
       {"[environment]\ntype = \"imge\"\n", "scene.environment_type_imge"},
       {"[environment]\ntype = \"image\"\n", "scene.environment_no"},
       {"[environment]\ntype = \"constant\"\nzenith = 1\n", "scene.no_key_environment_zenith"},

@@ -320,8 +320,7 @@ scale = 3
 }
 
 TEST_F(SceneText, CamerasHaveAnotherPlaceAFrameLater) {
-  const std::string camera =
-      "[camera]\nposition = [0, 0, 5]\ntarget = [0, 1, 0]\nup = [1, 1, 0]\n";
+  const std::string camera = "[camera]\nposition = [0, 0, 5]\ntarget = [0, 1, 0]\nup = [1, 1, 0]\n";
   const SceneFile file = read(kCloud + camera + "[camera.to]\nposition = [2, 0, 5]\n");
   const CameraPlace expected{{2, 0, 5}, {0, 1, 0}, {1, 1, 0}};
   EXPECT_EQ(file.scene.camera.to, expected) << "keys that are left out keep their values";
@@ -331,9 +330,23 @@ TEST_F(SceneText, CamerasHaveAnotherPlaceAFrameLater) {
   EXPECT_EQ(set.scene.camera.to->target, Vec3d(0, 2, 0));
   EXPECT_EQ(set.scene.camera.to->position, Vec3d(0, 0, 5));
   const SceneFile printed = read(
-      kCloud + camera +
-      "to = { matrix = [1, 0, 0, 7, 0, 1, 0, 8, 0, 0, 1, 9, 0, 0, 0, 1] }\n");
+      kCloud + camera + "to = { matrix = [1, 0, 0, 7, 0, 1, 0, 8, 0, 0, 1, 9, 0, 0, 0, 1] }\n");
   EXPECT_EQ(printed.scene.camera.to, (CameraPlace{{7, 8, 9}, {7, 8, 8}, {0, 1, 0}}));
+}
+
+TEST_F(SceneText, SurfacesHaveAnotherPlaceAFrameLater) {
+  const SceneFile file = read(kCloud +
+                              "[[ball]]\ncentre = [1, 2, 3]\nto = { centre = [4, 5, 6] }\n"
+                              "[[mesh]]\nfile = \"a.obj\"\nscale = 2\n[mesh.to]\n"
+                              "rotate = [0, 1, 0, 30]\n[[solid]]\nfile = \"a.toml\"\n");
+  const std::vector<Surface>& all = file.scene.surfaces;
+  ASSERT_EQ(all.size(), 3u);
+  EXPECT_EQ(std::get<BallSurface>(all[0]).to, (BallPlace{{4, 5, 6}}));
+  EXPECT_FALSE(std::get<SolidSurface>(all[1]).to);
+  const MeshSurface& mesh = std::get<MeshSurface>(all[2]);
+  EXPECT_EQ(mesh.to->scale, Vec3d(2)) << "keys that are left out keep their values";
+  EXPECT_EQ(mesh.to->rotate, (std::vector<Turn>{{{0, 1, 0}, 30}}));
+  EXPECT_EQ(read(to_toml(file)), file);
 }
 
 TEST_F(SceneText, PlacesHaveAnotherOneAFrameLater) {

@@ -200,7 +200,9 @@ struct RandomScene {
     if (coin()) all.emplace_back(BallSurface{point(), magnitude(), finish()});
     if (coin()) all.emplace_back(SolidSurface{"/a.toml", nullptr, moving().from, finish()});
     for (int n = whole(0, 2); n > 0; --n) {
-      all.emplace_back(MeshSurface{"/a \"b\".obj", nullptr, moving().to, finish()});
+      const MovingPlacement way = moving();
+      all.emplace_back(MeshSurface{"/a \"b\".obj", nullptr, way.from, finish(),
+                                   coin() ? std::optional(way.to) : std::nullopt});
     }
     return all;
   }

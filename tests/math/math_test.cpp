@@ -5,6 +5,7 @@
 #include <numbers>
 #include <random>
 
+#include "math/turns.h"
 #include "pvol/math/affine.h"
 #include "pvol/math/box.h"
 #include "pvol/math/circles.h"

@@ -178,6 +178,32 @@ const std::vector<Feature>& features() {
          mesh.material.albedo = Rgb(0.2f, 0.5f, 0.8f);
          r.scene.surfaces.push_back(mesh);
        }},
+      {"ball", "a moving ball",
+       [](R& r) {
+         r.scene.camera.shutter = {0, 1};
+         BallSurface ball{{9, 9, 12}, 3, {Rgb(0.7f)}};
+         ball.to = BallPlace{{3, 12, 11}};
+         r.scene.surfaces.push_back(ball);
+       }},
+      {"mesh", "a moving mesh",
+       [](R& r) {
+         r.scene.camera.shutter = {0, 1};
+         MeshSurface mesh;
+         mesh.mesh = std::make_shared<const TriangleMesh>(square_mesh(5));
+         mesh.place.rotate = {{{1, 0, 0}, 60}};
+         mesh.place.translate = Vec3d(4, 10, 4);
+         mesh.to = mesh.place;
+         mesh.to->rotate[0].degrees = 100, mesh.to->translate = Vec3d(7, 8, 6);
+         mesh.material.albedo = Rgb(0.2f, 0.5f, 0.8f);
+         r.scene.surfaces.push_back(mesh);
+       }},
+      {"camera", "a moving camera",
+       [](R& r) {
+         Camera& c = r.scene.camera;
+         c.shutter = {0, 1};
+         const Vec3d way(5, -2, -3);
+         c.to = CameraPlace{c.position + way, c.target + way, c.up};
+       }},
       {"bounces", "two scatterings at most", option(&RenderOptions::max_bounces, 2u)},
       {"background", "a background", option(&RenderOptions::background, true)},
       {"guide", "guided", option(&RenderOptions::guide, GuideUse::on)},

@@ -31,20 +31,20 @@ MeshSurface mesh_surface(TriangleMesh mesh, const Affine& place = {}) {
 
 TEST(Surfaces, APlaneIsMetFromEitherSide) {
   const Surface all[] = {PlaneSurface{{0, 2, 0}, {0, 3, 0}, {}}};
-  const SurfaceSet s(all);
+  const SurfaceSet s(all, {});
   for (const double side : {1.0, -1.0}) {
-    const SurfaceHit hit = s.first_hit({{5, 2 + 4 * side, 1}, {0, -side, 0}}, kFar);
+    const SurfaceHit hit = s.first_hit({{5, 2 + 4 * side, 1}, {0, -side, 0}}, kFar, 0);
     ASSERT_NE(hit.material, nullptr);
     EXPECT_NEAR(hit.distance, 4, 1e-12);
     EXPECT_EQ(hit.normal, Vec3d(0, side, 0));
     EXPECT_GT((hit.place.y - 2) * side, 0) << "on the ray's side";
     EXPECT_NEAR(hit.place.y, 2, 1e-9);
-    EXPECT_FALSE(s.block({hit.place, normalize(Vec3d(1, side * 0.01, 0))}, kFar)) << "leaves";
-    EXPECT_TRUE(s.block({hit.place, normalize(Vec3d(1, -side * 0.01, 0))}, kFar)) << "enters";
+    EXPECT_FALSE(s.block({hit.place, normalize(Vec3d(1, side * 0.01, 0))}, kFar, 0)) << "leaves";
+    EXPECT_TRUE(s.block({hit.place, normalize(Vec3d(1, -side * 0.01, 0))}, kFar, 0)) << "enters";
   }
-  EXPECT_EQ(s.first_hit({{0, 3, 0}, {1, 0, 0}}, kFar).material, nullptr) << "along it";
-  EXPECT_FALSE(s.block({{0, 3, 0}, {0, -1, 0}}, 0.9));
-  EXPECT_TRUE(s.block({{0, 3, 0}, {0, -1, 0}}, 1.1));
+  EXPECT_EQ(s.first_hit({{0, 3, 0}, {1, 0, 0}}, kFar, 0).material, nullptr) << "along it";
+  EXPECT_FALSE(s.block({{0, 3, 0}, {0, -1, 0}}, 0.9, 0));
+  EXPECT_TRUE(s.block({{0, 3, 0}, {0, -1, 0}}, 1.1, 0));
 }
 
 /// The triangle that a ray meets first, by testing all in double.
@@ -82,22 +82,22 @@ TEST(Surfaces, MeshesAreMetWhereTheirTrianglesAre) {
   const Affine far{{Vec3d(0, -2, 0), Vec3d(3, 0, 0.5), Vec3d(0, 0.3, 1)}, {3e6, -2e6, 1e6}};
   for (const Affine& place : {Affine{}, far}) {
     const Surface all[] = {mesh_surface(soup, place)};
-    const SurfaceSet s(all);
+    const SurfaceSet s(all, {});
     int hits = 0;
     for (int n = 0; n < 4000; ++n) {
       const Vec3d from = place.point(random_point(rng, 5));
       const Ray ray{from, normalize(place.point(random_point(rng, 5)) - from)};
       const Nearest expected = search(soup, place, ray);
       if (expected.margin < 1e-4) continue;
-      const SurfaceHit hit = s.first_hit(ray, kFar);
+      const SurfaceHit hit = s.first_hit(ray, kFar, 0);
       ASSERT_EQ(hit.material != nullptr, expected.t < kFar) << n;
-      EXPECT_EQ(s.block(ray, kFar), expected.t < kFar);
+      EXPECT_EQ(s.block(ray, kFar, 0), expected.t < kFar);
       if (!hit.material) continue;
       ++hits;
       EXPECT_NEAR(hit.distance, expected.t, 1e-5 * (10 + expected.t));
       EXPECT_LT(dot(hit.normal, ray.d), 0);
       EXPECT_NEAR(length(hit.normal), 1, 1e-12);
-      EXPECT_FALSE(s.block(ray, 0.999 * hit.distance - 1e-4));
+      EXPECT_FALSE(s.block(ray, 0.999 * hit.distance - 1e-4, 0));
     }
     EXPECT_GT(hits, 500);
   }
@@ -107,7 +107,7 @@ TEST(Surfaces, NothingLeaksOutOfAClosedMesh) {
   const TriangleMesh ball = test::ball_mesh(24);
   const Affine place = translation({1e5, 2, -3}) * scaling({40, 1, 7});
   const Surface all[] = {mesh_surface(ball, place)};
-  const SurfaceSet s(all);
+  const SurfaceSet s(all, {});
   Rng rng(6, 0, 0);
   for (int n = 0; n < 100'000; ++n) {
     // Through vertices and along edges, too.
@@ -116,7 +116,7 @@ TEST(Surfaces, NothingLeaksOutOfAClosedMesh) {
     const Vec3d from = place.point(random_point(rng, 0.4));
     const Vec3d way = place.point(to * 2.0) - from;
     if (!(length(way) > 0.1)) continue;
-    ASSERT_TRUE(s.block({from, normalize(way)}, kFar)) << n;
+    ASSERT_TRUE(s.block({from, normalize(way)}, kFar, 0)) << n;
   }
 }
 
@@ -130,18 +130,18 @@ TEST(Surfaces, PlacesLieOnTheSideThatTheRayCameFrom) {
   const Vec3d centres[] = {{0, 1e4, 5}, {700, 0, 0}, {0, 0, 0}};
   Rng rng(7, 0, 0);
   for (std::size_t k = 0; k < std::size(kinds); ++k) {
-    const SurfaceSet s({&kinds[k], 1});
+    const SurfaceSet s({&kinds[k], 1}, {});
     int outside = 0, inside = 0;
     for (int n = 0; n < 5000; ++n) {
       const bool out = n % 2;
       const Vec3d from = centres[k] + (out ? 20.0 : 0.02) * normalize(random_point(rng, 1));
       const Vec3d to = out ? centres[k] - from + random_point(rng, 0.5) : random_point(rng, 1);
-      const SurfaceHit hit = s.first_hit({from, normalize(to)}, kFar);
+      const SurfaceHit hit = s.first_hit({from, normalize(to)}, kFar, 0);
       if (hit.material == nullptr) continue;
       Vec3d away = normalize(random_point(rng, 1));
       if (dot(away, hit.normal) < 0) away = -away;
       if (dot(away, hit.normal) < 0.01) continue;
-      EXPECT_EQ(s.block({hit.place, away}, kFar), !out) << kind_name(kinds[k]) << ' ' << n;
+      EXPECT_EQ(s.block({hit.place, away}, kFar, 0), !out) << kind_name(kinds[k]) << ' ' << n;
       ++(out ? outside : inside);
     }
     EXPECT_GT(outside, 300) << kind_name(kinds[k]);
@@ -154,18 +154,18 @@ TEST(Surfaces, PlacesLieOnTheSideThatTheRayCameFrom) {
 TEST(Surfaces, FarAwayPlacesLieOutside) {
   Rng rng(8, 0, 0);
   const auto check = [&](const Surface& surface, Vec3d centre, double radius, double from) {
-    const SurfaceSet s({&surface, 1});
+    const SurfaceSet s({&surface, 1}, {});
     int hits = 0;
     for (int n = 0; n < 2000; ++n) {
       const Vec3d d = normalize(random_point(rng, 1));
       const Vec3d aim = centre + random_point(rng, 0.5 * radius);
-      const SurfaceHit hit = s.first_hit({aim - d * from, d}, kFar);
+      const SurfaceHit hit = s.first_hit({aim - d * from, d}, kFar, 0);
       if (hit.material == nullptr) continue;
       Vec3d away = normalize(random_point(rng, 1));
       if (dot(away, hit.normal) < 0) away = -away;
       if (dot(away, hit.normal) < 0.05) continue;
       ++hits;
-      EXPECT_FALSE(s.block({hit.place, away}, kFar)) << kind_name(surface) << ' ' << radius;
+      EXPECT_FALSE(s.block({hit.place, away}, kFar, 0)) << kind_name(surface) << ' ' << radius;
       EXPECT_NEAR(length(hit.place - centre), radius, 0.02 * radius);
     }
     EXPECT_GT(hits, 1000);
@@ -185,23 +185,23 @@ TEST(Surfaces, ALargeMeshLeavesSmallOnesTheirShadows) {
   const Surface all[] = {mesh_surface(test::square_mesh(5e4), translation({0, -10, 0})),
                          mesh_surface(test::square_mesh(1)),
                          mesh_surface(test::square_mesh(0.5), translation({0.1, 0.02, 0.2}))};
-  const SurfaceSet s(all);
-  const SurfaceHit hit = s.first_hit({{0.3, 0.01, 0.2}, {0, -1, 0}}, kFar);
+  const SurfaceSet s(all, {});
+  const SurfaceHit hit = s.first_hit({{0.3, 0.01, 0.2}, {0, -1, 0}}, kFar, 0);
   EXPECT_NEAR(hit.place.y, 0, 1e-4);
-  EXPECT_TRUE(s.block({hit.place, {0, 1, 0}}, kFar));
+  EXPECT_TRUE(s.block({hit.place, {0, 1, 0}}, kFar, 0));
 }
 
 TEST(Surfaces, TheNearestOfAllKindsCounts) {
   const Surface all[] = {PlaneSurface{{0, -1, 0}, {0, 1, 0}, {Rgb(0.1f)}},
                          BallSurface{{0, 5, 0}, 1, {Rgb(0.2f)}},
                          mesh_surface(test::ball_mesh(16), translation({0, 10, 0}))};
-  const SurfaceSet s(all);
+  const SurfaceSet s(all, {});
   const Vec3d down(0, -1, 0);
-  EXPECT_EQ(s.first_hit({{0, 20, 0}, down}, kFar).material->albedo, Rgb(0.5f));
-  EXPECT_EQ(s.first_hit({{0, 8, 0}, down}, kFar).material->albedo, Rgb(0.2f));
-  EXPECT_EQ(s.first_hit({{0, 3, 0}, down}, kFar).material->albedo, Rgb(0.1f));
-  EXPECT_EQ(s.first_hit({{0, 3, 0}, down}, 3.9).material, nullptr);
-  EXPECT_EQ(s.first_hit({{0, 3, 0}, -down}, kFar).material->albedo, Rgb(0.2f)) << "from within";
+  EXPECT_EQ(s.first_hit({{0, 20, 0}, down}, kFar, 0).material->albedo, Rgb(0.5f));
+  EXPECT_EQ(s.first_hit({{0, 8, 0}, down}, kFar, 0).material->albedo, Rgb(0.2f));
+  EXPECT_EQ(s.first_hit({{0, 3, 0}, down}, kFar, 0).material->albedo, Rgb(0.1f));
+  EXPECT_EQ(s.first_hit({{0, 3, 0}, down}, 3.9, 0).material, nullptr);
+  EXPECT_EQ(s.first_hit({{0, 3, 0}, -down}, kFar, 0).material->albedo, Rgb(0.2f)) << "from within";
 }
 
 /// Two meshes, balls before and behind one another, and a plane before all: each hit has the finish
@@ -219,8 +219,8 @@ TEST(Surfaces, OfManyOfAKindTheNearestCounts) {
   std::get<MeshSurface>(all[5]).material.albedo = Rgb(0.6f);
   const auto expect_hit = [&](double from, Vec3d way, double at, float albedo) {
     for (int order = 0; order < 2; ++order) {
-      const SurfaceSet s(all);
-      const SurfaceHit hit = s.first_hit({{1e-3, from, 1e-3}, way}, kFar);
+      const SurfaceSet s(all, {});
+      const SurfaceHit hit = s.first_hit({{1e-3, from, 1e-3}, way}, kFar, 0);
       ASSERT_NE(hit.material, nullptr) << from;
       EXPECT_EQ(hit.material->albedo, Rgb(albedo)) << from;
       EXPECT_NEAR(hit.place.y, at, 0.01) << from;
@@ -256,10 +256,10 @@ TEST(Surfaces, NormalsOfWhatIsStretchedStandOnIt) {
   const double tolerance[] = {1e-6, 0.1};  // of the mesh's flat pieces
   Rng rng(8, 0, 0);
   for (std::size_t k = 0; k < std::size(kinds); ++k) {
-    const SurfaceSet s({&kinds[k], 1});
+    const SurfaceSet s({&kinds[k], 1}, {});
     for (int n = 0; n < 500; ++n) {
       const Vec3d from = place.point(3.0 * normalize(random_point(rng, 1)));
-      const SurfaceHit hit = s.first_hit({from, normalize(place.t - from)}, kFar);
+      const SurfaceHit hit = s.first_hit({from, normalize(place.t - from)}, kFar, 0);
       ASSERT_NE(hit.material, nullptr);
       const Vec3d at = inverse(place).point(hit.place);
       const Vec3d tangent = normalize(cross(at, random_point(rng, 1)));
@@ -275,16 +275,16 @@ TEST(Surfaces, AFlatMeshIsMet) {
   Rng rng(9, 0, 0);
   for (const double z : {0.0, 0.1, -1e3 / 3, 1e7 / 7}) {
     const Surface all[] = {mesh_surface(square, translation({z, -z, z}))};
-    const SurfaceSet s(all);
+    const SurfaceSet s(all, {});
     for (int n = 0; n < 1000; ++n) {
       const Vec3d to = Vec3d(z, -z, z) + Vec3d(0.01 + 0.98 * double(rng.uniform()),
                                                0.01 + 0.98 * double(rng.uniform()), 0);
       const Vec3d from = to + Vec3d(0, 0, n % 2 ? 2 : -2) + random_point(rng, 1);
       const Ray ray{from, normalize(to - from)};
-      const SurfaceHit hit = s.first_hit(ray, kFar);
+      const SurfaceHit hit = s.first_hit(ray, kFar, 0);
       ASSERT_NE(hit.material, nullptr) << z << ", " << n;
       EXPECT_NEAR(hit.distance, length(to - from), 1e-6) << z;
-      EXPECT_TRUE(s.block(ray, kFar));
+      EXPECT_TRUE(s.block(ray, kFar, 0));
     }
   }
 }
@@ -316,7 +316,7 @@ TEST(Surfaces, ThatCannotBeAreRefused) {
   solid.body = std::make_shared<const Body>(FreeForm{half_space({0, 0, 0}, {0, 1, 0}), {}});
   expect_refused(solid, "surfaces.solid_body_unbounded");
   const Surface beyond = mesh_surface(test::ball_mesh(4), scaling(Vec3d(1e308)));
-  EXPECT_THROW(SurfaceSet({&beyond, 1}), Error);
+  EXPECT_THROW(SurfaceSet({&beyond, 1}, {}), Error);
 }
 
 }  // namespace surfaces_test

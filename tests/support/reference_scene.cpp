@@ -27,11 +27,13 @@ Volume make(const ReferenceVolume& v, const CloudScene& scene) {
   const VoxelGrid& grid = v.field->grid;
   const Pyramid pyramid = build_pyramid(grid, o.look_up);
   Volume made = pvol::make_volume(grid, pyramid, v.medium, o);
+  VelocityGrid velocity;
   if (v.velocity) {
-    const VelocityGrid velocity = make_velocity(
-        kToldFrom, kToldFrom + kToldSize, [&](Vec3i p) { return v.velocity(Vec3d(p)); });
-    made = make_moving(made, pyramid, grid.index_to_world, {velocity, 1, scene.camera.shutter}, o);
+    velocity = make_velocity(kToldFrom, kToldFrom + kToldSize,
+                             [&](Vec3i p) { return v.velocity(Vec3d(p)); });
   }
+  const Movement by{velocity, 1, scene.camera.shutter};
+  if (v.velocity) made = make_moving(made, pyramid, grid.index_to_world, by, o);
   const Affine place = v.places.front().at(0);
   if (v.albedo) {
     const auto color = [&](Vec3i p) { return Rgb(v.albedo(Vec3d(p))); };
@@ -39,9 +41,11 @@ Volume make(const ReferenceVolume& v, const CloudScene& scene) {
   }
   if (v.fire) {
     const VoxelGrid& burning = v.fire->field->grid;
+    const Pyramid bounds = build_pyramid(burning);
     const Fire fire{.intensity = v.fire->intensity, .color = v.fire->color};
-    made.fire = std::make_shared<const Emitter>(
-        make_emitter(fire, {burning, build_pyramid(burning)}, nullptr, place));
+    Emitter emitter = make_emitter(fire, {burning, bounds}, nullptr, place);
+    if (v.velocity) emitter = make_moving(std::move(emitter), {burning, bounds}, place, by);
+    made.fire = std::make_shared<const Emitter>(std::move(emitter));
   }
   return move_places(made, v.places, scene.camera.shutter);
 }

@@ -72,12 +72,11 @@ class Media {
     Local sum;
     for (const Placed& p : all_) {
       const ReferenceVolume& v = *p.volume;
-      const Vec3d x = p.to_object.point(world);
+      const Vec3d source = moved(v, p.to_object.point(world));
       if (v.fire) {
         sum.emission += v.fire->intensity * double(v.fire->color[channel_]) *
-                        density_at(*v.fire->field, LookUp::trilinear, x);
+                        density_at(*v.fire->field, LookUp::trilinear, source);
       }
-      const Vec3d source = moved(v, x);
       const double mu = v.medium.extinction * double(v.medium.extinction_color[channel_]) *
                         mapped(v, density_at(*v.field, look_up_, source));
       if (mu == 0) continue;
@@ -172,6 +171,21 @@ Hit nearest(const std::vector<Surface>& surfaces, const Ray& ray) {
   Hit hit;
   for (const Surface& s : surfaces) std::visit([&](const auto& kind) { meet(kind, ray, hit); }, s);
   return hit;
+}
+
+/// Where surfaces are at a time. Turns are about one axis.
+Surface at_time(Surface surface, double t) {
+  const auto between = [t](const auto& a, const auto& b) { return a + (b - a) * t; };
+  if (auto* ball = std::get_if<BallSurface>(&surface); ball && ball->to) {
+    ball->centre = between(ball->centre, ball->to->centre);
+  }
+  if (auto* mesh = std::get_if<MeshSurface>(&surface); mesh && mesh->to) {
+    Placement& place = mesh->place;
+    place.translate = between(place.translate.value(), mesh->to->translate.value());
+    double& degrees = place.rotate.at(0).degrees;
+    degrees = between(degrees, mesh->to->rotate.at(0).degrees);
+  }
+  return surface;
 }
 
 // --- Lights ---
@@ -282,7 +296,9 @@ double radiance_of(const Other&, Vec3d, int) {
 class Tracer {
  public:
   Tracer(const ReferenceScene& scene, double time, int channel, Rng& rng)
-      : scene_(scene.scene), medium_(scene, time, channel), c_(channel), rng_(rng) {}
+      : scene_(scene.scene), medium_(scene, time, channel), c_(channel), rng_(rng) {
+    for (const Surface& s : scene_.surfaces) surfaces_.push_back(at_time(s, time));
+  }
 
   struct Result {
     double radiance = 0;
@@ -293,7 +309,7 @@ class Tracer {
     double weight = 1;
     const std::uint32_t most = scene_.options.max_bounces.value_or(1'000'000);
     for (std::uint32_t bounce = 0;; ++bounce) {
-      const Hit hit = nearest(scene_.surfaces, ray);
+      const Hit hit = nearest(surfaces_, ray);
       double emitted = 0;
       const std::optional<Collision> collision = fly(ray, hit.t, emitted);
       result.radiance += weight * emitted;
@@ -322,6 +338,7 @@ class Tracer {
 
  private:
   const CloudScene& scene_;
+  std::vector<Surface> surfaces_{};
   Media medium_;
   int c_;
   Rng& rng_;
@@ -354,7 +371,7 @@ class Tracer {
   }
 
   double transmittance(const Ray& ray, double end) {
-    if (nearest(scene_.surfaces, ray).t < end) return 0;
+    if (nearest(surfaces_, ray).t < end) return 0;
     double passed = 1;
     tentative_collisions(ray, end, [&](double, const Local& medium) {
       passed *= 1 - medium.extinction / medium_.majorant();
@@ -414,14 +431,17 @@ class Tracer {
   }
 };
 
-/// The camera ray of a place in the picture, in pixels from its upper left corner.
-Ray camera_ray(const CloudScene& scene, double x, double y) {
+/// The camera ray of a place in the picture, in pixels from its upper left corner, at a time. The
+/// camera moves without turning.
+Ray camera_ray(const CloudScene& scene, double x, double y, double time) {
   const Camera& c = scene.camera;
+  const Vec3d way = c.to ? c.to->position - c.position : Vec3d{};
   const Vec3d ahead = normalize(c.target - c.position), right = normalize(cross(ahead, c.up));
   const double half = std::tan(c.fov / 2 * kPi / 180), height = scene.options.height;
   const Vec3d up = cross(right, ahead);
   const double across = (2 * x - scene.options.width) / height, above = 1 - 2 * y / height;
-  return {c.position, normalize(ahead + right * (half * across) + up * (half * above))};
+  return {c.position + way * time,
+          normalize(ahead + right * (half * across) + up * (half * above))};
 }
 
 }  // namespace
@@ -440,9 +460,10 @@ Film reference_film(const ReferenceScene& scene, std::uint32_t samples, std::uin
       int stopped = 0;
       for (int c = 0; c < 3; ++c) {  // each a picture by itself
         const auto [u, v] = rng.uniform2();
-        Tracer tracer(scene, shutter.at(double(rng.uniform())), c, rng);
+        const double time = shutter.at(double(rng.uniform()));
+        Tracer tracer(scene, time, c, rng);
         const auto [radiance, covered] =
-            tracer.trace(camera_ray(scene.scene, px + double(u), py + double(v)));
+            tracer.trace(camera_ray(scene.scene, px + double(u), py + double(v), time));
         pixel.sum[c] += radiance;
         pixel.sum_squares[c] += radiance * radiance;
         stopped += covered;

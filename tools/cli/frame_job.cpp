@@ -96,9 +96,7 @@ FrameJob name_frame(const SequenceGiven& given, int frame) {
 void add_scene(const SequenceGiven& given, FrameJob& job) {
   const int frame = job.in_sequence->number;
   job.scene = given.scene ? *given.scene : parse_scene(job.options);
-  for (formats::SceneVolume& v : job.scene.volumes) v.file = file_of_frame(v.file, frame);
-  auto* sky = std::get_if<ImageSky>(&job.scene.scene.environment);
-  if (sky) sky->file = file_of_frame(sky->file, frame).string();
+  visit_files(job.scene, [&](auto& name) { name = file_of_frame(name, frame).string(); });
   std::uint64_t& seed = job.scene.scene.options.seed;
   seed = seed_of_frame(seed, frame);
   job.open = open_choices(job.scene);

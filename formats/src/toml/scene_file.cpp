@@ -119,13 +119,28 @@ void read_lights(const TomlTable& root, std::vector<Light>& lights) {
   }
 }
 
+/// Where a surface is a frame later.
+void read_way(const TomlTable& table, Surface& surface) {
+  if (auto* ball = std::get_if<BallSurface>(&surface)) {
+    read_keys(table, entries(ball->to.emplace()));
+  } else if (auto* solid = std::get_if<SolidSurface>(&surface)) {
+    solid->to = read_to(table, solid->place).to;
+  } else if (auto* mesh = std::get_if<MeshSurface>(&surface)) {
+    mesh->to = read_to(table, mesh->place).to;
+  }
+}
+
 void read_surfaces(const TomlTable& root, UpAxis axis, std::vector<Surface>& surfaces) {
   for (const Surface& kind : all_kinds<Surface>()) {
     for (const TomlTable* table : root.tables(kind_name(kind))) {
       Surface& surface = surfaces.emplace_back(kind);
       if (auto* plane = std::get_if<PlaneSurface>(&surface)) plane->normal = up_of(axis);
-      read_keys(*table, entries(surface));
+      const Entries own = entries(surface);
+      std::vector<std::string_view> allowed = key_names(own);
+      if (!std::holds_alternative<PlaneSurface>(surface)) allowed.emplace_back("to");
+      read_keys(*table, own, allowed);
       refuse_misfit(*table, misfit(surface));
+      if (const TomlTable* to = table->table("to")) read_way(*to, surface);
     }
   }
 }

@@ -130,6 +130,15 @@ std::vector<SectionManual> describe_sections() {
   for (Surface& surface : all_kinds<Surface>()) {
     all.push_back(section(std::string("[[") + kind_name(surface) + "]]", "", entries(surface)));
   }
+  BallPlace ball;
+  all.push_back(section("[ball.to]",
+                        "The place of the ball one frame later: it moves there evenly while the "
+                        "camera's shutter is open.",
+                        entries(ball)));
+  all.push_back(section("[mesh.to]",
+                        "The placement of the mesh one frame later; of a solid in [solid.to]. Keys "
+                        "left out keep their values.",
+                        entries(placement)));
   all.push_back(section("[render]", "Options of the renderer; the command line has the same.",
                         render_keys(file)));
   return all;

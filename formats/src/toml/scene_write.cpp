@@ -45,6 +45,17 @@ std::string place_text(const SceneVolume& v) {
   return text;
 }
 
+/// Where a surface is a frame later.
+std::string way_text(const Surface& surface) {
+  const auto text = [&](const auto& s) -> std::string {
+    if constexpr (requires { s.to; }) {
+      if (s.to) return fmt::format("\n[{}.to]\n", kind_name(surface)) + lines(entries(*s.to));
+    }
+    return "";
+  };
+  return std::visit(text, surface);
+}
+
 /// The first component is what the medium's table itself describes; its share follows from theirs.
 std::string medium_text(const SceneVolume& v, const std::string& name) {
   const std::vector<Component>& all = v.medium.components;
@@ -98,6 +109,7 @@ std::string to_toml(const SceneFile& file) {
   }
   for (const Surface& surface : scene.surfaces) {
     text += fmt::format("\n[[{}]]\n", kind_name(surface)) + lines(entries(surface));
+    text += way_text(surface);
   }
   return text + "\n[render]\n" + lines(entries(scene.options)) +
          (file.density ? lines(entries(file.density)) : "");

@@ -100,23 +100,6 @@ void read_medium(const TomlTable& given, SceneVolume& volume, Placement& placeme
   }
 }
 
-/// Where what has a placement is a frame later.
-MovingPlacement read_to(const TomlTable& table, const Placement& from) {
-  MovingPlacement moving{from, from};
-  Placement& to = moving.to;
-  if (table.has("matrix")) to = {};  // it says all
-  const Entries own = entries(to);
-  if (from.matrix && !table.has("matrix")) {
-    for (const std::string_view key : key_names(own)) {
-      if (table.has(key)) table.fail(key, "a matrix, since the first placement has one");
-    }
-  }
-  read_keys(table, own);
-  refuse_misfit(table, misfit(to));
-  refuse_misfit(table, misfit(moving));
-  return moving;
-}
-
 /// Places of a volume after that of its medium.
 void read_instances(const TomlTable& table, SceneVolume& volume) {
   for (const TomlTable* t : table.tables("instance")) {
@@ -135,6 +118,22 @@ void read_instances(const TomlTable& table, SceneVolume& volume) {
 }
 
 }  // namespace
+
+MovingPlacement read_to(const TomlTable& table, const Placement& from) {
+  MovingPlacement moving{from, from};
+  Placement& to = moving.to;
+  if (table.has("matrix")) to = {};  // it says all
+  const Entries own = entries(to);
+  if (from.matrix && !table.has("matrix")) {
+    for (const std::string_view key : key_names(own)) {
+      if (table.has(key)) table.fail(key, "a matrix, since the first placement has one");
+    }
+  }
+  read_keys(table, own);
+  refuse_misfit(table, misfit(to));
+  refuse_misfit(table, misfit(moving));
+  return moving;
+}
 
 void read_volumes(const TomlTable& root, SceneFile& file) {
   const auto tables = root.tables("volume");

@@ -32,6 +32,11 @@ Affine MovingMap::at(double t) const {
   return a;
 }
 
+Vec3d MovingMap::velocity(Vec3d p, double t) const {
+  constexpr double kStep = 1.0 / 1024;
+  return (at(t + kStep).point(p) - at(t - kStep).point(p)) / (2 * kStep);
+}
+
 bool MovingMap::moves() const {
   return shift_rate != Vec3d{} || linear_rate != std::array<Vec3d, 3>{} ||
          std::ranges::any_of(turns, [](const MovingTurn& turn) { return turn.rate != 0; });

@@ -138,11 +138,10 @@ Vec3d velocity_at(const Volume& v, std::size_t place, const Affine& world_to_cel
     sum = inverse(world_to_cells).vector(Vec3d(vec3(d)));
   }
   if (const MovingPlaces* m = v.place_velocities.get()) {
-    constexpr double kStep = 1.0 / 256;  // of a frame: turns are straight, and rounding is small
     const Vec3d p = cells_to_object(v.density, v).point(cells);
     const MovingPlace& at = m->all[place];
-    const Vec3d way = at.at(frames + kStep).point(p) - at.at(frames - kStep).point(p);
-    sum += way / (2 * kStep);
+    const Vec3d by_object = at.instance.at(frames).vector(at.object.velocity(p, frames));
+    sum += at.instance.velocity(at.object.at(frames).point(p), frames) + by_object;
   }
   return sum;
 }

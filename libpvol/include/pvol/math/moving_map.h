@@ -28,6 +28,9 @@ struct MovingMap {
   Vec3d shift{}, shift_rate{};  ///< c and c', world units and those a frame
 
   [[nodiscard]] Affine at(double frames) const;
+  /// By how much a place of the map's own frame moves in a frame of the film, at a time: right to
+  /// 1e-5 of that for turns of up to one a frame.
+  [[nodiscard]] Vec3d velocity(Vec3d place, double frames) const;
   /// Whether it is another map at another time.
   [[nodiscard]] bool moves() const;
   friend bool operator==(const MovingMap&, const MovingMap&) = default;

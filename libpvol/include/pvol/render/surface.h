@@ -4,11 +4,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 
 #include "pvol/form/body.h"
 #include "pvol/math/keys.h"
+#include "pvol/math/moving_map.h"
 #include "pvol/math/names.h"
 #include "pvol/math/triangle_mesh.h"
 #include "pvol/render/placement.h"
@@ -86,11 +88,28 @@ template <std::same_as<PlaneSurface> P>
   });
 }
 
+/// Where a ball is a frame later.
+struct BallPlace {
+  Vec3d centre{0, 0, 0};
+  friend bool operator==(const BallPlace&, const BallPlace&) = default;
+};
+template <std::same_as<BallPlace> B>
+[[nodiscard]] constexpr auto keys(const B&) {
+  return std::to_array<Key<B>>({
+      key<&B::centre>({.key = "centre",
+                       .metavar = "XYZ",
+                       .limits = number().times(3),
+                       .help = "Centre of the sphere one frame later, in world units",
+                       .required = true}),
+  });
+}
+
 struct BallSurface {
   static constexpr const char* kName = "ball";
   Vec3d centre{0, 0, 0};
   double radius = 1;
   Material material{};
+  std::optional<BallPlace> to{};  ///< none: it stands still
   friend bool operator==(const BallSurface&, const BallSurface&) = default;
 };
 template <std::same_as<BallSurface> B>
@@ -115,6 +134,7 @@ struct SolidSurface {
   std::shared_ptr<const Body> body{};  ///< bounded, its perturbations without ones of their own
   Placement place{};
   Material material{};
+  std::optional<Placement> to{};  ///< one frame later; none: it stands still
   friend bool operator==(const SolidSurface&, const SolidSurface&) = default;
 };
 template <std::same_as<SolidSurface> S>
@@ -138,6 +158,7 @@ struct MeshSurface {
   std::shared_ptr<const TriangleMesh> mesh{};
   Placement place{};
   Material material{};
+  std::optional<Placement> to{};  ///< one frame later; none: it stands still
   friend bool operator==(const MeshSurface&, const MeshSurface&) = default;
 };
 template <std::same_as<MeshSurface> M>
@@ -162,9 +183,13 @@ using Surface = std::variant<PlaneSurface, BallSurface, SolidSurface, MeshSurfac
 /// A place that cannot be undone, or a matrix besides the rest.
 [[nodiscard]] std::optional<Misfit> misfit(const Surface& surface);
 
+/// How the surface goes from its own frame, in which a ball is one of radius 1 about the origin, to
+/// the world; nothing of one that stands still.
+[[nodiscard]] std::optional<MovingMap> motion_of(const Surface& surface);
+
 /// Throws Error, which says what is wrong: values out of range, a mesh without triangles or with
-/// vertices that are missing or not finite, a body that RayBody does not take, a place that cannot
-/// be undone.
+/// vertices that are missing or not finite, a body that RayBody does not take, places that cannot
+/// be undone or that no way leads between (misfit(MovingPlacement)).
 void validate(const Surface& surface);
 
 }  // namespace pvol

@@ -138,7 +138,7 @@ Photon PhotonSources::sample(Rng& rng) const {
 }
 
 /// The sky by its own sampling and uniformly, half and half. A surface on the way to the target
-/// hides it, and brings what it scatters instead.
+/// hides it, and brings what it scatters instead: where it is at the files' time.
 PhotonSources::FromAround PhotonSources::sample_around(Rng& rng) const {
   LightSample l;
   const bool own = s_.light.sky.sampled() && rng.uniform() < 0.5f;
@@ -148,7 +148,8 @@ PhotonSources::FromAround PhotonSources::sample_around(Rng& rng) const {
   const Ray ray = target_.ray(-l.direction, rng);
   l.radiance = s_.light.sky.radiance(l.direction);
   if (s_.surfaces) {
-    const SurfaceHit hit = s_.surfaces->scattered->first_hit({ray.o, Vec3d(l.direction)}, kEndless);
+    const SurfaceHit hit =
+        s_.surfaces->scattered->first_hit({ray.o, Vec3d(l.direction)}, kEndless, 0);
     if (hit.material != nullptr) l.radiance = seen_on(hit, rng);
   }
   const Rgb more = l.radiance - s_.constant;
@@ -161,7 +162,7 @@ PhotonSources::FromAround PhotonSources::sample_around(Rng& rng) const {
 Rgb PhotonSources::seen_on(const SurfaceHit& surface, Rng& rng) const {
   const Lambert lobe{Vec3f(surface.normal)};
   const Vec3f up = sample_phase(lobe, {}, rng);
-  const bool open = !s_.surfaces->shadow->block({surface.place, Vec3d(up)}, kEndless);
+  const bool open = !s_.surfaces->shadow->block({surface.place, Vec3d(up)}, kEndless, 0);
   Rgb sum = open ? s_.light.sky.radiance(up) : Rgb(0.0f);
   const auto even = [](std::size_t) { return 1.0f; };
   std::vector<double> weights;
@@ -169,7 +170,7 @@ Rgb PhotonSources::seen_on(const SurfaceHit& surface, Rng& rng) const {
     const LightSample l = sample_light(s_.light.sources[i], surface.place, rng);
     const float cosine = std::max(0.0f, dot(lobe.normal, l.direction));
     if (!(cosine > 0)) return;
-    if (s_.surfaces->shadow->block({surface.place, Vec3d(l.direction)}, l.distance)) return;
+    if (s_.surfaces->shadow->block({surface.place, Vec3d(l.direction)}, l.distance, 0)) return;
     sum += l.radiance * (cosine * factor / kPi / (l.pdf > 0 ? l.pdf : 1));
   });
   return surface.material->albedo * sum;
@@ -201,7 +202,8 @@ Photon PhotonSources::from_light(const LightSource& source, Rng& rng) const {
   Photon p =
       std::visit([&](const auto& light) { return emit(light, target_, power(), rng); }, source);
   const bool from_afar = std::holds_alternative<SunLight>(source) && s_.surfaces;
-  if (from_afar && s_.surfaces->shadow->block({p.ray.o, -p.ray.d}, kEndless)) p.power = Rgb(0.0f);
+  if (from_afar && s_.surfaces->shadow->block({p.ray.o, -p.ray.d}, kEndless, 0))
+    p.power = Rgb(0.0f);
   return p;
 }
 

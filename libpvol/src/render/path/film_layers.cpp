@@ -89,9 +89,12 @@ Vec3d albedo_of(const PathSetup& s, const PathResult& r) {
   });
 }
 
-/// Surfaces stand still.
 Vec3d velocity_of(const PathSetup& s, const PathResult& r) {
-  if (r.first_material) return {};
+  if (r.first_material && r.first_moves == nullptr) return {};
+  if (r.first_material) {
+    const Vec3d own = inverse(r.first_moves->at(double(r.time))).point(r.first);
+    return r.first_moves->velocity(own, double(r.time));
+  }
   return mean_of_all(
       s, r, [&](const Volume& v, std::uint32_t place, const Affine& to_cells, Vec3d cells) {
         return velocity_at(v, place, to_cells, cells, double(r.time));

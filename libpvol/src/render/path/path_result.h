@@ -25,6 +25,7 @@ struct PathResult {
   float time = 0;          ///< of the path, in frames, where the setup moves
   Vec3d first_normal;      ///< where that place is on a surface, which has this finish
   const Material* first_material = nullptr;  ///< a shadow catcher's too, which no weight counts
+  const MovingMap* first_moves = nullptr;    ///< and what moves it; or null
 
   explicit PathResult(const PathSetup& s)
       : layers(s.options.aovs.has(Aov::lights) ? s.light.sources.size() + 2 : 0),

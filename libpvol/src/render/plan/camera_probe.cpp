@@ -36,9 +36,11 @@ constexpr std::uint64_t kMostSteps = 1 << 20;  // of all paths
 [[nodiscard]] std::optional<double> sample_depth(const PathSetup& setup, const Ray& ray, Rng& rng) {
   std::optional<double> sum;
   const Instances& in = *setup.instances;
-  const double frames = in.moves() ? setup.view.camera.shutter.at(double(rng.uniform())) : 0;
-  const double end =
-      setup.surfaces ? setup.surfaces->camera->first_hit(ray, kEndless).distance : kEndless;
+  const bool moves = in.moves() || (setup.surfaces && setup.surfaces->move());
+  const double frames = moves ? setup.view.camera.shutter.at(double(rng.uniform())) : 0;
+  const double end = setup.surfaces
+                         ? setup.surfaces->camera->first_hit(ray, kEndless, float(frames)).distance
+                         : kEndless;
   in.tree.visit(ray, end, [&](std::uint32_t i, double limit) {
     const Instance at = in.at_time(i, frames);
     const VolumeSetup& v = setup.volumes[at.volume];

@@ -28,7 +28,8 @@ Kernel choose_kernel(const RenderPlan& p) {
   return {.kind = p.scene.options.kernel,
           .count = p.scene.options.count || counted(p.scene.options.aovs),
           .endless = any(detail::has_endless_flights),
-          .moving = any([](const Volume& v) { return motion_of(v) != nullptr; }),
+          .moving = any([](const Volume& v) { return motion_of(v) != nullptr; }) ||
+                    (p.surfaces && p.surfaces->move()),
           .places_move = any(places_move)};
 }
 
@@ -199,7 +200,7 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
   p.lighting = std::make_shared<const Lighting>(make_lighting(p.scene));
   p.guide = choose_guide(volumes, p.scene, *p.lighting,
                          options.paths > 0 ? options.paths : count_paths(o));
-  p.surfaces = detail::make_surfaces(scene.surfaces);
+  p.surfaces = detail::make_surfaces(scene.surfaces, scene.camera.shutter);
   p.kernel = choose_kernel(p);
   p.emission = detail::prepare_emission(volumes, p.scene);
   if (p.emission && p.emission->lit) p.emission = detail::choose_fire_lights(p);

@@ -7,6 +7,7 @@
 
 #include "math/philox.h"
 #include "math/turn_up.h"
+#include "math/turns.h"
 #include "pvol/math/circle.h"
 
 namespace pvol {

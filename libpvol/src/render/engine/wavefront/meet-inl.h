@@ -62,7 +62,7 @@ void ask_light(const World& w, const OnSurface& v, std::size_t light, const Ligh
   if (!(value > 0)) return;
   // Here it is asked once: rays off surfaces do not ask again.
   const Ray way{v.place, Vec3d(towards.direction)};
-  if (s.surfaces->hide(way, towards.distance)) return;
+  if (s.surfaces->hide(way, towards.distance, v.time)) return;
   if (!meets_volume(w, way, towards.distance, v.time)) {
     const auto add = [&](PathResult& r) { add_light(s, light, weight * own, r); };
     return v.catcher ? w.m.slots.add_caught(v.slot(), add)
@@ -183,7 +183,7 @@ void meet(const World& w, const Records& q, std::size_t at) {
     if (v.catcher)
       return catch_shadow<ComponentKind>(w, v, surface, direction_at(q, at), throughput);
     add_first_collision(s, w.m, v.slot(), surface.place, throughput);
-    w.m.slots.seen[v.slot()] = {&material, surface.normal};
+    w.m.slots.seen[v.slot()] = {&material, surface.normal, surface.moves};
   }
   if (largest(s.constant) > 0) {
     w.m.slots.add(v.slot(), scatterings,

@@ -104,7 +104,9 @@ class Slots {
       if (result_.first_weight > 0) result_.first_weight = dimmed_[slot].first_weight;
     }
     if (!seen.empty()) {
-      result_.first_material = seen[slot].material, result_.first_normal = seen[slot].normal;
+      const SeenSurface& met = seen[slot];
+      result_.first_material = met.material, result_.first_normal = met.normal;
+      result_.first_moves = met.moves;
     }
     if (!caught_.empty()) subtract_caught(caught_[slot]);
     return result_;
@@ -133,6 +135,7 @@ class Slots {
   struct SeenSurface {
     const Material* material = nullptr;  ///< null: the camera sees none
     Vec3d normal{};
+    const MovingMap* moves = nullptr;
   };
   std::vector<SeenSurface> seen;                                       ///< where there are surfaces
   std::vector<std::array<std::uint32_t, kPixelCounts.size()>> counts;  ///< where they are asked for

@@ -101,7 +101,7 @@ struct alignas(64) WorldRay {
 /// comes from behind a surface that stops the rest, one of them is drawn, in proportion to about
 /// what they are.
 inline void choose_what_comes(const Surfaces& surfaces, WorldRay& r, Rng& rng) {
-  r.among.direct_until = surfaces.shadow->first_hit(r.ray, r.end()).distance;
+  r.among.direct_until = surfaces.shadow->first_hit(r.ray, r.end(), r.time).distance;
   const Material* const ahead = r.among.surface.material;
   if (ahead == nullptr) return;
   if (ahead->visible_shadow)
@@ -120,13 +120,13 @@ inline void find_surface(const Surfaces& surfaces, WorldRay& r, Rng rng) {
   r.among = {};
   if (r.kind == RayKind::shadow) {
     // From surfaces, lights that are hidden are not asked.
-    r.among.hidden = !r.off_surface && surfaces.hide(r.ray, r.limit);
+    r.among.hidden = !r.off_surface && surfaces.hide(r.ray, r.limit, r.time);
     return;
   }
   const SurfaceSet& met = r.kind == RayKind::camera    ? *surfaces.camera
                           : r.kind == RayKind::to_fire ? *surfaces.shadow
                                                        : *surfaces.scattered;
-  r.among.surface = met.first_hit(r.ray, r.end());
+  r.among.surface = met.first_hit(r.ray, r.end(), r.time);
   if (r.kind == RayKind::path && surfaces.shadows_differ()) choose_what_comes(surfaces, r, rng);
   if (r.among.surface.material == nullptr) return;
   r.limit = r.among.surface.distance;

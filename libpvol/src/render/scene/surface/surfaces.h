@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "pvol/form/ray_body.h"
+#include "pvol/math/moving_map.h"
 #include "pvol/render/surface.h"
+#include "pvol/volume/shutter.h"
 #include "render/scene/surface/mesh_scene.h"
 
 namespace pvol::detail {
@@ -20,20 +22,24 @@ struct SurfaceHit {
   Vec3d normal;                        ///< unit, on the ray's side
   double clearance = 0;                ///< of the place from the surface, along the normal
   const Material* material = nullptr;  ///< null: there is none
+  const MovingMap* moves = nullptr;    ///< what moves it, shutter open or not; null: nothing
 };
 
 /// What rays of one kind meet. Immutable; safe to use from any thread.
 class SurfaceSet {
  public:
-  /// Of valid surfaces. Throws Error where their triangles cannot be had.
-  explicit SurfaceSet(std::span<const Surface> surfaces);
+  /// Of valid surfaces. Throws Error where their triangles cannot be had, and for a place that
+  /// cannot be undone at all times of the shutter.
+  SurfaceSet(std::span<const Surface> surfaces, const Shutter& shutter);
   SurfaceSet(const SurfaceSet&) = delete;
   SurfaceSet& operator=(const SurfaceSet&) = delete;
 
-  /// The first one that a ray of unit direction meets before the limit.
-  [[nodiscard]] SurfaceHit first_hit(const Ray& ray, double limit) const;
+  /// The first one that a ray of unit direction meets before the limit, at a time in frames.
+  [[nodiscard]] SurfaceHit first_hit(const Ray& ray, double limit, float time) const;
   /// Whether there is one.
-  [[nodiscard]] bool block(const Ray& ray, double limit) const;
+  [[nodiscard]] bool block(const Ray& ray, double limit, float time) const;
+  /// Whether some are elsewhere at another time of the shutter.
+  [[nodiscard]] bool move() const { return move_; }
 
   /// Whether the camera sees shadows alone of some.
   [[nodiscard]] bool catch_shadows() const { return catch_shadows_; }
@@ -45,23 +51,55 @@ class SurfaceSet {
     Vec3d point, normal;  // unit
     Material material;
   };
+  /// Where what has a frame of its own is in the world.
+  struct Frame {
+    Affine to_world, from_world;
+  };
+  /// The same of what may move.
+  struct Place {
+    Frame still;  ///< at time 0
+    std::optional<MovingMap> moves{};
+    bool open = false;  ///< whether it does while the shutter is open
+
+    /// At a time; of what moves in `moved`.
+    [[nodiscard]] const Frame& at(float time, Frame& moved) const {
+      return open ? moved = frame_at(time) : still;
+    }
+    [[nodiscard]] Frame frame_at(float time) const;
+    [[nodiscard]] const MovingMap* motion() const { return moves ? &*moves : nullptr; }
+  };
   struct PlacedBody {
     std::unique_ptr<const RayBody> body;
-    Affine to_world, to_body;
+    Place place;
     double clearance;  // world units, beside that of places far away
+    Material material;
+  };
+  /// Of triangles in their own frame.
+  struct MovingMesh {
+    MeshScene triangles;
+    Place place;
     Material material;
   };
   struct Add;
 
   [[nodiscard]] static std::optional<double> meet(const Plane& plane, const Ray& ray, double limit);
-  [[nodiscard]] static std::optional<RayBody::Hit> meet(const PlacedBody& body, const Ray& ray,
-                                                        double limit);
+  [[nodiscard]] static std::optional<RayBody::Hit> meet(const PlacedBody& body, const Frame& frame,
+                                                        const Ray& ray, double limit);
+  [[nodiscard]] static std::optional<MeshScene::Hit> meet(const MovingMesh& mesh,
+                                                          const Frame& frame, const Ray& ray,
+                                                          double limit);
 
   std::vector<Plane> planes_;
   std::vector<PlacedBody> bodies_;
-  std::vector<Material> mesh_materials_;
+  std::vector<MovingMesh> moving_meshes_;
+  /// Of those that stand still while the shutter is open.
+  struct MeshLook {
+    Material material;
+    std::optional<MovingMap> moves;
+  };
+  std::vector<MeshLook> mesh_looks_;
   std::optional<MeshScene> meshes_;
-  bool catch_shadows_ = false, are_grey_ = true;
+  bool catch_shadows_ = false, are_grey_ = true, move_ = false;
 };
 
 /// The surfaces that each kind of ray meets; the same set where all meet the same ones.
@@ -70,10 +108,11 @@ struct Surfaces {
 
   /// Whether one is in the way of light that comes along a ray from this distance. A lamp on a wall
   /// is not hidden by it.
-  [[nodiscard]] bool hide(const Ray& ray, double distance) const {
+  [[nodiscard]] bool hide(const Ray& ray, double distance, float time) const {
     constexpr double kUpTo = 1 - 1e-6;
-    return shadow->block(ray, distance * kUpTo);
+    return shadow->block(ray, distance * kUpTo, time);
   }
+  [[nodiscard]] bool move() const { return camera->move() || shadow->move() || scattered->move(); }
   /// Whether scattered rays meet others than those that cast shadows.
   [[nodiscard]] bool shadows_differ() const { return shadow != scattered; }
   /// Whether light is the same whatever rays it meets the surfaces by, but for what the camera sees
@@ -84,6 +123,7 @@ struct Surfaces {
 };
 
 /// Null for none.
-[[nodiscard]] std::shared_ptr<const Surfaces> make_surfaces(std::span<const Surface> surfaces);
+[[nodiscard]] std::shared_ptr<const Surfaces> make_surfaces(std::span<const Surface> surfaces,
+                                                            const Shutter& shutter);
 
 }  // namespace pvol::detail
