@@ -77,9 +77,10 @@ void print_facts(const RenderJob& job) {
   };
   for (std::size_t i = 0; i < job.volumes.size(); ++i) {
     print_facts(job.volumes[i], job.facts[i]);
-    if (job.volumes[i].density.world_box.empty()) continue;
-    print_density(job.volumes[i], job.reports[i]);
+    const bool is_empty = job.volumes[i].density.world_box.empty();
+    if (!is_empty) print_density(job.volumes[i], job.reports[i]);
     print_decision(job.plan, "motion", "", int(i));
+    if (is_empty) continue;
     print_decision(job.plan, "shell", told("--shells", name(o.shells)), int(i));
   }
   if (std::all_of(job.volumes.begin(), job.volumes.end(),

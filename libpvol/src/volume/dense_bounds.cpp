@@ -223,20 +223,21 @@ int choose_shift(const VolumeField& field) {
   if (finest == kCoarsest) return finest;
   const double cell = std::cbrt(std::abs(determinant(inverse(field.world_to_cells))));
   const double depth = double(field.scale) * cell;
-  std::array<std::uint64_t, kCoarsest + 1> words{};
-  for (int shift = finest; shift <= kCoarsest; ++shift) {
-    words[std::size_t(shift)] = count_words(field.octree, shift);
+  constexpr std::size_t kShifts = std::size_t(kCoarsest) + 1;
+  std::array<std::uint64_t, kShifts> words{};
+  for (std::size_t shift = std::size_t(finest); shift < kShifts; ++shift) {
+    words[shift] = count_words(field.octree, int(shift));
   }
-  using Costs = std::array<double, kCoarsest + 1>;  // by shift
+  using Costs = std::array<double, kShifts>;
   const std::vector<std::uint32_t> leaves = count_leaves(field);
   std::vector<Costs> of_bricks(leaves.size());
   parallel_parts(0, leaves.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b != end; ++b) {
       if (leaves[b] == 0) continue;
       CubesOfBrick cubes = cubes_of(field, std::uint32_t(b), finest);
-      for (auto shift = std::size_t(finest);; ++shift, cubes = coarser(cubes)) {
+      for (auto shift = std::size_t(finest);; cubes = coarser(cubes)) {
         of_bricks[b][shift] = double(leaves[b]) * cost_of(cubes, depth, words[shift]);
-        if (shift == kCoarsest) break;
+        if (++shift == kShifts) break;
       }
     }
   });
@@ -244,11 +245,11 @@ int choose_shift(const VolumeField& field) {
   for (const Costs& costs : of_bricks) {
     for (std::size_t shift = 0; shift < sum.size(); ++shift) sum[shift] += costs[shift];
   }
-  int best = finest;
-  for (int shift = finest + 1; shift <= kCoarsest; ++shift) {
-    if (sum[std::size_t(shift)] <= sum[std::size_t(best)]) best = shift;
+  auto best = std::size_t(finest);
+  for (std::size_t shift = best + 1; shift < kShifts; ++shift) {
+    if (sum[shift] <= sum[best]) best = shift;
   }
-  return best;
+  return int(best);
 }
 
 /// Whether samples do not tell the densities of a leaf, but the octree alone: there are none, or
