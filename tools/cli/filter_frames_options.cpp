@@ -8,8 +8,9 @@ namespace {
 
 constexpr const char* kFilterExamples =
     R"(Pictures are those of pvol-render --denoise-layers. Frames of a sequence are filtered with light
-from the frames before and after: a pixel finds its point there by the cameras and the depth of what
-they see. Their noise falls further than that of single frames, and no longer flickers.
+from the frames before and after: a pixel finds its point there by the cameras, and the depth and
+velocity of what they see. Their noise falls further than that of single frames, and no longer
+flickers.
 
 Examples:
   pvol-render smoke.####.vdb -o noisy.####.exr --frames 1-240 --spp 16 --denoise-layers
