@@ -136,18 +136,19 @@ struct SceneFile {
 ///                  [volume.to], and `to` of an instance: the Placement one frame later, whose
 ///                  keys are those of the first where they are left out
 ///   [world]        World: which way the others stand by default
-///   [camera]       Camera
+///   [camera]       Camera; [camera.to] CameraPlace, where it is one frame later
 ///   [medium]       Medium, its first Component with the phase function's keys, Placement;
 ///                  [[medium.component]] each further Component, whose share the first one lacks;
 ///                  [medium.density] FieldMap; [medium.fire] Fire, light of a grid of the same
-///                  file; [medium.motion] VelocityChoice, what moves it while the shutter is
+///                  file; [medium.motion] VelocityChoice, what moves both while the shutter is
 ///                  open; [medium.albedo_field] AlbedoMap, how a grid of the file varies the albedo
 ///   [environment]  type = "constant", "gradient", "image" or "clear": ConstantSky, GradientSky,
 ///                  ImageSky, ClearSky; without `type` it is the one whose first key is
 ///                  there, else a gradient
 ///   [[sun]]        Sun; each kind of Light has sections of its name, and lights are in the order
 ///                  of their kinds
-///   [[plane]]      PlaneSurface; so each kind of Surface
+///   [[plane]]      PlaneSurface; so each kind of Surface. `to` of a ball is a BallPlace, that of a
+///                  solid or mesh the Placement one frame later
 ///   [render]       RenderOptions and Quantisation
 ///
 /// Colours are one number or three. File names are relative to the scene file.
