@@ -4,6 +4,7 @@
 #include <openvdb/openvdb.h>
 #include <xxhash.h>
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <sstream>
@@ -11,6 +12,7 @@
 
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
+#include "pvol/formats/memory.h"
 #include "pvol/formats/vdb.h"
 #include "vdb/openvdb_start.h"
 #include "vdb/vdb_inspect.h"
@@ -23,6 +25,29 @@ using openvdb::FloatTree;
 using Leaf = FloatTree::LeafNodeType;
 
 constexpr std::streamoff kUuidOffset = 8 + 4 + 4 + 4 + 1;  // after magic, versions and a flag
+
+/// How many nodes of this edge, 1 << log2, hold the bricks.
+std::uint64_t count_nodes(const std::vector<Brick>& bricks, int log2) {
+  std::vector<std::array<int, 3>> nodes;
+  for (const Brick& b : bricks) {
+    const std::array<int, 3> at{b.origin.x >> log2, b.origin.y >> log2, b.origin.z >> log2};
+    if (nodes.empty() || nodes.back() != at) nodes.push_back(at);
+  }
+  std::ranges::sort(nodes);
+  return std::uint64_t(std::unique(nodes.begin(), nodes.end()) - nodes.begin());
+}
+
+/// What OpenVDB's tree of these bricks takes.
+template <class Tree>
+std::uint64_t tree_bytes(const std::vector<Brick>& bricks) {
+  using Node = typename Tree::LeafNodeType;
+  using Upper = typename Tree::RootNodeType::ChildNodeType;
+  using Lower = typename Upper::ChildNodeType;
+  constexpr std::uint64_t kOfHeap = 32;  // beside each leaf and its samples
+  const std::uint64_t leaf = sizeof(Node) + Node::SIZE * sizeof(typename Tree::ValueType) + kOfHeap;
+  return bricks.size() * leaf + count_nodes(bricks, Lower::TOTAL) * sizeof(Lower) +
+         count_nodes(bricks, Upper::TOTAL) * sizeof(Upper);
+}
 
 void add_brick(FloatTree& tree, const Brick& brick) {
   const openvdb::Coord origin(brick.origin.x, brick.origin.y, brick.origin.z);
@@ -167,6 +192,17 @@ void set_uuid(const std::filesystem::path& file) {
 void write_vdb(const std::filesystem::path& file, const std::vector<const VoxelGrid*>& grids,
                const std::vector<const ColorGrid*>& colors,
                const std::vector<const VelocityGrid*>& velocities) {
+  // OpenVDB may crash where memory ends while a tree grows.
+  constexpr std::uint64_t kBuffers = std::uint64_t{16} << 20;
+  std::uint64_t bytes = kBuffers;
+  for (const VoxelGrid* grid : grids) bytes += tree_bytes<FloatTree>(grid->bricks);
+  for (const ColorGrid* grid : colors) {
+    bytes += tree_bytes<openvdb::Vec3STree>(grid->channels[0].bricks);
+  }
+  for (const VelocityGrid* grid : velocities) {
+    for (const VoxelGrid& g : grid->along) bytes += tree_bytes<openvdb::Vec3STree>(g.bricks);
+  }
+  require_memory(bytes, file.string() + ": the tree of its grids");
   try {
     detail::start_openvdb();
     openvdb::GridCPtrVec out;
