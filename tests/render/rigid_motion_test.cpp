@@ -332,6 +332,8 @@ TEST(RigidMotion, RefusesPlacesThatBecomeFlatOrAreTooMany) {
   s.options.homogenise = 0.01;
   EXPECT_NE(error(alone(shrinks)).find("homogenise"), std::string::npos);
   EXPECT_EQ(error(alone(shifted(Vec3d{}, {1, 0, 0}))), "");
+  s.camera.shutter = {};
+  EXPECT_EQ(error(alone(shrinks)), "") << "it grows while no one looks";
 }
 
 }  // namespace rigid_motion_test

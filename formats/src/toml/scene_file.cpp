@@ -31,6 +31,15 @@ void resolve_files(TomlTable& table, const std::filesystem::path& folder) {
     }
   }
 }
+
+/// Refuses what a matrix says, too.
+void refuse_beside_matrix(const TomlTable& table) {
+  if (!table.has("matrix")) return;
+  for (const char* key : {"position", "target", "up"}) {
+    if (table.has(key)) table.fail(key, "either a matrix or position, target and up");
+  }
+}
+
 /// Where the camera is a frame later.
 void read_way(const TomlTable& table, SceneFile& file) {
   Camera& camera = file.scene.camera;
@@ -40,11 +49,7 @@ void read_way(const TomlTable& table, SceneFile& file) {
                 "and target, or matrix, in [camera]");
   }
   CameraPlace& to = camera.to.emplace(CameraPlace{camera.position, camera.target, camera.up});
-  for (const char* key : {"position", "target", "up"}) {
-    if (table.has("matrix") && table.has(key)) {
-      table.fail(key, "either a matrix or position, target and up");
-    }
-  }
+  refuse_beside_matrix(table);
   read_keys(table, entries(to));
   refuse_misfit(table, misfit_of_way(camera));
 }
@@ -57,9 +62,7 @@ void read_camera(const TomlTable& table, SceneFile& file) {
   if (by_matrix || !file.has_camera) {  // framed; the rest holds
     for (Entry& e : all) e.about.required = false;
   }
-  for (const char* key : {"position", "target", "up"}) {
-    if (by_matrix && table.has(key)) table.fail(key, "either a matrix or position, target and up");
-  }
+  refuse_beside_matrix(table);
   for (const char* key : {"azimuth", "elevation", "zoom"}) {
     if (!file.has_camera || !table.has(key)) continue;
     table.fail(key,
@@ -71,6 +74,7 @@ void read_camera(const TomlTable& table, SceneFile& file) {
   if (file.has_camera) refuse_misfit(table, misfit(camera));
   if (const TomlTable* to = table.table("to")) read_way(*to, file);
 }
+
 Vec3d up_of(UpAxis axis) { return axis == UpAxis::z ? Vec3d(0, 0, 1) : Vec3d(0, 1, 0); }
 
 /// A sky of each kind as it stands by default.

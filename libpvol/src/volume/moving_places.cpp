@@ -164,7 +164,7 @@ Volume move_places(Volume v, std::vector<MovingPlace> places, const Shutter& shu
     detail::naming_place(i, v.further_places.size(), [&] { check_place(v, place, shutter); });
     const bool grows = place.object.linear_rate != MovingMap{}.linear_rate ||
                        place.instance.linear_rate != MovingMap{}.linear_rate;
-    if (grows && v.density.homogeneous != nullptr) {
+    if (shutter.moves() && grows && v.density.homogeneous != nullptr) {
       throw Error(
           "a volume that grows while the shutter is open does not support homogenise; leave it "
           "off, or keep the scales constant");

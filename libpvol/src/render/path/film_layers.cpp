@@ -90,8 +90,8 @@ Vec3d albedo_of(const PathSetup& s, const PathResult& r) {
 }
 
 Vec3d velocity_of(const PathSetup& s, const PathResult& r) {
-  if (r.first_material && r.first_moves == nullptr) return {};
   if (r.first_material) {
+    if (r.first_moves == nullptr) return {};
     const Vec3d own = inverse(r.first_moves->at(double(r.time))).point(r.first);
     return r.first_moves->velocity(own, double(r.time));
   }
