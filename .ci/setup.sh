@@ -2,7 +2,7 @@
 # Installs the Debian packages that pvol is built from, where any are missing; it takes milliseconds when
 # everything is there.
 #   .ci/setup.sh          for all that tests/run needs
-#   .ci/setup.sh tools    for pvol-fit, pvol-render and pvol-convert, as samples/run needs
+#   .ci/setup.sh tools    for pvol-fit, pvol-render, pvol-view and pvol-convert, as samples/run needs
 #   .ci/setup.sh nightly  for all that tests/nightly needs
 set -euo pipefail
 
@@ -12,7 +12,7 @@ packages=(
   libopenvdb-dev libboost-iostreams-dev zlib1g-dev  # the last two are OpenVDB's, which forgets them
   libnanovdb-dev libblosc-dev                       # .nvdb files are often compressed with blosc
   libopenexr-dev libpng-dev
-  libcli11-dev libfmt-dev libtomlplusplus-dev nlohmann-json3-dev
+  libcli11-dev libfmt-dev libtomlplusplus-dev nlohmann-json3-dev libcpp-httplib-dev
   libzstd-dev libxxhash-dev
 )
 [[ ${1:-} == tools ]] || packages+=(
@@ -27,6 +27,7 @@ packages=(
   python3-matplotlib                                # one of the module's examples
   slurmctld slurmd slurm-client munge               # a farm of one node
   cppcheck                                          # tests/analyse
+  chromium chromium-driver python3-selenium         # the viewer's page in a browser
 )
 
 if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then

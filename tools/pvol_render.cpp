@@ -4,6 +4,7 @@
 #include <iostream>
 #include <optional>
 
+#include "cli/film_samples.h"
 #include "cli/filter_picture.h"
 #include "cli/frame_job.h"
 #include "cli/interrupt.h"

@@ -9,6 +9,7 @@
 #include "cli/load_scene.h"
 #include "cli/resume_state.h"
 #include "cli/scene_files.h"
+#include "cli/scene_line.h"
 #include "cli/sequence.h"
 #include "cli/shared_choices.h"
 #include "pvol/math/rng.h"

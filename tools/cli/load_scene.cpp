@@ -253,10 +253,10 @@ Body body_of(const Recipe& recipe) {
 void load_surfaces(formats::SceneFile& file) {
   for (Surface& surface : file.scene.surfaces) {
     std::string name;
-    if (auto* solid = std::get_if<SolidSurface>(&surface)) {
+    if (auto* solid = std::get_if<SolidSurface>(&surface); solid && !solid->body) {
       name = solid->file;
       solid->body = std::make_shared<const Body>(body_of(formats::read_recipe(name)));
-    } else if (auto* mesh = std::get_if<MeshSurface>(&surface)) {
+    } else if (auto* mesh = std::get_if<MeshSurface>(&surface); mesh && !mesh->mesh) {
       name = mesh->file;
       mesh->mesh = std::make_shared<const TriangleMesh>(formats::read_mesh(name));
     }

@@ -29,8 +29,8 @@ inline constexpr double kChosenThickness = 40;
 /// Reads the pixels of the scene's sky, where it is a picture.
 void load_sky(formats::SceneFile& file);
 
-/// Reads the bodies and triangles of the scene's surfaces from their files. Throws Error for files
-/// that cannot be read and for bodies without a surface in closed form.
+/// Reads the bodies and triangles of the scene's surfaces, those that lack them, from their files.
+/// Throws Error for files that cannot be read and for bodies without a surface in closed form.
 void load_surfaces(formats::SceneFile& file);
 
 /// Who loads a cloud: a tool that shows on a terminal what takes long, unless it is quiet, and

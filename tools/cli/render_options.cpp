@@ -7,6 +7,7 @@
 #include "cli/command_line.h"
 #include "cli/frames_line.h"
 #include "cli/picture_line.h"
+#include "cli/scene_line.h"
 #include "cli/split_line.h"
 #include "pvol/formats/scene_file.h"
 
@@ -105,50 +106,6 @@ void add_files(const CommandLine& app, RenderOptionsGiven& o) {
   app.add_flag("--strict", o.grid.strict, "Refuse a cloud that causes a warning");
 }
 
-/// A flag for each row of the options' tables.
-void add_options(const CommandLine& app, RenderOptionsGiven& o) {
-  // The tolerance shows its default where it has one.
-  formats::SceneFile defaults{.density = Quantisation{.precision = Precision::fpn}};
-  for (const Entry& e : formats::render_keys(defaults)) {
-    const auto keep = [&o, key = std::string(e.about.key)](const std::string& text) {
-      o.options[key] = text;
-    };
-    app.add_option_function(flag_of(e.about), keep, help_of(e))
-        .type_name(metavar_of(e.about))
-        .check(fits(e.about.limits));
-  }
-}
-
-/// Every key of a scene, for the man page.
-std::vector<ManualPart> scene_manual() {
-  std::vector<ManualPart> parts;
-  parts.push_back({"SCENE FILE",
-                   false,
-                   "A scene is a TOML file of these sections; only [volume] is required. Colours "
-                   "are one number or three, file names are relative to the scene file, and --set "
-                   "SECTION.KEY=VALUE replaces a value.",
-                   {}});
-  for (const formats::SectionManual& section : formats::describe_sections()) {
-    ManualPart& part = parts.emplace_back(ManualPart{section.heading, true, section.about, {}});
-    for (const auto& line : section.lines) {
-      const std::string otherwise = line.otherwise.empty() ? "" : "; default " + line.otherwise;
-      part.terms.emplace_back(line.key,
-                              fmt::format("{}. Value: {}{}.", line.help, line.expected, otherwise));
-    }
-  }
-  ManualPart& layers = parts.emplace_back(
-      ManualPart{"LAYERS",
-                 false,
-                 "Layers that --aov adds to R, G, B and A in the .exr. Channels are LAYER.R, "
-                 "LAYER.G and LAYER.B or, for single numbers, LAYER.Y.",
-                 {}});
-  for (const AovRow& r : kAovs) {
-    const std::string units = *r.units != 0 ? fmt::format(" ({})", r.units) : "";
-    layers.terms.emplace_back(r.name, fmt::format("{}{}: {}.", r.meaning, units, r.sums));
-  }
-  return parts;
-}
-
 /// Azimuth and elevation of a camera that frames the clouds, as --view gives them: by a word, or in
 /// degrees. Nothing for another text.
 std::optional<std::array<std::string, 2>> parse_view(const std::string& view) {
@@ -237,23 +194,6 @@ void add_scene(const CommandLine& app, RenderOptionsGiven& o) {
 
 }  // namespace
 
-void apply(const std::map<std::string, std::string>& options, const Entries& entries) {
-  for (const Entry& e : entries) {
-    const auto given = options.find(e.about.key);
-    if (given == options.end()) continue;
-    const auto refusal = e.set(parse_value(e.about.limits, given->second));
-    if (refusal) {
-      throw UsageError(fmt::format("{}: found '{}', expected {}", flag_of(e.about), given->second,
-                                   command_expected(e.about.limits, *refusal)));
-    }
-    if (*e.about.goes_with == 0) continue;
-    const Entry& other = *find_key(entries, e.about.goes_with);
-    if (other.value() == Value(e.about.of_value)) continue;
-    throw UsageError(
-        fmt::format("{} needs {} {}", flag_of(e.about), flag_of(other.about), e.about.of_value));
-  }
-}
-
 std::optional<int> read_command_line(int argc, char** argv, RenderOptionsGiven& o) {
   const CommandLine app("Renders a cloud by unbiased path tracing.", "pvol-render", kExamples);
   add_quiet(app, o.common);
@@ -263,7 +203,7 @@ std::optional<int> read_command_line(int argc, char** argv, RenderOptionsGiven& 
   add_layout(app, o);
   o.arguments.assign(argv, argv + argc);
   add_split(app, o.split, o.local_copies);
-  add_options(app, o);
+  add_scene_options(app, o.options);
   std::vector<std::string> of_flags;
   add_view(app, of_flags);
   add_scene(app, o);

@@ -47,10 +47,6 @@ struct RenderOptionsGiven {
   KeepSums sums = KeepSums::automatic;
 };
 
-/// Sets what was given. Throws UsageError for a value out of its limits and for one that goes with
-/// another that the scene does not have.
-void apply(const std::map<std::string, std::string>& options, const Entries& entries);
-
 /// Nothing where the tool goes on, else its exit code.
 [[nodiscard]] std::optional<int> read_command_line(int argc, char** argv, RenderOptionsGiven& o);
 

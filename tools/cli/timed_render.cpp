@@ -6,18 +6,13 @@
 #include <cmath>
 #include <iostream>
 
+#include "cli/film_samples.h"
 #include "cli/instructions.h"
 #include "cli/interrupt.h"
 #include "cli/render_outputs.h"
 #include "pvol/error.h"
 
 namespace pvol::cli {
-
-std::uint64_t count_samples(const Film& film) {
-  std::uint64_t n = 0;
-  for (const PixelSums& p : film.pixels) n += p.samples;
-  return n;
-}
 
 namespace {
 

@@ -6,8 +6,6 @@
 
 namespace pvol::cli {
 
-[[nodiscard]] std::uint64_t count_samples(const Film& film);
-
 /// Goes on with a film, perhaps an empty one, until it is done or interrupted. `show`, if any, is
 /// given the film between passes. Checkpoints that cannot be written are warnings.
 [[nodiscard]] TimedRender render_timed(const FrameJob& frame, const RenderJob& job, Film begun,

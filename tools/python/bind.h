@@ -20,6 +20,8 @@ void bind_bounds(VolumeClass& volume);
 void bind_shells(py::module_& m, VolumeClass& volume);
 /// pvol.render, pvol.Picture and pvol.read_picture.
 void bind_pictures(py::module_& m);
+/// pvol.Live.
+void bind_live(py::module_& m);
 /// pvol.compare and pvol.trade.
 void bind_studies(py::module_& m);
 

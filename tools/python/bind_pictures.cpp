@@ -3,6 +3,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <cmath>
+#include <exception>
 #include <limits>
 #include <memory>
 
@@ -53,7 +54,7 @@ py::array_t<float> samples(const Picture& p) {
 }
 
 py::array_t<float> aov(const Picture& p, const std::string& name) {
-  const Plane plane = layer_of(p, name);
+  const cli::Plane plane = layer_of(p, name);
   const auto n = std::size_t(plane.components);
   return image(p.film, plane.components,
                [&](std::size_t i, int k) { return plane.values[i * n + std::size_t(k)]; });
@@ -66,9 +67,30 @@ py::dict counts(const Picture& p) {
   return d;
 }
 
-Picture render(const py::object& scene, const py::kwargs& settings) {
+/// on_pass(picture, share) of Python, for a render without the interpreter's lock. What it raises
+/// ends the render and is kept in `raised`. Any result but False goes on.
+OnPass to_on_pass(const py::object& callable, std::exception_ptr& raised) {
+  if (callable.is_none()) return {};
+  return [&callable, &raised](Picture picture, std::optional<double> share) {
+    const py::gil_scoped_acquire locked;
+    try {
+      const auto shared = std::make_shared<Picture>(std::move(picture));
+      const py::object answer = callable(shared, share);
+      return answer.ptr() != Py_False;
+    } catch (...) {
+      raised = std::current_exception();
+      return false;
+    }
+  };
+}
+
+Picture render(const py::object& scene, const py::object& on_pass, const py::kwargs& settings) {
   const SceneRequest request = request_of(scene, settings);
-  Picture picture = cancellable([&](const Stop& stop) { return render_request(request, stop); });
+  std::exception_ptr raised;
+  const OnPass pass = to_on_pass(on_pass, raised);
+  Picture picture =
+      cancellable([&](const Stop& stop) { return render_request(request, pass, stop); });
+  if (raised) std::rethrow_exception(raised);
   warn(picture.warnings);
   return picture;
 }
@@ -98,10 +120,15 @@ Parameters
 scene : path, dict, Volume or sequence of Volumes
     A scene file or a cloud; or a dict of the sections and keys of scene files, whose "volume" is a
     Volume, {"file": ...} or a list of these; or volumes alone, in the usual light, framed.
+on_pass : callable, optional
+    on_pass(picture, share) is called between passes over the picture, the first of which takes one
+    sample of each pixel: with the picture so far and the share of its samples, None where that is
+    not known yet. Returning False ends the render, which returns the picture so far.
 **settings
     Options of the renderer by their keys (spp=64, size=(320, 240), noise=0.02, seed=1, tracker=...,
     aov=["depth"], threads=2); other sections as dicts (camera={"azimuth": 45}), which add to those of
-    the scene; count=True counts the work, force=True renders scenes that would hardly end.
+    the scene; count=True counts the work, force=True renders scenes that would hardly end,
+    denoise=True filters the noise of the picture (biased).
     `pvol-render --help` lists all options, its man page all sections.
 
 Returns
@@ -146,7 +173,8 @@ void bind_pictures(py::module_& m) {
       .def("save", &write, py::arg("path"), py::arg("exposure") = 0, py::arg("tone_map") = "srgb",
            kSaveText)
       .def("__repr__", &text_of);
-  m.def("render", &render, py::arg("scene"), kRenderText);
+  m.def("render", &render, py::arg("scene"), py::kw_only(), py::arg("on_pass") = py::none(),
+        kRenderText);
   m.def("read_picture", &read_picture, py::arg("path"),
         "Reads an .exr as a Picture, with the errors and layers that it has.");
 }

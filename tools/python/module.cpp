@@ -44,5 +44,6 @@ PYBIND11_MODULE(_pvol, m) {
   bind_bounds(volume);
   bind_shells(m, volume);
   bind_pictures(m);
+  bind_live(m);
   bind_studies(m);
 }

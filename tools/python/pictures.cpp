@@ -1,17 +1,16 @@
 #include "python/pictures.h"
 
-#include <algorithm>
-#include <limits>
+#include <atomic>
 #include <string_view>
 #include <utility>
 
 #include "cli/cli.h"
+#include "cli/film_samples.h"
+#include "cli/filter_picture.h"
 #include "cli/load_scene.h"
 #include "cli/picture_facts.h"
 #include "cli/render_report.h"
-#include "cli/scene_clouds.h"
 #include "pvol/error.h"
-#include "pvol/render/film_channels.h"
 #include "pvol/render/render.h"
 
 namespace pvol::python {
@@ -46,50 +45,6 @@ bool is_loose(const std::string& name) {
   return false;
 }
 
-/// Makes a volume of a scene ready, loading it where it is not in memory.
-void add_volume(const CloudVolume* in_memory, cli::SceneClouds& clouds, formats::SceneVolume& v,
-                cli::RenderJob& job) {
-  std::shared_ptr<const formats::Cloud> cloud;
-  if (in_memory) {
-    const std::vector<Affine> instances = v.instances;
-    v = in_memory->given;
-    v.instances = instances;
-    cloud = in_memory->cloud;
-  } else {
-    cloud = clouds.load(v);
-    if (!v.has_extinction && !cloud->pyramid.empty()) {
-      v.medium.extinction =
-          cli::choose_extinction(*cloud, v.first_place(), cli::chosen_thickness(v), v.density_map);
-      v.has_extinction = true;
-    }
-  }
-  const Scene& scene = job.file.scene;
-  job.volumes.push_back(cli::naming(v.file, [&] { return cli::make_volume(*cloud, v, scene); }));
-  job.reports.push_back({v.file, cloud->metadata.quantisation, cloud->metadata.quantisation_error});
-  job.facts.push_back(describe(job.volumes.back(), cli::describe(*cloud, v)));
-  if (scene.options.shells != ShellUse::off) cli::require_proof(v.file, *cloud);
-}
-
-cli::RenderJob load(const SceneRequest& request) {
-  cli::RenderJob job;
-  job.input = request.file;
-  job.sets = sets_of(request.settings);
-  job.file = read_request(request);
-  job.file.scene.options.count = request.count;
-  cli::load_sky(job.file);
-  cli::load_surfaces(job.file);
-  cli::SceneClouds clouds({"pvol", true}, false, job.file);
-  for (std::size_t i = 0; i < job.file.volumes.size(); ++i) {
-    const bool known = i < request.in_memory.size();
-    add_volume(known ? request.in_memory[i].get() : nullptr, clouds, job.file.volumes[i], job);
-  }
-  if (!job.file.has_camera) {
-    job.file.scene.camera = cli::frame_all(job.volumes, job.file.scene);
-    job.file.has_camera = true;
-  }
-  return job;
-}
-
 std::string text_of(const RenderPlan& plan) {
   std::string text;
   for (const Decision& d : plan.decisions) {
@@ -99,19 +54,37 @@ std::string text_of(const RenderPlan& plan) {
   return text;
 }
 
-void describe(const cli::RenderJob& job, RenderResult result, Picture& picture) {
-  cli::TimedRender t;
-  for (const PixelSums& p : result.film.pixels) t.samples += p.samples;
-  t.samples_wanted = result.goal;
-  t.result = std::move(result);
+/// A picture of the job, filtered where `t` is.
+Picture describe(const cli::RenderJob& job, cli::TimedRender t) {
+  const Scene& scene = job.file.scene;
+  Picture picture;
+  picture.plan = text_of(job.plan);
+  picture.warnings = job.plan.warnings;
+  picture.counts = t.result.counts;
+  picture.counted = scene.options.count || counted(scene.options.aovs);
+  picture.layout = cli::exr_options({.filtered = t.filtered.has_value()}, scene);
+  t.samples = cli::count_samples(t.film());
   picture.attributes = cli::describe_picture(job, t);
   picture.attributes.erase("pvol:key");  // of what is merged, which these are not
-  picture.film = std::move(t.result.film);
+  picture.film = t.filtered ? std::move(t.filtered->film) : std::move(t.result.film);
   picture.film.sums = {};
+  return picture;
 }
 
-bool has_row(const FilmChannel& c, const std::string& name) {
-  return c.aov && row(*c.aov).name == name;
+/// A film while samples are added to it.
+cli::TimedRender so_far(const Film& film, std::uint64_t wanted) {
+  cli::TimedRender t;
+  t.result.film = cli::without_sums(film);
+  t.result.complete = false;
+  t.samples_wanted = wanted;
+  return t;
+}
+
+/// Filters the picture where all of its pixels have the two samples that it takes.
+void filter(const cli::RenderJob& job, const Stop& stop, cli::TimedRender& t) {
+  if (cli::least_samples(t.result.film) < 2) return;
+  t.filtered =
+      cli::filter_picture(t.result.film, job.file.scene.options, [&] { return stop.load(); });
 }
 
 }  // namespace
@@ -131,23 +104,63 @@ formats::SceneFile read_request(const SceneRequest& request) {
   return file;
 }
 
-Picture render_request(const SceneRequest& request, const Stop& stop) {
-  cli::RenderJob job = load(request);
+cli::GivenClouds place_volumes(const SceneRequest& request, formats::SceneFile& file) {
+  cli::GivenClouds clouds;
+  for (std::size_t i = 0; i < request.in_memory.size(); ++i) {
+    const CloudVolume* const given = request.in_memory[i].get();
+    clouds.push_back(given ? given->cloud : nullptr);
+    if (!given) continue;
+    formats::SceneVolume& v = file.volumes[i];
+    const std::vector<Affine> instances = std::move(v.instances);
+    v = given->given;
+    v.instances = instances;
+  }
+  return clouds;
+}
+
+Picture render_request(const SceneRequest& request, const OnPass& on_pass, const Stop& stop) {
+  formats::SceneFile file = read_request(request);
+  file.scene.options.count = request.count;
+  const cli::GivenClouds clouds = place_volumes(request, file);
+  cli::RenderJob job = cli::LiveScene({"pvol", true}).prepare(std::move(file), clouds);
+  job.input = request.file;
+  job.sets = sets_of(request.settings);
+  job.denoise = request.denoise;
   if (stop) return {};
   Scene& scene = job.file.scene;
   job.chose_transmittance = scene.options.transmittance == Transmittance::automatic;
-  job.plan = plan(job.volumes, scene, {.facts = job.facts, .force = request.force});
+  job.plan = plan(job.volumes, request.denoise ? cli::with_needs_of_filter(scene) : scene,
+                  {.facts = job.facts, .force = request.force});
   scene.options.transmittance = job.plan.scene.options.transmittance;
-  Picture picture;
-  picture.plan = text_of(job.plan);
-  picture.warnings = job.plan.warnings;
-  RenderResult result =
-      render(job.plan, [&](std::uint64_t, std::uint64_t) { return !stop.load(); });
-  picture.counts = result.counts;
-  picture.counted = request.count || counted(scene.options.aovs);
-  picture.layout = cli::exr_options({}, scene);
-  describe(job, std::move(result), picture);
-  return picture;
+  std::atomic<std::uint64_t> wanted = 0;
+  std::atomic<bool> goes_on = true;
+  const auto progress = [&](std::uint64_t, std::uint64_t total) {
+    wanted = total;
+    return goes_on && !stop;
+  };
+  const auto pass_done = [&](const Film& film) {
+    std::optional<double> share;
+    if (wanted > 0) share = double(cli::count_samples(film)) / double(wanted);
+    goes_on = on_pass(describe(job, so_far(film, wanted)), share);
+  };
+  cli::TimedRender t;
+  t.result = render(job.plan, progress, on_pass ? PassDone(pass_done) : PassDone());
+  t.samples_wanted = t.result.goal;
+  if (stop) return {};
+  if (request.denoise) filter(job, stop, t);
+  return describe(job, std::move(t));
+}
+
+std::optional<Picture> picture_of(const cli::LiveState& state) {
+  if (!state.film) return std::nullopt;
+  if (!state.job) {  // a coarse one
+    Picture coarse;
+    coarse.film = *state.film;
+    return coarse;
+  }
+  cli::TimedRender t = so_far(*state.film, state.samples_wanted);
+  if (state.filtered) t.filtered = *state.filtered;
+  return describe(*state.job, std::move(t));
 }
 
 void save(const Picture& picture, const std::filesystem::path& file, double exposure,
@@ -171,41 +184,11 @@ Picture read_picture(const std::filesystem::path& file) {
 }
 
 std::vector<std::string> layer_names(const Picture& picture) {
-  std::vector<std::string> names;
-  for (const FilmChannel& c : kFilmChannels) {
-    if (!c.aov || (row(*c.aov).counted && !picture.counted)) continue;
-    if (names.empty() || names.back() != row(*c.aov).name) names.emplace_back(row(*c.aov).name);
-  }
-  for (const Layer& layer : picture.film.layers) names.push_back(layer.name);
-  return names;
+  return cli::layer_names(picture.film, picture.counted);
 }
 
-Plane layer_of(const Picture& picture, const std::string& name) {
-  const Film& film = picture.film;
-  const std::vector<std::string> known = layer_names(picture);
-  if (std::ranges::find(known, name) == known.end()) {
-    throw Error("the picture has no layer '" + name + "'; it has " + listed(known) +
-                ". Request others with aov=[...]");
-  }
-  Plane plane;
-  for (const Layer& layer : film.layers) {
-    if (layer.name != name) continue;
-    plane.components = int(layer.components.size());
-    for (std::size_t i = 0; i < film.pixels.size(); ++i) {
-      const Vec3d v = value(layer, film, i);
-      for (int k = 0; k < plane.components; ++k) plane.values.push_back(float(v[k]));
-    }
-    return plane;
-  }
-  std::vector<const FilmChannel*> channels;
-  for (const FilmChannel& c : kFilmChannels) {
-    if (has_row(c, name)) channels.push_back(&c);
-  }
-  plane.components = int(channels.size());
-  for (const PixelSums& p : film.pixels) {
-    for (const FilmChannel* c : channels) plane.values.push_back(float(c->get(p)));
-  }
-  return plane;
+cli::Plane layer_of(const Picture& picture, const std::string& name) {
+  return cli::layer_of(picture.film, picture.counted, name);
 }
 
 }  // namespace pvol::python

@@ -1,11 +1,15 @@
 // From a scene as Python says it to a picture in memory.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "cli/film_layers.h"
+#include "cli/live_picture.h"
 #include "pvol/formats/image.h"
 #include "pvol/render/film.h"
 #include "python/cancellable.h"
@@ -23,6 +27,7 @@ struct SceneRequest {
   Words settings{};            ///< "render.spp", "camera.azimuth", ...
   bool count = false;          ///< the work
   bool force = false;          ///< render what would hardly end
+  bool denoise = false;        ///< filter the noise of the picture
 };
 
 /// The scene with the settings, before volumes are loaded. Throws Error.
@@ -39,8 +44,20 @@ struct Picture {
   formats::ExrOptions layout{};
 };
 
-/// Loads, plans and renders. Throws Error as the library does.
-[[nodiscard]] Picture render_request(const SceneRequest& request, const Stop& stop);
+/// Puts the volumes that are in memory into the places that the scene's text has for them.
+[[nodiscard]] cli::GivenClouds place_volumes(const SceneRequest& request, formats::SceneFile& file);
+
+/// Sees the picture between passes, with the share of its samples, where that is known; returning
+/// false ends the render. Called without the interpreter's lock.
+using OnPass = std::function<bool(Picture picture, std::optional<double> share)>;
+
+/// Loads, plans and renders; what `on_pass` ends is returned as far as it came. Throws Error as the
+/// library does.
+[[nodiscard]] Picture render_request(const SceneRequest& request, const OnPass& on_pass,
+                                     const Stop& stop);
+
+/// What there is of a picture that refines by itself: nothing before the first.
+[[nodiscard]] std::optional<Picture> picture_of(const cli::LiveState& state);
 
 /// Writes an .exr, with what `compare` needs beside the layers that were asked for, or a .png.
 void save(const Picture& picture, const std::filesystem::path& file, double exposure,
@@ -49,13 +66,8 @@ void save(const Picture& picture, const std::filesystem::path& file, double expo
 /// Reads an .exr.
 [[nodiscard]] Picture read_picture(const std::filesystem::path& file);
 
-/// An image of a film's crop, rows from the top.
-struct Plane {
-  int components = 1;
-  std::vector<float> values;
-};
-/// A layer, or a figure that each pixel has, by the name of its AOV. Throws Error that lists them.
-[[nodiscard]] Plane layer_of(const Picture& picture, const std::string& name);
+/// As cli/film_layers.h has them.
+[[nodiscard]] cli::Plane layer_of(const Picture& picture, const std::string& name);
 [[nodiscard]] std::vector<std::string> layer_names(const Picture& picture);
 
 }  // namespace pvol::python

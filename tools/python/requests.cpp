@@ -81,13 +81,20 @@ bool is_section(py::handle value) {
   return items.size() > 0 && py::isinstance<py::dict>(items[0]);
 }
 
+/// What a setting that is no option of the renderer sets, or null.
+bool* flag_of(const std::string& name, SceneRequest& to) {
+  if (name == "count") return &to.count;
+  if (name == "force") return &to.force;
+  return name == "denoise" ? &to.denoise : nullptr;
+}
+
 /// Notes options, and returns sections.
 py::dict write_options(const py::dict& settings, SceneRequest& to) {
   py::dict options, sections;
   for (const auto& [key, value] : settings) {
     const auto name = key.cast<std::string>();
-    if (name == "count" || name == "force") {
-      (name == "count" ? to.count : to.force) = value.cast<bool>();
+    if (bool* const flag = flag_of(name, to)) {
+      *flag = value.cast<bool>();
     } else {
       (is_section(value) ? sections : options)[key] = value;
     }

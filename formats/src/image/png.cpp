@@ -101,7 +101,7 @@ void write_png(const std::filesystem::path& file, const Film& film, double expos
               bytes);
 }
 
-Picture to_picture(const Film& film, double exposure) {
+Picture to_picture(const Film& film, double exposure, ToneMap map) {
   Picture p{film.crop_width, film.crop_height, {}};
   p.rgb.reserve(3 * film.pixels.size());
   for (int y = 0; y < film.crop_height; ++y) {
@@ -109,8 +109,7 @@ Picture to_picture(const Film& film, double exposure) {
       const PixelSums& sums = film.at(x, y);
       std::array<std::uint8_t, 4> pixel{255, 0, 255, 255};
       if (is_finite(sums.sum)) {
-        pixel =
-            encode_pixel(sums, film.x + x, film.y + y, std::exp2(exposure), false, ToneMap::srgb);
+        pixel = encode_pixel(sums, film.x + x, film.y + y, std::exp2(exposure), false, map);
       }
       p.rgb.insert(p.rgb.end(), pixel.begin(), pixel.begin() + 3);
     }

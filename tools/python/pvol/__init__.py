@@ -42,6 +42,7 @@ let other threads of Python run, and end on Ctrl-C.
 
 from ._pvol import (
     Error,
+    Live,
     Picture,
     Shell,
     Volume,
@@ -56,6 +57,7 @@ from ._pvol import (
 
 __all__ = [
     "Error",
+    "Live",
     "Picture",
     "Shell",
     "Volume",
@@ -68,6 +70,9 @@ __all__ = [
     "trade",
 ]
 
-for _thing in (Error, Picture, Shell, Volume, compare, fit_shell, load, read_picture, render, trade):
+for _thing in (
+    Error, Live, Picture, Shell, Volume,
+    compare, fit_shell, load, read_picture, render, trade,
+):  # fmt: skip
     _thing.__module__ = "pvol"  # where people find it, in help and in messages
 del _thing

@@ -129,7 +129,7 @@ struct Picture {
 };
 
 /// The film as write_png would write it without alpha; pixels that are not finite are magenta.
-[[nodiscard]] Picture to_picture(const Film& film, double exposure);
+[[nodiscard]] Picture to_picture(const Film& film, double exposure, ToneMap map = ToneMap::srgb);
 
 /// The bytes of a PNG file with this picture, which has at least one pixel.
 [[nodiscard]] std::vector<std::byte> encode_png(const Picture& picture);

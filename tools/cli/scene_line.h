@@ -1,0 +1,23 @@
+// Options of a command line that set values of a scene, and the scene's part of the manual.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "cli/command_line.h"
+#include "pvol/math/keys.h"
+
+namespace pvol::cli {
+
+/// Adds a flag for each row of formats::render_keys, whose text is kept under its key.
+void add_scene_options(const CommandLine& app, std::map<std::string, std::string>& options);
+
+/// Sets what was given. Throws UsageError for a value out of its limits and for one that goes with
+/// another that the scene does not have.
+void apply(const std::map<std::string, std::string>& options, const Entries& entries);
+
+/// Every key of a scene, for the man page.
+[[nodiscard]] std::vector<ManualPart> scene_manual();
+
+}  // namespace pvol::cli

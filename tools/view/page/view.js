@@ -1,0 +1,322 @@
+// The viewer's page: the picture, what the pointer and keys do to it, and the bars around it.
+import { dolly, moveSun, orbit, pan } from './camera.js';
+import { Controls, short } from './controls.js';
+
+const $ = (id) => document.getElementById(id);
+const canvas = $('picture');
+const film = document.createElement('canvas');  // in its own pixels
+let scene = null, state = { number: 0 };
+
+// --- the server ---------------------------------------------------------------------------------
+
+async function ask(path, body) {
+  const request = body === undefined ? {} : { method: 'POST', body: JSON.stringify(body), headers: { 'Content-Type': 'application/json' } };
+  const answer = await fetch(path, request);
+  const told = await answer.json();
+  if (!answer.ok) throw new Error(told.error);
+  return told;
+}
+
+// While a request is under way, further edits wait, and of one value only the last is sent.
+let gesture = 0, waiting = new Map(), sending = false;
+
+async function send() {
+  if (sending) return;
+  sending = true;
+  while (waiting.size > 0) {
+    const request = { edits: [...waiting.values()], gesture };
+    waiting = new Map();
+    try {
+      show(await ask('scene', request));
+      $('error').textContent = '';
+    } catch (error) {
+      $('error').textContent = error.message;
+      show(await ask('scene'));
+    }
+  }
+  sending = false;
+}
+
+/** Edits as the server takes them; those of one gesture are undone together. */
+function edit(changes, ongoing) {
+  if (!ongoing) ++gesture;
+  for (const c of changes) waiting.set(`${c.section}.${c.key}.${c.add}.${c.remove}`, c);
+  send();
+}
+
+async function change(request) {
+  try {
+    show(await ask('scene', request));
+    $('error').textContent = '';
+  } catch (error) {
+    $('error').textContent = error.message;
+  }
+}
+
+// --- what the scene has -------------------------------------------------------------------------
+
+const values = (id) => Object.fromEntries(scene.sections.find((s) => s.id === id).keys.map((k) => [k.key, k.value]));
+
+/** The camera, with what waits to be sent. */
+function camera() {
+  const now = values('camera');
+  for (const c of waiting.values()) if (c.section === 'camera') now[c.key] = c.value;
+  return now;
+}
+
+function editSection(id, changed, ongoing) {
+  const section = scene.sections.find((s) => s.id === id);
+  edit(Object.entries(changed).map(([key, value]) => {
+    const known = section.keys.find((k) => k.key === key);
+    if (known) known.value = value;
+    return { section: id, key, value };
+  }), ongoing);
+}
+
+/** The first section that has a direction of light: a sun, or a sky with one. */
+function sunSection() {
+  const has = (s) => s.keys.find((k) => k.shape === 'direction' && k.key !== 'up');
+  const section = scene.sections.find((s) => (s.id.startsWith('sun') || s.id === 'environment') && has(s));
+  return section && { id: section.id, key: has(section).key, value: has(section).value };
+}
+
+const controls = new Controls($('sections'), $('help'), edit, () => values('camera').up);
+
+function fill(select, names, chosen) {
+  if (select.options.length !== names.length) select.replaceChildren(...names.map((n) => new Option(n, n)));
+  if (chosen !== undefined) select.value = chosen;
+}
+
+function show(told) {
+  scene = told;
+  controls.show(scene.sections);
+  fill($('layer'), scene.layers, scene.layer);
+  fill($('kinds'), scene.kinds);
+  $('filter').checked = scene.filter;
+  $('undo').disabled = !scene.undo;
+  $('redo').disabled = !scene.redo;
+  $('frames').hidden = scene.frames.length === 0;
+  $('frame').max = scene.frames.length - 1;
+  if (document.activeElement !== $('frame')) $('frame').value = scene.frames.indexOf(scene.frame);
+  $('frame_number').value = scene.frame;
+  document.title = `${scene.file} – pvol-view`;
+  fit();
+}
+
+// --- the picture --------------------------------------------------------------------------------
+
+/** The size of the canvas: as large as there is room, with a pixel for each of the screen's. */
+function fit() {
+  if (!scene) return;
+  const { size, crop } = values('render');
+  const [width, height] = Array.isArray(crop) && crop[2] > 0 ? [crop[2], crop[3]] : size;
+  const room = $('stage').getBoundingClientRect();
+  const scale = Math.min(room.width / width, room.height / height, 2);
+  canvas.style.width = `${Math.floor(width * scale)}px`;
+  canvas.style.height = `${Math.floor(height * scale)}px`;
+  canvas.width = Math.floor(width * scale * devicePixelRatio);
+  canvas.height = Math.floor(height * scale * devicePixelRatio);
+  draw();
+}
+
+function draw() {
+  if (film.width * film.height === 0) return;
+  const to = canvas.getContext('2d');
+  to.imageSmoothingQuality = 'high';
+  to.drawImage(film, 0, 0, canvas.width, canvas.height);
+}
+
+let fetching = false, again = false;
+
+async function fetchPicture() {
+  if (fetching) { again = true; return; }
+  fetching = true;
+  do {
+    again = false;
+    const query = new URLSearchParams({ layer: $('layer').value || 'colour', exposure: $('exposure').value,
+      tone_map: $('tone_map').value, filtered: $('filter').checked });
+    const answer = await fetch(`picture?${query}`);
+    if (answer.status !== 200) continue;
+    const rgb = new Uint8Array(await answer.arrayBuffer());
+    const width = Number(answer.headers.get('X-Width')), height = Number(answer.headers.get('X-Height'));
+    const image = new ImageData(width, height);
+    for (let i = 0, k = 0; k < rgb.length; i += 4, k += 3) {
+      image.data[i] = rgb[k];
+      image.data[i + 1] = rgb[k + 1];
+      image.data[i + 2] = rgb[k + 2];
+      image.data[i + 3] = 255;
+    }
+    film.width = width;
+    film.height = height;
+    film.getContext('2d').putImageData(image, 0, 0);
+    const scale = answer.headers.get('X-Scale');
+    $('scale').hidden = !scale;
+    if (scale) $('scale').textContent = `dark ${scale.split(' ')[0]}, bright ${scale.split(' ')[1]}`;
+    canvas.dataset.number = state.number;
+    draw();
+  } while (again);
+  fetching = false;
+}
+
+const seconds = (s) => (s < 10 ? `${s.toFixed(1)} s` : s < 90 ? `${Math.round(s)} s` : `${Math.round(s / 60)} min`);
+
+function tellProgress() {
+  if (!state.width) { $('progress').textContent = state.error ? '' : 'rendering'; return; }
+  const parts = [`${state.width} × ${state.height}`];
+  const wanted = state.coarse ? 0 : state.wanted / (state.width * state.height);
+  parts.push(`${short(Number(state.per_pixel.toFixed(1)))}${wanted > 0 ? ` of ${short(Number(wanted.toFixed(1)))}` : ''} samples per pixel`);
+  if (state.noise !== undefined) parts.push(`noise ${(100 * state.noise).toPrecision(2)} %`);
+  if (state.filtered) parts.push(`error after the filter ${(100 * state.filter_error).toPrecision(2)} %`);
+  if (state.finished) parts.push(`done in ${seconds(state.seconds)}`);
+  else if (wanted > 0 && state.per_pixel > 0) parts.push(`about ${seconds((state.seconds * (wanted - state.per_pixel)) / state.per_pixel)} left`);
+  $('progress').textContent = parts.join(' · ');
+}
+
+/** Follows the picture as long as the page is there. */
+async function follow() {
+  for (;;) {
+    try {
+      state = await ask(`state?after=${state.number}`);
+      if (state.error) $('error').textContent = state.error;
+      tellProgress();
+      document.body.dataset.finished = state.finished;
+      document.body.dataset.change = state.change;
+      await fetchPicture();
+    } catch {
+      $('progress').textContent = 'pvol-view has ended, or cannot be reached; start it again and open its new address';
+      await new Promise((done) => setTimeout(done, 1000));
+    }
+  }
+}
+
+// --- pointer and keys ---------------------------------------------------------------------------
+
+const mode = () => document.querySelector('input[name="mode"]:checked').value;
+const place = (event) => {
+  const box = canvas.getBoundingClientRect();
+  return { across: (event.clientX - box.left) / box.width, down: (event.clientY - box.top) / box.height };
+};
+
+let last = null;
+
+function drag(event) {
+  const box = canvas.getBoundingClientRect();
+  const across = (event.clientX - last.clientX) / box.height, down = (event.clientY - last.clientY) / box.height;
+  last = event;
+  const how = event.buttons === 4 || event.shiftKey ? 'pan' : mode();
+  if (how === 'pan') editSection('camera', pan(camera(), -across, down), true);
+  if (how === 'orbit') editSection('camera', orbit(camera(), -3 * across, 3 * down), true);
+  const sun = how === 'sun' && sunSection();
+  if (sun) editSection(sun.id, { [sun.key]: moveSun(sun.value, camera(), 3 * across, -3 * down) }, true);
+}
+
+async function focus(event) {
+  const { across, down } = place(event);
+  try {
+    const depth = (await ask(`pixel?across=${across}&down=${down}`)).layers?.depth ?? Infinity;
+    if (depth > 1e9) throw new Error('there is nothing to focus on; click a cloud');
+    editSection('camera', { focus_distance: Number(depth.toPrecision(6)) }, false);
+    if (typeof camera().f_stop !== 'number') $('help').textContent = 'Everything is sharp until f stop is set, under Camera.';
+  } catch (error) {
+    $('error').textContent = error.message;
+  }
+}
+
+canvas.addEventListener('pointerdown', (event) => {
+  canvas.focus();
+  canvas.setPointerCapture(event.pointerId);
+  last = event;
+  ++gesture;
+  if (mode() === 'focus' && event.button === 0 && !event.shiftKey) focus(event);
+});
+canvas.addEventListener('pointermove', (event) => { if (event.buttons && last) drag(event); else tellPixel(event); });
+canvas.addEventListener('pointerup', () => { last = null; });
+canvas.addEventListener('wheel', (event) => {
+  event.preventDefault();
+  editSection('camera', dolly(camera(), Math.exp(event.deltaY / 1000)), true);
+}, { passive: false });
+
+let asked = false;
+
+async function tellPixel(event) {
+  if (asked) return;
+  asked = true;
+  const { across, down } = place(event);
+  try {
+    const p = await ask(`pixel?across=${across}&down=${down}`);
+    const number = (v) => Number(v.toPrecision(3));
+    const text = [`(${p.x}, ${p.y}) ${p.radiance.map(number).join(' ')}`];
+    if (p.error) text.push(`± ${p.error.map(number).join(' ')}`);
+    text.push(`alpha ${number(p.alpha)}`);
+    if (p.layers?.depth < 1e9) text.push(`depth ${number(p.layers.depth)}`);
+    $('pixel').textContent = text.join(' · ');
+  } catch { /* there is no picture yet, or the pointer has left it */ }
+  setTimeout(() => { asked = false; }, 80);
+}
+
+canvas.addEventListener('keydown', (event) => {
+  const step = 0.05;
+  const by = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+  if (by) {
+    const moved = event.shiftKey ? pan(camera(), by[0] * step, by[1] * step) : orbit(camera(), by[0] * step, by[1] * step);
+    editSection('camera', moved, false);
+  } else if (event.key === '+' || event.key === '-') {
+    editSection('camera', dolly(camera(), event.key === '+' ? 0.9 : 1 / 0.9), false);
+  } else {
+    return;
+  }
+  event.preventDefault();
+});
+
+document.addEventListener('keydown', (event) => {
+  const control = event.ctrlKey || event.metaKey, key = event.key.toLowerCase();
+  const typing = ['INPUT', 'TEXTAREA', 'SELECT'].includes(document.activeElement.tagName) && document.activeElement.type !== 'range';
+  if (control && key === 's') $('save').click();
+  else if (control && key === 'z' && !typing) $(event.shiftKey ? 'redo' : 'undo').click();
+  else if (!control && !typing && ['1', '2', '3'].includes(key)) {
+    const radio = document.querySelectorAll('input[name="mode"]')[Number(key) - 1];
+    radio.click();
+  } else return;
+  event.preventDefault();
+});
+
+// --- the bars -----------------------------------------------------------------------------------
+
+$('modes').addEventListener('change', () => { $('stage').dataset.mode = mode(); });
+$('exposure').addEventListener('input', () => { $('stops').value = $('exposure').value; fetchPicture(); });
+$('tone_map').addEventListener('change', fetchPicture);
+$('layer').addEventListener('change', () => change({ show: { layer: $('layer').value } }));
+$('filter').addEventListener('change', () => change({ show: { filter: $('filter').checked } }));
+$('frame').addEventListener('input', () => change({ frame: scene.frames[Number($('frame').value)] }));
+$('undo').addEventListener('click', () => change({ undo: true }));
+$('redo').addEventListener('click', () => change({ redo: true }));
+$('add').addEventListener('click', () => edit([{ add: $('kinds').value }], false));
+$('theme').addEventListener('click', () => {
+  const root = document.documentElement;
+  const dark = root.dataset.theme ? root.dataset.theme === 'dark' : matchMedia('(prefers-color-scheme: dark)').matches;
+  root.dataset.theme = dark ? 'light' : 'dark';
+});
+
+$('save').addEventListener('click', () => {
+  $('folder').textContent = scene.folder;
+  $('file').value = scene.file;
+  $('save_error').textContent = '';
+  $('replace').checked = false;
+  $('save_dialog').showModal();
+});
+$('do_save').addEventListener('click', async (event) => {
+  event.preventDefault();
+  if (!$('file').reportValidity()) return;
+  try {
+    const { path } = await ask('save', { name: $('file').value, replace: $('replace').checked });
+    scene.file = $('file').value;
+    $('save_dialog').close();
+    $('help').textContent = `Saved: pvol-render ${path} -o picture.exr`;
+  } catch (error) {
+    $('save_error').textContent = error.message;
+  }
+});
+
+new ResizeObserver(fit).observe($('stage'));
+show(await ask('scene'));
+follow();

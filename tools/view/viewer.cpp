@@ -1,0 +1,151 @@
+#include "view/viewer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <utility>
+
+#include "cli/film_samples.h"
+#include "pvol/error.h"
+#include "pvol/formats/atomic_file.h"
+#include "view/controls.h"
+
+namespace pvol::viewer {
+
+using cli::Json;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Throws Error for what would not be a plain file of a folder.
+void check_name(const std::string& name) {
+  const fs::path path = name;
+  const bool plain = path.filename() == path && !name.starts_with('.') && name.size() <= 200 &&
+                     std::ranges::none_of(name, [](char c) { return c >= 0 && c < ' '; });
+  if (plain && path.extension() == ".toml") return;
+  throw Error(fmt::format("'{}': expected a name like cloud.toml, without folders", name));
+}
+
+void write_text(const fs::path& file, const std::string& text) {
+  formats::write_atomically(file, [&](const fs::path& aside) {
+    std::ofstream out(aside, std::ios::binary);
+    out << text;
+    if (!out.flush()) {
+      throw Error(file.string() + ": cannot be written; check that the disk is not full");
+    }
+  });
+}
+
+}  // namespace
+
+Viewer::Viewer(EditedScene scene, cli::LiveScene live, fs::path folder, std::string file)
+    : scene_(std::move(scene)),
+      folder_(std::move(folder)),
+      file_(std::move(file)),
+      picture_(std::move(live)) {
+  render();
+}
+
+void Viewer::render() {
+  formats::SceneFile scene = scene_.scene_of_frame();
+  AovSet& aovs = scene.scene.options.aovs;
+  aovs.add(Aov::depth);  // for the focus of a click
+  aovs.add(needs_of_layer(layer_));
+  (void)picture_.change(std::move(scene), {.filter = filter_});
+}
+
+Json Viewer::describe_locked() {
+  formats::SceneFile scene = scene_.scene();
+  return {{"sections", describe_controls(scene)},
+          {"kinds", kinds_to_add()},
+          {"layers", layers_to_view()},
+          {"layer", layer_},
+          {"filter", filter_},
+          {"frames", scene_.frames()},
+          {"frame", scene_.frame()},
+          {"undo", scene_.can_undo()},
+          {"redo", scene_.can_redo()},
+          {"folder", folder_.string()},
+          {"file", file_}};
+}
+
+Json Viewer::describe() {
+  const std::lock_guard lock(mutex_);
+  return describe_locked();
+}
+
+void Viewer::apply(const Json& request) {
+  if (request.contains("edits")) {
+    scene_.edit(request["edits"], request.value("gesture", std::uint64_t(0)));
+  } else if (request.contains("undo")) {
+    scene_.undo();
+  } else if (request.contains("redo")) {
+    scene_.redo();
+  } else if (request.contains("frame")) {
+    scene_.choose_frame(request["frame"]);
+  } else if (request.contains("show")) {
+    const Json& show = request["show"];
+    const std::string layer = show.value("layer", layer_);
+    if (std::ranges::count(layers_to_view(), layer) == 0) {
+      throw Error(
+          fmt::format("there is no layer '{}'; expected {}", layer, listed(layers_to_view())));
+    }
+    layer_ = layer;
+    filter_ = show.value("filter", filter_);
+  } else {
+    throw Error("found nothing to change; expected edits, undo, redo, frame or show");
+  }
+}
+
+Json Viewer::change(const Json& request) {
+  const std::lock_guard lock(mutex_);
+  apply(request);
+  render();
+  return describe_locked();
+}
+
+Json Viewer::state(std::uint64_t after, double seconds) const {
+  const cli::LiveState s = picture_.wait(after, seconds);
+  Json j = {{"number", s.number},     {"change", s.change},   {"coarse", s.coarse},
+            {"finished", s.finished}, {"samples", s.samples}, {"wanted", s.samples_wanted},
+            {"seconds", s.seconds},   {"error", s.error},     {"filtered", s.filtered != nullptr}};
+  if (!s.film) return j;
+  j["width"] = s.film->crop_width, j["height"] = s.film->crop_height;
+  j["per_pixel"] = double(s.samples) / double(std::max<std::size_t>(1, s.film->pixels.size()));
+  if (const auto noise = relative_noise(*s.film)) j["noise"] = *noise;
+  if (s.filtered) j["filter_error"] = s.filtered->relative_error;
+  return j;
+}
+
+View Viewer::picture(const ViewChoice& choice, bool filtered) const {
+  const cli::LiveState s = picture_.state();
+  if (!s.film) return {};
+  return view_of(filtered && s.filtered ? s.filtered->film : *s.film, choice);
+}
+
+Json Viewer::pixel(double across, double down) const {
+  const cli::LiveState s = picture_.state();
+  if (!s.film) throw Error("there is no picture yet");
+  if (!(across >= 0 && across < 1 && down >= 0 && down < 1)) {
+    throw Error("the place is not in the picture; expected numbers in [0, 1)");
+  }
+  return describe_pixel(*s.film, int(across * s.film->crop_width), int(down * s.film->crop_height));
+}
+
+Json Viewer::save(const Json& request) {
+  const std::string name = request.at("name");
+  check_name(name);
+  const std::lock_guard lock(mutex_);
+  const fs::path file = folder_ / name;
+  if (fs::exists(file) && !request.value("replace", false)) {
+    throw Error(
+        fmt::format("{} is there already; choose another name, or replace it", file.string()));
+  }
+  write_text(file, scene_.text_in(folder_));
+  file_ = name;
+  return {{"path", file.string()}};
+}
+
+}  // namespace pvol::viewer
