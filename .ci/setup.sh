@@ -4,6 +4,7 @@
 #   .ci/setup.sh          for all that tests/run needs
 #   .ci/setup.sh tools    for pvol-fit, pvol-render, pvol-view and pvol-convert, as samples/run needs
 #   .ci/setup.sh nightly  for all that tests/nightly needs
+#   .ci/setup.sh packages for all that tools/packages/make needs
 set -euo pipefail
 
 packages=(
@@ -23,7 +24,11 @@ packages=(
   openimageio-tools                                 # oiiotool reads pictures back in tests
   groff-base                                        # which sets the man pages
 )
+[[ ${1:-} != packages && ${1:-} != nightly ]] || packages+=(
+  git dpkg-dev patchelf python3-pip python3-skbuild python3-venv
+)
 [[ ${1:-} != nightly ]] || packages+=(
+  debootstrap                                       # a bare system for the packages
   python3-matplotlib                                # one of the module's examples
   slurmctld slurmd slurm-client munge               # a farm of one node
   cppcheck                                          # tests/analyse

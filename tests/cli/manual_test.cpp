@@ -21,6 +21,9 @@ struct Tool {
 const Tool kTools[] = {{"pvol-fit", PVOL_FIT},
                        {"pvol-render", PVOL_RENDER},
                        {"pvol-stats", PVOL_STATS},
+#ifdef PVOL_VIEW
+                       {"pvol-view", PVOL_VIEW},
+#endif
                        {"pvol-convert", PVOL_CONVERT}};
 
 std::string page_of(const Tool& tool) {

@@ -8,6 +8,7 @@
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/image.h"
 #include "pvol/version.h"
+#include "pvol/volume/best_kernel.h"
 #include "support/messages.h"
 #include "support/run_tool.h"
 
@@ -20,7 +21,11 @@ using testing::run_tool;
 using testing::RunResult;
 using testing::ScratchFolder;
 
-const char* const kTools[] = {PVOL_FIT, PVOL_RENDER, PVOL_STATS, PVOL_CONVERT};
+const char* const kTools[] = {
+#ifdef PVOL_VIEW
+    PVOL_VIEW,
+#endif
+    PVOL_FIT, PVOL_RENDER, PVOL_STATS, PVOL_CONVERT};
 
 /// A ball of radius 12 around (20, 20, 20), density 1 at its centre and 0 at its surface.
 VoxelGrid make_ball() {
@@ -98,7 +103,9 @@ TEST(Tools, HelpGoesToStdoutAndEndsWithTwoExamples) {
 TEST(Tools, VersionIsThatOfTheLibrary) {
   for (const char* tool : kTools) {
     const std::string name = std::filesystem::path(tool).filename().string();
-    EXPECT_EQ(expect_success(tool, {"--version"}).out, name + " " PVOL_VERSION "\n");
+    const std::string out = expect_success(tool, {"--version"}).out;
+    EXPECT_TRUE(out.starts_with(name + " " PVOL_VERSION " (")) << out;
+    EXPECT_TRUE(out.ends_with(std::string(pvol::name(best_kernel())) + ")\n")) << out;
   }
 }
 

@@ -3,8 +3,8 @@
 
 #include <vector>
 
+#include "pvol/volume/best_kernel.h"
 #include "support/effort.h"
-#include "volume/simd/choose_batch_kernels.h"
 
 namespace pvol::test {
 
@@ -13,7 +13,7 @@ namespace pvol::test {
   std::vector<KernelKind> all;
   for (const KernelKind kernel :
        {KernelKind::sse4, KernelKind::neon, KernelKind::avx2, KernelKind::avx512}) {
-    if (detail::has_kernel(kernel)) all.push_back(kernel);
+    if (has_kernel(kernel)) all.push_back(kernel);
   }
   return all;
 }

@@ -8,9 +8,9 @@
 #include <limits>
 #include <sstream>
 
+#include "cli/build_facts.h"
 #include "cli/json.h"
 #include "cli/root_folder.h"
-#include "pvol/version.h"
 
 namespace pvol::cli {
 namespace {
@@ -48,7 +48,8 @@ void add_root(CLI::App& app) {
 void add_common(CLI::App& app, const std::string& examples) {
   // So that scripts around a tool can be called with options that they set themselves.
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
-  app.set_version_flag("--version", app.get_name() + " " PVOL_VERSION, "Print the version and exit");
+  app.set_version_flag("--version", app.get_name() + " " + version_text(),
+                       "Print version, commit and best kernel, and exit");
   app.set_help_flag("-h,--help", "Print this help and exit");
   add_memory_limit(app);
   add_root(app);

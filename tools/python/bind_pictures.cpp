@@ -68,7 +68,7 @@ py::dict counts(const Picture& p) {
 }
 
 /// on_pass(picture, share) of Python, for a render without the interpreter's lock. What it raises
-/// ends the render and is kept in `raised`. Any result but False goes on.
+/// ends the render and is kept in `raised`. None goes on, as what is true does.
 OnPass to_on_pass(const py::object& callable, std::exception_ptr& raised) {
   if (callable.is_none()) return {};
   return [&callable, &raised](Picture picture, std::optional<double> share) {
@@ -76,7 +76,7 @@ OnPass to_on_pass(const py::object& callable, std::exception_ptr& raised) {
     try {
       const auto shared = std::make_shared<Picture>(std::move(picture));
       const py::object answer = callable(shared, share);
-      return answer.ptr() != Py_False;
+      return answer.is_none() || py::bool_(answer);  // also of NumPy's bools
     } catch (...) {
       raised = std::current_exception();
       return false;

@@ -20,6 +20,7 @@ struct AreaLight {
   Vec3d up{0, 1, 0};                 ///< which way its height lies; along the direction, any way
   Rgb radiance{1.0f};
   std::string group{};  ///< of lights that share a layer; "": the light has one to itself
+  bool visible = true;  ///< whether the camera sees its front
   friend bool operator==(const AreaLight&, const AreaLight&) = default;
 };
 
@@ -53,6 +54,9 @@ template <std::same_as<AreaLight> T>
                          .metavar = "RGB",
                          .limits = number(kRadianceRange).or_three(),
                          .help = "Radiance of the front; a lamp of P watts has P / (pi * area)"}),
+      key<&T::visible>(
+          {.key = "visible",
+           .help = "Whether the camera sees the light itself; it shines all the same"}),
       group_key<&T::group>(),
   });
 }

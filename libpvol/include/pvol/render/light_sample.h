@@ -19,6 +19,7 @@ struct LightSample {
 struct LightMet {
   Rgb radiance{0.0f};  ///< 0: it did not
   float pdf = 0;  ///< per steradian, with which a sample from the ray's origin has its direction
+  bool visible = true;  ///< to the camera
 };
 
 }  // namespace pvol

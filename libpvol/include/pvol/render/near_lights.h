@@ -57,6 +57,7 @@ class BallSource {
   PointSource centre_;
   double radius_;
   Rgb radiance_;
+  bool visible_;
 };
 
 /// A point light within a cone.
@@ -113,6 +114,7 @@ class AreaSource {
   Vec3d x_, y_, normal_;  // unit
   double width_, height_;
   Rgb radiance_;
+  bool visible_;
 };
 
 }  // namespace pvol

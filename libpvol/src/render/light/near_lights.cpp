@@ -50,7 +50,8 @@ Rgb PointSource::on_plane(Vec3d place, Vec3d normal) const {
 BallSource::BallSource(const PointLight& light)
     : centre_{light.position, light.intensity},
       radius_(light.radius),
-      radiance_(Vec3d(light.intensity) / (pi * light.radius * light.radius)) {}
+      radiance_(Vec3d(light.intensity) / (pi * light.radius * light.radius)),
+      visible_(light.visible) {}
 
 /// 1 - cosine of its radius as seen from a distance to its centre; 0 for a point that floats do not
 /// tell from one, and in the ball.
@@ -83,7 +84,7 @@ LightMet BallSource::met(const Ray& ray, double distance) const {
   if (!(apart > radius_ * radius_ && along > 0 && square > 0)) return {};
   const double c = cap(std::sqrt(apart));
   if (!(along - std::sqrt(square) < distance && c > 0)) return {};
-  return {radiance_, float(1 / (2 * pi * c))};
+  return {radiance_, float(1 / (2 * pi * c)), visible_};
 }
 
 Rgb BallSource::on_plane(Vec3d place, Vec3d normal) const {
@@ -137,7 +138,8 @@ AreaSource::AreaSource(const AreaLight& light)
       normal_(normalize(light.direction)),
       width_(light.size[0]),
       height_(light.size[1]),
-      radiance_(light.radiance) {
+      radiance_(light.radiance),
+      visible_(light.visible) {
   // Its height lies along `up`, or one of the axes where that is its direction.
   constexpr double kParallel = 1e-6;
   for (const Vec3d up : {light.up, Vec3d(0, 0, 1), Vec3d(0, 1, 0)}) {
@@ -223,7 +225,7 @@ LightMet AreaSource::met(const Ray& ray, double distance) const {
     return {};
   }
   const double pdf = View(*this, ray.o).pdf(at);
-  return std::isfinite(float(pdf)) ? LightMet{radiance_, float(pdf)} : LightMet{};
+  return std::isfinite(float(pdf)) ? LightMet{radiance_, float(pdf), visible_} : LightMet{};
 }
 
 Rgb AreaSource::irradiance_on(const Box& box) const {

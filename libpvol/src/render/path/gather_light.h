@@ -95,7 +95,7 @@ template <class Pdf>
 }
 
 /// Light of lights that a flight meets; of a path that was scattered with the density pdf(),
-/// weighted against samples of lights.
+/// weighted against samples of lights; where pdf() is 0, of those that the camera sees.
 template <class Pdf>
 [[gnu::noinline]] inline void add_met(const PathSetup& s, const FlightLine& flight, const Pdf& pdf,
                                       Rgb throughput, PathResult& r) {
@@ -105,6 +105,7 @@ template <class Pdf>
         [&](const auto& light) { return light.met(ray, flight.length); }, s.light.sources[i]);
     if (!(largest(met.radiance) > 0)) continue;
     const float p = pdf();
+    if (p == 0 && !met.visible) continue;  // of the camera
     const Rgb sum = throughput * met.radiance * (p > 0 ? balance(p, met.pdf) : 1.0f);
     r.radiance += sum;
     if (r.in_layers()) r.layers[i] += sum;

@@ -84,12 +84,19 @@ void check(const Volume& volume, const RenderOptions& o) {
   if (volume.fire != nullptr) check_places(*volume.fire, volume);
 }
 
+/// Whether camera rays may end their way with light of it.
+bool camera_meets(const Light& light) {
+  const auto* const point = std::get_if<PointLight>(&light);
+  const auto* const area = std::get_if<AreaLight>(&light);
+  return (point && point->radius > 0 && point->visible) || (area && area->visible);
+}
+
 /// Deep pictures are made of samples that collide or do not, and of memory.
 void check_deep(std::span<const Volume> volumes, const Scene& scene) {
   const RenderOptions& o = scene.options;
-  require(!any_is_met(make_light_sources(scene.lights)),
+  require(std::ranges::none_of(scene.lights, camera_meets),
           "deep pictures consist of collisions, but paths meet lights with an extent (area, point "
-          "with a radius) on their way; leave out these or the deep picture");
+          "with a radius) on their way; set visible = false for them, or leave out the deep picture");
   require(std::ranges::none_of(volumes, [](const Volume& v) { return v.fire != nullptr; }) &&
               o.line_emission != LineEmission::on,
           "deep pictures consist of collisions, but fires and emission along flights add light all "

@@ -2,21 +2,22 @@
 
 #include "math/processor.h"
 #include "pvol/error.h"
+#include "pvol/volume/best_kernel.h"
 #include "volume/simd/batch_kernels.h"
 
-namespace pvol::detail {
+namespace pvol {
 namespace {
 
 [[nodiscard]] bool machine_has(KernelKind kernel) {
   switch (kernel) {
     case KernelKind::avx512:
-      return has_avx512();
+      return detail::has_avx512();
     case KernelKind::avx2:
-      return has_x86_64_v3();
+      return detail::has_x86_64_v3();
     case KernelKind::sse4:
-      return has_sse4();
+      return detail::has_sse4();
     case KernelKind::neon:
-      return has_neon();
+      return detail::has_neon();
     default:
       return kernel == KernelKind::scalar;
   }
@@ -26,8 +27,14 @@ namespace {
   return kernel == KernelKind::avx512 ? 16 : kernel == KernelKind::avx2 ? 8 : 4;
 }
 
-/// Scalar where the machine has no lanes.
-[[nodiscard]] KernelKind best_kernel() {
+}  // namespace
+
+bool has_kernel(KernelKind kernel) {
+  if (kernel == KernelKind::scalar || kernel == KernelKind::automatic) return true;
+  return machine_has(kernel) && detail::find_batch_kernels(kernel).flights != nullptr;
+}
+
+KernelKind best_kernel() {
   for (const KernelKind kernel :
        {KernelKind::avx512, KernelKind::avx2, KernelKind::sse4, KernelKind::neon}) {
     if (has_kernel(kernel)) return kernel;
@@ -35,12 +42,7 @@ namespace {
   return KernelKind::scalar;
 }
 
-}  // namespace
-
-bool has_kernel(KernelKind kernel) {
-  if (kernel == KernelKind::scalar) return true;
-  return machine_has(kernel) && find_batch_kernels(kernel).flights != nullptr;
-}
+namespace detail {
 
 KernelKind lanes_for(KernelKind kernel) {
   if (kernel != KernelKind::scalar && kernel != KernelKind::automatic) return kernel;
@@ -72,4 +74,5 @@ KernelChoice choose_kernel(KernelKind wanted, const char* obstacle, const LaneWo
   return {wanted, "as set"};
 }
 
-}  // namespace pvol::detail
+}  // namespace detail
+}  // namespace pvol

@@ -27,7 +27,4 @@ struct LaneWords {
 /// there is none.
 [[nodiscard]] KernelKind lanes_for(KernelKind kernel);
 
-/// Whether this machine and this build have such a kernel; `scalar` always.
-[[nodiscard]] bool has_kernel(KernelKind kernel);
-
 }  // namespace pvol::detail
