@@ -76,7 +76,7 @@ void expect_seen(const std::string& before, const Picture& p, const Raster& rast
   ASSERT_EQ(s.options.height, p.height);
   ASSERT_EQ(s.lights.size(), kPlaces.size());
   EXPECT_NO_THROW(validate(s.camera));
-  const detail::Projection camera(s.camera, p.width, p.height);
+  const pvol::detail::Projection camera(s.camera, p.width, p.height);
   for (std::size_t i = 0; i < kPlaces.size(); ++i) {
     const auto [x, y] = raster(kPlaces[i]);
     const Ray ray = camera.ray(x, y);

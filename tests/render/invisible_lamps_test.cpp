@@ -34,13 +34,13 @@ Lit lit_by(bool visible) {
   ball.position = middle + way * 0.5 + s.camera.up * (0.2 * length(way));
   ball.radius = 0.1 * length(way);
   ball.intensity = Rgb(float(dot(way, way)));
-  ball.visible = visible;
+  ball.visible_camera = visible;
   AreaLight area;
   area.position = middle + way * 0.5;
   area.direction = way * -1.0;
   area.size = std::array{0.2 * length(way), 0.2 * length(way)};
   area.radiance = Rgb(5.0f);
-  area.visible = visible;
+  area.visible_camera = visible;
   s.lights = {ball, area};
   return lit;
 }

@@ -18,7 +18,8 @@ constexpr const char *kColour = "colour", *kAlpha = "alpha";
 
 /// The layers that one AOV brings have names of their own, which depend on the scene.
 bool has_one_layer(const AovRow& row) {
-  return row.aov != Aov::lights && row.aov != Aov::scattering && row.aov != Aov::halves;
+  return row.aov != Aov::lights && row.aov != Aov::scattering && row.aov != Aov::halves &&
+         row.aov != Aov::objects;
 }
 
 /// The layer, where the film has it.

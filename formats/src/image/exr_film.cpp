@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "image/cryptomatte.h"
 #include "image/exr_check.h"
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
@@ -123,6 +124,7 @@ void add_layers(const Imf::MultiPartInputFile& in, int part, Film& film, Layout&
     const std::string name = c.name();
     const std::size_t size = name.size();
     if (size < 3 || name[size - 2] != '.' || is_the_films(name)) continue;
+    if (name.starts_with(detail::kCryptomatte)) continue;  // made again of the layers of objects
     const std::string stem = name.substr(0, size - 2);
     const auto whole = [&](const std::string& letters) {
       return std::ranges::all_of(letters,

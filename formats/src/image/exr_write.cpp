@@ -11,7 +11,9 @@
 
 #include <algorithm>
 #include <functional>
+#include <memory>
 
+#include "image/cryptomatte.h"
 #include "image/exr_out.h"
 #include "image/exr_sums.h"
 #include "pvol/error.h"
@@ -64,6 +66,13 @@ std::vector<Group> groups_of(const Film& film, const ExrOptions& o) {
     for (std::size_t k = 0; k < layer.components.size(); ++k) {
       g.channels.push_back({layer.name + "." + layer.components[k],
                             [&film, &layer, k](auto i) { return value(layer, film, i)[int(k)]; }});
+    }
+  }
+  if (const auto matte = std::make_shared<const detail::Cryptomatte>(film); !matte->empty()) {
+    Group& g = group_named(groups, detail::kCryptomatte, false);
+    const std::vector<std::string> names = detail::Cryptomatte::channels();
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      g.channels.push_back({names[k], [matte, k](std::size_t i) { return matte->value(k, i); }});
     }
   }
   for (Group& g : groups) {
@@ -197,7 +206,11 @@ std::uint64_t write_exr(const std::filesystem::path& file, const Film& film,
   detail::write_exr_file(file, film, [&](Imf::OStream& stream) {
     validate(options);
     const bool several = options.multipart || options.sums;
-    clamped = (several ? write_parts : write_one)(stream, film, attributes, options);
+    Attributes all = attributes;
+    if (const detail::Cryptomatte matte(film); !matte.empty()) {
+      for (auto& [name, text] : matte.attributes()) all[name] = text;
+    }
+    clamped = (several ? write_parts : write_one)(stream, film, all, options);
   });
   return clamped;
 }

@@ -22,6 +22,7 @@ enum class Aov {
   normal,
   albedo,
   velocity,
+  objects,
   lookups,
   bounds_tests,
   segments,
@@ -79,6 +80,10 @@ inline constexpr std::array kAovs = std::to_array<AovRow>({
     {Aov::velocity, "velocity",
      "how far what first collisions hit moves in a frame, by its velocities and as a whole",
      "world units a frame", "XYZ", "mean over the samples that collide"},
+    {Aov::objects, "objects",
+     "share of the pixel that shows a volume, at one of its places, or a surface, in a layer for "
+     "each: object.volume_1, object.volume_2.3, object.plane_1; in files also as Cryptomatte",
+     "", "Y", "mean over the samples of what first collisions hit"},
     {Aov::lookups, "lookups", "look-ups of the density", "a sample", "Y", "mean over the samples",
      false, true},
     {Aov::bounds_tests, "bounds_tests", "tentative collisions compared with bounds", "a sample",
@@ -102,7 +107,8 @@ using AovSet = SetOf<Aov>;
 /// Whether they tell of first collisions.
 [[nodiscard]] constexpr bool of_first_collisions(AovSet aovs) {
   return aovs.has(Aov::depth) || aovs.has(Aov::nearest) || aovs.has(Aov::position) ||
-         aovs.has(Aov::normal) || aovs.has(Aov::albedo) || aovs.has(Aov::velocity);
+         aovs.has(Aov::normal) || aovs.has(Aov::albedo) || aovs.has(Aov::velocity) ||
+         aovs.has(Aov::objects);
 }
 
 /// Whether rendering them takes counts.

@@ -19,8 +19,8 @@ struct AreaLight {
   std::array<double, 2> size{1, 1};  ///< width and height in world units, > 0
   Vec3d up{0, 1, 0};                 ///< which way its height lies; along the direction, any way
   Rgb radiance{1.0f};
-  std::string group{};  ///< of lights that share a layer; "": the light has one to itself
-  bool visible = true;  ///< whether the camera sees its front
+  std::string group{};         ///< of lights that share a layer; "": the light has one to itself
+  bool visible_camera = true;  ///< whether the camera sees its front
   friend bool operator==(const AreaLight&, const AreaLight&) = default;
 };
 
@@ -54,8 +54,8 @@ template <std::same_as<AreaLight> T>
                          .metavar = "RGB",
                          .limits = number(kRadianceRange).or_three(),
                          .help = "Radiance of the front; a lamp of P watts has P / (pi * area)"}),
-      key<&T::visible>(
-          {.key = "visible",
+      key<&T::visible_camera>(
+          {.key = "visible_camera",
            .help = "Whether the camera sees the light itself; it shines all the same"}),
       group_key<&T::group>(),
   });

@@ -37,6 +37,9 @@ struct Layer {
   bool least = false;  ///< whether `sums` has the least values instead
 };
 
+/// Names of layers of objects (Aov::objects) begin with it.
+inline constexpr const char* kObjectLayer = "object.";
+
 /// What depths are where nothing was met, as in other programs.
 inline constexpr double kNothingMet = 1e10;
 

@@ -17,7 +17,7 @@ struct PointLight {
   Rgb intensity{1.0f};      ///< irradiance at distance 1, in world units, of a plane that faces it
   std::string group{};      ///< of lights that share a layer; "": the light has one to itself
   double radius = 0;        ///< of a ball that shines outwards; 0: a point
-  bool visible = true;      ///< whether the camera sees the ball
+  bool visible_camera = true;  ///< whether the camera sees the ball
   friend bool operator==(const PointLight&, const PointLight&) = default;
 };
 
@@ -39,8 +39,8 @@ template <std::same_as<PointLight> T>
                        .limits = number(Range::at_least(0)),
                        .help = "Radius of a sphere that emits evenly, in world units; 0 is a "
                                "point, which is invisible"}),
-      key<&T::visible>(
-          {.key = "visible",
+      key<&T::visible_camera>(
+          {.key = "visible_camera",
            .help = "Whether the camera sees the sphere itself; it shines all the same"}),
       group_key<&T::group>(),
   });

@@ -51,7 +51,7 @@ BallSource::BallSource(const PointLight& light)
     : centre_{light.position, light.intensity},
       radius_(light.radius),
       radiance_(Vec3d(light.intensity) / (pi * light.radius * light.radius)),
-      visible_(light.visible) {}
+      visible_(light.visible_camera) {}
 
 /// 1 - cosine of its radius as seen from a distance to its centre; 0 for a point that floats do not
 /// tell from one, and in the ball.
@@ -139,7 +139,7 @@ AreaSource::AreaSource(const AreaLight& light)
       width_(light.size[0]),
       height_(light.size[1]),
       radiance_(light.radiance),
-      visible_(light.visible) {
+      visible_(light.visible_camera) {
   // Its height lies along `up`, or one of the axes where that is its direction.
   constexpr double kParallel = 1e-6;
   for (const Vec3d up : {light.up, Vec3d(0, 0, 1), Vec3d(0, 1, 0)}) {

@@ -101,6 +101,33 @@ Vec3d velocity_of(const PathSetup& s, const PathResult& r) {
       });
 }
 
+/// Adds a first collision to the layer of what it hit. Where volumes overlap, each gets its share
+/// of the extinction, which is its probability to have been the one.
+void add_to_objects(const PathSetup& s, const PathResult& r, std::size_t pixel,
+                    ExactLayer* layers) {
+  const auto add_share = [&](std::size_t object, double share) {
+    add(layers[object].sums[pixel], Vec3d(share * double(r.first_weight)));
+  };
+  if (r.first_material) {
+    const std::size_t number = s.surfaces->camera->number_of(*r.first_material);
+    return add_share(s.objects->first_surface + s.surfaces->seen[number], 1);
+  }
+  if (s.instances->all.size() == 1) return add_share(0, 1);
+  double sum = 0;
+  const auto visit_all = [&](const auto& visit) {
+    s.instances->tree.visit_at(r.first, [&](std::uint32_t i) {
+      const Instance at = s.instances->at_time(i, double(r.time));
+      const Volume& v = s.volumes[at.volume].volume;
+      visit(i, double(extinction_in_cells(v, at.world_to_cells.point(r.first))));
+    });
+  };
+  visit_all([&](std::uint32_t, double mu) { sum += mu; });
+  if (!(sum > 0)) return;
+  visit_all([&](std::uint32_t i, double mu) {
+    if (mu > 0) add_share(i, mu / sum);
+  });
+}
+
 constexpr std::array kFirstCollisionLayers = std::to_array<FirstCollisionLayer>({
     {Aov::depth, "Z", &depth_of},
     {Aov::nearest, "Z", &depth_of},
@@ -146,6 +173,9 @@ std::vector<Layer> make_layers(const PathSetup& s, std::size_t pixels) {
     for (const char* name : {"half_1", "half_2"}) add(name).weights.resize(pixels);
   }
   if (aovs.has(Aov::transmittance_rgb)) add(row(Aov::transmittance_rgb).name);
+  if (s.objects) {
+    for (const std::string& name : s.objects->names) add(kObjectLayer + name, "Y");
+  }
   for (const FirstCollisionLayer& of : kFirstCollisionLayers) {
     if (!aovs.has(of.aov)) continue;
     Layer& layer = add(row(of.aov).name, of.components);
@@ -222,6 +252,10 @@ void add_to_layers(const PathSetup& s, const PathResult& r, std::size_t pixel, F
   }
   if (s.options.aovs.has(Aov::transmittance_rgb)) {
     add((next++)->sums[pixel], Vec3d(1.0 - double(r.alpha)) + Vec3d(r.tint));
+  }
+  if (s.objects) {
+    if (r.first_weight != 0) add_to_objects(s, r, pixel, &*next);
+    next += std::ptrdiff_t(s.objects->names.size());
   }
   if (r.first_weight == 0) return;
   for (const FirstCollisionLayer& of : kFirstCollisionLayers) {

@@ -90,6 +90,9 @@ PathSetup::PathSetup(const RenderPlan& plan, Rgb constant_,
       instances(std::make_shared<const Instances>(plan.volumes)),
       emission(plan.emission),
       surfaces(plan.surfaces),
+      objects(options.aovs.has(Aov::objects)
+                  ? std::make_shared<const SceneObjects>(plan.scene, *instances)
+                  : nullptr),
       kernel(lanes_for(plan.kernel.kind)),
       dense(std::move(dense_)),
       max_bounces(options.max_bounces.value_or(~0u)),

@@ -15,6 +15,7 @@
 #include "render/path/instances.h"
 #include "render/path/many_lights.h"
 #include "render/path/pixel_importance.h"
+#include "render/path/scene_objects.h"
 #include "render/path/volume_setup.h"
 #include "render/scene/filter_offsets.h"
 #include "render/scene/image_part.h"
@@ -92,6 +93,7 @@ struct PathSetup {
   std::shared_ptr<const Instances> instances;     ///< of the volumes
   std::shared_ptr<const EmissionSetup> emission;  ///< along flights; null: there is none
   std::shared_ptr<const Surfaces> surfaces;       ///< null: there are none
+  std::shared_ptr<const SceneObjects> objects;    ///< null: nobody asks
 
   KernelKind kernel;  ///< of lanes
   /// Of each volume; setups may share them. Those of empty volumes, and of those through which

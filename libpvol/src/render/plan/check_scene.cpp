@@ -84,11 +84,22 @@ void check(const Volume& volume, const RenderOptions& o) {
   if (volume.fire != nullptr) check_places(*volume.fire, volume);
 }
 
+/// A layer for each object takes a film's memory for each.
+void check_objects(std::span<const Volume> volumes, const Scene& scene) {
+  constexpr std::size_t kMostObjects = 64;
+  if (!scene.options.aovs.has(Aov::objects)) return;
+  const std::size_t objects = count_places(volumes) + scene.surfaces.size();
+  require(objects <= kMostObjects,
+          "the layer objects tells " + std::to_string(objects) +
+              " volumes, places of volumes and surfaces apart, expected at most " +
+              std::to_string(kMostObjects) + "; render the others in another picture");
+}
+
 /// Whether camera rays may end their way with light of it.
 bool camera_meets(const Light& light) {
   const auto* const point = std::get_if<PointLight>(&light);
   const auto* const area = std::get_if<AreaLight>(&light);
-  return (point && point->radius > 0 && point->visible) || (area && area->visible);
+  return (point && point->radius > 0 && point->visible_camera) || (area && area->visible_camera);
 }
 
 /// Deep pictures are made of samples that collide or do not, and of memory.
@@ -96,7 +107,8 @@ void check_deep(std::span<const Volume> volumes, const Scene& scene) {
   const RenderOptions& o = scene.options;
   require(std::ranges::none_of(scene.lights, camera_meets),
           "deep pictures consist of collisions, but paths meet lights with an extent (area, point "
-          "with a radius) on their way; set visible = false for them, or leave out the deep picture");
+          "with a radius) on their way; set visible_camera = false for them, or leave out the deep "
+          "picture");
   require(std::ranges::none_of(volumes, [](const Volume& v) { return v.fire != nullptr; }) &&
               o.line_emission != LineEmission::on,
           "deep pictures consist of collisions, but fires and emission along flights add light all "
@@ -138,6 +150,7 @@ void check(std::span<const Volume> volumes, const Scene& scene) {
                                                  " lights; expected at most " +
                                                  std::to_string(kMostLights));
   check_chromatic(volumes, scene.options);
+  check_objects(volumes, scene);
   if (scene.options.deep) check_deep(volumes, scene);
   for (const Volume& v : volumes) {
     check(v, scene.options);

@@ -112,27 +112,28 @@ namespace {
 /// One for each kind of surface.
 struct SurfaceSet::Add {
   SurfaceSet& to;
+  const Material& material;  ///< of the surface, where the set keeps it
   const Shutter& shutter;
   std::vector<PlacedMesh>& meshes;
 
   void operator()(const PlaneSurface& p) const {
-    to.planes_.push_back({p.point, normalize(p.normal), p.material});
+    to.planes_.push_back({p.point, normalize(p.normal), material});
   }
   void operator()(const BallSurface& b) const {
     const Affine map = translation(b.centre) * scaling(Vec3d(b.radius));
-    add_body(Body(FreeForm{unit_ball(), {}}), place_of(b, map), b.material);
+    add_body(Body(FreeForm{unit_ball(), {}}), place_of(b, map));
   }
   void operator()(const SolidSurface& s) const {
-    add_body(*s.body, place_of(s, s.place.map()), s.material);
+    add_body(*s.body, place_of(s, s.place.map()));
   }
   void operator()(const MeshSurface& m) const {
     Place place = place_of(m, m.place.map());
     if (place.open) {
       const PlacedMesh own{m.mesh.get(), {}};
-      to.moving_meshes_.push_back({MeshScene({&own, 1}), std::move(place), m.material});
+      to.moving_meshes_.push_back({MeshScene({&own, 1}), std::move(place), material});
     } else {
       meshes.push_back({m.mesh.get(), place.still.to_world});
-      to.mesh_looks_.push_back({m.material, std::move(place.moves)});
+      to.mesh_looks_.push_back({material, std::move(place.moves)});
     }
   }
 
@@ -149,7 +150,7 @@ struct SurfaceSet::Add {
     return place;
   }
 
-  void add_body(const Body& body, Place place, const Material& material) const {
+  void add_body(const Body& body, Place place) const {
     auto ready = std::make_unique<const RayBody>(body);
     constexpr double kClearance = 1e-9;  // of the diagonal; roots are good to 1e-14 of it
     const double clearance =
@@ -160,9 +161,10 @@ struct SurfaceSet::Add {
 
 SurfaceSet::SurfaceSet(std::span<const Surface> surfaces, const Shutter& shutter) {
   std::vector<PlacedMesh> meshes;
-  for (const Surface& s : surfaces) {
-    std::visit(Add{*this, shutter, meshes}, s);
-    const Material& m = material_of(s);
+  for (const Surface& s : surfaces) materials_.push_back(material_of(s));  // and stay where they are
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    const Material& m = materials_[i];
+    std::visit(Add{*this, m, shutter, meshes}, surfaces[i]);
     catch_shadows_ = catch_shadows_ || m.visibility == Visibility::shadow_catcher;
     are_grey_ = are_grey_ && m.albedo.x == m.albedo.y && m.albedo.y == m.albedo.z;
   }
@@ -262,9 +264,12 @@ std::shared_ptr<const Surfaces> make_surfaces(std::span<const Surface> surfaces,
     }
     return made.emplace_back(meets, std::make_shared<const SurfaceSet>(some, shutter)).second;
   };
-  return std::make_shared<const Surfaces>(Surfaces{met_by(&Material::visible_camera),
-                                                   met_by(&Material::visible_shadow),
-                                                   met_by(&Material::visible_light)});
+  Surfaces all{met_by(&Material::visible_camera), met_by(&Material::visible_shadow),
+               met_by(&Material::visible_light), {}};
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    if (material_of(surfaces[i]).visible_camera) all.seen.push_back(i);
+  }
+  return std::make_shared<const Surfaces>(std::move(all));
 }
 
 }  // namespace pvol::detail

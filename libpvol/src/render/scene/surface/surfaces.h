@@ -45,11 +45,15 @@ class SurfaceSet {
   [[nodiscard]] bool catch_shadows() const { return catch_shadows_; }
   /// Whether all scatter every channel alike.
   [[nodiscard]] bool are_grey() const { return are_grey_; }
+  /// Which of the set's surfaces has this material, that of a hit.
+  [[nodiscard]] std::size_t number_of(const Material& material) const {
+    return std::size_t(&material - materials_.data());
+  }
 
  private:
   struct Plane {
     Vec3d point, normal;  // unit
-    Material material;
+    const Material& material;
   };
   /// Where what has a frame of its own is in the world.
   struct Frame {
@@ -72,13 +76,13 @@ class SurfaceSet {
     std::unique_ptr<const RayBody> body;
     Place place;
     double clearance;  // world units, beside that of places far away
-    Material material;
+    const Material& material;
   };
   /// Of triangles in their own frame.
   struct MovingMesh {
     MeshScene triangles;
     Place place;
-    Material material;
+    const Material& material;
   };
   struct Add;
 
@@ -89,12 +93,13 @@ class SurfaceSet {
                                                           const Frame& frame, const Ray& ray,
                                                           double limit);
 
+  std::vector<Material> materials_;  ///< of all, in their order
   std::vector<Plane> planes_;
   std::vector<PlacedBody> bodies_;
   std::vector<MovingMesh> moving_meshes_;
   /// Of those that stand still while the shutter is open.
   struct MeshLook {
-    Material material;
+    const Material& material;
     std::optional<MovingMap> moves;
   };
   std::vector<MeshLook> mesh_looks_;
@@ -105,6 +110,7 @@ class SurfaceSet {
 /// The surfaces that each kind of ray meets; the same set where all meet the same ones.
 struct Surfaces {
   std::shared_ptr<const SurfaceSet> camera, shadow, scattered;
+  std::vector<std::size_t> seen;  ///< numbers in the scene of those that the camera meets
 
   /// Whether one is in the way of light that comes along a ray from this distance. A lamp on a wall
   /// is not hidden by it.
