@@ -33,6 +33,7 @@ packages=(
   slurmctld slurmd slurm-client munge               # a farm of one node
   cppcheck                                          # tests/analyse
   chromium chromium-driver python3-selenium         # the viewer's page in a browser
+  blender xvfb xauth libgl1-mesa-dri                # the add-on, also with a window
 )
 
 if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then

@@ -1,0 +1,104 @@
+"""The files that a scene refers to: those of the artist, and those that a translation writes into a
+folder of its own, which goes when the render is done."""
+
+import os
+import pathlib
+import re
+import tempfile
+
+import numpy as np
+
+from . import ply, radiance
+
+_PICTURES = {".exr", ".hdr"}  # that pvol reads
+_VOLUMES = {".vdb"}
+
+
+def on_disk(path, library=None):
+    """An absolute path where Blender means one that may be relative to the .blend file."""
+    import bpy
+
+    return pathlib.Path(bpy.path.abspath(path, library=library)) if path else None
+
+
+class Files:
+    """Writes what pvol reads from files. Of equal things, by name and version, one is written."""
+
+    def __init__(self):
+        self._folder = tempfile.TemporaryDirectory(prefix="pvol_blender_")
+        self._written = {}
+        self._count = 0
+        self._stale = {}  # may still be read
+
+    def close(self):
+        self._folder.cleanup()
+
+    def forget(self, name):
+        """A thing has changed: its files are written anew. Those before the last ones go."""
+        for key in [k for k in self._written if k[0] == name]:
+            if (path := self._stale.pop(key, None)) is not None:
+                path.unlink(missing_ok=True)
+            self._stale[key] = self._written.pop(key)
+
+    def _once(self, key, suffix, write):
+        if key not in self._written:
+            self._count += 1
+            name = re.sub(r"\W", "_", str(key[0])) + f"_{self._count}{suffix}"
+            path = pathlib.Path(self._folder.name) / name
+            self._written[key] = path if write(path) is not False else None
+        return self._written[key]
+
+    def mesh(self, name, part, vertices, triangles):
+        """Triangles of a mesh, of which `part` is one material's."""
+        return self._once((name, part), ".ply", lambda p: ply.write(p, vertices, triangles))
+
+    def volume(self, volume, name, modified):
+        """A volume's grids: its own file, or one with what modifiers made of it; None if there are
+        no grids."""
+        grids = volume.grids
+        if not grids.load() or len(grids) == 0:
+            return None
+        loaded = on_disk(grids.frame_filepath or volume.filepath, volume.library)
+        if loaded and not modified and loaded.suffix in _VOLUMES and loaded.is_file():
+            return loaded
+        return self._once((name, grids.frame), ".vdb", lambda p: bool(grids.save(os.fspath(p))))
+
+    def picture(self, image):
+        """A picture that pvol reads; None if there is no picture."""
+        own = on_disk(image.filepath, image.library)
+        if image.source == "FILE" and not image.packed_file and own and not image.is_dirty:
+            if own.suffix.lower() in _PICTURES and own.is_file():
+                return own
+        return self._once((image.name, "picture"), ".hdr", lambda p: _write_picture(p, image))
+
+
+def _write_picture(path, image):
+    width, height = image.size
+    if width == 0 or height == 0:
+        return False
+    pixels = np.empty(width * height * image.channels, dtype=np.float32)
+    image.pixels.foreach_get(pixels)
+    pixels = pixels.reshape(height, width, image.channels)[::-1]
+    rgb = pixels[..., :3] if image.channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
+    if not image.is_float and image.colorspace_settings.name == "sRGB":
+        rgb = radiance.linear(rgb)
+    radiance.write(path, rgb)
+    return True
+
+
+class DryFiles:
+    """Writes nothing: for a list of what cannot be mapped."""
+
+    def close(self):
+        pass
+
+    def mesh(self, name, part, vertices, triangles):
+        return pathlib.Path(f"{name}_{part}.ply")
+
+    def volume(self, volume, name, modified):
+        own = on_disk(volume.grids.frame_filepath or volume.filepath, volume.library)
+        has_grids = volume.grids.load() and len(volume.grids) > 0
+        return (own or pathlib.Path(f"{name}.vdb")) if has_grids else None
+
+    def picture(self, image):
+        return pathlib.Path(image.name) if image.size[0] else None
