@@ -7,10 +7,12 @@ It must be built for the Python of the Blender that it is for."""
 
 import argparse
 import pathlib
+import re
 import sys
 import zipfile
 
 ADDON = pathlib.Path(__file__).resolve().parent / "pvol_blender"
+PROJECT = ADDON.parents[2] / "CMakeLists.txt"  # which has the version
 
 
 def module_files(folder):
@@ -20,6 +22,13 @@ def module_files(folder):
         sys.exit(f"make_zip.py: --module {folder}: found no package pvol with a compiled module "
                  "(_pvol*.so) there; give the folder that contains it, such as build/ci/python")
     return [(f, f"modules/pvol/{f.name}") for f in sorted(package.iterdir()) if f.is_file()]
+
+
+def text_of(source):
+    """A file of the add-on; in bl_info, which Blender reads as a literal, with pvol's version."""
+    text = source.read_text()
+    version = re.search(r"project\(pvol VERSION (\d+)\.(\d+)\.(\d+)", PROJECT.read_text())
+    return re.sub(r'"version": \([^)]*\)', f'"version": ({", ".join(version.groups())})', text)
 
 
 def main():
@@ -36,7 +45,8 @@ def main():
         files += module_files(options.module)
     with zipfile.ZipFile(options.output, "w", zipfile.ZIP_DEFLATED) as pack:
         for source, name in files:
-            pack.write(source, f"pvol_blender/{name}")
+            content = text_of(source) if source == ADDON / "__init__.py" else source.read_bytes()
+            pack.writestr(f"pvol_blender/{name}", content)
     print(f"{options.output}: {len(files)} files")
 
 

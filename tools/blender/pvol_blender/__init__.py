@@ -7,7 +7,7 @@ it, `viewport` refines it while the artist works, and `panels` has the settings.
 bl_info = {
     "name": "pvol",
     "author": "pvol",
-    "version": (0, 1, 0),
+    "version": (0, 2, 0),
     "blender": (3, 4, 0),
     "location": "Properties > Render > Render Engine",
     "description": "Path-traces clouds, smoke and fire without bias",
