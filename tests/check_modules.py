@@ -24,7 +24,7 @@ RENDER_HEADERS = {
 ROOT_HEADERS = {"pvol/error.h": "math", "pvol/version.h": "math", "pvol/embed.h": "volume",
          "pvol/trackers.h": "volume", "pvol/pvol.h": "capi", "pvol/pvol.hpp": "capi",
          "pvol/given_density.h": "capi"}
-TOOLS = ["cli", "report", "stats", "python"]
+TOOLS = ["cli", "report", "stats", "view", "python"]
 FORMATS = ["file", "image", "toml", "vdb", "pvol", "pbrt"]
 # What the library is built from: the standard library, compilers' own headers of vector instructions,
 # oneTBB, Embree and nothing else.
