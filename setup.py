@@ -2,6 +2,7 @@
 
 import pathlib
 import re
+import sys
 
 from skbuild import setup
 
@@ -26,6 +27,7 @@ setup(
     python_requires=">=3.9",
     install_requires=["numpy"],
     cmake_args=[
+        f"-DPython3_EXECUTABLE={sys.executable}",
         f"-DPVOL_PYTHON_DIR={FOLDER}",
         "-DPVOL_BUILD_TESTS=OFF",
         "-DPVOL_BUILD_STATS=OFF",

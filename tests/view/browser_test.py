@@ -126,6 +126,26 @@ class PageTest(unittest.TestCase):
         self.after_change(remove.click)
         self.assertEqual(len(self.page.driver.find_elements(By.CSS_SELECTOR, "details[data-id^=sun]")), 1)
 
+    def test_a_picture_becomes_the_sky(self):
+        sky = self.folder / "sky.exr"
+        subprocess.run(["oiiotool", "--pattern", "constant:color=0.9,0.1,0.1", "8x4", "3", "-d", "float",
+                        "-o", sky], check=True)
+        self.open_section("environment")
+        kind = Select(self.element("key_environment.type"))
+        kind.select_by_visible_text("image")
+        self.page.driver.switch_to.alert.dismiss()
+        self.assertEqual(self.value("environment", "type"), "constant")
+        self.assertEqual(kind.first_selected_option.text, "constant")
+
+        def choose():
+            kind.select_by_visible_text("image")
+            self.page.driver.switch_to.alert.send_keys(str(sky))
+            self.page.driver.switch_to.alert.accept()
+
+        self.after_change(choose)
+        red, green, _ = self.page.colours()[0]
+        self.assertGreater(red, 2 * green)
+
     def test_what_is_saved_renders_the_same(self):
         self.after_change(lambda: self.drag(-90, 25))
         self.element("picture").send_keys(Keys.CONTROL, "s")

@@ -244,7 +244,15 @@ export class Controls {
 
   row(section, key) {
     const name = `${section.id}.${key.key}`;
-    const set = (value, ongoing) => this.edit([{ section: section.id, key: key.key, value }], ongoing);
+    const set = (value, ongoing) => {
+      const changes = [{ section: section.id, key: key.key, value }];
+      if (section.id === 'environment' && key.key === 'type' && value === 'image') {  // is none without a file
+        const file = prompt('Picture of the sky by longitude and latitude: name of an .exr or .hdr file');
+        if (!file) return this.controls.get(name).show(key);
+        changes.push({ section: section.id, key: 'file', value: file });
+      }
+      this.edit(changes, ongoing);
+    };
     const made = control(key, `key_${name}`, set, this.up);
     this.controls.set(name, made);
     const label = element('label', { htmlFor: `key_${name}`, className: key.biased ? 'biased' : '' }, key.key.replaceAll('_', ' '));
