@@ -47,10 +47,6 @@ Scene coarse_scene(const Scene& scene, int factor) {
   return coarse;
 }
 
-RenderPlan plan_of(const RenderJob& job, const Scene& scene) {
-  return plan(job.volumes, scene, {.facts = job.facts, .force = true, .forecast = false});
-}
-
 /// The scene with what the noise filter needs, where it is to be filtered and can be.
 Scene scene_to_render(const Scene& scene, const LiveOptions& options) {
   const bool can = is_adaptive(scene.options) || scene.options.samples >= 2;
@@ -119,6 +115,18 @@ void LivePicture::show(Request request, const std::stop_token& ended) {
     state.finished = true;
     post(state, request);
   }
+}
+
+RenderPlan LivePicture::plan_of(const RenderJob& job, const Scene& scene) {
+  const bool same = lighting_ && scene.environment == environment_ && scene.lights == lights_;
+  RenderPlan made = plan(job.volumes, scene,
+                         {.facts = job.facts,
+                          .force = true,
+                          .forecast = false,
+                          .lighting = same ? lighting_ : nullptr});
+  if (!same) environment_ = scene.environment, lights_ = scene.lights;
+  lighting_ = made.lighting;
+  return made;
 }
 
 void LivePicture::show_coarse(const RenderJob& job, LiveState& state, const Request& request,

@@ -70,14 +70,20 @@ class LivePicture {
 
   void work(const std::stop_token& ended);
   void show(Request request, const std::stop_token& ended);
+  [[nodiscard]] RenderPlan plan_of(const RenderJob& job, const Scene& scene);
   void show_coarse(const RenderJob& job, LiveState& state, const Request& request,
                    const std::function<bool()>& stale);
   void refine(std::shared_ptr<RenderJob> job, LiveState& state, const Request& request,
               const std::function<bool()>& stale);
   void post(LiveState& state, const Request& request);
 
-  LiveScene scene_;           ///< of the worker alone, as `speed_`
-  double speed_ = 0;          ///< samples a second of the coarse picture before; 0: none was
+  // Of the worker alone:
+  LiveScene scene_;
+  double speed_ = 0;  ///< samples a second of the coarse picture before; 0: none was
+  std::shared_ptr<const Lighting> lighting_{};  ///< of these; null: nothing was planned yet
+  Environment environment_{};
+  std::vector<Light> lights_{};
+
   mutable std::mutex mutex_;  ///< of all below
   mutable std::condition_variable_any changed_;
   LiveState state_{};

@@ -197,7 +197,8 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
                                    i < options.facts.size() ? &options.facts[i] : nullptr, o);
   }
   for (const Volume& v : volumes) p.shells.push_back(choose_shell(v, scene));
-  p.lighting = std::make_shared<const Lighting>(make_lighting(p.scene));
+  p.lighting = options.lighting ? options.lighting
+                                : std::make_shared<const Lighting>(make_lighting(p.scene));
   p.guide = choose_guide(volumes, p.scene, *p.lighting,
                          options.paths > 0 ? options.paths : count_paths(o));
   p.surfaces = detail::make_surfaces(scene.surfaces, scene.camera.shutter);
