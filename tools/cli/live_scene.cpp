@@ -1,6 +1,7 @@
 #include "cli/live_scene.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "cli/cli.h"
@@ -43,6 +44,21 @@ bool are_made_alike(const formats::SceneVolume& a, formats::SceneVolume b) {
   b.medium.components = a.medium.components;
   b.medium.extinction_color = a.medium.extinction_color;
   return a == b;
+}
+
+/// Figures about a cloud as this volume, by those about it as another one where they differ by the
+/// extinction alone: to look at all samples takes as long as to make the volume.
+VolumeFacts describe_like(const formats::Cloud& cloud, const formats::SceneVolume& v,
+                          const formats::SceneVolume& known, VolumeFacts facts) {
+  formats::SceneVolume as_known = v;
+  as_known.medium = known.medium;
+  const double factor = v.medium.extinction / known.medium.extinction;
+  if (as_known != known || !std::isfinite(factor)) return describe(cloud, v);
+  facts.largest_extinction *= factor;
+  facts.shortest_free_path /= factor;
+  for (double& thickness : facts.mean_optical_thickness) thickness *= factor;
+  facts.largest_optical_thickness *= factor;
+  return facts;
 }
 
 /// Chooses what a volume leaves open that follows from its cloud.
@@ -105,7 +121,10 @@ LiveScene::Prepared LiveScene::prepare_volume(const formats::SceneFile& scene,
   }
   p.volume = std::make_shared<const Volume>(
       naming(asked.file, [&] { return make_volume(*p.cloud, p.chosen, scene.scene); }));
-  p.facts = pvol::describe(*p.volume, describe(*p.cloud, p.chosen));
+  const bool is_known = read != known.end();
+  p.facts = pvol::describe(*p.volume,
+                           is_known ? describe_like(*p.cloud, p.chosen, read->chosen, read->facts)
+                                    : describe(*p.cloud, p.chosen));
   if (scene.scene.options.shells != ShellUse::off) require_proof(asked.file, *p.cloud);
   return p;
 }

@@ -199,7 +199,8 @@ function control(key, id, set, up) {
   if (now.unit) box.append(element('span', { className: 'unit' }, now.unit));
   const show = (told) => {
     now = told;
-    for (const { node, shown } of parts) if (document.activeElement !== node || node.type === 'range') shown();
+    // What somebody types into stays as it is.
+    for (const { node, shown } of parts) if (document.activeElement !== node || node.type !== 'text') shown();
   };
   show(key);
   return { root: box, show };
