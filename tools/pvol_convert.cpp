@@ -6,6 +6,7 @@
 
 #include "cli/command_line.h"
 #include "cli/filter_frames.h"
+#include "cli/frames.h"
 #include "cli/frames_line.h"
 #include "cli/interrupt.h"
 #include "cli/json.h"
@@ -19,6 +20,7 @@
 #include "pvol/formats/field_names.h"
 #include "pvol/formats/image.h"
 #include "pvol/formats/pbrt_scene.h"
+#include "pvol/formats/usda_scene.h"
 #include "pvol/formats/velocity.h"
 #include "pvol/shell/recipe_support.h"
 
@@ -34,8 +36,9 @@ constexpr const char* kExamples = R"(The endings of the names determine the conv
   All grids of a .pvol are written; its colours, NAME.x, NAME.y and NAME.z, become a grid of
   vectors, as do velocities, NAME.x+, NAME.x- and so on, and the [flow] of a recipe.
   Deep .exr to flat .exr: its samples are composited, without a background.
-  .pbrt, a scene of pbrt-v4, to .toml: a scene for pvol-render, with the files that it needs; what
-  cannot be converted is listed on stderr and at the top of the scene.
+  .pbrt, a scene of pbrt-v4, and .usda, a scene of USD as text, to .toml: a scene for pvol-render,
+  with the files that it needs; what cannot be converted is listed on stderr and at the top of the
+  scene. Of a USD scene, --frame N takes that frame, and startTimeCode is taken without it.
   .pvol to .ply or .obj: the surface of its shell, in world space; to .png: slices through the cloud
   (grey) and its shell (blue).
 
@@ -48,6 +51,8 @@ Examples:
       a deep picture of pvol-render --deep, for programs that need one sample per pixel
   pvol-convert samples/pbrt_scene.pbrt scene.toml && pvol-render scene.toml -o scene.exr
       a scene of pbrt-v4
+  pvol-convert shot.usda shot.toml --frame 12
+      frame 12 of a scene of USD; binary ones: usdcat -o shot.usda shot.usdc
   pvol-convert cloud.pvol shell.ply --resolution 256
       the bounding shell as triangles
   pvol-convert merge part*.exr -o whole.exr
@@ -71,7 +76,8 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   const cli::CommandLine app("Converts clouds between file formats.", kTool, kExamples);
   cli::add_quiet(app, o.common);
   app.add_option("INPUT", o.input,
-                 "Cloud: .toml (a recipe), .nvdb, .pvol or .vdb; a deep .exr; or a scene: .pbrt")
+                 "Cloud: .toml (a recipe), .nvdb, .pvol or .vdb; a deep .exr; or a scene: .pbrt or "
+                 ".usda")
       .type_name("")
       .required();
   app.add_option(
@@ -106,9 +112,15 @@ bool flattens(const Options& o) {
   return formats::ending(o.input) == ".exr" && formats::ending(o.output) == ".exr";
 }
 
+/// Whether the input is a scene of USD.
+bool is_usd(const Options& o) {
+  const std::string from = formats::ending(o.input);
+  return from == ".usda" || from == ".usd";
+}
+
 /// Whether it is about scenes.
 bool imports(const Options& o) {
-  return formats::ending(o.input) == ".pbrt" && formats::ending(o.output) == ".toml";
+  return (formats::ending(o.input) == ".pbrt" || is_usd(o)) && formats::ending(o.output) == ".toml";
 }
 
 void check_pair(const Options& o) {
@@ -119,7 +131,7 @@ void check_pair(const Options& o) {
     throw cli::UsageError(
         fmt::format("{}: there is no conversion from '{}' to '{}'; expected .toml (a recipe), "
                     ".nvdb, .pvol and .vdb to .vdb, .pvol to .ply, .obj and .png, deep .exr to "
-                    "flat, or .pbrt to .toml. pvol-fit makes .pvol files.",
+                    "flat, or .pbrt and .usda to .toml. pvol-fit makes .pvol files.",
                     o.input.string(), from, to));
   }
   cli::check_output(o.output, {".vdb", ".ply", ".obj", ".png", ".exr", ".toml"});
@@ -240,11 +252,13 @@ Fields load_fields(const Options& o) {
 /// Notes go to stderr whole: what is not in the picture is no matter of taste.
 int convert_scene(const Options& o) {
   if (o.bounds) throw cli::UsageError("--bounds needs an output that ends in .vdb");
-  const formats::PbrtScene scene = formats::read_pbrt(o.input, o.output.stem().string());
+  const std::string stem = o.output.stem().string();
+  const formats::ImportedScene scene = is_usd(o) ? formats::read_usda(o.input, stem, o.frames.frame)
+                                                 : formats::read_pbrt(o.input, stem);
   if (o.grid.strict && !scene.notes.empty()) {
     throw Error(scene.notes.front() + " (refused because of --strict)");
   }
-  formats::write_pbrt(o.output, scene);
+  formats::write_imported(o.output, scene);
   formats::GridReport notes;
   notes.warnings = scene.notes;
   if (!o.common.quiet) {
@@ -298,7 +312,9 @@ Options options_of_frame(const Options& o, int frame) {
 
 int run(const Options& o) {
   cli::check_frames(o.frames);
-  if (!o.frames.any()) {
+  // One file has all frames of a USD scene.
+  const bool picks_frame = imports(o) && is_usd(o) && o.frames.frames.empty();
+  if (!o.frames.any() || (picks_frame && !cli::has_pattern(o.input))) {
     cli::refuse_pattern(o.input);
     return convert(o);
   }
