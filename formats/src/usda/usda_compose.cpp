@@ -14,8 +14,9 @@ namespace {
 
 constexpr std::size_t kMostLayers = 4096;
 constexpr std::size_t kLongestChain = 64;   // of arcs, each of which leads to the next
+constexpr std::size_t kMostArcs = 4095;                    // of a prim
 constexpr std::size_t kDeepestStage = 256;  // prims within each other
-constexpr std::size_t kMostCopied = std::size_t(1) << 20;  // prims and attributes, by arcs
+constexpr std::size_t kMostCopied = std::size_t(1) << 28;  // bytes, by arcs
 
 bool is_usd_text(const std::filesystem::path& file) {
   const std::string ending = file.extension().string();
@@ -145,8 +146,12 @@ class UsdComposer {
     return steps;
   }
 
-  /// Merges chosen variants, and drops the others.
-  static void choose_variants(UsdPrim& prim) {
+  static void insert(std::vector<Step>& steps, std::size_t at, const std::vector<Step>& more) {
+    steps.insert(steps.begin() + std::ptrdiff_t(at), more.begin(), more.end());
+  }
+
+  /// Merges chosen variants, and drops the others; returns what they are made of.
+  static std::vector<Step> choose_variants(UsdPrim& prim, const Chain& chain) {
     while (!prim.variants.empty()) {
       for (UsdPrim& variant : std::exchange(prim.variants, {})) {
         if (chosen_variant(prim, variant.type) != variant.name) continue;
@@ -154,15 +159,20 @@ class UsdComposer {
         merge(prim, std::move(variant));
       }
     }
+    return steps_of(prim, chain);
   }
 
   /// Makes of a prim at a path all that it is, and of its children.
   void expand(UsdPrim& prim, const std::string& path, std::size_t depth) {
     if (depth > kDeepestStage) fail_at(prim.where, "a prim within 256 others", "fewer levels");
-    choose_variants(prim);
     std::vector<Step> steps = steps_of(prim, {});
     std::set<std::string> done;
-    for (std::size_t i = 0; i < steps.size(); ++i) {
+    for (std::size_t i = 0;; ++i) {
+      if (i == steps.size() || steps[i].arc.kind > 0) {  // only classes are stronger than variants
+        insert(steps, i, choose_variants(prim, i < steps.size() ? steps[i].chain : Chain{}));
+      }
+      if (i == steps.size()) break;
+      if (steps.size() > kMostArcs) fail_at(prim.where, "4096 references of a prim", "fewer");
       const Step step = steps[i];
       const std::shared_ptr<const UsdPrim> layers = layers_at(step.arc);
       if (!layers) continue;
@@ -180,8 +190,7 @@ class UsdComposer {
       take_in(prim, *source, from, path, step.arc);
       Chain longer = step.chain;
       longer.push_back(key);
-      std::vector<Step> more = steps_of(prim, longer);
-      steps.insert(steps.begin() + std::ptrdiff_t(i) + 1, more.begin(), more.end());
+      insert(steps, i + 1, steps_of(prim, longer));
     }
     above_.insert(done.begin(), done.end());
     for (UsdPrim& child : prim.children) expand(child, path + '/' + child.name, depth + 1);
@@ -199,16 +208,15 @@ class UsdComposer {
 
   void take_in(UsdPrim& prim, const UsdPrim& source, const std::string& from, const std::string& to,
                const UsdArc& arc) {
-    copied_ += size_of(source);
+    copied_ += bytes_of(source);
     if (copied_ > kMostCopied) {
-      fail_at(arc.where, "more than a million prims and attributes by references", "fewer");
+      fail_at(arc.where, "references that take more than 256 MiB", "fewer or smaller ones");
     }
     UsdPrim copy = source;
     move_targets(copy, from, to);
     // A prim that inherits a class, or refers to one, is none.
     if (copy.specifier == UsdPrim::Specifier::pattern) copy.specifier = UsdPrim::Specifier::over;
     merge(prim, std::move(copy));
-    choose_variants(prim);
   }
 
   UsdNotes* notes_;

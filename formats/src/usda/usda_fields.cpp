@@ -21,15 +21,16 @@ std::string asset_of(const UsdValue& value) {
 
 /// "smoke.####.vdb" where that, with the number of the frame, is the name at each sample; else "".
 std::string pattern_of(const UsdAttribute& file) {
-  if (file.samples.size() < 2) return "";
-  const std::string first = asset_of(file.samples.front().second);
+  const auto& samples = file.content->samples;
+  if (samples.size() < 2) return "";
+  const std::string first = asset_of(samples.front().second);
   const std::size_t end = first.find_last_of(kDigits) + 1;
   if (end == 0) return "";
   const std::size_t other = first.find_last_not_of(kDigits, end - 1);
   const std::size_t begin = other == first.npos ? 0 : other + 1, width = end - begin;
   const std::string before = first.substr(0, begin), after = first.substr(end);
-  if (after.find('/') != after.npos) return "";  // the number is that of a folder
-  for (const auto& [time, value] : file.samples) {
+  if (after.find('/') != after.npos || width > 16) return "";  // no frame, but a folder
+  for (const auto& [time, value] : samples) {
     if (!(time >= 0 && time < 1e9 && time == std::floor(time))) return "";
     const std::string number = fmt::format("{:0{}}", int(time), width);
     if (asset_of(value) != before + number + after) return "";

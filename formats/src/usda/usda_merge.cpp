@@ -7,15 +7,13 @@ namespace {
 
 using AttributePtr = std::shared_ptr<const UsdAttribute>;
 
-bool says_value(const UsdAttribute& a) { return a.value || !a.samples.empty(); }
-
 /// A value covers weaker samples as well.
 AttributePtr joined(const AttributePtr& strong, const AttributePtr& weak) {
-  const bool takes_value = !says_value(*strong) && says_value(*weak);
+  const bool takes_content = strong->content->empty() && !weak->content->empty();
   const bool takes_sources = strong->sources.empty() && !weak->sources.empty();
-  if (!takes_value && !takes_sources) return strong;
+  if (!takes_content && !takes_sources) return strong;
   UsdAttribute both = *strong;
-  if (takes_value) both.value = weak->value, both.samples = weak->samples;
+  if (takes_content) both.content = weak->content;
   if (takes_sources) both.sources = weak->sources;
   return std::make_shared<const UsdAttribute>(std::move(both));
 }
@@ -33,29 +31,45 @@ void merge_metadatum(UsdMetadatum& strong, const UsdMetadatum& weak) {
     table->words.insert(rest->words.begin(), rest->words.end());
 }
 
-/// The path under another one; false where it does not lie under `from`.
-bool move_path(std::string& path, const std::string& from, const std::string& to) {
+/// Moves what lies under a path to another.
+void move_path(std::string& path, const std::string& from, const std::string& to) {
   const bool under =
       path.starts_with(from) &&
       (path.size() == from.size() || path[from.size()] == '/' || path[from.size()] == '.');
   if (under) path.replace(0, from.size(), to);
-  return under;
+}
+
+/// The targets of a relationship; null of all else.
+const UsdTargets* targets_of(const UsdAttribute& a) {
+  return a.type == "rel" && a.content->value ? std::get_if<UsdTargets>(&*a.content->value)
+                                             : nullptr;
 }
 
 AttributePtr moved(const AttributePtr& attribute, const std::string& from, const std::string& to) {
   UsdAttribute copy = *attribute;
-  bool changed = false;
-  if (copy.value) {
-    if (auto* targets = std::get_if<UsdTargets>(&*copy.value)) {
-      for (UsdTarget& t : targets->all) changed = move_path(t.path, from, to) || changed;
-    }
+  if (const UsdTargets* targets = targets_of(copy)) {
+    UsdTargets changed = *targets;
+    for (UsdTarget& t : changed.all) move_path(t.path, from, to);
+    copy.content = std::make_shared<const UsdContent>(UsdContent{std::move(changed), {}});
   }
-  for (UsdTarget& t : copy.sources) changed = move_path(t.path, from, to) || changed;
-  return changed ? std::make_shared<const UsdAttribute>(std::move(copy)) : attribute;
+  for (UsdTarget& t : copy.sources) move_path(t.path, from, to);
+  return std::make_shared<const UsdAttribute>(std::move(copy));
 }
 
-bool has_targets(const UsdAttribute& a) {
-  return !a.sources.empty() || (a.value && std::holds_alternative<UsdTargets>(*a.value));
+bool has_targets(const UsdAttribute& a) { return !a.sources.empty() || targets_of(a) != nullptr; }
+
+/// About as many bytes as a copy takes.
+std::size_t bytes_of(const UsdAttribute& a) {
+  const UsdTargets* targets = targets_of(a);
+  const std::size_t count = a.sources.size() + (targets == nullptr ? 0 : targets->all.size());
+  return 64 + (count == 0 ? 0 : 256 + count * sizeof(UsdTarget));
+}
+
+std::size_t bytes_of(const UsdValue& value) {
+  if (const auto* strings = std::get_if<UsdStrings>(&value)) return strings->all.size() * 64;
+  if (const auto* table = std::get_if<UsdDictionary>(&value)) return table->words.size() * 128;
+  if (const auto* numbers = std::get_if<UsdNumbers>(&value)) return numbers->all.size() * 8;
+  return 64;
 }
 
 }  // namespace
@@ -92,11 +106,13 @@ void move_targets(UsdPrim& prim, const std::string& from, const std::string& to)
   for (UsdPrim& variant : prim.variants) move_targets(variant, from, to);
 }
 
-std::size_t size_of(const UsdPrim& prim) {
-  std::size_t size = 1 + prim.attributes.size();
-  for (const UsdPrim& child : prim.children) size += size_of(child);
-  for (const UsdPrim& variant : prim.variants) size += size_of(variant);
-  return size;
+std::size_t bytes_of(const UsdPrim& prim) {
+  std::size_t bytes = sizeof(UsdPrim) + 64 + prim.name.size() + prim.arcs.size() * sizeof(UsdArc);
+  for (const auto& [name, attribute] : prim.attributes) bytes += name.size() + bytes_of(*attribute);
+  for (const auto& [name, metadatum] : prim.metadata) bytes += 64 + bytes_of(metadatum.value);
+  for (const UsdPrim& child : prim.children) bytes += bytes_of(child);
+  for (const UsdPrim& variant : prim.variants) bytes += bytes_of(variant);
+  return bytes;
 }
 
 }  // namespace pvol::formats::detail

@@ -11,7 +11,7 @@ void merge(UsdPrim& strong, UsdPrim weak);
 /// Moves the targets of all attributes in a prim from what lies under one path to another.
 void move_targets(UsdPrim& prim, const std::string& from, const std::string& to);
 
-/// How many prims and attributes there are.
-[[nodiscard]] std::size_t size_of(const UsdPrim& prim);
+/// About as much memory as a copy takes.
+[[nodiscard]] std::size_t bytes_of(const UsdPrim& prim);
 
 }  // namespace pvol::formats::detail

@@ -16,6 +16,18 @@ constexpr std::size_t kDeepestPrim = 128;  // prims within each other
 constexpr std::array kListOperations{"add", "append", "prepend", "delete", "reorder"};
 // The strongest first.
 constexpr std::array kArcs{"inherits", "references", "payload", "specializes", "subLayers"};
+/// Metadata that something is made of.
+constexpr std::array kKept{"active",
+                           "apiSchemas",
+                           "clips",
+                           "defaultPrim",
+                           "framesPerSecond",
+                           "metersPerUnit",
+                           "startTimeCode",
+                           "timeCodesPerSecond",
+                           "renderSettingsPrimPath",
+                           "upAxis",
+                           "variants"};
 constexpr std::array kPropertyWords{"custom", "uniform", "varying", "config"};
 
 bool is_in(const auto& words, const UsdToken& token) {
@@ -95,7 +107,7 @@ class UsdParser {
     const auto* arc = std::ranges::find(kArcs, name.text);
     if (arc != kArcs.end()) {
       arcs(prim, std::move(value), in_.where(name), arc - kArcs.begin());
-    } else {
+    } else if (is_in(kKept, name)) {
       add(prim.metadata, std::string(name.text), {std::move(value), in_.where(name)});
     }
   }
@@ -233,8 +245,10 @@ class UsdParser {
   }
 
   void assign(UsdAttribute& attribute, const std::string& name, const std::string& part) {
+    UsdContent content;
     if (part == ".timeSamples") {
-      attribute.samples = read_samples(in_);
+      content.samples = read_samples(in_);
+      content.value = attribute.content->value;
     } else if (part == ".connect") {
       UsdValue value = read_value(in_);
       make_absolute(value);
@@ -243,12 +257,15 @@ class UsdParser {
       notes_->add(attribute.where, fmt::format("the spline of {} is left out", usd_shown(name)));
       skip_enclosed(in_);
     } else if (part.empty() || part == ".default") {
-      UsdValue value = read_value(in_);
-      make_absolute(value);
-      attribute.value = std::move(value);
+      content.value = read_value(in_);
+      make_absolute(*content.value);
+      content.samples = attribute.content->samples;
     } else {
       fail_at(attribute.where, fmt::format("'{}'", usd_shown(part)),
               ".timeSamples, .connect, .default or .spline");
+    }
+    if (!content.empty()) {
+      attribute.content = std::make_shared<const UsdContent>(std::move(content));
     }
     skip_metadata();
   }

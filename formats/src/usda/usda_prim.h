@@ -37,13 +37,18 @@ struct UsdDictionary {
 };
 using UsdValue = std::variant<UsdNone, UsdNumbers, UsdStrings, UsdTargets, UsdDictionary>;
 
-/// An attribute, or a relationship, whose value is its targets.
+struct UsdContent {
+  std::optional<UsdValue> value{};
+  std::vector<std::pair<double, UsdValue>> samples{};  ///< by time; they go before the value
+  [[nodiscard]] bool empty() const { return !value && samples.empty(); }
+};
+
+/// An attribute, or a relationship, whose value is its targets. Copies share what it says.
 struct UsdAttribute {
   std::string type{};  ///< as "float3[]"; "rel" of a relationship
   UsdWhere where{};
-  std::optional<UsdValue> value{};
-  std::vector<std::pair<double, UsdValue>> samples{};  ///< by time
-  std::vector<UsdTarget> sources{};                    ///< what it is connected to
+  std::shared_ptr<const UsdContent> content = std::make_shared<const UsdContent>();
+  std::vector<UsdTarget> sources{};  ///< what it is connected to
 };
 
 /// A datum about a prim or a layer.
@@ -64,7 +69,7 @@ struct UsdPrim {
   Specifier specifier = Specifier::over;
   std::string type{}, name{};
   UsdWhere where{};
-  std::map<std::string, UsdMetadatum> metadata{};
+  std::map<std::string, UsdMetadatum> metadata{};  ///< those that are of use here
   std::map<std::string, std::shared_ptr<const UsdAttribute>> attributes{};
   std::vector<UsdArc> arcs{};       ///< the strongest first
   std::vector<UsdPrim> children{};  ///< each of another name

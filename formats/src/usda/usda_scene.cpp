@@ -18,7 +18,10 @@ ImportedScene read_usda(const std::filesystem::path& file, const std::string& st
   make_volumes(making);
   make_surfaces(making);
   scene.notes = notes.all();
-  if (!scene.file.volumes.empty()) return scene;
+  if (!scene.file.volumes.empty()) {
+    (void)parse_scene(to_toml(scene.file), file.string() + ", as a scene of pvol");
+    return scene;
+  }
   std::string why = file.string() +
                     ": has no volume that pvol renders; expected a visible Volume with the fields "
                     "of an OpenVDBAsset";

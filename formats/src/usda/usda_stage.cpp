@@ -10,7 +10,7 @@
 namespace pvol::formats::detail {
 namespace {
 
-constexpr std::size_t kMostInstances = std::size_t(1) << 20;
+constexpr std::size_t kMostInstances = std::size_t(1) << 18;
 
 constexpr std::array kGroups{"", "Xform", "Scope", "SkelRoot"};
 constexpr std::array kLightTypes{"DistantLight",  "DomeLight",  "DomeLight_1",   "SphereLight",
@@ -87,7 +87,7 @@ class UsdWalk {
     }
     instances_in_all_ += instances_.size();
     if (instances_in_all_ > kMostInstances) {
-      fail_at(prim.where, "more than a million instances of volumes", "fewer");
+      fail_at(prim.where, "more than 262144 instances of volumes", "fewer");
     }
     to->push_back({&prim, path, above.place, above.material, instances_});
   }
@@ -149,7 +149,8 @@ class UsdWalk {
 double first_sample(const UsdPrim& prim) {
   double first = std::numeric_limits<double>::infinity();
   for (const auto& [name, attribute] : prim.attributes) {
-    if (!attribute->samples.empty()) first = std::min(first, attribute->samples.front().first);
+    const auto& samples = attribute->content->samples;
+    if (!samples.empty()) first = std::min(first, samples.front().first);
   }
   for (const UsdPrim& child : prim.children) first = std::min(first, first_sample(child));
   return first;

@@ -10,6 +10,9 @@
 namespace pvol::formats::detail {
 namespace {
 
+/// In all files: references could ask for more than any machine holds.
+constexpr std::size_t kMostMeshVertices = std::size_t(1) << 27;
+
 /// Triangles of one colour.
 struct UsdBatch {
   Rgb albedo{};
@@ -24,7 +27,7 @@ void append(TriangleMesh& to, const TriangleMesh& mesh, const Affine& place) {
   }
 }
 
-/// Whether the sphere became one; stretched ones are named.
+/// Stretched spheres are named.
 void add_ball(const UsdItem& item, const UsdView& view, Rgb albedo, const UsdMaking& making) {
   const std::optional<double> scale = uniform_scale(item.place.now);
   if (!scale) {
@@ -51,9 +54,14 @@ void add_mesh(TriangleMesh mesh, Rgb albedo, const std::optional<MovingPlacement
 }
 
 void make_triangles(const UsdItem& item, const UsdView& view, Rgb albedo,
-                    std::vector<UsdBatch>& batches, const UsdMaking& making) {
+                    std::vector<UsdBatch>& batches, std::size_t& vertices,
+                    const UsdMaking& making) {
   TriangleMesh mesh = triangles_of(view, making);
   if (mesh.triangles.empty()) return;
+  vertices += mesh.vertices.size();
+  if (vertices > kMostMeshVertices) {
+    fail_at(view.where(), "meshes of more than 134 million vertices", "fewer");
+  }
   if (const auto moving = motion_of(item.place, item, making)) {
     add_mesh(std::move(mesh), albedo, moving, making);
     return;
@@ -78,13 +86,14 @@ void ignore_details(const UsdView& view) {
 
 void make_surfaces(const UsdMaking& making) {
   std::vector<UsdBatch> batches;
+  std::size_t vertices = 0;
   for (const UsdItem& item : making.stage.surfaces) {
     const UsdView view = making.stage.view(*item.prim);
     const Rgb albedo = albedo_of(item, view, making);
     if (item.prim->type == "Sphere") {
       add_ball(item, view, albedo, making);
     } else {
-      make_triangles(item, view, albedo, batches, making);
+      make_triangles(item, view, albedo, batches, vertices, making);
     }
     ignore_details(view);
     view.note_unused(*making.notes);

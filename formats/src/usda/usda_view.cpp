@@ -59,8 +59,8 @@ std::optional<UsdValue> unless_blocked(std::optional<UsdValue> value) {
 }  // namespace
 
 std::optional<UsdValue> value_at(const UsdAttribute& attribute, double frame) {
-  const auto& samples = attribute.samples;
-  if (samples.empty()) return unless_blocked(attribute.value);
+  const auto& samples = attribute.content->samples;
+  if (samples.empty()) return unless_blocked(attribute.content->value);
   const auto after =
       std::ranges::upper_bound(samples, frame, {}, &std::pair<double, UsdValue>::first);
   if (after == samples.begin()) return unless_blocked(samples.front().second);
@@ -176,8 +176,7 @@ void UsdView::note_unused(UsdNotes& notes) const {
     const bool of_all = name.starts_with("xformOp") || name.starts_with("material:binding") ||
                         name == "visibility" || name == "purpose" ||
                         name.starts_with("userProperties:");
-    const bool says =
-        attribute->value || !attribute->samples.empty() || !attribute->sources.empty();
+    const bool says = !attribute->content->empty() || !attribute->sources.empty();
     if (of_all || !says || used_.contains(name)) continue;
     notes.add(attribute->where,
               fmt::format("{}: {} is left out", usd_shown(prim_->type), usd_shown(name)));

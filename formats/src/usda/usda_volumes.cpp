@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <span>
 #include <string_view>
+#include <utility>
 
 #include "file/grid_names.h"
 #include "usda/usda_fields.h"
@@ -116,36 +118,50 @@ void set_place(SceneVolume& v, const UsdItem& item, const UsdMaking& making) {
     v.moving = motion_of(item.place, item, making);
     return;
   }
+  bool moves = false;
   for (const UsdPlace& instance : item.instances) {
     const UsdPlace place = instance * item.place;
     v.instances.push_back(place.now);
-    v.moving_instances.push_back(motion_of(place, item, making));
+    moves = moves || place.moves();
+  }
+  for (std::size_t i = 0; moves && i < item.instances.size(); ++i) {
+    v.moving_instances.push_back(motion_of(item.instances[i] * item.place, item, making));
   }
 }
 
+/// What tells volumes apart besides their places.
+std::string likeness_of(const UsdItem& item, const std::vector<UsdField>& fields) {
+  std::string all = item.material;
+  for (const UsdField& f : fields) {
+    all += '\n' + f.role + '\n' + f.file.string() + '\n' + f.grid;
+  }
+  return all;
+}
+
+/// Volumes by what they are like.
+using UsdAlike = std::map<std::string, std::size_t>;
+
 /// Adds it, as an instance where there is one that differs only in its place. Still ones only.
-void add_volume(std::vector<SceneVolume>& all, SceneVolume v) {
-  const bool plain = v.instances.empty() && !v.moving;
-  const auto placed = [&](SceneVolume other) {
-    other.object_to_world = {}, other.instances.clear(), other.moving_instances.clear();
-    return other;
-  };
-  const auto same = [&](const SceneVolume& other) {
-    return !other.moving && other.moving_instances.empty() && placed(other) == placed(v);
-  };
-  const auto like = plain ? std::ranges::find_if(all, same) : all.end();
-  if (like == all.end()) {
+void add_volume(std::vector<SceneVolume>& all, SceneVolume v, const std::string& likeness,
+                UsdAlike& alike) {
+  if (!v.instances.empty() || v.moving) {
     all.push_back(std::move(v));
     return;
   }
-  if (like->instances.empty()) like->instances = {like->object_to_world};
-  like->object_to_world = {};
-  like->instances.push_back(v.object_to_world);
+  const auto [first, is_new] = alike.emplace(likeness, all.size());
+  if (is_new) {
+    all.push_back(std::move(v));
+    return;
+  }
+  SceneVolume& like = all[first->second];
+  if (like.instances.empty()) like.instances = {std::exchange(like.object_to_world, {})};
+  like.instances.push_back(v.object_to_world);
 }
 
-void make_volume(const UsdItem& item, const UsdMaking& making) {
+void make_volume(const UsdItem& item, const UsdMaking& making, UsdAlike& alike) {
   const UsdView view = making.stage.view(*item.prim);
-  UsdFields fields(fields_of(view, making));
+  const std::vector<UsdField> all = fields_of(view, making);
+  UsdFields fields(all);
   SceneVolume v;
   if (!set_matter(v, fields, making)) {
     making.note(item.prim->where, fmt::format("volume {} is left out: it has neither density nor "
@@ -164,13 +180,14 @@ void make_volume(const UsdItem& item, const UsdMaking& making) {
     view.ignore(name);  // for viewers
   }
   view.note_unused(*making.notes);
-  add_volume(making.scene->file.volumes, std::move(v));
+  add_volume(making.scene->file.volumes, std::move(v), likeness_of(item, all), alike);
 }
 
 }  // namespace
 
 void make_volumes(const UsdMaking& making) {
-  for (const UsdItem& item : making.stage.volumes) make_volume(item, making);
+  UsdAlike alike;
+  for (const UsdItem& item : making.stage.volumes) make_volume(item, making, alike);
 }
 
 }  // namespace pvol::formats::detail
