@@ -39,7 +39,7 @@ class UsdaTool : public ::testing::Test {
   UsdaTool() {
     write("a.usda", kScene);
     write("ball.toml",
-          "[recipe]\nresolution = 16\n[[form]]\nshape = \"ellipsoid\"\n"
+          "[recipe]\nvoxel = 0.06\n[[form]]\nshape = \"ellipsoid\"\ncentre = [0, 0, 0]\n"
           "radii = [0.5, 0.5, 0.5]\n");
   }
 

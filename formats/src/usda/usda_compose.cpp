@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kMostLayers = 4096;
 constexpr std::size_t kLongestChain = 64;   // of arcs, each of which leads to the next
-constexpr std::size_t kMostArcs = 4095;                    // of a prim
+constexpr std::size_t kMostArcs = 4095;     // of a prim
 constexpr std::size_t kDeepestStage = 256;  // prims within each other
 constexpr std::size_t kMostCopied = std::size_t(1) << 28;  // bytes, by arcs
 

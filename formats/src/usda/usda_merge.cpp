@@ -13,7 +13,7 @@ AttributePtr joined(const AttributePtr& strong, const AttributePtr& weak) {
   const bool takes_sources = strong->sources.empty() && !weak->sources.empty();
   if (!takes_content && !takes_sources) return strong;
   UsdAttribute both = *strong;
-  if (takes_content) both.content = weak->content;
+  if (takes_content) both.content = weak->content, both.where = weak->where;
   if (takes_sources) both.sources = weak->sources;
   return std::make_shared<const UsdAttribute>(std::move(both));
 }

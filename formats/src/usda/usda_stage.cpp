@@ -17,10 +17,10 @@ constexpr std::array kLightTypes{"DistantLight",  "DomeLight",  "DomeLight_1",  
                                  "RectLight",     "DiskLight",  "CylinderLight", "PortalLight",
                                  "GeometryLight", "PluginLight"};
 constexpr std::array kSurfaceTypes{"Mesh", "Sphere", "Cube", "Plane"};
-/// What others refer to, or what has no picture of its own: theirs is the business to name it.
-constexpr std::array kQuiet{"Material",     "Shader",       "NodeGraph",
-                            "OpenVDBAsset", "Field3DAsset", "GeomSubset",
-                            "RenderVar",    "RenderPass",   "HoudiniFieldAsset"};
+/// What others refer to, and name if they leave it out, or what has no picture.
+constexpr std::array kQuiet{"Material",          "Shader",          "NodeGraph", "OpenVDBAsset",
+                            "Field3DAsset",      "GeomSubset",      "RenderVar", "RenderPass",
+                            "HoudiniFieldAsset", "HoudiniLayerInfo"};
 
 bool is_any_of(const auto& types, const std::string& type) {
   return std::ranges::find(types, type) != types.end();

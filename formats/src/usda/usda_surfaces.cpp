@@ -71,6 +71,13 @@ void make_triangles(const UsdItem& item, const UsdView& view, Rgb albedo,
   append(batch->mesh, mesh, item.place.now);
 }
 
+void note_parts(const UsdPrim& mesh, const UsdMaking& making) {
+  for (const UsdPrim& child : mesh.children) {
+    if (child.type != "GeomSubset") continue;
+    making.note(child.where, "materials of parts of a mesh are left out");
+  }
+}
+
 /// What says nothing about the shape of triangles: derived data, and what is for smooth or
 /// textured surfaces.
 void ignore_details(const UsdView& view) {
@@ -95,6 +102,7 @@ void make_surfaces(const UsdMaking& making) {
     } else {
       make_triangles(item, view, albedo, batches, vertices, making);
     }
+    note_parts(*item.prim, making);
     ignore_details(view);
     view.note_unused(*making.notes);
   }

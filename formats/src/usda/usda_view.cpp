@@ -16,8 +16,8 @@ bool is_mixed(const std::string& type) {
   return true;
 }
 
-/// Unit quaternions, by the shorter turn.
-void mix_turns(std::vector<double>& a, const std::vector<double>& b, double share) {
+/// A unit quaternion, by the shorter turn.
+void mix_turn(double* a, const double* b, double share) {
   double cosine = 0;
   for (std::size_t i = 0; i < 4; ++i) cosine += a[i] * b[i];
   const double sign = cosine < 0 ? -1 : 1, angle = std::acos(std::min(std::abs(cosine), 1.0));
@@ -36,8 +36,10 @@ UsdValue mixed(const UsdAttribute& attribute, const UsdValue& a, const UsdValue&
     return a;
   }
   UsdNumbers between = *from;
-  if (attribute.type.starts_with("quat") && from->all.size() == 4) {
-    mix_turns(between.all, to->all, share);
+  if (attribute.type.starts_with("quat") && from->all.size() % 4 == 0) {
+    for (std::size_t i = 0; i < between.all.size(); i += 4) {
+      mix_turn(&between.all[i], &to->all[i], share);
+    }
     return between;
   }
   for (std::size_t i = 0; i < between.all.size(); ++i) {
@@ -49,6 +51,13 @@ UsdValue mixed(const UsdAttribute& attribute, const UsdValue& a, const UsdValue&
 std::optional<UsdValue> unless_blocked(std::optional<UsdValue> value) {
   if (value && std::holds_alternative<UsdNone>(*value)) return std::nullopt;
   return value;
+}
+
+/// What renderers and programs have for themselves is named as one, as karma:*.
+std::string group_of(const std::string& name) {
+  const std::string first = name.substr(0, name.find(':'));
+  const bool is_own = first == name || first == "inputs" || first == "primvars";
+  return is_own ? name : first + ":*";
 }
 
 [[noreturn]] void fail_on(const UsdAttribute& a, const std::string& name, const std::string& found,
@@ -171,15 +180,13 @@ std::string UsdView::file(const std::string& name) const {
 
 void UsdView::note_unused(UsdNotes& notes) const {
   for (const auto& [name, attribute] : prim_->attributes) {
-    // What belongs to all prims is read where they are met; declarations without a value say
-    // nothing.
+    // What all prims may have is read where they are met; declarations alone say nothing.
     const bool of_all = name.starts_with("xformOp") || name.starts_with("material:binding") ||
-                        name == "visibility" || name == "purpose" ||
-                        name.starts_with("userProperties:");
+                        name == "visibility" || name == "purpose";
     const bool says = !attribute->content->empty() || !attribute->sources.empty();
     if (of_all || !says || used_.contains(name)) continue;
     notes.add(attribute->where,
-              fmt::format("{}: {} is left out", usd_shown(prim_->type), usd_shown(name)));
+              fmt::format("{}: {} is left out", usd_shown(prim_->type), usd_shown(group_of(name))));
   }
 }
 
