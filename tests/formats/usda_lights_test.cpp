@@ -151,6 +151,18 @@ TEST(UsdaLights, OthersAreNamed) {
   EXPECT_EQ(std::get<ConstantSky>(s.file.scene.environment).radiance, Rgb(0.0f));
 }
 
+TEST(UsdaLights, FactorsAreNamedWhereTheyChangeSomething) {
+  const auto notes = [](const std::string& lines) {
+    return usda_notes(read_usda_text(usda_text(usda_prim("RectLight", lines))));
+  };
+  EXPECT_EQ(
+      notes("float inputs:diffuse = 1 float inputs:specular = 1 float inputs:shaping:focus = 0 "
+            "color3f inputs:shaping:focusTint = (0, 0, 0)"),
+      "");
+  EXPECT_TRUE(says(notes("float inputs:diffuse = 0.5"), "usd.diffuse_factor"));
+  EXPECT_TRUE(says(notes("int karma:light:samples = 4 int karma:light:b = 3"), "usd.karma"));
+}
+
 TEST(UsdaLights, EvenDomesAddUp) {
   const ImportedScene s = read_usda_text(
       usda_text("def DomeLight \"a\" { color3f inputs:color = (1, 2, 3) }\n"

@@ -44,6 +44,26 @@ TEST(UsdaParse, BlanksCommentsSeparatorsAndKindsOfNumbers) {
             1);
 }
 
+/// As in the files that USD tests its own parser with.
+TEST(UsdaParse, ListsOfTargetsOrdersAndShiftedReferences) {
+  EXPECT_EQ(
+      radius_of("delete varying rel a:b:d = </a/b>\nreorder varying rel a:b:d = [</a>, </b>]\n"
+                "varying rel a:b:d.default = </a>\nreorder double c.connect = </a.b>\n"
+                "reorder nameChildren = [\"a\"]\ndouble empty.timeSamples = {\n}\n"
+                "custom bool e = True\nint[] f = []\ndouble radius = 3.45e-7"),
+      3.45e-7);
+  const ImportedScene s = read_usda_text(
+      "#sdf 1.4.32\n(\n  \"\"\"two\nlines\"\"\"\n  hasOwnedSubLayers = True\n)\nreorder rootPrims "
+      "= [\"w\"]\n" +
+      test::kUsdCloud +
+      "def \"w\" ( references = [</b> (offset = 11; scale = 22), </c> (customData = { bool d = "
+      "True })]\n  permission = private ) { }\n"
+      "def Sphere \"b\" { double radius = 6 }\ndef \"c\" ( references = None ) { }\n");
+  EXPECT_EQ(ball_of(s).radius, 6);
+  EXPECT_EQ(s.file.scene.surfaces.size(), 2u);
+  EXPECT_TRUE(says(usda_notes(s), "usd.retimed"));
+}
+
 TEST(UsdaParse, NumbersBetweenSamplesAreMixed) {
   const std::string text =
       usda_text("def Sphere \"s\" { double radius.timeSamples = { 0: 1, 4: 3, 6: None } }");

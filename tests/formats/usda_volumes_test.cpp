@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "pvol/density/voxel_grid.h"
+#include "pvol/formats/vdb.h"
 #include "support/error_of.h"
 #include "support/messages.h"
 #include "support/usda_text.h"
@@ -73,9 +75,24 @@ TEST(UsdaVolumes, WhatHasNoUseIsNamed) {
                    "usd.field_no_vdb"));
 }
 
-TEST(UsdaVolumes, GridsOfOneNameByTheirNumber) {
-  EXPECT_EQ(volume_of(field("density", "@a.vdb@", "int fieldIndex = 2")).grid, "density_grid[2]");
-  EXPECT_EQ(volume_of(field("density", "@a.vdb@", "int fieldIndex = 0")).grid, "density_grid");
+/// Some programs number all grids of a file.
+TEST(UsdaVolumes, TheNumberOfAFieldCountsWhereTheFileHasItsNameAgain) {
+  const TemporaryFolder folder;
+  const float one = 1;
+  VoxelGrid grid =
+      make_grid(DenseArray{.values = &one, .size = {1, 1, 1}, .stride = Vec3l{1, 1, 1}}, Affine{});
+  grid.name = "density_grid";
+  write_vdb(folder.file("two.vdb"), {&grid, &grid});
+  write_vdb(folder.file("one.vdb"), {&grid});
+  const auto grid_of = [&](const std::string& file, const std::string& index) {
+    return volume_of(field("density", "@" + folder.file(file).string() + "@",
+                           "int fieldIndex = " + index))
+        .grid;
+  };
+  EXPECT_EQ(grid_of("two.vdb", "0"), "density_grid");
+  EXPECT_EQ(grid_of("two.vdb", "1"), "density_grid[1]");
+  EXPECT_EQ(grid_of("one.vdb", "1"), "density_grid");
+  EXPECT_EQ(grid_of("none.vdb", "1"), "density_grid");
 }
 
 std::string sequence(const std::string& samples) {

@@ -12,7 +12,7 @@
 namespace pvol::formats::detail {
 namespace {
 
-constexpr double kUnitsOfAperture = 0.1;
+constexpr double kUnitsOfAperture = 0.1, kMillimetresOfAperture = 1000 * kUnitsOfAperture;
 
 /// A part of the world that a picture shows, in tenths of a unit.
 struct Aperture {
@@ -90,12 +90,13 @@ void set_lens(const UsdView& camera, const UsdMaking& making) {
     return;
   }
   c.f_stop = f_stop, c.focus_distance = focus;
-  if (*c.focal_length > 1000) {
+  if (*c.focal_length > 1000) {  // what somebody meant in millimetres, more likely
     making.note(camera.where(),
-                fmt::format("the lens has a focal length of {:.6g} mm: focalLength is in tenths of "
-                            "metersPerUnit, {} m; where millimetres are meant, set "
-                            "camera.metres=0.01 for depth of field",
-                            *c.focal_length, making.stage.metres));
+                fmt::format("the lens has a focal length of {:.6g} mm, since focalLength is in "
+                            "tenths of metersPerUnit, {} m; where it is meant in mm, set "
+                            "camera.f_stop={:.6g}",
+                            *c.focal_length, making.stage.metres,
+                            f_stop * kMillimetresOfAperture * making.stage.metres));
   }
 }
 
@@ -118,7 +119,7 @@ void set_view(const UsdView& camera, const UsdPicture& picture, const UsdMaking&
   scene.options.width = width, scene.options.height = height;
   c.fit = fit_of(picture.policy, double(width) / height > a.width / a.height);
   const double side = c.fit == SensorFit::horizontal ? a.width : a.height;
-  const double millimetres = kUnitsOfAperture * making.stage.metres * 1000;
+  const double millimetres = kMillimetresOfAperture * making.stage.metres;
   c.sensor = side * millimetres;
   c.shift = {a.x / side, a.y / side};
   const double focal = camera.number("focalLength", 50);
@@ -170,7 +171,8 @@ void make_camera(const UsdPicture& picture, const UsdMaking& making) {
   set_places(*item, making);
   set_lens(camera, making);
   set_shutter(camera, making);
-  camera.ignore("clippingRange");  // pvol cuts nothing off
+  // pvol cuts nothing off, and has one eye.
+  for (const char* name : {"clippingRange", "clippingPlanes", "stereoRole"}) camera.ignore(name);
   camera.note_unused(*making.notes);
   check_made(item->prim->where, c);
 }

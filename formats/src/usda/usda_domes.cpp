@@ -83,7 +83,9 @@ void make_domes(const std::vector<UsdItem>& domes, const UsdMaking& making) {
     } else if (!dome.says(input_of(dome, "texture:file"))) {
       even += Vec3d(radiance);
     }
-    for (const char* name : {"guideRadius", "extent", "light:shaderId"}) dome.ignore(name);
+    ignore_usual(dome);
+    for (const char* name : {"guideRadius", "poleAxis"}) dome.ignore(name);
+    dome.ignore(input_of(dome, "texture:format"));
     dome.note_unused(*making.notes);
   }
   Environment& sky = making.scene->file.scene.environment;

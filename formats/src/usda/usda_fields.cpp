@@ -6,7 +6,9 @@
 #include <cmath>
 #include <string_view>
 
+#include "pvol/error.h"
 #include "pvol/formats/cloud.h"
+#include "pvol/formats/field_names.h"
 
 namespace pvol::formats::detail {
 namespace {
@@ -49,11 +51,24 @@ std::filesystem::path file_of_field(const UsdView& asset, const UsdMaking& makin
   return file_of(pattern, file->where);
 }
 
-/// The name of a grid; of several that are called the same, with its number.
+/// Whether the file has a grid of this name, if it can be looked at.
+bool has_grid(const std::string& file, const std::string& name) {
+  try {
+    const std::vector<GridEntry> grids = grids_of(file);
+    return std::ranges::find(grids, name, &GridEntry::name) != grids.end();
+  } catch (const Error&) {
+    return false;  // it may be made later
+  }
+}
+
+/// The name of a grid. fieldIndex tells grids of one name apart; some programs number all grids of
+/// a file with it, whose names say enough.
 std::string grid_of_field(const UsdView& asset, const std::string& role) {
   const std::string name = asset.word("fieldName", role);
   const double index = asset.number("fieldIndex", 0);
-  return index >= 1 ? fmt::format("{}[{}]", name, index) : name;
+  if (!(index >= 1)) return name;
+  const std::string numbered = fmt::format("{}[{}]", name, index);
+  return has_grid(asset.file("filePath"), numbered) ? numbered : name;
 }
 
 /// Nothing, and named, where it is no file that pvol reads.
@@ -71,7 +86,7 @@ std::optional<UsdField> field_at(const std::string& path, const std::string& rol
     return std::nullopt;
   }
   const UsdView asset = making.stage.view(*prim);
-  const UsdField field{role, file_of_field(asset, making), grid_of_field(asset, role), prim->where};
+  UsdField field{role, file_of_field(asset, making), "", prim->where};
   const std::string kind = ending(field.file);
   if (kind != ".vdb" && kind != ".nvdb" && kind != ".pvol") {
     making.note(
@@ -80,6 +95,7 @@ std::optional<UsdField> field_at(const std::string& path, const std::string& rol
                            field.file.empty() ? "nothing" : usd_shown(field.file.string())));
     return std::nullopt;
   }
+  field.grid = grid_of_field(asset, role);
   if (asset.says("xformOpOrder")) {
     // Renderers place fields by the file and by the volume.
     making.note(prim->where, fmt::format("the transform of the field \"{}\" is left out: that of "

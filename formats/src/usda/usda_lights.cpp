@@ -154,8 +154,7 @@ void make_lamp(const UsdItem& item, const UsdMaking& making) {
   const UsdLamp lamp{item, making.stage.view(*item.prim), making};
   kind->add(lamp);
   if (item.place.moves()) lamp.note("the motion of lights is left out");
-  lamp.view.ignore("extent");
-  lamp.view.ignore("light:shaderId");
+  ignore_usual(lamp.view);
   lamp.view.note_unused(*making.notes);
 }
 

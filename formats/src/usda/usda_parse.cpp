@@ -16,6 +16,7 @@ constexpr std::size_t kDeepestPrim = 128;  // prims within each other
 constexpr std::array kListOperations{"add", "append", "prepend", "delete", "reorder"};
 // The strongest first.
 constexpr std::array kArcs{"inherits", "references", "payload", "specializes", "subLayers"};
+constexpr std::array kOrders{"rootPrims", "nameChildren", "properties"};
 /// Metadata that something is made of.
 constexpr std::array kKept{"active",
                            "apiSchemas",
@@ -43,7 +44,9 @@ class UsdParser {
     root.where = in_.where();
     if (in_.peek().is('(')) metadata(root);
     while (in_.peek().kind != UsdToken::Kind::end) {
-      if (!separator() && !reorder() && !child(root)) in_.fail("def, over or class");
+      if (separator() || child(root)) continue;
+      if (in_.peek().is("reorder")) (void)in_.take();
+      if (!order()) in_.fail("def, over or class");
     }
     return root;
   }
@@ -52,9 +55,9 @@ class UsdParser {
   bool separator() { return in_.take_if(';') || in_.take_if(','); }
 
   /// An order of names, which is of no use here.
-  bool reorder() {
-    if (!in_.peek().is("reorder")) return false;
-    (void)in_.take(), (void)in_.take();
+  bool order() {
+    if (!is_in(kOrders, in_.peek())) return false;
+    (void)in_.take();
     in_.need('=', "= and names");
     (void)read_value(in_);
     return true;
@@ -175,7 +178,7 @@ class UsdParser {
   void block(UsdPrim& prim) {
     in_.need('{', "{ and what the prim has");
     while (!in_.take_if('}')) {
-      if (!separator() && !reorder() && !child(prim) && !variant_set(prim)) property(prim);
+      if (!separator() && !child(prim) && !variant_set(prim)) property(prim);
     }
   }
 
@@ -206,6 +209,7 @@ class UsdParser {
     if (is_in(kListOperations, in_.peek())) {
       const std::string_view operation = in_.take().text;
       removes = operation == "delete" || operation == "reorder";
+      if (operation == "reorder" && order()) return;
     }
     while (is_in(kPropertyWords, in_.peek())) (void)in_.take();
     const UsdWhere where = in_.where();

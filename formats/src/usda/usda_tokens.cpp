@@ -11,7 +11,7 @@
 namespace pvol::formats::detail {
 namespace {
 
-constexpr std::string_view kUsdaHeader = "#usda ";
+constexpr std::string_view kUsdaHeader = "#usda ", kOldHeader = "#sdf ";
 constexpr std::uint64_t kMostUsdaBytes = std::uint64_t(1) << 32;
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -48,7 +48,7 @@ std::string read_usda_text(const std::filesystem::path& file) {
                     "scene in it: usdcat -o {}.usda SCENE.usdc",
                     name, stem));
   }
-  if (!text.starts_with(kUsdaHeader)) {
+  if (!text.starts_with(kUsdaHeader) && !text.starts_with(kOldHeader)) {
     throw Error(name + ":1:1: found no '#usda 1.0'; expected it at the beginning of the file");
   }
   return text;

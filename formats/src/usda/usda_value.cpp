@@ -23,16 +23,19 @@ struct Gathered {
 void gather_word(std::string_view word, Gathered& all) {
   if (word == "None" || word == "AnimationBlock") {
     all.none = true;
-  } else if (word == "true" || word == "false") {
-    all.numbers.all.push_back(word == "true");
+  } else if (word == "true" || word == "false" || word == "True" || word == "False") {
+    all.numbers.all.push_back(word == "true" || word == "True");
   } else {
     all.strings.all.emplace_back(word);
   }
 }
 
-void gather_asset(UsdTokens& in, std::string_view asset, bool says_arcs, Gathered& all) {
-  UsdTarget target{std::string(asset), "", false};
-  if (says_arcs && in.peek().kind == UsdToken::Kind::path) target.path = in.take().text;
+/// A file, a prim or both; in arcs with a shift of their time.
+void gather_target(UsdTokens& in, bool says_arcs, Gathered& all) {
+  UsdTarget target;
+  if (in.peek().kind == UsdToken::Kind::asset) target.asset = in.take().text;
+  const bool is_prim = target.asset.empty() || says_arcs;
+  if (is_prim && in.peek().kind == UsdToken::Kind::path) target.path = in.take().text;
   if (says_arcs && in.peek().is('(')) {
     skip_enclosed(in);
     target.is_retimed = true;
@@ -64,10 +67,8 @@ void gather(UsdTokens& in, bool says_arcs, int depth, Gathered& all) {
       all.strings.all.push_back(unescaped(in.take().text));
       break;
     case UsdToken::Kind::asset:
-      gather_asset(in, in.take().text, says_arcs, all);
-      break;
     case UsdToken::Kind::path:
-      all.targets.all.push_back({"", std::string(in.take().text), false});
+      gather_target(in, says_arcs, all);
       break;
     default:
       in.fail("a value");

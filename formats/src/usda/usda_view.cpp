@@ -53,6 +53,13 @@ std::optional<UsdValue> unless_blocked(std::optional<UsdValue> value) {
   return value;
 }
 
+/// Declarations and arrays without elements do not.
+bool says_something(const UsdContent& content) {
+  if (content.empty() || !content.samples.empty()) return !content.empty();
+  const auto* numbers = std::get_if<UsdNumbers>(&*content.value);
+  return numbers == nullptr || !numbers->all.empty();
+}
+
 /// What renderers and programs have for themselves is named as one, as karma:*.
 std::string group_of(const std::string& name) {
   const std::string first = name.substr(0, name.find(':'));
@@ -180,10 +187,10 @@ std::string UsdView::file(const std::string& name) const {
 
 void UsdView::note_unused(UsdNotes& notes) const {
   for (const auto& [name, attribute] : prim_->attributes) {
-    // What all prims may have is read where they are met; declarations alone say nothing.
+    // What all prims may have is read where they are met.
     const bool of_all = name.starts_with("xformOp") || name.starts_with("material:binding") ||
                         name == "visibility" || name == "purpose";
-    const bool says = !attribute->content->empty() || !attribute->sources.empty();
+    const bool says = says_something(*attribute->content) || !attribute->sources.empty();
     if (of_all || !says || used_.contains(name)) continue;
     notes.add(attribute->where,
               fmt::format("{}: {} is left out", usd_shown(prim_->type), usd_shown(group_of(name))));
