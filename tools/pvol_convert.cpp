@@ -6,7 +6,6 @@
 
 #include "cli/command_line.h"
 #include "cli/filter_frames.h"
-#include "cli/frames.h"
 #include "cli/frames_line.h"
 #include "cli/interrupt.h"
 #include "cli/json.h"
@@ -38,7 +37,7 @@ constexpr const char* kExamples = R"(The endings of the names determine the conv
   Deep .exr to flat .exr: its samples are composited, without a background.
   .pbrt, a scene of pbrt-v4, and .usda, a scene of USD as text, to .toml: a scene for pvol-render,
   with the files that it needs; what cannot be converted is listed on stderr and at the top of the
-  scene. Of a USD scene, --frame N takes that frame, and startTimeCode is taken without it.
+  scene. Of a USD scene, --frame and --frames take frames; without them it is startTimeCode.
   .pvol to .ply or .obj: the surface of its shell, in world space; to .png: slices through the cloud
   (grey) and its shell (blue).
 
@@ -51,8 +50,8 @@ Examples:
       a deep picture of pvol-render --deep, for programs that need one sample per pixel
   pvol-convert samples/pbrt_scene.pbrt scene.toml && pvol-render scene.toml -o scene.exr
       a scene of pbrt-v4
-  pvol-convert shot.usda shot.toml --frame 12
-      frame 12 of a scene of USD; binary ones: usdcat -o shot.usda shot.usdc
+  pvol-convert shot.usda shot.####.toml --frames 1-240
+      scenes of the frames of a scene of USD; binary ones: usdcat -o shot.usda shot.usdc
   pvol-convert cloud.pvol shell.ply --resolution 256
       the bounding shell as triangles
   pvol-convert merge part*.exr -o whole.exr
@@ -307,18 +306,19 @@ Options options_of_frame(const Options& o, int frame) {
   Options one = o;
   one.input = cli::file_of_frame(o.input, frame);
   one.output = cli::file_of_frame(o.output, frame);
+  one.frames.frame = frame;
   return one;
 }
 
 int run(const Options& o) {
   cli::check_frames(o.frames);
-  // One file has all frames of a USD scene.
-  const bool picks_frame = imports(o) && is_usd(o) && o.frames.frames.empty();
-  if (!o.frames.any() || (picks_frame && !cli::has_pattern(o.input))) {
+  if (!o.frames.any()) {
     cli::refuse_pattern(o.input);
     return convert(o);
   }
   check_pair(o);
+  // A scene of USD has all its frames in one file.
+  if (!(imports(o) && is_usd(o))) cli::require_pattern({o.input});
   return cli::for_each_file(
       {kTool, o.common.quiet}, o.frames, o.input, o.output,
       [&](int frame, const std::string&) { return convert(options_of_frame(o, frame)); });

@@ -84,6 +84,13 @@ TEST_F(UsdaTool, TheCloudIsWhereUsdSeesItAtEachFrame) {
   EXPECT_LT(length(seen("c.toml") - Vec3d(16 - 32.0 / 6, 12 - 32.0 / 6, 0)), 0.4);
 }
 
+TEST_F(UsdaTool, FramesOfOneSceneBecomeASequenceOfScenes) {
+  EXPECT_EQ(convert({"a.usda", "d.##.toml", "--frames", "1-3"}).exit, 0);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "d.03.toml"));
+  EXPECT_NE(read_text(folder_ / "d.01.toml"), read_text(folder_ / "d.02.toml"));
+  EXPECT_EQ(convert({"a.usda", "e.toml", "--frames", "1-3"}).exit, 2);
+}
+
 TEST_F(UsdaTool, TheSampleConvertsAndRenders) {
   std::filesystem::copy(PVOL_SAMPLES "/usd_scene.usda", folder_ / "s.usda");
   ASSERT_EQ(convert({"ball.toml", "cumulus.vdb"}).exit, 0);
