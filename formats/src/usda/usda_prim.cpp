@@ -8,7 +8,8 @@ UsdPrim* UsdPrim::child(const std::string& of_name) {
 }
 
 const UsdPrim* UsdPrim::child(const std::string& of_name) const {
-  return const_cast<UsdPrim*>(this)->child(of_name);
+  const auto found = by_name_.find(of_name);
+  return found == by_name_.end() ? nullptr : &children[found->second];
 }
 
 UsdPrim& UsdPrim::add(UsdPrim prim) {

@@ -26,7 +26,6 @@ struct UsdStrings {
 struct UsdTarget {
   std::string asset{}, path{};  ///< "": none
   bool is_retimed = false;      ///< whether its time is shifted or scaled
-  friend auto operator<=>(const UsdTarget&, const UsdTarget&) = default;
 };
 struct UsdTargets {
   std::vector<UsdTarget> all{};

@@ -50,7 +50,7 @@ class UsdWalk {
       return;
     }
     if (prim.type == "PointInstancer") {
-      if (above.is_seen) instance(view, path, above);
+      if (above.is_seen) instance(view, above);
       return;
     }
     add(prim, path, above);
@@ -79,10 +79,7 @@ class UsdWalk {
   void add(const UsdPrim& prim, const std::string& path, const Above& above) {
     std::vector<UsdItem>* to = list_of(prim.type, above.is_seen);
     if (to == nullptr) {
-      if (above.is_seen && !is_any_of(kGroups, prim.type) && !is_known(prim.type)) {
-        notes_->add(prim.where,
-                    fmt::format("prims of type \"{}\" are left out", usd_shown(prim.type)));
-      }
+      if (above.is_seen && !is_any_of(kGroups, prim.type)) name_unmapped(prim);
       return;
     }
     instances_in_all_ += instances_.size();
@@ -92,8 +89,10 @@ class UsdWalk {
     to->push_back({&prim, path, above.place, above.material, instances_});
   }
 
-  static bool is_known(const std::string& type) {
-    return type == "Volume" || is_any_of(kLightTypes, type) || is_any_of(kSurfaceTypes, type);
+  void name_unmapped(const UsdPrim& prim) {
+    notes_->add(prim.where, fmt::format("{} of type \"{}\" are left out{}",
+                                        in_prototype_ ? "instances" : "prims", usd_shown(prim.type),
+                                        in_prototype_ ? ": only volumes are instanced" : ""));
   }
 
   std::vector<UsdItem>* list_of(const std::string& type, bool is_seen) {
@@ -109,7 +108,7 @@ class UsdWalk {
   }
 
   /// Volumes of prototypes become instances; all else of them is named.
-  void instance(const UsdView& view, const std::string& path, const Above& above) {
+  void instance(const UsdView& view, const Above& above) {
     const std::vector<std::string> prototypes = view.paths("prototypes");
     if (in_prototype_) {
       notes_->add(view.where(), "a PointInstancer in a prototype of another one is left out");
@@ -122,15 +121,9 @@ class UsdWalk {
       if (prototype == nullptr || places[i].empty()) continue;
       instances_.clear();
       for (const UsdPlace& p : places[i]) instances_.push_back(above.place * p);
-      const std::size_t before = stage_->volumes.size();
       Above inside;
       inside.material = above.material;
       walk(*prototype, prototypes[i], inside);
-      if (stage_->volumes.size() == before) {
-        notes_->add(view.where(), fmt::format("instances of {} by {} are left out: only volumes "
-                                              "are instanced",
-                                              usd_shown(prototypes[i]), usd_shown(path)));
-      }
     }
     instances_.clear();
     in_prototype_ = false;
