@@ -8,7 +8,7 @@ import re
 import sys
 import tempfile
 
-FILE_KINDS = set("csv deep exr hdr html jpg json nvdb obj pbrt ply png pvol stl toml txt vdb".split())
+FILE_KINDS = set("csv deep exr hdr html jpg json nvdb obj pbrt ply png pvol stl toml txt usda vdb".split())
 NAMED = re.compile(r'"([a-z][a-z0-9_]*)\.([a-z][a-z0-9_]*)"')
 
 

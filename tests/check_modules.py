@@ -25,7 +25,7 @@ ROOT_HEADERS = {"pvol/error.h": "math", "pvol/version.h": "math", "pvol/embed.h"
          "pvol/trackers.h": "volume", "pvol/pvol.h": "capi", "pvol/pvol.hpp": "capi",
          "pvol/given_density.h": "capi"}
 TOOLS = ["cli", "report", "stats", "view", "python"]
-FORMATS = ["file", "image", "toml", "vdb", "pvol", "pbrt"]
+FORMATS = ["file", "image", "toml", "vdb", "pvol", "pbrt", "usda"]
 # What the library is built from: the standard library, compilers' own headers of vector instructions,
 # oneTBB, Embree and nothing else.
 AT_HOME_IN_LIBRARY = re.compile(

@@ -19,6 +19,7 @@
 #include "pvol/formats/field_names.h"
 #include "pvol/formats/image.h"
 #include "pvol/formats/pbrt_scene.h"
+#include "pvol/formats/usda_scene.h"
 #include "pvol/formats/velocity.h"
 #include "pvol/shell/recipe_support.h"
 
@@ -34,8 +35,9 @@ constexpr const char* kExamples = R"(The endings of the names determine the conv
   All grids of a .pvol are written; its colours, NAME.x, NAME.y and NAME.z, become a grid of
   vectors, as do velocities, NAME.x+, NAME.x- and so on, and the [flow] of a recipe.
   Deep .exr to flat .exr: its samples are composited, without a background.
-  .pbrt, a scene of pbrt-v4, to .toml: a scene for pvol-render, with the files that it needs; what
-  cannot be converted is listed on stderr and at the top of the scene.
+  .pbrt, a scene of pbrt-v4, and .usda, a scene of USD as text, to .toml: a scene for pvol-render,
+  with the files that it needs; what cannot be converted is listed on stderr and at the top of the
+  scene. Of a USD scene, --frame and --frames take frames; without them it is startTimeCode.
   .pvol to .ply or .obj: the surface of its shell, in world space; to .png: slices through the cloud
   (grey) and its shell (blue).
 
@@ -48,6 +50,8 @@ Examples:
       a deep picture of pvol-render --deep, for programs that need one sample per pixel
   pvol-convert samples/pbrt_scene.pbrt scene.toml && pvol-render scene.toml -o scene.exr
       a scene of pbrt-v4
+  pvol-convert shot.usda shot.####.toml --frames 1-240
+      scenes of the frames of a scene of USD; binary ones: usdcat -o shot.usda shot.usdc
   pvol-convert cloud.pvol shell.ply --resolution 256
       the bounding shell as triangles
   pvol-convert merge part*.exr -o whole.exr
@@ -71,7 +75,8 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   const cli::CommandLine app("Converts clouds between file formats.", kTool, kExamples);
   cli::add_quiet(app, o.common);
   app.add_option("INPUT", o.input,
-                 "Cloud: .toml (a recipe), .nvdb, .pvol or .vdb; a deep .exr; or a scene: .pbrt")
+                 "Cloud: .toml (a recipe), .nvdb, .pvol or .vdb; a deep .exr; or a scene: .pbrt or "
+                 ".usda")
       .type_name("")
       .required();
   app.add_option(
@@ -106,9 +111,15 @@ bool flattens(const Options& o) {
   return formats::ending(o.input) == ".exr" && formats::ending(o.output) == ".exr";
 }
 
+/// Whether the input is a scene of USD.
+bool is_usd(const Options& o) {
+  const std::string from = formats::ending(o.input);
+  return from == ".usda" || from == ".usd";
+}
+
 /// Whether it is about scenes.
 bool imports(const Options& o) {
-  return formats::ending(o.input) == ".pbrt" && formats::ending(o.output) == ".toml";
+  return (formats::ending(o.input) == ".pbrt" || is_usd(o)) && formats::ending(o.output) == ".toml";
 }
 
 void check_pair(const Options& o) {
@@ -119,7 +130,7 @@ void check_pair(const Options& o) {
     throw cli::UsageError(
         fmt::format("{}: there is no conversion from '{}' to '{}'; expected .toml (a recipe), "
                     ".nvdb, .pvol and .vdb to .vdb, .pvol to .ply, .obj and .png, deep .exr to "
-                    "flat, or .pbrt to .toml. pvol-fit makes .pvol files.",
+                    "flat, or .pbrt and .usda to .toml. pvol-fit makes .pvol files.",
                     o.input.string(), from, to));
   }
   cli::check_output(o.output, {".vdb", ".ply", ".obj", ".png", ".exr", ".toml"});
@@ -240,11 +251,13 @@ Fields load_fields(const Options& o) {
 /// Notes go to stderr whole: what is not in the picture is no matter of taste.
 int convert_scene(const Options& o) {
   if (o.bounds) throw cli::UsageError("--bounds needs an output that ends in .vdb");
-  const formats::PbrtScene scene = formats::read_pbrt(o.input, o.output.stem().string());
+  const std::string stem = o.output.stem().string();
+  const formats::ImportedScene scene = is_usd(o) ? formats::read_usda(o.input, stem, o.frames.frame)
+                                                 : formats::read_pbrt(o.input, stem);
   if (o.grid.strict && !scene.notes.empty()) {
     throw Error(scene.notes.front() + " (refused because of --strict)");
   }
-  formats::write_pbrt(o.output, scene);
+  formats::write_imported(o.output, scene);
   formats::GridReport notes;
   notes.warnings = scene.notes;
   if (!o.common.quiet) {
@@ -293,6 +306,7 @@ Options options_of_frame(const Options& o, int frame) {
   Options one = o;
   one.input = cli::file_of_frame(o.input, frame);
   one.output = cli::file_of_frame(o.output, frame);
+  one.frames.frame = frame;
   return one;
 }
 
@@ -303,6 +317,8 @@ int run(const Options& o) {
     return convert(o);
   }
   check_pair(o);
+  // A scene of USD has all its frames in one file.
+  if (!(imports(o) && is_usd(o))) cli::require_pattern({o.input});
   return cli::for_each_file(
       {kTool, o.common.quiet}, o.frames, o.input, o.output,
       [&](int frame, const std::string&) { return convert(options_of_frame(o, frame)); });

@@ -314,6 +314,7 @@ int run(const Options& o) {
     cli::refuse_pattern(o.input);
     return fit_and_report(o);
   }
+  cli::require_pattern({o.input});
   return cli::for_each_file({kTool, o.common.quiet}, o.frames, o.input, o.output,
                             [&](int frame, const std::string& label) {
                               return fit_and_report(options_of_frame(o, frame), label);

@@ -529,7 +529,7 @@ TEST(PbrtScene, FilesAreWrittenThatReadBackAsTheScene) {
                         "LightSource \"point\" Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 "
                         "0 0 0 1 0 ]"));
   const PbrtScene scene = read_pbrt(folder.file("a.pbrt"), "b");
-  write_pbrt(folder.file("b.toml"), scene);
+  write_imported(folder.file("b.toml"), scene);
   const SceneFile back = read_scene(folder.file("b.toml"));
   SceneFile expected = scene.file;
   expected.volumes.front().file = folder.file("b_fog.vdb");
@@ -544,7 +544,7 @@ TEST(PbrtScene, WhereWritingFailsNothingStays) {
   write_bytes(folder.file("a.pbrt"), pbrt_text(kCamera));
   std::filesystem::create_directory(folder.file("b.toml"));
   const PbrtScene scene = read_pbrt(folder.file("a.pbrt"), "b");
-  EXPECT_THROW(write_pbrt(folder.file("b.toml"), scene), std::runtime_error);
+  EXPECT_THROW(write_imported(folder.file("b.toml"), scene), std::runtime_error);
   EXPECT_FALSE(std::filesystem::exists(folder.file("b_fog.vdb")));
 }
 

@@ -67,7 +67,7 @@ TEST_F(PbrtNvdb, TheFileStaysAndHasThePlaceOfItsMedium) {
   EXPECT_TRUE(s.volumes.empty());
   EXPECT_EQ(v.object_to_world.point({4, 5, 6}), Vec3d(5, 7, -9));  // z is mirrored
   EXPECT_EQ(times_said(notes_of(s), "pbrt.sphere_cuts_off"), 0);
-  write_pbrt(folder_.file("b.toml"), s);
+  write_imported(folder_.file("b.toml"), s);
   EXPECT_NE(read_bytes(folder_.file("b.toml")).find("file = \"clouds/a.nvdb\""), std::string::npos);
   EXPECT_EQ(read_scene(folder_.file("b.toml")).volumes.at(0).file, folder_.file("clouds/a.nvdb"));
 }

@@ -103,7 +103,6 @@ int for_each_frame(const SequenceTool& tool, const std::vector<int>& frames,
 int for_each_file(const SequenceTool& tool, const FramesGiven& given,
                   const std::filesystem::path& input, const std::filesystem::path& output,
                   const FrameWork& work) {
-  require_pattern({input});
   require_output_pattern(given, output);
   std::vector<int> frames = given.now();
   leave_out_existing(tool, given, frames, [&](int frame) {

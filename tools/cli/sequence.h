@@ -78,7 +78,8 @@ void leave_out_existing(const SequenceTool& tool, const FramesGiven& given,
 /// Works on a frame under its label; returns an exit code.
 using FrameWork = std::function<int(int frame, const std::string& label)>;
 
-/// All of this for a tool that makes one file of one file.
+/// All of this for a tool that makes one file of one file, which has a pattern, or of one that has
+/// all frames.
 [[nodiscard]] int for_each_file(const SequenceTool& tool, const FramesGiven& given,
                                 const std::filesystem::path& input,
                                 const std::filesystem::path& output, const FrameWork& work);

@@ -10,6 +10,4 @@ PbrtScene read_pbrt(const std::filesystem::path& file, const std::string& /*stem
               "-DPVOL_WITH_PBRT=ON");
 }
 
-void write_pbrt(const std::filesystem::path& /*toml*/, const PbrtScene& /*scene*/) {}
-
 }  // namespace pvol::formats

@@ -1,0 +1,63 @@
+// UsdRender: RenderSettings, and the first of their products, which may say otherwise.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "pvol/render/options.h"
+#include "usda/usda_world.h"
+
+namespace pvol::formats::detail {
+namespace {
+
+const UsdItem* at_path(const std::vector<UsdItem>& items, const std::string& path) {
+  const auto found = std::ranges::find(items, path, &UsdItem::path);
+  return found == items.end() ? nullptr : &*found;
+}
+
+void take_settings(const UsdItem& item, UsdPicture& picture, const UsdMaking& making) {
+  const UsdView view = making.stage.view(*item.prim);
+  const std::vector<double> size = view.numbers("resolution", 2);
+  if (size.size() == 2) {
+    const auto fits = [](double n) { return n >= 1 && n <= kLargestEdge; };
+    if (!fits(size[0]) || !fits(size[1])) {
+      fail_at(view.find("resolution")->where, fmt::format("a picture of {} x {}", size[0], size[1]),
+              fmt::format("1 to {} pixels", kLargestEdge));
+    }
+    picture.size = {int(size[0]), int(size[1])};
+  }
+  const std::vector<std::string> camera = view.paths("camera");
+  if (!camera.empty()) picture.camera = camera.front();
+  picture.policy = view.word("aspectRatioConformPolicy", picture.policy);
+  if (picture.policy == "adjustPixelAspectRatio") {
+    making.note(view.where(),
+                "pixels stay square: adjustPixelAspectRatio is taken as "
+                "expandAperture");
+  }
+  for (const char* name : {"products", "orderedVars", "productName", "productType"}) {
+    view.ignore(name);  // pvol-render names its file and its layers: -o and --aov
+  }
+  view.note_unused(*making.notes);
+}
+
+}  // namespace
+
+UsdPicture picture_of(const UsdMaking& making) {
+  UsdPicture picture;
+  const UsdStage& stage = making.stage;
+  const std::string path = word_of(stage.root, "renderSettingsPrimPath");
+  const UsdItem* settings = at_path(stage.settings, path);
+  if (settings == nullptr && !stage.settings.empty()) settings = &stage.settings.front();
+  if (settings == nullptr) return picture;
+  if (stage.settings.size() > 1) {
+    making.note(settings->prim->where,
+                fmt::format("of {} RenderSettings {} are taken", stage.settings.size(),
+                            usd_shown(settings->path)));
+  }
+  take_settings(*settings, picture, making);
+  const std::vector<std::string> products = stage.view(*settings->prim).paths("products");
+  const UsdItem* product = products.empty() ? nullptr : at_path(stage.products, products.front());
+  if (product != nullptr) take_settings(*product, picture, making);
+  return picture;
+}
+
+}  // namespace pvol::formats::detail

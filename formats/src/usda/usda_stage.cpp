@@ -1,0 +1,190 @@
+#include "usda/usda_stage.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace pvol::formats::detail {
+namespace {
+
+constexpr std::size_t kMostInstances = std::size_t(1) << 18;
+
+constexpr std::array kGroups{"", "Xform", "Scope", "SkelRoot"};
+constexpr std::array kLightTypes{"DistantLight",  "DomeLight",  "DomeLight_1",   "SphereLight",
+                                 "RectLight",     "DiskLight",  "CylinderLight", "PortalLight",
+                                 "GeometryLight", "PluginLight"};
+constexpr std::array kSurfaceTypes{"Mesh", "Sphere", "Cube", "Plane"};
+/// What others refer to, and name if they leave it out, or what has no picture.
+constexpr std::array kQuiet{"Material",          "Shader",          "NodeGraph", "OpenVDBAsset",
+                            "Field3DAsset",      "GeomSubset",      "RenderVar", "RenderPass",
+                            "HoudiniFieldAsset", "HoudiniLayerInfo"};
+
+bool is_any_of(const auto& types, const std::string& type) {
+  return std::ranges::find(types, type) != types.end();
+}
+
+/// What holds for all that is within a prim.
+struct Above {
+  UsdPlace place{};
+  bool is_seen = true;
+  std::string purpose{}, material{};
+};
+
+class UsdWalk {
+ public:
+  UsdWalk(UsdStage& stage, UsdNotes& notes) : stage_(&stage), notes_(&notes) {}
+
+  void walk(const UsdPrim& prim, const std::string& path, Above above) {
+    // Neither opinions about what is not there, nor classes, nor what is switched off.
+    if (prim.specifier != UsdPrim::Specifier::def || number_of(prim, "active", 1) == 0) return;
+    if (is_any_of(kQuiet, prim.type)) return;
+    const UsdView view = stage_->view(prim);
+    inherit(view, above);
+    if (prim.metadata.contains("clips")) notes_->add(prim.where, "value clips are left out");
+    if (!can_be_undone(above.place.now) || !can_be_undone(above.place.later)) {
+      notes_->add(prim.where,
+                  fmt::format("{} is left out: its transform has no inverse", usd_shown(path)));
+      return;
+    }
+    if (prim.type == "PointInstancer") {
+      if (above.is_seen) instance(view, above);
+      return;
+    }
+    add(prim, path, above);
+    for (const UsdPrim& child : prim.children) walk(child, path + '/' + child.name, above);
+  }
+
+ private:
+  /// Place, visibility, purpose and material. Things that stand for others in a viewer (proxy,
+  /// guide) are not rendered.
+  void inherit(const UsdView& view, Above& above) {
+    const UsdXform xform = xform_of(view);
+    above.place = xform.resets ? xform.place : above.place * xform.place;
+    if (view.word("visibility", "inherited") == "invisible") above.is_seen = false;
+    if (above.purpose.empty() || above.purpose == "default") {
+      above.purpose = view.word("purpose", "default");
+    }
+    if (above.purpose == "proxy" || above.purpose == "guide") above.is_seen = false;
+    for (const char* name : {"material:binding:full", "material:binding"}) {
+      const std::vector<std::string> bound = view.paths(name);
+      if (bound.empty()) continue;
+      above.material = bound.front();
+      break;
+    }
+  }
+
+  void add(const UsdPrim& prim, const std::string& path, const Above& above) {
+    std::vector<UsdItem>* to = list_of(prim.type, above.is_seen);
+    if (to == nullptr) {
+      if (above.is_seen && !is_any_of(kGroups, prim.type)) name_unmapped(prim);
+      return;
+    }
+    instances_in_all_ += instances_.size();
+    if (instances_in_all_ > kMostInstances) {
+      fail_at(prim.where, "more than 262144 instances of volumes", "fewer");
+    }
+    to->push_back({&prim, path, above.place, above.material, instances_});
+  }
+
+  void name_unmapped(const UsdPrim& prim) {
+    notes_->add(prim.where, fmt::format("{} of type \"{}\" are left out{}",
+                                        in_prototype_ ? "instances" : "prims", usd_shown(prim.type),
+                                        in_prototype_ ? ": only volumes are instanced" : ""));
+  }
+
+  std::vector<UsdItem>* list_of(const std::string& type, bool is_seen) {
+    if (type == "Volume" && is_seen) return &stage_->volumes;
+    if (in_prototype_) return nullptr;
+    if (type == "Camera") return &stage_->cameras;
+    if (type == "RenderSettings") return &stage_->settings;
+    if (type == "RenderProduct") return &stage_->products;
+    if (!is_seen) return nullptr;
+    if (is_any_of(kLightTypes, type)) return &stage_->lights;
+    if (is_any_of(kSurfaceTypes, type)) return &stage_->surfaces;
+    return nullptr;
+  }
+
+  /// Volumes of prototypes become instances; all else of them is named.
+  void instance(const UsdView& view, const Above& above) {
+    const std::vector<std::string> prototypes = view.paths("prototypes");
+    if (in_prototype_) {
+      notes_->add(view.where(), "a PointInstancer in a prototype of another one is left out");
+      return;
+    }
+    in_prototype_ = true;
+    const std::vector<std::vector<UsdPlace>> places = instances_of(view, prototypes.size());
+    for (std::size_t i = 0; i < prototypes.size(); ++i) {
+      const UsdPrim* prototype = stage_->find(prototypes[i]);
+      if (prototype == nullptr || places[i].empty()) continue;
+      instances_.clear();
+      for (const UsdPlace& p : places[i]) instances_.push_back(above.place * p);
+      Above inside;
+      inside.material = above.material;
+      walk(*prototype, prototypes[i], inside);
+    }
+    instances_.clear();
+    in_prototype_ = false;
+    view.ignore("extent");
+    view.note_unused(*notes_);
+  }
+
+  UsdStage* stage_;
+  UsdNotes* notes_;
+  bool in_prototype_ = false;
+  std::vector<UsdPlace> instances_{};  // of the prototype at hand
+  std::size_t instances_in_all_ = 0;
+};
+
+/// The time of the first sample; infinite without one.
+double first_sample(const UsdPrim& prim) {
+  double first = std::numeric_limits<double>::infinity();
+  for (const auto& [name, attribute] : prim.attributes) {
+    const auto& samples = attribute->content->samples;
+    if (!samples.empty()) first = std::min(first, samples.front().first);
+  }
+  for (const UsdPrim& child : prim.children) first = std::min(first, first_sample(child));
+  return first;
+}
+
+double first_frame(const UsdPrim& root) {
+  const double first = number_of(root, "startTimeCode", first_sample(root));
+  return std::isfinite(first) ? first : 0;
+}
+
+double positive(const UsdPrim& root, const char* metadatum, double otherwise) {
+  const double value = number_of(root, metadatum, otherwise);
+  if (value > 0 && std::isfinite(value)) return value;
+  fail_at(root.metadata.at(metadatum).where, fmt::format("{} = {}", metadatum, value),
+          "a number above 0");
+}
+
+}  // namespace
+
+const UsdPrim* UsdStage::find(const std::string& path) const {
+  const UsdPrim* prim = &root;
+  for (std::size_t at = 1; prim != nullptr && at < path.size();) {
+    const std::size_t end = std::min(path.find('/', at), path.size());
+    prim = prim->child(path.substr(at, end - at));
+    at = end + 1;
+  }
+  return prim == &root ? nullptr : prim;
+}
+
+UsdStage stage_of(UsdPrim root, std::optional<int> frame, UsdNotes& notes) {
+  UsdStage stage;
+  stage.root = std::move(root);
+  stage.is_chosen = frame.has_value();
+  stage.frame = frame ? *frame : first_frame(stage.root);
+  stage.z_up = word_of(stage.root, "upAxis") == "Z";
+  stage.metres = positive(stage.root, "metersPerUnit", 0.01);
+  stage.fps =
+      positive(stage.root, "timeCodesPerSecond", number_of(stage.root, "framesPerSecond", 24));
+  UsdWalk walk(stage, notes);
+  for (const UsdPrim& prim : stage.root.children) walk.walk(prim, '/' + prim.name, {});
+  return stage;
+}
+
+}  // namespace pvol::formats::detail
