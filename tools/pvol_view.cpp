@@ -42,7 +42,7 @@ Examples:
       a scene, in another size
   pvol-view smoke.####.vdb --frames 1-240
       a sequence, with a slider for its frames
-  ssh -L 8080:localhost:8080 farm pvol-view scene.toml --port 8080
+  ssh -t -L 8080:localhost:8080 farm pvol-view scene.toml --port 8080
       on another machine, with the browser here
 
 Exit status: 0 success, 1 failure, 2 wrong usage.)";
@@ -86,14 +86,26 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   return app.parse(argc, argv, cli::scene_manual());
 }
 
+/// Of a sequence the file of the first frame.
+fs::path first_input(const Options& o) {
+  return o.frames.empty() ? o.input : cli::file_of_frame(o.input, o.frames.front());
+}
+
+bool is_scene(const fs::path& file) {
+  return formats::ending(file) == ".toml" && !formats::is_recipe(file);
+}
+
 /// The scene with its patterns, and the frames that they stand for.
 viewer::EditedScene read_scene(const Options& o) {
-  const bool by_frame = !o.frames.empty();
-  const fs::path input = o.input;
-  formats::SceneFile scene = cli::read_scene(
-      by_frame ? cli::file_of_frame(input, o.frames.front()) : input, o.sets, o.grid);
-  cli::apply(o.options, formats::render_keys(scene));
-  if (by_frame && cli::has_pattern(input)) scene.volumes.front().file = input;
+  const fs::path first = first_input(o);
+  if (first != o.input && is_scene(first)) {
+    throw cli::UsageError(
+        "a scene for each frame cannot be viewed; give one scene whose clouds have names for each "
+        "frame, such as smoke.####.vdb");
+  }
+  formats::SceneFile scene = cli::read_scene(first, o.sets, o.grid);
+  cli::apply_options(o.options, scene);
+  if (first != o.input) scene.volumes.front().file = o.input;
   return {std::move(scene), o.frames};
 }
 
@@ -110,22 +122,37 @@ void check_patterns(const Options& o, const viewer::EditedScene& scene) {
   }
 }
 
-/// Where scenes are saved at first: under the name of the scene, or one like the cloud's.
-std::string name_to_save(const fs::path& input) {
-  if (formats::ending(input) == ".toml" && !formats::is_recipe(input)) return input.filename();
-  std::string name = input.stem().string();
-  std::erase(name, '#');
-  while (!name.empty() && name.back() == '.') name.pop_back();
+/// Where scenes are saved at first: under the name of the scene, or one like the cloud's, without
+/// the number of a frame.
+std::string name_to_save(const Options& o) {
+  const fs::path first = first_input(o);
+  if (is_scene(first)) return first.filename();
+  std::string name = first.stem().string();
+  if (first != o.input) name.erase(name.find_last_not_of("0123456789-_.") + 1);
   return (name.empty() ? "scene" : name) + "_scene.toml";
 }
 
 fs::path folder_to_save(const Options& o) {
-  fs::path folder = o.folder.empty() ? o.input.parent_path() : o.folder;
-  if (folder.empty()) folder = ".";
-  if (!fs::is_directory(folder)) {
-    throw cli::UsageError(fmt::format("--folder: {} is no folder", folder.string()));
+  if (!o.folder.empty() && !fs::is_directory(o.folder)) {
+    throw cli::UsageError(fmt::format("--folder: {} is no folder", o.folder.string()));
   }
-  return fs::canonical(folder);
+  if (!o.folder.empty()) return fs::canonical(o.folder);
+  const fs::path folder = o.input.parent_path().empty() ? "." : o.input.parent_path();
+  if (fs::is_directory(folder)) return fs::canonical(folder);
+  throw Error(
+      fmt::format("cannot open {}: there is no folder {}", o.input.string(), folder.string()));
+}
+
+/// What is empty leaves nothing to choose an extinction or a camera by.
+void require_density(const Options& o, const cli::RenderJob& job) {
+  const auto is_open = [](const formats::SceneVolume& v) {
+    return !v.has_extinction && v.grid != formats::kNoGrid;
+  };
+  if (o.frames.empty() || std::ranges::none_of(job.file.volumes, is_open)) return;
+  throw Error(
+      fmt::format("frame {}: the density is 0 everywhere, so extinction and camera cannot be "
+                  "chosen; begin with another frame, such as --frames N,{}",
+                  o.frames.front(), o.frames.front()));
 }
 
 int run(const Options& o) {
@@ -135,6 +162,7 @@ int run(const Options& o) {
   cli::LiveScene live({kTool, o.common.quiet});
   // What the scene leaves open is chosen now, for all frames and changes.
   const cli::RenderJob job = live.prepare(given.scene_of_frame());
+  require_density(o, job);
   formats::SceneFile scene = job.file;
   for (std::size_t i = 0; i < scene.volumes.size(); ++i) {
     const formats::SceneVolume& asked = given.scene().volumes[i];
@@ -143,8 +171,7 @@ int run(const Options& o) {
   }
   scene.scene.environment = given.scene().scene.environment;
   scene.scene.surfaces = given.scene().scene.surfaces;
-  viewer::Viewer shown({std::move(scene), o.frames}, std::move(live), folder,
-                       name_to_save(o.input));
+  viewer::Viewer shown({std::move(scene), o.frames}, std::move(live), folder, name_to_save(o));
   viewer::serve(shown, o.port, [&](const std::string& address) {
     std::cout << address << std::endl;
     if (!o.common.quiet) {

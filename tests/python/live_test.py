@@ -1,6 +1,8 @@
 """Pictures while they are rendered: between passes, and in the background."""
 
+import contextlib
 import gc
+import threading
 import unittest
 
 import numpy as np
@@ -98,6 +100,7 @@ class Live(unittest.TestCase):
             while not live.finished:
                 live.wait(live.version, LONG)
             self.assertIn("absent.vdb", live.error)
+            self.assertIsNone(live.picture())
             live.change(cloud(), size=(8, 8), spp=2)
             finished(live)
             self.assertIsNone(live.error)
@@ -111,6 +114,24 @@ class Live(unittest.TestCase):
         live.wait(0, LONG)
         del live
         gc.collect()
+
+    def test_may_be_closed_while_others_wait(self):
+        live = pvol.Live(cloud(), size=(64, 48), spp=100000)
+
+        def wait():
+            with contextlib.suppress(pvol.Error):  # that it is closed
+                live.wait(2**62, 0.2)
+
+        waiting = threading.Thread(target=wait)
+        waiting.start()
+        live.close()
+        waiting.join()
+
+    def test_waits_of_any_length(self):
+        with pvol.Live(cloud(), size=(8, 8), spp=2) as live:
+            self.assertTrue(live.wait(0, float("inf")))
+            for seconds in (0, -1, float("nan")):
+                self.assertFalse(live.wait(2**62, seconds))
 
     def test_filters(self):
         with pvol.Live(cloud(), size=(24, 16), spp=8, denoise=True) as live:

@@ -138,6 +138,24 @@ TEST_F(Page, ValuesAreSetWhereTheyBelong) {
   EXPECT_FALSE(scene_.scene.camera.f_stop);
 }
 
+TEST_F(Page, StrengthsThatAreSetAreNoLongerChosen) {
+  scene_.volumes[0].has_extinction = false;
+  EditedScene edited(scene_, {});
+  edited.edit(Json::array({set("volume[1].medium", "extinction", 3)}), 1);
+  EXPECT_TRUE(edited.scene().volumes[0].has_extinction);
+  EXPECT_EQ(edited.scene().volumes[0].medium.extinction, 3);
+}
+
+TEST_F(Page, WhatNoFileHasIsKept) {
+  scene_.scene.options.threads = 3;
+  scene_.volumes[1].shows_fire = true;
+  EditedScene edited(scene_, {});
+  edited.edit(Json::array({set("camera", "fov", 20)}), 1);
+  edited.undo();
+  EXPECT_EQ(edited.scene().scene.options.threads, 3);
+  EXPECT_TRUE(edited.scene().volumes[1].shows_fire);
+}
+
 TEST_F(Page, KindsAreChosen) {
   edit(scene_, set("environment", "type", "clear"));
   EXPECT_TRUE(std::holds_alternative<ClearSky>(scene_.scene.environment));
@@ -163,6 +181,8 @@ TEST_F(Page, WrongRequestsAreRefused) {
   EXPECT_TRUE(says(refusal(set("camera", "fov", 200)), "viewer.fov_found"));
   EXPECT_TRUE(says(refusal(set("camera", "nix", 1)), "viewer.no_key"));
   EXPECT_TRUE(says(refusal(set("sun[3]", "angle", 1)), "viewer.no_section"));
+  EXPECT_TRUE(says(refusal(set("camera", "up", Json::parse("[[[[1]]]]"))), "viewer.no_value"));
+  EXPECT_TRUE(says(refusal(set("camera", "fov", nullptr)), "viewer.no_value"));
   EXPECT_TRUE(says(refusal({{"add", "mesh"}}), "viewer.no_kind"));
   EXPECT_TRUE(says(refusal({{"remove", "camera"}}), "viewer.not_removable"));
 }
@@ -228,6 +248,11 @@ TEST_F(Page, SavesInItsFolderOnly) {
   const auto exists = error_of([&] { (void)viewer.save({{"name", "scene.toml"}}); });
   EXPECT_TRUE(says(exists, "viewer.file_exists"));
   EXPECT_EQ(read_bytes(folder_.file("scene.toml")), kScene);
+  std::filesystem::create_symlink("/tmp/elsewhere.toml", folder_.file("link.toml"));
+  const auto link = error_of([&] {
+    (void)viewer.save({{"name", "link.toml"}, {"replace", true}});
+  });
+  EXPECT_TRUE(says(link, "viewer.file_is_link"));
   (void)viewer.save({{"name", "scene.toml"}, {"replace", true}});
   EXPECT_NE(read_bytes(folder_.file("scene.toml")), kScene);
 }

@@ -1,5 +1,6 @@
 """The viewer's page in a real browser: what people do with it, by pointer and by keyboard."""
 
+import math
 import subprocess
 import unittest
 
@@ -67,6 +68,43 @@ class PageTest(unittest.TestCase):
         self.assertEqual(self.value("camera", "position"), before)
         self.after_change(lambda: self.element("redo").click())
         self.assertEqual(self.value("camera", "position"), moved)
+
+    def test_no_motion_of_a_drag_is_lost(self):
+        height = self.page.run("return parseInt(canvas.style.height)")
+        chain = ActionChains(self.page.driver, duration=20).move_to_element(self.element("picture"))
+        chain.click_and_hold()
+        for _ in range(40):
+            chain.move_by_offset(3, 0)
+        self.after_change(chain.release().perform)
+        self.page.until("document.body.dataset.finished === 'true'", "a finished picture")
+        x, _, z = self.value("camera", "position")
+        self.assertAlmostEqual(math.atan2(-x, z), 3 * 120 / height, places=3)
+
+    def test_gestures_are_undone_one_by_one(self):
+        self.after_change(lambda: self.drag(60, 0))
+        moved = self.value("camera", "position")
+        slider = self.page.driver.find_element(By.CSS_SELECTOR, "[aria-label='g, slider']")
+        self.after_change(lambda: slider.send_keys(*[Keys.ARROW_RIGHT] * 12))
+        self.assertNotEqual(self.value("volume[1].medium", "g"), 0.3)
+        self.after_change(lambda: self.element("undo").click())
+        self.assertEqual(self.value("volume[1].medium", "g"), 0.3)
+        self.assertEqual(self.value("camera", "position"), moved)
+
+    def test_pages_follow_each_other(self):
+        with Browser() as other:
+            other.open(self.viewer.address)
+            self.after_change(lambda: self.drag(60, 0))
+            moved = self.value("camera", "position")
+            other.until(
+                "document.getElementById('key_camera.position').value === "
+                f"'{', '.join(f'{v:.6g}' for v in moved)}'", "the other page's camera")
+
+    def test_keys_work_after_a_click_on_the_bar(self):
+        self.after_change(lambda: self.drag(60, 0))
+        self.page.driver.find_element(By.CSS_SELECTOR, "input[value='sun']").click()
+        self.after_change(lambda: ActionChains(self.page.driver).key_down(Keys.CONTROL).send_keys("z")
+                          .key_up(Keys.CONTROL).perform())
+        self.assertEqual(self.value("camera", "position"), [0, 0, 4])
 
     def test_keys_orbit_pan_and_move(self):
         self.element("picture").click()

@@ -25,17 +25,10 @@ auto output_names(GivenOptions& o) {
   return files;
 }
 
-/// Of samples and what replaces them the command line has the last word.
-void replace_limits(const RenderOptionsGiven& given, RenderOptions& o) {
-  const auto has = [&](const char* key) { return given.options.contains(key); };
-  if (has("spp") && !has("noise") && !has("time")) o.noise.reset(), o.time.reset();
-}
-
 formats::SceneFile parse_scene(const RenderOptionsGiven& o) {
   const StageLine stage("reading " + o.input.filename().string(), o.common.quiet);
   formats::SceneFile file = read_scene(o.input, o.sets, o.grid.grid);
-  cli::apply(o.options, formats::render_keys(file));
-  replace_limits(o, file.scene.options);
+  apply_options(o.options, file);
   if (o.denoise_layers) file.scene.options.aovs.add(layers_for_sequence());
   file.scene.options.count = !o.stats.empty();
   file.scene.options.deep = !o.deep.empty();

@@ -72,8 +72,9 @@ LiveState LivePicture::state() const {
 }
 
 LiveState LivePicture::wait(std::uint64_t number, double seconds) const {
+  constexpr double kLongest = 1e6;
   std::unique_lock lock(mutex_);
-  (void)changed_.wait_for(lock, std::chrono::duration<double>(seconds),
+  (void)changed_.wait_for(lock, std::chrono::duration<double>(std::clamp(seconds, 0.0, kLongest)),
                           [&] { return state_.number > number; });
   return state_;
 }
@@ -132,7 +133,9 @@ RenderPlan LivePicture::plan_of(const RenderJob& job, const Scene& scene) {
 void LivePicture::show_coarse(const RenderJob& job, LiveState& state, const Request& request,
                               const std::function<bool()>& stale) {
   const Scene& scene = job.file.scene;
-  const double pixels = double(scene.options.width) * scene.options.height;
+  const RenderOptions& o = scene.options;
+  const double pixels = double(o.crop_width ? o.crop_width : o.width - o.crop_x) *
+                        (o.crop_height ? o.crop_height : o.height - o.crop_y);
   const double affordable = kCoarseSeconds * (speed_ > 0 ? speed_ : kUsualSpeed);
   int factor = 1;
   while (factor < kCoarsest && pixels / (factor * factor) > affordable) factor *= 2;
@@ -218,7 +221,11 @@ class Refinement {
 
 void LivePicture::refine(std::shared_ptr<RenderJob> job, LiveState& state, const Request& request,
                          const std::function<bool()>& stale) {
+  RenderOptions& asked = job->file.scene.options;
   job->plan = plan_of(*job, scene_to_render(job->file.scene, request.options));
+  job->chose_transmittance = asked.transmittance == Transmittance::automatic;
+  job->denoise = request.options.filter;
+  asked.transmittance = job->plan.scene.options.transmittance;
   state.job = job;
   const Refinement::Post post_state = [&](LiveState& s) { post(s, request); };
   Refinement(std::move(job), request.options, state, stale, post_state).run();

@@ -91,7 +91,7 @@ LiveScene::Making LiveScene::making_of(const formats::SceneFile& scene) {
   return making;
 }
 
-LiveScene::Prepared LiveScene::prepare_volume(const formats::SceneFile& scene,
+LiveScene::Prepared LiveScene::make_volume_of(const formats::SceneFile& scene,
                                               const formats::SceneVolume& asked,
                                               const std::shared_ptr<const formats::Cloud>& given,
                                               std::span<const Prepared> known) const {
@@ -117,6 +117,7 @@ LiveScene::Prepared LiveScene::prepare_volume(const formats::SceneFile& scene,
     changed.medium = p.chosen.medium;
     p.volume = std::make_shared<const Volume>(std::move(changed));
     p.facts = read->facts;
+    p.is_proven = read->is_proven;
     return p;
   }
   p.volume = std::make_shared<const Volume>(
@@ -125,7 +126,19 @@ LiveScene::Prepared LiveScene::prepare_volume(const formats::SceneFile& scene,
   p.facts = pvol::describe(*p.volume,
                            is_known ? describe_like(*p.cloud, p.chosen, read->chosen, read->facts)
                                     : describe(*p.cloud, p.chosen));
-  if (scene.scene.options.shells != ShellUse::off) require_proof(asked.file, *p.cloud);
+  p.is_proven = is_known && read->is_proven;
+  return p;
+}
+
+LiveScene::Prepared LiveScene::prepare_volume(const formats::SceneFile& scene,
+                                              const formats::SceneVolume& asked,
+                                              const std::shared_ptr<const formats::Cloud>& given,
+                                              std::span<const Prepared> known) const {
+  Prepared p = make_volume_of(scene, asked, given, known);
+  if (!p.is_proven && scene.scene.options.shells != ShellUse::off) {
+    require_proof(asked.file, *p.cloud);
+    p.is_proven = true;
+  }
   return p;
 }
 

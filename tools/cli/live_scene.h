@@ -41,9 +41,14 @@ class LiveScene {
     std::shared_ptr<const formats::Cloud> cloud{};
     std::shared_ptr<const Volume> volume{};
     VolumeFacts facts{};
+    bool is_proven = false;  ///< the cloud's shell holds it
   };
 
   [[nodiscard]] static Making making_of(const formats::SceneFile& scene);
+  [[nodiscard]] Prepared make_volume_of(const formats::SceneFile& scene,
+                                        const formats::SceneVolume& asked,
+                                        const std::shared_ptr<const formats::Cloud>& given,
+                                        std::span<const Prepared> known) const;
   [[nodiscard]] Prepared prepare_volume(const formats::SceneFile& scene,
                                         const formats::SceneVolume& asked,
                                         const std::shared_ptr<const formats::Cloud>& given,

@@ -6,21 +6,9 @@
 #include "pvol/render/aov.h"
 
 namespace pvol::cli {
+namespace {
 
-void add_scene_options(const CommandLine& app, std::map<std::string, std::string>& options) {
-  // The tolerance shows its default where it has one.
-  formats::SceneFile defaults{.density = Quantisation{.precision = Precision::fpn}};
-  for (const Entry& e : formats::render_keys(defaults)) {
-    const auto keep = [&options, key = std::string(e.about.key)](const std::string& text) {
-      options[key] = text;
-    };
-    app.add_option_function(flag_of(e.about), keep, help_of(e))
-        .type_name(metavar_of(e.about))
-        .check(fits(e.about.limits));
-  }
-}
-
-void apply(const std::map<std::string, std::string>& options, const Entries& entries) {
+void set_options(const std::map<std::string, std::string>& options, const Entries& entries) {
   for (const Entry& e : entries) {
     const auto given = options.find(e.about.key);
     if (given == options.end()) continue;
@@ -35,6 +23,28 @@ void apply(const std::map<std::string, std::string>& options, const Entries& ent
     throw UsageError(
         fmt::format("{} needs {} {}", flag_of(e.about), flag_of(other.about), e.about.of_value));
   }
+}
+
+}  // namespace
+
+void add_scene_options(const CommandLine& app, std::map<std::string, std::string>& options) {
+  // The tolerance shows its default where it has one.
+  formats::SceneFile defaults{.density = Quantisation{.precision = Precision::fpn}};
+  for (const Entry& e : formats::render_keys(defaults)) {
+    const auto keep = [&options, key = std::string(e.about.key)](const std::string& text) {
+      options[key] = text;
+    };
+    app.add_option_function(flag_of(e.about), keep, help_of(e))
+        .type_name(metavar_of(e.about))
+        .check(fits(e.about.limits));
+  }
+}
+
+void apply_options(const std::map<std::string, std::string>& options, formats::SceneFile& scene) {
+  set_options(options, formats::render_keys(scene));
+  const auto has = [&](const char* key) { return options.contains(key); };
+  RenderOptions& o = scene.scene.options;
+  if (has("spp") && !has("noise") && !has("time")) o.noise.reset(), o.time.reset();
 }
 
 std::vector<ManualPart> scene_manual() {

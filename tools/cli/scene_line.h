@@ -6,16 +6,17 @@
 #include <vector>
 
 #include "cli/command_line.h"
-#include "pvol/math/keys.h"
+#include "pvol/formats/scene_file.h"
 
 namespace pvol::cli {
 
 /// Adds a flag for each row of formats::render_keys, whose text is kept under its key.
 void add_scene_options(const CommandLine& app, std::map<std::string, std::string>& options);
 
-/// Sets what was given. Throws UsageError for a value out of its limits and for one that goes with
-/// another that the scene does not have.
-void apply(const std::map<std::string, std::string>& options, const Entries& entries);
+/// Sets what was given: of samples and what replaces them the command line has the last word.
+/// Throws UsageError for a value out of its limits and for one that goes with another that the
+/// scene does not have.
+void apply_options(const std::map<std::string, std::string>& options, formats::SceneFile& scene);
 
 /// Every key of a scene, for the man page.
 [[nodiscard]] std::vector<ManualPart> scene_manual();

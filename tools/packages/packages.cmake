@@ -28,7 +28,7 @@ set(CPACK_DEBIAN_DEV_PACKAGE_NAME libpvol-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
-  "${library} (= ${PROJECT_VERSION}), libtbb-dev, libembree-dev")
+  "${library} (= ${PROJECT_VERSION}), libtbb-dev, libembree-dev, libzstd-dev, libxxhash-dev")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "Headers, static libraries and CMake package of pvol")
 set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME pvol-tools)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION graphics)

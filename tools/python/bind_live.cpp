@@ -1,6 +1,8 @@
 // pvol.Live: a picture that refines while its scene is changed.
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -17,7 +19,7 @@ namespace {
 class Live {
  public:
   Live(const py::object& scene, const py::kwargs& settings)
-      : picture_(std::make_unique<cli::LivePicture>(cli::LiveScene({"pvol", true}))) {
+      : picture_(std::make_shared<cli::LivePicture>(cli::LiveScene({"pvol", true}))) {
     change(scene, settings);
   }
 
@@ -33,29 +35,45 @@ class Live {
   [[nodiscard]] std::optional<cli::LiveState> state() const {
     cli::LiveState s = open().state();
     if (s.change != change_) return std::nullopt;
+    if (!s.error.empty() && !s.job) s.film.reset();  // that of a change before
     return s;
   }
 
   [[nodiscard]] std::uint64_t version() const { return open().state().number; }
 
+  /// In short waits, between which Python looks after signals.
   [[nodiscard]] bool wait(std::uint64_t version, double seconds) const {
-    const cli::LivePicture& picture = open();
-    const py::gil_scoped_release unlocked;
-    return picture.wait(version, seconds).number > version;
+    constexpr double kShort = 0.05;
+    const std::shared_ptr<cli::LivePicture> picture = shared();  // others may close it meanwhile
+    const auto begin = std::chrono::steady_clock::now();
+    for (;;) {
+      const std::chrono::duration<double> waited = std::chrono::steady_clock::now() - begin;
+      const double left = seconds - waited.count();
+      bool is_newer = false;
+      {
+        const py::gil_scoped_release unlocked;
+        is_newer = picture->wait(version, std::clamp(left, 0.0, kShort)).number > version;
+      }
+      if (is_newer) return true;
+      if (!(left > 0)) return false;
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    }
   }
 
   void close() {
+    std::shared_ptr<cli::LivePicture> last = std::move(picture_);
     const py::gil_scoped_release unlocked;
-    picture_.reset();
+    last.reset();
   }
 
  private:
-  [[nodiscard]] cli::LivePicture& open() const {
+  [[nodiscard]] std::shared_ptr<cli::LivePicture> shared() const {
     if (!picture_) throw Error("the live picture is closed; make another one");
-    return *picture_;
+    return picture_;
   }
+  [[nodiscard]] cli::LivePicture& open() const { return *shared(); }
 
-  std::unique_ptr<cli::LivePicture> picture_;
+  std::shared_ptr<cli::LivePicture> picture_;
   std::uint64_t change_ = 0;
 };
 

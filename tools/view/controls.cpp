@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -102,14 +103,18 @@ Json to_json(const Value& value) {
   return list;
 }
 
-Value to_value(const Json& json) {
+/// Values are lists of lists at most.
+Value to_value(const Json& json, int depth = 0) {
+  constexpr int kDeepest = 2;
   if (json.is_boolean()) return json.get<bool>();
   if (json.is_number_integer()) return json.get<std::int64_t>();
   if (json.is_number()) return json.get<double>();
   if (json.is_string()) return json.get<std::string>();
-  if (!json.is_array()) throw Error("found " + json.dump() + ", expected a value or a list");
+  if (!json.is_array() || depth == kDeepest) {
+    throw Error("found what is no value, expected a number, a word or a list of them");
+  }
   Value::List list;
-  for (const Json& item : json) list.push_back(to_value(item));
+  for (const Json& item : json) list.push_back(to_value(item, depth + 1));
   return list;
 }
 
@@ -159,7 +164,7 @@ double size_of(const Value& value) {
 }
 
 /// In three digits.
-double rounded(double v) { return std::stod(fmt::format("{:.3g}", v)); }
+double rounded(double v) { return std::strtod(fmt::format("{:.3g}", v).c_str(), nullptr); }
 
 /// Ends of a slider: those of the limits where they are near each other, else a hundred times less
 /// and more than the value, by its logarithm; none for lists and for what may be negative at will.
@@ -191,6 +196,15 @@ Json describe(const Entry& e) {
 
 // --- changes ------------------------------------------------------------------------------------
 
+/// Strengths that are set are no longer left to choose.
+void note_given(formats::SceneFile& scene, const std::string& id, const std::string& key) {
+  for (std::size_t i = 0; i < scene.volumes.size(); ++i) {
+    if (!id.starts_with(fmt::format("volume[{}].", i + 1))) continue;
+    if (key == "extinction") scene.volumes[i].has_extinction = true;
+    if (key == "intensity") scene.volumes[i].has_intensity = true;
+  }
+}
+
 void set_value(formats::SceneFile& scene, const Json& change) {
   const std::string id = change.at("section"), key = change.at("key");
   for (Section& section : sections_of(scene)) {
@@ -205,6 +219,7 @@ void set_value(formats::SceneFile& scene, const Json& change) {
     if (const auto refusal = entry->set(value)) {
       throw Error(fmt::format("{}: found {}, expected {}", key, json.dump(), refusal->expected));
     }
+    note_given(scene, id, key);
     return;
   }
   throw Error(fmt::format("the scene has no {} in '{}'; load the page again", key, id));

@@ -26,6 +26,14 @@ formats::SceneFile read_back(const std::string& text) {
   }
 }
 
+/// Gives a scene that was read back what no file has.
+void keep_unwritten(const formats::SceneFile& from, formats::SceneFile& to) {
+  to.scene.options.threads = from.scene.options.threads;
+  for (std::size_t i = 0; i < to.volumes.size(); ++i) {
+    to.volumes[i].shows_fire = from.volumes[i].shows_fire;
+  }
+}
+
 }  // namespace
 
 EditedScene::EditedScene(formats::SceneFile scene, std::vector<int> frames)
@@ -45,7 +53,7 @@ void EditedScene::edit(const cli::Json& changes, std::uint64_t gesture) {
   formats::SceneFile changed = scene_;
   for (const cli::Json& change : changes) viewer::edit(changed, change);
   changed = read_back(formats::to_toml(changed));
-  changed.scene.options.threads = scene_.scene.options.threads;  // no file has them
+  keep_unwritten(scene_, changed);
   if (gesture == 0 || gesture != gesture_) {
     undone_to_.push_back(formats::to_toml(scene_));
     if (undone_to_.size() > kMostSteps) undone_to_.erase(undone_to_.begin());
@@ -64,11 +72,11 @@ void EditedScene::choose_frame(int frame) {
 
 void EditedScene::restore(std::vector<std::string>& from, std::vector<std::string>& to) {
   if (from.empty()) return;
-  const int threads = scene_.scene.options.threads;
+  formats::SceneFile before = read_back(from.back());
+  keep_unwritten(scene_, before);
   to.push_back(formats::to_toml(scene_));
-  scene_ = read_back(from.back());
-  scene_.scene.options.threads = threads;
   from.pop_back();
+  scene_ = std::move(before);
   gesture_ = 0;
 }
 

@@ -39,6 +39,9 @@ void answer(Response& to, const Work& work) {
   } catch (const Json::exception& e) {
     to.status = 400;
     json = {{"error", std::string("the request cannot be read: ") + e.what()}};
+  } catch (const std::exception& e) {
+    to.status = 500;
+    json = {{"error", std::string("it failed: ") + e.what()}};
   }
   to.set_content(cli::to_text(json), kJson);
 }
@@ -77,7 +80,8 @@ void send_picture(const Viewer& viewer, const Request& from, Response& to) {
 /// hosts may be made to lead here by other pages.
 bool is_ours(const Request& request, int port) {
   const auto is_own = [&](const std::string& host) {
-    return host == fmt::format("{}:{}", kHost, port) || host == fmt::format("localhost:{}", port);
+    const std::string end = port == 80 ? "" : fmt::format(":{}", port);
+    return host == kHost + end || host == "localhost" + end;
   };
   if (!is_own(request.get_header_value("Host"))) return false;
   const std::string origin = request.get_header_value("Origin");
@@ -92,6 +96,16 @@ void set_headers(httplib::Server& server) {
        {"Cross-Origin-Resource-Policy", "same-origin"},
        {"Referrer-Policy", "no-referrer"},
        {"X-Content-Type-Options", "nosniff"}});
+}
+
+/// Browsers keep connections open, each of which takes a thread: there are enough for several
+/// pages.
+void set_limits(httplib::Server& server) {
+  constexpr std::size_t kThreads = 32, kLargestRequest = 1 << 20;
+  server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
+  server.set_keep_alive_timeout(1);
+  server.set_payload_max_length(kLargestRequest);
+  server.set_tcp_nodelay(true);
 }
 
 void add_page(httplib::Server& server, const std::string& root) {
@@ -142,11 +156,13 @@ void serve(Viewer& viewer, int port, const std::function<void(const std::string&
   }
   const std::string root = "/" + make_token() + "/";
   set_headers(server);
+  set_limits(server);
   server.set_pre_routing_handler([&](const Request& from, Response& to) {
     if (is_ours(from, bound) && from.path.starts_with(root)) {
       return httplib::Server::HandlerResponse::Unhandled;
     }
     to.status = 404;
+    to.set_header("Connection", "close");  // a body that was not read is no request
     return httplib::Server::HandlerResponse::Handled;
   });
   add_page(server, root);

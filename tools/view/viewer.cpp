@@ -53,7 +53,7 @@ void Viewer::render() {
   AovSet& aovs = scene.scene.options.aovs;
   aovs.add(Aov::depth);  // for the focus of a click
   aovs.add(needs_of_layer(layer_));
-  (void)picture_.change(std::move(scene), {.filter = filter_});
+  change_ = picture_.change(std::move(scene), {.filter = filter_});
 }
 
 Json Viewer::describe_locked() {
@@ -63,6 +63,7 @@ Json Viewer::describe_locked() {
           {"layers", layers_to_view()},
           {"layer", layer_},
           {"filter", filter_},
+          {"change", change_},
           {"frames", scene_.frames()},
           {"frame", scene_.frame()},
           {"undo", scene_.can_undo()},
@@ -139,7 +140,11 @@ Json Viewer::save(const Json& request) {
   check_name(name);
   const std::lock_guard lock(mutex_);
   const fs::path file = folder_ / name;
-  if (fs::exists(file) && !request.value("replace", false)) {
+  std::error_code unknown;
+  if (fs::is_symlink(file, unknown)) {
+    throw Error(fmt::format("{} is a link to another place; choose another name", file.string()));
+  }
+  if (fs::exists(file, unknown) && !request.value("replace", false)) {
     throw Error(
         fmt::format("{} is there already; choose another name, or replace it", file.string()));
   }

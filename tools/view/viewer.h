@@ -54,6 +54,7 @@ class Viewer {
   std::filesystem::path folder_;
   std::string file_;
   bool filter_ = false;
+  std::uint64_t change_ = 0;  ///< of the picture, the last one
   std::string layer_ = "colour";
   cli::LivePicture picture_;
 };

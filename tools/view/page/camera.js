@@ -45,11 +45,19 @@ export function orbit(camera, yaw, pitch) {
   return { position: add(camera.target, turned) };
 }
 
+/** The height of what is seen at a distance of 1; of an orthographic camera at any. */
+function heightSeen(camera) {
+  const isWide = camera.sensor_fit === 'horizontal' || (camera.sensor_fit === 'auto' && camera.aspect > 1);
+  const share = isWide ? 1 / camera.aspect : 1;  // of the side that sensor and ortho_scale are told of
+  if (camera.projection === 'orthographic') return camera.ortho_scale * share;
+  if (typeof camera.focal_length === 'number') return (camera.sensor / camera.focal_length) * share;
+  return 2 * Math.tan((camera.fov * Math.PI) / 360);
+}
+
 /** Sideways and up, in shares of the picture's height. */
 export function pan(camera, across, up) {
   const f = frame(camera);
-  const height = camera.projection === 'orthographic' ? camera.ortho_scale
-    : 2 * f.distance * Math.tan((camera.fov * Math.PI) / 360);
+  const height = heightSeen(camera) * (camera.projection === 'orthographic' ? 1 : f.distance);
   const by = add(times(f.right, across * height), times(f.up, up * height));
   return { position: add(camera.position, by), target: add(camera.target, by) };
 }

@@ -116,13 +116,13 @@ function plot(get, set) {
     if (dragged >= 0) root.setPointerCapture(event.pointerId);
   });
   root.addEventListener('pointermove', (event) => {
-    if (dragged < 0) return;
+    if (dragged < 0 || !event.buttons) return;
     const y = event.clientY - root.getBoundingClientRect().top;
     const rows = get().map((r) => [...r]);
     rows[dragged][1] = Number((Math.max(0, (height - 4 - y) / (height - 8)) * most).toPrecision(4));
     set(rows, true);
   });
-  root.addEventListener('pointerup', () => { dragged = -1; });
+  for (const end of ['pointerup', 'pointercancel']) root.addEventListener(end, () => { dragged = -1; });
   return { root, show };
 }
 
@@ -145,6 +145,7 @@ function control(key, id, set, up) {
       input.value = now.value === null ? '' : now.shape === 'colour' ? joinGrey(now.value) : join(now.value);
       input.placeholder = now.nothing ?? '';
     };
+    input.addEventListener('blur', shown);  // what was refused goes
     put(input, shown);
   };
   const slider = (get, change_to) => {

@@ -9,29 +9,52 @@ let scene = null, state = { number: 0 };
 
 // --- the server ---------------------------------------------------------------------------------
 
+/** What the server refuses, as opposed to a server that cannot be reached. */
+class Refusal extends Error {}
+
 async function ask(path, body) {
   const request = body === undefined ? {} : { method: 'POST', body: JSON.stringify(body), headers: { 'Content-Type': 'application/json' } };
   const answer = await fetch(path, request);
   const told = await answer.json();
-  if (!answer.ok) throw new Error(told.error);
+  if (!answer.ok) throw new Refusal(told.error);
   return told;
 }
 
-// While a request is under way, further edits wait, and of one value only the last is sent.
-let gesture = 0, waiting = new Map(), sending = false;
+const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 
-async function send() {
+// Requests that change the scene go one by one and in order; the first of those that wait is under way.
+let waiting = [], sending = false;
+let gesture = Date.now();  // other pages of the same viewer have others
+
+/** Puts what waits and is like the last request into that one: of one value only the last is sent. */
+function merged(request) {
+  const last = waiting.length > 1 ? waiting[waiting.length - 1] : undefined;
+  if (!last) return false;
+  for (const what of ['frame', 'show']) {
+    if (what in last && what in request) { Object.assign(last, request); return true; }
+  }
+  const sets = (r) => r.edits?.every((c) => 'key' in c);
+  if (!sets(last) || !sets(request) || last.gesture !== request.gesture) return false;
+  const other = (c) => !request.edits.some((e) => e.section === c.section && e.key === c.key);
+  last.edits = [...last.edits.filter(other), ...request.edits];
+  return true;
+}
+
+async function change(request) {
+  if (!merged(request)) waiting.push(request);
   if (sending) return;
   sending = true;
-  while (waiting.size > 0) {
-    const request = { edits: [...waiting.values()], gesture };
-    waiting = new Map();
+  while (waiting.length > 0) {
     try {
-      show(await ask('scene', request));
+      const told = await ask('scene', waiting[0]);
+      waiting.shift();
+      show(told);
       $('error').textContent = '';
     } catch (error) {
+      if (!(error instanceof Refusal)) { await pause(1000); continue; }
+      waiting.shift();
       $('error').textContent = error.message;
-      show(await ask('scene'));
+      await ask('scene').then(show, () => {});
     }
   }
   sending = false;
@@ -40,37 +63,26 @@ async function send() {
 /** Edits as the server takes them; those of one gesture are undone together. */
 function edit(changes, ongoing) {
   if (!ongoing) ++gesture;
-  for (const c of changes) waiting.set(`${c.section}.${c.key}.${c.add}.${c.remove}`, c);
-  send();
-}
-
-async function change(request) {
-  try {
-    show(await ask('scene', request));
-    $('error').textContent = '';
-  } catch (error) {
-    $('error').textContent = error.message;
-  }
+  lay(changes, scene);
+  change({ edits: changes, gesture });
 }
 
 // --- what the scene has -------------------------------------------------------------------------
 
 const values = (id) => Object.fromEntries(scene.sections.find((s) => s.id === id).keys.map((k) => [k.key, k.value]));
 
-/** The camera, with what waits to be sent. */
-function camera() {
-  const now = values('camera');
-  for (const c of waiting.values()) if (c.section === 'camera') now[c.key] = c.value;
-  return now;
+/** Edits that the server has not answered yet, over what it told. */
+function lay(changes, told) {
+  for (const c of changes) {
+    const key = told.sections.find((s) => s.id === c.section)?.keys.find((k) => k.key === c.key);
+    if (key) key.value = c.value;
+  }
 }
 
+const camera = () => ({ ...values('camera'), aspect: values('render').size[0] / values('render').size[1] });
+
 function editSection(id, changed, ongoing) {
-  const section = scene.sections.find((s) => s.id === id);
-  edit(Object.entries(changed).map(([key, value]) => {
-    const known = section.keys.find((k) => k.key === key);
-    if (known) known.value = value;
-    return { section: id, key, value };
-  }), ongoing);
+  edit(Object.entries(changed).map(([key, value]) => ({ section: id, key, value })), ongoing);
 }
 
 /** The first section that has a direction of light: a sun, or a sky with one. */
@@ -88,6 +100,7 @@ function fill(select, names, chosen) {
 }
 
 function show(told) {
+  for (const request of waiting) lay(request.edits ?? [], told);
   scene = told;
   controls.show(scene.sections);
   fill($('layer'), scene.layers, scene.layer);
@@ -105,7 +118,8 @@ function show(told) {
 
 // --- the picture --------------------------------------------------------------------------------
 
-/** The size of the canvas: as large as there is room, with a pixel for each of the screen's. */
+/** The size of the canvas: as large as there is room, up to twice the picture's, with a pixel for each of the
+    screen's. */
 function fit() {
   if (!scene) return;
   const { size, crop } = values('render');
@@ -131,32 +145,43 @@ let fetching = false, again = false;
 async function fetchPicture() {
   if (fetching) { again = true; return; }
   fetching = true;
-  do {
-    again = false;
-    const query = new URLSearchParams({ layer: $('layer').value || 'colour', exposure: $('exposure').value,
-      tone_map: $('tone_map').value, filtered: $('filter').checked });
-    const answer = await fetch(`picture?${query}`);
-    if (answer.status !== 200) continue;
-    const rgb = new Uint8Array(await answer.arrayBuffer());
-    const width = Number(answer.headers.get('X-Width')), height = Number(answer.headers.get('X-Height'));
-    const image = new ImageData(width, height);
-    for (let i = 0, k = 0; k < rgb.length; i += 4, k += 3) {
-      image.data[i] = rgb[k];
-      image.data[i + 1] = rgb[k + 1];
-      image.data[i + 2] = rgb[k + 2];
-      image.data[i + 3] = 255;
-    }
-    film.width = width;
-    film.height = height;
-    film.getContext('2d').putImageData(image, 0, 0);
-    const scale = answer.headers.get('X-Scale');
-    $('scale').hidden = !scale;
-    if (scale) $('scale').textContent = `dark ${scale.split(' ')[0]}, bright ${scale.split(' ')[1]}`;
-    canvas.dataset.number = state.number;
-    draw();
-  } while (again);
-  fetching = false;
+  try {
+    do {
+      again = false;
+      await loadPicture();
+    } while (again);
+  } finally {
+    fetching = false;
+  }
 }
+
+async function loadPicture() {
+  const number = state.number;
+  const query = new URLSearchParams({ layer: $('layer').value || 'colour', exposure: $('exposure').value,
+    tone_map: $('tone_map').value, filtered: $('filter').checked });
+  const answer = await fetch(`picture?${query}`);
+  if (answer.status !== 200) return;
+  const rgb = new Uint8Array(await answer.arrayBuffer());
+  const width = Number(answer.headers.get('X-Width')), height = Number(answer.headers.get('X-Height'));
+  const image = new ImageData(width, height);
+  for (let i = 0, k = 0; k < rgb.length; i += 4, k += 3) {
+    image.data[i] = rgb[k];
+    image.data[i + 1] = rgb[k + 1];
+    image.data[i + 2] = rgb[k + 2];
+    image.data[i + 3] = 255;
+  }
+  film.width = width;
+  film.height = height;
+  film.getContext('2d').putImageData(image, 0, 0);
+  const scale = answer.headers.get('X-Scale');
+  $('scale').hidden = !scale;
+  if (scale) $('scale').textContent = `dark ${scale.split(' ')[0]}, bright ${scale.split(' ')[1]}`;
+  canvas.dataset.number = number;
+  draw();
+}
+
+/** The same for a change of how it is shown, which may wait until the viewer can be reached again. */
+const showAnew = () => { fetchPicture().catch(() => {}); };
 
 const seconds = (s) => (s < 10 ? `${s.toFixed(1)} s` : s < 90 ? `${Math.round(s)} s` : `${Math.round(s / 60)} min`);
 
@@ -176,15 +201,18 @@ function tellProgress() {
 async function follow() {
   for (;;) {
     try {
-      state = await ask(`state?after=${state.number}`);
-      if (state.error) $('error').textContent = state.error;
+      const before = state.number;
+      state = await ask(`state?after=${before}`);
+      $('state_error').textContent = state.error;
       tellProgress();
+      if (state.change > scene.change && waiting.length === 0) show(await ask('scene'));  // of another page
+      if (state.number !== before) await fetchPicture();
       document.body.dataset.finished = state.finished;
       document.body.dataset.change = state.change;
-      await fetchPicture();
     } catch {
       $('progress').textContent = 'pvol-view has ended, or cannot be reached; start it again and open its new address';
-      await new Promise((done) => setTimeout(done, 1000));
+      state = { ...state, number: 0 };
+      await pause(1000);
     }
   }
 }
@@ -226,13 +254,18 @@ canvas.addEventListener('pointerdown', (event) => {
   canvas.focus();
   canvas.setPointerCapture(event.pointerId);
   last = event;
-  ++gesture;
   if (mode() === 'focus' && event.button === 0 && !event.shiftKey) focus(event);
 });
 canvas.addEventListener('pointermove', (event) => { if (event.buttons && last) drag(event); else tellPixel(event); });
-canvas.addEventListener('pointerup', () => { last = null; });
+for (const end of ['pointerup', 'pointercancel']) canvas.addEventListener(end, () => { last = null; });
+
+// A drag, and what is done in one control, is a gesture; so are turns of the wheel without a pause.
+for (const begin of ['pointerdown', 'focusin']) document.addEventListener(begin, () => { ++gesture; }, true);
+let turned = 0;
 canvas.addEventListener('wheel', (event) => {
   event.preventDefault();
+  if (event.timeStamp - turned > 500) ++gesture;
+  turned = event.timeStamp;
   editSection('camera', dolly(camera(), Math.exp(event.deltaY / 1000)), true);
 }, { passive: false });
 
@@ -269,11 +302,13 @@ canvas.addEventListener('keydown', (event) => {
 });
 
 document.addEventListener('keydown', (event) => {
+  if ($('save_dialog').open) return;
   const control = event.ctrlKey || event.metaKey, key = event.key.toLowerCase();
-  const typing = ['INPUT', 'TEXTAREA', 'SELECT'].includes(document.activeElement.tagName) && document.activeElement.type !== 'range';
+  const active = document.activeElement;
+  const typing = active.tagName === 'TEXTAREA' || (active.tagName === 'INPUT' && active.type === 'text');
   if (control && key === 's') $('save').click();
   else if (control && key === 'z' && !typing) $(event.shiftKey ? 'redo' : 'undo').click();
-  else if (!control && !typing && ['1', '2', '3'].includes(key)) {
+  else if (!control && !typing && active.tagName !== 'SELECT' && ['1', '2', '3'].includes(key)) {
     const radio = document.querySelectorAll('input[name="mode"]')[Number(key) - 1];
     radio.click();
   } else return;
@@ -283,8 +318,8 @@ document.addEventListener('keydown', (event) => {
 // --- the bars -----------------------------------------------------------------------------------
 
 $('modes').addEventListener('change', () => { $('stage').dataset.mode = mode(); });
-$('exposure').addEventListener('input', () => { $('stops').value = $('exposure').value; fetchPicture(); });
-$('tone_map').addEventListener('change', fetchPicture);
+$('exposure').addEventListener('input', () => { $('stops').value = $('exposure').value; showAnew(); });
+$('tone_map').addEventListener('change', showAnew);
 $('layer').addEventListener('change', () => change({ show: { layer: $('layer').value } }));
 $('filter').addEventListener('change', () => change({ show: { filter: $('filter').checked } }));
 $('frame').addEventListener('input', () => change({ frame: scene.frames[Number($('frame').value)] }));
@@ -311,7 +346,8 @@ $('do_save').addEventListener('click', async (event) => {
     const { path } = await ask('save', { name: $('file').value, replace: $('replace').checked });
     scene.file = $('file').value;
     $('save_dialog').close();
-    $('help').textContent = `Saved: pvol-render ${path} -o picture.exr`;
+    const sequence = scene.frames.length > 0;
+    $('help').textContent = `Saved: pvol-render '${path}' -o ${sequence ? 'picture.####.exr --frames A-B' : 'picture.exr'}`;
   } catch (error) {
     $('save_error').textContent = error.message;
   }

@@ -1,6 +1,7 @@
 #include "render/path/film_layers.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "pvol/volume/motion.h"
 #include "pvol/volume/moving_places.h"
@@ -114,6 +115,7 @@ void add_to_objects(const PathSetup& s, const PathResult& r, std::size_t pixel,
   }
   if (s.instances->all.size() == 1) return add_share(0, 1);
   double sum = 0;
+  std::optional<std::size_t> some;
   const auto visit_all = [&](const auto& visit) {
     s.instances->tree.visit_at(r.first, [&](std::uint32_t i) {
       const Instance at = s.instances->at_time(i, double(r.time));
@@ -121,8 +123,11 @@ void add_to_objects(const PathSetup& s, const PathResult& r, std::size_t pixel,
       visit(i, double(extinction_in_cells(v, at.world_to_cells.point(r.first))));
     });
   };
-  visit_all([&](std::uint32_t, double mu) { sum += mu; });
-  if (!(sum > 0)) return;
+  visit_all([&](std::uint32_t i, double mu) { sum += mu, some = some.value_or(i); });
+  if (!(sum > 0)) {  // at a rim, where the place was rounded to the outside
+    if (some) add_share(*some, 1);
+    return;
+  }
   visit_all([&](std::uint32_t i, double mu) {
     if (mu > 0) add_share(i, mu / sum);
   });
