@@ -60,9 +60,12 @@ class Requests(unittest.TestCase):
         self.assertEqual(self.ask(self.root + "scene", Host=f"localhost:{self.port}")[0], 200)
 
     def test_it_listens_on_this_machine_alone(self):
-        other = socket.gethostbyname(socket.gethostname())
+        try:
+            other = socket.gethostbyname(socket.gethostname())
+        except OSError:
+            other = "127.0.0.1"
         if other.startswith("127."):
-            self.skipTest("the machine has no other address")
+            self.skipTest("the machine has no other address that it knows of")
         with self.assertRaises(OSError):
             socket.create_connection((other, self.port), timeout=5)
 
