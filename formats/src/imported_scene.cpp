@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
 #include <functional>
 
-#include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
 #include "pvol/formats/image.h"
 #include "pvol/formats/mesh_file.h"
@@ -57,16 +55,6 @@ std::string text_of(const std::filesystem::path& folder, const ImportedScene& sc
   return text + '\n' + to_toml(seen_from(folder, scene.file));
 }
 
-void write_text(const std::filesystem::path& file, const std::string& text) {
-  write_atomically(file, [&](const std::filesystem::path& aside) {
-    std::ofstream stream(aside, std::ios::binary);
-    stream << text;
-    stream.close();
-    if (!stream)
-      throw Error(file.string() + ": cannot be written; check that there is space on the disk");
-  });
-}
-
 }  // namespace
 
 void write_imported(const std::filesystem::path& toml, const ImportedScene& scene) {
@@ -94,7 +82,7 @@ void write_imported(const std::filesystem::path& toml, const ImportedScene& scen
     if (sky != nullptr && !std::filesystem::path(sky->file).is_absolute()) {
       write(sky->file, [&](const auto& to) { (void)write_exr(to, film_of(scene.sky), {}); });
     }
-    write_text(toml, text);
+    write_text_atomically(toml, text);
   } catch (...) {
     std::error_code ignored;
     for (const std::filesystem::path& file : written) std::filesystem::remove(file, ignored);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <fstream>
 #include <iostream>
 
 #include "cli/cli.h"
@@ -70,11 +69,7 @@ void write_text(const std::filesystem::path& file, const std::string& text) {
     std::cout << text;
     return;
   }
-  formats::write_atomically(file, [&](const std::filesystem::path& aside) {
-    std::ofstream out(aside, std::ios::binary);
-    out << text;
-    if (!out.flush()) throw Error(file.string() + ": cannot be written; check the disk space");
-  });
+  formats::write_text_atomically(file, text);
 }
 
 void save_pictures(const FrameJob& frame, const RenderJob& job, const TimedRender& t) {

@@ -5,10 +5,8 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdint>
-#include <fstream>
 #include <sstream>
 
-#include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
 #include "pvol/version.h"
 
@@ -228,13 +226,7 @@ std::string to_page(const report::Document& document) {
 }
 
 void write_page(const std::filesystem::path& file, const report::Document& document) {
-  const std::string text = to_page(document);
-  formats::write_atomically(file, [&](const std::filesystem::path& aside) {
-    std::ofstream out(aside, std::ios::binary);
-    out.write(text.data(), std::streamsize(text.size()));
-    out.close();
-    if (!out) throw Error(file.string() + ": writing failed; check that the disk is not full");
-  });
+  formats::write_text_atomically(file, to_page(document));
 }
 
 }  // namespace pvol::html

@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <utility>
 
-#include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
 #include "report/html.h"
 
@@ -61,12 +59,7 @@ void LivePage::write(const std::string& state, bool reloads) {
       "<body>\n<img src=\"{}?{}\" alt=\"{}\">\n<p>{}</p>\n</body>\n</html>\n",
       reloads ? "<meta http-equiv=\"refresh\" content=\"1\">\n" : "", title, address_of(name),
       ++number_, title, html::escape(state));
-  formats::write_atomically(page_, [&](const std::filesystem::path& aside) {
-    std::ofstream out(aside, std::ios::binary);
-    out << text;
-    if (!out.flush())
-      throw Error(page_.string() + ": cannot be written; check that the disk is not full");
-  });
+  formats::write_text_atomically(page_, text);
 }
 
 }  // namespace pvol::report

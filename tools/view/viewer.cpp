@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <utility>
 
-#include "cli/film_samples.h"
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
 #include "view/controls.h"
@@ -26,16 +24,6 @@ void check_name(const std::string& name) {
                      std::ranges::none_of(name, [](char c) { return c >= 0 && c < ' '; });
   if (plain && path.extension() == ".toml") return;
   throw Error(fmt::format("'{}': expected a name like cloud.toml, without folders", name));
-}
-
-void write_text(const fs::path& file, const std::string& text) {
-  formats::write_atomically(file, [&](const fs::path& aside) {
-    std::ofstream out(aside, std::ios::binary);
-    out << text;
-    if (!out.flush()) {
-      throw Error(file.string() + ": cannot be written; check that the disk is not full");
-    }
-  });
 }
 
 }  // namespace
@@ -148,7 +136,7 @@ Json Viewer::save(const Json& request) {
     throw Error(
         fmt::format("{} is there already; choose another name, or replace it", file.string()));
   }
-  write_text(file, scene_.text_in(folder_));
+  formats::write_text_atomically(file, scene_.text_in(folder_));
   file_ = name;
   return {{"path", file.string()}};
 }

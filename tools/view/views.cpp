@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "cli/film_layers.h"
+#include "cli/film_samples.h"
 #include "pvol/render/aov.h"
 #include "report/colour_map.h"
 
@@ -38,10 +39,7 @@ std::optional<Plane> find_layer(const Film& film, const std::string& name) {
 
 /// A film of the window of another with these three components as its colours.
 Film film_of(const Film& window, const Plane& plane) {
-  Film film;
-  film.width = window.width, film.height = window.height;
-  film.x = window.x, film.y = window.y;
-  film.crop_width = window.crop_width, film.crop_height = window.crop_height;
+  Film film = cli::window_of(window);
   film.pixels.resize(window.pixels.size());
   for (std::size_t i = 0; i < film.pixels.size(); ++i) {
     const float* v = &plane.values[3 * i];

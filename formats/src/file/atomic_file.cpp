@@ -10,6 +10,7 @@
 
 #include <atomic>
 #include <cerrno>
+#include <fstream>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -178,6 +179,15 @@ void write_atomically(const fs::path& file, const std::function<void(const fs::p
     throw;
   }
   sync(target.has_parent_path() ? target.parent_path() : fs::path("."), O_RDONLY | O_DIRECTORY);
+}
+
+void write_text_atomically(const fs::path& file, const std::string& text) {
+  write_atomically(file, [&](const fs::path& aside) {
+    std::ofstream out(aside, std::ios::binary);
+    out << text;
+    out.close();
+    if (!out) throw Error(file.string() + ": cannot be written; check that the disk is not full");
+  });
 }
 
 void abandon_writes() noexcept { Aside::remove_all(); }

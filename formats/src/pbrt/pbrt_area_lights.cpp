@@ -21,7 +21,7 @@ struct Rectangle {
 
 /// Of two triangles or a patch whose four corners make right angles.
 std::optional<Rectangle> rectangle_of(const PbrtShape& shape, const Affine& place,
-                                      PbrtNotes& notes) {
+                                      ImportNotes& notes) {
   if (shape.type != "bilinearmesh" && shape.type != "trianglemesh") return std::nullopt;
   const TriangleMesh mesh = triangles_of(shape, notes);
   if (mesh.triangles.size() != 2 || mesh.vertices.size() != 4) return std::nullopt;

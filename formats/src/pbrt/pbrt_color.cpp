@@ -85,7 +85,7 @@ Rgb into_gamut(Vec3d color) {
   return y > 0 ? Rgb(Vec3d(inside) / y) : inside;
 }
 
-Rgb from_wavelengths(const PbrtParameter& p, PbrtSpectrum what, PbrtNotes& notes) {
+Rgb from_wavelengths(const PbrtParameter& p, PbrtSpectrum what, ImportNotes& notes) {
   const Wavelengths w(p);
   for (std::size_t i = 1; i < p.numbers.size(); i += 2) {
     if (!(p.numbers[i] >= 0)) {
@@ -114,7 +114,7 @@ Rgb at_least_0(const PbrtParameter& p, Rgb color) {
 }  // namespace
 
 std::optional<Rgb> color_of(const PbrtThing& thing, std::string_view name, PbrtSpectrum what,
-                            PbrtNotes& notes) {
+                            ImportNotes& notes) {
   const PbrtParameter* p = thing.parameters.find(name);
   if (p == nullptr) return std::nullopt;
   const std::vector<double>& n = p->numbers;

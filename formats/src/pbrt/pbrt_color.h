@@ -17,7 +17,7 @@ enum class PbrtSpectrum {
 /// observer sees of them: of lights as they are, of other things in the light of D65. Those of
 /// files and of names that are not known are named and taken as white.
 [[nodiscard]] std::optional<Rgb> color_of(const PbrtThing& thing, std::string_view name,
-                                          PbrtSpectrum what, PbrtNotes& notes);
+                                          PbrtSpectrum what, ImportNotes& notes);
 
 /// A black body's light where its largest radiance by wavelength is 1, in the unit of pbrt's films:
 /// the integral over the observer in nanometres.

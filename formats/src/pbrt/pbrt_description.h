@@ -36,6 +36,6 @@ struct PbrtDescription {
 
 /// Reads a scene with what it includes. Directives that are of no use here are named in `notes`.
 /// Throws Error, which names file and line, for what is not as the format has it.
-[[nodiscard]] PbrtDescription parse_pbrt(const std::filesystem::path& file, PbrtNotes& notes);
+[[nodiscard]] PbrtDescription parse_pbrt(const std::filesystem::path& file, ImportNotes& notes);
 
 }  // namespace pvol::formats::detail

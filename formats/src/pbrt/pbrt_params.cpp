@@ -97,7 +97,7 @@ std::vector<Vec3d> PbrtParameters::points(std::string_view name) const {
   return all;
 }
 
-void PbrtParameters::note_unused(PbrtNotes& notes, const std::string& what) const {
+void PbrtParameters::note_unused(ImportNotes& notes, const std::string& what) const {
   for (std::size_t i = 0; i < all_.size(); ++i) {
     if (used_[i]) continue;
     notes.add(all_[i].where, fmt::format("{}: \"{}\" is left out", what, shown(all_[i].name)));

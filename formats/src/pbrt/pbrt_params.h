@@ -2,28 +2,15 @@
 #pragma once
 
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "file/import_notes.h"
 #include "pbrt/pbrt_tokens.h"
 #include "pvol/math/vec.h"
 
 namespace pvol::formats::detail {
-
-/// What the importer leaves out or changes, each once, in the order in which it was met.
-class PbrtNotes {
- public:
-  void add(const PbrtWhere& where, const std::string& text) {
-    if (said_.insert(text).second) all_.push_back(where.text() + ": " + text);
-  }
-  [[nodiscard]] const std::vector<std::string>& all() const { return all_; }
-
- private:
-  std::set<std::string> said_;
-  std::vector<std::string> all_;
-};
 
 struct PbrtParameter {
   std::string type, name;
@@ -55,7 +42,7 @@ class PbrtParameters {
   [[nodiscard]] std::vector<Vec3d> points(std::string_view name) const;
 
   /// Names the parameters that were not asked for, as "<what> <name>".
-  void note_unused(PbrtNotes& notes, const std::string& what) const;
+  void note_unused(ImportNotes& notes, const std::string& what) const;
 
  private:
   std::vector<PbrtParameter> all_;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "file/invertible.h"
 #include "file/mesh_read.h"
 #include "pbrt/pbrt_description.h"
 #include "pbrt/pbrt_state.h"
@@ -18,7 +19,7 @@ constexpr std::array kTargets{"shape", "light", "material", "medium", "texture"}
 
 class PbrtParser {
  public:
-  PbrtParser(const std::filesystem::path& file, PbrtNotes& notes) : notes_(&notes), words_(file) {
+  PbrtParser(const std::filesystem::path& file, ImportNotes& notes) : notes_(&notes), words_(file) {
     scene_.folder = file.parent_path();
     for (PbrtThing* t : {&scene_.film, &scene_.sampler, &scene_.filter, &scene_.integrator}) {
       t->where = words_.where();
@@ -306,7 +307,7 @@ class PbrtParser {
                              state_.reversed});
   }
 
-  PbrtNotes* notes_;
+  ImportNotes* notes_;
   PbrtWords words_;
   PbrtDescription scene_;
   PbrtState state_{.ctm = {}, .material = {.type = "diffuse", .parameters = {}, .where = {}}};
@@ -318,7 +319,7 @@ class PbrtParser {
 
 }  // namespace
 
-PbrtDescription parse_pbrt(const std::filesystem::path& file, PbrtNotes& notes) {
+PbrtDescription parse_pbrt(const std::filesystem::path& file, ImportNotes& notes) {
   return PbrtParser(file, notes).read();
 }
 

@@ -10,7 +10,7 @@ namespace pvol::formats {
 PbrtScene read_pbrt(const std::filesystem::path& file, const std::string& stem) {
   PbrtScene scene;
   scene.origin = "a scene of pbrt-v4";
-  detail::PbrtNotes notes;
+  detail::ImportNotes notes;
   const detail::PbrtDescription from = detail::parse_pbrt(file, notes);
   detail::PbrtMaking making{
       .world = {}, .notes = &notes, .scene = &scene, .folder = from.folder, .stem = stem};

@@ -44,7 +44,7 @@ TriangleMesh triangle_mesh(const PbrtShape& shape) {
 }
 
 /// The corners of a patch are those of its lower side, then those of its upper one.
-TriangleMesh bilinear_mesh(const PbrtShape& shape, PbrtNotes& notes) {
+TriangleMesh bilinear_mesh(const PbrtShape& shape, ImportNotes& notes) {
   TriangleMesh mesh{shape.parameters.points("P"), {}};
   const auto n = indices_of(shape, mesh.vertices.size(), 4);
   bool bent = false;
@@ -105,7 +105,7 @@ TriangleMesh round_shape(const PbrtShape& shape) {
 
 }  // namespace
 
-TriangleMesh triangles_of(const PbrtShape& shape, PbrtNotes& notes) {
+TriangleMesh triangles_of(const PbrtShape& shape, ImportNotes& notes) {
   for (const char* name : {"N", "uv", "S", "faceIndices"}) (void)shape.parameters.find(name);
   if (shape.type == "trianglemesh") return triangle_mesh(shape);
   if (shape.type == "bilinearmesh") return bilinear_mesh(shape, notes);

@@ -36,13 +36,4 @@ std::optional<Affine> affine_of(const std::vector<double>& n) {
   return map;
 }
 
-bool is_invertible(const Affine& map) {
-  const Affine back = inverse(map);
-  bool finite = is_finite(back.t) && is_finite(map.t);
-  for (std::size_t row = 0; row < 3; ++row) {
-    finite = finite && is_finite(back.m[row]) && is_finite(map.m[row]);
-  }
-  return finite;
-}
-
 }  // namespace pvol::formats::detail

@@ -31,7 +31,4 @@ struct PbrtState {
 /// 0 and a number.
 [[nodiscard]] std::optional<Affine> affine_of(const std::vector<double>& numbers);
 
-/// Whether the map can be undone in double.
-[[nodiscard]] bool is_invertible(const Affine& map);
-
 }  // namespace pvol::formats::detail

@@ -24,7 +24,7 @@ struct Batch {
 
 /// Of textures that are even.
 std::optional<Rgb> of_texture(const PbrtDescription& from, const std::string& name,
-                              PbrtNotes& notes) {
+                              ImportNotes& notes) {
   const auto found = from.textures.find(name);
   if (found == from.textures.end() || found->second.type != "constant") return std::nullopt;
   return color_of(found->second, "value", PbrtSpectrum::reflectance, notes);

@@ -11,7 +11,7 @@ namespace pvol::formats::detail {
 /// What the parts of a scene are made with.
 struct PbrtMaking {
   Affine world{};  ///< from pbrt's world to pvol's: nothing, or a mirror
-  PbrtNotes* notes = nullptr;
+  ImportNotes* notes = nullptr;
   PbrtScene* scene = nullptr;    ///< what was made so far
   std::filesystem::path folder;  ///< that names in the scene of pbrt are relative to
   std::string stem;              ///< that names of files beside the scene begin with

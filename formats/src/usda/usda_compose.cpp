@@ -35,7 +35,7 @@ std::string chosen_variant(const UsdPrim& prim, const std::string& set) {
 
 class UsdComposer {
  public:
-  explicit UsdComposer(UsdNotes& notes) : notes_(&notes) {}
+  explicit UsdComposer(ImportNotes& notes) : notes_(&notes) {}
 
   UsdPrim compose(const std::filesystem::path& file) {
     const std::string name = std::filesystem::absolute(file).lexically_normal().string();
@@ -123,16 +123,6 @@ class UsdComposer {
     return prim.empty() || prim.starts_with('/') ? prim : '/' + prim;
   }
 
-  static const UsdPrim* find_in(const UsdPrim& layers, const std::string& path) {
-    const UsdPrim* prim = &layers;
-    for (std::size_t at = 1; prim != nullptr && at < path.size();) {
-      const std::size_t end = std::min(path.find('/', at), path.size());
-      prim = prim->child(path.substr(at, end - at));
-      at = end + 1;
-    }
-    return prim == &layers ? nullptr : prim;
-  }
-
   /// An arc, and the arcs that led to it.
   struct Step {
     UsdArc arc;
@@ -177,7 +167,7 @@ class UsdComposer {
       const std::shared_ptr<const UsdPrim> layers = layers_at(step.arc);
       if (!layers) continue;
       const std::string from = path_in(*layers, step.arc.target);
-      const UsdPrim* source = find_in(*layers, from);
+      const UsdPrim* source = layers->at(from);
       if (source == nullptr) {
         notes_->add(step.arc.where,
                     fmt::format("the prim <{}> is left out: {} has none of its own of that name",
@@ -219,7 +209,7 @@ class UsdComposer {
     merge(prim, std::move(copy));
   }
 
-  UsdNotes* notes_;
+  ImportNotes* notes_;
   std::map<std::string, std::shared_ptr<const UsdPrim>> layers_{};  // by file
   std::size_t read_ = 0, copied_ = 0;
   std::set<std::string> above_{};  // arcs that prims around the one at hand have followed
@@ -227,7 +217,7 @@ class UsdComposer {
 
 }  // namespace
 
-UsdPrim compose_usda(const std::filesystem::path& file, UsdNotes& notes) {
+UsdPrim compose_usda(const std::filesystem::path& file, ImportNotes& notes) {
   return UsdComposer(notes).compose(file);
 }
 

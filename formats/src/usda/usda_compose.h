@@ -10,6 +10,6 @@ namespace pvol::formats::detail {
 /// result has neither arcs nor variants. Layers that cannot be followed (binary files, files that
 /// are not there, prims that a layer only gets from others) are named in `notes`. Throws Error for
 /// text that is damaged, for arcs that lead to themselves and for a scene without bounds.
-[[nodiscard]] UsdPrim compose_usda(const std::filesystem::path& file, UsdNotes& notes);
+[[nodiscard]] UsdPrim compose_usda(const std::filesystem::path& file, ImportNotes& notes);
 
 }  // namespace pvol::formats::detail

@@ -1,6 +1,7 @@
 // UsdGeomPointInstancer: each instance is scaled, turned and moved.
 #include <fmt/format.h>
 
+#include "file/invertible.h"
 #include "usda/usda_stage.h"
 
 namespace pvol::formats::detail {
@@ -47,7 +48,7 @@ std::vector<std::vector<UsdPlace>> instances_of(const UsdView& view, std::size_t
               fmt::format("0 to {}, for as many prototypes", double(prototypes) - 1));
     }
     const UsdPlace place{place_of(now, i), place_of(later, i)};
-    if (can_be_undone(place.now) && can_be_undone(place.later)) {
+    if (is_invertible(place.now) && is_invertible(place.later)) {
       places[std::size_t(index)].push_back(place);
     }
   }

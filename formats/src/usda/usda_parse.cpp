@@ -37,7 +37,7 @@ bool is_in(const auto& words, const UsdToken& token) {
 
 class UsdParser {
  public:
-  UsdParser(const std::filesystem::path& file, UsdNotes& notes) : notes_(&notes), in_(file) {}
+  UsdParser(const std::filesystem::path& file, ImportNotes& notes) : notes_(&notes), in_(file) {}
 
   UsdPrim read() {
     UsdPrim root;
@@ -274,7 +274,7 @@ class UsdParser {
     skip_metadata();
   }
 
-  UsdNotes* notes_;
+  ImportNotes* notes_;
   UsdTokens in_;
   std::string path_{};  // of the prim at hand
   std::size_t depth_ = 0;
@@ -282,7 +282,7 @@ class UsdParser {
 
 }  // namespace
 
-UsdPrim parse_usda(const std::filesystem::path& file, UsdNotes& notes) {
+UsdPrim parse_usda(const std::filesystem::path& file, ImportNotes& notes) {
   return UsdParser(file, notes).read();
 }
 

@@ -1,5 +1,7 @@
 #include "usda/usda_prim.h"
 
+#include <algorithm>
+
 namespace pvol::formats::detail {
 
 UsdPrim* UsdPrim::child(const std::string& of_name) {
@@ -10,6 +12,16 @@ UsdPrim* UsdPrim::child(const std::string& of_name) {
 const UsdPrim* UsdPrim::child(const std::string& of_name) const {
   const auto found = by_name_.find(of_name);
   return found == by_name_.end() ? nullptr : &children[found->second];
+}
+
+const UsdPrim* UsdPrim::at(const std::string& path) const {
+  const UsdPrim* prim = this;
+  for (std::size_t at = 1; prim != nullptr && at < path.size();) {
+    const std::size_t end = std::min(path.find('/', at), path.size());
+    prim = prim->child(path.substr(at, end - at));
+    at = end + 1;
+  }
+  return prim == this ? nullptr : prim;
 }
 
 UsdPrim& UsdPrim::add(UsdPrim prim) {

@@ -77,6 +77,8 @@ struct UsdPrim {
   /// The child of a name, or null; valid until another one is added.
   [[nodiscard]] UsdPrim* child(const std::string& of_name);
   [[nodiscard]] const UsdPrim* child(const std::string& of_name) const;
+  /// What is at a path below, "/World/cloud", or null; valid likewise.
+  [[nodiscard]] const UsdPrim* at(const std::string& path) const;
   /// Adds one of a name that no other child has.
   UsdPrim& add(UsdPrim prim);
 
@@ -92,6 +94,6 @@ struct UsdPrim {
 /// A layer: a prim without a name, whose metadata are the layer's and whose children are its prims.
 /// Sublayers are the arcs of the layer. What is of no use here is named in `notes`. Throws Error,
 /// which names file, line and column, for what is not as the format has it.
-[[nodiscard]] UsdPrim parse_usda(const std::filesystem::path& file, UsdNotes& notes);
+[[nodiscard]] UsdPrim parse_usda(const std::filesystem::path& file, ImportNotes& notes);
 
 }  // namespace pvol::formats::detail

@@ -10,7 +10,7 @@ ImportedScene read_usda(const std::filesystem::path& file, const std::string& st
                         std::optional<int> frame) {
   ImportedScene scene;
   scene.origin = "a scene of USD";
-  detail::UsdNotes notes;
+  detail::ImportNotes notes;
   const detail::UsdStage stage = stage_of(detail::compose_usda(file, notes), frame, notes);
   const detail::UsdMaking making{stage, &notes, &scene, stem};
   make_camera(picture_of(making), making);

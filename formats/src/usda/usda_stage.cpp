@@ -1,4 +1,5 @@
 #include "usda/usda_stage.h"
+#include "file/invertible.h"
 
 #include <fmt/format.h>
 
@@ -35,7 +36,7 @@ struct Above {
 
 class UsdWalk {
  public:
-  UsdWalk(UsdStage& stage, UsdNotes& notes) : stage_(&stage), notes_(&notes) {}
+  UsdWalk(UsdStage& stage, ImportNotes& notes) : stage_(&stage), notes_(&notes) {}
 
   void walk(const UsdPrim& prim, const std::string& path, Above above) {
     // Neither opinions about what is not there, nor classes, nor what is switched off.
@@ -44,7 +45,7 @@ class UsdWalk {
     const UsdView view = stage_->view(prim);
     inherit(view, above);
     if (prim.metadata.contains("clips")) notes_->add(prim.where, "value clips are left out");
-    if (!can_be_undone(above.place.now) || !can_be_undone(above.place.later)) {
+    if (!is_invertible(above.place.now) || !is_invertible(above.place.later)) {
       notes_->add(prim.where,
                   fmt::format("{} is left out: its transform has no inverse", usd_shown(path)));
       return;
@@ -132,7 +133,7 @@ class UsdWalk {
   }
 
   UsdStage* stage_;
-  UsdNotes* notes_;
+  ImportNotes* notes_;
   bool in_prototype_ = false;
   std::vector<UsdPlace> instances_{};  // of the prototype at hand
   std::size_t instances_in_all_ = 0;
@@ -163,17 +164,9 @@ double positive(const UsdPrim& root, const char* metadatum, double otherwise) {
 
 }  // namespace
 
-const UsdPrim* UsdStage::find(const std::string& path) const {
-  const UsdPrim* prim = &root;
-  for (std::size_t at = 1; prim != nullptr && at < path.size();) {
-    const std::size_t end = std::min(path.find('/', at), path.size());
-    prim = prim->child(path.substr(at, end - at));
-    at = end + 1;
-  }
-  return prim == &root ? nullptr : prim;
-}
+const UsdPrim* UsdStage::find(const std::string& path) const { return root.at(path); }
 
-UsdStage stage_of(UsdPrim root, std::optional<int> frame, UsdNotes& notes) {
+UsdStage stage_of(UsdPrim root, std::optional<int> frame, ImportNotes& notes) {
   UsdStage stage;
   stage.root = std::move(root);
   stage.is_chosen = frame.has_value();

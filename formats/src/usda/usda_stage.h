@@ -32,7 +32,7 @@ struct UsdStage {
 
 /// Gathers what is there and visible at the frame. Prims of other types are named in `notes`.
 /// Without a frame it is the first.
-[[nodiscard]] UsdStage stage_of(UsdPrim root, std::optional<int> frame, UsdNotes& notes);
+[[nodiscard]] UsdStage stage_of(UsdPrim root, std::optional<int> frame, ImportNotes& notes);
 
 /// The places of a PointInstancer's instances of each of so many prototypes.
 [[nodiscard]] std::vector<std::vector<UsdPlace>> instances_of(const UsdView& instancer,

@@ -185,7 +185,7 @@ std::string UsdView::file(const std::string& name) const {
   return file_of(targets->all.front().asset, find(name)->where);
 }
 
-void UsdView::note_unused(UsdNotes& notes) const {
+void UsdView::note_unused(ImportNotes& notes) const {
   for (const auto& [name, attribute] : prim_->attributes) {
     // What all prims may have is read where they are met.
     const bool of_all = name.starts_with("xformOp") || name.starts_with("material:binding") ||

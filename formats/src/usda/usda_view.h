@@ -45,7 +45,7 @@ class UsdView {
 
   /// Marks attributes that do not change what pvol makes.
   void ignore(const std::string& name) const { used_.insert(name); }
-  void note_unused(UsdNotes& notes) const;
+  void note_unused(ImportNotes& notes) const;
 
  private:
   [[nodiscard]] std::optional<UsdValue> value(const std::string& name) const;

@@ -4,10 +4,10 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
-#include <set>
 #include <string>
 #include <string_view>
-#include <vector>
+
+#include "file/import_notes.h"
 
 namespace pvol::formats::detail {
 
@@ -24,18 +24,5 @@ struct UsdWhere {
 /// Names and paths of a file for messages: 80 characters at most, none that a terminal might take
 /// for an order.
 [[nodiscard]] std::string usd_shown(std::string_view text);
-
-/// What the importer leaves out or changes, each once, in the order in which it was met.
-class UsdNotes {
- public:
-  void add(const UsdWhere& where, const std::string& text) {
-    if (said_.insert(text).second) all_.push_back(where.text() + ": " + text);
-  }
-  [[nodiscard]] const std::vector<std::string>& all() const { return all_; }
-
- private:
-  std::set<std::string> said_;
-  std::vector<std::string> all_;
-};
 
 }  // namespace pvol::formats::detail

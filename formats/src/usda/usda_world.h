@@ -11,7 +11,7 @@ namespace pvol::formats::detail {
 
 struct UsdMaking {
   const UsdStage& stage;
-  UsdNotes* notes = nullptr;
+  ImportNotes* notes = nullptr;
   ImportedScene* scene = nullptr;  ///< what was made so far
   std::string stem{};              ///< that names of files beside the scene begin with
 

@@ -112,15 +112,6 @@ UsdXform xform_of(const UsdView& now) {
   return xform;
 }
 
-bool can_be_undone(const Affine& map) {
-  const Affine back = inverse(map);
-  bool finite = is_finite(back.t) && is_finite(map.t);
-  for (std::size_t row = 0; row < 3; ++row) {
-    finite = finite && is_finite(back.m[row]) && is_finite(map.m[row]);
-  }
-  return finite;
-}
-
 std::optional<double> uniform_scale(const Affine& map) {
   const std::array<Vec3d, 3>& m = map.m;
   const double size = dot(m[0], m[0]);

@@ -24,9 +24,6 @@ struct UsdXform {
 };
 [[nodiscard]] UsdXform xform_of(const UsdView& now);
 
-/// Whether the map can be undone in double.
-[[nodiscard]] bool can_be_undone(const Affine& map);
-
 /// The factor of a map that scales all directions alike; nothing of others.
 [[nodiscard]] std::optional<double> uniform_scale(const Affine& map);
 

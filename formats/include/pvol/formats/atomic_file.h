@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <string>
 
 namespace pvol::formats {
 
@@ -14,6 +15,9 @@ namespace pvol::formats {
 /// written.
 void write_atomically(const std::filesystem::path& file,
                       const std::function<void(const std::filesystem::path&)>& write);
+
+/// Writes such a file of this text. Throws Error where the disk is full, too.
+void write_text_atomically(const std::filesystem::path& file, const std::string& text);
 
 /// Removes the new files of all writers of this process, which then fail or, where they are about
 /// to be done, succeed: for a thread that ends the process meanwhile.

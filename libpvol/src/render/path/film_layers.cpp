@@ -21,13 +21,13 @@ double depth_of(const PathSetup& s, Vec3d place) { return s.view.projection.dept
 
 Vec3d depth_of(const PathSetup& s, const PathResult& r) { return Vec3d(depth_of(s, r.first)); }
 
-/// visit(volume, number of its place, world to cells) for all that may be at a place at a time, and
-/// perhaps for others.
+/// visit(number, instance, volume) for all that may be at a place at a time, and perhaps for
+/// others.
 template <class Visit>
 void visit_at(const PathSetup& s, Vec3d place, float frames, const Visit& visit) {
   s.instances->tree.visit_at(place, [&](std::uint32_t i) {
     const Instance at = s.instances->at_time(i, double(frames));
-    visit(s.volumes[at.volume].volume, at.place, at.world_to_cells);
+    visit(i, at, s.volumes[at.volume].volume);
   });
 }
 
@@ -37,7 +37,8 @@ Vec3d normal_of(const PathSetup& s, const PathResult& r) {
   if (r.first_material) return r.first_normal;
   const Vec3d place = r.first;
   Vec3d sum;
-  visit_at(s, place, r.time, [&](const Volume& v, std::uint32_t, const Affine& to_cells) {
+  visit_at(s, place, r.time, [&](std::uint32_t, const Instance& instance, const Volume& v) {
+    const Affine& to_cells = instance.world_to_cells;
     const Vec3d at = to_cells.point(place);
     Vec3d cells;  // the gradient in cells
     for (int axis = 0; axis < 3; ++axis) {
@@ -71,10 +72,10 @@ Vec3d mean_of_all(const PathSetup& s, const PathResult& r, const Value& value) {
   Vec3d sum;
   double all = 0;
   const bool alone = s.volumes.size() == 1;
-  visit_at(s, r.first, r.time, [&](const Volume& v, std::uint32_t place, const Affine& to_cells) {
-    const Vec3d cells = to_cells.point(r.first);
+  visit_at(s, r.first, r.time, [&](std::uint32_t, const Instance& at, const Volume& v) {
+    const Vec3d cells = at.world_to_cells.point(r.first);
     const double mu = alone ? 1 : double(extinction_in_cells(v, cells));
-    sum += value(v, place, to_cells, cells) * mu;
+    sum += value(v, at.place, at.world_to_cells, cells) * mu;
     all += mu;
   });
   return all > 0 ? sum / all : Vec3d{};
@@ -117,9 +118,7 @@ void add_to_objects(const PathSetup& s, const PathResult& r, std::size_t pixel,
   double sum = 0;
   std::optional<std::size_t> some;
   const auto visit_all = [&](const auto& visit) {
-    s.instances->tree.visit_at(r.first, [&](std::uint32_t i) {
-      const Instance at = s.instances->at_time(i, double(r.time));
-      const Volume& v = s.volumes[at.volume].volume;
+    visit_at(s, r.first, r.time, [&](std::uint32_t i, const Instance& at, const Volume& v) {
       visit(i, double(extinction_in_cells(v, at.world_to_cells.point(r.first))));
     });
   };
