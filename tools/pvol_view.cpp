@@ -16,10 +16,10 @@
 #include "cli/frames_line.h"
 #include "cli/interrupt.h"
 #include "cli/live_scene.h"
-#include "cli/scene_files.h"
 #include "cli/scene_line.h"
 #include "pvol/error.h"
 #include "pvol/formats/recipe_file.h"
+#include "pvol/formats/scene_files.h"
 #include "view/edited_scene.h"
 #include "view/server.h"
 #include "view/viewer.h"
@@ -110,7 +110,7 @@ viewer::EditedScene read_scene(const Options& o) {
 }
 
 void check_patterns(const Options& o, const viewer::EditedScene& scene) {
-  const std::vector<fs::path> files = cli::files_of(scene.scene());
+  const std::vector<fs::path> files = formats::files_of(scene.scene());
   const bool any = std::ranges::any_of(files, cli::has_pattern);
   if (o.frames.empty() && any) {
     throw cli::UsageError(

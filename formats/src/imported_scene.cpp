@@ -7,6 +7,7 @@
 #include "pvol/formats/atomic_file.h"
 #include "pvol/formats/image.h"
 #include "pvol/formats/mesh_file.h"
+#include "pvol/formats/scene_files.h"
 #include "pvol/formats/vdb.h"
 
 namespace pvol::formats {
@@ -33,16 +34,7 @@ SceneFile seen_from(const std::filesystem::path& folder, SceneFile file) {
     const std::filesystem::path near = name.lexically_relative(folder);
     return near.empty() ? name : near;
   };
-  for (SceneVolume& v : file.volumes) {
-    v.file = relative(v.file);
-    if (v.velocity) v.velocity->file = relative(v.velocity->file);
-  }
-  if (auto* sky = std::get_if<ImageSky>(&file.scene.environment)) {
-    sky->file = relative(sky->file).string();
-  }
-  for (Surface& surface : file.scene.surfaces) {
-    if (auto* mesh = std::get_if<MeshSurface>(&surface)) mesh->file = relative(mesh->file).string();
-  }
+  visit_files(file, [&](auto& name) { name = relative(name).string(); });
   return file;
 }
 

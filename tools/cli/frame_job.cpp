@@ -8,10 +8,10 @@
 #include "cli/filter_picture.h"
 #include "cli/load_scene.h"
 #include "cli/resume_state.h"
-#include "cli/scene_files.h"
 #include "cli/scene_line.h"
 #include "cli/sequence.h"
 #include "cli/shared_choices.h"
+#include "pvol/formats/scene_files.h"
 #include "pvol/math/rng.h"
 
 namespace pvol::cli {

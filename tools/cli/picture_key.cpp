@@ -2,8 +2,8 @@
 
 #include <string_view>
 
-#include "cli/scene_files.h"
 #include "pvol/formats/content_hash.h"
+#include "pvol/formats/scene_files.h"
 
 namespace pvol::cli {
 namespace {

@@ -4,10 +4,10 @@
 #include <optional>
 
 #include "cli/cli.h"
-#include "cli/scene_files.h"
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/pvol_file.h"
+#include "pvol/formats/scene_files.h"
 
 namespace pvol::cli {
 namespace {

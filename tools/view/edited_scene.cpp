@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "cli/frames.h"
-#include "cli/scene_files.h"
 #include "pvol/error.h"
+#include "pvol/formats/scene_files.h"
 #include "view/controls.h"
 
 namespace pvol::viewer {
@@ -44,7 +44,8 @@ EditedScene::EditedScene(formats::SceneFile scene, std::vector<int> frames)
 formats::SceneFile EditedScene::scene_of_frame() const {
   formats::SceneFile scene = scene_;
   if (!frames_.empty()) {
-    cli::visit_files(scene, [&](auto& name) { name = cli::file_of_frame(name, frame_).string(); });
+    formats::visit_files(scene,
+                         [&](auto& name) { name = cli::file_of_frame(name, frame_).string(); });
   }
   return scene;
 }
@@ -87,7 +88,7 @@ void EditedScene::redo() { restore(redone_to_, undone_to_); }
 std::string EditedScene::text_in(const std::filesystem::path& folder) const {
   formats::SceneFile scene = scene_;
   const auto base = std::filesystem::absolute(folder);
-  cli::visit_files(scene, [&](auto& name) {
+  formats::visit_files(scene, [&](auto& name) {
     if (name.empty()) return;
     name = std::filesystem::absolute(name).lexically_normal().lexically_proximate(base).string();
   });

@@ -7,11 +7,11 @@
 
 #include "pvol/formats/scene_file.h"
 
-namespace pvol::cli {
+namespace pvol::formats {
 
 /// visit(name) for each file's name in a scene, a path or a string; some may be empty.
-template <class SceneFile, class Visit>
-void visit_files(SceneFile& file, const Visit& visit) {
+template <class File, class Visit>
+void visit_files(File& file, const Visit& visit) {
   for (auto& v : file.volumes) {
     visit(v.file);
     if (v.velocity) visit(v.velocity->file);
@@ -24,7 +24,7 @@ void visit_files(SceneFile& file, const Visit& visit) {
 }
 
 /// Those that are not empty, perhaps patterns.
-[[nodiscard]] inline std::vector<std::filesystem::path> files_of(const formats::SceneFile& scene) {
+[[nodiscard]] inline std::vector<std::filesystem::path> files_of(const SceneFile& scene) {
   std::vector<std::filesystem::path> files;
   visit_files(scene, [&](const std::filesystem::path& name) {
     if (!name.empty()) files.push_back(name);
@@ -32,4 +32,4 @@ void visit_files(SceneFile& file, const Visit& visit) {
   return files;
 }
 
-}  // namespace pvol::cli
+}  // namespace pvol::formats
