@@ -19,6 +19,7 @@ packages=(
 [[ ${1:-} == tools ]] || packages+=(
   ccache
   libcgal-dev                                       # the independent check of shells
+  libopencolorio-dev                                # views of OCIO configurations
   libgtest-dev libbenchmark-dev python3             # python3 runs second readers of files
   pybind11-dev python3-dev python3-numpy            # the Python module
   openimageio-tools                                 # oiiotool reads pictures back in tests

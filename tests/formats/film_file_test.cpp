@@ -246,8 +246,8 @@ TEST(FilmFile, EveryTruncationIsRefused) {
 TEST(PictureFile, BytesAreThoseOfTheFilmsPng) {
   const TemporaryFolder folder;
   const Film film = some_film();
-  write_png(folder.file("film.png"), film, 0.5, false);
-  const Picture picture = to_picture(film, 0.5);
+  write_png(folder.file("film.png"), film, {.exposure = 0.5});
+  const Picture picture = to_picture(film, {.exposure = 0.5});
   write_png(folder.file("picture.png"), picture);
   EXPECT_EQ(read_bytes(folder.file("film.png")), read_bytes(folder.file("picture.png")));
   const std::vector<std::byte> encoded = encode_png(picture);

@@ -148,6 +148,24 @@ TEST(UsdaCamera, SettingsAndTheirProductsChoose) {
   EXPECT_NEAR(focal(product), 77, 1e-12);
 }
 
+TEST(UsdaCamera, SettingsNameTheColourSpace) {
+  const auto imported = [](const std::string& space) {
+    return camera_scene("",
+                        settings(9, 9, "uniform token renderingColorSpace = \"" + space + "\""));
+  };
+  const auto space_of = [&](const std::string& space) {
+    return imported(space).file.scene.options.color_space;
+  };
+  EXPECT_EQ(space_of("lin_ap1_scene"), ColorSpace::acescg);
+  EXPECT_EQ(space_of("ACEScg"), ColorSpace::acescg);
+  EXPECT_EQ(space_of("lin_rec709"), ColorSpace::rec709);
+  EXPECT_EQ(space_of("lin_rec2020_scene"), ColorSpace::rec2020);
+  EXPECT_EQ(space_of("lin_p3d65"), ColorSpace::p3);
+  EXPECT_EQ(space_of("ACES2065-1"), ColorSpace::aces);
+  EXPECT_EQ(space_of("xyz"), ColorSpace::rec709);
+  EXPECT_TRUE(says(usda_notes(imported("xyz")), "usd.rendering_color_space"));
+}
+
 TEST(UsdaCamera, WithoutOnePvolFramesTheCloudInTheWorldsUp) {
   const ImportedScene s = read_usda_text(usda_text("", "upAxis = \"Z\""));
   EXPECT_FALSE(s.file.has_camera);

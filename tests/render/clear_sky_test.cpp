@@ -44,16 +44,12 @@ TEST(Spectrum, ExponentialIsAccurate) {
 }
 
 TEST(Spectrum, TheSunAboveTheAirIsNearlyWhite) {
-  const Vec3d sun = seen_as(Spectrum(1.0f));
+  const Vec3d sun = seen_as(Spectrum(1.0f), ColorSpace::rec709);
   EXPECT_NEAR(dot(sun, Vec3d(0.2126, 0.7152, 0.0722)), 1, 1e-4);
   // About that of a black body of 5800 K: a little red beside D65.
   EXPECT_GT(sun.x, sun.y);
   EXPECT_GT(sun.y, sun.z);
   EXPECT_NEAR(sun.x / sun.z, 1.18, 0.1);
-  const Rgb cut = into_gamut({1, 0.5, -0.2});
-  EXPECT_EQ(cut.z, 0);
-  EXPECT_NEAR(luminance(cut), 0.2126 + 0.5 * 0.7152 - 0.2 * 0.0722, 1e-6);
-  EXPECT_EQ(into_gamut({-1, -1, -1}), Rgb(0.0f));
 }
 
 TEST(Air, MoleculesScatterAsTheirIndexOfRefractionSays) {

@@ -52,6 +52,28 @@ TEST(Daylight, TheSunStandsWhereItIsSaidToBe) {
   EXPECT_EQ(make_daylight(z_up).sun.angle, 0.53);
 }
 
+/// Where no gamut cuts anything off, the same light by other primaries: blue skies and suns lie
+/// within all of them.
+TEST(Daylight, HasTheSameColoursInEverySpace) {
+  const Daylight usual = make_daylight(low_sun(35));
+  const Daylight aces = make_daylight(low_sun(35), ColorSpace::acescg);
+  const Affine map = conversion(ColorSpace::rec709, ColorSpace::acescg);
+  const auto expect_same = [&](Rgb a, Rgb b) {
+    const Vec3d wanted = map.vector(Vec3d(a));
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(double(b[c]), wanted[c], 1e-5 * max_component(wanted));
+  };
+  expect_same(usual.sun.irradiance, aces.sun.irradiance);
+  for (std::size_t i = 0; i < usual.picture.pixels.size(); i += 997) {
+    if (min_component(usual.picture.pixels[i]) > 0) {
+      expect_same(usual.picture.pixels[i], aces.picture.pixels[i]);
+    }
+  }
+  Scene scene;
+  scene.environment = low_sun(35);
+  scene.options.color_space = ColorSpace::acescg;
+  EXPECT_EQ(std::get<Sun>(make_lighting(scene).lights.back()), aces.sun);
+}
+
 TEST(Daylight, TheDateTellsWhereTheSunIs) {
   ClearSky sky;
   sky.date = "2003-10-17T12:30:30-07:00", sky.latitude = 39.742476, sky.longitude = -105.1786;

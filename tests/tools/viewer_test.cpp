@@ -277,7 +277,7 @@ TEST_F(Page, ShowsThePictureItsPixelsAndItsLayers) {
   EXPECT_GT(depth.lo, 4);
   EXPECT_LT(depth.hi, kNothingMet) << "some pixels meet nothing";
   EXPECT_NE(depth.picture.rgb, view.picture.rgb);
-  EXPECT_NE(viewer.picture({.exposure = 2}, false).picture.rgb, view.picture.rgb);
+  EXPECT_NE(viewer.picture({.display = {.exposure = 2}}, false).picture.rgb, view.picture.rgb);
   EXPECT_TRUE(says(error_of([&] {
                      (void)viewer.change({{"show", {{"layer", "nix"}}}});
                    }),

@@ -80,16 +80,23 @@ class Requests(unittest.TestCase):
 
     def test_pictures_are_those_of_the_renderer(self):
         self.finished()
-        _, headers, shown = self.ask(self.root + "picture?exposure=1&tone_map=filmic")
-        self.assertEqual((headers["X-Width"], headers["X-Height"]), ("160", "90"))
-        png = self.viewer.folder / "a.png"
-        subprocess.run(
-            [tool("pvol-render"), self.viewer.folder / "scene.toml", "-o", png, "--quiet"]
-            + ["--exposure", "1", "--tone-map", "filmic"],
-            check=True,
-        )
-        subprocess.run(["oiiotool", png, "-o", png.with_suffix(".ppm")], check=True)
-        self.assertEqual(png.with_suffix(".ppm").read_bytes()[-len(shown):], shown)
+        tone_maps = self.json("scene")[1]["tone_maps"]
+        self.assertEqual(tone_maps[:3], ["srgb", "neutral", "filmic"])
+        for tone_map in ("filmic", tone_maps[-1]):  # of ours, and of an OCIO configuration
+            query = urllib.parse.urlencode({"exposure": 1, "tone_map": tone_map})
+            _, headers, shown = self.ask(self.root + "picture?" + query)
+            self.assertEqual((headers["X-Width"], headers["X-Height"]), ("160", "90"))
+            png = self.viewer.folder / "a.png"
+            subprocess.run(
+                [tool("pvol-render"), self.viewer.folder / "scene.toml", "-o", png, "--quiet"]
+                + ["--exposure", "1", "--tone-map", tone_map],
+                check=True,
+            )
+            subprocess.run(["oiiotool", png, "-o", png.with_suffix(".ppm")], check=True)
+            self.assertEqual(png.with_suffix(".ppm").read_bytes()[-len(shown):], shown)
+        status, _, refusal = self.ask(self.root + "picture?tone_map=none")
+        self.assertEqual(status, 400)
+        self.assertIn(b"expected srgb", refusal)
 
     def test_edits_change_the_picture_and_wrong_ones_do_not(self):
         self.finished()

@@ -52,6 +52,30 @@ TEST(Blackbody, IsTabulatedFinely) {
   }
 }
 
+TEST(Blackbody, HasTheSameColourInEverySpace) {
+  for (const float kelvin : {2800.0f, 5000.0f, 12'000.0f}) {  // within all gamuts
+    const Vec3d c = blackbody_chromaticity(double(kelvin));
+    for (const auto& space : names(ColorSpace{})) {
+      const Vec3d found(blackbody_color(kelvin, space.value));
+      EXPECT_NEAR(dot(found, luminance_weights(space.value)), 1, 1e-4) << space.name;
+      const Vec3d back = conversion(space.value, ColorSpace::rec709).vector(found);
+      EXPECT_NEAR(back.x / back.y,
+                  (3.2404542 * c.x - 1.5371385 * c.y - 0.4985314 * c.z) /
+                      (-0.9692660 * c.x + 1.8760108 * c.y + 0.0415560 * c.z),
+                  3e-3 * back.x / back.y)
+          << space.name;
+    }
+  }
+  EXPECT_GT(blackbody_color(1500, ColorSpace::acescg).z, 0) << "within that gamut";
+}
+
+TEST(Fire, GlowsInItsColorSpace) {
+  Fire fire{.kelvin = 1};
+  fire.color_space = ColorSpace::acescg;
+  EXPECT_EQ(emission(fire, 1, 3000), blackbody_color(3000, ColorSpace::acescg));
+  EXPECT_NE(emission(fire, 1, 3000), blackbody_color(3000));
+}
+
 /// Flames that rise along x, and a temperature that falls along y, on lattices of their own.
 const Field& flames() {
   static const Field f =

@@ -27,6 +27,7 @@ namespace pvol::cli {
   window.width = film.width, window.height = film.height;
   window.x = film.x, window.y = film.y;
   window.crop_width = film.crop_width, window.crop_height = film.crop_height;
+  window.color_space = film.color_space;
   return window;
 }
 

@@ -87,6 +87,7 @@ LiveScene::Making LiveScene::making_of(const formats::SceneFile& scene) {
   kept.tracker = o.tracker, kept.majorant_scale = o.majorant_scale;
   kept.transmittance = o.transmittance;
   kept.preview = o.preview;
+  kept.color_space = o.color_space;
   if (o.aovs.has(Aov::velocity)) kept.aovs.add(Aov::velocity);
   return making;
 }
@@ -145,7 +146,9 @@ LiveScene::Prepared LiveScene::prepare_volume(const formats::SceneFile& scene,
 void LiveScene::load_files(formats::SceneFile& scene) const {
   auto* sky = std::get_if<ImageSky>(&scene.scene.environment);
   const auto* known_sky = std::get_if<ImageSky>(&sky_);
-  if (sky && known_sky && sky->file == known_sky->file) {
+  const ColorSpace space = scene.scene.options.color_space;
+  if (sky && known_sky && sky->file == known_sky->file &&
+      sky->color_space == known_sky->color_space && space == making_.options.color_space) {
     sky->width = known_sky->width, sky->height = known_sky->height;
     sky->pixels = known_sky->pixels;
   } else {

@@ -112,13 +112,15 @@ Movement movement_of(const formats::CloudMotion& m) { return {m.velocity, m.seco
 
 /// Moves with the cloud.
 std::shared_ptr<const Emitter> make_fire(const formats::FireFields& f,
-                                         const formats::SceneVolume& volume,
+                                         const formats::SceneVolume& volume, ColorSpace space,
                                          const formats::CloudMotion* motion) {
   const BoundedGrid field{f.field.grid(), f.field.pyramid};
   const Affine place = volume.first_place();
   std::optional<BoundedGrid> color_by;
   if (f.color_by) color_by.emplace(BoundedGrid{f.color_by->grid(), f.color_by->pyramid});
-  Emitter fire = make_emitter(*volume.fire, field, color_by ? &*color_by : nullptr, place);
+  Fire described = *volume.fire;
+  described.color_space = space;
+  Emitter fire = make_emitter(described, field, color_by ? &*color_by : nullptr, place);
   if (motion) fire = make_moving(std::move(fire), field, place, movement_of(*motion));
   return std::make_shared<const Emitter>(std::move(fire));
 }
@@ -228,7 +230,8 @@ formats::SceneFile read_scene(const std::filesystem::path& input,
 void load_sky(formats::SceneFile& file) {
   auto* sky = std::get_if<ImageSky>(&file.scene.environment);
   if (!sky) return;
-  ImageSky picture = formats::read_sky(sky->file);
+  ImageSky picture =
+      formats::read_sky(sky->file, {sky->color_space, file.scene.options.color_space});
   sky->width = picture.width;
   sky->height = picture.height;
   sky->pixels = std::move(picture.pixels);
@@ -381,7 +384,9 @@ Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volu
     v = make_moving(std::move(v), cloud.pyramid, index_to_object(cloud.density), movement_of(*m),
                     o);
   }
-  if (cloud.fire && volume.fire) v.fire = make_fire(*cloud.fire, volume, cloud.motion.get());
+  if (cloud.fire && volume.fire) {
+    v.fire = make_fire(*cloud.fire, volume, options.color_space, cloud.motion.get());
+  }
   if (cloud.albedo && volume.albedo_field) v.albedo = make_albedo(cloud, volume, o.look_up);
   v.name = volume.file.string();
   if (volume.moving || !volume.moving_instances.empty()) {

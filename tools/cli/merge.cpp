@@ -198,6 +198,7 @@ Film empty_film(const Film& part, const FilmPiece& window) {
     if (!like.weights.empty()) layer.weights.resize(film.pixels.size());
   }
   film.first_sample = window.begin;
+  film.color_space = part.color_space;
   start_sums(film);
   return film;
 }

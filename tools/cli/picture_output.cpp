@@ -14,7 +14,7 @@ void save_png(const PictureOutput& o, const Film& film, bool background) {
   if (o.no_png) return;
   const std::filesystem::path file =
       o.png.empty() ? std::filesystem::path(o.exr).replace_extension(".png") : o.png;
-  formats::write_png(file, film, o.exposure, !background, o.tone_map);
+  formats::write_png(file, film, o.display, !background);
 }
 
 }  // namespace pvol::cli

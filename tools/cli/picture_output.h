@@ -14,8 +14,7 @@ inline constexpr const char* kConvertTool = "pvol-convert";
 struct PictureOutput {
   std::filesystem::path exr, png;
   bool no_png = false;
-  double exposure = 0;
-  formats::ToneMap tone_map = formats::ToneMap::srgb;
+  formats::Display display{};
 };
 
 /// Throws UsageError for names that do not go together.

@@ -59,7 +59,7 @@ void add_files(const CommandLine& app, RenderOptionsGiven& o) {
   app.add_option("--png", o.png, "Name of the .png [the output's, ending in .png]")
       .type_name("FILE");
   app.add_flag("--no-png", o.no_png, "Write no .png");
-  add_display(app, o.exposure, o.tone_map);
+  add_display(app, o.display);
   app.add_flag(
       "--denoise", o.denoise,
       "Biased: filter the noise of the finished picture, guided by features of first collisions. "

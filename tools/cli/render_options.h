@@ -29,8 +29,7 @@ struct RenderOptionsGiven {
   std::vector<std::string> sets;
   /// Flags of formats::render_keys, as written, by key; absent ones are left to the scene.
   std::map<std::string, std::string> options;
-  double exposure = 0;
-  formats::ToneMap tone_map = formats::ToneMap::srgb;
+  formats::Display display{};
   formats::PixelType pixels = formats::PixelType::single;
   formats::ExrCompression compression = formats::ExrCompression::zip;
   bool multipart = false;

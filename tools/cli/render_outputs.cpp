@@ -61,7 +61,7 @@ void save_exr(const RenderOptionsGiven& o, const std::filesystem::path& file, co
 
 void save_png(const RenderOptionsGiven& o, const std::filesystem::path& file, const RenderJob& job,
               const Film& film) {
-  formats::write_png(file, film, o.exposure, !job.file.scene.options.background, o.tone_map);
+  formats::write_png(file, film, o.display, !job.file.scene.options.background);
 }
 
 void write_text(const std::filesystem::path& file, const std::string& text) {

@@ -103,7 +103,7 @@ void write_shell_slices(const std::filesystem::path& file, const Shell& shell,
     }
     left += s.width + kGap;
   }
-  formats::write_png(file, film, 0, false);
+  formats::write_png(file, film);
 }
 
 }  // namespace pvol::cli

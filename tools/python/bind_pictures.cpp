@@ -97,9 +97,8 @@ Picture render(const py::object& scene, const py::object& on_pass, const py::kwa
 
 void write(const Picture& p, const std::filesystem::path& file, double exposure,
            const std::string& tone_map) {
-  const auto map = named<formats::ToneMap>("tone_map", tone_map);
   const py::gil_scoped_release unlocked;
-  save(p, file, exposure, map);
+  save(p, file, {exposure, tone_map});
 }
 
 std::string text_of(const Picture& p) {
@@ -144,7 +143,8 @@ path : path
 exposure : float
     In stops; of a .png.
 tone_map : str
-    "srgb" (clips), "neutral" or "filmic"; of a .png.)";
+    "srgb" (clips), "neutral", "filmic", or a view of the OCIO configuration that the environment
+    variable OCIO names, such as "ACES 1.0" of the built-in one; of a .png.)";
 
 constexpr const char* kAovText = R"(A layer, (H, W) or (H, W, 3), by its name.
 

@@ -163,11 +163,11 @@ std::optional<Picture> picture_of(const cli::LiveState& state) {
   return describe(*state.job, std::move(t));
 }
 
-void save(const Picture& picture, const std::filesystem::path& file, double exposure,
-          formats::ToneMap map) {
+void save(const Picture& picture, const std::filesystem::path& file,
+          const formats::Display& display) {
   cli::check_output(file, {".exr", ".png"});
   if (formats::ending(file) == ".png") {
-    formats::write_png(file, picture.film, exposure, !picture.layout.opaque, map);
+    formats::write_png(file, picture.film, display, !picture.layout.opaque);
     return;
   }
   formats::ExrOptions layout = picture.layout;

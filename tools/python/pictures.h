@@ -60,8 +60,8 @@ using OnPass = std::function<bool(Picture picture, std::optional<double> share)>
 [[nodiscard]] std::optional<Picture> picture_of(const cli::LiveState& state);
 
 /// Writes an .exr, with what `compare` needs beside the layers that were asked for, or a .png.
-void save(const Picture& picture, const std::filesystem::path& file, double exposure,
-          formats::ToneMap map);
+void save(const Picture& picture, const std::filesystem::path& file,
+          const formats::Display& display);
 
 /// Reads an .exr.
 [[nodiscard]] Picture read_picture(const std::filesystem::path& file);

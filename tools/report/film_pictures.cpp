@@ -13,7 +13,8 @@
 namespace pvol::cli {
 
 std::string film_image(const Film& film, double exposure, const std::string& description) {
-  return html::image(formats::encode_png(formats::to_picture(film, exposure)), description, true);
+  return html::image(formats::encode_png(formats::to_picture(film, {.exposure = exposure})),
+                     description, true);
 }
 
 std::string difference_image(const Film& a, const Film& b, double full,

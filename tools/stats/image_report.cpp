@@ -133,7 +133,7 @@ std::string picture_markup(const formats::Picture& picture, const std::string& n
 
 Figure film_figure(const std::string& name, const Film& film, double exposure) {
   const std::string caption = fmt::format("{} (exposure {:.4g} stops)", name, exposure);
-  return {picture_markup(formats::to_picture(film, exposure), caption), caption};
+  return {picture_markup(formats::to_picture(film, {.exposure = exposure}), caption), caption};
 }
 
 Figure map_figure(const formats::Picture& picture, double limit, const std::string& label,

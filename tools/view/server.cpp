@@ -54,17 +54,21 @@ double number_of(const Request& from, const char* name, double otherwise) {
 }
 
 ViewChoice choice_of(const Request& from) {
-  ViewChoice choice{.exposure = number_of(from, "exposure", 0)};
+  ViewChoice choice{.display = {.exposure = number_of(from, "exposure", 0)}};
   if (from.has_param("layer")) choice.layer = from.get_param_value("layer");
-  if (const auto map = find_named<formats::ToneMap>(from.get_param_value("tone_map"))) {
-    choice.tone_map = *map;
-  }
+  if (from.has_param("tone_map")) choice.display.tone_map = from.get_param_value("tone_map");
   return choice;
 }
 
 /// The picture as bytes of red, green and blue, its size and scale in the header.
 void send_picture(const Viewer& viewer, const Request& from, Response& to) {
-  const View view = viewer.picture(choice_of(from), from.get_param_value("filtered") == "true");
+  View view;
+  try {
+    view = viewer.picture(choice_of(from), from.get_param_value("filtered") == "true");
+  } catch (const Error& e) {
+    to.status = 400;
+    return to.set_content(e.what(), "text/plain");
+  }
   if (view.picture.rgb.empty()) {
     to.status = 204;
     return;

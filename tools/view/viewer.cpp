@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "cli/cli.h"
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
 #include "view/controls.h"
@@ -26,12 +27,24 @@ void check_name(const std::string& name) {
   throw Error(fmt::format("'{}': expected a name like cloud.toml, without folders", name));
 }
 
+/// A configuration that cannot be read is no reason not to look at pictures.
+std::vector<std::string> tone_maps_there_are() {
+  try {
+    return formats::tone_maps();
+  } catch (const Error& e) {
+    cli::print_warnings("pvol-view", {std::string(e.what()) + ": its views are left out"});
+    const auto own = all_names<formats::ToneMap>();
+    return {own.begin(), own.end()};
+  }
+}
+
 }  // namespace
 
 Viewer::Viewer(EditedScene scene, cli::LiveScene live, fs::path folder, std::string file)
     : scene_(std::move(scene)),
       folder_(std::move(folder)),
       file_(std::move(file)),
+      tone_maps_(tone_maps_there_are()),
       picture_(std::move(live)) {
   render();
 }
@@ -49,6 +62,7 @@ Json Viewer::describe_locked() {
   return {{"sections", describe_controls(scene)},
           {"kinds", kinds_to_add()},
           {"layers", layers_to_view()},
+          {"tone_maps", tone_maps_},
           {"layer", layer_},
           {"filter", filter_},
           {"change", change_},

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "cli/json.h"
 #include "cli/live_picture.h"
@@ -56,6 +57,7 @@ class Viewer {
   bool filter_ = false;
   std::uint64_t change_ = 0;  ///< of the picture, the last one
   std::string layer_ = "colour";
+  std::vector<std::string> tone_maps_;
   cli::LivePicture picture_;
 };
 

@@ -120,11 +120,11 @@ AovSet needs_of_layer(const std::string& layer) {
 
 View view_of(const Film& film, const ViewChoice& choice) {
   const std::optional<Plane> plane = find_layer(film, choice.layer);
-  if (!plane) return {.picture = to_picture(film, choice.exposure, choice.tone_map)};
+  if (!plane) return {.picture = to_picture(film, choice.display)};
   if (plane->components == 1) return view_numbers(film, *plane);
   if (choice.layer == row(Aov::variance).name) return view_numbers(film, to_luminance(*plane));
   if (!is_colour(choice.layer)) return view_directions(film, *plane);
-  return {.picture = to_picture(film_of(film, *plane), choice.exposure, choice.tone_map)};
+  return {.picture = to_picture(film_of(film, *plane), choice.display)};
 }
 
 cli::Json describe_pixel(const Film& film, int x, int y) {

@@ -12,8 +12,7 @@ namespace pvol::viewer {
 /// How a film is shown.
 struct ViewChoice {
   std::string layer = "colour";  ///< or a name of `layers_to_view`
-  double exposure = 0;           ///< of light, in stops
-  formats::ToneMap tone_map = formats::ToneMap::srgb;
+  formats::Display display{};    ///< of light
 };
 
 /// Names of what there is to show: "colour", "alpha", and all layers that can be asked for.

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <ImfChannelList.h>
-#include <ImfChromaticities.h>
 #include <ImfHeader.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
@@ -14,6 +13,7 @@
 #include <limits>
 
 #include "image/exr_block.h"
+#include "image/exr_color.h"
 #include "image/exr_header.h"
 #include "pvol/error.h"
 
@@ -24,8 +24,7 @@ constexpr std::int64_t kMostPixels = std::int64_t{1} << 28;
 constexpr std::uint64_t kFewPixels = std::uint64_t{1} << 24;
 constexpr std::int64_t kLargestEdge = std::int64_t{1} << 16;     // longer ones are damaged headers
 constexpr std::uint64_t kLargestBlock = std::uint64_t{1} << 28;  // bytes
-constexpr std::uint64_t kBestRatio = 1032;   // of zlib, and so of blocks that are not of one colour
-constexpr float kPrimaryTolerance = 0.002f;  // chromaticities are published with 2 to 4 digits
+constexpr std::uint64_t kBestRatio = 1032;  // of zlib, and so of blocks that are not of one colour
 
 std::string names_of(const Imf::ChannelList& channels) {
   std::string names;
@@ -33,10 +32,6 @@ std::string names_of(const Imf::ChannelList& channels) {
     names += (names.empty() ? "" : ", ") + std::string(c.name());
   }
   return names.empty() ? "none" : names;
-}
-
-bool close(const Imath::V2f& a, const Imath::V2f& b) {
-  return std::abs(a.x - b.x) <= kPrimaryTolerance && std::abs(a.y - b.y) <= kPrimaryTolerance;
 }
 
 void check_window(const ExrPart& p) {
@@ -143,6 +138,7 @@ Film film_of(const Imf::Header& header) {
   f.x = int(x), f.y = int(y);
   f.crop_width = int(extent(data.min.x, data.max.x));
   f.crop_height = int(extent(data.min.y, data.max.y));
+  f.color_space = space_of(header);
   return f;
 }
 
@@ -167,13 +163,6 @@ void check_picture(const Imf::Header& header) {
     if (c.channel().xSampling == 1 && c.channel().ySampling == 1) continue;
     throw Error(std::string("has fewer samples than pixels in its channel ") + c.name() +
                 "; write it without that channel, or with all samples");
-  }
-  if (Imf::hasChromaticities(header)) {
-    const Imf::Chromaticities found = Imf::chromaticities(header), rec709;
-    if (!close(found.red, rec709.red) || !close(found.green, rec709.green) ||
-        !close(found.blue, rec709.blue) || !close(found.white, rec709.white)) {
-      throw Error("has primaries other than linear Rec.709; convert it first");
-    }
   }
 }
 

@@ -23,14 +23,15 @@ std::size_t check_exr_file(const std::filesystem::path& file);
 /// The same of a deep picture's only part, as far as it can be told without its blocks.
 void check_deep_part(const std::filesystem::path& file, ExrPart part, std::uint64_t file_bytes);
 
-/// A film with the windows of a file, and without pixels. Throws Error where they make no sense.
+/// A film with the windows and the colour space of a file, and without pixels. Throws Error where
+/// they make no sense.
 [[nodiscard]] Film film_of(const Imf::Header& header);
 
 /// All attributes of type string.
 [[nodiscard]] std::map<std::string, std::string> string_attributes(const Imf::Header& header);
 
 /// Throws Error for what cannot be used as a picture, before any pixel is read: without R, G and B,
-/// with channels of fewer samples, or with primaries other than Rec.709.
+/// or with channels of fewer samples.
 void check_picture(const Imf::Header& header);
 
 /// Throws Error unless all pixels are there.

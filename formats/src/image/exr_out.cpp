@@ -1,6 +1,5 @@
 #include "image/exr_out.h"
 
-#include <ImfChromaticities.h>
 #include <ImfMatrixAttribute.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStdIO.h>
@@ -11,6 +10,7 @@
 #include <fstream>
 #include <thread>
 
+#include "image/exr_color.h"
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
 #include "pvol/formats/image.h"
@@ -55,7 +55,7 @@ Imf::Header make_header(const Film& film, const std::optional<Camera>& camera) {
   const Imath::Box2i data({film.x, film.y},
                           {film.x + film.crop_width - 1, film.y + film.crop_height - 1});
   Imf::Header header(display, data);
-  Imf::addChromaticities(header, Imf::Chromaticities());  // the default is Rec.709 with D65
+  add_primaries(film.color_space, header);
   if (camera) add_camera(middle_camera(*camera), film, header);
   return header;
 }

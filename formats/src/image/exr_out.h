@@ -16,8 +16,8 @@
 
 namespace pvol::formats::detail {
 
-/// A header with the film's windows, the chromaticities of Rec.709 and, of a camera, worldToCamera
-/// and worldToNDC. Channels and compression are the caller's.
+/// A header with the film's windows, the chromaticities of its colours and, of a camera,
+/// worldToCamera and worldToNDC. Channels and compression are the caller's.
 [[nodiscard]] Imf::Header make_header(const Film& film, const std::optional<Camera>& camera);
 
 /// Adds attributes of type string. Throws Error for names of EXR's own.

@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "image/exr_check.h"
+#include "image/exr_color.h"
 #include "image/sky_readers.h"
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
@@ -53,13 +54,13 @@ ImageSky read_pixels(Imf::InputFile& in) {
 
 }  // namespace
 
-ImageSky detail::read_exr_sky(const std::filesystem::path& file) {
+detail::StoredSky detail::read_exr_sky(const std::filesystem::path& file) {
   (void)detail::check_exr_file(file);
   try {
     Imf::InputFile in(file.c_str());
     detail::check_picture(in.header());
     detail::check_complete(in.isComplete());
-    return read_pixels(in);
+    return {read_pixels(in), detail::primaries_of(in.header())};
   } catch (const Error& e) {
     throw Error(file.string() + ": " + e.what());
   } catch (const std::exception& e) {

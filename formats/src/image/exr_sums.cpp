@@ -165,6 +165,7 @@ SumsHeader read_sums_header(const Imf::Header& header) {
   h.window.width = window.width, h.window.height = window.height;
   h.window.x = window.x, h.window.y = window.y;
   h.window.crop_width = window.crop_width, h.window.crop_height = window.crop_height;
+  h.window.color_space = window.color_space;
   for (const FilmPiece& p : h.record.pieces) check_piece(p, h.window);
   for (const Plane& p : planes_of(h.window.layers, h.choice)) {
     const Imf::Channel* channel = header.channels().findChannel(p.name);

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <fstream>
 #include <string_view>
+#include <utility>
 
 #include "file/byte_source.h"
 #include "image/sky_readers.h"
@@ -82,7 +83,7 @@ std::vector<double> numbers(std::string_view text) {
   return all;
 }
 
-/// What the header says of colours: by what values are to be multiplied.
+/// What the header says of colours: by what values are to be multiplied, and their primaries.
 class Colors {
  public:
   void read(const std::string& line, const Bytes& in) {
@@ -96,9 +97,10 @@ class Colors {
     }
     if (key == "EXPOSURE") divide(key, value, 1, in);
     if (key == "COLORCORR") divide(key, value, 3, in);
-    if (key == "PRIMARIES") check_primaries(value, in);
+    if (key == "PRIMARIES") read_primaries(value, in);
   }
   [[nodiscard]] Vec3d factor() const { return factor_; }
+  [[nodiscard]] const Primaries& primaries() const { return primaries_; }
 
  private:
   static std::string printable(std::string_view text) {
@@ -117,19 +119,26 @@ class Colors {
     }
     for (int c = 0; c < 3; ++c) factor_[c] /= v[count == 1 ? 0 : std::size_t(c)];
   }
-  /// Those of Rec.709, whose white may be of equal energy, as in Radiance.
-  static void check_primaries(std::string_view value, const Bytes& in) {
+  /// Those of Rec.709 keep white as it is, which may be of equal energy, as in Radiance.
+  void read_primaries(std::string_view value, const Bytes& in) {
     const std::vector<double> v = numbers(value);
-    constexpr std::array<double, 6> kOurs{0.64, 0.33, 0.30, 0.60, 0.15, 0.06};
-    bool same = v.size() == 8;
-    for (std::size_t i = 0; same && i < kOurs.size(); ++i) same = std::abs(v[i] - kOurs[i]) < 0.015;
-    if (!same) {
-      in.fail(fmt::format("the primaries are \"{}\"; expected those of Rec.709: convert it",
-                          printable(value)));
+    if (v.size() != 8) {
+      in.fail(
+          fmt::format("PRIMARIES is \"{}\"; expected eight numbers, x and y of red, green, "
+                      "blue and white",
+                      printable(value)));
     }
+    const Primaries p{{v[0], v[1]}, {v[2], v[3]}, {v[4], v[5]}, {v[6], v[7]}};
+    const auto near = [](Chromaticity a, Chromaticity b) {
+      return std::abs(a.x - b.x) < 0.015 && std::abs(a.y - b.y) < 0.015;
+    };
+    const Primaries ours = primaries_of(ColorSpace::rec709);
+    const bool same = near(p.red, ours.red) && near(p.green, ours.green) && near(p.blue, ours.blue);
+    primaries_ = same ? ours : p;
   }
 
   Vec3d factor_{1.0};
+  Primaries primaries_ = primaries_of(ColorSpace::rec709);
 };
 
 /// The order in which pixels come: lines one after the other, each from its begin.
@@ -251,7 +260,7 @@ Vec3d radiance(Rgbe p) {
   return Vec3d(p[0], p[1], p[2]) * unit;
 }
 
-ImageSky read_picture(Bytes& in) {
+detail::StoredSky read_picture(Bytes& in) {
   if (in.left() < 2 || in.next() != '#' || in.next() != '?') {
     throw Error("byte 0: not a Radiance picture (.hdr); expected one that begins with #?RADIANCE");
   }
@@ -285,7 +294,7 @@ ImageSky read_picture(Bytes& in) {
     }
     sky.pixels[layout.index(k, at)] = c;
   }
-  return sky;
+  return {std::move(sky), colors.primaries()};
 }
 
 }  // namespace
@@ -298,17 +307,13 @@ bool detail::is_hdr(const std::filesystem::path& file) {
   return in.get() == '#' && in.get() == '?';
 }
 
-ImageSky detail::read_hdr_sky(const std::filesystem::path& file) {
+detail::StoredSky detail::read_hdr_sky(const std::filesystem::path& file) {
   Bytes in(file);
   try {
     return read_picture(in);
   } catch (const Error& e) {
     throw Error(file.string() + ": " + e.what());
   }
-}
-
-ImageSky read_sky(const std::filesystem::path& file) {
-  return detail::is_hdr(file) ? detail::read_hdr_sky(file) : detail::read_exr_sky(file);
 }
 
 }  // namespace pvol::formats

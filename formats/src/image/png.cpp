@@ -4,10 +4,10 @@
 #include <png.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
+#include "image/screen.h"
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
 #include "pvol/formats/image.h"
@@ -15,12 +15,11 @@
 namespace pvol::formats {
 namespace {
 
-/// The transfer function of IEC 61966-2-1, linear [0, 1] to encoded [0, 1].
-double encode_srgb(double linear) {
-  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
-}
-
 std::uint8_t to_byte(double v) { return static_cast<std::uint8_t>(std::lround(255 * v)); }
+
+double alpha_of(const PixelSums& p) {
+  return p.samples ? std::clamp(p.alpha / p.samples, 0.0, 1.0) : 0;
+}
 
 /// Where a value between two codes is rounded up, in (0, 1) and even over pixels, by a pattern
 /// whose neighbours differ: smooth gradients would else show bands. (J. Jimenez, "Next Generation
@@ -32,37 +31,49 @@ double dither(int x, int y) {
   return std::clamp(fraction(noise + 0.5), kRounding, 1 - kRounding);
 }
 
-/// The bytes of one pixel of the whole picture; three or four of them count.
-std::array<std::uint8_t, 4> encode_pixel(const PixelSums& sums, int x, int y, double factor,
-                                         bool alpha, ToneMap map) {
-  const double a = sums.samples ? std::clamp(sums.alpha / sums.samples, 0.0, 1.0) : 0;
-  Vec3d colour = mean(sums) * factor;
-  if (alpha) colour = a > 0 ? colour / a : Vec3d{};
-  colour = to_display(colour, map);
-  const double up = dither(x, y);
-  const auto encode = [&](double v) { return std::uint8_t(255 * encode_srgb(v) + up); };
-  return {encode(colour.x), encode(colour.y), encode(colour.z), to_byte(a)};
+constexpr Vec3d kMagenta(1, 0, 1);
+
+/// The pixels of a row as codes in [0, 1]; those that are not finite are magenta.
+std::vector<Vec3d> encode_row(const Film& film, int y, const detail::Screen& screen, bool alpha) {
+  std::vector<Vec3d> colors(std::size_t(film.crop_width));
+  for (int x = 0; x < film.crop_width; ++x) {
+    const PixelSums& sums = film.at(x, y);
+    Vec3d& color = colors[std::size_t(x)];
+    if (!is_finite(sums.sum)) continue;
+    color = mean(sums) * screen.factor();
+    if (alpha) color = alpha_of(sums) > 0 ? color / alpha_of(sums) : Vec3d{};
+  }
+  screen.encode(colors);
+  for (int x = 0; x < film.crop_width; ++x) {
+    if (!is_finite(film.at(x, y).sum)) colors[std::size_t(x)] = kMagenta;
+  }
+  return colors;
 }
 
-std::vector<std::uint8_t> encode_film(const std::filesystem::path& file, const Film& film,
-                                      double factor, bool alpha, ToneMap map) {
-  const std::size_t depth = alpha ? 4 : 3;
+std::vector<std::uint8_t> encode_film(const Film& film, const detail::Screen& screen, bool alpha) {
   std::vector<std::uint8_t> bytes;
-  bytes.reserve(film.pixels.size() * depth);
+  bytes.reserve(film.pixels.size() * (alpha ? 4 : 3));
   for (int y = 0; y < film.crop_height; ++y) {
+    const std::vector<Vec3d> row = encode_row(film, y, screen, alpha);
     for (int x = 0; x < film.crop_width; ++x) {
-      const PixelSums& sums = film.at(x, y);
-      if (!is_finite(sums.sum) || !std::isfinite(sums.alpha)) {
-        throw Error(fmt::format(
-            "{}: pixel ({}, {}) is not finite, which PNG cannot hold; write .exr to inspect it",
-            file.string(), film.x + x, film.y + y));
-      }
-      const std::array<std::uint8_t, 4> pixel =
-          encode_pixel(sums, film.x + x, film.y + y, factor, alpha, map);
-      bytes.insert(bytes.end(), pixel.begin(), pixel.begin() + std::ptrdiff_t(depth));
+      const double up = dither(film.x + x, film.y + y);
+      for (int c = 0; c < 3; ++c) bytes.push_back(std::uint8_t(255 * row[std::size_t(x)][c] + up));
+      if (alpha) bytes.push_back(to_byte(alpha_of(film.at(x, y))));
     }
   }
   return bytes;
+}
+
+void require_finite(const std::filesystem::path& file, const Film& film) {
+  for (int y = 0; y < film.crop_height; ++y) {
+    for (int x = 0; x < film.crop_width; ++x) {
+      const PixelSums& sums = film.at(x, y);
+      if (is_finite(sums.sum) && std::isfinite(sums.alpha)) continue;
+      throw Error(fmt::format(
+          "{}: pixel ({}, {}) is not finite, which PNG cannot hold; write .exr to inspect it",
+          file.string(), film.x + x, film.y + y));
+    }
+  }
 }
 
 png_image describe(int width, int height, png_uint_32 format) {
@@ -83,38 +94,33 @@ void write_bytes(const std::filesystem::path& file, png_image image,
   });
 }
 
+detail::Screen screen_for(const std::filesystem::path& file, const Display& display,
+                          ColorSpace space) {
+  try {
+    return detail::Screen(display, space);
+  } catch (const Error& e) {
+    throw Error(file.string() + ": " + e.what());
+  }
+}
+
 }  // namespace
 
-void write_png(const std::filesystem::path& file, const Film& film, double exposure, bool alpha,
-               ToneMap map) {
-  const double factor = std::exp2(exposure);
-  if (!std::isfinite(factor) || factor == 0) {
-    throw Error(fmt::format("{}: exposure {:f} is out of range; expected stops such as 1.5",
-                            file.string(), exposure));
-  }
+void write_png(const std::filesystem::path& file, const Film& film, const Display& display,
+               bool alpha) {
   if (film.crop_width < 1 || film.crop_height < 1) {
     throw Error(file.string() + ": the picture has no pixels; choose a size of at least 1 x 1");
   }
-  const std::vector<std::uint8_t> bytes = encode_film(file, film, factor, alpha, map);
-  write_bytes(file,
-              describe(film.crop_width, film.crop_height, alpha ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB),
-              bytes);
+  require_finite(file, film);
+  const detail::Screen screen = screen_for(file, display, film.color_space);
+  png_image image =
+      describe(film.crop_width, film.crop_height, alpha ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB);
+  if (!screen.is_srgb()) image.flags |= PNG_IMAGE_FLAG_COLORSPACE_NOT_sRGB;
+  write_bytes(file, image, encode_film(film, screen, alpha));
 }
 
-Picture to_picture(const Film& film, double exposure, ToneMap map) {
-  Picture p{film.crop_width, film.crop_height, {}};
-  p.rgb.reserve(3 * film.pixels.size());
-  for (int y = 0; y < film.crop_height; ++y) {
-    for (int x = 0; x < film.crop_width; ++x) {
-      const PixelSums& sums = film.at(x, y);
-      std::array<std::uint8_t, 4> pixel{255, 0, 255, 255};
-      if (is_finite(sums.sum)) {
-        pixel = encode_pixel(sums, film.x + x, film.y + y, std::exp2(exposure), false, map);
-      }
-      p.rgb.insert(p.rgb.end(), pixel.begin(), pixel.begin() + 3);
-    }
-  }
-  return p;
+Picture to_picture(const Film& film, const Display& display) {
+  const detail::Screen screen(display, film.color_space);
+  return {film.crop_width, film.crop_height, encode_film(film, screen, false)};
 }
 
 std::vector<std::byte> encode_png(const Picture& picture) {

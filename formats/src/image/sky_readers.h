@@ -3,12 +3,19 @@
 
 #include <filesystem>
 
+#include "pvol/math/color_space.h"
 #include "pvol/render/sky.h"
 
 namespace pvol::formats::detail {
 
-[[nodiscard]] ImageSky read_exr_sky(const std::filesystem::path& file);
-[[nodiscard]] ImageSky read_hdr_sky(const std::filesystem::path& file);
+/// A picture in the colours of its file.
+struct StoredSky {
+  ImageSky sky;
+  Primaries primaries;
+};
+
+[[nodiscard]] StoredSky read_exr_sky(const std::filesystem::path& file);
+[[nodiscard]] StoredSky read_hdr_sky(const std::filesystem::path& file);
 
 /// Whether a file has the ending, or the first two bytes, of a Radiance picture.
 [[nodiscard]] bool is_hdr(const std::filesystem::path& file);

@@ -74,7 +74,7 @@ void make_domes(const std::vector<UsdItem>& domes, const UsdMaking& making) {
   Vec3d even{0, 0, 0};
   for (const UsdItem& item : domes) {
     const UsdView dome = making.stage.view(*item.prim);
-    const Rgb radiance = emission_of(dome, 0);
+    const Rgb radiance = emission_of(dome, 0, making.space());
     const std::optional<ImageSky> own = picture_of_dome(item, dome, radiance, making);
     if (own && picture) {
       making.note(dome.where(), "only the first DomeLight with a picture is taken");

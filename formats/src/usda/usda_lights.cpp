@@ -43,7 +43,7 @@ void add_distant(const UsdLamp& lamp) {
   const double size = angle > 0 ? kPi * sine * sine : 1;
   Sun sun;
   sun.direction = normalize(lamp.axis({0, 0, 1}));
-  sun.irradiance = Rgb(Vec3d(emission_of(lamp.view, size)) * size);
+  sun.irradiance = Rgb(Vec3d(emission_of(lamp.view, size, lamp.making.space())) * size);
   sun.angle = angle < kSmallest ? 0 : angle;
   lamp.add(sun);
 }
@@ -86,7 +86,7 @@ void add_sphere(const UsdLamp& lamp) {
   const double r = own * scale.value_or(mean);
   if (!(own >= 0)) fail_at(lamp.view.where(), fmt::format("a radius of {}", own), "0 or more");
   const bool normalised = input(lamp.view, "normalize", 0) != 0;
-  const Vec3d radiance(emission_of(lamp.view, 4 * kPi * r * r));
+  const Vec3d radiance(emission_of(lamp.view, 4 * kPi * r * r, lamp.making.space()));
   // Of a point of a given power, which is pi L times the area of a ball, whatever its size.
   const Rgb intensity(r > 0 ? radiance * (kPi * r * r) : radiance * (normalised ? 0.25 : 0));
   if (r == 0 && !normalised) {
@@ -115,7 +115,7 @@ void add_flat(const UsdLamp& lamp, double width, double height) {
   area.up = normalize(y);
   area.size = {width * length(x), height * length(y)};
   const double surface = area.size[0] * area.size[1];
-  area.radiance = emission_of(lamp.view, surface);
+  area.radiance = emission_of(lamp.view, surface, lamp.making.space());
   if (const auto cone = cone_of(lamp, 90)) {
     return add_spot(lamp, *cone, Rgb(Vec3d(area.radiance) * surface));
   }

@@ -13,7 +13,9 @@ ImportedScene read_usda(const std::filesystem::path& file, const std::string& st
   detail::ImportNotes notes;
   const detail::UsdStage stage = stage_of(detail::compose_usda(file, notes), frame, notes);
   const detail::UsdMaking making{stage, &notes, &scene, stem};
-  make_camera(picture_of(making), making);
+  const detail::UsdPicture picture = picture_of(making);
+  scene.file.scene.options.color_space = picture.space;
+  make_camera(picture, making);
   make_lights(making);
   make_volumes(making);
   make_surfaces(making);

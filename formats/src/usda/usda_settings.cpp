@@ -2,6 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
+#include <optional>
+#include <utility>
 
 #include "pvol/render/options.h"
 #include "usda/usda_world.h"
@@ -12,6 +15,34 @@ namespace {
 const UsdItem* at_path(const std::vector<UsdItem>& items, const std::string& path) {
   const auto found = std::ranges::find(items, path, &UsdItem::path);
   return found == items.end() ? nullptr : &*found;
+}
+
+/// The space that a token of renderingColorSpace names, by the primaries that it tells: lin_ap1,
+/// lin_ap1_scene, acescg, lin_rec709 and so on.
+std::optional<ColorSpace> space_of(const std::string& token) {
+  constexpr std::pair<const char*, ColorSpace> kParts[] = {
+      {"ap1", ColorSpace::acescg},      {"acescg", ColorSpace::acescg},
+      {"ap0", ColorSpace::aces},        {"aces2065", ColorSpace::aces},
+      {"rec709", ColorSpace::rec709},   {"srgb", ColorSpace::rec709},
+      {"rec2020", ColorSpace::rec2020}, {"p3", ColorSpace::p3}};
+  std::string name;
+  for (const char c : token) name += char(std::tolower(static_cast<unsigned char>(c)));
+  for (const auto& [part, space] : kParts) {
+    if (name.find(part) != name.npos) return space;
+  }
+  return std::nullopt;
+}
+
+void take_space(const UsdView& view, UsdPicture& picture, const UsdMaking& making) {
+  const std::string token = view.word("renderingColorSpace", "");
+  if (token.empty()) return;
+  if (const auto space = space_of(token)) {
+    picture.space = *space;
+  } else {
+    making.note(view.where(), fmt::format("the renderingColorSpace {} is unknown here: colours are "
+                                          "taken as {}",
+                                          usd_shown(token), name(picture.space)));
+  }
 }
 
 void take_settings(const UsdItem& item, UsdPicture& picture, const UsdMaking& making) {
@@ -33,6 +64,7 @@ void take_settings(const UsdItem& item, UsdPicture& picture, const UsdMaking& ma
                 "pixels stay square: adjustPixelAspectRatio is taken as "
                 "expandAperture");
   }
+  take_space(view, picture, making);
   for (const char* name : {"products", "orderedVars", "productName", "productType"}) {
     view.ignore(name);  // pvol-render names its file and its layers: -o and --aov
   }

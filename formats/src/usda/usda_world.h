@@ -16,6 +16,8 @@ struct UsdMaking {
   std::string stem{};              ///< that names of files beside the scene begin with
 
   void note(const UsdWhere& where, const std::string& text) const { notes->add(where, text); }
+  /// Of colours.
+  [[nodiscard]] ColorSpace space() const { return scene->file.scene.options.color_space; }
 };
 
 /// What RenderSettings say of the picture.
@@ -23,6 +25,7 @@ struct UsdPicture {
   std::string camera{};  ///< path; "": the first
   std::optional<std::array<int, 2>> size{};
   std::string policy = "expandAperture";  ///< aspectRatioConformPolicy
+  ColorSpace space = ColorSpace::rec709;  ///< of all colours of the stage
 };
 [[nodiscard]] UsdPicture picture_of(const UsdMaking& making);
 
@@ -34,7 +37,7 @@ void make_lights(const UsdMaking& making);
 
 /// Colour, temperature, intensity and exposure of a light together. Per unit of its size where it
 /// is normalised and `size` is not 0.
-[[nodiscard]] Rgb emission_of(const UsdView& light, double size);
+[[nodiscard]] Rgb emission_of(const UsdView& light, double size, ColorSpace space);
 
 /// Skies of all DomeLights.
 void make_domes(const std::vector<UsdItem>& domes, const UsdMaking& making);

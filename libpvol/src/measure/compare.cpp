@@ -140,6 +140,9 @@ void check(const Film& a, const Film& b, const CompareOptions& o) {
               a.crop_width == b.crop_width && a.crop_height == b.crop_height,
           "the pictures show different rectangles: " + rectangle(a) + ", and " + rectangle(b) +
               "; render both with the same size and crop");
+  require(a.color_space == b.color_space,
+          std::string("the pictures are in different colour spaces, ") + name(a.color_space) +
+              " and " + name(b.color_space) + "; expected the same");
   require(!a.pixels.empty(), "the pictures have no pixels; expected at least one");
   check_pixels(a, "first");
   check_pixels(b, "second");

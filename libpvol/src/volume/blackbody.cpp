@@ -13,21 +13,22 @@ namespace {
 constexpr double kColdest = 800, kHottest = 40'000;
 constexpr int kEntries = 512;
 
-Rgb color_of(double kelvin) {
-  const Vec3d c = blackbody_chromaticity(kelvin);
-  const Vec3d linear = rec709(c / c.y);  // of luminance 1
-  const Vec3d inside = max(linear, Vec3d(0.0));
-  return Rgb(inside / (0.2126 * inside.x + 0.7152 * inside.y + 0.0722 * inside.z));
-}
-
-using Table = std::array<Rgb, kEntries>;
-Table make_table() {
-  Table t;
-  for (int i = 0; i < kEntries; ++i) {
+/// By entry, in each space.
+using Tables = std::array<std::array<Rgb, kEntries>, names(ColorSpace{}).size()>;
+Tables make_tables() {
+  Tables tables;
+  for (std::size_t i = 0; i < kEntries; ++i) {
     const double share = double(i) / (kEntries - 1);
-    t[std::size_t(i)] = color_of(1 / ((1 - share) / kHottest + share / kColdest));
+    const Vec3d c = blackbody_chromaticity(1 / ((1 - share) / kHottest + share / kColdest));
+    const Vec3d linear = rec709(c / c.y);
+    for (const auto& named : names(ColorSpace{})) {
+      const Vec3d there = conversion(ColorSpace::rec709, named.value).vector(linear);
+      const Vec3d inside = max(there, Vec3d(0.0));
+      tables[std::size_t(named.value)][i] =
+          Rgb(inside / dot(inside, luminance_weights(named.value)));
+    }
   }
-  return t;
+  return tables;
 }
 
 }  // namespace
@@ -45,8 +46,9 @@ Vec3d blackbody_chromaticity(double kelvin) {
   return sum / (sum.x + sum.y + sum.z);
 }
 
-Rgb blackbody_color(float kelvin) {
-  static const Table table = make_table();
+Rgb blackbody_color(float kelvin, ColorSpace space) {
+  static const Tables tables = make_tables();
+  const auto& table = tables[std::size_t(space)];
   constexpr double kStart = 1 / kHottest, kSpan = 1 / kColdest - 1 / kHottest;
   const double t = std::clamp(double(kelvin), kColdest, kHottest);
   const double at = (1 / t - kStart) / kSpan * (kEntries - 1);

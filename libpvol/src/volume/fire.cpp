@@ -25,7 +25,7 @@ Rgb emission(const Fire& fire, float value, float color_value) {
   if (fire.kelvin) {
     const double kelvin = *fire.kelvin * double(color_value);
     if (!(kelvin > 0)) return Rgb(0.0f);
-    e *= blackbody_color(float(kelvin));
+    e *= blackbody_color(float(kelvin), fire.color_space);
     if (fire.kelvin_of_intensity) {
       const double ratio = kelvin / *fire.kelvin_of_intensity;
       e *= float(ratio * ratio * ratio * ratio);

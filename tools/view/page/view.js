@@ -104,6 +104,7 @@ function show(told) {
   scene = told;
   controls.show(scene.sections);
   fill($('layer'), scene.layers, scene.layer);
+  fill($('tone_map'), scene.tone_maps, $('tone_map').value || scene.tone_maps[0]);
   fill($('kinds'), scene.kinds);
   $('filter').checked = scene.filter;
   $('undo').disabled = !scene.undo;

@@ -65,7 +65,7 @@ struct ExrOptions {
 /// Throws Error where layers of numbers would be rounded: dwaa without parts.
 void validate(const ExrOptions& options);
 
-/// Writes R, G, B, A (linear Rec.709 with the chromaticities header, premultiplied alpha) and
+/// Writes R, G, B, A (linear, with the chromaticities of the film's space, premultiplied alpha) and
 /// nothing more but for `options.aovs` and the film's layers, as channels LAYER.R, .G, .B or
 /// LAYER.Y (kFilmChannels, Layer): colour alone opens as a plain picture everywhere. The data
 /// window is the rendered rectangle, the display window the whole image. `attributes` become string
@@ -113,23 +113,40 @@ enum class ToneMap {
 /// Linear light of a screen whose white is 1, in [0, 1], for linear Rec.709; negative counts as 0.
 [[nodiscard]] Vec3d to_display(Vec3d linear, ToneMap map);
 
-/// Writes the rendered rectangle as 8-bit sRGB (IEC 61966-2-1, with the sRGB chunk): radiance times
-/// 2^exposure, by the tone map in [0, 1], rounded up or down to a code by a fixed pattern whose
-/// mean is the value, so that gradients have no bands (dither). With `alpha` an RGBA picture with
-/// unpremultiplied colour, black where alpha is 0; it suits films rendered without background.
-/// Atomic. Throws Error for an empty film, an exposure beyond what double holds, and a pixel that
-/// is not finite, which it names.
-void write_png(const std::filesystem::path& file, const Film& film, double exposure, bool alpha,
-               ToneMap map = ToneMap::srgb);
+/// How light becomes what a screen shows.
+struct Display {
+  double exposure = 0;  ///< in stops
+  /// One of `tone_maps`: the name of a ToneMap, or a view of the OCIO configuration.
+  std::string tone_map = "srgb";
+};
 
-/// 8-bit sRGB, rows from the top: what screens show.
+/// Every tone map there is: those of ours, then, where pvol was built with OpenColorIO, the views
+/// of the configuration that the environment variable OCIO names, or else of a small one with the
+/// views of ACES 1.0; views of other displays than its first as "display/view". Throws Error for a
+/// configuration that cannot be read.
+[[nodiscard]] std::vector<std::string> tone_maps();
+
+/// Throws Error for an exposure beyond what double holds and a tone map that is none of those.
+void check(const Display& display);
+
+/// Writes the rendered rectangle as 8-bit sRGB (IEC 61966-2-1, with the sRGB chunk, but for views
+/// of other screens): radiance times 2^exposure, by the tone map in [0, 1], rounded up or down to a
+/// code by a fixed pattern whose mean is the value, so that gradients have no bands (dither). With
+/// `alpha` an RGBA picture with unpremultiplied colour, black where alpha is 0; it suits films
+/// rendered without background. Atomic. Throws Error for an empty film, what `check` refuses, and a
+/// pixel that is not finite, which it names.
+void write_png(const std::filesystem::path& file, const Film& film, const Display& display = {},
+               bool alpha = false);
+
+/// 8 bits for a screen, rows from the top.
 struct Picture {
   int width = 0, height = 0;
   std::vector<std::uint8_t> rgb;  ///< 3 * width * height
 };
 
 /// The film as write_png would write it without alpha; pixels that are not finite are magenta.
-[[nodiscard]] Picture to_picture(const Film& film, double exposure, ToneMap map = ToneMap::srgb);
+/// Throws Error for what `check` refuses.
+[[nodiscard]] Picture to_picture(const Film& film, const Display& display = {});
 
 /// The bytes of a PNG file with this picture, which has at least one pixel.
 [[nodiscard]] std::vector<std::byte> encode_png(const Picture& picture);
@@ -155,19 +172,28 @@ struct StoredFilm {
 
 /// A deep EXR (scanlines, zips or no compression) as a flat film: the samples of each pixel over
 /// each other, before nothing. Every pixel counts as one sample. Throws Error for files that are
-/// damaged or incomplete, without the channels R, G, B, A and Z, with primaries other than
-/// Rec.709, with tiles or several parts, with samples that are not finite, overlap or are not in
+/// damaged or incomplete, without the channels R, G, B, A and Z, with primaries of no ColorSpace,
+/// with tiles or several parts, with samples that are not finite, overlap or are not in
 /// the order of depth, and beyond the sizes of `read_sky`.
 [[nodiscard]] StoredFilm flatten_exr(const std::filesystem::path& file);
+
+/// Colours of a sky picture: those of its file and those that are wanted.
+struct SkyColors {
+  /// A name of ColorSpace, or of a colour space of the OCIO configuration; empty: by the primaries
+  /// in the file, or Rec.709 where it has none.
+  std::string from{};
+  ColorSpace to = ColorSpace::rec709;
+};
 
 /// The R, G, B channels of an EXR (half, float or integer; scanlines or the finest level of tiles)
 /// as a sky picture of the size of its data window; scale and rotation are the defaults. Throws
 /// Error for files that are damaged or incomplete, without those channels (the message lists what
-/// is there), with primaries other than Rec.709, with non-finite or negative pixels, with deep
-/// ones, with channels of fewer samples than pixels, of more than 2^28 pixels or with an edge above
-/// 2^16. Files that end in .hdr, or begin as those do, are Radiance pictures (RGBE, plain or with
-/// either run-length code, lines in any order, exposure undone): Error for those that are damaged,
-/// of XYZE or other primaries, and of such sizes.
-[[nodiscard]] ImageSky read_sky(const std::filesystem::path& file);
+/// is there), with non-finite or negative pixels, with deep ones, with channels of fewer samples
+/// than pixels, of more than 2^28 pixels or with an edge above 2^16. Files that end in .hdr, or
+/// begin as those do, are Radiance pictures (RGBE, plain or with either run-length code, lines in
+/// any order, exposure undone): Error for those that are damaged, of XYZE, and of such sizes.
+/// Colours are converted to another space with what lies outside its gamut cut off at the same
+/// luminance; Error for a space that is unknown.
+[[nodiscard]] ImageSky read_sky(const std::filesystem::path& file, const SkyColors& colors = {});
 
 }  // namespace pvol::formats

@@ -1,6 +1,7 @@
 // What a clear sky comes to.
 #pragma once
 
+#include "pvol/math/color_space.h"
 #include "pvol/render/sky.h"
 #include "pvol/render/sun.h"
 #include "pvol/render/sun_position.h"
@@ -19,6 +20,6 @@ struct Daylight {
 /// the sun and the thicker the haze; the same on any number of threads. Neglected are polarisation,
 /// clouds, water vapour, the height of the observer, the bending of rays, moon and stars. Radiances
 /// are finite and not negative whatever the values (THEORY.md, T5.16).
-[[nodiscard]] Daylight make_daylight(const ClearSky& sky);
+[[nodiscard]] Daylight make_daylight(const ClearSky& sky, ColorSpace space = ColorSpace::rec709);
 
 }  // namespace pvol

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "pvol/math/color_space.h"
 #include "pvol/math/vec.h"
 #include "pvol/render/adaptive_samples.h"
 #include "pvol/render/counts.h"
@@ -55,6 +56,7 @@ struct Film {
   /// Of films that were rendered: what the sums of `pixels` and `layers` are rounded from.
   FilmSums sums{};
   std::optional<AdaptiveSamples> needs{};  ///< adaptive samples, after the pilot
+  ColorSpace color_space = ColorSpace::rec709;
 
   [[nodiscard]] std::size_t index(int px, int py) const {
     return std::size_t(py) * std::size_t(crop_width) + std::size_t(px);

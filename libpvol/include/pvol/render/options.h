@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "pvol/bounds/octree.h"
+#include "pvol/math/color_space.h"
 #include "pvol/math/keys.h"
 #include "pvol/math/names.h"
 #include "pvol/render/adaptive_samples.h"
@@ -123,6 +124,8 @@ struct RenderOptions {
   double deep_error = 0.005;  ///< share of alpha and colour by which merged bins may be off
   PixelFilter filter = PixelFilter::blackman_harris;
   std::optional<double> filter_width;  ///< in pixels; none: 1 of a box, 3 of others
+  /// Of every colour of the scene, and of the picture.
+  ColorSpace color_space = ColorSpace::rec709;
   bool count = false;  ///< count look-ups and the like, also for no AOV (a few per cent slower)
   friend bool operator==(const RenderOptions&, const RenderOptions&) = default;
 };
@@ -306,6 +309,11 @@ template <std::same_as<RenderOptions> O>
                              .limits = number(Range::closed(0.01, 100)).or_word("auto"),
                              .help = "Full width of the filter",
                              .otherwise = "auto: 1 for a box, 3 for others"}),
+      key<&O::color_space>(
+          {.key = "color_space",
+           .help = "Linear colour space of the scene's colours and of the picture: rec709 is that "
+                   "of sRGB, acescg that of many studios. Black bodies, clear skies and pictures "
+                   "of known primaries are converted to it"}),
       key<&O::aovs>({.key = "aov",
                      .help = "Layers that the .exr holds in addition to colour and alpha; "
                              "pvol-stats image needs variance and samples",

@@ -73,6 +73,9 @@ struct ImageSky {
   double rotation = 0;      ///< degrees, added to the azimuth of the picture about `up`
   std::string file{};       ///< that the pixels come from; empty where they come from memory
   Vec3d up{0, 1, 0};        ///< the direction of the picture's upper edge
+  /// Of the file; empty: that of its primaries, which are those of Rec.709 where it names none. Its
+  /// pixels are converted when they are read.
+  std::string color_space{};
   friend bool operator==(const ImageSky&, const ImageSky&) = default;
 };
 template <std::same_as<ImageSky> S>
@@ -95,6 +98,12 @@ template <std::same_as<ImageSky> S>
                    .metavar = "XYZ",
                    .limits = direction(),
                    .help = "Direction of the picture's upper edge"}),
+      key<&S::color_space>({.key = "color_space",
+                            .metavar = "NAME",
+                            .limits = any_text(),
+                            .help = "Colour space of the picture: rec709, rec2020, p3-d65, acescg, "
+                                    "aces2065-1, or one of the OCIO configuration",
+                            .otherwise = "by the primaries in the file, else rec709"}),
   });
 }
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <variant>
 
+#include "pvol/math/color_space.h"
 #include "pvol/math/rng.h"
 #include "pvol/render/light_sample.h"
 #include "pvol/render/sky.h"
@@ -16,8 +17,8 @@ namespace pvol {
 /// share the picture.
 class SkyLight {
  public:
-  /// A clear sky is computed here; its sun is not of it, see lighting.h.
-  explicit SkyLight(const Environment& environment);
+  /// A clear sky is computed here, in this space; its sun is not of it, see lighting.h.
+  explicit SkyLight(const Environment& environment, ColorSpace space = ColorSpace::rec709);
   explicit SkyLight(SkyPicture picture);
 
   [[nodiscard]] Rgb radiance(Vec3f direction) const;

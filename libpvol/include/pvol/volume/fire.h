@@ -5,6 +5,7 @@
 #include <string>
 
 #include "pvol/math/color_ramp.h"
+#include "pvol/math/color_space.h"
 #include "pvol/math/field_map_keys.h"
 #include "pvol/volume/medium_keys.h"
 
@@ -25,7 +26,8 @@ struct Fire {
   /// The temperature at which the intensity is as said; elsewhere it goes with the fourth power of
   /// the temperature (Stefan-Boltzmann). None: the intensity is apart from the temperature.
   std::optional<double> kelvin_of_intensity{};
-  ColorRamp colors{};  ///< along the values of color_by
+  ColorRamp colors{};                           ///< along the values of color_by
+  ColorSpace color_space = ColorSpace::rec709;  ///< of `color`, `colors` and the black body
   friend bool operator==(const Fire&, const Fire&) = default;
 
   /// Whether colours take a field's value.

@@ -99,6 +99,7 @@ void flush(Film& film, std::size_t pixel) {
 Film crop_of(const Film& film, int x, int y, int width, int height) {
   Film part{film.width, film.height, x, y, width, height, {}};
   part.first_sample = film.first_sample;
+  part.color_space = film.color_space;
   part.pixels.resize(std::size_t(width) * std::size_t(height));
   const std::size_t first = film.index(x - film.x, y - film.y);
   const auto rows = [&](const auto& all) {
@@ -142,8 +143,9 @@ void add_part(Film& to, const Film& part) {
 
 void add_samples(Film& to, const Film& from) {
   if (from.pixels.size() != to.pixels.size() || from.crop_width != to.crop_width ||
-      from.layers.size() != to.layers.size()) {
-    throw Error("the films have different sizes or layers; expected the same to add them");
+      from.layers.size() != to.layers.size() || from.color_space != to.color_space) {
+    throw Error(
+        "the films have different sizes, layers or colour spaces; expected the same to add them");
   }
   const bool exact = !to.sums.empty() && !from.sums.empty();
   if (exact) {

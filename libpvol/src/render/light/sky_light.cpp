@@ -9,7 +9,7 @@
 
 namespace pvol {
 
-SkyLight::SkyLight(const Environment& environment) {
+SkyLight::SkyLight(const Environment& environment, ColorSpace space) {
   if (const auto* even = std::get_if<ConstantSky>(&environment)) {
     sky_ = *even;
   } else if (const auto* gradient = std::get_if<GradientSky>(&environment)) {
@@ -18,7 +18,8 @@ SkyLight::SkyLight(const Environment& environment) {
   } else if (const auto* image = std::get_if<ImageSky>(&environment)) {
     sky_ = std::make_shared<const SkyPicture>(*image, SkyPixels::even);
   } else if (const auto* clear = std::get_if<ClearSky>(&environment)) {
-    sky_ = std::make_shared<const SkyPicture>(make_daylight(*clear).picture, SkyPixels::smooth);
+    sky_ =
+        std::make_shared<const SkyPicture>(make_daylight(*clear, space).picture, SkyPixels::smooth);
   }
 }
 

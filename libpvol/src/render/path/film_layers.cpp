@@ -151,6 +151,7 @@ Film make_film(const RenderOptions& o) {
   f.crop_width = part.width, f.crop_height = part.height;
   f.pixels.resize(std::size_t(f.crop_width) * std::size_t(f.crop_height));
   f.first_sample = o.first_sample + o.part_begin;
+  f.color_space = o.color_space;
   return f;
 }
 

@@ -141,6 +141,14 @@ void check_chromatic(std::span<const Volume> volumes, const RenderOptions& o) {
           "(extinction_color) has three; choose another tracker");
 }
 
+/// A black body glows in the colours of the space that its fire was made for.
+void check_color_space(const Volume& v, ColorSpace space) {
+  if (v.fire == nullptr || v.fire->fire.color_space == space) return;
+  throw Error(std::string("a fire has colours in ") + name(v.fire->fire.color_space) +
+              ", but the picture is to be in " + name(space) +
+              "; make the fire with the color_space of the options");
+}
+
 }  // namespace
 
 void check(std::span<const Volume> volumes, const Scene& scene) {
@@ -156,6 +164,7 @@ void check(std::span<const Volume> volumes, const Scene& scene) {
     check(v, scene.options);
     if (v.density.motion != nullptr) check_motion(v, scene);
     if (v.fire) check_shutter(v.fire->field, scene);
+    check_color_space(v, scene.options.color_space);
     if (places_move(v)) check_moving_places(v, scene);
   }
 }

@@ -29,7 +29,8 @@ Vec3d on_horizon(const ClearSky& sky, double azimuth) {
 /// A sky by colours, in a table that is dense towards the horizon, by azimuths from the sun's.
 class SkyTable {
  public:
-  explicit SkyTable(const ScatteredLight& light) : at_(kElevations * kAzimuths) {
+  SkyTable(const ScatteredLight& light, ColorSpace space)
+      : space_(space), at_(kElevations * kAzimuths) {
     std::vector<double> azimuths;
     for (std::size_t j = 0; j < kAzimuths; ++j)
       azimuths.push_back(kPi * double(j) / (kAzimuths - 1));
@@ -37,8 +38,8 @@ class SkyTable {
       const double u = double(i) / (kElevations - 1);
       const auto row = light.seen(kPi / 2 * (1 - u * u), azimuths);
       for (std::size_t j = 0; j < kAzimuths; ++j) {
-        at_[i * kAzimuths + j] = {seen_as(row[j].molecules), seen_as(row[j].aerosols),
-                                  seen_as(row[j].rest)};
+        at_[i * kAzimuths + j] = {seen_as(row[j].molecules, space), seen_as(row[j].aerosols, space),
+                                  seen_as(row[j].rest, space)};
       }
     });
   }
@@ -57,8 +58,9 @@ class SkyTable {
       return p.molecules * phases.x + p.aerosols * phases.y + p.rest * phases.z;
     };
     const std::size_t k = i * kAzimuths + j;
-    return into_gamut((sum(k) * (1 - v) + sum(k + 1) * v) * (1 - u) +
-                      (sum(k + kAzimuths) * (1 - v) + sum(k + kAzimuths + 1) * v) * u);
+    return Rgb(into_gamut((sum(k) * (1 - v) + sum(k + 1) * v) * (1 - u) +
+                              (sum(k + kAzimuths) * (1 - v) + sum(k + kAzimuths + 1) * v) * u,
+                          space_));
   }
 
  private:
@@ -66,14 +68,15 @@ class SkyTable {
   struct Parts {
     Vec3d molecules, aerosols, rest;
   };
+  ColorSpace space_;
   std::vector<Parts> at_;
 };
 
 /// Fills the upper half; the sun is in the middle of the seam. Returns the irradiance of the
 /// ground.
 Vec3d paint(const ScatteredLight& light, const Atmosphere& a, double elevation, float unit,
-            ImageSky& picture) {
-  const SkyTable table(light);
+            ColorSpace space, ImageSky& picture) {
+  const SkyTable table(light, space);
   constexpr int kHalf = kHeight / 2;
   std::vector<Vec3d> lit(kHalf);
   parallel_for(0, kHalf, [&](std::size_t y) {
@@ -130,7 +133,7 @@ SunPosition sun_of(const ClearSky& sky) {
   return sun;
 }
 
-Daylight make_daylight(const ClearSky& sky) {
+Daylight make_daylight(const ClearSky& sky, ColorSpace space) {
   const SunPosition sun = sun_of(sky);
   const double elevation = sun.elevation * kDegree;
   const Vec3d up = normalize(sky.up), side = on_horizon(sky, sun.azimuth);
@@ -145,10 +148,9 @@ Daylight make_daylight(const ClearSky& sky) {
   const Atmosphere a = make_atmosphere(0.1 * (sky.turbidity - 1), sky.ozone, sky.ground);
   const ScatteredLight light(a, kPi / 2 - elevation);
   const float unit = float(sky.irradiance);
-  day.sun.irradiance =
-      into_gamut(seen_as(light.beam().of_disc(kPi / 2 - elevation, kDiameter / 2 * kDegree))) *
-      unit;
-  const Vec3d scattered = paint(light, a, elevation, unit, day.picture);
+  const Spectrum beam = light.beam().of_disc(kPi / 2 - elevation, kDiameter / 2 * kDegree);
+  day.sun.irradiance = Rgb(into_gamut(seen_as(beam, space), space)) * unit;
+  const Vec3d scattered = paint(light, a, elevation, unit, space, day.picture);
   const Vec3d direct = Vec3d(day.sun.irradiance) * std::max(std::sin(elevation), 0.0);
   const Rgb ground(Vec3d(sky.ground) * (scattered + direct) / kPi);
   std::fill(day.picture.pixels.begin() + kWidth * kHeight / 2, day.picture.pixels.end(), ground);

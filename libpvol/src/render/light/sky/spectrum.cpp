@@ -41,18 +41,11 @@ Weights make_weights() {
 
 }  // namespace
 
-Vec3d seen_as(const Spectrum& factor) {
+Vec3d seen_as(const Spectrum& factor, ColorSpace space) {
   static const Weights weights = make_weights();
   Vec3d c;
   for (std::size_t i = 0; i < kBands; ++i) c += weights[i] * double(factor.v[i]);
-  return rec709(c);
-}
-
-Rgb into_gamut(Vec3d color) {
-  constexpr Vec3d kLuminance(0.2126, 0.7152, 0.0722);
-  const Vec3d inside = max(color, Vec3d(0.0));
-  const double wanted = dot(color, kLuminance), now = dot(inside, kLuminance);
-  return wanted > 0 ? Rgb(inside * (wanted / now)) : Rgb(0.0f);
+  return conversion(ColorSpace::rec709, space).vector(rec709(c));
 }
 
 Spectrum albedo_spectrum(Rgb albedo) {

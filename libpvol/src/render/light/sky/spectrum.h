@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstdint>
 
+#include "pvol/math/color_space.h"
 #include "pvol/math/vec.h"
 
 namespace pvol::detail {
@@ -89,10 +90,8 @@ struct Spectrum {
 }
 
 /// What a spectrum looks like that is a factor on the sun's above the air, whose luminance is 1:
-/// linear Rec.709, negative outside the gamut.
-[[nodiscard]] Vec3d seen_as(const Spectrum& factor);
-/// What is negative cut off at 0, with the luminance kept.
-[[nodiscard]] Rgb into_gamut(Vec3d color);
+/// linear, negative outside the gamut.
+[[nodiscard]] Vec3d seen_as(const Spectrum& factor, ColorSpace space);
 
 /// Albedo of grounds of this colour: that of the channel in its part of the spectrum, and mixed
 /// linearly around 490 and 590 nm.

@@ -1,0 +1,231 @@
+// OCIO configurations, by OpenColorIO.
+#include <OpenColorIO/OpenColorIO.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
+#include <initializer_list>
+#include <sstream>
+
+#include "image/color_config.h"
+#include "pvol/error.h"
+
+namespace pvol::formats::detail {
+namespace {
+
+namespace ocio = OCIO_NAMESPACE;
+
+constexpr const char* kVariable = "OCIO";
+
+/// Used where nobody names another one. All transforms are OpenColorIO's own.
+constexpr const char* kOwnConfig = R"(ocio_profile_version: 2
+roles: {aces_interchange: ACES2065-1, cie_xyz_d65_interchange: CIE-XYZ-D65,
+        scene_linear: ACEScg, default: ACES2065-1}
+file_rules: [!<Rule> {name: Default, colorspace: default}]
+displays:
+  sRGB:
+    - !<View> {name: ACES 1.0, view_transform: ACES 1.0, display_colorspace: sRGB}
+    - !<View> {name: Un-tone-mapped, view_transform: Un-tone-mapped, display_colorspace: sRGB}
+  Display P3:
+    - !<View> {name: ACES 1.0, view_transform: ACES 1.0, display_colorspace: Display P3}
+    - !<View> {name: Un-tone-mapped, view_transform: Un-tone-mapped, display_colorspace: Display P3}
+  Rec.1886:
+    - !<View> {name: ACES 1.0, view_transform: ACES 1.0, display_colorspace: Rec.1886}
+    - !<View> {name: Un-tone-mapped, view_transform: Un-tone-mapped, display_colorspace: Rec.1886}
+active_displays: [sRGB, Display P3, Rec.1886]
+active_views: [ACES 1.0, Un-tone-mapped]
+view_transforms:
+  - !<ViewTransform>
+    name: ACES 1.0
+    from_scene_reference: !<BuiltinTransform>
+      style: ACES-OUTPUT - ACES2065-1_to_CIE-XYZ-D65 - SDR-VIDEO_1.0
+  - !<ViewTransform>
+    name: Un-tone-mapped
+    from_scene_reference: !<BuiltinTransform> {style: UTILITY - ACES-AP0_to_CIE-XYZ-D65_BFD}
+display_colorspaces:
+  - !<ColorSpace> {name: CIE-XYZ-D65}
+  - !<ColorSpace>
+    name: sRGB
+    from_display_reference: !<BuiltinTransform> {style: DISPLAY - CIE-XYZ-D65_to_sRGB}
+  - !<ColorSpace>
+    name: Display P3
+    from_display_reference: !<GroupTransform>
+      children:
+        - !<MatrixTransform>
+          matrix: [2.4934969119, -0.9313836179, -0.4027107845, 0, -0.8294889696, 1.7626640603,
+                   0.0236246858, 0, 0.0358458302, -0.0761723893, 0.9568845240, 0, 0, 0, 0, 1]
+        - !<ExponentWithLinearTransform> {gamma: 2.4, offset: 0.055, direction: inverse}
+  - !<ColorSpace>
+    name: Rec.1886
+    from_display_reference: !<BuiltinTransform> {style: DISPLAY - CIE-XYZ-D65_to_REC.1886-REC.709}
+colorspaces:
+  - !<ColorSpace> {name: ACES2065-1, aliases: [aces2065_1], encoding: scene-linear}
+  - !<ColorSpace>
+    name: ACEScg
+    aliases: [acescg, lin_ap1]
+    encoding: scene-linear
+    to_scene_reference: !<BuiltinTransform> {style: ACEScg_to_ACES2065-1}
+  - !<ColorSpace>
+    name: sRGB - Texture
+    aliases: [srgb_tx, srgb_texture]
+    to_scene_reference: !<GroupTransform>
+      children:
+        - !<ExponentWithLinearTransform> {gamma: 2.4, offset: 0.055}
+        - !<MatrixTransform>
+          matrix: [0.4396329819, 0.3829886982, 0.1773783199, 0, 0.0897764430, 0.8134394287,
+                   0.0967841283, 0, 0.0175411704, 0.1115465533, 0.8709122763, 0, 0, 0, 0, 1]
+)";
+
+/// The work's result, with the configuration's name before what OpenColorIO says of it.
+template <class Work>
+auto naming_config(const Work& work) {
+  try {
+    return work();
+  } catch (const ocio::Exception& e) {
+    const char* const file = std::getenv(kVariable);
+    throw Error(fmt::format("the OCIO configuration {}: {}", file ? file : "of pvol", e.what()));
+  }
+}
+
+ocio::ConstConfigRcPtr read_config() {
+  const char* const file = std::getenv(kVariable);
+  if (file != nullptr && *file != 0) return ocio::Config::CreateFromFile(file);
+  std::istringstream own(kOwnConfig);
+  return ocio::Config::CreateFromStream(own);
+}
+
+/// A space of a configuration whose primaries are known here.
+struct LinearSpace {
+  const char* name;
+  ColorSpace space;
+};
+
+/// The role that OCIO 2 has for this purpose, else names that are usual for `wanted` and, of
+/// configurations that lack it, for others.
+LinearSpace linear_space(const ocio::Config& config, ColorSpace wanted) {
+  constexpr LinearSpace kUsual[] = {{"acescg", ColorSpace::acescg},
+                                    {"ACES - ACEScg", ColorSpace::acescg},
+                                    {"lin_ap1", ColorSpace::acescg},
+                                    {"lin_rec709", ColorSpace::rec709},
+                                    {"lin_rec709_srgb", ColorSpace::rec709},
+                                    {"Linear Rec.709 (sRGB)", ColorSpace::rec709},
+                                    {"Linear Rec.709", ColorSpace::rec709},
+                                    {"Utility - Linear - Rec.709", ColorSpace::rec709},
+                                    {"Utility - Linear - sRGB", ColorSpace::rec709},
+                                    {"Linear", ColorSpace::rec709},
+                                    {"ACES2065-1", ColorSpace::aces},
+                                    {"ACES - ACES2065-1", ColorSpace::aces}};
+  if (config.hasRole("aces_interchange")) return {"aces_interchange", ColorSpace::aces};
+  const LinearSpace* found = nullptr;
+  for (const LinearSpace& usual : kUsual) {
+    if (!config.getColorSpace(usual.name)) continue;
+    if (found == nullptr || (found->space != wanted && usual.space == wanted)) found = &usual;
+  }
+  if (found != nullptr) return *found;
+  throw ocio::Exception(
+      "expected the role aces_interchange, or a colour space called ACEScg, lin_rec709 or "
+      "ACES2065-1; add one of them");
+}
+
+/// Maps colours in place, by rows of single precision.
+template <class Color>
+void apply(const ocio::CPUProcessor& processor, std::span<Color> colors) {
+  std::vector<float> values;
+  values.reserve(3 * colors.size());
+  for (const Color& c : colors) values.insert(values.end(), {float(c.x), float(c.y), float(c.z)});
+  ocio::PackedImageDesc image(values.data(), long(colors.size()), 1, 3);
+  processor.apply(image);
+  for (std::size_t i = 0; i < colors.size(); ++i) {
+    colors[i] = Color(Vec3f(values[3 * i], values[3 * i + 1], values[3 * i + 2]));
+  }
+}
+
+struct DisplayAndView {
+  std::string display, view;
+};
+
+/// All of them, as `views_of_config` names them.
+std::vector<std::pair<std::string, DisplayAndView>> list_views(const ocio::Config& config) {
+  std::vector<std::pair<std::string, DisplayAndView>> all;
+  const std::string first = config.getDefaultDisplay();
+  std::vector<std::string> displays{first};
+  for (int d = 0; d < config.getNumDisplays(); ++d) {
+    if (const std::string display = config.getDisplay(d); display != first) {
+      displays.push_back(display);
+    }
+  }
+  for (const std::string& display : displays) {
+    for (int v = 0; v < config.getNumViews(display.c_str()); ++v) {
+      const std::string view = config.getView(display.c_str(), v);
+      all.emplace_back(display == first ? view : display + '/' + view,
+                       DisplayAndView{display, view});
+    }
+  }
+  return all;
+}
+
+bool is_srgb(std::string display) {
+  for (char& c : display) c = char(std::tolower(static_cast<unsigned char>(c)));
+  return display.find("srgb") != std::string::npos;
+}
+
+}  // namespace
+
+std::vector<std::string> views_of_config() {
+  return naming_config([] {
+    std::vector<std::string> names;
+    for (const auto& [name, what] : list_views(*read_config())) names.push_back(name);
+    return names;
+  });
+}
+
+ScreenView find_view(const std::string& name, ColorSpace from) {
+  return naming_config([&] {
+    const ocio::ConstConfigRcPtr config = read_config();
+    const auto all = list_views(*config);
+    const auto found = std::ranges::find(all, name, [](const auto& v) { return v.first; });
+    if (found == all.end()) {
+      std::vector<std::string> views;
+      for (const auto& [view, what] : all) views.push_back(view);
+      throw Error(fmt::format(
+          "there is no tone map '{}'; expected srgb, neutral, filmic, or a view of the OCIO "
+          "configuration: {}",
+          name, fmt::join(views, ", ")));
+    }
+    const auto [linear, space] = linear_space(*config, from);
+    const auto view = ocio::DisplayViewTransform::Create();
+    view->setSrc(linear);
+    view->setDisplay(found->second.display.c_str());
+    view->setView(found->second.view.c_str());
+    const ocio::ConstCPUProcessorRcPtr processor =
+        config->getProcessor(view)->getDefaultCPUProcessor();
+    const Affine to_config = conversion(from, space);
+    return ScreenView{[processor, to_config](std::span<Vec3d> colors) {
+                        for (Vec3d& c : colors) c = to_config.vector(c);
+                        apply(*processor, colors);
+                      },
+                      is_srgb(found->second.display)};
+  });
+}
+
+ColorSpace to_linear(std::span<Rgb> colors, const std::string& from) {
+  return naming_config([&] {
+    const ocio::ConstConfigRcPtr config = read_config();
+    if (!config->getColorSpace(from.c_str())) {
+      std::vector<std::string> spaces;
+      for (const std::string_view name : all_names<ColorSpace>()) spaces.emplace_back(name);
+      for (int i = 0; i < config->getNumColorSpaces(); ++i) {
+        spaces.emplace_back(config->getColorSpaceNameByIndex(i));
+      }
+      throw Error(
+          fmt::format("there is no colour space '{}'; expected {}", from, fmt::join(spaces, ", ")));
+    }
+    const auto [linear, space] = linear_space(*config, ColorSpace::acescg);
+    apply(*config->getProcessor(from.c_str(), linear)->getDefaultCPUProcessor(), colors);
+    return space;
+  });
+}
+
+}  // namespace pvol::formats::detail
