@@ -7,6 +7,7 @@
 #include <ImfOutputFile.h>
 #include <ImfStandardAttributes.h>
 #include <gtest/gtest.h>
+#include <png.h>
 
 #include <algorithm>
 #include <cmath>
@@ -69,6 +70,11 @@ class ColorConfig : public testing::Test {
   TemporaryFolder folder_;
   std::string before_;
 };
+
+std::string bytes_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
 
 bool has_ocio() { return tone_maps().size() > all_names<ToneMap>().size(); }
 
@@ -180,7 +186,7 @@ TEST_F(ColorConfig, PngShowsTheSameColourFromEverySpace) {
 }
 
 TEST_F(ColorConfig, UnknownToneMapsAreRefusedWithWhatThereIs) {
-  const std::string message = error_of([&] { check({.tone_map = "none such"}); });
+  const std::string message = error_of([&] { validate({.tone_map = "none such"}); });
   EXPECT_TRUE(says(message, has_ocio() ? "color.no_tone_map" : "color.no_tone_map_without"));
 }
 
@@ -220,12 +226,16 @@ TEST_F(ColorConfig, PngOfOtherScreensDoesNotClaimToBeSrgb) {
   if (!has_ocio()) GTEST_SKIP() << "built without OpenColorIO";
   const auto says_srgb = [&](const char* view) {
     write_png(file("a.png"), film_of(kColor, ColorSpace::rec709), {0, view});
-    std::ifstream in(file("a.png"), std::ios::binary);
-    const std::string bytes{std::istreambuf_iterator<char>(in), {}};
-    return bytes.find("sRGB") != std::string::npos;
+    return bytes_of(file("a.png")).find("sRGB") != std::string::npos;
   };
   EXPECT_TRUE(says_srgb("ACES 1.0"));
   EXPECT_FALSE(says_srgb("Display P3/ACES 1.0"));
+  EXPECT_EQ(bytes_of(file("a.png")).find("gAMA"), std::string::npos) << "which P3 has not";
+  png_image image{};  // what is left is a whole file
+  image.version = PNG_IMAGE_VERSION;
+  ASSERT_TRUE(png_image_begin_read_from_file(&image, file("a.png").c_str())) << image.message;
+  std::vector<std::uint8_t> codes(PNG_IMAGE_SIZE(image));
+  EXPECT_TRUE(png_image_finish_read(&image, nullptr, codes.data(), 0, nullptr)) << image.message;
 }
 
 /// A studio's: of Rec.709 alone, without roles of OCIO 2; its only view divides by two.
@@ -255,9 +265,55 @@ TEST_F(ColorConfig, TheVariableNamesAnotherConfiguration) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(double(doubled[c]), 2 * kColor[c], 1e-5);
 }
 
+/// Codes of screens are light without a tone map, as in ACES's own configurations.
+TEST_F(ColorConfig, SkiesOfScreensAreNotToneMapped) {
+  if (!has_ocio()) GTEST_SKIP() << "built without OpenColorIO";
+  const auto sky = write_picture(file("a.exr"), Vec3f(0.5f, 0.2f, 0.9f), acescg());
+  const Rgb screen = read_sky(sky, {"sRGB", ColorSpace::rec709}).pixels.front();
+  const Rgb texture = read_sky(sky, {"sRGB - Texture", ColorSpace::rec709}).pixels.front();
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(screen[c], texture[c], 1e-4f) << c;
+}
+
+/// "Raw" views show a film's own numbers; no sky has such colours.
+TEST_F(ColorConfig, DataIsNotConverted) {
+  if (!has_ocio()) GTEST_SKIP() << "built without OpenColorIO";
+  use_config(R"(ocio_profile_version: 2
+roles: {aces_interchange: AP0, default: AP0}
+file_rules: [!<Rule> {name: Default, colorspace: default}]
+displays:
+  d: [!<View> {name: Raw, colorspace: raw}, !<View> {name: Plain, colorspace: AP0}]
+colorspaces:
+  - !<ColorSpace> {name: AP0}
+  - !<ColorSpace> {name: raw, isdata: true}
+)");
+  const Film film = film_of(kColor, ColorSpace::acescg);
+  expect_codes(codes_of(film, {0, "d/Raw"}), {128, 64, 32});
+  const Vec3d ap0 = conversion(ColorSpace::acescg, ColorSpace::aces).vector(kColor) * 255;
+  expect_codes(codes_of(film, {0, "Plain"}), {int(ap0.x), int(ap0.y), int(ap0.z)});
+  const auto sky = write_picture(file("a.exr"), Vec3f(kColor), acescg());
+  const std::string refusal = error_of([&] { (void)read_sky(sky, {"raw"}); });
+  EXPECT_NE(refusal.find("expected rec709"), std::string::npos) << refusal;
+}
+
+TEST_F(ColorConfig, SkiesThatCannotBeConvertedAreNamed) {
+  if (!has_ocio()) GTEST_SKIP() << "built without OpenColorIO";
+  use_config(R"(ocio_profile_version: 1
+roles: {default: lin_rec709}
+displays:
+  d: [!<View> {name: v, colorspace: lin_rec709}]
+colorspaces:
+  - !<ColorSpace> {name: lin_rec709}
+  - !<ColorSpace>
+    name: log
+    to_reference: !<LogTransform> {base: 2, direction: inverse}
+)");
+  const auto sky = write_picture(file("a.exr"), Vec3f(500, 1, 1), acescg());
+  EXPECT_TRUE(says(error_of([&] { (void)read_sky(sky, {"log"}); }), "color.sky_not_finite"));
+}
+
 TEST_F(ColorConfig, ConfigurationsThatCannotBeUsedAreNamed) {
   if (!has_ocio()) GTEST_SKIP() << "built without OpenColorIO";
-  const auto refusal = [&] { return error_of([] { check({.tone_map = "Half"}); }); };
+  const auto refusal = [&] { return error_of([] { validate({.tone_map = "Half"}); }); };
   use_config("ocio_profile_version: [");
   EXPECT_NE(refusal().find(file("config.ocio").string()), std::string::npos) << refusal();
   setenv("OCIO", file("none.ocio").c_str(), 1);
@@ -268,7 +324,7 @@ TEST_F(ColorConfig, ConfigurationsThatCannotBeUsedAreNamed) {
   }
   use_config(strange);
   EXPECT_TRUE(says(refusal(), "color.no_linear_space")) << refusal();
-  EXPECT_NO_THROW(check({.tone_map = "filmic"})) << "which needs no configuration";
+  EXPECT_NO_THROW(validate({.tone_map = "filmic"})) << "which needs no configuration";
 }
 
 }  // namespace color_config_test

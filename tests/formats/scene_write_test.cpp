@@ -46,7 +46,14 @@ struct RandomScene {
       case 1:
         return GradientSky{radiance(), radiance(), radiance(), point()};
       default:
-        return ImageSky{0, 0, {}, radiance(), signed_magnitude()};
+        return ImageSky{0,
+                        0,
+                        {},
+                        radiance(),
+                        signed_magnitude(),
+                        "",
+                        {0, 1, 0},
+                        coin() ? "sRGB - Texture" : ""};
     }
   }
 
@@ -84,6 +91,7 @@ struct RandomScene {
     if (coin()) o.majorant_scale = uniform(1.0 / 3, 1000);
     if (coin()) o.homogenise = uniform(0, 10);
     o.preview = whole(0, 8);
+    o.color_space = ColorSpace(whole(0, 4));
     return o;
   }
 

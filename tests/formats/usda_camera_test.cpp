@@ -162,8 +162,8 @@ TEST(UsdaCamera, SettingsNameTheColourSpace) {
   EXPECT_EQ(space_of("lin_rec2020_scene"), ColorSpace::rec2020);
   EXPECT_EQ(space_of("lin_p3d65"), ColorSpace::p3);
   EXPECT_EQ(space_of("ACES2065-1"), ColorSpace::aces);
-  EXPECT_EQ(space_of("xyz"), ColorSpace::rec709);
-  EXPECT_TRUE(says(usda_notes(imported("xyz")), "usd.rendering_color_space"));
+  EXPECT_EQ(space_of("srgb_p3d65_scene"), ColorSpace::rec709) << "not linear";
+  EXPECT_TRUE(says(usda_notes(imported("srgb_p3d65_scene")), "usd.rendering_color_space"));
 }
 
 TEST(UsdaCamera, WithoutOnePvolFramesTheCloudInTheWorldsUp) {

@@ -63,23 +63,24 @@ TEST(ColorSpaces, LuminanceIsTheSecondRowOfTheWayToXyz) {
 TEST(ColorSpaces, ColoursOutsideTheGamutKeepTheirLuminance) {
   const Vec3d green = conversion(ColorSpace::acescg, ColorSpace::rec709).vector({0, 1, 0});
   ASSERT_LT(green.x, 0);
-  const Vec3d inside = into_gamut(green, ColorSpace::rec709);
   const Vec3d weights = luminance_weights(ColorSpace::rec709);
+  const Vec3d inside = into_gamut(green, weights);
   EXPECT_GE(min_component(inside), 0);
   EXPECT_NEAR(dot(inside, weights), dot(green, weights), 1e-12);
-  const Vec3d cut = into_gamut({1, 0.5, -0.2}, ColorSpace::rec709);
+  const Vec3d cut = into_gamut({1, 0.5, -0.2}, weights);
   EXPECT_EQ(cut.z, 0);
   EXPECT_NEAR(dot(cut, weights), 0.2126 + 0.5 * 0.7152 - 0.2 * 0.0722, 1e-12);
-  EXPECT_EQ(into_gamut({0.25, 0.5, 1}, ColorSpace::p3), Vec3d(0.25, 0.5, 1));
-  EXPECT_EQ(into_gamut({-1, 0, 0.1}, ColorSpace::rec709), Vec3d(0.0));
+  EXPECT_EQ(into_gamut({0.25, 0.5, 1}, weights), Vec3d(0.25, 0.5, 1));
+  EXPECT_EQ(into_gamut({-1, 0, 0.1}, weights), Vec3d(0.0));
 }
 
 TEST(ColorSpaces, PrimariesThatSpanNoColoursHaveNoConversion) {
   const Primaries good = primaries_of(ColorSpace::rec709);
-  Primaries line = good, dark = good;
+  Primaries line = good, dark = good, outside = good, below = good;
+  outside.white = {0.7, 0.3}, below.white = {0.3, -0.1};
   line.blue = {(line.red.x + line.green.x) / 2, (line.red.y + line.green.y) / 2};
   dark.white = {0.3, 0};
-  for (const Primaries& bad : {line, dark, Primaries{}}) {
+  for (const Primaries& bad : {line, dark, outside, below, Primaries{}}) {
     EXPECT_FALSE(conversion(bad, good));
     EXPECT_FALSE(conversion(good, bad));
     EXPECT_FALSE(find_space(bad));

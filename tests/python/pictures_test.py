@@ -70,6 +70,14 @@ class Pictures(unittest.TestCase):
             self.p.save(folder + "/p.exr")
             self.p.save(folder + "/p.png", exposure=1, tone_map="filmic")
             self.assertGreater(os.path.getsize(folder + "/p.png"), 100)
+            view = pvol.tone_maps()[-1]  # of an OCIO configuration, where pvol has OpenColorIO
+            self.p.save(folder + "/v.png", tone_map=view)
+            with self.assertRaisesRegex(pvol.Error, "expected srgb"):
+                self.p.save(folder + "/p.exr", tone_map="none such")
+            self.assertEqual(self.p.color_space, "rec709")
+            aces = pvol.render(self.v, color_space="acescg", **SMALL)
+            aces.save(folder + "/aces.exr")
+            self.assertEqual(pvol.read_picture(folder + "/aces.exr").color_space, "acescg")
             q = pvol.read_picture(folder + "/p.exr")
             np.testing.assert_allclose(q.rgb, self.p.rgb, rtol=1e-6)
             np.testing.assert_allclose(q.error, self.p.error, rtol=1e-3, atol=1e-7)

@@ -238,6 +238,9 @@ TEST(DenoiseSequence, RefusesFramesThatDiffer) {
   Truth t, wide;
   wide.width = 50;
   EXPECT_TRUE(says(refusal(make(t), make(wide)), "denoise.frames_size"));
+  Film aces = make(t);
+  aces.color_space = ColorSpace::acescg;
+  EXPECT_TRUE(says(refusal(make(t), aces), "denoise.frames_color_space"));
   Film lit = make(t);
   add_parts(lit, t, "sky", "sun_1", [](int, int) { return 0.5; });
   EXPECT_TRUE(says(refusal(make(t), lit), "denoise.frames_layers"));

@@ -144,6 +144,7 @@ TEST(Resume, RefusesFilmsOfOtherPictures) {
   refuses([](Film& f) { f.sums = {}; });
   refuses([](Film& f) { ++f.first_sample; });
   refuses([](Film& f) { ++f.width; });
+  refuses([](Film& f) { f.color_space = ColorSpace::acescg; });
   refuses([](Film& f) { f.crop_width = 6, f.crop_height = 24; });
   refuses([](Film& f) {
     f.layers.push_back({"sky", std::vector<Vec3d>(f.pixels.size())});
@@ -251,6 +252,9 @@ TEST(Parts, AdaptiveRefuseOtherPilots) {
   EXPECT_NO_THROW((void)begin_by_pilot(shot.planned, pilot));
   EXPECT_THROW((void)begin_by_pilot(shot.planned, crop_of(pilot, 0, 0, 12, 6)), Error);
   EXPECT_THROW((void)begin_by_pilot(shot.planned, shot.whole()), Error) << "all samples";
+  Film aces = pilot;
+  aces.color_space = ColorSpace::acescg;
+  EXPECT_THROW((void)begin_by_pilot(shot.planned, aces), Error);
   CloudScene even = cloud_scene();
   EXPECT_THROW((void)begin_by_pilot(Shot(even).planned, pilot), Error) << "not adaptive";
 }

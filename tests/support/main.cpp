@@ -79,8 +79,8 @@ int run(const std::string& program) {
   testing::UnitTest::GetInstance()->listeners().Append(failures);
   const int code = RUN_ALL_TESTS();
   if (code == 0 || std::getenv(kSeedVariable) != nullptr) return code;
-  for (const char* of_this_run : {"GTEST_TOTAL_SHARDS", "GTEST_SHARD_INDEX",
-                                  "GTEST_SHARD_STATUS_FILE", "GTEST_OUTPUT"}) {
+  for (const char* of_this_run :
+       {"GTEST_TOTAL_SHARDS", "GTEST_SHARD_INDEX", "GTEST_SHARD_STATUS_FILE", "GTEST_OUTPUT"}) {
     unsetenv(of_this_run);
   }
   int failed = failures->others;
@@ -93,6 +93,7 @@ int run(const std::string& program) {
 }  // namespace pvol::proof
 
 int main(int count, char** arguments) {
+  unsetenv("OCIO");  // views are those of pvol itself, here and in tools that tests run
   testing::InitGoogleTest(&count, arguments);
   return pvol::proof::run(arguments[0]);
 }

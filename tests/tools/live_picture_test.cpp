@@ -29,7 +29,12 @@ radii = 1
 
 class Live : public ::testing::Test {
  protected:
-  Live() { std::ofstream(folder_.file("ball.toml")) << kBall; }
+  Live() {
+    std::ofstream(folder_.file("ball.toml")) << kBall;
+    Film sky{4, 2, 0, 0, 4, 2, std::vector<PixelSums>(8)};
+    for (PixelSums& p : sky.pixels) p = {{0.2, 0.4, 0.9}, {}, 1, 1, 0, 0, 0};
+    formats::write_exr(folder_.file("sky.exr"), sky, {});
+  }
 
   /// A ball under a sun, with values set.
   [[nodiscard]] formats::SceneFile scene(const std::vector<std::string>& sets = {}) const {
@@ -73,6 +78,12 @@ TEST_F(Live, EveryChangeEndsInThePictureOfItsScene) {
       {"render.interpolation=tricubic"},          // has the cloud read again
       {"medium.phase_table=[[0,1],[180,2]]"},     //
       {"render.crop=[8,4,40,30]"},
+      {"environment.file=" + folder_.file("sky.exr").string()},
+      {"environment.file=" + folder_.file("sky.exr").string(), "environment.color_space=acescg"},
+      {"environment.file=" + folder_.file("sky.exr").string(), "render.color_space=acescg"},
+      {"medium.fire.field=density", "medium.fire.kelvin=2000", "medium.fire.intensity=1"},
+      {"medium.fire.field=density", "medium.fire.kelvin=2000", "medium.fire.intensity=1",
+       "render.color_space=acescg"},
       {}};
   for (const auto& sets : changes) {
     SCOPED_TRACE(sets.empty() ? "" : sets.front());

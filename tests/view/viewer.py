@@ -36,6 +36,7 @@ spp = 8
 
 def tool(name):
     """A tool of the build that is tested."""
+    os.environ.pop("OCIO", None)  # views are those of pvol itself
     return os.path.join(os.environ["PVOL_TOOLS"], name)
 
 

@@ -21,16 +21,6 @@ namespace pvol::cli {
   return fewest == film.pixels.end() ? 0 : fewest->samples;
 }
 
-/// A film of the window of another, without pixels.
-[[nodiscard]] inline Film window_of(const Film& film) {
-  Film window;
-  window.width = film.width, window.height = film.height;
-  window.x = film.x, window.y = film.y;
-  window.crop_width = film.crop_width, window.crop_height = film.crop_height;
-  window.color_space = film.color_space;
-  return window;
-}
-
 /// The film without what only further samples need, a third of its size.
 [[nodiscard]] inline Film without_sums(const Film& film) {
   Film seen = window_of(film);

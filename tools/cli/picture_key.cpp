@@ -4,6 +4,7 @@
 
 #include "pvol/formats/content_hash.h"
 #include "pvol/formats/scene_files.h"
+#include "pvol/formats/screen.h"
 
 namespace pvol::cli {
 namespace {
@@ -24,6 +25,11 @@ void forget_costs(RenderOptions& options) {
 std::string picture_key(const formats::SceneFile& scene) {
   formats::SceneFile file = scene;
   forget_costs(file.scene.options);
+  // Names of spaces mean what the configuration says.
+  if (auto* sky = std::get_if<ImageSky>(&file.scene.environment);
+      sky && !sky->color_space.empty() && !find_named<ColorSpace>(sky->color_space)) {
+    sky->color_space += ' ' + formats::color_config_id();
+  }
   visit_files(file, [](auto& name) {
     if (!name.empty()) name = formats::content_hash(name);
   });

@@ -20,7 +20,7 @@ Option add_named(const CommandLine& app, const char* flag, Enum& to, const char*
 inline Check is_tone_map() {
   return {[](const std::string& text) -> std::string {
             try {
-              formats::check({.tone_map = text});
+              formats::validate({.tone_map = text});
               return {};
             } catch (const Error& e) {
               return e.what();

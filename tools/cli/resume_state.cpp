@@ -37,7 +37,7 @@ bool have_same_window(const formats::FilmPiece& a, const formats::FilmPiece& b) 
   return a.x == b.x && a.y == b.y && a.width == b.width && a.height == b.height;
 }
 
-formats::FilmPiece window_of(const Film& f) {
+formats::FilmPiece window_piece_of(const Film& f) {
   return {.x = f.x, .y = f.y, .width = f.crop_width, .height = f.crop_height};
 }
 
@@ -64,7 +64,7 @@ void check_picture(const std::filesystem::path& file, const formats::PictureHead
     }
     refuse(found.empty() ? "pvol-render did not write it" : difference(found, here));
   }
-  if (!have_same_window(window_of(h.window), piece_of(job.file.scene.options, false))) {
+  if (!have_same_window(window_piece_of(h.window), piece_of(job.file.scene.options, false))) {
     refuse("it has another crop");
   }
   if (wants_filter(h.attributes) != job.denoise) {
@@ -184,7 +184,7 @@ bool is_finished(const FrameJob& frame) {
   const formats::PictureHeader& h = *found;
   if (!has_all_samples(h.attributes) ||
       attribute(h.attributes, "pvol:key") != picture_key(frame.scene) ||
-      !have_same_window(window_of(h.window), piece_of(frame.scene.scene.options, true))) {
+      !have_same_window(window_piece_of(h.window), piece_of(frame.scene.scene.options, true))) {
     return false;
   }
   // The key does not know what leaves pictures the same on average, but for their noise.

@@ -98,7 +98,9 @@ Picture render(const py::object& scene, const py::object& on_pass, const py::kwa
 void write(const Picture& p, const std::filesystem::path& file, double exposure,
            const std::string& tone_map) {
   const py::gil_scoped_release unlocked;
-  save(p, file, {exposure, tone_map});
+  const formats::Display display{exposure, tone_map};
+  formats::validate(display);
+  save(p, file, display);
 }
 
 std::string text_of(const Picture& p) {
@@ -110,7 +112,7 @@ std::string text_of(const Picture& p) {
 
 constexpr const char* kPictureText = R"(A rendered picture with its statistics.
 
-Arrays have rows from the top; light is linear (Rec. 709) and premultiplied by alpha.)";
+Arrays have rows from the top; light is linear, in the colour space of the scene, and premultiplied by alpha.)";
 
 constexpr const char* kRenderText = R"(Renders a scene by unbiased path tracing.
 
@@ -168,6 +170,9 @@ void bind_pictures(py::module_& m) {
                     "Choices of the renderer and their reasons, one per line.")
       .def_readonly("attributes", &Picture::attributes, "Attributes in the header of an .exr.")
       .def_property_readonly(
+          "color_space", [](const Picture& p) { return name(p.film.color_space); },
+          "Of `rgb` and other colours, such as \"rec709\" or \"acescg\".")
+      .def_property_readonly(
           "noise", [](const Picture& p) { return relative_noise(p.film); },
           "Root mean square error over mean luminance, or None.")
       .def("save", &write, py::arg("path"), py::arg("exposure") = 0, py::arg("tone_map") = "srgb",
@@ -175,6 +180,8 @@ void bind_pictures(py::module_& m) {
       .def("__repr__", &text_of);
   m.def("render", &render, py::arg("scene"), py::kw_only(), py::arg("on_pass") = py::none(),
         kRenderText);
+  m.def("tone_maps", &formats::tone_maps,
+        "Names for tone_map: those of pvol, then views of the OCIO configuration.");
   m.def("read_picture", &read_picture, py::arg("path"),
         "Reads an .exr as a Picture, with the errors and layers that it has.");
 }

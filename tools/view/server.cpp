@@ -65,7 +65,7 @@ void send_picture(const Viewer& viewer, const Request& from, Response& to) {
   View view;
   try {
     view = viewer.picture(choice_of(from), from.get_param_value("filtered") == "true");
-  } catch (const Error& e) {
+  } catch (const std::exception& e) {
     to.status = 400;
     return to.set_content(e.what(), "text/plain");
   }

@@ -125,7 +125,18 @@ Json Viewer::state(std::uint64_t after, double seconds) const {
 View Viewer::picture(const ViewChoice& choice, bool filtered) const {
   const cli::LiveState s = picture_.state();
   if (!s.film) return {};
-  return view_of(filtered && s.filtered ? s.filtered->film : *s.film, choice);
+  const Film& film = filtered && s.filtered ? s.filtered->film : *s.film;
+  return view_of(film, choice, screen_for(choice.display, film.color_space));
+}
+
+formats::Screen Viewer::screen_for(const formats::Display& display, ColorSpace space) const {
+  const std::lock_guard lock(screen_mutex_);
+  if (!last_screen_ || last_screen_->tone_map != display.tone_map || last_screen_->space != space) {
+    last_screen_ = LastScreen{display.tone_map, space, formats::Screen(display, space)};
+  }
+  formats::Screen screen = last_screen_->screen;
+  screen.expose(display.exposure);
+  return screen;
 }
 
 Json Viewer::pixel(double across, double down) const {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,7 @@ class Viewer {
   void apply(const cli::Json& request);
   void render();
   [[nodiscard]] cli::Json describe_locked();
+  [[nodiscard]] formats::Screen screen_for(const formats::Display& display, ColorSpace space) const;
 
   mutable std::mutex mutex_;  ///< of all but the picture
   EditedScene scene_;
@@ -58,6 +60,14 @@ class Viewer {
   std::uint64_t change_ = 0;  ///< of the picture, the last one
   std::string layer_ = "colour";
   std::vector<std::string> tone_maps_;
+  /// The screen that was asked for last: those of configurations take long to make.
+  struct LastScreen {
+    std::string tone_map;
+    ColorSpace space;
+    formats::Screen screen;
+  };
+  mutable std::mutex screen_mutex_;
+  mutable std::optional<LastScreen> last_screen_;
   cli::LivePicture picture_;
 };
 

@@ -39,7 +39,7 @@ std::optional<Plane> find_layer(const Film& film, const std::string& name) {
 
 /// A film of the window of another with these three components as its colours.
 Film film_of(const Film& window, const Plane& plane) {
-  Film film = cli::window_of(window);
+  Film film = window_of(window);
   film.pixels.resize(window.pixels.size());
   for (std::size_t i = 0; i < film.pixels.size(); ++i) {
     const float* v = &plane.values[3 * i];
@@ -118,13 +118,13 @@ AovSet needs_of_layer(const std::string& layer) {
   return set;
 }
 
-View view_of(const Film& film, const ViewChoice& choice) {
+View view_of(const Film& film, const ViewChoice& choice, const formats::Screen& screen) {
   const std::optional<Plane> plane = find_layer(film, choice.layer);
-  if (!plane) return {.picture = to_picture(film, choice.display)};
+  if (!plane) return {.picture = to_picture(film, screen)};
   if (plane->components == 1) return view_numbers(film, *plane);
   if (choice.layer == row(Aov::variance).name) return view_numbers(film, to_luminance(*plane));
   if (!is_colour(choice.layer)) return view_directions(film, *plane);
-  return {.picture = to_picture(film_of(film, *plane), choice.display)};
+  return {.picture = to_picture(film_of(film, *plane), screen)};
 }
 
 cli::Json describe_pixel(const Film& film, int x, int y) {

@@ -28,10 +28,11 @@ struct View {
   bool has_scale = false;
 };
 
-/// Light as write_png would write it, numbers by colours from dark blue to yellow between their 1st
-/// and 99th percentile, directions as colours of their three components. A film that lacks the
-/// layer is shown by its colours.
-[[nodiscard]] View view_of(const Film& film, const ViewChoice& choice);
+/// Light as write_png would write it by that screen, numbers by colours from dark blue to yellow
+/// between their 1st and 99th percentile, directions as colours of their three components. A film
+/// that lacks the layer is shown by its colours.
+[[nodiscard]] View view_of(const Film& film, const ViewChoice& choice,
+                           const formats::Screen& screen);
 
 /// The values of a pixel: radiance, its standard error, alpha, samples and what layers have.
 [[nodiscard]] cli::Json describe_pixel(const Film& film, int x, int y);

@@ -11,6 +11,7 @@
 
 #include "image/color_config.h"
 #include "pvol/error.h"
+#include "pvol/formats/screen.h"
 
 namespace pvol::formats::detail {
 namespace {
@@ -36,6 +37,7 @@ displays:
     - !<View> {name: Un-tone-mapped, view_transform: Un-tone-mapped, display_colorspace: Rec.1886}
 active_displays: [sRGB, Display P3, Rec.1886]
 active_views: [ACES 1.0, Un-tone-mapped]
+default_view_transform: Un-tone-mapped
 view_transforms:
   - !<ViewTransform>
     name: ACES 1.0
@@ -78,20 +80,28 @@ colorspaces:
                    0.0967841283, 0, 0.0175411704, 0.1115465533, 0.8709122763, 0, 0, 0, 0, 1]
 )";
 
+/// Empty where nobody names one.
+std::string config_file() {
+  const char* const file = std::getenv(kVariable);
+  return file != nullptr ? file : "";
+}
+
 /// The work's result, with the configuration's name before what OpenColorIO says of it.
 template <class Work>
 auto naming_config(const Work& work) {
   try {
     return work();
   } catch (const ocio::Exception& e) {
-    const char* const file = std::getenv(kVariable);
-    throw Error(fmt::format("the OCIO configuration {}: {}", file ? file : "of pvol", e.what()));
+    const std::string file = config_file();
+    throw Error(
+        fmt::format("the OCIO configuration {}: {}", file.empty() ? "of pvol" : file, e.what()));
   }
 }
 
 ocio::ConstConfigRcPtr read_config() {
-  const char* const file = std::getenv(kVariable);
-  if (file != nullptr && *file != 0) return ocio::Config::CreateFromFile(file);
+  if (const std::string file = config_file(); !file.empty()) {
+    return ocio::Config::CreateFromFile(file.c_str());
+  }
   std::istringstream own(kOwnConfig);
   return ocio::Config::CreateFromStream(own);
 }
@@ -129,16 +139,20 @@ LinearSpace linear_space(const ocio::Config& config, ColorSpace wanted) {
       "ACES2065-1; add one of them");
 }
 
-/// Maps colours in place, by rows of single precision.
+/// Maps colours in place, some at a time in single precision.
 template <class Color>
 void apply(const ocio::CPUProcessor& processor, std::span<Color> colors) {
+  constexpr std::size_t kBlock = 1 << 14;
   std::vector<float> values;
-  values.reserve(3 * colors.size());
-  for (const Color& c : colors) values.insert(values.end(), {float(c.x), float(c.y), float(c.z)});
-  ocio::PackedImageDesc image(values.data(), long(colors.size()), 1, 3);
-  processor.apply(image);
-  for (std::size_t i = 0; i < colors.size(); ++i) {
-    colors[i] = Color(Vec3f(values[3 * i], values[3 * i + 1], values[3 * i + 2]));
+  for (std::size_t begin = 0; begin < colors.size(); begin += kBlock) {
+    const auto block = colors.subspan(begin, std::min(kBlock, colors.size() - begin));
+    values.clear();
+    for (const Color& c : block) values.insert(values.end(), {float(c.x), float(c.y), float(c.z)});
+    ocio::PackedImageDesc image(values.data(), long(block.size()), 1, 3);
+    processor.apply(image);
+    for (std::size_t i = 0; i < block.size(); ++i) {
+      block[i] = Color(Vec3f(values[3 * i], values[3 * i + 1], values[3 * i + 2]));
+    }
   }
 }
 
@@ -166,58 +180,80 @@ std::vector<std::pair<std::string, DisplayAndView>> list_views(const ocio::Confi
   return all;
 }
 
-bool is_srgb(std::string display) {
-  for (char& c : display) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return display.find("srgb") != std::string::npos;
+bool names_srgb(std::string text) {
+  for (char& c : text) c = char(std::tolower(static_cast<unsigned char>(c)));
+  return text.find("srgb") != std::string::npos;
+}
+
+std::vector<std::string> names_of(const std::vector<std::pair<std::string, DisplayAndView>>& all) {
+  std::vector<std::string> names;
+  for (const auto& [name, what] : all) names.push_back(name);
+  return names;
+}
+
+DisplayAndView require_view(const ocio::Config& config, const std::string& name) {
+  const auto all = list_views(config);
+  const auto found = std::ranges::find_if(all, [&](const auto& v) {
+    return v.first == name || v.second.display + '/' + v.second.view == name;
+  });
+  if (found != all.end()) return found->second;
+  throw Error(fmt::format(
+      "there is no tone map '{}'; expected srgb, neutral, filmic, or a view of the OCIO "
+      "configuration: {}",
+      name, fmt::join(names_of(all), ", ")));
+}
+
+/// The name of the space in which a view's codes are.
+std::string space_of(const ocio::Config& config, const DisplayAndView& v) {
+  const std::string name = config.getDisplayViewColorSpaceName(v.display.c_str(), v.view.c_str());
+  return name == "<USE_DISPLAY_NAME>" ? v.display : name;
+}
+
+bool is_data(const ocio::Config& config, const std::string& space) {
+  const ocio::ConstColorSpaceRcPtr found = config.getColorSpace(space.c_str());
+  return found && found->isData();
 }
 
 }  // namespace
 
 std::vector<std::string> views_of_config() {
-  return naming_config([] {
-    std::vector<std::string> names;
-    for (const auto& [name, what] : list_views(*read_config())) names.push_back(name);
-    return names;
-  });
+  return naming_config([] { return names_of(list_views(*read_config())); });
 }
 
 ScreenView find_view(const std::string& name, ColorSpace from) {
   return naming_config([&] {
     const ocio::ConstConfigRcPtr config = read_config();
-    const auto all = list_views(*config);
-    const auto found = std::ranges::find(all, name, [](const auto& v) { return v.first; });
-    if (found == all.end()) {
-      std::vector<std::string> views;
-      for (const auto& [view, what] : all) views.push_back(view);
-      throw Error(fmt::format(
-          "there is no tone map '{}'; expected srgb, neutral, filmic, or a view of the OCIO "
-          "configuration: {}",
-          name, fmt::join(views, ", ")));
-    }
+    const DisplayAndView chosen = require_view(*config, name);
+    const std::string codes = space_of(*config, chosen);
+    const bool srgb = names_srgb(chosen.display) || names_srgb(chosen.view) || names_srgb(codes);
+    if (is_data(*config, codes)) return ScreenView{[](std::span<Vec3d>) {}, srgb};  // as they are
     const auto [linear, space] = linear_space(*config, from);
     const auto view = ocio::DisplayViewTransform::Create();
     view->setSrc(linear);
-    view->setDisplay(found->second.display.c_str());
-    view->setView(found->second.view.c_str());
+    view->setDisplay(chosen.display.c_str());
+    view->setView(chosen.view.c_str());
     const ocio::ConstCPUProcessorRcPtr processor =
         config->getProcessor(view)->getDefaultCPUProcessor();
     const Affine to_config = conversion(from, space);
-    return ScreenView{[processor, to_config](std::span<Vec3d> colors) {
-                        for (Vec3d& c : colors) c = to_config.vector(c);
-                        apply(*processor, colors);
-                      },
-                      is_srgb(found->second.display)};
+    const auto encode = [processor, to_config](std::span<Vec3d> colors) {
+      for (Vec3d& c : colors) c = to_config.vector(c);
+      naming_config([&] { apply(*processor, colors); });
+    };
+    return ScreenView{encode, srgb};
   });
 }
 
 ColorSpace to_linear(std::span<Rgb> colors, const std::string& from) {
   return naming_config([&] {
     const ocio::ConstConfigRcPtr config = read_config();
-    if (!config->getColorSpace(from.c_str())) {
+    if (!config->getColorSpace(from.c_str()) || is_data(*config, from)) {
       std::vector<std::string> spaces;
       for (const std::string_view name : all_names<ColorSpace>()) spaces.emplace_back(name);
-      for (int i = 0; i < config->getNumColorSpaces(); ++i) {
-        spaces.emplace_back(config->getColorSpaceNameByIndex(i));
+      constexpr auto kScene = ocio::SEARCH_REFERENCE_SPACE_SCENE;
+      for (int i = 0; i < config->getNumColorSpaces(kScene, ocio::COLORSPACE_ACTIVE); ++i) {
+        const char* const name =
+            config->getColorSpaceNameByIndex(kScene, ocio::COLORSPACE_ACTIVE, i);
+        if (!is_data(*config, name)) spaces.emplace_back(name);
       }
       throw Error(
           fmt::format("there is no colour space '{}'; expected {}", from, fmt::join(spaces, ", ")));
@@ -229,3 +265,7 @@ ColorSpace to_linear(std::span<Rgb> colors, const std::string& from) {
 }
 
 }  // namespace pvol::formats::detail
+
+std::string pvol::formats::color_config_id() {
+  return detail::naming_config([] { return std::string(detail::read_config()->getCacheID()); });
+}

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <vector>
 
-#include "image/screen.h"
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
 #include "pvol/formats/image.h"
@@ -34,7 +33,7 @@ double dither(int x, int y) {
 constexpr Vec3d kMagenta(1, 0, 1);
 
 /// The pixels of a row as codes in [0, 1]; those that are not finite are magenta.
-std::vector<Vec3d> encode_row(const Film& film, int y, const detail::Screen& screen, bool alpha) {
+std::vector<Vec3d> encode_row(const Film& film, int y, const Screen& screen, bool alpha) {
   std::vector<Vec3d> colors(std::size_t(film.crop_width));
   for (int x = 0; x < film.crop_width; ++x) {
     const PixelSums& sums = film.at(x, y);
@@ -50,7 +49,7 @@ std::vector<Vec3d> encode_row(const Film& film, int y, const detail::Screen& scr
   return colors;
 }
 
-std::vector<std::uint8_t> encode_film(const Film& film, const detail::Screen& screen, bool alpha) {
+std::vector<std::uint8_t> encode_film(const Film& film, const Screen& screen, bool alpha) {
   std::vector<std::uint8_t> bytes;
   bytes.reserve(film.pixels.size() * (alpha ? 4 : 3));
   for (int y = 0; y < film.crop_height; ++y) {
@@ -85,19 +84,40 @@ png_image describe(int width, int height, png_uint_32 format) {
   return image;
 }
 
-void write_bytes(const std::filesystem::path& file, png_image image,
-                 const std::vector<std::uint8_t>& bytes) {
+std::vector<std::byte> encode(png_image image, const std::vector<std::uint8_t>& codes) {
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+  std::vector<std::byte> bytes(size);
+  if (!png_image_write_to_memory(&image, bytes.data(), &size, 0, codes.data(), 0, nullptr)) {
+    throw Error(std::string("a picture cannot be encoded: ") + image.message);
+  }
+  bytes.resize(size);
+  return bytes;
+}
+
+void write_codes(const std::filesystem::path& file, png_image image,
+                 const std::vector<std::uint8_t>& codes) {
   write_atomically(file, [&](const std::filesystem::path& aside) {
-    if (!png_image_write_to_file(&image, aside.c_str(), 0, bytes.data(), 0, nullptr)) {
+    if (!png_image_write_to_file(&image, aside.c_str(), 0, codes.data(), 0, nullptr)) {
       throw Error(file.string() + ": cannot be written: " + image.message);
     }
   });
 }
 
-detail::Screen screen_for(const std::filesystem::path& file, const Display& display,
-                          ColorSpace space) {
+/// Writes codes of a screen that the file is not to describe: libpng then takes a gamma of 2.2 for
+/// granted, which is left out here.
+void write_undescribed(const std::filesystem::path& file, png_image image,
+                       const std::vector<std::uint8_t>& codes) {
+  image.flags |= PNG_IMAGE_FLAG_COLORSPACE_NOT_sRGB;
+  const std::vector<std::byte> bytes = encode(image, codes);
+  std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  constexpr std::size_t kLength = 4, kChunk = 16;  // of gAMA: length, name, 4 bytes and a checksum
+  if (const auto name = text.find("gAMA"); name != text.npos) text.erase(name - kLength, kChunk);
+  write_text_atomically(file, text);
+}
+
+Screen screen_for(const std::filesystem::path& file, const Display& display, ColorSpace space) {
   try {
-    return detail::Screen(display, space);
+    return Screen(display, space);
   } catch (const Error& e) {
     throw Error(file.string() + ": " + e.what());
   }
@@ -111,31 +131,27 @@ void write_png(const std::filesystem::path& file, const Film& film, const Displa
     throw Error(file.string() + ": the picture has no pixels; choose a size of at least 1 x 1");
   }
   require_finite(file, film);
-  const detail::Screen screen = screen_for(file, display, film.color_space);
-  png_image image =
+  const Screen screen = screen_for(file, display, film.color_space);
+  const png_image image =
       describe(film.crop_width, film.crop_height, alpha ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB);
-  if (!screen.is_srgb()) image.flags |= PNG_IMAGE_FLAG_COLORSPACE_NOT_sRGB;
-  write_bytes(file, image, encode_film(film, screen, alpha));
+  const std::vector<std::uint8_t> codes = encode_film(film, screen, alpha);
+  screen.is_srgb() ? write_codes(file, image, codes) : write_undescribed(file, image, codes);
 }
 
-Picture to_picture(const Film& film, const Display& display) {
-  const detail::Screen screen(display, film.color_space);
+Picture to_picture(const Film& film, const Screen& screen) {
   return {film.crop_width, film.crop_height, encode_film(film, screen, false)};
 }
 
+Picture to_picture(const Film& film, const Display& display) {
+  return to_picture(film, Screen(display, film.color_space));
+}
+
 std::vector<std::byte> encode_png(const Picture& picture) {
-  png_image image = describe(picture.width, picture.height, PNG_FORMAT_RGB);
-  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
-  std::vector<std::byte> bytes(size);
-  if (!png_image_write_to_memory(&image, bytes.data(), &size, 0, picture.rgb.data(), 0, nullptr)) {
-    throw Error(std::string("a picture cannot be encoded: ") + image.message);
-  }
-  bytes.resize(size);
-  return bytes;
+  return encode(describe(picture.width, picture.height, PNG_FORMAT_RGB), picture.rgb);
 }
 
 void write_png(const std::filesystem::path& file, const Picture& picture) {
-  write_bytes(file, describe(picture.width, picture.height, PNG_FORMAT_RGB), picture.rgb);
+  write_codes(file, describe(picture.width, picture.height, PNG_FORMAT_RGB), picture.rgb);
 }
 
 }  // namespace pvol::formats

@@ -1,4 +1,7 @@
 // Sky pictures in, whatever their format and colours.
+#include <fmt/format.h>
+
+#include <cstddef>
 #include <optional>
 #include <utility>
 
@@ -11,8 +14,18 @@ namespace pvol::formats {
 namespace {
 
 /// Pixels are never negative.
-void convert(std::vector<Rgb>& pixels, const Affine& map, ColorSpace to) {
-  for (Rgb& c : pixels) c = Rgb(into_gamut(map.vector(Vec3d(c)), to));
+void convert(ImageSky& sky, const Affine& map, ColorSpace to) {
+  const Vec3d weights = luminance_weights(to);
+  for (std::size_t i = 0; i < sky.pixels.size(); ++i) {
+    const Vec3d there = map.vector(Vec3d(sky.pixels[i]));
+    sky.pixels[i] = Rgb(into_gamut(there, weights));
+    if (is_finite(there) && is_finite(sky.pixels[i])) continue;
+    const auto width = std::size_t(sky.width);
+    throw Error(
+        fmt::format("pixel ({}, {}) is not finite in {}; expected another "
+                    "environment.color_space",
+                    i % width, i / width, name(to)));
+  }
 }
 
 void convert(detail::StoredSky& stored, const SkyColors& colors) {
@@ -21,7 +34,7 @@ void convert(detail::StoredSky& stored, const SkyColors& colors) {
     const auto named = find_named<ColorSpace>(colors.from);
     if (!named) {
       const ColorSpace linear = detail::to_linear(stored.sky.pixels, colors.from);
-      return convert(stored.sky.pixels, conversion(linear, colors.to), colors.to);
+      return convert(stored.sky, conversion(linear, colors.to), colors.to);
     }
     from = primaries_of(*named);
   }
@@ -33,7 +46,7 @@ void convert(detail::StoredSky& stored, const SkyColors& colors) {
         "has primaries that span no colours; expected chromaticities of red, green, blue "
         "and white: save it again, or set environment.color_space");
   }
-  convert(stored.sky.pixels, *map, colors.to);
+  convert(stored.sky, *map, colors.to);
 }
 
 }  // namespace

@@ -1,14 +1,15 @@
 // In place of OCIO configurations, where pvol is built without OpenColorIO.
 #include "image/color_config.h"
 #include "pvol/error.h"
+#include "pvol/formats/screen.h"
 
 namespace pvol::formats::detail {
 namespace {
 
 [[noreturn]] void fail(const std::string& what) {
   throw Error(what +
-              ", and this pvol was built without OpenColorIO; install it (Debian: "
-              "libopencolorio-dev) and configure with -DPVOL_WITH_OCIO=ON");
+              ". Names of an OCIO configuration need OpenColorIO (Debian: libopencolorio-dev), "
+              "without which this pvol was built");
 }
 
 }  // namespace
@@ -28,3 +29,5 @@ ColorSpace to_linear(std::span<Rgb>, const std::string& from) {
 }
 
 }  // namespace pvol::formats::detail
+
+std::string pvol::formats::color_config_id() { return {}; }

@@ -17,20 +17,20 @@ const UsdItem* at_path(const std::vector<UsdItem>& items, const std::string& pat
   return found == items.end() ? nullptr : &*found;
 }
 
-/// The space that a token of renderingColorSpace names, by the primaries that it tells: lin_ap1,
-/// lin_ap1_scene, acescg, lin_rec709 and so on.
+/// The space of a token for linear colours: lin_ap1, lin_ap1_scene, lin_rec709_scene and so on, or
+/// a name of ours.
 std::optional<ColorSpace> space_of(const std::string& token) {
-  constexpr std::pair<const char*, ColorSpace> kParts[] = {
-      {"ap1", ColorSpace::acescg},      {"acescg", ColorSpace::acescg},
-      {"ap0", ColorSpace::aces},        {"aces2065", ColorSpace::aces},
-      {"rec709", ColorSpace::rec709},   {"srgb", ColorSpace::rec709},
-      {"rec2020", ColorSpace::rec2020}, {"p3", ColorSpace::p3}};
+  constexpr std::pair<const char*, ColorSpace> kLinear[] = {{"lin_ap1", ColorSpace::acescg},
+                                                            {"lin_ap0", ColorSpace::aces},
+                                                            {"lin_rec709", ColorSpace::rec709},
+                                                            {"lin_rec2020", ColorSpace::rec2020},
+                                                            {"lin_p3d65", ColorSpace::p3}};
   std::string name;
   for (const char c : token) name += char(std::tolower(static_cast<unsigned char>(c)));
-  for (const auto& [part, space] : kParts) {
-    if (name.find(part) != name.npos) return space;
+  for (const auto& [begin, space] : kLinear) {
+    if (name.starts_with(begin)) return space;
   }
-  return std::nullopt;
+  return find_named<ColorSpace>(name);
 }
 
 void take_space(const UsdView& view, UsdPicture& picture, const UsdMaking& making) {

@@ -25,7 +25,7 @@ struct UsdPicture {
   std::string camera{};  ///< path; "": the first
   std::optional<std::array<int, 2>> size{};
   std::string policy = "expandAperture";  ///< aspectRatioConformPolicy
-  ColorSpace space = ColorSpace::rec709;  ///< of all colours of the stage
+  ColorSpace space = ColorSpace::rec709;  ///< in which colours are taken as they are
 };
 [[nodiscard]] UsdPicture picture_of(const UsdMaking& making);
 

@@ -52,6 +52,7 @@ from ._pvol import (
     load,
     read_picture,
     render,
+    tone_maps,
     trade,
 )
 
@@ -67,12 +68,13 @@ __all__ = [
     "load",
     "read_picture",
     "render",
+    "tone_maps",
     "trade",
 ]
 
 for _thing in (
     Error, Live, Picture, Shell, Volume,
-    compare, fit_shell, load, read_picture, render, trade,
+    compare, fit_shell, load, read_picture, render, tone_maps, trade,
 ):  # fmt: skip
     _thing.__module__ = "pvol"  # where people find it, in help and in messages
 del _thing

@@ -161,6 +161,7 @@ async function loadPicture() {
   const query = new URLSearchParams({ layer: $('layer').value || 'colour', exposure: $('exposure').value,
     tone_map: $('tone_map').value, filtered: $('filter').checked });
   const answer = await fetch(`picture?${query}`);
+  if (answer.status === 400) $('error').textContent = await answer.text();
   if (answer.status !== 200) return;
   const rgb = new Uint8Array(await answer.arrayBuffer());
   const width = Number(answer.headers.get('X-Width')), height = Number(answer.headers.get('X-Height'));

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pvol/formats/film_record.h"
+#include "pvol/formats/screen.h"
 #include "pvol/render/aov.h"
 #include "pvol/render/camera.h"
 #include "pvol/render/film.h"
@@ -99,42 +100,12 @@ DeepExrWritten write_deep_exr(const std::filesystem::path& file, const Film& fil
                               const std::map<std::string, std::string>& attributes,
                               const DeepExrOptions& options = {});
 
-/// What a PNG does with light brighter than the screen's white.
-enum class ToneMap {
-  srgb,     ///< clips it: colours below are the scene's
-  neutral,  ///< Khronos PBR Neutral: compresses what is above 0.8, and fades it to white
-  filmic,   ///< Hable's curve of Uncharted 2: soft from shadows to highlights, and darker
-};
-[[nodiscard]] constexpr auto names(ToneMap) {
-  return std::to_array<Named<ToneMap>>(
-      {{ToneMap::srgb, "srgb"}, {ToneMap::neutral, "neutral"}, {ToneMap::filmic, "filmic"}});
-}
-
-/// Linear light of a screen whose white is 1, in [0, 1], for linear Rec.709; negative counts as 0.
-[[nodiscard]] Vec3d to_display(Vec3d linear, ToneMap map);
-
-/// How light becomes what a screen shows.
-struct Display {
-  double exposure = 0;  ///< in stops
-  /// One of `tone_maps`: the name of a ToneMap, or a view of the OCIO configuration.
-  std::string tone_map = "srgb";
-};
-
-/// Every tone map there is: those of ours, then, where pvol was built with OpenColorIO, the views
-/// of the configuration that the environment variable OCIO names, or else of a small one with the
-/// views of ACES 1.0; views of other displays than its first as "display/view". Throws Error for a
-/// configuration that cannot be read.
-[[nodiscard]] std::vector<std::string> tone_maps();
-
-/// Throws Error for an exposure beyond what double holds and a tone map that is none of those.
-void check(const Display& display);
-
-/// Writes the rendered rectangle as 8-bit sRGB (IEC 61966-2-1, with the sRGB chunk, but for views
-/// of other screens): radiance times 2^exposure, by the tone map in [0, 1], rounded up or down to a
-/// code by a fixed pattern whose mean is the value, so that gradients have no bands (dither). With
-/// `alpha` an RGBA picture with unpremultiplied colour, black where alpha is 0; it suits films
-/// rendered without background. Atomic. Throws Error for an empty film, what `check` refuses, and a
-/// pixel that is not finite, which it names.
+/// Writes the rendered rectangle as 8-bit sRGB (IEC 61966-2-1, with the sRGB chunk; for views of
+/// other screens, their codes and no such chunk): radiance times 2^exposure, by the tone map in [0,
+/// 1], rounded up or down to a code by a fixed pattern whose mean is the value, so that gradients
+/// have no bands (dither). With `alpha` an RGBA picture with unpremultiplied colour, black where
+/// alpha is 0; it suits films rendered without background. Atomic. Throws Error for an empty film,
+/// what `validate` refuses of a display, and a pixel that is not finite, which it names.
 void write_png(const std::filesystem::path& file, const Film& film, const Display& display = {},
                bool alpha = false);
 
@@ -145,8 +116,10 @@ struct Picture {
 };
 
 /// The film as write_png would write it without alpha; pixels that are not finite are magenta.
-/// Throws Error for what `check` refuses.
+/// Throws Error for what `validate` refuses of a display.
 [[nodiscard]] Picture to_picture(const Film& film, const Display& display = {});
+/// The same by a screen for colours of the film's space.
+[[nodiscard]] Picture to_picture(const Film& film, const Screen& screen);
 
 /// The bytes of a PNG file with this picture, which has at least one pixel.
 [[nodiscard]] std::vector<std::byte> encode_png(const Picture& picture);

@@ -10,7 +10,7 @@
 
 namespace pvol {
 
-/// Red, green and blue, linear Rec.709, each a grid of values in [0, 1] whose name is the colour's
+/// Red, green and blue, linear, each a grid of values in [0, 1] whose name is the colour's
 /// own. A sample may say no colour: black ones do, so a fourth grid tells. All four lie on one
 /// lattice: they have the same index_to_world.
 struct ColorGrid {

@@ -15,8 +15,8 @@ enum class ColorSpace {
   rec709,   ///< of sRGB: ITU-R BT.709 with D65
   rec2020,  ///< ITU-R BT.2020 with D65
   p3,       ///< SMPTE EG 432-1: P3 with D65
-  acescg,   ///< AP1 of SMPTE ST 2065-1's family with the white point of ACES (S-2014-004)
-  aces,     ///< AP0: ACES2065-1, SMPTE ST 2065-1
+  acescg,   ///< AP1 with the white of ACES, S-2014-004
+  aces,     ///< AP0 with the white of ACES: ACES2065-1, SMPTE ST 2065-1
 };
 [[nodiscard]] constexpr auto names(ColorSpace) {
   return std::to_array<Named<ColorSpace>>({{ColorSpace::rec709, "rec709"},
@@ -42,16 +42,16 @@ struct Primaries {
 
 /// Linear map of colours by one set of primaries to those by another, where white stays white: by
 /// the chromatic adaptation of Bradford (ICC.1:2022, annex E; THEORY.md, T5.24). The same primaries
-/// give the identity to the last bit. None for primaries on one line and
-/// for a white without light.
+/// give the identity to the last bit. None for primaries on one line and for a white that is not
+/// between them.
 [[nodiscard]] std::optional<Affine> conversion(const Primaries& from, const Primaries& to);
 [[nodiscard]] Affine conversion(ColorSpace from, ColorSpace to);
 
 /// The shares of red, green and blue in luminance, whose sum is 1.
 [[nodiscard]] Vec3d luminance_weights(ColorSpace space);
 
-/// The colour with channels of at least 0 and the same luminance, which a screen or a light of this
-/// space can have; black where that is negative.
-[[nodiscard]] Vec3d into_gamut(Vec3d color, ColorSpace space);
+/// The colour with channels of at least 0 and the same luminance by these weights, which a screen
+/// or a light of the space can have; black where that is negative.
+[[nodiscard]] Vec3d into_gamut(Vec3d color, Vec3d weights);
 
 }  // namespace pvol

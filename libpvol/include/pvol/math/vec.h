@@ -1,4 +1,4 @@
-// Three-component vectors: positions, directions, lattice cells and linear Rec.709 colours.
+// Three-component vectors: positions, directions, lattice cells and linear colours.
 #pragma once
 
 #include <algorithm>
@@ -39,7 +39,7 @@ using Vec3f = Vec3<float>;
 using Vec3d = Vec3<double>;
 using Vec3i = Vec3<std::int32_t>;
 using Vec3l = Vec3<std::int64_t>;
-using Rgb = Vec3f;  ///< linear Rec.709 (radiance, irradiance, albedo or throughput)
+using Rgb = Vec3f;  ///< linear colour (radiance, irradiance, albedo or throughput)
 
 template <class T>
 constexpr T dot(Vec3<T> a, Vec3<T> b) {

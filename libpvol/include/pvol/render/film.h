@@ -64,6 +64,16 @@ struct Film {
   [[nodiscard]] const PixelSums& at(int px, int py) const { return pixels[index(px, py)]; }
 };
 
+/// A film of the rectangle and the colour space of another, without pixels.
+[[nodiscard]] inline Film window_of(const Film& film) {
+  Film window;
+  window.width = film.width, window.height = film.height;
+  window.x = film.x, window.y = film.y;
+  window.crop_width = film.crop_width, window.crop_height = film.crop_height;
+  window.color_space = film.color_space;
+  return window;
+}
+
 /// Mean radiance of a pixel; 0 without samples.
 [[nodiscard]] inline Vec3d mean(const PixelSums& p) {
   return p.samples ? p.sum / double(p.samples) : Vec3d{};

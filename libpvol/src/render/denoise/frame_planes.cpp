@@ -158,6 +158,9 @@ void check_alike(const FramePlanes& other, const FramePlanes& own) {
   if (!have_same_window(other.window, own.window)) {
     throw Error("denoise: the frames differ in size or crop; expected one for all of a sequence");
   }
+  if (other.window.color_space != own.window.color_space) {
+    throw Error("denoise: the frames differ in colour space; expected one for all of a sequence");
+  }
   if (other.names != own.names) {
     throw Error(
         "denoise: the frames have different layers of light; render all of a sequence "
@@ -180,9 +183,7 @@ FramePlanes make_frame_planes(const Film& film, const PatchOptions& patches, con
   for (const ColourParts& parts : sets) {
     for (const std::size_t k : parts) f.names.push_back(film.layers[k].name);
   }
-  f.window.width = film.width, f.window.height = film.height;
-  f.window.x = film.x, f.window.y = film.y;
-  f.window.crop_width = film.crop_width, f.window.crop_height = film.crop_height;
+  f.window = window_of(film);
   return f;
 }
 

@@ -39,7 +39,7 @@ using detail::Workers;
 /// Of an earlier render: the empty film `fresh` with what that one has.
 Film continued(Film fresh, Film earlier) {
   if (earlier.pixels.empty()) return fresh;
-  bool same = have_same_window(fresh, earlier) &&
+  bool same = have_same_window(fresh, earlier) && earlier.color_space == fresh.color_space &&
               earlier.sums.pixels.size() == fresh.pixels.size() &&
               earlier.layers.size() == fresh.layers.size() &&
               earlier.sums.layers.size() == fresh.layers.size() &&
@@ -52,8 +52,8 @@ Film continued(Film fresh, Film earlier) {
   }
   if (same) return earlier;
   throw Error(
-      "the film to resume belongs to another picture; expected the same size, crop, layers and "
-      "first sample");
+      "the film to resume belongs to another picture; expected the same size, crop, colour "
+      "space, layers and first sample");
 }
 
 double seconds_since(std::chrono::steady_clock::time_point t) {
@@ -213,8 +213,8 @@ RenderResult render(const RenderPlan& plan, const Progress& progress, const Pass
 Film begin_by_pilot(const RenderPlan& plan, const Film& pilot) {
   const RenderOptions& o = plan.scene.options;
   const Film part = make_film(o);
-  const bool has_part = pilot.width == o.width && pilot.height == o.height && pilot.x <= part.x &&
-                        pilot.y <= part.y &&
+  const bool has_part = pilot.color_space == o.color_space && pilot.width == o.width &&
+                        pilot.height == o.height && pilot.x <= part.x && pilot.y <= part.y &&
                         pilot.x + pilot.crop_width >= part.x + part.crop_width &&
                         pilot.y + pilot.crop_height >= part.y + part.crop_height;
   const auto is_done = [](const PixelSums& p) { return p.samples == kPilot; };

@@ -123,10 +123,11 @@ void add_part(Film& to, const Film& part) {
       x + part.crop_width > to.crop_width || y + part.crop_height > to.crop_height) {
     throw Error("the part lies outside the film; expected a rectangle inside it");
   }
-  if (!have_same_layers(to, part) || to.sums.empty() || part.sums.empty()) {
+  if (!have_same_layers(to, part) || to.color_space != part.color_space || to.sums.empty() ||
+      part.sums.empty()) {
     throw Error(
-        "the part has other layers than the film, or no exact sums; expected the same layers with "
-        "sums");
+        "the part has other layers or another colour space than the film, or no exact sums; "
+        "expected the same layers and space with sums");
   }
   for (int row = 0; row < part.crop_height; ++row) {
     for (int column = 0; column < part.crop_width; ++column) {

@@ -30,7 +30,7 @@ Vec3d on_horizon(const ClearSky& sky, double azimuth) {
 class SkyTable {
  public:
   SkyTable(const ScatteredLight& light, ColorSpace space)
-      : space_(space), at_(kElevations * kAzimuths) {
+      : weights_(luminance_weights(space)), at_(kElevations * kAzimuths) {
     std::vector<double> azimuths;
     for (std::size_t j = 0; j < kAzimuths; ++j)
       azimuths.push_back(kPi * double(j) / (kAzimuths - 1));
@@ -60,7 +60,7 @@ class SkyTable {
     const std::size_t k = i * kAzimuths + j;
     return Rgb(into_gamut((sum(k) * (1 - v) + sum(k + 1) * v) * (1 - u) +
                               (sum(k + kAzimuths) * (1 - v) + sum(k + kAzimuths + 1) * v) * u,
-                          space_));
+                          weights_));
   }
 
  private:
@@ -68,7 +68,7 @@ class SkyTable {
   struct Parts {
     Vec3d molecules, aerosols, rest;
   };
-  ColorSpace space_;
+  Vec3d weights_;  // of luminance
   std::vector<Parts> at_;
 };
 
@@ -149,7 +149,7 @@ Daylight make_daylight(const ClearSky& sky, ColorSpace space) {
   const ScatteredLight light(a, kPi / 2 - elevation);
   const float unit = float(sky.irradiance);
   const Spectrum beam = light.beam().of_disc(kPi / 2 - elevation, kDiameter / 2 * kDegree);
-  day.sun.irradiance = Rgb(into_gamut(seen_as(beam, space), space)) * unit;
+  day.sun.irradiance = Rgb(into_gamut(seen_as(beam, space), luminance_weights(space))) * unit;
   const Vec3d scattered = paint(light, a, elevation, unit, space, day.picture);
   const Vec3d direct = Vec3d(day.sun.irradiance) * std::max(std::sin(elevation), 0.0);
   const Rgb ground(Vec3d(sky.ground) * (scattered + direct) / kPi);
