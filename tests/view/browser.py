@@ -73,3 +73,12 @@ class Browser:
             const data = [...small.getImageData(0, 0, 16, 9).data];
             return Array.from({ length: 144 }, (_, i) => data.slice(4 * i, 4 * i + 3));"""
         )
+
+    def other_colours(self, colours, seconds=60):
+        """Waits until the canvas has other ones."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            if (now := self.colours()) != colours:
+                return now
+            time.sleep(0.05)
+        raise AssertionError(f"the colours stay: {self.text('error')}")

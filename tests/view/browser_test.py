@@ -156,6 +156,15 @@ class PageTest(unittest.TestCase):
         self.page.until("document.getElementById('progress').textContent.includes('after the filter')",
                         "a filtered picture")
 
+    def test_tone_maps_are_those_there_are(self):
+        self.finish()
+        colours, choice = self.page.colours(), Select(self.element("tone_map"))
+        names = [option.text for option in choice.options]
+        self.assertEqual(names[:3], ["srgb", "neutral", "filmic"])
+        for name in ("filmic", names[-1]):  # the last is a view of OCIO, where pvol has it
+            choice.select_by_visible_text(name)
+            colours = self.page.other_colours(colours)
+
     def test_lights_are_added_and_removed(self):
         self.after_change(lambda: (Select(self.element("kinds")).select_by_visible_text("sun"),
                                    self.element("add").click()))
