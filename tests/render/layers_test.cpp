@@ -22,7 +22,7 @@ CloudScene lit_scene(bool even, GuideUse guide) {
   } else {
     ImageSky sky;
     sky.width = 4, sky.height = 2;
-    for (int i = 0; i < 8; ++i) sky.pixels.emplace_back(0.1f * float(i));
+    for (int i = 0; i < 8; ++i) sky.pixels.edit().emplace_back(0.1f * float(i));
     s.environment = sky;
   }
   s.options.width = s.options.height = 12;

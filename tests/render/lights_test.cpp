@@ -218,12 +218,12 @@ struct Picture {
 
 Picture make_picture(std::string name, int width, int height) {
   Picture p{std::move(name), {width, height, {}, Rgb(1.0f), 0}};
-  p.sky.pixels.assign(std::size_t(width) * std::size_t(height), Rgb(0.0f));
+  p.sky.pixels.edit().assign(std::size_t(width) * std::size_t(height), Rgb(0.0f));
   return p;
 }
 
 void set(Picture& p, int x, int y, Rgb c) {
-  p.sky.pixels[std::size_t(y) * std::size_t(p.sky.width) + std::size_t(x)] = c;
+  p.sky.pixels.edit()[std::size_t(y) * std::size_t(p.sky.width) + std::size_t(x)] = c;
 }
 
 Picture noise_picture(int width, int height, unsigned seed) {
@@ -231,7 +231,7 @@ Picture noise_picture(int width, int height, unsigned seed) {
       make_picture("noise " + std::to_string(width) + "x" + std::to_string(height), width, height);
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> uniform(0.1f, 2);
-  for (Rgb& c : p.sky.pixels) c = {uniform(random), uniform(random), uniform(random)};
+  for (Rgb& c : p.sky.pixels.edit()) c = {uniform(random), uniform(random), uniform(random)};
   return p;
 }
 
@@ -285,7 +285,7 @@ TEST(SkyLight, PictureHasItsPixelsWhereTheConventionSays) {
 
 TEST(SkyLight, AzimuthRunsFromXTowardsZAndRowsFromTheTop) {
   Picture p = make_picture("octants", 4, 2);
-  for (int i = 0; i < 8; ++i) p.sky.pixels[std::size_t(i)] = Rgb(float(i + 1));
+  for (int i = 0; i < 8; ++i) p.sky.pixels.edit()[std::size_t(i)] = Rgb(float(i + 1));
   const auto seen = [&](Vec3d d) { return SkyLight(p.sky).radiance(Vec3f(normalize(d))).x; };
   EXPECT_EQ(seen({1, 1, 1}), 1);
   EXPECT_EQ(seen({-1, 1, 1}), 2);
@@ -301,7 +301,7 @@ TEST(SkyLight, AzimuthRunsFromXTowardsZAndRowsFromTheTop) {
 
 TEST(SkyLight, APictureMayStandOnAnotherAxis) {
   Picture p = make_picture("octants", 4, 2);
-  for (int i = 0; i < 8; ++i) p.sky.pixels[std::size_t(i)] = Rgb(float(i + 1));
+  for (int i = 0; i < 8; ++i) p.sky.pixels.edit()[std::size_t(i)] = Rgb(float(i + 1));
   p.sky.up = {0, 0, 1};  // what looked along +z looks along -y
   const auto seen = [&](Vec3d d) { return SkyLight(p.sky).radiance(Vec3f(normalize(d))).x; };
   EXPECT_EQ(seen({1, -1, 1}), 1);
@@ -448,7 +448,7 @@ TEST(SkyLight, FaintPixelsBesideAHotOneAreAllFoundAtTheirRate) {
   // If only every fourth could be drawn, repeated draws would be four times as common.
   constexpr int kFaint = 1 << 16, kDraws = 4'000'000;
   Picture p = make_picture("hot first", kFaint + 1, 1);
-  for (Rgb& c : p.sky.pixels) c = Rgb(1.0f);
+  for (Rgb& c : p.sky.pixels.edit()) c = Rgb(1.0f);
   set(p, 0, 0, Rgb(999.0f * kFaint));
   const SkyLight sky(p.sky);
   Rng rng(proof::seeded(37), 0, 0);

@@ -77,7 +77,7 @@ TEST(Noise, FallsByGuidingUnderEachLamp) {
 TEST(Noise, OfASmoothSkyIsBounded) {
   constexpr int kWidth = 16, kHeight = 8, kBrightX = 5, kBrightY = 2;
   ImageSky image{kWidth, kHeight, std::vector<Rgb>(kWidth * kHeight, Rgb(0.1f))};
-  image.pixels[kBrightY * kWidth + kBrightX] = Rgb(100.0f);
+  image.pixels.edit()[kBrightY * kWidth + kBrightX] = Rgb(100.0f);
   const SkyPicture sky(image, SkyPixels::smooth);
   const auto weight = [&](Vec3f d) { return luminance(sky.radiance(d)) / sky.pdf(d); };
   const float most =

@@ -92,8 +92,8 @@ inline std::vector<Case> cases() {
   add("gradient", [](CloudScene& s) { s.environment = GradientSky{}; });
   add("picture with a sun", [](CloudScene& s) {
     ImageSky sky{16, 8, std::vector<Rgb>(128, Rgb(0.4f, 0.5f, 0.6f)), Rgb(1.0f), 30};
-    sky.pixels[20] = Rgb(40.0f, 35.0f, 30.0f);
-    for (std::size_t i = 64; i < 128; ++i) sky.pixels[i] = Rgb(0.0f);
+    sky.pixels.edit()[20] = Rgb(40.0f, 35.0f, 30.0f);
+    for (std::size_t i = 64; i < 128; ++i) sky.pixels.edit()[i] = Rgb(0.0f);
     s.environment = sky;
     s.lights.clear();
   });

@@ -6,6 +6,7 @@
 #include <ImfInputFile.h>
 
 #include <algorithm>
+#include <vector>
 
 #include "image/exr_check.h"
 #include "image/exr_color.h"
@@ -31,23 +32,24 @@ ImageSky read_pixels(Imf::InputFile& in) {
   sky.width = box.max.x - box.min.x + 1;
   sky.height = box.max.y - box.min.y + 1;
   const std::size_t width = std::size_t(sky.width);
+  std::vector<Rgb>& pixels = sky.pixels.edit();
   // Memory grows with what was decoded: a small damaged file cannot ask for gigabytes.
   for (int begin = 0; begin < sky.height; begin += kBlockRows) {
     const int rows = std::min(kBlockRows, sky.height - begin);
-    const std::size_t first = sky.pixels.size();
-    sky.pixels.resize(first + width * std::size_t(rows));
+    const std::size_t first = pixels.size();
+    pixels.resize(first + width * std::size_t(rows));
     const Imath::V2i origin{box.min.x, box.min.y + begin};
     Imf::FrameBuffer buffer;
     const auto add = [&](const char* name, const float* at) {
       buffer.insert(name, Imf::Slice::Make(Imf::FLOAT, at, origin, sky.width, rows, sizeof(Rgb),
                                            sizeof(Rgb) * width));
     };
-    add("R", &sky.pixels[first].x);
-    add("G", &sky.pixels[first].y);
-    add("B", &sky.pixels[first].z);
+    add("R", &pixels[first].x);
+    add("G", &pixels[first].y);
+    add("B", &pixels[first].z);
     in.setFrameBuffer(buffer);
     in.readPixels(origin.y, origin.y + rows - 1);
-    for (std::size_t i = first; i < sky.pixels.size(); ++i) check_radiance(sky.pixels[i], i, width);
+    for (std::size_t i = first; i < pixels.size(); ++i) check_radiance(pixels[i], i, width);
   }
   return sky;
 }

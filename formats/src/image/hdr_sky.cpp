@@ -281,7 +281,7 @@ detail::StoredSky read_picture(Bytes& in) {
   }
   ImageSky sky;
   sky.width = layout.width, sky.height = layout.height;
-  sky.pixels.resize(pixels.size());
+  std::vector<Rgb> radiances(pixels.size());
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     const auto length = std::size_t(layout.length());
     const int at = int(i % length), k = int(i / length);
@@ -292,8 +292,9 @@ detail::StoredSky read_picture(Bytes& in) {
                       "expected finite radiance",
                       at, k));
     }
-    sky.pixels[layout.index(k, at)] = c;
+    radiances[layout.index(k, at)] = c;
   }
+  sky.pixels = std::move(radiances);
   return {std::move(sky), colors.primaries()};
 }
 

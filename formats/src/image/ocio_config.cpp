@@ -156,13 +156,13 @@ void apply(const ocio::CPUProcessor& processor, std::span<Color> colors) {
   }
 }
 
-struct DisplayAndView {
-  std::string display, view;
+/// A view as `views_of_config` names it, and as its configuration does.
+struct NamedView {
+  std::string name, display, view;
 };
 
-/// All of them, as `views_of_config` names them.
-std::vector<std::pair<std::string, DisplayAndView>> list_views(const ocio::Config& config) {
-  std::vector<std::pair<std::string, DisplayAndView>> all;
+std::vector<NamedView> list_views(const ocio::Config& config) {
+  std::vector<NamedView> all;
   const std::string first = config.getDefaultDisplay();
   std::vector<std::string> displays{first};
   for (int d = 0; d < config.getNumDisplays(); ++d) {
@@ -173,8 +173,7 @@ std::vector<std::pair<std::string, DisplayAndView>> list_views(const ocio::Confi
   for (const std::string& display : displays) {
     for (int v = 0; v < config.getNumViews(display.c_str()); ++v) {
       const std::string view = config.getView(display.c_str(), v);
-      all.emplace_back(display == first ? view : display + '/' + view,
-                       DisplayAndView{display, view});
+      all.push_back({display == first ? view : display + '/' + view, display, view});
     }
   }
   return all;
@@ -185,18 +184,17 @@ bool names_srgb(std::string text) {
   return text.find("srgb") != std::string::npos;
 }
 
-std::vector<std::string> names_of(const std::vector<std::pair<std::string, DisplayAndView>>& all) {
+std::vector<std::string> names_of(const std::vector<NamedView>& all) {
   std::vector<std::string> names;
-  for (const auto& [name, what] : all) names.push_back(name);
+  for (const NamedView& v : all) names.push_back(v.name);
   return names;
 }
 
-DisplayAndView require_view(const ocio::Config& config, const std::string& name) {
-  const auto all = list_views(config);
-  const auto found = std::ranges::find_if(all, [&](const auto& v) {
-    return v.first == name || v.second.display + '/' + v.second.view == name;
-  });
-  if (found != all.end()) return found->second;
+NamedView require_view(const ocio::Config& config, const std::string& name) {
+  const std::vector<NamedView> all = list_views(config);
+  const auto found = std::ranges::find_if(
+      all, [&](const NamedView& v) { return v.name == name || v.display + '/' + v.view == name; });
+  if (found != all.end()) return *found;
   throw Error(fmt::format(
       "there is no tone map '{}'; expected srgb, neutral, filmic, or a view of the OCIO "
       "configuration: {}",
@@ -204,7 +202,7 @@ DisplayAndView require_view(const ocio::Config& config, const std::string& name)
 }
 
 /// The name of the space in which a view's codes are.
-std::string space_of(const ocio::Config& config, const DisplayAndView& v) {
+std::string space_of(const ocio::Config& config, const NamedView& v) {
   const std::string name = config.getDisplayViewColorSpaceName(v.display.c_str(), v.view.c_str());
   return name == "<USE_DISPLAY_NAME>" ? v.display : name;
 }
@@ -223,7 +221,7 @@ std::vector<std::string> views_of_config() {
 ScreenView find_view(const std::string& name, ColorSpace from) {
   return naming_config([&] {
     const ocio::ConstConfigRcPtr config = read_config();
-    const DisplayAndView chosen = require_view(*config, name);
+    const NamedView chosen = require_view(*config, name);
     const std::string codes = space_of(*config, chosen);
     const bool srgb = names_srgb(chosen.display) || names_srgb(chosen.view) || names_srgb(codes);
     if (is_data(*config, codes)) return ScreenView{[](std::span<Vec3d>) {}, srgb};  // as they are

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "image/color_config.h"
 #include "image/sky_readers.h"
@@ -16,10 +17,11 @@ namespace {
 /// Pixels are never negative.
 void convert(ImageSky& sky, const Affine& map, ColorSpace to) {
   const Vec3d weights = luminance_weights(to);
-  for (std::size_t i = 0; i < sky.pixels.size(); ++i) {
-    const Vec3d there = map.vector(Vec3d(sky.pixels[i]));
-    sky.pixels[i] = Rgb(into_gamut(there, weights));
-    if (is_finite(there) && is_finite(sky.pixels[i])) continue;
+  std::vector<Rgb>& pixels = sky.pixels.edit();
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const Vec3d there = map.vector(Vec3d(pixels[i]));
+    pixels[i] = Rgb(into_gamut(there, weights));
+    if (is_finite(there) && is_finite(pixels[i])) continue;
     const auto width = std::size_t(sky.width);
     throw Error(
         fmt::format("pixel ({}, {}) is not finite in {}; expected another "
@@ -33,7 +35,7 @@ void convert(detail::StoredSky& stored, const SkyColors& colors) {
   if (!colors.from.empty()) {
     const auto named = find_named<ColorSpace>(colors.from);
     if (!named) {
-      const ColorSpace linear = detail::to_linear(stored.sky.pixels, colors.from);
+      const ColorSpace linear = detail::to_linear(stored.sky.pixels.edit(), colors.from);
       return convert(stored.sky, conversion(linear, colors.to), colors.to);
     }
     from = primaries_of(*named);
@@ -59,6 +61,7 @@ ImageSky read_sky(const std::filesystem::path& file, const SkyColors& colors) {
   } catch (const Error& e) {
     throw Error(file.string() + ": " + e.what());
   }
+  stored.sky.pixels = std::move(stored.sky.pixels.edit());  // looked through once for all
   return std::move(stored.sky);
 }
 

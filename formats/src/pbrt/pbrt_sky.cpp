@@ -63,10 +63,11 @@ ImageSky to_latlong(const std::vector<PbrtSkyPicture>& pictures, Rgb radiance) {
   }
   out.height = std::min(out.height, kLargestWidth / 2);
   out.width = 2 * out.height;
-  out.pixels.reserve(std::size_t(out.width) * std::size_t(out.height));
+  std::vector<Rgb>& pixels = out.pixels.edit();
+  pixels.reserve(std::size_t(out.width) * std::size_t(out.height));
   for (int y = 0; y < out.height; ++y) {
     for (int x = 0; x < out.width; ++x) {
-      out.pixels.push_back(radiance + pixel(pictures, to_light, out, x, y));
+      pixels.push_back(radiance + pixel(pictures, to_light, out, x, y));
     }
   }
   return out;

@@ -3,11 +3,11 @@
 
 #include <string>
 #include <variant>
-#include <vector>
 
 #include "pvol/math/keys.h"
 #include "pvol/math/vec.h"
 #include "pvol/render/clear_sky.h"
+#include "pvol/render/shared_pixels.h"
 #include "pvol/volume/medium_keys.h"
 
 namespace pvol {
@@ -68,11 +68,11 @@ template <std::same_as<GradientSky> S>
 struct ImageSky {
   static constexpr const char* kName = "image";
   int width = 0, height = 0;
-  std::vector<Rgb> pixels;  ///< rows from the top, width * height
-  Rgb scale{1.0f};          ///< factor on every pixel
-  double rotation = 0;      ///< degrees, added to the azimuth of the picture about `up`
-  std::string file{};       ///< that the pixels come from; empty where they come from memory
-  Vec3d up{0, 1, 0};        ///< the direction of the picture's upper edge
+  SharedPixels pixels{};  ///< rows from the top, width * height
+  Rgb scale{1.0f};        ///< factor on every pixel
+  double rotation = 0;    ///< degrees, added to the azimuth of the picture about `up`
+  std::string file{};     ///< that the pixels come from; empty where they come from memory
+  Vec3d up{0, 1, 0};      ///< the direction of the picture's upper edge
   /// Of the file; empty: that of its primaries, which are those of Rec.709 where it names none. Its
   /// pixels are converted when they are read.
   std::string color_space{};

@@ -27,7 +27,9 @@ SkyPicture::SkyPicture(ImageSky image, SkyPixels pixels)
     const auto axis = [&](Vec3d v) { return Vec3f(turn_up(normalize(image_.up), v)); };
     x_ = axis({1, 0, 0}), y_ = axis({0, 1, 0}), z_ = axis({0, 0, 1});
   }
-  for (Rgb& p : image_.pixels) p = p * image_.scale;
+  if (image_.scale != Rgb(1.0f)) {
+    for (Rgb& p : image_.pixels.edit()) p = p * image_.scale;
+  }
   for (int y = 0; y <= height; ++y) row_y_.push_back(std::cos(pi * y / height));
   std::vector<double> shares(image_.pixels.size());
   double sum = 0;

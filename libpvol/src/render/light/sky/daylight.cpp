@@ -75,7 +75,7 @@ class SkyTable {
 /// Fills the upper half; the sun is in the middle of the seam. Returns the irradiance of the
 /// ground.
 Vec3d paint(const ScatteredLight& light, const Atmosphere& a, double elevation, float unit,
-            ColorSpace space, ImageSky& picture) {
+            ColorSpace space, std::vector<Rgb>& pixels) {
   const SkyTable table(light, space);
   constexpr int kHalf = kHeight / 2;
   std::vector<Vec3d> lit(kHalf);
@@ -89,7 +89,7 @@ Vec3d paint(const ScatteredLight& light, const Atmosphere& a, double elevation, 
       const double to_sun = std::sin(up) * std::sin(elevation) +
                             std::cos(up) * std::cos(elevation) * std::cos(azimuth);
       const Rgb c = table.at(a, up, azimuth, to_sun) * unit;
-      Rgb* row = &picture.pixels[y * kWidth];
+      Rgb* row = &pixels[y * kWidth];
       row[x] = row[kWidth - 1 - x] = c;
       lit[y] += Vec3d(c) * (2 * area * std::sin(up));
     }
@@ -139,7 +139,8 @@ Daylight make_daylight(const ClearSky& sky, ColorSpace space) {
   const Vec3d up = normalize(sky.up), side = on_horizon(sky, sun.azimuth);
   Daylight day;
   day.picture.width = kWidth, day.picture.height = kHeight;
-  day.picture.pixels.assign(std::size_t(kWidth) * kHeight, Rgb(0.0f));
+  std::vector<Rgb>& pixels = day.picture.pixels.edit();
+  pixels.assign(std::size_t(kWidth) * kHeight, Rgb(0.0f));
   day.picture.up = sky.up;
   day.picture.rotation =
       std::atan2(dot(side, turn_up(up, {0, 0, 1})), dot(side, turn_up(up, {1, 0, 0}))) / kDegree;
@@ -150,10 +151,10 @@ Daylight make_daylight(const ClearSky& sky, ColorSpace space) {
   const float unit = float(sky.irradiance);
   const Spectrum beam = light.beam().of_disc(kPi / 2 - elevation, kDiameter / 2 * kDegree);
   day.sun.irradiance = Rgb(into_gamut(seen_as(beam, space), luminance_weights(space))) * unit;
-  const Vec3d scattered = paint(light, a, elevation, unit, space, day.picture);
+  const Vec3d scattered = paint(light, a, elevation, unit, space, pixels);
   const Vec3d direct = Vec3d(day.sun.irradiance) * std::max(std::sin(elevation), 0.0);
   const Rgb ground(Vec3d(sky.ground) * (scattered + direct) / kPi);
-  std::fill(day.picture.pixels.begin() + kWidth * kHeight / 2, day.picture.pixels.end(), ground);
+  std::fill(pixels.begin() + kWidth * kHeight / 2, pixels.end(), ground);
   return day;
 }
 
