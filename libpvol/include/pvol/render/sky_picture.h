@@ -59,12 +59,13 @@ class SkyPicture {
   [[nodiscard]] std::size_t index(int x, int y) const {
     return std::size_t(y) * std::size_t(image_.width) + std::size_t(x);
   }
-  [[nodiscard]] Rgb at(int x, int y) const { return image_.pixels[index(x, y)]; }
+  [[nodiscard]] Rgb at(int x, int y) const { return pixels_[index(x, y)]; }
   [[nodiscard]] Rgb mixed(Place p) const;
   [[nodiscard]] float weight(int x, int y) const;
   [[nodiscard]] float pixel_pdf(Pixel p) const;
 
-  ImageSky image_;  // pixels are radiances: times the scale
+  ImageSky image_;               // pixels are radiances: times the scale
+  const Rgb* pixels_ = nullptr;  // those, which copies share: one step nearer for every look-up
   bool smooth_;
   float rotation_ = 0;          // in turns
   bool turned_ = false;         // whether the picture's upper edge is not +y

@@ -30,6 +30,7 @@ SkyPicture::SkyPicture(ImageSky image, SkyPixels pixels)
   if (image_.scale != Rgb(1.0f)) {
     for (Rgb& p : image_.pixels.edit()) p = p * image_.scale;
   }
+  pixels_ = image_.pixels.begin();
   for (int y = 0; y <= height; ++y) row_y_.push_back(std::cos(pi * y / height));
   std::vector<double> shares(image_.pixels.size());
   double sum = 0;
