@@ -1,41 +1,19 @@
-// Colour spaces and OCIO views from the command line to the picture.
+// Colour spaces from the command line to the picture.
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 
 #include "pvol/formats/image.h"
+#include "support/color_shot.h"
 #include "support/messages.h"
-#include "support/run_tool.h"
 
 namespace pvol {
 namespace color_space_test {
 
 using testing::run_tool;
 using testing::RunResult;
-using testing::ScratchFolder;
 
-class ColorSpaces : public ::testing::Test {
- protected:
-  ColorSpaces() {
-    std::ofstream(scene_) << "[volume]\nfile = \"ball.toml\"\n"
-                             "[medium]\nextinction = 3\nalbedo = 0.7\n"
-                             "[environment]\nelevation = 20\n"
-                             "[medium.fire]\nfield = \"density\"\nkelvin = 2500\nintensity = 0.5\n";
-    std::ofstream(folder_ / "ball.toml")
-        << "[recipe]\nresolution = 24\n[[form]]\nshape = \"ellipsoid\"\n"
-           "centre = [0, 0, 0]\nradii = 1\n";
-  }
-  RunResult render(const std::string& output, const std::vector<std::string>& more) {
-    std::vector<std::string> all{scene_, "-o", folder_ / output, "--size", "24x16", "--spp", "64"};
-    all.insert(all.end(), more.begin(), more.end());
-    return run_tool(PVOL_RENDER, all);
-  }
-  Film film(const std::string& name) { return formats::read_film(folder_ / name).film; }
-
-  ScratchFolder folder_;
-  std::string scene_ = folder_ / "scene.toml";
-};
+using ColorSpaces = testing::ColorShot;
 
 struct Total {
   Vec3d mean, variance;
@@ -125,31 +103,6 @@ TEST_F(ColorSpaces, SkiesAreConverted) {
               conversion(ColorSpace::p3, ColorSpace::acescg).vector(kSky));
 }
 
-/// Pictures are the same only where names of spaces mean the same.
-TEST_F(ColorSpaces, PicturesOfOtherConfigurationsAreOthers) {
-  if (formats::tone_maps().size() <= 3) GTEST_SKIP() << "built without OpenColorIO";
-  Film sky{4, 2, 0, 0, 4, 2, std::vector<PixelSums>(8)};
-  for (PixelSums& p : sky.pixels) p = {Vec3d(0.5), {}, 1, 1, 0, 0, 0};
-  formats::write_exr(folder_ / "sky.exr", sky, {});
-  std::ofstream(folder_ / "own.ocio")
-      << "ocio_profile_version: 1\nroles: {default: lin_rec709}\n"
-         "displays:\n  d: [!<View> {name: v, colorspace: lin_rec709}]\n"
-         "colorspaces:\n  - !<ColorSpace> {name: lin_rec709}\n  - !<ColorSpace> {name: srgb_tx}\n";
-  const auto part = [&](const std::string& output, const std::string& samples) {
-    return render(output,
-                  {"--set", "environment={}", "--set", "environment.file=" + (folder_ / "sky.exr"),
-                   "--set", "environment.color_space=srgb_tx", "--samples", samples});
-  };
-  ASSERT_EQ(part("a.exr", "0:32").exit, 0) << part("a.exr", "0:32").err;
-  setenv("OCIO", (folder_ / "own.ocio").c_str(), 1);
-  const RunResult other = part("b.exr", "32:64");
-  unsetenv("OCIO");
-  ASSERT_EQ(other.exit, 0) << other.err;
-  const RunResult merged = run_tool(
-      PVOL_CONVERT, {"merge", folder_ / "a.exr", folder_ / "b.exr", "-o", folder_ / "c.exr"});
-  EXPECT_TRUE(says(merged.err, "color.merge_other_scene"));
-}
-
 TEST_F(ColorSpaces, PartsOfOneSpaceAreMerged) {
   const std::vector<std::string> space{"--color-space", "acescg"};
   for (const char* samples : {"0:32", "32:64"}) {
@@ -183,19 +136,6 @@ TEST_F(ColorSpaces, ToneMapsAreCheckedBeforeAnythingIsRendered) {
   EXPECT_TRUE(says(r.err, formats::tone_maps().size() > 3 ? "color.tone_map_unknown"
                                                           : "color.tone_map_without"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "a.exr"));
-}
-
-TEST_F(ColorSpaces, ViewsOfAConfigurationShowThePicture) {
-  if (formats::tone_maps().size() <= 3) GTEST_SKIP() << "built without OpenColorIO";
-  ASSERT_EQ(render("a.exr", {"--png", folder_ / "a.png", "--tone-map", "ACES 1.0"}).exit, 0);
-  ASSERT_EQ(render("b.exr", {"--png", folder_ / "b.png"}).exit, 0);
-  formats::write_png(folder_ / "c.png", film("a.exr"), {0, "ACES 1.0"});
-  const auto bytes = [&](const char* name) {
-    std::ifstream in(folder_ / name, std::ios::binary);
-    return std::string{std::istreambuf_iterator<char>(in), {}};
-  };
-  EXPECT_EQ(bytes("a.png"), bytes("c.png"));
-  EXPECT_NE(bytes("a.png"), bytes("b.png"));
 }
 
 }  // namespace color_space_test
