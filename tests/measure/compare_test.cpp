@@ -300,7 +300,8 @@ TEST(Compare, ShortRendersAreNotCalledBiasedAgainstALongReference) {
       if (seed / 2 % kPairs == 0) reference = film(~seed, 256);
       return reference;
     };
-    const Rates r = rates_of([&](std::uint64_t seed) { return film(seed, 8); }, shared, 150, 0.01);
+    const Rates r = rates_of([&](std::uint64_t seed) { return film(seed, 8); }, shared,
+                             proof::samples(150), 0.01);
     EXPECT_GT(at_least(r.alarms, r.count, 0.01), 1e-3) << r.alarms << " of " << r.count;
   }
 }
