@@ -82,7 +82,7 @@ TEST(Depth, PrintsThePaperBesideItsTable) {
   const Recipe recipe;
   const RunResult r =
       run_tool(PVOL_STATS, {"depth", recipe.file, "--size", "16x12", "--thickness", "5", "--budget",
-                            "8", "--depths", "0,16", "--tracker", "delta"});
+                            "20", "--depths", "0,16", "--tracker", "delta"});
   ASSERT_EQ(r.exit, 0) << r.err;
   EXPECT_NE(r.out.find("4.92 / 11.47 / 14.31"), std::string::npos);
   EXPECT_TRUE(says(r.out, "trade.albedo_g"));
@@ -95,7 +95,7 @@ TEST(Trade, ReportsEverySettingAgainstTheDefault) {
   const std::string page = recipe.folder / "trade.html";
   const RunResult r = run_tool(
       PVOL_STATS, quick("trade", recipe.file,
-                        {"--budget", "8", "--json", "--html", page, "--max-error", "0.1"}));
+                        {"--budget", "20", "--json", "--html", page, "--max-error", "0.1"}));
   ASSERT_EQ(r.exit, 0) << r.err;
   const json j = json::parse(r.out);
   EXPECT_EQ(j.at("false_alarm_rate"), 0.01);
