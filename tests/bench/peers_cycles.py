@@ -1,0 +1,108 @@
+"""Renders a scene of tests/references by Cycles, for peers.py: within Blender 3.4, blender -b -P ... -- SCENE
+FOLDER PICTURE SAMPLES SEED, where FOLDER has the volumes as .vdb."""
+import pathlib
+import math
+import sys
+import tomllib
+
+import bpy
+from mathutils import Matrix, Vector
+
+
+def add_volume(file, medium):
+    bpy.ops.object.volume_import(filepath=str(file), align="WORLD",
+                                 location=medium.get("translate", (0, 0, 0)))
+    bpy.context.object.data.render.precision = "FULL"
+    material = bpy.data.materials.new("cloud")
+    material.use_nodes = True
+    nodes = material.node_tree.nodes
+    nodes.clear()
+    out, volume = nodes.new("ShaderNodeOutputMaterial"), nodes.new("ShaderNodeVolumePrincipled")
+    volume.inputs["Color"].default_value = (*[medium["albedo"]] * 3, 1)
+    volume.inputs["Density"].default_value = medium["extinction"]
+    volume.inputs["Anisotropy"].default_value = medium["g"]
+    material.node_tree.links.new(volume.outputs[0], out.inputs["Volume"])
+    bpy.context.object.data.materials.append(material)
+
+
+def add_plane(plane):
+    point = plane["point"]
+    mesh = bpy.data.meshes.new("plane")
+    mesh.from_pydata([(x, point[1], z) for x, z in ((-1e3, -1e3), (1e3, -1e3), (1e3, 1e3), (-1e3, 1e3))], [],
+                     [(0, 1, 2, 3)])
+    material = bpy.data.materials.new("diffuse")
+    material.use_nodes = True
+    nodes = material.node_tree.nodes
+    nodes.clear()
+    out, bsdf = nodes.new("ShaderNodeOutputMaterial"), nodes.new("ShaderNodeBsdfDiffuse")
+    bsdf.inputs["Color"].default_value = (*[plane["albedo"]] * 3, 1)
+    material.node_tree.links.new(bsdf.outputs[0], out.inputs["Surface"])
+    mesh.materials.append(material)
+    link("plane", mesh)
+
+
+def link(name, data):
+    thing = bpy.data.objects.new(name, data)
+    bpy.context.scene.collection.objects.link(thing)
+    return thing
+
+
+def add_lights(scene):
+    world = bpy.context.scene.world = bpy.data.worlds.new("sky")
+    world.use_nodes = True
+    world.node_tree.nodes["Background"].inputs[0].default_value = (*[scene["environment"]["radiance"]] * 3, 1)
+    for sun in scene.get("sun", []):
+        lamp = bpy.data.lights.new("sun", "SUN")
+        lamp.energy, lamp.angle = sun["irradiance"], 0
+        link("sun", lamp).rotation_euler = Vector(sun["direction"]).to_track_quat("Z", "Y").to_euler()
+    for point in scene.get("point", []):
+        lamp = bpy.data.lights.new("lamp", "POINT")
+        lamp.energy, lamp.shadow_soft_size = 4 * math.pi * point["intensity"], 0
+        link("lamp", lamp).location = point["position"]
+
+
+def add_camera(camera):
+    lens = bpy.data.cameras.new("camera")
+    lens.sensor_fit, lens.angle = "VERTICAL", math.radians(camera["fov"])
+    place = Vector(camera["position"])
+    back = (place - Vector(camera["target"])).normalized()
+    right = Vector((0, 1, 0)).cross(back).normalized()
+    axes = Matrix((right, back.cross(right), back)).transposed().to_4x4()
+    thing = link("camera", lens)
+    thing.matrix_world = Matrix.Translation(place) @ axes
+    bpy.context.scene.camera = thing
+
+
+def set_up(size, samples, seed, picture):
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    c = scene.cycles
+    c.samples, c.seed, c.use_adaptive_sampling, c.use_denoising = samples, seed, False, False
+    c.max_bounces = c.diffuse_bounces = c.volume_bounces = 1024
+    c.sample_clamp_direct = c.sample_clamp_indirect = c.light_sampling_threshold = 0
+    c.pixel_filter_type, c.volume_step_rate, c.volume_max_steps = "BOX", 1, 65536
+    r = scene.render
+    r.threads_mode, r.threads = "FIXED", 1
+    r.resolution_x, r.resolution_y, r.resolution_percentage = *size, 100
+    r.image_settings.file_format, r.image_settings.color_depth = "OPEN_EXR", "32"
+    r.image_settings.color_mode, r.image_settings.exr_codec = "RGB", "ZIP"
+    r.filepath = picture
+
+
+def main():
+    file, folder, picture, samples, seed = sys.argv[sys.argv.index("--") + 1:]
+    scene = tomllib.loads(pathlib.Path(file).read_text())
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.preferences.addon_enable(module="cycles")
+    volumes = scene["volume"] if isinstance(scene["volume"], list) else [scene["volume"]]
+    for volume in volumes:
+        add_volume(pathlib.Path(folder) / f"{volume['file']}.vdb", volume.get("medium", scene["medium"]))
+    for plane in scene.get("plane", []):
+        add_plane(plane)
+    add_lights(scene)
+    add_camera(scene["camera"])
+    set_up(scene["render"]["size"], int(samples), int(seed), picture)
+    bpy.ops.render.render(write_still=True)
+
+
+main()
