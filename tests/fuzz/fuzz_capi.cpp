@@ -75,9 +75,10 @@ struct Samples {
 
 struct Host {
   Script script;
-  std::deque<Samples> samples{};  // shared ones must stay as they are
-  std::vector<pvol_leaf> leaves{};
-  std::vector<pvol_tile> tiles{};
+  // All stay as they are: those of other fields until a commit, shared ones as long as the volume.
+  std::deque<Samples> samples{};
+  std::deque<std::vector<pvol_leaf>> all_leaves{};
+  std::deque<std::vector<pvol_tile>> all_tiles{};
   pvol_volume* volume = pvol_new_volume();
   pvol_random random{};
 
@@ -106,7 +107,8 @@ struct Host {
   }
 
   pvol_leaves tree() {
-    leaves.clear(), tiles.clear();
+    auto& leaves = all_leaves.emplace_back();
+    auto& tiles = all_tiles.emplace_back();
     Samples& own = samples.emplace_back();
     own.make(script, PVOL_FLOAT);
     const auto* values = reinterpret_cast<const float*>(own.memory.data());
@@ -148,7 +150,7 @@ void set(Host& h) {
   double m[12];
   std::int32_t lo[3], hi[3];
   float color[3];
-  switch (s.below(11)) {
+  switch (s.below(10)) {
     case 0: {
       const pvol_array a = h.array();
       return void(pvol_set_array(h.volume, field, &a));
@@ -183,10 +185,8 @@ void set(Host& h) {
       return void(pvol_set_extinction_color(h.volume, color));
     case 8:
       return void(pvol_set_interpolation(h.volume, pvol_interpolation(s.below(4))));
-    case 9:
-      return void(pvol_clear_field(h.volume, field));
     default:
-      return void(pvol_set_shell(h.volume, s.below(4) == 0));
+      return void(pvol_clear_field(h.volume, field));
   }
 }
 
