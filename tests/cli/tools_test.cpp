@@ -642,11 +642,12 @@ TEST(Render, RefusesMisuse) {
   expect_usage_error(PVOL_RENDER, arguments, "tools.set_no_key_medium_colour");
 }
 
-/// Sends an interruption once a first picture is there, however long that took.
+/// Sends an interruption once a first picture is there, and a pilot has ended if there is one,
+/// however long that took: from then on, progress is told in percent.
 RunResult interrupt_render(const std::vector<std::string>& arguments) {
   bool sent = false;
   return run_tool(PVOL_RENDER, arguments, [&](int pid, const std::string& err) {
-    const std::size_t rendering = err.find("\nrendering");
+    const std::size_t rendering = err.find("\nrendering ");
     if (sent || rendering == err.npos || err.find("noise ", rendering) == err.npos) return;
     sent = kill(pid, SIGINT) == 0;
   });
