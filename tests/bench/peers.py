@@ -18,9 +18,8 @@ each scene and program,
 
 Scenes are grey and pvol's; what pbrt reads is written here, with densities as text, and Cycles is set up by
 peers_cycles.py (Blender 3.4; it marches in steps, which has a bias). What a program does not have is left
-out.
-References are made by flights one by one, against one majorant for all, without guiding, with analog shadow
-rays: the plainest tracker of pvol, and not the one that renders by default.
+out. References are made by flights one by one, against one majorant for all, without guiding, with analog
+shadow rays: the plainest tracker of pvol, and not the one that renders by default.
 """
 import argparse
 import math
@@ -62,6 +61,24 @@ def luminances(planes, layer=""):
     return [sum(v) / 3 for v in zip(*(planes[layer + c] for c in "RGB"))]
 
 
+def read_scene(name):
+    return tomllib.loads((REFERENCES / f"{name}.toml").read_text())
+
+
+def volumes_of(scene):
+    """(file, medium) of each."""
+    volumes = scene["volume"] if isinstance(scene["volume"], list) else [scene["volume"]]
+    return [(v["file"], v.get("medium", scene["medium"])) for v in volumes]
+
+
+def cloud_of(tools, file, folder):
+    """The samples of a recipe, as a .vdb in the folder."""
+    cloud = folder / f"{file}.vdb"
+    if not cloud.exists():
+        seconds_of([tools / "pvol-convert", REFERENCES / file, cloud])
+    return cloud
+
+
 # --- pvol
 
 def render_by_pvol(tools, name, folder, spp, seed):
@@ -83,13 +100,10 @@ def make_references(tools, chosen):
 
 def grid_of(tools, file, folder):
     """Samples with a layer of zeros around, x fastest; their counts; place of the first; edge of a voxel."""
-    cloud = folder / f"{file}.vdb"
-    if not cloud.exists():
-        seconds_of([tools / "pvol-convert", REFERENCES / file, cloud])
     sys.path.insert(0, str(tools.parent / "python"))
     import numpy as np
     import pvol
-    volume = pvol.load(cloud)
+    volume = pvol.load(cloud_of(tools, file, folder))
     matrix = np.array(volume.index_to_world)
     edge = matrix[0, 0]
     if not np.allclose(matrix[:3, :3], edge * np.eye(3)):
@@ -162,12 +176,6 @@ def pbrt_lights(scene):
     return text
 
 
-def volumes_of(scene):
-    """(file, medium) of each."""
-    volumes = scene["volume"] if isinstance(scene["volume"], list) else [scene["volume"]]
-    return [(v["file"], v.get("medium", scene["medium"])) for v in volumes]
-
-
 def pbrt_scene(tools, scene, folder):
     camera, size = scene["camera"], scene["render"]["size"]
     volumes = [pbrt_volume(tools, file, medium, i, folder)
@@ -202,7 +210,7 @@ def read_pfm(file):
 def render_by_pbrt(pbrt, tools, name, folder, spp, seed):
     scene = folder / f"{name}.pbrt"
     if not scene.exists():
-        scene.write_text(pbrt_scene(tools, tomllib.loads((REFERENCES / f"{name}.toml").read_text()), folder))
+        scene.write_text(pbrt_scene(tools, read_scene(name), folder))
     picture = folder / "picture.pfm"
     # Media are defined before the camera, which may be in one: its place must not move them.
     seconds = seconds_of([pbrt.resolve(), "--nthreads", 1, "--spp", spp, "--seed", seed, "--quiet",
@@ -213,12 +221,11 @@ def render_by_pbrt(pbrt, tools, name, folder, spp, seed):
 # --- Cycles
 
 def render_by_cycles(blender, tools, name, folder, spp, seed):
-    scene = tomllib.loads((REFERENCES / f"{name}.toml").read_text())
+    scene = read_scene(name)
     if "spot" in scene or any("emission" in medium for _, medium in volumes_of(scene)):
         raise NotThere("a spot that fades so, or emission by absorption")
     for file, _ in volumes_of(scene):
-        if not (folder / f"{file}.vdb").exists():
-            seconds_of([tools / "pvol-convert", REFERENCES / file, folder / f"{file}.vdb"])
+        cloud_of(tools, file, folder)
     picture = folder / "cycles.exr"
     script = pathlib.Path(__file__).with_name("peers_cycles.py")
     seconds = seconds_of([blender, "-b", "-P", script, "--", REFERENCES / f"{name}.toml", folder, picture,
@@ -275,7 +282,7 @@ def main():
     a.add_argument("--pbrt", type=pathlib.Path)
     a.add_argument("--blender", type=pathlib.Path)
     a.add_argument("--scene", action="append", choices=names(), help="may be repeated; all without")
-    a.add_argument("--spp", type=int, default=64)
+    a.add_argument("--spp", type=int, default=512, help="enough that times are well above those of a start (512)")
     a.add_argument("--seeds", type=int, default=8, help="at least 4")
     a.add_argument("--make", action="store_true", help="render the references anew")
     o = a.parse_args()

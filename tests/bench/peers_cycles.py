@@ -1,7 +1,7 @@
 """Renders a scene of tests/references by Cycles, for peers.py: within Blender 3.4, blender -b -P ... -- SCENE
 FOLDER PICTURE SAMPLES SEED, where FOLDER has the volumes as .vdb."""
-import pathlib
 import math
+import pathlib
 import sys
 import tomllib
 
@@ -9,20 +9,26 @@ import bpy
 from mathutils import Matrix, Vector
 
 
+def material_of(kind, socket, **inputs):
+    """A material of one node, which shades the surface or the volume."""
+    material = bpy.data.materials.new(kind)
+    material.use_nodes = True
+    nodes = material.node_tree.nodes
+    nodes.clear()
+    out, node = nodes.new("ShaderNodeOutputMaterial"), nodes.new("ShaderNode" + kind)
+    for name, value in inputs.items():
+        node.inputs[name].default_value = value
+    material.node_tree.links.new(node.outputs[0], out.inputs[socket])
+    return material
+
+
 def add_volume(file, medium):
     bpy.ops.object.volume_import(filepath=str(file), align="WORLD",
                                  location=medium.get("translate", (0, 0, 0)))
     bpy.context.object.data.render.precision = "FULL"
-    material = bpy.data.materials.new("cloud")
-    material.use_nodes = True
-    nodes = material.node_tree.nodes
-    nodes.clear()
-    out, volume = nodes.new("ShaderNodeOutputMaterial"), nodes.new("ShaderNodeVolumePrincipled")
-    volume.inputs["Color"].default_value = (*[medium["albedo"]] * 3, 1)
-    volume.inputs["Density"].default_value = medium["extinction"]
-    volume.inputs["Anisotropy"].default_value = medium["g"]
-    material.node_tree.links.new(volume.outputs[0], out.inputs["Volume"])
-    bpy.context.object.data.materials.append(material)
+    bpy.context.object.data.materials.append(material_of(
+        "VolumePrincipled", "Volume", Color=(*[medium["albedo"]] * 3, 1), Density=medium["extinction"],
+        Anisotropy=medium["g"]))
 
 
 def add_plane(plane):
@@ -30,14 +36,7 @@ def add_plane(plane):
     mesh = bpy.data.meshes.new("plane")
     mesh.from_pydata([(x, point[1], z) for x, z in ((-1e3, -1e3), (1e3, -1e3), (1e3, 1e3), (-1e3, 1e3))], [],
                      [(0, 1, 2, 3)])
-    material = bpy.data.materials.new("diffuse")
-    material.use_nodes = True
-    nodes = material.node_tree.nodes
-    nodes.clear()
-    out, bsdf = nodes.new("ShaderNodeOutputMaterial"), nodes.new("ShaderNodeBsdfDiffuse")
-    bsdf.inputs["Color"].default_value = (*[plane["albedo"]] * 3, 1)
-    material.node_tree.links.new(bsdf.outputs[0], out.inputs["Surface"])
-    mesh.materials.append(material)
+    mesh.materials.append(material_of("BsdfDiffuse", "Surface", Color=(*[plane["albedo"]] * 3, 1)))
     link("plane", mesh)
 
 
