@@ -1,5 +1,5 @@
-// Parts of pictures, as pvol-convert --merge joins them and --resume goes on from them: a damaged
-// part is refused, or merged with itself it gives a picture that can be read.
+// Parts of pictures, as pvol-convert merge joins them: a damaged one is refused and leaves nothing,
+// or alone it makes a picture that can be read.
 #include <iostream>
 
 #include "cli/merge.h"

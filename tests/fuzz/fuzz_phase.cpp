@@ -1,5 +1,5 @@
 // Files of phase functions, read by a scene that names one: what is read is a phase function, whose
-// values are finite, and whose samples have the values that they say.
+// samples are directions and whose values are finite.
 #include <cmath>
 #include <variant>
 
