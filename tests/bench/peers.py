@@ -282,7 +282,8 @@ def main():
     a.add_argument("--pbrt", type=pathlib.Path)
     a.add_argument("--blender", type=pathlib.Path)
     a.add_argument("--scene", action="append", choices=names(), help="may be repeated; all without")
-    a.add_argument("--spp", type=int, default=512, help="enough that times are well above those of a start (512)")
+    a.add_argument("--spp", type=int, default=512,
+                   help="enough that times are well above those of a start (512)")
     a.add_argument("--seeds", type=int, default=8, help="at least 4")
     a.add_argument("--make", action="store_true", help="render the references anew")
     o = a.parse_args()
