@@ -138,6 +138,36 @@ TEST(LineEmission, IsTheSamePictureAsAtCollisions) {
   EXPECT_TRUE(family.passes());
 }
 
+/// A medium that glows and does not scatter, as each look-up sees it: L (1 - e^-tau).
+TEST(LineEmission, OfASlabIsItsClosedForm) {
+  proof::Family family;
+  CloudScene s = dark({16, 16 + 90 * 0.2, 106}, {16, 16, 16});
+  s.medium.albedo = Rgb(0.0f);
+  s.medium.emission = Rgb(3.0f, 1.0f, 0.0f);
+  s.options.line_emission = LineEmission::on;
+  s.options.samples = 20'000;
+  using enum SampleStorage;
+  for (const auto& [look_up, samples] : {std::pair(LookUp::nearest, copied),
+                                         {LookUp::nearest, shared},
+                                         {LookUp::trilinear, copied},
+                                         {LookUp::trilinear, shared},
+                                         {LookUp::tricubic, copied}}) {
+    for (const double tau : {1e-4, 0.5}) {
+      // Through 26 voxels of 1 and half a voxel of each rim, aslant.
+      s.medium.extinction = tau / (27 * std::hypot(1, 0.2));
+      s.options.look_up = look_up;
+      ++s.options.seed;
+      VolumeOptions o = s.volume_options();
+      o.samples = samples;
+      const Pyramid pyramid = build_pyramid(block().grid, look_up);
+      const Volume v = make_volume(block().grid, pyramid, s.medium.medium(), o);
+      compare(average(render({&v, 1}, s).film), {-std::expm1(-tau) * Vec3d(3, 1, 0), {}},
+              std::to_string(int(look_up)) + " " + std::to_string(tau), family, 1e-7);
+    }
+  }
+  EXPECT_TRUE(family.passes());
+}
+
 /// The same of wisps of a voxel each, of which walks meet parts of leaves.
 TEST(LineEmission, OfWispsIsTheSamePicture) {
   const Field wisps = make_field("wisps", {-24, -24, -24}, {48, 48, 48}, [](Vec3i p) {

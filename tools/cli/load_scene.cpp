@@ -372,10 +372,11 @@ Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volu
   if (!volume.density_map.is_identity()) {
     o.map = std::make_shared<const FieldMap>(volume.density_map);
   }
-  // Fires ask for the density of every collision in them, and what moves for every density that a
-  // path meets, where it came from.
+  // Fires ask for the density of every collision in them, media that glow for many along a flight,
+  // and what moves for every density that a path meets, where it came from.
   const bool moves = cloud.motion && cloud.motion->shutter.moves();
-  if (cloud.fire || moves) o.samples = SampleStorage::copied;
+  const bool glows = options.line_emission != LineEmission::off && emits(volume.medium);
+  if (cloud.fire || glows || moves) o.samples = SampleStorage::copied;
   if (moves) o.micro_bounds = MicroBoundsUse::none;
   const LeafMicroBounds* stored = cloud.micro ? &*cloud.micro : nullptr;
   Volume v = pvol::make_volume(cloud.density, cloud.pyramid, volume.medium, o, stored);

@@ -10,6 +10,9 @@
 namespace pvol {
 namespace {
 
+// How far the sum of the shares may be off 1.
+constexpr double kShareSlack = 1e-9;
+
 void require(bool ok, const std::string& message) {
   if (!ok) throw Error(message);
 }
@@ -75,6 +78,12 @@ float largest_albedo(const Medium& medium) {
     if (c.share > 0) largest = std::max(largest, max_component(c.albedo));
   }
   return largest;
+}
+
+bool emits(const Medium& medium) {
+  return std::ranges::any_of(medium.components, [](const Component& c) {
+    return c.share > 0 && max_component(c.emission) > 0;
+  });
 }
 
 }  // namespace pvol

@@ -30,9 +30,6 @@ struct Medium {
 /// Whether channels differ in their extinction.
 [[nodiscard]] inline bool is_chromatic(const Medium& m) { return m.extinction_color != Rgb(1.0f); }
 
-/// How far the sum of the shares may be off 1.
-inline constexpr double kShareSlack = 1e-9;
-
 /// Gives the first component the share that the others leave; false where that is less than none.
 [[nodiscard]] bool share_rest(Medium& medium);
 
@@ -41,5 +38,8 @@ void validate(const Medium& medium);
 
 /// The largest albedo of any component and channel.
 [[nodiscard]] float largest_albedo(const Medium& medium);
+
+/// Whether any component emits.
+[[nodiscard]] bool emits(const Medium& medium);
 
 }  // namespace pvol

@@ -64,12 +64,18 @@ struct FlightLine {
   float time = 0;        ///< of its path, in frames
 };
 
-/// What is emitted along a flight, or where it collides.
-[[nodiscard]] inline Rgb emission_of(const PathSetup& s, const FlightLine& flight, Rng& rng) {
+/// What is emitted along a flight, or where it collides. along(setup, ray, distance, time) is an
+/// estimate of what is emitted along a ray of the world up to a distance that may be infinite, at a
+/// time in frames: as it is, without the extinction in between. Up to the end of a free flight that
+/// is right on average, for flights pass a place with the probability of its transmittance
+/// (THEORY.md, T5.11).
+template <class Along>
+[[nodiscard]] inline Rgb emission_of(const PathSetup& s, const FlightLine& flight,
+                                     const Along& along) {
   Rgb sum(0.0f);
   if (!s.emission->sources.empty()) {
     const Ray ray{flight.from, Vec3d(flight.direction)};
-    sum = emission_along(*s.emission, ray, flight.length, flight.time, rng);
+    sum = along(*s.emission, ray, flight.length, flight.time);
   }
   if (flight.end.volume != nullptr && flight.end.volume->fire != nullptr) {
     sum += flight.end.volume->fire->source(flight.end.cells);
@@ -79,10 +85,11 @@ struct FlightLine {
 
 /// That of a flight of a path, weighted against samples of fires if these were asked for where the
 /// path was scattered with the density pdf(); else pdf() is 0.
-template <class Pdf>
+template <class Pdf, class Along>
 [[gnu::noinline]] inline void add_along(const PathSetup& s, const FlightLine& flight,
-                                        const Pdf& pdf, Rgb throughput, Rng& rng, PathResult& r) {
-  Rgb sum = emission_of(s, flight, rng);
+                                        const Pdf& pdf, Rgb throughput, const Along& along,
+                                        PathResult& r) {
+  Rgb sum = emission_of(s, flight, along);
   if (!(largest(sum) > 0)) return;
   if (const float p = pdf(); p > 0) {
     const EmissionLights& lights = s.emission->lights;
@@ -113,12 +120,12 @@ template <class Pdf>
 }
 
 /// What a flight brings besides its end: emission along it, and lights that it passes.
-template <class Pdf>
+template <class Pdf, class Along>
 inline void add_on_the_way(const PathSetup& s, const FlightLine& flight, const Pdf& pdf,
-                           Rgb throughput, Rng& rng, PathResult& r) {
+                           Rgb throughput, const Along& along, PathResult& r) {
   if (s.emission) {
     const auto sampled = [&] { return s.emission->sampled_in_volumes ? pdf() : 0.0f; };
-    add_along(s, flight, sampled, throughput, rng, r);
+    add_along(s, flight, sampled, throughput, along, r);
   }
   if (s.light.met_on_flights) add_met(s, flight, pdf, throughput, r);
 }

@@ -50,9 +50,7 @@ bool has_directions(std::span<const Volume> volumes, const Lighting& lighting) {
     directed += luminance(std::visit(irradiance, source));
   }
   if (directed > kShare * kSphere * smooth_luminance(lighting.sky)) return true;
-  const auto emits = [](const Component& c) { return c.emission != Rgb(0.0f); };
-  return std::ranges::any_of(
-      volumes, [&](const Volume& v) { return std::ranges::any_of(v.medium.components, emits); });
+  return std::ranges::any_of(volumes, [](const Volume& v) { return emits(v.medium); });
 }
 
 }  // namespace

@@ -112,12 +112,9 @@ Decision decide_transmittance(const TransmittanceChoice& t, bool by_user, bool i
 
 /// Of volumes whose media emit, and of fires.
 std::optional<Decision> decide_emission(const RenderPlan& p, const RenderOptions& wanted) {
-  const auto emits = [](const Volume& v) {
-    return std::ranges::any_of(v.medium.components,
-                               [](const Component& c) { return c.emission != Rgb(0.0f); });
-  };
   if (p.emission == nullptr) {
-    if (std::ranges::none_of(p.volumes, emits)) return std::nullopt;
+    const auto glows = [](const Volume& v) { return emits(v.medium); };
+    if (std::ranges::none_of(p.volumes, glows)) return std::nullopt;
     return Decision{"emission", "gathered at collisions",
                     wanted.line_emission == LineEmission::off ? "as set" : "the clouds are thick"};
   }

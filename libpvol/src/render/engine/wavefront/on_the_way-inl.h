@@ -7,6 +7,7 @@
 #define PVOL_LANE_ON_THE_WAY_INL_H
 #endif
 
+#include "render/engine/wavefront/along-inl.h"
 #include "render/engine/wavefront/lights-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -34,7 +35,7 @@ inline void add_on_the_way(const WavefrontScene& s, WavefrontMemory& m, const Re
   const std::uint32_t id = q.bits(kId)[at];
   m.slots.add(slot_of(id), number_of(id), [&](PathResult& r) {
     detail::add_on_the_way(
-        s.setup, flight, [&] { return q[kPdf][at]; }, weight, rng, r);
+        s.setup, flight, [&] { return q[kPdf][at]; }, weight, Along{{&s, 1}, rng}, r);
   });
 }
 
@@ -100,7 +101,8 @@ inline void end_fire_ray(const WavefrontScene& s, WavefrontMemory& m, const Reco
                          std::size_t at, bool left) {
   const FlightLine flight = flight_of(s, q, at, left);
   Rng rng(q.bits(kRng0)[at], q.bits(kRng1)[at], kOnTheWay);
-  const Rgb light = emission_of(s.setup, flight, rng) * weight_at<ComponentKind>(q, at);
+  const Rgb light =
+      emission_of(s.setup, flight, Along{{&s, 1}, rng}) * weight_at<ComponentKind>(q, at);
   add_fire(s.setup, m, q, at, light);
 }
 

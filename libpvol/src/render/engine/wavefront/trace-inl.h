@@ -171,11 +171,12 @@ inline void start(const WavefrontScene& s, WavefrontMemory& m, const Samples::Sa
   const auto span = s.volume.in_box(cells);
   const Vec3f d(ray.d);
   const bool misses = !span || outside_shell(s.volume, cells, *span, shells);
-  if (s.lines) {
+  if (s.lines_outside) {
     m.slots.add(slot, 0, [&](PathResult& r) {
       const auto unscattered = [] { return 0.0f; };
       const FlightLine up_to_box{ray.o, d, misses ? kEndless : span->t0};
-      detail::add_on_the_way(s.setup, up_to_box, unscattered, Rgb(1.0f), from.rng, r);
+      detail::add_on_the_way(s.setup, up_to_box, unscattered, Rgb(1.0f), Along{{&s, 1}, from.rng},
+                             r);
     });
   }
   if (misses) {

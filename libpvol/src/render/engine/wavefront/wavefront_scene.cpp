@@ -120,6 +120,8 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
     field.step_field = kStepX;
     if (volume.volume.density.motion != nullptr) fields |= bit(kTime), field.time_field = kTime;
   }
+  lines_outside = lines && (s.light.met_on_flights ||
+                            !std::ranges::all_of(s.emission->sources, &EmissionSource::is_medium));
   if (lines) fields |= bit(kFromX) | bit(kFromY) | bit(kFromZ);
 }
 

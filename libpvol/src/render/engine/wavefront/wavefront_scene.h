@@ -61,14 +61,15 @@ struct WavefrontScene {
   bool emits;     ///< whether collisions add light of their own
 
   std::vector<SimdLight> lights;  ///< those of the scene; then the sky, if it is sampled
-  bool drawn;     ///< whether they are so many that of the scene's some are drawn at a collision
-  bool lines;     ///< whether flights through one volume bring light on their way, and note where
-                  ///< they begin
-  bool ratio;     ///< whether shadow rays have weights, as of ratio tracking
-  Rgb share;      ///< of the extinction, by channel
-  bool limited;   ///< whether a light may be nearer than the edge of the volume
-  bool weighted;  ///< whether lights that paths meet by themselves are weighted by densities
-  bool count;     ///< whether work is counted
+  bool drawn;  ///< whether they are so many that of the scene's some are drawn at a collision
+  bool lines;  ///< whether flights through one volume bring light on their way, and note where
+               ///< they begin
+  bool lines_outside;  ///< whether they do outside of its box
+  bool ratio;          ///< whether shadow rays have weights, as of ratio tracking
+  Rgb share;           ///< of the extinction, by channel
+  bool limited;        ///< whether a light may be nearer than the edge of the volume
+  bool weighted;       ///< whether lights that paths meet by themselves are weighted by densities
+  bool count;          ///< whether work is counted
   bool counts_collisions;  ///< whether paths count their own
   bool orders;             ///< whether light is told apart by how often it was scattered
   std::uint32_t fields;    ///< bits of those that rays of the scene have

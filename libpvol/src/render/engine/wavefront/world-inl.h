@@ -131,7 +131,7 @@ void add_line(const World& w, const WorldRay& r, const Waiting& of) {
     Rng rng = of.stream(kOnTheWay);
     w.m.slots.add(slot_of(id), number_of(id), [&](PathResult& to) {
       const auto pdf_of_fires = [&] { return sampled ? pdf() : 0.0f; };
-      add_along(s, line, pdf_of_fires, weight, rng, to);
+      add_along(s, line, pdf_of_fires, weight, Along{w.scenes, rng}, to);
     });
   }
   if (!s.light.met_on_flights) return;
@@ -207,7 +207,7 @@ void finish_ray(const World& w, std::uint32_t number, const Waiting& of) {
   if (r.kind == RayKind::to_fire) {
     Rng rng = of.stream(kOnTheWay);
     add_fire(w.setup, m, of.q, of.at,
-             emission_of(w.setup, line_of(w, r, of.q, of.at), rng) *
+             emission_of(w.setup, line_of(w, r, of.q, of.at), Along{w.scenes, rng}) *
                  weight_at<ComponentKind>(of.q, of.at));
     return m.rays.remove(number);
   }

@@ -34,15 +34,4 @@ std::shared_ptr<const EmissionSetup> prepare_emission(std::span<const Volume> vo
   return std::make_shared<const EmissionSetup>(std::move(setup));
 }
 
-Rgb emission_along(const EmissionSetup& setup, const Ray& ray, double distance, float time,
-                   Rng& rng) {
-  Rgb sum(0.0f);
-  const float u = rng.uniform();  // for all: each is right on average, and so is the sum
-  setup.tree.visit(ray, distance, [&](std::uint32_t i, double limit) {
-    sum += integrate(setup.sources[i], ray, distance, time, u, setup.points);
-    return limit;
-  });
-  return sum;
-}
-
 }  // namespace pvol::detail

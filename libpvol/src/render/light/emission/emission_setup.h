@@ -52,11 +52,4 @@ inline void note_sample(FirePilot& pilot, float brought, float weight) {
 [[nodiscard]] std::shared_ptr<const EmissionSetup> prepare_emission(std::span<const Volume> volumes,
                                                                     const Scene& scene);
 
-/// An estimate of what is emitted along a ray of the world up to a distance that may be infinite,
-/// at a time in frames: as it is, without the extinction in between. Up to the end of a free flight
-/// that is right on average, for flights pass a place with the probability of its transmittance
-/// (THEORY.md, T5.11).
-[[nodiscard]] Rgb emission_along(const EmissionSetup& setup, const Ray& ray, double distance,
-                                 float time, Rng& rng);
-
 }  // namespace pvol::detail

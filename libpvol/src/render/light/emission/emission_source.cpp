@@ -97,6 +97,7 @@ std::vector<EmissionSource> emission_sources(std::span<const Volume> volumes,
                                              const RenderOptions& options) {
   std::vector<EmissionSource> all;
   const auto add = [&](const Volume& v, EmissionSource source) {
+    source.volume = std::size_t(&v - volumes.data());
     for (std::size_t place = 0; place < count_places(v); ++place) {
       source.to_first = to_first_place(v, place);
       source.moves = place_moves(v, place) ? &v.moving_places->all[place] : nullptr;

@@ -18,6 +18,7 @@ namespace pvol::detail {
 /// A field that emits at one of its volume's places, ready for lines through it. Refers to the
 /// volume.
 struct EmissionSource {
+  std::size_t volume = 0;              ///< number of the volume
   const VolumeField* field = nullptr;  ///< where it is not 0
   const Emitter* fire = nullptr;       ///< or null:
   Rgb of_depth{0.0f};                  ///< what the medium emits per unit of optical depth
@@ -34,6 +35,9 @@ struct EmissionSource {
   [[nodiscard]] Affine to_first_at(float time) const {
     return moves ? object_to_first * inverse(moves->at(double(time))) : to_first;
   }
+  [[nodiscard]] bool is_medium() const { return fire == nullptr; }
+  /// Whether each unit of optical depth emits as much as any other.
+  [[nodiscard]] bool is_even_medium() const { return is_medium() && albedo == nullptr; }
   /// Where lines gather light: without what collisions bring.
   [[nodiscard]] const Octree& lines() const {
     return at_collisions ? at_collisions->lines() : field->octree;
@@ -45,7 +49,7 @@ struct EmissionSource {
   [[nodiscard]] Rgb at(const Mu& value, const Segment& s, const LatticePoint& p,
                        Vec3d world) const {
     const float v = value(s, p);
-    if (fire == nullptr && albedo == nullptr) return of_depth * v;
+    if (is_even_medium()) return of_depth * v;
     if (fire == nullptr) return (of_depth - per_color * color_at(*albedo, world)) * v;
     return emission(fire->fire, v, fire->color_by ? value_at(*fire->color_by, world) : v);
   }
