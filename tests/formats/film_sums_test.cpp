@@ -139,6 +139,13 @@ TEST(FilmSums, AreReadToTheBit) {
   }
 }
 
+TEST(FilmSums, NamesOfAttributesMayBeLong) {
+  const TemporaryFolder folder;
+  const std::string longest(255, 'n');  // that OpenEXR takes
+  write_exr(folder.file("a.exr"), some_film(false), {{longest, "1"}});
+  EXPECT_EQ(read_picture_header(folder.file("a.exr")).window.crop_height, 37);
+}
+
 TEST(FilmSums, LeaveThePictureAsItIs) {
   const TemporaryFolder folder;
   const Film film = some_film(false);

@@ -113,14 +113,16 @@ TEST(TimePaths, ForecastsWhatAFilmLacks) {
   s.options.samples = 16;
   const Planned quarter(s);
   const auto lacking = [&](Film begun) {
-    double samples = -1;
+    TimeForecast found{.samples = -1};
     RenderCallbacks callbacks;
-    callbacks.forecast = [&](const TimeForecast& f) { samples = f.samples; };
+    callbacks.forecast = [&](const TimeForecast& f) { found = f; };
     (void)resume(p.plan, std::move(begun), callbacks);
-    return samples;
+    return found;
   };
-  EXPECT_EQ(lacking(render(quarter.plan).film), 96.0 * 72 * 48);
-  EXPECT_EQ(lacking(render(p.plan).film), 0);
+  EXPECT_EQ(lacking(render(quarter.plan).film).samples, 96.0 * 72 * 48);
+  const TimeForecast nothing = lacking(render(p.plan).film);
+  EXPECT_EQ(nothing.samples, 0);
+  EXPECT_EQ(nothing.own_seconds, 0);
   EXPECT_EQ(forecast_time(p.plan).samples, 96.0 * 72 * 64);
 }
 

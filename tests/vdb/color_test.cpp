@@ -84,6 +84,20 @@ TEST_F(Colors, AreWrittenAndReadAgain) {
   expect_vectors(read_color(again, "Cd").grid);
 }
 
+TEST_F(Colors, OfAnAlbedoFieldAreColoursOrNumbers) {
+  const AlbedoGrid tint = load_albedo(write({vectors<openvdb::Vec3SGrid>("Cd")}), {.grid = "Cd"});
+  ASSERT_TRUE(tint.colors);
+  EXPECT_FALSE(tint.numbers);
+  expect_vectors(tint.colors->grid);
+  auto grid = openvdb::FloatGrid::create(0.0f);
+  grid->tree().setValueOn({2, 3, 4}, 0.25f);
+  grid->setName("soot");
+  const AlbedoGrid soot = load_albedo(write({grid}), {.grid = "soot"});
+  EXPECT_FALSE(soot.colors);
+  ASSERT_TRUE(soot.numbers);
+  EXPECT_EQ(soot.numbers->metadata.source.grid, "soot");
+}
+
 TEST_F(Colors, OutOfRangeAreCountedAndTakenIntoIt) {
   auto grid = openvdb::Vec3SGrid::create(openvdb::Vec3s(0.0f));
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
