@@ -30,7 +30,7 @@ namespace pvol::detail::HWY_NAMESPACE {
   return optical_depth(s.field, line, points, rng);
 }
 
-/// Finds detail::emission_along for flights through the volumes of scenes, by number.
+/// What emission_of asks of `along`, for flights through the volumes of scenes, by number.
 struct Along {
   std::span<const WavefrontScene> scenes;
   Rng& rng;
