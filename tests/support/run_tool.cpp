@@ -20,6 +20,8 @@ namespace {
 [[noreturn]] void become(const std::string& program, const std::vector<std::string>& arguments,
                          const std::string& out, const std::string& err) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // a test that is stopped leaves no tool behind
+  // Tests in the background of a script ignore SIGINT; what they run does not.
+  for (const int s : {SIGHUP, SIGINT, SIGTERM, SIGUSR1}) std::signal(s, SIG_DFL);
   const int null = open("/dev/null", O_RDONLY);
   const int to_out = open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   const int to_err = open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOCTTY, 0600);
