@@ -225,6 +225,11 @@ const std::vector<Feature>& features() {
        option(&RenderOptions::micro_bounds, MicroBoundsUse::cells_1)},
       {"emission", "emission along flights",
        option(&RenderOptions::line_emission, LineEmission::on)},
+      {"lamps", "lamps along flights",
+       [](R& r) {
+         r.scene.lights.push_back(PointLight{{13, 10, 6}, Rgb(20.0f, 30.0f, 60.0f)});
+         r.scene.options.line_lamps = LineLamps::on;
+       }},
   };
   return all;
 }

@@ -75,6 +75,7 @@ TEST(InvisibleLamps, GoWithDeepPictures) {
   for (Lit* lit : {&seen, &unseen}) {
     lit->scene.options.aovs = {};
     lit->scene.options.background = false;
+    lit->scene.options.line_lamps = LineLamps::off;  // as deep pictures
   }
   const Film flat = render(unseen.volume, unseen.scene).film;
   seen.scene.options.deep = unseen.scene.options.deep = true;

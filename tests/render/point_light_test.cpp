@@ -71,17 +71,21 @@ TEST(PointLight, SingleScatteringIsItsIntegral) {
     for (const Transmittance transmittance : kTransmittances) {
       for (const Lit& lit : kLit) {
         for (const std::vector<Body>& bodies : {one, two}) {
-          if (bodies.size() > 1 && is_weighted(tracker)) continue;
-          OneRay r(bodies, {6, 25, 30}, {6.5, 6, 5});
-          r.scene.lights.assign(lit.lights.begin(), lit.lights.end());
-          r.scene.options.tracker = tracker;
-          r.scene.options.transmittance = transmittance;
-          r.scene.options.seed = ++seed;
-          if (is_slow(tracker, transmittance)) r.scene.options.samples = proof::samples(8'000);
-          all.add(compare(r,
-                          std::string(lit.name) + ", " + label(tracker) + ", " +
-                              label(transmittance) + ", " + std::to_string(bodies.size()),
-                          family));
+          for (const LineLamps lines : {LineLamps::off, LineLamps::on}) {
+            if (bodies.size() > 1 && is_weighted(tracker)) continue;
+            OneRay r(bodies, {6, 25, 30}, {6.5, 6, 5});
+            r.scene.lights.assign(lit.lights.begin(), lit.lights.end());
+            r.scene.options.tracker = tracker;
+            r.scene.options.transmittance = transmittance;
+            r.scene.options.line_lamps = lines;
+            r.scene.options.seed = ++seed;
+            if (is_slow(tracker, transmittance)) r.scene.options.samples = proof::samples(8'000);
+            all.add(compare(r,
+                            std::string(lit.name) + ", " + label(tracker) + ", " +
+                                label(transmittance) + ", " + std::to_string(bodies.size()) +
+                                ", along flights: " + name(lines),
+                            family));
+          }
         }
       }
     }

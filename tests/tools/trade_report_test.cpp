@@ -108,6 +108,19 @@ TEST(Trade, CatchesABounceLimitAndNoUnbiasedSetting) {
   EXPECT_EQ(command_line(report, *study.goals[0].advice).find("pvol-render 'my cloud.vdb' "), 0u);
 }
 
+TEST(Trade, TriesLampsAlongFlightsWhereThereAreLamps) {
+  ThickBall ball;
+  const auto tries = [&] {
+    return std::ranges::any_of(single_candidates(ball.loaded), [](const Candidate& c) {
+      return c.variant.option == "--line-lamps on";
+    });
+  };
+  ball.loaded.file.scene.lights = {Sun{}};
+  EXPECT_FALSE(tries());
+  ball.loaded.file.scene.lights.push_back(PointLight{});
+  EXPECT_TRUE(tries());
+}
+
 TEST(Trade, ComparesTheDefaultWithItself) {
   const ThickBall ball;
   const measure::Study study = ball.judged({default_candidate()}).study;

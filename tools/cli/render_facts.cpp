@@ -90,6 +90,7 @@ void print_facts(const RenderJob& job) {
   print_decision(job.plan, "camera", "");
   print_decision(job.plan, "paths", told("--guide", name(o.guide)));
   print_decision(job.plan, "emission", told("--line-emission", name(o.line_emission)));
+  print_decision(job.plan, "lamps", told("--line-lamps", name(o.line_lamps)));
   print_decision(job.plan, "kernel", "");
   if (job.chose_transmittance) print_decision(job.plan, "shadow rays", "");
   const Forecast& f = job.plan.forecast;

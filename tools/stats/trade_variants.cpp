@@ -30,6 +30,11 @@ bool other_tracker(const LoadedScene& loaded, const Value& value) {
   return tracker != own(loaded).tracker && !(is_weighted(tracker) && loaded.clouds.size() > 1);
 }
 
+bool has_lamps(const LoadedScene& loaded, const Value&) {
+  return std::ranges::any_of(loaded.file.scene.lights,
+                             [](const Light& l) { return !std::holds_alternative<Sun>(l); });
+}
+
 /// Another interpolant is another field: its picture is not the default's.
 bool other_look_up(const LoadedScene& loaded, const Value& value) {
   const LookUp look_up = own(loaded).look_up;
@@ -78,6 +83,7 @@ constexpr Rule kRules[] = {
        return std::any_of(l.clouds.begin(), l.clouds.end(),
                           [](const formats::Cloud& c) { return c.shell.has_value(); });
      }},
+    {"line_lamps", has_lamps},
     {"interpolation", other_look_up, bound_again},
     {"density", exact, rounded},
     {"homogenise",

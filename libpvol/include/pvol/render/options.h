@@ -64,6 +64,21 @@ enum class LineEmission {
   });
 }
 
+/// Whether lamps are asked from places all along flights, not only from where paths collide: far
+/// less noise in thin media, above all near lamps, and more work (THEORY.md, T5.25).
+enum class LineLamps {
+  automatic,  ///< through volumes that are thin, where lamps bring much of the light
+  on,
+  off,
+};
+[[nodiscard]] constexpr auto names(LineLamps) {
+  return std::to_array<Named<LineLamps>>({
+      {LineLamps::automatic, "auto"},
+      {LineLamps::on, "on"},
+      {LineLamps::off, "off"},
+  });
+}
+
 /// How light around a pixel counts in it.
 enum class PixelFilter {
   box,              ///< its mean over a square
@@ -104,6 +119,7 @@ struct RenderOptions {
   GuideUse guide = GuideUse::automatic;
   KernelKind kernel = KernelKind::automatic;
   LineEmission line_emission = LineEmission::automatic;
+  LineLamps line_lamps = LineLamps::automatic;
   int emission_points = 4;   ///< of a flight, for each 8 voxels of a field of emission on its way
   std::optional<int> depth;  ///< deepest octree level at which walks stop, 0 to
                              ///< kDeepestOctree; above it, and without, by cost
@@ -272,6 +288,14 @@ template <std::same_as<RenderOptions> O>
                    "fire burns without density it always is",
            .effect = Effect::cost,
            .factor = "line emission",
+           .sweep = "on off"}),
+      key<&O::line_lamps>(
+          {.key = "line_lamps",
+           .help =
+               "Whether lamps are asked from places all along flights, beside those where paths "
+               "collide: less noise in thin smoke and fog; auto does so where a cloud is thin",
+           .effect = Effect::cost,
+           .factor = "line lamps",
            .sweep = "on off"}),
       key<&O::emission_points>({.key = "emission_points",
                                 .metavar = "N",

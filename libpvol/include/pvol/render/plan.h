@@ -64,7 +64,8 @@ struct RenderPlan {
   /// For each volume, why flights through it go one by one; null: many go at once.
   std::vector<const char*> one_by_one{};
   std::shared_ptr<const detail::EmissionSetup> emission{};  ///< null: none along flights
-  std::shared_ptr<const detail::Surfaces> surfaces{};       ///< null: there are none
+  std::vector<bool> line_lamps{};  ///< for each volume, whether flights ask lamps all along
+  std::shared_ptr<const detail::Surfaces> surfaces{};  ///< null: there are none
   std::vector<Decision> decisions{};
   /// Whole sentences about what is likely to be a mistake, such as an extinction in another unit or
   /// a camera that looks away.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <vector>
 
 #include "render/path/path_result.h"
@@ -172,9 +173,25 @@ inline void add_scattered(const PathSetup& s, const Pdf& pdf, Vec3f direction, R
 /// Of many lights so many are drawn.
 inline constexpr int kAsked = 4;
 
-/// ask(i, 1 / expected number of times that it is asked) for lights drawn by what they bring to the
-/// place, about, times the importance of their shadow rays there: one from each of kAsked equal
-/// parts of the sum (THEORY.md, T5.19). `weights` is for its own use.
+/// ask(i, 1 / expected number of times that it is asked) for numbers that are drawn by weights: one
+/// from each of so many equal parts of their sum (THEORY.md, T5.19).
+template <class Ask>
+inline void draw_some(std::span<const double> weights, int parts, Rng& rng, const Ask& ask) {
+  const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+  if (!(sum > 0)) return;
+  const double part = sum / parts;
+  double next = double(rng.uniform()) * part, below = 0;
+  int asked = 0;
+  for (std::size_t i = 0; i < weights.size() && asked < parts; ++i) {
+    for (below += weights[i]; asked < parts && next < below; ++asked) {
+      ask(i, float(part / weights[i]));
+      next = (asked + 1 + double(rng.uniform())) * part;
+    }
+  }
+}
+
+/// The same for lights, drawn by what they bring to the place, about, times the importance of their
+/// shadow rays there. `weights` is for its own use.
 template <class ShadowImportance, class Ask>
 [[gnu::noinline]] inline void ask_some(const PathSetup& s, Vec3d place,
                                        const ShadowImportance& importance,
@@ -182,18 +199,8 @@ template <class ShadowImportance, class Ask>
   const std::size_t lights = s.light.sources.size();
   weights.resize(lights);
   s.light.many->weigh(place, weights);
-  double sum = 0;
-  for (std::size_t i = 0; i < lights; ++i) sum += weights[i] *= double(importance(i));
-  if (!(sum > 0)) return;
-  const double part = sum / kAsked;
-  double next = double(rng.uniform()) * part, below = 0;
-  int asked = 0;
-  for (std::size_t i = 0; i < lights && asked < kAsked; ++i) {
-    for (below += weights[i]; asked < kAsked && next < below; ++asked) {
-      ask(i, float(part / weights[i]));
-      next = (asked + 1 + double(rng.uniform())) * part;
-    }
-  }
+  for (std::size_t i = 0; i < lights; ++i) weights[i] *= double(importance(i));
+  draw_some(weights, kAsked, rng, ask);
 }
 
 /// ask(i, 1 / expected number of times that it is asked) for all lights, or for some of many.

@@ -110,8 +110,10 @@ PathSetup::PathSetup(const RenderPlan& plan, Rgb constant_,
     const FireAtCollisions* fire = emission ? emission->at_collisions[i].get() : nullptr;
     volumes.emplace_back(v, constant, !gathers_along_flights(v, options), fire,
                          find_flights(kind_of(v.density)), is_one_by_one(plan, i));
+    volumes.back().asks_lamps = i < plan.line_lamps.size() && plan.line_lamps[i];
     if (plan.shells[i].kept) volumes.back().shell.emplace(*v.shell, v.density.octree.origin);
   }
+  if (std::ranges::any_of(volumes, &VolumeSetup::asks_lamps)) lamps = Lamps(light.sources);
 }
 
 PathSetup PathSetup::in_small(int pixels) const {

@@ -11,6 +11,7 @@
 #include "pvol/render/lights.h"
 #include "pvol/render/plan.h"
 #include "render/light/emission/emission_setup.h"
+#include "render/light/lamp.h"
 #include "render/light/open_sky.h"
 #include "render/path/instances.h"
 #include "render/path/many_lights.h"
@@ -92,8 +93,9 @@ struct PathSetup {
   std::vector<VolumeSetup> volumes;
   std::shared_ptr<const Instances> instances;     ///< of the volumes
   std::shared_ptr<const EmissionSetup> emission;  ///< along flights; null: there is none
-  std::shared_ptr<const Surfaces> surfaces;       ///< null: there are none
-  std::shared_ptr<const SceneObjects> objects;    ///< null: nobody asks
+  Lamps lamps{};  ///< where flights through any volume ask them (lamps_along.h), else none
+  std::shared_ptr<const Surfaces> surfaces;     ///< null: there are none
+  std::shared_ptr<const SceneObjects> objects;  ///< null: nobody asks
 
   KernelKind kernel;  ///< of lanes
   /// Of each volume; setups may share them. Those of empty volumes, and of those through which

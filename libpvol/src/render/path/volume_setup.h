@@ -59,6 +59,7 @@ struct VolumeSetup {
   const FireAtCollisions* fire;  ///< whose light collisions bring; null: none
   Flights flights;               ///< through its field, one by one
   bool one_by_one;               ///< whether all flights through it are
+  bool asks_lamps = false;       ///< whether flights do, all along (lamps_along.h)
 
   /// Tested by rays before they enter the octree; none where a plan leaves it out.
   std::optional<RayShell> shell{};

@@ -109,10 +109,12 @@ void check_deep(std::span<const Volume> volumes, const Scene& scene) {
           "deep pictures consist of collisions, but paths meet lights with an extent (area, point "
           "with a radius) on their way; set visible_camera = false for them, or leave out the deep "
           "picture");
-  require(std::ranges::none_of(volumes, [](const Volume& v) { return v.fire != nullptr; }) &&
-              o.line_emission != LineEmission::on,
-          "deep pictures consist of collisions, but fires and emission along flights add light all "
-          "along a ray; leave out the fire or the deep picture, and leave line emission at auto");
+  require(
+      std::ranges::none_of(volumes, [](const Volume& v) { return v.fire != nullptr; }) &&
+          o.line_emission != LineEmission::on && o.line_lamps != LineLamps::on,
+      "deep pictures consist of collisions, but fires, emission and lamps along flights add light "
+      "all along a ray; leave out the fire or the deep picture, and leave line emission and line "
+      "lamps at auto");
   require(!is_weighted(o.tracker),
           std::string("deep pictures count collisions, but those of the tracker ") +
               name(o.tracker) +

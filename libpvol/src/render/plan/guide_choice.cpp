@@ -9,6 +9,7 @@
 #include "pvol/render/plan.h"
 #include "pvol/volume/albedo_field.h"
 #include "pvol/volume/estimators.h"
+#include "render/light/smooth_luminance.h"
 
 namespace pvol {
 namespace {
@@ -23,20 +24,6 @@ const char* obstacle(std::span<const Volume> volumes) {
   return nullptr;
 }
 
-/// Luminance of a sky that is not sampled, averaged over the six directions of the axes.
-float smooth_luminance(const SkyLight& light) {
-  if (light.sampled()) return 0;
-  float sum = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const float sign : {-1.0f, 1.0f}) {
-      Vec3f d;
-      d[axis] = sign;
-      sum += luminance(light.radiance(d)) / 6;
-    }
-  }
-  return sum;
-}
-
 /// Whether enough of the light comes from somewhere rather than from everywhere: guided paths of
 /// scenes under a smooth sky alone cost up to twice as much for the same noise.
 bool has_directions(std::span<const Volume> volumes, const Lighting& lighting) {
@@ -49,7 +36,7 @@ bool has_directions(std::span<const Volume> volumes, const Lighting& lighting) {
     const auto irradiance = [&](const auto& l) { return l.irradiance_on(box); };
     directed += luminance(std::visit(irradiance, source));
   }
-  if (directed > kShare * kSphere * smooth_luminance(lighting.sky)) return true;
+  if (directed > kShare * kSphere * detail::smooth_luminance(lighting.sky)) return true;
   return std::ranges::any_of(volumes, [](const Volume& v) { return emits(v.medium); });
 }
 

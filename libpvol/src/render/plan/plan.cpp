@@ -11,6 +11,7 @@
 #include "render/plan/choose_wavefront.h"
 #include "render/plan/fire_lights.h"
 #include "render/plan/forecast.h"
+#include "render/plan/lamp_choice.h"
 #include "render/plan/sanity.h"
 #include "render/scene/surface/surfaces.h"
 
@@ -158,6 +159,7 @@ std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted,
     for (std::size_t k = first; k < all.size(); ++k) all[k].volume = int(i);
   }
   if (auto emission = decide_emission(p, wanted)) all.push_back(std::move(*emission));
+  if (auto lamps = detail::decide_line_lamps(p, wanted.line_lamps)) all.push_back(*lamps);
   all.push_back(decide_guide(p.guide));
   all.push_back({"kernel", name(p.kernel.kind), kernel_reason});
   for (std::size_t i = 0; i < p.volumes.size(); ++i) {
@@ -202,6 +204,7 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
   p.kernel = choose_kernel(p);
   p.emission = detail::prepare_emission(volumes, p.scene);
   if (p.emission && p.emission->lit) p.emission = detail::choose_fire_lights(p);
+  p.line_lamps = detail::choose_line_lamps(volumes, p.scene, *p.lighting);
   p.decisions = decide(p, scene.options, choice.reason);
   if (!options.forecast) return p;
   const detail::CameraProbe probe = detail::probe_camera(p);

@@ -165,7 +165,7 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
     weaken(s, m, p);
     if constexpr (!kGuided) end_faint(p, kPathRoulette);
     p.alive = hn::And(p.alive, hn::Gt(p.largest(), splat(0)));
-    ask_lights<kGuided>(s, m, p);
+    ask_lights<kGuided>(s, m, at, p);
     if (s.setup.samples_fires()) ask_fires(s, m, p);
     if constexpr (kGuided) {
       const M split = hn::Gt(contribution, splat(kSplitAbove));

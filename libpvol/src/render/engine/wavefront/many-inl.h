@@ -86,6 +86,23 @@ HWY_NOINLINE void aim_all(const World& w, RayKind kind, Records& q) {
   q.n = 0;
 }
 
+/// Sends the rays to lamps for which flights have asked.
+template <class ComponentKind>
+HWY_NOINLINE void send_to_lamps(const World& w) {
+  while (!w.m.to_lamps.empty()) {
+    auto [ray, time, rng] = w.m.to_lamps.back();
+    w.m.to_lamps.pop_back();
+    const Sent sent{.kind = RayKind::shadow,
+                    .ray = {ray.from, Vec3d(ray.direction)},
+                    .id = ray.id,
+                    .weight = ray.weight,
+                    .pdf = 1,  // what passes, where shadow rays have weights
+                    .limit = ray.distance,
+                    .time = time};
+    send<ComponentKind>(w, sent, rng);
+  }
+}
+
 /// Calls collide(scene) while the collisions of a volume are those of the memory, which it is to
 /// empty; their rays end then.
 template <class Collide>
@@ -154,6 +171,7 @@ bool follow_all(const World& w, const Any& any, const Start& start, const Collid
   for (Records& q : m.hits) q.n = 0;
   m.paths.n = m.shadows.n = m.to_fires.n = m.straight.n = m.turned.n = m.arrived.n = 0;
   m.met.n = m.meeting.n = 0;
+  m.to_lamps.clear();
   const auto collide_where = [&](std::size_t least) {
     for (std::size_t v = 0; v < w.scenes.size(); ++v) {
       if (m.hits[v].n >= least) collide(v);
@@ -173,6 +191,7 @@ bool follow_all(const World& w, const Any& any, const Start& start, const Collid
       return true;
     }
     meet_all<ComponentKind>(w);
+    send_to_lamps<ComponentKind>(w);
     collide_where(kEnough);
   }
 }

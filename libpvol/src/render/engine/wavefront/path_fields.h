@@ -14,7 +14,7 @@ enum PathField : std::size_t {
   kComponent,  ///< number of the component that the path collided with
   kFromX,
   kFromY,
-  kFromZ,  ///< where the flight began, in scenes whose flights bring light on their way
+  kFromZ,  ///< where the flight began, in scenes of WavefrontScene::lines
   // Through many volumes:
   kStepX,
   kStepY,

@@ -16,17 +16,24 @@ namespace pvol::detail::HWY_NAMESPACE {
 
 using WeightAt = Rgb (*)(const Records&, std::size_t);
 
-/// What flights bring on their way: of those that left, and of collisions from one on.
+/// What the flight of a record brings on its way, which has ended at its place or `left`.
+inline void add_line(const WavefrontScene& s, WavefrontMemory& m, const Records& q, std::size_t at,
+                     bool left, Rgb weight) {
+  if (s.setup.flights_bring_light()) add_on_the_way(s, m, q, at, left, weight);
+  if (s.volume.asks_lamps) ask_lamps(s, m, q, at, left, weight);
+}
+
+/// Of flights that left, and of those to collisions from one on.
 void add_lines_of_gone(const WavefrontScene& s, WavefrontMemory& m, WeightAt weight_at) {
   for (std::size_t k = 0; k < m.events.gone; ++k) {
     const std::size_t at = m.events.gone_source[k];
-    add_on_the_way(s, m, m.flying, at, true, weight_at(m.flying, at));
+    add_line(s, m, m.flying, at, true, weight_at(m.flying, at));
   }
 }
 void add_lines_of_collisions(const WavefrontScene& s, WavefrontMemory& m, std::size_t from,
                              WeightAt weight_at) {
   for (std::size_t k = from; k < m.collisions.n; ++k) {
-    add_on_the_way(s, m, m.collisions, k, false, weight_at(m.collisions, k));
+    add_line(s, m, m.collisions, k, false, weight_at(m.collisions, k));
   }
 }
 

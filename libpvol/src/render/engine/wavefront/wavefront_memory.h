@@ -197,6 +197,15 @@ class Slots {
   }
 };
 
+/// A shadow ray from a flight to a lamp, in the world.
+struct LampRay {
+  Vec3d from;
+  Vec3f direction;
+  double distance;
+  Rgb weight;
+  std::uint32_t id;
+};
+
 struct WavefrontMemory : FlightMemory {
   Records camera{kPathFields}, paths{kPathFields}, shadows{kPathFields};  ///< that wait to fly
   Records to_fires{kPathFields};  ///< likewise, towards fires
@@ -204,7 +213,7 @@ struct WavefrontMemory : FlightMemory {
   Records fire_ends{kPathFields};  ///< collisions of those towards fires
   Slots slots;
   Counts counts;
-  std::vector<double> light_weights;  ///< of ask_some()
+  std::vector<double> light_weights;  ///< of lights, for drawing some
 
   // Through many volumes:
   WorldRays rays;
@@ -213,7 +222,14 @@ struct WavefrontMemory : FlightMemory {
   Records arrived{kPathFields};                    ///< tentative collisions that were real
   Records sent{kPathFields};                       ///< the record of a ray that is about to be sent
   Records met{kPathFields}, meeting{kPathFields};  ///< paths that have met a surface
-  OpenLight open_light;                            ///< on shadow catchers
+  /// A shadow ray that is to be sent, with random numbers of its own.
+  struct ToLamp {
+    LampRay ray;
+    float time;
+    Rng rng;
+  };
+  std::vector<ToLamp> to_lamps;
+  OpenLight open_light;  ///< on shadow catchers
 
   explicit WavefrontMemory(const PathSetup& setup) : FlightMemory(kPathFields), slots(setup) {
     if (!fly_in_the_world(setup)) return;

@@ -83,7 +83,7 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
                !s.albedo_varies && !s.by_channel &&
                (s.surfaces == nullptr || s.surfaces->are_grey())),
       drawn(s.light.many != nullptr),
-      lines(!many && s.flights_bring_light()) {
+      lines(!many && (s.flights_bring_light() || volume.asks_lamps)) {
   // What is absorbed is in layers.
   emits = s.options.aovs.has(Aov::lights) && largest(s.constant) > 0;
   for (const MediumComponent& m : volume.components) {
@@ -120,8 +120,10 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
     field.step_field = kStepX;
     if (volume.volume.density.motion != nullptr) fields |= bit(kTime), field.time_field = kTime;
   }
-  lines_outside = lines && (s.light.met_on_flights ||
-                            !std::ranges::all_of(s.emission->sources, &EmissionSource::is_medium));
+  const auto emits_outside = [&] {
+    return s.emission && !std::ranges::all_of(s.emission->sources, &EmissionSource::is_medium);
+  };
+  lines_outside = lines && (s.light.met_on_flights || emits_outside());
   if (lines) fields |= bit(kFromX) | bit(kFromY) | bit(kFromZ);
 }
 

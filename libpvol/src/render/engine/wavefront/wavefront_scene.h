@@ -62,9 +62,9 @@ struct WavefrontScene {
 
   std::vector<SimdLight> lights;  ///< those of the scene; then the sky, if it is sampled
   bool drawn;  ///< whether they are so many that of the scene's some are drawn at a collision
-  bool lines;  ///< whether flights through one volume bring light on their way, and note where
-               ///< they begin
-  bool lines_outside;  ///< whether they do outside of its box
+  bool lines;  ///< whether flights through one volume bring light on their way or ask lamps, and
+               ///< note where they begin
+  bool lines_outside;  ///< whether they bring any outside of its box
   bool ratio;          ///< whether shadow rays have weights, as of ratio tracking
   Rgb share;           ///< of the extinction, by channel
   bool limited;        ///< whether a light may be nearer than the edge of the volume

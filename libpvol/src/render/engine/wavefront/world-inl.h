@@ -147,6 +147,23 @@ void add_line(const World& w, const WorldRay& r, const Waiting& of) {
   }
 }
 
+/// Lamps are asked along a path's ray, in each volume on its way.
+template <class ComponentKind>
+void ask_lamps(const World& w, const WorldRay& r, const Waiting& of) {
+  const Ray ray{r.ray.o, Vec3d(direction_at(of.q, of.at))};
+  const Rgb weight = weight_at<ComponentKind>(of.q, of.at) * r.among.factor;
+  Rng rng = of.stream(kLamps);
+  for (std::size_t k = 0; k < r.visits.size(); ++k) {
+    const std::uint32_t i = r.visits[k].instance;
+    const WavefrontScene& s = w.scenes[w.volume_of(i)];
+    if (!s.volume.asks_lamps) continue;
+    ask_lamps(s, w.m, {s.volume, ray, w.in_cells(i, r), r.end(), r.time}, weight,
+              of.q.bits(kId)[of.at], rng, [&](const LampRay& to, const Rng& own) {
+                w.m.to_lamps.push_back({to, r.time, own});
+              });
+  }
+}
+
 /// A shadow ray that nothing has stopped.
 template <class ComponentKind>
 void finish_shadow_ray(const World& w, const WorldRay& r, const Records& q, std::size_t at) {
@@ -213,6 +230,8 @@ void finish_ray(const World& w, std::uint32_t number, const Waiting& of) {
   }
   const bool brings_light = r.kind != RayKind::photon;
   if (brings_light && w.setup.flights_bring_light()) add_line<ComponentKind>(w, r, of);
+  if (brings_light && r.among.scatters && !w.setup.lamps.all.empty())
+    ask_lamps<ComponentKind>(w, r, of);
   if (!r.collides() && r.among.surface.material != nullptr) {
     put_ended(r, number, of, m.met);
     return;

@@ -1,0 +1,36 @@
+#include "render/light/lamp.h"
+
+#include <algorithm>
+
+namespace pvol::detail {
+namespace {
+
+struct AsPoint {
+  Lamp operator()(const SunLight&) const { return {}; }
+  Lamp operator()(const PointSource& l) const {
+    return {l.position, double(luminance(l.intensity))};
+  }
+  Lamp operator()(const BallSource& l) const { return (*this)(l.centre()); }
+  Lamp operator()(const SpotSource& l) const { return (*this)(l.point()); }
+  Lamp operator()(const AreaSource& l) const { return (*this)(l.centre()); }
+};
+
+}  // namespace
+
+Lamp lamp_of(const LightSource& light) { return std::visit(AsPoint{}, light); }
+
+Lamps::Lamps(std::span<const LightSource> lights) {
+  for (const LightSource& light : lights) all.push_back(lamp_of(light));
+  const auto first = std::ranges::find_if(all, [](const Lamp& l) { return l.power > 0; });
+  if (first == all.end()) return;
+  origin = first->position;
+  const double most = std::ranges::max(all, {}, &Lamp::power).power;
+  for (const Lamp& l : all) {
+    const Vec3f place(l.position - origin);
+    x.push_back(place.x), y.push_back(place.y), z.push_back(place.z);
+    // A lamp, however faint, is drawn at times.
+    power.push_back(l.power > 0 ? std::max(float(l.power / most), 1e-20f) : 0);
+  }
+}
+
+}  // namespace pvol::detail

@@ -1,0 +1,135 @@
+#include "render/path/lamps_along.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "pvol/bounds/walk.h"
+#include "render/path/local_medium.h"
+#include "volume/any_source.h"
+#include "volume/cell_look_up.h"
+
+namespace pvol::detail {
+namespace {
+
+/// Places that are looked at for each lamp, and how much more than a collision one of them counts
+/// (THEORY.md, T5.25).
+constexpr int kPlaces = 4;
+constexpr double kMore = 8;
+
+double extinction(const VolumeField& field, Vec3d cells, float time) {
+  if (!field.octree.support().contains(cells)) return 0;
+  const LatticePoint p = lattice_point(field.octree, cells);
+  return double(AnyExtinction{field, time}.density(leaf_at(field, p.cell), p) * field.scale);
+}
+
+/// The share of light from a place that collisions there bring, of this extinction, where flights
+/// look at places with this density.
+double share_of_collisions(double extinction, double pdf) {
+  return extinction / (extinction + kMore * pdf);
+}
+
+/// The luminance of what a lamp brings to a place, about; 0 only where it brings nothing.
+double brought_to(Vec3d place, const LightSource& light) {
+  return double(luminance(std::visit(
+      [&](const auto& l) {
+        return l.irradiance_on({place, place});
+      },
+      light)));
+}
+
+/// Whether a flight certainly ends before this share of the angles at which a lamp sees its ray: by
+/// an angle's sine, which is not above it, and by its arc. Most flights in dense volumes do, and
+/// angles take long.
+bool ends_before(double share, const FlightThrough& f, Vec3d lamp) {
+  if (!(f.length < f.box.t1)) return false;
+  const Vec3d from = f.world.at(f.box.t0) - lamp, end = f.world.at(f.box.t1) - lamp;
+  const double flown = f.length - f.box.t0;
+  const double sine = length(cross(from, end)) / (length(from) * length(end));
+  return flown < share * sine * (length(from) - flown);
+}
+
+/// The density of a phase function for choices: never 0, since lamps have an extent.
+float likely(const PhaseFunction& phase, Vec3f from, Vec3f to) {
+  constexpr float kLeast = 1e-3f;
+  return pdf_phase(phase, from, to) + kLeast;
+}
+
+}  // namespace
+
+EvenAngles::EvenAngles(Vec3d lamp, const Ray& ray, Span span) {
+  const Vec3d way = lamp - ray.o;
+  nearest_ = dot(way, ray.d);
+  // Of a ray through the lamp nearly any distance will do.
+  apart_ = std::max(length(way - ray.d * nearest_), 1e-6 * (span.t1 - span.t0));
+  first_ = std::atan((span.t0 - nearest_) / apart_);
+  all_ = std::atan((span.t1 - nearest_) / apart_) - first_;
+}
+
+double EvenAngles::at(double share) const {
+  return nearest_ + apart_ * std::tan(first_ + share * all_);
+}
+
+double EvenAngles::share_up_to(double t) const {
+  return (std::atan((t - nearest_) / apart_) - first_) / all_;
+}
+
+double EvenAngles::pdf(double t) const {
+  const double along = t - nearest_;
+  return apart_ / (all_ * (apart_ * apart_ + along * along));
+}
+
+float share_of_collision(const FlightThrough& f, const Lamp& lamp) {
+  if (lamp.power == 0 || !f.enters()) return 1;
+  const double mu = extinction(f.volume.volume.density, f.cells.at(f.length), f.time);
+  const double pdf = EvenAngles(lamp.position, f.world, f.box).pdf(f.length);
+  return mu > 0 ? float(share_of_collisions(mu, pdf)) : 1;
+}
+
+std::optional<LampPoint> draw_lamp_point(const FlightThrough& f, const LightSource& light,
+                                         const Lamp& lamp, Rng& rng) {
+  const double u = double(rng.uniform());
+  if (ends_before(u / kPlaces, f, lamp.position)) return std::nullopt;
+  const EvenAngles angles(lamp.position, f.world, f.box);
+  const double end = f.length < f.box.t1 ? angles.share_up_to(f.length) : 1;
+  const MediumComponent& component = f.volume.choose_component(rng);
+  const Vec3f d(f.world.d);
+  double sum = 0, chosen = 0, factor = 0;
+  for (int k = 0; k < kPlaces && (k + u) / kPlaces < end; ++k) {
+    const double t = angles.at((k + u) / kPlaces);
+    const double mu = extinction(f.volume.volume.density, f.cells.at(t), f.time);
+    if (!(mu > 0)) continue;
+    const Vec3d place = f.world.at(t);
+    const double pdf = angles.pdf(t);
+    const double scattered = mu / (kPlaces * pdf) * (1 - share_of_collisions(mu, pdf));
+    const double seen = brought_to(place, light) *
+                        double(likely(component.phase, d, Vec3f(normalize(lamp.position - place))));
+    if (!(scattered * seen > 0) || !std::isfinite(seen)) continue;
+    sum += scattered * seen;
+    if (double(rng.uniform()) * sum < scattered * seen) chosen = t, factor = 1 / seen;
+  }
+  if (!(sum > 0)) return std::nullopt;
+  const Vec3d place = f.world.at(chosen);
+  const LightSample l = sample_light(light, place, rng);
+  const float p = pdf_phase(component.phase, d, l.direction);
+  const float share = l.pdf > 0 ? balance(p, l.pdf) : p;
+  const LocalMedium here = local_medium({&f.volume, f.cells.at(chosen)}, component, f.time);
+  const Rgb albedo = here.albedo * f.volume.volume.medium.extinction_color;
+  return LampPoint{place, l, albedo * (share * float(sum * factor))};
+}
+
+void weigh_lamps(const FlightThrough& f, const Lamps& lamps, std::span<double> to) {
+  const Vec3f from(f.world.at(f.box.t0) - lamps.origin), d(f.world.d);
+  const auto length = float(std::min(f.box.t1, f.length) - f.box.t0);
+  const float share = length / std::numbers::pi_v<float>;
+  for (std::size_t i = 0; i < lamps.power.size(); ++i) {
+    const float x = lamps.x[i] - from.x, y = lamps.y[i] - from.y, z = lamps.z[i] - from.z;
+    const float t = std::max(0.0f, std::min(x * d.x + y * d.y + z * d.z, length));
+    const float ax = x - d.x * t, ay = y - d.y * t, az = z - d.z * t;
+    const float square = std::max(ax * ax + ay * ay + az * az, 1e-30f);
+    // Exact where light falls evenly on the flight, and where that is endless.
+    to[i] = double(lamps.power[i] / (square + std::sqrt(square) * share));
+  }
+}
+
+}  // namespace pvol::detail

@@ -1,0 +1,91 @@
+// Light of lamps that a medium scatters into a path all along its flights, beside what it scatters
+// where they end (THEORY.md, T5.25).
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "render/path/gather_light.h"
+
+namespace pvol::detail {
+
+/// Places in a span of a ray of unit direction, drawn evenly by the angle at which a lamp sees them
+/// (Kulla, Fajardo 2012).
+class EvenAngles {
+ public:
+  EvenAngles(Vec3d lamp, const Ray& ray, Span span);
+
+  /// The place up to which lies this share of all angles; and the other way round.
+  [[nodiscard]] double at(double share) const;
+  [[nodiscard]] double share_up_to(double t) const;
+  /// Density per length.
+  [[nodiscard]] double pdf(double t) const;
+
+ private:
+  double nearest_, apart_;  // where the ray passes the lamp, and how far from it
+  double first_, all_;      // angles: where the span begins, and from there to its end
+};
+
+/// A flight through a volume at one of its places.
+struct FlightThrough {
+  const VolumeSetup& volume;
+  Ray world;
+  Ray cells;      ///< the same in the volume's cells
+  double length;  ///< up to its end; infinite where it left
+  float time;     ///< in frames
+  Span box{};     ///< of its ray, in the volume's box; empty where it passes that
+
+  FlightThrough(const VolumeSetup& v, const Ray& world_, const Ray& cells_, double length_,
+                float time_)
+      : volume(v),
+        world(world_),
+        cells(cells_),
+        length(length_),
+        time(time_),
+        box(v.in_box(cells_).value_or(Span{})) {}
+
+  /// Whether it gets into the box.
+  [[nodiscard]] bool enters() const { return box.t1 > box.t0 && length > box.t0; }
+};
+
+/// The share of a lamp's light that the collision at the end of a flight brings: its flights bring
+/// the rest. 1 of a sun.
+[[nodiscard]] float share_of_collision(const FlightThrough& f, const Lamp& lamp);
+
+/// Of a flight that enters the volume: a place on it from which a lamp is asked for all of it.
+struct LampPoint {
+  Vec3d place;
+  LightSample towards;
+  Rgb factor;  ///< on the lamp's radiance there: what the flight scatters into its path
+};
+
+/// Draws one by what it brings if nothing is in the way; none where the flight brings nothing.
+[[nodiscard]] std::optional<LampPoint> draw_lamp_point(const FlightThrough& f,
+                                                       const LightSource& light, const Lamp& lamp,
+                                                       Rng& rng);
+
+/// What each lamp brings to a flight that enters the volume, about.
+void weigh_lamps(const FlightThrough& f, const Lamps& lamps, std::span<double> to);
+
+/// Of more lamps so many are drawn for a flight.
+inline constexpr int kAskedAlong = 2;
+
+/// ask(number, 1 / expected number of times that it is asked) for lamps along a flight; `weights`
+/// is for its own use.
+template <class Ask>
+void ask_lamps(const FlightThrough& f, const Lamps& lamps, std::vector<double>& weights, Rng& rng,
+               const Ask& ask) {
+  if (!f.enters()) return;
+  if (lamps.all.size() <= std::size_t(kAskedAlong)) {
+    for (std::size_t i = 0; i < lamps.all.size(); ++i) {
+      if (lamps.all[i].power > 0) ask(i, 1.0f);
+    }
+    return;
+  }
+  weights.resize(lamps.all.size());
+  weigh_lamps(f, lamps, weights);
+  draw_some(weights, kAskedAlong, rng, ask);
+}
+
+}  // namespace pvol::detail

@@ -1,0 +1,181 @@
+// Lamps asked along flights: how places are drawn, other ways to the same picture, and when it
+// pays.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "pvol/render/plan.h"
+#include "render/path/lamps_along.h"
+#include "support/messages.h"
+#include "support/pictures.h"
+#include "support/small_cloud.h"
+
+namespace pvol::test {
+namespace line_lamps_test {
+
+using detail::EvenAngles;
+
+const Ray kRay{{1, 2, 3}, normalize(Vec3d(1, -2, 0.5))};
+
+TEST(EvenAngles, HaveTheirDensity) {
+  for (const Vec3d lamp : {Vec3d(4, -1, 2), Vec3d(0, 0, 0), Vec3d(-30, 40, 7)}) {
+    for (const Span span : {Span{0, 8}, Span{2.5, 2.75}, Span{1e-3, 1e4}}) {
+      const EvenAngles angles(lamp, kRay, span);
+      EXPECT_NEAR(angles.at(0), span.t0, 1e-9 * span.t1);
+      EXPECT_NEAR(angles.at(1), span.t1, 1e-6 * span.t1);
+      double before = angles.at(0);
+      for (int k = 1; k <= 64; ++k) {
+        const double share = k / 64.0, t = angles.at(share);
+        EXPECT_GT(t, before);
+        EXPECT_NEAR(angles.share_up_to(t), share, 1e-9);
+        // The density, by the step over which its share grows by a little.
+        const double near = angles.at(share - 0.5e-6), far = angles.at(share - 1.5e-6);
+        EXPECT_NEAR(angles.pdf(angles.at(share - 1e-6)) * (near - far), 1e-6, 2e-9) << t;
+        before = t;
+      }
+    }
+  }
+}
+
+TEST(EvenAngles, AreFiniteOnARayThroughTheLamp) {
+  const EvenAngles angles(kRay.at(3), kRay, {1, 8});
+  for (int k = 0; k <= 64; ++k) {
+    const double t = angles.at(k / 64.0);
+    EXPECT_TRUE(t > 1 - 1e-6 && t < 8 + 1e-6) << t;
+    EXPECT_TRUE(angles.pdf(t) > 0 && std::isfinite(angles.pdf(t))) << t;
+  }
+}
+
+/// Lamps in and around the small cloud, of every kind.
+std::vector<Light> lamp_of_kind(int kind) {
+  const Vec3d within{4, 3, 2}, beside{24, 20, 12};
+  const Rgb color(30.0f, 20.0f, 10.0f);
+  switch (kind) {
+    case 0:
+      return {PointLight{within, color}};
+    case 1:
+      return {PointLight{beside, color * 10.0f, "", 3}};
+    case 2:
+      return {
+          SpotLight{.position = beside, .direction = within - beside, .intensity = color * 20.0f}};
+    case 3:
+      return {AreaLight{.position = beside,
+                        .direction = within - beside,
+                        .size = {4, 3},
+                        .radiance = color * 2.0f}};
+    case 4:
+      return {Sun{{0, 1, 0}, Rgb(0.5f)}, PointLight{within, color}, PointLight{beside, color}};
+    default:
+      break;
+  }
+  std::vector<Light> many;
+  for (int k = 0; k < 70; ++k) {
+    many.push_back(PointLight{{-4.0 + k % 10, -3.0 + k / 10, 5}, color * 0.1f});
+  }
+  return many;
+}
+constexpr int kKinds = 6;
+
+CloudScene lit_by(int kind, double extinction) {
+  CloudScene s = cloud_scene();
+  s.environment = ConstantSky{Rgb(0.01f)};
+  s.lights = lamp_of_kind(kind);
+  s.medium.extinction = extinction;
+  s.medium.albedo = Rgb(0.8f);
+  s.medium.g = 0.3;
+  return s;
+}
+
+Film picture(const Volume& v, CloudScene s, LineLamps lines, std::uint64_t seed) {
+  s.options.line_lamps = lines;
+  s.options.seed = seed;
+  return render({&v, 1}, s).film;
+}
+
+TEST(LineLamps, ShowTheSamePicture) {
+  proof::Family family;
+  std::uint64_t seed = 500;
+  for (const double extinction : {0.02, 0.2, 2.0}) {
+    for (int kind = 0; kind < kKinds; ++kind) {
+      for (const GuideUse guide : {GuideUse::off, GuideUse::on}) {
+        CloudScene s = lit_by(kind, extinction);
+        s.options.samples = proof::samples(600);
+        s.options.guide = guide;
+        const Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
+        seed += 2;
+        compare(average(picture(v, s, LineLamps::on, seed)),
+                average(picture(v, s, LineLamps::off, seed + 1)),
+                std::to_string(kind) + " " + std::to_string(extinction), family);
+      }
+    }
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+/// What they are for: thin smoke with a lamp in it, and beside it.
+TEST(LineLamps, AreLessNoisyInThinSmoke) {
+  for (const int kind : {0, 2}) {
+    CloudScene s = lit_by(kind, 0.02);
+    s.options.samples = 256;
+    s.options.guide = GuideUse::off;
+    const Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
+    const Vec3d lines = average(picture(v, s, LineLamps::on, 3)).variance;
+    const Vec3d ends = average(picture(v, s, LineLamps::off, 4)).variance;
+    EXPECT_LT(lines.x, ends.x / 4) << kind;
+  }
+}
+
+/// Limits of scatterings and layers by their number count those along flights, too.
+TEST(LineLamps, AreCountedAsScatterings) {
+  CloudScene s = lit_by(0, 0.05);
+  s.options.samples = proof::samples(2000);
+  const Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
+  s.options.max_bounces = 0;
+  s.environment = ConstantSky{Rgb(0.0f)};
+  EXPECT_EQ(average(picture(v, s, LineLamps::on, 1)).mean, Vec3d(0.0)) << "nothing scatters";
+  s.options.max_bounces = 1;
+  proof::Family family;
+  const Average once = average(picture(v, s, LineLamps::on, 5));
+  compare(once, average(picture(v, s, LineLamps::off, 6)), "once", family);
+  EXPECT_GT(once.mean.x, 0);
+  EXPECT_TRUE(family.passes());
+}
+
+/// The volumes whose flights ask lamps, and why.
+std::pair<bool, Decision> choice(const CloudScene& s) {
+  const Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
+  const RenderPlan p = plan({&v, 1}, s.scene());
+  const auto found = std::ranges::find(p.decisions, "lamps", &Decision::what);
+  return {p.line_lamps.at(0), found == p.decisions.end() ? Decision{} : *found};
+}
+
+TEST(LineLamps, AreChosenWhereCloudsAreThin) {
+  const auto [thin, why_thin] = choice(lit_by(0, 0.02));
+  EXPECT_TRUE(thin);
+  EXPECT_TRUE(says(why_thin.reason, "plan.lamps_thin")) << why_thin.reason;
+  const auto [thick, why_thick] = choice(lit_by(0, 2));
+  EXPECT_FALSE(thick);
+  EXPECT_TRUE(says(why_thick.reason, "plan.lamps_thick")) << why_thick.reason;
+  CloudScene by_day = lit_by(2, 0.02);
+  by_day.environment = ConstantSky{Rgb(5.0f)};
+  const auto [day, why_day] = choice(by_day);
+  EXPECT_FALSE(day);
+  EXPECT_TRUE(says(why_day.reason, "plan.lamps_faint")) << why_day.reason;
+  CloudScene within = lit_by(0, 0.02);
+  within.environment = ConstantSky{Rgb(5.0f)};
+  EXPECT_TRUE(choice(within).first) << "nothing bounds its noise";
+  CloudScene deep = lit_by(0, 0.02);
+  deep.options.deep = true;
+  const auto [not_deep, why_not] = choice(deep);
+  EXPECT_FALSE(not_deep);
+  EXPECT_TRUE(says(why_not.reason, "plan.lamps_deep")) << why_not.reason;
+  deep.options.line_lamps = LineLamps::on;
+  EXPECT_THROW((void)choice(deep), Error);
+  CloudScene none = lit_by(0, 0.02);
+  none.lights = {Sun{{0, 1, 0}, Rgb(0.5f)}};
+  EXPECT_EQ(choice(none).second.what, "") << "suns are no lamps";
+}
+
+}  // namespace line_lamps_test
+}  // namespace pvol::test
