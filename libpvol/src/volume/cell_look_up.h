@@ -6,8 +6,8 @@
 
 namespace pvol::detail {
 
-/// mu_t at a place in cells from the octree's origin; 0 outside the support.
-[[nodiscard]] float extinction_in_cells(const Volume& volume, Vec3d cells);
+/// mu_t at a place in cells from the octree's origin, at a time in frames; 0 outside the support.
+[[nodiscard]] float extinction_in_cells(const Volume& volume, Vec3d cells, float time = 0);
 
 /// The index of a field's leaves for its octree and values; null where it would take more than 1/50
 /// of the values' bytes: a few clouds far apart.

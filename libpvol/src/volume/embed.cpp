@@ -10,6 +10,7 @@
 #include "pvol/density/recipe.h"
 #include "pvol/trackers.h"
 #include "pvol/volume/make_volume.h"
+#include "volume/any_source.h"
 #include "volume/cell_look_up.h"
 #include "volume/check_estimator.h"
 #include "volume/flights.h"
@@ -84,18 +85,18 @@ double exact_transmittance(const Volume& volume, const Ray& ray, double t_max) {
 
 namespace {
 
-float density_in_cells(const Volume& volume, Vec3d cells) {
+float density_in_cells(const Volume& volume, Vec3d cells, float time = 0) {
   const Octree& tree = volume.density.octree;
   if (tree.empty() || !tree.support().contains(cells)) return 0;
   const LatticePoint p = lattice_point(tree, cells);
   const LeafHandle leaf = detail::leaf_at(volume.density, p.cell);
-  return visit_source(volume.density, [&](const auto& s) { return s.density(leaf, p); });
+  return detail::density_at_time(volume.density, leaf, p, time);
 }
 
 }  // namespace
 
-float detail::extinction_in_cells(const Volume& volume, Vec3d cells) {
-  return volume.density.scale * density_in_cells(volume, cells);
+float detail::extinction_in_cells(const Volume& volume, Vec3d cells, float time) {
+  return volume.density.scale * density_in_cells(volume, cells, time);
 }
 
 float density_at(const Volume& volume, Vec3d world) {

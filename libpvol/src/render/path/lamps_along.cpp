@@ -4,9 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "pvol/bounds/walk.h"
 #include "render/path/local_medium.h"
-#include "volume/any_source.h"
 #include "volume/cell_look_up.h"
 
 namespace pvol::detail {
@@ -16,12 +14,6 @@ namespace {
 /// (THEORY.md, T5.25).
 constexpr int kPlaces = 4;
 constexpr double kMore = 8;
-
-double extinction(const VolumeField& field, Vec3d cells, float time) {
-  if (!field.octree.support().contains(cells)) return 0;
-  const LatticePoint p = lattice_point(field.octree, cells);
-  return double(AnyExtinction{field, time}.density(leaf_at(field, p.cell), p) * field.scale);
-}
 
 /// The share of light from a place that collisions there bring, of this extinction, where flights
 /// look at places with this density.
@@ -81,7 +73,7 @@ double EvenAngles::pdf(double t) const {
 
 float share_of_collision(const FlightThrough& f, const Lamp& lamp) {
   if (lamp.power == 0 || !f.enters()) return 1;
-  const double mu = extinction(f.volume.volume.density, f.cells.at(f.length), f.time);
+  const double mu = double(extinction_in_cells(f.volume.volume, f.cells.at(f.length), f.time));
   const double pdf = EvenAngles(lamp.position, f.world, f.box).pdf(f.length);
   return mu > 0 ? float(share_of_collisions(mu, pdf)) : 1;
 }
@@ -97,7 +89,7 @@ std::optional<LampPoint> draw_lamp_point(const FlightThrough& f, const LightSour
   double sum = 0, chosen = 0, factor = 0;
   for (int k = 0; k < kPlaces && (k + u) / kPlaces < end; ++k) {
     const double t = angles.at((k + u) / kPlaces);
-    const double mu = extinction(f.volume.volume.density, f.cells.at(t), f.time);
+    const double mu = double(extinction_in_cells(f.volume.volume, f.cells.at(t), f.time));
     if (!(mu > 0)) continue;
     const Vec3d place = f.world.at(t);
     const double pdf = angles.pdf(t);
