@@ -113,6 +113,24 @@ TEST(Importance, NoiseIsStableAndLess) {
   }
 }
 
+/// Towards a lamp close by, which lies in another direction from each place.
+TEST(Importance, NoiseAroundALampIsLess) {
+  CloudScene s = sunny();
+  s.medium.g = 0.877;
+  const Volume v = volume_of(s);
+  const Box box = v.density.world_box;
+  s.lights = {PointLight{box.centre() + Vec3d(0, 0.7 * box.extent().y, 0), Rgb(30.0f)}};
+  s.environment = ConstantSky{Rgb(0.0f)};
+  const auto variance = [&](GuideUse use) {
+    s.options.guide = use;
+    ++s.options.seed;
+    double sum = 0;
+    for (const PixelSums& p : render(v, s).film.pixels) sum += variance_of_mean(p).y;
+    return sum;
+  };
+  EXPECT_LT(variance(GuideUse::on), 0.1 * variance(GuideUse::off));
+}
+
 TEST(Importance, ThreadsAndMicroBoundsChangeNoBit) {
   CloudScene s = sunny();
   s.options.samples = 8;
@@ -259,7 +277,8 @@ TEST(Importance, PhotonsCountTheLightOfAThinCube) {
     for (const float power : row) collided += double(power);
   }
   for (const float power : light.direct) direct += double(power);
-  EXPECT_GT(dot(light.axis, Vec3f(normalize(Vec3d(0.6, 0.8, 0.35)))), 1 - 1e-6f);
+  EXPECT_TRUE(light.axes.is_one());
+  EXPECT_GT(dot(light.axes.of(1), Vec3f(normalize(Vec3d(0.6, 0.8, 0.35)))), 1 - 1e-6f);
   // About 0.7 % of the photons collide, so that the relative deviation is 1.2 %; a twentieth of the
   // light is emission's negative part, which adds to `collided`, and light scattered twice is less.
   EXPECT_NEAR(direct / (3 * mass), 1, 0.05);
@@ -301,11 +320,37 @@ TEST(Importance, PhotonsCountTheLightOfAPoint) {
       if (expected[row] < 0.05 * sum(expected)) continue;  // few photons
       EXPECT_NEAR(double(light.direct[row]) / expected[row], 1, 0.1) << place.x << ", row " << row;
     }
-    const Vec3f axis(normalize(place - Vec3d(6)));
-    if (!kCube.contains(place)) {
-      EXPECT_GT(dot(light.axis, axis), 1 - 1e-6f);
-    }
   }
+}
+
+/// A lamp in the cloud lies above some places and below others, and shines brighter than the sun
+/// only around it.
+TEST(Importance, AxesPointToTheStrongestLight) {
+  const Vec3d lamp(3, 9.34, 4.17), candle(10, 2.2, 8.3);
+  CloudScene s = sunny();
+  s.options.look_up = LookUp::nearest;
+  s.medium = component(0.05, Rgb(1.0f), 0.5);
+  const Vec3d to_sun = normalize(Vec3d(0.6, 0.8, 0.35));
+  s.lights = {Sun{to_sun, Rgb(1.0f), 0}, PointLight{lamp, Rgb(9.0f)},
+              PointLight{candle, Rgb(6.0f), "", 0.1}};
+  const Volume v = make_volumes(cube(), std::vector{s.medium}, s).front();
+  s.camera = frame(v.density.world_box, 1);
+  const detail::PathSetup setup(plan(std::span(&v, 1), s.scene()));
+  const detail::CoarseCells cells = detail::make_coarse_cells(v, 1);
+  const detail::LightAxes axes = detail::trace_photons(setup, cells, 10).axes;
+  ASSERT_EQ(axes.by_row.size(), cells.count());
+  std::array<int, 3> rows{};  // at which the sun, the lamp and the candle are strongest
+  for (std::size_t row = 1; row < cells.count(); ++row) {
+    const Vec3d at = transform(cells.to_world, cells.cube(row)).centre();
+    const Vec3d to_lamp = lamp - at, to_candle = candle - at;
+    const double of_lamp = 9 / dot(to_lamp, to_lamp), of_candle = 6 / dot(to_candle, to_candle);
+    const std::size_t i = of_lamp > std::max(1.0, of_candle) ? 1 : of_candle > 1 ? 2 : 0;
+    if (std::min(dot(to_lamp, to_lamp), dot(to_candle, to_candle)) < 4) continue;  // near a lamp
+    const Vec3d expected[] = {to_sun, to_lamp, to_candle};
+    EXPECT_GT(dot(axes.of(row), Vec3f(normalize(expected[i]))), 1 - 1e-6f) << row;
+    ++rows[i];
+  }
+  for (const int n : rows) EXPECT_GT(n, 0);
 }
 
 /// Paths that no photon foresaw must not vanish: light may still come to them.

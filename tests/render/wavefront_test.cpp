@@ -290,20 +290,27 @@ TEST(WavefrontKernels, CountWhatFlightsOneByOneCount) {
   }
 }
 
-/// The picture of guided paths whose importance is `value(row)`, the same in
-/// all directions.
-template <class Value>
-Average guided_by(KernelKind kernel, const Volume& v, CloudScene s, const Value& value) {
+/// The picture of guided paths whose importance is `value(row)` along `axis(row)`, and `away` times
+/// that against it.
+template <class Value, class Axis>
+Average guided_by(KernelKind kernel, const Volume& v, CloudScene s, const Value& value,
+                  const Axis& axis, float away) {
   s.options.kernel = kernel;
   s.options.guide = GuideUse::on;
   const RenderPlan p = plan(std::span(&v, 1), s.scene(), {.forecast = false});
   detail::PathSetup setup(p);
   detail::CoarseCells cells = detail::make_coarse_cells(v);
   PagedVector<detail::Importance::Row> rows(cells.count());
-  for (std::size_t k = 0; k < rows.size(); ++k) rows[k].at.fill(value(k));
+  detail::LightAxes axes;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    for (std::size_t j = 0; j < detail::kDirectionNodes; ++j) {
+      rows[k].at[j] = value(k) * std::lerp(1.0f, away, float(j) / (detail::kDirectionNodes - 1));
+    }
+    axes.by_row.push_back(axis(k));
+  }
   std::vector<float> importances(rows.size() * (setup.light.sources.size() + 1), 1.0f);
   setup.importance = std::make_shared<const detail::Importance>(
-      std::move(cells), Vec3f(0, 1, 0), HenyeyGreenstein(0), std::move(rows),
+      std::move(cells), std::move(axes), HenyeyGreenstein(0.5), std::move(rows),
       std::move(importances));
   Film film;
   film.width = film.height = film.crop_width = film.crop_height = s.options.width;
@@ -318,7 +325,7 @@ Average guided_by(KernelKind kernel, const Volume& v, CloudScene s, const Value&
 }
 
 /// Where importance jumps from cell to cell, paths go through a roulette or are
-/// split at every turn.
+/// split at every turn, and are turned towards another side.
 TEST(WavefrontKernels, WeightsOutliveAnyImportance) {
   const std::vector<KernelKind> kernels = simd_kernels();
   if (kernels.empty()) GTEST_SKIP() << "the machine has no SIMD kernel";
@@ -330,14 +337,21 @@ TEST(WavefrontKernels, WeightsOutliveAnyImportance) {
     s.options.samples = proof::samples(20'000);
     const Volume v = volume_of(s);
     const auto even = [](std::size_t) { return 1.0f; };
-    const Average flat = guided_by(kernels.back(), v, s, even);
+    const auto up = [](std::size_t) { return Vec3f(0, 1, 0); };
+    const Average flat = guided_by(kernels.back(), v, s, even, up, 1);
     s.options.seed = 2;
     const auto jumps = [](std::size_t row) {
       constexpr float kValues[] = {0.25f, 1, 4};
       return kValues[mix64(row) % 3];
     };
-    const Average jumping = guided_by(kernels.back(), v, s, jumps);
-    compare(jumping, flat, "albedo " + std::to_string(albedo.y), family);
+    const auto anywhere = [](std::size_t row) {
+      return Vec3f(direction_on_spiral(int(mix64(row) % 512), 512));
+    };
+    for (const float away : {1.0f, 0.1f}) {
+      const Average jumping = guided_by(kernels.back(), v, s, jumps, anywhere, away);
+      compare(jumping, flat,
+              "albedo " + std::to_string(albedo.y) + ", away " + std::to_string(away), family);
+    }
   }
   EXPECT_TRUE(family.passes());
 }

@@ -212,7 +212,8 @@ double mean_seen(const PathSetup& setup, const Importance& importance) {
     const float time = setup.moving ? sample_time(setup, 0, 0, std::uint32_t(i)) : 0;
     const auto place = first_collision(setup, ray, time, rng);
     if (!place) continue;
-    sum += double(importance.row(*place).of(importance.half_sine(Vec3f(ray.d))));
+    const Importance::Row& row = importance.row(*place);
+    sum += double(row.of(importance.half_sine(row, Vec3f(ray.d))));
     ++hits;
   }
   return hits > 0 ? sum / hits : 0;
@@ -269,13 +270,13 @@ std::optional<Importance> make_importance(const PathSetup& setup) {
   PagedVector<Importance::Row> rows = make_rows(cells, radiance);
   const HenyeyGreenstein lobe = mean_lobe(components);
   std::vector<float> importances = shadow_importances(setup, cells, light);
-  const Importance unscaled(cells, light.axis, lobe, rows, importances);
+  const Importance unscaled(cells, light.axes, lobe, rows, importances);
   const double seen = mean_seen(setup, unscaled);
   if (!(seen > 0) || setup.stopped()) return std::nullopt;
   for (Importance::Row& row : rows) {
     for (float& v : row.at) v = float(double(v) / (kUnit * seen));
   }
-  return Importance(std::move(cells), light.axis, lobe, std::move(rows), std::move(importances));
+  return Importance(std::move(cells), light.axes, lobe, std::move(rows), std::move(importances));
 }
 
 void guide_paths(const RenderPlan& plan, PathSetup& setup) {

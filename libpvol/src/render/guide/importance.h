@@ -15,9 +15,9 @@ namespace pvol::detail {
 /// Directions of flight have this many nodes, node i at half_sine(direction, axis) = i / (n - 1).
 inline constexpr int kDirectionNodes = 16;
 
-/// The in-scattered radiance per unit of extinction, averaged over coarse cells and around the
-/// strongest light's axis, in units of the contribution that a path of throughput 1 should have
-/// (THEORY.md, T5.5). Never 0.
+/// The in-scattered radiance per unit of extinction, averaged over coarse cells and around an axis
+/// towards the light that is strongest there, in units of the contribution that a path of
+/// throughput 1 should have (THEORY.md, T5.5). Never 0.
 class Importance {
  public:
   struct alignas(64) Row {  // in a cache line
@@ -33,12 +33,12 @@ class Importance {
     [[nodiscard]] bool turns() const { return at.front() > 2 * at.back(); }
   };
 
-  Importance(CoarseCells cells, Vec3f axis, HenyeyGreenstein lobe, PagedVector<Row> rows,
+  Importance(CoarseCells cells, LightAxes axes, HenyeyGreenstein lobe, PagedVector<Row> rows,
              std::vector<float> shadow_importance)
       : cells_(std::move(cells)),
         rows_(std::move(rows)),
         shadow_importance_(std::move(shadow_importance)),
-        axis_(axis),
+        axes_(std::move(axes)),
         lobe_(lobe) {}
 
   /// Of a place of a traversal.
@@ -52,10 +52,11 @@ class Importance {
     const auto lights = shadow_importance_.size() / rows_.size();
     return shadow_importance_.data() + std::size_t(&row - rows_.data()) * lights;
   }
-  [[nodiscard]] float half_sine(Vec3f direction) const {
-    return detail::half_sine(direction, axis_);
+  /// Of a direction of flight, to the axis of a row.
+  [[nodiscard]] float half_sine(const Row& row, Vec3f direction) const {
+    return detail::half_sine(direction, axes_.of(std::size_t(&row - rows_.data())));
   }
-  [[nodiscard]] Vec3f axis() const { return axis_; }
+  [[nodiscard]] const LightAxes& axes() const { return axes_; }
   // The tables themselves, for kernels that read them in lanes.
   [[nodiscard]] const CoarseCells& cells() const { return cells_; }
   [[nodiscard]] const PagedVector<Row>& rows() const { return rows_; }
@@ -68,7 +69,7 @@ class Importance {
   CoarseCells cells_;
   PagedVector<Row> rows_;
   std::vector<float> shadow_importance_;  // by row and light
-  Vec3f axis_;
+  LightAxes axes_;
   HenyeyGreenstein lobe_;
 };
 

@@ -16,13 +16,14 @@ class LightCounts {
  public:
   LightCounts(const IncidentLight& light, std::size_t rows, std::size_t lights, int photons)
       : lights_(lights),
-        axis_(light.axis),
+        axes_(light.axes),
         unit_(light.power / (double(photons) * kSteps)),
         counts_(rows * kLightNodes),
         direct_(rows * lights) {}
 
   void add(std::uint32_t row, Vec3f towards_light, float power) {
-    const auto node = std::size_t(half_sine(towards_light, axis_) * float(kLightNodes - 1) + 0.5f);
+    const auto node =
+        std::size_t(half_sine(towards_light, axes_.of(row)) * float(kLightNodes - 1) + 0.5f);
     add(counts_[row * std::size_t(kLightNodes) + std::min<std::size_t>(node, kLightNodes - 1)],
         power);
   }
@@ -56,7 +57,7 @@ class LightCounts {
   }
 
   std::size_t lights_;
-  Vec3f axis_;
+  const LightAxes& axes_;
   double unit_;
   std::vector<std::uint64_t> counts_, direct_;
 };

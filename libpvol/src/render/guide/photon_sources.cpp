@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "math/parallel.h"
 #include "pvol/volume/facts.h"
 #include "render/guide/mixture.h"
 #include "render/path/gather_light.h"
@@ -29,17 +30,11 @@ constexpr float kPi = float(std::numbers::pi);
   return cap.axis * (1 - c) + s * (sine * std::cos(azimuth)) + t * (sine * std::sin(azimuth));
 }
 
-/// What a light sends to the target: about its power, and the direction that it lies in.
-struct Beam {
-  double power = 0;
-  Vec3f axis;            ///< unit, towards the light
-  bool has_axis = true;  ///< false: it comes from more than half of all directions
-};
+// A kind of light is known here by three questions: about the power that it sends to the target, a
+// photon of it, in units of power, and the way to it.
 
-// A kind of light is known here by two questions: its beam, and a photon of it, in units of power.
-
-Beam beam(const SunLight& sun, const Target& target) {
-  return {double(luminance(sun.irradiance)) * target.shadow(sun.direction), sun.direction};
+double power_of(const SunLight& sun, const Target& target) {
+  return double(luminance(sun.irradiance)) * target.shadow(sun.direction);
 }
 
 Photon emit(const SunLight& sun, const Target& target, double unit, Rng& rng) {
@@ -47,10 +42,10 @@ Photon emit(const SunLight& sun, const Target& target, double unit, Rng& rng) {
   return {target.ray(d, rng), sun.irradiance * float(target.shadow(d) / unit)};
 }
 
-Beam beam(const PointSource& light, const Target& target) {
-  const Cap cap = target.seen_from(light.position);
-  return {double(luminance(light.intensity)) * cap.solid_angle(), Vec3f(-cap.axis),
-          cap.one_minus_cos < 1};
+Vec3d way_to(const SunLight& sun, Vec3d) { return Vec3d(sun.direction); }
+
+double power_of(const PointSource& light, const Target& target) {
+  return double(luminance(light.intensity)) * target.seen_from(light.position).solid_angle();
 }
 
 Photon emit(const PointSource& light, const Target& target, double unit, Rng& rng) {
@@ -59,15 +54,23 @@ Photon emit(const PointSource& light, const Target& target, double unit, Rng& rn
           light.intensity * float(cap.solid_angle() / unit)};
 }
 
+Vec3d way_to(const PointSource& light, Vec3d place) { return light.position - place; }
+
 // Of others what their middle sends: a guide needs no more.
 
-Beam beam(const BallSource& light, const Target& target) { return beam(light.centre(), target); }
+double power_of(const BallSource& light, const Target& target) {
+  return power_of(light.centre(), target);
+}
 
 Photon emit(const BallSource& light, const Target& target, double unit, Rng& rng) {
   return emit(light.centre(), target, unit, rng);
 }
 
-Beam beam(const SpotSource& light, const Target& target) { return beam(light.point(), target); }
+Vec3d way_to(const BallSource& light, Vec3d place) { return way_to(light.centre(), place); }
+
+double power_of(const SpotSource& light, const Target& target) {
+  return power_of(light.point(), target);
+}
 
 Photon emit(const SpotSource& light, const Target& target, double unit, Rng& rng) {
   Photon photon = emit(light.point(), target, unit, rng);
@@ -75,13 +78,19 @@ Photon emit(const SpotSource& light, const Target& target, double unit, Rng& rng
   return photon;
 }
 
-Beam beam(const AreaSource& light, const Target& target) { return beam(light.centre(), target); }
+Vec3d way_to(const SpotSource& light, Vec3d place) { return way_to(light.point(), place); }
+
+double power_of(const AreaSource& light, const Target& target) {
+  return power_of(light.centre(), target);
+}
 
 Photon emit(const AreaSource& light, const Target& target, double unit, Rng& rng) {
   Photon photon = emit(light.centre(), target, unit, rng);
   photon.power *= float(std::max(0.0, dot(photon.ray.d, light.normal())));
   return photon;
 }
+
+Vec3d way_to(const AreaSource& light, Vec3d place) { return way_to(light.centre(), place); }
 
 /// What photons are to hit: the box of the one volume, or that of the world around all.
 Target make_target(const PathSetup& s) {
@@ -112,15 +121,51 @@ Rgb mean_emitted(const PathSetup& s, const CoarseCells& cells) {
 
 PhotonSources::PhotonSources(const PathSetup& setup, const CoarseCells& cells)
     : s_(setup), cells_(cells), target_(make_target(setup)), emitted_(mean_emitted(setup, cells)) {
-  double strongest = 0;
   for (const LightSource& source : s_.light.sources) {
-    const Beam b = std::visit([&](const auto& light) { return beam(light, target_); }, source);
-    add(b.power);
-    if (b.has_axis) propose_axis(b.power, b.axis, strongest);
+    add(std::visit([&](const auto& light) { return power_of(light, target_); }, source));
   }
-  add_around(strongest);
+  add_around();
   add(component_power());
-  if (s_.emission && s_.emission->lit) add_fires(strongest);
+  if (has_fires()) add_fires();
+}
+
+bool PhotonSources::has_fires() const {
+  return s_.emission && s_.emission->lit && s_.emission->lights.power() > 0;
+}
+
+LightAxes PhotonSources::axes() const {
+  const auto is_sun = [](const LightSource& l) { return std::holds_alternative<SunLight>(l); };
+  const bool is_one = std::ranges::all_of(s_.light.sources, is_sun) && !has_fires();
+  LightAxes all{PagedVector<Vec3f>(is_one ? 1 : cells_.count())};
+  if (is_one) {
+    all.by_row[0] = axis_in(1);
+  } else {
+    parallel_for(1, cells_.count(), [&](std::size_t row) { all.by_row[row] = axis_in(row); });
+    all.by_row[0] = all.by_row[1];
+  }
+  return all;
+}
+
+Vec3f PhotonSources::axis_in(std::size_t row) const {
+  const Box box = transform(cells_.to_world, cells_.cube(row));
+  const Vec3d rim = box.extent() * 0.5;
+  double strongest = sky_irradiance_;
+  Vec3d way(bright_sky_);
+  const auto propose = [&](double irradiance, Vec3d towards) {
+    if (irradiance > strongest && length(towards) > 0) strongest = irradiance, way = towards;
+  };
+  for (const LightSource& source : s_.light.sources) {
+    std::visit(
+        [&](const auto& light) {
+          propose(double(luminance(light.irradiance_on(box))), way_to(light, box.centre()));
+        },
+        source);
+  }
+  if (has_fires()) {
+    const Vec3d to_fire = s_.emission->lights.centre() - box.centre();
+    propose(s_.emission->lights.power() / std::max(dot(to_fire, to_fire), dot(rim, rim)), to_fire);
+  }
+  return Vec3f(normalize(way));
 }
 
 Photon PhotonSources::sample(Rng& rng) const {
@@ -176,20 +221,24 @@ Rgb PhotonSources::seen_on(const SurfaceHit& surface, Rng& rng) const {
   return surface.material->albedo * sum;
 }
 
-void PhotonSources::add_around(double& strongest) {
+void PhotonSources::add_around() {
   constexpr int kSamples = 4096;
   constexpr std::uint64_t kKey = 0x736b79;
   double power = 0;
-  Vec3d mean;
+  Vec3d mean, net;
   for (int i = 0; i < kSamples; ++i) {
     Rng rng(kKey, 0, std::uint64_t(i));
     const LightSample l = sample_around(rng).sky;
     const double radiance = double(luminance(l.radiance)), weight = 1 / (double(l.pdf) * kSamples);
     power += radiance * weight * target_.shadow(l.direction);
+    net += Vec3d(l.direction) * (radiance * weight);
     mean += Vec3d(l.direction) * (radiance * radiance * weight);  // squared: where it is brightest
   }
   add(power);
-  if (length(mean) > 0) propose_axis(power, Vec3f(normalize(mean)), strongest);
+  if (length(mean) > 0) {
+    bright_sky_ = Vec3f(normalize(mean));
+    sky_irradiance_ = length(net);
+  }
 }
 
 double PhotonSources::component_power() {
@@ -221,13 +270,9 @@ Photon PhotonSources::from_media(Rng& rng) const {
           emitted_ * float(4 * double(kPi) * mass_up_to_.back() / power())};
 }
 
-void PhotonSources::add_fires(double& strongest) {
+void PhotonSources::add_fires() {
   const EmissionLights& fires = s_.emission->lights;
-  if (!(fires.power() > 0)) return;
-  const Cap cap = target_.seen_from(fires.centre());
-  const double power = fires.power() * cap.solid_angle();
-  add(power);
-  if (cap.one_minus_cos < 1) propose_axis(power, Vec3f(-cap.axis), strongest);
+  add(fires.power() * target_.seen_from(fires.centre()).solid_angle());
 }
 
 /// From where fires shine, as their trees have it, towards the target; without colour.

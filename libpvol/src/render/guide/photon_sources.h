@@ -6,6 +6,7 @@
 
 #include "render/guide/coarse_cells.h"
 #include "render/guide/directional_target.h"
+#include "render/guide/photons.h"
 #include "render/path/path_setup.h"
 
 namespace pvol::detail {
@@ -24,19 +25,18 @@ class PhotonSources {
   PhotonSources(const PathSetup& setup, const CoarseCells& cells);
 
   [[nodiscard]] double power() const { return up_to_.back(); }
-  /// Towards the strongest light, unit.
-  [[nodiscard]] Vec3f axis() const { return axis_; }
+  /// Towards the light that is strongest in the middle of each row of the cells.
+  [[nodiscard]] LightAxes axes() const;
 
   /// A photon, whose luminance is 1 on average, a share of power(): in units of the world powers
   /// may be beyond what a float holds.
   [[nodiscard]] Photon sample(Rng& rng) const;
 
  private:
-  void add_around(double& strongest);
+  void add_around();
   void add(double power) { up_to_.push_back((up_to_.empty() ? 0 : up_to_.back()) + power); }
-  void propose_axis(double power, Vec3f axis, double& strongest) {
-    if (power > strongest) strongest = power, axis_ = axis;
-  }
+  [[nodiscard]] bool has_fires() const;
+  [[nodiscard]] Vec3f axis_in(std::size_t row) const;
   /// A direction of the sky, and a ray from there to the target.
   struct FromAround {
     LightSample sky;
@@ -45,7 +45,7 @@ class PhotonSources {
   [[nodiscard]] FromAround sample_around(Rng& rng) const;
   [[nodiscard]] Rgb seen_on(const SurfaceHit& surface, Rng& rng) const;
   [[nodiscard]] double component_power();
-  void add_fires(double& strongest);
+  void add_fires();
   [[nodiscard]] Photon from_light(const LightSource& source, Rng& rng) const;
   [[nodiscard]] Photon from_around(Rng& rng) const;
   [[nodiscard]] Photon from_media(Rng& rng) const;
@@ -54,7 +54,8 @@ class PhotonSources {
   const PathSetup& s_;
   const CoarseCells& cells_;
   Target target_;
-  Vec3f axis_{0, 1, 0};
+  Vec3f bright_sky_{0, 1, 0};       // unit, to where it is brightest
+  double sky_irradiance_ = 0;       // what opposite sides have in common cancels out
   Rgb emitted_;                     // by media at collisions, on average
   std::vector<double> up_to_;       // powers: lights, the sky, media, fires
   std::vector<double> mass_up_to_;  // by row of the cells

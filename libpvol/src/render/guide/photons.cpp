@@ -13,7 +13,7 @@ namespace pvol::detail {
 IncidentLight trace_photons(const PathSetup& setup, const CoarseCells& cells, int photons) {
   const PhotonSources sources(setup, cells);
   IncidentLight light;
-  light.axis = sources.axis();
+  light.axes = sources.axes();
   light.power = sources.power();
   if (!(light.power > 0) || !std::isfinite(light.power)) {
     light.power = 0;

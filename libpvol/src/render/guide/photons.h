@@ -5,10 +5,20 @@
 #include <array>
 #include <vector>
 
+#include "pvol/math/pages.h"
 #include "render/guide/coarse_cells.h"
 #include "render/path/path_setup.h"
 
 namespace pvol::detail {
+
+/// Unit vectors towards the light that is strongest: one for all rows of the cells, where it is as
+/// far away as suns and skies are, or one for each.
+struct LightAxes {
+  PagedVector<Vec3f> by_row;
+
+  [[nodiscard]] Vec3f of(std::size_t row) const { return by_row[is_one() ? 0 : row]; }
+  [[nodiscard]] bool is_one() const { return by_row.size() == 1; }
+};
 
 /// Directions are told apart by the sine u of half their angle to an axis, in [0, 1]: half the
 /// distance of two unit vectors, and finest around the axis. Incident light has this many nodes,
@@ -21,7 +31,7 @@ inline constexpr int kLightNodes = 32;
 /// The light that arrives in each coarse cell, as estimated by photons, all of it taken to be
 /// positive: the luminance of what lights, sky and emission have less or more than `constant`.
 struct IncidentLight {
-  Vec3f axis;        ///< towards the strongest light
+  LightAxes axes;
   double power = 0;  ///< of all photons; 0: there is nothing to guide towards
   /// Power that collides in a cell, by row of the cells and by node of the direction that it comes
   /// from.

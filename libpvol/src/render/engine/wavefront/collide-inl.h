@@ -149,9 +149,8 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
       const Importance& importance = *s.importance();
       if (s.setup.pixel_importance) p.pixel = importance_of_pixels(m, p);
       p.row = where(p.alive, as_int(load(q.bits(kAux) + at)));
-      contribution =
-          p.largest() * p.pixel *
-          importance_of(importance, p.row, one_minus_cos(p.from, splat(importance.axis())));
+      const F to_axis = one_minus_cos(p.from, axis_of(importance, p.row));
+      contribution = p.largest() * p.pixel * importance_of(importance, p.row, to_axis);
       end_by_contribution(p, contribution);
     }
     if (s.setup.max_bounces <= kMostBounces) {

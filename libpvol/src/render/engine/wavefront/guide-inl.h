@@ -33,6 +33,15 @@ HWY_INLINE F importance_of(const Importance& importance, I row, F one_minus_cosi
   return hn::MulAdd(b - a, x - to_float(node), a);
 }
 
+/// Towards the light that is strongest there.
+HWY_INLINE V axis_of(const Importance& importance, I row) {
+  const LightAxes& axes = importance.axes();
+  if (axes.is_one()) return splat(axes.of(0));
+  const float* const x = &axes.by_row.front().x;
+  const I at = row * splat_int(3);
+  return {gather(x, at), gather(x + 1, at), gather(x + 2, at)};
+}
+
 /// Whether paths are turned towards the axis there.
 HWY_INLINE M turns(const Importance& importance, I row) {
   const float* const nodes = importance.rows().front().at.data();

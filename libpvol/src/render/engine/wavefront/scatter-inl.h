@@ -66,7 +66,6 @@ HWY_NOINLINE void scatter(const WavefrontScene& s, Records& q, Records& to) {
 template <class ComponentKind>
 HWY_NOINLINE void scatter_guided(const WavefrontScene& s, Records& q, Records& to) {
   const Importance& importance = *s.importance();
-  const V axis = splat(importance.axis());
   const Lobe lobe = lobe_of(importance.lobe());
   to.reserve(q.n);
   for (std::size_t at = 0; at < q.n; at += kLanes) {
@@ -75,6 +74,7 @@ HWY_NOINLINE void scatter_guided(const WavefrontScene& s, Records& q, Records& t
     const ComponentKind component = component_of<ComponentKind>(s, q, at, on);
     const V from = direction_of(q, at);
     const I row = where(on, as_int(load(q.bits(kAux) + at)));
+    const V axis = axis_of(importance, row);
     V d[3] = {from, from, from};
     F pdf[3], value[3], weight[3];
     const auto propose = [&](int i, V direction, F p, F from_axis) {
