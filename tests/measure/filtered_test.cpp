@@ -68,6 +68,21 @@ TEST(Filtered, FindsNothingSystematicInNoise) {
   EXPECT_LE(std::abs(f.bias.value), 2 * f.bias.half_width);
 }
 
+/// Student's quantile for two values is 12.706, and the error of their mean half their difference.
+TEST(Filtered, IntervalsOfTwoTrialsAreKnown) {
+  const Film reference = make(2, 0, 4, 1);
+  std::vector<FilterTrial> trials;
+  for (const double shift : {0.02, 0.06}) {
+    FilterTrial& t = trials.emplace_back(trial(3, 0, shift, 0));
+    t.film = reference;
+  }
+  const FilterFigures f = judge_filter(reference, trials);
+  EXPECT_NEAR(f.bias.value, 0.02, 1e-9);
+  EXPECT_NEAR(f.bias.half_width, 12.7062 * 0.02 / 2, 1e-5);
+  const double a = 0.01 * 0.01, b = 0.03 * 0.03;  // squared errors beside the light
+  EXPECT_NEAR(f.filtered_square_half_width, 12.7062 * (b - a) / 2, 1e-6);
+}
+
 TEST(Filtered, OneTrialHasNoIntervals) {
   const std::vector<FilterTrial> trials{trial(3, 0.05, 0, 0)};
   const FilterFigures f = judge_filter(make(2, 1, 400, 1), trials);

@@ -265,15 +265,21 @@ std::vector<std::pair<std::string, PartlySmoking>> partly_smoking() {
   plain.scene.medium.extinction = 0.4;
   plain.scene.medium.albedo = Rgb(0.8f, 0.6f, 0.4f);
   plain.scene.options.guide = GuideUse::off;
-  PartlySmoking by_channel = plain, placed = plain, grounded = plain, guided = plain;
+  PartlySmoking by_channel = plain, placed = plain, grounded = plain, walled = plain,
+                guided = plain;
   by_channel.extinction_color = Rgb(0.3f, 1.0f, 0.6f);
   placed.places = {translation({0, 9, 0}) * scaling(Vec3d(0.5))};
   grounded.scene.surfaces = {PlaneSurface{{0, -2, 0}, {0, 1, 0}, {Rgb(0.5f)}}};
+  const Material white{Rgb(0.8f)};
+  walled.scene.surfaces = {PlaneSurface{{0, -2, 0}, {0, 1, 0}, white},
+                           PlaneSurface{{0, 0, -4}, {0, 0, 1}, white},
+                           PlaneSurface{{-6, 0, 0}, {1, 0, 0}, white}};
   guided.scene.options.guide = GuideUse::on;
   return {{"plain", plain},
           {"by channel", by_channel},
           {"at two places", placed},
           {"over a ground", grounded},
+          {"between white walls", walled},
           {"guided", guided}};
 }
 

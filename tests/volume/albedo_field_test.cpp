@@ -161,5 +161,18 @@ TEST(ColorGrid, KnowsItsBlackSamplesAgain) {
   EXPECT_TRUE(black_of(grey).bricks.empty());
 }
 
+TEST(ColorGrid, KnowsTheColoursOfTilesAgain) {
+  std::array<VoxelGrid, 3> channels;
+  channels[0].tiles.push_back({{128, 0, 0}, 128, 0.5f});
+  channels[2].tiles.push_back({{128, 0, 0}, 128, 0.25f});
+  channels[2].tiles.push_back({{0, 8, 0}, 8, 0.25f});
+  const VoxelGrid known = known_of(channels, nullptr);
+  EXPECT_EQ(known.tiles.size(), 2u);
+  for (const Vec3i p : {Vec3i(128, 0, 0), Vec3i(255, 127, 127), Vec3i(0, 8, 0)}) {
+    EXPECT_EQ(sample(known, p), 1) << p.x;
+  }
+  EXPECT_EQ(sample(known, {127, 0, 0}), 0);
+}
+
 }  // namespace albedo_field_test
 }  // namespace pvol::test
