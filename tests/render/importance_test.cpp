@@ -320,6 +320,10 @@ TEST(Importance, PhotonsCountTheLightOfAPoint) {
       if (expected[row] < 0.05 * sum(expected)) continue;  // few photons
       EXPECT_NEAR(double(light.direct[row]) / expected[row], 1, 0.1) << place.x << ", row " << row;
     }
+    for (std::size_t row = 1; row < cells.count(); ++row) {
+      const Vec3d at = transform(cells.to_world, cells.cube(row)).centre();
+      EXPECT_GT(dot(light.axes.of(row), Vec3f(normalize(place - at))), 1 - 1e-6f) << place.x;
+    }
   }
 }
 

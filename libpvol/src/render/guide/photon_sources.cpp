@@ -148,22 +148,17 @@ LightAxes PhotonSources::axes() const {
 
 Vec3f PhotonSources::axis_in(std::size_t row) const {
   const Box box = transform(cells_.to_world, cells_.cube(row));
-  const Vec3d rim = box.extent() * 0.5;
   double strongest = sky_irradiance_;
   Vec3d way(bright_sky_);
-  const auto propose = [&](double irradiance, Vec3d towards) {
+  const auto propose = [&](const auto& light) {
+    const double irradiance = double(luminance(light.irradiance_on(box)));
+    const Vec3d towards = way_to(light, box.centre());
     if (irradiance > strongest && length(towards) > 0) strongest = irradiance, way = towards;
   };
-  for (const LightSource& source : s_.light.sources) {
-    std::visit(
-        [&](const auto& light) {
-          propose(double(luminance(light.irradiance_on(box))), way_to(light, box.centre()));
-        },
-        source);
-  }
+  for (const LightSource& source : s_.light.sources) std::visit(propose, source);
   if (has_fires()) {
-    const Vec3d to_fire = s_.emission->lights.centre() - box.centre();
-    propose(s_.emission->lights.power() / std::max(dot(to_fire, to_fire), dot(rim, rim)), to_fire);
+    const EmissionLights& fires = s_.emission->lights;
+    propose(PointSource{fires.centre(), Rgb(float(fires.power()))});
   }
   return Vec3f(normalize(way));
 }
