@@ -143,11 +143,16 @@ TEST(LineLamps, AreCountedAsScatterings) {
 }
 
 /// The volumes whose flights ask lamps, and why.
+std::pair<std::vector<bool>, Decision> choice(std::span<const Volume> volumes,
+                                              const CloudScene& s) {
+  const RenderPlan p = plan(volumes, s.scene());
+  const auto found = std::ranges::find(p.decisions, "lamps", &Decision::what);
+  return {p.line_lamps, found == p.decisions.end() ? Decision{} : *found};
+}
 std::pair<bool, Decision> choice(const CloudScene& s) {
   const Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
-  const RenderPlan p = plan({&v, 1}, s.scene());
-  const auto found = std::ranges::find(p.decisions, "lamps", &Decision::what);
-  return {p.line_lamps.at(0), found == p.decisions.end() ? Decision{} : *found};
+  const auto [all, why] = choice({&v, 1}, s);
+  return {all.at(0), why};
 }
 
 TEST(LineLamps, AreChosenWhereCloudsAreThin) {
@@ -175,6 +180,35 @@ TEST(LineLamps, AreChosenWhereCloudsAreThin) {
   CloudScene none = lit_by(0, 0.02);
   none.lights = {Sun{{0, 1, 0}, Rgb(0.5f)}};
   EXPECT_EQ(choice(none).second.what, "") << "suns are no lamps";
+}
+
+/// The light of the lamp that a thick cloud scatters, not that which falls on the haze, is what is
+/// noisy then.
+TEST(LineLamps, AreLeftOutWhereThickCloudsScatterMuch) {
+  const CloudScene haze = lit_by(0, 0.02);
+  const auto beside = [&](double size, double albedo, std::size_t number) {
+    CloudScene s = lit_by(0, 2 / size);
+    s.medium.albedo = Rgb(float(albedo));
+    s.medium.object_to_world = translation({4, 0, 0}) * scaling(Vec3d(size));
+    Volume cloud_beside = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
+    for (std::size_t k = 1; k < number; ++k) {
+      cloud_beside.further_places.push_back(translation({0, 0, 0.01 * double(k)}));
+    }
+    const std::vector<Volume> both = {make_volume(cloud().grid, build_pyramid(cloud().grid), haze),
+                                      std::move(cloud_beside)};
+    return choice(both, haze);
+  };
+  using Chosen = std::vector<bool>;
+  const auto [large, why] = beside(1, 0.9, 1);
+  EXPECT_EQ(large, (Chosen{false, false}));
+  EXPECT_TRUE(says(why.reason, "plan.lamps_scattered")) << why.reason;
+  EXPECT_EQ(beside(0.01, 0.9, 1).first, (Chosen{true, false})) << "it is small";
+  EXPECT_EQ(beside(0.01, 0.9, 400).first, (Chosen{false, false})) << "many of them";
+  EXPECT_EQ(beside(1, 0.001, 1).first, (Chosen{true, false})) << "it is black";
+  CloudScene set = haze;
+  set.options.line_lamps = LineLamps::on;
+  const Volume one = make_volume(cloud().grid, build_pyramid(cloud().grid), set);
+  EXPECT_TRUE(says(choice({&one, 1}, set).second.reason, "plan.as_set"));
 }
 
 }  // namespace line_lamps_test

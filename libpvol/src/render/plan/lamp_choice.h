@@ -9,12 +9,17 @@
 
 namespace pvol::detail {
 
-/// For each volume, whether flights through it ask lamps all along: as the options say, or where it
-/// is thin and lamps bring much of the light (THEORY.md, T5.25).
-[[nodiscard]] std::vector<bool> choose_line_lamps(std::span<const Volume> volumes,
-                                                  const Scene& scene, const Lighting& lighting);
+struct LampChoice {
+  std::vector<bool> along_flights{};  ///< for each volume, whether flights ask lamps all along
+  const char* reason = nullptr;       ///< null without lamps or volumes
+};
 
-/// That in words, of scenes with lamps and volumes.
-[[nodiscard]] std::optional<Decision> decide_line_lamps(const RenderPlan& p, LineLamps wanted);
+/// As the options say, or where volumes are thin and lamps bring much of the light (THEORY.md,
+/// T5.25).
+[[nodiscard]] LampChoice choose_lamps(std::span<const Volume> volumes, const Scene& scene,
+                                      const Lighting& lighting);
+
+/// Of a choice with a reason.
+[[nodiscard]] Decision in_words(const LampChoice& choice);
 
 }  // namespace pvol::detail

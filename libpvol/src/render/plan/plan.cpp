@@ -144,7 +144,7 @@ bool any_in_lanes(const RenderPlan& p) {
 
 /// The choices in words, in the order in which they bear on each other.
 std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted,
-                             const std::string& kernel_reason) {
+                             const detail::LampChoice& lamps, const std::string& kernel_reason) {
   std::vector<Decision> all;
   const Camera& camera = p.scene.camera;
   if (const auto motion = motion_of(camera)) all.push_back(decide_camera(camera, *motion));
@@ -159,7 +159,7 @@ std::vector<Decision> decide(const RenderPlan& p, const RenderOptions& wanted,
     for (std::size_t k = first; k < all.size(); ++k) all[k].volume = int(i);
   }
   if (auto emission = decide_emission(p, wanted)) all.push_back(std::move(*emission));
-  if (auto lamps = detail::decide_line_lamps(p, wanted.line_lamps)) all.push_back(*lamps);
+  if (lamps.reason) all.push_back(detail::in_words(lamps));
   all.push_back(decide_guide(p.guide));
   all.push_back({"kernel", name(p.kernel.kind), kernel_reason});
   for (std::size_t i = 0; i < p.volumes.size(); ++i) {
@@ -204,8 +204,9 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
   p.kernel = choose_kernel(p);
   p.emission = detail::prepare_emission(volumes, p.scene);
   if (p.emission && p.emission->lit) p.emission = detail::choose_fire_lights(p);
-  p.line_lamps = detail::choose_line_lamps(volumes, p.scene, *p.lighting);
-  p.decisions = decide(p, scene.options, choice.reason);
+  const detail::LampChoice lamps = detail::choose_lamps(volumes, p.scene, *p.lighting);
+  p.line_lamps = lamps.along_flights;
+  p.decisions = decide(p, scene.options, lamps, choice.reason);
   if (!options.forecast) return p;
   const detail::CameraProbe probe = detail::probe_camera(p);
   if (!options.force) detail::refuse_endless_paths(p, probe);
