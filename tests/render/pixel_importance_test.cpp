@@ -156,6 +156,21 @@ TEST(PixelImportance, MakesLessNoiseBesideTheBrightnessOfPixels) {
   EXPECT_LT(cost(by_pixels), 0.8 * cost(plain));
 }
 
+/// Of pixels so bright that none of their paths is split.
+TEST(PixelImportance, DoesNotEndPathsOfBrightPixels) {
+  CloudScene s = half_dark();
+  s.options.count = true;
+  Prepared p(s, false);
+  const auto collisions = [&](float importance) {
+    p.setup.pixel_importance =
+        std::make_shared<const PixelImportance>(PixelImportance{1, 1, {importance}});
+    return double(p.render().counts.collisions);
+  };
+  const double bright = collisions(1 / 32.0f);
+  EXPECT_GT(bright, 1e4);
+  EXPECT_NEAR(collisions(1 / 256.0f) / bright, 1, 0.05);
+}
+
 /// A ground and a wall that a lamp lights, all of this albedo: mean over the pixels of the relative
 /// variance of a sample.
 double relative_noise_of_room(float albedo) {

@@ -86,7 +86,8 @@ HWY_INLINE void end_faint(Paths<ComponentKind>& p, float threshold) {
   p.alive = hn::AndNot(hn::AndNot(stays, faint), p.alive);
 }
 
-/// That of guided paths, by their estimated contribution, before the albedo.
+/// That of guided paths, by their estimated contribution, before the albedo. Bright pixels do not
+/// end them sooner (THEORY.md, T5.5).
 template <class ComponentKind>
 HWY_INLINE void end_by_contribution(Paths<ComponentKind>& p, F contribution) {
   const M low = hn::Lt(contribution, splat(kEndBelow));
@@ -150,8 +151,9 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
       if (s.setup.pixel_importance) p.pixel = importance_of_pixels(m, p);
       p.row = where(p.alive, as_int(load(q.bits(kAux) + at)));
       const F to_axis = one_minus_cos(p.from, axis_of(importance, p.row));
-      contribution = p.largest() * p.pixel * importance_of(importance, p.row, to_axis);
-      end_by_contribution(p, contribution);
+      const F in_any_pixel = p.largest() * importance_of(importance, p.row, to_axis);
+      end_by_contribution(p, in_any_pixel * hn::Max(p.pixel, splat(1)));
+      contribution = in_any_pixel * p.pixel;
     }
     if (s.setup.max_bounces <= kMostBounces) {
       const I bounces = as_int(hn::ShiftRight<16>(p.id));
