@@ -9,6 +9,7 @@
 #include "cli/frame_job.h"
 #include "cli/interrupt.h"
 #include "cli/load_job.h"
+#include "cli/picture_facts.h"
 #include "cli/render_facts.h"
 #include "cli/render_options.h"
 #include "cli/render_outputs.h"
@@ -107,7 +108,7 @@ void render_and_save(const FrameJob& frame, const RenderJob& job, cli::ResumeSta
   cli::save(frame, job, t);
   if (live) end_live(*live, t);
   outcome.wall_seconds = t.wall_seconds, outcome.cpu_seconds = t.cpu_seconds;
-  outcome.noise = relative_noise(t.film());
+  outcome.noise = pixel_noise(t.film());
   if (t.result.complete && (!job.denoise || !is_whole(job, t) || t.filtered)) {
     outcome.state = cli::FrameState::rendered;
     return;

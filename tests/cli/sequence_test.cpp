@@ -492,7 +492,7 @@ TEST_F(Sequence, LeavesOutWhatIsFinishedAndNothingElse) {
     for (const auto& frame : json::parse(read_text(folder / "summary.json"))) {
       text += frame.at("state").get<std::string>() + ' ';
       if (frame.at("state") == "rendered") {
-        EXPECT_GT(frame.at("relative_noise"), 0);
+        EXPECT_GT(frame.at("pixel_noise"), 0);
         EXPECT_GT(frame.at("wall_seconds"), 0);
       }
     }

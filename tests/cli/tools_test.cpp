@@ -599,13 +599,13 @@ TEST(Render, TakesSamplesUntilANoiseOrATime) {
     return json::parse(r.out);
   };
   const json by_noise = stats({"--noise", "0.03"});
-  EXPECT_NEAR(by_noise.at("relative_noise").get<double>(), 0.03, 0.006);
+  EXPECT_NEAR(by_noise.at("pixel_noise").get<double>(), 0.03, 0.006);
   EXPECT_GT(by_noise.at("samples"), 24 * 16 * 16);
   const std::string bytes = read_text(exr);
   EXPECT_EQ(stats({"--noise", "0.03", "--threads", "1"}).at("samples"), by_noise.at("samples"));
   const json by_time = stats({"--time", "0.001", "--noise", "0.0001"});
   EXPECT_GE(by_time.at("samples"), 24 * 16) << "a whole picture";
-  EXPECT_TRUE(by_time.at("relative_noise").is_null() || by_time.at("relative_noise") > 0.0001);
+  EXPECT_TRUE(by_time.at("pixel_noise").is_null() || by_time.at("pixel_noise") > 0.0001);
 }
 
 TEST(Render, RefusesMisuse) {

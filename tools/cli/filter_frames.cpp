@@ -101,8 +101,8 @@ void filter_one(const FilterGiven& o, const std::string& label, const Picture& p
   f.wall_seconds = watch.lap();
   write(o, p, f, describe_filtered(p, f, others.size()));
   if (o.common.quiet) return;
-  std::cerr << fmt::format("{}: {}filtered in {}{}, estimated error {} %; wrote {}\n", kConvertTool,
-                           label, readable_seconds(f.wall_seconds),
+  std::cerr << fmt::format("{}: {}filtered in {}{}, estimated error {} % of the mean; wrote {}\n",
+                           kConvertTool, label, readable_seconds(f.wall_seconds),
                            others.empty() ? "" : fmt::format(" with {} others", others.size()),
                            readable(100 * f.relative_error), o.output.exr.string());
 }

@@ -323,6 +323,7 @@ Merged finish(const MergeGiven& o, const Part& first, const Whole& whole, Film f
   Merged m{std::move(film), {}, scene_of(first), first.header.attributes};
   std::erase_if(m.attributes, [](const auto& a) { return !a.first.starts_with("pvol:"); });
   m.attributes.erase("pvol:relative_noise");
+  m.attributes.erase("pvol:pixel_noise");
   m.attributes.erase("pvol:estimated_error");
   m.attributes.erase("pvol:fireflies");
   describe_whole(whole, !o.crop.empty(), m.scene, m.attributes);
@@ -372,10 +373,8 @@ int merge(const MergeGiven& o) {
   const Merged m = finish(o, parts.front(), whole, std::move(film));
   write(o, parts.front(), whole, m);
   if (o.common.quiet) return kSuccess;
-  const std::optional<double> noise = relative_noise(m.film);
-  std::cerr << fmt::format("{}: {} parts, {} samples{}; wrote {}\n", kConvertTool, parts.size(),
-                           m.attributes.at("pvol:samples"),
-                           noise ? ", noise " + readable(100 * *noise) + " %" : "",
+  std::cerr << fmt::format("{}: {} parts, {} samples, {}; wrote {}\n", kConvertTool, parts.size(),
+                           m.attributes.at("pvol:samples"), noise_text(m.film),
                            o.output.exr.string());
   return kSuccess;
 }

@@ -4,6 +4,8 @@
 
 #include <string_view>
 
+#include "cli/cli.h"
+
 namespace pvol::cli {
 
 Json to_json(const Value& value) {
@@ -29,12 +31,22 @@ std::string progress_text(std::uint64_t samples, std::uint64_t wanted) {
   return wanted == 0 ? std::to_string(samples) : fmt::format("{} of {}", samples, wanted);
 }
 
+std::string noise_text(const Film& film) {
+  const std::optional<double> of_pixels = pixel_noise(film), of_mean = relative_noise(film);
+  if (!of_pixels || !of_mean) return "noise unknown so far";
+  return fmt::format("noise {} % ({} % of the mean)", readable(100 * *of_pixels),
+                     readable(100 * *of_mean));
+}
+
 void describe_film(const Film& film, std::uint64_t samples, std::uint64_t wanted,
                    const std::optional<FilteredPicture>& filtered,
                    std::map<std::string, std::string>& attributes) {
   attributes["pvol:samples"] = progress_text(samples, wanted);
   if (const std::optional<double> noise = relative_noise(film)) {
     attributes["pvol:relative_noise"] = fmt::format("{:.6g}", *noise);
+  }
+  if (const std::optional<double> noise = pixel_noise(film)) {
+    attributes["pvol:pixel_noise"] = fmt::format("{:.6g}", *noise);
   }
   if (filtered) describe_error(*filtered, attributes);
 }

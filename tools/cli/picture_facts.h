@@ -24,6 +24,9 @@ namespace pvol::cli {
 /// "1200 of 4000": samples of those wanted, where that number is not 0.
 [[nodiscard]] std::string progress_text(std::uint64_t samples, std::uint64_t wanted);
 
+/// "noise 2.1 % (1.3 % of the mean)", by `pixel_noise` and `relative_noise`.
+[[nodiscard]] std::string noise_text(const Film& film);
+
 /// Adds what follows from a film's samples: how many there are, and its noise; of a filtered
 /// picture its error.
 void describe_film(const Film& film, std::uint64_t samples, std::uint64_t wanted,

@@ -98,7 +98,9 @@ void print_facts(const RenderJob& job) {
             << " collisions per sample\n";
   if (is_adaptive(o)) {
     std::cerr << "  adaptive samples until";
-    if (o.noise) std::cerr << " the noise is about " << cli::readable(100 * *o.noise) << " %";
+    if (o.noise)
+      std::cerr << " the noise of pixels is about " << cli::readable(100 * *o.noise)
+                << " % of their own brightness";
     if (o.noise && o.time) std::cerr << " or";
     if (o.time) std::cerr << " the time limit, " << cli::readable_seconds(*o.time);
     std::cerr << '\n';

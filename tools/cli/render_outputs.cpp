@@ -6,6 +6,7 @@
 #include <iostream>
 
 #include "cli/cli.h"
+#include "cli/picture_facts.h"
 #include "cli/resume_state.h"
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
@@ -130,7 +131,8 @@ void save(const FrameJob& frame, const RenderJob& job, const TimedRender& t) {
             << ", " << noise_text(t.result.film);
   if (t.filtered) {
     std::cerr << "; filtered in " << readable_seconds(t.filtered->wall_seconds)
-              << ", estimated error " << readable(100 * t.filtered->relative_error) << " %";
+              << ", estimated error " << readable(100 * t.filtered->relative_error)
+              << " % of the mean";
     if (t.filtered->fireflies > 0) {
       std::cerr << ", fireflies in " << readable_count(t.filtered->fireflies) << " pixels spread";
     }

@@ -115,11 +115,6 @@ std::string micro_bounds_text(const Volume& volume) {
   return volume.density.micro_stored ? "2^3 from the file" : "2^3 built at load";
 }
 
-std::string noise_text(const Film& film) {
-  const std::optional<double> noise = relative_noise(film);
-  return noise ? "noise " + readable(100 * *noise) + " %" : "noise unknown so far";
-}
-
 std::string progress_text(const TimedRender& t) {
   return progress_text(t.samples, t.samples_wanted);
 }
@@ -161,6 +156,8 @@ std::string stats_text(const RenderJob& job, const TimedRender& t) {
   j["variance_rgb"] = {variance_rgb.x, variance_rgb.y, variance_rgb.z};
   const std::optional<double> noise = relative_noise(t.result.film);
   j["relative_noise"] = noise ? Json(*noise) : Json();
+  const std::optional<double> of_pixels = pixel_noise(t.result.film);
+  j["pixel_noise"] = of_pixels ? Json(*of_pixels) : Json();
   if (t.filtered) {
     j["denoised"] = {{"estimated_error", t.filtered->relative_error},
                      {"fireflies", t.filtered->fireflies},

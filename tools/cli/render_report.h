@@ -62,9 +62,6 @@ struct TimedRender {
 /// "no", or "yes: " and what makes the picture biased.
 [[nodiscard]] std::string describe_bias(const RenderJob& job, const TimedRender& t);
 
-/// "noise 2.1 %", by `relative_noise`.
-[[nodiscard]] std::string noise_text(const Film& film);
-
 /// "1200 of 4000": samples of those wanted, as far as known.
 [[nodiscard]] std::string progress_text(const TimedRender& t);
 

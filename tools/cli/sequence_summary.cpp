@@ -84,7 +84,7 @@ std::string summary_json(const std::vector<FrameOutcome>& frames) {
     if (f.state == FrameState::rendered) {
       j["wall_seconds"] = f.wall_seconds;
       j["cpu_seconds"] = f.cpu_seconds;
-      j["relative_noise"] = f.noise ? Json(*f.noise) : Json();
+      j["pixel_noise"] = f.noise ? Json(*f.noise) : Json();
     }
     all.push_back(std::move(j));
   }

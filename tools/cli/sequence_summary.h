@@ -19,7 +19,7 @@ struct FrameOutcome {
   int frame = 0;
   FrameState state = FrameState::waiting;
   double wall_seconds = 0, cpu_seconds = 0;
-  std::optional<double> noise{};  ///< relative_noise of the picture
+  std::optional<double> noise{};  ///< pixel_noise of the picture
 };
 
 /// A line for each frame, with its time and noise, and one for all: which failed, and what times

@@ -9,6 +9,7 @@
 #include "cli/film_samples.h"
 #include "cli/instructions.h"
 #include "cli/interrupt.h"
+#include "cli/picture_facts.h"
 #include "cli/render_outputs.h"
 #include "pvol/error.h"
 
@@ -54,13 +55,13 @@ class Checkpoints {
   std::atomic<bool> due_ = false;
 };
 
-/// "noise 7.2 %, 2.1 % expected", where the number of samples wanted is known: noise falls with
-/// its root.
+/// "noise 7.2 % (4 % of the mean), 2.1 % expected", where the number of samples wanted is known:
+/// noise falls with its root.
 std::string note(const Film& film, std::uint64_t wanted) {
   double done = 0;
   for (const PixelSums& p : film.pixels) done += p.samples;
   std::string text = noise_text(film);
-  const std::optional<double> noise = relative_noise(film);
+  const std::optional<double> noise = pixel_noise(film);
   if (double(wanted) > done && noise.value_or(0) > 0) {
     text += ", " + readable(100 * *noise * std::sqrt(done / double(wanted))) + " % expected";
   }

@@ -104,10 +104,10 @@ void write(const Picture& p, const std::filesystem::path& file, double exposure,
 }
 
 std::string text_of(const Picture& p) {
-  const auto noise = relative_noise(p.film);
+  const auto noise = pixel_noise(p.film);
   return "<pvol.Picture " + std::to_string(p.film.crop_width) + " x " +
          std::to_string(p.film.crop_height) +
-         (noise ? ", relative noise " + number_text(float(*noise)) : "") + ">";
+         (noise ? ", noise " + number_text(float(*noise)) : "") + ">";
 }
 
 constexpr const char* kPictureText = R"(A rendered picture with its statistics.
@@ -173,8 +173,10 @@ void bind_pictures(py::module_& m) {
           "color_space", [](const Picture& p) { return name(p.film.color_space); },
           "Of `rgb` and other colours, such as \"rec709\" or \"acescg\".")
       .def_property_readonly(
-          "noise", [](const Picture& p) { return relative_noise(p.film); },
-          "Root mean square error over mean luminance, or None.")
+          "noise", [](const Picture& p) { return pixel_noise(p.film); },
+          "Of pixels beside their own brightness, as `noise=` asks for it: the root mean square of "
+          "their\n"
+          "standard errors over that, or over 1 % of the mean where it is less. None if unknown.")
       .def("save", &write, py::arg("path"), py::arg("exposure") = 0, py::arg("tone_map") = "srgb",
            kSaveText)
       .def("__repr__", &text_of);

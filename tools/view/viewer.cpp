@@ -117,7 +117,7 @@ Json Viewer::state(std::uint64_t after, double seconds) const {
   if (!s.film) return j;
   j["width"] = s.film->crop_width, j["height"] = s.film->crop_height;
   j["per_pixel"] = double(s.samples) / double(std::max<std::size_t>(1, s.film->pixels.size()));
-  if (const auto noise = relative_noise(*s.film)) j["noise"] = *noise;
+  if (const auto noise = pixel_noise(*s.film)) j["noise"] = *noise;
   if (s.filtered) j["filter_error"] = s.filtered->relative_error;
   return j;
 }

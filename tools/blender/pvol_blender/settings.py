@@ -18,8 +18,8 @@ class SceneSettings(bpy.types.PropertyGroup):
     )
     samples: IntProperty(name="Samples", description="Samples per pixel; four times as many halve "
                          "the noise", default=64, min=1, soft_max=4096)
-    noise: FloatProperty(name="Noise", description="Standard error of the pixels over the mean "
-                         "luminance of the picture", default=0.03, min=0.0001, max=1, precision=4)
+    noise: FloatProperty(name="Noise", description="Standard error of the pixels over their own "
+                         "brightness", default=0.03, min=0.0001, max=1, precision=4)
     seconds: FloatProperty(name="Seconds", description="Time for rendering, without loading",
                            default=60, min=0.1, soft_max=3600)
     seed: IntProperty(name="Seed", description="Of the random numbers", default=1, min=0)

@@ -99,6 +99,19 @@ struct Film {
 /// luminance; 0 without light, none where a pixel has fewer than two samples.
 [[nodiscard]] std::optional<double> relative_noise(const Film& film);
 
+/// The noise of pixels beside their own brightness, as it is seen once exposure and tone curve have
+/// made dark parts visible: the root mean square of their standard errors over
+/// sqrt(squared_unit_of_noise). Otherwise as relative_noise.
+[[nodiscard]] std::optional<double> pixel_noise(const Film& film);
+
+/// The square of what the noise of a pixel is measured by, in a picture of this mean: its own
+/// brightness, and below a hundredth of the mean little less than that.
+[[nodiscard]] inline double squared_unit_of_noise(double brightness, double mean_of_picture) {
+  constexpr double kDarkest = 0.01;
+  const double least = kDarkest * mean_of_picture;
+  return brightness * brightness + least * least;
+}
+
 /// Gives a film sums of its size and layers, all 0.
 void start_sums(Film& film);
 

@@ -101,9 +101,9 @@ struct RenderOptions {
   int crop_x = 0, crop_y = 0;           ///< upper left corner of the part that is rendered
   int crop_width = 0, crop_height = 0;  ///< 0: up to the image's edge
   std::uint32_t samples = 64;           ///< camera samples per pixel
-  /// Instead of `samples` in every pixel, adaptive samples until the picture's relative noise
-  /// (`relative_noise`) is about this, or until this many seconds have passed, whichever comes
-  /// first.
+  /// Instead of `samples` in every pixel, adaptive samples until the noise of pixels beside their
+  /// own brightness (`pixel_noise`) is about this, or until this many seconds have passed,
+  /// whichever comes first.
   std::optional<double> noise, time;
   std::uint32_t first_sample = 0;  ///< number of the first of them: pictures of one seed add up
   /// Which of them are rendered, as `crop` for pixels: from part_begin on, before part_end; all
@@ -189,8 +189,8 @@ template <std::same_as<RenderOptions> O>
                       .metavar = "X|off",
                       .limits = number(Range{0, 1, true, false}).or_word("off"),
                       .help = "Replaces --spp: adaptive samples, more where there is more noise, "
-                              "until the standard error of pixels is about this fraction of the "
-                              "picture's mean luminance, 0.02 for 2 %",
+                              "until the standard error of pixels is about this fraction of "
+                              "their own brightness, 0.02 for 2 %",
                       .effect = Effect::cost}),
       key<&O::time>({.key = "time",
                      .metavar = "SECONDS|off",

@@ -9,16 +9,6 @@
 namespace pvol::detail {
 namespace {
 
-/// Of each pixel: variance of the luminance of one sample, by channels.
-std::vector<float> variances(const Film& film) {
-  std::vector<float> all;
-  all.reserve(film.pixels.size());
-  for (const PixelSums& p : film.pixels) {
-    all.push_back(float(noise_of(p) * p.samples));
-  }
-  return all;
-}
-
 /// Mean over the pixels of either colour.
 std::array<double, 2> means(const Film& film, const std::vector<float>& values) {
   std::array<double, 2> sum{}, n{};
@@ -30,17 +20,18 @@ std::array<double, 2> means(const Film& film, const std::vector<float>& values) 
   return sum;
 }
 
-enum class Near { other_colour, same_colour };
+enum class Near { other_colour, same_colour, same_colour_with_itself };
 
-/// Mean over some forty pixels around pixel (x, y), which is not among them; 0 where there are
-/// none.
-double mean_around(const Film& film, const std::vector<float>& values, int x, int y, Near which) {
-  constexpr int kReach = 4;
+/// Mean over the pixels of a colour up to so many columns and rows from pixel (x, y); 0 where there
+/// are none.
+double mean_around(const Film& film, const std::vector<float>& values, int x, int y, Near which,
+                   int reach) {
   double sum = 0, n = 0;
-  for (int j = std::max(0, y - kReach); j <= std::min(film.crop_height - 1, y + kReach); ++j) {
-    for (int i = std::max(0, x - kReach); i <= std::min(film.crop_width - 1, x + kReach); ++i) {
+  for (int j = std::max(0, y - reach); j <= std::min(film.crop_height - 1, y + reach); ++j) {
+    for (int i = std::max(0, x - reach); i <= std::min(film.crop_width - 1, x + reach); ++i) {
       const bool other = (i - x + j - y) % 2 != 0;
-      if (other != (which == Near::other_colour) || (i == x && j == y)) continue;
+      if (other != (which == Near::other_colour)) continue;
+      if (i == x && j == y && which != Near::same_colour_with_itself) continue;
       sum += double(values[film.index(i, j)]);
       ++n;
     }
@@ -48,19 +39,41 @@ double mean_around(const Film& film, const std::vector<float>& values, int x, in
   return n > 0 ? sum / n : 0;
 }
 
+/// Of each pixel: variance of the luminance of one sample over the square of the brightness of some
+/// dozen pixels of its colour there, as `pixel_noise` has it. A pixel's own brightness would be too
+/// large where a rare bright sample was found, and too small where none was.
+std::vector<float> relative_variances(const Film& film) {
+  constexpr int kReach = 2;
+  std::vector<float> brightness, all;
+  for (const PixelSums& p : film.pixels) brightness.push_back(luminance(Rgb(mean(p))));
+  const std::array<double, 2> everywhere = means(film, brightness);
+  for (int y = 0; y < film.crop_height; ++y) {
+    for (int x = 0; x < film.crop_width; ++x) {
+      const std::size_t i = film.index(x, y);
+      const double near =
+          mean_around(film, brightness, x, y, Near::same_colour_with_itself, kReach);
+      const double unit = squared_unit_of_noise(near, everywhere[colour_of(film, i)]);
+      const double variance = noise_of(film.pixels[i]) * film.pixels[i].samples;
+      all.push_back(unit > 0 ? float(variance / unit) : 0.0f);
+    }
+  }
+  return all;
+}
+
 /// Samples of each pixel, in proportion to the square root of variance over cost around it: that
 /// makes the mean variance least for the work. Mean 1 in either colour.
 std::vector<float> shares(const Film& film, const std::vector<float>& variance,
                           const std::vector<float>& cost, Near which) {
   constexpr double kFar = 0.02;  // of the variance everywhere, for what a neighbourhood missed
+  constexpr int kReach = 4;      // some forty pixels
   std::array<double, 2> everywhere = means(film, variance);
   if (which == Near::other_colour) std::swap(everywhere[0], everywhere[1]);
   std::vector<float> all(variance.size());
   for (int y = 0; y < film.crop_height; ++y) {
     for (int x = 0; x < film.crop_width; ++x) {
       const std::size_t i = film.index(x, y);
-      const double near = mean_around(film, variance, x, y, which);
-      const double work = std::max(mean_around(film, cost, x, y, which), double(FLT_MIN));
+      const double near = mean_around(film, variance, x, y, which, kReach);
+      const double work = std::max(mean_around(film, cost, x, y, which, kReach), double(FLT_MIN));
       all[i] = float(std::sqrt((near + kFar * everywhere[colour_of(film, i)]) / work));
     }
   }
@@ -85,18 +98,15 @@ double expected_variance(const Film& film, std::size_t colour, const std::vector
   return n > 0 ? sum / n : 0;
 }
 
-/// Samples a pixel for a relative noise, by one colour's pixels alone.
+/// Samples a pixel for a noise of pixels, by one colour's pixels alone.
 double samples_for(double noise, const Film& film, std::size_t colour,
                    const std::vector<float>& variance, const std::vector<float>& share) {
-  std::vector<float> radiance;
-  for (const PixelSums& p : film.pixels) radiance.push_back(luminance(Rgb(mean(p))));
-  const double wanted = noise * means(film, radiance)[colour];
   const auto suffice = [&](double samples) {
-    return expected_variance(film, colour, variance, share, samples) <= wanted * wanted;
+    return expected_variance(film, colour, variance, share, samples) <= noise * noise;
   };
   if (suffice(0)) return 0;
-  // Where most pixels are calm, the shares of the others are large, and fewer samples than the pilot
-  // has are more for them.
+  // Where most pixels are calm, the shares of the others are large, and fewer samples than the
+  // pilot has are more for them.
   double lo = suffice(kPilot) ? 1e-3 : kPilot, hi = kMostSamples;
   while (hi > 1.001 * lo) {
     const double middle = std::sqrt(lo * hi);
@@ -123,7 +133,7 @@ std::vector<float> sample_costs(const Film& film) {
 }
 
 AdaptiveSamples find_adaptive_samples(const Film& pilot, std::optional<double> noise) {
-  const std::vector<float> variance = variances(pilot);
+  const std::vector<float> variance = relative_variances(pilot);
   const std::vector<float> cost = sample_costs(pilot);
   AdaptiveSamples n{shares(pilot, variance, cost, Near::other_colour),
                     {kMostSamples, kMostSamples}};

@@ -10,7 +10,7 @@
 namespace pvol::detail {
 
 /// Adaptive samples by a film with the same number of samples, two or more, in every pixel, and
-/// with counts, for a relative noise (`relative_noise`); without one, `samples` are kMostSamples.
+/// with counts, for a noise of pixels (`pixel_noise`); without one, `samples` are kMostSamples.
 [[nodiscard]] AdaptiveSamples find_adaptive_samples(const Film& pilot, std::optional<double> noise);
 
 /// What a sample takes in any case, in nanoseconds.

@@ -76,6 +76,21 @@ std::optional<double> relative_noise(const Film& film) {
   return std::sqrt(noise * double(film.pixels.size())) / light;
 }
 
+std::optional<double> pixel_noise(const Film& film) {
+  double light = 0;
+  for (const PixelSums& p : film.pixels) {
+    if (p.samples < 2) return std::nullopt;
+    light += double(luminance(Rgb(mean(p))));
+  }
+  if (!(light > 0)) return 0;
+  const double pixels = double(film.pixels.size());
+  double sum = 0;
+  for (const PixelSums& p : film.pixels) {
+    sum += noise_of(p) / squared_unit_of_noise(double(luminance(Rgb(mean(p)))), light / pixels);
+  }
+  return std::sqrt(sum / pixels);
+}
+
 void start_sums(Film& film) {
   film.sums.pixels.assign(film.pixels.size(), {});
   film.sums.layers.clear();
