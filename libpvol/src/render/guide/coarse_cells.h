@@ -45,6 +45,8 @@ struct CoarseCells {
 
   /// The cube of a row, in cells.
   [[nodiscard]] Box cube(std::size_t row) const;
+  /// Around it in the world.
+  [[nodiscard]] Box world_cube(std::size_t row) const { return transform(to_world, cube(row)); }
   /// A point of the world, uniform in the cube of a row.
   [[nodiscard]] Vec3d point(std::size_t row, Rng& rng) const;
 };

@@ -143,7 +143,7 @@ void draw_to_mean(const IncidentLight& light, const CoarseCells& cells, int phot
 /// Irradiance of a light in a coarse cell.
 Rgb irradiance_in(const PathSetup& setup, const CoarseCells& cells, std::size_t light,
                   std::size_t row) {
-  const Box box = transform(cells.to_world, cells.cube(row));
+  const Box box = cells.world_cube(row);
   return std::visit([&](const auto& l) { return l.irradiance_on(box); },
                     setup.light.sources[light]);
 }

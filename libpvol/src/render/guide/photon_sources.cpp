@@ -147,7 +147,7 @@ LightAxes PhotonSources::axes() const {
 }
 
 Vec3f PhotonSources::axis_in(std::size_t row) const {
-  const Box box = transform(cells_.to_world, cells_.cube(row));
+  const Box box = cells_.world_cube(row);
   double strongest = sky_irradiance_;
   Vec3d way(bright_sky_);
   const auto propose = [&](const auto& light) {

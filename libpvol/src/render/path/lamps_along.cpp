@@ -71,11 +71,17 @@ double EvenAngles::pdf(double t) const {
   return apart_ / (all_ * (apart_ * apart_ + along * along));
 }
 
-float share_of_collision(const FlightThrough& f, const Lamp& lamp) {
-  if (lamp.power == 0 || !f.enters()) return 1;
-  const double mu = double(extinction_in_cells(f.volume.volume, f.cells.at(f.length), f.time));
-  const double pdf = EvenAngles(lamp.position, f.world, f.box).pdf(f.length);
-  return mu > 0 ? float(share_of_collisions(mu, pdf)) : 1;
+CollidingFlight::CollidingFlight(const FlightThrough& f)
+    : flight(f),
+      extinction(f.enters()
+                     ? double(extinction_in_cells(f.volume.volume, f.cells.at(f.length), f.time))
+                     : 0) {}
+
+float share_of_collision(const CollidingFlight& f, const Lamp& lamp) {
+  if (lamp.power == 0 || !(f.extinction > 0)) return 1;
+  const FlightThrough& flight = f.flight;
+  const double pdf = EvenAngles(lamp.position, flight.world, flight.box).pdf(flight.length);
+  return float(share_of_collisions(f.extinction, pdf));
 }
 
 std::optional<LampPoint> draw_lamp_point(const FlightThrough& f, const LightSource& light,

@@ -49,9 +49,16 @@ struct FlightThrough {
   [[nodiscard]] bool enters() const { return box.t1 > box.t0 && length > box.t0; }
 };
 
-/// The share of a lamp's light that the collision at the end of a flight brings: its flights bring
-/// the rest. 1 of a sun.
-[[nodiscard]] float share_of_collision(const FlightThrough& f, const Lamp& lamp);
+/// A flight that ends at a collision, and the medium's extinction there.
+struct CollidingFlight {
+  FlightThrough flight;
+  double extinction;
+
+  explicit CollidingFlight(const FlightThrough& f);
+};
+
+/// The share of a lamp's light that the collision brings: flights bring the rest. 1 of a sun.
+[[nodiscard]] float share_of_collision(const CollidingFlight& f, const Lamp& lamp);
 
 /// Of a flight that enters the volume: a place on it from which a lamp is asked for all of it.
 struct LampPoint {
