@@ -331,8 +331,11 @@ TEST(GuidedVolumes, AreGuidedWhereTheSunShines) {
   EXPECT_FALSE(choose_guide(both, s.scene(), paths).used) << "a smooth sky alone";
   s.lights = sunny().lights;
   const Volume crowd = instances_of(s, std::vector<Affine>(100));
-  EXPECT_FALSE(choose_guide({&crowd, 1}, s.scene(), paths).used) << "too few photons for each";
-  EXPECT_TRUE(choose_guide({&crowd, 1}, s.scene(), 4 * paths).used);
+  EXPECT_FALSE(choose_guide({&crowd, 1}, s.scene(), 0.1 * paths).used) << "too few photons";
+  EXPECT_TRUE(choose_guide({&crowd, 1}, s.scene(), 0.2 * paths).used);
+  const Volume horde = instances_of(s, std::vector<Affine>(2000));
+  EXPECT_FALSE(choose_guide({&horde, 1}, s.scene(), paths).used) << "too few photons for each";
+  EXPECT_TRUE(choose_guide({&horde, 1}, s.scene(), 2.1 * paths).used);
   s.lights.clear();
   both.back().medium.components.front().emission = Rgb(1.0f);
   EXPECT_TRUE(choose_guide(both, s.scene(), paths).used) << "the second one glows";

@@ -40,6 +40,15 @@ bool has_directions(std::span<const Volume> volumes, const Lighting& lighting) {
   return std::ranges::any_of(volumes, [](const Volume& v) { return emits(v.medium); });
 }
 
+/// From so many paths on photons are enough for the places of volumes: for a few by their number,
+/// and for many, of which a camera sees some, all at once (tests/bench/RESULTS.md, a sky of many
+/// clouds).
+double least_paths(std::size_t places) {
+  constexpr double kOfFew = 20'000, kAtOnce = 1 << 17, kOfMany = 1000;
+  if (places <= 1) return 0;
+  return std::max(std::min(kOfFew * double(places), kAtOnce), kOfMany * double(places));
+}
+
 }  // namespace
 
 GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene, double paths) {
@@ -53,7 +62,6 @@ GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene,
   constexpr double kThickness = 0.5, kAlbedo = 0.75;
   // Reading a cloud takes longer than its photons: from so few paths on, a command gains by them.
   constexpr double kPaths = 1 << 14;
-  constexpr double kPathsOfPlace = 20'000;  // tests/bench/RESULTS.md, a sky of many clouds
   const RenderOptions& o = scene.options;
   if (o.guide == GuideUse::off) return {false, "as set"};
   if (const char* reason = obstacle(volumes)) {
@@ -73,8 +81,7 @@ GuideChoice choose_guide(std::span<const Volume> volumes, const Scene& scene,
   if (paths < kPaths) {
     return {false, "the picture takes less time than building a guide", scatterings};
   }
-  const std::size_t places = count_places(volumes);
-  if (places > 1 && paths < kPathsOfPlace * double(places)) {
+  if (paths < least_paths(count_places(volumes))) {
     return {false, "there are too few photons for so many volumes", scatterings};
   }
   return {true, "light comes from certain directions", scatterings};
