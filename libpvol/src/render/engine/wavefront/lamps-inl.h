@@ -31,26 +31,16 @@ inline constexpr std::uint64_t kLamps = 6, kToLamp = 7;
   return {s.volume, world, s.volume.in_cells(world), end, 0};
 }
 
-/// The flights of a register's paths that have collided, for what their collisions bring of lamps.
-class CollidingFlights {
- public:
-  /// Of the `lanes` of collisions from this number on.
-  CollidingFlights(const WavefrontScene& s, WavefrontMemory& m, std::size_t from,
-                   std::uint32_t lanes) {
-    for (; lanes != 0; lanes &= lanes - 1) {
-      const auto k = std::size_t(std::countr_zero(lanes));
-      all_[k].emplace(flight_through(s, m, m.collisions, from + k, false));
-    }
+/// Keeps the flights of a register's paths for what their collisions bring of lamps: those of the
+/// `lanes` of collisions from this number on.
+HWY_NOINLINE void keep_flights(const WavefrontScene& s, WavefrontMemory& m, std::size_t from,
+                               std::uint32_t lanes) {
+  m.colliding.resize(kLanes);
+  for (; lanes != 0; lanes &= lanes - 1) {
+    const auto k = std::size_t(std::countr_zero(lanes));
+    m.colliding[k].emplace(flight_through(s, m, m.collisions, from + k, false));
   }
-
-  /// Of a lane that is one of them.
-  [[nodiscard]] float share(std::size_t lane, const Lamp& lamp) const {
-    return share_of_collision(*all_[lane], lamp);
-  }
-
- private:
-  std::array<std::optional<CollidingFlight>, kLanes> all_;
-};
+}
 
 /// send(ray, random numbers of its own) for shadow rays to lamps from a flight of a path of this
 /// weight.

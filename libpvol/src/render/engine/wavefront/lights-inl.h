@@ -206,7 +206,7 @@ HWY_INLINE void add_shadow_rays(const WavefrontScene& s, WavefrontMemory& m, con
 /// Of many lights each path asks some (THEORY.md, T5.19), drawn lane by lane.
 template <bool kGuided, class ComponentKind>
 HWY_NOINLINE void ask_some_lights(const WavefrontScene& s, WavefrontMemory& m,
-                                  const CollidingFlights* flights, Paths<ComponentKind>& p) {
+                                  Paths<ComponentKind>& p) {
   const LaneStreams streams(p.rng);
   const LanePlaces place(s, m, p);
   std::array<TowardsByLane, kAsked> to;
@@ -224,7 +224,8 @@ HWY_NOINLINE void ask_some_lights(const WavefrontScene& s, WavefrontMemory& m,
     std::size_t asked = 0;
     ask_some(s.setup, place(k), importance_of, m.light_weights, own,
              [&](std::size_t i, float times) {
-               if (flights) times *= flights->share(k, s.setup.lamps.all[i]);
+               if (s.volume.asks_lamps)
+                 times *= share_of_collision(*m.colliding[k], s.setup.lamps.all[i]);
                ask_light(s, i, place(k), times, k, own, to[asked]);
                light[asked][k] = std::uint32_t(i), importance[asked][k] = importance_of(i);
                ++asked;
@@ -237,12 +238,12 @@ HWY_NOINLINE void ask_some_lights(const WavefrontScene& s, WavefrontMemory& m,
 
 /// What a lamp brings to collisions, of which flights bring the rest.
 template <class ComponentKind>
-HWY_NOINLINE void leave_to_flights(const CollidingFlights& flights, const Lamp& lamp,
+HWY_NOINLINE void leave_to_flights(const WavefrontMemory& m, const Lamp& lamp,
                                    const Paths<ComponentKind>& p, Towards& to) {
   alignas(64) float shares[kLanes] = {};
   for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
     const auto k = std::size_t(std::countr_zero(lanes));
-    shares[k] = flights.share(k, lamp);
+    shares[k] = share_of_collision(*m.colliding[k], lamp);
   }
   const F share = load(shares);
   to.radiance = {to.radiance.x * share, to.radiance.y * share, to.radiance.z * share};
@@ -255,10 +256,8 @@ template <bool kGuided, class ComponentKind>
 HWY_INLINE void ask_lights(const WavefrontScene& s, WavefrontMemory& m, std::size_t from,
                            Paths<ComponentKind>& p) {
   const std::size_t lights = s.setup.light.sources.size();
-  std::optional<CollidingFlights> colliding;
-  if (s.volume.asks_lamps) colliding.emplace(s, m, from, bits_of(p.alive));
-  const CollidingFlights* const flights = colliding ? &*colliding : nullptr;
-  if (s.drawn) ask_some_lights<kGuided>(s, m, flights, p);
+  if (s.volume.asks_lamps) keep_flights(s, m, from, bits_of(p.alive));
+  if (s.drawn) ask_some_lights<kGuided>(s, m, p);
   for (std::size_t light = s.drawn ? lights : 0; light < s.lights.size(); ++light) {
     F importance = splat(1);
     if constexpr (kGuided) {
@@ -266,8 +265,7 @@ HWY_INLINE void ask_lights(const WavefrontScene& s, WavefrontMemory& m, std::siz
           gather(s.importance()->shadow_importances() + light, p.row * splat_int(int(lights) + 1));
     }
     Towards to = sample_light(s, m, light, p, p.rng);
-    if (flights && light < lights && s.setup.lamps.all[light].power > 0)
-      leave_to_flights(*flights, s.setup.lamps.all[light], p, to);
+    if (s.volume.asks_lamps && light < lights) leave_to_flights(m, s.setup.lamps.all[light], p, to);
     add_shadow_rays(s, m, to, splat_bits(std::uint32_t(light)), importance, p);
   }
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "pvol/render/counts.h"
@@ -11,6 +12,7 @@
 #include "render/engine/wavefront/world_rays.h"
 #include "render/path/film_layers.h"
 #include "render/path/gather_light.h"
+#include "render/path/lamps_along.h"
 #include "render/path/open_light.h"
 #include "volume/simd/flight_memory.h"
 
@@ -213,7 +215,8 @@ struct WavefrontMemory : FlightMemory {
   Records fire_ends{kPathFields};  ///< collisions of those towards fires
   Slots slots;
   Counts counts;
-  std::vector<double> light_weights;  ///< of lights, for drawing some
+  std::vector<double> light_weights;                      ///< of lights, for drawing some
+  std::vector<std::optional<CollidingFlight>> colliding;  ///< of a register, for lamps
 
   // Through many volumes:
   WorldRays rays;
