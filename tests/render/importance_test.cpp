@@ -321,7 +321,7 @@ TEST(Importance, PhotonsCountTheLightOfAPoint) {
       EXPECT_NEAR(double(light.direct[row]) / expected[row], 1, 0.1) << place.x << ", row " << row;
     }
     for (std::size_t row = 1; row < cells.count(); ++row) {
-      const Vec3d at = transform(cells.to_world, cells.cube(row)).centre();
+      const Vec3d at = cells.world_cube(row).centre();
       EXPECT_GT(dot(light.axes.of(row), Vec3f(normalize(place - at))), 1 - 1e-6f) << place.x;
     }
   }
@@ -345,7 +345,7 @@ TEST(Importance, AxesPointToTheStrongestLight) {
   ASSERT_EQ(axes.by_row.size(), cells.count());
   std::array<int, 3> rows{};  // at which the sun, the lamp and the candle are strongest
   for (std::size_t row = 1; row < cells.count(); ++row) {
-    const Vec3d at = transform(cells.to_world, cells.cube(row)).centre();
+    const Vec3d at = cells.world_cube(row).centre();
     const Vec3d to_lamp = lamp - at, to_candle = candle - at;
     const double of_lamp = 9 / dot(to_lamp, to_lamp), of_candle = 6 / dot(to_candle, to_candle);
     const std::size_t i = of_lamp > std::max(1.0, of_candle) ? 1 : of_candle > 1 ? 2 : 0;

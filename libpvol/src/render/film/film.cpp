@@ -54,6 +54,17 @@ std::vector<T> cut(const std::vector<T>& all, std::size_t width, const Film& par
   return some;
 }
 
+/// The sum of the pixels' luminance, at least 0, of a film whose noise is known: none where a pixel
+/// has fewer than two samples.
+std::optional<double> total_luminance(const Film& film) {
+  double light = 0;
+  for (const PixelSums& p : film.pixels) {
+    if (p.samples < 2) return std::nullopt;
+    light += double(luminance(Rgb(mean(p))));
+  }
+  return light > 0 ? light : 0;
+}
+
 }  // namespace
 
 Vec3d value(const Layer& layer, const Film& film, std::size_t pixel) {
@@ -66,27 +77,20 @@ Vec3d value(const Layer& layer, const Film& film, std::size_t pixel) {
 }
 
 std::optional<double> relative_noise(const Film& film) {
-  double noise = 0, light = 0;
-  for (const PixelSums& p : film.pixels) {
-    if (p.samples < 2) return std::nullopt;
-    noise += noise_of(p);
-    light += double(luminance(Rgb(mean(p))));
-  }
-  if (!(light > 0)) return 0;
-  return std::sqrt(noise * double(film.pixels.size())) / light;
+  const std::optional<double> light = total_luminance(film);
+  if (!light || !(*light > 0)) return light;
+  double noise = 0;
+  for (const PixelSums& p : film.pixels) noise += noise_of(p);
+  return std::sqrt(noise * double(film.pixels.size())) / *light;
 }
 
 std::optional<double> pixel_noise(const Film& film) {
-  double light = 0;
-  for (const PixelSums& p : film.pixels) {
-    if (p.samples < 2) return std::nullopt;
-    light += double(luminance(Rgb(mean(p))));
-  }
-  if (!(light > 0)) return 0;
+  const std::optional<double> light = total_luminance(film);
+  if (!light || !(*light > 0)) return light;
   const double pixels = double(film.pixels.size());
   double sum = 0;
   for (const PixelSums& p : film.pixels) {
-    sum += noise_of(p) / squared_unit_of_noise(double(luminance(Rgb(mean(p)))), light / pixels);
+    sum += noise_of(p) / squared_unit_of_noise(double(luminance(Rgb(mean(p)))), *light / pixels);
   }
   return std::sqrt(sum / pixels);
 }

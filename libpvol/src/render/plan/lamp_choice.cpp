@@ -85,20 +85,23 @@ LampChoice choose_lamps(std::span<const Volume> volumes, const Scene& scene,
   LampChoice choice{.along_flights = std::vector<bool>(volumes.size())};
   const Box box = world_box(volumes);
   if (box.empty() || std::ranges::none_of(lighting.lights, is_lamp)) return choice;
-  const bool wanted = o.line_lamps == LineLamps::on;
-  choice.reason = o.line_lamps != LineLamps::automatic ? "as set"
-                  : o.deep                             ? "deep pictures consist of collisions"
-                  : !lamps_matter(box, lighting)       ? "most light is of other kinds"
-                                                       : nullptr;
-  if (choice.reason && !wanted) return choice;
-  const std::vector<double> thickness = thickness_of_each(volumes);
-  if (!wanted) choice.reason = why_not_along(volumes, thickness, lighting);
-  if (choice.reason && !wanted) return choice;
-  for (std::size_t i = 0; i < volumes.size(); ++i) {
-    if (volumes[i].density.octree.empty()) continue;
-    choice.along_flights[i] = wanted || thickness[i] < kThin;
+  const auto holds_any = [](const Volume& v) { return !v.density.octree.empty(); };
+  if (o.line_lamps != LineLamps::automatic) {
+    choice.reason = "as set";
+    if (o.line_lamps == LineLamps::on)
+      std::transform(volumes.begin(), volumes.end(), choice.along_flights.begin(), holds_any);
+    return choice;
   }
-  if (!wanted) choice.reason = "the cloud is thin";
+  choice.reason = o.deep                         ? "deep pictures consist of collisions"
+                  : !lamps_matter(box, lighting) ? "most light is of other kinds"
+                                                 : nullptr;
+  if (choice.reason) return choice;
+  const std::vector<double> thickness = thickness_of_each(volumes);
+  choice.reason = why_not_along(volumes, thickness, lighting);
+  if (choice.reason) return choice;
+  choice.reason = "the cloud is thin";
+  for (std::size_t i = 0; i < volumes.size(); ++i)
+    choice.along_flights[i] = holds_any(volumes[i]) && thickness[i] < kThin;
   return choice;
 }
 
