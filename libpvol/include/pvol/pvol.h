@@ -50,13 +50,18 @@
 
 #define PVOL_API_VERSION 1
 
+/* The type of enumerations in C++, so that numbers which are none of theirs can be refused: C may
+ * pass any. */
 #ifdef __cplusplus
+#define PVOL_INT : int
 extern "C" {
+#else
+#define PVOL_INT
 #endif
 
 /* ---- 1. Volumes ------------------------------------------------------------------------------ */
 
-typedef enum pvol_status {
+typedef enum pvol_status PVOL_INT {
   PVOL_OK = 0,
   PVOL_INVALID = 1, /* an argument or the data are not as they must be; the message says what */
   PVOL_NO_MEMORY = 2,
@@ -94,7 +99,7 @@ pvol_status pvol_set_error_function(pvol_volume* volume, pvol_error_function fun
  * temperature, and need not be there. */
 enum { PVOL_DENSITY = 0, PVOL_MOST_FIELDS = 16 };
 
-typedef enum pvol_type { PVOL_FLOAT = 0, PVOL_DOUBLE = 1, PVOL_HALF = 2 } pvol_type;
+typedef enum pvol_type PVOL_INT { PVOL_FLOAT = 0, PVOL_DOUBLE = 1, PVOL_HALF = 2 } pvol_type;
 
 /* Samples in an array: that of lattice point origin + (i, j, k), 0 <= (i, j, k) < size, lies
  * i stride[0] + j stride[1] + k stride[2] bytes behind `values`. All strides 0: values[i][j][k] of
@@ -172,7 +177,7 @@ pvol_status pvol_set_extinction(pvol_volume* volume, double extinction);
  * pvol_transmittance_rgb; all else sees the largest. */
 pvol_status pvol_set_extinction_color(pvol_volume* volume, const float share[3]);
 
-typedef enum pvol_interpolation {
+typedef enum pvol_interpolation PVOL_INT {
   PVOL_TRILINEAR = 0,
   PVOL_NEAREST = 1,
   PVOL_TRICUBIC = 2 /* the uniform B-spline: smooth, and never above the samples around */
@@ -269,7 +274,7 @@ typedef struct pvol_ray {
 } pvol_ray;
 
 /* Estimators of the transmittance, all without bias. */
-typedef enum pvol_estimator {
+typedef enum pvol_estimator PVOL_INT {
   PVOL_RATIO = 0,          /* in [0, 1]; suits most rays */
   PVOL_ANALOG = 1,         /* 0 or 1; cheap in thick clouds */
   PVOL_RESIDUAL_RATIO = 2, /* what lies below the minorants in closed form */
