@@ -71,17 +71,48 @@ HWY_NOINLINE void fly_in(const World& w, std::size_t volume, RayKind kind) {
   m.arrived.n = 0;
 }
 
-/// Sends rays that collisions have made into the world.
+/// Aims a ray that a collision has made, record `at` of the queue: it flies on from there, as
+/// record `n` of `to`, which has the rest of it.
+inline void aim(const World& w, RayKind kind, const Records& q, std::size_t at, Records& to,
+                std::size_t n) {
+  const std::uint32_t number = w.m.rays.add_from(q.bits(kRay)[at]);
+  WorldRay& r = w.m.rays[number];
+  const Vec3f direction = direction_at(q, at);
+  r.kind = kind, r.ray.d = Vec3d(direction);
+  const bool ends = kind == RayKind::shadow && q[kLeft][at] < 0x1p99f;
+  r.limit = ends ? double(q[kLeft][at]) : kEndless;
+  if (w.setup.weighs) {
+    w.m.rays.look_ahead(w.setup, r, {q.bits(kRng0)[at], q.bits(kRng1)[at], kAhead}, w.shells);
+  }
+  Instance moved;
+  const Float4 step =
+      w.setup.instances->at_time(r.within, double(r.time), moved).in_cells(direction);
+  for (std::size_t k = 0; k < 3; ++k) to[kStepX + k][n] = step[int(k)];
+  to[kTime][n] = r.time;
+  to[kLeft][n] = float(std::min(r.end(), 0x1p100));
+  to.bits(kRay)[n] = number;
+}
+
+/// Rays that collisions in a volume have made fly on there first: records have their places in its
+/// cells.
 template <class ComponentKind>
-HWY_NOINLINE void aim_all(const World& w, RayKind kind, Records& q) {
-  for (std::size_t at = 0; at < q.n; ++at) {
-    if (at % kLanes == 0) w.m.rays.prefetch(q.bits(kRay) + at, std::min(kLanes, q.n - at));
-    const WorldRay& parent = w.m.rays[q.bits(kRay)[at]];
-    const Ray ray{parent.place, Vec3d(direction_at(q, at))};
-    const double left = kind == RayKind::shadow ? double(q[kLeft][at]) : kEndless;
-    const std::uint32_t number =
-        w.m.rays.add(kind, ray, left < 0x1p99 ? left : kEndless, parent.within, parent.time);
-    go_on<ComponentKind>(w, number, {q, at, q[kDepth][at], q.bits(kRng0)[at], q.bits(kRng1)[at]});
+HWY_NOINLINE void aim_all(const World& w, std::size_t volume, RayKind kind, Records& q) {
+  Records& to = w.m.queues[volume][std::size_t(kind)];
+  to.reserve(q.n + kLanes);
+  for (std::size_t at = 0; at < q.n; at += kLanes) {
+    const std::size_t lanes = std::min(kLanes, q.n - at), n = to.n;
+    for (const std::size_t f :
+         {std::size_t(kX), std::size_t(kY), std::size_t(kZ), std::size_t(kDX), std::size_t(kDY),
+          std::size_t(kDZ), std::size_t(kDepth), std::size_t(kRng0), std::size_t(kRng1),
+          std::size_t(kId), std::size_t(kPdf)}) {
+      store(load(q[f] + at), to[f] + n);
+    }
+    for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) {
+      store(load(q[kW0 + c] + at), to[kW0 + c] + n);
+    }
+    w.m.rays.prefetch(q.bits(kRay) + at, lanes);
+    for (std::size_t i = 0; i < lanes; ++i) aim(w, kind, q, at + i, to, n + i);
+    to.n += lanes;
   }
   q.n = 0;
 }
@@ -123,9 +154,9 @@ void collide_paths(const World& w, std::size_t volume) {
     collide<kGuided, ComponentKind>(s, m);
     scatter<ComponentKind>(s, m.straight, m.paths);
     if constexpr (kGuided) scatter_guided<ComponentKind>(s, m.turned, m.paths);
-    aim_all<ComponentKind>(w, RayKind::shadow, m.shadows);
-    aim_all<ComponentKind>(w, RayKind::to_fire, m.to_fires);
-    aim_all<ComponentKind>(w, RayKind::path, m.paths);
+    aim_all<ComponentKind>(w, volume, RayKind::shadow, m.shadows);
+    aim_all<ComponentKind>(w, volume, RayKind::to_fire, m.to_fires);
+    aim_all<ComponentKind>(w, volume, RayKind::path, m.paths);
   });
 }
 

@@ -108,14 +108,15 @@ void trace_photons_in_world(std::span<const WavefrontScene> scenes, WavefrontMem
   ShellCounts shells;
   const World w{scenes, scenes.front().setup, m, shells, &task.cells};
   std::uint64_t next = task.begin;
-  const auto collide = [&](const WavefrontScene& s) {
-    collide_photons<ComponentKind>(s, m, task);
-    scatter<ComponentKind>(s, m.straight, m.paths);
-    aim_all<ComponentKind>(w, RayKind::photon, m.paths);
+  const auto collide = [&](std::size_t volume) {
+    collide_in(w, volume, [&](const WavefrontScene& s) {
+      collide_photons<ComponentKind>(s, m, task);
+      scatter<ComponentKind>(s, m.straight, m.paths);
+      aim_all<ComponentKind>(w, volume, RayKind::photon, m.paths);
+    });
   };
   (void)follow_all<ComponentKind>(
-      w, [&] { return next < task.end; }, [&] { start<ComponentKind>(w, task, next++); },
-      [&](std::size_t volume) { collide_in(w, volume, collide); });
+      w, [&] { return next < task.end; }, [&] { start<ComponentKind>(w, task, next++); }, collide);
 }
 
 [[nodiscard]] inline PhotonKernel find_photons(bool one_lobe, bool many) {

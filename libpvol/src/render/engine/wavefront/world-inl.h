@@ -284,9 +284,9 @@ void send(const World& w, const Sent& sent, Rng& rng) {
   q.bits(kId)[0] = sent.id;
   const float depth = rng.tentative().depth;
   const Philox::Block state = rng.block();
-  const std::uint32_t number =
-      w.m.rays.add(sent.kind, sent.ray, sent.limit, WorldRay::kNowhere, sent.time);
+  const std::uint32_t number = w.m.rays.add();
   WorldRay& r = w.m.rays[number];
+  r.kind = sent.kind, r.ray = sent.ray, r.limit = sent.limit, r.time = sent.time;
   r.off_surface = sent.off_surface, r.on_catcher = sent.on_catcher;
   go_on<ComponentKind>(w, number,
                        {q, 0, depth, std::uint32_t(state.lo) | 1, std::uint32_t(state.hi)});

@@ -126,7 +126,9 @@ inline void find_surface(const Surfaces& surfaces, WorldRay& r, Rng rng) {
   const SurfaceSet& met = r.kind == RayKind::camera    ? *surfaces.camera
                           : r.kind == RayKind::to_fire ? *surfaces.shadow
                                                        : *surfaces.scattered;
-  r.among.surface = met.first_hit(r.ray, r.end(), r.time);
+  // Copied where there is one: of all rays, most meet nothing.
+  const SurfaceHit hit = met.first_hit(r.ray, r.end(), r.time);
+  if (hit.material != nullptr) r.among.surface = hit;
   if (r.kind == RayKind::path && surfaces.shadows_differ()) choose_what_comes(surfaces, r, rng);
   if (r.among.surface.material == nullptr) return;
   r.limit = r.among.surface.distance;
@@ -154,18 +156,25 @@ void visit_instances(const PathSetup& s, const Ray& ray, float time, double end,
 /// Those that are on their way, by number.
 class WorldRays {
  public:
-  /// One that has met nothing yet.
-  [[nodiscard]] std::uint32_t add(RayKind kind, const Ray& ray, double limit, std::uint32_t within,
-                                  float time) {
+  /// Number of one that has met nothing yet. What it is, its ray, time and end are to be set.
+  [[nodiscard]] std::uint32_t add() {
     if (free_.empty()) free_.push_back(std::uint32_t(all_.size())), all_.emplace_back();
     const std::uint32_t number = free_.back();
     free_.pop_back();
     WorldRay& r = all_[number];
-    r.ray = ray, r.kind = kind, r.time = time, r.limit = limit, r.within = within;
-    r.nearest = kEndless, r.hit = WorldRay::kNowhere;
+    r.nearest = kEndless, r.hit = r.within = WorldRay::kNowhere;
     r.next = 0, r.searched = r.off_surface = r.on_catcher = false;
     r.visits.clear();
-    if (within != WorldRay::kNowhere) r.visits.add(0, within);
+    return number;
+  }
+  /// The same from where another one has collided, which flies on in that instance.
+  [[nodiscard]] std::uint32_t add_from(std::uint32_t parent) {
+    const std::uint32_t number = add();
+    const WorldRay& from = all_[parent];
+    WorldRay& r = all_[number];
+    r.ray.o = from.place, r.time = from.time, r.within = from.within;
+    r.visits.add(0, from.within);
+    r.next = 1;
     return number;
   }
   void remove(std::uint32_t number) { free_.push_back(number); }
@@ -184,17 +193,21 @@ class WorldRays {
   }
 
   /// The next instance that a ray enters before it ends; null where there is none. A ray flies
-  /// where it begins before others and surfaces are searched for: most collide there. But where
-  /// flights have weights, they must not go on behind a surface.
+  /// where it begins before it looks ahead: most collide there.
   [[nodiscard]] const Visits::Visit* next_visit(const PathSetup& s, WorldRay& r, const Rng& rng,
                                                 ShellCounts& shells) {
-    if ((r.next == r.visits.size() || s.weighs) && !r.searched) {
-      r.searched = true;
-      if (s.surfaces) find_surface(*s.surfaces, r, rng);
-      if (!r.among.hidden) find_visits(s, r, shells);
-    }
+    if (r.next == r.visits.size() || s.weighs) look_ahead(s, r, rng, shells);
     if (r.next == r.visits.size() || !(r.visits[r.next].t0 < r.end())) return nullptr;
     return &r.visits[r.next++];
+  }
+
+  /// Finds the surface and the other instances on a ray's way, once. Where flights have weights,
+  /// they must not go on behind a surface: such rays look ahead before they fly.
+  static void look_ahead(const PathSetup& s, WorldRay& r, const Rng& rng, ShellCounts& shells) {
+    if (r.searched) return;
+    r.searched = true;
+    if (s.surfaces) find_surface(*s.surfaces, r, rng);
+    if (!r.among.hidden) find_visits(s, r, shells);
   }
 
  private:
