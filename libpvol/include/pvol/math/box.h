@@ -56,18 +56,18 @@ struct Span {
 /// origin and box, over the direction's component.
 [[nodiscard]] inline std::optional<Span> intersect(const Box& b, const Ray& r, double t0,
                                                    double t1) {
+  // By the direction's sign, for by size an empty box would not stay so; without a branch.
+  const Vec3d* const sides[2] = {&b.lo, &b.hi};
   for (int axis = 0; axis < 3; ++axis) {
     if (r.d[axis] == 0) {
       if (r.o[axis] < b.lo[axis] || r.o[axis] > b.hi[axis]) return std::nullopt;
       continue;
     }
-    // By the direction's sign and not by size, so that an empty box stays empty.
     const bool up = r.d[axis] > 0;
-    t0 = std::max(t0, ((up ? b.lo : b.hi)[axis] - r.o[axis]) / r.d[axis]);
-    t1 = std::min(t1, ((up ? b.hi : b.lo)[axis] - r.o[axis]) / r.d[axis]);
+    t0 = std::max(t0, ((*sides[!up])[axis] - r.o[axis]) / r.d[axis]);
+    t1 = std::min(t1, ((*sides[up])[axis] - r.o[axis]) / r.d[axis]);
   }
-  if (!(t0 < t1)) return std::nullopt;
-  return Span{t0, t1};
+  return t0 < t1 ? std::optional(Span{t0, t1}) : std::nullopt;
 }
 
 }  // namespace pvol
