@@ -16,7 +16,11 @@ float before_power(const FieldMap& map, float v) {
 }
 
 float after_power(const FieldMap& map, float x) {
-  return map.power == 1 ? x : float(std::pow(double(std::max(x, 0.0f)), map.power));
+  if (map.power == 1) return x;
+  const auto y = double(std::max(x, 0.0f));
+  if (map.power == 2) return float(y * y);  // in a tenth of the time
+  if (map.power == 3) return float(y * y * y);
+  return float(std::pow(y, map.power));
 }
 
 /// The rows of an array of two numbers, or of such arrays.

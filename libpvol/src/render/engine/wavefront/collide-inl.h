@@ -14,34 +14,43 @@
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
 
-/// What the component of a lane's collision is there.
-[[nodiscard]] inline LocalMedium medium_at(const WavefrontScene& s, const LanePlaces& places,
-                                           std::size_t lane, std::uint32_t component) {
-  const MediumComponent& m = s.volume.components[component];
-  if (!s.setup.albedo_varies) return everywhere(m);
-  return local_medium({&s.volume, places.in_cells(lane)}, m, places.time(lane));
-}
-
-/// Multiplies the weights by albedos that vary in space, lane by lane.
+/// Looks up, lane by lane, what media are at the paths' places, where albedos vary in space.
 template <class ComponentKind>
-HWY_NOINLINE void weaken_by_place(const WavefrontScene& s, WavefrontMemory& m,
-                                  Paths<ComponentKind>& p) {
-  alignas(64) float albedo[ComponentKind::kWeights][kLanes] = {};
+HWY_NOINLINE void find_media(const WavefrontScene& s, WavefrontMemory& m,
+                             const Paths<ComponentKind>& p) {
   alignas(64) std::uint32_t component[kLanes];
   store(as_bits(p.component), component);
   const LanePlaces places(s, m, p);
+  m.media.resize(kLanes);
   for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
     const auto k = std::size_t(std::countr_zero(lanes));
-    const Rgb here = medium_at(s, places, k, component[k]).albedo;
-    for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) albedo[c][k] = here[int(c)];
+    m.media[k] = local_medium({&s.volume, places.in_cells(k)}, s.volume.components[component[k]],
+                              places.time(k));
+  }
+}
+
+/// Multiplies the weights by albedos that vary in space.
+template <class ComponentKind>
+HWY_NOINLINE void weaken_by_place(WavefrontMemory& m, Paths<ComponentKind>& p) {
+  alignas(64) float albedo[ComponentKind::kWeights][kLanes] = {};
+  for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
+    const auto k = std::size_t(std::countr_zero(lanes));
+    for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) {
+      albedo[c][k] = m.media[k].albedo[int(c)];
+    }
   }
   for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) p.w[c] = p.w[c] * load(albedo[c]);
 }
 
-/// Multiplies the weights by the albedos of the components at the paths' places.
+/// Multiplies the weights by the albedos of the components at the paths' places. `found`: media that
+/// vary are known.
 template <class ComponentKind>
-HWY_INLINE void weaken(const WavefrontScene& s, WavefrontMemory& m, Paths<ComponentKind>& p) {
-  if (ComponentKind::kWeights > 1 && s.setup.albedo_varies) return weaken_by_place(s, m, p);
+HWY_INLINE void weaken(const WavefrontScene& s, WavefrontMemory& m, bool found,
+                       Paths<ComponentKind>& p) {
+  if (ComponentKind::kWeights > 1 && s.setup.albedo_varies) {
+    if (!found) find_media(s, m, p);
+    return weaken_by_place(m, p);
+  }
   const ComponentKind component(s, p.component);
   for (std::size_t c = 0; c < ComponentKind::kWeights; ++c)
     p.w[c] = p.w[c] * component.albedo_of(c);
@@ -65,8 +74,10 @@ HWY_NOINLINE void add_emission(const WavefrontScene& s, WavefrontMemory& m,
       constexpr std::size_t kSecond = ComponentKind::kWeights / 2,
                             kThird = ComponentKind::kWeights - 1;
       m.slots.add(slot_of(id[k]), number_of(id[k]), [&](PathResult& r) {
-        add_emitted(s.setup, medium_at(s, places, k, component[k]),
-                    Rgb(w[0][k], w[kSecond][k], w[kThird][k]), r);
+        add_emitted(
+            s.setup,
+            s.setup.albedo_varies ? m.media[k] : everywhere(s.volume.components[component[k]]),
+            Rgb(w[0][k], w[kSecond][k], w[kThird][k]), r);
       });
     }
   }
@@ -144,7 +155,10 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
   for (std::size_t at = 0; at < q.n; at += kLanes) {
     Paths<ComponentKind> p(q, at);
     p.component = ComponentKind::choose(s, p.rng);
-    if (s.emits) add_emission(s, m, p);
+    if (s.emits) {
+      if (s.setup.albedo_varies) find_media(s, m, p);
+      add_emission(s, m, p);
+    }
     F contribution = splat(1);
     if constexpr (kGuided) {
       const Importance& importance = *s.importance();
@@ -163,7 +177,7 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
       const M few = mask(hn::Lt(as_int(hn::ShiftRight<16>(p.id)), splat_int(kMostBounces)));
       p.id = p.id + as_bits(where(few, splat_int(int(kMostSlots))));
     }
-    weaken(s, m, p);
+    weaken(s, m, s.emits, p);
     if constexpr (!kGuided) end_faint(p, kPathRoulette);
     p.alive = hn::And(p.alive, hn::Gt(p.largest(), splat(0)));
     ask_lights<kGuided>(s, m, at, p);

@@ -63,7 +63,7 @@ HWY_NOINLINE void collide_photons(const WavefrontScene& s, WavefrontMemory& m,
     p.id = p.id + splat_bits(kMostSlots);
     const I flights = as_int(hn::ShiftRight<16>(p.id));
     p.alive = hn::And(p.alive, mask(hn::Lt(flights, splat_int(kMostPhotonFlights))));
-    weaken(s, m, p);
+    weaken(s, m, false, p);
     end_faint(p, kPhotonRoulette);
     p.alive = hn::And(p.alive, hn::Gt(p.largest(), splat(0)));
     put_paths(m, p, splat_int(1), first(0));

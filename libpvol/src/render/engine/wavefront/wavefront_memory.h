@@ -217,6 +217,7 @@ struct WavefrontMemory : FlightMemory {
   Counts counts;
   std::vector<double> light_weights;                      ///< of lights, for drawing some
   std::vector<std::optional<CollidingFlight>> colliding;  ///< of a register, for lamps
+  std::vector<LocalMedium> media;                         ///< of one, where albedos vary
 
   // Through many volumes:
   WorldRays rays;
