@@ -10,6 +10,7 @@
 
 #include "pvol/field/brick_field.h"
 #include "pvol/field/sample_codes.h"
+#include "pvol/math/field_map.h"
 #include "volume/simd/flights-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -192,6 +193,24 @@ HWY_INLINE F look_up(const float* samples, I index, F x, F y, F z) {
   }
 }
 
+/// Maps densities of the chosen lanes, one by one.
+inline HWY_NOINLINE F map_densities(const FieldMap& map, F density, M on) {
+  alignas(64) float all[kLanes];
+  store(density, all);
+  for (std::uint32_t lanes = bits_of(on); lanes != 0; lanes &= lanes - 1) {
+    float& one = all[std::countr_zero(lanes)];
+    one = value_at(map, one);
+  }
+  return load(all);
+}
+
+/// What look-ups of the field compute in the chosen lanes, without its scale.
+template <LookUp kLookUp>
+HWY_INLINE F look_up(const SimdField& f, M on, I index, F x, F y, F z) {
+  const F density = look_up<kLookUp>(f.samples, index, x, y, z);
+  return f.map == nullptr ? density : map_densities(*f.map, density, on);
+}
+
 /// Notes the times of the first events of Events::which, in fields that move.
 inline void note_times(const SimdField& f, FlightMemory& m, std::size_t n) {
   if (f.time_field == 0) return;
@@ -243,8 +262,8 @@ HWY_INLINE F density_at_event(const SimdField& f, const Events& e, std::size_t a
     const F v = load(&looked_up(f, e, axis)[at]);
     return v - hn::Floor(v);
   };
-  return look_up<kLookUp>(f.samples, where(on, as_int(load(&e.sample[at]))), fraction(0),
-                          fraction(1), fraction(2));
+  return look_up<kLookUp>(f, on, where(on, as_int(load(&e.sample[at]))), fraction(0), fraction(1),
+                          fraction(2));
 }
 
 /// Decides the rest.
@@ -259,7 +278,7 @@ HWY_NOINLINE void decide_by_look_ups(const SimdField& f, Events& e) {
       const F v = gather(looked_up(f, e, axis).data(), which);
       return v - hn::Floor(v);
     };
-    const F rho = look_up<kLookUp>(f.samples, index, fraction(0), fraction(1), fraction(2));
+    const F rho = look_up<kLookUp>(f, on, index, fraction(0), fraction(1), fraction(2));
     const M real = hn::And(on, hn::Lt(gather(e.mu.data(), which), scale * rho));
     for (std::uint32_t lanes = bits_of(real); lanes != 0; lanes &= lanes - 1) {
       const std::uint32_t event = e.which[at + std::size_t(std::countr_zero(lanes))];

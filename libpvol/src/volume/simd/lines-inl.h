@@ -51,7 +51,7 @@ struct LinePoints {
     if (f.samples == nullptr) return density_one_by_one(*f.one_by_one);
     const auto in_cell = [](F v) { return v - hn::Floor(v); };
     const I sample = where(solid, CellInLeaf(Place(f.bounds, x, y, z)).first_sample(brick));
-    const F value = look_up<kLookUp>(f.samples, sample, in_cell(x), in_cell(y), in_cell(z));
+    const F value = look_up<kLookUp>(f, solid, sample, in_cell(x), in_cell(y), in_cell(z));
     return hn::IfThenElseZero(solid, value);
   }
 

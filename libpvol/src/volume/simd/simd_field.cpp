@@ -30,7 +30,8 @@ void prefetch_shared(const SharedField& field, const std::uint32_t* brick,
 
 /// Whether look-ups are made in lanes.
 bool has_lanes(const VolumeField& f) {
-  return has_closed_form(f.look_up) && !f.shares_samples() && f.map == nullptr;
+  const bool mapped_in_motion = f.map != nullptr && f.motion != nullptr;
+  return has_closed_form(f.look_up) && !f.shares_samples() && !mapped_in_motion;
 }
 
 }  // namespace
@@ -39,6 +40,7 @@ SimdField::SimdField(const VolumeField& f, const DenseBounds& b)
     : bounds(b), scale(f.scale), look_up(f.look_up) {
   if (has_lanes(f)) {
     samples = f.bricks().samples.data();
+    map = f.map.get();
     if (f.motion != nullptr) moving = &f;
   } else {
     one_by_one = &f;

@@ -17,6 +17,7 @@ struct SimdField {
   const DenseBounds& bounds;
   const float* samples = nullptr;              ///< of bricks, for look-ups in lanes; or null:
   const VolumeField* one_by_one = nullptr;     ///< what looks up densities lane by lane
+  const FieldMap* map = nullptr;               ///< of densities that lanes look up, or null
   const VolumeField* moving = nullptr;         ///< what moves samples that lanes look up, or null
   const std::uint16_t* micro_codes = nullptr;  ///< pairs of bytes, or null where there are none
   const float* micro_scales = nullptr;         ///< pairs of base and step
