@@ -179,6 +179,36 @@ TEST(NearLights, BallsAndAreasFarAwayArePoints) {
   }
 }
 
+/// What is computed of its angles holds where it is all that is seen, a sliver, or nearly nothing.
+TEST(NearLights, AreasAreSampledFromNearAndAside) {
+  const AreaSource area(AreaLight{{0, 0, 0}, {0, -1, 0}, {2, 1}, {0, 0, 1}, Rgb(3.0f), ""});
+  const Vec3d up(0, 1, 0);
+  proof::Family family;
+  for (const double depth : {1e-12, 1e-8, 1e-4, 0.05, 0.3, 1.0, 30.0, 1e3}) {
+    for (const Vec3d aside : {Vec3d(0.1, 0, 0.05), Vec3d(0.96, 0, -0.4), Vec3d(1.5, 0, 0.2)}) {
+      if (aside.x > 1 && depth < 1e-3) continue;  // hardly anything is seen: nearly all is noise
+      const Vec3d place = aside - up * depth;
+      const double expected = double(area.on_plane(place, up).x);
+      Rng rng(proof::seeded(27), std::uint64_t(1e6 * aside.x), 0);
+      proof::Moments m;
+      for (int i = 0; i < 20'000; ++i) {
+        const LightSample s = sample_at(LightSource(area), place, rng);
+        ASSERT_GT(s.pdf, 0) << depth;
+        m.add(double(s.radiance.x) * dot(Vec3d(s.direction), up) / double(s.pdf));
+        if (aside.x < 0.5 && depth < 1e-3) {
+          ASSERT_NEAR(double(s.pdf) * 2 * kPi, 1, 10 * depth + 1e-6);
+        }
+      }
+      if (m.variance() < 1e-10 * expected * expected) {
+        EXPECT_NEAR(m.mean(), expected, 1e-4 * expected) << depth;
+      } else {
+        family.add(std::to_string(depth), proof::mean_p_value(m, expected, 2e-5 * expected));
+      }
+    }
+  }
+  EXPECT_TRUE(family.passes());
+}
+
 TEST(NearLights, ASpotShinesWithinItsCone) {
   const SpotSource spot(SpotLight{{0, 0, 0}, {0, -2, 0}, Rgb(1.0f), 60, 0.5, ""});
   const auto at = [](double degrees) {

@@ -152,11 +152,20 @@ AreaSource::AreaSource(const AreaLight& light)
 }
 
 /// The rectangle from a place before it: x and y of its edges and z along its normal from there,
-/// and the angles of the spherical rectangle that it covers.
+/// and what is needed of the spherical rectangle that it covers.
 struct AreaSource::View {
+  /// An angle by its cosine and sine.
+  struct Angle {
+    double c, s;
+    friend Angle operator+(Angle a, Angle b) {
+      return {a.c * b.c - a.s * b.s, a.c * b.s + a.s * b.c};
+    }
+  };
+
   double x0, x1, y0, y1, z;
-  double b0 = 0, b1 = 0, k = 0;
-  double solid_angle = 0;  // 0: too small for what is computed of angles
+  Angle left{};            ///< the sum of those at x0
+  double b0 = 0, b1 = 0;   ///< z of the normals of the planes through its edges at y0 and y1
+  double solid_angle = 0;  ///< 0: too small for what is computed of angles
 
   View(const AreaSource& light, Vec3d place) {
     const Vec3d way = light.centre_.position - place;
@@ -164,27 +173,37 @@ struct AreaSource::View {
     y0 = dot(way, light.y_) - light.height_ / 2, y1 = y0 + light.height_;
     z = dot(way, light.normal_);
     if (!is_before()) return;
-    const Vec3d v00(x0, y0, z), v01(x0, y1, z), v10(x1, y0, z), v11(x1, y1, z);
-    const Vec3d n0 = normalize(cross(v00, v10)), n1 = normalize(cross(v10, v11));
-    const Vec3d n2 = normalize(cross(v11, v01)), n3 = normalize(cross(v01, v00));
-    const auto angle = [](Vec3d a, Vec3d b) {
-      return std::acos(std::clamp(-dot(a, b), -1.0, 1.0));
+    const auto inverse = [this](double edge) { return 1 / std::sqrt(edge * edge + z * z); };
+    const double to_x0 = inverse(x0), to_x1 = inverse(x1);
+    const double to_y0 = inverse(y0), to_y1 = inverse(y1);
+    b0 = -y0 * to_y0, b1 = y1 * to_y1;
+    // The angle between the planes through two edges that meet at (x, y).
+    const auto corner = [this](double x, double y, double across, double inverses) -> Angle {
+      return {across * inverses, -z * std::sqrt(x * x + y * y + z * z) * inverses};
     };
-    b0 = n0.z, b1 = n2.z;
-    k = 2 * pi - angle(n2, n3) - angle(n3, n0);
+    const Angle right =
+        corner(x1, y0, x1 * y0, to_x1 * to_y0) + corner(x1, y1, -x1 * y1, to_x1 * to_y1);
+    left = corner(x0, y1, x0 * y1, to_x0 * to_y1) + corner(x0, y0, -x0 * y0, to_x0 * to_y0);
+    // The sum of all four, less a whole turn.
+    const Angle all = left + right;
+    const double whole = std::atan2(all.s, all.c);
     constexpr double kLeast = 1e-5;
-    const double whole = angle(n0, n1) + angle(n1, n2) - k;
-    if (whole > kLeast) solid_angle = whole;
+    if (-z < std::min({-x0, x1, -y0, y1})) {  // from so near it is above 2, and may be all of 2 pi
+      solid_angle = whole < 1 ? whole + 2 * pi : whole;
+    } else if (std::abs(whole) > kLeast) {
+      solid_angle = whole < 0 ? whole + 2 * pi : whole;
+    }
   }
 
   [[nodiscard]] bool is_before() const { return z < 0; }
 
   /// Where a share of the solid angle is.
   [[nodiscard]] Vec3d point(double u, double v) const {
-    const double au = u * solid_angle + k;
-    const double f = (std::cos(au) * b0 - b1) / std::sin(au);
-    const double c = std::clamp(std::copysign(1 / std::sqrt(f * f + b0 * b0), f), -1.0, 1.0);
-    const double x = std::clamp(-(c * z) / std::sqrt(std::max(1 - c * c, 1e-300)), x0, x1);
+    const double share = u * solid_angle, cosine = std::cos(share), sine = std::sin(share);
+    const double f =
+        ((cosine * left.c + sine * left.s) * b0 - b1) / (sine * left.c - cosine * left.s);
+    const double steep = std::sqrt(std::max(f * f + b0 * b0 - 1, 1e-300));
+    const double x = std::clamp(std::copysign(z / steep, f), x0, x1);
     const double d2 = x * x + z * z;
     const double h0 = y0 / std::sqrt(d2 + y0 * y0), h1 = y1 / std::sqrt(d2 + y1 * y1);
     const double h = h0 + v * (h1 - h0);
