@@ -93,7 +93,7 @@ struct Interrupt : ::testing::Test {
   }
   /// A picture of the ball without end, whose filter takes a while on one thread.
   [[nodiscard]] Words long_filter(const std::string& file) const {
-    return {ball,    "-o",      file,        "--size",    "640x480",
+    return {ball,    "-o",      file,        "--size",    "320x240",
             "--spp", "1000000", "--denoise", "--threads", "1"};
   }
 };

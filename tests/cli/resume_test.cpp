@@ -35,7 +35,7 @@ class Resume : public ::testing::Test {
                  "--set",
                  "medium.extinction=40",
                  "--spp",
-                 "1024",
+                 "512",
                  "--no-png",
                  "--checkpoint",
                  "0"} +
@@ -133,7 +133,7 @@ TEST_F(Resume, FullDisksLeaveTheLastCheckpoint) {
 }
 
 TEST_F(Resume, OfPartsAndAdaptiveWorksToo) {
-  const Words kinds[] = {{"--samples", "100:1000", "--crop", "3,5,40,20"},
+  const Words kinds[] = {{"--samples", "50:500", "--crop", "3,5,40,20"},
                          {"--noise", "0.012", "--aov", "variance,depth,halves"}};
   for (const Words& kind : kinds) {
     std::filesystem::remove(exr("a"));
