@@ -91,18 +91,21 @@ struct Interrupt : ::testing::Test {
   [[nodiscard]] Words long_picture() const {
     return {ball, "-o", picture, "--size", "12x8", "--spp", "4000000000"};
   }
-  /// A picture of the ball without end, whose filter takes a while on one thread.
+  /// A picture of hardly any fog without end, which soon knows its noise, and whose filter takes a
+  /// while on one thread.
   [[nodiscard]] Words long_filter(const std::string& file) const {
-    return {ball,    "-o",      file,        "--size",    "320x240",
-            "--spp", "1000000", "--denoise", "--threads", "1"};
+    return {ball,        "-o",      file,        "--size", "320x240",
+            "--spp",     "1000000", "--denoise", "--set",  "medium.extinction=0.01",
+            "--threads", "1"};
   }
 };
 
-/// Sends two signals while the tool renders. A second one counts a second after the first, during
-/// which the tool stands still here, however fast it is.
+/// Sends two signals while the tool renders, once there is enough of the picture to be filtered. A
+/// second one counts a second after the first, during which the tool stands still here, however
+/// fast it is.
 WhileRunning twice_apart(int first, int second) {
   return [first, second, sent = false](int pid, const std::string& err) mutable {
-    if (sent || times_said(err, "interrupt.during_rendering") == 0) return;
+    if (sent || times_said(err, "interrupt.noise_known") == 0) return;
     sent = true;
     kill(pid, first);
     while (is_pending(pid, first)) std::this_thread::sleep_for(std::chrono::milliseconds(1));

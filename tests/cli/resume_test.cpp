@@ -27,18 +27,9 @@ class Resume : public ::testing::Test {
   }
 
   [[nodiscard]] Words line(const std::string& name, const Words& more = {}) const {
-    return Words{ball_,
-                 "-o",
-                 exr(name),
-                 "--size",
-                 "48x48",
-                 "--set",
-                 "medium.extinction=40",
-                 "--spp",
-                 "512",
-                 "--no-png",
-                 "--checkpoint",
-                 "0"} +
+    return Words{
+               ball_,   "-o",  exr(name),  "--size",       "48x48", "--set", "medium.extinction=40",
+               "--spp", "512", "--no-png", "--checkpoint", "0"} +
            more;
   }
   RunResult render(const std::string& name, const Words& more = {},
@@ -157,7 +148,7 @@ TEST_F(Resume, OfPartsAndAdaptiveWorksToo) {
 /// The work of a sample that an interruption gave up is not counted: adaptive samples depend on it.
 TEST_F(Resume, OfCountsGivesTheBytesOfOneRender) {
   const Words kind{"--kernel", "scalar", "--guide", "off",
-                   "--spp",    "24",     "--aov",   "collisions,lookups"};
+                   "--spp",    "72",     "--aov",   "collisions,lookups"};
   ASSERT_EQ(render("b", kind).exit, 0);
   const RunResult stopped = disturb("a", kind, at_progress(SIGTERM));
   ASSERT_EQ(stopped.exit, 1) << stopped.err;
