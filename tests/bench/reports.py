@@ -1,0 +1,325 @@
+#!/usr/bin/env python3
+"""How often pvol's own reports are wrong, over scenes drawn at random.
+
+    tests/bench/reports.py build/ci/tools [--scenes 1000] [--first 0] [--spp 32] [--size 32x24] [--keep FILE]
+    tests/bench/reports.py build/ci/tools --trade 20 --scenes 100
+    tests/bench/reports.py build/ci/tools --first K --write FOLDER    # only writes the files of scene K
+
+Scene K is drawn by the number K: clouds of random forms, thick or thin, grey or coloured, one or several;
+suns, skies, points, spots, areas; fires, grounds, balls and motion. Three pictures with other random numbers
+are rendered of it: A and B with SPP samples, R with 16 times as many. Prints
+
+  alarms      shares of scenes in which `pvol-stats image` finds a bias, where there is none, at levels of 5,
+              1 and .1 %: in A beside B, and in A beside R
+  intervals   how many of its 95 % intervals of a mean's bias and of the systematic MSE do not hold 0. The
+              latter lie below it where samples are stratified, which the variance of a pixel does not know
+  noise       true root mean squared difference of A and R over what their variances explain; true noise of
+              pixels over that reported; noise reported at the end over that expected at a tenth of A
+  filter      true root mean squared error of A filtered, over its estimate
+  trade       with --trade SECONDS: shares of studies of that budget which call an unbiased setting biased, in
+              place of all else. The level of a study is 1 %
+
+Ratios are given as quantiles over the scenes: 5, 25, 50, 75 and 95 %. FILE keeps a line of JSON for each scene:
+scenes that it has are not rendered again. A scene whose pictures are black says nothing and is left out."""
+import argparse
+import json
+import math
+import pathlib
+import random
+import re
+import subprocess
+import sys
+import tempfile
+
+from scenes import SAMPLES, read_exr
+
+LEVELS = 0.05, 0.01, 0.001
+QUANTILES = 0.05, 0.25, 0.5, 0.75, 0.95
+LUMINANCE = 0.2126, 0.7152, 0.0722
+
+
+class Draw(random.Random):
+    """Random parts of a scene file."""
+
+    def happens(self, probability):
+        return self.random() < probability
+
+    def log(self, low, high):
+        return math.exp(self.uniform(math.log(low), math.log(high)))
+
+    def vector(self, low, high):
+        return [round(self.uniform(low, high), 3) for _ in range(3)]
+
+    def color(self, low, high):
+        """Grey, or of another hue."""
+        return self.vector(low, high) if self.happens(0.4) else [round(self.uniform(low, high), 3)] * 3
+
+    def light(self, low, high):
+        brightness = self.log(low, high)
+        return [float(f"{brightness * c:.4g}") for c in self.color(0.3, 1)]
+
+    def direction(self):
+        while True:
+            v = self.vector(-1, 1)
+            if 0.1 < sum(x * x for x in v) < 1:
+                return v
+
+
+def form(draw, radius):
+    shape = f"centre = {draw.vector(-0.6, 0.6)}\nradii = {[round(draw.uniform(0.3, 1) * radius, 3) for _ in range(3)]}"
+    return f'[[form]]\nshape = "ellipsoid"\n{shape}\n'
+
+
+def noise(draw):
+    kind = draw.choice(["billow", "noise"])
+    return (f'[[displacement]]\n{"" if kind == "noise" else "kind = " + chr(34) + kind + chr(34) + chr(10)}'
+            f"amplitude = {draw.uniform(0.05, 0.4):.3f}\ncell = {draw.log(0.1, 0.8):.3f}\n"
+            f"octaves = {draw.randint(1, 5)}\ngain = 0.55\nseed = {draw.randint(0, 999)}\n")
+
+
+def recipe(draw):
+    """A cloud some two units wide around the origin."""
+    text = f"[recipe]\nresolution = {draw.randint(24, 64)}\nedge = {draw.log(0.01, 0.6):.3f}\n"
+    text += "".join(form(draw, 1) for _ in range(draw.randint(1, 4)))
+    text += "".join(noise(draw) for _ in range(draw.randint(0, 2)))
+    if draw.happens(0.15):
+        text += f"[flow]\nvelocity = {draw.vector(-1, 1)}\nturbulence = {draw.uniform(0, 2):.2f}\ncell = 0.5\n"
+    return text
+
+
+def medium(draw):
+    """The keys of a medium: thin as haze to thick as a cumulus."""
+    lines = [f"extinction = {draw.log(0.2, 200):.4g}", f"albedo = {draw.color(0.4, 1)}",
+             f"g = {draw.uniform(-0.4, 0.9):.2f}"]
+    if draw.happens(0.1):
+        lines.append(f"extinction_color = {[1, *draw.vector(0.4, 1)[:2]]}")
+    return lines
+
+
+def fire(draw, table):
+    return (f'[{table}.fire]\nfield = "density"\nintensity = {draw.log(5, 200):.3g}\n'
+            f"kelvin = {draw.randint(1800, 5000)}\n")
+
+
+def volumes(draw, recipes):
+    """The clouds, of which some burn, and how the first is repeated."""
+    text = ""
+    for k in range(draw.choice([1, 1, 1, 2, 3])):
+        table = "volume.medium" if k else "medium"
+        text += f'[[volume]]\nfile = "{draw.choice(recipes)}"\n'
+        burns = draw.happens(0.2)
+        if burns and draw.happens(0.5):
+            text += 'grid = "none"\n'
+        if k == 0 and draw.happens(0.15):
+            text += "".join(f"[[volume.instance]]\nscale = {draw.uniform(0.2, 0.6):.2f}\n"
+                            f"translate = {draw.vector(-1.2, 1.2)}\n" for _ in range(draw.randint(2, 9)))
+        text += f"[{table}]\n" + "\n".join(medium(draw)) + "\n"
+        if k > 0 or draw.happens(0.3):
+            text += f"rotate = [0, 1, 0, {draw.randint(0, 359)}]\ntranslate = {draw.vector(-0.8, 0.8)}\n"
+        text += fire(draw, table) if burns else ""
+    return text
+
+
+def environment(draw):
+    kind = draw.choice(["constant", "gradient", "clear"])
+    text = f'[environment]\ntype = "{kind}"\n'
+    if kind == "constant":
+        text += f"radiance = {draw.light(0.01, 1)}\n"
+    if kind == "clear":
+        text += (f"azimuth = {draw.randint(0, 359)}\nelevation = {draw.randint(2, 90)}\n"
+                 f"turbidity = {draw.uniform(2, 8):.1f}\n")
+    return text
+
+
+def lamp(draw):
+    at, kind = [round(1.6 * x, 3) for x in draw.direction()], draw.choice(["point", "ball", "spot", "area"])
+    text = f"[[{'point' if kind == 'ball' else kind}]]\nposition = {at}\n"
+    if kind == "area":
+        return text + (f"direction = {[-x for x in at]}\nsize = [{draw.uniform(0.1, 1.5):.2f}, 0.5]\n"
+                       f"radiance = {draw.light(1, 20)}\n")
+    text += f"intensity = {draw.light(0.3, 10)}\n"
+    if kind == "ball":
+        text += f"radius = {draw.log(0.01, 0.2):.3f}\n"
+    if kind == "spot":
+        text += f"direction = {[-x for x in at]}\nangle = {draw.randint(10, 80)}\nblend = {draw.random():.2f}\n"
+    return text
+
+
+def lights(draw):
+    text = environment(draw) if draw.happens(0.5) else ""
+    if draw.happens(0.5):
+        text += (f"[[sun]]\ndirection = {draw.direction()}\nirradiance = {draw.light(0.3, 5)}\n"
+                 f"angle = {draw.choice([0, 0.53, 5])}\n")
+    if not text or draw.happens(0.3):
+        text += "".join(lamp(draw) for _ in range(draw.choice([1, 1, 2, 3, 12])))
+    return text
+
+
+def surfaces(draw):
+    text = ""
+    if draw.happens(0.35):
+        text += f"[[plane]]\npoint = [0, {draw.uniform(-1.2, -0.3):.2f}, 0]\nalbedo = {draw.color(0, 0.8)}\n"
+    if draw.happens(0.15):
+        text += f"[[mesh]]\nfile = \"{SAMPLES}/cube.obj\"\nscale = 0.3\ntranslate = {draw.vector(-1, 1)}\nalbedo = {draw.color(0, 0.9)}\n"
+    return text
+
+
+def scene(draw, recipes):
+    at = draw.direction()
+    distance = draw.log(2, 7) if draw.happens(0.9) else draw.uniform(0, 1.5)
+    camera = [round(distance * x / math.hypot(*at), 3) for x in at]
+    text = volumes(draw, recipes) + lights(draw) + surfaces(draw)
+    text += f"[camera]\nposition = {camera}\ntarget = {draw.vector(-0.3, 0.3)}\nfov = {draw.randint(20, 70)}\n"
+    if draw.happens(0.5):
+        text += "shutter = [-0.1, 0.1]\n"
+    return text
+
+
+def write_scene(number, folder):
+    """A scene and its recipes; returns the file."""
+    draw, recipes = Draw(number), ["0.toml", "1.toml"]
+    for file in recipes:
+        (folder / file).write_text(recipe(draw))
+    file = folder / "scene.toml"
+    file.write_text(scene(draw, recipes))
+    return file
+
+
+def run(command, status=(0,)):
+    done = subprocess.run([str(c) for c in command], capture_output=True, text=True)
+    if done.returncode not in status:
+        raise RuntimeError(" ".join(map(str, command)) + "\n" + done.stderr)
+    return done
+
+
+def luminances(planes, prefix=""):
+    return [sum(w * x for w, x in zip(LUMINANCE, rgb)) for rgb in zip(*(planes[prefix + c] for c in "RGB"))]
+
+
+def noise_beside_brightness(squares, reference):
+    """The root mean of squared errors in the unit of pvol's noise of pixels (THEORY.md, T5.8)."""
+    floor = 0.01 * sum(reference) / len(reference)
+    return math.sqrt(max(0, sum(s / (r * r + floor * floor) for s, r in zip(squares, reference)) / len(squares)))
+
+
+def image_report(tools, a, b):
+    report = json.loads(run([tools / "pvol-stats", "image", a, b, "--json"]).stdout)
+    light, verdict = report["luminance"], report["verdict"]
+    return {"p": verdict["p_value"],
+            "bias": [light["bias"], light["bias_half_width"]],
+            "systematic": [light["systematic_mse"], light["systematic_half_width"]],
+            "mse": light["mse"], "explained": light["explained_mse"]}
+
+
+def study_pictures(tools, file, args, folder):
+    """What the reports of a scene's pictures say, and what is true; nothing of a black scene."""
+    def render(name, seed, spp, *more):
+        return run([tools / "pvol-render", file, "-o", folder / f"{name}.exr", "--spp", spp, "--seed", seed,
+                    "--size", args.size, "--threads", args.threads, "--stats", folder / f"{name}.json",
+                    "--aov", "variance,samples", "--no-png", *more]).stderr
+
+    def read(name):
+        return read_exr(folder / f"{name}.exr"), json.loads((folder / f"{name}.json").read_text())
+
+    log = render("a", 1, args.spp)
+    a, stats = read("a")
+    if max(map(max, (a[c] for c in "RGB"))) <= 0:
+        return None
+    render("b", 2, args.spp)
+    render("r", 3, 16 * args.spp)
+    render("f", 1, args.spp, "--denoise")
+    (r, _), (f, filtered) = read("r"), read("f")
+    light, true = luminances(a), luminances(r)
+    own = [max(0.0, v) for v in luminances(r, "variance.")]
+    squares = [(x - y) ** 2 - v for x, y, v in zip(light, true, own)]
+    error = sum((x - y) ** 2 - v for x, y, v in zip(luminances(f), true, own)) / len(true)
+    expected = re.findall(r"([0-9.e-]+) % expected", log)
+    mean = sum(true) / len(true)
+    return {"same": image_report(tools, folder / "a.exr", folder / "b.exr"),
+            "reference": image_report(tools, folder / "a.exr", folder / "r.exr"),
+            "pixel_noise": [noise_beside_brightness(squares, true), stats["pixel_noise"]],
+            "expected": [stats["pixel_noise"], float(expected[0]) / 100 if expected else None],
+            "filter": [math.sqrt(max(0, error)) / mean, filtered["denoised"]["estimated_error"]]}
+
+
+def study_trade(tools, file, args):
+    """The settings without bias in which a study finds one."""
+    done = run([tools / "pvol-stats", "trade", file, "--budget", args.trade, "--threads", args.threads,
+                "--size", args.size, "--json"], status=(0, 1))
+    if done.returncode:
+        return None
+    return {"alarms": [row["option"] for row in json.loads(done.stdout)["settings"]
+                       if row.get("bias_detected") and not row["biased"]]}
+
+
+def quantiles(values):
+    values = sorted(values)
+    return "  ".join(f"{values[min(len(values) - 1, int(q * len(values)))]:.3g}" for q in QUANTILES)
+
+
+def print_pictures(found):
+    for name, title in (("same", "A beside B"), ("reference", "A beside R")):
+        ps = [r[name]["p"] for r in found]
+        shares = ", ".join(f"{100 * sum(p < x for p in ps) / len(ps):.2g} % at {100 * x:g} %" for x in LEVELS)
+        print(f"alarms, {title}: {shares}")
+        for key, what in (("bias", "a mean's bias"), ("systematic", "the systematic MSE")):
+            above = sum(r[name][key][0] > r[name][key][1] for r in found)
+            below = sum(r[name][key][0] < -r[name][key][1] for r in found)
+            print(f"intervals of {what}, {title}: {100 * above / len(found):.2g} % lie above 0, "
+                  f"{100 * below / len(found):.2g} % below")
+    print("quantiles" + " " * 32 + "  ".join(f"{100 * q:g} %" for q in QUANTILES))
+    rows = {"noise: true over explained by variances": [
+                math.sqrt(r["reference"]["mse"] / r["reference"]["explained"]) for r in found
+                if r["reference"]["explained"]]}
+    for key, what in (("pixel_noise", "noise of pixels: true over reported"),
+                      ("expected", "noise of pixels: at the end over expected"),
+                      ("filter", "filter: true error over estimated")):
+        rows[what] = [r[key][0] / r[key][1] for r in found if r[key][1]]
+    for what, ratios in rows.items():
+        print(f"{what:41}{quantiles(ratios)}")
+
+
+def main():
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
+    parser.add_argument("tools", type=pathlib.Path)
+    parser.add_argument("--scenes", type=int, default=1000)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--spp", type=int, default=32)
+    parser.add_argument("--size", default="32x24")
+    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--trade", type=float)
+    parser.add_argument("--keep", type=pathlib.Path)
+    parser.add_argument("--write", type=pathlib.Path, metavar="FOLDER")
+    args = parser.parse_args()
+    if args.write:
+        args.write.mkdir(parents=True, exist_ok=True)
+        return print(write_scene(args.first, args.write))
+    kept = {}
+    if args.keep and args.keep.exists():
+        kept = {r["scene"]: r for r in map(json.loads, args.keep.read_text().splitlines())}
+    for k in range(args.first, args.first + args.scenes):
+        if k in kept:
+            continue
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            file = write_scene(k, folder)
+            try:
+                result = (study_trade(args.tools, file, args) if args.trade else
+                          study_pictures(args.tools, file, args, folder))
+            except RuntimeError as e:
+                sys.exit(f"{file.read_text()}\nscene {k}: {e}")
+        kept[k] = {"scene": k, "result": result}
+        if args.keep:
+            with args.keep.open("a") as out:
+                print(json.dumps(kept[k]), file=out)
+    found = [r["result"] for r in kept.values() if r["result"]]
+    print(f"{len(found)} scenes of {len(kept)}")
+    if args.trade:
+        alarms = [a for r in found for a in r["alarms"]]
+        print(f"studies with a false alarm: {sum(bool(r['alarms']) for r in found)} of {len(found)}: {alarms}")
+    elif found:
+        print_pictures(found)
+
+
+main()
