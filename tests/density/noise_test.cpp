@@ -2,7 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <random>
+#include <vector>
+
+#include "density/noise_kernels.h"
 
 namespace pvol {
 namespace noise_test {
@@ -97,6 +102,34 @@ TEST(Noise, HasTheseValues) {
   EXPECT_EQ(
       fbm({.seed = 9, .cell = 0.5, .octaves = 5, .gain = 0.5, .billow = true}, {1.5, -2.25, 0.75}),
       0.20653521205085115);
+}
+
+/// Whatever the lanes, and however far from the origin: recipes are the same on every machine.
+TEST(Noise, KernelsGiveTheBitsOfSinglePoints) {
+  std::vector<detail::FbmKernel> kernels = detail::fbm_kernels();
+  kernels.push_back(detail::find_fbm);
+  Random random(8);
+  for (int n = 0; n < 400; ++n) {
+    const Fbm noise{.seed = random(),
+                    .cell = std::exp(uniform(random, -3, 3)),
+                    .octaves = 1 + n % kMaxOctaves,
+                    .gain = uniform(random, 0.1, 1),
+                    .billow = n % 3 == 0};
+    detail::NoisePoints points;
+    for (int k = 0; k < 1 + n % 50; ++k) {
+      Vec3d p = point(random, n % 2 ? 5 : 1e6);
+      if (k % 5 == 0) p = {std::round(p.x), p.y, std::round(p.z)};
+      points.add(p);
+    }
+    for (const detail::FbmKernel kernel : kernels) {
+      std::fill(points.noise.begin(), points.noise.end(), -2);
+      kernel(noise, points);
+      for (std::size_t k = 0; k < points.n; ++k) {
+        const Vec3d p{points.x[k], points.y[k], points.z[k]};
+        ASSERT_EQ(points.noise[k], fbm(noise, p)) << n << ' ' << k;
+      }
+    }
+  }
 }
 
 TEST(Noise, RangeHoldsTheNoiseAtEveryPointOfTheBox) {

@@ -83,10 +83,14 @@ TEST(Procedural, LookupsAreTheRecipeAndKeepAllBounds) {
     const MicroBounds two = build_micro_bounds(v.density.recipe(), 2);
     Rng rng(kSeed, 1, 0);
     int wrong = 0, outside = 0, inside = 0;
+    std::vector<std::uint32_t> bricks;
+    std::vector<LatticePoint> places;
+    std::vector<float> densities;
     for (int i = 0; i < 60'000; ++i) {
       const LatticePoint p{random_cell(v, rng), nasty_offsets(rng)};
       const std::uint32_t brick = brick_of(v, p.cell);
       const float rho = density_in_brick(v.density.recipe(), brick, p);
+      bricks.push_back(brick), places.push_back(p), densities.push_back(rho);
       const Vec3d index =
           Vec3d(vec3(p.cell)) + Vec3d(v.density.octree.origin) + Vec3d(vec3(p.frac));
       wrong += rho != float(density(*c.recipe, index * c.recipe->voxel));
@@ -104,6 +108,9 @@ TEST(Procedural, LookupsAreTheRecipeAndKeepAllBounds) {
     EXPECT_EQ(wrong, 0) << c.name;
     EXPECT_EQ(outside, 0) << c.name;
     EXPECT_GT(inside, 200) << c.name;
+    std::vector<float> at_once(places.size(), -1);
+    densities_in_bricks(v.density.recipe(), bricks, places, at_once.data());
+    EXPECT_EQ(at_once, densities) << c.name;
   }
 }
 

@@ -3,24 +3,20 @@
 #include <array>
 #include <cmath>
 
-#include "pvol/math/rng.h"
+#include "density/octave.h"
 
 namespace pvol {
+
+using detail::kGradients;
+using detail::kHashX;
+using detail::kHashY;
+using detail::kHashZ;
+using detail::kIndexShift;
+using detail::kNoiseScale;
+using detail::Octave;
+using detail::octave;
+
 namespace {
-
-constexpr double kScale = 0.816496580927726;  // sqrt(2/3), N1
-
-// 2^64 / r, / r^2 and / r^3 with r^4 = r + 1, made odd: lattice points that share a hash lie some
-// 2^21 cells apart.
-constexpr std::uint64_t kHashX = 0xd1b54a32d192ed03, kHashY = 0xabc98388fb8fac03,
-                        kHashZ = 0x8cb92ba72f3d8dd7;
-constexpr int kIndexShift = 60;  // the four highest bits
-
-// The edges of a cube; the last four repeat the vertices of a tetrahedron, which keeps the mean 0.
-constexpr std::array<Vec3d, 16> kGradients{Vec3d{1, 1, 0}, {-1, 1, 0}, {1, -1, 0}, {-1, -1, 0},
-                                           {1, 0, 1},      {-1, 0, 1}, {1, 0, -1}, {-1, 0, -1},
-                                           {0, 1, 1},      {0, -1, 1}, {0, 1, -1}, {0, -1, -1},
-                                           {1, 1, 0},      {-1, 1, 0}, {0, -1, 1}, {0, -1, -1}};
 
 // Range evaluation works on numbers below 8 in magnitude and rounds fewer than 100 times on the way
 // to any result, and so does the noise itself: 2 * 100 * 8 * 2^-53 < 2e-13.
@@ -116,25 +112,6 @@ Interval range_in_cell(const Cell& cell, const std::array<const Layer*, 3>& laye
   return total;
 }
 
-/// Seed and map of one octave's lattice: p -> p * scale + offset, monotone on each axis even when
-/// rounded, so that the corners of a box go to the corners of a box around the image.
-struct Octave {
-  std::uint64_t seed;
-  double scale;
-  Vec3d offset;
-  [[nodiscard]] Vec3d map(Vec3d p) const { return p * scale + offset; }
-};
-
-Octave octave(const Fbm& noise, int k) {
-  const std::uint64_t seed = mix64(noise.seed + static_cast<std::uint64_t>(k) * kHashX);
-  // Offsets keep the zeros of the octaves apart: three numbers of 21 bits in [0, 256).
-  const std::uint64_t bits = mix64(seed);
-  const auto offset = [&](int axis) {
-    return static_cast<double>(bits >> (21 * axis) & 0x1fffff) * 0x1p-13;
-  };
-  return {seed, static_cast<double>(1 << k) / noise.cell, {offset(0), offset(1), offset(2)}};
-}
-
 /// The sum over octaves in intervals; `range(k)` is that of n_k.
 template <class Range>
 Interval sum_octaves(const Fbm& noise, Range range) {
@@ -163,8 +140,8 @@ double gradient_noise(std::uint64_t seed, Vec3d p) {
     slope[c] = dot(cell.gradients[c], f - Vec3d(c & 1, c >> 1 & 1, c >> 2));
   }
   const double x = fade(f.x), y = fade(f.y), z = fade(f.z);
-  return kScale * lerp(lerp(lerp(slope[0], slope[1], x), lerp(slope[2], slope[3], x), y),
-                       lerp(lerp(slope[4], slope[5], x), lerp(slope[6], slope[7], x), y), z);
+  return kNoiseScale * lerp(lerp(lerp(slope[0], slope[1], x), lerp(slope[2], slope[3], x), y),
+                            lerp(lerp(slope[4], slope[5], x), lerp(slope[6], slope[7], x), y), z);
 }
 
 Interval gradient_noise_range(std::uint64_t seed, const Box& box) {
@@ -186,7 +163,7 @@ Interval gradient_noise_range(std::uint64_t seed, const Box& box) {
         const Interval r = range_in_cell(
             cell_at(seed, from.x + x, from.y + y, from.z + z),
             {&layers[0][std::size_t(x)], &layers[1][std::size_t(y)], &layers[2][std::size_t(z)]});
-        range = hull(range, {kScale * r.lo - kRounding, kScale * r.hi + kRounding});
+        range = hull(range, {kNoiseScale * r.lo - kRounding, kNoiseScale * r.hi + kRounding});
       }
     }
   }

@@ -16,9 +16,13 @@ namespace {
 
 Interval unit_part(Interval a) { return {std::clamp(a.lo, 0.0, 1.0), std::clamp(a.hi, 0.0, 1.0)}; }
 
+double strength(const MaskedNoise& n, Vec3d p) {
+  return n.amplitude * std::clamp(value(n.mask, p), 0.0, 1.0);
+}
+
 double value(const MaskedNoise& n, Vec3d p) {
-  const double strength = n.amplitude * std::clamp(value(n.mask, p), 0.0, 1.0);
-  return strength == 0 ? 0 : strength * fbm(n.noise, p);
+  const double s = strength(n, p);
+  return s == 0 ? 0 : s * fbm(n.noise, p);
 }
 
 Interval range(const MaskedNoise& n, const Box& box) {
@@ -66,6 +70,48 @@ double cloud_density(const Recipe& recipe, Interval displacement, double depth, 
     rho = density_at_depth(recipe, depth);
   }
   return recipe.modulations.empty() || rho == 0 ? rho : rho * modulation(recipe, p);
+}
+
+/// Adds a noise to the `sum` of each open point.
+void add(const MaskedNoise& n, std::span<const detail::RecipePoint> points,
+         detail::RecipeScratch& scratch, std::vector<double>& sum) {
+  scratch.noise.n = 0;
+  scratch.of.clear();
+  scratch.strength.clear();
+  for (const std::uint32_t i : scratch.open) {
+    const double s = strength(n, points[i].at);
+    if (s == 0) continue;
+    scratch.noise.add(points[i].at);
+    scratch.of.push_back(i);
+    scratch.strength.push_back(s);
+  }
+  find_fbm(n.noise, scratch.noise);
+  for (std::size_t k = 0; k < scratch.of.size(); ++k) {
+    sum[scratch.of[k]] += scratch.strength[k] * scratch.noise.noise[k];
+  }
+}
+
+/// cloud_density at all points, for those of bodies' depths in the scratch.
+void cloud_densities(const Recipe& recipe, std::span<const detail::RecipePoint> points,
+                     detail::RecipeScratch& scratch, std::vector<double>& rho) {
+  std::vector<std::uint32_t>& open = scratch.open;
+  open.clear();
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const Interval rough =
+        density_at_depth(recipe, Interval(scratch.depth[i]) + points[i].view->displacement);
+    rho[i] = rough.lo;
+    if (!is_constant(rough)) open.push_back(i);
+  }
+  for (const MaskedNoise& n : recipe.displacements) add(n, points, scratch, scratch.depth);
+  for (const std::uint32_t i : open) rho[i] = density_at_depth(recipe, scratch.depth[i]);
+  if (recipe.modulations.empty()) return;
+  open.clear();
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    if (rho[i] != 0) open.push_back(i);
+  }
+  scratch.modulation.assign(points.size(), 1);
+  for (const MaskedNoise& n : recipe.modulations) add(n, points, scratch, scratch.modulation);
+  for (const std::uint32_t i : open) rho[i] *= std::max(0.0, scratch.modulation[i]);
 }
 
 /// `depth` holds the cloud's body over the box.
@@ -116,9 +162,11 @@ Interval total(const std::vector<MaskedNoise>& noises) {
 RecipeView view(const Recipe& recipe) {
   std::vector<BodyView> all = views(recipe.cuts);
   all.push_back(combine(BodyView::Op::max, views(recipe.forms)));
-  RecipeView result{
-      &recipe, total(recipe.displacements), combine(BodyView::Op::min, std::move(all)), {},
-      support(recipe)};
+  RecipeView result{&recipe,
+                    total(recipe.displacements),
+                    combine(BodyView::Op::min, std::move(all)),
+                    {},
+                    support(recipe)};
   for (const Solid& solid : recipe.solids) result.solids.push_back({&solid, view(solid.body)});
   return result;
 }
@@ -129,6 +177,21 @@ double density(const RecipeView& view, Vec3d p) {
     rho = std::max(rho, density_at_depth(*s.solid, value(s.body, p)));
   }
   return rho;
+}
+
+void densities(std::span<const RecipePoint> points, RecipeScratch& scratch, float* rho) {
+  if (points.empty()) return;
+  scratch.depth.clear();
+  for (const RecipePoint& p : points) scratch.depth.push_back(value(p.view->cloud, p.at));
+  scratch.rho.resize(points.size());
+  cloud_densities(*points.front().view->recipe, points, scratch, scratch.rho);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    double& most = scratch.rho[i];
+    for (const SolidView& s : points[i].view->solids) {
+      most = std::max(most, density_at_depth(*s.solid, value(s.body, points[i].at)));
+    }
+    rho[i] = static_cast<float>(most);
+  }
 }
 
 NarrowedRecipe narrow(const RecipeView& view, const Box& box) {

@@ -1,6 +1,7 @@
 // A recipe's samples: blocks divided down to bricks, and left out where the density is constant.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 
@@ -13,6 +14,8 @@ namespace {
 
 using detail::is_constant;
 using detail::place;
+using detail::RecipePoint;
+using detail::RecipeScratch;
 using detail::RecipeView;
 
 /// The samples at origin + [0, edge)^3.
@@ -28,22 +31,18 @@ struct Found {
   std::vector<Tile> tiles;
 };
 
-void sample_brick(const RecipeView& part, const Block& block, Found& found) {
-  const std::size_t begin = found.samples.size();
-  for (int i = 0; i < kBrickEdge; ++i) {
-    for (int j = 0; j < kBrickEdge; ++j) {
-      for (int k = 0; k < kBrickEdge; ++k) {
-        const Vec3d p = place(*part.recipe, block.origin + Vec3i{i, j, k});
-        found.samples.push_back(static_cast<float>(density(part, p)));
-      }
-    }
+void sample_brick(const RecipeView& part, const Block& block, RecipeScratch& scratch,
+                  Found& found) {
+  std::array<RecipePoint, kBrickSamples> points;
+  for (int i = 0; i < kBrickSamples; ++i) {
+    const Vec3i at{i / (kBrickEdge * kBrickEdge), i / kBrickEdge % kBrickEdge, i % kBrickEdge};
+    points[std::size_t(i)] = {&part, place(*part.recipe, block.origin + at)};
   }
-  const auto first = found.samples.begin() + std::ptrdiff_t(begin);
-  if (std::any_of(first, found.samples.end(), [](float v) { return v > 0; })) {
-    found.origins.push_back(block.origin);
-  } else {
-    found.samples.resize(begin);
-  }
+  std::array<float, kBrickSamples> rho;
+  densities(points, scratch, rho.data());
+  if (std::none_of(rho.begin(), rho.end(), [](float v) { return v > 0; })) return;
+  found.origins.push_back(block.origin);
+  found.samples.insert(found.samples.end(), rho.begin(), rho.end());
 }
 
 bool is_tile(std::int32_t edge) { return edge == 8 || edge == 128 || edge == 4096; }
@@ -131,9 +130,11 @@ VoxelGrid make_grid(const Recipe& recipe) {
   }
   std::vector<Found> found(tasks.size());
   parallel_for(0, tasks.size(), [&](std::size_t i) {
-    divide(
-        tasks[i].part, tasks[i].block, kBrickEdge, found[i].tiles,
-        [&](const RecipeView& part, const Block& block) { sample_brick(part, block, found[i]); });
+    RecipeScratch scratch;
+    divide(tasks[i].part, tasks[i].block, kBrickEdge, found[i].tiles,
+           [&](const RecipeView& part, const Block& block) {
+             sample_brick(part, block, scratch, found[i]);
+           });
   });
   return collect(recipe, std::move(found), std::move(tiles));
 }

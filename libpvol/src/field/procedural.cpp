@@ -14,6 +14,7 @@ namespace pvol {
 
 using detail::is_constant;
 using detail::NarrowedRecipe;
+using detail::RecipePoint;
 using detail::RecipeView;
 
 namespace {
@@ -112,12 +113,32 @@ void add_ranges(const RecipeView& view, double voxel, const Cube& brick, const C
   }
 }
 
+/// Where look-ups are made.
+Vec3d world_of(const ProceduralField& field, const LatticePoint& p) {
+  const Vec3d at = Vec3d(field.origin + Vec3l(vec3(p.cell))) + Vec3d(vec3(p.frac));
+  return at * field.recipe->voxel;
+}
+
 }  // namespace
 
 float density_in_brick(const ProceduralField& field, std::uint32_t brick, const LatticePoint& p) {
-  if (brick == kZeroBrick) return 0;
-  const Vec3d at = Vec3d(field.origin + Vec3l(vec3(p.cell))) + Vec3d(vec3(p.frac));
-  return float(density(field.bricks[brick].view, at * field.recipe->voxel));
+  return brick == kZeroBrick ? 0 : float(density(field.bricks[brick].view, world_of(field, p)));
+}
+
+void densities_in_bricks(const ProceduralField& field, std::span<const std::uint32_t> bricks,
+                         std::span<const LatticePoint> points, float* rho) {
+  std::vector<RecipePoint> inside;
+  std::vector<std::size_t> of;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    rho[k] = 0;
+    if (bricks[k] == kZeroBrick) continue;
+    inside.push_back({&field.bricks[bricks[k]].view, world_of(field, points[k])});
+    of.push_back(k);
+  }
+  std::vector<float> found(inside.size());
+  detail::RecipeScratch scratch;
+  densities(inside, scratch, found.data());
+  for (std::size_t k = 0; k < of.size(); ++k) rho[of[k]] = found[k];
 }
 
 Pyramid limit_depth(const Pyramid& pyramid, int depth) {

@@ -1,7 +1,7 @@
 // Compiles the kernels of batches once for each instruction set that has them.
 #include "volume/simd/batch_kernels.h"
 
-#include "volume/simd/instruction_sets.h"
+#include "math/instruction_sets.h"
 #define HWY_TARGET_INCLUDE "volume/simd/batch_kernels.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>

@@ -1,8 +1,10 @@
 #include "volume/simd/simd_field.h"
 
 #include <cmath>
+#include <vector>
 
 #include "pvol/bounds/walk.h"
+#include "pvol/field/procedural.h"
 #include "pvol/field/sample_codes.h"
 #include "pvol/volume/extinction_source.h"
 #include "volume/any_source.h"
@@ -81,6 +83,15 @@ void look_up_one_by_one(const VolumeField& field, const float* x, const float* y
   if (field.shares_samples()) {
     prefetch_shared(field.shared(), brick, which,
                     [&](std::uint32_t event) { return place_of(event).cell; });
+  }
+  if (field.look_up == LookUp::procedural && field.map == nullptr) {
+    std::vector<std::uint32_t> bricks;
+    std::vector<LatticePoint> places;
+    for (const std::uint32_t event : which) {
+      bricks.push_back(brick[event]);
+      places.push_back(place_of(event));
+    }
+    return densities_in_bricks(field.recipe(), bricks, places, density);
   }
   visit_source(field, [&](const auto& source) {
     for_places([&](std::uint32_t event, const LatticePoint& at) {

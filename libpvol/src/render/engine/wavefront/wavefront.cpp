@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 
-#include "volume/simd/instruction_sets.h"
+#include "math/instruction_sets.h"
 #define HWY_TARGET_INCLUDE "render/engine/wavefront/wavefront.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
