@@ -248,8 +248,8 @@ def study_trade(tools, file, args):
                 "--size", args.size, "--json"], status=(0, 1))
     if done.returncode:
         return None
-    return {"alarms": [row["option"] for row in json.loads(done.stdout)["settings"]
-                       if row.get("bias_detected") and not row["biased"]]}
+    rows = [r for r in json.loads(done.stdout)["settings"] if "bias" in r and not r["biased_by_design"]]
+    return {"tested": len(rows), "alarms": [r["setting"] for r in rows if r["bias"]["detected"]]}
 
 
 def quantiles(values):
@@ -317,7 +317,8 @@ def main():
     print(f"{len(found)} scenes of {len(kept)}")
     if args.trade:
         alarms = [a for r in found for a in r["alarms"]]
-        print(f"studies with a false alarm: {sum(bool(r['alarms']) for r in found)} of {len(found)}: {alarms}")
+        print(f"studies with a false alarm: {sum(bool(r['alarms']) for r in found)} of {len(found)}, of "
+              f"{sum(r['tested'] for r in found)} settings: {alarms}")
     elif found:
         print_pictures(found)
 

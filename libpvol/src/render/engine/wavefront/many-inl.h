@@ -101,15 +101,9 @@ HWY_NOINLINE void aim_all(const World& w, std::size_t volume, RayKind kind, Reco
   to.reserve(q.n + kLanes);
   for (std::size_t at = 0; at < q.n; at += kLanes) {
     const std::size_t lanes = std::min(kLanes, q.n - at), n = to.n;
-    for (const std::size_t f :
-         {std::size_t(kX), std::size_t(kY), std::size_t(kZ), std::size_t(kDX), std::size_t(kDY),
-          std::size_t(kDZ), std::size_t(kDepth), std::size_t(kRng0), std::size_t(kRng1),
-          std::size_t(kId), std::size_t(kPdf)}) {
-      store(load(q[f] + at), to[f] + n);
-    }
-    for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) {
-      store(load(q[kW0 + c] + at), to[kW0 + c] + n);
-    }
+    const auto copy = [&](std::size_t field) { store(load(q[field] + at), to[field] + n); };
+    for (std::size_t field = kX; field < kW0 + ComponentKind::kWeights; ++field) copy(field);
+    copy(kPdf);
     w.m.rays.prefetch(q.bits(kRay) + at, lanes);
     for (std::size_t i = 0; i < lanes; ++i) aim(w, kind, q, at + i, to, n + i);
     to.n += lanes;
