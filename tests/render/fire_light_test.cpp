@@ -31,14 +31,16 @@ std::vector<Light> as_points(const Fire& fire, const Affine& place) {
 }
 
 TEST(FireLight, SingleScatteringIsItsIntegral) {
+  // Within the fire light comes from nearby, too: rare bright samples make skewed sums.
   struct Case {
     const char* name;
     Affine place;
+    int samples = 150'000;
   };
   const Case cases[] = {
       {"beside", translation({20, 15, 9}) * scaling(Vec3d(2))},
       {"far", translation({-200, 90, 10}) * scaling(Vec3d(5))},
-      {"stretched, within", translation({9, 4, 5}) * scaling(Vec3d(1, 0.5, 2))},
+      {"stretched, within", translation({9, 4, 5}) * scaling(Vec3d(1, 0.5, 2)), 600'000},
   };
   const Affine aside{{Vec3d{0.8, 0.1, 0}, Vec3d{0, 0.7, 0.1}, Vec3d{0.1, 0, 0.9}}, {5, 3, -2}};
   const std::vector<Body> one{component(0.15, Rgb(1.0f, 0.5f, 0.25f), 0.4)};
@@ -54,7 +56,7 @@ TEST(FireLight, SingleScatteringIsItsIntegral) {
         if (bodies.size() > 1 && is_weighted(tracker)) continue;
         OneRay r(bodies, {6, 25, 30}, {6.5, 6, 5});
         r.scene.options.tracker = tracker;
-        r.scene.options.samples = proof::samples(150'000);
+        r.scene.options.samples = proof::samples(c.samples);
         r.scene.options.seed = ++seed;
         std::vector<Volume> volumes = make_volumes(cube(), r.bodies, r.scene);
         volumes.back().fire = std::make_shared<const Emitter>(
