@@ -18,10 +18,10 @@ Film make(double light, double deviation, std::uint32_t samples, unsigned seed) 
   f.width = f.crop_width = f.height = f.crop_height = kEdge;
   f.pixels.resize(std::size_t(kEdge) * kEdge);
   std::mt19937 generator(seed);
-  std::normal_distribution<double> normal(light, deviation);
+  std::normal_distribution<double> normal;
   for (PixelSums& p : f.pixels) {
     for (std::uint32_t n = 0; n < samples; ++n) {
-      const Vec3d v(normal(generator));
+      const Vec3d v(light + deviation * normal(generator));
       p.sum += v, p.sum_squares += v * v, ++p.samples;
     }
   }
@@ -34,9 +34,9 @@ FilterTrial trial(unsigned seed, double own, double shift, double noise) {
   FilterTrial t{make(2, 1, 16, seed), {}, 2, 3, 1};
   t.filtered.relative_error = 0.1;
   std::mt19937 generator(1000 + seed);
-  std::normal_distribution<double> normal(0, noise);
+  std::normal_distribution<double> normal;
   for (std::size_t i = 0; i < t.film.pixels.size(); ++i) {
-    t.filtered.colour.emplace_back(2 + shift + (i % 2 ? own : -own) + normal(generator));
+    t.filtered.colour.emplace_back(2 + shift + (i % 2 ? own : -own) + noise * normal(generator));
   }
   return t;
 }
