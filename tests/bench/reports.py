@@ -19,8 +19,9 @@ are rendered of it: A and B with SPP samples, R with 16 times as many. Prints
   trade       with --trade SECONDS: shares of studies of that budget which call an unbiased setting biased, in
               place of all else. The level of a study is 1 %
 
-Ratios are given as quantiles over the scenes: 5, 25, 50, 75 and 95 %. FILE keeps a line of JSON for each scene:
-scenes that it has are not rendered again. A scene whose pictures are black says nothing and is left out."""
+Ratios are given as quantiles over the scenes: 5, 25, 50, 75 and 95 %. FILE keeps a line of JSON for each
+scene: scenes that it has are not rendered again. A scene whose pictures are black says nothing and is left
+out."""
 import argparse
 import json
 import math
@@ -65,25 +66,25 @@ class Draw(random.Random):
                 return v
 
 
-def form(draw, radius):
-    shape = f"centre = {draw.vector(-0.6, 0.6)}\nradii = {[round(draw.uniform(0.3, 1) * radius, 3) for _ in range(3)]}"
-    return f'[[form]]\nshape = "ellipsoid"\n{shape}\n'
+def form(draw):
+    centre, radii = draw.vector(-0.6, 0.6), draw.vector(0.3, 1)
+    return f'[[form]]\nshape = "ellipsoid"\ncentre = {centre}\nradii = {radii}\n'
 
 
 def noise(draw):
-    kind = draw.choice(["billow", "noise"])
-    return (f'[[displacement]]\n{"" if kind == "noise" else "kind = " + chr(34) + kind + chr(34) + chr(10)}'
-            f"amplitude = {draw.uniform(0.05, 0.4):.3f}\ncell = {draw.log(0.1, 0.8):.3f}\n"
+    kind = draw.choice(['kind = "billow"\n', ""])
+    return (f"[[displacement]]\n{kind}amplitude = {draw.uniform(0.05, 0.4):.3f}\ncell = {draw.log(0.1, 0.8):.3f}\n"
             f"octaves = {draw.randint(1, 5)}\ngain = 0.55\nseed = {draw.randint(0, 999)}\n")
 
 
 def recipe(draw):
     """A cloud some two units wide around the origin."""
     text = f"[recipe]\nresolution = {draw.randint(24, 64)}\nedge = {draw.log(0.01, 0.6):.3f}\n"
-    text += "".join(form(draw, 1) for _ in range(draw.randint(1, 4)))
+    text += "".join(form(draw) for _ in range(draw.randint(1, 4)))
     text += "".join(noise(draw) for _ in range(draw.randint(0, 2)))
     if draw.happens(0.15):
-        text += f"[flow]\nvelocity = {draw.vector(-1, 1)}\nturbulence = {draw.uniform(0, 2):.2f}\ncell = 0.5\n"
+        text += f"[flow]\nvelocity = {draw.vector(-1, 1)}\n"
+        text += f"turbulence = {draw.uniform(0, 2):.2f}\ncell = 0.5\n"
     return text
 
 
@@ -141,7 +142,8 @@ def lamp(draw):
     if kind == "ball":
         text += f"radius = {draw.log(0.01, 0.2):.3f}\n"
     if kind == "spot":
-        text += f"direction = {[-x for x in at]}\nangle = {draw.randint(10, 80)}\nblend = {draw.random():.2f}\n"
+        text += f"direction = {[-x for x in at]}\n"
+        text += f"angle = {draw.randint(10, 80)}\nblend = {draw.random():.2f}\n"
     return text
 
 
@@ -160,7 +162,8 @@ def surfaces(draw):
     if draw.happens(0.35):
         text += f"[[plane]]\npoint = [0, {draw.uniform(-1.2, -0.3):.2f}, 0]\nalbedo = {draw.color(0, 0.8)}\n"
     if draw.happens(0.15):
-        text += f"[[mesh]]\nfile = \"{SAMPLES}/cube.obj\"\nscale = 0.3\ntranslate = {draw.vector(-1, 1)}\nalbedo = {draw.color(0, 0.9)}\n"
+        text += f'[[mesh]]\nfile = "{SAMPLES}/cube.obj"\nscale = 0.3\n'
+        text += f"translate = {draw.vector(-1, 1)}\nalbedo = {draw.color(0, 0.9)}\n"
     return text
 
 
@@ -169,7 +172,8 @@ def scene(draw, recipes):
     distance = draw.log(2, 7) if draw.happens(0.9) else draw.uniform(0, 1.5)
     camera = [round(distance * x / math.hypot(*at), 3) for x in at]
     text = volumes(draw, recipes) + lights(draw) + surfaces(draw)
-    text += f"[camera]\nposition = {camera}\ntarget = {draw.vector(-0.3, 0.3)}\nfov = {draw.randint(20, 70)}\n"
+    text += f"[camera]\nposition = {camera}\n"
+    text += f"target = {draw.vector(-0.3, 0.3)}\nfov = {draw.randint(20, 70)}\n"
     if draw.happens(0.5):
         text += "shutter = [-0.1, 0.1]\n"
     return text
@@ -199,7 +203,8 @@ def luminances(planes, prefix=""):
 def noise_beside_brightness(squares, reference):
     """The root mean of squared errors in the unit of pvol's noise of pixels (THEORY.md, T5.8)."""
     floor = 0.01 * sum(reference) / len(reference)
-    return math.sqrt(max(0, sum(s / (r * r + floor * floor) for s, r in zip(squares, reference)) / len(squares)))
+    relative = sum(s / (r * r + floor * floor) for s, r in zip(squares, reference))
+    return math.sqrt(max(0, relative / len(squares)))
 
 
 def image_report(tools, a, b):
@@ -267,7 +272,7 @@ def print_pictures(found):
             below = sum(r[name][key][0] < -r[name][key][1] for r in found)
             print(f"intervals of {what}, {title}: {100 * above / len(found):.2g} % lie above 0, "
                   f"{100 * below / len(found):.2g} % below")
-    print("quantiles" + " " * 32 + "  ".join(f"{100 * q:g} %" for q in QUANTILES))
+    print("quantiles" + " " * 33 + "  ".join(f"{100 * q:g} %" for q in QUANTILES))
     rows = {"noise: true over explained by variances": [
                 math.sqrt(r["reference"]["mse"] / r["reference"]["explained"]) for r in found
                 if r["reference"]["explained"]]}
@@ -276,7 +281,7 @@ def print_pictures(found):
                       ("filter", "filter: true error over estimated")):
         rows[what] = [r[key][0] / r[key][1] for r in found if r[key][1]]
     for what, ratios in rows.items():
-        print(f"{what:41}{quantiles(ratios)}")
+        print(f"{what:42}{quantiles(ratios)}")
 
 
 def main():
