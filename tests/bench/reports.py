@@ -32,7 +32,7 @@ import subprocess
 import sys
 import tempfile
 
-from scenes import SAMPLES, read_exr
+from scenes import SAMPLES, beside_brightness, read_exr
 
 LEVELS = 0.05, 0.01, 0.001
 QUANTILES = 0.05, 0.25, 0.5, 0.75, 0.95
@@ -200,13 +200,6 @@ def luminances(planes, prefix=""):
     return [sum(w * x for w, x in zip(LUMINANCE, rgb)) for rgb in zip(*(planes[prefix + c] for c in "RGB"))]
 
 
-def noise_beside_brightness(squares, reference):
-    """The root mean of squared errors in the unit of pvol's noise of pixels (THEORY.md, T5.8)."""
-    floor = 0.01 * sum(reference) / len(reference)
-    relative = sum(s / (r * r + floor * floor) for s, r in zip(squares, reference))
-    return math.sqrt(max(0, relative / len(squares)))
-
-
 def image_report(tools, a, b):
     report = json.loads(run([tools / "pvol-stats", "image", a, b, "--json"]).stdout)
     light, verdict = report["luminance"], report["verdict"]
@@ -242,7 +235,7 @@ def study_pictures(tools, file, args, folder):
     mean = sum(true) / len(true)
     return {"same": image_report(tools, folder / "a.exr", folder / "b.exr"),
             "reference": image_report(tools, folder / "a.exr", folder / "r.exr"),
-            "pixel_noise": [noise_beside_brightness(squares, true), stats["pixel_noise"]],
+            "pixel_noise": [math.sqrt(max(0, beside_brightness(squares, true))), stats["pixel_noise"]],
             "expected": [stats["pixel_noise"], float(expected[0]) / 100 if expected else None],
             "filter": [math.sqrt(max(0, error)) / mean, filtered["denoised"]["estimated_error"]]}
 

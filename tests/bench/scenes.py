@@ -131,14 +131,18 @@ def undo_predictor(coded):
     return bytes(raw)
 
 
+def beside_brightness(squares, values):
+    """The mean of squared errors, each over the square of its value plus that of 1 % of the mean value."""
+    floor = (0.01 * sum(values) / len(values)) ** 2
+    return sum(s / (v * v + floor) for s, v in zip(squares, values)) / len(values)
+
+
 def noise_of(picture):
     """The mean variance of a pixel, and the mean relative one."""
     planes = read_exr(picture)
     variance = [sum(v) / 3 for v in zip(*(planes["variance." + c] for c in "RGB"))]
     value = [sum(v) / 3 for v in zip(*(planes[c] for c in "RGB"))]
-    floor = (0.01 * sum(value) / len(value)) ** 2
-    relative = sum(v / (m * m + floor) for v, m in zip(variance, value)) / len(value)
-    return sum(variance) / len(variance), relative
+    return sum(variance) / len(variance), beside_brightness(variance, value)
 
 
 def render(program, scene, options, folder):

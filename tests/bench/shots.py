@@ -22,7 +22,7 @@ import subprocess
 import sys
 import tempfile
 
-from scenes import SAMPLES, SUN, instances, read_exr
+from scenes import SAMPLES, SUN, beside_brightness, instances, read_exr
 
 NIGHT = '[environment]\ntype = "constant"\nradiance = [0.002, 0.003, 0.005]\n'
 FLAME = """grid = "none"
@@ -134,10 +134,8 @@ def render(program, scene, spp, size, folder, seed, *more):
 
 def errors(picture, reference):
     """The mean squared error, and the mean relative one."""
-    floor = (0.01 * sum(reference) / len(reference)) ** 2
     squares = [(a - b) ** 2 for a, b in zip(picture, reference)]
-    relative = sum(s / (r * r + floor) for s, r in zip(squares, reference))
-    return sum(squares) / len(squares), relative / len(squares)
+    return sum(squares) / len(squares), beside_brightness(squares, reference)
 
 
 def main():

@@ -326,6 +326,7 @@ CloudScene dark_scene(const Layer& layer, double depth, Tracker tracker) {
 double skewed_p_value(double mean, double variance, double expected, double rounding) {
   constexpr double kMany = 1e4;
   const double excess = std::max(0.0, std::abs(mean - expected) - rounding);
+  if (std::isnan(mean)) return 0;
   if (excess == 0) return 1;
   // Where the mean is low by chance, so is the variance.
   const double shape = expected * mean / variance;

@@ -26,6 +26,7 @@ constexpr DU kU;
 HWY_INLINE F splat(double v) { return hn::Set(kF, v); }
 HWY_INLINE U splat_bits(std::uint64_t v) { return hn::Set(kU, v); }
 
+/// mix64() in lanes.
 HWY_INLINE U mix(U x) {
   x = hn::Xor(x, hn::ShiftRight<30>(x)) * splat_bits(0xbf58476d1ce4e5b9u);
   x = hn::Xor(x, hn::ShiftRight<27>(x)) * splat_bits(0x94d049bb133111ebu);
@@ -47,7 +48,7 @@ HWY_INLINE F less_one(U v) {
   return hn::BitCast(kF, hn::Or(v, exponent)) - splat(0x1p52 + 1);
 }
 
-/// The slopes at places `f` from the corners with these hashes.
+/// The slopes at places that lie this far from the corners with these hashes.
 HWY_INLINE F slope(U hash, F x, F y, F z) {
   // Twice the index: the bits from kIndexShift on, one place higher.
   const U twice = hn::And(hn::ShiftRight<kIndexShift - 1>(hash), splat_bits(30));

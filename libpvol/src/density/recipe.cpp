@@ -91,10 +91,12 @@ void add(const MaskedNoise& n, std::span<const detail::RecipePoint> points,
   }
 }
 
-/// cloud_density at all points, for those of bodies' depths in the scratch.
+/// cloud_density at all points, for bodies' depths in the scratch: its `rho`.
 void cloud_densities(const Recipe& recipe, std::span<const detail::RecipePoint> points,
-                     detail::RecipeScratch& scratch, std::vector<double>& rho) {
+                     detail::RecipeScratch& scratch) {
   std::vector<std::uint32_t>& open = scratch.open;
+  std::vector<double>& rho = scratch.rho;
+  rho.resize(points.size());
   open.clear();
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     const Interval rough =
@@ -112,6 +114,14 @@ void cloud_densities(const Recipe& recipe, std::span<const detail::RecipePoint> 
   scratch.modulation.assign(points.size(), 1);
   for (const MaskedNoise& n : recipe.modulations) add(n, points, scratch, scratch.modulation);
   for (const std::uint32_t i : open) rho[i] *= std::max(0.0, scratch.modulation[i]);
+}
+
+/// The greatest of the cloud's density and those of the solids.
+double with_solids(const RecipeView& view, double rho, Vec3d p) {
+  for (const detail::SolidView& s : view.solids) {
+    rho = std::max(rho, density_at_depth(*s.solid, value(s.body, p)));
+  }
+  return rho;
 }
 
 /// `depth` holds the cloud's body over the box.
@@ -172,25 +182,17 @@ RecipeView view(const Recipe& recipe) {
 }
 
 double density(const RecipeView& view, Vec3d p) {
-  double rho = cloud_density(*view.recipe, view.displacement, value(view.cloud, p), p);
-  for (const SolidView& s : view.solids) {
-    rho = std::max(rho, density_at_depth(*s.solid, value(s.body, p)));
-  }
-  return rho;
+  const double depth = value(view.cloud, p);
+  return with_solids(view, cloud_density(*view.recipe, view.displacement, depth, p), p);
 }
 
 void densities(std::span<const RecipePoint> points, RecipeScratch& scratch, float* rho) {
   if (points.empty()) return;
   scratch.depth.clear();
   for (const RecipePoint& p : points) scratch.depth.push_back(value(p.view->cloud, p.at));
-  scratch.rho.resize(points.size());
-  cloud_densities(*points.front().view->recipe, points, scratch, scratch.rho);
+  cloud_densities(*points.front().view->recipe, points, scratch);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    double& most = scratch.rho[i];
-    for (const SolidView& s : points[i].view->solids) {
-      most = std::max(most, density_at_depth(*s.solid, value(s.body, points[i].at)));
-    }
-    rho[i] = static_cast<float>(most);
+    rho[i] = static_cast<float>(with_solids(*points[i].view, scratch.rho[i], points[i].at));
   }
 }
 

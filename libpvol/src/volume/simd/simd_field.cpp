@@ -84,14 +84,17 @@ void look_up_one_by_one(const VolumeField& field, const float* x, const float* y
     prefetch_shared(field.shared(), brick, which,
                     [&](std::uint32_t event) { return place_of(event).cell; });
   }
-  if (field.look_up == LookUp::procedural && field.map == nullptr) {
+  if (field.look_up == LookUp::procedural) {
     std::vector<std::uint32_t> bricks;
     std::vector<LatticePoint> places;
     for (const std::uint32_t event : which) {
       bricks.push_back(brick[event]);
       places.push_back(place_of(event));
     }
-    return densities_in_bricks(field.recipe(), bricks, places, density);
+    densities_in_bricks(field.recipe(), bricks, places, density);
+    if (field.map == nullptr) return;
+    for (float& one : std::span(density, which.size())) one = value_at(*field.map, one);
+    return;
   }
   visit_source(field, [&](const auto& source) {
     for_places([&](std::uint32_t event, const LatticePoint& at) {
