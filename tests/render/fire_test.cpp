@@ -298,7 +298,7 @@ TEST(Fire, IsTheSameAtCollisionsAndAlongFlights) {
       const RenderPlan p = plan({&v, 1}, s.scene());
       const bool collides = p.emission->at_collisions.front() != nullptr;
       EXPECT_EQ(collides, lines != LineEmission::on);
-      EXPECT_FALSE(p.emission->sources.empty()) << "where there is no density";
+      EXPECT_FALSE(p.emission->lines.sources.empty()) << "where there is no density";
       return render(p).film;
     };
     const Film along = picture(LineEmission::on, 21);

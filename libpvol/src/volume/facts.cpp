@@ -177,8 +177,11 @@ Box world_box(const VolumeField& field, const Volume& volume, std::size_t place)
                    m.shutter.open - more, m.shutter.close + more);
 }
 
-double worst_null_collisions(const Volume& volume) {
-  double cell_length = 0;  // where it is largest
+namespace {
+
+/// The edge of a cell in the world, where it is largest.
+double largest_cell(const Volume& volume) {
+  double cell_length = 0;
   for (std::size_t place = 0; place < count_places(volume); ++place) {
     const Affine to_cells = volume.density.world_to_cells * to_first_place(volume, place);
     cell_length = std::max(cell_length, std::cbrt(1 / std::abs(determinant(to_cells))));
@@ -189,6 +192,21 @@ double worst_null_collisions(const Volume& volume) {
       cell_length = std::max(cell_length, std::cbrt(std::abs(determinant(map))));
     }
   }
+  return cell_length;
+}
+
+}  // namespace
+
+double thickest_cell(const Volume& volume) {
+  float most = 0;
+  for (const Octree::Entry& e : volume.density.octree.entries) {
+    if (e.log2 > 0) most = std::max(most, e.hi);
+  }
+  return double(most) * largest_cell(volume);
+}
+
+double worst_null_collisions(const Volume& volume) {
+  const double cell_length = largest_cell(volume);
   double most = 0;
   for (const Octree::Entry& e : volume.density.octree.entries) {
     if (e.log2 > 0) most = std::max(most, double(e.hi - e.lo) * std::ldexp(cell_length, e.log2));

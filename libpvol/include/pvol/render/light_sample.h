@@ -19,7 +19,8 @@ struct LightSample {
 struct LightMet {
   Rgb radiance{0.0f};  ///< 0: it did not
   float pdf = 0;  ///< per steradian, with which a sample from the ray's origin has its direction
-  bool visible = true;  ///< to the camera
+  bool visible = true;                                        ///< to the camera
+  double distance = std::numeric_limits<double>::infinity();  ///< to the light, world units
 };
 
 }  // namespace pvol

@@ -31,6 +31,10 @@ class SkyLight {
   [[nodiscard]] float mean_luminance() const {
     return picture() != nullptr ? picture()->mean_luminance() : 0.0f;
   }
+  /// The largest of any direction.
+  [[nodiscard]] float largest_luminance() const {
+    return picture() != nullptr ? picture()->largest_luminance() : 0.0f;
+  }
   /// Density per steradian of `sample`; 0 for a sky that is not sampled.
   [[nodiscard]] float pdf(Vec3f direction) const {
     return sampled() ? picture()->pdf(direction) : 0.0f;

@@ -32,6 +32,8 @@ class SkyPicture {
   [[nodiscard]] LightSample sample(Rng& rng) const;
   /// Luminance averaged over all directions.
   [[nodiscard]] float mean_luminance() const { return mean_luminance_; }
+  /// The largest of any direction.
+  [[nodiscard]] float largest_luminance() const { return largest_luminance_; }
   /// Density per steradian of `sample`, where `sampled()`.
   [[nodiscard]] float pdf(Vec3f direction) const { return pixel_pdf(pixel_at(direction)); }
 
@@ -73,7 +75,7 @@ class SkyPicture {
   std::vector<float> weights_;  // of smooth pixels, by which they are chosen
   std::vector<Bin> bins_;       // one for each pixel
   std::vector<double> row_y_;   // height + 1 values of cos(theta) at the rows' borders
-  float mean_luminance_ = 0;
+  float mean_luminance_ = 0, largest_luminance_ = 0;
   double pdf_per_luminance_ = 0;
 };
 

@@ -49,6 +49,9 @@ struct VolumeFacts {
 /// About how many null collisions a ray meets in the thin part of the worst segment.
 [[nodiscard]] double worst_null_collisions(const Volume& volume);
 
+/// The largest optical depth across a cell of the volume, anywhere, or more.
+[[nodiscard]] double thickest_cell(const Volume& volume);
+
 /// What follows from a density without its bounds. Those of a recipe are estimates from samples of
 /// it, kCoarseResolution along its longest side.
 [[nodiscard]] VolumeFacts describe(const VoxelGrid& grid, double extinction,

@@ -82,9 +82,9 @@ LightMet BallSource::met(const Ray& ray, double distance) const {
   const Vec3d beside = way - d * along;
   const double square = radius_ * radius_ - dot(beside, beside);
   if (!(apart > radius_ * radius_ && along > 0 && square > 0)) return {};
-  const double c = cap(std::sqrt(apart));
-  if (!(along - std::sqrt(square) < distance && c > 0)) return {};
-  return {radiance_, float(1 / (2 * pi * c)), visible_};
+  const double c = cap(std::sqrt(apart)), near = along - std::sqrt(square);
+  if (!(near < distance && c > 0)) return {};
+  return {radiance_, float(1 / (2 * pi * c)), visible_, near};
 }
 
 Rgb BallSource::on_plane(Vec3d place, Vec3d normal) const {
@@ -244,7 +244,7 @@ LightMet AreaSource::met(const Ray& ray, double distance) const {
     return {};
   }
   const double pdf = View(*this, ray.o).pdf(at);
-  return std::isfinite(float(pdf)) ? LightMet{radiance_, float(pdf), visible_} : LightMet{};
+  return std::isfinite(float(pdf)) ? LightMet{radiance_, float(pdf), visible_, t} : LightMet{};
 }
 
 Rgb AreaSource::irradiance_on(const Box& box) const {

@@ -13,7 +13,15 @@ enum class Aside : std::uint64_t {
   pixel = 0x706978656c,
   lens = 0x6c656e73,
   time = 0x7368757474657273,
+  lights = 0x6c6967687473,
 };
+
+/// Random numbers of a sample beside those of its path.
+[[nodiscard]] inline Rng numbers_aside(const PathSetup& s, int x, int y, std::uint32_t sample,
+                                       Aside of) {
+  const std::uint64_t pixel = std::uint64_t(y) * std::uint64_t(s.options.width) + std::uint64_t(x);
+  return {s.options.seed ^ std::uint64_t(of), pixel, sample};
+}
 
 /// A point of a square, which a pixel's samples cover evenly; random numbers of paths are not
 /// touched.
@@ -27,10 +35,8 @@ enum class Aside : std::uint64_t {
 /// multiple of it has one in each 2^k-th of the shutter: digits of the sample's number in reverse,
 /// shifted by a random number of the pixel. Those of the path itself are not touched.
 [[nodiscard]] inline float sample_time(const PathSetup& s, int x, int y, std::uint32_t sample) {
-  const std::uint64_t pixel = std::uint64_t(y) * std::uint64_t(s.options.width) + std::uint64_t(x);
   const std::uint32_t reversed = reverse_bits(sample);
-  const auto shift =
-      std::uint32_t(Rng(s.options.seed ^ std::uint64_t(Aside::time), pixel, 0).block().lo);
+  const auto shift = std::uint32_t(numbers_aside(s, x, y, 0, Aside::time).block().lo);
   return float(s.view.camera.shutter.at(double(reversed + shift) * 0x1p-32));
 }
 

@@ -66,7 +66,14 @@ struct FlightLine {
   float time = 0;        ///< of its path, in frames
 };
 
-/// What is emitted along a flight, or where it collides. along(setup, ray, distance, time) is an
+/// Light of a source, or of the sky, which has the number after them, has arrived.
+inline void add_light(const PathSetup& s, std::size_t light, Rgb arrived, PathResult& r) {
+  r.radiance += arrived;
+  if (!r.in_layers()) return;
+  (light == s.light.sources.size() ? r.sky() : r.layers[light]) += arrived;
+}
+
+/// What is emitted along a flight, or where it collides. along(lines, ray, distance, time) is an
 /// estimate of what is emitted along a ray of the world up to a distance that may be infinite, at a
 /// time in frames: as it is, without the extinction in between. Up to the end of a free flight that
 /// is right on average, for flights pass a place with the probability of its transmittance
@@ -75,9 +82,9 @@ template <class Along>
 [[nodiscard]] inline Rgb emission_of(const PathSetup& s, const FlightLine& flight,
                                      const Along& along) {
   Rgb sum(0.0f);
-  if (!s.emission->sources.empty()) {
+  if (!s.emission->lines.sources.empty()) {
     const Ray ray{flight.from, Vec3d(flight.direction)};
-    sum = along(*s.emission, ray, flight.length, flight.time);
+    sum = along(s.emission->lines, ray, flight.length, flight.time);
   }
   if (flight.end.volume != nullptr && flight.end.volume->fire != nullptr) {
     sum += flight.end.volume->fire->source(flight.end.cells);
@@ -104,16 +111,18 @@ template <class Pdf, class Along>
 }
 
 /// Light of lights that a flight meets; of a path that was scattered with the density pdf(),
-/// weighted against samples of lights; where pdf() is 0, of those that the camera sees.
+/// weighted against samples of lights; where pdf() is 0, of those that the camera sees, if flights
+/// add these.
 template <class Pdf>
 [[gnu::noinline]] inline void add_met(const PathSetup& s, const FlightLine& flight, const Pdf& pdf,
                                       Rgb throughput, PathResult& r) {
+  const float p = pdf();
+  if (p == 0 && s.depths != nullptr) return;
   const Ray ray{flight.from, Vec3d(flight.direction)};
   for (std::size_t i = 0; i < s.light.sources.size(); ++i) {
     const LightMet met = std::visit(
         [&](const auto& light) { return light.met(ray, flight.length); }, s.light.sources[i]);
     if (!(largest(met.radiance) > 0)) continue;
-    const float p = pdf();
     if (p == 0 && !met.visible) continue;  // of the camera
     const Rgb sum = throughput * met.radiance * (p > 0 ? balance(p, met.pdf) : 1.0f);
     r.radiance += sum;
@@ -132,18 +141,25 @@ inline void add_on_the_way(const PathSetup& s, const FlightLine& flight, const P
   if (s.light.met_on_flights) add_met(s, flight, pdf, throughput, r);
 }
 
-/// Light in the direction of a camera ray that met nothing.
+/// Light of suns and of the sky in the direction of a camera ray that met nothing.
 inline void add_seen(const PathSetup& s, Vec3f direction, Rgb throughput, PathResult& r) {
-  Rgb sum = s.light.sky.radiance(direction) - s.constant;
-  if (r.in_layers()) r.sky() += throughput * sum;
+  add_light(s, s.light.sources.size(), throughput * (s.light.sky.radiance(direction) - s.constant),
+            r);
   for (std::size_t i = 0; i < s.light.sources.size(); ++i) {
     const auto* const sun = std::get_if<SunLight>(&s.light.sources[i]);
-    if (sun == nullptr) continue;
-    const Rgb seen = sun->seen(direction);
-    sum += seen;
-    if (r.in_layers()) r.layers[i] += throughput * seen;
+    if (sun != nullptr) add_light(s, i, throughput * sun->seen(direction), r);
   }
-  r.radiance += throughput * sum;
+}
+
+/// The sky in that direction, as far as it is not seen through volumes as lights are.
+[[nodiscard]] inline Rgb faint_sky(const PathSetup& s, Vec3f direction) {
+  const Rgb sky = s.light.sky.radiance(direction);
+  return luminance(sky) < s.light.bright_sky ? sky - s.constant : Rgb(0.0f);
+}
+/// And the rest of it.
+[[nodiscard]] inline Rgb bright_sky(const PathSetup& s, Vec3f direction) {
+  const Rgb sky = s.light.sky.radiance(direction);
+  return luminance(sky) < s.light.bright_sky ? Rgb(0.0f) : sky - s.constant;
 }
 
 /// Light in the direction of a ray that left the cloud after it was scattered there with the

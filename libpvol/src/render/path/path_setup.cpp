@@ -1,6 +1,8 @@
 #include "render/path/path_setup.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "pvol/volume/facts.h"
@@ -23,6 +25,37 @@ constexpr std::size_t kMostAsked = 64;
     light += std::visit([&](const auto& l) { return luminance(l.irradiance_on(box)); }, source);
   }
   return kUnit * light;
+}
+
+/// Luminance from which on a sky counts as a light that is seen. Below about twice the radiance of
+/// the clouds before it, what is seen only of rays that pass varies less (THEORY.md, T5.26).
+[[nodiscard]] float bright_sky_of(const SkyLight& sky) {
+  constexpr float kBright = 8;
+  const float bright = kBright * sky.mean_luminance();
+  return sky.largest_luminance() > bright ? bright : std::numeric_limits<float>::infinity();
+}
+
+/// Numbers of lights that a ray of the camera may meet: on its way, or behind all.
+[[nodiscard]] std::vector<std::uint32_t> find_seen(std::span<const LightSource> lights, bool sky) {
+  std::vector<std::uint32_t> seen;
+  for (std::uint32_t i = 0; i < lights.size(); ++i) {
+    const auto* const sun = std::get_if<SunLight>(&lights[i]);
+    if (sun != nullptr ? sun->disc_pdf > 0 : any_is_met({&lights[i], 1})) seen.push_back(i);
+  }
+  if (sky) seen.push_back(std::uint32_t(lights.size()));
+  return seen;
+}
+
+/// Lines towards those lights: none in deep pictures, whose samples have nothing of what is behind
+/// them, nor where a few points for each cell would leave depths too uncertain (THEORY.md, T5.26).
+[[nodiscard]] std::shared_ptr<const LineSources> prepare_depths(const RenderPlan& plan) {
+  constexpr double kMostPoints = 16;
+  constexpr int kCellsOfLeaf = 8;
+  double points = 1;
+  for (const Volume& v : plan.volumes) points = std::max(points, std::ceil(thickest_cell(v)));
+  if (points > kMostPoints || plan.scene.options.deep) return nullptr;
+  return std::make_shared<const LineSources>(depth_sources(plan.volumes),
+                                             kCellsOfLeaf * int(points));
 }
 
 [[nodiscard]] bool is_one_by_one(const RenderPlan& plan, std::size_t volume) {
@@ -58,6 +91,8 @@ LightSetup::LightSetup(const RenderPlan& plan, const Box& box)
       many(sources.size() > kMostAsked ? std::make_shared<const ManyLights>(sources) : nullptr),
       shadow_unit(shadow_unit_of(sky, sources, box)),
       met_on_flights(any_is_met(sources)),
+      bright_sky(bright_sky_of(sky)),
+      seen(find_seen(sources, std::isfinite(bright_sky))),
       open_sky(plan.surfaces && plan.surfaces->camera->catch_shadows()
                    ? std::make_shared<const OpenSky>(sky)
                    : nullptr) {}
@@ -114,6 +149,7 @@ PathSetup::PathSetup(const RenderPlan& plan, Rgb constant_,
     if (plan.shells[i].kept) volumes.back().shell.emplace(*v.shell, v.density.octree.origin);
   }
   if (std::ranges::any_of(volumes, &VolumeSetup::asks_lamps)) lamps = Lamps(light.sources);
+  if (!light.seen.empty()) depths = prepare_depths(plan);
 }
 
 PathSetup PathSetup::in_small(int pixels) const {

@@ -57,6 +57,9 @@ struct LightSetup {
   std::shared_ptr<const ManyLights> many;  ///< where some are drawn of so many, else null
   float shadow_unit;    ///< radiance for which there is one shadow ray (THEORY.md, T5.2)
   bool met_on_flights;  ///< whether flights may meet some of the lights
+  float bright_sky;     ///< luminance from which on the sky is seen as lights are
+  /// Numbers of those that the camera may see; that of the sky is the one after them.
+  std::vector<std::uint32_t> seen;
   std::shared_ptr<const OpenSky> open_sky;  ///< where surfaces catch shadows, else null
 
   /// `box` is around the volumes.
@@ -94,6 +97,8 @@ struct PathSetup {
   std::shared_ptr<const Instances> instances;     ///< of the volumes
   std::shared_ptr<const EmissionSetup> emission;  ///< along flights; null: there is none
   Lamps lamps{};  ///< where flights through any volume ask them (lamps_along.h), else none
+  /// Of the volumes before lights that are seen (seen_lights-inl.h); null: flights add these.
+  std::shared_ptr<const LineSources> depths;
   std::shared_ptr<const Surfaces> surfaces;     ///< null: there are none
   std::shared_ptr<const SceneObjects> objects;  ///< null: nobody asks
 

@@ -122,9 +122,10 @@ std::optional<Decision> decide_emission(const RenderPlan& p, const RenderOptions
   const detail::EmissionSetup& e = *p.emission;
   const bool fires = std::ranges::any_of(p.volumes, [](const Volume& v) { return bool(v.fire); });
   const bool collide = std::ranges::any_of(e.at_collisions, [](const auto& f) { return bool(f); });
-  std::string choice = !collide            ? "gathered along flights"
-                       : e.sources.empty() ? "gathered at collisions"
-                                           : "gathered at collisions, in thin parts along flights";
+  std::string choice = !collide ? "gathered along flights"
+                       : e.lines.sources.empty()
+                           ? "gathered at collisions"
+                           : "gathered at collisions, in thin parts along flights";
   if (e.sampled_in_volumes) {
     choice += ", and sampled as a light";
   } else if (e.sampled_on_surfaces && !p.scene.surfaces.empty()) {

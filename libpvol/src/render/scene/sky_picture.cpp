@@ -37,8 +37,10 @@ SkyPicture::SkyPicture(ImageSky image, SkyPixels pixels)
   for (int y = 0; y < height; ++y) {
     const double solid_angle = row_y_[std::size_t(y)] - row_y_[std::size_t(y) + 1];
     for (int x = 0; x < width; ++x) {
-      sum += shares[index(x, y)] = double(weight(x, y)) * solid_angle;
-      if (smooth_) weights_.push_back(weight(x, y));
+      const float luminance = weight(x, y);
+      sum += shares[index(x, y)] = double(luminance) * solid_angle;
+      largest_luminance_ = std::max(largest_luminance_, luminance);
+      if (smooth_) weights_.push_back(luminance);
     }
   }
   mean_luminance_ = float(sum / (2 * width));

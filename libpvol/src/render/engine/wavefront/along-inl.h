@@ -35,17 +35,17 @@ struct Along {
   std::span<const WavefrontScene> scenes;
   Rng& rng;
 
-  [[nodiscard]] Rgb operator()(const EmissionSetup& setup, const Ray& ray, double distance,
+  [[nodiscard]] Rgb operator()(const LineSources& lines, const Ray& ray, double distance,
                                float time) const {
     Rgb sum(0.0f);
     const float u = rng.uniform();
-    setup.tree.visit(ray, distance, [&](std::uint32_t i, double limit) {
-      const EmissionSource& source = setup.sources[i];
+    lines.tree.visit(ray, distance, [&](std::uint32_t i, double limit) {
+      const EmissionSource& source = lines.sources[i];
       const WavefrontScene& s = scenes[source.volume];
       if (source.is_even_medium() && has_lines(s.field, *source.field)) {
-        sum += source.of_depth * depth_along(s, source, ray, distance, time, setup.points, rng);
+        sum += source.of_depth * depth_along(s, source, ray, distance, time, lines.points, rng);
       } else {
-        sum += integrate(source, ray, distance, time, u, setup.points);
+        sum += integrate(source, ray, distance, time, u, lines.points);
       }
       return limit;
     });

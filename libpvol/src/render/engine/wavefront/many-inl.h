@@ -166,6 +166,10 @@ void start(const World& w, const Samples::Sample& sample, std::uint32_t slot, co
     sent.time = sample_time(w.setup, x, y, number);
     w.m.slots.times[slot] = sent.time;
   }
+  if (w.setup.depths != nullptr) {
+    Rng own = numbers_aside(w.setup, x, y, number, Aside::lights);
+    see_lights(w.scenes, w.m, slot, ray, sent.time, own);
+  }
   send<ComponentKind>(w, sent, rng);
 }
 

@@ -8,6 +8,7 @@
 #endif
 
 #include "render/engine/wavefront/scatter-inl.h"
+#include "render/engine/wavefront/seen_lights-inl.h"
 #include "render/engine/wavefront/wavefront.h"
 #include "render/path/camera_rays.h"
 
@@ -44,7 +45,11 @@ inline void see_behind(const PathSetup& s, WavefrontMemory& m, std::uint32_t slo
   if (!s.options.background) return;
   m.slots.add(slot, 0, [&](PathResult& r) {
     add_constant(s, weight, r);
-    add_seen(s, direction, weight, r);
+    if (s.depths == nullptr) {
+      add_seen(s, direction, weight, r);
+    } else {
+      add_light(s, s.light.sources.size(), weight * faint_sky(s, direction), r);
+    }
   });
 }
 
@@ -57,13 +62,6 @@ HWY_INLINE void end_path(const WavefrontScene& s, WavefrontMemory& m, const Reco
     const auto pdf = [&] { return q[kPdf][at]; };
     add_scattered(s.setup, pdf, direction_at(q, at), weight_at<ComponentKind>(q, at) * factor, r);
   });
-}
-
-/// Light of a source, or of the sky, which has the number after them, has arrived.
-inline void add_light(const PathSetup& s, std::size_t light, Rgb arrived, PathResult& r) {
-  r.radiance += arrived;
-  if (!r.in_layers()) return;
-  (light == s.light.sources.size() ? r.sky() : r.layers[light]) += arrived;
 }
 
 /// What a shadow ray that left brings from its light.
@@ -174,6 +172,11 @@ inline void start(const WavefrontScene& s, WavefrontMemory& m, const Samples::Sa
                     film.first_sample + sample.number);
   m.slots.note_pixel(slot, film.x + sample.x, film.y + sample.y);
   const Ray& ray = from.ray;
+  if (s.setup.depths != nullptr) {
+    Rng own = numbers_aside(s.setup, film.x + sample.x, film.y + sample.y,
+                            film.first_sample + sample.number, Aside::lights);
+    see_lights({&s, 1}, m, slot, ray, 0, own);
+  }
   const Ray cells = s.volume.in_cells(ray);
   const auto span = s.volume.in_box(cells);
   const Vec3f d(ray.d);

@@ -121,9 +121,10 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
     if (volume.volume.density.motion != nullptr) fields |= bit(kTime), field.time_field = kTime;
   }
   const auto emits_outside = [&] {
-    return s.emission && !std::ranges::all_of(s.emission->sources, &EmissionSource::is_medium);
+    return s.emission &&
+           !std::ranges::all_of(s.emission->lines.sources, &EmissionSource::is_medium);
   };
-  lines_outside = lines && (s.light.met_on_flights || emits_outside());
+  lines_outside = lines && ((s.light.met_on_flights && s.depths == nullptr) || emits_outside());
   if (lines) fields |= bit(kFromX) | bit(kFromY) | bit(kFromZ);
 }
 

@@ -6,16 +6,23 @@
 
 namespace pvol::detail {
 
+LineSources::LineSources(std::vector<EmissionSource> all, int points_)
+    : sources(std::move(all)), points(points_) {
+  std::vector<Box> boxes;
+  for (const EmissionSource& s : sources) boxes.push_back(s.box);
+  tree = BoxTree(boxes);
+}
+
 std::shared_ptr<const EmissionSetup> prepare_emission(std::span<const Volume> volumes,
                                                       const Scene& scene) {
   const RenderOptions& options = scene.options;
-  EmissionSetup setup{.sources = emission_sources(volumes, options),
-                      .points = options.emission_points};
-  if (setup.sources.empty()) return nullptr;
+  std::vector<EmissionSource> sources = emission_sources(volumes, options);
+  if (sources.empty()) return nullptr;
+  std::vector<std::shared_ptr<const FireAtCollisions>> at_collisions;
   for (const Volume& v : volumes) {
-    const auto its = std::ranges::find(setup.sources, v.fire.get(), &EmissionSource::fire);
-    const bool burns = v.fire != nullptr && its != setup.sources.end();
-    setup.at_collisions.push_back(burns ? its->at_collisions : nullptr);
+    const auto its = std::ranges::find(sources, v.fire.get(), &EmissionSource::fire);
+    const bool burns = v.fire != nullptr && its != sources.end();
+    at_collisions.push_back(burns ? its->at_collisions : nullptr);
   }
   const bool scatters =
       std::ranges::any_of(
@@ -24,14 +31,16 @@ std::shared_ptr<const EmissionSetup> prepare_emission(std::span<const Volume> vo
       std::ranges::any_of(scene.surfaces, [](const Surface& s) {
         return max_component(material_of(s).albedo) > 0;
       });
-  setup.lit = scatters && options.max_bounces != 0u;
-  setup.sampled_in_volumes = setup.sampled_on_surfaces = setup.lit;
-  if (setup.lit) setup.lights = EmissionLights(setup.sources);
-  std::erase_if(setup.sources, [](const EmissionSource& s) { return s.lines().empty(); });
-  std::vector<Box> boxes;
-  for (const EmissionSource& s : setup.sources) boxes.push_back(s.box);
-  setup.tree = BoxTree(boxes);
-  return std::make_shared<const EmissionSetup>(std::move(setup));
+  const bool lit = scatters && options.max_bounces != 0u;
+  EmissionLights lights(lit ? sources : std::vector<EmissionSource>());
+  std::erase_if(sources, [](const EmissionSource& s) { return s.lines().empty(); });
+  return std::make_shared<const EmissionSetup>(
+      EmissionSetup{.lines = {std::move(sources), options.emission_points},
+                    .at_collisions = std::move(at_collisions),
+                    .lit = lit,
+                    .lights = std::move(lights),
+                    .sampled_in_volumes = lit,
+                    .sampled_on_surfaces = lit});
 }
 
 }  // namespace pvol::detail

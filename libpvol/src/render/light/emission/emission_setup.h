@@ -9,13 +9,20 @@
 
 namespace pvol::detail {
 
+/// What lines are asked for.
+struct LineSources {
+  std::vector<EmissionSource> sources;
+  BoxTree tree{};  ///< of their boxes
+  int points = 1;  ///< of a line, for each leaf on its way
+
+  LineSources(std::vector<EmissionSource> all, int points_);
+};
+
 /// Everything that emits along flights, made once for a plan.
 struct EmissionSetup {
-  std::vector<EmissionSource> sources;  ///< with light that flights gather on their way
-  BoxTree tree{};                       ///< of their boxes
+  LineSources lines;  ///< with light that flights gather on their way
   /// Of the fire of each volume, where collisions bring light of it; else null.
   std::vector<std::shared_ptr<const FireAtCollisions>> at_collisions{};
-  int points = 1;             ///< of a line, for each leaf on its way
   bool lit = false;           ///< whether anything scatters its light
   EmissionLights lights{{}};  ///< of all that emits, where it is lit
   /// Whether scatterings in volumes, and those on surfaces, sample it as a light besides.

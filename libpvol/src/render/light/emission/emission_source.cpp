@@ -91,30 +91,43 @@ std::shared_ptr<const FireAtCollisions> score_at_collisions(const Volume& volume
   return scored->holds_any() ? scored : nullptr;
 }
 
+/// Adds the source at each place of its volume, one of `volumes`.
+void add_places(std::span<const Volume> volumes, const Volume& v, EmissionSource source,
+                std::vector<EmissionSource>& to) {
+  if (source.field->octree.empty()) return;
+  source.volume = std::size_t(&v - volumes.data());
+  for (std::size_t place = 0; place < count_places(v); ++place) {
+    source.to_first = to_first_place(v, place);
+    source.moves = place_moves(v, place) ? &v.moving_places->all[place] : nullptr;
+    source.object_to_first = v.object_to_world;
+    source.box = world_box(*source.field, v, place);
+    to.push_back(source);
+  }
+}
+
 }  // namespace
 
 std::vector<EmissionSource> emission_sources(std::span<const Volume> volumes,
                                              const RenderOptions& options) {
   std::vector<EmissionSource> all;
-  const auto add = [&](const Volume& v, EmissionSource source) {
-    source.volume = std::size_t(&v - volumes.data());
-    for (std::size_t place = 0; place < count_places(v); ++place) {
-      source.to_first = to_first_place(v, place);
-      source.moves = place_moves(v, place) ? &v.moving_places->all[place] : nullptr;
-      source.object_to_first = v.object_to_world;
-      source.box = world_box(*source.field, v, place);
-      all.push_back(source);
-    }
-  };
   for (const Volume& v : volumes) {
     if (v.fire != nullptr) {
-      add(v, {.field = &v.fire->field,
-              .fire = v.fire.get(),
-              .at_collisions = score_at_collisions(v, options)});
+      add_places(volumes, v,
+                 {.field = &v.fire->field,
+                  .fire = v.fire.get(),
+                  .at_collisions = score_at_collisions(v, options)},
+                 all);
     }
-    if (gathers_along_flights(v, options)) add(v, source_of(v));
+    if (gathers_along_flights(v, options)) add_places(volumes, v, source_of(v), all);
   }
-  std::erase_if(all, [](const EmissionSource& s) { return s.field->octree.empty(); });
+  return all;
+}
+
+std::vector<EmissionSource> depth_sources(std::span<const Volume> volumes) {
+  std::vector<EmissionSource> all;
+  for (const Volume& v : volumes) {
+    add_places(volumes, v, {.field = &v.density, .of_depth = v.medium.extinction_color}, all);
+  }
   return all;
 }
 

@@ -63,6 +63,9 @@ struct EmissionSource {
 [[nodiscard]] std::vector<EmissionSource> emission_sources(std::span<const Volume> volumes,
                                                            const RenderOptions& options);
 
+/// Each place of each volume, which emits 1 per optical depth of a channel: lines find depths.
+[[nodiscard]] std::vector<EmissionSource> depth_sources(std::span<const Volume> volumes);
+
 /// The integral of what the source emits along a ray of the world of unit direction, up to a
 /// distance that may be infinite, at a time in frames, by points spread over the segments of its
 /// octree: one for each kStride cells, times `points`. With u uniform in [0, 1) right on average,
