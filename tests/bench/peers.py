@@ -168,6 +168,14 @@ def pbrt_lights(scene):
         text += (f'LightSource "spot" "point3 from" [ {triple(spot["position"])} ] '
                  f'"point3 to" [ {triple(to)} ] {grey("I", spot["intensity"])} "float coneangle" {cone} '
                  f'"float conedeltaangle" {cone * spot["blend"]}\n')
+    for area in scene.get("area", []):
+        if area["direction"] != [0, 0, 1]:
+            raise NotThere("areas that look elsewhere than along z")
+        x, y, z = area["position"]
+        w, h = (edge / 2 for edge in area["size"])
+        corners = [(x - w, y - h, z), (x + w, y - h, z), (x - w, y + h, z), (x + w, y + h, z)]
+        text += (f'AttributeBegin\nAreaLightSource "diffuse" {grey("L", area["radiance"])}\n'
+                 f'Shape "bilinearmesh" "point3 P" [ {" ".join(triple(c) for c in corners)} ]\nAttributeEnd\n')
     for plane in scene.get("plane", []):
         height = plane["point"][1]
         text += (f'AttributeBegin\nMaterial "diffuse" "spectrum reflectance" {spectrum(plane["albedo"])}\n'
@@ -222,8 +230,8 @@ def render_by_pbrt(pbrt, tools, name, folder, spp, seed):
 
 def render_by_cycles(blender, tools, name, folder, spp, seed):
     scene = read_scene(name)
-    if "spot" in scene or any("emission" in medium for _, medium in volumes_of(scene)):
-        raise NotThere("a spot that fades so, or emission by absorption")
+    if "spot" in scene or "area" in scene or any("emission" in medium for _, medium in volumes_of(scene)):
+        raise NotThere("a spot that fades so, areas that are seen, or emission by absorption")
     for file, _ in volumes_of(scene):
         cloud_of(tools, file, folder)
     picture = folder / "cycles.exr"
