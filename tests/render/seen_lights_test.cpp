@@ -143,7 +143,8 @@ CloudScene before(const Behind& light, double extinction) {
 struct Passed {
   double mean = 0, variance = 0, analog_variance = 0;
 };
-Passed passed_through(const CloudScene& s, const std::vector<Affine>& to_world, double share = 1) {
+Passed passed_through(const Field& field, const CloudScene& s, const std::vector<Affine>& to_world,
+                      double share = 1) {
   constexpr int kRays = 3;  // across a pixel
   const detail::Projection projection(s.camera, s.options.width, s.options.height);
   const auto transmittance = [&](const Ray& ray) {
@@ -152,7 +153,7 @@ Passed passed_through(const CloudScene& s, const std::vector<Affine>& to_world, 
       const Affine to_cloud = inverse(map);
       const Ray own{to_cloud.point(ray.o), to_cloud.vector(ray.d)};
       depth +=
-          RayOracle(cloud(), s.options.look_up, own, share * s.medium.extinction).optical_depth();
+          RayOracle(field, s.options.look_up, own, share * s.medium.extinction).optical_depth();
     }
     return std::exp(-depth);
   };
@@ -202,7 +203,7 @@ void expect_passed_by(const Behind& light, double extinction, LookUp look_up,
                       proof::Family& family) {
   CloudScene s = before(light, extinction);
   s.options.look_up = look_up;
-  const Passed p = passed_through(s, {Affine{}});
+  const Passed p = passed_through(cloud(), s, {Affine{}});
   const Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid, look_up), s);
   expect_passed({v}, s, {p, p, p},
                 light.name + " at " + std::to_string(extinction) + " by " + name(look_up), family);
@@ -227,7 +228,7 @@ TEST(SeenLights, ThatAreFaintPassAsMuch) {
     CloudScene s = before(light, 0.4);
     s.lights.push_back(Sun{{0, 1, 0}, Rgb(200.0f), 0});
     s.options.samples = proof::samples(400);
-    const Passed p = passed_through(s, {Affine{}});
+    const Passed p = passed_through(cloud(), s, {Affine{}});
     const Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
     proof::Moments mean;
     for (int seed = 0; seed < 8; ++seed) {
@@ -250,14 +251,38 @@ TEST(SeenLights, PassSeveralVolumesChannelByChannel) {
     std::vector<Volume> volumes{make_volume(cloud().grid, pyramid, s)};
     s.medium.object_to_world = beside;
     volumes.push_back(make_volume(cloud().grid, pyramid, s));
-    const Passed grey = passed_through(s, {Affine{}, beside});
+    const Passed grey = passed_through(cloud(), s, {Affine{}, beside});
     expect_passed(volumes, s, {grey, grey, grey}, light.name + " behind two", family);
     const Rgb shares{1.0f, 0.5f, 0.2f};
     std::array<Passed, 3> colored;
     for (int c = 0; c < 3; ++c)
-      colored[std::size_t(c)] = passed_through(s, {Affine{}, beside}, double(shares[c]));
+      colored[std::size_t(c)] = passed_through(cloud(), s, {Affine{}, beside}, double(shares[c]));
     for (Volume& v : volumes) v.medium.extinction_color = shares;
     expect_passed(volumes, s, colored, light.name + " behind two of a colour", family);
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+/// Samples of which most lie below half a step of their bricks' codes, which are 0 there.
+const Field& coarse() {
+  static const Field f = make_field("coarse", {-12, -12, -12}, {24, 24, 24}, [](Vec3i p) {
+    const int number = (p.x & 7) * 64 + (p.y & 7) * 8 + (p.z & 7);
+    return number == 219 ? 1.0 : number == 73 ? 0.0 : 0.0017;
+  });
+  return f;
+}
+
+TEST(SeenLights, PassCoarseCodesAsMuchAsSamples) {
+  proof::Family family;
+  for (const SampleStorage storage : {SampleStorage::shared, SampleStorage::copied}) {
+    CloudScene s = before(behind().front(), 12);
+    const Passed p = passed_through(coarse(), s, {Affine{}});
+    VolumeOptions o = s.volume_options();
+    o.samples = storage;
+    const Volume v =
+        pvol::make_volume(coarse().grid, build_pyramid(coarse().grid), s.medium.medium(), o);
+    expect_passed({v}, s, {p, p, p}, storage == SampleStorage::shared ? "by codes" : "by samples",
+                  family);
   }
   EXPECT_TRUE(family.passes());
 }

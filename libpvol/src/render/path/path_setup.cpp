@@ -47,15 +47,14 @@ constexpr std::size_t kMostAsked = 64;
 }
 
 /// Lines towards those lights: none in deep pictures, whose samples have nothing of what is behind
-/// them, nor where a few points for each cell would leave depths too uncertain (THEORY.md, T5.26).
+/// them, nor where it would take many points in a cell to tell depths (THEORY.md, T5.26).
 [[nodiscard]] std::shared_ptr<const LineSources> prepare_depths(const RenderPlan& plan) {
-  constexpr double kMostPoints = 16;
-  constexpr int kCellsOfLeaf = 8;
-  double points = 1;
-  for (const Volume& v : plan.volumes) points = std::max(points, std::ceil(thickest_cell(v)));
-  if (points > kMostPoints || plan.scene.options.deep) return nullptr;
-  return std::make_shared<const LineSources>(depth_sources(plan.volumes),
-                                             kCellsOfLeaf * int(points));
+  constexpr double kBetween = 0.5, kThickest = 16;  // depths between points, and across a cell
+  double thickest = 0;
+  for (const Volume& v : plan.volumes) thickest = std::max(thickest, thickest_cell(v));
+  if (!(thickest <= kThickest) || plan.scene.options.deep) return nullptr;
+  const double points = std::max(1.0, std::ceil(kLeafEdge * thickest / kBetween));
+  return std::make_shared<const LineSources>(depth_sources(plan.volumes), int(points));
 }
 
 [[nodiscard]] bool is_one_by_one(const RenderPlan& plan, std::size_t volume) {
