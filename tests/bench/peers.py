@@ -174,7 +174,8 @@ def pbrt_lights(scene):
         x, y, z = area["position"]
         w, h = (edge / 2 for edge in area["size"])
         corners = [(x - w, y - h, z), (x + w, y - h, z), (x - w, y + h, z), (x + w, y + h, z)]
-        text += (f'AttributeBegin\nAreaLightSource "diffuse" {grey("L", area["radiance"])}\n'
+        text += (f'AttributeBegin\nMaterial "diffuse" "spectrum reflectance" {spectrum(0)}\n'
+                 f'AreaLightSource "diffuse" {grey("L", area["radiance"])}\n'
                  f'Shape "bilinearmesh" "point3 P" [ {" ".join(triple(c) for c in corners)} ]\nAttributeEnd\n')
     for plane in scene.get("plane", []):
         height = plane["point"][1]

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Cost at equal noise of ten shots, each hard for another kind of light: two programs, or two settings of
+"""Cost at equal noise of twelve shots, each hard for another kind of light: two programs, or two settings of
 one, in turn in one run, on one thread.
 
     tests/bench/shots.py OLD NEW [--rounds 3] [--size 160x90] [--spp 16] [--more 64] [--shot NAME]...
@@ -97,6 +97,13 @@ SHOTS = {
            "rotate = [0, 1, 0, 160]", "translate = [0.9, 0, 0.1]") + NIGHT + BEFORE_COLUMN +
     point((0.5, 1.4, 0.5), 2),
     "sky of 100 clouds": instances(100).replace("{samples}", str(SAMPLES)),
+    "sun behind a stratus": volume("stratus.toml", "extinction = 10", "albedo = 0.999", "g = 0.8") +
+    camera([0, -0.6, 0], [0.3, 0.2, 0.2], 20) +
+    "[[sun]]\ndirection = [0.3, 0.8, 0.2]\nirradiance = 3\nangle = 0.53\n"
+    '[environment]\ntype = "constant"\nradiance = [0.2, 0.3, 0.5]\n',
+    "window behind smoke": volume("column.toml", "extinction = 8", *SMOKE) + NIGHT + BEFORE_COLUMN +
+    "[[area]]\nposition = [0.2, 1.2, -1.5]\ndirection = [0, 0, 1]\nsize = [2.4, 1.8]\n"
+    "radiance = [6, 5, 4]\n",
     "inside a cloud": volume("cumulus.toml", "extinction = 3", *CLOUD) + SUN +
     camera([0.1, 0.3, 0.1], [-0.6, 0.5, 0.8], 60),
 }

@@ -69,7 +69,8 @@ INSTANTIATE_TEST_SUITE_P(Scenes, References,
                                            Case{"ground", 1024}, Case{"inside", 1024},
                                            Case{"isotropic", 1024}, Case{"lamp", 4096},
                                            Case{"low_sun", 8192}, Case{"overcast", 1024},
-                                           Case{"spot", 1024}, Case{"two", 1024}),
+                                           Case{"spot", 1024}, Case{"two", 1024},
+                                           Case{"window", 1024}),
                          [](const auto& test) { return test.param.scene; });
 
 }  // namespace references_test

@@ -179,20 +179,21 @@ Box world_box(const VolumeField& field, const Volume& volume, std::size_t place)
 
 namespace {
 
-/// The edge of a cell in the world, where it is largest.
-double largest_cell(const Volume& volume) {
-  double cell_length = 0;
+/// The largest length_of(map from cells to the world) at any place and time.
+template <class LengthOf>
+double largest_cell(const Volume& volume, const LengthOf& length_of) {
+  double most = 0;
   for (std::size_t place = 0; place < count_places(volume); ++place) {
     const Affine to_cells = volume.density.world_to_cells * to_first_place(volume, place);
-    cell_length = std::max(cell_length, std::cbrt(1 / std::abs(determinant(to_cells))));
+    most = std::max(most, length_of(inverse(to_cells)));
     if (!place_moves(volume, place)) continue;
     const MovingPlaces& m = *volume.moving_places;
     for (const double u : {0.0, 0.5, 1.0}) {
       const Affine map = m.all[place].at(m.shutter.at(u)) * cells_to_object(volume.density, volume);
-      cell_length = std::max(cell_length, std::cbrt(std::abs(determinant(map))));
+      most = std::max(most, length_of(map));
     }
   }
-  return cell_length;
+  return most;
 }
 
 }  // namespace
@@ -202,11 +203,17 @@ double thickest_cell(const Volume& volume) {
   for (const Octree::Entry& e : volume.density.octree.entries) {
     if (e.log2 > 0) most = std::max(most, e.hi);
   }
-  return double(most) * largest_cell(volume);
+  return double(most) * largest_cell(volume, [](const Affine& to_world) {
+           double longest = 0;
+           for (int axis = 0; axis < 3; ++axis)
+             longest = std::max(longest, detail::column_length(to_world, axis));
+           return longest;
+         });
 }
 
 double worst_null_collisions(const Volume& volume) {
-  const double cell_length = largest_cell(volume);
+  const double cell_length = largest_cell(
+      volume, [](const Affine& to_world) { return std::cbrt(std::abs(determinant(to_world))); });
   double most = 0;
   for (const Octree::Entry& e : volume.density.octree.entries) {
     if (e.log2 > 0) most = std::max(most, double(e.hi - e.lo) * std::ldexp(cell_length, e.log2));

@@ -49,7 +49,7 @@ struct VolumeFacts {
 /// About how many null collisions a ray meets in the thin part of the worst segment.
 [[nodiscard]] double worst_null_collisions(const Volume& volume);
 
-/// The largest optical depth across a cell of the volume, anywhere, or more.
+/// The largest optical depth along an edge of a cell of the volume, anywhere, or more.
 [[nodiscard]] double thickest_cell(const Volume& volume);
 
 /// What follows from a density without its bounds. Those of a recipe are estimates from samples of

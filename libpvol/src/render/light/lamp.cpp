@@ -33,4 +33,10 @@ Lamps::Lamps(std::span<const LightSource> lights) {
   }
 }
 
+bool camera_meets(const Light& light) {
+  const auto* const point = std::get_if<PointLight>(&light);
+  const auto* const area = std::get_if<AreaLight>(&light);
+  return (point && point->radius > 0 && point->visible_camera) || (area && area->visible_camera);
+}
+
 }  // namespace pvol::detail

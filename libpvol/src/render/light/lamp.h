@@ -16,6 +16,9 @@ struct Lamp {
 
 [[nodiscard]] Lamp lamp_of(const LightSource& light);
 
+/// Whether it has an extent that the camera sees.
+[[nodiscard]] bool camera_meets(const Light& light);
+
 /// Those of a scene by the numbers of its lights, and as tables of floats for choices among many.
 struct Lamps {
   std::vector<Lamp> all{};

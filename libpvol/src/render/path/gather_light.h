@@ -124,9 +124,7 @@ template <class Pdf>
         [&](const auto& light) { return light.met(ray, flight.length); }, s.light.sources[i]);
     if (!(largest(met.radiance) > 0)) continue;
     if (p == 0 && !met.visible) continue;  // of the camera
-    const Rgb sum = throughput * met.radiance * (p > 0 ? balance(p, met.pdf) : 1.0f);
-    r.radiance += sum;
-    if (r.in_layers()) r.layers[i] += sum;
+    add_light(s, i, throughput * met.radiance * (p > 0 ? balance(p, met.pdf) : 1.0f), r);
   }
 }
 

@@ -36,11 +36,12 @@ constexpr std::size_t kMostAsked = 64;
 }
 
 /// Numbers of lights that a ray of the camera may meet: on its way, or behind all.
-[[nodiscard]] std::vector<std::uint32_t> find_seen(std::span<const LightSource> lights, bool sky) {
+[[nodiscard]] std::vector<std::uint32_t> find_seen(std::span<const Light> lights,
+                                                   std::span<const LightSource> sources, bool sky) {
   std::vector<std::uint32_t> seen;
   for (std::uint32_t i = 0; i < lights.size(); ++i) {
-    const auto* const sun = std::get_if<SunLight>(&lights[i]);
-    if (sun != nullptr ? sun->disc_pdf > 0 : any_is_met({&lights[i], 1})) seen.push_back(i);
+    const auto* const sun = std::get_if<SunLight>(&sources[i]);
+    if (sun != nullptr ? sun->disc_pdf > 0 : camera_meets(lights[i])) seen.push_back(i);
   }
   if (sky) seen.push_back(std::uint32_t(lights.size()));
   return seen;
@@ -49,12 +50,12 @@ constexpr std::size_t kMostAsked = 64;
 /// Lines towards those lights: none in deep pictures, whose samples have nothing of what is behind
 /// them, nor where it would take many points in a cell to tell depths (THEORY.md, T5.26).
 [[nodiscard]] std::shared_ptr<const LineSources> prepare_depths(const RenderPlan& plan) {
-  constexpr double kBetween = 0.5, kThickest = 16;  // depths between points, and across a cell
-  double thickest = 0;
-  for (const Volume& v : plan.volumes) thickest = std::max(thickest, thickest_cell(v));
-  if (!(thickest <= kThickest) || plan.scene.options.deep) return nullptr;
-  const double points = std::max(1.0, std::ceil(kLeafEdge * thickest / kBetween));
-  return std::make_shared<const LineSources>(depth_sources(plan.volumes), int(points));
+  constexpr int kMostPoints = 4 * kLeafEdge;
+  if (plan.scene.options.deep) return nullptr;
+  std::vector<EmissionSource> all = depth_sources(plan.volumes);
+  const auto takes_many = [](const EmissionSource& s) { return s.points > kMostPoints; };
+  if (std::ranges::any_of(all, takes_many)) return nullptr;
+  return std::make_shared<const LineSources>(std::move(all));
 }
 
 [[nodiscard]] bool is_one_by_one(const RenderPlan& plan, std::size_t volume) {
@@ -91,7 +92,7 @@ LightSetup::LightSetup(const RenderPlan& plan, const Box& box)
       shadow_unit(shadow_unit_of(sky, sources, box)),
       met_on_flights(any_is_met(sources)),
       bright_sky(bright_sky_of(sky)),
-      seen(find_seen(sources, std::isfinite(bright_sky))),
+      seen(find_seen(lighting->lights, sources, std::isfinite(bright_sky))),
       open_sky(plan.surfaces && plan.surfaces->camera->catch_shadows()
                    ? std::make_shared<const OpenSky>(sky)
                    : nullptr) {}

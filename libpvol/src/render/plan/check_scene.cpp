@@ -95,13 +95,6 @@ void check_objects(std::span<const Volume> volumes, const Scene& scene) {
               std::to_string(kMostObjects) + "; render the others in another picture");
 }
 
-/// Whether camera rays may end their way with light of it.
-bool camera_meets(const Light& light) {
-  const auto* const point = std::get_if<PointLight>(&light);
-  const auto* const area = std::get_if<AreaLight>(&light);
-  return (point && point->radius > 0 && point->visible_camera) || (area && area->visible_camera);
-}
-
 /// Deep pictures are made of samples that collide or do not, and of memory.
 void check_deep(std::span<const Volume> volumes, const Scene& scene) {
   const RenderOptions& o = scene.options;

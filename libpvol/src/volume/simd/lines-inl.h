@@ -149,12 +149,18 @@ HWY_INLINE float lacking_in_codes(const SimdField& f, const SpreadPoints& all, s
   return sum.value();
 }
 
-/// The integral of mu_t along a line, right on average: by one point for each 8 cells, times
-/// `points` (THEORY.md, T5.11).
+/// How many points a line has.
+struct PointCount {
+  int of_leaf;  ///< for each leaf's edge on its way
+  int least;
+};
+
+/// The integral of mu_t along a line, right on average (THEORY.md, T5.11).
 template <LookUp kLookUp>
-HWY_NOINLINE float optical_depth(const SimdField& f, const Line& line, int points, Rng& rng) {
-  const float pieces = length(line.way) * float(points) / float(kLeafEdge);
-  const auto n = std::uint32_t(std::max(float(points), std::ceil(pieces)));
+HWY_NOINLINE float optical_depth(const SimdField& f, const Line& line, PointCount points,
+                                 Rng& rng) {
+  const float pieces = length(line.way) * float(points.of_leaf) / float(kLeafEdge);
+  const auto n = std::uint32_t(std::max(float(points.least), std::ceil(pieces)));
   const Philox::Block random = rng.block();
   const SpreadPoints all{f, line, n, std::uint32_t(random.lo)};
   const bool by_codes = f.samples == nullptr && f.codes != nullptr;
@@ -169,7 +175,7 @@ HWY_NOINLINE float optical_depth(const SimdField& f, const Line& line, int point
   return sum * f.scale * line.length / float(n);
 }
 
-HWY_INLINE float optical_depth(const SimdField& f, const Line& line, int points, Rng& rng) {
+HWY_INLINE float optical_depth(const SimdField& f, const Line& line, PointCount points, Rng& rng) {
   if (f.look_up == LookUp::nearest) return optical_depth<LookUp::nearest>(f, line, points, rng);
   return optical_depth<LookUp::trilinear>(f, line, points, rng);
 }

@@ -1,4 +1,5 @@
-// Emission along flights: of media by lines in lanes, of the rest line by line (THEORY.md, T5.11).
+// Emission and optical depths along lines: of even media in lanes, of the rest line by line
+// (THEORY.md, T5.11).
 
 #if defined(PVOL_LANE_ALONG_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PVOL_LANE_ALONG_INL_H
@@ -27,13 +28,14 @@ namespace pvol::detail::HWY_NAMESPACE {
   const double length = span->t1 - span->t0;
   const Line line{Vec3f(from + step * span->t0 + Vec3d(DenseBounds::kBorder)), Vec3f(step * length),
                   float(length)};
-  return optical_depth(s.field, line, points, rng);
+  return optical_depth(s.field, line, {points, source.least}, rng);
 }
 
-/// What emission_of asks of `along`, for flights through the volumes of scenes, by number.
+/// What emission_of asks of `along`, through the volumes of scenes, by number.
 struct Along {
   std::span<const WavefrontScene> scenes;
   Rng& rng;
+  int fewer = 1;  ///< so many times fewer points than sources have
 
   [[nodiscard]] Rgb operator()(const LineSources& lines, const Ray& ray, double distance,
                                float time) const {
@@ -42,10 +44,11 @@ struct Along {
     lines.tree.visit(ray, distance, [&](std::uint32_t i, double limit) {
       const EmissionSource& source = lines.sources[i];
       const WavefrontScene& s = scenes[source.volume];
+      const int points = std::max(source.points / fewer, 1);
       if (source.is_even_medium() && has_lines(s.field, *source.field)) {
-        sum += source.of_depth * depth_along(s, source, ray, distance, time, lines.points, rng);
+        sum += source.of_depth * depth_along(s, source, ray, distance, time, points, rng);
       } else {
-        sum += integrate(source, ray, distance, time, u, lines.points);
+        sum += integrate(source, ray, distance, time, u, points);
       }
       return limit;
     });

@@ -86,7 +86,7 @@ HWY_INLINE void end_shadow_ray(const WavefrontScene& s, WavefrontMemory& m, cons
 /// Rays of a slice that left.
 template <class ComponentKind>
 HWY_NOINLINE void end_camera_rays(const WavefrontScene& s, WavefrontMemory& m) {
-  if (s.lines) add_lines_of_gone(s, m, weight_at<ComponentKind>);
+  if (s.camera_lines) add_lines_of_gone(s, m, weight_at<ComponentKind>);
   for (std::size_t k = 0; k < m.events.gone; ++k) {
     const std::size_t at = m.events.gone_source[k];
     see_behind(s.setup, m, slot_of(m.flying.bits(kId)[at]), direction_at(m.flying, at),
@@ -234,7 +234,7 @@ HWY_INLINE void fly_camera_rays(const WavefrontScene& s, WavefrontMemory& m) {
   const std::size_t before = m.collisions.n;
   decide(s, m, m.camera, &m.collisions, m.counts.path);
   add_first_collisions<ComponentKind>(s, m, before);
-  if (s.lines) add_lines_of_collisions(s, m, before, weight_at<ComponentKind>);
+  if (s.camera_lines) add_lines_of_collisions(s, m, before, weight_at<ComponentKind>);
 }
 
 template <class ComponentKind>

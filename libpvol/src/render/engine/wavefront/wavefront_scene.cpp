@@ -124,7 +124,9 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
     return s.emission &&
            !std::ranges::all_of(s.emission->lines.sources, &EmissionSource::is_medium);
   };
-  lines_outside = lines && ((s.light.met_on_flights && s.depths == nullptr) || emits_outside());
+  const bool camera_meets_lights = s.light.met_on_flights && s.depths == nullptr;
+  camera_lines = lines && (s.emission != nullptr || volume.asks_lamps || camera_meets_lights);
+  lines_outside = lines && (camera_meets_lights || emits_outside());
   if (lines) fields |= bit(kFromX) | bit(kFromY) | bit(kFromZ);
 }
 

@@ -65,6 +65,7 @@ struct WavefrontScene {
   bool lines;  ///< whether flights through one volume bring light on their way or ask lamps, and
                ///< note where they begin
   bool lines_outside;  ///< whether they bring any outside of its box
+  bool camera_lines;   ///< whether those of the camera do any of this
   bool ratio;          ///< whether shadow rays have weights, as of ratio tracking
   Rgb share;           ///< of the extinction, by channel
   bool limited;        ///< whether a light may be nearer than the edge of the volume

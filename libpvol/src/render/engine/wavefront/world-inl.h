@@ -134,10 +134,9 @@ void add_line(const World& w, const WorldRay& r, const Waiting& of) {
       add_along(s, line, pdf_of_fires, weight, Along{w.scenes, rng}, to);
     });
   }
-  if (!s.light.met_on_flights) return;
-  // A lamp on the surface that ends the flight is met before it.
+  if (!s.light.met_on_flights || (!scattered && s.depths != nullptr)) return;
   if (!r.collides() && r.among.surface.material != nullptr)
-    line.length += 2 * r.among.surface.clearance + 1e-6 * line.length;
+    line.length += r.among.surface.beyond_for_lamps();
   if (r.on_catcher) {
     w.m.slots.add_caught(slot_of(id),
                          [&](PathResult& to) { add_met(s, line, pdf, Rgb(r.among.factor), to); });

@@ -6,8 +6,7 @@
 
 namespace pvol::detail {
 
-LineSources::LineSources(std::vector<EmissionSource> all, int points_)
-    : sources(std::move(all)), points(points_) {
+LineSources::LineSources(std::vector<EmissionSource> all) : sources(std::move(all)) {
   std::vector<Box> boxes;
   for (const EmissionSource& s : sources) boxes.push_back(s.box);
   tree = BoxTree(boxes);
@@ -35,7 +34,7 @@ std::shared_ptr<const EmissionSetup> prepare_emission(std::span<const Volume> vo
   EmissionLights lights(lit ? sources : std::vector<EmissionSource>());
   std::erase_if(sources, [](const EmissionSource& s) { return s.lines().empty(); });
   return std::make_shared<const EmissionSetup>(
-      EmissionSetup{.lines = {std::move(sources), options.emission_points},
+      EmissionSetup{.lines = LineSources(std::move(sources)),
                     .at_collisions = std::move(at_collisions),
                     .lit = lit,
                     .lights = std::move(lights),

@@ -9,13 +9,12 @@
 
 namespace pvol::detail {
 
-/// What lines are asked for.
+/// What is integrated along lines: emission, or optical depths.
 struct LineSources {
   std::vector<EmissionSource> sources;
-  BoxTree tree{};  ///< of their boxes
-  int points = 1;  ///< of a line, for each leaf on its way
+  BoxTree tree;  ///< of their boxes
 
-  LineSources(std::vector<EmissionSource> all, int points_);
+  explicit LineSources(std::vector<EmissionSource> all);
 };
 
 /// Everything that emits along flights, made once for a plan.

@@ -48,7 +48,7 @@ Rgb integrate(const EmissionSource& source, const Value& value, const Ray& ray, 
   Rgb sum(0.0f);
   while (const auto s = walk.next()) {
     const double length = s->t1 - s->t0;
-    const int count = std::max(points, int(std::ceil(std::min(length * pieces, 1e6))));
+    const int count = std::max(source.least, int(std::ceil(std::min(length * pieces, 1e6))));
     const double piece = length / count;
     for (int k = 0; k < count; ++k) {
       const double t = s->t0 + (k + double(u)) * piece;
@@ -115,18 +115,29 @@ std::vector<EmissionSource> emission_sources(std::span<const Volume> volumes,
       add_places(volumes, v,
                  {.field = &v.fire->field,
                   .fire = v.fire.get(),
+                  .points = options.emission_points,
+                  .least = options.emission_points,
                   .at_collisions = score_at_collisions(v, options)},
                  all);
     }
-    if (gathers_along_flights(v, options)) add_places(volumes, v, source_of(v), all);
+    if (!gathers_along_flights(v, options)) continue;
+    EmissionSource medium = source_of(v);
+    medium.points = medium.least = options.emission_points;
+    add_places(volumes, v, medium, all);
   }
   return all;
 }
 
 std::vector<EmissionSource> depth_sources(std::span<const Volume> volumes) {
+  constexpr double kBetween = 0.5, kLeast = 4;  // optical depth between points; points of a leaf
   std::vector<EmissionSource> all;
   for (const Volume& v : volumes) {
-    add_places(volumes, v, {.field = &v.density, .of_depth = v.medium.extinction_color}, all);
+    const double points = std::ceil(kLeafEdge * thickest_cell(v) / kBetween);
+    add_places(volumes, v,
+               {.field = &v.density,
+                .of_depth = v.medium.extinction_color,
+                .points = int(std::clamp(points, kLeast, 1e6))},
+               all);
   }
   return all;
 }

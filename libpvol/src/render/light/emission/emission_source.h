@@ -1,4 +1,4 @@
-// What emits light along flights: fires, and thin media.
+// What is integrated along lines: what fires and thin media emit along flights, and optical depths.
 #pragma once
 
 #include <memory>
@@ -22,6 +22,8 @@ struct EmissionSource {
   const VolumeField* field = nullptr;  ///< where it is not 0
   const Emitter* fire = nullptr;       ///< or null:
   Rgb of_depth{0.0f};                  ///< what the medium emits per unit of optical depth
+  int points = 1;                      ///< of a line, for each leaf's edge on its way
+  int least = 1;                       ///< in each segment, or of a line in lanes
   Affine to_first{};  ///< from its place to the volume's first one, where the field is
   Box box{};          ///< around its place in the world, at all times
   const MovingPlace* moves = nullptr;   ///< with its volume; null: it stands still
@@ -68,7 +70,7 @@ struct EmissionSource {
 
 /// The integral of what the source emits along a ray of the world of unit direction, up to a
 /// distance that may be infinite, at a time in frames, by points spread over the segments of its
-/// octree: one for each kStride cells, times `points`. With u uniform in [0, 1) right on average,
+/// octree: so many for each kStride cells. With u uniform in [0, 1) right on average,
 /// exact where emission is the same along each of these pieces (THEORY.md, T5.11).
 [[nodiscard]] Rgb integrate(const EmissionSource& source, const Ray& ray, double distance,
                             float time, float u, int points);

@@ -23,6 +23,9 @@ struct SurfaceHit {
   double clearance = 0;                ///< of the place from the surface, along the normal
   const Material* material = nullptr;  ///< null: there is none
   const MovingMap* moves = nullptr;    ///< what moves it, shutter open or not; null: nothing
+
+  /// How far beyond it lamps count as before it: those that lie on it.
+  [[nodiscard]] double beyond_for_lamps() const { return 2 * clearance + 1e-6 * distance; }
 };
 
 /// What rays of one kind meet. Immutable; safe to use from any thread.
