@@ -264,7 +264,8 @@ TEST(SeenLights, PassSeveralVolumesChannelByChannel) {
   EXPECT_TRUE(family.passes());
 }
 
-/// Samples of which most lie below half a step of their bricks' codes, which are 0 there.
+/// Samples of which most lie below half a step of their bricks' codes, which are 0 there: depths
+/// must not be those of codes.
 const Field& coarse() {
   static const Field f = make_field("coarse", {-12, -12, -12}, {24, 24, 24}, [](Vec3i p) {
     const int number = (p.x & 7) * 64 + (p.y & 7) * 8 + (p.z & 7);

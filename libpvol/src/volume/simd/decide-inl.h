@@ -151,18 +151,10 @@ HWY_INLINE F look_up_codes(const std::uint8_t* codes, I index, F x, F y, F z) {
   }
 }
 
-/// The same by the numbers of their first samples.
-template <LookUp kLookUp>
-HWY_INLINE F code_at(const SimdField& f, U first_sample, F x, F y, F z) {
-  // Indices are signed: counted from the middle, they reach 2^32 codes.
-  constexpr std::uint32_t kMiddle = 1u << 31;
-  return look_up_codes<kLookUp>(f.codes + kMiddle, as_int(first_sample ^ splat_bits(kMiddle)), x, y,
-                                z);
-}
-
 /// Decides what the codes of samples can (code_range), and lists the rest.
 template <LookUp kLookUp>
 HWY_NOINLINE void decide_by_codes(const SimdField& f, Events& e) {
+  constexpr std::uint32_t kMiddle = 1u << 31;
   e.undecided = 0;
   const F scale = splat(f.scale);
   for (std::size_t at = 0; at < e.n; at += kLanes) {
@@ -172,8 +164,10 @@ HWY_NOINLINE void decide_by_codes(const SimdField& f, Events& e) {
       const F v = load(&place[at]);
       return v - hn::Floor(v);
     };
-    const U sample = as_bits(where(open, as_int(load(&e.sample[at]))));
-    const F code = code_at<kLookUp>(f, sample, fraction(e.x), fraction(e.y), fraction(e.z));
+    // Indices are signed: counted from the middle, they reach 2^32 codes.
+    const U from_middle = as_bits(where(open, as_int(load(&e.sample[at])))) ^ splat_bits(kMiddle);
+    const F code = look_up_codes<kLookUp>(f.codes + kMiddle, as_int(from_middle), fraction(e.x),
+                                          fraction(e.y), fraction(e.z));
     const F base = gather(f.code_scales, brick + brick);
     const F step = gather(f.code_scales + 1, brick + brick);
     const F mu = load(&e.mu[at]), slack = splat(kCodeSlack);

@@ -49,24 +49,13 @@ struct LinePoints {
   template <LookUp kLookUp>
   [[nodiscard]] HWY_INLINE F density(const SimdField& f) const {
     if (f.samples == nullptr) return density_one_by_one(*f.one_by_one);
-    const F value = look_up<kLookUp>(f, solid, first_sample(f), in_cell(x), in_cell(y), in_cell(z));
+    const auto in_cell = [](F v) { return v - hn::Floor(v); };
+    const I sample = where(solid, CellInLeaf(Place(f.bounds, x, y, z)).first_sample(brick));
+    const F value = look_up<kLookUp>(f, solid, sample, in_cell(x), in_cell(y), in_cell(z));
     return hn::IfThenElseZero(solid, value);
-  }
-  /// The same by codes: off by about half of a step between two of them.
-  template <LookUp kLookUp>
-  [[nodiscard]] HWY_INLINE F density_by_codes(const SimdField& f) const {
-    const F code =
-        code_at<kLookUp>(f, as_bits(first_sample(f)), in_cell(x), in_cell(y), in_cell(z));
-    const F base = gather(f.code_scales, brick + brick);
-    const F step = gather(f.code_scales + 1, brick + brick);
-    return hn::IfThenElseZero(solid, base + code * step);
   }
 
  private:
-  [[nodiscard]] static HWY_INLINE F in_cell(F v) { return v - hn::Floor(v); }
-  [[nodiscard]] HWY_INLINE I first_sample(const SimdField& f) const {
-    return where(solid, CellInLeaf(Place(f.bounds, x, y, z)).first_sample(brick));
-  }
   [[nodiscard]] HWY_NOINLINE F density_one_by_one(const VolumeField& field) const {
     alignas(64) float at[3][kLanes], found[kLanes], all[kLanes] = {};
     alignas(64) std::uint32_t bricks[kLanes];
@@ -81,8 +70,6 @@ struct LinePoints {
   }
 };
 
-inline constexpr std::uint32_t kGolden = 0x9e3779b9;  // its ratio, in units of 2^-32
-
 /// Points spread evenly over a line, one in each of as many parts of it, at the positions u + k phi
 /// modulo 1 within the parts, phi being the golden ratio.
 struct SpreadPoints {
@@ -93,13 +80,11 @@ struct SpreadPoints {
 
   /// A register of them from number k on.
   [[nodiscard]] HWY_INLINE LinePoints from(std::uint32_t k) const {
-    return these(hn::Iota(kU, k), first(n - k));
-  }
-  /// Those of these numbers.
-  [[nodiscard]] HWY_INLINE LinePoints these(U number, M on) const {
+    constexpr std::uint32_t kGolden = 0x9e3779b9;
+    const U number = hn::Iota(kU, k);
     const U within = hn::ShiftRight<8>(splat_bits(u) + number * splat_bits(kGolden));
     const F t = hn::MulAdd(to_float(as_int(within)), splat(0x1p-24f), to_float(as_int(number)));
-    return {f, line, t * splat(1 / float(n)), on};
+    return {f, line, t * splat(1 / float(n)), first(n - k)};
   }
 };
 
@@ -127,28 +112,6 @@ class EvenSum {
   F parts_[kMostLanes / kLanes];
 };
 
-/// How many points share a look-up that tells what codes lack.
-inline constexpr std::uint32_t kSharing = 64;
-
-/// The sum of the densities at points less that by codes, right on average: of each run of kSharing
-/// points one is looked up for all of them. `pick` is random.
-template <LookUp kLookUp>
-HWY_INLINE float lacking_in_codes(const SimdField& f, const SpreadPoints& all, std::uint32_t pick) {
-  EvenSum sum;
-  const std::uint32_t runs = (all.n + kSharing - 1) / kSharing;
-  for (std::uint32_t k = 0; k < runs; k += kLanes) {
-    const M on = first(runs - k);
-    const U run = hn::Iota(kU, k), begin = run * splat_bits(kSharing);
-    const U points = hn::Min(splat_bits(all.n) - begin, splat_bits(kSharing));
-    const U share = hn::ShiftRight<16>(splat_bits(pick) + run * splat_bits(kGolden));
-    const LinePoints p = all.these(begin + hn::ShiftRight<16>(share * points), on);
-    if (hn::AllFalse(kF, p.solid)) continue;
-    const F lacking = p.density<kLookUp>(f) - p.density_by_codes<kLookUp>(f);
-    sum.add(k, hn::IfThenElseZero(on, lacking * to_float(as_int(points))));
-  }
-  return sum.value();
-}
-
 /// How many points a line has.
 struct PointCount {
   int of_leaf;  ///< for each leaf's edge on its way
@@ -161,18 +124,13 @@ HWY_NOINLINE float optical_depth(const SimdField& f, const Line& line, PointCoun
                                  Rng& rng) {
   const float pieces = length(line.way) * float(points.of_leaf) / float(kLeafEdge);
   const auto n = std::uint32_t(std::max(float(points.least), std::ceil(pieces)));
-  const Philox::Block random = rng.block();
-  const SpreadPoints all{f, line, n, std::uint32_t(random.lo)};
-  const bool by_codes = f.samples == nullptr && f.codes != nullptr;
+  const SpreadPoints all{f, line, n, std::uint32_t(rng.block().lo)};
   EvenSum densities;
   for (std::uint32_t k = 0; k < n; k += kLanes) {
     const LinePoints p = all.from(k);
-    if (hn::AllFalse(kF, p.solid)) continue;
-    densities.add(k, by_codes ? p.density_by_codes<kLookUp>(f) : p.density<kLookUp>(f));
+    if (!hn::AllFalse(kF, p.solid)) densities.add(k, p.density<kLookUp>(f));
   }
-  float sum = densities.value();
-  if (by_codes) sum += lacking_in_codes<kLookUp>(f, all, std::uint32_t(random.hi));
-  return sum * f.scale * line.length / float(n);
+  return densities.value() * f.scale * line.length / float(n);
 }
 
 HWY_INLINE float optical_depth(const SimdField& f, const Line& line, PointCount points, Rng& rng) {
