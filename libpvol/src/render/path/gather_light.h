@@ -149,15 +149,11 @@ inline void add_seen(const PathSetup& s, Vec3f direction, Rgb throughput, PathRe
   }
 }
 
-/// The sky in that direction, as far as it is not seen through volumes as lights are.
-[[nodiscard]] inline Rgb faint_sky(const PathSetup& s, Vec3f direction) {
+/// The sky in that direction where it is bright, and seen through volumes as lights are; or where
+/// it is not; else 0.
+[[nodiscard]] inline Rgb sky_part(const PathSetup& s, Vec3f direction, bool bright) {
   const Rgb sky = s.light.sky.radiance(direction);
-  return luminance(sky) < s.light.bright_sky ? sky - s.constant : Rgb(0.0f);
-}
-/// And the rest of it.
-[[nodiscard]] inline Rgb bright_sky(const PathSetup& s, Vec3f direction) {
-  const Rgb sky = s.light.sky.radiance(direction);
-  return luminance(sky) < s.light.bright_sky ? Rgb(0.0f) : sky - s.constant;
+  return (luminance(sky) < s.light.bright_sky) != bright ? sky - s.constant : Rgb(0.0f);
 }
 
 /// Light in the direction of a ray that left the cloud after it was scattered there with the

@@ -167,8 +167,8 @@ void start(const World& w, const Samples::Sample& sample, std::uint32_t slot, co
     w.m.slots.times[slot] = sent.time;
   }
   if (w.setup.depths != nullptr) {
-    Rng own = numbers_aside(w.setup, x, y, number, Aside::lights);
-    see_lights(w.scenes, w.m, slot, ray, sent.time, own);
+    see_lights(w.scenes, w.m, slot, ray, sent.time,
+               numbers_aside(w.setup, x, y, number, Aside::lights));
   }
   send<ComponentKind>(w, sent, rng);
 }

@@ -22,7 +22,8 @@ namespace pvol::detail::HWY_NAMESPACE {
 [[nodiscard]] inline LightMet seen_unshaded(const PathSetup& s, std::size_t light, const Ray& ray) {
   const bool background = s.options.background;
   const Vec3f d(ray.d);
-  if (light == s.light.sources.size()) return {.radiance = bright_sky(s, d), .visible = background};
+  if (light == s.light.sources.size())
+    return {.radiance = sky_part(s, d, true), .visible = background};
   const LightSource& source = s.light.sources[light];
   if (const auto* const sun = std::get_if<SunLight>(&source)) {
     return {.radiance = sun->seen(d), .visible = background};
@@ -62,7 +63,7 @@ namespace pvol::detail::HWY_NAMESPACE {
 
 /// Adds what a ray of the camera sees of lights, at a time in frames.
 HWY_NOINLINE void see_lights(std::span<const WavefrontScene> scenes, WavefrontMemory& m,
-                             std::uint32_t slot, const Ray& ray, float time, Rng& rng) {
+                             std::uint32_t slot, const Ray& ray, float time, Rng rng) {
   const PathSetup& s = scenes.front().setup;
   for (const std::uint32_t i : s.light.seen) {
     const LightMet light = seen_unshaded(s, i, ray);

@@ -48,7 +48,7 @@ inline void see_behind(const PathSetup& s, WavefrontMemory& m, std::uint32_t slo
     if (s.depths == nullptr) {
       add_seen(s, direction, weight, r);
     } else {
-      add_light(s, s.light.sources.size(), weight * faint_sky(s, direction), r);
+      add_light(s, s.light.sources.size(), weight * sky_part(s, direction, false), r);
     }
   });
 }
@@ -173,9 +173,9 @@ inline void start(const WavefrontScene& s, WavefrontMemory& m, const Samples::Sa
   m.slots.note_pixel(slot, film.x + sample.x, film.y + sample.y);
   const Ray& ray = from.ray;
   if (s.setup.depths != nullptr) {
-    Rng own = numbers_aside(s.setup, film.x + sample.x, film.y + sample.y,
-                            film.first_sample + sample.number, Aside::lights);
-    see_lights({&s, 1}, m, slot, ray, 0, own);
+    see_lights({&s, 1}, m, slot, ray, 0,
+               numbers_aside(s.setup, film.x + sample.x, film.y + sample.y,
+                             film.first_sample + sample.number, Aside::lights));
   }
   const Ray cells = s.volume.in_cells(ray);
   const auto span = s.volume.in_box(cells);
