@@ -1,5 +1,5 @@
-// Fields whose densities the lane kernels look up one by one: against flights one by one, and
-// against themselves.
+// Fields of every kind that lane kernels look up: against flights one by one, and against
+// themselves.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -9,8 +9,10 @@
 
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/math/field_map.h"
+#include "pvol/volume/motion.h"
 #include "support/lit_scenes.h"
 #include "support/recipes.h"
+#include "support/velocities.h"
 #include "support/wavefront_shots.h"
 
 namespace pvol::test {
@@ -65,25 +67,47 @@ TEST(WavefrontLookUps, HaveTheMeansOfFlightsOneByOne) {
 }
 TEST(WavefrontLookUps, OfEveryWidthGiveTheSameBytes) { expect_same_at_every_width(shots()); }
 
-/// Shared samples are looked up one by one, copied ones in lanes, and codes of either spare nearly
-/// all look-ups: the decisions are the same.
-TEST(WavefrontLookUps, OfSharedSamplesChangeNoBit) {
+/// The puff, which moves while the shutter is open.
+Volume puff_in_wind(const CloudScene& s, MicroBoundsUse micro_bounds, SampleStorage samples) {
+  const VelocityGrid wind =
+      make_velocity({-40, -40, -40}, {64, 64, 64}, [](Vec3i p) { return Vec3d(2, 0.1 * p.x, -1); });
   const Pyramid pyramid = build_pyramid(puff().grid);
+  VolumeOptions o = s.volume_options();
+  o.micro_bounds = micro_bounds, o.samples = samples;
+  const Volume still = pvol::make_volume(puff().grid, pyramid, s.medium.medium(), o);
+  return make_moving(still, pyramid, puff().grid.index_to_world, {wind, 1, s.camera.shutter}, o);
+}
+
+void expect_same_with_shared_samples(KernelKind kernel, const CloudScene& s) {
+  std::optional<Film> plain;
+  for (const MicroBoundsUse use : {MicroBoundsUse::none, MicroBoundsUse::codes}) {
+    for (const SampleStorage samples : {SampleStorage::copied, SampleStorage::shared}) {
+      const Volume v = puff_in_wind(s, use, samples);
+      EXPECT_EQ(v.density.motion != nullptr, s.camera.shutter.moves());
+      EXPECT_EQ(v.density.shares_samples(), samples == SampleStorage::shared);
+      const Film film = render_with(kernel, {"", s, {v}}, s);
+      if (!plain) plain = film;
+      EXPECT_TRUE(same_bytes(*plain, film))
+          << name(kernel) << ", " << name(s.options.look_up) << ", " << name(use)
+          << (v.density.shares_samples() ? ", shared" : ", copied");
+    }
+  }
+}
+
+/// Lanes read shared samples one by one, copies together, and codes of either spare nearly all
+/// look-ups: the decisions are the same. So are the depths of lines to a sun behind the cloud.
+TEST(WavefrontLookUps, OfSharedSamplesChangeNoBit) {
+  CloudScene still = sunny();
+  still.options.samples = 10;
+  still.camera = frame(volume_of(still).density.world_box, 1);
+  still.lights = {Sun{still.camera.target - still.camera.position, Rgb(3.0f), 20}};
+  CloudScene moving = still;
+  moving.camera.shutter = {0, 1};
   for (const KernelKind kernel : simd_kernels()) {
-    for (const LookUp look_up : {LookUp::trilinear, LookUp::nearest}) {
-      CloudScene s = sunny();
-      s.options.samples = 10;
-      s.options.look_up = look_up;
-      VolumeOptions o = s.volume_options();
-      std::optional<Film> plain;
-      for (const MicroBoundsUse use : {MicroBoundsUse::none, MicroBoundsUse::codes}) {
-        for (const bool share : {false, true}) {
-          o.micro_bounds = use, o.samples = share ? SampleStorage::shared : SampleStorage::copied;
-          const Volume v = pvol::make_volume(puff().grid, pyramid, s.medium.medium(), o);
-          const Film film = render_with(kernel, {"", s, {v}}, s);
-          if (!plain) plain = film;
-          EXPECT_TRUE(same_bytes(*plain, film)) << name(use) << (share ? ", shared" : ", copied");
-        }
+    for (CloudScene s : {still, moving}) {
+      for (const LookUp look_up : {LookUp::trilinear, LookUp::nearest}) {
+        s.options.look_up = look_up;
+        expect_same_with_shared_samples(kernel, s);
       }
     }
   }

@@ -8,54 +8,11 @@
 #define PVOL_LANE_DECIDE_INL_H
 #endif
 
-#include "pvol/field/brick_field.h"
 #include "pvol/field/sample_codes.h"
-#include "pvol/math/field_map.h"
-#include "volume/simd/flights-inl.h"
+#include "volume/simd/look_up-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
-
-HWY_INLINE void prefetch(const void* p) { __builtin_prefetch(p, 0, 3); }
-
-HWY_INLINE I index_in_cube(I x, I y, I z, int edge) {
-  return (x * splat_int(edge) + y) * splat_int(edge) + z;
-}
-
-/// The cells of places, counted from the low corners of their leaves.
-struct CellInLeaf {
-  I x, y, z;
-
-  HWY_INLINE explicit CellInLeaf(const Place& p)
-      : x(p.x & splat_int(kLeafEdge - 1)),
-        y(p.y & splat_int(kLeafEdge - 1)),
-        z(p.z & splat_int(kLeafEdge - 1)) {}
-
-  /// The indices of their low corners' samples.
-  HWY_INLINE I first_sample(I brick) const {
-    return brick * splat_int(kFieldSamples) + index_in_cube(x, y, z, kFieldEdge);
-  }
-};
-
-/// From a cell's first sample to that of the corner nearest to a place in the cell.
-HWY_INLINE I nearest_corner(F x, F y, F z) {
-  const auto step = [](F f, int stride) {
-    return where(hn::Ge(f, splat(0.5f)), splat_int(stride));
-  };
-  return step(x, kFieldEdge * kFieldEdge) + step(y, kFieldEdge) + step(z, 1);
-}
-
-/// Fetches the codes around a cell.
-HWY_INLINE void prefetch_cell(const std::uint8_t* first) {
-  constexpr int kY = kFieldEdge, kX = kFieldEdge * kFieldEdge;
-  prefetch(first), prefetch(first + kY + 1), prefetch(first + kX), prefetch(first + kX + kY + 1);
-}
-
-/// Fetches the samples around a cell.
-HWY_INLINE void prefetch_cell(const float* first) {
-  constexpr int kY = kFieldEdge, kX = kFieldEdge * kFieldEdge;
-  prefetch(first), prefetch(first + kY), prefetch(first + kX), prefetch(first + kX + kY);
-}
 
 /// Draws the events' u; those below the minorant are real. Of the rest, where their samples are.
 inline HWY_NOINLINE void decide_by_bounds(const SimdField& f, FlightMemory& m) {
@@ -96,14 +53,20 @@ inline HWY_NOINLINE void decide_by_bounds(const SimdField& f, FlightMemory& m) {
   }
 }
 
+/// By what look-ups find the samples at a register of events.
+HWY_INLINE U shared_samples(const SimdField& f, const Events& e, std::size_t at) {
+  const Place p(f.bounds, load(&e.x[at]), load(&e.y[at]), load(&e.z[at]));
+  return as_bits(CellInLeaf(p).samples(f, as_int(load(&e.brick[at]))));
+}
+
 /// Lists an event's look-ups, whose samples are fetched.
 HWY_INLINE void list_undecided(const SimdField& f, Events& e, std::size_t at, M open) {
   const std::size_t before = e.undecided;
   pack(open, hn::Iota(kU, std::uint32_t(at)), &e.which[before]);
-  pack(open, load(&e.sample[at]), &e.at[before]);
   e.undecided += count(open);
-  if (f.samples == nullptr || f.moving != nullptr) return;
-  for (std::size_t k = before; k < e.undecided; ++k) prefetch_cell(f.samples + e.at[k]);
+  if (f.one_by_one != nullptr || f.moving != nullptr) return;
+  pack(open, f.shared == nullptr ? load(&e.sample[at]) : shared_samples(f, e, at), &e.at[before]);
+  for (std::size_t k = before; k < e.undecided; ++k) prefetch_samples(f, e.at[k]);
 }
 
 /// Decides what micro-bounds can, and lists the rest.
@@ -140,7 +103,7 @@ HWY_INLINE F look_up_codes(const std::uint8_t* codes, I index, F x, F y, F z) {
   constexpr int kY = kFieldEdge, kX = kFieldEdge * kFieldEdge;
   const auto lowest = [](U word) { return to_float(as_int(word & splat_bits(255))); };
   if constexpr (kLookUp == LookUp::nearest) {
-    return lowest(gather_bytes(codes, index + nearest_corner(x, y, z)));
+    return lowest(gather_bytes(codes, index + nearest_corner(x, y, z, {kX, kY, 1})));
   } else {
     const auto lerp = [](F a, F b, F t) { return a + (b - a) * t; };
     const auto row = [&](int offset) {
@@ -178,39 +141,6 @@ HWY_NOINLINE void decide_by_codes(const SimdField& f, Events& e) {
   }
 }
 
-/// Density at places in cells whose first samples are at `index`, as density_in_brick rounds it.
-template <LookUp kLookUp>
-HWY_INLINE F look_up(const float* samples, I index, F x, F y, F z) {
-  constexpr int kY = kFieldEdge, kX = kFieldEdge * kFieldEdge;
-  if constexpr (kLookUp == LookUp::nearest) {
-    return gather(samples, index + nearest_corner(x, y, z));
-  } else {
-    const auto at = [&](int offset) { return gather(samples + offset, index); };
-    const auto lerp = [](F a, F b, F t) { return a + (b - a) * t; };
-    const F c00 = lerp(at(0), at(1), z), c01 = lerp(at(kY), at(kY + 1), z);
-    const F c10 = lerp(at(kX), at(kX + 1), z), c11 = lerp(at(kX + kY), at(kX + kY + 1), z);
-    return lerp(lerp(c00, c01, y), lerp(c10, c11, y), x);
-  }
-}
-
-/// Maps densities of the chosen lanes, one by one.
-inline HWY_NOINLINE F map_densities(const FieldMap& map, F density, M on) {
-  alignas(64) float all[kLanes];
-  store(density, all);
-  for (std::uint32_t lanes = bits_of(on); lanes != 0; lanes &= lanes - 1) {
-    float& one = all[std::countr_zero(lanes)];
-    one = value_at(map, one);
-  }
-  return load(all);
-}
-
-/// What look-ups of the field compute in the chosen lanes, without its scale.
-template <LookUp kLookUp>
-HWY_INLINE F look_up(const SimdField& f, M on, I index, F x, F y, F z) {
-  const F density = look_up<kLookUp>(f.samples, index, x, y, z);
-  return f.map == nullptr ? density : map_densities(*f.map, density, on);
-}
-
 /// Notes the times of the first events of Events::which, in fields that move.
 inline void note_times(const SimdField& f, FlightMemory& m, std::size_t n) {
   if (f.time_field == 0) return;
@@ -242,8 +172,8 @@ inline HWY_NOINLINE void find_moved_samples(const SimdField& f, FlightMemory& m,
     const Place p(f.bounds, place[0], place[1], place[2]);
     const I brick = as_int(gather(f.bounds.brick.data(), p.leaf(f.bounds)));
     const I own = select(inside, brick, splat_int(int(kZeroBrick)));
-    store(as_bits(CellInLeaf(p).first_sample(own)), &e.at[at]);
-    for (std::size_t k = at; k < std::min(at + kLanes, n); ++k) prefetch_cell(f.samples + e.at[k]);
+    store(as_bits(CellInLeaf(p).samples(f, own)), &e.at[at]);
+    for (std::size_t k = at; k < std::min(at + kLanes, n); ++k) prefetch_samples(f, e.at[k]);
   }
 }
 
@@ -257,7 +187,7 @@ HWY_INLINE const Events::Array<float>& looked_up(const SimdField& f, const Event
 /// Density at the chosen events of a register of them all, whose samples were fetched.
 template <LookUp kLookUp>
 HWY_INLINE F density_at_event(const SimdField& f, const Events& e, std::size_t at, M on) {
-  if (f.samples == nullptr) return load(&e.density[at]);
+  if (f.one_by_one != nullptr) return load(&e.density[at]);
   const auto fraction = [&](std::size_t axis) {
     const F v = load(&looked_up(f, e, axis)[at]);
     return v - hn::Floor(v);
@@ -318,7 +248,7 @@ HWY_INLINE void decide(const SimdField& f, FlightMemory& m) {
     decide_by_codes<LookUp::trilinear>(f, m.events);
   }
   if (f.moving != nullptr) find_moved_samples(f, m, m.events.undecided);
-  if (f.samples == nullptr) {
+  if (f.one_by_one != nullptr) {
     decide_one_by_one(f, m);
   } else if (f.look_up == LookUp::nearest) {
     decide_by_look_ups<LookUp::nearest>(f, m.events);
@@ -336,17 +266,17 @@ inline HWY_NOINLINE void fetch_samples(const SimdField& f, FlightMemory& m) {
     const Place p(f.bounds, load(&e.x[at]), load(&e.y[at]), load(&e.z[at]));
     store(majorant(gather(f.bounds.word.data(), where(on, p.cube))), &e.mu[at]);
     const I brick = as_int(gather(f.bounds.brick.data(), where(on, p.leaf(f.bounds))));
-    store(as_bits(CellInLeaf(p).first_sample(brick)), &e.sample[at]);
+    store(as_bits(CellInLeaf(p).samples(f, brick)), &e.sample[at]);
     store(as_bits(brick), &e.brick[at]);
     store(hn::Iota(kU, std::uint32_t(at)), &e.which[at]);
-    if (f.samples == nullptr) continue;
+    if (f.one_by_one != nullptr) continue;
     const std::size_t end = std::min(at + kLanes, e.n);
-    for (std::size_t k = at; k < end; ++k) prefetch_cell(f.samples + e.sample[k]);
+    for (std::size_t k = at; k < end; ++k) prefetch_samples(f, e.sample[k]);
   }
   if (f.moving != nullptr) {
     find_moved_samples(f, m, e.n);
     std::copy_n(e.at.data(), e.n, e.sample.data());
-  } else if (f.samples == nullptr) {
+  } else if (f.one_by_one != nullptr) {
     look_up_events(f, m, e.n);
   }
 }

@@ -48,10 +48,10 @@ struct LinePoints {
   /// What look-ups compute there; elsewhere 0.
   template <LookUp kLookUp>
   [[nodiscard]] HWY_INLINE F density(const SimdField& f) const {
-    if (f.samples == nullptr) return density_one_by_one(*f.one_by_one);
+    if (f.one_by_one != nullptr) return density_one_by_one(*f.one_by_one);
     const auto in_cell = [](F v) { return v - hn::Floor(v); };
-    const I sample = where(solid, CellInLeaf(Place(f.bounds, x, y, z)).first_sample(brick));
-    const F value = look_up<kLookUp>(f, solid, sample, in_cell(x), in_cell(y), in_cell(z));
+    const I samples = where(solid, CellInLeaf(Place(f.bounds, x, y, z)).samples(f, brick));
+    const F value = look_up<kLookUp>(f, solid, samples, in_cell(x), in_cell(y), in_cell(z));
     return hn::IfThenElseZero(solid, value);
   }
 

@@ -14,26 +14,11 @@ namespace pvol::detail {
 
 namespace {
 
-void prefetch(const void* p) { __builtin_prefetch(p, 0, 3); }
-
-/// Fetches what look-ups at the corners of cells read of shared samples, which lie all over memory:
-/// where the samples are, then the samples.
-template <class CellOf>
-void prefetch_shared(const SharedField& field, const std::uint32_t* brick,
-                     std::span<const std::uint32_t> which, const CellOf& cell_of) {
-  if (!field.in_leaves()) return;
-  for (const std::uint32_t event : which) prefetch(&field.leaves[brick[event]]);
-  for (const std::uint32_t event : which) {
-    for (const float* const corner : corner_places(field.leaves[brick[event]], cell_of(event))) {
-      prefetch(corner);
-    }
-  }
-}
-
 /// Whether look-ups are made in lanes.
 bool has_lanes(const VolumeField& f) {
   const bool mapped_in_motion = f.map != nullptr && f.motion != nullptr;
-  return has_closed_form(f.look_up) && !f.shares_samples() && !mapped_in_motion;
+  const bool in_array = f.shares_samples() && !f.shared().in_leaves();
+  return has_closed_form(f.look_up) && !mapped_in_motion && !in_array;
 }
 
 }  // namespace
@@ -41,7 +26,11 @@ bool has_lanes(const VolumeField& f) {
 SimdField::SimdField(const VolumeField& f, const DenseBounds& b)
     : bounds(b), scale(f.scale), look_up(f.look_up) {
   if (has_lanes(f)) {
-    samples = f.bricks().samples.data();
+    if (f.shares_samples()) {
+      shared = f.shared().leaves.data();
+    } else {
+      samples = f.bricks().samples.data();
+    }
     map = f.map.get();
     if (f.motion != nullptr) moving = &f;
   } else {
@@ -79,10 +68,6 @@ void look_up_one_by_one(const VolumeField& field, const float* x, const float* y
     return for_places([&](std::uint32_t event, const LatticePoint& at) {
       return density_at_time(field, brick[event], at, time[event]);
     });
-  }
-  if (field.shares_samples()) {
-    prefetch_shared(field.shared(), brick, which,
-                    [&](std::uint32_t event) { return place_of(event).cell; });
   }
   if (field.look_up == LookUp::procedural) {
     std::vector<std::uint32_t> bricks;
@@ -126,10 +111,12 @@ const char* simd_obstacle(const Volume& v) {
     return "the volume has more than 4000 voxels along an axis";
   constexpr std::uint64_t kMostWords = 1u << 24;
   if (count_words(f.octree) > kMostWords) return "the volume's box has more than 2^24 leaves";
-  // Lanes count samples in 31 bits, and codes in 32.
+  // Lanes count copies of samples in 31 bits, shared ones and codes in 32.
   constexpr std::size_t kMostSamples = std::size_t(1) << 31;
-  if (has_lanes(f) && count_bricks(f) > kMostSamples / kFieldSamples - 1)
+  if (has_lanes(f) && !f.shares_samples() && count_bricks(f) > kMostSamples / kFieldSamples - 1)
     return "the volume has more than 2.9 million bricks";
+  if (has_lanes(f) && f.shares_samples() && count_bricks(f) > 2 * kMostSamples / kBrickSamples)
+    return "the volume has more than 8.3 million bricks";
   if (f.codes != nullptr && count_bricks(f) > 2 * kMostSamples / kFieldSamples - 1)
     return "the volume has more than 5.8 million bricks";
   float most = 0;

@@ -5,6 +5,7 @@
 #include <array>
 #include <span>
 
+#include "pvol/field/shared_field.h"
 #include "pvol/math/rng.h"
 #include "pvol/volume/volume.h"
 #include "volume/dense_bounds.h"
@@ -15,8 +16,10 @@ namespace pvol::detail {
 /// Refers to bounds and samples, which outlive it.
 struct SimdField {
   const DenseBounds& bounds;
-  const float* samples = nullptr;              ///< of bricks, for look-ups in lanes; or null:
-  const VolumeField* one_by_one = nullptr;     ///< what looks up densities lane by lane
+  // One of three is not null: what lanes look up, by brick, or what goes lane by lane.
+  const float* samples = nullptr;              ///< copies
+  const LeafSamples* shared = nullptr;         ///< where samples of others are
+  const VolumeField* one_by_one = nullptr;     ///< all other fields
   const FieldMap* map = nullptr;               ///< of densities that lanes look up, or null
   const VolumeField* moving = nullptr;         ///< what moves samples that lanes look up, or null
   const std::uint16_t* micro_codes = nullptr;  ///< pairs of bytes, or null where there are none
