@@ -198,10 +198,14 @@ FireFields load_fire(const std::filesystem::path& file, const Fire& fire, bool s
   return fields;
 }
 
-AlbedoGrid load_albedo(const std::filesystem::path& file, const AlbedoMap& map, bool strict) {
+AlbedoGrid load_albedo(const std::filesystem::path& file, const AlbedoMap& map, bool strict,
+                       const Cloud* loaded) {
   AlbedoGrid grid;
   if (!has_colors(grids_of(file), map.grid)) {
-    grid.numbers = load_cloud(file, {map.grid, strict});
+    const bool same = loaded != nullptr && is_sampled(loaded->density) &&
+                      loaded->grid().name == map.grid &&
+                      loaded->pyramid.look_up == LookUp::trilinear;
+    grid.numbers = same ? *loaded : load_cloud(file, {map.grid, strict});
     return grid;
   }
   if (map.is_of_numbers()) {

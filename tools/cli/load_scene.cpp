@@ -56,8 +56,9 @@ bool bind_grids(const Loader& by, formats::SceneVolume& volume) {
   return volume.fire && !colored;
 }
 
-/// Loads the grid that a volume's albedo goes by, where there is one.
-void load_albedo(const Loader& by, formats::SceneVolume& volume, bool strict,
+/// Loads the grid that a volume's albedo goes by, where there is one. `as_read`: the cloud's own
+/// samples are those of the file, and may serve again.
+void load_albedo(const Loader& by, formats::SceneVolume& volume, bool strict, bool as_read,
                  formats::Cloud& cloud) {
   const std::string kind = formats::ending(volume.file);
   if (volume.grid == formats::kNoGrid || (kind == ".toml" && !volume.albedo_field)) return;
@@ -68,9 +69,10 @@ void load_albedo(const Loader& by, formats::SceneVolume& volume, bool strict,
     }
   }
   if (!volume.albedo_field || volume.albedo_field->grid == formats::kNoGrid) return;
+  const bool same = as_read && (volume.grid.empty() || volume.grid == volume.albedo_field->grid);
   StageLine stage = reading(by, volume.file);
   cloud.albedo = std::make_shared<const formats::AlbedoGrid>(
-      formats::load_albedo(volume.file, *volume.albedo_field, strict));
+      formats::load_albedo(volume.file, *volume.albedo_field, strict, same ? &cloud : nullptr));
   stage.erase();
   if (cloud.albedo->colors) print_warnings(by.tool, cloud.albedo->colors->report.warnings);
 }
@@ -299,7 +301,8 @@ formats::Cloud load_cloud(const Loader& by, formats::SceneVolume& volume, bool s
   if (scene.density) formats::quantise(cloud, *scene.density, volume.file);
   formats::coarsen(cloud, o.preview, volume.file);
   if (volume.fire) load_fire(by, volume, strict, undescribed, cloud);
-  load_albedo(by, volume, strict, cloud);
+  const bool as_read = !scene.density && o.preview == 0;
+  load_albedo(by, volume, strict, as_read, cloud);
   const Camera& camera = scene.scene.camera;
   if (camera.shutter.moves() || o.aovs.has(Aov::velocity)) {
     load_motion(by, volume, strict, camera, cloud);

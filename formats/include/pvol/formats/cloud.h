@@ -89,10 +89,11 @@ struct AlbedoGrid {
   std::optional<Cloud> numbers;
 };
 
-/// That of a map whose grid has a name. Throws what load_cloud and read_color throw, and Error for
-/// a map of numbers where the grid has colours.
+/// That of a map whose grid has a name. Where that is the grid of `loaded`, as it is in the file
+/// and with trilinear bounds, it is not read again. Throws what load_cloud and read_color throw,
+/// and Error for a map of numbers where the grid has colours.
 [[nodiscard]] AlbedoGrid load_albedo(const std::filesystem::path& file, const AlbedoMap& map,
-                                     bool strict = false);
+                                     bool strict = false, const Cloud* loaded = nullptr);
 
 /// Rounds the density of a loaded cloud to what a precision can keep, as pvol-fit does before it
 /// writes a file: the bounds are built again and micro-bounds dropped; a shell stays, since the

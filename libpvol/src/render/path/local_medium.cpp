@@ -11,8 +11,7 @@ LocalMedium local_medium(const CollisionPlace& place, const MediumComponent& com
   const AlbedoField* const field = volume.volume.albedo.get();
   if (field == nullptr) return everywhere(component);
   const Vec3d cells = place_at_rest(volume.volume.density, time, place.cells);
-  const Rgb albedo = component.albedo * color_in(*field, volume.cells_to_albedo.point(cells));
-  return {albedo, (Rgb(1.0f) - albedo) * component.source};
+  return colored(component, color_in(*field, volume.cells_to_albedo.point(cells)));
 }
 
 }  // namespace pvol::detail

@@ -32,6 +32,11 @@ struct LocalMedium {
   Rgb emitted;  ///< as MediumComponent::emitted, with that albedo
 };
 
+/// Of a component whose albedo has the factor `color` there.
+[[nodiscard]] inline LocalMedium colored(const MediumComponent& m, Rgb color) {
+  const Rgb albedo = m.albedo * color;
+  return {albedo, (Rgb(1.0f) - albedo) * m.source};
+}
 /// Of a component that is the same everywhere.
 [[nodiscard]] inline LocalMedium everywhere(const MediumComponent& m) {
   return {m.albedo, m.emitted};

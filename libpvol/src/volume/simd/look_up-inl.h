@@ -12,8 +12,8 @@
 
 #include "pvol/field/brick_field.h"
 #include "pvol/field/shared_field.h"
-#include "pvol/math/field_map.h"
 #include "volume/simd/flights-inl.h"
+#include "volume/simd/map-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
@@ -28,10 +28,11 @@ HWY_INLINE I index_in_cube(I x, I y, I z, int edge) {
 struct CellInLeaf {
   I x, y, z;
 
-  HWY_INLINE explicit CellInLeaf(const Place& p)
-      : x(p.x & splat_int(kLeafEdge - 1)),
-        y(p.y & splat_int(kLeafEdge - 1)),
-        z(p.z & splat_int(kLeafEdge - 1)) {}
+  HWY_INLINE explicit CellInLeaf(const Place& p) : CellInLeaf(p.x, p.y, p.z) {}
+  HWY_INLINE CellInLeaf(I px, I py, I pz)
+      : x(px & splat_int(kLeafEdge - 1)),
+        y(py & splat_int(kLeafEdge - 1)),
+        z(pz & splat_int(kLeafEdge - 1)) {}
 
   /// The indices of their low corners' samples among the copies of bricks, and of codes.
   [[nodiscard]] HWY_INLINE I first_sample(I brick) const {
@@ -129,24 +130,13 @@ HWY_NOINLINE F look_up_shared(const LeafSamples* leaves, I number, F x, F y, F z
   }
 }
 
-/// Maps densities of the chosen lanes, one by one.
-inline HWY_NOINLINE F map_densities(const FieldMap& map, F density, M on) {
-  alignas(64) float all[kLanes];
-  store(density, all);
-  for (std::uint32_t lanes = bits_of(on); lanes != 0; lanes &= lanes - 1) {
-    float& one = all[std::countr_zero(lanes)];
-    one = value_at(map, one);
-  }
-  return load(all);
-}
-
 /// What look-ups of the field compute in the chosen lanes, without its scale. `index` is that of
 /// CellInLeaf::samples; in other lanes 0.
 template <LookUp kLookUp>
 HWY_INLINE F look_up(const SimdField& f, M on, I index, F x, F y, F z) {
   const F density = f.shared == nullptr ? look_up<kLookUp>(f.samples, index, x, y, z)
                                         : look_up_shared<kLookUp>(f.shared, index, x, y, z);
-  return f.map == nullptr ? density : map_densities(*f.map, density, on);
+  return f.map == nullptr ? density : value_in_lanes(*f.map, density, on);
 }
 
 }  // namespace pvol::detail::HWY_NAMESPACE

@@ -8,52 +8,24 @@
 #define PVOL_LANE_COLLIDE_INL_H
 #endif
 
+#include "render/engine/wavefront/colors-inl.h"
 #include "render/engine/wavefront/on_the_way-inl.h"
-#include "render/path/local_medium.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
 
-/// Looks up, lane by lane, what media are at the paths' places, where albedos vary in space.
-template <class ComponentKind>
-HWY_NOINLINE void find_media(const WavefrontScene& s, WavefrontMemory& m,
-                             const Paths<ComponentKind>& p) {
-  alignas(64) std::uint32_t component[kLanes];
-  store(as_bits(p.component), component);
-  const LanePlaces places(s, m, p);
-  m.media.resize(kLanes);
-  for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
-    const auto k = std::size_t(std::countr_zero(lanes));
-    m.media[k] = local_medium({&s.volume, places.in_cells(k)}, s.volume.components[component[k]],
-                              places.time(k));
-  }
-}
-
-/// Multiplies the weights by albedos that vary in space.
-template <class ComponentKind>
-HWY_NOINLINE void weaken_by_place(WavefrontMemory& m, Paths<ComponentKind>& p) {
-  alignas(64) float albedo[ComponentKind::kWeights][kLanes] = {};
-  for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
-    const auto k = std::size_t(std::countr_zero(lanes));
-    for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) {
-      albedo[c][k] = m.media[k].albedo[int(c)];
-    }
-  }
-  for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) p.w[c] = p.w[c] * load(albedo[c]);
-}
-
-/// Multiplies the weights by the albedos of the components at the paths' places. `found`: media that
-/// vary are known.
+/// Multiplies the weights by the albedos of the components at the paths' places. `found`: the
+/// colours of those that vary are known.
 template <class ComponentKind>
 HWY_INLINE void weaken(const WavefrontScene& s, WavefrontMemory& m, bool found,
                        Paths<ComponentKind>& p) {
-  if (ComponentKind::kWeights > 1 && s.setup.albedo_varies) {
-    if (!found) find_media(s, m, p);
-    return weaken_by_place(m, p);
-  }
   const ComponentKind component(s, p.component);
-  for (std::size_t c = 0; c < ComponentKind::kWeights; ++c)
-    p.w[c] = p.w[c] * component.albedo_of(c);
+  const bool varies = ComponentKind::kWeights > 1 && s.setup.albedo_varies;
+  if (varies && !found) find_colors(s, m, p);
+  for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) {
+    const F albedo = component.albedo_of(c);
+    p.w[c] = p.w[c] * (varies ? albedo * load(m.colors[c].data()) : albedo);
+  }
 }
 
 /// What collisions emit, lane by lane.
@@ -74,10 +46,10 @@ HWY_NOINLINE void add_emission(const WavefrontScene& s, WavefrontMemory& m,
       constexpr std::size_t kSecond = ComponentKind::kWeights / 2,
                             kThird = ComponentKind::kWeights - 1;
       m.slots.add(slot_of(id[k]), number_of(id[k]), [&](PathResult& r) {
-        add_emitted(
-            s.setup,
-            s.setup.albedo_varies ? m.media[k] : everywhere(s.volume.components[component[k]]),
-            Rgb(w[0][k], w[kSecond][k], w[kThird][k]), r);
+        const MediumComponent& medium = s.volume.components[component[k]];
+        const Rgb color(m.colors[0][k], m.colors[1][k], m.colors[2][k]);
+        add_emitted(s.setup, s.setup.albedo_varies ? colored(medium, color) : everywhere(medium),
+                    Rgb(w[0][k], w[kSecond][k], w[kThird][k]), r);
       });
     }
   }
@@ -156,7 +128,7 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
     Paths<ComponentKind> p(q, at);
     p.component = ComponentKind::choose(s, p.rng);
     if (s.emits) {
-      if (s.setup.albedo_varies) find_media(s, m, p);
+      if (s.setup.albedo_varies) find_colors(s, m, p);
       add_emission(s, m, p);
     }
     F contribution = splat(1);

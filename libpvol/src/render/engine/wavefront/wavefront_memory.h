@@ -208,6 +208,9 @@ struct LampRay {
   std::uint32_t id;
 };
 
+/// By channel, of each path of a register.
+using PathColors = std::array<std::array<float, kMostLanes>, 3>;
+
 struct WavefrontMemory : FlightMemory {
   Records camera{kPathFields}, paths{kPathFields}, shadows{kPathFields};  ///< that wait to fly
   Records to_fires{kPathFields};  ///< likewise, towards fires
@@ -217,7 +220,7 @@ struct WavefrontMemory : FlightMemory {
   Counts counts;
   std::vector<double> light_weights;                      ///< of lights, for drawing some
   std::vector<std::optional<CollidingFlight>> colliding;  ///< of a register, for lamps
-  std::vector<LocalMedium> media;                         ///< of one, where albedos vary
+  PathColors colors{};                                    ///< of one, where albedos vary
 
   // Through many volumes:
   WorldRays rays;

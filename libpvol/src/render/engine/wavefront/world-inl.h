@@ -9,6 +9,7 @@
 #endif
 
 #include "render/engine/wavefront/trace-inl.h"
+#include "render/path/local_medium.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
