@@ -1,10 +1,9 @@
 #include "render/engine/estimate_pixels.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
+#include "math/parallel.h"
 #include "render/engine/tiles/tile_renderer.h"
 #include "render/path/film_layers.h"
 #include "render/path/gather_light.h"
@@ -33,8 +32,8 @@ constexpr double kLeastPixels = 64, kMostPixels = 4096;
   constexpr int kEdge = 16;
   const int columns = (film.width + kEdge - 1) / kEdge, rows = (film.height + kEdge - 1) / kEdge;
   const SampleTargets targets{.all = kSamplesOfPixel};
-  tbb::parallel_for(0, columns * rows, [&](int i) {
-    const int x = i % columns * kEdge, y = i / columns * kEdge;
+  parallel_for(0, std::size_t(columns * rows), [&](std::size_t i) {
+    const int x = int(i) % columns * kEdge, y = int(i) / columns * kEdge;
     Counts none;
     (void)tiles.render({x, y, std::min(kEdge, film.width - x), std::min(kEdge, film.height - y)},
                        targets, film, none);

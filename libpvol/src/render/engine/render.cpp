@@ -2,7 +2,6 @@
 #include "pvol/render/render.h"
 
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include <limits>
 #include <optional>
 
+#include "math/parallel.h"
 #include "math/workers.h"
 #include "pvol/error.h"
 #include "render/engine/estimate_pixels.h"
@@ -77,9 +77,9 @@ class PassRenderer {
     const int edge = tiles_.edge(targets, film, threads);
     const int columns = (film.crop_width + edge - 1) / edge;
     const int rows = (film.crop_height + edge - 1) / edge;
-    tbb::parallel_for(std::int64_t(0), std::int64_t(columns) * rows, [&](std::int64_t i) {
+    parallel_for(0, std::size_t(columns) * std::size_t(rows), [&](std::size_t i) {
       if (reporter.pause()) return;
-      const int x = int(i % columns) * edge, y = int(i / columns) * edge;
+      const int x = int(i % std::size_t(columns)) * edge, y = int(i / std::size_t(columns)) * edge;
       const detail::ImagePart tile{x, y, std::min(edge, film.crop_width - x),
                                    std::min(edge, film.crop_height - y)};
       const std::uint64_t before = count_samples(film, tile);

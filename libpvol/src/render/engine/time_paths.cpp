@@ -1,13 +1,12 @@
 #include "render/engine/time_paths.h"
 
-#include <tbb/parallel_for.h>
-#include <tbb/partitioner.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <ctime>
 #include <mutex>
 
+#include "math/parallel.h"
 #include "render/engine/passes.h"
 #include "render/engine/tiles/tile_renderer.h"
 #include "render/path/film_layers.h"
@@ -47,7 +46,7 @@ class SmallRender {
     const int tasks = parts(film_.crop_height, tile_height_);
     TimedPaths all;
     std::mutex mutex;  // of the sum
-    const auto run_task = [&](int i) {
+    const auto run_task = [&](std::size_t i) {
       {
         const std::scoped_lock lock(mutex);
         if (setup_.stopped() || (all.paths > 0 && !goes_on(all))) return;
@@ -56,7 +55,7 @@ class SmallRender {
       const std::scoped_lock lock(mutex);
       all += t;
     };
-    tbb::parallel_for(0, tasks, run_task, tbb::simple_partitioner());
+    parallel_for(0, std::size_t(tasks), run_task);
     return all;
   }
 
