@@ -9,7 +9,7 @@ namespace pvol::detail {
 LineSources::LineSources(std::vector<EmissionSource> all) : sources(std::move(all)) {
   std::vector<Box> boxes;
   for (const EmissionSource& s : sources) boxes.push_back(s.box);
-  tree = BoxTree(boxes);
+  tree = BoxTree(boxes, 1);  // lines through what a ray misses would take long
 }
 
 std::shared_ptr<const EmissionSetup> prepare_emission(std::span<const Volume> volumes,
