@@ -60,8 +60,9 @@ TEST(BoxTree, MissesNoBoxThatARayMeets) {
   for (const auto& [middle, size] : kWorlds) {
     for (const int count : {1, 4, 5, 9, 300}) {
       World world(count, middle, size);
-      const BoxTree tree(world.boxes);
+      const BoxTree full(world.boxes), single(world.boxes, 1);  // leaves
       for (int i = 0; i < 2000; ++i) {
+        const BoxTree& tree = world.bits() % 2 ? single : full;
         const Ray ray = world.ray(i);
         const double limit = i % 2 ? kEndless : world.uniform(0, 3 * size);
         std::vector<int> visits(world.boxes.size());
@@ -124,7 +125,24 @@ TEST(BoxTree, EndsWhereTheLimitIsZero) {
       ended = true;
       return 0.0;
     });
-    ASSERT_EQ(after, 0);
+    // The rest of a leaf may still be told the limit.
+    ASSERT_LT(after, int(BoxTree::kLeafItems));
+  }
+}
+
+TEST(BoxTree, OfLeavesOfOneEndsAtOnce) {
+  World world(300, {}, 1);
+  for (const std::size_t boxes : {std::size_t(1), std::size_t(2), world.boxes.size()}) {
+    const BoxTree tree(std::span(world.boxes).first(boxes), 1);
+    for (int i = 0; i < 500; ++i) {
+      int visits = 0;
+      tree.visit(world.ray(i), kEndless, [&](std::uint32_t item, double) {
+        EXPECT_LT(item, boxes);
+        ++visits;
+        return 0.0;
+      });
+      ASSERT_LE(visits, 1);
+    }
   }
 }
 

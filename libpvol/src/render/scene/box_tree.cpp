@@ -25,7 +25,7 @@ double surface(const Box& b) {
 struct BoxTree::Builder {
   std::span<const Box> boxes;
   BoxTree& tree;
-  std::size_t few;
+  std::size_t most;
   std::vector<double> right{};  ///< surfaces of what lies behind a cut
 
   using Item = std::vector<std::uint32_t>::iterator;
@@ -73,7 +73,7 @@ struct BoxTree::Builder {
     const auto n = std::uint32_t(end - begin);
     tree.nodes_[node] = {below(box.lo - tree.origin_), above(box.hi - tree.origin_),
                          std::uint32_t(begin - tree.items_.begin()), n};
-    if (n == 1 || (depth == 0 && n <= few)) return;
+    if (n <= most) return;
     sort(begin, end);
     const std::size_t first = depth < kDepth / 2 ? cut(begin, end) : n / 2;
     const std::size_t child = tree.nodes_.size();
@@ -86,7 +86,7 @@ struct BoxTree::Builder {
   }
 };
 
-BoxTree::BoxTree(std::span<const Box> boxes, std::size_t few) {
+BoxTree::BoxTree(std::span<const Box> boxes, std::size_t most) {
   Box all;
   for (std::uint32_t i = 0; i < boxes.size(); ++i) {
     if (boxes[i].empty()) continue;
@@ -96,7 +96,7 @@ BoxTree::BoxTree(std::span<const Box> boxes, std::size_t few) {
   if (items_.empty()) return;
   origin_ = all.centre();
   nodes_.resize(1);
-  Builder{boxes, *this, few}.build(0, items_.begin(), items_.end(), 0);
+  Builder{boxes, *this, most}.build(0, items_.begin(), items_.end(), 0);
   nodes_.shrink_to_fit();
 }
 

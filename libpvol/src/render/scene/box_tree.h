@@ -17,15 +17,16 @@ namespace pvol::detail {
 /// box and be told to go on; its boxes and distances are floats of the world, which clouds far from
 /// the origin need in double; and pvol would depend on it for these lines. Here boxes are floats
 /// relative to the middle of all, rounded outward, and rays are doubles: a box that a ray meets is
-/// never missed, however far from the origin all lies.
+/// never missed, however far from the origin all lies. Boxes that fit into one leaf are no tree:
+/// all of them are visited, in their order.
 class BoxTree {
  public:
-  static constexpr std::uint32_t kFew = 4;
+  static constexpr std::uint32_t kLeafItems = 4;
 
   BoxTree() = default;
-  /// Empty boxes are left out. Up to `few` are no tree: all of them are visited, in their order,
-  /// which is best where that takes no longer than to test their boxes.
-  explicit BoxTree(std::span<const Box> boxes, std::size_t few = kFew);
+  /// Empty boxes are left out. The items of a leaf, up to `most`, are visited without a test of
+  /// their boxes: one, where visits take longer than that.
+  explicit BoxTree(std::span<const Box> boxes, std::size_t most = kLeafItems);
 
   /// limit = visit(item, limit) for the items whose boxes the ray may meet before t = limit, that
   /// shrinks; nodes nearer to the ray's origin first. With others that it just misses.
