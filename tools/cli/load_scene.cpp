@@ -56,7 +56,7 @@ bool bind_grids(const Loader& by, formats::SceneVolume& volume) {
   return volume.fire && !colored;
 }
 
-/// Loads the grid that a volume's albedo goes by, where there is one. `as_read`: the cloud's own
+/// Loads the grid of a volume's albedo, where there is one. `as_read`: the cloud's own
 /// samples are those of the file, and may serve again.
 void load_albedo(const Loader& by, formats::SceneVolume& volume, bool strict, bool as_read,
                  formats::Cloud& cloud) {
