@@ -12,7 +12,7 @@ FOLDER = "tools/python"  # of the package's sources, where scikit-build looks fo
 
 
 def of_the_package(files):
-    """Of all that CMake installs, the module."""
+    """Of all that CMake installs, the package, with the module for OpenVDB."""
     return [file for file in files if f"{FOLDER}/pvol/" in file.replace("\\", "/")]
 
 
@@ -29,6 +29,7 @@ setup(
     cmake_args=[
         f"-DPython3_EXECUTABLE={sys.executable}",
         f"-DPVOL_PYTHON_DIR={FOLDER}",
+        f"-DPVOL_MODULE_DIR={FOLDER}/pvol",
         "-DPVOL_BUILD_TESTS=OFF",
         "-DPVOL_BUILD_STATS=OFF",
         "-DPVOL_BUILD_VIEW=OFF",

@@ -9,7 +9,7 @@
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/field_names.h"
-#include "vdb/vdb_color.h"
+#include "vdb/vdb_calls.h"
 
 namespace pvol::formats {
 namespace {
@@ -87,7 +87,7 @@ std::string usual_color_grid(std::span<const GridEntry> grids) {
 
 LoadedColor read_color(const std::filesystem::path& file, const std::string& name, bool strict) {
   const std::string kind = ending(file);
-  if (kind == ".vdb") return detail::read_vdb_color(file, name, strict);
+  if (kind == ".vdb") return detail::vdb_calls(file).read_color(file, name, strict);
   if (kind == ".pvol") return read_parts(file, name, strict);
   throw Error(file.string() +
               ": colours are read from .vdb and .pvol files; convert it to .vdb, or leave them out "

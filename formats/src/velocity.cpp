@@ -11,7 +11,7 @@
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/field_names.h"
 #include "pvol/formats/recipe_file.h"
-#include "vdb/vdb_velocity.h"
+#include "vdb/vdb_calls.h"
 
 namespace pvol::formats {
 namespace {
@@ -115,7 +115,7 @@ std::string usual_velocity(std::span<const GridEntry> grids) {
 std::optional<LoadedVelocity> read_velocity(const std::filesystem::path& file,
                                             const std::string& name, bool strict) {
   const std::string kind = ending(file);
-  if (kind == ".vdb") return detail::read_vdb_velocity(file, name, strict);
+  if (kind == ".vdb") return detail::vdb_calls(file).read_velocity(file, name, strict);
   if (kind == ".pvol") return read_pvol_velocity(file, name, strict);
   if (kind == ".toml") return sample_recipe(file);
   throw Error(file.string() +

@@ -29,7 +29,7 @@ class Resume : public ::testing::Test {
   [[nodiscard]] Words line(const std::string& name, const Words& more = {}) const {
     return Words{
                ball_,   "-o",  exr(name),  "--size",       "48x48", "--set", "medium.extinction=40",
-               "--spp", "512", "--no-png", "--checkpoint", "0"} +
+               "--spp", "128", "--no-png", "--checkpoint", "0"} +
            more;
   }
   RunResult render(const std::string& name, const Words& more = {},
@@ -124,8 +124,8 @@ TEST_F(Resume, FullDisksLeaveTheLastCheckpoint) {
 }
 
 TEST_F(Resume, OfPartsAndAdaptiveWorksToo) {
-  const Words kinds[] = {{"--samples", "50:500", "--crop", "3,5,40,20"},
-                         {"--noise", "0.012", "--aov", "variance,depth,halves"}};
+  const Words kinds[] = {{"--samples", "12:125", "--crop", "3,5,40,20"},
+                         {"--noise", "0.024", "--aov", "variance,depth,halves"}};
   for (const Words& kind : kinds) {
     std::filesystem::remove(exr("a"));
     ASSERT_EQ(render("b", kind).exit, 0);

@@ -1,11 +1,10 @@
-#include "vdb/vdb_color.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "pvol/error.h"
+#include "vdb/vdb_calls.h"
 #include "vdb/vdb_load.h"
 #include "vdb/vdb_vectors.h"
 

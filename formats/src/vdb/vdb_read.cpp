@@ -11,6 +11,7 @@
 
 #include "file/density_values.h"
 #include "pvol/error.h"
+#include "vdb/vdb_calls.h"
 #include "vdb/vdb_load.h"
 
 namespace pvol::formats {
@@ -125,12 +126,8 @@ void check_bbox(const ByteSource& source, const VdbGrid& grid, const FloatTree& 
 
 }  // namespace
 
-std::vector<GridEntry> list_vdb(const std::filesystem::path& path) {
-  ByteSource source(path);
-  return detail::entries_of(choices(inspect_vdb(source)));
-}
-
-LoadedGrid read_vdb(const std::filesystem::path& path, const GridOptions& options) try {
+LoadedGrid detail::read_vdb_density(const std::filesystem::path& path,
+                                    const GridOptions& options) try {
   ByteSource source(path);
   VdbFile file = inspect_vdb(source);
   LoadedGrid loaded;

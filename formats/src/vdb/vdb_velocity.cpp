@@ -1,6 +1,4 @@
 // Vector grids, or three grids of numbers, as the components of velocities.
-#include "vdb/vdb_velocity.h"
-
 #include <fmt/format.h>
 
 #include <openvdb/openvdb.h>
@@ -13,6 +11,7 @@
 #include "file/grid_choice.h"
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
+#include "vdb/vdb_calls.h"
 #include "vdb/vdb_load.h"
 #include "vdb/vdb_vectors.h"
 

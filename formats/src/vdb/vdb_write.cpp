@@ -11,10 +11,9 @@
 #include <string_view>
 
 #include "pvol/error.h"
-#include "pvol/formats/atomic_file.h"
 #include "pvol/formats/memory.h"
-#include "pvol/formats/vdb.h"
 #include "vdb/openvdb_start.h"
+#include "vdb/vdb_calls.h"
 #include "vdb/vdb_inspect.h"
 
 namespace pvol::formats {
@@ -189,9 +188,10 @@ void set_uuid(const std::filesystem::path& file) {
 
 }  // namespace
 
-void write_vdb(const std::filesystem::path& file, const std::vector<const VoxelGrid*>& grids,
-               const std::vector<const ColorGrid*>& colors,
-               const std::vector<const VelocityGrid*>& velocities) {
+std::function<void(const std::filesystem::path& file)> detail::vdb_writer(
+    const std::string& name, const std::vector<const VoxelGrid*>& grids,
+    const std::vector<const ColorGrid*>& colors,
+    const std::vector<const VelocityGrid*>& velocities) {
   // OpenVDB may crash where memory ends while a tree grows.
   constexpr std::uint64_t kBuffers = std::uint64_t{16} << 20;
   std::uint64_t bytes = kBuffers;
@@ -202,26 +202,22 @@ void write_vdb(const std::filesystem::path& file, const std::vector<const VoxelG
   for (const VelocityGrid* grid : velocities) {
     for (const VoxelGrid& g : grid->along) bytes += tree_bytes<openvdb::Vec3STree>(g.bricks);
   }
-  require_memory(bytes, file.string() + ": the tree of its grids");
-  try {
+  require_memory(bytes, name + ": the tree of its grids");
+  return [&](const std::filesystem::path& file) {
     detail::start_openvdb();
     openvdb::GridCPtrVec out;
     for (const VoxelGrid* grid : grids) out.push_back(fog_volume(*grid));
     for (const ColorGrid* grid : colors) out.push_back(color_grid(*grid));
     for (const VelocityGrid* grid : velocities) out.push_back(velocity_grid(*grid));
-    write_atomically(file, [&](const std::filesystem::path& aside) {
-      openvdb::io::File to(aside.string());
-      to.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
-      to.write(out);
-      to.close();
-      set_uuid(aside);
-      // OpenVDB does not notice a full disk: what it wrote is inspected like any file.
-      detail::ByteSource written(aside);
-      static_cast<void>(inspect_vdb(written));
-    });
-  } catch (const std::exception& e) {
-    throw Error("cannot write " + file.string() + ": " + e.what());
-  }
+    openvdb::io::File to(file.string());
+    to.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
+    to.write(out);
+    to.close();
+    set_uuid(file);
+    // OpenVDB does not notice a full disk: what it wrote is inspected like any file.
+    detail::ByteSource written(file);
+    static_cast<void>(inspect_vdb(written));
+  };
 }
 
 }  // namespace pvol::formats

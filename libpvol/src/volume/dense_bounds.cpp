@@ -156,23 +156,27 @@ struct LeafWords {
   }
 };
 
-/// Calls visit(index) for the words of a cube of them.
+/// Calls visit(index) for the words of a cube of them, until one call returns false; tells whether
+/// all returned true.
 template <class Visit>
-void visit_cube(const DenseBounds& b, Vec3i first, int edge, const Visit& visit) {
+bool visit_cube(const DenseBounds& b, Vec3i first, int edge, const Visit& visit) {
   for (int x = first.x; x < first.x + edge; ++x) {
     for (int y = first.y; y < first.y + edge; ++y) {
-      for (int z = first.z; z < first.z + edge; ++z) visit(index_in(b.size, {x, y, z}));
+      const std::size_t row = index_in(b.size, {x, y, first.z});
+      for (std::size_t i = row; i < row + std::size_t(edge); ++i) {
+        if (!visit(i)) return false;
+      }
     }
   }
+  return true;
 }
 
 /// Gives the words of an aligned cube the largest empty cubes that there are in it.
 void mark_empty(DenseBounds& b, Vec3i first, int log2) {
   const int edge = 1 << (log2 - b.shift);
-  bool empty = true;
-  visit_cube(b, first, edge, [&](std::size_t i) { empty = empty && b.word[i] == 0; });
-  if (empty) {
-    visit_cube(b, first, edge, [&](std::size_t i) { b.word[i] = std::uint32_t(log2); });
+  if (visit_cube(b, first, edge, [&](std::size_t i) { return b.word[i] == 0; })) {
+    visit_cube(b, first, edge,
+               [&](std::size_t i) { return b.word[i] = std::uint32_t(log2), true; });
   } else if (log2 > b.shift) {
     for (int child = 0; child < 8; ++child) {
       const Vec3i step(child >> 2, child >> 1 & 1, child & 1);
