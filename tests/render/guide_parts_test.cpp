@@ -55,7 +55,7 @@ TEST_F(OnePixel, CameraRaysBeginInTheirPixel) {
   const Vec3d right = in_plane(p.ray(1, 0).d) - corner, below = in_plane(p.ray(0, 1).d) - corner;
   proof::Histogram across(8), down(8);
   for (std::uint32_t i = 0; i < 1000; ++i) {
-    const Vec3d at = in_plane(detail::CameraSample(s, 2, 5, i).ray.d) - corner;
+    const Vec3d at = in_plane(detail::camera_ray(s, {2, 5, i}).d) - corner;
     across.add(dot(at, right) / dot(right, right) - 2);
     down.add(dot(at, below) / dot(below, below) - 5);
   }

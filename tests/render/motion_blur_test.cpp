@@ -226,11 +226,11 @@ TEST(MotionBlur, SamplesHaveTimesOfTheirOwnInEachPartOfTheShutter) {
   proof::Moments mean;
   for (int y = 0; y < 8; ++y) {
     for (int x = 0; x < 8; ++x) {
-      first.insert(detail::sample_time(setup, x, y, 0));
+      first.insert(detail::sample_time(setup, {x, y, 0}));
       for (const std::uint32_t start : {0u, 64u, 1024u}) {
         std::set<int> parts;
         for (std::uint32_t i = 0; i < 64; ++i) {
-          const double t = double(detail::sample_time(setup, x, y, start + i));
+          const double t = double(detail::sample_time(setup, {x, y, start + i}));
           EXPECT_GE(t, 0.25);
           EXPECT_LE(t, 1.25);
           parts.insert(int((t - 0.25) * 64 * (1 - 1e-6)));

@@ -9,6 +9,7 @@
 #include "file/grid_choice.h"
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
+#include "pvol/formats/memory.h"
 #include "vdb/vdb_inspect.h"
 
 namespace pvol::formats {
@@ -24,6 +25,9 @@ constexpr std::array kFolders = {
     "../../lib/pvol",  // of python/pvol in a build
     "../../../pvol",   // of lib/python3/dist-packages/pvol
 };
+
+/// Of address space, that OpenVDB and the libraries that it brings take.
+constexpr std::uint64_t kMemory = std::uint64_t{100} << 20;
 
 /// The folder of the program or library that holds this code.
 std::filesystem::path own_folder() {
@@ -46,6 +50,8 @@ const detail::VdbCalls* load_module() {
       looked_in += (looked_in.empty() ? "" : ", ") + file.parent_path().string();
       continue;
     }
+    // Where memory ends while OpenVDB starts, it may abort or hang.
+    require_memory(kMemory, "OpenVDB");
     void* const module =
         dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);  // for as long as the process runs
     const void* const calls = module != nullptr ? dlsym(module, "pvol_vdb_calls") : nullptr;

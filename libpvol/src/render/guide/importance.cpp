@@ -209,7 +209,7 @@ double mean_seen(const PathSetup& setup, const Importance& importance) {
     const auto [x, y] = rng.uniform2();
     const Ray ray = setup.view.projection.ray(double(x) * setup.options.width,
                                               double(y) * setup.options.height);
-    const float time = setup.moving ? sample_time(setup, 0, 0, std::uint32_t(i)) : 0;
+    const float time = setup.moving ? sample_time(setup, {0, 0, std::uint32_t(i)}) : 0;
     const auto place = first_collision(setup, ray, time, rng);
     if (!place) continue;
     const Importance::Row& row = importance.row(*place);

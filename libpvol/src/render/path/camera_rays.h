@@ -16,50 +16,62 @@ enum class Aside : std::uint64_t {
   lights = 0x6c6967687473,
 };
 
-/// Random numbers of a sample beside those of its path.
-[[nodiscard]] inline Rng numbers_aside(const PathSetup& s, int x, int y, std::uint32_t sample,
-                                       Aside of) {
-  const std::uint64_t pixel = std::uint64_t(y) * std::uint64_t(s.options.width) + std::uint64_t(x);
-  return {s.options.seed ^ std::uint64_t(of), pixel, sample};
+/// A sample of a pixel of the image.
+struct PixelSample {
+  int x, y;  ///< of the pixel
+  std::uint32_t number;
+};
+
+/// The number of its pixel.
+[[nodiscard]] inline std::uint64_t pixel_of(const PathSetup& s, const PixelSample& sample) {
+  return std::uint64_t(sample.y) * std::uint64_t(s.options.width) + std::uint64_t(sample.x);
 }
 
-/// A point of a square, which a pixel's samples cover evenly; random numbers of paths are not
+/// Random numbers of its path.
+[[nodiscard]] inline Rng numbers_of(const PathSetup& s, const PixelSample& sample) {
+  return {s.options.seed, pixel_of(s, sample), sample.number};
+}
+/// Random numbers beside those.
+[[nodiscard]] inline Rng numbers_aside(const PathSetup& s, const PixelSample& sample, Aside of) {
+  return {s.options.seed ^ std::uint64_t(of), pixel_of(s, sample), sample.number};
+}
+
+/// Points of a square, which a pixel's samples cover evenly; random numbers of paths are not
 /// touched.
-[[nodiscard]] inline std::array<float, 2> sample_point(const PathSetup& s, int x, int y,
-                                                       std::uint32_t sample, Aside of) {
-  const std::uint64_t pixel = std::uint64_t(y) * std::uint64_t(s.options.width) + std::uint64_t(x);
-  return point_of_square(sample, seeds_of(s.options.seed ^ std::uint64_t(of), pixel));
+[[nodiscard]] inline std::array<std::uint32_t, 3> seeds_of_points(const PathSetup& s,
+                                                                  const PixelSample& sample,
+                                                                  Aside of) {
+  return seeds_of(s.options.seed ^ std::uint64_t(of), pixel_of(s, sample));
+}
+[[nodiscard]] inline std::array<float, 2> sample_point(const PathSetup& s,
+                                                       const PixelSample& sample, Aside of) {
+  return point_of_square(sample.number, seeds_of_points(s, sample, of));
 }
 
 /// The time of a camera sample, in frames. Any run of 2^k samples of a pixel that starts at a
 /// multiple of it has one in each 2^k-th of the shutter: digits of the sample's number in reverse,
 /// shifted by a random number of the pixel. Those of the path itself are not touched.
-[[nodiscard]] inline float sample_time(const PathSetup& s, int x, int y, std::uint32_t sample) {
-  const std::uint32_t reversed = reverse_bits(sample);
-  const auto shift = std::uint32_t(numbers_aside(s, x, y, 0, Aside::time).block().lo);
+[[nodiscard]] inline float sample_time(const PathSetup& s, const PixelSample& sample) {
+  const std::uint32_t reversed = reverse_bits(sample.number);
+  const PixelSample first{sample.x, sample.y, 0};
+  const auto shift = std::uint32_t(numbers_aside(s, first, Aside::time).block().lo);
   return float(s.view.camera.shutter.at(double(reversed + shift) * 0x1p-32));
 }
 
-/// A camera sample: its random numbers, and its ray through the pixel's filter and the lens.
-struct CameraSample {
-  Rng rng;
+/// The ray of a sample, through the pixel's filter and the lens.
+[[nodiscard]] inline Ray camera_ray(const PathSetup& s, const PixelSample& sample) {
+  const auto [u, v] = sample_point(s, sample, Aside::pixel);
+  const double x = sample.x + 0.5 + double(s.view.filter(u));
+  const double y = sample.y + 0.5 + double(s.view.filter(v));
   Ray ray;
-
-  CameraSample(const PathSetup& s, int x, int y, std::uint32_t sample)
-      : rng(s.options.seed, std::uint64_t(y) * std::uint64_t(s.options.width) + std::uint64_t(x),
-            sample) {
-    const auto [u, v] = sample_point(s, x, y, sample, Aside::pixel);
-    const double at_x = x + 0.5 + double(s.view.filter(u)),
-                 at_y = y + 0.5 + double(s.view.filter(v));
-    if (!s.view.projection.has_lens()) {
-      ray = s.view.projection.ray(at_x, at_y);
-    } else {
-      const auto [lens_u, lens_v] = sample_point(s, x, y, sample, Aside::lens);
-      ray = s.view.projection.ray(at_x, at_y, lens_u, lens_v);
-    }
-    if (s.view.motion) ray = s.view.motion->at(double(sample_time(s, x, y, sample)), ray);
+  if (!s.view.projection.has_lens()) {
+    ray = s.view.projection.ray(x, y);
+  } else {
+    const auto [lens_u, lens_v] = sample_point(s, sample, Aside::lens);
+    ray = s.view.projection.ray(x, y, lens_u, lens_v);
   }
-};
+  return s.view.motion ? s.view.motion->at(double(sample_time(s, sample)), ray) : ray;
+}
 
 /// visit(ray, i) for count^2 rays, evenly over a part of the image.
 template <class Visit>

@@ -41,6 +41,11 @@ class Projection {
   /// Whether rays begin anywhere on a lens, so that `ray` takes a place on it.
   [[nodiscard]] bool has_lens() const { return radius_ > 0; }
 
+  /// Whether all rays begin at one place, towards(x, y).
+  [[nodiscard]] bool is_pinhole() const { return kind_ == CameraKind::perspective && !has_lens(); }
+  [[nodiscard]] Vec3d origin() const { return origin_; }
+  [[nodiscard]] Vec3d towards(double x, double y) const { return corner_ + right_ * x + down_ * y; }
+
   /// Through the point (x, y) of the picture, in pixels, and the middle of the lens.
   [[nodiscard]] Ray ray(double x, double y) const {
     switch (kind_) {
@@ -51,13 +56,13 @@ class Projection {
       case CameraKind::perspective:
         break;
     }
-    return {origin_, normalize(corner_ + right_ * x + down_ * y)};
+    return {origin_, normalize(towards(x, y))};
   }
 
   /// The same through a point of the lens, uniform over it where u and v are over [0, 1).
   [[nodiscard]] Ray ray(double x, double y, float u, float v) const {
     // Where all rays through (x, y) meet.
-    const Vec3d sharp = (corner_ + right_ * x + down_ * y) * focus_;
+    const Vec3d sharp = towards(x, y) * focus_;
     const CirclePoint rim = point_at_turns(v);
     const double r = std::sqrt(double(u));
     const Vec3d on_lens = lens_x_ * (r * double(rim.cosine)) + lens_y_ * (r * double(rim.sine));

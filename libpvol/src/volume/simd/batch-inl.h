@@ -159,13 +159,11 @@ HWY_INLINE std::size_t read_rays(const BatchTask& task, BatchMemory& m, const Jo
 template <class Job>
 HWY_INLINE std::size_t enter(const BatchTask& task, BatchMemory& m, const Job& job) {
   const EnteringRays& e = m.entering;
+  normalize_directions(m.entering);
   find_spans(task.volume, m.entering);
   std::size_t bad = 0;
   for (std::size_t k = 0; k < e.n; ++k) {
-    const auto at = [&](const std::array<EnteringRays::Row, 3>& of) {
-      return Vec3d(of[0][k], of[1][k], of[2][k]);
-    };
-    const Ray cells{at(e.cells), at(e.step)};
+    const Ray cells = e.in_cells(k);
     if (!is_finite(cells.o)) {
       job.start(e.ray[k], true);
       ++bad;
@@ -173,7 +171,8 @@ HWY_INLINE std::size_t enter(const BatchTask& task, BatchMemory& m, const Job& j
     }
     if (!(e.t0[k] < e.t1[k])) continue;
     Rng rng = numbers_of(task.numbers, e.ray[k]);
-    const std::size_t n = put_ray(task.field, m.queue, cells.at(e.t0[k]), Vec3f(at(e.d)), rng);
+    const std::size_t n =
+        put_ray(task.field, m.queue, cells.at(e.t0[k]), Vec3f(e.in_world(k).d), rng);
     const std::uint32_t slot = m.take_slot();
     const auto way = float(e.t1[k] - e.t0[k]);
     m.slots[slot] = {e.ray[k], e.t0[k], e.t1[k], way};

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "pvol/volume/batch.h"
+#include "volume/simd/entering_rays.h"
 #include "volume/simd/flight_memory.h"
 #include "volume/simd/simd_field.h"
 
@@ -17,18 +18,6 @@ struct BatchTask {
   const BatchNumbers& numbers;
   double* t = nullptr;       ///< of flights
   float* through = nullptr;  ///< of transmittances
-};
-
-/// Rays on their way into the volume, side by side.
-struct EnteringRays {
-  static constexpr std::size_t kMost = 64;
-  using Row = std::array<double, kMost>;  ///< of numbers, one a ray
-
-  std::size_t n = 0;
-  std::array<std::size_t, kMost> ray;  ///< number in the batch
-  std::array<Row, 3> o, d;             ///< in the world; directions are made unit
-  std::array<Row, 3> cells, step;      ///< likewise in cells from the octree's origin
-  Row t0, t1;                          ///< the ray's way, then that inside the volume, if t0 < t1
 };
 
 /// What a thread keeps between batches. Rays that are under way have slots, as many as fly at once.

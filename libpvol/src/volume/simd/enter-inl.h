@@ -1,4 +1,4 @@
-// Where rays of a batch enter the volume: loops over rays side by side, of which the compiler makes
+// Where rays enter the volume: loops over rays side by side, of which the compiler makes
 // vectors of doubles. IEEE rounding makes them the same at any width.
 
 #if defined(PVOL_LANE_ENTER_INL_H) == defined(HWY_TARGET_TOGGLE)
@@ -11,22 +11,28 @@
 #include <cmath>
 #include <limits>
 
-#include "volume/simd/batch_kernels.h"
+#include "pvol/volume/volume.h"
+#include "volume/simd/entering_rays.h"
 #include "volume/simd/simd_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
 
-/// Makes the directions unit and finds the rays in cells.
+/// Makes the directions unit.
+inline HWY_NOINLINE void normalize_directions(EnteringRays& e) {
+  for (std::size_t k = 0; k < e.n; ++k) {
+    const double x = e.d[0][k], y = e.d[1][k], z = e.d[2][k];
+    const double size = std::sqrt(x * x + y * y + z * z);
+    e.d[0][k] = x / size, e.d[1][k] = y / size, e.d[2][k] = z / size;
+  }
+}
+
 inline HWY_NOINLINE void find_rays_in_cells(const Affine& to_cells, EnteringRays& e) {
   const Affine a = to_cells;
   for (std::size_t k = 0; k < e.n; ++k) {
     const Vec3d o(e.o[0][k], e.o[1][k], e.o[2][k]);
-    Vec3d d(e.d[0][k], e.d[1][k], e.d[2][k]);
-    const double size = std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
-    d = {d.x / size, d.y / size, d.z / size};
+    const Vec3d d(e.d[0][k], e.d[1][k], e.d[2][k]);
     const Vec3d cells = a.point(o), step = a.vector(d);
-    e.d[0][k] = d.x, e.d[1][k] = d.y, e.d[2][k] = d.z;
     e.cells[0][k] = cells.x, e.cells[1][k] = cells.y, e.cells[2][k] = cells.z;
     e.step[0][k] = step.x, e.step[1][k] = step.y, e.step[2][k] = step.z;
   }
@@ -46,7 +52,7 @@ inline HWY_NOINLINE void cut_by_faces(double low, double high, const EnteringRay
   }
 }
 
-/// Fills in what is not given of the rays: cells, step, t0, t1.
+/// Finds the rays in cells, and narrows their ways to those inside the volume.
 inline void find_spans(const VolumeField& v, EnteringRays& e) {
   find_rays_in_cells(v.world_to_cells, e);
   const Box box = v.octree.support();

@@ -156,20 +156,20 @@ void collide_paths(const World& w, std::size_t volume) {
 
 /// A sample's ray of the camera.
 template <class ComponentKind>
-void start(const World& w, const Samples::Sample& sample, std::uint32_t slot, const Film& film) {
-  const int x = film.x + sample.x, y = film.y + sample.y;
-  const std::uint32_t number = film.first_sample + sample.number;
-  auto [rng, ray] = CameraSample(w.setup, x, y, number);
-  w.m.slots.note_pixel(slot, x, y);
+void start(const World& w, const CameraRays& all, std::size_t k) {
+  const PixelSample& sample = all.sample[k];
+  const auto slot = std::uint32_t(all.rays.ray[k]);
+  const Ray ray = all.rays.in_world(k);
+  w.m.slots.note_pixel(slot, sample.x, sample.y);
   Sent sent{.kind = RayKind::camera, .ray = ray, .id = slot};
   if (w.setup.moving) {
-    sent.time = sample_time(w.setup, x, y, number);
+    sent.time = sample_time(w.setup, sample);
     w.m.slots.times[slot] = sent.time;
   }
   if (w.setup.depths != nullptr) {
-    see_lights(w.scenes, w.m, slot, ray, sent.time,
-               numbers_aside(w.setup, x, y, number, Aside::lights));
+    see_lights(w.scenes, w.m, slot, ray, sent.time, numbers_aside(w.setup, sample, Aside::lights));
   }
+  Rng rng = numbers_of(w.setup, sample);
   send<ComponentKind>(w, sent, rng);
 }
 
@@ -235,10 +235,14 @@ bool trace_many(std::span<const WavefrontScene> scenes, WavefrontMemory& m, cons
   Samples samples(tile, targets, film);
   m.slots.start(count_samples(tile, targets, film));
   m.counts = {};
-  std::uint32_t slot = 0;
+  CameraRays& starting = m.starting;
+  starting.clear();
+  const auto start_next = [&] {
+    if (!starting.any()) take_samples(setup, samples, starting);
+    start<ComponentKind>(w, starting, starting.next++);
+  };
   const bool whole = follow_all<ComponentKind>(
-      w, [&] { return samples.any(); },
-      [&] { start<ComponentKind>(w, samples.next(), slot++, film); },
+      w, [&] { return starting.any() || samples.any(); }, start_next,
       [&](std::size_t volume) { collide_paths<kGuided, ComponentKind>(w, volume); });
   if (!whole) return false;
   finish(setup, m, tile, targets, film);

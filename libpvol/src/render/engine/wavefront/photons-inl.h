@@ -97,7 +97,7 @@ void start(const World& w, const PhotonTask& task, std::uint64_t number) {
   const auto source = std::uint32_t(std::min<std::size_t>(p.source, kMostSlots - 1));
   Sent sent{.kind = RayKind::photon, .ray = p.ray, .id = source};
   sent.weight = w.scenes.front().one_lobe ? Rgb(luminance(p.power)) : p.power;
-  if (w.setup.moving) sent.time = sample_time(w.setup, 0, 0, std::uint32_t(number));
+  if (w.setup.moving) sent.time = sample_time(w.setup, {0, 0, std::uint32_t(number)});
   send<ComponentKind>(w, sent, rng);
 }
 

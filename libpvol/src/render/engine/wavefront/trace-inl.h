@@ -7,10 +7,10 @@
 #define PVOL_LANE_TRACE_INL_H
 #endif
 
+#include "render/engine/wavefront/camera-inl.h"
 #include "render/engine/wavefront/scatter-inl.h"
 #include "render/engine/wavefront/seen_lights-inl.h"
 #include "render/engine/wavefront/wavefront.h"
-#include "render/path/camera_rays.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
@@ -108,52 +108,6 @@ HWY_NOINLINE void end_shadow_rays(const WavefrontScene& s, WavefrontMemory& m) {
   }
 }
 
-/// The samples of a tile, in the order of their slots: pixels by rows, each with those that it
-/// lacks.
-class Samples {
- public:
-  Samples(const ImagePart& tile, const SampleTargets& targets, const Film& film)
-      : tile_(tile), targets_(targets), film_(film) {
-    find();
-  }
-
-  struct Sample {
-    int x, y;  ///< of its pixel, in the film
-    std::uint32_t number;
-  };
-  [[nodiscard]] bool any() const { return y_ < tile_.height; }
-  [[nodiscard]] Sample next() {
-    const Sample s{tile_.x + x_, tile_.y + y_, number_};
-    if (++number_ == end_) ++x_, find();
-    return s;
-  }
-
- private:
-  const ImagePart& tile_;
-  const SampleTargets& targets_;
-  const Film& film_;
-  int x_ = 0, y_ = 0;
-  std::uint32_t number_ = 0, end_ = 0;
-
-  /// Goes to the first pixel from here on that lacks any.
-  void find() {
-    for (; y_ < tile_.height; x_ = 0, ++y_) {
-      for (; x_ < tile_.width; ++x_) {
-        const std::size_t pixel = film_.index(tile_.x + x_, tile_.y + y_);
-        number_ = film_.pixels[pixel].samples, end_ = targets_.of(pixel);
-        if (number_ < end_) return;
-      }
-    }
-  }
-};
-
-[[nodiscard]] inline std::uint32_t count_samples(const ImagePart& tile,
-                                                 const SampleTargets& targets, const Film& film) {
-  std::uint32_t n = 0;
-  for (Samples all(tile, targets, film); all.any(); (void)all.next()) ++n;
-  return n;
-}
-
 /// Puts a ray at a place, in cells from the octree's origin, at or in the box of the support.
 inline void put_ray(const WavefrontScene& s, Records& q, Vec3d place, Vec3f d, Rgb weight,
                     std::uint32_t id, Rng& rng) {
@@ -166,34 +120,32 @@ inline void put_ray(const WavefrontScene& s, Records& q, Vec3d place, Vec3f d, R
 
 /// Puts a camera ray where it enters the box of the support; one that misses that sees what lies
 /// behind.
-inline void start(const WavefrontScene& s, WavefrontMemory& m, const Samples::Sample& sample,
-                  std::uint32_t slot, const Film& film, ShellCounts& shells) {
-  CameraSample from(s.setup, film.x + sample.x, film.y + sample.y,
-                    film.first_sample + sample.number);
-  m.slots.note_pixel(slot, film.x + sample.x, film.y + sample.y);
-  const Ray& ray = from.ray;
+inline void start(const WavefrontScene& s, WavefrontMemory& m, const CameraRays& all, std::size_t k,
+                  ShellCounts& shells) {
+  const auto slot = std::uint32_t(all.rays.ray[k]);
+  const PixelSample& sample = all.sample[k];
+  m.slots.note_pixel(slot, sample.x, sample.y);
+  const Ray ray = all.rays.in_world(k), cells = all.rays.in_cells(k);
   if (s.setup.depths != nullptr) {
-    see_lights({&s, 1}, m, slot, ray, 0,
-               numbers_aside(s.setup, film.x + sample.x, film.y + sample.y,
-                             film.first_sample + sample.number, Aside::lights));
+    see_lights({&s, 1}, m, slot, ray, 0, numbers_aside(s.setup, sample, Aside::lights));
   }
-  const Ray cells = s.volume.in_cells(ray);
-  const auto span = s.volume.in_box(cells);
+  const Span span{all.rays.t0[k], all.rays.t1[k]};
   const Vec3f d(ray.d);
-  const bool misses = !span || outside_shell(s.volume, cells, *span, shells);
+  const bool misses = !(span.t0 < span.t1) || s.volume.volume.density.octree.empty() ||
+                      outside_shell(s.volume, cells, span, shells);
+  Rng rng = numbers_of(s.setup, sample);
   if (s.lines_outside) {
     m.slots.add(slot, 0, [&](PathResult& r) {
       const auto unscattered = [] { return 0.0f; };
-      const FlightLine up_to_box{ray.o, d, misses ? kEndless : span->t0};
-      detail::add_on_the_way(s.setup, up_to_box, unscattered, Rgb(1.0f), Along{{&s, 1}, from.rng},
-                             r);
+      const FlightLine up_to_box{ray.o, d, misses ? kEndless : span.t0};
+      detail::add_on_the_way(s.setup, up_to_box, unscattered, Rgb(1.0f), Along{{&s, 1}, rng}, r);
     });
   }
   if (misses) {
     see_behind(s.setup, m, slot, d);
     return;
   }
-  put_ray(s, m.camera, cells.at(span->t0), d, Rgb(1.0f), slot, from.rng);
+  put_ray(s, m.camera, cells.at(span.t0), d, Rgb(1.0f), slot, rng);
 }
 
 /// All that a first collision of a ray of the camera of this weight brings at once.
@@ -306,7 +258,9 @@ bool trace(std::span<const WavefrontScene> scenes, WavefrontMemory& m, const Ima
   m.camera.n = m.paths.n = m.shadows.n = m.collisions.n = m.straight.n = m.turned.n = 0;
   m.to_fires.n = m.fire_ends.n = 0;
   ShellCounts shells;
-  std::uint32_t next = 0;
+  CameraRays& starting = m.starting;
+  starting.clear();
+  const auto any = [&] { return starting.any() || samples.any(); };
   for (;;) {
     if (s.setup.stop->load(std::memory_order_relaxed)) return false;
     if (m.paths.n >= kSlice) {
@@ -315,10 +269,14 @@ bool trace(std::span<const WavefrontScene> scenes, WavefrontMemory& m, const Ima
       fly_shadow_rays<ComponentKind>(s, m);
     } else if (m.to_fires.n >= kSlice) {
       fly_to_fires<ComponentKind>(s, m);
-    } else if (samples.any() || m.camera.n > 0) {
+    } else if (any() || m.camera.n > 0) {
       m.camera.reserve(kSlice);
-      while (m.camera.n < kSlice && samples.any()) {
-        start(s, m, samples.next(), next++, film, shells);
+      while (m.camera.n < kSlice && any()) {
+        if (!starting.any()) {
+          take_samples(s.setup, samples, starting);
+          find_spans(s.volume.volume.density, starting.rays);
+        }
+        start(s, m, starting, starting.next++, shells);
       }
       fly_camera_rays<ComponentKind>(s, m);
     } else if (m.paths.n > 0) {

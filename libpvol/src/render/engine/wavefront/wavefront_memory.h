@@ -10,10 +10,12 @@
 #include "render/engine/wavefront/exact_sum.h"
 #include "render/engine/wavefront/path_fields.h"
 #include "render/engine/wavefront/world_rays.h"
+#include "render/path/camera_rays.h"
 #include "render/path/film_layers.h"
 #include "render/path/gather_light.h"
 #include "render/path/lamps_along.h"
 #include "render/path/open_light.h"
+#include "volume/simd/entering_rays.h"
 #include "volume/simd/flight_memory.h"
 
 namespace pvol::detail {
@@ -208,10 +210,28 @@ struct LampRay {
   std::uint32_t id;
 };
 
+/// Rays of the camera that are about to start, in the order of their samples' slots.
+struct CameraRays {
+  using Numbers = std::array<std::uint32_t, EnteringRays::kMost>;
+
+  EnteringRays rays;
+  std::array<PixelSample, EnteringRays::kMost> sample;
+  Numbers number;                               ///< those of the samples
+  std::array<Numbers, 3> seeds;                 ///< of points for their pixels
+  std::array<float, EnteringRays::kMost> u, v;  ///< these points
+  EnteringRays::Row x, y;                       ///< places on the picture, in pixels
+  std::size_t next = 0;                         ///< the first ray that has not started
+  std::uint32_t slots = 0;                      ///< that samples have taken
+
+  void clear() { rays.n = 0, next = 0, slots = 0; }
+  [[nodiscard]] bool any() const { return next < rays.n; }
+};
+
 /// By channel, of each path of a register.
 using PathColors = std::array<std::array<float, kMostLanes>, 3>;
 
 struct WavefrontMemory : FlightMemory {
+  CameraRays starting;
   Records camera{kPathFields}, paths{kPathFields}, shadows{kPathFields};  ///< that wait to fly
   Records to_fires{kPathFields};  ///< likewise, towards fires
   Records collisions{kPathFields}, straight{kPathFields}, turned{kPathFields};
