@@ -166,6 +166,32 @@ TEST(ReproducibleSum, OfSeveralChannelsTakesTheUnitOfTheLargest) {
   EXPECT_NEAR(value(a).z, 5e5 + 5, 1e-9);
 }
 
+/// Of many terms at once that of one after the other, whatever the number of rows and their blocks.
+TEST(ReproducibleSum, OfRowsIsThatOfTerms) {
+  for (const Decades d : kDecades) {
+    std::array<std::vector<double>, 3> rows;
+    for (std::uint64_t c = 0; c < 3; ++c) {
+      rows[c] = random_floats(c + 11, 60, d.low, d.high);
+      for (double& t : rows[c]) {
+        if (!std::isfinite(t)) t = 0;
+      }
+    }
+    for (const std::size_t most : {1u, 2u, 7u, 60u}) {
+      Sum3 one, many;
+      Sum1 first;
+      for (std::size_t k = 0; k < 60; ++k) add(one, {rows[0][k], rows[1][k], rows[2][k]});
+      for (std::size_t k = 0; k < 60; k += most) {
+        const std::size_t n = std::min(most, 60 - k);
+        many.add({&rows[0][k], &rows[1][k], &rows[2][k]}, n);
+        first.add({&rows[0][k]}, n);
+      }
+      many.add({nullptr, nullptr, nullptr}, 0);
+      ASSERT_EQ(many, one) << d.low << ' ' << d.high << ' ' << most;
+      ASSERT_EQ(first, sum_of(rows[0])) << d.low << ' ' << d.high << ' ' << most;
+    }
+  }
+}
+
 /// Digits are full where all terms are as large as a level allows.
 TEST(ReproducibleSum, HoldsAsManyTermsAsSamplesHaveNumbers) {
   Sum1 s;

@@ -33,17 +33,35 @@ struct ReproducibleSum {
     double most = 0;
     for (const double t : terms) most = std::max(most, std::abs(t));
     if (most == 0) return;
-    // A first digit is at most 2^31. Which level a term wants depends on it alone: at equality, too.
+    // A first digit is at most 2^31. Which level a term wants depends on it alone: at equality,
+    // too.
     if (most >= power(32 * level + 31)) raise(level_of(most));
     const double to_digits = power(-32 * level);
     for (int c = 0; c < kSize; ++c) {
       double rest = terms[std::size_t(c)] * to_digits;
-      for (auto& digit : digits) {
-        const double whole = rest + kRound;
-        digit[std::size_t(c)] +=
-            std::bit_cast<std::int64_t>(whole) - std::bit_cast<std::int64_t>(kRound);
-        rest = (rest - (whole - kRound)) * 0x1p32;
+      for (auto& digit : digits) digit[std::size_t(c)] += take_digit(rest);
+    }
+  }
+
+  /// Adds n terms, rows[c] those of a channel: many at once, which a compiler makes vectors of.
+  void add(const std::array<const double*, kSize>& rows, std::size_t n) {
+    std::int64_t most = 0;  // positive doubles are in the order of their bits
+    for (const double* const row : rows) {
+      for (std::size_t k = 0; k < n; ++k) {
+        most = std::max(most, std::bit_cast<std::int64_t>(std::abs(row[k])));
       }
+    }
+    if (most == 0) return;
+    const auto largest = std::bit_cast<double>(most);
+    if (largest >= power(32 * level + 31)) raise(level_of(largest));
+    const double to_digits = power(-32 * level);
+    for (std::size_t c = 0; c < kSize; ++c) {
+      std::array<std::int64_t, kDigits> sums{};
+      for (std::size_t k = 0; k < n; ++k) {
+        double rest = rows[c][k] * to_digits;
+        for (auto& sum : sums) sum += take_digit(rest);
+      }
+      for (std::size_t d = 0; d < kDigits; ++d) digits[d][c] += sums[d];
     }
   }
 
@@ -77,6 +95,13 @@ struct ReproducibleSum {
  private:
   /// Added to a number below 2^51, it rounds that to a whole one, ties to even.
   static constexpr double kRound = 0x1.8p52;
+
+  /// The whole number nearest to `rest`, which becomes 2^32 times what is left.
+  [[nodiscard]] static std::int64_t take_digit(double& rest) {
+    const double whole = rest + kRound;
+    rest = (rest - (whole - kRound)) * 0x1p32;
+    return std::bit_cast<std::int64_t>(whole) - std::bit_cast<std::int64_t>(kRound);
+  }
 
   /// 2^e for e in [-1023, 1023], by its bits; infinity above.
   [[nodiscard]] static double power(int e) {

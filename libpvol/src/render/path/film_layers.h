@@ -1,6 +1,9 @@
 // The layers of a film that a render fills, and samples on their way into it.
 #pragma once
 
+#include <array>
+#include <utility>
+
 #include "render/path/path_result.h"
 
 namespace pvol::detail {
@@ -27,17 +30,40 @@ void add_to_deep(const PathSetup& setup, const PathResult& r, std::size_t pixel,
 /// Adds a sample to layers that were made for its setup.
 void add_to_layers(const PathSetup& setup, const PathResult& r, std::size_t pixel, Film& film);
 
-/// Adds a sample to the film's exact sums; `flush` brings the pixel's others up to date.
-inline void add_sample(const PathSetup& setup, const PathResult& r, std::size_t pixel, Film& film) {
+/// Samples of a pixel on their way into its exact sums, a row for each channel.
+struct PixelRows {
+  static constexpr std::size_t kMost = 32;
+  using Row = std::array<double, kMost>;
+
+  std::size_t n = 0;
+  std::array<Row, 3> light, squares;
+  Row alpha;
+
+  void add(const PathResult& r) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto v = double(r.radiance[int(c)]);
+      light[c][n] = v, squares[c][n] = v * v;
+    }
+    alpha[n++] = double(r.alpha);
+  }
+};
+
+/// Adds them to a pixel, whose other sums `flush` brings up to date, and leaves none.
+inline void add_rows(PixelRows& rows, ExactPixel& to) {
+  const auto of = [](const std::array<PixelRows::Row, 3>& all) {
+    return std::array{std::as_const(all[0]).data(), all[1].data(), all[2].data()};
+  };
+  to.light.add(of(rows.light), rows.n);
+  to.squares.add(of(rows.squares), rows.n);
+  to.alpha.add({rows.alpha.data()}, rows.n);
+  rows.n = 0;
+}
+
+/// Adds what a film has beside the sums of its pixels: layers and bins of depth.
+inline void add_aside(const PathSetup& setup, const PathResult& r, std::size_t pixel, Film& film) {
   if (!film.layers.empty()) add_to_layers(setup, r, pixel, film);
   if (!film.deep.pixels.empty() && (r.first_weight != 0 || r.first_material))
     add_to_deep(setup, r, pixel, film.deep);
-  ExactPixel& p = film.sums.pixels[pixel];
-  const Vec3d v(r.radiance);
-  add(p.light, v);
-  add(p.squares, v * v);
-  add(p.alpha, double(r.alpha));
-  ++film.pixels[pixel].samples;
 }
 
 }  // namespace pvol::detail

@@ -226,23 +226,34 @@ HWY_NOINLINE void fly_to_fires(const WavefrontScene& s, WavefrontMemory& m) {
   m.fire_ends.n = 0;
 }
 
+/// Adds the samples of a pixel from a slot on; returns the next slot.
+inline std::uint32_t add_pixel(const PathSetup& s, WavefrontMemory& m, int x, int y,
+                               std::uint32_t slot, std::uint32_t end, Film& film) {
+  const std::size_t pixel = film.index(x, y);
+  PixelSums& sums = film.pixels[pixel];
+  for (; sums.samples < end; ++sums.samples, ++slot) {
+    const PathResult& r = m.slots.result(slot);
+    require_finite(r, film.x + x, film.y + y);
+    add_aside(s, r, pixel, film);
+    m.rows.add(r);
+    if (m.rows.n == PixelRows::kMost) add_rows(m.rows, film.sums.pixels[pixel]);
+    for (std::size_t c = 0; c < kPixelCounts.size() && s.count; ++c) {
+      sums.counts[c] += m.slots.counts[slot][c];
+    }
+  }
+  add_rows(m.rows, film.sums.pixels[pixel]);
+  flush(film, pixel);
+  return slot;
+}
+
 /// Adds a tile's samples to the film, which changes what they lack.
-void finish(const PathSetup& s, WavefrontMemory& m, const ImagePart& tile,
-            const SampleTargets& targets, Film& film) {
+HWY_NOINLINE void finish(const PathSetup& s, WavefrontMemory& m, const ImagePart& tile,
+                         const SampleTargets& targets, Film& film) {
   std::uint32_t slot = 0;
+  m.rows.n = 0;
   for (int y = tile.y; y != tile.y + tile.height; ++y) {
     for (int x = tile.x; x != tile.x + tile.width; ++x) {
-      const std::size_t pixel = film.index(x, y);
-      const std::uint32_t end = targets.of(pixel);
-      for (; film.pixels[pixel].samples < end; ++slot) {
-        const PathResult& r = m.slots.result(slot);
-        require_finite(r, film.x + x, film.y + y);
-        add_sample(s, r, pixel, film);
-        for (std::size_t c = 0; c < kPixelCounts.size() && s.count; ++c) {
-          film.pixels[pixel].counts[c] += m.slots.counts[slot][c];
-        }
-      }
-      flush(film, pixel);
+      slot = add_pixel(s, m, x, y, slot, targets.of(film.index(x, y)), film);
     }
   }
 }

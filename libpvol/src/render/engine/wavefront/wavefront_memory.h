@@ -237,6 +237,7 @@ struct WavefrontMemory : FlightMemory {
   Records collisions{kPathFields}, straight{kPathFields}, turned{kPathFields};
   Records fire_ends{kPathFields};  ///< collisions of those towards fires
   Slots slots;
+  PixelRows rows;
   Counts counts;
   std::vector<double> light_weights;                      ///< of lights, for drawing some
   std::vector<std::optional<CollidingFlight>> colliding;  ///< of a register, for lamps
