@@ -14,11 +14,11 @@ using testing::RunResult;
 using testing::ScratchFolder;
 using testing::Words;
 
-/// A copy of pvol-render in a folder, as far from the module as one that was copied by itself.
+/// A copy of pvol-render by itself, so deep in a folder that nothing beyond that is looked at.
 class VdbModule : public ::testing::Test {
  protected:
   VdbModule() {
-    std::filesystem::create_directories(folder_ / "bin");
+    std::filesystem::create_directories(folder_ / "a/b/bin");
     std::filesystem::copy_file(PVOL_RENDER, tool_);
     std::ofstream(folder_ / "ball.toml")
         << "[recipe]\nresolution = 16\n[[form]]\n"
@@ -39,7 +39,8 @@ class VdbModule : public ::testing::Test {
   }
 
   ScratchFolder folder_;
-  std::string tool_ = folder_ / "bin/pvol-render", module_ = folder_ / "lib/pvol/pvol_vdb.so";
+  std::string tool_ = folder_ / "a/b/bin/pvol-render",
+              module_ = folder_ / "a/b/lib/pvol/pvol_vdb.so";
 };
 
 TEST_F(VdbModule, IsLoadedByVdbFilesAlone) {
@@ -51,7 +52,7 @@ TEST_F(VdbModule, IsLoadedByVdbFilesAlone) {
 }
 
 TEST_F(VdbModule, IsNamedWhereItCannotBeLoaded) {
-  std::filesystem::create_directories(folder_ / "lib/pvol");
+  std::filesystem::create_directories(folder_ / "a/b/lib/pvol");
   std::ofstream(module_) << "no library";
   expect_refusal("tools.module_not_loaded");
 }
