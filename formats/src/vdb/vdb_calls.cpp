@@ -17,8 +17,8 @@ namespace {
 
 constexpr const char* kModule = "pvol_vdb.so";
 
-/// Where it lies, beside the program or library that holds this code: a wheel has it in the same
-/// folder, an installation and a build in lib/pvol.
+/// Where it may lie, from the folder of the program or library that holds this code: a wheel has it
+/// in the same folder, an installation and a build in lib/pvol.
 constexpr std::array kFolders = {
     ".",
     "../lib/pvol",     // of bin; of tools and tests in a build
@@ -26,7 +26,7 @@ constexpr std::array kFolders = {
     "../../../pvol",   // of lib/python3/dist-packages/pvol
 };
 
-/// Of address space, that OpenVDB and the libraries that it brings take.
+/// The address space that OpenVDB and its libraries take.
 constexpr std::uint64_t kMemory = std::uint64_t{100} << 20;
 
 /// The folder of the program or library that holds this code.

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <utility>
 
 #include "render/path/path_result.h"
 
@@ -51,7 +50,7 @@ struct PixelRows {
 /// Adds them to a pixel, whose other sums `flush` brings up to date, and leaves none.
 inline void add_rows(PixelRows& rows, ExactPixel& to) {
   const auto of = [](const std::array<PixelRows::Row, 3>& all) {
-    return std::array{std::as_const(all[0]).data(), all[1].data(), all[2].data()};
+    return std::array{all[0].data(), all[1].data(), all[2].data()};
   };
   to.light.add(of(rows.light), rows.n);
   to.squares.add(of(rows.squares), rows.n);
