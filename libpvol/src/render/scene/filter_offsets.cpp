@@ -21,7 +21,7 @@ FilterOffsets::FilterOffsets(PixelFilter filter, std::optional<double> width)
     : is_box_(filter == PixelFilter::box), width_(float(width.value_or(is_box_ ? 1.0 : 3.0))) {
   if (is_box_) return;
   constexpr int kParts = 1 << 16;
-  std::vector<double> up_to(kParts + 1);  // first the weight of each part; both halves have the same
+  std::vector<double> up_to(kParts + 1);  // first the weight of each part, the same in both halves
   for (int i = 0; i < kParts / 2; ++i) {
     const double w = weight(filter, (2 * i + 1.0) / kParts - 1);
     up_to[std::size_t(i + 1)] = up_to[std::size_t(kParts - i)] = w;
