@@ -1,19 +1,160 @@
+// Compiles loops over points once for each instruction set, in which they do the same arithmetic.
 #include "shell/fit/monomials.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <cstring>
+#include <limits>
 
-namespace pvol::detail {
-namespace {
+#include "math/instruction_sets.h"
+#include "math/processor.h"
+#define HWY_TARGET_INCLUDE "shell/fit/monomials.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace pvol::detail::HWY_NAMESPACE {
 
 // Eight floats at once: the vector extension of GCC and Clang, of a fixed width so that sums do not
-// depend on the processor. Arrays that are read so hold a multiple of eight.
+// depend on the processor.
 using Wide = float __attribute__((vector_size(4 * kWide)));
 
-double total(const Wide& v) {
-  double sum = 0;
-  for (std::size_t lane = 0; lane < kWide; ++lane) sum += double(v[lane]);
-  return sum;
+HWY_INLINE void load(const float* from, Wide& v) { std::memcpy(&v, from, sizeof v); }
+
+HWY_INLINE void load(const Points& points, std::size_t i, Wide& x, Wide& y, Wide& z) {
+  load(&points.x[i], x);
+  load(&points.y[i], y);
+  load(&points.z[i], z);
+}
+
+/// The value at one point, or at eight.
+template <class F>
+HWY_INLINE void find_value(const Monomials& q, const F& x, const F& y, const F& z, F& value) {
+  value = x * (q[0] * x + q[5] * y + q[4] * z + q[6]) + y * (q[1] * y + q[3] * z + q[7]) +
+          z * (q[2] * z + q[8]) + q[9];
+}
+
+HWY_INLINE float greatest_of(const Wide& v) {
+  float most = v[0];
+  for (std::size_t lane = 1; lane < kWide; ++lane) most = v[lane] > most ? v[lane] : most;
+  return most;
+}
+
+HWY_INLINE bool all_zero(const Wide& v) {
+  std::uint64_t bits[kWide / 2];
+  std::memcpy(bits, &v, sizeof v);
+  return (bits[0] | bits[1] | bits[2] | bits[3]) == 0;
+}
+
+/// Of weights times monomials.
+struct Sums {
+  Wide of[10] = {};
+
+  HWY_INLINE void add(const Wide& x, const Wide& y, const Wide& z, const Wide& w) {
+    const Wide wx = w * x, wy = w * y, wz = w * z;
+    of[0] += wx * x;
+    of[1] += wy * y;
+    of[2] += wz * z;
+    of[3] += wy * z;
+    of[4] += wz * x;
+    of[5] += wx * y;
+    of[6] += wx;
+    of[7] += wy;
+    of[8] += wz;
+    of[9] += w;
+  }
+  [[nodiscard]] QuadricTerms totals() const {
+    QuadricTerms result{};
+    for (std::size_t k = 0; k < 10; ++k) {
+      for (std::size_t lane = 0; lane < kWide; ++lane) result[k] += double(of[k][lane]);
+    }
+    return result;
+  }
+};
+
+float evaluate(const Monomials& q, const Points& points, float* values) {
+  float most = -std::numeric_limits<float>::infinity();
+  Wide most_of_lanes = Wide{} + most;
+  std::size_t i = 0;
+  for (; i + kWide <= points.size(); i += kWide) {
+    Wide x, y, z, v;
+    load(points, i, x, y, z);
+    find_value(q, x, y, z, v);
+    std::memcpy(values + i, &v, sizeof v);
+    most_of_lanes = v > most_of_lanes ? v : most_of_lanes;
+  }
+  most = greatest_of(most_of_lanes);
+  for (; i < points.size(); ++i) {
+    find_value(q, points.x[i], points.y[i], points.z[i], values[i]);
+    most = values[i] > most ? values[i] : most;
+  }
+  return most;
+}
+
+QuadricTerms moments(const Points& points, const float* weights) {
+  Sums sums;
+  for (std::size_t i = 0; i < points.size(); i += kWide) {
+    Wide x, y, z, w;
+    load(points, i, x, y, z);
+    load(weights + i, w);
+    sums.add(x, y, z, w);
+  }
+  return sums.totals();
+}
+
+QuadricTerms moments_near(const Points& points, const float* values, float most, float per_reach) {
+  Sums sums;
+  for (std::size_t i = 0; i < points.size(); i += kWide) {
+    Wide v;
+    load(values + i, v);
+    Wide near = 1.0f - (most - v) * per_reach;
+    near = near > 0.0f ? near : Wide{};
+    if (all_zero(near)) continue;
+    Wide x, y, z;
+    load(points, i, x, y, z);
+    sums.add(x, y, z, (near * near) * (near * near));
+  }
+  return sums.totals();
+}
+
+QuadricTerms moments_of_slopes(const Monomials& q, const Points& points, float most,
+                               float per_width) {
+  Sums sums;
+  for (std::size_t i = 0; i < points.size(); i += kWide) {
+    Wide x, y, z, v;
+    load(points, i, x, y, z);
+    find_value(q, x, y, z, v);
+    const Wide u = (v - most) * per_width;
+    const Wide r = 1.0f / (1.0f + u * u);
+    Wide root;
+    for (std::size_t lane = 0; lane < kWide; ++lane) root[lane] = std::sqrt(r[lane]);
+    sums.add(x, y, z, r * root);
+  }
+  return sums.totals();
+}
+
+inline constexpr PointLoops kPointLoops{evaluate, moments, moments_near, moments_of_slopes};
+
+}  // namespace pvol::detail::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace pvol::detail {
+std::vector<PointLoops> point_loops() {
+  std::vector<PointLoops> all;
+#if HWY_TARGETS & HWY_AVX2
+  if (has_x86_64_v3()) all.push_back(N_AVX2::kPointLoops);
+#endif
+  all.push_back(HWY_STATIC_DISPATCH(kPointLoops));
+  return all;
+}
+
+namespace {
+
+const PointLoops& fastest() {
+  static const PointLoops loops = point_loops().front();
+  return loops;
 }
 
 }  // namespace
@@ -24,65 +165,34 @@ Monomials monomials(const Quadric& q) {
   return m;
 }
 
-void evaluate(const Monomials& q, const Points& points, float* values) {
-  const float *x = points.x.data(), *y = points.y.data(), *z = points.z.data();
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    values[i] = x[i] * (q[0] * x[i] + q[5] * y[i] + q[4] * z[i] + q[6]) +
-                y[i] * (q[1] * y[i] + q[3] * z[i] + q[7]) + z[i] * (q[2] * z[i] + q[8]) + q[9];
-  }
-}
-
-float greatest(const Monomials& q, const Points& points) {
-  std::vector<float> values(points.size());
-  evaluate(q, points, values.data());
-  while (values.size() % kWide != 0) values.push_back(values[0]);
-  return largest(values);
+float evaluate(const Monomials& q, const Points& points, float* values) {
+  return fastest().evaluate(q, points, values);
 }
 
 std::size_t count_positive(const Monomials& q, const Points& points) {
   std::vector<float> values(points.size());
   evaluate(q, points, values.data());
-  std::size_t count = 0;
-  for (const float v : values) count += v > 0;
-  return count;
+  return std::size_t(std::ranges::count_if(values, [](float v) { return v > 0; }));
 }
 
-QuadricTerms moments(const Points& points, const std::vector<float>& weight) {
-  Wide sum[10] = {};
-  for (std::size_t i = 0; i < points.size(); i += kWide) {
-    Wide x, y, z, w;
-    std::memcpy(&x, &points.x[i], sizeof x);
-    std::memcpy(&y, &points.y[i], sizeof y);
-    std::memcpy(&z, &points.z[i], sizeof z);
-    std::memcpy(&w, &weight[i], sizeof w);
-    const Wide wx = w * x, wy = w * y, wz = w * z;
-    sum[0] += wx * x;
-    sum[1] += wy * y;
-    sum[2] += wz * z;
-    sum[3] += wy * z;
-    sum[4] += wz * x;
-    sum[5] += wx * y;
-    sum[6] += wx;
-    sum[7] += wy;
-    sum[8] += wz;
-    sum[9] += w;
-  }
-  QuadricTerms result;
-  for (std::size_t k = 0; k < 10; ++k) result[k] = total(sum[k]);
-  return result;
+float greatest(const Monomials& q, const Points& points) {
+  std::vector<float> values(points.size());
+  return evaluate(q, points, values.data());
 }
 
-float largest(const std::vector<float>& values) {
-  Wide most;
-  std::memcpy(&most, values.data(), sizeof most);
-  for (std::size_t i = kWide; i < values.size(); i += kWide) {
-    Wide v;
-    std::memcpy(&v, &values[i], sizeof v);
-    most = v > most ? v : most;
-  }
-  float result = most[0];
-  for (std::size_t lane = 1; lane < kWide; ++lane) result = std::max(result, most[lane]);
-  return result;
+QuadricTerms moments(const Points& points, const std::vector<float>& weights) {
+  return fastest().moments(points, weights.data());
+}
+
+QuadricTerms moments_near(const Points& points, const std::vector<float>& values, float most,
+                          float per_reach) {
+  return fastest().moments_near(points, values.data(), most, per_reach);
+}
+
+QuadricTerms moments_of_slopes(const Monomials& q, const Points& points, float most,
+                               float per_width) {
+  return fastest().moments_of_slopes(q, points, most, per_width);
 }
 
 }  // namespace pvol::detail
+#endif

@@ -13,19 +13,40 @@ namespace pvol::detail {
 using Monomials = std::array<float, 10>;
 [[nodiscard]] Monomials monomials(const Quadric& q);
 
-/// q at each of the points.
-void evaluate(const Monomials& q, const Points& points, float* values);
+/// Finds q at each of the points, and returns the greatest value; minus infinity without points.
+float evaluate(const Monomials& q, const Points& points, float* values);
 
-/// The greatest value at the points.
+/// That value alone.
 [[nodiscard]] float greatest(const Monomials& q, const Points& points);
 
 /// How many of the points have a value above 0.
 [[nodiscard]] std::size_t count_positive(const Monomials& q, const Points& points);
 
-/// Sums of weight times each of the ten monomials. Here and for `largest` the numbers of points are
+/// Sums of weight times each of the ten monomials. Here and below the numbers of points are
 /// multiples of kWide: see `pad`.
 [[nodiscard]] QuadricTerms moments(const Points& points, const std::vector<float>& weights);
-[[nodiscard]] float largest(const std::vector<float>& values);
+
+/// With weights (1 - (most - value) per_reach)^4 as far as that is above 0 before it is raised: of
+/// the points whose values are near the greatest.
+[[nodiscard]] QuadricTerms moments_near(const Points& points, const std::vector<float>& values,
+                                        float most, float per_reach);
+
+/// With weights (1 + u^2)^(-3/2), the slope of u / sqrt(1 + u^2) at u = (q - most) per_width.
+[[nodiscard]] QuadricTerms moments_of_slopes(const Monomials& q, const Points& points, float most,
+                                             float per_width);
+
+/// The loops of these functions, as they are compiled for an instruction set.
+struct PointLoops {
+  float (*evaluate)(const Monomials& q, const Points& points, float* values);
+  QuadricTerms (*moments)(const Points& points, const float* weights);
+  QuadricTerms (*moments_near)(const Points& points, const float* values, float most,
+                               float per_reach);
+  QuadricTerms (*moments_of_slopes)(const Monomials& q, const Points& points, float most,
+                                    float per_width);
+};
+
+/// For all instruction sets that the processor has, the fastest first: they find the same bits.
+[[nodiscard]] std::vector<PointLoops> point_loops();
 
 /// The weights of the greatest values: a softmax with a kernel that ends, (1 - x)^4 for exp(-4 x);
 /// its reach in widths of a sigmoid.

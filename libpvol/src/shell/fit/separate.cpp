@@ -90,25 +90,10 @@ class Search {
   void step(double width, double rate) {
     const Monomials q = to_float(w_);
     values_.resize(boundary_.size());
-    evaluate(q, boundary_, values_.data());
-    const float most = largest(values_);
-    const float per_reach = float(1 / (kNearGreatest * width));
-    for (float& v : values_) {
-      const float near = std::max(0.0f, 1 - (most - v) * per_reach);
-      v = (near * near) * (near * near);
-    }
-    const QuadricTerms active = moments(boundary_, values_);
-
-    values_.resize(targets_.size());
-    evaluate(q, targets_, values_.data());
-    const float per_width = float(1 / (width));
-    for (float& v : values_) {
-      // The derivative of u / sqrt(1 + u^2).
-      const float u = (v - most) * per_width;
-      const float r = 1 / (1 + u * u);
-      v = r * std::sqrt(r);
-    }
-    const QuadricTerms pull = moments(targets_, values_);
+    const float most = evaluate(q, boundary_, values_.data());
+    const QuadricTerms active =
+        moments_near(boundary_, values_, most, float(1 / (kNearGreatest * width)));
+    const QuadricTerms pull = moments_of_slopes(q, targets_, most, float(1 / width));
 
     Coefficients gradient;
     for (std::size_t k = 0; k < 9; ++k) {

@@ -195,7 +195,7 @@ class Softening {
     const std::vector<Monomials> now = forms();
     for_all_chunks([&](Chunk& chunk, bool, std::size_t) { chunk.evaluate_at(now); });
     float most = -std::numeric_limits<float>::infinity();
-    for (const Chunk& chunk : boundary_) most = std::max(most, largest(chunk.sum));
+    for (const Chunk& chunk : boundary_) most = std::max(most, std::ranges::max(chunk.sum));
 
     const float per_width = float(1 / width), per_reach = float(1 / (kNearGreatest * width));
     std::vector<std::vector<QuadricTerms>> parts(boundary_.size() + targets_.size(),
