@@ -371,7 +371,7 @@ TEST_P(SkyByPaths, IsTheSame) {
   const Atmosphere a = make_atmosphere(0.1 * (c.turbidity - 1), 300, Rgb(c.ground));
   const double sun = (90 - c.elevation) * kDegree;
   const ScatteredLight light(a, sun);
-  constexpr int kSamples = 120'000;
+  const int samples = proof::samples(120'000);
   struct View {
     double angle, azimuth;
   };
@@ -381,7 +381,7 @@ TEST_P(SkyByPaths, IsTheSame) {
       const Spectrum ours = radiance(a, light, sun, v.angle * kDegree, v.azimuth * kDegree);
       proof::Moments m;
       const RandomPaths paths(a, band, sun);
-      for (int i = 0; i < kSamples; ++i) {
+      for (int i = 0; i < samples; ++i) {
         Rng rng(7, std::uint64_t(band * 1000) + std::uint64_t(v.angle), std::uint64_t(i));
         m.add(paths.sample(v.angle * kDegree, v.azimuth * kDegree, rng));
       }

@@ -300,7 +300,7 @@ TEST(Denoise, KeepsTheNoisyPictureBesideTheFilteredOne) {
 TEST(Denoise, ComesNearerToACloud) {
   CloudScene s = cloud_scene();
   s.options.width = s.options.height = 64;
-  s.options.samples = 1024;
+  s.options.samples = proof::samples(1024);
   s.options.seed = 77;
   const Film reference = run(cloud(), s).film;
   s.options.samples = 16;

@@ -54,7 +54,7 @@ Dimmed sun_through() {
 
 void check(Dimmed d, Rgb color, const std::string& name, proof::Family& family) {
   CloudScene& s = d.pixel.scene;
-  s.options.samples = proof::samples(1'600'000);
+  s.options.samples = proof::samples(1'600'000, 16);
   s.options.guide = GuideUse::off;
   s.options.look_up = LookUp::trilinear;
   Volume v = make_volumes(wedge(), std::vector{s.medium}, s).front();

@@ -135,7 +135,7 @@ TEST(Furnace, ShadowRaysFindTheSameSky) {
       for (const Transmittance transmittance : kTransmittances) {
         for (const double g : {-0.9, 0.0, 0.9}) {
           s.options.transmittance = transmittance;
-          s.options.samples = is_slow(tracker, transmittance) ? 3 : 24;
+          s.options.samples = is_slow(tracker, transmittance) ? 3 : proof::samples(24);
           s.medium.g = g;
           s.camera = views[(turn + turn / 3) % views.size()];
           s.options.seed = ++turn;

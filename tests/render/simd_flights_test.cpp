@@ -29,7 +29,7 @@ CloudScene one_ray(Vec3d from, Vec3d to) {
   s.camera.up = std::abs(d.y) < 0.9 ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0};
   s.camera.fov = 1e-4;
   s.options.width = s.options.height = 32;
-  s.options.samples = 512;
+  s.options.samples = proof::samples(512);
   s.options.max_bounces = 0;
   s.options.guide = GuideUse::off;
   return s;
@@ -145,7 +145,7 @@ TEST(SimdFlights, GuidedOnesInTwoHalvesOfAFurnaceAddUp) {
         s.environment = ConstantSky{Rgb(0.0f)};
         s.lights = {Sun{Vec3d{0.6, 0.8, 0.35} * side, Rgb(float(std::numbers::pi)), 179.99}};
         s.medium = component(extinction, Rgb(1.0f), g);
-        s.options.samples = proof::samples(8000);
+        s.options.samples = proof::samples(8000, 16);
         s.options.threads = 0;
         s.options.seed = side > 0 ? 1 : 2;
         sum = sum + average(render(volume_of(s), s).film);

@@ -191,7 +191,8 @@ TEST(SingleScattering, PicturesOfACubeHaveItsClosedForm) {
           CloudScene s = scene_of(view, pixel);
           s.options.tracker = tracker;
           s.options.transmittance = transmittance;
-          s.options.samples = test::is_slow(tracker, transmittance) ? 10'000 : 30'000;
+          s.options.samples =
+              proof::samples(test::is_slow(tracker, transmittance) ? 10'000 : 30'000);
           s.options.seed = ++number;
           s.medium.g = kMeanCosines[number % 5];
           s.medium.extinction = kExtinctions[number / 5 % 3];

@@ -26,7 +26,9 @@ constexpr double kAlbedos[] = {0.5, double(0.9f), 1};
 constexpr double kMeanCosines[] = {0, 0.5, 0.877, -0.4};
 
 /// Of each combination; closed forms take long.
-int paths_of(Tracker tracker) { return tracker == Tracker::regular ? 1'000 : 5'000; }
+int paths_of(Tracker tracker) {
+  return proof::samples(tracker == Tracker::regular ? 2'000 : 5'000, 2);
+}
 
 /// Each cosine twice, as view and as incidence. With 48 streams fluxes are still right to 1e-7.
 Slab oracle(double depth, double albedo, double g) {
@@ -314,7 +316,7 @@ CloudScene dark_scene(const Layer& layer, double depth, Tracker tracker) {
   s.medium.albedo = Rgb(float(kAlbedos[0]), float(kAlbedos[1]), float(kAlbedos[2]));
   s.environment = ConstantSky{Rgb(0.0f)};
   s.options.width = s.options.height = 4;
-  s.options.samples = 250;
+  s.options.samples = proof::samples(250);
   s.options.threads = 1;
   return s;
 }
@@ -421,7 +423,7 @@ TEST(Slab, PicturesInTheSunShowItsReflectionFunction) {
         s.options.transmittance = transmittance;
         s.medium.g = kMeanCosines[phase];
         // A narrow peak that shadow rays seldom meet makes skewed sums.
-        s.options.samples = s.medium.g > 0.8 ? 1000 : 250;
+        s.options.samples = proof::samples(s.medium.g > 0.8 ? 1000 : 250);
         if (is_slow(tracker, transmittance)) s.options.samples /= 5;
         const std::size_t view = s.medium.g == 0 ? turn / 4 % 2 : 0;
         for (const std::size_t i : {0, 1, 2, 3}) {

@@ -22,11 +22,11 @@ inline constexpr const char* kSeedVariable = "PVOL_TEST_SEED";
 }
 
 /// The samples of a statistical test: `all` of them in tests/nightly, which finds an error of 1 %,
-/// and a quarter on each commit, which finds one of 2 %. Not for tests that compare bytes or
-/// counts.
+/// and a quarter on each commit, which finds one of 2 %; another share, 1 / `parts`, where that one
+/// does. Not for tests that compare bytes or counts.
 template <std::integral T>
-[[nodiscard]] T samples(T all) {
-  return runs_all() ? all : T((all + 3) / 4);
+[[nodiscard]] T samples(T all, T parts = 4) {
+  return runs_all() ? all : T((all + parts - 1) / parts);
 }
 
 /// The seed to use where a statistical test names `seed`: that one, or in a run with new random

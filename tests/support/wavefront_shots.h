@@ -40,9 +40,9 @@ inline void expect_means_of_flights_one_by_one(const std::vector<Shot>& shots,
   proof::Moments deviations;
   for (const Shot& shot : shots) {
     CloudScene s = shot.scene;
-    s.options.samples = proof::samples(samples);
+    s.options.samples = proof::samples(samples, 8u);
     const Film scalar = render_with(KernelKind::scalar, shot, s);
-    s.options.samples = proof::samples(2 * samples);
+    s.options.samples = proof::samples(2 * samples, 8u);
     s.options.seed = 2;
     const Film lanes = render_with(kernels.back(), shot, s);
     compare(scalar, lanes, shot.name, family);
