@@ -53,7 +53,7 @@ if(EXISTS ${WORK}/build/path_tracer)
   set(tools ${WORK}/prefix/bin)
   run(${tools}/pvol-fit ${SAMPLES}/cumulus.toml -o ${WORK}/cumulus.pvol)
   run(${tools}/pvol-render ${SAMPLES}/peer_scene.toml --set volume.file=${WORK}/cumulus.pvol
-    --set medium.g=0.5 --size 32x32 --spp 1024 -o ${WORK}/reference.exr)
+    --set medium.g=0.5 --size 32x32 --spp 512 -o ${WORK}/reference.exr)
   execute_process(COMMAND oiiotool --dumpdata ${WORK}/reference.exr
     OUTPUT_FILE ${WORK}/reference.txt COMMAND_ERROR_IS_FATAL ANY)
   run(${WORK}/build/path_tracer ${WORK}/cumulus.pvol ${WORK}/reference.txt)
