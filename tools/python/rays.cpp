@@ -7,10 +7,10 @@
 #include <cmath>
 #include <limits>
 #include <string>
-#include <type_traits>
 #include <vector>
 
 #include "pvol/trackers.h"
+#include "pvol/volume/counted_rays.h"
 #include "pvol/volume/estimators.h"
 
 namespace pvol::python {
@@ -18,12 +18,6 @@ namespace {
 
 /// The same of many at once, whose call has a price of its own.
 constexpr std::size_t kPartAtOnce = 8192;
-
-[[noreturn]] void refuse_closed_form() {
-  throw Error(
-      "the optical depth has a closed form for nearest and trilinear interpolation only; choose "
-      "another estimator or tracker for this volume");
-}
 
 void put(const CountColumns& to, std::size_t i, const Tally& tally) {
   if (to.lookups == nullptr) return;
@@ -33,28 +27,22 @@ void put(const CountColumns& to, std::size_t i, const Tally& tally) {
   to.null_collisions[i] = tally.null_collisions;
 }
 
-/// number = one(walk, field, rng, tally) for each ray that meets the volume's box, `missed` for the
-/// others. Counting costs a few increments of registers, so that it is always done.
+/// number = one(ray, t_max, rng, tally) for each ray. Counting costs a few increments of registers,
+/// so that it is always done.
 template <class One>
-void for_each_ray(const Volume& volume, const RayViews& rays, std::uint64_t seed, double missed,
-                  const RayNumbers& to, const Stop& stop, const One& one) {
-  const auto do_ray = [&](std::size_t i, const auto& field) {
-    Tally tally;
-    Rng rng(seed, i, 0);
-    auto walk = enter(volume, rays[i], rays.t_max[i]);
-    to.value[i] = walk ? one(*walk, field, rng, tally) : missed;
-    put(to.counts, i, tally);
-  };
+void for_each_ray(const RayViews& rays, std::uint64_t seed, const RayNumbers& to, const Stop& stop,
+                  const One& one) {
   for_each_part(rays.count(), kPart, stop, [&](std::size_t begin, std::size_t end) {
-    visit_field(volume, [&](const auto& field) {
-      for (std::size_t i = begin; i != end; ++i) {
-        try {
-          do_ray(i, field);
-        } catch (const Error& e) {
-          throw Error("ray " + std::to_string(i) + ": " + e.what());
-        }
+    for (std::size_t i = begin; i != end; ++i) {
+      try {
+        Tally tally;
+        Rng rng(seed, i, 0);
+        to.value[i] = one(rays[i], rays.t_max[i], rng, tally);
+        put(to.counts, i, tally);
+      } catch (const Error& e) {
+        throw Error("ray " + std::to_string(i) + ": " + e.what());
       }
-    });
+    }
   });
 }
 
@@ -84,56 +72,10 @@ void for_each_batch(const Volume& volume, const RayViews& rays, std::uint64_t se
 }
 
 void require_closed_form(const Volume& volume) {
-  if (!has_closed_form(volume.density.look_up)) refuse_closed_form();
-}
-
-/// The same for a tracker or an estimator that needs cells or not.
-template <bool kCells, class One>
-void for_each_field(const Volume& volume, const RayViews& rays, std::uint64_t seed, double missed,
-                    const RayNumbers& to, const Stop& stop, const One& one) {
-  for_each_ray(volume, rays, seed, missed, to, stop,
-               [&](RayWalk& walk, const auto& field, Rng& rng, Tally& tally) -> double {
-                 if constexpr (kCells && !CellField<std::remove_cvref_t<decltype(field)>>) {
-                   refuse_closed_form();
-                 } else {
-                   return one(walk, field, rng, tally);
-                 }
-               });
-}
-
-template <Tracker kTracker>
-void fly(const Volume& volume, const RayViews& rays, std::uint64_t seed, const RayNumbers& to,
-         const Stop& stop) {
-  for_each_field<kTracker == Tracker::regular>(
-      volume, rays, seed, std::numeric_limits<double>::infinity(), to, stop,
-      [](RayWalk& walk, const auto& field, Rng& rng, Tally& tally) {
-        return free_flight<kTracker>(walk, field, rng, tally).t;
-      });
-}
-
-/// By which `analog` flies; ratios pass tentative collisions against majorants alone.
-template <Transmittance kEstimator>
-constexpr Tracker kTrackerOf =
-    kEstimator == Transmittance::analog ? Tracker::decomposition : Tracker::delta;
-
-template <Transmittance kEstimator>
-void pass(const Volume& volume, const RayViews& rays, std::uint64_t seed, const RayNumbers& to,
-          const Stop& stop) {
-  for_each_field<false>(
-      volume, rays, seed, 1, to, stop,
-      [](RayWalk& walk, const auto& field, Rng& rng, Tally& tally) {
-        return double(transmittance<kEstimator, kTrackerOf<kEstimator>>(walk, field, rng, tally));
-      });
-}
-
-template <class Number>
-void depths(const Volume& volume, const RayViews& rays, double missed, const RayNumbers& to,
-            const Stop& stop, const Number& number) {
-  require_closed_form(volume);
-  for_each_field<true>(volume, rays, 0, missed, to, stop,
-                       [&](RayWalk& walk, const auto& field, Rng&, Tally& tally) {
-                         return number(optical_depth(walk, field, tally));
-                       });
+  if (has_closed_form(volume.density.look_up)) return;
+  throw Error(
+      "the optical depth has a closed form for nearest and trilinear interpolation only; choose "
+      "another estimator or tracker for this volume");
 }
 
 }  // namespace
@@ -149,24 +91,16 @@ void for_each_part(std::size_t count, std::size_t most, const Stop& stop,
 
 void sample_flights(const Volume& volume, const RayViews& rays, Tracker tracker, std::uint64_t seed,
                     const RayNumbers& to, const Stop& stop) {
-  switch (tracker) {
-    case Tracker::delta:
-      return fly<Tracker::delta>(volume, rays, seed, to, stop);
-    case Tracker::decomposition:
-      return fly<Tracker::decomposition>(volume, rays, seed, to, stop);
-    case Tracker::weighted_delta:
-      return fly<Tracker::weighted_delta>(volume, rays, seed, to, stop);
-    case Tracker::weighted_decomposition:
-      return fly<Tracker::weighted_decomposition>(volume, rays, seed, to, stop);
-    case Tracker::regular:
-      require_closed_form(volume);
-      return fly<Tracker::regular>(volume, rays, seed, to, stop);
-    case Tracker::delta_global:
-      break;
+  if (tracker == Tracker::delta_global) {
+    throw Error(
+        "delta-global is delta with one majorant for the whole volume: make the volume with "
+        "depth=0 and use the tracker delta");
   }
-  throw Error(
-      "delta-global is delta with one majorant for the whole volume: make the volume with depth=0 "
-      "and use the tracker delta");
+  if (tracker == Tracker::regular) require_closed_form(volume);
+  for_each_ray(rays, seed, to, stop, [&](const Ray& ray, double t_max, Rng& rng, Tally& tally) {
+    const Flight flight = sample_flight(volume, ray, t_max, rng, tracker, tally);
+    return flight.collided ? flight.t : std::numeric_limits<double>::infinity();
+  });
 }
 
 void sample_flights_at_once(const Volume& volume, const BatchField& field, const RayViews& rays,
@@ -195,21 +129,22 @@ void sample_transmittances(const Volume& volume, const RayViews& rays, Transmitt
   if (estimator == Transmittance::automatic) {
     estimator = choose_transmittance({&volume, 1}).estimator;
   }
-  switch (estimator) {
-    case Transmittance::ratio:
-      return pass<Transmittance::ratio>(volume, rays, seed, to, stop);
-    case Transmittance::residual_ratio:
-      return pass<Transmittance::residual_ratio>(volume, rays, seed, to, stop);
-    case Transmittance::regular:
-      return depths(volume, rays, 1, to, stop, [](double depth) { return std::exp(-depth); });
-    default:
-      return pass<Transmittance::analog>(volume, rays, seed, to, stop);
-  }
+  if (estimator == Transmittance::regular) require_closed_form(volume);
+  for_each_ray(rays, seed, to, stop,
+               [&](const Ray& ray, double t_max, Rng& rng, Tally& tally) -> double {
+                 if (estimator == Transmittance::regular) {
+                   return std::exp(-exact_optical_depth(volume, ray, t_max, tally));
+                 }
+                 return double(sample_transmittance(volume, ray, t_max, rng, estimator, tally));
+               });
 }
 
 void find_optical_depths(const Volume& volume, const RayViews& rays, const RayNumbers& to,
                          const Stop& stop) {
-  depths(volume, rays, 0, to, stop, [](double depth) { return depth; });
+  require_closed_form(volume);
+  for_each_ray(rays, 0, to, stop, [&](const Ray& ray, double t_max, Rng&, Tally& tally) {
+    return exact_optical_depth(volume, ray, t_max, tally);
+  });
 }
 
 }  // namespace pvol::python

@@ -9,6 +9,7 @@
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/density/recipe.h"
 #include "pvol/trackers.h"
+#include "pvol/volume/counted_rays.h"
 #include "pvol/volume/make_volume.h"
 #include "volume/any_source.h"
 #include "volume/cell_look_up.h"
@@ -25,7 +26,7 @@ namespace {
 [[noreturn]] void refuse_closed_form() {
   throw Error(
       "the optical depth has a closed form for nearest and trilinear interpolation only; choose "
-      "another estimator of the transmittance");
+      "another estimator or tracker for this volume");
 }
 
 }  // namespace
@@ -50,37 +51,59 @@ Volume make_volume(const Recipe& recipe, const Medium& medium, const VolumeOptio
 }
 
 Flight sample_flight(const Volume& volume, const Ray& ray, double t_max, Rng& rng) {
+  Tally unused;
+  return sample_flight(volume, ray, t_max, rng, Tracker::decomposition, unused);
+}
+
+Flight sample_flight(const Volume& volume, const Ray& ray, double t_max, Rng& rng, Tracker tracker,
+                     Tally& tally) {
+  if (tracker == Tracker::regular) detail::check_estimator(volume, Transmittance::regular);
   auto walk = enter(volume, ray, t_max);
   if (!walk) return {};
-  detail::FlightMonitor unused;
-  Flight flight = flights_of(volume.density)
-                      .fly(Tracker::decomposition, volume.density, walk->local(), rng, unused);
+  detail::FlightMonitor monitor{tally};
+  Flight flight =
+      flights_of(volume.density).fly(tracker, volume.density, walk->local(), rng, monitor);
+  tally = monitor;
   if (flight.collided) flight.t = walk->world(flight.t);
   return flight;
 }
 
 float sample_transmittance(const Volume& volume, const Ray& ray, double t_max, Rng& rng,
                            Transmittance estimator) {
+  Tally unused;
+  return sample_transmittance(volume, ray, t_max, rng, estimator, unused);
+}
+
+float sample_transmittance(const Volume& volume, const Ray& ray, double t_max, Rng& rng,
+                           Transmittance estimator, Tally& tally) {
   detail::check_estimator(volume, estimator);
   auto walk = enter(volume, ray, t_max);
   if (!walk) return 1;
   const Tracker tracker =
       estimator == Transmittance::analog ? Tracker::decomposition : Tracker::delta;
-  detail::FlightMonitor unused;
-  return flights_of(volume.density)
-      .transmittance(estimator, tracker, volume.density, walk->local(), rng, unused);
+  detail::FlightMonitor monitor{tally};
+  const float passed =
+      flights_of(volume.density)
+          .transmittance(estimator, tracker, volume.density, walk->local(), rng, monitor);
+  tally = monitor;
+  return passed;
 }
 
-double exact_transmittance(const Volume& volume, const Ray& ray, double t_max) {
+double exact_optical_depth(const Volume& volume, const Ray& ray, double t_max, Tally& tally) {
+  detail::check_estimator(volume, Transmittance::regular);
   auto walk = enter(volume, ray, t_max);
-  if (!walk) return 1;
+  if (!walk) return 0;
   return visit_field(volume, [&](const auto& field) -> double {
     if constexpr (CellField<std::remove_cvref_t<decltype(field)>>) {
-      NoTally none;
-      return std::exp(-optical_depth(*walk, field, none));
+      return optical_depth(*walk, field, tally);
     }
     refuse_closed_form();
   });
+}
+
+double exact_transmittance(const Volume& volume, const Ray& ray, double t_max) {
+  Tally unused;
+  return std::exp(-exact_optical_depth(volume, ray, t_max, unused));
 }
 
 namespace {

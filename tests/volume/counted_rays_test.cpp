@@ -1,0 +1,134 @@
+// Flights and transmittances by any tracker, with counts, beside the templates that they are made
+// of.
+#include "pvol/volume/counted_rays.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <type_traits>
+
+#include "pvol/trackers.h"
+#include "support/error_of.h"
+#include "support/estimators.h"
+#include "support/placed_clouds.h"
+
+namespace pvol::test {
+namespace counted_rays_test {
+
+constexpr double kFar = 1e9;
+
+struct Counted {
+  double t = 0;
+  float weight = 0;
+  Tally tally{};
+  friend bool operator==(const Counted&, const Counted&) = default;
+};
+
+/// What run(walk, field, rng, tally) finds, or nothing where the ray misses.
+Counted by_template(const Volume& v, const Ray& ray, double t_max, Rng rng, const auto& run) {
+  Counted c;
+  if (auto walk = enter(v, ray, t_max))
+    visit_field(v, [&](const auto& field) { run(*walk, field, rng, c); });
+  return c;
+}
+
+/// Calls check(ray, t_max, rng) for rays through clouds of every kind.
+void for_rays(const auto& check) {
+  for_clouds([&](const PlacedCloud& cloud, const std::string& name) {
+    SCOPED_TRACE(name);
+    for (int i = 0; i < 60; ++i) {
+      Rng rng(kPlacedSeed, 77, std::uint64_t(i));
+      const auto [ray, t_max] = cloud.aim(i % kKinds, rng);
+      check(cloud.volume, ray, t_max, rng);
+    }
+  });
+}
+
+template <Tracker kTracker>
+void expect_same_flights() {
+  int collided = 0;
+  for_rays([&](const Volume& v, const Ray& ray, double t_max, const Rng& rng) {
+    const Counted expected = by_template(
+        v, ray, t_max, rng, [](RayWalk& walk, const auto& field, Rng& numbers, Counted& c) {
+          if constexpr (kTracker != Tracker::regular ||
+                        CellField<std::remove_cvref_t<decltype(field)>>) {
+            const Flight f = free_flight<kTracker>(walk, field, numbers, c.tally);
+            c.t = f.collided ? f.t : 0, c.weight = f.weight;
+          }
+        });
+    Rng numbers = rng;
+    Counted found;
+    const Flight f = sample_flight(v, ray, t_max, numbers, kTracker, found.tally);
+    found.t = f.collided ? f.t : 0, found.weight = f.weight;
+    if (!enter(v, ray, t_max)) found.weight = 0;
+    EXPECT_EQ(found, expected) << label(kTracker);
+    collided += f.collided;
+  });
+  EXPECT_GT(collided, 100) << label(kTracker);
+}
+
+TEST(CountedRays, FlyAsTheTrackersDo) {
+  expect_same_flights<Tracker::decomposition>();
+  expect_same_flights<Tracker::delta>();
+  expect_same_flights<Tracker::weighted_delta>();
+  expect_same_flights<Tracker::weighted_decomposition>();
+  expect_same_flights<Tracker::regular>();
+}
+
+template <Transmittance kEstimator, Tracker kTracker>
+void expect_same_transmittances() {
+  for_rays([&](const Volume& v, const Ray& ray, double t_max, const Rng& rng) {
+    const Counted expected = by_template(
+        v, ray, t_max, rng, [](RayWalk& walk, const auto& field, Rng& numbers, Counted& c) {
+          c.weight = transmittance<kEstimator, kTracker>(walk, field, numbers, c.tally);
+        });
+    Rng numbers = rng;
+    Counted found;
+    found.weight = sample_transmittance(v, ray, t_max, numbers, kEstimator, found.tally);
+    if (!enter(v, ray, t_max)) found.weight = 0;
+    EXPECT_EQ(found, expected) << label(kEstimator);
+  });
+}
+
+TEST(CountedRays, PassAsTheEstimatorsDo) {
+  expect_same_transmittances<Transmittance::analog, Tracker::decomposition>();
+  expect_same_transmittances<Transmittance::ratio, Tracker::delta>();
+  expect_same_transmittances<Transmittance::residual_ratio, Tracker::delta>();
+}
+
+TEST(CountedRays, FindDepthsCellByCell) {
+  for_rays([&](const Volume& v, const Ray& ray, double t_max, const Rng&) {
+    Tally tally;
+    const double depth = exact_optical_depth(v, ray, t_max, tally);
+    EXPECT_EQ(std::exp(-depth), exact_transmittance(v, ray, t_max));
+    EXPECT_EQ(depth > 0, tally.lookups > 0);
+  });
+}
+
+TEST(CountedRays, AddToEarlierCounts) {
+  const PlacedCloud cloud(field("gaussian"), {}, 1);
+  Rng aiming(kPlacedSeed, 1, 1);
+  const Ray ray = cloud.aim(0, aiming).ray;
+  const auto count = [&](Tally& tally) {
+    Rng rng(1, 2, 3);
+    (void)sample_flight(cloud.volume, ray, kFar, rng, Tracker::delta, tally);
+  };
+  Tally once, twice;
+  count(once);
+  count(twice), count(twice);
+  EXPECT_EQ(twice.segments, 2 * once.segments);
+  EXPECT_GT(once.segments, 0u);
+}
+
+TEST(CountedRays, AreRefusedClosedFormsThatThereAreNot) {
+  const Volume v = make_volume(field("gaussian").grid, Medium{}, {.look_up = LookUp::tricubic});
+  const Ray ray{{0, 0, 0}, {1, 0, 0}};
+  Rng rng(1, 2, 3);
+  Tally tally;
+  const auto flight = [&] { (void)sample_flight(v, ray, kFar, rng, Tracker::regular, tally); };
+  EXPECT_NE(error_of(flight).find("closed form"), std::string::npos);
+  EXPECT_EQ(error_of(flight), error_of([&] { (void)exact_optical_depth(v, ray, kFar, tally); }));
+}
+
+}  // namespace counted_rays_test
+}  // namespace pvol::test
