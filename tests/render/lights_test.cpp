@@ -8,6 +8,7 @@
 #include <string>
 
 #include "pvol/volume/phase.h"
+#include "render/light/smooth_luminance.h"
 #include "support/statistics.h"
 
 namespace pvol {
@@ -161,6 +162,16 @@ TEST(SkyLight, ConstantSkyIsTheSameEverywhereAndNotSampled) {
 
 void expect_near(Rgb found, Rgb expected) {
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(found[i], expected[i], 1e-6f * (1 + expected[i]));
+}
+
+TEST(SkyLight, SmoothLuminanceIsTheMeanOverTheAxes) {
+  const Rgb grey(0.2f, 0.5f, 0.9f);
+  EXPECT_FLOAT_EQ(detail::smooth_luminance(SkyLight(ConstantSky{grey})), luminance(grey));
+  const GradientSky g{.zenith = Rgb(1.0f), .horizon = Rgb(0.3f), .ground = Rgb(0.7f)};
+  EXPECT_FLOAT_EQ(detail::smooth_luminance(SkyLight(g)), (1.0f + 0.7f + 4 * 0.3f) / 6);
+  const SkyLight sampled(ImageSky{2, 1, std::vector<Rgb>{Rgb(1.0f), Rgb(5.0f)}});
+  ASSERT_TRUE(sampled.sampled());
+  EXPECT_EQ(detail::smooth_luminance(sampled), 0);
 }
 
 TEST(SkyLight, GradientMixesByTheCosineToUp) {

@@ -80,6 +80,19 @@ TEST(PointLoops, FindMoments) {
   }
 }
 
+TEST(Monomials, TellTheMeanSquareGradient) {
+  const Points points = some_points(64);
+  const auto weight = [](double v) { return 1 + 0.5 * v; };
+  double sum = 0, weights = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3d p(points[i]), g = gradient(kQuadric, p);
+    const double w = weight(value(kQuadric, p));
+    sum += w * dot(g, g), weights += w;
+  }
+  const double expected = sum / weights;
+  EXPECT_NEAR(mean_square_gradient(kQuadric, sums(points, weight)), expected, 1e-12 * expected);
+}
+
 /// A file that is made anew on another machine has the same shell.
 TEST(PointLoops, OfEveryInstructionSetFindTheSameBits) {
   const Monomials q = monomials(kQuadric);

@@ -184,6 +184,21 @@ QuadricTerms moments(const Points& points, const std::vector<float>& weights) {
   return fastest().moments(points, weights.data());
 }
 
+double mean_square_gradient(const Quadric& q, const QuadricTerms& moments) {
+  // The gradient is affine, g = A p + b with the rows of A (2xx, xy, zx), ...: |g|^2 is a quadric.
+  const QuadricTerms w = terms(q);
+  const double xx = 2 * w[0], yy = 2 * w[1], zz = 2 * w[2], yz = w[3], zx = w[4], xy = w[5];
+  const double bx = w[6], by = w[7], bz = w[8];
+  const QuadricTerms square{xx * xx + xy * xy + zx * zx,       xy * xy + yy * yy + yz * yz,
+                            zx * zx + yz * yz + zz * zz,       2 * (xy * zx + yy * yz + yz * zz),
+                            2 * (xx * zx + xy * yz + zx * zz), 2 * (xx * xy + xy * yy + zx * yz),
+                            2 * (xx * bx + xy * by + zx * bz), 2 * (xy * bx + yy * by + yz * bz),
+                            2 * (zx * bx + yz * by + zz * bz), bx * bx + by * by + bz * bz};
+  double sum = square[9] * moments[9];
+  for (std::size_t i = 0; i < 9; ++i) sum += square[i] * moments[i];
+  return std::max(0.0, sum / moments[9]);
+}
+
 QuadricTerms moments_near(const Points& points, const std::vector<float>& values, float most,
                           float per_reach) {
   return fastest().moments_near(points, values.data(), most, per_reach);

@@ -26,6 +26,9 @@ float evaluate(const Monomials& q, const Points& points, float* values);
 /// multiples of kWide: see `pad`.
 [[nodiscard]] QuadricTerms moments(const Points& points, const std::vector<float>& weights);
 
+/// Mean square of the length of q's gradient over weighted points, by those sums.
+[[nodiscard]] double mean_square_gradient(const Quadric& q, const QuadricTerms& moments);
+
 /// With weights (1 - (most - value) per_reach)^4 as far as that is above 0 before it is raised: of
 /// the points whose values are near the greatest.
 [[nodiscard]] QuadricTerms moments_near(const Points& points, const std::vector<float>& values,

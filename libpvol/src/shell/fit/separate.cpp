@@ -23,21 +23,6 @@ Quadric to_quadric(const Coefficients& w, double constant) {
   return {{w[0], w[1], w[2]}, {w[3], w[4], w[5]}, {w[6], w[7], w[8]}, constant};
 }
 
-/// Mean square of the gradient's length over the weighted points, from their second moments.
-double mean_square_gradient(const Coefficients& w, const QuadricTerms& m) {
-  // The gradient is affine, g = A p + b with the rows of A (2xx, xy, zx), ...: |g|^2 is a quadric.
-  const double xx = 2 * w[0], yy = 2 * w[1], zz = 2 * w[2], yz = w[3], zx = w[4], xy = w[5];
-  const double bx = w[6], by = w[7], bz = w[8];
-  const Coefficients square{xx * xx + xy * xy + zx * zx,       xy * xy + yy * yy + yz * yz,
-                            zx * zx + yz * yz + zz * zz,       2 * (xy * zx + yy * yz + yz * zz),
-                            2 * (xx * zx + xy * yz + zx * zz), 2 * (xx * xy + xy * yy + zx * yz),
-                            2 * (xx * bx + xy * by + zx * bz), 2 * (xy * bx + yy * by + yz * bz),
-                            2 * (zx * bx + yz * by + zz * bz)};
-  double sum = (bx * bx + by * by + bz * bz) * m[9];
-  for (std::size_t i = 0; i < square.size(); ++i) sum += square[i] * m[i];
-  return std::max(0.0, sum / m[9]);
-}
-
 /// Points in the frame of a ball.
 void add_local(Points& local, const Seed& seed, Vec3f p) {
   local.add(Vec3f((Vec3d(p) - seed.centre) / seed.radius));
@@ -101,7 +86,7 @@ class Search {
     }
     adam_.ascend(w_.data(), gradient.data(), rate);
     // Values count in distances from the surface: unit slope where it touches the boundary.
-    const double slope = std::sqrt(mean_square_gradient(w_, active));
+    const double slope = std::sqrt(mean_square_gradient(to_quadric(w_, 0), active));
     if (slope > 0) {
       for (double& w : w_) w /= slope;
     }
