@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -99,6 +100,7 @@ TEST(PointLoops, OfEveryInstructionSetFindTheSameBits) {
   const Points points = some_points(800);
   std::vector<float> expected(points.size()), values(points.size());
   const std::vector<PointLoops> all = point_loops();
+  if (all.size() < 2) GTEST_SKIP() << "the processor has no AVX2";
   const PointLoops& first = all.front();
   const float most = first.evaluate(q, points, expected.data());
   for (const PointLoops& loops : all) {

@@ -22,8 +22,8 @@ inline constexpr const char* kSeedVariable = "PVOL_TEST_SEED";
 }
 
 /// The samples of a statistical test: `all` of them in tests/nightly, which finds an error of 1 %,
-/// and a quarter on each commit, which finds one of 2 %; another share, 1 / `parts`, where that one
-/// does. Not for tests that compare bytes or counts.
+/// and on each commit a quarter, which finds one of 2 %, or 1 / `parts` where fewer find that. Not
+/// for tests that compare bytes or counts.
 template <std::integral T>
 [[nodiscard]] T samples(T all, T parts = 4) {
   return runs_all() ? all : T((all + parts - 1) / parts);

@@ -14,8 +14,6 @@
 namespace pvol::test {
 namespace counted_rays_test {
 
-constexpr double kFar = 1e9;
-
 struct Counted {
   double t = 0;
   float weight = 0;
@@ -67,6 +65,7 @@ void expect_same_flights() {
 }
 
 TEST(CountedRays, FlyAsTheTrackersDo) {
+  expect_same_flights<Tracker::delta_global>();
   expect_same_flights<Tracker::decomposition>();
   expect_same_flights<Tracker::delta>();
   expect_same_flights<Tracker::weighted_delta>();
@@ -93,6 +92,7 @@ TEST(CountedRays, PassAsTheEstimatorsDo) {
   expect_same_transmittances<Transmittance::analog, Tracker::decomposition>();
   expect_same_transmittances<Transmittance::ratio, Tracker::delta>();
   expect_same_transmittances<Transmittance::residual_ratio, Tracker::delta>();
+  expect_same_transmittances<Transmittance::regular, Tracker::delta>();
 }
 
 TEST(CountedRays, FindDepthsCellByCell) {
@@ -104,29 +104,53 @@ TEST(CountedRays, FindDepthsCellByCell) {
   });
 }
 
+/// call(tally) counts the same each time, beyond what the tally has.
+void expect_adding(const auto& call) {
+  Tally once, twice;
+  call(once);
+  call(twice), call(twice);
+  EXPECT_GT(once.segments + once.lookups, 0u);
+  const Tally expected{2 * once.lookups, 2 * once.bounds_tests, 2 * once.segments,
+                       2 * once.null_collisions};
+  EXPECT_EQ(twice, expected);
+}
+
 TEST(CountedRays, AddToEarlierCounts) {
   const PlacedCloud cloud(field("gaussian"), {}, 1);
+  const Volume& v = cloud.volume;
   Rng aiming(kPlacedSeed, 1, 1);
   const Ray ray = cloud.aim(0, aiming).ray;
-  const auto count = [&](Tally& tally) {
+  expect_adding([&](Tally& tally) {
     Rng rng(1, 2, 3);
-    (void)sample_flight(cloud.volume, ray, kFar, rng, Tracker::delta, tally);
-  };
-  Tally once, twice;
-  count(once);
-  count(twice), count(twice);
-  EXPECT_EQ(twice.segments, 2 * once.segments);
-  EXPECT_GT(once.segments, 0u);
+    (void)sample_flight(v, ray, kFar, rng, Tracker::delta, tally);
+  });
+  expect_adding([&](Tally& tally) {
+    Rng rng(1, 2, 3);
+    (void)sample_transmittance(v, ray, kFar, rng, Transmittance::ratio, tally);
+  });
+  expect_adding([&](Tally& tally) { (void)exact_optical_depth(v, ray, kFar, tally); });
 }
 
 TEST(CountedRays, AreRefusedClosedFormsThatThereAreNot) {
-  const Volume v = make_volume(field("gaussian").grid, Medium{}, {.look_up = LookUp::tricubic});
-  const Ray ray{{0, 0, 0}, {1, 0, 0}};
-  Rng rng(1, 2, 3);
-  Tally tally;
-  const auto flight = [&] { (void)sample_flight(v, ray, kFar, rng, Tracker::regular, tally); };
-  EXPECT_NE(error_of(flight).find("closed form"), std::string::npos);
-  EXPECT_EQ(error_of(flight), error_of([&] { (void)exact_optical_depth(v, ray, kFar, tally); }));
+  FieldMap map;
+  map.scale = 2;
+  VolumeOptions tricubic, mapped;
+  tricubic.look_up = LookUp::tricubic;
+  mapped.map = std::make_shared<const FieldMap>(map);
+  for (const VolumeOptions& o : {tricubic, mapped}) {
+    const Volume v = make_volume(field("gaussian").grid, Medium{}, o);
+    const Ray ray{{0, 0, 0}, {1, 0, 0}};
+    Rng rng(1, 2, 3);
+    Tally tally;
+    const auto flight = [&] { (void)sample_flight(v, ray, kFar, rng, Tracker::regular, tally); };
+    const auto share = [&] {
+      (void)sample_transmittance(v, ray, kFar, rng, Transmittance::regular, tally);
+    };
+    const auto depth = [&] { (void)exact_optical_depth(v, ray, kFar, tally); };
+    EXPECT_NE(error_of(flight).find("closed form"), std::string::npos);
+    EXPECT_EQ(error_of(flight), error_of(share));
+    EXPECT_EQ(error_of(flight), error_of(depth));
+  }
 }
 
 }  // namespace counted_rays_test

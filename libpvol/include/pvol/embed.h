@@ -1,7 +1,7 @@
 // Extinction fields for other renderers: a cloud from memory, then free flights and transmittance
-// along rays of the world, one call a ray, from any thread. Batches of rays are in
-// pvol/volume/batch.h, segments, trackers of your own and paths that go on where they collided in
-// pvol/trackers.h, whole pictures in pvol/render/render.h.
+// along rays of the world, one call a ray, from any thread. Batches are in pvol/volume/batch.h, other
+// trackers and counts in pvol/volume/counted_rays.h, segments, trackers of your own and paths that
+// go on where they collided in pvol/trackers.h, whole pictures in pvol/render/render.h.
 //
 //   // Once: density on a lattice of 0.1 world units, mu_t = 4 x density.
 //   const pvol::VoxelGrid grid =
@@ -71,8 +71,8 @@ struct Recipe;  // density/recipe.h
                                          Rng& rng, Transmittance estimator = Transmittance::ratio);
 
 /// exp(-int mu_t) up to t_max in closed form, cell by cell, exact but for the rounding of positions
-/// to 2^-24 cells a step (THEORY.md, T1.3). Throws Error for tricubic and procedural volumes, which
-/// have no closed form.
+/// to 2^-24 cells a step (THEORY.md, T1.3). Throws Error for volumes without a closed form:
+/// tricubic, procedural, mapped and moving ones.
 [[nodiscard]] double exact_transmittance(const Volume& volume, const Ray& ray, double t_max);
 
 /// rho and mu_t at a point of the world; 0 outside the cloud, and where the point is not finite.

@@ -25,8 +25,9 @@ namespace {
 
 [[noreturn]] void refuse_closed_form() {
   throw Error(
-      "the optical depth has a closed form for nearest and trilinear interpolation only; choose "
-      "another estimator or tracker for this volume");
+      "the optical depth has a closed form for nearest and trilinear interpolation alone, where "
+      "the "
+      "density has no map and does not move; choose another estimator or tracker for this volume");
 }
 
 }  // namespace
@@ -37,8 +38,9 @@ void detail::check_estimator(const Volume& volume, Transmittance estimator) {
         "sample_transmittance does not accept the automatic estimator; call choose_transmittance "
         "once and pass its result");
   }
-  if (estimator == Transmittance::regular && !has_closed_form(volume.density.look_up))
-    refuse_closed_form();
+  const VolumeField& f = volume.density;
+  const bool closed = has_closed_form(f.look_up) && f.map == nullptr && f.motion == nullptr;
+  if (estimator == Transmittance::regular && !closed) refuse_closed_form();
 }
 
 Volume make_volume(const VoxelGrid& grid, const Medium& medium, const VolumeOptions& options) {

@@ -8,17 +8,18 @@
 
 namespace pvol {
 
-/// As sample_flight of embed.h, by a tracker; flights of weighted ones have weights. `delta_global`
-/// is `delta` on the octree that the volume has. Throws Error for `regular` in volumes without a
-/// closed form.
+// All add their counts to those that `tally` has, and throw what those of embed.h throw.
+
+/// By a tracker; flights of weighted ones have weights. `delta_global` is `delta` on the octree
+/// that the volume has. Throws Error for `regular` where there is no closed form.
 [[nodiscard]] Flight sample_flight(const Volume& volume, const Ray& ray, double t_max, Rng& rng,
                                    Tracker tracker, Tally& tally);
 
 [[nodiscard]] float sample_transmittance(const Volume& volume, const Ray& ray, double t_max,
                                          Rng& rng, Transmittance estimator, Tally& tally);
 
-/// int mu_t up to t_max in closed form; look-ups are cells crossed. Throws Error for volumes that
-/// have none.
+/// int mu_t up to t_max in closed form; look-ups are cells crossed. Throws Error where there is no
+/// closed form.
 [[nodiscard]] double exact_optical_depth(const Volume& volume, const Ray& ray, double t_max,
                                          Tally& tally);
 

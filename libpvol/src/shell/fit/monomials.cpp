@@ -1,4 +1,4 @@
-// Compiles loops over points once for each instruction set, in which they do the same arithmetic.
+// Compiles loops over points for AVX2 and for the compiler's default: they do the same arithmetic.
 #include "shell/fit/monomials.h"
 
 #include <algorithm>
@@ -13,6 +13,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_STATIC_TARGET
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
 
@@ -138,6 +139,7 @@ inline constexpr PointLoops kPointLoops{evaluate, moments, moments_near, moments
 
 }  // namespace pvol::detail::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
+#endif
 
 #if HWY_ONCE
 namespace pvol::detail {

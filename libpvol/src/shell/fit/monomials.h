@@ -26,17 +26,18 @@ float evaluate(const Monomials& q, const Points& points, float* values);
 /// multiples of kWide: see `pad`.
 [[nodiscard]] QuadricTerms moments(const Points& points, const std::vector<float>& weights);
 
-/// Mean square of the length of q's gradient over weighted points, by those sums.
-[[nodiscard]] double mean_square_gradient(const Quadric& q, const QuadricTerms& moments);
-
-/// With weights (1 - (most - value) per_reach)^4 as far as that is above 0 before it is raised: of
-/// the points whose values are near the greatest.
+/// Those sums with weights max(0, 1 - (most - value) per_reach)^4: of points whose values are near
+/// the greatest.
 [[nodiscard]] QuadricTerms moments_near(const Points& points, const std::vector<float>& values,
                                         float most, float per_reach);
 
-/// With weights (1 + u^2)^(-3/2), the slope of u / sqrt(1 + u^2) at u = (q - most) per_width.
+/// Those sums with weights (1 + u^2)^(-3/2), the slope of u / sqrt(1 + u^2) at u = (q - most)
+/// per_width.
 [[nodiscard]] QuadricTerms moments_of_slopes(const Monomials& q, const Points& points, float most,
                                              float per_width);
+
+/// Mean square of the length of q's gradient over weighted points, by those sums.
+[[nodiscard]] double mean_square_gradient(const Quadric& q, const QuadricTerms& moments);
 
 /// The loops of these functions, as they are compiled for an instruction set.
 struct PointLoops {
@@ -48,7 +49,7 @@ struct PointLoops {
                                     float per_width);
 };
 
-/// For all instruction sets that the processor has, the fastest first: they find the same bits.
+/// For AVX2, where the processor has it, and for the compiler's default: they find the same bits.
 [[nodiscard]] std::vector<PointLoops> point_loops();
 
 /// The weights of the greatest values: a softmax with a kernel that ends, (1 - x)^4 for exp(-4 x);
