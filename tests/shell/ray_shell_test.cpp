@@ -6,6 +6,7 @@
 #include <atomic>
 #include <limits>
 
+#include "support/effort.h"
 #include "support/shell_samples.h"
 
 namespace pvol {
@@ -256,10 +257,11 @@ void check_segment(Draw& draw, const Shell& shell, const RayShell& ready, long d
   if (draw.index(4) == 0) check_point(shell, size, excess, s, spans, between, counts);
 }
 
-TEST(RayShell, SpansHoldAllThatIsInsideAndLittleElseIn10MillionSegments) {
-  constexpr std::size_t kShells = 2000, kSegments = 5000;
+TEST(RayShell, SpansHoldAllThatIsInsideAndLittleElseInMillionsOfSegments) {
+  constexpr std::size_t kSegments = 5000;
+  const std::size_t shells = proof::samples(std::size_t{2000});
   Counts counts;
-  tbb::parallel_for(std::size_t{0}, kShells, [&](std::size_t i) {
+  tbb::parallel_for(std::size_t{0}, shells, [&](std::size_t i) {
     Draw draw(1, i);
     const Shell shell = any_shell(draw);
     const RayShell ready(shell);
@@ -275,9 +277,9 @@ TEST(RayShell, SpansHoldAllThatIsInsideAndLittleElseIn10MillionSegments) {
   EXPECT_EQ(counts.beyond, 0u);
   EXPECT_EQ(counts.unruly, 0u);
   // The oracle saw enough of both.
-  EXPECT_GT(counts.inside, kShells * kSegments / 5);
-  EXPECT_GT(counts.outside, kShells * kSegments / 5);
-  EXPECT_GT(counts.hits, kShells * kSegments / 5);
+  EXPECT_GT(counts.inside, shells * kSegments / 5);
+  EXPECT_GT(counts.outside, shells * kSegments / 5);
+  EXPECT_GT(counts.hits, shells * kSegments / 5);
 }
 
 /// A ball of radius 3/4 in a box of 64^3 cells, with a dent and a bulge.
