@@ -26,8 +26,8 @@ namespace {
 [[noreturn]] void refuse_closed_form() {
   throw Error(
       "the optical depth has a closed form for nearest and trilinear interpolation alone, where "
-      "the "
-      "density has no map and does not move; choose another estimator or tracker for this volume");
+      "the density has no map and does not move; choose another estimator or tracker for this "
+      "volume");
 }
 
 }  // namespace
