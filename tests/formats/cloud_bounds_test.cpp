@@ -172,8 +172,7 @@ TEST_P(CloudBounds, HoldForTricubicLookups) {
       const float v = density_in_brick<kTricubic>(some.brick<kTricubic>(b), at);
       const float slack = 6 * FLT_EPSILON * nodes[b].hi;
       wrong += v < nodes[b].lo - slack || v > nodes[b].hi + slack;
-      for (const DensityRange r :
-           {micro_range<1>(one, b, at.cell), micro_range<2>(two, b, at.cell)}) {
+      for (const DensityRange r : {micro_range(one, b, at.cell), micro_range(two, b, at.cell)}) {
         wrong += !(r.lo <= v && v <= r.hi);
       }
     }

@@ -125,7 +125,7 @@ void test_squeeze(const Volume& v, double density_sum, const std::string& name,
   const double lookups = integrate_open(v) / (double(v.density.scale) * density_sum);
   proof::Moments excess, collisions;
   for (int i = 0; i < kPaths; ++i) {
-    Rng rng(kSeed, std::uint64_t(100 + int(kSqueeze)), std::uint64_t(i));
+    Rng rng(kSeed, std::uint64_t(100 + 4 * int(kSqueeze) + v.density.micro.edge), std::uint64_t(i));
     const PathCounts c = follow<Tracker::decomposition>(v, field, rng);
     excess.add(c.lookups - lookups * c.collisions);
     collisions.add(c.collisions);
@@ -147,10 +147,10 @@ TEST(Equilibrium, MicroBoundsAndCodesLeaveTheirIntegralOpen) {
     const std::string name = depth ? ", shallow" : ", by cost";
     v.density.micro = build_micro_bounds(v.density.bricks(), 2);
     EXPECT_LT(integrate_open(v), plain);
-    test_squeeze<Squeeze::cells_8>(v, cloud.sum, "2" + name, family);
+    test_squeeze<Squeeze::micro_bounds>(v, cloud.sum, "2" + name, family);
     v.density.micro = build_micro_bounds(v.density.bricks(), 1);
     EXPECT_LT(integrate_open(v), plain);
-    test_squeeze<Squeeze::cells_1>(v, cloud.sum, "1" + name, family);
+    test_squeeze<Squeeze::micro_bounds>(v, cloud.sum, "1" + name, family);
     v.density.codes = std::make_shared<const SampleCodes>(build_sample_codes(v.density.bricks()));
     EXPECT_LT(integrate_open(v), 0.03 * plain);
     test_squeeze<Squeeze::codes>(v, cloud.sum, "codes" + name, family);

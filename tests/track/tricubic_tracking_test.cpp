@@ -89,8 +89,8 @@ TEST(TricubicSqueeze, IsBitIdenticalToPlainTracking) {
     const BrickExtinction<kTricubic> source{v.density.bricks(), v.density.octree, v.density.scale};
     const MicroBounds one = build_micro_bounds(v.density.bricks(), 1),
                       two = build_micro_bounds(v.density.bricks(), 2);
-    const SqueezedField<CubeBounds<1>, BrickExtinction<kTricubic>> single{source, {one}};
-    const SqueezedField<CubeBounds<2>, BrickExtinction<kTricubic>> cubes{source, {two}};
+    const SqueezedField<CubeBounds, BrickExtinction<kTricubic>> single{source, {one}};
+    const SqueezedField<CubeBounds, BrickExtinction<kTricubic>> cubes{source, {two}};
     for (int ray = 0; ray < kRays; ++ray) {
       const Aim a = aim(f, v, kTricubic, ray, kDepth);
       const PlainField plain{source};

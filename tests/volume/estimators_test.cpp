@@ -129,20 +129,25 @@ const Field& block() {
 
 /// `automatic` has codes in pictures; nothing makes bounds where no tracker would ask.
 TEST(Estimators, MicroBoundsAreBuiltWhereTheyAreOfUse) {
-  const auto squeeze = [](const Field& f, MicroBoundsUse use, Tracker tracker = Tracker::delta) {
+  const auto density = [](const Field& f, MicroBoundsUse use, Tracker tracker = Tracker::delta) {
     CloudScene s = scene_of(f);
     s.medium.extinction = 20;  // walks go down to the leaves
     s.options.samples = 10'000;
     s.options.micro_bounds = use;
     s.options.tracker = tracker;
-    return squeeze_of(make_volumes(f, std::vector{s.medium}, s).front().density);
+    return make_volumes(f, std::vector{s.medium}, s).front().density;
   };
+  const auto squeeze = [&](const auto&... choice) { return squeeze_of(density(choice...)); };
   const Field none = make_field("none", {0, 0, 0}, {3, 3, 3}, [](Vec3i) { return 0.0; });
   EXPECT_EQ(squeeze(field("contrast"), MicroBoundsUse::automatic), Squeeze::codes);
   EXPECT_EQ(squeeze(block(), MicroBoundsUse::automatic), Squeeze::codes);
   EXPECT_EQ(squeeze(field("contrast"), MicroBoundsUse::none), Squeeze::none);
-  EXPECT_EQ(squeeze(field("contrast"), MicroBoundsUse::cells_1), Squeeze::cells_1);
-  EXPECT_EQ(squeeze(block(), MicroBoundsUse::cells_8), Squeeze::cells_8);
+  const VolumeField single = density(field("contrast"), MicroBoundsUse::cells_1);
+  EXPECT_EQ(squeeze_of(single), Squeeze::micro_bounds);
+  EXPECT_EQ(single.micro.edge, 1);
+  const VolumeField cubes = density(block(), MicroBoundsUse::cells_8);
+  EXPECT_EQ(squeeze_of(cubes), Squeeze::micro_bounds);
+  EXPECT_EQ(cubes.micro.edge, 2);
   EXPECT_EQ(squeeze(block(), MicroBoundsUse::codes), Squeeze::codes);
   for (const Tracker t :
        {Tracker::weighted_delta, Tracker::weighted_decomposition, Tracker::regular}) {

@@ -95,7 +95,7 @@ TEST(Procedural, LookupsAreTheRecipeAndKeepAllBounds) {
           Vec3d(vec3(p.cell)) + Vec3d(v.density.octree.origin) + Vec3d(vec3(p.frac));
       wrong += rho != float(density(*c.recipe, index * c.recipe->voxel));
       for (const DensityRange r :
-           {micro_range<1>(one, brick, p.cell), micro_range<2>(two, brick, p.cell)}) {
+           {micro_range(one, brick, p.cell), micro_range(two, brick, p.cell)}) {
         outside += !(r.lo <= rho && rho <= r.hi);
       }
       const auto leaf =
@@ -133,7 +133,7 @@ TEST(Procedural, BoundsOfALimitedDepthHold) {
       const std::uint32_t brick = brick_of(v, p.cell);
       const float rho = density_in_brick(v.density.recipe(), brick, p);
       ASSERT_EQ(rho, density_in_brick(whole.density.recipe(), brick_of(whole, p.cell), p));
-      const DensityRange r = micro_range<1>(codes, brick, p.cell);
+      const DensityRange r = micro_range(codes, brick, p.cell);
       ASSERT_LE(r.lo, rho) << c.name;
       ASSERT_GE(r.hi, rho) << c.name;
       inside += rho > 0;
@@ -254,7 +254,7 @@ double p_value_with_extinction_times(float factor, int flights) {
       const Start a = start_in(c, v, ray);
       auto source = extinction_source<kProcedural>(v.density);
       source.scale *= factor;
-      const SqueezedField<CubeBounds<2>, ProceduralExtinction> wrong{source, {v.density.micro}};
+      const SqueezedField<CubeBounds, ProceduralExtinction> wrong{source, {v.density.micro}};
       if (!sum) sum.emplace(a.oracle);
       sum->add(sample_flights<Tracker::delta>(v.density.octree, a, wrong, flights, 900 + ray));
     }
@@ -276,8 +276,8 @@ TEST(ProceduralSqueeze, IsBitIdenticalToPlainTracking) {
     const PlainField plain{source};
     const MicroBounds one = build_micro_bounds(v.density.recipe(), 1);
     const MicroBounds two = build_micro_bounds(v.density.recipe(), 2);
-    const SqueezedField<CubeBounds<1>, ProceduralExtinction> single{source, {one}};
-    const SqueezedField<CubeBounds<2>, ProceduralExtinction> cubes{source, {two}};
+    const SqueezedField<CubeBounds, ProceduralExtinction> single{source, {one}};
+    const SqueezedField<CubeBounds, ProceduralExtinction> cubes{source, {two}};
     for (std::uint64_t ray = 0; ray < kRaysOfCloud; ++ray) {
       const Start a = start_in(c, v, ray);
       const double fine = compare_flights<Tracker::delta>(v.density.octree, a, plain, single, 2000);

@@ -14,33 +14,22 @@ namespace pvol::detail {
   return s;
 }
 
+/// Transmittances by other than flights. Not inlined: they are the same whatever decides
+/// collisions.
 template <class Field>
-[[nodiscard]] float estimate_transmittance(Transmittance estimator, const Field& field,
-                                           RayWalk& walk, CallerNumbers& numbers) {
+[[nodiscard, gnu::noinline]] float transmittance_by_look_ups(Transmittance estimator,
+                                                             const Field& field, RayWalk& walk,
+                                                             CallerNumbers& numbers) {
   NoTally none;
-  switch (estimator) {
-    case Transmittance::analog:
-      return transmittance<Transmittance::analog, Tracker::decomposition>(walk, field, numbers,
-                                                                          none);
-    case Transmittance::residual_ratio:
-      return transmittance<Transmittance::residual_ratio, Tracker::delta>(walk, field, numbers,
-                                                                          none);
-    default:
-      return transmittance<Transmittance::ratio, Tracker::delta>(walk, field, numbers, none);
-  }
+  return estimator == Transmittance::residual_ratio
+             ? transmittance<Transmittance::residual_ratio, Tracker::delta>(walk, field, numbers,
+                                                                            none)
+             : transmittance<Transmittance::ratio, Tracker::delta>(walk, field, numbers, none);
 }
 
+/// Sets the loops that ask whether the extinction exceeds a number.
 template <LookUp kLookUp, Squeeze kSqueeze, bool kShared>
-[[nodiscard]] RayKernels make_ray_kernels() {
-  RayKernels k{};
-  k.next = [](RayWalk& walk, Segment& segment) {
-    const auto s = walk.next();
-    if (s) segment = *s;
-    return s.has_value();
-  };
-  k.extinction = [](const VolumeField& f, const RayWalk& walk, LeafHandle leaf, double t) {
-    return extinction_source<kLookUp, kShared>(f)(segment_with(leaf), walk.point(t));
-  };
+void set_decisions(RayKernels& k) {
   k.exceeds = [](const VolumeField& f, const RayWalk& walk, LeafHandle leaf, double t, float mu) {
     NoTally none;
     return make_field<kLookUp, kSqueeze, kShared>(f).exceeds(segment_with(leaf), walk.point(t), mu,
@@ -53,8 +42,26 @@ template <LookUp kLookUp, Squeeze kSqueeze, bool kShared>
   };
   k.transmittance = [](const VolumeField& f, Transmittance estimator, RayWalk& walk,
                        CallerNumbers& numbers) {
-    return estimate_transmittance(estimator, make_field<kLookUp, kSqueeze, kShared>(f), walk,
-                                  numbers);
+    NoTally none;
+    const auto field = make_field<kLookUp, kSqueeze, kShared>(f);
+    return estimator == Transmittance::analog
+               ? transmittance<Transmittance::analog, Tracker::decomposition>(walk, field, numbers,
+                                                                              none)
+               : transmittance_by_look_ups(estimator, PlainField{field.source}, walk, numbers);
+  };
+}
+
+/// Those that need the extinction itself.
+template <LookUp kLookUp, bool kShared>
+[[nodiscard]] RayKernels look_up_kernels() {
+  RayKernels k{};
+  k.next = [](RayWalk& walk, Segment& segment) {
+    const auto s = walk.next();
+    if (s) segment = *s;
+    return s.has_value();
+  };
+  k.extinction = [](const VolumeField& f, const RayWalk& walk, LeafHandle leaf, double t) {
+    return extinction_source<kLookUp, kShared>(f)(segment_with(leaf), walk.point(t));
   };
   if constexpr (has_closed_form(kLookUp)) {
     k.depth = [](const VolumeField& f, RayWalk& walk) {
@@ -81,8 +88,9 @@ template <LookUp kLookUp, Squeeze kSqueeze, bool kShared>
 
 template <LookUp kLookUp, bool kShared>
 [[nodiscard]] RayKernels find_ray_kernels_with(Squeeze squeeze) {
-  return visit_squeeze<kLookUp>(
-      squeeze, [](auto kind) { return make_ray_kernels<kLookUp, kind, kShared>(); });
+  RayKernels k = look_up_kernels<kLookUp, kShared>();
+  visit_squeeze<kLookUp>(squeeze, [&](auto kind) { set_decisions<kLookUp, kind, kShared>(k); });
+  return k;
 }
 
 template <LookUp kLookUp>

@@ -38,11 +38,7 @@ class OpenIntegral {
 
   /// Of a cube: what codes say in its middle, or micro-bounds anywhere.
   [[nodiscard]] DensityRange range_in(std::uint32_t brick, Vec3i at) const {
-    const MicroBounds& micro = v_.density.micro;
-    if (v_.density.codes == nullptr) {
-      return micro.edge == 1 ? micro_range<1>(micro, brick, widen(at))
-                             : micro_range<2>(micro, brick, widen(at));
-    }
+    if (v_.density.codes == nullptr) return micro_range(v_.density.micro, brick, widen(at));
     return visit_closed_look_up(v_.density.look_up, [&](auto look_up) {
       return code_range<look_up>(*v_.density.codes, brick, {widen(at), splat(0.5f)});
     });

@@ -10,52 +10,46 @@
 
 namespace pvol::detail {
 
-/// The scene's tracker is chosen once a flight; it is the same all the time, so the branch costs
-/// nothing, and the loops inside know it.
+/// Flights that ask on which side of a number the extinction lies, which bounds may decide.
 template <class Field, class Count>
-[[nodiscard, gnu::flatten]] Flight fly(Tracker tracker, const Field& field, Walk& walk, Rng& rng,
-                                       Count& count) {
-  switch (tracker) {
-    case Tracker::decomposition:
-      return free_flight<Tracker::decomposition>(walk, field, rng, count);
-    case Tracker::weighted_delta:
-      return free_flight<Tracker::weighted_delta>(walk, field, rng, count);
-    case Tracker::weighted_decomposition:
-      return free_flight<Tracker::weighted_decomposition>(walk, field, rng, count);
-    case Tracker::regular:
-      if constexpr (CellField<Field>) {
-        return free_flight<Tracker::regular>(walk, field, rng, count);
-      }
-      break;                     // was refused
-    case Tracker::delta_global:  // delta on a tree of one terminal
-    case Tracker::delta:
-      break;
-  }
-  return free_flight<Tracker::delta>(walk, field, rng, count);
+[[nodiscard, gnu::flatten]] Flight fly_by_decisions(Tracker tracker, const Field& field, Walk& walk,
+                                                    Rng& rng, Count& count) {
+  return tracker == Tracker::decomposition
+             ? free_flight<Tracker::decomposition>(walk, field, rng, count)
+             : free_flight<Tracker::delta>(walk, field, rng, count);
 }
 
+/// The other flights. Not inlined: they are the same whatever decides collisions.
 template <class Field, class Count>
-[[nodiscard]] float estimate_transmittance(Transmittance estimator, Tracker tracker,
-                                           const Field& field, Walk& walk, Rng& rng, Count& count) {
-  switch (estimator) {
-    case Transmittance::ratio:
-      return is_weighted(tracker)
-                 ? transmittance<Transmittance::ratio, Tracker::weighted_delta>(walk, field, rng,
-                                                                                count)
-                 : transmittance<Transmittance::ratio, Tracker::delta>(walk, field, rng, count);
-    case Transmittance::residual_ratio:
-      return transmittance<Transmittance::residual_ratio, Tracker::delta>(walk, field, rng, count);
-    case Transmittance::regular:
-      if constexpr (CellField<Field>) {
-        return transmittance<Transmittance::regular, Tracker::delta>(walk, field, rng, count);
-      }
-      break;                        // was refused
-    case Transmittance::automatic:  // was resolved
-    case Transmittance::analog:
-      break;
+[[nodiscard, gnu::flatten, gnu::noinline]] Flight fly_by_look_ups(Tracker tracker,
+                                                                  const Field& field, Walk& walk,
+                                                                  Rng& rng, Count& count) {
+  if constexpr (CellField<Field>) {  // others were refused
+    if (tracker == Tracker::regular) {
+      return free_flight<Tracker::regular>(walk, field, rng, count);
+    }
   }
-  const Flight f = fly(tracker, field, walk, rng, count);
-  return f.collided ? 0.0f : f.weight;
+  return tracker == Tracker::weighted_delta
+             ? free_flight<Tracker::weighted_delta>(walk, field, rng, count)
+             : free_flight<Tracker::weighted_decomposition>(walk, field, rng, count);
+}
+
+/// Transmittances by other than flights.
+template <class Field, class Count>
+[[nodiscard, gnu::noinline]] float transmittance_by_look_ups(Transmittance estimator,
+                                                             Tracker tracker, const Field& field,
+                                                             Walk& walk, Rng& rng, Count& count) {
+  if constexpr (CellField<Field>) {  // others were refused
+    if (estimator == Transmittance::regular) {
+      return transmittance<Transmittance::regular, Tracker::delta>(walk, field, rng, count);
+    }
+  }
+  if (estimator == Transmittance::residual_ratio) {
+    return transmittance<Transmittance::residual_ratio, Tracker::delta>(walk, field, rng, count);
+  }
+  return is_weighted(tracker)
+             ? transmittance<Transmittance::ratio, Tracker::weighted_delta>(walk, field, rng, count)
+             : transmittance<Transmittance::ratio, Tracker::delta>(walk, field, rng, count);
 }
 
 /// A field that ends flights once it is to stop, however many null collisions lie ahead: all it is
@@ -83,18 +77,33 @@ template <class Field>
   return {field, *monitor.stop};
 }
 
-/// Flights through what kMake(field, monitor) makes of a volume's field.
+/// Flights through what kMake(field, monitor) makes of a volume's field. The scene's tracker is
+/// chosen once a flight; it is the same all the time, so the branch costs nothing, and the loops
+/// inside know it.
+template <auto kMake>
+[[nodiscard]] Flight fly(Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng,
+                         FlightMonitor& monitor) {
+  Tally& tally = monitor;
+  const auto field = kMake(f, monitor);
+  if (is_weighted(tracker) || tracker == Tracker::regular) {
+    return fly_by_look_ups(tracker, cancellable(PlainField{field.source}, monitor), walk, rng,
+                           tally);
+  }
+  return fly_by_decisions(tracker, cancellable(field, monitor), walk, rng, tally);
+}
+
 template <auto kMake>
 [[nodiscard]] Flights make_flights() {
-  return {[](Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng, FlightMonitor& monitor) {
+  return {fly<kMake>, [](Transmittance estimator, Tracker tracker, const VolumeField& f, Walk& walk,
+                         Rng& rng, FlightMonitor& monitor) {
+            if (estimator == Transmittance::analog) {
+              const Flight flight = fly<kMake>(tracker, f, walk, rng, monitor);
+              return flight.collided ? 0.0f : flight.weight;
+            }
             Tally& tally = monitor;
-            return fly(tracker, cancellable(kMake(f, monitor), monitor), walk, rng, tally);
-          },
-          [](Transmittance estimator, Tracker tracker, const VolumeField& f, Walk& walk, Rng& rng,
-             FlightMonitor& monitor) {
-            Tally& tally = monitor;
-            return estimate_transmittance(
-                estimator, tracker, cancellable(kMake(f, monitor), monitor), walk, rng, tally);
+            return transmittance_by_look_ups(
+                estimator, tracker, cancellable(PlainField{kMake(f, monitor).source}, monitor),
+                walk, rng, tally);
           }};
 }
 

@@ -20,16 +20,14 @@ struct DensityRange {
          std::size_t(kLeafEdge / edge);
 }
 
-/// The bounds of the cube that holds a cell, counted from the octree's origin. kEdge is
-/// bounds.edge.
-template <int kEdge>
+/// The bounds of the cube that holds a cell, counted from the octree's origin.
 [[nodiscard, gnu::always_inline]] inline DensityRange micro_range(const MicroBounds& bounds,
                                                                   std::uint32_t brick, Int4 cell) {
-  static_assert(kEdge == 1 || kEdge == 2);
-  constexpr int kShift = kEdge - 1, kCubes = kLeafEdge / kEdge;
-  const Int4 cube = (cell & (kLeafEdge - 1)) >> kShift;
-  const auto at = std::size_t((cube[0] * kCubes + cube[1]) * kCubes + cube[2]);
-  const MicroBounds::Codes c = bounds.codes[brick * micro_cubes_per_brick(kEdge) + at];
+  static_assert(kLeafEdge == 8);
+  const int shift = bounds.edge - 1, bits = 3 - shift;  // a brick has 2^bits cubes along an edge
+  const Int4 cube = (cell & (kLeafEdge - 1)) >> shift;
+  const auto at = std::size_t((((cube[0] << bits) + cube[1]) << bits) + cube[2]);
+  const MicroBounds::Codes c = bounds.codes[(std::size_t(brick) << (3 * bits)) + at];
   const auto [base, step] = bounds.scales[brick];
   return {base + float(c.lo) * step, base + float(c.hi) * step};
 }

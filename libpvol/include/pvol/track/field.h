@@ -58,18 +58,16 @@ PlainField(Source) -> PlainField<Source>;
 /// What decides most tentative collisions before the density is looked up.
 enum class Squeeze {
   none,
-  cells_8,  ///< micro-bounds of cubes of 2^3 cells
-  cells_1,  ///< of single cells
-  codes,    ///< samples as bytes
+  micro_bounds,  ///< of small cubes of cells
+  codes,         ///< samples as bytes
 };
 
 /// What micro-bounds say of a point in a brick.
-template <int kEdge>
 struct CubeBounds {
   const MicroBounds& bounds;
 
   [[nodiscard]] DensityRange operator()(std::uint32_t brick, const LatticePoint& p) const {
-    return micro_range<kEdge>(bounds, brick, p.cell);
+    return micro_range(bounds, brick, p.cell);
   }
 };
 

@@ -144,10 +144,9 @@ template <class Segments, class Field, class Count, class Visit>
 }  // namespace detail
 
 /// The optical depth along all segments, exact but for the rounding of positions to floats (T1.3),
-/// on trilinear and nearest fields. `field` is a CellField; every cell crossed is a look-up.
-template <class Segments, class Field, class Count>
+/// on trilinear and nearest fields. Every cell crossed is a look-up.
+template <class Segments, CellField Field, class Count>
 [[nodiscard]] double optical_depth(Segments& segments, const Field& field, Count& count) {
-  static_assert(CellField<Field>);
   double sum = 0;
   while (const auto s = segments.next()) {
     count.segment();
@@ -162,10 +161,9 @@ template <class Segments, class Field, class Count>
 /// The distance at which the optical depth along the segments reaches `depth` >= 0, with the same
 /// accuracy; nothing where it never does. Regular tracking (Amanatides and Woo 1987 for the cells;
 /// Sutton et al. 1999 for the idea) with the quartic inverted in full precision (THEORY.md, T3.6).
-template <class Segments, class Field, class Count>
+template <class Segments, CellField Field, class Count>
 [[nodiscard]] std::optional<double> regular_flight(Segments& segments, const Field& field,
                                                    double depth, Count& count) {
-  static_assert(CellField<Field>);
   double rest = depth, t = 0;
   const auto reaches = [&](const detail::Piece& piece) {
     const double all = piece.optical_depth();

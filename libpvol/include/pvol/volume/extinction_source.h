@@ -56,9 +56,7 @@ template <LookUp kLookUp, bool kShared = false>
 /// What a field has to decide collisions by.
 [[nodiscard]] inline Squeeze squeeze_of(const VolumeField& f) {
   if (f.codes != nullptr) return Squeeze::codes;
-  return f.micro.edge == 1   ? Squeeze::cells_1
-         : f.micro.edge == 2 ? Squeeze::cells_8
-                             : Squeeze::none;
+  return f.micro.edge != 0 ? Squeeze::micro_bounds : Squeeze::none;
 }
 
 /// The field of trackers: every question a look-up, or bounds first, which the field has. Refers to
@@ -72,8 +70,7 @@ template <LookUp kLookUp, Squeeze kSqueeze, bool kShared = false>
   } else if constexpr (kSqueeze == Squeeze::codes) {
     return SqueezedField<CodeBounds<kLookUp>, Source>{source, {*f.codes}};
   } else {
-    return SqueezedField<CubeBounds<kSqueeze == Squeeze::cells_1 ? 1 : 2>, Source>{source,
-                                                                                   {f.micro}};
+    return SqueezedField<CubeBounds, Source>{source, {f.micro}};
   }
 }
 
@@ -82,10 +79,8 @@ template <LookUp kLookUp, Squeeze kSqueeze, bool kShared = false>
 template <LookUp kLookUp, class F>
 decltype(auto) visit_squeeze(Squeeze squeeze, const F& f) {
   switch (squeeze) {
-    case Squeeze::cells_8:
-      return f(std::integral_constant<Squeeze, Squeeze::cells_8>{});
-    case Squeeze::cells_1:
-      return f(std::integral_constant<Squeeze, Squeeze::cells_1>{});
+    case Squeeze::micro_bounds:
+      return f(std::integral_constant<Squeeze, Squeeze::micro_bounds>{});
     case Squeeze::codes:
       if constexpr (has_closed_form(kLookUp)) {
         return f(std::integral_constant<Squeeze, Squeeze::codes>{});
