@@ -44,7 +44,7 @@ using Window = std::array<double, 4>;
 void expect_seen(const ImportedScene& s, const Window& w, bool is_flat = false) {
   const Scene& scene = s.file.scene;
   const int width = scene.options.width, height = scene.options.height;
-  const detail::Projection camera(scene.camera, width, height);
+  const pvol::detail::Projection camera(scene.camera, width, height);
   for (const Vec3d p : kSeen) {
     const double depth = is_flat ? 1 : -p.z;
     const double x = (p.x / depth - w[0]) / (w[1] - w[0]) * width;

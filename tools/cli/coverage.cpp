@@ -37,8 +37,8 @@ std::optional<FilmPiece> common(const FilmPiece& a, const FilmPiece& b) {
 
 /// Samples that each pixel of a whole has, by the sums of what begins and ends at corners of
 /// pieces.
-std::vector<std::uint64_t> count_samples(const std::vector<FilmPiece>& pieces,
-                                         const FilmPiece& whole) {
+std::vector<std::uint64_t> samples_by_pixel(const std::vector<FilmPiece>& pieces,
+                                            const FilmPiece& whole) {
   const auto width = std::size_t(whole.width), stride = width + 1;
   std::vector<std::uint64_t> sums(stride * (std::size_t(whole.height) + 1));
   for (const FilmPiece& p : pieces) {
@@ -110,7 +110,7 @@ std::optional<Doubled> find_doubled(const std::vector<FilmPiece>& pieces) {
 }
 
 std::optional<Missing> find_missing(const std::vector<FilmPiece>& pieces, const FilmPiece& whole) {
-  const std::vector<std::uint64_t> counts = count_samples(pieces, whole);
+  const std::vector<std::uint64_t> counts = samples_by_pixel(pieces, whole);
   const auto [begin, end] = range_of(whole);
   const auto stride = std::size_t(whole.width) + 1;
   std::optional<Missing> missing;

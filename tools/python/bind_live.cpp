@@ -82,7 +82,7 @@ std::optional<Picture> picture(const Live& live) {
   return state ? picture_of(*state) : std::nullopt;
 }
 
-std::optional<std::string> error(const Live& live) {
+std::optional<std::string> failure(const Live& live) {
   const auto state = live.state();
   if (!state || state->error.empty()) return std::nullopt;
   return state->error;
@@ -122,7 +122,7 @@ void bind_live(py::module_& m) {
             return s && s->finished;
           },
           "Whether the picture has all its samples, or failed.")
-      .def_property_readonly("error", &error, "Why it failed, or None.")
+      .def_property_readonly("error", &failure, "Why it failed, or None.")
       .def("close", &Live::close, "Ends the render and frees the clouds.")
       .def("__enter__", [](py::object self) { return self; })
       .def("__exit__", [](Live& l, const py::args&) { l.close(); });

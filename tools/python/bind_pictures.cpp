@@ -41,7 +41,7 @@ py::array_t<float> alpha(const Picture& p) {
   });
 }
 
-py::array_t<float> error(const Picture& p) {
+py::array_t<float> standard_error(const Picture& p) {
   return image(p.film, 3, [&](std::size_t i, int k) {
     const PixelSums& s = p.film.pixels[i];
     return s.samples < 2 ? std::numeric_limits<double>::quiet_NaN()
@@ -103,7 +103,7 @@ void write(const Picture& p, const std::filesystem::path& file, double exposure,
   save(p, file, display);
 }
 
-std::string text_of(const Picture& p) {
+std::string repr_of_picture(const Picture& p) {
   const auto noise = pixel_noise(p.film);
   return "<pvol.Picture " + std::to_string(p.film.crop_width) + " x " +
          std::to_string(p.film.crop_height) +
@@ -159,7 +159,7 @@ void bind_pictures(py::module_& m) {
   py::class_<Picture, std::shared_ptr<Picture>>(m, "Picture", kPictureText)
       .def_property_readonly("rgb", &rgb, "Mean radiance, (H, W, 3).")
       .def_property_readonly("alpha", &alpha, "1 - transmittance, (H, W).")
-      .def_property_readonly("error", &error,
+      .def_property_readonly("error", &standard_error,
                              "Standard error of `rgb`, (H, W, 3); NaN of fewer than two samples.")
       .def_property_readonly("samples", &samples, "Camera samples of each pixel, (H, W).")
       .def_property_readonly("layers", &layer_names, "Names for `aov`.")
@@ -179,7 +179,7 @@ void bind_pictures(py::module_& m) {
           "standard errors over that, or over 1 % of the mean where it is less. None if unknown.")
       .def("save", &write, py::arg("path"), py::arg("exposure") = 0, py::arg("tone_map") = "srgb",
            kSaveText)
-      .def("__repr__", &text_of);
+      .def("__repr__", &repr_of_picture);
   m.def("render", &render, py::arg("scene"), py::kw_only(), py::arg("on_pass") = py::none(),
         kRenderText);
   m.def("tone_maps", &formats::tone_maps,

@@ -124,7 +124,7 @@ CloudVolume remade(const CloudVolume& v, const py::kwargs& settings) {
   return cancellable([&](const Stop&) { return with_options(v, options); });
 }
 
-std::string text_of(const CloudVolume& v) {
+std::string repr_of_volume(const CloudVolume& v) {
   const Vec3d size =
       v.volume.density.world_box.empty() ? Vec3d{} : v.volume.density.world_box.extent();
   const VolumeField& f = v.volume.density;
@@ -134,7 +134,7 @@ std::string text_of(const CloudVolume& v) {
          name(f.look_up) + ", octree depth " + std::to_string(f.octree.depth) + ">";
 }
 
-py::array_t<std::int64_t> support_of(const CloudVolume& v) {
+py::array_t<std::int64_t> support_box(const CloudVolume& v) {
   const Pyramid& p = v.cloud->pyramid;
   py::array_t<std::int64_t> box({2, 3});
   for (int k = 0; k < 3; ++k) {
@@ -144,7 +144,7 @@ py::array_t<std::int64_t> support_of(const CloudVolume& v) {
   return box;
 }
 
-py::tuple shape_of(const CloudVolume& v) {
+py::tuple cells_along(const CloudVolume& v) {
   const Pyramid& p = v.cloud->pyramid;
   const Vec3l size = p.empty() ? Vec3l{} : p.support_hi - p.support_lo;
   return py::make_tuple(size.x, size.y, size.z);
@@ -228,13 +228,13 @@ VolumeClass bind_volume(py::module_& m) {
            py::arg("index_to_world") = py::none(), py::arg("name") = "array")
       .def("with_medium", &changed, kWithMediumText)
       .def("with_options", &remade, kWithOptionsText)
-      .def("__repr__", &text_of)
+      .def("__repr__", &repr_of_volume)
       .def_property_readonly(
           "name", [](const CloudVolume& v) { return v.given.file.string(); },
           "For messages; of files their path.")
-      .def_property_readonly("support", &support_of,
+      .def_property_readonly("support", &support_box,
                              "Box of cells with density above 0, (2, 3): [lo, hi) in index space.")
-      .def_property_readonly("shape", &shape_of, "Cells along each axis of that box.")
+      .def_property_readonly("shape", &cells_along, "Cells along each axis of that box.")
       .def_property_readonly(
           "world_box", [](const CloudVolume& v) { return array_of(v.volume.density.world_box); },
           "Box around the density in the world, (2, 3); lo > hi where there is none.")

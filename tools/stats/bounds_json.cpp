@@ -4,13 +4,13 @@
 namespace pvol::cli {
 namespace {
 
-Json to_json(const CollisionCost& c) { return {{"even", c.even}, {"dense", c.dense}}; }
+Json json_of(const CollisionCost& c) { return {{"even", c.even}, {"dense", c.dense}}; }
 
-Json to_json(const ClassStatistics& c) {
+Json json_of(const ClassStatistics& c) {
   return {{"leaves", c.leaves}, {"volume_voxels", c.volume}, {"mass", c.mass}};
 }
 
-Json to_json(const VolumeFacts& f) {
+Json json_of(const VolumeFacts& f) {
   return {{"largest_extinction", f.largest_extinction},
           {"shortest_free_path", f.shortest_free_path},
           {"mean_optical_thickness", f.mean_optical_thickness},
@@ -19,7 +19,7 @@ Json to_json(const VolumeFacts& f) {
 }
 
 /// Only the bins between the first and the last that hold something.
-Json to_json(const Distribution& d) {
+Json json_of(const Distribution& d) {
   std::size_t begin = 0, end = Distribution::kBins;
   while (begin < end && d.share[begin] == 0) ++begin;
   while (end > begin && d.share[end - 1] == 0) --end;
@@ -30,23 +30,23 @@ Json to_json(const Distribution& d) {
           {"bins_per_octave", 4},     {"shares", shares}};
 }
 
-Json to_json(const TwoDistributions& d) {
-  return {{"by_volume", to_json(d.by_volume)}, {"by_mass", to_json(d.by_mass)}};
+Json json_of(const TwoDistributions& d) {
+  return {{"by_volume", json_of(d.by_volume)}, {"by_mass", json_of(d.by_mass)}};
 }
 
-Json to_json(const measure::PathCosts& c) {
+Json json_of(const measure::PathCosts& c) {
   return {{"lookups", c.lookups.value}, {"lookups_half_width", c.lookups.half_width},
           {"tentative", c.tentative},   {"bounds_tests", c.bounds_tests},
           {"segments", c.segments},     {"collisions", c.counts.collisions}};
 }
 
-Json to_json(const measure::Probe& p) {
+Json json_of(const measure::Probe& p) {
   return {{"extinction", p.extinction},
-          {"volume", to_json(p.facts)},
+          {"volume", json_of(p.facts)},
           {"per_collision",
-           {{"delta", to_json(p.delta)},
-            {"decomposition", to_json(p.decomposition)},
-            {"squeezed", to_json(p.squeezed)}}},
+           {{"delta", json_of(p.delta)},
+            {"decomposition", json_of(p.decomposition)},
+            {"squeezed", json_of(p.squeezed)}}},
           {"memory_bytes",
            {{"field", p.facts.field_bytes},
             {"octree", p.facts.octree_bytes},
@@ -64,11 +64,11 @@ Json depths_of(const BoundsReport& r) {
                       {"leaves", d.leaves},
                       {"mean_hi_over_mean", d.mean_hi},
                       {"mean_lo_over_mean", d.mean_lo},
-                      {"majorant_over_mass", to_json(d.tightness.majorant)},
-                      {"residual_over_mass", to_json(d.tightness.residual)},
-                      {"hi_over_mean", to_json(more.hi)},
-                      {"lo_over_mean", to_json(more.lo)},
-                      {"gap_over_mean", to_json(more.gap)}});
+                      {"majorant_over_mass", json_of(d.tightness.majorant)},
+                      {"residual_over_mass", json_of(d.tightness.residual)},
+                      {"hi_over_mean", json_of(more.hi)},
+                      {"lo_over_mean", json_of(more.lo)},
+                      {"gap_over_mean", json_of(more.gap)}});
   }
   return depths;
 }
@@ -84,21 +84,21 @@ Json to_json(const BoundsReport& r) {
   j["mass"] = s.mass;
   j["depths"] = depths_of(r);
   j["classes"] = {
-      {"empty", to_json(s.empty)}, {"uniform", to_json(s.uniform)}, {"mixed", to_json(s.mixed)}};
+      {"empty", json_of(s.empty)}, {"uniform", json_of(s.uniform)}, {"mixed", json_of(s.mixed)}};
   j["empty_share_of_box"] = r.empty_share_of_box;
-  j["lookups_per_collision"]["delta_global"] = to_json(s.global_majorant);
+  j["lookups_per_collision"]["delta_global"] = json_of(s.global_majorant);
   if (!s.depths.empty()) {
-    j["lookups_per_collision"]["delta_leaves"] = to_json(s.depths.back().tightness.majorant);
+    j["lookups_per_collision"]["delta_leaves"] = json_of(s.depths.back().tightness.majorant);
     j["lookups_per_collision"]["decomposition_leaves"] =
-        to_json(s.depths.back().tightness.residual);
+        json_of(s.depths.back().tightness.residual);
   }
   if (r.cut) {
-    j["lookups_per_collision"]["delta_cut"] = to_json(r.cut->tightness.majorant);
-    j["lookups_per_collision"]["decomposition_cut"] = to_json(r.cut->tightness.residual);
+    j["lookups_per_collision"]["delta_cut"] = json_of(r.cut->tightness.majorant);
+    j["lookups_per_collision"]["decomposition_cut"] = json_of(r.cut->tightness.residual);
     j["extinction"] = r.cut->extinction;
-    j["volume"] = to_json(r.cut->facts);
+    j["volume"] = json_of(r.cut->facts);
   }
-  if (r.probe) j["measured"] = to_json(*r.probe);
+  if (r.probe) j["measured"] = json_of(*r.probe);
   for (const BoundsReport::Field& f : r.fields) {
     j["fields"].push_back({{"name", f.name},
                            {"largest", f.largest},

@@ -18,8 +18,8 @@ namespace pvol::cli {
 namespace {
 
 /// Part of the budget for the reference, which has to be much better than what it judges.
-constexpr double kReferencePart = 0.35;
-constexpr int kPixels = 160 * 160;
+constexpr double kReferencePartOfFilter = 0.35;
+constexpr int kFilteredPixels = 160 * 160;
 constexpr int kTrials = 6, kFewestTrials = 3;
 constexpr std::uint32_t kFirst = 4, kStep = 4;  // samples a pixel, and their growth
 
@@ -68,14 +68,14 @@ std::vector<measure::FilterTrial> try_often(StudyClock& clock, const LoadedScene
 DenoiseReport measure_denoiser(const TradeOptions& o) {
   DenoiseReport report;
   StudyReport& base = report.base;
-  base.loaded = load_scene(o.scene, kPixels, o.quiet);
+  base.loaded = load_scene(o.scene, kFilteredPixels, o.quiet);
   base.name = o.scene.input.string();
   base.given = words_of(o.scene, base.loaded);
   base.budget = o.budget;
   base.study.goals = goals_of(o);
   base.study.picture_pixels = double(base.loaded.picture_width) * base.loaded.picture_height;
   StudyClock clock(base, o.quiet);
-  clock.measure_reference(base.loaded, kReferencePart, o.threads);
+  clock.measure_reference(base.loaded, kReferencePartOfFilter, o.threads);
   double last = 0;  // seconds of the clock for the samples before
   for (std::uint32_t samples = kFirst; samples <= base.study.reference_samples; samples *= kStep) {
     // Of the next number kFewestTrials must fit.

@@ -22,8 +22,8 @@
 namespace pvol::cli {
 namespace {
 
-constexpr double kReferencePart = 0.2, kBuildPart = 0.2;
-constexpr int kBuildRounds = 6, kFewestBuildRounds = 2, kPixels = 96 * 96;
+constexpr double kBuildPart = 0.2;
+constexpr int kBuildRounds = 6, kFewestBuildRounds = 2;
 
 /// The level at which walks stop that no depth limits: a greater depth changes nothing.
 int deepest(const LoadedScene& loaded) {
@@ -130,7 +130,7 @@ DepthReport measure_depth(const DepthOptions& o) {
   StudyReport& base = report.base;
   base.name = o.scene.input.string();
   base.budget = o.budget;
-  base.loaded = load_scene(o.scene, kPixels, o.quiet);
+  base.loaded = load_scene(o.scene, kPixelsOfStudy, o.quiet);
   fix_choices(o, base.loaded);
   StudyClock clock(base, o.quiet);
   const int last = deepest(base.loaded);

@@ -18,10 +18,9 @@
 namespace pvol::cli {
 namespace {
 
-/// Parts of the budget: the reference, then settings of one factor; combinations get the rest.
-constexpr double kReferencePart = 0.2, kSinglesPart = 0.65;
-
-constexpr int kPixels = 96 * 96;
+/// Part of the budget for settings of one factor; combinations get what they and the reference
+/// leave.
+constexpr double kSinglesPart = 0.65;
 
 /// A file in a folder of its own, removed at the end.
 class ScratchFile {
@@ -123,7 +122,7 @@ std::vector<measure::Row> measure_combinations(StudyClock& clock, const LoadedSc
 StudyReport measure_trade(const TradeOptions& o) {
   StudyReport report;
   measure::Study& study = report.study;
-  report.loaded = load_scene(o.scene, kPixels, o.quiet);
+  report.loaded = load_scene(o.scene, kPixelsOfStudy, o.quiet);
   report.name = o.scene.input.string();
   report.given = words_of(o.scene, report.loaded);
   report.budget = o.budget;

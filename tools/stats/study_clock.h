@@ -10,6 +10,11 @@
 
 namespace pvol::cli {
 
+/// What studies of settings have in common: the part of the budget that the reference gets, and the
+/// pixels of their pictures.
+inline constexpr double kReferencePart = 0.2;
+inline constexpr int kPixelsOfStudy = 96 * 96;
+
 /// Measures for a report and keeps the clock; from the reference on interruptions leave a report of
 /// what was measured. Says on stderr what is measured next, at each round and every few seconds.
 class StudyClock {

@@ -7,12 +7,12 @@
 #include <cstring>
 
 #include "image/exr_check.h"
+#include "image/exr_zip.h"
 #include "pvol/error.h"
 
 namespace pvol::formats::detail {
 namespace {
 
-constexpr std::uint64_t kBestRatio = 1032;                     // of zlib
 constexpr std::uint64_t kLargestRow = std::uint64_t{1} << 28;  // bytes
 
 /// Undoes what zips does before it packs: differences of bytes, those of odd places behind those of
@@ -73,7 +73,7 @@ const DeepBlock& DeepBlocks::read(std::size_t row, int y) {
 /// Takes `packed` bytes that stand for `size`.
 void DeepBlocks::unpack(ByteCursor& cursor, std::uint64_t packed, std::uint64_t size,
                         std::vector<char>& to) {
-  if (packed > cursor.left() || size / kBestRatio > packed || size > kLargestRow) {
+  if (packed > cursor.left() || size / kBestZipRatio > packed || size > kLargestRow) {
     cursor.fail("sizes that do not fit the file; it is damaged or cut off");
   }
   to.resize(size);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "image/exr_zip.h"
 #include "pvol/error.h"
 
 namespace pvol::formats::detail {
@@ -43,8 +44,7 @@ std::vector<Block> take_blocks(ByteSource& source, const ExrPart& p, std::uint64
 
 /// Whether zip unpacks to so many bytes. `room` is used again for each block.
 bool unzips_to(std::uint64_t bytes, const Bytes& stored, Bytes& room) {
-  constexpr std::uint64_t kBestRatio = 1032;
-  if (bytes / kBestRatio > stored.size()) return false;
+  if (bytes / kBestZipRatio > stored.size()) return false;
   room.resize(std::max<std::size_t>(room.size(), bytes));
   uLongf found = bytes;
   return ::uncompress(room.data(), &found, stored.data(), stored.size()) == Z_OK && found == bytes;

@@ -15,6 +15,7 @@
 #include "image/exr_block.h"
 #include "image/exr_color.h"
 #include "image/exr_header.h"
+#include "image/exr_zip.h"
 #include "pvol/error.h"
 
 namespace pvol::formats::detail {
@@ -24,7 +25,6 @@ constexpr std::int64_t kMostPixels = std::int64_t{1} << 28;
 constexpr std::uint64_t kFewPixels = std::uint64_t{1} << 24;
 constexpr std::int64_t kLargestEdge = std::int64_t{1} << 16;     // longer ones are damaged headers
 constexpr std::uint64_t kLargestBlock = std::uint64_t{1} << 28;  // bytes
-constexpr std::uint64_t kBestRatio = 1032;  // of zlib, and so of blocks that are not of one colour
 
 std::string names_of(const Imf::ChannelList& channels) {
   std::string names;
@@ -47,7 +47,7 @@ void check_window(const ExrPart& p) {
 /// Some compressions make kilobytes of a picture of one colour that fills memory.
 void check_ratio(const ExrPart& p, std::uint64_t file_bytes) {
   const auto pixels = std::uint64_t(p.width * p.height);
-  if (pixels <= kFewPixels || pixels * p.pixel_bytes / kBestRatio <= file_bytes) return;
+  if (pixels <= kFewPixels || pixels * p.pixel_bytes / kBestZipRatio <= file_bytes) return;
   throw Error(
       fmt::format("has {} x {} pixels in {} bytes; expected at most 2^24 pixels when compressed "
                   "below a thousandth: write it smaller, or with another compression",
@@ -73,7 +73,7 @@ void check_table(const ExrPart& p, std::uint64_t file_bytes) {
   }
   const std::uint64_t row_bytes =
       std::uint64_t(std::max(width, p.width)) * std::uint64_t(rows) * p.pixel_bytes;
-  if (row_bytes > std::max(kLargestBlock, kBestRatio * file_bytes)) {
+  if (row_bytes > std::max(kLargestBlock, kBestZipRatio * file_bytes)) {
     throw Error(fmt::format(
         "has blocks of {} rows that take {} bytes; expected at most 2^28, or a thousand times the "
         "file: write it with smaller tiles, fewer channels or another compression",

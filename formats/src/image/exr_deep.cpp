@@ -10,13 +10,12 @@
 #include <array>
 
 #include "image/exr_out.h"
+#include "image/exr_zip.h"
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
 
 namespace pvol::formats {
 namespace {
-
-constexpr int kBlockRows = 16;
 
 /// A channel of a deep file, and its value of a sample.
 struct DeepChannel {
@@ -139,8 +138,8 @@ DeepExrWritten write_deep_exr(const std::filesystem::path& file, const Film& fil
     detail::add_attributes(attributes, header);
     Imf::DeepScanLineOutputFile out(stream, header);
     Rows rows(film, options);
-    for (int begin = 0; begin < film.crop_height; begin += kBlockRows) {
-      const int count = std::min(kBlockRows, film.crop_height - begin);
+    for (int begin = 0; begin < film.crop_height; begin += detail::kZipRows) {
+      const int count = std::min(detail::kZipRows, film.crop_height - begin);
       done.clamped += rows.take(begin, count, options.error, done);
       out.setFrameBuffer(rows.buffer());
       out.writePixels(count);

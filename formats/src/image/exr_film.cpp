@@ -15,14 +15,13 @@
 
 #include "image/cryptomatte.h"
 #include "image/exr_check.h"
+#include "image/exr_zip.h"
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
 #include "pvol/render/film_channels.h"
 
 namespace pvol::formats {
 namespace {
-
-constexpr int kBlockRows = 16;
 
 /// A pixel's values of the film's channels, in the order of the table; those that are not there are
 /// 0.
@@ -209,9 +208,9 @@ StoredFilm read_pixels(Imf::MultiPartInputFile& in, const std::vector<int>& part
   const Layout layout = layout_of(in, parts, film);
   stored.has_variances = has_variances(layout);
   // Memory grows with what was decoded: a small damaged file cannot ask for gigabytes.
-  for (int begin = 0; begin < film.crop_height; begin += kBlockRows) {
-    Block block(begin, std::min(kBlockRows, film.crop_height - begin), std::size_t(film.crop_width),
-                film.layers.size());
+  for (int begin = 0; begin < film.crop_height; begin += detail::kZipRows) {
+    Block block(begin, std::min(detail::kZipRows, film.crop_height - begin),
+                std::size_t(film.crop_width), film.layers.size());
     for (const int part : parts) read_block(in, part, layout, block);
     add_block(block, layout, film);
   }

@@ -15,6 +15,7 @@
 
 #include "image/deep_blocks.h"
 #include "image/exr_check.h"
+#include "image/exr_out.h"
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
 
@@ -24,23 +25,21 @@ namespace {
 using Bytes = std::vector<char>;
 
 /// A channel of the file, and which of a sample's values it is, if any.
-struct Channel {
+struct StoredChannel {
   Imf::PixelType type;
   int value;  ///< in kNames; -1: none
 };
 constexpr std::array kNames = {"R", "G", "B", "A", "Z", "ZBack"};
-using Values = std::array<double, kNames.size()>;
+using SampleValues = std::array<double, kNames.size()>;
 constexpr std::size_t kZ = 4, kZBack = 5;
 
-std::size_t bytes_of(Imf::PixelType type) { return type == Imf::HALF ? 2 : 4; }
-
-std::vector<Channel> channels_of(const Imf::Header& header) {
+std::vector<StoredChannel> channels_of(const Imf::Header& header) {
   const Imf::ChannelList& list = header.channels();
   for (const char* name : {"A", "Z"}) {
     if (list.findChannel(name) != nullptr) continue;
     throw Error(std::string("has no channel ") + name + "; deep pictures need R, G, B, A and Z");
   }
-  std::vector<Channel> channels;
+  std::vector<StoredChannel> channels;
   for (auto c = list.begin(); c != list.end(); ++c) {  // in the order of their names, as in blocks
     const auto at = std::ranges::find(kNames, std::string_view(c.name()));
     channels.push_back({c.channel().type, at == kNames.end() ? -1 : int(at - kNames.begin())});
@@ -67,23 +66,23 @@ double value_at(const char* from, Imf::PixelType type) {
 /// The samples of a row's pixels, one after the other.
 struct Row {
   std::vector<std::uint32_t> ends;  ///< of each pixel, as a number of samples
-  std::vector<Values> samples;
+  std::vector<SampleValues> samples;
 };
 
-Row take_row(const detail::DeepBlock& block, const std::vector<Channel>& channels) {
+Row take_row(const detail::DeepBlock& block, const std::vector<StoredChannel>& channels) {
   Row row;
   row.ends = block.ends;
   row.samples.resize(row.ends.back());
   const char* next = block.samples.data();
   bool has_back = false;
-  for (const Channel& c : channels) {
-    for (Values& v : row.samples) {
+  for (const StoredChannel& c : channels) {
+    for (SampleValues& v : row.samples) {
       if (c.value >= 0) v[std::size_t(c.value)] = value_at(next, c.type);
-      next += bytes_of(c.type);
+      next += detail::bytes_of(c.type);
     }
     has_back = has_back || c.value == int(kZBack);
   }
-  for (Values& v : row.samples) {
+  for (SampleValues& v : row.samples) {
     if (!has_back) v[kZBack] = v[kZ];
   }
   return row;
@@ -91,9 +90,9 @@ Row take_row(const detail::DeepBlock& block, const std::vector<Channel>& channel
 
 /// What a pixel's samples show together. Throws Error for those that would have to be sorted or
 /// split first.
-DeepValue flatten(std::span<const Values> samples) {
+DeepValue flatten(std::span<const SampleValues> samples) {
   std::vector<DeepSample> all;
-  for (const Values& v : samples) {
+  for (const SampleValues& v : samples) {
     const DeepSample s{v[kZ], v[kZBack], Vec3d(v[0], v[1], v[2]), v[3]};
     if (!is_finite(s.colour) || !(s.alpha >= 0 && s.alpha <= 1) || !std::isfinite(s.z_back)) {
       throw Error("has a sample that is not finite, or an alpha that is not in [0, 1]");
@@ -123,7 +122,7 @@ void add_row(const std::filesystem::path& file, const Row& row, int y, Film& fil
 }
 
 /// The windows and attributes of a file, and its channels.
-StoredFilm read_header(const std::filesystem::path& file, std::vector<Channel>& channels,
+StoredFilm read_header(const std::filesystem::path& file, std::vector<StoredChannel>& channels,
                        int& first_row) {
   try {
     const Imf::MultiPartInputFile in(file.c_str());
@@ -147,7 +146,7 @@ StoredFilm read_header(const std::filesystem::path& file, std::vector<Channel>& 
 
 StoredFilm flatten_exr(const std::filesystem::path& file) {
   detail::DeepBlocks blocks(file);
-  std::vector<Channel> channels;
+  std::vector<StoredChannel> channels;
   int first_row = 0;
   StoredFilm stored = read_header(file, channels, first_row);
   for (int y = 0; y < stored.film.crop_height; ++y) {

@@ -10,14 +10,13 @@
 
 #include "image/exr_check.h"
 #include "image/exr_color.h"
+#include "image/exr_zip.h"
 #include "image/sky_readers.h"
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
 
 namespace pvol::formats {
 namespace {
-
-constexpr int kBlockRows = 16;
 
 void check_radiance(Rgb c, std::size_t index, std::size_t width) {
   if (is_finite(c) && min_component(c) >= 0) return;
@@ -34,8 +33,8 @@ ImageSky read_pixels(Imf::InputFile& in) {
   const std::size_t width = std::size_t(sky.width);
   std::vector<Rgb>& pixels = sky.pixels.edit();
   // Memory grows with what was decoded: a small damaged file cannot ask for gigabytes.
-  for (int begin = 0; begin < sky.height; begin += kBlockRows) {
-    const int rows = std::min(kBlockRows, sky.height - begin);
+  for (int begin = 0; begin < sky.height; begin += detail::kZipRows) {
+    const int rows = std::min(detail::kZipRows, sky.height - begin);
     const std::size_t first = pixels.size();
     pixels.resize(first + width * std::size_t(rows));
     const Imath::V2i origin{box.min.x, box.min.y + begin};

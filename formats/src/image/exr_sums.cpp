@@ -12,6 +12,7 @@
 
 #include "image/exr_check.h"
 #include "image/exr_out.h"
+#include "image/exr_zip.h"
 #include "pvol/error.h"
 
 namespace pvol::formats::detail {
@@ -20,7 +21,6 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr int kVersion = 1;
-constexpr int kBlockRows = 16;  // the rows that OpenEXR's zip compresses together
 constexpr const char* kRecord = "pvol:film";
 constexpr std::size_t kLongestRecord = 1 << 26;  // bytes; of some 300 000 pieces
 constexpr std::size_t kMostLayers = 1 << 12;
@@ -134,13 +134,13 @@ Imf::Header make_sums_header(const Film& film, const FilmRecord& record) {
 void write_sums(Imf::OutputPart& out, const Film& film, const FilmRecord& record) {
   const std::vector<Plane> planes = planes_of(film.layers, choice_of(film, record));
   const auto width = std::size_t(film.crop_width);
-  std::vector<std::uint32_t> block(width * kBlockRows * planes.size());
-  for (int begin = 0; begin < film.crop_height; begin += kBlockRows) {
-    const int rows = std::min(kBlockRows, film.crop_height - begin);
+  std::vector<std::uint32_t> block(width * kZipRows * planes.size());
+  for (int begin = 0; begin < film.crop_height; begin += kZipRows) {
+    const int rows = std::min(kZipRows, film.crop_height - begin);
     const std::size_t first = film.index(0, begin), count = width * std::size_t(rows);
     Imf::FrameBuffer buffer;
     for (std::size_t k = 0; k < planes.size(); ++k) {
-      std::uint32_t* const plane = block.data() + k * width * kBlockRows;
+      std::uint32_t* const plane = block.data() + k * width * kZipRows;
       for (std::size_t i = 0; i < count; ++i) plane[i] = planes[k].get(film, first + i);
       buffer.insert(planes[k].name, Imf::Slice::Make(Imf::UINT, plane, {film.x, film.y + begin},
                                                      film.crop_width, rows));

@@ -16,14 +16,13 @@
 #include "image/cryptomatte.h"
 #include "image/exr_out.h"
 #include "image/exr_sums.h"
+#include "image/exr_zip.h"
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
 #include "pvol/render/film_channels.h"
 
 namespace pvol::formats {
 namespace {
-
-constexpr int kBlockRows = 16;  // the rows that OpenEXR's zip compresses together
 
 /// A channel of a file, and its value at a pixel.
 struct Channel {
@@ -122,10 +121,10 @@ std::uint64_t write_pixels(Out& out, const Film& film, const Group& group) {
   std::size_t pixel_bytes = 0;
   for (const Channel& c : group.channels) pixel_bytes += detail::bytes_of(c.type);
   const std::size_t row_bytes = std::size_t(film.crop_width) * pixel_bytes;
-  std::vector<char> block(row_bytes * kBlockRows);
+  std::vector<char> block(row_bytes * detail::kZipRows);
   std::uint64_t clamped = 0;
-  for (int begin = 0; begin < film.crop_height; begin += kBlockRows) {
-    const int rows = std::min(kBlockRows, film.crop_height - begin);
+  for (int begin = 0; begin < film.crop_height; begin += detail::kZipRows) {
+    const int rows = std::min(detail::kZipRows, film.crop_height - begin);
     char* next = block.data();
     for (int y = begin; y < begin + rows; ++y) {
       for (int x = 0; x < film.crop_width; ++x) {

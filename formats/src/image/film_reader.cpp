@@ -39,7 +39,7 @@ ExrCompression compression_of(Imf::Compression c) {
 
 /// The result of `work`, with the file's name before the message of what it throws.
 template <class Work>
-auto naming(const std::filesystem::path& file, const Work& work) {
+auto naming_picture(const std::filesystem::path& file, const Work& work) {
   try {
     return work();
   } catch (const Error& e) {
@@ -112,7 +112,7 @@ struct FilmReader::State {
 FilmReader::FilmReader(const std::filesystem::path& file) {
   // Checks what OpenEXR takes memory for, and names the file itself.
   (void)detail::check_exr_file(file);
-  state_ = naming(file, [&] { return std::make_unique<State>(file); });
+  state_ = naming_picture(file, [&] { return std::make_unique<State>(file); });
 }
 FilmReader::~FilmReader() = default;
 FilmReader::FilmReader(FilmReader&&) noexcept = default;
@@ -124,12 +124,12 @@ const std::map<std::string, std::string>& FilmReader::attributes() const {
 }
 
 Film FilmReader::rows(int begin, int count) {
-  return naming(state_->file, [&] { return state_->rows(begin, count); });
+  return naming_picture(state_->file, [&] { return state_->rows(begin, count); });
 }
 
 PictureHeader read_picture_header(const std::filesystem::path& file) {
   (void)detail::check_exr_file(file);
-  return naming(file, [&] {
+  return naming_picture(file, [&] {
     Imf::MultiPartInputFile in(file.c_str());
     for (int p = 0; p < in.parts(); ++p) detail::check_complete(in.partComplete(p));
     const Imf::Header& first = in.header(0);

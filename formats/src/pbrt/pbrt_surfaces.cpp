@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "file/append_mesh.h"
 #include "file/mesh_read.h"
 #include "pbrt/pbrt_bounds.h"
 #include "pbrt/pbrt_color.h"
@@ -88,14 +89,6 @@ bool make_file(const PbrtShape& shape, const Affine& place, Rgb albedo, const Pb
   mesh.material.albedo = albedo;
   making.scene->file.scene.surfaces.emplace_back(mesh);
   return true;
-}
-
-void append(TriangleMesh& to, const TriangleMesh& mesh, const Affine& place) {
-  const auto first = std::uint32_t(to.vertices.size());
-  for (const Vec3d v : mesh.vertices) to.vertices.push_back(place.point(v));
-  for (const auto& t : mesh.triangles) {
-    to.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-  }
 }
 
 void make_surface(const PbrtDescription& from, const PbrtShape& shape, const PbrtMaking& making,

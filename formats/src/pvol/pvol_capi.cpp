@@ -10,13 +10,13 @@
 namespace pvol::formats {
 namespace {
 
-[[nodiscard]] std::shared_ptr<const detail::BoundedDensity> given(PvolFile&& file,
-                                                                  const std::string& name) {
+[[nodiscard]] std::shared_ptr<const pvol::detail::BoundedDensity> given(PvolFile&& file,
+                                                                        const std::string& name) {
   if (!file.density && !file.pyramid.empty()) {
     throw Error(name + ": the file has no density; it refers to " + file.metadata.source.file +
                 "; fit it again with its density (pvol-fit --density fp32)");
   }
-  auto d = std::make_shared<detail::BoundedDensity>();
+  auto d = std::make_shared<pvol::detail::BoundedDensity>();
   if (file.density) d->grid = *std::move(file.density);
   d->grid.index_to_world = file.metadata.index_to_world;
   d->pyramid = std::move(file.pyramid);

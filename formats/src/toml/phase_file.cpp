@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uintmax_t kLargestFile = std::uintmax_t{4} << 20;
-constexpr std::size_t kShownText = 40;  // bytes of a line that is refused
+constexpr std::size_t kShownLine = 40;  // bytes of a line that is refused
 
 [[noreturn]] void refuse(const std::string& where, const std::string& found,
                          const std::string& expected) {
@@ -36,7 +36,7 @@ bool take_number(std::string_view& line, double& number) {
 
 /// Angle and value of a line.
 std::array<double, 2> read_point(std::string_view line, const std::string& where) {
-  const std::string_view whole = line.substr(0, kShownText);
+  const std::string_view whole = line.substr(0, kShownLine);
   std::array<double, 2> point{};
   bool ok = take_number(line, point[0]);
   line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "file/append_mesh.h"
 #include "usda/usda_mesh.h"
 #include "usda/usda_world.h"
 
@@ -18,14 +19,6 @@ struct UsdBatch {
   Rgb albedo{};
   TriangleMesh mesh{};
 };
-
-void append(TriangleMesh& to, const TriangleMesh& mesh, const Affine& place) {
-  const auto first = std::uint32_t(to.vertices.size());
-  for (const Vec3d v : mesh.vertices) to.vertices.push_back(place.point(v));
-  for (const auto& t : mesh.triangles) {
-    to.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-  }
-}
 
 /// Stretched spheres are named.
 void add_ball(const UsdItem& item, const UsdView& view, Rgb albedo, const UsdMaking& making) {

@@ -211,11 +211,11 @@ class Lines {
 /// Entry into the first occupied cell of the node along the ray, with t in [t0, t1]; infinite if it
 /// meets none.
 double first_entry(const Support& support, const SupportNode& node, const Ray& ray) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  constexpr double kNowhere = std::numeric_limits<double>::infinity();
   const Vec3d lo(node.lo);
   const Box box{lo, lo + Vec3d(double(std::int64_t(1) << node.log2))};
-  const std::optional<Span> span = intersect(box, ray, 0, kInfinity);
-  if (!span) return kInfinity;
+  const std::optional<Span> span = intersect(box, ray, 0, kNowhere);
+  if (!span) return kNowhere;
   if (node.full) return span->t0;
   const SupportChildren halves = children(support, node);
   std::array<const SupportNode*, 8> octant{};
@@ -231,9 +231,9 @@ double first_entry(const Support& support, const SupportNode& node, const Ray& r
     const SupportNode* half = octant[std::size_t(c ^ flip)];
     if (half == nullptr) continue;
     const double t = first_entry(support, *half, ray);
-    if (t < kInfinity) return t;
+    if (t < kNowhere) return t;
   }
-  return kInfinity;
+  return kNowhere;
 }
 
 struct Hits {

@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kLeastSeconds = 0.02;  // of each thread
 constexpr double kColdShare = 0.5;      // of those, before the clock counts
-constexpr double kShare = 0.01;         // of the render
-constexpr int kPaths = 8192;            // of the small picture at most, for each thread
+constexpr double kShareOfTime = 0.01;   // of the render
+constexpr int kMostPaths = 8192;        // of the small picture at most, for each thread
 constexpr int kPathsOfTile = 2048;      // kernels want many at once
 
 /// Samples that a pixel of the small picture gets at once, as in the last pass of the render: they
@@ -105,13 +105,13 @@ TimedPaths& TimedPaths::operator+=(const TimedPaths& t) {
 
 TimedPaths time_paths(const PathSetup& setup, double samples, const Clock& clock) {
   const int threads = tbb::this_task_arena::max_concurrency();
-  SmallRender small(setup, kPaths * threads, clock);
+  SmallRender small(setup, kMostPaths * threads, clock);
   const double least = kLeastSeconds * threads;
   // The first paths wait for memory that later ones find in the caches.
   const TimedPaths cold =
       small.run_pass([&](const TimedPaths& t) { return t.seconds < kColdShare * least; });
   TimedPaths all = small.run_pass([&](const TimedPaths& t) {
-    return t.seconds < std::max(least, kShare * samples * t.seconds_of_path());
+    return t.seconds < std::max(least, kShareOfTime * samples * t.seconds_of_path());
   });
   all.cold_seconds = cold.seconds;
   return all;
