@@ -25,9 +25,9 @@ using Rgbe = std::array<std::uint8_t, 4>;
 constexpr std::size_t kLongestLine = 4096, kLongestHeader = 1 << 20;
 
 /// The file's bytes in turn; errors tell the place.
-class Bytes {
+class HdrBytes {
  public:
-  explicit Bytes(const std::filesystem::path& file) : source_(file) {}
+  explicit HdrBytes(const std::filesystem::path& file) : source_(file) {}
 
   [[noreturn]] void fail(const std::string& what) const {
     throw Error(fmt::format("byte {}: {}", place_, what));
@@ -86,7 +86,7 @@ std::vector<double> numbers(std::string_view text) {
 /// What the header says of colours: by what values are to be multiplied, and their primaries.
 class Colors {
  public:
-  void read(const std::string& line, const Bytes& in) {
+  void read(const std::string& line, const HdrBytes& in) {
     const auto equals = line.find('=');
     if (equals == std::string::npos || line.starts_with('#')) return;
     const std::string_view key = std::string_view(line).substr(0, equals);
@@ -110,7 +110,7 @@ class Colors {
     return clean;
   }
   /// What was multiplied into the values comes out again; such lines add up.
-  void divide(std::string_view key, std::string_view value, std::size_t count, const Bytes& in) {
+  void divide(std::string_view key, std::string_view value, std::size_t count, const HdrBytes& in) {
     const std::vector<double> v = numbers(value);
     const auto good = [](double x) { return x >= 1e-30 && x <= 1e30; };
     if (v.size() != count || !std::ranges::all_of(v, good)) {
@@ -120,7 +120,7 @@ class Colors {
     for (int c = 0; c < 3; ++c) factor_[c] /= v[count == 1 ? 0 : std::size_t(c)];
   }
   /// Those of Rec.709 keep white as it is, which may be of equal energy, as in Radiance.
-  void read_primaries(std::string_view value, const Bytes& in) {
+  void read_primaries(std::string_view value, const HdrBytes& in) {
     const std::vector<double> v = numbers(value);
     if (v.size() != 8) {
       in.fail(
@@ -142,7 +142,7 @@ class Colors {
 };
 
 /// The order in which pixels come: lines one after the other, each from its begin.
-struct Layout {
+struct HdrLayout {
   bool by_columns = false;  ///< a line is a column
   bool from_right = false, from_bottom = false;
   int width = 0, height = 0;
@@ -157,7 +157,7 @@ struct Layout {
 };
 
 /// "-Y 512 +X 1024" and the seven others.
-Layout read_layout(const std::string& line, const Bytes& in) {
+HdrLayout read_layout(const std::string& line, const HdrBytes& in) {
   const auto size = [](std::string_view text) {
     int n = 0;
     const auto read = std::from_chars(text.data(), text.data() + text.size(), n);
@@ -181,7 +181,8 @@ Layout read_layout(const std::string& line, const Bytes& in) {
     in.fail("the header ends without the picture's size; expected a line such as -Y 512 +X 1024");
   }
   const std::size_t y = rows ? 0 : 2, x = 2 - y;
-  Layout l{columns, words[x][0] == '-', words[y][0] == '+', size(words[x + 1]), size(words[y + 1])};
+  HdrLayout l{columns, words[x][0] == '-', words[y][0] == '+', size(words[x + 1]),
+              size(words[y + 1])};
   if (l.width < 1 || l.height < 1 || l.width > detail::kLongestSkyEdge ||
       l.height > detail::kLongestSkyEdge ||
       std::size_t(l.width) * std::size_t(l.height) > detail::kMostSkyPixels) {
@@ -194,7 +195,7 @@ Layout read_layout(const std::string& line, const Bytes& in) {
 }
 
 /// Each channel by runs and pieces of its own.
-void read_by_channels(Bytes& in, std::vector<Rgbe>& line) {
+void read_by_channels(HdrBytes& in, std::vector<Rgbe>& line) {
   for (std::size_t channel = 0; channel < 4; ++channel) {
     for (std::size_t i = 0; i < line.size();) {
       const std::uint8_t code = in.next();
@@ -215,7 +216,7 @@ void read_by_channels(Bytes& in, std::vector<Rgbe>& line) {
 
 /// Whole pixels, where (1, 1, 1, n) repeats the one before: n times, 256 n the second time in
 /// succession, and so on.
-void read_by_pixels(Bytes& in, std::vector<Rgbe>& line) {
+void read_by_pixels(HdrBytes& in, std::vector<Rgbe>& line) {
   int shift = 0;
   for (std::size_t i = 0; i < line.size();) {
     const Rgbe p = in.next_pixel();
@@ -237,7 +238,7 @@ void read_by_pixels(Bytes& in, std::vector<Rgbe>& line) {
   }
 }
 
-void read_line(Bytes& in, std::vector<Rgbe>& line) {
+void read_line(HdrBytes& in, std::vector<Rgbe>& line) {
   constexpr std::size_t kShortest = 8, kLongest = 0x7fff;  // that have runs for each channel
   if (line.size() >= kShortest && line.size() <= kLongest) {
     const Rgbe mark = in.next_pixel();
@@ -260,13 +261,13 @@ Vec3d radiance(Rgbe p) {
   return Vec3d(p[0], p[1], p[2]) * unit;
 }
 
-detail::StoredSky read_picture(Bytes& in) {
+detail::StoredSky read_picture(HdrBytes& in) {
   if (in.left() < 2 || in.next() != '#' || in.next() != '?') {
     throw Error("byte 0: not a Radiance picture (.hdr); expected one that begins with #?RADIANCE");
   }
   Colors colors;
   for (std::string line = in.line(); !line.empty(); line = in.line()) colors.read(line, in);
-  const Layout layout = read_layout(in.line(), in);
+  const HdrLayout layout = read_layout(in.line(), in);
   if (in.left() / 4 < std::uint64_t(layout.lines())) {
     in.fail(
         fmt::format("{} bytes are left for {} lines of pixels; expected at least 4 each: copy "
@@ -309,7 +310,7 @@ bool detail::is_hdr(const std::filesystem::path& file) {
 }
 
 detail::StoredSky detail::read_hdr_sky(const std::filesystem::path& file) {
-  Bytes in(file);
+  HdrBytes in(file);
   try {
     return read_picture(in);
   } catch (const Error& e) {

@@ -101,10 +101,10 @@ struct LightKind {
   const char* type;
   void (*make)(const PbrtPlaced&, const PbrtMaking&, Sky&);
 };
-constexpr std::array<LightKind, 4> kKinds{{{"distant", make_distant},
-                                           {"point", make_point},
-                                           {"spot", make_spot},
-                                           {"infinite", make_infinite}}};
+constexpr std::array<LightKind, 4> kLightKinds{{{"distant", make_distant},
+                                                {"point", make_point},
+                                                {"spot", make_spot},
+                                                {"infinite", make_infinite}}};
 
 void set_sky(const Sky& sky, const PbrtMaking& making) {
   Scene& scene = making.scene->file.scene;
@@ -135,8 +135,8 @@ void make_lights(const PbrtDescription& from, const PbrtMaking& making) {
   Sky sky;
   for (const PbrtPlaced& light : from.lights) {
     const auto* kind = std::ranges::find(
-        kKinds, light.type, [](const LightKind& k) { return std::string_view(k.type); });
-    if (kind == kKinds.end()) {
+        kLightKinds, light.type, [](const LightKind& k) { return std::string_view(k.type); });
+    if (kind == kLightKinds.end()) {
       making.note(light.where,
                   fmt::format("lights of type \"{}\" are left out", shown(light.type)));
       continue;

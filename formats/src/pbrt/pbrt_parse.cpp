@@ -14,7 +14,7 @@
 namespace pvol::formats::detail {
 namespace {
 
-constexpr std::size_t kDeepest = 64;  // blocks within each other
+constexpr std::size_t kDeepestBlock = 64;  // blocks within each other
 constexpr std::array kTargets{"shape", "light", "material", "medium", "texture"};
 
 class PbrtParser {
@@ -136,7 +136,7 @@ class PbrtParser {
   }
 
   void begin(const char* end) {
-    if (blocks_.size() == kDeepest) {
+    if (blocks_.size() == kDeepestBlock) {
       fail_at(words_.where(), "a block within 64 others", "fewer levels of blocks");
     }
     blocks_.push_back({state_, end, words_.where()});

@@ -337,7 +337,7 @@ struct MediumKind {
   const char* type;
   std::optional<Box> (*make)(Making&);
 };
-constexpr std::array<MediumKind, 3> kKinds{
+constexpr std::array<MediumKind, 3> kMediumKinds{
     {{"uniformgrid", make_uniform}, {"nanovdb", make_nanovdb}, {"homogeneous", make_homogeneous}}};
 
 /// Names shapes that let the medium in and do not hold all of it.
@@ -365,8 +365,8 @@ void make_volume(const PbrtDescription& from, const PbrtMaking& making, const st
                       : "is left out: no shape contains it");
   }
   const auto* kind = std::ranges::find(
-      kKinds, medium.type, [](const MediumKind& k) { return std::string_view(k.type); });
-  if (kind == kKinds.end()) {
+      kMediumKinds, medium.type, [](const MediumKind& k) { return std::string_view(k.type); });
+  if (kind == kMediumKinds.end()) {
     return m.note(
         fmt::format("is left out: media of type \"{}\" are not supported", shown(medium.type)));
   }

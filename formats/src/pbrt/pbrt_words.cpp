@@ -13,7 +13,7 @@
 namespace pvol::formats::detail {
 namespace {
 
-constexpr std::size_t kDeepest = 64;      // files that include each other
+constexpr std::size_t kDeepestFile = 64;  // files that include each other
 constexpr std::size_t kMostFiles = 4096;  // read in all: a few lines could ask for endless work
 
 constexpr std::array kNumeric{"integer", "float",  "point2",  "vector2", "point3", "point",
@@ -144,7 +144,7 @@ std::vector<PbrtParameter> PbrtWords::parameters() {
 void PbrtWords::include(const std::string& name, const PbrtWhere& where) {
   std::filesystem::path file = folder_ / name;
   if (!std::filesystem::exists(file)) file = files_.back().file().parent_path() / name;
-  if (files_.size() == kDeepest || ++read_ == kMostFiles) {
+  if (files_.size() == kDeepestFile || ++read_ == kMostFiles) {
     fail_at(where, fmt::format("\"{}\" after {} files", shown(name), read_),
             "files that do not include each other, 4096 at most");
   }
