@@ -36,31 +36,33 @@ Matrix add(double s, const Matrix& a, const Matrix& b) {
   return c;
 }
 
+/// Adds `factor` times row `from` of a matrix to row `to` of another, or of the same.
+void add_row(double factor, const Matrix& a, std::size_t from, Matrix& b, std::size_t to) {
+  const double* const source = &a.a[from * a.n];
+  double* const sum = &b.a[to * a.n];
+  for (std::size_t j = 0; j < a.n; ++j) sum[j] += factor * source[j];
+}
+
 Matrix operator*(const Matrix& a, const Matrix& b) {
   Matrix c(a.n);
   for (std::size_t i = 0; i < a.n; ++i) {
-    for (std::size_t k = 0; k < a.n; ++k) {
-      for (std::size_t j = 0; j < a.n; ++j) c(i, j) += a(i, k) * b(k, j);
-    }
+    for (std::size_t k = 0; k < a.n; ++k) add_row(a(i, k), b, k, c, i);
   }
   return c;
 }
 
 /// a^-1 b, for matrices near the identity, which need no pivoting.
 Matrix solve(Matrix a, Matrix b) {
-  const auto subtract = [n = a.n](Matrix& m, double factor, std::size_t from, std::size_t row) {
-    for (std::size_t j = 0; j < n; ++j) m(row, j) -= factor * m(from, j);
-  };
   for (std::size_t k = 0; k < a.n; ++k) {
     for (std::size_t i = k + 1; i < a.n; ++i) {
       const double factor = a(i, k) / a(k, k);
-      subtract(a, factor, k, i);
-      subtract(b, factor, k, i);
+      add_row(-factor, a, k, a, i);
+      add_row(-factor, b, k, b, i);
     }
   }
   for (std::size_t k = a.n; k-- > 0;) {
     for (std::size_t j = 0; j < a.n; ++j) b(k, j) /= a(k, k);
-    for (std::size_t i = 0; i < k; ++i) subtract(b, a(i, k), k, i);
+    for (std::size_t i = 0; i < k; ++i) add_row(-a(i, k), b, k, b, i);
   }
   return b;
 }
