@@ -198,12 +198,10 @@ void fill_rest(const Octree& tree, DenseBounds& b) {
     }
     for (int i = x; i < x + step; ++i) {
       for (int y = 0; y < b.size.y; ++y) {
-        for (int z = 0; z < b.size.z; ++z) {
-          const Vec3i at(i, y, z);
-          if (max(at, low) != at || min(at, high) != at) {
-            b.word[index_in(b.size, at)] = DenseBounds::kOutside;
-          }
-        }
+        const auto row = b.word.begin() + std::ptrdiff_t(index_in(b.size, {i, y, 0}));
+        const bool beside = i < low.x || i > high.x || y < low.y || y > high.y;
+        std::fill(row, row + (beside ? b.size.z : low.z), DenseBounds::kOutside);
+        if (!beside) std::fill(row + high.z + 1, row + b.size.z, DenseBounds::kOutside);
       }
     }
   });

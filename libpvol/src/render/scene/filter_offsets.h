@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <optional>
 
 #include "pvol/render/options.h"
 
@@ -12,6 +14,8 @@ namespace pvol::detail {
 /// on: Ernst, Stamminger, Greiner. Filter importance sampling. 2006.
 class FilterOffsets {
  public:
+  static constexpr std::size_t kSteps = 4096;
+
   FilterOffsets(PixelFilter filter, std::optional<double> width);
 
   /// In pixels, of u uniform in [0, 1).
@@ -23,8 +27,6 @@ class FilterOffsets {
   }
 
  private:
-  static constexpr std::size_t kSteps = 4096;
-
   bool is_box_;
   float width_;
   std::array<float, kSteps + 1> at_{};  ///< below which i / kSteps of the filter lies
