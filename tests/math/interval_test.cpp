@@ -67,6 +67,28 @@ bool holds(Interval x, long double v) { return x.lo <= v && v <= x.hi; }
 
 // The long double result is rounded too, but never across a double: what lies outside an interval
 // by its exact value is not inside by its rounded one.
+TEST(Interval, StepsAreThoseOfTheStandardLibrary) {
+  constexpr double kTiny = std::numeric_limits<double>::denorm_min();
+  constexpr double kLeast = std::numeric_limits<double>::min();
+  constexpr double kHuge = std::numeric_limits<double>::max();
+  const auto expect_steps = [&](double x) {
+    const auto bits = [](double y) { return std::bit_cast<std::uint64_t>(y); };
+    EXPECT_EQ(bits(round_up(x)), bits(std::nextafter(x, kInf))) << x;
+    EXPECT_EQ(bits(round_down(x)), bits(std::nextafter(x, -kInf))) << x;
+  };
+  for (const double x : {0.0, kTiny, kLeast, std::nextafter(kLeast, 0.0), 1.0, kHuge, kInf}) {
+    expect_steps(x);
+    expect_steps(-x);
+  }
+  Draw draw(11);
+  for (int i = 0; i < 100'000; ++i) {
+    const double x = std::bit_cast<double>(std::uint64_t(draw.engine()));
+    if (!std::isnan(x)) expect_steps(x);
+    expect_steps(any_double(draw));
+  }
+  EXPECT_TRUE(std::isnan(round_up(NAN)) && std::isnan(round_down(NAN)));
+}
+
 TEST(Interval, OperationsHoldEveryResultOfTheirOperands) {
   static_assert(std::numeric_limits<long double>::digits >= 64);
   Draw draw(10);

@@ -2,20 +2,24 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace pvol {
 
-/// The largest double below x, and the smallest above: one step past a correctly rounded result
+/// The smallest double above x, and the largest below: one step past a correctly rounded result
 /// encloses the exact one, also where the result overflowed (below infinity is the largest finite
-/// number).
-[[nodiscard]] inline double round_down(double x) {
-  return std::nextafter(x, -std::numeric_limits<double>::infinity());
-}
+/// number). As std::nextafter, which takes several times as long: bounds take millions of steps.
 [[nodiscard]] inline double round_up(double x) {
-  return std::nextafter(x, std::numeric_limits<double>::infinity());
+  constexpr auto kInfinity = std::bit_cast<std::int64_t>(std::numeric_limits<double>::infinity());
+  const auto bits = std::bit_cast<std::int64_t>(x), magnitude = bits & ~(std::int64_t(1) << 63);
+  if (magnitude == 0) return std::numeric_limits<double>::denorm_min();
+  if (bits == kInfinity || magnitude > kInfinity) return x;  // nothing is above it, or it is NaN
+  return std::bit_cast<double>(bits < 0 ? bits - 1 : bits + 1);
 }
+[[nodiscard]] inline double round_down(double x) { return -round_up(-x); }
 
 /// All reals in [lo, hi]. Each operation encloses the exact result for every choice of operands
 /// (Moore. Interval Analysis. 1966): results are widened by one ulp instead of switching the
