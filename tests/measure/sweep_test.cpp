@@ -190,6 +190,25 @@ TEST(Sweep, LetsABusyMachineFinishTheFirstPilotHoweverManySettingsThereAre) {
   }
 }
 
+TEST(Sweep, LetsStallsPassThatAreShortBesideItsBudget) {
+  FakeRenderer renderer{std::vector<FakeSetting>(10)};
+  // Of a second, in each render of a tenth of one.
+  const auto stalled = [&](const RunRequest& r) {
+    if (r.pilot) return renderer(r);
+    renderer.now += 1;
+    if (r.most_seconds > 1) return renderer(r);
+    measure::Run run;
+    run.complete = false;
+    run.film.pixels.resize(1);
+    return run;
+  };
+  SweepOptions o = options_for(renderer, 100);
+  o.most_samples = 2;
+  for (const Measured& m : sweep(std::vector<std::string>(10, "a setting"), o, stalled)) {
+    EXPECT_EQ(m.left_out, "");
+  }
+}
+
 TEST(Sweep, SaysWhatComesNext) {
   FakeRenderer renderer{{{}, {}}};
   std::vector<std::string> said;

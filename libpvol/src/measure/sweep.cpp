@@ -23,8 +23,10 @@ constexpr double kPilotsShare = 0.35;
 /// Part of its share that a pilot may take at most; of all the time left for the first one.
 constexpr double kPilotShare = 0.25;
 
-/// How many times as long as its pilot foretold a render may take: the machine may be busy.
-constexpr double kPatience = 4;
+/// How many times as long as its pilot foretold a render may take: the machine may be busy. What
+/// takes less than a part of all the time left may take that long: a short render is held up by
+/// anything.
+constexpr double kPatience = 4, kLittle = 0.05;
 
 std::string text_of_seconds(double seconds) {
   char text[32];
@@ -200,6 +202,11 @@ class Sweep {
     return plans_[i].seconds / plans_[i].rounds;
   }
 
+  /// Seconds after which a round of it is stopped.
+  [[nodiscard]] double longest(std::size_t i) const {
+    return std::min(left(), std::max(kPatience * expected(i), kLittle * left()));
+  }
+
   void take_round(int round, int most) {
     // Another one begins each time, so that none has always the same one before it.
     const std::size_t n = names_.size();
@@ -219,7 +226,7 @@ class Sweep {
                              .samples = m.samples,
                              .seed = o_.seed + 1 + std::uint64_t(round) * names_.size() + i,
                              .count = m.counted == 0,  // in the first that is complete
-                             .most_seconds = std::min(left(), kPatience * expected(i))};
+                             .most_seconds = longest(i)};
     const Run run = render_(request);
     if (!run.complete) {
       // It would take the others' time again in every round.
