@@ -10,6 +10,7 @@
 namespace pvol::detail {
 namespace {
 
+/// Places in [0, 1] below which equal steps of the filter's weight lie.
 using FilterPlaces = std::array<double, FilterOffsets::kSteps + 1>;
 
 /// At x in [-1, 1], its ends.
@@ -19,7 +20,6 @@ double weight(PixelFilter filter, double x) {
   return 0.35875 - 0.48829 * c + 0.14128 * (2 * c * c - 1) - 0.01168 * (4 * c * c - 3) * c;
 }
 
-/// FilterPlaces in [0, 1] below which equal shares of the filter's weight lie.
 FilterPlaces find_places(PixelFilter filter) {
   constexpr int kParts = 1 << 16, kSteps = int(FilterOffsets::kSteps);
   std::vector<double> up_to(kParts + 1);  // first the weight of each part, the same in both halves
@@ -39,7 +39,7 @@ FilterPlaces find_places(PixelFilter filter) {
   return places;
 }
 
-/// The same, found once: a small picture takes no longer to render.
+/// The same, found once in a process: each render makes several tables.
 const FilterPlaces& places_of(PixelFilter filter) {
   if (filter == PixelFilter::gaussian) {
     static const FilterPlaces gaussian = find_places(PixelFilter::gaussian);
