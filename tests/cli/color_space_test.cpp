@@ -82,7 +82,7 @@ TEST_F(ColorSpaces, PicturesOfTwoSpacesAreNeitherMergedNorCompared) {
 TEST_F(ColorSpaces, SkiesAreConverted) {
   Film sky{4, 2, 0, 0, 4, 2, std::vector<PixelSums>(8)};
   constexpr Vec3d kSky(0.2, 0.4, 0.9);
-  for (PixelSums& p : sky.pixels) p = {kSky, {}, 1, 1, 0, 0, 0};
+  for (PixelSums& p : sky.pixels) p = {kSky, {}, 1, 1};
   formats::write_exr(folder_ / "sky.exr", sky, {});
   const std::string file = "environment.file=" + (folder_ / "sky.exr");
   const auto corner = [&](const std::string& from, const std::string& to) {

@@ -19,7 +19,7 @@ using Ocio = testing::ColorShot;
 /// Pictures are the same only where names of spaces mean the same.
 TEST_F(Ocio, PicturesOfOtherConfigurationsAreOthers) {
   Film sky{4, 2, 0, 0, 4, 2, std::vector<PixelSums>(8)};
-  for (PixelSums& p : sky.pixels) p = {Vec3d(0.5), {}, 1, 1, 0, 0, 0};
+  for (PixelSums& p : sky.pixels) p = {Vec3d(0.5), {}, 1, 1};
   formats::write_exr(folder_ / "sky.exr", sky, {});
   std::ofstream(folder_ / "own.ocio")
       << "ocio_profile_version: 1\nroles: {default: lin_rec709}\n"

@@ -138,7 +138,7 @@ TEST_F(Resume, OfPartsAndAdaptiveWorksToo) {
     EXPECT_EQ(a.attributes, b.attributes);
     if (a.has_sums) {
       const Film one = formats::read_film_file(exr("a")).film;
-      EXPECT_EQ(one.sums, formats::read_film_file(exr("b")).film.sums);
+      EXPECT_EQ(one.remainders, formats::read_film_file(exr("b")).film.remainders);
     } else {
       EXPECT_TRUE(read_text(exr("a")) == read_text(exr("b")));
     }

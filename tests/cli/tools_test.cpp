@@ -303,7 +303,7 @@ TEST(Render, KeepsLayersThatItIsAskedFor) {
   };
   const auto lookups = [](const Film& f) {
     std::uint64_t sum = 0;
-    for (const PixelSums& p : f.pixels) sum += p.count(PixelCounter::lookups);
+    for (std::size_t i = 0; i < f.pixels.size(); ++i) sum += f.count(i, PixelCounter::lookups);
     return sum;
   };
   const formats::StoredFilm plain = film({});

@@ -39,7 +39,7 @@ TEST_F(ColorConfig, ExrHasThePrimariesOfItsFilm) {
 TEST_F(ColorConfig, SumsKeepTheSpace) {
   Film film = film_of(kColor, ColorSpace::acescg);
   for (PixelSums& p : film.pixels) p = {};
-  start_sums(film);
+  keep_exact_sums(film);
   ExrOptions options;
   options.sums = {&film, {.key = "key", .pieces = {{0, 0, 0, 4, 2, 0, 1}}}};
   write_exr(file("a.exr"), film, {}, options);

@@ -44,9 +44,10 @@ Film some_film() {
       const Vec3d v = i % 7 == 0 ? Vec3d(0.25) : Vec3d(law(random), law(random), law(random));
       p.sum += v, p.sum_squares += v * v, p.alpha += 0.5;
     }
-    p.counts[std::size_t(PixelCounter::lookups)] = std::uint64_t(i) * 1000,
-    p.counts[std::size_t(PixelCounter::segments)] = 3 * p.samples,
-    p.counts[std::size_t(PixelCounter::collisions)] = 7;
+    PixelCounts& counts = f.counts.emplace_back();
+    counts[std::size_t(PixelCounter::lookups)] = std::uint64_t(i) * 1000;
+    counts[std::size_t(PixelCounter::segments)] = 3 * p.samples;
+    counts[std::size_t(PixelCounter::collisions)] = 7;
     f.pixels.push_back(p);
   }
   return f;
@@ -84,13 +85,11 @@ TEST_P(FilmFileInParts, IsReadAsItWasWritten) {
       EXPECT_EQ(va == 0, vb == 0) << i;
     }
     EXPECT_NEAR(a.alpha, b.alpha, 1e-5);
-    EXPECT_EQ(a.counts[std::size_t(PixelCounter::segments)],
-              b.counts[std::size_t(PixelCounter::segments)]);
-    EXPECT_EQ(a.counts[std::size_t(PixelCounter::collisions)],
-              b.counts[std::size_t(PixelCounter::collisions)]);
-    EXPECT_NEAR(double(a.counts[std::size_t(PixelCounter::lookups)]),
-                double(b.counts[std::size_t(PixelCounter::lookups)]),
-                1e-6 * double(a.counts[std::size_t(PixelCounter::lookups)]));
+    for (const PixelCounter c : {PixelCounter::segments, PixelCounter::collisions}) {
+      EXPECT_EQ(film.count(i, c), s.film.count(i, c));
+    }
+    const auto lookups = double(film.count(i, PixelCounter::lookups));
+    EXPECT_NEAR(lookups, double(s.film.count(i, PixelCounter::lookups)), 1e-6 * lookups);
   }
 }
 
@@ -177,9 +176,9 @@ TEST(FilmFile, OldNamesAreRead) {
   EXPECT_EQ(mean(p), Vec3d(1, 2, 3));
   EXPECT_NEAR(variance_of_mean(p).z, 0.5, 1e-7);
   EXPECT_EQ(p.alpha, 1);
-  EXPECT_EQ(p.count(PixelCounter::lookups), 28u);
-  EXPECT_EQ(p.count(PixelCounter::segments), 32u);
-  EXPECT_EQ(p.count(PixelCounter::collisions), 36u);
+  EXPECT_EQ(s.film.count(0, PixelCounter::lookups), 28u);
+  EXPECT_EQ(s.film.count(0, PixelCounter::segments), 32u);
+  EXPECT_EQ(s.film.count(0, PixelCounter::collisions), 36u);
   ASSERT_EQ(s.film.layers.size(), 1u);
   EXPECT_EQ(s.film.layers[0].name, "sky");
   EXPECT_EQ(s.film.layers[0].sums[0], Vec3d(0.5, 1, 2));

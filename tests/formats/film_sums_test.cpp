@@ -9,6 +9,7 @@
 #include <limits>
 #include <random>
 
+#include "image/sum_planes.h"
 #include "pvol/error.h"
 #include "pvol/formats/film_file.h"
 #include "support/messages.h"
@@ -33,26 +34,29 @@ Film some_film(bool adaptive) {
       {"half_1", std::vector<Vec3d>(f.pixels.size()), "RGB", std::vector<double>(f.pixels.size())},
       {"depth", std::vector<Vec3d>(f.pixels.size()), "Z", std::vector<double>(f.pixels.size())},
       {"nearest", std::vector<Vec3d>(f.pixels.size(), Vec3d(kNothingMet)), "Z", {}, true}};
-  start_sums(f);
+  keep_exact_sums(f);
+  f.counts.resize(f.pixels.size());
+  ExactSums sums;
   for (std::size_t i = 0; i < f.pixels.size(); ++i) {
     PixelSums& p = f.pixels[i];
     p.samples = std::uint32_t(i % 40);
+    load_sums(f, i, sums);
     for (std::uint32_t s = 0; s < p.samples; ++s) {
-      add(f.sums.pixels[i].light, vector());
-      add(f.sums.pixels[i].squares, vector());
-      add(f.sums.pixels[i].alpha, number());
-      add(f.sums.layers[0].sums[i], vector());
-      add(f.sums.layers[1].sums[i], vector());
-      add(f.sums.layers[1].weights[i], 1);
+      add(sums.light, vector());
+      add(sums.squares, vector());
+      add(sums.alpha, number());
+      add(sums.layers[0].sum, vector());
+      add(sums.layers[1].sum, vector());
+      add(sums.layers[1].weight, 1);
       const double depth = number();
-      add(f.sums.layers[2].sums[i], Vec3d(depth));
-      add(f.sums.layers[2].weights[i], 0.5);
+      add(sums.layers[2].sum, Vec3d(depth));
+      add(sums.layers[2].weight, 0.5);
       f.layers[3].sums[i] = min(f.layers[3].sums[i], Vec3d(std::abs(depth)));
     }
-    for (std::size_t c = 0; c < p.counts.size(); ++c) {
-      p.counts[c] = (std::uint64_t(random()) << (i % 32)) * (c != 2);
+    for (std::size_t c = 0; c < kPixelCounts.size(); ++c) {
+      f.counts[i][c] = (std::uint64_t(random()) << (i % 32)) * (c != 2);
     }
-    flush(f, i);
+    store_sums(sums, i, f);
   }
   if (adaptive) {
     f.needs = AdaptiveSamples{{}, {12.25, 1.0 / 3}};
@@ -86,13 +90,13 @@ void expect_same(const Film& a, const Film& b) {
   EXPECT_EQ(a.crop_height, b.crop_height);
   EXPECT_EQ(a.first_sample, b.first_sample);
   ASSERT_EQ(a.pixels.size(), b.pixels.size());
-  EXPECT_EQ(a.sums.pixels, b.sums.pixels);
+  EXPECT_EQ(a.remainders.pixels, b.remainders.pixels);
+  EXPECT_EQ(a.counts, b.counts);
   for (std::size_t i = 0; i < a.pixels.size(); ++i) {
     EXPECT_EQ(a.pixels[i].sum, b.pixels[i].sum);
     EXPECT_EQ(a.pixels[i].sum_squares, b.pixels[i].sum_squares);
     EXPECT_EQ(a.pixels[i].alpha, b.pixels[i].alpha);
     EXPECT_EQ(a.pixels[i].samples, b.pixels[i].samples);
-    EXPECT_EQ(a.pixels[i].counts, b.pixels[i].counts);
   }
   ASSERT_EQ(a.layers.size(), b.layers.size());
   for (std::size_t k = 0; k < a.layers.size(); ++k) {
@@ -100,12 +104,12 @@ void expect_same(const Film& a, const Film& b) {
     EXPECT_EQ(a.layers[k].components, b.layers[k].components);
     EXPECT_EQ(a.layers[k].least, b.layers[k].least);
     EXPECT_EQ(a.layers[k].weights, b.layers[k].weights);
-    EXPECT_EQ(a.sums.layers[k].weights, b.sums.layers[k].weights);
+    EXPECT_EQ(a.remainders.layers[k].weights, b.remainders.layers[k].weights);
     const bool one = a.layers[k].components.size() == 1;
     for (std::size_t i = 0; i < a.pixels.size(); ++i) {
       EXPECT_EQ(a.layers[k].sums[i].x, b.layers[k].sums[i].x);
       if (!one) {
-        EXPECT_EQ(a.sums.layers[k].sums[i], b.sums.layers[k].sums[i]);
+        EXPECT_EQ(a.remainders.layers[k].sums[i], b.remainders.layers[k].sums[i]);
       }
     }
   }
@@ -183,7 +187,7 @@ TEST(FilmSums, AreReadRowByRow) {
       const int rows = std::min(step, film.crop_height - y);
       const Film some = reader.rows(y, rows);
       const Film expected = crop_of(film, film.x, film.y + y, film.crop_width, rows);
-      EXPECT_EQ(some.sums.pixels, expected.sums.pixels);
+      EXPECT_EQ(some.remainders.pixels, expected.remainders.pixels);
       EXPECT_EQ(some.y, film.y + y);
       EXPECT_EQ(some.needs->share.size(), some.pixels.size());
     }
@@ -203,7 +207,7 @@ TEST(FilmSums, DamagedOnesAreRefused) {
         .write(bytes.data(), std::streamsize(bytes.size()));
     try {
       const FilmFile f = read_film_file(folder.file("b.exr"));
-      EXPECT_EQ(f.film.pixels.size(), f.film.sums.pixels.size());
+      EXPECT_EQ(f.film.pixels.size(), f.film.remainders.pixels.size());
     } catch (const Error& e) {
       EXPECT_NE(std::string(e.what()).find("b.exr: "), std::string::npos) << e.what();
       ++refused;
@@ -222,6 +226,30 @@ TEST(FilmSums, DamagedOnesAreRefused) {
   EXPECT_GT(refused, 60);
 }
 
+/// Files of earlier versions have digits that were not carried.
+TEST(FilmSums, WithDigitsThatNoTermsHaveAreRefused) {
+  Film film = some_film(true);
+  detail::PixelRecord record = detail::empty_record(film.layers);
+  const auto refuses = [&](std::size_t pixel, const auto& change) {
+    detail::load(film, pixel, record);
+    detail::store(record, pixel, film);
+    change(record.sums);
+    EXPECT_THROW(detail::store(record, pixel, film), Error);
+  };
+  refuses(7, [](ExactSums& s) { s.light.digits[1][2] = 1ll << 40; });
+  refuses(7,
+          [](ExactSums& s) { s.squares.digits[0][0] = std::numeric_limits<std::int64_t>::min(); });
+  refuses(0, [](ExactSums& s) { s.alpha.digits[2][0] = 1; });
+  refuses(9, [](ExactSums& s) { s.layers[1].weight.digits[0][0] = -(1ll << 50); });
+  refuses(9, [](ExactSums& s) { s.squares.level = 32, s.squares.digits[0][1] = 1ll << 33; });
+  detail::load(film, 7, record);
+  record.sums.light.digits[1][2] += 1, record.sums.light.digits[2][2] -= 1ll << 32;
+  const ExactSums same = record.sums;
+  EXPECT_NO_THROW(detail::store(record, 7, film));
+  detail::load(film, 7, record);
+  EXPECT_EQ(record.sums, same);
+}
+
 TEST(FilmSums, ThatNoTermsHaveAreRefused) {
   const TemporaryFolder folder;
   const auto refuses = [&](const std::function<void(Film&)>& change) {
@@ -230,13 +258,10 @@ TEST(FilmSums, ThatNoTermsHaveAreRefused) {
     write(folder.file("a.exr"), film);
     EXPECT_THROW((void)read_film_file(folder.file("a.exr")), Error);
   };
-  refuses([](Film& f) { f.sums.pixels[7].light.digits[1][2] = 1ll << 40; });
-  refuses([](Film& f) {
-    f.sums.pixels[7].squares.digits[0][0] = std::numeric_limits<std::int64_t>::min();
-  });
-  refuses([](Film& f) { f.sums.pixels[0].alpha.digits[2][0] = 1; });
-  refuses([](Film& f) { f.sums.pixels[7].alpha.level = 33; });
-  refuses([](Film& f) { f.sums.layers[1].weights[9].digits[0][0] = -(1ll << 50); });
+  refuses([](Film& f) { f.pixels[7].sum.z = -0x1p80; });
+  refuses([](Film& f) { f.remainders.pixels[0].alpha.rest[0][0] = 1; });
+  refuses([](Film& f) { f.remainders.pixels[7].alpha.level = 33; });
+  refuses([](Film& f) { f.layers[1].weights[9] = -0x1p50; });
   refuses([](Film& f) { f.layers[3].sums[2].x = std::nan(""); });
   refuses([](Film& f) { f.needs->share[5] = -1; });
 }

@@ -200,6 +200,51 @@ TEST(ReproducibleSum, HoldsAsManyTermsAsSamplesHaveNumbers) {
   EXPECT_NEAR(value(s) / 0x1p62, 1, 1e-15);
 }
 
+/// What a sum's values and remainder make of it.
+template <class Sum>
+Sum stored_and_restored(const Sum& s) {
+  return restored(value(s), s.remainder());
+}
+
+/// Where terms cancel the remainder is large.
+TEST(ReproducibleSum, GoesOnFromItsValuesAndItsRemainder) {
+  for (const Decades d : kDecades) {
+    Rng rng(11, 0, 0);
+    Sum1 one, straight;
+    Sum3 three, straight_three;
+    bool any = false;
+    for (int i = 0; i < 400; ++i) {
+      const int exponent = d.low + int(double(rng.uniform()) * (d.high - d.low));
+      const double t = std::ldexp((1 + double(rng.uniform())) / 3, exponent);
+      const Vec3d v(t, -t / 3, i % 5 == 4 ? -value(straight) : t);
+      add(one, v.z), add(straight, v.z);
+      add(three, v), add(straight_three, v);
+      any = any || one.remainder() != Sum1::Remainder{.level = one.level};
+      one = stored_and_restored(one), three = stored_and_restored(three);
+      ASSERT_EQ(one, straight) << d.low << ' ' << d.high << " term " << i;
+      ASSERT_EQ(three, straight_three) << d.low << ' ' << d.high << " term " << i;
+    }
+    EXPECT_TRUE(any) << d.low << ' ' << d.high;
+  }
+}
+
+/// The largest terms and digits that there are.
+TEST(ReproducibleSum, OfTheMostTermsHasARemainder) {
+  for (const int sign : {1, -1}) {
+    const double term = sign * (0x1p31 - 0x1p-1 - 0x1p-21);  // its digits round up
+    Sum1 s, one;
+    add(one, term), add(one, sign * 0x1p-33), add(one, sign * 0x1p-66);
+    for (std::uint32_t n = 1; n <= Sum1::kMostPacked / 3; ++n) {
+      s.merge(one);
+      if (n % 1000 == 0 || n == Sum1::kMostPacked / 3) {
+        ASSERT_EQ(stored_and_restored(s), s) << n;
+      }
+    }
+    for (auto& digit : s.digits) digit[0] = sign * (std::int64_t(1) << 31) * Sum1::kMostPacked;
+    EXPECT_EQ(stored_and_restored(s), s) << sign;
+  }
+}
+
 TEST(ReproducibleSum, OfNothingIsZero) {
   Sum1 s;
   EXPECT_EQ(value(s), 0);

@@ -72,8 +72,8 @@ TEST(Compare, MeansErrorsAndDeviationsAreRight) {
   a.width = a.crop_width = b.width = b.crop_width = 2;
   a.height = a.crop_height = b.height = b.crop_height = 1;
   // Four samples each: 1, 3, 1, 3 and 2, 2, 6, 6; the second pixel has no variance.
-  a.pixels = {{Vec3d(8), Vec3d(20), 0, 4, 0, 0, 0}, {Vec3d(4), Vec3d(4), 0, 4, 0, 0, 0}};
-  b.pixels = {{Vec3d(16), Vec3d(80), 0, 4, 0, 0, 0}, {Vec3d(4), Vec3d(4), 0, 4, 0, 0, 0}};
+  a.pixels = {{Vec3d(8), Vec3d(20), 0, 4}, {Vec3d(4), Vec3d(4), 0, 4}};
+  b.pixels = {{Vec3d(16), Vec3d(80), 0, 4}, {Vec3d(4), Vec3d(4), 0, 4}};
   const FilmComparison r = compare(a, b, {0.95, 0.01});
   for (const ChannelComparison& c : {r.channels[0], r.channels[2], r.luminance}) {
     EXPECT_DOUBLE_EQ(c.mean_a, 1.5);

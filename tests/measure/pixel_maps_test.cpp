@@ -57,8 +57,9 @@ TEST(PixelMaps, TheDifferenceFilmHasItsMeanAndVariance) {
 
 TEST(PixelMaps, LookupsAreCountedForSamplesAndCollisions) {
   Film f = grey(3, {1, 1, 1}, 0);
-  f.pixels[0].counts[std::size_t(PixelCounter::lookups)] = 6,
-  f.pixels[0].counts[std::size_t(PixelCounter::collisions)] = 4;
+  f.counts.resize(3);
+  f.counts[0][std::size_t(PixelCounter::lookups)] = 6;
+  f.counts[0][std::size_t(PixelCounter::collisions)] = 4;
   f.pixels[1].samples = 0;
   EXPECT_EQ(lookups_per_sample(f), (std::vector<double>{3, 0, 0}));
   EXPECT_EQ(lookups_per_collision(f), (std::vector<double>{1.5, 0, 0}));

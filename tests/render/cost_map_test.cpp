@@ -63,10 +63,11 @@ TEST(CostMap, FollowsWhatARenderCounts) {
     double sum = 0;
     for (int y = r.y; y < r.y + r.height; ++y) {
       for (int x = r.x; x < r.x + r.width; ++x) {
-        const PixelSums& p = film.at(x, y);
-        sum += 200 * p.samples + 150 * double(p.count(PixelCounter::collisions)) +
-               45 * double(p.count(PixelCounter::segments)) +
-               40 * double(p.count(PixelCounter::lookups));
+        const std::size_t i = film.index(x, y);
+        sum += 200 * film.pixels[i].samples +
+               150 * double(film.count(i, PixelCounter::collisions)) +
+               45 * double(film.count(i, PixelCounter::segments)) +
+               40 * double(film.count(i, PixelCounter::lookups));
       }
     }
     return sum;

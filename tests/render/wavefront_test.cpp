@@ -278,10 +278,10 @@ TEST(WavefrontKernels, CountWhatFlightsOneByOneCount) {
       EXPECT_GT(b.path.lookups, a.path.lookups / 4);
       EXPECT_EQ(b.path.bounds_tests >= b.collisions, true);
       std::uint64_t collisions = 0, lookups = 0, segments = 0;
-      for (const PixelSums& p : r.film.pixels) {
-        collisions += p.count(PixelCounter::collisions);
-        lookups += p.count(PixelCounter::lookups);
-        segments += p.count(PixelCounter::segments);
+      for (std::size_t i = 0; i < r.film.pixels.size(); ++i) {
+        collisions += r.film.count(i, PixelCounter::collisions);
+        lookups += r.film.count(i, PixelCounter::lookups);
+        segments += r.film.count(i, PixelCounter::segments);
       }
       EXPECT_EQ(collisions, b.collisions);
       EXPECT_EQ(lookups, b.path.lookups + b.shadow.lookups);
@@ -315,7 +315,7 @@ Average guided_by(KernelKind kernel, const Volume& v, CloudScene s, const Value&
   Film film;
   film.width = film.height = film.crop_width = film.crop_height = s.options.width;
   film.pixels.resize(std::size_t(film.width) * std::size_t(film.height));
-  start_sums(film);
+  keep_exact_sums(film);
   Counts unused;
   detail::TileRenderer renderer(setup);
   for (std::uint32_t sample = 50; sample <= s.options.samples; sample += 50) {

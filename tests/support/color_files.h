@@ -26,7 +26,7 @@ inline constexpr Vec3d kColor(0.5, 0.25, 0.125);
 /// Every pixel has the colour.
 inline Film film_of(Vec3d color, ColorSpace space) {
   Film film{4, 2, 0, 0, 4, 2, std::vector<PixelSums>(8)};
-  for (PixelSums& p : film.pixels) p = {color, {}, 1, 1, 0, 0, 0};
+  for (PixelSums& p : film.pixels) p = {color, {}, 1, 1};
   film.color_space = space;
   return film;
 }

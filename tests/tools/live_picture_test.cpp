@@ -32,7 +32,7 @@ class Live : public ::testing::Test {
   Live() {
     std::ofstream(folder_.file("ball.toml")) << kBall;
     Film sky{4, 2, 0, 0, 4, 2, std::vector<PixelSums>(8)};
-    for (PixelSums& p : sky.pixels) p = {{0.2, 0.4, 0.9}, {}, 1, 1, 0, 0, 0};
+    for (PixelSums& p : sky.pixels) p = {{0.2, 0.4, 0.9}, {}, 1, 1};
     formats::write_exr(folder_.file("sky.exr"), sky, {});
   }
 

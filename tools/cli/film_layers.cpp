@@ -48,8 +48,8 @@ Plane layer_of(const Film& film, bool counted, const std::string& name) {
     if (has_row(c, name)) channels.push_back(&c);
   }
   Plane plane{.components = int(channels.size())};
-  for (const PixelSums& p : film.pixels) {
-    for (const FilmChannel* c : channels) plane.values.push_back(float(c->get(p)));
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    for (const FilmChannel* c : channels) plane.values.push_back(float(c->get(film, i)));
   }
   return plane;
 }

@@ -21,10 +21,11 @@ namespace pvol::cli {
   return fewest == film.pixels.end() ? 0 : fewest->samples;
 }
 
-/// The film without what only further samples need, a third of its size.
+/// The film without what only further samples need, less than half of its size.
 [[nodiscard]] inline Film without_sums(const Film& film) {
   Film seen = window_of(film);
   seen.pixels = film.pixels;
+  seen.counts = film.counts;
   seen.layers = film.layers;
   seen.first_sample = film.first_sample;
   return seen;

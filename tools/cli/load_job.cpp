@@ -85,11 +85,10 @@ void load_scene(const RenderOptionsGiven& o, RenderJob& job) {
 
 /// Refuses a picture that cannot fit, before its clouds are read: 40 000 million pixels are a slip.
 void require_film_memory(const RenderOptions& o) {
-  constexpr std::uint64_t kExactSums = 192;  // beside the sums of a pixel (math/reproducible_sum.h)
   const auto width = std::uint64_t(o.crop_width ? o.crop_width : o.width - o.crop_x);
   const auto height = std::uint64_t(o.crop_height ? o.crop_height : o.height - o.crop_y);
   formats::require_memory(
-      width * height * (sizeof(PixelSums) + kExactSums),
+      width * height * (sizeof(PixelSums) + sizeof(PixelRemainders)),
       fmt::format("a picture of {} x {} pixels (--crop renders a part)", width, height));
 }
 

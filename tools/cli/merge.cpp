@@ -199,7 +199,7 @@ Film empty_film(const Film& part, const FilmPiece& window) {
   }
   film.first_sample = window.begin;
   film.color_space = part.color_space;
-  start_sums(film);
+  keep_exact_sums(film);
   return film;
 }
 
@@ -223,7 +223,6 @@ Film add_up(const MergeGiven& o, const std::vector<Part>& parts, const FilmPiece
       add_part(film, rows);
     }
   });
-  for (std::size_t i = 0; i < film.pixels.size(); ++i) flush(film, i);
   return film;
 }
 

@@ -67,7 +67,7 @@ Picture describe(const cli::RenderJob& job, cli::TimedRender t) {
   picture.attributes = cli::describe_picture(job, t);
   picture.attributes.erase("pvol:key");  // of what is merged, which these are not
   picture.film = t.filtered ? std::move(t.filtered->film) : std::move(t.result.film);
-  picture.film.sums = {};
+  picture.film.remainders = {};
   return picture;
 }
 

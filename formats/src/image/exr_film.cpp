@@ -67,14 +67,14 @@ bool has(const Imf::MultiPartInputFile& in, int part, const std::string& channel
   return in.header(part).channels().findChannel(channel) != nullptr;
 }
 
-/// Sums whose mean and variance of the mean are those given.
-PixelSums to_sums(Values v, const Layout& layout) {
+/// Adds a pixel with sums whose mean and variance of the mean are those given.
+void add_pixel(Values v, const Layout& layout, Film& film) {
   if (!has_variances(layout)) v[kSamples] = 1;
-  PixelSums p;
+  const std::size_t pixel = film.pixels.size();
+  film.pixels.emplace_back();
   for (std::size_t i = 0; i < v.size(); ++i) {
-    if (layout.has(i) || i == kSamples) kFilmChannels[i].put(p, double(v[i]));
+    if (layout.has(i) || i == kSamples) kFilmChannels[i].put(film, pixel, double(v[i]));
   }
-  return p;
 }
 
 bool is_possible(std::size_t channel, float v) {
@@ -190,7 +190,7 @@ void add_block(const Block& b, const Layout& layout, Film& film) {
   for (std::size_t i = 0; i < b.values.size(); ++i) {
     const int x = film.x + int(i % b.width), y = film.y + b.begin + int(i / b.width);
     check(b.values[i], x, y);
-    film.pixels.push_back(to_sums(b.values[i], layout));
+    add_pixel(b.values[i], layout, film);
     for (std::size_t k = 0; k < b.layers.size(); ++k) {
       if (!is_finite(b.layers[k][i])) {
         throw Error("pixel (" + std::to_string(x) + ", " + std::to_string(y) + ") of the layer " +

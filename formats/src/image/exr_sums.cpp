@@ -27,9 +27,9 @@ constexpr std::size_t kMostLayers = 1 << 12;
 
 /// What adaptive sampling still wants is for samples to come.
 PlaneChoice choice_of(const Film& film, const FilmRecord& record) {
-  const auto counts = [](const PixelSums& p) { return p.counts != PixelSums{}.counts; };
+  const auto counts = [](const PixelCounts& c) { return c != PixelCounts{}; };
   const bool complete = std::ranges::all_of(record.pieces, &FilmPiece::complete);
-  return {std::ranges::any_of(film.pixels, counts), film.needs.has_value() && !complete};
+  return {std::ranges::any_of(film.counts, counts), film.needs.has_value() && !complete};
 }
 
 Json to_json(const FilmPiece& p) {
@@ -104,10 +104,7 @@ SumsHeader from_json(const Json& j) {
   for (const Json& l : j.at("layers")) {
     bool weights = false;
     h.window.layers.push_back(to_layer(l, weights));
-    // One element stands for those of the pixels.
-    h.window.sums.layers.push_back({std::vector<Sum3>(h.window.layers.back().least ? 0 : 1),
-                                    std::vector<Sum1>(weights ? 1 : 0)});
-    if (weights) h.window.layers.back().weights.resize(1);
+    if (weights) h.window.layers.back().weights.resize(1);  // stands for those of the pixels
   }
   h.choice.needs = j.contains("needs");
   if (h.choice.needs) {
@@ -135,13 +132,19 @@ void write_sums(Imf::OutputPart& out, const Film& film, const FilmRecord& record
   const std::vector<Plane> planes = planes_of(film.layers, choice_of(film, record));
   const auto width = std::size_t(film.crop_width);
   std::vector<std::uint32_t> block(width * kZipRows * planes.size());
+  PixelRecord pixel = empty_record(film.layers);
   for (int begin = 0; begin < film.crop_height; begin += kZipRows) {
     const int rows = std::min(kZipRows, film.crop_height - begin);
     const std::size_t first = film.index(0, begin), count = width * std::size_t(rows);
+    for (std::size_t i = 0; i < count; ++i) {
+      load(film, first + i, pixel);
+      for (std::size_t k = 0; k < planes.size(); ++k) {
+        block[k * width * kZipRows + i] = planes[k].get(pixel);
+      }
+    }
     Imf::FrameBuffer buffer;
     for (std::size_t k = 0; k < planes.size(); ++k) {
       std::uint32_t* const plane = block.data() + k * width * kZipRows;
-      for (std::size_t i = 0; i < count; ++i) plane[i] = planes[k].get(film, first + i);
       buffer.insert(planes[k].name, Imf::Slice::Make(Imf::UINT, plane, {film.x, film.y + begin},
                                                      film.crop_width, rows));
     }

@@ -50,9 +50,8 @@ std::vector<Group> groups_of(const Film& film, const ExrOptions& o) {
     Group& g = c.aov ? group_named(groups, row(*c.aov).name, row(*c.aov).colour)
                      : group_named(groups, detail::kColourPart, true);
     const bool opaque = o.opaque && std::string_view(c.name) == "A";
-    g.channels.push_back({c.name, [&film, &c, opaque](std::size_t i) {
-                            return opaque ? 1.0 : c.get(film.pixels[i]);
-                          }});
+    g.channels.push_back(
+        {c.name, [&film, &c, opaque](std::size_t i) { return opaque ? 1.0 : c.get(film, i); }});
   };
   for (const FilmChannel& c : kFilmChannels) {
     if (!c.aov) add(c);

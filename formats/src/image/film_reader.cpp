@@ -50,7 +50,7 @@ auto naming_picture(const std::filesystem::path& file, const Work& work) {
 }
 
 /// A film of some rows of a window, all 0.
-Film empty_rows(const Film& window, int begin, int count) {
+Film empty_rows(const Film& window, int begin, int count, bool counts) {
   Film f = window;
   f.y += begin, f.crop_height = count;
   f.pixels.resize(std::size_t(f.crop_width) * std::size_t(count));
@@ -58,7 +58,8 @@ Film empty_rows(const Film& window, int begin, int count) {
     f.layers[k].sums.resize(f.pixels.size());
     if (!f.layers[k].weights.empty()) f.layers[k].weights.resize(f.pixels.size());
   }
-  start_sums(f);
+  keep_exact_sums(f);
+  if (counts) f.counts.resize(f.pixels.size());
   if (f.needs) f.needs->share.resize(f.pixels.size());
   return f;
 }
@@ -87,7 +88,7 @@ struct FilmReader::State {
   }
 
   [[nodiscard]] Film rows(int begin, int count) {
-    Film film = empty_rows(header.window, begin, count);
+    Film film = empty_rows(header.window, begin, count, header.choice.counts);
     std::vector<std::vector<std::uint32_t>> block(planes.size());
     Imf::FrameBuffer buffer;
     for (std::size_t k = 0; k < planes.size(); ++k) {
@@ -98,12 +99,10 @@ struct FilmReader::State {
     Imf::InputPart input(in, part);
     input.setFrameBuffer(buffer);
     input.readPixels(film.y, film.y + count - 1);
-    for (std::size_t k = 0; k < planes.size(); ++k) {
-      for (std::size_t i = 0; i < film.pixels.size(); ++i) planes[k].put(film, i, block[k][i]);
-    }
+    detail::PixelRecord pixel = detail::empty_record(film.layers);
     for (std::size_t i = 0; i < film.pixels.size(); ++i) {
-      detail::check_sums(film, i);
-      flush(film, i);
+      for (std::size_t k = 0; k < planes.size(); ++k) planes[k].put(pixel, block[k][i]);
+      detail::store(pixel, i, film);
     }
     return film;
   }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -14,19 +15,17 @@ namespace {
 template <class At>
 void add_halves(std::vector<Plane>& planes, const std::string& name, const At& at) {
   const auto low = [](std::int64_t v) { return std::int32_t(std::uint32_t(std::uint64_t(v))); };
-  planes.push_back({name + "l",
-                    [=](const Film& f, std::size_t i) { return std::uint32_t(low(at(f, i))); },
-                    [=](Film& f, std::size_t i, std::uint32_t bits) {
-                      at(f, i) = std::int64_t(std::int32_t(bits));
-                    }});
+  planes.push_back(
+      {name + "l", [=](const PixelRecord& p) { return std::uint32_t(low(at(p))); },
+       [=](PixelRecord& p, std::uint32_t bits) { at(p) = std::int64_t(std::int32_t(bits)); }});
   planes.push_back({name + "h",
-                    [=](const Film& f, std::size_t i) {
-                      const std::int64_t v = at(f, i);
+                    [=](const PixelRecord& p) {
+                      const std::int64_t v = at(p);
                       const auto rest = std::uint64_t(v) - std::uint64_t(std::int64_t(low(v)));
                       return std::uint32_t(rest >> 32);
                     },
-                    [=](Film& f, std::size_t i, std::uint32_t bits) {
-                      std::int64_t& v = at(f, i);
+                    [=](PixelRecord& p, std::uint32_t bits) {
+                      std::int64_t& v = at(p);
                       v = std::int64_t(std::uint64_t(v) + (std::uint64_t(bits) << 32));
                     }});
 }
@@ -34,42 +33,40 @@ void add_halves(std::vector<Plane>& planes, const std::string& name, const At& a
 /// The first `channels` of a sum.
 template <class At>
 void add_sum(std::vector<Plane>& planes, const std::string& name, int channels, const At& at) {
-  using Sum = std::remove_cvref_t<decltype(at(std::declval<Film&>(), 0))>;
+  using Sum = std::remove_cvref_t<decltype(at(std::declval<PixelRecord&>()))>;
   for (int c = 0; c < channels; ++c) {
     for (int d = 0; d < Sum::kDigits; ++d) {
       add_halves(
-          planes, fmt::format("{}_{}{}", name, c, d), [=](auto& f, std::size_t i) -> auto& {
-            return at(f, i).digits[std::size_t(d)][std::size_t(c)];
+          planes, fmt::format("{}_{}{}", name, c, d), [=](auto& p) -> auto& {
+            return at(p).digits[std::size_t(d)][std::size_t(c)];
           });
     }
   }
-  planes.push_back(
-      {name + "_level",
-       [=](const Film& f, std::size_t i) { return std::uint32_t(at(f, i).level - Sum::kLowest); },
-       [=](Film& f, std::size_t i, std::uint32_t bits) {
-         if (bits > std::uint32_t(Sum::kHighest - Sum::kLowest)) {
-           throw Error(name + "_level holds an impossible number; the file is damaged");
-         }
-         at(f, i).level = std::int8_t(int(bits) + Sum::kLowest);
-       }});
+  planes.push_back({name + "_level",
+                    [=](const PixelRecord& p) { return std::uint32_t(at(p).level - Sum::kLowest); },
+                    [=](PixelRecord& p, std::uint32_t bits) {
+                      if (bits > std::uint32_t(Sum::kHighest - Sum::kLowest)) {
+                        throw Error(name +
+                                    "_level holds an impossible number; the file is damaged");
+                      }
+                      at(p).level = std::int8_t(int(bits) + Sum::kLowest);
+                    }});
 }
 
 /// A double to the bit.
 template <class At>
 void add_double(std::vector<Plane>& planes, const std::string& name, const At& at) {
   const auto bits_of = [](double v) { return std::bit_cast<std::uint64_t>(v); };
-  planes.push_back({name + "l",
-                    [=](const Film& f, std::size_t i) { return std::uint32_t(bits_of(at(f, i))); },
-                    [=](Film& f, std::size_t i, std::uint32_t bits) {
-                      at(f, i) = std::bit_cast<double>(std::uint64_t(bits));
+  planes.push_back({name + "l", [=](const PixelRecord& p) { return std::uint32_t(bits_of(at(p))); },
+                    [=](PixelRecord& p, std::uint32_t bits) {
+                      at(p) = std::bit_cast<double>(std::uint64_t(bits));
                     }});
-  planes.push_back(
-      {name + "h",
-       [=](const Film& f, std::size_t i) { return std::uint32_t(bits_of(at(f, i)) >> 32); },
-       [=](Film& f, std::size_t i, std::uint32_t bits) {
-         double& v = at(f, i);
-         v = std::bit_cast<double>(bits_of(v) + (std::uint64_t(bits) << 32));
-       }});
+  planes.push_back({name + "h",
+                    [=](const PixelRecord& p) { return std::uint32_t(bits_of(at(p)) >> 32); },
+                    [=](PixelRecord& p, std::uint32_t bits) {
+                      double& v = at(p);
+                      v = std::bit_cast<double>(bits_of(v) + (std::uint64_t(bits) << 32));
+                    }});
 }
 
 void add_layer(std::vector<Plane>& planes, std::size_t k, const Layer& layer) {
@@ -78,17 +75,40 @@ void add_layer(std::vector<Plane>& planes, std::size_t k, const Layer& layer) {
   if (layer.least) {
     for (int c = 0; c < channels; ++c) {
       add_double(planes, fmt::format("{}_{}", name, c),
-                 [=](auto& f, std::size_t i) -> decltype(auto) { return f.layers[k].sums[i][c]; });
+                 [=](auto& p) -> decltype(auto) { return p.least[k][c]; });
     }
     return;
   }
   add_sum(
-      planes, name,
-      channels, [=](auto& f, std::size_t i) -> auto& { return f.sums.layers[k].sums[i]; });
+      planes, name, channels, [=](auto& p) -> auto& { return p.sums.layers[k].sum; });
   if (layer.weights.empty()) return;
   add_sum(
-      planes, name + "_weight",
-      1, [=](auto& f, std::size_t i) -> auto& { return f.sums.layers[k].weights[i]; });
+      planes, name + "_weight", 1, [=](auto& p) -> auto& { return p.sums.layers[k].weight; });
+}
+
+void add_counts(std::vector<Plane>& planes) {
+  for (std::size_t c = 0; c < kPixelCounts.size(); ++c) {
+    const std::string name = fmt::format("count{}_", c);
+    for (const int shift : {0, 32}) {
+      planes.push_back({name + (shift == 0 ? "l" : "h"),
+                        [=](const PixelRecord& p) { return std::uint32_t(p.counts[c] >> shift); },
+                        [=](PixelRecord& p, std::uint32_t bits) {
+                          const std::uint64_t low = shift == 0 ? 0 : p.counts[c];
+                          p.counts[c] = low | std::uint64_t(bits) << shift;
+                        }});
+    }
+  }
+}
+
+void add_share(std::vector<Plane>& planes) {
+  planes.push_back({"share",
+                    [](const PixelRecord& p) { return std::bit_cast<std::uint32_t>(p.share); },
+                    [](PixelRecord& p, std::uint32_t bits) {
+                      p.share = std::bit_cast<float>(bits);
+                      if (!std::isfinite(p.share) || p.share < 0) {
+                        throw Error("share holds an impossible number; the file is damaged");
+                      }
+                    }});
 }
 
 /// Whether so many terms can have this sum.
@@ -100,65 +120,68 @@ bool is_possible(const ReproducibleSum<kSize>& sum, std::uint32_t terms) {
       if (std::abs(double(d)) > most) return false;
     }
   }
+  for (int c = 0; c < kSize; ++c) {
+    if (!std::isfinite(sum.value(c))) return false;
+  }
   return true;
+}
+
+bool is_possible(const PixelRecord& p) {
+  const auto sums_ok = [&](const auto&... sums) { return (is_possible(sums, p.samples) && ...); };
+  return sums_ok(p.sums.light, p.sums.squares, p.sums.alpha) &&
+         std::ranges::all_of(p.sums.layers,
+                             [&](const auto& l) { return sums_ok(l.sum, l.weight); }) &&
+         std::ranges::all_of(p.least, [](Vec3d v) { return is_finite(v); });
 }
 
 }  // namespace
 
 std::vector<Plane> planes_of(const std::vector<Layer>& layers, PlaneChoice choice) {
   std::vector<Plane> planes;
-  planes.push_back({"samples", [](const Film& f, std::size_t i) { return f.pixels[i].samples; },
-                    [](Film& f, std::size_t i, std::uint32_t n) { f.pixels[i].samples = n; }});
+  planes.push_back({"samples", [](const PixelRecord& p) { return p.samples; },
+                    [](PixelRecord& p, std::uint32_t n) { p.samples = n; }});
   add_sum(
-      planes, "light", 3, [](auto& f, std::size_t i) -> auto& { return f.sums.pixels[i].light; });
+      planes, "light", 3, [](auto& p) -> auto& { return p.sums.light; });
   add_sum(
-      planes, "squares", 3,
-      [](auto& f, std::size_t i) -> auto& { return f.sums.pixels[i].squares; });
+      planes, "squares", 3, [](auto& p) -> auto& { return p.sums.squares; });
   add_sum(
-      planes, "alpha", 1, [](auto& f, std::size_t i) -> auto& { return f.sums.pixels[i].alpha; });
+      planes, "alpha", 1, [](auto& p) -> auto& { return p.sums.alpha; });
   for (std::size_t k = 0; k < layers.size(); ++k) add_layer(planes, k, layers[k]);
-  for (std::size_t c = 0; c < kPixelCounts.size() && choice.counts; ++c) {
-    const std::string name = fmt::format("count{}_", c);
-    for (const int shift : {0, 32}) {
-      planes.push_back({name + (shift == 0 ? "l" : "h"),
-                        [=](const Film& f, std::size_t i) {
-                          return std::uint32_t(f.pixels[i].counts[c] >> shift);
-                        },
-                        [=](Film& f, std::size_t i, std::uint32_t bits) {
-                          f.pixels[i].counts[c] |= std::uint64_t(bits) << shift;
-                        }});
-    }
-  }
-  if (choice.needs) {
-    planes.push_back({"share",
-                      [](const Film& f, std::size_t i) {
-                        return std::bit_cast<std::uint32_t>(f.needs->share[i]);
-                      },
-                      [](Film& f, std::size_t i, std::uint32_t bits) {
-                        const auto share = std::bit_cast<float>(bits);
-                        if (!std::isfinite(share) || share < 0) {
-                          throw Error("share holds an impossible number; the file is damaged");
-                        }
-                        f.needs->share[i] = share;
-                      }});
-  }
+  if (choice.counts) add_counts(planes);
+  if (choice.needs) add_share(planes);
   return planes;
 }
 
-void check_sums(const Film& film, std::size_t pixel) {
-  const std::uint32_t n = film.pixels[pixel].samples;
-  const ExactPixel& p = film.sums.pixels[pixel];
-  bool ok = is_possible(p.light, n) && is_possible(p.squares, n) && is_possible(p.alpha, n);
-  for (const ExactLayer& layer : film.sums.layers) {
-    if (!layer.sums.empty()) ok = ok && is_possible(layer.sums[pixel], n);
-    if (!layer.weights.empty()) ok = ok && is_possible(layer.weights[pixel], n);
+PixelRecord empty_record(const std::vector<Layer>& layers) {
+  PixelRecord p;
+  p.sums.layers.resize(layers.size()), p.least.resize(layers.size());
+  return p;
+}
+
+void load(const Film& film, std::size_t pixel, PixelRecord& to) {
+  to.samples = film.pixels[pixel].samples;
+  load_sums(film, pixel, to.sums);
+  to.least.resize(film.layers.size());
+  for (std::size_t k = 0; k < film.layers.size(); ++k) {
+    if (film.layers[k].least) to.least[k] = film.layers[k].sums[pixel];
   }
-  for (const Layer& layer : film.layers) {
-    if (layer.least) ok = ok && is_finite(layer.sums[pixel]);
+  if (!film.counts.empty()) to.counts = film.counts[pixel];
+  if (film.needs) to.share = film.needs->share[pixel];
+}
+
+void store(const PixelRecord& from, std::size_t pixel, Film& film) {
+  if (!is_possible(from)) {
+    throw Error(fmt::format("pixel {} has sums that {} samples cannot have; the file is damaged",
+                            pixel, from.samples));
   }
-  if (ok) return;
-  throw Error(
-      fmt::format("pixel {} has sums that {} samples cannot have; the file is damaged", pixel, n));
+  film.pixels[pixel].samples = from.samples;
+  make_room(from.samples, film);
+  store_sums(from.sums, pixel, film);
+  for (std::size_t k = 0; k < film.layers.size(); ++k) {
+    if (film.layers[k].least) film.layers[k].sums[pixel] = from.least[k];
+  }
+  if (!film.counts.empty()) film.counts[pixel] = from.counts;
+  if (film.needs) film.needs->share[pixel] = from.share;
 }
 
 }  // namespace pvol::formats::detail

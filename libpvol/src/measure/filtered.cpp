@@ -38,7 +38,8 @@ double squared_error(const Film& reference, const Colour& colour) {
 /// A film whose samples are the filtered pictures.
 Film film_of(std::span<const FilterTrial> trials) {
   Film film = trials.front().film;
-  film.layers.clear();
+  film.layers.clear(), film.counts.clear();
+  film.remainders = {};
   for (std::size_t i = 0; i < film.pixels.size(); ++i) {
     PixelSums p;
     for (const FilterTrial& t : trials) {

@@ -14,11 +14,15 @@ constexpr double kMostStops = 60;
 
 double difference(const PixelSums& a, const PixelSums& b) { return luminance(mean(a) - mean(b)); }
 
+/// In a film's pixels, for each of something that they have so many of; 0 where that is none.
 template <class F>
-std::vector<double> by_pixel(const Film& film, F f) {
+std::vector<double> lookups_for_each(const Film& film, const F& number) {
   std::vector<double> values;
   values.reserve(film.pixels.size());
-  for (const PixelSums& p : film.pixels) values.push_back(f(p));
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    const double n = double(number(i));
+    values.push_back(n > 0 ? double(film.count(i, PixelCounter::lookups)) / n : 0);
+  }
   return values;
 }
 
@@ -58,7 +62,8 @@ std::vector<double> block_differences(const Film& a, const Film& b, int edge) {
 
 Film difference_film(const Film& a, const Film& b) {
   Film d = a;
-  d.layers.clear();
+  d.layers.clear(), d.counts.clear();
+  d.remainders = {};
   for (std::size_t i = 0; i < d.pixels.size(); ++i) {
     const PixelSums &pa = a.pixels[i], &pb = b.pixels[i];
     PixelSums& p = d.pixels[i];
@@ -73,17 +78,12 @@ Film difference_film(const Film& a, const Film& b) {
 }
 
 std::vector<double> lookups_per_sample(const Film& film) {
-  return by_pixel(film, [](const PixelSums& p) {
-    return p.samples > 0 ? double(p.count(PixelCounter::lookups)) / double(p.samples) : 0;
-  });
+  return lookups_for_each(film, [&](std::size_t i) { return film.pixels[i].samples; });
 }
 
 std::vector<double> lookups_per_collision(const Film& film) {
-  return by_pixel(film, [](const PixelSums& p) {
-    return p.count(PixelCounter::collisions) > 0
-               ? double(p.count(PixelCounter::lookups)) / double(p.count(PixelCounter::collisions))
-               : 0;
-  });
+  return lookups_for_each(film,
+                          [&](std::size_t i) { return film.count(i, PixelCounter::collisions); });
 }
 
 double quantile(std::vector<double> values, double share) {

@@ -133,7 +133,7 @@ void write_film(const fs::path& file, bool multipart) {
     p.sum = Vec3d(double(i));
     p.sum_squares = Vec3d(double(i * i));
     p.alpha = 2;
-    p.counts.fill(std::uint64_t(i));
+    film.counts.emplace_back().fill(std::uint64_t(i));
     film.pixels.push_back(p);
     for (Layer& layer : film.layers) layer.sums.emplace_back(0.5 * i);
   }

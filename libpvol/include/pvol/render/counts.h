@@ -68,4 +68,7 @@ inline constexpr std::array kPixelCounts = std::to_array<PixelCount>({
     {"collisions", [](const Counts& c) { return c.collisions; }},
 });
 
+/// Totals over the samples of a pixel, by PixelCounter.
+using PixelCounts = std::array<std::uint64_t, kPixelCounts.size()>;
+
 }  // namespace pvol

@@ -1,7 +1,6 @@
 // The picture with its statistics.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -22,10 +21,6 @@ struct PixelSums {
   Vec3d sum_squares;  ///< of radiance squared, by channel
   double alpha = 0;   ///< of 1 - transmittance
   std::uint32_t samples = 0;
-  /// Totals by PixelCounter; 0 where counting was off.
-  std::array<std::uint64_t, kPixelCounts.size()> counts{};
-
-  [[nodiscard]] std::uint64_t count(PixelCounter c) const { return counts[std::size_t(c)]; }
 };
 
 /// What a film keeps of each pixel beside its own sums, such as the light of one source.
@@ -50,11 +45,12 @@ struct Film {
   int x = 0, y = 0;                     ///< upper left corner of the rectangle in the image
   int crop_width = 0, crop_height = 0;  ///< of the rectangle
   std::vector<PixelSums> pixels;        ///< crop_width * crop_height
+  std::vector<PixelCounts> counts{};    ///< of each pixel; empty where counting was off
   std::vector<Layer> layers{};          ///< where they were asked for
   DeepFilm deep{};                      ///< likewise; always of what is before the background
   std::uint32_t first_sample = 0;       ///< number of the first one of each pixel
-  /// Of films that were rendered: what the sums of `pixels` and `layers` are rounded from.
-  FilmSums sums{};
+  /// Of films that were rendered: what rounding the sums of `pixels` and `layers` left.
+  FilmRemainders remainders{};
   std::optional<AdaptiveSamples> needs{};  ///< adaptive samples, after the pilot
   ColorSpace color_space = ColorSpace::rec709;
 
@@ -62,6 +58,10 @@ struct Film {
     return std::size_t(py) * std::size_t(crop_width) + std::size_t(px);
   }
   [[nodiscard]] const PixelSums& at(int px, int py) const { return pixels[index(px, py)]; }
+  /// What a pixel's samples took; 0 where counting was off.
+  [[nodiscard]] std::uint64_t count(std::size_t pixel, PixelCounter c) const {
+    return counts.empty() ? 0 : counts[pixel][std::size_t(c)];
+  }
 };
 
 /// A film of the rectangle and the colour space of another, without pixels.
@@ -112,24 +112,30 @@ struct Film {
   return brightness * brightness + least * least;
 }
 
-/// Gives a film sums of its size and layers, all 0.
-void start_sums(Film& film);
+/// Gives a film remainders of its size and layers: its sums are exact, and can be added to.
+void keep_exact_sums(Film& film);
 
-/// Rounds what `sums` has of a pixel to its double sums, and those of the layers.
-void flush(Film& film, std::size_t pixel);
+/// Makes room for so many samples in a pixel; not while others store sums.
+void make_room(std::uint32_t samples, Film& film);
+
+/// The exact sums of a pixel of a film that has remainders.
+void load_sums(const Film& film, std::size_t pixel, ExactSums& sums);
+
+/// Sets what the film has of a pixel, and of its layers there but for least values. There must be
+/// room for as many samples as were added.
+void store_sums(const ExactSums& sums, std::size_t pixel, Film& film);
 
 /// The part of a film that a rectangle of the image has, which lies in that of the film; without
 /// bins of depth and needs.
 [[nodiscard]] Film crop_of(const Film& film, int x, int y, int width, int height);
 
 /// Adds the samples of a film that is a part of the same image, lies in this one's, and has the
-/// same layers, both with `sums`; the doubles of `to` are left for `flush`. Throws Error for
-/// others.
+/// same layers, both with exact sums. Throws Error for others.
 void add_part(Film& to, const Film& part);
 
 /// Adds the samples of a film of the same size, with the same layers and bins of depth, and with
-/// other random numbers. Throws Error for others. Films with `sums` give the same bits in any order
-/// and grouping.
+/// other random numbers. Throws Error for others. Films with exact sums give the same bits in any
+/// order and grouping.
 void add_samples(Film& to, const Film& from);
 
 }  // namespace pvol

@@ -15,9 +15,9 @@ namespace pvol {
 struct FilmChannel {
   const char* name;
   std::optional<Aov> aov;  ///< what has to be asked for; nothing for colour and alpha
-  double (*get)(const PixelSums&);
+  double (*get)(const Film&, std::size_t pixel);
   /// Comes after that of the channels before it in the table, `samples` first.
-  void (*put)(PixelSums&, double value);
+  void (*put)(Film&, std::size_t pixel, double value);
   bool positive = true;            ///< whether values are never negative
   bool number = false;             ///< of samples, or of something counted
   const char* old_name = nullptr;  ///< in files of versions before there were AOVs
@@ -35,8 +35,9 @@ template <int kAxis>
 [[nodiscard]] constexpr FilmChannel radiance_channel(const char* name) {
   return {.name = name,
           .aov = {},
-          .get = [](const PixelSums& p) { return mean(p)[kAxis]; },
-          .put = [](PixelSums& p, double v) { p.sum[kAxis] = total(p, v); },
+          .get = [](const Film& f, std::size_t i) { return mean(f.pixels[i])[kAxis]; },
+          .put = [](Film& f, std::size_t i,
+                    double v) { f.pixels[i].sum[kAxis] = total(f.pixels[i], v); },
           .positive = false};
 }
 
@@ -44,9 +45,10 @@ template <int kAxis>
 [[nodiscard]] constexpr FilmChannel variance_channel(const char* name) {
   return {.name = name,
           .aov = Aov::variance,
-          .get = [](const PixelSums& p) { return variance_of_mean(p)[kAxis]; },
+          .get = [](const Film& f, std::size_t i) { return variance_of_mean(f.pixels[i])[kAxis]; },
           .put =
-              [](PixelSums& p, double v) {
+              [](Film& f, std::size_t i, double v) {
+                PixelSums& p = f.pixels[i];
                 const double n = p.samples, sum = p.sum[kAxis];
                 if (n > 0) p.sum_squares[kAxis] = v * (n * (n - 1)) + sum * sum / n;
               }};
@@ -54,12 +56,16 @@ template <int kAxis>
 
 template <PixelCounter kCounter>
 [[nodiscard]] constexpr FilmChannel count_channel(const char* name, Aov aov, const char* old_name) {
-  constexpr auto k = std::size_t(kCounter);
   return {
       .name = name,
       .aov = aov,
-      .get = [](const PixelSums& p) { return per_sample(p, double(p.counts[k])); },
-      .put = [](PixelSums& p, double v) { p.counts[k] = std::uint64_t(std::llround(total(p, v))); },
+      .get = [](const Film& f,
+                std::size_t i) { return per_sample(f.pixels[i], double(f.count(i, kCounter))); },
+      .put =
+          [](Film& f, std::size_t i, double v) {
+            f.counts.resize(f.pixels.size());
+            f.counts[i][std::size_t(kCounter)] = std::uint64_t(std::llround(total(f.pixels[i], v)));
+          },
       .number = true,
       .old_name = old_name};
 }
@@ -69,8 +75,9 @@ template <PixelCounter kCounter>
 inline constexpr std::array kFilmChannels = std::to_array<FilmChannel>({
     {.name = "samples.Y",
      .aov = Aov::samples,
-     .get = [](const PixelSums& p) { return double(p.samples); },
-     .put = [](PixelSums& p, double v) { p.samples = std::uint32_t(std::lround(v)); },
+     .get = [](const Film& f, std::size_t i) { return double(f.pixels[i].samples); },
+     .put = [](Film& f, std::size_t i,
+               double v) { f.pixels[i].samples = std::uint32_t(std::lround(v)); },
      .number = true,
      .old_name = "samples"},
     detail::radiance_channel<0>("R"),
@@ -79,13 +86,18 @@ inline constexpr std::array kFilmChannels = std::to_array<FilmChannel>({
     // 1 - transmittance; files may have 1 for it where a background is seen.
     {.name = "A",
      .aov = {},
-     .get = [](const PixelSums& p) { return per_sample(p, p.alpha); },
-     .put = [](PixelSums& p, double v) { p.alpha = total(p, v); },
+     .get = [](const Film& f, std::size_t i) { return per_sample(f.pixels[i], f.pixels[i].alpha); },
+     .put = [](Film& f, std::size_t i, double v) { f.pixels[i].alpha = total(f.pixels[i], v); },
      .positive = false},
     {.name = "transmittance.Y",
      .aov = Aov::transmittance,
-     .get = [](const PixelSums& p) { return per_sample(p, p.samples - p.alpha); },
-     .put = [](PixelSums& p, double v) { p.alpha = p.samples - total(p, v); },
+     .get =
+         [](const Film& f, std::size_t i) {
+           const PixelSums& p = f.pixels[i];
+           return per_sample(p, p.samples - p.alpha);
+         },
+     .put = [](Film& f, std::size_t i,
+               double v) { f.pixels[i].alpha = f.pixels[i].samples - total(f.pixels[i], v); },
      .positive = false},
     detail::variance_channel<0>("variance.R"),
     detail::variance_channel<1>("variance.G"),

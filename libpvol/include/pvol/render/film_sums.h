@@ -2,35 +2,59 @@
 // give the same bits (THEORY.md, T5.20).
 #pragma once
 
-#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "pvol/math/reproducible_sum.h"
 
 namespace pvol {
 
-/// Over the samples of a pixel.
-struct ExactPixel {
+/// Samples of a pixel whose sums are kept in less space than their digits take.
+inline constexpr std::uint32_t kMostPacked = Sum1::kMostPacked;
+
+/// Over the samples of a pixel, as they are added up.
+struct ExactSums {
+  struct OfLayer {
+    Sum3 sum;
+    Sum1 weight;
+    friend bool operator==(const OfLayer&, const OfLayer&) = default;
+  };
+
   Sum3 light, squares;  ///< of radiance, and of its square by channel
   Sum1 alpha;           ///< of 1 - transmittance
-  friend bool operator==(const ExactPixel&, const ExactPixel&) = default;
+  /// As in Film::layers; 0 where a layer has least values, which know no order anyway, and weights
+  /// where it has none.
+  std::vector<OfLayer> layers{};
+
+  /// Adds those of the same layers.
+  void merge(const ExactSums& other);
+  friend bool operator==(const ExactSums&, const ExactSums&) = default;
 };
 
-/// Of a layer's pixels, as in Layer; both empty where the layer has least values, which know no
-/// order anyway.
-struct ExactLayer {
-  std::vector<Sum3> sums{};
-  std::vector<Sum1> weights{};
-  friend bool operator==(const ExactLayer&, const ExactLayer&) = default;
+/// What a pixel's exact sums have beside its PixelSums, which are rounded from them. Of up to
+/// kMostPacked samples.
+struct PixelRemainders {
+  Sum3::Remainder light, squares;
+  Sum1::Remainder alpha;
+  friend bool operator==(const PixelRemainders&, const PixelRemainders&) = default;
 };
 
-/// Those of a film; empty in films that nobody rendered.
-struct FilmSums {
-  std::vector<ExactPixel> pixels{};
-  std::vector<ExactLayer> layers{};
+/// Likewise of a layer's pixels; both empty where the layer has least values.
+struct LayerRemainders {
+  std::vector<Sum3::Remainder> sums{};
+  std::vector<Sum1::Remainder> weights{};
+  friend bool operator==(const LayerRemainders&, const LayerRemainders&) = default;
+};
 
-  [[nodiscard]] bool empty() const { return pixels.empty(); }
-  friend bool operator==(const FilmSums&, const FilmSums&) = default;
+/// What the exact sums of a film have beside its own; empty in films that nobody rendered.
+struct FilmRemainders {
+  std::vector<PixelRemainders> pixels{};
+  std::vector<LayerRemainders> layers{};
+  /// Instead of both, where a pixel has or soon has more samples: all sums of each pixel.
+  std::vector<ExactSums> whole{};
+
+  [[nodiscard]] bool empty() const { return pixels.empty() && whole.empty(); }
+  friend bool operator==(const FilmRemainders&, const FilmRemainders&) = default;
 };
 
 }  // namespace pvol

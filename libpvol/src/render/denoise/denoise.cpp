@@ -228,6 +228,7 @@ void add_layer(Film& film, const char* name, const char* components, const F& of
 
 Film with_colour(const Film& film, const Denoised& d) {
   Film out = film;
+  out.remainders = {};
   add_layer(out, "noisy", "RGB", [](const PixelSums& p) { return mean(p); });
   add_layer(out, "noisy_variance", "XYZ", variance_of_mean);
   for (const FilteredLayer& f : d.layers) {

@@ -28,6 +28,7 @@ namespace {
 
 using detail::count_samples;
 using detail::have_same_window;
+using detail::keep_counts;
 using detail::make_film;
 using detail::Passes;
 using detail::PathSetup;
@@ -40,14 +41,13 @@ using detail::Workers;
 Film continued(Film fresh, Film earlier) {
   if (earlier.pixels.empty()) return fresh;
   bool same = have_same_window(fresh, earlier) && earlier.color_space == fresh.color_space &&
-              earlier.sums.pixels.size() == fresh.pixels.size() &&
+              !earlier.remainders.empty() && earlier.pixels.size() == fresh.pixels.size() &&
               earlier.layers.size() == fresh.layers.size() &&
-              earlier.sums.layers.size() == fresh.layers.size() &&
               earlier.first_sample == fresh.first_sample && fresh.deep.pixels.empty();
   for (std::size_t k = 0; same && k < fresh.layers.size(); ++k) {
     same = earlier.layers[k].name == fresh.layers[k].name &&
-           earlier.sums.layers[k].sums.size() == fresh.sums.layers[k].sums.size() &&
-           earlier.sums.layers[k].weights.size() == fresh.sums.layers[k].weights.size();
+           earlier.layers[k].sums.size() == fresh.layers[k].sums.size() &&
+           earlier.layers[k].weights.size() == fresh.layers[k].weights.size();
     earlier.layers[k].least = fresh.layers[k].least;
   }
   if (same) return earlier;
@@ -150,6 +150,7 @@ void check_sample_numbers(const RenderOptions& o) {
 void begin_film(const PathSetup& setup, Film earlier, Passes& passes, Reporter& reporter,
                 Film& film) {
   film = continued(make_film(setup), std::move(earlier));
+  if (setup.count) keep_counts(film);
   passes.resume(film);
   reporter.add(count_samples(film, {0, 0, film.crop_width, film.crop_height}));
 }
@@ -171,7 +172,7 @@ bool render_passes(const Job& job, Passes& passes, Reporter& reporter, RenderRes
   // Adaptive samples follow costs, too: their pilot is counted.
   const bool counts_pilot = adaptive && !job.setup.count && !film.needs;
   std::optional<PathSetup> counted;
-  if (counts_pilot) counted.emplace(job.setup).count = true;
+  if (counts_pilot) counted.emplace(job.setup).count = true, keep_counts(film);
   std::optional<PassRenderer> renderer;
   renderer.emplace(counted ? *counted : job.setup);
   std::optional<SampleTargets> targets;
@@ -180,6 +181,7 @@ bool render_passes(const Job& job, Passes& passes, Reporter& reporter, RenderRes
     if (any && job.callbacks.pass_done) job.callbacks.pass_done(film);
     reporter.expect(passes.total());
     if (counts_pilot && !targets->each.empty()) renderer.emplace(job.setup);
+    make_room(targets->most(), film);
     for (;;) {
       job.arena.execute([&] { renderer->render(*targets, job.threads, film, reporter); });
       if (reporter.stop() || reaches(film, *targets)) break;
@@ -190,9 +192,7 @@ bool render_passes(const Job& job, Passes& passes, Reporter& reporter, RenderRes
   if (job.setup.count) result.counts = renderer->counts();
   // The pilot's counts are no longer wanted once the needs are known.
   const bool pilot = adaptive && !film.needs;
-  if (!job.setup.count && !pilot) {
-    for (PixelSums& p : film.pixels) p.counts = {};
-  }
+  if (!job.setup.count && !pilot) film.counts = {};
   return !targets;
 }
 
@@ -242,8 +242,8 @@ RenderResult resume(const RenderPlan& plan, Film earlier, const RenderCallbacks&
   const RenderOptions& o = plan.scene.options;
   check_sample_numbers(o);
   RenderResult result;
-  result.film = make_film(o);
-  Passes passes(o, result.film.pixels.size());
+  const detail::ImagePart part = detail::image_part(o);
+  Passes passes(o, std::size_t(part.width) * std::size_t(part.height));
   Reporter reporter(callbacks, passes.total());
   Workers workers(o.threads);
   PathSetup setup(plan);

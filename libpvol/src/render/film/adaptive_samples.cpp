@@ -122,12 +122,12 @@ std::vector<float> sample_costs(const Film& film) {
   const WalkCosts c;
   std::vector<float> all;
   all.reserve(film.pixels.size());
-  for (const PixelSums& p : film.pixels) {
-    const auto count = [&](PixelCounter of) { return double(p.count(of)); };
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    const auto count = [&](PixelCounter of) { return double(film.count(i, of)); };
     const double work = kCollision * count(PixelCounter::collisions) +
                         c.segment * count(PixelCounter::segments) +
                         (c.lookup + c.tentative) * count(PixelCounter::lookups);
-    all.push_back(float(kSampleCost + work / p.samples));
+    all.push_back(float(kSampleCost + work / film.pixels[i].samples));
   }
   return all;
 }

@@ -15,21 +15,30 @@ void add(Layer& to, const Layer& from) {
   for (std::size_t i = 0; i < to.weights.size(); ++i) to.weights[i] += from.weights[i];
 }
 
-/// Adds pixel j of some sums to pixel i.
-void merge(FilmSums& to, std::size_t i, const FilmSums& from, std::size_t j) {
-  to.pixels[i].light.merge(from.pixels[j].light);
-  to.pixels[i].squares.merge(from.pixels[j].squares);
-  to.pixels[i].alpha.merge(from.pixels[j].alpha);
-  for (std::size_t k = 0; k < to.layers.size(); ++k) {
-    ExactLayer& layer = to.layers[k];
-    if (!layer.sums.empty()) layer.sums[i].merge(from.layers[k].sums[j]);
-    if (!layer.weights.empty()) layer.weights[i].merge(from.layers[k].weights[j]);
+/// Adds pixel j of a film with the same layers to pixel i, both with exact sums.
+class PixelAdder {
+ public:
+  void add(const Film& from, std::size_t j, Film& to, std::size_t i) {
+    load_sums(from, j, more_);
+    load_sums(to, i, sums_);
+    sums_.merge(more_);
+    to.pixels[i].samples += from.pixels[j].samples;
+    make_room(to.pixels[i].samples, to);
+    store_sums(sums_, i, to);
+    for (std::size_t k = 0; k < to.layers.size(); ++k) {
+      Layer& layer = to.layers[k];
+      if (layer.least) layer.sums[i] = min(layer.sums[i], from.layers[k].sums[j]);
+    }
   }
-}
 
-void add_counts(PixelSums& to, const PixelSums& from) {
-  to.samples += from.samples;
-  for (std::size_t k = 0; k < to.counts.size(); ++k) to.counts[k] += from.counts[k];
+ private:
+  ExactSums sums_, more_;  // whose memory is used again
+};
+
+void add_counts(const Film& from, std::size_t j, Film& to, std::size_t i) {
+  if (from.counts.empty()) return;
+  to.counts.resize(to.pixels.size());
+  for (std::size_t k = 0; k < kPixelCounts.size(); ++k) to.counts[i][k] += from.counts[j][k];
 }
 
 bool have_same_layers(const Film& a, const Film& b) {
@@ -95,23 +104,68 @@ std::optional<double> pixel_noise(const Film& film) {
   return std::sqrt(sum / pixels);
 }
 
-void start_sums(Film& film) {
-  film.sums.pixels.assign(film.pixels.size(), {});
-  film.sums.layers.clear();
-  for (const Layer& layer : film.layers) {
-    film.sums.layers.push_back({std::vector<Sum3>(layer.least ? 0 : layer.sums.size()),
-                                std::vector<Sum1>(layer.least ? 0 : layer.weights.size())});
+void ExactSums::merge(const ExactSums& other) {
+  light.merge(other.light), squares.merge(other.squares), alpha.merge(other.alpha);
+  for (std::size_t k = 0; k < layers.size(); ++k) {
+    layers[k].sum.merge(other.layers[k].sum), layers[k].weight.merge(other.layers[k].weight);
   }
 }
 
-void flush(Film& film, std::size_t pixel) {
-  PixelSums& p = film.pixels[pixel];
-  const ExactPixel& exact = film.sums.pixels[pixel];
-  p.sum = value(exact.light), p.sum_squares = value(exact.squares), p.alpha = value(exact.alpha);
+void keep_exact_sums(Film& film) {
+  film.remainders = {};
+  film.remainders.pixels.resize(film.pixels.size());
+  for (const Layer& layer : film.layers) {
+    LayerRemainders& r = film.remainders.layers.emplace_back();
+    if (!layer.least) r.sums.resize(layer.sums.size()), r.weights.resize(layer.weights.size());
+  }
+}
+
+void make_room(std::uint32_t samples, Film& film) {
+  if (samples <= kMostPacked || !film.remainders.whole.empty()) return;
+  std::vector<ExactSums> whole(film.pixels.size());
+  for (std::size_t i = 0; i < whole.size(); ++i) load_sums(film, i, whole[i]);
+  film.remainders = {.whole = std::move(whole)};
+}
+
+void load_sums(const Film& film, std::size_t pixel, ExactSums& sums) {
+  if (!film.remainders.whole.empty()) {
+    sums = film.remainders.whole[pixel];
+    return;
+  }
+  const PixelSums& p = film.pixels[pixel];
+  const PixelRemainders& r = film.remainders.pixels[pixel];
+  sums.light = restored(p.sum, r.light), sums.squares = restored(p.sum_squares, r.squares);
+  sums.alpha = restored(p.alpha, r.alpha);
+  sums.layers.resize(film.layers.size());
   for (std::size_t k = 0; k < film.layers.size(); ++k) {
-    const ExactLayer& from = film.sums.layers[k];
-    if (!from.sums.empty()) film.layers[k].sums[pixel] = value(from.sums[pixel]);
-    if (!from.weights.empty()) film.layers[k].weights[pixel] = value(from.weights[pixel]);
+    const LayerRemainders& of = film.remainders.layers[k];
+    const Layer& layer = film.layers[k];
+    sums.layers[k] = {};
+    if (!of.sums.empty()) sums.layers[k].sum = restored(layer.sums[pixel], of.sums[pixel]);
+    if (of.weights.empty()) continue;
+    sums.layers[k].weight = restored(layer.weights[pixel], of.weights[pixel]);
+  }
+}
+
+void store_sums(const ExactSums& sums, std::size_t pixel, Film& film) {
+  PixelSums& p = film.pixels[pixel];
+  p.sum = value(sums.light), p.sum_squares = value(sums.squares), p.alpha = value(sums.alpha);
+  for (std::size_t k = 0; k < film.layers.size(); ++k) {
+    Layer& layer = film.layers[k];
+    if (layer.least) continue;
+    layer.sums[pixel] = value(sums.layers[k].sum);
+    if (!layer.weights.empty()) layer.weights[pixel] = value(sums.layers[k].weight);
+  }
+  if (!film.remainders.whole.empty()) {
+    film.remainders.whole[pixel] = sums;
+    return;
+  }
+  film.remainders.pixels[pixel] = {sums.light.remainder(), sums.squares.remainder(),
+                                   sums.alpha.remainder()};
+  for (std::size_t k = 0; k < film.layers.size(); ++k) {
+    LayerRemainders& to = film.remainders.layers[k];
+    if (!to.sums.empty()) to.sums[pixel] = sums.layers[k].sum.remainder();
+    if (!to.weights.empty()) to.weights[pixel] = sums.layers[k].weight.remainder();
   }
 }
 
@@ -125,13 +179,15 @@ Film crop_of(const Film& film, int x, int y, int width, int height) {
     return cut(all, std::size_t(film.crop_width), part, first);
   };
   part.pixels = rows(film.pixels);
-  part.sums.pixels = rows(film.sums.pixels);
+  part.counts = rows(film.counts);
+  part.remainders.pixels = rows(film.remainders.pixels);
+  part.remainders.whole = rows(film.remainders.whole);
   for (const Layer& layer : film.layers) {
     part.layers.push_back(
         {layer.name, rows(layer.sums), layer.components, rows(layer.weights), layer.least});
   }
-  for (const ExactLayer& layer : film.sums.layers) {
-    part.sums.layers.push_back({rows(layer.sums), rows(layer.weights)});
+  for (const LayerRemainders& layer : film.remainders.layers) {
+    part.remainders.layers.push_back({rows(layer.sums), rows(layer.weights)});
   }
   return part;
 }
@@ -142,21 +198,18 @@ void add_part(Film& to, const Film& part) {
       x + part.crop_width > to.crop_width || y + part.crop_height > to.crop_height) {
     throw Error("the part lies outside the film; expected a rectangle inside it");
   }
-  if (!have_same_layers(to, part) || to.color_space != part.color_space || to.sums.empty() ||
-      part.sums.empty()) {
+  if (!have_same_layers(to, part) || to.color_space != part.color_space || to.remainders.empty() ||
+      part.remainders.empty()) {
     throw Error(
         "the part has other layers or another colour space than the film, or no exact sums; "
         "expected the same layers and space with sums");
   }
+  PixelAdder adder;
   for (int row = 0; row < part.crop_height; ++row) {
     for (int column = 0; column < part.crop_width; ++column) {
       const std::size_t i = to.index(x + column, y + row), j = part.index(column, row);
-      merge(to.sums, i, part.sums, j);
-      add_counts(to.pixels[i], part.pixels[j]);
-      for (std::size_t k = 0; k < to.layers.size(); ++k) {
-        Layer& layer = to.layers[k];
-        if (layer.least) layer.sums[i] = min(layer.sums[i], part.layers[k].sums[j]);
-      }
+      adder.add(part, j, to, i);
+      add_counts(part, j, to, i);
     }
   }
 }
@@ -167,21 +220,21 @@ void add_samples(Film& to, const Film& from) {
     throw Error(
         "the films have different sizes, layers or colour spaces; expected the same to add them");
   }
-  const bool exact = !to.sums.empty() && !from.sums.empty();
-  if (exact) {
-    for (std::size_t i = 0; i < to.pixels.size(); ++i) merge(to.sums, i, from.sums, i);
-  } else {
-    to.sums = {};
-  }
   add_samples(to.deep, from.deep);
+  for (std::size_t i = 0; i < to.pixels.size(); ++i) add_counts(from, i, to, i);
+  if (!to.remainders.empty() && !from.remainders.empty()) {
+    PixelAdder adder;
+    for (std::size_t i = 0; i < to.pixels.size(); ++i) adder.add(from, i, to, i);
+    return;
+  }
+  to.remainders = {};
   for (std::size_t i = 0; i < to.pixels.size(); ++i) {
     PixelSums& p = to.pixels[i];
     const PixelSums& q = from.pixels[i];
     p.sum += q.sum, p.sum_squares += q.sum_squares, p.alpha += q.alpha;
-    add_counts(p, q);
+    p.samples += q.samples;
   }
   for (std::size_t k = 0; k < to.layers.size(); ++k) add(to.layers[k], from.layers[k]);
-  for (std::size_t i = 0; exact && i < to.pixels.size(); ++i) flush(to, i);
 }
 
 }  // namespace pvol

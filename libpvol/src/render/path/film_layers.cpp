@@ -105,10 +105,9 @@ Vec3d velocity_of(const PathSetup& s, const PathResult& r) {
 
 /// Adds a first collision to the layer of what it hit. Where volumes overlap, each gets its share
 /// of the extinction, which is its probability to have been the one.
-void add_to_objects(const PathSetup& s, const PathResult& r, std::size_t pixel,
-                    ExactLayer* layers) {
+void add_to_objects(const PathSetup& s, const PathResult& r, ExactSums::OfLayer* layers) {
   const auto add_share = [&](std::size_t object, double share) {
-    add(layers[object].sums[pixel], Vec3d(share * double(r.first_weight)));
+    add(layers[object].sum, Vec3d(share * double(r.first_weight)));
   };
   if (r.first_material) {
     const std::size_t number = s.surfaces->camera->number_of(*r.first_material);
@@ -228,7 +227,8 @@ Film make_film(const PathSetup& setup) {
   Film film = make_film(setup.options);
   film.layers = make_layers(setup, film.pixels.size());
   film.deep = make_deep(setup, film.pixels.size());
-  start_sums(film);
+  keep_exact_sums(film);
+  if (setup.count) keep_counts(film);
   return film;
 }
 
@@ -241,38 +241,39 @@ void add_to_deep(const PathSetup& s, const PathResult& r, std::size_t pixel, Dee
   }
 }
 
-void add_to_layers(const PathSetup& s, const PathResult& r, std::size_t pixel, Film& film) {
-  auto next = film.sums.layers.begin();
+void add_to_layers(const PathSetup& s, const PathResult& r, std::size_t pixel, ExactSums& sums,
+                   Film& film) {
+  auto next = sums.layers.begin();
   for (std::size_t k = 0; k < r.layers.size(); ++k) {
-    add(next[std::ptrdiff_t(s.layers.of[k])].sums[pixel], Vec3d(r.layers[k]));
+    add(next[std::ptrdiff_t(s.layers.of[k])].sum, Vec3d(r.layers[k]));
   }
   if (r.in_layers()) next += std::ptrdiff_t(s.layers.names.size());
-  for (const Rgb& part : r.orders) add((next++)->sums[pixel], Vec3d(part));
+  for (const Rgb& part : r.orders) add((next++)->sum, Vec3d(part));
   if (s.options.aovs.has(Aov::halves)) {
     // By the sample's number in the picture, whatever part of it this film is.
-    ExactLayer& half = next[(film.first_sample + film.pixels[pixel].samples) % 2];
-    add(half.sums[pixel], Vec3d(r.radiance));
-    add(half.weights[pixel], 1);
+    auto& half = next[(film.first_sample + film.pixels[pixel].samples) % 2];
+    add(half.sum, Vec3d(r.radiance));
+    add(half.weight, 1);
     next += 2;
   }
   if (s.options.aovs.has(Aov::transmittance_rgb)) {
-    add((next++)->sums[pixel], Vec3d(1.0 - double(r.alpha)) + Vec3d(r.tint));
+    add((next++)->sum, Vec3d(1.0 - double(r.alpha)) + Vec3d(r.tint));
   }
   if (s.objects) {
-    if (r.first_weight != 0) add_to_objects(s, r, pixel, &*next);
+    if (r.first_weight != 0) add_to_objects(s, r, &*next);
     next += std::ptrdiff_t(s.objects->names.size());
   }
   if (r.first_weight == 0) return;
   for (const FirstCollisionLayer& of : kFirstCollisionLayers) {
     if (!s.options.aovs.has(of.aov)) continue;
-    ExactLayer& layer = *next;
-    Layer& rounded = film.layers[std::size_t(next++ - film.sums.layers.begin())];
+    Layer& layer = film.layers[std::size_t(next - sums.layers.begin())];
+    auto& [sum, weight] = *next++;
     const Vec3d value = of.value(s, r);
-    if (rounded.least) {
-      rounded.sums[pixel] = min(rounded.sums[pixel], value);
+    if (layer.least) {
+      layer.sums[pixel] = min(layer.sums[pixel], value);
     } else {
-      add(layer.sums[pixel], value * double(r.first_weight));
-      add(layer.weights[pixel], double(r.first_weight));
+      add(sum, value * double(r.first_weight));
+      add(weight, double(r.first_weight));
     }
   }
 }

@@ -20,14 +20,19 @@ namespace pvol::detail {
 /// the back of what the volumes' boxes have before the camera.
 [[nodiscard]] DeepFilm make_deep(const PathSetup& setup, std::size_t pixels);
 
-/// An empty film of these paths, with its layers, bins and sums.
+/// An empty film of these paths, with its layers, bins, counts and exact sums.
 [[nodiscard]] Film make_film(const PathSetup& setup);
+
+/// Makes room for the counts of a film's pixels, if there is none.
+inline void keep_counts(Film& film) { film.counts.resize(film.pixels.size()); }
 
 /// Adds a sample that met something to those bins.
 void add_to_deep(const PathSetup& setup, const PathResult& r, std::size_t pixel, DeepFilm& film);
 
-/// Adds a sample to layers that were made for its setup.
-void add_to_layers(const PathSetup& setup, const PathResult& r, std::size_t pixel, Film& film);
+/// Adds a sample to the sums of a pixel's layers, which were made for its setup, and its least
+/// values to the film.
+void add_to_layers(const PathSetup& setup, const PathResult& r, std::size_t pixel, ExactSums& sums,
+                   Film& film);
 
 /// Samples of a pixel on their way into its exact sums, a row for each channel.
 struct PixelRows {
@@ -47,8 +52,8 @@ struct PixelRows {
   }
 };
 
-/// Adds them to a pixel, whose other sums `flush` brings up to date, and leaves none.
-inline void add_rows(PixelRows& rows, ExactPixel& to) {
+/// Adds them to the sums of a pixel, and leaves none.
+inline void add_rows(PixelRows& rows, ExactSums& to) {
   const auto of = [](const std::array<PixelRows::Row, 3>& all) {
     return std::array{all[0].data(), all[1].data(), all[2].data()};
   };
@@ -59,8 +64,9 @@ inline void add_rows(PixelRows& rows, ExactPixel& to) {
 }
 
 /// Adds what a film has beside the sums of its pixels: layers and bins of depth.
-inline void add_aside(const PathSetup& setup, const PathResult& r, std::size_t pixel, Film& film) {
-  if (!film.layers.empty()) add_to_layers(setup, r, pixel, film);
+inline void add_aside(const PathSetup& setup, const PathResult& r, std::size_t pixel,
+                      ExactSums& sums, Film& film) {
+  if (!film.layers.empty()) add_to_layers(setup, r, pixel, sums, film);
   if (!film.deep.pixels.empty() && (r.first_weight != 0 || r.first_material))
     add_to_deep(setup, r, pixel, film.deep);
 }

@@ -89,7 +89,8 @@ void follow_paths(const PathSetup& setup, int paths, CameraProbe& probe,
   for (; probe.paths < paths && steps(probe.counts) < kMostSteps; --film.first_sample) {
     film.pixels.assign(film.pixels.size(), {});
     film.layers = make_layers(small, film.pixels.size());
-    start_sums(film);
+    keep_exact_sums(film);
+    film.counts.assign(film.pixels.size(), {});
     const int rows = std::max(1, kPathsAtOnce / film.crop_width);
     for (int y = 0; y < film.crop_height && steps(probe.counts) < kMostSteps; y += rows) {
       const ImagePart tile{0, y, film.crop_width, std::min(rows, film.crop_height - y)};
@@ -97,7 +98,7 @@ void follow_paths(const PathSetup& setup, int paths, CameraProbe& probe,
       probe.paths += tile.width * tile.height;
       for (int x = 0; x < tile.width * tile.height; ++x) {
         const std::size_t pixel = film.index(0, y) + std::size_t(x);
-        probe.cut |= film.pixels[pixel].count(PixelCounter::collisions) > kMostProbed;
+        probe.cut |= film.count(pixel, PixelCounter::collisions) > kMostProbed;
         visit(film, pixel);
       }
     }

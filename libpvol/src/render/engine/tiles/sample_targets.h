@@ -1,6 +1,7 @@
 // How many samples the pixels of a film are to have.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -14,6 +15,9 @@ struct SampleTargets {
 
   [[nodiscard]] std::uint32_t of(std::size_t pixel) const {
     return each.empty() ? all : each[pixel];
+  }
+  [[nodiscard]] std::uint32_t most() const {
+    return each.empty() ? all : *std::ranges::max_element(each);
   }
 };
 

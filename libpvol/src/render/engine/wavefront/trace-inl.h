@@ -230,19 +230,21 @@ HWY_NOINLINE void fly_to_fires(const WavefrontScene& s, WavefrontMemory& m) {
 inline std::uint32_t add_pixel(const PathSetup& s, WavefrontMemory& m, int x, int y,
                                std::uint32_t slot, std::uint32_t end, Film& film) {
   const std::size_t pixel = film.index(x, y);
-  PixelSums& sums = film.pixels[pixel];
-  for (; sums.samples < end; ++sums.samples, ++slot) {
+  const bool counts = s.count && !film.counts.empty();
+  std::uint32_t& samples = film.pixels[pixel].samples;
+  load_sums(film, pixel, m.sums);
+  for (; samples < end; ++samples, ++slot) {
     const PathResult& r = m.slots.result(slot);
     require_finite(r, film.x + x, film.y + y);
-    add_aside(s, r, pixel, film);
+    add_aside(s, r, pixel, m.sums, film);
     m.rows.add(r);
-    if (m.rows.n == PixelRows::kMost) add_rows(m.rows, film.sums.pixels[pixel]);
-    for (std::size_t c = 0; c < kPixelCounts.size() && s.count; ++c) {
-      sums.counts[c] += m.slots.counts[slot][c];
+    if (m.rows.n == PixelRows::kMost) add_rows(m.rows, m.sums);
+    for (std::size_t c = 0; c < kPixelCounts.size() && counts; ++c) {
+      film.counts[pixel][c] += m.slots.counts[slot][c];
     }
   }
-  add_rows(m.rows, film.sums.pixels[pixel]);
-  flush(film, pixel);
+  add_rows(m.rows, m.sums);
+  store_sums(m.sums, pixel, film);
   return slot;
 }
 

@@ -238,6 +238,7 @@ struct WavefrontMemory : FlightMemory {
   Records fire_ends{kPathFields};  ///< collisions of those towards fires
   Slots slots;
   PixelRows rows;
+  ExactSums sums;  // of the pixel that samples are added to
   Counts counts;
   std::vector<double> light_weights;                      ///< of lights, for drawing some
   std::vector<std::optional<CollidingFlight>> colliding;  ///< of a register, for lamps
