@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "pvol/formats/color.h"
+#include "pvol/formats/velocity.h"
 #include "support/error_of.h"
 #include "support/messages.h"
 
@@ -30,6 +31,26 @@ TEST(FieldNames, FiresGoByFlamesAndTemperature) {
   auto vectors = grids({"flames", "temperature"});
   vectors[0].usable = false;  // a vector grid of that name is none
   EXPECT_EQ(usual_fire_grids(vectors), (Names{"temperature"}));
+}
+
+TEST(FieldNames, VelocitiesAreVectorsOrThreeNumbers) {
+  for (const char* between : {".", "_", ""}) {
+    std::vector<std::string> names = {"density"};
+    for (const char* axis : {"x", "y", "z"}) names.push_back(std::string("Vel") + between + axis);
+    auto all = grids({names[0].c_str(), names[1].c_str(), names[2].c_str(), names[3].c_str()});
+    EXPECT_TRUE(has_velocity(all, "vel")) << names[1];
+    EXPECT_FALSE(has_velocity(all, "v")) << names[1];
+    EXPECT_EQ(usual_velocity(all), "vel") << names[1];
+    for (std::size_t axis = 1; axis < 4; ++axis) {
+      auto changed = all;
+      changed[axis].type = "vec3s";
+      EXPECT_FALSE(has_velocity(changed, "vel")) << "a vector grid is no number: " << names[axis];
+      changed.erase(changed.begin() + std::ptrdiff_t(axis));
+      EXPECT_FALSE(has_velocity(changed, "vel")) << "without " << names[axis];
+    }
+  }
+  EXPECT_FALSE(has_velocity(grids({"vel"}), "vel")) << "numbers are no velocities";
+  EXPECT_EQ(usual_velocity(grids({"density", "temperature"})), "");
 }
 
 /// Numbers called density, and vectors of these names.

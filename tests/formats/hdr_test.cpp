@@ -203,6 +203,10 @@ TEST_F(HdrTest, WhatIsNotOneIsRefusedWithItsPlace) {
   refuses(one_line + std::string("\1\1\1\1", 4) + std::string(60, '\5'), "hdr.byte_repeated_pixel");
   refuses(one_line + pixel(0, 0) + std::string("\1\1\1\x0c", 4) + std::string(60, '\5'),
           "hdr.byte_repeated_pixel");
+  EXPECT_NE(refusal(one_line + pixel(0, 0) + pixel(0, 0) + std::string("\1\1\1\x0c", 4) +
+                    std::string(60, '\5'))
+                .find("exceeds the 10 that are left of the line, or follows none (2 so far)"),
+            std::string::npos);
   const std::string zero("\1\1\1\0", 4);
   refuses(one_line + pixel(0, 0) + zero + zero + zero + zero + zero + std::string(60, '\5'),
           "hdr.byte_repeated_pixel");
