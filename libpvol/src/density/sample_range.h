@@ -26,6 +26,10 @@ struct SampleRange {
       hi_bits = std::max(hi_bits, bits);
     }
   }
+  void add(const SampleRange& other) {
+    lo_bits = std::min(lo_bits, other.lo_bits);
+    hi_bits = std::max(hi_bits, other.hi_bits);
+  }
   [[nodiscard]] float lo() const { return std::max(0.0f, std::bit_cast<float>(lo_bits)); }
   [[nodiscard]] float hi() const { return std::bit_cast<float>(hi_bits); }
 };

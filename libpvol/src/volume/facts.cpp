@@ -24,11 +24,11 @@ class Columns {
     std::array<double, kColumns>& sums = block(brick.origin).sums;
     switch (axis_) {  // strides that compilers know
       case 0:
-        return add_to<kBrickEdge * kBrickEdge, kBrickEdge, 1>(sums, brick.values);
+        return add_rows<kBrickEdge * kBrickEdge, kBrickEdge>(sums, brick.values);
       case 1:
-        return add_to<kBrickEdge, kBrickEdge * kBrickEdge, 1>(sums, brick.values);
+        return add_rows<kBrickEdge, kBrickEdge * kBrickEdge>(sums, brick.values);
       default:
-        return add_to<1, kBrickEdge * kBrickEdge, kBrickEdge>(sums, brick.values);
+        return add_each_row(sums, brick.values);
     }
   }
 
@@ -80,15 +80,22 @@ class Columns {
     int stands_for = 1;  ///< blocks along an edge
   };
 
-  template <int kAlong, int kRow, int kColumn>
-  static void add_to(std::array<double, kColumns>& sums, const float* values) {
+  /// Along x or y: rows of samples, which lie along z, to rows of columns.
+  template <int kAlong, int kRow>
+  static void add_rows(std::array<double, kColumns>& sums, const float* values) {
     for (int k = 0; k < kBrickEdge; ++k) {
       for (int i = 0; i < kBrickEdge; ++i) {
         for (int j = 0; j < kBrickEdge; ++j) {
-          sums[std::size_t(i * kBrickEdge + j)] +=
-              double(values[k * kAlong + i * kRow + j * kColumn]);
+          sums[std::size_t(i * kBrickEdge + j)] += double(values[k * kAlong + i * kRow + j]);
         }
       }
+    }
+  }
+
+  /// Along z: each row of samples to a column.
+  static void add_each_row(std::array<double, kColumns>& sums, const float* values) {
+    for (double& sum : sums) {
+      for (int k = 0; k < kBrickEdge; ++k) sum += double(*values++);
     }
   }
 
@@ -103,40 +110,37 @@ class Columns {
   std::map<std::uint64_t, Block> blocks_;
 };
 
-/// In parts of the grid that are added in order, so that the sums do not depend on threads.
-constexpr std::size_t kParts = 8;
+/// What facts need of all samples, in one pass: large grids do not fit into caches.
+struct GridSums {
+  detail::SampleRange range;
+  std::array<Columns, 3> columns{Columns(0), Columns(1), Columns(2)};  // by axis
 
-/// f(part, first, end) for all parts of a grid's bricks.
-template <class F>
-void for_parts(const VoxelGrid& grid, const F& f) {
-  const std::size_t bricks = grid.bricks.size();
+  void add(const Brick& brick) {
+    range.add(brick.values, kBrickSamples);
+    for (Columns& c : columns) c.add(brick);
+  }
+  void add(const Tile& tile) {
+    range.add(&tile.value, 1);
+    for (Columns& c : columns) c.add(tile);
+  }
+  void add(const GridSums& other) {
+    range.add(other.range);
+    for (std::size_t axis = 0; axis < 3; ++axis) columns[axis].add(other.columns[axis]);
+  }
+};
+
+/// In parts that are added in order, so that the sums do not depend on threads.
+GridSums sums_of(const VoxelGrid& grid) {
+  constexpr std::size_t kParts = 8;
+  std::array<GridSums, kParts> parts;
   parallel_for(0, kParts, [&](std::size_t part) {
-    f(part, bricks * part / kParts, bricks * (part + 1) / kParts);
+    const std::size_t bricks = grid.bricks.size(), end = bricks * (part + 1) / kParts;
+    for (std::size_t b = bricks * part / kParts; b != end; ++b) parts[part].add(grid.bricks[b]);
   });
-}
-
-Columns columns_along(int axis, const VoxelGrid& grid) {
-  std::vector<Columns> parts(kParts, Columns(axis));
-  for_parts(grid, [&](std::size_t part, std::size_t first, std::size_t end) {
-    for (std::size_t b = first; b != end; ++b) parts[part].add(grid.bricks[b]);
-  });
-  Columns all(axis);
-  for (const Columns& part : parts) all.add(part);
+  GridSums all;
+  for (const GridSums& part : parts) all.add(part);
   for (const Tile& t : grid.tiles) all.add(t);
   return all;
-}
-
-float largest_sample(const VoxelGrid& grid) {
-  std::array<detail::SampleRange, kParts> parts;
-  for_parts(grid, [&](std::size_t part, std::size_t first, std::size_t end) {
-    for (std::size_t b = first; b != end; ++b) {
-      parts[part].add(grid.bricks[b].values, kBrickSamples);
-    }
-  });
-  float most = 0;
-  for (const detail::SampleRange& part : parts) most = std::max(most, part.hi());
-  for (const Tile& t : grid.tiles) most = std::max(most, t.value);
-  return most;
 }
 
 /// Around a field at a place at the time of the files.
@@ -224,11 +228,11 @@ double worst_null_collisions(const Volume& volume) {
 VolumeFacts describe(const VoxelGrid& grid, double extinction, const Affine& object_to_world) {
   VolumeFacts f;
   const Affine to_world = object_to_world * grid.index_to_world;
-  const float most = largest_sample(grid);
-  f.largest_extinction = extinction * double(most);
+  const GridSums sums = sums_of(grid);
+  f.largest_extinction = extinction * double(sums.range.hi());
   f.shortest_free_path = 1 / f.largest_extinction;
   for (int axis = 0; axis < 3; ++axis) {
-    const Columns::Result r = columns_along(axis, grid).result();
+    const Columns::Result r = sums.columns[std::size_t(axis)].result();
     const double step = detail::column_length(to_world, axis) * extinction;
     f.mean_optical_thickness[axis] = r.mean * step;
     f.largest_optical_thickness = std::max(f.largest_optical_thickness, r.largest * step);
