@@ -7,6 +7,7 @@
 
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/density/coarsen.h"
+#include "pvol/density/sample_count.h"
 #include "pvol/error.h"
 #include "pvol/formats/field_names.h"
 #include "pvol/formats/recipe_file.h"
@@ -22,17 +23,8 @@ GridReport describe_samples(const VoxelGrid& grid, const std::string& type) {
   GridReport r;
   r.grid = grid.name;
   r.type = type;
-  for (const Brick& b : grid.bricks) {
-    for (int i = 0; i < kBrickSamples; ++i) {
-      r.active += b.values[i] > 0 ? 1 : 0;
-      r.largest = std::max(r.largest, b.values[i]);
-    }
-  }
-  for (const Tile& t : grid.tiles) {
-    const auto edge = std::uint64_t(t.edge);
-    r.active += edge * edge * edge;
-    r.largest = std::max(r.largest, t.value);
-  }
+  const SampleCount samples = count_samples(grid);
+  r.active = samples.active, r.largest = samples.largest;
   return r;
 }
 
@@ -273,6 +265,7 @@ void coarsen(Cloud& cloud, int times, const std::filesystem::path& file) {
   bound_again(cloud, file);
   cloud.micro.reset();
   cloud.shell.reset();
+  cloud.facts.reset();
 }
 
 void quantise(Cloud& cloud, const Quantisation& how, const std::filesystem::path& file) {
@@ -290,6 +283,7 @@ void quantise(Cloud& cloud, const Quantisation& how, const std::filesystem::path
   }
   require_samples(cloud, "another precision", file);
   m.quantisation = how;
+  cloud.facts.reset();
   m.quantisation_error = quantise_in_place(cloud.grid(), how);
   bound_again(cloud, file);
   cloud.micro.reset();

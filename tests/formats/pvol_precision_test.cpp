@@ -424,10 +424,18 @@ TEST_F(PvolPrecisionTest, CloudsAreRoundedOnce) {
   }
   write_pvol(path("a.pvol"), with_micro_bounds(compact_file()));
   Cloud exact = load_cloud(path("a.pvol"));
+  exact.facts.emplace();
+  Cloud coarse = exact;
   quantise(exact, {Precision::fp32}, "a.pvol");
   EXPECT_TRUE(exact.micro);
+  EXPECT_TRUE(exact.facts);
   quantise(exact, {Precision::fp8}, "a.pvol");
   EXPECT_FALSE(exact.micro);  // they were the exact density's
+  EXPECT_FALSE(exact.facts);
+  coarsen(coarse, 0, "a.pvol");
+  EXPECT_TRUE(coarse.facts);
+  coarsen(coarse, 1, "a.pvol");
+  EXPECT_FALSE(coarse.facts);
 }
 
 /// Bounds with those of 2^3 cells take at most 15 % of the source, a file of 8 bits no more than

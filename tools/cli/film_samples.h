@@ -21,7 +21,7 @@ namespace pvol::cli {
   return fewest == film.pixels.end() ? 0 : fewest->samples;
 }
 
-/// The film without what only further samples need, less than half of its size.
+/// The film without what only further samples need, half of its size.
 [[nodiscard]] inline Film without_sums(const Film& film) {
   Film seen = window_of(film);
   seen.pixels = film.pixels;

@@ -88,7 +88,9 @@ void require_film_memory(const RenderOptions& o) {
   const auto width = std::uint64_t(o.crop_width ? o.crop_width : o.width - o.crop_x);
   const auto height = std::uint64_t(o.crop_height ? o.crop_height : o.height - o.crop_y);
   formats::require_memory(
-      width * height * (sizeof(PixelSums) + sizeof(PixelRemainders)),
+      width * height *
+          (sizeof(PixelSums) +
+           (o.samples > kMostPacked ? sizeof(ExactSums) : sizeof(PixelRemainders))),
       fmt::format("a picture of {} x {} pixels (--crop renders a part)", width, height));
 }
 

@@ -307,6 +307,7 @@ formats::Cloud load_cloud(const Loader& by, formats::SceneVolume& volume, bool s
   if (camera.shutter.moves() || o.aovs.has(Aov::velocity)) {
     load_motion(by, volume, strict, camera, cloud);
   }
+  cloud.facts = look_through(cloud.density);
   return cloud;
 }
 
@@ -315,9 +316,17 @@ double chosen_thickness(const formats::SceneVolume& volume) {
   return volume.shows_fire && volume.fire ? kAroundFire : kChosenThickness;
 }
 
+namespace {
+
+DensityFacts facts_of(const formats::Cloud& cloud) {
+  return cloud.facts ? *cloud.facts : look_through(cloud.density);
+}
+
+}  // namespace
+
 double choose_extinction(const formats::Cloud& cloud, const Affine& object_to_world,
                          double thickness, const FieldMap& map) {
-  const VolumeFacts f = pvol::describe(cloud.density, 1, object_to_world);
+  const VolumeFacts f = pvol::describe(facts_of(cloud), 1, object_to_world);
   const double unit =
       mapped_share(cloud, map) *
       *std::max_element(std::begin(f.mean_optical_thickness), std::end(f.mean_optical_thickness));
@@ -400,7 +409,7 @@ Volume make_volume(const formats::Cloud& cloud, const formats::SceneVolume& volu
 }
 
 VolumeFacts describe(const formats::Cloud& cloud, const formats::SceneVolume& volume) {
-  VolumeFacts f = pvol::describe(cloud.density, volume.medium.extinction, volume.first_place());
+  VolumeFacts f = pvol::describe(facts_of(cloud), volume.medium.extinction, volume.first_place());
   if (volume.density_map.is_identity()) return f;
   const ValueRange range = range_over(volume.density_map, {0, cloud.pyramid.scale});
   f.largest_extinction = volume.medium.extinction * double(range.hi);

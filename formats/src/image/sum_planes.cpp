@@ -114,7 +114,7 @@ void add_share(std::vector<Plane>& planes) {
 /// Whether so many terms can have this sum.
 template <int kSize>
 bool is_possible(const ReproducibleSum<kSize>& sum, std::uint32_t terms) {
-  const double most = 0x1p31 * terms;
+  const double most = std::min(0x1p31 * terms, 0x1p62);  // so that digits can be carried
   for (const auto& digit : sum.digits) {
     for (const std::int64_t d : digit) {
       if (std::abs(double(d)) > most) return false;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include "pvol/density/sample_count.h"
+
 namespace pvol::formats::detail {
 namespace {
 

@@ -13,11 +13,6 @@ namespace pvol::formats::detail {
 /// "(1, 2, 3)".
 [[nodiscard]] std::string text(Vec3i v);
 
-/// Whether a sample may have this value.
-[[nodiscard]] inline bool is_density(float v) {
-  return v >= 0 && v <= std::numeric_limits<float>::max();
-}
-
 /// Order, alignment, disjointness and place of bricks and tiles; a sentence about what is wrong.
 /// Samples are not looked at.
 [[nodiscard]] std::optional<std::string> check_blocks(const VoxelGrid& grid,

@@ -2,8 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
 
+#include "pvol/density/sample_count.h"
 #include "pvol/error.h"
 #include "pvol/pvol_blocks.h"
 
@@ -25,19 +25,6 @@ Samples take_samples(ChunkReader& chunk, std::size_t count) {
   const auto values = std::make_shared_for_overwrite<float[]>(count);
   chunk.read(std::as_writable_bytes(std::span(values.get(), count)));
   return {{values.get(), count}, values};
-}
-
-/// The first brick with a sample that is no density.
-std::optional<std::size_t> find_wrong_brick(std::span<const float> samples) {
-  for (std::size_t b = 0; b < samples.size() / kBrickSamples; ++b) {
-    // Without a branch for each, as nearly all are right.
-    bool right = true;
-    for (const float v : samples.subspan(b * kBrickSamples, kBrickSamples)) {
-      right &= is_density(v);
-    }
-    if (!right) return b;
-  }
-  return std::nullopt;
 }
 
 }  // namespace

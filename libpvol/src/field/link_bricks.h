@@ -105,8 +105,7 @@ template <class Field>
 [[nodiscard]] std::shared_ptr<SampleCodes> code_first_bricks(const Field& field,
                                                              std::uint32_t count) {
   auto codes = std::make_shared<SampleCodes>();
-  codes->scales.resize(field.bricks());
-  codes->codes.resize(field.bricks() * std::size_t(kFieldSamples) + SampleCodes::kBeyond);
+  codes->resize(field.bricks());
   std::array<float, kFieldSamples> scratch;
   for (std::uint32_t b = 0; b < count; ++b) {
     code_brick(*codes, b, samples_of(field, b, scratch.data()));

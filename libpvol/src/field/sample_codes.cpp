@@ -12,8 +12,7 @@ constexpr std::size_t kGrain = 64;  // bricks of a task
 
 SampleCodes build_sample_codes(const BrickField& field) {
   SampleCodes codes;
-  codes.scales.resize(field.bricks());
-  codes.codes.resize(field.bricks() * std::size_t(kFieldSamples) + SampleCodes::kBeyond);
+  codes.resize(field.bricks());
   parallel_parts(0, field.bricks(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (auto b = std::uint32_t(begin); b != end; ++b) {
       codes.scales[b] = detail::code_samples(field.brick(b), codes.of_brick(b));

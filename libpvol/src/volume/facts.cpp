@@ -225,32 +225,40 @@ double worst_null_collisions(const Volume& volume) {
   return most;
 }
 
-VolumeFacts describe(const VoxelGrid& grid, double extinction, const Affine& object_to_world) {
-  VolumeFacts f;
-  const Affine to_world = object_to_world * grid.index_to_world;
+DensityFacts look_through(const VoxelGrid& grid) {
   const GridSums sums = sums_of(grid);
-  f.largest_extinction = extinction * double(sums.range.hi());
-  f.shortest_free_path = 1 / f.largest_extinction;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Columns::Result r = sums.columns[std::size_t(axis)].result();
-    const double step = detail::column_length(to_world, axis) * extinction;
-    f.mean_optical_thickness[axis] = r.mean * step;
-    f.largest_optical_thickness = std::max(f.largest_optical_thickness, r.largest * step);
+  DensityFacts f{.largest = double(sums.range.hi()), .index_to_world = grid.index_to_world};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Columns::Result r = sums.columns[axis].result();
+    f.mean_column[axis] = r.mean, f.largest_column[axis] = r.largest;
   }
   return f;
 }
 
-VolumeFacts describe(const Recipe& recipe, double extinction, const Affine& object_to_world) {
+DensityFacts look_through(const Recipe& recipe) {
   Recipe coarse = recipe;
   coarse.voxel = voxel_for(recipe, kCoarseResolution);
-  return describe(make_grid(coarse), extinction, object_to_world);
+  return look_through(make_grid(coarse));
 }
 
-VolumeFacts describe(const Density& density, double extinction, const Affine& object_to_world) {
-  if (const auto* grid = std::get_if<VoxelGrid>(&density)) {
-    return describe(*grid, extinction, object_to_world);
+DensityFacts look_through(const Density& density) {
+  if (const auto* grid = std::get_if<VoxelGrid>(&density)) return look_through(*grid);
+  return look_through(*std::get<std::shared_ptr<const Recipe>>(density));
+}
+
+VolumeFacts describe(const DensityFacts& density, double extinction,
+                     const Affine& object_to_world) {
+  VolumeFacts f;
+  const Affine to_world = object_to_world * density.index_to_world;
+  f.largest_extinction = extinction * density.largest;
+  f.shortest_free_path = 1 / f.largest_extinction;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double step = detail::column_length(to_world, axis) * extinction;
+    f.mean_optical_thickness[axis] = density.mean_column[std::size_t(axis)] * step;
+    f.largest_optical_thickness =
+        std::max(f.largest_optical_thickness, density.largest_column[std::size_t(axis)] * step);
   }
-  return describe(*std::get<std::shared_ptr<const Recipe>>(density), extinction, object_to_world);
+  return f;
 }
 
 VolumeFacts describe(const Volume& volume, VolumeFacts f) {

@@ -13,6 +13,7 @@
 #include "pvol/formats/pvol_file.h"
 #include "pvol/formats/vdb.h"
 #include "pvol/volume/albedo_map.h"
+#include "pvol/volume/facts.h"
 #include "pvol/volume/fire.h"
 #include "pvol/volume/shutter.h"
 
@@ -35,6 +36,7 @@ struct Cloud {
   std::shared_ptr<const CloudMotion> motion{};  ///< null where it stands still
   std::shared_ptr<const AlbedoGrid> albedo{};   ///< as `fire`
   std::function<void()> forget_pages{};         ///< as PvolFile's; null: its samples are in memory
+  std::optional<DensityFacts> facts{};          ///< of its density, where somebody looked
 
   /// The samples of a density that has them.
   [[nodiscard]] const VoxelGrid& grid() const { return std::get<VoxelGrid>(density); }

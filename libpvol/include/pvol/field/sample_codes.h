@@ -2,6 +2,7 @@
 // read only where they cannot. Walks do not see them.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -24,8 +25,12 @@ struct SampleCodes {
   /// Behind the last code, so that a word can be read at any.
   static constexpr std::size_t kBeyond = 3;
 
-  std::vector<Scale> scales;        ///< by brick
-  PagedVector<std::uint8_t> codes;  ///< of sample i of brick b at b * 9^3 + i, and kBeyond more
+  std::vector<Scale> scales;  ///< by brick
+  /// Of sample i of brick b at b * 9^3 + i, and kBeyond more, which are 0.
+  UnsetPagedVector<std::uint8_t> codes;
+
+  /// Makes room for so many bricks, whose scales and codes are still to be set.
+  void resize(std::size_t bricks);
 
   [[nodiscard]] const std::uint8_t* of_brick(std::uint32_t b) const {
     return codes.data() + std::size_t(b) * kFieldSamples;
@@ -38,6 +43,12 @@ struct SampleCodes {
   }
   friend bool operator==(const SampleCodes&, const SampleCodes&) = default;
 };
+
+inline void SampleCodes::resize(std::size_t bricks) {
+  scales.resize(bricks);
+  codes.resize(bricks * std::size_t(kFieldSamples) + kBeyond);
+  std::fill(codes.end() - kBeyond, codes.end(), std::uint8_t(0));
+}
 
 /// Half a step is rounded away in codes; the rest is the rounding of look-ups and of codes.
 inline constexpr float kCodeSlack = 0.5f + 0x1p-8f;

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstddef>
+#include <new>
+#include <utility>
 #include <vector>
 
 namespace pvol {
@@ -32,5 +34,30 @@ struct PageAllocator {
 
 template <class T>
 using PagedVector = std::vector<T, PageAllocator<T>>;
+
+/// The same, whose elements have no value before they are set, so that the threads that set them
+/// are the first to touch their pages: systems clear pages then, which takes longer than the rest.
+template <class T>
+struct UnsetPageAllocator : PageAllocator<T> {
+  template <class U>
+  struct rebind {
+    using other = UnsetPageAllocator<U>;
+  };
+  UnsetPageAllocator() = default;
+  template <class U>
+  explicit UnsetPageAllocator(const UnsetPageAllocator<U>&) {}
+
+  template <class U>
+  void construct(U* p) noexcept {
+    ::new (static_cast<void*>(p)) U;
+  }
+  template <class U, class... Args>
+  void construct(U* p, Args&&... args) {
+    ::new (static_cast<void*>(p)) U(std::forward<Args>(args)...);
+  }
+};
+
+template <class T>
+using UnsetPagedVector = std::vector<T, UnsetPageAllocator<T>>;
 
 }  // namespace pvol

@@ -115,7 +115,7 @@ struct Film {
 /// Gives a film remainders of its size and layers: its sums are exact, and can be added to.
 void keep_exact_sums(Film& film);
 
-/// Makes room for so many samples in a pixel; not while others store sums.
+/// Makes room for so many samples in a pixel; not while others load or store sums.
 void make_room(std::uint32_t samples, Film& film);
 
 /// The exact sums of a pixel of a film that has remainders.

@@ -1,6 +1,7 @@
 // Figures about a volume.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -52,15 +53,29 @@ struct VolumeFacts {
 /// The largest optical depth along an edge of a cell of the volume, anywhere, or more.
 [[nodiscard]] double thickest_cell(const Volume& volume);
 
-/// What follows from a density without its bounds. Those of a recipe are estimates from samples of
-/// it, kCoarseResolution along its longest side.
-[[nodiscard]] VolumeFacts describe(const VoxelGrid& grid, double extinction,
-                                   const Affine& object_to_world);
-[[nodiscard]] VolumeFacts describe(const Recipe& recipe, double extinction,
-                                   const Affine& object_to_world);
-[[nodiscard]] VolumeFacts describe(const Density& density, double extinction,
-                                   const Affine& object_to_world);
+/// What all samples of a density come to, whatever its extinction and its place.
+struct DensityFacts {
+  double largest = 0;  ///< sample
+  /// Sums of samples along the index axes: the mean over columns that hit, and the largest.
+  std::array<double, 3> mean_column{}, largest_column{};
+  Affine index_to_world;
+};
+
+/// Looks at all samples once. Those of a recipe are estimates, from kCoarseResolution samples along
+/// its longest side.
+[[nodiscard]] DensityFacts look_through(const VoxelGrid& grid);
+[[nodiscard]] DensityFacts look_through(const Recipe& recipe);
+[[nodiscard]] DensityFacts look_through(const Density& density);
 inline constexpr int kCoarseResolution = 64;
+
+/// What follows from a density without its bounds.
+[[nodiscard]] VolumeFacts describe(const DensityFacts& density, double extinction,
+                                   const Affine& object_to_world);
+template <class Samples>
+[[nodiscard]] VolumeFacts describe(const Samples& density, double extinction,
+                                   const Affine& object_to_world) {
+  return describe(look_through(density), extinction, object_to_world);
+}
 
 /// The same with what the volume's tree and field tell.
 [[nodiscard]] VolumeFacts describe(const Volume& volume, VolumeFacts of_density);

@@ -103,6 +103,20 @@ Vec3d velocity_of(const PathSetup& s, const PathResult& r) {
       });
 }
 
+/// Adds the light of each source to its layer, as one term for each layer: there may be no more
+/// terms than samples (kMostPacked).
+void add_lights(const PathSetup& s, const PathResult& r, ExactSums::OfLayer* layers) {
+  if (r.layers.size() <= s.layers.names.size()) {  // each has its own
+    for (std::size_t k = 0; k < r.layers.size(); ++k) {
+      add(layers[s.layers.of[k]].sum, Vec3d(r.layers[k]));
+    }
+    return;
+  }
+  std::vector<Vec3d> terms(s.layers.names.size());
+  for (std::size_t k = 0; k < r.layers.size(); ++k) terms[s.layers.of[k]] += Vec3d(r.layers[k]);
+  for (std::size_t l = 0; l < terms.size(); ++l) add(layers[l].sum, terms[l]);
+}
+
 /// Adds a first collision to the layer of what it hit. Where volumes overlap, each gets its share
 /// of the extinction, which is its probability to have been the one.
 void add_to_objects(const PathSetup& s, const PathResult& r, ExactSums::OfLayer* layers) {
@@ -244,9 +258,7 @@ void add_to_deep(const PathSetup& s, const PathResult& r, std::size_t pixel, Dee
 void add_to_layers(const PathSetup& s, const PathResult& r, std::size_t pixel, ExactSums& sums,
                    Film& film) {
   auto next = sums.layers.begin();
-  for (std::size_t k = 0; k < r.layers.size(); ++k) {
-    add(next[std::ptrdiff_t(s.layers.of[k])].sum, Vec3d(r.layers[k]));
-  }
+  add_lights(s, r, &*next);
   if (r.in_layers()) next += std::ptrdiff_t(s.layers.names.size());
   for (const Rgb& part : r.orders) add((next++)->sum, Vec3d(part));
   if (s.options.aovs.has(Aov::halves)) {
