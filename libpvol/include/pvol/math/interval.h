@@ -14,7 +14,8 @@ namespace pvol {
 /// number). As std::nextafter, which takes several times as long: bounds take millions of steps.
 [[nodiscard]] inline double round_up(double x) {
   constexpr auto kInfinity = std::bit_cast<std::int64_t>(std::numeric_limits<double>::infinity());
-  const auto bits = std::bit_cast<std::int64_t>(x), magnitude = bits & ~(std::int64_t(1) << 63);
+  const auto bits = std::bit_cast<std::int64_t>(x);
+  const std::int64_t magnitude = bits & std::numeric_limits<std::int64_t>::max();
   if (magnitude == 0) return std::numeric_limits<double>::denorm_min();
   if (bits == kInfinity || magnitude > kInfinity) return x;  // nothing is above it, or it is NaN
   return std::bit_cast<double>(bits < 0 ? bits - 1 : bits + 1);
