@@ -429,6 +429,7 @@ TEST_F(SceneText, PlainSunTableIsOneSun) {
   const SceneFile file = read(kCloud + "[sun]\nirradiance = 5\n");
   ASSERT_EQ(file.scene.lights.size(), 1u);
   EXPECT_EQ(sun(file, 0).irradiance, Rgb(5.0f));
+  EXPECT_EQ(sun(file, 0).direction, Vec3d(0, 1, 0)) << "overhead";
 }
 
 TEST_F(SceneText, SurfacesAreReadByKind) {
