@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "math/parallel.h"
+#include "pvol/density/sample_count.h"
 #include "pvol/error.h"
 
 namespace pvol {
@@ -154,15 +155,6 @@ std::vector<std::size_t> brick_offsets(const QuantisedGrid& q) {
   return at;
 }
 
-float largest_sample(const VoxelGrid& grid) {
-  float largest = 0;
-  for (const Brick& b : grid.bricks) {
-    largest = std::max(largest, *std::max_element(b.values, b.values + kBrickSamples));
-  }
-  for (const Tile& t : grid.tiles) largest = std::max(largest, t.value);
-  return largest;
-}
-
 QuantisationError total(const std::vector<BrickError>& bricks, const std::vector<Tile>& tiles) {
   QuantisationError e;
   double change = 0, mass = 0;
@@ -199,7 +191,7 @@ QuantisedGrid quantise(const VoxelGrid& grid, const Quantisation& how) {
                 " of the largest density; expected " + expected(number(kToleranceRange)));
   }
   const VoxelGrid g = occupied(grid);
-  const float largest = largest_sample(g);
+  const float largest = count_samples(g).largest;
   QuantisedGrid q;
   q.name = g.name;
   q.index_to_world = g.index_to_world;

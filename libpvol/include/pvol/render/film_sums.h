@@ -22,8 +22,8 @@ struct ExactSums {
 
   Sum3 light, squares;  ///< of radiance, and of its square by channel
   Sum1 alpha;           ///< of 1 - transmittance
-  /// As in Film::layers; 0 where a layer has least values, which know no order anyway, and weights
-  /// where it has none.
+  /// As in Film::layers. All 0 for a layer of least values, which know no order anyway; the weights
+  /// are 0 for a layer without weights.
   std::vector<OfLayer> layers{};
 
   /// Adds those of the same layers.
