@@ -146,7 +146,7 @@ PLANTED = {
     "formats/src/toml/scene_file.cpp": "render/engine/path_tracer.h",
     "tools/report/html.cpp": "stats/trade_report.h",
     "tools/stats/stats_trade.cpp": "python/studies.h",
-    "tools/python/rays.cpp": "math/parallel.h",
+    "tools/python/rays.cpp": "volume/dense_bounds.h",
     "tools/pvol_fit.cpp": "support/statistics.h",
 }
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cfloat>
 #include <functional>
 #include <vector>
@@ -67,8 +68,8 @@ TEST(BrickCodes, OfPartsAreThoseThatLookUpsRead) {
   }
 }
 
-/// Of every part, whatever look-ups compute in it; parts of zeros are known to be 0, and no range is
-/// wider than the samples' by more than a step and a bit at each end.
+/// Of every part, whatever look-ups compute in it; parts of zeros are known to be 0, and no range
+/// is wider than the samples' by more than a step and a bit at each end.
 TEST(BrickCodes, ReachWhatLookUpsCompute) {
   for (std::size_t v = 0; v < values().size(); ++v) {
     const BrickField f = random_bricks(6, 40 + v, values()[v]);
@@ -78,6 +79,16 @@ TEST(BrickCodes, ReachWhatLookUpsCompute) {
       const SampleCodes::Scale scale = detail::code_samples(f.brick(b), codes.data());
       std::array<detail::CodeRange, 64> ranges;
       detail::find_code_ranges(codes.data(), ranges);
+      // The whole is what its parts are together, to the bit.
+      const DensityRange whole =
+          detail::reach_of_codes(scale, detail::find_code_range(codes.data()));
+      DensityRange together = detail::reach_of_codes(scale, ranges[0]);
+      for (const detail::CodeRange& part : ranges) {
+        const DensityRange r = detail::reach_of_codes(scale, part);
+        together = {std::min(together.lo, r.lo), std::max(together.hi, r.hi)};
+      }
+      ASSERT_EQ(whole.lo, together.lo) << v;
+      ASSERT_EQ(whole.hi, together.hi) << v;
       for (int i = 0; i < 8 * 512; ++i) {
         const LatticePoint p{Int4{(i >> 6) & 7, (i >> 3) & 7, i & 7, 0},
                              Float4{nasty_offset(rng), nasty_offset(rng), nasty_offset(rng), 0}};

@@ -94,6 +94,23 @@ TEST_F(PvolFileTest, DensityOfManyFramesRoundTrips) {
   EXPECT_LT(measure_pvol(path("a.pvol")).density, 1500 * sizeof(float) * kBrickSamples);
 }
 
+/// Of the frames that are decoded beside each other one cannot be.
+TEST_F(PvolFileTest, OneDamagedFrameOfManyIsRefused) {
+  PvolBytes file(written(some_file(1500, false), Compression::zstd));
+  const auto density = std::find_if(file.chunks.begin(), file.chunks.end(),
+                                    [](auto& c) { return c.entry.id == detail::kDensity; });
+  ASSERT_NE(density, file.chunks.end());
+  std::vector<std::byte>& stored = density->stored;
+  // Of the second frame's first block, which follows 4 bytes of magic, a descriptor, one of the
+  // window and 4 of the size (RFC 8878, 3.1.1), the bytes that tell how the rest is to be read.
+  const std::size_t second = ZSTD_findFrameCompressedSize(stored.data(), stored.size());
+  ASSERT_EQ(stored[second + 4] & std::byte{0xe3}, std::byte{0x80});
+  std::fill_n(stored.begin() + std::ptrdiff_t(second) + 13, 8, std::byte{0xff});
+  const std::string error = error_of([&] { (void)read_pvol(file.bytes(), "a"); });
+  EXPECT_NE(error.find("DENS"), std::string::npos) << error;
+  EXPECT_NE(error.find("the compressed data"), std::string::npos) << error;
+}
+
 /// Where the support begins within the first block, that lies in the corner of the root.
 TEST_F(PvolFileTest, ABlockInTheCornerOfTheRootRoundTrips) {
   auto values = std::make_shared<std::vector<float>>(std::size_t(kBrickSamples));
@@ -254,6 +271,25 @@ TEST_F(PvolFileTest, HashIsXxh3OfTheWholeFile) {
   EXPECT_NE(error_of([&] { (void)hash_file(path("absent")); }).find("absent"), std::string::npos);
   EXPECT_TRUE(
       says(error_of([&] { (void)hash_file(folder_); }), "pvol_file.hashisxxh3ofthewholefile_not"));
+}
+
+TEST_F(PvolFileTest, TheHeadTellsWhatAFileHolds) {
+  const auto head_of = [&](const std::vector<std::byte>& file) {
+    test::save(path("b.pvol"), file);
+    return read_pvol_head(path("b.pvol"));
+  };
+  const std::vector<std::byte> bytes = written(some_file(), Compression::none);
+  const std::string head = head_of(bytes);
+  const PvolBytes good(bytes);
+  EXPECT_EQ(head.size(), 40 + 40 * good.chunks.size());
+  for (std::size_t chunk = 0; chunk < good.chunks.size(); ++chunk) {
+    PvolBytes other = good;
+    other.chunks[chunk].stored.back() ^= std::byte{1};
+    EXPECT_NE(head_of(other.bytes()), head) << "chunk " << chunk;
+  }
+  std::vector<std::byte> damaged = bytes;
+  damaged[60] ^= std::byte{1};
+  EXPECT_NE(error_of([&] { (void)head_of(damaged); }).find("checksum"), std::string::npos);
 }
 
 const char* const kGoldenTinyFile =

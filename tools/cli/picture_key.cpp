@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "pvol/formats/content_hash.h"
+#include "pvol/formats/pvol_file.h"
 #include "pvol/formats/scene_files.h"
 #include "pvol/formats/screen.h"
 
@@ -31,7 +32,9 @@ std::string picture_key(const formats::SceneFile& scene) {
     sky->color_space += ' ' + formats::color_config_id();
   }
   visit_files(file, [](auto& name) {
-    if (!name.empty()) name = formats::content_hash(name);
+    if (name.empty()) return;
+    name = formats::ending(name) == ".pvol" ? formats::text_hash(formats::read_pvol_head(name))
+                                            : formats::content_hash(name);
   });
   return formats::text_hash(formats::to_toml(file));
 }

@@ -3,14 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 #include <tuple>
 
+#include "pvol/bounds/node_index.h"
 #include "pvol/density/sample_count.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol::formats::detail {
 namespace {
 
 constexpr std::int32_t kTileEdges[] = {8, 128, 4096};
+constexpr std::size_t kGrain = 1024;  // bricks of a task
 
 bool is_multiple(Vec3i v, std::int32_t of) {
   return v.x % of == 0 && v.y % of == 0 && v.z % of == 0;
@@ -23,13 +27,13 @@ bool by_origin(const Block& a, const Block& b) {
 }
 
 /// Whether the pyramid has a leaf, or a uniform cube around it, at this sample block.
-bool is_covered(const Pyramid& p, Vec3i block) {
+bool is_covered(const Pyramid& p, const NodeIndex& leaves, Vec3i block) {
   const Vec3l d = Vec3l(block) - p.origin;
   const std::int64_t edge = std::int64_t(1) << p.root_log2();
   if (p.empty() || min_component(d) < 0 || max_component(d) >= edge) return false;
   std::uint64_t code =
       morton_encode(Vec3<std::uint32_t>(Vec3l(d.x / kLeafEdge, d.y / kLeafEdge, d.z / kLeafEdge)));
-  if (find(p.levels[0], code)) return true;
+  if (leaves.find(code)) return true;
   for (std::size_t level = 1; level < p.levels.size(); ++level) {
     code >>= 3;
     // A node without children is uniform: then nothing lies below, not even beside the block.
@@ -55,6 +59,7 @@ std::optional<std::string> check_blocks(const VoxelGrid& grid, const Pyramid& py
     }
     return false;
   };
+  const NodeIndex leaves(pyramid.empty() ? std::span<const PyramidNode>() : pyramid.levels[0]);
   for (std::size_t i = 0; i < grid.tiles.size(); ++i) {
     const Tile& t = grid.tiles[i];
     const std::string tile = fmt::format("tile {} at {}: ", i, text(t.origin));
@@ -65,20 +70,23 @@ std::optional<std::string> check_blocks(const VoxelGrid& grid, const Pyramid& py
     if (i > 0 && !by_origin(grid.tiles[i - 1], t)) return tile + "out of order";
     if (!is_density(t.value) || t.value == 0) return tile + "its value is not a positive number";
     if (in_tile(t.origin, t.edge + 1)) return tile + "inside another tile";
-    if (!is_covered(pyramid, t.origin) ||
-        !is_covered(pyramid, t.origin + Vec3i(t.edge - kBrickEdge))) {
+    if (!is_covered(pyramid, leaves, t.origin) ||
+        !is_covered(pyramid, leaves, t.origin + Vec3i(t.edge - kBrickEdge))) {
       return tile + "outside the bounds";
     }
   }
-  for (std::size_t i = 0; i < grid.bricks.size(); ++i) {
+  const auto wrong_with = [&](std::size_t i) -> const char* {
     const Vec3i origin = grid.bricks[i].origin;
-    const std::string brick = fmt::format("brick {} at {}: ", i, text(origin));
-    if (!is_multiple(origin, kBrickEdge)) return brick + "not aligned to 8";
-    if (i > 0 && !by_origin(grid.bricks[i - 1], grid.bricks[i])) return brick + "out of order";
-    if (in_tile(origin, kBrickEdge)) return brick + "inside a tile";
-    if (!is_covered(pyramid, origin)) return brick + "outside the bounds";
-  }
-  return std::nullopt;
+    if (!is_multiple(origin, kBrickEdge)) return "not aligned to 8";
+    if (i > 0 && !by_origin(grid.bricks[i - 1], grid.bricks[i])) return "out of order";
+    if (in_tile(origin, kBrickEdge)) return "inside a tile";
+    return is_covered(pyramid, leaves, origin) ? nullptr : "outside the bounds";
+  };
+  const auto wrong = parallel_find(grid.bricks.size(), kGrain,
+                                   [&](std::size_t i) { return wrong_with(i) != nullptr; });
+  if (!wrong) return std::nullopt;
+  return fmt::format("brick {} at {}: {}", *wrong, text(grid.bricks[*wrong].origin),
+                     wrong_with(*wrong));
 }
 
 void write_blocks(const VoxelGrid& grid, ChunkWriter& chunk) {

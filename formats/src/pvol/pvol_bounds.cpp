@@ -213,12 +213,14 @@ class Decoder {
 
   void check_masks(std::size_t i, std::uint64_t children, std::uint64_t stops,
                    std::uint32_t groups) const {
-    const std::string node = fmt::format("node {}: ", i);
-    if (children == 0 && groups == 0) refuse(place_, node + "no children");
-    if ((stops & ~children) != 0) refuse(place_, node + "an empty child is marked as uniform");
+    const auto refuse_node = [&](const std::string& wrong) {
+      refuse(place_, fmt::format("node {}: {}", i, wrong));
+    };
+    if (children == 0 && groups == 0) refuse_node("no children");
+    if ((stops & ~children) != 0) refuse_node("an empty child is marked as uniform");
     for (std::uint32_t g = 0; g < 8; ++g) {
       if ((groups >> g & 1) && (children >> 8 * g & 0xff) != 0) {
-        refuse(place_, fmt::format("{}group {} is uniform but has children", node, g));
+        refuse_node(fmt::format("group {} is uniform but has children", g));
       }
     }
   }

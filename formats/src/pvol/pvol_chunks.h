@@ -149,14 +149,17 @@ class ChunkReader {
 
  private:
   void require(std::uint64_t size) const;
-  void check_frames() const;
-  void next_frame();
+  void find_frames(Bytes rest);
+  void decode_frame(Bytes frame, std::span<std::byte> to) const;
+  [[nodiscard]] std::size_t decode_whole_frames(std::span<std::byte> to);
+  void decode_next_frame();
 
   ChunkEntry entry_;
-  Bytes stored_;  // frames still to be decoded
-  Bytes frame_;   // raw bytes still to be read of the current one
+  std::vector<Bytes> frames_;  // of a compressed chunk
+  std::size_t next_frame_ = 0;
+  Bytes frame_;  // raw bytes still to be read of the current frame, or of a chunk as it is
   std::uint64_t left_;
-  std::vector<std::byte> buffer_, shuffled_;
+  std::vector<std::byte> buffer_;
   std::string place_;
   std::shared_ptr<const void> owner_;
 };

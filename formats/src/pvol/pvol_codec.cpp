@@ -1,5 +1,6 @@
 // The raw bytes of chunks from their stored bytes and back: zstd frames of one megabyte, so that
-// neither direction holds more than that of a chunk besides the data itself.
+// neither direction holds more than a few of them besides the data itself, and that threads can
+// decode them beside each other.
 #include <fmt/format.h>
 
 #include <xxhash.h>
@@ -10,6 +11,7 @@
 #include <sstream>
 
 #include "pvol/error.h"
+#include "pvol/math/parallel.h"
 #include "pvol/pvol_chunks.h"
 
 namespace pvol::formats::detail {
@@ -23,7 +25,7 @@ constexpr int kBoundsLevel = 9;
 std::string number(std::uint64_t n) { return fmt::to_string(n); }
 
 /// Word i of `out` is made of byte i of each of the four quarters of `in`.
-void unshuffle(Bytes in, std::byte* out) {
+void unshuffle(Bytes in, std::span<std::byte> out) {
   const std::size_t words = in.size() / 4;
   for (std::size_t i = 0; i < words; ++i) {
     for (std::size_t plane = 0; plane < 4; ++plane) out[4 * i + plane] = in[plane * words + i];
@@ -47,11 +49,7 @@ std::uint64_t checksum(Bytes bytes) { return XXH3_64bits(bytes.data(), bytes.siz
 
 ChunkReader::ChunkReader(const ChunkEntry& entry, Bytes stored, std::string place,
                          std::shared_ptr<const void> owner)
-    : entry_(entry),
-      stored_(stored),
-      left_(entry.raw_bytes),
-      place_(std::move(place)),
-      owner_(std::move(owner)) {
+    : entry_(entry), left_(entry.raw_bytes), place_(std::move(place)), owner_(std::move(owner)) {
   switch (entry.codec) {
     case Codec::raw:
       if (stored.size() != entry.raw_bytes) {
@@ -62,15 +60,14 @@ ChunkReader::ChunkReader(const ChunkEntry& entry, Bytes stored, std::string plac
       return;
     case Codec::zstd:
     case Codec::shuffled_zstd:
-      check_frames();
+      find_frames(stored);
       return;
   }
   refuse(place_, "codec " + number(std::uint64_t(entry.codec)) + "; expected 0, 1 or 2");
 }
 
 /// Every frame says how many raw bytes it holds: kFrameBytes, but for the last. Nothing is decoded.
-void ChunkReader::check_frames() const {
-  Bytes rest = stored_;
+void ChunkReader::find_frames(Bytes rest) {
   std::uint64_t left = left_;
   while (left > 0) {
     const std::uint64_t expected = std::min<std::uint64_t>(left, kFrameBytes);
@@ -82,6 +79,7 @@ void ChunkReader::check_frames() const {
                          number(expected) + " with " + number(left) + " of " +
                          number(entry_.raw_bytes) + " left");
     }
+    frames_.push_back(rest.first(size));
     rest = rest.subspan(size);
     left -= expected;
   }
@@ -91,18 +89,32 @@ void ChunkReader::check_frames() const {
   }
 }
 
-void ChunkReader::next_frame() {
-  const std::size_t raw = std::size_t(std::min<std::uint64_t>(left_, kFrameBytes));
-  const std::size_t size = ZSTD_findFrameCompressedSize(stored_.data(), stored_.size());
-  buffer_.resize(raw);
-  const std::size_t got = ZSTD_decompress(buffer_.data(), raw, stored_.data(), size);
-  if (ZSTD_isError(got) || got != raw) refuse(place_, "the compressed data cannot be decoded");
-  stored_ = stored_.subspan(size);
-  if (entry_.codec == Codec::shuffled_zstd) {
-    shuffled_.resize(raw);
-    std::swap(shuffled_, buffer_);
-    unshuffle(shuffled_, buffer_.data());
+/// Fills `to` with the raw bytes of a frame, which has as many.
+void ChunkReader::decode_frame(Bytes frame, std::span<std::byte> to) const {
+  const bool shuffled = entry_.codec == Codec::shuffled_zstd;
+  std::vector<std::byte> words(shuffled ? to.size() : 0);
+  const std::span<std::byte> raw = shuffled ? words : to;
+  const std::size_t got = ZSTD_decompress(raw.data(), raw.size(), frame.data(), frame.size());
+  if (ZSTD_isError(got) || got != raw.size()) {
+    refuse(place_, "the compressed data cannot be decoded");
   }
+  if (shuffled) unshuffle(words, to);
+}
+
+/// Decodes the frames that `to` holds whole, beside each other, into it; returns their raw bytes.
+std::size_t ChunkReader::decode_whole_frames(std::span<std::byte> to) {
+  const std::size_t whole = to.size() / kFrameBytes;
+  parallel_for(0, whole, [&](std::size_t i) {
+    decode_frame(frames_[next_frame_ + i], to.subspan(i * kFrameBytes, kFrameBytes));
+  });
+  next_frame_ += whole;
+  return whole * kFrameBytes;
+}
+
+/// The next frame, for reads that begin or end within it.
+void ChunkReader::decode_next_frame() {
+  buffer_.resize(std::size_t(std::min<std::uint64_t>(left_, kFrameBytes)));
+  decode_frame(frames_[next_frame_++], buffer_);
   frame_ = buffer_;
 }
 
@@ -124,11 +136,14 @@ std::optional<ChunkReader::InPlace> ChunkReader::take_in_place(std::uint64_t siz
 void ChunkReader::read(std::span<std::byte> to) {
   require(to.size());
   while (!to.empty()) {
-    if (frame_.empty()) next_frame();
-    const std::size_t n = std::min(to.size(), frame_.size());
-    std::memcpy(to.data(), frame_.data(), n);
+    std::size_t n = frame_.empty() ? decode_whole_frames(to) : 0;
+    if (n == 0) {
+      if (frame_.empty()) decode_next_frame();
+      n = std::min(to.size(), frame_.size());
+      std::memcpy(to.data(), frame_.data(), n);
+      frame_ = frame_.subspan(n);
+    }
     to = to.subspan(n);
-    frame_ = frame_.subspan(n);
     left_ -= n;
   }
 }

@@ -26,11 +26,11 @@ std::size_t count_open(const std::vector<MicroBounds::Scale>& scales) {
 std::optional<std::string> check(const MicroBounds& m) {
   const auto good = [](float v) { return v >= 0 && std::isfinite(v); };
   for (std::size_t i = 0; i < m.scales.size(); ++i) {
-    const std::string leaf = fmt::format("leaf {}: ", i);
-    if (!good(m.scales[i].base)) return leaf + "its base is negative or not finite";
-    if (!good(m.scales[i].step)) return leaf + "its step is negative or not finite";
+    const auto leaf = [&](const char* wrong) { return fmt::format("leaf {}: {}", i, wrong); };
+    if (!good(m.scales[i].base)) return leaf("its base is negative or not finite");
+    if (!good(m.scales[i].step)) return leaf("its step is negative or not finite");
     for (std::size_t c = i * kCubes; c < (i + 1) * kCubes; ++c) {
-      if (m.codes[c].lo > m.codes[c].hi) return leaf + "a lower bound above the upper one";
+      if (m.codes[c].lo > m.codes[c].hi) return leaf("a lower bound above the upper one");
     }
   }
   return std::nullopt;

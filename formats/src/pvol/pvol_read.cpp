@@ -329,4 +329,11 @@ FileHash hash_file(const fs::path& file) {
   return {checksum(mapped.bytes()), mapped.bytes().size()};
 }
 
+std::string read_pvol_head(const fs::path& file) {
+  const MappedFile mapped(file);
+  const Container checked(mapped.bytes(), file.string());
+  const Bytes head = mapped.bytes().first(measure(checked.table()).header);
+  return {reinterpret_cast<const char*>(head.data()), head.size()};
+}
+
 }  // namespace pvol::formats

@@ -8,9 +8,9 @@
 #include "bounds/pyramid_parts.h"
 #include "density/lattice_index.h"
 #include "density/sample_range.h"
-#include "math/parallel.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/error.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol {
 namespace {

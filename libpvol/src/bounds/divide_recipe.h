@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "density/recipe_view.h"
-#include "math/parallel.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/error.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol::detail {
 

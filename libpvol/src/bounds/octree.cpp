@@ -6,9 +6,9 @@
 #include <bit>
 #include <cmath>
 
-#include "math/parallel.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/error.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol {
 namespace {

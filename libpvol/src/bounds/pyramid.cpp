@@ -3,6 +3,7 @@
 #include "pvol/bounds/pyramid.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <cstdio>
@@ -52,16 +53,16 @@ std::uint32_t gather(std::uint64_t x) {
 // The code counts in units of 2^-41 scale: e = code >> 11, m = code & 2047 stand for m units where
 // e = 0 (steps of one unit) and for (2048 + m) << (e - 1) otherwise. The scale, 2^41 units, is e =
 // 31, m = 0; codes above it are not used.
-constexpr int kMantissaBits = 11;
+constexpr std::uint32_t kMantissaBits = 11;
 constexpr std::uint32_t kHidden = 1u << kMantissaBits;
-constexpr int kScaleLog2 = 41;
+constexpr double kUnits = 0x1p41;  // of the scale
 
 /// The code near v, up to rounding; v <= scale.
 std::uint32_t estimate_code(float v, float scale) {
-  const double units = std::ldexp(double(v) / double(scale), kScaleLog2);
+  const auto units = std::uint64_t(double(v) / double(scale) * kUnits);
   if (units < kHidden) return std::uint32_t(units);
-  const int e = std::ilogb(units) - kMantissaBits;  // units are (2048 + m) 2^e
-  return (std::uint32_t(e) << kMantissaBits) + std::uint32_t(std::ldexp(units, -e));
+  const auto e = std::uint32_t(std::bit_width(units)) - 1 - kMantissaBits;  // (2048 + m) 2^e
+  return (e << kMantissaBits) + std::uint32_t(units >> e);
 }
 
 /// The number of codes for which `below` holds; it must hold for a lower part of the codes only.
@@ -206,10 +207,10 @@ NodeRange children(const Pyramid& pyramid, std::size_t level, std::size_t i) {
   if (level == 0) return {};
   const auto& below = pyramid.levels[level - 1];
   const std::uint64_t first = pyramid.levels[level][i].code * 8;
-  const auto at = [&](auto from, std::uint64_t code) {
-    return std::lower_bound(from, below.end(), PyramidNode{code, 0, 0}, by_code);
-  };
-  const auto begin = at(below.begin(), first), end = at(begin, first + 8);
+  const auto begin =
+      std::lower_bound(below.begin(), below.end(), PyramidNode{first, 0, 0}, by_code);
+  auto end = begin;
+  while (end != below.end() && end->code < first + 8) ++end;
   return {std::size_t(begin - below.begin()), std::size_t(end - below.begin())};
 }
 
@@ -266,7 +267,7 @@ float decode(std::uint16_t code, float scale) {
   const std::uint32_t e = code >> kMantissaBits, m = code & (kHidden - 1);
   const std::uint64_t units = e == 0 ? m : std::uint64_t(kHidden + m) << (e - 1);
   // 12 by 24 significant bits: the product is an exact double, and rounding it is monotonic.
-  return float(std::ldexp(double(units) * double(scale), -kScaleLog2));
+  return float(double(units) * double(scale) * (1 / kUnits));
 }
 
 std::uint16_t encode_down(float v, float scale) {

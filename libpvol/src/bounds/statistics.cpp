@@ -8,7 +8,7 @@
 #include "bounds/box_volume.h"
 #include "bounds/octree_children.h"
 #include "density/lattice_index.h"
-#include "math/parallel.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol {
 namespace {

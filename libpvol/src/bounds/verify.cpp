@@ -4,11 +4,13 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <span>
 #include <utility>
 
 #include "density/lattice_index.h"
 #include "density/sample_range.h"
-#include "math/parallel.h"
+#include "pvol/bounds/node_index.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol {
 namespace {
@@ -167,7 +169,8 @@ void check_cubes(const Cubes& cubes, const BlockFinder& blocks, double filled, s
 /// Finds places that the pyramid holds to be empty in boxes of cells that are not.
 class MissingCubes {
  public:
-  MissingCubes(const Cubes& cubes, const BlockFinder& blocks) : cubes_(cubes), blocks_(blocks) {}
+  MissingCubes(const Cubes& cubes, const NodeIndex& leaves, const BlockFinder& blocks)
+      : cubes_(cubes), leaves_(leaves), blocks_(blocks) {}
 
   /// Cells lo <= c <= hi.
   void look(Vec3l lo, Vec3l hi) {
@@ -204,7 +207,7 @@ class MissingCubes {
         return false;
       leaf[a] = std::uint32_t(from / kLeafEdge);
     }
-    return find(cubes_.pyramid.levels[0], morton_encode(leaf)).has_value();
+    return leaves_.find(morton_encode(leaf)).has_value();
   }
 
   /// Below a cube that is not there, on to the leaves or what the box fills.
@@ -226,6 +229,7 @@ class MissingCubes {
   }
 
   const Cubes& cubes_;
+  const NodeIndex& leaves_;
   const BlockFinder& blocks_;
   std::vector<std::pair<std::size_t, std::uint64_t>> places_;
 };
@@ -267,11 +271,13 @@ void check_places(const VoxelGrid& grid, const Cubes& cubes, const BlockFinder& 
                   BoundsCheck& check) {
   const KernelExtent extent = extent_of(cubes.pyramid.look_up);
   const Vec3l above(extent.above), below(extent.below);
-  MissingCubes missing(cubes, blocks);
+  const Pyramid& p = cubes.pyramid;
+  const NodeIndex leaves(p.empty() ? std::span<const PyramidNode>() : p.levels[0]);
+  MissingCubes missing(cubes, leaves, blocks);
   PointBox all;
   std::mutex mutex;
   parallel_parts(0, grid.bricks.size(), 64, [&](std::size_t begin, std::size_t end) {
-    MissingCubes part(cubes, blocks);
+    MissingCubes part(cubes, leaves, blocks);
     PointBox of_part;
     for (std::size_t k = begin; k != end; ++k) {
       const PointBox box = box_of(grid.bricks[k]);

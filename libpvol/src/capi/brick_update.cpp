@@ -9,7 +9,7 @@
 #include "density/lattice_index.h"
 #include "density/sample_range.h"
 #include "field/gather.h"
-#include "math/parallel.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol::detail {
 namespace {

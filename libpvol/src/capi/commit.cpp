@@ -4,7 +4,7 @@
 
 #include "capi/build.h"
 #include "capi/guard.h"
-#include "math/parallel.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol::detail {
 namespace {

@@ -11,9 +11,9 @@
 
 #include "capi/guard.h"
 #include "density/array_rows.h"
-#include "math/parallel.h"
 #include "pvol/density/quantise.h"
 #include "pvol/error.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol::detail {
 namespace {

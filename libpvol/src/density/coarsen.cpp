@@ -7,8 +7,8 @@
 #include <string>
 
 #include "density/lattice_index.h"
-#include "math/parallel.h"
 #include "pvol/error.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol {
 namespace {

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
-#include "math/parallel.h"
 #include "pvol/density/sample_count.h"
 #include "pvol/error.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol {
 namespace {

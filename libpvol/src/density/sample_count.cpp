@@ -1,10 +1,9 @@
 #include "pvol/density/sample_count.h"
 
 #include <algorithm>
-#include <atomic>
 #include <mutex>
 
-#include "math/parallel.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol {
 namespace {
@@ -39,21 +38,12 @@ SampleCount count_samples(const VoxelGrid& grid) {
 
 std::optional<std::size_t> find_wrong_brick(std::span<const float> samples) {
   const std::size_t bricks = samples.size() / kBrickSamples;
-  std::atomic<std::size_t> first = bricks;
-  parallel_parts(0, bricks, kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < std::min(end, first.load()); ++b) {
-      // Without a branch for each, as nearly all are right.
-      bool right = true;
-      for (const float v : samples.subspan(b * kBrickSamples, kBrickSamples)) {
-        right &= is_density(v);
-      }
-      if (right) continue;
-      for (std::size_t known = first; b < known && !first.compare_exchange_weak(known, b);) {
-      }
-      return;
-    }
+  return parallel_find(bricks, kGrain, [&](std::size_t b) {
+    // Without a branch for each, as nearly all are right.
+    bool right = true;
+    for (const float v : samples.subspan(b * kBrickSamples, kBrickSamples)) right &= is_density(v);
+    return !right;
   });
-  return first < bricks ? std::optional(first.load()) : std::nullopt;
 }
 
 }  // namespace pvol

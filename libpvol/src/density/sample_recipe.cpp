@@ -6,8 +6,8 @@
 #include <memory>
 
 #include "density/recipe_view.h"
-#include "math/parallel.h"
 #include "pvol/density/recipe.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "density/array_rows.h"
 #include "math/memory.h"
-#include "math/parallel.h"
 #include "pvol/error.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol {
 

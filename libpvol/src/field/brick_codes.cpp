@@ -76,6 +76,15 @@ void find_code_ranges(const std::uint8_t* codes, std::array<CodeRange, 64>& rang
   }
 }
 
+CodeRange find_code_range(const std::uint8_t* codes) {
+  std::uint8_t lo = codes[0], hi = codes[0];
+  for (int i = 1; i < kFieldSamples; ++i) {
+    lo = std::min(lo, codes[i]);
+    hi = std::max(hi, codes[i]);
+  }
+  return {lo, hi};
+}
+
 DensityRange reach_of_codes(SampleCodes::Scale scale, CodeRange range) {
   if (scale.base < 0 && range.hi == 0) return {0, 0};
   // Look-ups among codes leave their hull by 3 ulp of 255 at most.

@@ -21,6 +21,9 @@ struct CodeRange {
 /// at (i * 4 + j) * 4 + k.
 void find_code_ranges(const std::uint8_t* codes, std::array<CodeRange, 64>& ranges);
 
+/// That of all codes of a brick.
+[[nodiscard]] CodeRange find_code_range(const std::uint8_t* codes);
+
 /// The densities that nearest and trilinear look-ups can compute among samples with such codes: 0
 /// where all samples are.
 [[nodiscard]] DensityRange reach_of_codes(SampleCodes::Scale scale, CodeRange range);

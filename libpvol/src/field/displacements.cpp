@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "math/digits.h"
-#include "math/parallel.h"
 #include "pvol/error.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol {
 namespace {

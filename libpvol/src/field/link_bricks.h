@@ -14,8 +14,8 @@
 #include "field/brick_samples.h"
 #include "field/gather.h"
 #include "field/sample_check.h"
-#include "math/parallel.h"
 #include "pvol/field/brick_field.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol::detail {
 

@@ -8,8 +8,8 @@
 #include "field/brick_samples.h"
 #include "field/cube_range.h"
 #include "field/micro_codes.h"
-#include "math/parallel.h"
 #include "pvol/field/brick_field.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol {
 namespace {

@@ -1,13 +1,12 @@
 #include "field/micro_codes.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <string>
 
-#include "math/parallel.h"
 #include "pvol/error.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol::detail {
 namespace {
@@ -87,7 +86,8 @@ bool fit(const MicroBounds& bounds, std::size_t bricks) {
 std::optional<std::uint32_t> find_violation(const MicroBounds& bounds, std::size_t bricks,
                                             const RangesOfBrick& ranges_of) {
   const std::size_t cubes = micro_cubes_per_brick(bounds.edge);
-  const auto brick_holds = [&](std::size_t b, CubeRanges& ranges) {
+  const auto is_violated = [&](std::size_t b) {
+    CubeRanges ranges;
     ranges_of(b, bounds.edge, ranges);
     bool good = true;
     for (std::size_t i = 0; i < cubes; ++i) {
@@ -95,20 +95,10 @@ std::optional<std::uint32_t> find_violation(const MicroBounds& bounds, std::size
       const MicroBounds::Scale s = bounds.scales[b];
       good &= decode(s, c.lo) <= ranges.cube[i].lo && ranges.cube[i].hi <= decode(s, c.hi);
     }
-    return good;
+    return !good;
   };
-  std::atomic<std::size_t> first = bricks;
-  parallel_parts(0, bricks, kGrain, [&](std::size_t begin, std::size_t end) {
-    CubeRanges ranges;
-    for (std::size_t b = begin; b < std::min(end, first.load()); ++b) {
-      if (brick_holds(b, ranges)) continue;
-      std::size_t found = first;
-      while (b < found && !first.compare_exchange_weak(found, b)) {
-      }
-    }
-  });
-  if (first == bricks) return std::nullopt;
-  return std::uint32_t(first);
+  if (const auto b = parallel_find(bricks, kGrain, is_violated)) return std::uint32_t(*b);
+  return std::nullopt;
 }
 
 }  // namespace pvol::detail

@@ -7,8 +7,8 @@
 
 #include "density/recipe_view.h"
 #include "field/micro_codes.h"
-#include "math/parallel.h"
 #include "pvol/error.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol {
 

@@ -1,7 +1,7 @@
 #include "pvol/field/sample_codes.h"
 
 #include "field/brick_codes.h"
-#include "math/parallel.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol {
 namespace {

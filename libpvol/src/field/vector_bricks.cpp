@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "density/lattice_index.h"
-#include "math/parallel.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol {
 namespace {

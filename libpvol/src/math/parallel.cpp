@@ -1,4 +1,4 @@
-#include "math/parallel.h"
+#include "pvol/math/parallel.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

@@ -8,9 +8,9 @@
 #include <string>
 #include <tuple>
 
-#include "math/parallel.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/error.h"
+#include "pvol/math/parallel.h"
 
 // Marching tetrahedra: Doi and Koide. An Efficient Method of Triangulating Equi-Valued Surfaces by
 // Using Tetrahedral Cells. IEICE Transactions E74(1), 1991; in Kuhn's split of a cube into six

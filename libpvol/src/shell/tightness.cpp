@@ -5,8 +5,8 @@
 #include <bit>
 #include <numbers>
 
-#include "math/parallel.h"
 #include "math/philox.h"
+#include "pvol/math/parallel.h"
 #include "pvol/shell/ray_shell.h"
 
 namespace pvol {

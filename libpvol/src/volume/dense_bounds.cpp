@@ -8,7 +8,7 @@
 #include "bounds/octree_children.h"
 #include "field/brick_codes.h"
 #include "field/micro_codes.h"
-#include "math/parallel.h"
+#include "pvol/math/parallel.h"
 #include "pvol/field/brick_field.h"
 #include "pvol/field/micro_range.h"
 #include "pvol/math/field_map.h"

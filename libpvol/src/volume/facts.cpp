@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
+#include <unordered_map>
+#include <vector>
 
 #include "density/sample_range.h"
-#include "math/parallel.h"
+#include "pvol/math/parallel.h"
 #include "pvol/volume/emitter.h"
 #include "pvol/volume/moving_places.h"
 #include "volume/placement.h"
@@ -61,7 +62,8 @@ class Columns {
   [[nodiscard]] Result result() const {
     Result r;
     double total = 0, count = 0;
-    for (const auto& [place, b] : blocks_) {
+    for (const std::uint64_t place : places_in_order()) {
+      const Block& b = blocks_.at(place);
       const double weight = double(b.stands_for) * b.stands_for;
       for (const double sum : b.sums) {
         total += weight * sum;
@@ -99,6 +101,14 @@ class Columns {
     }
   }
 
+  /// So that sums are the same each time.
+  [[nodiscard]] std::vector<std::uint64_t> places_in_order() const {
+    std::vector<std::uint64_t> places;
+    for (const auto& entry : blocks_) places.push_back(entry.first);
+    std::sort(places.begin(), places.end());
+    return places;
+  }
+
   Block& block(Vec3i at) {
     const auto place = [&](int shift) {
       return std::uint64_t(std::uint32_t(at[(axis_ + shift) % 3] / kBrickEdge));
@@ -107,7 +117,7 @@ class Columns {
   }
 
   int axis_;
-  std::map<std::uint64_t, Block> blocks_;
+  std::unordered_map<std::uint64_t, Block> blocks_;
 };
 
 /// What facts need of all samples, in one pass: large grids do not fit into caches.

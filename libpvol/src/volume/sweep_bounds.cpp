@@ -3,8 +3,8 @@
 #include <cmath>
 #include <vector>
 
-#include "math/parallel.h"
 #include "pvol/error.h"
+#include "pvol/math/parallel.h"
 #include "pvol/volume/motion.h"
 #include "volume/still_ranges.h"
 

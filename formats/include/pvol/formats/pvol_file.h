@@ -85,10 +85,10 @@ PvolSizes write_pvol(const std::filesystem::path& file, const PvolFile& content,
                      Compression compression = Compression::zstd);
 
 /// Reads and validates everything: sizes, offsets, checksums, order of nodes, finite values. Memory
-/// is that of the result, of the codes of a quantised density, and one megabyte; samples that are
-/// exact and not compressed stay in the file, which is mapped as long as they are used. The file
-/// must not be truncated meanwhile; replacing it, as `write_pvol` does, is safe. Throws Error that
-/// names the file, the chunk, what was found and what was expected.
+/// is that of the result, of the codes of a quantised density, and a megabyte for each thread;
+/// samples that are exact and not compressed stay in the file, which is mapped as long as they are
+/// used. The file must not be truncated meanwhile; replacing it, as `write_pvol` does, is safe.
+/// Throws Error that names the file, the chunk, what was found and what was expected.
 [[nodiscard]] PvolFile read_pvol(const std::filesystem::path& file);
 
 /// The same from memory; `name` stands for the file in errors.
@@ -114,5 +114,9 @@ struct FileHash {
   std::uint64_t hash = 0, bytes = 0;
 };
 [[nodiscard]] FileHash hash_file(const std::filesystem::path& file);
+
+/// The bytes of a file's header and table, which tell whether two files hold the same, as their
+/// checksums cover all else; nothing else is read. Throws Error where they are not valid.
+[[nodiscard]] std::string read_pvol_head(const std::filesystem::path& file);
 
 }  // namespace pvol::formats

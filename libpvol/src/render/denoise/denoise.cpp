@@ -4,9 +4,9 @@
 #include <cmath>
 #include <utility>
 
-#include "math/parallel.h"
 #include "math/workers.h"
 #include "pvol/error.h"
+#include "pvol/math/parallel.h"
 #include "render/denoise/filter_error.h"
 #include "render/denoise/frame_planes.h"
 #include "render/denoise/regression.h"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "math/parallel.h"
 #include "pvol/error.h"
+#include "pvol/math/parallel.h"
 #include "pvol/render/aov.h"
 #include "pvol/render/denoise.h"
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "math/parallel.h"
+#include "pvol/math/parallel.h"
 
 namespace pvol::detail {
 namespace {

@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "math/parallel.h"
+#include "pvol/math/parallel.h"
 #include "render/denoise/summed_area.h"
 
 namespace pvol::detail {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "math/parallel.h"
 #include "pvol/error.h"
+#include "pvol/math/parallel.h"
 #include "render/film/window.h"
 #include "render/scene/projection.h"
 

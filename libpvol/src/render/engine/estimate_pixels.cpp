@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "math/parallel.h"
+#include "pvol/math/parallel.h"
 #include "render/engine/tiles/tile_renderer.h"
 #include "render/path/film_layers.h"
 #include "render/path/gather_light.h"

@@ -11,9 +11,9 @@
 #include <limits>
 #include <optional>
 
-#include "math/parallel.h"
 #include "math/workers.h"
 #include "pvol/error.h"
+#include "pvol/math/parallel.h"
 #include "render/engine/estimate_pixels.h"
 #include "render/engine/passes.h"
 #include "render/engine/reporter.h"

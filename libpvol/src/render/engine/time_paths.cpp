@@ -6,7 +6,7 @@
 #include <ctime>
 #include <mutex>
 
-#include "math/parallel.h"
+#include "pvol/math/parallel.h"
 #include "render/engine/passes.h"
 #include "render/engine/tiles/tile_renderer.h"
 #include "render/path/film_layers.h"

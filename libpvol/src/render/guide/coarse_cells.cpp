@@ -7,8 +7,8 @@
 #include <map>
 
 #include "bounds/octree_children.h"
-#include "math/parallel.h"
 #include "pvol/bounds/pyramid.h"
+#include "pvol/math/parallel.h"
 #include "pvol/volume/facts.h"
 #include "volume/cell_look_up.h"
 #include "volume/field_samples.h"

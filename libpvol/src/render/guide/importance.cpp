@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "math/parallel.h"
 #include "pvol/math/direction.h"
+#include "pvol/math/parallel.h"
 #include "render/guide/mixture.h"
 #include "render/path/camera_rays.h"
 #include "render/path/first_collision.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "math/parallel.h"
+#include "pvol/math/parallel.h"
 #include "pvol/volume/facts.h"
 #include "render/guide/mixture.h"
 #include "render/path/gather_light.h"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "math/parallel.h"
+#include "pvol/math/parallel.h"
 #include "pvol/shell/certificate.h"
 #include "shell/fit/enclosing_ellipsoid.h"
 #include "shell/fit/monomials.h"

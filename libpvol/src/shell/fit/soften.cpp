@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "math/parallel.h"
+#include "pvol/math/parallel.h"
 #include "pvol/shell/certificate.h"
 #include "shell/fit/adam.h"
 #include "shell/fit/monomials.h"

@@ -1,6 +1,6 @@
 #include "render/guide/photon_kernels.h"
 
-#include "math/parallel.h"
+#include "pvol/math/parallel.h"
 #include "render/engine/wavefront/wavefront.h"
 
 namespace pvol::detail {

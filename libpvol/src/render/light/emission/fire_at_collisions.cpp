@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "bounds/octree_children.h"
-#include "math/parallel.h"
 #include "pvol/field/brick_field.h"
+#include "pvol/math/parallel.h"
 #include "pvol/volume/value_field.h"
 #include "volume/cell_look_up.h"
 #include "volume/field_samples.h"

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "bounds/octree_children.h"
-#include "math/parallel.h"
 #include "pvol/bounds/pyramid.h"
+#include "pvol/math/parallel.h"
 #include "pvol/volume/extinction_source.h"
 
 namespace pvol::detail {

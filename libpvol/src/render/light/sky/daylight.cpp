@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "math/parallel.h"
 #include "math/turn_up.h"
+#include "pvol/math/parallel.h"
 #include "render/light/sky/angles.h"
 #include "render/light/sky/scattered_light.h"
 

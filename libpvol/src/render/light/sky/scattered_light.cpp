@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <span>
 
-#include "math/parallel.h"
+#include "pvol/math/parallel.h"
 #include "render/light/sky/angles.h"
 
 namespace pvol::detail {

@@ -2,7 +2,10 @@
 // so few do.
 #pragma once
 
+#include <algorithm>
+#include <atomic>
 #include <cstddef>
+#include <optional>
 
 namespace pvol {
 
@@ -34,6 +37,22 @@ void parallel_for(std::size_t begin, std::size_t end, const Body& body) {
   parallel_parts(begin, end, 1, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i != last; ++i) body(i);
   });
+}
+
+/// The least i of [0, end) for which wanted(i) is true, if there is one.
+template <class Wanted>
+[[nodiscard]] std::optional<std::size_t> parallel_find(std::size_t end, std::size_t grain,
+                                                       const Wanted& wanted) {
+  std::atomic<std::size_t> found = end;
+  parallel_parts(0, end, grain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < std::min(last, found.load()); ++i) {
+      if (!wanted(i)) continue;
+      for (std::size_t known = found; i < known && !found.compare_exchange_weak(known, i);) {
+      }
+      return;
+    }
+  });
+  return found < end ? std::optional(found.load()) : std::nullopt;
 }
 
 }  // namespace pvol
