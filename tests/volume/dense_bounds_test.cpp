@@ -70,7 +70,7 @@ TEST(DenseBounds, HoldAllThatIsInTheirCubes) {
   for (const Field& f : fields()) {
     const Volume v = make_test_volume(f, 7, std::nullopt);
     const Vec3d box = Vec3d(vec3(v.density.octree.support_hi));
-    for (const int shift : {1, 2, 3}) {
+    for (const int shift : {1, 2, 3, 4, 5}) {
       SCOPED_TRACE(f.name + ", cubes of " + std::to_string(1 << shift));
       const DenseBounds b = make_dense_bounds(v.density, shift);
       ASSERT_EQ(b.shift, shift);
@@ -111,7 +111,7 @@ TEST(DenseBounds, HoldForEveryKindOfLookUp) {
   for (const auto& [name, v] : looked_up_otherwise()) {
     SCOPED_TRACE(name);
     const Vec3d box = Vec3d(vec3(v.density.octree.support_hi));
-    for (const std::optional<int> shift : {std::optional<int>{}, {1}, {2}, {3}}) {
+    for (const std::optional<int> shift : {std::optional<int>{}, {1}, {2}, {3}, {4}, {5}}) {
       const DenseBounds b = make_dense_bounds(v.density, shift);
       Rng rng(6, 78, std::uint64_t(b.shift));
       for (int i = 0; i < 10'000 && !::testing::Test::HasFatalFailure(); ++i) {
@@ -129,30 +129,38 @@ TEST(DenseBounds, HoldForEveryKindOfLookUp) {
 TEST(DenseBounds, OfPartsAreTighter) {
   const Volume v = make_test_volume(field("gaussian"), 7, std::nullopt);
   const DenseBounds fine = make_dense_bounds(v.density, 1),
-                    coarse = make_dense_bounds(v.density, 3);
-  double sums[2] = {0, 0};
+                    coarse = make_dense_bounds(v.density, 3),
+                    coarsest = make_dense_bounds(v.density, 5);
+  double sums[3] = {0, 0, 0};
   const Vec3i end = vec3(v.density.octree.support_hi);
   for (Vec3i p; p.x < end.x; ++p.x) {
     for (p.y = 0; p.y < end.y; ++p.y) {
       for (p.z = 0; p.z < end.z; ++p.z) {
-        const std::uint32_t small = find(fine, p).word, large = find(coarse, p).word;
+        const std::uint32_t small = find(fine, p).word, large = find(coarse, p).word,
+                            huge = find(coarsest, p).word;
         if (small < DenseBounds::kFirstSolid) continue;
         ASSERT_GE(large, DenseBounds::kFirstSolid);
         ASSERT_LE(detail::majorant(small), detail::majorant(large));
+        ASSERT_LE(detail::majorant(large), detail::majorant(huge));
         sums[0] += double(detail::majorant(small)), sums[1] += double(detail::majorant(large));
+        sums[2] += double(detail::majorant(huge));
       }
     }
   }
   EXPECT_LT(sums[0], 0.8 * sums[1]);
+  EXPECT_LT(sums[1], 0.8 * sums[2]);
 }
 
-/// The thicker a cloud, the smaller the cubes that pay.
+/// The thicker a cloud, the smaller the cubes that pay; of a thin one they are larger than leaves.
 TEST(DenseBounds, ChooseTheirCubesByCost) {
-  int last = 4;
+  int last = DenseBounds::kLargestEmpty + 1;
   for (const double extinction : {0.01, 5.0, 100.0}) {
     const Volume v = make_test_volume(field("gaussian"), extinction, std::nullopt);
     const int shift = make_dense_bounds(v.density).shift;
     EXPECT_LT(shift, last) << extinction;
+    if (extinction < 1) {
+      EXPECT_GT(shift, 3);
+    }
     last = shift;
   }
   EXPECT_EQ(last, 1);

@@ -6,18 +6,15 @@
 #include <limits>
 
 #include "bounds/octree_children.h"
-#include "field/brick_codes.h"
-#include "field/micro_codes.h"
-#include "pvol/math/parallel.h"
 #include "pvol/field/brick_field.h"
-#include "pvol/field/micro_range.h"
-#include "pvol/math/field_map.h"
+#include "pvol/math/parallel.h"
+#include "volume/brick_cubes.h"
 #include "volume/field_samples.h"
 
 namespace pvol::detail {
 namespace {
 
-constexpr int kFinest = 1, kCoarsest = 3;  // shifts
+constexpr int kLeaf = 3, kCoarsest = 5;  // shifts
 constexpr std::uint64_t kMostFineWords = 1u << 21;
 constexpr std::size_t kGrain = 64;  // bricks of a task
 constexpr float kLargest = std::numeric_limits<float>::max();
@@ -40,87 +37,26 @@ std::size_t volume_of(Vec3i size) {
   return std::size_t(size.x) * std::size_t(size.y) * std::size_t(size.z);
 }
 
-/// Densities of the n^3 cubes of a brick, cube (i, j, k) at (i * n + j) * n + k.
-struct CubesOfBrick {
-  int n;
-  std::array<DensityRange, 64> range;
+/// What rays cost in cubes of an edge, up to a factor (THEORY.md, T2.2): steps, by the mean chord
+/// of 2/3 of the edge, and tentative collisions, by the majorant.
+class CubeCost {
+ public:
+  /// Words that caches do not hold make steps dearer.
+  CubeCost(const Octree& tree, int shift) : cells_(std::ldexp(1.0, 3 * shift)) {
+    constexpr std::uint64_t kCached = 1u << 20;
+    const double step = count_words(tree, shift) > kCached ? 1.5 : 1;
+    steps_ = step / (2.0 / 3.0 * std::ldexp(1.0, shift));
+  }
+
+  /// With a majorant of so much optical depth in a cell.
+  [[nodiscard]] double operator()(double depth) const {
+    constexpr double kTentative = 3;
+    return cells_ * (steps_ + kTentative * depth);
+  }
+
+ private:
+  double cells_, steps_;
 };
-
-/// Calls visit(index, (i, j, k)) for the n^3 cubes of a brick.
-template <class Visit>
-void for_cubes(int n, const Visit& visit) {
-  for (int i = 0, at = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) {
-      for (int k = 0; k < n; ++k, ++at) visit(at, Vec3i(i, j, k));
-    }
-  }
-}
-
-/// Those of cubes of twice the edge.
-CubesOfBrick coarser(const CubesOfBrick& fine) {
-  CubesOfBrick r{fine.n / 2, {}};
-  for_cubes(r.n, [&](int at, Vec3i) { r.range[std::size_t(at)] = {kLargest, 0}; });
-  for_cubes(fine.n, [&](int at, Vec3i cube) {
-    const int parent = ((cube.x >> 1) * r.n + (cube.y >> 1)) * r.n + (cube.z >> 1);
-    DensityRange& to = r.range[std::size_t(parent)];
-    const DensityRange& from = fine.range[std::size_t(at)];
-    to = {std::min(to.lo, from.lo), std::max(to.hi, from.hi)};
-  });
-  return r;
-}
-
-/// What look-ups can compute in the finest cubes of a brick, before the field's map.
-void find_ranges(const VolumeField& field, std::uint32_t b, std::array<DensityRange, 64>& range) {
-  if (field.look_up == LookUp::tricubic) {
-    CubeRanges cubes;
-    tricubic_ranges(field.bricks().brick<LookUp::tricubic>(b), 1 << kFinest, cubes);
-    std::copy_n(cubes.cube.begin(), range.size(), range.begin());
-    return;
-  }
-  // By codes of samples, which tell the same whether the field has them or not.
-  std::array<std::uint8_t, kFieldSamples> own;
-  const bool has_codes = field.codes != nullptr;
-  SampleCodes::Scale scale;
-  if (has_codes) {
-    scale = field.codes->scales[b];
-  } else {
-    std::array<float, kFieldSamples> scratch;
-    scale = code_samples(samples_of(field, b, scratch.data()), own.data());
-  }
-  std::array<CodeRange, 64> codes;
-  find_code_ranges(has_codes ? field.codes->of_brick(b) : own.data(), codes);
-  for (std::size_t i = 0; i < range.size(); ++i) range[i] = reach_of_codes(scale, codes[i]);
-}
-
-/// The same, mapped, in cubes of an edge.
-CubesOfBrick cubes_of(const VolumeField& field, std::uint32_t b, int shift) {
-  CubesOfBrick r{kLeafEdge >> kFinest, {}};
-  find_ranges(field, b, r.range);
-  if (field.map != nullptr) {
-    for (DensityRange& d : r.range) {
-      const ValueRange mapped = range_over(*field.map, {d.lo, d.hi});
-      d = {mapped.lo, mapped.hi};
-    }
-  }
-  while (r.n > kLeafEdge >> shift) r = coarser(r);
-  return r;
-}
-
-/// What rays cost in a leaf of such cubes, up to a factor (THEORY.md, T2.2): steps, by the mean
-/// chord of 2/3 of the edge, and tentative collisions, by the majorant. `depth_per_density` is the
-/// optical depth of a cell of density 1. Words that caches do not hold make steps dearer.
-double cost_of(const CubesOfBrick& cubes, double depth_per_density, std::uint64_t words) {
-  constexpr std::uint64_t kCached = 1u << 20;
-  constexpr double kTentative = 3;
-  const double step = words > kCached ? 1.5 : 1;
-  const double edge = double(kLeafEdge) / cubes.n, cells = edge * edge * edge;
-  double cost = 0;
-  for_cubes(cubes.n, [&](int at, Vec3i) {
-    const double hi = double(cubes.range[std::size_t(at)].hi);
-    cost += cells * (step / (2.0 / 3.0 * edge) + kTentative * hi * depth_per_density);
-  });
-  return cost;
-}
 
 /// The word of a cube of samples from lo to hi. Look-ups leave their range by 3 ulp at most (T1.2).
 std::uint32_t word_of(DensityRange r, float scale) {
@@ -149,7 +85,7 @@ struct LeafWords {
     const auto along = [&](int shift) {
       return Vec3i(from_border.x >> shift, from_border.y >> shift, from_border.z >> shift);
     };
-    out.brick[index_in(out.leaves, along(kCoarsest))] = brick;
+    out.brick[index_in(out.leaves, along(kLeaf))] = brick;
     const Vec3i first = along(out.shift);
     for_cubes(n,
               [&](int at, Vec3i cube) { out.word[index_in(out.size, first + cube)] = words[at]; });
@@ -218,27 +154,33 @@ std::vector<std::uint32_t> count_leaves(const VolumeField& field) {
   return leaves;
 }
 
-/// The edge of cubes that costs rays least.
+/// The length of a cell's edge, of cells that are no cubes about that of their volume's.
+double cell_length(const VolumeField& field) {
+  return std::cbrt(std::abs(determinant(inverse(field.world_to_cells))));
+}
+
+/// The edge of cubes, of those within leaves, that costs rays least.
 int choose_shift(const VolumeField& field) {
-  int finest = kFinest;
-  while (finest < kCoarsest && count_words(field.octree, finest) > kMostFineWords) ++finest;
-  if (finest == kCoarsest) return finest;
-  const double cell = std::cbrt(std::abs(determinant(inverse(field.world_to_cells))));
-  const double depth = double(field.scale) * cell;
-  constexpr std::size_t kShifts = std::size_t(kCoarsest) + 1;
-  std::array<std::uint64_t, kShifts> words{};
-  for (std::size_t shift = std::size_t(finest); shift < kShifts; ++shift) {
-    words[shift] = count_words(field.octree, int(shift));
-  }
+  int finest = kFinestCubes;
+  while (finest < kLeaf && count_words(field.octree, finest) > kMostFineWords) ++finest;
+  if (finest == kLeaf) return finest;
+  const double depth = double(field.scale) * cell_length(field);
+  constexpr std::size_t kShifts = std::size_t(kLeaf) + 1;
+  std::vector<CubeCost> cost;
+  for (int shift = 0; shift <= kLeaf; ++shift) cost.emplace_back(field.octree, shift);
   using Costs = std::array<double, kShifts>;
   const std::vector<std::uint32_t> leaves = count_leaves(field);
   std::vector<Costs> of_bricks(leaves.size());
   parallel_parts(0, leaves.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b != end; ++b) {
       if (leaves[b] == 0) continue;
-      CubesOfBrick cubes = cubes_of(field, std::uint32_t(b), finest);
+      BrickCubes cubes = cubes_of(field, std::uint32_t(b), finest);
       for (auto shift = std::size_t(finest);; cubes = coarser(cubes)) {
-        of_bricks[b][shift] = double(leaves[b]) * cost_of(cubes, depth, words[shift]);
+        double sum = 0;
+        for_cubes(cubes.n, [&](int at, Vec3i) {
+          sum += cost[shift](double(cubes.range[std::size_t(at)].hi) * depth);
+        });
+        of_bricks[b][shift] = double(leaves[b]) * sum;
         if (++shift == kShifts) break;
       }
     }
@@ -263,7 +205,7 @@ bool is_bounded_by_tree(const VolumeField& f) {
 /// Words of leaves by the bounds of the octree.
 void add_words_of_tree(const VolumeField& field, DenseBounds& b) {
   const Octree& tree = field.octree;
-  b.shift = kCoarsest;
+  b.shift = kLeaf;
   b.size = count_along(tree, b.shift);
   b.word.assign(volume_of(b.size), 0);
   LeafWords words{tree, 1, b};
@@ -276,7 +218,7 @@ void add_words_of_tree(const VolumeField& field, DenseBounds& b) {
 /// Words of cubes in leaves by the samples of their bricks.
 void add_words_of_bricks(const VolumeField& field, std::optional<int> shift, DenseBounds& b) {
   const Octree& tree = field.octree;
-  b.shift = shift ? *shift : choose_shift(field);
+  b.shift = shift ? std::min(*shift, kLeaf) : choose_shift(field);
   b.size = count_along(tree, b.shift);
   b.word.assign(volume_of(b.size), 0);
   struct Cube {
@@ -291,7 +233,7 @@ void add_words_of_bricks(const VolumeField& field, std::optional<int> shift, Den
   LeafWords words{tree, kLeafEdge >> b.shift, b};
   parallel_parts(0, all.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i != end; ++i) {
-      const CubesOfBrick cubes = cubes_of(field, all[i].brick, b.shift);
+      const BrickCubes cubes = cubes_of(field, all[i].brick, b.shift);
       std::array<std::uint32_t, 64> of_cubes;
       for_cubes(cubes.n, [&](int at, Vec3i) {
         of_cubes[std::size_t(at)] = word_of(cubes.range[std::size_t(at)], field.scale);
@@ -299,6 +241,57 @@ void add_words_of_bricks(const VolumeField& field, std::optional<int> shift, Den
       words.add_cube(all[i].low, all[i].edge, all[i].brick, of_cubes.data());
     }
   });
+}
+
+/// The word of eight cubes: of a part that is empty the density is 0.
+std::uint32_t join(const std::array<std::uint32_t, 8>& words) {
+  float lo = kLargest, hi = 0;
+  for (const std::uint32_t word : words) {
+    lo = std::min(lo, word == 0 ? 0 : minorant(word));
+    hi = std::max(hi, word == 0 ? 0 : majorant(word));
+  }
+  return pack_bounds(lo, hi);
+}
+
+/// The words of cubes of twice the edge.
+PagedVector<std::uint32_t> coarser_words(const Octree& tree, const DenseBounds& b) {
+  const Vec3i size = count_along(tree, b.shift + 1);
+  PagedVector<std::uint32_t> words(volume_of(size));
+  parallel_for(0, std::size_t(size.x), [&](std::size_t x) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int z = 0; z < size.z; ++z) {
+        std::array<std::uint32_t, 8> parts;
+        for (int k = 0; k < 8; ++k) {
+          const Vec3i at = Vec3i(int(x), y, z) * 2 + Vec3i(k >> 2, k >> 1 & 1, k & 1);
+          parts[std::size_t(k)] = b.word[index_in(b.size, at)];
+        }
+        words[index_in(size, {int(x), y, z})] = join(parts);
+      }
+    }
+  });
+  return words;
+}
+
+/// What rays cost among such words, of cubes of this edge.
+double cost_of(const PagedVector<std::uint32_t>& words, const VolumeField& field, int shift) {
+  const CubeCost cost(field.octree, shift);
+  const double length = cell_length(field);
+  double sum = 0;
+  for (const std::uint32_t word : words) {
+    if (word != 0) sum += cost(double(majorant(word)) * length);
+  }
+  return sum;
+}
+
+/// Goes on to larger cubes than leaves, up to `shift` or as long as they cost rays less.
+void coarsen(const VolumeField& field, std::optional<int> shift, DenseBounds& b) {
+  while (b.shift >= kLeaf && b.shift < shift.value_or(kCoarsest)) {
+    PagedVector<std::uint32_t> words = coarser_words(field.octree, b);
+    const bool is_better = cost_of(words, field, b.shift + 1) <= cost_of(b.word, field, b.shift);
+    if (!shift && !is_better) break;
+    b.word = std::move(words);
+    b.size = count_along(field.octree, ++b.shift);
+  }
 }
 
 }  // namespace
@@ -318,13 +311,14 @@ std::uint64_t count_words(const Octree& tree, int shift) {
 DenseBounds make_dense_bounds(const VolumeField& field, std::optional<int> shift) {
   const Octree& tree = field.octree;
   DenseBounds b;
-  b.leaves = count_along(tree, kCoarsest);
+  b.leaves = count_along(tree, kLeaf);
   b.brick.assign(volume_of(b.leaves), kZeroBrick);
   if (is_bounded_by_tree(field)) {
     add_words_of_tree(field, b);
   } else {
     add_words_of_bricks(field, shift, b);
   }
+  coarsen(field, shift, b);
   fill_rest(tree, b);
   return b;
 }

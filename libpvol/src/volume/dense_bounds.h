@@ -12,9 +12,9 @@
 
 namespace pvol::detail {
 
-/// A word for each cube of 2^3, 4^3 or 8^3 cells in the box of the support, and for a border around
-/// it. Places are counted in cells from the first word's low corner, so that they are never
-/// negative; that is `kBorder` cells below the octree's origin along each axis.
+/// A word for each cube of 2^3 to 32^3 cells in the box of the support, and for a border around it.
+/// Places are counted in cells from the first word's low corner, so that they are never negative;
+/// that is `kBorder` cells below the octree's origin along each axis.
 ///
 /// The word of a cube that holds density has the majorant of mu_t [1/world length] in its upper 20
 /// bits, those of a float, rounded up; and in its lower 12 the minorant, as a share of that
@@ -28,9 +28,9 @@ struct DenseBounds {
   static constexpr std::uint32_t kShareBits = 0xfff;  ///< of a word: of 2^-12 of the majorant each
   static constexpr std::uint32_t kFirstSolid = kShareBits + 1;
 
-  int shift = 3;                     ///< log2 of the cubes' edge in cells, 1 to 3
+  int shift = 3;                     ///< log2 of the cubes' edge in cells, 1 to 5
   Vec3i size;                        ///< in cubes
-  std::vector<std::uint32_t> word;   ///< of cube (x, y, z) at (x * size.y + y) * size.z + z
+  PagedVector<std::uint32_t> word;   ///< of cube (x, y, z) at (x * size.y + y) * size.z + z
   Vec3i leaves;                      ///< the same box in leaves of 8^3 cells
   PagedVector<std::uint32_t> brick;  ///< of leaves likewise, that of those which hold density
 
@@ -53,8 +53,9 @@ struct DenseBounds {
 /// Number of words that the field would take, with cubes of this edge.
 [[nodiscard]] std::uint64_t count_words(const Octree& tree, int shift = 3);
 
-/// Bounds of a field that is not empty, in parallel. The cubes are of 8^3 cells or, where that costs
-/// rays less (THEORY.md, T2.2), smaller, unless `shift` says which; those of recipes are of 8^3.
+/// Bounds of a field that is not empty, in parallel. The cubes are those that cost rays least
+/// (THEORY.md, T2.2), unless `shift` says which; those of recipes, and of what moves, have at least
+/// 8^3 cells.
 [[nodiscard]] DenseBounds make_dense_bounds(const VolumeField& field,
                                             std::optional<int> shift = std::nullopt);
 
