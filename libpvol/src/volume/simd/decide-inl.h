@@ -39,7 +39,9 @@ inline HWY_NOINLINE void decide_by_bounds(const SimdField& f, FlightMemory& m) {
     store(as_bits(cell.first_sample(brick)), &e.sample[at]);
     if (f.codes != nullptr) {
       for (std::uint32_t lanes = bits_of(open); lanes != 0; lanes &= lanes - 1) {
-        prefetch_cell(f.codes + e.sample[at + std::size_t(std::countr_zero(lanes))]);
+        const std::size_t k = at + std::size_t(std::countr_zero(lanes));
+        prefetch_cell(f.codes + e.sample[k]);
+        prefetch(f.code_scales + 2 * std::size_t(e.brick[k]));
       }
     }
     if (f.micro_codes == nullptr) continue;
