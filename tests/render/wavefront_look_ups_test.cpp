@@ -12,8 +12,10 @@
 #include "pvol/volume/motion.h"
 #include "support/lit_scenes.h"
 #include "support/recipes.h"
+#include "support/traced_picture.h"
 #include "support/velocities.h"
 #include "support/wavefront_shots.h"
+#include "volume/dense_bounds.h"
 
 namespace pvol::test {
 namespace wavefront_look_ups_test {
@@ -111,6 +113,46 @@ TEST(WavefrontLookUps, OfSharedSamplesChangeNoBit) {
       }
     }
   }
+}
+
+/// The picture of paths among bounds of cubes of an edge.
+Film render_by_cubes(const Shot& shot, const CloudScene& s, int shift) {
+  const RenderPlan p = plan(shot.volumes, s.scene(), {.forecast = false});
+  auto dense = std::make_shared<std::vector<detail::DenseBounds>>();
+  for (const Volume& v : shot.volumes) {
+    dense->push_back(detail::make_dense_bounds(v.density, shift));
+  }
+  return traced_picture(detail::PathSetup(p, Rgb(0.0f), dense), s.options);
+}
+
+/// Large cubes hold leaves that are empty, and reach beyond the support: nothing is there.
+TEST(WavefrontLookUps, CubesOfEveryEdgeGiveTheSameMeans) {
+  const std::vector<KernelKind> kernels = simd_kernels();
+  if (kernels.empty()) GTEST_SKIP() << "the machine has no SIMD kernel";
+  CloudScene plain = sunny();
+  plain.options.guide = GuideUse::off;
+  plain.camera =
+      frame(puff_in_wind(plain, MicroBoundsUse::none, SampleStorage::copied).density.world_box, 1);
+  CloudScene windy = plain;
+  windy.camera.shutter = {0, 1};
+  std::vector<Shot> all{
+      {"plain", plain, {puff_in_wind(plain, MicroBoundsUse::codes, SampleStorage::copied)}},
+      {"in wind", windy, {puff_in_wind(windy, MicroBoundsUse::none, SampleStorage::shared)}}};
+  for (Shot& shot : shots()) {
+    if (shot.scene.options.guide == GuideUse::off) all.push_back(std::move(shot));
+  }
+  proof::Family family;
+  for (const Shot& shot : all) {
+    CloudScene s = shot.scene;
+    s.options.kernel = kernels.back();
+    s.options.samples = 50 * proof::samples(8u);
+    const Film small = render_by_cubes(shot, s, 3);
+    s.options.seed = 2;
+    const Film large = render_by_cubes(shot, s, 5);
+    compare(small, large, shot.name, family);
+    compare(average(large), average(small), shot.name + ", again", family);
+  }
+  EXPECT_TRUE(family.passes());
 }
 
 }  // namespace wavefront_look_ups_test

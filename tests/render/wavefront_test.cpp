@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "pvol/math/direction.h"
-#include "render/engine/tiles/tile_renderer.h"
 #include "render/engine/wavefront/phase_batch.h"
 #include "render/plan/choose_wavefront.h"
 #include "support/lit_scenes.h"
 #include "support/messages.h"
 #include "support/pictures.h"
 #include "support/simd_kernels.h"
+#include "support/traced_picture.h"
 
 namespace pvol::test {
 namespace wavefront_test {
@@ -312,16 +312,7 @@ Average guided_by(KernelKind kernel, const Volume& v, CloudScene s, const Value&
   setup.importance = std::make_shared<const detail::Importance>(
       std::move(cells), std::move(axes), HenyeyGreenstein(0.5), std::move(rows),
       std::move(importances));
-  Film film;
-  film.width = film.height = film.crop_width = film.crop_height = s.options.width;
-  film.pixels.resize(std::size_t(film.width) * std::size_t(film.height));
-  keep_exact_sums(film);
-  Counts unused;
-  detail::TileRenderer renderer(setup);
-  for (std::uint32_t sample = 50; sample <= s.options.samples; sample += 50) {
-    EXPECT_TRUE(renderer.render({0, 0, film.width, film.height}, {.all = sample}, film, unused));
-  }
-  return average(film);
+  return average(traced_picture(setup, s.options));
 }
 
 /// Where importance jumps from cell to cell, paths go through a roulette or are

@@ -77,7 +77,7 @@ TEST(DenseBounds, HoldAllThatIsInTheirCubes) {
       Rng rng(5, 77, std::uint64_t(shift));
       for (int i = 0; i < 40'000 && !::testing::Test::HasFatalFailure(); ++i) {
         const auto along = [&](double end) {
-          const double whole = std::floor(double(rng.uniform()) * (end + 20) - 10);
+          const double whole = std::floor(double(rng.uniform()) * (end + 60) - 30);
           return whole + double(nasty_offset(rng)) * (1 - 0x1p-20);
         };
         check_place(v, b, {along(box.x), along(box.y), along(box.z)});
@@ -116,7 +116,7 @@ TEST(DenseBounds, HoldForEveryKindOfLookUp) {
       Rng rng(6, 78, std::uint64_t(b.shift));
       for (int i = 0; i < 10'000 && !::testing::Test::HasFatalFailure(); ++i) {
         const auto along = [&](double end) {
-          const double whole = std::floor(double(rng.uniform()) * (end + 20) - 10);
+          const double whole = std::floor(double(rng.uniform()) * (end + 60) - 30);
           return whole + double(nasty_offset(rng)) * (1 - 0x1p-20);
         };
         check_place(v, b, {along(box.x), along(box.y), along(box.z)});

@@ -2,6 +2,7 @@
 
 #include <string_view>
 
+#include "pvol/formats/cloud.h"
 #include "pvol/formats/content_hash.h"
 #include "pvol/formats/pvol_file.h"
 #include "pvol/formats/scene_files.h"

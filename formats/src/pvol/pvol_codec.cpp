@@ -1,6 +1,6 @@
 // The raw bytes of chunks from their stored bytes and back: zstd frames of one megabyte, so that
-// neither direction holds more than a few of them besides the data itself, and that threads can
-// decode them beside each other.
+// threads can decode several at once, and neither direction holds more than one for each thread
+// besides the data itself.
 #include <fmt/format.h>
 
 #include <xxhash.h>
@@ -101,7 +101,7 @@ void ChunkReader::decode_frame(Bytes frame, std::span<std::byte> to) const {
   if (shuffled) unshuffle(words, to);
 }
 
-/// Decodes the frames that `to` holds whole, beside each other, into it; returns their raw bytes.
+/// Decodes the frames that `to` holds whole, several at once; returns their raw bytes.
 std::size_t ChunkReader::decode_whole_frames(std::span<std::byte> to) {
   const std::size_t whole = to.size() / kFrameBytes;
   parallel_for(0, whole, [&](std::size_t i) {

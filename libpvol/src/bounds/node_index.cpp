@@ -22,7 +22,7 @@ NodeIndex::NodeIndex(std::span<const PyramidNode> level) : level_(level) {
 
 std::optional<std::size_t> NodeIndex::find(std::uint64_t code) const {
   const std::uint64_t part = code >> shift_;
-  if (part + 1 >= begin_.size()) return std::nullopt;
+  if (begin_.empty() || part >= begin_.size() - 1) return std::nullopt;
   const auto end = level_.begin() + begin_[part + 1];
   const auto at = std::lower_bound(
       level_.begin() + begin_[part], end, code,

@@ -283,12 +283,13 @@ double cost_of(const PagedVector<std::uint32_t>& words, const VolumeField& field
   return sum;
 }
 
-/// Goes on to larger cubes than leaves, up to `shift` or as long as they cost rays less.
+/// Goes on to larger cubes than leaves, up to `shift` or, where codes make tentative collisions
+/// cheap, as long as they cost rays less.
 void coarsen(const VolumeField& field, std::optional<int> shift, DenseBounds& b) {
+  if (!shift && field.codes == nullptr) return;
   while (b.shift >= kLeaf && b.shift < shift.value_or(kCoarsest)) {
     PagedVector<std::uint32_t> words = coarser_words(field.octree, b);
-    const bool is_better = cost_of(words, field, b.shift + 1) <= cost_of(b.word, field, b.shift);
-    if (!shift && !is_better) break;
+    if (!shift && cost_of(words, field, b.shift + 1) > cost_of(b.word, field, b.shift)) break;
     b.word = std::move(words);
     b.size = count_along(field.octree, ++b.shift);
   }

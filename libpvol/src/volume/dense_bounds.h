@@ -5,7 +5,6 @@
 #include <bit>
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 #include "pvol/math/pages.h"
 #include "pvol/volume/volume.h"
@@ -42,7 +41,7 @@ struct DenseBounds {
 /// The word for these bounds, 0 <= lo <= hi: 0 where hi is.
 [[nodiscard]] std::uint32_t pack_bounds(float lo, float hi);
 
-/// What a word of a leaf with density stands for.
+/// What a word of a cube with density stands for.
 [[nodiscard]] inline float majorant(std::uint32_t word) {
   return std::bit_cast<float>(word & ~DenseBounds::kShareBits);
 }
@@ -53,9 +52,9 @@ struct DenseBounds {
 /// Number of words that the field would take, with cubes of this edge.
 [[nodiscard]] std::uint64_t count_words(const Octree& tree, int shift = 3);
 
-/// Bounds of a field that is not empty, in parallel. The cubes are those that cost rays least
-/// (THEORY.md, T2.2), unless `shift` says which; those of recipes, and of what moves, have at least
-/// 8^3 cells.
+/// Bounds of a field that is not empty, in parallel. The cubes are those that cost rays least of
+/// 2^3 to 8^3 cells and, where the field has codes of samples, of more (THEORY.md, T2.2), unless
+/// `shift` says which; those of recipes, and of what moves, have at least 8^3 cells.
 [[nodiscard]] DenseBounds make_dense_bounds(const VolumeField& field,
                                             std::optional<int> shift = std::nullopt);
 

@@ -116,7 +116,8 @@ struct FileHash {
 [[nodiscard]] FileHash hash_file(const std::filesystem::path& file);
 
 /// The bytes of a file's header and table, which tell whether two files hold the same, as their
-/// checksums cover all else; nothing else is read. Throws Error where they are not valid.
+/// checksums cover all else. Nothing else is read, so that damage elsewhere is not found. Throws
+/// Error where they are not valid.
 [[nodiscard]] std::string read_pvol_head(const std::filesystem::path& file);
 
 }  // namespace pvol::formats

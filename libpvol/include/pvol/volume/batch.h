@@ -70,9 +70,9 @@ namespace detail {
 struct BatchFieldData;
 }
 
-/// A volume made ready for batches, once: for lanes that takes bounds of each leaf of the volume's
-/// box, 8 bytes for 8^3 cells. It has a copy of the volume, which shares the samples, so that the
-/// volume may go; copies of a field are one field.
+/// A volume made ready for batches, once: for lanes that takes bounds of each cube in the volume's
+/// box, 4 bytes for 2^3 to 32^3 cells, and 4 bytes for each leaf of 8^3. It has a copy of the
+/// volume, which shares the samples, so that the volume may go; copies of a field are one field.
 class BatchField {
  public:
   /// By the most lanes that serve, or by the kernel named: then throws Error where the machine has

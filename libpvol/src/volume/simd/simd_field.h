@@ -42,8 +42,8 @@ struct SimdField {
 };
 
 /// The densities of a field, mapped, at places in cells from the dense bounds' low corner, each in
-/// a cell of a brick: what has no look-ups in lanes. Entries `which` of all arrays but the last.
-/// `time` is where the field moves, else null.
+/// a cell of a brick, or of none (kZeroBrick): what has no look-ups in lanes. Entries `which` of
+/// all arrays but the last. `time` is where the field moves, else null.
 void look_up_one_by_one(const VolumeField& field, const float* x, const float* y, const float* z,
                         const float* time, const std::uint32_t* brick,
                         std::span<const std::uint32_t> which, float* density);
