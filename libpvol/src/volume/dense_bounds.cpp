@@ -283,10 +283,15 @@ double cost_of(const PagedVector<std::uint32_t>& words, const VolumeField& field
   return sum;
 }
 
-/// Goes on to larger cubes than leaves, up to `shift` or, where codes make tentative collisions
-/// cheap, as long as they cost rays less.
+/// Whether codes of samples can decide, which makes tentative collisions cheap. Bounds are the same
+/// where the field has none, so that codes change no picture.
+bool may_have_codes(const VolumeField& f) {
+  return has_closed_form(f.look_up) && f.map == nullptr && f.motion == nullptr;
+}
+
+/// Goes on to larger cubes than leaves, up to `shift` or as long as they cost rays less.
 void coarsen(const VolumeField& field, std::optional<int> shift, DenseBounds& b) {
-  if (!shift && field.codes == nullptr) return;
+  if (!shift && !may_have_codes(field)) return;
   while (b.shift >= kLeaf && b.shift < shift.value_or(kCoarsest)) {
     PagedVector<std::uint32_t> words = coarser_words(field.octree, b);
     if (!shift && cost_of(words, field, b.shift + 1) > cost_of(b.word, field, b.shift)) break;

@@ -53,7 +53,7 @@ struct DenseBounds {
 [[nodiscard]] std::uint64_t count_words(const Octree& tree, int shift = 3);
 
 /// Bounds of a field that is not empty, in parallel. The cubes are those that cost rays least of
-/// 2^3 to 8^3 cells and, where the field has codes of samples, of more (THEORY.md, T2.2), unless
+/// 2^3 to 8^3 cells and, where codes of samples can decide, of more (THEORY.md, T2.2), unless
 /// `shift` says which; those of recipes, and of what moves, have at least 8^3 cells.
 [[nodiscard]] DenseBounds make_dense_bounds(const VolumeField& field,
                                             std::optional<int> shift = std::nullopt);
