@@ -4,6 +4,7 @@
 
 #include <random>
 #include <set>
+#include <span>
 #include <vector>
 
 namespace pvol {
@@ -38,7 +39,8 @@ TEST(NodeIndex, FindsWhatASearchOfTheLevelFinds) {
 }
 
 TEST(NodeIndex, OfFewNodesWorks) {
-  EXPECT_FALSE(NodeIndex({}).find(0));
+  EXPECT_FALSE(NodeIndex(std::span<const PyramidNode>()).find(0));
+  EXPECT_FALSE(NodeIndex(Pyramid()).find(0));
   for (const std::uint64_t code : {std::uint64_t(0), std::uint64_t(1), ~std::uint64_t(0)}) {
     const std::vector<PyramidNode> level = level_of({code});
     const NodeIndex index(level);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <span>
 #include <tuple>
 
 #include "pvol/bounds/node_index.h"
@@ -59,7 +58,7 @@ std::optional<std::string> check_blocks(const VoxelGrid& grid, const Pyramid& py
     }
     return false;
   };
-  const NodeIndex leaves(pyramid.empty() ? std::span<const PyramidNode>() : pyramid.levels[0]);
+  const NodeIndex leaves(pyramid);
   for (std::size_t i = 0; i < grid.tiles.size(); ++i) {
     const Tile& t = grid.tiles[i];
     const std::string tile = fmt::format("tile {} at {}: ", i, text(t.origin));

@@ -20,6 +20,9 @@ NodeIndex::NodeIndex(std::span<const PyramidNode> level) : level_(level) {
   }
 }
 
+NodeIndex::NodeIndex(const Pyramid& pyramid)
+    : NodeIndex(pyramid.empty() ? std::span<const PyramidNode>() : pyramid.levels[0]) {}
+
 std::optional<std::size_t> NodeIndex::find(std::uint64_t code) const {
   const std::uint64_t part = code >> shift_;
   if (begin_.empty() || part >= begin_.size() - 1) return std::nullopt;

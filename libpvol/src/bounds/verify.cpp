@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
-#include <span>
 #include <utility>
 
 #include "density/lattice_index.h"
@@ -271,8 +270,7 @@ void check_places(const VoxelGrid& grid, const Cubes& cubes, const BlockFinder& 
                   BoundsCheck& check) {
   const KernelExtent extent = extent_of(cubes.pyramid.look_up);
   const Vec3l above(extent.above), below(extent.below);
-  const Pyramid& p = cubes.pyramid;
-  const NodeIndex leaves(p.empty() ? std::span<const PyramidNode>() : p.levels[0]);
+  const NodeIndex leaves(cubes.pyramid);
   MissingCubes missing(cubes, leaves, blocks);
   PointBox all;
   std::mutex mutex;

@@ -291,10 +291,13 @@ bool may_have_codes(const VolumeField& f) {
 
 /// Goes on to larger cubes than leaves, up to `shift` or as long as they cost rays less.
 void coarsen(const VolumeField& field, std::optional<int> shift, DenseBounds& b) {
-  if (!shift && !may_have_codes(field)) return;
-  while (b.shift >= kLeaf && b.shift < shift.value_or(kCoarsest)) {
+  if (b.shift < kLeaf || (!shift && !may_have_codes(field))) return;
+  double least = cost_of(b.word, field, b.shift);
+  while (b.shift < shift.value_or(kCoarsest)) {
     PagedVector<std::uint32_t> words = coarser_words(field.octree, b);
-    if (!shift && cost_of(words, field, b.shift + 1) > cost_of(b.word, field, b.shift)) break;
+    const double cost = cost_of(words, field, b.shift + 1);
+    if (!shift && cost > least) break;
+    least = cost;
     b.word = std::move(words);
     b.size = count_along(field.octree, ++b.shift);
   }

@@ -16,6 +16,8 @@ namespace pvol {
 class NodeIndex {
  public:
   explicit NodeIndex(std::span<const PyramidNode> level);
+  /// Of the leaves.
+  explicit NodeIndex(const Pyramid& pyramid);
 
   /// Index of the node with this code in the level, if present.
   [[nodiscard]] std::optional<std::size_t> find(std::uint64_t code) const;
