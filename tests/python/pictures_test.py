@@ -183,7 +183,7 @@ class Studies(unittest.TestCase):
     def test_trade(self):
         v = pvol.Volume(lumps(), extinction=1.0, albedo=0.9)
         rows = pvol.trade(v, [{"depth": 0}, {"tracker": "delta", "depth": 1}, {"max_bounces": 0}],
-                          budget=600, most_samples=8, size=(24, 18))
+                          budget=600, most_samples=8, size=(12, 9))
         self.assertEqual([r["setting"] for r in rows],
                          ["default", "--depth 0", "--tracker delta --depth 1", "--max-bounces 0"])
         for r in rows[:3]:

@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "pvol/track/chromatic.h"
 #include "pvol/trackers.h"
 #include "render/path/path_setup.h"
 #include "support/error_of.h"
@@ -12,6 +11,7 @@
 #include "support/pictures.h"
 #include "support/small_cloud.h"
 #include "support/wavefront_shots.h"
+#include "volume/chromatic_flights.h"
 
 namespace pvol::test {
 namespace chromatic_test {
@@ -150,19 +150,18 @@ TEST(Chromatic, TransmittancesAreExponentials) {
         make_test_volume(cube_of_leaves(), extinction, 3, Tracker::delta, LookUp::nearest);
     std::array<proof::Moments, 3> passed, survived;
     Rng rng(proof::seeded(3), 0, std::uint64_t(100 * extinction));
+    detail::FlightMonitor monitor;
     for (int i = 0; i < 200'000; ++i) {
-      visit_field(v, [&](const auto& field) {
-        NoTally none;
-        auto walk = enter(v, c.ray);
-        const Rgb t = chromatic_transmittance(walk->local(), field, share, rng, none);
-        auto again = enter(v, c.ray);
-        const ChromaticFlight f =
-            chromatic_flight(again->local(), field, share, Rgb(1.0f), rng, none);
-        for (int k = 0; k < 3; ++k) {
-          passed[std::size_t(k)].add(double(t[k]));
-          survived[std::size_t(k)].add(f.collided ? 0 : double(f.weight[k]));
-        }
-      });
+      auto walk = enter(v, c.ray);
+      const Rgb t =
+          detail::chromatic_transmittance(v.density, share, walk->local(), rng, monitor);
+      auto again = enter(v, c.ray);
+      const ChromaticFlight f =
+          detail::fly_chromatic(v.density, share, Rgb(1.0f), again->local(), rng, monitor);
+      for (int k = 0; k < 3; ++k) {
+        passed[std::size_t(k)].add(double(t[k]));
+        survived[std::size_t(k)].add(f.collided ? 0 : double(f.weight[k]));
+      }
     }
     proof::Family family;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -178,15 +177,13 @@ TEST(Chromatic, WeightsStayBoundedHoweverFarChannelsAreApart) {
   const Volume v = make_test_volume(cube_of_leaves(), 5, 3, Tracker::delta, LookUp::nearest);
   const Rgb share(1.0f, 1e-3f, 0.1f), throughput(1.0f, 1.0f, 1.0f);
   Rng rng(4, 0, 0);
+  detail::FlightMonitor monitor;
   float most = 0;
   for (int i = 0; i < 100'000; ++i) {
-    visit_field(v, [&](const auto& field) {
-      NoTally none;
-      auto walk = enter(v, {{8.2, 7.9, 50}, {0, 0, -1}});
-      const ChromaticFlight f =
-          chromatic_flight(walk->local(), field, share, throughput, rng, none);
-      most = std::max(most, f.weight.x + f.weight.y + f.weight.z);
-    });
+    auto walk = enter(v, {{8.2, 7.9, 50}, {0, 0, -1}});
+    const ChromaticFlight f =
+        detail::fly_chromatic(v.density, share, throughput, walk->local(), rng, monitor);
+    most = std::max(most, f.weight.x + f.weight.y + f.weight.z);
   }
   EXPECT_LE(most, 3 * 1.0001f) << "the sum over channels never grows";
 }

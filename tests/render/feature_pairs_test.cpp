@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "support/effort.h"
 #include "support/error_of.h"
 #include "support/meshes.h"
 #include "support/messages.h"
@@ -328,12 +329,14 @@ class Table {
   }
 };
 
+/// On each commit every feature with half of the others.
 TEST(FeaturePairs, HaveTheMeansOfPathsByDefinition) {
   Table table;
   const auto& all = features();
   for (std::size_t i = 0; i < all.size(); ++i) {
     for (std::size_t j = i; j < all.size(); ++j) {
-      if (i == j || all[i].kind != all[j].kind) table.check(all[i], all[j]);
+      const bool is_turn = proof::runs_all() || (i + j) % 2 == 0;
+      if (is_turn && (i == j || all[i].kind != all[j].kind)) table.check(all[i], all[j]);
     }
   }
   EXPECT_TRUE(table.passes());

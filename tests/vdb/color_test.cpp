@@ -18,7 +18,7 @@ namespace color_test {
 namespace fs = std::filesystem;
 using test::error_of;
 
-class Colors : public testing::Test {
+class Colors : public ::testing::Test {
  protected:
   TemporaryFolder folder_;
 

@@ -138,7 +138,7 @@ constexpr Refused kRefused[] = {
     {"bad/zero_bytes.vdb", "vdb.empty_bytes_not_vdb"},
 };
 
-class SharedVdb : public testing::Test {
+class SharedVdb : public ::testing::Test {
  protected:
   void SetUp() override {
     if (!fs::exists(folder)) GTEST_SKIP() << "no test clouds in " << folder;

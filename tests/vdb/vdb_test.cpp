@@ -312,10 +312,11 @@ TEST(Vdb, StreamsOfSeveralGridsAndSharedTreesLoad) {
     EXPECT_EQ(first.grid.index_to_world, Affine{});
     EXPECT_EQ(second.grid.index_to_world, scaling({0.25, 0.25, 0.25}));
   }
-  std::ofstream points(folder.file("bool.vdb"), std::ios::binary);
-  openvdb::io::Stream(points).write(openvdb::GridPtrVec{openvdb::BoolGrid::create(), density});
-  points.close();
-  EXPECT_TRUE(says(refusal(folder.file("bool.vdb")), "vdb.tree_without_offsets"));
+  // A first tree of a type that pvol does not know.
+  std::string bytes = read_bytes(folder.file("stream.vdb"));
+  bytes.replace(bytes.find("Tree_vec3s_5_4_3"), 16, "Tree_vec4s_5_4_3");
+  std::ofstream(folder.file("vec4s.vdb"), std::ios::binary) << bytes;
+  EXPECT_TRUE(says(refusal(folder.file("vec4s.vdb")), "vdb.tree_without_offsets"));
 }
 
 TEST(Vdb, ActiveValuesThatAreNoDensityBecomeZeroAndAreCounted) {

@@ -16,7 +16,7 @@ namespace velocity_test {
 namespace fs = std::filesystem;
 using test::error_of;
 
-class Velocity : public testing::Test {
+class Velocity : public ::testing::Test {
  protected:
   TemporaryFolder folder_;
 

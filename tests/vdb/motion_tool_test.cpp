@@ -8,7 +8,7 @@
 #include "support/run_tool.h"
 
 namespace pvol {
-namespace motion_test {
+namespace motion_tool_test {
 
 using testing::read_text;
 using testing::run_tool;
@@ -177,5 +177,5 @@ TEST_F(MotionTool, RecipesMoveByTheirFlow) {
   EXPECT_NE(bad.err.find("cell"), std::string::npos) << bad.err;
 }
 
-}  // namespace motion_test
+}  // namespace motion_tool_test
 }  // namespace pvol

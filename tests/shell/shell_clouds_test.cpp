@@ -50,6 +50,7 @@ long double slack_in_long_double(const Shell& shell, Vec3d p) {
 }
 
 /// Points outside among 27 of each occupied cell: corners, middles of edges and faces, the centre.
+/// Of those on the far sides each is left to the next occupied cell that has it.
 std::uint64_t count_lost_points(const Shell& shell, const Support& support) {
   const ShellFrame to = frame(shell);
   std::atomic<std::uint64_t> lost = 0;
@@ -58,8 +59,10 @@ std::uint64_t count_lost_points(const Shell& shell, const Support& support) {
       for (std::int64_t z = support.lo.z; z < support.hi.z; ++z) {
         if (!is_occupied(support, {x, y, z})) continue;
         for (int i = 0; i < 27; ++i) {
-          const Vec3d offset = Vec3d(i % 3, i / 3 % 3, i / 9) * 0.5;
-          const Vec3d p = to.to_shell(Vec3d(Vec3l(x, y, z)) + offset);
+          const Vec3l half{i % 3, i / 3 % 3, i / 9};
+          const Vec3l next{half.x / 2, half.y / 2, half.z / 2};
+          if (next != Vec3l{} && is_occupied(support, Vec3l{x, y, z} + next)) continue;
+          const Vec3d p = to.to_shell(Vec3d(Vec3l{x, y, z}) + Vec3d(half) * 0.5);
           if (!(slack_in_long_double(shell, p) >= 0)) ++lost;
         }
       }
