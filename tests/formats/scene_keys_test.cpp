@@ -27,7 +27,7 @@ std::string all_keys() {
 
 TEST(SceneKeys, HaveTheLimitsAndDefaultsOfTheList) {
   const std::filesystem::path stored = PVOL_SCENE_KEYS;
-  const std::filesystem::path now = std::filesystem::current_path() / stored.filename();
+  const std::filesystem::path now = std::filesystem::temp_directory_path() / stored.filename();
   std::stringstream listed;
   listed << std::ifstream(stored).rdbuf();
   const std::string keys = all_keys();

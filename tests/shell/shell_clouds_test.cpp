@@ -50,7 +50,7 @@ long double slack_in_long_double(const Shell& shell, Vec3d p) {
 }
 
 /// Points outside among 27 of each occupied cell: corners, middles of edges and faces, the centre.
-/// Of those on the far sides each is left to the next occupied cell that has it.
+/// A point on far sides is left to the neighbour beyond them, if that is occupied.
 std::uint64_t count_lost_points(const Shell& shell, const Support& support) {
   const ShellFrame to = frame(shell);
   std::atomic<std::uint64_t> lost = 0;
