@@ -298,7 +298,7 @@ TEST_F(Interrupt, BetweenFramesKeepsThoseThatAreDone) {
 }
 
 TEST_F(Interrupt, StudiesReportWhatTheyMeasured) {
-  Words words{"trade", ball, "--size", "16x16", "--budget", "3600"};
+  Words words{"trade", ball, "--size", "16x16", "--threads", "1", "--budget", "3600"};
   const RunResult early =
       run_tool(PVOL_STATS, words, at_message("interrupt.during_reference", {SIGINT}));
   EXPECT_EQ(early.signal, SIGINT) << early.err;

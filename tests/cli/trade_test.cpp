@@ -47,7 +47,7 @@ TEST(Depth, ReportsEachDepthAgainstTheFirst) {
   const std::string page = recipe.folder / "depth.html";
   const RunResult r = run_tool(
       PVOL_STATS,
-      quick("depth", recipe.file, {"--budget", "60", "--spp", "64", "--json", "--html", page}));
+      quick("depth", recipe.file, {"--budget", "30", "--spp", "32", "--json", "--html", page}));
   ASSERT_EQ(r.exit, 0) << r.err;
   const json j = json::parse(r.out);
   EXPECT_EQ(j.at("tracker"), "decomposition");
@@ -95,7 +95,8 @@ TEST(Trade, ReportsEverySettingAgainstTheDefault) {
   const std::string page = recipe.folder / "trade.html";
   const RunResult r = run_tool(
       PVOL_STATS, quick("trade", recipe.file,
-                        {"--budget", "20", "--json", "--html", page, "--max-error", "0.1"}));
+                        {"--budget", "20", "--threads", "1", "--json", "--html", page,
+                         "--max-error", "0.1"}));
   ASSERT_EQ(r.exit, 0) << r.err;
   const json j = json::parse(r.out);
   EXPECT_EQ(j.at("false_alarm_rate"), 0.01);
