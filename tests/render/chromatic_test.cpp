@@ -153,8 +153,7 @@ TEST(Chromatic, TransmittancesAreExponentials) {
     detail::FlightMonitor monitor;
     for (int i = 0; i < 200'000; ++i) {
       auto walk = enter(v, c.ray);
-      const Rgb t =
-          detail::chromatic_transmittance(v.density, share, walk->local(), rng, monitor);
+      const Rgb t = detail::chromatic_transmittance(v.density, share, walk->local(), rng, monitor);
       auto again = enter(v, c.ray);
       const ChromaticFlight f =
           detail::fly_chromatic(v.density, share, Rgb(1.0f), again->local(), rng, monitor);
