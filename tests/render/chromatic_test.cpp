@@ -93,6 +93,25 @@ TEST(Chromatic, EachChannelIsGreyBesideAllElse) {
   EXPECT_TRUE(family.passes());
 }
 
+/// Under a sky alone, whose light comes to a catcher by shadow rays and by rays that it scatters.
+TEST(Chromatic, ShadowsOfTheSkyAreThoseOfEachChannel) {
+  if (simd_kernels().empty()) GTEST_SKIP() << "the machine has no SIMD kernel";
+  proof::Family family;
+  CloudScene s = cloud_scene();
+  const Box box = make_volume(cloud().grid, build_pyramid(cloud().grid), s).density.world_box;
+  PlaneSurface floor{{0, box.lo.y - 0.5, 0}, {0, 1, 0}, {Rgb(0.0f)}};
+  floor.material.visibility = Visibility::shadow_catcher;
+  s.surfaces = {floor};
+  s.lights.clear();
+  s.environment = GradientSky{Rgb(0.0f), Rgb(1.0f), Rgb(0.0f)};
+  s.medium.albedo = Rgb(0.0f);
+  s.options.guide = GuideUse::off;
+  s.options.samples = proof::samples(9600);
+  s.options.tracker = Tracker::delta;
+  compare_channels(s, cloud(), Rgb(1.0f, 0.3f, 0.05f), "under a sky", family);
+  EXPECT_TRUE(family.passes());
+}
+
 /// What is seen through it is that of each channel; alpha is of their mean.
 TEST(Chromatic, TransmittanceByChannelIsThatOfEach) {
   CloudScene s = cloud_scene();

@@ -139,8 +139,8 @@ void add_line(const World& w, const WorldRay& r, const Waiting& of) {
   if (!r.collides() && r.among.surface.material != nullptr)
     line.length += r.among.surface.beyond_for_lamps();
   if (r.on_catcher) {
-    w.m.slots.add_caught(slot_of(id),
-                         [&](PathResult& to) { add_met(s, line, pdf, Rgb(r.among.factor), to); });
+    w.m.slots.add_caught(
+        slot_of(id), [&](PathResult& to) { add_met(s, line, pdf, r.passed * r.among.factor, to); });
   } else {
     w.m.slots.add(slot_of(id), number_of(id),
                   [&](PathResult& to) { add_met(s, line, pdf, weight, to); });
@@ -188,7 +188,7 @@ void leave(const World& w, const WorldRay& r, const Records& q, std::size_t at) 
     see_behind(w.setup, w.m, slot, direction_at(q, at), weight_at<ComponentKind>(q, at));
   } else if (r.on_catcher) {
     w.m.slots.add_caught(slot, [&](PathResult& to) {
-      add_scattered(w.setup, pdf, direction_at(q, at), Rgb(r.among.factor), to);
+      add_scattered(w.setup, pdf, direction_at(q, at), r.passed * r.among.factor, to);
     });
   } else {
     end_path<ComponentKind>(w.scenes.front(), w.m, q, at, r.among.factor);
@@ -288,6 +288,7 @@ void send(const World& w, const Sent& sent, Rng& rng) {
   WorldRay& r = w.m.rays[number];
   r.kind = sent.kind, r.ray = sent.ray, r.limit = sent.limit, r.time = sent.time;
   r.off_surface = sent.off_surface, r.on_catcher = sent.on_catcher;
+  if (r.on_catcher) r.passed = Rgb(1.0f);
   go_on<ComponentKind>(w, number,
                        {q, 0, depth, std::uint32_t(state.lo) | 1, std::uint32_t(state.hi)});
 }
