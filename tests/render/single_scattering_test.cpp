@@ -262,7 +262,7 @@ TEST(SingleScattering, OfEveryPhaseFunctionHasItsClosedForm) {
     for (const View& view : {kViews[0], kViews[2]}) {
       for (const Vec3d to_sun : {Vec3d(0.5, 0.7, -0.3), Vec3d(-0.6, -0.3, 0.5)}) {
         CloudScene s = scene_of(view, kPixels[number % 3]);
-        s.options.samples = proof::samples(300'000);
+        s.options.samples = 300'000;
         s.options.seed = ++number;
         s.medium.extinction = 0.2;
         s.medium.others = {{1, Rgb(0.9f), k.phase, Rgb(0.0f)}};
@@ -275,8 +275,7 @@ TEST(SingleScattering, OfEveryPhaseFunctionHasItsClosedForm) {
         const double off = std::max(0.0, std::abs(mean(pixel).x - expected) - 1e-4 * expected);
         family.add(std::string(k.name) + ", " + view.name, proof::normal_p_value(off / error));
         z.add((mean(pixel).x - expected) / error);
-        const double most = proof::runs_all() ? 0.015 : 0.03;  // with a quarter of the samples
-        EXPECT_LT(error, most * expected) << k.name;
+        EXPECT_LT(error, 0.015 * expected) << k.name;
       }
     }
     family.add(std::string(k.name) + ", all together",
