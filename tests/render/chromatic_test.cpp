@@ -103,12 +103,18 @@ TEST(Chromatic, ShadowsOfTheSkyAreThoseOfEachChannel) {
   floor.material.visibility = Visibility::shadow_catcher;
   s.surfaces = {floor};
   s.lights.clear();
-  s.environment = GradientSky{Rgb(0.0f), Rgb(1.0f), Rgb(0.0f)};
   s.medium.albedo = Rgb(0.0f);
   s.options.guide = GuideUse::off;
   s.options.samples = proof::samples(9600);
-  s.options.tracker = Tracker::delta;
-  compare_channels(s, cloud(), Rgb(1.0f, 0.3f, 0.05f), "under a sky", family);
+  const Rgb color(1.0f, 0.3f, 0.05f);
+  for (const Tracker tracker : {Tracker::delta, Tracker::decomposition}) {  // alone, and in lanes
+    s.options.tracker = tracker;
+    for (const Environment& sky : {Environment(GradientSky{Rgb(0.0f), Rgb(1.0f), Rgb(0.0f)}),
+                                   Environment(ConstantSky{Rgb(1.0f)})}) {
+      s.environment = sky;
+      compare_channels(s, cloud(), color, std::string(name(tracker)), family);
+    }
+  }
   EXPECT_TRUE(family.passes());
 }
 

@@ -126,9 +126,9 @@ template <class ComponentKind>
 void scatter(const World& w, const OnSurface& v, Rgb throughput) {
   const Vec3f to = sample_phase(v.lobe, {}, v.rng);
   Sent sent = v.ray(RayKind::path, to);
-  sent.weight = throughput;
-  sent.pdf = pdf_phase(v.lobe, {}, to);
   sent.on_catcher = v.catcher;
+  (v.catcher ? sent.throughput : sent.weight) = throughput;
+  sent.pdf = pdf_phase(v.lobe, {}, to);
   send<ComponentKind>(w, sent, v.rng);
 }
 

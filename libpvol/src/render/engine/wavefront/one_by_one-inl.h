@@ -90,13 +90,12 @@ void fly_one(const World& w, const WavefrontScene& s, std::size_t at, Tally& tal
   Rng rng(q.bits(kRng0)[at], q.bits(kRng1)[at], kFlight);
   FlightMonitor monitor{{}, w.setup.stop, r.time};
   const bool shadow = r.kind == RayKind::shadow;
-  const Rgb carried = r.on_catcher ? r.passed : weight_at<ComponentKind>(q, at);
   const Flown f = shadow ? fly_through(w.setup, s.volume, walk, rng, monitor)
-                         : fly_to_collision(w.setup, s.volume, carried, walk, rng, monitor);
+                         : fly_to_collision(w.setup, s.volume, weight_at<ComponentKind>(q, at),
+                                            walk, rng, monitor);
   add_work(s, m, q.bits(kId)[at], monitor, tally);
   if (shadow && f.collided) return m.rays.remove(number);
   weigh_record<ComponentKind>(s, shadow, f.weight, q, at);
-  if (r.on_catcher) r.passed *= f.weight;
   if (f.collided && visit.t0 + f.t < r.end()) {
     r.nearest = visit.t0 + f.t, r.hit = visit.instance;
     r.cells = Vec3f(instance.in_cells(r.ray).at(r.nearest) + Vec3d(DenseBounds::kBorder));

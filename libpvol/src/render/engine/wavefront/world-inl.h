@@ -60,13 +60,27 @@ inline std::size_t put_waiting(std::uint32_t number, const Waiting& of, Records&
   return n;
 }
 
-/// The same where the ray has ended, whose weight has its factor now.
+/// What light that comes by the ray to its path is multiplied by; from a shadow catcher that is
+/// light that was scattered before.
+[[nodiscard]] inline Rgb factor_of(const WorldRay& r) {
+  return r.on_catcher ? r.throughput * r.among.factor : Rgb(r.among.factor);
+}
+template <class ComponentKind>
+[[nodiscard]] Rgb path_weight(const WorldRay& r, const Records& q, std::size_t at) {
+  return weight_at<ComponentKind>(q, at) * factor_of(r);
+}
+/// Of light that comes unscattered.
+template <class ComponentKind>
+[[nodiscard]] Rgb direct_weight(const WorldRay& r, const Records& q, std::size_t at) {
+  return weight_at<ComponentKind>(q, at) * r.among.factor;
+}
+
+/// put_waiting() where the ray has ended: the record has the weight of the path now.
 inline std::size_t put_ended(const WorldRay& r, std::uint32_t number, const Waiting& of,
                              Records& to) {
   const std::size_t n = put_waiting(number, of, to);
-  for (const std::size_t f : {std::size_t(kW0), std::size_t(kW1), std::size_t(kW2)}) {
-    to[f][n] *= r.among.factor;
-  }
+  const Rgb factor = factor_of(r);
+  to[kW0][n] *= factor.x, to[kW1][n] *= factor.y, to[kW2][n] *= factor.z;
   return n;
 }
 
@@ -124,7 +138,7 @@ void add_line(const World& w, const WorldRay& r, const Waiting& of) {
   const std::uint32_t id = of.q.bits(kId)[of.at];
   const bool scattered = r.kind != RayKind::camera;
   const auto pdf = [&] { return scattered ? of.q[kPdf][of.at] : 0.0f; };
-  const Rgb weight = weight_at<ComponentKind>(of.q, of.at) * r.among.factor;
+  const Rgb weight = path_weight<ComponentKind>(r, of.q, of.at);
   FlightLine line = line_of(w, r, of.q, of.at);
   if (s.emission) {
     const bool sampled =
@@ -139,8 +153,9 @@ void add_line(const World& w, const WorldRay& r, const Waiting& of) {
   if (!r.collides() && r.among.surface.material != nullptr)
     line.length += r.among.surface.beyond_for_lamps();
   if (r.on_catcher) {
-    w.m.slots.add_caught(
-        slot_of(id), [&](PathResult& to) { add_met(s, line, pdf, r.passed * r.among.factor, to); });
+    w.m.slots.add_caught(slot_of(id), [&](PathResult& to) {
+      add_met(s, line, pdf, direct_weight<ComponentKind>(r, of.q, of.at), to);
+    });
   } else {
     w.m.slots.add(slot_of(id), number_of(id),
                   [&](PathResult& to) { add_met(s, line, pdf, weight, to); });
@@ -151,7 +166,7 @@ void add_line(const World& w, const WorldRay& r, const Waiting& of) {
 template <class ComponentKind>
 void ask_lamps(const World& w, const WorldRay& r, const Waiting& of) {
   const Ray ray{r.ray.o, Vec3d(direction_at(of.q, of.at))};
-  const Rgb weight = weight_at<ComponentKind>(of.q, of.at) * r.among.factor;
+  const Rgb weight = path_weight<ComponentKind>(r, of.q, of.at);
   Rng rng = of.stream(kLamps);
   for (std::size_t k = 0; k < r.visits.size(); ++k) {
     const std::uint32_t i = r.visits[k].instance;
@@ -188,7 +203,7 @@ void leave(const World& w, const WorldRay& r, const Records& q, std::size_t at) 
     see_behind(w.setup, w.m, slot, direction_at(q, at), weight_at<ComponentKind>(q, at));
   } else if (r.on_catcher) {
     w.m.slots.add_caught(slot, [&](PathResult& to) {
-      add_scattered(w.setup, pdf, direction_at(q, at), r.passed * r.among.factor, to);
+      add_scattered(w.setup, pdf, direction_at(q, at), direct_weight<ComponentKind>(r, q, at), to);
     });
   } else {
     end_path<ComponentKind>(w.scenes.front(), w.m, q, at, r.among.factor);
@@ -207,7 +222,7 @@ void add_last_emission(const World& w, const WorldRay& r, const Waiting& of) {
       w.setup.albedo_varies ? local_medium(here, component, r.time) : everywhere(component);
   const std::uint32_t id = of.q.bits(kId)[of.at];
   w.m.slots.add(slot_of(id), number_of(id), [&](PathResult& to) {
-    add_emitted(w.setup, medium, weight_at<ComponentKind>(of.q, of.at) * r.among.factor, to);
+    add_emitted(w.setup, medium, path_weight<ComponentKind>(r, of.q, of.at), to);
   });
 }
 
@@ -266,6 +281,7 @@ struct Sent {
   Ray ray;
   std::uint32_t id;
   Rgb weight{1.0f};
+  Rgb throughput{1.0f};  ///< as of WorldRay
   float pdf = 0;
   double limit = kEndless;
   float time = 0;
@@ -288,7 +304,7 @@ void send(const World& w, const Sent& sent, Rng& rng) {
   WorldRay& r = w.m.rays[number];
   r.kind = sent.kind, r.ray = sent.ray, r.limit = sent.limit, r.time = sent.time;
   r.off_surface = sent.off_surface, r.on_catcher = sent.on_catcher;
-  if (r.on_catcher) r.passed = Rgb(1.0f);
+  if (r.on_catcher) r.throughput = sent.throughput;
   go_on<ComponentKind>(w, number,
                        {q, 0, depth, std::uint32_t(state.lo) | 1, std::uint32_t(state.hi)});
 }

@@ -77,7 +77,7 @@ struct alignas(64) WorldRay {
   bool searched = false;            ///< whether there are no others, and surfaces are known
   bool off_surface = false;         ///< it begins on one
   bool on_catcher = false;          ///< that is a shadow catcher before the camera
-  Rgb passed{1.0f};                 ///< and then the weight of its flights, which is not the path's
+  Rgb throughput{1.0f};             ///< and then the path's: the record has that of flights alone
   Visits visits{};                  ///< those found so far
   Vec3f cells{};                    ///< place of the collision in its cells, as records have it
   Vec3d place{};                    ///< and in the world, once the ray has ended
