@@ -153,6 +153,16 @@ const std::vector<Feature>& features() {
                                      .size = {6, 4},
                                      .radiance = Rgb(30.0f)}};
        }},
+      {"lights", "many lamps",
+       [](R& r) {
+         r.scene.lights.clear();
+         for (int i = 0; i < 72; ++i) {
+           const double turn = 0.7 * i, up = 4 + 0.2 * i;
+           r.scene.lights.push_back(PointLight{
+               {8 + 16 * std::cos(turn), up, 8 + 16 * std::sin(turn)},
+               Rgb(1.0f + float(i % 5), 2.0f + float(i % 3), 2.0f + float(i % 7)) * 5.0f});
+         }
+       }},
       {"lights", "a disc", [](R& r) { std::get<Sun>(r.scene.lights[0]).angle = 40; }},
       {"sky", "a gradient", [](R& r) { r.scene.environment = GradientSky{}; }},
       {"sky", "a picture of a sky",
@@ -165,6 +175,17 @@ const std::vector<Feature>& features() {
       {"ground", "a plane",
        [](R& r) {
          r.scene.surfaces.push_back(PlaneSurface{{0, -2, 0}, {0, 1, 0}, {Rgb(0.6f, 0.5f, 0.3f)}});
+       }},
+      {"ground", "a shadow catcher",
+       [](R& r) {
+         r.scene.surfaces.push_back(PlaneSurface{
+             {0, -2, 0}, {0, 1, 0}, {Rgb(0.6f, 0.5f, 0.3f), Visibility::shadow_catcher}});
+         r.scene.options.background = true;
+       }},
+      {"ball", "a holdout",
+       [](R& r) {
+         r.scene.surfaces.push_back(BallSurface{{9, 9, 12}, 3, {Rgb(0.7f), Visibility::holdout}});
+         r.scene.options.background = true;
        }},
       {"ball", "a ball",
        [](R& r) {
@@ -185,6 +206,21 @@ const std::vector<Feature>& features() {
          BallSurface ball{{9, 9, 12}, 3, {Rgb(0.7f)}};
          ball.to = BallPlace{{3, 12, 11}};
          r.scene.surfaces.push_back(ball);
+       }},
+      {"ball", "a ball that casts no shadow",
+       [](R& r) {
+         Material material{Rgb(0.7f)};
+         material.visible_shadow = false;
+         r.scene.surfaces.push_back(BallSurface{{9, 9, 12}, 3, material});
+       }},
+      {"mesh", "a card that the camera and scattered light pass",
+       [](R& r) {
+         MeshSurface card;
+         card.mesh = std::make_shared<const TriangleMesh>(square_mesh(6));
+         card.place.rotate = {{{1, 0, 0}, 80}};
+         card.place.translate = Vec3d(6, 14, 8);
+         card.material.visible_camera = card.material.visible_light = false;
+         r.scene.surfaces.push_back(card);
        }},
       {"mesh", "a moving mesh",
        [](R& r) {

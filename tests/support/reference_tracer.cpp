@@ -167,9 +167,16 @@ void meet(const Other&, const Ray&, Hit&) {
   throw std::logic_error("the reference tracer does not know this surface");
 }
 
-Hit nearest(const std::vector<Surface>& surfaces, const Ray& ray) {
+/// Among those that rays of a kind meet.
+Hit nearest(const std::vector<Surface>& surfaces, const Ray& ray, bool Material::*met) {
   Hit hit;
-  for (const Surface& s : surfaces) std::visit([&](const auto& kind) { meet(kind, ray, hit); }, s);
+  for (const Surface& s : surfaces) {
+    std::visit(
+        [&](const auto& kind) {
+          if (kind.material.*met) meet(kind, ray, hit);
+        },
+        s);
+  }
   return hit;
 }
 
@@ -291,36 +298,123 @@ double radiance_of(const Other&, Vec3d, int) {
   throw std::logic_error("the reference tracer does not know this sky");
 }
 
+// --- Shadow catchers ---
+
+/// Irradiance of a plane that nothing shades, over pi.
+double open(const Sun& sun, Vec3d, Vec3d normal, int c) {
+  return double(sun.irradiance[c]) * dot(normalize(sun.direction), normal) / kPi;
+}
+double open(const PointLight& light, Vec3d place, Vec3d normal, int c) {
+  const Vec3d way = light.position - place;
+  return double(light.intensity[c]) * dot(way, normal) / std::pow(dot(way, way), 1.5) / kPi;
+}
+double open(const SpotLight& light, Vec3d place, Vec3d normal, int c) {
+  const Towards to = from(from_spot(light, place), c);
+  return to.radiance * dot(to.direction, normal) / kPi;
+}
+double open(const AreaLight& light, Vec3d place, Vec3d normal, int c) {
+  constexpr int kParts = 16;  // along each side
+  const Sides s = sides_of(light);
+  const double area = light.size[0] * light.size[1] / (kParts * kParts);
+  double sum = 0;
+  for (int i = 0; i < kParts; ++i) {
+    for (int k = 0; k < kParts; ++k) {
+      const Vec3d at = light.position + s.across * ((i + 0.5) / kParts - 0.5) +
+                       s.up * ((k + 0.5) / kParts - 0.5);
+      const Towards to = from_surface(at - place, s.normal, double(light.radiance[c]), area);
+      sum += to.radiance * dot(to.direction, normal) / kPi;
+    }
+  }
+  return sum;
+}
+template <class Other>
+double open(const Other&, Vec3d, Vec3d, int) {
+  throw std::logic_error("the reference tracer does not know this light on a shadow catcher");
+}
+
+double radiance_of(const Environment& sky, Vec3d d, int c) {
+  return std::visit([&](const auto& kind) { return radiance_of(kind, d, c); }, sky);
+}
+double open(const Environment& sky, Vec3d normal, int c) {
+  constexpr int kParts = 256;
+  Vec3d s, t;
+  orthonormal_basis(normal, s, t);
+  double sum = 0;
+  for (int i = 0; i < kParts; ++i) {
+    for (int k = 0; k < kParts; ++k) {  // directions as often as the cosine is large
+      const double square = (i + 0.5) / kParts, azimuth = 2 * kPi * (k + 0.5) / kParts;
+      const Vec3d across = s * std::cos(azimuth) + t * std::sin(azimuth);
+      sum += radiance_of(sky, normal * std::sqrt(1 - square) + across * std::sqrt(square), c);
+    }
+  }
+  return sum / (kParts * kParts);
+}
+
+/// By channel, of the scene's shadow catcher; 0 where there is none.
+Vec3d open_sky(const CloudScene& scene) {
+  Vec3d all;
+  for (const Surface& s : scene.surfaces) {
+    const auto* const plane = std::get_if<PlaneSurface>(&s);
+    if (plane == nullptr || plane->material.visibility != Visibility::shadow_catcher) continue;
+    for (int c = 0; c < 3; ++c) all[c] = open(scene.environment, normalize(plane->normal), c);
+  }
+  return all;
+}
+
 // --- Paths ---
 
 class Tracer {
  public:
-  Tracer(const ReferenceScene& scene, double time, int channel, Rng& rng)
-      : scene_(scene.scene), medium_(scene, time, channel), c_(channel), rng_(rng) {
+  Tracer(const ReferenceScene& scene, Vec3d open_sky, double time, int channel, Rng& rng)
+      : scene_(scene.scene),
+        open_sky_(open_sky),
+        medium_(scene, time, channel),
+        c_(channel),
+        rng_(rng) {
     for (const Surface& s : scene_.surfaces) surfaces_.push_back(at_time(s, time));
   }
 
   struct Result {
     double radiance = 0;
-    bool covered = false;  ///< whether something stopped the camera ray
+    double passed = 0;  ///< this channel's part of 1 - alpha
   };
   [[nodiscard]] Result trace(Ray ray) {
     Result result;
     double weight = 1;
+    std::optional<Caught> caught;  // where the path comes from a shadow catcher
     const std::uint32_t most = scene_.options.max_bounces.value_or(1'000'000);
     for (std::uint32_t bounce = 0;; ++bounce) {
-      const Hit hit = nearest(surfaces_, ray);
+      const bool of_camera = bounce == 0;
+      const Hit hit =
+          nearest(surfaces_, ray, of_camera ? &Material::visible_camera : &Material::visible_light);
+      // Emission and what is behind it all come up to here.
+      const double shade = of_camera ? hit.t : nearest(surfaces_, ray, &Material::visible_shadow).t;
       double emitted = 0;
-      const std::optional<Collision> collision = fly(ray, hit.t, emitted);
+      const std::optional<Collision> collision = fly(ray, std::max(hit.t, shade), shade, emitted);
+      const double free = collision ? collision->t : kNowhere, end = std::min(free, hit.t);
       result.radiance += weight * emitted;
-      const double end = collision ? collision->t : hit.t;
-      if (bounce == 0 ? scene_.options.background : true) {
-        result.radiance += weight * behind(ray, end, bounce == 0);
+      const double light = behind(ray, std::min(free, shade), of_camera);
+      if (caught) {
+        caught->add(light, result);
+        caught = {};
+      } else if (!of_camera || scene_.options.background) {
+        result.radiance += weight * light;
       }
-      if (bounce == 0) result.covered = end < kNowhere;
-      if (end == kNowhere || bounce == most) return result;
+      const bool collides = free < hit.t;
+      const auto sees = [&](Visibility looks) {
+        return of_camera && !collides && end < kNowhere && hit.material->visibility == looks;
+      };
+      if (of_camera && (end == kNowhere || sees(Visibility::holdout))) result.passed = 1.0 / 3;
+      if (end == kNowhere || bounce == most || sees(Visibility::holdout)) return result;
       const Vec3d place = ray.at(end);
-      if (collision) {
+      if (sees(Visibility::shadow_catcher)) {
+        caught = shadow_at(ray, hit, place);
+        caught->add(lit(hit, place), result);
+        weight = double(hit.material->albedo[c_]);
+        ray = {place, normalize(hit.normal + any_direction(rng_))};
+        continue;
+      }
+      if (collides) {
         weight *= collision->medium.scattering() / collision->medium.extinction;
         result.radiance += weight * lit(collision->medium, ray.d, place);
         ray = {place, scatter(collision->medium, ray.d)};
@@ -338,6 +432,7 @@ class Tracer {
 
  private:
   const CloudScene& scene_;
+  Vec3d open_sky_;  // irradiance over pi, by channel
   std::vector<Surface> surfaces_{};
   Media medium_;
   int c_;
@@ -347,6 +442,27 @@ class Tracer {
     double t;
     Local medium;
   };
+
+  /// What unscattered light on a shadow catcher counts, instead of what the catcher scatters of it.
+  struct Caught {
+    double shown, passed;
+
+    void add(double light, Result& to) const {
+      to.radiance += light * shown, to.passed += light * passed;
+    }
+  };
+  [[nodiscard]] Caught shadow_at(const Ray& ray, const Hit& hit, Vec3d place) const {
+    Vec3d all = open_sky_;
+    for (int c = 0; c < 3; ++c) {
+      for (const Light& light : scene_.lights) {
+        all[c] += std::visit([&](const auto& l) { return open(l, place, hit.normal, c); }, light);
+      }
+    }
+    Rgb own(0.0f);
+    own[c_] = 1;
+    const double seen = scene_.options.background ? radiance_of(scene_.environment, ray.d, c_) : 0;
+    return {seen / all[c_], double(luminance(own)) / double(luminance(Rgb(Vec3f(all))))};
+  }
 
   /// f(t, medium) at tentative collisions before `end` until it returns false.
   template <class F>
@@ -359,10 +475,11 @@ class Tracer {
     }
   }
 
-  std::optional<Collision> fly(const Ray& ray, double end, double& emitted) {
+  /// Adds what is emitted on the way before `shade`.
+  std::optional<Collision> fly(const Ray& ray, double end, double shade, double& emitted) {
     std::optional<Collision> found;
     tentative_collisions(ray, end, [&](double t, Local medium) {
-      emitted += medium.emission / medium_.majorant();
+      if (t < shade) emitted += medium.emission / medium_.majorant();
       if (double(rng_.uniform()) * medium_.majorant() >= medium.extinction) return true;
       found = {t, std::move(medium)};
       return false;
@@ -371,7 +488,7 @@ class Tracer {
   }
 
   double transmittance(const Ray& ray, double end) {
-    if (nearest(surfaces_, ray).t < end) return 0;
+    if (nearest(surfaces_, ray, &Material::visible_shadow).t < end) return 0;
     double passed = 1;
     tentative_collisions(ray, end, [&](double, const Local& medium) {
       passed *= 1 - medium.extinction / medium_.majorant();
@@ -383,8 +500,7 @@ class Tracer {
   double behind(const Ray& ray, double end, bool of_camera) {
     double sum = 0;
     if (end == kNowhere) {
-      sum += std::visit([&](const auto& sky) { return radiance_of(sky, ray.d, c_); },
-                        scene_.environment);
+      sum += radiance_of(scene_.environment, ray.d, c_);
     }
     for (const Light& light : scene_.lights) {
       if (of_camera) sum += std::visit([&](const auto& l) { return seen(l, ray, end, c_); }, light);
@@ -392,15 +508,23 @@ class Tracer {
     return sum;
   }
 
-  /// f(direction) is the share of what comes from there that goes on along the path.
+  /// f(direction) is the share of what comes from there that goes on along the path. Of many lights
+  /// one in each quarter of them is asked.
   template <class F>
   double lit_by_lights(Vec3d place, const F& f) {
-    double sum = 0;
-    for (const Light& light : scene_.lights) {
+    const auto lit_by = [&](const Light& light) {
       const Towards to =
           std::visit([&](const auto& l) { return towards(l, place, c_, rng_); }, light);
       const double share = to.radiance > 0 ? f(to.direction) : 0;
-      if (share > 0) sum += share * to.radiance * transmittance({place, to.direction}, to.distance);
+      return share > 0 ? share * to.radiance * transmittance({place, to.direction}, to.distance)
+                       : 0;
+    };
+    const std::size_t lights = scene_.lights.size(), parts = std::min<std::size_t>(lights, 4);
+    double sum = 0;
+    for (std::size_t part = 0; part < parts; ++part) {
+      const std::size_t first = lights * part / parts, n = lights * (part + 1) / parts - first;
+      const auto chosen = n == 1 ? 0 : std::size_t(double(rng_.uniform()) * double(n));
+      sum += double(n) * lit_by(scene_.lights[first + chosen]);
     }
     return sum;
   }
@@ -452,23 +576,24 @@ Film reference_film(const ReferenceScene& scene, std::uint32_t samples, std::uin
   film.height = film.crop_height = scene.scene.options.height;
   film.pixels.resize(std::size_t(film.width) * std::size_t(film.height));
   const Shutter shutter = scene.scene.camera.shutter;
+  const Vec3d sky = open_sky(scene.scene);
   for (std::size_t i = 0; i < film.pixels.size(); ++i) {
     PixelSums& pixel = film.pixels[i];
     const double px = double(i % std::size_t(film.width)), py = double(i / std::size_t(film.width));
     for (std::uint32_t sample = 0; sample < samples; ++sample) {
       Rng rng(seed, i, sample);
-      int stopped = 0;
+      double passed = 0;
       for (int c = 0; c < 3; ++c) {  // each a picture by itself
         const auto [u, v] = rng.uniform2();
         const double time = shutter.at(double(rng.uniform()));
-        Tracer tracer(scene, time, c, rng);
-        const auto [radiance, covered] =
+        Tracer tracer(scene, sky, time, c, rng);
+        const auto [radiance, of_channel] =
             tracer.trace(camera_ray(scene.scene, px + double(u), py + double(v), time));
         pixel.sum[c] += radiance;
         pixel.sum_squares[c] += radiance * radiance;
-        stopped += covered;
+        passed += of_channel;
       }
-      pixel.alpha += stopped / 3.0;
+      pixel.alpha += 1 - passed;
       ++pixel.samples;
     }
   }

@@ -20,8 +20,9 @@ namespace pvol::test {
 /// through. Lights and suns are met by shadow rays alone, but for those that the camera sees; skies
 /// by paths alone. Pixels are their means over a square.
 ///
-/// For scenes with perspective cameras without a lens, surfaces that all rays meet as surfaces
-/// (planes, balls, meshes), and skies that are constant, gradients or pictures.
+/// For scenes with perspective cameras without a lens, surfaces that are planes, balls and meshes (among
+/// them holdouts, and shadow catchers that are planes, which all lights shine on from above their
+/// horizon), and skies that are constant, gradients or pictures.
 [[nodiscard]] Film reference_film(const ReferenceScene& scene, std::uint32_t samples,
                                   std::uint64_t seed);
 
