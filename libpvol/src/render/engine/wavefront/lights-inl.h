@@ -165,7 +165,9 @@ HWY_INLINE void add_shadow_rays(const WavefrontScene& s, WavefrontMemory& m, con
   };
   const F luminance = part(0.2126f, 0, to.radiance.x) + part(0.7152f, 1, to.radiance.y) +
                       part(0.0722f, 2, to.radiance.z);
-  const F value = luminance * share * importance * p.pixel * splat(1 / s.setup.light.shadow_unit);
+  // Bright pixels do not go without them (THEORY.md, T5.2).
+  const F value = luminance * share * importance * hn::Max(p.pixel, splat(1)) *
+                  splat(1 / s.setup.light.shadow_unit);
   const M positive = hn::And(p.alive, hn::Gt(value, splat(0)));
   const M few = hn::And(positive, hn::Lt(value, splat(1)));
   const M chosen = hn::And(few, hn::Lt(p.rng.fine_uniform(), value));

@@ -57,8 +57,9 @@ template <class ComponentKind>
 void ask_light(const World& w, const OnSurface& v, std::size_t light, const LightSample& towards,
                Rgb weight, Rgb own) {
   const PathSetup& s = w.setup;
-  float value =
-      absolute_luminance(weight * own) / s.light.shadow_unit * w.m.slots.importance_of(v.slot());
+  // Bright pixels do not go without shadow rays (THEORY.md, T5.2).
+  float value = absolute_luminance(weight * own) / s.light.shadow_unit *
+                std::max(w.m.slots.importance_of(v.slot()), 1.0f);
   if (!(value > 0)) return;
   // Here it is asked once: rays off surfaces do not ask again.
   const Ray way{v.place, Vec3d(towards.direction)};
