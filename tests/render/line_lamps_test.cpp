@@ -47,6 +47,19 @@ TEST(EvenAngles, AreFiniteOnARayThroughTheLamp) {
   }
 }
 
+/// A lamp at the camera of a thin cloud that is very far away sees all of it at a tiny angle.
+TEST(EvenAngles, OfALampFarBeforeTheSpanAreEvenByTheSquareOfTheDistance) {
+  for (const double far : {1e2, 1e4, 1e6, 1e9}) {
+    const EvenAngles angles(kRay.o, kRay, {far, far + 1});
+    for (int k = 0; k <= 16; ++k) {
+      const double t = angles.at(k / 16.0);
+      EXPECT_NEAR(t - far, k / 16.0, 2 / far + 1e-6);
+      EXPECT_NEAR(angles.share_up_to(t), k / 16.0, 1e-6);
+      EXPECT_NEAR(angles.pdf(t), far * (far + 1) / (t * t), 1e-6);
+    }
+  }
+}
+
 /// Lamps in and around the small cloud, of every kind.
 std::vector<Light> lamp_of_kind(int kind) {
   const Vec3d within{4, 3, 2}, beside{24, 20, 12};

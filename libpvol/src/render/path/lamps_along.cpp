@@ -54,17 +54,21 @@ EvenAngles::EvenAngles(Vec3d lamp, const Ray& ray, Span span) {
   nearest_ = dot(way, ray.d);
   // Of a ray through the lamp nearly any distance will do.
   apart_ = std::max(length(way - ray.d * nearest_), 1e-6 * (span.t1 - span.t0));
-  first_ = std::atan((span.t0 - nearest_) / apart_);
-  all_ = std::atan((span.t1 - nearest_) / apart_) - first_;
+  begin_ = span.t0;
+  all_ = angle_up_to(span.t1);
+}
+
+/// Not by a difference of arcs, which would be 0 for a lamp far before or behind the span.
+double EvenAngles::angle_up_to(double t) const {
+  return std::atan2(apart_ * (t - begin_), apart_ * apart_ + (begin_ - nearest_) * (t - nearest_));
 }
 
 double EvenAngles::at(double share) const {
-  return nearest_ + apart_ * std::tan(first_ + share * all_);
+  const double first = (begin_ - nearest_) / apart_, further = std::tan(share * all_);
+  return begin_ + apart_ * (1 + first * first) * further / (1 - first * further);
 }
 
-double EvenAngles::share_up_to(double t) const {
-  return (std::atan((t - nearest_) / apart_) - first_) / all_;
-}
+double EvenAngles::share_up_to(double t) const { return angle_up_to(t) / all_; }
 
 double EvenAngles::pdf(double t) const {
   const double along = t - nearest_;

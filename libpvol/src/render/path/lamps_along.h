@@ -24,7 +24,10 @@ class EvenAngles {
 
  private:
   double nearest_, apart_;  // where the ray passes the lamp, and how far from it
-  double first_, all_;      // angles: where the span begins, and from there to its end
+  double begin_;            // of the span
+  double all_;              // the angle of the span
+
+  [[nodiscard]] double angle_up_to(double t) const;
 };
 
 /// A flight through a volume at one of its places.
