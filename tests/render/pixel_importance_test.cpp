@@ -74,6 +74,19 @@ struct Prepared {
   }
 };
 
+/// So that merged parts are the bytes of the whole.
+TEST(PixelImportance, OfAPartIsThatOfTheWhole) {
+  CloudScene s = half_dark();
+  const Prepared whole(s, true);
+  RenderOptions& o = s.options;
+  o.part_begin = 5, o.part_end = 9;
+  o.crop_x = 8, o.crop_y = 16, o.crop_width = 20, o.crop_height = 30;
+  const Prepared part(s, true);
+  ASSERT_NE(whole.setup.pixel_importance, nullptr);
+  ASSERT_NE(part.setup.pixel_importance, nullptr);
+  EXPECT_EQ(part.setup.pixel_importance->of_cell, whole.setup.pixel_importance->of_cell);
+}
+
 TEST(PixelImportance, IsLargeWhereThePictureIsDark) {
   CloudScene s = half_dark();
   const Prepared p(s, true);
