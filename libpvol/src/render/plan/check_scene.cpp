@@ -13,6 +13,7 @@
 #include "pvol/volume/facts.h"
 #include "pvol/volume/motion.h"
 #include "pvol/volume/moving_places.h"
+#include "render/light/lamp.h"
 #include "volume/placement.h"
 
 namespace pvol::detail {
