@@ -40,10 +40,13 @@ CloudScene looking_through() {
   return s;
 }
 
-Volume box_at(CloudScene& s, double thickness, double z) {
+Volume box_at(CloudScene& s, double thickness, double z, Rgb by_channel = Rgb(1.0f)) {
   s.medium.extinction = thickness / kEdge;
   s.medium.object_to_world = translation({0, 0, z});
-  return make_volume(box().grid, build_pyramid(box().grid, LookUp::nearest), s);
+  Medium medium = s.medium.medium();
+  medium.extinction_color = by_channel;
+  return pvol::make_volume(box().grid, build_pyramid(box().grid, LookUp::nearest), medium,
+                           s.volume_options());
 }
 
 /// Means over the picture.
@@ -84,6 +87,22 @@ TEST(ObjectLayers, OfVolumesInOnePlaceAreSharesOfTheirExtinction) {
   const auto found = coverage(film);
   EXPECT_NEAR(found.at("object.volume_1"), met(1.8) / 3, tolerance(film, met(1.8) / 3));
   EXPECT_NEAR(found.at("object.volume_2"), met(1.8) * 2 / 3, tolerance(film, met(1.8) * 2 / 3));
+}
+
+/// Each channel is covered by the volumes' shares of its own extinction.
+TEST(ObjectLayers, OfVolumesInOnePlaceAreMeansOverTheChannels) {
+  CloudScene s = looking_through();
+  s.options.samples = proof::samples(2048);
+  const std::vector<Volume> volumes{box_at(s, 0.4, 0), box_at(s, 0.4, 0, Rgb(1.0f, 0.2f, 0.2f))};
+  const Film film = render(volumes, s).film;
+  const auto found = coverage(film);
+  double grey = 0, red = 0;
+  for (const double share : {1.0, 0.2, 0.2}) {
+    const double all = met(0.4 * (1 + share)) / (1 + share) / 3;
+    grey += all, red += share * all;
+  }
+  EXPECT_NEAR(found.at("object.volume_1"), grey, 2 * tolerance(film, grey));
+  EXPECT_NEAR(found.at("object.volume_2"), red, 2 * tolerance(film, red));
 }
 
 TEST(ObjectLayers, TellPlacesAndSurfacesApart) {

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <string>
 
+#include "pvol/render/near_lights.h"
 #include "support/surface_pixel.h"
 
 namespace pvol::test {
@@ -73,6 +74,72 @@ TEST(SurfaceVisibility, WhatTheCameraDoesNotSeeCastsItsShadow) {
     EXPECT_NEAR(mean(sums).x, visible ? 0 : 0.8 * 0.5 * 0.64, 0.01);
     EXPECT_EQ(sums.alpha, sums.samples);
   }
+}
+
+/// A black surface that casts no shadow takes nothing away from what a cloud before it scatters:
+/// neither onto the ground, nor within itself where rays look ahead before they fly.
+TEST(SurfaceVisibility, VolumesBeforeWhatCastsNoShadowScatterAsIfItWereNotThere) {
+  proof::Family family;
+  for (const bool by_channel : {false, true}) {
+    PixelSums sums[2];
+    for (const bool walled : {false, true}) {
+      const Body cloud = component(0.3, Rgb(0.9f), 0, {}, translation({-6, 3, -6}));
+      Pixel p(cloud, by_channel ? Vec3d(60, 9, 0) : Vec3d(9, 0.5, 0),
+              by_channel ? Vec3d(0, 9, 0) : Vec3d(0, 0, 0));
+      p.scene.lights = {Sun{{1, 0.4, 0.2}, Rgb(3.0f), 0}};
+      p.scene.options.max_bounces = 6;
+      p.scene.options.samples = 60'000;
+      p.scene.options.seed = walled;
+      p.scene.surfaces = {ground(by_channel ? 0.0 : 0.8)};
+      PlaneSurface wall{{0, 30, 0}, {0, 1, 0}, {Rgb(0.0f)}};
+      wall.material.visible_shadow = false;
+      if (walled) p.scene.surfaces.push_back(wall);
+      Medium medium = cloud.medium();
+      if (by_channel) medium.extinction_color = Rgb(1.0f, 0.6f, 0.3f);
+      const Volume volume = pvol::make_volume(cube().grid, build_pyramid(cube().grid), medium,
+                                              p.scene.volume_options());
+      sums[walled] = render(volume, p.scene).film.pixels.front();
+    }
+    const Vec3d off = mean(sums[1]) - mean(sums[0]);
+    const Vec3d squared = variance_of_mean(sums[0]) + variance_of_mean(sums[1]);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_LT(std::sqrt(squared[c]), 0.02 * mean(sums[0])[c]) << "too few samples to tell";
+      family.add((by_channel ? "by channel " : "grey ") + std::to_string(c),
+                 proof::normal_p_value(std::abs(off[c]) / std::sqrt(squared[c])));
+    }
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+/// A lamp in the plane of a ceiling that not all rays meet lights the ground as if it hung free.
+TEST(SurfaceVisibility, LampsLieOnWallsOfEveryKind) {
+  proof::Family family;
+  for (const bool shadow : {true, false}) {
+    for (const bool light : {true, false}) {
+      for (const double tilt : {0.0, 0.3}) {
+        const Vec3d down = normalize(Vec3d(tilt, -1, 0.5 * tilt)), middle(0.3, 2, 0.1);
+        const AreaLight lamp{.position = middle,
+                             .direction = down,
+                             .size = {1.6, 1.1},
+                             .radiance = Rgb(2.0f),
+                             .visible_camera = false};
+        Pixel p(far_away(), {5, 0.5, 0}, {0, 0, 0});
+        PlaneSurface ceiling{middle, down, {Rgb(0.0f)}};
+        ceiling.material.visible_shadow = shadow;
+        ceiling.material.visible_light = light;
+        p.scene.surfaces = {ground(0.8), ceiling};
+        p.scene.lights = {lamp};
+        p.scene.options.max_bounces = 1;
+        p.scene.options.samples = 60'000;
+        const Rgb irradiance = AreaSource(lamp).on_plane({0, 0, 0}, {0, 1, 0});
+        expect_mean(p.sums(), 0.8 / kPi * double(irradiance.x),
+                    std::string(shadow ? "shadow, " : "no shadow, ") +
+                        (light ? "light, " : "no light, ") + std::to_string(tilt),
+                    family);
+      }
+    }
+  }
+  EXPECT_TRUE(family.passes());
 }
 
 /// A holdout whose shadow the photograph has already casts none on the catcher.

@@ -53,8 +53,7 @@ struct PixelSample {
 /// shifted by a random number of the pixel. Those of the path itself are not touched.
 [[nodiscard]] inline float sample_time(const PathSetup& s, const PixelSample& sample) {
   const std::uint32_t reversed = reverse_bits(sample.number);
-  const PixelSample first{sample.x, sample.y, 0};
-  const auto shift = std::uint32_t(numbers_aside(s, first, Aside::time).block().lo);
+  const std::uint32_t shift = seeds_of_points(s, sample, Aside::time)[0];
   return float(s.view.camera.shutter.at(double(reversed + shift) * 0x1p-32));
 }
 

@@ -1,10 +1,10 @@
 #include "render/path/film_layers.h"
 
 #include <algorithm>
-#include <optional>
 
 #include "pvol/volume/motion.h"
 #include "pvol/volume/moving_places.h"
+#include "render/path/local_medium.h"
 #include "volume/cell_look_up.h"
 
 namespace pvol::detail {
@@ -19,34 +19,27 @@ struct FirstCollisionLayer {
 
 double depth_of(const PathSetup& s, Vec3d place) { return s.view.projection.depth(place); }
 
-Vec3d depth_of(const PathSetup& s, const PathResult& r) { return Vec3d(depth_of(s, r.first)); }
-
-/// visit(number, instance, volume) for all that may be at a place at a time, and perhaps for
-/// others.
-template <class Visit>
-void visit_at(const PathSetup& s, Vec3d place, float frames, const Visit& visit) {
-  s.instances->tree.visit_at(place, [&](std::uint32_t i) {
-    const Instance at = s.instances->at_time(i, double(frames));
-    visit(i, at, s.volumes[at.volume].volume);
-  });
+Vec3d depth_of(const PathSetup& s, const PathResult& r) {
+  return Vec3d(depth_of(s, r.first.place));
 }
 
 /// Direction of steepest descent of the extinction, by differences over a voxel; 0 where that is
 /// even. Of many clouds, those whose boxes end within half a voxel of the place may go unseen.
 Vec3d normal_of(const PathSetup& s, const PathResult& r) {
   if (r.first_material) return r.first_normal;
-  const Vec3d place = r.first;
   Vec3d sum;
-  visit_at(s, place, r.time, [&](std::uint32_t, const Instance& instance, const Volume& v) {
+  s.instances->tree.visit_at(r.first.place, [&](std::uint32_t i) {
+    const Instance instance = s.instances->at_time(i, double(r.time));
+    const Volume& v = s.volumes[instance.volume].volume;
     const Affine& to_cells = instance.world_to_cells;
-    const Vec3d at = to_cells.point(place);
+    const Vec3d at = to_cells.point(r.first.place);
     Vec3d cells;  // the gradient in cells
     for (int axis = 0; axis < 3; ++axis) {
       constexpr double kHalf = 0.5;
       Vec3d step;
       step[axis] = kHalf;
-      cells[axis] =
-          double(extinction_in_cells(v, at + step)) - double(extinction_in_cells(v, at - step));
+      cells[axis] = double(extinction_in_cells(v, at + step, r.time)) -
+                    double(extinction_in_cells(v, at - step, r.time));
     }
     // A gradient goes to the world by the transpose of the map to cells.
     for (int axis = 0; axis < 3; ++axis) {
@@ -59,48 +52,26 @@ Vec3d normal_of(const PathSetup& s, const PathResult& r) {
   return size > 0 ? sum / size : Vec3d{};
 }
 
-/// By which albedos are multiplied at a place in cells of the density.
-Rgb color_in_cells(const Volume& v, Vec3d cells) {
-  if (v.albedo == nullptr) return Rgb(1.0f);
-  return color_at(*v.albedo, inverse(v.density.world_to_cells).point(cells));
-}
-
-/// The mean, by extinction, of value(volume, number of its place, world to cells, place in cells)
-/// of all that a first collision may have hit.
-template <class Value>
-Vec3d mean_of_all(const PathSetup& s, const PathResult& r, const Value& value) {
-  Vec3d sum;
-  double all = 0;
-  const bool alone = s.volumes.size() == 1;
-  visit_at(s, r.first, r.time, [&](std::uint32_t, const Instance& at, const Volume& v) {
-    const Vec3d cells = at.world_to_cells.point(r.first);
-    const double mu = alone ? 1 : double(extinction_in_cells(v, cells));
-    sum += value(v, at.place, at.world_to_cells, cells) * mu;
-    all += mu;
-  });
-  return all > 0 ? sum / all : Vec3d{};
-}
-
 Vec3d albedo_of(const PathSetup& s, const PathResult& r) {
   if (r.first_material) return Vec3d(r.first_material->albedo);
-  return mean_of_all(s, r, [](const Volume& v, std::uint32_t, const Affine&, Vec3d cells) {
-    const Rgb color = color_in_cells(v, cells);
-    Vec3d sum;
-    for (const Component& c : v.medium.components) sum += Vec3d(c.albedo * color) * c.share;
-    return sum;
-  });
+  const Instance hit = s.instances->at_time(r.first.instance, double(r.time));
+  const VolumeSetup& v = s.volumes[hit.volume];
+  const Rgb color = local_color({&v, hit.world_to_cells.point(r.first.place)}, r.time);
+  Vec3d sum;
+  for (const Component& c : v.volume.medium.components) sum += Vec3d(c.albedo * color) * c.share;
+  return sum;
 }
 
 Vec3d velocity_of(const PathSetup& s, const PathResult& r) {
   if (r.first_material) {
     if (r.first_moves == nullptr) return {};
-    const Vec3d own = inverse(r.first_moves->at(double(r.time))).point(r.first);
+    const Vec3d own = inverse(r.first_moves->at(double(r.time))).point(r.first.place);
     return r.first_moves->velocity(own, double(r.time));
   }
-  return mean_of_all(
-      s, r, [&](const Volume& v, std::uint32_t place, const Affine& to_cells, Vec3d cells) {
-        return velocity_at(v, place, to_cells, cells, double(r.time));
-      });
+  const Instance hit = s.instances->at_time(r.first.instance, double(r.time));
+  const Vec3d cells = hit.world_to_cells.point(r.first.place);
+  return velocity_at(s.volumes[hit.volume].volume, hit.place, hit.world_to_cells, cells,
+                     double(r.time));
 }
 
 /// Adds the light of each source to its layer, as one term for each layer: there may be no more
@@ -117,38 +88,20 @@ void add_lights(const PathSetup& s, const PathResult& r, ExactSums::OfLayer* lay
   for (std::size_t l = 0; l < terms.size(); ++l) add(layers[l].sum, terms[l]);
 }
 
-/// Adds a first collision to the layer of what it hit. Where volumes overlap, each gets its share
-/// of the extinction, which is its probability to have been the one.
+/// Adds a first collision to the layer of what it hit.
 void add_to_objects(const PathSetup& s, const PathResult& r, ExactSums::OfLayer* layers) {
-  const auto add_share = [&](std::size_t object, double share) {
-    add(layers[object].sum, Vec3d(share * double(r.first_weight)));
-  };
+  std::size_t object = r.first.instance;
   if (r.first_material) {
     const std::size_t number = s.surfaces->camera->number_of(*r.first_material);
-    return add_share(s.objects->first_surface + s.surfaces->seen[number], 1);
+    object = s.objects->first_surface + s.surfaces->seen[number];
   }
-  if (s.instances->all.size() == 1) return add_share(0, 1);
-  double sum = 0;
-  std::optional<std::size_t> some;
-  const auto visit_all = [&](const auto& visit) {
-    visit_at(s, r.first, r.time, [&](std::uint32_t i, const Instance& at, const Volume& v) {
-      visit(i, double(extinction_in_cells(v, at.world_to_cells.point(r.first))));
-    });
-  };
-  visit_all([&](std::uint32_t i, double mu) { sum += mu, some = some.value_or(i); });
-  if (!(sum > 0)) {  // at a rim, where the place was rounded to the outside
-    if (some) add_share(*some, 1);
-    return;
-  }
-  visit_all([&](std::uint32_t i, double mu) {
-    if (mu > 0) add_share(i, mu / sum);
-  });
+  add(layers[object].sum, Vec3d(double(r.first_weight)));
 }
 
 constexpr std::array kFirstCollisionLayers = std::to_array<FirstCollisionLayer>({
     {Aov::depth, "Z", &depth_of},
     {Aov::nearest, "Z", &depth_of},
-    {Aov::position, "XYZ", [](const PathSetup&, const PathResult& r) { return r.first; }},
+    {Aov::position, "XYZ", [](const PathSetup&, const PathResult& r) { return r.first.place; }},
     {Aov::normal, "XYZ", &normal_of},
     {Aov::albedo, "RGB", &albedo_of},
     {Aov::velocity, "XYZ", &velocity_of},
@@ -247,7 +200,7 @@ Film make_film(const PathSetup& setup) {
 }
 
 void add_to_deep(const PathSetup& s, const PathResult& r, std::size_t pixel, DeepFilm& film) {
-  const double depth = depth_of(s, r.first);
+  const double depth = depth_of(s, r.first.place);
   if (r.first_material) {
     film.add_surface(pixel, depth, Vec3d(r.radiance - r.background), double(r.alpha));
   } else {

@@ -5,13 +5,18 @@
 
 namespace pvol::detail {
 
-LocalMedium local_medium(const CollisionPlace& place, const MediumComponent& component,
-                         float time) {
+Rgb local_color(const CollisionPlace& place, float time) {
   const VolumeSetup& volume = *place.volume;
   const AlbedoField* const field = volume.volume.albedo.get();
-  if (field == nullptr) return everywhere(component);
+  if (field == nullptr) return Rgb(1.0f);
   const Vec3d cells = place_at_rest(volume.volume.density, time, place.cells);
-  return colored(component, color_in(*field, volume.cells_to_albedo.point(cells)));
+  return color_in(*field, volume.cells_to_albedo.point(cells));
+}
+
+LocalMedium local_medium(const CollisionPlace& place, const MediumComponent& component,
+                         float time) {
+  if (place.volume->volume.albedo == nullptr) return everywhere(component);
+  return colored(component, local_color(place, time));
 }
 
 }  // namespace pvol::detail

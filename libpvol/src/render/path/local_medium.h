@@ -5,8 +5,11 @@
 
 namespace pvol::detail {
 
-/// The component at a place, at a time: the colour there moves with the density. Of volumes whose
-/// albedo is no field, what it is everywhere.
+/// By which albedos are multiplied at a place, at a time: the colour there moves with the density.
+/// Of volumes whose albedo is no field 1.
+[[nodiscard]] Rgb local_color(const CollisionPlace& place, float time);
+
+/// The component there.
 [[nodiscard, gnu::noinline]] LocalMedium local_medium(const CollisionPlace& place,
                                                       const MediumComponent& component, float time);
 

@@ -1,12 +1,19 @@
 // What a camera path brings home.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "pvol/error.h"
 #include "render/path/path_setup.h"
 
 namespace pvol::detail {
+
+/// Where a camera path first collided.
+struct FirstCollision {
+  Vec3d place{};               ///< in the world
+  std::uint32_t instance = 0;  ///< number of the one that it hit, if no surface
+};
 
 /// The sums of one sample. Everything that adds light to it is in gather_light.h. Layers are those
 /// of each light in their order, then of the sky, which has all that is constant, and of emission;
@@ -20,7 +27,7 @@ struct PathResult {
   /// Radiance by scatterings: of light that was not scattered, that was once, that was more often;
   /// empty where nobody asks.
   std::vector<Rgb> orders;
-  Vec3d first;             ///< place of the first collision in the world, where somebody asks
+  FirstCollision first{};  ///< where somebody asks
   float first_weight = 0;  ///< of the flight that ended there; 0: none did
   float time = 0;          ///< of the path, in frames, where the setup moves
   Vec3d first_normal;      ///< where that place is on a surface, which has this finish

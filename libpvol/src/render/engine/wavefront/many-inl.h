@@ -206,14 +206,15 @@ bool follow_all(const World& w, const Any& any, const Start& start, const Collid
       if (m.hits[v].n >= least) collide(v);
     }
   };
-  constexpr std::size_t kEnough = 16 * kLanes;  // collisions that fill registers
+  constexpr std::size_t kEnough = 4 * kLanes;  // collisions that fill registers
+  const std::size_t slice = slice_of(w.scenes.front());
   for (;;) {
     if (w.setup.stop->load(std::memory_order_relaxed)) return false;
     const Fullest fullest(m);
-    if (fullest.n >= kSlice || (fullest.n > 0 && !any())) {
+    if (fullest.n >= slice || (fullest.n > 0 && !any())) {
       fly_in<ComponentKind>(w, fullest.volume, fullest.kind);
     } else if (any()) {
-      for (std::size_t k = 0; k < kSlice && any(); ++k) start();
+      for (std::size_t k = 0; k < slice && any(); ++k) start();
     } else if (std::ranges::any_of(m.hits, [](const Records& q) { return q.n > 0; })) {
       collide_where(1);
     } else {

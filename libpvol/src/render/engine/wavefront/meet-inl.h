@@ -145,7 +145,7 @@ void catch_shadow(const World& w, const OnSurface& v, const SurfaceHit& surface,
   const PathSetup& s = w.setup;
   const Rgb open = w.m.open_light(s.light, surface);
   w.m.slots.see_catcher(v.slot(), direction, open, weight);
-  if (s.first_collisions) w.m.slots.first[v.slot()] = surface.place;
+  if (s.first_collisions) w.m.slots.first[v.slot()].place = surface.place;
   w.m.slots.seen[v.slot()].material = surface.material;
   if (largest(open) > 0) ask_lights<ComponentKind>(w, v, Rgb(1.0f));
   const Rgb throughput = s.max_bounces > 0 ? weight * surface.material->albedo : Rgb(0.0f);
@@ -183,7 +183,7 @@ void meet(const World& w, const Records& q, std::size_t at) {
     }
     if (v.catcher)
       return catch_shadow<ComponentKind>(w, v, surface, direction_at(q, at), throughput);
-    add_first_collision(s, w.m, v.slot(), surface.place, throughput);
+    add_first_collision(s, w.m, v.slot(), {surface.place}, throughput);
     w.m.slots.seen[v.slot()] = {&material, surface.normal, surface.moves};
   }
   if (largest(s.constant) > 0) {

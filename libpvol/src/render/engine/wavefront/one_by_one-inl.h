@@ -110,7 +110,7 @@ void fly_one(const World& w, const WavefrontScene& s, std::size_t at, Tally& tal
 template <class ComponentKind>
 HWY_NOINLINE void fly_one_by_one(const World& w, const WavefrontScene& s, Records& queue,
                                  Tally& tally) {
-  queue.take_last(kSlice, s.fields, w.m.flying);
+  queue.take_last(slice_of(s), s.fields, w.m.flying);
   for (std::size_t at = 0; at < w.m.flying.n && !w.setup.stopped(); ++at) {
     fly_one<ComponentKind>(w, s, at, tally);
   }

@@ -150,13 +150,13 @@ inline void start(const WavefrontScene& s, WavefrontMemory& m, const CameraRays&
 
 /// All that a first collision of a ray of the camera of this weight brings at once.
 inline void add_first_collision(const PathSetup& s, WavefrontMemory& m, std::uint32_t slot,
-                                Vec3d place, Rgb weight) {
+                                const FirstCollision& first, Rgb weight) {
   m.slots.alpha[slot] = 1;
   if (largest(s.constant) > 0) {
     m.slots.add(slot, 0, [&](PathResult& r) { add_constant(s, weight, r); });
   }
   if (!s.first_collisions) return;
-  m.slots.first[slot] = place;
+  m.slots.first[slot] = first;
   if (s.weighs) m.slots.note_first_weight(slot, weight);
 }
 template <class ComponentKind>
@@ -164,17 +164,23 @@ HWY_NOINLINE void add_first_collisions(const WavefrontScene& s, WavefrontMemory&
                                        std::size_t from) {
   for (std::size_t k = from; k < m.collisions.n; ++k) {
     const std::uint32_t slot = slot_of(m.collisions.bits(kId)[k]);
-    const bool asked = s.setup.first_collisions;
-    add_first_collision(s.setup, m, slot, asked ? world_place(s, m.collisions, k) : Vec3d{},
-                        weight_at<ComponentKind>(m.collisions, k));
+    FirstCollision first;
+    if (s.setup.first_collisions) first.place = world_place(s, m.collisions, k);
+    add_first_collision(s.setup, m, slot, first, weight_at<ComponentKind>(m.collisions, k));
   }
+}
+
+/// Most rays that fly at once. Those that are kept in the world are large, and caches are to hold
+/// them from one stage to the next.
+[[nodiscard]] inline std::size_t slice_of(const WavefrontScene& s) {
+  return s.many ? kSlice / 4 : kSlice;
 }
 
 /// Takes rays from the end of a queue and flies them; null collisions go back to it.
 template <bool kLimited = false>
 HWY_INLINE void take_and_fly(const WavefrontScene& s, WavefrontMemory& m, Records& queue,
                              Tally& tally) {
-  queue.take_last(kSlice, s.fields, m.flying);
+  queue.take_last(slice_of(s), s.fields, m.flying);
   SampleCounts counts{s, m, tally};
   fly<kLimited>(s.field, m, counts);
 }

@@ -132,10 +132,9 @@ class Slots {
   }
 
   std::vector<float> alpha;
-  std::vector<float> importance;  ///< of pixels; none: all have 1
-  std::vector<Vec3d>
-      first;  ///< place of the first collision in the world, where they are asked for
-  std::vector<float> times;  ///< of samples, in frames, where anything moves
+  std::vector<float> importance;      ///< of pixels; none: all have 1
+  std::vector<FirstCollision> first;  ///< where they are asked for
+  std::vector<float> times;           ///< of samples, in frames, where anything moves
   struct SeenSurface {
     const Material* material = nullptr;  ///< null: the camera sees none
     Vec3d normal{};

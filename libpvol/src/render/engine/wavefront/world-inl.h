@@ -131,6 +131,17 @@ inline void put_hit(const World& w, std::uint32_t number, const Waiting& of) {
   return line;
 }
 
+/// How far a ray meets lamps.
+[[nodiscard]] inline double end_for_lamps(const WorldRay& r) {
+  double end = kEndless;
+  if (r.collides()) {
+    end = r.nearest;
+  } else if (const SurfaceHit& surface = r.among.surface; surface.material != nullptr) {
+    end = surface.distance + surface.beyond_for_lamps();
+  }
+  return std::min(end, r.among.lamps_until);
+}
+
 /// Light that a path's ray meets on its way.
 template <class ComponentKind>
 void add_line(const World& w, const WorldRay& r, const Waiting& of) {
@@ -150,8 +161,7 @@ void add_line(const World& w, const WorldRay& r, const Waiting& of) {
     });
   }
   if (!s.light.met_on_flights || (!scattered && s.depths != nullptr)) return;
-  if (!r.collides() && r.among.surface.material != nullptr)
-    line.length += r.among.surface.beyond_for_lamps();
+  line.length = end_for_lamps(r);
   if (r.on_catcher) {
     w.m.slots.add_caught(slot_of(id), [&](PathResult& to) {
       add_met(s, line, pdf, direct_weight<ComponentKind>(r, of.q, of.at), to);
@@ -257,7 +267,8 @@ void finish_ray(const World& w, std::uint32_t number, const Waiting& of) {
   }
   r.place = r.ray.at(r.nearest);
   if (r.kind == RayKind::camera) {
-    add_first_collision(w.setup, m, slot_of(id), r.place, weight_at<ComponentKind>(of.q, of.at));
+    add_first_collision(w.setup, m, slot_of(id), {r.place, r.hit},
+                        weight_at<ComponentKind>(of.q, of.at));
   }
   if (r.among.scatters) return put_hit(w, number, of);
   add_last_emission<ComponentKind>(w, r, of);

@@ -89,6 +89,7 @@ struct alignas(64) WorldRay {
     // What paths bring where scattered rays meet other surfaces than shadow rays do: unscattered
     // light from so far, scattered light or none, times a factor (THEORY.md, T5.18).
     double direct_until = kEndless;
+    double lamps_until = kEndless;  ///< a lamp may lie on the surface there
     bool scatters = true;
     float factor = 1;
   } among{};
@@ -100,19 +101,26 @@ struct alignas(64) WorldRay {
 
 /// Decides what a path's ray brings where surfaces differ by kind of ray: where scattered light
 /// comes from behind a surface that stops the rest, one of them is drawn, in proportion to about
-/// what they are.
+/// what they are. What volumes scatter before such a surface is part of the scattered light, also
+/// where that is black.
 inline void choose_what_comes(const Surfaces& surfaces, WorldRay& r, Rng& rng) {
-  r.among.direct_until = surfaces.shadow->first_hit(r.ray, r.end(), r.time).distance;
+  constexpr float kOfVolumes = 0.5f;
+  const auto end_direct_at = [&](const SurfaceHit& hit) {
+    if (!(hit.distance < r.among.direct_until)) return;
+    r.among.direct_until = hit.distance;
+    r.among.lamps_until = hit.distance + hit.beyond_for_lamps();
+  };
+  const SurfaceHit shadow = surfaces.shadow->first_hit(r.ray, r.end(), r.time);
+  if (shadow.material != nullptr) end_direct_at(shadow);
   const Material* const ahead = r.among.surface.material;
   if (ahead == nullptr) return;
-  if (ahead->visible_shadow)
-    r.among.direct_until = std::min(r.among.direct_until, r.among.surface.distance);
+  if (ahead->visible_shadow) end_direct_at(r.among.surface);
   if (!(r.among.surface.distance < r.among.direct_until)) return;
-  const float weight = 1 + largest(ahead->albedo);
+  const float weight = 1 + std::max(largest(ahead->albedo), kOfVolumes);
   if (rng.uniform() * weight < 1) {
     r.among.surface = {}, r.among.scatters = false, r.among.factor = weight;
   } else {
-    r.among.direct_until = 0, r.among.factor = weight / (weight - 1);
+    r.among.direct_until = r.among.lamps_until = 0, r.among.factor = weight / (weight - 1);
   }
 }
 
@@ -162,6 +170,8 @@ class WorldRays {
     if (free_.empty()) free_.push_back(std::uint32_t(all_.size())), all_.emplace_back();
     const std::uint32_t number = free_.back();
     free_.pop_back();
+    constexpr std::size_t kSoon = 4;
+    if (free_.size() >= kSoon) prefetch(&free_[free_.size() - kSoon], 1);
     WorldRay& r = all_[number];
     r.nearest = kEndless, r.hit = r.within = WorldRay::kNowhere;
     r.next = 0, r.searched = r.off_surface = r.on_catcher = false;
