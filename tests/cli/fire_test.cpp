@@ -1,13 +1,18 @@
 // Files with several grids, from fit to picture: what is bound, told, stored and shown.
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/field_names.h"
+#include "pvol/formats/film_file.h"
 #include "pvol/formats/image.h"
 #include "support/messages.h"
 #include "support/run_tool.h"
@@ -96,6 +101,38 @@ TEST_F(FireFiles, WithoutDensityIsAFireByNight) {
   std::ofstream(folder_ / "again.toml") << scene;
   run(PVOL_RENDER, {folder_ / "again.toml", "-o", folder_ / "b.exr"});
   EXPECT_EQ(mean_of("b.exr"), mean);
+}
+
+/// Frames of a fire share what is chosen for it, whatever else the scene says.
+TEST_F(FireFiles, FramesShareColourAndIntensity) {
+  const VoxelGrid flames = grid_of("flames", [](Vec3d p) { return 6 - length(p - Vec3d(12)); });
+  const VoxelGrid heat = grid_of("temperature", [](Vec3d) { return 0.4; });
+  formats::write_vdb(folder_ / "f.0002.vdb", {&flames, &heat});
+  std::filesystem::copy(folder_ / "fire.vdb", folder_ / "f.0001.vdb");
+  const auto chosen = [&](int frame) {
+    const auto file = folder_ / fmt::format("f.{:04}.exr", frame);
+    std::istringstream scene(formats::read_picture_header(file).attributes.at("pvol:scene"));
+    std::string lines;
+    for (std::string line; std::getline(scene, line);) {
+      const bool asked = line.starts_with("kelvin") || line.starts_with("intensity");
+      if (asked) lines += line + '\n';
+    }
+    return lines;
+  };
+  const std::vector<std::string> camera{"--set", "camera.position=[1.2,1.2,9]", "--set",
+                                        "camera.target=[1.2,1.2,1.2]"};
+  std::vector<std::string> intensity = camera;
+  intensity.insert(intensity.end(), {"--set", "medium.fire.intensity=3"});
+  for (const auto& given : {std::vector<std::string>{}, camera, intensity}) {
+    std::vector<std::string> more{"--frames", "1-2", "--no-resume"};
+    more.insert(more.end(), given.begin(), given.end());
+    const std::string log = render("f.####.vdb", "f.####.exr", more);
+    EXPECT_TRUE(says(log, given == intensity ? "fire.colour_for_all_frames"
+                          : given == camera  ? "fire.colour_and_intensity_for_all_frames"
+                                             : "fire.all_for_all_frames"));
+    EXPECT_NE(chosen(1), "");
+    EXPECT_EQ(chosen(1), chosen(2));
+  }
 }
 
 TEST_F(FireFiles, WithDensityBurnsInItsSmoke) {

@@ -303,13 +303,18 @@ TEST_F(Interrupt, StudiesReportWhatTheyMeasured) {
       run_tool(PVOL_STATS, words, at_message("interrupt.during_reference", {SIGINT}));
   EXPECT_EQ(early.signal, SIGINT) << early.err;
   EXPECT_EQ(early.out, "");
-  words.back() = "40";
-  bool sent = false;
-  const RunResult late = run_tool(PVOL_STATS, words, [&](int pid, const std::string& err) {
-    // There is a round to report by then, also where one took too long and does not count.
-    const bool later = std::regex_search(err, std::regex("round [3-9] of"));
-    if (!sent && later) sent = kill(pid, SIGINT) == 0;
-  });
+  RunResult late;
+  // A budget may be too short for a machine that other work slows down in the middle of it.
+  for (const char* const budget : {"40", "160"}) {
+    words.back() = budget;
+    bool sent = false;
+    late = run_tool(PVOL_STATS, words, [&](int pid, const std::string& err) {
+      // There is a round to report by then, also where one took too long and does not count.
+      const bool later = std::regex_search(err, std::regex("round [3-9] of"));
+      if (!sent && later) sent = kill(pid, SIGINT) == 0;
+    });
+    if (!late.out.empty()) break;
+  }
   EXPECT_EQ(late.exit, 1) << late.err;
   EXPECT_TRUE(says(late.err, "interrupt.interrupted_report_contains"));
   EXPECT_NE(late.out, "");

@@ -506,6 +506,14 @@ TEST_F(Sequence, LeavesOutWhatIsFinishedAndNothingElse) {
   EXPECT_TRUE(says(log, "frames.frame_exr_finished"));
   EXPECT_EQ(states({"--no-resume"}), "rendered rendered rendered ");
   EXPECT_TRUE(read_text(at("a", 1, "exr")) == first);
+  std::ofstream(at("a", 1, "exr"), std::ios::binary) << first.substr(0, first.size() - 1);
+  std::ofstream(at("a", 2, "png"), std::ios::binary).close();
+  EXPECT_EQ(states({}), "rendered rendered finished ") << "cut off, or empty";
+  EXPECT_TRUE(read_text(at("a", 1, "exr")) == first);
+  EXPECT_EQ(states({"--pixel-type", "half"}), "rendered rendered rendered ");
+  EXPECT_EQ(states({"--pixel-type", "half"}), "finished finished finished ");
+  EXPECT_EQ(states({"--compression", "none"}), "rendered rendered rendered ");
+  EXPECT_EQ(states({}), "rendered rendered rendered ");
   std::ofstream(at("a", 2, "exr")) << "damaged";
   std::filesystem::remove(at("a", 3, "png"));
   EXPECT_EQ(states({}), "finished rendered rendered ");

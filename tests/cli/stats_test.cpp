@@ -306,14 +306,18 @@ VoxelGrid small_box(const char* name) {
 
 TEST(StatsInfo, SaysWhereGridsLieAndWhatTheyHold) {
   const ScratchFolder folder;
-  const VoxelGrid density = small_box("density"), heat = small_box("heat");
-  const std::string file = folder / "a.vdb", fire = folder / "b.vdb";
+  const VoxelGrid density = small_box("density"), heat = small_box("heat"),
+                  warmth = small_box("temperature");
+  const std::string file = folder / "a.vdb", fire = folder / "b.vdb", smoke = folder / "c.vdb",
+                    twins = folder / "d.vdb";
   formats::write_vdb(file, {&density, &heat});
   formats::write_vdb(fire, {&heat});
-  const RunResult r = run_tool(PVOL_STATS, {"info", file, fire, "--json"});
+  formats::write_vdb(smoke, {&density, &warmth});
+  formats::write_vdb(twins, {&density, &density});
+  const RunResult r = run_tool(PVOL_STATS, {"info", file, fire, smoke, twins, "--json"});
   ASSERT_EQ(r.exit, 0) << r.err;
   const json j = json::parse(r.out);
-  ASSERT_EQ(j.size(), 2u);
+  ASSERT_EQ(j.size(), 4u);
   EXPECT_EQ(j[0]["file"], file);
   EXPECT_EQ(j[0]["bytes"], std::filesystem::file_size(file));
   ASSERT_EQ(j[0]["grids"].size(), 2u);
@@ -329,8 +333,11 @@ TEST(StatsInfo, SaysWhereGridsLieAndWhatTheyHold) {
   EXPECT_EQ(g["world"]["high"], json({10.5, 26.5, 33.5}));
   EXPECT_EQ(g["voxel_size"], json({0.5, 0.5, 0.5}));
   EXPECT_EQ(g["rotated"], false);
-  EXPECT_EQ(j[0]["grids"][1]["use"], "fire, if asked for");
-  EXPECT_EQ(j[1]["grids"][0]["use"], "density, fire, if asked for") << "the only grid";
+  EXPECT_EQ(j[0]["grids"][1]["use"], "fire") << "as a render of the file shows it";
+  EXPECT_EQ(j[1]["grids"][0]["use"], "density, fire") << "the only grid";
+  EXPECT_EQ(j[2]["grids"][1]["use"], "fire, if asked for") << "smoke has temperatures, too";
+  EXPECT_EQ(j[3]["grids"][0]["use"], "density") << "the first of two of one name";
+  EXPECT_EQ(j[3]["grids"][1]["use"], "");
 }
 
 /// Names of files and grids come from anywhere.

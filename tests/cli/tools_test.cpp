@@ -333,6 +333,21 @@ TEST(Render, KeepsLayersThatItIsAskedFor) {
   EXPECT_FALSE(std::filesystem::exists(folder / "b.exr"));
 }
 
+TEST(Render, RefusesForAPngWhatItCannotHold) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder);
+  const std::vector<std::vector<std::string>> all{{"--aov", "depth"},
+                                                  {"--denoise-layers"},
+                                                  {"--multipart"},
+                                                  {"--pixel-type", "half"},
+                                                  {"--compression", "piz"}};
+  for (const std::vector<std::string>& more : all) {
+    std::vector<std::string> line = small_render(vdb, folder / "a.png");
+    line.insert(line.end(), more.begin(), more.end());
+    expect_usage_error(PVOL_RENDER, line, "tools.png_holds_colours");
+  }
+}
+
 TEST(Render, WarnsOfWhatHalfDoesNotHold) {
   const ScratchFolder folder;
   auto arguments = small_render(write_ball(folder), folder / "a.exr");

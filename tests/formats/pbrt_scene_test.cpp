@@ -296,6 +296,7 @@ TEST(PbrtScene, EmissionBySamples) {
       fog_of("\"rgb Le\" [ 1 2 3 ] \"rgb sigma_a\" [ 1 1 2 ] \"float scale\" 5 \"float Lescale\" "
              "[ 1 0 0 0 0 0 0 2 ]"));
   const SceneVolume& v = s.file.volumes.at(0);
+  EXPECT_EQ(v.grid, "density");
   ASSERT_TRUE(v.fire);
   expect_near(Vec3d(emission(*v.fire, 1, 0)), {5, 10, 30});
   EXPECT_EQ(v.fire->field, "glow");

@@ -152,6 +152,21 @@ TEST_F(SceneText, SettingAPhaseFunctionReplacesThatOfTheFile) {
             std::string::npos);
 }
 
+/// As any option replaces what the file says.
+TEST_F(SceneText, AFieldOfViewOfTheCommandLineReplacesAFocalLength) {
+  const std::string text = kCloud + "[camera]\nposition = [0, 0, 9]\ntarget = [0, 0, 0]\n";
+  const auto camera = [&](const std::string& more, const Sets& sets) {
+    return read(text + more, sets).scene.camera;
+  };
+  EXPECT_EQ(camera("focal_length = 50\nfov = 20\n", {}).focal_length, 50);
+  const Camera wide = camera("focal_length = 50\n", {"camera.fov=100"});
+  EXPECT_EQ(wide.focal_length, std::nullopt);
+  EXPECT_EQ(wide.fov, 100);
+  EXPECT_EQ(camera("", {"camera.fov=100", "camera.focal_length=50"}).focal_length, 50);
+  EXPECT_TRUE(says(error(text + "projection = \"orthographic\"\n", {"camera.fov=20"}),
+                   "scene.fov_of_orthographic"));
+}
+
 TEST_F(SceneText, NamesOfOtherProgramsLeadToOurs) {
   EXPECT_TRUE(says(error(kCloud, {"camera.lens=35"}), "scene.lens_is_focal_length"));
   EXPECT_TRUE(says(error(kCloud + "[[sun]]\ncolor = 3\n", {}), "scene.color_is_irradiance"));

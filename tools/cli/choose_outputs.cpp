@@ -43,6 +43,25 @@ void check_parts(const RenderOptionsGiven& o, const Outputs& out) {
   }
 }
 
+/// Throws UsageError for what a PNG cannot hold.
+void check_layers(const RenderOptionsGiven& o, const Outputs& out) {
+  if (!out.exr.empty()) return;
+  const RenderOptionsGiven usual;
+  const std::pair<bool, const char*> wanted[] = {
+      {o.options.contains("aov"), "--aov"},
+      {o.denoise_layers, "--denoise-layers"},
+      {o.multipart, "--multipart"},
+      {o.pixels != usual.pixels, "--pixel-type"},
+      {o.compression != usual.compression, "--compression"}};
+  for (const auto& [given, flag] : wanted) {
+    if (!given) continue;
+    throw UsageError(
+        fmt::format("{} needs an .exr: a .png has colours and alpha alone; found the "
+                    "output {}",
+                    flag, o.output.string()));
+  }
+}
+
 }  // namespace
 
 Outputs choose_outputs(const RenderOptionsGiven& o) {
@@ -71,6 +90,7 @@ Outputs choose_outputs(const RenderOptionsGiven& o) {
   out.deep = o.deep;
   check_deep(o, out);
   check_parts(o, out);
+  check_layers(o, out);
   if (o.live && out.png.empty()) throw UsageError("--live needs the .png; leave out --no-png");
   if (!o.stats.empty() && o.stats != "-") check_output(o.stats, {".json"});
   if (!o.summary.empty() && !o.frames.any()) {
@@ -82,7 +102,10 @@ Outputs choose_outputs(const RenderOptionsGiven& o) {
 
 bool all_there(const RenderOptionsGiven& o, const Outputs& out) {
   const auto is_there = [](const std::filesystem::path& file) {
-    return file.empty() || std::filesystem::exists(file);
+    std::error_code missing;
+    if (file.empty()) return true;
+    const auto bytes = std::filesystem::file_size(file, missing);
+    return !missing && bytes > 0;
   };
   return is_there(out.exr) && is_there(out.png) && is_there(out.deep) &&
          (o.stats == "-" || is_there(o.stats));

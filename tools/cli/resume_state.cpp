@@ -95,14 +95,19 @@ bool has_all_samples(const Attributes& a) {
   return of != std::string::npos && samples.substr(0, of) == samples.substr(of + 4);
 }
 
+bool has_layout(const formats::PictureHeader& h, const RenderOptionsGiven& o) {
+  return h.multipart == o.multipart && h.pixels == o.pixels && h.compression == o.compression;
+}
+
 ResumeState resume(const FrameJob& frame, const RenderJob& job) {
   const Outputs& out = frame.outputs;
   std::error_code ignored;
   if (!std::filesystem::exists(out.exr, ignored)) return {};
   const formats::PictureHeader h = formats::read_picture_header(out.exr);
   check_picture(out.exr, h, job);
+  const bool as_asked = has_layout(h, frame.options);
   if (!h.has_sums) {
-    if (has_all_samples(h.attributes))
+    if (has_all_samples(h.attributes) && as_asked)
       return {.film = {}, .finished = all_there(frame.options, out)};
     throw Error(
         fmt::format("--resume: {} has no sums to continue from (--sums off); render it again "
@@ -116,7 +121,7 @@ ResumeState resume(const FrameJob& frame, const RenderJob& job) {
   const bool filter_owed =
       attribute(h.attributes, kWishForFilter) == "on" && job.file.scene.options.part_end == 0;
   b.complete = complete;
-  b.finished = complete && !filter_owed && all_there(frame.options, out);
+  b.finished = complete && !filter_owed && as_asked && all_there(frame.options, out);
   return b;
 }
 
@@ -197,8 +202,7 @@ bool is_finished(const FrameJob& frame) {
   };
   return std::ranges::all_of(entries(options), is_as_found) &&
          attribute(h.attributes, "pvol:part") == part_text(options) &&
-         attribute(h.attributes, "pvol:denoised") == (o.denoise ? "on" : "off") &&
-         h.multipart == o.multipart && h.pixels == o.pixels && h.compression == o.compression;
+         attribute(h.attributes, "pvol:denoised") == (o.denoise ? "on" : "off") && has_layout(h, o);
 }
 
 }  // namespace pvol::cli

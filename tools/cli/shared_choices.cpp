@@ -10,29 +10,55 @@
 #include "cli/frame_job.h"
 #include "cli/load_job.h"
 #include "pvol/error.h"
+#include "pvol/formats/field_names.h"
 
 namespace pvol::cli {
 
+namespace {
+
+/// Whether the colours of a volume's fire are described.
+bool is_colored(const formats::SceneVolume& v) {
+  return v.fire && (v.fire->colored() || !v.shows_fire);
+}
+
+/// With the fields of its file where the scene names none; a file that cannot be read fails later,
+/// with its frame.
+formats::SceneVolume with_fields(formats::SceneVolume v) {
+  if (!v.grid.empty()) return v;
+  try {
+    (void)formats::bind_fields(v, formats::grids_of(v.file));
+  } catch (const Error&) {
+  }
+  return v;
+}
+
+}  // namespace
+
 std::string open_choices(const formats::SceneFile& scene) {
+  bool extinction = false, color = false, intensity = false;
+  for (const formats::SceneVolume& v : scene.volumes) {
+    const formats::SceneVolume bound = with_fields(v);
+    extinction = extinction || (!v.has_extinction && bound.grid != formats::kNoGrid);
+    color = color || (bound.fire && !is_colored(v));
+    intensity = intensity || (bound.fire && !v.has_intensity);
+  }
   std::vector<std::string> open;
-  if (std::ranges::any_of(scene.volumes, [](const auto& v) { return !v.has_extinction; })) {
-    open.emplace_back("extinction");
-  }
-  if (std::ranges::any_of(scene.volumes,
-                          [](const auto& v) { return v.fire && !v.has_intensity; })) {
-    open.emplace_back("the fire's intensity");
-  }
+  if (extinction) open.emplace_back("extinction");
+  if (color) open.emplace_back("the fire's colour");
+  if (intensity) open.emplace_back("the fire's intensity");
   if (!scene.has_camera) open.emplace_back("camera");
   return fmt::format("{}", fmt::join(open, " and "));
 }
 
 namespace {
 
-/// Throws Error where there is nothing that extinction or camera could be chosen for.
+/// Throws Error where there is nothing that extinction or camera could be chosen for. A fire alone
+/// needs no density.
 void require_density(const FrameJob& reference, const RenderJob& loaded) {
   std::size_t empty = 0;
   bool chosen_for_nothing = false;
   for (std::size_t i = 0; i < loaded.volumes.size(); ++i) {
+    if (loaded.file.volumes[i].grid == formats::kNoGrid) continue;
     if (!loaded.volumes[i].density.world_box.empty()) continue;
     ++empty;
     chosen_for_nothing = chosen_for_nothing || !reference.scene.volumes[i].has_extinction;
@@ -71,15 +97,17 @@ std::optional<formats::SceneFile> choose_for_all(const FrameJobs& work) {
 
 namespace {
 
-/// A fire's intensity, or all of one that nobody described.
+/// What a fire lacks, or all of one that nobody described.
 void lock_fire(formats::SceneVolume& v, const formats::SceneVolume& chosen) {
-  if (!chosen.fire || v.has_intensity) return;
-  if (v.fire) {
-    v.fire->intensity = chosen.fire->intensity;
-  } else {
+  if (!chosen.fire) return;
+  if (!v.fire) {
     v.fire = chosen.fire;
     v.grid = chosen.grid;
+    v.has_intensity = true;
+    return;
   }
+  if (!is_colored(v)) v.fire->kelvin = chosen.fire->kelvin;
+  if (!v.has_intensity) v.fire->intensity = chosen.fire->intensity;
   v.has_intensity = true;
 }
 

@@ -74,15 +74,18 @@ std::optional<GridContent> content_of(const formats::Cloud& cloud) {
   return c;
 }
 
-/// The uses that a render finds by the names of grids.
+/// The uses that a render of the file by itself finds by the names of grids.
 void bind(FileInfo& info, const std::vector<formats::GridEntry>& grids) {
   formats::SceneVolume v;
   v.file = info.file;
+  v.shows_fire = true;
   info.notes = formats::bind_fields(v, grids);
   for (std::string& note : formats::bind_albedo(v, grids)) info.notes.push_back(std::move(note));
   const auto use = [&](const std::string& name, const std::string& what) {
     for (GridInfo& g : info.grids) {
-      if (g.entry.name == name) g.use += (g.use.empty() ? "" : ", ") + what;
+      // Of several of one name a render takes the first.
+      const bool used = g.entry.name == name || g.entry.name == name + "[0]";
+      if (used) g.use += (g.use.empty() ? "" : ", ") + what;
     }
   };
   const auto only_usable = [&]() -> std::string {

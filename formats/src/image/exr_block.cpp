@@ -73,15 +73,22 @@ bool fills(std::uint64_t bytes, ExrPacking packing, const Bytes& stored, Bytes& 
 /// `place` is how many bytes of a block say where it belongs.
 void check_part(ByteSource& source, const ExrPart& p, const std::vector<Block>& blocks,
                 std::uint64_t first, std::uint64_t place) {
-  if (p.packing == ExrPacking::other || p.subsampled) return;
+  const bool unpacks = p.packing != ExrPacking::other && !p.subsampled;
   Bytes stored, room;
   for (const Block& b : blocks) {
-    // OpenEXR finds which blocks are not in the file.
-    if (b.offset < first || b.offset > source.size()) continue;
-    ByteCursor block(source, {b.offset, source.size()}, fmt::format("block {}", b.number));
-    block.skip(place);
-    const auto size = block.value<std::uint32_t>();
-    if (size > block.left()) continue;
+    if (b.offset < first) continue;  // OpenEXR finds which blocks were not written
+    const std::uint64_t begin = std::min(b.offset, source.size());
+    ByteCursor block(source, {begin, source.size()}, fmt::format("block {}", b.number));
+    const bool begins = block.left() >= place + sizeof(std::uint32_t);
+    if (begins) block.skip(place);
+    const std::uint32_t size = begins ? block.value<std::uint32_t>() : 0;
+    if (!begins || size > block.left()) {
+      throw Error(
+          fmt::format("{}: is incomplete: block {} of its pixels lies beyond the end of the file; "
+                      "copy or write it again",
+                      source.file().string(), b.number));
+    }
+    if (!unpacks) continue;
     stored.resize(size);
     block.copy(reinterpret_cast<char*>(stored.data()), size);
     if (fills(b.bytes, p.packing, stored, room)) continue;

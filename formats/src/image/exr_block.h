@@ -9,7 +9,8 @@ namespace pvol::formats::detail {
 /// OpenEXR does not notice where a block of pixels is shorter than its header says, as it is stored
 /// or once zip or runs are unpacked: the rest of it is what happened to be in memory. Unpacks all
 /// blocks of the parts that a film is read from, of full size where there are several, and throws
-/// Error for one of another size. The parts' windows and blocks were checked before.
+/// Error for one of another size, or one that is cut off. The parts' windows and blocks were
+/// checked before.
 void check_blocks(ByteSource& source, const ExrHeaders& headers);
 
 }  // namespace pvol::formats::detail

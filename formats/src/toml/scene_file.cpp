@@ -71,6 +71,15 @@ void read_camera(const TomlTable& table, SceneFile& file) {
   std::vector<std::string_view> allowed = key_names(all);
   allowed.emplace_back("to");
   read_keys(table, all, allowed);
+  if (is_set(table, "fov")) {
+    if (camera.kind == CameraKind::orthographic) {
+      table.fail("fov",
+                 "none for an orthographic camera; its size is ortho_scale or, without a "
+                 "position, zoom");
+    }
+    // Of the command line; a file's focal length replaces the file's fov.
+    if (!is_set(table, "focal_length")) camera.focal_length.reset();
+  }
   if (file.has_camera) refuse_misfit(table, misfit(camera));
   if (const TomlTable* to = table.table("to")) read_way(*to, file);
 }
@@ -96,21 +105,35 @@ UpAxis read_world(const TomlTable& root) {
   return world.up;
 }
 
+/// Refuses keys that skies of another kind have.
+void refuse_of_other_skies(const TomlTable& table, const std::vector<Environment>& kinds,
+                           const std::vector<std::string_view>& allowed) {
+  for (Environment kind : kinds) {
+    for (const Entry& e : entries(kind)) {
+      const std::string_view key = e.about.key;
+      if (!table.has(key) || std::ranges::find(allowed, key) != allowed.end()) continue;
+      table.fail(key, std::string("type = \"") + kind_name(kind) + "\" beside it");
+    }
+  }
+}
+
 void read_environment(const TomlTable& table, UpAxis axis, Environment& environment) {
   std::vector<Environment> kinds = usual_skies(axis);
   std::vector<std::string_view> names;
   for (const Environment& kind : kinds) names.emplace_back(kind_name(kind));
   if (const auto type = table.word("type", names)) {
     const auto at = std::find(names.begin(), names.end(), *type);
-    environment = std::move(kinds[std::size_t(at - names.begin())]);
+    environment = kinds[std::size_t(at - names.begin())];
   } else {
     choose_kind(table, environment);
-    environment = std::move(kinds[environment.index()]);
+    environment = kinds[environment.index()];
   }
   const Entries own = entries(environment);
   std::vector<std::string_view> allowed = key_names(own);
   allowed.insert(allowed.begin(), "type");
-  read_keys(of_chosen_kind<Environment>(table, "type", allowed), own, allowed);
+  const TomlTable of_its_kind = of_chosen_kind<Environment>(table, "type", allowed);
+  refuse_of_other_skies(of_its_kind, kinds, allowed);
+  read_keys(of_its_kind, own, allowed);
   if (const auto* clear = std::get_if<ClearSky>(&environment)) refuse_misfit(table, misfit(*clear));
 }
 

@@ -1,6 +1,7 @@
 #include "toml/toml_table.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -14,6 +15,7 @@ namespace pvol::formats {
 namespace {
 
 constexpr std::size_t kShownText = 60;  // characters of a found string
+constexpr std::size_t kShownItems = 4;  // of a found array
 
 [[noreturn]] void fail_at(const TomlValue& value, const std::string& expected) {
   throw Error(
@@ -120,7 +122,10 @@ std::string TomlValue::text() const {
     }
     std::string operator()(const TomlDate&) const { return "a date or time"; }
     std::string operator()(const TomlArray& v) const {
-      return fmt::format("an array of {}", v.size());
+      if (v.size() > kShownItems) return fmt::format("an array of {}", v.size());
+      std::vector<std::string> items;
+      for (const auto& item : v) items.push_back(item.text());
+      return fmt::format("[{}]", fmt::join(items, ", "));
     }
     std::string operator()(const TomlTable&) const { return "a table"; }
   };
