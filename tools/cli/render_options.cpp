@@ -177,7 +177,12 @@ void add_view(const CommandLine& app, std::vector<std::string>& sets) {
          "any direction [y]")
       .type_name("y|z|X,Y,Z")
       .check({[either = fits(up)](const std::string& text) {
-        return text == "y" || text == "z" ? std::string() : either.fault(text);
+        if (text == "y" || text == "z") return std::string();
+        std::string fault = either.fault(text);
+        constexpr std::string_view kExpected = "expected ";
+        const std::size_t at = fault.find(kExpected);
+        if (at != std::string::npos) fault.insert(at + kExpected.size(), "y, z or ");
+        return fault;
       }});
 }
 

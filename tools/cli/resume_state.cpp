@@ -103,7 +103,13 @@ ResumeState resume(const FrameJob& frame, const RenderJob& job) {
   const Outputs& out = frame.outputs;
   std::error_code ignored;
   if (!std::filesystem::exists(out.exr, ignored)) return {};
-  const formats::PictureHeader h = formats::read_picture_header(out.exr);
+  const formats::PictureHeader h = [&] {
+    try {
+      return formats::read_picture_header(out.exr);
+    } catch (const Error& e) {
+      throw Error(fmt::format("--resume: {}; --no-resume renders it anew", e.what()));
+    }
+  }();
   check_picture(out.exr, h, job);
   const bool as_asked = has_layout(h, frame.options);
   if (!h.has_sums) {
