@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "pvol/formats/image.h"
 #include "pvol/formats/scene_file.h"
 #include "pvol/render/render.h"
 #include "support/temporary_folder.h"

@@ -10,6 +10,7 @@
 #include "pvol/bounds/integrals.h"
 #include "pvol/track/flight.h"
 #include "pvol/volume/estimators.h"
+#include "pvol/volume/extinction_source.h"
 #include "support/flights.h"
 #include "support/statistics.h"
 
