@@ -118,10 +118,9 @@ TEST(VelocityLayer, IsAMeanByExtinctionAndZeroOnSurfaces) {
   }
   ASSERT_GT(collided, 5000);
   EXPECT_NEAR(of_fast / collided, 2.0 / 3, 4 * std::sqrt(2.0 / 9 / collided));
-  int hits;
   s.surfaces = {BallSurface{.centre = {20, 16, 18}, .radius = 200}};
   s.camera.position = {20, 16, 600}, s.camera.target = {20, 16, 18};
-  hits =
+  const int hits =
       for_hits(render(fast, s).film, [](Vec3d velocity, Vec3d) { EXPECT_EQ(velocity, Vec3d{}); });
   EXPECT_GT(hits, 20);
 }

@@ -104,25 +104,12 @@ void require_verb(const CLI::App& app, int argc, char** argv) {
 
 }  // namespace
 
-namespace {
-
-/// What is expected of a word of the command line, where lists have no brackets.
-std::string expected_word(const Limits& limits, const Refusal& refusal) {
-  constexpr std::string_view kArray = "an array of ";
-  std::string text = command_expected(limits, refusal);
-  if (!text.starts_with(kArray)) return text;
-  const std::string between = limits.separator == ',' ? "commas" : std::string(1, limits.separator);
-  return text.substr(kArray.size()) + " with " + between + " between";
-}
-
-}  // namespace
-
 Check fits(const Limits& limits) {
   const bool flag = limits.shape == Limits::Shape::flag;
   return {[limits](const std::string& text) -> std::string {
             const auto refusal = refuse(limits, parse_value(limits, text));
             if (!refusal) return {};
-            return fmt::format("found '{}', expected {}", text, expected_word(limits, *refusal));
+            return fmt::format("found '{}', expected {}", text, command_expected(limits, *refusal));
           },
           flag ? "on off" : fmt::format("{}", fmt::join(limits.all_words(), " "))};
 }

@@ -148,7 +148,6 @@ FrameJobs resolve_jobs(const RenderOptionsGiven& o) {
   refuse_pattern(o.input);
   job.scene = parse_scene(o);
   for (const auto& file : files_of(job.scene)) refuse_pattern(file);
-  job.open = open_choices(job.scene);
   return {{std::move(job)}};
 }
 

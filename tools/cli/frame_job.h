@@ -21,7 +21,7 @@ struct FrameJob {
   std::size_t frames_of_run = 1;             ///< that the command line names, with those left out
   bool prints_facts = true;    ///< about its clouds: of a sequence the first frame does
   formats::SceneFile scene{};  ///< parsed; its clouds, sky and surfaces are not loaded
-  std::string open{};          ///< what the scene as parsed leaves to choose (open_choices)
+  std::string open{};          ///< of a sequence: what the scene leaves to choose (open_choices)
 };
 
 /// All that there is to do.

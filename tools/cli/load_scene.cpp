@@ -43,7 +43,7 @@ void tell(const Loader& by, const std::string& text) {
 /// Names the grids that the volume leaves open; whether its fire got a colour that nobody
 /// described.
 bool bind_grids(const Loader& by, formats::SceneVolume& volume) {
-  const bool colored = volume.fire && (volume.fire->colored() || !volume.shows_fire);
+  const bool colored = describes_fire_color(volume);
   const std::vector<formats::GridEntry> grids = formats::grids_of(volume.file);
   const std::string name = volume.file.filename().string() + ": ";
   for (const std::string& note : formats::bind_fields(volume, grids)) tell(by, name + note);

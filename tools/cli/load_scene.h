@@ -47,6 +47,11 @@ struct Loader {
                                         const formats::GridOptions& grid = {},
                                         LookUp look_up = LookUp::trilinear);
 
+/// Whether the scene describes the colours of a volume's fire; else they are chosen.
+[[nodiscard]] inline bool describes_fire_color(const formats::SceneVolume& v) {
+  return v.fire && (v.fire->colored() || !v.shows_fire);
+}
+
 /// A volume's cloud as the scene's options want it: bounds for the interpolation, precision,
 /// preview; with the fields of its fire. Names the grids that the volume leaves open, and says so.
 [[nodiscard]] formats::Cloud load_cloud(const Loader& by, formats::SceneVolume& volume, bool strict,

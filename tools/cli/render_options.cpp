@@ -176,13 +176,10 @@ void add_view(const CommandLine& app, std::vector<std::string>& sets) {
          "Axis that is up, y or z, for camera, sky and the default sun; or, for the camera alone, "
          "any direction [y]")
       .type_name("y|z|X,Y,Z")
-      .check({[either = fits(up)](const std::string& text) {
-        if (text == "y" || text == "z") return std::string();
-        std::string fault = either.fault(text);
-        constexpr std::string_view kExpected = "expected ";
-        const std::size_t at = fault.find(kExpected);
-        if (at != std::string::npos) fault.insert(at + kExpected.size(), "y, z or ");
-        return fault;
+      .check({[up](const std::string& text) {
+        const auto refusal = refuse(up, parse_value(up, text));
+        if (text == "y" || text == "z" || !refusal) return std::string();
+        return fmt::format("found '{}', expected y, z or {}", text, command_expected(up, *refusal));
       }});
 }
 

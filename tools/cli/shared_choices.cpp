@@ -9,6 +9,7 @@
 #include "cli/cli.h"
 #include "cli/frame_job.h"
 #include "cli/load_job.h"
+#include "cli/load_scene.h"
 #include "pvol/error.h"
 #include "pvol/formats/field_names.h"
 
@@ -16,15 +17,10 @@ namespace pvol::cli {
 
 namespace {
 
-/// Whether the colours of a volume's fire are described.
-bool is_colored(const formats::SceneVolume& v) {
-  return v.fire && (v.fire->colored() || !v.shows_fire);
-}
-
-/// With the fields of its file where the scene names none; a file that cannot be read fails later,
-/// with its frame.
+/// With the fields of its file where the scene names none and something may be open by them; a file
+/// that cannot be read fails later, with its frame.
 formats::SceneVolume with_fields(formats::SceneVolume v) {
-  if (!v.grid.empty()) return v;
+  if (!v.grid.empty() || (v.fire && v.has_extinction)) return v;
   try {
     (void)formats::bind_fields(v, formats::grids_of(v.file));
   } catch (const Error&) {
@@ -39,7 +35,7 @@ std::string open_choices(const formats::SceneFile& scene) {
   for (const formats::SceneVolume& v : scene.volumes) {
     const formats::SceneVolume bound = with_fields(v);
     extinction = extinction || (!v.has_extinction && bound.grid != formats::kNoGrid);
-    color = color || (bound.fire && !is_colored(v));
+    color = color || (bound.fire && !describes_fire_color(v));
     intensity = intensity || (bound.fire && !v.has_intensity);
   }
   std::vector<std::string> open;
@@ -106,7 +102,7 @@ void lock_fire(formats::SceneVolume& v, const formats::SceneVolume& chosen) {
     v.has_intensity = true;
     return;
   }
-  if (!is_colored(v)) v.fire->kelvin = chosen.fire->kelvin;
+  if (!describes_fire_color(v)) v.fire->kelvin = chosen.fire->kelvin;
   if (!v.has_intensity) v.fire->intensity = chosen.fire->intensity;
   v.has_intensity = true;
 }

@@ -38,14 +38,15 @@ std::string one_text(const Limits& l) {
   return listed(items);
 }
 
-std::string list_text(const Limits& l) {
+std::string numbers_text(const Limits& l) {
   std::vector<std::string> lengths;
   for (const std::size_t n : l.counts) {
     if (n > 0) lengths.push_back(std::to_string(n));
   }
-  return "an array of " + listed(lengths) +
-         (l.shape == Shape::whole ? " whole numbers" : " numbers");
+  return listed(lengths) + (l.shape == Shape::whole ? " whole numbers" : " numbers");
 }
+
+std::string list_text(const Limits& l) { return "an array of " + numbers_text(l); }
 
 bool has_word(const Limits& l, const std::string& text) {
   return (!l.nothing.empty() && text == l.nothing) ||
@@ -235,6 +236,11 @@ std::string command_expected(const Limits& limits, const Refusal& refusal) {
   const std::vector<std::string_view> words = limits.all_words();
   if (limits.layout == Layout::set) {
     return listed({words.begin(), words.end()}) + ", or several with commas between";
+  }
+  if (limits.layout == Layout::list && refusal.expected == list_text(limits)) {
+    const char between = limits.separator;
+    return numbers_text(limits) + " with " + (between == ',' ? "commas" : std::string(1, between)) +
+           " between";
   }
   if (limits.layout != Layout::one) return refusal.expected;
   if (limits.shape == Shape::flag) return "on or off";

@@ -149,7 +149,7 @@ struct Refusal {
 [[nodiscard]] Value parse_value(const Limits& limits, std::string_view text);
 
 /// What was expected of a value that was refused, in the words of a command line: auto or a whole
-/// number in 0..23.
+/// number in 0..23, 2 whole numbers with x between.
 [[nodiscard]] std::string command_expected(const Limits& limits, const Refusal& refusal);
 
 /// The text that `parse_value` takes for the value.

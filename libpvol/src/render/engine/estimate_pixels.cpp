@@ -20,7 +20,7 @@ constexpr double kLeastPixels = 64, kMostPixels = 4096;
   RenderOptions& o = whole.options;
   o.crop_x = o.crop_y = o.crop_width = o.crop_height = 0;
   o.aovs = {}, o.deep = o.count = false;
-  o.first_sample = o.part_begin = o.part_end = 0;
+  o.first_sample = 0;
   o.seed ^= 0x706978656c73;  // other numbers than those of the image: decisions may not know them
   whole.count = whole.first_collisions = false;
   return whole.in_small(pixels);

@@ -32,7 +32,7 @@ class SmallRender {
   SmallRender(const PathSetup& setup, int most_paths, const Clock& clock)
       : setup_(setup.in_small(most_paths / samples_at_once(setup.options))),
         tiles_(setup_),
-        at_once_(samples_at_once(setup_.options)),
+        at_once_(samples_at_once(setup.options)),
         clock_(clock),
         film_(make_film(setup_.options)),
         tile_height_(parts(kPathsOfTile, film_.crop_width * at_once_)) {}

@@ -85,7 +85,6 @@ void follow_paths(const PathSetup& setup, int paths, CameraProbe& probe,
   const PathSetup small = setup.in_small(kRaysAlong * kRaysAlong);
   TileRenderer tiles(small);
   Film film = make_film(small.options);
-  film.first_sample = small.options.first_sample;  // the same in all parts of a picture
   for (; probe.paths < paths && steps(probe.counts) < kMostSteps; --film.first_sample) {
     film.pixels.assign(film.pixels.size(), {});
     film.layers = make_layers(small, film.pixels.size());

@@ -20,7 +20,7 @@ Scene small_scene(const RenderPlan& plan, int cells) {
   o = detail::in_small(o, cells);
   o.samples = kPilot;
   o.noise.reset(), o.time.reset();
-  o.first_sample = o.part_begin = o.part_end = 0;
+  o.first_sample = 0;
   o.kernel = KernelKind::automatic;  // counting may want another than the picture
   o.aovs = {};
   o.aovs.add(Aov::collisions);

@@ -15,6 +15,7 @@ RenderOptions in_small(RenderOptions o, int pixels) {
   const int height = std::max(1, int(std::lround(o.height / shrink)));
   const double across = double(o.width) / width, down = double(o.height) / height;
   o.width = width, o.height = height;
+  o.part_begin = o.part_end = 0;
   o.crop_x = std::min(width - 1, int(part.x / across));
   o.crop_y = std::min(height - 1, int(part.y / down));
   o.crop_width = std::min(width, int(std::ceil((part.x + part.width) / across))) - o.crop_x;
