@@ -19,12 +19,12 @@ namespace {
 std::string hex(std::uint64_t v) { return fmt::format("{:016x}", v); }
 
 /// What a reader would have reported for samples that are known to be clean.
-GridReport describe_samples(const VoxelGrid& grid, const std::string& type) {
+GridReport describe_samples(const VoxelGrid& grid, const std::string& type,
+                            const SampleCount& count) {
   GridReport r;
   r.grid = grid.name;
   r.type = type;
-  const SampleCount samples = count_samples(grid);
-  r.active = samples.active, r.largest = samples.largest;
+  r.active = count.active, r.largest = count.largest;
   return r;
 }
 
@@ -56,7 +56,7 @@ LoadedGrid take_density(const std::filesystem::path& file, PvolFile& content,
   }
   LoadedGrid loaded;
   loaded.grid = std::move(*content.density);
-  loaded.report = describe_samples(loaded.grid, "float");
+  loaded.report = describe_samples(loaded.grid, "float", content.count);
   return loaded;
 }
 
@@ -77,7 +77,7 @@ Recipe read_recipe_of(const std::filesystem::path& file, const GridOptions& opti
 LoadedGrid load_recipe(const std::filesystem::path& file, const GridOptions& options) {
   LoadedGrid loaded;
   loaded.grid = make_grid(read_recipe_of(file, options));
-  loaded.report = describe_samples(loaded.grid, "recipe");
+  loaded.report = describe_samples(loaded.grid, "recipe", count_samples(loaded.grid));
   return loaded;
 }
 

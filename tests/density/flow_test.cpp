@@ -29,7 +29,7 @@ TEST(Flow, TurbulenceIsThreeNoisesWithinItsBound) {
   Rng rng(1, 0, 0);
   Vec3d squares, products;
   for (int i = 0; i < 4000; ++i) {
-    const Vec3d p = Vec3d(Vec3f(rng.uniform(), rng.uniform(), rng.uniform())) * 20.0;
+    const Vec3d p = Vec3d(Vec3f{rng.uniform(), rng.uniform(), rng.uniform()}) * 20.0;
     const Vec3d v = velocity_at(flow, p);
     for (int c = 0; c < 3; ++c) {
       Fbm noise = flow.noise;
@@ -53,7 +53,7 @@ TEST(Flow, SamplesReachHalfABoxBeyondIt) {
   EXPECT_EQ(grid.index_to_world(), scaling(Vec3d(0.125)));
   Rng rng(2, 0, 0);
   for (int i = 0; i < 500; ++i) {
-    const Vec3d u(Vec3f(rng.uniform(), rng.uniform(), rng.uniform()));
+    const Vec3d u(Vec3f{rng.uniform(), rng.uniform(), rng.uniform()});
     const Vec3d p = box.lo + box.extent() * (u * 2.0 - Vec3d(0.5));
     for (int c = 0; c < 3; ++c) {
       const VoxelGrid& g = grid.along[std::size_t(c)];

@@ -23,7 +23,7 @@ Film some_film(bool adaptive) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto number = [&] { return std::ldexp(unit(random), int(60 * unit(random))); };
-  const auto vector = [&] { return Vec3d(number(), number(), number()); };
+  const auto vector = [&] { return Vec3d{number(), number(), number()}; };
   Film f;
   f.width = 50, f.height = 60, f.x = 3, f.y = 11;
   f.crop_width = 19, f.crop_height = 37;

@@ -58,7 +58,7 @@ TEST(MappedDensity, BoundsHoldAlongRaysAndWhatIsEmptyIsSkipped) {
       kept += v.density.octree.terminals;
       for (int i = 0; i < 50; ++i) {
         const Vec3d p = f.grid.index_to_world.point(random_point_near_density(f, rng));
-        const Vec3d d = normalize(Vec3d(Vec3f(rng.uniform() - 0.5f, rng.uniform() - 0.5f, 0.3f)));
+        const Vec3d d = normalize(Vec3d(Vec3f{rng.uniform() - 0.5f, rng.uniform() - 0.5f, 0.3f}));
         auto walk = enter(v, {p - d * 100, d});
         if (!walk) continue;
         visit_field(v, [&](const auto& field) {

@@ -163,7 +163,7 @@ Vec3d random_point_near_density(const Field& field, Rng& rng) {
   const std::size_t ny = std::size_t(field.size.y), nz = std::size_t(field.size.z);
   const Vec3d at(double(i / (ny * nz)), double(i / nz % ny), double(i % nz));
   const auto offset = [&] { return 2 * double(rng.uniform()) - 1; };
-  return Vec3d(field.origin) + at + Vec3d(offset(), offset(), offset());
+  return Vec3d(field.origin) + at + Vec3d{offset(), offset(), offset()};
 }
 
 Volume make_test_volume(const Field& field, double extinction, std::optional<int> depth,

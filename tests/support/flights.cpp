@@ -17,7 +17,7 @@ Ray random_ray(const Field& field, const Box& support, int kind, Rng& rng) {
     return ray;
   }
   const auto component = [&] { return 2 * double(rng.uniform()) - 1; };
-  const Vec3d d = normalize(Vec3d(component(), component(), component()));
+  const Vec3d d = normalize(Vec3d{component(), component(), component()});
   return kind == 0 ? Ray{p - d * 300.0, d} : Ray{p, d};
 }
 

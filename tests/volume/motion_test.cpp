@@ -114,7 +114,7 @@ double expected(const Case& c, const Volume& still, Vec3d x, double t) {
 Vec3d random_place(const Volume& v, Rng& rng) {
   const Box box = v.density.world_box;
   return box.lo - Vec3d(2) +
-         (box.extent() + Vec3d(4)) * Vec3d(rng.uniform(), rng.uniform(), rng.uniform());
+         (box.extent() + Vec3d(4)) * Vec3d{rng.uniform(), rng.uniform(), rng.uniform()};
 }
 
 void check_look_ups(const Case& c, const Moved& m, int least_inside) {
@@ -242,11 +242,11 @@ TEST(Motion, RangesOfDisplacementsHoldInBoxesOfEverySize) {
   const Displacements d = make_displacements(v, index_to_world, 0.5);
   Rng rng(5, 5, 5);
   for (int i = 0; i < 3000; ++i) {
-    const Vec3d lo = Vec3d(-10, -6, -6) + Vec3d(rng.uniform(), rng.uniform(), rng.uniform()) * 50.0;
+    const Vec3d lo = Vec3d(-10, -6, -6) + Vec3d{rng.uniform(), rng.uniform(), rng.uniform()} * 50.0;
     const double edge = std::exp2(1 + 5 * double(rng.uniform()));
     const Displacements::Range r = range_over(d, {lo, lo + Vec3d(edge)});
     for (int k = 0; k < 30; ++k) {
-      const Vec3d x = lo + Vec3d(rng.uniform(), rng.uniform(), rng.uniform()) * edge;
+      const Vec3d x = lo + Vec3d{rng.uniform(), rng.uniform(), rng.uniform()} * edge;
       const Float4 at = d.bricks.at(d.index_to_cells.point(x));
       for (int axis = 0; axis < 3; ++axis) {
         ASSERT_GE(at[axis], r.lo[axis] - 1e-5f);

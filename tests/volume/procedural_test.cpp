@@ -186,8 +186,8 @@ Start find_ray(const Cloud& c, const Volume& v, std::uint64_t stream) {
   Rng rng(kSeed, 2, stream);
   for (;;) {
     const auto number = [&] { return 2 * double(rng.uniform()) - 1; };
-    const Vec3d d = normalize(Vec3d(number(), number(), number()));
-    const Vec3d middle = box.centre() + box.extent() * 0.3 * Vec3d(number(), number(), number());
+    const Vec3d d = normalize(Vec3d{number(), number(), number()});
+    const Vec3d middle = box.centre() + box.extent() * 0.3 * Vec3d{number(), number(), number()};
     const auto span = intersect(box, {middle - d * 1000.0, d}, 0, 1e9);
     if (!span) continue;
     const Cursor cursor = make_cursor(v.density.octree, middle + d * (span->t0 - 1000));

@@ -219,15 +219,20 @@ void encode_micro(const LeafMicroBounds& micro, const Pyramid& pyramid, ChunkWri
                                                   const std::string& place);
 [[nodiscard]] Shell decode_shell(ChunkReader& chunk, const Pyramid& pyramid);
 
+struct CountedGrid {
+  VoxelGrid grid;
+  SampleCount count;
+};
+
 /// DENS. The samples must lie in leaves of the pyramid.
 void encode_density(const VoxelGrid& grid, const Pyramid& pyramid, ChunkWriter& chunk,
                     const std::string& place);
-[[nodiscard]] VoxelGrid decode_density(ChunkReader& chunk, const Pyramid& pyramid);
+[[nodiscard]] CountedGrid decode_density(ChunkReader& chunk, const Pyramid& pyramid);
 
 /// DENQ. The metadata must state the same precision.
 void encode_quantised(const QuantisedGrid& grid, const Pyramid& pyramid, ChunkWriter& chunk,
                       const std::string& place);
-[[nodiscard]] VoxelGrid decode_quantised(ChunkReader& chunk, const Pyramid& pyramid,
-                                         const Metadata& metadata);
+[[nodiscard]] CountedGrid decode_quantised(ChunkReader& chunk, const Pyramid& pyramid,
+                                           const Metadata& metadata);
 
 }  // namespace pvol::formats::detail

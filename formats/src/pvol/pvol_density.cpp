@@ -50,7 +50,7 @@ void encode_density(const VoxelGrid& grid, const Pyramid& pyramid, ChunkWriter& 
   }
 }
 
-VoxelGrid decode_density(ChunkReader& chunk, const Pyramid& pyramid) {
+CountedGrid decode_density(ChunkReader& chunk, const Pyramid& pyramid) {
   const auto header = chunk.get<DensityHeader>();
   const std::uint64_t expected = sizeof(DensityHeader) + block_bytes(header.tiles, header.bricks) +
                                  kBrickSamples * sizeof(float) * std::uint64_t(header.bricks);
@@ -62,14 +62,15 @@ VoxelGrid decode_density(ChunkReader& chunk, const Pyramid& pyramid) {
   if (const auto bad = check_blocks(grid, pyramid)) refuse(chunk.place(), *bad);
 
   const auto [samples, owner] = take_samples(chunk, std::size_t(header.bricks) * kBrickSamples);
-  if (const auto wrong = find_wrong_brick(samples)) {
-    refuse(chunk.place(), fmt::format("brick {}: a sample is negative or not finite", *wrong));
-  }
   for (std::size_t b = 0; b < grid.bricks.size(); ++b) {
     grid.bricks[b].values = samples.data() + b * kBrickSamples;
   }
   grid.owner = owner;
-  return grid;
+  const SampleCount count = count_samples(grid);
+  if (const auto wrong = count.wrong_brick) {
+    refuse(chunk.place(), fmt::format("brick {}: a sample is negative or not finite", *wrong));
+  }
+  return {std::move(grid), count};
 }
 
 }  // namespace pvol::formats::detail

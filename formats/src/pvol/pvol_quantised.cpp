@@ -126,7 +126,8 @@ void encode_quantised(const QuantisedGrid& q, const Pyramid& pyramid, ChunkWrite
   chunk.write(std::as_bytes(std::span(q.codes)));
 }
 
-VoxelGrid decode_quantised(ChunkReader& chunk, const Pyramid& pyramid, const Metadata& metadata) {
+CountedGrid decode_quantised(ChunkReader& chunk, const Pyramid& pyramid,
+                             const Metadata& metadata) {
   const auto h = chunk.get<QuantisedHeader>();
   if (h.precision == 0 || h.precision != std::uint32_t(metadata.quantisation.precision)) {
     refuse(chunk.place(),
@@ -157,7 +158,9 @@ VoxelGrid decode_quantised(ChunkReader& chunk, const Pyramid& pyramid, const Met
   q.codes.resize(codes);
   chunk.read(q.codes);
   if (const auto bad = check_codes(q)) refuse(chunk.place(), *bad);
-  return decode(q);
+  VoxelGrid grid = decode(q);
+  const SampleCount count = count_samples(grid);
+  return {std::move(grid), count};
 }
 
 }  // namespace pvol::formats::detail

@@ -206,14 +206,17 @@ PvolFile read_grid(const Container& file, const std::string& name) {
     content.shell =
         file.decode(kShell, [&](ChunkReader& c) { return decode_shell(c, content.pyramid); });
   }
+  const auto take = [&](CountedGrid density) {
+    content.density = std::move(density.grid);
+    content.count = density.count;
+  };
   if (file.has(kDensity)) {
-    content.density =
-        file.decode(kDensity, [&](ChunkReader& c) { return decode_density(c, content.pyramid); });
+    take(file.decode(kDensity, [&](ChunkReader& c) { return decode_density(c, content.pyramid); }));
   }
   if (file.has(kQuantised)) {
-    content.density = file.decode(kQuantised, [&](ChunkReader& c) {
+    take(file.decode(kQuantised, [&](ChunkReader& c) {
       return decode_quantised(c, content.pyramid, content.metadata);
-    });
+    }));
   }
   if (!content.density && content.metadata.quantisation.precision != Precision::fp32) {
     refuse(name, "the metadata describe a quantised density, which is missing");

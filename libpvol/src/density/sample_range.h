@@ -2,8 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 
 #include "pvol/density/voxel_grid.h"
@@ -49,18 +51,29 @@ struct PointBox {
 };
 
 [[nodiscard]] inline PointBox box_of(const Brick& brick) {
+  // By bits, which of samples above 0 alone are set beside that of the sign: of two samples at once,
+  // and without branches.
+  constexpr int kPairs = kBrickEdge / 2;
+  constexpr std::uint64_t kWithoutSigns = 0x7fffffff'7fffffff;
+  std::array<std::uint64_t, kPairs> any{};     // of all rows
   unsigned planes = 0, rows = 0, columns = 0;  // bit i: any in the i-th along x, y, z
   for (int i = 0; i < kBrickEdge; ++i) {
     for (int j = 0; j < kBrickEdge; ++j) {
-      const float* const row = brick.values + (i * kBrickEdge + j) * kBrickEdge;
-      unsigned in_row = 0;
-      for (int k = 0; k < kBrickEdge; ++k) in_row |= unsigned(row[k] > 0) << k;
-      columns |= in_row;
-      rows |= unsigned(in_row != 0) << j;
-      planes |= unsigned(in_row != 0) << i;
+      std::array<std::uint64_t, kPairs> row;
+      std::memcpy(row.data(), brick.values + (i * kBrickEdge + j) * kBrickEdge, sizeof row);
+      std::uint64_t in_row = 0;
+      for (std::size_t k = 0; k < kPairs; ++k) in_row |= row[k], any[k] |= row[k];
+      const auto filled = unsigned((in_row & kWithoutSigns) != 0);
+      rows |= filled << j;
+      planes |= filled << i;
     }
   }
-  if (columns == 0) return {};
+  if (planes == 0) return {};
+  std::array<std::uint32_t, kBrickEdge> in_columns;
+  std::memcpy(in_columns.data(), any.data(), sizeof any);
+  for (int k = 0; k < kBrickEdge; ++k) {
+    columns |= unsigned((in_columns[std::size_t(k)] & std::uint32_t(kWithoutSigns)) != 0) << k;
+  }
   const auto low = [](unsigned bits) { return std::countr_zero(bits); };
   const auto high = [](unsigned bits) { return std::bit_width(bits) - 1; };
   const Vec3l origin(brick.origin);

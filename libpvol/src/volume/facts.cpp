@@ -19,19 +19,12 @@ namespace {
 /// huge tiles one such block stands for several.
 class Columns {
  public:
+  static constexpr std::size_t kColumns = kBrickEdge * kBrickEdge;
+
   explicit Columns(int axis) : axis_(axis) {}
 
-  void add(const Brick& brick) {
-    std::array<double, kColumns>& sums = block(brick.origin).sums;
-    switch (axis_) {  // strides that compilers know
-      case 0:
-        return add_rows<kBrickEdge * kBrickEdge, kBrickEdge>(sums, brick.values);
-      case 1:
-        return add_rows<kBrickEdge, kBrickEdge * kBrickEdge>(sums, brick.values);
-      default:
-        return add_each_row(sums, brick.values);
-    }
-  }
+  /// The 8 x 8 sums that a brick adds to: of axes 0, 1 and 2 at (y, z), (x, z) and (x, y).
+  std::array<double, kColumns>& sums_at(Vec3i origin) { return block(origin).sums; }
 
   /// A tile's columns are equal: blocks of them, but no more than a few thousand for a huge one.
   void add(const Tile& tile) {
@@ -76,30 +69,10 @@ class Columns {
   }
 
  private:
-  static constexpr std::size_t kColumns = kBrickEdge * kBrickEdge;
   struct Block {
     std::array<double, kColumns> sums{};
     int stands_for = 1;  ///< blocks along an edge
   };
-
-  /// Along x or y: rows of samples, which lie along z, to rows of columns.
-  template <int kAlong, int kRow>
-  static void add_rows(std::array<double, kColumns>& sums, const float* values) {
-    for (int k = 0; k < kBrickEdge; ++k) {
-      for (int i = 0; i < kBrickEdge; ++i) {
-        for (int j = 0; j < kBrickEdge; ++j) {
-          sums[std::size_t(i * kBrickEdge + j)] += double(values[k * kAlong + i * kRow + j]);
-        }
-      }
-    }
-  }
-
-  /// Along z: each row of samples to a column.
-  static void add_each_row(std::array<double, kColumns>& sums, const float* values) {
-    for (double& sum : sums) {
-      for (int k = 0; k < kBrickEdge; ++k) sum += double(*values++);
-    }
-  }
 
   /// So that sums are the same each time.
   [[nodiscard]] std::vector<std::uint64_t> places_in_order() const {
@@ -127,7 +100,20 @@ struct GridSums {
 
   void add(const Brick& brick) {
     range.add(brick.values, kBrickSamples);
-    for (Columns& c : columns) c.add(brick);
+    constexpr std::size_t kEdge = kBrickEdge;
+    auto& along_x = columns[0].sums_at(brick.origin);
+    auto& along_y = columns[1].sums_at(brick.origin);
+    auto& along_z = columns[2].sums_at(brick.origin);
+    const float* row = brick.values;
+    for (std::size_t x = 0; x < kEdge; ++x) {
+      for (std::size_t y = 0; y < kEdge; ++y, row += kEdge) {
+        std::array<double, kEdge> values;
+        for (std::size_t z = 0; z < kEdge; ++z) values[z] = double(row[z]);
+        for (std::size_t z = 0; z < kEdge; ++z) along_x[y * kEdge + z] += values[z];
+        for (std::size_t z = 0; z < kEdge; ++z) along_y[x * kEdge + z] += values[z];
+        for (const double value : values) along_z[x * kEdge + y] += value;
+      }
+    }
   }
   void add(const Tile& tile) {
     range.add(&tile.value, 1);

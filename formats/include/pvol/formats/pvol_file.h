@@ -13,6 +13,7 @@
 
 #include "pvol/bounds/pyramid.h"
 #include "pvol/density/quantise.h"
+#include "pvol/density/sample_count.h"
 #include "pvol/density/voxel_grid.h"
 #include "pvol/field/leaf_micro_bounds.h"
 #include "pvol/math/names.h"
@@ -49,6 +50,7 @@ struct PvolFile {
   std::optional<VoxelGrid> density;        ///< name and map are those of the metadata
   std::optional<Shell> shell;              ///< around the support of the pyramid
   std::optional<LeafMicroBounds> micro{};  ///< of edge 2
+  SampleCount count{};                     ///< of `density`, where it was read
   /// To be written in place of `density`, with precision and error in the metadata. Readers decode
   /// it: then `density` holds what the codes stand for.
   std::optional<QuantisedGrid> codes{};
