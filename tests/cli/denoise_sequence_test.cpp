@@ -135,6 +135,8 @@ TEST_F(DenoiseFrames, SaysWhatIsMissing) {
   expect_refused(denoise("noisy.#.exr", "c.#.exr"), 2, "denoise.pattern");
   expect_refused(denoise("noisy.#.exr", "c.exr", {"--frames", "1-2"}), 2, "denoise.one_output");
   expect_refused(denoise("noisy.1.exr", "noisy.1.exr"), 2, "denoise.onto_itself");
+  expect_refused(denoise("noisy.#.exr", "noisy.#.exr", {"--frames", "1-2"}), 2,
+                 "denoise.onto_itself");
   expect_refused(render("shot.1.toml", "a.exr", {"--denoise", "--denoise-layers"}), 2,
                  "denoise.both_flags");
   ASSERT_EQ(render("shot.1.toml", "clean.exr", {"--denoise"}).exit, 0);

@@ -146,7 +146,7 @@ TEST_F(Merge, RefusesPartsOfOtherPictures) {
   render("filtered", options + Words{"--denoise"});
   render("adaptive", {"--noise", "0.1", "--samples", "0:16"});
   render("plain", {"--spp", "12"});
-  expect_refused({"a", "other_scene"}, "parts.not_parts_picture");
+  expect_refused({"a", "other_scene"}, "parts.other_scene");
   expect_refused({"a", "other_size"}, "parts.other_size_exr_not_parts");
   expect_refused({"a", "other_layers"}, "parts.other_layers_exr_not_parts");
   expect_refused({"a", "filtered"}, "parts.filtered_exr_not_parts");

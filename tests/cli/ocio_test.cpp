@@ -37,7 +37,7 @@ TEST_F(Ocio, PicturesOfOtherConfigurationsAreOthers) {
   ASSERT_EQ(other.exit, 0) << other.err;
   const RunResult merged = run_tool(
       PVOL_CONVERT, {"merge", folder_ / "a.exr", folder_ / "b.exr", "-o", folder_ / "c.exr"});
-  EXPECT_TRUE(says(merged.err, "color.merge_other_scene"));
+  EXPECT_TRUE(says(merged.err, "color.merge_other_files"));
 }
 
 TEST_F(Ocio, ViewsOfAConfigurationShowThePicture) {

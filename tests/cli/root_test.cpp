@@ -73,6 +73,14 @@ class Root : public ::testing::Test {
   ScratchFolder folder_;
 };
 
+/// Their module is loaded when the tool is kept below the folder already.
+TEST_F(Root, OpenVdbFilesAreReadAndWritten) {
+  ASSERT_EQ(run(PVOL_CONVERT, {folder_ / "in/ball.toml", folder_ / "in/ball.vdb"}).exit, 0);
+  const RunResult picture = run(PVOL_RENDER, render(folder_ / "in/ball.vdb", folder_ / "in/a.exr"));
+  EXPECT_EQ(picture.exit, 0) << picture.err;
+  EXPECT_TRUE(fs::exists(folder_ / "in/a.exr"));
+}
+
 TEST_F(Root, ChangesNothingForFilesBelowIt) {
   const RunResult fit =
       run(PVOL_FIT, {folder_ / "in/ball.toml", "-o", folder_ / "in/ball.pvol", "--quiet"});

@@ -1,7 +1,10 @@
 // The command-line tools: what they accept, refuse, print and leave behind.
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
+
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -346,6 +349,24 @@ TEST(Render, RefusesForAPngWhatItCannotHold) {
     line.insert(line.end(), more.begin(), more.end());
     expect_usage_error(PVOL_RENDER, line, "tools.png_holds_colours");
   }
+}
+
+/// Before it renders.
+TEST(Render, RefusesOutputsThatCannotBeWritten) {
+  const ScratchFolder folder;
+  const std::string vdb = write_ball(folder);
+  const auto refusal = [&](const std::string& name) {
+    const RunResult r = run_tool(PVOL_RENDER, small_render(vdb, folder / name));
+    EXPECT_EQ(r.exit, 1) << name;
+    return r.err;
+  };
+  ASSERT_EQ(mkfifo((folder / "pipe.exr").c_str(), 0600), 0);
+  EXPECT_TRUE(says(refusal("pipe.exr"), "output.is_a_pipe"));
+  std::filesystem::create_symlink("/dev/full", folder / "full.exr");
+  EXPECT_TRUE(says(refusal("full.exr"), "output.is_a_device"));
+  EXPECT_TRUE(says(refusal(std::string(252, 'n') + ".exr"), "output.name_is_long"));
+  std::filesystem::create_symlink("loop.exr", folder / "loop.exr");
+  EXPECT_TRUE(says(refusal("loop.exr"), "output.links_to_itself"));
 }
 
 TEST(Render, WarnsOfWhatHalfDoesNotHold) {

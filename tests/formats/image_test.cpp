@@ -359,7 +359,7 @@ template <class Pixel>
 void write_sky(const fs::path& file, Imf::PixelType type, int width, int height, bool tiled,
                const std::vector<Pixel>& rgb, const char* first_channel = "R") {
   const Imath::Box2i data({-3, 11}, {width - 4, height + 10});
-  Imf::Header header({{0, 0}, {99, 99}}, data);
+  Imf::Header header(data, data);
   Imf::FrameBuffer buffer;
   const char* names[] = {first_channel, "G", "B"};
   for (std::size_t c = 0; c < 3; ++c) {
@@ -412,13 +412,18 @@ TEST_F(Image, SkyComesBackFromEveryLayout) {
 }
 
 TEST_F(Image, SkyReadsWhatTheRendererWrote) {
-  const Film film = random_film(40, 30, 7, 9, 5, 20);
+  const Film film = random_film(40, 30, 0, 0, 40, 30);
   write_exr(file("a.exr"), film, {});
   const ImageSky sky = read_sky(file("a.exr"));
   ASSERT_EQ(sky.pixels.size(), film.pixels.size());
   for (std::size_t i = 0; i < sky.pixels.size(); ++i) {
     EXPECT_EQ(sky.pixels[i], Rgb(mean(film.pixels[i])));
   }
+}
+
+TEST_F(Image, SkyThatIsAPartOfAPictureIsRefused) {
+  write_exr(file("a.exr"), random_film(40, 30, 7, 9, 5, 20), {});
+  EXPECT_TRUE(says(error_of([&] { (void)read_sky(file("a.exr")); }), "exr.sky_is_a_part"));
 }
 
 TEST_F(Image, SkyWithoutRedSaysWhatIsThere) {

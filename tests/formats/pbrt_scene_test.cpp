@@ -496,6 +496,9 @@ TEST(PbrtScene, FilmSamplerFilterAndDepth) {
   EXPECT_EQ(usual.width, 1280);
   EXPECT_EQ(usual.samples, 16u);
   EXPECT_EQ(usual.max_bounces, 5u);
+  const PbrtScene deep = scene_of("Integrator \"volpath\" \"integer maxdepth\" 100000\n");
+  EXPECT_EQ(deep.file.scene.options.max_bounces, std::nullopt);
+  EXPECT_TRUE(says(notes_of(deep), "pbrt.depth_is_no_limit"));
   EXPECT_EQ(usual.filter, PixelFilter::gaussian);
   EXPECT_EQ(usual.filter_width, 3);
 }

@@ -388,6 +388,25 @@ TEST_F(PvolFileTest, LinksAreFollowed) {
   EXPECT_EQ(read_pvol(path("a.pvol")).pyramid, some_file().pyramid);
 }
 
+/// As to a scratch disk.
+TEST_F(PvolFileTest, ALinkToNothingYetIsFollowed) {
+  fs::create_directory(path("scratch"));
+  fs::create_symlink("scratch/a.pvol", path("inner.pvol"));
+  fs::create_symlink("inner.pvol", path("link.pvol"));
+  write_pvol(path("link.pvol"), tiny_file());
+  EXPECT_TRUE(fs::is_symlink(path("link.pvol")));
+  EXPECT_EQ(read_pvol(path("scratch/a.pvol")).pyramid, tiny_file().pyramid);
+  fs::create_symlink("loop.pvol", path("loop.pvol"));
+  EXPECT_THROW(write_pvol(path("loop.pvol"), tiny_file()), Error);
+}
+
+TEST_F(PvolFileTest, TheLongestNamesAreWritten) {
+  const std::string name = std::string(250, 'n') + ".pvol";
+  for (int i = 0; i < 2; ++i) write_pvol(path(name), tiny_file());
+  EXPECT_EQ(files().size(), 1u);
+  EXPECT_EQ(read_pvol(path(name)).pyramid, tiny_file().pyramid);
+}
+
 TEST_F(PvolFileTest, AtomicWriterPassesOnWhatTheCallerThrows) {
   const auto fail = [](const fs::path& aside) {
     std::ofstream(aside) << "half";

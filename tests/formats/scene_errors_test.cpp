@@ -15,6 +15,7 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
       {"x = = 1", "scene.value_missing"},
       {"[volume]\n", "scene.table_twice"},
       {"[light]\n", "scene.no_key_light"},
+      {"[volume.medium]\ng = 0.5\n", "scene.medium_of_first"},
       {"[world]\nup = \"x\"\n", "scene.world_up_x"},
       {"[[mesh]]\nalbedo = 0.5\n", "scene.mesh_no"},
       {"[[plane]]\nlook = \"glass\"\n", "scene.plane_look_glass"},

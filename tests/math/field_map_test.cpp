@@ -75,6 +75,21 @@ TEST(FieldMap, BoundsHoldAndAreReached) {
   }
 }
 
+/// Whatever a ramp makes of the rounding of look-ups.
+TEST(FieldMap, BoundsHoldBesideASteepRamp) {
+  for (const double offset : {0.0, -0.3}) {
+    const float top = 0.3f, above = std::nextafter(top, 1.0f);
+    const FieldMap shift{.scale = 1, .offset = offset};
+    FieldMap map = shift;
+    map.ramp.points = {{value_at(shift, top), 0},
+                       {value_at(shift, above), 1}};
+    ASSERT_EQ(value_at(map, top), 0);
+    ASSERT_EQ(value_at(map, above), 1);
+    EXPECT_EQ(range_over(map, {0.1f, top}).hi, 1);
+    EXPECT_EQ(range_over(map, {above, 0.5f}).lo, 0);
+  }
+}
+
 TEST(FieldMap, OfOneValueHasOneValue) {
   Rng rng(102, 0, 0);
   for (int k = 0; k < 1000; ++k) {

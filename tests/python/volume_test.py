@@ -22,6 +22,14 @@ class Arrays(unittest.TestCase):
         with self.assertRaisesRegex(pvol.Error, message("capi.needs_memory")):
             pvol.Volume(np.broadcast_to(np.float32(1), (100_000,) * 3))
 
+    def test_other_types_are_named(self):
+        for wrong in [[[[1.0]]], None, 3]:
+            with self.assertRaisesRegex(TypeError, f"found a {type(wrong).__name__}, expected a NumPy array"):
+                pvol.Volume(wrong)
+        for wrong in [None, 3, ramp()]:
+            with self.assertRaisesRegex(TypeError, f"found a {type(wrong).__name__}, expected a scene"):
+                pvol.render(wrong)
+
     def test_interpolation_is_trilinear(self):
         a = ramp()
         v = pvol.Volume(a)

@@ -461,16 +461,39 @@ TEST(Camera, SeesPlacesWhereItsRaysShowThem) {
       const double depth = 0.5 + 9 * double(rng.uniform());
       const Vec3d place = p.place(x, y, depth);
       ASSERT_LT(miss(p.ray(x, y), place), 1e-9);
-      const bool ahead = dot(p.ray(x, y).d, -t.z) > 0;
-      if (ahead) {
-        ASSERT_NEAR(p.depth(place), depth, 1e-9);
-      }
+      ASSERT_NEAR(p.depth(place), depth, 1e-9);
       const auto seen = p.seen(place);
       ASSERT_TRUE(seen);
       ASSERT_NEAR((*seen)[0], x, 1e-6);
       ASSERT_NEAR((*seen)[1], y, 1e-6);
     }
     EXPECT_EQ(p.seen(t.place + t.z).has_value(), kind == CameraKind::latlong) << "behind";
+  }
+}
+
+TEST(Camera, KnowsTheDepthsOfBoxes) {
+  const Turned t;
+  Rng rng(3, 0, 0);
+  for (const CameraKind kind :
+       {CameraKind::perspective, CameraKind::orthographic, CameraKind::latlong}) {
+    Camera c{.kind = kind};
+    ASSERT_TRUE(place(c, t.rows()));
+    const Projection p(c, 30, 20);
+    for (const Vec3d at : {t.place - t.z * 9.0, t.place, t.place + t.z * 5.0}) {
+      const Affine to_world = translation(at) * scaling({0.5, 2, 1});
+      const Box box{Vec3d(-1.0), Vec3d(1.0)};
+      const Span depths = p.depths(to_world, box);
+      Span found{1e300, -1e300};
+      for (int i = 0; i < 200'000; ++i) {
+        const auto [x, y, z, spare] = rng.uniform4();
+        const double depth = p.depth(to_world.point(Vec3d(Vec3f(x, y, z)) * 2.0 - Vec3d(1.0)));
+        found = {std::min(found.t0, depth), std::max(found.t1, depth)};
+      }
+      EXPECT_LE(depths.t0, found.t0);
+      EXPECT_GE(depths.t1, found.t1);
+      EXPECT_NEAR(depths.t0, found.t0, 0.2);
+      EXPECT_NEAR(depths.t1, found.t1, 0.2);
+    }
   }
 }
 

@@ -70,7 +70,8 @@ TEST(DeepSurfaces, AddUpToThePicture) {
   }
 }
 
-/// A catcher's alpha is noisy, and cannot be less than nothing: over pixels it is the picture's.
+/// A catcher's alpha is noisy, and cannot be less than nothing: of each pixel it is the picture's,
+/// or 0.
 TEST(DeepSurfaces, AddUpToThePictureOfACatcher) {
   CloudScene s = cube_on_ground(Visibility::holdout, Visibility::shadow_catcher);
   s.environment = ConstantSky{Rgb(0.4f)};
@@ -80,6 +81,7 @@ TEST(DeepSurfaces, AddUpToThePictureOfACatcher) {
   const Film cut_out = film_of(s);
   Vec3d flat, deep;
   double flat_alpha = 0, deep_alpha = 0;
+  int several = 0;
   for (std::size_t i = 0; i < film.pixels.size(); ++i) {
     const auto samples = samples_of(film, i, 0.01);
     ASSERT_TRUE(is_tidy(samples));
@@ -87,7 +89,13 @@ TEST(DeepSurfaces, AddUpToThePictureOfACatcher) {
     deep += all.colour, deep_alpha += all.alpha;
     flat += mean(cut_out.pixels[i]);
     flat_alpha += cut_out.pixels[i].alpha / cut_out.pixels[i].samples;
+    double of_surfaces = 0;
+    for (const DeepSurface& of : film.deep.surfaces[i]) of_surfaces += of.alpha;
+    several += film.deep.surfaces[i].size() > 1;
+    const double expected = cut_out.pixels[i].alpha - std::min(of_surfaces, 0.0);
+    ASSERT_NEAR(all.alpha, expected / cut_out.pixels[i].samples, 1e-9) << i;
   }
+  EXPECT_GT(several, 20) << "intervals of depth in a pixel";
   EXPECT_GT(flat_alpha, 10);
   EXPECT_NEAR(deep_alpha, flat_alpha, 0.03 * flat_alpha);
   EXPECT_LT(length(deep - flat), 1e-6 * length(flat));

@@ -112,6 +112,37 @@ TEST(Deep, AddsUpToTheBinsBeforeEveryEdge) {
   }
 }
 
+/// From amid an even cube, in all directions: of these half are behind the view.
+TEST(Deep, OfALatlongCameraIsByDistance) {
+  CloudScene s;
+  s.medium = component(1.5, Rgb(0.0f), 0);
+  s.camera.kind = CameraKind::latlong;
+  s.camera.position = {6, 6.2, 5.9};
+  s.camera.target = {9, 5, 7};
+  s.options.width = 16, s.options.height = 8;
+  s.options.look_up = LookUp::nearest;
+  s.options.samples = 400;
+  s.options.deep = true;
+  s.options.deep_bins = 200;
+  s.options.aovs.add(Aov::nearest);
+  const Film film =
+      render(make_volume(cube().grid, build_pyramid(cube().grid, s.options.look_up), s), s).film;
+  EXPECT_EQ(film.deep.front, 0);
+  double sum[2] = {}, count[2] = {};  // before and behind
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    EXPECT_TRUE(is_tidy(samples_of(film, i, 0.01)));
+    const bool behind = i % 16 < 4 || i % 16 >= 12;
+    for (const DeepBin& b : film.deep.pixels[i]) {
+      sum[behind] += b.count * 0.5 * (film.deep.edge(b.number) + film.deep.edge(b.number + 1));
+      count[behind] += b.count;
+    }
+  }
+  for (const bool behind : {false, true}) {
+    ASSERT_GT(count[behind], 25'000);
+    EXPECT_NEAR(sum[behind] / count[behind], 1 / 1.5, 0.02) << behind;
+  }
+}
+
 TEST(Deep, MergesToTheErrorThatIsAllowedAndNoFurther) {
   const Film film = deep_puff(2000, 64);
   std::size_t before = 0;

@@ -243,6 +243,24 @@ TEST(Importance, WithoutLightOrCloudPathsArePlain) {
   EXPECT_FALSE(render(make_volumes(none, std::vector{s.medium}, s).front(), s).guided);
 }
 
+/// Single voxels, between the points at which mapped density is looked at.
+TEST(Importance, OfSpikesThatAreMissedIsNone) {
+  const Field spikes = make_field("spikes", {0, 0, 0}, {40, 40, 40}, [](Vec3i p) {
+    return p.x % 8 == 0 && p.y % 8 == 0 && p.z % 8 == 0 ? 1.0 : 0.0;
+  });
+  CloudScene s = sunny();
+  s.options.samples = 2;
+  s.lights = {PointLight{{20, 100, 20}, Rgb(9e4f)}};
+  VolumeOptions o = s.volume_options();
+  FieldMap map;
+  map.ramp = {{{0.9f, 0}, {1, 1}}, false};
+  o.map = std::make_shared<const FieldMap>(map);
+  const Volume v = pvol::make_volume(spikes.grid, build_pyramid(spikes.grid), s.medium.medium(), o);
+  ASSERT_EQ(detail::make_coarse_cells(v).count(), 1u);
+  s.camera = frame(v.density.world_box, 1);
+  EXPECT_FALSE(render(v, s).guided);
+}
+
 /// Two bricks far apart: more cubes of 8^3 cells in their box than are kept.
 TEST(Importance, OfAWideCloudHasLargerCells) {
   const std::vector<float> ones(kBrickSamples, 1.0f);

@@ -147,6 +147,11 @@ TEST_F(Velocity, WhatCannotBeIsRefusedInWords) {
            "motion.grids_v_x"));
   EXPECT_TRUE(says(refusal(folder_.file("cloud.nvdb"), ""), "motion.velocities_read_vdb"));
   EXPECT_NE(refusal(folder_.file("absent.vdb"), ""), "");
+  auto frustum = vectors<openvdb::Vec3SGrid>("v");
+  const openvdb::BBoxd box(openvdb::Vec3d(0.0), openvdb::Vec3d(100.0));
+  frustum->setTransform(
+      openvdb::math::Transform::createFrustumTransform(box, /*taper=*/0.5, /*depth=*/2.0));
+  EXPECT_TRUE(says(refusal(write({frustum}), "v"), "motion.in_a_frustum"));
   // Cut off.
   const fs::path cut = write({vectors<openvdb::Vec3SGrid>("v")});
   fs::resize_file(cut, fs::file_size(cut) - 9);

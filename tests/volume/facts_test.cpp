@@ -35,6 +35,14 @@ TEST(Facts, TheWorldsBoxHoldsAllVolumesThatHoldAnything) {
   EXPECT_EQ(box.hi, far.density.world_box.hi);
 }
 
+/// What holds nothing lies nowhere: not too far away either.
+TEST(Facts, NothingMayBeTurnedAboutAnyAxis) {
+  const Affine turn{{Vec3d{0.36, 0.48, -0.8}, Vec3d{-0.8, 0.6, 0}, Vec3d{0.48, 0.64, 0.6}}, {}};
+  const Volume v = make_volume(VoxelGrid{}, Medium{}, {.object_to_world = turn});
+  EXPECT_TRUE(world_box(std::vector{v}).empty());
+  EXPECT_EQ(describe(VoxelGrid{}, 1, turn).largest_optical_thickness, 0);
+}
+
 /// Leaves at the faces of a tile are alike: millions of them take a handful of bricks.
 TEST(Facts, HugeTilesTakeLittleMemory) {
   VoxelGrid grid;

@@ -122,9 +122,18 @@ void check_output(const std::filesystem::path& file, const std::vector<std::stri
     throw UsageError("the output " + file.string() + " ends in '" + found + "', expected " +
                      expected);
   }
-  std::error_code ignored;
-  if (std::filesystem::is_directory(file, ignored)) {
+  std::error_code failed, ignored;
+  const std::filesystem::file_status now = std::filesystem::status(file, failed);
+  if (failed && failed != std::errc::no_such_file_or_directory &&
+      failed != std::errc::not_a_directory && failed != std::errc::permission_denied) {
+    throw Error(fmt::format("{}: cannot be written ({}); choose another name", file.string(),
+                            failed.message()));
+  }
+  if (std::filesystem::is_directory(now)) {
     throw Error(file.string() + ": is a folder, expected the name of a file to write");
+  }
+  if (std::filesystem::exists(now) && !std::filesystem::is_regular_file(now)) {
+    throw Error(file.string() + ": is a device or a pipe, expected the name of a file to write");
   }
   if (!is_kept(file)) throw Error(file.string() + ": lies outside the folder of --root");
   const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";

@@ -149,6 +149,14 @@ class Sequence {
   std::map<int, Picture> pictures_;
 };
 
+/// Frames are read beside the others, and again where a run is interrupted.
+void refuse_same(const std::filesystem::path& input, const std::filesystem::path& output) {
+  if (!same_file(input, output)) return;
+  throw UsageError(
+      fmt::format("input and output are the same file, {}; choose another name for the output",
+                  input.string()));
+}
+
 int filter_sequence(const FilterGiven& o) {
   require_pattern({o.input});
   require_output_pattern(o.frames, o.output.exr);
@@ -162,6 +170,7 @@ int filter_sequence(const FilterGiven& o) {
   });
   std::vector<FrameFile> needed;
   for (const int frame : frames) {
+    refuse_same(file_of_frame(o.input, frame), file_of_frame(o.output.exr, frame));
     for (const int f : sequence.around(frame)) needed.push_back({f, file_of_frame(o.input, f)});
   }
   require_files(needed);
@@ -176,11 +185,7 @@ int filter_sequence(const FilterGiven& o) {
 int filter_frames(const FilterGiven& o) {
   check_frames(o.frames);
   check(o.output);
-  if (same_file(o.input, o.output.exr)) {
-    throw UsageError(
-        fmt::format("input and output are the same file, {}; choose another name for the output",
-                    o.input.string()));
-  }
+  refuse_same(o.input, o.output.exr);
   formats::use_exr_threads(o.threads);
   if (o.frames.any()) return filter_sequence(o);
   refuse_pattern(o.input);

@@ -77,7 +77,12 @@ void check_same(const std::vector<Part>& parts) {
   std::set<std::string> makers;
   for (const Part& p : parts) {
     if (p.record.key != first.record.key) {
-      refuse(p, "their scenes, or the contents of their clouds, differ");
+      // Parts may differ in these.
+      const auto [its, other] =
+          first_difference(attribute(first, "pvol:scene"), attribute(p, "pvol:scene"),
+                           {"crop =", "seed =", "spp =", "first_sample ="});
+      if (its == other) refuse(p, "the contents of their clouds, or of other files, differ");
+      refuse(p, fmt::format("the scene of one has '{}', that of the other '{}'", its, other));
     }
     if (p.window.width != first.window.width || p.window.height != first.window.height) {
       refuse(p, "their images differ in size");

@@ -2,7 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <string_view>
+#include <algorithm>
+#include <sstream>
 
 #include "cli/cli.h"
 
@@ -21,6 +22,25 @@ Json to_json(const Value& value) {
 std::string attribute_text(const Value& value) {
   const Json j = to_json(value);
   return j.is_string() ? j.get<std::string>() : j.dump();
+}
+
+std::array<std::string, 2> first_difference(const std::string& a, const std::string& b,
+                                            const std::vector<std::string_view>& keys) {
+  std::istringstream in_a(a), in_b(b);
+  const auto next = [&](std::istringstream& in) {
+    std::string line;
+    const auto is_left_out = [&](std::string_view key) { return line.starts_with(key); };
+    do {
+      line.clear();
+      std::getline(in, line);
+    } while (in && std::ranges::any_of(keys, is_left_out));
+    return line;
+  };
+  do {
+    const std::string x = next(in_a), y = next(in_b);
+    if (x != y) return {x, y};
+  } while (in_a || in_b);
+  return {};
 }
 
 std::string part_text(const RenderOptions& o) {

@@ -1,10 +1,13 @@
 // What headers of pictures say of them, and how pictures are laid out.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "cli/filter_picture.h"
 #include "cli/json.h"
@@ -17,6 +20,11 @@ namespace pvol::cli {
 /// A value of an option, for reports and as headers have it.
 [[nodiscard]] Json to_json(const Value& value);
 [[nodiscard]] std::string attribute_text(const Value& value);
+
+/// The first line in which two scenes of headers differ, in each of them, but for those that begin
+/// with one of some keys; empty where none does.
+[[nodiscard]] std::array<std::string, 2> first_difference(
+    const std::string& a, const std::string& b, const std::vector<std::string_view>& keys);
 
 /// "samples 16:32", or nothing where all are rendered.
 [[nodiscard]] std::string part_text(const RenderOptions& o);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <sstream>
 
 #include "cli/cli.h"
 #include "cli/picture_facts.h"
@@ -20,17 +19,6 @@ using Attributes = std::map<std::string, std::string>;
 std::string attribute(const Attributes& all, const std::string& name) {
   const auto found = all.find(name);
   return found == all.end() ? "" : found->second;
-}
-
-/// The first line in which two scenes differ: "found ..., expected ...".
-std::string difference(const std::string& found, const std::string& expected) {
-  std::istringstream a(found), b(expected);
-  std::string x, y;
-  do {
-    x.clear(), y.clear();
-    std::getline(a, x), std::getline(b, y);
-  } while (x == y && (a || b));
-  return fmt::format("its scene has '{}', this one has '{}'", x, y);
 }
 
 bool have_same_window(const formats::FilmPiece& a, const formats::FilmPiece& b) {
@@ -62,7 +50,9 @@ void check_picture(const std::filesystem::path& file, const formats::PictureHead
       refuse(fmt::format("it has {}, this one has {}", found.empty() ? "all samples" : found,
                          here.empty() ? "all" : here));
     }
-    refuse(found.empty() ? "pvol-render did not write it" : difference(found, here));
+    if (found.empty()) refuse("pvol-render did not write it");
+    const auto [its, own] = first_difference(found, here, {});
+    refuse(fmt::format("its scene has '{}', this one has '{}'", its, own));
   }
   if (!have_same_window(window_piece_of(h.window), piece_of(job.file.scene.options, false))) {
     refuse("it has another crop");

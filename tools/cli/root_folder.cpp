@@ -13,6 +13,7 @@
 #include <cstring>
 
 #include "pvol/error.h"
+#include "pvol/formats/vdb.h"
 
 namespace pvol::cli {
 namespace {
@@ -89,6 +90,7 @@ void keep_below(const fs::path& folder) {
   for (const char* libraries : {"/usr", "/lib", "/lib64", "/bin"}) {
     (void)rules.allow(libraries, kRead | kRun);
   }
+  if (const auto module = formats::vdb_module_folder()) (void)rules.allow(*module, kRead | kRun);
   for (const char* facts : {"/proc/meminfo", "/proc/self/statm"})
     (void)rules.allow(facts, kReadFile);
   (void)rules.allow("/sys/devices/system", kRead);

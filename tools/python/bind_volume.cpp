@@ -77,12 +77,17 @@ DenseArray dense(const py::array_t<float>& samples) {
   return d;
 }
 
-CloudVolume make(const py::array& array, const py::object& voxel_size,
+CloudVolume make(const py::object& array, const py::object& voxel_size,
                  const py::object& index_to_world, const std::string& name,
                  const py::kwargs& settings) {
+  if (!py::isinstance<py::array>(array)) {
+    throw py::type_error("found a " + std::string(py::str(py::type::of(array).attr("__name__"))) +
+                         ", expected a NumPy array of three axes (numpy.asarray makes one), or "
+                         "pvol.load(file)");
+  }
   const Making how = making_of(settings);
   const Affine map = map_of(voxel_size, index_to_world);
-  const py::array_t<float> samples = samples_of(array);
+  const py::array_t<float> samples = samples_of(py::array(array));
   const DenseArray lattice = dense(samples);
   return cancellable([&](const Stop&) {
     const LookUp look_up = read_making(name, how).scene.options.look_up;

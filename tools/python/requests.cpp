@@ -22,9 +22,15 @@ bool glows(const CloudVolume& v) {
   return false;
 }
 
+[[noreturn]] void refuse_type(py::handle found) {
+  throw py::type_error("found a " + std::string(py::str(py::type::of(found).attr("__name__"))) +
+                       ", expected a scene: the name of a file, a dict, a Volume or several");
+}
+
 /// The table of a volume: of one in memory its name alone.
 py::dict table_of(py::handle volume, SceneRequest& to) {
   if (!is_volume(volume)) {
+    if (!py::isinstance<py::dict>(volume)) refuse_type(volume);
     py::dict table = volume.cast<py::dict>();
     const bool inside = table.contains("file") && is_volume(table["file"]);
     to.in_memory.push_back(inside ? table["file"].cast<Shared>() : nullptr);
@@ -45,6 +51,9 @@ py::list tables_of(const py::object& volumes, SceneRequest& to) {
   if (is_volume(volumes) || py::isinstance<py::dict>(volumes)) {
     tables.append(table_of(volumes, to));
     return tables;
+  }
+  if (!py::isinstance<py::list>(volumes) && !py::isinstance<py::tuple>(volumes)) {
+    refuse_type(volumes);
   }
   for (const py::handle v : volumes) tables.append(table_of(v, to));
   return tables;

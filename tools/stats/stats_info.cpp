@@ -102,7 +102,8 @@ void bind(FileInfo& info, const std::vector<formats::GridEntry>& grids) {
       use(name, "fire, if asked for");
   }
   if (v.albedo_field) use(v.albedo_field->grid, "albedo");
-  use(formats::usual_velocity(grids), "velocity");
+  const std::string velocity = formats::usual_velocity(grids);
+  if (!velocity.empty()) use(velocity, "velocity");
 }
 
 FileInfo info_of(const std::filesystem::path& file) {

@@ -29,12 +29,27 @@ namespace fs = std::filesystem;
               "). Check that the folder exists and is writable, and that there is space.");
 }
 
+/// What a link points to that points to nothing yet; any other name as it is.
+fs::path follow(fs::path file) {
+  constexpr int kMostLinks = 40;  // as the system follows
+  const fs::path given = file;
+  std::error_code failed;
+  for (int i = 0; fs::is_symlink(fs::symlink_status(file, failed)); ++i) {
+    const fs::path to = fs::read_symlink(file, failed);
+    if (failed || i == kMostLinks) {
+      throw Error(given.string() + ": cannot be written: its links lead nowhere.");
+    }
+    file = file.parent_path() / to;  // which is `to` where that is absolute
+  }
+  return file;
+}
+
 /// The file to replace: where `file` is a link, what it points to. Devices, pipes and folders are
 /// refused, since a rename would put a plain file in their place.
 fs::path resolve(const fs::path& file) {
   std::error_code absent;
   const fs::file_status status = fs::status(file, absent);
-  if (!fs::exists(status)) return file;
+  if (!fs::exists(status)) return follow(file);
   if (!fs::is_regular_file(status)) {
     throw Error(file.string() +
                 ": cannot be written: it is a folder or a device, expected a file.");
@@ -92,6 +107,12 @@ class Aside {
 
 constexpr const char* kAside = ".tmp-";
 
+/// With what the names of files beside a target begin: its own, as far as there is room for more.
+std::string start_of_asides(const fs::path& target) {
+  constexpr std::size_t kMostAside = 200;  // of the 255 bytes that names have
+  return target.filename().string().substr(0, kMostAside) + kAside;
+}
+
 /// Whether a file beside the target has a name that `create` gives: NAME.tmp-PROCESS-NUMBER.
 bool is_aside(const std::string& name, const std::string& start) {
   if (!name.starts_with(start)) return false;
@@ -107,7 +128,7 @@ bool is_aside(const std::string& name, const std::string& start) {
 /// Removes what writers of the same file left behind when they were killed.
 void remove_litter(const fs::path& target) {
   const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
-  const std::string start = target.filename().string() + kAside;
+  const std::string start = start_of_asides(target);
   std::error_code failed, ignored;
   for (fs::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed)) {
     if (!is_aside(at->path().filename().string(), start)) continue;
@@ -124,8 +145,8 @@ void remove_litter(const fs::path& target) {
 LockedFile create(const fs::path& target, fs::path& aside) {
   static std::atomic<int> number = 0;
   for (;;) {
-    aside = target;
-    aside += fmt::format("{}{}-{}", kAside, ::getpid(), ++number);
+    aside = target.parent_path() /
+            fmt::format("{}{}-{}", start_of_asides(target), ::getpid(), ++number);
     const int fd =
         ::open(aside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
     if (fd < 0 && errno == EEXIST) continue;

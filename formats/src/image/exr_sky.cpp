@@ -25,6 +25,20 @@ void check_radiance(Rgb c, std::size_t index, std::size_t width) {
                   index % width, index / width, c.x, c.y, c.z));
 }
 
+/// A part of a picture would be stretched over the whole sky.
+void check_whole(const Imf::Header& header) {
+  const Imath::Box2i &data = header.dataWindow(), &picture = header.displayWindow();
+  if (data == picture) return;
+  const auto text = [](const Imath::Box2i& b) {
+    return fmt::format("({}, {}) to ({}, {})", b.min.x, b.min.y, b.max.x, b.max.y);
+  };
+  throw Error(
+      fmt::format("holds the pixels {} of a picture that is {} (its data window and its "
+                  "display window); expected all of it and no more: write it without "
+                  "cropping, or overscan",
+                  text(data), text(picture)));
+}
+
 ImageSky read_pixels(Imf::InputFile& in) {
   const Imath::Box2i& box = in.header().dataWindow();
   ImageSky sky;
@@ -60,6 +74,7 @@ detail::StoredSky detail::read_exr_sky(const std::filesystem::path& file) {
   try {
     Imf::InputFile in(file.c_str());
     detail::check_picture(in.header());
+    check_whole(in.header());
     detail::check_complete(in.isComplete());
     return {read_pixels(in), detail::primaries_of(in.header())};
   } catch (const Error& e) {

@@ -122,10 +122,16 @@ void make_integrator(const PbrtThing& integrator, const PbrtMaking& making) {
   const std::string& type = integrator.type;
   const int depth = p.whole("maxdepth", 5);
   if (depth < 0) fail_at(integrator.where, fmt::format("maxdepth {}", depth), "0 or more");
-  making.scene->file.scene.options.max_bounces = std::uint32_t(depth);
-  making.note(integrator.where, fmt::format("maxdepth {}{} becomes max_bounces, which darkens the "
-                                            "picture; --max-bounces none lifts the limit",
-                                            depth, p.find("maxdepth") ? "" : ", pbrt's default,"));
+  if (std::uint32_t(depth) > kMostBounces) {
+    making.note(integrator.where,
+                fmt::format("maxdepth {} is no limit in practice, and becomes none", depth));
+  } else {
+    making.scene->file.scene.options.max_bounces = std::uint32_t(depth);
+    making.note(integrator.where,
+                fmt::format("maxdepth {}{} becomes max_bounces, which darkens the picture; "
+                            "--max-bounces none lifts the limit",
+                            depth, p.find("maxdepth") ? "" : ", pbrt's default,"));
+  }
   if (!type.empty() && type != "volpath") {
     making.note(integrator.where,
                 fmt::format("the integrator \"{}\" is taken as volpath", shown(type)));

@@ -258,6 +258,16 @@ void apply_sets(TomlTable& root, const std::vector<std::string>& sets) {
   }
 }
 
+/// Which TOML is made of.
+bool is_utf8(const std::string& text) {
+  try {
+    (void)parse_toml("name = " + toml_string(text), "");
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 }  // namespace
 
 SceneFile read_scene(const std::filesystem::path& file, const std::vector<std::string>& sets) {
@@ -283,6 +293,9 @@ SceneFile parse_scene(const std::string& text, const std::string& name,
 }
 
 SceneFile default_scene(const std::filesystem::path& volume, const std::vector<std::string>& sets) {
+  if (!is_utf8(volume.string())) {
+    throw Error(volume.string() + ": the file's name is not UTF-8, as scenes must be; rename it");
+  }
   return parse_scene("[volume]\nfile = " + toml_string(volume.string()), "default scene", sets);
 }
 

@@ -144,6 +144,9 @@ void read_volumes(const TomlTable& root, SceneFile& file) {
     const Entries own = entries(v);
     std::vector<std::string_view> allowed = key_names(own);
     if (!first) allowed.emplace_back("medium");
+    if (first && t->has("medium")) {
+      t->fail("medium", "no medium here: that of the first volume is [medium]");
+    }
     allowed.emplace_back("instance");
     allowed.emplace_back("to");
     read_keys(*t, own, allowed);

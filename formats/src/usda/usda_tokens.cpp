@@ -39,8 +39,10 @@ std::string read_usda_text(const std::filesystem::path& file) {
   source.copy(0, source.size(), text.data());
   const std::string name = file.string(), stem = file.stem().string();
   if (text.starts_with("PXR-USDC")) {
-    throw Error(fmt::format("{}: is a binary USD file; make text of it: usdcat -o {}.usda {}", name,
-                            stem, name));
+    // Those that end in .usda may be binary too.
+    const std::string text_file = stem + (ending(file) == ".usda" ? ".text.usda" : ".usda");
+    throw Error(fmt::format("{}: is a binary USD file; make text of it: usdcat -o {} {}", name,
+                            text_file, name));
   }
   if (text.starts_with("PK\3\4")) {
     throw Error(

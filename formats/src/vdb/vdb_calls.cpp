@@ -41,34 +41,46 @@ std::filesystem::path own_folder() {
   return std::filesystem::canonical(self).parent_path();
 }
 
-const detail::VdbCalls* load_module() {
+std::vector<std::filesystem::path> module_folders() {
   const std::filesystem::path own = own_folder();
-  std::string looked_in;
-  for (const char* folder : kFolders) {
-    const std::filesystem::path file = (own / folder / kModule).lexically_normal();
-    if (!std::filesystem::exists(file)) {
-      looked_in += (looked_in.empty() ? "" : ", ") + file.parent_path().string();
-      continue;
+  std::vector<std::filesystem::path> all;
+  for (const char* folder : kFolders) all.push_back((own / folder).lexically_normal());
+  return all;
+}
+
+const detail::VdbCalls* load_module() {
+  const std::optional<std::filesystem::path> folder = vdb_module_folder();
+  if (!folder) {
+    std::string looked_in;
+    for (const std::filesystem::path& f : module_folders()) {
+      looked_in += (looked_in.empty() ? "" : ", ") + f.string();
     }
-    // Where memory ends while OpenVDB starts, it may abort or hang.
-    require_memory(kMemory, "OpenVDB");
-    void* const module =
-        dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);  // for as long as the process runs
-    const void* const calls = module != nullptr ? dlsym(module, "pvol_vdb_calls") : nullptr;
-    if (calls == nullptr)
-      throw Error(
-          fmt::format("OpenVDB could not be loaded: {}; install the one that pvol was built with "
-                      "(Debian: pvol-vdb), or use .pvol or .nvdb files",
-                      dlerror()));
-    return static_cast<const detail::VdbCalls*>(calls);
+    throw Error(fmt::format(
+        "there is no module for OpenVDB: {} is in none of {}; install it (Debian: pvol-vdb), or "
+        "use .pvol or .nvdb files",
+        kModule, looked_in));
   }
-  throw Error(fmt::format(
-      "there is no module for OpenVDB: {} is in none of {}; install it (Debian: pvol-vdb), or use "
-      ".pvol or .nvdb files",
-      kModule, looked_in));
+  // Where memory ends while OpenVDB starts, it may abort or hang.
+  require_memory(kMemory, "OpenVDB");
+  void* const module = dlopen((*folder / kModule).c_str(),
+                              RTLD_NOW | RTLD_LOCAL);  // for as long as the process runs
+  const void* const calls = module != nullptr ? dlsym(module, "pvol_vdb_calls") : nullptr;
+  if (calls == nullptr)
+    throw Error(
+        fmt::format("OpenVDB could not be loaded: {}; install the one that pvol was built with "
+                    "(Debian: pvol-vdb), or use .pvol or .nvdb files",
+                    dlerror()));
+  return static_cast<const detail::VdbCalls*>(calls);
 }
 
 }  // namespace
+
+std::optional<std::filesystem::path> vdb_module_folder() {
+  for (const std::filesystem::path& folder : module_folders()) {
+    if (std::filesystem::exists(folder / kModule)) return folder;
+  }
+  return std::nullopt;
+}
 
 const detail::VdbCalls& detail::vdb_calls(const std::filesystem::path& file) try {
   static const VdbCalls* const calls = load_module();

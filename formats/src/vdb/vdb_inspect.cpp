@@ -263,11 +263,7 @@ std::string why_not_density(const VdbGrid& grid) {
   if (grid.type != "Tree_float_5_4_3" && grid.type != "Tree_double_5_4_3") {
     return "its type '" + printable(grid.type) + "' is not a float or double tree of layout 5_4_3";
   }
-  if (grid.map == "NonlinearFrustumMap") {
-    return "it lies in the frustum of a camera, which no affine map describes; resample it to a "
-           "box";
-  }
-  return {};
+  return grid.map == kFrustumMap ? kInFrustum : "";
 }
 
 }  // namespace

@@ -24,6 +24,11 @@ inline constexpr std::uint32_t kOldestVdb = 222, kNewestVdb = 224;
 /// Bits of VdbGrid::compression.
 inline constexpr std::uint32_t kVdbZip = 1, kVdbActiveMask = 2, kVdbBlosc = 4;
 
+/// A map of camera frustums, and why grids that have it cannot be used.
+inline constexpr const char* kFrustumMap = "NonlinearFrustumMap";
+inline constexpr const char* kInFrustum =
+    "it lies in the frustum of a camera, which no affine map describes; resample it to a box";
+
 /// One grid: its descriptor, the metadata that matter here, and where its parts are.
 struct VdbGrid {
   std::string key;     ///< unique name as stored: the index follows a separator, not in brackets

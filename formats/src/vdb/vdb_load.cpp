@@ -138,6 +138,9 @@ openvdb::GridBase::Ptr load_vdb_grid(ByteSource& source, const VdbFile& file, co
 /// OpenVDB's maps act on row vectors; asking where the axes go hides that.
 Affine affine_map(const ByteSource& source, const VdbGrid& grid,
                   const openvdb::math::Transform& transform) {
+  if (grid.map == kFrustumMap) {
+    throw Error(source.file().string() + ": grid '" + printable(grid.name) + "': " + kInFrustum);
+  }
   const auto map = transform.baseMap();
   Affine a;
   for (int c = 0; c < 3; ++c) {

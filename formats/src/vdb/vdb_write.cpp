@@ -213,10 +213,14 @@ std::function<void(const std::filesystem::path& file)> detail::vdb_writer(
     to.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
     to.write(out);
     to.close();
-    set_uuid(file);
     // OpenVDB does not notice a full disk: what it wrote is inspected like any file.
-    detail::ByteSource written(file);
-    static_cast<void>(inspect_vdb(written));
+    try {
+      set_uuid(file);
+      detail::ByteSource written(file);
+      static_cast<void>(inspect_vdb(written));
+    } catch (const std::exception&) {
+      throw Error("it was not written completely; check that there is space on the disk");
+    }
   };
 }
 

@@ -72,7 +72,7 @@ typedef enum pvol_status PVOL_INT {
 /* What rays return instead of 1 and 0. */
 #define PVOL_BAD_RAY (-1)
 
-/* The API's version that the library was built with, and its own version, "0.1.0". */
+/* The API's version that the library was built with, and its own version, such as "0.2.0". */
 int pvol_api_version(void);
 const char* pvol_version(void);
 

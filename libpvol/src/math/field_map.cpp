@@ -37,7 +37,10 @@ float value_at(const FieldMap& map, float v) {
 }
 
 ValueRange range_over(const FieldMap& map, ValueRange from) {
-  float a = before_power(map, from.lo), b = before_power(map, from.hi);
+  // Look-ups leave the range of their samples by some ulp (T1.2), which a steep ramp magnifies.
+  const float slack = map.ramp.points.empty() ? 0 : kRangeSlack;
+  float a = before_power(map, from.lo - slack * std::abs(from.lo));
+  float b = before_power(map, from.hi + slack * std::abs(from.hi));
   if (b < a) std::swap(a, b);
   ValueRange r{after_power(map, a), after_power(map, b)};
   if (map.power != 1) {

@@ -30,6 +30,7 @@ void check_placement(const Affine& to_world, const Affine& to_cells, const Box& 
                   "voxel size and the scene's scale.");
     }
   }
+  if (world_box.empty()) return;
   constexpr double kUlps = 4, kMaxLoss = 1e-3;
   double loss = 0;
   for (const Vec3d& row : to_cells.m) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,10 @@ struct GridEntry {
   std::string type;    ///< "float", "half", "vec3s", ...
   bool usable = true;  ///< whether it holds numbers that can be a density or an emission
 };
+
+/// Where the module lies that calls OpenVDB; it is loaded when a .vdb file is first used. Nothing
+/// where it is not installed.
+[[nodiscard]] std::optional<std::filesystem::path> vdb_module_folder();
 
 /// The grids of a .vdb or .nvdb file, in its order. Throws Error for files that cannot be read.
 [[nodiscard]] std::vector<GridEntry> list_vdb(const std::filesystem::path& file);

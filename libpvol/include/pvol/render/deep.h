@@ -1,5 +1,5 @@
-// Pictures with depth: what the pixels of a camera see, by its distance along the camera's axis
-// (THEORY.md, T5.9).
+// Pictures with depth: what the pixels of a camera see, by its distance along the camera's axis,
+// or from a latlong camera (THEORY.md, T5.9).
 #pragma once
 
 #include <cstddef>
@@ -27,9 +27,10 @@ struct DeepSurface {
   std::int64_t number = 0;  ///< of the interval, in order of depth; its ends are 0.1 % apart
 };
 
-/// What a film's samples met first, by depth, which is in world units along the camera's axis:
-/// collisions in bins, and surfaces where they are. A bin that nothing is in takes no memory; one
-/// that something is in, sizeof(DeepBin).
+/// What a film's samples met first, by depth, which is in world units along the camera's axis,
+/// or from the camera where it sees all directions (latlong): collisions in bins, and surfaces
+/// where they are. A bin that nothing is in takes no memory; one that something is in,
+/// sizeof(DeepBin).
 struct DeepFilm {
   double front = 0, back = 0;  ///< where the bins, of equal length, begin and end
   int bins = 0;
@@ -65,7 +66,7 @@ struct DeepSample {
 /// behind, else it is divided there. `error`, 0 or more, is a share of the pixel's alpha, and of
 /// its colour in each channel: neighbouring bins are one sample where alpha and colour of all that
 /// is before a depth, as functions of it, change by no more than that anywhere. All together give
-/// the film's alpha, but for noise of shadow catchers, and its colour without background, but
+/// the film's alpha, but for shadow catchers below 0, and its colour without background, but
 /// for rounding. A sample that covers all the rest (alpha 1) is thin, in the middle of its bin.
 [[nodiscard]] std::vector<DeepSample> deep_samples(const DeepFilm& film, std::size_t pixel,
                                                    std::uint32_t samples, double error);

@@ -91,10 +91,20 @@ struct Part {
   Sums sums;
 };
 
-/// A surface. Whatever noise says, it covers no less than nothing and no more than all that met it.
-Part part_of(const DeepSurface& s) {
-  const double depth = s.depth / s.count;
-  return {depth, depth, sums_of(s.sum, std::clamp(s.alpha, 0.0, double(s.count)))};
+/// Surfaces. Whatever noise says, each covers no less than nothing and no more than all that met
+/// it. Where some would cover less, as those of shadow catchers may, the others cover as much less:
+/// together what they do in the picture, if that is not below 0.
+std::vector<Part> parts_of(const std::vector<DeepSurface>& surfaces) {
+  double sum = 0, above = 0;
+  for (const DeepSurface& s : surfaces) sum += s.alpha, above += std::max(s.alpha, 0.0);
+  const double share = sum < above ? std::max(sum, 0.0) / above : 1;
+  std::vector<Part> parts;
+  for (const DeepSurface& s : surfaces) {
+    const double depth = s.depth / s.count;
+    const double alpha = std::clamp(share * s.alpha, 0.0, double(s.count));
+    parts.push_back({depth, depth, sums_of(s.sum, alpha)});
+  }
+  return parts;
 }
 
 /// What an even bin, where `arrived` samples arrive, has before a depth inside.
@@ -110,12 +120,12 @@ Part part_before(const Part& bin, double depth, double arrived) {
 /// All that a pixel met, in order of depth. A surface that nothing lies behind has all of its bin
 /// before it; others divide theirs.
 std::vector<Part> parts_of(const DeepFilm& film, std::size_t pixel, double samples) {
-  std::vector<Part> bins, surfaces, all;
+  std::vector<Part> bins, all;
   for (const DeepBin& b : film.pixels[pixel]) {
     bins.push_back({film.edge(b.number), film.edge(b.number + 1), sums_of(b.sum, b.count)});
   }
   if (film.surfaces.empty()) return bins;
-  for (const DeepSurface& s : film.surfaces[pixel]) surfaces.push_back(part_of(s));
+  const std::vector<Part> surfaces = parts_of(film.surfaces[pixel]);
   const auto put = [&](const Part& part) {
     if (part.sums != Sums{}) all.push_back(part);
     samples -= part.sums[3];

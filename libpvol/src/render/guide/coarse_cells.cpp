@@ -10,6 +10,8 @@
 #include "pvol/bounds/pyramid.h"
 #include "pvol/math/parallel.h"
 #include "pvol/volume/facts.h"
+#include "pvol/volume/motion.h"
+#include "pvol/volume/moving_places.h"
 #include "volume/cell_look_up.h"
 #include "volume/field_samples.h"
 
@@ -57,13 +59,24 @@ struct Terminal {
   return box.lo + box.extent() * ((at + Vec3d(0.5)) / double(along));
 }
 
-/// Mean over 4^3 points of a cube; what moves is taken where its file has it.
+/// The most times at which what moves is looked at, evenly while the shutter is open.
+constexpr int kTimes = 16;
+
+/// mu_t at a place in cells, as the i-th look finds it.
+[[nodiscard]] float extinction_in_look(const Volume& v, Vec3d cells, int i) {
+  const Motion* const motion = v.density.motion.get();
+  if (motion == nullptr) return extinction_in_cells(v, cells);
+  return extinction_in_cells(v, cells, float(motion->shutter.at((i % kTimes + 0.5) / kTimes)));
+}
+
+/// Mean over 4^3 points of a cube, each at another time: 5 and 16 share no factor, so that all
+/// times are spread over all of the cube.
 [[nodiscard]] double mean_density(const Volume& v, const Terminal& t) {
   constexpr int kAlong = 4, kPoints = kAlong * kAlong * kAlong;
   const Box cube{Vec3d(t.low), Vec3d(t.low + Vec3i(t.edge))};
   double sum = 0;
   for (int i = 0; i < kPoints; ++i) {
-    sum += double(extinction_in_cells(v, part_centre(cube, kAlong, i)));
+    sum += double(extinction_in_look(v, part_centre(cube, kAlong, i), 5 * i + i / kTimes));
   }
   return sum / kPoints / double(v.density.scale);
 }
@@ -137,13 +150,16 @@ void add_rows(const std::vector<double>& sums, double scale, CoarseCells& cells)
 /// How the mass of each row's cube lies on the centres of its along^3 parts: shares, row by row.
 [[nodiscard]] std::vector<float> spread(const Volume& v, const CoarseCells& cells, int along) {
   constexpr float kEven = 0.2f;  // for what lies between the points
+  const int looks = v.density.motion != nullptr ? kTimes : 1;
   const auto parts = std::size_t(along * along * along);
   std::vector<float> all(cells.count() * parts);
   parallel_for(1, cells.count(), [&](std::size_t row) {
     float* const shares = all.data() + row * parts;
     float sum = 0;
     for (std::size_t i = 0; i < parts; ++i) {
-      sum += shares[i] = extinction_in_cells(v, part_centre(cells.cube(row), along, int(i)));
+      const Vec3d place = part_centre(cells.cube(row), along, int(i));
+      for (int look = 0; look < looks; ++look) shares[i] += extinction_in_look(v, place, look);
+      sum += shares[i];
     }
     for (std::size_t i = 0; i < parts; ++i) {
       shares[i] =
@@ -151,6 +167,20 @@ void add_rows(const std::vector<double>& sums, double scale, CoarseCells& cells)
     }
   });
   return all;
+}
+
+/// The maps from cells to the world of a volume's place: where it moves, at times so close that it
+/// goes less than half of `edge` from one to the next, if that can be.
+[[nodiscard]] std::vector<Affine> maps_of(const Volume& v, const Instance& at, double edge) {
+  if (!place_moves(v, at.place)) return {inverse(at.world_to_cells)};
+  const MovingPlaces& m = *v.moving_places;
+  const Affine to_object = cells_to_object(v.density, v);
+  const int times = int(std::clamp(std::ceil(4 * m.longest / edge), 1.0, double(kTimes)));
+  std::vector<Affine> maps;
+  for (int i = 0; i < times; ++i) {
+    maps.push_back(m.all[at.place].at(m.shutter.at((i + 0.5) / times)) * to_object);
+  }
+  return maps;
 }
 
 /// Adds a volume at its places, by points of coarse cubes of its own, some of them in each cube of
@@ -163,8 +193,8 @@ double add_world_mass(const Volume& v, std::span<const Instance> places, const C
   const CoarseCells own = make_coarse_cells(v, shift);
   std::map<int, std::vector<float>> spreads;  // by points along an edge: by size of the place
   double sum = 0;
-  for (const Instance& at : places) {
-    const Affine to_world = inverse(at.world_to_cells), to_grid = world.to_cells * to_world;
+  const auto add_at = [&](const Affine& to_world, double weight) {
+    const Affine to_grid = world.to_cells * to_world;
     const double size = std::abs(determinant(to_world)) / std::abs(determinant(own.to_world));
     const double step = std::cbrt(std::abs(determinant(to_grid))) * std::ldexp(1.0, own.shift);
     const int along = std::clamp(int(std::ceil(2 * step)), 1, 8);
@@ -172,7 +202,7 @@ double add_world_mass(const Volume& v, std::span<const Instance> places, const C
     if (is_new) shares->second = spread(v, own, along);
     const int parts = along * along * along;
     for (std::size_t row = 1; row < own.count(); ++row) {
-      const double mass = own.mass[row] * size;
+      const double mass = own.mass[row] * size * weight;
       for (int i = 0; i < parts; ++i) {
         const Vec3d p = to_grid.point(part_centre(own.cube(row), along, i));
         const Vec3i c = min(max(Vec3i(p), Vec3i(0)), vec3(world.last));
@@ -181,6 +211,10 @@ double add_world_mass(const Volume& v, std::span<const Instance> places, const C
       }
       sum += mass;
     }
+  };
+  for (const Instance& at : places) {
+    const std::vector<Affine> maps = maps_of(v, at, edge);
+    for (const Affine& to_world : maps) add_at(to_world, 1.0 / double(maps.size()));
   }
   return sum;
 }

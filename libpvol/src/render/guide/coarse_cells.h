@@ -55,9 +55,9 @@ struct CoarseCells {
 /// of them. Needs a volume that is not empty.
 [[nodiscard]] CoarseCells make_coarse_cells(const Volume& volume, int least_shift = 3);
 
-/// Cubes of the world over all places of the volumes, aligned with its axes: as small as 8 cells of
-/// the finest of them, or twice that and so on, so that at most 2^18 hold density. Some volume is
-/// not empty.
+/// Cubes of the world over all places of the volumes while the shutter is open, aligned with its
+/// axes: as small as 8 cells of the finest of them, or twice that and so on, so that at most 2^18
+/// hold density. Some volume is not empty.
 [[nodiscard]] CoarseCells make_world_cells(std::span<const Volume> volumes,
                                            const Instances& instances);
 

@@ -86,15 +86,17 @@ std::vector<Nodes> scattered_power(const IncidentLight& light, const Kernel& ker
   return all;
 }
 
-/// Calls visit(row, weight) for a row and its neighbours, with the weights of a blur by 1-2-1 along
-/// each axis.
+/// Calls visit(row, weight) for a row and those of its neighbours that hold density, with the
+/// weights of a blur by 1-2-1 along each axis.
 template <class Visit>
 void visit_neighbours(const CoarseCells& cells, std::size_t row, const Visit& visit) {
   for (int neighbour = 0; neighbour < 27; ++neighbour) {
     const Vec3i step(neighbour / 9 - 1, neighbour / 3 % 3 - 1, neighbour % 3 - 1);
     const Vec3i c = cells.places[row] + step;
     if (min(c, Vec3i(0)) != Vec3i(0) || max(c + Vec3i(1), cells.size) != cells.size) continue;
-    visit(cells.rows[cells.index(c)], (step.x ? 1 : 2) * (step.y ? 1 : 2) * (step.z ? 1 : 2));
+    const std::uint32_t other = cells.rows[cells.index(c)];
+    if (other == 0) continue;
+    visit(other, (step.x ? 1 : 2) * (step.y ? 1 : 2) * (step.z ? 1 : 2));
   }
 }
 
@@ -260,6 +262,8 @@ int count_photons(const PathSetup& setup) {
 std::optional<Importance> make_importance(const PathSetup& setup) {
   if (std::ranges::all_of(setup.volumes, is_empty)) return std::nullopt;
   CoarseCells cells = make_cells(setup);
+  if (cells.count() < 2)
+    return std::nullopt;  // density lies between the points that were looked at
   const int photons = count_photons(setup);
   const IncidentLight light = trace_photons(setup, cells, photons);
   if (!(light.power > 0) || setup.stopped()) return std::nullopt;

@@ -164,14 +164,8 @@ DeepFilm make_deep(const PathSetup& s, std::size_t pixels) {
   if (!s.options.deep) return {};
   double front = std::numeric_limits<double>::infinity(), back = -front;
   const auto add = [&](const Affine& to_world, const Box& box) {
-    for (int corner = 0; corner < 8; ++corner) {
-      Vec3d place;
-      for (int axis = 0; axis < 3; ++axis) {
-        place[axis] = (corner >> axis & 1) != 0 ? box.hi[axis] : box.lo[axis];
-      }
-      const double depth = depth_of(s, to_world.point(place));
-      front = std::min(front, depth), back = std::max(back, depth);
-    }
+    const Span depths = s.view.projection.depths(to_world, box);
+    front = std::min(front, depths.t0), back = std::max(back, depths.t1);
   };
   for (const Instance& at : s.instances->all) {
     const Volume& v = s.volumes[at.volume].volume;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 
@@ -69,16 +70,36 @@ class Projection {
     return {origin_ + on_lens, normalize(sharp - on_lens)};
   }
 
-  /// Distance of a place along the view.
-  [[nodiscard]] double depth(Vec3d place) const { return dot(place - origin_, forward_); }
+  /// Distance of a place along the view; in latlong pictures, which show all directions, from the
+  /// camera.
+  [[nodiscard]] double depth(Vec3d place) const {
+    const Vec3d to = place - origin_;
+    return kind_ == CameraKind::latlong ? length(to) : dot(to, forward_);
+  }
 
-  /// The place at this depth that (x, y) shows. Where rays go at right angles to the view, or back,
-  /// as some of latlong pictures, one as far along the ray.
+  /// From the least to the largest depth of places in a box, which lies in the world by a map.
+  [[nodiscard]] Span depths(const Affine& to_world, const Box& box) const {
+    Span all{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec3d at((corner & 1) != 0 ? box.hi.x : box.lo.x,
+                     (corner & 2) != 0 ? box.hi.y : box.lo.y,
+                     (corner & 4) != 0 ? box.hi.z : box.lo.z);
+      const double of_corner = depth(to_world.point(at));
+      all = {std::min(all.t0, of_corner), std::max(all.t1, of_corner)};
+    }
+    if (kind_ == CameraKind::latlong) {  // the nearest place is no corner
+      const Box around = transform(to_world, box);
+      all.t0 = depth(min(max(origin_, around.lo), around.hi));
+    }
+    return all;
+  }
+
+  /// The place at this depth that (x, y) shows.
   [[nodiscard]] Vec3d place(double x, double y, double depth) const {
     const Ray r = ray(x, y);
-    const double along = dot(r.d, forward_);
+    if (kind_ == CameraKind::latlong) return r.o + r.d * depth;
     const double from = kind_ == CameraKind::orthographic ? dot(r.o - origin_, forward_) : 0;
-    return r.o + r.d * (along > 0 ? (depth - from) / along : depth);
+    return r.o + r.d * ((depth - from) / dot(r.d, forward_));
   }
 
   /// Where a place is seen through the middle of the lens, in pixels; nothing of one behind.

@@ -211,6 +211,7 @@ double PowerTree::pdf(const Line& line, const Node& node, double share) const {
   for (std::uint32_t k = 0; k < node.count; ++k) {
     sum += weights[k] = double(nodes_[node.first + k].seen_from(line.cell));
   }
+  if (sum == 0) return 0;  // so far away that floats do not hold it
   double density = 0;
   for (std::uint32_t k = 0; k < node.count; ++k) {
     density += pdf(line, nodes_[node.first + k], share * weights[k] / sum);
