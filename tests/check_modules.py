@@ -64,7 +64,7 @@ def climbs(order, own, other):
 
 def check_library(path, name, foreign):
     if foreign:
-        return not AT_HOME_IN_LIBRARY.match(foreign) and "libpvol needs oneTBB and Highway only"
+        return not AT_HOME_IN_LIBRARY.match(foreign) and "libpvol needs oneTBB, Embree and Highway only"
     if name.startswith("pvol/formats/"):
         return "libpvol does not see formats"
     own, other = module_of_library_file(path), library_target(name)
@@ -143,7 +143,7 @@ PLANTED = {
     "libpvol/src/stray.cpp": "pvol/math/vec.h",
     "formats/src/image/png.cpp": "toml/toml_table.h",
     "formats/src/vdb/vdb_read.cpp": "cli/cli.h",
-    "formats/src/toml/scene_file.cpp": "render/engine/path_tracer.h",
+    "formats/src/toml/scene_file.cpp": "render/engine/passes.h",
     "tools/report/html.cpp": "stats/trade_report.h",
     "tools/stats/stats_trade.cpp": "python/studies.h",
     "tools/python/rays.cpp": "volume/dense_bounds.h",

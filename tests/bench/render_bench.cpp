@@ -140,7 +140,7 @@ std::vector<Configuration> make_configurations(LookUp look_up) {
                                  {Tracker::weighted_decomposition, T::analog, std::nullopt},
                                  {Tracker::regular, T::regular, std::nullopt}};
   for (const T t : {T::analog, T::ratio, T::residual_ratio, T::regular}) {
-    for (const M m : {M::none, M::cells_8, M::cells_1}) {
+    for (const M m : {M::none, M::edge_2, M::edge_1}) {
       all.push_back({Tracker::decomposition, t, std::nullopt, m});
     }
   }

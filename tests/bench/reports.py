@@ -26,167 +26,17 @@ import argparse
 import json
 import math
 import pathlib
-import random
 import re
 import subprocess
 import sys
 import tempfile
 
-from scenes import SAMPLES, beside_brightness, read_exr
+from random_scenes import write_scene
+from scenes import beside_brightness, read_exr
 
 LEVELS = 0.05, 0.01, 0.001
 QUANTILES = 0.05, 0.25, 0.5, 0.75, 0.95
 LUMINANCE = 0.2126, 0.7152, 0.0722
-
-
-class Draw(random.Random):
-    """Random parts of a scene file."""
-
-    def happens(self, probability):
-        return self.random() < probability
-
-    def log(self, low, high):
-        return math.exp(self.uniform(math.log(low), math.log(high)))
-
-    def vector(self, low, high):
-        return [round(self.uniform(low, high), 3) for _ in range(3)]
-
-    def color(self, low, high):
-        """Grey, or of another hue."""
-        return self.vector(low, high) if self.happens(0.4) else [round(self.uniform(low, high), 3)] * 3
-
-    def light(self, low, high):
-        brightness = self.log(low, high)
-        return [float(f"{brightness * c:.4g}") for c in self.color(0.3, 1)]
-
-    def direction(self):
-        while True:
-            v = self.vector(-1, 1)
-            if 0.1 < sum(x * x for x in v) < 1:
-                return v
-
-
-def form(draw):
-    centre, radii = draw.vector(-0.6, 0.6), draw.vector(0.3, 1)
-    return f'[[form]]\nshape = "ellipsoid"\ncentre = {centre}\nradii = {radii}\n'
-
-
-def noise(draw):
-    kind = draw.choice(['kind = "billow"\n', ""])
-    return (f"[[displacement]]\n{kind}amplitude = {draw.uniform(0.05, 0.4):.3f}\ncell = {draw.log(0.1, 0.8):.3f}\n"
-            f"octaves = {draw.randint(1, 5)}\ngain = 0.55\nseed = {draw.randint(0, 999)}\n")
-
-
-def recipe(draw):
-    """A cloud some two units wide around the origin."""
-    text = f"[recipe]\nresolution = {draw.randint(24, 64)}\nedge = {draw.log(0.01, 0.6):.3f}\n"
-    text += "".join(form(draw) for _ in range(draw.randint(1, 4)))
-    text += "".join(noise(draw) for _ in range(draw.randint(0, 2)))
-    if draw.happens(0.15):
-        text += f"[flow]\nvelocity = {draw.vector(-1, 1)}\n"
-        text += f"turbulence = {draw.uniform(0, 2):.2f}\ncell = 0.5\n"
-    return text
-
-
-def medium(draw):
-    """The keys of a medium: thin as haze to thick as a cumulus."""
-    lines = [f"extinction = {draw.log(0.2, 200):.4g}", f"albedo = {draw.color(0.4, 1)}",
-             f"g = {draw.uniform(-0.4, 0.9):.2f}"]
-    if draw.happens(0.1):
-        lines.append(f"extinction_color = {[1, *draw.vector(0.4, 1)[:2]]}")
-    return lines
-
-
-def fire(draw, table):
-    return (f'[{table}.fire]\nfield = "density"\nintensity = {draw.log(5, 200):.3g}\n'
-            f"kelvin = {draw.randint(1800, 5000)}\n")
-
-
-def volumes(draw, recipes):
-    """The clouds, of which some burn, and how the first is repeated."""
-    text = ""
-    for k in range(draw.choice([1, 1, 1, 2, 3])):
-        table = "volume.medium" if k else "medium"
-        text += f'[[volume]]\nfile = "{draw.choice(recipes)}"\n'
-        burns = draw.happens(0.2)
-        if burns and draw.happens(0.5):
-            text += 'grid = "none"\n'
-        if k == 0 and draw.happens(0.15):
-            text += "".join(f"[[volume.instance]]\nscale = {draw.uniform(0.2, 0.6):.2f}\n"
-                            f"translate = {draw.vector(-1.2, 1.2)}\n" for _ in range(draw.randint(2, 9)))
-        text += f"[{table}]\n" + "\n".join(medium(draw)) + "\n"
-        if k > 0 or draw.happens(0.3):
-            text += f"rotate = [0, 1, 0, {draw.randint(0, 359)}]\ntranslate = {draw.vector(-0.8, 0.8)}\n"
-        text += fire(draw, table) if burns else ""
-    return text
-
-
-def environment(draw):
-    kind = draw.choice(["constant", "gradient", "clear"])
-    text = f'[environment]\ntype = "{kind}"\n'
-    if kind == "constant":
-        text += f"radiance = {draw.light(0.01, 1)}\n"
-    if kind == "clear":
-        text += (f"azimuth = {draw.randint(0, 359)}\nelevation = {draw.randint(2, 90)}\n"
-                 f"turbidity = {draw.uniform(2, 8):.1f}\n")
-    return text
-
-
-def lamp(draw):
-    at, kind = [round(1.6 * x, 3) for x in draw.direction()], draw.choice(["point", "ball", "spot", "area"])
-    text = f"[[{'point' if kind == 'ball' else kind}]]\nposition = {at}\n"
-    if kind == "area":
-        return text + (f"direction = {[-x for x in at]}\nsize = [{draw.uniform(0.1, 1.5):.2f}, 0.5]\n"
-                       f"radiance = {draw.light(1, 20)}\n")
-    text += f"intensity = {draw.light(0.3, 10)}\n"
-    if kind == "ball":
-        text += f"radius = {draw.log(0.01, 0.2):.3f}\n"
-    if kind == "spot":
-        text += f"direction = {[-x for x in at]}\n"
-        text += f"angle = {draw.randint(10, 80)}\nblend = {draw.random():.2f}\n"
-    return text
-
-
-def lights(draw):
-    text = environment(draw) if draw.happens(0.5) else ""
-    if draw.happens(0.5):
-        text += (f"[[sun]]\ndirection = {draw.direction()}\nirradiance = {draw.light(0.3, 5)}\n"
-                 f"angle = {draw.choice([0, 0.53, 5])}\n")
-    if not text or draw.happens(0.3):
-        text += "".join(lamp(draw) for _ in range(draw.choice([1, 1, 2, 3, 12])))
-    return text
-
-
-def surfaces(draw):
-    text = ""
-    if draw.happens(0.35):
-        text += f"[[plane]]\npoint = [0, {draw.uniform(-1.2, -0.3):.2f}, 0]\nalbedo = {draw.color(0, 0.8)}\n"
-    if draw.happens(0.15):
-        text += f'[[mesh]]\nfile = "{SAMPLES}/cube.obj"\nscale = 0.3\n'
-        text += f"translate = {draw.vector(-1, 1)}\nalbedo = {draw.color(0, 0.9)}\n"
-    return text
-
-
-def scene(draw, recipes):
-    at = draw.direction()
-    distance = draw.log(2, 7) if draw.happens(0.9) else draw.uniform(0, 1.5)
-    camera = [round(distance * x / math.hypot(*at), 3) for x in at]
-    text = volumes(draw, recipes) + lights(draw) + surfaces(draw)
-    text += f"[camera]\nposition = {camera}\n"
-    text += f"target = {draw.vector(-0.3, 0.3)}\nfov = {draw.randint(20, 70)}\n"
-    if draw.happens(0.5):
-        text += "shutter = [-0.1, 0.1]\n"
-    return text
-
-
-def write_scene(number, folder):
-    """A scene and its recipes; returns the file."""
-    draw, recipes = Draw(number), ["0.toml", "1.toml"]
-    for file in recipes:
-        (folder / file).write_text(recipe(draw))
-    file = folder / "scene.toml"
-    file.write_text(scene(draw, recipes))
-    return file
 
 
 def run(command, status=(0,)):
@@ -321,4 +171,5 @@ def main():
         print_pictures(found)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -78,13 +78,13 @@ TEST(LeafMicroBounds, AreUsedWhereTheSceneWantsThem) {
   s.medium.extinction = 1;
   for (const LookUp i : {LookUp::nearest, LookUp::trilinear}) {
     s.options.look_up = i;
-    s.options.micro_bounds = MicroBoundsUse::cells_8;
+    s.options.micro_bounds = MicroBoundsUse::edge_2;
     const Volume built = make_volume(g, p, s), taken = make_volume(g, p, s, &stored);
     EXPECT_FALSE(built.density.micro_stored);
     EXPECT_TRUE(taken.density.micro_stored);
     EXPECT_EQ(built.density.micro, taken.density.micro);
   }
-  s.options.micro_bounds = MicroBoundsUse::cells_1;
+  s.options.micro_bounds = MicroBoundsUse::edge_1;
   EXPECT_FALSE(make_volume(g, p, s, &stored).density.micro_stored);
   EXPECT_EQ(make_volume(g, p, s, &stored).density.micro.edge, 1);
   s.options.micro_bounds = MicroBoundsUse::none;
@@ -103,7 +103,7 @@ TEST(LeafMicroBounds, OfAnotherDensityMakeNoVolume) {
   for (auto& scale : stored.by_leaf.scales) scale.base *= 1.01f;
   CloudScene s;
   s.medium.extinction = 1;
-  s.options.micro_bounds = MicroBoundsUse::cells_8;
+  s.options.micro_bounds = MicroBoundsUse::edge_2;
   EXPECT_TRUE(
       says(error_of([&] { (void)make_volume(g, p, s, &stored); }), "bounds.micro_bounds_leaf"));
 }

@@ -421,6 +421,15 @@ TEST_F(Image, SkyReadsWhatTheRendererWrote) {
   }
 }
 
+/// As wide as a render takes them.
+TEST_F(Image, VeryWidePicturesAreReadAgain) {
+  const Film film = random_film(70'000, 3, 0, 0, 70'000, 3);
+  write_exr(file("a.exr"), film, {});
+  const ImageSky sky = read_sky(file("a.exr"));
+  EXPECT_EQ(sky.width, 70'000);
+  EXPECT_EQ(sky.pixels[209'999], Rgb(mean(film.pixels[209'999])));
+}
+
 TEST_F(Image, SkyThatIsAPartOfAPictureIsRefused) {
   write_exr(file("a.exr"), random_film(40, 30, 7, 9, 5, 20), {});
   EXPECT_TRUE(says(error_of([&] { (void)read_sky(file("a.exr")); }), "exr.sky_is_a_part"));

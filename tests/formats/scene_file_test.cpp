@@ -82,7 +82,7 @@ Scene every_key(const std::string& sky_file) {
   want.options.seed = 99;
   want.options.tracker = Tracker::delta_global;
   want.options.transmittance = Transmittance::analog;
-  want.options.micro_bounds = MicroBoundsUse::cells_1;
+  want.options.micro_bounds = MicroBoundsUse::edge_1;
   want.options.look_up = LookUp::nearest;
   want.options.shells = ShellUse::off;
   want.options.guide = GuideUse::on;

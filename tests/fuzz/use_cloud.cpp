@@ -51,7 +51,7 @@ void use_cloud(const Density& density, const Pyramid& pyramid, const LeafMicroBo
   VolumeOptions options;
   options.look_up = is_sampled(density) && pyramid.look_up == LookUp::procedural ? LookUp::trilinear
                                                                                  : pyramid.look_up;
-  options.micro_bounds = MicroBoundsUse::cells_8;
+  options.micro_bounds = MicroBoundsUse::edge_2;
   // An optical depth of about 10 across the cloud: rays that cross it take few steps.
   const Affine to_world = index_to_object(density);
   const double across = length(to_world.vector(pyramid.support().hi - pyramid.support().lo));

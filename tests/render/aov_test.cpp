@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "pvol/error.h"
+#include "pvol/render/light_group.h"
 #include "support/pictures.h"
 #include "support/small_cloud.h"
 
@@ -257,6 +258,21 @@ TEST(Aov, OfFilmsAddUp) {
   EXPECT_EQ(layer(a, "half_1").weights[0], 7);
   EXPECT_EQ(layer(whole, "half_1").weights[0], 7);
   EXPECT_EQ(layer(a, "half_1").sums, layer(whole, "half_1").sums);
+}
+
+/// Else a picture would have two layers of one name.
+TEST(Aov, NoLightGroupHasTheNameOfAnotherLayer) {
+  CloudScene s = bright_scene(true, GuideUse::off);
+  s.options.samples = 2;
+  s.options.aovs = all_but({Aov::lights, Aov::objects});
+  const Film film = run(cloud(), s).film;
+  for (const Layer& l : film.layers) EXPECT_FALSE(is_group_name(l.name)) << l.name;
+  for (const AovRow& r : kAovs) EXPECT_FALSE(is_group_name(r.name)) << r.name;
+  for (const char* name : {"noisy", "noisy_variance", "sums", "rgba", "picture", "A"}) {
+    EXPECT_FALSE(is_group_name(name)) << name;
+  }
+  EXPECT_TRUE(is_group_name("key_light"));
+  EXPECT_TRUE(is_group_name("sky"));
 }
 
 }  // namespace aov_test

@@ -259,7 +259,7 @@ const std::vector<Feature>& features() {
        option(&RenderOptions::transmittance, Transmittance::residual_ratio)},
       {"shadow rays", "closed form", option(&RenderOptions::transmittance, Transmittance::regular)},
       {"micro-bounds", "micro-bounds",
-       option(&RenderOptions::micro_bounds, MicroBoundsUse::cells_1)},
+       option(&RenderOptions::micro_bounds, MicroBoundsUse::edge_1)},
       {"emission", "emission along flights",
        option(&RenderOptions::line_emission, LineEmission::on)},
       {"lamps", "lamps along flights",

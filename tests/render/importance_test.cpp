@@ -137,7 +137,7 @@ TEST(Importance, ThreadsAndMicroBoundsChangeNoBit) {
   const Film reference = render(volume_of(s), s).film;
   for (const int threads : {2, 5}) {
     s.options.threads = threads;
-    for (const auto use : {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1,
+    for (const auto use : {MicroBoundsUse::none, MicroBoundsUse::edge_2, MicroBoundsUse::edge_1,
                            MicroBoundsUse::codes}) {
       s.options.micro_bounds = use;
       for (const bool count : {false, true}) {

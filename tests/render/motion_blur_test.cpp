@@ -246,7 +246,7 @@ TEST(MotionBlur, SamplesHaveTimesOfTheirOwnInEachPartOfTheShutter) {
 
 TEST(MotionBlur, ThePlanSaysWhatItTakes) {
   CloudScene s = scene_of({-0.5, 0.5});
-  s.options.micro_bounds = MicroBoundsUse::cells_8;
+  s.options.micro_bounds = MicroBoundsUse::edge_2;
   const Volume v = moving(puff(), s, swirl());
   EXPECT_EQ(v.density.micro.edge, 0);
   const auto refused = [&](const CloudScene& with) {

@@ -59,7 +59,7 @@ TEST(Plan, SaysWhatTheUserTold) {
   CloudScene s = scene_around(v);
   s.options.guide = GuideUse::on;
   s.options.transmittance = Transmittance::ratio;
-  s.options.micro_bounds = MicroBoundsUse::cells_1;
+  s.options.micro_bounds = MicroBoundsUse::edge_1;
   s.options.depth = 1;
   s.options.kernel = KernelKind::scalar;
   const RenderPlan p = plan(std::span(&v, 1), s.scene());

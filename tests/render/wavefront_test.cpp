@@ -30,9 +30,9 @@ std::vector<Case> more_cases() {
   };
   add("nearest", [](CloudScene& s) { s.options.look_up = LookUp::nearest; });
   add("micro-bounds of cells",
-      [](CloudScene& s) { s.options.micro_bounds = MicroBoundsUse::cells_1; });
+      [](CloudScene& s) { s.options.micro_bounds = MicroBoundsUse::edge_1; });
   add("micro-bounds of 2^3",
-      [](CloudScene& s) { s.options.micro_bounds = MicroBoundsUse::cells_8; });
+      [](CloudScene& s) { s.options.micro_bounds = MicroBoundsUse::edge_2; });
   add("no micro-bounds", [](CloudScene& s) { s.options.micro_bounds = MicroBoundsUse::none; });
   add("two lobes", [](CloudScene& s) {
     s.medium.others = {{0.999, Rgb(0.99f), TwoLobes{}, Rgb(0.0f)}};
@@ -240,7 +240,7 @@ TEST(WavefrontKernels, MicroBoundsAndCountsChangeNoBit) {
     const Volume without = volume_of(s);
     const Film plain = render_with(kernel, without, s);
     for (const MicroBoundsUse use :
-         {MicroBoundsUse::cells_8, MicroBoundsUse::cells_1, MicroBoundsUse::codes}) {
+         {MicroBoundsUse::edge_2, MicroBoundsUse::edge_1, MicroBoundsUse::codes}) {
       for (const bool count : {false, true}) {
         s.options.micro_bounds = use;
         s.options.count = count;
@@ -258,7 +258,7 @@ TEST(WavefrontKernels, CountWhatFlightsOneByOneCount) {
       s.options.guide = guide;
       s.options.samples = 400;
       s.options.transmittance = Transmittance::analog;
-      s.options.micro_bounds = MicroBoundsUse::cells_8;
+      s.options.micro_bounds = MicroBoundsUse::edge_2;
       const Volume v = volume_of(s);
       s.options.kernel = KernelKind::scalar;
       const Counts a = render(v, s).counts;

@@ -125,7 +125,7 @@ TEST(TricubicSqueeze, LeavesEveryImageAsItIs) {
     std::optional<Film> first;
     std::uint64_t lookups = ~std::uint64_t(0);
     for (const auto micro :
-         {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1}) {
+         {MicroBoundsUse::none, MicroBoundsUse::edge_2, MicroBoundsUse::edge_1}) {
       s.options.micro_bounds = micro;
       s.options.count = true;
       const Volume v = make_volume(f.grid, p, s);

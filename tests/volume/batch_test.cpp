@@ -237,9 +237,9 @@ TEST_P(Batch, MicroBoundsChangeNoBit) {
     return answers(ready(cloud), aimed(cloud, 3000, 32).batch(), {});
   };
   const Answers plain = with(MicroBoundsUse::none);
-  EXPECT_TRUE(with(MicroBoundsUse::cells_8) == plain);
+  EXPECT_TRUE(with(MicroBoundsUse::edge_2) == plain);
   EXPECT_TRUE(with(MicroBoundsUse::codes) == plain);
-  EXPECT_TRUE(with(MicroBoundsUse::cells_1) == plain);
+  EXPECT_TRUE(with(MicroBoundsUse::edge_1) == plain);
 }
 
 /// The same random numbers decide both.

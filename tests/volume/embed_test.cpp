@@ -251,8 +251,8 @@ TEST(Embed, MicroBoundsChangeNothing) {
       return results(cloud, 0, 2000);
     };
     const auto plain = with(MicroBoundsUse::none, 0);
-    EXPECT_EQ(with(MicroBoundsUse::cells_8, 2), plain);
-    EXPECT_EQ(with(MicroBoundsUse::cells_1, 1), plain);
+    EXPECT_EQ(with(MicroBoundsUse::edge_2, 2), plain);
+    EXPECT_EQ(with(MicroBoundsUse::edge_1, 1), plain);
     EXPECT_EQ(with(MicroBoundsUse::codes, 0), plain);
   }
 }

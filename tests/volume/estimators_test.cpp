@@ -20,7 +20,7 @@
 namespace pvol::test {
 namespace estimators_test {
 
-constexpr MicroBoundsUse kUses[] = {MicroBoundsUse::cells_8, MicroBoundsUse::cells_1,
+constexpr MicroBoundsUse kUses[] = {MicroBoundsUse::edge_2, MicroBoundsUse::edge_1,
                                     MicroBoundsUse::automatic};
 
 /// The field, optically 4 thick where it is dense, under two suns and a picture as sky.
@@ -89,7 +89,7 @@ TEST(Estimators, MicroBoundsOfSeveralVolumesChangeNoBit) {
   std::vector<Body> media{s.medium, s.medium};
   media[1].object_to_world = translation({4, 5, -3});
   std::vector<std::vector<Volume>> all;
-  for (const auto use : {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1,
+  for (const auto use : {MicroBoundsUse::none, MicroBoundsUse::edge_2, MicroBoundsUse::edge_1,
                          MicroBoundsUse::codes}) {
     s.options.micro_bounds = use;
     all.push_back(make_volumes(f, media, s));
@@ -108,7 +108,7 @@ TEST(Estimators, MicroBoundsOfSeveralVolumesChangeNoBit) {
 
 TEST(Estimators, CountingChangesNoBit) {
   CloudScene s = scene_of(field("checkerboard"));
-  for (const auto use : {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1,
+  for (const auto use : {MicroBoundsUse::none, MicroBoundsUse::edge_2, MicroBoundsUse::edge_1,
                          MicroBoundsUse::codes}) {
     s.options.micro_bounds = use;
     const Volume v = make_volumes(field("checkerboard"), std::vector{s.medium}, s).front();
@@ -142,16 +142,16 @@ TEST(Estimators, MicroBoundsAreBuiltWhereTheyAreOfUse) {
   EXPECT_EQ(squeeze(field("contrast"), MicroBoundsUse::automatic), Squeeze::codes);
   EXPECT_EQ(squeeze(block(), MicroBoundsUse::automatic), Squeeze::codes);
   EXPECT_EQ(squeeze(field("contrast"), MicroBoundsUse::none), Squeeze::none);
-  const VolumeField single = density(field("contrast"), MicroBoundsUse::cells_1);
+  const VolumeField single = density(field("contrast"), MicroBoundsUse::edge_1);
   EXPECT_EQ(squeeze_of(single), Squeeze::micro_bounds);
   EXPECT_EQ(single.micro.edge, 1);
-  const VolumeField cubes = density(block(), MicroBoundsUse::cells_8);
+  const VolumeField cubes = density(block(), MicroBoundsUse::edge_2);
   EXPECT_EQ(squeeze_of(cubes), Squeeze::micro_bounds);
   EXPECT_EQ(cubes.micro.edge, 2);
   EXPECT_EQ(squeeze(block(), MicroBoundsUse::codes), Squeeze::codes);
   for (const Tracker t :
        {Tracker::weighted_delta, Tracker::weighted_decomposition, Tracker::regular}) {
-    EXPECT_EQ(squeeze(field("contrast"), MicroBoundsUse::cells_1, t), Squeeze::none) << label(t);
+    EXPECT_EQ(squeeze(field("contrast"), MicroBoundsUse::edge_1, t), Squeeze::none) << label(t);
     EXPECT_EQ(squeeze(field("contrast"), MicroBoundsUse::codes, t), Squeeze::none) << label(t);
   }
   for (const MicroBoundsUse use : kUses) EXPECT_EQ(squeeze(none, use), Squeeze::none);

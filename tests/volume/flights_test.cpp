@@ -28,7 +28,7 @@ Volume make_stray_volume(LookUp look_up, MicroBoundsUse micro_bounds) {
 TEST(Flights, StopHoweverManyNullCollisionsLieAhead) {
   const std::atomic<bool> stop = true;
   for (const LookUp look_up : {LookUp::nearest, LookUp::trilinear, LookUp::tricubic}) {
-    for (const auto micro : {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1,
+    for (const auto micro : {MicroBoundsUse::none, MicroBoundsUse::edge_2, MicroBoundsUse::edge_1,
                              MicroBoundsUse::codes}) {
       const Volume v = make_stray_volume(look_up, micro);
       const Flights flights = find_flights(detail::kind_of(v.density));

@@ -248,7 +248,7 @@ double p_value_with_extinction_times(float factor, int flights) {
   for (std::size_t i = 0; i < 2; ++i) {
     const Cloud& c = clouds()[i];
     CloudScene s = scene_for(c);
-    s.options.micro_bounds = MicroBoundsUse::cells_8;
+    s.options.micro_bounds = MicroBoundsUse::edge_2;
     const Volume v = make_volume(c.recipe, c.pyramid, s);
     for (std::uint64_t ray = 0; ray < kRaysOfCloud; ++ray) {
       const Start a = start_in(c, v, ray);
@@ -297,7 +297,7 @@ TEST(ProceduralSqueeze, LeavesEveryImageAsItIs) {
       CloudScene s = scene_for(c, tracker);
       std::optional<Film> first;
       for (const auto micro :
-           {MicroBoundsUse::none, MicroBoundsUse::cells_8, MicroBoundsUse::cells_1}) {
+           {MicroBoundsUse::none, MicroBoundsUse::edge_2, MicroBoundsUse::edge_1}) {
         s.options.micro_bounds = micro;
         s.options.threads = micro == MicroBoundsUse::none ? 1 : 3;
         const Volume v = make_volume(c.recipe, c.pyramid, s);

@@ -37,8 +37,8 @@ TEST(SharedSamples, GiveWhatCopiesGive) {
   using enum Transmittance;
   for (const Field& f : fields()) {
     for (const LookUp look_up : {LookUp::trilinear, LookUp::nearest}) {
-      for (const MicroBoundsUse micro : {MicroBoundsUse::none, MicroBoundsUse::cells_8,
-                                         MicroBoundsUse::cells_1, MicroBoundsUse::codes}) {
+      for (const MicroBoundsUse micro : {MicroBoundsUse::none, MicroBoundsUse::edge_2,
+                                         MicroBoundsUse::edge_1, MicroBoundsUse::codes}) {
         SCOPED_TRACE(f.name + ", " + name(look_up) + ", micro-bounds " + name(micro));
         const VolumeOptions o{.look_up = look_up, .micro_bounds = micro};
         const Volume shared = make(f.grid, true, o), copied = make(f.grid, false, o);
@@ -94,7 +94,7 @@ TEST(SharedSamples, ArePlainInPicturesByCodes) {
   ASSERT_NE(grid.owner, nullptr);
   EXPECT_TRUE(shares(grid, {.paths = 1}));
   EXPECT_FALSE(shares(grid, {}));
-  EXPECT_FALSE(shares(grid, {.micro_bounds = MicroBoundsUse::cells_8, .paths = 1e9}));
+  EXPECT_FALSE(shares(grid, {.micro_bounds = MicroBoundsUse::edge_2, .paths = 1e9}));
   EXPECT_FALSE(shares(grid, {.tracker = Tracker::weighted_delta, .paths = 1e9}));
   EXPECT_FALSE(shares(grid, {.look_up = LookUp::tricubic, .paths = 1e9}));
   EXPECT_FALSE(shares(grid, {.map = std::make_shared<const FieldMap>(), .paths = 1e9}));

@@ -6,15 +6,14 @@
 #include "pvol/error.h"
 #include "pvol/measure/compare.h"
 #include "stats/image_report.h"
+#include "stats/study_clock.h"
 #include "stats/trade_report.h"
 #include "stats/trade_variants.h"
 
 namespace pvol::python {
 namespace {
 
-constexpr double kReferencePart = 0.2;  // of the budget
 constexpr std::uint32_t kReferenceRounds = 16;
-constexpr int kPixels = 96 * 96;
 
 cli::LoadedScene load(const SceneRequest& request) {
   formats::SceneFile file = read_request(request);
@@ -26,7 +25,7 @@ cli::LoadedScene load(const SceneRequest& request) {
   cli::SceneOptions o;
   o.input = request.file;
   o.force = request.force;
-  return cli::load_scene(std::move(file), o, kPixels, [&](formats::SceneVolume& v) {
+  return cli::load_scene(std::move(file), o, cli::kPixelsOfStudy, [&](formats::SceneVolume& v) {
     const std::size_t i = number++;
     if (i < request.in_memory.size() && request.in_memory[i]) return *request.in_memory[i]->cloud;
     return cli::load_cloud({"pvol", true}, v, false, as_read);
@@ -66,8 +65,8 @@ measure::SweepOptions options_of(const TradeRequest& request, const Stop& stop) 
 Film render_reference(const TradeRequest& request, const cli::LoadedScene& loaded,
                       const Stop& stop) {
   measure::SweepOptions o = options_of(request, stop);
-  o.budget = kReferencePart * request.budget;
-  o.seed = std::uint64_t(1) << 40;  // far from all others
+  o.budget = cli::kReferencePart * request.budget;
+  o.seed = cli::kReferenceSeed;
   std::uint64_t left = std::uint64_t(kReferenceRounds) * o.most_samples;
   const auto stopped = [&stop] { return stop.load(); };
   const bool limited = request.samples > 0;

@@ -39,10 +39,9 @@ measure::SweepOptions StudyClock::options(double seconds, std::uint64_t seed) co
 }
 
 void StudyClock::measure_reference(const LoadedScene& loaded, double part, int threads) {
-  constexpr std::uint64_t kSeeds = std::uint64_t(1) << 40;  // far from all others
   announce("the reference");
   Film film = measure::render_reference(
-      options(part * left(), kSeeds),
+      options(part * left(), kReferenceSeed),
       [&](const measure::RunRequest& r) { return render_changed(loaded, {}, {}, r, threads); });
   naming(report_.name, [&] { measure::set_reference(report_.study, std::move(film)); });
   report_.saves = std::make_unique<SavesOnInterrupt>();

@@ -11,9 +11,10 @@
 namespace pvol::cli {
 
 /// What studies of settings have in common: the part of the budget that the reference gets, and the
-/// pixels of their pictures.
+/// pixels of their pictures; and the seed of the reference, far from all others.
 inline constexpr double kReferencePart = 0.2;
 inline constexpr int kPixelsOfStudy = 96 * 96;
+inline constexpr std::uint64_t kReferenceSeed = std::uint64_t(1) << 40;
 
 /// Measures for a report and keeps the clock; from the reference on interruptions leave a report of
 /// what was measured. Says on stderr what is measured next, at each round and every few seconds.

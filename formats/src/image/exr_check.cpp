@@ -17,13 +17,14 @@
 #include "image/exr_header.h"
 #include "image/exr_zip.h"
 #include "pvol/error.h"
+#include "pvol/render/options.h"
 
 namespace pvol::formats::detail {
 namespace {
 
 constexpr std::int64_t kMostPixels = std::int64_t{1} << 28;
+constexpr std::int64_t kLargestTile = std::int64_t{1} << 16;
 constexpr std::uint64_t kFewPixels = std::uint64_t{1} << 24;
-constexpr std::int64_t kLargestEdge = std::int64_t{1} << 16;     // longer ones are damaged headers
 constexpr std::uint64_t kLargestBlock = std::uint64_t{1} << 28;  // bytes
 
 std::string names_of(const Imf::ChannelList& channels) {
@@ -40,7 +41,7 @@ void check_window(const ExrPart& p) {
     return;
   }
   throw Error(
-      fmt::format("has {} x {} pixels; expected 1 to 2^16 along each edge and at most 2^28 in all",
+      fmt::format("has {} x {} pixels; expected 1 to 2^20 along each edge and at most 2^28 in all",
                   p.width, p.height));
 }
 
@@ -58,7 +59,8 @@ void check_ratio(const ExrPart& p, std::uint64_t file_bytes) {
 void check_table(const ExrPart& p, std::uint64_t file_bytes) {
   const std::int64_t width = p.tiled ? p.tile_width : p.width;
   const std::int64_t rows = p.tiled ? p.tile_height : p.block_rows;
-  if (width < 1 || rows < 1 || width > kLargestEdge || rows > kLargestEdge) {
+  const bool large = p.tiled && (width > kLargestTile || rows > kLargestTile);
+  if (width < 1 || rows < 1 || large) {
     throw Error(fmt::format("has tiles of {} x {} pixels; expected 1 to 2^16 along each edge",
                             width, rows));
   }

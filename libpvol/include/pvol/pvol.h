@@ -384,10 +384,11 @@ typedef struct pvol_streams {
  *
  * Its distribution is that of pvol_sample_flight. Its value by the same stream often is not: lanes
  * draw tentative collisions by bounds of small cubes, single calls by those of a tree. Lanes of any
- * width give the same values. Batches go ray by ray, and give the values of single calls, on
- * processors without AVX2, and through shared samples and the largest and thickest clouds: of more
- * than 4000 samples along an axis, or with mean free paths of less than some thousandths of the
- * distance between samples.
+ * width give the same values, but for those of SSE 4.1, which round products first. Batches go ray
+ * by ray, and give the values of single calls, on processors without SSE 4.1 or NEON, and through
+ * shared samples and the largest and thickest clouds: of more than 4000 samples along an axis, 2^24
+ * leaves of 8^3 in their box or some millions that are occupied, or with mean free paths of less
+ * than some thousandths of the distance between samples.
  *
  * Works on the thread that calls, which keeps 220 KB for it until it ends; share a large batch
  * among threads of yours. Returns how many rays were bad; all where the volume was not committed,

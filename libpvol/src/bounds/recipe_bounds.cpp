@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bounds/divide_recipe.h"
+#include "bounds/pyramid_parts.h"
 #include "pvol/error.h"
 
 namespace pvol {
@@ -38,10 +39,6 @@ PyramidNode make_node(std::uint64_t code, Interval range) {
     return {code, v, v};
   }
   return {code, float_below(range.lo), float_above(range.hi)};
-}
-
-PyramidNode quantize(const PyramidNode& n, float scale) {
-  return {n.code, decode(encode_down(n.lo, scale), scale), decode(encode_up(n.hi, scale), scale)};
 }
 
 struct CellBox {
@@ -91,7 +88,7 @@ Pyramid assemble(const Cube& root, const std::vector<FoundNodes>& found) {
   p.levels.resize(std::size_t(root.log2 - kLeafLog2 + 1));
   for (const FoundNodes& f : found) {
     for (const auto& [level, node] : f.nodes) {
-      p.levels[std::size_t(level)].push_back(quantize(node, p.scale));
+      p.levels[std::size_t(level)].push_back(detail::quantize(node, p.scale));
     }
   }
   for (std::vector<PyramidNode>& level : p.levels) {

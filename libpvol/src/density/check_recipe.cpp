@@ -4,6 +4,7 @@
 #include <string>
 
 #include "density/recipe_view.h"
+#include "math/digits.h"
 #include "pvol/density/recipe.h"
 #include "pvol/error.h"
 
@@ -15,7 +16,7 @@ constexpr double kLeastSize = 1e-30, kMostSize = 1e30;  // squares and quotients
 
 void check(bool holds, const std::string& what, double found, const std::string& expected) {
   if (holds) return;
-  throw Error("recipe: " + what + " is " + std::to_string(found) + "; expected " + expected);
+  throw Error("recipe: " + what + " is " + detail::digits(found, 6) + "; expected " + expected);
 }
 
 void check_size(const std::string& what, double v) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "math/digits.h"
 #include "math/philox.h"
 #include "pvol/error.h"
 
@@ -86,7 +87,7 @@ std::vector<Puff> grow(const std::vector<Puff>& old, std::size_t first, Rng& rng
 
 void check(bool holds, const std::string& what, double found, const std::string& expected) {
   if (holds) return;
-  throw Error("cumulus: " + what + " is " + std::to_string(found) + "; expected " + expected);
+  throw Error("cumulus: " + what + " is " + detail::digits(found, 6) + "; expected " + expected);
 }
 
 void check(const Cumulus& c) {

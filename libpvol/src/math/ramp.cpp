@@ -65,12 +65,4 @@ ValueRange range_over(const Ramp& ramp, ValueRange from) {
   return r;
 }
 
-bool is_ramp(const std::vector<RampPoint>& points) {
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!std::isfinite(points[i].x) || !std::isfinite(points[i].y)) return false;
-    if (i > 0 && !(points[i - 1].x < points[i].x)) return false;
-  }
-  return !points.empty();
-}
-
 }  // namespace pvol

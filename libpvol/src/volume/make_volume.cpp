@@ -96,9 +96,9 @@ int edge_for(const VolumeField& v, const Pyramid& pyramid, const VolumeOptions& 
   constexpr double kOpen = 0.25;  // look-ups per collision without
   if (!decides_by_bounds(o) || v.octree.empty() || v.codes != nullptr) return 0;
   switch (o.micro_bounds) {
-    case MicroBoundsUse::cells_8:
+    case MicroBoundsUse::edge_2:
       return 2;
-    case MicroBoundsUse::cells_1:
+    case MicroBoundsUse::edge_1:
     case MicroBoundsUse::codes:  // of tricubic look-ups and recipes
       return 1;
     case MicroBoundsUse::automatic:

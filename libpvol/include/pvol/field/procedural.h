@@ -74,6 +74,7 @@ struct ProceduralWithLinks {
 /// each cube that is not far from the recipe's surface.
 [[nodiscard]] MicroBounds build_micro_bounds(const ProceduralField& field, int edge);
 
+/// What it takes in memory, without the recipe.
 [[nodiscard]] std::uint64_t count_bytes(const ProceduralField& field);
 
 }  // namespace pvol

@@ -62,6 +62,7 @@ struct LeafBox {
 /// Grids on one lattice, a component each.
 using Components = std::span<const VoxelGrid* const>;
 
+/// Around all leaves in which some component has samples.
 [[nodiscard]] LeafBox leaf_box(Components grids);
 
 /// The most leaves that a table may have.

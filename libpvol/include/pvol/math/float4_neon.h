@@ -1,4 +1,4 @@
-// The lanes of lanes.h in registers of AArch64. Elsewhere there is nothing in it.
+// The lanes of float4.h in registers of AArch64. Elsewhere there is nothing in it.
 #pragma once
 
 #if defined(__aarch64__) || defined(_M_ARM64)

@@ -1,4 +1,4 @@
-// The lanes of lanes.h as arrays, for any processor.
+// The lanes of float4.h as arrays, for any processor.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The lanes of lanes.h in registers of x86-64: SSE2, and a little of SSE4.1 where there is any.
+// The lanes of float4.h in registers of x86-64: SSE2, and a little of SSE4.1 where there is any.
 // Elsewhere there is nothing in it.
 #pragma once
 

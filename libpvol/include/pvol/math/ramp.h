@@ -34,7 +34,4 @@ struct ValueRange {
 /// rounding of smooth ramps.
 [[nodiscard]] ValueRange range_over(const Ramp& ramp, ValueRange from);
 
-/// Whether there are points, finite and ascending in x.
-[[nodiscard]] bool is_ramp(const std::vector<RampPoint>& points);
-
 }  // namespace pvol

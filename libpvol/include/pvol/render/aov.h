@@ -94,6 +94,12 @@ inline constexpr std::array kAovs = std::to_array<AovRow>({
      "mean over the samples", false, true},
 });
 
+/// Layers of a film that have other names than their row: of `scattering`, of `halves`, and those
+/// that the filter adds (denoise.h).
+inline constexpr std::array<const char*, 3> kOrderLayers = {"unscattered", "single", "multiple"};
+inline constexpr std::array<const char*, 2> kHalfLayers = {"half_1", "half_2"};
+inline constexpr std::array<const char*, 2> kNoisyLayers = {"noisy", "noisy_variance"};
+
 [[nodiscard]] constexpr auto names(Aov) {
   std::array<Named<Aov>, kAovs.size()> all{};
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = {kAovs[i].aov, kAovs[i].name};

@@ -94,12 +94,13 @@ struct PlanOptions {
 };
 
 /// Throws Error for values out of range (sizes, crops, lights, degenerate cameras), for volumes
-/// that were not made for the scene's options, for several volumes and a tracker with weights, for
-/// regular tracking or transmittance of tricubic or procedural fields, and for what would not end
-/// in reasonable time: paths that scatter more often than kMostScatterings, weights that grow
-/// without end, and null collisions in empty space under an enormous majorant; messages then begin
-/// with the volume's name. The paths of the forecast take about a million steps, and one path
-/// beyond them. Deterministic.
+/// that were not made for the scene's options, for regular tracking or transmittance where the
+/// density along a ray has no closed form (tricubic, procedural, mapped, moving), for extinction by
+/// channel with regular tracking or deep pictures, and for what would not end in reasonable time:
+/// paths that scatter more often than kMostScatterings, weights that grow without end, and null
+/// collisions in empty space under an enormous majorant; messages then begin with the volume's
+/// name. The paths of the forecast take about a million steps, and one path beyond them.
+/// Deterministic.
 [[nodiscard]] RenderPlan plan(std::span<const Volume> volumes, const Scene& scene,
                               const PlanOptions& options = {});
 

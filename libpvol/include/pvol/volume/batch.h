@@ -1,6 +1,6 @@
 // Batches of rays, for renderers that have many at hand: what sample_flight and
-// sample_transmittance (embed.h) answer for one ray, for arrays of them, 8 or 16 in a register
-// where the machine and the volume allow.
+// sample_transmittance (embed.h) answer for one ray, for arrays of them, 4, 8 or 16 in a
+// register where the machine and the volume allow.
 //
 //   const pvol::BatchField field(cloud);  // once
 //   const pvol::RayBatch rays{.size = n,
@@ -13,9 +13,10 @@
 // Volumes are seen at their first place, moving ones at time 0, chromatic ones by the grey
 // extinction, of which each channel's is a share.
 //
-// A ray's result hangs on the volume, the kernel, the ray and its random numbers, and on nothing
-// else in the batch: neither on its size nor on the order. Kernels of 8 and 16 lanes give the same
-// bits; the scalar one has random numbers of its own, those of the calls of embed.h.
+// A ray's result depends on the volume, the kernel, the ray and its random numbers, and on nothing
+// else in the batch: neither on its size nor on the order. Kernels of lanes give the same
+// bits, but for sse4, which rounds products; the scalar one has random numbers of its own, those of
+// the calls of embed.h.
 //
 // Any number of threads may use a field at once. A thread's first call keeps some 220 KB of its own
 // until the thread ends; later calls allocate nothing, however long the batch.
@@ -76,8 +77,8 @@ struct BatchFieldData;
 class BatchField {
  public:
   /// By the most lanes that serve, or by the kernel named: then throws Error where the machine has
-  /// none such, or where lanes do not serve the volume: tricubic and procedural look-ups, densities
-  /// under a map, homogenised nodes, what moves, what is empty, very large or very thick.
+  /// none such, or where lanes do not serve the volume: homogenised nodes, shared samples, what
+  /// moves, what is empty, very large or very thick.
   explicit BatchField(const Volume& volume, KernelKind kernel = KernelKind::automatic);
   /// The same of a volume that is shared, not copied. Not null.
   explicit BatchField(std::shared_ptr<const Volume> volume,

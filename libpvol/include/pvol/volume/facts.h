@@ -19,10 +19,11 @@ struct VolumeFacts {
   int depth = 0;                                 ///< largest octree depth at which the walk stops
   std::uint64_t nodes = 0;                       ///< of the tree, those below the cut included
   std::uint64_t terminals = 0;                   ///< at which the walk stops
-  std::uint64_t field_bytes = 0, octree_bytes = 0;
+  std::uint64_t field_bytes = 0;   ///< in memory, of samples and what decides for them
+  std::uint64_t octree_bytes = 0;  ///< likewise, of bounds
 };
 
-/// Of a volume, and of all.
+/// At how many places a volume is, or all of them together.
 [[nodiscard]] inline std::size_t count_places(const Volume& v) {
   return 1 + v.further_places.size();
 }

@@ -43,7 +43,7 @@ template <std::same_as<Fire> F>
                       .metavar = "NAME",
                       .limits = any_text(),
                       .help = "Grid of the emission's strength",
-                      .otherwise = "flames, flame, fire, burn, heat or temperature"}),
+                      .otherwise = "flames, flame, fire, burn, emission, heat or temperature"}),
       Key<F>{{.key = ""},
              nullptr,
              nullptr,

@@ -41,16 +41,16 @@ struct SampleCodes;       // field/sample_codes.h
 enum class MicroBoundsUse {
   automatic,  ///< codes in pictures of nearest and trilinear fields; otherwise what pays
   none,
-  cells_8,  ///< for cubes of 2^3 cells
-  cells_1,  ///< for single cells
-  codes,    ///< samples as bytes: for nearest and trilinear look-ups; others have cells_1 instead
+  edge_2,  ///< for cubes of 2^3 cells
+  edge_1,  ///< for single cells
+  codes,   ///< samples as bytes: for nearest and trilinear look-ups; others have edge_1 instead
 };
 [[nodiscard]] constexpr auto names(MicroBoundsUse) {
   return std::to_array<Named<MicroBoundsUse>>({
       {MicroBoundsUse::automatic, "auto"},
       {MicroBoundsUse::none, "none"},
-      {MicroBoundsUse::cells_8, "2"},
-      {MicroBoundsUse::cells_1, "1"},
+      {MicroBoundsUse::edge_2, "2"},
+      {MicroBoundsUse::edge_1, "1"},
       {MicroBoundsUse::codes, "codes"},
   });
 }

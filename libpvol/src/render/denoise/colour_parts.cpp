@@ -4,25 +4,23 @@
 #include <array>
 #include <iterator>
 #include <numeric>
-#include <string_view>
 
 #include "pvol/render/aov.h"
 
 namespace pvol::detail {
 namespace {
 
-/// Layers of Aov::scattering.
-bool is_order(const Layer& layer) {
-  constexpr auto kOrders = std::to_array<std::string_view>({"unscattered", "single", "multiple"});
-  return std::ranges::find(kOrders, layer.name) != kOrders.end();
+bool is_among(const auto& names, const Layer& layer) {
+  return std::ranges::find(names, layer.name) != std::ranges::end(names);
 }
+
+/// Layers of Aov::scattering.
+bool is_order(const Layer& layer) { return is_among(kOrderLayers, layer); }
 
 /// Layers of Aov::lights: of all other layers of three colours the names are known.
 bool is_light(const Layer& layer) {
-  constexpr auto kOthers =
-      std::to_array<std::string_view>({"half_1", "half_2", "noisy", "noisy_variance"});
-  return layer.components == "RGB" && !is_order(layer) &&
-         std::ranges::find(kOthers, layer.name) == kOthers.end() &&
+  return layer.components == "RGB" && !is_order(layer) && !is_among(kHalfLayers, layer) &&
+         !is_among(kNoisyLayers, layer) &&
          std::ranges::find(kAovs, layer.name, &AovRow::name) == kAovs.end();
 }
 

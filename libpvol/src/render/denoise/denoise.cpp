@@ -229,8 +229,8 @@ void add_layer(Film& film, const char* name, const char* components, const F& of
 Film with_colour(const Film& film, const Denoised& d) {
   Film out = film;
   out.remainders = {};
-  add_layer(out, "noisy", "RGB", [](const PixelSums& p) { return mean(p); });
-  add_layer(out, "noisy_variance", "XYZ", variance_of_mean);
+  add_layer(out, kNoisyLayers[0], "RGB", [](const PixelSums& p) { return mean(p); });
+  add_layer(out, kNoisyLayers[1], "XYZ", variance_of_mean);
   for (const FilteredLayer& f : d.layers) {
     for (std::size_t i = 0; i < out.pixels.size(); ++i) {
       out.layers[f.number].sums[i] = f.values[i] * double(out.pixels[i].samples);

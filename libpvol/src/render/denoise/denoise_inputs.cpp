@@ -38,7 +38,7 @@ const Layer& layer_of(const Film& film, const std::string& name, Aov aov) {
 }
 
 const Layer& half_of(const Film& film, int half) {
-  return layer_of(film, half == 0 ? "half_1" : "half_2", Aov::halves);
+  return layer_of(film, kHalfLayers[std::size_t(half)], Aov::halves);
 }
 
 /// Samples of a half; files do not say.

@@ -139,9 +139,11 @@ std::vector<Layer> make_layers(const PathSetup& s, std::size_t pixels) {
   if (aovs.has(Aov::lights)) {
     for (const std::string& name : s.layers.names) add(name);
   }
-  if (aovs.has(Aov::scattering)) add("unscattered"), add("single"), add("multiple");
+  if (aovs.has(Aov::scattering)) {
+    for (const char* name : kOrderLayers) add(name);
+  }
   if (aovs.has(Aov::halves)) {
-    for (const char* name : {"half_1", "half_2"}) add(name).weights.resize(pixels);
+    for (const char* name : kHalfLayers) add(name).weights.resize(pixels);
   }
   if (aovs.has(Aov::transmittance_rgb)) add(row(Aov::transmittance_rgb).name);
   if (s.objects) {

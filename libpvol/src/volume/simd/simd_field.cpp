@@ -105,9 +105,9 @@ const char* simd_obstacle(const Volume& v) {
   if (f.homogeneous != nullptr) return "nodes are homogenised";
   if (f.octree.empty()) return "the volume is empty";
   // Places of rays are floats: of the largest clouds they would lose what matters.
-  constexpr int kLargestEdge = 4000;
+  constexpr int kMostCellsAlong = 4000;
   const Vec3i end = vec3(f.octree.support_hi);
-  if (max_component(end) > kLargestEdge)
+  if (max_component(end) > kMostCellsAlong)
     return "the volume has more than 4000 voxels along an axis";
   constexpr std::uint64_t kMostWords = 1u << 24;
   if (count_words(f.octree) > kMostWords) return "the volume's box has more than 2^24 leaves";

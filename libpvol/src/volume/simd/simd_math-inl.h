@@ -3,9 +3,9 @@
 // math/circle.h, math/direction.h and volume/henyey_greenstein.h.
 //
 // Every operation rounds as IEEE says (no approximate reciprocals), so that kernels of any width
-// give the same bits.
+// give the same bits; sse4 alone has no fused products.
 
-// Included once for each target, see targets.h.
+// Included once for each target, see math/instruction_sets.h.
 #if defined(PVOL_LANE_MATH_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PVOL_LANE_MATH_INL_H
 #undef PVOL_LANE_MATH_INL_H
@@ -166,7 +166,7 @@ struct Random {
   }
 
   /// Two numbers, to make other streams of. They are drawn whether or not there is to be one: what
-  /// a lane draws never hangs on its neighbours.
+  /// a lane draws never depends on its neighbours.
   struct Seed {
     U a, b;
   };
