@@ -52,6 +52,27 @@ TEST(RigidMotion, AnInstantIsTheStillPictureWithAllItsLayers) {
   EXPECT_EQ(still_world_box({&v, 1}), world_box(std::vector{still_at(puff(), s, places, 0)}));
 }
 
+/// What has no density is nowhere, though its fire moves.
+TEST(RigidMotion, OfAFireAloneOnlyTheFireHasABox) {
+  CloudScene s = sunny();
+  s.camera.shutter = {-0.5, 0.5};
+  const VoxelGrid none;
+  Volume v = pvol::make_volume(none, build_pyramid(none), s.medium.medium(), s.volume_options());
+  v.fire = std::make_shared<const Emitter>(make_emitter(
+      Fire{.intensity = 2}, {block().grid, build_pyramid(block().grid)}, nullptr, Affine{}));
+  v = move_places(v, alone(shifted(Vec3d{}, {5, 3, 1})), s.camera.shutter);
+  ASSERT_TRUE(places_move(v));
+  EXPECT_TRUE(world_box(v.density, v, 0).empty());
+  EXPECT_FALSE(world_box(v.fire->field, v, 0).empty());
+  s.camera = frame(world_box({&v, 1}), 1);
+  s.camera.shutter = {-0.5, 0.5};
+  s.lights = {AreaLight{.position = {0, 90, 0}, .radiance = Rgb(4.0f)}};
+  s.options.samples = 4;
+  double sum = 0;
+  for (const PixelSums& p : render(v, s).film.pixels) sum += double(luminance(Rgb(mean(p))));
+  EXPECT_GT(sum, 0);
+}
+
 TEST(RigidMotion, EveryPixelOfTheFurnaceIsTheSky) {
   for (const Shutter shutter : {Shutter{-0.5, 0.5}, Shutter{0, 1}, Shutter{0.75, 0.75}}) {
     for (const Tracker tracker : kTrackers) {

@@ -168,7 +168,9 @@ Box world_box(std::span<const Volume> volumes) {
 Box still_world_box(std::span<const Volume> volumes) { return box_around(volumes, still_box); }
 
 Box world_box(const VolumeField& field, const Volume& volume, std::size_t place) {
-  if (!place_moves(volume, place)) return still_box(field, volume, place);
+  if (field.octree.empty() || !place_moves(volume, place)) {
+    return still_box(field, volume, place);
+  }
   // Times of samples are floats.
   constexpr double kRounding = 1e-6;
   const MovingPlaces& m = *volume.moving_places;
