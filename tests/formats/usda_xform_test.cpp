@@ -1,4 +1,5 @@
 // Where USD's transforms put things: against products of matrices in closed form.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -107,6 +108,24 @@ TEST(UsdaXform, QuaternionsHaveTheirRealPartFirst) {
   // Turned by 80 degrees about z: up goes from +y towards -x.
   const double turn = 2 * half;
   EXPECT_LT(length(s.file.scene.camera.up - Vec3d{-std::sin(turn), std::cos(turn), 0}), 1e-5);
+}
+
+/// Of any length: each of its four numbers counts.
+TEST(UsdaXform, QuaternionsMayHaveAnyLength) {
+  for (const double scale : {1.0, 0.1, 7.0}) {
+    const auto up = [&](double w, double x, double y, double z) {
+      const std::string q =
+          fmt::format("({}, {}, {}, {})", scale * w, scale * x, scale * y, scale * z);
+      const ImportedScene s =
+          read_usda_text(usda_text("def Camera \"c\" { quatf xformOp:orient = " + q + "\n" +
+                                   order_of("\"xformOp:orient\"") + "}"));
+      return s.file.scene.camera.up;
+    };
+    // By a third of a circle about (1, 1, 1): y becomes z, as by half of one about (0, 1, 1).
+    EXPECT_LT(length(up(0.5, 0.5, 0.5, 0.5) - Vec3d(0, 0, 1)), 1e-5) << scale;
+    EXPECT_LT(length(up(0, 0, 1, 1) - Vec3d(0, 0, 1)), 1e-5) << scale;
+    EXPECT_LT(length(up(3, 4, 0, 0) - Vec3d(0, -0.28, 0.96)), 1e-5) << scale;
+  }
 }
 
 TEST(UsdaXform, MatricesHaveTheTranslationInTheLastRow) {
