@@ -14,14 +14,10 @@ is rendered by the defaults and by each of CHOICES, with other random numbers. P
 
 FILE keeps a line of JSON for each scene: scenes that it has are not rendered again. Black scenes, and those
 without noise, are left out."""
-import argparse
 import json
 import math
-import pathlib
-import sys
-import tempfile
 
-from random_scenes import Draw, write_scene
+from random_scenes import Draw, study_parser, study_scenes
 from reports import luminances, quantiles, run
 from scenes import beside_brightness, read_exr
 
@@ -56,7 +52,8 @@ def render(args, file, folder, seed, options):
     """Mean luminance with its standard error, and costs; nothing of a picture without noise."""
     picture, stats = folder / "a.exr", folder / "a.json"
     run([args.tools / "pvol-render", file, "-o", picture, "--spp", args.spp, "--size", args.size,
-         "--seed", seed, "--threads", 1, "--aov", "variance,samples", "--stats", stats, "--no-png", "--quiet", *options])
+         "--seed", seed, "--threads", 1, "--aov", "variance,samples", "--stats", stats, "--no-png", "--quiet",
+         *options])
     planes = read_exr(picture)
     light, variance = luminances(planes), [max(0.0, v) for v in luminances(planes, "variance.")]
     mean, sum_of = sum(light) / len(light), sum(variance)
@@ -67,16 +64,10 @@ def render(args, file, folder, seed, options):
             "relative": seconds * beside_brightness(variance, light)}
 
 
-def study(args, number):
-    with tempfile.TemporaryDirectory() as name:
-        folder = pathlib.Path(name)
-        file = write_scene(number, folder)
-        options = change(number, file)
-        try:
-            return {choice: render(args, file, folder, seed + 1, options + more)
-                    for seed, (choice, more) in enumerate({"defaults": [], **CHOICES}.items())}
-        except RuntimeError as e:
-            sys.exit(f"{file.read_text()}\nscene {number}: {e}")
+def study(args, number, file, folder):
+    options = change(number, file)
+    return {choice: render(args, file, folder, seed + 1, options + more)
+            for seed, (choice, more) in enumerate({"defaults": [], **CHOICES}.items())}
 
 
 def report(kept):
@@ -102,26 +93,8 @@ def report(kept):
 
 
 def main():
-    raw = argparse.RawDescriptionHelpFormatter
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
-    parser.add_argument("tools", type=pathlib.Path)
-    parser.add_argument("--scenes", type=int, default=100)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--spp", type=int, default=64)
-    parser.add_argument("--size", default="32x24")
-    parser.add_argument("--keep", type=pathlib.Path)
-    args = parser.parse_args()
-    kept = {}
-    if args.keep and args.keep.exists():
-        kept = {r["scene"]: r["found"] for r in map(json.loads, args.keep.read_text().splitlines())}
-    for number in range(args.first, args.first + args.scenes):
-        if number in kept:
-            continue
-        kept[number] = study(args, number)
-        if args.keep:
-            with args.keep.open("a") as out:
-                print(json.dumps({"scene": number, "found": kept[number]}), file=out)
-    report(kept)
+    args = study_parser(__doc__, scenes=100, spp=64).parse_args()
+    report(study_scenes(args, lambda number, file, folder: study(args, number, file, folder)))
 
 
 if __name__ == "__main__":

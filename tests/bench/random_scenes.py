@@ -1,7 +1,13 @@
 """Scenes drawn at random, each by a number: clouds of random forms, thick or thin, grey or coloured, one or
-several; suns, skies, points, spots, areas; fires, grounds, cubes and motion."""
+several; suns, skies, points, spots, areas; fires, grounds, cubes and motion. And what
+studies over them share."""
+import argparse
+import json
 import math
+import pathlib
 import random
+import sys
+import tempfile
 
 from scenes import SAMPLES
 
@@ -41,7 +47,8 @@ def form(draw):
 def noise(draw):
     kind = draw.choice(['kind = "billow"\n', ""])
     return (f"[[displacement]]\n{kind}amplitude = {draw.uniform(0.05, 0.4):.3f}\n"
-            f"cell = {draw.log(0.1, 0.8):.3f}\noctaves = {draw.randint(1, 5)}\ngain = 0.55\nseed = {draw.randint(0, 999)}\n")
+            f"cell = {draw.log(0.1, 0.8):.3f}\noctaves = {draw.randint(1, 5)}\ngain = 0.55\n"
+            f"seed = {draw.randint(0, 999)}\n")
 
 
 def recipe(draw):
@@ -154,3 +161,37 @@ def write_scene(number, folder):
     file = folder / "scene.toml"
     file.write_text(scene(draw, recipes))
     return file
+
+
+def study_parser(text, scenes, spp):
+    """The arguments of a study: the tools, and by default so many scenes and samples a pixel."""
+    parser = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("tools", type=pathlib.Path)
+    parser.add_argument("--scenes", type=int, default=scenes)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--spp", type=int, default=spp)
+    parser.add_argument("--size", default="32x24")
+    parser.add_argument("--keep", type=pathlib.Path)
+    return parser
+
+
+def study_scenes(args, study):
+    """What study(number, file, folder) returns of each scene, by number. Those that --keep has are not
+    studied again, and the others are added to it."""
+    kept = {}
+    if args.keep and args.keep.exists():
+        kept = {r["scene"]: r["result"] for r in map(json.loads, args.keep.read_text().splitlines())}
+    for number in range(args.first, args.first + args.scenes):
+        if number in kept:
+            continue
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            file = write_scene(number, folder)
+            try:
+                kept[number] = study(number, file, folder)
+            except RuntimeError as e:
+                sys.exit(f"{file.read_text()}\nscene {number}: {e}")
+        if args.keep:
+            with args.keep.open("a") as out:
+                print(json.dumps({"scene": number, "result": kept[number]}), file=out)
+    return kept

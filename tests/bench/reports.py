@@ -22,16 +22,13 @@ are rendered of it: A and B with SPP samples, R with 16 times as many. Prints
 Ratios are given as quantiles over the scenes: 5, 25, 50, 75 and 95 %. FILE keeps a line of JSON for each
 scene: scenes that it has are not rendered again. A scene whose pictures are black says nothing and is left
 out."""
-import argparse
 import json
 import math
 import pathlib
 import re
 import subprocess
-import sys
-import tempfile
 
-from random_scenes import write_scene
+from random_scenes import study_parser, study_scenes, write_scene
 from scenes import beside_brightness, read_exr
 
 LEVELS = 0.05, 0.01, 0.001
@@ -128,40 +125,17 @@ def print_pictures(found):
 
 
 def main():
-    raw = argparse.RawDescriptionHelpFormatter
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
-    parser.add_argument("tools", type=pathlib.Path)
-    parser.add_argument("--scenes", type=int, default=1000)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--spp", type=int, default=32)
-    parser.add_argument("--size", default="32x24")
+    parser = study_parser(__doc__, scenes=1000, spp=32)
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--trade", type=float)
-    parser.add_argument("--keep", type=pathlib.Path)
     parser.add_argument("--write", type=pathlib.Path, metavar="FOLDER")
     args = parser.parse_args()
     if args.write:
         args.write.mkdir(parents=True, exist_ok=True)
         return print(write_scene(args.first, args.write))
-    kept = {}
-    if args.keep and args.keep.exists():
-        kept = {r["scene"]: r for r in map(json.loads, args.keep.read_text().splitlines())}
-    for k in range(args.first, args.first + args.scenes):
-        if k in kept:
-            continue
-        with tempfile.TemporaryDirectory() as name:
-            folder = pathlib.Path(name)
-            file = write_scene(k, folder)
-            try:
-                result = (study_trade(args.tools, file, args) if args.trade else
-                          study_pictures(args.tools, file, args, folder))
-            except RuntimeError as e:
-                sys.exit(f"{file.read_text()}\nscene {k}: {e}")
-        kept[k] = {"scene": k, "result": result}
-        if args.keep:
-            with args.keep.open("a") as out:
-                print(json.dumps(kept[k]), file=out)
-    found = [r["result"] for r in kept.values() if r["result"]]
+    kept = study_scenes(args, lambda _, file, folder: (study_trade(args.tools, file, args) if args.trade else
+                                                       study_pictures(args.tools, file, args, folder)))
+    found = [result for result in kept.values() if result]
     print(f"{len(found)} scenes of {len(kept)}")
     if args.trade:
         alarms = [a for r in found for a in r["alarms"]]

@@ -81,7 +81,7 @@ CloudVolume make(const py::object& array, const py::object& voxel_size,
                  const py::object& index_to_world, const std::string& name,
                  const py::kwargs& settings) {
   if (!py::isinstance<py::array>(array)) {
-    throw py::type_error("found a " + std::string(py::str(py::type::of(array).attr("__name__"))) +
+    throw py::type_error("found a " + type_name(array) +
                          ", expected a NumPy array of three axes (numpy.asarray makes one), or "
                          "pvol.load(file)");
   }

@@ -23,7 +23,7 @@ bool glows(const CloudVolume& v) {
 }
 
 [[noreturn]] void refuse_type(py::handle found) {
-  throw py::type_error("found a " + std::string(py::str(py::type::of(found).attr("__name__"))) +
+  throw py::type_error("found a " + type_name(found) +
                        ", expected a scene: the name of a file, a dict, a Volume or several");
 }
 

@@ -52,6 +52,8 @@ std::string array_text(const py::sequence& items) {
 
 }  // namespace
 
+std::string type_name(py::handle value) { return py::str(py::type::of(value).attr("__name__")); }
+
 std::string toml_text(py::handle value) {
   if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "true" : "false";
   if (py::isinstance<py::int_>(value)) return py::str(value);
@@ -61,8 +63,7 @@ std::string toml_text(py::handle value) {
   if (py::hasattr(value, "__fspath__")) return quoted(py::str(value.attr("__fspath__")()));
   if (py::hasattr(value, "tolist")) return toml_text(value.attr("tolist")());  // NumPy's
   if (py::isinstance<py::sequence>(value)) return array_text(value.cast<py::sequence>());
-  throw Error("found a value of type " +
-              std::string(py::str(py::type::of(value).attr("__name__"))) +
+  throw Error("found a value of type " + type_name(value) +
               "; expected a number, a word, a sequence or a dict of these");
 }
 

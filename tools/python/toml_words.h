@@ -9,6 +9,9 @@
 
 namespace pvol::python {
 
+/// Of a value's type, for messages.
+[[nodiscard]] std::string type_name(pybind11::handle value);
+
 /// A value as TOML: numbers, words, paths, sequences and arrays, dicts as inline tables. Throws
 /// Error for anything else.
 [[nodiscard]] std::string toml_text(pybind11::handle value);

@@ -44,7 +44,9 @@ std::filesystem::path own_folder() {
 std::vector<std::filesystem::path> module_folders() {
   const std::filesystem::path own = own_folder();
   std::vector<std::filesystem::path> all;
-  for (const char* folder : kFolders) all.push_back((own / folder).lexically_normal());
+  for (const char* folder : kFolders) {
+    all.push_back((own / folder / kModule).lexically_normal().parent_path());
+  }
   return all;
 }
 
