@@ -242,6 +242,11 @@ void check_density(const Options& o) {
   if (o.tolerance && o.density != "fpn") {
     throw cli::UsageError("--density-tolerance needs --density fpn");
   }
+  if (o.compression == "none" && (o.closed_form || o.density == "reference")) {
+    throw cli::UsageError(
+        "--compression none lets renders use samples where they lie, but with --closed-form and "
+        "--density reference the file has none; leave it out");
+  }
 }
 
 /// Refuses what the command line cannot mean, before any work.
@@ -257,6 +262,11 @@ void check_options(const Options& o) {
                                       o.input.string()));
   }
   check_density(o);
+  if (kind == ".toml" && o.fields != "auto" && o.fields != "all" && o.fields != "none") {
+    throw cli::UsageError(fmt::format(
+        "--fields {}: expected auto, all or none: besides its density a recipe has only a [flow]",
+        o.fields));
+  }
   if (o.closed_form && !o.grid.grid.empty()) {
     throw cli::UsageError(
         "--grid and --closed-form exclude each other: a recipe has only one grid");
@@ -275,6 +285,10 @@ void check_options(const Options& o) {
   if (o.check && o.shells == "none") {
     throw cli::UsageError("--check needs a shell to check; add --shells auto");
   }
+  if (o.shells == "none" && (o.shell_kind != "hard" || o.shell_effort != 1)) {
+    throw cli::UsageError(
+        "--shell-kind and --shell-effort are those of a shell; add --shells auto");
+  }
   if (o.check && !cli::can_check_shells()) {
     throw cli::UsageError("this pvol was built without CGAL, which --check needs");
   }
@@ -283,7 +297,6 @@ void check_options(const Options& o) {
 /// Without `label` the cloud is alone, else a frame of a sequence.
 int fit_and_report(const Options& o, const std::string& label = "") {
   const Fit f = fit(o);
-  cli::print_warnings(kTool, f.loaded.report.warnings);
   cli::print_warnings(kTool, warnings(o, f));
   if (o.json) {
     cli::print_json(o, f);

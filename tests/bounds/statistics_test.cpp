@@ -140,6 +140,24 @@ TEST(Statistics, BoundsTightenWithDepthAndResidualsStayBelowMajorants) {
   }
 }
 
+// Where all leaves have the same mean, weights of the density change nothing, wherever the box cuts
+// them: one sample spans 2^3 cells, in one leaf or in eight, and its bound is 8 times the mean.
+TEST(Statistics, LeavesCountByWhatLiesInTheBox) {
+  for (const std::size_t at : {std::size_t{3}, std::size_t{0}}) {
+    VoxelGrid g;
+    const auto values = std::make_shared<std::vector<float>>(kBrickSamples, 0.0f);
+    (*values)[at * (64 + 8 + 1)] = 0.75f;
+    g.bricks.push_back({{0, 0, 0}, values->data()});
+    g.owner = values;
+    const Pyramid p = build_pyramid(g);
+    const BoundsStatistics s = measure_bounds(p, measure_content(g, p));
+    const Tightness& finest = s.depths.back().tightness;
+    EXPECT_NEAR(finest.majorant.even, 8, 1e-4) << at;
+    EXPECT_NEAR(finest.majorant.dense, 8, 1e-4) << at;
+    EXPECT_NEAR(s.global_majorant.dense, 8, 1e-4) << at;
+  }
+}
+
 TEST(Statistics, GlobalMajorantCostsItsBoxOverTheMass) {
   const VoxelGrid g = make_noise(2);
   const Pyramid p = build_pyramid(g);

@@ -177,6 +177,11 @@ TEST_F(Density, MisuseIsRefused) {
   refuse({"--micro-bounds", "4"}, "density.micro_bounds_none");
   refuse({"--density", "fp8", "--density-tolerance", "0.1"}, "density.error_density_tolerance");
   refuse({"--density", "fpn", "--density-tolerance", "0"}, "density.density_tolerance_number");
+  refuse({"--density", "reference", "--compression", "none"}, "density.compression_of_nothing");
+  refuse({"--shell-kind", "soft"}, "density.shell_options_without_shell");
+  refuse({"--shell-effort", "7"}, "density.shell_options_without_shell");
+  expect_error(2, PVOL_FIT, {folder_ / "a.toml", "-o", folder_ / "a.pvol", "--fields", "heat"},
+               "density.fields_of_a_recipe");
   expect_error(2, PVOL_FIT,
                {folder_ / "a.toml", "-o", folder_ / "a.pvol", "--closed-form", "--density", "fp8"},
                "density.closed_form_takes");

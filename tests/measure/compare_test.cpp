@@ -132,7 +132,7 @@ TEST(Compare, RoundingToFloatIsNoBias) {
 /// How often films of equal expectation are told apart, and whether intervals hold the truth.
 struct Rates {
   std::uint64_t alarms = 0, regions = 0, pixels = 0, holds = 0, systematic_holds = 0, count = 0;
-  proof::Moments bias, systematic;
+  proof::Moments bias, systematic, of_all_channels;
 };
 
 Rates rates_of(const std::function<Film(std::uint64_t)>& film_a,
@@ -150,6 +150,7 @@ Rates rates_of(const std::function<Film(std::uint64_t)>& film_a,
     r.systematic_holds += std::abs(green.systematic_mse) < green.systematic_half_width;
     r.bias.add(green.bias);
     r.systematic.add(green.systematic_mse);
+    r.of_all_channels.add(c.luminance.systematic_mse);
   }
   return r;
 }
@@ -174,6 +175,7 @@ void expect_honest(const Rates& r, double level) {
   family.add("of pixels", at_least(r.pixels, r.count, level));
   family.add("bias", proof::mean_p_value(r.bias, 0));
   family.add("systematic MSE", proof::mean_p_value(r.systematic, 0));
+  family.add("systematic MSE of all channels", proof::mean_p_value(r.of_all_channels, 0));
   family.add("coverage of the bias", at_least(r.count - r.holds, r.count, 0.1));
   EXPECT_TRUE(family.passes()) << r.alarms << " alarms, " << r.regions << " of regions, "
                                << r.pixels << " of pixels, " << r.holds << " and "
@@ -375,6 +377,29 @@ TEST(Compare, LuminanceHasNoSmallerDeviationThanItsChannelsAllow) {
       0.2126 * r.channels[0].bias_deviation,
       std::hypot(0.7152 * r.channels[1].bias_deviation, 0.0722 * r.channels[2].bias_deviation));
   EXPECT_GT(r.luminance.bias_deviation, independent);
+}
+
+/// Channels that rise while others fall: luminance is the same in all samples, and yet squared
+/// errors of the channels are explained by their noise, no more and no less.
+TEST(Compare, SquaredErrorsDoNotAskHowChannelsVaryTogether) {
+  const auto film = [](std::uint64_t seed) {
+    Film f = make_film(grey, 64, 64, 16, seed);
+    for (PixelSums& p : f.pixels) {
+      const double n = p.samples, s = p.sum.x, q = p.sum_squares.x;
+      p.sum = {s, n - s, s};
+      p.sum_squares = {q, n - 2 * s + q, q};
+    }
+    return f;
+  };
+  proof::Moments systematic;
+  for (std::uint64_t i = 0; i < 40; ++i) {
+    const ChannelComparison c = compare(film(2 * i), film(2 * i + 1)).luminance;
+    EXPECT_NEAR(c.mse / c.explained_mse, 1, 0.15);
+    systematic.add(c.systematic_mse);
+  }
+  proof::Family family;
+  family.add("mean", proof::mean_p_value(systematic, 0));
+  EXPECT_TRUE(family.passes());
 }
 
 /// As an interrupted render leaves them.

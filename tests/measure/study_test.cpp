@@ -33,6 +33,7 @@ Film noise(double value, std::uint32_t samples, std::uint64_t seed) {
 Measured measured(double seconds, double variance, double value, std::uint64_t seed) {
   Measured m;
   for (const double busy : {1.0, 3.0, 1.5}) {
+    m.round.push_back(int(m.seconds.size()) + 1);
     m.seconds.push_back(seconds * busy);
     m.variance.push_back(variance);
     m.set_up_seconds.push_back(0.5);
@@ -44,6 +45,20 @@ Measured measured(double seconds, double variance, double value, std::uint64_t s
   m.counts.shadow.segments = 30;
   m.set_up.octree_bytes = 1000;
   return m;
+}
+
+// The first round of the default was stopped: what is busy in the second is compared with itself.
+TEST(Study, ComparesEqualRounds) {
+  Measured base = measured(1e-3, 0.1, 2, 1), other = measured(5e-4, 0.1, 2, 2);
+  for (std::vector<double>* v : {&base.seconds, &base.variance, &base.set_up_seconds}) {
+    v->erase(v->begin());
+  }
+  base.round.erase(base.round.begin());
+  const std::vector<Row> rows = make_rows({{"default", ""}, {"a", "--faster"}}, {base, other});
+  EXPECT_DOUBLE_EQ(rows[1].time.value, 0.5);
+  EXPECT_DOUBLE_EQ(rows[1].time.low, 0.5);
+  EXPECT_DOUBLE_EQ(rows[1].time.high, 0.5);
+  EXPECT_DOUBLE_EQ(rows[1].cost.value, 0.5);
 }
 
 Study small_study() {

@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <numbers>
+#include <numeric>
 #include <random>
+#include <vector>
 
 namespace pvol {
 namespace tightness_test {
@@ -112,6 +116,42 @@ TEST(Tightness, KnowsWhatDentsAndBulgesDo) {
   const Shell soft = shell_around(support, ShellKind::soft, form);
   EXPECT_NEAR(measure_tightness(soft, support, 16).volume_ratio,
               (box - 2 * pi / 3 * std::pow(3.0 / 16, 1.5)) / box, 1e-4);
+}
+
+/// Hit ratios of one ball by blocks of lines: the spread is that of counts of which one is part of
+/// the other, larger for the box than for the shell.
+TEST(Tightness, StandardErrorsAreThoseOfHits) {
+  constexpr std::uint64_t kLines = 1 << 10;
+  constexpr int kBlocks = 40;
+  const Support support = ball_of_cells(6);
+  const double unit = frame(support.lo, support.hi).unit;
+  const Shell shell = shell_around(support, ShellKind::hard, {ellipsoid({}, Vec3d(7 / unit)), {}});
+  struct Hits {
+    double support = 0, shell = 0;
+  };
+  Hits before;
+  std::array<std::vector<double>, 2> ratios;  // of the shell and of the box
+  std::array<double, 2> error{};
+  for (int k = 1; k <= kBlocks; ++k) {
+    const std::uint64_t lines = std::uint64_t(k) * kLines;
+    const ShellTightness t = measure_tightness(shell, support, lines);
+    Hits all;
+    all.support = double(lines) / t.box_hit_ratio, all.shell = t.hit_ratio * all.support;
+    const double met = all.support - before.support;
+    const std::array of = {(all.shell - before.shell) / met, double(kLines) / met};
+    for (std::size_t i = 0; i < of.size(); ++i) {
+      ratios[i].push_back(of[i]);
+      error[i] += *standard_error_of_hits(of[i], of[1], kLines) / kBlocks;
+    }
+    before = all;
+  }
+  for (std::size_t i = 0; i < ratios.size(); ++i) {
+    const double mean = std::accumulate(ratios[i].begin(), ratios[i].end(), 0.0) / kBlocks;
+    double squares = 0;
+    for (const double r : ratios[i]) squares += (r - mean) * (r - mean);
+    EXPECT_NEAR(std::sqrt(squares / (kBlocks - 1)) / error[i], 1, 0.35) << i;
+  }
+  EXPECT_FALSE(standard_error_of_hits(2, 40000));
 }
 
 TEST(Tightness, CopesWithHugeAndFarApartSupports) {

@@ -52,6 +52,7 @@ struct ThickBall {
       add_samples(m.film, run.film);
       m.set_up = run.set_up;
       // Work in place of time, which depends on what else the machine does.
+      m.round.push_back(int(round));
       m.set_up_seconds.push_back(0.01);
       m.seconds.push_back(1e-7 * work(run.counts) / n);
       m.variance.push_back(measure::sample_variance(run.film));

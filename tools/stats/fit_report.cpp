@@ -131,12 +131,12 @@ void print_json(const FitOptions& o, const Fit& f) {
                   {"bounds", f.bounds_seconds},
                   {"shell", f.shell_seconds},
                   {"write", f.write_seconds}};
-  j["warnings"] = r.warnings;
+  j["warnings"] = warnings(o, f);
   std::cout << to_text(j);
 }
 
 std::vector<std::string> warnings(const FitOptions& o, const Fit& f) {
-  std::vector<std::string> all;
+  std::vector<std::string> all = f.loaded.report.warnings;
   const auto doubt = [&](std::string text) {
     all.push_back(fmt::format("{}: {}", o.input.string(), std::move(text)));
   };

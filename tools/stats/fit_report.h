@@ -53,7 +53,8 @@ void print_json(const FitOptions& o, const Fit& f);
 /// One line, for a frame of a sequence.
 void print_line(const FitOptions& o, const Fit& f, const std::string& label);
 
-/// What is written and perhaps not what was wanted, in whole sentences.
+/// What the input is unlikely to mean, and what is written and perhaps not what was wanted, in
+/// whole sentences.
 [[nodiscard]] std::vector<std::string> warnings(const FitOptions& o, const Fit& f);
 
 }  // namespace pvol::cli

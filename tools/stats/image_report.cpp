@@ -119,8 +119,10 @@ report::Verdict verdict_of(const FilmComparison& r) {
 
 constexpr const char* kMeanings =
     "Noise: the variance of each pixel's mean, from its own samples; the pictures are taken to be "
-    "independent. Systematic: the MSE less what noise explains, an unbiased estimate that may fall "
-    "below 0. The verdict tests the means of the picture, its quarters, their quarters and so on, "
+    "independent. Squared errors in the column of luminance are those of the channels, weighted as "
+    "in luminance. Systematic: the MSE less what noise explains, which may fall below 0; where the "
+    "light varies across pixels, their positions in a pixel are spread more evenly than noise is, "
+    "and it is estimated too low. The verdict tests the means of the picture, its quarters, their quarters and so on, "
     "and the systematic MSE, in every channel, with false alarms at the stated level for all tests "
     "together.";
 

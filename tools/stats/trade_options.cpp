@@ -16,10 +16,11 @@ constexpr const char* kTradeHelp = R"(What is measured:
   Settings of one option each (octree depth, micro-bounds, tracker, shadow rays, guided paths,
   shells, interpolation, precision of the density, homogenised nodes, previews, bounce limit), then
   combinations of those that gained most, each against the default in the same rounds. time: CPU
-  time of a sample, on one thread. variance: of a sample's luminance, averaged over the pixels.
-  time x variance: cost of a picture of given noise. Bias: the mean against many samples of the
-  default; the report calls a setting biased if the means of the picture's parts or its pixels
-  differ by more than noise explains, and errs once in a hundred reports.
+  time of a sample, on one thread. variance: of a sample, its channels weighted as in luminance,
+  averaged over the pixels. time x variance: cost of a picture of given noise. Bias: the mean
+  against many samples of the default; the report calls a setting biased if the means of the
+  picture's parts or its pixels differ by more than noise explains, and errs once in a hundred
+  reports.
 
   With --denoise, only the filter of pvol-render --denoise is measured, at 4, 16, 64 ... samples per
   pixel as far as the budget allows: its error, its bias, and the time of an unfiltered picture of

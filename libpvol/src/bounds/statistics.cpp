@@ -71,8 +71,11 @@ struct BoundSums {
 BoundSums perfect(const Pyramid& p, const PyramidContent& content) {
   BoundSums s;
   for (std::size_t level = 0; level < p.levels.size(); ++level) {
-    for (const NodeContent& n : content[level]) {
-      if (n.leaf) s.add(n.mass / cube_volume(level), cube_volume(level), n.mass);
+    for (std::size_t i = 0; i < content[level].size(); ++i) {
+      const NodeContent& n = content[level][i];
+      if (!n.leaf) continue;
+      const double volume = volume_in_box(p, level, p.levels[level][i].code);
+      s.add(n.mass / volume, volume, n.mass);
     }
   }
   return s;

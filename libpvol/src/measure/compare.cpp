@@ -228,9 +228,8 @@ class SystematicSquares {
       : across_(std::size_t((width + kLeastEdge - 1) / kLeastEdge)),
         blocks_(across_ * std::size_t((height + kLeastEdge - 1) / kLeastEdge)) {}
 
-  void add(int x, int y, const Difference& d) {
-    blocks_[std::size_t(y / kLeastEdge) * across_ + std::size_t(x / kLeastEdge)] +=
-        d.excess() * d.excess() - d.variance;
+  void add(int x, int y, double systematic) {
+    blocks_[std::size_t(y / kLeastEdge) * across_ + std::size_t(x / kLeastEdge)] += systematic;
   }
 
   /// The standard error of their total, from the spread between blocks.
@@ -259,11 +258,33 @@ class SystematicSquares {
   std::vector<double> blocks_;
 };
 
-/// Sums over all pixels of one channel.
+/// A squared difference in a pixel, and what the variances explain of it.
+struct Square {
+  double found = 0, explained = 0;
+  double systematic = 0;  // the rest, without what rounding explains
+};
+
+Square square_of(const Difference& d) {
+  return {d.value * d.value, d.variance, d.excess() * d.excess() - d.variance};
+}
+
+/// Those of the channels, weighted as in luminance.
+Square weigh(const Square& r, const Square& g, const Square& b) {
+  return {luminance({r.found, g.found, b.found}),
+          luminance({r.explained, g.explained, b.explained}),
+          luminance({r.systematic, g.systematic, b.systematic})};
+}
+
+/// Sums over all pixels of one channel, or of all.
 struct ChannelSums {
-  double a = 0, b = 0, squares = 0;
+  double a = 0, b = 0, squares = 0, explained = 0;
   Difference difference;
   SystematicSquares systematic;
+
+  void add(int x, int y, const Square& s) {
+    squares += s.found, explained += s.explained;
+    systematic.add(x, y, s.systematic);
+  }
 
   ChannelComparison result(double pixels, bool variances_known, double confidence) const {
     ChannelComparison c;
@@ -276,8 +297,8 @@ struct ChannelSums {
     const auto known = [&](double v) { return variances_known ? v : kUnknown; };
     c.bias_deviation = known(difference.deviation() / pixels);
     c.bias_half_width = known(difference.half_width(confidence) / pixels);
-    c.explained_mse = known(difference.variance / pixels);
-    c.systematic_mse = known(c.mse - difference.variance / pixels);
+    c.explained_mse = known(explained / pixels);
+    c.systematic_mse = known(c.mse - explained / pixels);
     c.systematic_half_width = known(systematic.half_width(confidence) / pixels);
     return c;
   }
@@ -339,21 +360,22 @@ FilmComparison compare(const Film& a, const Film& b, const CompareOptions& optio
   r.pixels = a.pixels.size();
   r.variances_known = true;
   const SystematicSquares no_squares(a.crop_width, a.crop_height);
-  std::vector<ChannelSums> sums(4, ChannelSums{0, 0, 0, {}, no_squares});
+  std::vector<ChannelSums> sums(4, ChannelSums{0, 0, 0, 0, {}, no_squares});
   Extremes extremes;
   for (int y = 0; y < a.crop_height; ++y) {
     for (int x = 0; x < a.crop_width; ++x) {
       const PixelMean in_a = measure(a.at(x, y)), in_b = measure(b.at(x, y));
       r.variances_known = r.variances_known && in_a.dof > 0 && in_b.dof > 0;
+      std::array<Square, 3> squares;
       for (std::size_t c = 0; c < sums.size(); ++c) {
         Difference d;
         d.add(in_a, in_b, c);
         sums[c].a += in_a.value[c], sums[c].b += in_b.value[c];
-        sums[c].squares += d.value * d.value;
         sums[c].difference += d;
-        sums[c].systematic.add(x, y, d);
+        if (c < kLuminance) sums[c].add(x, y, squares[c] = square_of(d));
         if (c == kLuminance) extremes.add(a.x + x, a.y + y, d);
       }
+      sums[kLuminance].add(x, y, weigh(squares[0], squares[1], squares[2]));
     }
   }
   const auto channel = [&](std::size_t c) {

@@ -22,15 +22,15 @@ Interval interval_of(const std::vector<double>& values) {
   return {mean, n > 1 ? error * t : t};
 }
 
-/// Mean over pixels of the squared difference in luminance, less what the reference's noise adds.
+/// Mean over pixels of the squared difference, channels weighted as in luminance, less what the
+/// reference's noise adds.
 template <class Colour>
 double squared_error(const Film& reference, const Colour& colour) {
   double sum = 0;
   for (std::size_t i = 0; i < reference.pixels.size(); ++i) {
     const PixelSums& p = reference.pixels[i];
-    const double d = luminance(colour(i)) - luminance(mean(p));
-    const double noise = luminance_deviation(p);
-    sum += d * d - noise * noise;
+    const Vec3d d = colour(i) - mean(p);
+    sum += luminance(d * d) - noise_of(p);
   }
   return sum / double(reference.pixels.size());
 }
@@ -51,7 +51,8 @@ Film film_of(std::span<const FilterTrial> trials) {
   return film;
 }
 
-double root(double square) { return std::sqrt(std::max(0.0, square)); }
+/// 0 of a negative estimate; NaN of one that is not known.
+double root(double square) { return square < 0 ? 0 : std::sqrt(square); }
 
 }  // namespace
 

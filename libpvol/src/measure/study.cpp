@@ -18,6 +18,16 @@ std::vector<double> by_round(const std::vector<double>& a, const std::vector<dou
   return values;
 }
 
+/// Those of a setting's values whose rounds the other one has as well.
+std::vector<double> in_rounds_of(const Measured& other, const Measured& m,
+                                 const std::vector<double>& values) {
+  std::vector<double> common;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (std::ranges::binary_search(other.round, m.round[i])) common.push_back(values[i]);
+  }
+  return common;
+}
+
 Work work_of(const Measured& m) {
   if (m.counted == 0) return {};
   const Counts& k = m.counts;
@@ -30,14 +40,17 @@ Work work_of(const Measured& m) {
 /// The ratio where the first varies, and 1 where nothing does.
 void relate(Row& row, const Row& base) {
   const Measured &m = row.measured, &b = base.measured;
-  row.time = estimate_ratio(m.seconds, b.seconds);
-  row.variance = estimate_ratio(m.variance, b.variance);
+  const auto ratio = [&](const std::vector<double>& of_m, const std::vector<double>& of_b) {
+    return estimate_ratio(in_rounds_of(b, m, of_m), in_rounds_of(m, b, of_b));
+  };
   const auto cost = [](const Measured& of) {
     return by_round(of.seconds, of.variance, std::multiplies<>());
   };
-  row.cost = estimate_ratio(cost(m), cost(b));
+  row.time = ratio(m.seconds, b.seconds);
+  row.variance = ratio(m.variance, b.variance);
+  row.cost = ratio(cost(m), cost(b));
   if (!m.instructions.empty() && !b.instructions.empty()) {
-    row.instructions = estimate_ratio(m.instructions, b.instructions);
+    row.instructions = ratio(m.instructions, b.instructions);
   }
   row.work = work_of(m);
   row.sample_variance = sample_variance(m.film);
@@ -57,11 +70,9 @@ Setting setting_of(const Row& row, const Row& base, double mean) {
 }
 
 /// What a film's own noise adds to a mean squared error against it.
-double noise_of(const Film& film) {
+double noise_in(const Film& film) {
   double noise = 0;
-  for (const PixelSums& p : film.pixels) {
-    noise += luminance_deviation(p) * luminance_deviation(p) / double(film.pixels.size());
-  }
+  for (const PixelSums& p : film.pixels) noise += noise_of(p) / double(film.pixels.size());
   return noise;
 }
 
@@ -136,7 +147,7 @@ void test_biases(Study& study) {
   std::size_t tests = 0;
   for (const Row& row : study.rows) tests += row.good();
   study.level = sidak_level(kFalseAlarms, tests);
-  const double noise = noise_of(study.reference);
+  const double noise = noise_in(study.reference);
   for (Row& row : study.rows) {
     if (!row.good()) continue;
     row.bias = compare(row.measured.film, study.reference, {.level = study.level});

@@ -246,6 +246,7 @@ class Sweep {
       return;
     }
     m.set_up = run.set_up;
+    m.round.push_back(round);
     m.set_up_seconds.push_back(run.set_up.seconds);
     m.seconds.push_back(run.seconds / n);
     m.variance.push_back(sample_variance(run.film));

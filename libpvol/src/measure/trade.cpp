@@ -73,10 +73,7 @@ double mean_luminance(const Film& film) {
 
 double sample_variance(const Film& film) {
   double sum = 0;
-  for (const PixelSums& p : film.pixels) {
-    const double deviation = luminance_deviation(p);
-    sum += deviation * deviation * p.samples;
-  }
+  for (const PixelSums& p : film.pixels) sum += noise_of(p) * p.samples;
   return film.pixels.empty() ? 0 : sum / double(film.pixels.size());
 }
 

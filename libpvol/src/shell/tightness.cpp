@@ -279,6 +279,14 @@ ShellTightness measure_tightness(const Shell& shell, const Support& support, std
   return t;
 }
 
+std::optional<double> standard_error_of_hits(double hit_ratio, double box_hit_ratio,
+                                             std::uint64_t lines) {
+  constexpr double kFewest = 30;
+  const double met = double(lines) / box_hit_ratio;
+  if (!(met >= kFewest)) return std::nullopt;
+  return std::sqrt(std::max(0.0, hit_ratio * (hit_ratio - 1)) / met);
+}
+
 std::optional<Span> first_and_last(const Support& support, const Ray& ray) {
   if (support.empty()) return std::nullopt;
   const SupportNode top = root(support);

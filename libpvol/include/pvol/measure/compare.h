@@ -18,8 +18,10 @@ struct CompareOptions {
   double level = 1e-3;  ///< probability that equal expectations are called different, in (0, 1)
 };
 
-/// One channel, or luminance (Rec. 709). Means over pixels. What follows from variances is NaN
-/// where they are not known.
+/// One channel, or all of them: means are then those of luminance (Rec. 709), and squared errors
+/// and variances those of the channels, weighted as in luminance, which is what `noise_of` and all
+/// tools call noise. They bound the squares of luminance itself, and those of grey pictures are the
+/// same. Means over pixels. What follows from variances is NaN where they are not known.
 struct ChannelComparison {
   double mean_a = 0, mean_b = 0;
   double bias = 0;             ///< mean_a - mean_b
@@ -30,7 +32,8 @@ struct ChannelComparison {
   double relative_rmse = 0;    ///< rmse / mean_b; NaN where that is 0
   double explained_mse = 0;    ///< what the variances of both films explain of the MSE
   /// mse - explained_mse: an unbiased estimate of the mean squared difference of the expectations,
-  /// and therefore sometimes negative.
+  /// and therefore sometimes negative. Of films whose pixels are stratified it is too small by what
+  /// their variances are too large (THEORY.md, T5.15).
   double systematic_mse = 0;
   double systematic_half_width = 0;  ///< of its confidence interval; NaN for fewer than 4 blocks
 };
@@ -84,8 +87,8 @@ struct FilmComparison {
   std::uint64_t pixels = 0;
   bool variances_known = false;  ///< every pixel of both films has two samples or more
   std::array<ChannelComparison, 3> channels;
-  /// Channels of one pixel go up and down together to an unknown degree; the deviations here are
-  /// the largest possible, those of grey pictures.
+  /// All channels. How far those of one pixel go up and down together is not known: the deviation
+  /// of the bias is the largest possible, that of grey pictures.
   ChannelComparison luminance;
   std::optional<PixelExtreme> largest;  ///< none without variances
   std::array<PixelTail, 3> tails{};     ///< beyond 3, 4 and 5 sigma; all 0 without variances

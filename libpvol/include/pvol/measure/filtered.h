@@ -27,8 +27,8 @@ struct Interval {
   double value = 0, half_width = 0;
 };
 
-/// Trials of one number of samples against a reference. Errors are of luminance, over the mean
-/// luminance of the reference.
+/// Trials of one number of samples against a reference. Squared errors are those of the channels,
+/// weighted as in luminance; errors are over the mean luminance of the reference.
 struct FilterFigures {
   double samples = 0;  ///< a pixel
   int trials = 0;
@@ -38,7 +38,7 @@ struct FilterFigures {
   double estimated = 0;  ///< what the filter says of itself, root of the mean square
   Interval bias;         ///< of the picture's mean: filtered less noisy, trial by trial
   /// Root mean square over pixels of the expectation's error, what no number of trials averages
-  /// out; 0 where its estimated square is negative.
+  /// out; 0 where its estimated square is negative, NaN for one trial.
   double systematic = 0;
   double systematic_square_half_width = 0;  ///< of the interval of its square
   double plain_seconds = 0, render_seconds = 0, filter_seconds = 0;  ///< means of one picture

@@ -39,7 +39,7 @@ struct Row {
   Estimate time, variance, cost;         ///< ratios to the first's; cost: time x variance
   std::optional<Estimate> instructions;  ///< a sample, of the first's
   Work work;
-  double sample_variance = 0;     ///< luminance of one sample, averaged over the pixels
+  double sample_variance = 0;     ///< of one sample, averaged over the pixels
   FilmComparison bias;            ///< against the reference
   double rmse_of_one_sample = 0;  ///< a pixel, against the reference, over its mean luminance
   std::uint64_t file_bytes = 0;   ///< of files that hold the clouds so; counts for the front

@@ -50,6 +50,7 @@ struct Measured {
   Counts counts;  ///< of `counted` samples
   std::uint64_t counted = 0;
   Film counted_film;                   ///< with look-ups by pixel
+  std::vector<int> round;              ///< which one each of the following is of, ascending
   std::vector<double> seconds;         ///< CPU time of a sample, by round
   std::vector<double> variance;        ///< of a sample, by round
   std::vector<double> set_up_seconds;  ///< by round
