@@ -178,6 +178,38 @@ TEST(CapiRays, BadOnesAreTold) {
   EXPECT_EQ(pvol_resume(&walk, t, none, 1), PVOL_BAD_RAY);
 }
 
+/// Directions as short and as long as doubles are: the rays are those of length 1.
+TEST(CapiRays, DirectionsOfAnyLengthAreNormalised) {
+  const api::Volume v = make_smoke(Smoke());
+  const pvol_ray ray = ray_between({-5, 18, 21}, {40, 20, 17});
+  double depth = 0;
+  ASSERT_EQ(pvol_optical_depth(v.get(), &ray, &depth), 1);
+  ASSERT_GT(depth, 0.1);
+  for (const double length : {1e-320, 1e-161, 1e-155, 1e-3, 1e160, 1e307}) {
+    pvol_ray other = ray;
+    for (double& d : other.d) d *= length;
+    double of_other = 0;
+    ASSERT_EQ(pvol_optical_depth(v.get(), &other, &of_other), 1) << length;
+    EXPECT_NEAR(of_other, depth, (length < 1e-310 ? 1e-2 : 1e-9) * depth) << length;
+  }
+}
+
+TEST(CapiRays, ClosedFormsOfTricubicVolumesAreRefused) {
+  const Smoke smoke;
+  api::Volume v;
+  v.set(PVOL_DENSITY, smoke.array()).set_interpolation(PVOL_TRICUBIC).commit();
+  api::Random random(1, 2, 3);
+  for (const pvol_ray& ray :
+       {ray_between({-5, 20, 20}, {20, 20, 20}), ray_between({-50, -50, -50}, {-60, -50, -50})}) {
+    float passed = 7;
+    double depth = 7;
+    EXPECT_EQ(pvol_sample_transmittance(v.get(), &ray, PVOL_EXACT, &random, &passed), PVOL_BAD_RAY);
+    EXPECT_EQ(pvol_optical_depth(v.get(), &ray, &depth), PVOL_BAD_RAY);
+    EXPECT_EQ(passed, 7);
+    EXPECT_EQ(depth, 7);
+  }
+}
+
 /// As a C program may pass it.
 pvol_estimator unknown_estimator() {
   const int value = 9;
@@ -258,6 +290,9 @@ TEST(CapiRays, ThatMissGoOnNowhere) {
   const pvol_ray miss = ray_between({-50, -50, -50}, {-60, -50, -50});
   pvol_walk walk;
   ASSERT_EQ(pvol_enter(v.get(), &miss, &walk), 0);
+  double place[3] = {0, 0, 0};
+  pvol_walk_place(&walk, 1, place);
+  EXPECT_TRUE(std::isnan(place[0]) && std::isnan(place[2]));
   const double direction[3] = {1, 0, 0};
   EXPECT_EQ(pvol_resume(&walk, 0, direction, 1), PVOL_BAD_RAY);
   pvol_segment s;

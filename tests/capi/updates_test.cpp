@@ -160,6 +160,11 @@ TEST(CapiUpdate, ReadsWhatChangedAlone) {
   v.set(PVOL_DENSITY, bricks).commit();
   EXPECT_EQ(calls.exchange(0), 8000) << "without the promise all may have changed";
   EXPECT_THROW(v.set_changed(PVOL_DENSITY, {{8, 8, 8}}, {{8, 9, 9}}), api::Error);
+  // The samples may have changed where they are, but nobody set them.
+  v.set_changed(PVOL_DENSITY, {{8, 8, 8}}, {{9, 9, 9}});
+  EXPECT_THROW(v.commit(), api::Error);
+  v.set(PVOL_DENSITY, bricks).set_changed(PVOL_DENSITY, {{8, 8, 8}}, {{9, 9, 9}}).commit();
+  EXPECT_LE(calls.exchange(0), 8064);
 }
 
 TEST(CapiUpdate, ThatIsCancelledLeavesTheVolumeAsItWas) {

@@ -564,6 +564,9 @@ TEST(CapiCommit, WorksInTheArenaOrThreadsThatItIsGiven) {
   pvol_commit_options in_arena{};
   in_arena.arena = &arena;
   EXPECT_EQ(most_threads(in_arena), 1);
+  pvol_commit_options all{};
+  all.threads = std::numeric_limits<int>::max();
+  EXPECT_GE(most_threads(all), 1);
   pvol_commit_options bad{};
   bad.threads = -1;
   EXPECT_EQ(error_of([&] { api::Volume().commit(bad); }).status(), PVOL_INVALID);

@@ -230,6 +230,32 @@ TEST(RigidMotion, IsThatOfAnEvenVelocity) {
   EXPECT_TRUE(family.passes());
 }
 
+/// Places of instances are those of the still volume, of which none need be the volume's own.
+TEST(RigidMotion, InstancesOfWhatFlowsAreWhereTheyAre) {
+  proof::Family family;
+  const Vec3d step(8, -6, 4);
+  const std::vector<Affine> instances{translation(Vec3d(30, 0, 4)) * scaling(Vec3d(1.25)),
+                                      translation(Vec3d(-20, 5, 0))};
+  CloudScene s = scene_of({0.75, 0.75});
+  s.options.samples = proof::samples(1024);
+  const Pyramid pyramid = build_pyramid(block().grid);
+  const auto made = [&](const Affine& object_to_world) {
+    VolumeOptions o = s.volume_options();
+    o.object_to_world = object_to_world;
+    o.instances = instances;
+    return pvol::make_volume(block().grid, pyramid, s.medium.medium(), o);
+  };
+  const Volume there = made(translation(step * 0.75));
+  const Volume flows = with_velocity(block(), s, made({}), step);
+  s.camera = frame(world_box({&there, 1}), 1);
+  s.camera.shutter = {0.75, 0.75};
+  const Film a = render({&flows, 1}, s).film;
+  s.options.seed = 9;
+  s.camera.shutter = {};
+  compare(a, render({&there, 1}, s).film, "two instances", family);
+  EXPECT_TRUE(family.passes());
+}
+
 /// Velocities are those of the volume's own space, which moves.
 TEST(RigidMotion, CarriesWhatVelocitiesMoveAlong) {
   proof::Family family;

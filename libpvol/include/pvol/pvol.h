@@ -32,8 +32,9 @@
  * so that no message floods a render's threads: a bad ray is one that is not finite, has no
  * direction or a t_max that is no number, as any volume that was not committed is bad for all rays.
  * A null pointer is refused likewise, where its declaration does not say what it means: with
- * PVOL_INVALID, as a bad ray, or, in batches, with all results no number. (Walks and random numbers
- * of calls that go on with a walk are not checked.) Nothing throws or exits.
+ * PVOL_INVALID, as a bad ray, or, in batches, with all results no number. (Not checked are arguments
+ * of pvol_seed, pvol_uniform and of calls that go on with a walk, and `numbers` of a pvol_random
+ * that counts some.) Nothing throws or exits.
  *
  * Threads. Once committed, a volume may be used by any number of threads at once. Setters, commit
  * and the message are for one thread at a time, while no other uses the volume. A pvol_walk and a
@@ -163,7 +164,7 @@ pvol_status pvol_clear_field(pvol_volume* volume, int field);
  * from the last commit's; called again, those in any of the boxes. For the density, the next commit
  * then reads these alone and costs what they do (nearest and trilinear, without tiles or a shell
  * and not shared; else it reads all). Setting samples forgets the boxes; a commit that fails keeps
- * them. */
+ * them, and one of a field whose samples were not set anew, though it has boxes, is invalid. */
 pvol_status pvol_set_changed(pvol_volume* volume, int field, const int32_t lo[3],
                              const int32_t hi[3]);
 
@@ -231,7 +232,7 @@ int pvol_extinction_range(const pvol_volume* volume, const double lo[3], const d
 uint64_t pvol_bytes(const pvol_volume* volume);
 
 /* The density, mu_t, and a field's value at a place of the world; 0 outside, and where the place is
- * null or not finite. */
+ * null or not finite. The density is 0 as well where mu_t is, under an extinction of 0. */
 float pvol_density(const pvol_volume* volume, const double place[3]);
 float pvol_extinction(const pvol_volume* volume, const double place[3]);
 float pvol_value(const pvol_volume* volume, int field, const double place[3]);
@@ -266,8 +267,7 @@ double pvol_uniform(pvol_random* random);
 
 /* ---- 5. One call a ray ----------------------------------------------------------------------- */
 
-/* o + t d, 0 <= t <= t_max, which may be infinite. Of a direction whose length is neither 0 nor
- * beyond 1e154. */
+/* o + t d, 0 <= t <= t_max, which may be infinite. Of any finite direction but 0. */
 typedef struct pvol_ray {
   double o[3], d[3];
   double t_max;
@@ -285,7 +285,8 @@ typedef enum pvol_estimator PVOL_INT {
  */
 int pvol_sample_flight(const pvol_volume* volume, const pvol_ray* ray, pvol_random* random,
                        double* t);
-/* 1, and an estimate of the transmittance up to t_max, in [0, 1] give or take rounding. */
+/* 1, and an estimate of the transmittance up to t_max, in [0, 1] give or take rounding;
+ * PVOL_BAD_RAY for PVOL_EXACT in tricubic volumes too. */
 int pvol_sample_transmittance(const pvol_volume* volume, const pvol_ray* ray,
                               pvol_estimator estimator, pvol_random* random, float* transmittance);
 /* 1, and the optical depth up to t_max in closed form; PVOL_BAD_RAY for tricubic volumes too. */
@@ -327,13 +328,14 @@ int pvol_walk_exceeds(const pvol_walk* walk, double t, float mu);
 int pvol_walk_flight(pvol_walk* walk, pvol_random* random, double* t);
 /* An estimate of the transmittance of what lies ahead of the walk, which is used up by it. */
 float pvol_walk_transmittance(pvol_walk* walk, pvol_estimator estimator, pvol_random* random);
+/* Likewise; no number in tricubic volumes. */
 double pvol_walk_optical_depth(pvol_walk* walk);
 
 /* 1: the walk goes on in a new direction from t of the current segment, such as a collision's
  * place; t counts from there. No search, and no loss of digits along long paths. */
 int pvol_resume(pvol_walk* walk, double t, const double direction[3], double t_max);
 
-/* The place in the world at t of the current segment. */
+/* The place in the world at t of the current segment; no numbers where a walk has none. */
 void pvol_walk_place(const pvol_walk* walk, double t, double place[3]);
 
 /* Flights and transmittance where channels differ in their extinction (pvol_set_extinction_color):

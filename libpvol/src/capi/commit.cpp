@@ -1,4 +1,7 @@
 // Commits of the C API: in whose threads they work, how far they are, and how they end early.
+#include <algorithm>
+
+#include <tbb/info.h>
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
 
@@ -38,13 +41,23 @@ template <class Work>
     cancelled = group.run_and_wait(work) == tbb::canceled;
   };
   if (o.threads > 0) {
-    tbb::task_arena(o.threads).execute(in_group);
+    tbb::task_arena(std::min(o.threads, tbb::info::default_concurrency())).execute(in_group);
   } else if (o.arena != nullptr) {
     static_cast<tbb::task_arena*>(o.arena)->execute(in_group);
   } else {
     in_group();
   }
   return cancelled;
+}
+
+/// Refuses boxes of changes where nobody set the samples that changed: those of before may be gone.
+void check_changes(const Settings& settings) {
+  for (const FieldSamples& f : settings.fields) {
+    if (f.changed.empty() || !std::holds_alternative<FieldSamples::Same>(f.from)) continue;
+    throw Error(
+        "pvol_set_changed describes new samples, but none were set since the last commit; set the "
+        "samples first, also where the same memory holds them");
+  }
 }
 
 void check(const pvol_commit_options& o) {
@@ -57,6 +70,7 @@ void check(const pvol_commit_options& o) {
 
 void commit(pvol_volume& volume, const pvol_commit_options& o) {
   check(o);
+  check_changes(volume.settings);
   tbb::task_group_context context;
   const Progress progress = [&](double done) {
     const bool goes_on = o.progress == nullptr || o.progress(o.user, done) == 0;

@@ -114,9 +114,8 @@ int pvol_shell_spans(const pvol_volume* volume, const pvol_ray* ray, pvol_span* 
   std::vector<Span> found{box};
   if (c->shell) {
     const Affine& to_cells = c->volume->density.world_to_cells;
-    const Vec3d d = vec(ray->d);
-    c->shell->intersect({to_cells.point(vec(ray->o)), to_cells.vector(d / length(d))}, box.t0,
-                        box.t1, found);
+    const Vec3d along = to_cells.vector(unit_of(vec(ray->d)));
+    c->shell->intersect({to_cells.point(vec(ray->o)), along}, box.t0, box.t1, found);
   }
   for (std::size_t i = 0; i < found.size() && i < std::size_t(std::max(capacity, 0)); ++i) {
     spans[i] = {found[i].t0, found[i].t1};

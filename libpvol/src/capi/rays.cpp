@@ -87,9 +87,10 @@ int pvol_sample_transmittance(const pvol_volume* volume, const pvol_ray* ray,
   RayWalk walk;
   const Entry entry = enter(c, *ray, walk);
   if (entry == Entry::bad || !is_estimator(estimator)) return PVOL_BAD_RAY;
+  if (estimator == PVOL_EXACT && c->kernels.depth == nullptr) return PVOL_BAD_RAY;
   *transmittance =
       entry == Entry::misses ? 1 : estimate_transmittance(*c, estimator, walk, *random);
-  return std::isnan(*transmittance) ? PVOL_BAD_RAY : 1;
+  return 1;
 }
 
 int pvol_optical_depth(const pvol_volume* volume, const pvol_ray* ray, double* depth) {

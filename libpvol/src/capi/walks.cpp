@@ -98,8 +98,8 @@ int pvol_resume(pvol_walk* walk, double t, const double direction[3], double t_m
 
 void pvol_walk_place(const pvol_walk* walk, double t, double place[3]) {
   const CapiWalk& w = in(walk);
-  if (w.volume == nullptr) return;
-  const Vec3d at = w.volume->cells_to_world.point(position(w.walk.point(t)));
+  const Vec3d at = w.volume == nullptr ? Vec3d(std::nan(""))
+                                       : w.volume->cells_to_world.point(position(w.walk.point(t)));
   for (int axis = 0; axis < 3; ++axis) place[axis] = at[axis];
 }
 

@@ -113,7 +113,7 @@ Volume make_moving(Volume v, const Pyramid& pyramid, const Affine& index_to_obje
         motion->displacements.index_to_cells * translation(Vec3d(v.density.octree.origin));
     return v;
   }
-  set_in_motion(v.density, pyramid, o.object_to_world * index_to_object,
+  set_in_motion(v.density, pyramid, v.object_to_world * index_to_object,
                 {v.density.map.get(), v.medium.extinction, choose_cut(o)}, std::move(motion));
   v.shell = nullptr;
   return v;

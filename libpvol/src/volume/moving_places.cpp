@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "math/digits.h"
 #include "pvol/error.h"
 #include "pvol/volume/emitter.h"
 #include "pvol/volume/facts.h"
@@ -79,8 +80,9 @@ void check_place(const Volume& v, const MovingPlace& place, const Shutter& shutt
   const double t0 = std::min(shutter.open, 0.0), t1 = std::max(shutter.close, 0.0);
   if (!stays_regular(place.object, t0, t1) || !stays_regular(place.instance, t0, t1)) {
     throw Error(
-        "a moving placement becomes flat while the shutter is open, because a scale passes through "
-        "0. Close the shutter earlier, or give scales that do not pass 0.");
+        "a moving placement becomes flat between the time of its files and the end of the shutter, "
+        "because a scale passes through 0. Close the shutter earlier, or give scales that do not "
+        "pass 0.");
   }
   constexpr int kTimes = 8;
   for (const VolumeField* f : fields_of(v)) {
@@ -92,8 +94,20 @@ void check_place(const Volume& v, const MovingPlace& place, const Shutter& shutt
   }
 }
 
+void check_turns(const MovingPlace& place) {
+  constexpr double kRounding = 1e-9;
+  for (const MovingMap* map : {&place.object, &place.instance}) {
+    for (const MovingTurn& turn : map->turns) {
+      const double size = length(turn.axis);
+      if (std::abs(size - 1) < kRounding) continue;
+      throw Error("a moving placement turns about an axis of length " + detail::digits(size, 6) +
+                  "; expected 1");
+    }
+  }
+}
+
 /// Refuses a place that is not the volume's own where it begins.
-void check_resume_state(const Volume& v, std::size_t number, const MovingPlace& place) {
+void check_start(const Volume& v, std::size_t number, const MovingPlace& place) {
   constexpr double kSame = 1e-6;  // of the volume's size
   const std::vector<Vec3d> corners = corners_of(v);
   const Affine own = inverse(to_first_place(v, number)) * v.object_to_world, start = place.at(0);
@@ -153,6 +167,11 @@ Volume move_places(Volume v, std::vector<MovingPlace> places, const Shutter& shu
                 " moving instances of a volume with " + std::to_string(count_places(v)) +
                 "; expected as many");
   }
+  if (!(std::isfinite(shutter.open) && std::isfinite(shutter.close) &&
+        shutter.open <= shutter.close)) {
+    throw Error("the shutter does not open before it closes, or its times are not finite");
+  }
+  for (const MovingPlace& place : places) check_turns(place);
   if (fields_of(v).empty()) return v;
   if (std::ranges::none_of(places, &MovingPlace::moves)) return v;
   auto moving = std::make_shared<MovingPlaces>();
@@ -160,7 +179,7 @@ Volume move_places(Volume v, std::vector<MovingPlace> places, const Shutter& shu
   for (std::size_t i = 0; i < places.size(); ++i) {
     const MovingPlace& place = places[i];
     if (!place.moves()) continue;
-    check_resume_state(v, i, place);
+    check_start(v, i, place);
     detail::naming_place(i, v.further_places.size(), [&] { check_place(v, place, shutter); });
     const bool grows = place.object.linear_rate != MovingMap{}.linear_rate ||
                        place.instance.linear_rate != MovingMap{}.linear_rate;

@@ -22,6 +22,16 @@ void check_placement(const Affine& to_world, const Affine& to_cells, const Box& 
           "cloud. Check the grid's transform and the scene's scale, rotate and matrix.");
     }
   }
+  // Of three columns that rounding alone keeps apart, the determinant is rounding as well.
+  constexpr double kFlat = 1e-12;
+  double box = 1;
+  for (int axis = 0; axis < 3; ++axis) box *= column_length(to_world, axis);
+  if (!(std::abs(determinant(to_world)) > kFlat * box)) {
+    throw Error(
+        "the volume's placement in the world flattens the cloud. Check the grid's transform and "
+        "the "
+        "scene's scale, rotate and matrix.");
+  }
   for (int axis = 0; axis < 3; ++axis) {
     const double cells = column_length(to_cells, axis);
     if (!(cells > 1e-30 && cells < 1e30)) {

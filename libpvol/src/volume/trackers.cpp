@@ -12,18 +12,13 @@
 namespace pvol {
 namespace {
 
-/// The length of a direction; 0 for one that has none.
-inline double usable_length(const Vec3d& direction) {
-  const double size = length(direction);
-  return size > 0 && std::isfinite(size) ? size : 0;
-}
-
 [[noreturn, gnu::cold]] void refuse(Vec3d direction, double t_max) {
   if (std::isnan(t_max))
     throw Error("the t_max of a ray is NaN; expected a number. Check the code that sets it.");
-  if (usable_length(direction) == 0) {
-    throw Error("a ray has a direction of length " + std::to_string(length(direction)) +
-                "; expected a finite one above 0. Check the code that samples directions.");
+  if (detail::unit_of(direction) == Vec3d{}) {
+    throw Error(
+        "a ray has a direction of length 0, or one that is not finite; check the code that samples "
+        "directions");
   }
   throw Error("the origin of a ray is not finite; check the code that sets it");
 }
@@ -53,10 +48,10 @@ template <class Make>
 inline detail::Entry enter_with(const Volume& volume, const Ray& ray, double t_max,
                                 const Make& make) {
   const VolumeField& field = volume.density;
-  const double size = usable_length(ray.d);
-  if (size == 0 || std::isnan(t_max) || !is_finite(ray.o)) return detail::Entry::bad;
+  const Vec3d along = detail::unit_of(ray.d);
+  if (along == Vec3d{} || std::isnan(t_max) || !is_finite(ray.o)) return detail::Entry::bad;
   if (field.octree.empty()) return detail::Entry::misses;
-  const Ray cells{field.world_to_cells.point(ray.o), field.world_to_cells.vector(ray.d / size)};
+  const Ray cells{field.world_to_cells.point(ray.o), field.world_to_cells.vector(along)};
   if (!is_finite(cells.o)) return detail::Entry::bad;
   const auto span = clip(field.octree.support(), cells, t_max);
   if (!span) return detail::Entry::misses;
@@ -66,6 +61,14 @@ inline detail::Entry enter_with(const Volume& volume, const Ray& ray, double t_m
 
 }  // namespace
 
+Vec3d detail::unit_of_extreme(const Vec3d& direction) {
+  const double most = max_component(max(direction, -direction));
+  if (!is_finite(direction) || most == 0) return {};
+  // In two steps, for the reciprocal of the smallest doubles is infinite.
+  const double step = most < 1 ? 0x1p500 : 0x1p-500;
+  return normalize(direction * step / (most * step));
+}
+
 detail::Entry detail::enter_ray(const Volume& volume, const Ray& ray, double t_max, RayWalk& walk) {
   return enter_with(volume, ray, t_max,
                     [&](const auto&... of) { std::construct_at(&walk, of...); });
@@ -74,10 +77,9 @@ detail::Entry detail::enter_ray(const Volume& volume, const Ray& ray, double t_m
 detail::Entry detail::resume_ray(const Volume& volume, const Cursor& from, Vec3d direction,
                                  double t_max, RayWalk& walk) {
   const VolumeField& field = volume.density;
-  const double size = usable_length(direction);
-  if (size == 0 || std::isnan(t_max)) return Entry::bad;
-  std::construct_at(&walk, field.octree, from, field.world_to_cells.vector(direction / size),
-                    Span{0, t_max});
+  const Vec3d along = detail::unit_of(direction);
+  if (along == Vec3d{} || std::isnan(t_max)) return Entry::bad;
+  std::construct_at(&walk, field.octree, from, field.world_to_cells.vector(along), Span{0, t_max});
   return Entry::enters;
 }
 

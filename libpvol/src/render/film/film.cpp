@@ -192,11 +192,24 @@ Film crop_of(const Film& film, int x, int y, int width, int height) {
   return part;
 }
 
+namespace {
+
+std::string rectangle_text(const Film& f) {
+  const auto pair = [](const char* between, int a, int b) {
+    return std::to_string(a) + between + std::to_string(b);
+  };
+  return pair(" x ", f.crop_width, f.crop_height) + " pixels at (" + pair(", ", f.x, f.y) +
+         ") of " + pair(" x ", f.width, f.height);
+}
+
+}  // namespace
+
 void add_part(Film& to, const Film& part) {
   const int x = part.x - to.x, y = part.y - to.y;
   if (to.width != part.width || to.height != part.height || x < 0 || y < 0 ||
       x + part.crop_width > to.crop_width || y + part.crop_height > to.crop_height) {
-    throw Error("the part lies outside the film; expected a rectangle inside it");
+    throw Error("the part shows " + rectangle_text(part) + ", expected a rectangle inside " +
+                rectangle_text(to));
   }
   if (!have_same_layers(to, part) || to.color_space != part.color_space || to.remainders.empty() ||
       part.remainders.empty()) {
