@@ -35,8 +35,10 @@ def wrapped(layout, text, icon="NONE", width=70):
         if word is not None and len(line) + len(word) < width:
             line = f"{line} {word}".strip()
             continue
-        column.label(text=line, icon=icon)
-        line, icon = word or "", "NONE" if icon == "NONE" else "BLANK1"
+        if line:
+            column.label(text=line, icon=icon)
+            icon = "NONE" if icon == "NONE" else "BLANK1"
+        line = word or ""
 
 
 def load():

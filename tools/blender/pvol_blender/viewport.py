@@ -42,8 +42,8 @@ class View:
             unmapped.remember(depsgraph.scene.name, translation.notes)
             self._asked = None
             self._begin(context, depsgraph, module)
-        except (pvol_module.Missing, ValueError, OSError) as error:
-            self._tell(str(error))
+        except (pvol_module.Missing, ArithmeticError, LookupError, ValueError, OSError) as error:
+            self._tell(str(error) or type(error).__name__)
 
     def draw(self, context, depsgraph):
         if self._sections is not None:

@@ -77,7 +77,7 @@ class Translation:
             table["shutter"] = motion.shutter(self.scene)
             table["fps"] = self.frames_per_second
             if motion.moved(evaluated.matrix_world, self.later.get("camera")):
-                table["to"] = {"matrix": camera.rows(self.later["camera"])}
+                table["to"] = {"matrix": camera.rows(camera.unmirrored(self.later["camera"]))}
         return table
 
 

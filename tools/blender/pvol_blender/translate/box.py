@@ -22,6 +22,8 @@ def of_mesh(thing, matter, module, notes):
     if matter.density.grid is not None:
         notes.add(thing.name, "a density that varies within a mesh", "nothing")
         return None
+    if not (thing.object.visible_camera and thing.object.visible_volume_scatter):
+        notes.add(thing.name, "a volume that some kinds of rays do not see", "one that all see")
     table = dict(matter.medium)
     if matter.fires:
         table["emission"] = _emission(table, matter.fires, thing, notes)
@@ -58,7 +60,8 @@ def _box_to_world(corners, matrix):
 def _emission(medium, fires, thing, notes):
     """As pvol counts a medium's emission: per unit of absorption."""
     emitted = np.sum([f["intensity"] * np.array(f["color"]) for f in fires], axis=0)
-    absorbed = medium["extinction"] * (1 - np.array(medium.get("albedo", 0)))
+    extinction = medium["extinction"] * np.array(medium.get("extinction_color", [1, 1, 1]))
+    absorbed = extinction * (1 - np.array(medium.get("albedo", 0)))
     if (absorbed <= 0).any():
         notes.add(thing.name, "the emission of a box that absorbs nothing", "none")
         return [0.0] * 3

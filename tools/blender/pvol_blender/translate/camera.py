@@ -8,9 +8,20 @@ def rows(matrix):
     return [float(x) for row in matrix for x in row]
 
 
+def unmirrored(matrix):
+    """The place of a camera, whose picture is no mirror image."""
+    matrix = matrix.copy()
+    if matrix.to_3x3().determinant() < 0:
+        matrix.col[0].negate()
+    return matrix
+
+
 def of_object(camera, matrix, scene, notes):
     """The [camera] of a camera object that stands at `matrix`."""
     data = camera.data
+    if matrix.to_3x3().determinant() < 0:
+        notes.add(camera.name, "a camera that mirrors what it sees", "one that does not")
+    matrix = unmirrored(matrix)
     table = {"matrix": rows(matrix)}
     if data.type == "PANO":
         _check_panorama(camera, notes)

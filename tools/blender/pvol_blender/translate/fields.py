@@ -187,8 +187,16 @@ def ramp_points(ramp):
     """Position and colour of the points between which pvol interpolates."""
     elements = [(e.position, list(e.color)[:3]) for e in ramp.elements]
     if ramp.interpolation != "CONSTANT":
-        return elements
+        return _ascending(elements)
     points = [elements[0]]
     for (_, before), (position, color) in zip(elements, elements[1:]):
         points += [(position - 1e-4, before), (position, color)]
-    return points
+    return _ascending(points)
+
+
+def _ascending(points):
+    """The points a little apart where several are at one place, or would be in another order."""
+    apart = [points[0]]
+    for position, color in points[1:]:
+        apart.append((max(position, apart[-1][0] + 1e-6), color))
+    return apart

@@ -5,6 +5,7 @@ import os
 import pathlib
 import re
 import tempfile
+import zlib
 
 import numpy as np
 
@@ -48,9 +49,11 @@ class Files:
             self._written[key] = path if write(path) is not False else None
         return self._written[key]
 
-    def mesh(self, name, part, vertices, triangles):
-        """Triangles of a mesh, of which `part` is one material's."""
-        return self._once((name, part), ".ply", lambda p: ply.write(p, vertices, triangles))
+    def mesh(self, thing, part, vertices, triangles):
+        """Triangles of an object's mesh, of which `part` is one material's. Instances that nodes
+        make have the name of their instancer, and meshes of their own."""
+        key = (thing.name_full, part, thing.data.as_pointer())
+        return self._once(key, ".ply", lambda p: ply.write(p, vertices, triangles))
 
     def volume(self, volume, name, modified):
         """A volume's grids: its own file, or one with what modifiers made of it; None if there are
@@ -61,7 +64,8 @@ class Files:
         loaded = on_disk(grids.frame_filepath or volume.filepath, volume.library)
         if loaded and not modified and loaded.suffix in _VOLUMES and loaded.is_file():
             return loaded
-        return self._once((name, grids.frame), ".vdb", lambda p: bool(grids.save(os.fspath(p))))
+        key = (name, grids.frame, volume.as_pointer())
+        return self._once(key, ".vdb", lambda p: bool(grids.save(os.fspath(p))))
 
     def picture(self, image):
         """A picture that pvol reads; None if there is no picture."""
@@ -69,21 +73,29 @@ class Files:
         if image.source == "FILE" and not image.packed_file and own and not image.is_dirty:
             if own.suffix.lower() in _PICTURES and own.is_file():
                 return own
-        return self._once((image.name, "picture"), ".hdr", lambda p: _write_picture(p, image))
+        pixels = _pixels(image)
+        if pixels is None:
+            return None
+        # Painting in a picture changes it without an update of its own.
+        key = (image.name_full, "picture", zlib.crc32(pixels))
+        return self._once(key, ".hdr", lambda p: radiance.write(p, _linear(pixels, image)))
 
 
-def _write_picture(path, image):
+def _pixels(image):
+    """(height, width, channels) from the top, or None if there are none."""
     width, height = image.size
     if width == 0 or height == 0:
-        return False
+        return None
     pixels = np.empty(width * height * image.channels, dtype=np.float32)
     image.pixels.foreach_get(pixels)
-    pixels = pixels.reshape(height, width, image.channels)[::-1]
+    return np.ascontiguousarray(pixels.reshape(height, width, image.channels)[::-1])
+
+
+def _linear(pixels, image):
     rgb = pixels[..., :3] if image.channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
     if not image.is_float and image.colorspace_settings.name == "sRGB":
         rgb = radiance.linear(rgb)
-    radiance.write(path, rgb)
-    return True
+    return rgb
 
 
 class DryFiles:
@@ -92,8 +104,8 @@ class DryFiles:
     def close(self):
         pass
 
-    def mesh(self, name, part, vertices, triangles):
-        return pathlib.Path(f"{name}_{part}.ply")
+    def mesh(self, thing, part, vertices, triangles):
+        return pathlib.Path(f"{thing.name_full}_{part}.ply")
 
     def volume(self, volume, name, modified):
         own = on_disk(volume.grids.frame_filepath or volume.filepath, volume.library)

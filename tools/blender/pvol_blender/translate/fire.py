@@ -50,7 +50,10 @@ def _color(node, socket, reader):
         along = reader.of(fed[0].inputs["Temperature"])
         if along is not None and along.grid and along.is_plain:
             return [1.0] * 3, {"color_by": along.grid, "kelvin": along.scale * along.factor}
-    return reader.color(node, socket)[0], {}
+    color, grid = reader.color(node, socket)
+    if grid:
+        reader.notes.add(reader.name, f"an emission coloured by the grid {grid}", "white")
+    return color, {}
 
 
 def _black_body(node, reader, strength, density):

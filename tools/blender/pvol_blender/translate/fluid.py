@@ -21,6 +21,8 @@ def domain_of(thing):
 def cache_file(thing, frame, notes):
     """The file of a frame, with noise if it has been baked; None if there is none."""
     domain = domain_of(thing)
+    if getattr(domain, "cache_frame_offset", 0):
+        notes.add(thing.name, "a frame offset of the domain's cache", "the scene's own frame")
     folder = on_disk(domain.cache_directory) or pathlib.Path()
     names = [folder / "data" / f"fluid_data_{frame:04}.vdb"]
     if domain.use_noise:

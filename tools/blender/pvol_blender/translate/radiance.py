@@ -6,11 +6,12 @@ import numpy as np
 def write(path, rgb):
     """`rgb` is (height, width, 3), linear, rows from the top. Without run lengths: any width."""
     largest = np.maximum(rgb.max(axis=2), 0)
-    mantissa, exponent = np.frexp(largest)
+    exponent = np.frexp(largest)[1]
+    exponent += np.rint(np.ldexp(largest, 8 - exponent)) > 255  # would round to 256
     visible = largest > 1e-32
-    scale = np.where(visible, mantissa * 256 / np.where(visible, largest, 1), 0)
+    scale = np.where(visible, np.ldexp(1.0, 8 - exponent), 0)
     pixels = np.zeros((*largest.shape, 4), dtype=np.uint8)
-    pixels[..., :3] = np.clip(rgb * scale[..., None], 0, 255)
+    pixels[..., :3] = np.clip(np.rint(rgb * scale[..., None]), 0, 255)
     pixels[..., 3] = np.where(visible, exponent + 128, 0)
     height, width = largest.shape
     header = f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n"

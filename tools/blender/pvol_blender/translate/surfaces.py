@@ -31,7 +31,9 @@ def tables(thing, translation):
     for slot, vertices, triangles in _parts(thing.object):
         slots = thing.object.material_slots
         material = slots[min(slot, len(slots) - 1)].material if slots else None
-        path = translation.files.mesh(thing.object.name_full, slot, vertices, triangles)
+        if (layer := translation.view_layer) is not None and layer.material_override:
+            material = layer.material_override
+        path = translation.files.mesh(thing.object, slot, vertices, triangles)
         found.append({"file": os.fspath(path), **place, **shared,
                       "albedo": translation.albedo(material, thing.name)})
     return found

@@ -14,6 +14,8 @@ def of_world(world, files, notes):
     """The [environment] of a world."""
     if world is None:
         return _constant([0, 0, 0])
+    if not _seen(world):
+        notes.add(world.name, "a world that the camera does not see", "one that it sees")
     if not world.use_nodes or world.node_tree is None:
         return _constant(world.color)
     if nodes.output(world.node_tree, "OUTPUT_WORLD", "Volume") is not None:
@@ -25,6 +27,12 @@ def of_world(world, files, notes):
         notes.add(world.name, f"a {node.bl_label} node at the world's output", "black")
         return _constant([0, 0, 0])
     return _background(world, node, files, notes)
+
+
+def _seen(world):
+    """By the camera: a setting of Cycles, whose owner changed."""
+    owner = getattr(world, "cycles_visibility", world)
+    return getattr(owner, "camera", getattr(owner, "visible_camera", True))
 
 
 def _background(world, node, files, notes):
@@ -49,13 +57,13 @@ def _constant(radiance):
 def _turn(world, node, notes):
     """Degrees by which a Mapping node turns the sky about z."""
     fed = nodes.source(node.inputs["Vector"])
-    if fed is None:
-        return 0.0
-    if fed[0].type == "MAPPING":
-        return _mapping(world, fed[0], notes)
-    if fed[0].type != "TEX_COORD" or fed[1].name != "Generated":
+    turn = 0.0
+    if fed is not None and fed[0].type == "MAPPING":
+        turn = _mapping(world, fed[0], notes)
+        fed = nodes.source(fed[0].inputs["Vector"])
+    if fed is not None and (fed[0].type != "TEX_COORD" or fed[1].name != "Generated"):
         notes.add(world.name, "texture coordinates of the sky", "those of the world")
-    return 0.0
+    return turn
 
 
 def _mapping(world, node, notes):
@@ -82,7 +90,7 @@ def _image(world, node, strength, files, notes):
         notes.add(world.name, f"the picture {node.image.name}, which cannot be read", "black")
         return _constant([0, 0, 0])
     # pvol's skies are turned by half a turn against Blender's.
-    turn = (180 + _turn(world, node, notes) + 180) % 360 - 180
+    turn = _within_a_turn(180 + _turn(world, node, notes))
     return {"type": "image", "file": os.fspath(file), "scale": max(0.0, strength),
             "rotation": turn}
 
@@ -92,26 +100,34 @@ def _sky(world, node, strength, files, notes):
     if node.sky_type in ("PREETHAM", "HOSEK_WILKIE"):
         x, y, z = node.sun_direction
         table.update(elevation=math.degrees(math.atan2(z, math.hypot(x, y))),
-                     azimuth=math.degrees(math.atan2(x, y)), turbidity=max(1.0, node.turbidity),
+                     azimuth=_within_a_turn(math.degrees(math.atan2(x, y)) -
+                                            _turn(world, node, notes)),
+                     turbidity=max(1.0, node.turbidity),
                      sun=False, irradiance=4 * max(0.0, strength))
         notes.add(world.name, f"a sky of {node.sky_type.replace('_', ' and ').title()}",
                   "pvol's clear sky with the same sun and turbidity; its brightness differs")
         return table
     _check_sun(world, node, notes)
     haze = getattr(node, "aerosol_density", getattr(node, "dust_density", 1.0))
+    if node.ozone_density > 1000 / 300:
+        notes.add(world.name, "more ozone than 1000 Dobson units", "1000")
     air = node.air_density
     if abs(air - 1) > 1e-3 or getattr(node, "altitude", 0) > 0.5:
         notes.add(world.name, "air of another density or at an altitude", "air at sea level")
     azimuth = math.degrees(node.sun_rotation) - _turn(world, node, notes)
     table.update(
         elevation=min(max(math.degrees(node.sun_elevation), -90.0), 90.0),
-        azimuth=(azimuth + 180) % 360 - 180,
+        azimuth=_within_a_turn(azimuth),
         turbidity=min(1 + 0.5 * haze, 20.0),
-        ozone=300.0 * node.ozone_density,
+        ozone=min(300.0 * node.ozone_density, 1000.0),
         irradiance=SKY_IRRADIANCE * max(0.0, strength),
         sun=bool(node.sun_disc),
     )
     return table
+
+
+def _within_a_turn(degrees):
+    return (degrees + 180) % 360 - 180
 
 
 def _check_sun(world, node, notes):
