@@ -7,6 +7,14 @@
 #   .ci/setup.sh packages for all that tools/packages/make needs
 set -euo pipefail
 
+case ${1:-} in
+  "" | tools | nightly | packages) ;;
+  *)
+    echo "set-up: error: found '$1', expected nothing, tools, nightly or packages" >&2
+    exit 2
+    ;;
+esac
+
 packages=(
   g++ cmake ninja-build pkg-config
   libtbb-dev libhwy-dev libembree-dev

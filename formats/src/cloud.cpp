@@ -90,9 +90,13 @@ LoadedGrid load_recipe(const std::filesystem::path& file, const GridOptions& opt
 
 [[noreturn]] void refuse_kind(const std::filesystem::path& file) {
   const std::string kind = ending(file);
+  std::string what_to_do;
+  if (kind == ".gz") what_to_do = "; unpack it first: gunzip " + file.string();
+  if (kind == ".usda" || kind == ".pbrt") {
+    what_to_do = "; make a scene of it: pvol-convert " + file.string() + " scene.toml";
+  }
   throw Error(file.string() + ": the name ends in '" + kind +
-              "', expected .vdb, .nvdb, .pvol or .toml (a recipe)" +
-              (kind == ".gz" ? "; unpack it first: gunzip " + file.string() : ""));
+              "', expected .vdb, .nvdb, .pvol or .toml (a recipe)" + what_to_do);
 }
 
 /// A recipe for procedural look-ups, without its bounds.

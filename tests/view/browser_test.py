@@ -124,6 +124,43 @@ class PageTest(unittest.TestCase):
         self.after_change(lambda: self.drag(0, -60))
         self.assertGreater(self.value("sun[1]", "direction")[1], 0.58)  # it stood at .577
 
+    def test_sun_of_a_clear_sky_is_dragged(self):
+        self.open_section("environment")
+        Select(self.element("key_environment.type")).select_by_visible_text("clear")
+        self.page.run(
+            "return fetch('scene').then((a) => a.json()).then((s) => fetch('scene', {method: 'POST', "
+            "headers: {'Content-Type': 'application/json'}, body: JSON.stringify({edits: [{remove: 'sun[1]'}]})}))"
+        )
+        self.page.until("!document.querySelector('details[data-id=\"sun[1]\"]')", "a scene without the sun")
+        north = self.value("environment", "north")
+        self.page.driver.find_element(By.CSS_SELECTOR, "input[value='sun']").click()
+        self.after_change(lambda: self.drag(0, -60))
+        self.assertGreater(self.value("environment", "elevation"), 37 + 5)
+        self.assertAlmostEqual(self.value("environment", "azimuth"), 245 - 360)
+        self.assertEqual(self.value("environment", "north"), north)
+
+    def test_numbers_keep_their_digits(self):
+        position = [5.812345678901, 0.5, 4.123456789]
+        self.page.run(
+            "return fetch('scene', {method: 'POST', headers: {'Content-Type': 'application/json'}, body: "
+            "JSON.stringify({edits: [{section: 'camera', key: 'position', value: arguments[0]}, "
+            "{section: 'render', key: 'seed', value: 123456789}]})})",
+            position,
+        )
+        self.page.until("document.getElementById('key_camera.position').value.startsWith('5.81235')", "the place")
+        self.open_section("camera")
+        self.open_section("render")
+        seed = self.element("key_render.seed")
+        self.assertEqual(seed.get_attribute("value"), "123456789")
+
+        def type_z():
+            field = self.element("key_camera.position")
+            text = field.get_attribute("value").rsplit(",", 1)[0] + ", 5"
+            field.send_keys(Keys.CONTROL, "a", Keys.NULL, text, Keys.ENTER)
+
+        self.after_change(type_z)
+        self.assertEqual(self.value("camera", "position"), [*position[:2], 5])
+
     def test_click_focuses(self):
         self.page.driver.find_element(By.CSS_SELECTOR, "input[value='focus']").click()
         self.finish()

@@ -1,5 +1,6 @@
 """The viewer's requests: what it answers, and to whom."""
 
+import http.client
 import json
 import pathlib
 import socket
@@ -115,13 +116,67 @@ class Requests(unittest.TestCase):
         self.assertEqual(self.ask(self.root + "picture")[2], before)
 
     def test_what_is_no_request_is_refused(self):
-        for body in (b"", b"{", b"[]", b"{\"edits\": 5}", b"{\"edits\": [{}]}", b"\xff\xfe"):
+        for body in (b"", b"{", b"[]", b"{\"edits\": 5}", b"{\"edits\": [{}]}", b"\xff\xfe", b"{\"edits\": []}",
+                     b"{\"edits\": {}}", b"{\"frame\": true}", b"{\"show\": {\"layer\": \"depth\", \"filter\": 3}}"):
             request = urllib.request.Request(self.viewer.address + "scene", data=body)
             with self.assertRaises(urllib.error.HTTPError) as refused:
                 urllib.request.urlopen(request)
             self.assertEqual(refused.exception.code, 400, body)
             refused.exception.close()
-        self.assertEqual(self.json("scene")[0], 200)
+        status, scene = self.json("scene")
+        self.assertEqual((status, scene["layer"], scene["undo"]), (200, "colour", False))
+        for query in ("layer=nonsense", "exposure=bright", "exposure=nan"):
+            self.assertEqual(self.ask(self.root + "picture?" + query)[0], 400, query)
+        for after in ("1e30", "inf", "nan", "-5"):
+            self.assertEqual(self.json("state?after=" + after)[0], 200)
+
+    def test_requests_that_are_too_large_are_refused_in_words(self):
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
+        self.addCleanup(connection.close)
+        connection.putrequest("POST", self.root + "scene")
+        connection.putheader("Content-Length", str(2 << 20))
+        connection.endheaders()  # it is refused before its body comes
+        answer = connection.getresponse()
+        self.assertEqual(answer.status, 413)
+        self.assertIn("MiB", json.loads(answer.read())["error"])
+
+    def test_an_angle_of_view_replaces_a_focal_length(self):
+        def value(scene, key):
+            camera = next(s for s in scene["sections"] if s["id"] == "camera")
+            return next(k["value"] for k in camera["keys"] if k["key"] == key)
+
+        _, scene = self.json("scene", {"edits": [{"section": "camera", "key": "focal_length", "value": 50}]})
+        self.assertEqual(value(scene, "focal_length"), 50)
+        _, scene = self.json("scene", {"edits": [{"section": "camera", "key": "fov", "value": 20}]})
+        self.assertEqual((value(scene, "fov"), value(scene, "focal_length")), (20, None))
+
+    def test_pictures_come_however_quickly_changes_follow_each_other(self):
+        self.finished()
+        _, state = self.json("state?after=0")
+        pictures, number = 0, state["number"]
+        for i in range(60):
+            self.json("scene", {"edits": [{"section": "camera", "key": "fov", "value": 30 + i / 10}]})
+            _, state = self.json(f"state?after={max(0, number - 1)}")
+            pictures += state["number"] > number
+            number = state["number"]
+        self.assertGreater(pictures, 5)
+
+    def test_files_of_the_scene_are_not_written_over(self):
+        before = (self.viewer.folder / "ball.toml").read_text()
+        status, answer = self.json("save", {"name": "ball.toml", "replace": True})
+        self.assertEqual(status, 400)
+        self.assertIn("reads", answer["error"])
+        self.assertEqual((self.viewer.folder / "ball.toml").read_text(), before)
+
+    def test_names_of_skies_are_those_of_the_folder(self):
+        (self.viewer.folder / "sky.hdr").write_bytes(
+            b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n" + bytes((128, 64, 32, 129)) * 8)
+        edits = [{"section": "environment", "key": "type", "value": "image"},
+                 {"section": "environment", "key": "file", "value": "sky.hdr"}]
+        status, scene = self.json("scene", {"edits": edits})
+        self.assertEqual(status, 200)
+        state = self.finished(scene["change"])
+        self.assertEqual(state["error"], "")
 
     def test_saves_in_its_folder(self):
         status, answer = self.json("save", {"name": "new.toml"})

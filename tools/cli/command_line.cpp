@@ -26,7 +26,8 @@ void add_memory_limit(CLI::App& app) {
   constexpr double kLeast = 1e8;  // what the tools and their libraries take themselves
   Option(app.add_option_function<std::string>(
              "--memory-limit", [](const std::string& text) { limit_memory(*parse_bytes(text)); },
-             "Limit of the address space, e.g. 4G: fail with a message instead of using more"))
+             "Limit of the address space, in bytes or with k, M, G or T, e.g. 4G: fail with a "
+             "message instead of using more"))
       .type_name("BYTES")
       .check({[](const std::string& text) -> std::string {
         const std::optional<double> bytes = parse_bytes(text);

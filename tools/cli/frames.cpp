@@ -95,10 +95,16 @@ std::filesystem::path file_of_frame(const std::filesystem::path& file, int frame
 }
 
 std::filesystem::path with_pattern(const std::filesystem::path& file) {
-  std::filesystem::path name = file.stem();
-  name += ".####";
-  name += file.extension();
-  return std::filesystem::path(file).replace_filename(name);
+  constexpr std::size_t kFewestDigits = 3;
+  std::string name = file.stem().string();
+  const std::size_t begin = name.find_last_not_of("0123456789") + 1, digits = name.size() - begin;
+  if (begin > 0 && digits >= kFewestDigits &&
+      std::string_view("._-").find(name[begin - 1]) != std::string_view::npos) {
+    name.replace(begin, digits, digits, '#');
+  } else {
+    name += ".####";
+  }
+  return std::filesystem::path(file).replace_filename(name + file.extension().string());
 }
 
 }  // namespace pvol::cli

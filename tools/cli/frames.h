@@ -24,7 +24,8 @@ inline constexpr std::size_t kMostFrames = 100'000;
 /// a pattern stays as it is.
 [[nodiscard]] std::filesystem::path file_of_frame(const std::filesystem::path& file, int frame);
 
-/// The same name with a pattern before its ending: "cloud.exr" -> "cloud.####.exr".
+/// The same name with a pattern in place of a number of three digits or more at its end, else before
+/// its ending: "a.0017.exr" -> "a.####.exr", "cloud.exr" -> "cloud.####.exr".
 [[nodiscard]] std::filesystem::path with_pattern(const std::filesystem::path& file);
 
 }  // namespace pvol::cli

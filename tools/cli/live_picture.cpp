@@ -21,6 +21,9 @@ constexpr double kCoarseSeconds = 0.06;
 /// Samples a second, before anything is known of the scene: of thick clouds on two cores.
 constexpr double kUsualSpeed = 150'000;
 constexpr int kCoarsest = 32;
+/// For so long the coarsest picture is not given up for a newer change, so that something moves
+/// however quickly changes follow each other.
+constexpr double kKeptSeconds = 0.15;
 /// Between two states of a picture that refines: at least, and as a share of its age.
 constexpr double kLeastBetween = 0.15, kShareBetween = 0.05;
 /// A filtered picture is worth its time where the film has this many times the samples.
@@ -108,7 +111,7 @@ void LivePicture::show(Request request, const std::stop_token& ended) {
   state.change = request.change;
   try {
     auto job = std::make_shared<RenderJob>(scene_.prepare(std::move(request.scene), request.given));
-    if (!stale()) show_coarse(*job, state, request, stale);
+    show_coarse(*job, state, request, stale);
     if (!stale()) refine(std::move(job), state, request, stale);
   } catch (const std::exception& e) {
     if (!state.film) state.film = this->state().film;
@@ -139,11 +142,13 @@ void LivePicture::show_coarse(const RenderJob& job, LiveState& state, const Requ
   const double affordable = kCoarseSeconds * (speed_ > 0 ? speed_ : kUsualSpeed);
   int factor = 1;
   while (factor < kCoarsest && pixels / (factor * factor) > affordable) factor *= 2;
-  for (; factor > 1 && !stale(); factor /= 2) {
+  for (bool first = true; first || (factor > 1 && !stale()); factor /= 2, first = false) {
     const Scene coarse = coarse_scene(scene, factor);
     const auto begin = Clock::now();
-    const RenderResult result =
-        render(plan_of(job, coarse), [&](std::uint64_t, std::uint64_t) { return !stale(); });
+    const auto goes_on = [&](std::uint64_t, std::uint64_t) {
+      return (first && seconds_since(begin) < kKeptSeconds) || !stale();
+    };
+    const RenderResult result = render(plan_of(job, coarse), goes_on);
     if (!result.complete) return;
     state.film = std::make_shared<const Film>(without_sums(result.film));
     state.coarse = true;

@@ -220,6 +220,7 @@ void set_value(formats::SceneFile& scene, const Json& change) {
       throw Error(fmt::format("{}: found {}, expected {}", key, json.dump(), refusal->expected));
     }
     note_given(scene, id, key);
+    if (id == "camera" && key == "fov") scene.scene.camera.focal_length.reset();  // it came first
     return;
   }
   throw Error(fmt::format("the scene has no {} in '{}'; load the page again", key, id));

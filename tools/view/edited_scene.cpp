@@ -51,6 +51,8 @@ formats::SceneFile EditedScene::scene_of_frame() const {
 }
 
 void EditedScene::edit(const cli::Json& changes, std::uint64_t gesture) {
+  if (!changes.is_array() || changes.empty())
+    throw Error("found no edits, expected a list of some");
   formats::SceneFile changed = scene_;
   for (const cli::Json& change : changes) viewer::edit(changed, change);
   changed = read_back(formats::to_toml(changed));
@@ -84,6 +86,20 @@ void EditedScene::restore(std::vector<std::string>& from, std::vector<std::strin
 void EditedScene::undo() { restore(undone_to_, redone_to_); }
 
 void EditedScene::redo() { restore(redone_to_, undone_to_); }
+
+bool EditedScene::reads(const std::filesystem::path& file) const {
+  bool found = false;
+  const auto look = [&](const std::filesystem::path& name) {
+    std::error_code unknown;
+    found = found || std::filesystem::equivalent(name, file, unknown);
+  };
+  formats::SceneFile scene = scene_;
+  formats::visit_files(scene, [&](auto& name) {
+    if (frames_.empty()) look(name);
+    for (const int frame : frames_) look(cli::file_of_frame(name, frame));
+  });
+  return found;
+}
 
 std::string EditedScene::text_in(const std::filesystem::path& folder) const {
   formats::SceneFile scene = scene_;

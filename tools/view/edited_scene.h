@@ -33,6 +33,9 @@ class EditedScene {
   void undo();
   void redo();
 
+  /// Whether this is one of the scene's files, of any frame.
+  [[nodiscard]] bool reads(const std::filesystem::path& file) const;
+
   /// The text of a scene file in this folder.
   [[nodiscard]] std::string text_in(const std::filesystem::path& folder) const;
 

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <httplib.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <random>
 
@@ -54,7 +56,12 @@ double number_of(const Request& from, const char* name, double otherwise) {
 }
 
 ViewChoice choice_of(const Request& from) {
-  ViewChoice choice{.display = {.exposure = number_of(from, "exposure", 0)}};
+  const double exposure = number_of(from, "exposure", from.has_param("exposure") ? NAN : 0);
+  if (!std::isfinite(exposure)) {
+    throw Error(fmt::format("exposure: found '{}', expected a number of stops",
+                            from.get_param_value("exposure")));
+  }
+  ViewChoice choice{.display = {.exposure = exposure}};
   if (from.has_param("layer")) choice.layer = from.get_param_value("layer");
   if (from.has_param("tone_map")) choice.display.tone_map = from.get_param_value("tone_map");
   return choice;
@@ -110,6 +117,10 @@ void set_limits(httplib::Server& server) {
   server.set_keep_alive_timeout(1);
   server.set_payload_max_length(kLargestRequest);
   server.set_tcp_nodelay(true);
+  server.set_error_handler([](const Request&, Response& to) {
+    if (to.status != 413) return;
+    to.set_content(cli::to_text(Json{{"error", "the request is larger than a MiB"}}), kJson);
+  });
 }
 
 void add_page(httplib::Server& server, const std::string& root) {
@@ -129,7 +140,9 @@ void add_requests(httplib::Server& server, const std::string& root, Viewer& view
   });
   server.Get(root + "state", [&](const Request& from, Response& to) {
     const double after = number_of(from, "after", 0);
-    answer(to, [&] { return viewer.state(after > 0 ? std::uint64_t(after) : 0, kLongestWait); });
+    constexpr double kMost = 0x1p53;
+    const auto number = std::uint64_t(after > 0 ? std::min(after, kMost) : 0);
+    answer(to, [&] { return viewer.state(number, kLongestWait); });
   });
   server.Get(root + "picture",
              [&](const Request& from, Response& to) { send_picture(viewer, from, to); });

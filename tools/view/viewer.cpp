@@ -27,6 +27,18 @@ void check_name(const std::string& name) {
   throw Error(fmt::format("'{}': expected a name like cloud.toml, without folders", name));
 }
 
+/// Edits with names of files as scenes in the folder have them: relative to it.
+Json with_files_in(const fs::path& folder, Json edits) {
+  if (!edits.is_array()) return edits;
+  for (Json& edit : edits) {
+    if (!edit.is_object() || edit.value("key", Json()) != "file") continue;
+    if (edit.contains("value") && edit["value"].is_string()) {
+      edit["value"] = (folder / edit["value"].get<std::string>()).string();
+    }
+  }
+  return edits;
+}
+
 /// A configuration that cannot be read is no reason not to look at pictures.
 std::vector<std::string> tone_maps_there_are() {
   try {
@@ -81,22 +93,24 @@ Json Viewer::describe() {
 
 void Viewer::apply(const Json& request) {
   if (request.contains("edits")) {
-    scene_.edit(request["edits"], request.value("gesture", std::uint64_t(0)));
+    scene_.edit(with_files_in(folder_, request["edits"]),
+                request.value("gesture", std::uint64_t(0)));
   } else if (request.contains("undo")) {
     scene_.undo();
   } else if (request.contains("redo")) {
     scene_.redo();
   } else if (request.contains("frame")) {
-    scene_.choose_frame(request["frame"]);
+    const Json& frame = request["frame"];
+    if (!frame.is_number_integer()) {
+      throw Error("found frame " + frame.dump() + ", expected a whole number");
+    }
+    scene_.choose_frame(frame);
   } else if (request.contains("show")) {
     const Json& show = request["show"];
     const std::string layer = show.value("layer", layer_);
-    if (std::ranges::count(layers_to_view(), layer) == 0) {
-      throw Error(
-          fmt::format("there is no layer '{}'; expected {}", layer, listed(layers_to_view())));
-    }
-    layer_ = layer;
+    check_layer(layer);
     filter_ = show.value("filter", filter_);
+    layer_ = layer;
   } else {
     throw Error("found nothing to change; expected edits, undo, redo, frame or show");
   }
@@ -123,6 +137,7 @@ Json Viewer::state(std::uint64_t after, double seconds) const {
 }
 
 View Viewer::picture(const ViewChoice& choice, bool filtered) const {
+  check_layer(choice.layer);
   const cli::LiveState s = picture_.state();
   if (!s.film) return {};
   const Film& film = filtered && s.filtered ? s.filtered->film : *s.film;
@@ -154,6 +169,9 @@ Json Viewer::save(const Json& request) {
   const std::lock_guard lock(mutex_);
   const fs::path file = folder_ / name;
   std::error_code unknown;
+  if (scene_.reads(file)) {
+    throw Error(fmt::format("the scene reads {} itself; choose another name", file.string()));
+  }
   if (fs::is_symlink(file, unknown)) {
     throw Error(fmt::format("{} is a link to another place; choose another name", file.string()));
   }

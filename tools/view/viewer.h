@@ -26,24 +26,23 @@ class Viewer {
   [[nodiscard]] cli::Json describe();
 
   /// Takes {"edits": [...], "gesture": N}, {"undo": true}, {"redo": true}, {"frame": N}, or
-  /// {"show":
-  /// {"filter": true, "layer": "depth"}}; answers as `describe`. Throws Error for what cannot be,
-  /// which changes nothing.
+  /// {"show": {"filter": true, "layer": "depth"}}; answers as `describe`. Throws Error for what
+  /// cannot be, which changes nothing.
   [[nodiscard]] cli::Json change(const cli::Json& request);
 
   /// How far the picture is, as soon as its state has a number above `after`, or after so many
   /// seconds.
   [[nodiscard]] cli::Json state(std::uint64_t after, double seconds) const;
 
-  /// The picture so far; empty before the first.
+  /// The picture so far; empty before the first. Throws Error for a layer that there is not.
   [[nodiscard]] View picture(const ViewChoice& choice, bool filtered) const;
 
   /// What the picture has at this place, in [0, 1) across and down. Throws Error for other places.
   [[nodiscard]] cli::Json pixel(double across, double down) const;
 
   /// Writes the scene into the folder: {"name": "cloud.toml", "replace": true}. Throws Error for a
-  /// name that is not one of a file in the folder, and for a file that is there and is not to be
-  /// replaced. Answers with the path.
+  /// name that is not one of a file in the folder, for a file that is there and is not to be
+  /// replaced, and for one that the scene reads. Answers with the path.
   [[nodiscard]] cli::Json save(const cli::Json& request);
 
  private:

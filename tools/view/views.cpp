@@ -1,5 +1,7 @@
 #include "view/views.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -7,6 +9,7 @@
 
 #include "cli/film_layers.h"
 #include "cli/film_samples.h"
+#include "pvol/error.h"
 #include "pvol/render/aov.h"
 #include "report/colour_map.h"
 
@@ -110,6 +113,11 @@ std::vector<std::string> layers_to_view() {
     if (has_one_layer(row)) names.emplace_back(row.name);
   }
   return names;
+}
+
+void check_layer(const std::string& layer) {
+  if (std::ranges::count(layers_to_view(), layer) > 0) return;
+  throw Error(fmt::format("there is no layer '{}'; expected {}", layer, listed(layers_to_view())));
 }
 
 AovSet needs_of_layer(const std::string& layer) {

@@ -18,6 +18,9 @@ struct ViewChoice {
 /// Names of what there is to show: "colour", "alpha", and all layers that can be asked for.
 [[nodiscard]] std::vector<std::string> layers_to_view();
 
+/// Throws Error for a name that is none of these.
+void check_layer(const std::string& layer);
+
 /// The AOV that a film must have for this layer to be shown; none where every film has it.
 [[nodiscard]] AovSet needs_of_layer(const std::string& layer);
 

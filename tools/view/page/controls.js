@@ -12,18 +12,23 @@ const svg = (name, attributes = {}) => {
   return made;
 };
 
-/** A number in at most six digits. */
-export const short = (v) => (typeof v === 'number' ? String(Number(v.toPrecision(6))) : String(v));
+/** A whole number as it is, others in at most six digits. */
+export const short = (v) => (typeof v === 'number' && !Number.isSafeInteger(v) ? String(Number(v.toPrecision(6))) : String(v));
 const join = (v) => (Array.isArray(v) ? v.map(short).join(', ') : short(v));
 /** Three equal channels as one number. */
 const joinGrey = (v) => (Array.isArray(v) && v.every((c) => c === v[0]) ? short(v[0]) : join(v));
 
-/** Numbers of a text, one or a list; a text that is none of these stays one, for the server. */
-function parse(text) {
-  const parts = text.split(/[\s,]+/).filter((part) => part !== '');
+const split = (text) => text.split(/[\s,]+/).filter((part) => part !== '');
+/** Numbers of a text, one or a list, those that are shown as before with all their digits; a text that is none
+    of these stays one, for the server, as do numbers that scripts cannot tell apart. */
+function parse(text, before) {
+  const parts = split(text);
   const numbers = parts.map(Number);
-  if (parts.length === 0 || numbers.some(Number.isNaN)) return text.trim();
-  return numbers.length === 1 ? numbers[0] : numbers;
+  if (parts.length === 0 || numbers.some(Number.isNaN)) return text.trim().replace(/\s*,\s*/g, ',');
+  if (parts.some((part, i) => Number.isInteger(numbers[i]) && !Number.isSafeInteger(numbers[i]))) return text.trim();
+  const known = before === null || before === undefined ? [] : [before].flat();
+  const kept = numbers.map((v, i) => (known.length === parts.length && parts[i] === short(known[i]) ? known[i] : v));
+  return kept.length === 1 ? kept[0] : kept;
 }
 
 const toLinear = (byte) => {
@@ -37,13 +42,13 @@ function splitColour(value) {
   const rgb = Array.isArray(value) ? value : [value, value, value];
   const strength = Math.max(...rgb);
   const shares = rgb.map((v) => (strength > 0 ? v / strength : 1));
-  const hex = '#' + shares.map((v) => toByte(v).toString(16).padStart(2, '0')).join('');
+  const hex = strength > 0 ? '#' + shares.map((v) => toByte(v).toString(16).padStart(2, '0')).join('') : '#000000';
   return { strength, shares, hex };
 }
 const sharesOf = (hex) => {
   const shares = [1, 3, 5].map((i) => toLinear(parseInt(hex.slice(i, i + 2), 16)));
   const most = Math.max(...shares);
-  return shares.map((v) => (most > 0 ? v / most : 1));
+  return shares.map((v) => (most > 0 ? v / most : 0));
 };
 /** Grey as one number. */
 const joinColour = (strength, shares) => {
@@ -79,7 +84,7 @@ function dial(get, set, up) {
     set(fromAngles({ azimuth: Math.atan2(-y, x), elevation: Math.PI * (0.5 - r / radius) }, up()), true);
   };
   root.addEventListener('pointerdown', (event) => { root.setPointerCapture(event.pointerId); move(event); });
-  root.addEventListener('pointermove', (event) => { if (event.buttons) move(event); });
+  root.addEventListener('pointermove', (event) => { if (root.hasPointerCapture(event.pointerId)) move(event); });
   root.addEventListener('keydown', (event) => {
     const step = Math.PI / 60;
     const by = { ArrowLeft: [step, 0], ArrowRight: [-step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] }[event.key];
@@ -137,7 +142,7 @@ function control(key, id, set, up) {
     const input = element('input', { id, className, type: 'text', autocomplete: 'off' });
     input.addEventListener('change', () => {
       if (now.shape === 'text') change(input.value);
-      else if (input.value.trim() !== '') change(parse(input.value));
+      else if (input.value.trim() !== '') change(parse(input.value, now.value));
       else if (now.nothing) change(now.nothing);
       else shown();  // an empty field is no value
     });
@@ -174,7 +179,7 @@ function control(key, id, set, up) {
   } else if (now.shape === 'colour') {
     const swatch = element('input', { type: 'color' });
     swatch.setAttribute('aria-label', `${now.key}, colour`);
-    swatch.addEventListener('input', () => change(joinColour(splitColour(now.value).strength, sharesOf(swatch.value)), true));
+    swatch.addEventListener('input', () => change(joinColour(splitColour(now.value).strength || 1, sharesOf(swatch.value)), true));
     put(swatch, () => { swatch.value = splitColour(now.value).hex; });
     slider(() => splitColour(now.value).strength, (v, ongoing) => change(joinColour(v, splitColour(now.value).shares), ongoing));
     text('number');
@@ -182,7 +187,7 @@ function control(key, id, set, up) {
     const columns = { className: 'wide', id, rows: 3, spellcheck: false };
     const input = element('textarea', columns);
     input.addEventListener('change', () => {
-      const rows = input.value.split('\n').map(parse).filter((r) => r !== '');
+      const rows = input.value.split('\n').map((line, i) => parse(line, now.value?.[i])).filter((r) => r !== '');
       change(rows);
     });
     const curve = plot(() => now.value, change);

@@ -15,7 +15,7 @@ class Refusal extends Error {}
 async function ask(path, body) {
   const request = body === undefined ? {} : { method: 'POST', body: JSON.stringify(body), headers: { 'Content-Type': 'application/json' } };
   const answer = await fetch(path, request);
-  const told = await answer.json();
+  const told = await answer.json().catch(() => ({ error: `pvol-view answers ${answer.status} ${answer.statusText}` }));
   if (!answer.ok) throw new Refusal(told.error);
   return told;
 }
@@ -30,9 +30,8 @@ let gesture = Date.now();  // other pages of the same viewer have others
 function merged(request) {
   const last = waiting.length > 1 ? waiting[waiting.length - 1] : undefined;
   if (!last) return false;
-  for (const what of ['frame', 'show']) {
-    if (what in last && what in request) { Object.assign(last, request); return true; }
-  }
+  if ('frame' in last && 'frame' in request) { last.frame = request.frame; return true; }
+  if ('show' in last && 'show' in request) { Object.assign(last.show, request.show); return true; }
   const sets = (r) => r.edits?.every((c) => 'key' in c);
   if (!sets(last) || !sets(request) || last.gesture !== request.gesture) return false;
   const other = (c) => !request.edits.some((e) => e.section === c.section && e.key === c.key);
@@ -81,15 +80,30 @@ function lay(changes, told) {
 
 const camera = () => ({ ...values('camera'), aspect: values('render').size[0] / values('render').size[1] });
 
+/** The rectangle of the picture that is rendered: its size in pixels. */
+function shownSize() {
+  const { size, crop } = values('render');
+  return Array.isArray(crop) && crop[2] > 0 ? [crop[2], crop[3]] : size;
+}
+
 function editSection(id, changed, ongoing) {
   edit(Object.entries(changed).map(([key, value]) => ({ section: id, key, value })), ongoing);
 }
 
-/** The first section that has a direction of light: a sun, or a sky with one. */
-function sunSection() {
-  const has = (s) => s.keys.find((k) => k.shape === 'direction' && k.key !== 'up');
-  const section = scene.sections.find((s) => (s.id.startsWith('sun') || s.id === 'environment') && has(s));
-  return section && { id: section.id, key: has(section).key, value: has(section).value };
+/** Moves the first sun, or that of a clear sky, by a drag in radians. */
+function dragSun(across, up) {
+  const sun = scene.sections.find((s) => s.id.startsWith('sun'));
+  if (sun) return editSection(sun.id, { direction: moveSun(values(sun.id).direction, camera(), across, up) }, true);
+  const sky = values('environment');
+  if (!('elevation' in sky) || sky.date) {
+    $('help').textContent = sky.date ? 'The sun of this sky follows its date.' : 'There is no sun to move.';
+    return undefined;
+  }
+  // Of a clear sky, whose azimuth goes with the clock; it stands there where nothing is set.
+  const degrees = 180 / Math.PI, usual = { elevation: 37, azimuth: 245 };
+  const elevation = (sky.elevation ?? usual.elevation) + up * degrees;
+  const azimuth = (((sky.azimuth ?? usual.azimuth) + across * degrees + 540) % 360) - 180;
+  return editSection('environment', { elevation: Math.max(-90, Math.min(90, elevation)), azimuth }, true);
 }
 
 const controls = new Controls($('sections'), $('help'), edit, () => values('camera').up);
@@ -100,7 +114,11 @@ function fill(select, names, chosen) {
 }
 
 function show(told) {
-  for (const request of waiting) lay(request.edits ?? [], told);
+  for (const request of waiting) {
+    lay(request.edits ?? [], told);
+    Object.assign(told, request.show);
+    if ('frame' in request) told.frame = request.frame;
+  }
   scene = told;
   controls.show(scene.sections);
   fill($('layer'), scene.layers, scene.layer);
@@ -123,8 +141,7 @@ function show(told) {
     screen's. */
 function fit() {
   if (!scene) return;
-  const { size, crop } = values('render');
-  const [width, height] = Array.isArray(crop) && crop[2] > 0 ? [crop[2], crop[3]] : size;
+  const [width, height] = shownSize();
   const room = $('stage').getBoundingClientRect();
   const scale = Math.min(room.width / width, room.height / height, 2);
   canvas.style.width = `${Math.floor(width * scale)}px`;
@@ -161,8 +178,9 @@ async function loadPicture() {
   const query = new URLSearchParams({ layer: $('layer').value || 'colour', exposure: $('exposure').value,
     tone_map: $('tone_map').value, filtered: $('filter').checked });
   const answer = await fetch(`picture?${query}`);
-  if (answer.status === 400) $('error').textContent = await answer.text();
+  if (answer.status === 400) $('picture_error').textContent = await answer.text();
   if (answer.status !== 200) return;
+  $('picture_error').textContent = '';
   const rgb = new Uint8Array(await answer.arrayBuffer());
   const width = Number(answer.headers.get('X-Width')), height = Number(answer.headers.get('X-Height'));
   const image = new ImageData(width, height);
@@ -234,10 +252,10 @@ function drag(event) {
   const across = (event.clientX - last.clientX) / box.height, down = (event.clientY - last.clientY) / box.height;
   last = event;
   const how = event.buttons === 4 || event.shiftKey ? 'pan' : mode();
-  if (how === 'pan') editSection('camera', pan(camera(), -across, down), true);
+  const share = shownSize()[1] / values('render').size[1];  // of the picture's height
+  if (how === 'pan') editSection('camera', pan(camera(), -across * share, down * share), true);
   if (how === 'orbit') editSection('camera', orbit(camera(), -3 * across, 3 * down), true);
-  const sun = how === 'sun' && sunSection();
-  if (sun) editSection(sun.id, { [sun.key]: moveSun(sun.value, camera(), 3 * across, -3 * down) }, true);
+  if (how === 'sun') dragSun(3 * across, -3 * down);
 }
 
 async function focus(event) {
@@ -280,7 +298,8 @@ async function tellPixel(event) {
   try {
     const p = await ask(`pixel?across=${across}&down=${down}`);
     const number = (v) => Number(v.toPrecision(3));
-    const text = [`(${p.x}, ${p.y}) ${p.radiance.map(number).join(' ')}`];
+    const at = state.coarse ? '' : `(${p.x}, ${p.y}) `;  // pixels of a coarse picture are not those of the scene
+    const text = [at + p.radiance.map(number).join(' ')];
     if (p.error) text.push(`± ${p.error.map(number).join(' ')}`);
     text.push(`alpha ${number(p.alpha)}`);
     if (p.layers?.depth < 1e9) text.push(`depth ${number(p.layers.depth)}`);
@@ -294,9 +313,9 @@ canvas.addEventListener('keydown', (event) => {
   const by = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
   if (by) {
     const moved = event.shiftKey ? pan(camera(), by[0] * step, by[1] * step) : orbit(camera(), by[0] * step, by[1] * step);
-    editSection('camera', moved, false);
+    editSection('camera', moved, event.repeat);
   } else if (event.key === '+' || event.key === '-') {
-    editSection('camera', dolly(camera(), event.key === '+' ? 0.9 : 1 / 0.9), false);
+    editSection('camera', dolly(camera(), event.key === '+' ? 0.9 : 1 / 0.9), event.repeat);
   } else {
     return;
   }
@@ -310,7 +329,7 @@ document.addEventListener('keydown', (event) => {
   const typing = active.tagName === 'TEXTAREA' || (active.tagName === 'INPUT' && active.type === 'text');
   if (control && key === 's') $('save').click();
   else if (control && key === 'z' && !typing) $(event.shiftKey ? 'redo' : 'undo').click();
-  else if (!control && !typing && active.tagName !== 'SELECT' && ['1', '2', '3'].includes(key)) {
+  else if (!control && !event.altKey && !typing && active.tagName !== 'SELECT' && ['1', '2', '3'].includes(key)) {
     const radio = document.querySelectorAll('input[name="mode"]')[Number(key) - 1];
     radio.click();
   } else return;
@@ -345,6 +364,7 @@ $('do_save').addEventListener('click', async (event) => {
   event.preventDefault();
   if (!$('file').reportValidity()) return;
   try {
+    while (waiting.length > 0) await pause(20);  // edits that are under way
     const { path } = await ask('save', { name: $('file').value, replace: $('replace').checked });
     scene.file = $('file').value;
     $('save_dialog').close();
