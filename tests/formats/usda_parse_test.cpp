@@ -64,6 +64,23 @@ TEST(UsdaParse, ListsOfTargetsOrdersAndShiftedReferences) {
   EXPECT_TRUE(says(usda_notes(s), "usd.retimed"));
 }
 
+TEST(UsdaParse, TextMayBeginWithAByteOrderMark) {
+  const ImportedScene s = read_usda_text("\xEF\xBB\xBF" + usda_text("def Sphere \"s\" { }"));
+  EXPECT_EQ(s.file.scene.surfaces.size(), 1u);
+  EXPECT_TRUE(says(fault_of("\xEF\xBB\xBF"
+                            "def Sphere \"s\" {}"),
+                   "usd.no_header"));
+}
+
+/// Metadata of attributes are passed, whatever they are.
+TEST(UsdaParse, MetadataOfAttributes) {
+  EXPECT_EQ(radius_of("double radius = 3 (\"text\" interpolation = \"constant\"\n"
+                      "customData = { double[] interpolation = [(1, 2)]; string b = \")\" }\n"
+                      "symmetryFunction =\nallowedTokens = [\"a\"])"),
+            3);
+  expect_fault("def \"s\" { float x = 1 ( doc = ", "usd.metadata_without_end");
+}
+
 TEST(UsdaParse, NumbersBetweenSamplesAreMixed) {
   const std::string text =
       usda_text("def Sphere \"s\" { double radius.timeSamples = { 0: 1, 4: 3, 6: None } }");

@@ -104,6 +104,87 @@ TEST(UsdaSurfaces, ColoursOfMaterialsAndOfThemselves) {
   EXPECT_TRUE(says(usda_notes(textured), "usd.mean_colour"));
 }
 
+TEST(UsdaSurfaces, ColoursThatAMaterialPassesToItsShader) {
+  const ImportedScene s = scene_of("Sphere", "rel material:binding = </m>\n", "",
+                                   R"(def Material "m" {
+  color3f inputs:tint = (0.1, 0.2, 0.3)
+  token outputs:surface.connect = </m/g.outputs:out>
+  def NodeGraph "g" {
+    color3f inputs:tint.connect = </m.inputs:tint>
+    token outputs:out.connect = </m/g/s.outputs:out>
+    def Shader "s" {
+      uniform token info:id = "UsdPreviewSurface"
+      color3f inputs:diffuseColor.connect = </m/g.inputs:tint>
+    }
+  }
+})");
+  EXPECT_EQ(look_of(s).albedo, (Rgb{0.1f, 0.2f, 0.3f}));
+}
+
+TEST(UsdaSurfaces, ConstantColoursHoldForAllThatIsWithin) {
+  const auto albedo = [](const std::string& outer, const std::string& inner,
+                         const std::string& own = "") {
+    const ImportedScene s = read_usda_text(usda_text(
+        "def \"a\" {" + outer + " def \"b\" {" + inner + " def Sphere \"s\" {" + own + "} } }"));
+    return look_of(s).albedo;
+  };
+  const auto color = [](const std::string& values, const std::string& interpolation = "constant") {
+    return "color3f[] primvars:displayColor = [" + values + "] ( interpolation = \"" +
+           interpolation + "\" )\n";
+  };
+  const std::string red = color("(1, 0, 0)"), green = color("(0, 1, 0)");
+  EXPECT_EQ(albedo(red, ""), (Rgb{1, 0, 0}));
+  EXPECT_EQ(albedo("color3f[] primvars:displayColor = [(1, 0, 0)]\n", ""), (Rgb{1, 0, 0}));
+  EXPECT_EQ(albedo(red, green), (Rgb{0, 1, 0}));
+  EXPECT_EQ(albedo(red, "", green), (Rgb{0, 1, 0}));
+  EXPECT_EQ(albedo("", color("(0, 1, 0)", "vertex")), Rgb(0.5f));
+  EXPECT_EQ(albedo("", "", color("(0, 1, 0)", "vertex")), (Rgb{0, 1, 0}));
+}
+
+TEST(UsdaSurfaces, TheMeanOfColoursIsThatOfTheirIndices) {
+  const std::string table = "color3f[] primvars:displayColor = [(1, 0, 0), (0, 1, 0), (0, 0, 1)]\n";
+  const auto scene = [&](const std::string& indices) {
+    return scene_of("Sphere", table + "int[] primvars:displayColor:indices = [" + indices + "]\n");
+  };
+  EXPECT_EQ(look_of(scene("1, 1")).albedo, (Rgb{0, 1, 0}));
+  EXPECT_EQ(look_of(scene("0, 0, 0, 2")).albedo, (Rgb{0.75f, 0, 0.25f}));
+  EXPECT_FALSE(says(usda_notes(scene("0, 2")), "usd.index_of_no_colour"));
+  const ImportedScene bad = scene("1, 3, -1");
+  EXPECT_EQ(look_of(bad).albedo, (Rgb{0, 1, 0}));
+  EXPECT_TRUE(says(usda_notes(bad), "usd.index_of_no_colour"));
+}
+
+TEST(UsdaSurfaces, BindingsThatAreStrongerThanThoseWithin) {
+  const auto material = [](const std::string& name, const std::string& color) {
+    return "def Material \"" + name + "\" { token outputs:surface.connect = </" + name +
+           "/s.outputs:out>\ndef Shader \"s\" { uniform token info:id = \"UsdPreviewSurface\"\n"
+           "color3f inputs:diffuseColor = " +
+           color + " } }\n";
+  };
+  const auto albedo = [&](const std::string& outer, const std::string& inner) {
+    const ImportedScene s = read_usda_text(
+        usda_text(material("red", "(1, 0, 0)") + material("green", "(0, 1, 0)") + "def \"a\" {" +
+                  outer + "\ndef \"b\" {" + inner + "\ndef Sphere \"s\" { } } }"));
+    return look_of(s).albedo;
+  };
+  const std::string red = "rel material:binding = </red>";
+  const std::string green = "rel material:binding = </green>";
+  const std::string strong = " ( bindMaterialAs = \"strongerThanDescendants\" )";
+  EXPECT_EQ(albedo(red, green), (Rgb{0, 1, 0}));
+  EXPECT_EQ(albedo(red + strong, green), (Rgb{1, 0, 0}));
+  EXPECT_EQ(albedo(red + strong, green + strong), (Rgb{1, 0, 0}));
+  EXPECT_EQ(albedo(red + " ( bindMaterialAs = \"weakerThanDescendants\" )", green + strong),
+            (Rgb{0, 1, 0}));
+  EXPECT_EQ(albedo("rel material:binding:full = </red>", green), (Rgb{1, 0, 0}));
+}
+
+TEST(UsdaSurfaces, BindingsOfCollectionsAreNamed) {
+  const ImportedScene s = read_usda_text(usda_text(
+      "def \"a\" { rel material:binding:collection:glass = [</a.collection:glass>, </m>]\n"
+      "def Sphere \"s\" { } }"));
+  EXPECT_TRUE(says(usda_notes(s), "usd.binding_of_collection"));
+}
+
 TEST(UsdaSurfaces, SubdivisionIsNamedAndBadFacesAreRefused) {
   const std::string points = "point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0)]\n";
   const std::string count = "int[] faceVertexCounts = ", index = "int[] faceVertexIndices = ";

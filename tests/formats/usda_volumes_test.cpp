@@ -151,6 +151,51 @@ TEST(UsdaVolumes, OtherShadersAreNamed) {
                    "usd.connected_input"));
 }
 
+TEST(UsdaVolumes, InputsThatAMaterialPassesToItsShader) {
+  const std::string arnold = "uniform token info:id = \"arnold:standard_volume\"\n";
+  const auto extinction = [&](const std::string& inputs, const std::string& shader) {
+    const SceneVolume v = volume_of(kBound, "def Material \"m\" { " + inputs +
+                                                "\ntoken outputs:volume.connect = </m/s.out>\n"
+                                                "def Shader \"s\" { " +
+                                                arnold + shader + " } }\n");
+    return v.has_extinction ? v.medium.extinction : -1;
+  };
+  const std::string connected = "float inputs:density.connect = </m.inputs:smoke>\n";
+  EXPECT_NEAR(extinction("float inputs:smoke = 5", connected), 5, 1e-12);
+  EXPECT_NEAR(extinction("float inputs:smoke = 5",
+                         "float inputs:density.connect = </m/g.inputs:thick>\n} def NodeGraph "
+                         "\"g\" { float inputs:thick.connect = </m.inputs:smoke>\n"),
+              5, 1e-12);
+  // The connection leads to nothing: what the shader says itself holds, as in USD.
+  EXPECT_NEAR(extinction("float inputs:smoke", "float inputs:density = 3\n" + connected), 3, 1e-12);
+  EXPECT_EQ(extinction("float inputs:smoke", connected), -1);
+  EXPECT_EQ(extinction("float inputs:smoke.connect = </m.inputs:smoke>", connected), -1);
+}
+
+TEST(UsdaVolumes, ExtinctionOfTexturesIsLeftOpen) {
+  const std::string texture =
+      "connect = </m/t.outputs:r>\n} def Shader \"t\" { float outputs:r\n"
+      "uniform token info:id = \"UsdUVTexture\"";
+  const auto scene = [&](const std::string& shader) {
+    return scene_of(kBound, material("uniform token info:id = " + shader + texture));
+  };
+  const ImportedScene arnold = scene(
+      "\"arnold:standard_volume\"\ncolor3f inputs:scatter_color = (1, 0.5, 0.25)\n"
+      "float inputs:density = 7\nfloat inputs:density.");
+  EXPECT_FALSE(arnold.file.volumes.at(0).has_extinction);
+  EXPECT_EQ(arnold.file.volumes.at(0).medium.components.front().albedo, (Rgb{1, 0.5f, 0.25f}));
+  EXPECT_TRUE(says(usda_notes(arnold), "usd.connected_input"));
+  EXPECT_TRUE(says(usda_notes(arnold), "usd.open_extinction"));
+  const ImportedScene materialx = scene(
+      "\"ND_anisotropic_vdf_vector3\"\nvector3f inputs:absorption = (1, 1, 1)\n"
+      "vector3f inputs:scattering.");
+  EXPECT_FALSE(materialx.file.volumes.at(0).has_extinction);
+  // The colour alone varies.
+  const ImportedScene colored =
+      scene("\"arnold:standard_volume\"\nfloat inputs:density = 7\ncolor3f inputs:scatter_color.");
+  EXPECT_NEAR(colored.file.volumes.at(0).medium.extinction, 7, 1e-12);
+}
+
 TEST(UsdaVolumes, InstancersPlaceVolumes) {
   const ImportedScene s =
       read_usda_text(usda_text(R"(def PointInstancer "p" {
@@ -171,6 +216,64 @@ TEST(UsdaVolumes, InstancersPlaceVolumes) {
   EXPECT_LT(length(v.instances[1].point({1, 1, 1}) - Vec3d{8, 4, -2}), 1e-12);
   EXPECT_EQ(s.file.scene.surfaces.size(), 0u);
   EXPECT_TRUE(says(usda_notes(s), "usd.instances_of_others"));
+}
+
+/// Where a PointInstancer of these lines, of volumes at x = 1, 2, 3, has its instances.
+ImportedScene instanced(const std::string& lines, const std::string& metadata = "") {
+  return read_usda_text(usda_text("def PointInstancer \"p\" (" + metadata +
+                                      ") {\n"
+                                      "point3f[] positions = [(1, 0, 0), (2, 0, 0), (3, 0, 0)]\n"
+                                      "int[] protoIndices = [0, 0, 0]\n"
+                                      "rel prototypes = [</p/cloud>]\n" +
+                                      lines + test::usd_cloud("/p") + "}\n",
+                                  "", ""));
+}
+std::vector<double> places_of(const ImportedScene& s) {
+  std::vector<double> x;
+  for (const Affine& place : s.file.volumes.at(0).instances) x.push_back(place.t.x);
+  return x;
+}
+using Places = std::vector<double>;
+
+TEST(UsdaVolumes, InactiveAndInvisibleInstancesAreNotThere) {
+  EXPECT_EQ(places_of(instanced("int64[] invisibleIds = [1]")), (Places{1, 3}));
+  EXPECT_EQ(places_of(instanced("", "inactiveIds = [0]")), (Places{2, 3}));
+  EXPECT_EQ(places_of(instanced("int64[] invisibleIds = [2]", "prepend inactiveIds = [0, 9]")),
+            (Places{2}));
+  const std::string ids = "int64[] ids = [70, 80, 90]\n";
+  EXPECT_EQ(places_of(instanced(ids + "int64[] invisibleIds = [90, 1]", "inactiveIds = [70]")),
+            (Places{2}));
+  const ImportedScene s = instanced(ids + "int64[] invisibleIds = [90]");
+  EXPECT_EQ(usda_notes(s).find("nvisibleIds"), std::string::npos);
+  EXPECT_TRUE(says(error_of([] { (void)instanced("int64[] ids = [1, 2]"); }), "usd.ids_missing"));
+}
+
+TEST(UsdaVolumes, InstancesThatAreOthersAFrameLaterStayInPlace) {
+  const std::string one = "1: [(1, 0, 0), (2, 0, 0)], ";
+  const auto scene = [&](const std::string& lines) {
+    return read_usda_text(usda_text("def PointInstancer \"p\" {\nrel prototypes = [</p/cloud>]\n" +
+                                        lines + test::usd_cloud("/p") + "}\n",
+                                    "", ""));
+  };
+  const ImportedScene born =
+      scene("point3f[] positions.timeSamples = { " + one +
+            "2: [(5, 0, 0), (6, 0, 0), (7, 0, 0)] }\n"
+            "int[] protoIndices.timeSamples = { 1: [0, 0], 2: [0, 0, 0] }\n");
+  EXPECT_EQ(places_of(born), (Places{1, 2}));
+  EXPECT_TRUE(born.file.volumes.at(0).moving_instances.empty());
+  EXPECT_TRUE(says(usda_notes(born), "usd.other_instances"));
+  const std::string moved = "point3f[] positions.timeSamples = { " + one +
+                            "2: [(5, 0, 0), (6, 0, 0)] }\nint[] protoIndices = [0, 0]\n";
+  EXPECT_EQ(scene(moved).file.volumes.at(0).moving_instances.size(), 2u);
+  const ImportedScene renamed =
+      scene(moved + "int64[] ids.timeSamples = { 1: [1, 2], 2: [2, 3] }\n");
+  EXPECT_TRUE(renamed.file.volumes.at(0).moving_instances.empty());
+}
+
+TEST(UsdaVolumes, InstancesWithoutAnOrientationAreNotTurned) {
+  EXPECT_EQ(
+      places_of(instanced("quath[] orientations = [(0, 0, 0, 0), (1, 0, 0, 0), (0, 0, 0, 0)]")),
+      (Places{1, 2, 3}));
 }
 
 TEST(UsdaVolumes, MovingVolumes) {

@@ -128,6 +128,12 @@ TEST(UsdaXform, QuaternionsMayHaveAnyLength) {
   }
 }
 
+TEST(UsdaXform, QuaternionsOfLengthZeroTurnNothing) {
+  expect_map("quatf xformOp:orient = (0, 0, 0, 0)\ndouble3 xformOp:translate = (1, 2, 3)\n" +
+                 order_of("\"xformOp:translate\", \"xformOp:orient\""),
+             moved(1, 2, 3));
+}
+
 TEST(UsdaXform, MatricesHaveTheTranslationInTheLastRow) {
   const Rows m{{{0, 2, 0, 0}, {-1, 0, 0, 0}, {0, 0.5, 3, 0}, {7, 8, 9, 1}}};
   expect_map(

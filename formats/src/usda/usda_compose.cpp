@@ -40,6 +40,7 @@ class UsdComposer {
   UsdPrim compose(const std::filesystem::path& file) {
     const std::string name = std::filesystem::absolute(file).lexically_normal().string();
     UsdPrim root = layers_of(file, name, {name});
+    settle(root);
     layers_.emplace(name, std::make_shared<const UsdPrim>(root));
     for (UsdPrim& prim : root.children) expand(prim, '/' + prim.name, 1);
     return root;
@@ -55,7 +56,8 @@ class UsdComposer {
   UsdPrim layers_of(const std::filesystem::path& file, const std::string& name,
                     const Chain& chain) {
     UsdPrim root = parse_usda(file, *notes_);
-    for (const UsdArc& arc : std::exchange(root.arcs, {})) {
+    for (UsdPrim& prim : root.children) lead_to(prim, file.string(), name);
+    for (const UsdArc& arc : arcs_of(root)) {
       const bool again = std::ranges::find(chain, arc.target.asset) != chain.end();
       if (again || chain.size() == kLongestChain) {
         fail_at(arc.where, fmt::format("{} as a layer of itself", usd_shown(arc.target.asset)),
@@ -66,7 +68,6 @@ class UsdComposer {
       longer.push_back(arc.target.asset);
       UsdPrim weaker = layers_of(arc.target.asset, name, longer);
       weaker.metadata.clear();  // those of the first layer hold for the scene
-      for (UsdPrim& prim : weaker.children) lead_to(prim, arc.target.asset, name);
       merge(root, std::move(weaker));
     }
     return root;
@@ -74,11 +75,34 @@ class UsdComposer {
 
   /// What a sublayer finds in itself, it finds in all layers of the stack.
   static void lead_to(UsdPrim& prim, const std::string& from, const std::string& to) {
-    for (UsdArc& arc : prim.arcs) {
-      if (arc.target.asset == from) arc.target.asset = to;
+    if (from == to) return;
+    for (auto& [kind, list] : prim.arcs) {
+      for (std::vector<UsdArc>* arcs : {&list.first, &list.last, &list.gone}) {
+        for (UsdArc& arc : *arcs) {
+          if (arc.target.asset == from) arc.target.asset = to;
+        }
+      }
     }
     for (UsdPrim& child : prim.children) lead_to(child, from, to);
     for (UsdPrim& variant : prim.variants) lead_to(variant, from, to);
+  }
+
+  /// What layers do with each other's arcs ends with their stack: arcs from elsewhere, which are
+  /// weaker, come after them.
+  static void settle(UsdPrim& prim) {
+    for (auto& [kind, list] : prim.arcs) list = {.first = items_of(list)};
+    for (UsdPrim& child : prim.children) settle(child);
+    for (UsdPrim& variant : prim.variants) settle(variant);
+  }
+
+  /// Takes the arcs of a prim, the strongest first.
+  static std::vector<UsdArc> arcs_of(UsdPrim& prim) {
+    std::vector<UsdArc> all;
+    for (const auto& [kind, list] : std::exchange(prim.arcs, {})) {
+      const std::vector<UsdArc> arcs = items_of(list);
+      all.insert(all.end(), arcs.begin(), arcs.end());
+    }
+    return all;
   }
 
   bool can_follow(const UsdArc& arc) {
@@ -105,7 +129,9 @@ class UsdComposer {
     std::shared_ptr<const UsdPrim> layers;
     if (can_follow(arc)) {
       try {
-        layers = std::make_shared<const UsdPrim>(layers_of(file, file, {file}));
+        UsdPrim root = layers_of(file, file, {file});
+        settle(root);
+        layers = std::make_shared<const UsdPrim>(std::move(root));
       } catch (const Error& e) {
         throw Error(arc.where.text() + ": " + e.what());
       }
@@ -131,8 +157,7 @@ class UsdComposer {
 
   static std::vector<Step> steps_of(UsdPrim& prim, const Chain& chain) {
     std::vector<Step> steps;
-    for (UsdArc& arc : std::exchange(prim.arcs, {})) steps.push_back({std::move(arc), chain});
-    std::ranges::stable_sort(steps, {}, [](const Step& s) { return s.arc.kind; });
+    for (UsdArc& arc : arcs_of(prim)) steps.push_back({std::move(arc), chain});
     return steps;
   }
 

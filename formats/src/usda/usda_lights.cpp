@@ -49,10 +49,8 @@ void add_distant(const UsdLamp& lamp) {
 }
 
 bool has_schema(const UsdPrim& prim, const std::string& name) {
-  const auto found = prim.metadata.find("apiSchemas");
-  if (found == prim.metadata.end()) return false;
-  const auto* names = std::get_if<UsdStrings>(&found->second.value);
-  return names != nullptr && std::ranges::find(names->all, name) != names->all.end();
+  const std::vector<std::string> names = items_of(prim.schemas);
+  return std::ranges::find(names, name) != names.end();
 }
 
 /// Half the angle of a cone of light; nothing of a light that shines as far as it can.

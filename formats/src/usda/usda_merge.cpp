@@ -1,30 +1,60 @@
 #include "usda/usda_merge.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <iterator>
+#include <set>
 
 namespace pvol::formats::detail {
 namespace {
 
 using AttributePtr = std::shared_ptr<const UsdAttribute>;
 
+template <class Item>
+bool says_anything(const UsdList<Item>& list) {
+  return list.replaces || !list.empty() || !list.gone.empty();
+}
+
+/// Does what a list says with a weaker one. What it names itself stays where it has it.
+template <class Item>
+void merge_list(UsdList<Item>& strong, const UsdList<Item>& weak) {
+  if (strong.replaces || !says_anything(weak)) return;
+  std::set<Item> named(strong.gone.begin(), strong.gone.end());
+  named.insert(strong.first.begin(), strong.first.end());
+  named.insert(strong.last.begin(), strong.last.end());
+  const auto unnamed_of = [&](const std::vector<Item>& items) {
+    std::vector<Item> unnamed;
+    std::ranges::copy_if(items, std::back_inserter(unnamed),
+                         [&](const Item& item) { return !named.contains(item); });
+    return unnamed;
+  };
+  const std::vector<Item> first = unnamed_of(weak.first), gone = unnamed_of(weak.gone);
+  const std::vector<Item> last = unnamed_of(weak.last);
+  strong.first.insert(strong.first.end(), first.begin(), first.end());
+  strong.last.insert(strong.last.begin(), last.begin(), last.end());
+  strong.gone.insert(strong.gone.end(), gone.begin(), gone.end());
+  strong.replaces = weak.replaces;
+}
+
+bool has_all_words(const UsdAttribute& strong, const UsdAttribute& weak) {
+  return std::ranges::all_of(weak.words,
+                             [&](const auto& word) { return strong.words.contains(word.first); });
+}
+
 /// A value covers weaker samples as well.
 AttributePtr joined(const AttributePtr& strong, const AttributePtr& weak) {
   const bool takes_content = strong->content->empty() && !weak->content->empty();
-  const bool takes_sources = strong->sources.empty() && !weak->sources.empty();
-  if (!takes_content && !takes_sources) return strong;
+  const bool takes_targets = !strong->targets.replaces && says_anything(weak->targets);
+  if (!takes_content && !takes_targets && has_all_words(*strong, *weak)) return strong;
   UsdAttribute both = *strong;
   if (takes_content) both.content = weak->content, both.where = weak->where;
-  if (takes_sources) both.sources = weak->sources;
+  merge_list(both.targets, weak->targets);
+  both.words.insert(weak->words.begin(), weak->words.end());
   return std::make_shared<const UsdAttribute>(std::move(both));
 }
 
-/// Schemas are those of all layers, choices of variants the strongest ones.
+/// Choices of variants are the strongest ones.
 void merge_metadatum(UsdMetadatum& strong, const UsdMetadatum& weak) {
-  auto* strings = std::get_if<UsdStrings>(&strong.value);
-  const auto* more = std::get_if<UsdStrings>(&weak.value);
-  if (strings != nullptr && more != nullptr) {
-    strings->all.insert(strings->all.end(), more->all.begin(), more->all.end());
-  }
   auto* table = std::get_if<UsdDictionary>(&strong.value);
   const auto* rest = std::get_if<UsdDictionary>(&weak.value);
   if (table != nullptr && rest != nullptr)
@@ -39,29 +69,22 @@ void move_path(std::string& path, const std::string& from, const std::string& to
   if (under) path.replace(0, from.size(), to);
 }
 
-/// The targets of a relationship; null of all else.
-const UsdTargets* targets_of(const UsdAttribute& a) {
-  return a.type == "rel" && a.content->value ? std::get_if<UsdTargets>(&*a.content->value)
-                                             : nullptr;
-}
-
 AttributePtr moved(const AttributePtr& attribute, const std::string& from, const std::string& to) {
   UsdAttribute copy = *attribute;
-  if (const UsdTargets* targets = targets_of(copy)) {
-    UsdTargets changed = *targets;
-    for (UsdTarget& t : changed.all) move_path(t.path, from, to);
-    copy.content = std::make_shared<const UsdContent>(UsdContent{std::move(changed), {}});
+  for (auto* targets : {&copy.targets.first, &copy.targets.last, &copy.targets.gone}) {
+    for (UsdTarget& t : *targets) move_path(t.path, from, to);
   }
-  for (UsdTarget& t : copy.sources) move_path(t.path, from, to);
   return std::make_shared<const UsdAttribute>(std::move(copy));
 }
 
-bool has_targets(const UsdAttribute& a) { return !a.sources.empty() || targets_of(a) != nullptr; }
+template <class Item>
+std::size_t count_of(const UsdList<Item>& list) {
+  return list.first.size() + list.last.size() + list.gone.size();
+}
 
 /// About as many bytes as a copy takes.
 std::size_t bytes_of(const UsdAttribute& a) {
-  const UsdTargets* targets = targets_of(a);
-  const std::size_t count = a.sources.size() + (targets == nullptr ? 0 : targets->all.size());
+  const std::size_t count = count_of(a.targets);
   return 64 + (count == 0 ? 0 : 256 + count * sizeof(UsdTarget));
 }
 
@@ -86,7 +109,9 @@ void merge(UsdPrim& strong, UsdPrim weak) {
     const auto [at, is_new] = strong.attributes.try_emplace(name, attribute);
     if (!is_new) at->second = joined(at->second, attribute);
   }
-  strong.arcs.insert(strong.arcs.end(), weak.arcs.begin(), weak.arcs.end());
+  merge_list(strong.schemas, weak.schemas);
+  merge_list(strong.inactive, weak.inactive);
+  for (const auto& [kind, arcs] : weak.arcs) merge_list(strong.arcs[kind], arcs);
   for (UsdPrim& child : weak.children) {
     UsdPrim* own = strong.child(child.name);
     if (own != nullptr) {
@@ -100,14 +125,16 @@ void merge(UsdPrim& strong, UsdPrim weak) {
 
 void move_targets(UsdPrim& prim, const std::string& from, const std::string& to) {
   for (auto& [name, attribute] : prim.attributes) {
-    if (has_targets(*attribute)) attribute = moved(attribute, from, to);
+    if (count_of(attribute->targets) > 0) attribute = moved(attribute, from, to);
   }
   for (UsdPrim& child : prim.children) move_targets(child, from, to);
   for (UsdPrim& variant : prim.variants) move_targets(variant, from, to);
 }
 
 std::size_t bytes_of(const UsdPrim& prim) {
-  std::size_t bytes = sizeof(UsdPrim) + 64 + prim.name.size() + prim.arcs.size() * sizeof(UsdArc);
+  std::size_t bytes = sizeof(UsdPrim) + 64 + prim.name.size();
+  bytes += count_of(prim.schemas) * 64 + count_of(prim.inactive) * sizeof(double);
+  for (const auto& [kind, arcs] : prim.arcs) bytes += 128 + count_of(arcs) * sizeof(UsdArc);
   for (const auto& [name, attribute] : prim.attributes) bytes += name.size() + bytes_of(*attribute);
   for (const auto& [name, metadatum] : prim.metadata) bytes += 64 + bytes_of(metadatum.value);
   for (const UsdPrim& child : prim.children) bytes += bytes_of(child);

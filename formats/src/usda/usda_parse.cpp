@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string_view>
+#include <vector>
 
 #include "usda/usda_prim.h"
 #include "usda/usda_value.h"
@@ -18,21 +20,48 @@ constexpr std::array kListOperations{"add", "append", "prepend", "delete", "reor
 constexpr std::array kArcs{"inherits", "references", "payload", "specializes", "subLayers"};
 constexpr std::array kOrders{"rootPrims", "nameChildren", "properties"};
 /// Metadata that something is made of.
-constexpr std::array kKept{"active",
-                           "apiSchemas",
-                           "clips",
-                           "defaultPrim",
-                           "framesPerSecond",
-                           "metersPerUnit",
-                           "startTimeCode",
-                           "timeCodesPerSecond",
-                           "renderSettingsPrimPath",
-                           "upAxis",
-                           "variants"};
+constexpr std::array kKept{
+    "active",        "clips",         "defaultPrim",        "framesPerSecond",
+    "metersPerUnit", "startTimeCode", "timeCodesPerSecond", "renderSettingsPrimPath",
+    "upAxis",        "variants"};
+/// Metadata of attributes that are of use here.
+constexpr std::array kKeptOfAttributes{"bindMaterialAs", "interpolation"};
 constexpr std::array kPropertyWords{"custom", "uniform", "varying", "config"};
 
 bool is_in(const auto& words, const UsdToken& token) {
   return token.kind == UsdToken::Kind::word && std::ranges::find(words, token.text) != words.end();
+}
+
+bool is_bracket(const UsdToken& token) {
+  constexpr std::string_view kBrackets = "()[]{}";
+  return token.kind == UsdToken::Kind::mark && kBrackets.find(token.text) != kBrackets.npos;
+}
+
+/// Items as a layer says them: all there are, or what an operation does with them.
+template <class Item>
+void take_items(UsdList<Item>& list, std::string_view operation, const std::vector<Item>& items) {
+  if (operation == "reorder") return;
+  if (operation.empty()) list.replaces = true;
+  std::vector<Item>& to = operation == "delete"                         ? list.gone
+                          : operation == "append" || operation == "add" ? list.last
+                                                                        : list.first;
+  to.insert(to.end(), items.begin(), items.end());
+}
+
+/// Those of a value; none where it is None, or something else.
+std::vector<UsdTarget> targets_in(const UsdValue& value) {
+  const auto* targets = std::get_if<UsdTargets>(&value);
+  return targets == nullptr ? std::vector<UsdTarget>{} : targets->all;
+}
+std::vector<std::string> strings_in(const UsdValue& value) {
+  const auto* strings = std::get_if<UsdStrings>(&value);
+  return strings == nullptr ? std::vector<std::string>{} : strings->all;
+}
+std::vector<double> finite_numbers_in(const UsdValue& value) {
+  const auto* numbers = std::get_if<UsdNumbers>(&value);
+  std::vector<double> all = numbers == nullptr ? std::vector<double>{} : numbers->all;
+  std::erase_if(all, [](double x) { return !std::isfinite(x); });
+  return all;
 }
 
 class UsdParser {
@@ -105,40 +134,51 @@ class UsdParser {
     const UsdToken name = in_.take();
     in_.need('=', fmt::format("= and the value of {}", usd_shown(name.text)));
     UsdValue value = read_value(in_, true);
-    if (operation == "delete" || operation == "reorder") return;
     make_absolute(value);
     const auto* arc = std::ranges::find(kArcs, name.text);
     if (arc != kArcs.end()) {
-      arcs(prim, std::move(value), in_.where(name), arc - kArcs.begin());
-    } else if (is_in(kKept, name)) {
-      add(prim.metadata, std::string(name.text), {std::move(value), in_.where(name)});
+      const std::ptrdiff_t kind = arc - kArcs.begin();
+      take_items(prim.arcs[kind], operation, arcs_in(value, in_.where(name), kind, operation));
+    } else if (name.text == "apiSchemas") {
+      take_items(prim.schemas, operation, strings_in(value));
+    } else if (name.text == "inactiveIds") {
+      take_items(prim.inactive, operation, finite_numbers_in(value));
+    } else if (is_in(kKept, name) && operation.empty()) {
+      prim.metadata.try_emplace(std::string(name.text),
+                                UsdMetadatum{std::move(value), in_.where(name)});
     }
   }
 
-  /// Lists that are made longer become one.
-  static void add(std::map<std::string, UsdMetadatum>& all, const std::string& name,
-                  UsdMetadatum metadatum) {
-    const auto [at, is_new] = all.try_emplace(name, metadatum);
-    auto* old = std::get_if<UsdStrings>(&at->second.value);
-    const auto* more = std::get_if<UsdStrings>(&metadatum.value);
-    if (is_new || old == nullptr || more == nullptr) return;
-    old->all.insert(old->all.end(), more->all.begin(), more->all.end());
-  }
-
-  void arcs(UsdPrim& prim, UsdValue value, const UsdWhere& where, std::ptrdiff_t kind) {
-    auto* targets = std::get_if<UsdTargets>(&value);
-    if (targets == nullptr) return;  // None, or none of them
+  [[nodiscard]] std::vector<UsdArc> arcs_in(const UsdValue& value, const UsdWhere& where,
+                                            std::ptrdiff_t kind, std::string_view operation) {
+    std::vector<UsdArc> arcs;
     const std::filesystem::path folder = in_.file().parent_path();
-    for (UsdTarget& t : targets->all) {
+    for (UsdTarget& t : targets_in(value)) {
       const std::filesystem::path file = t.asset.empty() ? in_.file() : folder / t.asset;
       t.asset = std::filesystem::absolute(file).lexically_normal().string();
-      if (t.is_retimed) notes_->add(where, "the shifted time of a layer is left out");
-      prim.arcs.push_back({std::move(t), kind, where});
+      if (t.is_retimed && operation != "delete") {
+        notes_->add(where, "the shifted time of a layer is left out");
+      }
+      arcs.push_back({std::move(t), kind, where});
     }
+    return arcs;
   }
 
-  void skip_metadata() {
-    if (in_.peek().is('(')) skip_enclosed(in_);
+  /// What stands in brackets after an attribute, of which a few words are kept.
+  void metadata(UsdAttribute& attribute) {
+    if (!in_.take_if('(')) return;
+    while (!in_.take_if(')')) {
+      if (is_bracket(in_.peek())) {
+        skip_enclosed(in_);
+        continue;
+      }
+      const UsdToken name = in_.take();
+      if (name.kind == UsdToken::Kind::end) in_.fail("a closing bracket");
+      if (!is_in(kKeptOfAttributes, name) || !in_.take_if('=')) continue;
+      if (in_.peek().kind == UsdToken::Kind::string) {
+        attribute.words[std::string(name.text)] = unescaped(in_.take().text);
+      }
+    }
   }
 
   // Prims.
@@ -205,12 +245,9 @@ class UsdParser {
   // Attributes and relationships.
 
   void property(UsdPrim& prim) {
-    bool removes = false;
-    if (is_in(kListOperations, in_.peek())) {
-      const std::string_view operation = in_.take().text;
-      removes = operation == "delete" || operation == "reorder";
-      if (operation == "reorder" && order()) return;
-    }
+    std::string_view operation;
+    if (is_in(kListOperations, in_.peek())) operation = in_.take().text;
+    if (operation == "reorder" && order()) return;
     while (is_in(kPropertyWords, in_.peek())) (void)in_.take();
     const UsdWhere where = in_.where();
     if (in_.peek().kind != UsdToken::Kind::word) {
@@ -227,15 +264,13 @@ class UsdParser {
     const std::string name(whole.substr(0, dot)), part(whole.substr(dot));
     UsdAttribute attribute = known(prim, name, type, where);
     if (in_.take_if('=')) {
-      assign(attribute, name, part);
+      assign(attribute, name, part, operation);
     } else if (part.empty()) {
-      skip_metadata();
+      metadata(attribute);
     } else {
       in_.fail(fmt::format("= and the value of {}", usd_shown(whole)));
     }
-    if (!removes) {
-      prim.attributes[name] = std::make_shared<const UsdAttribute>(std::move(attribute));
-    }
+    prim.attributes[name] = std::make_shared<const UsdAttribute>(std::move(attribute));
   }
 
   /// Its value, samples and connections stand apart.
@@ -248,19 +283,21 @@ class UsdParser {
     return attribute;
   }
 
-  void assign(UsdAttribute& attribute, const std::string& name, const std::string& part) {
+  void assign(UsdAttribute& attribute, const std::string& name, const std::string& part,
+              std::string_view operation) {
+    const bool is_value = part.empty() || part == ".default";
     UsdContent content;
     if (part == ".timeSamples") {
       content.samples = read_samples(in_);
       content.value = attribute.content->value;
-    } else if (part == ".connect") {
+    } else if (part == ".connect" || (is_value && attribute.type == "rel")) {
       UsdValue value = read_value(in_);
       make_absolute(value);
-      if (auto* targets = std::get_if<UsdTargets>(&value)) attribute.sources = targets->all;
+      take_items(attribute.targets, operation, targets_in(value));
     } else if (part == ".spline") {
       notes_->add(attribute.where, fmt::format("the spline of {} is left out", usd_shown(name)));
       skip_enclosed(in_);
-    } else if (part.empty() || part == ".default") {
+    } else if (is_value) {
       content.value = read_value(in_);
       make_absolute(*content.value);
       content.samples = attribute.content->samples;
@@ -271,7 +308,7 @@ class UsdParser {
     if (!content.empty()) {
       attribute.content = std::make_shared<const UsdContent>(std::move(content));
     }
-    skip_metadata();
+    metadata(attribute);
   }
 
   ImportNotes* notes_;

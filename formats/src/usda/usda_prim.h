@@ -1,6 +1,8 @@
 // Scenes as usda text describes them: prims within prims, with attributes.
 #pragma once
 
+#include <compare>
+#include <cstddef>
 #include <map>
 #include <memory>
 #include <optional>
@@ -26,6 +28,7 @@ struct UsdStrings {
 struct UsdTarget {
   std::string asset{}, path{};  ///< "": none
   bool is_retimed = false;      ///< whether its time is shifted or scaled
+  auto operator<=>(const UsdTarget&) const = default;
 };
 struct UsdTargets {
   std::vector<UsdTarget> all{};
@@ -36,18 +39,35 @@ struct UsdDictionary {
 };
 using UsdValue = std::variant<UsdNone, UsdNumbers, UsdStrings, UsdTargets, UsdDictionary>;
 
+/// A list as a layer says it: what goes before and after that of weaker layers, and out of it.
+template <class Item>
+struct UsdList {
+  std::vector<Item> first{}, last{}, gone{};
+  bool replaces = false;  ///< whether nothing of weaker layers stays
+  [[nodiscard]] bool empty() const { return first.empty() && last.empty(); }
+};
+
+/// Its items, the strongest first.
+template <class Item>
+[[nodiscard]] std::vector<Item> items_of(const UsdList<Item>& list) {
+  std::vector<Item> all = list.first;
+  all.insert(all.end(), list.last.begin(), list.last.end());
+  return all;
+}
+
 struct UsdContent {
   std::optional<UsdValue> value{};
   std::vector<std::pair<double, UsdValue>> samples{};  ///< by time; they go before the value
   [[nodiscard]] bool empty() const { return !value && samples.empty(); }
 };
 
-/// An attribute, or a relationship, whose value is its targets. Copies share what it says.
+/// An attribute, or a relationship, which has targets alone. Copies share what it says.
 struct UsdAttribute {
   std::string type{};  ///< as "float3[]"; "rel" of a relationship
   UsdWhere where{};
   std::shared_ptr<const UsdContent> content = std::make_shared<const UsdContent>();
-  std::vector<UsdTarget> sources{};  ///< what it is connected to
+  UsdList<UsdTarget> targets{};                ///< what it is connected to, or leads to
+  std::map<std::string, std::string> words{};  ///< metadata that are of use here
 };
 
 /// A datum about a prim or a layer.
@@ -61,6 +81,7 @@ struct UsdArc {
   UsdTarget target{};       ///< a file, its absolute name, and a prim in it; "": its default prim
   std::ptrdiff_t kind = 0;  ///< the stronger ones have the lower numbers
   UsdWhere where{};
+  std::strong_ordering operator<=>(const UsdArc& b) const { return target <=> b.target; }
 };
 
 struct UsdPrim {
@@ -70,8 +91,10 @@ struct UsdPrim {
   UsdWhere where{};
   std::map<std::string, UsdMetadatum> metadata{};  ///< those that are of use here
   std::map<std::string, std::shared_ptr<const UsdAttribute>> attributes{};
-  std::vector<UsdArc> arcs{};       ///< the strongest first
-  std::vector<UsdPrim> children{};  ///< each of another name
+  UsdList<std::string> schemas{};                    ///< that are applied to it
+  UsdList<double> inactive{};                        ///< ids of a PointInstancer's instances
+  std::map<std::ptrdiff_t, UsdList<UsdArc>> arcs{};  ///< by their kind
+  std::vector<UsdPrim> children{};                   ///< each of another name
   std::vector<UsdPrim> variants{};  ///< of its variant sets, whose names are their types
 
   /// The child of a name, or null; valid until another one is added.

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
+#include <string>
 #include <string_view>
 
 #include "usda/usda_world.h"
@@ -13,25 +15,33 @@ namespace pvol::formats::detail {
 namespace {
 
 constexpr double kFarthest = kLargestMeanCosine;
+constexpr Vec3d kArnoldsScatter{0.5, 0.5, 0.5};
 
-/// An input of a shader; nothing, and named, where it is connected, which makes it vary.
+/// The inputs of a shader: what they say, else what is usual; nothing, and named, of those that
+/// another shader makes vary, such as a texture.
 struct UsdInputs {
   UsdView view;
   const UsdMaking& making;
 
-  [[nodiscard]] bool is_plain(const std::string& name) const {
-    const UsdAttribute* a = view.find(name);
-    if (a == nullptr || a->sources.empty()) return true;
-    making.note(a->where, fmt::format("the connection of {} is left out", usd_shown(name)));
-    return false;
+  [[nodiscard]] std::optional<UsdInput> find(const std::string& name) const {
+    const std::optional<UsdInput> input = valued_input(making.stage, view, name);
+    if (!input) {
+      making.note(view.find(name)->where,
+                  fmt::format("the connection of {} is left out: it leads to no value of a "
+                              "material",
+                              usd_shown(name)));
+    }
+    return input;
   }
-  [[nodiscard]] double number(const std::string& name, double otherwise) const {
-    const std::string input = "inputs:" + name;
-    return is_plain(input) ? view.number(input, otherwise) : otherwise;
+  [[nodiscard]] std::optional<double> number(const std::string& name, double usual) const {
+    const std::optional<UsdInput> input = find("inputs:" + name);
+    if (!input) return std::nullopt;
+    return making.stage.view(*input->prim).number(input->name, usual);
   }
-  [[nodiscard]] Vec3d color(const std::string& name, Vec3d otherwise) const {
-    const std::string input = "inputs:" + name;
-    return is_plain(input) ? view.vector(input, otherwise) : otherwise;
+  [[nodiscard]] std::optional<Vec3d> color(const std::string& name, Vec3d usual) const {
+    const std::optional<UsdInput> input = find("inputs:" + name);
+    if (!input) return std::nullopt;
+    return making.stage.view(*input->prim).vector(input->name, usual);
   }
 };
 
@@ -50,37 +60,47 @@ void set_coefficients(SceneVolume& v, Vec3d scattering, Vec3d absorption, const 
   }
 }
 
-void set_cosine(SceneVolume& v, double g) {
-  v.medium.components.front().phase = HenyeyGreenstein(std::clamp(g, -kFarthest, kFarthest));
+/// Where it is not known, the phase function stays pvol's.
+void set_cosine(SceneVolume& v, std::optional<double> g) {
+  if (!g) return;
+  v.medium.components.front().phase = HenyeyGreenstein(std::clamp(*g, -kFarthest, kFarthest));
 }
 
 /// Arnold: density is the extinction per unit and unit of the field, deepened by `transparent`,
 /// what is left after a unit of it; scattered is `scatter_color`.
 void take_arnold(const UsdInputs& in, SceneVolume& v) {
-  const double density = in.number("density", 1);
-  const Vec3d scattered = in.color("scatter_color", {0.5, 0.5, 0.5}) * in.number("scatter", 1);
-  const Vec3d left = in.color("transparent", Vec3d(std::exp(-1.0)));
+  const std::optional<double> density = in.number("density", 1);
+  const std::optional<double> scatter = in.number("scatter", 1);
+  const std::optional<Vec3d> color = in.color("scatter_color", kArnoldsScatter);
+  const std::optional<Vec3d> left = in.color("transparent", Vec3d(std::exp(-1.0)));
+  set_cosine(v, in.number("scatter_anisotropy", 0));
+  const Vec3d scattered = color.value_or(kArnoldsScatter) * scatter.value_or(1);
+  const Vec3d albedo = min(max(scattered, Vec3d(0.0)), Vec3d(1.0));
+  v.medium.components.front().albedo = Rgb(albedo);
+  if (!density || !left) return;
   Vec3d extinction;
   for (int c = 0; c < 3; ++c) {
-    extinction[c] = -std::log(std::clamp(left[c], 1e-6, 1.0)) * density;
+    extinction[c] = -std::log(std::clamp((*left)[c], 1e-6, 1.0)) * *density;
   }
-  const Vec3d albedo = min(max(scattered, Vec3d(0.0)), Vec3d(1.0));
   set_coefficients(v, extinction * albedo, extinction * (Vec3d(1.0) - albedo), in.view);
-  set_cosine(v, in.number("scatter_anisotropy", 0));
 }
 
 /// MaterialX: coefficients per unit of length, where the field is 1.
 void take_anisotropic(const UsdInputs& in, SceneVolume& v) {
-  const Vec3d none{0, 0, 0};
-  set_coefficients(v, in.color("scattering", none), in.color("absorption", none), in.view);
+  const std::optional<Vec3d> scattering = in.color("scattering", {0, 0, 0});
+  const std::optional<Vec3d> absorption = in.color("absorption", {0, 0, 0});
   set_cosine(v, in.number("anisotropy", 0));
+  if (scattering && absorption) set_coefficients(v, *scattering, *absorption, in.view);
 }
 
 void take_absorption(const UsdInputs& in, SceneVolume& v) {
-  set_coefficients(v, {0, 0, 0}, in.color("absorption", {0, 0, 0}), in.view);
+  v.medium.components.front().albedo = Rgb(0.0f);
+  if (const auto absorption = in.color("absorption", {0, 0, 0})) {
+    set_coefficients(v, {0, 0, 0}, *absorption, in.view);
+  }
 }
 
-/// To add a shader: its row.
+/// To add a shader: its row. Extinction stays open where it rests on inputs that vary.
 struct UsdVolumeShader {
   std::string_view id;
   void (*take)(const UsdInputs&, SceneVolume&);
@@ -96,7 +116,7 @@ const UsdPrim* volume_shader(const UsdPrim& material, const UsdMaking& making) {
   for (const auto& [name, attribute] : material.attributes) {
     const bool of_volume =
         name == "outputs:volume" || (name.starts_with("outputs:") && name.ends_with(":volume"));
-    if (!of_volume || attribute->sources.empty()) continue;
+    if (!of_volume || attribute->targets.empty()) continue;
     const UsdPrim* shader = source_of(making.stage, view, name);
     if (shader == nullptr) continue;
     const UsdView inner = making.stage.view(*shader);
@@ -131,6 +151,11 @@ void set_shading(const UsdItem& volume, SceneVolume& to, const UsdMaking& making
     return;
   }
   known->take(in, to);
+  if (!to.has_extinction) {
+    making.note(shader->where, fmt::format("the extinction of the material {} is left open: inputs "
+                                           "of its shader vary",
+                                           name));
+  }
   in.view.note_unused(*making.notes);
 }
 

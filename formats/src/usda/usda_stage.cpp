@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 
 namespace pvol::formats::detail {
 namespace {
@@ -27,12 +28,37 @@ bool is_any_of(const auto& types, const std::string& type) {
   return std::ranges::find(types, type) != types.end();
 }
 
+/// Which material is bound, and whether that holds against what prims within say.
+struct Binding {
+  std::string material{};
+  bool is_strong = false;
+};
+
 /// What holds for all that is within a prim.
 struct Above {
   UsdPlace place{};
-  bool is_seen = true;
-  std::string purpose{}, material{};
+  bool is_visible = true;
+  std::string purpose = "default";
+  Binding for_all{}, for_full{};  ///< pictures of all purposes, and full ones, which come first
+
+  /// Things that stand for others in a viewer (proxy, guide) are not rendered.
+  [[nodiscard]] bool is_seen() const {
+    return is_visible && purpose != "proxy" && purpose != "guide";
+  }
+  [[nodiscard]] const std::string& material() const {
+    return for_full.material.empty() ? for_all.material : for_full.material;
+  }
 };
+
+/// The outermost binding that is strong counts, else the innermost one.
+void take_binding(Binding& binding, const UsdView& view, const std::string& name) {
+  const std::vector<std::string> bound = view.paths(name);
+  if (bound.empty() || binding.is_strong) return;
+  const std::map<std::string, std::string>& words = view.find(name)->words;
+  const auto strength = words.find("bindMaterialAs");
+  binding = {bound.front(),
+             strength != words.end() && strength->second == "strongerThanDescendants"};
+}
 
 class UsdWalk {
  public:
@@ -44,6 +70,7 @@ class UsdWalk {
     if (is_any_of(kQuiet, prim.type)) return;
     const UsdView view = stage_->view(prim);
     inherit(view, above);
+    note_collections(prim, path);
     if (prim.metadata.contains("clips")) notes_->add(prim.where, "value clips are left out");
     if (!is_invertible(above.place.now) || !is_invertible(above.place.later)) {
       notes_->add(prim.where,
@@ -51,7 +78,7 @@ class UsdWalk {
       return;
     }
     if (prim.type == "PointInstancer") {
-      if (above.is_seen) instance(view, above);
+      if (above.is_seen()) instance(view, above);
       return;
     }
     add(prim, path, above);
@@ -59,35 +86,36 @@ class UsdWalk {
   }
 
  private:
-  /// Place, visibility, purpose and material. Things that stand for others in a viewer (proxy,
-  /// guide) are not rendered.
+  /// Place, visibility, purpose and material.
   void inherit(const UsdView& view, Above& above) {
     const UsdXform xform = xform_of(view);
     above.place = xform.resets ? xform.place : above.place * xform.place;
-    if (view.word("visibility", "inherited") == "invisible") above.is_seen = false;
-    if (above.purpose.empty() || above.purpose == "default") {
-      above.purpose = view.word("purpose", "default");
-    }
-    if (above.purpose == "proxy" || above.purpose == "guide") above.is_seen = false;
-    for (const char* name : {"material:binding:full", "material:binding"}) {
-      const std::vector<std::string> bound = view.paths(name);
-      if (bound.empty()) continue;
-      above.material = bound.front();
-      break;
+    if (view.word("visibility", "inherited") == "invisible") above.is_visible = false;
+    above.purpose = view.word("purpose", above.purpose);
+    take_binding(above.for_all, view, "material:binding");
+    take_binding(above.for_full, view, "material:binding:full");
+  }
+
+  void note_collections(const UsdPrim& prim, const std::string& path) {
+    for (const auto& [name, attribute] : prim.attributes) {
+      if (!name.starts_with("material:binding:collection") || attribute->targets.empty()) continue;
+      notes_->add(attribute->where,
+                  fmt::format("{} of {} is left out; expected a material:binding of each prim",
+                              usd_shown(name), usd_shown(path)));
     }
   }
 
   void add(const UsdPrim& prim, const std::string& path, const Above& above) {
-    std::vector<UsdItem>* to = list_of(prim.type, above.is_seen);
+    std::vector<UsdItem>* to = list_of(prim.type, above.is_seen());
     if (to == nullptr) {
-      if (above.is_seen && !is_any_of(kGroups, prim.type)) name_unmapped(prim);
+      if (above.is_seen() && !is_any_of(kGroups, prim.type)) name_unmapped(prim);
       return;
     }
     instances_in_all_ += instances_.size();
     if (instances_in_all_ > kMostInstances) {
       fail_at(prim.where, "more than 262144 instances of volumes", "fewer");
     }
-    to->push_back({&prim, path, above.place, above.material, instances_});
+    to->push_back({&prim, path, above.place, above.material(), instances_});
   }
 
   void name_unmapped(const UsdPrim& prim) {
@@ -116,14 +144,15 @@ class UsdWalk {
       return;
     }
     in_prototype_ = true;
-    const std::vector<std::vector<UsdPlace>> places = instances_of(view, prototypes.size());
+    const std::vector<std::vector<UsdPlace>> places =
+        instances_of(view, prototypes.size(), *notes_);
     for (std::size_t i = 0; i < prototypes.size(); ++i) {
       const UsdPrim* prototype = stage_->find(prototypes[i]);
       if (prototype == nullptr || places[i].empty()) continue;
       instances_.clear();
       for (const UsdPlace& p : places[i]) instances_.push_back(above.place * p);
       Above inside;
-      inside.material = above.material;
+      inside.for_all = above.for_all, inside.for_full = above.for_full;
       walk(*prototype, prototypes[i], inside);
     }
     instances_.clear();

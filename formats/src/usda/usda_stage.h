@@ -34,8 +34,10 @@ struct UsdStage {
 /// Without a frame it is the first.
 [[nodiscard]] UsdStage stage_of(UsdPrim root, std::optional<int> frame, ImportNotes& notes);
 
-/// The places of a PointInstancer's instances of each of so many prototypes.
+/// The places of a PointInstancer's instances of each of so many prototypes, without those that are
+/// inactive or invisible. They stay in place, as `notes` say, where others are there a frame later.
 [[nodiscard]] std::vector<std::vector<UsdPlace>> instances_of(const UsdView& instancer,
-                                                              std::size_t prototypes);
+                                                              std::size_t prototypes,
+                                                              ImportNotes& notes);
 
 }  // namespace pvol::formats::detail

@@ -71,13 +71,14 @@ void note_parts(const UsdPrim& mesh, const UsdMaking& making) {
   }
 }
 
-/// What says nothing about the shape of triangles: derived data, and what is for smooth or
-/// textured surfaces.
+/// What says nothing about the shape of triangles: colours, which were read before, derived data,
+/// and what is for smooth or textured surfaces.
 void ignore_details(const UsdView& view) {
   for (const char* name :
        {"extent", "doubleSided", "orientation", "normals", "primvars:normals", "primvars:st",
         "primvars:st:indices", "interpolateBoundary", "faceVaryingLinearInterpolation",
-        "triangleSubdivisionRule", "primvars:displayColor:indices", "subdivisionScheme"}) {
+        "triangleSubdivisionRule", "primvars:displayColor", "primvars:displayColor:indices",
+        "subdivisionScheme"}) {
     view.ignore(name);
   }
 }
@@ -89,7 +90,7 @@ void make_surfaces(const UsdMaking& making) {
   std::size_t vertices = 0;
   for (const UsdItem& item : making.stage.surfaces) {
     const UsdView view = making.stage.view(*item.prim);
-    const Rgb albedo = albedo_of(item, view, making);
+    const Rgb albedo = albedo_of(item, making);
     if (item.prim->type == "Sphere") {
       add_ball(item, view, albedo, making);
     } else {

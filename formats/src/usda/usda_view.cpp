@@ -168,11 +168,9 @@ Vec3d UsdView::vector(const std::string& name, Vec3d otherwise) const {
 
 std::vector<std::string> UsdView::paths(const std::string& name) const {
   std::vector<std::string> paths;
-  const std::optional<UsdValue> v = value(name);
-  if (!v) return paths;
-  if (const auto* targets = std::get_if<UsdTargets>(&*v)) {
-    for (const UsdTarget& t : targets->all) paths.push_back(t.path);
-  }
+  const UsdAttribute* a = find(name);
+  if (a == nullptr) return paths;
+  for (const UsdTarget& t : items_of(a->targets)) paths.push_back(t.path);
   return paths;
 }
 
@@ -190,7 +188,7 @@ void UsdView::note_unused(ImportNotes& notes) const {
     // What all prims may have is read where they are met.
     const bool of_all = name.starts_with("xformOp") || name.starts_with("material:binding") ||
                         name == "visibility" || name == "purpose";
-    const bool says = says_something(*attribute->content) || !attribute->sources.empty();
+    const bool says = says_something(*attribute->content) || !attribute->targets.empty();
     if (of_all || !says || used_.contains(name)) continue;
     notes.add(attribute->where,
               fmt::format("{}: {} is left out", usd_shown(prim_->type), usd_shown(group_of(name))));

@@ -1,7 +1,6 @@
 // What a prim is at a time.
 #pragma once
 
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>

@@ -1,7 +1,7 @@
 // What the parts of a scene are made with.
 #pragma once
 
-#include <functional>
+#include <optional>
 #include <string>
 
 #include "pvol/formats/usda_scene.h"
@@ -49,12 +49,22 @@ void set_shading(const UsdItem& volume, SceneVolume& to, const UsdMaking& making
 
 void make_surfaces(const UsdMaking& making);
 
-/// The colour of a surface: of its material, else of itself, else 0.5.
-[[nodiscard]] Rgb albedo_of(const UsdItem& surface, const UsdView& view, const UsdMaking& making);
+/// The colour of a surface: of its material, else of itself or of what it is within, else 0.5.
+[[nodiscard]] Rgb albedo_of(const UsdItem& surface, const UsdMaking& making);
 
-/// The prim that an output or input of a shader is connected to, or null.
+/// The shader that an output or input is connected to, or null.
 [[nodiscard]] const UsdPrim* source_of(const UsdStage& stage, const UsdView& shader,
                                        const std::string& name);
+
+/// An attribute of a prim, as "inputs:density".
+struct UsdInput {
+  const UsdPrim* prim = nullptr;
+  std::string name{};
+};
+/// Where the value of a shader's input is: in itself or, where it is connected, in its material or
+/// in a node graph. Nothing where another shader makes it, or no connection leads to a value.
+[[nodiscard]] std::optional<UsdInput> valued_input(const UsdStage& stage, const UsdView& shader,
+                                                   const std::string& name);
 
 /// Where it is at the frame and one frame later; nothing, and named, where no way leads between.
 [[nodiscard]] std::optional<MovingPlacement> motion_of(const UsdPlace& place, const UsdItem& of,

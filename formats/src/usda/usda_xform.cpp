@@ -124,6 +124,7 @@ std::optional<double> uniform_scale(const Affine& map) {
 
 Affine turn_of(const std::array<double, 4>& q) {
   const double size = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  if (!(size > 0)) return {};
   const double w = q[0] / size, x = q[1] / size, y = q[2] / size, z = q[3] / size;
   Affine turn;
   turn.m = {Vec3d{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},

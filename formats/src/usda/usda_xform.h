@@ -27,7 +27,8 @@ struct UsdXform {
 /// The factor of a map that scales all directions alike; nothing of others.
 [[nodiscard]] std::optional<double> uniform_scale(const Affine& map);
 
-/// A turn by a quaternion: its real part, then the others. Of any length but 0.
+/// A turn by a quaternion of any length: its real part, then the others. That of length 0, which
+/// programs write for what has no orientation, turns nothing.
 [[nodiscard]] Affine turn_of(const std::array<double, 4>& quaternion);
 
 }  // namespace pvol::formats::detail
