@@ -19,6 +19,7 @@
 #include "pvol/formats/field_names.h"
 #include "pvol/formats/image.h"
 #include "pvol/formats/pbrt_scene.h"
+#include "pvol/formats/pvol_file.h"
 #include "pvol/formats/usda_scene.h"
 #include "pvol/formats/velocity.h"
 #include "pvol/shell/recipe_support.h"
@@ -122,6 +123,22 @@ bool imports(const Options& o) {
   return (formats::ending(o.input) == ".pbrt" || is_usd(o)) && formats::ending(o.output) == ".toml";
 }
 
+/// The file that a .pvol takes its density from must not be the output. Only where there is a file
+/// to lose: a fault of the input is told where it is read.
+void check_source(const Options& o) {
+  std::error_code missing;
+  if (formats::ending(o.input) != ".pvol" || !std::filesystem::exists(o.output, missing) ||
+      formats::measure_pvol(o.input).density > 0) {
+    return;
+  }
+  const std::string source = formats::read_pvol_grid(o.input, "").metadata.source.file;
+  if (source.empty() || !cli::same_file(o.input.parent_path() / source, o.output)) return;
+  throw cli::UsageError(
+      fmt::format("{}: holds the density of {}, which the output would replace; choose another "
+                  "name for the output",
+                  o.output.string(), o.input.string()));
+}
+
 void check_pair(const Options& o) {
   const std::string from = formats::ending(o.input), to = formats::ending(o.output);
   const bool readable = from == ".toml" || from == ".nvdb" || from == ".pvol" || from == ".vdb";
@@ -139,6 +156,7 @@ void check_pair(const Options& o) {
         fmt::format("input and output are the same file, {}; choose another name for the output",
                     o.input.string()));
   }
+  check_source(o);
 }
 
 /// Active voxels of what was written: zeros are not.

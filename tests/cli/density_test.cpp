@@ -196,6 +196,15 @@ TEST_F(Density, MisuseIsRefused) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "a.pvol"));
 }
 
+TEST_F(Density, ACloudByReferenceIsNotConvertedOntoItsSource) {
+  fit("r.pvol", {"--density", "reference"});
+  const std::string before = read_text(vdb_);
+  expect_error(2, PVOL_CONVERT, {folder_ / "r.pvol", vdb_}, "density.output_is_source");
+  EXPECT_TRUE(read_text(vdb_) == before);
+  expect_success(PVOL_CONVERT, {folder_ / "r.pvol", folder_ / "other.vdb"});
+  expect_success(PVOL_CONVERT, {folder_ / "r.pvol", folder_ / "other.vdb"});
+}
+
 // --- micro-bounds -------------------------------------------------------------------------------
 
 TEST_F(Density, StoredMicroBoundsAreUsedAndChangeNoPixel) {

@@ -113,6 +113,21 @@ TEST_F(PbrtTool, NotesAreWholeOnStderrAndAtopTheScene) {
   EXPECT_EQ(convert({"c.pbrt", "d.toml", "--quiet"}).err, "");
 }
 
+TEST_F(PbrtTool, FilesOfOthersAreNotReplaced) {
+  write("b_cube.vdb", "mine");
+  const RunResult other = convert({"a.pbrt", "b.toml"});
+  EXPECT_EQ(other.exit, 1);
+  EXPECT_TRUE(says(other.err, "pbrt.beside_is_there"));
+  EXPECT_EQ(read_text(folder_ / "b_cube.vdb"), "mine");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "b.toml"));
+  EXPECT_EQ(convert({"a.pbrt", "c.toml"}).exit, 0);
+  EXPECT_EQ(convert({"a.pbrt", "c.toml"}).exit, 0);  // over its own
+  write("d.toml", "Include \"a.pbrt\"");
+  write("d.pbrt", "Include \"d.toml\"");
+  EXPECT_TRUE(says(convert({"d.pbrt", "d.toml"}).err, "pbrt.input_is_output"));
+  EXPECT_EQ(read_text(folder_ / "d.toml"), "Include \"a.pbrt\"");
+}
+
 TEST_F(PbrtTool, BadScenesAndPairsLeaveNothing) {
   write("bad.pbrt", std::string(kScene) + "Shape \"sphere\" \"float radius\" [ one ]\n");
   const RunResult bad = convert({"bad.pbrt", "e.toml"});

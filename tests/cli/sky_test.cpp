@@ -143,5 +143,23 @@ TEST_F(Skies, RadiancePicturesLightTheCloud) {
   expect_refused({file}, 1, "sky.ends_within_pixels");
 }
 
+TEST_F(Skies, APictureThatTheSceneReadsIsNoOutput) {
+  ASSERT_EQ(render({}, "sky.exr").exit, 0);
+  std::filesystem::copy(folder_ / "sky.exr", folder_ / "sky.0007.exr");
+  const std::string before = testing::read_text(folder_ / "sky.exr");
+  const auto refuse = [&](const std::string& read, const char* output,
+                          const std::vector<std::string>& more) {
+    const RunResult r = render({"environment.file=" + (folder_ / read)}, output, more);
+    EXPECT_EQ(r.exit, 2) << output;
+    EXPECT_TRUE(says(r.err, "sky.output_is_read"));
+  };
+  refuse("sky.exr", "sky.exr", {});
+  refuse("sky.exr", "b.exr", {"--no-png", "--deep", folder_ / "sky.exr"});
+  refuse("sky.####.exr", "sky.####.exr", {"--frame", "7"});
+  EXPECT_TRUE(testing::read_text(folder_ / "sky.exr") == before);
+  EXPECT_TRUE(testing::read_text(folder_ / "sky.0007.exr") == before);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "b.exr"));
+}
+
 }  // namespace sky_test
 }  // namespace pvol

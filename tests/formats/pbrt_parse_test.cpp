@@ -33,6 +33,19 @@ TEST(PbrtParse, BlanksCommentsBracketsAndKindsOfNumbers) {
             Vec3d(1, 2, -3));
   EXPECT_EQ(light_of("LightSource \"point\" \"float scale\" 2 \"point3 from\" [ .5 1. 1e-1 ]"),
             Vec3d(0.5, 1, -0.1));
+  EXPECT_EQ(light_of("# one\rLightSource \"point\" # two\r\"point3 from\" [ 1 2 3 ]"),
+            Vec3d(1, 2, -3));
+}
+
+TEST(PbrtParse, LinesEndInEveryWay) {
+  expect_fault("\r#\r\r\n#\r\n\nTranslate 1 x", "pbrt.x_on_line_6");
+}
+
+TEST(PbrtParse, AByteOrderMarkIsSkipped) {
+  const std::string mark = "\xEF\xBB\xBF";
+  EXPECT_FALSE(read_pbrt_text(mark + pbrt_text("")).file.volumes.empty());
+  EXPECT_FALSE(read_pbrt_text(mark + "# comment\n" + pbrt_text("")).file.volumes.empty());
+  expect_fault("WorldBegin " + mark, "pbrt.byte_order_mark_later");
 }
 
 TEST(PbrtParse, AttributesKeepTransformsToThemselves) {
@@ -125,7 +138,8 @@ TEST(PbrtParse, ErrorsNameFileLineFoundAndExpected) {
   expect_fault("AttributeEnd", "pbrt.attributeend_block_begun");
   expect_fault("AttributeBegin\nTransformEnd", "pbrt.transformend_attributeend");
   expect_fault("WorldBegin\nAttributeBegin\n", "pbrt.block_without_end");
-  expect_fault("NamedMaterial \"x\"", "pbrt.x_material_defined");
+  expect_fault("NamedMaterial \"x\"\nShape \"sphere\"", "pbrt.x_material_defined");
+  expect_fault("MakeNamedMaterial \"x\" MakeNamedMaterial \"x\"", "pbrt.material_second_time");
   expect_fault("CoordSysTransform \"x\"", "pbrt.x_coordinate_system");
   expect_fault("MediumInterface \"fog\" \"\" Shape \"sphere\"", "pbrt.medium_fog");
   expect_fault("Include \"none.pbrt\"", "pbrt.open_none_pbrt");

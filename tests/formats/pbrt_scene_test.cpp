@@ -180,6 +180,21 @@ TEST(PbrtScene, RectanglesThatShineFaceTheWayOfPbrts) {
   EXPECT_TRUE(s.file.scene.surfaces.empty());
 }
 
+// pbrt-v4 renders this rectangle at 3.80, and the patch of its corners at 1.90.
+TEST(PbrtScene, EachTriangleOfARectangleHasThePower) {
+  const std::string corners = "\"point3 P\" [ -1 -.5 0  1 -.5 0  -1 .5 0  1 .5 0 ]\n";
+  const PbrtScene s = scene_of(
+      "AreaLightSource \"diffuse\" \"float power\" 12\n"
+      "Shape \"trianglemesh\" \"integer indices\" [ 0 1 3 0 3 2 ] " +
+      corners + "Shape \"bilinearmesh\" " + corners);
+  const auto radiance = [&](std::size_t i) {
+    return Vec3d(std::get<AreaLight>(s.file.scene.lights.at(i)).radiance);
+  };
+  const double one = 12 / (std::numbers::pi * 2);
+  expect_near(radiance(0), Vec3d(2 * one));
+  expect_near(radiance(1), Vec3d(one));
+}
+
 TEST(PbrtScene, EvenSkiesAddUpAndWithoutLightIsNight) {
   EXPECT_EQ(std::get<ConstantSky>(scene_of("").file.scene.environment).radiance, Rgb(0.0f));
   const PbrtScene s = scene_of(
@@ -431,6 +446,19 @@ TEST(PbrtScene, ShapesThatCutMediaOffAreNamed) {
   EXPECT_EQ(times_said(notes_of(scene_of(large)), "pbrt.sphere_cuts_off"), 0);
 }
 
+TEST(PbrtScene, ShapesWithAnotherMediumInsideAreNamed) {
+  const std::string ball =
+      kPbrtFog + "MakeNamedMedium \"b\" \"string type\" \"uniformgrid\" \"float density\" 1\n";
+  const auto notes = [&](const std::string& sides, const std::string& material) {
+    return notes_of(scene_of("", ball + "MediumInterface " + sides + " Material \"" + material +
+                                     "\" Shape \"sphere\" \"float radius\" .1"));
+  };
+  EXPECT_TRUE(says(notes("\"b\" \"fog\"", "interface"), "pbrt.medium_nested"));
+  EXPECT_TRUE(says(notes("\"\" \"fog\"", "interface"), "pbrt.medium_with_hole"));
+  EXPECT_EQ(times_said(notes("\"\" \"fog\"", "diffuse"), "pbrt.medium_with_hole"), 0);
+  EXPECT_EQ(times_said(notes("\"fog\" \"fog\"", "interface"), "pbrt.medium_with_hole"), 0);
+}
+
 TEST(PbrtScene, AMediumOnBothSidesOfItsShapesIsLeftOut) {
   const std::string both =
       kPbrtFog +
@@ -471,6 +499,18 @@ TEST(PbrtScene, SurfacesOfEachKind) {
   EXPECT_NEAR(highest, 2, 1e-9);  // the stretched sphere, and the disk's rim
   EXPECT_TRUE(says(notes_of(s), "pbrt.material_conductor_diffuse"));
   EXPECT_TRUE(says(notes_of(s), "pbrt.shapes_type_curve"));
+}
+
+TEST(PbrtScene, MaterialsMayBeMadeAfterTheShapesThatNameThem) {
+  const PbrtScene s = scene_of(
+      "NamedMaterial \"unused\" NamedMaterial \"late\" Shape \"sphere\"\n"
+      "AttributeBegin Material \"diffuse\" Shape \"sphere\" AttributeEnd Shape \"sphere\"\n"
+      "MakeNamedMaterial \"late\" \"string type\" \"diffuse\" \"rgb reflectance\" [ .8 .1 .1 ]");
+  ASSERT_EQ(s.file.scene.surfaces.size(), 3u);
+  for (const std::size_t i : {0u, 1u, 2u}) {
+    const auto& ball = std::get<BallSurface>(s.file.scene.surfaces[i]);
+    expect_near(Vec3d(ball.material.albedo), i == 1 ? Vec3d(0.5) : Vec3d{0.8, 0.1, 0.1});
+  }
 }
 
 TEST(PbrtScene, FilmSamplerFilterAndDepth) {
@@ -541,6 +581,52 @@ TEST(PbrtScene, FilesAreWrittenThatReadBackAsTheScene) {
   EXPECT_EQ(to_toml(back), to_toml(expected));
   EXPECT_TRUE(std::filesystem::exists(folder.file("b_mesh1.ply")));
   EXPECT_EQ(read_vdb(folder.file("b_fog.vdb")).report.largest, 8);
+}
+
+TEST(PbrtScene, WritingReplacesOnlyWhatEarlierWritingLeft) {
+  const TemporaryFolder folder;
+  const std::string sky = "LightSource \"infinite\" \"string filename\" \"sky.exr\"\n";
+  write_sky(folder.file("sky.exr"), 8);
+  const auto write = [&](const std::string& after, const std::string& stem) {
+    write_bytes(folder.file("a.pbrt"), pbrt_text(kCamera, after));
+    write_imported(folder.file(stem + ".toml"), read_pbrt(folder.file("a.pbrt"), stem));
+  };
+  write(sky, "b");
+  write(sky, "b");
+  write("", "b");  // which leaves the picture of the sky behind
+  write(sky, "b");
+  std::filesystem::remove(folder.file("b.toml"));
+  EXPECT_TRUE(says(error_of([&] { write(sky, "b"); }), "pbrt.fog_is_there"));
+  write_bytes(folder.file("c_fog.vdb"), "mine");
+  EXPECT_THROW(write(sky, "c"), std::runtime_error);
+  EXPECT_EQ(read_bytes(folder.file("c_fog.vdb")), "mine");
+  EXPECT_FALSE(std::filesystem::exists(folder.file("c_sky.exr")));
+  EXPECT_FALSE(std::filesystem::exists(folder.file("c.toml")));
+}
+
+TEST(PbrtScene, WritingReplacesNothingThatTheSceneRefersTo) {
+  const TemporaryFolder folder;
+  write_sky(folder.file("b_sky.exr"), 8);
+  write_bytes(folder.file("b_mesh1.ply"), "ply");
+  // As if an earlier conversion had written them.
+  write_bytes(folder.file("b.toml"),
+              "# Written beside it: b_sky.exr\n# Written beside it: b_mesh1.ply\n");
+  const auto fault = [&](const std::string& after) {
+    const std::string before = read_bytes(folder.file("b_sky.exr"));
+    write_bytes(folder.file("a.pbrt"), pbrt_text(kCamera, after));
+    const PbrtScene scene = read_pbrt(folder.file("a.pbrt"), "b");
+    std::string message = error_of([&] { write_imported(folder.file("b.toml"), scene); });
+    EXPECT_EQ(read_bytes(folder.file("b_mesh1.ply")), "ply");
+    EXPECT_TRUE(read_bytes(folder.file("b_sky.exr")) == before);
+    EXPECT_FALSE(std::filesystem::exists(folder.file("b_fog.vdb")));
+    return message;
+  };
+  EXPECT_TRUE(says(fault("LightSource \"infinite\" \"string filename\" \"b_sky.exr\""),
+                   "pbrt.sky_is_read"));
+  const std::string triangle = "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ]\n";
+  const std::string file = "Shape \"plymesh\" \"string filename\" \"b_mesh1.ply\"\n";
+  EXPECT_TRUE(says(fault(triangle + file), "pbrt.mesh_is_read"));
+  EXPECT_TRUE(says(fault(triangle + "Material \"interface\" " + file), "pbrt.mesh_is_read"));
 }
 
 TEST(PbrtScene, WhereWritingFailsNothingStays) {

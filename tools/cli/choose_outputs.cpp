@@ -6,6 +6,7 @@
 #include "cli/picture_facts.h"
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
+#include "pvol/formats/scene_files.h"
 
 namespace pvol::cli {
 namespace {
@@ -98,6 +99,18 @@ Outputs choose_outputs(const RenderOptionsGiven& o) {
   }
   if (!o.summary.empty() && o.summary != "-") check_output(o.summary, {".json"});
   return out;
+}
+
+void check_inputs_stay(const Outputs& out, const formats::SceneFile& scene) {
+  for (const std::filesystem::path& input : formats::files_of(scene)) {
+    for (const std::filesystem::path& output : {out.exr, out.png, out.deep}) {
+      if (!same_file(input, output)) continue;
+      throw UsageError(
+          fmt::format("{}: the scene reads this file, which the output would replace; choose "
+                      "another name for the output",
+                      output.string()));
+    }
+  }
 }
 
 bool all_there(const RenderOptionsGiven& o, const Outputs& out) {

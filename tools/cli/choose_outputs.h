@@ -5,6 +5,7 @@
 
 #include "cli/render_options.h"
 #include "pvol/formats/image.h"
+#include "pvol/formats/scene_file.h"
 #include "pvol/render/scene.h"
 
 namespace pvol::cli {
@@ -17,6 +18,9 @@ struct Outputs {
 /// The outputs that the options ask for, none where the scene is printed. Throws UsageError where
 /// they do not go together, and Error for names that cannot be written to.
 [[nodiscard]] Outputs choose_outputs(const RenderOptionsGiven& o);
+
+/// Throws UsageError where one of them is a file that the scene reads.
+void check_inputs_stay(const Outputs& out, const formats::SceneFile& scene);
 
 /// Whether all of them are there, and the statistics.
 [[nodiscard]] bool all_there(const RenderOptionsGiven& o, const Outputs& out);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <variant>
 
 #include "cli/cli.h"
 #include "cli/filter_picture.h"
@@ -120,6 +119,7 @@ FrameJobs add_scenes(const SequenceGiven& given, std::vector<FrameJob> jobs) {
     if (!std::filesystem::exists(job.options.input)) return;
     add_scene(given, job);
     for (const auto& file : files_of(job.scene)) needed.push_back({frame, file});
+    check_inputs_stay(job.outputs, job.scene);
     if (!job.outputs.exr.empty()) check_layout(job.options, job.scene.scene);
     open = open || !job.open.empty();
   };
@@ -148,6 +148,7 @@ FrameJobs resolve_jobs(const RenderOptionsGiven& o) {
   refuse_pattern(o.input);
   job.scene = parse_scene(o);
   for (const auto& file : files_of(job.scene)) refuse_pattern(file);
+  check_inputs_stay(job.outputs, job.scene);
   return {{std::move(job)}};
 }
 

@@ -17,6 +17,7 @@ namespace {
 /// Middle, half sides and front of a rectangle in the world.
 struct Rectangle {
   Vec3d middle, across, up, front;
+  int lights = 1;  ///< as pbrt has it, each of the whole power
 };
 
 /// Of two triangles or a patch whose four corners make right angles.
@@ -37,7 +38,9 @@ std::optional<Rectangle> rectangle_of(const PbrtShape& shape, const Affine& plac
     Vec3d front = cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]]);
     if ((determinant(place) < 0) != shape.reversed) front = -front;
     if (!(length(front) > 0)) return std::nullopt;
-    return Rectangle{p[0] + (across + up) * 0.5, across, up, normalize(front)};
+    // Each triangle is a light, while a patch is one as a whole.
+    const int lights = shape.type == "trianglemesh" ? 2 : 1;
+    return Rectangle{p[0] + (across + up) * 0.5, across, up, normalize(front), lights};
   }
   return std::nullopt;
 }
@@ -47,8 +50,8 @@ void add_rectangle(const PbrtThing& light, const Rectangle& r, const PbrtMaking&
   AreaLight area;
   area.position = r.middle, area.direction = r.front, area.up = normalize(r.up);
   area.size = {length(r.across), length(r.up)};
-  const double one = std::numbers::pi * area.size[0] * area.size[1] * (two_sided ? 2 : 1);
-  area.radiance = strength(light, "L", "power", one, making);
+  const double all = std::numbers::pi * area.size[0] * area.size[1] * (two_sided ? 2 : 1);
+  area.radiance = strength(light, "L", "power", all / r.lights, making);
   making.scene->file.scene.lights.emplace_back(area);
   if (!two_sided) return;
   area.direction = -area.direction;

@@ -7,10 +7,6 @@
 namespace pvol::formats::detail {
 namespace {
 
-Vec3d corner(const Box& box, unsigned i) {
-  return {i & 1 ? box.hi.x : box.lo.x, i & 2 ? box.hi.y : box.lo.y, i & 4 ? box.hi.z : box.lo.z};
-}
-
 /// Each vertex at a corner, and each corner at a vertex.
 bool has_corners_alone(const Box& box, const std::vector<Vec3d>& vertices) {
   unsigned met = 0;

@@ -1,6 +1,7 @@
 // A scene as pbrt's directives describe it, before anything is made of it.
 #pragma once
 
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
@@ -17,7 +18,9 @@ struct PbrtPlaced : PbrtThing {
 };
 
 struct PbrtShape : PbrtPlaced {
-  PbrtThing material{};             ///< of type "interface" or "" where it is no surface
+  PbrtThing material{};  ///< of type "interface" or "" where it is no surface
+  /// By NamedMaterial; after parsing, `material` is the one of that name.
+  std::optional<std::string> material_name{};
   std::string inside{}, outside{};  ///< names of media; "": none
   std::optional<PbrtThing> area_light{};
   bool reversed = false;  ///< whether its front is its back
@@ -31,7 +34,8 @@ struct PbrtDescription {
   std::vector<std::pair<std::string, PbrtPlaced>> media;  ///< by name, in the order of the file
   std::vector<PbrtShape> shapes;
   std::map<std::string, PbrtThing> textures;
-  std::filesystem::path folder;  ///< that file names are relative to
+  std::filesystem::path folder;              ///< that file names are relative to
+  std::vector<std::filesystem::path> files;  ///< the scene's own, and those that it refers to
 };
 
 /// Reads a scene with what it includes. Directives that are of no use here are named in `notes`.

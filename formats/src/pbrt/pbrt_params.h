@@ -1,7 +1,6 @@
 // Parameters of pbrt's directives: "float fov" 45, "rgb L" [1 2 3], and so on.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>

@@ -31,6 +31,8 @@ class PbrtParser {
     if (!blocks_.empty()) {
       fail_at(blocks_.back().where, "a block without an end", "AttributeEnd or the like");
     }
+    resolve_materials();
+    scene_.files = words_.named();
     return std::move(scene_);
   }
 
@@ -257,16 +259,17 @@ class PbrtParser {
       state_.area_light = thing("light");
     } else if (name == "Material") {
       state_.material = thing("material");
+      state_.material_name.reset();
     } else if (name == "MakeNamedMaterial") {
       auto [key, material] = named("material");
-      materials_.insert_or_assign(std::move(key), std::move(material));
-    } else if (name == "NamedMaterial") {
-      const std::string key = words_.string("a name");
-      const auto found = materials_.find(key);
-      if (found == materials_.end()) {
-        fail_at(where, fmt::format("\"{}\"", shown(key)), "a material that was defined before");
+      const auto [at, is_new] = materials_.try_emplace(std::move(key), std::move(material));
+      if (!is_new) {
+        fail_at(where, fmt::format("material \"{}\" a second time", shown(at->first)),
+                "each material once");
       }
-      state_.material = found->second;
+    } else if (name == "NamedMaterial") {
+      state_.material_name = words_.string("a name");
+      state_.material = {.type = {}, .parameters = {}, .where = where};
     } else if (name == "MakeNamedMedium") {
       medium();
     } else if (name == "MediumInterface") {
@@ -301,10 +304,24 @@ class PbrtParser {
     if (in_object_) return;  // its instances are named
     scene_.shapes.push_back({{what, state_.ctm},
                              state_.material,
+                             state_.material_name,
                              state_.inside,
                              state_.outside,
                              state_.area_light,
                              state_.reversed});
+  }
+
+  /// A material may be made after shapes that name it.
+  void resolve_materials() {
+    for (PbrtShape& shape : scene_.shapes) {
+      if (!shape.material_name) continue;
+      const auto found = materials_.find(*shape.material_name);
+      if (found == materials_.end()) {
+        fail_at(shape.material.where, fmt::format("\"{}\"", shown(*shape.material_name)),
+                "a material that MakeNamedMaterial defines");
+      }
+      shape.material = found->second;
+    }
   }
 
   ImportNotes* notes_;

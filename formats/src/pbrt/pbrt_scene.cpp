@@ -19,6 +19,7 @@ PbrtScene read_pbrt(const std::filesystem::path& file, const std::string& stem) 
   make_lights(from, making);
   make_volumes(from, making);
   make_surfaces(from, making);
+  scene.sources = from.files;
   scene.notes = notes.all();
   if (!scene.file.volumes.empty()) return scene;
   std::string why = file.string() +

@@ -15,6 +15,7 @@ struct PbrtState {
   bool sets_start = true;           ///< whether transforms are those of the shutter's opening
   std::string inside{}, outside{};  ///< media
   PbrtThing material{};
+  std::optional<std::string> material_name{};  ///< by NamedMaterial, whose place `material` has
   std::optional<PbrtThing> area_light{};
   bool reversed = false;
   std::map<std::string, std::vector<PbrtParameter>> defaults{};  ///< of Attribute, by target

@@ -11,6 +11,8 @@
 namespace pvol::formats::detail {
 namespace {
 
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // some editors write one
+
 std::string read_text(const std::filesystem::path& file) {
   if (ending(file) == ".gz") {
     throw Error(file.string() +
@@ -33,17 +35,19 @@ void fail_at(const PbrtWhere& where, const std::string& found, const std::string
 PbrtTokens::PbrtTokens(const std::filesystem::path& file)
     : file_(file),
       name_(std::make_shared<const std::string>(file.string())),
-      text_(std::make_shared<const std::string>(read_text(file))) {}
+      text_(std::make_shared<const std::string>(read_text(file))) {
+  if (text_->starts_with(kByteOrderMark)) at_ = kByteOrderMark.size();
+}
 
 void PbrtTokens::skip_blanks() {
   const std::string& text = *text_;
   for (; at_ < text.size(); ++at_) {
-    const char c = text[at_];
-    if (c == '#') {
-      at_ = std::min(text.find('\n', at_), text.size());
+    if (text[at_] == '#') {
+      at_ = std::min(text.find_first_of("\r\n", at_), text.size());
       if (at_ == text.size()) return;
     }
-    if (text[at_] == '\n')
+    const char c = text[at_];
+    if (c == '\n' || (c == '\r' && text.compare(at_, 2, "\r\n") != 0))
       ++line_;
     else if (c != ' ' && c != '\t' && c != '\r' && c != '\f' && c != '\v')
       return;

@@ -28,7 +28,8 @@ struct PbrtToken {
   PbrtWhere where;
 };
 
-/// Cuts the text of a file into tokens. Comments run from # to the end of the line.
+/// Cuts the text of a file into tokens. Comments run from # to the end of the line, which is CR, LF
+/// or both. A UTF-8 byte order mark at the start is skipped.
 class PbrtTokens {
  public:
   /// Reads the file. Throws Error where it cannot be read, and for names that end in .gz.

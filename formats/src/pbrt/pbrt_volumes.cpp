@@ -353,6 +353,19 @@ void check_hulls(const Making& m, const Box& box) {
   }
 }
 
+/// Names shapes within a medium that was made, inside which pbrt has another one or none: volumes
+/// have no holes, and add up where they overlap. Surfaces hide what is inside.
+void note_nested(const PbrtDescription& from, const PbrtMaking& making, const std::string& name) {
+  for (const PbrtShape& shape : from.shapes) {
+    if (shape.outside != name || shape.inside == name || !is_interface(shape)) continue;
+    making.note(
+        shape.where,
+        fmt::format("medium \"{}\" is rendered inside this {}, too, where pbrt has {} instead",
+                    shown(name), shown(shape.type),
+                    shape.inside.empty() ? "none" : fmt::format("\"{}\"", shown(shape.inside))));
+  }
+}
+
 void make_volume(const PbrtDescription& from, const PbrtMaking& making, const std::string& name,
                  const PbrtPlaced& medium) {
   const auto any = [&](auto condition) { return std::ranges::any_of(from.shapes, condition); };
@@ -377,6 +390,7 @@ void make_volume(const PbrtDescription& from, const PbrtMaking& making, const st
   medium.parameters.note_unused(*making.notes, fmt::format("medium \"{}\"", shown(name)));
   if (m.volume.file.empty()) return;
   if (box) check_hulls(m, *box);
+  note_nested(from, making, name);
   m.volume.object_to_world = making.world * medium.place;
   making.scene->file.volumes.push_back(std::move(m.volume));
 }

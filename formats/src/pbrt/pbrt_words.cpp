@@ -26,7 +26,8 @@ bool is_one_of(const auto& names, std::string_view name) {
 
 }  // namespace
 
-PbrtWords::PbrtWords(const std::filesystem::path& file) : folder_(file.parent_path()) {
+PbrtWords::PbrtWords(const std::filesystem::path& file)
+    : folder_(file.parent_path()), named_{file} {
   files_.emplace_back(file);
   token_.where = files_.back().where();
 }
@@ -137,6 +138,8 @@ std::vector<PbrtParameter> PbrtWords::parameters() {
   while (next_is(PbrtToken::Kind::string)) {
     next();
     all.push_back(parameter());
+    const PbrtParameter& p = all.back();
+    if (p.name == "filename" && !p.strings.empty()) named_.push_back(folder_ / p.strings.front());
   }
   return all;
 }
@@ -150,6 +153,7 @@ void PbrtWords::include(const std::string& name, const PbrtWhere& where) {
   }
   try {
     files_.emplace_back(file);
+    named_.push_back(file);
   } catch (const Error& e) {
     throw Error(where.text() + ": " + e.what());
   }

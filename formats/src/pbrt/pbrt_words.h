@@ -1,6 +1,7 @@
 // The words of a scene of pbrt one after the other, through the files that it includes.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -34,12 +35,16 @@ class PbrtWords {
   /// else to that of the one at hand. `where` is the place that names it.
   void include(const std::string& name, const PbrtWhere& where);
 
+  /// The files that were read so far, and those that parameters called filename refer to.
+  [[nodiscard]] const std::vector<std::filesystem::path>& named() const { return named_; }
+
  private:
   PbrtParameter parameter();
   void value(PbrtParameter& p);
 
   std::filesystem::path folder_;   // of the first file
   std::vector<PbrtTokens> files_;  // that are being read, the outermost first
+  std::vector<std::filesystem::path> named_;
   std::size_t read_ = 1;
   PbrtToken token_{};
   bool ahead_ = false;  // whether token_ is still to be taken

@@ -31,11 +31,15 @@ struct ImportedScene {
   ImageSky sky{};
   /// What is left out, approximated or worth knowing, each once: "scene.pbrt:12: the light ...".
   std::vector<std::string> notes{};
+  /// The files that it was made from, and others that they refer to, whether it needs them or not.
+  std::vector<std::filesystem::path> sources{};
 };
 
 /// Writes the scene as TOML, for `read_scene`, and the files that it has beside it; names of other
 /// files are made relative to it. Each file is written atomically, the scene last; where one fails,
-/// those before it are removed. Throws Error where writing fails.
+/// those before it are removed. Throws Error where writing fails, and before anything is written
+/// where a file would be replaced that the scene refers to, or one beside it that no earlier call
+/// for the same `toml` wrote: comments in that name what was.
 void write_imported(const std::filesystem::path& toml, const ImportedScene& scene);
 
 }  // namespace pvol::formats
